@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cmath>
+
+namespace tandem {
+
+/// The scalar functions of the rotation angle from which every Exp, Log and Jacobian of the groups is built.
+///
+///   A = sin θ / θ            B = (1 − cos θ) / θ²       C = (θ − sin θ) / θ³
+///   E = (1/2 − B) / θ²       F = (3C − B) / (2θ²)       (the two of Barfoot's Q, 2017, eq. 7.86)
+///   D = 1/θ² − cot(θ/2) / (2θ)                           (inverse Jacobian; finite at π, unlike the textbook form)
+///
+/// As functions of θ² they are smooth at 0. Below `kSeriesBelow` they are Taylor polynomials (truncation below 5e-17),
+/// above it closed forms in the half angle, whose cancellation costs at most a few units in the last place of what
+/// they multiply.
+template <class S>
+struct AngleCoefficients {
+  static constexpr double kSeriesBelow = 0.25;  // θ² [rad²], θ = 0.5
+
+  S A, B, C, D, E, F;
+
+  explicit AngleCoefficients(const S& theta2) {
+    using std::cos, std::sin, std::sqrt;
+    if (theta2 < kSeriesBelow) {
+      const S& x = theta2;
+      // clang-format off
+      A = 1. + x*(-1./6 + x*(1./120 + x*(-1./5040 + x*(1./362880 + x*(-1./39916800 + x*(1./6227020800.))))));
+      B = 1./2 + x*(-1./24 + x*(1./720 + x*(-1./40320 + x*(1./3628800 + x*(-1./479001600 + x*(1./87178291200.))))));
+      C = 1./6 + x*(-1./120 + x*(1./5040 + x*(-1./362880 + x*(1./39916800 + x*(-1./6227020800.)))));
+      D = 1./12 + x*(1./720 + x*(1./30240 + x*(1./1209600 + x*(1./47900160 + x*(691./1307674368000. +
+          x*(1./74724249600.))))));
+      E = 1./24 + x*(-1./720 + x*(1./40320 + x*(-1./3628800 + x*(1./479001600 + x*(-1./87178291200.)))));
+      F = 1./120 + x*(-1./2520 + x*(1./120960 + x*(-1./9979200 + x*(1./1245404160 + x*(-1./217945728000.)))));
+      // clang-format on
+    } else {
+      const S theta = sqrt(theta2);
+      const S s = sin(0.5 * theta);
+      const S c = cos(0.5 * theta);
+      A = 2. * s * c / theta;
+      B = 2. * s * s / theta2;
+      C = (1. - A) / theta2;
+      D = (1. - 0.5 * theta * c / s) / theta2;
+      E = (0.5 - B) / theta2;
+      F = (3. * C - B) / (2. * theta2);
+    }
+  }
+};
+
+}  // namespace tandem

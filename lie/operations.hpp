@@ -1,0 +1,88 @@
+#pragma once
+
+#include "tandem/lie/lie_group.hpp"
+
+namespace tandem {
+
+/// The operations of a group with their Jacobians, each filled when its pointer is not null (Solà et al. 2018, §III).
+
+template <LieGroup G>
+G compose(const G& x, const G& y, typename G::Jacobian* Jx = nullptr, typename G::Jacobian* Jy = nullptr) {
+  if (Jx) *Jx = y.inverse().Ad();
+  if (Jy) Jy->setIdentity();
+  return x * y;
+}
+
+template <LieGroup G>
+G inverse(const G& x, typename G::Jacobian* Jx = nullptr) {
+  if (Jx) *Jx = -x.Ad();
+  return x.inverse();
+}
+
+/// X⁻¹ Y.
+template <LieGroup G>
+G between(const G& x, const G& y, typename G::Jacobian* Jx = nullptr, typename G::Jacobian* Jy = nullptr) {
+  const G z = x.inverse() * y;
+  if (Jx) *Jx = -z.inverse().Ad();
+  if (Jy) Jy->setIdentity();
+  return z;
+}
+
+template <LieGroup G>
+G Exp(const typename G::Tangent& v, typename G::Jacobian* Jv = nullptr) {
+  if (Jv) *Jv = G::Jr(v);
+  return G::Exp(v);
+}
+
+template <LieGroup G>
+typename G::Tangent Log(const G& x, typename G::Jacobian* Jx = nullptr) {
+  const typename G::Tangent v = x.Log();
+  if (Jx) *Jx = G::Jr_inverse(v);
+  return v;
+}
+
+/// X ⊕ v = X Exp(v): the retraction.
+template <LieGroup G>
+G plus(const G& x, const typename G::Tangent& v, typename G::Jacobian* Jx = nullptr,
+       typename G::Jacobian* Jv = nullptr) {
+  const G e = G::Exp(v);
+  if (Jx) *Jx = e.inverse().Ad();
+  if (Jv) *Jv = G::Jr(v);
+  return x * e;
+}
+
+/// Y ⊖ X = Log(X⁻¹ Y).
+template <LieGroup G>
+typename G::Tangent minus(const G& y, const G& x, typename G::Jacobian* Jy = nullptr,
+                          typename G::Jacobian* Jx = nullptr) {
+  const typename G::Tangent v = (x.inverse() * y).Log();
+  if (Jy) *Jy = G::Jr_inverse(v);
+  if (Jx) *Jx = -G::Jl_inverse(v);
+  return v;
+}
+
+/// The group action on a point.
+template <LieGroup G>
+Vector<G::point_dim, typename G::Scalar> act(const G& x, const Vector<G::point_dim, typename G::Scalar>& p,
+                                             Matrix<G::point_dim, G::dof, typename G::Scalar>* Jx = nullptr,
+                                             Matrix<G::point_dim, G::point_dim, typename G::Scalar>* Jp = nullptr) {
+  if (Jx) *Jx = x.act_jacobian(p);
+  if (Jp) *Jp = x.act_point_jacobian();
+  return x.act(p);
+}
+
+/// X ⊕ s (Y ⊖ X): the geodesic from X (s = 0) to Y (s = 1), and beyond.
+template <LieGroup G>
+G interpolate(const G& x, const G& y, const typename G::Scalar& s, typename G::Jacobian* Jx = nullptr,
+              typename G::Jacobian* Jy = nullptr) {
+  const typename G::Tangent d = minus(y, x), sd = s * d;
+  const G step = G::Exp(sd);
+  if (Jx || Jy) {
+    const typename G::Jacobian K = s * G::Jr(sd);
+    if (Jx) *Jx = step.inverse().Ad() - K * G::Jl_inverse(d);
+    if (Jy) *Jy = K * G::Jr_inverse(d);
+  }
+  return x * step;
+}
+
+}  // namespace tandem

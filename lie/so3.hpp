@@ -1,0 +1,139 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "tandem/lie/coefficients.hpp"
+#include "tandem/lie/lie_group.hpp"
+
+namespace tandem {
+
+/// [v]×, the matrix of the cross product with v.
+template <class Derived>
+Matrix<3, 3, typename Derived::Scalar> skew(const Eigen::MatrixBase<Derived>& v) {
+  using S = typename Derived::Scalar;
+  return (Matrix<3, 3, S>() << S(0.), -v[2], v[1], v[2], S(0.), -v[0], -v[1], v[0], S(0.)).finished();
+}
+
+/// Rotations of space, kept as a unit Hamilton quaternion. Tangent: the rotation vector [rad].
+template <class S>
+class BasicSO3 {
+ public:
+  static constexpr int dof = 3, matrix_size = 3, point_dim = 3;
+  using Scalar = S;
+  using Tangent = Vector<3, S>;
+  using Jacobian = Matrix<3, 3, S>;
+  using AlgebraMatrix = Matrix<3, 3, S>;
+  using Quaternion = Eigen::Quaternion<S>;
+  template <class Other>
+  using Rebind = BasicSO3<Other>;
+
+  /// Below this θ² in Exp, and |vec|² in Log, series replace the closed forms (truncation below 1e-16).
+  static constexpr double kSeriesBelow = 1e-3;
+
+  BasicSO3() : q_(S(1.), S(0.), S(0.), S(0.)) {}
+  /// `q` need not be exactly of unit length: it is normalised.
+  explicit BasicSO3(const Quaternion& q) : q_(q.normalized()) {}
+  /// `R` is a rotation matrix.
+  explicit BasicSO3(const Matrix<3, 3, S>& R) : q_(R) { q_.normalize(); }
+
+  static BasicSO3 identity() { return {}; }
+
+  static BasicSO3 Exp(const Tangent& v) {
+    using std::cos, std::sin, std::sqrt;
+    const S theta2 = v.squaredNorm();
+    S w, scale;  // cos(θ/2), sin(θ/2)/θ
+    if (theta2 < kSeriesBelow) {
+      const S x = 0.25 * theta2;
+      w = 1. + x * (-1. / 2 + x * (1. / 24 + x * (-1. / 720 + x * (1. / 40320))));
+      scale = 0.5 + x * (-1. / 12 + x * (1. / 240 + x * (-1. / 10080 + x * (1. / 725760))));
+    } else {
+      const S theta = sqrt(theta2);
+      w = cos(0.5 * theta);
+      scale = sin(0.5 * theta) / theta;
+    }
+    BasicSO3 X;
+    X.q_ = Quaternion(w, scale * v[0], scale * v[1], scale * v[2]);
+    return X;
+  }
+
+  /// Rotation vector of length at most π; at exactly π either sign is right.
+  Tangent Log() const {
+    using std::atan2, std::sqrt;
+    const S n2 = q_.vec().squaredNorm();
+    const S w = q_.w() < 0. ? S(-q_.w()) : q_.w();
+    S scale;  // θ / |vec|, with θ = 2 atan2(|vec|, |w|): accurate from 0 to π
+    if (n2 < kSeriesBelow) {
+      const S x = n2 / (w * w);
+      scale = 2. / w * (1. + x * (-1. / 3 + x * (1. / 5 + x * (-1. / 7 + x * (1. / 9)))));
+    } else {
+      const S n = sqrt(n2);
+      scale = 2. * atan2(n, w) / n;
+    }
+    return (q_.w() < 0. ? S(-scale) : scale) * q_.vec();
+  }
+
+  const Quaternion& quaternion() const { return q_; }
+  Matrix<3, 3, S> matrix() const { return q_.toRotationMatrix(); }
+
+  BasicSO3 inverse() const {
+    BasicSO3 X;
+    X.q_ = q_.conjugate();
+    return X;
+  }
+  BasicSO3 operator*(const BasicSO3& y) const {
+    BasicSO3 X;
+    X.q_ = q_ * y.q_;
+    return X;
+  }
+  Vector<3, S> act(const Vector<3, S>& p) const { return q_ * p; }
+
+  Jacobian Ad() const { return matrix(); }
+
+  static Jacobian Jl(const Tangent& v) {
+    const AngleCoefficients<S> k(v.squaredNorm());
+    return polynomial(v, k.B, k.C);
+  }
+  static Jacobian Jr(const Tangent& v) { return Jl(-v); }
+  static Jacobian Jl_inverse(const Tangent& v) {
+    const AngleCoefficients<S> k(v.squaredNorm());
+    return polynomial(v, S(-0.5), k.D);
+  }
+  static Jacobian Jr_inverse(const Tangent& v) { return Jl_inverse(-v); }
+
+  static AlgebraMatrix hat(const Tangent& v) { return skew(v); }
+  static Tangent vee(const AlgebraMatrix& m) { return {m(2, 1), m(0, 2), m(1, 0)}; }
+
+  /// d(R p)/dδ = −R [p]×, 3 × 3.
+  Matrix<3, 3, S> act_jacobian(const Vector<3, S>& p) const { return matrix() * skew(S(-1.) * p); }
+  Matrix<3, 3, S> act_point_jacobian() const { return matrix(); }
+
+  template <class T>
+  BasicSO3<T> cast() const {
+    BasicSO3<T> X;
+    X.q_ = q_.template cast<T>();
+    return X;
+  }
+
+  /// I + a [v]× + b [v]×²: Jl with (B, C), its inverse with (−1/2, D).
+  static Jacobian polynomial(const Tangent& v, const S& a, const S& b) {
+    const S xx = b * v[0] * v[0], yy = b * v[1] * v[1], zz = b * v[2] * v[2];
+    const S xy = b * v[0] * v[1], xz = b * v[0] * v[2], yz = b * v[1] * v[2];
+    const S x = a * v[0], y = a * v[1], z = a * v[2];
+    Jacobian J;
+    J << 1. - yy - zz, xy - z, xz + y,  //
+        xy + z, 1. - xx - zz, yz - x,   //
+        xz - y, yz + x, 1. - xx - yy;
+    return J;
+  }
+
+ private:
+  template <class>
+  friend class BasicSO3;
+  Quaternion q_;
+};
+
+using SO3 = BasicSO3<double>;
+static_assert(LieGroup<SO3>);
+
+}  // namespace tandem

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <algorithm>
+
+#include "tandem/problem/pool.hpp"
+#include "tandem/residuals/bounds.hpp"
+
+namespace tandem::detail {
+
+/// Blocks that are constraints: lower ≤ r ≤ upper. Block i has rows i·dim … (i + 1)·dim − 1 of its pool.
+class HardPoolBase : public PoolBase {
+ public:
+  virtual void bounds(double* lower, double* upper) const = 0;
+  /// Rows at the point.
+  virtual void values(double* c) const = 0;
+  /// Nonzeros at the point: of each block its states' Jacobians one after the other, each column by column.
+  virtual void jacobian(const PoolPlacement& place, double* values) const = 0;
+};
+
+template <Residual R>
+class HardPool final : public BlockPool<R, HardPoolBase> {
+  using Pool = BlockPool<R, HardPoolBase>;
+  using Pool::kArity, Pool::kDim, Pool::kPairs;
+  using typename Pool::Jacobians, typename Pool::Row;
+
+ public:
+  explicit HardPool(const typename Pool::Stores& stores) : Pool(stores) {}
+
+  void add(const R& residual, const std::array<int, kArity>& slots, const Bounds<kDim>& bounds) {
+    this->add_block(residual, slots);
+    bounds_.push_back(bounds);
+  }
+  void remove(int i) override {
+    this->remove_block(i);
+    this->remove_from(bounds_, i);
+  }
+
+  void bounds(double* lower, double* upper) const override {
+    for (const auto& b : bounds_) {
+      lower = std::copy_n(b.lower.data(), kDim, lower);
+      upper = std::copy_n(b.upper.data(), kDim, upper);
+    }
+  }
+  void values(double* c) const override {
+    Row r;
+    for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
+      this->value(i, r);
+      c = std::copy_n(r.data(), kDim, c);
+    }
+  }
+  void jacobian(const PoolPlacement& place, double* values) const override {
+    Row r;
+    Jacobians J;
+    for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
+      const int* offset = &place.offset[i * kArity];
+      this->linearize(i, offset, r, J);
+      double* out = values + place.jacobian[i];
+      static_for<kArity>([&]<int S>() {
+        if (offset[S] >= 0) out = std::copy_n(std::get<S>(J).data(), std::get<S>(J).size(), out);
+      });
+    }
+  }
+
+  void add_exact_hessian(const PoolPlacement& place, double factor, const double* multipliers,
+                         double* H) const override {
+    for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
+      const Row lambda = factor * Eigen::Map<const Row>(multipliers + i * kDim);
+      if (lambda.isZero(0.)) continue;
+      const auto gradient = [&]<int A>(const Row&, const Jacobians& J) {
+        return (std::get<A>(J).transpose() * lambda).eval();
+      };
+      this->difference_gradient(i, &place.offset[i * kArity], &place.hessian[i * kPairs], gradient, H);
+    }
+  }
+
+ private:
+  std::vector<Bounds<kDim>> bounds_;
+};
+
+}  // namespace tandem::detail

@@ -1,0 +1,46 @@
+#include "tandem/problem/problem.hpp"
+
+namespace tandem {
+
+Block Problem::new_block(int index) {
+  Pool& pool = pools_[std::size_t(index)];
+  const int id = static_cast<int>(pool.index_of_id.size());
+  pool.index_of_id.push_back(static_cast<int>(pool.id_of_index.size()));
+  pool.id_of_index.push_back(id);
+  return {index, id};
+}
+
+void Problem::remove(const Block& block) {
+  Pool* pool = std::size_t(block.pool) < pools_.size() ? &pools_[std::size_t(block.pool)] : nullptr;
+  const int index = pool && std::size_t(block.id) < pool->index_of_id.size() ? pool->index_of_id[std::size_t(block.id)] : -1;
+  if (index < 0) throw Error("remove: the problem has no such block (any more)");
+  pool->base().remove(index);
+  const int last = pool->id_of_index.back();
+  pool->id_of_index[std::size_t(index)] = last;
+  pool->id_of_index.pop_back();
+  pool->index_of_id[std::size_t(last)] = index;
+  pool->index_of_id[std::size_t(block.id)] = -1;
+}
+
+int Problem::num_soft_blocks() const {
+  int n = 0;
+  for (const auto& pool : pools_) n += pool.soft ? pool.soft->size() : 0;
+  return n;
+}
+
+int Problem::num_hard_blocks() const {
+  int n = 0;
+  for (const auto& pool : pools_) n += pool.hard ? pool.hard->size() : 0;
+  return n;
+}
+
+std::string Problem::mismatch(std::string_view name, int rows, int noise) {
+  return std::string(name) + ": the residual has " + std::to_string(rows) + " rows, its noise " + std::to_string(noise);
+}
+
+std::string Problem::crossed(std::string_view name, double lower, double upper) {
+  return std::string(name) + ": the lower bound " + std::to_string(lower) + " is not at or below the upper bound " +
+         std::to_string(upper);
+}
+
+}  // namespace tandem

@@ -1,0 +1,183 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <typeindex>
+
+#include "tandem/lie/error.hpp"
+#include "tandem/problem/hard_pool.hpp"
+#include "tandem/problem/soft_pool.hpp"
+
+namespace tandem {
+
+namespace detail {
+template <class States>
+struct HandlesOf;
+}  // namespace detail
+
+/// A typed handle of a variable; valid as long as its problem, which may be moved meanwhile.
+template <LieGroup G>
+struct Variable {
+  detail::StateStore<G>* store = nullptr;
+  int slot = -1;
+};
+
+/// The handles that residual R is given: one Variable for each state it reads.
+template <Residual R>
+using VariablesOf = typename detail::HandlesOf<typename R::States>::type;
+
+/// A handle of a residual block, soft or hard.
+struct Block {
+  int pool = -1;
+  int id = -1;
+};
+
+/// A nonlinear program over Lie groups:
+///
+///   minimize ½ Σ ρ(rᵀ Σ⁻¹ r)   subject to   lower ≤ r ≤ upper
+///
+/// with one residual object for both roles. Solve it with solve(problem, options) of a solver; the variables then hold
+/// the solution. Not thread-safe; moving keeps handles valid.
+class Problem {
+ public:
+  Problem() = default;
+  Problem(Problem&&) = default;
+  Problem& operator=(Problem&&) = default;
+
+  /// A new variable at `initial`. `name` is what messages call it.
+  template <LieGroup G>
+  Variable<G> add(const G& initial, std::string name = {}) {
+    auto& states = store<G>();
+    const int id = num_variables();
+    states.add(initial, id);
+    variables_.push_back({&states, static_cast<int>(states.value.size()) - 1, G::dof, false,
+                          name.empty() ? "variable " + std::to_string(id) : std::move(name)});
+    return {&states, variables_.back().slot};
+  }
+  template <LieGroup G>
+  const G& value(const Variable<G>& x) const {
+    return x.store->value[std::size_t(x.slot)];
+  }
+  template <LieGroup G>
+  void set_value(const Variable<G>& x, const G& value) {
+    x.store->value[std::size_t(x.slot)] = x.store->point[std::size_t(x.slot)] = value;
+  }
+  /// A fixed variable keeps its value: solvers do not see it.
+  template <LieGroup G>
+  void fix(const Variable<G>& x, bool fixed = true) {
+    variables_[std::size_t(id(x))].fixed = fixed;
+  }
+
+  /// A cost. Throws Error when the noise has not R::dim rows.
+  template <Residual R>
+  Block minimize(const R& residual, const Gaussian& noise, const VariablesOf<R>& x, const Loss& loss = {}) {
+    if (noise.dim() != R::dim) throw Error(mismatch(R::name, R::dim, static_cast<int>(noise.dim())));
+    if (!(loss.scale > 0)) throw Error("the scale of a loss must be positive");
+    auto [index, pool] = soft_pool<R>();
+    pool.add(residual, slots<R>(x), noise, loss);
+    return new_block(index);
+  }
+
+  /// A constraint, in the residual's own units. Throws Error when a lower bound is above its upper bound.
+  template <Residual R>
+  Block subject_to(const R& residual, const Bounds<R::dim>& bounds, const VariablesOf<R>& x) {
+    for (int i = 0; i < R::dim; ++i)
+      if (!(bounds.lower[i] <= bounds.upper[i])) throw Error(crossed(R::name, bounds.lower[i], bounds.upper[i]));
+    auto [index, pool] = hard_pool<R>();
+    pool.add(residual, slots<R>(x), bounds);
+    return new_block(index);
+  }
+
+  /// Takes a block out. Throws Error when it is not there (any more).
+  void remove(const Block& block);
+
+  int num_variables() const { return static_cast<int>(variables_.size()); }
+  const std::string& name(int variable_id) const { return variables_[std::size_t(variable_id)].name; }
+  template <LieGroup G>
+  int id(const Variable<G>& x) const {
+    return x.store->id[std::size_t(x.slot)];
+  }
+  int num_soft_blocks() const;
+  int num_hard_blocks() const;
+
+ private:
+  friend class Program;
+  template <Residual R>
+  static constexpr int arity = std::tuple_size_v<typename R::States>;
+
+  struct VariableInfo {
+    detail::StateStoreBase* store;
+    int slot, dof;
+    bool fixed;
+    std::string name;
+  };
+  struct Pool {
+    std::unique_ptr<detail::SoftPoolBase> soft;  // one of the two
+    std::unique_ptr<detail::HardPoolBase> hard;
+    std::vector<int> index_of_id, id_of_index;  // blocks keep their id when others are removed
+
+    detail::PoolBase& base() const { return soft ? static_cast<detail::PoolBase&>(*soft) : *hard; }
+  };
+  template <class P>
+  struct Found {
+    int index;
+    P& pool;
+  };
+
+  template <LieGroup G>
+  detail::StateStore<G>& store() {
+    auto& s = stores_[typeid(G)];
+    if (!s) s = std::make_unique<detail::StateStore<G>>();
+    return static_cast<detail::StateStore<G>&>(*s);
+  }
+  template <Residual R>
+  auto stores() {
+    return []<class... Xs>(Problem& p, std::tuple<Xs...>*) {
+      return std::tuple<detail::StateStore<Xs>*...>(&p.store<Xs>()...);
+    }(*this, static_cast<typename R::States*>(nullptr));
+  }
+  template <Residual R>
+  std::array<int, std::size_t(arity<R>)> slots(const VariablesOf<R>& x) {
+    return std::apply(
+        [&](const auto&... v) {
+          (check_owned(v), ...);
+          return std::array<int, std::size_t(arity<R>)>{v.slot...};
+        },
+        x);
+  }
+  template <LieGroup G>
+  void check_owned(const Variable<G>& x) {
+    if (x.store != &store<G>()) throw Error("a residual was given a variable that is not of this problem");
+  }
+
+  template <Residual R>
+  Found<detail::SoftPool<R>> soft_pool() {
+    const auto [it, isnew] = pool_of_type_.try_emplace(typeid(detail::SoftPool<R>), static_cast<int>(pools_.size()));
+    if (isnew) pools_.push_back({std::make_unique<detail::SoftPool<R>>(stores<R>()), nullptr, {}, {}});
+    return {it->second, static_cast<detail::SoftPool<R>&>(*pools_[std::size_t(it->second)].soft)};
+  }
+  template <Residual R>
+  Found<detail::HardPool<R>> hard_pool() {
+    const auto [it, isnew] = pool_of_type_.try_emplace(typeid(detail::HardPool<R>), static_cast<int>(pools_.size()));
+    if (isnew) pools_.push_back({nullptr, std::make_unique<detail::HardPool<R>>(stores<R>()), {}, {}});
+    return {it->second, static_cast<detail::HardPool<R>&>(*pools_[std::size_t(it->second)].hard)};
+  }
+  Block new_block(int pool);
+  static std::string mismatch(std::string_view name, int rows, int noise);
+  static std::string crossed(std::string_view name, double lower, double upper);
+
+  std::vector<VariableInfo> variables_;
+  std::map<std::type_index, std::unique_ptr<detail::StateStoreBase>> stores_;
+  std::vector<Pool> pools_;
+  std::map<std::type_index, int> pool_of_type_;
+};
+
+namespace detail {
+template <class... Xs>
+struct HandlesOf<std::tuple<Xs...>> {
+  using type = std::tuple<Variable<Xs>...>;
+};
+}  // namespace detail
+
+}  // namespace tandem

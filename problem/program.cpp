@@ -1,0 +1,254 @@
+#include "tandem/problem/program.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace tandem {
+
+Program::Program(Problem& problem) : problem_(problem) {
+  offset_.resize(problem.variables_.size(), -1);
+  hessian_.first.push_back(0);
+  for (std::size_t id = 0; id < problem.variables_.size(); ++id) {
+    if (problem.variables_[id].fixed) continue;
+    offset_[id] = hessian_.first.back();
+    variable_of_block_.push_back(static_cast<int>(id));
+    hessian_.first.push_back(hessian_.first.back() + problem.variables_[id].dof);
+  }
+  if (variable_of_block_.empty()) throw Error("the problem has no free variable");
+  placement_.resize(problem.pools_.size());
+  compile_hessian();
+  compile_constraints();
+  reset();
+}
+
+Program::~Program() = default;
+
+void Program::compile_hessian() {
+  const std::size_t n = variable_of_block_.size();
+  std::vector<int> block_of_variable(offset_.size(), -1);
+  for (std::size_t k = 0; k < n; ++k) block_of_variable[std::size_t(variable_of_block_[k])] = static_cast<int>(k);
+
+  // Pairs of variables that some block reads together: (column, row), row ≥ column.
+  std::vector<std::uint64_t> pairs;
+  for (std::size_t k = 0; k < n; ++k) pairs.push_back(k << 32 | k);
+  for (const auto& p : problem_.pools_) {
+    const auto& pool = p.base();
+    for (int i = 0; i < pool.size(); ++i)
+      for (int a = 0; a < pool.arity(); ++a)
+        for (int b = 0; b < a; ++b) {
+          const int x = block_of_variable[std::size_t(pool.variables(i)[a])];
+          const int y = block_of_variable[std::size_t(pool.variables(i)[b])];
+          if (x < 0 || y < 0 || x == y) continue;
+          pairs.push_back(std::uint64_t(std::min(x, y)) << 32 | std::uint64_t(std::max(x, y)));
+        }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+
+  auto& h = hessian_;
+  h.block_start.assign(n + 1, 0);
+  for (const auto pair : pairs) {
+    ++h.block_start[std::size_t(pair >> 32) + 1];
+    h.block_row.push_back(static_cast<int>(pair & 0xffffffffu));
+  }
+  for (std::size_t k = 0; k < n; ++k) h.block_start[k + 1] += h.block_start[k];
+
+  h.column_start.push_back(0);
+  for (std::size_t k = 0; k < n; ++k) {
+    for (int column = h.first[k]; column < h.first[k + 1]; ++column) {
+      for (int b = h.block_start[k]; b < h.block_start[k + 1]; ++b) {
+        const std::size_t r = std::size_t(h.block_row[std::size_t(b)]);
+        for (int row = h.first[r]; row < h.first[r + 1]; ++row) h.row.push_back(row);
+      }
+      if (h.row.size() > std::size_t(std::numeric_limits<int>::max()))
+        throw Error("the problem's Hessian has more than 2^31 nonzeros");
+      h.column_start.push_back(static_cast<int>(h.row.size()));
+    }
+  }
+
+  for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
+    const auto& pool = problem_.pools_[p].base();
+    auto& out = placement_[p];
+    for (int i = 0; i < pool.size(); ++i) {
+      const int* ids = pool.variables(i);
+      for (int a = 0; a < pool.arity(); ++a) {
+        out.offset.push_back(offset_[std::size_t(ids[a])]);
+        for (int b = 0; b <= a; ++b)
+          out.hessian.push_back(
+              place(block_of_variable[std::size_t(ids[a])], block_of_variable[std::size_t(ids[b])]));
+      }
+    }
+  }
+}
+
+detail::HessianPlace Program::place(int block_a, int block_b) const {
+  if (block_a < 0 || block_b < 0) return {};
+  const auto [column, row] = std::minmax(block_a, block_b);
+  const auto begin = hessian_.block_row.begin() + hessian_.block_start[std::size_t(column)];
+  const auto end = hessian_.block_row.begin() + hessian_.block_start[std::size_t(column) + 1];
+  int position = hessian_.column_start[std::size_t(hessian_.first[std::size_t(column)])];
+  const int start = position;
+  for (auto it = begin; it != end && *it != row; ++it)
+    position += hessian_.first[std::size_t(*it) + 1] - hessian_.first[std::size_t(*it)];
+  return {position, hessian_.column_start[std::size_t(hessian_.first[std::size_t(column)]) + 1] - start};
+}
+
+void Program::compile_constraints() {
+  int rows = 0;
+  for (const auto& p : problem_.pools_) rows += p.hard ? p.hard->size() * p.hard->dim() : 0;
+  lower_.resize(rows);
+  upper_.resize(rows);
+  int row = 0;
+  for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
+    if (!problem_.pools_[p].hard) continue;
+    const auto& pool = *problem_.pools_[p].hard;
+    if (pool.size() > 0) pool.bounds(lower_.data() + row, upper_.data() + row);
+    for (int i = 0; i < pool.size(); ++i) {
+      placement_[p].jacobian.push_back(static_cast<int>(jacobian_.row.size()));
+      for (int s = 0; s < pool.arity(); ++s) {
+        const int id = pool.variables(i)[s], offset = offset_[std::size_t(id)];
+        if (offset < 0) continue;
+        for (int c = 0; c < problem_.variables_[std::size_t(id)].dof; ++c)
+          for (int r = 0; r < pool.dim(); ++r) {
+            jacobian_.row.push_back(row + r);
+            jacobian_.column.push_back(offset + c);
+          }
+      }
+      row += pool.dim();
+    }
+  }
+}
+
+void Program::move_to(const Eigen::VectorXd& delta) {
+  for (auto& [type, store] : problem_.stores_) store->move(delta.data(), offset_);
+  moved_ = true;
+}
+
+void Program::recenter() {
+  for (auto& [type, store] : problem_.stores_) store->recenter();
+  moved_ = false;
+}
+
+void Program::reset() {
+  for (auto& [type, store] : problem_.stores_) store->reset();
+  moved_ = false;
+}
+
+void Program::chart_if_moved() {
+  if (!moved_) return;
+  for (auto& [type, store] : problem_.stores_) store->chart_point();
+  moved_ = false;
+}
+
+double Program::cost() {
+  double total = 0;
+  for (const auto& p : problem_.pools_)
+    if (p.soft) total += p.soft->cost();
+  return total;
+}
+
+double Program::gradient(Eigen::VectorXd& gradient) {
+  chart_if_moved();
+  gradient.setZero();
+  double total = 0;
+  for (std::size_t p = 0; p < problem_.pools_.size(); ++p)
+    if (problem_.pools_[p].soft) total += problem_.pools_[p].soft->accumulate_gradient(placement_[p], gradient.data());
+  return total;
+}
+
+double Program::linearize(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian) {
+  chart_if_moved();
+  gradient.setZero();
+  hessian.setZero();
+  double total = 0;
+  for (std::size_t p = 0; p < problem_.pools_.size(); ++p)
+    if (problem_.pools_[p].soft)
+      total += problem_.pools_[p].soft->accumulate(placement_[p], gradient.data(), hessian.data());
+  return total;
+}
+
+void Program::constraints(Eigen::VectorXd& c) {
+  double* out = c.data();
+  for (const auto& p : problem_.pools_) {
+    if (!p.hard) continue;
+    p.hard->values(out);
+    out += p.hard->size() * p.hard->dim();
+  }
+}
+
+void Program::constraint_jacobian(Eigen::VectorXd& values) {
+  chart_if_moved();
+  for (std::size_t p = 0; p < problem_.pools_.size(); ++p)
+    if (problem_.pools_[p].hard) problem_.pools_[p].hard->jacobian(placement_[p], values.data());
+}
+
+void Program::exact_hessian(double factor, const Eigen::VectorXd& multipliers, Eigen::VectorXd& hessian) {
+  chart_if_moved();
+  hessian.setZero();
+  const double* lambda = multipliers.data();
+  for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
+    const auto& pool = problem_.pools_[p];
+    if (pool.soft) {
+      pool.soft->add_exact_hessian(placement_[p], factor, nullptr, hessian.data());
+    } else {
+      pool.hard->add_exact_hessian(placement_[p], 1.0, lambda, hessian.data());
+      lambda += pool.hard->size() * pool.hard->dim();
+    }
+  }
+}
+
+Program::Violation Program::violation(const Eigen::VectorXd& c) const {
+  Violation worst{0.0, -1};
+  for (int i = 0; i < num_rows(); ++i) {
+    const double v = std::max(lower_[i] - c[i], c[i] - upper_[i]);
+    if (v > worst.size || !std::isfinite(c[i])) worst = {std::isfinite(c[i]) ? v : HUGE_VAL, i};
+  }
+  return worst;
+}
+
+std::string Program::describe_block(const detail::PoolBase& pool, int block) const {
+  std::string text = std::string(pool.name()) + " of ";
+  for (int s = 0; s < pool.arity(); ++s) text += (s ? ", " : "") + problem_.name(pool.variables(block)[s]);
+  return text;
+}
+
+std::string Program::describe_row(int row) const {
+  for (const auto& p : problem_.pools_) {
+    if (!p.hard) continue;
+    const int rows = p.hard->size() * p.hard->dim();
+    if (row < rows) return describe_block(*p.hard, row / p.hard->dim());
+    row -= rows;
+  }
+  return {};
+}
+
+std::string Program::describe_bad_block() const {
+  for (const auto& p : problem_.pools_) {
+    if (!p.soft) continue;
+    for (int i = 0; i < p.soft->size(); ++i) {
+      if (!std::isfinite(p.soft->block_cost(i))) return describe_block(*p.soft, i);
+    }
+  }
+  return {};
+}
+
+Program::Unknown Program::describe_unknown(int unknown) const {
+  const auto it = std::upper_bound(hessian_.first.begin(), hessian_.first.end(), unknown) - 1;
+  const std::size_t block = std::size_t(it - hessian_.first.begin());
+  return {problem_.name(variable_of_block_[block]), unknown - *it, *(it + 1) - *it};
+}
+
+std::vector<std::string> Program::unread_variables() const {
+  std::vector<bool> read(offset_.size(), false);
+  for (const auto& p : problem_.pools_)
+    for (int i = 0; i < p.base().size(); ++i)
+      for (int s = 0; s < p.base().arity(); ++s) read[std::size_t(p.base().variables(i)[s])] = true;
+  std::vector<std::string> names;
+  for (const int id : variable_of_block_)
+    if (!read[std::size_t(id)]) names.push_back(problem_.name(id));
+  return names;
+}
+
+}  // namespace tandem

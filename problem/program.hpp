@@ -1,0 +1,98 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "tandem/problem/problem.hpp"
+
+namespace tandem {
+
+/// Compressed columns of the symmetric Hessian: the lower triangle, with the diagonal blocks in full so that every
+/// column of a block has the same rows. 32-bit indices; rows ascend within a column.
+struct SymmetricPattern {
+  std::vector<int> column_start, row;
+  /// The same by blocks: the unknowns of variable k are first[k] … first[k + 1] − 1, and block column k has the
+  /// block rows block_row[block_start[k]] … in ascending order, k itself first.
+  std::vector<int> first, block_start, block_row;
+
+  int size() const { return first.back(); }
+  int num_blocks() const { return static_cast<int>(first.size()) - 1; }
+};
+
+/// Row and column of each nonzero of the constraint Jacobian. A pair may occur twice; its values then add up.
+struct TripletPattern {
+  std::vector<int> row, column;
+};
+
+/// A problem as solvers see it: rows, bounds and fixed patterns in tangent coordinates, X = X̄ ⊕ δ with X̄ the
+/// variables' values, never residuals or groups. Compiled once; the problem must stay as it is (blocks, fixed
+/// variables) and outlive it. Evaluation does not allocate. Residuals that are undefined at the point throw Error.
+class Program {
+ public:
+  /// Throws Error when the problem has no free variable.
+  explicit Program(Problem& problem);
+  ~Program();
+
+  int num_unknowns() const { return hessian_.size(); }
+  int num_rows() const { return static_cast<int>(lower_.size()); }
+  const Eigen::VectorXd& lower() const { return lower_; }
+  const Eigen::VectorXd& upper() const { return upper_; }
+  const SymmetricPattern& hessian_pattern() const { return hessian_; }
+  const TripletPattern& jacobian_pattern() const { return jacobian_; }
+
+  /// The point becomes X̄ ⊕ δ.
+  void move_to(const Eigen::VectorXd& delta);
+  /// X̄ becomes the point: δ = 0 there from now on.
+  void recenter();
+  /// The point becomes X̄.
+  void reset();
+
+  /// All at the point, with respect to δ.
+  double cost();
+  double gradient(Eigen::VectorXd& gradient);
+  /// Cost, gradient and the Gauss-Newton Hessian's values in the order of its pattern.
+  double linearize(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian);
+  void constraints(Eigen::VectorXd& c);
+  void constraint_jacobian(Eigen::VectorXd& values);
+  /// The exact Hessian of factor·cost + multipliersᵀ c, by central differences of the closed-form gradient.
+  void exact_hessian(double factor, const Eigen::VectorXd& multipliers, Eigen::VectorXd& hessian);
+
+  /// Largest distance of c outside its bounds, and its row (−1: none outside).
+  struct Violation {
+    double size;
+    int row;
+  };
+  Violation violation(const Eigen::VectorXd& c) const;
+
+  /// "twist components of target 12, target 13": the block that constraint row belongs to.
+  std::string describe_row(int row) const;
+  /// The block whose cost is not finite at the point; empty when all are.
+  std::string describe_bad_block() const;
+  /// Name of the variable that an unknown belongs to, and which of its tangent's entries it is.
+  struct Unknown {
+    std::string variable;
+    int entry, dof;
+  };
+  Unknown describe_unknown(int unknown) const;
+  /// Variables that no residual reads, by name.
+  std::vector<std::string> unread_variables() const;
+
+ private:
+  void compile_hessian();
+  void compile_constraints();
+  detail::HessianPlace place(int offset_a, int offset_b) const;
+  void chart_if_moved();
+  std::string describe_block(const detail::PoolBase& pool, int block) const;
+
+  Problem& problem_;
+  std::vector<int> offset_;             // of each variable, −1 when fixed
+  std::vector<int> variable_of_block_;  // ids of the free variables, in order
+  std::vector<detail::PoolPlacement> placement_;
+  SymmetricPattern hessian_;
+  TripletPattern jacobian_;
+  Eigen::VectorXd lower_, upper_;
+  bool moved_ = false;  // δ ≠ 0 since the chart was last centred
+};
+
+}  // namespace tandem

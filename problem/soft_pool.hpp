@@ -1,0 +1,144 @@
+#pragma once
+
+#include "tandem/problem/pool.hpp"
+#include "tandem/residuals/gaussian.hpp"
+#include "tandem/residuals/loss.hpp"
+
+namespace tandem::detail {
+
+/// Blocks that are costs: ½ Σ ρ(‖W r‖²).
+class SoftPoolBase : public PoolBase {
+ public:
+  /// Cost at the point.
+  virtual double cost() const = 0;
+  /// Cost of one block at the point.
+  virtual double block_cost(int i) const = 0;
+  /// Cost at the point; adds the gradient and the Gauss-Newton Hessian ρ' Jᵀ WᵀW J.
+  virtual double accumulate(const PoolPlacement& place, double* gradient, double* H) const = 0;
+  /// Adds the gradient alone.
+  virtual double accumulate_gradient(const PoolPlacement& place, double* gradient) const = 0;
+};
+
+template <Residual R>
+class SoftPool final : public BlockPool<R, SoftPoolBase> {
+  using Pool = BlockPool<R, SoftPoolBase>;
+  using Pool::kArity, Pool::kDim, Pool::kPairs;
+  using typename Pool::Jacobians, typename Pool::Row;
+
+ public:
+  explicit SoftPool(const typename Pool::Stores& stores) : Pool(stores) {}
+
+  void add(const R& residual, const std::array<int, kArity>& slots, const Gaussian& noise, const Loss& loss) {
+    this->add_block(residual, slots);
+    Weight w{noise.diagonal(), -1, loss};
+    if (!noise.is_diagonal()) {
+      w.full = static_cast<int>(full_.size());
+      full_.push_back(noise.sqrt_information());
+    }
+    weights_.push_back(w);
+  }
+  void remove(int i) override {
+    this->remove_block(i);
+    this->remove_from(weights_, i);
+  }
+
+  double cost() const override {
+    double total = 0;
+    for (int i = 0; i < this->size(); ++i) total += block_cost(i);
+    return total;
+  }
+  double block_cost(int i) const override {
+    Row r;
+    this->value(std::size_t(i), r);
+    whiten(std::size_t(i), r);
+    return 0.5 * weights_[std::size_t(i)].loss(r.squaredNorm()).rho;
+  }
+
+  double accumulate(const PoolPlacement& place, double* gradient, double* H) const override {
+    return accumulate_all<true>(place, gradient, H);
+  }
+  double accumulate_gradient(const PoolPlacement& place, double* gradient) const override {
+    return accumulate_all<false>(place, gradient, nullptr);
+  }
+
+  void add_exact_hessian(const PoolPlacement& place, double factor, const double*, double* H) const override {
+    for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
+      const auto gradient = [&]<int A>(const Row& r, const Jacobians& J) {
+        Row w = r;
+        whiten(i, w);
+        const double d1 = weights_[i].loss(w.squaredNorm()).d1;
+        unwhiten(i, w);
+        return (factor * d1 * std::get<A>(J).transpose() * w).eval();
+      };
+      this->difference_gradient(i, &place.offset[i * kArity], &place.hessian[i * kPairs], gradient, H);
+    }
+  }
+
+ private:
+  struct Weight {
+    Vector<kDim> diagonal;  // 1/σ
+    int full;               // index of W in full_, −1 when it is diagonal
+    Loss loss;
+  };
+
+  template <class M>
+  void whiten(std::size_t i, M& m) const {
+    const Weight& w = weights_[i];
+    if (w.full < 0) {
+      m.array().colwise() *= w.diagonal.array();
+    } else {
+      m = (full_[std::size_t(w.full)] * m).eval();
+    }
+  }
+  void unwhiten(std::size_t i, Row& r) const {  // r = Wᵀ r
+    const Weight& w = weights_[i];
+    r = w.full < 0 ? Row(w.diagonal.cwiseProduct(r)) : Row(full_[std::size_t(w.full)].transpose() * r);
+  }
+
+  template <bool with_hessian>
+  double accumulate_all(const PoolPlacement& place, double* gradient, double* H) const {
+    double total = 0;
+    Row r;
+    Jacobians J;
+    for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
+      const int* offset = &place.offset[i * kArity];
+      this->linearize(i, offset, r, J);
+      whiten(i, r);
+      const Loss::Value loss = weights_[i].loss(r.squaredNorm());
+      total += 0.5 * loss.rho;
+      r *= loss.d1;
+      static_for<kArity>([&]<int A>() {
+        if (offset[A] < 0) return;
+        auto& Ja = std::get<A>(J);
+        whiten(i, Ja);
+        Eigen::Map<Vector<Pool::template State<A>::dof>>(gradient + offset[A]).noalias() += Ja.transpose() * r;
+      });
+      if constexpr (with_hessian) add_products(offset, &place.hessian[i * kPairs], loss.d1, J, H);
+    }
+    return total;
+  }
+
+  /// H += w Jaᵀ Jb for every pair of free states, straight into the solver's matrix.
+  static void add_products(const int* offset, const HessianPlace* place, double weight, const Jacobians& J, double* H) {
+    static_for<kArity>([&]<int A>() {
+      if (offset[A] < 0) return;
+      const auto JaT = (weight * std::get<A>(J).transpose()).eval();
+      static_for<A + 1>([&]<int B>() {
+        if (offset[B] < 0) return;
+        constexpr int a = Pool::template State<A>::dof, b = Pool::template State<B>::dof;
+        const HessianPlace& at = place[A * (A + 1) / 2 + B];
+        using Block = Eigen::Map<Matrix<a, b>, 0, Eigen::OuterStride<>>;
+        using Transposed = Eigen::Map<Matrix<b, a>, 0, Eigen::OuterStride<>>;
+        const Matrix<a, b> product = JaT * std::get<B>(J);
+        if (offset[A] >= offset[B]) Block(H + at.position, Eigen::OuterStride<>(at.stride)) += product;
+        if (A != B && offset[A] <= offset[B])  // both when a block reads one variable twice
+          Transposed(H + at.position, Eigen::OuterStride<>(at.stride)) += product.transpose();
+      });
+    });
+  }
+
+  std::vector<Weight> weights_;
+  std::vector<Matrix<kDim, kDim>> full_;
+};
+
+}  // namespace tandem::detail

@@ -1,0 +1,41 @@
+#pragma once
+
+#include "tandem/residuals/residual.hpp"
+
+namespace tandem {
+
+/// Constant body-frame twist over three consecutive states [units of the group's tangent, e.g. m and rad].
+///
+///   δ1 = T1 ⊖ T0,  δ2 = (dt2/dt1) δ1,  e = T2 ⊖ (T1 ⊕ δ2);   noise: Σ = dt2 Σ̄
+///
+/// On R^n this is constant velocity. Source: Baxter & Teran Espinoza 2025, eqs. 4-8, Jacobians eqs. 29-31.
+template <LieGroup G>
+struct ConstantTwist {
+  static constexpr std::string_view name = "constant twist";
+  static constexpr int dim = G::dof;
+  using States = std::tuple<G, G, G>;
+
+  double dt1, dt2;  ///< t1 − t0 and t2 − t1 [s], both > 0
+
+  template <Over<G> X>
+  void operator()(const X& t0, const X& t1, const X& t2, Rows<dim, X>& r, RowsBy<dim, X>* J0 = nullptr,
+                  RowsBy<dim, X>* J1 = nullptr, RowsBy<dim, X>* J2 = nullptr) const {
+    using S = typename X::Scalar;
+    const S alpha = S(dt2 / dt1);
+    const typename X::Tangent d1 = (t0.inverse() * t1).Log(), d2 = alpha * d1;
+    const X step = X::Exp(d2);
+    r = ((t1 * step).inverse() * t2).Log();
+    if (J0 || J1) {
+      const RowsBy<dim, X> by_predicted = -X::Jl_inverse(r);  // ∂e/∂T̂2
+      const RowsBy<dim, X> by_d1 = alpha * by_predicted * X::Jr(d2);
+      if (J0) J0->noalias() = -by_d1 * X::Jl_inverse(d1);
+      if (J1) {  // T1 acts along two paths: through δ1 and as the base of T̂2
+        J1->noalias() = by_d1 * X::Jr_inverse(d1);
+        J1->noalias() += by_predicted * step.inverse().Ad();
+      }
+    }
+    if (J2) *J2 = X::Jr_inverse(r);
+  }
+};
+
+}  // namespace tandem

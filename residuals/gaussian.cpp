@@ -1,0 +1,62 @@
+#include "tandem/residuals/gaussian.hpp"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <string>
+
+#include "tandem/lie/error.hpp"
+
+namespace tandem {
+namespace {
+
+Eigen::MatrixXd cholesky_factor(const Eigen::MatrixXd& M, const std::string& what) {
+  if (M.rows() != M.cols() || M.rows() == 0)
+    throw Error(what + " is " + std::to_string(M.rows()) + " x " + std::to_string(M.cols()) + ", not square");
+  if (!M.allFinite()) throw Error(what + " has an entry that is not finite");
+  const double scale = M.cwiseAbs().maxCoeff();
+  if ((M - M.transpose()).cwiseAbs().maxCoeff() > 1e-9 * scale) throw Error(what + " is not symmetric");
+  const Eigen::LLT<Eigen::MatrixXd> llt(0.5 * (M + M.transpose()));
+  if (llt.info() != Eigen::Success) throw Error(what + " is not positive definite");
+  return llt.matrixL();
+}
+
+}  // namespace
+
+Gaussian::Gaussian(const Eigen::VectorXd& sigmas) : diagonal_(sigmas.cwiseInverse()) {
+  if (sigmas.size() == 0) throw Error("Gaussian: no sigmas");
+  for (const double s : sigmas)
+    if (!(s > 0) || !std::isfinite(s))
+      throw Error("Gaussian: sigma " + std::to_string(s) + " is not positive and finite");
+}
+
+Gaussian::Gaussian(std::initializer_list<double> sigmas)
+    : Gaussian(Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(sigmas.begin(), Eigen::Index(sigmas.size())))) {}
+
+Gaussian Gaussian::covariance(const Eigen::MatrixXd& sigma) {
+  const Eigen::MatrixXd L = cholesky_factor(sigma, "covariance");
+  Gaussian g;
+  g.full_ = L.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(L.rows(), L.cols()));
+  g.diagonal_ = g.full_.diagonal();
+  return g;
+}
+
+Gaussian Gaussian::information(const Eigen::MatrixXd& lambda) {
+  Gaussian g;
+  g.full_ = cholesky_factor(lambda, "information").transpose();
+  g.diagonal_ = g.full_.diagonal();
+  return g;
+}
+
+Gaussian Gaussian::scaled(double k) const {
+  if (!(k > 0) || !std::isfinite(k)) throw Error("Gaussian: scale " + std::to_string(k) + " is not positive and finite");
+  Gaussian g = *this;
+  g.diagonal_ /= k;
+  g.full_ /= k;
+  return g;
+}
+
+Eigen::MatrixXd Gaussian::sqrt_information() const {
+  return is_diagonal() ? Eigen::MatrixXd(diagonal_.asDiagonal()) : full_;
+}
+
+}  // namespace tandem

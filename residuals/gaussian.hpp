@@ -1,0 +1,35 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <initializer_list>
+
+namespace tandem {
+
+/// Zero-mean Gaussian noise of a residual, kept as a square root W of the information: Wᵀ W = Σ⁻¹, and W r is white.
+/// Every maker throws Error when the matrix is not symmetric positive definite or a sigma not positive and finite.
+class Gaussian {
+ public:
+  /// Independent rows with these standard deviations, in the residual's units.
+  explicit Gaussian(const Eigen::VectorXd& sigmas);
+  Gaussian(std::initializer_list<double> sigmas);
+  static Gaussian covariance(const Eigen::MatrixXd& sigma);
+  static Gaussian information(const Eigen::MatrixXd& lambda);
+
+  /// The same with every standard deviation times k, e.g. √Δt of a random walk.
+  Gaussian scaled(double k) const;
+
+  Eigen::Index dim() const { return diagonal_.size(); }
+  bool is_diagonal() const { return full_.size() == 0; }
+  /// 1/σ of each row; meaningful when is_diagonal().
+  const Eigen::VectorXd& diagonal() const { return diagonal_; }
+  /// W, also when it is diagonal.
+  Eigen::MatrixXd sqrt_information() const;
+
+ private:
+  Gaussian() = default;
+
+  Eigen::VectorXd diagonal_;
+  Eigen::MatrixXd full_;  // empty when diagonal
+};
+
+}  // namespace tandem

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace tandem {
+
+/// Robust loss ρ(s) of the squared whitened norm s = rᵀ Σ⁻¹ r; a residual's cost is ½ ρ(s). Every loss has ρ(0) = 0 and
+/// ρ'(0) = 1; `scale` is in standard deviations (dimensionless). A value, not a class hierarchy: evaluation is a
+/// predictable branch.
+struct Loss {
+  enum class Kind { none, huber, cauchy, geman_mcclure, tukey };
+
+  Kind kind = Kind::none;
+  double scale = 1.0;
+
+  struct Value {
+    double rho, d1, d2;  ///< ρ(s), ρ'(s), ρ''(s)
+  };
+
+  Value operator()(double s) const {
+    const double c2 = scale * scale;
+    switch (kind) {
+      case Kind::none:
+        break;
+      case Kind::huber: {
+        if (s <= c2) break;
+        const double r = std::sqrt(s), d1 = scale / r;
+        return {2.0 * scale * r - c2, d1, -0.5 * d1 / s};
+      }
+      case Kind::cauchy: {
+        const double u = 1.0 / (1.0 + s / c2);
+        return {c2 * std::log1p(s / c2), u, -u * u / c2};
+      }
+      case Kind::geman_mcclure: {
+        const double u = c2 / (c2 + s);
+        return {s * u, u * u, -2.0 * u * u * u / c2};
+      }
+      case Kind::tukey: {
+        const double u = std::max(0.0, 1.0 - s / c2);
+        return {c2 / 3.0 * (1.0 - u * u * u), u * u, -2.0 * u / c2};
+      }
+    }
+    return {s, 1.0, 0.0};
+  }
+};
+
+/// Quadratic up to `scale` standard deviations, linear beyond (Huber 1964).
+inline Loss Huber(double scale) { return {Loss::Kind::huber, scale}; }
+/// Logarithmic; down-weights, never rejects.
+inline Loss Cauchy(double scale) { return {Loss::Kind::cauchy, scale}; }
+/// Bounded by scale², reached slowly (Geman & McClure 1985).
+inline Loss GemanMcClure(double scale) { return {Loss::Kind::geman_mcclure, scale}; }
+/// Bounded by scale²/3; beyond `scale` a residual has no influence at all (Beaton & Tukey 1974).
+inline Loss Tukey(double scale) { return {Loss::Kind::tukey, scale}; }
+
+}  // namespace tandem

@@ -1,0 +1,56 @@
+#pragma once
+
+#include "tandem/residuals/bounds.hpp"
+#include "tandem/residuals/residual.hpp"
+
+namespace tandem {
+
+/// A bound made soft: how far each row of a residual is outside its bounds, zero inside [units of the residual].
+///   problem.minimize(Outside{TwistComponents<SE3, surge>{dt}, between(0.0, 2.5)}, Gaussian{0.05}, x0, x1);
+template <class R>
+struct Outside {
+  static constexpr std::string_view name = R::name;
+  static constexpr int dim = R::dim;
+  using States = typename R::States;
+
+  R residual;
+  Bounds<dim> bounds;
+
+  Outside(const R& f, const Bounds<dim>& b) : residual(f), bounds(b) {}
+
+  /// The arguments of the residual: states, r, and a pointer to a Jacobian for each state, all or none.
+  template <class... Args>
+    requires(sizeof...(Args) == std::tuple_size_v<States> + 1 || sizeof...(Args) == 2 * std::tuple_size_v<States> + 1)
+  void operator()(Args&&... args) const {
+    constexpr std::size_t states = std::tuple_size_v<States>;
+    residual(args...);
+    auto refs = std::tie(args...);
+    auto& r = std::get<states>(refs);
+    for (int i = 0; i < dim; ++i) {
+      const bool below = r[i] < bounds.lower[i], above = r[i] > bounds.upper[i];
+      if (below) {
+        r[i] -= bounds.lower[i];
+      } else if (above) {
+        r[i] -= bounds.upper[i];
+      } else {
+        r[i] *= 0.;
+        clear_row<states + 1>(refs, i);
+      }
+    }
+  }
+
+ private:
+  template <std::size_t First, class Refs>
+  static void clear_row(Refs& refs, int row) {
+    [&]<std::size_t... I>(std::index_sequence<I...>) {
+      ((std::get<First + I>(refs) ? (void)std::get<First + I>(refs)->row(row).setZero() : (void)0), ...);
+    }
+    (std::make_index_sequence<std::tuple_size_v<Refs> - First>{});
+  }
+};
+template <class R>
+Outside(const R&, UniformBounds) -> Outside<R>;
+template <class R, int N>
+Outside(const R&, Bounds<N>) -> Outside<R>;
+
+}  // namespace tandem

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "tandem/lie/sek3.hpp"
+#include "tandem/residuals/residual.hpp"
+
+namespace tandem {
+
+/// The pose of one frame in another [m, rad]:  e = Log(Z⁻¹ (X B)⁻¹ (Y F)).
+/// Odometry from C0 to C1, or a sensor mounted at B on the chaser that sees a marker at F on the target.
+/// Source: Baxter & Teran Espinoza 2025, §III; Jacobians after Solà et al. 2018, eqs. 67-82 (the Log's is kept).
+template <LieGroup G = SE3>
+struct RelativePose {
+  static constexpr std::string_view name = "relative pose";
+  static constexpr int dim = G::dof;
+  using States = std::tuple<G, G>;
+
+  G z;     ///< pose of the frame Y F in the frame X B
+  G B{};   ///< sensor in the body X
+  G F{};   ///< marker in the body Y
+
+  template <Over<G> X>
+  void operator()(const X& x, const X& y, Rows<dim, X>& r, RowsBy<dim, X>* Jx = nullptr,
+                  RowsBy<dim, X>* Jy = nullptr) const {
+    using S = typename X::Scalar;
+    const X from = (B * z).inverse().template cast<S>(), marker = F.template cast<S>();
+    r = (from * x.inverse() * y * marker).Log();
+    if (Jx) Jx->noalias() = -X::Jl_inverse(r) * from.Ad();
+    if (Jy) Jy->noalias() = X::Jr_inverse(r) * marker.inverse().Ad();
+  }
+};
+
+}  // namespace tandem

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cmath>
+
+#include "tandem/lie/error.hpp"
+#include "tandem/lie/sek3.hpp"
+#include "tandem/residuals/residual.hpp"
+
+namespace tandem {
+
+/// Roll and pitch of a body that floats level [rad]: the first two rows of Log(Rᵀ Rz(ψ)), ψ = atan2(R10, R00).
+/// The Jacobian goes through ψ. Undefined at pitch ±90°, where it throws Error.
+/// Source: Baxter & Teran Espinoza 2025, §III (roll-pitch prior).
+template <LieGroup G = SE3>
+struct RollPitch {
+  static constexpr std::string_view name = "roll-pitch";
+  static constexpr int dim = 2;
+  using States = std::tuple<G>;
+
+  template <Over<G> X>
+  void operator()(const X& x, Rows<2, X>& r, RowsBy<2, X>* J = nullptr) const {
+    using S = typename X::Scalar;
+    using Rotation = BasicSO3<S>;
+    using std::atan2;
+    const Rotation& rotation = rotation_of(x);
+    const Matrix<3, 3, S> R = rotation.matrix();
+    const S cos_pitch2 = R(0, 0) * R(0, 0) + R(1, 0) * R(1, 0);
+    if (cos_pitch2 < 1e-16) throw Error("roll-pitch: undefined at a pitch of 90 degrees (heading has no meaning there)");
+    const S psi = atan2(R(1, 0), R(0, 0));
+    const Rotation level = Rotation::Exp(Vector<3, S>(S(0.), S(0.), psi));
+    const Vector<3, S> e = (rotation.inverse() * level).Log();
+    r = e.template head<2>();
+    if (J) {
+      Matrix<3, 3, S> by_rotation = -Rotation::Jl_inverse(e);
+      const Vector<3, S> by_psi = Rotation::Jr_inverse(e).col(2);
+      const Vector<3, S> psi_by_rotation(S(0.), R(2, 1) / cos_pitch2, R(2, 2) / cos_pitch2);
+      by_rotation += by_psi * psi_by_rotation.transpose();
+      J->setZero();
+      J->template rightCols<3>() = by_rotation.template topRows<2>();
+    }
+  }
+
+ private:
+  template <class S>
+  static const BasicSO3<S>& rotation_of(const BasicSO3<S>& R) {
+    return R;
+  }
+  template <int K, class S>
+  static const BasicSO3<S>& rotation_of(const BasicSEK3<K, S>& X) {
+    return X.rotation();
+  }
+};
+
+}  // namespace tandem

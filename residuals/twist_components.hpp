@@ -1,0 +1,64 @@
+#pragma once
+
+#include <array>
+#include <bit>
+
+#include "tandem/lie/se2.hpp"
+#include "tandem/lie/sek3.hpp"
+#include "tandem/residuals/residual.hpp"
+
+namespace tandem {
+
+/// Components of a body twist ξ = [ν; ω]; combine them with |.
+enum class TwistAxes : unsigned { surge = 1, sway = 2, heave = 4, roll_rate = 8, pitch_rate = 16, yaw_rate = 32 };
+constexpr TwistAxes operator|(TwistAxes a, TwistAxes b) {
+  return static_cast<TwistAxes>(static_cast<unsigned>(a) | static_cast<unsigned>(b));
+}
+inline constexpr TwistAxes surge = TwistAxes::surge, sway = TwistAxes::sway, heave = TwistAxes::heave,
+                           roll_rate = TwistAxes::roll_rate, pitch_rate = TwistAxes::pitch_rate,
+                           yaw_rate = TwistAxes::yaw_rate;
+
+/// Chosen components of the mean body twist between two poses [m/s, rad/s]: rows of Log(X0⁻¹ X1)/dt.
+/// `sway | heave` equal to zero is the non-holonomic constraint; surge and yaw rate between bounds are limits.
+/// The axes are part of the type, since they fix the dimension: TwistComponents<SE3, sway | heave>{dt}.
+template <LieGroup G, TwistAxes axes>
+struct TwistComponents {
+  static constexpr std::string_view name = "twist components";
+  static constexpr int dim = std::popcount(static_cast<unsigned>(axes));
+  using States = std::tuple<G, G>;
+
+  double dt;  ///< t1 − t0 [s], > 0
+
+  template <Over<G> X>
+  void operator()(const X& x0, const X& x1, Rows<dim, X>& r, RowsBy<dim, X>* J0 = nullptr,
+                  RowsBy<dim, X>* J1 = nullptr) const {
+    const double per_second = 1.0 / dt;
+    const typename X::Tangent d = (x0.inverse() * x1).Log();
+    for (int i = 0; i < dim; ++i) r[i] = per_second * d[rows[i]];
+    if (J0) {
+      const typename X::Jacobian J = X::Jl_inverse(d);
+      for (int i = 0; i < dim; ++i) J0->row(i) = -per_second * J.row(rows[i]);
+    }
+    if (J1) {
+      const typename X::Jacobian J = X::Jr_inverse(d);
+      for (int i = 0; i < dim; ++i) J1->row(i) = per_second * J.row(rows[i]);
+    }
+  }
+
+ private:
+  /// Rows of the group's tangent that the axes stand for.
+  static constexpr std::array<int, dim> rows = [] {
+    constexpr bool planar = Over<G, BasicSE2<typename G::Scalar>>;
+    constexpr bool spatial = Over<G, BasicSE3<typename G::Scalar>>;
+    static_assert(planar || spatial, "twist components are those of SE2 and SE3");
+    constexpr unsigned all = planar ? 0b100011u : 0b111111u;
+    static_assert((static_cast<unsigned>(axes) & ~all) == 0, "the planar group has surge, sway and yaw rate only");
+    std::array<int, dim> chosen{};
+    int n = 0;
+    for (int axis = 0; axis < 6; ++axis)
+      if (static_cast<unsigned>(axes) >> axis & 1u) chosen[n++] = planar && axis == 5 ? 2 : axis;
+    return chosen;
+  }();
+};
+
+}  // namespace tandem

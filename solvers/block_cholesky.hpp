@@ -1,0 +1,74 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "tandem/problem/program.hpp"
+
+namespace tandem {
+
+/// Sparse Cholesky H = L Lᵀ by blocks of one variable each, on the pattern of a Program's Hessian: symbolic analysis
+/// once, then any number of numeric factorisations without allocation. The order is the variables' own where that
+/// fills in least (a chain that keeps each keyframe's variables together is narrow-banded), else SuiteSparse's AMD.
+///
+/// Why not CHOLMOD: its supernodal kernel is GPL, its simplicial one works entry by entry; dense kernels over the
+/// blocks that the problem has anyway are faster (docs/results.md) and free of both.
+class BlockCholesky {
+ public:
+  explicit BlockCholesky(const SymmetricPattern& pattern);
+
+  /// Factorises H + diag(shift); `shift` may be empty. False when a pivot is not positive: see failed_unknown().
+  bool factorize(const Eigen::VectorXd& values, const Eigen::VectorXd& shift = {});
+  /// x = (L Lᵀ)⁻¹ x.
+  void solve(Eigen::VectorXd& x) const;
+  /// x = Lᵀ⁻¹ x and x = Lᵀ x, up to the permutation of unknowns: maps white coordinates to tangent ones and back.
+  void solve_transposed(Eigen::VectorXd& x) const;
+  void solve_lower(Eigen::VectorXd& x) const;
+
+  /// Unknown at which the last factorisation failed.
+  int failed_unknown() const { return failed_; }
+  /// Entries of L, and multiplications to compute it.
+  double nonzeros() const { return nonzeros_; }
+  double flops() const { return flops_; }
+
+  /// A basis of the directions v with H v ≈ 0, at most `most` of them: pivots below `relative` times the diagonal
+  /// entry they started from. Destroys the factor.
+  std::vector<Eigen::VectorXd> null_space(const Eigen::VectorXd& values, double relative, int most);
+
+ private:
+  struct Copy {  // a block of H into a panel
+    int source, source_stride, target, target_stride, rows, columns;
+    bool transposed;
+  };
+  struct Run {  // consecutive rows of an update: source row in the panel, target entry, number of rows
+    int source_row, target, rows;
+  };
+  struct Update {  // panel of a block column onto that of one of its rows
+    int first_row, columns, target_stride, run_begin, run_end;
+  };
+
+  void order_and_analyze(const SymmetricPattern& pattern);
+  void load(const Eigen::VectorXd& values, const Eigen::VectorXd& shift);
+  bool factor_panel(int k, double relative, std::vector<int>* weak);
+  void update_from(int k);
+  void forward(Eigen::VectorXd& y) const;
+  void backward(Eigen::VectorXd& y) const;
+  void permute(const Eigen::VectorXd& x) const;
+  void unpermute(Eigen::VectorXd& x) const;
+
+  int n_ = 0, blocks_ = 0, failed_ = -1;
+  double nonzeros_ = 0, flops_ = 0;
+  std::vector<int> size_, start_;          // of each block column, in elimination order
+  std::vector<int> row_start_, row_block_;  // block rows of each block column, itself first
+  std::vector<int> panel_rows_;            // height of each panel
+  std::vector<int> panel_;                 // first entry of each panel in values_, column-major
+  std::vector<int> unknown_;               // unknown at each eliminated place
+  std::vector<Copy> copies_;
+  std::vector<int> update_start_;
+  std::vector<Update> updates_;
+  std::vector<Run> runs_;
+  Eigen::VectorXd values_, diagonal_;
+  mutable Eigen::VectorXd work_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,185 @@
+#include "tandem/solvers/gauss_newton.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tandem/solvers/block_cholesky.hpp"
+#include "tandem/solvers/observability.hpp"
+#include "tandem/solvers/session.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kMaxDamping = 1e16;
+/// Below this damping a pivot that the damping alone keeps up stands out from one that the residuals do.
+constexpr double kSmallestDamping = 1e-15;
+
+class LevenbergMarquardt {
+ public:
+  LevenbergMarquardt(Problem& problem, const GaussNewtonOptions& options)
+      : options_(options), session_("gauss-newton", options), program_(problem), cholesky_(program_.hessian_pattern()) {
+    const int n = program_.num_unknowns();
+    gradient_.resize(n);
+    scale_.resize(n);
+    shift_.resize(n);
+    step_.resize(n);
+    hessian_.resize(static_cast<Eigen::Index>(program_.hessian_pattern().row.size()));
+  }
+
+  Summary run() {
+    auto& s = session_.summary;
+    try {
+      s.initial_cost = s.cost = linearize();
+    } catch (const Error& e) {
+      session_.end(Status::failed, std::string("the residuals are undefined at the start: ") + e.what());
+      return s;
+    }
+    if (!std::isfinite(s.cost)) {
+      session_.end(Status::failed, "the cost is not finite at the start, in " + program_.describe_bad_block());
+      return s;
+    }
+    double damping = options_.initial_damping, growth = 4;
+    while (!session_.ended()) {
+      session_.report(s.iterations, s.cost, s.iterations ? step_.norm() : 0.0, 0.0);
+      if (session_.should_stop()) break;
+      if (s.iterations >= options_.max_iterations) {
+        session_.end(Status::max_iterations);
+        break;
+      }
+      if (scaled_gradient() <= options_.gradient_tolerance * std::sqrt(1 + s.cost)) {
+        session_.end(Status::converged, "the gradient vanished");
+        break;
+      }
+      ++s.iterations;
+      const bool accepted = try_step(damping, growth);
+      if (!accepted && damping > kMaxDamping)
+        session_.end(Status::failed, "no step lowers the cost, however short");
+    }
+    program_.reset();
+    if (s.status == Status::converged) {
+      const std::string free = detail::free_directions(program_);
+      if (!free.empty()) {
+        s.status = Status::unconstrained;
+        s.message = free;
+      }
+    }
+    s.seconds = session_.seconds();
+    return s;
+  }
+
+ private:
+  double linearize() {
+    const detail::Session::Timer timer(session_.summary.evaluation_seconds);
+    ++session_.summary.evaluations;
+    const double cost = program_.linearize(gradient_, hessian_);
+    const auto& pattern = program_.hessian_pattern();
+    for (int k = 0; k < pattern.num_blocks(); ++k)
+      for (int u = pattern.first[std::size_t(k)]; u < pattern.first[std::size_t(k) + 1]; ++u)
+        scale_[u] = hessian_[pattern.column_start[std::size_t(u)] + u - pattern.first[std::size_t(k)]];
+    return cost;
+  }
+
+  /// Largest |g| in units in which each unknown has unit curvature.
+  double scaled_gradient() const {
+    double largest = 0;
+    for (Eigen::Index i = 0; i < gradient_.size(); ++i)
+      if (scale_[i] > 0) largest = std::max(largest, std::abs(gradient_[i]) / std::sqrt(scale_[i]));
+    return largest;
+  }
+
+  bool factorize(double damping) {
+    const detail::Session::Timer timer(session_.summary.linear_solver_seconds);
+    // An unknown that no residual curves still gets a pivot, and then no step.
+    shift_ = (damping * scale_).cwiseMax(std::numeric_limits<double>::min());
+    for (Eigen::Index i = 0; i < shift_.size(); ++i)
+      if (!(scale_[i] > 0)) shift_[i] = 1.0;
+    if (!cholesky_.factorize(hessian_, shift_)) return false;
+    step_ = -gradient_;
+    cholesky_.solve(step_);
+    return true;
+  }
+
+  double cost_at_step() {
+    const detail::Session::Timer timer(session_.summary.evaluation_seconds);
+    ++session_.summary.evaluations;
+    try {
+      program_.move_to(step_);
+      return program_.cost();
+    } catch (const Error&) {
+      return kInfinity;  // undefined there: shorten the step
+    }
+  }
+
+  /// One trial step; `damping` and its `growth` follow Nielsen (1999).
+  bool try_step(double& damping, double& growth) {
+    auto& s = session_.summary;
+    const auto refuse = [&] {
+      program_.reset();
+      damping = std::max(damping, 1e-12) * growth;
+      growth *= 2;
+      return false;
+    };
+    if (!factorize(damping)) return refuse();
+    const double predicted = 0.5 * (-gradient_.dot(step_) + step_.cwiseAbs2().dot(shift_));
+    const double trial = cost_at_step();
+    const double noise = 1e-14 * s.cost;  // differences below this are rounding
+    if (predicted <= noise) {
+      if (trial <= s.cost) accept(trial);
+      session_.end(Status::converged, "no step lowers the cost any further");
+      return true;
+    }
+    const double ratio = (s.cost - trial) / predicted;
+    if (!(ratio > 1e-4)) {
+      if (predicted <= options_.cost_tolerance * s.cost && damping <= options_.initial_damping) {
+        session_.end(Status::converged, "the cost changes no more");
+        return true;
+      }
+      return refuse();
+    }
+    const double drop = s.cost - trial;
+    const double before = s.cost;
+    accept(trial);
+    if (drop <= options_.cost_tolerance * before && predicted <= options_.cost_tolerance * before) {
+      session_.end(Status::converged, "the cost changes no more");
+    } else if (step_.cwiseAbs().maxCoeff() <= options_.step_tolerance) {
+      session_.end(Status::converged, "the steps have become too small to matter");
+    } else {
+      linearize();
+    }
+    damping = std::max(kSmallestDamping, damping * std::max(0.1, 1 - std::pow(2 * ratio - 1, 3)));
+    growth = 4;
+    return true;
+  }
+
+  void accept(double cost) {
+    program_.recenter();
+    session_.summary.cost = cost;
+  }
+
+  const GaussNewtonOptions& options_;
+  detail::Session session_;
+  Program program_;
+  BlockCholesky cholesky_;
+  Eigen::VectorXd gradient_, hessian_, scale_, shift_, step_;
+};
+
+}  // namespace
+
+std::string why_unsupported(const Problem& problem, const GaussNewtonOptions&) {
+  if (problem.num_hard_blocks() == 0) return {};
+  return "gauss-newton takes soft residuals only, and this problem has " + std::to_string(problem.num_hard_blocks()) +
+         " hard ones: use ipopt, or nlopt for a small problem";
+}
+
+Summary solve(Problem& problem, const GaussNewtonOptions& options) {
+  if (const std::string why = why_unsupported(problem, options); !why.empty()) {
+    detail::Session session("gauss-newton", options);
+    session.end(Status::unsupported, why);
+    return session.summary;
+  }
+  return LevenbergMarquardt(problem, options).run();
+}
+
+}  // namespace tandem

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "tandem/problem/problem.hpp"
+#include "tandem/solvers/summary.hpp"
+
+namespace tandem {
+
+/// Levenberg–Marquardt on a sparse Cholesky factorisation, for problems without hard constraints.
+struct GaussNewtonOptions : SolverOptions {
+  double cost_tolerance = 1e-10;      ///< relative decrease of the cost below which it has converged
+  double gradient_tolerance = 1e-10;  ///< largest entry of the gradient, each divided by the root of its curvature
+  double step_tolerance = 1e-12;      ///< largest entry of a step [m, rad]
+  double initial_damping = 1e-5;      ///< of the diagonal, at the first iteration
+};
+
+/// Empty, or a sentence that says why this solver cannot take the problem.
+std::string why_unsupported(const Problem& problem, const GaussNewtonOptions& options);
+Summary solve(Problem& problem, const GaussNewtonOptions& options);
+
+}  // namespace tandem

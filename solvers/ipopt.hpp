@@ -1,0 +1,28 @@
+#pragma once
+
+#include <map>
+
+#include "tandem/problem/problem.hpp"
+#include "tandem/solvers/summary.hpp"
+
+namespace tandem {
+
+/// Second derivatives for solvers that use them.
+enum class Hessian {
+  gauss_newton,    ///< JᵀWJ of the soft residuals; hard constraints contribute no curvature
+  exact,           ///< of the Lagrangian, by differences of the closed-form Jacobians
+  limited_memory,  ///< the solver's own quasi-Newton approximation
+};
+
+/// Ipopt's interior-point method, for any mix of soft and hard residuals.
+struct IpoptOptions : SolverOptions {
+  double tolerance = 1e-8;
+  Hessian hessian = Hessian::gauss_newton;
+  std::map<std::string, std::string> options;  ///< passed on by name, e.g. {"mu_strategy", "adaptive"}
+};
+
+/// Throws Error when an option is unknown to Ipopt or its value is not of the option's kind.
+std::string why_unsupported(const Problem& problem, const IpoptOptions& options);
+Summary solve(Problem& problem, const IpoptOptions& options);
+
+}  // namespace tandem

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <vector>
+
+#include "tandem/problem/problem.hpp"
+#include "tandem/solvers/summary.hpp"
+
+namespace tandem {
+
+/// NLopt's local, gradient-based algorithms by name: see nlopt_algorithms().
+struct NloptOptions : SolverOptions {
+  NloptOptions() { max_iterations = 100000; }
+  std::string algorithm = "lbfgs";
+  double cost_tolerance = 1e-10;        ///< relative change of the cost
+  double constraint_tolerance = 1e-8;   ///< of each hard constraint, in its own units
+  bool precondition = true;             ///< solve in the coordinates that whiten the Gauss-Newton Hessian at the start
+};
+
+/// The names NloptOptions::algorithm takes, e.g. "lbfgs", "slsqp", "auglag-lbfgs". Empty in a build without NLopt.
+std::vector<std::string> nlopt_algorithms();
+
+/// Throws Error when the algorithm's name is unknown.
+std::string why_unsupported(const Problem& problem, const NloptOptions& options);
+Summary solve(Problem& problem, const NloptOptions& options);
+
+}  // namespace tandem

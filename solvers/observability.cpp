@@ -1,0 +1,83 @@
+#include "tandem/solvers/observability.hpp"
+
+#include <array>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "tandem/solvers/block_cholesky.hpp"
+
+namespace tandem::detail {
+namespace {
+
+/// Pivots this small against their diagonal are rounding, not information: those of a long chain held at one end stay
+/// above 1e-10.
+constexpr double kRelativePivot = 1e-12;
+constexpr int kDirections = 6;  // enough to tell what is free
+constexpr std::size_t kNamed = 3;
+
+std::string direction(int entry, int dof) {
+  static constexpr std::array<const char*, 6> pose{"x", "y", "z", "rotation about x", "rotation about y", "rotation about z"};
+  static constexpr std::array<const char*, 3> plane_or_point{"x", "y", "z (or heading)"};
+  if (dof == 6) return pose[std::size_t(entry)];
+  if (dof <= 3) return plane_or_point[std::size_t(entry)];
+  return "entry " + std::to_string(entry) + " of its tangent";
+}
+
+}  // namespace
+
+std::string free_directions(Program& program) {
+  Eigen::VectorXd gradient(program.num_unknowns());
+  Eigen::VectorXd hessian(static_cast<Eigen::Index>(program.hessian_pattern().row.size()));
+  try {
+    program.linearize(gradient, hessian);
+  } catch (const Error&) {
+    return {};
+  }
+  const auto& pattern = program.hessian_pattern();
+  if (program.num_rows() > 0) {  // a hard row informs like a soft one of unit sigma
+    Eigen::VectorXd values(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
+    program.constraint_jacobian(values);
+    const auto& jacobian = program.jacobian_pattern();
+    std::map<int, std::vector<std::size_t>> rows;
+    for (std::size_t k = 0; k < jacobian.row.size(); ++k) rows[jacobian.row[k]].push_back(k);
+    for (const auto& [row, entries] : rows)
+      for (const std::size_t a : entries)
+        for (const std::size_t b : entries) {
+          const int i = jacobian.column[a], j = jacobian.column[b];
+          if (i < j) continue;
+          const auto begin = pattern.row.begin() + pattern.column_start[std::size_t(j)];
+          const auto end = pattern.row.begin() + pattern.column_start[std::size_t(j) + 1];
+          const auto at = std::lower_bound(begin, end, i) - pattern.row.begin();
+          hessian[at] += values[Eigen::Index(a)] * values[Eigen::Index(b)];
+        }
+  }
+  BlockCholesky cholesky(pattern);
+  const auto basis = cholesky.null_space(hessian, kRelativePivot, kDirections);
+  if (basis.empty()) return {};
+
+  std::vector<std::string> order;
+  std::map<std::string, std::map<int, std::string>> free;  // variable -> entry -> direction
+  for (const auto& v : basis) {
+    const double largest = v.cwiseAbs().maxCoeff();
+    for (Eigen::Index i = 0; i < v.size(); ++i) {
+      if (std::abs(v[i]) < 0.3 * largest) continue;
+      const auto u = program.describe_unknown(static_cast<int>(i));
+      if (!free.contains(u.variable)) order.push_back(u.variable);
+      free[u.variable][u.entry] = direction(u.entry, u.dof);
+    }
+  }
+  std::string text = "the problem leaves free: ";
+  for (std::size_t k = 0; k < std::min(order.size(), kNamed); ++k) {
+    text += (k ? "; " : "") + order[k] + " in ";
+    bool first = true;
+    for (const auto& [entry, name] : free[order[k]]) {
+      text += (first ? "" : ", ") + name;
+      first = false;
+    }
+  }
+  if (order.size() > kNamed) text += "; and " + std::to_string(order.size() - kNamed) + " more variables";
+  return text + " (add a residual that observes them, or fix them)";
+}
+
+}  // namespace tandem::detail

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <limits>
+#include <string>
+#include <string_view>
+
+namespace tandem {
+
+enum class Status {
+  converged,       ///< a local minimum to the tolerances asked for
+  max_iterations,  ///< stopped at the limit of iterations or evaluations
+  time_limit,      ///< stopped at the limit of time
+  interrupted,     ///< stopped by the caller
+  infeasible,      ///< the hard constraints cannot be met together, as far as the solver can tell
+  unconstrained,   ///< the problem leaves a direction of some variable free; the message names it
+  unsupported,     ///< the solver cannot take this problem; the message says why
+  failed,          ///< the numerics gave out; the message says where
+};
+
+/// "converged", "max-iterations", …
+std::string_view name(Status status);
+/// One sentence for a person.
+std::string_view sentence(Status status);
+
+/// What a solve did. The problem's variables hold the best point found, whatever the status.
+struct Summary {
+  std::string solver;
+  Status status = Status::failed;
+  std::string message;  ///< one sentence: why it stopped
+  double initial_cost = 0, cost = 0;
+  double max_violation = 0;  ///< of the hard constraints, in their own units
+  std::string worst_constraint;  ///< residual and variables of the most violated hard constraint; empty when all hold
+  int iterations = 0, evaluations = 0;  ///< evaluations of the cost
+  double seconds = 0, evaluation_seconds = 0, linear_solver_seconds = 0;
+
+  bool converged() const { return status == Status::converged; }
+};
+
+/// One iteration, as reported while solving.
+struct Progress {
+  int iteration;
+  double cost;
+  double step;       ///< norm of the last step in the tangent space; NaN where the library does not tell
+  double violation;  ///< largest violation of a hard constraint
+  double seconds;
+};
+
+/// What every solver understands.
+struct SolverOptions {
+  int max_iterations = 1000;
+  double time_limit = std::numeric_limits<double>::infinity();  ///< s
+  const std::atomic<bool>* stop = nullptr;                      ///< set it from anywhere to end at the best point
+  std::function<void(const Progress&)> progress;                ///< called once an iteration
+};
+
+}  // namespace tandem
