@@ -6,6 +6,7 @@
 
 #include "tandem/solvers/block_cholesky.hpp"
 #include "tandem/solvers/observability.hpp"
+#include "tandem/solvers/secant.hpp"
 #include "tandem/solvers/session.hpp"
 
 namespace tandem {
@@ -13,15 +14,17 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kMaxDamping = 1e16;
-/// Below this damping a pivot that the damping alone keeps up stands out from one that the residuals do.
 constexpr double kSmallestDamping = 1e-15;
+constexpr double kSecantBelow = 1e-2;  // relative drop of the cost in one step
 
 class LevenbergMarquardt {
  public:
   LevenbergMarquardt(Problem& problem, const GaussNewtonOptions& options)
-      : options_(options), session_("gauss-newton", options), program_(problem), cholesky_(program_.hessian_pattern()) {
+      : options_(options), session_("gauss-newton", options), program_(problem), cholesky_(program_.hessian_pattern()),
+        secant_(program_.num_unknowns(), options.secant_pairs) {
     const int n = program_.num_unknowns();
     gradient_.resize(n);
+    last_gradient_.resize(n);
     scale_.resize(n);
     shift_.resize(n);
     step_.resize(n);
@@ -97,7 +100,7 @@ class LevenbergMarquardt {
       if (!(scale_[i] > 0)) shift_[i] = 1.0;
     if (!cholesky_.factorize(hessian_, shift_)) return false;
     step_ = -gradient_;
-    cholesky_.solve(step_);
+    secant_.apply(step_, [&](Eigen::VectorXd& d) { cholesky_.solve(d); });
     return true;
   }
 
@@ -122,7 +125,7 @@ class LevenbergMarquardt {
       return false;
     };
     if (!factorize(damping)) return refuse();
-    const double predicted = 0.5 * (-gradient_.dot(step_) + step_.cwiseAbs2().dot(shift_));
+    const double predicted = -0.5 * gradient_.dot(step_);  // of the model that the step minimises
     const double trial = cost_at_step();
     const double noise = 1e-14 * s.cost;  // differences below this are rounding
     if (predicted <= noise) {
@@ -146,7 +149,10 @@ class LevenbergMarquardt {
     } else if (step_.cwiseAbs().maxCoeff() <= options_.step_tolerance) {
       session_.end(Status::converged, "the steps have become too small to matter");
     } else {
+      last_gradient_.swap(gradient_);
       linearize();
+      // Far away, where the cost still falls fast, the curvature of one place says little about the next.
+      if (drop <= kSecantBelow * before) secant_.add(step_, last_gradient_, gradient_);
     }
     damping = std::max(kSmallestDamping, damping * std::max(0.1, 1 - std::pow(2 * ratio - 1, 3)));
     growth = 4;
@@ -162,7 +168,8 @@ class LevenbergMarquardt {
   detail::Session session_;
   Program program_;
   BlockCholesky cholesky_;
-  Eigen::VectorXd gradient_, hessian_, scale_, shift_, step_;
+  detail::SecantPairs secant_;
+  Eigen::VectorXd gradient_, last_gradient_, hessian_, scale_, shift_, step_;
 };
 
 }  // namespace
