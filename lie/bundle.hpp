@@ -104,6 +104,14 @@ class Bundle {
   static Jacobian Jr_inverse(const Tangent& v) {
     return blocks<Jacobian, Dof>([&]<int I>() { return Part<I>::Jr_inverse(tangent<I>(v)); });
   }
+  static Scalar angle(const Tangent& v) {
+    Scalar largest(0.);
+    each([&]<int I>() {
+      const Scalar a = Part<I>::angle(tangent<I>(v));
+      if (a > largest) largest = a;
+    });
+    return largest;
+  }
   static AlgebraMatrix hat(const Tangent& v) {
     return blocks<AlgebraMatrix, MatrixSize>([&]<int I>() { return Part<I>::hat(tangent<I>(v)); });
   }

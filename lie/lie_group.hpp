@@ -31,6 +31,7 @@ concept LieGroup = requires(const G& x, const typename G::Tangent& v, const type
   { G::Jr(v) } -> std::same_as<typename G::Jacobian>;
   { G::Jl_inverse(v) } -> std::same_as<typename G::Jacobian>;
   { G::Jr_inverse(v) } -> std::same_as<typename G::Jacobian>;
+  { G::angle(v) } -> std::same_as<typename G::Scalar>;
   { G::hat(v) } -> std::same_as<typename G::AlgebraMatrix>;
   { G::vee(m) } -> std::same_as<typename G::Tangent>;
   { x.matrix() } -> std::same_as<typename G::AlgebraMatrix>;

@@ -41,6 +41,7 @@ class BasicRn {
   static Jacobian Jl_inverse(const Tangent&) { return Jacobian::Identity(); }
   static Jacobian Jr_inverse(const Tangent&) { return Jacobian::Identity(); }
 
+  static S angle(const Tangent&) { return S(0.); }
   static AlgebraMatrix hat(const Tangent& v) {
     AlgebraMatrix M = AlgebraMatrix::Zero();
     M.template topRightCorner<N, 1>() = v;

@@ -78,6 +78,7 @@ class BasicSE2 {
   }
   static Jacobian Jr_inverse(const Tangent& v) { return Jl_inverse(-v); }
 
+  static S angle(const Tangent& v) { return v[2] < 0. ? S(-v[2]) : v[2]; }
   static AlgebraMatrix hat(const Tangent& v) {
     AlgebraMatrix M = AlgebraMatrix::Zero();
     M.template topLeftCorner<2, 2>() = Rotation::hat(v.template tail<1>());

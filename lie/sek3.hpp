@@ -96,6 +96,7 @@ class BasicSEK3 {
   }
   static Jacobian Jr_inverse(const Tangent& v) { return Jl_inverse(-v); }
 
+  static S angle(const Tangent& v) { return v.template tail<3>().norm(); }
   static AlgebraMatrix hat(const Tangent& v) {
     AlgebraMatrix M = AlgebraMatrix::Zero();
     M.template topLeftCorner<3, 3>() = skew(v.template tail<3>());

@@ -48,6 +48,7 @@ class BasicSO2 {
   static Jacobian Jl_inverse(const Tangent&) { return Jacobian::Identity(); }
   static Jacobian Jr_inverse(const Tangent&) { return Jacobian::Identity(); }
 
+  static S angle(const Tangent& v) { return v[0] < 0. ? S(-v[0]) : v[0]; }
   static AlgebraMatrix hat(const Tangent& v) { return (AlgebraMatrix() << S(0.), -v[0], v[0], S(0.)).finished(); }
   static Tangent vee(const AlgebraMatrix& m) { return Tangent(m(1, 0)); }
 

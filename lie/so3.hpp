@@ -101,6 +101,7 @@ class BasicSO3 {
   }
   static Jacobian Jr_inverse(const Tangent& v) { return Jl_inverse(-v); }
 
+  static S angle(const Tangent& v) { return v.norm(); }
   static AlgebraMatrix hat(const Tangent& v) { return skew(v); }
   static Tangent vee(const AlgebraMatrix& m) { return {m(2, 1), m(0, 2), m(1, 0)}; }
 

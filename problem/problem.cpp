@@ -34,6 +34,19 @@ int Problem::num_hard_blocks() const {
   return n;
 }
 
+Problem::Size Problem::size() const {
+  Size size{0, 0, 0};
+  for (const auto& v : variables_) size.unknowns += v.fixed ? 0 : v.dof;
+  for (const auto& pool : pools_) {
+    if (!pool.hard) continue;
+    const auto rows = std::size_t(pool.hard->size() * pool.hard->dim());
+    std::vector<double> lower(rows), upper(rows);
+    pool.hard->bounds(lower.data(), upper.data());
+    for (std::size_t i = 0; i < rows; ++i) ++(lower[i] == upper[i] ? size.equalities : size.inequalities);
+  }
+  return size;
+}
+
 std::string Problem::mismatch(std::string_view name, int rows, int noise) {
   return std::string(name) + ": the residual has " + std::to_string(rows) + " rows, its noise " + std::to_string(noise);
 }

@@ -100,6 +100,11 @@ class Problem {
   }
   int num_soft_blocks() const;
   int num_hard_blocks() const;
+  /// Tangent dimensions of the free variables; hard rows with equal bounds, and all others.
+  struct Size {
+    int unknowns, equalities, inequalities;
+  };
+  Size size() const;
 
  private:
   friend class Program;

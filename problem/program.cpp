@@ -136,6 +136,12 @@ void Program::reset() {
   moved_ = false;
 }
 
+double Program::largest_angle() const {
+  double largest = 0;
+  for (const auto& [type, store] : problem_.stores_) largest = std::max(largest, store->largest_angle());
+  return largest;
+}
+
 void Program::chart_if_moved() {
   if (!moved_) return;
   for (auto& [type, store] : problem_.stores_) store->chart_point();

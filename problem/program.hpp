@@ -47,6 +47,9 @@ class Program {
   void recenter();
   /// The point becomes X̄.
   void reset();
+  /// The largest angle between X̄ and the point [rad]. Above some 1 rad, solvers that move δ far recenter and restart,
+  /// so that no chart is left.
+  double largest_angle() const;
 
   /// All at the point, with respect to δ.
   double cost();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "tandem/lie/lie_group.hpp"
@@ -19,6 +20,8 @@ class StateStoreBase {
   virtual void recenter() = 0;
   /// point = value.
   virtual void reset() = 0;
+  /// The largest angle that a variable turns between value and point [rad].
+  virtual double largest_angle() const = 0;
 };
 
 template <LieGroup G>
@@ -60,6 +63,11 @@ class StateStore final : public StateStoreBase {
     point = value;
     for (auto& d : delta) d.setZero();
     charted = false;
+  }
+  double largest_angle() const override {
+    double largest = 0;
+    for (const auto& d : delta) largest = std::max(largest, G::angle(d));
+    return largest;
   }
 };
 

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "tandem/solvers/block_cholesky.hpp"
-#include "tandem/solvers/observability.hpp"
 #include "tandem/solvers/secant.hpp"
 #include "tandem/solvers/session.hpp"
 
@@ -60,15 +59,7 @@ class LevenbergMarquardt {
       if (!accepted && damping > kMaxDamping)
         session_.end(Status::failed, "no step lowers the cost, however short");
     }
-    program_.reset();
-    if (s.status == Status::converged) {
-      const std::string free = detail::free_directions(program_);
-      if (!free.empty()) {
-        s.status = Status::unconstrained;
-        s.message = free;
-      }
-    }
-    s.seconds = session_.seconds();
+    session_.conclude(program_, 0.0);
     return s;
   }
 
@@ -122,6 +113,7 @@ class LevenbergMarquardt {
       program_.reset();
       damping = std::max(damping, 1e-12) * growth;
       growth *= 2;
+      secant_.clear();
       return false;
     };
     if (!factorize(damping)) return refuse();

@@ -1,5 +1,9 @@
 #include "tandem/solvers/session.hpp"
 
+#include <limits>
+
+#include "tandem/solvers/observability.hpp"
+
 namespace tandem::detail {
 
 Session::Session(std::string solver, const SolverOptions& options) : options_(options) {
@@ -31,6 +35,32 @@ void Session::end(Status status, std::string message) {
   ended_ = true;
   summary.status = status;
   summary.message = message.empty() ? std::string(sentence(status)) : std::move(message);
+  summary.seconds = seconds();
+}
+
+void Session::conclude(Program& program, double feasible) {
+  program.reset();
+  try {
+    summary.cost = program.cost();
+    Eigen::VectorXd c(program.num_rows());
+    program.constraints(c);
+    const Program::Violation worst = program.violation(c);
+    summary.max_violation = worst.size;
+    if (worst.row >= 0 && worst.size > feasible) summary.worst_constraint = program.describe_row(worst.row);
+  } catch (const Error& e) {
+    summary.cost = summary.max_violation = std::numeric_limits<double>::quiet_NaN();
+    end(Status::failed, e.what());
+  }
+  if (summary.status == Status::converged && !summary.worst_constraint.empty()) {
+    summary.status = Status::infeasible;
+    summary.message = "the hard constraints are not met, worst " + summary.worst_constraint;
+  }
+  if (summary.status == Status::converged) {
+    if (const std::string free = free_directions(program); !free.empty()) {
+      summary.status = Status::unconstrained;
+      summary.message = free;
+    }
+  }
   summary.seconds = seconds();
 }
 

@@ -7,6 +7,9 @@
 
 namespace tandem::detail {
 
+/// Hard constraints hold when no row is outside its bounds by more than this, in the row's own units.
+inline constexpr double kConstraintTolerance = 1e-8;
+
 /// What every solver does around its iterations: it keeps the time, asks whether to stop, reports, and ends a solve.
 class Session {
  public:
@@ -20,6 +23,9 @@ class Session {
   /// Sets status and message; an empty message is the status's own sentence. The first to call wins.
   void end(Status status, std::string message = {});
   bool ended() const { return ended_; }
+  /// Measures the solution, X̄ of the program: cost, violation of the hard constraints, and whether a solve that
+  /// converged left a variable free or a constraint violated by more than `feasible`. The last thing a solver does.
+  void conclude(Program& program, double feasible);
 
   /// Adds the time until it goes out of scope to a figure of the summary.
   class Timer {

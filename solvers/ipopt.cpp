@@ -1,0 +1,147 @@
+#include "tandem/solvers/ipopt.hpp"
+
+#include <IpIpoptApplication.hpp>
+#include <IpRegOptions.hpp>
+#include <cstdlib>
+#include <dlfcn.h>
+#include <mutex>
+
+#include "tandem/lie/error.hpp"
+#include "tandem/solvers/ipopt_nlp.hpp"
+#include "tandem/solvers/near_names.hpp"
+
+namespace tandem {
+namespace {
+
+using Application = Ipopt::SmartPtr<Ipopt::IpoptApplication>;
+
+/// MUMPS, Ipopt's linear solver, keeps global state: two solves at once in one process corrupt it.
+std::mutex& mumps_mutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+/// Ipopt ends the process when it cannot load the library of a linear solver, so ask first.
+void check_linear_solver(const std::string& name) {
+  const char* library = name.starts_with("ma") ? "libhsl.so" : name.starts_with("pardiso") ? "libpardiso.so" : nullptr;
+  if (name == "wsmp") throw Error("ipopt option linear_solver: wsmp is not part of this build of Ipopt; use mumps");
+  if (!library) return;
+  if (void* handle = dlopen(library, RTLD_LAZY)) {
+    dlclose(handle);
+  } else {
+    throw Error("ipopt option linear_solver: " + name + " needs " + library + ", which is not installed; use mumps");
+  }
+}
+
+void set_option(Ipopt::IpoptApplication& app, const std::string& key, const std::string& value) {
+  const auto option = app.RegOptions()->GetOption(key);
+  if (!Ipopt::IsValid(option)) {
+    std::vector<std::string> known;
+    for (const auto& [name, registered] : app.RegOptions()->RegisteredOptionsList()) known.push_back(name);
+    throw Error("ipopt has no option '" + key + "'" + did_you_mean(key, known));
+  }
+  if (key == "linear_solver") check_linear_solver(value);
+  char* end = nullptr;
+  bool taken = false;
+  switch (option->Type()) {
+    case Ipopt::OT_Number: {
+      const double number = std::strtod(value.c_str(), &end);
+      taken = !value.empty() && *end == '\0' && option->IsValidNumberSetting(number) &&
+              app.Options()->SetNumericValue(key, number);
+      break;
+    }
+    case Ipopt::OT_Integer: {
+      const long number = std::strtol(value.c_str(), &end, 10);
+      taken = !value.empty() && *end == '\0' && option->IsValidIntegerSetting(static_cast<int>(number)) &&
+              app.Options()->SetIntegerValue(key, static_cast<int>(number));
+      break;
+    }
+    default:
+      taken = option->IsValidStringSetting(value) && app.Options()->SetStringValue(key, value);
+  }
+  if (!taken) throw Error("ipopt option " + key + ": '" + value + "' is not a value it takes");
+}
+
+Application make_application(const IpoptOptions& options) {
+  Application app = new Ipopt::IpoptApplication(/*create_console_out=*/true, /*create_empty=*/false);
+  app->RethrowNonIpoptException(false);
+  const auto set = [&](const char* key, const char* value) { app->Options()->SetStringValue(key, value); };
+  set("sb", "yes");
+  app->Options()->SetIntegerValue("print_level", 0);
+  app->Options()->SetNumericValue("tol", options.tolerance);
+  app->Options()->SetNumericValue("constr_viol_tol", detail::kConstraintTolerance);
+  app->Options()->SetNumericValue("acceptable_constr_viol_tol", detail::kConstraintTolerance);
+  app->Options()->SetIntegerValue("max_iter", options.max_iterations);
+  if (options.hessian == Hessian::limited_memory) set("hessian_approximation", "limited-memory");
+  for (const auto& [key, value] : options.options) set_option(*app, key, value);
+  return app;
+}
+
+void warm_start(Ipopt::IpoptApplication& app, double barrier) {
+  app.Options()->SetStringValue("warm_start_init_point", "yes");
+  for (const char* push : {"warm_start_bound_push", "warm_start_bound_frac", "warm_start_slack_bound_push",
+                           "warm_start_slack_bound_frac", "warm_start_mult_bound_push"})
+    app.Options()->SetNumericValue(push, 1e-9);
+  app.Options()->SetNumericValue("mu_init", std::max(barrier, 1e-9));
+}
+
+void end(detail::Session& session, Ipopt::ApplicationReturnStatus status) {
+  switch (status) {
+    case Ipopt::Solve_Succeeded: return session.end(Status::converged);
+    case Ipopt::Solved_To_Acceptable_Level:
+      return session.end(Status::converged, "a local minimum was found to Ipopt's acceptable level");
+    case Ipopt::Infeasible_Problem_Detected: return session.end(Status::infeasible);
+    case Ipopt::Maximum_Iterations_Exceeded: return session.end(Status::max_iterations);
+    case Ipopt::Maximum_CpuTime_Exceeded: return session.end(Status::time_limit);
+    case Ipopt::User_Requested_Stop: return session.end(Status::interrupted);
+    case Ipopt::Search_Direction_Becomes_Too_Small:
+      return session.end(Status::failed, "Ipopt's steps became too small before its tolerance was met");
+    case Ipopt::Restoration_Failed:
+      return session.end(Status::failed, "Ipopt's restoration phase found no point that violates the constraints less");
+    case Ipopt::Diverging_Iterates: return session.end(Status::failed, "the iterates diverge");
+    case Ipopt::Invalid_Number_Detected:
+      return session.end(Status::failed, "a residual or Jacobian is undefined or not finite where Ipopt must evaluate it");
+    case Ipopt::Not_Enough_Degrees_Of_Freedom:
+      return session.end(Status::infeasible, "there are more equality constraints than unknowns");
+    default: return session.end(Status::failed, "Ipopt ended with its status " + std::to_string(status));
+  }
+}
+
+}  // namespace
+
+std::string why_unsupported(const Problem&, const IpoptOptions& options) {
+  make_application(options);
+  return {};
+}
+
+Summary solve(Problem& problem, const IpoptOptions& options) {
+  const Application app = make_application(options);
+  detail::Session session("ipopt", options);
+  Program program(problem);
+  try {
+    session.summary.initial_cost = program.cost();
+  } catch (const Error& e) {
+    session.end(Status::failed, std::string("the residuals are undefined at the start: ") + e.what());
+    return session.summary;
+  }
+  const Ipopt::SmartPtr<detail::IpoptNlp> nlp = new detail::IpoptNlp(program, session, options);
+  const std::lock_guard lock(mumps_mutex());
+  for (bool warm = false; !session.ended(); warm = true) {
+    nlp->start(warm);
+    if (warm) warm_start(*app, nlp->barrier());
+    const int left = options.max_iterations - session.summary.iterations;
+    app->Options()->SetIntegerValue("max_iter", std::max(left, 0));
+    auto status = app->Initialize("");
+    if (status == Ipopt::Solve_Succeeded) status = app->OptimizeTNLP(Ipopt::SmartPtr<Ipopt::TNLP>(Ipopt::GetRawPtr(nlp)));
+    const bool again = nlp->wants_recentering() && status == Ipopt::User_Requested_Stop && left > 0;
+    program.move_to(again ? nlp->current() : nlp->best());
+    program.recenter();
+    if (nlp->error()) std::rethrow_exception(nlp->error());
+    if (!again) end(session, status);
+  }
+  session.conclude(program, 10 * detail::kConstraintTolerance);
+  session.summary.linear_solver_seconds = session.summary.seconds - session.summary.evaluation_seconds;
+  return session.summary;
+}
+
+}  // namespace tandem

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <IpTNLP.hpp>
+#include <exception>
+
+#include "tandem/problem/program.hpp"
+#include "tandem/solvers/ipopt.hpp"
+#include "tandem/solvers/session.hpp"
+
+namespace tandem::detail {
+
+/// A Program as Ipopt's TNLP: the unknowns are δ, started at 0. Work is cached per point. Nothing is thrown through
+/// Ipopt: `error()` holds what was.
+class IpoptNlp final : public Ipopt::TNLP {
+ public:
+  IpoptNlp(Program& program, Session& session, const IpoptOptions& options);
+
+  /// Before a run from the program's X̄; `warm` keeps the multipliers of the last.
+  void start(bool warm);
+  /// The feasible iterate of least cost since the start; while there is none, that of least violation.
+  const Eigen::VectorXd& best() const { return best_; }
+  /// The run was stopped because its iterate has gone too far for the chart: go on from there.
+  bool wants_recentering() const { return recenter_; }
+  const Eigen::VectorXd& current() const { return current_; }
+  double barrier() const { return barrier_; }
+  std::exception_ptr error() const { return error_; }
+
+ private:
+  using Index = Ipopt::Index;
+  using Number = Ipopt::Number;
+
+  bool get_nlp_info(Index& n, Index& m, Index& nnz_jac, Index& nnz_hess, IndexStyleEnum& style) override;
+  bool get_bounds_info(Index n, Number* lower, Number* upper, Index m, Number* c_lower, Number* c_upper) override;
+  bool get_starting_point(Index n, bool init_x, Number* x, bool init_z, Number* z_lower, Number* z_upper, Index m,
+                          bool init_lambda, Number* lambda) override;
+  bool eval_f(Index n, const Number* x, bool new_x, Number& value) override;
+  bool eval_grad_f(Index n, const Number* x, bool new_x, Number* gradient) override;
+  bool eval_g(Index n, const Number* x, bool new_x, Index m, Number* g) override;
+  bool eval_jac_g(Index n, const Number* x, bool new_x, Index m, Index nnz, Index* row, Index* column,
+                  Number* values) override;
+  bool eval_h(Index n, const Number* x, bool new_x, Number factor, Index m, const Number* lambda, bool new_lambda,
+              Index nnz, Index* row, Index* column, Number* values) override;
+  void finalize_solution(Ipopt::SolverReturn status, Index n, const Number* x, const Number* z_lower,
+                         const Number* z_upper, Index m, const Number* g, const Number* lambda, Number value,
+                         const Ipopt::IpoptData* data, Ipopt::IpoptCalculatedQuantities* quantities) override;
+  bool intermediate_callback(Ipopt::AlgorithmMode mode, Index iteration, Number value, Number primal, Number dual,
+                             Number mu, Number step, Number regularization, Number alpha_dual, Number alpha_primal,
+                             Index trials, const Ipopt::IpoptData* data,
+                             Ipopt::IpoptCalculatedQuantities* quantities) override;
+
+  template <class F>
+  bool evaluate(const Number* x, bool new_x, F f);
+  void need_cost();
+  void need_derivatives();
+  void need_constraints();
+  void consider_best(const Eigen::VectorXd& x);
+
+  Program& program_;
+  Session& session_;
+  const IpoptOptions& options_;
+  std::vector<Eigen::Index> lower_triangle_;  // of the pattern's values, those on and below the diagonal
+  Eigen::VectorXd x_, current_, best_, gradient_, hessian_, exact_, multipliers_, constraints_, jacobian_, lambda_;
+  double cost_ = 0, best_cost_ = 0, best_violation_ = 0, barrier_ = 0;
+  bool has_cost_ = false, has_derivatives_ = false, has_constraints_ = false, recenter_ = false, warm_ = false;
+  int first_iteration_ = 0;
+  std::exception_ptr error_;
+};
+
+}  // namespace tandem::detail

@@ -1,0 +1,310 @@
+#include "tandem/solvers/nlopt.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <nlopt.hpp>
+#include <optional>
+
+#include "tandem/lie/error.hpp"
+#include "tandem/solvers/block_cholesky.hpp"
+#include "tandem/solvers/near_names.hpp"
+#include "tandem/solvers/session.hpp"
+
+namespace tandem {
+namespace {
+
+struct Algorithm {
+  const char* name;
+  nlopt::algorithm method;
+  std::optional<nlopt::algorithm> inner;  // of AUGLAG
+  bool equalities, inequalities, dense;   // what it takes; whether it keeps a dense matrix of all unknowns
+};
+const std::array kAlgorithms{
+    Algorithm{"lbfgs", nlopt::LD_LBFGS, {}, false, false, false},
+    Algorithm{"tnewton", nlopt::LD_TNEWTON, {}, false, false, false},
+    Algorithm{"tnewton-restart", nlopt::LD_TNEWTON_RESTART, {}, false, false, false},
+    Algorithm{"tnewton-precond", nlopt::LD_TNEWTON_PRECOND, {}, false, false, false},
+    Algorithm{"tnewton-precond-restart", nlopt::LD_TNEWTON_PRECOND_RESTART, {}, false, false, false},
+    Algorithm{"var1", nlopt::LD_VAR1, {}, false, false, false},
+    Algorithm{"var2", nlopt::LD_VAR2, {}, false, false, false},
+    Algorithm{"mma", nlopt::LD_MMA, {}, false, true, false},
+    Algorithm{"ccsaq", nlopt::LD_CCSAQ, {}, false, true, false},
+    Algorithm{"slsqp", nlopt::LD_SLSQP, {}, true, true, true},
+    Algorithm{"auglag-lbfgs", nlopt::AUGLAG, nlopt::LD_LBFGS, true, true, false},
+    Algorithm{"auglag-tnewton", nlopt::AUGLAG, nlopt::LD_TNEWTON_PRECOND_RESTART, true, true, false},
+};
+
+constexpr int kMostDenseUnknowns = 300;       // SLSQP: 4 ms an evaluation at 200, 219 ms at 800
+constexpr double kMostConstraintEntries = 2e7;  // NLopt wants constraint gradients as one dense matrix
+constexpr double kRecenterAngle = 1.0;        // rad
+constexpr double kPreconditionerDamping = 1e-9;
+
+const Algorithm& find_algorithm(const std::string& name) {
+  const auto it = std::find_if(kAlgorithms.begin(), kAlgorithms.end(), [&](const auto& a) { return a.name == name; });
+  if (it == kAlgorithms.end())
+    throw Error("nlopt has no algorithm '" + name + "'" + did_you_mean(name, nlopt_algorithms()));
+  return *it;
+}
+
+/// The Program as NLopt's functions, in coordinates z with δ = P z, where P is L⁻ᵀ of the Gauss-Newton Hessian at X̄
+/// or the identity. Nothing is thrown through NLopt: what was is in `error`.
+class NloptRun {
+ public:
+  NloptRun(Program& program, detail::Session& session, const NloptOptions& options)
+      : program_(program), session_(session), options_(options) {
+    const int n = program.num_unknowns();
+    for (Eigen::VectorXd* v : {&z_, &delta_, &gradient_, &best_, &row_}) v->setZero(n);
+    constraints_.setZero(program.num_rows());
+    jacobian_.setZero(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
+    const auto& lower = program.lower();
+    const auto& upper = program.upper();
+    for (int i = 0; i < program.num_rows(); ++i) {
+      if (lower[i] == upper[i]) {
+        equalities_.push_back({i, 1.0, lower[i]});
+      } else {
+        if (std::isfinite(upper[i])) inequalities_.push_back({i, 1.0, upper[i]});
+        if (std::isfinite(lower[i])) inequalities_.push_back({i, -1.0, -lower[i]});
+      }
+    }
+    entries_of_row_.resize(std::size_t(program.num_rows()));
+    for (std::size_t k = 0; k < program.jacobian_pattern().row.size(); ++k)
+      entries_of_row_[std::size_t(program.jacobian_pattern().row[k])].push_back(k);
+    if (options.precondition) {
+      hessian_.setZero(static_cast<Eigen::Index>(program.hessian_pattern().row.size()));
+      cholesky_.emplace(program.hessian_pattern());
+    }
+  }
+
+  /// One run from X̄; true when it must go on from a new centre.
+  bool run(const Algorithm& algorithm) {
+    recenter_ = false;
+    best_.setZero();
+    best_cost_ = best_violation_ = std::numeric_limits<double>::infinity();
+    z_.setConstant(std::numeric_limits<double>::quiet_NaN());  // no point is cached
+    program_.reset();
+    if (cholesky_) set_preconditioner();
+
+    const auto n = static_cast<unsigned>(program_.num_unknowns());
+    nlopt::opt opt(algorithm.method, n);
+    if (algorithm.inner) {
+      nlopt::opt inner(*algorithm.inner, n);
+      inner.set_ftol_rel(options_.cost_tolerance);
+      opt.set_local_optimizer(inner);
+    }
+    opt_ = &opt;
+    opt.set_ftol_rel(options_.cost_tolerance);
+    opt.set_maxeval(std::max(1, options_.max_iterations - session_.summary.evaluations));
+    opt.set_min_objective(&objective, this);
+    const auto tolerances = [&](std::size_t size) { return std::vector<double>(size, options_.constraint_tolerance); };
+    if (!equalities_.empty()) opt.add_equality_mconstraint(&equalities, this, tolerances(equalities_.size()));
+    if (!inequalities_.empty()) opt.add_inequality_mconstraint(&inequalities, this, tolerances(inequalities_.size()));
+
+    std::vector<double> z(n, 0.0);
+    double value = 0;
+    try {
+      finish(opt.optimize(z, value));
+    } catch (const nlopt::roundoff_limited&) {
+      session_end_ = {Status::converged, "no step lowers the cost any further"};
+    } catch (const nlopt::forced_stop&) {
+      session_end_ = {Status::interrupted, {}};
+    } catch (const std::exception& e) {
+      session_end_ = {Status::failed, std::string("NLopt gave up: ") + e.what()};
+    }
+    opt_ = nullptr;
+    program_.move_to(best_);
+    program_.recenter();
+    if (error_) std::rethrow_exception(error_);
+    if (recenter_) return true;
+    session_.end(session_end_.status, session_end_.message);
+    return false;
+  }
+
+ private:
+  struct Row {  // sign · c[row] − bound, = 0 or ≤ 0
+    int row;
+    double sign, bound;
+  };
+  struct End {
+    Status status;
+    std::string message;
+  };
+
+  void set_preconditioner() {
+    program_.linearize(gradient_, hessian_);
+    const auto& pattern = program_.hessian_pattern();
+    Eigen::VectorXd shift(program_.num_unknowns());
+    for (int k = 0; k < pattern.num_blocks(); ++k)
+      for (int u = pattern.first[std::size_t(k)]; u < pattern.first[std::size_t(k) + 1]; ++u) {
+        const double d = hessian_[pattern.column_start[std::size_t(u)] + u - pattern.first[std::size_t(k)]];
+        shift[u] = d > 0 ? kPreconditionerDamping * d : 1.0;
+      }
+    while (!cholesky_->factorize(hessian_, shift)) shift *= 10;
+  }
+
+  void finish(nlopt::result result) {
+    if (result == nlopt::MAXEVAL_REACHED) {
+      session_end_ = {Status::max_iterations, {}};
+    } else {
+      session_end_ = {Status::converged, "the cost changes no more"};
+    }
+  }
+
+  void move(const double* z) {
+    if (std::equal(z_.data(), z_.data() + z_.size(), z)) return;
+    z_ = Eigen::Map<const Eigen::VectorXd>(z, z_.size());
+    delta_ = z_;
+    if (cholesky_) cholesky_->solve_transposed(delta_);
+    has_gradient_ = has_jacobian_ = false;
+    ++session_.summary.evaluations;
+    session_.summary.iterations = session_.summary.evaluations;
+    program_.move_to(delta_);
+    cost_ = program_.cost();
+    program_.constraints(constraints_);
+    consider();
+  }
+
+  /// Keeps the best point and stops where the caller or the chart asks for it.
+  void consider() {
+    const double violation = program_.violation(constraints_).size;
+    const double feasible = options_.constraint_tolerance;
+    const bool better = violation <= feasible && best_violation_ <= feasible ? cost_ < best_cost_
+                                                                             : violation < best_violation_;
+    if (better && std::isfinite(cost_)) {
+      best_ = delta_;
+      best_cost_ = cost_;
+      best_violation_ = violation;
+      recenter_ = program_.largest_angle() > kRecenterAngle;
+    }
+    session_.report(session_.summary.iterations, cost_, std::numeric_limits<double>::quiet_NaN(), violation);
+    if (session_.should_stop() || recenter_) opt_->force_stop();
+  }
+
+  /// Runs f; an undefined residual is an infinite cost, from which line searches turn back.
+  template <class F>
+  double guarded(F f) {
+    const detail::Session::Timer timer(session_.summary.evaluation_seconds);
+    try {
+      return f();
+    } catch (const Error&) {
+      z_.setConstant(std::numeric_limits<double>::quiet_NaN());
+      return std::numeric_limits<double>::infinity();
+    } catch (...) {
+      error_ = std::current_exception();
+      opt_->force_stop();
+      return 0.0;
+    }
+  }
+
+  static double objective(unsigned n, const double* z, double* gradient, void* self) {
+    auto& run = *static_cast<NloptRun*>(self);
+    return run.guarded([&] {
+      run.move(z);
+      if (gradient) {
+        if (!run.has_gradient_) {
+          run.program_.gradient(run.gradient_);
+          if (run.cholesky_) run.cholesky_->solve_lower(run.gradient_);
+          run.has_gradient_ = true;
+        }
+        std::copy_n(run.gradient_.data(), n, gradient);
+      }
+      return run.cost_;
+    });
+  }
+
+  static void equalities(unsigned, double* result, unsigned n, const double* z, double* gradient, void* self) {
+    static_cast<NloptRun*>(self)->rows(static_cast<NloptRun*>(self)->equalities_, result, n, z, gradient);
+  }
+  static void inequalities(unsigned, double* result, unsigned n, const double* z, double* gradient, void* self) {
+    static_cast<NloptRun*>(self)->rows(static_cast<NloptRun*>(self)->inequalities_, result, n, z, gradient);
+  }
+
+  void rows(const std::vector<Row>& rows, double* result, unsigned n, const double* z, double* gradient) {
+    guarded([&] {
+      move(z);
+      if (gradient && !has_jacobian_) {
+        program_.constraint_jacobian(jacobian_);
+        has_jacobian_ = true;
+      }
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        const Row& r = rows[i];
+        result[i] = r.sign * constraints_[r.row] - r.bound;
+        if (!gradient) continue;
+        row_.setZero();
+        for (const std::size_t k : entries_of_row_[std::size_t(r.row)])
+          row_[program_.jacobian_pattern().column[k]] += r.sign * jacobian_[Eigen::Index(k)];
+        if (cholesky_) cholesky_->solve_lower(row_);
+        std::copy_n(row_.data(), n, gradient + i * n);
+      }
+      return 0.0;
+    });
+  }
+
+  Program& program_;
+  detail::Session& session_;
+  const NloptOptions& options_;
+  std::optional<BlockCholesky> cholesky_;
+  nlopt::opt* opt_ = nullptr;
+  std::vector<Row> equalities_, inequalities_;
+  std::vector<std::vector<std::size_t>> entries_of_row_;
+  Eigen::VectorXd z_, delta_, gradient_, best_, row_, constraints_, jacobian_, hessian_;
+  double cost_ = 0, best_cost_ = 0, best_violation_ = 0;
+  bool has_gradient_ = false, has_jacobian_ = false, recenter_ = false;
+  End session_end_{Status::failed, {}};
+  std::exception_ptr error_;
+};
+
+}  // namespace
+
+std::vector<std::string> nlopt_algorithms() {
+  std::vector<std::string> names;
+  for (const auto& a : kAlgorithms) names.emplace_back(a.name);
+  return names;
+}
+
+std::string why_unsupported(const Problem& problem, const NloptOptions& options) {
+  const Algorithm& algorithm = find_algorithm(options.algorithm);
+  const std::string name = std::string("nlopt:") + algorithm.name;
+  const auto size = problem.size();
+  if (size.equalities > 0 && !algorithm.equalities)
+    return name + " takes no hard equalities, and this problem has " + std::to_string(size.equalities) +
+           ": use nlopt:slsqp, nlopt:auglag-lbfgs or ipopt";
+  if (size.inequalities > 0 && !algorithm.inequalities)
+    return name + " takes no hard inequalities, and this problem has " + std::to_string(size.inequalities) +
+           ": use nlopt:slsqp, nlopt:auglag-lbfgs or ipopt";
+  if (algorithm.dense && size.unknowns > kMostDenseUnknowns)
+    return name + " works on dense matrices and takes " + std::to_string(kMostDenseUnknowns) +
+           " unknowns at most, not " + std::to_string(size.unknowns) +
+           ": use nlopt:auglag-lbfgs or ipopt, or fewer keyframes";
+  if (double(size.equalities + size.inequalities) * size.unknowns > kMostConstraintEntries)
+    return name + " keeps a dense constraint Jacobian, which would be of " +
+           std::to_string(size.equalities + size.inequalities) + " rows and " + std::to_string(size.unknowns) +
+           " columns here: use ipopt, or fewer keyframes";
+  return {};
+}
+
+Summary solve(Problem& problem, const NloptOptions& options) {
+  const Algorithm& algorithm = find_algorithm(options.algorithm);
+  detail::Session session(std::string("nlopt:") + algorithm.name, options);
+  if (const std::string why = why_unsupported(problem, options); !why.empty()) {
+    session.end(Status::unsupported, why);
+    return session.summary;
+  }
+  Program program(problem);
+  try {
+    session.summary.initial_cost = program.cost();
+    NloptRun run(program, session, options);
+    while (run.run(algorithm)) {
+      if (session.summary.evaluations >= options.max_iterations) session.end(Status::max_iterations);
+      if (session.ended()) break;
+    }
+  } catch (const Error& e) {
+    session.end(Status::failed, std::string("the residuals are undefined at the start: ") + e.what());
+  }
+  session.conclude(program, 10 * options.constraint_tolerance);
+  return session.summary;
+}
+
+}  // namespace tandem

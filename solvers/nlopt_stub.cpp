@@ -1,0 +1,18 @@
+#include "tandem/solvers/nlopt.hpp"
+#include "tandem/solvers/session.hpp"
+
+namespace tandem {
+
+std::vector<std::string> nlopt_algorithms() { return {}; }
+
+std::string why_unsupported(const Problem&, const NloptOptions&) {
+  return "this build of Tandem is without NLopt: install libnlopt-dev and libnlopt-cxx-dev and configure again";
+}
+
+Summary solve(Problem& problem, const NloptOptions& options) {
+  detail::Session session("nlopt:" + options.algorithm, options);
+  session.end(Status::unsupported, why_unsupported(problem, options));
+  return session.summary;
+}
+
+}  // namespace tandem

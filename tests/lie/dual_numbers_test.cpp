@@ -1,0 +1,19 @@
+// Every Jacobian of operations.hpp against dual numbers pushed through the groups' own code.
+
+#include <concepts>
+
+#include <gtest/gtest.h>
+
+#include "dual_numbers.hpp"
+
+namespace tandem {
+namespace {
+
+static_assert(Over<SE3::Rebind<Jet>, SE3> && Over<PoseBundle::Rebind<Jet>, PoseBundle>);
+static_assert(std::same_as<SE23::Rebind<Jet>, BasicSE23<Jet>> && !Over<SE2::Rebind<Jet>, SE3>);
+
+TYPED_TEST_SUITE(DualNumbers, BasicGroups);
+TYPED_TEST(DualNumbers, ThroughEveryOperation) { this->run(); }
+
+}  // namespace
+}  // namespace tandem
