@@ -15,6 +15,8 @@ class HardPoolBase : public PoolBase {
   virtual void values(double* c) const = 0;
   /// Nonzeros at the point: of each block its states' Jacobians one after the other, each column by column.
   virtual void jacobian(const PoolPlacement& place, double* values) const = 0;
+  /// Adds weight Jᵀ J to the Hessian.
+  virtual void accumulate(const PoolPlacement& place, double weight, double* H) const = 0;
 };
 
 template <Residual R>
@@ -58,6 +60,16 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
       static_for<kArity>([&]<int S>() {
         if (offset[S] >= 0) out = std::copy_n(std::get<S>(J).data(), std::get<S>(J).size(), out);
       });
+    }
+  }
+
+  void accumulate(const PoolPlacement& place, double weight, double* H) const override {
+    Row r;
+    Jacobians J;
+    for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
+      const int* offset = &place.offset[i * kArity];
+      this->linearize(i, offset, r, J);
+      this->add_products(offset, &place.hessian[i * kPairs], weight, J, H);
     }
   }
 

@@ -110,6 +110,25 @@ class BlockPool : public Base {
     });
   }
 
+  /// H += w Jaᵀ Jb for every pair of free states, straight into the solver's matrix.
+  static void add_products(const int* offset, const HessianPlace* place, double weight, const Jacobians& J, double* H) {
+    static_for<kArity>([&]<int A>() {
+      if (offset[A] < 0) return;
+      const auto JaT = (weight * std::get<A>(J).transpose()).eval();
+      static_for<A + 1>([&]<int B>() {
+        if (offset[B] < 0) return;
+        constexpr int a = State<A>::dof, b = State<B>::dof;
+        const HessianPlace& at = place[A * (A + 1) / 2 + B];
+        using Block = Eigen::Map<Matrix<a, b>, 0, Eigen::OuterStride<>>;
+        using Transposed = Eigen::Map<Matrix<b, a>, 0, Eigen::OuterStride<>>;
+        const Matrix<a, b> product = JaT * std::get<B>(J);
+        if (offset[A] >= offset[B]) Block(H + at.position, Eigen::OuterStride<>(at.stride)) += product;
+        if (A != B && offset[A] <= offset[B])  // both when a block reads one variable twice
+          Transposed(H + at.position, Eigen::OuterStride<>(at.stride)) += product.transpose();
+      });
+    });
+  }
+
   /// Central differences of `gradient(r, J, S)`, the block's gradient by state S, over all its unknowns.
   template <class Gradient>
   void difference_gradient(std::size_t i, const int* offset, const HessianPlace* place, Gradient gradient,

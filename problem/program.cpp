@@ -190,6 +190,12 @@ void Program::constraint_jacobian(Eigen::VectorXd& values) {
     if (problem_.pools_[p].hard) problem_.pools_[p].hard->jacobian(placement_[p], values.data());
 }
 
+void Program::add_constraint_hessian(double weight, Eigen::VectorXd& hessian) {
+  chart_if_moved();
+  for (std::size_t p = 0; p < problem_.pools_.size(); ++p)
+    if (problem_.pools_[p].hard) problem_.pools_[p].hard->accumulate(placement_[p], weight, hessian.data());
+}
+
 void Program::exact_hessian(double factor, const Eigen::VectorXd& multipliers, Eigen::VectorXd& hessian) {
   chart_if_moved();
   hessian.setZero();

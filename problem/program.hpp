@@ -58,6 +58,8 @@ class Program {
   double linearize(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian);
   void constraints(Eigen::VectorXd& c);
   void constraint_jacobian(Eigen::VectorXd& values);
+  /// Adds weight Jᵀ J of the constraint Jacobian to a Hessian.
+  void add_constraint_hessian(double weight, Eigen::VectorXd& hessian);
   /// The exact Hessian of factor·cost + multipliersᵀ c, by central differences of the closed-form gradient.
   void exact_hessian(double factor, const Eigen::VectorXd& multipliers, Eigen::VectorXd& hessian);
 

@@ -113,28 +113,9 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
         whiten(i, Ja);
         Eigen::Map<Vector<Pool::template State<A>::dof>>(gradient + offset[A]).noalias() += Ja.transpose() * r;
       });
-      if constexpr (with_hessian) add_products(offset, &place.hessian[i * kPairs], loss.d1, J, H);
+      if constexpr (with_hessian) this->add_products(offset, &place.hessian[i * kPairs], loss.d1, J, H);
     }
     return total;
-  }
-
-  /// H += w Jaᵀ Jb for every pair of free states, straight into the solver's matrix.
-  static void add_products(const int* offset, const HessianPlace* place, double weight, const Jacobians& J, double* H) {
-    static_for<kArity>([&]<int A>() {
-      if (offset[A] < 0) return;
-      const auto JaT = (weight * std::get<A>(J).transpose()).eval();
-      static_for<A + 1>([&]<int B>() {
-        if (offset[B] < 0) return;
-        constexpr int a = Pool::template State<A>::dof, b = Pool::template State<B>::dof;
-        const HessianPlace& at = place[A * (A + 1) / 2 + B];
-        using Block = Eigen::Map<Matrix<a, b>, 0, Eigen::OuterStride<>>;
-        using Transposed = Eigen::Map<Matrix<b, a>, 0, Eigen::OuterStride<>>;
-        const Matrix<a, b> product = JaT * std::get<B>(J);
-        if (offset[A] >= offset[B]) Block(H + at.position, Eigen::OuterStride<>(at.stride)) += product;
-        if (A != B && offset[A] <= offset[B])  // both when a block reads one variable twice
-          Transposed(H + at.position, Eigen::OuterStride<>(at.stride)) += product.transpose();
-      });
-    });
   }
 
   std::vector<Weight> weights_;

@@ -1,8 +1,11 @@
 #include "tandem/residuals/gaussian.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
+#include <limits>
 #include <string>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include "tandem/lie/error.hpp"
 
@@ -16,7 +19,14 @@ Eigen::MatrixXd cholesky_factor(const Eigen::MatrixXd& M, const std::string& wha
   const double scale = M.cwiseAbs().maxCoeff();
   if ((M - M.transpose()).cwiseAbs().maxCoeff() > 1e-9 * scale) throw Error(what + " is not symmetric");
   const Eigen::LLT<Eigen::MatrixXd> llt(0.5 * (M + M.transpose()));
-  if (llt.info() != Eigen::Success) throw Error(what + " is not positive definite");
+  bool definite = llt.info() == Eigen::Success;
+  if (definite) {  // perhaps by rounding alone: the correlation, free of units, then has an eigenvalue near 0
+    const Eigen::VectorXd unit = M.diagonal().cwiseSqrt().cwiseInverse();
+    const Eigen::MatrixXd correlation = unit.asDiagonal() * M * unit.asDiagonal();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(correlation, Eigen::EigenvaluesOnly);
+    definite = eigen.eigenvalues()[0] > 10.0 * double(M.rows()) * std::numeric_limits<double>::epsilon();
+  }
+  if (!definite) throw Error(what + " is not positive definite");
   return llt.matrixL();
 }
 
@@ -30,7 +40,8 @@ Gaussian::Gaussian(const Eigen::VectorXd& sigmas) : diagonal_(sigmas.cwiseInvers
 }
 
 Gaussian::Gaussian(std::initializer_list<double> sigmas)
-    : Gaussian(Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(sigmas.begin(), Eigen::Index(sigmas.size())))) {}
+    : Gaussian(
+          Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(sigmas.begin(), Eigen::Index(sigmas.size())))) {}
 
 Gaussian Gaussian::covariance(const Eigen::MatrixXd& sigma) {
   const Eigen::MatrixXd L = cholesky_factor(sigma, "covariance");
@@ -48,7 +59,8 @@ Gaussian Gaussian::information(const Eigen::MatrixXd& lambda) {
 }
 
 Gaussian Gaussian::scaled(double k) const {
-  if (!(k > 0) || !std::isfinite(k)) throw Error("Gaussian: scale " + std::to_string(k) + " is not positive and finite");
+  if (!(k > 0) || !std::isfinite(k))
+    throw Error("Gaussian: scale " + std::to_string(k) + " is not positive and finite");
   Gaussian g = *this;
   g.diagonal_ /= k;
   g.full_ /= k;

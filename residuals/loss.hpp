@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+
+#include "tandem/lie/error.hpp"
 
 namespace tandem {
 
-/// Robust loss ρ(s) of the squared whitened norm s = rᵀ Σ⁻¹ r; a residual's cost is ½ ρ(s). Every loss has ρ(0) = 0 and
-/// ρ'(0) = 1; `scale` is in standard deviations (dimensionless). A value, not a class hierarchy: evaluation is a
-/// predictable branch.
+/// Robust loss ρ(s) of the squared whitened norm s = rᵀ Σ⁻¹ r; a residual's cost is ½ ρ(s). Every loss has
+/// ρ(0) = 0 and ρ'(0) = 1; `scale` is in standard deviations (dimensionless). A value, not a class hierarchy:
+/// evaluation is a predictable branch.
 struct Loss {
   enum class Kind { none, huber, cauchy, geman_mcclure, tukey };
 
@@ -37,21 +40,35 @@ struct Loss {
         return {s * u, u * u, -2.0 * u * u * u / c2};
       }
       case Kind::tukey: {
-        const double u = std::max(0.0, 1.0 - s / c2);
-        return {c2 / 3.0 * (1.0 - u * u * u), u * u, -2.0 * u / c2};
+        const double x = std::min(s / c2, 1.0), u = 1.0 - x;
+        return {c2 * x * (1.0 - x * (1.0 - x / 3.0)), u * u,
+                -2.0 * u / c2};  // c²/3 (1 − u³) without cancellation
       }
     }
     return {s, 1.0, 0.0};
   }
 };
 
+namespace detail {
+
+inline double checked_scale(double scale) {
+  if (!(scale > 0) || !std::isfinite(scale))
+    throw Error("loss: scale " + std::to_string(scale) +
+                " is not positive and finite; it is in standard deviations");
+  return scale;
+}
+
+}  // namespace detail
+
+// The makers throw Error when the scale is not positive and finite.
+
 /// Quadratic up to `scale` standard deviations, linear beyond (Huber 1964).
-inline Loss Huber(double scale) { return {Loss::Kind::huber, scale}; }
+inline Loss Huber(double scale) { return {Loss::Kind::huber, detail::checked_scale(scale)}; }
 /// Logarithmic; down-weights, never rejects.
-inline Loss Cauchy(double scale) { return {Loss::Kind::cauchy, scale}; }
+inline Loss Cauchy(double scale) { return {Loss::Kind::cauchy, detail::checked_scale(scale)}; }
 /// Bounded by scale², reached slowly (Geman & McClure 1985).
-inline Loss GemanMcClure(double scale) { return {Loss::Kind::geman_mcclure, scale}; }
+inline Loss GemanMcClure(double scale) { return {Loss::Kind::geman_mcclure, detail::checked_scale(scale)}; }
 /// Bounded by scale²/3; beyond `scale` a residual has no influence at all (Beaton & Tukey 1974).
-inline Loss Tukey(double scale) { return {Loss::Kind::tukey, scale}; }
+inline Loss Tukey(double scale) { return {Loss::Kind::tukey, detail::checked_scale(scale)}; }
 
 }  // namespace tandem

@@ -41,6 +41,7 @@ constexpr int kMostDenseUnknowns = 300;       // SLSQP: 4 ms an evaluation at 20
 constexpr double kMostConstraintEntries = 2e7;  // NLopt wants constraint gradients as one dense matrix
 constexpr double kRecenterAngle = 1.0;        // rad
 constexpr double kPreconditionerDamping = 1e-9;
+constexpr double kPenaltyWeight = 100;         // of Jᵀ J in AUGLAG's preconditioner: what its penalty grows to
 
 const Algorithm& find_algorithm(const std::string& name) {
   const auto it = std::find_if(kAlgorithms.begin(), kAlgorithms.end(), [&](const auto& a) { return a.name == name; });
@@ -85,7 +86,7 @@ class NloptRun {
     best_cost_ = best_violation_ = std::numeric_limits<double>::infinity();
     z_.setConstant(std::numeric_limits<double>::quiet_NaN());  // no point is cached
     program_.reset();
-    if (cholesky_) set_preconditioner();
+    if (cholesky_) set_preconditioner(algorithm.inner ? kPenaltyWeight : 0.0);
 
     const auto n = static_cast<unsigned>(program_.num_unknowns());
     nlopt::opt opt(algorithm.method, n);
@@ -132,8 +133,9 @@ class NloptRun {
     std::string message;
   };
 
-  void set_preconditioner() {
+  void set_preconditioner(double constraint_weight) {
     program_.linearize(gradient_, hessian_);
+    if (constraint_weight > 0) program_.add_constraint_hessian(constraint_weight, hessian_);
     const auto& pattern = program_.hessian_pattern();
     Eigen::VectorXd shift(program_.num_unknowns());
     for (int k = 0; k < pattern.num_blocks(); ++k)
@@ -176,7 +178,7 @@ class NloptRun {
       best_ = delta_;
       best_cost_ = cost_;
       best_violation_ = violation;
-      recenter_ = program_.largest_angle() > kRecenterAngle;
+      if (program_.largest_angle() > kRecenterAngle) recenter_ = true;
     }
     session_.report(session_.summary.iterations, cost_, std::numeric_limits<double>::quiet_NaN(), violation);
     if (session_.should_stop() || recenter_) opt_->force_stop();

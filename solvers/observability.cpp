@@ -31,28 +31,11 @@ std::string free_directions(Program& program) {
   Eigen::VectorXd hessian(static_cast<Eigen::Index>(program.hessian_pattern().row.size()));
   try {
     program.linearize(gradient, hessian);
+    program.add_constraint_hessian(1.0, hessian);  // a hard row informs like a soft one of unit sigma
   } catch (const Error&) {
     return {};
   }
-  const auto& pattern = program.hessian_pattern();
-  if (program.num_rows() > 0) {  // a hard row informs like a soft one of unit sigma
-    Eigen::VectorXd values(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
-    program.constraint_jacobian(values);
-    const auto& jacobian = program.jacobian_pattern();
-    std::map<int, std::vector<std::size_t>> rows;
-    for (std::size_t k = 0; k < jacobian.row.size(); ++k) rows[jacobian.row[k]].push_back(k);
-    for (const auto& [row, entries] : rows)
-      for (const std::size_t a : entries)
-        for (const std::size_t b : entries) {
-          const int i = jacobian.column[a], j = jacobian.column[b];
-          if (i < j) continue;
-          const auto begin = pattern.row.begin() + pattern.column_start[std::size_t(j)];
-          const auto end = pattern.row.begin() + pattern.column_start[std::size_t(j) + 1];
-          const auto at = std::lower_bound(begin, end, i) - pattern.row.begin();
-          hessian[at] += values[Eigen::Index(a)] * values[Eigen::Index(b)];
-        }
-  }
-  BlockCholesky cholesky(pattern);
+  BlockCholesky cholesky(program.hessian_pattern());
   const auto basis = cholesky.null_space(hessian, kRelativePivot, kDirections);
   if (basis.empty()) return {};
 

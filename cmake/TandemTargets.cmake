@@ -1,0 +1,85 @@
+# What the folders' CMakeLists.txt share.
+
+# tandem_find_optional(OPTION name RESULT): looks for an optional library as OPTION (AUTO, ON, OFF) says.
+macro(tandem_find_optional option name result)
+  set(${result} FALSE)
+  if("${${option}}" STREQUAL "AUTO")
+    cmake_language(CALL tandem_find_${name})
+    set(${result} ${${name}_FOUND})
+  elseif(${option})
+    cmake_language(CALL tandem_find_${name} REQUIRED)
+    set(${result} TRUE)
+  endif()
+endmacro()
+
+# tandem_library(folder [SOURCES ...] [PUBLIC libs ...] [PRIVATE libs ...]): the target tandem::<folder>, its headers
+# included as <tandem/folder/...>. Without sources it is an interface library. Headers need not be listed.
+function(tandem_library folder)
+  cmake_parse_arguments(ARG "NO_INSTALL" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  set(target tandem_${folder})
+  if(ARG_SOURCES)
+    add_library(${target} STATIC ${ARG_SOURCES})
+    set(scope PUBLIC)
+    target_link_libraries(${target} PRIVATE ${ARG_PRIVATE})
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+  else()
+    add_library(${target} INTERFACE)
+    set(scope INTERFACE)
+  endif()
+  add_library(tandem::${folder} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${folder})
+  target_compile_features(${target} ${scope} cxx_std_20)
+  target_link_libraries(${target} ${scope} ${ARG_PUBLIC})
+  target_include_directories(
+    ${target} ${scope} "$<BUILD_INTERFACE:${TANDEM_BUILD_INCLUDE_DIR}>" "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>"
+  )
+  file(CREATE_LINK "${CMAKE_CURRENT_SOURCE_DIR}" "${TANDEM_BUILD_INCLUDE_DIR}/tandem/${folder}" SYMBOLIC)
+  if(NOT ARG_NO_INSTALL)
+    install(TARGETS ${target} EXPORT tandem-targets ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}")
+    install(
+      DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}/" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/tandem/${folder}"
+      FILES_MATCHING PATTERN "*.hpp"
+    )
+  endif()
+endfunction()
+
+# tandem_check_listed(source ...): a source file in this folder that no list names would be left out of the build in
+# silence; say so instead.
+function(tandem_check_listed)
+  file(GLOB present RELATIVE "${CMAKE_CURRENT_SOURCE_DIR}" CONFIGURE_DEPENDS *.cpp)
+  list(REMOVE_ITEM present ${ARGN})
+  if(present)
+    message(WARNING "Not listed in ${CMAKE_CURRENT_SOURCE_DIR}/CMakeLists.txt, so not built: ${present}")
+  endif()
+endfunction()
+
+# Compile through ccache when it is installed, with the settings that precompiled headers need.
+macro(tandem_use_ccache)
+  find_program(TANDEM_CCACHE ccache)
+  mark_as_advanced(TANDEM_CCACHE)
+  if(TANDEM_CCACHE AND PROJECT_IS_TOP_LEVEL AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+    # Where ccache has no folder it can write to, every compilation through it would fail.
+    file(WRITE "${PROJECT_BINARY_DIR}/ccache_probe.cpp" "int probe;\n")
+    execute_process(
+      COMMAND "${TANDEM_CCACHE}" "${CMAKE_CXX_COMPILER}" -c ccache_probe.cpp -o ccache_probe.o
+      WORKING_DIRECTORY "${PROJECT_BINARY_DIR}" RESULT_VARIABLE ccache_result OUTPUT_QUIET ERROR_QUIET
+    )
+    if(ccache_result EQUAL 0)
+      set(CMAKE_CXX_COMPILER_LAUNCHER
+          "${CMAKE_COMMAND}" -E env CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
+          "${TANDEM_CCACHE}"
+      )
+    endif()
+  endif()
+endmacro()
+
+# tandem_present(RESULT source ...): those of the sources that exist.
+function(tandem_present result)
+  set(present "")
+  foreach(source IN LISTS ARGN)
+    if(EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/${source}")
+      list(APPEND present "${source}")
+    endif()
+  endforeach()
+  set(${result} ${present} PARENT_SCOPE)
+endfunction()

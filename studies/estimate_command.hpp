@@ -1,0 +1,23 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tandem {
+
+/// The words of `tandem estimate` as they were typed; nothing where an option was not given.
+struct EstimateArguments {
+  std::string scenario;
+  std::optional<std::string> solver, roll_pitch, non_holonomic, surge, yaw_rate, limits, loss, hessian,
+      max_keyframes, max_iterations, time_limit, out, plots;
+  std::vector<std::string> noise, ipopt;
+  bool json = false, quiet = false;
+};
+
+/// Checks everything, solves, prints, and writes; an interrupt ends the solve at its best point, a second one
+/// the program. Returns 0 when the solver converged, else 2. Throws Error on wrong input, then nothing is
+/// written.
+int run_estimate(const EstimateArguments& arguments);
+
+}  // namespace tandem

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <tandem/problem/tracking.hpp>
+
+namespace tandem {
+
+/// A scenario folder, read and checked:
+///
+///     scenario.yaml                         name, description, source, keyframe_interval, noise, sensors, …
+///     chaser_odometry.tum                   dead-reckoned chaser poses at their own rate
+///     usbl.csv                              t,x,y,z: target position in the chaser's body [m]
+///     optical.csv                           t,x,y,z,qx,qy,qz,qw: target pose in the chaser's body
+///     truth_chaser.tum, truth_target.tum    optional; read by metrics and plots alone
+///
+/// World z up, body x forward, y left, z up; quaternions Hamilton, x y z w. `sensors` in scenario.yaml
+/// declares more: type position or pose, file, sigma, and optionally position and orientation (a quaternion)
+/// of the sensor in the chaser's body, target_position and (pose) target_orientation of what it sees in the
+/// target's.
+struct Scenario {
+  std::string name, description, source;
+  std::filesystem::path folder;
+  TrackingData data;
+  std::vector<Stamped<SE3>> truth_chaser, truth_target;  ///< empty where there is none
+  bool truth_orientation = true;                         ///< false: the truth has positions only
+
+  bool has_truth() const { return !truth_chaser.empty() && !truth_target.empty(); }
+};
+
+/// Throws Error, naming file, line and reason, on anything that is missing, malformed, unknown or not
+/// supported.
+Scenario read_scenario(const std::filesystem::path& folder);
+
+}  // namespace tandem

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <tandem/problem/tracking.hpp>
+
+namespace tandem {
+
+/// The pose at time t of a trajectory in time order, interpolated on SE(3); nothing outside its span (with 1
+/// ms to spare, within which the end holds).
+std::optional<SE3> pose_at(const std::vector<Stamped<SE3>>& trajectory, double t);
+
+}  // namespace tandem

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdlib>
+#include <new>
+
+/// Counts what the heap is asked for in the whole executable, C++ or C. Include it in exactly one source of
+/// it.
+namespace tandem::testing {
+
+inline std::atomic<long> allocations{0};
+
+}  // namespace tandem::testing
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+
+// The sanitizer has replaced malloc, and tells.
+extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*)(const volatile void*, std::size_t),
+                                                         void (*)(const volatile void*));
+
+namespace tandem::testing {
+inline const int hooked = __sanitizer_install_malloc_and_free_hooks(
+    [](const volatile void*, std::size_t) { ++allocations; }, [](const volatile void*) {});
+}  // namespace tandem::testing
+
+#elif defined(__GLIBC__)
+
+// malloc and its kin are replaced (operator new and Eigen's aligned allocation call them), and pass on to the
+// C library's.
+extern "C" {
+void* __libc_malloc(std::size_t);
+void* __libc_calloc(std::size_t, std::size_t);
+void* __libc_realloc(void*, std::size_t);
+void* __libc_memalign(std::size_t, std::size_t);
+
+void* malloc(std::size_t size) noexcept {
+  ++tandem::testing::allocations;
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) noexcept {
+  ++tandem::testing::allocations;
+  return __libc_calloc(count, size);
+}
+void* realloc(void* old, std::size_t size) noexcept {
+  ++tandem::testing::allocations;
+  return __libc_realloc(old, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
+  ++tandem::testing::allocations;
+  return __libc_memalign(alignment, size);
+}
+int posix_memalign(void** result, std::size_t alignment, std::size_t size) noexcept {
+  ++tandem::testing::allocations;
+  *result = __libc_memalign(alignment, size);
+  return *result ? 0 : 12;  // ENOMEM
+}
+}
+
+#else
+
+// Elsewhere operator new alone is counted.
+void* operator new(std::size_t size) {
+  ++tandem::testing::allocations;
+  if (void* p = std::malloc(size)) return p;
+  throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+
+#endif

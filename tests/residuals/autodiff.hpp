@@ -1,0 +1,132 @@
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <ceres/jet.h>
+#include <gtest/gtest.h>
+
+#include "tandem/residuals/testing.hpp"
+
+namespace tandem::testing {
+
+/// The largest |given − automatic| entry of the Jacobian of state I, over the largest entry of `scale`; and
+/// infinity where the value differs over dual numbers. One state at a time, so that the dual numbers stay
+/// short.
+template <std::size_t I, class R, class... Xs>
+double autodiff_error_of(const R& residual, const Vector<R::dim>& r,
+                         const RowsBy<R::dim, std::tuple_element_t<I, std::tuple<Xs...>>>& J, double scale,
+                         const Xs&... x) {
+  using X = std::tuple_element_t<I, std::tuple<Xs...>>;
+  using Jet = ceres::Jet<double, X::dof>;
+  typename X::template Rebind<Jet>::Tangent zero;
+  for (int k = 0; k < X::dof; ++k) zero[k] = Jet(0.0, k);
+  std::tuple states(x.template cast<Jet>()...);
+  std::get<I>(states) = std::get<I>(states) * X::template Rebind<Jet>::Exp(zero);
+  Vector<R::dim, Jet> dual;
+  std::apply([&](const auto&... y) { residual(y..., dual); }, states);
+  double worst = 0.0;
+  for (int i = 0; i < R::dim; ++i) {
+    if (!(std::abs(dual[i].a - r[i]) <= 1e-13 * (1.0 + r.norm())))
+      return std::numeric_limits<double>::infinity();
+    const double error = (dual[i].v.transpose() - J.row(i)).cwiseAbs().maxCoeff() / scale;
+    if (!(error <= worst)) worst = std::isnan(error) ? std::numeric_limits<double>::infinity() : error;
+  }
+  return worst;
+}
+
+/// The largest error of all Jacobians against forward automatic differentiation, over their largest entry.
+template <class R, class... Xs>
+double autodiff_error(const R& residual, const Xs&... x) {
+  Vector<R::dim> r;
+  std::tuple<RowsBy<R::dim, Xs>...> J;
+  return [&]<std::size_t... I>(std::index_sequence<I...>) {
+    residual(x..., r, &std::get<I>(J)...);
+    double scale = 1e-300;
+    ((scale = std::max(scale, std::get<I>(J).cwiseAbs().maxCoeff())), ...);
+    return std::max({autodiff_error_of<I>(residual, r, std::get<I>(J), scale, x...)...});
+  }
+  (std::index_sequence_for<Xs...>{});
+}
+
+/// Relative errors allowed. Automatic differentiation rounds like the Jacobians themselves, some tens of
+/// operations of 1e-16 each. Differences are held to what they can resolve, which is worst where a jump
+/// forces small steps: h < 1e-6 rad, positions of up to 100 m.
+inline constexpr double kAutodiff = 1e-13, kDifferences = 1e-10, kWorstResolution = 5e-7;
+
+inline void expect_right(const JacobianReport& report) {
+  EXPECT_LE(report.relative, kDifferences + report.resolution) << report.text;
+  EXPECT_LE(report.resolution, kWorstResolution) << report.text;
+}
+
+template <class R, class... Xs>
+void expect_right_jacobians(const R& residual, const Xs&... x) {
+  expect_right(check_jacobians(residual, x...));
+  EXPECT_LE(autodiff_error(residual, x...), kAutodiff) << R::name;
+}
+
+template <class R>
+void expect_right_jacobians_at_random(const R& residual, unsigned seed, int count = 40) {
+  expect_right(check_jacobians_at_random(residual, seed, count));
+  std::mt19937_64 random(seed);
+  for (int i = 0; i < count; ++i) {
+    const auto states = random_states<typename R::States>(random, Spread(i % 4));
+    std::apply(
+        [&](const auto&... x) {
+          EXPECT_LE(autodiff_error(residual, x...), kAutodiff) << R::name << ", " << i;
+        },
+        states);
+  }
+}
+
+/// A tangent with the given length of its rotations [rad] and some translation of `size` [m].
+template <class G>
+typename G::Tangent tangent(double angle, double size) {
+  typename G::Tangent v;
+  double norm2 = 0.0;
+  for (int k = 0; k < G::dof; ++k) {
+    v[k] = std::cos(1.0 + 2.3 * k);  // any direction
+    if (detail::is_rotation<G>(k)) norm2 += v[k] * v[k];
+  }
+  for (int k = 0; k < G::dof; ++k) v[k] *= detail::is_rotation<G>(k) ? angle / std::sqrt(norm2) : size;
+  return v;
+}
+
+/// Residuals from nothing to nearly half a turn, where Log is hardest.
+template <class G>
+std::vector<typename G::Tangent> residual_sizes() {
+  using std::numbers::pi;
+  return {G::Tangent::Zero(),    tangent<G>(1e-9, 1e-9),     tangent<G>(0.02, 0.05),    tangent<G>(0.9, 2.0),
+          tangent<G>(2.6, 80.0), tangent<G>(pi - 1e-3, 1.0), tangent<G>(pi - 1e-6, 1.0)};
+}
+
+/// expm(M) by its definition, in long double: 2⁵ squarings of a Taylor polynomial.
+template <int N>
+Matrix<N, N, long double> expm(const Matrix<N, N>& M) {
+  const Matrix<N, N, long double> A = M.template cast<long double>() / 32.0L;
+  Matrix<N, N, long double> sum = Matrix<N, N, long double>::Identity(), term = sum;
+  for (int k = 1; k < 40; ++k) sum += term = (term * A / static_cast<long double>(k)).eval();
+  for (int i = 0; i < 5; ++i) sum = (sum * sum).eval();
+  return sum;
+}
+template <class G>
+auto expm(const typename G::Tangent& v) {
+  return expm<G::matrix_size>(G::hat(v));
+}
+template <class G>
+Matrix<G::matrix_size, G::matrix_size, long double> plain(const G& x) {
+  return x.matrix().template cast<long double>();
+}
+
+/// Largest entry of the difference of two matrices, over the largest of the first.
+template <class A, class B>
+double difference(const A& a, const B& b) {
+  return double((a - b).cwiseAbs().maxCoeff() / std::max<long double>(1.0L, a.cwiseAbs().maxCoeff()));
+}
+
+}  // namespace tandem::testing

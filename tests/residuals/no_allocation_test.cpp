@@ -1,0 +1,132 @@
+#include <memory>
+#include <vector>
+
+#include <Eigen/Core>
+#include <gtest/gtest.h>
+
+#include "tandem/lie/bundle.hpp"
+#include "tandem/lie/rn.hpp"
+#include "tandem/lie/se2.hpp"
+#include "tandem/lie/sek3.hpp"
+#include "tandem/residuals/constant_twist.hpp"
+#include "tandem/residuals/loss.hpp"
+#include "tandem/residuals/outside.hpp"
+#include "tandem/residuals/prior.hpp"
+#include "tandem/residuals/relative_pose.hpp"
+#include "tandem/residuals/roll_pitch.hpp"
+#include "tandem/residuals/testing.hpp"
+#include "tandem/residuals/twist_components.hpp"
+#include "tandem/residuals/usbl_position.hpp"
+
+#include "allocations.hpp"
+
+namespace tandem::testing {
+namespace {
+
+/// How often the heap is asked for anything in evaluations of the residual at states near and far, with all
+/// Jacobians and with none.
+template <class R>
+long allocations_of(const R& residual) {
+  long count = 0;
+  std::mt19937_64 random(1);
+  for (int i = 0; i < 8; ++i) {
+    const auto states = random_states<typename R::States>(random, Spread(i % 4));
+    std::apply(
+        [&]<class... Xs>(const Xs&... x) {
+          Vector<R::dim> r;
+          std::tuple<RowsBy<R::dim, Xs>...> J;
+          std::apply(
+              [&](auto&... M) {
+                const long before = allocations;
+                residual(x..., r);
+                residual(x..., r, &M...);
+                count += allocations - before;
+              },
+              J);
+        },
+        states);
+  }
+  return count;
+}
+
+void* volatile kept;  // keeps the compiler from leaving out what is allocated and freed again
+
+TEST(NoAllocation, the_counter_counts) {
+  const auto counted = [](auto allocate) {
+    const long before = allocations;
+    allocate();
+    return allocations - before;
+  };
+  EXPECT_GE(counted([] {
+              auto p = std::make_unique<int>(1);
+              kept = p.get();
+            }),
+            1);
+  EXPECT_GE(counted([] {
+              std::vector<double> v(100);
+              kept = v.data();
+            }),
+            1);
+  EXPECT_GE(counted([] {
+              Eigen::MatrixXd M = Eigen::MatrixXd::Ones(6, 6);
+              kept = M.data();
+            }),
+            1);
+  EXPECT_EQ(counted([] {
+              Matrix<6, 6> M = Matrix<6, 6>::Ones();
+              kept = M.data();
+            }),
+            0);
+}
+
+/// A residual that allocates, as one written with dynamic matrices would.
+struct Dynamic {
+  static constexpr std::string_view name = "dynamic";
+  static constexpr int dim = 3;
+  using States = std::tuple<R3>;
+  void operator()(const R3& x, Vector<3>& r, Matrix<3, 3>* J = nullptr) const {
+    const Eigen::MatrixXd M = 2.0 * Eigen::MatrixXd::Identity(3, 3);
+    r = M * x.vector();
+    if (J) *J = M;
+  }
+};
+
+TEST(NoAllocation, a_residual_that_allocates_is_found) { EXPECT_GE(allocations_of(Dynamic{}), 16); }
+
+TEST(NoAllocation, of_priors) {
+  EXPECT_EQ(allocations_of(Prior<SE3>{}), 0);
+  EXPECT_EQ(allocations_of(Prior<SE2>{}), 0);
+  EXPECT_EQ(allocations_of(Prior<Rn<6>>{}), 0);
+}
+
+TEST(NoAllocation, of_measurements) {
+  EXPECT_EQ(allocations_of(RelativePose<>{}), 0);
+  EXPECT_EQ(allocations_of(RelativePose<SE2>{}), 0);
+  EXPECT_EQ(allocations_of(UsblPosition<>{Vector<3>(1.0, 2.0, 3.0)}), 0);
+  EXPECT_EQ((allocations_of(UsblPosition<SE3, R3>{Vector<3>(1.0, 2.0, 3.0)})), 0);
+  EXPECT_EQ((allocations_of(UsblPosition<SE2, R2>{Vector<2>(1.0, 2.0)})), 0);
+  EXPECT_EQ(allocations_of(RollPitch<>{}), 0);
+  EXPECT_EQ(allocations_of(RollPitch<SO3>{}), 0);
+}
+
+TEST(NoAllocation, of_motion_models) {
+  EXPECT_EQ(allocations_of(ConstantTwist<SE3>{1.0, 0.6}), 0);
+  EXPECT_EQ(allocations_of(ConstantTwist<SE2>{1.0, 0.6}), 0);
+  EXPECT_EQ(allocations_of(ConstantTwist<R3>{1.0, 0.6}), 0);
+  EXPECT_EQ(allocations_of(ConstantTwist<SE23>{1.0, 0.6}), 0);
+  EXPECT_EQ((allocations_of(ConstantTwist<Bundle<SE23, Rn<6>>>{1.0, 0.6})), 0);
+  EXPECT_EQ((allocations_of(TwistComponents<SE3, sway | heave>{0.5})), 0);
+  EXPECT_EQ((allocations_of(TwistComponents<SE2, surge | yaw_rate>{0.5})), 0);
+  EXPECT_EQ(allocations_of(Outside{TwistComponents<SE3, surge | yaw_rate>{0.5}, between(0.0, 2.5)}), 0);
+}
+
+TEST(NoAllocation, of_losses) {
+  double sum = 0.0;
+  const long before = allocations;
+  for (const Loss& loss : {Huber(1.0), Cauchy(1.0), GemanMcClure(1.0), Tukey(1.0)}) sum += loss(2.0).rho;
+  EXPECT_EQ(allocations - before, 0);
+  EXPECT_GT(sum, 0.0);
+}
+
+}  // namespace
+}  // namespace tandem::testing

@@ -1,0 +1,67 @@
+#include <gtest/gtest.h>
+
+#include "tandem/lie/se2.hpp"
+#include "tandem/residuals/relative_pose.hpp"
+
+#include "residuals/autodiff.hpp"
+
+namespace tandem::testing {
+namespace {
+
+template <class G>
+class RelativePoseTest : public ::testing::Test {
+ protected:
+  const G z = G::Exp(tangent<G>(0.8, 4.0)), B = G::Exp(tangent<G>(2.1, 0.6)),
+          F = G::Exp(tangent<G>(-1.4, 1.1)), x = G::Exp(tangent<G>(1.9, 30.0));
+};
+using Groups = ::testing::Types<SE3, SE2, SO3>;
+TYPED_TEST_SUITE(RelativePoseTest, Groups);
+
+TYPED_TEST(RelativePoseTest, is_the_logarithm_of_its_definition) {
+  using G = TypeParam;
+  for (const bool extrinsics : {false, true}) {
+    const RelativePose<G> residual =
+        extrinsics ? RelativePose<G>{this->z, this->B, this->F} : RelativePose<G>{this->z};
+    for (const auto& e : residual_sizes<G>()) {
+      const G y = this->x * residual.B * this->z * G::Exp(e) * residual.F.inverse();
+      typename G::Tangent r;
+      residual(this->x, y, r);
+      EXPECT_LE(difference(e, r), 3e-14);  // positions of 30 m, a few units in the last place
+      // Z⁻¹ (X B)⁻¹ (Y F) = expm(e), the inverses taken over
+      EXPECT_LE(difference(plain(y) * plain(residual.F),
+                           plain(this->x) * plain(residual.B) * plain(this->z) * expm<G>(r)),
+                1e-14);
+    }
+  }
+}
+
+TYPED_TEST(RelativePoseTest, has_the_right_jacobians) {
+  using G = TypeParam;
+  for (const auto& e : residual_sizes<G>()) {
+    expect_right_jacobians(RelativePose<G>{this->z}, this->x, G(this->x * this->z * G::Exp(e)));
+    expect_right_jacobians(RelativePose<G>{this->z, this->B, this->F}, this->x,
+                           G(this->x * this->B * this->z * G::Exp(e) * this->F.inverse()));
+    expect_right_jacobians(RelativePose<G>{}, this->x, G(this->x * G::Exp(e)));
+  }
+  expect_right_jacobians_at_random(RelativePose<G>{}, 1);
+  expect_right_jacobians_at_random(RelativePose<G>{this->z}, 2);
+  expect_right_jacobians_at_random(RelativePose<G>{this->z, this->B, this->F}, 3);
+}
+
+TEST(RelativePose, sees_a_marker_ahead_of_a_turned_chaser) {
+  // The chaser at (10, 0, 0) looks along +y (world); the target 5 m along +y with the same heading is 5 m
+  // ahead.
+  const SO3 left = SO3::Exp({0.0, 0.0, std::numbers::pi / 2});
+  const SE3 chaser(left, Vector<3>(10.0, 0.0, 0.0)), target(left, Vector<3>(10.0, 5.0, 0.0));
+  const SE3 ahead(SO3(), Vector<3>(5.0, 0.0, 0.0));
+  Vector<6> r;
+  RelativePose<>{ahead}(chaser, target, r);
+  EXPECT_LE(r.norm(), 4e-15);  // 10 m: two units in the last place
+  // A camera 1 m ahead of the chaser's origin, a marker 2 m behind the target's: 2 m are left.
+  const SE3 camera(SO3(), Vector<3>(1.0, 0.0, 0.0)), marker(SO3(), Vector<3>(-2.0, 0.0, 0.0));
+  RelativePose<>{SE3(), camera, marker}(chaser, target, r);
+  EXPECT_LE((r - (Vector<6>() << 2.0, 0.0, 0.0, 0.0, 0.0, 0.0).finished()).norm(), 4e-15);
+}
+
+}  // namespace
+}  // namespace tandem::testing

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <tandem/lie/error.hpp>
+
+namespace tandem {
+
+/// A folder of a test's own, gone with it.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "tandem-test-XXXXXX").string();
+    path_ = mkdtemp(name.data());
+  }
+  ~ScratchFolder() { std::filesystem::remove_all(path_); }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path write(const std::string& file, const std::string& text) const {
+    std::ofstream(path_ / file, std::ios::binary) << text;
+    return path_ / file;
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline std::string read_file(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  EXPECT_TRUE(stream) << file << " is not there";
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// The message of the Error that f() throws.
+template <class F>
+std::string error_of(F f) {
+  try {
+    f();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  ADD_FAILURE() << "no Error was thrown";
+  return "";
+}
+
+/// Writes a scenario of five seconds into a folder: the target keeps 5 m ahead on a straight line at 1 m/s,
+/// and every measurement is exact.
+inline void write_small_scenario(const ScratchFolder& folder) {
+  folder.write("scenario.yaml",
+               "name: small\n"
+               "description: A straight line\n"
+               "source: by hand\n"
+               "keyframe_interval: 1.0\n"
+               "noise:\n"
+               "  prior: [1.0e-3, 1.0e-3, 1.0e-3, 1.0e-3, 1.0e-3, 1.0e-3]\n"
+               "  odometry: [0.01, 0.01, 0.01, 0.001, 0.001, 0.001]\n"
+               "  usbl: [1.0, 1.0, 1.0]\n"
+               "  optical: [0.1, 0.1, 0.1, 0.04, 0.04, 0.04]\n"
+               "  constant_twist: [0.1, 0.1, 0.1, 0.02, 0.02, 0.02]\n");
+  std::string chaser = "# t x y z qx qy qz qw\n", target;
+  for (int t = 0; t <= 5; ++t) {
+    chaser += std::to_string(t) + " " + std::to_string(t) + " 0 0 0 0 0 1\n";
+    target += std::to_string(t) + " " + std::to_string(t + 5) + " 0 0 0 0 0 1\n";
+  }
+  folder.write("chaser_odometry.tum", chaser);
+  folder.write("truth_chaser.tum", chaser);
+  folder.write("truth_target.tum", target);
+  folder.write("usbl.csv", "t,x,y,z\n1,5,0,0\n4.5,5,0,0\n");
+  folder.write("optical.csv", "t,x,y,z,qx,qy,qz,qw\n2,5,0,0,0,0,0,1\n3,5,0,0,0,0,0,1\n");
+}
+
+}  // namespace tandem
