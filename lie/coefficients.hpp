@@ -19,7 +19,8 @@ struct AngleCoefficients {
 
   S A, B, C, D, E, F;
 
-  explicit AngleCoefficients(const S& theta2) {
+  // Inlined, so that what a caller does not use is not computed.
+  [[gnu::always_inline]] explicit AngleCoefficients(const S& theta2) {
     using std::cos, std::sin, std::sqrt;
     if (theta2 < kSeriesBelow) {
       const S& x = theta2;

@@ -4,6 +4,30 @@
 
 namespace tandem {
 
+/// Jl⁻¹(v), and Jr⁻¹(v) out of it where the group knows how (`opposite`).
+template <LieGroup G>
+struct InverseJacobians {
+  typename G::Jacobian left, right;
+
+  explicit InverseJacobians(const typename G::Tangent& v) : left(G::Jl_inverse(v)) {
+    if constexpr (requires { G::opposite(left); }) {
+      right = G::opposite(left);
+    } else {
+      right = G::Jr_inverse(v);
+    }
+  }
+};
+
+/// a b for Jacobians of Exp, inverses and adjoints, with the group's structure where it has one (`product`).
+template <LieGroup G>
+typename G::Jacobian multiply(const typename G::Jacobian& a, const typename G::Jacobian& b) {
+  if constexpr (requires { G::product(a, b); }) {
+    return G::product(a, b);
+  } else {
+    return a * b;
+  }
+}
+
 /// The operations of a group with their Jacobians, each filled when its pointer is not null (Solà et al. 2018, §III).
 
 template <LieGroup G>

@@ -96,6 +96,26 @@ class BasicSEK3 {
   }
   static Jacobian Jr_inverse(const Tangent& v) { return Jl_inverse(-v); }
 
+  /// A Jacobian of Exp or its inverse at −v, from the same at v: Jr from Jl. Every 3 × 3 block is transposed, since
+  /// Q(−ρ, −θ) = Q(ρ, θ)ᵀ.
+  static Jacobian opposite(const Jacobian& J) {
+    Jacobian T = diagonal(J.template topLeftCorner<3, 3>().transpose());
+    for (int k = 0; k < K; ++k)
+      T.template block<3, 3>(3 * k, 3 * K) = J.template block<3, 3>(3 * k, 3 * K).transpose();
+    return T;
+  }
+  /// The product of two Jacobians of Exp, inverses or adjoints, all of the form [D O; 0 D].
+  static Jacobian product(const Jacobian& a, const Jacobian& b) {
+    const Matrix<3, 3, S> Da = a.template topLeftCorner<3, 3>(), Db = b.template topLeftCorner<3, 3>();
+    Jacobian c = diagonal(Da * Db);
+    for (int k = 0; k < K; ++k) {
+      auto block = c.template block<3, 3>(3 * k, 3 * K);
+      block.noalias() = Da * b.template block<3, 3>(3 * k, 3 * K);
+      block.noalias() += a.template block<3, 3>(3 * k, 3 * K) * Db;
+    }
+    return c;
+  }
+
   static S angle(const Tangent& v) { return v.template tail<3>().norm(); }
   static AlgebraMatrix hat(const Tangent& v) {
     AlgebraMatrix M = AlgebraMatrix::Zero();

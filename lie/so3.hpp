@@ -101,6 +101,9 @@ class BasicSO3 {
   }
   static Jacobian Jr_inverse(const Tangent& v) { return Jl_inverse(-v); }
 
+  /// A Jacobian of Exp or its inverse at −v, from the same at v: Jr from Jl.
+  static Jacobian opposite(const Jacobian& J) { return J.transpose(); }
+
   static S angle(const Tangent& v) { return v.norm(); }
   static AlgebraMatrix hat(const Tangent& v) { return skew(v); }
   static Tangent vee(const AlgebraMatrix& m) { return {m(2, 1), m(0, 2), m(1, 0)}; }

@@ -66,6 +66,7 @@ class Problem {
   /// A fixed variable keeps its value: solvers do not see it.
   template <LieGroup G>
   void fix(const Variable<G>& x, bool fixed = true) {
+    check_owned(x);
     variables_[std::size_t(id(x))].fixed = fixed;
   }
 
@@ -153,7 +154,7 @@ class Problem {
   }
   template <LieGroup G>
   void check_owned(const Variable<G>& x) {
-    if (x.store != &store<G>()) throw Error("a residual was given a variable that is not of this problem");
+    if (x.store != &store<G>()) throw Error("the problem was given a variable that is not its own");
   }
 
   template <Residual R>

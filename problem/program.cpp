@@ -166,6 +166,16 @@ double Program::gradient(Eigen::VectorXd& gradient) {
 
 double Program::linearize(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian) {
   chart_if_moved();
+  return accumulate(gradient, hessian);
+}
+
+double Program::linearize_at_point(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian) {
+  for (auto& [type, store] : problem_.stores_) store->charted = false;
+  moved_ = true;
+  return accumulate(gradient, hessian);
+}
+
+double Program::accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian) {
   gradient.setZero();
   hessian.setZero();
   double total = 0;

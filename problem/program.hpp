@@ -56,6 +56,8 @@ class Program {
   double gradient(Eigen::VectorXd& gradient);
   /// Cost, gradient and the Gauss-Newton Hessian's values in the order of its pattern.
   double linearize(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian);
+  /// The same with respect to right perturbations of the point, as if it had been recentred.
+  double linearize_at_point(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian);
   void constraints(Eigen::VectorXd& c);
   void constraint_jacobian(Eigen::VectorXd& values);
   /// Adds weight Jᵀ J of the constraint Jacobian to a Hessian.
@@ -88,6 +90,7 @@ class Program {
   void compile_constraints();
   detail::HessianPlace place(int offset_a, int offset_b) const;
   void chart_if_moved();
+  double accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian);
   std::string describe_block(const detail::PoolBase& pool, int block) const;
 
   Problem& problem_;
@@ -97,7 +100,7 @@ class Program {
   SymmetricPattern hessian_;
   TripletPattern jacobian_;
   Eigen::VectorXd lower_, upper_;
-  bool moved_ = false;  // δ ≠ 0 since the chart was last centred
+  bool moved_ = false;  // since the charts were last computed
 };
 
 }  // namespace tandem

@@ -22,6 +22,8 @@ class StateStoreBase {
   virtual void reset() = 0;
   /// The largest angle that a variable turns between value and point [rad].
   virtual double largest_angle() const = 0;
+
+  bool charted = false;  ///< derivatives are with respect to delta, else to perturbations of the point
 };
 
 template <LieGroup G>
@@ -31,7 +33,6 @@ class StateStore final : public StateStoreBase {
   std::vector<typename G::Tangent> delta;
   std::vector<typename G::Jacobian> chart;  ///< Jr(delta); read only when `charted`
   std::vector<int> id;                      ///< of the variable in its problem
-  bool charted = false;
 
   void add(const G& x, int variable_id) {
     value.push_back(x);

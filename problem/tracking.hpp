@@ -59,10 +59,10 @@ enum class Role { off, soft, hard };
 struct TrackingOptions {
   Role roll_pitch = Role::soft;
   Role non_holonomic = Role::off;        ///< sway = heave = 0 between consecutive target poses
-  std::optional<Bounds<1>> surge;        ///< limits of the mean surge [m/s]
-  std::optional<double> max_yaw_rate;    ///< limit of the mean yaw rate's magnitude [rad/s]
+  std::optional<Bounds<1>> surge{};      ///< limits of the mean surge [m/s]
+  std::optional<double> max_yaw_rate{};  ///< limit of the mean yaw rate's magnitude [rad/s]
   Role limits = Role::hard;              ///< how surge and yaw rate are held
-  Loss loss;                             ///< on the relative measurements
+  Loss loss{};                           ///< on the relative measurements
   std::size_t max_keyframes = 0;         ///< keep the first ones only; 0: all
 };
 

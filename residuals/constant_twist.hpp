@@ -1,5 +1,6 @@
 #pragma once
 
+#include "tandem/lie/operations.hpp"
 #include "tandem/residuals/residual.hpp"
 
 namespace tandem {
@@ -23,18 +24,17 @@ struct ConstantTwist {
     using S = typename X::Scalar;
     const S alpha = S(dt2 / dt1);
     const typename X::Tangent d1 = (t0.inverse() * t1).Log(), d2 = alpha * d1;
-    const X step = X::Exp(d2);
-    r = ((t1 * step).inverse() * t2).Log();
-    if (J0 || J1) {
-      const RowsBy<dim, X> by_predicted = -X::Jl_inverse(r);  // ∂e/∂T̂2
-      const RowsBy<dim, X> by_d1 = alpha * by_predicted * X::Jr(d2);
-      if (J0) J0->noalias() = -by_d1 * X::Jl_inverse(d1);
-      if (J1) {  // T1 acts along two paths: through δ1 and as the base of T̂2
-        J1->noalias() = by_d1 * X::Jr_inverse(d1);
-        J1->noalias() += by_predicted * step.inverse().Ad();
-      }
+    const X back = X::Exp(-d2);
+    r = (back * t1.inverse() * t2).Log();
+    if (!J0 && !J1 && !J2) return;
+    const InverseJacobians<X> at_r(r);
+    if (J0 || J1) {  // through T̂2, whose Jacobian is −Jl⁻¹(e)
+      const InverseJacobians<X> at_d1(d1);
+      const typename X::Jacobian by_d1 = -alpha * multiply<X>(at_r.left, X::Jr(d2));
+      if (J0) *J0 = -multiply<X>(by_d1, at_d1.left);
+      if (J1) *J1 = multiply<X>(by_d1, at_d1.right) - multiply<X>(at_r.left, back.Ad());  // by δ1, and as the base
     }
-    if (J2) *J2 = X::Jr_inverse(r);
+    if (J2) *J2 = at_r.right;
   }
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "tandem/lie/operations.hpp"
 #include "tandem/lie/sek3.hpp"
 #include "tandem/residuals/residual.hpp"
 
@@ -24,8 +25,10 @@ struct RelativePose {
     using S = typename X::Scalar;
     const X from = (B * z).inverse().template cast<S>(), marker = F.template cast<S>();
     r = (from * x.inverse() * y * marker).Log();
-    if (Jx) Jx->noalias() = -X::Jl_inverse(r) * from.Ad();
-    if (Jy) Jy->noalias() = X::Jr_inverse(r) * marker.inverse().Ad();
+    if (!Jx && !Jy) return;
+    const InverseJacobians<X> at_r(r);
+    if (Jx) *Jx = -multiply<X>(at_r.left, from.Ad());
+    if (Jy) *Jy = multiply<X>(at_r.right, marker.inverse().Ad());
   }
 };
 

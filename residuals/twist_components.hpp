@@ -3,6 +3,7 @@
 #include <array>
 #include <bit>
 
+#include "tandem/lie/operations.hpp"
 #include "tandem/lie/se2.hpp"
 #include "tandem/lie/sek3.hpp"
 #include "tandem/residuals/residual.hpp"
@@ -35,14 +36,12 @@ struct TwistComponents {
     const double per_second = 1.0 / dt;
     const typename X::Tangent d = (x0.inverse() * x1).Log();
     for (int i = 0; i < dim; ++i) r[i] = per_second * d[rows[i]];
-    if (J0) {
-      const typename X::Jacobian J = X::Jl_inverse(d);
-      for (int i = 0; i < dim; ++i) J0->row(i) = -per_second * J.row(rows[i]);
-    }
-    if (J1) {
-      const typename X::Jacobian J = X::Jr_inverse(d);
-      for (int i = 0; i < dim; ++i) J1->row(i) = per_second * J.row(rows[i]);
-    }
+    if (!J0 && !J1) return;
+    const InverseJacobians<X> at_d(d);
+    if (J0)
+      for (int i = 0; i < dim; ++i) J0->row(i) = -per_second * at_d.left.row(rows[i]);
+    if (J1)
+      for (int i = 0; i < dim; ++i) J1->row(i) = per_second * at_d.right.row(rows[i]);
   }
 
  private:

@@ -23,17 +23,19 @@ class LevenbergMarquardt {
         secant_(program_.num_unknowns(), options.secant_pairs) {
     const int n = program_.num_unknowns();
     gradient_.resize(n);
-    last_gradient_.resize(n);
+    trial_gradient_.resize(n);
     scale_.resize(n);
     shift_.resize(n);
     step_.resize(n);
     hessian_.resize(static_cast<Eigen::Index>(program_.hessian_pattern().row.size()));
+    trial_hessian_.resize(hessian_.size());
   }
 
   Summary run() {
     auto& s = session_.summary;
     try {
       s.initial_cost = s.cost = linearize();
+      update_scale();
     } catch (const Error& e) {
       session_.end(Status::failed, std::string("the residuals are undefined at the start: ") + e.what());
       return s;
@@ -67,12 +69,15 @@ class LevenbergMarquardt {
   double linearize() {
     const detail::Session::Timer timer(session_.summary.evaluation_seconds);
     ++session_.summary.evaluations;
-    const double cost = program_.linearize(gradient_, hessian_);
+    return program_.linearize(gradient_, hessian_);
+  }
+
+  /// The Hessian's diagonal, the scale of each unknown.
+  void update_scale() {
     const auto& pattern = program_.hessian_pattern();
     for (int k = 0; k < pattern.num_blocks(); ++k)
       for (int u = pattern.first[std::size_t(k)]; u < pattern.first[std::size_t(k) + 1]; ++u)
         scale_[u] = hessian_[pattern.column_start[std::size_t(u)] + u - pattern.first[std::size_t(k)]];
-    return cost;
   }
 
   /// Largest |g| in units in which each unknown has unit curvature.
@@ -95,15 +100,27 @@ class LevenbergMarquardt {
     return true;
   }
 
+  /// Cost after the step. While steps are good, with the derivatives there, since they will be wanted next.
   double cost_at_step() {
     const detail::Session::Timer timer(session_.summary.evaluation_seconds);
     ++session_.summary.evaluations;
     try {
       program_.move_to(step_);
-      return program_.cost();
+      return confident_ ? program_.linearize_at_point(trial_gradient_, trial_hessian_) : program_.cost();
     } catch (const Error&) {
       return kInfinity;  // undefined there: shorten the step
     }
+  }
+
+  /// Derivatives at the point just accepted.
+  void adopt_derivatives() {
+    if (!confident_) {
+      const detail::Session::Timer timer(session_.summary.evaluation_seconds);
+      program_.linearize(trial_gradient_, trial_hessian_);
+    }
+    gradient_.swap(trial_gradient_);  // the trial's is now the last one
+    hessian_.swap(trial_hessian_);
+    update_scale();
   }
 
   /// One trial step; `damping` and its `growth` follow Nielsen (1999).
@@ -114,6 +131,7 @@ class LevenbergMarquardt {
       damping = std::max(damping, 1e-12) * growth;
       growth *= 2;
       secant_.clear();
+      confident_ = false;
       return false;
     };
     if (!factorize(damping)) return refuse();
@@ -141,11 +159,11 @@ class LevenbergMarquardt {
     } else if (step_.cwiseAbs().maxCoeff() <= options_.step_tolerance) {
       session_.end(Status::converged, "the steps have become too small to matter");
     } else {
-      last_gradient_.swap(gradient_);
-      linearize();
+      adopt_derivatives();
       // Far away, where the cost still falls fast, the curvature of one place says little about the next.
-      if (drop <= kSecantBelow * before) secant_.add(step_, last_gradient_, gradient_);
+      if (drop <= kSecantBelow * before) secant_.add(step_, trial_gradient_, gradient_);
     }
+    confident_ = ratio > 0.1;
     damping = std::max(kSmallestDamping, damping * std::max(0.1, 1 - std::pow(2 * ratio - 1, 3)));
     growth = 4;
     return true;
@@ -161,7 +179,8 @@ class LevenbergMarquardt {
   Program program_;
   BlockCholesky cholesky_;
   detail::SecantPairs secant_;
-  Eigen::VectorXd gradient_, last_gradient_, hessian_, scale_, shift_, step_;
+  bool confident_ = true;  // the last step was good
+  Eigen::VectorXd gradient_, trial_gradient_, hessian_, trial_hessian_, scale_, shift_, step_;
 };
 
 }  // namespace

@@ -122,16 +122,16 @@ int run_estimate(const EstimateArguments& arguments) {
   stop_on_interrupt();
   const Estimate result = estimate_with_progress(scenario, options, solver, arguments.quiet);
 
-  if (arguments.json)
+  std::string note;
+  if (out) note = write_everything(result, scenario, *out, plots);
+  if (arguments.json) {
     fmt::print("{}", summary_json(result));
-  else if (!arguments.quiet)
+  } else if (!arguments.quiet) {
     fmt::print("{}", report(result));
-  std::fflush(stdout);
-  if (out) {
-    const std::string note = write_everything(result, scenario, *out, plots);
-    if (!arguments.json && !arguments.quiet) fmt::print("\nWritten to {}\n", *arguments.out);
-    if (!note.empty() && !arguments.quiet) fmt::print(stderr, "tandem: {}\n", note);
+    if (out) fmt::print("\nWritten to {}\n", *arguments.out);
   }
+  std::fflush(stdout);
+  if (!note.empty() && !arguments.quiet) fmt::print(stderr, "tandem: {}\n", note);
   if (result.summary.converged()) return 0;
   fmt::print(stderr, "tandem: {} did not converge ({}): {}\n", result.summary.solver,
              name(result.summary.status), result.summary.message);

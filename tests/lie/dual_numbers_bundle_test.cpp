@@ -7,8 +7,11 @@
 namespace tandem {
 namespace {
 
-TYPED_TEST_SUITE(DualNumbers, Bundles);
-TYPED_TEST(DualNumbers, ThroughEveryOperation) { this->run(); }
+template <class G>
+class DualNumbersInBundles : public DualNumbers<G> {};
+
+TYPED_TEST_SUITE(DualNumbersInBundles, Bundles);
+TYPED_TEST(DualNumbersInBundles, ThroughEveryOperation) { this->run(); }
 
 }  // namespace
 }  // namespace tandem

@@ -1,0 +1,66 @@
+#include <memory>
+
+#include <gtest/gtest.h>
+
+#include "allocations.hpp"
+#include "mixed_problem.hpp"
+
+namespace tandem::testing {
+namespace {
+
+template <class F>
+long allocations_of(F f) {
+  const long before = allocations;
+  f();
+  return allocations - before;
+}
+
+/// A residual that asks the heap for something at every evaluation.
+struct Wasteful {
+  static constexpr std::string_view name = "wasteful";
+  static constexpr int dim = 3;
+  using States = std::tuple<R3>;
+  void operator()(const R3& x, Vector<3>& r, Matrix<3, 3>* J = nullptr) const {
+    const Eigen::MatrixXd I = Eigen::MatrixXd::Identity(3, 3);
+    r = I * x.vector();
+    if (J) *J = I;
+  }
+};
+
+TEST(NoAllocation, AWastefulResidualIsCounted) {
+  Problem problem;
+  const auto x = problem.add(R3({1.0, 2.0, 3.0}));
+  for (int i = 0; i < 10; ++i) problem.minimize(Wasteful{}, Gaussian{1.0, 1.0, 1.0}, {x});
+  Program program(problem);
+  EXPECT_GE(allocations_of([&] { program.cost(); }), 10);
+}
+
+TEST(NoAllocation, EvaluationAsksTheHeapForNothing) {
+  MixedProblem mixed;
+  Program program(mixed.problem);
+  const int n = program.num_unknowns();
+  const Eigen::VectorXd delta = random_vector(n, 0.5, 1), multipliers = random_vector(program.num_rows(), 1.0, 2);
+  Eigen::VectorXd gradient(n), H = hessian_values(program), c(program.num_rows());
+  Eigen::VectorXd J(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
+  double sum = 0;
+  const auto evaluate = [&] {
+    program.move_to(delta);
+    sum += program.cost() + program.gradient(gradient) + program.linearize(gradient, H) + program.largest_angle();
+    program.constraints(c);
+    sum += program.violation(c).size;
+    program.constraint_jacobian(J);
+    program.add_constraint_hessian(1.0, H);
+    program.exact_hessian(1.0, multipliers, H);
+    program.reset();
+    sum += program.linearize(gradient, H);
+    program.move_to(delta);
+    program.recenter();
+    sum += program.linearize(gradient, H);
+  };
+  evaluate();
+  EXPECT_EQ(allocations_of(evaluate), 0);
+  EXPECT_TRUE(std::isfinite(sum));
+}
+
+}  // namespace
+}  // namespace tandem::testing

@@ -1,0 +1,318 @@
+#include "mixed_problem.hpp"
+
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+namespace tandem::testing {
+namespace {
+
+/// Differences are good to 1e-11 of the largest entry here; derivatives must agree to what is left of that.
+constexpr double kTolerance = 1e-9;
+
+void expect_equal(const Eigen::MatrixXd& given, const Eigen::MatrixXd& expected, double tolerance = kTolerance) {
+  ASSERT_EQ(given.rows(), expected.rows());
+  ASSERT_EQ(given.cols(), expected.cols());
+  EXPECT_LE((given - expected).cwiseAbs().maxCoeff(), tolerance * expected.cwiseAbs().maxCoeff());
+}
+
+Eigen::VectorXd constraints(Program& program) {
+  Eigen::VectorXd c(program.num_rows());
+  program.constraints(c);
+  return c;
+}
+
+Eigen::VectorXd gradient(Program& program) {
+  Eigen::VectorXd g(program.num_unknowns());
+  program.gradient(g);
+  return g;
+}
+
+template <class R, class Handles>
+Vector<R::dim> rows(const R& residual, const Handles& x, const Problem& problem) {
+  Vector<R::dim> r;
+  std::apply([&](const auto&... handle) { residual(problem.value(handle)..., r); }, x);
+  return r;
+}
+
+class ProgramTest : public ::testing::Test {
+ protected:
+  MixedProblem mixed;
+  Program program{mixed.problem};
+  Eigen::VectorXd delta = random_vector(program.num_unknowns(), 0.5, 3);
+
+  double cost_at(const Eigen::VectorXd& d) {
+    program.move_to(d);
+    return program.cost();
+  }
+  Eigen::VectorXd lagrangian_gradient_at(const Eigen::VectorXd& d, double factor, const Eigen::VectorXd& multipliers) {
+    program.move_to(d);
+    return factor * gradient(program) + dense_jacobian(program).transpose() * multipliers;
+  }
+};
+
+TEST_F(ProgramTest, UnknownsStandInTheOrderOfTheVariables) {
+  EXPECT_EQ(program.num_unknowns(), 6 + 6 + 3 + 3 + 6 + 6);
+  EXPECT_EQ(program.num_rows(), 2 + 2 + 2 + 6 + 2 + 3);
+}
+
+TEST_F(ProgramTest, MovesEachVariableAlongItsExp) {
+  const MixedVariables& v = mixed.v;
+  const SE3 a = mixed.problem.value(v.a);
+  const SE2 q = mixed.problem.value(v.q);
+  const Body s = mixed.problem.value(v.s);
+  program.move_to(delta);
+  EXPECT_TRUE(mixed.problem.value(v.a).matrix() == a.matrix()) << "values are X̄ until it is recentred";
+  program.recenter();
+  EXPECT_TRUE(mixed.problem.value(v.a).matrix() == (a * SE3::Exp(delta.segment<6>(0))).matrix());
+  EXPECT_TRUE(mixed.problem.value(v.q).matrix() == (q * SE2::Exp(delta.segment<3>(15))).matrix());
+  EXPECT_TRUE(mixed.problem.value(v.s).matrix() == (s * Body::Exp(delta.segment<6>(24))).matrix());
+}
+
+TEST_F(ProgramTest, CostIsTheSumOfHalfTheLosses) {
+  program.move_to(delta);
+  const double cost = program.cost();
+  program.recenter();
+  double expected = 0;
+  each_mixed_cost(mixed.v, [&](const auto& residual, const Gaussian& noise, const auto& x, const Loss& loss) {
+    expected += 0.5 * loss((noise.sqrt_information() * rows(residual, x, mixed.problem)).squaredNorm()).rho;
+  });
+  EXPECT_NEAR(cost, expected, 1e-13 * expected);
+  EXPECT_NEAR(program.cost(), expected, 1e-13 * expected);
+}
+
+TEST_F(ProgramTest, GradientAgreesWithDifferences) {
+  const auto expected = differences(delta, [&](const auto& d) { return Vector<1>(cost_at(d)); });
+  program.move_to(delta);
+  Eigen::VectorXd g(program.num_unknowns()), with_hessian(program.num_unknowns()), H = hessian_values(program);
+  const double cost = program.gradient(g);
+  expect_equal(g.transpose(), expected);
+  EXPECT_DOUBLE_EQ(program.linearize(with_hessian, H), cost);
+  EXPECT_DOUBLE_EQ(program.cost(), cost);
+  EXPECT_TRUE(with_hessian.isApprox(g, 1e-14));
+}
+
+/// Each block on its own, as a constraint, gives its rows' Jacobian by differences; weighted and summed up they are the
+/// Gauss-Newton Hessian.
+TEST_F(ProgramTest, GaussNewtonHessianAgreesWithDifferences) {
+  const int n = program.num_unknowns();
+  Eigen::MatrixXd expected = Eigen::MatrixXd::Zero(n, n);
+  each_mixed_cost(mixed.v, [&](const auto& residual, const Gaussian& noise, const auto& x, const Loss& loss) {
+    Problem problem;
+    const MixedVariables own = add_mixed_variables(problem);
+    const auto rebind = [&]<class G>(const Variable<G>& handle) {
+      Variable<G> result = handle;
+      if constexpr (std::is_same_v<G, SE3>) result.store = own.a.store;
+      if constexpr (std::is_same_v<G, R3>) result.store = own.p.store;
+      if constexpr (std::is_same_v<G, SE2>) result.store = own.q.store;
+      if constexpr (std::is_same_v<G, Body>) result.store = own.s.store;
+      return result;
+    };
+    problem.subject_to(residual, at_least(0), std::apply([&](auto... h) { return std::tuple(rebind(h)...); }, x));
+    Program block(problem);
+    const auto value = [&](const Eigen::VectorXd& d) {
+      block.move_to(d);
+      return constraints(block);
+    };
+    const Eigen::MatrixXd W = noise.sqrt_information();
+    const Eigen::MatrixXd J = W * differences(delta, value);
+    expected += loss((W * value(delta)).squaredNorm()).d1 * J.transpose() * J;
+  });
+  program.move_to(delta);
+  Eigen::VectorXd g(n), H = hessian_values(program);
+  program.linearize(g, H);
+  expect_equal(dense(program.hessian_pattern(), H), expected);
+}
+
+TEST_F(ProgramTest, ConstraintsAreTheResidualsRowsWithTheirBounds) {
+  program.move_to(delta);
+  const Eigen::VectorXd c = constraints(program);
+  program.recenter();
+  int row = 0;
+  each_mixed_constraint(mixed.v, [&](const auto& residual, const auto& bounds, const auto& x) {
+    constexpr int dim = std::remove_cvref_t<decltype(residual)>::dim;
+    EXPECT_TRUE(c.segment<dim>(row).isApprox(rows(residual, x, mixed.problem), 1e-14));
+    EXPECT_EQ(program.lower().segment<dim>(row), bounds.lower);
+    EXPECT_EQ(program.upper().segment<dim>(row), bounds.upper);
+    row += dim;
+  });
+  EXPECT_EQ(row, program.num_rows());
+}
+
+TEST_F(ProgramTest, ConstraintJacobianAgreesWithDifferences) {
+  const auto expected = differences(delta, [&](const auto& d) {
+    program.move_to(d);
+    return constraints(program);
+  });
+  program.move_to(delta);
+  const Eigen::MatrixXd J = dense_jacobian(program);
+  expect_equal(J, expected);
+  Eigen::VectorXd H = hessian_values(program);
+  program.add_constraint_hessian(2.5, H);
+  expect_equal(dense(program.hessian_pattern(), H), 2.5 * J.transpose() * J, 1e-14);
+}
+
+/// The Hessian itself is made by differences with h = 1e-5: rounding 1e-16 / h, truncation h² of third derivatives of
+/// some 10 to 100 times the second.
+TEST_F(ProgramTest, ExactHessianAgreesWithDifferences) {
+  for (const double factor : {1.0, 0.3}) {
+    const Eigen::VectorXd multipliers = random_vector(program.num_rows(), 2.0, 5);
+    const auto expected =
+        differences(delta, [&](const auto& d) { return lagrangian_gradient_at(d, factor, multipliers); });
+    program.move_to(delta);
+    Eigen::VectorXd H = hessian_values(program);
+    program.exact_hessian(factor, multipliers, H);
+    expect_equal(dense(program.hessian_pattern(), H), expected, 1e-8);
+  }
+}
+
+TEST_F(ProgramTest, ExactHessianAtTheCentreAgreesWithDifferences) {
+  const Eigen::VectorXd multipliers = random_vector(program.num_rows(), 2.0, 6), zero = 0.0 * delta;
+  const auto expected = differences(zero, [&](const auto& d) { return lagrangian_gradient_at(d, 1.0, multipliers); });
+  program.reset();
+  Eigen::VectorXd H = hessian_values(program);
+  program.exact_hessian(1.0, multipliers, H);
+  expect_equal(dense(program.hessian_pattern(), H), expected, 1e-8);
+}
+
+TEST_F(ProgramTest, PatternIsSortedWithFullDiagonalBlocks) {
+  const SymmetricPattern& h = program.hessian_pattern();
+  ASSERT_EQ(h.num_blocks(), 6);
+  for (int block = 0; block < h.num_blocks(); ++block) {
+    EXPECT_EQ(h.block_row[std::size_t(h.block_start[std::size_t(block)])], block);
+    for (int c = h.first[std::size_t(block)]; c < h.first[std::size_t(block) + 1]; ++c) {
+      const auto begin = h.row.begin() + h.column_start[std::size_t(c)];
+      const auto end = h.row.begin() + h.column_start[std::size_t(c) + 1];
+      EXPECT_EQ(*begin, h.first[std::size_t(block)]);
+      EXPECT_TRUE(std::adjacent_find(begin, end, std::greater_equal<>()) == end);
+    }
+  }
+  program.move_to(delta);
+  Eigen::VectorXd g(program.num_unknowns()), H = hessian_values(program);
+  program.linearize(g, H);
+  const Eigen::MatrixXd full = dense(h, H);
+  EXPECT_LE((full - full.transpose()).cwiseAbs().maxCoeff(), 1e-13 * full.cwiseAbs().maxCoeff())
+      << "both triangles of the diagonal blocks are filled";
+}
+
+TEST_F(ProgramTest, PatternHasNoPairThatNoBlockReads) {
+  const SymmetricPattern& h = program.hessian_pattern();
+  for (int row = h.block_start[0]; row < h.block_start[1]; ++row)  // a meets b and c, not p, q, s
+    EXPECT_TRUE(h.block_row[std::size_t(row)] != 2 && h.block_row[std::size_t(row)] != 3 &&
+                h.block_row[std::size_t(row)] != 5);
+}
+
+TEST_F(ProgramTest, FixedVariablesLeaveTheRestAsItIs) {
+  program.move_to(0.0 * delta);
+  const int n = program.num_unknowns();
+  Eigen::VectorXd g(n), H = hessian_values(program);
+  program.linearize(g, H);
+  const Eigen::MatrixXd full = dense(program.hessian_pattern(), H), J = dense_jacobian(program);
+
+  mixed.problem.fix(mixed.v.b);
+  mixed.problem.fix(mixed.v.s);
+  Program reduced(mixed.problem);
+  std::vector<int> kept;
+  for (int i = 0; i < 24; ++i)
+    if (i < 6 || i >= 12) kept.push_back(i);
+  ASSERT_EQ(reduced.num_unknowns(), static_cast<int>(kept.size()));
+  Eigen::VectorXd small_g(reduced.num_unknowns()), small_H = hessian_values(reduced);
+  EXPECT_DOUBLE_EQ(reduced.linearize(small_g, small_H), program.cost());
+  EXPECT_EQ(small_g, g(kept));
+  EXPECT_EQ(dense(reduced.hessian_pattern(), small_H), full(kept, kept));
+  EXPECT_EQ(dense_jacobian(reduced), J(Eigen::all, kept));
+  EXPECT_EQ(reduced.describe_unknown(6).variable, "p");
+
+  const SE3 b = mixed.problem.value(mixed.v.b);
+  reduced.move_to(random_vector(reduced.num_unknowns(), 0.5, 9));
+  const auto at = random_vector(reduced.num_unknowns(), 0.5, 9);
+  const auto expected = differences(at, [&](const auto& d) {
+    reduced.move_to(d);
+    return Vector<1>(reduced.cost());
+  });
+  reduced.move_to(at);
+  expect_equal(gradient(reduced).transpose(), expected);
+  reduced.recenter();
+  EXPECT_TRUE(mixed.problem.value(mixed.v.b).matrix() == b.matrix());
+}
+
+TEST_F(ProgramTest, RecenteringKeepsThePointAndCentresTheChart) {
+  const double cost = cost_at(delta);
+  const Eigen::VectorXd c = constraints(program);
+  program.recenter();
+  EXPECT_EQ(program.largest_angle(), 0.0);
+  EXPECT_EQ(program.cost(), cost);
+  EXPECT_EQ(constraints(program), c);
+  const Eigen::VectorXd at_centre = gradient(program), zero = 0.0 * delta;
+  const auto expected = differences(zero, [&](const auto& d) { return Vector<1>(cost_at(d)); });
+  expect_equal(at_centre.transpose(), expected);
+  cost_at(0.3 * delta);
+  program.reset();
+  EXPECT_EQ(program.cost(), cost);
+  EXPECT_EQ(gradient(program), at_centre);
+}
+
+TEST_F(ProgramTest, LargestAngleIsOverAllGroups) {
+  Eigen::VectorXd d = 0.0 * delta;
+  d[2] = 50.0;   // metres do not count
+  d[4] = 0.3;    // of a
+  d[17] = -0.7;  // of q, in the plane
+  program.move_to(d);
+  EXPECT_DOUBLE_EQ(program.largest_angle(), 0.7);
+  d.segment<3>(24) << 0.6, 0.0, 0.8;  // of s
+  program.move_to(d);
+  EXPECT_DOUBLE_EQ(program.largest_angle(), 1.0);
+}
+
+TEST_F(ProgramTest, ViolationIsTheLargestDistanceOutside) {
+  Eigen::VectorXd c = program.lower().cwiseMax(-10.0).cwiseMin(program.upper());
+  EXPECT_EQ(program.violation(c).size, 0.0);
+  EXPECT_EQ(program.violation(c).row, -1);
+  c[3] += 0.75;  // between −0.1 and 0.3
+  c[14] = -1.0;  // at least 0.4
+  EXPECT_DOUBLE_EQ(program.violation(c).size, 1.4);
+  EXPECT_EQ(program.violation(c).row, 14);
+  c[5] = std::nan("");
+  EXPECT_EQ(program.violation(c).row, 5);
+}
+
+TEST_F(ProgramTest, DescribesRowsAndUnknowns) {
+  EXPECT_EQ(program.describe_row(0), "twist components of a, b");
+  EXPECT_EQ(program.describe_row(3), "twist components of c, b");
+  EXPECT_EQ(program.describe_row(4), "roll-pitch of c");
+  EXPECT_EQ(program.describe_row(11), "constant twist of b, a, b");
+  EXPECT_EQ(program.describe_row(16), "carried point of s, p");
+  const auto u = program.describe_unknown(17);
+  EXPECT_EQ(u.variable, "q");
+  EXPECT_EQ(u.entry, 2);
+  EXPECT_EQ(u.dof, 3);
+  EXPECT_EQ(program.describe_unknown(0).variable, "a");
+  EXPECT_EQ(program.describe_unknown(29).variable, "s");
+}
+
+TEST_F(ProgramTest, DescribesTheBlockThatIsNotFinite) {
+  EXPECT_EQ(program.describe_bad_block(), "");
+  mixed.problem.set_value(mixed.v.p, R3({0.0, std::numeric_limits<double>::quiet_NaN(), 0.0}));
+  EXPECT_EQ(Program(mixed.problem).describe_bad_block(), "USBL position of b, p");
+}
+
+TEST(Program, NamesVariablesThatNothingReads) {
+  Problem problem;
+  const auto x = problem.add(R3(), "x");
+  problem.add(SE3(), "idle");
+  problem.add(R3());
+  const auto held = problem.add(R3(), "held");
+  problem.fix(held);
+  problem.minimize(Prior<R3>{R3()}, Gaussian{1.0, 1.0, 1.0}, {x});
+  EXPECT_EQ(Program(problem).unread_variables(), (std::vector<std::string>{"idle", "variable 2"}));
+}
+
+TEST(Program, NeedsAFreeVariable) {
+  Problem problem;
+  EXPECT_THROW(Program{problem}, Error);
+  problem.fix(problem.add(SE3()));
+  EXPECT_THROW(Program{problem}, Error);
+}
+
+}  // namespace
+}  // namespace tandem::testing

@@ -1,0 +1,289 @@
+#include "cases.hpp"
+
+#include <gmock/gmock.h>
+
+#include <tandem/residuals/constant_twist.hpp>
+#include <tandem/residuals/usbl_position.hpp>
+
+#include "problem/simulated_tracking.hpp"
+
+/// What every solver must do alike.
+namespace tandem::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+const Gaussian kUnit1{1.0};
+const Gaussian kUnit3{1.0, 1.0, 1.0};
+const Gaussian kUnit6{1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
+
+class EverySolver : public ::testing::TestWithParam<AnySolver> {
+ protected:
+  const AnySolver& solver() const { return GetParam(); }
+};
+INSTANTIATE_TEST_SUITE_P(Solvers, EverySolver, ::testing::ValuesIn(main_solvers()), name_of);
+
+TEST_P(EverySolver, DescendsRosenbrocksValley) {
+  Problem problem;
+  const auto x = problem.add(R2({-1.2, 1.0}));
+  problem.minimize(Rosenbrock{}, Gaussian{1.0, 1.0}, {x});
+  const Summary s = solver()(problem);
+  EXPECT_TRUE(s.converged()) << s.message;
+  EXPECT_DOUBLE_EQ(s.initial_cost, 0.5 * (19.36 + 4.84));
+  EXPECT_LE((problem.value(x).vector() - Vector<2>(1.0, 1.0)).norm(), 1e-6);
+  EXPECT_EQ(s.cost, cost_of(problem));
+  EXPECT_EQ(s.max_violation, 0.0);
+  EXPECT_EQ(s.worst_constraint, "");
+  EXPECT_GT(s.iterations, 0);
+  EXPECT_GT(s.evaluations, 0);
+  EXPECT_GT(s.seconds, 0.0);
+}
+
+TEST_P(EverySolver, FindsTheMeanOfRotations) {
+  Problem problem;
+  const SO3 mean = SO3::Exp({0.5, -0.8, 0.3});
+  const auto R = problem.add(SO3::Exp({-0.2, 0.4, 0.9}));
+  double cost = 0;
+  for (const Vector<3>& v : {Vector<3>(0.4, 0.0, 0.1), Vector<3>(-0.2, 0.3, 0.2), Vector<3>(0.0, 0.1, -0.6)}) {
+    for (const double side : {1.0, -1.0}) problem.minimize(Prior<SO3>{mean * SO3::Exp(side * v)}, kUnit3, {R});
+    cost += v.squaredNorm();
+  }
+  const Summary s = solver()(problem);
+  EXPECT_TRUE(s.converged()) << s.message;
+  EXPECT_NEAR(s.cost, cost, 1e-9 * cost);
+  // The cost is flat at the optimum: what its tolerance of 1e-10 leaves of the angle is the root of that.
+  EXPECT_LE((mean.inverse() * problem.value(R)).Log().norm(), 2e-5);
+}
+
+/// Start at the identity, solution up to 6 rad away: charts must be left and centred anew.
+TEST_P(EverySolver, TurnsFurtherThanAChart) {
+  Problem problem;
+  std::vector<Variable<SE3>> x;
+  const SE3 step = SE3::Exp((Vector<6>() << 1.0, 0.2, -0.1, 0.3, -0.4, 1.4).finished());
+  SE3 truth;
+  for (int k = 0; k <= 4; ++k) {
+    x.push_back(problem.add(SE3()));
+    if (k > 0) problem.minimize(RelativePose<SE3>{step}, kUnit6, {x[std::size_t(k - 1)], x[std::size_t(k)]});
+  }
+  problem.minimize(Prior<SE3>{SE3()}, kUnit6, {x[0]});
+  const Summary s = solver()(problem);
+  EXPECT_TRUE(s.converged()) << s.message;
+  EXPECT_LE(s.cost, 1e-9);
+  for (const auto& variable : x) {
+    EXPECT_LE((truth.inverse() * problem.value(variable)).Log().norm(), 1e-4);
+    truth = truth * step;
+  }
+}
+
+TEST_P(EverySolver, FindsTheTruthOfANoiselessTrackingProblem) {
+  Simulation simulation;
+  simulation.duration = 8.0;
+  simulation.usbl_mount = SE3::Exp((Vector<6>() << 0.5, -0.2, 0.3, 0.4, 0.1, -0.9).finished());
+  simulation.optical_mount = SE3::Exp((Vector<6>() << 1.2, 0.1, -0.4, -0.3, 0.5, 0.2).finished());
+  simulation.marker = SE3::Exp((Vector<6>() << -0.8, 0.3, 0.2, 0.1, -0.2, 2.5).finished());
+  simulation.beacon = {0.4, -0.1, 0.6};
+  TrackingProblem tracking = make_tracking_problem(simulation.data());
+  const Summary s = solver()(tracking.problem);
+  EXPECT_TRUE(s.converged()) << s.message;
+  EXPECT_LE(s.cost, 1e-6);
+  for (std::size_t k = 0; k < tracking.keyframes.size(); ++k) {
+    const SE3 truth = Simulation::target(tracking.keyframes[k].t);
+    EXPECT_LE((truth.inverse() * tracking.problem.value(tracking.target[k])).Log().norm(), 1e-3);
+  }
+}
+
+TEST_P(EverySolver, StopsAtTheLimitOfIterations) {
+  Problem problem;
+  const auto x = problem.add(R2({-1.2, 1.0}));
+  problem.minimize(Rosenbrock{}, Gaussian{1.0, 1.0}, {x});
+  const Summary s = solver()(problem, {.max_iterations = 3});
+  EXPECT_EQ(s.status, Status::max_iterations) << s.message;
+  EXPECT_FALSE(s.converged());
+  EXPECT_LE(s.iterations, 3);
+  EXPECT_LE(s.cost, s.initial_cost);
+  EXPECT_EQ(s.cost, cost_of(problem));
+}
+
+TEST_P(EverySolver, StopsAtTheLimitOfTime) {
+  Problem problem;
+  const auto x = problem.add(R2({-1.2, 1.0}));
+  problem.minimize(Rosenbrock{}, Gaussian{1.0, 1.0}, {x});
+  const Summary s = solver()(problem, {.time_limit = 0.0});
+  EXPECT_EQ(s.status, Status::time_limit) << s.message;
+  EXPECT_LE(s.cost, s.initial_cost);
+  EXPECT_EQ(s.cost, cost_of(problem));
+}
+
+TEST_P(EverySolver, StopsWhenToldAndKeepsTheBestPoint) {
+  Problem problem;
+  const auto x = problem.add(R2({-1.2, 1.0}));
+  problem.minimize(Rosenbrock{}, Gaussian{1.0, 1.0}, {x});
+  std::atomic<bool> stop = false;
+  double least = HUGE_VAL;
+  int reports = 0;
+  const Summary s = solver()(problem, {.stop = &stop, .progress = [&](const Progress& p) {
+                                         least = std::min(least, p.cost);
+                                         if (++reports == 6) stop = true;
+                                       }});
+  EXPECT_EQ(s.status, Status::interrupted) << s.message;
+  EXPECT_EQ(s.message, sentence(Status::interrupted));
+  EXPECT_EQ(reports, 6);
+  EXPECT_LT(least, s.initial_cost);
+  EXPECT_NEAR(s.cost, least, 1e-12 * least);
+  EXPECT_EQ(s.cost, cost_of(problem));
+}
+
+TEST_P(EverySolver, PassesOnWhatAResidualThrows) {
+  struct Mine {};
+  struct Bomb {
+    int* left;
+    static constexpr std::string_view name = "bomb";
+    static constexpr int dim = 2;
+    using States = std::tuple<R2>;
+    void operator()(const R2& x, Vector<2>& r, Matrix<2, 2>* J = nullptr) const {
+      if (--*left == 0) throw Mine();
+      Rosenbrock()(x, r, J);
+    }
+  };
+  for (const int evaluations : {1, 2, 3, 6, 9}) {
+    Problem problem;
+    int left = evaluations;
+    const auto x = problem.add(R2({-1.2, 1.0}));
+    problem.minimize(Bomb{&left}, Gaussian{1.0, 1.0}, {x});
+    EXPECT_THROW(solver()(problem), Mine) << evaluations;
+    EXPECT_TRUE(solver()(problem).converged()) << "the problem is unharmed";
+  }
+}
+
+TEST_P(EverySolver, PassesOnWhatTheCallersProgressThrows) {
+  Problem problem;
+  const auto x = problem.add(R2({-1.2, 1.0}));
+  problem.minimize(Rosenbrock{}, Gaussian{1.0, 1.0}, {x});
+  EXPECT_THROW(solver()(problem, {.progress = [](const Progress&) { throw std::logic_error("mine"); }}),
+               std::logic_error);
+}
+
+/// A full Gauss-Newton step from 10 lands at −36.
+TEST_P(EverySolver, TurnsBackWhereAResidualIsUndefined) {
+  Problem problem;
+  const auto x = problem.add(R1(Vector<1>(10.0)));
+  problem.minimize(Logarithm{0.1}, kUnit1, {x});
+  const Summary s = solver()(problem);
+  EXPECT_TRUE(s.converged()) << s.message;
+  EXPECT_NEAR(problem.value(x).vector()[0], 0.1, 1e-6);
+}
+
+/// A full step leads behind a wall, where the cost is not a number.
+TEST_P(EverySolver, TurnsBackWhereTheCostIsNotFinite) {
+  Problem problem;
+  const auto x = problem.add(R1(Vector<1>(10.0)));
+  problem.minimize(Logarithm{100.0}, kUnit1, {x});
+  problem.minimize(Wall{30.0}, Gaussian{1e3}, {x});
+  const Summary s = solver()(problem);
+  EXPECT_LT(s.cost, s.initial_cost);
+  EXPECT_TRUE(std::isfinite(problem.value(x).vector()[0]));
+  EXPECT_EQ(s.cost, cost_of(problem));
+}
+
+TEST_P(EverySolver, NamesTheBlockThatIsNotFiniteAtTheStart) {
+  Problem problem;
+  const auto x = problem.add(R1(Vector<1>(10.0)), "x"), y = problem.add(R1(Vector<1>(3.0)), "y");
+  problem.minimize(Prior<R1>{R1()}, kUnit1, {x});
+  problem.minimize(Wall{5.0}, kUnit1, {y});
+  problem.minimize(Wall{5.0}, kUnit1, {x});
+  const Summary s = solver()(problem);
+  EXPECT_EQ(s.status, Status::failed);
+  EXPECT_THAT(s.message, HasSubstr("wall of x"));
+  EXPECT_FALSE(std::isfinite(s.cost)) << "no cost is claimed";
+}
+
+TEST_P(EverySolver, SaysWhenAResidualIsUndefinedAtTheStart) {
+  Problem problem;
+  const auto x = problem.add(R1(Vector<1>(-1.0)), "x");
+  problem.minimize(Logarithm{1.0}, kUnit1, {x});
+  const Summary s = solver()(problem);
+  EXPECT_EQ(s.status, Status::failed);
+  EXPECT_THAT(s.message, HasSubstr("undefined where x is not positive"));
+  EXPECT_FALSE(std::isfinite(s.cost)) << "no cost is claimed";
+  EXPECT_EQ(problem.value(x).vector()[0], -1.0);
+}
+
+TEST_P(EverySolver, NamesAVariableThatNothingReads) {
+  Problem problem;
+  const auto x = problem.add(R2(), "x");
+  problem.add(SE3(), "idle");
+  problem.minimize(Rosenbrock{}, Gaussian{1.0, 1.0}, {x});
+  const Summary s = solver()(problem);
+  EXPECT_EQ(s.status, Status::unconstrained);
+  EXPECT_THAT(s.message, HasSubstr("idle in x, y, z, rotation about x, rotation about y, rotation about z"));
+  EXPECT_LE((problem.value(x).vector() - Vector<2>(1.0, 1.0)).norm(), 1e-6) << "the rest is solved";
+}
+
+TEST_P(EverySolver, NamesTheRotationThatPositionsLeaveFree) {
+  Problem problem;
+  const auto chaser = problem.add(SE3(), "chaser"), target = problem.add(SE3(), "target");
+  problem.minimize(Prior<SE3>{SE3()}, kUnit6, {chaser});
+  problem.minimize(UsblPosition<SE3>{{1.0, 2.0, 3.0}}, kUnit3, {chaser, target});
+  const Summary s = solver()(problem);
+  EXPECT_EQ(s.status, Status::unconstrained) << s.message;
+  EXPECT_THAT(s.message, HasSubstr("target in rotation about x, rotation about y, rotation about z ("));
+}
+
+TEST_P(EverySolver, NamesAChainThatHangsFree) {
+  Problem problem;
+  std::vector<Variable<SE3>> x;
+  const SE3 step = SE3::Exp((Vector<6>() << 1.0, 0.2, -0.1, 0.1, -0.1, 0.2).finished());
+  for (int k = 0; k < 6; ++k) {
+    x.push_back(problem.add(SE3(), "x" + std::to_string(k)));
+    if (k > 0) problem.minimize(RelativePose<SE3>{step}, kUnit6, {x[std::size_t(k - 1)], x[std::size_t(k)]});
+  }
+  const Summary s = solver()(problem);
+  EXPECT_EQ(s.status, Status::unconstrained) << s.message;
+  EXPECT_THAT(s.message, HasSubstr("the problem leaves free: x"));
+  EXPECT_THAT(s.message, HasSubstr("and 3 more variables"));
+}
+
+TEST_P(EverySolver, IsDeterministic) {
+  Simulation simulation;
+  simulation.duration = 6.0;
+  simulation.noise = 1.0;
+  std::vector<Summary> summaries;
+  std::vector<Eigen::MatrixXd> values;
+  for (int run = 0; run < 2; ++run) {
+    TrackingProblem tracking = make_tracking_problem(simulation.data(), {.loss = Cauchy(2.0)});
+    summaries.push_back(solver()(tracking.problem));
+    for (const auto& x : tracking.target) values.push_back(tracking.problem.value(x).matrix());
+  }
+  EXPECT_EQ(summaries[0].cost, summaries[1].cost);
+  EXPECT_EQ(summaries[0].iterations, summaries[1].iterations);
+  EXPECT_EQ(summaries[0].evaluations, summaries[1].evaluations);
+  for (std::size_t k = 0; k < values.size() / 2; ++k) EXPECT_EQ(values[k], values[k + values.size() / 2]);
+}
+
+TEST_P(EverySolver, LeavesFixedVariablesWhereTheyAre) {
+  Problem problem;
+  const SE3 held = SE3::Exp((Vector<6>() << 1.0, 2.0, 3.0, 0.4, 0.5, 0.6).finished());
+  const auto x = problem.add(held), y = problem.add(SE3());
+  problem.minimize(Prior<SE3>{SE3()}, kUnit6, {x});
+  problem.minimize(RelativePose<SE3>{held}, kUnit6, {x, y});
+  problem.fix(x);
+  const Summary s = solver()(problem);
+  EXPECT_TRUE(s.converged()) << s.message;
+  EXPECT_TRUE(problem.value(x).matrix() == held.matrix());
+  EXPECT_LE(((held * held).inverse() * problem.value(y)).Log().norm(), 1e-5);
+}
+
+TEST(Statuses, HaveANameAndASentenceEach) {
+  std::vector<std::string> seen;
+  for (const Status status : {Status::converged, Status::max_iterations, Status::time_limit, Status::interrupted,
+                              Status::infeasible, Status::unconstrained, Status::unsupported, Status::failed}) {
+    for (const std::string_view text : {name(status), sentence(status)}) {
+      EXPECT_FALSE(text.empty());
+      EXPECT_THAT(seen, ::testing::Not(::testing::Contains(std::string(text))));
+      seen.emplace_back(text);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tandem::testing
