@@ -53,7 +53,7 @@ function(tandem_check_listed)
   endif()
 endfunction()
 
-# Compile through ccache when it is installed, with the settings that precompiled headers need.
+# Compile through ccache when it is installed.
 macro(tandem_use_ccache)
   find_program(TANDEM_CCACHE ccache)
   mark_as_advanced(TANDEM_CCACHE)
@@ -65,10 +65,7 @@ macro(tandem_use_ccache)
       WORKING_DIRECTORY "${PROJECT_BINARY_DIR}" RESULT_VARIABLE ccache_result OUTPUT_QUIET ERROR_QUIET
     )
     if(ccache_result EQUAL 0)
-      set(CMAKE_CXX_COMPILER_LAUNCHER
-          "${CMAKE_COMMAND}" -E env CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
-          "${TANDEM_CCACHE}"
-      )
+      set(CMAKE_CXX_COMPILER_LAUNCHER "${TANDEM_CCACHE}")
     endif()
   endif()
 endmacro()

@@ -5,7 +5,16 @@
 #include <cstdint>
 #include <limits>
 
+#ifdef TANDEM_HAS_TBB
+#include <tbb/parallel_invoke.h>
+#endif
+
 namespace tandem {
+namespace {
+
+constexpr int kTwoLanesFrom = 500;  // soft blocks; some 0.2 ms of work, well above what starting a thread costs
+
+}  // namespace
 
 Program::Program(Problem& problem) : problem_(problem) {
   offset_.resize(problem.variables_.size(), -1);
@@ -20,6 +29,7 @@ Program::Program(Problem& problem) : problem_(problem) {
   placement_.resize(problem.pools_.size());
   compile_hessian();
   compile_constraints();
+  compile_lanes();
   reset();
 }
 
@@ -121,6 +131,22 @@ void Program::compile_constraints() {
   }
 }
 
+void Program::compile_lanes() {
+  two_lanes_ = problem_.num_soft_blocks() >= kTwoLanesFrom;
+  if (!two_lanes_) return;
+  int first_unknown = num_unknowns();
+  for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
+    if (!problem_.pools_[p].soft) continue;
+    const auto& pool = *problem_.pools_[p].soft;
+    for (int i = first_of_lane(pool, 1) * pool.arity(); i < pool.size() * pool.arity(); ++i)
+      if (const int offset = placement_[p].offset[std::size_t(i)]; offset >= 0)
+        first_unknown = std::min(first_unknown, offset);
+  }
+  second_gradient_.setZero(num_unknowns() - first_unknown);
+  second_hessian_.setZero(static_cast<Eigen::Index>(hessian_.row.size()) -
+                          hessian_.column_start[std::size_t(first_unknown)]);
+}
+
 void Program::move_to(const Eigen::VectorXd& delta) {
   for (auto& [type, store] : problem_.stores_) store->move(delta.data(), offset_);
   moved_ = true;
@@ -142,47 +168,75 @@ double Program::largest_angle() const {
   return largest;
 }
 
+int Program::first_of_lane(const detail::PoolBase& pool, int lane) const {
+  return two_lanes_ ? pool.size() * lane / 2 : pool.size() * lane;
+}
+
 void Program::chart_if_moved() {
   if (!moved_) return;
   for (auto& [type, store] : problem_.stores_) store->chart_point();
   moved_ = false;
 }
 
+template <class F>
+double Program::in_lanes(F f) {
+  if (!two_lanes_) return f(0);
+#ifdef TANDEM_HAS_TBB
+  // Work stealing, not a barrier: on a busy machine this thread takes the second lane too instead of waiting.
+  double first = 0, second = 0;
+  tbb::parallel_invoke([&] { first = f(0); }, [&] { second = f(1); });
+  return first + second;
+#else
+  const double first = f(0);
+  return first + f(1);
+#endif
+}
+
 double Program::cost() {
-  double total = 0;
-  for (const auto& p : problem_.pools_)
-    if (p.soft) total += p.soft->cost();
-  return total;
+  return in_lanes([this](int lane) {
+    double total = 0;
+    for (const auto& p : problem_.pools_)
+      if (p.soft) total += p.soft->cost(first_of_lane(*p.soft, lane), first_of_lane(*p.soft, lane + 1));
+    return total;
+  });
 }
 
 double Program::gradient(Eigen::VectorXd& gradient) {
   chart_if_moved();
-  gradient.setZero();
-  double total = 0;
-  for (std::size_t p = 0; p < problem_.pools_.size(); ++p)
-    if (problem_.pools_[p].soft) total += problem_.pools_[p].soft->accumulate_gradient(placement_[p], gradient.data());
-  return total;
+  return accumulate(gradient, nullptr);
 }
 
 double Program::linearize(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian) {
   chart_if_moved();
-  return accumulate(gradient, hessian);
+  return accumulate(gradient, &hessian);
 }
 
 double Program::linearize_at_point(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian) {
   for (auto& [type, store] : problem_.stores_) store->charted = false;
   moved_ = true;
-  return accumulate(gradient, hessian);
+  return accumulate(gradient, &hessian);
 }
 
-double Program::accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian) {
-  gradient.setZero();
-  hessian.setZero();
-  double total = 0;
-  for (std::size_t p = 0; p < problem_.pools_.size(); ++p)
-    if (problem_.pools_[p].soft)
-      total += problem_.pools_[p].soft->accumulate(placement_[p], gradient.data(), hessian.data());
-  return total;
+double Program::accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian) {
+  const double cost = in_lanes([&](int lane) {
+    Eigen::VectorXd& g = lane == 0 ? gradient : second_gradient_;
+    Eigen::VectorXd* H = lane == 0 || !hessian ? hessian : &second_hessian_;
+    g.setZero();
+    if (H) H->setZero();
+    // Positions count from the whole arrays' beginning; no block of the second lane has one before its tails.
+    double* g_data = g.data() + g.size() - gradient.size();
+    double* H_data = H ? H->data() + H->size() - hessian->size() : nullptr;
+    double total = 0;
+    for (std::size_t p = 0; p < problem_.pools_.size(); ++p)
+      if (const auto* pool = problem_.pools_[p].soft.get())
+        total += pool->accumulate(placement_[p], first_of_lane(*pool, lane), first_of_lane(*pool, lane + 1), g_data, H_data);
+    return total;
+  });
+  if (two_lanes_) {
+    gradient.tail(second_gradient_.size()) += second_gradient_;
+    if (hessian) hessian->tail(second_hessian_.size()) += second_hessian_;
+  }
+  return cost;
 }
 
 void Program::constraints(Eigen::VectorXd& c) {

@@ -88,9 +88,14 @@ class Program {
  private:
   void compile_hessian();
   void compile_constraints();
+  void compile_lanes();
   detail::HessianPlace place(int offset_a, int offset_b) const;
   void chart_if_moved();
-  double accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian);
+  double accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian);
+  /// Runs f(lane) for both lanes, at once where threads are to be had; the sum of what they return.
+  template <class F>
+  double in_lanes(F f);
+  int first_of_lane(const detail::PoolBase& pool, int lane) const;
   std::string describe_block(const detail::PoolBase& pool, int block) const;
 
   Problem& problem_;
@@ -100,6 +105,11 @@ class Program {
   SymmetricPattern hessian_;
   TripletPattern jacobian_;
   Eigen::VectorXd lower_, upper_;
+  // The first half of every pool goes into the solver's arrays, the second into these, which hold no more than their
+  // tails from where it begins. The split, and so the rounding, is the same whatever the number of threads. Empty for
+  // small problems, which one lane serves faster.
+  Eigen::VectorXd second_gradient_, second_hessian_;
+  bool two_lanes_ = false;
   bool moved_ = false;  // since the charts were last computed
 };
 

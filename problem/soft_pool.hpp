@@ -9,14 +9,12 @@ namespace tandem::detail {
 /// Blocks that are costs: ½ Σ ρ(‖W r‖²).
 class SoftPoolBase : public PoolBase {
  public:
-  /// Cost at the point.
-  virtual double cost() const = 0;
+  /// Cost of blocks begin … end − 1 at the point.
+  virtual double cost(int begin, int end) const = 0;
   /// Cost of one block at the point.
   virtual double block_cost(int i) const = 0;
-  /// Cost at the point; adds the gradient and the Gauss-Newton Hessian ρ' Jᵀ WᵀW J.
-  virtual double accumulate(const PoolPlacement& place, double* gradient, double* H) const = 0;
-  /// Adds the gradient alone.
-  virtual double accumulate_gradient(const PoolPlacement& place, double* gradient) const = 0;
+  /// The same; adds the gradient and, where H is not null, the Gauss-Newton Hessian ρ' Jᵀ WᵀW J.
+  virtual double accumulate(const PoolPlacement& place, int begin, int end, double* gradient, double* H) const = 0;
 };
 
 template <Residual R>
@@ -42,9 +40,9 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
     this->remove_from(weights_, i);
   }
 
-  double cost() const override {
+  double cost(int begin, int end) const override {
     double total = 0;
-    for (int i = 0; i < this->size(); ++i) total += block_cost(i);
+    for (int i = begin; i < end; ++i) total += block_cost(i);
     return total;
   }
   double block_cost(int i) const override {
@@ -54,11 +52,27 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
     return 0.5 * weights_[std::size_t(i)].loss(r.squaredNorm()).rho;
   }
 
-  double accumulate(const PoolPlacement& place, double* gradient, double* H) const override {
-    return accumulate_all<true>(place, gradient, H);
-  }
-  double accumulate_gradient(const PoolPlacement& place, double* gradient) const override {
-    return accumulate_all<false>(place, gradient, nullptr);
+  double accumulate(const PoolPlacement& place, int begin, int end, double* gradient, double* H) const override {
+    double total = 0;
+    Row r;
+    Jacobians J;
+    static_for<kArity>([&]<int A>() { std::get<A>(J).setZero(); });  // GCC 12 does not see that linearize sets it
+    for (std::size_t i = std::size_t(begin); i < std::size_t(end); ++i) {
+      const int* offset = &place.offset[i * kArity];
+      this->linearize(i, offset, r, J);
+      whiten(i, r);
+      const Loss::Value loss = weights_[i].loss(r.squaredNorm());
+      total += 0.5 * loss.rho;
+      r *= loss.d1;
+      static_for<kArity>([&]<int A>() {
+        if (offset[A] < 0) return;
+        auto& Ja = std::get<A>(J);
+        whiten(i, Ja);
+        Eigen::Map<Vector<Pool::template State<A>::dof>>(gradient + offset[A]).noalias() += Ja.transpose() * r;
+      });
+      if (H) this->add_products(offset, &place.hessian[i * kPairs], loss.d1, J, H);
+    }
+    return total;
   }
 
   void add_exact_hessian(const PoolPlacement& place, double factor, const double*, double* H) const override {
@@ -93,29 +107,6 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
   void unwhiten(std::size_t i, Row& r) const {  // r = Wᵀ r
     const Weight& w = weights_[i];
     r = w.full < 0 ? Row(w.diagonal.cwiseProduct(r)) : Row(full_[std::size_t(w.full)].transpose() * r);
-  }
-
-  template <bool with_hessian>
-  double accumulate_all(const PoolPlacement& place, double* gradient, double* H) const {
-    double total = 0;
-    Row r;
-    Jacobians J;
-    for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
-      const int* offset = &place.offset[i * kArity];
-      this->linearize(i, offset, r, J);
-      whiten(i, r);
-      const Loss::Value loss = weights_[i].loss(r.squaredNorm());
-      total += 0.5 * loss.rho;
-      r *= loss.d1;
-      static_for<kArity>([&]<int A>() {
-        if (offset[A] < 0) return;
-        auto& Ja = std::get<A>(J);
-        whiten(i, Ja);
-        Eigen::Map<Vector<Pool::template State<A>::dof>>(gradient + offset[A]).noalias() += Ja.transpose() * r;
-      });
-      if constexpr (with_hessian) this->add_products(offset, &place.hessian[i * kPairs], loss.d1, J, H);
-    }
-    return total;
   }
 
   std::vector<Weight> weights_;

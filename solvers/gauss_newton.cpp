@@ -33,17 +33,8 @@ class LevenbergMarquardt {
 
   Summary run() {
     auto& s = session_.summary;
-    try {
-      s.initial_cost = s.cost = linearize();
-      update_scale();
-    } catch (const Error& e) {
-      session_.end(Status::failed, std::string("the residuals are undefined at the start: ") + e.what());
-      return s;
-    }
-    if (!std::isfinite(s.cost)) {
-      session_.end(Status::failed, "the cost is not finite at the start, in " + program_.describe_bad_block());
-      return s;
-    }
+    if (!session_.start(program_, [this] { return linearize(); })) return s;
+    update_scale();
     double damping = options_.initial_damping, growth = 4;
     while (!session_.ended()) {
       session_.report(s.iterations, s.cost, s.iterations ? step_.norm() : 0.0, 0.0);

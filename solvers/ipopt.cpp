@@ -2,6 +2,9 @@
 
 #include <IpIpoptApplication.hpp>
 #include <IpRegOptions.hpp>
+#include <cctype>
+#include <climits>
+#include <cmath>
 #include <cstdlib>
 #include <dlfcn.h>
 #include <mutex>
@@ -22,7 +25,8 @@ std::mutex& mumps_mutex() {
 }
 
 /// Ipopt ends the process when it cannot load the library of a linear solver, so ask first.
-void check_linear_solver(const std::string& name) {
+void check_linear_solver(std::string name) {
+  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));  // Ipopt ignores case too
   const char* library = name.starts_with("ma") ? "libhsl.so" : name.starts_with("pardiso") ? "libpardiso.so" : nullptr;
   if (name == "wsmp") throw Error("ipopt option linear_solver: wsmp is not part of this build of Ipopt; use mumps");
   if (!library) return;
@@ -40,19 +44,20 @@ void set_option(Ipopt::IpoptApplication& app, const std::string& key, const std:
     for (const auto& [name, registered] : app.RegOptions()->RegisteredOptionsList()) known.push_back(name);
     throw Error("ipopt has no option '" + key + "'" + did_you_mean(key, known));
   }
-  if (key == "linear_solver") check_linear_solver(value);
+  if (option->Name() == "linear_solver") check_linear_solver(value);  // the key may have a prefix, as in resto.tol
   char* end = nullptr;
   bool taken = false;
   switch (option->Type()) {
     case Ipopt::OT_Number: {
       const double number = std::strtod(value.c_str(), &end);
-      taken = !value.empty() && *end == '\0' && option->IsValidNumberSetting(number) &&
+      taken = !value.empty() && *end == '\0' && !std::isnan(number) && option->IsValidNumberSetting(number) &&
               app.Options()->SetNumericValue(key, number);
       break;
     }
     case Ipopt::OT_Integer: {
       const long number = std::strtol(value.c_str(), &end, 10);
-      taken = !value.empty() && *end == '\0' && option->IsValidIntegerSetting(static_cast<int>(number)) &&
+      const bool fits = number >= INT_MIN && number <= INT_MAX;
+      taken = !value.empty() && *end == '\0' && fits && option->IsValidIntegerSetting(static_cast<int>(number)) &&
               app.Options()->SetIntegerValue(key, static_cast<int>(number));
       break;
     }
@@ -67,6 +72,7 @@ Application make_application(const IpoptOptions& options) {
   app->RethrowNonIpoptException(false);
   const auto set = [&](const char* key, const char* value) { app->Options()->SetStringValue(key, value); };
   set("sb", "yes");
+  set("nlp_scaling_method", "user-scaling");
   app->Options()->SetIntegerValue("print_level", 0);
   app->Options()->SetNumericValue("tol", options.tolerance);
   app->Options()->SetNumericValue("constr_viol_tol", detail::kConstraintTolerance);
@@ -118,23 +124,21 @@ Summary solve(Problem& problem, const IpoptOptions& options) {
   const Application app = make_application(options);
   detail::Session session("ipopt", options);
   Program program(problem);
-  try {
-    session.summary.initial_cost = program.cost();
-  } catch (const Error& e) {
-    session.end(Status::failed, std::string("the residuals are undefined at the start: ") + e.what());
-    return session.summary;
-  }
+  if (!session.start(program, [&] { return program.cost(); })) return session.summary;
   const Ipopt::SmartPtr<detail::IpoptNlp> nlp = new detail::IpoptNlp(program, session, options);
   const std::lock_guard lock(mumps_mutex());
+  Ipopt::Index most = options.max_iterations;
+  app->Options()->GetIntegerValue("max_iter", most, "");  // which the caller may have given by that name
   for (bool warm = false; !session.ended(); warm = true) {
     nlp->start(warm);
     if (warm) warm_start(*app, nlp->barrier());
-    const int left = options.max_iterations - session.summary.iterations;
+    const int left = most - session.summary.iterations;
     app->Options()->SetIntegerValue("max_iter", std::max(left, 0));
     auto status = app->Initialize("");
     if (status == Ipopt::Solve_Succeeded) status = app->OptimizeTNLP(Ipopt::SmartPtr<Ipopt::TNLP>(Ipopt::GetRawPtr(nlp)));
-    const bool again = nlp->wants_recentering() && status == Ipopt::User_Requested_Stop && left > 0;
-    program.move_to(again ? nlp->current() : nlp->best());
+    // Without constraints the best point is one to go on from; with them it may be the start, for its feasibility.
+    const bool again = nlp->wants_recentering() && status == Ipopt::User_Requested_Stop && left > 0 && !session.ended();
+    program.move_to(again && program.num_rows() > 0 ? nlp->current() : nlp->best());
     program.recenter();
     if (nlp->error()) std::rethrow_exception(nlp->error());
     if (!again) end(session, status);

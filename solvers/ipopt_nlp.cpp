@@ -10,8 +10,9 @@
 namespace tandem::detail {
 namespace {
 
-constexpr double kRecenterAngle = 1.0;   // rad
+constexpr double kRecenterAngle = 2.0;   // rad
 constexpr double kIpoptInfinity = 1e20;  // beyond Ipopt's nlp_upper_bound_inf
+constexpr double kLeastDamping = 1e-12, kMostDamping = 1e3;
 
 }  // namespace
 
@@ -21,7 +22,10 @@ IpoptNlp::IpoptNlp(Program& program, Session& session, const IpoptOptions& optio
   const auto& h = program.hessian_pattern();
   for (int column = 0; column < n; ++column)
     for (int k = h.column_start[std::size_t(column)]; k < h.column_start[std::size_t(column) + 1]; ++k)
-      if (h.row[std::size_t(k)] >= column) lower_triangle_.push_back(k);
+      if (h.row[std::size_t(k)] >= column) {
+        if (h.row[std::size_t(k)] == column) diagonal_.push_back(lower_triangle_.size());
+        lower_triangle_.push_back(k);
+      }
   for (Eigen::VectorXd* v : {&x_, &current_, &best_, &gradient_}) v->setZero(n);
   for (Eigen::VectorXd* v : {&multipliers_, &constraints_, &lambda_}) v->setZero(m);
   hessian_.setZero(static_cast<Eigen::Index>(h.row.size()));
@@ -53,6 +57,22 @@ bool IpoptNlp::get_bounds_info(Index n, Number* lower, Number* upper, Index m, N
     c_lower[i] = std::max(program_.lower()[i], -kIpoptInfinity);
     c_upper[i] = std::min(program_.upper()[i], kIpoptInfinity);
   }
+  return true;
+}
+
+/// Unknowns in units of unit curvature: stiff and slack directions then meet Ipopt's tolerance and its regularisation
+/// alike.
+bool IpoptNlp::get_scaling_parameters(Number& cost_scale, bool& use_x, Index n, Number* x_scale, bool& use_g, Index,
+                                      Number*) {
+  cost_scale = 1.0;
+  use_g = false;
+  use_x = evaluate(x_.data(), true, [&] {
+    program_.linearize(gradient_, hessian_);
+    for (Index i = 0; i < n; ++i) {
+      const double curvature = hessian_[lower_triangle_[diagonal_[std::size_t(i)]]];
+      x_scale[i] = curvature > 0 ? std::sqrt(curvature) : 1.0;
+    }
+  });
   return true;
 }
 
@@ -168,6 +188,8 @@ bool IpoptNlp::eval_h(Index, const Number* x, bool new_x, Number factor, Index m
       need_derivatives();
     }
     for (std::size_t k = 0; k < lower_triangle_.size(); ++k) values[k] = factor * (*h)[lower_triangle_[k]];
+    if (options_.hessian == Hessian::gauss_newton)
+      for (const std::size_t k : diagonal_) values[k] *= 1 + damping_;
   });
 }
 
@@ -197,17 +219,21 @@ void IpoptNlp::consider_best(const Eigen::VectorXd& x) {
 }
 
 bool IpoptNlp::intermediate_callback(Ipopt::AlgorithmMode, Index iteration, Number value, Number, Number, Number mu,
-                                     Number step, Number, Number, Number, Index, const Ipopt::IpoptData* data,
+                                     Number step, Number, Number, Number, Index trials, const Ipopt::IpoptData* data,
                                      Ipopt::IpoptCalculatedQuantities* quantities) {
   try {
     if (error_) return false;
     barrier_ = mu;
+    // Ipopt has no trust region: where Gauss-Newton steps must be cut, damp them as Levenberg and Marquardt would.
+    damping_ = trials > 1 ? std::min(kMostDamping, std::max(damping_, kLeastDamping) * std::pow(10.0, trials - 1))
+                          : damping_ * 0.2;
+    if (damping_ < kLeastDamping) damping_ = 0;
     session_.summary.iterations = first_iteration_ + iteration;
     // GetCurrIterate came with Ipopt 3.14; the adapter knows the iterate in all versions, but not in restoration.
     auto* nlp = dynamic_cast<Ipopt::OrigIpoptNLP*>(Ipopt::GetRawPtr(quantities->GetIpoptNLP()));
     auto* adapter = nlp ? dynamic_cast<Ipopt::TNLPAdapter*>(Ipopt::GetRawPtr(nlp->nlp())) : nullptr;
     if (adapter && Ipopt::IsValid(data->curr())) {
-      adapter->ResortX(*data->curr()->x(), current_.data());
+      adapter->ResortX(*nlp->NLP_scaling()->unapply_vector_scaling_x(data->curr()->x()), current_.data());
       consider_best(current_);
       recenter_ = program_.largest_angle() > kRecenterAngle;
     }

@@ -26,11 +26,15 @@ class IpoptNlp final : public Ipopt::TNLP {
   std::exception_ptr error() const { return error_; }
 
  private:
+  static constexpr double kInitialDamping = 1e-5;
+
   using Index = Ipopt::Index;
   using Number = Ipopt::Number;
 
   bool get_nlp_info(Index& n, Index& m, Index& nnz_jac, Index& nnz_hess, IndexStyleEnum& style) override;
   bool get_bounds_info(Index n, Number* lower, Number* upper, Index m, Number* c_lower, Number* c_upper) override;
+  bool get_scaling_parameters(Number& cost_scale, bool& use_x, Index n, Number* x_scale, bool& use_g, Index m,
+                              Number* g_scale) override;
   bool get_starting_point(Index n, bool init_x, Number* x, bool init_z, Number* z_lower, Number* z_upper, Index m,
                           bool init_lambda, Number* lambda) override;
   bool eval_f(Index n, const Number* x, bool new_x, Number& value) override;
@@ -59,8 +63,9 @@ class IpoptNlp final : public Ipopt::TNLP {
   Session& session_;
   const IpoptOptions& options_;
   std::vector<Eigen::Index> lower_triangle_;  // of the pattern's values, those on and below the diagonal
+  std::vector<std::size_t> diagonal_;         // of each unknown, in lower_triangle_
   Eigen::VectorXd x_, current_, best_, gradient_, hessian_, exact_, multipliers_, constraints_, jacobian_, lambda_;
-  double cost_ = 0, best_cost_ = 0, best_violation_ = 0, barrier_ = 0;
+  double cost_ = 0, best_cost_ = 0, best_violation_ = 0, barrier_ = 0, damping_ = kInitialDamping;
   bool has_cost_ = false, has_derivatives_ = false, has_constraints_ = false, recenter_ = false, warm_ = false;
   int first_iteration_ = 0;
   std::exception_ptr error_;

@@ -143,7 +143,10 @@ class NloptRun {
         const double d = hessian_[pattern.column_start[std::size_t(u)] + u - pattern.first[std::size_t(k)]];
         shift[u] = d > 0 ? kPreconditionerDamping * d : 1.0;
       }
-    while (!cholesky_->factorize(hessian_, shift)) shift *= 10;
+    while (!cholesky_->factorize(hessian_, shift)) {
+      shift *= 10;
+      if (!shift.allFinite()) throw Error("the Jacobians are not finite");
+    }
   }
 
   void finish(nlopt::result result) {
@@ -295,8 +298,8 @@ Summary solve(Problem& problem, const NloptOptions& options) {
     return session.summary;
   }
   Program program(problem);
+  if (!session.start(program, [&] { return program.cost(); })) return session.summary;
   try {
-    session.summary.initial_cost = program.cost();
     NloptRun run(program, session, options);
     while (run.run(algorithm)) {
       if (session.summary.evaluations >= options.max_iterations) session.end(Status::max_iterations);

@@ -1,5 +1,6 @@
 #include "tandem/solvers/session.hpp"
 
+#include <cmath>
 #include <limits>
 
 #include "tandem/solvers/observability.hpp"
@@ -23,6 +24,25 @@ bool Session::should_stop() {
     end(Status::time_limit);
     return true;
   }
+  return false;
+}
+
+bool Session::start(Program& program, const std::function<double()>& cost) {
+  std::string culprit;
+  try {
+    summary.initial_cost = summary.cost = cost();
+    if (!std::isfinite(summary.cost)) culprit = program.describe_bad_block();
+    Eigen::VectorXd c(program.num_rows());
+    program.constraints(c);
+    for (int row = 0; culprit.empty() && row < program.num_rows(); ++row)
+      if (!std::isfinite(c[row])) culprit = program.describe_row(row);
+    if (std::isfinite(summary.cost) && culprit.empty()) return true;
+    culprit = "not finite at the start: " + culprit;
+  } catch (const Error& e) {
+    culprit = std::string("a residual is undefined at the start: ") + e.what();
+  }
+  summary.cost = summary.max_violation = std::numeric_limits<double>::quiet_NaN();
+  end(Status::failed, culprit);
   return false;
 }
 

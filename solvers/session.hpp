@@ -18,6 +18,9 @@ class Session {
   double seconds() const;
   /// True when the caller or the clock says so; the status is then set.
   bool should_stop();
+  /// Measures the start by `cost()`, which evaluates the program's cost. False when a residual is undefined or not
+  /// finite there: the solve has then failed, and the message names the block.
+  bool start(Program& program, const std::function<double()>& cost);
   /// Tells the caller of an iteration.
   void report(int iteration, double cost, double step, double violation) const;
   /// Sets status and message; an empty message is the status's own sentence. The first to call wins.

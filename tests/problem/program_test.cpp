@@ -252,6 +252,22 @@ TEST_F(ProgramTest, RecenteringKeepsThePointAndCentresTheChart) {
   EXPECT_EQ(gradient(program), at_centre);
 }
 
+TEST_F(ProgramTest, LinearizesAtThePointAsIfRecentred) {
+  Eigen::VectorXd g(program.num_unknowns()), H = hessian_values(program), centred_g = g, centred_H = H, chart_g = g;
+  program.move_to(delta);
+  program.gradient(chart_g);
+  const double cost = program.linearize_at_point(g, H);
+  Eigen::VectorXd again(program.num_unknowns());
+  program.gradient(again);
+  EXPECT_EQ(again, chart_g) << "the chart is that of before";
+  program.move_to(delta);
+  program.linearize_at_point(g, H);
+  program.recenter();
+  EXPECT_EQ(program.linearize(centred_g, centred_H), cost);
+  EXPECT_EQ(centred_g, g);
+  EXPECT_EQ(centred_H, H);
+}
+
 TEST_F(ProgramTest, LargestAngleIsOverAllGroups) {
   Eigen::VectorXd d = 0.0 * delta;
   d[2] = 50.0;   // metres do not count

@@ -17,6 +17,20 @@ const Gaussian kUnit1{1.0};
 const Gaussian kUnit3{1.0, 1.0, 1.0};
 const Gaussian kUnit6{1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
 
+struct Mine {};
+
+/// Throws what is not an Error at the evaluation at which `left` gets to zero.
+struct Bomb {
+  static constexpr std::string_view name = "bomb";
+  static constexpr int dim = 2;
+  using States = std::tuple<R2>;
+  int* left;
+  void operator()(const R2& x, Vector<2>& r, Matrix<2, 2>* J = nullptr) const {
+    if (--*left == 0) throw Mine();
+    Rosenbrock()(x, r, J);
+  }
+};
+
 class EverySolver : public ::testing::TestWithParam<AnySolver> {
  protected:
   const AnySolver& solver() const { return GetParam(); }
@@ -134,17 +148,6 @@ TEST_P(EverySolver, StopsWhenToldAndKeepsTheBestPoint) {
 }
 
 TEST_P(EverySolver, PassesOnWhatAResidualThrows) {
-  struct Mine {};
-  struct Bomb {
-    int* left;
-    static constexpr std::string_view name = "bomb";
-    static constexpr int dim = 2;
-    using States = std::tuple<R2>;
-    void operator()(const R2& x, Vector<2>& r, Matrix<2, 2>* J = nullptr) const {
-      if (--*left == 0) throw Mine();
-      Rosenbrock()(x, r, J);
-    }
-  };
   for (const int evaluations : {1, 2, 3, 6, 9}) {
     Problem problem;
     int left = evaluations;

@@ -1,0 +1,125 @@
+#include "cases.hpp"
+
+#include <gmock/gmock.h>
+
+#include <tandem/residuals/roll_pitch.hpp>
+
+/// Constrained problems whose solutions are known in closed form. Their cost as a function of the bound has the
+/// multiplier for its slope, so costs at several bounds check multipliers too.
+namespace tandem::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// Each row is held to 1e-8; the solution then follows the bound to within that over the row's slope.
+constexpr double kPosition = 1e-6;
+
+class HardSolver : public ::testing::TestWithParam<AnySolver> {
+ protected:
+  Summary solve(Problem& problem) const {
+    const Summary s = GetParam()(problem);
+    EXPECT_TRUE(s.converged()) << s.message;
+    EXPECT_LE(s.max_violation, 1e-7);
+    EXPECT_EQ(s.worst_constraint, "");
+    return s;
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Solvers, HardSolver, ::testing::ValuesIn(hard_solvers()), name_of);
+
+TEST_P(HardSolver, ProjectsOntoASphere) {
+  for (const double radius : {0.5, 2.0, 7.0}) {
+    Problem problem;
+    const Vector<3> p(2.0, -1.0, 2.0);  // ‖p‖ = 3
+    const auto x = problem.add(R3({1.0, 1.0, 1.0}));
+    problem.minimize(Prior<R3>{R3(p)}, Gaussian{1.0, 1.0, 1.0}, {x});
+    problem.subject_to(SquaredNorm{}, equal_to(radius * radius), {x});
+    const Summary s = solve(problem);
+    EXPECT_NEAR(s.cost, 0.5 * (3.0 - radius) * (3.0 - radius), 1e-6);
+    EXPECT_LE((problem.value(x).vector() - radius / 3.0 * p).norm(), 1e-4);
+  }
+}
+
+TEST_P(HardSolver, ProjectsOntoALine) {
+  Problem problem;
+  const Vector<3> p(2.0, -1.0, 5.0);
+  const auto x = problem.add(R3({1.0, 1.0, 1.0}));
+  problem.minimize(Prior<R3>{R3(p)}, Gaussian{1.0, 1.0, 1.0}, {x});
+  constexpr double free = std::numeric_limits<double>::infinity();
+  problem.subject_to(Prior<R3>{R3()}, Bounds<3>{{0.5, -free, 2.0}, {0.5, free, 2.0}}, {x});
+  const Summary s = solve(problem);
+  EXPECT_LE((problem.value(x).vector() - Vector<3>(0.5, -1.0, 2.0)).norm(), kPosition);
+  EXPECT_NEAR(s.cost, 0.5 * (1.5 * 1.5 + 3.0 * 3.0), 1e-6);
+}
+
+/// min ½ (x − 3)² within bounds: slope of the cost by an active bound is x − 3, zero where it is not active.
+TEST_P(HardSolver, MeetsEveryKindOfBound) {
+  struct Case {
+    UniformBounds bounds;
+    double x;
+  };
+  for (const auto& [bounds, expected] :
+       {Case{at_most(2.0), 2.0}, Case{at_most(2.1), 2.1}, Case{at_most(5.0), 3.0}, Case{at_least(4.0), 4.0},
+        Case{at_least(-1.0), 3.0}, Case{between(0.0, 1.0), 1.0}, Case{between(3.5, 8.0), 3.5},
+        Case{between(2.0, 4.0), 3.0}, Case{equal_to(2.5), 2.5}, Case{at_most(3.0), 3.0}}) {
+    Problem problem;
+    const auto x = problem.add(R1(Vector<1>(0.2)));
+    problem.minimize(Prior<R1>{R1(Vector<1>(3.0))}, Gaussian{1.0}, {x});
+    problem.subject_to(Prior<R1>{R1()}, bounds, {x});
+    SCOPED_TRACE(std::to_string(bounds.lower) + " " + std::to_string(bounds.upper));
+    const Summary s = solve(problem);
+    // A bound that is only just touched pushes an interior point away by the root of its tolerance.
+    EXPECT_NEAR(problem.value(x).vector()[0], expected, expected == 3.0 ? 1e-4 : kPosition);
+    EXPECT_NEAR(s.cost, 0.5 * (expected - 3.0) * (expected - 3.0), 1e-6);
+  }
+}
+
+TEST_P(HardSolver, LevelsARotation) {
+  Problem problem;
+  const auto R = problem.add(SO3::Exp({0.3, -0.2, 1.0}), "R");
+  const SO3 measured = SO3::Exp({0.0, 0.0, 0.8}) * SO3::Exp({0.25, 0.1, 0.0});
+  problem.minimize(Prior<SO3>{measured}, Gaussian{0.1, 0.1, 0.1}, {R});
+  problem.subject_to(RollPitch<SO3>{}, equal_to(0), {R});
+  solve(problem);
+  EXPECT_LE((problem.value(R).matrix().row(2) - Eigen::RowVector3d(0.0, 0.0, 1.0)).norm(), 1e-7);
+}
+
+TEST_P(HardSolver, OnlyBoundsAndNoCost) {
+  Problem problem;
+  const auto x = problem.add(R3({1.0, 1.0, 1.0}));
+  problem.subject_to(Prior<R3>{R3()}, Bounds<3>{{2.0, -3.0, 0.5}, {2.0, -3.0, 0.5}}, {x});
+  const Summary s = solve(problem);
+  EXPECT_LE((problem.value(x).vector() - Vector<3>(2.0, -3.0, 0.5)).norm(), kPosition);
+  EXPECT_EQ(s.cost, 0.0);
+}
+
+/// Nothing that solvers return as converged may violate a constraint.
+TEST_P(HardSolver, SaysWhenConstraintsContradictEachOther) {
+  Problem problem;
+  const auto x = problem.add(R1(Vector<1>(0.2)), "x");
+  problem.minimize(Prior<R1>{R1(Vector<1>(3.0))}, Gaussian{1.0}, {x});
+  problem.subject_to(Prior<R1>{R1()}, at_least(2.0), {x});
+  problem.subject_to(Prior<R1>{R1()}, at_most(1.0), {x});
+  const Summary s = GetParam()(problem);
+  EXPECT_FALSE(s.converged());
+  EXPECT_NE(s.status, Status::unconstrained) << s.message;
+  EXPECT_GE(s.max_violation, 0.5 - 1e-3);
+  EXPECT_EQ(s.worst_constraint, "prior of x");
+}
+
+TEST_P(HardSolver, StopsWhenTold) {
+  Problem problem;
+  const auto x = problem.add(R3({1.0, 1.0, 1.0}));
+  problem.minimize(Prior<R3>{R3({2.0, -1.0, 2.0})}, Gaussian{1.0, 1.0, 1.0}, {x});
+  problem.subject_to(SquaredNorm{}, equal_to(4.0), {x});
+  std::atomic<bool> stop = false;
+  double least = HUGE_VAL;
+  const Summary s = GetParam()(problem, {.stop = &stop, .progress = [&](const Progress& p) {
+                                           least = std::min(least, p.violation);
+                                           if (p.iteration >= 3) stop = true;
+                                         }});
+  EXPECT_EQ(s.status, Status::interrupted) << s.message;
+  EXPECT_NEAR(s.max_violation, least, 1e-12) << "without a feasible point the least violated one is the best";
+}
+
+}  // namespace
+}  // namespace tandem::testing

@@ -1,0 +1,101 @@
+#include "cases.hpp"
+
+#include <gmock/gmock.h>
+
+#include "problem/simulated_tracking.hpp"
+
+namespace tandem::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(GaussNewton, RefusesHardConstraintsInASentence) {
+  Problem problem;
+  const auto x = problem.add(R1(), "x");
+  problem.minimize(Prior<R1>{R1()}, Gaussian{1.0}, {x});
+  EXPECT_EQ(why_unsupported(problem, GaussNewtonOptions{}), "");
+  problem.subject_to(Prior<R1>{R1()}, equal_to(1.0), {x});
+  EXPECT_THAT(why_unsupported(problem, GaussNewtonOptions{}), HasSubstr("gauss-newton takes soft residuals only"));
+  const Summary s = solve(problem, GaussNewtonOptions{});
+  EXPECT_EQ(s.status, Status::unsupported);
+  EXPECT_THAT(s.message, HasSubstr("use ipopt"));
+  EXPECT_EQ(s.solver, "gauss-newton");
+}
+
+TEST(GaussNewton, TakesAProblemWhoseConstraintsWereRemoved) {
+  Problem problem;
+  const auto x = problem.add(R1(Vector<1>(2.0)), "x");
+  problem.minimize(Prior<R1>{R1()}, Gaussian{1.0}, {x});
+  problem.remove(problem.subject_to(Prior<R1>{R1()}, equal_to(1.0), {x}));
+  EXPECT_TRUE(solve(problem, GaussNewtonOptions{}).converged());
+}
+
+TEST(GaussNewton, SolvesALinearProblemInAStep) {
+  Problem problem;
+  const auto x = problem.add(R3({5.0, -3.0, 2.0}));
+  problem.minimize(Prior<R3>{R3({1.0, 2.0, 3.0})}, Gaussian{0.1, 0.2, 0.3}, {x});
+  GaussNewtonOptions options;
+  options.initial_damping = 0.0;
+  const Summary s = solve(problem, options);
+  EXPECT_TRUE(s.converged()) << s.message;
+  EXPECT_LE(s.iterations, 2);
+  EXPECT_LE((problem.value(x).vector() - Vector<3>(1.0, 2.0, 3.0)).norm(), 1e-14);
+}
+
+TEST(GaussNewton, SolvedAgainFromTheSolutionStaysThere) {
+  Simulation simulation;
+  simulation.noise = 1.0;
+  TrackingProblem tracking = make_tracking_problem(simulation.data());
+  const Summary first = solve(tracking.problem, GaussNewtonOptions{});
+  const Summary second = solve(tracking.problem, GaussNewtonOptions{});
+  EXPECT_TRUE(first.converged() && second.converged());
+  EXPECT_EQ(second.initial_cost, first.cost);
+  EXPECT_NEAR(second.cost, first.cost, 1e-9 * first.cost);
+  EXPECT_LE(second.cost, first.cost);
+  EXPECT_LE(second.iterations, 3);
+}
+
+TEST(GaussNewton, NeverRaisesTheCost) {
+  Simulation simulation;
+  simulation.noise = 3.0;
+  for (const int pairs : {0, 8}) {
+    TrackingProblem tracking = make_tracking_problem(simulation.data(), {.loss = Huber(1.0)});
+    GaussNewtonOptions options;
+    options.secant_pairs = pairs;
+    double last = HUGE_VAL;
+    options.progress = [&](const Progress& p) {
+      EXPECT_LE(p.cost, last);
+      last = p.cost;
+    };
+    EXPECT_TRUE(solve(tracking.problem, options).converged());
+  }
+}
+
+/// Large residuals: plain Gauss-Newton creeps, learned curvature does not, and both end at the same optimum.
+TEST(GaussNewton, LearnedCurvatureChangesTheWayButNotTheEnd) {
+  Simulation simulation;
+  simulation.noise = 4.0;
+  std::vector<Summary> summaries;
+  for (const int pairs : {0, 4, 8}) {
+    TrackingProblem tracking = make_tracking_problem(simulation.data());
+    GaussNewtonOptions options;
+    options.secant_pairs = pairs;
+    options.cost_tolerance = 1e-13;
+    summaries.push_back(solve(tracking.problem, options));
+    EXPECT_TRUE(summaries.back().converged()) << summaries.back().message;
+    EXPECT_NEAR(summaries.back().cost, summaries.front().cost, 1e-9 * summaries.front().cost);
+  }
+}
+
+TEST(GaussNewton, StartsAtTheMinimum) {
+  Problem problem;
+  const auto x = problem.add(R3({1.0, 2.0, 3.0}));
+  problem.minimize(Prior<R3>{R3({1.0, 2.0, 3.0})}, Gaussian{0.1, 0.2, 0.3}, {x});
+  const Summary s = solve(problem, GaussNewtonOptions{});
+  EXPECT_TRUE(s.converged());
+  EXPECT_EQ(s.iterations, 0);
+  EXPECT_EQ(problem.value(x).vector(), Vector<3>(1.0, 2.0, 3.0));
+}
+
+}  // namespace
+}  // namespace tandem::testing

@@ -1,0 +1,146 @@
+#include <map>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cases.hpp"
+#include "problem/simulated_tracking.hpp"
+
+namespace tandem::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+/// A build without Ipopt has a stub that says so, and nothing else to test.
+class IpoptTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!ipopt_present()) GTEST_SKIP() << why_unsupported(Problem(), IpoptOptions{});
+  }
+  Problem problem;
+  Variable<R2> x = problem.add(R2({-1.2, 1.0}), "x");
+  Block block = problem.minimize(Rosenbrock{}, Gaussian{1.0, 1.0}, {x});
+
+  Summary with(const std::string& key, const std::string& value) {
+    IpoptOptions options;
+    options.options[key] = value;
+    return solve(problem, options);
+  }
+};
+
+TEST_F(IpoptTest, AnUnknownOptionNamesTheNearOne) {
+  EXPECT_THAT([&] { with("mu_stratgy", "adaptive"); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("no option 'mu_stratgy'"), HasSubstr("did you mean mu_strategy?"))));
+  EXPECT_THAT([&] { with("qqqqqqqqqq", "1"); }, ThrowsMessage<Error>(HasSubstr("no option 'qqqqqqqqqq'")));
+  IpoptOptions options;
+  options.options["mu_stratgy"] = "adaptive";
+  EXPECT_THROW(why_unsupported(problem, options), Error);
+}
+
+TEST_F(IpoptTest, AValueOfTheWrongKindIsRefused) {
+  const std::vector<std::pair<std::string, std::string>> refused{
+      {"mu_init", "small"}, {"tol", "-1"},        {"tol", ""},
+      {"tol", "nan"},       {"max_soc", "1.5"},   {"max_soc", "4294967297"},
+      {"max_soc", "-3"},    {"mu_strategy", "adaptative"}};
+  for (const auto& [key, value] : refused)
+    EXPECT_THAT(([this, k = key, v = value] { with(k, v); }), ThrowsMessage<Error>(HasSubstr("ipopt option " + key)));
+}
+
+TEST_F(IpoptTest, OptionsReachIpopt) {
+  EXPECT_TRUE(with("mu_strategy", "adaptive").converged());
+  EXPECT_EQ(problem.value(x).vector().norm() > 1.0, true);
+  problem.set_value(x, R2({-1.2, 1.0}));
+  const Summary s = with("max_iter", "2");
+  EXPECT_EQ(s.status, Status::max_iterations) << s.message;
+  EXPECT_EQ(s.iterations, 2);
+}
+
+TEST_F(IpoptTest, LinearSolversThatAreNotInstalledAreRefused) {
+  for (const char* name : {"ma27", "ma57", "ma77", "ma86", "ma97", "pardiso", "wsmp"})
+    EXPECT_THAT([&] { with("linear_solver", name); },
+                ThrowsMessage<Error>(AllOf(HasSubstr("linear_solver"), HasSubstr(name), HasSubstr("mumps"))))
+        << name;
+  EXPECT_THROW(with("linear_solver", "MA97"), Error);
+  EXPECT_THROW(with("resto.linear_solver", "ma97"), Error);
+  EXPECT_TRUE(with("linear_solver", "mumps").converged());
+}
+
+TEST_F(IpoptTest, PrintsNothing) {
+  ::testing::internal::CaptureStdout();
+  solve(problem, IpoptOptions{});
+  EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
+}
+
+TEST_F(IpoptTest, SolvesFromTwoThreadsAtOnce) {
+  Simulation simulation;
+  simulation.duration = 10.0;
+  simulation.noise = 1.0;
+  const TrackingOptions constrained{.non_holonomic = Role::hard, .surge = at_least(0.0)};
+  const auto cost = [&](const TrackingOptions& options) {
+    TrackingProblem tracking = make_tracking_problem(simulation.data(), options);
+    const Summary s = solve(tracking.problem, IpoptOptions{});
+    return s.converged() ? s.cost : -1.0;
+  };
+  const double soft = cost({}), hard = cost(constrained);
+  EXPECT_GT(soft, 0.0);
+  EXPECT_GT(hard, soft);
+  std::vector<double> soft_costs(8), hard_costs(8);
+  std::thread first([&] {
+    for (double& c : soft_costs) c = cost({});
+  });
+  std::thread second([&] {
+    for (double& c : hard_costs) c = cost(constrained);
+  });
+  first.join();
+  second.join();
+  EXPECT_THAT(soft_costs, ::testing::Each(soft));
+  EXPECT_THAT(hard_costs, ::testing::Each(hard));
+}
+
+TEST_F(IpoptTest, TooManyEqualitiesAreInfeasible) {
+  problem.subject_to(Prior<R2>{R2()}, equal_to(1.0), {x});
+  problem.subject_to(Prior<R2>{R2()}, equal_to(2.0), {x});
+  const Summary s = solve(problem, IpoptOptions{});
+  EXPECT_EQ(s.status, Status::infeasible) << s.message;
+  EXPECT_THAT(s.message, HasSubstr("more equality constraints than unknowns"));
+  EXPECT_GT(s.max_violation, 0.4);
+}
+
+/// The exact Hessian converges quadratically where residuals stay large; Gauss-Newton only linearly.
+TEST_F(IpoptTest, TheExactHessianSavesIterations) {
+  Simulation simulation;
+  simulation.duration = 8.0;
+  simulation.noise = 4.0;
+  std::map<Hessian, Summary> summaries;
+  for (const auto hessian : {Hessian::gauss_newton, Hessian::exact, Hessian::limited_memory}) {
+    TrackingProblem tracking = make_tracking_problem(simulation.data(), {.non_holonomic = Role::hard});
+    IpoptOptions options;
+    options.hessian = hessian;
+    summaries[hessian] = solve(tracking.problem, options);
+    EXPECT_TRUE(summaries[hessian].converged()) << summaries[hessian].message;
+    EXPECT_NEAR(summaries[hessian].cost, summaries[Hessian::gauss_newton].cost, 1e-6 * summaries[hessian].cost);
+    EXPECT_LE(summaries[hessian].max_violation, 1e-6);
+  }
+  EXPECT_LT(summaries[Hessian::exact].iterations, summaries[Hessian::gauss_newton].iterations);
+}
+
+/// The solution is a turn of 2.8 rad away: Ipopt is stopped on the way, the chart centred, and started warm again.
+TEST_F(IpoptTest, RecentresWithHardConstraints) {
+  Problem turning;
+  std::vector<Variable<SO3>> R;
+  for (int k = 0; k < 3; ++k) R.push_back(turning.add(SO3()));
+  turning.minimize(Prior<SO3>{SO3()}, Gaussian{1.0, 1.0, 1.0}, {R[0]});
+  turning.subject_to(RelativePose<SO3>{SO3::Exp({0.0, 0.3, 1.4})}, equal_to(0.0), {R[0], R[1]});
+  turning.subject_to(RelativePose<SO3>{SO3::Exp({0.0, 0.3, 1.4})}, equal_to(0.0), {R[1], R[2]});
+  const Summary s = solve(turning, IpoptOptions{});
+  EXPECT_TRUE(s.converged()) << s.message;
+  EXPECT_LE(s.max_violation, 1e-7);
+  const SO3 expected = SO3::Exp({0.0, 0.6, 2.8});
+  EXPECT_LE((expected.inverse() * turning.value(R[2])).Log().norm(), 1e-6);
+}
+
+}  // namespace
+}  // namespace tandem::testing

@@ -1,0 +1,102 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cases.hpp"
+
+namespace tandem::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+/// A build without NLopt has a stub that says so, and nothing else to test.
+class NloptTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!nlopt_present()) GTEST_SKIP() << why_unsupported(Problem(), NloptOptions{});
+  }
+  Problem problem;
+  Variable<R2> x = problem.add(R2({-1.2, 1.0}), "x");
+  Block block = problem.minimize(Rosenbrock{}, Gaussian{1.0, 1.0}, {x});
+
+  static NloptOptions options(const std::string& algorithm) {
+    NloptOptions o;
+    o.algorithm = algorithm;
+    return o;
+  }
+  std::string why(const std::string& algorithm) const { return why_unsupported(problem, options(algorithm)); }
+};
+
+TEST_F(NloptTest, AnUnknownAlgorithmNamesTheNearOne) {
+  EXPECT_THAT([&] { solve(problem, options("slqsp")); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("no algorithm 'slqsp'"), HasSubstr("did you mean slsqp?"))));
+  EXPECT_THAT([&] { why("auglag_lbfgs"); }, ThrowsMessage<Error>(HasSubstr("did you mean auglag-lbfgs?")));
+}
+
+TEST_F(NloptTest, EveryAlgorithmSolvesRosenbrock) {
+  for (const std::string& algorithm : nlopt_algorithms())
+    for (const bool precondition : {true, false}) {
+      problem.set_value(x, R2({-1.2, 1.0}));
+      NloptOptions o = options(algorithm);
+      o.precondition = precondition;
+      const Summary s = solve(problem, o);
+      SCOPED_TRACE(algorithm + (precondition ? ", preconditioned" : ""));
+      EXPECT_TRUE(s.converged()) << s.message;
+      EXPECT_EQ(s.solver, "nlopt:" + algorithm);
+      EXPECT_LE((problem.value(x).vector() - Vector<2>(1.0, 1.0)).norm(), 1e-3) << s.cost;
+    }
+}
+
+TEST_F(NloptTest, SaysWhichConstraintsAnAlgorithmTakes) {
+  problem.subject_to(Prior<R2>{R2()}, at_most(0.5), {x});
+  for (const char* algorithm : {"lbfgs", "tnewton", "var1", "var2"})
+    EXPECT_THAT(why(algorithm), AllOf(HasSubstr(std::string("nlopt:") + algorithm + " takes no hard inequalities"),
+                                      HasSubstr("nlopt:slsqp")));
+  for (const char* algorithm : {"mma", "ccsaq", "slsqp", "auglag-lbfgs"}) EXPECT_EQ(why(algorithm), "");
+  problem.subject_to(Prior<R2>{R2()}, equal_to(0.5), {x});
+  for (const char* algorithm : {"lbfgs", "mma", "ccsaq"})
+    EXPECT_THAT(why(algorithm), HasSubstr("takes no hard equalities"));
+  for (const char* algorithm : {"slsqp", "auglag-lbfgs", "auglag-tnewton"}) EXPECT_EQ(why(algorithm), "");
+  const Summary s = solve(problem, options("lbfgs"));
+  EXPECT_EQ(s.status, Status::unsupported);
+  EXPECT_EQ(s.message, why("lbfgs"));
+}
+
+TEST_F(NloptTest, InequalitiesWithMmaAndCcsaq) {
+  for (const char* algorithm : {"mma", "ccsaq"}) {
+    Problem bounded;
+    const auto p = bounded.add(R3({0.1, 0.2, 0.3}));
+    bounded.minimize(Prior<R3>{R3({2.0, -1.0, 2.0})}, Gaussian{1.0, 1.0, 1.0}, {p});
+    bounded.subject_to(SquaredNorm{}, at_most(4.0), {p});
+    const Summary s = solve(bounded, options(algorithm));
+    EXPECT_TRUE(s.converged()) << algorithm << ": " << s.message;
+    EXPECT_NEAR(s.cost, 0.5, 1e-6) << algorithm;
+    EXPECT_LE(s.max_violation, 1e-7) << algorithm;
+  }
+}
+
+TEST_F(NloptTest, SlsqpRefusesLargeProblems) {
+  Problem large;
+  for (int i = 0; i < 51; ++i) large.minimize(Prior<SE3>{SE3()}, Gaussian(Vector<6>::Ones()), {large.add(SE3())});
+  EXPECT_THAT(why_unsupported(large, options("slsqp")),
+              AllOf(HasSubstr("300 unknowns at most, not 306"), HasSubstr("nlopt:auglag-lbfgs")));
+  EXPECT_EQ(why_unsupported(large, options("auglag-lbfgs")), "");
+  EXPECT_EQ(why_unsupported(large, options("lbfgs")), "");
+  EXPECT_EQ(solve(large, options("slsqp")).status, Status::unsupported);
+}
+
+TEST_F(NloptTest, RefusesADenseJacobianThatWouldNotFit) {
+  Problem large;
+  for (int i = 0; i < 2000; ++i) large.subject_to(Prior<SE3>{SE3()}, equal_to(0.0), {large.add(SE3())});
+  EXPECT_THAT(why_unsupported(large, options("auglag-lbfgs")), HasSubstr("12000 rows and 12000 columns"));
+}
+
+TEST_F(NloptTest, PrintsNothing) {
+  ::testing::internal::CaptureStdout();
+  solve(problem, options("slsqp"));
+  EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
+}
+
+}  // namespace
+}  // namespace tandem::testing

@@ -1,0 +1,106 @@
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include <tandem/solvers/secant.hpp>
+
+namespace tandem::detail {
+namespace {
+
+Eigen::VectorXd wave(Eigen::Index n, double frequency) {
+  return Eigen::VectorXd::NullaryExpr(n, [=](Eigen::Index i) { return std::sin(1.0 + frequency * double(i)); });
+}
+
+Eigen::MatrixXd positive_definite(Eigen::Index n, double frequency) {
+  Eigen::MatrixXd A(n, n);
+  for (Eigen::Index j = 0; j < n; ++j) A.col(j) = wave(n, frequency + double(j));
+  return A * A.transpose() + Eigen::MatrixXd::Identity(n, n);
+}
+
+class SecantTest : public ::testing::Test {
+ protected:
+  static constexpr Eigen::Index n = 7;
+  Eigen::MatrixXd B = positive_definite(n, 0.7), H = B + positive_definite(n, 1.9);
+  Eigen::LLT<Eigen::MatrixXd> llt{B};
+
+  Eigen::VectorXd apply(SecantPairs& pairs, Eigen::VectorXd d) const {
+    pairs.apply(d, [&](Eigen::VectorXd& v) { v = llt.solve(v); });
+    return d;
+  }
+  /// A step on the quadratic with Hessian H.
+  void add(SecantPairs& pairs, const Eigen::VectorXd& step) const {
+    const Eigen::VectorXd before = wave(n, 3.0);
+    pairs.add(step, before, before + H * step);
+  }
+  /// The inverse Hessian by dense BFGS updates of B⁻¹ (Nocedal & Wright 2006, eq. 6.17).
+  Eigen::MatrixXd bfgs(const std::vector<Eigen::VectorXd>& steps) const {
+    const Eigen::MatrixXd I = Eigen::MatrixXd::Identity(n, n);
+    Eigen::MatrixXd inverse = B.inverse();
+    for (const auto& s : steps) {
+      const Eigen::VectorXd y = H * s;
+      const double rho = 1.0 / s.dot(y);
+      inverse = (I - rho * s * y.transpose()) * inverse * (I - rho * y * s.transpose()) + rho * s * s.transpose();
+    }
+    return inverse;
+  }
+};
+
+TEST_F(SecantTest, WithoutPairsItIsTheGivenInverse) {
+  SecantPairs pairs(n, 3), none(n, 0);
+  const Eigen::VectorXd d = wave(n, 2.0);
+  EXPECT_EQ(apply(pairs, d), llt.solve(d));
+  add(none, wave(n, 1.0));
+  EXPECT_EQ(apply(none, d), llt.solve(d));
+}
+
+TEST_F(SecantTest, EqualsDenseBfgs) {
+  SecantPairs pairs(n, 3);
+  std::vector<Eigen::VectorXd> steps;
+  for (int k = 0; k < 3; ++k) {
+    steps.push_back(wave(n, 0.5 + k));
+    add(pairs, steps.back());
+    const Eigen::VectorXd d = wave(n, 2.0);
+    EXPECT_LE((apply(pairs, d) - bfgs(steps) * d).norm(), 1e-12 * d.norm());
+  }
+}
+
+TEST_F(SecantTest, KeepsTheLastOnes) {
+  SecantPairs pairs(n, 3);
+  std::vector<Eigen::VectorXd> steps;
+  for (int k = 0; k < 8; ++k) add(pairs, steps.emplace_back(wave(n, 0.5 + k)));
+  const Eigen::VectorXd d = wave(n, 2.0);
+  EXPECT_LE((apply(pairs, d) - bfgs({steps.end() - 3, steps.end()}) * d).norm(), 1e-12 * d.norm());
+}
+
+TEST_F(SecantTest, MeetsTheSecantEquation) {
+  SecantPairs pairs(n, 3);
+  for (int k = 0; k < 5; ++k) {
+    const Eigen::VectorXd step = wave(n, 0.5 + k);
+    add(pairs, step);
+    EXPECT_LE((apply(pairs, H * step) - step).norm(), 1e-12 * step.norm());
+  }
+}
+
+TEST_F(SecantTest, LeavesOutPairsWithoutPositiveCurvature) {
+  SecantPairs pairs(n, 3);
+  const Eigen::VectorXd g = wave(n, 3.0), step = wave(n, 1.0), d = wave(n, 2.0);
+  pairs.add(step, g, g - step);
+  pairs.add(step, g, g);
+  pairs.add(step, g, Eigen::VectorXd::Constant(n, std::numeric_limits<double>::quiet_NaN()));
+  EXPECT_EQ(apply(pairs, d), llt.solve(d));
+  add(pairs, step);
+  pairs.add(wave(n, 4.0), g, g - wave(n, 4.0));  // and keeps those it has
+  EXPECT_LE((apply(pairs, d) - bfgs({step}) * d).norm(), 1e-12 * d.norm());
+}
+
+TEST_F(SecantTest, ForgetsWhenCleared) {
+  SecantPairs pairs(n, 3);
+  for (int k = 0; k < 5; ++k) add(pairs, wave(n, 0.5 + k));
+  pairs.clear();
+  const Eigen::VectorXd d = wave(n, 2.0), step = wave(n, 1.1);
+  EXPECT_EQ(apply(pairs, d), llt.solve(d));
+  add(pairs, step);
+  EXPECT_LE((apply(pairs, d) - bfgs({step}) * d).norm(), 1e-12 * d.norm());
+}
+
+}  // namespace
+}  // namespace tandem::detail
