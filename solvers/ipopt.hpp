@@ -9,6 +9,7 @@ namespace tandem {
 
 /// Second derivatives for solvers that use them.
 enum class Hessian {
+  automatic,       ///< Gauss-Newton, and exact once its steps must be cut near a solution
   gauss_newton,    ///< JᵀWJ of the soft residuals; hard constraints contribute no curvature
   exact,           ///< of the Lagrangian, by differences of the closed-form Jacobians
   limited_memory,  ///< the solver's own quasi-Newton approximation
@@ -17,7 +18,7 @@ enum class Hessian {
 /// Ipopt's interior-point method, for any mix of soft and hard residuals.
 struct IpoptOptions : SolverOptions {
   double tolerance = 1e-8;
-  Hessian hessian = Hessian::gauss_newton;
+  Hessian hessian = Hessian::automatic;
   std::map<std::string, std::string> options;  ///< passed on by name, e.g. {"mu_strategy", "adaptive"}
 };
 

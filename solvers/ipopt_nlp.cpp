@@ -12,12 +12,13 @@ namespace {
 
 constexpr double kRecenterAngle = 2.0;   // rad
 constexpr double kIpoptInfinity = 1e20;  // beyond Ipopt's nlp_upper_bound_inf
+constexpr double kNearSolution = 1e-2;   // relative change of the cost in an iteration
 constexpr double kLeastDamping = 1e-12, kMostDamping = 1e3;
 
 }  // namespace
 
 IpoptNlp::IpoptNlp(Program& program, Session& session, const IpoptOptions& options)
-    : program_(program), session_(session), options_(options) {
+    : program_(program), session_(session), options_(options), exact_now_(options.hessian == Hessian::exact) {
   const int n = program.num_unknowns(), m = program.num_rows();
   const auto& h = program.hessian_pattern();
   for (int column = 0; column < n; ++column)
@@ -29,7 +30,7 @@ IpoptNlp::IpoptNlp(Program& program, Session& session, const IpoptOptions& optio
   for (Eigen::VectorXd* v : {&x_, &current_, &best_, &gradient_}) v->setZero(n);
   for (Eigen::VectorXd* v : {&multipliers_, &constraints_, &lambda_}) v->setZero(m);
   hessian_.setZero(static_cast<Eigen::Index>(h.row.size()));
-  if (options.hessian == Hessian::exact) exact_ = hessian_;
+  if (options.hessian == Hessian::exact || options.hessian == Hessian::automatic) exact_ = hessian_;
   jacobian_.setZero(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
 }
 
@@ -116,7 +117,7 @@ void IpoptNlp::need_cost() {
 
 void IpoptNlp::need_derivatives() {
   if (has_derivatives_) return;
-  if (options_.hessian == Hessian::gauss_newton) {
+  if (!exact_now_ && options_.hessian != Hessian::limited_memory) {
     program_.linearize(gradient_, hessian_);
   } else {
     program_.gradient(gradient_);
@@ -179,7 +180,7 @@ bool IpoptNlp::eval_h(Index, const Number* x, bool new_x, Number factor, Index m
   }
   return evaluate(x, new_x, [&] {
     const Eigen::VectorXd* h = &hessian_;
-    if (options_.hessian == Hessian::exact) {
+    if (exact_now_) {
       multipliers_ = Eigen::Map<const Eigen::VectorXd>(lambda, m);
       program_.exact_hessian(factor, multipliers_, exact_);
       factor = 1.0;
@@ -188,7 +189,7 @@ bool IpoptNlp::eval_h(Index, const Number* x, bool new_x, Number factor, Index m
       need_derivatives();
     }
     for (std::size_t k = 0; k < lower_triangle_.size(); ++k) values[k] = factor * (*h)[lower_triangle_[k]];
-    if (options_.hessian == Hessian::gauss_newton)
+    if (!exact_now_)
       for (const std::size_t k : diagonal_) values[k] *= 1 + damping_;
   });
 }
@@ -228,6 +229,12 @@ bool IpoptNlp::intermediate_callback(Ipopt::AlgorithmMode, Index iteration, Numb
     damping_ = trials > 1 ? std::min(kMostDamping, std::max(damping_, kLeastDamping) * std::pow(10.0, trials - 1))
                           : damping_ * 0.2;
     if (damping_ < kLeastDamping) damping_ = 0;
+    if (options_.hessian == Hessian::automatic && !exact_now_ && trials > 1 &&
+        std::abs(value - last_cost_) <= kNearSolution * std::abs(value)) {
+      exact_now_ = true;
+      has_derivatives_ = false;
+    }
+    last_cost_ = value;
     session_.summary.iterations = first_iteration_ + iteration;
     // GetCurrIterate came with Ipopt 3.14; the adapter knows the iterate in all versions, but not in restoration.
     auto* nlp = dynamic_cast<Ipopt::OrigIpoptNLP*>(Ipopt::GetRawPtr(quantities->GetIpoptNLP()));
