@@ -76,6 +76,7 @@ Application make_application(const IpoptOptions& options) {
   app->Options()->SetIntegerValue("print_level", 0);
   app->Options()->SetNumericValue("tol", options.tolerance);
   app->Options()->SetNumericValue("constr_viol_tol", detail::kConstraintTolerance);
+  app->Options()->SetNumericValue("bound_relax_factor", 0.0);  // relaxed bounds would let solutions violate theirs
   app->Options()->SetNumericValue("acceptable_constr_viol_tol", detail::kConstraintTolerance);
   app->Options()->SetIntegerValue("max_iter", options.max_iterations);
   if (options.hessian == Hessian::limited_memory) set("hessian_approximation", "limited-memory");

@@ -41,6 +41,8 @@ constexpr int kMostDenseUnknowns = 300;       // SLSQP: 4 ms an evaluation at 20
 constexpr double kMostConstraintEntries = 2e7;  // NLopt wants constraint gradients as one dense matrix
 constexpr double kRecenterAngle = 1.0;        // rad
 constexpr double kPreconditionerDamping = 1e-9;
+constexpr double kFeasible = 10;              // constraint tolerances that a solution may be off
+constexpr double kSameCost = 1e-7;            // two runs that end this close, relatively, ended at one point
 constexpr double kPenaltyWeight = 100;         // of Jᵀ J in AUGLAG's preconditioner: what its penalty grows to
 
 const Algorithm& find_algorithm(const std::string& name) {
@@ -105,6 +107,7 @@ class NloptRun {
 
     std::vector<double> z(n, 0.0);
     double value = 0;
+    bool gave_up = false;
     try {
       finish(opt.optimize(z, value));
     } catch (const nlopt::roundoff_limited&) {
@@ -113,12 +116,21 @@ class NloptRun {
       session_end_ = {Status::interrupted, {}};
     } catch (const std::exception& e) {
       session_end_ = {Status::failed, std::string("NLopt gave up: ") + e.what()};
+      gave_up = true;
     }
     opt_ = nullptr;
     program_.move_to(best_);
     program_.recenter();
     if (error_) std::rethrow_exception(error_);
     if (recenter_) return true;
+    // Line searches fail at a solution too, where the gradient is rounding: it is one when another run ends there again.
+    if (gave_up && best_violation_ <= kFeasible * options_.constraint_tolerance) {
+      if (!(std::abs(best_cost_ - cost_given_up_) <= kSameCost * (1 + best_cost_))) {
+        cost_given_up_ = best_cost_;
+        return std::isfinite(best_cost_);
+      }
+      session_end_ = {Status::converged, "no step lowers the cost any further"};
+    }
     session_.end(session_end_.status, session_end_.message);
     return false;
   }
@@ -158,6 +170,7 @@ class NloptRun {
   }
 
   void move(const double* z) {
+    if (session_.ended()) return;  // some algorithms notice their stop one evaluation late
     if (std::equal(z_.data(), z_.data() + z_.size(), z)) return;
     z_ = Eigen::Map<const Eigen::VectorXd>(z, z_.size());
     delta_ = z_;
@@ -184,7 +197,8 @@ class NloptRun {
       if (program_.largest_angle() > kRecenterAngle) recenter_ = true;
     }
     session_.report(session_.summary.iterations, cost_, std::numeric_limits<double>::quiet_NaN(), violation);
-    if (session_.should_stop() || recenter_) opt_->force_stop();
+    if (session_.summary.evaluations >= options_.max_iterations) session_.end(Status::max_iterations);
+    if (session_.should_stop() || session_.ended() || recenter_) opt_->force_stop();
   }
 
   /// Runs f; an undefined residual is an infinite cost, from which line searches turn back.
@@ -256,6 +270,7 @@ class NloptRun {
   std::vector<std::vector<std::size_t>> entries_of_row_;
   Eigen::VectorXd z_, delta_, gradient_, best_, row_, constraints_, jacobian_, hessian_;
   double cost_ = 0, best_cost_ = 0, best_violation_ = 0;
+  double cost_given_up_ = std::numeric_limits<double>::infinity();
   bool has_gradient_ = false, has_jacobian_ = false, recenter_ = false;
   End session_end_{Status::failed, {}};
   std::exception_ptr error_;
@@ -308,7 +323,7 @@ Summary solve(Problem& problem, const NloptOptions& options) {
   } catch (const Error& e) {
     session.end(Status::failed, std::string("the residuals are undefined at the start: ") + e.what());
   }
-  session.conclude(program, 10 * options.constraint_tolerance);
+  session.conclude(program, kFeasible * options.constraint_tolerance);
   return session.summary;
 }
 

@@ -44,7 +44,7 @@ void add_estimate(CLI::App& app, EstimateArguments& arguments) {
   repeatable("--noise", arguments.noise, "NAME=v,v,...", "Standard deviations in place of the scenario's");
   repeatable("--ipopt", arguments.ipopt, "KEY=VALUE", "An option of Ipopt's own");
   option("--hessian", arguments.hessian, "NAME",
-         "For ipopt: gauss-newton (default), exact or limited-memory");
+         "For ipopt: automatic (default), gauss-newton, exact or limited-memory");
   option("--max-keyframes", arguments.max_keyframes, "N", "Take the first N keyframes only");
   option("--max-iterations", arguments.max_iterations, "N", "Stop after N iterations");
   option("--time-limit", arguments.time_limit, "SECONDS", "Stop after so long");

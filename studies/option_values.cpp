@@ -46,7 +46,8 @@ Role parse_limits(const std::string& option, const std::string& text) {
 
 Hessian parse_hessian(const std::string& option, const std::string& text) {
   return choose<Hessian>(option, text,
-                         {{"gauss-newton", Hessian::gauss_newton},
+                         {{"automatic", Hessian::automatic},
+                          {"gauss-newton", Hessian::gauss_newton},
                           {"exact", Hessian::exact},
                           {"limited-memory", Hessian::limited_memory}});
 }

@@ -145,9 +145,12 @@ struct Many {
     const auto& to = x[std::size_t((3 * k + 1) % 10)];
     const Gaussian noise = kUnit6.scaled(1.0 + 0.1 * k);
     switch (k % 3) {
-      case 0: return problem.minimize(RelativePose<SE3>{pose(0.1 * k)}, noise, {from, to}, Cauchy(1.0 + k));
-      case 1: return problem.minimize(Prior<SE3>{pose(0.2 * k)}, noise, {from});
-      default: return problem.subject_to(TwistComponents<SE3, surge>{1.0 + k}, between(-k, k), {from, to});
+      case 0:
+        return problem.minimize(RelativePose<SE3>{pose(0.1 * k)}, noise, {from, to}, Cauchy(1.0 + k));
+      case 1:
+        return problem.minimize(Prior<SE3>{pose(0.2 * k)}, noise, {from});
+      default:
+        return problem.subject_to(TwistComponents<SE3, surge>{1.0 + k}, between(-k, k), {from, to});
     }
   }
 };

@@ -1,8 +1,8 @@
-#include "mixed_problem.hpp"
-
 #include <numbers>
 
 #include <gtest/gtest.h>
+
+#include "mixed_problem.hpp"
 
 namespace tandem::testing {
 namespace {
@@ -10,7 +10,8 @@ namespace {
 /// Differences are good to 1e-11 of the largest entry here; derivatives must agree to what is left of that.
 constexpr double kTolerance = 1e-9;
 
-void expect_equal(const Eigen::MatrixXd& given, const Eigen::MatrixXd& expected, double tolerance = kTolerance) {
+void expect_equal(const Eigen::MatrixXd& given, const Eigen::MatrixXd& expected,
+                  double tolerance = kTolerance) {
   ASSERT_EQ(given.rows(), expected.rows());
   ASSERT_EQ(given.cols(), expected.cols());
   EXPECT_LE((given - expected).cwiseAbs().maxCoeff(), tolerance * expected.cwiseAbs().maxCoeff());
@@ -45,7 +46,8 @@ class ProgramTest : public ::testing::Test {
     program.move_to(d);
     return program.cost();
   }
-  Eigen::VectorXd lagrangian_gradient_at(const Eigen::VectorXd& d, double factor, const Eigen::VectorXd& multipliers) {
+  Eigen::VectorXd lagrangian_gradient_at(const Eigen::VectorXd& d, double factor,
+                                         const Eigen::VectorXd& multipliers) {
     program.move_to(d);
     return factor * gradient(program) + dense_jacobian(program).transpose() * multipliers;
   }
@@ -84,7 +86,8 @@ TEST_F(ProgramTest, CostIsTheSumOfHalfTheLosses) {
 TEST_F(ProgramTest, GradientAgreesWithDifferences) {
   const auto expected = differences(delta, [&](const auto& d) { return Vector<1>(cost_at(d)); });
   program.move_to(delta);
-  Eigen::VectorXd g(program.num_unknowns()), with_hessian(program.num_unknowns()), H = hessian_values(program);
+  Eigen::VectorXd g(program.num_unknowns()), with_hessian(program.num_unknowns()),
+      H = hessian_values(program);
   const double cost = program.gradient(g);
   expect_equal(g.transpose(), expected);
   EXPECT_DOUBLE_EQ(program.linearize(with_hessian, H), cost);
@@ -92,8 +95,8 @@ TEST_F(ProgramTest, GradientAgreesWithDifferences) {
   EXPECT_TRUE(with_hessian.isApprox(g, 1e-14));
 }
 
-/// Each block on its own, as a constraint, gives its rows' Jacobian by differences; weighted and summed up they are the
-/// Gauss-Newton Hessian.
+/// Each block on its own, as a constraint, gives its rows' Jacobian by differences; weighted and summed up
+/// they are the Gauss-Newton Hessian.
 TEST_F(ProgramTest, GaussNewtonHessianAgreesWithDifferences) {
   const int n = program.num_unknowns();
   Eigen::MatrixXd expected = Eigen::MatrixXd::Zero(n, n);
@@ -108,7 +111,8 @@ TEST_F(ProgramTest, GaussNewtonHessianAgreesWithDifferences) {
       if constexpr (std::is_same_v<G, Body>) result.store = own.s.store;
       return result;
     };
-    problem.subject_to(residual, at_least(0), std::apply([&](auto... h) { return std::tuple(rebind(h)...); }, x));
+    problem.subject_to(residual, at_least(0),
+                       std::apply([&](auto... h) { return std::tuple(rebind(h)...); }, x));
     Program block(problem);
     const auto value = [&](const Eigen::VectorXd& d) {
       block.move_to(d);
@@ -152,8 +156,8 @@ TEST_F(ProgramTest, ConstraintJacobianAgreesWithDifferences) {
   expect_equal(dense(program.hessian_pattern(), H), 2.5 * J.transpose() * J, 1e-14);
 }
 
-/// The Hessian itself is made by differences with h = 1e-5: rounding 1e-16 / h, truncation h² of third derivatives of
-/// some 10 to 100 times the second.
+/// The Hessian itself is made by differences with h = 1e-5: rounding 1e-16 / h, truncation h² of third
+/// derivatives of some 10 to 100 times the second.
 TEST_F(ProgramTest, ExactHessianAgreesWithDifferences) {
   for (const double factor : {1.0, 0.3}) {
     const Eigen::VectorXd multipliers = random_vector(program.num_rows(), 2.0, 5);
@@ -168,7 +172,8 @@ TEST_F(ProgramTest, ExactHessianAgreesWithDifferences) {
 
 TEST_F(ProgramTest, ExactHessianAtTheCentreAgreesWithDifferences) {
   const Eigen::VectorXd multipliers = random_vector(program.num_rows(), 2.0, 6), zero = 0.0 * delta;
-  const auto expected = differences(zero, [&](const auto& d) { return lagrangian_gradient_at(d, 1.0, multipliers); });
+  const auto expected =
+      differences(zero, [&](const auto& d) { return lagrangian_gradient_at(d, 1.0, multipliers); });
   program.reset();
   Eigen::VectorXd H = hessian_values(program);
   program.exact_hessian(1.0, multipliers, H);
@@ -253,7 +258,8 @@ TEST_F(ProgramTest, RecenteringKeepsThePointAndCentresTheChart) {
 }
 
 TEST_F(ProgramTest, LinearizesAtThePointAsIfRecentred) {
-  Eigen::VectorXd g(program.num_unknowns()), H = hessian_values(program), centred_g = g, centred_H = H, chart_g = g;
+  Eigen::VectorXd g(program.num_unknowns()), H = hessian_values(program), centred_g = g, centred_H = H,
+                                             chart_g = g;
   program.move_to(delta);
   program.gradient(chart_g);
   const double cost = program.linearize_at_point(g, H);

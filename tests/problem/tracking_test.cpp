@@ -31,7 +31,8 @@ std::vector<double> times(const std::vector<Keyframe>& keyframes) {
 }
 
 void expect_times(const TrackingData& data, const std::vector<double>& expected, std::size_t most = 0) {
-  EXPECT_THAT(times(make_keyframes(data, most)), ::testing::Pointwise(::testing::DoubleNear(1e-12), expected));
+  EXPECT_THAT(times(make_keyframes(data, most)),
+              ::testing::Pointwise(::testing::DoubleNear(1e-12), expected));
 }
 
 TEST(Keyframes, AtTheEndsMeasurementsAndIntervals) {
@@ -114,10 +115,14 @@ TEST(Tracking, RefusesWhatMakesNoProblem) {
   EXPECT_THAT([&] { make_tracking_problem(none); }, ThrowsMessage<Error>(HasSubstr("odometry")));
   none.odometry = {{0.0, SE3()}};
   EXPECT_THAT([&] { make_tracking_problem(none); }, ThrowsMessage<Error>(HasSubstr("two poses or more")));
-  EXPECT_THAT([&] { make_tracking_problem(measured_at({})); }, ThrowsMessage<Error>(HasSubstr("measurements")));
+  EXPECT_THAT([&] { make_tracking_problem(measured_at({})); },
+              ThrowsMessage<Error>(HasSubstr("measurements")));
   for (const double t : {-0.5, 5.2})
-    EXPECT_THAT([&] { make_tracking_problem(measured_at({1.0, t})); },
-                ThrowsMessage<Error>(HasSubstr("usbl: the measurement at")));
+    EXPECT_THAT(
+        [&] {
+          make_tracking_problem(measured_at({1.0, t}));
+        },
+        ThrowsMessage<Error>(HasSubstr("usbl: the measurement at")));
   TrackingData interval = measured_at({1.0});
   interval.keyframe_interval = 0.0;
   EXPECT_THAT([&] { make_tracking_problem(interval); }, ThrowsMessage<Error>(HasSubstr("keyframe_interval")));
@@ -161,8 +166,8 @@ TEST_F(TrackingOptionsTest, Limits) {
 }
 
 TEST_F(TrackingOptionsTest, EverythingHardTogether) {
-  expect({.roll_pitch = Role::hard, .non_holonomic = Role::hard, .surge = at_least(0.0), .max_yaw_rate = 0.1}, plain,
-         2 * n + 2 * (n - 1), 2 * (n - 1));
+  expect({.roll_pitch = Role::hard, .non_holonomic = Role::hard, .surge = at_least(0.0), .max_yaw_rate = 0.1},
+         plain, 2 * n + 2 * (n - 1), 2 * (n - 1));
 }
 
 TEST_F(TrackingOptionsTest, TheLossIsThatOfTheMeasurements) {

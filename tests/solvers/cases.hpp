@@ -56,7 +56,9 @@ inline bool nlopt_present() { return !nlopt_algorithms().empty(); }
 inline AnySolver ipopt(Hessian hessian = Hessian::gauss_newton) {
   IpoptOptions options;
   options.hessian = hessian;
-  const char* suffix = hessian == Hessian::exact ? "_exact" : hessian == Hessian::limited_memory ? "_limited_memory" : "";
+  const char* suffix = hessian == Hessian::exact            ? "_exact"
+                       : hessian == Hessian::limited_memory ? "_limited_memory"
+                                                            : "";
   return any_solver(std::string("ipopt") + suffix, true, options);
 }
 inline AnySolver nlopt(const std::string& algorithm) {

@@ -1,6 +1,6 @@
-#include <tandem/solvers/near_names.hpp>
-
 #include <gtest/gtest.h>
+
+#include <tandem/solvers/near_names.hpp>
 
 namespace tandem {
 namespace {

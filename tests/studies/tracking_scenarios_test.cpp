@@ -8,8 +8,8 @@
 
 #include "shared_data.hpp"
 
-/// The scenarios of shared/reference/mode_a_reference.csv as the tracking builder takes them, and with hard constraints.
-/// Costs and errors without those are in reference_test.cpp.
+/// The scenarios of shared/reference/mode_a_reference.csv as the tracking builder takes them, and with hard
+/// constraints. Costs and errors without those are in reference_test.cpp.
 namespace tandem {
 namespace {
 
