@@ -3,8 +3,8 @@
 #include <array>
 #include <tuple>
 
-#include "tandem/lie/lie_group.hpp"
-#include "tandem/lie/static_for.hpp"
+#include <tandem/lie/lie_group.hpp>
+#include <tandem/lie/static_for.hpp>
 
 namespace tandem {
 
@@ -83,7 +83,8 @@ class Bundle {
     return J;
   }
   Matrix<point_dim, point_dim, Scalar> act_point_jacobian() const {
-    return blocks<Matrix<point_dim, point_dim, Scalar>, PointDim>([&]<int I>() { return get<I>().act_point_jacobian(); });
+    return blocks<Matrix<point_dim, point_dim, Scalar>, PointDim>(
+        [&]<int I>() { return get<I>().act_point_jacobian(); });
   }
   AlgebraMatrix matrix() const {
     return blocks<AlgebraMatrix, MatrixSize>([&]<int I>() { return get<I>().matrix(); });

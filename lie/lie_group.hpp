@@ -2,7 +2,7 @@
 
 #include <concepts>
 
-#include "tandem/lie/types.hpp"
+#include <tandem/lie/types.hpp>
 
 namespace tandem {
 
@@ -20,7 +20,7 @@ template <class G>
 concept LieGroup = requires(const G& x, const typename G::Tangent& v, const typename G::AlgebraMatrix& m,
                             const Vector<G::point_dim, typename G::Scalar>& p) {
   typename G::Scalar;
-  requires G::dof > 0;
+  requires(G::dof > 0);
   { G::identity() } -> std::same_as<G>;
   { x* x } -> std::same_as<G>;
   { x.inverse() } -> std::same_as<G>;

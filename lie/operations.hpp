@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tandem/lie/lie_group.hpp"
+#include <tandem/lie/lie_group.hpp>
 
 namespace tandem {
 

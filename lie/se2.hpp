@@ -1,7 +1,7 @@
 #pragma once
 
-#include "tandem/lie/coefficients.hpp"
-#include "tandem/lie/so2.hpp"
+#include <tandem/lie/coefficients.hpp>
+#include <tandem/lie/so2.hpp>
 
 namespace tandem {
 

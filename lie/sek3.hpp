@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tandem/lie/so3.hpp"
+#include <tandem/lie/so3.hpp>
 
 namespace tandem {
 
@@ -41,11 +41,7 @@ class BasicSEK3 {
   /// Position [m]: the point the group acts about.
   Vector<3, S> translation() const { return t_.col(0); }
   /// World velocity [m/s].
-  Vector<3, S> velocity() const
-    requires(K == 2)
-  {
-    return t_.col(1);
-  }
+  Vector<3, S> velocity() const requires(K == 2) { return t_.col(1); }
   AlgebraMatrix matrix() const {
     AlgebraMatrix M = AlgebraMatrix::Identity();
     M.template topLeftCorner<3, 3>() = R_.matrix();
@@ -100,8 +96,7 @@ class BasicSEK3 {
   /// Q(−ρ, −θ) = Q(ρ, θ)ᵀ.
   static Jacobian opposite(const Jacobian& J) {
     Jacobian T = diagonal(J.template topLeftCorner<3, 3>().transpose());
-    for (int k = 0; k < K; ++k)
-      T.template block<3, 3>(3 * k, 3 * K) = J.template block<3, 3>(3 * k, 3 * K).transpose();
+    for (int k = 0; k < K; ++k) T.template block<3, 3>(3 * k, 3 * K) = J.template block<3, 3>(3 * k, 3 * K).transpose();
     return T;
   }
   /// The product of two Jacobians of Exp, inverses or adjoints, all of the form [D O; 0 D].

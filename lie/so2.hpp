@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "tandem/lie/lie_group.hpp"
+#include <tandem/lie/lie_group.hpp>
 
 namespace tandem {
 

@@ -1,10 +1,11 @@
 #pragma once
 
-#include <Eigen/Geometry>
 #include <cmath>
 
-#include "tandem/lie/coefficients.hpp"
-#include "tandem/lie/lie_group.hpp"
+#include <Eigen/Geometry>
+
+#include <tandem/lie/coefficients.hpp>
+#include <tandem/lie/lie_group.hpp>
 
 namespace tandem {
 

@@ -37,9 +37,7 @@ class Errors {
     const double scale = std::max(least_scale, expected.cwiseAbs().maxCoeff());
     const double difference = (got - expected).cwiseAbs().maxCoeff();
     const bool finite = got.allFinite() && expected.allFinite();
-    add(identity, !finite      ? std::numeric_limits<double>::infinity()
-                  : scale > 0. ? difference / scale
-                               : difference);
+    add(identity, !finite ? std::numeric_limits<double>::infinity() : scale > 0. ? difference / scale : difference);
   }
   double largest() const {
     double error = 0.;
@@ -50,8 +48,7 @@ class Errors {
   std::string report(double tolerance) const {
     std::ostringstream out;
     for (const auto& [identity, error] : largest_)
-      if (!(error <= tolerance))
-        out << identity << ": error " << error << ", tolerance " << tolerance << '\n';
+      if (!(error <= tolerance)) out << identity << ": error " << error << ", tolerance " << tolerance << '\n';
     return out.str();
   }
   const std::map<std::string, double>& all() const { return largest_; }
@@ -148,8 +145,7 @@ void axioms(const G& x, const G& y, const G& z, const typename G::Tangent& v, co
   e.compare("matrix(x y) = matrix(x) matrix(y)", dense(xy.matrix()), X * Y);
   e.compare("matrix(x^-1) matrix(x) = I", Xi * X, I);
   e.compare("act(1, p) = p", dense(one.act(p)), dense(p));
-  const double scale =
-      std::max({X.cwiseAbs().maxCoeff(), Y.cwiseAbs().maxCoeff(), dense(p).cwiseAbs().maxCoeff()});
+  const double scale = std::max({X.cwiseAbs().maxCoeff(), Y.cwiseAbs().maxCoeff(), dense(p).cwiseAbs().maxCoeff()});
   e.compare("act(x y, p) = act(x, act(y, p))", dense(xy.act(p)), dense(x.act(y.act(p))), scale);
   e.compare("Ad(x y) = Ad(x) Ad(y)", dense(xy.Ad()), Adx * dense(y.Ad()));
   e.compare("Ad(x^-1) Ad(x) = I", dense(xi.Ad()) * Adx, Eigen::MatrixXd::Identity(G::dof, G::dof));
@@ -207,8 +203,7 @@ void operations(const G& x, const typename G::Tangent& v, const Vector<G::point_
   e.compare("act(x, p) = x.act(p)", dense(act(x, p)), dense(x.act(p)));
   e.compare("interpolate(x, y, 0) = x", dense(interpolate(x, y, 0.).matrix()), X);
   e.compare("interpolate(x, y, 1) = y", dense(interpolate(x, y, 1.).matrix()), Y);
-  e.compare("interpolate(x, y, s) = x Exp(s v)", dense(interpolate(x, y, 0.3).matrix()),
-            dense(plus(x, part).matrix()));
+  e.compare("interpolate(x, y, s) = x Exp(s v)", dense(interpolate(x, y, 0.3).matrix()), dense(plus(x, part).matrix()));
   // x⁻¹ (x Exp(v)) holds v to the precision of x's entries, so the scale here is theirs.
   const double scale = std::max({1., dense(v).cwiseAbs().maxCoeff(), X.cwiseAbs().maxCoeff()});
   e.add("minus(plus(x, v), x) = v", (dense(minus(y, x)) - dense(v)).cwiseAbs().maxCoeff() / scale);
@@ -279,19 +274,17 @@ void for_each_jacobian(const G& x, const typename G::Tangent& v, const Vector<G:
   check("act, point", Jp, [&](const auto& d) { return act(same(x, d), sum(p, d)); });
 
   const G z = interpolate(x, y, s, &J, &K);
-  check("interpolate, first", J, [&]<int N, class T>(const Vector<N, T>& d) {
-    return change(z, interpolate(moved(x, d), same(y, d), T(s)));
-  });
-  check("interpolate, second", K, [&]<int N, class T>(const Vector<N, T>& d) {
-    return change(z, interpolate(same(x, d), moved(y, d), T(s)));
-  });
+  check("interpolate, first", J,
+        [&]<int N, class T>(const Vector<N, T>& d) { return change(z, interpolate(moved(x, d), same(y, d), T(s))); });
+  check("interpolate, second", K,
+        [&]<int N, class T>(const Vector<N, T>& d) { return change(z, interpolate(same(x, d), moved(y, d), T(s))); });
 }
 
 /// Every Jacobian of operations.hpp against central differences. `step` must keep x Exp(v) ± 2 step off the
 /// cut of Log.
 template <LieGroup G>
-void differences(const G& x, const typename G::Tangent& v, const Vector<G::point_dim>& p, double s,
-                 double step, Errors& e) {
+void differences(const G& x, const typename G::Tangent& v, const Vector<G::point_dim>& p, double s, double step,
+                 Errors& e) {
   for_each_jacobian(x, v, p, s, [&]<int M, int N>(const char* name, const Matrix<M, N>& J, const auto& f) {
     e.compare(name, dense(J), dense(central_differences<M, N>(f, step)), 1.);
   });

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "tandem/problem/pool.hpp"
-#include "tandem/residuals/bounds.hpp"
+#include <tandem/problem/pool.hpp>
+#include <tandem/residuals/bounds.hpp>
 
 namespace tandem::detail {
 

@@ -5,9 +5,9 @@
 #include <tuple>
 #include <vector>
 
-#include "tandem/lie/static_for.hpp"
-#include "tandem/problem/state_store.hpp"
-#include "tandem/residuals/residual.hpp"
+#include <tandem/lie/static_for.hpp>
+#include <tandem/problem/state_store.hpp>
+#include <tandem/residuals/residual.hpp>
 
 namespace tandem::detail {
 
@@ -17,9 +17,9 @@ struct HessianPlace {
   int stride = 0;     ///< from one column of it to the next
 };
 struct PoolPlacement {
-  std::vector<int> offset;           ///< blocks × arity: the state's first unknown, −1 when it is fixed
+  std::vector<int> offset;            ///< blocks × arity: the state's first unknown, −1 when it is fixed
   std::vector<HessianPlace> hessian;  ///< blocks × arity (arity + 1) / 2: pairs (a, b ≤ a) at a (a + 1) / 2 + b
-  std::vector<int> jacobian;         ///< blocks: first entry in the values of the constraint Jacobian (hard pools)
+  std::vector<int> jacobian;          ///< blocks: first entry in the values of the constraint Jacobian (hard pools)
 };
 
 /// All blocks of one residual type and role, evaluated in one loop: one virtual call a pool.

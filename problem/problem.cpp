@@ -1,4 +1,4 @@
-#include "tandem/problem/problem.hpp"
+#include <tandem/problem/problem.hpp>
 
 namespace tandem {
 
@@ -12,7 +12,8 @@ Block Problem::new_block(int index) {
 
 void Problem::remove(const Block& block) {
   Pool* pool = std::size_t(block.pool) < pools_.size() ? &pools_[std::size_t(block.pool)] : nullptr;
-  const int index = pool && std::size_t(block.id) < pool->index_of_id.size() ? pool->index_of_id[std::size_t(block.id)] : -1;
+  const int index =
+      pool && std::size_t(block.id) < pool->index_of_id.size() ? pool->index_of_id[std::size_t(block.id)] : -1;
   if (index < 0) throw Error("remove: the problem has no such block (any more)");
   pool->base().remove(index);
   const int last = pool->id_of_index.back();

@@ -5,9 +5,9 @@
 #include <string>
 #include <typeindex>
 
-#include "tandem/lie/error.hpp"
-#include "tandem/problem/hard_pool.hpp"
-#include "tandem/problem/soft_pool.hpp"
+#include <tandem/lie/error.hpp>
+#include <tandem/problem/hard_pool.hpp>
+#include <tandem/problem/soft_pool.hpp>
 
 namespace tandem {
 

@@ -1,9 +1,10 @@
-#include "tandem/problem/program.hpp"
-
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+
+#include <tandem/problem/program.hpp>
 
 #ifdef TANDEM_HAS_TBB
 #include <tbb/parallel_invoke.h>
@@ -86,8 +87,7 @@ void Program::compile_hessian() {
       for (int a = 0; a < pool.arity(); ++a) {
         out.offset.push_back(offset_[std::size_t(ids[a])]);
         for (int b = 0; b <= a; ++b)
-          out.hessian.push_back(
-              place(block_of_variable[std::size_t(ids[a])], block_of_variable[std::size_t(ids[b])]));
+          out.hessian.push_back(place(block_of_variable[std::size_t(ids[a])], block_of_variable[std::size_t(ids[b])]));
       }
     }
   }
@@ -229,7 +229,8 @@ double Program::accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian) 
     double total = 0;
     for (std::size_t p = 0; p < problem_.pools_.size(); ++p)
       if (const auto* pool = problem_.pools_[p].soft.get())
-        total += pool->accumulate(placement_[p], first_of_lane(*pool, lane), first_of_lane(*pool, lane + 1), g_data, H_data);
+        total +=
+            pool->accumulate(placement_[p], first_of_lane(*pool, lane), first_of_lane(*pool, lane + 1), g_data, H_data);
     return total;
   });
   if (two_lanes_) {
@@ -312,19 +313,24 @@ std::string Program::describe_bad_block() const {
 
 Program::Unknown Program::describe_unknown(int unknown) const {
   const auto it = std::upper_bound(hessian_.first.begin(), hessian_.first.end(), unknown) - 1;
-  const std::size_t block = std::size_t(it - hessian_.first.begin());
-  return {problem_.name(variable_of_block_[block]), unknown - *it, *(it + 1) - *it};
-}
-
-std::vector<std::string> Program::unread_variables() const {
-  std::vector<bool> read(offset_.size(), false);
-  for (const auto& p : problem_.pools_)
-    for (int i = 0; i < p.base().size(); ++i)
-      for (int s = 0; s < p.base().arity(); ++s) read[std::size_t(p.base().variables(i)[s])] = true;
-  std::vector<std::string> names;
-  for (const int id : variable_of_block_)
-    if (!read[std::size_t(id)]) names.push_back(problem_.name(id));
-  return names;
+  const int id = variable_of_block_[std::size_t(it - hessian_.first.begin())];
+  const auto& variable = problem_.variables_[std::size_t(id)];
+  const int entry = unknown - *it;
+  int turns = 0, turns_before = 0;
+  for (int i = 0; i < variable.dof; ++i) {
+    turns += variable.store->turns(i);
+    turns_before += i < entry && variable.store->turns(i);
+  }
+  static constexpr std::array<const char*, 3> axes{"x", "y", "z"};
+  std::string direction;
+  if (variable.store->turns(entry)) {
+    direction = turns == 1 ? "heading" : std::string("rotation about ") + axes[std::size_t(turns_before) % 3];
+  } else if (entry < 3) {
+    direction = axes[std::size_t(entry)];
+  } else {
+    direction = "entry " + std::to_string(entry) + " of its tangent";
+  }
+  return {variable.name, entry, direction};
 }
 
 }  // namespace tandem

@@ -1,10 +1,11 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
-#include "tandem/problem/problem.hpp"
+#include <Eigen/Core>
+
+#include <tandem/problem/problem.hpp>
 
 namespace tandem {
 
@@ -76,14 +77,13 @@ class Program {
   std::string describe_row(int row) const;
   /// The block whose cost is not finite at the point; empty when all are.
   std::string describe_bad_block() const;
-  /// Name of the variable that an unknown belongs to, and which of its tangent's entries it is.
+  /// The variable that an unknown belongs to, and which direction of it: "x", "rotation about z", "heading", …
   struct Unknown {
     std::string variable;
-    int entry, dof;
+    int entry;  ///< of the variable's tangent
+    std::string direction;
   };
   Unknown describe_unknown(int unknown) const;
-  /// Variables that no residual reads, by name.
-  std::vector<std::string> unread_variables() const;
 
  private:
   void compile_hessian();

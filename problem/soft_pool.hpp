@@ -1,8 +1,8 @@
 #pragma once
 
-#include "tandem/problem/pool.hpp"
-#include "tandem/residuals/gaussian.hpp"
-#include "tandem/residuals/loss.hpp"
+#include <tandem/problem/pool.hpp>
+#include <tandem/residuals/gaussian.hpp>
+#include <tandem/residuals/loss.hpp>
 
 namespace tandem::detail {
 

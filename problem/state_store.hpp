@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "tandem/lie/lie_group.hpp"
+#include <tandem/lie/lie_group.hpp>
 
 namespace tandem::detail {
 
@@ -22,6 +22,8 @@ class StateStoreBase {
   virtual void reset() = 0;
   /// The largest angle that a variable turns between value and point [rad].
   virtual double largest_angle() const = 0;
+  /// Whether an entry of the tangent is a rotation.
+  virtual bool turns(int entry) const = 0;
 
   bool charted = false;  ///< derivatives are with respect to delta, else to perturbations of the point
 };
@@ -65,6 +67,7 @@ class StateStore final : public StateStoreBase {
     for (auto& d : delta) d.setZero();
     charted = false;
   }
+  bool turns(int entry) const override { return G::angle(G::Tangent::Unit(entry)) > 0; }
   double largest_angle() const override {
     double largest = 0;
     for (const auto& d : delta) largest = std::max(largest, G::angle(d));

@@ -1,13 +1,12 @@
-#include "tandem/problem/tracking.hpp"
-
-#include "tandem/problem/tracking_start.hpp"
-#include "tandem/residuals/constant_twist.hpp"
-#include "tandem/residuals/outside.hpp"
-#include "tandem/residuals/prior.hpp"
-#include "tandem/residuals/relative_pose.hpp"
-#include "tandem/residuals/roll_pitch.hpp"
-#include "tandem/residuals/twist_components.hpp"
-#include "tandem/residuals/usbl_position.hpp"
+#include <tandem/problem/tracking.hpp>
+#include <tandem/problem/tracking_start.hpp>
+#include <tandem/residuals/constant_twist.hpp>
+#include <tandem/residuals/outside.hpp>
+#include <tandem/residuals/prior.hpp>
+#include <tandem/residuals/relative_pose.hpp>
+#include <tandem/residuals/roll_pitch.hpp>
+#include <tandem/residuals/twist_components.hpp>
+#include <tandem/residuals/usbl_position.hpp>
 
 namespace tandem {
 namespace {
@@ -26,8 +25,8 @@ class Builder {
     out_.problem.minimize(Prior<SE3>{odometry.front()}, Gaussian(data_.noise.prior), {out_.chaser.front()});
     const Gaussian noise(data_.noise.odometry);
     for (std::size_t k = 1; k < n_; ++k)
-      out_.problem.minimize(RelativePose<SE3>{odometry[k - 1].inverse() * odometry[k]},
-                            noise.scaled(std::sqrt(dt(k))), {out_.chaser[k - 1], out_.chaser[k]});
+      out_.problem.minimize(RelativePose<SE3>{odometry[k - 1].inverse() * odometry[k]}, noise.scaled(std::sqrt(dt(k))),
+                            {out_.chaser[k - 1], out_.chaser[k]});
   }
 
   void measurements() {

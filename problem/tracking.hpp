@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "tandem/lie/sek3.hpp"
-#include "tandem/problem/problem.hpp"
-#include "tandem/residuals/bounds.hpp"
-#include "tandem/residuals/loss.hpp"
+#include <tandem/lie/sek3.hpp>
+#include <tandem/problem/problem.hpp>
+#include <tandem/residuals/bounds.hpp>
+#include <tandem/residuals/loss.hpp>
 
 namespace tandem {
 
@@ -21,28 +21,28 @@ struct Stamped {
 /// A sensor on the chaser that sees the target's position, e.g. a USBL. Measures t((C B)⁻¹ (T F)) [m].
 struct PositionSensor {
   std::string name = "usbl";
-  Vector<3> sigma;                              ///< m
-  SE3 mount;                                    ///< B: sensor in the chaser's body
-  Vector<3> beacon = Vector<3>::Zero();         ///< t(F): beacon in the target's body [m]
+  Vector<3> sigma;                               ///< m
+  SE3 mount;                                     ///< B: sensor in the chaser's body
+  Vector<3> beacon = Vector<3>::Zero();          ///< t(F): beacon in the target's body [m]
   std::vector<Stamped<Vector<3>>> measurements;  ///< in time order
 };
 
 /// A sensor on the chaser that sees the target's pose, e.g. a camera on a marker. Measures (C B)⁻¹ (T F).
 struct PoseSensor {
   std::string name = "optical";
-  Vector<6> sigma;                        ///< m, rad
-  SE3 mount;                              ///< B: sensor in the chaser's body
-  SE3 marker;                             ///< F: marker in the target's body
+  Vector<6> sigma;                         ///< m, rad
+  SE3 mount;                               ///< B: sensor in the chaser's body
+  SE3 marker;                              ///< F: marker in the target's body
   std::vector<Stamped<SE3>> measurements;  ///< in time order
 };
 
 /// Standard deviations; pose tangents are ordered x y z [m], then rotation about x y z [rad].
 struct TrackingNoise {
-  Vector<6> prior, odometry, constant_twist;                 ///< the last two per √s
-  Vector<2> roll_pitch{0.04, 0.04};                          ///< rad
-  Vector<2> non_holonomic{0.05, 0.05};                       ///< sway, heave [m/s], when soft
-  double surge = 0.05;                                       ///< m/s outside the limits, when soft
-  double yaw_rate = 0.01;                                    ///< rad/s outside the limits, when soft
+  Vector<6> prior, odometry, constant_twist;  ///< the last two per √s
+  Vector<2> roll_pitch{0.04, 0.04};           ///< rad
+  Vector<2> non_holonomic{0.05, 0.05};        ///< sway, heave [m/s], when soft
+  double surge = 0.05;                        ///< m/s outside the limits, when soft
+  double yaw_rate = 0.01;                     ///< rad/s outside the limits, when soft
 };
 
 /// What a tracking problem is made of: files, simulators and live feeds all end here.
@@ -72,8 +72,9 @@ enum class KeyframeType { usbl, optical, gated };
 struct Keyframe {
   double t;  ///< s
   KeyframeType type;
-  std::optional<Vector<3>> measured_position;  ///< of the target in the chaser's body, by the sensor that gives the type
-  std::optional<SO3> measured_rotation;        ///< likewise; only where optical
+  std::optional<Vector<3>>
+      measured_position;                 ///< of the target in the chaser's body, by the sensor that gives the type
+  std::optional<SO3> measured_rotation;  ///< likewise; only where optical
 };
 
 /// The joint MAP problem of a chaser and its target, Mode A: both in SE(3) at every keyframe.

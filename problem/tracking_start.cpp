@@ -1,10 +1,9 @@
-#include "tandem/problem/tracking_start.hpp"
-
 #include <algorithm>
 #include <cmath>
 
-#include "tandem/lie/error.hpp"
-#include "tandem/lie/operations.hpp"
+#include <tandem/lie/error.hpp>
+#include <tandem/lie/operations.hpp>
+#include <tandem/problem/tracking_start.hpp>
 
 namespace tandem {
 namespace {
@@ -44,8 +43,8 @@ SmoothedTrack smooth(const std::vector<Keyframe>& keyframes, const std::vector<P
       const double dt = keyframes[k].t - keyframes[k - 1].t;
       const Matrix<2, 2> F = transition(k);
       predicted[k] = F * mean[k - 1];
-      predicted_cov[k] = F * cov[k - 1] * F.transpose() +
-                         q * Matrix<2, 2>{{dt * dt * dt / 3, dt * dt / 2}, {dt * dt / 2, dt}};
+      predicted_cov[k] =
+          F * cov[k - 1] * F.transpose() + q * Matrix<2, 2>{{dt * dt * dt / 3, dt * dt / 2}, {dt * dt / 2, dt}};
     }
     mean[k] = predicted[k];
     cov[k] = predicted_cov[k];
@@ -90,8 +89,9 @@ void collect_times(const Sensors& sensors, double first, double last, std::vecto
   for (const auto& sensor : sensors)
     for (const auto& m : sensor.measurements) {
       if (m.t < first - kSameInstant || m.t > last + kSameInstant)
-        throw Error(sensor.name + ": the measurement at " + std::to_string(m.t) + " s is outside the odometry's time span, " +
-                    std::to_string(first) + " to " + std::to_string(last) + " s");
+        throw Error(sensor.name + ": the measurement at " + std::to_string(m.t) +
+                    " s is outside the odometry's time span, " + std::to_string(first) + " to " + std::to_string(last) +
+                    " s");
       times.push_back(m.t);
     }
 }
@@ -140,7 +140,8 @@ std::vector<Keyframe> make_keyframes(const TrackingData& data, std::size_t most)
         keyframes[*k].measured_position = body.translation();
         keyframes[*k].measured_rotation = body.rotation();
       }
-  if (std::none_of(keyframes.begin(), keyframes.end(), [](const Keyframe& k) { return k.measured_position.has_value(); }))
+  if (std::none_of(keyframes.begin(), keyframes.end(),
+                   [](const Keyframe& k) { return k.measured_position.has_value(); }))
     throw Error("no measurement falls into the first " + std::to_string(most) + " keyframes: ask for more of them");
   return keyframes;
 }

@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "tandem/problem/tracking.hpp"
+#include <tandem/problem/tracking.hpp>
 
 namespace tandem {
 

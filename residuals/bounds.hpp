@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "tandem/lie/types.hpp"
+#include <tandem/lie/types.hpp>
 
 namespace tandem {
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "tandem/lie/operations.hpp"
-#include "tandem/residuals/residual.hpp"
+#include <tandem/lie/operations.hpp>
+#include <tandem/residuals/residual.hpp>
 
 namespace tandem {
 

@@ -1,5 +1,3 @@
-#include "tandem/residuals/gaussian.hpp"
-
 #include <cmath>
 #include <limits>
 #include <string>
@@ -7,7 +5,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "tandem/lie/error.hpp"
+#include <tandem/lie/error.hpp>
+#include <tandem/residuals/gaussian.hpp>
 
 namespace tandem {
 namespace {
@@ -40,8 +39,7 @@ Gaussian::Gaussian(const Eigen::VectorXd& sigmas) : diagonal_(sigmas.cwiseInvers
 }
 
 Gaussian::Gaussian(std::initializer_list<double> sigmas)
-    : Gaussian(
-          Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(sigmas.begin(), Eigen::Index(sigmas.size())))) {}
+    : Gaussian(Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(sigmas.begin(), Eigen::Index(sigmas.size())))) {}
 
 Gaussian Gaussian::covariance(const Eigen::MatrixXd& sigma) {
   const Eigen::MatrixXd L = cholesky_factor(sigma, "covariance");

@@ -1,7 +1,8 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <initializer_list>
+
+#include <Eigen/Core>
 
 namespace tandem {
 

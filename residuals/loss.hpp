@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "tandem/lie/error.hpp"
+#include <tandem/lie/error.hpp>
 
 namespace tandem {
 
@@ -41,8 +41,7 @@ struct Loss {
       }
       case Kind::tukey: {
         const double x = std::min(s / c2, 1.0), u = 1.0 - x;
-        return {c2 * x * (1.0 - x * (1.0 - x / 3.0)), u * u,
-                -2.0 * u / c2};  // c²/3 (1 − u³) without cancellation
+        return {c2 * x * (1.0 - x * (1.0 - x / 3.0)), u * u, -2.0 * u / c2};  // c²/3 (1 − u³) without cancellation
       }
     }
     return {s, 1.0, 0.0};
@@ -53,8 +52,7 @@ namespace detail {
 
 inline double checked_scale(double scale) {
   if (!(scale > 0) || !std::isfinite(scale))
-    throw Error("loss: scale " + std::to_string(scale) +
-                " is not positive and finite; it is in standard deviations");
+    throw Error("loss: scale " + std::to_string(scale) + " is not positive and finite; it is in standard deviations");
   return scale;
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "tandem/residuals/bounds.hpp"
-#include "tandem/residuals/residual.hpp"
+#include <tandem/residuals/bounds.hpp>
+#include <tandem/residuals/residual.hpp>
 
 namespace tandem {
 
@@ -20,14 +20,15 @@ struct Outside {
 
   /// The arguments of the residual: states, r, and a pointer to a Jacobian for each state, all or none.
   template <class... Args>
-    requires(sizeof...(Args) == std::tuple_size_v<States> + 1 || sizeof...(Args) == 2 * std::tuple_size_v<States> + 1)
-  void operator()(Args&&... args) const {
+  requires(sizeof...(Args) == std::tuple_size_v<States> + 1 ||
+           sizeof...(Args) == 2 * std::tuple_size_v<States> + 1) void
+  operator()(Args&&... args) const {
     constexpr std::size_t states = std::tuple_size_v<States>;
     residual(args...);
     auto refs = std::tie(args...);
     auto& r = std::get<states>(refs);
     for (int i = 0; i < dim; ++i) {
-      const bool below = r[i] < bounds.lower[i], above = r[i] > bounds.upper[i];
+      const bool below = r[i]<bounds.lower[i], above = r[i]> bounds.upper[i];
       if (below) {
         r[i] -= bounds.lower[i];
       } else if (above) {

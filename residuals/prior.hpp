@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tandem/residuals/residual.hpp"
+#include <tandem/residuals/residual.hpp>
 
 namespace tandem {
 

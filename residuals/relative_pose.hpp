@@ -1,8 +1,8 @@
 #pragma once
 
-#include "tandem/lie/operations.hpp"
-#include "tandem/lie/sek3.hpp"
-#include "tandem/residuals/residual.hpp"
+#include <tandem/lie/operations.hpp>
+#include <tandem/lie/sek3.hpp>
+#include <tandem/residuals/residual.hpp>
 
 namespace tandem {
 
@@ -15,9 +15,9 @@ struct RelativePose {
   static constexpr int dim = G::dof;
   using States = std::tuple<G, G>;
 
-  G z;     ///< pose of the frame Y F in the frame X B
-  G B{};   ///< sensor in the body X
-  G F{};   ///< marker in the body Y
+  G z;    ///< pose of the frame Y F in the frame X B
+  G B{};  ///< sensor in the body X
+  G F{};  ///< marker in the body Y
 
   template <Over<G> X>
   void operator()(const X& x, const X& y, Rows<dim, X>& r, RowsBy<dim, X>* Jx = nullptr,

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <tuple>
 
-#include "tandem/lie/lie_group.hpp"
+#include <tandem/lie/lie_group.hpp>
 
 namespace tandem {
 
@@ -20,8 +20,9 @@ template <class R, class States>
 struct IsResidual;
 template <class R, class... Xs>
 struct IsResidual<R, std::tuple<Xs...>> {
-  static constexpr bool value =
-      requires(const R& f, const Xs&... x, Vector<R::dim>& r, RowsBy<R::dim, Xs>*... J) { f(x..., r, J...); };
+  static constexpr bool value = requires(const R& f, const Xs&... x, Vector<R::dim>& r, RowsBy<R::dim, Xs>*... J) {
+    f(x..., r, J...);
+  };
 };
 
 }  // namespace detail
@@ -41,8 +42,9 @@ struct IsResidual<R, std::tuple<Xs...>> {
 template <class R>
 concept Residual = requires {
   { R::name } -> std::convertible_to<std::string_view>;
-  requires R::dim > 0;
+  requires(R::dim > 0);
   typename R::States;
-} && detail::IsResidual<R, typename R::States>::value;
+}
+&&detail::IsResidual<R, typename R::States>::value;
 
 }  // namespace tandem

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "tandem/lie/error.hpp"
-#include "tandem/lie/sek3.hpp"
-#include "tandem/residuals/residual.hpp"
+#include <tandem/lie/error.hpp>
+#include <tandem/lie/sek3.hpp>
+#include <tandem/residuals/residual.hpp>
 
 namespace tandem {
 
@@ -25,7 +25,8 @@ struct RollPitch {
     const Rotation& rotation = rotation_of(x);
     const Matrix<3, 3, S> R = rotation.matrix();
     const S cos_pitch2 = R(0, 0) * R(0, 0) + R(1, 0) * R(1, 0);
-    if (cos_pitch2 < 1e-16) throw Error("roll-pitch: undefined at a pitch of 90 degrees (heading has no meaning there)");
+    if (cos_pitch2 < 1e-16)
+      throw Error("roll-pitch: undefined at a pitch of 90 degrees (heading has no meaning there)");
     const S psi = atan2(R(1, 0), R(0, 0));
     const Rotation level = Rotation::Exp(Vector<3, S>(S(0.), S(0.), psi));
     const Vector<3, S> e = (rotation.inverse() * level).Log();

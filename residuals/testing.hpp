@@ -12,8 +12,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "tandem/lie/error.hpp"
-#include "tandem/residuals/residual.hpp"
+#include <tandem/lie/error.hpp>
+#include <tandem/residuals/residual.hpp>
 
 /// For whoever writes a residual: are its Jacobians right? Within any test framework, e.g.
 ///
@@ -27,8 +27,8 @@ namespace tandem {
 
 /// The worst entry found; a broken rule counts as an infinite error. `text` says it in a line.
 struct JacobianReport {
-  double relative = 0.0;  ///< |given − differences| over the largest entry of all Jacobians at those states
-  double absolute = 0.0;  ///< |given − differences|, in the residual's units by m or rad
+  double relative = 0.0;    ///< |given − differences| over the largest entry of all Jacobians at those states
+  double absolute = 0.0;    ///< |given − differences|, in the residual's units by m or rad
   double resolution = 0.0;  ///< uncertainty of the differences there, relative likewise
   int sample = 0;           ///< which of the random states, from 0
   int state = 0, row = 0, column = 0;

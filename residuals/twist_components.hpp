@@ -3,10 +3,10 @@
 #include <array>
 #include <bit>
 
-#include "tandem/lie/operations.hpp"
-#include "tandem/lie/se2.hpp"
-#include "tandem/lie/sek3.hpp"
-#include "tandem/residuals/residual.hpp"
+#include <tandem/lie/operations.hpp>
+#include <tandem/lie/se2.hpp>
+#include <tandem/lie/sek3.hpp>
+#include <tandem/residuals/residual.hpp>
 
 namespace tandem {
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "tandem/lie/rn.hpp"
-#include "tandem/lie/sek3.hpp"
-#include "tandem/residuals/residual.hpp"
+#include <tandem/lie/rn.hpp>
+#include <tandem/lie/sek3.hpp>
+#include <tandem/residuals/residual.hpp>
 
 namespace tandem {
 
@@ -10,14 +10,13 @@ namespace tandem {
 /// The target T is a pose or a point (SE3, SE2, R3, R2); of F only the beacon's position matters.
 /// Source: Baxter & Teran Espinoza 2025, §III (USBL).
 template <LieGroup Chaser = SE3, LieGroup Target = Chaser>
-  requires(Chaser::point_dim == Target::point_dim)
-struct UsblPosition {
+requires(Chaser::point_dim == Target::point_dim) struct UsblPosition {
   static constexpr std::string_view name = "USBL position";
   static constexpr int dim = Chaser::point_dim;
   using States = std::tuple<Chaser, Target>;
 
-  Vector<Chaser::point_dim> z;             ///< m, in the sensor's frame
-  Chaser B{};                              ///< sensor in the chaser's body
+  Vector<Chaser::point_dim> z;  ///< m, in the sensor's frame
+  Chaser B{};                   ///< sensor in the chaser's body
   /// t(F) [m], in the target's body; zero when the target is a point
   Vector<Chaser::point_dim> beacon = Vector<Chaser::point_dim>::Zero();
 

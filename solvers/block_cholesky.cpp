@@ -1,10 +1,9 @@
-#include "tandem/solvers/block_cholesky.hpp"
-
 #include <algorithm>
 #include <cmath>
 
-#include "tandem/lie/error.hpp"
-#include "tandem/solvers/block_symbolic.hpp"
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/block_cholesky.hpp>
+#include <tandem/solvers/block_symbolic.hpp>
 
 namespace tandem {
 namespace {
@@ -25,8 +24,7 @@ void subtract_product(int m, int n_, int k_, double* __restrict C, int ldc, cons
   }
 }
 
-void subtract_product_any(int m, int n, int k, double* C, int ldc, const double* A, int lda, const double* B,
-                          int ldb) {
+void subtract_product_any(int m, int n, int k, double* C, int ldc, const double* A, int lda, const double* B, int ldb) {
   if (n == 6 && k == 6) return subtract_product<6, 6>(m, n, k, C, ldc, A, lda, B, ldb);
   if (n == 3 && k == 3) return subtract_product<3, 3>(m, n, k, C, ldc, A, lda, B, ldb);
   if (k == 6) return subtract_product<0, 6>(m, n, k, C, ldc, A, lda, B, ldb);
@@ -77,7 +75,8 @@ void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern) {
 
   // Where block row r of block column k stands in its panel.
   const auto find = [&](int k, int r) {
-    const auto begin = row_block_.begin() + row_start_[std::size_t(k)], end = row_block_.begin() + row_start_[std::size_t(k) + 1];
+    const auto begin = row_block_.begin() + row_start_[std::size_t(k)],
+               end = row_block_.begin() + row_start_[std::size_t(k) + 1];
     return row_in_panel[std::size_t(std::lower_bound(begin, end, r) - row_block_.begin())];
   };
   for (int block = 0; block < blocks_; ++block) {
@@ -90,7 +89,8 @@ void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern) {
       const int rows = pattern.first[std::size_t(other) + 1] - pattern.first[std::size_t(other)];
       const int p = place[std::size_t(block)], q = place[std::size_t(other)];
       const int k = std::min(p, q), r = std::max(p, q);
-      copies_.push_back({source, stride, panel_[std::size_t(k)] + find(k, r), panel_rows_[std::size_t(k)], rows, columns, p > q});
+      copies_.push_back(
+          {source, stride, panel_[std::size_t(k)] + find(k, r), panel_rows_[std::size_t(k)], rows, columns, p > q});
       source += rows;
     }
   }

@@ -1,9 +1,10 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
-#include "tandem/problem/program.hpp"
+#include <Eigen/Core>
+
+#include <tandem/problem/program.hpp>
 
 namespace tandem {
 
@@ -58,11 +59,11 @@ class BlockCholesky {
 
   int n_ = 0, blocks_ = 0, failed_ = -1;
   double nonzeros_ = 0, flops_ = 0;
-  std::vector<int> size_, start_;          // of each block column, in elimination order
+  std::vector<int> size_, start_;           // of each block column, in elimination order
   std::vector<int> row_start_, row_block_;  // block rows of each block column, itself first
-  std::vector<int> panel_rows_;            // height of each panel
-  std::vector<int> panel_;                 // first entry of each panel in values_, column-major
-  std::vector<int> unknown_;               // unknown at each eliminated place
+  std::vector<int> panel_rows_;             // height of each panel
+  std::vector<int> panel_;                  // first entry of each panel in values_, column-major
+  std::vector<int> unknown_;                // unknown at each eliminated place
   std::vector<Copy> copies_;
   std::vector<int> update_start_;
   std::vector<Update> updates_;

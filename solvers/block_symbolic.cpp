@@ -1,10 +1,10 @@
-#include "tandem/solvers/block_symbolic.hpp"
-
-#include <amd.h>
-
 #include <algorithm>
 #include <numeric>
 #include <stdexcept>
+
+#include <amd.h>
+
+#include <tandem/solvers/block_symbolic.hpp>
 
 namespace tandem::detail {
 namespace {
@@ -19,7 +19,8 @@ BlockSymbolic symbolic(const SymmetricPattern& pattern, std::vector<int> order) 
   std::vector<std::vector<int>> below(order.size());
   for (int k = 0; k < n; ++k)
     for (int b = pattern.block_start[std::size_t(k)] + 1; b < pattern.block_start[std::size_t(k) + 1]; ++b) {
-      const auto [low, high] = std::minmax(place[std::size_t(k)], place[std::size_t(pattern.block_row[std::size_t(b)])]);
+      const auto [low, high] =
+          std::minmax(place[std::size_t(k)], place[std::size_t(pattern.block_row[std::size_t(b)])]);
       below[std::size_t(low)].push_back(high);
     }
 

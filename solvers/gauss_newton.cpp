@@ -1,12 +1,11 @@
-#include "tandem/solvers/gauss_newton.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "tandem/solvers/block_cholesky.hpp"
-#include "tandem/solvers/secant.hpp"
-#include "tandem/solvers/session.hpp"
+#include <tandem/solvers/block_cholesky.hpp>
+#include <tandem/solvers/gauss_newton.hpp>
+#include <tandem/solvers/secant.hpp>
+#include <tandem/solvers/session.hpp>
 
 namespace tandem {
 namespace {
@@ -19,7 +18,10 @@ constexpr double kSecantBelow = 1e-2;  // relative drop of the cost in one step
 class LevenbergMarquardt {
  public:
   LevenbergMarquardt(Problem& problem, const GaussNewtonOptions& options)
-      : options_(options), session_("gauss-newton", options), program_(problem), cholesky_(program_.hessian_pattern()),
+      : options_(options),
+        session_("gauss-newton", options),
+        program_(problem),
+        cholesky_(program_.hessian_pattern()),
         secant_(program_.num_unknowns(), options.secant_pairs) {
     const int n = program_.num_unknowns();
     gradient_.resize(n);
@@ -49,8 +51,7 @@ class LevenbergMarquardt {
       }
       ++s.iterations;
       const bool accepted = try_step(damping, growth);
-      if (!accepted && damping > kMaxDamping)
-        session_.end(Status::failed, "no step lowers the cost, however short");
+      if (!accepted && damping > kMaxDamping) session_.end(Status::failed, "no step lowers the cost, however short");
     }
     session_.conclude(program_, 0.0);
     return s;

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "tandem/problem/problem.hpp"
-#include "tandem/solvers/summary.hpp"
+#include <tandem/problem/problem.hpp>
+#include <tandem/solvers/summary.hpp>
 
 namespace tandem {
 

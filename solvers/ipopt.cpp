@@ -1,17 +1,17 @@
-#include "tandem/solvers/ipopt.hpp"
-
-#include <IpIpoptApplication.hpp>
-#include <IpRegOptions.hpp>
 #include <cctype>
 #include <climits>
 #include <cmath>
 #include <cstdlib>
-#include <dlfcn.h>
 #include <mutex>
 
-#include "tandem/lie/error.hpp"
-#include "tandem/solvers/ipopt_nlp.hpp"
-#include "tandem/solvers/near_names.hpp"
+#include <IpIpoptApplication.hpp>
+#include <IpRegOptions.hpp>
+#include <dlfcn.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/ipopt.hpp>
+#include <tandem/solvers/ipopt_nlp.hpp>
+#include <tandem/solvers/near_names.hpp>
 
 namespace tandem {
 namespace {
@@ -44,6 +44,8 @@ void set_option(Ipopt::IpoptApplication& app, const std::string& key, const std:
     for (const auto& [name, registered] : app.RegOptions()->RegisteredOptionsList()) known.push_back(name);
     throw Error("ipopt has no option '" + key + "'" + did_you_mean(key, known));
   }
+  if (value.starts_with("equilibration") && option->Name() == "nlp_scaling_method")  // would end the process likewise
+    throw Error("ipopt option " + key + ": equilibration-based needs libhsl.so; use gradient-based");
   if (option->Name() == "linear_solver") check_linear_solver(value);  // the key may have a prefix, as in resto.tol
   char* end = nullptr;
   bool taken = false;
@@ -76,7 +78,8 @@ Application make_application(const IpoptOptions& options) {
   app->Options()->SetIntegerValue("print_level", 0);
   app->Options()->SetNumericValue("tol", options.tolerance);
   app->Options()->SetNumericValue("constr_viol_tol", detail::kConstraintTolerance);
-  app->Options()->SetNumericValue("bound_relax_factor", 0.0);  // relaxed bounds would let solutions violate theirs
+  app->Options()->SetNumericValue("bound_relax_factor",
+                                  0.0);  // relaxed bounds would let solutions violate theirs
   app->Options()->SetNumericValue("acceptable_constr_viol_tol", detail::kConstraintTolerance);
   app->Options()->SetIntegerValue("max_iter", options.max_iterations);
   if (options.hessian == Hessian::limited_memory) set("hessian_approximation", "limited-memory");
@@ -94,23 +97,33 @@ void warm_start(Ipopt::IpoptApplication& app, double barrier) {
 
 void end(detail::Session& session, Ipopt::ApplicationReturnStatus status) {
   switch (status) {
-    case Ipopt::Solve_Succeeded: return session.end(Status::converged);
+    case Ipopt::Solve_Succeeded:
+      return session.end(Status::converged);
     case Ipopt::Solved_To_Acceptable_Level:
       return session.end(Status::converged, "a local minimum was found to Ipopt's acceptable level");
-    case Ipopt::Infeasible_Problem_Detected: return session.end(Status::infeasible);
-    case Ipopt::Maximum_Iterations_Exceeded: return session.end(Status::max_iterations);
-    case Ipopt::Maximum_CpuTime_Exceeded: return session.end(Status::time_limit);
-    case Ipopt::User_Requested_Stop: return session.end(Status::interrupted);
+    case Ipopt::Infeasible_Problem_Detected:
+      return session.end(Status::infeasible);
+    case Ipopt::Maximum_Iterations_Exceeded:
+      return session.end(Status::max_iterations);
+    case Ipopt::Maximum_CpuTime_Exceeded:
+      return session.end(Status::time_limit);
+    case Ipopt::User_Requested_Stop:
+      return session.end(Status::interrupted);
     case Ipopt::Search_Direction_Becomes_Too_Small:
       return session.end(Status::failed, "Ipopt's steps became too small before its tolerance was met");
     case Ipopt::Restoration_Failed:
       return session.end(Status::failed, "Ipopt's restoration phase found no point that violates the constraints less");
-    case Ipopt::Diverging_Iterates: return session.end(Status::failed, "the iterates diverge");
+    case Ipopt::Diverging_Iterates:
+      return session.end(Status::failed, "the iterates diverge");
     case Ipopt::Invalid_Number_Detected:
-      return session.end(Status::failed, "a residual or Jacobian is undefined or not finite where Ipopt must evaluate it");
+      return session.end(Status::failed,
+                         "a residual or Jacobian is undefined or not finite where Ipopt must evaluate it");
+    case Ipopt::Invalid_Option:
+      return session.end(Status::failed, "this build of Ipopt cannot do what one of the options passed on asks for");
     case Ipopt::Not_Enough_Degrees_Of_Freedom:
       return session.end(Status::infeasible, "there are more equality constraints than unknowns");
-    default: return session.end(Status::failed, "Ipopt ended with its status " + std::to_string(status));
+    default:
+      return session.end(Status::failed, "Ipopt ended with its status " + std::to_string(status));
   }
 }
 
@@ -136,8 +149,10 @@ Summary solve(Problem& problem, const IpoptOptions& options) {
     const int left = most - session.summary.iterations;
     app->Options()->SetIntegerValue("max_iter", std::max(left, 0));
     auto status = app->Initialize("");
-    if (status == Ipopt::Solve_Succeeded) status = app->OptimizeTNLP(Ipopt::SmartPtr<Ipopt::TNLP>(Ipopt::GetRawPtr(nlp)));
-    // Without constraints the best point is one to go on from; with them it may be the start, for its feasibility.
+    if (status == Ipopt::Solve_Succeeded)
+      status = app->OptimizeTNLP(Ipopt::SmartPtr<Ipopt::TNLP>(Ipopt::GetRawPtr(nlp)));
+    // Without constraints the best point is one to go on from; with them it may be the start, for its
+    // feasibility.
     const bool again = nlp->wants_recentering() && status == Ipopt::User_Requested_Stop && left > 0 && !session.ended();
     program.move_to(again && program.num_rows() > 0 ? nlp->current() : nlp->best());
     program.recenter();

@@ -2,8 +2,8 @@
 
 #include <map>
 
-#include "tandem/problem/problem.hpp"
-#include "tandem/solvers/summary.hpp"
+#include <tandem/problem/problem.hpp>
+#include <tandem/solvers/summary.hpp>
 
 namespace tandem {
 

@@ -1,11 +1,12 @@
-#include "tandem/solvers/ipopt_nlp.hpp"
+#include <algorithm>
+#include <cmath>
 
 #include <IpIpoptCalculatedQuantities.hpp>
 #include <IpIpoptData.hpp>
 #include <IpOrigIpoptNLP.hpp>
 #include <IpTNLPAdapter.hpp>
-#include <algorithm>
-#include <cmath>
+
+#include <tandem/solvers/ipopt_nlp.hpp>
 
 namespace tandem::detail {
 namespace {
@@ -211,8 +212,8 @@ void IpoptNlp::consider_best(const Eigen::VectorXd& x) {
   });
   if (!valid || !std::isfinite(cost)) return;
   const double feasible = kConstraintTolerance;
-  const bool better = violation <= feasible && best_violation_ <= feasible ? cost <= best_cost_
-                                                                           : violation <= best_violation_;
+  const bool better =
+      violation <= feasible && best_violation_ <= feasible ? cost <= best_cost_ : violation <= best_violation_;
   if (!better) return;
   best_ = x;
   best_cost_ = cost;

@@ -1,11 +1,12 @@
 #pragma once
 
-#include <IpTNLP.hpp>
 #include <exception>
 
-#include "tandem/problem/program.hpp"
-#include "tandem/solvers/ipopt.hpp"
-#include "tandem/solvers/session.hpp"
+#include <IpTNLP.hpp>
+
+#include <tandem/problem/program.hpp>
+#include <tandem/solvers/ipopt.hpp>
+#include <tandem/solvers/session.hpp>
 
 namespace tandem::detail {
 
@@ -66,7 +67,8 @@ class IpoptNlp final : public Ipopt::TNLP {
   std::vector<std::size_t> diagonal_;         // of each unknown, in lower_triangle_
   Eigen::VectorXd x_, current_, best_, gradient_, hessian_, exact_, multipliers_, constraints_, jacobian_, lambda_;
   double cost_ = 0, last_cost_ = 0, best_cost_ = 0, best_violation_ = 0, barrier_ = 0, damping_ = kInitialDamping;
-  bool has_cost_ = false, has_derivatives_ = false, has_constraints_ = false, recenter_ = false, warm_ = false, exact_now_;
+  bool has_cost_ = false, has_derivatives_ = false, has_constraints_ = false, recenter_ = false, warm_ = false,
+       exact_now_;
   int first_iteration_ = 0;
   std::exception_ptr error_;
 };

@@ -1,5 +1,5 @@
-#include "tandem/solvers/ipopt.hpp"
-#include "tandem/solvers/session.hpp"
+#include <tandem/solvers/ipopt.hpp>
+#include <tandem/solvers/session.hpp>
 
 namespace tandem {
 

@@ -1,17 +1,17 @@
-#include "tandem/solvers/nlopt.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <exception>
 #include <limits>
-#include <nlopt.hpp>
 #include <optional>
 
-#include "tandem/lie/error.hpp"
-#include "tandem/solvers/block_cholesky.hpp"
-#include "tandem/solvers/near_names.hpp"
-#include "tandem/solvers/session.hpp"
+#include <nlopt.hpp>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/block_cholesky.hpp>
+#include <tandem/solvers/near_names.hpp>
+#include <tandem/solvers/nlopt.hpp>
+#include <tandem/solvers/session.hpp>
 
 namespace tandem {
 namespace {
@@ -37,13 +37,13 @@ const std::array kAlgorithms{
     Algorithm{"auglag-tnewton", nlopt::AUGLAG, nlopt::LD_TNEWTON_PRECOND_RESTART, true, true, false},
 };
 
-constexpr int kMostDenseUnknowns = 300;       // SLSQP: 4 ms an evaluation at 200, 219 ms at 800
+constexpr int kMostDenseUnknowns = 300;         // SLSQP: 4 ms an evaluation at 200, 219 ms at 800
 constexpr double kMostConstraintEntries = 2e7;  // NLopt wants constraint gradients as one dense matrix
-constexpr double kRecenterAngle = 1.0;        // rad
+constexpr double kRecenterAngle = 1.0;          // rad
 constexpr double kPreconditionerDamping = 1e-9;
-constexpr double kFeasible = 10;              // constraint tolerances that a solution may be off
-constexpr double kSameCost = 1e-7;            // two runs that end this close, relatively, ended at one point
-constexpr double kPenaltyWeight = 100;         // of Jᵀ J in AUGLAG's preconditioner: what its penalty grows to
+constexpr double kFeasible = 10;        // constraint tolerances that a solution may be off
+constexpr double kSameCost = 1e-7;      // two runs that end this close, relatively, ended at one point
+constexpr double kPenaltyWeight = 100;  // of Jᵀ J in AUGLAG's preconditioner: what its penalty grows to
 
 const Algorithm& find_algorithm(const std::string& name) {
   const auto it = std::find_if(kAlgorithms.begin(), kAlgorithms.end(), [&](const auto& a) { return a.name == name; });
@@ -188,8 +188,8 @@ class NloptRun {
   void consider() {
     const double violation = program_.violation(constraints_).size;
     const double feasible = options_.constraint_tolerance;
-    const bool better = violation <= feasible && best_violation_ <= feasible ? cost_ < best_cost_
-                                                                             : violation < best_violation_;
+    const bool better =
+        violation <= feasible && best_violation_ <= feasible ? cost_ < best_cost_ : violation < best_violation_;
     if (better && std::isfinite(cost_)) {
       best_ = delta_;
       best_cost_ = cost_;

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "tandem/problem/problem.hpp"
-#include "tandem/solvers/summary.hpp"
+#include <tandem/problem/problem.hpp>
+#include <tandem/solvers/summary.hpp>
 
 namespace tandem {
 
@@ -11,9 +11,9 @@ namespace tandem {
 struct NloptOptions : SolverOptions {
   NloptOptions() { max_iterations = 100000; }
   std::string algorithm = "lbfgs";
-  double cost_tolerance = 1e-10;        ///< relative change of the cost
-  double constraint_tolerance = 1e-8;   ///< of each hard constraint, in its own units
-  bool precondition = true;             ///< solve in the coordinates that whiten the Gauss-Newton Hessian at the start
+  double cost_tolerance = 1e-10;       ///< relative change of the cost
+  double constraint_tolerance = 1e-8;  ///< of each hard constraint, in its own units
+  bool precondition = true;            ///< solve in the coordinates that whiten the Gauss-Newton Hessian at the start
 };
 
 /// The names NloptOptions::algorithm takes, e.g. "lbfgs", "slsqp", "auglag-lbfgs". Empty in a build without NLopt.

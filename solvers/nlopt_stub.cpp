@@ -1,5 +1,5 @@
-#include "tandem/solvers/nlopt.hpp"
-#include "tandem/solvers/session.hpp"
+#include <tandem/solvers/nlopt.hpp>
+#include <tandem/solvers/session.hpp>
 
 namespace tandem {
 

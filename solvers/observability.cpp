@@ -1,11 +1,9 @@
-#include "tandem/solvers/observability.hpp"
-
-#include <array>
 #include <cmath>
 #include <map>
 #include <vector>
 
-#include "tandem/solvers/block_cholesky.hpp"
+#include <tandem/solvers/block_cholesky.hpp>
+#include <tandem/solvers/observability.hpp>
 
 namespace tandem::detail {
 namespace {
@@ -15,14 +13,6 @@ namespace {
 constexpr double kRelativePivot = 1e-12;
 constexpr int kDirections = 6;  // enough to tell what is free
 constexpr std::size_t kNamed = 3;
-
-std::string direction(int entry, int dof) {
-  static constexpr std::array<const char*, 6> pose{"x", "y", "z", "rotation about x", "rotation about y", "rotation about z"};
-  static constexpr std::array<const char*, 3> plane_or_point{"x", "y", "z (or heading)"};
-  if (dof == 6) return pose[std::size_t(entry)];
-  if (dof <= 3) return plane_or_point[std::size_t(entry)];
-  return "entry " + std::to_string(entry) + " of its tangent";
-}
 
 }  // namespace
 
@@ -47,7 +37,7 @@ std::string free_directions(Program& program) {
       if (std::abs(v[i]) < 0.3 * largest) continue;
       const auto u = program.describe_unknown(static_cast<int>(i));
       if (!free.contains(u.variable)) order.push_back(u.variable);
-      free[u.variable][u.entry] = direction(u.entry, u.dof);
+      free[u.variable][u.entry] = u.direction;
     }
   }
   std::string text = "the problem leaves free: ";
@@ -59,7 +49,9 @@ std::string free_directions(Program& program) {
       first = false;
     }
   }
-  if (order.size() > kNamed) text += "; and " + std::to_string(order.size() - kNamed) + " more variables";
+  if (order.size() > kNamed)
+    text += "; and " + std::to_string(order.size() - kNamed) +
+            (order.size() == kNamed + 1 ? " more variable" : " more variables");
   return text + " (add a residual that observes them, or fix them)";
 }
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "tandem/problem/program.hpp"
+#include <tandem/problem/program.hpp>
 
 namespace tandem::detail {
 

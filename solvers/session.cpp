@@ -1,9 +1,8 @@
-#include "tandem/solvers/session.hpp"
-
 #include <cmath>
 #include <limits>
 
-#include "tandem/solvers/observability.hpp"
+#include <tandem/solvers/observability.hpp>
+#include <tandem/solvers/session.hpp>
 
 namespace tandem::detail {
 

@@ -2,8 +2,8 @@
 
 #include <chrono>
 
-#include "tandem/problem/program.hpp"
-#include "tandem/solvers/summary.hpp"
+#include <tandem/problem/program.hpp>
+#include <tandem/solvers/summary.hpp>
 
 namespace tandem::detail {
 

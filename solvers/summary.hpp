@@ -30,7 +30,7 @@ struct Summary {
   Status status = Status::failed;
   std::string message;  ///< one sentence: why it stopped
   double initial_cost = 0, cost = 0;
-  double max_violation = 0;  ///< of the hard constraints, in their own units
+  double max_violation = 0;      ///< of the hard constraints, in their own units
   std::string worst_constraint;  ///< residual and variables of the most violated hard constraint; empty when all hold
   int iterations = 0, evaluations = 0;  ///< evaluations of the cost
   double seconds = 0, evaluation_seconds = 0, linear_solver_seconds = 0;

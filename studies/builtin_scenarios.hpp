@@ -15,7 +15,6 @@ std::vector<std::string> scenario_names(const std::filesystem::path& scenarios);
 
 /// The folder that a user means: a path, or the name of a scenario in `scenarios`. Throws Error that lists
 /// the names.
-std::filesystem::path find_scenario(const std::string& folder_or_name,
-                                    const std::filesystem::path& scenarios);
+std::filesystem::path find_scenario(const std::string& folder_or_name, const std::filesystem::path& scenarios);
 
 }  // namespace tandem

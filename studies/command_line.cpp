@@ -15,16 +15,12 @@ namespace {
 constexpr int kBadInput = 1;
 
 void add_estimate(CLI::App& app, EstimateArguments& arguments) {
-  CLI::App* command =
-      app.add_subcommand("estimate", "Estimate the trajectories of chaser and target of a scenario");
-  command->footer(
-      "Exit status: 0 converged, 1 wrong input or usage, 2 not converged (the best estimate is written).");
-  const auto option = [&](const std::string& name, std::optional<std::string>& value,
-                          const std::string& takes, const std::string& help) {
-    command->add_option(name, value, help)->type_name(takes);
-  };
-  const auto repeatable = [&](const std::string& name, std::vector<std::string>& values,
-                              const std::string& takes, const std::string& help) {
+  CLI::App* command = app.add_subcommand("estimate", "Estimate the trajectories of chaser and target of a scenario");
+  command->footer("Exit status: 0 converged, 1 wrong input or usage, 2 not converged (the best estimate is written).");
+  const auto option = [&](const std::string& name, std::optional<std::string>& value, const std::string& takes,
+                          const std::string& help) { command->add_option(name, value, help)->type_name(takes); };
+  const auto repeatable = [&](const std::string& name, std::vector<std::string>& values, const std::string& takes,
+                              const std::string& help) {
     command->add_option(name, values, help + "; repeatable")->type_name(takes)->allow_extra_args(false);
   };
 
@@ -33,14 +29,12 @@ void add_estimate(CLI::App& app, EstimateArguments& arguments) {
       ->required();
   option("--solver", arguments.solver, "NAME", "gauss-newton (default), ipopt or nlopt:ALGORITHM");
   option("--roll-pitch", arguments.roll_pitch, "soft|hard|off", "The target is level (default soft)");
-  option("--non-holonomic", arguments.non_holonomic, "soft|hard|off",
-         "The target has no sway, no heave (default off)");
+  option("--non-holonomic", arguments.non_holonomic, "soft|hard|off", "The target has no sway, no heave (default off)");
   option("--surge", arguments.surge, "MIN,MAX", "Limits of the target's surge [m/s]; inf is none");
   option("--yaw-rate", arguments.yaw_rate, "MAX", "Limit of the target's yaw rate [rad/s]");
   option("--limits", arguments.limits, "hard|soft", "How surge and yaw rate are held (default hard)");
-  option(
-      "--loss", arguments.loss, "NAME[:SCALE]",
-      "Robust loss of the measurements: huber, cauchy, geman-mcclure or tukey; scale in sigmas (default 1)");
+  option("--loss", arguments.loss, "NAME[:SCALE]",
+         "Robust loss of the measurements: huber, cauchy, geman-mcclure or tukey; scale in sigmas (default 1)");
   repeatable("--noise", arguments.noise, "NAME=v,v,...", "Standard deviations in place of the scenario's");
   repeatable("--ipopt", arguments.ipopt, "KEY=VALUE", "An option of Ipopt's own");
   option("--hessian", arguments.hessian, "NAME",
@@ -76,8 +70,8 @@ std::string message(const CLI::ParseError& error, const CLI::App& app) {
   const std::string help = command == &app ? "tandem --help" : "tandem " + command->get_name() + " --help";
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error)) {
     const bool repeated = text.find("At Most") != std::string::npos;
-    return fmt::format("{} {} (see {})", text.substr(0, text.find(':')),
-                       repeated ? "is given twice" : "needs a value", help);
+    return fmt::format("{} {} (see {})", text.substr(0, text.find(':')), repeated ? "is given twice" : "needs a value",
+                       help);
   }
   return fmt::format("{} (see {})", text, help);
 }

@@ -30,8 +30,7 @@ void stop_on_interrupt() {
 TrackingOptions tracking_options(const EstimateArguments& arguments) {
   TrackingOptions options;
   if (arguments.roll_pitch) options.roll_pitch = parse_role("--roll-pitch", *arguments.roll_pitch);
-  if (arguments.non_holonomic)
-    options.non_holonomic = parse_role("--non-holonomic", *arguments.non_holonomic);
+  if (arguments.non_holonomic) options.non_holonomic = parse_role("--non-holonomic", *arguments.non_holonomic);
   if (arguments.surge) options.surge = parse_interval("--surge", *arguments.surge);
   if (arguments.yaw_rate) options.max_yaw_rate = parse_magnitude("--yaw-rate", *arguments.yaw_rate);
   if (arguments.limits) options.limits = parse_limits("--limits", *arguments.limits);
@@ -39,8 +38,7 @@ TrackingOptions tracking_options(const EstimateArguments& arguments) {
     throw Error("--limits says how --surge and --yaw-rate are held; give one of them too");
   if (arguments.loss) options.loss = parse_loss("--loss", *arguments.loss);
   if (arguments.max_keyframes)
-    options.max_keyframes =
-        static_cast<std::size_t>(parse_count("--max-keyframes", *arguments.max_keyframes));
+    options.max_keyframes = static_cast<std::size_t>(parse_count("--max-keyframes", *arguments.max_keyframes));
   return options;
 }
 
@@ -85,12 +83,10 @@ class LibrariesPrintToStderr {
   int output_;
 };
 
-Estimate estimate_with_progress(const Scenario& scenario, const TrackingOptions& options, Solver solver,
-                                bool quiet) {
+Estimate estimate_with_progress(const Scenario& scenario, const TrackingOptions& options, Solver solver, bool quiet) {
   ProgressLine line;
   if (!quiet && isatty(STDERR_FILENO))
-    std::visit([&](SolverOptions& o) { o.progress = [&](const Progress& progress) { line.show(progress); }; },
-               solver);
+    std::visit([&](SolverOptions& o) { o.progress = [&](const Progress& progress) { line.show(progress); }; }, solver);
   const LibrariesPrintToStderr redirection;
   return estimate(scenario, options, solver);
 }
@@ -133,8 +129,8 @@ int run_estimate(const EstimateArguments& arguments) {
   std::fflush(stdout);
   if (!note.empty() && !arguments.quiet) fmt::print(stderr, "tandem: {}\n", note);
   if (result.summary.converged()) return 0;
-  fmt::print(stderr, "tandem: {} did not converge ({}): {}\n", result.summary.solver,
-             name(result.summary.status), result.summary.message);
+  fmt::print(stderr, "tandem: {} did not converge ({}): {}\n", result.summary.solver, name(result.summary.status),
+             result.summary.message);
   return 2;
 }
 

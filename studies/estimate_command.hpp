@@ -9,8 +9,8 @@ namespace tandem {
 /// The words of `tandem estimate` as they were typed; nothing where an option was not given.
 struct EstimateArguments {
   std::string scenario;
-  std::optional<std::string> solver, roll_pitch, non_holonomic, surge, yaw_rate, limits, loss, hessian,
-      max_keyframes, max_iterations, time_limit, out, plots;
+  std::optional<std::string> solver, roll_pitch, non_holonomic, surge, yaw_rate, limits, loss, hessian, max_keyframes,
+      max_iterations, time_limit, out, plots;
   std::vector<std::string> noise, ipopt;
   bool json = false, quiet = false;
 };

@@ -52,8 +52,7 @@ std::string run_gnuplot(const std::string& script, const std::filesystem::path& 
   posix_spawn_file_actions_destroy(&actions);
   std::error_code ignored;
   if (failure != 0) std::filesystem::remove(file, ignored);
-  if (failure == ENOENT)
-    return "gnuplot is not installed, so no plots were drawn (Debian's package is gnuplot-nox)";
+  if (failure == ENOENT) return "gnuplot is not installed, so no plots were drawn (Debian's package is gnuplot-nox)";
   if (failure != 0) return fmt::format("gnuplot does not start: {}", std::strerror(failure));
 
   int status = 0;

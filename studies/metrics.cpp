@@ -7,9 +7,7 @@
 namespace tandem {
 namespace {
 
-double degrees_between(const SO3& a, const SO3& b) {
-  return (a.inverse() * b).Log().norm() * 180.0 / std::numbers::pi;
-}
+double degrees_between(const SO3& a, const SO3& b) { return (a.inverse() * b).Log().norm() * 180.0 / std::numbers::pi; }
 
 /// Mean and standard deviation of what is there.
 class Moments {

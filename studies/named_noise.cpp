@@ -33,8 +33,7 @@ std::vector<NamedNoise> named_noise(TrackingData& data) {
 
 std::string why_not_sigmas(std::span<const double> values, std::size_t expected) {
   if (values.size() != expected)
-    return fmt::format("needs {} standard deviation{}, not {}", expected, expected == 1 ? "" : "s",
-                       values.size());
+    return fmt::format("needs {} standard deviation{}, not {}", expected, expected == 1 ? "" : "s", values.size());
   for (const double value : values)
     if (!std::isfinite(value) || value <= 0.0)
       return fmt::format("has the standard deviation {:g}; it must be above zero and finite", value);
@@ -43,8 +42,7 @@ std::string why_not_sigmas(std::span<const double> values, std::size_t expected)
 
 void override_noise(TrackingData& data, const std::string& assignment) {
   const std::size_t equals = assignment.find('=');
-  if (equals == std::string::npos)
-    throw Error(fmt::format("--noise takes NAME=v,v,…, not {}", quote(assignment)));
+  if (equals == std::string::npos) throw Error(fmt::format("--noise takes NAME=v,v,…, not {}", quote(assignment)));
   const std::string_view name = trimmed(std::string_view(assignment).substr(0, equals));
 
   std::vector<double> values;
@@ -63,8 +61,8 @@ void override_noise(TrackingData& data, const std::string& assignment) {
     std::copy(values.begin(), values.end(), noise.sigmas.begin());
     return;
   }
-  throw Error(fmt::format("--noise knows no {}{} (here it takes {})", quote(name), did_you_mean(name, names),
-                          listed(names)));
+  throw Error(
+      fmt::format("--noise knows no {}{} (here it takes {})", quote(name), did_you_mean(name, names), listed(names)));
 }
 
 }  // namespace tandem

@@ -24,8 +24,7 @@ T choose(const std::string& option, const std::string& text, const std::vector<C
     if (name == text) return value;
     names.push_back(name);
   }
-  throw Error(
-      fmt::format("{} is {}, not {}{}", option, listed(names, "or"), quote(text), did_you_mean(text, names)));
+  throw Error(fmt::format("{} is {}, not {}{}", option, listed(names, "or"), quote(text), did_you_mean(text, names)));
 }
 
 double parse_number(const std::string& option, std::string_view text) {
@@ -61,8 +60,7 @@ Bounds<1> parse_interval(const std::string& option, const std::string& text) {
   const auto parts = split(text, ',');
   if (parts.size() > 2) throw Error(fmt::format("{} takes MIN,MAX, not {}", option, quote(text)));
   const double lower = parse_number(option, parts[0]);
-  const double upper =
-      parts.size() == 2 ? parse_number(option, parts[1]) : std::numeric_limits<double>::infinity();
+  const double upper = parts.size() == 2 ? parse_number(option, parts[1]) : std::numeric_limits<double>::infinity();
   if (lower > upper)
     throw Error(fmt::format("{}: the lower limit {} is above the upper limit {}", option, lower, upper));
   if (!std::isfinite(lower) && !std::isfinite(upper))
@@ -99,8 +97,7 @@ Solver parse_solver(const std::string& option, const std::string& text) {
   }
   if (known.size() == 2 && text.starts_with("nlopt"))
     throw Error(fmt::format("{} {}: this build has no NLopt ({} are there)", option, text, listed(known)));
-  throw Error(
-      fmt::format("{} is {}, not {}{}", option, listed(known, "or"), quote(text), did_you_mean(text, known)));
+  throw Error(fmt::format("{} is {}, not {}{}", option, listed(known, "or"), quote(text), did_you_mean(text, known)));
 }
 
 int parse_count(const std::string& option, const std::string& text) {

@@ -52,8 +52,8 @@ OutputFolder::OutputFolder(std::filesystem::path folder) {
     throw Error(fmt::format("--out {}: {} is not a folder", folder.string(), existing.string()));
   std::string probe = (existing / ".tandem-XXXXXX").string();  // permissions alone do not tell
   if (!mkdtemp(probe.data()))
-    throw Error(fmt::format("--out {}: {} cannot be written to: {}", folder.string(), existing.string(),
-                            std::strerror(errno)));
+    throw Error(
+        fmt::format("--out {}: {} cannot be written to: {}", folder.string(), existing.string(), std::strerror(errno)));
   std::filesystem::remove(probe);
 }
 

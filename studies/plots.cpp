@@ -31,8 +31,8 @@ std::string style(PlotFormat format, int height, const std::string& title) {
       "set key at screen 0.015,screen {} left top horizontal maxrows 1 reverse Left samplen 1.5 font ',12'\n"
       "set lmargin at screen 0.11\nset rmargin at screen 0.97\n"
       "set border 3 lc rgb '#555555'\nset tics nomirror tc rgb '#333333'\nset grid lc rgb '#e8e8e8' lt 1\n",
-      format == PlotFormat::svg ? "svg" : "pngcairo", kWidth, height, gnuplot_string(title),
-      1.0 - 20.0 / height, 1.0 - 32.0 / height);
+      format == PlotFormat::svg ? "svg" : "pngcairo", kWidth, height, gnuplot_string(title), 1.0 - 20.0 / height,
+      1.0 - 32.0 / height);
 }
 
 /// Named points, which may be none.

@@ -16,8 +16,8 @@ std::optional<SO3> rotation_from(const double* xyzw) {
 }
 
 std::string not_a_rotation(const double* xyzw) {
-  return fmt::format("quaternion {:g} {:g} {:g} {:g} has length {:g}, which must be 1 within {:g}", xyzw[0],
-                     xyzw[1], xyzw[2], xyzw[3], Eigen::Vector4d(xyzw).norm(), kTolerance);
+  return fmt::format("quaternion {:g} {:g} {:g} {:g} has length {:g}, which must be 1 within {:g}", xyzw[0], xyzw[1],
+                     xyzw[2], xyzw[3], Eigen::Vector4d(xyzw).norm(), kTolerance);
 }
 
 }  // namespace tandem

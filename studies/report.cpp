@@ -60,20 +60,16 @@ std::string tum(const std::vector<Keyframe>& keyframes, const std::vector<SE3>& 
   for (std::size_t k = 0; k < poses.size(); ++k) {
     const Vector<3> t = poses[k].translation();
     const SO3::Quaternion& q = poses[k].rotation().quaternion();
-    text += fmt::format("{} {} {} {} {} {} {} {}\n", keyframes[k].t, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(),
-                        q.w());
+    text += fmt::format("{} {} {} {} {} {} {} {}\n", keyframes[k].t, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
   }
   return text;
 }
 
 std::string errors_csv(const std::vector<KeyframeError>& errors) {
-  const auto field = [](const std::optional<double>& value) {
-    return value ? fmt::format("{}", *value) : "";
-  };
+  const auto field = [](const std::optional<double>& value) { return value ? fmt::format("{}", *value) : ""; };
   std::string text = "t,type,position_error_m,angle_error_deg\n";
   for (const KeyframeError& error : errors)
-    text +=
-        fmt::format("{},{},{},{}\n", error.t, name(error.type), field(error.position), field(error.angle));
+    text += fmt::format("{},{},{},{}\n", error.t, name(error.type), field(error.position), field(error.angle));
   return text;
 }
 
@@ -81,12 +77,12 @@ std::string errors_csv(const std::vector<KeyframeError>& errors) {
 
 std::string report(const Estimate& estimate) {
   const Summary& summary = estimate.summary;
-  std::string text = fmt::format("{}, mode {}: {} keyframes, {} residual blocks", estimate.scenario,
-                                 estimate.mode, estimate.keyframes.size(), estimate.residual_blocks);
+  std::string text = fmt::format("{}, mode {}: {} keyframes, {} residual blocks", estimate.scenario, estimate.mode,
+                                 estimate.keyframes.size(), estimate.residual_blocks);
   if (estimate.hard_blocks > 0) text += fmt::format(", {} hard constraints", estimate.hard_blocks);
-  text += fmt::format("\n{}: {}, cost {:.6f} (from {:.6g}), {} iterations, {} evaluations, {:.3f} s\n",
-                      summary.solver, name(summary.status), summary.cost, summary.initial_cost,
-                      summary.iterations, summary.evaluations, summary.seconds);
+  text += fmt::format("\n{}: {}, cost {:.6f} (from {:.6g}), {} iterations, {} evaluations, {:.3f} s\n", summary.solver,
+                      name(summary.status), summary.cost, summary.initial_cost, summary.iterations, summary.evaluations,
+                      summary.seconds);
   if (estimate.hard_blocks > 0)
     text += fmt::format("largest violation of a hard constraint: {:.2g}\n", summary.max_violation);
   if (!summary.converged()) text += fmt::format("NOT CONVERGED: {}\n", summary.message);
@@ -96,8 +92,7 @@ std::string report(const Estimate& estimate) {
   };
   text += "\n" + line("keyframes", "n", "position [m]", "orientation [°]", "raw position [m]");
   for (const auto& [name, errors] : rows(estimate))
-    text += line(name, errors.n, shown(errors.position, 3), mean_shown(errors.angle, 2),
-                 shown(errors.raw_position, 3));
+    text += line(name, errors.n, shown(errors.position, 3), mean_shown(errors.angle, 2), shown(errors.raw_position, 3));
   const ErrorSummary all = summarise(estimate.errors);
   if (all.compared == 0)
     text += "There is no truth to compare with.\n";
@@ -122,8 +117,7 @@ std::string summary_json(const Estimate& estimate) {
                {"solve_seconds", summary.seconds},
                {"max_violation", summary.max_violation}};
   for (const auto& [name, errors] : rows(estimate)) json["errors"][name] = errors_json(errors);
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) +
-         "\n";  // a name may hold bytes that are no UTF-8
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";  // a name may hold bytes that are no UTF-8
 }
 
 void write_results(const Estimate& estimate, const std::filesystem::path& folder) {

@@ -21,8 +21,7 @@ bool contains(const std::vector<std::string>& words, const std::string& word) {
 
 template <class Sensor>
 bool measure_nothing(const std::vector<Sensor>& sensors) {
-  return std::all_of(sensors.begin(), sensors.end(),
-                     [](const Sensor& sensor) { return sensor.measurements.empty(); });
+  return std::all_of(sensors.begin(), sensors.end(), [](const Sensor& sensor) { return sensor.measurements.empty(); });
 }
 
 class ScenarioReader {
@@ -38,21 +37,19 @@ class ScenarioReader {
     read_undeclared_sensors();
     read_noise(yaml_.section("noise"));
     if (measure_nothing(data_.position_sensors) && measure_nothing(data_.pose_sensors))
-      throw Error(
-          fmt::format("{} has no measurements: neither usbl.csv, optical.csv nor another sensor gives any",
-                      folder_.string()));
+      throw Error(fmt::format("{} has no measurements: neither usbl.csv, optical.csv nor another sensor gives any",
+                              folder_.string()));
     read_truth();
     return std::move(scenario_);
   }
 
  private:
   void read_head() {
-    yaml_.allow_only({"name", "description", "source", "licence", "keyframe_interval", "noise", "sensors",
-                      "frame", "group", "latitude", "gravity", "truth_orientation"});
+    yaml_.allow_only({"name", "description", "source", "licence", "keyframe_interval", "noise", "sensors", "frame",
+                      "group", "latitude", "gravity", "truth_orientation"});
     supported("frame", "ENU-FLU", {"NED-FRD"});
     supported("group", "SE3", {"SE2"});
-    scenario_.name =
-        yaml_.has("name") ? yaml_.text("name") : std::filesystem::canonical(folder_).filename().string();
+    scenario_.name = yaml_.has("name") ? yaml_.text("name") : std::filesystem::canonical(folder_).filename().string();
     if (yaml_.has("description")) scenario_.description = yaml_.text("description");
     if (yaml_.has("source")) scenario_.source = yaml_.text("source");
     if (yaml_.has("truth_orientation")) scenario_.truth_orientation = yaml_.boolean("truth_orientation");
@@ -83,21 +80,20 @@ class ScenarioReader {
   }
 
   static void check_sensors(const YamlSection& sensors) {
-    static const std::vector<std::string> unsupported = {
-        "range_bearing", "bearing", "range", "usbl_spherical", "imu", "dvl", "depth", "gps", "heading"};
+    static const std::vector<std::string> unsupported = {"range_bearing", "bearing", "range", "usbl_spherical", "imu",
+                                                         "dvl",           "depth",   "gps",   "heading"};
     for (const std::string& name : sensors.keys()) {
       const YamlSection sensor = sensors.section(name);
       const std::string type = sensor.text("type");
       std::vector<std::string> keys = {"type", "file", "sigma", "position", "orientation", "target_position"};
       if (contains(unsupported, type))
-        sensor.fail(
-            "type",
-            fmt::format("sensor type {} is not supported by this version (position and pose are)", type));
+        sensor.fail("type",
+                    fmt::format("sensor type {} is not supported by this version (position and pose are)", type));
       if (type == "pose")
         keys.push_back("target_orientation");
       else if (type != "position")
-        sensor.fail("type", fmt::format("unknown sensor type {}{}", quote(type),
-                                        did_you_mean(type, {"position", "pose"})));
+        sensor.fail("type",
+                    fmt::format("unknown sensor type {}{}", quote(type), did_you_mean(type, {"position", "pose"})));
       if (sensor.has("delay")) sensor.fail("delay", "delay is not supported by this version");
       sensor.allow_only(keys);
     }
@@ -132,8 +128,8 @@ class ScenarioReader {
       const std::filesystem::path file = folder_ / (name + ".csv");
       if (!std::filesystem::exists(file) || contains(files_, file.filename().string())) continue;
       if (contains(declared_, name))
-        yaml_.section("sensors").fail(
-            name, fmt::format("sensor {0} must read {0}.csv, which is there, or be renamed", name));
+        yaml_.section("sensors").fail(name,
+                                      fmt::format("sensor {0} must read {0}.csv, which is there, or be renamed", name));
       name == "usbl" ? void(add_position_sensor(name, file)) : void(add_pose_sensor(name, file));
       undeclared_.push_back(name);
     }
@@ -157,13 +153,12 @@ class ScenarioReader {
     const double first = data_.odometry.front().t, last = data_.odometry.back().t;
     for (std::size_t i = 0; i < table.rows(); ++i)
       if (table.t(i) < first - kSameInstant || table.t(i) > last + kSameInstant)
-        throw Error(fmt::format("{}: time {} lies outside the odometry's span, {} to {} s", table.where(i),
-                                table.t(i), first, last));
+        throw Error(fmt::format("{}: time {} lies outside the odometry's span, {} to {} s", table.where(i), table.t(i),
+                                first, last));
     return table;
   }
 
-  static SE3 extrinsics(const YamlSection& sensor, const std::string& position,
-                        const std::string& orientation) {
+  static SE3 extrinsics(const YamlSection& sensor, const std::string& position, const std::string& orientation) {
     Vector<3> t = Vector<3>::Zero();
     SO3 R;
     if (sensor.has(position)) t = Vector<3>(sensor.numbers(position, 3).data());
@@ -181,8 +176,7 @@ class ScenarioReader {
     std::vector<NamedNoise> known = named_noise(data_);
     std::erase_if(known, [&](const NamedNoise& entry) { return contains(declared_, entry.name); });
     for (NamedNoise& entry : known) entry.required |= contains(undeclared_, entry.name);
-    for (const auto& [name, size] :
-         {std::pair{"usbl", 3}, {"optical", 6}, {"constant_velocity", 3}, {"boundary", 3}})
+    for (const auto& [name, size] : {std::pair{"usbl", 3}, {"optical", 6}, {"constant_velocity", 3}, {"boundary", 3}})
       if (!contains(undeclared_, name))
         known.push_back({name, std::span(unread).first(static_cast<std::size_t>(size))});
 

@@ -14,8 +14,7 @@ namespace tandem {
 namespace {
 
 std::string contents(const std::filesystem::path& file) {
-  if (std::filesystem::is_directory(file))
-    throw Error(fmt::format("{} is a folder, not a file", file.string()));
+  if (std::filesystem::is_directory(file)) throw Error(fmt::format("{} is a folder, not a file", file.string()));
   std::ifstream stream(file, std::ios::binary);
   if (!stream) {
     const bool there = std::filesystem::exists(file);
@@ -62,8 +61,7 @@ class Reader {
     for (std::size_t i = 0; i < fields_.size(); ++i) {
       const auto value = parse_number(fields_[i]);
       if (!value) fail(fmt::format("{} is {}, not a number", names_[i], quote(fields_[i])));
-      if (!std::isfinite(*value))
-        fail(fmt::format("{} is {}; numbers must be finite", names_[i], fields_[i]));
+      if (!std::isfinite(*value)) fail(fmt::format("{} is {}; numbers must be finite", names_[i], fields_[i]));
       table_.values.push_back(*value);
     }
     table_.lines.push_back(line_);
@@ -93,9 +91,7 @@ Table read_csv(const std::filesystem::path& file, const std::string& header) {
   return Reader(file, header, ',').read(true);
 }
 
-Table read_tum(const std::filesystem::path& file) {
-  return Reader(file, "t x y z qx qy qz qw", ' ').read(false);
-}
+Table read_tum(const std::filesystem::path& file) { return Reader(file, "t x y z qx qy qz qw", ' ').read(false); }
 
 std::vector<Stamped<Vector<3>>> positions(const Table& table) {
   std::vector<Stamped<Vector<3>>> result;

@@ -59,8 +59,7 @@ double YamlSection::number(const std::string& key) const { return finite(key, re
 
 bool YamlSection::boolean(const std::string& key) const {
   const std::string value = text(key);
-  if (value != "true" && value != "false")
-    fail(key, fmt::format("{} is true or false, not {}", key, quote(value)));
+  if (value != "true" && value != "false") fail(key, fmt::format("{} is true or false, not {}", key, quote(value)));
   return value == "true";
 }
 
@@ -74,8 +73,7 @@ std::vector<double> YamlSection::numbers(const std::string& key) const {
 
 std::vector<double> YamlSection::numbers(const std::string& key, std::size_t count) const {
   const std::vector<double> values = numbers(key);
-  if (values.size() != count)
-    fail(key, fmt::format("{} needs {} numbers, not {}", key, count, values.size()));
+  if (values.size() != count) fail(key, fmt::format("{} needs {} numbers, not {}", key, count, values.size()));
   return values;
 }
 
@@ -100,8 +98,7 @@ YAML::Node YamlSection::require(const std::string& key) const {
 double YamlSection::finite(const std::string& key, const YAML::Node& value) const {
   if (!value.IsScalar()) fail(key, fmt::format("{} must be a number", key));
   const double number = parse_number(value.Scalar()).value_or(std::nan(""));
-  if (!std::isfinite(number))
-    fail(key, fmt::format("{} is {}, not a finite number", key, quote(value.Scalar())));
+  if (!std::isfinite(number)) fail(key, fmt::format("{} is {}, not a finite number", key, quote(value.Scalar())));
   return number;
 }
 

@@ -1,15 +1,16 @@
 /// One evaluation of each residual with all its Jacobians, and of the group operations under them.
 
+#include <random>
+#include <vector>
+
 #include <benchmark/benchmark.h>
 
-#include <random>
 #include <tandem/residuals/constant_twist.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
 #include <tandem/residuals/roll_pitch.hpp>
 #include <tandem/residuals/twist_components.hpp>
 #include <tandem/residuals/usbl_position.hpp>
-#include <vector>
 
 namespace {
 
@@ -39,9 +40,7 @@ void evaluate(benchmark::State& state, R residual, double angle) {
   std::array<Matrix<R::dim, 6>, arity> J;
   std::size_t i = 0;
   for (auto _ : state) {
-    [&]<std::size_t... S>(std::index_sequence<S...>) {
-      residual(poses[(i + S) % kStates]..., r, &J[S]...);
-    }
+    [&]<std::size_t... S>(std::index_sequence<S...>) { residual(poses[(i + S) % kStates]..., r, &J[S]...); }
     (std::make_index_sequence<arity>{});
     benchmark::DoNotOptimize(r);
     benchmark::DoNotOptimize(J);

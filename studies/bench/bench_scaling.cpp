@@ -2,10 +2,11 @@
 /// grow linearly. Peak memory is the process's, so run one size at a time for it:
 ///   bench_scaling --benchmark_filter=/100000/
 
+#include <random>
+
 #include <benchmark/benchmark.h>
 #include <sys/resource.h>
 
-#include <random>
 #include <tandem/problem/tracking.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/solvers/gauss_newton.hpp>

@@ -1,8 +1,9 @@
 #pragma once
 
+#include <array>
+
 #include <ceres/ceres.h>
 
-#include <array>
 #include <tandem/problem/problem.hpp>
 
 namespace tandem::bench {

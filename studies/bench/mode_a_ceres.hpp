@@ -1,13 +1,14 @@
 #pragma once
 
 #include <memory>
+#include <vector>
+
 #include <tandem/problem/tracking_start.hpp>
 #include <tandem/residuals/constant_twist.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
 #include <tandem/residuals/roll_pitch.hpp>
 #include <tandem/residuals/usbl_position.hpp>
-#include <vector>
 
 #include "ceres_adapter.hpp"
 

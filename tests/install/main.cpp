@@ -3,12 +3,12 @@
 #include <iostream>
 #include <string>
 
-#include "tandem/lie/sek3.hpp"
-#include "tandem/problem/problem.hpp"
-#include "tandem/residuals/prior.hpp"
-#include "tandem/solvers/gauss_newton.hpp"
-#include "tandem/solvers/ipopt.hpp"
-#include "tandem/solvers/nlopt.hpp"
+#include <tandem/lie/sek3.hpp>
+#include <tandem/problem/problem.hpp>
+#include <tandem/residuals/prior.hpp>
+#include <tandem/solvers/gauss_newton.hpp>
+#include <tandem/solvers/ipopt.hpp>
+#include <tandem/solvers/nlopt.hpp>
 
 namespace {
 

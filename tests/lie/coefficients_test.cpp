@@ -17,8 +17,7 @@ using Long = long double;
 using Dual = ceres::Jet<Long, 1>;
 
 // Long double rounds at 1e-19 (x86) and the terms below never pass 2, so these are good to 1e-18.
-static_assert(std::numeric_limits<Long>::digits >= 64,
-              "the reference values need a long double of 64 bits or more");
+static_assert(std::numeric_limits<Long>::digits >= 64, "the reference values need a long double of 64 bits or more");
 
 Long factorial(int n) {
   Long f = 1.L;
@@ -80,9 +79,7 @@ Errors errors_at(double theta2) {
   const Reference exact(Dual(static_cast<Long>(theta2), 0));
   const AngleCoefficients<double> got(theta2);
   const AngleCoefficients<ceres::Jet<double, 1>> dual(ceres::Jet<double, 1>(theta2, 0));
-  const auto relative = [](double a, Long b) {
-    return static_cast<double>(std::abs((static_cast<Long>(a) - b) / b));
-  };
+  const auto relative = [](double a, Long b) { return static_cast<double>(std::abs((static_cast<Long>(a) - b) / b)); };
   Errors e;
   e.value = {relative(got.A, exact.A.a), relative(got.B, exact.B.a), relative(got.C, exact.C.a),
              relative(got.D, exact.D.a), relative(got.E, exact.E.a), relative(got.F, exact.F.a)};

@@ -26,8 +26,8 @@ TYPED_TEST(Differences, OfEveryOperation) {
     check::Errors errors;
     for (const double s : {0., 0.3, 1., 1.5})
       for (int i = 0; i < 3; ++i)
-        check::differences(samples.element<G>(), samples.tangent<G>(angle), samples.vector<G::point_dim>(), s,
-                           step, errors);
+        check::differences(samples.element<G>(), samples.tangent<G>(angle), samples.vector<G::point_dim>(), s, step,
+                           errors);
     // Truncation step⁴/30 f⁽⁵⁾, with f⁽⁵⁾ of order 10; and rounding: f is off by a few 1e-15, its entries
     // being of order 5, and the formula passes 1.5 times that on, divided by the step.
     const double tolerance = std::pow(step, 4) + 5e-15 / step;

@@ -28,10 +28,9 @@ template <class G>
 class DualNumbers : public ::testing::Test {
  protected:
   void compare(const G& x, const typename G::Tangent& v, const Vector<G::point_dim>& p, double s) {
-    check::for_each_jacobian(
-        x, v, p, s, [&]<int M, int N>(const char* name, const Matrix<M, N>& J, const auto& f) {
-          errors_.compare(name, check::dense(J), check::dense(dual_derivative<M, N>(f)), 1.);
-        });
+    check::for_each_jacobian(x, v, p, s, [&]<int M, int N>(const char* name, const Matrix<M, N>& J, const auto& f) {
+      errors_.compare(name, check::dense(J), check::dense(dual_derivative<M, N>(f)), 1.);
+    });
   }
   // The compiled body is here, so that it can be split over files.
   void run() {

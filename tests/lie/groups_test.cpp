@@ -22,8 +22,7 @@ static_assert(PoseBundle::dof == 15 && PoseBundle::offset<2>() == 9 && MixedBund
 struct WithoutLog : SO2 {
   void Log() const;
 };
-static_assert(!LieGroup<double> && !LieGroup<Vector<3>> && !LieGroup<SO3::Quaternion> &&
-              !LieGroup<WithoutLog>);
+static_assert(!LieGroup<double> && !LieGroup<Vector<3>> && !LieGroup<SO3::Quaternion> && !LieGroup<WithoutLog>);
 
 static_assert(Over<SE3, SE3> && Over<BasicSE3<float>, SE3> && Over<PoseBundle::Rebind<float>, PoseBundle>);
 static_assert(!Over<SE2, SE3> && !Over<SE3, SE23> && !Over<Rn<2>, Rn<3>> && !Over<double, SE3>);
@@ -136,9 +135,8 @@ TEST(SO3, FromMatrixAndQuaternion) {
     const SO3 x = SO3::Exp(samples.tangent<SO3>(angle));
     // A matrix holds its angle to 1e-16 in every entry, and near 0 and π the quaternion from it no worse.
     EXPECT_LE((SO3(x.matrix()).matrix() - x.matrix()).cwiseAbs().maxCoeff(), 2e-15) << angle;
-    EXPECT_LE(
-        (SO3(Eigen::Quaterniond(3. * x.quaternion().coeffs())).matrix() - x.matrix()).cwiseAbs().maxCoeff(),
-        2e-15);
+    EXPECT_LE((SO3(Eigen::Quaterniond(3. * x.quaternion().coeffs())).matrix() - x.matrix()).cwiseAbs().maxCoeff(),
+              2e-15);
   }
 }
 

@@ -65,8 +65,8 @@ class Samples {
   void fill(V&& v, double angle, double scale) {
     if constexpr (requires { typename G::Parts; }) {
       [&]<int... I>(std::integer_sequence<int, I...>) {
-        (fill<typename G::template Part<I>>(
-             v.template segment<G::template Part<I>::dof>(G::template offset<I>()), angle, scale),
+        (fill<typename G::template Part<I>>(v.template segment<G::template Part<I>::dof>(G::template offset<I>()),
+                                            angle, scale),
          ...);
       }
       (std::make_integer_sequence<int, G::size>{});
@@ -89,8 +89,7 @@ class Samples {
 /// The angles [rad] at which everything is checked: tiny ones, both sides of where a series takes over from a
 /// closed form, moderate ones, and near π.
 inline std::vector<double> test_angles() {
-  std::vector<double> angles{0., 1e-12, 1e-8, 1e-4,        1e-2,        0.1,
-                             1., 2.,    3.,   M_PI - 1e-3, M_PI - 1e-6, M_PI - 1e-9};
+  std::vector<double> angles{0., 1e-12, 1e-8, 1e-4, 1e-2, 0.1, 1., 2., 3., M_PI - 1e-3, M_PI - 1e-6, M_PI - 1e-9};
   const double seams[] = {std::sqrt(AngleCoefficients<double>::kSeriesBelow), std::sqrt(SO3::kSeriesBelow),
                           2. * std::asin(std::sqrt(SO3::kSeriesBelow))};
   for (const double seam : seams)

@@ -33,16 +33,12 @@ class Line {
     return {b_ / (mistake == Mistake::logarithm ? 1. : f(s)), s};
   }
   Line inverse() const { return {1. / a_, -b_ / a_}; }
-  Line operator*(const Line& y) const {
-    return {a_ * y.a_, mistake == Mistake::product ? b_ + y.b_ : a_ * y.b_ + b_};
-  }
+  Line operator*(const Line& y) const { return {a_ * y.a_, mistake == Mistake::product ? b_ + y.b_ : a_ * y.b_ + b_}; }
   AlgebraMatrix matrix() const { return (AlgebraMatrix() << a_, b_, 0., 1.).finished(); }
   static AlgebraMatrix hat(const Tangent& v) { return (AlgebraMatrix() << v[1], v[0], 0., 0.).finished(); }
   static Tangent vee(const AlgebraMatrix& m) { return {m(0, 1), m(0, 0)}; }
 
-  Jacobian Ad() const {
-    return (Jacobian() << a_, mistake == Mistake::adjoint ? b_ : -b_, 0., 1.).finished();
-  }
+  Jacobian Ad() const { return (Jacobian() << a_, mistake == Mistake::adjoint ? b_ : -b_, 0., 1.).finished(); }
   static Jacobian Jl(const Tangent& v) { return (Jacobian() << f(v[1]), -v[0] * g(v[1]), 0., 1.).finished(); }
   static Jacobian Jr(const Tangent& v) { return mistake == Mistake::left_for_right ? Jl(v) : Jl(-v); }
   static Jacobian Jl_inverse(const Tangent& v) {
@@ -53,9 +49,7 @@ class Line {
   static double angle(const Tangent&) { return 0.; }
 
   Vector<1> act(const Vector<1>& p) const { return Vector<1>(a_ * p[0] + b_); }
-  Matrix<1, 2> act_jacobian(const Vector<1>& p) const {
-    return {mistake == Mistake::action ? 1. : a_, a_ * p[0]};
-  }
+  Matrix<1, 2> act_jacobian(const Vector<1>& p) const { return {mistake == Mistake::action ? 1. : a_, a_ * p[0]}; }
   Matrix<1, 1> act_point_jacobian() const { return Matrix<1, 1>(a_); }
 
  private:

@@ -80,13 +80,12 @@ void each_mixed_cost(const MixedVariables& v, F f) {
   for (int i = 0; i < 6; ++i)
     for (int j = 0; j < i; ++j) mixing(i, j) = 0.3 * std::sin(1.0 + i + 2.0 * j);
   const Gaussian full = Gaussian::covariance(0.2 * mixing * mixing.transpose());
-  const Gaussian planar =
-      Gaussian::information(Matrix<3, 3>{{4.0, 1.0, 0.5}, {1.0, 3.0, -0.7}, {0.5, -0.7, 2.0}});
+  const Gaussian planar = Gaussian::information(Matrix<3, 3>{{4.0, 1.0, 0.5}, {1.0, 3.0, -0.7}, {0.5, -0.7, 2.0}});
 
   f(Prior<SE3>{SE3()}, full, std::tuple(v.a), Loss{});
   f(RelativePose<SE3>{SE3::Exp(0.3 * sigmas)}, Gaussian(sigmas), std::tuple(v.a, v.b), Loss{});
-  f(RelativePose<SE3>{SE3::Exp(-0.2 * sigmas), SE3::Exp(sigmas), SE3::Exp(-sigmas)}, full,
-    std::tuple(v.c, v.b), Huber(0.5));
+  f(RelativePose<SE3>{SE3::Exp(-0.2 * sigmas), SE3::Exp(sigmas), SE3::Exp(-sigmas)}, full, std::tuple(v.c, v.b),
+    Huber(0.5));
   f(ConstantTwist<SE3>{1.0, 0.7}, full, std::tuple(v.a, v.b, v.c), Cauchy(1.5));
   f(ConstantTwist<SE3>{1.0, 1.3}, Gaussian(sigmas), std::tuple(v.a, v.b, v.a), Loss{});  // a twice
   f(ConstantTwist<SE3>{0.5, 1.0}, Gaussian(sigmas), std::tuple(v.c, v.c, v.a), Loss{});  // c twice
@@ -120,9 +119,8 @@ struct MixedProblem {
     each_mixed_cost(v, [&](const auto& residual, const Gaussian& noise, const auto& x, const Loss& loss) {
       problem.minimize(residual, noise, x, loss);
     });
-    each_mixed_constraint(v, [&](const auto& residual, const auto& bounds, const auto& x) {
-      problem.subject_to(residual, bounds, x);
-    });
+    each_mixed_constraint(
+        v, [&](const auto& residual, const auto& bounds, const auto& x) { problem.subject_to(residual, bounds, x); });
   }
 };
 
@@ -158,8 +156,7 @@ inline Eigen::VectorXd hessian_values(const Program& program) {
 inline Eigen::MatrixXd dense(const SymmetricPattern& pattern, const Eigen::VectorXd& values) {
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(pattern.size(), pattern.size());
   for (int column = 0; column < pattern.size(); ++column)
-    for (int k = pattern.column_start[std::size_t(column)]; k < pattern.column_start[std::size_t(column) + 1];
-         ++k) {
+    for (int k = pattern.column_start[std::size_t(column)]; k < pattern.column_start[std::size_t(column) + 1]; ++k) {
       const int row = pattern.row[std::size_t(k)];
       H(row, column) = values[k];
       if (row > column) H(column, row) = values[k];
@@ -172,8 +169,7 @@ inline Eigen::MatrixXd dense_jacobian(Program& program) {
   program.constraint_jacobian(values);
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(program.num_rows(), program.num_unknowns());
   for (Eigen::Index k = 0; k < values.size(); ++k)
-    J(program.jacobian_pattern().row[std::size_t(k)], program.jacobian_pattern().column[std::size_t(k)]) +=
-        values[k];
+    J(program.jacobian_pattern().row[std::size_t(k)], program.jacobian_pattern().column[std::size_t(k)]) += values[k];
   return J;
 }
 

@@ -39,15 +39,13 @@ TEST(NoAllocation, EvaluationAsksTheHeapForNothing) {
   MixedProblem mixed;
   Program program(mixed.problem);
   const int n = program.num_unknowns();
-  const Eigen::VectorXd delta = random_vector(n, 0.5, 1),
-                        multipliers = random_vector(program.num_rows(), 1.0, 2);
+  const Eigen::VectorXd delta = random_vector(n, 0.5, 1), multipliers = random_vector(program.num_rows(), 1.0, 2);
   Eigen::VectorXd gradient(n), H = hessian_values(program), c(program.num_rows());
   Eigen::VectorXd J(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
   double sum = 0;
   const auto evaluate = [&] {
     program.move_to(delta);
-    sum += program.cost() + program.gradient(gradient) + program.linearize(gradient, H) +
-           program.largest_angle();
+    sum += program.cost() + program.gradient(gradient) + program.linearize(gradient, H) + program.largest_angle();
     program.constraints(c);
     sum += program.violation(c).size;
     program.constraint_jacobian(J);

@@ -22,12 +22,10 @@ struct Simulation {
     return SE3(SO3::Exp({0.0, 0.0, yaw}), Vector<3>(x, y, z));
   }
   static SE3 chaser(double t) {
-    return pose(-20.0, 4.0, -3.0, 0.2) *
-           SE3::Exp((Vector<6>() << 1.4, 0.1, 0.02, 0.01, -0.02, 0.03).finished() * t);
+    return pose(-20.0, 4.0, -3.0, 0.2) * SE3::Exp((Vector<6>() << 1.4, 0.1, 0.02, 0.01, -0.02, 0.03).finished() * t);
   }
   static SE3 target(double t) {
-    return pose(2.0, -5.0, -4.0, 0.8) *
-           SE3::Exp((Vector<6>() << 0.9, 0.0, 0.0, 0.0, 0.0, 0.06).finished() * t);
+    return pose(2.0, -5.0, -4.0, 0.8) * SE3::Exp((Vector<6>() << 0.9, 0.0, 0.0, 0.0, 0.0, 0.06).finished() * t);
   }
 
   TrackingData data() const {

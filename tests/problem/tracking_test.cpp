@@ -31,8 +31,7 @@ std::vector<double> times(const std::vector<Keyframe>& keyframes) {
 }
 
 void expect_times(const TrackingData& data, const std::vector<double>& expected, std::size_t most = 0) {
-  EXPECT_THAT(times(make_keyframes(data, most)),
-              ::testing::Pointwise(::testing::DoubleNear(1e-12), expected));
+  EXPECT_THAT(times(make_keyframes(data, most)), ::testing::Pointwise(::testing::DoubleNear(1e-12), expected));
 }
 
 TEST(Keyframes, AtTheEndsMeasurementsAndIntervals) {
@@ -115,8 +114,7 @@ TEST(Tracking, RefusesWhatMakesNoProblem) {
   EXPECT_THAT([&] { make_tracking_problem(none); }, ThrowsMessage<Error>(HasSubstr("odometry")));
   none.odometry = {{0.0, SE3()}};
   EXPECT_THAT([&] { make_tracking_problem(none); }, ThrowsMessage<Error>(HasSubstr("two poses or more")));
-  EXPECT_THAT([&] { make_tracking_problem(measured_at({})); },
-              ThrowsMessage<Error>(HasSubstr("measurements")));
+  EXPECT_THAT([&] { make_tracking_problem(measured_at({})); }, ThrowsMessage<Error>(HasSubstr("measurements")));
   for (const double t : {-0.5, 5.2})
     EXPECT_THAT(
         [&] {
@@ -132,8 +130,8 @@ class TrackingOptionsTest : public ::testing::Test {
  protected:
   TrackingData data = Simulation().data();
   int n = static_cast<int>(make_keyframes(data).size());
-  int measurements = static_cast<int>(data.position_sensors[0].measurements.size() +
-                                      data.pose_sensors[0].measurements.size());
+  int measurements =
+      static_cast<int>(data.position_sensors[0].measurements.size() + data.pose_sensors[0].measurements.size());
   int plain = 1 + (n - 1) + measurements + (n - 2);  // prior, odometry, measurements, constant twist
 
   void expect(const TrackingOptions& options, int soft, int equalities, int inequalities) {
@@ -166,8 +164,8 @@ TEST_F(TrackingOptionsTest, Limits) {
 }
 
 TEST_F(TrackingOptionsTest, EverythingHardTogether) {
-  expect({.roll_pitch = Role::hard, .non_holonomic = Role::hard, .surge = at_least(0.0), .max_yaw_rate = 0.1},
-         plain, 2 * n + 2 * (n - 1), 2 * (n - 1));
+  expect({.roll_pitch = Role::hard, .non_holonomic = Role::hard, .surge = at_least(0.0), .max_yaw_rate = 0.1}, plain,
+         2 * n + 2 * (n - 1), 2 * (n - 1));
 }
 
 TEST_F(TrackingOptionsTest, TheLossIsThatOfTheMeasurements) {

@@ -11,7 +11,7 @@
 #include <ceres/jet.h>
 #include <gtest/gtest.h>
 
-#include "tandem/residuals/testing.hpp"
+#include <tandem/residuals/testing.hpp>
 
 namespace tandem::testing {
 
@@ -32,8 +32,7 @@ double autodiff_error_of(const R& residual, const Vector<R::dim>& r,
   std::apply([&](const auto&... y) { residual(y..., dual); }, states);
   double worst = 0.0;
   for (int i = 0; i < R::dim; ++i) {
-    if (!(std::abs(dual[i].a - r[i]) <= 1e-13 * (1.0 + r.norm())))
-      return std::numeric_limits<double>::infinity();
+    if (!(std::abs(dual[i].a - r[i]) <= 1e-13 * (1.0 + r.norm()))) return std::numeric_limits<double>::infinity();
     const double error = (dual[i].v.transpose() - J.row(i)).cwiseAbs().maxCoeff() / scale;
     if (!(error <= worst)) worst = std::isnan(error) ? std::numeric_limits<double>::infinity() : error;
   }
@@ -76,11 +75,8 @@ void expect_right_jacobians_at_random(const R& residual, unsigned seed, int coun
   std::mt19937_64 random(seed);
   for (int i = 0; i < count; ++i) {
     const auto states = random_states<typename R::States>(random, Spread(i % 4));
-    std::apply(
-        [&](const auto&... x) {
-          EXPECT_LE(autodiff_error(residual, x...), kAutodiff) << R::name << ", " << i;
-        },
-        states);
+    std::apply([&](const auto&... x) { EXPECT_LE(autodiff_error(residual, x...), kAutodiff) << R::name << ", " << i; },
+               states);
   }
 }
 

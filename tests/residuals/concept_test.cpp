@@ -1,16 +1,16 @@
 #include <gtest/gtest.h>
 
-#include "tandem/lie/bundle.hpp"
-#include "tandem/lie/rn.hpp"
-#include "tandem/lie/se2.hpp"
-#include "tandem/lie/sek3.hpp"
-#include "tandem/residuals/constant_twist.hpp"
-#include "tandem/residuals/outside.hpp"
-#include "tandem/residuals/prior.hpp"
-#include "tandem/residuals/relative_pose.hpp"
-#include "tandem/residuals/roll_pitch.hpp"
-#include "tandem/residuals/twist_components.hpp"
-#include "tandem/residuals/usbl_position.hpp"
+#include <tandem/lie/bundle.hpp>
+#include <tandem/lie/rn.hpp>
+#include <tandem/lie/se2.hpp>
+#include <tandem/lie/sek3.hpp>
+#include <tandem/residuals/constant_twist.hpp>
+#include <tandem/residuals/outside.hpp>
+#include <tandem/residuals/prior.hpp>
+#include <tandem/residuals/relative_pose.hpp>
+#include <tandem/residuals/roll_pitch.hpp>
+#include <tandem/residuals/twist_components.hpp>
+#include <tandem/residuals/usbl_position.hpp>
 
 #include "residuals/autodiff.hpp"
 
@@ -43,8 +43,7 @@ static_assert(Residual<SquaredDistance>);
 TEST(ResidualConcept, accepts_a_residual_of_the_users_own) {
   const JacobianReport report = check_jacobians_at_random(SquaredDistance{}, 1, 40);
   EXPECT_LE(report.relative, 1e-9) << report.text;
-  expect_right(
-      check_jacobians(SquaredDistance{}, SE3::Exp(tangent<SE3>(0.4, 2.0)), R3(Vector<3>(1.0, 2.0, 3.0))));
+  expect_right(check_jacobians(SquaredDistance{}, SE3::Exp(tangent<SE3>(0.4, 2.0)), R3(Vector<3>(1.0, 2.0, 3.0))));
 }
 
 struct NoName {
@@ -103,8 +102,7 @@ struct ChangesItsState {
   void operator()(R3&, Vector<1>&, Matrix<1, 3>* = nullptr) const {}
 };
 static_assert(!Residual<NoName> && !Residual<NoRows> && !Residual<NoStates> && !Residual<StatesAreNotATuple>);
-static_assert(!Residual<StateIsNoGroup> && !Residual<OtherStates> && !Residual<WrongRows> &&
-              !Residual<WrongJacobian>);
+static_assert(!Residual<StateIsNoGroup> && !Residual<OtherStates> && !Residual<WrongRows> && !Residual<WrongJacobian>);
 static_assert(!Residual<NoJacobian> && !Residual<NotConst> && !Residual<ChangesItsState>);
 static_assert(!Residual<int> && !Residual<SE3>);
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tandem/residuals/constant_twist.hpp"
+#include <tandem/residuals/constant_twist.hpp>
 
 #include "residuals/autodiff.hpp"
 
@@ -32,8 +32,7 @@ TYPED_TEST_P(ConstantTwistTest, is_what_the_last_step_lacks) {
       residual(this->t0, t1, t2, r);
       // Near half a turn Log amplifies what the product of rounded rotations lost; nowhere by more than ~1e2.
       EXPECT_LE(difference(e, r), 1e-13);
-      EXPECT_LE(difference(plain(t2), plain(this->t0) * expm<G>(d1) * expm<G>(alpha * d1) * expm<G>(r)),
-                1e-13);
+      EXPECT_LE(difference(plain(t2), plain(this->t0) * expm<G>(d1) * expm<G>(alpha * d1) * expm<G>(r)), 1e-13);
     }
 }
 

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "tandem/lie/bundle.hpp"
-#include "tandem/lie/rn.hpp"
-#include "tandem/lie/sek3.hpp"
+#include <tandem/lie/bundle.hpp>
+#include <tandem/lie/rn.hpp>
+#include <tandem/lie/sek3.hpp>
 
 #include "residuals/constant_twist_checks.hpp"
 

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
-#include "tandem/lie/rn.hpp"
-#include "tandem/lie/se2.hpp"
-#include "tandem/lie/sek3.hpp"
-#include "tandem/residuals/constant_twist.hpp"
+#include <tandem/lie/rn.hpp>
+#include <tandem/lie/se2.hpp>
+#include <tandem/lie/sek3.hpp>
+#include <tandem/residuals/constant_twist.hpp>
 
 #include "residuals/constant_twist_checks.hpp"
 

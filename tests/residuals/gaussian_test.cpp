@@ -6,8 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tandem/lie/error.hpp"
-#include "tandem/residuals/gaussian.hpp"
+#include <tandem/lie/error.hpp>
+#include <tandem/residuals/gaussian.hpp>
 
 namespace tandem {
 namespace {
@@ -15,8 +15,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-constexpr double infinity = std::numeric_limits<double>::infinity(),
-                 nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
 
 template <class F>
 std::string message_of(F f) {
@@ -37,9 +36,7 @@ Eigen::MatrixXd positive_definite(int n, double small) {
   return s.asDiagonal() * (A * A.transpose() + Eigen::MatrixXd::Identity(n, n)) * s.asDiagonal();
 }
 
-Eigen::MatrixXd information_of(const Gaussian& g) {
-  return g.sqrt_information().transpose() * g.sqrt_information();
-}
+Eigen::MatrixXd information_of(const Gaussian& g) { return g.sqrt_information().transpose() * g.sqrt_information(); }
 
 TEST(Gaussian, sigmas_are_kept_as_their_inverses) {
   const Gaussian g{0.1, 2.0, 4.0};
@@ -75,15 +72,14 @@ TEST(Gaussian, sigmas_covariance_and_information_say_the_same) {
   EXPECT_TRUE(Gaussian::information(information).sqrt_information().isApprox(expected, 1e-15));
 
   const Eigen::MatrixXd full = positive_definite(5, 1e-2);
-  EXPECT_TRUE(information_of(Gaussian::covariance(full))
-                  .isApprox(information_of(Gaussian::information(full.inverse())), 1e-9));
+  EXPECT_TRUE(
+      information_of(Gaussian::covariance(full)).isApprox(information_of(Gaussian::information(full.inverse())), 1e-9));
 }
 
 TEST(Gaussian, whitened_norm_is_that_of_mahalanobis) {
   const Eigen::MatrixXd M = positive_definite(4, 0.1);
   const Eigen::Vector4d r(1.0, -2.0, 0.5, 3.0);
-  EXPECT_NEAR((Gaussian::covariance(M).sqrt_information() * r).squaredNorm() / r.dot(M.inverse() * r), 1.0,
-              1e-12);
+  EXPECT_NEAR((Gaussian::covariance(M).sqrt_information() * r).squaredNorm() / r.dot(M.inverse() * r), 1.0, 1e-12);
   EXPECT_NEAR((Gaussian::information(M).sqrt_information() * r).squaredNorm() / r.dot(M * r), 1.0, 1e-13);
 }
 
@@ -91,8 +87,7 @@ TEST(Gaussian, scaled_multiplies_every_standard_deviation) {
   EXPECT_TRUE((Gaussian{0.1, 2.0}).scaled(4.0).diagonal().isApprox(Eigen::Vector2d(2.5, 0.125), 1e-15));
   const Eigen::MatrixXd M = positive_definite(3, 0.1);
   const Gaussian g = Gaussian::covariance(M);
-  EXPECT_TRUE(information_of(g.scaled(std::sqrt(2.5)))
-                  .isApprox(information_of(Gaussian::covariance(2.5 * M)), 1e-12));
+  EXPECT_TRUE(information_of(g.scaled(std::sqrt(2.5))).isApprox(information_of(Gaussian::covariance(2.5 * M)), 1e-12));
   EXPECT_TRUE(g.scaled(3.0).diagonal().isApprox(g.diagonal() / 3.0, 1e-15));
 }
 
@@ -115,10 +110,8 @@ TEST(Gaussian, rejects_a_scale_that_is_not_positive_and_finite) {
 
 /// Both makers reject the matrix, in the words given.
 void expect_rejected(const Eigen::MatrixXd& M, const std::string& why) {
-  EXPECT_THAT(message_of([&] { Gaussian::covariance(M); }), AllOf(HasSubstr("covariance"), HasSubstr(why)))
-      << M;
-  EXPECT_THAT(message_of([&] { Gaussian::information(M); }), AllOf(HasSubstr("information"), HasSubstr(why)))
-      << M;
+  EXPECT_THAT(message_of([&] { Gaussian::covariance(M); }), AllOf(HasSubstr("covariance"), HasSubstr(why))) << M;
+  EXPECT_THAT(message_of([&] { Gaussian::information(M); }), AllOf(HasSubstr("information"), HasSubstr(why))) << M;
 }
 
 TEST(Gaussian, rejects_matrices_that_are_not_square) {

@@ -5,9 +5,9 @@
 
 #include <gtest/gtest.h>
 
-#include "tandem/lie/error.hpp"
-#include "tandem/residuals/loss.hpp"
-#include "tandem/residuals/testing.hpp"
+#include <tandem/lie/error.hpp>
+#include <tandem/residuals/loss.hpp>
+#include <tandem/residuals/testing.hpp>
 
 namespace tandem {
 namespace {
@@ -19,10 +19,8 @@ struct Named {
 std::vector<Named> losses() {
   std::vector<Named> all{{"none", Loss{}}};
   for (const double c : {0.1, 1.0, 4.7})
-    for (const auto& [name, make] : {std::pair{"Huber", &Huber},
-                                     {"Cauchy", &Cauchy},
-                                     {"Geman-McClure", &GemanMcClure},
-                                     {"Tukey", &Tukey}})
+    for (const auto& [name, make] :
+         {std::pair{"Huber", &Huber}, {"Cauchy", &Cauchy}, {"Geman-McClure", &GemanMcClure}, {"Tukey", &Tukey}})
       all.push_back({std::string(name) + " " + std::to_string(c), make(c)});
   return all;
 }
@@ -38,16 +36,14 @@ TEST(Loss, starts_as_least_squares) {
 
 TEST(Loss, has_the_right_derivatives) {
   for (const auto& [name, loss] : losses())
-    for (const double at :
-         {1e-3, 0.3, 0.9, 1.15, 2.0, 50.0}) {  // of scale²; Huber's and Tukey's seam is at 1
+    for (const double at : {1e-3, 0.3, 0.9, 1.15, 2.0, 50.0}) {  // of scale²; Huber's and Tukey's seam is at 1
       const double c2 = loss.scale * loss.scale, s = at * c2;
       const auto rho = [&](double h) { return Vector<1>(loss(s + h * 0.8 * std::min(at, 1.0) * c2).rho); };
       const auto d1 = [&](double h) { return Vector<1>(loss(s + h * 0.8 * std::min(at, 1.0) * c2).d1); };
       const double unit = 0.8 * std::min(at, 1.0) * c2;
       EXPECT_NEAR(loss(s).d1, detail::differentiate<1>(rho, c2).first[0] / unit, 1e-10 / std::min(at, 1.0))
           << name << " at " << at;
-      EXPECT_NEAR(loss(s).d2 * c2, detail::differentiate<1>(d1, 1.0).first[0] / unit * c2,
-                  1e-10 / std::min(at, 1.0))
+      EXPECT_NEAR(loss(s).d2 * c2, detail::differentiate<1>(d1, 1.0).first[0] / unit * c2, 1e-10 / std::min(at, 1.0))
           << name << " at " << at;
     }
 }
@@ -118,8 +114,7 @@ TEST(Loss, rejects_a_scale_that_is_not_positive_and_finite) {
         make(bad);
         ADD_FAILURE() << bad << " was accepted";
       } catch (const Error& error) {
-        EXPECT_NE(std::string(error.what()).find("not positive and finite"), std::string::npos)
-            << error.what();
+        EXPECT_NE(std::string(error.what()).find("not positive and finite"), std::string::npos) << error.what();
       }
     }
 }

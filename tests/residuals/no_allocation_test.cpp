@@ -4,19 +4,19 @@
 #include <Eigen/Core>
 #include <gtest/gtest.h>
 
-#include "tandem/lie/bundle.hpp"
-#include "tandem/lie/rn.hpp"
-#include "tandem/lie/se2.hpp"
-#include "tandem/lie/sek3.hpp"
-#include "tandem/residuals/constant_twist.hpp"
-#include "tandem/residuals/loss.hpp"
-#include "tandem/residuals/outside.hpp"
-#include "tandem/residuals/prior.hpp"
-#include "tandem/residuals/relative_pose.hpp"
-#include "tandem/residuals/roll_pitch.hpp"
-#include "tandem/residuals/testing.hpp"
-#include "tandem/residuals/twist_components.hpp"
-#include "tandem/residuals/usbl_position.hpp"
+#include <tandem/lie/bundle.hpp>
+#include <tandem/lie/rn.hpp>
+#include <tandem/lie/se2.hpp>
+#include <tandem/lie/sek3.hpp>
+#include <tandem/residuals/constant_twist.hpp>
+#include <tandem/residuals/loss.hpp>
+#include <tandem/residuals/outside.hpp>
+#include <tandem/residuals/prior.hpp>
+#include <tandem/residuals/relative_pose.hpp>
+#include <tandem/residuals/roll_pitch.hpp>
+#include <tandem/residuals/testing.hpp>
+#include <tandem/residuals/twist_components.hpp>
+#include <tandem/residuals/usbl_position.hpp>
 
 #include "allocations.hpp"
 

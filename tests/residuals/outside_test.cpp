@@ -2,11 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include "tandem/residuals/outside.hpp"
-#include "tandem/residuals/prior.hpp"
-#include "tandem/residuals/relative_pose.hpp"
-#include "tandem/residuals/twist_components.hpp"
-#include "tandem/residuals/usbl_position.hpp"
+#include <tandem/residuals/outside.hpp>
+#include <tandem/residuals/prior.hpp>
+#include <tandem/residuals/relative_pose.hpp>
+#include <tandem/residuals/twist_components.hpp>
+#include <tandem/residuals/usbl_position.hpp>
 
 #include "residuals/autodiff.hpp"
 
@@ -54,8 +54,7 @@ TEST(Outside, has_the_right_jacobians) {
   const Outside limits{TwistComponents<SE3, surge | sway | yaw_rate>{0.5}, between(-1.0, 0.75)};
   expect_right_jacobians_at_random(limits, 3);
   expect_right_jacobians_at_random(Outside{TwistComponents<SE2, surge | yaw_rate>{0.5}, at_most(0.1)}, 4);
-  expect_right_jacobians_at_random(
-      Outside{UsblPosition<SE3, R3>{Vector<3>(1.0, 2.3, 3.0)}, between(-2.0, 2.5)}, 5);
+  expect_right_jacobians_at_random(Outside{UsblPosition<SE3, R3>{Vector<3>(1.0, 2.3, 3.0)}, between(-2.0, 2.5)}, 5);
   expect_right_jacobians_at_random(Outside{RelativePose<>{}, at_least(0.3)}, 6);
 }
 

@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
 
-#include "tandem/lie/bundle.hpp"
-#include "tandem/lie/rn.hpp"
-#include "tandem/lie/se2.hpp"
-#include "tandem/lie/sek3.hpp"
-#include "tandem/residuals/prior.hpp"
+#include <tandem/lie/bundle.hpp>
+#include <tandem/lie/rn.hpp>
+#include <tandem/lie/se2.hpp>
+#include <tandem/lie/sek3.hpp>
+#include <tandem/residuals/prior.hpp>
 
 #include "residuals/autodiff.hpp"
 

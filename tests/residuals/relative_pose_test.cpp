@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "tandem/lie/se2.hpp"
-#include "tandem/residuals/relative_pose.hpp"
+#include <tandem/lie/se2.hpp>
+#include <tandem/residuals/relative_pose.hpp>
 
 #include "residuals/autodiff.hpp"
 
@@ -11,8 +11,8 @@ namespace {
 template <class G>
 class RelativePoseTest : public ::testing::Test {
  protected:
-  const G z = G::Exp(tangent<G>(0.8, 4.0)), B = G::Exp(tangent<G>(2.1, 0.6)),
-          F = G::Exp(tangent<G>(-1.4, 1.1)), x = G::Exp(tangent<G>(1.9, 30.0));
+  const G z = G::Exp(tangent<G>(0.8, 4.0)), B = G::Exp(tangent<G>(2.1, 0.6)), F = G::Exp(tangent<G>(-1.4, 1.1)),
+          x = G::Exp(tangent<G>(1.9, 30.0));
 };
 using Groups = ::testing::Types<SE3, SE2, SO3>;
 TYPED_TEST_SUITE(RelativePoseTest, Groups);
@@ -20,17 +20,16 @@ TYPED_TEST_SUITE(RelativePoseTest, Groups);
 TYPED_TEST(RelativePoseTest, is_the_logarithm_of_its_definition) {
   using G = TypeParam;
   for (const bool extrinsics : {false, true}) {
-    const RelativePose<G> residual =
-        extrinsics ? RelativePose<G>{this->z, this->B, this->F} : RelativePose<G>{this->z};
+    const RelativePose<G> residual = extrinsics ? RelativePose<G>{this->z, this->B, this->F} : RelativePose<G>{this->z};
     for (const auto& e : residual_sizes<G>()) {
       const G y = this->x * residual.B * this->z * G::Exp(e) * residual.F.inverse();
       typename G::Tangent r;
       residual(this->x, y, r);
       EXPECT_LE(difference(e, r), 3e-14);  // positions of 30 m, a few units in the last place
       // Z⁻¹ (X B)⁻¹ (Y F) = expm(e), the inverses taken over
-      EXPECT_LE(difference(plain(y) * plain(residual.F),
-                           plain(this->x) * plain(residual.B) * plain(this->z) * expm<G>(r)),
-                1e-14);
+      EXPECT_LE(
+          difference(plain(y) * plain(residual.F), plain(this->x) * plain(residual.B) * plain(this->z) * expm<G>(r)),
+          1e-14);
     }
   }
 }

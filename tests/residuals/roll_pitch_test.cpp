@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tandem/residuals/roll_pitch.hpp"
+#include <tandem/residuals/roll_pitch.hpp>
 
 #include "residuals/autodiff.hpp"
 
@@ -42,9 +42,8 @@ TYPED_TEST(RollPitchTest, is_the_rotation_to_level) {
         const SO3 R = from_angles(heading, pitch, roll);
         // Rz(ψ)⁻¹ R = Ry(pitch) Rx(roll) by plain matrices; the residual is the head of the logarithm of its
         // inverse.
-        const Matrix<3, 3> Ry{{std::cos(pitch), 0.0, std::sin(pitch)},
-                              {0.0, 1.0, 0.0},
-                              {-std::sin(pitch), 0.0, std::cos(pitch)}};
+        const Matrix<3, 3> Ry{
+            {std::cos(pitch), 0.0, std::sin(pitch)}, {0.0, 1.0, 0.0}, {-std::sin(pitch), 0.0, std::cos(pitch)}};
         const Matrix<3, 3> Rx{
             {1.0, 0.0, 0.0}, {0.0, std::cos(roll), -std::sin(roll)}, {0.0, std::sin(roll), std::cos(roll)}};
         const Eigen::AngleAxisd to_level(Matrix<3, 3>((Ry * Rx).transpose()));
@@ -120,9 +119,8 @@ TYPED_TEST(RollPitchTest, is_finite_as_near_to_it_as_it_is_defined) {
 TYPED_TEST(RollPitchTest, near_it_the_jacobian_still_agrees_with_dual_numbers) {
   // Both take what rounding leaves of cos(pitch) = gap: 1e-16 / gap.
   for (const double gap : {1e-2, 1e-4, 1e-6})
-    EXPECT_LE(
-        autodiff_error(RollPitch<TypeParam>{}, with_rotation<TypeParam>(from_angles(0.3, pi / 2 - gap, 0.2))),
-        1e-15 / gap);
+    EXPECT_LE(autodiff_error(RollPitch<TypeParam>{}, with_rotation<TypeParam>(from_angles(0.3, pi / 2 - gap, 0.2))),
+              1e-15 / gap);
 }
 
 }  // namespace

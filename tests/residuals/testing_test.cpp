@@ -3,12 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tandem/lie/bundle.hpp"
-#include "tandem/lie/rn.hpp"
-#include "tandem/lie/se2.hpp"
-#include "tandem/lie/sek3.hpp"
-#include "tandem/residuals/relative_pose.hpp"
-#include "tandem/residuals/testing.hpp"
+#include <tandem/lie/bundle.hpp>
+#include <tandem/lie/rn.hpp>
+#include <tandem/lie/se2.hpp>
+#include <tandem/lie/sek3.hpp>
+#include <tandem/residuals/relative_pose.hpp>
+#include <tandem/residuals/testing.hpp>
 
 namespace tandem {
 namespace {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "tandem/residuals/twist_components.hpp"
+#include <tandem/residuals/twist_components.hpp>
 
 #include "residuals/autodiff.hpp"
 
@@ -17,12 +17,11 @@ struct Case {
   using Residual = TwistComponents<G, axes>;
   static constexpr std::array<int, sizeof...(rows)> expected{rows...};
 };
-using Cases =
-    ::testing::Types<Case<SE3, surge, 0>, Case<SE3, sway | heave, 1, 2>, Case<SE3, yaw_rate, 5>,
-                     Case<SE3, surge | roll_rate | yaw_rate, 0, 3, 5>,
-                     Case<SE3, surge | sway | heave | roll_rate | pitch_rate | yaw_rate, 0, 1, 2, 3, 4, 5>,
-                     Case<SE2, sway, 1>, Case<SE2, yaw_rate, 2>, Case<SE2, surge | yaw_rate, 0, 2>,
-                     Case<SE2, surge | sway | yaw_rate, 0, 1, 2>>;
+using Cases = ::testing::Types<Case<SE3, surge, 0>, Case<SE3, sway | heave, 1, 2>, Case<SE3, yaw_rate, 5>,
+                               Case<SE3, surge | roll_rate | yaw_rate, 0, 3, 5>,
+                               Case<SE3, surge | sway | heave | roll_rate | pitch_rate | yaw_rate, 0, 1, 2, 3, 4, 5>,
+                               Case<SE2, sway, 1>, Case<SE2, yaw_rate, 2>, Case<SE2, surge | yaw_rate, 0, 2>,
+                               Case<SE2, surge | sway | yaw_rate, 0, 1, 2>>;
 TYPED_TEST_SUITE(TwistComponentsTest, Cases);
 
 TYPED_TEST(TwistComponentsTest, are_rows_of_the_mean_twist) {

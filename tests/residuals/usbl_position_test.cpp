@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "tandem/lie/se2.hpp"
-#include "tandem/residuals/usbl_position.hpp"
+#include <tandem/lie/se2.hpp>
+#include <tandem/residuals/usbl_position.hpp>
 
 #include "residuals/autodiff.hpp"
 
@@ -10,8 +10,7 @@ namespace {
 
 template <class Pair>
 class UsblPositionTest : public ::testing::Test {};
-using Pairs =
-    ::testing::Types<std::pair<SE3, SE3>, std::pair<SE3, R3>, std::pair<SE2, SE2>, std::pair<SE2, R2>>;
+using Pairs = ::testing::Types<std::pair<SE3, SE3>, std::pair<SE3, R3>, std::pair<SE2, SE2>, std::pair<SE2, R2>>;
 TYPED_TEST_SUITE(UsblPositionTest, Pairs);
 
 TYPED_TEST(UsblPositionTest, is_the_position_in_the_sensor) {
@@ -19,8 +18,7 @@ TYPED_TEST(UsblPositionTest, is_the_position_in_the_sensor) {
   using T = typename TypeParam::second_type;
   constexpr int n = C::point_dim;
   const Vector<n> z = Vector<n>::LinSpaced(3.0, -7.0);
-  const Vector<n> beacon =
-      T::dof == n ? Vector<n>(Vector<n>::Zero()) : Vector<n>(Vector<n>::LinSpaced(-0.4, 0.9));
+  const Vector<n> beacon = T::dof == n ? Vector<n>(Vector<n>::Zero()) : Vector<n>(Vector<n>::LinSpaced(-0.4, 0.9));
   for (const double angle : {0.0, 1e-6, 0.5, 3.0})
     for (const double size : {0.0, 1.0, 300.0}) {
       const C c = C::Exp(tangent<C>(angle, 20.0)), B = C::Exp(tangent<C>(1.7, 0.5));
@@ -71,8 +69,7 @@ TEST(UsblPosition, is_known_by_hand) {
 TEST(UsblPosition, does_not_see_the_orientation_of_a_target_without_lever) {
   Matrix<3, 6> J;
   Vector<3> r;
-  UsblPosition<>{Vector<3>::Zero()}(SE3::Exp(tangent<SE3>(0.3, 1.0)), SE3::Exp(tangent<SE3>(1.0, 9.0)), r,
-                                    nullptr, &J);
+  UsblPosition<>{Vector<3>::Zero()}(SE3::Exp(tangent<SE3>(0.3, 1.0)), SE3::Exp(tangent<SE3>(1.0, 9.0)), r, nullptr, &J);
   EXPECT_EQ((J.rightCols<3>().cwiseAbs().maxCoeff()), 0.0);
 }
 

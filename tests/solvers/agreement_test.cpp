@@ -44,8 +44,7 @@ Result solve(const TrackingData& data, const TrackingOptions& options, const Any
 void expect_same(const Result& a, const Result& b, const AnySolver& solver) {
   EXPECT_NEAR(a.summary.cost, b.summary.cost, 1e-6 * b.summary.cost) << solver;
   ASSERT_EQ(a.target.size(), b.target.size());
-  for (std::size_t k = 0; k < a.target.size();
-       ++k)  // the root of the cost's tolerance, in sigmas of some 0.1
+  for (std::size_t k = 0; k < a.target.size(); ++k)  // the root of the cost's tolerance, in sigmas of some 0.1
     EXPECT_LE((a.target[k].inverse() * b.target[k]).Log().norm(), 5e-3) << solver << " at keyframe " << k;
 }
 
@@ -66,8 +65,7 @@ TEST(Agreement, OfSoftLimitsAndNonHolonomicMotion) {
 }
 
 class RobustLoss : public ::testing::TestWithParam<Loss> {};
-INSTANTIATE_TEST_SUITE_P(Losses, RobustLoss,
-                         ::testing::Values(Huber(1.0), Cauchy(1.0), GemanMcClure(3.0), Tukey(5.0)));
+INSTANTIATE_TEST_SUITE_P(Losses, RobustLoss, ::testing::Values(Huber(1.0), Cauchy(1.0), GemanMcClure(3.0), Tukey(5.0)));
 
 TEST_P(RobustLoss, GivesTheSameOptimumInEverySolver) {
   Simulation simulation = noisy();
@@ -88,11 +86,9 @@ TEST(Agreement, OfIpoptSlsqpAndAuglagUnderHardConstraints) {
   for (const TrackingOptions& options :
        {TrackingOptions{.non_holonomic = Role::hard}, TrackingOptions{.roll_pitch = Role::hard},
         TrackingOptions{.surge = slow, .max_yaw_rate = 0.05},
-        TrackingOptions{
-            .roll_pitch = Role::hard, .non_holonomic = Role::hard, .surge = slow, .max_yaw_rate = 0.05}}) {
+        TrackingOptions{.roll_pitch = Role::hard, .non_holonomic = Role::hard, .surge = slow, .max_yaw_rate = 0.05}}) {
     const double unconstrained =
-        solve(data, {.roll_pitch = options.roll_pitch == Role::hard ? Role::off : Role::soft},
-              main_solvers().front())
+        solve(data, {.roll_pitch = options.roll_pitch == Role::hard ? Role::off : Role::soft}, main_solvers().front())
             .summary.cost;
     std::optional<Result> reference;
     for (const AnySolver& solver : without_limited_memory(hard_solvers())) {

@@ -20,8 +20,7 @@ struct BlockMatrix {
 };
 
 /// Blocks of these sizes; `pairs` (column < row) are the blocks below the diagonal. Positive definite.
-BlockMatrix make_matrix(const std::vector<int>& sizes, const std::vector<std::pair<int, int>>& pairs,
-                        unsigned seed) {
+BlockMatrix make_matrix(const std::vector<int>& sizes, const std::vector<std::pair<int, int>>& pairs, unsigned seed) {
   BlockMatrix m;
   auto& p = m.pattern;
   p.first = {0};
@@ -30,14 +29,13 @@ BlockMatrix make_matrix(const std::vector<int>& sizes, const std::vector<std::pa
   m.dense = Eigen::MatrixXd::Zero(n, n);
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
-  const auto add =
-      [&](std::vector<int> blocks) {  // JᵀJ of a residual with three rows that reads these blocks
-        Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, n);
-        for (const int b : blocks)
-          for (int u = p.first[std::size_t(b)]; u < p.first[std::size_t(b) + 1]; ++u)
-            for (int r = 0; r < 3; ++r) J(r, u) = normal(random);
-        m.dense += J.transpose() * J;
-      };
+  const auto add = [&](std::vector<int> blocks) {  // JᵀJ of a residual with three rows that reads these blocks
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, n);
+    for (const int b : blocks)
+      for (int u = p.first[std::size_t(b)]; u < p.first[std::size_t(b) + 1]; ++u)
+        for (int r = 0; r < 3; ++r) J(r, u) = normal(random);
+    m.dense += J.transpose() * J;
+  };
   for (const auto& [column, row] : pairs) add({column, row});
   for (int b = 0; b < static_cast<int>(sizes.size()); ++b)
     for (int i = 0; i < 4; ++i) add({b});
@@ -89,17 +87,15 @@ BlockMatrix star(int blocks, int extra, unsigned seed) {
   std::vector<std::pair<int, int>> pairs;
   for (int b = 1; b < blocks; ++b) pairs.emplace_back(0, b);
   for (int i = 0; i < extra; ++i) {
-    const int a = static_cast<int>(random() % unsigned(blocks)),
-              b = static_cast<int>(random() % unsigned(blocks));
+    const int a = static_cast<int>(random() % unsigned(blocks)), b = static_cast<int>(random() % unsigned(blocks));
     if (a != b) pairs.emplace_back(std::min(a, b), std::max(a, b));
   }
   return make_matrix(random_sizes(blocks, random), pairs, seed);
 }
 
 std::vector<BlockMatrix> matrices() {
-  std::vector<BlockMatrix> all{
-      make_matrix({1}, {}, 1),       make_matrix({6}, {}, 2), make_matrix({3, 3}, {{0, 1}}, 3),
-      make_matrix({6, 3, 2}, {}, 4), chain(40, 1, 5),         chain(40, 4, 6)};
+  std::vector<BlockMatrix> all{make_matrix({1}, {}, 1),       make_matrix({6}, {}, 2), make_matrix({3, 3}, {{0, 1}}, 3),
+                               make_matrix({6, 3, 2}, {}, 4), chain(40, 1, 5),         chain(40, 4, 6)};
   for (unsigned seed = 10; seed < 30; ++seed) all.push_back(star(12, int(seed), seed));
   return all;
 }
@@ -116,8 +112,7 @@ TEST(BlockCholesky, SolvesAsDenseLltDoes) {
     const Eigen::VectorXd expected = m.dense.llt().solve(x);
     cholesky.solve(x);
     const Eigen::VectorXd eigenvalues = m.dense.selfadjointView<Eigen::Lower>().eigenvalues();
-    EXPECT_LE((x - expected).norm(),
-              1e-14 * eigenvalues.maxCoeff() / eigenvalues.minCoeff() * expected.norm());
+    EXPECT_LE((x - expected).norm(), 1e-14 * eigenvalues.maxCoeff() / eigenvalues.minCoeff() * expected.norm());
   }
 }
 
@@ -204,8 +199,8 @@ TEST(BlockCholesky, FindsPlantedNullDirections) {
     // directions.
     for (const int planted : {3, 11}) {
       for (int column = 0; column < m.pattern.size(); ++column)
-        for (int k = m.pattern.column_start[std::size_t(column)];
-             k < m.pattern.column_start[std::size_t(column) + 1]; ++k)
+        for (int k = m.pattern.column_start[std::size_t(column)]; k < m.pattern.column_start[std::size_t(column) + 1];
+             ++k)
           if (column == planted || m.pattern.row[std::size_t(k)] == planted) m.values[k] = 0.0;
       m.dense.row(planted).setZero();
       m.dense.col(planted).setZero();

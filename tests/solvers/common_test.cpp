@@ -57,10 +57,8 @@ TEST_P(EverySolver, FindsTheMeanOfRotations) {
   const SO3 mean = SO3::Exp({0.5, -0.8, 0.3});
   const auto R = problem.add(SO3::Exp({-0.2, 0.4, 0.9}));
   double cost = 0;
-  for (const Vector<3>& v :
-       {Vector<3>(0.4, 0.0, 0.1), Vector<3>(-0.2, 0.3, 0.2), Vector<3>(0.0, 0.1, -0.6)}) {
-    for (const double side : {1.0, -1.0})
-      problem.minimize(Prior<SO3>{mean * SO3::Exp(side * v)}, kUnit3, {R});
+  for (const Vector<3>& v : {Vector<3>(0.4, 0.0, 0.1), Vector<3>(-0.2, 0.3, 0.2), Vector<3>(0.0, 0.1, -0.6)}) {
+    for (const double side : {1.0, -1.0}) problem.minimize(Prior<SO3>{mean * SO3::Exp(side * v)}, kUnit3, {R});
     cost += v.squaredNorm();
   }
   const Summary s = solver()(problem);
@@ -281,9 +279,8 @@ TEST_P(EverySolver, LeavesFixedVariablesWhereTheyAre) {
 
 TEST(Statuses, HaveANameAndASentenceEach) {
   std::vector<std::string> seen;
-  for (const Status status :
-       {Status::converged, Status::max_iterations, Status::time_limit, Status::interrupted,
-        Status::infeasible, Status::unconstrained, Status::unsupported, Status::failed}) {
+  for (const Status status : {Status::converged, Status::max_iterations, Status::time_limit, Status::interrupted,
+                              Status::infeasible, Status::unconstrained, Status::unsupported, Status::failed}) {
     for (const std::string_view text : {name(status), sentence(status)}) {
       EXPECT_FALSE(text.empty());
       EXPECT_THAT(seen, ::testing::Not(::testing::Contains(std::string(text))));

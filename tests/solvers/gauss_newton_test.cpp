@@ -14,8 +14,7 @@ TEST(GaussNewton, RefusesHardConstraintsInASentence) {
   problem.minimize(Prior<R1>{R1()}, Gaussian{1.0}, {x});
   EXPECT_EQ(why_unsupported(problem, GaussNewtonOptions{}), "");
   problem.subject_to(Prior<R1>{R1()}, equal_to(1.0), {x});
-  EXPECT_THAT(why_unsupported(problem, GaussNewtonOptions{}),
-              HasSubstr("gauss-newton takes soft residuals only"));
+  EXPECT_THAT(why_unsupported(problem, GaussNewtonOptions{}), HasSubstr("gauss-newton takes soft residuals only"));
   const Summary s = solve(problem, GaussNewtonOptions{});
   EXPECT_EQ(s.status, Status::unsupported);
   EXPECT_THAT(s.message, HasSubstr("use ipopt"));

@@ -33,8 +33,7 @@ class IpoptTest : public ::testing::Test {
 
 TEST_F(IpoptTest, AnUnknownOptionNamesTheNearOne) {
   EXPECT_THAT([&] { with("mu_stratgy", "adaptive"); },
-              ThrowsMessage<Error>(
-                  AllOf(HasSubstr("no option 'mu_stratgy'"), HasSubstr("did you mean mu_strategy?"))));
+              ThrowsMessage<Error>(AllOf(HasSubstr("no option 'mu_stratgy'"), HasSubstr("did you mean mu_strategy?"))));
   EXPECT_THAT([&] { with("qqqqqqqqqq", "1"); }, ThrowsMessage<Error>(HasSubstr("no option 'qqqqqqqqqq'")));
   IpoptOptions options;
   options.options["mu_stratgy"] = "adaptive";
@@ -42,14 +41,12 @@ TEST_F(IpoptTest, AnUnknownOptionNamesTheNearOne) {
 }
 
 TEST_F(IpoptTest, AValueOfTheWrongKindIsRefused) {
-  const std::vector<std::pair<std::string, std::string>> refused{
-      {"mu_init", "small"}, {"tol", "-1"},
-      {"tol", ""},          {"tol", "nan"},
-      {"max_soc", "1.5"},   {"max_soc", "4294967297"},
-      {"max_soc", "-3"},    {"mu_strategy", "adaptative"}};
+  const std::vector<std::pair<std::string, std::string>> refused{{"mu_init", "small"}, {"tol", "-1"},
+                                                                 {"tol", ""},          {"tol", "nan"},
+                                                                 {"max_soc", "1.5"},   {"max_soc", "4294967297"},
+                                                                 {"max_soc", "-3"},    {"mu_strategy", "adaptative"}};
   for (const auto& [key, value] : refused)
-    EXPECT_THAT(([this, k = key, v = value] { with(k, v); }),
-                ThrowsMessage<Error>(HasSubstr("ipopt option " + key)));
+    EXPECT_THAT(([this, k = key, v = value] { with(k, v); }), ThrowsMessage<Error>(HasSubstr("ipopt option " + key)));
 }
 
 TEST_F(IpoptTest, OptionsReachIpopt) {
@@ -67,6 +64,8 @@ TEST_F(IpoptTest, LinearSolversThatAreNotInstalledAreRefused) {
                 ThrowsMessage<Error>(AllOf(HasSubstr("linear_solver"), HasSubstr(name), HasSubstr("mumps"))))
         << name;
   EXPECT_THROW(with("linear_solver", "MA97"), Error);
+  EXPECT_THROW(with("nlp_scaling_method", "equilibration-based"), Error);
+  EXPECT_THAT(with("linear_system_scaling", "mc19").message, HasSubstr("this build of Ipopt cannot"));
   EXPECT_THROW(with("resto.linear_solver", "ma97"), Error);
   EXPECT_TRUE(with("linear_solver", "mumps").converged());
 }
@@ -124,8 +123,7 @@ TEST_F(IpoptTest, TheExactHessianSavesIterations) {
     options.hessian = hessian;
     summaries[hessian] = solve(tracking.problem, options);
     EXPECT_TRUE(summaries[hessian].converged()) << summaries[hessian].message;
-    EXPECT_NEAR(summaries[hessian].cost, summaries[Hessian::gauss_newton].cost,
-                1e-6 * summaries[hessian].cost);
+    EXPECT_NEAR(summaries[hessian].cost, summaries[Hessian::gauss_newton].cost, 1e-6 * summaries[hessian].cost);
     EXPECT_LE(summaries[hessian].max_violation, 1e-6);
   }
   EXPECT_LT(summaries[Hessian::exact].iterations, summaries[Hessian::gauss_newton].iterations);

@@ -29,17 +29,15 @@ class NloptTest : public ::testing::Test {
 };
 
 TEST_F(NloptTest, AnUnknownAlgorithmNamesTheNearOne) {
-  EXPECT_THAT(
-      [&] { solve(problem, options("slqsp")); },
-      ThrowsMessage<Error>(AllOf(HasSubstr("no algorithm 'slqsp'"), HasSubstr("did you mean slsqp?"))));
+  EXPECT_THAT([&] { solve(problem, options("slqsp")); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("no algorithm 'slqsp'"), HasSubstr("did you mean slsqp?"))));
   EXPECT_THAT([&] { why("auglag_lbfgs"); }, ThrowsMessage<Error>(HasSubstr("did you mean auglag-lbfgs?")));
 }
 
 TEST_F(NloptTest, QuasiNewtonAlgorithmsSolveRosenbrock) {
   for (const std::string& algorithm : nlopt_algorithms())
     for (const bool precondition : {true, false}) {
-      if (algorithm == "mma" || algorithm == "ccsaq")
-        continue;  // separable models creep along a curved valley
+      if (algorithm == "mma" || algorithm == "ccsaq") continue;  // separable models creep along a curved valley
       problem.set_value(x, R2({-1.2, 1.0}));
       NloptOptions o = options(algorithm);
       o.precondition = precondition;
@@ -54,9 +52,8 @@ TEST_F(NloptTest, QuasiNewtonAlgorithmsSolveRosenbrock) {
 TEST_F(NloptTest, SaysWhichConstraintsAnAlgorithmTakes) {
   problem.subject_to(Prior<R2>{R2()}, at_most(0.5), {x});
   for (const char* algorithm : {"lbfgs", "tnewton", "var1", "var2"})
-    EXPECT_THAT(why(algorithm),
-                AllOf(HasSubstr(std::string("nlopt:") + algorithm + " takes no hard inequalities"),
-                      HasSubstr("nlopt:slsqp")));
+    EXPECT_THAT(why(algorithm), AllOf(HasSubstr(std::string("nlopt:") + algorithm + " takes no hard inequalities"),
+                                      HasSubstr("nlopt:slsqp")));
   for (const char* algorithm : {"mma", "ccsaq", "slsqp", "auglag-lbfgs"}) EXPECT_EQ(why(algorithm), "");
   problem.subject_to(Prior<R2>{R2()}, equal_to(0.5), {x});
   for (const char* algorithm : {"lbfgs", "mma", "ccsaq"})
@@ -82,8 +79,7 @@ TEST_F(NloptTest, InequalitiesWithMmaAndCcsaq) {
 
 TEST_F(NloptTest, SlsqpRefusesLargeProblems) {
   Problem large;
-  for (int i = 0; i < 51; ++i)
-    large.minimize(Prior<SE3>{SE3()}, Gaussian(Vector<6>::Ones()), {large.add(SE3())});
+  for (int i = 0; i < 51; ++i) large.minimize(Prior<SE3>{SE3()}, Gaussian(Vector<6>::Ones()), {large.add(SE3())});
   EXPECT_THAT(why_unsupported(large, options("slsqp")),
               AllOf(HasSubstr("300 unknowns at most, not 306"), HasSubstr("nlopt:auglag-lbfgs")));
   EXPECT_EQ(why_unsupported(large, options("auglag-lbfgs")), "");

@@ -7,8 +7,7 @@ namespace tandem::detail {
 namespace {
 
 Eigen::VectorXd wave(Eigen::Index n, double frequency) {
-  return Eigen::VectorXd::NullaryExpr(n,
-                                      [=](Eigen::Index i) { return std::sin(1.0 + frequency * double(i)); });
+  return Eigen::VectorXd::NullaryExpr(n, [=](Eigen::Index i) { return std::sin(1.0 + frequency * double(i)); });
 }
 
 Eigen::MatrixXd positive_definite(Eigen::Index n, double frequency) {
@@ -39,8 +38,7 @@ class SecantTest : public ::testing::Test {
     for (const auto& s : steps) {
       const Eigen::VectorXd y = H * s;
       const double rho = 1.0 / s.dot(y);
-      inverse =
-          (I - rho * s * y.transpose()) * inverse * (I - rho * y * s.transpose()) + rho * s * s.transpose();
+      inverse = (I - rho * s * y.transpose()) * inverse * (I - rho * y * s.transpose()) + rho * s * s.transpose();
     }
     return inverse;
   }

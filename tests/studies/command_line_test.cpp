@@ -22,16 +22,14 @@ using Json = nlohmann::json;
 
 std::vector<std::string> files(const std::filesystem::path& folder) {
   std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(folder))
-    names.push_back(entry.path().filename());
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) names.push_back(entry.path().filename());
   return names;
 }
 
 /// One sentence on standard error, nothing on standard output, and no trace of the output folder.
 std::string refusal(std::vector<std::string> arguments) {
   const ScratchFolder scratch;
-  if (arguments.size() > 1)
-    arguments.insert(arguments.begin() + 1, {"--out", (scratch.path() / "out").string()});
+  if (arguments.size() > 1) arguments.insert(arguments.begin() + 1, {"--out", (scratch.path() / "out").string()});
   const Outcome run = run_tandem(arguments);
   EXPECT_EQ(run.status, 1) << run.errors;
   EXPECT_EQ(run.output, "");
@@ -48,8 +46,8 @@ TEST(CommandLine, SaysWhatItIsAndHas) {
   const Outcome help = run_tandem({"estimate", "--help"});
   EXPECT_EQ(help.status, 0);
   for (const char* option :
-       {"--solver", "--roll-pitch", "--non-holonomic", "--surge", "--yaw-rate", "--limits", "--loss",
-        "--noise", "--ipopt", "--max-keyframes", "--out", "--quiet", "--json", "Exit status"})
+       {"--solver", "--roll-pitch", "--non-holonomic", "--surge", "--yaw-rate", "--limits", "--loss", "--noise",
+        "--ipopt", "--max-keyframes", "--out", "--quiet", "--json", "Exit status"})
     EXPECT_THAT(help.output, HasSubstr(option));
 }
 
@@ -60,8 +58,7 @@ TEST(CommandLine, EstimatesTheBuiltInScenario) {
   ASSERT_EQ(run.status, 0) << run.errors;
   EXPECT_EQ(run.errors, "") << "no progress where nobody watches";
   EXPECT_THAT(run.output, HasSubstr("docking_a, mode A: 1538 keyframes, 5394 residual blocks"));
-  EXPECT_THAT(run.output,
-              ContainsRegex("usbl +158 +1\\.57[0-9] ± 0\\.76[0-9] +11\\.[0-9]+ +2\\.668 ± 1\\.185\n"));
+  EXPECT_THAT(run.output, ContainsRegex("usbl +158 +1\\.57[0-9] ± 0\\.76[0-9] +11\\.[0-9]+ +2\\.668 ± 1\\.185\n"));
   EXPECT_THAT(run.output, ContainsRegex("optical +624 +0\\.097 ± 0\\.044 "));
   EXPECT_THAT(run.output, ContainsRegex("gated +756 "));
   EXPECT_THAT(files(out), UnorderedElementsAre("chaser.tum", "target.tum", "errors.csv", "summary.json",
@@ -75,19 +72,18 @@ TEST(CommandLine, EstimatesTheBuiltInScenario) {
 
 TEST(CommandLine, JsonIsAllThereIsOnStandardOutput) {
   const ScratchFolder scratch;
-  const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "250", "--json", "--plots",
-                                  "off", "--out", scratch.path().string()});
+  const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "250", "--json", "--plots", "off",
+                                  "--out", scratch.path().string()});
   ASSERT_EQ(run.status, 0) << run.errors;
   EXPECT_EQ(Json::parse(run.output)["keyframes"], 250);
   EXPECT_EQ(run.output, read_file(scratch.path() / "summary.json"));
-  EXPECT_THAT(files(scratch.path()),
-              UnorderedElementsAre("chaser.tum", "target.tum", "errors.csv", "summary.json"));
+  EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("chaser.tum", "target.tum", "errors.csv", "summary.json"));
 }
 
 TEST(CommandLine, WhatALibraryPrintsGoesToStandardError) {
   if (!has_ipopt()) return;  // the others print nothing
-  const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "40", "--json", "--solver",
-                                  "ipopt", "--hessian", "exact", "--ipopt", "print_level=5"});
+  const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "40", "--json", "--solver", "ipopt",
+                                  "--hessian", "exact", "--ipopt", "print_level=5"});
   ASSERT_EQ(run.status, 0) << run.errors;
   EXPECT_EQ(Json::parse(run.output)["solver"], "ipopt");
   EXPECT_THAT(run.errors, HasSubstr("Ipopt"));
@@ -101,8 +97,7 @@ TEST(CommandLine, QuietIsSilent) {
 
 TEST(CommandLine, EverySolverFindsTheSameEstimate) {
   const auto solve = [](const std::string& solver) {
-    const Outcome run =
-        run_tandem({"estimate", "docking_a", "--max-keyframes", "24", "--json", "--solver", solver});
+    const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "24", "--json", "--solver", solver});
     EXPECT_EQ(run.status, 0) << solver << ": " << run.errors;
     return Json::parse(run.output);
   };  // 288 unknowns: the dense algorithms take them too
@@ -136,12 +131,10 @@ TEST(CommandLine, HardConstraintsAreHeldAndOptionsReachTheProblem) {
   EXPECT_EQ(blocks({"--roll-pitch", "off"}), plain - 200);
   EXPECT_EQ(blocks({"--non-holonomic", "soft"}), plain + 199);
   EXPECT_EQ(blocks({"--surge", "-1,2.5", "--yaw-rate", "0.5", "--limits", "soft"}), plain + 2 * 199);
-  EXPECT_THAT(refusal({"estimate", "docking_a", "--non-holonomic", "hard"}),
-              HasSubstr("gauss-newton takes soft"));
+  EXPECT_THAT(refusal({"estimate", "docking_a", "--non-holonomic", "hard"}), HasSubstr("gauss-newton takes soft"));
   if (!has_ipopt()) return;
-  const Outcome run =
-      run_tandem({"estimate", "docking_a", "--max-keyframes", "200", "--json", "--solver", "ipopt",
-                  "--non-holonomic", "hard", "--roll-pitch", "hard", "--surge", "0,inf"});
+  const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "200", "--json", "--solver", "ipopt",
+                                  "--non-holonomic", "hard", "--roll-pitch", "hard", "--surge", "0,inf"});
   EXPECT_EQ(run.status, 0) << run.errors;
   EXPECT_LE(Json::parse(run.output)["max_violation"], 1e-6);
 }
@@ -162,8 +155,8 @@ TEST(CommandLine, LossAndNoiseChangeTheCost) {
 
 TEST(CommandLine, WhatDoesNotConvergeIsWrittenAndMarked) {
   const ScratchFolder scratch;
-  const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "250", "--max-iterations", "1",
-                                  "--out", (scratch.path() / "out").string()});
+  const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "250", "--max-iterations", "1", "--out",
+                                  (scratch.path() / "out").string()});
   EXPECT_EQ(run.status, 2);
   EXPECT_THAT(run.output, HasSubstr("NOT CONVERGED: "));
   EXPECT_THAT(run.errors, StartsWith("tandem: gauss-newton did not converge (max-iterations): "));
@@ -196,17 +189,16 @@ TEST(CommandLine, AnInterruptEndsTheSolveAtItsBestPoint) {
   int terminal = -1, error_fd = -1;
   ASSERT_EQ(openpty(&terminal, &error_fd, nullptr, nullptr, nullptr), 0);
   const std::string solver = nlopt_algorithms().empty() ? "gauss-newton" : "nlopt:lbfgs";
-  const pid_t child = start_tandem({"estimate", scratch.path().string(), "--solver", solver, "--json",
-                                    "--out", (scratch.path() / "out").string()},
-                                   scratch.path() / "output", error_fd);
+  const pid_t child = start_tandem(
+      {"estimate", scratch.path().string(), "--solver", solver, "--json", "--out", (scratch.path() / "out").string()},
+      scratch.path() / "output", error_fd);
   close(error_fd);
   std::string errors;
   char buffer[4096];
   bool interrupted = false;
   for (ssize_t n; (n = read(terminal, buffer, sizeof buffer)) > 0;) {
     errors.append(buffer, static_cast<std::size_t>(n));
-    if (!interrupted && errors.find("iteration ") != std::string::npos)
-      interrupted = kill(child, SIGINT) == 0;
+    if (!interrupted && errors.find("iteration ") != std::string::npos) interrupted = kill(child, SIGINT) == 0;
   }
   close(terminal);
   EXPECT_EQ(exit_status(child), 2) << errors;
@@ -232,18 +224,15 @@ TEST(CommandLine, WrongUsageIsAnswered) {
   EXPECT_THAT(estimate({"--solver"}), HasSubstr("--solver needs a value"));
   EXPECT_THAT(estimate({"--solver", "ipopt", "--solver", "ipopt"}), HasSubstr("--solver is given twice"));
   EXPECT_THAT(estimate({"--roll-pitch", "hrad"}), HasSubstr("did you mean hard?"));
-  EXPECT_THAT(estimate({"--surge", "2,1"}),
-              HasSubstr("--surge: the lower limit 2 is above the upper limit 1"));
+  EXPECT_THAT(estimate({"--surge", "2,1"}), HasSubstr("--surge: the lower limit 2 is above the upper limit 1"));
   EXPECT_THAT(estimate({"--limits", "soft"}), HasSubstr("--limits says how --surge and --yaw-rate are held"));
   EXPECT_THAT(estimate({"--loss", "hubert"}), HasSubstr("did you mean huber?"));
   EXPECT_THAT(estimate({"--noise", "usbl=1"}), HasSubstr("--noise usbl needs 3 standard deviations, not 1"));
   EXPECT_THAT(estimate({"--ipopt", "tol=1"}), HasSubstr("--ipopt needs --solver ipopt"));
   EXPECT_THAT(estimate({"--hessian", "exact"}), HasSubstr("--hessian needs --solver ipopt"));
   EXPECT_THAT(estimate({"--solver", "ipopt", "--hessian", "exac"}), HasSubstr("did you mean exact?"));
-  EXPECT_THAT(estimate({"--max-keyframes", "-3"}),
-              HasSubstr("--max-keyframes takes a whole number above zero"));
-  EXPECT_THAT(estimate({"--max-iterations", "few"}),
-              HasSubstr("--max-iterations takes a whole number above zero"));
+  EXPECT_THAT(estimate({"--max-keyframes", "-3"}), HasSubstr("--max-keyframes takes a whole number above zero"));
+  EXPECT_THAT(estimate({"--max-iterations", "few"}), HasSubstr("--max-iterations takes a whole number above zero"));
   EXPECT_THAT(estimate({"--time-limit", "soon"}), HasSubstr("--time-limit: 'soon' is not a number"));
   EXPECT_THAT(estimate({"--plots", "pdf"}), HasSubstr("--plots is svg, png or off, not 'pdf'"));
   if (has_ipopt()) {
@@ -258,8 +247,7 @@ TEST(CommandLine, AnOutputFolderThatCannotBeIsRefusedBeforeTheSolve) {
   EXPECT_EQ(run.status, 1);
   EXPECT_EQ(run.output, "");
   EXPECT_THAT(run.errors, HasSubstr("is not a folder"));
-  EXPECT_THAT(run_tandem({"estimate", "docking_a", "--out", "/proc/tandem"}).errors,
-              HasSubstr("cannot be written to"));
+  EXPECT_THAT(run_tandem({"estimate", "docking_a", "--out", "/proc/tandem"}).errors, HasSubstr("cannot be written to"));
 }
 
 class BadScenario : public testing::Test {
@@ -297,9 +285,8 @@ TEST_F(BadScenario, EachFileIsAnsweredWithItsLine) {
 TEST_F(BadScenario, TheYamlIsAnsweredWithItsLine) {
   const std::string yaml = read_file(folder_.path() / "scenario.yaml");
   folder_.write("scenario.yaml", yaml + "keyframe_intervals: 2\n");
-  EXPECT_THAT(
-      refused(),
-      HasSubstr("scenario.yaml:11: unknown key 'keyframe_intervals'; did you mean keyframe_interval?"));
+  EXPECT_THAT(refused(),
+              HasSubstr("scenario.yaml:11: unknown key 'keyframe_intervals'; did you mean keyframe_interval?"));
   folder_.write("scenario.yaml", yaml + "  roll_pitch: [0.1, 0]\n");
   EXPECT_THAT(refused(), HasSubstr("scenario.yaml:11: roll_pitch has the standard deviation 0;"));
   std::filesystem::remove(folder_.path() / "scenario.yaml");

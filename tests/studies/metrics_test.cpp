@@ -47,8 +47,7 @@ TEST(Metrics, TruthWithoutOrientationComparesDisplacements) {
   scenario.truth_orientation = false;
   for (auto& stamped : scenario.truth_chaser) stamped.value = pose(0, 0, 0);  // its orientation says nothing
   const std::vector<Keyframe> keyframes = {{1.0, KeyframeType::usbl, Vector<3>(9, 0, 0), {}}};
-  const auto errors =
-      keyframe_errors(scenario, keyframes, {pose(5, 0, std::numbers::pi / 2)}, {pose(5, 12, 0.3)});
+  const auto errors = keyframe_errors(scenario, keyframes, {pose(5, 0, std::numbers::pi / 2)}, {pose(5, 12, 0.3)});
   EXPECT_NEAR(errors[0].position.value(), 2.0, 1e-12);
   EXPECT_NEAR(errors[0].raw_position.value(), 1.0, 1e-12);
   EXPECT_FALSE(errors[0].angle);

@@ -35,14 +35,10 @@ TEST(NamedNoise, SaysWhatIsWrong) {
   EXPECT_EQ(error("usbl"), "--noise takes NAME=v,v,…, not 'usbl'");
   EXPECT_EQ(error("usbl=1,x,3"), "--noise usbl: 'x' is not a number");
   EXPECT_EQ(error("usbl=1,2"), "--noise usbl needs 3 standard deviations, not 2");
-  EXPECT_EQ(error("usbl=1,2,0"),
-            "--noise usbl has the standard deviation 0; it must be above zero and finite");
-  EXPECT_EQ(error("usbl=1,2,nan"),
-            "--noise usbl has the standard deviation nan; it must be above zero and finite");
-  EXPECT_THAT(error("odometri=1"),
-              StartsWith("--noise knows no 'odometri'; did you mean odometry? (here it takes"));
-  EXPECT_THAT(error("optical=1,1,1,1,1,1"), StartsWith("--noise knows no 'optical'"))
-      << "this data has no such sensor";
+  EXPECT_EQ(error("usbl=1,2,0"), "--noise usbl has the standard deviation 0; it must be above zero and finite");
+  EXPECT_EQ(error("usbl=1,2,nan"), "--noise usbl has the standard deviation nan; it must be above zero and finite");
+  EXPECT_THAT(error("odometri=1"), StartsWith("--noise knows no 'odometri'; did you mean odometry? (here it takes"));
+  EXPECT_THAT(error("optical=1,1,1,1,1,1"), StartsWith("--noise knows no 'optical'")) << "this data has no such sensor";
 }
 
 }  // namespace

@@ -21,8 +21,7 @@ TEST(OptionValues, Words) {
   EXPECT_EQ(parse_plots("--plots", "off"), std::nullopt);
   EXPECT_EQ(error_of([] { parse_role("--roll-pitch", "sotf"); }),
             "--roll-pitch is soft, hard or off, not 'sotf'; did you mean soft?");
-  EXPECT_EQ(error_of([] { parse_role("--roll-pitch", "maybe"); }),
-            "--roll-pitch is soft, hard or off, not 'maybe'");
+  EXPECT_EQ(error_of([] { parse_role("--roll-pitch", "maybe"); }), "--roll-pitch is soft, hard or off, not 'maybe'");
   EXPECT_EQ(error_of([] { parse_limits("--limits", "off"); }), "--limits is hard or soft, not 'off'");
 }
 
@@ -46,10 +45,8 @@ TEST(OptionValues, Losses) {
   EXPECT_EQ(parse_loss("--loss", "huber").kind, Loss::Kind::huber);
   EXPECT_EQ(parse_loss("--loss", "huber").scale, 1.0);
   EXPECT_EQ(parse_loss("--loss", "geman-mcclure:2.5").scale, 2.5);
-  EXPECT_THAT(error_of([] { parse_loss("--loss", "caucy:1"); }),
-              HasSubstr("not 'caucy'; did you mean cauchy?"));
-  EXPECT_EQ(error_of([] { parse_loss("--loss", "tukey:0"); }),
-            "--loss: the scale 0 must be above zero and finite");
+  EXPECT_THAT(error_of([] { parse_loss("--loss", "caucy:1"); }), HasSubstr("not 'caucy'; did you mean cauchy?"));
+  EXPECT_EQ(error_of([] { parse_loss("--loss", "tukey:0"); }), "--loss: the scale 0 must be above zero and finite");
   EXPECT_EQ(error_of([] { parse_loss("--loss", "tukey:"); }), "--loss: '' is not a number");
 }
 
@@ -58,10 +55,8 @@ TEST(OptionValues, Solvers) {
   EXPECT_TRUE(std::holds_alternative<IpoptOptions>(parse_solver("--solver", "ipopt")));
   for (const std::string& algorithm : nlopt_algorithms())
     EXPECT_EQ(std::get<NloptOptions>(parse_solver("--solver", "nlopt:" + algorithm)).algorithm, algorithm);
-  EXPECT_THAT(error_of([] { parse_solver("--solver", "ipop"); }),
-              StartsWith("--solver is gauss-newton, ipopt"));
-  EXPECT_THAT(error_of([] { parse_solver("--solver", "ipop"); }),
-              HasSubstr("not 'ipop'; did you mean ipopt?"));
+  EXPECT_THAT(error_of([] { parse_solver("--solver", "ipop"); }), StartsWith("--solver is gauss-newton, ipopt"));
+  EXPECT_THAT(error_of([] { parse_solver("--solver", "ipop"); }), HasSubstr("not 'ipop'; did you mean ipopt?"));
   EXPECT_THAT(error_of([] { parse_solver("--solver", "nlopt:nosuch"); }), HasSubstr("nlopt"));
 }
 
@@ -78,8 +73,7 @@ TEST(OptionValues, Numbers) {
 TEST(OptionValues, Assignments) {
   EXPECT_EQ(parse_assignment("--ipopt", "tol=1e-6"), (std::pair<std::string, std::string>("tol", "1e-6")));
   for (const char* wrong : {"tol", "tol=", "=1"})
-    EXPECT_THAT(error_of([&] { parse_assignment("--ipopt", wrong); }),
-                StartsWith("--ipopt takes KEY=VALUE, not "));
+    EXPECT_THAT(error_of([&] { parse_assignment("--ipopt", wrong); }), StartsWith("--ipopt takes KEY=VALUE, not "));
 }
 
 }  // namespace

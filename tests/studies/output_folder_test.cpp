@@ -13,8 +13,7 @@ using testing::UnorderedElementsAre;
 
 std::vector<std::string> files(const std::filesystem::path& folder) {
   std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(folder))
-    names.push_back(entry.path().filename());
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) names.push_back(entry.path().filename());
   return names;
 }
 
@@ -63,8 +62,7 @@ TEST(OutputFolder, RefusesWhatIsNoFolder) {
   const ScratchFolder scratch;
   scratch.write("file", "");
   EXPECT_THAT(error_of([&] { OutputFolder(scratch.path() / "file"); }), HasSubstr("file is not a folder"));
-  EXPECT_THAT(error_of([&] { OutputFolder(scratch.path() / "file" / "out"); }),
-              HasSubstr("file is not a folder"));
+  EXPECT_THAT(error_of([&] { OutputFolder(scratch.path() / "file" / "out"); }), HasSubstr("file is not a folder"));
   EXPECT_EQ(error_of([] { OutputFolder(""); }), "--out needs the name of a folder");
 }
 

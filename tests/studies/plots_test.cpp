@@ -65,8 +65,7 @@ TEST(Plots, AreDrawnWithTruth) {
   const Estimate estimate = straight_line(scenario);
   ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::svg, folder.path()), "");
   EXPECT_THAT(read_file(folder.path() / "trajectories.svg"), HasSubstr("</svg>"));
-  EXPECT_THAT(read_file(folder.path() / "trajectories.svg"), HasSubstr("it's `a`"))
-      << "the title is shown as it is";
+  EXPECT_THAT(read_file(folder.path() / "trajectories.svg"), HasSubstr("it's `a`")) << "the title is shown as it is";
   EXPECT_THAT(read_file(folder.path() / "errors.svg"), HasSubstr("</svg>"));
   ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::png, folder.path()), "");
   EXPECT_THAT(read_file(folder.path() / "trajectories.png"), StartsWith("\x89PNG"));

@@ -18,8 +18,7 @@ struct Reference {
   std::size_t keyframes;
   int residual_blocks;
   double cost;
-  std::vector<double>
-      errors;  ///< of usbl, optical, gated, all: n, mean and std of the position [m], mean angle [deg]
+  std::vector<double> errors;  ///< of usbl, optical, gated, all: n, mean and std of the position [m], mean angle [deg]
 };
 
 std::vector<Reference> references() {

@@ -25,8 +25,7 @@ Estimate made_up() {
   estimate.summary.evaluations = 4;
   estimate.summary.seconds = 0.5;
   estimate.residual_blocks = 7;
-  estimate.keyframes = {{0.1, KeyframeType::usbl, Vector<3>(1, 2, 3), {}},
-                        {1.0 / 3.0, KeyframeType::gated, {}, {}}};
+  estimate.keyframes = {{0.1, KeyframeType::usbl, Vector<3>(1, 2, 3), {}}, {1.0 / 3.0, KeyframeType::gated, {}, {}}};
   estimate.chaser = {SE3(), SE3(SO3::Exp({0, 0, 1}), Vector<3>(1.0 / 3.0, 0, 0))};
   estimate.target = {SE3(), SE3(SO3(), Vector<3>(2, 0, 0))};
   estimate.errors = {{0.1, KeyframeType::usbl, 0.5, 10.0, 2.5, {}},

@@ -16,16 +16,14 @@ extern char** environ;
 namespace tandem {
 
 /// Starts the real executable, its standard error going to `error_fd`; without a shell.
-inline pid_t start_tandem(std::vector<std::string> arguments, const std::filesystem::path& output,
-                          int error_fd) {
+inline pid_t start_tandem(std::vector<std::string> arguments, const std::filesystem::path& output, int error_fd) {
   arguments.insert(arguments.begin(), TANDEM_EXECUTABLE);
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, output.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
-                                   0600);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
   posix_spawn_file_actions_adddup2(&actions, error_fd, STDERR_FILENO);
   pid_t child = -1;
   EXPECT_EQ(posix_spawn(&child, TANDEM_EXECUTABLE, &actions, nullptr, argv.data(), environ), 0)

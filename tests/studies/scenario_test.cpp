@@ -83,8 +83,7 @@ TEST_F(ScenarioTest, ReadsDeclaredSensors) {
 }
 
 TEST_F(ScenarioTest, TakesWhatOnlyOtherModesRead) {
-  edit("noise:\n",
-       "noise:\n  constant_velocity: [1, 1, 1]\n  boundary: [1, 1, 1]\n  surge: [0.5]\n  yaw_rate: 0.2\n");
+  edit("noise:\n", "noise:\n  constant_velocity: [1, 1, 1]\n  boundary: [1, 1, 1]\n  surge: [0.5]\n  yaw_rate: 0.2\n");
   append("gravity: 9.8\nlatitude: 32.85\nlicence: none\nframe: ENU-FLU\ngroup: SE3\n");
   const Scenario scenario = read_scenario(folder_.path());
   EXPECT_EQ(scenario.data.noise.surge, 0.5);
@@ -127,17 +126,15 @@ TEST_F(ScenarioTest, NoMeasurements) {
 
 TEST_F(ScenarioTest, UnknownKeys) {
   edit("keyframe_interval", "keyframe_intervall");
-  EXPECT_THAT(error(),
-              EndsWith("scenario.yaml:4: unknown key 'keyframe_intervall'; did you mean keyframe_interval?"));
+  EXPECT_THAT(error(), EndsWith("scenario.yaml:4: unknown key 'keyframe_intervall'; did you mean keyframe_interval?"));
   edit("keyframe_intervall", "colour");
   EXPECT_THAT(error(), EndsWith("scenario.yaml:4: unknown key 'colour'"));
 }
 
 TEST_F(ScenarioTest, UnknownNoise) {
   edit("constant_twist", "constant_twst");
-  EXPECT_THAT(
-      error(),
-      EndsWith("scenario.yaml:10: unknown key 'constant_twst' in noise; did you mean constant_twist?"));
+  EXPECT_THAT(error(),
+              EndsWith("scenario.yaml:10: unknown key 'constant_twst' in noise; did you mean constant_twist?"));
 }
 
 TEST_F(ScenarioTest, MissingNoise) {
@@ -154,9 +151,8 @@ TEST_F(ScenarioTest, NoiseOfAnUndeclaredSensorIsNeeded) {
 
 TEST_F(ScenarioTest, SigmasAreAboveZero) {
   edit("usbl: [1.0, 1.0, 1.0]", "usbl: [1.0, 0.0, 1.0]");
-  EXPECT_THAT(
-      error(),
-      EndsWith("scenario.yaml:8: usbl has the standard deviation 0; it must be above zero and finite"));
+  EXPECT_THAT(error(),
+              EndsWith("scenario.yaml:8: usbl has the standard deviation 0; it must be above zero and finite"));
   edit("[1.0, 0.0, 1.0]", "[1.0, -2, 1.0]");
   EXPECT_THAT(error(), HasSubstr("scenario.yaml:8: usbl has the standard deviation -2;"));
   edit("[1.0, -2, 1.0]", "[1.0, .inf, 1.0]");
@@ -194,16 +190,14 @@ TEST_F(ScenarioTest, KeysAreGivenOnce) {
 
 TEST_F(ScenarioTest, WhatIsKnownButNotSupportedIsSaidSo) {
   append("frame: NED-FRD\n");
-  EXPECT_THAT(error(),
-              EndsWith("scenario.yaml:11: frame NED-FRD is not supported by this version (ENU-FLU is)"));
+  EXPECT_THAT(error(), EndsWith("scenario.yaml:11: frame NED-FRD is not supported by this version (ENU-FLU is)"));
   edit("frame: NED-FRD", "group: SE2");
   EXPECT_THAT(error(), EndsWith("scenario.yaml:11: group SE2 is not supported by this version (SE3 is)"));
   edit("group: SE2", "group: SE4");
   EXPECT_THAT(error(), HasSubstr("scenario.yaml:11: unknown group 'SE4'; did you mean SE"));
   edit("group: SE4", "sensors: {radar: {type: range_bearing, file: radar.csv, sigma: [1, 1]}}");
-  EXPECT_THAT(error(),
-              EndsWith("scenario.yaml:11: sensor type range_bearing is not supported by this version "
-                       "(position and pose are)"));
+  EXPECT_THAT(error(), EndsWith("scenario.yaml:11: sensor type range_bearing is not supported by this version "
+                                "(position and pose are)"));
   edit("type: range_bearing", "delay: 1, type: position");
   EXPECT_THAT(error(), EndsWith("scenario.yaml:11: delay is not supported by this version"));
 }
@@ -226,8 +220,7 @@ TEST_F(ScenarioTest, WrongSensors) {
 TEST_F(ScenarioTest, TwoSensorsOfOneName) {
   folder_.write("sonar.csv", "t,x,y,z\n1,5,0,0\n");
   append("sensors:\n  usbl: {type: position, file: sonar.csv, sigma: [1, 1, 1]}\n");
-  EXPECT_THAT(error(),
-              EndsWith("scenario.yaml:12: sensor usbl must read usbl.csv, which is there, or be renamed"));
+  EXPECT_THAT(error(), EndsWith("scenario.yaml:12: sensor usbl must read usbl.csv, which is there, or be renamed"));
 }
 
 TEST(SharedScenarios, EachIsReadOrRefusedInOneSentence) {

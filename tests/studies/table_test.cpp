@@ -26,8 +26,7 @@ class TableTest : public testing::Test {
 };
 
 TEST_F(TableTest, ReadsCsv) {
-  const Table table =
-      read_csv(folder_.write("usbl.csv", "t,x,y,z\n0.5,1,-2,3e1\n# a note\n\n1.5, 4 ,5,+6"), "t,x,y,z");
+  const Table table = read_csv(folder_.write("usbl.csv", "t,x,y,z\n0.5,1,-2,3e1\n# a note\n\n1.5, 4 ,5,+6"), "t,x,y,z");
   ASSERT_EQ(table.rows(), 2u);
   EXPECT_EQ(table.lines, (std::vector<int>{2, 5}));
   EXPECT_EQ(table.t(1), 1.5);
@@ -44,8 +43,8 @@ TEST_F(TableTest, ToleratesWindowsFiles) {
 }
 
 TEST_F(TableTest, ReadsTum) {
-  const auto file = folder_.write(
-      "a.tum", "# t x y z qx qy qz qw\n0 1 2 3 0 0 0 1\n1\t1  2 3 0 0 0.70710678 0.70710678 \n");
+  const auto file =
+      folder_.write("a.tum", "# t x y z qx qy qz qw\n0 1 2 3 0 0 0 1\n1\t1  2 3 0 0 0.70710678 0.70710678 \n");
   const auto trajectory = poses(read_tum(file));
   ASSERT_EQ(trajectory.size(), 2u);
   EXPECT_EQ(trajectory[0].value.translation(), Vector<3>(1, 2, 3));
@@ -62,16 +61,13 @@ TEST_F(TableTest, MissingFile) {
 }
 
 TEST_F(TableTest, HeaderIsChecked) {
-  EXPECT_THAT(csv_error("t,x,y\n"),
-              EndsWith("usbl.csv:1: the first line must name the columns t,x,y,z, not 't,x,y'"));
-  EXPECT_THAT(csv_error("# a note\n1,2,3,4\n"),
-              HasSubstr("usbl.csv:2: the first line must name the columns"));
+  EXPECT_THAT(csv_error("t,x,y\n"), EndsWith("usbl.csv:1: the first line must name the columns t,x,y,z, not 't,x,y'"));
+  EXPECT_THAT(csv_error("# a note\n1,2,3,4\n"), HasSubstr("usbl.csv:2: the first line must name the columns"));
   EXPECT_THAT(csv_error(""), EndsWith("usbl.csv:1: the line that names the columns t,x,y,z is missing"));
 }
 
 TEST_F(TableTest, WrongNumberOfColumns) {
-  EXPECT_THAT(csv_error("t,x,y,z\n1,2,3,4\n2,3,4\n"),
-              EndsWith("usbl.csv:3: 3 columns where 4 are expected (t,x,y,z)"));
+  EXPECT_THAT(csv_error("t,x,y,z\n1,2,3,4\n2,3,4\n"), EndsWith("usbl.csv:3: 3 columns where 4 are expected (t,x,y,z)"));
   EXPECT_THAT(csv_error("t,x,y,z\n1,2,3,4,\n"), HasSubstr("usbl.csv:2: 5 columns"));
   EXPECT_THAT(tum_error("0 1 2 3 0 0 0\n"), HasSubstr("truth.tum:1: 7 columns where 8 are expected"));
 }
@@ -90,8 +86,7 @@ TEST_F(TableTest, NotFinite) {
 }
 
 TEST_F(TableTest, TimesIncrease) {
-  EXPECT_THAT(csv_error("t,x,y,z\n1,2,3,4\n\n1.0,2,3,4\n"),
-              EndsWith("usbl.csv:4: time 1.0 repeats that of line 2"));
+  EXPECT_THAT(csv_error("t,x,y,z\n1,2,3,4\n\n1.0,2,3,4\n"), EndsWith("usbl.csv:4: time 1.0 repeats that of line 2"));
   EXPECT_THAT(csv_error("t,x,y,z\n1,2,3,4\n0.5,2,3,4\n"),
               EndsWith("usbl.csv:3: time 0.5 comes before that of line 2; lines must be in time order"));
 }

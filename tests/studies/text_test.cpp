@@ -15,8 +15,7 @@ TEST(Text, NumbersAreTakenWhole) {
   EXPECT_EQ(parse_number("+2"), 2.0);
   EXPECT_EQ(parse_number("-inf"), -HUGE_VAL);
   EXPECT_TRUE(std::isnan(parse_number("nan").value()));
-  for (const char* none : {"", "1.5x", "x", "1 2", "+-1", "0x10", "1,5"})
-    EXPECT_FALSE(parse_number(none)) << none;
+  for (const char* none : {"", "1.5x", "x", "1 2", "+-1", "0x10", "1,5"}) EXPECT_FALSE(parse_number(none)) << none;
 }
 
 TEST(Text, CountsAreAboveZero) {
