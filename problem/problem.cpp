@@ -53,8 +53,8 @@ std::string Problem::mismatch(std::string_view name, int rows, int noise) {
 }
 
 std::string Problem::crossed(std::string_view name, double lower, double upper) {
-  return std::string(name) + ": the lower bound " + std::to_string(lower) + " is not at or below the upper bound " +
-         std::to_string(upper);
+  return std::string(name) + ": the lower bound " + std::to_string(lower) + " and the upper bound " +
+         std::to_string(upper) + " leave no number between them";
 }
 
 }  // namespace tandem

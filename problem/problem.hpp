@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <map>
 #include <memory>
 #include <string>
@@ -80,11 +81,13 @@ class Problem {
     return new_block(index);
   }
 
-  /// A constraint, in the residual's own units. Throws Error when a lower bound is above its upper bound.
+  /// A constraint, in the residual's own units. Throws Error when a lower bound is above its upper bound, or no number
+  /// is between them.
   template <Residual R>
   Block subject_to(const R& residual, const Bounds<R::dim>& bounds, const VariablesOf<R>& x) {
     for (int i = 0; i < R::dim; ++i)
-      if (!(bounds.lower[i] <= bounds.upper[i])) throw Error(crossed(R::name, bounds.lower[i], bounds.upper[i]));
+      if (!(bounds.lower[i] <= bounds.upper[i]) || bounds.lower[i] == HUGE_VAL || bounds.upper[i] == -HUGE_VAL)
+        throw Error(crossed(R::name, bounds.lower[i], bounds.upper[i]));
     auto [index, pool] = hard_pool<R>();
     pool.add(residual, slots<R>(x), bounds);
     return new_block(index);

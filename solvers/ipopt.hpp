@@ -9,7 +9,7 @@ namespace tandem {
 
 /// Second derivatives for solvers that use them.
 enum class Hessian {
-  automatic,       ///< Gauss-Newton, and exact once its steps must be cut near a solution
+  automatic,       ///< Gauss-Newton, and exact once its steps must be cut near a solution, or it takes long
   gauss_newton,    ///< JᵀWJ of the soft residuals; hard constraints contribute no curvature
   exact,           ///< of the Lagrangian, by differences of the closed-form Jacobians
   limited_memory,  ///< the solver's own quasi-Newton approximation

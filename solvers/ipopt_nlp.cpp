@@ -14,6 +14,7 @@ namespace {
 constexpr double kRecenterAngle = 2.0;   // rad
 constexpr double kIpoptInfinity = 1e20;  // beyond Ipopt's nlp_upper_bound_inf
 constexpr double kNearSolution = 1e-2;   // relative change of the cost in an iteration
+constexpr int kPatience = 50;            // iterations that Gauss-Newton alone is given
 constexpr double kLeastDamping = 1e-12, kMostDamping = 1e3;
 
 }  // namespace
@@ -230,8 +231,8 @@ bool IpoptNlp::intermediate_callback(Ipopt::AlgorithmMode, Index iteration, Numb
     damping_ = trials > 1 ? std::min(kMostDamping, std::max(damping_, kLeastDamping) * std::pow(10.0, trials - 1))
                           : damping_ * 0.2;
     if (damping_ < kLeastDamping) damping_ = 0;
-    if (options_.hessian == Hessian::automatic && !exact_now_ && trials > 1 &&
-        std::abs(value - last_cost_) <= kNearSolution * std::abs(value)) {
+    const bool cut_near_solution = trials > 1 && std::abs(value - last_cost_) <= kNearSolution * std::abs(value);
+    if (options_.hessian == Hessian::automatic && !exact_now_ && (cut_near_solution || iteration > kPatience)) {
       exact_now_ = true;
       has_derivatives_ = false;
     }

@@ -20,9 +20,9 @@ class Moments {
     squares_ += from_mean * (*value - mean_);
   }
   int n() const { return n_; }
-  std::optional<Spread> spread() const {
+  std::optional<MeanStd> spread() const {
     if (n_ == 0) return {};
-    return Spread{mean_, std::sqrt(squares_ / n_)};
+    return MeanStd{mean_, std::sqrt(squares_ / n_), n_};
   }
 
  private:

@@ -27,15 +27,16 @@ struct KeyframeError {
 std::vector<KeyframeError> keyframe_errors(const Scenario& scenario, const std::vector<Keyframe>& keyframes,
                                            const std::vector<SE3>& chaser, const std::vector<SE3>& target);
 
-struct Spread {
+struct MeanStd {
   double mean, std;  ///< std of the population: divided by n
+  int n;
 };
 
 /// The errors of one type of keyframe, a row of the paper's Table I.
 struct ErrorSummary {
   int n = 0;         ///< keyframes
   int compared = 0;  ///< those of them that the truth covers
-  std::optional<Spread> position, angle, raw_position, raw_angle;
+  std::optional<MeanStd> position, angle, raw_position, raw_angle;
 };
 
 /// Over the keyframes of `type`, or over all of them.

@@ -25,18 +25,18 @@ std::vector<Row> rows(const Estimate& estimate) {
   return result;
 }
 
-std::string shown(const std::optional<Spread>& spread, int decimals) {
+std::string shown(const std::optional<MeanStd>& spread, int decimals) {
   return spread ? fmt::format("{:.{}f} ± {:.{}f}", spread->mean, decimals, spread->std, decimals) : "–";
 }
 
-std::string mean_shown(const std::optional<Spread>& spread, int decimals) {
+std::string mean_shown(const std::optional<MeanStd>& spread, int decimals) {
   return spread ? fmt::format("{:.{}f}", spread->mean, decimals) : "–";
 }
 
 Json errors_json(const ErrorSummary& errors) {
   Json json = {{"n", errors.n}};
   if (errors.compared > 0 && errors.compared < errors.n) json["n_with_truth"] = errors.compared;
-  const auto add = [&](const std::string& key, const std::string& unit, const std::optional<Spread>& spread) {
+  const auto add = [&](const std::string& key, const std::string& unit, const std::optional<MeanStd>& spread) {
     if (!spread) return;
     json[key + "_mean_" + unit] = spread->mean;
     json[key + "_std_" + unit] = spread->std;
@@ -91,8 +91,12 @@ std::string report(const Estimate& estimate) {
     return fmt::format("{:<10} {:>6}   {:>17}   {:>15}   {:>17}\n", cells...);
   };
   text += "\n" + line("keyframes", "n", "position [m]", "orientation [°]", "raw position [m]");
-  for (const auto& [name, errors] : rows(estimate))
-    text += line(name, errors.n, shown(errors.position, 3), mean_shown(errors.angle, 2), shown(errors.raw_position, 3));
+  for (const auto& [name, errors] : rows(estimate)) {
+    // Beside the mean of all keyframes, one over those that have a measurement would mislead.
+    const bool comparable = errors.raw_position && errors.raw_position->n == errors.compared;
+    text += line(name, errors.n, shown(errors.position, 3), mean_shown(errors.angle, 2),
+                 comparable ? shown(errors.raw_position, 3) : shown({}, 3));
+  }
   const ErrorSummary all = summarise(estimate.errors);
   if (all.compared == 0)
     text += "There is no truth to compare with.\n";
