@@ -15,10 +15,11 @@ namespace tandem {
 ///   - act_jacobian(p) is d act(X ⊕ δ, p)/dδ, act_point_jacobian() is d act(X, p)/dp (the action is affine in p).
 ///
 /// Members: `dof` (tangent dimension), `matrix_size` (of matrix(), hat), `point_dim` (of act), `Scalar`, `Tangent`,
-/// `Jacobian` (dof × dof), `Rebind<S>` (the same group over another scalar, e.g. for automatic differentiation).
+/// `Jacobian` (dof × dof), a default constructor (the identity), `Rebind<S>` and `cast<S>()` (the same group over another scalar, e.g. for automatic differentiation).
 template <class G>
-concept LieGroup = requires(const G& x, const typename G::Tangent& v, const typename G::AlgebraMatrix& m,
-                            const Vector<G::point_dim, typename G::Scalar>& p) {
+concept LieGroup = std::default_initializable<G> &&
+    requires(const G& x, const typename G::Tangent& v, const typename G::AlgebraMatrix& m,
+             const Vector<G::point_dim, typename G::Scalar>& p) {
   typename G::Scalar;
   requires(G::dof > 0);
   { G::identity() } -> std::same_as<G>;

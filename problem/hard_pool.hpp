@@ -15,8 +15,8 @@ class HardPoolBase : public PoolBase {
   virtual void values(double* c) const = 0;
   /// Nonzeros at the point: of each block its states' Jacobians one after the other, each column by column.
   virtual void jacobian(const PoolPlacement& place, double* values) const = 0;
-  /// Adds weight Jᵀ J to the Hessian.
-  virtual void accumulate(const PoolPlacement& place, double weight, double* H) const = 0;
+  /// Adds Jᵀ diag(weights) J to the Hessian.
+  virtual void accumulate(const PoolPlacement& place, const double* weights, double* H) const = 0;
 };
 
 template <Residual R>
@@ -63,14 +63,16 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
     }
   }
 
-  void accumulate(const PoolPlacement& place, double weight, double* H) const override {
-    Row r;
-    Jacobians J;
-    for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
-      const int* offset = &place.offset[i * kArity];
-      this->linearize(i, offset, r, J);
-      this->add_products(offset, &place.hessian[i * kPairs], weight, J, H);
-    }
+  void accumulate(const PoolPlacement& place, const double* weights, double* H) const override {
+    each_weighted(place, weights, [&](std::size_t i, const int* offset, const Jacobians& J) {
+      this->add_products(offset, &place.hessian[i * kPairs], 1.0, J, H);
+    });
+  }
+  void add_stiffness(const PoolPlacement& place, const double* v, const double* weights, double& along,
+                     double& scale) const override {
+    each_weighted(place, weights, [&](std::size_t, const int* offset, const Jacobians& J) {
+      this->add_block_stiffness(offset, J, v, along, scale);
+    });
   }
 
   void add_exact_hessian(const PoolPlacement& place, double factor, const double* multipliers,
@@ -86,6 +88,22 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
   }
 
  private:
+  /// Calls f(block, offsets, J) with each row of J times the root of its weight.
+  template <class F>
+  void each_weighted(const PoolPlacement& place, const double* weights, F f) const {
+    Row r;
+    Jacobians J;
+    static_for<kArity>([&]<int A>() { std::get<A>(J).setZero(); });
+    for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
+      const int* offset = &place.offset[i * kArity];
+      const Row root = Eigen::Map<const Row>(weights + i * kDim).cwiseSqrt();
+      if (root.isZero(0.)) continue;
+      this->linearize(i, offset, r, J);
+      static_for<kArity>([&]<int A>() { std::get<A>(J).array().colwise() *= root.array(); });
+      f(i, offset, J);
+    }
+  }
+
   std::vector<Bounds<kDim>> bounds_;
 };
 

@@ -34,6 +34,10 @@ class PoolBase {
   virtual const int* variables(int i) const = 0;
   /// The last block takes the place of block `i`.
   virtual void remove(int i) = 0;
+  /// Adds ‖W J v‖² and ‖W J diag(v)‖² over the blocks; hard pools take the square root of W's diagonal² from
+  /// `row_weights`, soft ones have their own.
+  virtual void add_stiffness(const PoolPlacement& place, const double* v, const double* row_weights, double& along,
+                             double& scale) const = 0;
   /// Adds the block's exact second derivatives to the Hessian, by central differences of the closed-form gradient of
   /// `factor` times the cost (soft pools) or of multipliersᵀ c (hard pools).
   virtual void add_exact_hessian(const PoolPlacement& place, double factor, const double* multipliers,
@@ -108,6 +112,19 @@ class BlockPool : public Base {
       if (offset[S] >= 0 && store.charted)  // the chain through Jr(δ), here and nowhere else
         std::get<S>(J) = (std::get<S>(J) * store.chart[std::size_t(slots_[i][S])]).eval();
     });
+  }
+
+  /// Adds ‖J v‖² and ‖J diag(v)‖² of one block whose Jacobians are whitened.
+  static void add_block_stiffness(const int* offset, const Jacobians& J, const double* v, double& along,
+                                  double& scale) {
+    Row Jv = Row::Zero();
+    static_for<kArity>([&]<int A>() {
+      if (offset[A] < 0) return;
+      const Eigen::Map<const Vector<State<A>::dof>> part(v + offset[A]);
+      Jv += std::get<A>(J) * part;
+      scale += (std::get<A>(J) * part.asDiagonal()).squaredNorm();
+    });
+    along += Jv.squaredNorm();
   }
 
   /// H += w Jaᵀ Jb for every pair of free states, straight into the solver's matrix.

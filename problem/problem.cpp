@@ -40,10 +40,16 @@ Problem::Size Problem::size() const {
   for (const auto& v : variables_) size.unknowns += v.fixed ? 0 : v.dof;
   for (const auto& pool : pools_) {
     if (!pool.hard) continue;
-    const auto rows = std::size_t(pool.hard->size() * pool.hard->dim());
-    std::vector<double> lower(rows), upper(rows);
-    pool.hard->bounds(lower.data(), upper.data());
-    for (std::size_t i = 0; i < rows; ++i) ++(lower[i] == upper[i] ? size.equalities : size.inequalities);
+    const auto dim = std::size_t(pool.hard->dim()), blocks = std::size_t(pool.hard->size());
+    std::vector<double> lower(blocks * dim), upper(blocks * dim);
+    if (blocks > 0) pool.hard->bounds(lower.data(), upper.data());
+    for (std::size_t i = 0; i < blocks; ++i) {
+      bool free = false;
+      for (int s = 0; s < pool.hard->arity(); ++s)
+        free = free || !variables_[std::size_t(pool.hard->variables(static_cast<int>(i))[s])].fixed;
+      for (std::size_t row = i * dim; free && row < (i + 1) * dim; ++row)
+        ++(lower[row] == upper[row] ? size.equalities : size.inequalities);
+    }
   }
   return size;
 }

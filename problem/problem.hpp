@@ -62,6 +62,7 @@ class Problem {
   }
   template <LieGroup G>
   void set_value(const Variable<G>& x, const G& value) {
+    check_owned(x);
     x.store->value[std::size_t(x.slot)] = x.store->point[std::size_t(x.slot)] = value;
   }
   /// A fixed variable keeps its value: solvers do not see it.
@@ -104,7 +105,7 @@ class Problem {
   }
   int num_soft_blocks() const;
   int num_hard_blocks() const;
-  /// Tangent dimensions of the free variables; hard rows with equal bounds, and all others.
+  /// Tangent dimensions of the free variables; hard rows with equal bounds, and all others, of blocks that read one.
   struct Size {
     int unknowns, equalities, inequalities;
   };

@@ -66,6 +66,11 @@ void Program::compile_hessian() {
   }
   for (std::size_t k = 0; k < n; ++k) h.block_start[k + 1] += h.block_start[k];
 
+  for (std::size_t k = 0; k < n; ++k)
+    for (int b = h.block_start[k], rows = 0; b < h.block_start[k + 1]; ++b) {
+      h.block_offset.push_back(rows);
+      rows += h.first[std::size_t(h.block_row[std::size_t(b)]) + 1] - h.first[std::size_t(h.block_row[std::size_t(b)])];
+    }
   h.column_start.push_back(0);
   for (std::size_t k = 0; k < n; ++k) {
     for (int column = h.first[k]; column < h.first[k + 1]; ++column) {
@@ -98,11 +103,10 @@ detail::HessianPlace Program::place(int block_a, int block_b) const {
   const auto [column, row] = std::minmax(block_a, block_b);
   const auto begin = hessian_.block_row.begin() + hessian_.block_start[std::size_t(column)];
   const auto end = hessian_.block_row.begin() + hessian_.block_start[std::size_t(column) + 1];
-  int position = hessian_.column_start[std::size_t(hessian_.first[std::size_t(column)])];
-  const int start = position;
-  for (auto it = begin; it != end && *it != row; ++it)
-    position += hessian_.first[std::size_t(*it) + 1] - hessian_.first[std::size_t(*it)];
-  return {position, hessian_.column_start[std::size_t(hessian_.first[std::size_t(column)]) + 1] - start};
+  const std::size_t unknown = std::size_t(hessian_.first[std::size_t(column)]);
+  const int start = hessian_.column_start[unknown];
+  const auto block = std::lower_bound(begin, end, row) - hessian_.block_row.begin();
+  return {start + hessian_.block_offset[std::size_t(block)], hessian_.column_start[unknown + 1] - start};
 }
 
 void Program::compile_constraints() {
@@ -126,6 +130,12 @@ void Program::compile_constraints() {
             jacobian_.column.push_back(offset + c);
           }
       }
+      if (static_cast<int>(jacobian_.row.size()) == placement_[p].jacobian.back())  // no free variable
+        for (int r = row; r < row + pool.dim(); ++r) {
+          fixed_rows_.push_back({r, lower_[r], upper_[r]});
+          lower_[r] = -HUGE_VAL;
+          upper_[r] = HUGE_VAL;
+        }
       row += pool.dim();
     }
   }
@@ -134,7 +144,7 @@ void Program::compile_constraints() {
 void Program::compile_lanes() {
   two_lanes_ = problem_.num_soft_blocks() >= kTwoLanesFrom;
   if (!two_lanes_) return;
-  int first_unknown = num_unknowns();
+  int first_unknown = num_unknowns() - 1;  // one element at the least, so that the tails have an address
   for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
     if (!problem_.pools_[p].soft) continue;
     const auto& pool = *problem_.pools_[p].soft;
@@ -255,10 +265,26 @@ void Program::constraint_jacobian(Eigen::VectorXd& values) {
     if (problem_.pools_[p].hard) problem_.pools_[p].hard->jacobian(placement_[p], values.data());
 }
 
-void Program::add_constraint_hessian(double weight, Eigen::VectorXd& hessian) {
+void Program::add_constraint_hessian(const Eigen::VectorXd& weights, Eigen::VectorXd& hessian) {
   chart_if_moved();
+  const double* w = weights.data();
   for (std::size_t p = 0; p < problem_.pools_.size(); ++p)
-    if (problem_.pools_[p].hard) problem_.pools_[p].hard->accumulate(placement_[p], weight, hessian.data());
+    if (const auto* pool = problem_.pools_[p].hard.get()) {
+      pool->accumulate(placement_[p], w, hessian.data());
+      w += pool->size() * pool->dim();
+    }
+}
+
+Program::Stiffness Program::stiffness(const Eigen::VectorXd& v, const Eigen::VectorXd& row_weights) {
+  chart_if_moved();
+  Stiffness total{0, 0};
+  const double* w = row_weights.data();
+  for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
+    const auto& pool = problem_.pools_[p];
+    pool.base().add_stiffness(placement_[p], v.data(), w, total.along, total.scale);
+    if (pool.hard) w += pool.hard->size() * pool.hard->dim();
+  }
+  return total;
 }
 
 void Program::exact_hessian(double factor, const Eigen::VectorXd& multipliers, Eigen::VectorXd& hessian) {
@@ -285,6 +311,15 @@ Program::Violation Program::violation(const Eigen::VectorXd& c) const {
   return worst;
 }
 
+Program::Violation Program::fixed_violation(const Eigen::VectorXd& c) const {
+  Violation worst{0.0, -1};
+  for (const auto& f : fixed_rows_) {
+    const double v = std::max(f.lower - c[f.row], c[f.row] - f.upper);
+    if (v > worst.size) worst = {v, f.row};
+  }
+  return worst;
+}
+
 std::string Program::describe_block(const detail::PoolBase& pool, int block) const {
   std::string text = std::string(pool.name()) + " of ";
   for (int s = 0; s < pool.arity(); ++s) text += (s ? ", " : "") + problem_.name(pool.variables(block)[s]);
@@ -301,11 +336,19 @@ std::string Program::describe_row(int row) const {
   return {};
 }
 
-std::string Program::describe_bad_block() const {
-  for (const auto& p : problem_.pools_) {
-    if (!p.soft) continue;
-    for (int i = 0; i < p.soft->size(); ++i) {
-      if (!std::isfinite(p.soft->block_cost(i))) return describe_block(*p.soft, i);
+std::string Program::describe_bad_block() {
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(num_unknowns());
+  chart_if_moved();
+  for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
+    const auto* pool = problem_.pools_[p].soft.get();
+    for (int i = 0; pool && i < pool->size(); ++i) {
+      const double cost = pool->accumulate(placement_[p], i, i + 1, gradient.data(), nullptr);
+      bool finite = std::isfinite(cost);
+      for (int s = 0; s < pool->arity(); ++s)
+        if (const int id = pool->variables(i)[s]; offset_[std::size_t(id)] >= 0)
+          finite = finite &&
+                   gradient.segment(offset_[std::size_t(id)], problem_.variables_[std::size_t(id)].dof).allFinite();
+      if (!finite) return describe_block(*pool, i);
     }
   }
   return {};

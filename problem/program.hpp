@@ -14,8 +14,9 @@ namespace tandem {
 struct SymmetricPattern {
   std::vector<int> column_start, row;
   /// The same by blocks: the unknowns of variable k are first[k] … first[k + 1] − 1, and block column k has the
-  /// block rows block_row[block_start[k]] … in ascending order, k itself first.
-  std::vector<int> first, block_start, block_row;
+  /// block rows block_row[block_start[k]] … in ascending order, k itself first; block_offset is the first of a block
+  /// row's entries within a column.
+  std::vector<int> first, block_start, block_row, block_offset;
 
   int size() const { return first.back(); }
   int num_blocks() const { return static_cast<int>(first.size()) - 1; }
@@ -28,7 +29,7 @@ struct TripletPattern {
 
 /// A problem as solvers see it: rows, bounds and fixed patterns in tangent coordinates, X = X̄ ⊕ δ with X̄ the
 /// variables' values, never residuals or groups. Compiled once; the problem must stay as it is (blocks, fixed
-/// variables) and outlive it. Evaluation does not allocate. Residuals that are undefined at the point throw Error.
+/// variables) and outlive it, and there is one Program of it at a time. Evaluation does not allocate. Residuals that are undefined at the point throw Error.
 class Program {
  public:
   /// Throws Error when the problem has no free variable.
@@ -61,8 +62,8 @@ class Program {
   double linearize_at_point(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian);
   void constraints(Eigen::VectorXd& c);
   void constraint_jacobian(Eigen::VectorXd& values);
-  /// Adds weight Jᵀ J of the constraint Jacobian to a Hessian.
-  void add_constraint_hessian(double weight, Eigen::VectorXd& hessian);
+  /// Adds Jᵀ diag(weights) J of the constraint Jacobian to a Hessian.
+  void add_constraint_hessian(const Eigen::VectorXd& weights, Eigen::VectorXd& hessian);
   /// The exact Hessian of factor·cost + multipliersᵀ c, by central differences of the closed-form gradient.
   void exact_hessian(double factor, const Eigen::VectorXd& multipliers, Eigen::VectorXd& hessian);
 
@@ -72,11 +73,20 @@ class Program {
     int row;
   };
   Violation violation(const Eigen::VectorXd& c) const;
+  /// The same over the rows that read fixed variables alone. Solvers cannot change them: their bounds are infinite in
+  /// lower() and upper().
+  Violation fixed_violation(const Eigen::VectorXd& c) const;
 
   /// "twist components of target 12, target 13": the block that constraint row belongs to.
   std::string describe_row(int row) const;
-  /// The block whose cost is not finite at the point; empty when all are.
-  std::string describe_bad_block() const;
+  /// ‖W J v‖² over all soft residuals and the given weights' hard rows, and ‖W J diag(v)‖² as its scale: how much the
+  /// point's cost notices a step along v, and how much it would if no two entries made up for each other.
+  struct Stiffness {
+    double along, scale;
+  };
+  Stiffness stiffness(const Eigen::VectorXd& v, const Eigen::VectorXd& row_weights);
+  /// The block whose cost or gradient is not finite at the point; empty when all are.
+  std::string describe_bad_block();
   /// The variable that an unknown belongs to, and which direction of it: "x", "rotation about z", "heading", …
   struct Unknown {
     std::string variable;
@@ -89,7 +99,7 @@ class Program {
   void compile_hessian();
   void compile_constraints();
   void compile_lanes();
-  detail::HessianPlace place(int offset_a, int offset_b) const;
+  detail::HessianPlace place(int block_a, int block_b) const;
   void chart_if_moved();
   double accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian);
   /// Runs f(lane) for both lanes, at once where threads are to be had; the sum of what they return.
@@ -105,6 +115,11 @@ class Program {
   SymmetricPattern hessian_;
   TripletPattern jacobian_;
   Eigen::VectorXd lower_, upper_;
+  struct FixedRow {
+    int row;
+    double lower, upper;
+  };
+  std::vector<FixedRow> fixed_rows_;
   // The first half of every pool goes into the solver's arrays, the second into these, which hold no more than their
   // tails from where it begins. The split, and so the rounding, is the same whatever the number of threads. Empty for
   // small problems, which one lane serves faster.

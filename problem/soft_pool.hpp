@@ -75,6 +75,25 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
     return total;
   }
 
+  void add_stiffness(const PoolPlacement& place, const double* v, const double*, double& along,
+                     double& scale) const override {
+    Row r;
+    Jacobians J;
+    static_for<kArity>([&]<int A>() { std::get<A>(J).setZero(); });
+    for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
+      const int* offset = &place.offset[i * kArity];
+      this->linearize(i, offset, r, J);
+      whiten(i, r);
+      const double root = std::sqrt(weights_[i].loss(r.squaredNorm()).d1);
+      static_for<kArity>([&]<int A>() {
+        if (offset[A] < 0) return;
+        whiten(i, std::get<A>(J));
+        std::get<A>(J) *= root;
+      });
+      this->add_block_stiffness(offset, J, v, along, scale);
+    }
+  }
+
   void add_exact_hessian(const PoolPlacement& place, double factor, const double*, double* H) const override {
     for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
       const auto gradient = [&]<int A>(const Row& r, const Jacobians& J) {

@@ -21,7 +21,7 @@ struct Stamped {
 /// A sensor on the chaser that sees the target's position, e.g. a USBL. Measures t((C B)⁻¹ (T F)) [m].
 struct PositionSensor {
   std::string name = "usbl";
-  Vector<3> sigma;                               ///< m
+  Vector<3> sigma = Vector<3>::Zero();           ///< m
   SE3 mount;                                     ///< B: sensor in the chaser's body
   Vector<3> beacon = Vector<3>::Zero();          ///< t(F): beacon in the target's body [m]
   std::vector<Stamped<Vector<3>>> measurements;  ///< in time order
@@ -30,7 +30,7 @@ struct PositionSensor {
 /// A sensor on the chaser that sees the target's pose, e.g. a camera on a marker. Measures (C B)⁻¹ (T F).
 struct PoseSensor {
   std::string name = "optical";
-  Vector<6> sigma;                         ///< m, rad
+  Vector<6> sigma = Vector<6>::Zero();     ///< m, rad
   SE3 mount;                               ///< B: sensor in the chaser's body
   SE3 marker;                              ///< F: marker in the target's body
   std::vector<Stamped<SE3>> measurements;  ///< in time order
@@ -38,11 +38,12 @@ struct PoseSensor {
 
 /// Standard deviations; pose tangents are ordered x y z [m], then rotation about x y z [rad].
 struct TrackingNoise {
-  Vector<6> prior, odometry, constant_twist;  ///< the last two per √s
-  Vector<2> roll_pitch{0.04, 0.04};           ///< rad
-  Vector<2> non_holonomic{0.05, 0.05};        ///< sway, heave [m/s], when soft
-  double surge = 0.05;                        ///< m/s outside the limits, when soft
-  double yaw_rate = 0.01;                     ///< rad/s outside the limits, when soft
+  // To be given: zeros are refused. Odometry and constant twist per √s.
+  Vector<6> prior = Vector<6>::Zero(), odometry = Vector<6>::Zero(), constant_twist = Vector<6>::Zero();
+  Vector<2> roll_pitch{0.04, 0.04};     ///< rad
+  Vector<2> non_holonomic{0.05, 0.05};  ///< sway, heave [m/s], when soft
+  double surge = 0.05;                  ///< m/s outside the limits, when soft
+  double yaw_rate = 0.01;               ///< rad/s outside the limits, when soft
 };
 
 /// What a tracking problem is made of: files, simulators and live feeds all end here.

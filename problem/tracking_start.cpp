@@ -88,7 +88,7 @@ template <class Sensors>
 void collect_times(const Sensors& sensors, double first, double last, std::vector<double>& times) {
   for (const auto& sensor : sensors)
     for (const auto& m : sensor.measurements) {
-      if (m.t < first - kSameInstant || m.t > last + kSameInstant)
+      if (!(m.t >= first - kSameInstant && m.t <= last + kSameInstant))  // a NaN neither
         throw Error(sensor.name + ": the measurement at " + std::to_string(m.t) +
                     " s is outside the odometry's time span, " + std::to_string(first) + " to " + std::to_string(last) +
                     " s");
@@ -99,15 +99,20 @@ void collect_times(const Sensors& sensors, double first, double last, std::vecto
 }  // namespace
 
 std::optional<std::size_t> keyframe_at(const std::vector<Keyframe>& keyframes, double t) {
-  const auto it = std::lower_bound(keyframes.begin(), keyframes.end(), t - kSameInstant,
-                                   [](const Keyframe& k, double x) { return k.t < x; });
-  if (it == keyframes.end() || it->t > t + kSameInstant) return std::nullopt;
-  return static_cast<std::size_t>(it - keyframes.begin());
+  const auto after =
+      std::lower_bound(keyframes.begin(), keyframes.end(), t, [](const Keyframe& k, double x) { return k.t < x; });
+  auto nearest = after;
+  if (after == keyframes.end() || (after != keyframes.begin() && t - (after - 1)->t < after->t - t)) --nearest;
+  if (std::abs(nearest->t - t) > kSameInstant) return std::nullopt;
+  return static_cast<std::size_t>(nearest - keyframes.begin());
 }
 
 std::vector<Keyframe> make_keyframes(const TrackingData& data, std::size_t most) {
   if (data.odometry.size() < 2) throw Error("a tracking problem needs odometry: two poses or more");
   if (!(data.keyframe_interval > kSameInstant)) throw Error("keyframe_interval must be above 1 ms");
+  for (std::size_t k = 0; k < data.odometry.size(); ++k)
+    if (!std::isfinite(data.odometry[k].t) || (k > 0 && !(data.odometry[k].t > data.odometry[k - 1].t)))
+      throw Error("the odometry's times must be finite and increase, which its pose " + std::to_string(k) + " breaks");
   const double first = data.odometry.front().t, last = data.odometry.back().t;
   std::vector<double> times;
   collect_times(data.position_sensors, first, last, times);

@@ -6,7 +6,7 @@
 namespace tandem {
 
 /// A bound made soft: how far each row of a residual is outside its bounds, zero inside [units of the residual].
-///   problem.minimize(Outside{TwistComponents<SE3, surge>{dt}, between(0.0, 2.5)}, Gaussian{0.05}, x0, x1);
+///   problem.minimize(Outside{TwistComponents<SE3, surge>{dt}, between(0.0, 2.5)}, Gaussian{0.05}, {x0, x1});
 template <class R>
 struct Outside {
   static constexpr std::string_view name = R::name;
@@ -18,7 +18,7 @@ struct Outside {
 
   Outside(const R& f, const Bounds<dim>& b) : residual(f), bounds(b) {}
 
-  /// The arguments of the residual: states, r, and a pointer to a Jacobian for each state, all or none.
+  /// The arguments of the residual: states, r, and no Jacobian pointers or one for each state, any of them null.
   template <class... Args>
   requires(sizeof...(Args) == std::tuple_size_v<States> + 1 ||
            sizeof...(Args) == 2 * std::tuple_size_v<States> + 1) void

@@ -35,7 +35,7 @@ struct IsResidual<R, std::tuple<Xs...>> {
 ///   void operator()(const X&…, Vector<dim>& r, Matrix<dim, X::dof>* J… = nullptr) const;
 ///
 /// which sets r and each J that is not null, the Jacobian with respect to a right perturbation of that state. It does
-/// not allocate. Where the residual is undefined it throws Error: solvers then shorten the step.
+/// not allocate, and it may be called from two threads at once. Where the residual is undefined it throws Error: solvers then shorten the step.
 ///
 /// Residuals of this library also take their states over any scalar (`Over<X, SE3>`), which automatic differentiation
 /// needs and nothing else; a residual of your own may be written for double alone.

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <stdexcept>
 
@@ -11,7 +12,8 @@ namespace {
 
 /// Structure of the factor, column by column: a column's rows are its own in H and those of its children in the
 /// elimination tree (George & Liu 1981).
-BlockSymbolic symbolic(const SymmetricPattern& pattern, std::vector<int> order) {
+/// Stops with infinite flops where they pass `most`: a bad order would not fit the memory.
+BlockSymbolic symbolic(const SymmetricPattern& pattern, std::vector<int> order, double most) {
   const int n = pattern.num_blocks();
   std::vector<int> place(order.size());
   for (int k = 0; k < n; ++k) place[std::size_t(order[std::size_t(k)])] = k;
@@ -46,6 +48,10 @@ BlockSymbolic symbolic(const SymmetricPattern& pattern, std::vector<int> order) 
     const double w = width(k);
     s.nonzeros += w * (w + 1) / 2 + w * height;
     s.flops += w * w * w / 3 + w * w * height + w * height * (height + 1) / 2;
+    if (s.flops > most) {
+      s.flops = std::numeric_limits<double>::infinity();
+      return s;
+    }
     std::vector<int>().swap(rows);
   }
   s.order = std::move(order);
@@ -63,13 +69,12 @@ std::vector<int> amd_order_of(const SymmetricPattern& pattern) {
 }  // namespace
 
 BlockSymbolic analyze(const SymmetricPattern& pattern) {
+  BlockSymbolic amd = symbolic(pattern, amd_order_of(pattern), std::numeric_limits<double>::infinity());
   std::vector<int> natural(static_cast<std::size_t>(pattern.num_blocks()));
   std::iota(natural.begin(), natural.end(), 0);
-  BlockSymbolic a = symbolic(pattern, std::move(natural));
-  // A band costs what its rows cost: no order does much better than one with hardly any fill.
-  if (double(a.row.size()) < 1.5 * double(pattern.block_row.size())) return a;
-  BlockSymbolic b = symbolic(pattern, amd_order_of(pattern));
-  return b.flops < a.flops ? b : a;
+  // The natural order walks through memory as the problem lies there: worth a little more arithmetic.
+  BlockSymbolic own = symbolic(pattern, std::move(natural), 1.2 * amd.flops);
+  return own.flops <= 1.2 * amd.flops ? own : amd;
 }
 
 }  // namespace tandem::detail

@@ -13,7 +13,7 @@ struct BlockSymbolic {
   double nonzeros = 0, flops = 0;
 };
 
-/// Natural order or SuiteSparse's AMD, whichever costs less to factorise; the natural one when they tie.
+/// SuiteSparse's AMD order, or the natural one where that costs hardly more to factorise.
 BlockSymbolic analyze(const SymmetricPattern& pattern);
 
 }  // namespace tandem::detail

@@ -45,13 +45,18 @@ class LevenbergMarquardt {
         session_.end(Status::max_iterations);
         break;
       }
+      if (!std::isfinite(gradient_.sum()) || !std::isfinite(scale_.sum())) {
+        program_.reset();
+        session_.end(Status::failed, "a Jacobian is not finite, in " + program_.describe_bad_block());
+        break;
+      }
       if (scaled_gradient() <= options_.gradient_tolerance * std::sqrt(1 + s.cost)) {
         session_.end(Status::converged, "the gradient vanished");
         break;
       }
       ++s.iterations;
       const bool accepted = try_step(damping, growth);
-      if (!accepted && damping > kMaxDamping) session_.end(Status::failed, "no step lowers the cost, however short");
+      if (!accepted && damping > kMaxDamping) end_when_nothing_is_left();
     }
     session_.conclude(program_, 0.0);
     return s;
@@ -130,9 +135,9 @@ class LevenbergMarquardt {
     const double predicted = -0.5 * gradient_.dot(step_);  // of the model that the step minimises
     const double trial = cost_at_step();
     const double noise = 1e-14 * s.cost;  // differences below this are rounding
-    if (predicted <= noise) {
+    if (predicted <= noise) {             // at a solution, or damped until nothing moves
       if (trial <= s.cost) accept(trial);
-      session_.end(Status::converged, "no step lowers the cost any further");
+      end_when_nothing_is_left();
       return true;
     }
     const double ratio = (s.cost - trial) / predicted;
@@ -146,9 +151,10 @@ class LevenbergMarquardt {
     const double drop = s.cost - trial;
     const double before = s.cost;
     accept(trial);
-    if (drop <= options_.cost_tolerance * before && predicted <= options_.cost_tolerance * before) {
+    const bool free_step = damping <= options_.initial_damping;  // else the damping made it small
+    if (free_step && drop <= options_.cost_tolerance * before && predicted <= options_.cost_tolerance * before) {
       session_.end(Status::converged, "the cost changes no more");
-    } else if (step_.cwiseAbs().maxCoeff() <= options_.step_tolerance) {
+    } else if (free_step && step_.cwiseAbs().maxCoeff() <= options_.step_tolerance) {
       session_.end(Status::converged, "the steps have become too small to matter");
     } else {
       adopt_derivatives();
@@ -159,6 +165,20 @@ class LevenbergMarquardt {
     damping = std::max(kSmallestDamping, damping * std::max(0.1, 1 - std::pow(2 * ratio - 1, 3)));
     growth = 4;
     return true;
+  }
+
+  /// Converged when a Gauss-Newton step would gain nothing either, failed when it would.
+  void end_when_nothing_is_left() {
+    program_.reset();
+    secant_.clear();
+    linearize();
+    update_scale();
+    const double least = std::max(options_.cost_tolerance, 1e-14) * session_.summary.cost;
+    if (factorize(options_.initial_damping) && -0.5 * gradient_.dot(step_) <= least) {
+      session_.end(Status::converged, "no step lowers the cost any further");
+    } else {
+      session_.end(Status::failed, "no step lowers the cost, however short: is a Jacobian wrong?");
+    }
   }
 
   void accept(double cost) {
@@ -177,8 +197,11 @@ class LevenbergMarquardt {
 
 }  // namespace
 
-std::string why_unsupported(const Problem& problem, const GaussNewtonOptions&) {
-  if (problem.num_hard_blocks() == 0) return {};
+std::string why_unsupported(const Problem& problem, const GaussNewtonOptions& options) {
+  if (!(options.cost_tolerance >= 0) || !(options.gradient_tolerance >= 0) || !(options.step_tolerance >= 0) ||
+      !(options.initial_damping >= 0) || options.secant_pairs < 0)
+    throw Error("gauss-newton: tolerances, initial_damping and secant_pairs must not be negative");
+  if (problem.num_hard_blocks() == 0) return detail::why_unsolvable(problem);
   return "gauss-newton takes soft residuals only, and this problem has " + std::to_string(problem.num_hard_blocks()) +
          " hard ones: use ipopt, or nlopt for a small problem";
 }

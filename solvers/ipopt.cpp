@@ -70,6 +70,8 @@ void set_option(Ipopt::IpoptApplication& app, const std::string& key, const std:
 }
 
 Application make_application(const IpoptOptions& options) {
+  if (!(options.tolerance > 0) || options.max_iterations < 0)
+    throw Error("ipopt: the tolerance must be above zero and max_iterations not below it");
   Application app = new Ipopt::IpoptApplication(/*create_console_out=*/true, /*create_empty=*/false);
   app->RethrowNonIpoptException(false);
   const auto set = [&](const char* key, const char* value) { app->Options()->SetStringValue(key, value); };
@@ -121,7 +123,7 @@ void end(detail::Session& session, Ipopt::ApplicationReturnStatus status) {
     case Ipopt::Invalid_Option:
       return session.end(Status::failed, "this build of Ipopt cannot do what one of the options passed on asks for");
     case Ipopt::Not_Enough_Degrees_Of_Freedom:
-      return session.end(Status::infeasible, "there are more equality constraints than unknowns");
+      return session.end(Status::unsupported, "Ipopt finds fewer unknowns than equality constraints");
     default:
       return session.end(Status::failed, "Ipopt ended with its status " + std::to_string(status));
   }
@@ -129,22 +131,28 @@ void end(detail::Session& session, Ipopt::ApplicationReturnStatus status) {
 
 }  // namespace
 
-std::string why_unsupported(const Problem&, const IpoptOptions& options) {
+std::string why_unsupported(const Problem& problem, const IpoptOptions& options) {
   make_application(options);
-  return {};
+  return detail::why_unsolvable(problem);
 }
 
 Summary solve(Problem& problem, const IpoptOptions& options) {
   const Application app = make_application(options);
   detail::Session session("ipopt", options);
+  if (const std::string why = detail::why_unsolvable(problem); !why.empty()) {
+    session.end(Status::unsupported, why);
+    return session.summary;
+  }
   Program program(problem);
   if (!session.start(program, [&] { return program.cost(); })) return session.summary;
-  const Ipopt::SmartPtr<detail::IpoptNlp> nlp = new detail::IpoptNlp(program, session, options);
+  double feasible = detail::kConstraintTolerance;
+  app->Options()->GetNumericValue("constr_viol_tol", feasible, "");
+  const Ipopt::SmartPtr<detail::IpoptNlp> nlp = new detail::IpoptNlp(program, session, options, feasible);
   const std::lock_guard lock(mumps_mutex());
   Ipopt::Index most = options.max_iterations;
   app->Options()->GetIntegerValue("max_iter", most, "");  // which the caller may have given by that name
   for (bool warm = false; !session.ended(); warm = true) {
-    nlp->start(warm);
+    nlp->start();
     if (warm) warm_start(*app, nlp->barrier());
     const int left = most - session.summary.iterations;
     app->Options()->SetIntegerValue("max_iter", std::max(left, 0));
@@ -154,12 +162,16 @@ Summary solve(Problem& problem, const IpoptOptions& options) {
     // Without constraints the best point is one to go on from; with them it may be the start, for its
     // feasibility.
     const bool again = nlp->wants_recentering() && status == Ipopt::User_Requested_Stop && left > 0 && !session.ended();
-    program.move_to(again && program.num_rows() > 0 ? nlp->current() : nlp->best());
+    const bool solved = status == Ipopt::Solve_Succeeded || status == Ipopt::Solved_To_Acceptable_Level;
+    program.move_to(solved || (again && program.num_rows() > 0) ? nlp->current() : nlp->best());
     program.recenter();
     if (nlp->error()) std::rethrow_exception(nlp->error());
     if (!again) end(session, status);
+    if (session.summary.status == Status::failed)
+      if (const std::string bad = program.describe_bad_block(); !bad.empty())
+        session.summary.message = "a cost or Jacobian is not finite, in " + bad;
   }
-  session.conclude(program, 10 * detail::kConstraintTolerance);
+  session.conclude(program, 10 * feasible);
   session.summary.linear_solver_seconds = session.summary.seconds - session.summary.evaluation_seconds;
   return session.summary;
 }

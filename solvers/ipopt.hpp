@@ -17,7 +17,7 @@ enum class Hessian {
 
 /// Ipopt's interior-point method, for any mix of soft and hard residuals.
 struct IpoptOptions : SolverOptions {
-  double tolerance = 1e-8;
+  double tolerance = 1e-8;  ///< Ipopt's tol, with each unknown in units of unit curvature at the start
   Hessian hessian = Hessian::automatic;
   std::map<std::string, std::string> options;  ///< passed on by name, e.g. {"mu_strategy", "adaptive"}
 };

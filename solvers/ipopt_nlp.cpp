@@ -19,8 +19,12 @@ constexpr double kLeastDamping = 1e-12, kMostDamping = 1e3;
 
 }  // namespace
 
-IpoptNlp::IpoptNlp(Program& program, Session& session, const IpoptOptions& options)
-    : program_(program), session_(session), options_(options), exact_now_(options.hessian == Hessian::exact) {
+IpoptNlp::IpoptNlp(Program& program, Session& session, const IpoptOptions& options, double feasible)
+    : feasible_(feasible),
+      program_(program),
+      session_(session),
+      options_(options),
+      exact_now_(options.hessian == Hessian::exact) {
   const int n = program.num_unknowns(), m = program.num_rows();
   const auto& h = program.hessian_pattern();
   for (int column = 0; column < n; ++column)
@@ -36,9 +40,10 @@ IpoptNlp::IpoptNlp(Program& program, Session& session, const IpoptOptions& optio
   jacobian_.setZero(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
 }
 
-void IpoptNlp::start(bool warm) {
-  warm_ = warm;
+void IpoptNlp::start() {
   recenter_ = false;
+  has_cost_ = has_derivatives_ = has_constraints_ = false;  // of the last chart
+  x_.setZero();
   first_iteration_ = session_.summary.iterations;
   best_.setZero();
   best_cost_ = best_violation_ = HUGE_VAL;
@@ -200,7 +205,9 @@ void IpoptNlp::finalize_solution(Ipopt::SolverReturn, Index n, const Number* x, 
                                  const Number*, const Number* lambda, Number, const Ipopt::IpoptData*,
                                  Ipopt::IpoptCalculatedQuantities*) {
   if (lambda) lambda_ = Eigen::Map<const Eigen::VectorXd>(lambda, m);
-  if (x) consider_best(Eigen::Map<const Eigen::VectorXd>(x, n));
+  if (!x) return;
+  current_ = Eigen::Map<const Eigen::VectorXd>(x, n);
+  consider_best(current_);
 }
 
 void IpoptNlp::consider_best(const Eigen::VectorXd& x) {
@@ -212,7 +219,7 @@ void IpoptNlp::consider_best(const Eigen::VectorXd& x) {
     violation = program_.violation(constraints_).size;
   });
   if (!valid || !std::isfinite(cost)) return;
-  const double feasible = kConstraintTolerance;
+  const double feasible = feasible_;
   const bool better =
       violation <= feasible && best_violation_ <= feasible ? cost <= best_cost_ : violation <= best_violation_;
   if (!better) return;

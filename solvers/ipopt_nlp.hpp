@@ -14,14 +14,16 @@ namespace tandem::detail {
 /// Ipopt: `error()` holds what was.
 class IpoptNlp final : public Ipopt::TNLP {
  public:
-  IpoptNlp(Program& program, Session& session, const IpoptOptions& options);
+  /// `feasible` is the largest violation of a point that meets the constraints.
+  IpoptNlp(Program& program, Session& session, const IpoptOptions& options, double feasible);
 
-  /// Before a run from the program's X̄; `warm` keeps the multipliers of the last.
-  void start(bool warm);
+  /// Before a run from the program's X̄. The multipliers of the last one are kept.
+  void start();
   /// The feasible iterate of least cost since the start; while there is none, that of least violation.
   const Eigen::VectorXd& best() const { return best_; }
   /// The run was stopped because its iterate has gone too far for the chart: go on from there.
   bool wants_recentering() const { return recenter_; }
+  /// The last iterate; once a run is over, its final one.
   const Eigen::VectorXd& current() const { return current_; }
   double barrier() const { return barrier_; }
   std::exception_ptr error() const { return error_; }
@@ -60,6 +62,7 @@ class IpoptNlp final : public Ipopt::TNLP {
   void need_constraints();
   void consider_best(const Eigen::VectorXd& x);
 
+  double feasible_;
   Program& program_;
   Session& session_;
   const IpoptOptions& options_;
@@ -67,8 +70,7 @@ class IpoptNlp final : public Ipopt::TNLP {
   std::vector<std::size_t> diagonal_;         // of each unknown, in lower_triangle_
   Eigen::VectorXd x_, current_, best_, gradient_, hessian_, exact_, multipliers_, constraints_, jacobian_, lambda_;
   double cost_ = 0, last_cost_ = 0, best_cost_ = 0, best_violation_ = 0, barrier_ = 0, damping_ = kInitialDamping;
-  bool has_cost_ = false, has_derivatives_ = false, has_constraints_ = false, recenter_ = false, warm_ = false,
-       exact_now_;
+  bool has_cost_ = false, has_derivatives_ = false, has_constraints_ = false, recenter_ = false, exact_now_;
   int first_iteration_ = 0;
   std::exception_ptr error_;
 };

@@ -4,7 +4,9 @@
 #include <exception>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 
+#include <Eigen/QR>
 #include <nlopt.hpp>
 
 #include <tandem/lie/error.hpp>
@@ -39,6 +41,9 @@ const std::array kAlgorithms{
 
 constexpr int kMostDenseUnknowns = 300;         // SLSQP: 4 ms an evaluation at 200, 219 ms at 800
 constexpr double kMostConstraintEntries = 2e7;  // NLopt wants constraint gradients as one dense matrix
+constexpr double kStationary = 1e-5;            // whitened gradient, in standard deviations
+constexpr double kActive = 1e-6;                // how close to its bound an inequality counts as active
+constexpr double kMostWork = 1e10;              // of the check for stationarity
 constexpr double kRecenterAngle = 1.0;          // rad
 constexpr double kPreconditionerDamping = 1e-9;
 constexpr double kFeasible = 10;        // constraint tolerances that a solution may be off
@@ -51,6 +56,11 @@ const Algorithm& find_algorithm(const std::string& name) {
     throw Error("nlopt has no algorithm '" + name + "'" + did_you_mean(name, nlopt_algorithms()));
   return *it;
 }
+
+/// Thrown and caught below: ends the solve with its sentence.
+struct NotFinite : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
 
 /// The Program as NLopt's functions, in coordinates z with δ = P z, where P is L⁻ᵀ of the Gauss-Newton Hessian at X̄
 /// or the identity. Nothing is thrown through NLopt: what was is in `error`.
@@ -111,7 +121,8 @@ class NloptRun {
     try {
       finish(opt.optimize(z, value));
     } catch (const nlopt::roundoff_limited&) {
-      session_end_ = {Status::converged, "no step lowers the cost any further"};
+      session_end_ = {Status::failed, "no step lowers the cost, and it is no minimum: is a Jacobian wrong?"};
+      gave_up = true;
     } catch (const nlopt::forced_stop&) {
       session_end_ = {Status::interrupted, {}};
     } catch (const std::exception& e) {
@@ -123,13 +134,14 @@ class NloptRun {
     program_.recenter();
     if (error_) std::rethrow_exception(error_);
     if (recenter_) return true;
-    // Line searches fail at a solution too, where the gradient is rounding: it is one when another run ends there again.
+    // Line searches fail at a solution too, where the gradient is rounding. It is one when nothing is left of the
+    // gradient but what the active constraints hold; a run that only crawled is given a second chance.
     if (gave_up && best_violation_ <= kFeasible * options_.constraint_tolerance) {
       if (!(std::abs(best_cost_ - cost_given_up_) <= kSameCost * (1 + best_cost_))) {
         cost_given_up_ = best_cost_;
         return std::isfinite(best_cost_);
       }
-      session_end_ = {Status::converged, "no step lowers the cost any further"};
+      if (stationary()) session_end_ = {Status::converged, "no step lowers the cost any further"};
     }
     session_.end(session_end_.status, session_end_.message);
     return false;
@@ -147,7 +159,8 @@ class NloptRun {
 
   void set_preconditioner(double constraint_weight) {
     program_.linearize(gradient_, hessian_);
-    if (constraint_weight > 0) program_.add_constraint_hessian(constraint_weight, hessian_);
+    if (constraint_weight > 0)
+      program_.add_constraint_hessian(Eigen::VectorXd::Constant(program_.num_rows(), constraint_weight), hessian_);
     const auto& pattern = program_.hessian_pattern();
     Eigen::VectorXd shift(program_.num_unknowns());
     for (int k = 0; k < pattern.num_blocks(); ++k)
@@ -159,6 +172,26 @@ class NloptRun {
       shift *= 10;
       if (!shift.allFinite()) throw Error("the Jacobians are not finite");
     }
+  }
+
+  /// Whether the gradient at X̄, in whitened coordinates and less its part along the active constraints, is small.
+  bool stationary() {
+    program_.reset();
+    program_.gradient(gradient_);
+    program_.constraints(constraints_);
+    program_.constraint_jacobian(jacobian_);
+    if (cholesky_) cholesky_->solve_lower(gradient_);
+    Eigen::MatrixXd active(gradient_.size(), 0);
+    for (const auto* rows : {&equalities_, &inequalities_})
+      for (const Row& r : *rows) {
+        if (rows == &inequalities_ && r.sign * constraints_[r.row] - r.bound < -kActive) continue;
+        if (double(active.cols()) * double(active.cols()) * double(active.rows()) > kMostWork) return false;
+        set_row(r);
+        active.conservativeResize(Eigen::NoChange, active.cols() + 1);
+        active.rightCols<1>() = row_;
+      }
+    if (active.cols() > 0) gradient_ -= active * active.colPivHouseholderQr().solve(gradient_);
+    return gradient_.norm() <= kStationary * (1 + std::sqrt(best_cost_));
   }
 
   void finish(nlopt::result result) {
@@ -209,7 +242,12 @@ class NloptRun {
       return f();
     } catch (const Error&) {
       z_.setConstant(std::numeric_limits<double>::quiet_NaN());
+      if (session_.should_stop()) opt_->force_stop();
       return std::numeric_limits<double>::infinity();
+    } catch (const NotFinite& e) {
+      session_.end(Status::failed, e.what());
+      opt_->force_stop();
+      return 0.0;
     } catch (...) {
       error_ = std::current_exception();
       opt_->force_stop();
@@ -219,11 +257,14 @@ class NloptRun {
 
   static double objective(unsigned n, const double* z, double* gradient, void* self) {
     auto& run = *static_cast<NloptRun*>(self);
+    if (gradient) std::fill_n(gradient, n, 0.0);  // where the cost is undefined
     return run.guarded([&] {
       run.move(z);
       if (gradient) {
         if (!run.has_gradient_) {
           run.program_.gradient(run.gradient_);
+          if (!std::isfinite(run.gradient_.sum()))
+            throw NotFinite("a Jacobian is not finite, in " + run.program_.describe_bad_block());
           if (run.cholesky_) run.cholesky_->solve_lower(run.gradient_);
           run.has_gradient_ = true;
         }
@@ -241,6 +282,8 @@ class NloptRun {
   }
 
   void rows(const std::vector<Row>& rows, double* result, unsigned n, const double* z, double* gradient) {
+    std::fill_n(result, rows.size(), std::numeric_limits<double>::infinity());  // where they are undefined
+    if (gradient) std::fill_n(gradient, rows.size() * n, 0.0);
     guarded([&] {
       move(z);
       if (gradient && !has_jacobian_) {
@@ -251,14 +294,19 @@ class NloptRun {
         const Row& r = rows[i];
         result[i] = r.sign * constraints_[r.row] - r.bound;
         if (!gradient) continue;
-        row_.setZero();
-        for (const std::size_t k : entries_of_row_[std::size_t(r.row)])
-          row_[program_.jacobian_pattern().column[k]] += r.sign * jacobian_[Eigen::Index(k)];
-        if (cholesky_) cholesky_->solve_lower(row_);
+        set_row(r);
         std::copy_n(row_.data(), n, gradient + i * n);
       }
       return 0.0;
     });
+  }
+
+  /// row_ = the gradient of a constraint in z, out of jacobian_.
+  void set_row(const Row& r) {
+    row_.setZero();
+    for (const std::size_t k : entries_of_row_[std::size_t(r.row)])
+      row_[program_.jacobian_pattern().column[k]] += r.sign * jacobian_[Eigen::Index(k)];
+    if (cholesky_) cholesky_->solve_lower(row_);
   }
 
   Program& program_;
@@ -286,6 +334,9 @@ std::vector<std::string> nlopt_algorithms() {
 
 std::string why_unsupported(const Problem& problem, const NloptOptions& options) {
   const Algorithm& algorithm = find_algorithm(options.algorithm);
+  if (!(options.cost_tolerance >= 0) || !(options.constraint_tolerance >= 0))
+    throw Error("nlopt: tolerances must not be negative");
+  if (const std::string why = detail::why_unsolvable(problem); !why.empty()) return why;
   const std::string name = std::string("nlopt:") + algorithm.name;
   const auto size = problem.size();
   if (size.equalities > 0 && !algorithm.equalities)
@@ -321,7 +372,7 @@ Summary solve(Problem& problem, const NloptOptions& options) {
       if (session.ended()) break;
     }
   } catch (const Error& e) {
-    session.end(Status::failed, std::string("the residuals are undefined at the start: ") + e.what());
+    session.end(Status::failed, std::string("a residual is undefined where a run starts: ") + e.what());
   }
   session.conclude(program, kFeasible * options.constraint_tolerance);
   return session.summary;

@@ -8,25 +8,48 @@
 namespace tandem::detail {
 namespace {
 
-/// Pivots this small against their diagonal are rounding, not information: those of a long chain held at one end stay
-/// above 1e-10.
+/// Pivots this small against their diagonal may be rounding.
 constexpr double kRelativePivot = 1e-12;
-constexpr int kDirections = 6;  // enough to tell what is free
+constexpr double kFree = 1e-20;   // ‖J v‖² against ‖J diag(v)‖²: rounding leaves some 1e-24
+constexpr double kActive = 1e-6;  // how close to its bound an inequality is one that holds, in the row's units
+constexpr int kDirections = 6;    // enough to tell what is free
 constexpr std::size_t kNamed = 3;
+
+/// Weights of the hard rows: those that hold the point, as stiff as the soft residuals are on average. An inequality
+/// that is not at its bound tells nothing.
+Eigen::VectorXd active_rows(Program& program, double stiffness) {
+  Eigen::VectorXd c(program.num_rows());
+  program.constraints(c);
+  for (Eigen::Index i = 0; i < c.size(); ++i) {
+    const double away = std::min(c[i] - program.lower()[i], program.upper()[i] - c[i]);
+    c[i] = away <= kActive ? stiffness : 0.0;
+  }
+  return c;
+}
 
 }  // namespace
 
 std::string free_directions(Program& program) {
   Eigen::VectorXd gradient(program.num_unknowns());
   Eigen::VectorXd hessian(static_cast<Eigen::Index>(program.hessian_pattern().row.size()));
+  Eigen::VectorXd weights;
   try {
     program.linearize(gradient, hessian);
-    program.add_constraint_hessian(1.0, hessian);  // a hard row informs like a soft one of unit sigma
+    const double mean = hessian.cwiseAbs().sum() / double(program.num_unknowns());
+    weights = active_rows(program, mean > 0 ? mean : 1.0);
+    program.add_constraint_hessian(weights, hessian);
   } catch (const Error&) {
     return {};
   }
+  if (!hessian.allFinite()) return {};
   BlockCholesky cholesky(program.hessian_pattern());
-  const auto basis = cholesky.null_space(hessian, kRelativePivot, kDirections);
+  auto basis = cholesky.null_space(hessian, kRelativePivot, kDirections);
+  // A weak pivot is a suspicion: a long chain or a loose prior has them too. The residuals' own answer to a step along
+  // the direction decides, which keeps all its digits.
+  std::erase_if(basis, [&](const Eigen::VectorXd& v) {
+    const Program::Stiffness s = program.stiffness(v, weights);
+    return s.along > kFree * s.scale;
+  });
   if (basis.empty()) return {};
 
   std::vector<std::string> order;

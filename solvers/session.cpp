@@ -33,6 +33,12 @@ bool Session::start(Program& program, const std::function<double()>& cost) {
     if (!std::isfinite(summary.cost)) culprit = program.describe_bad_block();
     Eigen::VectorXd c(program.num_rows());
     program.constraints(c);
+    if (const auto fixed = program.fixed_violation(c); fixed.row >= 0 && fixed.size > kConstraintTolerance) {
+      summary.max_violation = fixed.size;
+      summary.worst_constraint = program.describe_row(fixed.row);
+      end(Status::infeasible, "fixed variables alone violate a hard constraint, " + summary.worst_constraint);
+      return false;
+    }
     for (int row = 0; culprit.empty() && row < program.num_rows(); ++row)
       if (!std::isfinite(c[row])) culprit = program.describe_row(row);
     if (std::isfinite(summary.cost) && culprit.empty()) return true;
@@ -81,6 +87,15 @@ void Session::conclude(Program& program, double feasible) {
     }
   }
   summary.seconds = seconds();
+}
+
+std::string why_unsolvable(const Problem& problem) {
+  const auto size = problem.size();
+  if (size.unknowns == 0) return "the problem has no free variable";
+  if (size.equalities > size.unknowns)
+    return "the problem has more hard equalities (" + std::to_string(size.equalities) + ") than unknowns (" +
+           std::to_string(size.unknowns) + "): take out those that others imply";
+  return {};
 }
 
 }  // namespace tandem::detail

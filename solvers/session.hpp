@@ -49,4 +49,8 @@ class Session {
   bool ended_ = false;
 };
 
+/// Empty, or a sentence that says why no solver can take the problem: nothing is free, or there are more hard
+/// equalities than unknowns.
+std::string why_unsolvable(const Problem& problem);
+
 }  // namespace tandem::detail

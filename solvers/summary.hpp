@@ -32,8 +32,10 @@ struct Summary {
   double initial_cost = 0, cost = 0;
   double max_violation = 0;      ///< of the hard constraints, in their own units
   std::string worst_constraint;  ///< residual and variables of the most violated hard constraint; empty when all hold
-  int iterations = 0, evaluations = 0;  ///< evaluations of the cost
-  double seconds = 0, evaluation_seconds = 0, linear_solver_seconds = 0;
+  int iterations = 0, evaluations = 0;  ///< evaluations of the cost; NLopt's iterations are its evaluations
+  double seconds = 0;
+  double evaluation_seconds = 0;     ///< of residuals and Jacobians
+  double linear_solver_seconds = 0;  ///< of Gauss-Newton's factorisation and solves; of all else within Ipopt
 
   bool converged() const { return status == Status::converged; }
 };
