@@ -131,6 +131,8 @@ void end(detail::Session& session, Ipopt::ApplicationReturnStatus status) {
 
 }  // namespace
 
+bool ipopt_available() { return true; }
+
 std::string why_unsupported(const Problem& problem, const IpoptOptions& options) {
   make_application(options);
   return detail::why_unsolvable(problem);

@@ -22,6 +22,10 @@ struct IpoptOptions : SolverOptions {
   std::map<std::string, std::string> options;  ///< passed on by name, e.g. {"mu_strategy", "adaptive"}
 };
 
+/// Whether this build of Tandem has Ipopt.
+bool ipopt_available();
+
+/// Empty, or a sentence that says why this solver cannot take the problem.
 /// Throws Error when an option is unknown to Ipopt or its value is not of the option's kind.
 std::string why_unsupported(const Problem& problem, const IpoptOptions& options);
 Summary solve(Problem& problem, const IpoptOptions& options);

@@ -3,6 +3,8 @@
 
 namespace tandem {
 
+bool ipopt_available() { return false; }
+
 std::string why_unsupported(const Problem&, const IpoptOptions&) {
   return "this build of Tandem is without Ipopt: install coinor-libipopt-dev and configure again";
 }

@@ -159,6 +159,7 @@ class NloptRun {
 
   void set_preconditioner(double constraint_weight) {
     program_.linearize(gradient_, hessian_);
+    check_finite_gradient();
     if (constraint_weight > 0)
       program_.add_constraint_hessian(Eigen::VectorXd::Constant(program_.num_rows(), constraint_weight), hessian_);
     const auto& pattern = program_.hessian_pattern();
@@ -170,8 +171,13 @@ class NloptRun {
       }
     while (!cholesky_->factorize(hessian_, shift)) {
       shift *= 10;
-      if (!shift.allFinite()) throw Error("the Jacobians are not finite");
+      if (!shift.allFinite()) throw NotFinite("the Jacobians are too large to be factorised");
     }
+  }
+
+  void check_finite_gradient() {
+    if (!std::isfinite(gradient_.sum()))
+      throw NotFinite("a Jacobian is not finite, in " + program_.describe_bad_block());
   }
 
   /// Whether the gradient at X̄, in whitened coordinates and less its part along the active constraints, is small.
@@ -263,8 +269,7 @@ class NloptRun {
       if (gradient) {
         if (!run.has_gradient_) {
           run.program_.gradient(run.gradient_);
-          if (!std::isfinite(run.gradient_.sum()))
-            throw NotFinite("a Jacobian is not finite, in " + run.program_.describe_bad_block());
+          if (std::isfinite(run.cost_)) run.check_finite_gradient();
           if (run.cholesky_) run.cholesky_->solve_lower(run.gradient_);
           run.has_gradient_ = true;
         }
@@ -371,6 +376,8 @@ Summary solve(Problem& problem, const NloptOptions& options) {
       if (session.summary.evaluations >= options.max_iterations) session.end(Status::max_iterations);
       if (session.ended()) break;
     }
+  } catch (const NotFinite& e) {
+    session.end(Status::failed, e.what());
   } catch (const Error& e) {
     session.end(Status::failed, std::string("a residual is undefined where a run starts: ") + e.what());
   }

@@ -19,6 +19,7 @@ struct NloptOptions : SolverOptions {
 /// The names NloptOptions::algorithm takes, e.g. "lbfgs", "slsqp", "auglag-lbfgs". Empty in a build without NLopt.
 std::vector<std::string> nlopt_algorithms();
 
+/// Empty, or a sentence that says why this solver cannot take the problem.
 /// Throws Error when the algorithm's name is unknown.
 std::string why_unsupported(const Problem& problem, const NloptOptions& options);
 Summary solve(Problem& problem, const NloptOptions& options);

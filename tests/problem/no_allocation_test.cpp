@@ -42,6 +42,7 @@ TEST(NoAllocation, EvaluationAsksTheHeapForNothing) {
   const Eigen::VectorXd delta = random_vector(n, 0.5, 1), multipliers = random_vector(program.num_rows(), 1.0, 2);
   Eigen::VectorXd gradient(n), H = hessian_values(program), c(program.num_rows());
   Eigen::VectorXd J(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
+  const Eigen::VectorXd weights = Eigen::VectorXd::Ones(program.num_rows());
   double sum = 0;
   const auto evaluate = [&] {
     program.move_to(delta);
@@ -49,7 +50,8 @@ TEST(NoAllocation, EvaluationAsksTheHeapForNothing) {
     program.constraints(c);
     sum += program.violation(c).size;
     program.constraint_jacobian(J);
-    program.add_constraint_hessian(1.0, H);
+    program.add_constraint_hessian(weights, H);
+    sum += program.stiffness(delta, weights).along;
     program.exact_hessian(1.0, multipliers, H);
     program.reset();
     sum += program.linearize(gradient, H);

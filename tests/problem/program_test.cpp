@@ -148,7 +148,7 @@ TEST_F(ProgramTest, ConstraintJacobianAgreesWithDifferences) {
   const Eigen::MatrixXd J = dense_jacobian(program);
   expect_equal(J, expected);
   Eigen::VectorXd H = hessian_values(program);
-  program.add_constraint_hessian(2.5, H);
+  program.add_constraint_hessian(Eigen::VectorXd::Constant(program.num_rows(), 2.5), H);
   expect_equal(dense(program.hessian_pattern(), H), 2.5 * J.transpose() * J, 1e-14);
 }
 

@@ -50,13 +50,14 @@ AnySolver any_solver(const std::string& name, bool hard, Options options) {
           }};
 }
 
-inline bool ipopt_present() { return why_unsupported(Problem(), IpoptOptions{}).empty(); }
+inline bool ipopt_present() { return ipopt_available(); }
 inline bool nlopt_present() { return !nlopt_algorithms().empty(); }
 
 inline AnySolver ipopt(Hessian hessian = Hessian::gauss_newton) {
   IpoptOptions options;
   options.hessian = hessian;
-  const char* suffix = hessian == Hessian::exact            ? "_exact"
+  const char* suffix = hessian == Hessian::automatic        ? "_automatic"
+                       : hessian == Hessian::exact          ? "_exact"
                        : hessian == Hessian::limited_memory ? "_limited_memory"
                                                             : "";
   return any_solver(std::string("ipopt") + suffix, true, options);
@@ -71,7 +72,7 @@ inline AnySolver nlopt(const std::string& algorithm) {
 inline std::vector<AnySolver> main_solvers() {
   std::vector<AnySolver> solvers{any_solver("gauss_newton", false, GaussNewtonOptions{})};
   if (ipopt_present())
-    for (const auto hessian : {Hessian::gauss_newton, Hessian::exact, Hessian::limited_memory})
+    for (const auto hessian : {Hessian::automatic, Hessian::gauss_newton, Hessian::exact, Hessian::limited_memory})
       solvers.push_back(ipopt(hessian));
   if (nlopt_present())
     for (const char* algorithm : {"lbfgs", "slsqp", "auglag-lbfgs"}) solvers.push_back(nlopt(algorithm));

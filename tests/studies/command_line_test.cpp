@@ -38,8 +38,6 @@ std::string refusal(std::vector<std::string> arguments) {
   return run.errors;
 }
 
-bool has_ipopt() { return why_unsupported(Problem(), IpoptOptions()).empty(); }
-
 TEST(CommandLine, SaysWhatItIsAndHas) {
   EXPECT_THAT(run_tandem({"--version"}).output, ContainsRegex("^tandem [0-9]+\\.[0-9]+\\.[0-9]+\n$"));
   EXPECT_THAT(run_tandem({"scenarios"}).output, ContainsRegex("docking_a +Simulated"));
@@ -81,7 +79,7 @@ TEST(CommandLine, JsonIsAllThereIsOnStandardOutput) {
 }
 
 TEST(CommandLine, WhatALibraryPrintsGoesToStandardError) {
-  if (!has_ipopt()) return;  // the others print nothing
+  if (!ipopt_available()) return;  // the others print nothing
   const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "40", "--json", "--solver", "ipopt",
                                   "--hessian", "exact", "--ipopt", "print_level=5"});
   ASSERT_EQ(run.status, 0) << run.errors;
@@ -103,7 +101,7 @@ TEST(CommandLine, EverySolverFindsTheSameEstimate) {
   };  // 288 unknowns: the dense algorithms take them too
   const double cost = solve("gauss-newton")["cost"];
   EXPECT_GT(cost, 0.0);
-  if (has_ipopt()) {
+  if (ipopt_available()) {
     const Json ipopt = solve("ipopt");
     EXPECT_EQ(ipopt["solver"], "ipopt");
     EXPECT_NEAR(ipopt["cost"], cost, 1e-6 * cost);
@@ -132,7 +130,7 @@ TEST(CommandLine, HardConstraintsAreHeldAndOptionsReachTheProblem) {
   EXPECT_EQ(blocks({"--non-holonomic", "soft"}), plain + 199);
   EXPECT_EQ(blocks({"--surge", "-1,2.5", "--yaw-rate", "0.5", "--limits", "soft"}), plain + 2 * 199);
   EXPECT_THAT(refusal({"estimate", "docking_a", "--non-holonomic", "hard"}), HasSubstr("gauss-newton takes soft"));
-  if (!has_ipopt()) return;
+  if (!ipopt_available()) return;
   const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "200", "--json", "--solver", "ipopt",
                                   "--non-holonomic", "hard", "--roll-pitch", "hard", "--surge", "0,inf"});
   EXPECT_EQ(run.status, 0) << run.errors;
@@ -235,7 +233,7 @@ TEST(CommandLine, WrongUsageIsAnswered) {
   EXPECT_THAT(estimate({"--max-iterations", "few"}), HasSubstr("--max-iterations takes a whole number above zero"));
   EXPECT_THAT(estimate({"--time-limit", "soon"}), HasSubstr("--time-limit: 'soon' is not a number"));
   EXPECT_THAT(estimate({"--plots", "pdf"}), HasSubstr("--plots is svg, png or off, not 'pdf'"));
-  if (has_ipopt()) {
+  if (ipopt_available()) {
     EXPECT_THAT(estimate({"--solver", "ipopt", "--ipopt", "tool=1"}), HasSubstr("did you mean tol?"));
   }
 }

@@ -68,7 +68,7 @@ TEST(Reference, GaussNewtonReachesIt) {
 
 TEST(Reference, IpoptReachesIt) {
   TANDEM_NEEDS_SHARED(10);
-  if (!why_unsupported(Problem(), IpoptOptions{}).empty()) return;  // a build without Ipopt
+  if (!ipopt_available()) return;  // a build without Ipopt
   for (const Reference& reference : references())
     expect_the_same_optimum(reference, estimate(reference, IpoptOptions{}));
 }

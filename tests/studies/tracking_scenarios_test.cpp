@@ -50,7 +50,7 @@ TEST(TrackingScenarios, KeyframesAndFactorsAreThoseOfTheReference) {
 /// The same with Ipopt on all scenarios: converged, feasible, and no cheaper than the bound that leaving the
 /// constraints out gives.
 void expect_feasible(const TrackingOptions& options) {
-  if (!why_unsupported(Problem(), IpoptOptions{}).empty()) return;  // a build without Ipopt
+  if (!ipopt_available()) return;  // a build without Ipopt
   for (const Counts& c : counts()) {
     SCOPED_TRACE(c.scenario);
     const Summary s = estimate(scenario_of(c), options, IpoptOptions{}).summary;
