@@ -6,17 +6,11 @@
 
 #include <tandem/lie/sek3.hpp>
 #include <tandem/problem/problem.hpp>
+#include <tandem/problem/trajectory.hpp>
 #include <tandem/residuals/bounds.hpp>
 #include <tandem/residuals/loss.hpp>
 
 namespace tandem {
-
-/// A value at an instant [s].
-template <class T>
-struct Stamped {
-  double t;
-  T value;
-};
 
 /// A sensor on the chaser that sees the target's position, e.g. a USBL. Measures t((C B)⁻¹ (T F)) [m].
 struct PositionSensor {

@@ -153,12 +153,7 @@ std::vector<Keyframe> make_keyframes(const TrackingData& data, std::size_t most)
 
 std::vector<SE3> odometry_at(const std::vector<Stamped<SE3>>& odometry, const std::vector<Keyframe>& keyframes) {
   std::vector<SE3> poses;
-  auto next = odometry.begin() + 1;
-  for (const Keyframe& k : keyframes) {
-    while (next + 1 != odometry.end() && next->t < k.t) ++next;
-    const auto before = next - 1;
-    poses.push_back(interpolate(before->value, next->value, (k.t - before->t) / (next->t - before->t)));
-  }
+  for (const Keyframe& k : keyframes) poses.push_back(pose_at(odometry, k.t).value());
   return poses;
 }
 

@@ -1,8 +1,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <tandem/problem/trajectory.hpp>
 #include <tandem/studies/metrics.hpp>
-#include <tandem/studies/trajectory.hpp>
 
 namespace tandem {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <tandem/problem/trajectory.hpp>
 #include <tandem/studies/gnuplot.hpp>
 #include <tandem/studies/plots.hpp>
-#include <tandem/studies/trajectory.hpp>
 
 namespace tandem {
 namespace {

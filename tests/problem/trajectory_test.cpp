@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include <tandem/studies/trajectory.hpp>
+#include <tandem/problem/trajectory.hpp>
 
 namespace tandem {
 namespace {

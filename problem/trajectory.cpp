@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include <tandem/lie/operations.hpp>
-#include <tandem/studies/trajectory.hpp>
+#include <tandem/problem/trajectory.hpp>
 
 namespace tandem {
 

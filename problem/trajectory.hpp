@@ -3,9 +3,16 @@
 #include <optional>
 #include <vector>
 
-#include <tandem/problem/tracking.hpp>
+#include <tandem/lie/sek3.hpp>
 
 namespace tandem {
+
+/// A value at an instant [s].
+template <class T>
+struct Stamped {
+  double t;
+  T value;
+};
 
 /// The pose at time t of a trajectory in time order, interpolated on SE(3); nothing outside its span (with 1
 /// ms to spare, within which the end holds).

@@ -1,0 +1,160 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include <tandem/problem/program.hpp>
+
+// What a Program compiles once: unknowns, patterns, and where each block's values go.
+namespace tandem {
+namespace {
+
+constexpr int kTwoLanesFrom = 500;  // soft blocks; some 0.2 ms of work, well above what starting a thread costs
+
+}  // namespace
+
+Program::Program(Problem& problem) : problem_(problem) {
+  offset_.resize(problem.variables_.size(), -1);
+  hessian_.first.push_back(0);
+  for (std::size_t id = 0; id < problem.variables_.size(); ++id) {
+    if (problem.variables_[id].fixed) continue;
+    offset_[id] = hessian_.first.back();
+    variable_of_block_.push_back(static_cast<int>(id));
+    hessian_.first.push_back(hessian_.first.back() + problem.variables_[id].dof);
+  }
+  if (variable_of_block_.empty()) throw Error("the problem has no free variable");
+  placement_.resize(problem.pools_.size());
+  compile_hessian();
+  compile_constraints();
+  compile_lanes();
+  reset();
+}
+
+Program::~Program() = default;
+
+void Program::compile_hessian() {
+  const std::size_t n = variable_of_block_.size();
+  std::vector<int> block_of_variable(offset_.size(), -1);
+  for (std::size_t k = 0; k < n; ++k) block_of_variable[std::size_t(variable_of_block_[k])] = static_cast<int>(k);
+
+  // Pairs of variables that some block reads together: (column, row), row ≥ column.
+  std::vector<std::uint64_t> pairs;
+  for (std::size_t k = 0; k < n; ++k) pairs.push_back(k << 32 | k);
+  for (const auto& p : problem_.pools_) {
+    const auto& pool = p.base();
+    for (int i = 0; i < pool.size(); ++i)
+      for (int a = 0; a < pool.arity(); ++a)
+        for (int b = 0; b < a; ++b) {
+          const int x = block_of_variable[std::size_t(pool.variables(i)[a])];
+          const int y = block_of_variable[std::size_t(pool.variables(i)[b])];
+          if (x < 0 || y < 0 || x == y) continue;
+          pairs.push_back(std::uint64_t(std::min(x, y)) << 32 | std::uint64_t(std::max(x, y)));
+        }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+
+  auto& h = hessian_;
+  h.block_start.assign(n + 1, 0);
+  for (const auto pair : pairs) {
+    ++h.block_start[std::size_t(pair >> 32) + 1];
+    h.block_row.push_back(static_cast<int>(pair & 0xffffffffu));
+  }
+  for (std::size_t k = 0; k < n; ++k) h.block_start[k + 1] += h.block_start[k];
+
+  for (std::size_t k = 0; k < n; ++k)
+    for (int b = h.block_start[k], rows = 0; b < h.block_start[k + 1]; ++b) {
+      h.block_offset.push_back(rows);
+      rows += h.first[std::size_t(h.block_row[std::size_t(b)]) + 1] - h.first[std::size_t(h.block_row[std::size_t(b)])];
+    }
+  h.column_start.push_back(0);
+  for (std::size_t k = 0; k < n; ++k) {
+    for (int column = h.first[k]; column < h.first[k + 1]; ++column) {
+      for (int b = h.block_start[k]; b < h.block_start[k + 1]; ++b) {
+        const std::size_t r = std::size_t(h.block_row[std::size_t(b)]);
+        for (int row = h.first[r]; row < h.first[r + 1]; ++row) h.row.push_back(row);
+      }
+      if (h.row.size() > std::size_t(std::numeric_limits<int>::max()))
+        throw Error("the problem's Hessian has more than 2^31 nonzeros");
+      h.column_start.push_back(static_cast<int>(h.row.size()));
+    }
+  }
+
+  for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
+    const auto& pool = problem_.pools_[p].base();
+    auto& out = placement_[p];
+    for (int i = 0; i < pool.size(); ++i) {
+      const int* ids = pool.variables(i);
+      for (int a = 0; a < pool.arity(); ++a) {
+        out.offset.push_back(offset_[std::size_t(ids[a])]);
+        for (int b = 0; b <= a; ++b)
+          out.hessian.push_back(place(block_of_variable[std::size_t(ids[a])], block_of_variable[std::size_t(ids[b])]));
+      }
+    }
+  }
+}
+
+detail::HessianPlace Program::place(int block_a, int block_b) const {
+  if (block_a < 0 || block_b < 0) return {};
+  const auto [column, row] = std::minmax(block_a, block_b);
+  const auto begin = hessian_.block_row.begin() + hessian_.block_start[std::size_t(column)];
+  const auto end = hessian_.block_row.begin() + hessian_.block_start[std::size_t(column) + 1];
+  const std::size_t unknown = std::size_t(hessian_.first[std::size_t(column)]);
+  const int start = hessian_.column_start[unknown];
+  const auto block = std::lower_bound(begin, end, row) - hessian_.block_row.begin();
+  return {start + hessian_.block_offset[std::size_t(block)], hessian_.column_start[unknown + 1] - start};
+}
+
+void Program::compile_constraints() {
+  int rows = 0;
+  for (const auto& p : problem_.pools_) rows += p.hard ? p.hard->size() * p.hard->dim() : 0;
+  lower_.resize(rows);
+  upper_.resize(rows);
+  int row = 0;
+  for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
+    if (!problem_.pools_[p].hard) continue;
+    const auto& pool = *problem_.pools_[p].hard;
+    if (pool.size() > 0) pool.bounds(lower_.data() + row, upper_.data() + row);
+    for (int i = 0; i < pool.size(); ++i) {
+      placement_[p].jacobian.push_back(static_cast<int>(jacobian_.row.size()));
+      for (int s = 0; s < pool.arity(); ++s) {
+        const int id = pool.variables(i)[s], offset = offset_[std::size_t(id)];
+        if (offset < 0) continue;
+        for (int c = 0; c < problem_.variables_[std::size_t(id)].dof; ++c)
+          for (int r = 0; r < pool.dim(); ++r) {
+            jacobian_.row.push_back(row + r);
+            jacobian_.column.push_back(offset + c);
+          }
+      }
+      if (static_cast<int>(jacobian_.row.size()) == placement_[p].jacobian.back())  // no free variable
+        for (int r = row; r < row + pool.dim(); ++r) {
+          fixed_rows_.push_back({r, lower_[r], upper_[r]});
+          lower_[r] = -HUGE_VAL;
+          upper_[r] = HUGE_VAL;
+        }
+      row += pool.dim();
+    }
+  }
+}
+
+void Program::compile_lanes() {
+  two_lanes_ = problem_.num_soft_blocks() >= kTwoLanesFrom;
+  if (!two_lanes_) return;
+  int first_unknown = num_unknowns() - 1;  // one element at the least, so that the tails have an address
+  for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
+    if (!problem_.pools_[p].soft) continue;
+    const auto& pool = *problem_.pools_[p].soft;
+    for (int i = first_of_lane(pool, 1) * pool.arity(); i < pool.size() * pool.arity(); ++i)
+      if (const int offset = placement_[p].offset[std::size_t(i)]; offset >= 0)
+        first_unknown = std::min(first_unknown, offset);
+  }
+  second_gradient_.setZero(num_unknowns() - first_unknown);
+  second_hessian_.setZero(static_cast<Eigen::Index>(hessian_.row.size()) -
+                          hessian_.column_start[std::size_t(first_unknown)]);
+}
+
+int Program::first_of_lane(const detail::PoolBase& pool, int lane) const {
+  return two_lanes_ ? pool.size() * lane / 2 : pool.size() * lane;
+}
+
+}  // namespace tandem
