@@ -18,8 +18,9 @@ namespace {
 
 using Application = Ipopt::SmartPtr<Ipopt::IpoptApplication>;
 
-/// MUMPS, Ipopt's linear solver, keeps global state: two solves at once in one process corrupt it.
-std::mutex& mumps_mutex() {
+/// MUMPS, Ipopt's linear solver, keeps global state, which two solves at once in one process corrupt; so does Ipopt
+/// itself while an application is made or goes. Held for the whole life of one.
+std::mutex& ipopt_mutex() {
   static std::mutex mutex;
   return mutex;
 }
@@ -134,11 +135,13 @@ void end(detail::Session& session, Ipopt::ApplicationReturnStatus status) {
 bool ipopt_available() { return true; }
 
 std::string why_unsupported(const Problem& problem, const IpoptOptions& options) {
+  const std::lock_guard lock(ipopt_mutex());
   make_application(options);
   return detail::why_unsolvable(problem);
 }
 
 Summary solve(Problem& problem, const IpoptOptions& options) {
+  const std::lock_guard lock(ipopt_mutex());  // goes after the application does
   const Application app = make_application(options);
   detail::Session session("ipopt", options);
   if (const std::string why = detail::why_unsolvable(problem); !why.empty()) {
@@ -150,7 +153,6 @@ Summary solve(Problem& problem, const IpoptOptions& options) {
   double feasible = detail::kConstraintTolerance;
   app->Options()->GetNumericValue("constr_viol_tol", feasible, "");
   const Ipopt::SmartPtr<detail::IpoptNlp> nlp = new detail::IpoptNlp(program, session, options, feasible);
-  const std::lock_guard lock(mumps_mutex());
   Ipopt::Index most = options.max_iterations;
   app->Options()->GetIntegerValue("max_iter", most, "");  // which the caller may have given by that name
   for (bool warm = false; !session.ended(); warm = true) {

@@ -15,7 +15,8 @@ enum class Hessian {
   limited_memory,  ///< the solver's own quasi-Newton approximation
 };
 
-/// Ipopt's interior-point method, for any mix of soft and hard residuals.
+/// Ipopt's interior-point method, for any mix of soft and hard residuals. Ipopt 3.11 is not re-entrant: solves of one
+/// process wait for each other, and one started from another's progress callback waits for ever.
 struct IpoptOptions : SolverOptions {
   double tolerance = 1e-8;  ///< Ipopt's tol, with each unknown in units of unit curvature at the start
   Hessian hessian = Hessian::automatic;
