@@ -39,6 +39,10 @@ void Program::compile_hessian() {
 
   // Pairs of variables that some block reads together: (column, row), row ≥ column.
   std::vector<std::uint64_t> pairs;
+  std::size_t most_pairs = n;
+  for (const auto& p : problem_.pools_)
+    most_pairs += std::size_t(p.base().size()) * std::size_t(p.base().arity() * (p.base().arity() - 1) / 2);
+  pairs.reserve(most_pairs);
   for (std::size_t k = 0; k < n; ++k) pairs.push_back(k << 32 | k);
   for (const auto& p : problem_.pools_) {
     const auto& pool = p.base();
@@ -83,6 +87,9 @@ void Program::compile_hessian() {
   for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
     const auto& pool = problem_.pools_[p].base();
     auto& out = placement_[p];
+    const std::size_t blocks = std::size_t(pool.size()), arity = std::size_t(pool.arity());
+    out.offset.reserve(blocks * arity);
+    out.hessian.reserve(blocks * arity * (arity + 1) / 2);
     for (int i = 0; i < pool.size(); ++i) {
       const int* ids = pool.variables(i);
       for (int a = 0; a < pool.arity(); ++a) {

@@ -12,8 +12,9 @@ namespace {
 
 /// Structure of the factor, column by column: a column's rows are its own in H and those of its children in the
 /// elimination tree (George & Liu 1981).
-/// Stops with infinite flops where they pass `most`: a bad order would not fit the memory.
-BlockSymbolic symbolic(const SymmetricPattern& pattern, std::vector<int> order, double most) {
+/// Stops with infinite flops where they pass `most_flops` or the block rows `most_rows`: a bad order would not fit the
+/// memory.
+BlockSymbolic symbolic(const SymmetricPattern& pattern, std::vector<int> order, double most_flops, double most_rows) {
   const int n = pattern.num_blocks();
   std::vector<int> place(order.size());
   for (int k = 0; k < n; ++k) place[std::size_t(order[std::size_t(k)])] = k;
@@ -48,7 +49,7 @@ BlockSymbolic symbolic(const SymmetricPattern& pattern, std::vector<int> order, 
     const double w = width(k);
     s.nonzeros += w * (w + 1) / 2 + w * height;
     s.flops += w * w * w / 3 + w * w * height + w * height * (height + 1) / 2;
-    if (s.flops > most) {
+    if (s.flops > most_flops || double(s.row.size()) > most_rows) {
       s.flops = std::numeric_limits<double>::infinity();
       return s;
     }
@@ -69,12 +70,16 @@ std::vector<int> amd_order_of(const SymmetricPattern& pattern) {
 }  // namespace
 
 BlockSymbolic analyze(const SymmetricPattern& pattern) {
-  BlockSymbolic amd = symbolic(pattern, amd_order_of(pattern), std::numeric_limits<double>::infinity());
+  constexpr double any = std::numeric_limits<double>::infinity();
   std::vector<int> natural(static_cast<std::size_t>(pattern.num_blocks()));
   std::iota(natural.begin(), natural.end(), 0);
+  // A band: no order does much better than one with hardly any fill.
+  BlockSymbolic band = symbolic(pattern, natural, any, 1.5 * double(pattern.block_row.size()));
+  if (band.flops < any) return band;
+  BlockSymbolic amd = symbolic(pattern, amd_order_of(pattern), any, any);
   // The natural order walks through memory as the problem lies there: worth a little more arithmetic.
-  BlockSymbolic own = symbolic(pattern, std::move(natural), 1.2 * amd.flops);
-  return own.flops <= 1.2 * amd.flops ? own : amd;
+  BlockSymbolic own = symbolic(pattern, std::move(natural), 1.2 * amd.flops, any);
+  return own.flops < any ? own : amd;
 }
 
 }  // namespace tandem::detail
