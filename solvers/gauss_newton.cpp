@@ -4,6 +4,7 @@
 
 #include <tandem/solvers/block_cholesky.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
+#include <tandem/solvers/hessian_diagonal.hpp>
 #include <tandem/solvers/secant.hpp>
 #include <tandem/solvers/session.hpp>
 
@@ -70,12 +71,7 @@ class LevenbergMarquardt {
   }
 
   /// The Hessian's diagonal, the scale of each unknown.
-  void update_scale() {
-    const auto& pattern = program_.hessian_pattern();
-    for (int k = 0; k < pattern.num_blocks(); ++k)
-      for (int u = pattern.first[std::size_t(k)]; u < pattern.first[std::size_t(k) + 1]; ++u)
-        scale_[u] = hessian_[pattern.column_start[std::size_t(u)] + u - pattern.first[std::size_t(k)]];
-  }
+  void update_scale() { detail::hessian_diagonal(program_.hessian_pattern(), hessian_, scale_); }
 
   /// Largest |g| in units in which each unknown has unit curvature.
   double scaled_gradient() const {

@@ -11,6 +11,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/block_cholesky.hpp>
+#include <tandem/solvers/hessian_diagonal.hpp>
 #include <tandem/solvers/near_names.hpp>
 #include <tandem/solvers/nlopt.hpp>
 #include <tandem/solvers/session.hpp>
@@ -162,13 +163,9 @@ class NloptRun {
     check_finite_gradient();
     if (constraint_weight > 0)
       program_.add_constraint_hessian(Eigen::VectorXd::Constant(program_.num_rows(), constraint_weight), hessian_);
-    const auto& pattern = program_.hessian_pattern();
     Eigen::VectorXd shift(program_.num_unknowns());
-    for (int k = 0; k < pattern.num_blocks(); ++k)
-      for (int u = pattern.first[std::size_t(k)]; u < pattern.first[std::size_t(k) + 1]; ++u) {
-        const double d = hessian_[pattern.column_start[std::size_t(u)] + u - pattern.first[std::size_t(k)]];
-        shift[u] = d > 0 ? kPreconditionerDamping * d : 1.0;
-      }
+    detail::hessian_diagonal(program_.hessian_pattern(), hessian_, shift);
+    for (double& d : shift) d = d > 0 ? kPreconditionerDamping * d : 1.0;
     while (!cholesky_->factorize(hessian_, shift)) {
       shift *= 10;
       if (!shift.allFinite()) throw NotFinite("the Jacobians are too large to be factorised");
