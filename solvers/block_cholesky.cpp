@@ -41,7 +41,6 @@ void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern) {
   n_ = pattern.size();
   blocks_ = pattern.num_blocks();
   nonzeros_ = s.nonzeros;
-  flops_ = s.flops;
   row_start_ = std::move(s.row_start);
   row_block_ = std::move(s.row);
 

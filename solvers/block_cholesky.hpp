@@ -28,9 +28,8 @@ class BlockCholesky {
 
   /// Unknown at which the last factorisation failed.
   int failed_unknown() const { return failed_; }
-  /// Entries of L, and multiplications to compute it.
+  /// Entries of L.
   double nonzeros() const { return nonzeros_; }
-  double flops() const { return flops_; }
 
   /// A basis of the directions v with H v ≈ 0, at most `most` of them: pivots below `relative` times the diagonal
   /// entry they started from. Destroys the factor.
@@ -58,7 +57,7 @@ class BlockCholesky {
   void unpermute(Eigen::VectorXd& x) const;
 
   int n_ = 0, blocks_ = 0, failed_ = -1;
-  double nonzeros_ = 0, flops_ = 0;
+  double nonzeros_ = 0;
   std::vector<int> size_, start_;           // of each block column, in elimination order
   std::vector<int> row_start_, row_block_;  // block rows of each block column, itself first
   std::vector<int> panel_rows_;             // height of each panel
