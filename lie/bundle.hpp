@@ -105,6 +105,10 @@ class Bundle {
   static Jacobian Jr_inverse(const Tangent& v) {
     return blocks<Jacobian, Dof>([&]<int I>() { return Part<I>::Jr_inverse(tangent<I>(v)); });
   }
+  /// hat(ad(v) w) = hat(v) hat(w) − hat(w) hat(v).
+  static Jacobian ad(const Tangent& v) {
+    return blocks<Jacobian, Dof>([&]<int I>() { return Part<I>::ad(tangent<I>(v)); });
+  }
   static Scalar angle(const Tangent& v) {
     Scalar largest(0.);
     each([&]<int I>() {

@@ -103,8 +103,9 @@ G interpolate(const G& x, const G& y, const typename G::Scalar& s, typename G::J
   const G step = G::Exp(sd);
   if (Jx || Jy) {
     const typename G::Jacobian K = s * G::Jr(sd);
-    if (Jx) *Jx = step.inverse().Ad() - K * G::Jl_inverse(d);
-    if (Jy) *Jy = K * G::Jr_inverse(d);
+    const InverseJacobians<G> at_d(d);
+    if (Jx) *Jx = step.inverse().Ad() - multiply<G>(K, at_d.left);
+    if (Jy) *Jy = multiply<G>(K, at_d.right);
   }
   return x * step;
 }

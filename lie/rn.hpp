@@ -41,6 +41,9 @@ class BasicRn {
   static Jacobian Jl_inverse(const Tangent&) { return Jacobian::Identity(); }
   static Jacobian Jr_inverse(const Tangent&) { return Jacobian::Identity(); }
 
+  /// hat(ad(v) w) = hat(v) hat(w) − hat(w) hat(v).
+  static Jacobian ad(const Tangent&) { return Jacobian::Zero(); }
+
   static S angle(const Tangent&) { return S(0.); }
   static AlgebraMatrix hat(const Tangent& v) {
     AlgebraMatrix M = AlgebraMatrix::Zero();

@@ -78,6 +78,11 @@ class BasicSE2 {
   }
   static Jacobian Jr_inverse(const Tangent& v) { return Jl_inverse(-v); }
 
+  /// hat(ad(v) w) = hat(v) hat(w) − hat(w) hat(v).
+  static Jacobian ad(const Tangent& v) {
+    return (Jacobian() << S(0.), -v[2], v[1], v[2], S(0.), -v[0], S(0.), S(0.), S(0.)).finished();
+  }
+
   static S angle(const Tangent& v) { return v[2] < 0. ? S(-v[2]) : v[2]; }
   static AlgebraMatrix hat(const Tangent& v) {
     AlgebraMatrix M = AlgebraMatrix::Zero();

@@ -99,7 +99,7 @@ class BasicSEK3 {
     for (int k = 0; k < K; ++k) T.template block<3, 3>(3 * k, 3 * K) = J.template block<3, 3>(3 * k, 3 * K).transpose();
     return T;
   }
-  /// The product of two Jacobians of Exp, inverses or adjoints, all of the form [D O; 0 D].
+  /// The product of two Jacobians of Exp, inverses or adjoints (Ad, ad), all of the form [D O; 0 D].
   static Jacobian product(const Jacobian& a, const Jacobian& b) {
     const Matrix<3, 3, S> Da = a.template topLeftCorner<3, 3>(), Db = b.template topLeftCorner<3, 3>();
     Jacobian c = diagonal(Da * Db);
@@ -109,6 +109,13 @@ class BasicSEK3 {
       block.noalias() += a.template block<3, 3>(3 * k, 3 * K) * Db;
     }
     return c;
+  }
+
+  /// hat(ad(v) w) = hat(v) hat(w) − hat(w) hat(v). Its matrix is [[θ]× [ρ]×; 0 [θ]×].
+  static Jacobian ad(const Tangent& v) {
+    Jacobian A = diagonal(skew(v.template tail<3>()));
+    for (int k = 0; k < K; ++k) A.template block<3, 3>(3 * k, 3 * K) = skew(v.template segment<3>(3 * k));
+    return A;
   }
 
   static S angle(const Tangent& v) { return v.template tail<3>().norm(); }

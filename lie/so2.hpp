@@ -48,6 +48,9 @@ class BasicSO2 {
   static Jacobian Jl_inverse(const Tangent&) { return Jacobian::Identity(); }
   static Jacobian Jr_inverse(const Tangent&) { return Jacobian::Identity(); }
 
+  /// hat(ad(v) w) = hat(v) hat(w) − hat(w) hat(v).
+  static Jacobian ad(const Tangent&) { return Jacobian::Zero(); }
+
   static S angle(const Tangent& v) { return v[0] < 0. ? S(-v[0]) : v[0]; }
   static AlgebraMatrix hat(const Tangent& v) { return (AlgebraMatrix() << S(0.), -v[0], v[0], S(0.)).finished(); }
   static Tangent vee(const AlgebraMatrix& m) { return Tangent(m(1, 0)); }

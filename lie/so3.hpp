@@ -105,6 +105,9 @@ class BasicSO3 {
   /// A Jacobian of Exp or its inverse at −v, from the same at v: Jr from Jl.
   static Jacobian opposite(const Jacobian& J) { return J.transpose(); }
 
+  /// hat(ad(v) w) = hat(v) hat(w) − hat(w) hat(v).
+  static Jacobian ad(const Tangent& v) { return skew(v); }
+
   static S angle(const Tangent& v) { return v.norm(); }
   static AlgebraMatrix hat(const Tangent& v) { return skew(v); }
   static Tangent vee(const AlgebraMatrix& m) { return {m(2, 1), m(0, 2), m(1, 0)}; }

@@ -46,6 +46,22 @@ struct Loss {
     }
     return {s, 1.0, 0.0};
   }
+
+  /// s / scale² below which ρ(r²) is strictly convex in r, ρ' + 2 s ρ'' > 0; infinite without a loss.
+  double convex_until() const {
+    switch (kind) {
+      case Kind::none:
+        break;
+      case Kind::huber:  // convex beyond, too, but with no curvature along r
+      case Kind::cauchy:
+        return 1.0;
+      case Kind::geman_mcclure:
+        return 1.0 / 3.0;
+      case Kind::tukey:
+        return 1.0 / 5.0;
+    }
+    return HUGE_VAL;
+  }
 };
 
 namespace detail {

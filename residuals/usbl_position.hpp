@@ -2,7 +2,7 @@
 
 #include <tandem/lie/rn.hpp>
 #include <tandem/lie/sek3.hpp>
-#include <tandem/residuals/residual.hpp>
+#include <tandem/residuals/sensor_frame.hpp>
 
 namespace tandem {
 
@@ -23,14 +23,7 @@ requires(Chaser::point_dim == Target::point_dim) struct UsblPosition {
   template <Over<Chaser> C, Over<Target> T>
   void operator()(const C& c, const T& t, Rows<dim, C>& r, RowsBy<dim, C>* Jc = nullptr,
                   RowsBy<dim, T>* Jt = nullptr) const {
-    using S = typename C::Scalar;
-    const Vector<dim, S> f = beacon.template cast<S>();
-    const C to_body = c.inverse();
-    const Vector<dim, S> in_body = to_body.act(t.act(f));
-    const C to_sensor = B.inverse().template cast<S>();
-    r = to_sensor.act(in_body) - z.template cast<S>();
-    if (Jc) Jc->noalias() = -to_sensor.rotation().matrix() * C::identity().act_jacobian(in_body);
-    if (Jt) Jt->noalias() = (to_sensor.rotation() * to_body.rotation()).matrix() * t.act_jacobian(f);
+    r = in_sensor_frame(c, t, B, beacon, Jc, Jt) - z.template cast<typename C::Scalar>();
   }
 };
 

@@ -4,13 +4,22 @@
 #include <tandem/lie/rn.hpp>
 #include <tandem/lie/se2.hpp>
 #include <tandem/lie/sek3.hpp>
+#include <tandem/residuals/bearing.hpp>
+#include <tandem/residuals/boundary.hpp>
 #include <tandem/residuals/constant_twist.hpp>
+#include <tandem/residuals/interpolated.hpp>
+#include <tandem/residuals/mixed_constant_velocity.hpp>
 #include <tandem/residuals/outside.hpp>
 #include <tandem/residuals/prior.hpp>
+#include <tandem/residuals/range.hpp>
+#include <tandem/residuals/range_bearing.hpp>
 #include <tandem/residuals/relative_pose.hpp>
+#include <tandem/residuals/relative_rotation.hpp>
 #include <tandem/residuals/roll_pitch.hpp>
 #include <tandem/residuals/twist_components.hpp>
 #include <tandem/residuals/usbl_position.hpp>
+#include <tandem/residuals/usbl_spherical.hpp>
+#include <tandem/residuals/white_noise_acceleration.hpp>
 
 #include "residuals/autodiff.hpp"
 
@@ -20,7 +29,14 @@ namespace {
 static_assert(Residual<Prior<SE3>> && Residual<Prior<SO2>> && Residual<Prior<Bundle<SE23, Rn<6>>>>);
 static_assert(Residual<RelativePose<>> && Residual<RelativePose<SE2>> && Residual<RelativePose<SO3>>);
 static_assert(Residual<UsblPosition<>> && Residual<UsblPosition<SE3, R3>> && Residual<UsblPosition<SE2, R2>>);
+static_assert(Residual<RangeBearing<>> && Residual<RangeBearing<SE3, R3>> && Residual<RangeBearing<SE2, R2>>);
+static_assert(Residual<Range<>> && Residual<Range<SE2, R2>> && Residual<Bearing<>> && Residual<Bearing<SE2, R2>>);
+static_assert(Residual<UsblSpherical<>> && Residual<UsblSpherical<SE3, R3>>);
+static_assert(Residual<Boundary<>> && Residual<Boundary<SE2>> && Residual<MixedConstantVelocity<SE3, R3, SE3>>);
 static_assert(Residual<ConstantTwist<SE3>> && Residual<ConstantTwist<R3>> && Residual<ConstantTwist<SE23>>);
+static_assert(Residual<RelativeRotation<>> && Residual<RelativeRotation<SE2>> && Residual<RelativeRotation<SE23>>);
+static_assert(Residual<WhiteNoiseAcceleration<SE3>> && Residual<WhiteNoiseAcceleration<Bundle<SE2, R3>>>);
+static_assert(Residual<Interpolated<RelativePose<>>> && Residual<Interpolated<UsblPosition<SE2, R2>>>);
 static_assert(Residual<RollPitch<>> && Residual<RollPitch<SO3>> && Residual<RollPitch<SE23>>);
 static_assert(Residual<TwistComponents<SE3, sway | heave>> && Residual<TwistComponents<SE2, surge>>);
 static_assert(Residual<Outside<TwistComponents<SE3, surge>>> && Residual<Outside<Prior<SE3>>>);

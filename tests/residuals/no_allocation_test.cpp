@@ -8,15 +8,24 @@
 #include <tandem/lie/rn.hpp>
 #include <tandem/lie/se2.hpp>
 #include <tandem/lie/sek3.hpp>
+#include <tandem/residuals/bearing.hpp>
+#include <tandem/residuals/boundary.hpp>
 #include <tandem/residuals/constant_twist.hpp>
+#include <tandem/residuals/interpolated.hpp>
 #include <tandem/residuals/loss.hpp>
+#include <tandem/residuals/mixed_constant_velocity.hpp>
 #include <tandem/residuals/outside.hpp>
 #include <tandem/residuals/prior.hpp>
+#include <tandem/residuals/range.hpp>
+#include <tandem/residuals/range_bearing.hpp>
 #include <tandem/residuals/relative_pose.hpp>
+#include <tandem/residuals/relative_rotation.hpp>
 #include <tandem/residuals/roll_pitch.hpp>
 #include <tandem/residuals/testing.hpp>
 #include <tandem/residuals/twist_components.hpp>
 #include <tandem/residuals/usbl_position.hpp>
+#include <tandem/residuals/usbl_spherical.hpp>
+#include <tandem/residuals/white_noise_acceleration.hpp>
 
 #include "allocations.hpp"
 
@@ -105,6 +114,17 @@ TEST(NoAllocation, of_measurements) {
   EXPECT_EQ(allocations_of(UsblPosition<>{Vector<3>(1.0, 2.0, 3.0)}), 0);
   EXPECT_EQ((allocations_of(UsblPosition<SE3, R3>{Vector<3>(1.0, 2.0, 3.0)})), 0);
   EXPECT_EQ((allocations_of(UsblPosition<SE2, R2>{Vector<2>(1.0, 2.0)})), 0);
+  const SE3 B(SO3(), Vector<3>(1.0, 2.0, 3.0));  // off the centre, where bearings of states near 0 are defined
+  const SE2 planar(SO2(), Vector<2>(1.0, 2.0));
+  const Direction<3> ahead(0.3, 0.1);
+  EXPECT_EQ(allocations_of(RangeBearing<>{9.0, ahead, B}), 0);
+  EXPECT_EQ((allocations_of(RangeBearing<SE2, R2>{9.0, 0.3, planar})), 0);
+  EXPECT_EQ(allocations_of(Range<>{9.0, B}), 0);
+  EXPECT_EQ(allocations_of(Bearing<>{ahead, B}), 0);
+  EXPECT_EQ((allocations_of(UsblSpherical<SE3, R3>{9.0, 0.3, 0.1, B})), 0);
+  EXPECT_EQ(allocations_of(RelativeRotation<>{}), 0);
+  EXPECT_EQ(allocations_of(Interpolated{RelativePose<>{}, 0.3}), 0);
+  EXPECT_EQ((allocations_of(Interpolated{UsblSpherical<SE3, R3>{9.0, 0.3, 0.1, B}, 0.3})), 0);
   EXPECT_EQ(allocations_of(RollPitch<>{}), 0);
   EXPECT_EQ(allocations_of(RollPitch<SO3>{}), 0);
 }
@@ -115,6 +135,10 @@ TEST(NoAllocation, of_motion_models) {
   EXPECT_EQ(allocations_of(ConstantTwist<R3>{1.0, 0.6}), 0);
   EXPECT_EQ(allocations_of(ConstantTwist<SE23>{1.0, 0.6}), 0);
   EXPECT_EQ((allocations_of(ConstantTwist<Bundle<SE23, Rn<6>>>{1.0, 0.6})), 0);
+  EXPECT_EQ(allocations_of(WhiteNoiseAcceleration<SE3>{0.6}), 0);
+  EXPECT_EQ((allocations_of(WhiteNoiseAcceleration<Bundle<SE2, R3>>{0.6})), 0);
+  EXPECT_EQ((allocations_of(MixedConstantVelocity<SE3, R3, SE3>{1.0, 0.6})), 0);
+  EXPECT_EQ(allocations_of(Boundary<>{}), 0);
   EXPECT_EQ((allocations_of(TwistComponents<SE3, sway | heave>{0.5})), 0);
   EXPECT_EQ((allocations_of(TwistComponents<SE2, surge | yaw_rate>{0.5})), 0);
   EXPECT_EQ(allocations_of(Outside{TwistComponents<SE3, surge | yaw_rate>{0.5}, between(0.0, 2.5)}), 0);

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <tandem/lie/sek3.hpp>
+#include <tandem/residuals/sensor_frame.hpp>
+
+namespace tandem {
+
+/// The target's distance from a sensor on the chaser [m]:  e = ‖p‖ − range,  p = t((C B)⁻¹ (T F)).
+/// The target T is a pose or a point (SE3, SE2, R3, R2). Undefined with the target at the sensor, where it throws Error.
+template <LieGroup Chaser = SE3, LieGroup Target = Chaser>
+requires(Chaser::point_dim == Target::point_dim) struct Range {
+  static constexpr std::string_view name = "range";
+  static constexpr int dim = 1;
+  using States = std::tuple<Chaser, Target>;
+
+  double range;  ///< m
+  Chaser B{};    ///< sensor in the chaser's body
+  /// t(F) [m], in the target's body; zero when the target is a point
+  Vector<Chaser::point_dim> beacon = Vector<Chaser::point_dim>::Zero();
+
+  template <Over<Chaser> C, Over<Target> T>
+  void operator()(const C& c, const T& t, Rows<dim, C>& r, RowsBy<dim, C>* Jc = nullptr,
+                  RowsBy<dim, T>* Jt = nullptr) const {
+    using S = typename C::Scalar;
+    constexpr int n = Chaser::point_dim;
+    const auto measure = [&](const Vector<n, S>& p, Matrix<dim, n, S>* by_p) {
+      check_apart(p, name);
+      const S distance = p.norm();
+      if (by_p) *by_p = p.transpose() / distance;
+      return Rows<dim, C>(distance - range);
+    };
+    observe<dim>(c, t, B, beacon, measure, r, Jc, Jt);
+  }
+};
+
+}  // namespace tandem

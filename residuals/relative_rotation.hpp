@@ -1,0 +1,31 @@
+#pragma once
+
+#include <tandem/residuals/relative_pose.hpp>
+
+namespace tandem {
+
+/// The rotation of one body's frame in another's [rad]:  e = Log(Z⁻¹ (R_x B)⁻¹ (R_y F)), R the rotations of the poses.
+/// The orientation part of RelativePose, for a noise or a robust loss apart from the position's.
+template <LieGroup G = SE3>
+struct RelativeRotation {
+  using Rotation = typename G::Rotation;
+
+  static constexpr std::string_view name = "relative rotation";
+  static constexpr int dim = Rotation::dof;
+  using States = std::tuple<G, G>;
+
+  Rotation z;    ///< rotation of the frame R_y F in the frame R_x B
+  Rotation B{};  ///< sensor in the body x
+  Rotation F{};  ///< marker in the body y
+
+  template <Over<G> X>
+  void operator()(const X& x, const X& y, Rows<dim, X>& r, RowsBy<dim, X>* Jx = nullptr,
+                  RowsBy<dim, X>* Jy = nullptr) const {
+    typename X::Rotation::Jacobian by_x, by_y;
+    RelativePose<Rotation>{z, B, F}(x.rotation(), y.rotation(), r, Jx ? &by_x : nullptr, Jy ? &by_y : nullptr);
+    if (Jx) *Jx << Matrix<dim, X::dof - dim, typename X::Scalar>::Zero(), by_x;
+    if (Jy) *Jy << Matrix<dim, X::dof - dim, typename X::Scalar>::Zero(), by_y;
+  }
+};
+
+}  // namespace tandem
