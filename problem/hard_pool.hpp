@@ -13,10 +13,14 @@ class HardPoolBase : public PoolBase {
   virtual void bounds(double* lower, double* upper) const = 0;
   /// Rows at the point.
   virtual void values(double* c) const = 0;
-  /// Nonzeros at the point: of each block its states' Jacobians one after the other, each column by column.
-  virtual void jacobian(const PoolPlacement& place, double* values) const = 0;
+  /// Rows, where `c` is not null, and nonzeros at the point: of each block its states' Jacobians one after the other,
+  /// each column by column.
+  virtual void jacobian(const PoolPlacement& place, double* c, double* values) const = 0;
   /// Adds Jᵀ diag(weights) J to the Hessian.
   virtual void accumulate(const PoolPlacement& place, const double* weights, double* H) const = 0;
+  /// The same with J as jacobian() gave it.
+  virtual void accumulate(const PoolPlacement& place, const double* weights, const double* jacobian,
+                          double* H) const = 0;
 };
 
 template <Residual R>
@@ -50,12 +54,14 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
       c = std::copy_n(r.data(), kDim, c);
     }
   }
-  void jacobian(const PoolPlacement& place, double* values) const override {
+  void jacobian(const PoolPlacement& place, double* c, double* values) const override {
     Row r;
     Jacobians J;
+    static_for<kArity>([&]<int A>() { std::get<A>(J).setZero(); });  // GCC 12 does not see that linearize sets it
     for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
       const int* offset = &place.offset[i * kArity];
       this->linearize(i, offset, r, J);
+      if (c) c = std::copy_n(r.data(), kDim, c);
       double* out = values + place.jacobian[i];
       static_for<kArity>([&]<int S>() {
         if (offset[S] >= 0) out = std::copy_n(std::get<S>(J).data(), std::get<S>(J).size(), out);
@@ -67,6 +73,23 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
     each_weighted(place, weights, [&](std::size_t i, const int* offset, const Jacobians& J) {
       this->add_products(offset, &place.hessian[i * kPairs], 1.0, J, H);
     });
+  }
+  void accumulate(const PoolPlacement& place, const double* weights, const double* jacobian, double* H) const override {
+    Jacobians J;
+    static_for<kArity>([&]<int A>() { std::get<A>(J).setZero(); });
+    for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
+      const int* offset = &place.offset[i * kArity];
+      const Row root = Eigen::Map<const Row>(weights + i * kDim).cwiseSqrt();
+      if (root.isZero(0.)) continue;
+      const double* from = jacobian + place.jacobian[i];
+      static_for<kArity>([&]<int A>() {
+        if (offset[A] < 0) return;
+        auto& Ja = std::get<A>(J);
+        Ja = root.asDiagonal() * Eigen::Map<const std::decay_t<decltype(Ja)>>(from);
+        from += Ja.size();
+      });
+      this->add_products(offset, &place.hessian[i * kPairs], 1.0, J, H);
+    }
   }
   void add_stiffness(const PoolPlacement& place, const double* v, const double* weights, double& along,
                      double& scale) const override {

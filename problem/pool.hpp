@@ -100,7 +100,7 @@ class BlockPool : public Base {
     return p;
   }
 
-  void value(std::size_t i, Row& r) const {
+  [[gnu::noinline]] void value(std::size_t i, Row& r) const {
     std::apply([&](const auto*... x) { residuals_[i](*x..., r); }, points(i));
   }
 
@@ -136,14 +136,22 @@ class BlockPool : public Base {
         if (offset[B] < 0) return;
         constexpr int a = State<A>::dof, b = State<B>::dof;
         const HessianPlace& at = place[A * (A + 1) / 2 + B];
-        using Block = Eigen::Map<Matrix<a, b>, 0, Eigen::OuterStride<>>;
-        using Transposed = Eigen::Map<Matrix<b, a>, 0, Eigen::OuterStride<>>;
         const Matrix<a, b> product = JaT * std::get<B>(J);
-        if (offset[A] >= offset[B]) Block(H + at.position, Eigen::OuterStride<>(at.stride)) += product;
+        if (offset[A] >= offset[B]) add_block_at<a, b>(H + at.position, at.stride, product);
         if (A != B && offset[A] <= offset[B])  // both when a block reads one variable twice
-          Transposed(H + at.position, Eigen::OuterStride<>(at.stride)) += product.transpose();
+          add_block_at<b, a>(H + at.position, at.stride, product.transpose());
       });
     });
+  }
+
+  /// Adds to a block of a matrix kept by columns, `stride` apart.
+  template <int rows, int columns, class Block>
+  static void add_block_at(double* to, int stride, const Block& block) {
+    if constexpr (rows == 1) {  // Eigen keeps a single row by rows, and would not step from column to column
+      for (int j = 0; j < columns; ++j) to[std::ptrdiff_t(j) * stride] += block(0, j);
+    } else {
+      Eigen::Map<Matrix<rows, columns>, 0, Eigen::OuterStride<>>(to, Eigen::OuterStride<>(stride)) += block;
+    }
   }
 
   /// Central differences of `gradient(r, J, S)`, the block's gradient by state S, over all its unknowns.
@@ -204,8 +212,10 @@ class BlockPool : public Base {
   std::vector<std::array<int, kArity>> slots_, ids_;
 
  private:
+  /// One compiled copy of the residual for the pool's several loops: what the call costs is lost in a block's arithmetic,
+  /// what inlining would cost is most of the time that a problem takes to compile.
   template <class Points>
-  void linearize_at(std::size_t i, const Points& p, const int* offset, Row& r, Jacobians& J) const {
+  [[gnu::noinline]] void linearize_at(std::size_t i, const Points& p, const int* offset, Row& r, Jacobians& J) const {
     [&]<int... S>(std::integer_sequence<int, S...>) {
       residuals_[i](*std::get<S>(p)..., r, (offset[S] >= 0 ? &std::get<S>(J) : nullptr)...);
     }

@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <cmath>
+
 #include <tandem/problem/problem.hpp>
 
 namespace tandem {
@@ -10,17 +13,46 @@ Block Problem::new_block(int index) {
   return {index, id};
 }
 
-void Problem::remove(const Block& block) {
-  Pool* pool = std::size_t(block.pool) < pools_.size() ? &pools_[std::size_t(block.pool)] : nullptr;
+int Problem::index_of(const Block& block, const char* asked) const {
+  const Pool* pool = std::size_t(block.pool) < pools_.size() ? &pools_[std::size_t(block.pool)] : nullptr;
   const int index =
       pool && std::size_t(block.id) < pool->index_of_id.size() ? pool->index_of_id[std::size_t(block.id)] : -1;
-  if (index < 0) throw Error("remove: the problem has no such block (any more)");
-  pool->base().remove(index);
-  const int last = pool->id_of_index.back();
-  pool->id_of_index[std::size_t(index)] = last;
-  pool->id_of_index.pop_back();
-  pool->index_of_id[std::size_t(last)] = index;
-  pool->index_of_id[std::size_t(block.id)] = -1;
+  if (index < 0) throw Error(std::string(asked) + ": the problem has no such block (any more)");
+  return index;
+}
+
+void Problem::remove(const Block& block) {
+  const int index = index_of(block, "remove");
+  Pool& pool = pools_[std::size_t(block.pool)];
+  pool.base().remove(index);
+  const int last = pool.id_of_index.back();
+  pool.id_of_index[std::size_t(index)] = last;
+  pool.id_of_index.pop_back();
+  pool.index_of_id[std::size_t(last)] = index;
+  pool.index_of_id[std::size_t(block.id)] = -1;
+}
+
+double Problem::weight(const Block& block) const {
+  const int index = index_of(block, "weight");
+  const Pool& pool = pools_[std::size_t(block.pool)];
+  if (!pool.soft)
+    throw Error("weight: " + std::string(pool.hard->name()) + " is a hard block here; only soft ones have one");
+  return pool.soft->weight(index);
+}
+
+void Problem::widen_losses(double factor) {
+  if (!(factor > 0) || !std::isfinite(factor))
+    throw Error("widen_losses: the factor " + std::to_string(factor) + " is not positive and finite");
+  widening_ = factor;
+  for (const auto& pool : pools_)
+    if (pool.soft) pool.soft->widening = factor;
+}
+
+std::optional<double> Problem::convex_widening() const {
+  std::optional<double> largest;  // an empty one is below all others
+  for (const auto& pool : pools_)
+    if (pool.soft) largest = std::max(largest, pool.soft->convex_widening());
+  return largest;
 }
 
 int Problem::num_soft_blocks() const {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <typeindex>
 
@@ -97,6 +98,17 @@ class Problem {
   /// Takes a block out. Throws Error when it is not there (any more).
   void remove(const Block& block);
 
+  /// ρ'(s) of a soft block at the variables' values: what its robust loss leaves of its influence, 1 without a loss.
+  /// Throws Error for a hard block and for one that is not there (any more).
+  double weight(const Block& block) const;
+  /// From now on every robust loss, also of blocks to come, has `factor` times its own scale; 1 is as it was given.
+  /// Throws Error when the factor is not positive and finite.
+  void widen_losses(double factor);
+  double widening() const { return widening_; }
+  /// The least factor with which every robust block is in its loss's convex region (Loss::convex_until) at the
+  /// variables' values, whatever the widening now. Empty when no loss is robust.
+  std::optional<double> convex_widening() const;
+
   int num_variables() const { return static_cast<int>(variables_.size()); }
   const std::string& name(int variable_id) const { return variables_[std::size_t(variable_id)].name; }
   template <LieGroup G>
@@ -164,7 +176,10 @@ class Problem {
   template <Residual R>
   Found<detail::SoftPool<R>> soft_pool() {
     const auto [it, isnew] = pool_of_type_.try_emplace(typeid(detail::SoftPool<R>), static_cast<int>(pools_.size()));
-    if (isnew) pools_.push_back({std::make_unique<detail::SoftPool<R>>(stores<R>()), nullptr, {}, {}});
+    if (isnew) {
+      pools_.push_back({std::make_unique<detail::SoftPool<R>>(stores<R>()), nullptr, {}, {}});
+      pools_.back().soft->widening = widening_;
+    }
     return {it->second, static_cast<detail::SoftPool<R>&>(*pools_[std::size_t(it->second)].soft)};
   }
   template <Residual R>
@@ -174,6 +189,7 @@ class Problem {
     return {it->second, static_cast<detail::HardPool<R>&>(*pools_[std::size_t(it->second)].hard)};
   }
   Block new_block(int pool);
+  int index_of(const Block& block, const char* asked) const;
   static std::string mismatch(std::string_view name, int rows, int noise);
   static std::string crossed(std::string_view name, double lower, double upper);
 
@@ -181,6 +197,7 @@ class Problem {
   std::map<std::type_index, std::unique_ptr<detail::StateStoreBase>> stores_;
   std::vector<Pool> pools_;
   std::map<std::type_index, int> pool_of_type_;
+  double widening_ = 1.0;  // also in every soft pool
 };
 
 namespace detail {

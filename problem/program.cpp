@@ -11,6 +11,12 @@
 
 namespace tandem {
 
+int Program::block_of(int variable_id) const {
+  if (offset_[std::size_t(variable_id)] < 0) return -1;
+  const auto it = std::lower_bound(variable_of_block_.begin(), variable_of_block_.end(), variable_id);
+  return static_cast<int>(it - variable_of_block_.begin());
+}
+
 void Program::move_to(const Eigen::VectorXd& delta) {
   for (auto& [type, store] : problem_.stores_) store->move(delta.data(), offset_);
   moved_ = true;
@@ -19,6 +25,15 @@ void Program::move_to(const Eigen::VectorXd& delta) {
 void Program::recenter() {
   for (auto& [type, store] : problem_.stores_) store->recenter();
   moved_ = false;
+}
+
+void Program::keep() {
+  for (auto& [type, store] : problem_.stores_) store->keep();
+}
+
+void Program::restore() {
+  for (auto& [type, store] : problem_.stores_) store->restore();
+  reset();
 }
 
 void Program::reset() {
@@ -112,7 +127,17 @@ void Program::constraints(Eigen::VectorXd& c) {
 void Program::constraint_jacobian(Eigen::VectorXd& values) {
   chart_if_moved();
   for (std::size_t p = 0; p < problem_.pools_.size(); ++p)
-    if (problem_.pools_[p].hard) problem_.pools_[p].hard->jacobian(placement_[p], values.data());
+    if (problem_.pools_[p].hard) problem_.pools_[p].hard->jacobian(placement_[p], nullptr, values.data());
+}
+
+void Program::linearize_constraints(Eigen::VectorXd& c, Eigen::VectorXd& jacobian) {
+  chart_if_moved();
+  double* out = c.data();
+  for (std::size_t p = 0; p < problem_.pools_.size(); ++p)
+    if (const auto* pool = problem_.pools_[p].hard.get()) {
+      pool->jacobian(placement_[p], out, jacobian.data());
+      out += pool->size() * pool->dim();
+    }
 }
 
 void Program::add_constraint_hessian(const Eigen::VectorXd& weights, Eigen::VectorXd& hessian) {
@@ -121,6 +146,16 @@ void Program::add_constraint_hessian(const Eigen::VectorXd& weights, Eigen::Vect
   for (std::size_t p = 0; p < problem_.pools_.size(); ++p)
     if (const auto* pool = problem_.pools_[p].hard.get()) {
       pool->accumulate(placement_[p], w, hessian.data());
+      w += pool->size() * pool->dim();
+    }
+}
+
+void Program::add_constraint_hessian(const Eigen::VectorXd& weights, const Eigen::VectorXd& jacobian,
+                                     Eigen::VectorXd& hessian) const {
+  const double* w = weights.data();
+  for (std::size_t p = 0; p < problem_.pools_.size(); ++p)
+    if (const auto* pool = problem_.pools_[p].hard.get()) {
+      pool->accumulate(placement_[p], w, jacobian.data(), hessian.data());
       w += pool->size() * pool->dim();
     }
 }

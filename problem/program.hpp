@@ -42,6 +42,8 @@ class Program {
   const Eigen::VectorXd& upper() const { return upper_; }
   const SymmetricPattern& hessian_pattern() const { return hessian_; }
   const TripletPattern& jacobian_pattern() const { return jacobian_; }
+  /// The Hessian's block that a variable is, −1 when it is fixed.
+  int block_of(int variable_id) const;
 
   /// The point becomes X̄ ⊕ δ.
   void move_to(const Eigen::VectorXd& delta);
@@ -49,6 +51,9 @@ class Program {
   void recenter();
   /// The point becomes X̄.
   void reset();
+  /// Remembers X̄, and makes it what was remembered last.
+  void keep();
+  void restore();
   /// The largest angle between X̄ and the point [rad]. Above some 1 rad, solvers that move δ far recenter and restart,
   /// so that no chart is left.
   double largest_angle() const;
@@ -62,8 +67,13 @@ class Program {
   double linearize_at_point(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian);
   void constraints(Eigen::VectorXd& c);
   void constraint_jacobian(Eigen::VectorXd& values);
-  /// Adds Jᵀ diag(weights) J of the constraint Jacobian to a Hessian.
+  /// Both in one evaluation.
+  void linearize_constraints(Eigen::VectorXd& c, Eigen::VectorXd& jacobian);
+  /// Adds Jᵀ diag(weights) J of the constraint Jacobian to a Hessian; weights not below zero.
   void add_constraint_hessian(const Eigen::VectorXd& weights, Eigen::VectorXd& hessian);
+  /// The same with the values that constraint_jacobian() gave, wherever the point is now.
+  void add_constraint_hessian(const Eigen::VectorXd& weights, const Eigen::VectorXd& jacobian,
+                              Eigen::VectorXd& hessian) const;
   /// The exact Hessian of factor·cost + multipliersᵀ c, by central differences of the closed-form gradient.
   void exact_hessian(double factor, const Eigen::VectorXd& multipliers, Eigen::VectorXd& hessian);
 

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
 #include <tandem/problem/pool.hpp>
 #include <tandem/residuals/gaussian.hpp>
 #include <tandem/residuals/loss.hpp>
@@ -15,6 +19,12 @@ class SoftPoolBase : public PoolBase {
   virtual double block_cost(int i) const = 0;
   /// The same; adds the gradient and, where H is not null, the Gauss-Newton Hessian ρ' Jᵀ WᵀW J.
   virtual double accumulate(const PoolPlacement& place, int begin, int end, double* gradient, double* H) const = 0;
+  /// ρ'(s) of one block at the point.
+  virtual double weight(int i) const = 0;
+  /// The least factor on the scales of the losses with which all are convex at the point; empty when none is robust.
+  virtual std::optional<double> convex_widening() const = 0;
+
+  double widening = 1.0;  ///< factor on the scale of every loss
 };
 
 template <Residual R>
@@ -49,7 +59,25 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
     Row r;
     this->value(std::size_t(i), r);
     whiten(std::size_t(i), r);
-    return 0.5 * weights_[std::size_t(i)].loss(r.squaredNorm()).rho;
+    return 0.5 * loss(std::size_t(i), r).rho;
+  }
+  double weight(int i) const override {
+    Row r;
+    this->value(std::size_t(i), r);
+    whiten(std::size_t(i), r);
+    return loss(std::size_t(i), r).d1;
+  }
+  std::optional<double> convex_widening() const override {
+    std::optional<double> largest;
+    Row r;
+    for (std::size_t i = 0; i < weights_.size(); ++i) {
+      const Loss& own = weights_[i].loss;
+      if (own.kind == Loss::Kind::none) continue;
+      this->value(i, r);
+      whiten(i, r);
+      largest = std::max(largest.value_or(0.0), r.norm() / (own.scale * std::sqrt(own.convex_until())));
+    }
+    return largest;
   }
 
   double accumulate(const PoolPlacement& place, int begin, int end, double* gradient, double* H) const override {
@@ -61,16 +89,16 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
       const int* offset = &place.offset[i * kArity];
       this->linearize(i, offset, r, J);
       whiten(i, r);
-      const Loss::Value loss = weights_[i].loss(r.squaredNorm());
-      total += 0.5 * loss.rho;
-      r *= loss.d1;
+      const Loss::Value value = loss(i, r);
+      total += 0.5 * value.rho;
+      r *= value.d1;
       static_for<kArity>([&]<int A>() {
         if (offset[A] < 0) return;
         auto& Ja = std::get<A>(J);
         whiten(i, Ja);
         Eigen::Map<Vector<Pool::template State<A>::dof>>(gradient + offset[A]).noalias() += Ja.transpose() * r;
       });
-      if (H) this->add_products(offset, &place.hessian[i * kPairs], loss.d1, J, H);
+      if (H) this->add_products(offset, &place.hessian[i * kPairs], value.d1, J, H);
     }
     return total;
   }
@@ -84,7 +112,7 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
       const int* offset = &place.offset[i * kArity];
       this->linearize(i, offset, r, J);
       whiten(i, r);
-      const double root = std::sqrt(weights_[i].loss(r.squaredNorm()).d1);
+      const double root = std::sqrt(loss(i, r).d1);
       static_for<kArity>([&]<int A>() {
         if (offset[A] < 0) return;
         whiten(i, std::get<A>(J));
@@ -99,7 +127,7 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
       const auto gradient = [&]<int A>(const Row& r, const Jacobians& J) {
         Row w = r;
         whiten(i, w);
-        const double d1 = weights_[i].loss(w.squaredNorm()).d1;
+        const double d1 = loss(i, w).d1;
         unwhiten(i, w);
         return (factor * d1 * std::get<A>(J).transpose() * w).eval();
       };
@@ -114,6 +142,11 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
     Loss loss;
   };
 
+  /// ρ, ρ', ρ'' at s = ‖r‖² of a whitened residual.
+  Loss::Value loss(std::size_t i, const Row& r) const {
+    const Loss& own = weights_[i].loss;
+    return Loss{own.kind, this->widening * own.scale}(r.squaredNorm());
+  }
   template <class M>
   void whiten(std::size_t i, M& m) const {
     const Weight& w = weights_[i];

@@ -20,6 +20,9 @@ class StateStoreBase {
   virtual void recenter() = 0;
   /// point = value.
   virtual void reset() = 0;
+  /// Remembers `value`, and gives it back.
+  virtual void keep() = 0;
+  virtual void restore() = 0;
   /// The largest angle that a variable turns between value and point [rad].
   virtual double largest_angle() const = 0;
   /// Whether an entry of the tangent is a rotation.
@@ -31,7 +34,7 @@ class StateStoreBase {
 template <LieGroup G>
 class StateStore final : public StateStoreBase {
  public:
-  std::vector<G> value, point;
+  std::vector<G> value, point, kept;
   std::vector<typename G::Tangent> delta;
   std::vector<typename G::Jacobian> chart;  ///< Jr(delta); read only when `charted`
   std::vector<int> id;                      ///< of the variable in its problem
@@ -67,6 +70,8 @@ class StateStore final : public StateStoreBase {
     for (auto& d : delta) d.setZero();
     charted = false;
   }
+  void keep() override { kept = value; }
+  void restore() override { value = kept; }
   bool turns(int entry) const override { return G::angle(G::Tangent::Unit(entry)) > 0; }
   double largest_angle() const override {
     double largest = 0;

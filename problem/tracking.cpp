@@ -1,121 +1,180 @@
-#include <tandem/problem/tracking.hpp>
-#include <tandem/problem/tracking_start.hpp>
-#include <tandem/residuals/constant_twist.hpp>
-#include <tandem/residuals/outside.hpp>
+#include <string>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/lie/operations.hpp>
+#include <tandem/problem/planar.hpp>
+#include <tandem/problem/tracking_build.hpp>
+#include <tandem/residuals/on_course.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
-#include <tandem/residuals/roll_pitch.hpp>
-#include <tandem/residuals/twist_components.hpp>
-#include <tandem/residuals/usbl_position.hpp>
 
 namespace tandem {
+namespace detail {
+
+Gaussian noise_of(std::string_view name, const Eigen::VectorXd& sigma, int size) {
+  const std::string subject = "the noise " + std::string(name);
+  if (sigma.size() != size)
+    throw Error(subject + " needs " + std::to_string(size) + " standard deviations, not " +
+                std::to_string(sigma.size()));
+  for (const double s : sigma)
+    if (!(s > 0 && std::isfinite(s)))
+      throw Error(subject + " is needed here: give standard deviations above zero (it has " + std::to_string(s) + ")");
+  return Gaussian(sigma);
+}
+
+template <LieGroup G>
+void TrackingBuild<G>::add_variables() {
+  if (options.model == MotionModel::steady_course) return add_course_variables();
+  const bool points_only = options.model == MotionModel::constant_velocity;
+  const auto is_pose = [&](std::size_t k) {
+    return !points_only && (options.mode == Mode::A || out.keyframes[k].type == KeyframeType::optical);
+  };
+  for (std::size_t k = 0; k < size(); ++k) {  // in turns: the Hessian stays narrow-banded
+    const std::string number = std::to_string(k);
+    chaser.push_back(out.problem.add(in_group<G>(odometry[k]), "chaser " + number));
+    const Point point(in_group<G>(start.pose[k].translation()));
+    twin.emplace_back();
+    if (is_pose(k)) {
+      target.push_back(out.problem.add(in_group<G>(start.pose[k]), "target " + number));
+      const bool beside_point = (k > 0 && !is_pose(k - 1)) || (k + 1 < size() && !is_pose(k + 1));
+      if (beside_point && options.junction == Junction::boundary)
+        twin.back() = out.problem.add(point, "target point " + number);
+    } else {
+      target.push_back(out.problem.add(point, "target " + number));
+    }
+    if (options.model == MotionModel::white_noise_acceleration) {
+      Rn<G::dof> w;
+      if (size() > 1) {
+        const std::size_t from = std::min(k, size() - 2);
+        w = Rn<G::dof>(minus(in_group<G>(start.pose[from + 1]), in_group<G>(start.pose[from])) / dt(from, from + 1));
+      }
+      twist.push_back(out.problem.add(w, "target twist " + number));
+    }
+  }
+}
+
+template <LieGroup G>
+void TrackingBuild<G>::add_course_variables() {
+  for (std::size_t k = 0; k < size(); ++k)
+    chaser.push_back(out.problem.add(in_group<G>(odometry[k]), "chaser " + std::to_string(k)));
+  // Last, since all measurements read them: the rest of the Hessian stays narrow-banded.
+  const auto first = out.problem.add(in_group<G>(start.pose[0]), "target's first pose");
+  const auto speed = out.problem.add(Rn<1>(Vector<1>(start.velocity[0].norm())), "target's speed");
+  for (std::size_t k = 0; k < size(); ++k) target.push_back(CourseVariable<G>{first, speed, dt(0, k)});
+  twin.resize(size());
+}
+
+template <LieGroup G>
+void TrackingBuild<G>::add_chaser() {
+  const auto pose = [&](std::size_t k) { return in_group<G>(odometry[k]); };
+  out.problem.minimize(Prior<G>{pose(0)}, noise_of("prior", data.noise.prior, G::dof), {chaser[0]});
+  const Gaussian noise = noise_of("odometry", data.noise.odometry, G::dof);
+  for (std::size_t k = 1; k < size(); ++k)
+    out.problem.minimize(RelativePose<G>{pose(k - 1).inverse() * pose(k)}, noise.scaled(std::sqrt(dt(k - 1, k))),
+                         {chaser[k - 1], chaser[k]});
+}
+
+}  // namespace detail
+
 namespace {
 
-using Surge = TwistComponents<SE3, surge>;
-using YawRate = TwistComponents<SE3, yaw_rate>;
-using NonHolonomic = TwistComponents<SE3, sway | heave>;
+void check(const TrackingOptions& options) {
+  const bool points_only = options.model == MotionModel::constant_velocity;
+  if (options.mode == Mode::B && options.model != MotionModel::constant_twist)
+    throw Error("mode B is for the constant-twist model");
+  if (options.surge && !(options.surge->lower[0] <= options.surge->upper[0]))
+    throw Error("the surge's lower bound " + std::to_string(options.surge->lower[0]) + " is above its upper bound " +
+                std::to_string(options.surge->upper[0]));
+  if (options.max_yaw_rate && !(*options.max_yaw_rate >= 0))
+    throw Error("the limit of the yaw rate is a magnitude, zero or above, not " +
+                std::to_string(*options.max_yaw_rate));
+  const bool course = options.model == MotionModel::steady_course;
+  if (course && (options.non_holonomic != Role::off || options.surge || options.max_yaw_rate))
+    throw Error("the steady-course model keeps heading and speed: it takes no further constraints on the twist");
+  if (points_only && (options.non_holonomic != Role::off || options.surge || options.max_yaw_rate))
+    throw Error("the constant-velocity model has no orientation for non-holonomic, surge or yaw-rate constraints");
+  if (!(options.position_share >= 0 && options.position_share < 1))
+    throw Error("position_share is a share: 0 or more, and less than 1");
+  if (options.horizons.empty()) throw Error("horizons: at least one is needed, e.g. 1 back and 1 ahead");
+  for (const Horizon& h : options.horizons)
+    if (h.back < 1 || h.ahead < 1) throw Error("horizons count keyframes back and ahead: 1 or more");
+  const bool neighbours =
+      options.horizons.size() == 1 && options.horizons[0].back == 1 && options.horizons[0].ahead == 1;
+  if ((course || options.model == MotionModel::white_noise_acceleration) && !neighbours)
+    throw Error("horizons are of constant twist and constant velocity: the " + std::string(name(options.model)) +
+                " model ties no triples");
+}
 
-/// Adds the residuals of one kind after the other, so that each pool is filled in time order.
-class Builder {
- public:
-  Builder(const TrackingData& data, const TrackingOptions& options, TrackingProblem& out)
-      : data_(data), options_(options), out_(out), frames_(out.keyframes), n_(frames_.size()) {}
-
-  void chaser(const std::vector<SE3>& odometry) {
-    out_.problem.minimize(Prior<SE3>{odometry.front()}, Gaussian(data_.noise.prior), {out_.chaser.front()});
-    const Gaussian noise(data_.noise.odometry);
-    for (std::size_t k = 1; k < n_; ++k)
-      out_.problem.minimize(RelativePose<SE3>{odometry[k - 1].inverse() * odometry[k]}, noise.scaled(std::sqrt(dt(k))),
-                            {out_.chaser[k - 1], out_.chaser[k]});
-  }
-
-  void measurements() {
-    for (const auto& sensor : data_.position_sensors) {
-      const Gaussian noise(sensor.sigma);
-      each(sensor.measurements, [&](std::size_t k, const Vector<3>& z) {
-        out_.problem.minimize(UsblPosition<SE3>{z, sensor.mount, sensor.beacon}, noise,
-                              {out_.chaser[k], out_.target[k]}, options_.loss);
-      });
-    }
-    for (const auto& sensor : data_.pose_sensors) {
-      const Gaussian noise(sensor.sigma);
-      each(sensor.measurements, [&](std::size_t k, const SE3& z) {
-        out_.problem.minimize(RelativePose<SE3>{z, sensor.mount, sensor.marker}, noise,
-                              {out_.chaser[k], out_.target[k]}, options_.loss);
-      });
-    }
-  }
-
-  void motion() {
-    const Gaussian noise(data_.noise.constant_twist);
-    for (std::size_t k = 2; k < n_; ++k)
-      out_.problem.minimize(ConstantTwist<SE3>{dt(k - 1), dt(k)}, noise.scaled(std::sqrt(dt(k))),
-                            {out_.target[k - 2], out_.target[k - 1], out_.target[k]});
-  }
-
-  void roll_pitch() {
-    const Gaussian noise(data_.noise.roll_pitch);
-    for (const auto& x : out_.target) hold_zero(RollPitch<SE3>{}, options_.roll_pitch, noise, {x});
-  }
-
-  void constraints() {
-    const Gaussian sideways(data_.noise.non_holonomic), along{data_.noise.surge}, turning{data_.noise.yaw_rate};
-    for (std::size_t k = 1; k < n_; ++k) {
-      const VariablesOf<Surge> pair{out_.target[k - 1], out_.target[k]};
-      hold_zero(NonHolonomic{dt(k)}, options_.non_holonomic, sideways, pair);
-      if (options_.surge) hold_between(Surge{dt(k)}, options_.limits, *options_.surge, along, pair);
-      if (options_.max_yaw_rate)
-        hold_between(YawRate{dt(k)}, options_.limits, between(-*options_.max_yaw_rate, *options_.max_yaw_rate), turning,
-                     pair);
-    }
-  }
-
- private:
-  double dt(std::size_t k) const { return frames_[k].t - frames_[k - 1].t; }
-
-  template <class T, class F>
-  void each(const std::vector<Stamped<T>>& measurements, F f) {
-    for (const auto& m : measurements)
-      if (const auto k = keyframe_at(frames_, m.t)) f(*k, m.value);
-  }
-
-  template <Residual R>
-  void hold_zero(const R& residual, Role role, const Gaussian& noise, const VariablesOf<R>& x) {
-    if (role == Role::hard) out_.problem.subject_to(residual, equal_to(0), x);
-    if (role == Role::soft) out_.problem.minimize(residual, noise, x);
-  }
-  template <Residual R>
-  void hold_between(const R& residual, Role role, const Bounds<R::dim>& bounds, const Gaussian& noise,
-                    const VariablesOf<R>& x) {
-    if (role == Role::hard) out_.problem.subject_to(residual, bounds, x);
-    if (role == Role::soft) out_.problem.minimize(Outside<R>(residual, bounds), noise, x);
-  }
-
-  const TrackingData& data_;
-  const TrackingOptions& options_;
-  TrackingProblem& out_;
-  const std::vector<Keyframe>& frames_;
-  std::size_t n_;
-};
+template <LieGroup G>
+void build(const TrackingData& data, const TrackingOptions& options, TrackingProblem& out) {
+  std::vector<SE3> odometry = odometry_at(data.odometry, out.keyframes);
+  for (SE3& pose : odometry) pose = in_space(in_group<G>(pose));
+  TargetStart start = initial_target(data, out.keyframes, odometry, options.robust_start);
+  if (options.model == MotionModel::steady_course) start = straightened(start, out.keyframes);
+  detail::TrackingBuild<G> build{data, options, out, std::move(odometry), std::move(start)};
+  build.add_variables();
+  out.chaser.assign(build.chaser.begin(), build.chaser.end());
+  out.twist.assign(build.twist.begin(), build.twist.end());
+  for (const auto& x : build.target) std::visit([&](const auto& v) { out.target.emplace_back(v); }, x);
+  build.add_chaser();
+  build.add_measurements();
+  build.add_motion();
+  build.add_constraints();
+}
 
 }  // namespace
 
+Loss loss_of(const TargetSensor& sensor, const TrackingOptions& options) { return sensor.loss.value_or(options.loss); }
+
+std::optional<Loss> orientation_loss_of(const TargetSensor& sensor, const TrackingOptions& options) {
+  return sensor.orientation_loss ? sensor.orientation_loss : options.orientation_loss;
+}
+
+void make_robust(TrackingOptions& options) {
+  options.loss = Cauchy(2.0);
+  options.position_share = 1.0 / 9.0;
+  options.robust_start = true;
+}
+
+std::string_view name(MotionModel model) {
+  switch (model) {
+    case MotionModel::constant_twist:
+      return "constant-twist";
+    case MotionModel::constant_velocity:
+      return "constant-velocity";
+    case MotionModel::white_noise_acceleration:
+      return "white-noise-acceleration";
+    case MotionModel::steady_course:
+      break;
+  }
+  return "steady-course";
+}
+
 TrackingProblem make_tracking_problem(const TrackingData& data, const TrackingOptions& options) {
+  check(options);
   TrackingProblem out;
   out.keyframes = make_keyframes(data, options.max_keyframes);
-  const std::vector<SE3> chaser = odometry_at(data.odometry, out.keyframes);
-  const std::vector<SE3> target = initial_target(data, out.keyframes, chaser);
-  for (std::size_t k = 0; k < out.keyframes.size(); ++k) {  // in turns: the Hessian stays narrow-banded
-    out.chaser.push_back(out.problem.add(chaser[k], "chaser " + std::to_string(k)));
-    out.target.push_back(out.problem.add(target[k], "target " + std::to_string(k)));
-  }
-  Builder builder(data, options, out);
-  builder.chaser(chaser);
-  builder.measurements();
-  builder.motion();
-  builder.roll_pitch();
-  builder.constraints();
+  data.planar ? build<SE2>(data, options, out) : build<SE3>(data, options, out);
   return out;
+}
+
+SE3 TrackingProblem::chaser_pose(std::size_t k) const {
+  return std::visit([&](const auto& x) { return SE3(in_space(problem.value(x))); }, chaser[k]);
+}
+
+TargetState TrackingProblem::target_state(std::size_t k) const {
+  const auto on_course = [&]<LieGroup G>(const CourseVariable<G>& x) {
+    return problem.value(x.first) * way_on_course<G>(x.t, problem.value(x.speed).vector()[0]);
+  };
+  return std::visit(
+      [&]<class X>(const X& x) {
+        if constexpr (requires { x.first; }) {
+          return TargetState(in_space(on_course(x)));
+        } else {
+          return TargetState(in_space(problem.value(x)));
+        }
+      },
+      target[k]);
 }
 
 }  // namespace tandem

@@ -1,27 +1,25 @@
 #pragma once
 
-#include <optional>
 #include <vector>
 
-#include <tandem/problem/tracking.hpp>
+#include <tandem/problem/keyframes.hpp>
 
 namespace tandem {
 
-/// Keyframes of a tracking problem: at the first and last odometry time, at every relative measurement, and each
-/// keyframe_interval after the last one while nothing arrives. Times closer than 1 ms are one. `most` > 0 keeps the
-/// first ones only. Throws Error without odometry or measurements, or when a measurement is outside the odometry's
-/// time span.
-std::vector<Keyframe> make_keyframes(const TrackingData& data, std::size_t most = 0);
+/// A first guess of the target over the keyframes.
+struct TargetStart {
+  std::vector<SE3> pose;
+  std::vector<Vector<3>> velocity;  ///< m/s, world
+};
 
-/// Index of the keyframe at time t, to 1 ms.
-std::optional<std::size_t> keyframe_at(const std::vector<Keyframe>& keyframes, double t);
+/// The first guess from the measurements, seen from `chaser` poses: positions smoothed at constant velocity,
+/// orientations from pose measurements, and far from any of those along the direction of travel. Where no sensor gives
+/// positions: the constant velocity that fits the bearings best, or, with ranges alone, ahead of the chaser. `robust`:
+/// without the orientations that disagree with their neighbours and the direction of travel, such as turned detections.
+TargetStart initial_target(const TrackingData& data, const std::vector<Keyframe>& keyframes,
+                           const std::vector<SE3>& chaser, bool robust = false);
 
-/// The odometry stream interpolated on SE(3) at the keyframes.
-std::vector<SE3> odometry_at(const std::vector<Stamped<SE3>>& odometry, const std::vector<Keyframe>& keyframes);
-
-/// A first guess of the target's poses from the measurements, seen from `chaser` poses: positions smoothed at constant
-/// velocity, orientations from pose measurements, and far from any of those along the direction of travel.
-std::vector<SE3> initial_target(const TrackingData& data, const std::vector<Keyframe>& keyframes,
-                                const std::vector<SE3>& chaser);
+/// The straight line at constant speed that fits the guessed positions best, heading along it.
+TargetStart straightened(const TargetStart& start, const std::vector<Keyframe>& keyframes);
 
 }  // namespace tandem

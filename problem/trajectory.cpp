@@ -6,8 +6,8 @@
 namespace tandem {
 
 std::optional<SE3> pose_at(const std::vector<Stamped<SE3>>& trajectory, double t) {
-  constexpr double spare = 1e-3;  // s
-  if (trajectory.empty() || t < trajectory.front().t - spare || t > trajectory.back().t + spare) return {};
+  if (trajectory.empty() || t < trajectory.front().t - kSameInstant || t > trajectory.back().t + kSameInstant)
+    return {};
   const auto after = std::lower_bound(trajectory.begin(), trajectory.end(), t,
                                       [](const Stamped<SE3>& pose, double time) { return pose.t < time; });
   if (after == trajectory.begin()) return trajectory.front().value;

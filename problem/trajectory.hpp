@@ -7,6 +7,9 @@
 
 namespace tandem {
 
+/// Times closer than this are one [s].
+inline constexpr double kSameInstant = 1e-3;
+
 /// A value at an instant [s].
 template <class T>
 struct Stamped {

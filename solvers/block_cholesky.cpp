@@ -169,14 +169,18 @@ bool BlockCholesky::factor_panel(int k, double relative, std::vector<int>* weak)
 }
 
 void BlockCholesky::update_from(int k) {
-  const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
   const double* P = values_.data() + panel_[std::size_t(k)];
+  subtract_below(k, size_[std::size_t(k)], P, P);
+}
+
+void BlockCholesky::subtract_below(int k, int inner, const double* A, const double* B) {
+  const int m = panel_rows_[std::size_t(k)];
   for (int u = update_start_[std::size_t(k)]; u < update_start_[std::size_t(k) + 1]; ++u) {
     const Update& update = updates_[std::size_t(u)];
     for (int r = update.run_begin; r < update.run_end; ++r) {
       const Run& run = runs_[std::size_t(r)];
-      subtract_product_any(run.rows, update.columns, n, values_.data() + run.target, update.target_stride,
-                           P + run.source_row, m, P + update.first_row, m);
+      subtract_product_any(run.rows, update.columns, inner, values_.data() + run.target, update.target_stride,
+                           A + run.source_row, m, B + update.first_row, m);
     }
   }
 }

@@ -35,7 +35,7 @@ class BlockCholesky {
   /// entry they started from. Destroys the factor.
   std::vector<Eigen::VectorXd> null_space(const Eigen::VectorXd& values, double relative, int most);
 
- private:
+ protected:      // for detail::SelectedInverse, which eliminates on the same structure
   struct Copy {  // a block of H into a panel
     int source, source_stride, target, target_stride, rows, columns;
     bool transposed;
@@ -51,6 +51,9 @@ class BlockCholesky {
   void load(const Eigen::VectorXd& values, const Eigen::VectorXd& shift);
   bool factor_panel(int k, double relative, std::vector<int>* weak);
   void update_from(int k);
+  /// Subtracts A Bᵀ from the columns of the panel's block rows below its top. A and B have the panel's rows (those of
+  /// its top are not read) and `inner` columns.
+  void subtract_below(int k, int inner, const double* A, const double* B);
   void forward(Eigen::VectorXd& y) const;
   void backward(Eigen::VectorXd& y) const;
   void permute(const Eigen::VectorXd& x) const;

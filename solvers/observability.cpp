@@ -17,26 +17,26 @@ constexpr std::size_t kNamed = 3;
 
 /// Weights of the hard rows: those that hold the point, as stiff as the soft residuals are on average. An inequality
 /// that is not at its bound tells nothing.
-Eigen::VectorXd active_rows(Program& program, double stiffness) {
+Eigen::VectorXd active_rows(Program& program, double stiffness, bool inequalities) {
   Eigen::VectorXd c(program.num_rows());
   program.constraints(c);
   for (Eigen::Index i = 0; i < c.size(); ++i) {
     const double away = std::min(c[i] - program.lower()[i], program.upper()[i] - c[i]);
-    c[i] = away <= kActive ? stiffness : 0.0;
+    c[i] = away <= kActive && (inequalities || program.lower()[i] == program.upper()[i]) ? stiffness : 0.0;
   }
   return c;
 }
 
 }  // namespace
 
-std::string free_directions(Program& program) {
+std::string free_directions(Program& program, bool inequalities) {
   Eigen::VectorXd gradient(program.num_unknowns());
   Eigen::VectorXd hessian(static_cast<Eigen::Index>(program.hessian_pattern().row.size()));
   Eigen::VectorXd weights;
   try {
     program.linearize(gradient, hessian);
     const double mean = hessian.cwiseAbs().sum() / double(program.num_unknowns());
-    weights = active_rows(program, mean > 0 ? mean : 1.0);
+    weights = active_rows(program, mean > 0 ? mean : 1.0, inequalities);
     program.add_constraint_hessian(weights, hessian);
   } catch (const Error&) {
     return {};

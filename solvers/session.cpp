@@ -89,6 +89,12 @@ void Session::conclude(Program& program, double feasible) {
   summary.seconds = seconds();
 }
 
+Summary refusal(std::string solver, const SolverOptions& options, std::string why) {
+  Session session(std::move(solver), options);
+  session.end(Status::unsupported, std::move(why));
+  return std::move(session.summary);
+}
+
 std::string why_unsolvable(const Problem& problem) {
   const auto size = problem.size();
   if (size.unknowns == 0) return "the problem has no free variable";

@@ -49,6 +49,9 @@ class Session {
   bool ended_ = false;
 };
 
+/// The summary of a solver that cannot take the problem, for the reason given.
+Summary refusal(std::string solver, const SolverOptions& options, std::string why);
+
 /// Empty, or a sentence that says why no solver can take the problem: nothing is free, or there are more hard
 /// equalities than unknowns.
 std::string why_unsolvable(const Problem& problem);

@@ -51,6 +51,8 @@ TEST(NoAllocation, EvaluationAsksTheHeapForNothing) {
     sum += program.violation(c).size;
     program.constraint_jacobian(J);
     program.add_constraint_hessian(weights, H);
+    program.linearize_constraints(c, J);
+    program.add_constraint_hessian(weights, J, H);
     sum += program.stiffness(delta, weights).along;
     program.exact_hessian(1.0, multipliers, H);
     program.reset();

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <tandem/residuals/on_course.hpp>
+
 #include "mixed_problem.hpp"
 
 namespace tandem::testing {
@@ -150,6 +152,35 @@ TEST_F(ProgramTest, ConstraintJacobianAgreesWithDifferences) {
   Eigen::VectorXd H = hessian_values(program);
   program.add_constraint_hessian(Eigen::VectorXd::Constant(program.num_rows(), 2.5), H);
   expect_equal(dense(program.hessian_pattern(), H), 2.5 * J.transpose() * J, 1e-14);
+}
+
+TEST_F(ProgramTest, ConstraintsAndJacobianInOneEvaluationAreTheSame) {
+  program.move_to(delta);
+  const int rows = program.num_rows();
+  Eigen::VectorXd c(rows), both_c(rows);
+  Eigen::VectorXd J(static_cast<Eigen::Index>(program.jacobian_pattern().row.size())), both_J(J.size());
+  program.constraints(c);
+  program.constraint_jacobian(J);
+  program.linearize_constraints(both_c, both_J);
+  EXPECT_EQ(c, both_c);
+  EXPECT_EQ(J, both_J);
+  const Eigen::VectorXd weights = random_vector(rows, 1.0, 9).cwiseMax(0.0);
+  Eigen::VectorXd H = hessian_values(program), of_values = H;
+  program.add_constraint_hessian(weights, H);
+  program.reset();  // the values say where
+  program.add_constraint_hessian(weights, J, of_values);
+  expect_equal(dense(program.hessian_pattern(), of_values), dense(program.hessian_pattern(), H), 1e-14);
+}
+
+TEST_F(ProgramTest, RestoresWhatItKept) {
+  const double cost = program.cost();
+  program.keep();
+  program.move_to(delta);
+  program.recenter();
+  ASSERT_NE(program.cost(), cost);
+  program.move_to(delta);
+  program.restore();
+  EXPECT_EQ(program.cost(), cost);
 }
 
 /// The Hessian itself is made by differences with h = 1e-5: rounding 1e-16 / h, truncation h² of third
@@ -312,6 +343,30 @@ TEST_F(ProgramTest, DescribesTheBlockThatIsNotFinite) {
   EXPECT_EQ(program.describe_bad_block(), "");
   mixed.problem.set_value(mixed.v.p, R3({0.0, std::numeric_limits<double>::quiet_NaN(), 0.0}));
   EXPECT_EQ(Program(mixed.problem).describe_bad_block(), "USBL position of b, p");
+}
+
+/// Blocks of one row are no ordinary ones: Eigen keeps them by rows.
+TEST(Program, HessianOfVariablesOfOneDimension) {
+  using R = OnCourse<UsblPosition<SE2>>;
+  const R residual{UsblPosition<SE2>{Vector<2>(3.0, -1.0)}, 7.0};
+  for (const bool speed_first : {false, true}) {
+    Problem problem;
+    Variable<Rn<1>> speed;
+    if (speed_first) speed = problem.add(Rn<1>(Vector<1>(1.5)));
+    const auto c = problem.add(SE2::Exp({1.0, 2.0, 0.3})), t = problem.add(SE2::Exp({4.0, -2.0, 1.3}));
+    if (!speed_first) speed = problem.add(Rn<1>(Vector<1>(1.5)));
+    problem.minimize(residual, Gaussian{1.0, 1.0}, {c, t, speed});
+    Program program(problem);
+    Vector<2> r;
+    Matrix<2, 3> Jc, Jt;
+    Matrix<2, 1> Js;
+    residual(problem.value(c), problem.value(t), problem.value(speed), r, &Jc, &Jt, &Js);
+    Matrix<2, 7> J;
+    speed_first ? (J << Js, Jc, Jt) : (J << Jc, Jt, Js);
+    Eigen::VectorXd gradient(7), H = hessian_values(program);
+    program.linearize(gradient, H);
+    expect_equal(dense(program.hessian_pattern(), H), J.transpose() * J, 1e-14);
+  }
 }
 
 TEST(Program, NeedsAFreeVariable) {

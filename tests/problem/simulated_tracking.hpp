@@ -31,8 +31,7 @@ struct Simulation {
   TrackingData data() const {
     std::mt19937_64 random(11);
     std::normal_distribution<double> normal(0.0, noise > 0 ? noise : 1.0);
-    const auto draw = [&](const auto& sigma) {
-      auto v = sigma;
+    const auto draw = [&](Eigen::VectorXd v) {
       for (double& entry : v) entry *= noise > 0 ? normal(random) : 0.0;
       return v;
     };
@@ -43,26 +42,39 @@ struct Simulation {
     const int steps = static_cast<int>(std::lround(duration / odometry_period));
     for (int i = 0; i <= steps; ++i) d.odometry.push_back({i * odometry_period, chaser(i * odometry_period)});
 
-    PositionSensor usbl;
-    usbl.sigma = {0.5, 0.5, 0.5};
+    TargetSensor usbl{.name = "usbl", .type = SensorType::position, .sigma = Vector<3>(0.5, 0.5, 0.5)};
     usbl.mount = usbl_mount;
-    usbl.beacon = beacon;
+    usbl.marker = SE3(SO3(), beacon);
     for (double t = 0.4; t < duration; t += usbl_period)
       usbl.measurements.push_back(
-          {t, (chaser(t) * usbl_mount).inverse().act(target(t).act(beacon)) + draw(usbl.sigma)});
-    d.position_sensors.push_back(usbl);
+          {.t = t, .position = (chaser(t) * usbl_mount).inverse().act(target(t).act(beacon)) + draw(usbl.sigma)});
+    d.sensors.push_back(usbl);
     if (!optical) return d;
 
-    PoseSensor camera;
+    TargetSensor camera{.name = "optical", .type = SensorType::pose};
     camera.sigma = Vector<6>(0.05, 0.05, 0.1, 0.03, 0.03, 0.03);
     camera.mount = optical_mount;
     camera.marker = marker;
-    for (double t = 2.0 * duration / 3.0; t < duration; t += 0.7)
-      camera.measurements.push_back(
-          {t, (chaser(t) * optical_mount).inverse() * target(t) * marker * SE3::Exp(draw(camera.sigma))});
-    d.pose_sensors.push_back(camera);
+    for (double t = 2.0 * duration / 3.0; t < duration; t += 0.7) {
+      const SE3 z = (chaser(t) * optical_mount).inverse() * target(t) * marker * SE3::Exp(draw(camera.sigma));
+      camera.measurements.push_back({.t = t, .position = z.translation(), .rotation = z.rotation()});
+    }
+    d.sensors.push_back(camera);
     return d;
   }
 };
+
+/// The pose among what a tracking problem has for chaser or target.
+template <class Any>
+Variable<SE3> pose(const Any& variable) {
+  return std::get<Variable<SE3>>(variable);
+}
+
+template <class Any>
+std::vector<Variable<SE3>> poses(const std::vector<Any>& variables) {
+  std::vector<Variable<SE3>> result;
+  for (const Any& x : variables) result.push_back(pose(x));
+  return result;
+}
 
 }  // namespace tandem::testing

@@ -37,7 +37,7 @@ Result solve(const TrackingData& data, const TrackingOptions& options, const Any
   Result result{solver(tracking.problem), {}};
   EXPECT_TRUE(result.summary.converged()) << solver << ": " << result.summary.message;
   EXPECT_LE(result.summary.max_violation, 1e-6) << solver;
-  for (const auto& x : tracking.target) result.target.push_back(tracking.problem.value(x));
+  for (const auto& x : tracking.target) result.target.push_back(tracking.problem.value(pose(x)));
   return result;
 }
 
@@ -71,7 +71,7 @@ TEST_P(RobustLoss, GivesTheSameOptimumInEverySolver) {
   Simulation simulation = noisy();
   simulation.noise = 0.5;  // little besides the outlier: losses that redescend then have one minimum nearby
   TrackingData data = simulation.data();
-  data.position_sensors[0].measurements[1].value += Vector<3>(8.0, -5.0, 3.0);  // an outlier of 20 sigma
+  data.sensors[0].measurements[1].position += Vector<3>(8.0, -5.0, 3.0);  // an outlier of 20 sigma
   const TrackingOptions options{.loss = GetParam()};
   const Result reference = solve(data, options, main_solvers().front());
   const Result plain = solve(data, {}, main_solvers().front());

@@ -12,6 +12,7 @@
 #include <tandem/problem/program.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
+#include <tandem/solvers/augmented_lagrangian.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/solvers/ipopt.hpp>
 #include <tandem/solvers/nlopt.hpp>
@@ -70,7 +71,10 @@ inline AnySolver nlopt(const std::string& algorithm) {
 
 /// One of each solver that this build has, and Ipopt with each Hessian.
 inline std::vector<AnySolver> main_solvers() {
-  std::vector<AnySolver> solvers{any_solver("gauss_newton", false, GaussNewtonOptions{})};
+  std::vector<AnySolver> solvers{
+      any_solver("gauss_newton", false, GaussNewtonOptions{}),
+      any_solver("augmented_lagrangian", true, AugmentedLagrangianOptions{}),
+  };
   if (ipopt_present())
     for (const auto hessian : {Hessian::automatic, Hessian::gauss_newton, Hessian::exact, Hessian::limited_memory})
       solvers.push_back(ipopt(hessian));

@@ -103,7 +103,7 @@ TEST_P(EverySolver, FindsTheTruthOfANoiselessTrackingProblem) {
   EXPECT_LE(s.cost, 1e-6);
   for (std::size_t k = 0; k < tracking.keyframes.size(); ++k) {
     const SE3 truth = Simulation::target(tracking.keyframes[k].t);
-    EXPECT_LE((truth.inverse() * tracking.problem.value(tracking.target[k])).Log().norm(), 1e-3);
+    EXPECT_LE((truth.inverse() * tracking.problem.value(pose(tracking.target[k]))).Log().norm(), 1e-3);
   }
 }
 
@@ -256,7 +256,7 @@ TEST_P(EverySolver, IsDeterministic) {
   for (int run = 0; run < 2; ++run) {
     TrackingProblem tracking = make_tracking_problem(simulation.data(), {.loss = Cauchy(2.0)});
     summaries.push_back(solver()(tracking.problem));
-    for (const auto& x : tracking.target) values.push_back(tracking.problem.value(x).matrix());
+    for (const auto& x : tracking.target) values.push_back(tracking.problem.value(pose(x)).matrix());
   }
   EXPECT_EQ(summaries[0].cost, summaries[1].cost);
   EXPECT_EQ(summaries[0].iterations, summaries[1].iterations);

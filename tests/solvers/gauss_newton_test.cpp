@@ -17,7 +17,7 @@ TEST(GaussNewton, RefusesHardConstraintsInASentence) {
   EXPECT_THAT(why_unsupported(problem, GaussNewtonOptions{}), HasSubstr("gauss-newton takes soft residuals only"));
   const Summary s = solve(problem, GaussNewtonOptions{});
   EXPECT_EQ(s.status, Status::unsupported);
-  EXPECT_THAT(s.message, HasSubstr("use ipopt"));
+  EXPECT_THAT(s.message, HasSubstr("use augmented-lagrangian or ipopt"));
   EXPECT_EQ(s.solver, "gauss-newton");
 }
 

@@ -92,6 +92,29 @@ TEST_F(SecantTest, LeavesOutPairsWithoutPositiveCurvature) {
   EXPECT_LE((apply(pairs, d) - bfgs({step}) * d).norm(), 1e-12 * d.norm());
 }
 
+/// The part of the Hessian that B has exactly may change after the step: pairs then are as if made with the new one.
+TEST_F(SecantTest, TakesTheTermOfTheDay) {
+  const Eigen::MatrixXd term = positive_definite(n, 3.1);
+  SecantPairs pairs(n, 3, true), whole(n, 3);
+  const Eigen::VectorXd g = wave(n, 3.0), d = wave(n, 2.0);
+  for (int k = 0; k < 5; ++k) {
+    const Eigen::VectorXd step = wave(n, 0.5 + k);
+    pairs.add(step, g, g + (H - 0.5 * term) * step);
+    whole.add(step, g, g + (H + term) * step);
+  }
+  pairs.refresh([&](const auto& s, auto&& y) { y += 1.5 * term * s; });
+  const Eigen::VectorXd expected = apply(whole, d);
+  EXPECT_LE((apply(pairs, d) - expected).norm(), 1e-12 * expected.norm());
+}
+
+TEST_F(SecantTest, AFullStoreIsUnharmedByAPairThatIsNotFinite) {
+  SecantPairs pairs(n, 2);
+  const Eigen::VectorXd g = wave(n, 3.0), d = wave(n, 2.0);
+  for (int k = 0; k < 2; ++k) add(pairs, wave(n, 0.5 + k));
+  pairs.add(wave(n, 4.0), g, Eigen::VectorXd::Constant(n, std::numeric_limits<double>::quiet_NaN()));
+  EXPECT_LE((apply(pairs, d) - bfgs({wave(n, 1.5)}) * d).norm(), 1e-12 * d.norm());
+}
+
 TEST_F(SecantTest, ForgetsWhenCleared) {
   SecantPairs pairs(n, 3);
   for (int k = 0; k < 5; ++k) add(pairs, wave(n, 0.5 + k));

@@ -1,0 +1,37 @@
+#include <tandem/problem/tracking_build.hpp>
+#include <tandem/residuals/roll_pitch.hpp>
+#include <tandem/residuals/twist_components.hpp>
+
+namespace tandem::detail {
+
+template <LieGroup G>
+void TrackingBuild<G>::add_constraints() {
+  using Surge = TwistComponents<G, surge>;
+  using YawRate = TwistComponents<G, yaw_rate>;
+  if constexpr (!planar) {  // a planar target is level
+    const Gaussian noise = noise_of("roll_pitch", this->data.noise.roll_pitch, 2);
+    if (const auto* course = std::get_if<CourseVariable<G>>(&target[0]))
+      hold_zero(RollPitch<G>{}, options.roll_pitch, noise, {course->first});
+    for (std::size_t k = 0; k < size(); ++k)
+      if (pose(k)) hold_zero(RollPitch<G>{}, options.roll_pitch, noise, {*pose(k)});
+  }
+  constexpr TwistAxes sideways_axes = planar ? sway : sway | heave;
+  using NonHolonomic = TwistComponents<G, sideways_axes>;
+  const Gaussian sideways(Eigen::VectorXd(data.noise.non_holonomic.head(NonHolonomic::dim)));
+  const Gaussian along{data.noise.surge}, turning{data.noise.yaw_rate};
+  for (std::size_t k = 1; k < size(); ++k) {
+    if (!pose(k - 1) || !pose(k)) continue;
+    const double step = dt(k - 1, k);
+    const VariablesOf<Surge> pair{*pose(k - 1), *pose(k)};
+    hold_zero(NonHolonomic{step}, options.non_holonomic, sideways, pair);
+    if (options.surge) hold_between(Surge{step}, options.limits, *options.surge, along, pair);
+    if (options.max_yaw_rate)
+      hold_between(YawRate{step}, options.limits, between(-*options.max_yaw_rate, *options.max_yaw_rate), turning,
+                   pair);
+  }
+}
+
+template void TrackingBuild<SE3>::add_constraints();
+template void TrackingBuild<SE2>::add_constraints();
+
+}  // namespace tandem::detail

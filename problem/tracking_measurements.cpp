@@ -1,0 +1,177 @@
+#include <string>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/problem/planar.hpp>
+#include <tandem/problem/tracking_build.hpp>
+#include <tandem/residuals/bearing.hpp>
+#include <tandem/residuals/on_course.hpp>
+#include <tandem/residuals/range.hpp>
+#include <tandem/residuals/range_bearing.hpp>
+#include <tandem/residuals/relative_pose.hpp>
+#include <tandem/residuals/relative_rotation.hpp>
+#include <tandem/residuals/usbl_position.hpp>
+#include <tandem/residuals/usbl_spherical.hpp>
+
+namespace tandem::detail {
+namespace {
+
+/// Adds one sensor's measurements.
+template <LieGroup G>
+class SensorBuild {
+  using Build = TrackingBuild<G>;
+  using Point = typename Build::Point;
+  static constexpr int kPointDim = G::point_dim;
+
+ public:
+  SensorBuild(Build& build, std::size_t index)
+      : build_(build),
+        sensor_(build.data.sensors[index]),
+        index_(index),
+        noise_(checked_noise()),
+        position_loss_(loss_of(sensor_, build.options)),
+        orientation_loss_(orientation_loss_of(sensor_, build.options)) {}
+
+  void add() {
+    std::size_t left_out = 0;
+    const double first = build_.out.keyframes.front().t;
+    for (std::size_t i = 0; i < sensor_.measurements.size(); ++i) {
+      const Measurement& m = sensor_.measurements[i];
+      const double t = sensor_.valid_at(m);
+      if (const auto k = keyframe_at(build_.out.keyframes, t)) {
+        PlacedMeasurement placed{index_, i, *k, {}, {}, {}, {}};
+        std::visit([&](const auto& target) { add(m, target, placed); }, build_.target[*k]);
+        build_.out.measurements.push_back(placed);
+      } else if (t < first) {
+        ++left_out;
+      }
+    }
+    build_.out.left_out.push_back(left_out);
+  }
+
+ private:
+  Gaussian checked_noise() const {
+    const int n = rows(sensor_.type, Build::planar);
+    if (n == 0)
+      throw Error(sensor_.name + ": a planar problem takes no sensor of type " + std::string(name(sensor_.type)));
+    return noise_of(sensor_.name, sensor_.sigma, n);
+  }
+  G mount() const { return in_group<G>(sensor_.mount); }
+  Vector<kPointDim> beacon() const { return in_group<G>(sensor_.marker.translation()); }
+
+  /// As a residual of the problem, or, held out, as one that is only looked at.
+  template <Residual R>
+  std::optional<Block> place(const Measurement& m, const R& residual, const VariablesOf<R>& x, const Gaussian& noise,
+                             const Loss& loss, PlacedMeasurement& placed) {
+    if (!m.held_out) return build_.out.problem.minimize(residual, noise, x, loss);
+    placed.innovation = [residual, x](const Problem& problem) {
+      return std::apply([&](const auto&... v) { return innovation(residual, problem.value(v)...); }, x);
+    };
+    return {};
+  }
+  template <Residual R, LieGroup T>
+  std::optional<Block> place(const Measurement& m, const R& residual, const Variable<T>& target, const Gaussian& noise,
+                             const Loss& loss, PlacedMeasurement& placed) {
+    return place<R>(m, residual, {build_.chaser[placed.keyframe], target}, noise, loss, placed);
+  }
+  template <Residual R>
+  std::optional<Block> place(const Measurement& m, const R& residual, const CourseVariable<G>& target,
+                             const Gaussian& noise, const Loss& loss, PlacedMeasurement& placed) {
+    return place<OnCourse<R>>(m, {residual, target.t}, {build_.chaser[placed.keyframe], target.first, target.speed},
+                              noise, loss, placed);
+  }
+
+  template <Residual R, LieGroup... Xs>
+  static Innovation innovation(const R& residual, const Xs&... x) {
+    Vector<R::dim> r;
+    std::tuple<Matrix<R::dim, Xs::dof>...> J;
+    std::apply([&](auto&... j) { residual(x..., r, &j...); }, J);
+    Innovation result{r, Eigen::MatrixXd(R::dim, (Xs::dof + ...))};
+    Eigen::Index column = 0;
+    std::apply([&](const auto&... j) { ((result.jacobian.middleCols(column, j.cols()) = j, column += j.cols()), ...); },
+               J);
+    return result;
+  }
+
+  template <class Target>
+  void add(const Measurement& m, const Target& target, PlacedMeasurement& placed) {
+    constexpr bool point = std::same_as<Target, Variable<Point>>;
+    using T = std::conditional_t<point, Point, G>;
+    if (sensor_.type == SensorType::pose) return add_pose(m, target, placed);
+    if (point && !sensor_.marker.translation().isZero())
+      throw Error(sensor_.name +
+                  ": its place on the target (target_position) needs the target's orientation, which this mode or "
+                  "model does not estimate where it measures");
+    const auto put = [&](const auto& residual) {
+      placed.block = place(m, residual, target, noise_, position_loss_, placed);
+    };
+    switch (sensor_.type) {
+      case SensorType::position:
+        return put(UsblPosition<G, T>{in_group<G>(m.position), mount(), beacon()});
+      case SensorType::range_bearing:
+        return put(RangeBearing<G, T>{m.range, bearing(m), mount(), beacon()});
+      case SensorType::bearing:
+        return put(Bearing<G, T>{bearing(m), mount(), beacon()});
+      case SensorType::range:
+        return put(Range<G, T>{m.range, mount(), beacon()});
+      case SensorType::usbl_spherical:
+        if constexpr (!Build::planar) put(UsblSpherical<G, T>{m.range, m.azimuth, m.elevation, mount(), beacon()});
+        return;
+      case SensorType::pose:
+        return;
+    }
+  }
+
+  Direction<kPointDim> bearing(const Measurement& m) const {
+    if constexpr (Build::planar) {
+      return Direction<2>(m.azimuth);
+    } else {
+      return Direction<3>(m.azimuth, m.elevation);
+    }
+  }
+
+  template <class Target>
+  void add_pose(const Measurement& m, const Target& target, PlacedMeasurement& placed) {
+    const SE3 measured(m.rotation, m.position);
+    const Gaussian position(Eigen::VectorXd(sensor_.sigma.head(kPointDim)));
+    const auto put = [&](const auto& residual, const Gaussian& noise) {
+      placed.block = place(m, residual, target, noise, position_loss_, placed);
+    };
+    if constexpr (std::same_as<Target, Variable<Point>>) {  // the marker's lever arm turns with the measured pose
+      const SE3 body = measured * sensor_.marker.inverse();
+      put(UsblPosition<G, Point>{in_group<G>(body.translation()), mount()}, position);
+    } else if (!orientation_loss_ || m.held_out) {
+      const double share = m.held_out ? 0.0 : build_.options.position_share;
+      Eigen::VectorXd sigma = sensor_.sigma;
+      sigma.head(kPointDim) /= std::sqrt(1 - share);
+      put(RelativePose<G>{in_group<G>(measured), mount(), in_group<G>(sensor_.marker)}, Gaussian(sigma));
+      if (share > 0)
+        placed.position = place(m, UsblPosition<G>{in_group<G>(m.position), mount(), beacon()}, target,
+                                position.scaled(1 / std::sqrt(share)), position_loss_, placed);
+    } else {
+      put(UsblPosition<G>{in_group<G>(m.position), mount(), beacon()}, position);
+      const RelativeRotation<G> rotation{in_group<G>(m.rotation), in_group<G>(sensor_.mount.rotation()),
+                                         in_group<G>(sensor_.marker.rotation())};
+      const Gaussian noise(Eigen::VectorXd(sensor_.sigma.tail(G::dof - kPointDim)));
+      placed.orientation = place(m, rotation, target, noise, *orientation_loss_, placed);
+    }
+  }
+
+  Build& build_;
+  const TargetSensor& sensor_;
+  std::size_t index_;
+  Gaussian noise_;
+  Loss position_loss_;
+  std::optional<Loss> orientation_loss_;
+};
+
+}  // namespace
+
+template <LieGroup G>
+void TrackingBuild<G>::add_measurements() {
+  for (std::size_t i = 0; i < data.sensors.size(); ++i) SensorBuild<G>(*this, i).add();
+}
+
+template void TrackingBuild<SE3>::add_measurements();
+template void TrackingBuild<SE2>::add_measurements();
+
+}  // namespace tandem::detail

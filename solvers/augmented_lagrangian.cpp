@@ -1,0 +1,19 @@
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/augmented_lagrangian.hpp>
+#include <tandem/solvers/session.hpp>
+
+namespace tandem {
+
+std::string why_unsupported(const Problem& problem, const AugmentedLagrangianOptions& options) {
+  detail::check("augmented-lagrangian", options);
+  if (!(options.initial_penalty > 0)) throw Error("augmented-lagrangian: initial_penalty must be above zero");
+  return detail::why_unsolvable(problem);
+}
+
+Summary solve(Problem& problem, const AugmentedLagrangianOptions& options) {
+  if (const std::string why = why_unsupported(problem, options); !why.empty())
+    return detail::refusal("augmented-lagrangian", options, why);
+  return detail::levenberg_marquardt(problem, "augmented-lagrangian", options, options.initial_penalty);
+}
+
+}  // namespace tandem

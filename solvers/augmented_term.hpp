@@ -1,0 +1,98 @@
+#pragma once
+
+#include <tandem/problem/program.hpp>
+
+namespace tandem::detail {
+
+/// The hard constraints l ≤ c(x) ≤ u as one term of an augmented Lagrangian (Rockafellar 1973; Nocedal & Wright 2006,
+/// §17.4),
+///
+///     ψ(x) = ½ Σ wᵢ d(zᵢ)²,   zᵢ = cᵢ(x) + yᵢ/wᵢ,   d(z) = z − P[l,u](z),   ∇ψ = Jᵀ ŷ,   ŷᵢ = wᵢ d(zᵢ),
+///
+/// with multipliers y (above zero at an upper bound, below it at a lower one) and weights w. Its Gauss-Newton Hessian
+/// is J_Aᵀ W J_A over the active rows A: the equalities, and those with zᵢ outside its bounds. Weights are multiples of
+/// wᵢ⁰ = (Jᵢ D⁻¹ Jᵢᵀ)⁻¹, D the diagonal of the cost's Hessian: the stiffness that the cost has along the row, so that
+/// units do not matter. Without rows it is zero, at no cost.
+class AugmentedTerm {
+ public:
+  explicit AugmentedTerm(Program& program);
+
+  bool empty() const { return c_.size() == 0; }
+  /// c and J at X̄.
+  void linearize();
+  /// Sets w⁰ by the curvature `scale` of each unknown, y = 0.
+  void start(const Eigen::VectorXd& scale);
+  void set_penalty(double penalty) { w_ = penalty * stiffness_; }
+
+  const Eigen::VectorXd& multipliers() const { return y_; }
+  void set_multipliers(const Eigen::VectorXd& y) { y_ = y; }
+  /// ŷ at X̄, and at the step by the model below.
+  void estimate(Eigen::VectorXd& y) const { estimate_at(0.0, y); }
+  void estimate_at_step(Eigen::VectorXd& y) const { estimate_at(1.0, y); }
+
+  /// ψ at X̄ and at the program's point.
+  double value() const { return value_of(c_); }
+  double value_at_point();
+  /// g += Jᵀ y.
+  void add_forces(const Eigen::VectorXd& y, Eigen::VectorXd& g) const { add_transposed(y, g); }
+
+  Program::Violation violation() const { return program_.violation(c_); }
+  /// The largest √w⁰ᵢ |cᵢ − P(cᵢ + yᵢ/w⁰ᵢ)|: how far y and c are from fitting each other, in the cost's root.
+  double mismatch(const Eigen::VectorXd& y) const;
+  /// ‖D^-½ Jᵀ W⁰ v‖ / ‖W⁰^½ v‖ of the violations v: near 0 where no step lessens them.
+  double relief(const Eigen::VectorXd& scale);
+  /// A row whose value or derivatives are not finite at X̄, or −1.
+  int bad_row() const;
+
+  /// The term's model at a step p has c + J p in the place of c. Its least value is sought over p along segments:
+  /// p = 0; the active rows are those there.
+  void begin_step();
+  /// g += Jᵀ ŷ at p = 0 and H += J_Aᵀ W J_A, as if the active rows were so for any p.
+  void add_gradient(Eigen::VectorXd& g);
+  void add_hessian(Eigen::VectorXd& hessian) const { program_.add_constraint_hessian(active_, jacobian_, hessian); }
+  /// y += J_Aᵀ W J_A s.
+  template <class S, class Y>
+  void add_hessian_product(const S& s, Y&& y) {
+    multiply(s, row_);
+    row_.array() *= active_.array();
+    add_transposed(row_, y);
+  }
+  /// The segment from p to `next`; adds Jᵀ ŷ there for the same active rows.
+  void aim(const Eigen::VectorXd& next, Eigen::VectorXd& g);
+  /// Whether the active rows at its end are the same.
+  bool settled() const;
+  /// The slope of the model at a fraction of the segment.
+  double slope(double fraction) const;
+  /// p moves by a fraction of the segment, the active rows with it.
+  void advance(double fraction);
+  double model_value() const;
+
+ private:
+  double outside(Eigen::Index i, double z) const;
+  double value_of(const Eigen::VectorXd& c) const;
+  void estimate_at(double step, Eigen::VectorXd& y) const;
+  void activate();
+  bool is_active(Eigen::Index i, double z) const;
+
+  template <class S>
+  void multiply(const S& s, Eigen::VectorXd& rows) const {
+    rows.setZero();
+    const auto& pattern = program_.jacobian_pattern();
+    for (std::size_t k = 0; k < pattern.row.size(); ++k)
+      rows[pattern.row[k]] += jacobian_[Eigen::Index(k)] * s[pattern.column[k]];
+  }
+  template <class Y>
+  void add_transposed(const Eigen::VectorXd& rows, Y&& y) const {
+    const auto& pattern = program_.jacobian_pattern();
+    for (std::size_t k = 0; k < pattern.row.size(); ++k)
+      y[pattern.column[k]] += jacobian_[Eigen::Index(k)] * rows[pattern.row[k]];
+  }
+
+  Program& program_;
+  Eigen::VectorXd c_, jacobian_, y_, w_, stiffness_;
+  Eigen::VectorXd along_, segment_;  // J p, and J (next − p)
+  Eigen::VectorXd active_, bound_;   // weights of the active rows, 0 of the others; the bound that each is held to
+  Eigen::VectorXd trial_, row_, unknown_;
+};
+
+}  // namespace tandem::detail

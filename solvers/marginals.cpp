@@ -1,0 +1,82 @@
+#include <cmath>
+
+#include <tandem/solvers/marginals.hpp>
+#include <tandem/solvers/observability.hpp>
+
+namespace tandem {
+namespace {
+
+detail::LinearEquations equalities_of(Program& program) {
+  const TripletPattern& pattern = program.jacobian_pattern();
+  Eigen::VectorXd values(static_cast<Eigen::Index>(pattern.row.size()));
+  program.constraint_jacobian(values);
+  detail::LinearEquations equations;
+  std::vector<int> equation(std::size_t(program.num_rows()), -1);
+  for (int row = 0; row < program.num_rows(); ++row)
+    if (program.lower()[row] == program.upper()[row]) equation[std::size_t(row)] = equations.num_rows++;
+  for (std::size_t k = 0; k < pattern.row.size(); ++k) {
+    const int row = equation[std::size_t(pattern.row[k])];
+    if (row < 0) continue;
+    equations.row.push_back(row);
+    equations.column.push_back(pattern.column[k]);
+    equations.value.push_back(values[Eigen::Index(k)]);
+    if (!std::isfinite(values[Eigen::Index(k)]))
+      throw Error("marginals: " + program.describe_row(pattern.row[k]) + " has a derivative that is not finite");
+  }
+  return equations;
+}
+
+[[noreturn]] void throw_singular(Program& program, int unknown) {
+  const auto u = program.describe_unknown(unknown);
+  throw Error("marginals: the Hessian is singular to rounding, found at " + u.variable + " in " + u.direction +
+              " (add a residual that observes it, or fix it)");
+}
+
+}  // namespace
+
+Marginals::Marginals(Problem& problem) : parts_(compute(problem)) {}
+
+Marginals::Parts Marginals::compute(Problem& problem) {
+  Program program(problem);
+  Parts parts{std::vector<int>(std::size_t(problem.num_variables())),
+              detail::SelectedInverse(program.hessian_pattern())};
+  for (int id = 0; id < problem.num_variables(); ++id) parts.block_of_variable[std::size_t(id)] = program.block_of(id);
+
+  Eigen::VectorXd gradient(program.num_unknowns());
+  Eigen::VectorXd hessian(static_cast<Eigen::Index>(program.hessian_pattern().row.size()));
+  program.linearize(gradient, hessian);
+  if (!hessian.allFinite()) {
+    const std::string block = program.describe_bad_block();
+    throw Error("marginals: " + (block.empty() ? "a residual" : block) + " has derivatives that are not finite");
+  }
+  const bool positive = parts.inverse.compute(hessian, equalities_of(program));
+  if (!positive || parts.inverse.weak()) {
+    // A weak pivot is a suspicion only: a long chain or a loose prior has them too.
+    const std::string free = detail::free_directions(program, false);
+    if (!free.empty()) throw Error("marginals: " + free);
+    if (!positive) throw_singular(program, parts.inverse.failed_unknown());
+  }
+  return parts;
+}
+
+int Marginals::block_of(int variable_id) const {
+  if (std::size_t(variable_id) >= parts_.block_of_variable.size())
+    throw Error("marginals: the variable was added to the problem after they were computed");
+  return parts_.block_of_variable[std::size_t(variable_id)];
+}
+
+void Marginals::block(int a, int b, Eigen::Ref<Eigen::MatrixXd> S) const {
+  const int p = block_of(a), q = block_of(b);
+  if (p < 0 || q < 0) {
+    S.setZero();
+  } else {
+    parts_.inverse.block(p, q, S);
+  }
+}
+
+bool Marginals::in_pattern(int a, int b) const {
+  const int p = block_of(a), q = block_of(b);
+  return p < 0 || q < 0 || parts_.inverse.holds(p, q);
+}
+
+}  // namespace tandem

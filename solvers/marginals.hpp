@@ -1,0 +1,75 @@
+#pragma once
+
+#include <vector>
+
+#include <tandem/problem/problem.hpp>
+#include <tandem/solvers/selected_inverse.hpp>
+
+namespace tandem {
+
+/// Marginal covariances of a problem's variables at their values, in the tangent space of right perturbations
+/// (X ⊕ δ = X Exp(δ), translation first; m², m rad, rad²): blocks of S = H⁻¹, with H the Gauss-Newton Hessian, robust
+/// losses by their weights ρ′. Solve the problem first: away from the optimum they mean little.
+///
+/// - Fixed variables have zero covariance.
+/// - Under hard equalities (equal bounds) S is that of the problem confined to them, linearised:
+///   S = H⁻¹ − H⁻¹Aᵀ (A H⁻¹ Aᵀ)⁻¹ A H⁻¹, zero along constrained directions; H alone may be singular, and equalities
+///   may repeat each other. Combinations of rows (scaled to norm 1) below 1e-10 count as repeats. Digits are lost to
+///   two rows that differ by δ, as 1e-16/δ, and to a row that some variable enters ε times as much as another, as
+///   1e-16/ε², where the first is the earlier in the elimination.
+/// - Inequalities are left out, at their bounds or not: conservative.
+///
+/// What is kept are the blocks of S on the pattern of H's Cholesky factor, found by selected inversion (see
+/// detail::SelectedInverse): each variable's own, those of pairs that some residual reads together, and some more. Any
+/// other pair costs a sparse solve for each column, time linear in the problem's size, at each call.
+///
+/// A snapshot: the problem may change afterwards.
+class Marginals {
+ public:
+  /// Throws Error when residuals leave some direction free (naming the variable and it), or have no finite value.
+  explicit Marginals(Problem& problem);
+
+  template <LieGroup A>
+  Matrix<A::dof, A::dof> covariance(const Variable<A>& a) const {
+    return cross_covariance(a, a);
+  }
+  /// Rows of a, columns of b.
+  template <LieGroup A, LieGroup B>
+  Matrix<A::dof, B::dof> cross_covariance(const Variable<A>& a, const Variable<B>& b) const {
+    Matrix<A::dof, B::dof> S;
+    block(id(a), id(b), S);
+    return S;
+  }
+  /// Of [δa; δb].
+  template <LieGroup A, LieGroup B>
+  Matrix<A::dof + B::dof, A::dof + B::dof> joint(const Variable<A>& a, const Variable<B>& b) const {
+    Matrix<A::dof + B::dof, A::dof + B::dof> S;
+    const Matrix<A::dof, B::dof> ab = cross_covariance(a, b);
+    S << covariance(a), ab, ab.transpose(), covariance(b);
+    return S;
+  }
+  /// Whether the pair's covariance is at hand, without a solve.
+  template <LieGroup A, LieGroup B>
+  bool in_pattern(const Variable<A>& a, const Variable<B>& b) const {
+    return in_pattern(id(a), id(b));
+  }
+
+ private:
+  template <LieGroup G>
+  static int id(const Variable<G>& x) {
+    return x.store->id[std::size_t(x.slot)];
+  }
+  int block_of(int variable_id) const;
+  void block(int a, int b, Eigen::Ref<Eigen::MatrixXd> S) const;
+  bool in_pattern(int a, int b) const;
+
+  struct Parts {
+    std::vector<int> block_of_variable;  // −1 when fixed
+    detail::SelectedInverse inverse;
+  };
+  static Parts compute(Problem& problem);
+
+  Parts parts_;
+};
+
+}  // namespace tandem

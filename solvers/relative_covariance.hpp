@@ -1,0 +1,30 @@
+#pragma once
+
+#include <tandem/lie/lie_group.hpp>
+
+namespace tandem {
+
+/// Covariance of the relative pose D = C⁻¹ T in right perturbations of D, from the joint covariance of [δC; δT]
+/// (Marginals::joint):  D ⊕ d with d = −Ad(D⁻¹) δC + δT to first order.
+template <LieGroup G>
+Matrix<G::dof, G::dof> relative_pose_covariance(const G& c, const G& t, const Matrix<2 * G::dof, 2 * G::dof>& joint) {
+  Matrix<G::dof, 2 * G::dof> J;
+  J << -(t.inverse() * c).Ad(), Matrix<G::dof, G::dof>::Identity();
+  return J * joint * J.transpose();
+}
+
+/// Covariance [m²] of the target's position in the chaser's frame, p = C⁻¹ t(T), from the joint covariance of
+/// [δC; δT]. The target is a pose or a point (SE3 and R3, SE2 and R2).
+template <LieGroup Chaser, LieGroup Target>
+requires(Chaser::point_dim == Target::point_dim)
+    Matrix<Chaser::point_dim, Chaser::point_dim> relative_position_covariance(
+        const Chaser& c, const Target& t, const Matrix<Chaser::dof + Target::dof, Chaser::dof + Target::dof>& joint) {
+  const Vector<Chaser::point_dim> origin = Vector<Chaser::point_dim>::Zero();
+  const Chaser to_body = c.inverse();
+  Matrix<Chaser::point_dim, Chaser::dof + Target::dof> J;
+  J << -Chaser::identity().act_jacobian(to_body.act(t.act(origin))),
+      to_body.act_point_jacobian() * t.act_jacobian(origin);
+  return J * joint * J.transpose();
+}
+
+}  // namespace tandem

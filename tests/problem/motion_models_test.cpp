@@ -1,0 +1,231 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/solvers/gauss_newton.hpp>
+
+#include "simulated_run.hpp"
+
+namespace tandem::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+struct Case {
+  MotionModel model;
+  bool planar, turning;  ///< whether the model can follow a turn
+};
+
+class MotionModels : public ::testing::TestWithParam<Case> {
+ protected:
+  SimulatedRun run{.planar = GetParam().planar, .target_twist = twist(0.9, GetParam().turning ? 0.06 : 0.0)};
+  TrackingOptions options{.model = GetParam().model};
+  TrackingData data = run.data({{.name = "sonar", .type = SensorType::position}}, every(0.8, 0.0, run.duration));
+
+  /// Positions alone leave a heading open to a target that keeps any constant twist.
+  MotionModels() {
+    data.sensors.push_back(run.data({{.name = "camera", .type = SensorType::pose}}, {3.2, 8.8}).sensors[0]);
+  }
+};
+
+TEST_P(MotionModels, TheTruthCostsNothing) {
+  TrackingProblem tracking = make_tracking_problem(data, options);
+  if (GetParam().turning) {  // a straight line is found by the start
+    EXPECT_GT(cost(tracking), 1e-3);
+  }
+  run.set_truth(tracking);
+  EXPECT_LE(cost(tracking), 1e-18);
+  EXPECT_LE(run.largest_error(tracking), 1e-12);
+  EXPECT_LE(run.largest_angle(tracking), 1e-12);
+}
+
+TEST_P(MotionModels, TheTruthIsRecoveredFromTheStart) {
+  TrackingProblem tracking = make_tracking_problem(data, options);
+  const Summary summary = solve(tracking.problem, GaussNewtonOptions{});
+  EXPECT_TRUE(summary.converged()) << summary.message;
+  EXPECT_LE(summary.cost, 1e-8);
+  EXPECT_LE(run.largest_error(tracking), 1e-4);
+  EXPECT_LE(run.largest_angle(tracking), 1e-3);
+}
+
+TEST_P(MotionModels, TheFirstKeyframesAlone) {
+  for (const std::size_t most : {1u, 2u, 3u}) {
+    options.max_keyframes = most;
+    TrackingProblem tracking = make_tracking_problem(data, options);
+    EXPECT_EQ(tracking.keyframes.size(), most);
+    EXPECT_TRUE(std::isfinite(cost(tracking)));
+    EXPECT_TRUE(tracking.target_state(0).position.allFinite());
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, MotionModels,
+                         ::testing::Values(Case{MotionModel::constant_twist, false, true},
+                                           Case{MotionModel::constant_twist, true, true},
+                                           Case{MotionModel::constant_velocity, false, false},
+                                           Case{MotionModel::constant_velocity, true, false},
+                                           Case{MotionModel::white_noise_acceleration, false, true},
+                                           Case{MotionModel::white_noise_acceleration, true, true},
+                                           Case{MotionModel::steady_course, false, false},
+                                           Case{MotionModel::steady_course, true, false}),
+                         [](const auto& info) {
+                           std::string name(tandem::name(info.param.model));
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name + (info.param.planar ? "_SE2" : "_SE3");
+                         });
+
+TrackingData positions(const SimulatedRun& run, const std::vector<double>& times) {
+  return run.data({{.name = "sonar", .type = SensorType::position}}, times);
+}
+
+TEST(ConstantVelocity, HasPointsAlone) {
+  const TrackingProblem tracking =
+      make_tracking_problem(patterned({}, "pPP.p"), {.model = MotionModel::constant_velocity});
+  EXPECT_EQ(tracking.problem.size().unknowns, 5 * (6 + 3));
+  for (std::size_t k = 0; k < 5; ++k) EXPECT_FALSE(tracking.target_state(k).rotation.has_value());
+}
+
+TEST(ConstantVelocity, NeedsNoNoiseOfPoses) {
+  const SimulatedRun run{.target_twist = twist(0.9, 0.0)};
+  TrackingData data = positions(run, {0.0, 3.0, 9.0, 12.0});
+  data.noise.constant_twist.setZero();
+  TrackingProblem tracking = make_tracking_problem(data, {.model = MotionModel::constant_velocity});
+  EXPECT_LE(run.largest_error(tracking), 0.5) << "the start";
+  EXPECT_TRUE(solve(tracking.problem, GaussNewtonOptions{}).converged());
+  EXPECT_LE(run.largest_error(tracking), 1e-4);
+}
+
+/// A target that turns: the start of constant velocity must not assume a straight line because constant twist has no
+/// noise.
+TEST(ConstantVelocity, TheStartFollowsATurnWithoutTheNoiseOfPoses) {
+  const SimulatedRun run{.duration = 40.0, .target_twist = twist(0.9, 0.1)};
+  TrackingData data = positions(run, every(1.0, 0.0, 40.0));
+  data.noise.constant_twist.setZero();
+  const TrackingProblem tracking = make_tracking_problem(data, {.model = MotionModel::constant_velocity});
+  EXPECT_LE(run.largest_error(tracking), 0.2);
+}
+
+TEST(WhiteNoiseAcceleration, ItsNoiseIsThatOfAccelerationOrElseOfConstantTwist) {
+  const SimulatedRun run{.target_twist = twist(0.9, 0.0)};
+  TrackingData data = positions(run, {0.0, 6.0, 12.0});
+  const auto disturbed = [&] {  // two metres off the line at one instant
+    TrackingProblem tracking = make_tracking_problem(data, {.model = MotionModel::white_noise_acceleration});
+    run.set_truth(tracking);
+    const auto x = std::get<Variable<SE3>>(tracking.target[3]);
+    tracking.problem.set_value(x, tracking.problem.value(x) * SE3(SO3(), Vector<3>(0, 2, 0)));
+    return cost(tracking);
+  };
+  const double by_twist = disturbed();
+  data.noise.acceleration = data.noise.constant_twist;
+  EXPECT_NEAR(disturbed(), by_twist, 1e-9 * by_twist);
+  data.noise.acceleration *= 2.0;
+  EXPECT_NEAR(disturbed(), by_twist / 4, 1e-9 * by_twist);
+  data.noise.acceleration.setZero();
+  data.noise.constant_twist.setZero();
+  EXPECT_THAT([&] { disturbed(); }, ThrowsMessage<Error>(HasSubstr("acceleration")));
+}
+
+TEST(SteadyCourse, IsOnePoseAndOneSpeed) {
+  const TrackingProblem tracking = make_tracking_problem(patterned({}, "pPP.p"), {.model = MotionModel::steady_course});
+  EXPECT_EQ(tracking.problem.size().unknowns, 5 * 6 + 6 + 1);
+  EXPECT_EQ(tracking.problem.num_soft_blocks(), 1 + 4 + 4 + 1);  // prior, odometry, measurements, roll-pitch
+  EXPECT_EQ(make_tracking_problem(patterned({.planar = true}, "pPP.p"), {.model = MotionModel::steady_course})
+                .problem.size()
+                .unknowns,
+            5 * 3 + 3 + 1);
+}
+
+TEST(Horizons, EachHasItsTriples) {
+  const TrackingData data = patterned({}, "Pppppppp");  // eight keyframes
+  const auto blocks = [&](const TrackingOptions& options) {
+    return make_tracking_problem(data, options).problem.num_soft_blocks();
+  };
+  const int without = blocks({}) - 6;
+  for (const MotionModel model : {MotionModel::constant_twist, MotionModel::constant_velocity}) {
+    const int others = model == MotionModel::constant_twist ? without : without - 8;  // no roll-pitch of points
+    EXPECT_EQ(blocks({.model = model, .horizons = {{1, 1}, {2, 2}}}), others + 6 + 4);
+    EXPECT_EQ(blocks({.model = model, .horizons = {{5, 2}}}), others + 1);
+    EXPECT_EQ(blocks({.model = model, .horizons = {{5, 3}}}), others);
+    EXPECT_EQ(blocks({.model = model, .horizons = {{1, 3}, {3, 1}, {6, 1}}}), others + 4 + 4 + 1);
+  }
+  EXPECT_EQ(blocks({.mode = Mode::B, .horizons = {{1, 1}, {2, 1}}}), blocks({.mode = Mode::B}) + 5);
+}
+
+TEST(Horizons, TheTruthCostsNothing) {
+  SimulatedRun run;
+  TrackingProblem tracking = make_tracking_problem(positions(run, every(0.7, 0.1, run.duration)),
+                                                   {.horizons = {{1, 1}, {1, 4}, {4, 1}, {3, 2}}});
+  run.set_truth(tracking);
+  EXPECT_LE(cost(tracking), 1e-18);
+}
+
+/// The standard deviation of a triple (m, n) of keyframes 1 s apart, as the cost of an error has it, against what
+/// independent disturbances of the velocity, one at each keyframe between its ends, add up to.
+TEST(Horizons, TheVarianceIsThatOfIndependentDisturbances) {
+  const SimulatedRun still{.target_twist = twist(0.0, 0.0)};
+  for (const auto& [m, n] : std::vector<std::pair<int, int>>{{1, 1}, {1, 2}, {2, 1}, {2, 2}, {1, 5}, {5, 1}, {4, 3}}) {
+    SCOPED_TRACE(std::to_string(m) + ", " + std::to_string(n));
+    SimulatedRun run = still;
+    run.duration = m + n;
+    const TrackingData data = positions(run, {0.0});
+    const double sigma = data.noise.constant_velocity[0];
+    for (const std::size_t copies : {1u, 2u}) {
+      TrackingProblem tracking = make_tracking_problem(
+          data, {.model = MotionModel::constant_velocity, .horizons = std::vector<Horizon>(copies, Horizon{m, n})});
+      run.set_truth(tracking);
+      const double distance = 0.3;
+      const auto last = std::get<Variable<R3>>(tracking.target.back());
+      tracking.problem.set_value(last, R3(tracking.problem.value(last).vector() + Vector<3>(distance, 0, 0)));
+      const double variance = double(copies) * distance * distance / (2 * cost(tracking));  // cost = ½ Σ d²/variance
+
+      double expected = 0;
+      for (int at = 1; at < m + n; ++at) {  // the velocity changes by one σ at this keyframe
+        const auto position = [&](int k) { return k > at ? double(k - at) : 0.0; };
+        const double e = position(m + n) - position(m) - double(n) / m * (position(m) - position(0));
+        expected += sigma * sigma * e * e;
+      }
+      EXPECT_NEAR(variance, double(copies) * expected, 1e-9 * expected);
+    }
+  }
+}
+
+class Exclusions : public ::testing::Test {
+ protected:
+  TrackingData data = patterned({}, "pPPp");
+
+  void expect_refused(const TrackingOptions& options, const std::string& because) {
+    EXPECT_THAT([&] { make_tracking_problem(data, options); }, ThrowsMessage<Error>(HasSubstr(because)));
+  }
+};
+
+TEST_F(Exclusions, ConstraintsOnATwistThatIsNotThere) {
+  for (const Role role : {Role::soft, Role::hard}) {
+    expect_refused({.model = MotionModel::constant_velocity, .non_holonomic = role}, "constant-velocity");
+    expect_refused({.model = MotionModel::steady_course, .non_holonomic = role}, "steady-course");
+  }
+  for (const MotionModel model : {MotionModel::constant_velocity, MotionModel::steady_course}) {
+    expect_refused({.model = model, .surge = at_least(0.0)}, std::string(name(model)));
+    expect_refused({.model = model, .max_yaw_rate = 0.1}, std::string(name(model)));
+  }
+}
+
+TEST_F(Exclusions, HorizonsOfAModelWithoutTriples) {
+  for (const MotionModel model : {MotionModel::white_noise_acceleration, MotionModel::steady_course})
+    expect_refused({.model = model, .horizons = {{1, 2}}}, "horizons");
+  expect_refused({.horizons = {}}, "horizons: at least one");
+  expect_refused({.horizons = {{0, 1}}}, "1 or more");
+  expect_refused({.horizons = {{1, -1}}}, "1 or more");
+}
+
+TEST_F(Exclusions, BoundsThatCross) {
+  for (const Role role : {Role::soft, Role::hard}) {
+    expect_refused({.surge = between(2.0, 1.0), .limits = role}, "above its upper bound");
+    expect_refused({.surge = between(std::nan(""), 1.0), .limits = role}, "surge");
+    expect_refused({.max_yaw_rate = -0.1, .limits = role}, "yaw rate");
+    expect_refused({.max_yaw_rate = std::nan(""), .limits = role}, "yaw rate");
+  }
+  expect_refused({.position_share = 1.0}, "position_share");
+  expect_refused({.position_share = -0.1}, "position_share");
+}
+
+}  // namespace
+}  // namespace tandem::testing

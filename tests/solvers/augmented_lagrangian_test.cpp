@@ -1,0 +1,230 @@
+#include <Eigen/Dense>
+#include <gmock/gmock.h>
+
+#include <tandem/residuals/twist_components.hpp>
+
+#include "allocation_count.hpp"
+#include "cases.hpp"
+#include "problem/simulated_tracking.hpp"
+
+namespace tandem::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+Simulation noisy(double duration = 6.0) {
+  Simulation simulation;
+  simulation.duration = duration;
+  simulation.noise = 1.5;
+  return simulation;
+}
+
+/// Hard equalities, a lower and an upper bound, some of which hold the solution.
+const TrackingOptions kConstrained{
+    .roll_pitch = Role::hard, .non_holonomic = Role::hard, .surge = between(0.0, 0.85), .max_yaw_rate = 0.05};
+
+AugmentedLagrangianOptions with_progress(std::function<void(const Progress&)> progress) {
+  AugmentedLagrangianOptions options;
+  options.progress = std::move(progress);
+  return options;
+}
+
+TEST(AugmentedLagrangian, RefusesOptionsOutOfRange) {
+  Problem problem;
+  const auto x = problem.add(R1(), "x");
+  problem.minimize(Prior<R1>{R1()}, Gaussian{1.0}, {x});
+  EXPECT_EQ(why_unsupported(problem, AugmentedLagrangianOptions{}), "");
+  AugmentedLagrangianOptions options;
+  options.initial_penalty = 0.0;
+  EXPECT_THROW(solve(problem, options), Error);
+  options = {};
+  options.cost_tolerance = -1.0;
+  EXPECT_THROW(solve(problem, options), Error);
+  problem.subject_to(Prior<R1>{R1()}, equal_to(1.0), {x});
+  problem.subject_to(Prior<R1>{R1()}, equal_to(1.0), {x});
+  EXPECT_THAT(why_unsupported(problem, AugmentedLagrangianOptions{}), HasSubstr("more hard equalities"));
+}
+
+TEST(AugmentedLagrangian, WithoutHardConstraintsIsGaussNewton) {
+  TrackingProblem first = make_tracking_problem(noisy().data()), second = make_tracking_problem(noisy().data());
+  const Summary a = solve(first.problem, GaussNewtonOptions{}), b = solve(second.problem, AugmentedLagrangianOptions{});
+  EXPECT_EQ(a.cost, b.cost);
+  EXPECT_EQ(a.iterations, b.iterations);
+  EXPECT_EQ(a.evaluations, b.evaluations);
+  EXPECT_EQ(b.solver, "augmented-lagrangian");
+}
+
+/// min ½‖x − p‖² within x ≥ 1, y ≤ 0.5, z = 2 for p = (0, −1, 5): the first row holds, the second does not.
+TEST(AugmentedLagrangian, KnowsWhichBoundsHold) {
+  Problem problem;
+  const auto x = problem.add(R3({7.0, 7.0, 7.0}));
+  problem.minimize(Prior<R3>{R3({0.0, -1.0, 5.0})}, Gaussian{1.0, 1.0, 1.0}, {x});
+  problem.subject_to(Prior<R3>{R3()}, Bounds<3>{{1.0, -HUGE_VAL, 2.0}, {HUGE_VAL, 0.5, 2.0}}, {x});
+  const Summary s = solve(problem, AugmentedLagrangianOptions{});
+  EXPECT_TRUE(s.converged()) << s.message;
+  EXPECT_LE((problem.value(x).vector() - Vector<3>(1.0, -1.0, 2.0)).norm(), 1e-8);
+  EXPECT_NEAR(s.cost, 0.5 * (1.0 + 9.0), 1e-7);
+  EXPECT_LE(s.iterations, 10);
+}
+
+/// At the solution some multipliers of the rows at their bounds cancel the cost's gradient, with the right signs.
+TEST(AugmentedLagrangian, EndsWhereTheOptimalityConditionsHold) {
+  TrackingProblem tracking = make_tracking_problem(noisy().data(), kConstrained);
+  const Summary s = solve(tracking.problem, AugmentedLagrangianOptions{});
+  ASSERT_TRUE(s.converged()) << s.message;
+  Program program(tracking.problem);
+  Eigen::VectorXd g(program.num_unknowns()), c(program.num_rows()), values(program.jacobian_pattern().row.size());
+  program.gradient(g);
+  program.linearize_constraints(c, values);
+  ASSERT_LE(program.violation(c).size, 1e-8);
+  std::vector<int> at_bound(std::size_t(c.size()), -1);
+  std::vector<int> rows;
+  int lower = 0, upper = 0, slack = 0;
+  for (int i = 0; i < c.size(); ++i) {
+    const bool low = c[i] - program.lower()[i] <= 1e-7, high = program.upper()[i] - c[i] <= 1e-7;
+    lower += low && !high;
+    upper += high && !low;
+    slack += !low && !high;
+    if (!low && !high) continue;
+    at_bound[std::size_t(i)] = static_cast<int>(rows.size());
+    rows.push_back(i);
+  }
+  EXPECT_GT(lower + upper, 0);
+  EXPECT_GT(slack, 0);
+  Eigen::MatrixXd JT = Eigen::MatrixXd::Zero(g.size(), Eigen::Index(rows.size()));
+  for (std::size_t k = 0; k < program.jacobian_pattern().row.size(); ++k)
+    if (const int column = at_bound[std::size_t(program.jacobian_pattern().row[k])]; column >= 0)
+      JT(program.jacobian_pattern().column[k], column) += values[Eigen::Index(k)];
+  const Eigen::VectorXd y = JT.colPivHouseholderQr().solve(-g);
+  EXPECT_LE((g + JT * y).norm(), 1e-4 * g.norm());
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const int i = rows[k];
+    if (program.lower()[i] == program.upper()[i]) continue;
+    const double sign = program.upper()[i] - c[i] <= 1e-7 ? 1.0 : -1.0;
+    EXPECT_GE(sign * y[Eigen::Index(k)], -1e-4 * y.norm()) << program.describe_row(i);
+  }
+}
+
+TEST(AugmentedLagrangian, IsDeterministicUnderConstraints) {
+  std::vector<Summary> summaries;
+  std::vector<Eigen::MatrixXd> last;
+  for (int run = 0; run < 2; ++run) {
+    TrackingProblem tracking = make_tracking_problem(noisy().data(), kConstrained);
+    summaries.push_back(solve(tracking.problem, AugmentedLagrangianOptions{}));
+    last.push_back(tracking.problem.value(pose(tracking.target.back())).matrix());
+  }
+  EXPECT_EQ(summaries[0].cost, summaries[1].cost);
+  EXPECT_EQ(summaries[0].iterations, summaries[1].iterations);
+  EXPECT_EQ(last[0], last[1]);
+}
+
+/// A row's units are its own affair: metres, or millimetres with bounds in millimetres.
+struct Millimetres {
+  static constexpr std::string_view name = "millimetres";
+  static constexpr int dim = 1;
+  using States = std::tuple<R3>;
+  void operator()(const R3& p, Vector<1>& r, Matrix<1, 3>* J = nullptr) const {
+    SquaredNorm()(p, r, J);
+    r *= 1e3;
+    if (J) *J *= 1e3;
+  }
+};
+
+TEST(AugmentedLagrangian, TakesTheSameWayInOtherUnits) {
+  std::vector<double> costs[2];
+  for (const bool milli : {false, true}) {
+    Problem problem;
+    const auto x = problem.add(R3({1.0, 1.0, 1.0}));
+    problem.minimize(Prior<R3>{R3({2.0, -1.0, 2.0})}, Gaussian{1.0, 1.0, 1.0}, {x});
+    if (milli) problem.subject_to(Millimetres{}, equal_to(4e3), {x});
+    if (!milli) problem.subject_to(SquaredNorm{}, equal_to(4.0), {x});
+    solve(problem, with_progress([&](const Progress& p) { costs[milli].push_back(p.cost); }));
+  }
+  const std::size_t common = std::min(costs[0].size(), costs[1].size());
+  EXPECT_GE(common, 4u);
+  for (std::size_t k = 0; k < common; ++k) EXPECT_NEAR(costs[0][k], costs[1][k], 1e-9) << k;
+}
+
+TEST(AugmentedLagrangian, NamesTheBlockThatCannotBeMet) {
+  TrackingProblem tracking = make_tracking_problem(noisy().data(), {.non_holonomic = Role::hard});
+  const auto from = pose(tracking.target[3]), to = pose(tracking.target[4]);
+  using Surge = TwistComponents<SE3, surge>;
+  tracking.problem.subject_to(Surge{1.0}, at_least(2.0), {from, to});
+  tracking.problem.subject_to(Surge{1.0}, at_most(1.0), {from, to});
+  const Summary s = solve(tracking.problem, AugmentedLagrangianOptions{});
+  EXPECT_EQ(s.status, Status::infeasible) << s.message;
+  EXPECT_THAT(s.message, HasSubstr("twist components of target 3, target 4"));
+  EXPECT_EQ(s.worst_constraint, "twist components of target 3, target 4");
+  EXPECT_NEAR(s.max_violation, 0.5, 0.05);
+  EXPECT_LE(s.iterations, 100);
+}
+
+/// From a start that meets the constraints, whatever ends a solve leaves a point that does, and costs no more.
+TEST(AugmentedLagrangian, KeepsTheBestFeasiblePoint) {
+  double first = 0;
+  for (int most = 0; most < 12; ++most) {
+    Problem problem;
+    const auto x = problem.add(R3({0.0, 0.0, 2.0}));
+    problem.minimize(Prior<R3>{R3({2.0, -1.0, 2.0})}, Gaussian{1.0, 1.0, 1.0}, {x});
+    problem.subject_to(SquaredNorm{}, equal_to(4.0), {x});
+    AugmentedLagrangianOptions options;
+    options.max_iterations = most;
+    const Summary s = solve(problem, options);
+    if (most == 0) first = s.cost;
+    EXPECT_LE(s.max_violation, 1e-8) << most;
+    EXPECT_LE(s.cost, first) << most;
+    EXPECT_EQ(s.cost, cost_of(problem));
+    EXPECT_TRUE(s.converged() || s.status == Status::max_iterations) << s.message;
+  }
+}
+
+TEST(AugmentedLagrangian, IteratesWithoutAllocating) {
+  TrackingProblem tracking = make_tracking_problem(noisy().data(), kConstrained);
+  std::array<long, 100> counts;
+  std::size_t reports = 0;
+  AugmentedLagrangianOptions options = with_progress([&](const Progress&) { counts[reports++] = allocations; });
+  options.max_iterations = int(counts.size()) - 1;
+  EXPECT_TRUE(solve(tracking.problem, options).converged());
+  ASSERT_GE(reports, 4u);
+  for (std::size_t k = 1; k < reports; ++k) EXPECT_EQ(counts[k] - counts[k - 1], 0) << k;
+}
+
+class ShrinkingSigma : public ::testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(Constraints, ShrinkingSigma, ::testing::Bool(),
+                         [](const auto& info) { return info.param ? "NonHolonomic" : "RollPitch"; });
+
+/// Held ever more tightly by a soft residual, the solution comes to that of the hard constraint, by σ².
+TEST_P(ShrinkingSigma, ComesToTheHardSolution) {
+  const bool non_holonomic = GetParam();
+  TrackingData data = noisy().data();
+  const auto solution = [&](Role role) {
+    TrackingOptions options;
+    (non_holonomic ? options.non_holonomic : options.roll_pitch) = role;
+    TrackingProblem tracking = make_tracking_problem(data, options);
+    AugmentedLagrangianOptions exact;
+    exact.cost_tolerance = 1e-14;
+    const Summary s = solve(tracking.problem, exact);
+    EXPECT_TRUE(s.converged()) << s.message;
+    std::vector<SE3> target;
+    for (const auto& x : tracking.target) target.push_back(tracking.problem.value(pose(x)));
+    return target;
+  };
+  const std::vector<SE3> hard = solution(Role::hard);
+  std::vector<double> distances;
+  for (const double sigma : {1e-2, 3e-3, 1e-3, 3e-4}) {
+    (non_holonomic ? data.noise.non_holonomic : data.noise.roll_pitch) = {sigma, sigma};
+    const std::vector<SE3> soft = solution(Role::soft);
+    double largest = 0;
+    for (std::size_t k = 0; k < hard.size(); ++k)
+      largest = std::max(largest, (hard[k].inverse() * soft[k]).Log().norm());
+    if (!distances.empty()) {
+      EXPECT_LE(largest, 0.2 * distances.back()) << sigma;
+    }
+    distances.push_back(largest);
+  }
+  EXPECT_GT(distances.front(), 1e-4) << "the constraint matters";
+  EXPECT_LE(distances.back(), 1e-4);
+}
+
+}  // namespace
+}  // namespace tandem::testing
