@@ -5,7 +5,10 @@
 
 #include <tandem/studies/builtin_scenarios.hpp>
 #include <tandem/studies/command_line.hpp>
+#include <tandem/studies/compare_command.hpp>
+#include <tandem/studies/demo_command.hpp>
 #include <tandem/studies/estimate_command.hpp>
+#include <tandem/studies/models_command.hpp>
 #include <tandem/studies/text.hpp>
 #include <tandem/studies/yaml_section.hpp>
 
@@ -14,38 +17,119 @@ namespace {
 
 constexpr int kBadInput = 1;
 
+/// Adds options to a command, their values kept as they are typed.
+struct Options {
+  CLI::App* command;
+
+  void operator()(const std::string& name, std::optional<std::string>& value, const std::string& takes,
+                  const std::string& help) const {
+    command->add_option(name, value, help)->type_name(takes);
+  }
+  void repeatable(const std::string& name, std::vector<std::string>& values, const std::string& takes,
+                  const std::string& help) const {
+    command->add_option(name, values, help + "; repeatable")->type_name(takes)->allow_extra_args(false);
+  }
+};
+
+/// What says which problem is meant, common to all commands that pose one.
+void add_tracking(const Options& option, TrackingArguments& tracking) {
+  option.command->add_option("scenario", tracking.scenario, "A scenario folder, or the name of a built-in scenario")
+      ->type_name("SCENARIO")
+      ->required();
+  option("--mode", tracking.mode, "A|B",
+         "Target as poses (A, default) or poses where one was measured, else points (B)");
+  option("--model", tracking.model, "NAME",
+         "Motion: constant-twist (default), constant-velocity, white-noise-acceleration or steady-course");
+  option("--horizons", tracking.horizons, "LIST",
+         "Triples (k-m, k, k+n) of constant twist or velocity: m:n or one number for both (default 1)");
+  option("--junction", tracking.junction, "boundary|direct", "How mode B ties points to poses (default boundary)");
+  option("--roll-pitch", tracking.roll_pitch, "soft|hard|off", "The target is level (default soft)");
+  option("--non-holonomic", tracking.non_holonomic, "soft|hard|off", "The target has no sway, no heave (default off)");
+  option("--surge", tracking.surge, "MIN,MAX", "Limits of the target's surge [m/s]; inf is none");
+  option("--yaw-rate", tracking.yaw_rate, "MAX", "Limit of the target's yaw rate [rad/s]");
+  option("--limits", tracking.limits, "hard|soft", "How surge and yaw rate are held (default hard)");
+  option.command->add_flag("--robust", tracking.robust,
+                           "For real detections: Cauchy losses at 2 sigmas, and a start without turned ones");
+  option.repeatable(
+      "--loss", tracking.loss, "[WHICH=]NAME[:SCALE]",
+      "Robust loss of the measurements: huber, cauchy, geman-mcclure or tukey, scale in sigmas (default 1); of "
+      "WHICH = a sensor, its orientation apart (SENSOR.orientation) or that of all (orientation)");
+  option.repeatable("--hold-out", tracking.hold_out, "[SENSOR=]N",
+                    "Leave every N-th measurement out, to validate with");
+  option.repeatable("--noise", tracking.noise, "NAME=v,v,...", "Standard deviations in place of the scenario's");
+  option("--max-keyframes", tracking.max_keyframes, "N", "Take the first N keyframes only");
+}
+
 void add_estimate(CLI::App& app, EstimateArguments& arguments) {
   CLI::App* command = app.add_subcommand("estimate", "Estimate the trajectories of chaser and target of a scenario");
   command->footer("Exit status: 0 converged, 1 wrong input or usage, 2 not converged (the best estimate is written).");
-  const auto option = [&](const std::string& name, std::optional<std::string>& value, const std::string& takes,
-                          const std::string& help) { command->add_option(name, value, help)->type_name(takes); };
-  const auto repeatable = [&](const std::string& name, std::vector<std::string>& values, const std::string& takes,
-                              const std::string& help) {
-    command->add_option(name, values, help + "; repeatable")->type_name(takes)->allow_extra_args(false);
-  };
-
-  command->add_option("scenario", arguments.scenario, "A scenario folder, or the name of a built-in scenario")
-      ->type_name("SCENARIO")
-      ->required();
-  option("--solver", arguments.solver, "NAME", "gauss-newton (default), ipopt or nlopt:ALGORITHM");
-  option("--roll-pitch", arguments.roll_pitch, "soft|hard|off", "The target is level (default soft)");
-  option("--non-holonomic", arguments.non_holonomic, "soft|hard|off", "The target has no sway, no heave (default off)");
-  option("--surge", arguments.surge, "MIN,MAX", "Limits of the target's surge [m/s]; inf is none");
-  option("--yaw-rate", arguments.yaw_rate, "MAX", "Limit of the target's yaw rate [rad/s]");
-  option("--limits", arguments.limits, "hard|soft", "How surge and yaw rate are held (default hard)");
-  option("--loss", arguments.loss, "NAME[:SCALE]",
-         "Robust loss of the measurements: huber, cauchy, geman-mcclure or tukey; scale in sigmas (default 1)");
-  repeatable("--noise", arguments.noise, "NAME=v,v,...", "Standard deviations in place of the scenario's");
-  repeatable("--ipopt", arguments.ipopt, "KEY=VALUE", "An option of Ipopt's own");
+  const Options option{command};
+  add_tracking(option, arguments.tracking);
+  option("--solver", arguments.solver, "NAME",
+         "gauss-newton (default), augmented-lagrangian, ipopt or nlopt:ALGORITHM");
+  command->add_flag("--graduated", arguments.graduated,
+                    "Graduated non-convexity: robust losses narrow from least squares to their own scale");
+  option.repeatable("--ipopt", arguments.ipopt, "KEY=VALUE", "An option of Ipopt's own");
   option("--hessian", arguments.hessian, "NAME",
          "For ipopt: automatic (default), gauss-newton, exact or limited-memory");
-  option("--max-keyframes", arguments.max_keyframes, "N", "Take the first N keyframes only");
   option("--max-iterations", arguments.max_iterations, "N", "Stop after N iterations");
   option("--time-limit", arguments.time_limit, "SECONDS", "Stop after so long");
   option("--out", arguments.out, "DIR", "Write trajectories, errors, summary.json and plots to DIR");
   option("--plots", arguments.plots, "svg|png|off", "Format of the plots in DIR (default svg)");
   command->add_flag("--json", arguments.json, "Print summary.json, and nothing else");
   command->add_flag("--quiet", arguments.quiet, "Print no table, progress or notes");
+}
+
+void add_compare(CLI::App& app, CompareArguments& arguments) {
+  CLI::App* command = app.add_subcommand("compare", "Run every solver on a scenario: no, soft and hard constraints");
+  command->footer(
+      "The constraints are those that the options above name, whichever way; without any, no sway or heave and surge "
+      "of zero or more. Exit status: 0 all were run, however they did, 1 wrong input or usage, 2 interrupted.");
+  const Options option{command};
+  add_tracking(option, arguments.tracking);
+  option("--solvers", arguments.solvers, "LIST",
+         "Of gauss-newton, augmented-lagrangian, ipopt, ipopt:HESSIAN, nlopt:ALGORITHM, nlopt (default all)");
+  option("--constraints", arguments.constraints, "LIST", "Of none, soft and hard (default all three)");
+  option("--time-limit", arguments.time_limit, "SECONDS", "Stop each solve after so long (default 60)");
+  option("--dense-keyframes", arguments.dense_keyframes, "N",
+         "Run all on the first N keyframes too, for solvers that keep dense matrices (default 24, or none with "
+         "--max-keyframes)");
+  option("--out", arguments.out, "DIR", "Write compare.csv, compare_progress.csv and a plot of cost by time to DIR");
+  option("--plots", arguments.plots, "svg|png|off", "Format of the plot in DIR (default svg)");
+  command->add_flag("--json", arguments.json, "Print JSON in place of the tables");
+  command->add_flag("--quiet", arguments.quiet, "Print no table, progress or notes");
+}
+
+void add_models(CLI::App& app, ModelsArguments& arguments) {
+  CLI::App* command = app.add_subcommand("models", "Compare motion models of the target on a scenario, in one table");
+  command->footer(
+      "A model is [MODEL][+CONSTRAINT[:VALUES][:soft|hard]]…, e.g. constant-twist+non-holonomic:hard+surge:0,2.5:soft "
+      "or "
+      "all:hard. MODEL: constant-twist (default), mode-b, constant-velocity, multi-horizon, white-noise-acceleration, "
+      "steady-course. CONSTRAINT: non-holonomic, roll-pitch, surge:MIN,MAX, yaw-rate:MAX, all; also horizons:LIST. "
+      "--surge and --yaw-rate give the limits of models that name none.\nExit status: 0 converged, 1 wrong input or "
+      "usage, 2 some model did not converge or interrupted.");
+  const Options option{command};
+  add_tracking(option, arguments.tracking);
+  option.repeatable("--models", arguments.models, "LIST", "Models by commas, see below (default: all, soft and hard)");
+  option("--solver", arguments.solver, "NAME",
+         "As for estimate (default gauss-newton, augmented-lagrangian for hard constraints)");
+  option("--time-limit", arguments.time_limit, "SECONDS", "Stop each solve after so long");
+  option("--out", arguments.out, "DIR", "Write models.csv to DIR");
+  command->add_flag("--json", arguments.json, "Print JSON in place of the table");
+  command->add_flag("--quiet", arguments.quiet, "Print no table, progress or notes");
+}
+
+void add_demo(CLI::App& app, DemoArguments& arguments) {
+  CLI::App* command = app.add_subcommand("demo", "Run a small example: " + listed(demo_names(), "or"));
+  command->footer("Exit status: 0 converged, 1 wrong input or usage, 2 not converged.");
+  command->add_option("name", arguments.name, "fig3: poses that the constant-twist prior alone puts on an arc")
+      ->type_name("NAME")
+      ->required();
+  const Options option{command};
+  option("--solver", arguments.solver, "NAME", "gauss-newton (default), ipopt or nlopt:ALGORITHM");
+  option("--out", arguments.out, "DIR", "Write the table and a picture to DIR");
+  option("--plots", arguments.plots, "svg|png|off", "Format of the picture in DIR (default svg)");
 }
 
 void print_scenarios() {
@@ -84,6 +168,12 @@ int run_command_line(int argc, const char* const* argv, const std::string& versi
   app.require_subcommand(1);
   EstimateArguments arguments;
   add_estimate(app, arguments);
+  CompareArguments compare_arguments;
+  add_compare(app, compare_arguments);
+  ModelsArguments models_arguments;
+  add_models(app, models_arguments);
+  DemoArguments demo_arguments;
+  add_demo(app, demo_arguments);
   app.add_subcommand("scenarios", "List the built-in scenarios");
   try {
     app.parse(argc, argv);
@@ -93,6 +183,9 @@ int run_command_line(int argc, const char* const* argv, const std::string& versi
     return kBadInput;
   }
   if (app.got_subcommand("estimate")) return run_estimate(arguments);
+  if (app.got_subcommand("compare")) return run_compare(compare_arguments);
+  if (app.got_subcommand("models")) return run_models(models_arguments);
+  if (app.got_subcommand("demo")) return run_demo(demo_arguments);
   print_scenarios();
   return 0;
 } catch (const std::exception& error) {

@@ -4,31 +4,55 @@
 #include <variant>
 #include <vector>
 
+#include <tandem/solvers/augmented_lagrangian.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/solvers/ipopt.hpp>
 #include <tandem/solvers/nlopt.hpp>
 #include <tandem/studies/metrics.hpp>
 #include <tandem/studies/scenario.hpp>
+#include <tandem/studies/sensor_outcomes.hpp>
+#include <tandem/studies/uncertainty.hpp>
 
 namespace tandem {
 
 /// A solver with its options.
-using Solver = std::variant<GaussNewtonOptions, IpoptOptions, NloptOptions>;
+using Solver = std::variant<GaussNewtonOptions, AugmentedLagrangianOptions, IpoptOptions, NloptOptions>;
+
+/// A measurement that was held out against its prediction.
+struct Validation {
+  HeldOut prediction;
+  double t;  ///< s, as stamped
+  /// Whether the robust losses leave it a weight of kDownWeighted or more in the same estimate with all measurements in:
+  /// says so without the interval that it is to validate. Nothing when that estimate did not converge.
+  std::optional<bool> inlier;
+};
 
 /// What estimating a scenario gave.
 struct Estimate {
   std::string scenario;
-  std::string mode = "A";
+  TrackingOptions options;
+  Frame frame;  ///< what results are written in; everything here is in ENU-FLU
   Summary summary;
   int residual_blocks = 0;  ///< soft ones
   int hard_blocks = 0;
   std::vector<Keyframe> keyframes;
-  std::vector<SE3> chaser, target;    ///< one each a keyframe
-  std::vector<KeyframeError> errors;  ///< one a keyframe
+  std::vector<SE3> chaser;  ///< one each a keyframe
+  std::vector<TargetState> target;
+  std::vector<Vector<6>> target_twist;  ///< body twists, where the model estimates them [m/s, rad/s]
+  std::vector<KeyframeError> errors;    ///< one a keyframe
+  std::vector<MeasurementOutcome> measurements;
+  std::vector<SensorOutcome> sensors;
+  std::vector<std::string> without_extrinsics;   ///< declared sensors
+  std::vector<KeyframeUncertainty> uncertainty;  ///< one each a keyframe, or none
+  std::vector<Validation> held_out;              ///< needs the uncertainty
+  std::string why_no_uncertainty;                ///< a sentence, when there is none
 };
 
 /// Builds the tracking problem, solves it and compares with the truth. Throws Error when data and options
-/// make no problem or the solver cannot take it; a solve that does not converge is in the summary.
-Estimate estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver);
+/// make no problem or the solver cannot take it; a solve that does not converge is in the summary. When measurements are
+/// held out and losses robust, solves once more with all of them in, to tell the inliers.
+/// `graduated`: by graduated non-convexity around the solver (solvers/graduated.hpp).
+Estimate estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver,
+                  bool graduated = false);
 
 }  // namespace tandem

@@ -4,15 +4,16 @@
 #include <string>
 #include <vector>
 
+#include <tandem/studies/tracking_arguments.hpp>
+
 namespace tandem {
 
 /// The words of `tandem estimate` as they were typed; nothing where an option was not given.
 struct EstimateArguments {
-  std::string scenario;
-  std::optional<std::string> solver, roll_pitch, non_holonomic, surge, yaw_rate, limits, loss, hessian, max_keyframes,
-      max_iterations, time_limit, out, plots;
-  std::vector<std::string> noise, ipopt;
-  bool json = false, quiet = false;
+  TrackingArguments tracking;
+  std::optional<std::string> solver, hessian, max_iterations, time_limit, out, plots;
+  std::vector<std::string> ipopt;
+  bool graduated = false, json = false, quiet = false;
 };
 
 /// Checks everything, solves, prints, and writes; an interrupt ends the solve at its best point, a second one

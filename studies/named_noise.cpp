@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -12,7 +13,7 @@ namespace {
 
 template <int N>
 std::span<double> span(Vector<N>& v) {
-  return {v.data(), static_cast<std::size_t>(N)};
+  return {v.data(), static_cast<std::size_t>(v.size())};
 }
 
 }  // namespace
@@ -22,12 +23,14 @@ std::vector<NamedNoise> named_noise(TrackingData& data) {
   std::vector<NamedNoise> all = {{"prior", span(noise.prior), true},
                                  {"odometry", span(noise.odometry), true},
                                  {"constant_twist", span(noise.constant_twist), true},
+                                 {"constant_velocity", span(noise.constant_velocity)},
+                                 {"acceleration", span(noise.acceleration)},
+                                 {"boundary", span(noise.boundary)},
                                  {"roll_pitch", span(noise.roll_pitch)},
                                  {"non_holonomic", span(noise.non_holonomic)},
                                  {"surge", {&noise.surge, 1}},
                                  {"yaw_rate", {&noise.yaw_rate, 1}}};
-  for (PositionSensor& sensor : data.position_sensors) all.push_back({sensor.name, span(sensor.sigma)});
-  for (PoseSensor& sensor : data.pose_sensors) all.push_back({sensor.name, span(sensor.sigma)});
+  for (TargetSensor& sensor : data.sensors) all.push_back({sensor.name, span(sensor.sigma)});
   return all;
 }
 
@@ -38,6 +41,19 @@ std::string why_not_sigmas(std::span<const double> values, std::size_t expected)
     if (!std::isfinite(value) || value <= 0.0)
       return fmt::format("has the standard deviation {:g}; it must be above zero and finite", value);
   return "";
+}
+
+void read_sigmas(const YamlSection& section, const std::string& key, std::span<double> sigmas) {
+  const std::vector<double> values = section.numbers(key);
+  const std::string reason = why_not_sigmas(values, sigmas.size());
+  if (!reason.empty()) section.fail(key, fmt::format("{} {}", key, reason));
+  std::copy(values.begin(), values.end(), sigmas.begin());
+}
+
+void turn_noise(TrackingNoise& noise, const Frame& frame) {
+  if (!frame.is_ned()) return;
+  for (Eigen::VectorXd* sigma : {&noise.constant_velocity, &noise.boundary})
+    std::swap((*sigma)[0], (*sigma)[1]);  // north and east change places
 }
 
 void override_noise(TrackingData& data, const std::string& assignment) {

@@ -5,6 +5,8 @@
 #include <vector>
 
 #include <tandem/problem/tracking.hpp>
+#include <tandem/studies/frame.hpp>
+#include <tandem/studies/yaml_section.hpp>
 
 namespace tandem {
 
@@ -20,6 +22,12 @@ std::vector<NamedNoise> named_noise(TrackingData& data);
 
 /// Empty, or what is wrong with `values` as the standard deviations of `noise`.
 std::string why_not_sigmas(std::span<const double> values, std::size_t expected);
+
+/// Reads them from a key of a yaml file. Throws Error naming file and line.
+void read_sigmas(const YamlSection& section, const std::string& key, std::span<double> sigmas);
+
+/// Turns noise along the world's axes from a file's frame into ours; its own inverse.
+void turn_noise(TrackingNoise& noise, const Frame& frame);
 
 /// Replaces standard deviations as "NAME=v,v,…" says, e.g. "usbl=0.5,0.5,1". Throws Error.
 void override_noise(TrackingData& data, const std::string& assignment);

@@ -43,6 +43,34 @@ Role parse_limits(const std::string& option, const std::string& text) {
   return choose<Role>(option, text, {{"hard", Role::hard}, {"soft", Role::soft}});
 }
 
+Mode parse_mode(const std::string& option, const std::string& text) {
+  return choose<Mode>(option, text, {{"A", Mode::A}, {"B", Mode::B}});
+}
+
+MotionModel parse_model(const std::string& option, const std::string& text) {
+  std::vector<Choice<MotionModel>> choices;
+  for (const MotionModel model : {MotionModel::constant_twist, MotionModel::constant_velocity,
+                                  MotionModel::white_noise_acceleration, MotionModel::steady_course})
+    choices.push_back({std::string(name(model)), model});
+  return choose<MotionModel>(option, text, choices);
+}
+
+Junction parse_junction(const std::string& option, const std::string& text) {
+  return choose<Junction>(option, text, {{"boundary", Junction::boundary}, {"direct", Junction::direct}});
+}
+
+std::vector<Horizon> parse_horizons(const std::string& option, const std::string& text) {
+  std::vector<Horizon> horizons;
+  for (const std::string_view part : split(text, ',')) {
+    const auto ends = split(part, ':');
+    const auto back = tandem::parse_count(ends.front()), ahead = tandem::parse_count(ends.back());
+    if (ends.size() > 2 || !back || !ahead)
+      throw Error(fmt::format("{} takes keyframes back and ahead, e.g. 1,2,5:3, not {}", option, quote(part)));
+    horizons.push_back({*back, *ahead});
+  }
+  return horizons;
+}
+
 Hessian parse_hessian(const std::string& option, const std::string& text) {
   return choose<Hessian>(option, text,
                          {{"automatic", Hessian::automatic},
@@ -86,8 +114,10 @@ Loss parse_loss(const std::string& option, const std::string& text) {
 
 Solver parse_solver(const std::string& option, const std::string& text) {
   if (text == "gauss-newton") return GaussNewtonOptions{};
+  if (text == "augmented-lagrangian") return AugmentedLagrangianOptions{};
   if (text == "ipopt") return IpoptOptions{};
-  std::vector<std::string> known = {"gauss-newton", "ipopt"};
+  std::vector<std::string> known = {"gauss-newton", "augmented-lagrangian", "ipopt"};
+  const std::size_t always = known.size();
   for (const std::string& algorithm : nlopt_algorithms()) {
     known.push_back("nlopt:" + algorithm);
     if (known.back() != text) continue;
@@ -95,7 +125,7 @@ Solver parse_solver(const std::string& option, const std::string& text) {
     options.algorithm = algorithm;
     return options;
   }
-  if (known.size() == 2 && text.starts_with("nlopt"))
+  if (known.size() == always && text.starts_with("nlopt"))
     throw Error(fmt::format("{} {}: this build has no NLopt ({} are there)", option, text, listed(known)));
   throw Error(fmt::format("{} is {}, not {}{}", option, listed(known, "or"), quote(text), did_you_mean(text, known)));
 }

@@ -1,5 +1,6 @@
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 
 #include <fmt/format.h>
 #include <stdlib.h>
@@ -70,6 +71,13 @@ void OutputFolder::fill(const std::vector<std::string>& ours,
     std::filesystem::rename(temporary.path(), folder_);
 } catch (const std::filesystem::filesystem_error& error) {
   throw Error(fmt::format("--out {}: {}", folder_.string(), error.code().message()));
+}
+
+void write_file(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream stream(file, std::ios::binary);
+  stream << text;
+  stream.close();
+  if (!stream) throw Error(fmt::format("{} cannot be written", file.string()));
 }
 
 }  // namespace tandem

@@ -24,4 +24,7 @@ class OutputFolder {
   std::filesystem::path folder_;
 };
 
+/// Writes a whole file. Throws Error.
+void write_file(const std::filesystem::path& file, const std::string& text);
+
 }  // namespace tandem

@@ -4,13 +4,13 @@
 #include <string>
 
 #include <tandem/studies/estimate.hpp>
+#include <tandem/studies/figure.hpp>
 
 namespace tandem {
 
-enum class PlotFormat { svg, png };
-
-/// Draws into `folder`, by gnuplot, trajectories.* (seen from above) and, where there is truth, errors.*
-/// (over time). Empty, or a sentence that says why a plot is missing.
+/// Draws into `folder`, by gnuplot, trajectories.* (seen from above), errors.* (by component over time, with 3 σ bands;
+/// where there is truth or uncertainty) and error_norms.* (where there is truth). Empty, or a sentence that says why a
+/// plot is missing.
 std::string draw_plots(const Estimate& estimate, const Scenario& scenario, PlotFormat format,
                        const std::filesystem::path& folder);
 

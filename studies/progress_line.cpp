@@ -18,7 +18,7 @@ void ProgressLine::show(const Progress& progress) {
   if (shown_ && now - last_ < std::chrono::milliseconds(100)) return;
   shown_ = true;
   last_ = now;
-  std::string line = fmt::format("iteration {}, cost {:.8g}", progress.iteration, progress.cost);
+  std::string line = fmt::format("{}iteration {}, cost {:.8g}", what_, progress.iteration, progress.cost);
   if (progress.violation > 0.0) line += fmt::format(", violation {:.2g}", progress.violation);
   fmt::print(stderr, "{}{}, {:.1f} s", kEraseLine, line, progress.seconds);
   std::fflush(stderr);

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <chrono>
+#include <string>
+#include <utility>
 
 #include <tandem/solvers/summary.hpp>
 
@@ -9,7 +11,8 @@ namespace tandem {
 /// One line on standard error that follows a solve, rewritten some ten times a second and erased at the end.
 class ProgressLine {
  public:
-  ProgressLine() = default;
+  /// `what` begins the line, e.g. "3/18 ipopt: ".
+  explicit ProgressLine(std::string what = {}) : what_(std::move(what)) {}
   ~ProgressLine();
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
@@ -17,6 +20,7 @@ class ProgressLine {
   void show(const Progress& progress);
 
  private:
+  std::string what_;
   bool shown_ = false;
   std::chrono::steady_clock::time_point last_;
 };

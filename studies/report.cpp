@@ -1,10 +1,9 @@
-#include <cmath>
-#include <fstream>
+#include <algorithm>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include <tandem/lie/error.hpp>
 #include <tandem/studies/report.hpp>
 
 namespace tandem {
@@ -48,36 +47,135 @@ Json errors_json(const ErrorSummary& errors) {
   return json;
 }
 
-void write(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream stream(file, std::ios::binary);
-  stream << text;
-  stream.close();
-  if (!stream) throw Error(fmt::format("{} cannot be written", file.string()));
+std::string_view name(Role role) {
+  if (role == Role::off) return "off";
+  return role == Role::soft ? "soft" : "hard";
 }
 
-std::string tum(const std::vector<Keyframe>& keyframes, const std::vector<SE3>& poses) {
-  std::string text = "# t[s] x[m] y[m] z[m] qx qy qz qw\n";
-  for (std::size_t k = 0; k < poses.size(); ++k) {
-    const Vector<3> t = poses[k].translation();
-    const SO3::Quaternion& q = poses[k].rotation().quaternion();
-    text += fmt::format("{} {} {} {} {} {} {} {}\n", keyframes[k].t, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+/// "constant-twist, mode A, robust, hard surge": the model and what is not as by default.
+std::string model_line(const Estimate& estimate) {
+  const TrackingOptions& options = estimate.options;
+  std::string text = fmt::format("{}, mode {}", name(options.model), name(options.mode));
+  if (std::any_of(estimate.sensors.begin(), estimate.sensors.end(), [](const auto& sensor) { return sensor.robust; }))
+    text += ", robust";
+  if (options.roll_pitch != Role::soft) text += fmt::format(", roll-pitch {}", name(options.roll_pitch));
+  if (options.non_holonomic != Role::off) text += fmt::format(", non-holonomic {}", name(options.non_holonomic));
+  if (options.surge) text += fmt::format(", surge {}", name(options.limits));
+  if (options.max_yaw_rate) text += fmt::format(", yaw rate {}", name(options.limits));
+  return text;
+}
+
+/// Nothing to tell of it beyond the keyframes' table.
+bool plain(const SensorOutcome& sensor) {
+  return ((sensor.name == "usbl" && sensor.type == SensorType::position) ||
+          (sensor.name == "optical" && sensor.type == SensorType::pose)) &&
+         !sensor.robust && sensor.delay == 0 && sensor.held_out == 0;
+}
+
+std::string sensor_table(const Estimate& estimate) {
+  if (std::all_of(estimate.sensors.begin(), estimate.sensors.end(), plain)) return "";
+  const auto line = [](const auto&... cells) {
+    return fmt::format("{:<10} {:<14} {:>6} {:>9} {:>9} {:>14}   {:>17}\n", cells...);
+  };
+  std::string text =
+      "\n" + line("sensors", "type", "used", "held out", "left out", "down-weighted", "raw position [m]");
+  for (const SensorOutcome& s : estimate.sensors)
+    text += line(s.name, name(s.type), s.used, s.held_out, s.left_out, s.down_weighted, shown(s.raw_position, 3));
+  if (!estimate.without_extrinsics.empty())
+    text += fmt::format("{}: no extrinsics given, taken at the body's origin.\n",
+                        fmt::join(estimate.without_extrinsics, ", "));
+  return text;
+}
+
+/// How many of the held-out inliers the predictions' 95 % intervals cover.
+struct Coverage {
+  std::string name;
+  int n = 0, inliers = 0;
+  int rows = 0, rows_inside = 0;  ///< of the inliers
+  int inside = 0;                 ///< inliers with all rows together in their 95 % region
+  bool judged = true;             ///< else all count as inliers
+
+  void add(const Validation& v) {
+    ++n;
+    judged &= v.inlier.has_value();
+    if (!v.inlier.value_or(true)) return;
+    ++inliers;
+    rows += static_cast<int>(v.prediction.r.size());
+    rows_inside += v.prediction.rows_inside();
+    inside += v.prediction.inside();
   }
+};
+
+/// By sensor, and of all when there are several.
+std::vector<Coverage> coverages(const Estimate& estimate) {
+  std::vector<Coverage> result;
+  Coverage all{"all"};
+  for (std::size_t i = 0; i < estimate.sensors.size(); ++i) {
+    Coverage of_sensor{estimate.sensors[i].name};
+    for (const Validation& v : estimate.held_out)
+      if (v.prediction.sensor == i) of_sensor.add(v);
+    if (of_sensor.n > 0) result.push_back(of_sensor);
+  }
+  for (const Validation& v : estimate.held_out) all.add(v);
+  if (result.size() > 1) result.push_back(all);
+  return result;
+}
+
+std::string coverage_table(const Estimate& estimate) {
+  if (estimate.held_out.empty()) return "";
+  const auto line = [](const auto&... cells) {
+    return fmt::format("{:<10} {:>6} {:>9}   {:>17}   {:>21}\n", cells...);
+  };
+  const auto percent = [](int part, int whole) {
+    return whole > 0 ? fmt::format("{:.1f} %", 100.0 * part / whole) : "–";
+  };
+  std::string text = "\n" + line("held out", "n", "inliers", "rows in their 95%", "all rows in their 95%");
+  bool judged = true, robust = false;
+  for (const Coverage& c : coverages(estimate)) {
+    text += line(c.name, c.n, c.inliers, percent(c.rows_inside, c.rows), percent(c.inside, c.inliers));
+    judged &= c.judged;
+  }
+  for (const SensorOutcome& sensor : estimate.sensors) robust |= sensor.robust;
+  if (!judged)
+    text += "The same estimate with all measurements in did not converge, so that none could be told an outlier.\n";
+  else if (robust)
+    text += fmt::format("Inliers have a weight of {} or more in the same estimate with all measurements in.\n",
+                        kDownWeighted);
   return text;
 }
 
-std::string errors_csv(const std::vector<KeyframeError>& errors) {
-  const auto field = [](const std::optional<double>& value) { return value ? fmt::format("{}", *value) : ""; };
-  std::string text = "t,type,position_error_m,angle_error_deg\n";
-  for (const KeyframeError& error : errors)
-    text += fmt::format("{},{},{},{}\n", error.t, name(error.type), field(error.position), field(error.angle));
-  return text;
+Json sensors_json(const Estimate& estimate) {
+  Json json;
+  for (const SensorOutcome& s : estimate.sensors) {
+    Json& entry = json[s.name];
+    entry = {{"type", name(s.type)},
+             {"used", s.used},
+             {"held_out", s.held_out},
+             {"left_out", s.left_out},
+             {"down_weighted", s.down_weighted}};
+    if (!s.raw_position) continue;
+    entry["raw_position_mean_m"] = s.raw_position->mean;
+    entry["raw_position_std_m"] = s.raw_position->std;
+  }
+  return json;
+}
+
+Json coverage_json(const Estimate& estimate) {
+  Json json;
+  for (const Coverage& c : coverages(estimate)) {
+    Json& entry = json[c.name] = {{"n", c.n}, {"inliers_told", c.judged}, {"inliers", c.inliers}};
+    if (c.inliers == 0) continue;
+    entry["inlier_rows_in_95_percent"] = 100.0 * c.rows_inside / c.rows;
+    entry["inliers_in_95_percent"] = 100.0 * c.inside / c.inliers;
+  }
+  return json;
 }
 
 }  // namespace
 
 std::string report(const Estimate& estimate) {
   const Summary& summary = estimate.summary;
-  std::string text = fmt::format("{}, mode {}: {} keyframes, {} residual blocks", estimate.scenario, estimate.mode,
+  std::string text = fmt::format("{}, {}: {} keyframes, {} residual blocks", estimate.scenario, model_line(estimate),
                                  estimate.keyframes.size(), estimate.residual_blocks);
   if (estimate.hard_blocks > 0) text += fmt::format(", {} hard constraints", estimate.hard_blocks);
   text += fmt::format("\n{}: {}, cost {:.6f} (from {:.6g}), {} iterations, {} evaluations, {:.3f} s\n", summary.solver,
@@ -102,33 +200,25 @@ std::string report(const Estimate& estimate) {
     text += "There is no truth to compare with.\n";
   else if (all.compared < all.n)
     text += fmt::format("The truth covers {} of the {} keyframes.\n", all.compared, all.n);
+  text += sensor_table(estimate) + coverage_table(estimate);
+  if (!estimate.why_no_uncertainty.empty()) text += fmt::format("\nNo covariances: {}\n", estimate.why_no_uncertainty);
   return text;
 }
 
 std::string summary_json(const Estimate& estimate) {
   const Summary& summary = estimate.summary;
-  Json json = {{"scenario", estimate.scenario},
-               {"mode", estimate.mode},
-               {"solver", summary.solver},
-               {"status", name(summary.status)},
-               {"message", summary.message},
-               {"initial_cost", summary.initial_cost},
-               {"cost", summary.cost},
-               {"keyframes", estimate.keyframes.size()},
-               {"residual_blocks", estimate.residual_blocks},
-               {"iterations", summary.iterations},
-               {"evaluations", summary.evaluations},
-               {"solve_seconds", summary.seconds},
-               {"max_violation", summary.max_violation}};
+  Json json = {{"scenario", estimate.scenario},          {"model", name(estimate.options.model)},
+               {"mode", name(estimate.options.mode)},    {"solver", summary.solver},
+               {"status", name(summary.status)},         {"message", summary.message},
+               {"initial_cost", summary.initial_cost},   {"cost", summary.cost},
+               {"keyframes", estimate.keyframes.size()}, {"residual_blocks", estimate.residual_blocks},
+               {"iterations", summary.iterations},       {"evaluations", summary.evaluations},
+               {"solve_seconds", summary.seconds},       {"max_violation", summary.max_violation}};
   for (const auto& [name, errors] : rows(estimate)) json["errors"][name] = errors_json(errors);
+  json["sensors"] = sensors_json(estimate);
+  if (!estimate.held_out.empty()) json["held_out"] = coverage_json(estimate);
+  if (!estimate.why_no_uncertainty.empty()) json["no_covariance"] = estimate.why_no_uncertainty;
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";  // a name may hold bytes that are no UTF-8
-}
-
-void write_results(const Estimate& estimate, const std::filesystem::path& folder) {
-  write(folder / "chaser.tum", tum(estimate.keyframes, estimate.chaser));
-  write(folder / "target.tum", tum(estimate.keyframes, estimate.target));
-  write(folder / "errors.csv", errors_csv(estimate.errors));
-  write(folder / "summary.json", summary_json(estimate));
 }
 
 }  // namespace tandem

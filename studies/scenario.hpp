@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <tandem/problem/tracking.hpp>
+#include <tandem/studies/frame.hpp>
 
 namespace tandem {
 
@@ -16,16 +17,19 @@ namespace tandem {
 ///     optical.csv                           t,x,y,z,qx,qy,qz,qw: target pose in the chaser's body
 ///     truth_chaser.tum, truth_target.tum    optional; read by metrics and plots alone
 ///
-/// World z up, body x forward, y left, z up; quaternions Hamilton, x y z w. `sensors` in scenario.yaml
-/// declares more: type position or pose, file, sigma, and optionally position and orientation (a quaternion)
-/// of the sensor in the chaser's body, target_position and (pose) target_orientation of what it sees in the
-/// target's.
+/// Quaternions are Hamilton, x y z w. `frame` says which axes the files are in (ENU-FLU: world z up, body x forward, y
+/// left, z up; or NED-FRD), `group` whether the problem is spatial (SE3) or planar (SE2). `sensors` declares more: type
+/// (position, pose, range_bearing, bearing, range, usbl_spherical), file, sigma, and optionally position and orientation
+/// (a quaternion) of the sensor in the chaser's body, target_position and (pose) target_orientation of what it sees in
+/// the target's, delay (a line stamped t was valid at t − delay), loss and (pose) orientation_loss.
 struct Scenario {
   std::string name, description, source;
   std::filesystem::path folder;
+  Frame frame;  ///< of the files, read and written; everything here is in ENU-FLU
   TrackingData data;
   std::vector<Stamped<SE3>> truth_chaser, truth_target;  ///< empty where there is none
   bool truth_orientation = true;                         ///< false: the truth has positions only
+  std::vector<std::string> without_extrinsics;  ///< declared sensors that give neither position nor orientation
 
   bool has_truth() const { return !truth_chaser.empty() && !truth_target.empty(); }
 };

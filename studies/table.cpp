@@ -13,6 +13,8 @@
 namespace tandem {
 namespace {
 
+constexpr double kSamePose = 1e-3;  // m, rad
+
 std::string contents(const std::filesystem::path& file) {
   if (std::filesystem::is_directory(file)) throw Error(fmt::format("{} is a folder, not a file", file.string()));
   std::ifstream stream(file, std::ios::binary);
@@ -25,8 +27,12 @@ std::string contents(const std::filesystem::path& file) {
 
 class Reader {
  public:
-  Reader(const std::filesystem::path& file, const std::string& header, char separator)
-      : table_{file, 0, {}, {}}, header_(header), separator_(separator), names_(split(header_, separator)) {
+  Reader(const std::filesystem::path& file, const std::string& header, char separator, bool same_times)
+      : table_{file, 0, {}, {}},
+        header_(header),
+        separator_(separator),
+        same_times_(same_times),
+        names_(split(header_, separator)) {
     table_.columns = names_.size();
   }
 
@@ -72,6 +78,7 @@ class Reader {
     const std::size_t last = table_.rows() - 1;
     if (last == 0 || table_.t(last) > table_.t(last - 1)) return;
     const bool repeats = table_.t(last) == table_.t(last - 1);
+    if (repeats && same_times_) return;
     fail(fmt::format("time {} {} line {}{}", fields_[0], repeats ? "repeats that of" : "comes before that of",
                      table_.lines[last - 1], repeats ? "" : "; lines must be in time order"));
   }
@@ -79,6 +86,7 @@ class Reader {
   Table table_;
   std::string header_;
   char separator_;
+  bool same_times_;
   std::vector<std::string_view> names_, fields_;
   int line_ = 0;
 };
@@ -87,18 +95,11 @@ class Reader {
 
 std::string Table::where(std::size_t i) const { return fmt::format("{}:{}", file.string(), lines[i]); }
 
-Table read_csv(const std::filesystem::path& file, const std::string& header) {
-  return Reader(file, header, ',').read(true);
+Table read_csv(const std::filesystem::path& file, const std::string& header, bool same_times) {
+  return Reader(file, header, ',', same_times).read(true);
 }
 
-Table read_tum(const std::filesystem::path& file) { return Reader(file, "t x y z qx qy qz qw", ' ').read(false); }
-
-std::vector<Stamped<Vector<3>>> positions(const Table& table) {
-  std::vector<Stamped<Vector<3>>> result;
-  result.reserve(table.rows());
-  for (std::size_t i = 0; i < table.rows(); ++i) result.push_back({table.t(i), Vector<3>(table.row(i) + 1)});
-  return result;
-}
+Table read_tum(const std::filesystem::path& file) { return Reader(file, "t x y z qx qy qz qw", ' ', true).read(false); }
 
 std::vector<Stamped<SE3>> poses(const Table& table) {
   std::vector<Stamped<SE3>> result;
@@ -107,7 +108,14 @@ std::vector<Stamped<SE3>> poses(const Table& table) {
     const double* row = table.row(i);
     const auto rotation = rotation_from(row + 4);
     if (!rotation) throw Error(fmt::format("{}: {}", table.where(i), not_a_rotation(row + 4)));
-    result.push_back({table.t(i), SE3(*rotation, Vector<3>(row + 1))});
+    const SE3 pose(*rotation, Vector<3>(row + 1));
+    if (!result.empty() && table.t(i) == result.back().t) {  // loggers write a pose twice now and then
+      if (!((result.back().value.inverse() * pose).Log().cwiseAbs().maxCoeff() <= kSamePose))
+        throw Error(fmt::format("{}: time {} repeats that of line {} with another pose", table.where(i), table.t(i),
+                                table.lines[i - 1]));
+      continue;
+    }
+    result.push_back({table.t(i), pose});
   }
   return result;
 }

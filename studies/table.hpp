@@ -25,17 +25,14 @@ struct Table {
 
 /// A file of comma-separated values whose first line names the columns, e.g. "t,x,y,z". Empty lines, lines
 /// that begin with # and Windows line ends are tolerated, here and below. Throws Error naming file, line and
-/// reason.
-Table read_csv(const std::filesystem::path& file, const std::string& header);
+/// reason. Two lines of one time are an error, unless `same_times`: a camera may see a target twice in a frame.
+Table read_csv(const std::filesystem::path& file, const std::string& header, bool same_times = false);
 
-/// A trajectory in the TUM format: t x y z qx qy qz qw, separated by blanks.
+/// A trajectory in the TUM format: t x y z qx qy qz qw, separated by blanks. Lines may repeat a time (see poses()).
 Table read_tum(const std::filesystem::path& file);
 
-/// Columns t x y z.
-std::vector<Stamped<Vector<3>>> positions(const Table& table);
-
-/// Columns t x y z qx qy qz qw. A quaternion whose length is within 1e-3 of one is normalised, any other an
-/// error.
+/// Columns t x y z qx qy qz qw. A quaternion whose length is within 1e-3 of one is normalised, any other an error. A line
+/// that repeats the one before, to 1 mm and 1 mrad, is left out; two different poses of one time are an error.
 std::vector<Stamped<SE3>> poses(const Table& table);
 
 }  // namespace tandem

@@ -72,6 +72,7 @@ std::vector<double> YamlSection::numbers(const std::string& key) const {
 }
 
 std::vector<double> YamlSection::numbers(const std::string& key, std::size_t count) const {
+  if (require(key).IsNull()) fail(key, fmt::format("{} needs {} numbers, which are missing", key, count));
   const std::vector<double> values = numbers(key);
   if (values.size() != count) fail(key, fmt::format("{} needs {} numbers, not {}", key, count, values.size()));
   return values;

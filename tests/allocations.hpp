@@ -1,18 +1,13 @@
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdlib>
 #include <new>
 
+#include "allocation_count.hpp"
+
 /// Counts what the heap is asked for in the whole executable, C++ or C. Include it in exactly one source of
 /// it.
-namespace tandem::testing {
-
-inline std::atomic<long> allocations{0};
-
-}  // namespace tandem::testing
-
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 
 // The sanitizer has replaced malloc, and tells.

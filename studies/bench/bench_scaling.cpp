@@ -1,6 +1,7 @@
-/// gauss_newton on a generated problem of 1,000 to 100,000 keyframes: seconds, seconds an iteration and memory must
-/// grow linearly. Peak memory is the process's, so run one size at a time for it:
-///   bench_scaling --benchmark_filter=/100000/
+/// gauss_newton, and augmented_lagrangian under hard constraints, on a generated problem of 1,000 to 100,000 keyframes:
+/// seconds, seconds an iteration and memory must grow linearly. Peak memory is the process's, so run one size at a time
+/// for it:
+///   bench_scaling --benchmark_filter=gauss_newton/100000/
 
 #include <random>
 
@@ -9,6 +10,7 @@
 
 #include <tandem/problem/tracking.hpp>
 #include <tandem/residuals/prior.hpp>
+#include <tandem/solvers/augmented_lagrangian.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 
 namespace {
@@ -27,12 +29,10 @@ TrackingData generated(int keyframes) {
   data.noise.prior.setConstant(1e-3);
   data.noise.odometry << 0.01, 0.01, 0.01, 6e-4, 6e-4, 6e-4;
   data.noise.constant_twist << 0.15, 0.05, 0.05, 0.02, 0.02, 0.06;
-  data.position_sensors.push_back({});
-  data.position_sensors[0].sigma.setConstant(1.0);
-  data.pose_sensors.push_back({});
-  data.pose_sensors[0].sigma << 0.1, 0.1, 0.1, 0.04, 0.04, 0.04;
-  const auto noisy = [&](const auto& sigma) {
-    auto v = sigma;
+  data.sensors.push_back({.name = "usbl", .type = SensorType::position, .sigma = Vector<3>::Constant(1.0)});
+  data.sensors.push_back({.name = "optical", .type = SensorType::pose});
+  data.sensors[1].sigma = Vector<6>(0.1, 0.1, 0.1, 0.04, 0.04, 0.04);
+  const auto noisy = [&](Eigen::VectorXd v) {
     for (auto& x : v) x *= normal(random);
     return v;
   };
@@ -42,10 +42,11 @@ TrackingData generated(int keyframes) {
     data.odometry.push_back({double(k), chaser * SE3::Exp(noisy(data.noise.odometry))});
     const SE3 seen = chaser.inverse() * target;
     if (k % 10 == 0) {
-      data.pose_sensors[0].measurements.push_back({double(k), seen * SE3::Exp(noisy(data.pose_sensors[0].sigma))});
+      const SE3 z = seen * SE3::Exp(noisy(data.sensors[1].sigma));
+      data.sensors[1].measurements.push_back({.t = double(k), .position = z.translation(), .rotation = z.rotation()});
     } else if (k % 3 == 0) {
-      data.position_sensors[0].measurements.push_back(
-          {double(k), seen.translation() + noisy(data.position_sensors[0].sigma)});
+      data.sensors[0].measurements.push_back(
+          {.t = double(k), .position = seen.translation() + noisy(data.sensors[0].sigma)});
     }
     chaser = chaser * SE3::Exp(chaser_twist);
     Vector<6> disturbance = 0.1 * noisy(data.noise.constant_twist);
@@ -56,22 +57,23 @@ TrackingData generated(int keyframes) {
 }
 
 /// Mode A, and a fix of the chaser's pose now and then.
-TrackingProblem problem_of(const TrackingData& data) {
-  TrackingProblem tracking = make_tracking_problem(data);
+TrackingProblem problem_of(const TrackingData& data, const TrackingOptions& options) {
+  TrackingProblem tracking = make_tracking_problem(data, options);
   for (std::size_t k = 0; k < tracking.chaser.size(); k += kFixInterval)
-    tracking.problem.minimize(Prior<SE3>{tracking.problem.value(tracking.chaser[k])},
-                              Gaussian{0.5, 0.5, 0.5, 0.02, 0.02, 0.02}, {tracking.chaser[k]});
+    tracking.problem.minimize(Prior<SE3>{tracking.chaser_pose(k)}, Gaussian{0.5, 0.5, 0.5, 0.02, 0.02, 0.02},
+                              {std::get<Variable<SE3>>(tracking.chaser[k])});
   return tracking;
 }
 
-void scaling(benchmark::State& state) {
+template <class Options>
+void scaling(benchmark::State& state, const TrackingOptions& options) {
   const TrackingData data = generated(static_cast<int>(state.range(0)));
   Summary summary;
   for (auto _ : state) {
     state.PauseTiming();
-    TrackingProblem tracking = problem_of(data);
+    TrackingProblem tracking = problem_of(data, options);
     state.ResumeTiming();
-    summary = solve(tracking.problem, GaussNewtonOptions{});
+    summary = solve(tracking.problem, Options{});
     state.PauseTiming();
     tracking = {};
     state.ResumeTiming();
@@ -86,15 +88,17 @@ void scaling(benchmark::State& state) {
   state.SetComplexityN(state.range(0));
 }
 
-BENCHMARK(scaling)
-    ->Arg(1000)
-    ->Arg(3000)
-    ->Arg(10000)
-    ->Arg(30000)
-    ->Arg(100000)
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->Complexity(benchmark::oN);
+void gauss_newton(benchmark::State& state) { scaling<GaussNewtonOptions>(state, {}); }
+void augmented_lagrangian(benchmark::State& state) {
+  scaling<AugmentedLagrangianOptions>(state, {.non_holonomic = Role::hard, .surge = between(0.0, 2.5)});
+}
+void sizes(benchmark::internal::Benchmark* b) {
+  for (const int keyframes : {1000, 3000, 10000, 30000, 100000}) b->Arg(keyframes);
+  b->Unit(benchmark::kMillisecond)->UseRealTime()->Complexity(benchmark::oN);
+}
+
+BENCHMARK(gauss_newton)->Apply(sizes);
+BENCHMARK(augmented_lagrangian)->Apply(sizes);
 
 }  // namespace
 

@@ -20,7 +20,7 @@ class ModeACeres {
   explicit ModeACeres(const TrackingData& data) {
     const auto frames = make_keyframes(data);
     const auto odometry = odometry_at(data.odometry, frames);
-    const auto target = initial_target(data, frames, odometry);
+    const auto target = initial_target(data, frames, odometry).pose;
     start_.reserve(2 * frames.size());
     for (std::size_t k = 0; k < frames.size(); ++k) {
       start_.push_back(to_ceres(odometry[k]));
@@ -35,15 +35,14 @@ class ModeACeres {
     for (std::size_t k = 1; k < frames.size(); ++k)
       add(RelativePose<SE3>{odometry[k - 1].inverse() * odometry[k]}, Gaussian(noise.odometry).scaled(std::sqrt(dt(k))),
           {c(k - 1), c(k)});
-    for (const auto& sensor : data.position_sensors)
+    for (const auto& sensor : data.sensors)
       for (const auto& m : sensor.measurements) {
         const std::size_t k = keyframe_at(frames, m.t).value();
-        add(UsblPosition<SE3>{m.value, sensor.mount, sensor.beacon}, Gaussian(sensor.sigma), {c(k), t(k)});
-      }
-    for (const auto& sensor : data.pose_sensors)
-      for (const auto& m : sensor.measurements) {
-        const std::size_t k = keyframe_at(frames, m.t).value();
-        add(RelativePose<SE3>{m.value, sensor.mount, sensor.marker}, Gaussian(sensor.sigma), {c(k), t(k)});
+        const Gaussian sigma(sensor.sigma);
+        if (sensor.type == SensorType::pose)
+          add(RelativePose<SE3>{SE3(m.rotation, m.position), sensor.mount, sensor.marker}, sigma, {c(k), t(k)});
+        else
+          add(UsblPosition<SE3>{m.position, sensor.mount, sensor.marker.translation()}, sigma, {c(k), t(k)});
       }
     for (std::size_t k = 2; k < frames.size(); ++k)
       add(ConstantTwist<SE3>{dt(k - 1), dt(k)}, Gaussian(noise.constant_twist).scaled(std::sqrt(dt(k))),

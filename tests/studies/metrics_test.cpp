@@ -29,7 +29,7 @@ TEST(Metrics, ErrorsAreRelative) {
   // turned by 5°.
   const SE3 off = pose(100, -50, 1.0);
   const std::vector<SE3> chaser = {off * pose(0, 0, std::numbers::pi / 2)};
-  const std::vector<SE3> target = {off * pose(3, 14, std::numbers::pi / 2 + 20 * kDegree)};
+  const std::vector<TargetState> target = {off * pose(3, 14, std::numbers::pi / 2 + 20 * kDegree)};
   const std::vector<Keyframe> keyframes = {
       {1.0, KeyframeType::optical, Vector<3>(9, 0, 0), SO3::Exp({0, 0, -5 * kDegree})}};
   const auto errors = keyframe_errors(standing_truth(), keyframes, chaser, target);
@@ -38,6 +38,8 @@ TEST(Metrics, ErrorsAreRelative) {
   EXPECT_EQ(errors[0].type, KeyframeType::optical);
   EXPECT_NEAR(errors[0].position.value(), 5.0, 1e-12);
   EXPECT_NEAR(errors[0].angle.value(), 20.0, 1e-12);
+  EXPECT_LE((errors[0].position_vector.value() - Vector<3>(4, -3, 0)).norm(), 1e-12) << "ahead, and to the right";
+  EXPECT_LE((errors[0].rotation_vector.value() - Vector<3>(0, 0, 20 * kDegree)).norm(), 1e-12);
   EXPECT_NEAR(errors[0].raw_position.value(), 1.0, 1e-12);
   EXPECT_NEAR(errors[0].raw_angle.value(), 5.0, 1e-12);
 }
@@ -50,22 +52,23 @@ TEST(Metrics, TruthWithoutOrientationComparesDisplacements) {
   const auto errors = keyframe_errors(scenario, keyframes, {pose(5, 0, std::numbers::pi / 2)}, {pose(5, 12, 0.3)});
   EXPECT_NEAR(errors[0].position.value(), 2.0, 1e-12);
   EXPECT_NEAR(errors[0].raw_position.value(), 1.0, 1e-12);
-  EXPECT_FALSE(errors[0].angle);
+  EXPECT_FALSE(errors[0].angle || errors[0].rotation_vector);
 }
 
 TEST(Metrics, AbsentTruthGivesNoErrors) {
   const std::vector<Keyframe> keyframes = {{1.0, KeyframeType::usbl, Vector<3>(9, 0, 0), {}},
                                            {3.0, KeyframeType::gated, {}, {}}};
   const std::vector<SE3> poses(2);
+  const std::vector<TargetState> targets(poses.begin(), poses.end());
   Scenario scenario = standing_truth();
-  auto errors = keyframe_errors(scenario, keyframes, poses, poses);
+  auto errors = keyframe_errors(scenario, keyframes, poses, targets);
   EXPECT_TRUE(errors[0].position);
   EXPECT_FALSE(errors[1].position) << "3 s is beyond the truth";
   EXPECT_EQ(summarise(errors).n, 2);
   EXPECT_EQ(summarise(errors).compared, 1);
 
   scenario.truth_target.clear();
-  errors = keyframe_errors(scenario, keyframes, poses, poses);
+  errors = keyframe_errors(scenario, keyframes, poses, targets);
   EXPECT_FALSE(errors[0].position || errors[0].angle || errors[0].raw_position || errors[0].raw_angle);
   const ErrorSummary all = summarise(errors);
   EXPECT_EQ(all.n, 2);

@@ -12,7 +12,7 @@ using testing::StartsWith;
 
 TrackingData data_with_usbl() {
   TrackingData data;
-  data.position_sensors.emplace_back();
+  data.sensors.push_back({.name = "usbl", .sigma = Vector<3>::Zero()});
   return data;
 }
 
@@ -26,7 +26,7 @@ TEST(NamedNoise, Overrides) {
   override_noise(data, "usbl=1, 2,3");
   override_noise(data, "surge=0.5");
   override_noise(data, "odometry=1,2,3,4,5,6");
-  EXPECT_EQ(data.position_sensors[0].sigma, Vector<3>(1, 2, 3));
+  EXPECT_EQ(data.sensors[0].sigma, Vector<3>(1, 2, 3));
   EXPECT_EQ(data.noise.surge, 0.5);
   EXPECT_EQ(data.noise.odometry[5], 6.0);
 }

@@ -52,10 +52,14 @@ TEST(OptionValues, Losses) {
 
 TEST(OptionValues, Solvers) {
   EXPECT_TRUE(std::holds_alternative<GaussNewtonOptions>(parse_solver("--solver", "gauss-newton")));
+  EXPECT_TRUE(std::holds_alternative<AugmentedLagrangianOptions>(parse_solver("--solver", "augmented-lagrangian")));
   EXPECT_TRUE(std::holds_alternative<IpoptOptions>(parse_solver("--solver", "ipopt")));
   for (const std::string& algorithm : nlopt_algorithms())
     EXPECT_EQ(std::get<NloptOptions>(parse_solver("--solver", "nlopt:" + algorithm)).algorithm, algorithm);
-  EXPECT_THAT(error_of([] { parse_solver("--solver", "ipop"); }), StartsWith("--solver is gauss-newton, ipopt"));
+  EXPECT_THAT(error_of([] { parse_solver("--solver", "ipop"); }),
+              StartsWith("--solver is gauss-newton, augmented-lagrangian, ipopt"));
+  EXPECT_THAT(error_of([] { parse_solver("--solver", "augmented-lagrange"); }),
+              HasSubstr("did you mean augmented-lagrangian?"));
   EXPECT_THAT(error_of([] { parse_solver("--solver", "ipop"); }), HasSubstr("not 'ipop'; did you mean ipopt?"));
   EXPECT_THAT(error_of([] { parse_solver("--solver", "nlopt:nosuch"); }), HasSubstr("nlopt"));
 }

@@ -12,18 +12,6 @@ namespace {
 using testing::HasSubstr;
 using testing::StartsWith;
 
-/// Puts back what it was.
-class Path {
- public:
-  explicit Path(const std::string& value) : before_(getenv("PATH")) { setenv("PATH", value.c_str(), 1); }
-  ~Path() { setenv("PATH", before_.c_str(), 1); }
-  Path(const Path&) = delete;
-  Path& operator=(const Path&) = delete;
-
- private:
-  std::string before_;
-};
-
 Estimate straight_line(Scenario& scenario) {
   Estimate estimate;
   estimate.scenario = "it's `a` \"name\"\nset output 'elsewhere'";
@@ -67,6 +55,7 @@ TEST(Plots, AreDrawnWithTruth) {
   EXPECT_THAT(read_file(folder.path() / "trajectories.svg"), HasSubstr("</svg>"));
   EXPECT_THAT(read_file(folder.path() / "trajectories.svg"), HasSubstr("it's `a`")) << "the title is shown as it is";
   EXPECT_THAT(read_file(folder.path() / "errors.svg"), HasSubstr("</svg>"));
+  EXPECT_THAT(read_file(folder.path() / "error_norms.svg"), HasSubstr("</svg>"));
   ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::png, folder.path()), "");
   EXPECT_THAT(read_file(folder.path() / "trajectories.png"), StartsWith("\x89PNG"));
   EXPECT_THAT(read_file(folder.path() / "errors.png"), StartsWith("\x89PNG"));
@@ -81,6 +70,41 @@ TEST(Plots, WithoutTruthThereAreNoErrorsToDraw) {
   ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::svg, folder.path()), "");
   EXPECT_TRUE(std::filesystem::exists(folder.path() / "trajectories.svg"));
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "errors.svg"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "error_norms.svg"));
+}
+
+TEST(Plots, BandsAreDrawnWithoutTruthToo) {
+  const ScratchFolder folder;
+  Scenario scenario;
+  Estimate estimate = straight_line(scenario);
+  scenario.truth_chaser.clear();
+  estimate.errors = keyframe_errors(scenario, estimate.keyframes, estimate.chaser, estimate.target);
+  KeyframeUncertainty u;
+  u.relative_position = Vector<3>(1, 4, 0).asDiagonal();  // planar
+  estimate.uncertainty.assign(5, u);
+  ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::svg, folder.path()), "");
+  const std::string drawn = read_file(folder.path() / "errors.svg");
+  EXPECT_THAT(drawn, HasSubstr("uncertainty of the relative pose"));
+  EXPECT_THAT(drawn, HasSubstr("±3 σ"));
+  EXPECT_THAT(drawn, HasSubstr("y [m]"));
+  EXPECT_THAT(drawn, testing::Not(HasSubstr("z [m]"))) << "nothing moves there";
+  EXPECT_THAT(drawn, testing::Not(HasSubstr("heading")));
+}
+
+/// Where the 3 σ span decades, of an acoustic and an optical phase, both can be read.
+TEST(Plots, BandsOfDecadesHaveALogScale) {
+  const ScratchFolder folder;
+  Scenario scenario;
+  Estimate estimate = straight_line(scenario);
+  KeyframeUncertainty u;
+  u.relative_position = Vector<3>(1, 1, 1).asDiagonal();
+  estimate.uncertainty.assign(5, u);
+  ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::svg, folder.path()), "");
+  EXPECT_THAT(read_file(folder.path() / "errors.svg"), testing::Not(HasSubstr("log scale")));
+  u.relative_position *= 1e-4;
+  estimate.uncertainty[1] = estimate.uncertainty[2] = u;
+  ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::svg, folder.path()), "");
+  EXPECT_THAT(read_file(folder.path() / "errors.svg"), HasSubstr("log scale"));
 }
 
 TEST(Plots, TruthWithoutOrientationHasOnePanel) {
@@ -90,7 +114,8 @@ TEST(Plots, TruthWithoutOrientationHasOnePanel) {
   scenario.truth_orientation = false;
   estimate.errors = keyframe_errors(scenario, estimate.keyframes, estimate.chaser, estimate.target);
   ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::svg, folder.path()), "");
-  EXPECT_THAT(read_file(folder.path() / "errors.svg"), testing::Not(HasSubstr("orientation error")));
+  EXPECT_THAT(read_file(folder.path() / "error_norms.svg"), testing::Not(HasSubstr("orientation error")));
+  EXPECT_THAT(read_file(folder.path() / "errors.svg"), testing::Not(HasSubstr("heading")));
 }
 
 }  // namespace

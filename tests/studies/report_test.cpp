@@ -3,9 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include <tandem/studies/report.hpp>
-#include <tandem/studies/table.hpp>
 
-#include "scratch.hpp"
+#include "made_up_estimate.hpp"
 
 namespace tandem {
 namespace {
@@ -13,29 +12,10 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-Estimate made_up() {
-  Estimate estimate;
-  estimate.scenario = "made up";
-  estimate.summary.solver = "gauss-newton";
-  estimate.summary.status = Status::converged;
-  estimate.summary.message = "the cost no longer decreases";
-  estimate.summary.initial_cost = 20.0;
-  estimate.summary.cost = 1.25;
-  estimate.summary.iterations = 3;
-  estimate.summary.evaluations = 4;
-  estimate.summary.seconds = 0.5;
-  estimate.residual_blocks = 7;
-  estimate.keyframes = {{0.1, KeyframeType::usbl, Vector<3>(1, 2, 3), {}}, {1.0 / 3.0, KeyframeType::gated, {}, {}}};
-  estimate.chaser = {SE3(), SE3(SO3::Exp({0, 0, 1}), Vector<3>(1.0 / 3.0, 0, 0))};
-  estimate.target = {SE3(), SE3(SO3(), Vector<3>(2, 0, 0))};
-  estimate.errors = {{0.1, KeyframeType::usbl, 0.5, 10.0, 2.5, {}},
-                     {1.0 / 3.0, KeyframeType::gated, 1.5, 20.0, {}, {}}};
-  return estimate;
-}
-
 TEST(Report, JsonHasTheWholeSummary) {
   const auto json = nlohmann::json::parse(summary_json(made_up()));
   EXPECT_EQ(json["scenario"], "made up");
+  EXPECT_EQ(json["model"], "constant-twist");
   EXPECT_EQ(json["mode"], "A");
   EXPECT_EQ(json["solver"], "gauss-newton");
   EXPECT_EQ(json["status"], "converged");
@@ -79,13 +59,86 @@ TEST(Report, JsonSurvivesNamesThatAreNotText) {
 
 TEST(Report, TableHasARowForEachType) {
   const std::string text = report(made_up());
-  EXPECT_THAT(text, HasSubstr("made up, mode A: 2 keyframes, 7 residual blocks\n"));
+  EXPECT_THAT(text, HasSubstr("made up, constant-twist, mode A: 2 keyframes, 7 residual blocks\n"));
   EXPECT_THAT(text, HasSubstr("gauss-newton: converged, cost 1.250000"));
   EXPECT_THAT(text, testing::ContainsRegex("usbl +1 +0.500 ± 0.000 +10.00 +2.500 ± 0.000\n"));
   EXPECT_THAT(text, testing::ContainsRegex("optical +0 +– +– +–\n"));
   EXPECT_THAT(text, testing::ContainsRegex("all +2 +1.000 ± 0.500 +15.00 +–\n"));
   EXPECT_THAT(text, Not(HasSubstr("violation"))) << "nothing is constrained";
   EXPECT_THAT(text, Not(HasSubstr("NOT CONVERGED")));
+}
+
+TEST(Report, NamesTheModelAndWhatIsNotByDefault) {
+  Estimate estimate = made_up();
+  estimate.options.mode = Mode::B;
+  estimate.options.roll_pitch = Role::off;
+  estimate.options.non_holonomic = Role::hard;
+  estimate.options.surge = at_least(0.0);
+  estimate.options.limits = Role::soft;
+  EXPECT_THAT(
+      report(estimate),
+      HasSubstr("made up, constant-twist, mode B, roll-pitch off, non-holonomic hard, surge soft: 2 keyframes"));
+}
+
+TEST(Report, PlainSensorsAreNotListed) {
+  const Estimate estimate = made_up();
+  ASSERT_EQ(estimate.sensors.size(), 2u);
+  EXPECT_THAT(report(estimate), Not(HasSubstr("down-weighted")));
+  EXPECT_EQ(nlohmann::json::parse(summary_json(estimate))["sensors"]["usbl"]["used"], 1);
+}
+
+TEST(Report, SensorsAreListedWhereThereIsMoreToTell) {
+  Estimate estimate = made_up();
+  estimate.sensors[0] = {.name = "radar", .type = SensorType::range_bearing, .delay = 1.4, .used = 39};
+  estimate.sensors[0].left_out = 1;
+  estimate.sensors[0].raw_position = MeanStd{2.5, 1.25, 39};
+  estimate.sensors[1].robust = true;
+  estimate.sensors[1].down_weighted = 2;
+  estimate.without_extrinsics = {"radar"};
+  const std::string text = report(estimate);
+  EXPECT_THAT(text, HasSubstr("mode A, robust:"));
+  EXPECT_THAT(text, testing::ContainsRegex("radar +range_bearing +39 +0 +1 +0 +2.500 ± 1.250\n"));
+  EXPECT_THAT(text, testing::ContainsRegex("optical +pose +0 +0 +0 +2 +–\n"));
+  EXPECT_THAT(text, HasSubstr("radar: no extrinsics given, taken at the body's origin.\n"));
+  const auto json = nlohmann::json::parse(summary_json(estimate))["sensors"];
+  EXPECT_EQ(json["radar"], nlohmann::json({{"type", "range_bearing"},
+                                           {"used", 39},
+                                           {"held_out", 0},
+                                           {"left_out", 1},
+                                           {"down_weighted", 0},
+                                           {"raw_position_mean_m", 2.5},
+                                           {"raw_position_std_m", 1.25}}));
+  EXPECT_EQ(json["optical"]["down_weighted"], 2);
+}
+
+/// Four fixes of two rows at unit sigma; one is an outlier, and counts for nothing.
+TEST(Report, CoverageIsOfTheInliers) {
+  Estimate estimate = made_up();
+  estimate.sensors[0].robust = true;
+  const auto add = [&](double a, double b, std::optional<bool> inlier) {
+    estimate.held_out.push_back({HeldOut{0, 0, Vector<2>(a, b), Matrix<2, 2>::Identity()}, 0.1, inlier});
+  };
+  add(0, 1, true);
+  add(1, 2.2, true);      // one row outside, together inside
+  add(1.95, 1.95, true);  // both rows inside, together outside
+  add(9, 9, false);
+  const std::string text = report(estimate);
+  EXPECT_THAT(text, testing::ContainsRegex("usbl +4 +3 +83.3 % +66.7 %\n"));
+  EXPECT_THAT(text, HasSubstr("Inliers have a weight of 0.5 or more in the same estimate with all measurements in.\n"));
+  const auto json = nlohmann::json::parse(summary_json(estimate))["held_out"]["usbl"];
+  EXPECT_EQ(json["inliers"], 3);
+  EXPECT_NEAR(json["inlier_rows_in_95_percent"], 500.0 / 6, 1e-9);
+  EXPECT_NEAR(json["inliers_in_95_percent"], 200.0 / 3, 1e-9);
+
+  add(0, 0, {});
+  EXPECT_THAT(report(estimate), HasSubstr("none could be told an outlier"));
+}
+
+TEST(Report, SaysWhyThereAreNoCovariances) {
+  Estimate estimate = made_up();
+  estimate.why_no_uncertainty = "the solve did not converge";
+  EXPECT_THAT(report(estimate), HasSubstr("No covariances: the solve did not converge\n"));
+  EXPECT_EQ(nlohmann::json::parse(summary_json(estimate))["no_covariance"], "the solve did not converge");
 }
 
 TEST(Report, TableMarksWhatDidNotConverge) {
@@ -97,32 +150,6 @@ TEST(Report, TableMarksWhatDidNotConverge) {
   EXPECT_THAT(report(estimate), HasSubstr("NOT CONVERGED: stopped at 3 iterations\n"));
   EXPECT_THAT(report(estimate), HasSubstr("largest violation of a hard constraint: 0.25\n"));
   EXPECT_EQ(nlohmann::json::parse(summary_json(estimate))["status"], "max-iterations");
-}
-
-TEST(Report, TrajectoriesAreWrittenToTheLastDigit) {
-  const ScratchFolder folder;
-  write_results(made_up(), folder.path());
-  const auto chaser = poses(read_tum(folder.path() / "chaser.tum"));
-  ASSERT_EQ(chaser.size(), 2u);
-  EXPECT_EQ(chaser[1].t, 1.0 / 3.0);
-  EXPECT_EQ(chaser[1].value.translation().x(), 1.0 / 3.0);
-  EXPECT_NEAR(chaser[1].value.rotation().Log().z(), 1.0, 1e-15);
-  EXPECT_EQ(poses(read_tum(folder.path() / "target.tum"))[1].value.translation().x(), 2.0);
-  EXPECT_EQ(read_file(folder.path() / "summary.json"), summary_json(made_up()));
-}
-
-TEST(Report, ErrorsAreWrittenByKeyframe) {
-  const ScratchFolder folder;
-  Estimate estimate = made_up();
-  estimate.keyframes[1].t = estimate.errors[1].t = 2.5;
-  estimate.errors[1].position = estimate.errors[1].angle = {};
-  write_results(estimate, folder.path());
-  EXPECT_EQ(read_file(folder.path() / "errors.csv"),
-            "t,type,position_error_m,angle_error_deg\n0.1,usbl,0.5,10\n2.5,gated,,\n");
-}
-
-TEST(Report, AFolderThatIsGoneIsAnError) {
-  EXPECT_THAT(error_of([] { write_results(made_up(), "/nonexistent"); }), HasSubstr("cannot be written"));
 }
 
 }  // namespace

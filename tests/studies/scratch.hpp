@@ -33,6 +33,18 @@ class ScratchFolder {
   std::filesystem::path path_;
 };
 
+/// Where programs are looked for; puts back what it was.
+class Path {
+ public:
+  explicit Path(const std::string& value) : before_(getenv("PATH")) { setenv("PATH", value.c_str(), 1); }
+  ~Path() { setenv("PATH", before_.c_str(), 1); }
+  Path(const Path&) = delete;
+  Path& operator=(const Path&) = delete;
+
+ private:
+  std::string before_;
+};
+
 inline std::string read_file(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   EXPECT_TRUE(stream) << file << " is not there";

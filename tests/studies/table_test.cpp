@@ -31,10 +31,7 @@ TEST_F(TableTest, ReadsCsv) {
   EXPECT_EQ(table.lines, (std::vector<int>{2, 5}));
   EXPECT_EQ(table.t(1), 1.5);
   EXPECT_THAT(table.where(1), EndsWith("usbl.csv:5"));
-  const auto points = positions(table);
-  EXPECT_EQ(points[0].t, 0.5);
-  EXPECT_EQ(points[0].value, Vector<3>(1, -2, 30));
-  EXPECT_EQ(points[1].value, Vector<3>(4, 5, 6));
+  EXPECT_EQ(table.values, (std::vector<double>{0.5, 1, -2, 30, 1.5, 4, 5, 6}));
 }
 
 TEST_F(TableTest, ToleratesWindowsFiles) {
@@ -89,6 +86,29 @@ TEST_F(TableTest, TimesIncrease) {
   EXPECT_THAT(csv_error("t,x,y,z\n1,2,3,4\n\n1.0,2,3,4\n"), EndsWith("usbl.csv:4: time 1.0 repeats that of line 2"));
   EXPECT_THAT(csv_error("t,x,y,z\n1,2,3,4\n0.5,2,3,4\n"),
               EndsWith("usbl.csv:3: time 0.5 comes before that of line 2; lines must be in time order"));
+}
+
+TEST_F(TableTest, TimesMayRepeatWhereThatIsAllowed) {
+  const auto camera = [&](const std::string& text) {
+    return read_csv(folder_.write("camera.csv", text), "t,bearing", true).rows();
+  };
+  EXPECT_EQ(camera("t,bearing\n1,0.2\n1,0.3\n2,0.4\n"), 3u);
+  EXPECT_THAT(error_of([&] { camera("t,bearing\n2,0.2\n1,0.3\n"); }), HasSubstr("camera.csv:3: time 1 comes before"));
+}
+
+/// Loggers write a pose twice now and then.
+TEST_F(TableTest, APoseThatIsRepeatedIsLeftOut) {
+  const auto file =
+      folder_.write("a.tum", "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n1 1.0005 0 0 0 0 0 -1\n2 2 0 0 0 0 0 1\n");
+  const auto trajectory = poses(read_tum(file));
+  ASSERT_EQ(trajectory.size(), 3u);
+  EXPECT_EQ(trajectory[1].value.translation().x(), 1.0);
+  EXPECT_EQ(trajectory[2].t, 2.0);
+  const std::string pose = "1 1 0 0 0 0 0 1\n";
+  EXPECT_THAT(tum_error(pose + "1 1.002 0 0 0 0 0 1\n"),
+              EndsWith("truth.tum:2: time 1 repeats that of line 1 with another pose"));
+  EXPECT_THAT(tum_error(pose + "1 1 0 0 0 0 0.00999983333 0.99995\n"), HasSubstr("with another pose"));
+  EXPECT_THAT(tum_error(pose + "0.5 1 0 0 0 0 0 1\n"), HasSubstr("truth.tum:2: time 0.5 comes before"));
 }
 
 TEST_F(TableTest, QuaternionsAreNormalisedOrRejected) {

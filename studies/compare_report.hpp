@@ -1,0 +1,38 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <tandem/studies/compare.hpp>
+#include <tandem/studies/plots.hpp>
+
+namespace tandem {
+
+/// All solves of one comparison, in the order they were run: those of one problem stand together.
+struct Comparison {
+  std::string scenario;
+  Mode mode = Mode::A;
+  TargetConstraints constraints;
+  double time_limit = 60;  ///< s
+  std::vector<ComparedSolve> solves;
+};
+
+/// For a terminal: a table each problem, the fastest of those that reached its best cost marked.
+std::string report(const Comparison& comparison);
+/// One row a solve, numbers to the last digit.
+std::string compare_csv(const Comparison& comparison);
+/// scenario, keyframes, constraints, solver, seconds, cost, violation along each solve.
+std::string progress_csv(const Comparison& comparison);
+std::string compare_json(const Comparison& comparison);
+
+/// Consecutive solves of one problem.
+std::vector<std::vector<ComparedSolve>> by_problem(const Comparison& comparison);
+/// The least cost of those that hold the constraints when hard (to 1e-6), whether converged or not; none: nothing.
+std::optional<double> best_cost(const std::vector<ComparedSolve>& solves);
+
+/// compare.svg or .png: how far the cost is from the best against time, a panel each problem. Returns why there is no
+/// picture, or nothing.
+std::string draw_comparison(const Comparison& comparison, PlotFormat format, const std::filesystem::path& folder);
+
+}  // namespace tandem

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include <tandem/problem/target_sensor.hpp>
+#include <tandem/studies/frame.hpp>
+#include <tandem/studies/yaml_section.hpp>
+
+namespace tandem {
+
+/// What reading a sensor's file needs to know of its scenario.
+struct SensorSurroundings {
+  std::filesystem::path folder;
+  Frame frame;
+  bool planar = false;
+  double first = 0, last = 0;  ///< the odometry's span [s]
+};
+
+/// A sensor out of its entry in `sensors:`. Throws Error naming file, line and reason.
+TargetSensor read_sensor(const std::string& name, const YamlSection& entry, const SensorSurroundings& around);
+
+/// usbl.csv or optical.csv, which are there without being declared; without its sigma, which the noise section gives.
+TargetSensor read_undeclared_sensor(const std::string& name, SensorType type, const SensorSurroundings& around);
+
+}  // namespace tandem
