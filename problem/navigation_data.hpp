@@ -1,0 +1,69 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <tandem/lie/sek3.hpp>
+#include <tandem/problem/trajectory.hpp>
+#include <tandem/residuals/earth.hpp>
+#include <tandem/residuals/imu_preintegration.hpp>
+#include <tandem/residuals/loss.hpp>
+
+namespace tandem {
+
+/// The chaser's own inertial sensor.
+struct ImuSensor {
+  std::string name = "imu";
+  SE3 mount{};  ///< sensor in the body
+  ImuNoise noise{};
+  double initial_accelerometer_bias = 0.1;  ///< m/s², σ of what is not known of it at the start
+  double initial_gyroscope_bias = 0.01;     ///< rad/s
+  double max_gap = 0.5;                     ///< s without a sample: longer ones split the chain
+  double max_specific_force = 0;     ///< m/s², |axis| at or above which a sample is saturated; 0: no limit known
+  double max_angular_rate = 0;       ///< rad/s
+  std::vector<ImuSample> samples{};  ///< in time order
+};
+
+/// What the chaser's other sensors measure of itself.
+enum class EgoSensorType {
+  dvl,      ///< velocity over ground along body axes [m/s]; the body frame is the DVL's
+  depth,    ///< height: world z, up, so that depths are negative [m]
+  gps,      ///< world x y z [m]
+  heading,  ///< orientation in the world, the axes it does not know relaxed by their sigmas [rad]
+};
+
+/// "dvl", "depth", "gps", "heading".
+std::string_view name(EgoSensorType type);
+/// Standard deviations it needs: 3, of a depth 1.
+int rows(EgoSensorType type);
+
+struct EgoMeasurement {
+  double t = 0;                         ///< s, as stamped
+  Vector<3> value = Vector<3>::Zero();  ///< dvl, gps; of a depth z alone counts
+  SO3 rotation{};                       ///< heading
+};
+
+struct EgoSensor {
+  std::string name;
+  EgoSensorType type = EgoSensorType::dvl;
+  Eigen::VectorXd sigma{};  ///< one a row [m/s, m, rad]; heading: about the body's x y z
+  SE3 mount{};              ///< sensor in the body: where depth and gps sit, how heading is turned
+  double delay = 0;         ///< s: a measurement stamped t was valid at t − delay
+  std::optional<Loss> loss{};
+  std::vector<EgoMeasurement> measurements{};  ///< in time order
+
+  double valid_at(const EgoMeasurement& m) const { return m.t - delay; }
+};
+
+/// What the chaser knows of itself by its own sensors: the inertial one, or a DVL with a heading, is needed, all else
+/// is optional. Files, simulators and live feeds all end here; all in ENU-FLU.
+struct NavigationData {
+  Earth earth{};
+  std::optional<ImuSensor> imu{};
+  std::vector<EgoSensor> sensors{};
+  double keyframe_interval = 1.0;  ///< s
+};
+
+}  // namespace tandem

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cmath>
+
+#include <tandem/lie/types.hpp>
+
+namespace tandem {
+
+/// Gravity and the Earth's turning where an inertial sensor works, along world axes (east, north, up).
+struct Earth {
+  static constexpr double kRate = 7.292115e-5;  ///< rad/s, WGS 84
+
+  Vector<3> gravity{0, 0, -9.80665};   ///< m/s², of free fall: downwards
+  Vector<3> rate = Vector<3>::Zero();  ///< rad/s; zero: the world counts as inertial
+
+  /// `magnitude` of gravity [m/s²]; its turning at a latitude [rad].
+  static Earth with_gravity(double magnitude) { return {{0, 0, -magnitude}, Vector<3>::Zero()}; }
+  static Earth at_latitude(double latitude, double magnitude) {
+    return {{0, 0, -magnitude}, {0, kRate * std::cos(latitude), kRate * std::sin(latitude)}};
+  }
+};
+
+}  // namespace tandem
