@@ -15,7 +15,7 @@
 namespace tandem::detail {
 namespace {
 
-/// Adds one sensor's measurements.
+/// Adds measurements of one sensor.
 template <LieGroup G>
 class SensorBuild {
   using Build = TrackingBuild<G>;
@@ -31,21 +31,10 @@ class SensorBuild {
         position_loss_(loss_of(sensor_, build.options)),
         orientation_loss_(orientation_loss_of(sensor_, build.options)) {}
 
-  void add() {
-    std::size_t left_out = 0;
-    const double first = build_.out.keyframes.front().t;
-    for (std::size_t i = 0; i < sensor_.measurements.size(); ++i) {
-      const Measurement& m = sensor_.measurements[i];
-      const double t = sensor_.valid_at(m);
-      if (const auto k = keyframe_at(build_.out.keyframes, t)) {
-        PlacedMeasurement placed{index_, i, *k, {}, {}, {}, {}};
-        std::visit([&](const auto& target) { add(m, target, placed); }, build_.target[*k]);
-        build_.out.measurements.push_back(placed);
-      } else if (t < first) {
-        ++left_out;
-      }
-    }
-    build_.out.left_out.push_back(left_out);
+  void add(std::size_t i, std::size_t k) {
+    PlacedMeasurement placed{index_, i, k, {}, {}, {}, {}};
+    std::visit([&](const auto& target) { add(sensor_.measurements[i], target, placed); }, build_.target[k]);
+    build_.out.measurements.push_back(placed);
   }
 
  private:
@@ -167,11 +156,11 @@ class SensorBuild {
 }  // namespace
 
 template <LieGroup G>
-void TrackingBuild<G>::add_measurements() {
-  for (std::size_t i = 0; i < data.sensors.size(); ++i) SensorBuild<G>(*this, i).add();
+void TrackingBuild<G>::add_measurement(std::size_t sensor, std::size_t i, std::size_t k) {
+  SensorBuild<G>(*this, sensor).add(i, k);
 }
 
-template void TrackingBuild<SE3>::add_measurements();
-template void TrackingBuild<SE2>::add_measurements();
+template void TrackingBuild<SE3>::add_measurement(std::size_t, std::size_t, std::size_t);
+template void TrackingBuild<SE2>::add_measurement(std::size_t, std::size_t, std::size_t);
 
 }  // namespace tandem::detail
