@@ -48,7 +48,7 @@ struct EgoKeyframe {
 /// A measurement of the chaser's own sensors in the problem.
 struct PlacedEgoMeasurement {
   std::size_t sensor;
-  double t;  ///< s, when it was valid
+  double t;                    ///< s, when it was valid
   std::optional<Block> block;  ///< none where it waits to be summed up with others
 };
 

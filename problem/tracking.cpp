@@ -28,13 +28,13 @@ void TrackingBuild<G>::add_variables(std::size_t k) {
   const bool junction = k > 0 && is_pose(k) != is_pose(k - 1) && options.junction == Junction::boundary;
   if (junction && is_pose(k - 1) && !twin[k - 1]) add_twin(k - 1);
   const std::string number = std::to_string(k);
-  chaser.push_back(out.problem.add(in_group<G>(odometry[k]), "chaser " + number));
+  if (chaser.size() <= k) chaser.push_back(problem.add(in_group<G>(odometry[k]), "chaser " + number));
   twin.emplace_back();
   if (is_pose(k)) {
-    target.push_back(out.problem.add(in_group<G>(start.pose[k]), "target " + number));
+    target.push_back(problem.add(in_group<G>(start.pose[k]), "target " + number));
     if (junction) add_twin(k);
   } else {
-    target.push_back(out.problem.add(Point(in_group<G>(start.pose[k].translation())), "target " + number));
+    target.push_back(problem.add(Point(in_group<G>(start.pose[k].translation())), "target " + number));
   }
   if (options.model == MotionModel::white_noise_acceleration) {
     Rn<G::dof> w;
@@ -42,25 +42,25 @@ void TrackingBuild<G>::add_variables(std::size_t k) {
       const std::size_t from = std::min(k, size() - 2);
       w = Rn<G::dof>(minus(in_group<G>(start.pose[from + 1]), in_group<G>(start.pose[from])) / dt(from, from + 1));
     }
-    twist.push_back(out.problem.add(w, "target twist " + number));
+    twist.push_back(problem.add(w, "target twist " + number));
   }
 }
 
 template <LieGroup G>
 void TrackingBuild<G>::add_twin(std::size_t k) {
   const Point point(in_group<G>(start.pose[k].translation()));
-  twin[k] = out.problem.add(point, "target point " + std::to_string(k));
+  twin[k] = problem.add(point, "target point " + std::to_string(k));
   const Gaussian noise = noise_of("boundary", data.noise.boundary, G::point_dim);
-  out.problem.minimize(Boundary<G>{}, noise, {*pose(k), *twin[k]});
+  problem.minimize(Boundary<G>{}, noise, {*pose(k), *twin[k]});
 }
 
 template <LieGroup G>
 void TrackingBuild<G>::add_course_variables() {
   for (std::size_t k = 0; k < size(); ++k)
-    chaser.push_back(out.problem.add(in_group<G>(odometry[k]), "chaser " + std::to_string(k)));
+    chaser.push_back(problem.add(in_group<G>(odometry[k]), "chaser " + std::to_string(k)));
   // Last, since all measurements read them: the rest of the Hessian stays narrow-banded.
-  const auto first = out.problem.add(in_group<G>(start.pose[0]), "target's first pose");
-  const auto speed = out.problem.add(Rn<1>(Vector<1>(start.velocity[0].norm())), "target's speed");
+  const auto first = problem.add(in_group<G>(start.pose[0]), "target's first pose");
+  const auto speed = problem.add(Rn<1>(Vector<1>(start.velocity[0].norm())), "target's speed");
   for (std::size_t k = 0; k < size(); ++k) target.push_back(CourseVariable<G>{first, speed, dt(0, k)});
   twin.resize(size());
 }
@@ -69,10 +69,10 @@ template <LieGroup G>
 void TrackingBuild<G>::add_odometry(std::size_t k) {
   const auto pose = [&](std::size_t i) { return in_group<G>(odometry[i]); };
   if (k == 0) {
-    out.problem.minimize(Prior<G>{pose(0)}, noise_of("prior", data.noise.prior, G::dof), {chaser[0]});
+    problem.minimize(Prior<G>{pose(0)}, noise_of("prior", data.noise.prior, G::dof), {chaser[0]});
   } else {
     const Gaussian noise = noise_of("odometry", data.noise.odometry, G::dof).scaled(std::sqrt(dt(k - 1, k)));
-    out.problem.minimize(RelativePose<G>{pose(k - 1).inverse() * pose(k)}, noise, {chaser[k - 1], chaser[k]});
+    problem.minimize(RelativePose<G>{pose(k - 1).inverse() * pose(k)}, noise, {chaser[k - 1], chaser[k]});
   }
 }
 
@@ -136,7 +136,7 @@ void build(const TrackingData& data, const TrackingOptions& options, TrackingPro
   for (SE3& pose : odometry) pose = in_space(in_group<G>(pose));
   TargetStart start = initial_target(data, out.keyframes, odometry, options.robust_start);
   if (options.model == MotionModel::steady_course) start = straightened(start, out.keyframes);
-  detail::TrackingBuild<G> build{data, options, out, std::move(odometry), std::move(start)};
+  detail::TrackingBuild<G> build{data, options, out.problem, out, std::move(odometry), std::move(start)};
   const std::size_t n = out.keyframes.size();
   if (options.model == MotionModel::steady_course) {
     build.add_course_variables();

@@ -35,13 +35,13 @@ void add_triples(TrackingBuild<G>& build, std::size_t last) {
     const auto *x0 = build.pose(first), *x1 = build.pose(k), *x2 = build.pose(last);
     if (x0 && x1 && x2) {
       const Gaussian twist = noise_of("constant_twist", noise.constant_twist, G::dof);
-      build.out.problem.minimize(ConstantTwist<G>{dt1, dt2}, twist.scaled(scale), {*x0, *x1, *x2});
+      build.problem.minimize(ConstantTwist<G>{dt1, dt2}, twist.scaled(scale), {*x0, *x1, *x2});
       continue;
     }
     const Gaussian velocity = noise_of("constant_velocity", noise.constant_velocity, G::point_dim);
     std::visit(
         [&]<LieGroup A, LieGroup B, LieGroup C>(const Variable<A>& a, const Variable<B>& b, const Variable<C>& c) {
-          build.out.problem.minimize(MixedConstantVelocity<A, B, C>{dt1, dt2}, velocity.scaled(scale), {a, b, c});
+          build.problem.minimize(MixedConstantVelocity<A, B, C>{dt1, dt2}, velocity.scaled(scale), {a, b, c});
         },
         pose_or_point(first), pose_or_point(k), pose_or_point(last));
   }
@@ -56,8 +56,8 @@ void add_white_noise_acceleration(TrackingBuild<G>& build, std::size_t k) {
   const Vector<G::dof> densities = sigma.cwiseAbs2();
   const double dt = build.dt(k - 1, k);
   const Gaussian spread = Gaussian::covariance(WhiteNoiseAcceleration<G>::covariance(densities, dt));
-  build.out.problem.minimize(WhiteNoiseAcceleration<G>{dt}, spread,
-                             {*build.pose(k - 1), build.twist[k - 1], *build.pose(k), build.twist[k]});
+  build.problem.minimize(WhiteNoiseAcceleration<G>{dt}, spread,
+                         {*build.pose(k - 1), build.twist[k - 1], *build.pose(k), build.twist[k]});
 }
 
 }  // namespace
