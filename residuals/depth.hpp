@@ -1,0 +1,28 @@
+#pragma once
+
+#include <tandem/lie/rn.hpp>
+#include <tandem/lie/sek3.hpp>
+#include <tandem/residuals/residual.hpp>
+
+namespace tandem {
+
+/// Height in the world of a sensor on the body [m], below the surface negative:  e = (p + R l)·e_z − z.
+/// Source: Baxter & Teran Espinoza 2025, §III (depth).
+struct Depth {
+  static constexpr std::string_view name = "depth";
+  static constexpr int dim = 1;
+  using States = std::tuple<SE3>;
+
+  double z;                             ///< m, upwards
+  Vector<3> lever = Vector<3>::Zero();  ///< sensor in the body [m]
+
+  template <Over<SE3> X>
+  void operator()(const X& x, Rows<1, X>& r, RowsBy<1, X>* J = nullptr) const {
+    using S = typename X::Scalar;
+    const Vector<3, S> l = lever.template cast<S>();
+    r[0] = x.act(l).z() - S(z);
+    if (J) *J = x.act_jacobian(l).template bottomRows<1>();
+  }
+};
+
+}  // namespace tandem

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <tandem/lie/rn.hpp>
+#include <tandem/lie/sek3.hpp>
+#include <tandem/residuals/residual.hpp>
+
+namespace tandem {
+
+/// Velocity over ground along the body's axes by a Doppler log [m/s]:  e = Rᵀ v − z.
+/// States: the pose and the velocity in the world.
+struct DvlVelocity {
+  static constexpr std::string_view name = "DVL velocity";
+  static constexpr int dim = 3;
+  static constexpr bool reads_velocity = true;  ///< the second state is the velocity of the first
+  using States = std::tuple<SE3, R3>;
+
+  Vector<3> measured;  ///< m/s, along the body's axes
+
+  template <Over<SE3> X, Over<R3> V>
+  void operator()(const X& x, const V& v, Rows<3, X>& r, RowsBy<3, X>* Jx = nullptr, RowsBy<3, V>* Jv = nullptr) const {
+    using S = typename X::Scalar;
+    const Matrix<3, 3, S> to_body = x.rotation().inverse().matrix();
+    const Vector<3, S> in_body = to_body * v.vector();
+    r = in_body - measured.template cast<S>();
+    if (Jx) *Jx << Matrix<3, 3, S>::Zero(), skew(in_body);
+    if (Jv) *Jv = to_body;
+  }
+};
+
+/// The same by a log that reads 1 + s times the velocity [m/s]:  e = (1 + s) Rᵀ v − z. Its scale factor error s is the
+/// third state (a wrong speed of sound, or a wrong beam angle).
+struct ScaledDvlVelocity {
+  static constexpr std::string_view name = "scaled DVL velocity";
+  static constexpr int dim = 3;
+  static constexpr bool reads_velocity = true;
+  using States = std::tuple<SE3, R3, Rn<1>>;
+
+  Vector<3> measured;  ///< m/s, along the body's axes
+
+  template <Over<SE3> X, Over<R3> V, Over<Rn<1>> F>
+  void operator()(const X& x, const V& v, const F& s, Rows<3, X>& r, RowsBy<3, X>* Jx = nullptr,
+                  RowsBy<3, V>* Jv = nullptr, RowsBy<3, F>* Js = nullptr) const {
+    using S = typename X::Scalar;
+    const Matrix<3, 3, S> to_body = x.rotation().inverse().matrix();
+    const Vector<3, S> in_body = to_body * v.vector();
+    const S scale = S(1.) + s.vector()[0];
+    r = scale * in_body - measured.template cast<S>();
+    if (Jx) *Jx << Matrix<3, 3, S>::Zero(), scale * skew(in_body);
+    if (Jv) *Jv = scale * to_body;
+    if (Js) *Js = in_body;
+  }
+};
+
+}  // namespace tandem

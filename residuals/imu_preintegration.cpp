@@ -1,0 +1,148 @@
+#include <cmath>
+
+#include <tandem/lie/coefficients.hpp>
+#include <tandem/lie/error.hpp>
+#include <tandem/residuals/imu_preintegration.hpp>
+
+namespace tandem {
+
+namespace {
+
+/// dE/dθ over θ, E of AngleCoefficients.
+double slope_of_E(double theta2, const AngleCoefficients<double>& k) {
+  if (theta2 >= AngleCoefficients<double>::kSeriesBelow) return (k.C - 4.0 * k.E) / theta2;
+  const double x = theta2;
+  return -1. / 360 + x * (1. / 10080 + x * (-1. / 604800 + x * (1. / 59875200 + x * (-1. / 8717829120.))));
+}
+
+/// a v + b φ × v + c φ × (φ × v) and its derivatives by φ and v, where b and c change with φ by b_slope φᵀ and c_slope φᵀ.
+struct Turned {
+  Vector<3> value;
+  Matrix<3, 3> by_phi, by_v;
+
+  Turned(const Vector<3>& v, double a)
+      : value(a * v), by_phi(Matrix<3, 3>::Zero()), by_v(a * Matrix<3, 3>::Identity()) {}
+  Turned(const Vector<3>& phi, const Vector<3>& v, double a, double b, double c, double b_slope, double c_slope) {
+    const Vector<3> once = phi.cross(v), twice = phi.cross(once);
+    value = a * v + b * once + c * twice;
+    // φ × (φ × v) = (φ·v) φ − φ² v
+    by_phi = (b_slope * once + c_slope * twice - (2.0 * c) * v) * phi.transpose() + c * phi * v.transpose();
+    by_phi.diagonal().array() += c * phi.dot(v);
+    by_phi -= skew(b * v);
+    by_v = SO3::polynomial(phi, b, c);
+    by_v.diagonal().array() += a - 1.0;
+  }
+};
+
+/// Carries errors of [position; velocity; rotation] on by dt, in which the body gained this much velocity and moved this
+/// far by it, starting at rest: an error of the rotation turns these two.
+template <int Columns>
+void carry_on(const Vector<3>& moved, const Vector<3>& gained, double dt, Matrix<9, Columns>& M) {
+  for (int k = 0; k < Columns; ++k) {
+    const Vector<3> turn = M.template block<3, 1>(6, k);
+    M.template block<3, 1>(0, k) += dt * M.template block<3, 1>(3, k) + turn.cross(moved);
+    M.template block<3, 1>(3, k) += turn.cross(gained);
+  }
+}
+
+}  // namespace
+
+ImuPreintegrator::ImuPreintegrator(const SE3& mount, const ImuNoise& noise, const Vector<6>& bias, ImuHold hold)
+    : R_bs_(mount.rotation().matrix()), lever_(mount.translation()), noise_(noise), hold_(hold) {
+  delta_.bias = bias;
+}
+
+void ImuPreintegrator::integrate(const Vector<3>& specific_force, const Vector<3>& angular_rate, double dt,
+                                 const Vector<3>& angular_acceleration) {
+  if (!(dt >= 0.0) || !std::isfinite(dt)) throw Error("IMU preintegration: dt must be finite and not negative");
+  if (dt == 0.0) return;
+  const Vector<3> omega = R_bs_ * (angular_rate - delta_.bias.tail<3>()), at_sensor = omega.cross(lever_);
+  const Vector<3> f = R_bs_ * (specific_force - delta_.bias.head<3>()) - (R_bs_ * angular_acceleration).cross(lever_) -
+                      omega.cross(at_sensor);
+
+  const Vector<3> phi = dt * omega;
+  const double theta2 = phi.squaredNorm();
+  const AngleCoefficients<double> k(theta2);
+  // ∫ Exp(ω s) ds f over dt, ∫∫ of it over dt².
+  const bool turning = hold_ == ImuHold::turning;
+  const double B_slope = 2.0 * k.E - k.C, C_slope = -2.0 * k.F;  // dB/dθ and dC/dθ over θ
+  const Turned gain = turning ? Turned(phi, f, 1.0, k.B, k.C, B_slope, C_slope) : Turned(f, 1.0);
+  const Turned move = turning ? Turned(phi, f, 0.5, k.C, k.E, C_slope, slope_of_E(theta2, k)) : Turned(f, 0.5);
+  const Matrix<3, 3> R = delta_.R.matrix();
+  const Vector<3> gained = dt * (R * gain.value), moved = dt * dt * (R * move.value);
+
+  // How an error of the sensor that lasts for this interval moves its end.
+  const Matrix<3, 3> by_gain = dt * R * gain.by_v, by_move = dt * dt * R * move.by_v;
+  ByBias G;
+  G.block<3, 3>(0, 0).noalias() = by_move * R_bs_;
+  G.block<3, 3>(3, 0).noalias() = by_gain * R_bs_;
+  G.block<3, 3>(6, 0).setZero();
+  G.block<3, 3>(0, 3).noalias() = dt * dt * dt * R * move.by_phi * R_bs_;
+  G.block<3, 3>(3, 3).noalias() = dt * dt * R * gain.by_phi * R_bs_;
+  G.block<3, 3>(6, 3).noalias() = dt * R * (turning ? gain.by_v : SO3::polynomial(phi, k.B, k.C)) * R_bs_;
+
+  Matrix<3, 3> centripetal = skew(at_sensor) + lever_ * omega.transpose();  // by ω: [ω × l]× + [ω]× [l]×
+  centripetal.diagonal().array() -= omega.dot(lever_);
+  const Matrix<3, 3> at_mount = R_bs_.transpose() * centripetal * R_bs_;
+  carry_on(moved, gained, dt, by_sensor_);
+  by_sensor_ += G;
+  by_sensor_.block<3, 3>(0, 3).noalias() += G.block<3, 3>(0, 0) * at_mount;
+  by_sensor_.block<3, 3>(3, 3).noalias() += G.block<3, 3>(3, 0) * at_mount;
+
+  // White noise of variance σ²/dt in this interval, and the biases' walk w: at its start of variance σ² t, in the mean
+  // over it w + u, at its end w + u', with E[u u] = σ² dt/3 and E[u u'] = σ² dt/2.
+  const double t = delta_.dt, mean = t + dt / 3.0, end = t + dt / 2.0;
+  const auto squared = [](double sigma) { return sigma * sigma; };
+  const double walk_a = squared(noise_.accelerometer_bias_walk), walk_g = squared(noise_.gyroscope_bias_walk);
+  const double half_a = 0.5 * (walk_a * mean + squared(noise_.accelerometer) / dt);
+  const double half_g = 0.5 * (walk_g * mean + squared(noise_.gyroscope) / dt);
+  carry_on(moved, gained, dt, with_sensor_);
+  ByBias half = with_sensor_;
+  half.leftCols<3>() += half_a * G.leftCols<3>();
+  half.rightCols<3>() += half_g * G.rightCols<3>();
+  with_sensor_.leftCols<3>() += walk_a * end * G.leftCols<3>();
+  with_sensor_.rightCols<3>() += walk_g * end * G.rightCols<3>();
+  carry_on(moved, gained, dt, covariance_);
+  covariance_.transposeInPlace();
+  carry_on(moved, gained, dt, covariance_);
+  Matrix<9, 9> added;
+  added.leftCols<6>().noalias() = half * G.topRows<6>().transpose();
+  added.rightCols<3>().noalias() = half.rightCols<3>() * G.block<3, 3>(6, 3).transpose();
+  covariance_ += added + added.transpose();
+  covariance_.diagonal().head<3>().array() += squared(noise_.integration) * dt;
+
+  delta_.p += dt * delta_.v + moved;
+  delta_.v += gained;
+  delta_.R = delta_.R * SO3::Exp(phi);
+  delta_.dt += dt;
+  delta_.p_by_bias = -by_sensor_.topRows<3>();
+  delta_.v_by_bias = -by_sensor_.middleRows<3>(3);
+  delta_.R_by_bias.noalias() = -delta_.R.inverse().matrix() * by_sensor_.bottomRightCorner<3, 3>();
+}
+
+void ImuPreintegrator::integrate(const ImuSample& from, const ImuSample& to) {
+  const double dt = to.t - from.t;
+  if (!(dt > 0.0))
+    throw Error("IMU preintegration: samples must be given in the order of time, each later than the last");
+  integrate(0.5 * (from.specific_force + to.specific_force), 0.5 * (from.angular_rate + to.angular_rate), dt,
+            (to.angular_rate - from.angular_rate) / dt);
+}
+
+Matrix<15, 15> ImuPreintegrator::covariance() const {
+  const Matrix<3, 3> to_end = delta_.R.inverse().matrix();
+  Matrix<9, 9> turned;
+  Matrix<15, 15> out = Matrix<15, 15>::Zero();
+  for (int i = 0; i < 9; i += 3) {
+    for (int j = 0; j < 9; j += 3)
+      turned.block<3, 3>(i, j) = to_end * covariance_.block<3, 3>(i, j) * to_end.transpose();
+    out.block<3, 6>(i, 9).noalias() = -to_end * with_sensor_.middleRows<3>(i);
+    out.block<6, 3>(9, i) = out.block<3, 6>(i, 9).transpose();
+  }
+  out.topLeftCorner<9, 9>() = 0.5 * (turned + turned.transpose());
+  const double accelerometer = noise_.accelerometer_bias_walk, gyroscope = noise_.gyroscope_bias_walk;
+  out.diagonal().segment<3>(9).setConstant(accelerometer * accelerometer * delta_.dt);
+  out.diagonal().tail<3>().setConstant(gyroscope * gyroscope * delta_.dt);
+  return out;
+}
+
+}  // namespace tandem
