@@ -18,6 +18,13 @@ struct Earth {
   static Earth at_latitude(double latitude, double magnitude) {
     return {{0, 0, -magnitude}, {0, kRate * std::cos(latitude), kRate * std::sin(latitude)}};
   }
+  /// Normal gravity [m/s²] on the ellipsoid at a latitude [rad]: Somigliana's formula with the constants of WGS 84
+  /// (NIMA TR8350.2, eq. 4-1).
+  static double normal_gravity(double latitude) {
+    constexpr double equator = 9.7803253359, k = 0.00193185265241, e2 = 0.00669437999013;
+    const double s2 = std::sin(latitude) * std::sin(latitude);
+    return equator * (1 + k * s2) / std::sqrt(1 - e2 * s2);
+  }
 };
 
 }  // namespace tandem

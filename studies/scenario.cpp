@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -6,6 +7,7 @@
 #include <tandem/problem/planar.hpp>
 #include <tandem/studies/named_noise.hpp>
 #include <tandem/studies/scenario.hpp>
+#include <tandem/studies/scenario_ego.hpp>
 #include <tandem/studies/scenario_sensors.hpp>
 #include <tandem/studies/table.hpp>
 #include <tandem/studies/text.hpp>
@@ -26,12 +28,14 @@ class ScenarioReader {
   Scenario read() {
     scenario_.folder = folder_;
     read_head();
+    read_ego_sensors();
     read_odometry();
     read_declared_sensors();
     read_undeclared_sensors();
-    read_noise(yaml_.section("noise"));
-    if (std::all_of(data_.sensors.begin(), data_.sensors.end(),
-                    [](const TargetSensor& sensor) { return sensor.measurements.empty(); }))
+    if (!scenario_.navigation || has_odometry() || !data_.sensors.empty() || yaml_.has("noise"))
+      read_noise(yaml_.section("noise"));
+    if (!scenario_.navigation && std::all_of(data_.sensors.begin(), data_.sensors.end(),
+                                             [](const TargetSensor& sensor) { return sensor.measurements.empty(); }))
       throw Error(fmt::format("{} has no measurements: neither usbl.csv, optical.csv nor another sensor gives any",
                               folder_.string()));
     read_truth();
@@ -49,7 +53,7 @@ class ScenarioReader {
     if (yaml_.has("description")) scenario_.description = yaml_.text("description");
     if (yaml_.has("source")) scenario_.source = yaml_.text("source");
     if (yaml_.has("truth_orientation")) scenario_.truth_orientation = yaml_.boolean("truth_orientation");
-    for (const char* key : {"latitude", "gravity"})  // for inertial sensors, which are refused below
+    for (const char* key : {"latitude", "gravity"})  // they count where there are ego sensors, see read_earth
       if (yaml_.has(key)) yaml_.number(key);
     if (!yaml_.has("keyframe_interval")) return;
     data_.keyframe_interval = yaml_.number("keyframe_interval");
@@ -75,14 +79,48 @@ class ScenarioReader {
     return result;
   }
 
+  void read_ego_sensors() {
+    if (!yaml_.has("sensors")) return;
+    const YamlSection sensors = yaml_.section("sensors");
+    NavigationData navigation;
+    for (const std::string& name : sensors.keys()) {
+      const YamlSection entry = sensors.section(name);
+      if (!is_ego_sensor(entry)) {
+        if (!odometry_there()) sensor_type(entry);  // a misspelt type says more than that odometry is missing
+        continue;
+      }
+      if (data_.planar)
+        entry.fail("type", fmt::format("sensor type {} is not planar: leave out group SE2", entry.text("type")));
+      read_ego_sensor(name, entry, folder_, scenario_.frame, navigation);
+      ego_.push_back(name);
+      files_.push_back(std::filesystem::path(entry.text("file")).filename().string());
+    }
+    if (ego_.empty()) return;
+    navigation.earth = read_earth(yaml_);
+    navigation.keyframe_interval = data_.keyframe_interval;
+    scenario_.navigation = std::move(navigation);
+  }
+
+  bool odometry_there() const { return std::filesystem::exists(folder_ / "chaser_odometry.tum"); }
+  bool has_odometry() const { return !data_.odometry.empty(); }
+
   void read_odometry() {
+    if (scenario_.navigation && !odometry_there()) return;
     const Table table = read_tum(folder_ / "chaser_odometry.tum");
     if (table.rows() < 2) throw Error(fmt::format("{} needs two poses or more", table.file.string()));
     data_.odometry = trajectory(table);
   }
 
   SensorSurroundings surroundings() const {
-    return {folder_, scenario_.frame, data_.planar, data_.odometry.front().t, data_.odometry.back().t};
+    SensorSurroundings around{folder_, scenario_.frame, data_.planar};
+    if (has_odometry()) {
+      around.first = data_.odometry.front().t;
+      around.last = data_.odometry.back().t;
+    } else if (const auto span = time_span(*scenario_.navigation)) {
+      std::tie(around.first, around.last) = *span;
+      around.span_of = "the span of the chaser's own sensors";
+    }
+    return around;
   }
 
   void read_declared_sensors() {
@@ -90,6 +128,7 @@ class ScenarioReader {
     const YamlSection sensors = yaml_.section("sensors");
     declared_ = sensors.keys();
     for (const std::string& name : declared_) {
+      if (contains(ego_, name)) continue;
       const YamlSection entry = sensors.section(name);
       data_.sensors.push_back(read_sensor(name, entry, surroundings()));
       if (!entry.has("position") && !entry.has("orientation")) scenario_.without_extrinsics.push_back(name);
@@ -113,7 +152,11 @@ class ScenarioReader {
     std::vector<double> unread(6);  // checked all the same, so that a folder serves every sensor set
     std::vector<NamedNoise> known = named_noise(data_);
     std::erase_if(known, [&](const NamedNoise& entry) { return contains(declared_, entry.name); });
-    for (NamedNoise& entry : known) entry.required |= contains(undeclared_, entry.name);
+    for (NamedNoise& entry : known) {
+      if (entry.name == "prior" || entry.name == "odometry") entry.required = has_odometry();
+      if (entry.name == "constant_twist") entry.required = !scenario_.navigation || !data_.sensors.empty();
+      entry.required |= contains(undeclared_, entry.name);
+    }
     for (const auto& [name, type] : {std::pair{"usbl", SensorType::position}, {"optical", SensorType::pose}})
       if (!contains(undeclared_, name))
         known.push_back({name, std::span(unread).first(static_cast<std::size_t>(rows(type, data_.planar)))});
@@ -136,8 +179,8 @@ class ScenarioReader {
   YamlSection yaml_;
   Scenario scenario_;
   TrackingData& data_ = scenario_.data;
-  std::vector<std::string> declared_, files_,
-      undeclared_;  ///< sensors' names; files that the declared ones read
+  std::vector<std::string> declared_, undeclared_, ego_;  ///< sensors' names
+  std::vector<std::string> files_;                        ///< that the declared ones read
 };
 
 }  // namespace

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include <tandem/problem/navigation_data.hpp>
 #include <tandem/problem/tracking.hpp>
 #include <tandem/studies/frame.hpp>
 
@@ -22,11 +24,16 @@ namespace tandem {
 /// (position, pose, range_bearing, bearing, range, usbl_spherical), file, sigma, and optionally position and orientation
 /// (a quaternion) of the sensor in the chaser's body, target_position and (pose) target_orientation of what it sees in
 /// the target's, delay (a line stamped t was valid at t − delay), loss and (pose) orientation_loss.
+///
+/// Sensors of the types imu, dvl, depth, gps and heading are the chaser's own (see scenario_ego.hpp). A folder that has
+/// some needs neither odometry nor sensors of a target, and of `noise` only what its target sensors ask for; `latitude`
+/// [deg] and `gravity` [m/s²] say where it is.
 struct Scenario {
   std::string name, description, source;
   std::filesystem::path folder;
-  Frame frame;  ///< of the files, read and written; everything here is in ENU-FLU
-  TrackingData data;
+  Frame frame;        ///< of the files, read and written; everything here is in ENU-FLU
+  TrackingData data;  ///< without odometry or sensors where `navigation` is there and the folder has none
+  std::optional<NavigationData> navigation;  ///< by the chaser's own sensors, as in the files: check() is to clean it
   std::vector<Stamped<SE3>> truth_chaser, truth_target;  ///< empty where there is none
   bool truth_orientation = true;                         ///< false: the truth has positions only
   std::vector<std::string> without_extrinsics;  ///< declared sensors that give neither position nor orientation

@@ -1,14 +1,13 @@
 #include <cmath>
-#include <map>
 #include <numbers>
 
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/named_noise.hpp>
-#include <tandem/studies/option_values.hpp>
-#include <tandem/studies/quaternion.hpp>
+#include <tandem/studies/scenario_ego.hpp>
 #include <tandem/studies/scenario_sensors.hpp>
+#include <tandem/studies/sensor_entry.hpp>
 #include <tandem/studies/table.hpp>
 #include <tandem/studies/text.hpp>
 
@@ -16,20 +15,6 @@ namespace tandem {
 namespace {
 
 constexpr double kPole = 1e-6;  // rad: this close to straight up, an azimuth means nothing
-
-SensorType type_of(const YamlSection& entry) {
-  static const std::vector<std::string> of_the_chaser = {"imu", "dvl", "depth", "gps", "heading"};
-  const std::string given = entry.text("type");
-  std::vector<std::string> known;
-  for (const SensorType type : {SensorType::position, SensorType::pose, SensorType::range_bearing, SensorType::bearing,
-                                SensorType::range, SensorType::usbl_spherical}) {
-    known.emplace_back(name(type));
-    if (known.back() == given) return type;
-  }
-  if (std::find(of_the_chaser.begin(), of_the_chaser.end(), given) != of_the_chaser.end())
-    entry.fail("type", fmt::format("sensor type {} is not supported by this version ({} are)", given, listed(known)));
-  entry.fail("type", fmt::format("unknown sensor type {}{}", quote(given), did_you_mean(given, known)));
-}
 
 /// Columns of a sensor's file.
 std::string header(SensorType type, bool planar) {
@@ -66,7 +51,7 @@ class RowReader {
         break;
       case SensorType::pose:
         m.position = frame_.body(point(row));
-        m.rotation = frame_.body(planar_ ? SO3::Exp({0, 0, row[2]}) : rotation(i, row + 3));
+        m.rotation = frame_.body(planar_ ? SO3::Exp({0, 0, row[2]}) : rotation_at(table_, i, row + 3));
         break;
       case SensorType::range_bearing:
       case SensorType::usbl_spherical:
@@ -85,12 +70,6 @@ class RowReader {
 
  private:
   Vector<3> point(const double* row) const { return planar_ ? Vector<3>(row[0], row[1], 0) : Vector<3>(row); }
-
-  SO3 rotation(std::size_t i, const double* xyzw) const {
-    const auto R = rotation_from(xyzw);
-    if (!R) throw Error(fmt::format("{}: {}", table_.where(i), not_a_rotation(xyzw)));
-    return *R;
-  }
 
   double range(std::size_t i, double value) const {
     if (value > 0) return value;
@@ -123,37 +102,38 @@ class RowReader {
 std::vector<Measurement> measurements(SensorType type, const std::filesystem::path& file,
                                       const SensorSurroundings& around) {
   const bool may_repeat = type != SensorType::position && type != SensorType::pose;
-  const Table table = read_csv(file, header(type, around.planar), may_repeat);
+  const Table table =
+      read_csv(file, header(type, around.planar), may_repeat ? TimeOrder::repeating : TimeOrder::increasing);
   const RowReader reader(type, table, around);
   std::vector<Measurement> result;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     if (table.t(i) < around.first - kSameInstant || table.t(i) > around.last + kSameInstant)
-      throw Error(fmt::format("{}: time {} lies outside the odometry's span, {} to {} s", table.where(i), table.t(i),
+      throw Error(fmt::format("{}: time {} lies outside {}, {} to {} s", table.where(i), table.t(i), around.span_of,
                               around.first, around.last));
     result.push_back(reader.read(i));
   }
   return result;
 }
 
-SE3 extrinsics(const YamlSection& sensor, const std::string& position, const std::string& orientation) {
-  Vector<3> t = Vector<3>::Zero();
-  SO3 R;
-  if (sensor.has(position)) t = Vector<3>(sensor.numbers(position, 3).data());
-  if (sensor.has(orientation)) {
-    const std::vector<double> xyzw = sensor.numbers(orientation, 4);
-    const auto rotation = rotation_from(xyzw.data());
-    if (!rotation) sensor.fail(orientation, not_a_rotation(xyzw.data()));
-    R = *rotation;
-  }
-  return SE3(R, t);
-}
-
 }  // namespace
+
+SensorType sensor_type(const YamlSection& entry) {
+  const std::string given = entry.text("type");
+  std::vector<std::string> known;
+  for (const SensorType type : {SensorType::position, SensorType::pose, SensorType::range_bearing, SensorType::bearing,
+                                SensorType::range, SensorType::usbl_spherical}) {
+    known.emplace_back(name(type));
+    if (known.back() == given) return type;
+  }
+  const std::vector<std::string>& ego = ego_types();
+  known.insert(known.end(), ego.begin(), ego.end());
+  entry.fail("type", fmt::format("unknown sensor type {}{}", quote(given), did_you_mean(given, known)));
+}
 
 TargetSensor read_sensor(const std::string& name, const YamlSection& entry, const SensorSurroundings& around) {
   TargetSensor sensor;
   sensor.name = name;
-  sensor.type = type_of(entry);
+  sensor.type = sensor_type(entry);
   const int n = rows(sensor.type, around.planar);
   if (n == 0) entry.fail("type", "sensor type usbl_spherical is not planar: use range_bearing with group SE2");
   std::vector<std::string> keys = {"type",  "file", "sigma", "position", "orientation", "target_position",
@@ -163,20 +143,11 @@ TargetSensor read_sensor(const std::string& name, const YamlSection& entry, cons
 
   sensor.sigma.resize(n);
   read_sigmas(entry, "sigma", {sensor.sigma.data(), std::size_t(n)});
-  sensor.mount = around.frame.body(extrinsics(entry, "position", "orientation"));
-  sensor.marker = around.frame.body(extrinsics(entry, "target_position", "target_orientation"));
-  if (entry.has("delay")) sensor.delay = entry.number("delay");
-  if (sensor.delay < 0) entry.fail("delay", fmt::format("delay {:g} s is negative", sensor.delay));
-  const auto loss = [&](const std::string& key) -> std::optional<Loss> {
-    if (!entry.has(key)) return {};
-    try {
-      return parse_loss(key, entry.text(key));
-    } catch (const Error& error) {
-      entry.fail(key, error.what());
-    }
-  };
-  sensor.loss = loss("loss");
-  sensor.orientation_loss = loss("orientation_loss");
+  sensor.mount = read_extrinsics(entry, around.frame);
+  sensor.marker = read_extrinsics(entry, around.frame, "target_");
+  sensor.delay = read_delay(entry);
+  sensor.loss = read_loss(entry, "loss");
+  sensor.orientation_loss = read_loss(entry, "orientation_loss");
   sensor.measurements = measurements(sensor.type, around.folder / entry.text("file"), around);
   return sensor;
 }

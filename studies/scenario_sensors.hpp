@@ -14,8 +14,12 @@ struct SensorSurroundings {
   std::filesystem::path folder;
   Frame frame;
   bool planar = false;
-  double first = 0, last = 0;  ///< the odometry's span [s]
+  double first = 0, last = 0;                   ///< s: no measurement lies outside
+  std::string span_of = "the odometry's span";  ///< what first and last are, for the error message
 };
+
+/// The type in an entry of `sensors:`, of a sensor that observes the target. Throws Error where there is no such type.
+SensorType sensor_type(const YamlSection& entry);
 
 /// A sensor out of its entry in `sensors:`. Throws Error naming file, line and reason.
 TargetSensor read_sensor(const std::string& name, const YamlSection& entry, const SensorSurroundings& around);

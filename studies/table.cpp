@@ -1,6 +1,5 @@
 #include <cmath>
 #include <fstream>
-#include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
@@ -22,16 +21,19 @@ std::string contents(const std::filesystem::path& file) {
     const bool there = std::filesystem::exists(file);
     throw Error(fmt::format("{} {}", file.string(), there ? "cannot be read" : "is missing"));
   }
-  return {std::istreambuf_iterator<char>(stream), {}};
+  std::string text(std::filesystem::file_size(file), '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  return text;
 }
 
 class Reader {
  public:
-  Reader(const std::filesystem::path& file, const std::string& header, char separator, bool same_times)
+  Reader(const std::filesystem::path& file, const std::string& header, char separator, TimeOrder order)
       : table_{file, 0, {}, {}},
         header_(header),
         separator_(separator),
-        same_times_(same_times),
+        order_(order),
         names_(split(header_, separator)) {
     table_.columns = names_.size();
   }
@@ -46,7 +48,7 @@ class Reader {
       rest.remove_prefix(std::min(end + 1, rest.size()));
       ++line_;
       if (line.empty() || line.front() == '#') continue;
-      fields_ = separator_ == ' ' ? words(line) : split(line, separator_);
+      separator_ == ' ' ? words(line, fields_) : split(line, separator_, fields_);
       if (!std::exchange(header_expected, false))
         add_row();
       else if (fields_ != names_)
@@ -76,9 +78,10 @@ class Reader {
 
   void check_time() const {
     const std::size_t last = table_.rows() - 1;
+    if (order_ == TimeOrder::any) return;
     if (last == 0 || table_.t(last) > table_.t(last - 1)) return;
     const bool repeats = table_.t(last) == table_.t(last - 1);
-    if (repeats && same_times_) return;
+    if (repeats && order_ == TimeOrder::repeating) return;
     fail(fmt::format("time {} {} line {}{}", fields_[0], repeats ? "repeats that of" : "comes before that of",
                      table_.lines[last - 1], repeats ? "" : "; lines must be in time order"));
   }
@@ -86,7 +89,7 @@ class Reader {
   Table table_;
   std::string header_;
   char separator_;
-  bool same_times_;
+  TimeOrder order_;
   std::vector<std::string_view> names_, fields_;
   int line_ = 0;
 };
@@ -95,11 +98,13 @@ class Reader {
 
 std::string Table::where(std::size_t i) const { return fmt::format("{}:{}", file.string(), lines[i]); }
 
-Table read_csv(const std::filesystem::path& file, const std::string& header, bool same_times) {
-  return Reader(file, header, ',', same_times).read(true);
+Table read_csv(const std::filesystem::path& file, const std::string& header, TimeOrder order) {
+  return Reader(file, header, ',', order).read(true);
 }
 
-Table read_tum(const std::filesystem::path& file) { return Reader(file, "t x y z qx qy qz qw", ' ', true).read(false); }
+Table read_tum(const std::filesystem::path& file) {
+  return Reader(file, "t x y z qx qy qz qw", ' ', TimeOrder::repeating).read(false);
+}
 
 std::vector<Stamped<SE3>> poses(const Table& table) {
   std::vector<Stamped<SE3>> result;

@@ -8,7 +8,14 @@
 
 namespace tandem {
 
-/// Numbers by time out of a text file: the first column is t [s], strictly increasing; every number is
+/// What the times of a file may do from line to line.
+enum class TimeOrder {
+  increasing,
+  repeating,  ///< not decrease: a camera may see a target twice in a frame
+  any,        ///< of a sensor whose clock is checked later
+};
+
+/// Numbers by time out of a text file: the first column is t [s], in the order that was asked for; every number is
 /// finite.
 struct Table {
   std::filesystem::path file;
@@ -25,8 +32,8 @@ struct Table {
 
 /// A file of comma-separated values whose first line names the columns, e.g. "t,x,y,z". Empty lines, lines
 /// that begin with # and Windows line ends are tolerated, here and below. Throws Error naming file, line and
-/// reason. Two lines of one time are an error, unless `same_times`: a camera may see a target twice in a frame.
-Table read_csv(const std::filesystem::path& file, const std::string& header, bool same_times = false);
+/// reason.
+Table read_csv(const std::filesystem::path& file, const std::string& header, TimeOrder order = TimeOrder::increasing);
 
 /// A trajectory in the TUM format: t x y z qx qy qz qw, separated by blanks. Lines may repeat a time (see poses()).
 Table read_tum(const std::filesystem::path& file);

@@ -34,23 +34,34 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-std::vector<std::string_view> split(std::string_view text, char separator) {
-  std::vector<std::string_view> parts;
+void split(std::string_view text, char separator, std::vector<std::string_view>& parts) {
+  parts.clear();
   while (true) {
     const std::size_t end = text.find(separator);
     parts.push_back(trimmed(text.substr(0, end)));
-    if (end == std::string_view::npos) return parts;
+    if (end == std::string_view::npos) return;
     text.remove_prefix(end + 1);
   }
 }
 
-std::vector<std::string_view> words(std::string_view text) {
+std::vector<std::string_view> split(std::string_view text, char separator) {
   std::vector<std::string_view> parts;
+  split(text, separator, parts);
+  return parts;
+}
+
+void words(std::string_view text, std::vector<std::string_view>& parts) {
+  parts.clear();
   for (text = trimmed(text); !text.empty(); text = trimmed(text)) {
     const auto end = std::find_if(text.begin(), text.end(), is_blank);
     parts.emplace_back(text.begin(), end);
     text.remove_prefix(parts.back().size());
   }
+}
+
+std::vector<std::string_view> words(std::string_view text) {
+  std::vector<std::string_view> parts;
+  words(text, parts);
   return parts;
 }
 

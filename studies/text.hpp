@@ -19,9 +19,12 @@ std::string_view trimmed(std::string_view text);
 
 /// The parts between separators, blanks around them removed. "a,,b" has three.
 std::vector<std::string_view> split(std::string_view text, char separator);
+/// The same into a vector that is there, whose memory is used again: for files of many lines.
+void split(std::string_view text, char separator, std::vector<std::string_view>& parts);
 
 /// The parts between any number of blanks.
 std::vector<std::string_view> words(std::string_view text);
+void words(std::string_view text, std::vector<std::string_view>& parts);
 
 /// 'text', short and printable, for an error message about a file that may hold anything.
 std::string quote(std::string_view text);

@@ -175,7 +175,7 @@ TEST_F(ScenarioSensors, EntriesThatMakeNoSense) {
     expect_error_at("scenario.yaml:12: ", entry, ranges, reason);
   };
   expect_refused("type: rang, sigma: 1", "unknown sensor type 'rang'; did you mean range?");
-  expect_refused("type: dvl, sigma: 1", "sensor type dvl is not supported by this version");
+  expect_refused("type: headin, sigma: 1", "unknown sensor type 'headin'; did you mean heading?");
   expect_refused("sigma: 1", "sensor sonar lacks the key type");
   expect_refused("type: range", "sensor sonar lacks the key sigma");
   expect_refused("type: range, sigma: [1, 2]", "sigma needs 1 standard deviation, not 2");

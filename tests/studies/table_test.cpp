@@ -90,7 +90,7 @@ TEST_F(TableTest, TimesIncrease) {
 
 TEST_F(TableTest, TimesMayRepeatWhereThatIsAllowed) {
   const auto camera = [&](const std::string& text) {
-    return read_csv(folder_.write("camera.csv", text), "t,bearing", true).rows();
+    return read_csv(folder_.write("camera.csv", text), "t,bearing", TimeOrder::repeating).rows();
   };
   EXPECT_EQ(camera("t,bearing\n1,0.2\n1,0.3\n2,0.4\n"), 3u);
   EXPECT_THAT(error_of([&] { camera("t,bearing\n2,0.2\n1,0.3\n"); }), HasSubstr("camera.csv:3: time 1 comes before"));
