@@ -48,14 +48,15 @@ EgoChain::EgoChain(Problem& problem, const NavigationData& data, const EgoOption
 
 bool EgoChain::add(const ImuSample& sample) { return imu_ && imu_->add(sample); }
 
-const EgoKeyframe& EgoChain::start(double t, const EgoState& guess, const EgoSpread& spread) {
+const EgoKeyframe& EgoChain::start(double t, const EgoState& prior, const EgoSpread& spread,
+                                   const std::optional<EgoState>& guess) {
   if (!keyframes_.empty()) throw Error("a chain of ego keyframes starts once");
-  const EgoKeyframe& k = add_keyframe(t, guess);
+  const EgoKeyframe& k = add_keyframe(t, guess.value_or(prior));
   Matrix<6, 6> covariance = Matrix<6, 6>::Zero();
-  covariance.topLeftCorner<3, 3>() = in_body(guess.pose.rotation(), spread.position);
-  covariance.bottomRightCorner<3, 3>() = in_body(guess.pose.rotation(), spread.rotation);
-  problem_->minimize(Prior<SE3>{guess.pose}, Gaussian::covariance(covariance), {k.pose});
-  problem_->minimize(Prior<R3>{R3(guess.velocity)}, Gaussian(Eigen::VectorXd(spread.velocity)), {k.velocity});
+  covariance.topLeftCorner<3, 3>() = in_body(prior.pose.rotation(), spread.position);
+  covariance.bottomRightCorner<3, 3>() = in_body(prior.pose.rotation(), spread.rotation);
+  problem_->minimize(Prior<SE3>{prior.pose}, Gaussian::covariance(covariance), {k.pose});
+  problem_->minimize(Prior<R3>{R3(prior.velocity)}, Gaussian(Eigen::VectorXd(spread.velocity)), {k.velocity});
   if (k.bias) {
     Vector<6> sigma;
     sigma << Vector<3>::Constant(initial_accelerometer_bias_), Vector<3>::Constant(initial_gyroscope_bias_);

@@ -64,8 +64,9 @@ class EgoChain {
   /// To be called before the keyframes and measurements that are later. False: not later than the last.
   bool add(const ImuSample& sample);
 
-  /// The first keyframe and what is known of it beforehand.
-  const EgoKeyframe& start(double t, const EgoState& guess, const EgoSpread& spread);
+  /// The first keyframe and what is known of it beforehand; starts at `guess`, or at `prior`.
+  const EgoKeyframe& start(double t, const EgoState& prior, const EgoSpread& spread,
+                           const std::optional<EgoState>& guess = {});
   /// A keyframe later than the last one; starts at `guess`, or where the last one's state leads.
   const EgoKeyframe& extend(double t, const std::optional<EgoState>& guess = {});
   /// Whether a measurement at t can join a keyframe, or needs one of its own.

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include <tandem/problem/ego_chain.hpp>
+#include <tandem/problem/alignment.hpp>
 
 namespace tandem {
 
@@ -19,10 +19,10 @@ struct NavigationProblem {
 };
 
 /// Keyframes at the times of `guess`, two or more and in time order, starting from its states; the samples in between are
-/// summed up at its biases. `spread`: how far the first of them may be from the truth. Throws Error when the data cannot
+/// summed up at its biases. `start`: what is known of the first of them beforehand. Throws Error when the data cannot
 /// make a problem.
 NavigationProblem make_navigation_problem(const NavigationData& data, const std::vector<Stamped<EgoState>>& guess,
-                                          const EgoSpread& spread, const EgoOptions& options = {});
+                                          const Alignment& start, const EgoOptions& options = {});
 
 /// Measurements of all sensors by the time when they were valid.
 struct EgoEvent {

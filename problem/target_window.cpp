@@ -69,7 +69,9 @@ void TargetWindow<G>::add_keyframe(double t, const SE3& dead_reckoned, const Var
   build_.start.pose.push_back(in_space(in_group<G>(target)));
   build_.start.velocity.push_back(Vector<3>::Zero());
   if (chaser) build_.chaser.push_back(*chaser);
+  const bool twin_before = k > 0 && build_.twin[k - 1].has_value();
   build_.add_variables(k);
+  new_twin_ = k > 0 && !twin_before && build_.twin[k - 1].has_value();
   if (!chaser) {
     problem_.set_value(build_.chaser[k], in_group<G>(chaser_pose));
     build_.add_odometry(k);
@@ -157,6 +159,13 @@ TargetState TargetWindow<G>::predicted(double t) const {
   TargetState result = now;
   result.position += ahead * (now.position - then.position);
   return result;
+}
+
+template <LieGroup G>
+SE3 TargetWindow<G>::predicted_chaser(double t) const {
+  const std::size_t last = size() - 1, from = reference();
+  const double dt = build_.dt(from, last);
+  return dt > 0 ? interpolate(chaser(from), chaser(last), 1 + (t - out_.keyframes[last].t) / dt) : chaser(last);
 }
 
 template <LieGroup G>

@@ -33,6 +33,8 @@ class TargetWindow {
 
   SE3 chaser(std::size_t k) const { return SE3(in_space(problem_.value(build_.chaser[k]))); }
   TargetState target(std::size_t k) const;
+  /// Where the chaser is at t, after the last keyframe, at the twist of the last second.
+  SE3 predicted_chaser(double t) const;
   /// Where the target is at t, after the last keyframe, at the twist (a point: velocity) of the last second.
   TargetState predicted(double t) const;
   /// World velocity over the last second [m/s].
@@ -40,9 +42,9 @@ class TargetWindow {
   const Variable<G>& chaser_variable(std::size_t k) const { return build_.chaser[k]; }
   const State& target_variable(std::size_t k) const { return build_.target[k]; }
 
-  /// Calls f(variable) for all that joined with keyframe k: the target's, and the chaser's when it is not given.
+  /// Calls f(t, variable) for all that joined with the last keyframe: the target's, and the chaser's when it is not given.
   template <class F>
-  void each_variable(std::size_t k, F f) const;
+  void each_new_variable(F f) const;
 
   /// The target's values, and a fresh first guess of them out of the window's measurements.
   std::vector<TargetState> values() const;
@@ -60,19 +62,23 @@ class TargetWindow {
   TrackingProblem out_;
   TrackingBuild<G> build_;
   bool chaser_given_ = false;
+  bool new_twin_ = false;  // of the keyframe before the last: a point has joined a pose there
 };
 
 template <LieGroup G>
 template <class F>
-void TargetWindow<G>::each_variable(std::size_t k, F f) const {
-  if (!chaser_given_) f(build_.chaser[k]);
+void TargetWindow<G>::each_new_variable(F f) const {
+  const std::size_t k = size() - 1;
+  const double t = out_.keyframes[k].t;
+  if (new_twin_) f(out_.keyframes[k - 1].t, *build_.twin[k - 1]);
+  if (!chaser_given_) f(t, build_.chaser[k]);
   std::visit(
       [&]<class X>(const X& x) {
-        if constexpr (!requires { x.first; }) f(x);
+        if constexpr (!requires { x.first; }) f(t, x);
       },
       build_.target[k]);
-  if (build_.twin[k]) f(*build_.twin[k]);
-  if (!build_.twist.empty()) f(build_.twist[k]);
+  if (build_.twin[k]) f(t, *build_.twin[k]);
+  if (!build_.twist.empty()) f(t, build_.twist[k]);
 }
 
 }  // namespace tandem::detail

@@ -1,13 +1,17 @@
 #pragma once
 
+#include <chrono>
+#include <cmath>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include <tandem/problem/alignment.hpp>
-#include <tandem/problem/tracking.hpp>
+#include <tandem/problem/target_window.hpp>
 #include <tandem/solvers/fixed_lag.hpp>
 
 namespace tandem {
@@ -40,8 +44,7 @@ class OnlineEstimator {
   /// `tracking`: sensors of the target and noise; its odometry and measurements are not read. `ego`: the chaser's own
   /// sensors in place of odometry; their measurements are not read either. Throws Error on options that cannot work.
   OnlineEstimator(const TrackingData& tracking, const std::optional<NavigationData>& ego, const OnlineOptions& options);
-  OnlineEstimator(OnlineEstimator&&) noexcept;
-  ~OnlineEstimator();
+  OnlineEstimator(const OnlineEstimator&) = delete;
 
   /// Called after each update.
   std::function<void(const OnlineUpdate&)> on_update;
@@ -87,10 +90,76 @@ class OnlineEstimator {
   std::vector<std::pair<double, double>> splits() const;
 
  private:
-  class Impl;
+  struct Event {
+    std::size_t sensor;
+    std::variant<EgoMeasurement, Measurement> measurement;
+  };
   template <LieGroup G>
-  class Of;
-  std::unique_ptr<Impl> impl_;
+  using Window = std::unique_ptr<detail::TargetWindow<G>>;
+  using Clock = std::chrono::steady_clock;
+
+  /// f(window) of the target's window, `none` without one.
+  template <class F, class R>
+  R in_window(F f, R none) const {
+    return std::visit(
+        [&]<class W>(const W& w) -> R {
+          if constexpr (std::same_as<W, std::monostate>) {
+            return none;
+          } else {
+            return f(*w);
+          }
+        },
+        window_);
+  }
+  template <class F>
+  void with_window(F f) const {
+    std::visit(
+        [&]<class W>(const W& w) {
+          if constexpr (!std::same_as<W, std::monostate>) f(*w);
+        },
+        window_);
+  }
+
+  FixedLagOptions with_hook(FixedLagOptions options);
+  std::optional<std::string> why_too_late(const std::string& name, double t) const;
+  std::optional<std::string> wait(double stamp, double valid, Event event);
+  double reached() const;
+  double last_motion() const;
+  void process();
+  bool start_chain();
+  double first_time() const;
+  void join(const EgoKeyframe& keyframe);
+  void take_event();
+  void take_ego(std::size_t sensor, const EgoMeasurement& m, double t);
+  void take_target(std::size_t sensor, const Measurement& m, double t);
+  void refuse(const std::string& name, double t);
+  void add_keyframe(double t, std::size_t sensor, const Measurement* first);
+  void start_target(std::size_t sensor, const Measurement& m);
+  void make_window();
+  template <LieGroup G>
+  void track_last(const detail::TargetWindow<G>& window);
+  SE3 dead_reckoned_at(double t) const;
+  void update(bool new_keyframe);
+  void trim();
+  bool restart_due();
+  Summary restart(const Summary& before);
+  Summary settle();
+
+  OnlineOptions options_;
+  TrackingData settings_;
+  std::optional<NavigationData> ego_settings_;
+  NavigationData waiting_;  // for the alignment
+  double interval_ = 1.0;
+  FixedLag lag_;
+  std::optional<EgoChain> chain_;
+  std::variant<std::monostate, Window<SE3>, Window<SE2>> window_;
+  std::vector<Stamped<SE3>> odometry_;
+  std::multimap<double, Event> pending_;  // by the time when they were valid
+  double clock_ = -HUGE_VAL, last_imu_ = -HUGE_VAL, cost_ = 0;
+  double restart_after_, last_restart_ = -HUGE_VAL;
+  std::optional<std::string> refused_;
+  bool finished_ = false, new_keyframe_ = false;
+  Clock::time_point begun_;
 };
 
 /// The alignment of `data`'s first `seconds`: coarse, and where that leaves the heading open, the best of several
