@@ -4,8 +4,10 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <typeindex>
+#include <vector>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/hard_pool.hpp>
@@ -57,9 +59,13 @@ class Problem {
     auto& states = store<G>();
     const int id = new_variable_id();
     const int slot = states.add(initial, id);
-    variables_[std::size_t(id)] = {&states, slot,          G::dof, 0,
-                                   false,   next_sequence_, name.empty() ? "variable " + std::to_string(next_sequence_)
-                                                                         : std::move(name)};
+    variables_[std::size_t(id)] = {&states,
+                                   slot,
+                                   G::dof,
+                                   0,
+                                   false,
+                                   next_sequence_,
+                                   name.empty() ? "variable " + std::to_string(next_sequence_) : std::move(name)};
     ++next_sequence_;
     return {&states, slot, states.generation[std::size_t(slot)]};
   }
@@ -116,6 +122,30 @@ class Problem {
 
   /// Takes a block out. Throws Error when it is not there (any more).
   void remove(const Block& block);
+
+  /// Replaces all soft blocks that read any of these variables, and with them the problem's marginal prior if there is
+  /// one, by one new marginal prior on the other free variables that they read, and removes these variables.
+  ///
+  /// The prior is what is left of the blocks' Gauss-Newton model at the variables' values when it is minimised over
+  /// these variables (their Schur complement in the tangent space of right perturbations; robust losses by their weight
+  /// ρ' there):  ½‖A (X ⊖ X̄) + b‖² + c, X̄ the values now, for as long as this prior lasts. c makes its cost here that of
+  /// the minimised model, so that costs before and after compare. Exact where the residuals are linear. See
+  /// detail::MarginalPrior. Its weak point is any linearisation's: fixed X̄ while the estimate moves on.
+  ///
+  /// A direction of these variables that no block observes leaves nothing; neither does one of the others on which only
+  /// rounding is left of the information, at some 1e-13 of what the blocks have. What fixed variables have to do with
+  /// the rest is lost: free them before, not after.
+  ///
+  /// Throws Error, and changes nothing, when a hard block reads one of them, when a residual is undefined or not finite
+  /// at the values, or when one is not there (any more). Do not call it while a Program of this problem lives.
+  void marginalize(std::span<const int> variable_ids);
+  template <LieGroup... Gs>
+  void marginalize(const Variable<Gs>&... x) {
+    (check_owned(x), ...);
+    marginalize(std::array<int, sizeof...(Gs)>{id(x)...});
+  }
+  /// The prior that marginalize() has left; empty when there is none.
+  std::optional<Block> marginal_prior() const;
 
   /// ρ'(s) of a soft block at the variables' values: what its robust loss leaves of its influence, 1 without a loss.
   /// Throws Error for a hard block and for one that is not there (any more).
@@ -226,6 +256,7 @@ class Problem {
   Block new_block(int pool);
   void remove_block_at(int pool, int index);
   std::string describe(const detail::PoolBase& pool, int block) const;
+  std::vector<std::vector<int>> soft_blocks_reading(const std::vector<char>& marked) const;
   int index_of(const Block& block, const char* asked) const;
   static std::string mismatch(std::string_view name, int rows, int noise);
   static std::string crossed(std::string_view name, double lower, double upper);
@@ -236,6 +267,7 @@ class Problem {
   std::map<std::type_index, std::unique_ptr<detail::StateStoreBase>> stores_;
   std::vector<Pool> pools_;
   std::map<std::type_index, int> pool_of_type_;
+  int prior_pool_ = -1;    // of the marginal prior, once there has been one
   double widening_ = 1.0;  // also in every soft pool
 };
 

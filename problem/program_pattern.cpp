@@ -21,9 +21,8 @@ Program::Program(Problem& problem) : problem_(problem) {
     if (variables[id].is_free()) variable_of_block_.push_back(static_cast<int>(id));
   if (variable_of_block_.empty()) throw Error("the problem has no free variable");
   // Ids are used again: only by creation is a sliding window a narrow band.
-  std::sort(variable_of_block_.begin(), variable_of_block_.end(), [&](int a, int b) {
-    return variables[std::size_t(a)].sequence < variables[std::size_t(b)].sequence;
-  });
+  std::sort(variable_of_block_.begin(), variable_of_block_.end(),
+            [&](int a, int b) { return variables[std::size_t(a)].sequence < variables[std::size_t(b)].sequence; });
   hessian_.first.push_back(0);
   for (std::size_t k = 0; k < variable_of_block_.size(); ++k) {
     const std::size_t id = std::size_t(variable_of_block_[k]);

@@ -38,8 +38,7 @@ Marginals::Marginals(Problem& problem) : parts_(compute(problem)) {}
 
 Marginals::Parts Marginals::compute(Problem& problem) {
   Program program(problem);
-  Parts parts{std::vector<int>(std::size_t(problem.id_bound())),
-              detail::SelectedInverse(program.hessian_pattern())};
+  Parts parts{std::vector<int>(std::size_t(problem.id_bound())), detail::SelectedInverse(program.hessian_pattern())};
   for (int id = 0; id < problem.id_bound(); ++id) parts.block_of_variable[std::size_t(id)] = program.block_of(id);
 
   Eigen::VectorXd gradient(program.num_unknowns());
