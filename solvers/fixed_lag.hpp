@@ -70,6 +70,13 @@ class FixedLag {
     forget(id);
   }
 
+  /// The same of a variable of problem() that is there already.
+  template <LieGroup G>
+  void track(double t, const Variable<G>& x) {
+    check_time(t);
+    insert(t, problem_.id(x));
+  }
+
   /// Solves the window from the variables' values, then marginalizes what is older than it, unless the solve is refused
   /// or failed. The newest variables' times decide, not a clock.
   Summary update();
