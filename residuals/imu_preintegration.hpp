@@ -53,6 +53,7 @@ class ImuPreintegrator {
 
  private:
   using ByBias = Matrix<9, 6>;
+  void add_noise(const Vector<3>& moved, const Vector<3>& gained, const ByBias& G, double dt);
 
   Matrix<3, 3> R_bs_;
   Vector<3> lever_;

@@ -9,6 +9,7 @@
 #include <tandem/studies/demo_command.hpp>
 #include <tandem/studies/estimate_command.hpp>
 #include <tandem/studies/models_command.hpp>
+#include <tandem/studies/simulate_command.hpp>
 #include <tandem/studies/text.hpp>
 #include <tandem/studies/yaml_section.hpp>
 
@@ -132,6 +133,25 @@ void add_demo(CLI::App& app, DemoArguments& arguments) {
   option("--plots", arguments.plots, "svg|png|off", "Format of the picture in DIR (default svg)");
 }
 
+void add_simulate(CLI::App& app, SimulateArguments& arguments) {
+  CLI::App* command =
+      app.add_subcommand("simulate", "Write a made-up scenario folder: " + listed(simulation_names(), "or"));
+  command->footer("The same options give the same numbers. Exit status: 0 written, 1 wrong input or usage.");
+  command
+      ->add_option("name", arguments.name,
+                   "dive: a survey dive, by its own sensors alone; docking: a chaser and its target, as docking_a")
+      ->type_name("NAME")
+      ->required();
+  const Options option{command};
+  option("--out", arguments.out, "DIR", "The folder to write (needed)");
+  option("--minutes", arguments.minutes, "N", "How long it takes (default 20)");
+  option("--seed", arguments.seed, "N", "Of all noise, a whole number above zero (default 1)");
+  option("--grade", arguments.grade, "NAME", "dive: its sensors, mems (default) or tactical");
+  option("--latitude", arguments.latitude, "DEG", "dive: where, for the Earth's rotation and gravity (default 60)");
+  option("--keyframe-interval", arguments.keyframe_interval, "S", "dive: as written to scenario.yaml (default 1)");
+  option("--surfacings", arguments.surfacings, "N", "dive: how often it comes up for GPS on the way (default never)");
+}
+
 void print_scenarios() {
   for (const std::string& name : scenario_names(builtin_scenarios())) {
     const YamlSection yaml = YamlSection::load(builtin_scenarios() / name / "scenario.yaml");
@@ -174,6 +194,8 @@ int run_command_line(int argc, const char* const* argv, const std::string& versi
   add_models(app, models_arguments);
   DemoArguments demo_arguments;
   add_demo(app, demo_arguments);
+  SimulateArguments simulate_arguments;
+  add_simulate(app, simulate_arguments);
   app.add_subcommand("scenarios", "List the built-in scenarios");
   try {
     app.parse(argc, argv);
@@ -186,6 +208,7 @@ int run_command_line(int argc, const char* const* argv, const std::string& versi
   if (app.got_subcommand("compare")) return run_compare(compare_arguments);
   if (app.got_subcommand("models")) return run_models(models_arguments);
   if (app.got_subcommand("demo")) return run_demo(demo_arguments);
+  if (app.got_subcommand("simulate")) return run_simulate(simulate_arguments);
   print_scenarios();
   return 0;
 } catch (const std::exception& error) {

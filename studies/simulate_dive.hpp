@@ -34,7 +34,7 @@ struct DiveOptions {
   std::uint64_t seed = 1;
   double latitude = 60;  ///< deg
   double keyframe_interval = 1.0;
-  int surfacings = 0;     ///< on the way; each gives GPS for some 40 s
+  int surfacings = 0;     ///< on the way; each gives GPS for some 70 s
   bool noise = true;      ///< false: sensors without noise, biases or scale factor error, their stated σ the same
   bool dvl_scale = true;  ///< false: the DVL's scale is right
 };
