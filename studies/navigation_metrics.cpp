@@ -102,19 +102,17 @@ class Comparison {
     out_.to_estimate = SE3(turn, offset);
   }
 
-  /// By differences of true positions: over a few of the truth's own intervals, where these are shorter than keyframes'.
+  /// By differences of true positions on both sides: over a few of the truth's own intervals, where these are shorter
+  /// than the keyframes'.
   std::optional<Vector<3>> true_velocity(std::size_t k) const {
-    if (out_.antenna.size() > 0) return {};  // of another point than the estimate's, and of a receiver's noise
-    const std::size_t before = k > 0 ? k - 1 : k, after = std::min(k + 1, states().size() - 1);
-    const double own = (scenario_.truth_chaser.back().t - scenario_.truth_chaser.front().t) /
-                       double(std::max<std::size_t>(1, scenario_.truth_chaser.size() - 1));
-    const double t = states()[k].t;
-    const double from = std::max(states()[before].t, t - kVelocityIntervals * own);
-    const double to = std::min(states()[after].t, t + kVelocityIntervals * own);
+    if (!out_.antenna.empty()) return {};  // of another point than the estimate's, and of a receiver's noise
+    if (k == 0 || k + 1 == states().size()) return {};
+    const auto& track = scenario_.truth_chaser;
+    const double interval = (track.back().t - track.front().t) / double(std::max<std::size_t>(1, track.size() - 1));
+    const double t = states()[k].t, reach = kVelocityIntervals * interval;
+    const double from = std::max(states()[k - 1].t, t - reach), to = std::min(states()[k + 1].t, t + reach);
     const auto a = truth(from), b = truth(to);
     if (!a || !b || !(to - from > kSameInstant)) return {};
-    // One-sided, it is the velocity half an interval away.
-    if (before == k || after == k) return {};
     return Vector<3>((b->translation() - a->translation()) / (to - from));
   }
 

@@ -55,14 +55,14 @@ struct Statistics {
 
 /// Over keyframes.
 struct NavigationErrorSummary {
-  int n = 0;         ///< keyframes
-  int compared = 0;  ///< those of them that the truth covers
-  std::optional<Statistics> position, horizontal;                  ///< m: of the error's norm, of its x and y
-  std::optional<Statistics> attitude;                              ///< rad: of its angle
-  std::optional<Statistics> velocity;                              ///< m/s
-  std::optional<Vector<3>> attitude_rms;                           ///< rad, by component
-  std::optional<Vector<3>> position_within, attitude_within;       ///< share of keyframes within 3 σ, by component
-  std::optional<double> pose_nees, position_nees;                  ///< means
+  int n = 0;                                                  ///< keyframes
+  int compared = 0;                                           ///< those of them that the truth covers
+  std::optional<Statistics> position, horizontal;             ///< m: of the error's norm, of its x and y
+  std::optional<Statistics> attitude;                         ///< rad: of its angle
+  std::optional<Statistics> velocity;                         ///< m/s
+  std::optional<Vector<3>> attitude_rms;                      ///< rad, by component
+  std::optional<Vector<3>> position_within, attitude_within;  ///< share of keyframes within 3 σ, by component
+  std::optional<double> pose_nees, position_nees;             ///< means
 };
 
 /// Of the keyframes `after` seconds or more after the first.
