@@ -1,16 +1,16 @@
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include <fmt/format.h>
 
+#include <tandem/residuals/imu_prediction.hpp>
 #include <tandem/studies/navigation_metrics.hpp>
 
 namespace tandem {
 namespace {
 
 constexpr double kUnknownHeading = 0.17;  // rad: an estimate's σ beyond which its heading counts as arbitrary
-constexpr double kVelocityIntervals = 2;  // of the truth, on either side of a keyframe
+constexpr double kSparseTruth = 0.2;      // s between its poses, beyond which a vehicle moves otherwise in between
 
 bool measures(const NavigationData& data, EgoSensorType type) {
   return std::any_of(data.sensors.begin(), data.sensors.end(),
@@ -29,16 +29,16 @@ class Comparison {
 
   NavigationComparison run() {
     find_antenna();
+    carry_to_truth();
     align();
-    for (std::size_t k = 0; k < states().size(); ++k) add_error(k);
-    if (first_) out_.distance = travelled(states().front().t, states().back().t);
+    for (std::size_t k = 0; k < compared_.size(); ++k) add_error(k);
+    if (first_) out_.distance = travelled(compared_.front().t, compared_.back().t);
     if (measures(navigation_.data, EgoSensorType::gps)) add_outages();
     return std::move(out_);
   }
 
  private:
-  const std::vector<Stamped<EgoState>>& states() const { return navigation_.states; }
-  Vector<3> estimated_position(std::size_t k) const { return states()[k].value.pose.act(out_.point); }
+  Vector<3> estimated_position(std::size_t k) const { return compared_[k].value.pose.act(out_.point); }
   std::optional<SE3> truth(double t) const {
     const auto pose = pose_at(scenario_.truth_chaser, t);
     if (!pose) return {};
@@ -55,12 +55,39 @@ class Comparison {
     }
   }
 
+  /// The keyframes' states; where truth is sparse, each carried on by the IMU to the next true pose, if that is before the
+  /// next keyframe: between true poses a second apart a vehicle that rolls is anywhere.
+  void carry_to_truth() {
+    compared_ = navigation_.states;
+    const auto& track = scenario_.truth_chaser;
+    if (track.size() < 2) return;
+    interval_ = (track.back().t - track.front().t) / double(track.size() - 1);
+    if (interval_ < kSparseTruth || !navigation_.data.imu) return;
+    ImuRecord record(*navigation_.data.imu);
+    for (const ImuSample& sample : navigation_.data.imu->samples) record.add(sample);
+    for (std::size_t k = 0; k < compared_.size(); ++k) {
+      auto& [t, state] = compared_[k];
+      const auto next = std::lower_bound(track.begin(), track.end(), t - kSameInstant,
+                                         [](const Stamped<SE3>& pose, double time) { return pose.t < time; });
+      const bool last = k + 1 == compared_.size();
+      if (next == track.end() || next->t - t > (last ? interval_ : compared_[k + 1].t - t)) continue;
+      if (next->t - t < kSameInstant || !record.covers(t, next->t)) continue;
+      ImuPreintegrator sum = record.start(state.bias);
+      record.integrate(t, next->t, sum);
+      const auto there =
+          predict(state.pose, R3(state.velocity), Rn<6>(state.bias), sum.delta(), navigation_.data.earth);
+      state.pose = there.pose;
+      state.velocity = there.velocity.vector();
+      t = next->t;
+    }
+  }
+
   bool heading_is_arbitrary() const {
     const NavigationData& data = navigation_.data;
     if (measures(data, EgoSensorType::gps) || measures(data, EgoSensorType::heading)) return false;
     if (data.earth.rate.isZero(0)) return true;
     if (navigation_.covariance.empty()) return false;
-    const Matrix<3, 3> R = states()[*first_].value.pose.rotation().matrix();
+    const Matrix<3, 3> R = compared_[*first_].value.pose.rotation().matrix();
     const Matrix<3, 3> S = navigation_.covariance[*first_].pose.bottomRightCorner<3, 3>();
     return std::sqrt((R * S * R.transpose())(2, 2)) > kUnknownHeading;
   }
@@ -69,8 +96,8 @@ class Comparison {
   double turn_of_track(const Vector<3>& true_start) const {
     double sine = 0, cosine = 0;
     const Vector<3> start = estimated_position(*first_);
-    for (std::size_t k = *first_; k < states().size(); ++k) {
-      const auto pose = pose_at(scenario_.truth_chaser, states()[k].t);
+    for (std::size_t k = *first_; k < compared_.size(); ++k) {
+      const auto pose = pose_at(scenario_.truth_chaser, compared_[k].t);
       if (!pose) continue;
       const Vector<3> a = pose->translation() - true_start, b = estimated_position(k) - start;
       sine += a.x() * b.y() - a.y() * b.x();
@@ -80,10 +107,10 @@ class Comparison {
   }
 
   void align() {
-    for (std::size_t k = 0; k < states().size() && !first_; ++k)
-      if (pose_at(scenario_.truth_chaser, states()[k].t)) first_ = k;
+    for (std::size_t k = 0; k < compared_.size() && !first_; ++k)
+      if (pose_at(scenario_.truth_chaser, compared_[k].t)) first_ = k;
     if (!first_ || measures(navigation_.data, EgoSensorType::gps)) return;
-    const auto& [t, state] = states()[*first_];
+    const auto& [t, state] = compared_[*first_];
     const SE3 there = *pose_at(scenario_.truth_chaser, t);
     SO3 turn;
     out_.alignment = "No sensor tells the position of the world's origin";
@@ -102,27 +129,22 @@ class Comparison {
     out_.to_estimate = SE3(turn, offset);
   }
 
-  /// By differences of true positions on both sides: over a few of the truth's own intervals, where these are shorter
-  /// than the keyframes'.
-  std::optional<Vector<3>> true_velocity(std::size_t k) const {
+  /// By the difference of true positions on both sides.
+  std::optional<Vector<3>> true_velocity(double t) const {
     if (!out_.antenna.empty()) return {};  // of another point than the estimate's, and of a receiver's noise
-    if (k == 0 || k + 1 == states().size()) return {};
-    const auto& track = scenario_.truth_chaser;
-    const double interval = (track.back().t - track.front().t) / double(std::max<std::size_t>(1, track.size() - 1));
-    const double t = states()[k].t, reach = kVelocityIntervals * interval;
-    const double from = std::max(states()[k - 1].t, t - reach), to = std::min(states()[k + 1].t, t + reach);
-    const auto a = truth(from), b = truth(to);
-    if (!a || !b || !(to - from > kSameInstant)) return {};
-    return Vector<3>((b->translation() - a->translation()) / (to - from));
+    const double reach = interval_ < kSparseTruth ? 2 * interval_ : interval_;
+    const auto a = truth(t - reach), b = truth(t + reach);
+    if (!a || !b || !(reach > 0)) return {};
+    return Vector<3>((b->translation() - a->translation()) / (2 * reach));
   }
 
   void add_error(std::size_t k) {
-    const auto& [t, state] = states()[k];
+    const auto& [t, state] = compared_[k];
     NavigationError& error = out_.errors.emplace_back(NavigationError{t});
     if (const auto there = truth(t)) {
       error.position = estimated_position(k) - there->translation();
       if (scenario_.truth_orientation) error.attitude = (there->rotation().inverse() * state.pose.rotation()).Log();
-      if (const auto velocity = true_velocity(k)) error.velocity = state.velocity - *velocity;
+      if (const auto velocity = true_velocity(t)) error.velocity = state.velocity - *velocity;
     }
     if (navigation_.covariance.empty()) return;
     const EgoCovariance& covariance = navigation_.covariance[k];
@@ -142,7 +164,7 @@ class Comparison {
   double travelled(double from, double to) const {
     double sum = 0;
     std::optional<Vector<3>> last;
-    for (const auto& [t, state] : states()) {
+    for (const auto& [t, state] : compared_) {
       if (t < from - kSameInstant || t > to + kSameInstant) continue;
       const auto pose = truth(t);
       if (!pose) continue;
@@ -153,10 +175,10 @@ class Comparison {
   }
 
   void add_outages() {
-    std::vector<double> fixes = {states().front().t};
+    std::vector<double> fixes = {navigation_.states.front().t};
     for (const PlacedEgoMeasurement& m : navigation_.placed)
       if (navigation_.data.sensors[m.sensor].type == EgoSensorType::gps) fixes.push_back(m.t);
-    fixes.push_back(states().back().t);
+    fixes.push_back(navigation_.states.back().t);
     std::sort(fixes.begin(), fixes.end());
     for (std::size_t i = 1; i < fixes.size(); ++i) {
       if (fixes[i] - fixes[i - 1] <= kOutage) continue;
@@ -172,7 +194,9 @@ class Comparison {
 
   const Navigation& navigation_;
   const Scenario& scenario_;
-  std::optional<std::size_t> first_;  // keyframe that the truth covers
+  std::vector<Stamped<EgoState>> compared_;  // one a keyframe
+  double interval_ = 0;                      // s between true poses
+  std::optional<std::size_t> first_;         // that the truth covers
   NavigationComparison out_;
 };
 

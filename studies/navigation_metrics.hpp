@@ -11,11 +11,14 @@ namespace tandem {
 /// How far a navigation is from the truth at one keyframe; a field is absent where truth or covariance is. R is the true
 /// rotation, R̂ the estimated one.
 struct NavigationError {
-  double t;  ///< s
+  /// s: of the keyframe or, where true poses are more than 0.2 s apart, of the next of them before the next keyframe, to
+  /// which the IMU carries the estimate on.
+  double t;
   /// Estimate minus truth: position [m] and velocity [m/s] along the world's axes, and Log(R⁻¹ R̂) about the body's x, y
-  /// and z [rad], called roll, pitch and yaw. The true velocity is the difference of true positions about the keyframe.
+  /// and z [rad], called roll, pitch and yaw. The true velocity is the difference of true positions about it: over 2 s of truth at 1 Hz,
+  /// so that turns blur it.
   std::optional<Vector<3>> position{}, attitude{}, velocity{};
-  /// Standard deviations of the same components.
+  /// Standard deviations of the same components, at the keyframe.
   std::optional<Vector<3>> position_sigma{}, attitude_sigma{}, velocity_sigma{};
   /// Normalised estimation errors squared, eᵀ Σ⁻¹ e, of pose and position: on average 6 and 3 where Σ is right
   /// (Bar-Shalom, Li & Kirubarajan 2001, section 5.4).
@@ -44,7 +47,7 @@ struct NavigationComparison {
   std::vector<GpsOutage> outages;  ///< where there is GPS at all
 };
 
-/// Compares with scenario.truth_chaser, interpolated at the keyframes; without truth there are standard deviations alone.
+/// Compares with scenario.truth_chaser, interpolated where needed; without truth there are standard deviations alone.
 /// `scenario` has all its sensors, also those that the navigation went without.
 NavigationComparison compare_with_truth(const Navigation& navigation, const Scenario& scenario);
 

@@ -127,13 +127,22 @@ double quantile(const std::vector<std::optional<double>>& given, double share) {
   return *at;
 }
 
+/// 1, 2 or 5 times a power of ten, so that some two tics are on either side of zero.
+double tics(double limit) {
+  const double decade = std::pow(10.0, std::floor(std::log10(limit / 2)));
+  for (const double step : {5.0, 2.0})
+    if (step * decade <= limit / 2) return step * decade;
+  return decade;
+}
+
 /// All errors, and the bands but for their widest stretches, as before a heading is known.
 std::string axis_script(const Component& c) {
   const double most = std::max(quantile(c.error, 1), quantile(c.bound, 1));
   const double shown = std::max({1.1 * quantile(c.error, 1), 1.3 * quantile(c.bound, 0.9), 1e-9});
   const double limit = most > shown ? shown : 1.05 * std::max(most, 1e-9);
   const std::string note = quantile(c.error, 1) <= limit && quantile(c.bound, 1) <= limit ? "" : "\\n{/*0.8 (cut)}";
-  return fmt::format("set yrange [{}:{}]\nset ylabel \"{}{}\"\n", -limit, limit, c.label, note);
+  return fmt::format("set yrange [{}:{}]\nset ytics {:g}\nset ylabel \"{}{}\"\n", -limit, limit, tics(limit), c.label,
+                     note);
 }
 
 std::string errors_script(const NavigationStudy& study, PlotFormat format) {
@@ -147,7 +156,7 @@ std::string errors_script(const NavigationStudy& study, PlotFormat format) {
   for (std::size_t i = 0; i < shown.size(); ++i) {
     std::string band, error;
     for (std::size_t k = 0; k < shown[i].error.size(); ++k) {
-      const double t = states[k * stride(study)].t;
+      const double t = study.comparison.errors[k * stride(study)].t;
       const auto& [e, b] = std::pair(shown[i].error[k], shown[i].bound[k]);
       band += b ? fmt::format("{:.3f} {:.5g} {:.5g}\n", t, -*b, *b) : std::string("\n");
       error += e ? fmt::format("{:.3f} {:.5g}\n", t, *e) : std::string("\n");  // a gap in the line

@@ -217,6 +217,34 @@ TEST_F(NavigationMetrics, AHeadingThatTheEarthTellsIsNotAligned) {
   EXPECT_NEAR(compare().errors[5].attitude->z(), 0, 1e-9);
 }
 
+/// A body that rocks about its x axis in three quarters of a second or so, truth each second half-way between keyframes.
+TEST_F(NavigationMetrics, SparseTruthIsComparedAtItsOwnInstants) {
+  const auto pose = [](double t) { return SE3(SO3::Exp({0.3 * std::sin(8 * t), 0, 0}), Vector<3>(0, 0, 0)); };
+  for (int k = 0; k < 6; ++k) {
+    EgoState state;
+    state.pose = pose(k);
+    navigation_.states.push_back({double(k), state});
+    scenario_.truth_chaser.push_back({k + 0.5, pose(k + 0.5)});
+  }
+  ImuSensor& imu = navigation_.data.imu.emplace();
+  for (int i = 0; i <= 560; ++i) {
+    const double t = 0.01 * i;
+    imu.samples.push_back({t, pose(t).rotation().inverse().act({0, 0, 9.80665}), {2.4 * std::cos(8 * t), 0, 0}});
+  }
+  const NavigationComparison c = compare();
+  ASSERT_EQ(c.errors.size(), 6u);
+  for (std::size_t k = 0; k < 6; ++k) {
+    EXPECT_EQ(c.errors[k].t, double(k) + 0.5);
+    EXPECT_NEAR(c.errors[k].attitude->norm(), 0, 1e-3) << "interpolation is off by tenths";
+    EXPECT_NEAR(c.errors[k].position->norm(), 0, 1e-2);
+  }
+
+  imu.samples.clear();  // nothing to carry it by
+  const NavigationComparison interpolated = compare();
+  EXPECT_EQ(interpolated.errors[2].t, 2);
+  EXPECT_GT(interpolated.errors[2].attitude->norm(), 0.05);
+}
+
 TEST_F(NavigationMetrics, WithoutTruthThereAreSigmasAlone) {
   make(3);
   add_covariance(Vector<6>::Constant(0.1));
