@@ -147,17 +147,22 @@ class Comparison {
       if (const auto velocity = true_velocity(t)) error.velocity = state.velocity - *velocity;
     }
     if (navigation_.covariance.empty()) return;
-    const EgoCovariance& covariance = navigation_.covariance[k];
+    // Along the axes of the body where it is compared: a covariance's own axes are the keyframe's.
+    const Matrix<3, 3> turn = (state.pose.rotation().inverse() * navigation_.states[k].value.pose.rotation()).matrix();
+    Matrix<6, 6> axes = Matrix<6, 6>::Zero();
+    axes.topLeftCorner<3, 3>() = turn;
+    axes.bottomRightCorner<3, 3>() = turn;
+    const Matrix<6, 6> pose = axes * navigation_.covariance[k].pose * axes.transpose();
     const auto J = state.pose.act_jacobian(out_.point);
-    const Matrix<3, 3> S = J * covariance.pose * J.transpose();
+    const Matrix<3, 3> S = J * pose * J.transpose();
     error.position_sigma = S.diagonal().cwiseSqrt();
-    error.attitude_sigma = covariance.pose.diagonal().tail<3>().cwiseSqrt();
-    error.velocity_sigma = covariance.velocity.diagonal().cwiseSqrt();
+    error.attitude_sigma = pose.diagonal().tail<3>().cwiseSqrt();
+    error.velocity_sigma = navigation_.covariance[k].velocity.diagonal().cwiseSqrt();
     if (!error.position) return;
     error.position_nees = error.position->dot(S.ldlt().solve(*error.position));
     if (!error.attitude) return;
     const Vector<6> e = (state.pose.inverse() * *truth(t)).Log();
-    error.pose_nees = e.dot(covariance.pose.ldlt().solve(e));
+    error.pose_nees = e.dot(pose.ldlt().solve(e));
   }
 
   /// From keyframe to keyframe, by the truth.

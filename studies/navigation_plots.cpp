@@ -127,11 +127,11 @@ double quantile(const std::vector<std::optional<double>>& given, double share) {
   return *at;
 }
 
-/// 1, 2 or 5 times a power of ten, so that some two tics are on either side of zero.
+/// 1, 2 or 5 times a power of ten, so that one to three tics are on either side of zero.
 double tics(double limit) {
-  const double decade = std::pow(10.0, std::floor(std::log10(limit / 2)));
+  const double decade = std::pow(10.0, std::floor(std::log10(limit / 1.5)));
   for (const double step : {5.0, 2.0})
-    if (step * decade <= limit / 2) return step * decade;
+    if (step * decade <= limit / 1.5) return step * decade;
   return decade;
 }
 
@@ -140,8 +140,10 @@ std::string axis_script(const Component& c) {
   const double most = std::max(quantile(c.error, 1), quantile(c.bound, 1));
   const double shown = std::max({1.1 * quantile(c.error, 1), 1.3 * quantile(c.bound, 0.9), 1e-9});
   const double limit = most > shown ? shown : 1.05 * std::max(most, 1e-9);
-  const std::string note = quantile(c.error, 1) <= limit && quantile(c.bound, 1) <= limit ? "" : "\\n{/*0.8 (cut)}";
-  return fmt::format("set yrange [{}:{}]\nset ytics {:g}\nset ylabel \"{}{}\"\n", -limit, limit, tics(limit), c.label,
+  const std::string note = most <= limit
+                               ? "unset label 2\n"
+                               : "set label 2 'cut' at graph 0.995,0.9 right font ',10' textcolor rgb '#777777'\n";
+  return fmt::format("set yrange [{}:{}]\nset ytics {:g}\nset ylabel \"{}\"\n{}", -limit, limit, tics(limit), c.label,
                      note);
 }
 

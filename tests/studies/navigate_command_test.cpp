@@ -180,7 +180,7 @@ TEST_F(Navigate, StopsWhereItIsTold) {
 TEST_F(Navigate, SaysWhatIsWrongWithAnOption) {
   EXPECT_THAT(refusal_of({"--without", "dlv"}), AllOf(HasSubstr("--without"), HasSubstr("did you mean dvl?")));
   EXPECT_THAT(refusal_of({"--without", "camera"}), HasSubstr("(here: imu, dvl, depth, heading and gps)"));
-  EXPECT_THAT(refusal_of({"--noise", "dph=1"}), HasSubstr("did you mean depth?"));
+  EXPECT_THAT(refusal_of({"--noise", "dept=1"}), HasSubstr("did you mean depth?"));
   EXPECT_THAT(refusal_of({"--noise", "dvl=0.1"}), HasSubstr("--noise dvl needs 3 standard deviations, not 1"));
   EXPECT_THAT(refusal_of({"--noise", "imu=0.1,0.1"}), HasSubstr("--noise imu needs 4"));
   EXPECT_THAT(refusal_of({"--noise", "depth=-1"}), HasSubstr("must be above zero"));
@@ -226,12 +226,32 @@ TEST(RealNavigation, AnAutonomousVehicleDrivesOnItsVelocityLog) {
   EXPECT_EQ(summary["gps_outages"].size(), 1u) << "after 20 s";
 }
 
-TEST(RealNavigation, AFlyingVehicleFindsItsHeadingByFixes) {
-  TANDEM_NEEDS_SHARED(3);
+TEST(RealNavigation, AFlyingVehicleFindsItsPlaceByFixes) {
+  TANDEM_NEEDS_SHARED(2);
   const Json summary = navigate_real("mav_euroc_mh01", {"--after", "20"});
   EXPECT_LE(summary["errors"]["after_20s"]["position_mean_m"], 0.10);
-  EXPECT_LE(summary["errors"]["after_20s"]["attitude_max_deg"], 1.0);
   EXPECT_THAT(summary["gps_outages"], IsEmpty());
+}
+
+/// The fixes are 0.135 s late against IMU and truth (where they fit the truth to 5 mm), and the IMU shakes with the
+/// rotors: what its datasheet says of noise is at rest. Told both, the heading comes out too.
+TEST(RealNavigation, AFlyingVehicleFindsItsHeadingByFixesThatAreLate) {
+  TANDEM_NEEDS_SHARED(3);
+  const ScratchFolder scratch;
+  for (const auto& entry : std::filesystem::directory_iterator(shared_path("data/mav_euroc_mh01")))
+    std::filesystem::create_symlink(std::filesystem::absolute(entry.path()), scratch.path() / entry.path().filename());
+  std::string yaml = read_file(scratch.path() / "scenario.yaml");
+  const std::size_t at = yaml.find("type: gps,");
+  ASSERT_NE(at, std::string::npos);
+  std::filesystem::remove(scratch.path() / "scenario.yaml");
+  scratch.write("scenario.yaml", yaml.insert(at, "delay: 0.135, "));
+  const Outcome outcome = run_tandem(
+      {"navigate", scratch.path().string(), "--json", "--after", "20", "--noise", "imu=2e-2,1e-3,3e-3,2e-5"});
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const Json errors = Json::parse(outcome.output)["errors"]["after_20s"];
+  EXPECT_LE(errors["position_mean_m"], 0.10);
+  EXPECT_LE(errors["attitude_max_deg"], 1.0);
+  EXPECT_THAT(errors["attitude_within_3_sigma_percent"], Each(testing::Ge(95.0)));
 }
 
 }  // namespace
