@@ -226,10 +226,12 @@ void FixedLag::marginalize_old() {
   }
   auto first = timed_.begin();
   std::vector<int> ids;
-  while (first != timed_.end() && first->t < limit) {
+  while (first != timed_.end()) {
     const double t = first->t;
+    const auto end = std::find_if(first, timed_.end(), [&](const Timed& v) { return v.t - t > kSameTime; });
+    if (!(std::prev(end)->t < limit)) break;  // a keyframe goes as one
     ids.clear();
-    for (; first != timed_.end() && first->t < limit && first->t - t <= kSameTime; ++first) {
+    for (; first != end; ++first) {
       ids.push_back(first->id);
       gone_.push_back({first->t, first->id});
       forget(first->id);

@@ -22,7 +22,7 @@ struct FixedLagOptions : SolverOptions {
   /// below this part of the cost, or of 1 where that is more.
   double cost_tolerance = 1e-6;
   double step_tolerance = 1e-9;    ///< or when no entry of a step is larger [m, rad]
-  double initial_damping = 1e-12;  ///< of the diagonal: a warm start wants whole Gauss-Newton steps
+  double initial_damping = 1e-15;  ///< of the diagonal: a warm start wants whole Gauss-Newton steps
   /// Told each time that is about to leave the window, oldest first, after the solve: its variables have their last
   /// values, and their handles are valid for the last time.
   std::function<void(double t)> leaving;
