@@ -89,8 +89,9 @@ class FixedLag {
 
   /// Joint covariance of the variables, in the order given, in the tangent space of right perturbations (as Marginals):
   /// by the factor of the last update's last linearisation, so that of the newest ones it takes microseconds; it grows
-  /// with how long ago the oldest of them was added. Fixed variables have none. Throws Error for a variable that is not
-  /// there any more, and for one that was not there at the last update.
+  /// with how long ago the oldest of them was added. Fixed variables have none; a direction that nothing observes has a
+  /// meaningless large one. Throws Error for a variable that is not there any more, for one that was not there at the
+  /// last update, and after an update that failed or whose Hessian is singular.
   template <LieGroup... Gs>
   Matrix<(Gs::dof + ...), (Gs::dof + ...)> covariance(const Variable<Gs>&... x) const {
     check_known({(problem_.has(x) ? problem_.id(x) : -1)...});

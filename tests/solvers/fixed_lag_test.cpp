@@ -283,6 +283,7 @@ TEST(FixedLag, AFailedSolveLosesNothing) {
   EXPECT_EQ(summary.status, Status::failed);
   EXPECT_THAT(summary.message, HasSubstr("prior of x"));
   EXPECT_TRUE(lag.problem().has(x));
+  EXPECT_THROW(lag.covariance(x), Error);
   lag.problem().remove(bad);
   lag.problem().minimize(RelativePose<R3>{R3({1, 0, 0})}, noise(3, 1.0), {x, y});
   lag.problem().minimize(Prior<R3>{R3({1, 0, 0})}, noise(3, 1.0), {x});
@@ -304,7 +305,7 @@ TEST(FixedLag, CovarianceKnowsWhatItKnows) {
   EXPECT_NEAR(S(3, 3), 0.5, 1e-6);
   EXPECT_THAT([&] { lag.covariance(x); }, ThrowsMessage<Error>(HasSubstr("not in the problem (any more)")));
   const auto z = lag.add(4.0, R3(), "z");  // takes x's id
-  EXPECT_THAT([&] { lag.covariance(y, z); }, ThrowsMessage<Error>(HasSubstr("z was not there at the last update")));
+  EXPECT_THAT([&] { lag.covariance(y, z); }, ThrowsMessage<Error>(HasSubstr("z was not in the last update")));
   lag.remove(z);
   EXPECT_EQ(lag.newest(), 3.0);
   EXPECT_TRUE(lag.update().converged());
