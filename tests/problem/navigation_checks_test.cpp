@@ -299,6 +299,35 @@ TEST(NavigationChecks, AngularRateInDegrees) {
                                                           "like degrees: angular rates must be in rad/s"));
 }
 
+/// Rolls by 0.1 rad to and fro, with gravity where it must then be.
+NavigationData rolling() {
+  NavigationData data = healthy();
+  std::erase_if(data.sensors, [](const EgoSensor& s) { return s.type == EgoSensorType::heading; });
+  for (ImuSample& sample : data.imu->samples) {
+    sample.specific_force += 9.8 * Vector<3>(0, std::sin(0.1 * std::sin(sample.t)), 0);
+    sample.angular_rate.x() += 0.1 * std::cos(sample.t);
+  }
+  return data;
+}
+
+TEST(NavigationChecks, GravityTellsTheUnitAndSignOfTheAngularRate) {
+  NavigationData data = rolling();
+  EXPECT_TRUE(check(data).empty());
+  for (ImuSample& sample : data.imu->samples) sample.angular_rate.x() += 0.3;  // a bias changes nothing
+  EXPECT_TRUE(check(data).empty());
+  data = rolling();
+  for (ImuSample& sample : data.imu->samples) sample.angular_rate *= 0.6 * 180 / std::numbers::pi;
+  for (ImuSample& sample : data.imu->samples) sample.specific_force.y() *= 0.6;
+  EXPECT_THAT(error_of_check(data),
+              testing::MatchesRegex("imu: by its angular rate it tips 5[0-9.]+ times as far as by its "
+                                    "specific force, which looks like degrees: angular rates must "
+                                    "be in rad/s"));
+  data = rolling();
+  for (ImuSample& sample : data.imu->samples) sample.angular_rate *= -1;
+  EXPECT_THAT(error_of_check(data),
+              EndsWith("times as far as by its specific force: the signs of one of the two are wrong"));
+}
+
 TEST(NavigationChecks, AngularRateOfTheWrongSign) {
   NavigationData data = healthy();
   for (ImuSample& sample : data.imu->samples) sample.angular_rate *= -1;
