@@ -5,31 +5,80 @@
 
 namespace tandem {
 
+int Problem::new_variable_id() {
+  if (free_ids_.empty()) {
+    variables_.emplace_back();
+    return static_cast<int>(variables_.size()) - 1;
+  }
+  const int id = free_ids_.back();
+  free_ids_.pop_back();
+  return id;
+}
+
+void Problem::remove_variable(int id) {
+  VariableInfo& variable = variables_[std::size_t(id)];
+  if (variable.readers > 0) {
+    std::string reader;
+    for (const auto& p : pools_)
+      for (int i = 0; reader.empty() && i < p.base().size(); ++i) {
+        const int* ids = p.base().variables(i);
+        if (std::find(ids, ids + p.base().arity(), id) != ids + p.base().arity()) reader = describe(p.base(), i);
+      }
+    throw Error("remove: " + variable.name + " is still read by a block, the " + reader +
+                ": remove that first, or marginalize the variable");
+  }
+  variable.store->remove(variable.slot);
+  variable = {};
+  free_ids_.push_back(id);
+}
+
+std::string Problem::describe(const detail::PoolBase& pool, int block) const {
+  std::string text = std::string(pool.name()) + " of ";
+  for (int s = 0; s < pool.arity(); ++s) text += (s ? ", " : "") + name(pool.variables(block)[s]);
+  return text;
+}
+
+/// A handle for the last block of a pool.
 Block Problem::new_block(int index) {
   Pool& pool = pools_[std::size_t(index)];
-  const int id = static_cast<int>(pool.index_of_id.size());
-  pool.index_of_id.push_back(static_cast<int>(pool.id_of_index.size()));
+  if (pool.free_ids.empty()) {
+    pool.free_ids.push_back(static_cast<int>(pool.index_of_id.size()));
+    pool.index_of_id.push_back(-1);
+    pool.generation.push_back(0);
+  }
+  const int id = pool.free_ids.back();
+  pool.free_ids.pop_back();
+  const int last = static_cast<int>(pool.id_of_index.size());
+  pool.index_of_id[std::size_t(id)] = last;
   pool.id_of_index.push_back(id);
-  return {index, id};
+  const int* ids = pool.base().variables(last);
+  for (int s = 0; s < pool.base().arity(); ++s) ++variables_[std::size_t(ids[s])].readers;
+  return {index, id, pool.generation[std::size_t(id)]};
 }
 
 int Problem::index_of(const Block& block, const char* asked) const {
   const Pool* pool = std::size_t(block.pool) < pools_.size() ? &pools_[std::size_t(block.pool)] : nullptr;
-  const int index =
-      pool && std::size_t(block.id) < pool->index_of_id.size() ? pool->index_of_id[std::size_t(block.id)] : -1;
+  const bool known = pool && std::size_t(block.id) < pool->index_of_id.size() &&
+                     pool->generation[std::size_t(block.id)] == block.generation;
+  const int index = known ? pool->index_of_id[std::size_t(block.id)] : -1;
   if (index < 0) throw Error(std::string(asked) + ": the problem has no such block (any more)");
   return index;
 }
 
-void Problem::remove(const Block& block) {
-  const int index = index_of(block, "remove");
-  Pool& pool = pools_[std::size_t(block.pool)];
+void Problem::remove(const Block& block) { remove_block_at(block.pool, index_of(block, "remove")); }
+
+void Problem::remove_block_at(int pool_index, int index) {
+  Pool& pool = pools_[std::size_t(pool_index)];
+  const int* ids = pool.base().variables(index);
+  for (int s = 0; s < pool.base().arity(); ++s) --variables_[std::size_t(ids[s])].readers;
   pool.base().remove(index);
-  const int last = pool.id_of_index.back();
+  const int id = pool.id_of_index[std::size_t(index)], last = pool.id_of_index.back();
   pool.id_of_index[std::size_t(index)] = last;
   pool.id_of_index.pop_back();
   pool.index_of_id[std::size_t(last)] = index;
-  pool.index_of_id[std::size_t(block.id)] = -1;
+  pool.index_of_id[std::size_t(id)] = -1;
+  ++pool.generation[std::size_t(id)];
+  pool.free_ids.push_back(id);
 }
 
 double Problem::weight(const Block& block) const {
@@ -69,7 +118,7 @@ int Problem::num_hard_blocks() const {
 
 Problem::Size Problem::size() const {
   Size size{0, 0, 0};
-  for (const auto& v : variables_) size.unknowns += v.fixed ? 0 : v.dof;
+  for (const auto& v : variables_) size.unknowns += v.is_free() ? v.dof : 0;
   for (const auto& pool : pools_) {
     if (!pool.hard) continue;
     const auto dim = std::size_t(pool.hard->dim()), blocks = std::size_t(pool.hard->size());

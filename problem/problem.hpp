@@ -4,8 +4,10 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <typeindex>
+#include <vector>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/hard_pool.hpp>
@@ -18,21 +20,24 @@ template <class States>
 struct HandlesOf;
 }  // namespace detail
 
-/// A typed handle of a variable; valid as long as its problem, which may be moved meanwhile.
+/// A typed handle of a variable; valid until the variable is removed (Problem::has tells), at most as long as its
+/// problem, which may be moved meanwhile.
 template <LieGroup G>
 struct Variable {
   detail::StateStore<G>* store = nullptr;
   int slot = -1;
+  unsigned generation = 0;  ///< slots are used again
 };
 
 /// The handles that residual R is given: one Variable for each state it reads.
 template <Residual R>
 using VariablesOf = typename detail::HandlesOf<typename R::States>::type;
 
-/// A handle of a residual block, soft or hard.
+/// A handle of a residual block, soft or hard; valid until the block is removed, by Problem::marginalize too.
 struct Block {
   int pool = -1;
   int id = -1;
+  unsigned generation = 0;  ///< ids are used again
 };
 
 /// A nonlinear program over Lie groups:
@@ -40,7 +45,8 @@ struct Block {
 ///   minimize ½ Σ ρ(rᵀ Σ⁻¹ r)   subject to   lower ≤ r ≤ upper
 ///
 /// with one residual object for both roles. Solve it with solve(problem, options) of a solver; the variables then hold
-/// the solution. Not thread-safe; moving keeps handles valid.
+/// the solution. Not thread-safe; moving keeps handles valid. What is removed leaves its place to what comes: however
+/// long a problem gains and loses variables and blocks, it takes the memory of the most that it had at once.
 class Problem {
  public:
   Problem() = default;
@@ -51,11 +57,30 @@ class Problem {
   template <LieGroup G>
   Variable<G> add(const G& initial, std::string name = {}) {
     auto& states = store<G>();
-    const int id = num_variables();
-    states.add(initial, id);
-    variables_.push_back({&states, static_cast<int>(states.value.size()) - 1, G::dof, false,
-                          name.empty() ? "variable " + std::to_string(id) : std::move(name)});
-    return {&states, variables_.back().slot};
+    const int id = new_variable_id();
+    const int slot = states.add(initial, id);
+    variables_[std::size_t(id)] = {&states,
+                                   slot,
+                                   G::dof,
+                                   0,
+                                   false,
+                                   next_sequence_,
+                                   name.empty() ? "variable " + std::to_string(next_sequence_) : std::move(name)};
+    ++next_sequence_;
+    return {&states, slot, states.generation[std::size_t(slot)]};
+  }
+  /// Takes a variable out; its handles are no longer valid, and its id may be given to the next one. Throws Error,
+  /// naming the variable, when a block still reads it.
+  template <LieGroup G>
+  void remove(const Variable<G>& x) {
+    check_owned(x);
+    remove_variable(id(x));
+  }
+  /// Whether the handle is of a variable of this problem that has not been removed.
+  template <LieGroup G>
+  bool has(const Variable<G>& x) const {
+    const auto it = stores_.find(typeid(G));
+    return it != stores_.end() && it->second.get() == x.store && is_current(x);
   }
   template <LieGroup G>
   const G& value(const Variable<G>& x) const {
@@ -98,6 +123,30 @@ class Problem {
   /// Takes a block out. Throws Error when it is not there (any more).
   void remove(const Block& block);
 
+  /// Replaces all soft blocks that read any of these variables, and with them the problem's marginal prior if there is
+  /// one, by one new marginal prior on the other free variables that they read, and removes these variables.
+  ///
+  /// The prior is what is left of the blocks' Gauss-Newton model at the variables' values when it is minimised over
+  /// these variables (their Schur complement in the tangent space of right perturbations; robust losses by their weight
+  /// ρ' there):  ½‖A (X ⊖ X̄) + b‖² + c, X̄ the values now, for as long as this prior lasts. c makes its cost here that of
+  /// the minimised model, so that costs before and after compare. Exact where the residuals are linear. See
+  /// detail::MarginalPrior. Its weak point is any linearisation's: fixed X̄ while the estimate moves on.
+  ///
+  /// A direction of these variables that no block observes leaves nothing; neither does one of the others on which only
+  /// rounding is left of the information, at some 1e-13 of what the blocks have. What fixed variables have to do with
+  /// the rest is lost: free them before, not after.
+  ///
+  /// Throws Error, and changes nothing, when a hard block reads one of them, when a residual is undefined or not finite
+  /// at the values, or when one is not there (any more). Do not call it while a Program of this problem lives.
+  void marginalize(std::span<const int> variable_ids);
+  template <LieGroup... Gs>
+  void marginalize(const Variable<Gs>&... x) {
+    (check_owned(x), ...);
+    marginalize(std::array<int, sizeof...(Gs)>{id(x)...});
+  }
+  /// The prior that marginalize() has left; empty when there is none.
+  std::optional<Block> marginal_prior() const;
+
   /// ρ'(s) of a soft block at the variables' values: what its robust loss leaves of its influence, 1 without a loss.
   /// Throws Error for a hard block and for one that is not there (any more).
   double weight(const Block& block) const;
@@ -109,8 +158,11 @@ class Problem {
   /// variables' values, whatever the widening now. Empty when no loss is robust.
   std::optional<double> convex_widening() const;
 
-  int num_variables() const { return static_cast<int>(variables_.size()); }
+  int num_variables() const { return static_cast<int>(variables_.size() - free_ids_.size()); }
+  /// Ids are below this. Some may be of no variable now: their names are empty.
+  int id_bound() const { return static_cast<int>(variables_.size()); }
   const std::string& name(int variable_id) const { return variables_[std::size_t(variable_id)].name; }
+  /// Below id_bound(). Of a variable that is there.
   template <LieGroup G>
   int id(const Variable<G>& x) const {
     return x.store->id[std::size_t(x.slot)];
@@ -129,15 +181,21 @@ class Problem {
   static constexpr int arity = std::tuple_size_v<typename R::States>;
 
   struct VariableInfo {
-    detail::StateStoreBase* store;
-    int slot, dof;
-    bool fixed;
+    detail::StateStoreBase* store = nullptr;  // null where the id is free
+    int slot = -1, dof = 0;
+    int readers = 0;  // how often blocks read it
+    bool fixed = false;
+    long long sequence = 0;  // solvers keep the variables in order of creation, which ids are not
     std::string name;
+
+    bool is_free() const { return store && !fixed; }
   };
   struct Pool {
     std::unique_ptr<detail::SoftPoolBase> soft;  // one of the two
     std::unique_ptr<detail::HardPoolBase> hard;
     std::vector<int> index_of_id, id_of_index;  // blocks keep their id when others are removed
+    std::vector<unsigned> generation;           // of each id
+    std::vector<int> free_ids;
 
     detail::PoolBase& base() const { return soft ? static_cast<detail::PoolBase&>(*soft) : *hard; }
   };
@@ -171,13 +229,18 @@ class Problem {
   template <LieGroup G>
   void check_owned(const Variable<G>& x) {
     if (x.store != &store<G>()) throw Error("the problem was given a variable that is not its own");
+    if (!is_current(x)) throw Error("the problem was given a variable that has been removed from it");
+  }
+  template <LieGroup G>
+  static bool is_current(const Variable<G>& x) {
+    return x.store->id[std::size_t(x.slot)] >= 0 && x.store->generation[std::size_t(x.slot)] == x.generation;
   }
 
   template <Residual R>
   Found<detail::SoftPool<R>> soft_pool() {
     const auto [it, isnew] = pool_of_type_.try_emplace(typeid(detail::SoftPool<R>), static_cast<int>(pools_.size()));
     if (isnew) {
-      pools_.push_back({std::make_unique<detail::SoftPool<R>>(stores<R>()), nullptr, {}, {}});
+      pools_.push_back({std::make_unique<detail::SoftPool<R>>(stores<R>()), nullptr, {}, {}, {}, {}});
       pools_.back().soft->widening = widening_;
     }
     return {it->second, static_cast<detail::SoftPool<R>&>(*pools_[std::size_t(it->second)].soft)};
@@ -185,18 +248,26 @@ class Problem {
   template <Residual R>
   Found<detail::HardPool<R>> hard_pool() {
     const auto [it, isnew] = pool_of_type_.try_emplace(typeid(detail::HardPool<R>), static_cast<int>(pools_.size()));
-    if (isnew) pools_.push_back({nullptr, std::make_unique<detail::HardPool<R>>(stores<R>()), {}, {}});
+    if (isnew) pools_.push_back({nullptr, std::make_unique<detail::HardPool<R>>(stores<R>()), {}, {}, {}, {}});
     return {it->second, static_cast<detail::HardPool<R>&>(*pools_[std::size_t(it->second)].hard)};
   }
+  int new_variable_id();
+  void remove_variable(int id);
   Block new_block(int pool);
+  void remove_block_at(int pool, int index);
+  std::string describe(const detail::PoolBase& pool, int block) const;
+  std::vector<std::vector<int>> soft_blocks_reading(const std::vector<char>& marked) const;
   int index_of(const Block& block, const char* asked) const;
   static std::string mismatch(std::string_view name, int rows, int noise);
   static std::string crossed(std::string_view name, double lower, double upper);
 
   std::vector<VariableInfo> variables_;
+  std::vector<int> free_ids_;
+  long long next_sequence_ = 0;
   std::map<std::type_index, std::unique_ptr<detail::StateStoreBase>> stores_;
   std::vector<Pool> pools_;
   std::map<std::type_index, int> pool_of_type_;
+  int prior_pool_ = -1;    // of the marginal prior, once there has been one
   double widening_ = 1.0;  // also in every soft pool
 };
 

@@ -11,12 +11,6 @@
 
 namespace tandem {
 
-int Program::block_of(int variable_id) const {
-  if (offset_[std::size_t(variable_id)] < 0) return -1;
-  const auto it = std::lower_bound(variable_of_block_.begin(), variable_of_block_.end(), variable_id);
-  return static_cast<int>(it - variable_of_block_.begin());
-}
-
 void Program::move_to(const Eigen::VectorXd& delta) {
   for (auto& [type, store] : problem_.stores_) store->move(delta.data(), offset_);
   moved_ = true;
@@ -205,17 +199,11 @@ Program::Violation Program::fixed_violation(const Eigen::VectorXd& c) const {
   return worst;
 }
 
-std::string Program::describe_block(const detail::PoolBase& pool, int block) const {
-  std::string text = std::string(pool.name()) + " of ";
-  for (int s = 0; s < pool.arity(); ++s) text += (s ? ", " : "") + problem_.name(pool.variables(block)[s]);
-  return text;
-}
-
 std::string Program::describe_row(int row) const {
   for (const auto& p : problem_.pools_) {
     if (!p.hard) continue;
     const int rows = p.hard->size() * p.hard->dim();
-    if (row < rows) return describe_block(*p.hard, row / p.hard->dim());
+    if (row < rows) return problem_.describe(*p.hard, row / p.hard->dim());
     row -= rows;
   }
   return {};
@@ -233,7 +221,7 @@ std::string Program::describe_bad_block() {
         if (const int id = pool->variables(i)[s]; offset_[std::size_t(id)] >= 0)
           finite = finite &&
                    gradient.segment(offset_[std::size_t(id)], problem_.variables_[std::size_t(id)].dof).allFinite();
-      if (!finite) return describe_block(*pool, i);
+      if (!finite) return problem_.describe(*pool, i);
     }
   }
   return {};

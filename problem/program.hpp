@@ -42,8 +42,9 @@ class Program {
   const Eigen::VectorXd& upper() const { return upper_; }
   const SymmetricPattern& hessian_pattern() const { return hessian_; }
   const TripletPattern& jacobian_pattern() const { return jacobian_; }
-  /// The Hessian's block that a variable is, −1 when it is fixed.
-  int block_of(int variable_id) const;
+  /// The Hessian's block that a variable is, −1 when it is fixed. Blocks are in the order in which the variables were
+  /// added to the problem.
+  int block_of(int variable_id) const { return block_of_variable_[std::size_t(variable_id)]; }
 
   /// The point becomes X̄ ⊕ δ.
   void move_to(const Eigen::VectorXd& delta);
@@ -116,10 +117,10 @@ class Program {
   template <class F>
   double in_lanes(F f);
   int first_of_lane(const detail::PoolBase& pool, int lane) const;
-  std::string describe_block(const detail::PoolBase& pool, int block) const;
 
   Problem& problem_;
   std::vector<int> offset_;             // of each variable, −1 when fixed
+  std::vector<int> block_of_variable_;  // the same
   std::vector<int> variable_of_block_;  // ids of the free variables, in order
   std::vector<detail::PoolPlacement> placement_;
   SymmetricPattern hessian_;

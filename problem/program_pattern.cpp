@@ -14,15 +14,22 @@ constexpr int kTwoLanesFrom = 500;  // soft blocks; some 0.2 ms of work, well ab
 }  // namespace
 
 Program::Program(Problem& problem) : problem_(problem) {
-  offset_.resize(problem.variables_.size(), -1);
-  hessian_.first.push_back(0);
-  for (std::size_t id = 0; id < problem.variables_.size(); ++id) {
-    if (problem.variables_[id].fixed) continue;
-    offset_[id] = hessian_.first.back();
-    variable_of_block_.push_back(static_cast<int>(id));
-    hessian_.first.push_back(hessian_.first.back() + problem.variables_[id].dof);
-  }
+  const auto& variables = problem.variables_;
+  offset_.resize(variables.size(), -1);
+  block_of_variable_.resize(variables.size(), -1);
+  for (std::size_t id = 0; id < variables.size(); ++id)
+    if (variables[id].is_free()) variable_of_block_.push_back(static_cast<int>(id));
   if (variable_of_block_.empty()) throw Error("the problem has no free variable");
+  // Ids are used again: only by creation is a sliding window a narrow band.
+  std::sort(variable_of_block_.begin(), variable_of_block_.end(),
+            [&](int a, int b) { return variables[std::size_t(a)].sequence < variables[std::size_t(b)].sequence; });
+  hessian_.first.push_back(0);
+  for (std::size_t k = 0; k < variable_of_block_.size(); ++k) {
+    const std::size_t id = std::size_t(variable_of_block_[k]);
+    block_of_variable_[id] = static_cast<int>(k);
+    offset_[id] = hessian_.first.back();
+    hessian_.first.push_back(hessian_.first.back() + variables[id].dof);
+  }
   placement_.resize(problem.pools_.size());
   compile_hessian();
   compile_constraints();
@@ -34,8 +41,7 @@ Program::~Program() = default;
 
 void Program::compile_hessian() {
   const std::size_t n = variable_of_block_.size();
-  std::vector<int> block_of_variable(offset_.size(), -1);
-  for (std::size_t k = 0; k < n; ++k) block_of_variable[std::size_t(variable_of_block_[k])] = static_cast<int>(k);
+  const std::vector<int>& block_of_variable = block_of_variable_;
 
   // Pairs of variables that some block reads together: (column, row), row ≥ column.
   std::vector<std::uint64_t> pairs;

@@ -40,12 +40,18 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
     this->add_block(residual, slots);
     Weight w{noise.diagonal(), -1, loss};
     if (!noise.is_diagonal()) {
-      w.full = static_cast<int>(full_.size());
-      full_.push_back(noise.sqrt_information());
+      if (free_full_.empty()) {
+        free_full_.push_back(static_cast<int>(full_.size()));
+        full_.emplace_back();
+      }
+      w.full = free_full_.back();
+      free_full_.pop_back();
+      full_[std::size_t(w.full)] = noise.sqrt_information();
     }
     weights_.push_back(w);
   }
   void remove(int i) override {
+    if (const int full = weights_[std::size_t(i)].full; full >= 0) free_full_.push_back(full);
     this->remove_block(i);
     this->remove_from(weights_, i);
   }
@@ -163,6 +169,7 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
 
   std::vector<Weight> weights_;
   std::vector<Matrix<kDim, kDim>> full_;
+  std::vector<int> free_full_;  // of removed blocks
 };
 
 }  // namespace tandem::detail

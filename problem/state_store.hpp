@@ -27,6 +27,14 @@ class StateStoreBase {
   virtual double largest_angle() const = 0;
   /// Whether an entry of the tangent is a rotation.
   virtual bool turns(int entry) const = 0;
+  /// Gives a slot back: the next variable to be added takes it.
+  virtual void remove(int slot) = 0;
+  /// The variable's anchor becomes its value.
+  virtual void set_anchor(int slot) = 0;
+  /// x = Log(anchor⁻¹ point) and, where J is not null, its derivative by the unknowns, dof × dof by columns.
+  virtual void from_anchor(int slot, double* x, double* J) const = 0;
+  /// The same with an entry of delta larger by `step`; the derivative is by delta.
+  virtual void from_anchor_near(int slot, int entry, double step, double* x, double* J) const = 0;
 
   bool charted = false;  ///< derivatives are with respect to delta, else to perturbations of the point
 };
@@ -37,19 +45,36 @@ class StateStore final : public StateStoreBase {
   std::vector<G> value, point, kept;
   std::vector<typename G::Tangent> delta;
   std::vector<typename G::Jacobian> chart;  ///< Jr(delta); read only when `charted`
-  std::vector<int> id;                      ///< of the variable in its problem
+  std::vector<int> id;                      ///< of the variable in its problem, −1 where there is none now
+  std::vector<unsigned> generation;         ///< how many variables the slot has had before
+  std::vector<G> anchor;                    ///< where a MarginalPrior was linearised; of those it reads
 
-  void add(const G& x, int variable_id) {
-    value.push_back(x);
-    point.push_back(x);
-    delta.push_back(G::Tangent::Zero());
-    id.push_back(variable_id);
+  int add(const G& x, int variable_id) {
+    if (free_.empty()) {
+      value.push_back(x);
+      point.push_back(x);
+      delta.push_back(G::Tangent::Zero());
+      id.push_back(variable_id);
+      generation.push_back(0);
+      return static_cast<int>(value.size()) - 1;
+    }
+    const int slot = free_.back();
+    free_.pop_back();
+    value[std::size_t(slot)] = point[std::size_t(slot)] = x;
+    id[std::size_t(slot)] = variable_id;
+    return slot;
+  }
+  void remove(int slot) override {
+    id[std::size_t(slot)] = -1;
+    delta[std::size_t(slot)].setZero();
+    ++generation[std::size_t(slot)];
+    free_.push_back(slot);
   }
 
   void move(const double* d, const std::vector<int>& offsets) override {
     charted = false;
     for (std::size_t i = 0; i < value.size(); ++i) {
-      const int offset = offsets[static_cast<std::size_t>(id[i])];
+      const int offset = id[i] < 0 ? -1 : offsets[static_cast<std::size_t>(id[i])];
       if (offset < 0) continue;
       delta[i] = Eigen::Map<const typename G::Tangent>(d + offset);
       point[i] = value[i] * G::Exp(delta[i]);
@@ -78,6 +103,37 @@ class StateStore final : public StateStoreBase {
     for (const auto& d : delta) largest = std::max(largest, G::angle(d));
     return largest;
   }
+
+  void set_anchor(int slot) override {
+    anchor.resize(value.size());
+    anchor[std::size_t(slot)] = value[std::size_t(slot)];
+  }
+  void from_anchor(int slot, double* x, double* J) const override {
+    const std::size_t i = std::size_t(slot);
+    const typename G::Tangent v = (anchor[i].inverse() * point[i]).Log();
+    Eigen::Map<typename G::Tangent> to(x);
+    to = v;
+    if (!J) return;
+    Eigen::Map<typename G::Jacobian> by(J);
+    if (charted) {
+      by = G::Jr_inverse(v) * chart[i];
+    } else {
+      by = G::Jr_inverse(v);
+    }
+  }
+  void from_anchor_near(int slot, int entry, double step, double* x, double* J) const override {
+    const std::size_t i = std::size_t(slot);
+    typename G::Tangent d = delta[i];
+    d[entry] += step;
+    const typename G::Tangent v = (anchor[i].inverse() * value[i] * G::Exp(d)).Log();
+    Eigen::Map<typename G::Tangent> to(x);
+    Eigen::Map<typename G::Jacobian> by(J);
+    to = v;
+    by = G::Jr_inverse(v) * G::Jr(d);
+  }
+
+ private:
+  std::vector<int> free_;  // slots
 };
 
 }  // namespace tandem::detail

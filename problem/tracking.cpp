@@ -4,6 +4,7 @@
 #include <tandem/lie/operations.hpp>
 #include <tandem/problem/planar.hpp>
 #include <tandem/problem/tracking_build.hpp>
+#include <tandem/residuals/boundary.hpp>
 #include <tandem/residuals/on_course.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
@@ -23,56 +24,62 @@ Gaussian noise_of(std::string_view name, const Eigen::VectorXd& sigma, int size)
 }
 
 template <LieGroup G>
-void TrackingBuild<G>::add_variables() {
-  if (options.model == MotionModel::steady_course) return add_course_variables();
-  const bool points_only = options.model == MotionModel::constant_velocity;
-  const auto is_pose = [&](std::size_t k) {
-    return !points_only && (options.mode == Mode::A || out.keyframes[k].type == KeyframeType::optical);
-  };
-  for (std::size_t k = 0; k < size(); ++k) {  // in turns: the Hessian stays narrow-banded
-    const std::string number = std::to_string(k);
-    chaser.push_back(out.problem.add(in_group<G>(odometry[k]), "chaser " + number));
-    const Point point(in_group<G>(start.pose[k].translation()));
-    twin.emplace_back();
-    if (is_pose(k)) {
-      target.push_back(out.problem.add(in_group<G>(start.pose[k]), "target " + number));
-      const bool beside_point = (k > 0 && !is_pose(k - 1)) || (k + 1 < size() && !is_pose(k + 1));
-      if (beside_point && options.junction == Junction::boundary)
-        twin.back() = out.problem.add(point, "target point " + number);
-    } else {
-      target.push_back(out.problem.add(point, "target " + number));
-    }
-    if (options.model == MotionModel::white_noise_acceleration) {
-      Rn<G::dof> w;
-      if (size() > 1) {
-        const std::size_t from = std::min(k, size() - 2);
-        w = Rn<G::dof>(minus(in_group<G>(start.pose[from + 1]), in_group<G>(start.pose[from])) / dt(from, from + 1));
-      }
-      twist.push_back(out.problem.add(w, "target twist " + number));
-    }
+void TrackingBuild<G>::add_variables(std::size_t k) {
+  const bool junction = k > 0 && is_pose(k) != is_pose(k - 1) && options.junction == Junction::boundary;
+  if (junction && is_pose(k - 1) && !twin[k - 1]) add_twin(k - 1);
+  const std::string number = std::to_string(k);
+  if (chaser.size() <= k) chaser.push_back(problem.add(in_group<G>(odometry[k]), "chaser " + number));
+  twin.emplace_back();
+  if (is_pose(k)) {
+    target.push_back(problem.add(in_group<G>(start.pose[k]), "target " + number));
+    if (junction) add_twin(k);
+  } else {
+    target.push_back(problem.add(Point(in_group<G>(start.pose[k].translation())), "target " + number));
   }
+  if (options.model == MotionModel::white_noise_acceleration) {
+    Rn<G::dof> w;
+    if (size() > 1) {
+      const std::size_t from = std::min(k, size() - 2);
+      w = Rn<G::dof>(minus(in_group<G>(start.pose[from + 1]), in_group<G>(start.pose[from])) / dt(from, from + 1));
+    }
+    twist.push_back(problem.add(w, "target twist " + number));
+  }
+}
+
+template <LieGroup G>
+void TrackingBuild<G>::add_twin(std::size_t k) {
+  const Point point(in_group<G>(start.pose[k].translation()));
+  twin[k] = problem.add(point, "target point " + std::to_string(k));
+  const Gaussian noise = noise_of("boundary", data.noise.boundary, G::point_dim);
+  problem.minimize(Boundary<G>{}, noise, {*pose(k), *twin[k]});
 }
 
 template <LieGroup G>
 void TrackingBuild<G>::add_course_variables() {
   for (std::size_t k = 0; k < size(); ++k)
-    chaser.push_back(out.problem.add(in_group<G>(odometry[k]), "chaser " + std::to_string(k)));
+    chaser.push_back(problem.add(in_group<G>(odometry[k]), "chaser " + std::to_string(k)));
   // Last, since all measurements read them: the rest of the Hessian stays narrow-banded.
-  const auto first = out.problem.add(in_group<G>(start.pose[0]), "target's first pose");
-  const auto speed = out.problem.add(Rn<1>(Vector<1>(start.velocity[0].norm())), "target's speed");
+  const auto first = problem.add(in_group<G>(start.pose[0]), "target's first pose");
+  const auto speed = problem.add(Rn<1>(Vector<1>(start.velocity[0].norm())), "target's speed");
   for (std::size_t k = 0; k < size(); ++k) target.push_back(CourseVariable<G>{first, speed, dt(0, k)});
   twin.resize(size());
 }
 
 template <LieGroup G>
-void TrackingBuild<G>::add_chaser() {
-  const auto pose = [&](std::size_t k) { return in_group<G>(odometry[k]); };
-  out.problem.minimize(Prior<G>{pose(0)}, noise_of("prior", data.noise.prior, G::dof), {chaser[0]});
-  const Gaussian noise = noise_of("odometry", data.noise.odometry, G::dof);
-  for (std::size_t k = 1; k < size(); ++k)
-    out.problem.minimize(RelativePose<G>{pose(k - 1).inverse() * pose(k)}, noise.scaled(std::sqrt(dt(k - 1, k))),
-                         {chaser[k - 1], chaser[k]});
+void TrackingBuild<G>::add_odometry(std::size_t k) {
+  const auto pose = [&](std::size_t i) { return in_group<G>(odometry[i]); };
+  if (k == 0) {
+    problem.minimize(Prior<G>{pose(0)}, noise_of("prior", data.noise.prior, G::dof), {chaser[0]});
+  } else {
+    const Gaussian noise = noise_of("odometry", data.noise.odometry, G::dof).scaled(std::sqrt(dt(k - 1, k)));
+    problem.minimize(RelativePose<G>{pose(k - 1).inverse() * pose(k)}, noise, {chaser[k - 1], chaser[k]});
+  }
 }
+
+template void TrackingBuild<SE3>::add_variables(std::size_t);
+template void TrackingBuild<SE2>::add_variables(std::size_t);
+template void TrackingBuild<SE3>::add_odometry(std::size_t);
+template void TrackingBuild<SE2>::add_odometry(std::size_t);
 
 }  // namespace detail
 
@@ -106,20 +113,43 @@ void check(const TrackingOptions& options) {
 }
 
 template <LieGroup G>
+void add_measurements(detail::TrackingBuild<G>& build) {
+  const std::vector<Keyframe>& keyframes = build.out.keyframes;
+  for (std::size_t s = 0; s < build.data.sensors.size(); ++s) {
+    const TargetSensor& sensor = build.data.sensors[s];
+    std::size_t left_out = 0;
+    for (std::size_t i = 0; i < sensor.measurements.size(); ++i) {
+      const double t = sensor.valid_at(sensor.measurements[i]);
+      if (const auto k = keyframe_at(keyframes, t)) {
+        build.add_measurement(s, i, *k);
+      } else if (t < keyframes.front().t) {
+        ++left_out;
+      }
+    }
+    build.out.left_out.push_back(left_out);
+  }
+}
+
+template <LieGroup G>
 void build(const TrackingData& data, const TrackingOptions& options, TrackingProblem& out) {
   std::vector<SE3> odometry = odometry_at(data.odometry, out.keyframes);
   for (SE3& pose : odometry) pose = in_space(in_group<G>(pose));
   TargetStart start = initial_target(data, out.keyframes, odometry, options.robust_start);
   if (options.model == MotionModel::steady_course) start = straightened(start, out.keyframes);
-  detail::TrackingBuild<G> build{data, options, out, std::move(odometry), std::move(start)};
-  build.add_variables();
+  detail::TrackingBuild<G> build{data, options, out.problem, out, std::move(odometry), std::move(start)};
+  const std::size_t n = out.keyframes.size();
+  if (options.model == MotionModel::steady_course) {
+    build.add_course_variables();
+  } else {
+    for (std::size_t k = 0; k < n; ++k) build.add_variables(k);  // in turns: the Hessian stays narrow-banded
+  }
   out.chaser.assign(build.chaser.begin(), build.chaser.end());
   out.twist.assign(build.twist.begin(), build.twist.end());
   for (const auto& x : build.target) std::visit([&](const auto& v) { out.target.emplace_back(v); }, x);
-  build.add_chaser();
-  build.add_measurements();
-  build.add_motion();
-  build.add_constraints();
+  for (std::size_t k = 0; k < n; ++k) build.add_odometry(k);
+  add_measurements(build);
+  for (std::size_t k = 0; k < n; ++k) build.add_motion(k);
+  for (std::size_t k = 0; k < n; ++k) build.add_constraints(k);
 }
 
 }  // namespace

@@ -5,33 +5,29 @@
 namespace tandem::detail {
 
 template <LieGroup G>
-void TrackingBuild<G>::add_constraints() {
+void TrackingBuild<G>::add_constraints(std::size_t k) {
   using Surge = TwistComponents<G, surge>;
   using YawRate = TwistComponents<G, yaw_rate>;
   if constexpr (!planar) {  // a planar target is level
     const Gaussian noise = noise_of("roll_pitch", this->data.noise.roll_pitch, 2);
-    if (const auto* course = std::get_if<CourseVariable<G>>(&target[0]))
+    if (const auto* course = std::get_if<CourseVariable<G>>(&target[k]); course && k == 0)
       hold_zero(RollPitch<G>{}, options.roll_pitch, noise, {course->first});
-    for (std::size_t k = 0; k < size(); ++k)
-      if (pose(k)) hold_zero(RollPitch<G>{}, options.roll_pitch, noise, {*pose(k)});
+    if (pose(k)) hold_zero(RollPitch<G>{}, options.roll_pitch, noise, {*pose(k)});
   }
+  if (k == 0 || !pose(k - 1) || !pose(k)) return;
   constexpr TwistAxes sideways_axes = planar ? sway : sway | heave;
   using NonHolonomic = TwistComponents<G, sideways_axes>;
   const Gaussian sideways(Eigen::VectorXd(data.noise.non_holonomic.head(NonHolonomic::dim)));
   const Gaussian along{data.noise.surge}, turning{data.noise.yaw_rate};
-  for (std::size_t k = 1; k < size(); ++k) {
-    if (!pose(k - 1) || !pose(k)) continue;
-    const double step = dt(k - 1, k);
-    const VariablesOf<Surge> pair{*pose(k - 1), *pose(k)};
-    hold_zero(NonHolonomic{step}, options.non_holonomic, sideways, pair);
-    if (options.surge) hold_between(Surge{step}, options.limits, *options.surge, along, pair);
-    if (options.max_yaw_rate)
-      hold_between(YawRate{step}, options.limits, between(-*options.max_yaw_rate, *options.max_yaw_rate), turning,
-                   pair);
-  }
+  const double step = dt(k - 1, k);
+  const VariablesOf<Surge> pair{*pose(k - 1), *pose(k)};
+  hold_zero(NonHolonomic{step}, options.non_holonomic, sideways, pair);
+  if (options.surge) hold_between(Surge{step}, options.limits, *options.surge, along, pair);
+  if (options.max_yaw_rate)
+    hold_between(YawRate{step}, options.limits, between(-*options.max_yaw_rate, *options.max_yaw_rate), turning, pair);
 }
 
-template void TrackingBuild<SE3>::add_constraints();
-template void TrackingBuild<SE2>::add_constraints();
+template void TrackingBuild<SE3>::add_constraints(std::size_t);
+template void TrackingBuild<SE2>::add_constraints(std::size_t);
 
 }  // namespace tandem::detail

@@ -1,6 +1,5 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/tracking_build.hpp>
-#include <tandem/residuals/boundary.hpp>
 #include <tandem/residuals/constant_twist.hpp>
 #include <tandem/residuals/mixed_constant_velocity.hpp>
 #include <tandem/residuals/white_noise_acceleration.hpp>
@@ -16,21 +15,12 @@ double variance_ratio(const Horizon& h) {
   return ((n + 1) * (2 * n + 1) + n * (m - 1) * (2 * m - 1) / m) / 6;
 }
 
-/// Constant twist over three poses, constant velocity over any other triple, at each of the horizons.
+/// Constant twist over three poses, constant velocity over any other triple, at each of the horizons that ends at `last`.
 template <LieGroup G>
-void add_triples(TrackingBuild<G>& build) {
-  using Build = TrackingBuild<G>;
-  using Point = typename Build::Point;
+void add_triples(TrackingBuild<G>& build, std::size_t last) {
+  using Point = typename TrackingBuild<G>::Point;
   using PoseOrPoint = std::variant<Variable<G>, Variable<Point>>;
   const auto& noise = build.data.noise;
-  const bool any_point = std::any_of(build.target.begin(), build.target.end(), [](const typename Build::State& x) {
-    return std::holds_alternative<Variable<Point>>(x);
-  });
-  const bool any_pose = build.options.model != MotionModel::constant_velocity;
-  std::optional<Gaussian> twist, velocity;
-  if (any_pose) twist = noise_of("constant_twist", noise.constant_twist, G::dof);
-  if (any_point) velocity = noise_of("constant_velocity", noise.constant_velocity, G::point_dim);
-
   const auto pose_or_point = [&](std::size_t k) -> PoseOrPoint {
     if (build.twin[k]) return *build.twin[k];
     if (build.pose(k)) return *build.pose(k);
@@ -38,58 +28,54 @@ void add_triples(TrackingBuild<G>& build) {
   };
   for (const Horizon& h : build.options.horizons) {
     const auto back = std::size_t(h.back), ahead = std::size_t(h.ahead);
-    const double spread = variance_ratio(h) * double(build.options.horizons.size());
-    for (std::size_t k = back; k + ahead < build.size(); ++k) {
-      const std::size_t first = k - back, last = k + ahead;
-      const double dt1 = build.dt(first, k), dt2 = build.dt(k, last), scale = std::sqrt(spread * dt2);
-      const auto *x0 = build.pose(first), *x1 = build.pose(k), *x2 = build.pose(last);
-      if (x0 && x1 && x2) {
-        build.out.problem.minimize(ConstantTwist<G>{dt1, dt2}, twist->scaled(scale), {*x0, *x1, *x2});
-        continue;
-      }
-      std::visit(
-          [&]<LieGroup A, LieGroup B, LieGroup C>(const Variable<A>& a, const Variable<B>& b, const Variable<C>& c) {
-            build.out.problem.minimize(MixedConstantVelocity<A, B, C>{dt1, dt2}, velocity->scaled(scale), {a, b, c});
-          },
-          pose_or_point(first), pose_or_point(k), pose_or_point(last));
+    if (last < back + ahead) continue;
+    const std::size_t k = last - ahead, first = k - back;
+    const double dt1 = build.dt(first, k), dt2 = build.dt(k, last);
+    const double scale = std::sqrt(variance_ratio(h) * double(build.options.horizons.size()) * dt2);
+    const auto *x0 = build.pose(first), *x1 = build.pose(k), *x2 = build.pose(last);
+    if (x0 && x1 && x2) {
+      const Gaussian twist = noise_of("constant_twist", noise.constant_twist, G::dof);
+      build.problem.minimize(ConstantTwist<G>{dt1, dt2}, twist.scaled(scale), {*x0, *x1, *x2});
+      continue;
     }
+    const Gaussian velocity = noise_of("constant_velocity", noise.constant_velocity, G::point_dim);
+    std::visit(
+        [&]<LieGroup A, LieGroup B, LieGroup C>(const Variable<A>& a, const Variable<B>& b, const Variable<C>& c) {
+          build.problem.minimize(MixedConstantVelocity<A, B, C>{dt1, dt2}, velocity.scaled(scale), {a, b, c});
+        },
+        pose_or_point(first), pose_or_point(k), pose_or_point(last));
   }
-  if (std::none_of(build.twin.begin(), build.twin.end(), [](const auto& x) { return x.has_value(); })) return;
-  const Gaussian boundary = noise_of("boundary", noise.boundary, G::point_dim);
-  for (std::size_t k = 0; k < build.size(); ++k)
-    if (build.twin[k]) build.out.problem.minimize(Boundary<G>{}, boundary, {*build.pose(k), *build.twin[k]});
 }
 
 template <LieGroup G>
-void add_white_noise_acceleration(TrackingBuild<G>& build) {
+void add_white_noise_acceleration(TrackingBuild<G>& build, std::size_t k) {
+  if (k == 0) return;
   const auto& noise = build.data.noise;
   const Eigen::VectorXd& sigma = noise.acceleration.isZero(0) ? noise.constant_twist : noise.acceleration;
   noise_of("acceleration (or constant_twist)", sigma, G::dof);
   const Vector<G::dof> densities = sigma.cwiseAbs2();
-  for (std::size_t k = 1; k < build.size(); ++k) {
-    const double dt = build.dt(k - 1, k);
-    const Gaussian spread = Gaussian::covariance(WhiteNoiseAcceleration<G>::covariance(densities, dt));
-    build.out.problem.minimize(WhiteNoiseAcceleration<G>{dt}, spread,
-                               {*build.pose(k - 1), build.twist[k - 1], *build.pose(k), build.twist[k]});
-  }
+  const double dt = build.dt(k - 1, k);
+  const Gaussian spread = Gaussian::covariance(WhiteNoiseAcceleration<G>::covariance(densities, dt));
+  build.problem.minimize(WhiteNoiseAcceleration<G>{dt}, spread,
+                         {*build.pose(k - 1), build.twist[k - 1], *build.pose(k), build.twist[k]});
 }
 
 }  // namespace
 
 template <LieGroup G>
-void TrackingBuild<G>::add_motion() {
+void TrackingBuild<G>::add_motion(std::size_t k) {
   switch (options.model) {
     case MotionModel::constant_twist:
     case MotionModel::constant_velocity:
-      return add_triples(*this);
+      return add_triples(*this, k);
     case MotionModel::white_noise_acceleration:
-      return add_white_noise_acceleration(*this);
+      return add_white_noise_acceleration(*this, k);
     case MotionModel::steady_course:
       return;  // the course is in what every measurement reads
   }
 }
 
-template void TrackingBuild<SE3>::add_motion();
-template void TrackingBuild<SE2>::add_motion();
+template void TrackingBuild<SE3>::add_motion(std::size_t);
+template void TrackingBuild<SE2>::add_motion(std::size_t);
 
 }  // namespace tandem::detail

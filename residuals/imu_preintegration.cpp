@@ -15,7 +15,7 @@ double slope_of_E(double theta2, const AngleCoefficients<double>& k) {
   return -1. / 360 + x * (1. / 10080 + x * (-1. / 604800 + x * (1. / 59875200 + x * (-1. / 8717829120.))));
 }
 
-/// a v + b φ × v + c φ × (φ × v) and its derivatives by φ and v, where b and c change with φ by b_slope φᵀ and c_slope φᵀ.
+/// a v + b φ × v + c φ × (φ × v) and its derivatives by φ and v; b and c change with φ by b_slope φᵀ and c_slope φᵀ.
 struct Turned {
   Vector<3> value;
   Matrix<3, 3> by_phi, by_v;
@@ -89,6 +89,18 @@ void ImuPreintegrator::integrate(const Vector<3>& specific_force, const Vector<3
   by_sensor_.block<3, 3>(0, 3).noalias() += G.block<3, 3>(0, 0) * at_mount;
   by_sensor_.block<3, 3>(3, 3).noalias() += G.block<3, 3>(3, 0) * at_mount;
 
+  add_noise(moved, gained, G, dt);
+
+  delta_.p += dt * delta_.v + moved;
+  delta_.v += gained;
+  delta_.R = delta_.R * SO3::Exp(phi);
+  delta_.dt += dt;
+  delta_.p_by_bias = -by_sensor_.topRows<3>();
+  delta_.v_by_bias = -by_sensor_.middleRows<3>(3);
+  delta_.R_by_bias.noalias() = -delta_.R.inverse().matrix() * by_sensor_.bottomRightCorner<3, 3>();
+}
+
+void ImuPreintegrator::add_noise(const Vector<3>& moved, const Vector<3>& gained, const ByBias& G, double dt) {
   // White noise of variance σ²/dt in this interval, and the biases' walk w: at its start of variance σ² t, in the mean
   // over it w + u, at its end w + u', with E[u u] = σ² dt/3 and E[u u'] = σ² dt/2.
   const double t = delta_.dt, mean = t + dt / 3.0, end = t + dt / 2.0;
@@ -109,15 +121,9 @@ void ImuPreintegrator::integrate(const Vector<3>& specific_force, const Vector<3
   added.leftCols<6>().noalias() = half * G.topRows<6>().transpose();
   added.rightCols<3>().noalias() = half.rightCols<3>() * G.block<3, 3>(6, 3).transpose();
   covariance_ += added + added.transpose();
-  covariance_.diagonal().head<3>().array() += squared(noise_.integration) * dt;
-
-  delta_.p += dt * delta_.v + moved;
-  delta_.v += gained;
-  delta_.R = delta_.R * SO3::Exp(phi);
-  delta_.dt += dt;
-  delta_.p_by_bias = -by_sensor_.topRows<3>();
-  delta_.v_by_bias = -by_sensor_.middleRows<3>(3);
-  delta_.R_by_bias.noalias() = -delta_.R.inverse().matrix() * by_sensor_.bottomRightCorner<3, 3>();
+  // White noise moves the position within the interval by more than what holds does: dt³/3 in place of dt³/4.
+  covariance_.diagonal().head<3>().array() +=
+      (squared(noise_.integration) + squared(noise_.accelerometer) * dt * dt / 12.0) * dt;
 }
 
 void ImuPreintegrator::integrate(const ImuSample& from, const ImuSample& to) {

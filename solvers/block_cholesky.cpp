@@ -44,7 +44,8 @@ void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern) {
   row_start_ = std::move(s.row_start);
   row_block_ = std::move(s.row);
 
-  std::vector<int> place(s.order.size());
+  std::vector<int>& place = place_of_block_;
+  place.resize(s.order.size());
   start_.push_back(0);
   for (std::size_t k = 0; k < s.order.size(); ++k) {
     const std::size_t block = std::size_t(s.order[k]);
@@ -215,8 +216,8 @@ std::vector<Eigen::VectorXd> BlockCholesky::null_space(const Eigen::VectorXd& va
   return basis;
 }
 
-void BlockCholesky::forward(Eigen::VectorXd& y) const {
-  for (int k = 0; k < blocks_; ++k) {
+void BlockCholesky::forward(Eigen::VectorXd& y, int from) const {
+  for (int k = from; k < blocks_; ++k) {
     const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
     const double* P = values_.data() + panel_[std::size_t(k)];
     double* x = y.data() + start_[std::size_t(k)];
@@ -235,8 +236,8 @@ void BlockCholesky::forward(Eigen::VectorXd& y) const {
   }
 }
 
-void BlockCholesky::backward(Eigen::VectorXd& y) const {
-  for (int k = blocks_ - 1; k >= 0; --k) {
+void BlockCholesky::backward(Eigen::VectorXd& y, int to) const {
+  for (int k = blocks_ - 1; k >= to; --k) {
     const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
     const double* P = values_.data() + panel_[std::size_t(k)];
     double* x = y.data() + start_[std::size_t(k)];
@@ -269,6 +270,33 @@ void BlockCholesky::solve(Eigen::VectorXd& x) const {
   forward(work_);
   backward(work_);
   unpermute(x);
+}
+
+Eigen::MatrixXd BlockCholesky::inverse_of(const std::vector<int>& blocks) const {
+  int first = blocks_, n = 0;
+  for (const int block : blocks) {
+    const int place = place_of_block_[std::size_t(block)];
+    first = std::min(first, place);
+    n += size_[std::size_t(place)];
+  }
+  Eigen::MatrixXd S(n, n);
+  int column = 0;
+  for (const int block : blocks) {
+    const int place = place_of_block_[std::size_t(block)];
+    for (int i = 0; i < size_[std::size_t(place)]; ++i, ++column) {
+      work_.setZero();
+      work_[start_[std::size_t(place)] + i] = 1;
+      forward(work_, place);
+      backward(work_, first);
+      int row = 0;
+      for (const int other : blocks) {
+        const std::size_t at = std::size_t(place_of_block_[std::size_t(other)]);
+        S.col(column).segment(row, size_[at]) = work_.segment(start_[at], size_[at]);
+        row += size_[at];
+      }
+    }
+  }
+  return S;
 }
 
 void BlockCholesky::solve_lower(Eigen::VectorXd& x) const {

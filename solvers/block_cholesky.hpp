@@ -25,6 +25,9 @@ class BlockCholesky {
   /// x = Lᵀ⁻¹ x and x = Lᵀ x, up to the permutation of unknowns: maps white coordinates to tangent ones and back.
   void solve_transposed(Eigen::VectorXd& x) const;
   void solve_lower(Eigen::VectorXd& x) const;
+  /// Rows and columns of (L Lᵀ)⁻¹ that belong to these blocks of the pattern, in the order given. A solve for each
+  /// column, through the blocks from the earliest eliminated one of them on.
+  Eigen::MatrixXd inverse_of(const std::vector<int>& blocks) const;
 
   /// Unknown at which the last factorisation failed.
   int failed_unknown() const { return failed_; }
@@ -54,8 +57,8 @@ class BlockCholesky {
   /// Subtracts A Bᵀ from the columns of the panel's block rows below its top. A and B have the panel's rows (those of
   /// its top are not read) and `inner` columns.
   void subtract_below(int k, int inner, const double* A, const double* B);
-  void forward(Eigen::VectorXd& y) const;
-  void backward(Eigen::VectorXd& y) const;
+  void forward(Eigen::VectorXd& y, int from = 0) const;
+  void backward(Eigen::VectorXd& y, int to = 0) const;
   void permute(const Eigen::VectorXd& x) const;
   void unpermute(Eigen::VectorXd& x) const;
 
@@ -66,6 +69,7 @@ class BlockCholesky {
   std::vector<int> panel_rows_;             // height of each panel
   std::vector<int> panel_;                  // first entry of each panel in values_, column-major
   std::vector<int> unknown_;                // unknown at each eliminated place
+  std::vector<int> place_of_block_;         // of each block of the pattern
   std::vector<Copy> copies_;
   std::vector<int> update_start_;
   std::vector<Update> updates_;

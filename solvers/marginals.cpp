@@ -38,9 +38,8 @@ Marginals::Marginals(Problem& problem) : parts_(compute(problem)) {}
 
 Marginals::Parts Marginals::compute(Problem& problem) {
   Program program(problem);
-  Parts parts{std::vector<int>(std::size_t(problem.num_variables())),
-              detail::SelectedInverse(program.hessian_pattern())};
-  for (int id = 0; id < problem.num_variables(); ++id) parts.block_of_variable[std::size_t(id)] = program.block_of(id);
+  Parts parts{std::vector<int>(std::size_t(problem.id_bound())), detail::SelectedInverse(program.hessian_pattern())};
+  for (int id = 0; id < problem.id_bound(); ++id) parts.block_of_variable[std::size_t(id)] = program.block_of(id);
 
   Eigen::VectorXd gradient(program.num_unknowns());
   Eigen::VectorXd hessian(static_cast<Eigen::Index>(program.hessian_pattern().row.size()));

@@ -23,7 +23,7 @@ namespace tandem {
 /// detail::SelectedInverse): each variable's own, those of pairs that some residual reads together, and some more. Any
 /// other pair costs a sparse solve for each column, time linear in the problem's size, at each call.
 ///
-/// A snapshot: the problem may change afterwards.
+/// A snapshot: the problem may change afterwards. Only, a variable that is removed takes its covariances with it.
 class Marginals {
  public:
   /// Throws Error when residuals leave some direction free (naming the variable and it), or have no finite value.

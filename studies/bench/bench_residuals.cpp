@@ -6,7 +6,11 @@
 #include <benchmark/benchmark.h>
 
 #include <tandem/residuals/constant_twist.hpp>
+#include <tandem/residuals/dvl_velocity.hpp>
+#include <tandem/residuals/imu_preintegration.hpp>
+#include <tandem/residuals/preintegrated_imu.hpp>
 #include <tandem/residuals/prior.hpp>
+#include <tandem/residuals/propagated.hpp>
 #include <tandem/residuals/relative_pose.hpp>
 #include <tandem/residuals/roll_pitch.hpp>
 #include <tandem/residuals/twist_components.hpp>
@@ -54,6 +58,57 @@ BENCHMARK_CAPTURE(evaluate, relative_pose, RelativePose<SE3>{SE3()}, 0.3);
 BENCHMARK_CAPTURE(evaluate, usbl_position, UsblPosition<SE3>{Vector<3>(1, 2, 3)}, 0.3);
 BENCHMARK_CAPTURE(evaluate, roll_pitch, RollPitch<SE3>{}, 0.3);
 BENCHMARK_CAPTURE(evaluate, non_holonomic, (TwistComponents<SE3, sway | heave>{1.0}), 0.3);
+/// The residuals of navigation read poses, velocities and biases in turn.
+template <class R>
+void evaluate_navigation(benchmark::State& state, R residual) {
+  const auto poses = random_poses(0.3);
+  std::vector<R3> velocities;
+  std::vector<Rn<6>> biases;
+  for (const SE3& pose : poses) {
+    velocities.emplace_back(pose.translation());
+    biases.emplace_back(0.01 * pose.Log());
+  }
+  const auto at = [&]<class X>(std::size_t i, const X*) -> const X& {
+    if constexpr (std::is_same_v<X, SE3>)
+      return poses[i % kStates];
+    else if constexpr (std::is_same_v<X, R3>)
+      return velocities[i % kStates];
+    else
+      return biases[i % kStates];
+  };
+  std::size_t i = 0;
+  [&]<class... X>(const std::tuple<X...>*) {
+    Vector<R::dim> r;
+    std::tuple<Matrix<R::dim, X::dof>...> J;
+    for (auto _ : state) {
+      [&]<std::size_t... S>(std::index_sequence<S...>) {
+        residual(at(i + S / 3, static_cast<const X*>(nullptr))..., r, &std::get<S>(J)...);
+      }
+      (std::index_sequence_for<X...>{});
+      benchmark::DoNotOptimize(r);
+      benchmark::DoNotOptimize(J);
+      ++i;
+    }
+  }(static_cast<const typename R::States*>(nullptr));
+}
+
+/// An inertial sensor's second at 100 Hz, off the body's centre.
+ImuPreintegrator integrate_second() {
+  ImuPreintegrator sum(SE3(SO3::Exp({0.1, 0.2, 0.3}), Vector<3>(0.5, 0, 0.2)), {1e-3, 1e-4, 1e-4, 1e-5, 1e-5});
+  for (int i = 0; i < 100; ++i) sum.integrate({0.01 * i, 0.1, 9.8}, {0.1, 0.001 * i, -0.2}, 0.01);
+  return sum;
+}
+
+void preintegrate_100_samples(benchmark::State& state) {
+  for (auto _ : state) benchmark::DoNotOptimize(integrate_second());
+}
+
+BENCHMARK_CAPTURE(evaluate_navigation, preintegrated_imu,
+                  (PreintegratedImu{integrate_second().delta(), Earth::at_latitude(0.7, 9.81)}));
+BENCHMARK_CAPTURE(evaluate_navigation, dvl_velocity, (DvlVelocity{Vector<3>(1, 0, 0)}));
+BENCHMARK_CAPTURE(evaluate_navigation, propagated_dvl_velocity,
+                  (Propagated{DvlVelocity{Vector<3>(1, 0, 0)}, integrate_second().delta()}));
+BENCHMARK(preintegrate_100_samples);
 BENCHMARK_CAPTURE(evaluate, prior, Prior<SE3>{SE3()}, 0.3);
 
 }  // namespace

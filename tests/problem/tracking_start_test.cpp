@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <tandem/problem/tracking_start.hpp>
+#include <tandem/residuals/direction.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 
 #include "simulated_run.hpp"

@@ -6,11 +6,19 @@
 #include <tandem/lie/sek3.hpp>
 #include <tandem/residuals/bearing.hpp>
 #include <tandem/residuals/boundary.hpp>
+#include <tandem/residuals/coasting.hpp>
 #include <tandem/residuals/constant_twist.hpp>
+#include <tandem/residuals/depth.hpp>
+#include <tandem/residuals/dvl_velocity.hpp>
+#include <tandem/residuals/gps.hpp>
+#include <tandem/residuals/heading.hpp>
 #include <tandem/residuals/interpolated.hpp>
 #include <tandem/residuals/mixed_constant_velocity.hpp>
 #include <tandem/residuals/outside.hpp>
+#include <tandem/residuals/preintegrated_dvl.hpp>
+#include <tandem/residuals/preintegrated_imu.hpp>
 #include <tandem/residuals/prior.hpp>
+#include <tandem/residuals/propagated.hpp>
 #include <tandem/residuals/range.hpp>
 #include <tandem/residuals/range_bearing.hpp>
 #include <tandem/residuals/relative_pose.hpp>
@@ -39,6 +47,12 @@ static_assert(Residual<WhiteNoiseAcceleration<SE3>> && Residual<WhiteNoiseAccele
 static_assert(Residual<Interpolated<RelativePose<>>> && Residual<Interpolated<UsblPosition<SE2, R2>>>);
 static_assert(Residual<RollPitch<>> && Residual<RollPitch<SO3>> && Residual<RollPitch<SE23>>);
 static_assert(Residual<TwistComponents<SE3, sway | heave>> && Residual<TwistComponents<SE2, surge>>);
+static_assert(Residual<Depth> && Residual<Gps> && Residual<Heading> && Residual<DvlVelocity>);
+static_assert(Residual<ScaledDvlVelocity> && Residual<PreintegratedDvl> && Residual<PreintegratedImu>);
+static_assert(Residual<Coasting> && Residual<RelativePose<Rn<6>>>);
+static_assert(Residual<Propagated<Depth>> && Residual<Propagated<Gps>> && Residual<Propagated<Heading>>);
+static_assert(Residual<Propagated<DvlVelocity>> && Residual<Propagated<ScaledDvlVelocity>>);
+static_assert(Residual<Propagated<UsblPosition<>>> && Residual<Propagated<UsblPosition<SE3, R3>>>);
 static_assert(Residual<Outside<TwistComponents<SE3, surge>>> && Residual<Outside<Prior<SE3>>>);
 
 /// A user's own, for doubles alone, and not a template: the distance of two points, squared [m²].

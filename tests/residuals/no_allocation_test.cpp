@@ -10,12 +10,22 @@
 #include <tandem/lie/sek3.hpp>
 #include <tandem/residuals/bearing.hpp>
 #include <tandem/residuals/boundary.hpp>
+#include <tandem/residuals/coasting.hpp>
 #include <tandem/residuals/constant_twist.hpp>
+#include <tandem/residuals/depth.hpp>
+#include <tandem/residuals/dvl_preintegrator.hpp>
+#include <tandem/residuals/dvl_velocity.hpp>
+#include <tandem/residuals/gps.hpp>
+#include <tandem/residuals/heading.hpp>
+#include <tandem/residuals/imu_preintegration.hpp>
 #include <tandem/residuals/interpolated.hpp>
 #include <tandem/residuals/loss.hpp>
 #include <tandem/residuals/mixed_constant_velocity.hpp>
 #include <tandem/residuals/outside.hpp>
+#include <tandem/residuals/preintegrated_dvl.hpp>
+#include <tandem/residuals/preintegrated_imu.hpp>
 #include <tandem/residuals/prior.hpp>
+#include <tandem/residuals/propagated.hpp>
 #include <tandem/residuals/range.hpp>
 #include <tandem/residuals/range_bearing.hpp>
 #include <tandem/residuals/relative_pose.hpp>
@@ -28,6 +38,7 @@
 #include <tandem/residuals/white_noise_acceleration.hpp>
 
 #include "allocations.hpp"
+#include "residuals/imu_cases.hpp"
 
 namespace tandem::testing {
 namespace {
@@ -142,6 +153,34 @@ TEST(NoAllocation, of_motion_models) {
   EXPECT_EQ((allocations_of(TwistComponents<SE3, sway | heave>{0.5})), 0);
   EXPECT_EQ((allocations_of(TwistComponents<SE2, surge | yaw_rate>{0.5})), 0);
   EXPECT_EQ(allocations_of(Outside{TwistComponents<SE3, surge | yaw_rate>{0.5}, between(0.0, 2.5)}), 0);
+}
+
+TEST(NoAllocation, of_ego_sensors) {
+  const Vector<3> some(1.0, 2.0, 3.0);
+  EXPECT_EQ(allocations_of(Depth{1.0, some}), 0);
+  EXPECT_EQ(allocations_of(Gps{some, some}), 0);
+  EXPECT_EQ(allocations_of(Heading{}), 0);
+  EXPECT_EQ(allocations_of(DvlVelocity{some}), 0);
+  EXPECT_EQ(allocations_of(ScaledDvlVelocity{some}), 0);
+  EXPECT_EQ(allocations_of(PreintegratedDvl{some}), 0);
+  EXPECT_EQ(allocations_of(Coasting{0.6}), 0);
+  EXPECT_EQ(allocations_of(PreintegratedImu{some_delta(), Earth::at_latitude(0.7, 9.81)}), 0);
+  EXPECT_EQ(allocations_of(Propagated{Depth{1.0, some}, some_delta()}), 0);
+  EXPECT_EQ(allocations_of(Propagated{DvlVelocity{some}, some_delta()}), 0);
+  EXPECT_EQ(allocations_of(Propagated{ScaledDvlVelocity{some}, some_delta()}), 0);
+  EXPECT_EQ(allocations_of(Propagated{UsblPosition<>{some}, some_delta()}), 0);
+}
+
+TEST(NoAllocation, of_preintegration) {
+  const auto readings = random_readings(1, 20, 0.01);
+  const long before = allocations;
+  ImuPreintegrator sum(askew(), some_noise(), some_bias());
+  add(sum, readings);
+  const double trace = sum.covariance().trace();
+  DvlPreintegrator dvl(Vector<3>(1.0, 0.0, 0.0));
+  dvl.advance(Vector<3>(0.0, 0.0, 0.1), 0.5);
+  EXPECT_EQ(allocations - before, 0);
+  EXPECT_GT(trace * dvl.dt(), 0.0);
 }
 
 TEST(NoAllocation, of_losses) {

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <tandem/problem/soft_pool.hpp>
+
+namespace tandem::detail {
+
+/// A Gaussian prior on any number of variables, ½‖A (X ⊖ X̄) + b‖² + c, as Problem::marginalize leaves it: at most one
+/// block, with as many states as it needs. (X ⊖ X̄) = Log(X̄⁻¹ X) for each variable, one after the other; the derivative
+/// is exact at any distance, A blkdiag(Jr⁻¹). X̄ are the anchors in the variables' stores, so that a variable is in one
+/// such prior at a time. White as it is: no noise, no loss.
+class MarginalPrior final : public SoftPoolBase {
+ public:
+  struct State {
+    StateStoreBase* store;
+    int slot, id, dof;
+  };
+
+  /// In the place of the block that was there; X̄ are the variables' values. A has a column for each entry of their
+  /// tangents.
+  void set(std::vector<State> states, Eigen::MatrixXd A, Eigen::VectorXd b, double constant);
+  const Eigen::MatrixXd& A() const { return A_; }
+  const Eigen::VectorXd& b() const { return b_; }
+
+  std::string_view name() const override { return "marginal prior"; }
+  int dim() const override { return static_cast<int>(b_.size()); }
+  int arity() const override { return static_cast<int>(states_.size()); }
+  int size() const override { return there_ ? 1 : 0; }
+  const int* variables(int) const override { return ids_.data(); }
+  void remove(int) override;
+  void add_stiffness(const PoolPlacement& place, const double* v, const double* row_weights, double& along,
+                     double& scale) const override;
+  void add_exact_hessian(const PoolPlacement& place, double factor, const double* multipliers,
+                         double* H) const override;
+  double cost(int begin, int end) const override { return begin < end ? block_cost(begin) : 0.0; }
+  double block_cost(int i) const override;
+  double accumulate(const PoolPlacement& place, int begin, int end, double* gradient, double* H) const override;
+  double weight(int) const override { return 1.0; }
+  std::optional<double> convex_widening() const override { return {}; }
+
+ private:
+  using Jacobian = Eigen::Map<Eigen::MatrixXd>;
+  Jacobian jacobian(std::size_t s) const { return {J_.data() + first_jacobian_[s], states_[s].dof, states_[s].dof}; }
+  double residual(const int* offset) const;
+  void add_products(const PoolPlacement& place, double* H) const;
+
+  bool there_ = false;
+  std::vector<State> states_;
+  std::vector<int> ids_, first_, first_jacobian_;  // of each state: id, first column of A, first entry in J_
+  Eigen::MatrixXd A_, information_;                // AᵀA
+  Eigen::VectorXd b_;
+  double constant_ = 0;
+  mutable Eigen::VectorXd x_, r_, g_, J_;  // of the last evaluation: X ⊖ X̄, A x + b, Aᵀ r, Jacobians of x
+  mutable Eigen::VectorXd scratch_;
+};
+
+}  // namespace tandem::detail
