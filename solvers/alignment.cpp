@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <tandem/problem/navigation.hpp>
@@ -17,17 +18,34 @@ double cost_from(const NavigationData& data, const Alignment& start, double seco
   own.lag.max_keyframes = 0;
   own.start = start;
   OnlineEstimator estimator(TrackingData(), data, own);
-  const double end = start.t + seconds;
-  if (data.imu)
-    for (const ImuSample& sample : data.imu->samples)
-      if (sample.t <= end) estimator.add_imu(sample);
-  for (const EgoEvent& event : in_time_order(data.sensors))
-    if (event.t <= end) estimator.add_ego(event.sensor, data.sensors[event.sensor].measurements[event.index]);
-  estimator.finish();
+  replay(data, start.t + seconds, estimator);
   return estimator.cost();
 }
 
 }  // namespace
+
+void replay(const NavigationData& data, double until, OnlineEstimator& estimator) {
+  static const std::vector<ImuSample> none;
+  const std::vector<ImuSample>& samples = data.imu ? data.imu->samples : none;
+  auto sample = samples.begin();
+  const auto samples_to = [&](double t) {
+    for (; sample != samples.end() && sample->t <= t; ++sample) estimator.add_imu(*sample);
+  };
+  std::vector<EgoEvent> arrivals = in_time_order(data.sensors);
+  const auto measurement = [&](const EgoEvent& e) -> const EgoMeasurement& {
+    return data.sensors[e.sensor].measurements[e.index];
+  };
+  std::stable_sort(arrivals.begin(), arrivals.end(),
+                   [&](const EgoEvent& a, const EgoEvent& b) { return measurement(a).t < measurement(b).t; });
+  for (const EgoEvent& event : arrivals) {
+    const EgoMeasurement& m = measurement(event);
+    if (m.t > until) break;
+    samples_to(m.t);
+    estimator.add_ego(event.sensor, m);
+  }
+  samples_to(until);
+  estimator.finish();
+}
 
 Alignment align(const NavigationData& data, double seconds, const OnlineOptions& options) {
   const Alignment coarse = coarse_alignment(data);

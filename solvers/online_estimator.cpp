@@ -104,6 +104,7 @@ std::optional<std::string> OnlineEstimator::wait(double stamp, double valid, Eve
 void OnlineEstimator::finish() {
   finished_ = true;
   process();
+  if (unsolved_) update(false);
 }
 
 std::optional<std::string> OnlineEstimator::why_too_late(const std::string& name, double t) const {
@@ -198,6 +199,7 @@ void OnlineEstimator::take_event() {
 void OnlineEstimator::take_ego(std::size_t sensor, const EgoMeasurement& m, double t) {
   if (chain_->reaches(t)) {
     chain_->attach(sensor, m, t);
+    unsolved_ = true;
     if (new_keyframe_ && (pending_.empty() || pending_.begin()->first > newest() + kSameInstant)) update(true);
     return;
   }
@@ -280,6 +282,7 @@ SE3 OnlineEstimator::dead_reckoned_at(double t) const {
 
 void OnlineEstimator::update(bool new_keyframe) {
   Summary summary = lag_.update();
+  unsolved_ = false;
   cost_ = summary.cost;
   trim();
   if (has_target() && restart_due()) summary = restart(summary);
