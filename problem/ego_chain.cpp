@@ -42,8 +42,8 @@ EgoChain::EgoChain(Problem& problem, const NavigationData& data, const EgoOption
   }
   if (!data.imu) return;
   imu_.emplace(*data.imu);
-  initial_accelerometer_bias_ = data.imu->initial_accelerometer_bias;
-  initial_gyroscope_bias_ = data.imu->initial_gyroscope_bias;
+  initial_accelerometer_bias_ = data.imu->accelerometer_bias_spread();
+  initial_gyroscope_bias_ = data.imu->gyroscope_bias_spread();
 }
 
 bool EgoChain::add(const ImuSample& sample) { return imu_ && imu_->add(sample); }

@@ -12,11 +12,12 @@ namespace {
 
 using Kind = NavigationFinding::Kind;
 
-constexpr double kStuckFor = 1.0;            // s: an inertial axis
-constexpr std::size_t kStuckSamples = 20;    // that there must be in it
-constexpr std::size_t kStuckLines = 10;      // another sensor
-constexpr double kStuckDepth = 5.0;          // s
-constexpr double kBeyondUsualRuns = 20.0;    // times the mean run of equal values, which quantisation makes
+constexpr double kStuckFor = 1.0;          // s: an inertial axis
+constexpr std::size_t kStuckSamples = 20;  // that there must be in it
+constexpr std::size_t kStuckLines = 10;    // another sensor
+constexpr double kStuckDepth = 5.0;        // s
+// A run of equal values is unusual when so many times as long as the mean run, which quantisation makes.
+constexpr double kBeyondImuRuns = 20.0, kBeyondOtherRuns = 8.0;
 constexpr std::size_t kClippedRun = 5;       // samples at the largest magnitude, one after the other
 constexpr double kLeastRangeOfForce = 19.0;  // m/s²: no accelerometer's range is below 2 g, …
 constexpr double kLeastRangeOfRate = 2.1;    // rad/s: … no gyroscope's below 125 °/s
@@ -102,7 +103,7 @@ struct Runs {
   }
   /// Whether a run is far longer than those that quantisation makes. One that takes up a good part of the recording is
   /// itself in the mean.
-  bool unusual(std::size_t length) const { return double(length) > kBeyondUsualRuns * mean || all.size() < 20; }
+  bool unusual(std::size_t length, double beyond) const { return double(length) > beyond * mean || all.size() < 20; }
 };
 
 struct Channel {
@@ -161,7 +162,7 @@ void check_channel(const ImuSensor& imu, const Channel& channel, std::vector<Nav
     if (!(limit > 0) && at_the_end && end - begin >= kClippedRun) {
       add_run(saturated, imu, begin, end);
     } else if (imu.samples[end - 1].t - imu.samples[begin].t > kStuckFor && end - begin >= kStuckSamples &&
-               runs.unusual(end - begin) && !(limit > 0 && std::abs(value(begin)) >= limit) &&
+               runs.unusual(end - begin, kBeyondImuRuns) && !(limit > 0 && std::abs(value(begin)) >= limit) &&
                others_vary(imu, channel, begin, end)) {
       add_run(stuck, imu, begin, end);
     }
@@ -188,7 +189,7 @@ void drop_stuck(EgoSensor& sensor, std::vector<NavigationFinding>& findings) {
   std::vector<bool> stuck(m.size(), false);
   for (const auto& [begin, end] : runs.all) {
     const bool says_something = sensor.type == EgoSensorType::heading || !m[begin].value.isZero(0);
-    if (end - begin < kStuckLines || !runs.unusual(end - begin) || !says_something) continue;
+    if (end - begin < kStuckLines || !runs.unusual(end - begin, kBeyondOtherRuns) || !says_something) continue;
     // A vehicle may keep its depth for a while, to the last digit that is written; not its velocity or heading.
     if (sensor.type == EgoSensorType::depth && (runs.all.size() == 1 || m[end - 1].t - m[begin].t < kStuckDepth))
       continue;
@@ -294,13 +295,13 @@ std::vector<NavigationFinding> check(NavigationData& data) {
     for (const Channel& channel : kChannels) check_channel(*data.imu, channel, findings);
     check_gaps(*data.imu, findings);
   }
+  for (EgoSensor& sensor : data.sensors) clean_times(sensor.name, sensor.measurements, findings);
+  check_coverage(data, findings);
   for (EgoSensor& sensor : data.sensors) {
-    clean_times(sensor.name, sensor.measurements, findings);
     drop_stuck(sensor, findings);
     if (const auto finding = check_magnitude(sensor)) findings.push_back(*finding);
   }
   if (data.imu) check_angular_rate(data);
-  check_coverage(data, findings);
   return findings;
 }
 

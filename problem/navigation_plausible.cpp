@@ -17,10 +17,14 @@ constexpr double kOften = 0.1;                      // share of the samples
 constexpr double kWindow = 5.0, kTurned = 0.2;      // s and rad: what tells turning from a heading's noise
 constexpr std::size_t kWindows = 5;                 // that are needed
 constexpr double kDegrees = 57.29577951308232;      // in a radian
-constexpr double kFastVehicle = 30.0;               // m/s over ground
-constexpr double kDeepest = 11'100.0;               // m
-constexpr double kAboveWater = 2.0;                 // m
-constexpr double kFarthest = 1e7;                   // m: farther than any map's origin
+constexpr double kTipping = 0.5, kAveraged = 0.2;   // s: between two directions of the specific force, averaged
+constexpr int kTippingWindows = 40;                 // that are needed, …
+constexpr double kCorrelated = 0.7;                 // … and how well they agree; a rotorcraft's do not
+constexpr double kSameSize = 1.5;
+constexpr double kFastVehicle = 30.0;  // m/s over ground
+constexpr double kDeepest = 11'100.0;  // m
+constexpr double kAboveWater = 2.0;    // m
+constexpr double kFarthest = 1e7;      // m: farther than any map's origin
 
 double quantile(std::vector<double> values, double q) {
   const auto nth = values.begin() + static_cast<std::ptrdiff_t>(q * double(values.size() - 1));
@@ -86,6 +90,50 @@ std::vector<double> turning_ratios(const ImuSensor& imu, const EgoSensor& headin
   return ratios;
 }
 
+bool looks_like_degrees(double ratio) { return std::abs(ratio) > kDegrees / 2 && std::abs(ratio) < 2 * kDegrees; }
+
+/// How far the direction of the specific force turns in the sensor, against how far it does by the gyroscope: a vehicle
+/// that tips and does not accelerate much has gravity for a witness of its angular rate's units and signs.
+struct Tipping {
+  double slope = 0, correlation = 0;  ///< 1 and 1 where they agree
+  int windows = 0;
+};
+
+Tipping tipping(const ImuSensor& imu) {
+  const auto& samples = imu.samples;
+  Vector<3> bias = Vector<3>::Zero();
+  for (const ImuSample& sample : samples) bias += sample.angular_rate / double(samples.size());
+
+  Tipping tipping;
+  double by_gyroscope = 0, by_force = 0, both = 0;
+  std::size_t first = 0;
+  for (double t = samples.front().t; t + kTipping + kAveraged < samples.back().t; t += kTipping) {
+    while (samples[first].t < t) ++first;
+    Vector<3> before = Vector<3>::Zero(), after = before, turned = before;
+    double longest = 0;
+    for (std::size_t i = first; i + 1 < samples.size() && samples[i].t < t + kTipping + kAveraged; ++i) {
+      const double in = samples[i].t - t;
+      if (in < kAveraged) before += samples[i].specific_force;
+      if (in >= kTipping) after += samples[i].specific_force;
+      longest = std::max(longest, samples[i + 1].t - samples[i].t);
+      if (in >= 0.5 * kAveraged && in < kTipping + 0.5 * kAveraged)
+        turned += (samples[i].angular_rate - bias) * (samples[i + 1].t - samples[i].t);
+    }
+    if (longest > kAveraged || before.isZero(0) || after.isZero(0)) continue;  // a gap
+    before.normalize();
+    after.normalize();
+    const Vector<3> expected = 0.5 * (before + after).cross(turned), seen = after - before;
+    by_gyroscope += expected.squaredNorm();
+    by_force += seen.squaredNorm();
+    both += expected.dot(seen);
+    ++tipping.windows;
+  }
+  if (by_gyroscope == 0 || by_force == 0) return {};
+  tipping.slope = both / by_gyroscope;
+  tipping.correlation = both / std::sqrt(by_gyroscope * by_force);
+  return tipping;
+}
+
 }  // namespace
 
 std::string short_number(double value) {
@@ -131,6 +179,16 @@ void check_angular_rate(const NavigationData& data) {
                 short_number(std::round(100.0 * double(fast) / double(imu.samples.size()))) +
                 " % of the samples, which looks like degrees: angular rates must be in rad/s");
 
+  const Tipping tips = tipping(imu);
+  if (tips.windows >= kTippingWindows && std::abs(tips.correlation) > kCorrelated) {
+    const double ratio = 1 / tips.slope;
+    const std::string seen = imu.name + ": by its angular rate it tips " + short_number(std::round(100 * ratio) / 100) +
+                             " times as far as by its specific force";
+    if (looks_like_degrees(ratio)) throw Error(seen + ", which looks like degrees: angular rates must be in rad/s");
+    // Not by much more or less: swinging fast below its axis, a sensor has more acceleration than gravity.
+    if (ratio < -1 / kSameSize && ratio > -kSameSize) throw Error(seen + ": the signs of one of the two are wrong");
+  }
+
   const EgoSensor* heading = heading_sensor(data);
   if (!heading) return;
   const std::vector<double> ratios = turning_ratios(imu, *heading);
@@ -138,8 +196,7 @@ void check_angular_rate(const NavigationData& data) {
   const double ratio = quantile(ratios, 0.5);
   const std::string seen =
       imu.name + ": it turns " + short_number(std::round(100 * ratio) / 100) + " times as far as " + heading->name;
-  if (std::abs(ratio) > kDegrees / 2 && std::abs(ratio) < 2 * kDegrees)
-    throw Error(seen + ", which looks like degrees: angular rates must be in rad/s");
+  if (looks_like_degrees(ratio)) throw Error(seen + ", which looks like degrees: angular rates must be in rad/s");
   if (ratio < -0.5) throw Error(seen + ": the sign of its angular rate, the frame or an orientation is wrong");
 }
 

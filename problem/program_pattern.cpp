@@ -77,31 +77,39 @@ void Program::compile_hessian() {
       h.block_offset.push_back(rows);
       rows += h.first[std::size_t(h.block_row[std::size_t(b)]) + 1] - h.first[std::size_t(h.block_row[std::size_t(b)])];
     }
-  h.column_start.push_back(0);
+  double nonzeros = 0;
   for (std::size_t k = 0; k < n; ++k) {
+    const int last = h.block_start[k + 1] - 1;
+    const auto bottom = std::size_t(h.block_row[std::size_t(last)]);
+    const int height = h.block_offset[std::size_t(last)] + h.first[bottom + 1] - h.first[bottom];
+    nonzeros += double(height) * (h.first[k + 1] - h.first[k]);
+  }
+  if (nonzeros > std::numeric_limits<int>::max()) throw Error("the problem's Hessian has more than 2^31 nonzeros");
+  h.row.resize(std::size_t(nonzeros));
+  h.column_start.reserve(std::size_t(h.first.back()) + 1);
+  h.column_start.push_back(0);
+  int* out = h.row.data();
+  for (std::size_t k = 0; k < n; ++k)
     for (int column = h.first[k]; column < h.first[k + 1]; ++column) {
       for (int b = h.block_start[k]; b < h.block_start[k + 1]; ++b) {
         const std::size_t r = std::size_t(h.block_row[std::size_t(b)]);
-        for (int row = h.first[r]; row < h.first[r + 1]; ++row) h.row.push_back(row);
+        for (int row = h.first[r]; row < h.first[r + 1]; ++row) *out++ = row;
       }
-      if (h.row.size() > std::size_t(std::numeric_limits<int>::max()))
-        throw Error("the problem's Hessian has more than 2^31 nonzeros");
-      h.column_start.push_back(static_cast<int>(h.row.size()));
+      h.column_start.push_back(static_cast<int>(out - h.row.data()));
     }
-  }
 
   for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
     const auto& pool = problem_.pools_[p].base();
-    auto& out = placement_[p];
+    auto& to = placement_[p];
     const std::size_t blocks = std::size_t(pool.size()), arity = std::size_t(pool.arity());
-    out.offset.reserve(blocks * arity);
-    out.hessian.reserve(blocks * arity * (arity + 1) / 2);
+    to.offset.reserve(blocks * arity);
+    to.hessian.reserve(blocks * arity * (arity + 1) / 2);
     for (int i = 0; i < pool.size(); ++i) {
       const int* ids = pool.variables(i);
       for (int a = 0; a < pool.arity(); ++a) {
-        out.offset.push_back(offset_[std::size_t(ids[a])]);
+        to.offset.push_back(offset_[std::size_t(ids[a])]);
         for (int b = 0; b <= a; ++b)
-          out.hessian.push_back(place(block_of_variable[std::size_t(ids[a])], block_of_variable[std::size_t(ids[b])]));
+          to.hessian.push_back(place(block_of_variable[std::size_t(ids[a])], block_of_variable[std::size_t(ids[b])]));
       }
     }
   }

@@ -15,7 +15,7 @@ double slope_of_E(double theta2, const AngleCoefficients<double>& k) {
   return -1. / 360 + x * (1. / 10080 + x * (-1. / 604800 + x * (1. / 59875200 + x * (-1. / 8717829120.))));
 }
 
-/// a v + b φ × v + c φ × (φ × v) and its derivatives by φ and v, where b and c change with φ by b_slope φᵀ and c_slope φᵀ.
+/// a v + b φ × v + c φ × (φ × v) and its derivatives by φ and v; b and c change with φ by b_slope φᵀ and c_slope φᵀ.
 struct Turned {
   Vector<3> value;
   Matrix<3, 3> by_phi, by_v;

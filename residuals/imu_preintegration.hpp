@@ -26,12 +26,13 @@ struct ImuNoise {
 enum class ImuHold { turning, at_start };
 
 /// Sums up the samples between two keyframes. Each interval is integrated exactly for a specific force and an angular
-/// rate of the body that are constant in it (see ImuHold). The sensor's lever arm l counts by the centripetal and tangential terms,
+/// rate of the body that are constant in it (see ImuHold). The sensor's lever arm l counts by the centripetal and
+/// tangential terms,
 ///
 ///   ω_body = R_bs ω      f_body = R_bs f − α × l − ω_body × (ω_body × l)
 ///
-/// to which bias Jacobians attend, but not the covariance: what the gyroscope's noise does through them is of the size of
-/// the velocity l σ_g/√dt, next to (t |f| σ_g + σ_a) √t of the rest. White noise and bias hold over an interval.
+/// which bias Jacobians attend to, but not the covariance: what the gyroscope's noise does through them is of the size
+/// of the velocity l σ_g/√dt, next to (t |f| σ_g + σ_a) √t of the rest. White noise and bias hold over an interval.
 /// Source: Forster et al. 2017, "On-Manifold Preintegration for Real-Time Visual-Inertial Odometry".
 class ImuPreintegrator {
  public:

@@ -15,6 +15,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kRefusedDamping = 1e-6;  // the least after a step that was refused
 constexpr double kFreeDamping = 1e-4;     // steps damped more than this are short for that reason
 constexpr double kMaxDamping = 1e12;
+constexpr double kCovarianceDamping = 1e-10;  // more than this shows in the covariance
 
 /// Levenberg–Marquardt for a problem that is nearly solved when it begins and done after a step or two: what costs no
 /// less than a step (observability, curvature learned from past steps, a last linearisation) is left out.
@@ -36,9 +37,15 @@ class WarmSolve {
     auto& s = session_.summary;
     if (session_.start(program_, [this] { return linearize(); })) iterate();
     program_.reset();
-    s.seconds = session_.seconds();
+    if (s.status != Status::failed && damped_) {  // the covariance is of the problem, not of a damped one
+      linearize();
+      damping_ = options_.initial_damping;
+      damped_ = !factorize();
+    }
     return s;
   }
+  /// Whether the factor is not that of the problem itself.
+  bool damped() const { return damped_; }
 
  private:
   double linearize() {
@@ -76,15 +83,20 @@ class WarmSolve {
         session_.end(Status::failed, "no step lowers the cost, however short: is a Jacobian wrong?");
         return false;
       }
-      // An unknown that no residual curves still gets a pivot, and then no step.
-      for (Eigen::Index i = 0; i < shift_.size(); ++i)
-        shift_[i] = scale_[i] > 0 ? std::max(damping_ * scale_[i], std::numeric_limits<double>::min()) : 1.0;
-      if (cholesky_.factorize(hessian_, shift_)) break;
+      if (factorize()) break;
     }
+    damped_ = damping_ > std::max(kCovarianceDamping, options_.initial_damping);
     step_ = -gradient_;
     cholesky_.solve(step_);
     predicted_ = 0.5 * (step_.cwiseAbs2().dot(shift_) - gradient_.dot(step_));
     return true;
+  }
+
+  bool factorize() {
+    // An unknown that no residual curves still gets a pivot, and then no step.
+    for (Eigen::Index i = 0; i < shift_.size(); ++i)
+      shift_[i] = scale_[i] > 0 ? std::max(damping_ * scale_[i], std::numeric_limits<double>::min()) : 1.0;
+    return cholesky_.factorize(hessian_, shift_);
   }
 
   double cost_at_step() {
@@ -138,6 +150,7 @@ class WarmSolve {
   BlockCholesky& cholesky_;
   detail::Session session_;
   double damping_, growth_ = 10, predicted_ = 0;
+  bool damped_ = false;
   Eigen::VectorXd gradient_, hessian_, scale_, shift_, step_;
 };
 
@@ -205,6 +218,7 @@ Summary FixedLag::solve_window() {
     }
   WarmSolve solve(program, *factor_, options_);
   Summary summary = solve.run();
+  if (summary.status == Status::failed || solve.damped()) block_of_variable_.clear();  // no covariance
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return summary;
 }
@@ -226,10 +240,12 @@ void FixedLag::marginalize_old() {
   }
   auto first = timed_.begin();
   std::vector<int> ids;
-  while (first != timed_.end() && first->t < limit) {
+  while (first != timed_.end()) {
     const double t = first->t;
+    const auto end = std::find_if(first, timed_.end(), [&](const Timed& v) { return v.t - t > kSameTime; });
+    if (!(std::prev(end)->t < limit)) break;  // a keyframe goes as one
     ids.clear();
-    for (; first != timed_.end() && first->t < limit && first->t - t <= kSameTime; ++first) {
+    for (; first != end; ++first) {
       ids.push_back(first->id);
       gone_.push_back({first->t, first->id});
       forget(first->id);
@@ -245,7 +261,7 @@ void FixedLag::check_known(const std::vector<int>& ids) const {
   for (const int id : ids) {
     if (id < 0) throw Error("fixed-lag: covariance of a variable that is not in the problem (any more)");
     if (std::size_t(id) >= block_of_variable_.size() || block_of_variable_[std::size_t(id)] == kUnknown)
-      throw Error("fixed-lag: " + problem_.name(id) + " was not there at the last update: update first");
+      throw Error("fixed-lag: " + problem_.name(id) + " was not in the last update, or that had no factor to give");
   }
 }
 

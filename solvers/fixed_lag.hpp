@@ -22,7 +22,7 @@ struct FixedLagOptions : SolverOptions {
   /// below this part of the cost, or of 1 where that is more.
   double cost_tolerance = 1e-6;
   double step_tolerance = 1e-9;    ///< or when no entry of a step is larger [m, rad]
-  double initial_damping = 1e-12;  ///< of the diagonal: a warm start wants whole Gauss-Newton steps
+  double initial_damping = 1e-15;  ///< of the diagonal: a warm start wants whole Gauss-Newton steps
   /// Told each time that is about to leave the window, oldest first, after the solve: its variables have their last
   /// values, and their handles are valid for the last time.
   std::function<void(double t)> leaving;
@@ -96,8 +96,9 @@ class FixedLag {
 
   /// Joint covariance of the variables, in the order given, in the tangent space of right perturbations (as Marginals):
   /// by the factor of the last update's last linearisation, so that of the newest ones it takes microseconds; it grows
-  /// with how long ago the oldest of them was added. Fixed variables have none. Throws Error for a variable that is not
-  /// there any more, and for one that was not there at the last update.
+  /// with how long ago the oldest of them was added. Fixed variables have none; a direction that nothing observes has a
+  /// meaningless large one. Throws Error for a variable that is not there any more, for one that was not there at the
+  /// last update, and after an update that failed or whose Hessian is singular.
   template <LieGroup... Gs>
   Matrix<(Gs::dof + ...), (Gs::dof + ...)> covariance(const Variable<Gs>&... x) const {
     check_known({(problem_.has(x) ? problem_.id(x) : -1)...});

@@ -9,7 +9,7 @@ namespace {
 constexpr double kCoarse = 5.0;         // s that a coarse alignment looks at
 constexpr double kFirstRestart = 5.0;   // s after the first sight of a target; then each time after twice as long
 constexpr double kSurprise = M_PI / 4;  // rad between a measured orientation and the one held that call for a restart
-constexpr int kRestartUpdates = 4;
+constexpr int kSettlingUpdates = 6;
 constexpr std::size_t kMuchOdometry = 4096;
 
 std::string seconds_text(double t) { return std::to_string(t) + " s"; }
@@ -104,6 +104,7 @@ std::optional<std::string> OnlineEstimator::wait(double stamp, double valid, Eve
 void OnlineEstimator::finish() {
   finished_ = true;
   process();
+  if (unsolved_) update(false);
 }
 
 std::optional<std::string> OnlineEstimator::why_too_late(const std::string& name, double t) const {
@@ -198,6 +199,7 @@ void OnlineEstimator::take_event() {
 void OnlineEstimator::take_ego(std::size_t sensor, const EgoMeasurement& m, double t) {
   if (chain_->reaches(t)) {
     chain_->attach(sensor, m, t);
+    unsolved_ = true;
     if (new_keyframe_ && (pending_.empty() || pending_.begin()->first > newest() + kSameInstant)) update(true);
     return;
   }
@@ -280,6 +282,7 @@ SE3 OnlineEstimator::dead_reckoned_at(double t) const {
 
 void OnlineEstimator::update(bool new_keyframe) {
   Summary summary = lag_.update();
+  unsolved_ = false;
   cost_ = summary.cost;
   trim();
   if (has_target() && restart_due()) summary = restart(summary);
@@ -318,22 +321,23 @@ Summary OnlineEstimator::restart(const Summary& before) {
       window.set_values(kept);
       return;
     }
+    const double cost = cost_;
     best = settle();
-    if (!(best.cost < cost_)) {
-      window.set_values(kept);
-      best = settle();
-    }
-    cost_ = best.cost;
+    if (best.cost < cost) return;
+    window.set_values(kept);
+    best = settle();
   });
   return best;
 }
 
 Summary OnlineEstimator::settle() {
   Summary summary;
-  for (int i = 0; i < kRestartUpdates; ++i) {
+  for (int i = 0; i < kSettlingUpdates; ++i) {
+    const double before = summary.cost;
     summary = lag_.update();
-    if (summary.converged()) break;
+    if (summary.converged() && i > 0 && !(summary.cost < (1 - 1e-6) * before)) break;
   }
+  cost_ = summary.cost;
   return summary;
 }
 

@@ -58,6 +58,8 @@ class OnlineEstimator {
   std::optional<std::string> add_target(std::size_t sensor, const Measurement& m);
   /// Nothing more will come: estimates what was waiting for later lines.
   void finish();
+  /// Updates once more, a few times, until nothing changes.
+  Summary settle();
 
   bool started() const;  ///< there is a chaser
   bool has_target() const;
@@ -143,7 +145,6 @@ class OnlineEstimator {
   void trim();
   bool restart_due();
   Summary restart(const Summary& before);
-  Summary settle();
 
   OnlineOptions options_;
   TrackingData settings_;
@@ -159,8 +160,13 @@ class OnlineEstimator {
   double restart_after_, last_restart_ = -HUGE_VAL;
   std::optional<std::string> refused_;
   bool finished_ = false, new_keyframe_ = false;
+  bool unsolved_ = false;  // something has joined since the last update
   Clock::time_point begun_;
 };
+
+/// Gives an estimator all that was recorded up to a time [s], in the order in which it came, and
+/// finishes it.
+void replay(const NavigationData& data, double until, OnlineEstimator& estimator);
 
 /// The alignment of `data`'s first `seconds`: coarse, and where that leaves the heading open, the best of several
 /// headings by the cost of estimating these seconds from each.

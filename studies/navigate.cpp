@@ -33,19 +33,7 @@ std::vector<Stamped<EgoState>> first_guess(const NavigationData& data, const Ali
   OnlineEstimator estimator(TrackingData(), data, online);
   std::vector<Stamped<EgoState>> states;
   estimator.on_leave = [&](const Stamped<EgoState>& state) { states.push_back(state); };
-  static const std::vector<ImuSample> none;
-  const std::vector<ImuSample>& samples = data.imu ? data.imu->samples : none;
-  auto sample = samples.begin();
-  const auto feed_until = [&](double t) {
-    for (; sample != samples.end() && sample->t <= t; ++sample) estimator.add_imu(*sample);
-  };
-  for (const EgoEvent& event : in_time_order(data.sensors)) {
-    const EgoMeasurement& m = data.sensors[event.sensor].measurements[event.index];
-    feed_until(event.t);
-    estimator.add_ego(event.sensor, m);
-  }
-  feed_until(HUGE_VAL);
-  estimator.finish();
+  replay(data, HUGE_VAL, estimator);
   const auto rest = estimator.window();
   states.insert(states.end(), rest.begin(), rest.end());
   return states;

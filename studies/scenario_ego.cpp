@@ -39,7 +39,8 @@ std::string header(EgoSensorType type) {
 }
 
 /// A number above zero, where the key is there or `required`.
-void read_positive(const YamlSection& entry, const std::string& key, double& value, bool required = false) {
+template <class Number>  // double, or an optional one
+void read_positive(const YamlSection& entry, const std::string& key, Number& value, bool required = false) {
   if (!required && !entry.has(key)) return;
   const double given = entry.number(key);
   if (given <= 0) entry.fail(key, fmt::format("{} is {:g}; it must be above zero", key, given));

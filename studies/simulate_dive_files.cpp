@@ -51,7 +51,7 @@ std::string yaml(const SimulatedDive& dive, const DiveOptions& options) {
       "  imu: {{type: imu, file: imu.csv, accelerometer: {:g}, gyroscope: {:g}, accelerometer_bias_walk: {:g}, "
       "gyroscope_bias_walk: {:g},\n        initial_accelerometer_bias: {:g}, initial_gyroscope_bias: {:g}{}}}\n",
       imu.noise.accelerometer, imu.noise.gyroscope, imu.noise.accelerometer_bias_walk, imu.noise.gyroscope_bias_walk,
-      imu.initial_accelerometer_bias, imu.initial_gyroscope_bias, place(imu.mount));
+      imu.accelerometer_bias_spread(), imu.gyroscope_bias_spread(), place(imu.mount));
   for (const EgoSensor& sensor : dive.data.sensors)
     text += fmt::format("  {0}: {{type: {1}, file: {0}.csv, sigma: {2}{3}}}\n", sensor.name, name(sensor.type),
                         list(sensor.sigma), place(sensor.mount));

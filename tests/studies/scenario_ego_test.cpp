@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <tandem/problem/navigation_checks.hpp>
 #include <tandem/studies/scenario.hpp>
 
 #include "scratch.hpp"
@@ -310,6 +311,21 @@ TEST(SharedScenarios, RecordingsOfEgoSensorsAreRead) {
   const Scenario mav = read_scenario(shared_path("data/mav_euroc_mh01"));
   EXPECT_EQ(mav.navigation->keyframe_interval, 0.5);
   EXPECT_EQ(mav.navigation->imu->samples[0].specific_force, Vector<3>(8.1476917, -0.37592158, -2.4026292));
+}
+
+TEST(SharedScenarios, OfRecordingsOfEgoSensorsNothingUntrueIsFound) {
+  TANDEM_NEEDS_SHARED(5);
+  for (const char* folder : {"auv_akit_01", "auv_akit_03", "rov_blueye_auto_square", "rov_blueye_grid"}) {
+    NavigationData data = read_scenario(shared_path("data") / folder).navigation.value();
+    const std::size_t samples = data.imu->samples.size();
+    const auto findings = check(data);
+    ASSERT_EQ(findings.size(), 1u) << folder;
+    EXPECT_EQ(findings[0].kind, NavigationFinding::Kind::early) << "GPS at the start only";
+    EXPECT_EQ(findings[0].sensor, "gps");
+    EXPECT_EQ(data.imu->samples.size(), samples);
+  }
+  NavigationData mav = read_scenario(shared_path("data/mav_euroc_mh01")).navigation.value();
+  EXPECT_TRUE(check(mav).empty());
 }
 
 TEST_F(ScenarioEgo, ALongDiveIsReadInAnInstant) {
