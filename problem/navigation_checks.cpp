@@ -244,6 +244,38 @@ void check_coverage(const NavigationData& data, std::vector<NavigationFinding>& 
     check_coverage(sensor.name, times_of(sensor.measurements), first, last, true, findings);
 }
 
+/// The density of white noise with the samples' median second difference, the median of three axes.
+template <class Reading>
+double scatter(const std::vector<ImuSample>& samples, double rate, Reading reading) {
+  std::array<double, 3> density{};
+  std::vector<double> differences(samples.size() - 2);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = 0; i < differences.size(); ++i)
+      differences[i] =
+          std::abs(reading(samples[i])[axis] - 2 * reading(samples[i + 1])[axis] + reading(samples[i + 2])[axis]);
+    const auto middle = differences.begin() + std::ptrdiff_t(differences.size() / 2);
+    std::nth_element(differences.begin(), middle, differences.end());
+    density[std::size_t(axis)] = *middle / 0.6745 / std::sqrt(6.0 * rate);
+  }
+  std::sort(density.begin(), density.end());
+  return density[1];
+}
+
+void check_vibration(const ImuSensor& imu, std::vector<NavigationFinding>& findings) {
+  constexpr double far_more = 8.0;
+  constexpr std::size_t enough = 1000;
+  if (imu.samples.size() < enough) return;
+  const double from = imu.samples.front().t, to = imu.samples.back().t;
+  const double rate = double(imu.samples.size() - 1) / (to - from);
+  const double force = scatter(imu.samples, rate, [](const ImuSample& s) { return s.specific_force; });
+  const double turn = scatter(imu.samples, rate, [](const ImuSample& s) { return s.angular_rate; });
+  if (force < far_more * imu.noise.accelerometer && turn < far_more * imu.noise.gyroscope) return;
+  NavigationFinding finding{NavigationFinding::Kind::vibration, imu.name, imu.samples.size(), from, to};
+  finding.accelerometer = std::max(force, imu.noise.accelerometer);
+  finding.gyroscope = std::max(turn, imu.noise.gyroscope);
+  findings.push_back(finding);
+}
+
 }  // namespace
 
 std::string NavigationFinding::text() const {
@@ -280,6 +312,11 @@ std::string NavigationFinding::text() const {
     case Kind::upside_down:
       return sensor + ": reads like an upside-down body" + at +
              ", since its specific force points down: check its sign, the frame and the orientation if that is not so";
+    case Kind::vibration:
+      return sensor + ": neighbouring samples scatter as noise of " + short_number(accelerometer) + " m/s²/√Hz and " +
+             short_number(gyroscope) +
+             " rad/s/√Hz would, far more than is stated: where that is vibration, these are " +
+             "the densities to navigate with";
     case Kind::above_water:
       break;
   }
@@ -294,6 +331,7 @@ std::vector<NavigationFinding> check(NavigationData& data) {
     if (const auto finding = check_specific_force(data)) findings.push_back(*finding);
     for (const Channel& channel : kChannels) check_channel(*data.imu, channel, findings);
     check_gaps(*data.imu, findings);
+    check_vibration(*data.imu, findings);
   }
   for (EgoSensor& sensor : data.sensors) clean_times(sensor.name, sensor.measurements, findings);
   check_coverage(data, findings);

@@ -22,6 +22,7 @@ struct NavigationFinding {
     empty,        ///< a sensor gives nothing at all
     upside_down,  ///< at the start the specific force points down
     above_water,  ///< depths that are heights
+    vibration,    ///< of an inertial sensor: neighbouring samples differ by far more than its noise
   };
 
   Kind kind;
@@ -29,6 +30,8 @@ struct NavigationFinding {
   std::size_t count = 0;    ///< lines, samples or gaps
   double from = 0, to = 0;  ///< s, as stamped: of the first and the last of them
   std::string channel{};    ///< of an inertial sensor: "specific force x", …
+  /// vibration: the densities that the samples show, accelerometer [m/s² /√Hz] and gyroscope [rad/s /√Hz]
+  double accelerometer = 0, gyroscope = 0;
 
   /// One sentence.
   std::string text() const;

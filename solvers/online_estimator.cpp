@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/solvers/online_estimator.hpp>
 
 namespace tandem {
@@ -9,7 +10,8 @@ namespace {
 constexpr double kCoarse = 5.0;         // s that a coarse alignment looks at
 constexpr double kFirstRestart = 5.0;   // s after the first sight of a target; then each time after twice as long
 constexpr double kSurprise = M_PI / 4;  // rad between a measured orientation and the one held that call for a restart
-constexpr int kSettlingUpdates = 6;
+constexpr int kSettlingIterations = 100;
+constexpr double kSettled = 1e-7;  // relative decrease of the cost
 constexpr std::size_t kMuchOdometry = 4096;
 
 std::string seconds_text(double t) { return std::to_string(t) + " s"; }
@@ -330,13 +332,13 @@ Summary OnlineEstimator::restart(const Summary& before) {
   return best;
 }
 
+/// An update stops once steps do what they should, which is right for a warm start; this goes on to the minimum.
 Summary OnlineEstimator::settle() {
-  Summary summary;
-  for (int i = 0; i < kSettlingUpdates; ++i) {
-    const double before = summary.cost;
-    summary = lag_.update();
-    if (summary.converged() && i > 0 && !(summary.cost < (1 - 1e-6) * before)) break;
-  }
+  GaussNewtonOptions options;
+  options.max_iterations = kSettlingIterations;
+  options.cost_tolerance = kSettled;
+  solve(lag_.problem(), options);
+  const Summary summary = lag_.update();
   cost_ = summary.cost;
   return summary;
 }

@@ -58,7 +58,7 @@ class OnlineEstimator {
   std::optional<std::string> add_target(std::size_t sensor, const Measurement& m);
   /// Nothing more will come: estimates what was waiting for later lines.
   void finish();
-  /// Updates once more, a few times, until nothing changes.
+  /// Solves the window to its minimum.
   Summary settle();
 
   bool started() const;  ///< there is a chaser

@@ -98,6 +98,9 @@ void add_navigate(CLI::App& app, NavigateArguments& arguments) {
   option.repeatable("--loss", navigation.loss, "[SENSOR=]NAME[:SCALE]",
                     "Robust loss of the measurements: huber, cauchy, geman-mcclure or tukey, scale in sigmas (default "
                     "1)");
+  option.repeatable("--delay", navigation.delay, "SENSOR=SECONDS", "A line stamped t was valid so long before");
+  option.repeatable("--fit-delay", navigation.fit_delay, "SENSOR",
+                    "Find the delay, up to 1 s, that makes the data likeliest, first");
   command->add_flag("--dvl-scale", navigation.dvl_scale, "Estimate the DVL's scale factor");
   command->add_flag("--preintegrated-dvl", navigation.preintegrated_dvl,
                     "To compare: DVL velocities summed up between keyframes");

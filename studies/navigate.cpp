@@ -71,7 +71,8 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
   result.findings = check(result.data);
   OnlineOptions online;
   online.ego = options.ego;
-  const Alignment start = align(result.data, options.alignment, online);
+  const Alignment start = options.start ? *options.start : align(result.data, options.alignment, online);
+  result.start = start;
   result.states = first_guess(result.data, start, options);
   if (result.states.size() < 2) throw Error("navigation needs data for two keyframes or more");
   result.alignment_seconds = clock();

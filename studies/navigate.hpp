@@ -34,6 +34,7 @@ struct Navigation {
   std::vector<double> weight;         ///< of each placed measurement: what a robust loss leaves of it
   std::vector<std::size_t> left_out;  ///< of each sensor
   std::vector<std::pair<double, double>> splits;
+  Alignment start;                            ///< what it started from
   double alignment_seconds = 0, seconds = 0;  ///< of computing: until the first guess was there, and in all
 };
 
@@ -43,6 +44,7 @@ struct NavigationOptions {
   double alignment = 30.0;   ///< s of data that decide an unknown heading
   double first_pass = 20.0;  ///< s, window of the fixed-lag pass that gives the first guess
   bool covariance = true;
+  std::optional<Alignment> start{};  ///< in place of an alignment
 };
 
 /// Checks the data, finds a first guess by a fixed-lag pass, and solves the batch problem. Throws Error when the scenario

@@ -74,6 +74,14 @@ void set_loss(NavigationData& data, const std::string& argument) {
   sensor->loss = parse_loss("--loss", text);
 }
 
+/// The sensor of an option about delays.
+EgoSensor& delayed(NavigationData& data, const std::string& option, const std::string& name) {
+  if (is_imu(data, name)) throw Error(fmt::format("{} {}: delays are against the imu's own time", option, name));
+  EgoSensor* const sensor = find(data, name);
+  if (!sensor) fail_unknown(option, name, data);
+  return *sensor;
+}
+
 }  // namespace
 
 NavigationOptions navigation_options(const NavigationArguments& arguments) {
@@ -98,6 +106,10 @@ Scenario scenario_to_navigate(const NavigationArguments& arguments) {
   NavigationData& data = *scenario.navigation;
   for (const std::string& argument : arguments.noise) override_noise(data, scenario.frame, argument);
   for (const std::string& argument : arguments.loss) set_loss(data, argument);
+  for (const std::string& argument : arguments.delay) {
+    const auto [name, text] = parse_assignment("--delay", argument);
+    delayed(data, "--delay", name).delay = parse_magnitude("--delay", text);
+  }
   if (arguments.keyframe_interval) {
     data.keyframe_interval = parse_magnitude("--keyframe-interval", *arguments.keyframe_interval);
     if (data.keyframe_interval <= kSameInstant)
@@ -106,6 +118,14 @@ Scenario scenario_to_navigate(const NavigationArguments& arguments) {
   }
   if (arguments.no_earth_rotation) data.earth.rate.setZero();
   return scenario;
+}
+
+std::vector<std::size_t> delays_to_fit(const NavigationData& data, const NavigationArguments& arguments) {
+  NavigationData known = data;
+  std::vector<std::size_t> sensors;
+  for (const std::string& name : arguments.fit_delay)
+    sensors.push_back(std::size_t(&delayed(known, "--fit-delay", name) - known.sensors.data()));
+  return sensors;
 }
 
 NavigationData sensors_in_use(const Scenario& scenario, const NavigationArguments& arguments) {

@@ -12,7 +12,7 @@ namespace tandem {
 /// not given.
 struct NavigationArguments {
   std::string scenario;
-  std::vector<std::string> without, noise, loss;
+  std::vector<std::string> without, noise, loss, delay, fit_delay;
   std::optional<std::string> keyframe_interval, alignment;
   bool dvl_scale = false, preintegrated_dvl = false, no_earth_rotation = false;
 };
@@ -24,6 +24,9 @@ NavigationOptions navigation_options(const NavigationArguments& arguments);
 /// truth is of can depend on one that the navigation does without. Throws Error, also where there is nothing to navigate
 /// by.
 Scenario scenario_to_navigate(const NavigationArguments& arguments);
+
+/// The sensors whose delay is to be fitted, as indices. Throws Error on names that there are not.
+std::vector<std::size_t> delays_to_fit(const NavigationData& data, const NavigationArguments& arguments);
 
 /// What is navigated by: the scenario's own sensors but for those that --without names. Throws Error on names that there
 /// are not, and on options about sensors that are left out.

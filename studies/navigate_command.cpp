@@ -53,10 +53,21 @@ int run_navigate(const NavigateArguments& arguments) {
   std::optional<OutputFolder> out;
   if (arguments.out) out.emplace(*arguments.out);
   const Scenario scenario = scenario_to_navigate(arguments.navigation);
-  const NavigationData data = sensors_in_use(scenario, arguments.navigation);
+  NavigationData data = sensors_in_use(scenario, arguments.navigation);
+  const std::vector<std::size_t> unknown_delays = delays_to_fit(data, arguments.navigation);
 
   stop_on_interrupt();
-  NavigationStudy study{scenario, options.ego, navigate_with_progress(data, options, arguments.quiet), {}, after};
+  std::vector<DelayFit> delays;
+  for (const std::size_t sensor : unknown_delays) {  // one after the other, each with those before
+    delays.push_back(fit_delay(data, sensor, options));
+    data.sensors[sensor].delay = delays.back().delay;
+  }
+  NavigationStudy study;
+  study.scenario = scenario;
+  study.options = options.ego;
+  study.navigation = navigate_with_progress(data, options, arguments.quiet);
+  study.delays = delays;
+  study.after = after;
   study.comparison = compare_with_truth(study.navigation, scenario);
 
   std::string note;

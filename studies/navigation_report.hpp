@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include <tandem/studies/fit_delay.hpp>
 #include <tandem/studies/navigation_metrics.hpp>
 
 namespace tandem {
@@ -13,7 +14,8 @@ struct NavigationStudy {
   EgoOptions options;
   Navigation navigation;
   NavigationComparison comparison;
-  std::optional<double> after;  ///< s after the first keyframe, from where on errors are summarised as well
+  std::vector<DelayFit> delays;  ///< that were fitted
+  std::optional<double> after;   ///< s after the first keyframe, from where on errors are summarised as well
 };
 
 /// What became of the data of one sensor.
