@@ -264,7 +264,8 @@ double scatter(const std::vector<ImuSample>& samples, double rate, Reading readi
 void check_vibration(const ImuSensor& imu, std::vector<NavigationFinding>& findings) {
   constexpr double far_more = 8.0;
   constexpr std::size_t enough = 1000;
-  if (imu.samples.size() < enough) return;
+  const bool stated = imu.noise.accelerometer > 0 && imu.noise.gyroscope > 0;
+  if (imu.samples.size() < enough || !stated) return;
   const double from = imu.samples.front().t, to = imu.samples.back().t;
   const double rate = double(imu.samples.size() - 1) / (to - from);
   const double force = scatter(imu.samples, rate, [](const ImuSample& s) { return s.specific_force; });

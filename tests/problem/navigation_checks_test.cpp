@@ -1,6 +1,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <random>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -354,6 +355,33 @@ TEST(NavigationChecks, AnInertialSensorNeedsSamples) {
   NavigationData data = healthy();
   for (ImuSample& sample : data.imu->samples) sample.t = 1;
   EXPECT_EQ(error_of_check(data), "imu: two samples or more are needed");
+}
+
+TEST(NavigationChecks, TellVibrationThatTheStatedNoiseLeavesOut) {
+  NavigationData data;
+  ImuSensor& imu = data.imu.emplace();
+  imu.name = "imu";
+  imu.noise.accelerometer = 0.02;
+  imu.noise.gyroscope = 0.001;
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  const auto noise = [&](double density) {
+    return Vector<3>(normal(random), normal(random), normal(random)) * (density * 10);
+  };
+  const auto record = [&](double accelerometer, double gyroscope) {
+    imu.samples.clear();
+    for (int i = 0; i < 4000; ++i)
+      imu.samples.push_back({0.01 * i, Vector<3>(0, 0, 9.8) + noise(accelerometer), noise(gyroscope)});
+    return check(data);
+  };
+  EXPECT_THAT(record(0.02, 0.001), testing::IsEmpty());
+  EXPECT_THAT(record(0.1, 0.005), testing::IsEmpty()) << "five times may be a poor figure; it is not told";
+  const auto findings = record(0.4, 0.001);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings[0].kind, Kind::vibration);
+  EXPECT_NEAR(findings[0].accelerometer, 0.4, 0.02);
+  EXPECT_NEAR(findings[0].gyroscope, 0.001, 5e-5);
+  EXPECT_THAT(findings[0].text(), HasSubstr("far more than is stated"));
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -82,9 +83,10 @@ class Navigate : public testing::Test {
 TEST_F(Navigate, SaysWhatItTakes) {
   const Outcome help = run_tandem({"navigate", "--help"});
   EXPECT_EQ(help.status, 0);
-  for (const char* option : {"--without", "--dvl-scale", "--preintegrated-dvl", "--no-earth-rotation", "--loss",
-                             "--noise", "--keyframe-interval", "--after", "--alignment", "--max-iterations",
-                             "--time-limit", "--out", "--plots", "--json", "--quiet", "Exit status"})
+  for (const char* option :
+       {"--without", "--dvl-scale", "--preintegrated-dvl", "--no-earth-rotation", "--loss", "--noise", "--delay",
+        "--fit-delay", "--keyframe-interval", "--after", "--alignment", "--max-iterations", "--time-limit", "--out",
+        "--plots", "--json", "--quiet", "Exit status"})
     EXPECT_THAT(help.output, HasSubstr(option));
 }
 
@@ -165,6 +167,26 @@ TEST_F(Navigate, OptionsReachTheProblem) {
   EXPECT_EQ(plain["sensors"]["dvl"]["down_weighted"], 0) << "no loss but when it is asked for";
 }
 
+TEST_F(Navigate, FindsHowLateASensorIs) {
+  const ScratchFolder scratch;
+  const auto late = scratch.path() / "late";
+  std::filesystem::copy(dive(), late);
+  const Table dvl = read_csv(dive() / "dvl.csv", "t,vx,vy,vz", TimeOrder::increasing);
+  std::ofstream file(late / "dvl.csv");
+  file.precision(17);
+  file << "t,vx,vy,vz\n";
+  for (std::size_t i = 0; i < dvl.rows(); ++i)
+    file << dvl.t(i) + 0.12 << ',' << dvl.row(i)[1] << ',' << dvl.row(i)[2] << ',' << dvl.row(i)[3] << '\n';
+  file.close();
+  const Outcome outcome = run_tandem({"navigate", late.string(), "--fit-delay", "dvl", "--json"});
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const Json fitted = Json::parse(outcome.output)["fitted_delays"]["dvl"];
+  EXPECT_NEAR(fitted["seconds"], 0.12, 0.011);
+  EXPECT_LT(fitted["cost"], fitted["cost_as_given"]);
+  const Outcome given = run_tandem({"navigate", late.string(), "--delay", "dvl=0.12", "--json"});
+  EXPECT_LT(Json::parse(given.output)["cost"], fitted["cost_as_given"]);
+}
+
 TEST_F(Navigate, StopsWhereItIsTold) {
   const ScratchFolder scratch;
   const Outcome outcome = run({"--max-iterations", "1", "--plots", "off", "--out", scratch.path().string()});
@@ -188,6 +210,10 @@ TEST_F(Navigate, SaysWhatIsWrongWithAnOption) {
   EXPECT_THAT(refusal_of({"--loss", "gsp=cauchy"}), HasSubstr("did you mean gps?"));
   EXPECT_THAT(refusal_of({"--loss", "gps=cauhcy"}), HasSubstr("did you mean cauchy?"));
   EXPECT_THAT(refusal_of({"--loss", "imu=cauchy"}), HasSubstr("--without imu"));
+  EXPECT_THAT(refusal_of({"--delay", "gsp=0.1"}), HasSubstr("did you mean gps?"));
+  EXPECT_THAT(refusal_of({"--delay", "gps=-0.1"}), HasSubstr("--delay"));
+  EXPECT_THAT(refusal_of({"--fit-delay", "imu"}), HasSubstr("delays are against the imu's own time"));
+  EXPECT_THAT(refusal_of({"--fit-delay", "dlv"}), HasSubstr("did you mean dvl?"));
   EXPECT_THAT(refusal_of({"--keyframe-interval", "0"}), HasSubstr("--keyframe-interval"));
   EXPECT_THAT(refusal_of({"--keyframe-interval", "soon"}), HasSubstr("--keyframe-interval"));
   EXPECT_THAT(refusal_of({"--after", "-1"}), HasSubstr("--after takes a finite number, zero or above"));
