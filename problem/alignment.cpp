@@ -27,12 +27,9 @@ const EgoMeasurement* first_of(const EgoSensor* sensor, double t) {
   return nullptr;
 }
 
-double start_time(const NavigationData& data) {
-  if (data.imu && !data.imu->samples.empty()) return data.imu->samples.front().t;
-  double first = std::numeric_limits<double>::infinity();
-  for (const EgoSensor& sensor : data.sensors)
-    if (!sensor.measurements.empty()) first = std::min(first, sensor.valid_at(sensor.measurements.front()));
-  return first;
+/// Whether the chaser can move without an inertial sensor.
+bool moves_by_log(const NavigationData& data) {
+  return sensor_of(data, EgoSensorType::dvl) && sensor_of(data, EgoSensorType::heading);
 }
 
 /// The least turn that brings the specific force of a body at rest upright.
@@ -59,6 +56,15 @@ double turn_between(const SO3& from, const SO3& to) {
 
 }  // namespace
 
+std::optional<double> start_time(const NavigationData& data) {
+  std::optional<double> by_log, by_imu;
+  for (const EgoSensor& sensor : data.sensors)
+    if (!sensor.measurements.empty() && moves_by_log(data))
+      by_log = std::min(by_log.value_or(HUGE_VAL), sensor.valid_at(sensor.measurements.front()));
+  if (data.imu && !data.imu->samples.empty()) by_imu = data.imu->samples.front().t;
+  return by_imu && !(by_log && *by_log < *by_imu - kFirstSeconds) ? by_imu : by_log;
+}
+
 EgoState Alignment::turned(double angle) const {
   const SO3 turn = SO3::Exp({0, 0, angle});
   EgoState result = state;
@@ -72,12 +78,12 @@ Alignment coarse_alignment(const NavigationData& data) {
   const EgoSensor* dvl = sensor_of(data, EgoSensorType::dvl);
   const EgoSensor* gps = sensor_of(data, EgoSensorType::gps);
   const EgoSensor* depth = sensor_of(data, EgoSensorType::depth);
-  const bool inertial = data.imu && !data.imu->samples.empty();
-  if (!inertial && !(dvl && heading))
-    throw Error("navigation needs a source of motion: an imu, or a dvl together with a heading");
+  const std::optional<double> start = start_time(data);
+  if (!start) throw Error("navigation needs a source of motion: an imu, or a dvl together with a heading");
 
   Alignment a;
-  a.t = start_time(data);
+  a.t = *start;
+  const bool inertial = data.imu && !data.imu->samples.empty() && data.imu->samples.front().t <= a.t + kLevelling;
   SO3 R = levelled(data, a.t);
   if (const EgoMeasurement* m = first_of(heading, a.t)) {
     const SO3 measured = m->rotation * heading->mount.rotation().inverse();

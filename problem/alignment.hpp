@@ -17,6 +17,10 @@ struct Alignment {
   bool velocity_in_body = false;
 };
 
+/// When a chaser can be estimated from on [s]: the inertial sensor's first sample; where that comes late, or never, the
+/// first measurement of the others, with a DVL and a heading to move by. Nothing when there is neither.
+std::optional<double> start_time(const NavigationData& data);
+
 /// Roll and pitch from the mean specific force of the first second, heading from the heading sensor, position from gps
 /// and depth, velocity from the DVL or two fixes, as far as there are any. Without a heading sensor the heading is
 /// unknown when there is gps, or a turning Earth; when nothing can tell it, or the position, they are zero by definition.

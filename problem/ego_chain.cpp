@@ -108,7 +108,11 @@ void EgoChain::coast(const EgoKeyframe& from, const EgoKeyframe& to) {
                                                                std::pow(options_.coasting_turn, 2), dt)),
                      {from.pose, from.velocity, to.pose, to.velocity});
   if (!imu_) return;
-  splits_.emplace_back(from.t, to.t);
+  if (!splits_.empty() && splits_.back().second == from.t) {
+    splits_.back().second = to.t;
+  } else {
+    splits_.emplace_back(from.t, to.t);
+  }
   const ImuNoise& noise = imu_->noise();
   Vector<6> walk;
   walk << Vector<3>::Constant(noise.accelerometer_bias_walk), Vector<3>::Constant(noise.gyroscope_bias_walk);

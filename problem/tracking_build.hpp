@@ -48,8 +48,9 @@ struct TrackingBuild {
   /// The constraints of the target's pose at k and of its twist up to there.
   void add_constraints(std::size_t k);
 
-  /// A pose, not a point.
+  /// Whether the target is, or is to be, a pose and not a point. What was measured at k later changes nothing.
   bool is_pose(std::size_t k) const {
+    if (k < target.size()) return pose(k) != nullptr;
     return options.model != MotionModel::constant_velocity &&
            (options.mode == Mode::A || out.keyframes[k].type == KeyframeType::optical);
   }

@@ -147,16 +147,8 @@ void OnlineEstimator::process() {
   }
 }
 
-double OnlineEstimator::first_time() const {
-  double first = HUGE_VAL;
-  if (ego_settings_->imu) return waiting_.imu->samples.empty() ? first : waiting_.imu->samples.front().t;
-  for (const EgoSensor& sensor : waiting_.sensors)
-    if (!sensor.measurements.empty()) first = std::min(first, sensor.valid_at(sensor.measurements.front()));
-  return first;
-}
-
 bool OnlineEstimator::start_chain() {
-  const double first = first_time();
+  const double first = start_time(waiting_).value_or(HUGE_VAL);
   if (!std::isfinite(first)) return false;
   Alignment alignment;
   if (options_.start) {

@@ -129,7 +129,6 @@ class OnlineEstimator {
   double last_motion() const;
   void process();
   bool start_chain();
-  double first_time() const;
   void join(const EgoKeyframe& keyframe);
   void take_event();
   void take_ego(std::size_t sensor, const EgoMeasurement& m, double t);
