@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -19,15 +20,19 @@ struct ImuSensor {
   SE3 mount{};  ///< sensor in the body
   ImuNoise noise{};
   /// σ of what is not known of the biases at the start, m/s² and rad/s. Where nothing is said, by the grade that the
-  /// noise shows: a hundred and a thousand s^½ times that, which holds from fibre-optic to micro-mechanical sensors.
+  /// noise shows: a hundred and a thousand s^½ times that, at most 0.5 m/s² and 0.1 rad/s.
   std::optional<double> initial_accelerometer_bias{}, initial_gyroscope_bias{};
   double max_gap = 0.5;              ///< s without a sample: longer ones split the chain
   double max_specific_force = 0;     ///< m/s², |axis| at or above which a sample is saturated; 0: no limit known
   double max_angular_rate = 0;       ///< rad/s
   std::vector<ImuSample> samples{};  ///< in time order
 
-  double accelerometer_bias_spread() const { return initial_accelerometer_bias.value_or(100 * noise.accelerometer); }
-  double gyroscope_bias_spread() const { return initial_gyroscope_bias.value_or(1000 * noise.gyroscope); }
+  double accelerometer_bias_spread() const {
+    return initial_accelerometer_bias.value_or(std::min(100 * noise.accelerometer, 0.5));
+  }
+  double gyroscope_bias_spread() const {
+    return initial_gyroscope_bias.value_or(std::min(1000 * noise.gyroscope, 0.1));
+  }
 };
 
 /// What the chaser's other sensors measure of itself.

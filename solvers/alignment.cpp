@@ -8,6 +8,19 @@ namespace tandem {
 namespace {
 
 constexpr int kHeadings = 8;
+constexpr double kLargeBias = 0.02;  // rad/s: turns a body far within an alignment
+
+/// The bias of a gyroscope on a body that turns to and fro.
+Vector<6> mean_rate(const NavigationData& data, double from, double seconds) {
+  Vector<6> bias = Vector<6>::Zero();
+  double n = 0;
+  for (const ImuSample& sample : data.imu->samples) {
+    if (sample.t > from + seconds) break;
+    bias.tail<3>() += sample.angular_rate;
+    ++n;
+  }
+  return n > 0 ? Vector<6>(bias / n) : bias;
+}
 
 /// Cost of estimating the data from this start, all of it in one window.
 double cost_from(const NavigationData& data, const Alignment& start, double seconds, const OnlineOptions& options) {
@@ -19,7 +32,7 @@ double cost_from(const NavigationData& data, const Alignment& start, double seco
   own.start = start;
   OnlineEstimator estimator(TrackingData(), data, own);
   replay(data, start.t + seconds, estimator);
-  return estimator.cost();
+  return estimator.started() ? estimator.settle().cost : HUGE_VAL;
 }
 
 }  // namespace
@@ -50,16 +63,20 @@ void replay(const NavigationData& data, double until, OnlineEstimator& estimator
 Alignment align(const NavigationData& data, double seconds, const OnlineOptions& options) {
   const Alignment coarse = coarse_alignment(data);
   if (!coarse.heading_unknown) return coarse;
+  std::vector<Vector<6>> biases = {coarse.state.bias};
+  if (data.imu && data.imu->gyroscope_bias_spread() > kLargeBias) biases.push_back(mean_rate(data, coarse.t, seconds));
   Alignment best = coarse;
   double least = HUGE_VAL;
-  for (int i = 0; i < kHeadings; ++i) {
-    Alignment candidate = coarse;
-    candidate.state = coarse.turned(2 * M_PI * i / kHeadings);
-    const double cost = cost_from(data, candidate, seconds, options);
-    if (!(cost < least)) continue;
-    least = cost;
-    best = candidate;
-  }
+  for (const Vector<6>& bias : biases)
+    for (int i = 0; i < kHeadings; ++i) {
+      Alignment candidate = coarse;
+      candidate.state = coarse.turned(2 * M_PI * i / kHeadings);
+      candidate.state.bias = bias;
+      const double cost = cost_from(data, candidate, seconds, options);
+      if (!(cost < least)) continue;
+      least = cost;
+      best = candidate;
+    }
   return best;
 }
 

@@ -9,7 +9,7 @@ namespace {
 constexpr double kCoarse = 5.0;         // s that a coarse alignment looks at
 constexpr double kFirstRestart = 5.0;   // s after the first sight of a target; then each time after twice as long
 constexpr double kSurprise = M_PI / 4;  // rad between a measured orientation and the one held that call for a restart
-constexpr int kRestartUpdates = 4;
+constexpr int kSettlingUpdates = 6;
 constexpr std::size_t kMuchOdometry = 4096;
 
 std::string seconds_text(double t) { return std::to_string(t) + " s"; }
@@ -321,22 +321,23 @@ Summary OnlineEstimator::restart(const Summary& before) {
       window.set_values(kept);
       return;
     }
+    const double cost = cost_;
     best = settle();
-    if (!(best.cost < cost_)) {
-      window.set_values(kept);
-      best = settle();
-    }
-    cost_ = best.cost;
+    if (best.cost < cost) return;
+    window.set_values(kept);
+    best = settle();
   });
   return best;
 }
 
 Summary OnlineEstimator::settle() {
   Summary summary;
-  for (int i = 0; i < kRestartUpdates; ++i) {
+  for (int i = 0; i < kSettlingUpdates; ++i) {
+    const double before = summary.cost;
     summary = lag_.update();
-    if (summary.converged()) break;
+    if (summary.converged() && i > 0 && !(summary.cost < (1 - 1e-6) * before)) break;
   }
+  cost_ = summary.cost;
   return summary;
 }
 

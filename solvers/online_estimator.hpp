@@ -58,6 +58,8 @@ class OnlineEstimator {
   std::optional<std::string> add_target(std::size_t sensor, const Measurement& m);
   /// Nothing more will come: estimates what was waiting for later lines.
   void finish();
+  /// Updates once more, a few times, until nothing changes.
+  Summary settle();
 
   bool started() const;  ///< there is a chaser
   bool has_target() const;
@@ -143,7 +145,6 @@ class OnlineEstimator {
   void trim();
   bool restart_due();
   Summary restart(const Summary& before);
-  Summary settle();
 
   OnlineOptions options_;
   TrackingData settings_;

@@ -9,6 +9,7 @@
 #include <tandem/studies/demo_command.hpp>
 #include <tandem/studies/estimate_command.hpp>
 #include <tandem/studies/models_command.hpp>
+#include <tandem/studies/navigate_command.hpp>
 #include <tandem/studies/simulate_command.hpp>
 #include <tandem/studies/text.hpp>
 #include <tandem/studies/yaml_section.hpp>
@@ -76,6 +77,36 @@ void add_estimate(CLI::App& app, EstimateArguments& arguments) {
   option("--max-iterations", arguments.max_iterations, "N", "Stop after N iterations");
   option("--time-limit", arguments.time_limit, "SECONDS", "Stop after so long");
   option("--out", arguments.out, "DIR", "Write trajectories, errors, summary.json and plots to DIR");
+  option("--plots", arguments.plots, "svg|png|off", "Format of the plots in DIR (default svg)");
+  command->add_flag("--json", arguments.json, "Print summary.json, and nothing else");
+  command->add_flag("--quiet", arguments.quiet, "Print no table, progress or notes");
+}
+
+void add_navigate(CLI::App& app, NavigateArguments& arguments) {
+  CLI::App* command = app.add_subcommand("navigate", "Estimate the chaser's own trajectory from its own raw sensors");
+  command->footer("Exit status: 0 converged, 1 wrong input or usage, 2 not converged (the best estimate is written).");
+  NavigationArguments& navigation = arguments.navigation;
+  command->add_option("scenario", navigation.scenario, "A scenario folder with an imu, dvl, depth, gps, heading")
+      ->type_name("SCENARIO")
+      ->required();
+  const Options option{command};
+  option.repeatable("--without", navigation.without, "SENSOR", "Leave a sensor out");
+  option("--keyframe-interval", navigation.keyframe_interval, "SECONDS", "In place of the scenario's");
+  option.repeatable("--noise", navigation.noise, "SENSOR=v,v,...",
+                    "Standard deviations in place of the scenario's; of the imu its accelerometer, gyroscope and their "
+                    "bias walks");
+  option.repeatable("--loss", navigation.loss, "[SENSOR=]NAME[:SCALE]",
+                    "Robust loss of the measurements: huber, cauchy, geman-mcclure or tukey, scale in sigmas (default "
+                    "1)");
+  command->add_flag("--dvl-scale", navigation.dvl_scale, "Estimate the DVL's scale factor");
+  command->add_flag("--preintegrated-dvl", navigation.preintegrated_dvl,
+                    "To compare: DVL velocities summed up between keyframes");
+  command->add_flag("--no-earth-rotation", navigation.no_earth_rotation, "Take the world as inertial");
+  option("--alignment", navigation.alignment, "SECONDS", "Data that decide an unknown heading (default 30)");
+  option("--after", arguments.after, "SECONDS", "Summarise the errors after the first so many seconds, too");
+  option("--max-iterations", arguments.max_iterations, "N", "Stop a solve after N iterations");
+  option("--time-limit", arguments.time_limit, "SECONDS", "Stop a solve after so long");
+  option("--out", arguments.out, "DIR", "Write trajectory, errors, summary.json and plots to DIR");
   option("--plots", arguments.plots, "svg|png|off", "Format of the plots in DIR (default svg)");
   command->add_flag("--json", arguments.json, "Print summary.json, and nothing else");
   command->add_flag("--quiet", arguments.quiet, "Print no table, progress or notes");
@@ -188,6 +219,8 @@ int run_command_line(int argc, const char* const* argv, const std::string& versi
   app.require_subcommand(1);
   EstimateArguments arguments;
   add_estimate(app, arguments);
+  NavigateArguments navigate_arguments;
+  add_navigate(app, navigate_arguments);
   CompareArguments compare_arguments;
   add_compare(app, compare_arguments);
   ModelsArguments models_arguments;
@@ -205,6 +238,7 @@ int run_command_line(int argc, const char* const* argv, const std::string& versi
     return kBadInput;
   }
   if (app.got_subcommand("estimate")) return run_estimate(arguments);
+  if (app.got_subcommand("navigate")) return run_navigate(navigate_arguments);
   if (app.got_subcommand("compare")) return run_compare(compare_arguments);
   if (app.got_subcommand("models")) return run_models(models_arguments);
   if (app.got_subcommand("demo")) return run_demo(demo_arguments);
