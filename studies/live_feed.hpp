@@ -19,7 +19,7 @@ namespace tandem {
 /// Lines that are of no use, counted by sensor and reason.
 class RefusedLines {
  public:
-  void add(const std::string& sensor, const std::string& reason) { ++counts_[{sensor, reason}]; }
+  void add(const std::string& sensor, const std::string& reason, std::size_t n = 1) { counts_[{sensor, reason}] += n; }
   const std::map<std::pair<std::string, std::string>, std::size_t>& counts() const { return counts_; }
 
  private:
