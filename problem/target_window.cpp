@@ -17,6 +17,18 @@ TrackingData without_measurements(TrackingData data) {
   return data;
 }
 
+/// The best that was measured at a keyframe gives its type: a pose before a position.
+void mark(Keyframe& keyframe, const TargetSensor& by, const Measurement& m) {
+  const auto position = by.position_in_chaser(m);
+  if (!position) return;
+  if (by.type == SensorType::pose) {
+    keyframe = {keyframe.t, KeyframeType::optical, position, by.pose_in_chaser(m).rotation()};
+  } else if (keyframe.type != KeyframeType::optical) {
+    keyframe.type = KeyframeType::usbl;
+    keyframe.measured_position = position;
+  }
+}
+
 template <class T>
 void drop_front(std::vector<T>& v, std::size_t n) {
   v.erase(v.begin(), v.begin() + std::ptrdiff_t(std::min(n, v.size())));
@@ -33,16 +45,7 @@ template <LieGroup G>
 void TargetWindow<G>::add_keyframe(double t, const SE3& dead_reckoned, const Variable<G>* chaser, std::size_t sensor,
                                    const Measurement* first) {
   Keyframe keyframe{t, KeyframeType::gated, {}, {}};
-  if (first) {
-    const TargetSensor& by = data_.sensors[sensor];
-    keyframe.measured_position = by.position_in_chaser(*first);
-    if (by.type == SensorType::pose) {
-      keyframe.type = KeyframeType::optical;
-      keyframe.measured_rotation = by.pose_in_chaser(*first).rotation();
-    } else if (keyframe.measured_position) {
-      keyframe.type = KeyframeType::usbl;
-    }
-  }
+  if (first) mark(keyframe, data_.sensors[sensor], *first);
   const std::size_t k = size();
   const SE3 odometry = in_space(in_group<G>(dead_reckoned));
   SE3 chaser_pose = odometry;
@@ -102,6 +105,7 @@ std::optional<std::string> TargetWindow<G>::add_measurement(std::size_t sensor, 
     by.measurements.pop_back();
     return error.what();
   }
+  if (at) mark(out_.keyframes[*at], by, m);
   return std::nullopt;
 }
 

@@ -218,16 +218,26 @@ void OnlineEstimator::take_target(std::size_t sensor, const Measurement& m, doub
   } else if (!has_target()) {
     start_target(sensor, m);
   }
-  with_window([&](auto& window) { refused_ = window.add_measurement(sensor, m); });
+  with_window([&](auto& window) { refuse(by.name, window.add_measurement(sensor, m)); });
   // Others of the same instant share the solve.
   if (!late && !pending_.empty() && pending_.begin()->first <= t + kSameInstant) return take_event();
   update(std::exchange(new_keyframe_, false));
 }
 
 void OnlineEstimator::refuse(const std::string& name, double t) {
-  refused_ = name + ": nothing can be made of the measurement valid at " + seconds_text(t);
+  std::string why = name + ": nothing can be made of the measurement valid at " + seconds_text(t);
   if (!has_target() && !settings_.sensors.empty())
-    *refused_ += "; a target starts at a measurement of its position where the chaser's motion is known";
+    why += "; a target starts at a measurement of its position where the chaser's motion is known";
+  refuse(name, why);
+}
+
+/// Told to the hook, where there is one: the line may be an earlier one than that which is just being added.
+void OnlineEstimator::refuse(const std::string& name, const std::optional<std::string>& why) {
+  if (!why) return;
+  if (on_refuse)
+    on_refuse(name, *why);
+  else
+    refused_ = why;
 }
 
 void OnlineEstimator::add_keyframe(double t, std::size_t sensor, const Measurement* first) {

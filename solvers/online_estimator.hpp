@@ -48,6 +48,9 @@ class OnlineEstimator {
 
   /// Called after each update.
   std::function<void(const OnlineUpdate&)> on_update;
+  /// Called with a line that turned out to be of no use when its turn came, which may be while later ones are added: the
+  /// sensor, and a sentence. Without it, the call that is under way returns the sentence.
+  std::function<void(const std::string& sensor, const std::string& why)> on_refuse;
   /// Called with what leaves the window, at its last estimate.
   std::function<void(const Stamped<EgoState>&)> on_leave;
 
@@ -125,6 +128,7 @@ class OnlineEstimator {
   FixedLagOptions with_hook(FixedLagOptions options);
   std::optional<std::string> why_too_late(const std::string& name, double t) const;
   std::optional<std::string> wait(double stamp, double valid, Event event);
+  void refuse(const std::string& name, const std::optional<std::string>& why);
   double reached() const;
   double last_motion() const;
   void process();

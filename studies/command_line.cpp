@@ -12,6 +12,7 @@
 #include <tandem/studies/navigate_command.hpp>
 #include <tandem/studies/simulate_command.hpp>
 #include <tandem/studies/text.hpp>
+#include <tandem/studies/track_command.hpp>
 #include <tandem/studies/yaml_section.hpp>
 
 namespace tandem {
@@ -33,8 +34,8 @@ struct Options {
   }
 };
 
-/// What says which problem is meant, common to all commands that pose one.
-void add_tracking(const Options& option, TrackingArguments& tracking) {
+/// What says which problem is meant, common to the commands that pose one.
+void add_target_motion(const Options& option, TrackingArguments& tracking, const std::string& limits) {
   option.command->add_option("scenario", tracking.scenario, "A scenario folder, or the name of a built-in scenario")
       ->type_name("SCENARIO")
       ->required();
@@ -42,23 +43,28 @@ void add_tracking(const Options& option, TrackingArguments& tracking) {
          "Target as poses (A, default) or poses where one was measured, else points (B)");
   option("--model", tracking.model, "NAME",
          "Motion: constant-twist (default), constant-velocity, white-noise-acceleration or steady-course");
-  option("--horizons", tracking.horizons, "LIST",
-         "Triples (k-m, k, k+n) of constant twist or velocity: m:n or one number for both (default 1)");
   option("--junction", tracking.junction, "boundary|direct", "How mode B ties points to poses (default boundary)");
   option("--roll-pitch", tracking.roll_pitch, "soft|hard|off", "The target is level (default soft)");
   option("--non-holonomic", tracking.non_holonomic, "soft|hard|off", "The target has no sway, no heave (default off)");
   option("--surge", tracking.surge, "MIN,MAX", "Limits of the target's surge [m/s]; inf is none");
   option("--yaw-rate", tracking.yaw_rate, "MAX", "Limit of the target's yaw rate [rad/s]");
-  option("--limits", tracking.limits, "hard|soft", "How surge and yaw rate are held (default hard)");
+  option("--limits", tracking.limits, "hard|soft", "How surge and yaw rate are held (default " + limits + ")");
   option.command->add_flag("--robust", tracking.robust,
                            "For real detections: Cauchy losses at 2 sigmas, and a start without turned ones");
   option.repeatable(
       "--loss", tracking.loss, "[WHICH=]NAME[:SCALE]",
       "Robust loss of the measurements: huber, cauchy, geman-mcclure or tukey, scale in sigmas (default 1); of "
       "WHICH = a sensor, its orientation apart (SENSOR.orientation) or that of all (orientation)");
+  option.repeatable("--noise", tracking.noise, "NAME=v,v,...", "Standard deviations in place of the scenario's");
+}
+
+/// The same of a whole recording.
+void add_tracking(const Options& option, TrackingArguments& tracking) {
+  add_target_motion(option, tracking, "hard");
+  option("--horizons", tracking.horizons, "LIST",
+         "Triples (k-m, k, k+n) of constant twist or velocity: m:n or one number for both (default 1)");
   option.repeatable("--hold-out", tracking.hold_out, "[SENSOR=]N",
                     "Leave every N-th measurement out, to validate with");
-  option.repeatable("--noise", tracking.noise, "NAME=v,v,...", "Standard deviations in place of the scenario's");
   option("--max-keyframes", tracking.max_keyframes, "N", "Take the first N keyframes only");
 }
 
@@ -113,6 +119,33 @@ void add_navigate(CLI::App& app, NavigateArguments& arguments) {
   option("--plots", arguments.plots, "svg|png|off", "Format of the plots in DIR (default svg)");
   command->add_flag("--json", arguments.json, "Print summary.json, and nothing else");
   command->add_flag("--quiet", arguments.quiet, "Print no table, progress or notes");
+}
+
+void add_track(CLI::App& app, TrackArguments& arguments) {
+  CLI::App* command =
+      app.add_subcommand("track", "Track chaser and target line by line, as data come, over a sliding window");
+  command->footer(
+      "Prints a line a second of data: of the target range, bearing (starboard positive), elevation, speed, heading "
+      "(clockwise from north: the world's y, of NED-FRD x) and sigma of its position relative to the chaser; then how "
+      "long updates took, what was refused and, where there is truth, errors of the newest state and of predictions.\n"
+      "Lines of --stdin are NAME,t,...: the name of a sensor and a row of its csv, or odometry,t,x,y,z,qx,qy,qz,qw.\n"
+      "Exit status: 0 tracked, also until an interrupt, 1 wrong input or usage, 2 there was nothing to track.");
+  const Options option{command};
+  add_target_motion(option, arguments.tracking, "soft; online they can only be soft");
+  option("--window", arguments.window, "SECONDS", "What is older is marginalised (default 60)");
+  option("--keyframes", arguments.keyframes, "N", "And what is more than N keyframes back (alone: no other window)");
+  option("--iterations", arguments.iterations, "N", "At most, an update (default 5)");
+  option("--alignment", arguments.alignment, "SECONDS",
+         "By the chaser's own sensors: what decides a heading that none measures (default 30)");
+  command->add_flag("--dvl-scale", arguments.dvl_scale, "Estimate the DVL's scale factor");
+  option("--predict", arguments.predict, "LIST", "Seconds ahead to predict the target (default 5,10)");
+  option("--until", arguments.until, "SECONDS", "Stop after so many seconds of data");
+  command->add_flag("--realtime", arguments.realtime, "Each line at its time, not as fast as possible");
+  command->add_flag("--stdin", arguments.standard_input,
+                    "Settings from the folder's scenario.yaml, data from standard input");
+  option("--out", arguments.out, "DIR", "Write trajectories as filtered, track.csv, errors.csv, summary.json to DIR");
+  command->add_flag("--json", arguments.json, "Print summary.json, and nothing else");
+  command->add_flag("--quiet", arguments.quiet, "Print nothing but errors");
 }
 
 void add_compare(CLI::App& app, CompareArguments& arguments) {
@@ -224,6 +257,8 @@ int run_command_line(int argc, const char* const* argv, const std::string& versi
   add_estimate(app, arguments);
   NavigateArguments navigate_arguments;
   add_navigate(app, navigate_arguments);
+  TrackArguments track_arguments;
+  add_track(app, track_arguments);
   CompareArguments compare_arguments;
   add_compare(app, compare_arguments);
   ModelsArguments models_arguments;
@@ -242,6 +277,7 @@ int run_command_line(int argc, const char* const* argv, const std::string& versi
   }
   if (app.got_subcommand("estimate")) return run_estimate(arguments);
   if (app.got_subcommand("navigate")) return run_navigate(navigate_arguments);
+  if (app.got_subcommand("track")) return run_track(track_arguments);
   if (app.got_subcommand("compare")) return run_compare(compare_arguments);
   if (app.got_subcommand("models")) return run_models(models_arguments);
   if (app.got_subcommand("demo")) return run_demo(demo_arguments);

@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/problem/planar.hpp>
 #include <tandem/studies/named_noise.hpp>
 #include <tandem/studies/scenario.hpp>
 #include <tandem/studies/scenario_ego.hpp>
 #include <tandem/studies/scenario_sensors.hpp>
+#include <tandem/studies/sensor_rows.hpp>
 #include <tandem/studies/table.hpp>
 #include <tandem/studies/text.hpp>
 #include <tandem/studies/yaml_section.hpp>
@@ -16,14 +16,21 @@
 namespace tandem {
 namespace {
 
+std::vector<Stamped<SE3>> trajectory(const Scenario& scenario, const Table& table) {
+  std::vector<Stamped<SE3>> result = poses(table);
+  for (auto& [t, pose] : result) pose = inner_pose(pose, scenario.frame, scenario.data.planar);
+  return result;
+}
+
 bool contains(const std::vector<std::string>& words, const std::string& word) {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
 
 class ScenarioReader {
  public:
-  explicit ScenarioReader(const std::filesystem::path& folder)
-      : folder_(folder), yaml_(YamlSection::load(folder / "scenario.yaml")) {}
+  /// Without `rows_in`, all is read.
+  explicit ScenarioReader(const std::filesystem::path& folder, std::optional<RowsIn> rows_in = {})
+      : folder_(folder), yaml_(YamlSection::load(folder / "scenario.yaml")), rows_in_(rows_in) {}
 
   Scenario read() {
     scenario_.folder = folder_;
@@ -34,11 +41,12 @@ class ScenarioReader {
     read_undeclared_sensors();
     if (!scenario_.navigation || has_odometry() || !data_.sensors.empty() || yaml_.has("noise"))
       read_noise(yaml_.section("noise"));
-    if (!scenario_.navigation && std::all_of(data_.sensors.begin(), data_.sensors.end(),
-                                             [](const TargetSensor& sensor) { return sensor.measurements.empty(); }))
+    if (!scenario_.navigation &&
+        std::all_of(data_.sensors.begin(), data_.sensors.end(),
+                    [&](const TargetSensor& sensor) { return all_rows() && sensor.measurements.empty(); }))
       throw Error(fmt::format("{} has no measurements: neither usbl.csv, optical.csv nor another sensor gives any",
                               folder_.string()));
-    read_truth();
+    if (all_rows()) read_truth(scenario_);
     return std::move(scenario_);
   }
 
@@ -70,15 +78,6 @@ class ScenarioReader {
     return given;
   }
 
-  std::vector<Stamped<SE3>> trajectory(const Table& table) const {
-    std::vector<Stamped<SE3>> result = poses(table);
-    for (auto& [t, pose] : result) {
-      pose = scenario_.frame.world(pose);
-      if (data_.planar) pose = in_space(in_group<SE2>(pose));
-    }
-    return result;
-  }
-
   void read_ego_sensors() {
     if (!yaml_.has("sensors")) return;
     const YamlSection sensors = yaml_.section("sensors");
@@ -91,7 +90,12 @@ class ScenarioReader {
       }
       if (data_.planar)
         entry.fail("type", fmt::format("sensor type {} is not planar: leave out group SE2", entry.text("type")));
-      read_ego_sensor(name, entry, folder_, scenario_.frame, navigation);
+      read_ego_sensor(name, entry, folder_, scenario_.frame, navigation, all_rows());
+      const std::filesystem::path file = folder_ / entry.text("file");
+      if (entry.text("type") == "imu")
+        scenario_.files.imu = file;
+      else
+        scenario_.files.ego.push_back(file);
       ego_.push_back(name);
       files_.push_back(std::filesystem::path(entry.text("file")).filename().string());
     }
@@ -101,18 +105,29 @@ class ScenarioReader {
     scenario_.navigation = std::move(navigation);
   }
 
-  bool odometry_there() const { return std::filesystem::exists(folder_ / "chaser_odometry.tum"); }
-  bool has_odometry() const { return !data_.odometry.empty(); }
+  bool all_rows() const { return !rows_in_; }
+  bool noise_names(const std::string& name) const {
+    return rows_in_ == RowsIn::stream && yaml_.has("noise") && yaml_.section("noise").has(name);
+  }
+  bool odometry_there() const {
+    return std::filesystem::exists(folder_ / "chaser_odometry.tum") || noise_names("odometry");
+  }
+  bool has_odometry() const { return scenario_.files.odometry.has_value(); }
 
   void read_odometry() {
     if (scenario_.navigation && !odometry_there()) return;
-    const Table table = read_tum(folder_ / "chaser_odometry.tum");
+    const std::filesystem::path file = folder_ / "chaser_odometry.tum";
+    scenario_.files.odometry = file;
+    if (!all_rows()) return;
+    const Table table = read_tum(file);
     if (table.rows() < 2) throw Error(fmt::format("{} needs two poses or more", table.file.string()));
-    data_.odometry = trajectory(table);
+    data_.odometry = trajectory(scenario_, table);
   }
 
   SensorSurroundings surroundings() const {
     SensorSurroundings around{folder_, scenario_.frame, data_.planar};
+    around.rows = all_rows();
+    if (!around.rows) return around;
     if (has_odometry()) {
       around.first = data_.odometry.front().t;
       around.last = data_.odometry.back().t;
@@ -131,6 +146,7 @@ class ScenarioReader {
       if (contains(ego_, name)) continue;
       const YamlSection entry = sensors.section(name);
       data_.sensors.push_back(read_sensor(name, entry, surroundings()));
+      scenario_.files.target.push_back(folder_ / entry.text("file"));
       if (!entry.has("position") && !entry.has("orientation")) scenario_.without_extrinsics.push_back(name);
       files_.push_back(std::filesystem::path(entry.text("file")).filename().string());
     }
@@ -139,11 +155,12 @@ class ScenarioReader {
   void read_undeclared_sensors() {
     for (const auto& [name, type] : {std::pair{"usbl", SensorType::position}, {"optical", SensorType::pose}}) {
       const std::string file = std::string(name) + ".csv";
-      if (!std::filesystem::exists(folder_ / file) || contains(files_, file)) continue;
+      if (contains(files_, file) || !(std::filesystem::exists(folder_ / file) || noise_names(name))) continue;
       if (contains(declared_, name))
         yaml_.section("sensors").fail(name,
                                       fmt::format("sensor {0} must read {0}.csv, which is there, or be renamed", name));
       data_.sensors.push_back(read_undeclared_sensor(name, type, surroundings()));
+      scenario_.files.target.push_back(folder_ / file);
       undeclared_.push_back(name);
     }
   }
@@ -169,14 +186,9 @@ class ScenarioReader {
     turn_noise(data_.noise, scenario_.frame);
   }
 
-  void read_truth() {
-    const std::filesystem::path chaser = folder_ / "truth_chaser.tum", target = folder_ / "truth_target.tum";
-    if (std::filesystem::exists(chaser)) scenario_.truth_chaser = trajectory(read_tum(chaser));
-    if (std::filesystem::exists(target)) scenario_.truth_target = trajectory(read_tum(target));
-  }
-
   std::filesystem::path folder_;
   YamlSection yaml_;
+  std::optional<RowsIn> rows_in_;
   Scenario scenario_;
   TrackingData& data_ = scenario_.data;
   std::vector<std::string> declared_, undeclared_, ego_;  ///< sensors' names
@@ -186,5 +198,14 @@ class ScenarioReader {
 }  // namespace
 
 Scenario read_scenario(const std::filesystem::path& folder) { return ScenarioReader(folder).read(); }
+
+Scenario read_settings(const std::filesystem::path& folder, RowsIn rows) { return ScenarioReader(folder, rows).read(); }
+
+void read_truth(Scenario& scenario) {
+  const std::filesystem::path chaser = scenario.folder / "truth_chaser.tum",
+                              target = scenario.folder / "truth_target.tum";
+  if (std::filesystem::exists(chaser)) scenario.truth_chaser = trajectory(scenario, read_tum(chaser));
+  if (std::filesystem::exists(target)) scenario.truth_target = trajectory(scenario, read_tum(target));
+}
 
 }  // namespace tandem

@@ -38,11 +38,28 @@ struct Scenario {
   bool truth_orientation = true;                         ///< false: the truth has positions only
   std::vector<std::string> without_extrinsics;  ///< declared sensors that give neither position nor orientation
 
+  /// Where the rows of each are, one each a sensor of `data` and of `navigation`.
+  struct Files {
+    std::optional<std::filesystem::path> odometry, imu;
+    std::vector<std::filesystem::path> target, ego;
+  } files;
+
   bool has_truth() const { return !truth_chaser.empty() && !truth_target.empty(); }
 };
 
 /// Throws Error, naming file, line and reason, on anything that is missing, malformed, unknown or not
 /// supported.
 Scenario read_scenario(const std::filesystem::path& folder);
+
+/// Where the rows of a scenario are, of which settings alone are read.
+enum class RowsIn {
+  files,   ///< in the folder's files, which are looked for but not read
+  stream,  ///< come from elsewhere: chaser_odometry.tum, usbl and optical are there when `noise` has them
+};
+
+/// The same without odometry, measurements, samples and truth.
+Scenario read_settings(const std::filesystem::path& folder, RowsIn rows);
+/// Adds the truth, where there is one, to settings.
+void read_truth(Scenario& scenario);
 
 }  // namespace tandem

@@ -9,6 +9,7 @@
 #include <tandem/studies/named_noise.hpp>
 #include <tandem/studies/scenario_ego.hpp>
 #include <tandem/studies/sensor_entry.hpp>
+#include <tandem/studies/sensor_rows.hpp>
 #include <tandem/studies/table.hpp>
 #include <tandem/studies/text.hpp>
 
@@ -24,20 +25,6 @@ EgoSensorType type_of(const YamlSection& entry) {
   return *std::find_if(kTypes.begin(), kTypes.end(), [&](EgoSensorType type) { return name(type) == given; });
 }
 
-std::string header(EgoSensorType type) {
-  switch (type) {
-    case EgoSensorType::dvl:
-      return "t,vx,vy,vz";
-    case EgoSensorType::depth:
-      return "t,z";
-    case EgoSensorType::gps:
-      return "t,x,y,z";
-    case EgoSensorType::heading:
-      break;
-  }
-  return "t,qx,qy,qz,qw";
-}
-
 /// A number above zero, where the key is there or `required`.
 template <class Number>  // double, or an optional one
 void read_positive(const YamlSection& entry, const std::string& key, Number& value, bool required = false) {
@@ -48,7 +35,7 @@ void read_positive(const YamlSection& entry, const std::string& key, Number& val
 }
 
 ImuSensor read_imu(const std::string& name, const YamlSection& entry, const std::filesystem::path& folder,
-                   const Frame& frame) {
+                   const Frame& frame, bool rows) {
   entry.allow_only({"type", "file", "position", "orientation", "accelerometer", "gyroscope", "accelerometer_bias_walk",
                     "gyroscope_bias_walk", "integration", "initial_accelerometer_bias", "initial_gyroscope_bias",
                     "max_gap", "max_specific_force", "max_angular_rate"});
@@ -66,38 +53,17 @@ ImuSensor read_imu(const std::string& name, const YamlSection& entry, const std:
   read_positive(entry, "max_specific_force", imu.max_specific_force);
   read_positive(entry, "max_angular_rate", imu.max_angular_rate);
 
-  const Table table = read_csv(folder / entry.text("file"), "t,fx,fy,fz,wx,wy,wz", TimeOrder::any);
+  const std::filesystem::path file = folder / entry.text("file");
+  if (!rows) return imu;
+  const Table table = read_csv(file, imu_columns, TimeOrder::any);
   if (table.rows() < 2) throw Error(fmt::format("{} needs two samples or more", table.file.string()));
   imu.samples.reserve(table.rows());
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    const double* row = table.row(i) + 1;
-    imu.samples.push_back({table.t(i), frame.body(Vector<3>(row)), frame.body(Vector<3>(row + 3))});
-  }
+  for (std::size_t i = 0; i < table.rows(); ++i) imu.samples.push_back(imu_sample(table.row(i), frame));
   return imu;
 }
 
-EgoMeasurement measurement(EgoSensorType type, const Table& table, std::size_t i, const Frame& frame) {
-  const double* row = table.row(i) + 1;
-  EgoMeasurement m{table.t(i)};
-  switch (type) {
-    case EgoSensorType::dvl:
-      m.value = frame.body(Vector<3>(row));
-      break;
-    case EgoSensorType::depth:
-      m.value = frame.world(Vector<3>(0, 0, row[0]));
-      break;
-    case EgoSensorType::gps:
-      m.value = frame.world(Vector<3>(row));
-      break;
-    case EgoSensorType::heading:
-      m.rotation = frame.world(SE3(rotation_at(table, i, row), Vector<3>::Zero())).rotation();
-      break;
-  }
-  return m;
-}
-
 EgoSensor read_other(const std::string& name, const YamlSection& entry, const std::filesystem::path& folder,
-                     const Frame& frame) {
+                     const Frame& frame, bool with_rows) {
   EgoSensor sensor;
   sensor.name = name;
   sensor.type = type_of(entry);
@@ -121,10 +87,13 @@ EgoSensor read_other(const std::string& name, const YamlSection& entry, const st
   sensor.delay = read_delay(entry);
   sensor.loss = read_loss(entry, "loss");
 
-  const Table table = read_csv(folder / entry.text("file"), header(sensor.type), TimeOrder::any);
+  const std::filesystem::path file = folder / entry.text("file");
+  if (!with_rows) return sensor;
+  const Table table = read_csv(file, columns(sensor.type), TimeOrder::any);
   sensor.measurements.reserve(table.rows());
   for (std::size_t i = 0; i < table.rows(); ++i)
-    sensor.measurements.push_back(measurement(sensor.type, table, i, frame));
+    sensor.measurements.push_back(
+        located([&] { return table.where(i); }, [&] { return ego_measurement(sensor.type, table.row(i), frame); }));
   return sensor;
 }
 
@@ -145,14 +114,14 @@ bool is_ego_sensor(const YamlSection& entry) {
 }
 
 void read_ego_sensor(const std::string& name, const YamlSection& entry, const std::filesystem::path& folder,
-                     const Frame& frame, NavigationData& data) {
+                     const Frame& frame, NavigationData& data, bool rows) {
   if (entry.text("type") != "imu") {
-    data.sensors.push_back(read_other(name, entry, folder, frame));
+    data.sensors.push_back(read_other(name, entry, folder, frame, rows));
     return;
   }
   if (data.imu)
     entry.fail("type", fmt::format("a second imu: one is used at a time, so leave out {} or {}", data.imu->name, name));
-  data.imu = read_imu(name, entry, folder, frame);
+  data.imu = read_imu(name, entry, folder, frame, rows);
 }
 
 Earth read_earth(const YamlSection& yaml) {

@@ -16,6 +16,7 @@ struct SensorSurroundings {
   bool planar = false;
   double first = 0, last = 0;                   ///< s: no measurement lies outside
   std::string span_of = "the odometry's span";  ///< what first and last are, for the error message
+  bool rows = true;                             ///< to be read; false: settings only
 };
 
 /// The type in an entry of `sensors:`, of a sensor that observes the target. Throws Error where there is no such type.

@@ -37,10 +37,4 @@ std::optional<Loss> read_loss(const YamlSection& sensor, const std::string& key)
   }
 }
 
-SO3 rotation_at(const Table& table, std::size_t i, const double* xyzw) {
-  const auto R = rotation_from(xyzw);
-  if (!R) throw Error(fmt::format("{}: {}", table.where(i), not_a_rotation(xyzw)));
-  return *R;
-}
-
 }  // namespace tandem

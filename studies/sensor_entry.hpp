@@ -6,7 +6,6 @@
 #include <tandem/lie/sek3.hpp>
 #include <tandem/residuals/loss.hpp>
 #include <tandem/studies/frame.hpp>
-#include <tandem/studies/table.hpp>
 #include <tandem/studies/yaml_section.hpp>
 
 namespace tandem {
@@ -19,7 +18,5 @@ SE3 read_extrinsics(const YamlSection& sensor, const Frame& frame, const std::st
 /// Seconds, zero where none is given.
 double read_delay(const YamlSection& sensor);
 std::optional<Loss> read_loss(const YamlSection& sensor, const std::string& key);
-/// The quaternion x y z w in row i of a table.
-SO3 rotation_at(const Table& table, std::size_t i, const double* xyzw);
 
 }  // namespace tandem

@@ -1,5 +1,5 @@
+#include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <utility>
 
 #include <fmt/format.h>
@@ -14,97 +14,107 @@ namespace {
 
 constexpr double kSamePose = 1e-3;  // m, rad
 
-std::string contents(const std::filesystem::path& file) {
+std::ifstream opened(const std::filesystem::path& file) {
   if (std::filesystem::is_directory(file)) throw Error(fmt::format("{} is a folder, not a file", file.string()));
   std::ifstream stream(file, std::ios::binary);
   if (!stream) {
     const bool there = std::filesystem::exists(file);
     throw Error(fmt::format("{} {}", file.string(), there ? "cannot be read" : "is missing"));
   }
-  std::string text(std::filesystem::file_size(file), '\0');
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(stream.gcount()));
-  return text;
+  return stream;
 }
 
-class Reader {
- public:
-  Reader(const std::filesystem::path& file, const std::string& header, char separator, TimeOrder order)
-      : table_{file, 0, {}, {}},
-        header_(header),
-        separator_(separator),
-        order_(order),
-        names_(split(header_, separator)) {
-    table_.columns = names_.size();
+Table whole(const std::filesystem::path& file, const RowFormat& format, TimeOrder order) {
+  Table table{file, format.size(), {}, {}};
+  RowFile rows(file, format, order);
+  while (rows.next()) {
+    table.values.insert(table.values.end(), rows.row().begin(), rows.row().end());
+    table.lines.push_back(rows.line());
   }
-
-  Table read(bool header_expected) {
-    const std::string text = contents(table_.file);
-    std::string_view rest = text;
-    if (rest.starts_with("\xEF\xBB\xBF")) rest.remove_prefix(3);  // byte order mark
-    while (!rest.empty()) {
-      const std::size_t end = std::min(rest.find('\n'), rest.size());
-      const std::string_view line = trimmed(rest.substr(0, end));
-      rest.remove_prefix(std::min(end + 1, rest.size()));
-      ++line_;
-      if (line.empty() || line.front() == '#') continue;
-      separator_ == ' ' ? words(line, fields_) : split(line, separator_, fields_);
-      if (!std::exchange(header_expected, false))
-        add_row();
-      else if (fields_ != names_)
-        fail(fmt::format("the first line must name the columns {}, not {}", header_, quote(line)));
-    }
-    if (header_expected) fail(fmt::format("the line that names the columns {} is missing", header_));
-    return std::move(table_);
-  }
-
- private:
-  [[noreturn]] void fail(const std::string& reason) const {
-    throw Error(fmt::format("{}:{}: {}", table_.file.string(), std::max(line_, 1), reason));
-  }
-
-  void add_row() {
-    if (fields_.size() != names_.size())
-      fail(fmt::format("{} columns where {} are expected ({})", fields_.size(), names_.size(), header_));
-    for (std::size_t i = 0; i < fields_.size(); ++i) {
-      const auto value = parse_number(fields_[i]);
-      if (!value) fail(fmt::format("{} is {}, not a number", names_[i], quote(fields_[i])));
-      if (!std::isfinite(*value)) fail(fmt::format("{} is {}; numbers must be finite", names_[i], fields_[i]));
-      table_.values.push_back(*value);
-    }
-    table_.lines.push_back(line_);
-    check_time();
-  }
-
-  void check_time() const {
-    const std::size_t last = table_.rows() - 1;
-    if (order_ == TimeOrder::any) return;
-    if (last == 0 || table_.t(last) > table_.t(last - 1)) return;
-    const bool repeats = table_.t(last) == table_.t(last - 1);
-    if (repeats && order_ == TimeOrder::repeating) return;
-    fail(fmt::format("time {} {} line {}{}", fields_[0], repeats ? "repeats that of" : "comes before that of",
-                     table_.lines[last - 1], repeats ? "" : "; lines must be in time order"));
-  }
-
-  Table table_;
-  std::string header_;
-  char separator_;
-  TimeOrder order_;
-  std::vector<std::string_view> names_, fields_;
-  int line_ = 0;
-};
+  return table;
+}
 
 }  // namespace
+
+RowFormat::RowFormat(const std::string& columns, char separator) : columns_(columns), separator_(separator) {
+  for (const std::string_view name : split(columns_, separator)) names_.emplace_back(name);
+}
+
+void RowFormat::take_apart(std::string_view line) {
+  separator_ == ' ' ? words(line, fields_) : split(line, separator_, fields_);
+}
+
+bool RowFormat::is_header(std::string_view line) {
+  take_apart(line);
+  return std::equal(fields_.begin(), fields_.end(), names_.begin(), names_.end());
+}
+
+const std::vector<double>& RowFormat::parse(std::string_view line) {
+  take_apart(line);
+  if (fields_.size() != names_.size())
+    throw Error(fmt::format("{} columns where {} are expected ({})", fields_.size(), names_.size(), columns_));
+  values_.clear();
+  for (std::size_t i = 0; i < fields_.size(); ++i) {
+    const auto value = parse_number(fields_[i]);
+    if (!value) throw Error(fmt::format("{} is {}, not a number", names_[i], quote(fields_[i])));
+    if (!std::isfinite(*value)) throw Error(fmt::format("{} is {}; numbers must be finite", names_[i], fields_[i]));
+    values_.push_back(*value);
+  }
+  return values_;
+}
+
+RowFile::RowFile(std::filesystem::path file, RowFormat format, TimeOrder order)
+    : file_(std::move(file)),
+      format_(std::move(format)),
+      order_(order),
+      stream_(opened(file_)),
+      header_expected_(format_.has_header()) {}
+
+bool RowFile::next() {
+  while (std::getline(stream_, text_)) {
+    std::string_view line = text_;
+    if (line_ == 0 && line.starts_with("\xEF\xBB\xBF")) line.remove_prefix(3);  // byte order mark
+    line = trimmed(line);
+    ++line_;
+    if (line.empty() || line.front() == '#') continue;
+    if (std::exchange(header_expected_, false)) {
+      if (!format_.is_header(line))
+        fail(fmt::format("the first line must name the columns {}, not {}", format_.columns(), quote(line)));
+      continue;
+    }
+    try {
+      row_ = &format_.parse(line);
+    } catch (const Error& error) {
+      fail(error.what());
+    }
+    check_time();
+    return true;
+  }
+  if (header_expected_) fail(fmt::format("the line that names the columns {} is missing", format_.columns()));
+  return false;
+}
+
+void RowFile::check_time() {
+  const double t = row_->front(), before = std::exchange(last_t_, t);
+  const int line_before = std::exchange(last_line_, line_);
+  if (order_ == TimeOrder::any || line_before == 0 || t > before) return;
+  const bool repeats = t == before;
+  if (repeats && order_ == TimeOrder::repeating) return;
+  fail(fmt::format("time {} {} line {}{}", format_.first_field(), repeats ? "repeats that of" : "comes before that of",
+                   line_before, repeats ? "" : "; lines must be in time order"));
+}
+
+std::string RowFile::where() const { return fmt::format("{}:{}", file_.string(), std::max(line_, 1)); }
+
+void RowFile::fail(const std::string& reason) const { throw Error(where() + ": " + reason); }
 
 std::string Table::where(std::size_t i) const { return fmt::format("{}:{}", file.string(), lines[i]); }
 
 Table read_csv(const std::filesystem::path& file, const std::string& header, TimeOrder order) {
-  return Reader(file, header, ',', order).read(true);
+  return whole(file, RowFormat::csv(header), order);
 }
 
-Table read_tum(const std::filesystem::path& file) {
-  return Reader(file, "t x y z qx qy qz qw", ' ', TimeOrder::repeating).read(false);
-}
+Table read_tum(const std::filesystem::path& file) { return whole(file, RowFormat::tum(), TimeOrder::repeating); }
 
 std::vector<Stamped<SE3>> poses(const Table& table) {
   std::vector<Stamped<SE3>> result;

@@ -42,6 +42,23 @@ void set_loss(TrackingData& data, const std::string& argument) {
   (orientation ? sensor.orientation_loss : sensor.loss) = parse_loss("--loss", value);
 }
 
+/// "SENSOR=NAME:SCALE" of one of the chaser's own sensors; false when there is none of that name.
+bool set_own_loss(NavigationData& data, const std::string& argument) {
+  const auto [name, value] = assigned(argument);
+  for (EgoSensor& sensor : data.sensors) {
+    if (sensor.name != name) continue;
+    sensor.loss = parse_loss("--loss", value);
+    return true;
+  }
+  return false;
+}
+
+void override_noises(Scenario& scenario, const std::vector<std::string>& assignments) {
+  turn_noise(scenario.data.noise, scenario.frame);  // along the files' axes, as in scenario.yaml
+  for (const std::string& assignment : assignments) override_noise(scenario.data, assignment);
+  turn_noise(scenario.data.noise, scenario.frame);
+}
+
 /// "N" or "SENSOR=N": every N-th measurement.
 void hold_out(TrackingData& data, const std::string& argument) {
   const auto [name, value] = assigned(argument);
@@ -89,11 +106,17 @@ Scenario scenario_with(const TrackingArguments& arguments) {
   if (scenario.data.odometry.empty())
     throw Error(fmt::format("{} has no chaser_odometry.tum: for what its own sensors say use tandem navigate",
                             arguments.scenario));
-  turn_noise(scenario.data.noise, scenario.frame);  // along the files' axes, as in scenario.yaml
-  for (const std::string& assignment : arguments.noise) override_noise(scenario.data, assignment);
-  turn_noise(scenario.data.noise, scenario.frame);
+  override_noises(scenario, arguments.noise);
   for (const std::string& argument : arguments.loss) set_loss(scenario.data, argument);
   for (const std::string& argument : arguments.hold_out) hold_out(scenario.data, argument);
+  return scenario;
+}
+
+Scenario settings_with(const TrackingArguments& arguments, RowsIn rows) {
+  Scenario scenario = read_settings(find_scenario(arguments.scenario, builtin_scenarios()), rows);
+  override_noises(scenario, arguments.noise);
+  for (const std::string& argument : arguments.loss)
+    if (!scenario.navigation || !set_own_loss(*scenario.navigation, argument)) set_loss(scenario.data, argument);
   return scenario;
 }
 

@@ -24,4 +24,8 @@ TrackingOptions tracking_options(const TrackingArguments& arguments);
 /// The scenario with the noise, losses and held-out measurements that the arguments ask for. Throws Error.
 Scenario scenario_with(const TrackingArguments& arguments);
 
+/// The same of a scenario's settings alone (read_settings), by odometry or by the chaser's own sensors, with a target or
+/// without. Losses may be of the chaser's own sensors too.
+Scenario settings_with(const TrackingArguments& arguments, RowsIn rows);
+
 }  // namespace tandem
