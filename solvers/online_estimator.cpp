@@ -139,7 +139,9 @@ void OnlineEstimator::process() {
       if (event > reached() || event == HUGE_VAL) return;
       take_event();
     } else {
-      if (step > last_motion()) return;
+      // Its own instant may still bring a measurement, which gives the keyframe its type: the motion has to be past it.
+      const bool may_come = !finished_ && !settings_.sensors.empty();
+      if (step + (may_come ? kSameInstant : 0) > last_motion()) return;
       begun_ = Clock::now();
       add_keyframe(step, 0, nullptr);
       update(true);
