@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/alignment.hpp>
@@ -44,7 +45,7 @@ SO3 levelled(const NavigationData& data, double t) {
   if (!mean || !(mean->specific_force.norm() > 0)) return SO3();
   const Vector<3> up = mean->specific_force.normalized(), axis = up.cross(Vector<3>::UnitZ());
   const double sine = axis.norm();
-  if (sine < 1e-12) return up.z() > 0 ? SO3() : SO3::Exp({M_PI, 0, 0});
+  if (sine < 1e-12) return up.z() > 0 ? SO3() : SO3::Exp({std::numbers::pi, 0, 0});
   return SO3::Exp(axis * (std::atan2(sine, up.z()) / sine));
 }
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <tandem/problem/navigation.hpp>
 #include <tandem/solvers/online_estimator.hpp>
@@ -70,7 +71,7 @@ Alignment align(const NavigationData& data, double seconds, const OnlineOptions&
   for (const Vector<6>& bias : biases)
     for (int i = 0; i < kHeadings; ++i) {
       Alignment candidate = coarse;
-      candidate.state = coarse.turned(2 * M_PI * i / kHeadings);
+      candidate.state = coarse.turned(2 * std::numbers::pi * i / kHeadings);
       candidate.state.bias = bias;
       const double cost = cost_from(data, candidate, seconds, options);
       if (!(cost < least)) continue;

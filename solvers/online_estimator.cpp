@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <numbers>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
@@ -7,9 +8,10 @@
 namespace tandem {
 namespace {
 
-constexpr double kCoarse = 5.0;         // s that a coarse alignment looks at
-constexpr double kFirstRestart = 5.0;   // s after the first sight of a target; then each time after twice as long
-constexpr double kSurprise = M_PI / 4;  // rad between a measured orientation and the one held that call for a restart
+constexpr double kCoarse = 5.0;        // s that a coarse alignment looks at
+constexpr double kFirstRestart = 5.0;  // s after the first sight of a target; then each time after twice as long
+constexpr double kSurprise =
+    std::numbers::pi / 4;  // rad between a measured orientation and the one held that call for a restart
 constexpr int kSettlingIterations = 100;
 constexpr double kSettled = 1e-7;  // relative decrease of the cost
 constexpr std::size_t kMuchOdometry = 4096;
