@@ -60,6 +60,7 @@ std::optional<std::string> OnlineEstimator::add_odometry(const Stamped<SE3>& pos
   if (ego_settings_) return "odometry: the chaser moves by its own sensors here";
   if (!odometry_.empty() && !(pose.t > odometry_.back().t))
     return "odometry: the pose at " + seconds_text(pose.t) + " is not later than the one before";
+  if (auto why = why_not_at("odometry", pose.t)) return why;
   if (odometry_.size() > kMuchOdometry && started())
     std::erase_if(odometry_, [&](const Stamped<SE3>& x) { return x.t < newest() - 2 * interval_; });
   odometry_.push_back(pose);
@@ -72,6 +73,7 @@ std::optional<std::string> OnlineEstimator::add_imu(const ImuSample& sample) {
   if (!ego_settings_ || !ego_settings_->imu) return "imu: there is no such sensor here";
   if (!(sample.t > last_imu_))
     return ego_settings_->imu->name + ": the sample at " + seconds_text(sample.t) + " is not later than the one before";
+  if (auto why = why_not_at(ego_settings_->imu->name, sample.t)) return why;
   last_imu_ = sample.t;
   if (chain_) {
     chain_->add(sample);
@@ -86,6 +88,7 @@ std::optional<std::string> OnlineEstimator::add_imu(const ImuSample& sample) {
 std::optional<std::string> OnlineEstimator::add_ego(std::size_t sensor, const EgoMeasurement& m) {
   if (!ego_settings_ || sensor >= ego_settings_->sensors.size()) return "there is no such sensor of the chaser here";
   const EgoSensor& by = ego_settings_->sensors[sensor];
+  if (auto why = why_not_at(by.name, m.t)) return why;
   if (auto late = why_too_late(by.name, by.valid_at(m))) return late;
   if (!chain_) waiting_.sensors[sensor].measurements.push_back(m);
   return wait(m.t, by.valid_at(m), {sensor, m});
@@ -94,8 +97,22 @@ std::optional<std::string> OnlineEstimator::add_ego(std::size_t sensor, const Eg
 std::optional<std::string> OnlineEstimator::add_target(std::size_t sensor, const Measurement& m) {
   if (sensor >= settings_.sensors.size()) return "there is no such sensor of a target here";
   const TargetSensor& by = settings_.sensors[sensor];
+  if (auto why = why_not_at(by.name, m.t)) return why;
   if (auto late = why_too_late(by.name, by.valid_at(m))) return late;
   return wait(m.t, by.valid_at(m), {sensor, m});
+}
+
+/// One stamp that is wrong must not carry the estimate off to its time: it takes a second line to leave the window.
+std::optional<std::string> OnlineEstimator::why_not_at(const std::string& name, double stamp) {
+  if (!std::isfinite(stamp)) return name + ": a time has to be finite";
+  const double far = options_.lag.window;
+  if (!started() || stamp <= clock_ + far || (ahead_ && std::abs(stamp - *ahead_) <= far)) {
+    if (ahead_ && stamp > clock_ + far) ahead_.reset();
+    return {};
+  }
+  ahead_ = stamp;
+  return name + ": the line stamped " + seconds_text(stamp) + " is " + seconds_text(stamp - clock_) +
+         " ahead of all others";
 }
 
 std::optional<std::string> OnlineEstimator::wait(double stamp, double valid, Event event) {

@@ -126,6 +126,7 @@ class OnlineEstimator {
   }
 
   FixedLagOptions with_hook(FixedLagOptions options);
+  std::optional<std::string> why_not_at(const std::string& name, double stamp);
   std::optional<std::string> why_too_late(const std::string& name, double t) const;
   std::optional<std::string> wait(double stamp, double valid, Event event);
   void refuse(const std::string& name, const std::optional<std::string>& why);
@@ -161,6 +162,7 @@ class OnlineEstimator {
   std::multimap<double, Event> pending_;  // by the time when they were valid
   double clock_ = -HUGE_VAL, last_imu_ = -HUGE_VAL, cost_ = 0;
   double restart_after_, last_restart_ = -HUGE_VAL;
+  std::optional<double> ahead_;  // the stamp of a line that was far ahead of all others
   std::optional<std::string> refused_;
   bool finished_ = false, new_keyframe_ = false;
   bool unsolved_ = false;  // something has joined since the last update
