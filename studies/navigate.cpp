@@ -72,6 +72,7 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
   OnlineOptions online;
   online.ego = options.ego;
   const Alignment start = align(result.data, options.alignment, online);
+  result.start = start;
   result.states = first_guess(result.data, start, options);
   if (result.states.size() < 2) throw Error("navigation needs data for two keyframes or more");
   result.alignment_seconds = clock();

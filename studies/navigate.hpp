@@ -23,6 +23,7 @@ struct EgoCovariance {
 struct Navigation {
   NavigationData data;  ///< cleaned by check()
   std::vector<NavigationFinding> findings;
+  Alignment start;  ///< what the first state's prior is
   Summary summary;  ///< of the last solve
   int solves = 0;   ///< the samples are summed up anew at the biases that a solve has found
   int residual_blocks = 0;

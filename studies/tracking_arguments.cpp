@@ -86,9 +86,6 @@ Scenario scenario_with(const TrackingArguments& arguments) {
   if (scenario.navigation && scenario.data.sensors.empty())
     throw Error(fmt::format("{} has no sensor that sees a target: for its own trajectory use tandem navigate",
                             arguments.scenario));
-  if (scenario.data.odometry.empty())
-    throw Error(fmt::format("{} has no chaser_odometry.tum: for what its own sensors say use tandem navigate",
-                            arguments.scenario));
   turn_noise(scenario.data.noise, scenario.frame);  // along the files' axes, as in scenario.yaml
   for (const std::string& assignment : arguments.noise) override_noise(scenario.data, assignment);
   turn_noise(scenario.data.noise, scenario.frame);
