@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/ego_track.hpp>
 #include <tandem/problem/keyframes.hpp>
 
 namespace tandem {
@@ -15,11 +16,16 @@ std::vector<double> measured_times(const TrackingData& data) {
     if (!(std::isfinite(sensor.delay) && sensor.delay >= 0))
       throw Error(sensor.name + ": a delay is zero or more seconds, not " + std::to_string(sensor.delay));
     for (const Measurement& m : sensor.measurements) {
+      const double t = sensor.valid_at(m);
+      if (data.ego) {  // which decides itself where the chaser's motion begins and ends
+        if (t >= first - kSameInstant && t <= last + kSameInstant) times.push_back(t);
+        continue;
+      }
       if (!(m.t >= first - kSameInstant && m.t <= last + kSameInstant))  // a NaN neither
         throw Error(sensor.name + ": the measurement at " + std::to_string(m.t) +
                     " s is outside the odometry's time span, " + std::to_string(first) + " to " + std::to_string(last) +
                     " s");
-      if (sensor.valid_at(m) >= first - kSameInstant) times.push_back(sensor.valid_at(m));
+      if (t >= first - kSameInstant) times.push_back(t);
     }
   }
   if (times.empty()) throw Error("a tracking problem needs relative measurements: there are none");
@@ -64,6 +70,9 @@ std::vector<Keyframe> make_keyframes(const TrackingData& data, std::size_t most)
       throw Error("the odometry's times must be finite and increase, which its pose " + std::to_string(k) + " breaks");
   std::vector<double> times = measured_times(data);
   times.push_back(data.odometry.back().t);
+  const double first_measured = *std::min_element(times.begin(), times.end());
+  if (data.ego)
+    for (const double t : data.ego->untied()) times.push_back(t);
   std::sort(times.begin(), times.end());
 
   std::vector<Keyframe> keyframes;
@@ -75,7 +84,7 @@ std::vector<Keyframe> make_keyframes(const TrackingData& data, std::size_t most)
     if (t - keyframes.back().t >= kSameInstant) add(t);
   }
   if (most > 0 && keyframes.size() > most) keyframes.resize(most);
-  if (times.front() > keyframes.back().t + kSameInstant)
+  if (first_measured > keyframes.back().t + kSameInstant)
     throw Error("no measurement falls into the first " + std::to_string(most) + " keyframes: ask for more of them");
   mark(data, keyframes);
   return keyframes;

@@ -22,7 +22,8 @@ struct Keyframe {
 /// Keyframes of a tracking problem: at the first and last odometry time, at every relative measurement (when it was
 /// valid, so before its stamp by the sensor's delay), and each keyframe_interval after the last one while nothing
 /// arrives. Times closer than 1 ms are one. `most` > 0 keeps the first ones only. Measurements that their delay puts
-/// before the odometry are left out. Throws Error without odometry or measurements, or when a stamp is outside the
+/// before the odometry are left out. With TrackingData::ego also where its states are not tied, and measurements outside
+/// the odometry's span are left out. Throws Error without odometry or measurements, or when a stamp is outside the
 /// odometry's time span.
 std::vector<Keyframe> make_keyframes(const TrackingData& data, std::size_t most = 0);
 

@@ -14,6 +14,7 @@ constexpr double kRecent = 1.0;  // s over which a twist is taken
 TrackingData without_measurements(TrackingData data) {
   for (TargetSensor& sensor : data.sensors) sensor.measurements.clear();
   data.odometry.clear();
+  data.ego.reset();
   return data;
 }
 

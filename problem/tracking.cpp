@@ -2,6 +2,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/lie/operations.hpp>
+#include <tandem/problem/ego_track.hpp>
 #include <tandem/problem/planar.hpp>
 #include <tandem/problem/tracking_build.hpp>
 #include <tandem/residuals/boundary.hpp>
@@ -56,7 +57,7 @@ void TrackingBuild<G>::add_twin(std::size_t k) {
 
 template <LieGroup G>
 void TrackingBuild<G>::add_course_variables() {
-  for (std::size_t k = 0; k < size(); ++k)
+  for (std::size_t k = chaser.size(); k < size(); ++k)
     chaser.push_back(problem.add(in_group<G>(odometry[k]), "chaser " + std::to_string(k)));
   // Last, since all measurements read them: the rest of the Hessian stays narrow-banded.
   const auto first = problem.add(in_group<G>(start.pose[0]), "target's first pose");
@@ -122,7 +123,7 @@ void add_measurements(detail::TrackingBuild<G>& build) {
       const double t = sensor.valid_at(sensor.measurements[i]);
       if (const auto k = keyframe_at(keyframes, t)) {
         build.add_measurement(s, i, *k);
-      } else if (t < keyframes.front().t) {
+      } else if (t < keyframes.front().t || (build.data.ego && t > build.data.odometry.back().t + kSameInstant)) {
         ++left_out;
       }
     }
@@ -138,15 +139,20 @@ void build(const TrackingData& data, const TrackingOptions& options, TrackingPro
   if (options.model == MotionModel::steady_course) start = straightened(start, out.keyframes);
   detail::TrackingBuild<G> build{data, options, out.problem, out, std::move(odometry), std::move(start)};
   const std::size_t n = out.keyframes.size();
-  if (options.model == MotionModel::steady_course) {
-    build.add_course_variables();
-  } else {
-    for (std::size_t k = 0; k < n; ++k) build.add_variables(k);  // in turns: the Hessian stays narrow-banded
+  std::optional<detail::EgoTrackBuild> ego;
+  if (data.ego) ego.emplace(*data.ego, out);
+  const bool course = options.model == MotionModel::steady_course;
+  for (std::size_t k = 0; k < n; ++k) {  // in turns: the Hessian stays narrow-banded
+    if constexpr (std::same_as<G, SE3>)
+      if (ego) build.chaser.push_back(ego->add(k));
+    if (!course) build.add_variables(k);
   }
+  if (course) build.add_course_variables();
   out.chaser.assign(build.chaser.begin(), build.chaser.end());
   out.twist.assign(build.twist.begin(), build.twist.end());
   for (const auto& x : build.target) std::visit([&](const auto& v) { out.target.emplace_back(v); }, x);
-  for (std::size_t k = 0; k < n; ++k) build.add_odometry(k);
+  if (!ego)
+    for (std::size_t k = 0; k < n; ++k) build.add_odometry(k);
   add_measurements(build);
   for (std::size_t k = 0; k < n; ++k) build.add_motion(k);
   for (std::size_t k = 0; k < n; ++k) build.add_constraints(k);
@@ -182,6 +188,8 @@ std::string_view name(MotionModel model) {
 
 TrackingProblem make_tracking_problem(const TrackingData& data, const TrackingOptions& options) {
   check(options);
+  if (data.ego && data.planar)
+    throw Error("a planar problem takes odometry: the chaser's own sensors are estimated in space (group SE3)");
   TrackingProblem out;
   out.keyframes = make_keyframes(data, options.max_keyframes);
   data.planar ? build<SE2>(data, options, out) : build<SE3>(data, options, out);

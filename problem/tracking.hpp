@@ -9,6 +9,7 @@
 #include <tandem/lie/rn.hpp>
 #include <tandem/lie/se2.hpp>
 #include <tandem/lie/sek3.hpp>
+#include <tandem/problem/ego_chain.hpp>
 #include <tandem/problem/keyframes.hpp>
 #include <tandem/problem/problem.hpp>
 #include <tandem/residuals/bounds.hpp>
@@ -115,6 +116,13 @@ struct TrackingProblem {
   std::vector<PlacedMeasurement> measurements;
   std::vector<std::size_t> left_out;  ///< of each sensor: measurements that its delay puts before the odometry
 
+  // Where the chaser moves by its own sensors (TrackingData::ego):
+  std::vector<EgoKeyframe> ego;  ///< one each a keyframe: its velocity and biases beside the pose
+  std::vector<PlacedEgoMeasurement> ego_measurements;
+  std::vector<std::size_t> ego_left_out;  ///< of each of these sensors: before the first keyframe, or out of reach
+  std::optional<Variable<Rn<1>>> dvl_scale;
+  std::vector<std::pair<double, double>> splits;  ///< where keyframes are not tied by the IMU: from, to [s]
+
   /// At the variables' values, in space also when planar.
   SE3 chaser_pose(std::size_t k) const;
   TargetState target_state(std::size_t k) const;
@@ -125,7 +133,7 @@ void make_robust(TrackingOptions& options);
 
 /// Keyframes, residuals and the initial guess out of the data. Throws Error when the data cannot make a problem (no
 /// odometry, no measurements, a measurement outside the odometry's time span, noise that is missing) or the options
-/// exclude each other.
+/// exclude each other. With TrackingData::ego, prior and odometry give way to the chaser's own sensors.
 TrackingProblem make_tracking_problem(const TrackingData& data, const TrackingOptions& options = {});
 
 }  // namespace tandem

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include <tandem/lie/sek3.hpp>
@@ -32,6 +33,8 @@ struct TrackingNoise {
         boundary(Eigen::VectorXd::Constant(planar ? 2 : 3, 1e-3)) {}
 };
 
+struct EgoTrack;
+
 /// What a tracking problem is made of: files, simulators and live feeds all end here.
 struct TrackingData {
   bool planar = false;                 ///< estimate in SE(2): of poses x, y and heading count
@@ -39,6 +42,9 @@ struct TrackingData {
   std::vector<TargetSensor> sensors;
   TrackingNoise noise;             ///< of the planar sizes when planar
   double keyframe_interval = 1.0;  ///< s, the longest time without a keyframe
+  /// The chaser's own sensors (problem/ego_track.hpp): chaser and target are then estimated out of these and of
+  /// `sensors` together, and `odometry` is a first guess of the chaser alone. Not when planar.
+  std::shared_ptr<const EgoTrack> ego{};
 };
 
 }  // namespace tandem

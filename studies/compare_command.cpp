@@ -9,6 +9,7 @@
 #include <tandem/studies/compare_report.hpp>
 #include <tandem/studies/console.hpp>
 #include <tandem/studies/isolated.hpp>
+#include <tandem/studies/navigated.hpp>
 #include <tandem/studies/option_values.hpp>
 #include <tandem/studies/output_folder.hpp>
 
@@ -71,7 +72,8 @@ int run_compare(const CompareArguments& arguments) {
   const auto plots = parse_plots("--plots", arguments.plots.value_or("svg"));
   std::optional<OutputFolder> out;
   if (arguments.out) out.emplace(*arguments.out);
-  const Scenario scenario = scenario_with(arguments.tracking);
+  Scenario scenario = scenario_with(arguments.tracking);
+  if (needs_navigation(scenario)) scenario = navigated(std::move(scenario), {}).scenario;
   const std::vector<std::size_t> keyframes = sizes(arguments, scenario, problem.tracking, solvers);
   for (const Role role : roles) {
     problem.role = role;

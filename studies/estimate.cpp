@@ -1,8 +1,10 @@
 #include <algorithm>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/ego_track.hpp>
 #include <tandem/solvers/graduated.hpp>
 #include <tandem/studies/estimate.hpp>
+#include <tandem/studies/navigated.hpp>
 
 namespace tandem {
 namespace {
@@ -63,9 +65,32 @@ void add_uncertainty(const Scenario& scenario, const Solver& solver, bool gradua
   }
 }
 
+Estimate navigate_and_estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver,
+                               bool graduated) {
+  NavigationOptions navigation;
+  navigation.covariance = false;
+  std::visit([&](const SolverOptions& o) { navigation.solver.stop = o.stop; }, solver);
+  NavigatedScenario with_chaser = navigated(scenario, navigation);
+  Estimate result = estimate(with_chaser.scenario, options, solver, graduated);
+  result.findings = std::move(with_chaser.findings);
+  return result;
+}
+
+void add_ego(const TrackingData& data, const TrackingProblem& tracking, Estimate& result) {
+  if (!data.ego) return;
+  const std::vector<EgoSensor>& sensors = data.ego->data.sensors;
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    const auto used = std::count_if(tracking.ego_measurements.begin(), tracking.ego_measurements.end(),
+                                    [&](const PlacedEgoMeasurement& m) { return m.sensor == i; });
+    result.ego_sensors.push_back({sensors[i].name, std::size_t(used), tracking.ego_left_out[i]});
+  }
+  result.splits = tracking.splits;
+}
+
 }  // namespace
 
 Estimate estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver, bool graduated) {
+  if (needs_navigation(scenario)) return navigate_and_estimate(scenario, options, solver, graduated);
   TrackingProblem tracking = make_tracking_problem(scenario.data, options);
   const Problem& problem = tracking.problem;
 
@@ -88,6 +113,7 @@ Estimate estimate(const Scenario& scenario, const TrackingOptions& options, cons
   result.measurements = measurement_outcomes(scenario, tracking);
   result.sensors = sensor_outcomes(scenario, options, tracking, result.measurements);
   add_uncertainty(scenario, solver, graduated, tracking, result);
+  add_ego(scenario.data, tracking, result);
   result.keyframes = std::move(tracking.keyframes);
   return result;
 }

@@ -4,6 +4,7 @@
 #include <variant>
 #include <vector>
 
+#include <tandem/problem/navigation_checks.hpp>
 #include <tandem/solvers/augmented_lagrangian.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/solvers/ipopt.hpp>
@@ -27,6 +28,12 @@ struct Validation {
   std::optional<bool> inlier;
 };
 
+/// What became of the measurements of one of the chaser's own sensors.
+struct EgoSensorUse {
+  std::string name;
+  std::size_t used, left_out;
+};
+
 /// What estimating a scenario gave.
 struct Estimate {
   std::string scenario;
@@ -46,11 +53,17 @@ struct Estimate {
   std::vector<KeyframeUncertainty> uncertainty;  ///< one each a keyframe, or none
   std::vector<Validation> held_out;              ///< needs the uncertainty
   std::string why_no_uncertainty;                ///< a sentence, when there is none
+
+  // Where the chaser moves by its own sensors:
+  std::vector<EgoSensorUse> ego_sensors;
+  std::vector<NavigationFinding> findings;        ///< about them
+  std::vector<std::pair<double, double>> splits;  ///< gaps of the IMU: from, to [s]
 };
 
 /// Builds the tracking problem, solves it and compares with the truth. Throws Error when data and options
 /// make no problem or the solver cannot take it; a solve that does not converge is in the summary. When measurements are
-/// held out and losses robust, solves once more with all of them in, to tell the inliers.
+/// held out and losses robust, solves once more with all of them in, to tell the inliers. A chaser without odometry is
+/// navigated by its own sensors first, and then estimated together with the target.
 /// `graduated`: by graduated non-convexity around the solver (solvers/graduated.hpp).
 Estimate estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver,
                   bool graduated = false);

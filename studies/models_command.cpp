@@ -6,6 +6,7 @@
 #include <tandem/studies/console.hpp>
 #include <tandem/studies/models.hpp>
 #include <tandem/studies/models_command.hpp>
+#include <tandem/studies/navigated.hpp>
 #include <tandem/studies/option_values.hpp>
 #include <tandem/studies/output_folder.hpp>
 #include <tandem/studies/progress_line.hpp>
@@ -46,7 +47,8 @@ int run_models(const ModelsArguments& arguments) {
   if (arguments.time_limit) time_limit = parse_magnitude("--time-limit", *arguments.time_limit);
   std::optional<OutputFolder> out;
   if (arguments.out) out.emplace(*arguments.out);
-  const Scenario scenario = scenario_with(arguments.tracking);
+  Scenario scenario = scenario_with(arguments.tracking);
+  if (needs_navigation(scenario)) scenario = navigated(std::move(scenario), {}).scenario;
   make_keyframes(scenario.data, base.max_keyframes);  // throws what would be wrong with every model
 
   stop_on_interrupt();

@@ -23,6 +23,7 @@ struct EgoCovariance {
 struct Navigation {
   NavigationData data;  ///< cleaned by check()
   std::vector<NavigationFinding> findings;
+  Alignment start;  ///< what the first state's prior is
   Summary summary;  ///< of the last solve
   int solves = 0;   ///< the samples are summed up anew at the biases that a solve has found
   int residual_blocks = 0;
@@ -34,7 +35,6 @@ struct Navigation {
   std::vector<double> weight;         ///< of each placed measurement: what a robust loss leaves of it
   std::vector<std::size_t> left_out;  ///< of each sensor
   std::vector<std::pair<double, double>> splits;
-  Alignment start;                            ///< what it started from
   double alignment_seconds = 0, seconds = 0;  ///< of computing: until the first guess was there, and in all
 };
 

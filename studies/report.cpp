@@ -72,6 +72,23 @@ bool plain(const SensorOutcome& sensor) {
          !sensor.robust && sensor.delay == 0 && sensor.held_out == 0;
 }
 
+/// Of the chaser's own sensors, where it moves by these.
+std::string ego_lines(const Estimate& estimate) {
+  if (estimate.ego_sensors.empty() && estimate.findings.empty()) return "";
+  std::vector<std::string> used;
+  for (const EgoSensorUse& s : estimate.ego_sensors)
+    used.push_back(s.left_out > 0 ? fmt::format("{} {} ({} left out)", s.name, s.used, s.left_out)
+                                  : fmt::format("{} {}", s.name, s.used));
+  std::string text = fmt::format("\nThe chaser by its own sensors, together with the target; measurements used: {}.\n",
+                                 used.empty() ? "of the imu alone" : fmt::format("{}", fmt::join(used, ", ")));
+  for (const NavigationFinding& finding : estimate.findings) text += finding.text() + ".\n";
+  if (!estimate.splits.empty())
+    text +=
+        fmt::format("The inertial chain is split: no samples tie {} of the intervals between {:.3f} and {:.3f} s.\n",
+                    estimate.splits.size(), estimate.splits.front().first, estimate.splits.back().second);
+  return text;
+}
+
 std::string sensor_table(const Estimate& estimate) {
   if (std::all_of(estimate.sensors.begin(), estimate.sensors.end(), plain)) return "";
   const auto line = [](const auto&... cells) {
@@ -200,7 +217,7 @@ std::string report(const Estimate& estimate) {
     text += "There is no truth to compare with.\n";
   else if (all.compared < all.n)
     text += fmt::format("The truth covers {} of the {} keyframes.\n", all.compared, all.n);
-  text += sensor_table(estimate) + coverage_table(estimate);
+  text += sensor_table(estimate) + coverage_table(estimate) + ego_lines(estimate);
   if (!estimate.why_no_uncertainty.empty()) text += fmt::format("\nNo covariances: {}\n", estimate.why_no_uncertainty);
   return text;
 }
@@ -216,6 +233,10 @@ std::string summary_json(const Estimate& estimate) {
                {"solve_seconds", summary.seconds},       {"max_violation", summary.max_violation}};
   for (const auto& [name, errors] : rows(estimate)) json["errors"][name] = errors_json(errors);
   json["sensors"] = sensors_json(estimate);
+  for (const EgoSensorUse& s : estimate.ego_sensors)
+    json["ego_sensors"][s.name] = {{"used", s.used}, {"left_out", s.left_out}};
+  for (const NavigationFinding& finding : estimate.findings) json["findings"].push_back(finding.text());
+  for (const auto& [from, to] : estimate.splits) json["splits"].push_back({from, to});
   if (!estimate.held_out.empty()) json["held_out"] = coverage_json(estimate);
   if (!estimate.why_no_uncertainty.empty()) json["no_covariance"] = estimate.why_no_uncertainty;
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";  // a name may hold bytes that are no UTF-8

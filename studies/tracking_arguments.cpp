@@ -103,9 +103,6 @@ Scenario scenario_with(const TrackingArguments& arguments) {
   if (scenario.navigation && scenario.data.sensors.empty())
     throw Error(fmt::format("{} has no sensor that sees a target: for its own trajectory use tandem navigate",
                             arguments.scenario));
-  if (scenario.data.odometry.empty())
-    throw Error(fmt::format("{} has no chaser_odometry.tum: for what its own sensors say use tandem navigate",
-                            arguments.scenario));
   override_noises(scenario, arguments.noise);
   for (const std::string& argument : arguments.loss) set_loss(scenario.data, argument);
   for (const std::string& argument : arguments.hold_out) hold_out(scenario.data, argument);
