@@ -134,7 +134,7 @@ void add_track(CLI::App& app, TrackArguments& arguments) {
   add_target_motion(option, arguments.tracking, "soft; online they can only be soft");
   option("--window", arguments.window, "SECONDS", "What is older is marginalised (default 60)");
   option("--keyframes", arguments.keyframes, "N", "And what is more than N keyframes back (alone: no other window)");
-  option("--iterations", arguments.iterations, "N", "At most, an update (default 5)");
+  option("--iterations", arguments.iterations, "N", "At most, an update (default 12)");
   option("--alignment", arguments.alignment, "SECONDS",
          "By the chaser's own sensors: what decides a heading that none measures (default 30)");
   command->add_flag("--dvl-scale", arguments.dvl_scale, "Estimate the DVL's scale factor");

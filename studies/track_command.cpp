@@ -17,6 +17,9 @@
 namespace tandem {
 namespace {
 
+/// An update: fixes after a gap, when the target may have turned meanwhile, take more than those that follow one another.
+constexpr int kIterations = 12;
+
 double parse_positive(const std::string& option, const std::string& text) {
   const double value = parse_magnitude(option, text);
   if (value <= 0) throw Error(fmt::format("{} is above zero, not {}", option, quote(text)));
@@ -31,6 +34,7 @@ TrackOptions options_of(const TrackArguments& arguments) {
   options.online.ego.loss = options.online.tracking.loss;
   options.online.ego.dvl_scale = arguments.dvl_scale;
   FixedLagOptions& lag = options.online.lag;
+  lag.max_iterations = kIterations;
   if (arguments.keyframes) {
     lag.max_keyframes = parse_count("--keyframes", *arguments.keyframes);
     if (lag.max_keyframes < 3) throw Error("--keyframes is 3 or more: the target's motion ties three keyframes");

@@ -125,9 +125,10 @@ TEST_F(LiveFeedTest, AMalformedLineOfAFileIsAnErrorThatNamesIt) {
   EXPECT_THAT(error_of([&] { arrivals(feed); }), HasSubstr("usbl.csv:3: y is 'zero', not a number"));
   folder_.write("usbl.csv", "t,x,y,z\n1,5,0,0\n");
   folder_.write("optical.csv", "t,x,y,z,qx,qy,qz,qw\n2,5,0,0,0,0,0,2\n");
-  EXPECT_THAT(error_of([&] { FolderFeed(settings()); }), HasSubstr("optical.csv:2: quaternion 0 0 0 2 has length 2"));
+  EXPECT_THAT(error_of([&] { const FolderFeed broken(settings()); }),
+              HasSubstr("optical.csv:2: quaternion 0 0 0 2 has length 2"));
   std::filesystem::remove(folder_.path() / "chaser_odometry.tum");
-  EXPECT_THAT(error_of([&] { FolderFeed(settings()); }), HasSubstr("chaser_odometry.tum is missing"));
+  EXPECT_THAT(error_of([&] { const FolderFeed broken(settings()); }), HasSubstr("chaser_odometry.tum is missing"));
 }
 
 TEST_F(LiveFeedTest, AMalformedLineOfAStreamIsToldAndLeftOut) {
