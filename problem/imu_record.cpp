@@ -22,12 +22,17 @@ std::deque<ImuSample>::const_iterator ImuRecord::after(double t) const {
 
 bool ImuRecord::covers(double from, double to) const {
   if (samples_.empty()) return false;
-  auto next = after(from);
-  double t = next == samples_.begin() ? from : (next - 1)->t;
-  for (; next != samples_.end(); ++next) {
+  const auto near_sample = [&](double t) {
+    const auto next = after(t);
+    return (next != samples_.end() && next->t - t <= max_gap_) ||
+           (next != samples_.begin() && t - (next - 1)->t <= max_gap_);
+  };
+  if (!near_sample(from) || !near_sample(to)) return false;
+  // What comes after `to` does not count: a live feed, which does not know of it yet, and a recording decide alike.
+  double t = from;
+  for (auto next = after(from); next != samples_.end() && next->t < to; ++next) {
     if (next->t - t > max_gap_) return false;
     t = next->t;
-    if (t >= to) return true;
   }
   return to - t <= max_gap_;
 }
