@@ -36,7 +36,8 @@ TEST(Navigation, BetweenKeyframesAsAtKeyframes) {
   NavigationData data = turn.data();
   for (EgoSensor& sensor : data.sensors)  // noise that both have to make the same of
     for (std::size_t i = 0; i < sensor.measurements.size(); ++i)
-      sensor.measurements[i].value += sensor.sigma[0] * Vector<3>(std::sin(i), std::cos(3. * i), std::sin(2. + i));
+      sensor.measurements[i].value +=
+          sensor.sigma[0] * Vector<3>(std::sin(double(i)), std::cos(3. * double(i)), std::sin(2. + double(i)));
   const NavigationProblem coarse = solved(data, turn.guess(), turn.start());
 
   std::vector<double> times;

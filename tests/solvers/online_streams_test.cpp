@@ -28,7 +28,8 @@ NavigationData noisy(const LevelTurn& turn) {
   NavigationData data = turn.data();
   for (EgoSensor& sensor : data.sensors)
     for (std::size_t i = 0; i < sensor.measurements.size(); ++i)
-      sensor.measurements[i].value += sensor.sigma[0] * Vector<3>(std::sin(i), std::cos(3. * i), std::sin(2. + i));
+      sensor.measurements[i].value +=
+          sensor.sigma[0] * Vector<3>(std::sin(double(i)), std::cos(3. * double(i)), std::sin(2. + double(i)));
   return data;
 }
 
