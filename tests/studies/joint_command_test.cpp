@@ -30,7 +30,7 @@ class JointCommand : public testing::Test {
 TEST_F(JointCommand, EstimatesChaserAndTargetTogether) {
   const ScratchFolder scratch;
   const auto out = scratch.path() / "out";
-  const Outcome outcome = run_tandem({"estimate", dive(), "--json", "--out", out.string(), "--plots", "none"});
+  const Outcome outcome = run_tandem({"estimate", dive(), "--json", "--out", out.string(), "--plots", "off"});
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
   const Json summary = Json::parse(outcome.output);
   EXPECT_EQ(summary["status"], "converged");
