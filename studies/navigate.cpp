@@ -11,6 +11,7 @@ namespace tandem {
 namespace {
 
 constexpr int kMostSolves = 4;
+constexpr double kWithoutBiases = 4.0;  // s
 /// Samples are summed up anew when a bias is further than this from where they were: m/s², rad/s. The second-order
 /// terms that are then left out are below 1e-6 m/s and rad over a second.
 constexpr double kNearAccelerometer = 1e-2, kNearGyroscope = 1e-3;
@@ -28,7 +29,8 @@ std::vector<Stamped<EgoState>> first_guess(const NavigationData& data, const Ali
                                            const NavigationOptions& options) {
   OnlineOptions online;
   online.ego = options.ego;
-  online.lag.window = options.first_pass;
+  // Without an IMU there are no biases to wait for, and a keyframe for every line.
+  online.lag.window = data.imu ? options.first_pass : std::min(options.first_pass, kWithoutBiases);
   online.start = start;
   OnlineEstimator estimator(TrackingData(), data, online);
   std::vector<Stamped<EgoState>> states;
