@@ -125,7 +125,10 @@ std::optional<std::string> OnlineEstimator::wait(double stamp, double valid, Eve
 void OnlineEstimator::finish() {
   finished_ = true;
   process();
-  if (unsolved_) update(false);
+  if (unsolved_) {
+    begin_update();
+    update();
+  }
 }
 
 std::optional<std::string> OnlineEstimator::why_too_late(const std::string& name, double t) const {
@@ -155,16 +158,17 @@ void OnlineEstimator::process() {
     const double event = pending_.empty() ? HUGE_VAL : pending_.begin()->first;
     const double step = started() ? newest() + interval_ : HUGE_VAL;
     if (event <= step + kSameInstant) {
-      if (event > reached() || event == HUGE_VAL) return;
+      if (event > reached() || event == HUGE_VAL) break;
       take_event();
     } else {
       // Its own instant may still bring a measurement, which gives the keyframe its type: the motion has to be past it.
       const bool may_come = !finished_ && !settings_.sensors.empty();
-      if (step + (may_come ? kSameInstant : 0) > last_motion()) return;
-      begun_ = Clock::now();
+      if (step + (may_come ? kSameInstant : 0) > last_motion()) break;
       add_keyframe(step, 0, nullptr);
-      update(true);
     }
+    // Events of one instant share the solve.
+    const bool more = !pending_.empty() && pending_.begin()->first <= std::min(newest() + kSameInstant, reached());
+    if (due_ && !more) update();
   }
 }
 
@@ -202,7 +206,6 @@ void OnlineEstimator::take_event() {
   const double t = pending_.begin()->first;
   const Event event = std::move(pending_.begin()->second);
   pending_.erase(pending_.begin());
-  if (!new_keyframe_) begun_ = Clock::now();
   if (const auto* m = std::get_if<EgoMeasurement>(&event.measurement)) {
     take_ego(event.sensor, *m, t);
   } else {
@@ -212,16 +215,12 @@ void OnlineEstimator::take_event() {
 
 /// Joins a keyframe that is there; its own where the inertial samples do not reach.
 void OnlineEstimator::take_ego(std::size_t sensor, const EgoMeasurement& m, double t) {
-  if (chain_->reaches(t)) {
-    chain_->attach(sensor, m, t);
-    unsolved_ = true;
-    if (new_keyframe_ && (pending_.empty() || pending_.begin()->first > newest() + kSameInstant)) update(true);
-    return;
+  if (!chain_->reaches(t)) {
+    if (t <= newest()) return refuse(ego_settings_->sensors[sensor].name, t);
+    add_keyframe(t, 0, nullptr);
   }
-  if (t <= newest()) return refuse(ego_settings_->sensors[sensor].name, t);
-  add_keyframe(t, 0, nullptr);
   chain_->attach(sensor, m, t);
-  update(true);
+  unsolved_ = true;
 }
 
 /// At a keyframe of its own, but for a late one.
@@ -235,14 +234,11 @@ void OnlineEstimator::take_target(std::size_t sensor, const Measurement& m, doub
   }
   if (!here && !late) {
     add_keyframe(t, sensor, &m);
-    new_keyframe_ = true;
   } else if (!has_target()) {
     start_target(sensor, m);
   }
+  begin_update();
   with_window([&](auto& window) { refuse(by.name, window.add_measurement(sensor, m)); });
-  // Others of the same instant share the solve.
-  if (!late && !pending_.empty() && pending_.begin()->first <= t + kSameInstant) return take_event();
-  update(std::exchange(new_keyframe_, false));
 }
 
 void OnlineEstimator::refuse(const std::string& name, double t) {
@@ -262,6 +258,8 @@ void OnlineEstimator::refuse(const std::string& name, const std::optional<std::s
 }
 
 void OnlineEstimator::add_keyframe(double t, std::size_t sensor, const Measurement* first) {
+  begin_update();
+  new_keyframe_ = true;
   const EgoKeyframe* ego = nullptr;
   if (chain_) {
     ego = &chain_->extend(t);
@@ -305,14 +303,20 @@ SE3 OnlineEstimator::dead_reckoned_at(double t) const {
   return pose ? *pose : odometry_.back().value;
 }
 
-void OnlineEstimator::update(bool new_keyframe) {
+void OnlineEstimator::begin_update() {
+  if (!due_) begun_ = Clock::now();
+  due_ = true;
+}
+
+void OnlineEstimator::update() {
   Summary summary = lag_.update();
-  unsolved_ = false;
+  due_ = unsolved_ = false;
   cost_ = summary.cost;
   trim();
   if (has_target() && restart_due()) summary = restart(summary);
   const double seconds = std::chrono::duration<double>(Clock::now() - begun_).count();
   const auto type = in_window([](const auto& w) { return w.keyframes().back().type; }, KeyframeType::gated);
+  const bool new_keyframe = std::exchange(new_keyframe_, false);
   if (on_update) on_update({newest(), type, new_keyframe, seconds, summary});
 }
 

@@ -145,7 +145,8 @@ class OnlineEstimator {
   template <LieGroup G>
   void track_last(const detail::TargetWindow<G>& window);
   SE3 dead_reckoned_at(double t) const;
-  void update(bool new_keyframe);
+  void begin_update();
+  void update();
   void trim();
   bool restart_due();
   Summary restart(const Summary& before);
@@ -164,8 +165,9 @@ class OnlineEstimator {
   double restart_after_, last_restart_ = -HUGE_VAL;
   std::optional<double> ahead_;  // the stamp of a line that was far ahead of all others
   std::optional<std::string> refused_;
-  bool finished_ = false, new_keyframe_ = false;
-  bool unsolved_ = false;  // something has joined since the last update
+  bool finished_ = false;
+  // Since the last update: something calls for one; a keyframe has joined; a measurement of the chaser's own has.
+  bool due_ = false, new_keyframe_ = false, unsolved_ = false;
   Clock::time_point begun_;
 };
 
