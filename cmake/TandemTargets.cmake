@@ -12,11 +12,12 @@ macro(tandem_find_optional option name result)
   endif()
 endmacro()
 
-# tandem_library(folder [SOURCES ...] [PUBLIC libs ...] [PRIVATE libs ...]): the target tandem::<folder>, its headers
-# included as <tandem/folder/...>. Without sources it is an interface library. Headers need not be listed.
-function(tandem_library folder)
+# tandem_library(name [NO_INSTALL] [SOURCES ...] [PUBLIC libs ...] [PRIVATE libs ...]): the target tandem::<name>.
+# Without sources it is an interface library. Headers are found by their path in the tree, <tandem/problem/problem.hpp>,
+# and need not be listed; they are installed by tandem_install_headers().
+function(tandem_library name)
   cmake_parse_arguments(ARG "NO_INSTALL" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
-  set(target tandem_${folder})
+  set(target tandem_${name})
   if(ARG_SOURCES)
     add_library(${target} STATIC ${ARG_SOURCES})
     set(scope PUBLIC)
@@ -26,31 +27,31 @@ function(tandem_library folder)
     add_library(${target} INTERFACE)
     set(scope INTERFACE)
   endif()
-  add_library(tandem::${folder} ALIAS ${target})
-  set_target_properties(${target} PROPERTIES EXPORT_NAME ${folder})
+  add_library(tandem::${name} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
   target_compile_features(${target} ${scope} cxx_std_20)
   target_link_libraries(${target} ${scope} ${ARG_PUBLIC})
   target_include_directories(
     ${target} ${scope} "$<BUILD_INTERFACE:${TANDEM_BUILD_INCLUDE_DIR}>" "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>"
   )
-  file(CREATE_LINK "${CMAKE_CURRENT_SOURCE_DIR}" "${TANDEM_BUILD_INCLUDE_DIR}/tandem/${folder}" SYMBOLIC)
   if(NOT ARG_NO_INSTALL)
     install(TARGETS ${target} EXPORT tandem-targets ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}")
-    install(
-      DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}/" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/tandem/${folder}"
-      FILES_MATCHING PATTERN "*.hpp"
-    )
   endif()
 endfunction()
 
-# tandem_check_listed(source ...): a source file in this folder that no list names would be left out of the build in
-# silence; say so instead.
-function(tandem_check_listed)
-  file(GLOB present RELATIVE "${CMAKE_CURRENT_SOURCE_DIR}" CONFIGURE_DEPENDS *.cpp)
-  list(REMOVE_ITEM present ${ARGN})
-  if(present)
-    message(WARNING "Not listed in ${CMAKE_CURRENT_SOURCE_DIR}/CMakeLists.txt, so not built: ${present}")
-  endif()
+# tandem_install_headers(folder): of this folder and those below it.
+function(tandem_install_headers folder)
+  install(
+    DIRECTORY "${PROJECT_SOURCE_DIR}/${folder}/" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/tandem/${folder}"
+    FILES_MATCHING PATTERN "*.hpp"
+  )
+endfunction()
+
+# tandem_sources(RESULT folder ...): the sources right in these folders, so that a new one is built as soon as it is there.
+function(tandem_sources result)
+  list(TRANSFORM ARGN APPEND "/*.cpp" OUTPUT_VARIABLE patterns)
+  file(GLOB found CONFIGURE_DEPENDS RELATIVE "${CMAKE_CURRENT_SOURCE_DIR}" ${patterns})
+  set(${result} ${found} PARENT_SCOPE)
 endfunction()
 
 # Compile through ccache when it is installed.

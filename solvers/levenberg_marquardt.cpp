@@ -4,9 +4,9 @@
 #include <limits>
 
 #include <tandem/solvers/augmented_term.hpp>
-#include <tandem/solvers/block_cholesky.hpp>
-#include <tandem/solvers/hessian_diagonal.hpp>
 #include <tandem/solvers/levenberg_marquardt.hpp>
+#include <tandem/solvers/linear/block_cholesky.hpp>
+#include <tandem/solvers/linear/hessian_diagonal.hpp>
 #include <tandem/solvers/secant.hpp>
 #include <tandem/solvers/session.hpp>
 

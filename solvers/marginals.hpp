@@ -3,7 +3,7 @@
 #include <vector>
 
 #include <tandem/problem/problem.hpp>
-#include <tandem/solvers/selected_inverse.hpp>
+#include <tandem/solvers/linear/selected_inverse.hpp>
 
 namespace tandem {
 

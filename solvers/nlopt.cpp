@@ -10,8 +10,8 @@
 #include <nlopt.hpp>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/solvers/block_cholesky.hpp>
-#include <tandem/solvers/hessian_diagonal.hpp>
+#include <tandem/solvers/linear/block_cholesky.hpp>
+#include <tandem/solvers/linear/hessian_diagonal.hpp>
 #include <tandem/solvers/near_names.hpp>
 #include <tandem/solvers/nlopt.hpp>
 #include <tandem/solvers/session.hpp>

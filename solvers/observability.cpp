@@ -2,7 +2,7 @@
 #include <map>
 #include <vector>
 
-#include <tandem/solvers/block_cholesky.hpp>
+#include <tandem/solvers/linear/block_cholesky.hpp>
 #include <tandem/solvers/observability.hpp>
 
 namespace tandem::detail {

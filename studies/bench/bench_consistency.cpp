@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include <tandem/studies/nees.hpp>
+#include <tandem/studies/navigation/nees.hpp>
 
 namespace {
 

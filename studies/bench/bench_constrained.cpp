@@ -8,10 +8,10 @@
 
 #include <benchmark/benchmark.h>
 
-#include <tandem/problem/tracking.hpp>
+#include <tandem/problem/tracking/tracking_problem.hpp>
 #include <tandem/solvers/augmented_lagrangian.hpp>
 #include <tandem/solvers/ipopt.hpp>
-#include <tandem/studies/scenario.hpp>
+#include <tandem/studies/scenario/scenario.hpp>
 
 namespace {
 

@@ -19,8 +19,8 @@
 #include <tandem/residuals/relative_pose.hpp>
 #include <tandem/residuals/roll_pitch.hpp>
 #include <tandem/residuals/usbl_position.hpp>
-#include <tandem/solvers/fixed_lag.hpp>
 #include <tandem/solvers/marginals.hpp>
+#include <tandem/solvers/online/fixed_lag.hpp>
 
 namespace {
 

@@ -4,10 +4,10 @@
 
 #include <benchmark/benchmark.h>
 
-#include <tandem/problem/tracking.hpp>
+#include <tandem/problem/tracking/tracking_problem.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/solvers/ipopt.hpp>
-#include <tandem/studies/scenario.hpp>
+#include <tandem/studies/scenario/scenario.hpp>
 
 #include "mode_a_ceres.hpp"
 

@@ -6,7 +6,7 @@
 #include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/solvers/marginals.hpp>
 #include <tandem/solvers/relative_covariance.hpp>
-#include <tandem/studies/scenario.hpp>
+#include <tandem/studies/scenario/scenario.hpp>
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include <benchmark/benchmark.h>
 #include <sys/resource.h>
 
-#include <tandem/problem/tracking.hpp>
+#include <tandem/problem/tracking/tracking_problem.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/solvers/augmented_lagrangian.hpp>
 #include <tandem/solvers/gauss_newton.hpp>

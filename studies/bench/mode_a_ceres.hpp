@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include <tandem/problem/tracking_start.hpp>
+#include <tandem/problem/tracking/tracking_start.hpp>
 #include <tandem/residuals/constant_twist.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "cases.hpp"
-#include "problem/simulated_tracking.hpp"
+#include "problem/tracking/simulated_tracking.hpp"
 
 /// All solvers end at the same optimum of one noisy tracking problem, which is the point of having them.
 namespace tandem::testing {

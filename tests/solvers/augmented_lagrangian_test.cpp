@@ -5,7 +5,7 @@
 
 #include "allocation_count.hpp"
 #include "cases.hpp"
-#include "problem/simulated_tracking.hpp"
+#include "problem/tracking/simulated_tracking.hpp"
 
 namespace tandem::testing {
 namespace {

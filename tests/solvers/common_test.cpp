@@ -4,7 +4,7 @@
 #include <tandem/residuals/usbl_position.hpp>
 
 #include "cases.hpp"
-#include "problem/simulated_tracking.hpp"
+#include "problem/tracking/simulated_tracking.hpp"
 
 /// What every solver must do alike.
 namespace tandem::testing {

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "problem/simulated_tracking.hpp"
+#include "problem/tracking/simulated_tracking.hpp"
 #include "solvers/marginals_cases.hpp"
 
 /// Marginals under hard equalities against the dense null-space method in extended precision.

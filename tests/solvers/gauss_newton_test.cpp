@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 
 #include "cases.hpp"
-#include "problem/simulated_tracking.hpp"
+#include "problem/tracking/simulated_tracking.hpp"
 
 namespace tandem::testing {
 namespace {

@@ -4,7 +4,7 @@
 #include <tandem/residuals/twist_components.hpp>
 
 #include "cases.hpp"
-#include "problem/simulated_tracking.hpp"
+#include "problem/tracking/simulated_tracking.hpp"
 
 /// Hard constraints that cannot be met: a status and the block at fault, from both solvers for large problems.
 namespace tandem::testing {

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "cases.hpp"
-#include "problem/simulated_tracking.hpp"
+#include "problem/tracking/simulated_tracking.hpp"
 
 namespace tandem::testing {
 namespace {

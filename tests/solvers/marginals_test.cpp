@@ -1,10 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <tandem/solvers/block_symbolic.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
+#include <tandem/solvers/linear/block_symbolic.hpp>
 
-#include "problem/simulated_tracking.hpp"
+#include "problem/tracking/simulated_tracking.hpp"
 #include "solvers/marginals_cases.hpp"
 
 namespace tandem::testing {

@@ -1,0 +1,119 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/problem/navigation/coarse_alignment.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr double kLevelling = 1.0;        // s of specific force that tell roll and pitch
+constexpr double kFirstSeconds = 5.0;     // within which another sensor's first measurement counts
+constexpr double kLooseHeading = 3.0;     // rad
+constexpr double kLoosePosition = 100.0;  // m
+
+const EgoSensor* sensor_of(const NavigationData& data, EgoSensorType type) {
+  for (const EgoSensor& sensor : data.sensors)
+    if (sensor.type == type && !sensor.measurements.empty()) return &sensor;
+  return nullptr;
+}
+
+/// The first measurement from t on, if it is early.
+const EgoMeasurement* first_of(const EgoSensor* sensor, double t) {
+  if (!sensor) return nullptr;
+  for (const EgoMeasurement& m : sensor->measurements)
+    if (sensor->valid_at(m) >= t - kSameInstant) return sensor->valid_at(m) <= t + kFirstSeconds ? &m : nullptr;
+  return nullptr;
+}
+
+/// Whether the chaser can move without an inertial sensor.
+bool moves_by_log(const NavigationData& data) {
+  return sensor_of(data, EgoSensorType::dvl) && sensor_of(data, EgoSensorType::heading);
+}
+
+/// The least turn that brings the specific force of a body at rest upright.
+SO3 levelled(const NavigationData& data, double t) {
+  if (!data.imu) return SO3();
+  ImuRecord record(*data.imu);
+  for (const ImuSample& sample : data.imu->samples) {
+    if (sample.t > t + kLevelling) break;
+    record.add(sample);
+  }
+  const auto mean = record.mean(t, t + kLevelling);
+  if (!mean || !(mean->specific_force.norm() > 0)) return SO3();
+  const Vector<3> up = mean->specific_force.normalized(), axis = up.cross(Vector<3>::UnitZ());
+  const double sine = axis.norm();
+  if (sine < 1e-12) return up.z() > 0 ? SO3() : SO3::Exp({std::numbers::pi, 0, 0});
+  return SO3::Exp(axis * (std::atan2(sine, up.z()) / sine));
+}
+
+/// The turn about the vertical that brings `from` nearest to `to`.
+double turn_between(const SO3& from, const SO3& to) {
+  const Matrix<3, 3> M = (from * to.inverse()).matrix();
+  return std::atan2(M(0, 1) - M(1, 0), M(0, 0) + M(1, 1));
+}
+
+}  // namespace
+
+std::optional<double> start_time(const NavigationData& data) {
+  std::optional<double> by_log, by_imu;
+  for (const EgoSensor& sensor : data.sensors)
+    if (!sensor.measurements.empty() && moves_by_log(data))
+      by_log = std::min(by_log.value_or(HUGE_VAL), sensor.valid_at(sensor.measurements.front()));
+  if (data.imu && !data.imu->samples.empty()) by_imu = data.imu->samples.front().t;
+  return by_imu && !(by_log && *by_log < *by_imu - kFirstSeconds) ? by_imu : by_log;
+}
+
+EgoState Alignment::turned(double angle) const {
+  const SO3 turn = SO3::Exp({0, 0, angle});
+  EgoState result = state;
+  result.pose = SE3(turn * state.pose.rotation(), state.pose.translation());
+  if (velocity_in_body) result.velocity = turn.act(state.velocity);
+  return result;
+}
+
+Alignment coarse_alignment(const NavigationData& data) {
+  const EgoSensor* heading = sensor_of(data, EgoSensorType::heading);
+  const EgoSensor* dvl = sensor_of(data, EgoSensorType::dvl);
+  const EgoSensor* gps = sensor_of(data, EgoSensorType::gps);
+  const EgoSensor* depth = sensor_of(data, EgoSensorType::depth);
+  const std::optional<double> start = start_time(data);
+  if (!start) throw Error("navigation needs a source of motion: an imu, or a dvl together with a heading");
+
+  Alignment a;
+  a.t = *start;
+  const bool inertial = data.imu && !data.imu->samples.empty() && data.imu->samples.front().t <= a.t + kLevelling;
+  SO3 R = levelled(data, a.t);
+  if (const EgoMeasurement* m = first_of(heading, a.t)) {
+    const SO3 measured = m->rotation * heading->mount.rotation().inverse();
+    R = inertial ? SO3::Exp({0, 0, turn_between(R, measured)}) * R : measured;
+    a.spread.rotation.z() = kLooseHeading;
+  } else if (heading || gps || !data.earth.rate.isZero(0)) {
+    a.heading_unknown = true;
+    a.spread.rotation.z() = kLooseHeading;
+  }
+  Vector<3> p = Vector<3>::Zero();
+  const EgoMeasurement* fix = first_of(gps, a.t);
+  if (gps) a.spread.position.setConstant(kLoosePosition);
+  if (fix) p = fix->value - R.act(gps->mount.translation());
+  if (const EgoMeasurement* m = first_of(depth, a.t)) {
+    p.z() = m->value.z() - R.act(depth->mount.translation()).z();
+    a.spread.position.z() = kLoosePosition;
+  }
+  if (const EgoMeasurement* m = first_of(dvl, a.t)) {
+    a.state.velocity = R.act(m->value);
+    a.velocity_in_body = true;
+  } else {
+    a.spread.velocity.setConstant(3.0);
+    if (fix && fix != &gps->measurements.back()) {
+      const EgoMeasurement& next = *(fix + 1);
+      if (next.t - fix->t > 0.5) a.state.velocity = (next.value - fix->value) / (next.t - fix->t);
+    }
+  }
+  a.state.pose = SE3(R, p);
+  return a;
+}
+
+}  // namespace tandem

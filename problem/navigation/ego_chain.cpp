@@ -1,0 +1,249 @@
+#include <algorithm>
+#include <cmath>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/problem/navigation/ego_chain.hpp>
+#include <tandem/residuals/coasting.hpp>
+#include <tandem/residuals/depth.hpp>
+#include <tandem/residuals/dvl_preintegrator.hpp>
+#include <tandem/residuals/dvl_velocity.hpp>
+#include <tandem/residuals/gps.hpp>
+#include <tandem/residuals/heading.hpp>
+#include <tandem/residuals/imu_prediction.hpp>
+#include <tandem/residuals/preintegrated_dvl.hpp>
+#include <tandem/residuals/preintegrated_imu.hpp>
+#include <tandem/residuals/prior.hpp>
+#include <tandem/residuals/propagated.hpp>
+#include <tandem/residuals/relative_pose.hpp>
+
+namespace tandem {
+namespace {
+
+/// Below these, a covariance of noise-free axes would be singular: m, and m/s² or rad/s.
+constexpr double kLeastPosition = 1e-5, kLeastBias = 1e-9;
+
+/// The covariance of independent world axes, by the axes of a body.
+Matrix<3, 3> in_body(const SO3& R, const Vector<3>& sigma) {
+  const Matrix<3, 3> M = R.matrix();
+  return M.transpose() * sigma.cwiseAbs2().asDiagonal() * M;
+}
+
+}  // namespace
+
+EgoChain::EgoChain(Problem& problem, const NavigationData& data, const EgoOptions& options)
+    : problem_(&problem), earth_(data.earth), options_(options) {
+  for (const EgoSensor& sensor : data.sensors) {
+    if (sensor.sigma.size() != rows(sensor.type))
+      throw Error(sensor.name + ": a " + std::string(name(sensor.type)) + " needs " +
+                  std::to_string(rows(sensor.type)) + " standard deviations, not " +
+                  std::to_string(sensor.sigma.size()));
+    EgoSensor& own = sensors_.emplace_back(sensor);
+    own.measurements.clear();
+  }
+  if (!data.imu) return;
+  imu_.emplace(*data.imu);
+  initial_accelerometer_bias_ = data.imu->accelerometer_bias_spread();
+  initial_gyroscope_bias_ = data.imu->gyroscope_bias_spread();
+}
+
+bool EgoChain::add(const ImuSample& sample) { return imu_ && imu_->add(sample); }
+
+const EgoKeyframe& EgoChain::start(double t, const EgoState& prior, const EgoSpread& spread,
+                                   const std::optional<EgoState>& guess) {
+  if (!keyframes_.empty()) throw Error("a chain of ego keyframes starts once");
+  const EgoKeyframe& k = add_keyframe(t, guess.value_or(prior));
+  Matrix<6, 6> covariance = Matrix<6, 6>::Zero();
+  covariance.topLeftCorner<3, 3>() = in_body(prior.pose.rotation(), spread.position);
+  covariance.bottomRightCorner<3, 3>() = in_body(prior.pose.rotation(), spread.rotation);
+  problem_->minimize(Prior<SE3>{prior.pose}, Gaussian::covariance(covariance), {k.pose});
+  problem_->minimize(Prior<R3>{R3(prior.velocity)}, Gaussian(Eigen::VectorXd(spread.velocity)), {k.velocity});
+  if (k.bias) {
+    Vector<6> sigma;
+    sigma << Vector<3>::Constant(initial_accelerometer_bias_), Vector<3>::Constant(initial_gyroscope_bias_);
+    problem_->minimize(Prior<Rn<6>>{Rn<6>()}, Gaussian(Eigen::VectorXd(sigma)), {*k.bias});
+  }
+  if (options_.dvl_scale) {
+    scale_ = problem_->add(Rn<1>(), "DVL scale");
+    problem_->minimize(Prior<Rn<1>>{Rn<1>()}, Gaussian{options_.dvl_scale_sigma}, {*scale_});
+  }
+  return k;
+}
+
+const EgoKeyframe& EgoChain::add_keyframe(double t, const EgoState& state) {
+  EgoKeyframe k{t, {}, {}, {}, state.bias};
+  const std::string at = " at " + std::to_string(t) + " s";
+  k.pose = problem_->add(state.pose, "chaser" + at);
+  k.velocity = problem_->add(R3(state.velocity), "velocity" + at);
+  if (imu_) k.bias = problem_->add(Rn<6>(state.bias), "IMU bias" + at);
+  sum_.reset();
+  return keyframes_.emplace_back(k);
+}
+
+const EgoKeyframe& EgoChain::extend(double t, const std::optional<EgoState>& guess) {
+  if (keyframes_.empty() || !(t > keyframes_.back().t))
+    throw Error("an ego keyframe at " + std::to_string(t) + " s is not later than the one before");
+  const EgoState state = guess ? *guess : predicted(t);
+  const EgoKeyframe from = keyframes_.back();
+  const bool tied = imu_ && imu_->covers(from.t, t);
+  std::optional<ImuPreintegrator> sum;
+  if (tied) sum = sum_to(t);
+  const EgoKeyframe& to = add_keyframe(t, state);
+  if (tied) {
+    Matrix<15, 15> covariance = sum->covariance();
+    covariance.diagonal().head<3>().array() += kLeastPosition * kLeastPosition;
+    covariance.diagonal().tail<6>().array() += kLeastBias * kLeastBias;
+    problem_->minimize(PreintegratedImu{sum->delta(), earth_}, Gaussian::covariance(covariance),
+                       {from.pose, from.velocity, *from.bias, to.pose, to.velocity, *to.bias});
+    if (options_.preintegrated_dvl) add_preintegrated_dvl(from, to);
+  } else {
+    coast(from, to);
+  }
+  return to;
+}
+
+void EgoChain::coast(const EgoKeyframe& from, const EgoKeyframe& to) {
+  const double dt = to.t - from.t;
+  problem_->minimize(Coasting{dt},
+                     Gaussian::covariance(Coasting::covariance(std::pow(options_.coasting_acceleration, 2),
+                                                               std::pow(options_.coasting_turn, 2), dt)),
+                     {from.pose, from.velocity, to.pose, to.velocity});
+  if (!imu_) return;
+  if (!splits_.empty() && splits_.back().second == from.t) {
+    splits_.back().second = to.t;
+  } else {
+    splits_.emplace_back(from.t, to.t);
+  }
+  const ImuNoise& noise = imu_->noise();
+  Vector<6> walk;
+  walk << Vector<3>::Constant(noise.accelerometer_bias_walk), Vector<3>::Constant(noise.gyroscope_bias_walk);
+  walk = (walk * std::sqrt(dt)).cwiseMax(kLeastBias);
+  problem_->minimize(RelativePose<Rn<6>>{Rn<6>()}, Gaussian(Eigen::VectorXd(walk)), {*from.bias, *to.bias});
+}
+
+void EgoChain::add_preintegrated_dvl(const EgoKeyframe& from, const EgoKeyframe& to) {
+  while (dvl_.size() > 1 && dvl_[1].t <= from.t) dvl_.pop_front();
+  if (dvl_.empty() || dvl_.front().t > from.t) return;
+  DvlPreintegrator sum(dvl_.front().value);
+  std::size_t next = 1;
+  double steps = 1;
+  imu_->each_interval(from.t, to.t, [&](const ImuSample& a, const ImuSample& b) {
+    const Vector<3> rate = 0.5 * (a.angular_rate + b.angular_rate) - from.integrated_at.tail<3>();
+    const Vector<3> in_body = imu_->mount().rotation().act(rate);
+    double t = a.t;
+    for (; next < dvl_.size() && dvl_[next].t < b.t; ++next, ++steps) {
+      sum.advance(in_body, std::max(0.0, dvl_[next].t - t));
+      t = std::max(t, dvl_[next].t);
+      sum.measure(dvl_[next].value);
+    }
+    sum.advance(in_body, b.t - t);
+  });
+  // Each velocity holds for its step, and their errors are independent.
+  const EgoSensor& sensor = sensors_[dvl_sensor_];
+  problem_->minimize(PreintegratedDvl{sum.displacement()}, Gaussian(sensor.sigma).scaled(sum.dt() / std::sqrt(steps)),
+                     {from.pose, to.pose}, sensor.loss.value_or(options_.loss));
+}
+
+const ImuPreintegrator& EgoChain::sum_to(double t) const {
+  const EgoKeyframe& newest = keyframes_.back();
+  if (!sum_ || sum_->t > t) sum_ = Sum{newest.t, imu_->start(newest.integrated_at)};
+  imu_->integrate(sum_->t, t, sum_->preintegrated);
+  sum_->t = t;
+  return sum_->preintegrated;
+}
+
+EgoState EgoChain::state(const EgoKeyframe& k) const {
+  EgoState state{problem_->value(k.pose), problem_->value(k.velocity).vector(), k.integrated_at};
+  if (k.bias) state.bias = problem_->value(*k.bias).vector();
+  return state;
+}
+
+EgoState EgoChain::predicted(double t) const {
+  const EgoKeyframe& newest = keyframes_.back();
+  EgoState now = state(newest);
+  if (!(t > newest.t)) return now;
+  if (!imu_ || !imu_->covers(newest.t, t)) {
+    now.pose = SE3(now.pose.rotation(), now.pose.translation() + (t - newest.t) * now.velocity);
+    return now;
+  }
+  const auto then = predict(now.pose, R3(now.velocity), Rn<6>(now.bias), sum_to(t).delta(), earth_);
+  now.pose = then.pose;
+  now.velocity = then.velocity.vector();
+  return now;
+}
+
+const EgoKeyframe* EgoChain::before(double t) const {
+  const auto after = std::upper_bound(keyframes_.begin(), keyframes_.end(), t + kSameInstant,
+                                      [](double x, const EgoKeyframe& k) { return x < k.t; });
+  return after == keyframes_.begin() ? nullptr : &*(after - 1);
+}
+
+bool EgoChain::reaches(double t) const {
+  const EgoKeyframe* k = before(t);
+  return k && (t - k->t <= kSameInstant || (imu_ && imu_->covers(k->t, t)));
+}
+
+template <class R>
+Block EgoChain::put(const EgoKeyframe& k, const ImuDelta* ahead, const R& residual, const EgoSensor& sensor) {
+  const Gaussian noise(sensor.sigma);
+  const Loss loss = sensor.loss.value_or(options_.loss);
+  constexpr std::size_t states = std::tuple_size_v<typename R::States>;
+  const auto extra = [&] {
+    if constexpr (states == 3) {
+      return std::tuple(*scale_);
+    } else {
+      return std::tuple<>();
+    }
+  }();
+  if (ahead) {
+    const auto x = std::tuple_cat(std::tuple(k.pose, k.velocity, *k.bias), extra);
+    return problem_->minimize(Propagated<R>{residual, *ahead, earth_}, noise, x, loss);
+  }
+  if constexpr (states == 1) {
+    return problem_->minimize(residual, noise, {k.pose}, loss);
+  } else {
+    return problem_->minimize(residual, noise, std::tuple_cat(std::tuple(k.pose, k.velocity), extra), loss);
+  }
+}
+
+PlacedEgoMeasurement EgoChain::attach(std::size_t index, const EgoMeasurement& m, double t) {
+  const EgoSensor& sensor = sensors_[index];
+  const EgoKeyframe* k = before(t);
+  if (!reaches(t))
+    throw Error(sensor.name + ": the measurement at " + std::to_string(t) + " s is out of reach of a keyframe");
+  std::optional<ImuDelta> delta;
+  if (t - k->t > kSameInstant) {
+    if (k == &keyframes_.back()) {
+      delta = sum_to(t).delta();
+    } else {
+      ImuPreintegrator sum = imu_->start(k->integrated_at);
+      imu_->integrate(k->t, t, sum);
+      delta = sum.delta();
+    }
+  }
+  const ImuDelta* ahead = delta ? &*delta : nullptr;
+  const auto place = [&](const auto& residual) { return put(*k, ahead, residual, sensor); };
+  const Vector<3> lever = sensor.mount.translation();
+  switch (sensor.type) {
+    case EgoSensorType::dvl:
+      if (options_.preintegrated_dvl && imu_) {
+        dvl_.push_back({t, m.value});
+        dvl_sensor_ = index;
+        return {index, t, {}};
+      }
+      return {index, t, scale_ ? place(ScaledDvlVelocity{m.value}) : place(DvlVelocity{m.value})};
+    case EgoSensorType::depth:
+      return {index, t, place(Depth{m.value.z(), lever})};
+    case EgoSensorType::gps:
+      return {index, t, place(Gps{m.value, lever})};
+    case EgoSensorType::heading:
+      break;
+  }
+  return {index, t, place(Heading{m.rotation, sensor.mount.rotation()})};
+}
+
+void EgoChain::drop_before(double t) {
+  while (keyframes_.size() > 1 && keyframes_.front().t < t) keyframes_.pop_front();
+  if (imu_ && !keyframes_.empty()) imu_->drop_before(keyframes_.front().t);
+}
+
+}  // namespace tandem

@@ -1,0 +1,120 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <tandem/problem/navigation/imu_record.hpp>
+#include <tandem/problem/navigation/navigation_data.hpp>
+#include <tandem/problem/problem.hpp>
+
+namespace tandem {
+
+/// What the chaser is estimated to be at an instant.
+struct EgoState {
+  SE3 pose{};
+  Vector<3> velocity = Vector<3>::Zero();  ///< m/s, world
+  Vector<6> bias = Vector<6>::Zero();      ///< accelerometer [m/s²], gyroscope [rad/s], along the sensor's axes
+};
+
+/// How far a first state may be from the truth: standard deviations, along world axes.
+struct EgoSpread {
+  Vector<3> position = Vector<3>::Constant(1e-3);  ///< m
+  Vector<3> rotation = Vector<3>(0.3, 0.3, 1e-3);  ///< rad, about world axes: tilt, and heading
+  Vector<3> velocity = Vector<3>::Constant(1.0);   ///< m/s
+};
+
+struct EgoOptions {
+  bool dvl_scale = false;         ///< estimate the DVL's scale factor, one number for the whole run
+  double dvl_scale_sigma = 0.05;  ///< what is not known of it beforehand
+  /// For comparison: DVL velocities summed up between keyframes with the gyroscope's rotation (PreintegratedDvl), in place
+  /// of each being a residual of its own.
+  bool preintegrated_dvl = false;
+  Loss loss{};  ///< of measurements whose sensor has none of its own
+  /// Root spectral densities that tie keyframes where there is no IMU: m/s² /√Hz and rad/s /√Hz.
+  double coasting_acceleration = 0.3, coasting_turn = 0.1;
+};
+
+/// Pose, velocity and, with an IMU, biases of the chaser at one keyframe.
+struct EgoKeyframe {
+  double t;  ///< s
+  Variable<SE3> pose;
+  Variable<R3> velocity;  ///< m/s, world
+  std::optional<Variable<Rn<6>>> bias;
+  Vector<6> integrated_at;  ///< bias with which the samples after it are summed up
+};
+
+/// A measurement of the chaser's own sensors in the problem.
+struct PlacedEgoMeasurement {
+  std::size_t sensor;
+  double t;                    ///< s, when it was valid
+  std::optional<Block> block;  ///< none where it waits to be summed up with others
+};
+
+/// The chaser's keyframes in a problem, tied by its inertial sensor: preintegrated between keyframes; where that has a
+/// gap, or there is none, by Coasting. Other measurements join the keyframe before them, the state there carried on to
+/// their instant by the inertial samples in between (Propagated); where these do not reach, a keyframe has to stand at
+/// the instant itself. Used for a whole recording and for one that comes in line by line.
+class EgoChain {
+ public:
+  /// `data`: Earth, sensors and their settings; no samples or measurements are read.
+  EgoChain(Problem& problem, const NavigationData& data, const EgoOptions& options = {});
+
+  /// To be called before the keyframes and measurements that are later. False: not later than the last.
+  bool add(const ImuSample& sample);
+
+  /// The first keyframe and what is known of it beforehand; starts at `guess`, or at `prior`.
+  const EgoKeyframe& start(double t, const EgoState& prior, const EgoSpread& spread,
+                           const std::optional<EgoState>& guess = {});
+  /// A keyframe later than the last one; starts at `guess`, or where the last one's state leads.
+  const EgoKeyframe& extend(double t, const std::optional<EgoState>& guess = {});
+  /// Whether a measurement at t can join a keyframe, or needs one of its own.
+  bool reaches(double t) const;
+  /// Adds a measurement at the instant t; throws Error when it is before the first keyframe or out of reach.
+  PlacedEgoMeasurement attach(std::size_t sensor, const EgoMeasurement& m, double t);
+
+  const std::deque<EgoKeyframe>& keyframes() const { return keyframes_; }
+  const ImuRecord* imu() const { return imu_ ? &*imu_ : nullptr; }
+  /// The DVL's scale factor, when estimated.
+  const std::optional<Variable<Rn<1>>>& dvl_scale() const { return scale_; }
+  /// At the variables' values.
+  EgoState state(const EgoKeyframe& keyframe) const;
+  /// Of the newest keyframe carried on to t.
+  EgoState predicted(double t) const;
+  /// Gaps that split the chain so far: from, to [s].
+  const std::vector<std::pair<double, double>>& splits() const { return splits_; }
+
+  /// Forgets keyframes and samples before t, whose variables have left the problem.
+  void drop_before(double t);
+
+ private:
+  struct Sum {  // the samples since the newest keyframe
+    double t;
+    ImuPreintegrator preintegrated;
+  };
+
+  const EgoKeyframe& add_keyframe(double t, const EgoState& state);
+  void tie(const EgoKeyframe& from, const EgoKeyframe& to);
+  void coast(const EgoKeyframe& from, const EgoKeyframe& to);
+  void add_preintegrated_dvl(const EgoKeyframe& from, const EgoKeyframe& to);
+  const ImuPreintegrator& sum_to(double t) const;
+  const EgoKeyframe* before(double t) const;
+  template <class R>
+  Block put(const EgoKeyframe& keyframe, const ImuDelta* ahead, const R& residual, const EgoSensor& sensor);
+
+  Problem* problem_;
+  Earth earth_;
+  std::vector<EgoSensor> sensors_;
+  double initial_accelerometer_bias_ = 0, initial_gyroscope_bias_ = 0;
+  EgoOptions options_;
+  std::optional<ImuRecord> imu_;
+  std::optional<Variable<Rn<1>>> scale_;
+  std::deque<EgoKeyframe> keyframes_;
+  mutable std::optional<Sum> sum_;
+  std::vector<std::pair<double, double>> splits_;
+  std::deque<Stamped<Vector<3>>> dvl_;  // what the preintegrated DVL sums up next, and the one before
+  std::size_t dvl_sensor_ = 0;
+};
+
+}  // namespace tandem

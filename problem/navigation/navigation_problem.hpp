@@ -1,0 +1,34 @@
+#pragma once
+
+#include <vector>
+
+#include <tandem/problem/navigation/coarse_alignment.hpp>
+
+namespace tandem {
+
+/// The MAP problem of a chaser that navigates by its own sensors.
+struct NavigationProblem {
+  Problem problem;
+  std::vector<EgoKeyframe> keyframes;
+  std::vector<PlacedEgoMeasurement> measurements;
+  std::vector<std::size_t> left_out;  ///< of each sensor: measurements before the first keyframe, or out of reach
+  std::optional<Variable<Rn<1>>> dvl_scale;
+  std::vector<std::pair<double, double>> splits;  ///< where keyframes are not tied by the IMU: from, to [s]
+
+  EgoState state(std::size_t k) const;
+};
+
+/// Keyframes at the times of `guess`, two or more and in time order, starting from its states; the samples in between are
+/// summed up at its biases. `start`: what is known of the first of them beforehand. Throws Error when the data cannot
+/// make a problem.
+NavigationProblem make_navigation_problem(const NavigationData& data, const std::vector<Stamped<EgoState>>& guess,
+                                          const Alignment& start, const EgoOptions& options = {});
+
+/// Measurements of all sensors by the time when they were valid.
+struct EgoEvent {
+  double t;
+  std::size_t sensor, index;
+};
+std::vector<EgoEvent> in_time_order(const std::vector<EgoSensor>& sensors);
+
+}  // namespace tandem

@@ -1,0 +1,237 @@
+#include <algorithm>
+#include <cmath>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/lie/operations.hpp>
+#include <tandem/problem/tracking/planar.hpp>
+#include <tandem/problem/tracking/target_window.hpp>
+
+namespace tandem::detail {
+namespace {
+
+constexpr double kRecent = 1.0;  // s over which a twist is taken
+
+TrackingData without_measurements(TrackingData data) {
+  for (TargetSensor& sensor : data.sensors) sensor.measurements.clear();
+  data.odometry.clear();
+  data.ego.reset();
+  return data;
+}
+
+/// The best that was measured at a keyframe gives its type: a pose before a position.
+void mark(Keyframe& keyframe, const TargetSensor& by, const Measurement& m) {
+  const auto position = by.position_in_chaser(m);
+  if (!position) return;
+  if (by.type == SensorType::pose) {
+    keyframe = {keyframe.t, KeyframeType::optical, position, by.pose_in_chaser(m).rotation()};
+  } else if (keyframe.type != KeyframeType::optical) {
+    keyframe.type = KeyframeType::usbl;
+    keyframe.measured_position = position;
+  }
+}
+
+template <class T>
+void drop_front(std::vector<T>& v, std::size_t n) {
+  v.erase(v.begin(), v.begin() + std::ptrdiff_t(std::min(n, v.size())));
+}
+
+}  // namespace
+
+template <LieGroup G>
+TargetWindow<G>::TargetWindow(Problem& problem, const TrackingData& settings, const TrackingOptions& options)
+    : problem_(problem), data_(without_measurements(settings)), options_(options), build_{data_, options_, problem_,
+                                                                                          out_,  {},       {}} {}
+
+template <LieGroup G>
+void TargetWindow<G>::add_keyframe(double t, const SE3& dead_reckoned, const Variable<G>* chaser, std::size_t sensor,
+                                   const Measurement* first) {
+  Keyframe keyframe{t, KeyframeType::gated, {}, {}};
+  if (first) mark(keyframe, data_.sensors[sensor], *first);
+  const std::size_t k = size();
+  const SE3 odometry = in_space(in_group<G>(dead_reckoned));
+  SE3 chaser_pose = odometry;
+  if (chaser) {
+    chaser_given_ = true;
+    chaser_pose = in_space(problem_.value(*chaser));
+  } else if (k > 0) {
+    chaser_pose = this->chaser(k - 1) * (build_.odometry.back().inverse() * odometry);
+  }
+  SE3 target;
+  if (k > 0) {
+    const TargetState state = predicted(t);
+    target = SE3(state.rotation.value_or(keyframe.measured_rotation
+                                             ? chaser_pose.rotation() * *keyframe.measured_rotation
+                                             : SO3::Exp({0, 0, heading(build_.start.pose.back().rotation())})),
+                 state.position);
+  } else {
+    if (!keyframe.measured_position) throw Error("a target starts at a measurement of its position");
+    target = SE3(keyframe.measured_rotation ? chaser_pose.rotation() * *keyframe.measured_rotation : SO3(),
+                 chaser_pose.act(*keyframe.measured_position));
+  }
+  out_.keyframes.push_back(keyframe);
+  build_.odometry.push_back(odometry);
+  build_.start.pose.push_back(in_space(in_group<G>(target)));
+  build_.start.velocity.push_back(Vector<3>::Zero());
+  if (chaser) build_.chaser.push_back(*chaser);
+  const bool twin_before = k > 0 && build_.twin[k - 1].has_value();
+  build_.add_variables(k);
+  new_twin_ = k > 0 && !twin_before && build_.twin[k - 1].has_value();
+  if (!chaser) {
+    problem_.set_value(build_.chaser[k], in_group<G>(chaser_pose));
+    build_.add_odometry(k);
+  }
+  build_.add_motion(k);
+  build_.add_constraints(k);
+}
+
+template <LieGroup G>
+std::optional<std::string> TargetWindow<G>::add_measurement(std::size_t sensor, const Measurement& m) {
+  TargetSensor& by = data_.sensors[sensor];
+  const double t = by.valid_at(m);
+  const auto at = keyframe_at(out_.keyframes, t);
+  if (!at && (t < out_.keyframes.front().t || t > out_.keyframes.back().t))
+    return by.name + ": the measurement valid at " + std::to_string(t) + " s is outside the window, " +
+           std::to_string(out_.keyframes.front().t) + " to " + std::to_string(out_.keyframes.back().t) + " s";
+  by.measurements.push_back(m);
+  const std::size_t i = by.measurements.size() - 1;
+  try {
+    if (at) {
+      build_.add_measurement(sensor, i, *at);
+    } else {
+      const auto after = std::lower_bound(out_.keyframes.begin(), out_.keyframes.end(), t,
+                                          [](const Keyframe& k, double x) { return k.t < x; });
+      build_.add_measurement_after(sensor, i, std::size_t(after - out_.keyframes.begin()) - 1);
+    }
+  } catch (const Error& error) {
+    by.measurements.pop_back();
+    return error.what();
+  }
+  if (at) mark(out_.keyframes[*at], by, m);
+  return std::nullopt;
+}
+
+template <LieGroup G>
+void TargetWindow<G>::drop_before(double t) {
+  std::size_t n = 0;
+  while (n + 1 < size() && out_.keyframes[n].t < t) ++n;
+  if (n == 0) return;
+  drop_front(out_.keyframes, n);
+  drop_front(build_.odometry, n);
+  drop_front(build_.start.pose, n);
+  drop_front(build_.start.velocity, n);
+  drop_front(build_.chaser, n);
+  drop_front(build_.target, n);
+  drop_front(build_.twin, n);
+  drop_front(build_.twist, n);
+  out_.measurements.clear();
+  for (TargetSensor& sensor : data_.sensors)
+    std::erase_if(sensor.measurements,
+                  [&](const Measurement& m) { return sensor.valid_at(m) < out_.keyframes.front().t - kSameInstant; });
+}
+
+template <LieGroup G>
+TargetState TargetWindow<G>::target(std::size_t k) const {
+  return std::visit(
+      [&]<class X>(const X& x) -> TargetState {
+        if constexpr (requires { x.first; }) {
+          throw Error("a steady course has no window");
+        } else {
+          return TargetState(in_space(problem_.value(x)));
+        }
+      },
+      build_.target[k]);
+}
+
+/// The latest keyframe a second or more before the last one.
+template <LieGroup G>
+std::size_t TargetWindow<G>::reference() const {
+  std::size_t k = size() - 1;
+  const double last = out_.keyframes[k].t;
+  while (k > 0 && last - out_.keyframes[k].t < kRecent - kSameInstant) --k;
+  return k;
+}
+
+template <LieGroup G>
+TargetState TargetWindow<G>::predicted(double t) const {
+  const std::size_t last = size() - 1, from = reference();
+  const TargetState now = target(last), then = target(from);
+  const double dt = build_.dt(from, last);
+  if (!(dt > 0)) return now;
+  const double ahead = (t - out_.keyframes[last].t) / dt;
+  if (now.rotation && then.rotation)
+    return in_space(
+        in_group<G>(interpolate(SE3(*then.rotation, then.position), SE3(*now.rotation, now.position), 1 + ahead)));
+  TargetState result = now;
+  result.position += ahead * (now.position - then.position);
+  return result;
+}
+
+template <LieGroup G>
+SE3 TargetWindow<G>::predicted_chaser(double t) const {
+  const std::size_t last = size() - 1, from = reference();
+  const double dt = build_.dt(from, last);
+  return dt > 0 ? interpolate(chaser(from), chaser(last), 1 + (t - out_.keyframes[last].t) / dt) : chaser(last);
+}
+
+template <LieGroup G>
+Vector<3> TargetWindow<G>::velocity() const {
+  const std::size_t last = size() - 1, from = reference();
+  const double dt = build_.dt(from, last);
+  return dt > 0 ? Vector<3>((target(last).position - target(from).position) / dt) : Vector<3>::Zero();
+}
+
+template <LieGroup G>
+std::vector<TargetState> TargetWindow<G>::values() const {
+  std::vector<TargetState> values;
+  for (std::size_t k = 0; k < size(); ++k) values.push_back(target(k));
+  return values;
+}
+
+template <LieGroup G>
+void TargetWindow<G>::set_values(const std::vector<TargetState>& values) {
+  using Point = typename TrackingBuild<G>::Point;
+  for (std::size_t k = 0; k < size(); ++k) {
+    const TargetState& value = values[k];
+    const Point point(in_group<G>(value.position));
+    if (const auto* pose = build_.pose(k)) {
+      problem_.set_value(*pose, in_group<G>(SE3(value.rotation.value_or(SO3()), value.position)));
+    } else {
+      problem_.set_value(std::get<Variable<Point>>(build_.target[k]), point);
+    }
+    if (build_.twin[k]) problem_.set_value(*build_.twin[k], point);
+  }
+  for (std::size_t k = 0; k + 1 < size() && k < build_.twist.size(); ++k) {
+    const auto twist = [&](std::size_t from) {
+      const auto pose = [&](std::size_t i) {
+        return in_group<G>(SE3(values[i].rotation.value_or(SO3()), values[i].position));
+      };
+      return Rn<G::dof>(minus(pose(from + 1), pose(from)) / build_.dt(from, from + 1));
+    };
+    problem_.set_value(build_.twist[k], twist(k));
+    if (k + 2 == size()) problem_.set_value(build_.twist[k + 1], twist(k));
+  }
+}
+
+template <LieGroup G>
+std::vector<TargetState> TargetWindow<G>::fresh_start() const {
+  std::vector<SE3> chaser;
+  for (std::size_t k = 0; k < size(); ++k) chaser.push_back(this->chaser(k));
+  const TargetStart start = initial_target(data_, out_.keyframes, chaser, options_.robust_start);
+  std::vector<TargetState> values;
+  for (const SE3& pose : start.pose) values.emplace_back(pose);
+  return values;
+}
+
+template <LieGroup G>
+double TargetWindow<G>::surprise() const {
+  const std::size_t k = size() - 1;
+  const auto& measured = out_.keyframes[k].measured_rotation;
+  const TargetState held = target(k);
+  if (!measured || !held.rotation) return 0;
+  return (held.rotation->inverse() * chaser(k).rotation() * *measured).Log().norm();
+}
+
+template class TargetWindow<SE3>;
+template class TargetWindow<SE2>;
+
+}  // namespace tandem::detail

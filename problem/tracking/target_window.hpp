@@ -1,0 +1,84 @@
+#pragma once
+
+#include <tandem/problem/tracking/planar.hpp>
+#include <tandem/problem/tracking/tracking_build.hpp>
+
+namespace tandem::detail {
+
+/// The residuals of a tracking problem over the keyframes of a sliding window, added as keyframes and measurements come.
+template <LieGroup G>
+class TargetWindow {
+ public:
+  using State = typename TrackingBuild<G>::State;
+
+  /// `settings`: sensors and noise; their measurements are not read.
+  TargetWindow(Problem& problem, const TrackingData& settings, const TrackingOptions& options);
+  TargetWindow(const TargetWindow&) = delete;
+
+  std::size_t size() const { return build_.size(); }
+  const std::vector<Keyframe>& keyframes() const { return out_.keyframes; }
+  const TrackingData& data() const { return data_; }
+
+  /// A keyframe later than the last one, its kind by `first`, a measurement that was valid then, if there is one: it is
+  /// not added yet. The chaser is `chaser` where it is given; else it follows the odometry's pose `dead_reckoned`, from
+  /// a prior there at the first one. The target starts where its last poses lead; at the first keyframe, where `first`
+  /// sees it.
+  void add_keyframe(double t, const SE3& dead_reckoned, const Variable<G>* chaser, std::size_t sensor,
+                    const Measurement* first);
+  /// Adds a measurement: at the keyframe of its instant, or between the two around it. Returns why not: a sentence when
+  /// it is before the window or after the last keyframe.
+  std::optional<std::string> add_measurement(std::size_t sensor, const Measurement& m);
+  /// Forgets the keyframes before t, whose variables have left the problem.
+  void drop_before(double t);
+
+  SE3 chaser(std::size_t k) const { return SE3(in_space(problem_.value(build_.chaser[k]))); }
+  TargetState target(std::size_t k) const;
+  /// Where the chaser is at t, after the last keyframe, at the twist of the last second.
+  SE3 predicted_chaser(double t) const;
+  /// Where the target is at t, after the last keyframe, at the twist (a point: velocity) of the last second.
+  TargetState predicted(double t) const;
+  /// World velocity over the last second [m/s].
+  Vector<3> velocity() const;
+  const Variable<G>& chaser_variable(std::size_t k) const { return build_.chaser[k]; }
+  const State& target_variable(std::size_t k) const { return build_.target[k]; }
+
+  /// Calls f(t, variable) for all that joined with the last keyframe: the target's, and the chaser's when it is not given.
+  template <class F>
+  void each_new_variable(F f) const;
+
+  /// The target's values, and a fresh first guess of them out of the window's measurements.
+  std::vector<TargetState> values() const;
+  void set_values(const std::vector<TargetState>& values);
+  std::vector<TargetState> fresh_start() const;
+  /// How far the last keyframe's measured orientation is from where the target is held to face [rad]; 0 without one.
+  double surprise() const;
+
+ private:
+  std::size_t reference() const;
+
+  Problem& problem_;
+  TrackingData data_;  // the window's measurements, to start afresh from
+  TrackingOptions options_;
+  TrackingProblem out_;
+  TrackingBuild<G> build_;
+  bool chaser_given_ = false;
+  bool new_twin_ = false;  // of the keyframe before the last: a point has joined a pose there
+};
+
+template <LieGroup G>
+template <class F>
+void TargetWindow<G>::each_new_variable(F f) const {
+  const std::size_t k = size() - 1;
+  const double t = out_.keyframes[k].t;
+  if (new_twin_) f(out_.keyframes[k - 1].t, *build_.twin[k - 1]);
+  if (!chaser_given_) f(t, build_.chaser[k]);
+  std::visit(
+      [&]<class X>(const X& x) {
+        if constexpr (!requires { x.first; }) f(t, x);
+      },
+      build_.target[k]);
+  if (build_.twin[k]) f(t, *build_.twin[k]);
+  if (!build_.twist.empty()) f(t, build_.twist[k]);
+}
+
+}  // namespace tandem::detail

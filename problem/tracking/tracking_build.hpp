@@ -1,0 +1,74 @@
+#pragma once
+
+#include <variant>
+#include <vector>
+
+#include <tandem/problem/tracking/tracking_problem.hpp>
+#include <tandem/problem/tracking/tracking_start.hpp>
+#include <tandem/residuals/outside.hpp>
+
+namespace tandem::detail {
+
+/// What the parts of the tracking builder share, over poses G (SE3 or SE2). Each adds what joins the problem with
+/// keyframe k, and reads no later one: all keyframes of a recording one after the other, or each as it comes, in a window
+/// whose first keyframes are dropped.
+template <LieGroup G>
+struct TrackingBuild {
+  using Point = Rn<G::point_dim>;
+  using State = std::variant<Variable<G>, Variable<Point>, CourseVariable<G>>;
+  static constexpr bool planar = G::point_dim == 2;
+
+  const TrackingData& data;
+  const TrackingOptions& options;
+  Problem& problem;
+  TrackingProblem& out;
+  std::vector<SE3> odometry;  ///< at the keyframes
+  TargetStart start;
+  std::vector<Variable<G>> chaser{};
+  std::vector<State> target{};
+  std::vector<std::optional<Variable<Point>>> twin{};  ///< Mode B: the point at a pose that is next to one
+  std::vector<Variable<Rn<G::dof>>> twist{};           ///< white noise on acceleration
+
+  std::size_t size() const { return out.keyframes.size(); }
+  double dt(std::size_t from, std::size_t to) const { return out.keyframes[to].t - out.keyframes[from].t; }
+  const Variable<G>* pose(std::size_t k) const { return std::get_if<Variable<G>>(&target[k]); }
+
+  /// The chaser's variable, unless it has one already, and the target's.
+  void add_variables(std::size_t k);
+  void add_course_variables();
+  void add_twin(std::size_t k);
+  /// The prior on the first chaser pose, odometry to the later ones.
+  void add_odometry(std::size_t k);
+  /// Measurement `i` of a sensor, at keyframe k.
+  void add_measurement(std::size_t sensor, std::size_t i, std::size_t k);
+  /// The same, of an instant between k and the keyframe after it.
+  void add_measurement_after(std::size_t sensor, std::size_t i, std::size_t k);
+  /// The motion up to k.
+  void add_motion(std::size_t k);
+  /// The constraints of the target's pose at k and of its twist up to there.
+  void add_constraints(std::size_t k);
+
+  /// Whether the target is, or is to be, a pose and not a point. What was measured at k later changes nothing.
+  bool is_pose(std::size_t k) const {
+    if (k < target.size()) return pose(k) != nullptr;
+    return options.model != MotionModel::constant_velocity &&
+           (options.mode == Mode::A || out.keyframes[k].type == KeyframeType::optical);
+  }
+
+  template <Residual R>
+  void hold_zero(const R& residual, Role role, const Gaussian& noise, const VariablesOf<R>& x) {
+    if (role == Role::hard) problem.subject_to(residual, equal_to(0), x);
+    if (role == Role::soft) problem.minimize(residual, noise, x);
+  }
+  template <Residual R>
+  void hold_between(const R& residual, Role role, const Bounds<R::dim>& bounds, const Gaussian& noise,
+                    const VariablesOf<R>& x) {
+    if (role == Role::hard) problem.subject_to(residual, bounds, x);
+    if (role == Role::soft) problem.minimize(Outside<R>(residual, bounds), noise, x);
+  }
+};
+
+/// Standard deviations by name; throws Error when they are not `size` positive numbers.
+Gaussian noise_of(std::string_view name, const Eigen::VectorXd& sigma, int size);
+
+}  // namespace tandem::detail

@@ -1,0 +1,218 @@
+#include <string>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/lie/operations.hpp>
+#include <tandem/problem/tracking/ego_track.hpp>
+#include <tandem/problem/tracking/planar.hpp>
+#include <tandem/problem/tracking/tracking_build.hpp>
+#include <tandem/residuals/boundary.hpp>
+#include <tandem/residuals/on_course.hpp>
+#include <tandem/residuals/prior.hpp>
+#include <tandem/residuals/relative_pose.hpp>
+
+namespace tandem {
+namespace detail {
+
+Gaussian noise_of(std::string_view name, const Eigen::VectorXd& sigma, int size) {
+  const std::string subject = "the noise " + std::string(name);
+  if (sigma.size() != size)
+    throw Error(subject + " needs " + std::to_string(size) + " standard deviations, not " +
+                std::to_string(sigma.size()));
+  for (const double s : sigma)
+    if (!(s > 0 && std::isfinite(s)))
+      throw Error(subject + " is needed here: give standard deviations above zero (it has " + std::to_string(s) + ")");
+  return Gaussian(sigma);
+}
+
+template <LieGroup G>
+void TrackingBuild<G>::add_variables(std::size_t k) {
+  const bool junction = k > 0 && is_pose(k) != is_pose(k - 1) && options.junction == Junction::boundary;
+  if (junction && is_pose(k - 1) && !twin[k - 1]) add_twin(k - 1);
+  const std::string number = std::to_string(k);
+  if (chaser.size() <= k) chaser.push_back(problem.add(in_group<G>(odometry[k]), "chaser " + number));
+  twin.emplace_back();
+  if (is_pose(k)) {
+    target.push_back(problem.add(in_group<G>(start.pose[k]), "target " + number));
+    if (junction) add_twin(k);
+  } else {
+    target.push_back(problem.add(Point(in_group<G>(start.pose[k].translation())), "target " + number));
+  }
+  if (options.model == MotionModel::white_noise_acceleration) {
+    Rn<G::dof> w;
+    if (size() > 1) {
+      const std::size_t from = std::min(k, size() - 2);
+      w = Rn<G::dof>(minus(in_group<G>(start.pose[from + 1]), in_group<G>(start.pose[from])) / dt(from, from + 1));
+    }
+    twist.push_back(problem.add(w, "target twist " + number));
+  }
+}
+
+template <LieGroup G>
+void TrackingBuild<G>::add_twin(std::size_t k) {
+  const Point point(in_group<G>(start.pose[k].translation()));
+  twin[k] = problem.add(point, "target point " + std::to_string(k));
+  const Gaussian noise = noise_of("boundary", data.noise.boundary, G::point_dim);
+  problem.minimize(Boundary<G>{}, noise, {*pose(k), *twin[k]});
+}
+
+template <LieGroup G>
+void TrackingBuild<G>::add_course_variables() {
+  for (std::size_t k = chaser.size(); k < size(); ++k)
+    chaser.push_back(problem.add(in_group<G>(odometry[k]), "chaser " + std::to_string(k)));
+  // Last, since all measurements read them: the rest of the Hessian stays narrow-banded.
+  const auto first = problem.add(in_group<G>(start.pose[0]), "target's first pose");
+  const auto speed = problem.add(Rn<1>(Vector<1>(start.velocity[0].norm())), "target's speed");
+  for (std::size_t k = 0; k < size(); ++k) target.push_back(CourseVariable<G>{first, speed, dt(0, k)});
+  twin.resize(size());
+}
+
+template <LieGroup G>
+void TrackingBuild<G>::add_odometry(std::size_t k) {
+  const auto pose = [&](std::size_t i) { return in_group<G>(odometry[i]); };
+  if (k == 0) {
+    problem.minimize(Prior<G>{pose(0)}, noise_of("prior", data.noise.prior, G::dof), {chaser[0]});
+  } else {
+    const Gaussian noise = noise_of("odometry", data.noise.odometry, G::dof).scaled(std::sqrt(dt(k - 1, k)));
+    problem.minimize(RelativePose<G>{pose(k - 1).inverse() * pose(k)}, noise, {chaser[k - 1], chaser[k]});
+  }
+}
+
+template void TrackingBuild<SE3>::add_variables(std::size_t);
+template void TrackingBuild<SE2>::add_variables(std::size_t);
+template void TrackingBuild<SE3>::add_odometry(std::size_t);
+template void TrackingBuild<SE2>::add_odometry(std::size_t);
+
+}  // namespace detail
+
+namespace {
+
+void check(const TrackingOptions& options) {
+  const bool points_only = options.model == MotionModel::constant_velocity;
+  if (options.mode == Mode::B && options.model != MotionModel::constant_twist)
+    throw Error("mode B is for the constant-twist model");
+  if (options.surge && !(options.surge->lower[0] <= options.surge->upper[0]))
+    throw Error("the surge's lower bound " + std::to_string(options.surge->lower[0]) + " is above its upper bound " +
+                std::to_string(options.surge->upper[0]));
+  if (options.max_yaw_rate && !(*options.max_yaw_rate >= 0))
+    throw Error("the limit of the yaw rate is a magnitude, zero or above, not " +
+                std::to_string(*options.max_yaw_rate));
+  const bool course = options.model == MotionModel::steady_course;
+  if (course && (options.non_holonomic != Role::off || options.surge || options.max_yaw_rate))
+    throw Error("the steady-course model keeps heading and speed: it takes no further constraints on the twist");
+  if (points_only && (options.non_holonomic != Role::off || options.surge || options.max_yaw_rate))
+    throw Error("the constant-velocity model has no orientation for non-holonomic, surge or yaw-rate constraints");
+  if (!(options.position_share >= 0 && options.position_share < 1))
+    throw Error("position_share is a share: 0 or more, and less than 1");
+  if (options.horizons.empty()) throw Error("horizons: at least one is needed, e.g. 1 back and 1 ahead");
+  for (const Horizon& h : options.horizons)
+    if (h.back < 1 || h.ahead < 1) throw Error("horizons count keyframes back and ahead: 1 or more");
+  const bool neighbours =
+      options.horizons.size() == 1 && options.horizons[0].back == 1 && options.horizons[0].ahead == 1;
+  if ((course || options.model == MotionModel::white_noise_acceleration) && !neighbours)
+    throw Error("horizons are of constant twist and constant velocity: the " + std::string(name(options.model)) +
+                " model ties no triples");
+}
+
+template <LieGroup G>
+void add_measurements(detail::TrackingBuild<G>& build) {
+  const std::vector<Keyframe>& keyframes = build.out.keyframes;
+  for (std::size_t s = 0; s < build.data.sensors.size(); ++s) {
+    const TargetSensor& sensor = build.data.sensors[s];
+    std::size_t left_out = 0;
+    for (std::size_t i = 0; i < sensor.measurements.size(); ++i) {
+      const double t = sensor.valid_at(sensor.measurements[i]);
+      if (const auto k = keyframe_at(keyframes, t)) {
+        build.add_measurement(s, i, *k);
+      } else if (t < keyframes.front().t || (build.data.ego && t > build.data.odometry.back().t + kSameInstant)) {
+        ++left_out;
+      }
+    }
+    build.out.left_out.push_back(left_out);
+  }
+}
+
+template <LieGroup G>
+void build(const TrackingData& data, const TrackingOptions& options, TrackingProblem& out) {
+  std::vector<SE3> odometry = odometry_at(data.odometry, out.keyframes);
+  for (SE3& pose : odometry) pose = in_space(in_group<G>(pose));
+  TargetStart start = initial_target(data, out.keyframes, odometry, options.robust_start);
+  if (options.model == MotionModel::steady_course) start = straightened(start, out.keyframes);
+  detail::TrackingBuild<G> build{data, options, out.problem, out, std::move(odometry), std::move(start)};
+  const std::size_t n = out.keyframes.size();
+  std::optional<detail::EgoTrackBuild> ego;
+  if (data.ego) ego.emplace(*data.ego, out);
+  const bool course = options.model == MotionModel::steady_course;
+  for (std::size_t k = 0; k < n; ++k) {  // in turns: the Hessian stays narrow-banded
+    if constexpr (std::same_as<G, SE3>)
+      if (ego) build.chaser.push_back(ego->add(k));
+    if (!course) build.add_variables(k);
+  }
+  if (course) build.add_course_variables();
+  out.chaser.assign(build.chaser.begin(), build.chaser.end());
+  out.twist.assign(build.twist.begin(), build.twist.end());
+  for (const auto& x : build.target) std::visit([&](const auto& v) { out.target.emplace_back(v); }, x);
+  if (!ego)
+    for (std::size_t k = 0; k < n; ++k) build.add_odometry(k);
+  add_measurements(build);
+  for (std::size_t k = 0; k < n; ++k) build.add_motion(k);
+  for (std::size_t k = 0; k < n; ++k) build.add_constraints(k);
+}
+
+}  // namespace
+
+Loss loss_of(const TargetSensor& sensor, const TrackingOptions& options) { return sensor.loss.value_or(options.loss); }
+
+std::optional<Loss> orientation_loss_of(const TargetSensor& sensor, const TrackingOptions& options) {
+  return sensor.orientation_loss ? sensor.orientation_loss : options.orientation_loss;
+}
+
+void make_robust(TrackingOptions& options) {
+  options.loss = Cauchy(2.0);
+  options.position_share = 1.0 / 9.0;
+  options.robust_start = true;
+}
+
+std::string_view name(MotionModel model) {
+  switch (model) {
+    case MotionModel::constant_twist:
+      return "constant-twist";
+    case MotionModel::constant_velocity:
+      return "constant-velocity";
+    case MotionModel::white_noise_acceleration:
+      return "white-noise-acceleration";
+    case MotionModel::steady_course:
+      break;
+  }
+  return "steady-course";
+}
+
+TrackingProblem make_tracking_problem(const TrackingData& data, const TrackingOptions& options) {
+  check(options);
+  if (data.ego && data.planar)
+    throw Error("a planar problem takes odometry: the chaser's own sensors are estimated in space (group SE3)");
+  TrackingProblem out;
+  out.keyframes = make_keyframes(data, options.max_keyframes);
+  data.planar ? build<SE2>(data, options, out) : build<SE3>(data, options, out);
+  return out;
+}
+
+SE3 TrackingProblem::chaser_pose(std::size_t k) const {
+  return std::visit([&](const auto& x) { return SE3(in_space(problem.value(x))); }, chaser[k]);
+}
+
+TargetState TrackingProblem::target_state(std::size_t k) const {
+  const auto on_course = [&]<LieGroup G>(const CourseVariable<G>& x) {
+    return problem.value(x.first) * way_on_course<G>(x.t, problem.value(x.speed).vector()[0]);
+  };
+  return std::visit(
+      [&]<class X>(const X& x) {
+        if constexpr (requires { x.first; }) {
+          return TargetState(in_space(on_course(x)));
+        } else {
+          return TargetState(in_space(problem.value(x)));
+        }
+      },
+      target[k]);
+}
+
+}  // namespace tandem

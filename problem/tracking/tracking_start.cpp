@@ -1,0 +1,238 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Cholesky>
+
+#include <tandem/lie/operations.hpp>
+#include <tandem/problem/tracking/planar.hpp>
+#include <tandem/problem/tracking/track_smoother.hpp>
+#include <tandem/problem/tracking/tracking_start.hpp>
+#include <tandem/residuals/direction.hpp>
+
+namespace tandem {
+namespace {
+
+using detail::PositionFix;
+using detail::SmoothedTrack;
+
+/// Orientations are taken from pose measurements up to this many keyframe intervals away.
+constexpr double kNearIntervals = 5;
+
+/// Calls f(sensor, measurement, keyframe) for all that a problem may use.
+template <class F>
+void each_measurement(const TrackingData& data, const std::vector<Keyframe>& keyframes, F f) {
+  for (const TargetSensor& sensor : data.sensors)
+    for (const Measurement& m : sensor.measurements)
+      if (const auto k = m.held_out ? std::nullopt : keyframe_at(keyframes, sensor.valid_at(m))) f(sensor, m, *k);
+}
+
+constexpr std::size_t kVoters = 9;                      // pose measurements that vote on one
+constexpr double kTravelVote = 0.5;                     // of a direction of travel, against 1 of a measurement
+constexpr double kDisagreement = std::numbers::pi / 4;  // rad
+
+struct OrientationFix {
+  double t;  // s
+  SO3 rotation;
+  SO3 travel{};  // along the smoothed track
+};
+
+/// Level, and facing where it goes.
+SO3 along(const Vector<3>& velocity) { return SO3::Exp({0, 0, std::atan2(velocity.y(), velocity.x())}); }
+
+double angle_between(const SO3& a, const SO3& b) { return (a.inverse() * b).Log().norm(); }
+
+/// The fixes that agree with their neighbourhood's L1 medoid: of the nearest nine within `near`, the one with the least
+/// sum of angles to the others and, at half weight, to their directions of travel. Half, so that travel decides between
+/// equal parties but does not outvote measurements of a target that drifts or goes astern.
+std::vector<OrientationFix> agreeing(const std::vector<OrientationFix>& fixes, double near) {
+  std::vector<OrientationFix> kept;
+  for (std::size_t i = 0; i < fixes.size(); ++i) {
+    const auto away = [&](std::size_t j) { return j < fixes.size() ? std::abs(fixes[j].t - fixes[i].t) : HUGE_VAL; };
+    std::size_t first = i, last = i;
+    while (last - first + 1 < kVoters) {
+      const double before = first > 0 ? away(first - 1) : HUGE_VAL, after = away(last + 1);
+      if (std::min(before, after) > near) break;
+      before <= after ? --first : ++last;
+    }
+    std::size_t medoid = i;
+    double least = HUGE_VAL;
+    for (std::size_t a = first; a <= last; ++a) {
+      double sum = 0;
+      for (std::size_t b = first; b <= last; ++b)
+        sum += angle_between(fixes[a].rotation, fixes[b].rotation) +
+               kTravelVote * angle_between(fixes[a].rotation, fixes[b].travel);
+      if (sum < least) {
+        least = sum;
+        medoid = a;
+      }
+    }
+    if (angle_between(fixes[i].rotation, fixes[medoid].rotation) <= kDisagreement) kept.push_back(fixes[i]);
+  }
+  return kept;
+}
+
+std::vector<OrientationFix> measured_orientations(const TrackingData& data, const std::vector<Keyframe>& keyframes,
+                                                  const std::vector<SE3>& chaser) {
+  std::vector<OrientationFix> fixes;
+  each_measurement(data, keyframes, [&](const TargetSensor& sensor, const Measurement& m, std::size_t k) {
+    if (sensor.type != SensorType::pose) return;
+    fixes.push_back({keyframes[k].t, chaser[k].rotation() * sensor.pose_in_chaser(m).rotation()});
+  });
+  std::stable_sort(fixes.begin(), fixes.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
+  return fixes;
+}
+
+/// Orientation at time t from the two fixes around it, as far as they are near.
+std::optional<SO3> orientation_near(const std::vector<OrientationFix>& fixes, double t, double near) {
+  const auto after = std::lower_bound(fixes.begin(), fixes.end(), t, [](const auto& f, double x) { return f.t < x; });
+  const auto before = after == fixes.begin() ? fixes.end() : after - 1;
+  const bool has_after = after != fixes.end() && after->t - t <= near;
+  const bool has_before = before != fixes.end() && t - before->t <= near;
+  if (has_after && has_before)
+    return interpolate(before->rotation, after->rotation, (t - before->t) / (after->t - before->t));
+  if (has_after) return after->rotation;
+  if (has_before) return before->rotation;
+  return std::nullopt;
+}
+
+/// Mean variance along the three axes of what the sensor sees at a range [m²].
+double variance(const TargetSensor& sensor, bool planar, double range) {
+  switch (sensor.type) {
+    case SensorType::range_bearing:
+    case SensorType::usbl_spherical: {
+      const double across = range * sensor.sigma.tail(sensor.sigma.size() - 1).norm();
+      return (sensor.sigma[0] * sensor.sigma[0] + across * across) / double(sensor.sigma.size());
+    }
+    default:
+      break;
+  }
+  const int n = planar ? 2 : 3;
+  return sensor.sigma.head(n).squaredNorm() / double(n);
+}
+
+/// Measured positions of the target; `lever` is the marker's position at each keyframe, in the world from the target,
+/// where that is known by now.
+std::vector<PositionFix> measured_positions(const TrackingData& data, const std::vector<Keyframe>& keyframes,
+                                            const std::vector<SE3>& chaser, const std::vector<SE3>* target) {
+  std::vector<PositionFix> fixes;
+  each_measurement(data, keyframes, [&](const TargetSensor& sensor, const Measurement& m, std::size_t k) {
+    const auto position = sensor.position_in_chaser(m);
+    if (!position) return;
+    Vector<3> lever = Vector<3>::Zero();
+    if (target && sensor.type != SensorType::pose) lever = (*target)[k].rotation().act(sensor.marker.translation());
+    fixes.push_back({k, chaser[k].act(*position) - lever, variance(sensor, data.planar, position->norm())});
+  });
+  std::stable_sort(fixes.begin(), fixes.end(), [](const auto& a, const auto& b) { return a.keyframe < b.keyframe; });
+  return fixes;
+}
+
+/// Without positions: x0 + v t that lies closest to all lines of sight, a linear problem (the pseudo-linear estimator).
+/// It is drawn, with the weight of the bearings' noise, to a target on the first line of sight that goes
+/// with the chaser: bearings of a chaser that does not manoeuvre would fit one in the sensor itself just as well.
+SmoothedTrack along_bearings(const TrackingData& data, const std::vector<Keyframe>& keyframes,
+                             const std::vector<SE3>& chaser) {
+  Matrix<6, 6> normal = Matrix<6, 6>::Zero();
+  Vector<6> right = Vector<6>::Zero(), guess = Vector<6>::Zero();
+  double range = 0, noise = 0;
+  int ranges = 0;
+  double seen = HUGE_VAL;               // first, s
+  Vector<3> sight = Vector<3>::Zero();  // that time, world axes
+  each_measurement(data, keyframes, [&](const TargetSensor& sensor, const Measurement& m, std::size_t k) {
+    if (sensor.type == SensorType::range) {
+      range += m.range;
+      ++ranges;
+    }
+    if (sensor.type != SensorType::bearing) return;
+    const SE3 eye = chaser[k] * sensor.mount;
+    const Vector<3> u = eye.rotation().act(Direction<3>(m.azimuth, m.elevation).unit());
+    const Matrix<3, 3> across = Matrix<3, 3>::Identity() - u * u.transpose();
+    const double t = keyframes[k].t - keyframes.front().t;
+    Matrix<3, 6> A;
+    A << across, t * across;
+    normal += A.transpose() * A;
+    right += A.transpose() * eye.translation();
+    noise += sensor.sigma.squaredNorm() / double(sensor.sigma.size());
+    if (t >= seen) return;
+    seen = t;
+    guess.head<3>() = eye.translation();
+    sight = u;
+  });
+  const double nominal = ranges ? range / ranges : 1.0, duration = keyframes.back().t - keyframes.front().t;
+  Vector<6> line = Vector<6>::Zero();
+  if (seen == HUGE_VAL) {  // ranges alone: ahead of the chaser, at rest
+    line.head<3>() = chaser.front().act(Vector<3>(nominal, 0, 0));
+  } else {
+    if (duration > 0) guess.tail<3>() = (chaser.back().translation() - chaser.front().translation()) / duration;
+    guess.head<3>() += nominal * sight - seen * guess.tail<3>();
+    Vector<6> weight = Vector<6>::Constant(noise * nominal * nominal);
+    if (duration > 0) weight.tail<3>() *= duration * duration;
+    normal.diagonal() += weight;
+    line = normal.ldlt().solve(right + weight.cwiseProduct(guess));
+  }
+  SmoothedTrack track;
+  for (const Keyframe& k : keyframes) {
+    track.position.push_back(line.head<3>() + (k.t - keyframes.front().t) * line.tail<3>());
+    track.velocity.push_back(line.tail<3>());
+  }
+  return track;
+}
+
+/// Of the target along a straight line [m/√s], from whichever model's noise there is.
+double travel_noise(const TrackingNoise& noise, bool planar) {
+  for (const Eigen::VectorXd* sigma : {&noise.constant_twist, &noise.acceleration, &noise.constant_velocity})
+    if (const double largest = sigma->head(planar ? 2 : 3).maxCoeff(); largest > 0) return largest;
+  return 0;
+}
+
+}  // namespace
+
+TargetStart initial_target(const TrackingData& data, const std::vector<Keyframe>& keyframes,
+                           const std::vector<SE3>& chaser, bool robust) {
+  const auto measured = measured_orientations(data, keyframes, chaser);
+  const double near = kNearIntervals * data.keyframe_interval;
+  const auto start_on = [&](const SmoothedTrack& track) {
+    std::vector<OrientationFix> orientations = measured;
+    if (robust) {
+      for (OrientationFix& fix : orientations) fix.travel = along(track.velocity[*keyframe_at(keyframes, fix.t)]);
+      orientations = agreeing(orientations, near);
+    }
+    TargetStart start;
+    start.velocity = track.velocity;
+    for (std::size_t k = 0; k < keyframes.size(); ++k)
+      start.pose.emplace_back(orientation_near(orientations, keyframes[k].t, near).value_or(along(track.velocity[k])),
+                              track.position[k]);
+    return start;
+  };
+  const auto fixes = measured_positions(data, keyframes, chaser, nullptr);
+  if (fixes.empty()) return start_on(along_bearings(data, keyframes, chaser));
+  const double sigma = travel_noise(data.noise, data.planar);
+  const double q = sigma * sigma;
+  TargetStart start = start_on(smooth(keyframes, fixes, q));
+  const bool levers = std::any_of(data.sensors.begin(), data.sensors.end(), [](const TargetSensor& sensor) {
+    return sensor.type != SensorType::pose && !sensor.marker.translation().isZero();
+  });
+  // A lever arm on the target needs its orientation, which is known only now.
+  if (levers) start = start_on(smooth(keyframes, measured_positions(data, keyframes, chaser, &start.pose), q));
+  return start;
+}
+
+TargetStart straightened(const TargetStart& start, const std::vector<Keyframe>& keyframes) {
+  Eigen::MatrixX2d times(keyframes.size(), 2);
+  Eigen::MatrixX3d positions(keyframes.size(), 3);
+  for (std::size_t k = 0; k < keyframes.size(); ++k) {
+    times.row(Eigen::Index(k)) << 1.0, keyframes[k].t - keyframes.front().t;
+    positions.row(Eigen::Index(k)) = start.pose[k].translation();
+  }
+  const Matrix<2, 2> normal = times.transpose() * times;
+  const Matrix<2, 3> line = normal.ldlt().solve(times.transpose() * positions);
+  const Vector<3> velocity = line.row(1);
+  TargetStart straight;
+  for (std::size_t k = 0; k < keyframes.size(); ++k) {
+    straight.pose.emplace_back(along(velocity), Vector<3>(times.row(Eigen::Index(k)) * line));
+    straight.velocity.push_back(velocity);
+  }
+  return straight;
+}
+
+}  // namespace tandem

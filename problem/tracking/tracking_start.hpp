@@ -1,0 +1,25 @@
+#pragma once
+
+#include <vector>
+
+#include <tandem/problem/tracking/keyframes.hpp>
+
+namespace tandem {
+
+/// A first guess of the target over the keyframes.
+struct TargetStart {
+  std::vector<SE3> pose;
+  std::vector<Vector<3>> velocity;  ///< m/s, world
+};
+
+/// The first guess from the measurements, seen from `chaser` poses: positions smoothed at constant velocity,
+/// orientations from pose measurements, and far from any of those along the direction of travel. Where no sensor gives
+/// positions: the constant velocity that fits the bearings best, or, with ranges alone, ahead of the chaser. `robust`:
+/// without the orientations that disagree with their neighbours and the direction of travel, such as turned detections.
+TargetStart initial_target(const TrackingData& data, const std::vector<Keyframe>& keyframes,
+                           const std::vector<SE3>& chaser, bool robust = false);
+
+/// The straight line at constant speed that fits the guessed positions best, heading along it.
+TargetStart straightened(const TargetStart& start, const std::vector<Keyframe>& keyframes);
+
+}  // namespace tandem

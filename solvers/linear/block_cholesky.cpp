@@ -1,0 +1,314 @@
+#include <algorithm>
+#include <cmath>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/linear/block_cholesky.hpp>
+#include <tandem/solvers/linear/block_symbolic.hpp>
+
+namespace tandem {
+namespace {
+
+/// C −= A Bᵀ for C of m × n, A of m × k, B of n × k, all column-major. The widths are template parameters where they
+/// are the common ones, so that the compiler unrolls.
+template <int N, int K>
+void subtract_product(int m, int n_, int k_, double* __restrict C, int ldc, const double* __restrict A, int lda,
+                      const double* __restrict B, int ldb) {
+  const int n = N > 0 ? N : n_, k = K > 0 ? K : k_;
+  for (int j = 0; j < n; ++j) {
+    double* c = C + std::ptrdiff_t(j) * ldc;
+    for (int i = 0; i < m; ++i) {
+      double sum = 0;
+      for (int p = 0; p < k; ++p) sum += A[i + std::ptrdiff_t(p) * lda] * B[j + std::ptrdiff_t(p) * ldb];
+      c[i] -= sum;
+    }
+  }
+}
+
+void subtract_product_any(int m, int n, int k, double* C, int ldc, const double* A, int lda, const double* B, int ldb) {
+  if (n == 6 && k == 6) return subtract_product<6, 6>(m, n, k, C, ldc, A, lda, B, ldb);
+  if (n == 3 && k == 3) return subtract_product<3, 3>(m, n, k, C, ldc, A, lda, B, ldb);
+  if (k == 6) return subtract_product<0, 6>(m, n, k, C, ldc, A, lda, B, ldb);
+  if (k == 3) return subtract_product<0, 3>(m, n, k, C, ldc, A, lda, B, ldb);
+  return subtract_product<0, 0>(m, n, k, C, ldc, A, lda, B, ldb);
+}
+
+}  // namespace
+
+BlockCholesky::BlockCholesky(const SymmetricPattern& pattern) { order_and_analyze(pattern); }
+
+void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern) {
+  detail::BlockSymbolic s = detail::analyze(pattern);
+  n_ = pattern.size();
+  blocks_ = pattern.num_blocks();
+  nonzeros_ = s.nonzeros;
+  row_start_ = std::move(s.row_start);
+  row_block_ = std::move(s.row);
+
+  std::vector<int>& place = place_of_block_;
+  place.resize(s.order.size());
+  start_.push_back(0);
+  for (std::size_t k = 0; k < s.order.size(); ++k) {
+    const std::size_t block = std::size_t(s.order[k]);
+    place[block] = static_cast<int>(k);
+    size_.push_back(pattern.first[block + 1] - pattern.first[block]);
+    start_.push_back(start_.back() + size_.back());
+    for (int u = pattern.first[block]; u < pattern.first[block + 1]; ++u) unknown_.push_back(u);
+  }
+
+  // Panels: block column k with its block rows stacked; first row of each within the panel.
+  std::vector<int> row_in_panel(row_block_.size());
+  double entries = 0;
+  for (std::size_t k = 0; k < size_.size(); ++k) {
+    int height = 0;
+    for (int b = row_start_[k]; b < row_start_[k + 1]; ++b) {
+      row_in_panel[std::size_t(b)] = height;
+      height += size_[std::size_t(row_block_[std::size_t(b)])];
+    }
+    panel_rows_.push_back(height);
+    panel_.push_back(static_cast<int>(entries));
+    entries += double(height) * size_[k];
+    if (entries > 2147483647.0) throw Error("the Cholesky factor would have more than 2^31 entries");
+  }
+  values_.resize(static_cast<Eigen::Index>(entries));
+  diagonal_.resize(n_);
+  work_.resize(n_);
+
+  // Where block row r of block column k stands in its panel.
+  const auto find = [&](int k, int r) {
+    const auto begin = row_block_.begin() + row_start_[std::size_t(k)],
+               end = row_block_.begin() + row_start_[std::size_t(k) + 1];
+    return row_in_panel[std::size_t(std::lower_bound(begin, end, r) - row_block_.begin())];
+  };
+  for (int block = 0; block < blocks_; ++block) {
+    const int columns = pattern.first[std::size_t(block) + 1] - pattern.first[std::size_t(block)];
+    const std::size_t column = std::size_t(pattern.first[std::size_t(block)]);
+    int source = pattern.column_start[column];
+    const int stride = pattern.column_start[column + 1] - source;
+    for (int b = pattern.block_start[std::size_t(block)]; b < pattern.block_start[std::size_t(block) + 1]; ++b) {
+      const int other = pattern.block_row[std::size_t(b)];
+      const int rows = pattern.first[std::size_t(other) + 1] - pattern.first[std::size_t(other)];
+      const int p = place[std::size_t(block)], q = place[std::size_t(other)];
+      const int k = std::min(p, q), r = std::max(p, q);
+      copies_.push_back(
+          {source, stride, panel_[std::size_t(k)] + find(k, r), panel_rows_[std::size_t(k)], rows, columns, p > q});
+      source += rows;
+    }
+  }
+
+  update_start_.push_back(0);
+  for (int k = 0; k < blocks_; ++k) {
+    const int begin = row_start_[std::size_t(k)], end = row_start_[std::size_t(k) + 1];
+    for (int b = begin + 1; b < end; ++b) {
+      const int target = row_block_[std::size_t(b)];
+      Update u{row_in_panel[std::size_t(b)], size_[std::size_t(target)], panel_rows_[std::size_t(target)],
+               static_cast<int>(runs_.size()), 0};
+      for (int a = b; a < end; ++a) {
+        const int to = panel_[std::size_t(target)] + find(target, row_block_[std::size_t(a)]);
+        const int rows = size_[std::size_t(row_block_[std::size_t(a)])];
+        if (static_cast<int>(runs_.size()) > u.run_begin && runs_.back().target + runs_.back().rows == to) {
+          runs_.back().rows += rows;
+        } else {
+          runs_.push_back({row_in_panel[std::size_t(a)], to, rows});
+        }
+      }
+      u.run_end = static_cast<int>(runs_.size());
+      updates_.push_back(u);
+    }
+    update_start_.push_back(static_cast<int>(updates_.size()));
+  }
+}
+
+void BlockCholesky::load(const Eigen::VectorXd& values, const Eigen::VectorXd& shift) {
+  values_.setZero();
+  for (const Copy& c : copies_) {
+    const double* from = values.data() + c.source;
+    double* to = values_.data() + c.target;
+    for (int j = 0; j < c.columns; ++j)
+      for (int i = 0; i < c.rows; ++i)
+        to[c.transposed ? j + i * c.target_stride : i + j * c.target_stride] = from[i + j * c.source_stride];
+  }
+  for (int k = 0, place = 0; k < blocks_; ++k) {
+    double* panel = values_.data() + panel_[std::size_t(k)];
+    for (int i = 0; i < size_[std::size_t(k)]; ++i, ++place) {
+      double& d = panel[i * (panel_rows_[std::size_t(k)] + 1)];
+      if (shift.size() > 0) d += shift[unknown_[std::size_t(place)]];
+      diagonal_[place] = d;
+    }
+  }
+}
+
+/// Cholesky of the panel's square top and, in the same sweep, the solve of what is below it. With `weak`, pivots below
+/// `relative` times their diagonal entry are noted and replaced by one, their column cut off.
+bool BlockCholesky::factor_panel(int k, double relative, std::vector<int>* weak) {
+  const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
+  double* P = values_.data() + panel_[std::size_t(k)];
+  for (int c = 0; c < n; ++c) {
+    double* column = P + std::ptrdiff_t(c) * m;
+    for (int p = 0; p < c; ++p) {
+      const double* left = P + std::ptrdiff_t(p) * m;
+      const double factor = left[c];
+      for (int i = c; i < m; ++i) column[i] -= factor * left[i];
+    }
+    const int place = start_[std::size_t(k)] + c;
+    double pivot = column[c];
+    if (weak && !(pivot > relative * diagonal_[place])) {
+      weak->push_back(place);
+      for (int i = c; i < m; ++i) column[i] = 0;
+      column[c] = 1;
+      continue;
+    }
+    if (!(pivot > 0) || !std::isfinite(pivot)) {
+      failed_ = unknown_[std::size_t(place)];
+      return false;
+    }
+    pivot = std::sqrt(pivot);
+    const double inverse = 1.0 / pivot;
+    column[c] = pivot;
+    for (int i = c + 1; i < m; ++i) column[i] *= inverse;
+  }
+  return true;
+}
+
+void BlockCholesky::update_from(int k) {
+  const double* P = values_.data() + panel_[std::size_t(k)];
+  subtract_below(k, size_[std::size_t(k)], P, P);
+}
+
+void BlockCholesky::subtract_below(int k, int inner, const double* A, const double* B) {
+  const int m = panel_rows_[std::size_t(k)];
+  for (int u = update_start_[std::size_t(k)]; u < update_start_[std::size_t(k) + 1]; ++u) {
+    const Update& update = updates_[std::size_t(u)];
+    for (int r = update.run_begin; r < update.run_end; ++r) {
+      const Run& run = runs_[std::size_t(r)];
+      subtract_product_any(run.rows, update.columns, inner, values_.data() + run.target, update.target_stride,
+                           A + run.source_row, m, B + update.first_row, m);
+    }
+  }
+}
+
+bool BlockCholesky::factorize(const Eigen::VectorXd& values, const Eigen::VectorXd& shift) {
+  failed_ = -1;
+  load(values, shift);
+  for (int k = 0; k < blocks_; ++k) {
+    if (!factor_panel(k, 0.0, nullptr)) return false;
+    update_from(k);
+  }
+  return true;
+}
+
+std::vector<Eigen::VectorXd> BlockCholesky::null_space(const Eigen::VectorXd& values, double relative, int most) {
+  load(values, {});
+  std::vector<int> weak;
+  for (int k = 0; k < blocks_; ++k) {
+    factor_panel(k, relative, &weak);
+    update_from(k);
+  }
+  std::vector<Eigen::VectorXd> basis;
+  for (const int place : weak) {
+    if (static_cast<int>(basis.size()) >= most) break;
+    work_.setZero();
+    work_[place] = 1;
+    backward(work_);
+    Eigen::VectorXd v(n_);
+    unpermute(v);
+    basis.push_back(v.normalized());
+  }
+  return basis;
+}
+
+void BlockCholesky::forward(Eigen::VectorXd& y, int from) const {
+  for (int k = from; k < blocks_; ++k) {
+    const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
+    const double* P = values_.data() + panel_[std::size_t(k)];
+    double* x = y.data() + start_[std::size_t(k)];
+    for (int c = 0; c < n; ++c) {
+      const double* column = P + std::ptrdiff_t(c) * m;
+      x[c] /= column[c];
+      for (int i = c + 1; i < n; ++i) x[i] -= column[i] * x[c];
+      int row = n;
+      for (int b = row_start_[std::size_t(k)] + 1; b < row_start_[std::size_t(k) + 1]; ++b) {
+        const std::size_t block = std::size_t(row_block_[std::size_t(b)]);
+        double* target = y.data() + start_[block];
+        for (int i = 0; i < size_[block]; ++i) target[i] -= column[row + i] * x[c];
+        row += size_[block];
+      }
+    }
+  }
+}
+
+void BlockCholesky::backward(Eigen::VectorXd& y, int to) const {
+  for (int k = blocks_ - 1; k >= to; --k) {
+    const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
+    const double* P = values_.data() + panel_[std::size_t(k)];
+    double* x = y.data() + start_[std::size_t(k)];
+    for (int c = n - 1; c >= 0; --c) {
+      const double* column = P + std::ptrdiff_t(c) * m;
+      double sum = x[c];
+      for (int i = c + 1; i < n; ++i) sum -= column[i] * x[i];
+      int row = n;
+      for (int b = row_start_[std::size_t(k)] + 1; b < row_start_[std::size_t(k) + 1]; ++b) {
+        const std::size_t block = std::size_t(row_block_[std::size_t(b)]);
+        const double* source = y.data() + start_[block];
+        for (int i = 0; i < size_[block]; ++i) sum -= column[row + i] * source[i];
+        row += size_[block];
+      }
+      x[c] = sum / column[c];
+    }
+  }
+}
+
+void BlockCholesky::permute(const Eigen::VectorXd& x) const {
+  for (int i = 0; i < n_; ++i) work_[i] = x[unknown_[std::size_t(i)]];
+}
+
+void BlockCholesky::unpermute(Eigen::VectorXd& x) const {
+  for (int i = 0; i < n_; ++i) x[unknown_[std::size_t(i)]] = work_[i];
+}
+
+void BlockCholesky::solve(Eigen::VectorXd& x) const {
+  permute(x);
+  forward(work_);
+  backward(work_);
+  unpermute(x);
+}
+
+Eigen::MatrixXd BlockCholesky::inverse_of(const std::vector<int>& blocks) const {
+  int first = blocks_, n = 0;
+  for (const int block : blocks) {
+    const int place = place_of_block_[std::size_t(block)];
+    first = std::min(first, place);
+    n += size_[std::size_t(place)];
+  }
+  Eigen::MatrixXd S(n, n);
+  int column = 0;
+  for (const int block : blocks) {
+    const int place = place_of_block_[std::size_t(block)];
+    for (int i = 0; i < size_[std::size_t(place)]; ++i, ++column) {
+      work_.setZero();
+      work_[start_[std::size_t(place)] + i] = 1;
+      forward(work_, place);
+      backward(work_, first);
+      int row = 0;
+      for (const int other : blocks) {
+        const std::size_t at = std::size_t(place_of_block_[std::size_t(other)]);
+        S.col(column).segment(row, size_[at]) = work_.segment(start_[at], size_[at]);
+        row += size_[at];
+      }
+    }
+  }
+  return S;
+}
+
+void BlockCholesky::solve_lower(Eigen::VectorXd& x) const {
+  permute(x);
+  forward(work_);
+  unpermute(x);
+}
+
+void BlockCholesky::solve_transposed(Eigen::VectorXd& x) const {
+  permute(x);
+  backward(work_);
+  unpermute(x);
+}
+
+}  // namespace tandem

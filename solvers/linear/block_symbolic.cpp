@@ -1,0 +1,85 @@
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+
+#include <amd.h>
+
+#include <tandem/solvers/linear/block_symbolic.hpp>
+
+namespace tandem::detail {
+namespace {
+
+/// Structure of the factor, column by column: a column's rows are its own in H and those of its children in the
+/// elimination tree (George & Liu 1981).
+/// Stops with infinite flops where they pass `most_flops` or the block rows `most_rows`: a bad order would not fit the
+/// memory.
+BlockSymbolic symbolic(const SymmetricPattern& pattern, std::vector<int> order, double most_flops, double most_rows) {
+  const int n = pattern.num_blocks();
+  std::vector<int> place(order.size());
+  for (int k = 0; k < n; ++k) place[std::size_t(order[std::size_t(k)])] = k;
+
+  std::vector<std::vector<int>> below(order.size());
+  for (int k = 0; k < n; ++k)
+    for (int b = pattern.block_start[std::size_t(k)] + 1; b < pattern.block_start[std::size_t(k) + 1]; ++b) {
+      const auto [low, high] =
+          std::minmax(place[std::size_t(k)], place[std::size_t(pattern.block_row[std::size_t(b)])]);
+      below[std::size_t(low)].push_back(high);
+    }
+
+  BlockSymbolic s;
+  s.row_start.push_back(0);
+  for (std::size_t k = 0; k < below.size(); ++k) {
+    auto& rows = below[k];
+    std::sort(rows.begin(), rows.end());
+    rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+    s.row.push_back(static_cast<int>(k));
+    s.row.insert(s.row.end(), rows.begin(), rows.end());
+    s.row_start.push_back(static_cast<int>(s.row.size()));
+    if (!rows.empty()) {
+      auto& parent = below[std::size_t(rows.front())];
+      parent.insert(parent.end(), rows.begin() + 1, rows.end());
+    }
+    const auto width = [&](std::size_t block) {
+      const auto original = std::size_t(order[block]);
+      return double(pattern.first[original + 1] - pattern.first[original]);
+    };
+    double height = 0;
+    for (const int r : rows) height += width(std::size_t(r));
+    const double w = width(k);
+    s.nonzeros += w * (w + 1) / 2 + w * height;
+    s.flops += w * w * w / 3 + w * w * height + w * height * (height + 1) / 2;
+    if (s.flops > most_flops || double(s.row.size()) > most_rows) {
+      s.flops = std::numeric_limits<double>::infinity();
+      return s;
+    }
+    std::vector<int>().swap(rows);
+  }
+  s.order = std::move(order);
+  return s;
+}
+
+std::vector<int> amd_order_of(const SymmetricPattern& pattern) {
+  const int n = pattern.num_blocks();
+  std::vector<int> order(static_cast<std::size_t>(n));
+  if (amd_order(n, pattern.block_start.data(), pattern.block_row.data(), order.data(), nullptr, nullptr) < AMD_OK)
+    throw std::bad_alloc();
+  return order;
+}
+
+}  // namespace
+
+BlockSymbolic analyze(const SymmetricPattern& pattern) {
+  constexpr double any = std::numeric_limits<double>::infinity();
+  std::vector<int> natural(static_cast<std::size_t>(pattern.num_blocks()));
+  std::iota(natural.begin(), natural.end(), 0);
+  // A band: no order does much better than one with hardly any fill.
+  BlockSymbolic band = symbolic(pattern, natural, any, 1.5 * double(pattern.block_row.size()));
+  if (band.flops < any) return band;
+  BlockSymbolic amd = symbolic(pattern, amd_order_of(pattern), any, any);
+  // The natural order walks through memory as the problem lies there: worth a little more arithmetic.
+  BlockSymbolic own = symbolic(pattern, std::move(natural), 1.2 * amd.flops, any);
+  return own.flops < any ? own : amd;
+}
+
+}  // namespace tandem::detail

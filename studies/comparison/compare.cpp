@@ -1,0 +1,236 @@
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/problem/navigation/trajectory.hpp>
+#include <tandem/problem/tracking/planar.hpp>
+#include <tandem/studies/comparison/compare.hpp>
+#include <tandem/studies/support/isolated.hpp>
+#include <tandem/studies/support/option_values.hpp>
+#include <tandem/studies/support/progress_line.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr double kPointsADecade = 50;
+constexpr double kGrace =
+    10;  // s that a solve may run on after its limit, besides as long again: an evaluation may be slow
+
+/// Keeps what a progress callback tells, evenly spread over the logarithm of time.
+class Curve {
+ public:
+  void add(const Progress& p) {
+    if (!points.empty() && p.seconds < next_) return;
+    points.push_back({p.seconds, p.cost, p.violation});
+    next_ = p.seconds * std::pow(10.0, 1.0 / kPointsADecade);
+  }
+  std::vector<CurvePoint> points;
+
+ private:
+  double next_ = 0;
+};
+
+/// Mean errors over the keyframes that the truth covers.
+void compare_with_truth(const Scenario& scenario, const TrackingProblem& tracking, ComparedSolve& solve) {
+  std::vector<SE3> chaser;
+  std::vector<TargetState> target;
+  double headings = 0;
+  int n = 0;
+  for (std::size_t k = 0; k < tracking.keyframes.size(); ++k) {
+    chaser.push_back(tracking.chaser_pose(k));
+    target.push_back(tracking.target_state(k));
+    const double t = tracking.keyframes[k].t;
+    const auto true_chaser = pose_at(scenario.truth_chaser, t), true_target = pose_at(scenario.truth_target, t);
+    if (!true_chaser || !true_target || !scenario.truth_orientation || !target.back().rotation) continue;
+    const SO3 estimated = chaser.back().rotation().inverse() * *target.back().rotation;
+    const SO3 truth = true_chaser->rotation().inverse() * true_target->rotation();
+    headings += std::abs(heading(estimated.inverse() * truth));
+    ++n;
+  }
+  if (n > 0) solve.heading = headings / n * 180.0 / std::numbers::pi;
+  if (const auto position = summarise(keyframe_errors(scenario, tracking.keyframes, chaser, target)).position)
+    solve.position = position->mean;
+}
+
+void fill(const Summary& summary, ComparedSolve& solve) {
+  solve.status = name(summary.status);
+  solve.message = summary.message;
+  solve.solved = summary.status != Status::unsupported;
+  solve.initial_cost = summary.initial_cost;
+  solve.cost = summary.cost;
+  solve.iterations = summary.iterations;
+  solve.evaluations = summary.evaluations;
+  solve.seconds = summary.seconds;
+}
+
+/// JSON has no numbers that are not finite; it writes null for them.
+double number(const Json& json) { return json.is_number() ? json.get<double>() : std::nan(""); }
+std::optional<double> optional_number(const Json& json, const char* key) {
+  return json.contains(key) ? std::optional(number(json[key])) : std::nullopt;
+}
+
+std::string to_text(const ComparedSolve& s) {
+  Json json = {{"keyframes", s.keyframes},
+               {"status", s.status},
+               {"message", s.message},
+               {"solved", s.solved},
+               {"numbers", {s.initial_cost, s.cost, s.constraint_cost, s.violation, s.seconds}},
+               {"iterations", s.iterations},
+               {"evaluations", s.evaluations}};
+  if (s.position) json["position"] = *s.position;
+  if (s.heading) json["heading"] = *s.heading;
+  for (const CurvePoint& p : s.curve) json["curve"].push_back({p.seconds, p.cost, p.violation});
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+void read_text(const std::string& text, ComparedSolve& s) {
+  const Json json = Json::parse(text);
+  s.keyframes = json["keyframes"];
+  s.status = json["status"];
+  s.message = json["message"];
+  s.solved = json["solved"];
+  double* const numbers[] = {&s.initial_cost, &s.cost, &s.constraint_cost, &s.violation, &s.seconds};
+  for (std::size_t i = 0; i < std::size(numbers); ++i) *numbers[i] = number(json["numbers"][i]);
+  s.iterations = json["iterations"];
+  s.evaluations = json["evaluations"];
+  s.position = optional_number(json, "position");
+  s.heading = optional_number(json, "heading");
+  if (json.contains("curve"))
+    for (const Json& p : json["curve"]) s.curve.push_back({number(p[0]), number(p[1]), number(p[2])});
+}
+
+}  // namespace
+
+std::vector<Contender> contenders() {
+  std::vector<Contender> all = {{"gauss-newton", GaussNewtonOptions{}},
+                                {"augmented-lagrangian", AugmentedLagrangianOptions{}},
+                                {"ipopt", IpoptOptions{}}};
+  for (const char* hessian : {"gauss-newton", "exact", "limited-memory"}) {
+    IpoptOptions options;
+    options.hessian = parse_hessian("--hessian", hessian);
+    all.push_back({fmt::format("ipopt:{}", hessian), options});
+  }
+  for (const std::string& algorithm : nlopt_algorithms()) {
+    NloptOptions options;
+    options.algorithm = algorithm;
+    all.push_back({"nlopt:" + algorithm, options, algorithm == "slsqp" || algorithm.starts_with("auglag")});
+  }
+  return all;
+}
+
+std::vector<Contender> parse_contenders(const std::string& option, const std::string& text) {
+  const std::vector<Contender> all = contenders();
+  std::vector<Contender> chosen;
+  std::vector<std::string> known = {"all", "nlopt"};
+  for (const Contender& contender : all) known.push_back(contender.name);
+  const auto is_chosen = [&](const std::string& name) {
+    return std::any_of(chosen.begin(), chosen.end(), [&](const Contender& c) { return c.name == name; });
+  };
+  for (const std::string_view word : split(text, ',')) {
+    bool found = false;
+    for (const Contender& contender : all) {
+      if (word != "all" && word != contender.name && !(word == "nlopt" && contender.name.starts_with("nlopt:")))
+        continue;
+      found = true;
+      if (!is_chosen(contender.name)) chosen.push_back(contender);
+    }
+    if (!found && word.starts_with("nlopt") && nlopt_algorithms().empty())
+      throw Error(fmt::format("{} {}: this build has no NLopt", option, word));
+    if (!found)
+      throw Error(fmt::format("{} knows no solver {}{} (there are {})", option, quote(word), did_you_mean(word, known),
+                              listed(known)));
+  }
+  return chosen;
+}
+
+std::vector<Role> parse_constraints(const std::string& option, const std::string& text) {
+  std::vector<Role> roles;
+  for (const std::string_view word : split(text, ',')) {
+    std::optional<Role> found;
+    for (const Role role : {Role::off, Role::soft, Role::hard})
+      if (word == constraints_name(role)) found = role;
+    if (!found)
+      throw Error(fmt::format("{} takes none, soft and hard by commas, not {}{}", option, quote(word),
+                              did_you_mean(word, {"none", "soft", "hard"})));
+    if (std::find(roles.begin(), roles.end(), *found) == roles.end()) roles.push_back(*found);
+  }
+  return roles;
+}
+
+std::string_view constraints_name(Role role) {
+  return role == Role::off ? "none" : role == Role::soft ? "soft" : "hard";
+}
+
+ComparedSolve compare_one(const Scenario& scenario, const ComparedProblem& compared, const Contender& contender) {
+  TrackingProblem tracking =
+      make_tracking_problem(scenario.data, with_constraints(compared.tracking, compared.constraints, compared.role));
+  ComparedSolve result;
+  result.solver = contender.name;
+  result.role = compared.role;
+  result.keyframes = tracking.keyframes.size();
+  Curve curve;
+  try {
+    Solver solver = contender.solver;
+    const Summary summary = std::visit(
+        [&](auto& options) {
+          const auto also = options.progress;
+          options.progress = [&curve, also](const Progress& p) {
+            curve.add(p);
+            if (also) also(p);
+          };
+          options.time_limit = compared.time_limit;
+          return solve(tracking.problem, options);
+        },
+        solver);
+    fill(summary, result);
+    if (!result.solved) return result;
+    const ConstraintCheck outside = check(tracking, scenario.data.noise, compared.constraints);
+    result.violation = outside.violation;
+    if (compared.role == Role::soft) result.constraint_cost = outside.cost;
+    compare_with_truth(scenario, tracking, result);
+    curve.points.push_back({summary.seconds, summary.cost, summary.max_violation});
+    result.curve = std::move(curve.points);
+  } catch (const std::exception& error) {
+    result.status = name(Status::failed);
+    result.message = error.what();
+    result.solved = false;
+  }
+  return result;
+}
+
+ComparedSolve compare_isolated(const Scenario& scenario, const ComparedProblem& problem, const Contender& contender,
+                               const std::atomic<bool>& stop, const std::string& progress) {
+  const auto work = [&] {
+    ProgressLine line(progress);
+    Contender watched = contender;
+    std::visit(
+        [&](SolverOptions& options) {
+          options.stop = &stop;
+          if (!progress.empty()) options.progress = [&line](const Progress& p) { line.show(p); };
+        },
+        watched.solver);
+    return to_text(compare_one(scenario, problem, watched));
+  };
+  const IsolatedRun run = run_isolated(work, 2.0 * problem.time_limit + kGrace, stop);
+  ComparedSolve result;
+  result.solver = contender.name;
+  result.role = problem.role;
+  result.peak_memory = run.peak_memory;
+  if (run.failure.empty()) {
+    read_text(run.result, result);
+  } else {
+    result.status = "crashed";
+    result.message = run.failure;
+  }
+  return result;
+}
+
+}  // namespace tandem

@@ -1,0 +1,95 @@
+#include <cmath>
+#include <numbers>
+
+#include <tandem/problem/navigation/trajectory.hpp>
+#include <tandem/studies/estimation/estimate_metrics.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+/// Truth without orientation takes the estimate's.
+const SO3& chaser_axes(const Scenario& scenario, const SE3& truth, const SO3& estimate) {
+  return scenario.truth_orientation ? truth.rotation() : estimate;
+}
+
+}  // namespace
+
+std::string_view name(KeyframeType type) {
+  switch (type) {
+    case KeyframeType::usbl:
+      return "usbl";
+    case KeyframeType::optical:
+      return "optical";
+    case KeyframeType::gated:
+      break;
+  }
+  return "gated";
+}
+
+std::optional<Vector<3>> true_relative_position(const Scenario& scenario, double t, const SO3& chaser_rotation) {
+  const auto chaser = pose_at(scenario.truth_chaser, t), target = pose_at(scenario.truth_target, t);
+  if (!chaser || !target) return {};
+  const SO3& axes = chaser_axes(scenario, *chaser, chaser_rotation);
+  return axes.inverse().act(target->translation() - chaser->translation());
+}
+
+std::vector<KeyframeError> keyframe_errors(const Scenario& scenario, const std::vector<Keyframe>& keyframes,
+                                           const std::vector<SE3>& chaser, const std::vector<TargetState>& target) {
+  std::vector<KeyframeError> errors;
+  errors.reserve(keyframes.size());
+  for (std::size_t k = 0; k < keyframes.size(); ++k) {
+    const Keyframe& keyframe = keyframes[k];
+    KeyframeError& error = errors.emplace_back(KeyframeError{keyframe.t, keyframe.type, {}, {}, {}, {}});
+    const auto position = true_relative_position(scenario, keyframe.t, chaser[k].rotation());
+    if (!position) continue;
+    error.position_vector = chaser[k].inverse().act(target[k].position) - *position;
+    error.position = error.position_vector->norm();
+    if (keyframe.measured_position) error.raw_position = (*keyframe.measured_position - *position).norm();
+
+    if (!scenario.truth_orientation) continue;
+    const SO3 to_truth = pose_at(scenario.truth_target, keyframe.t)->rotation().inverse() *
+                         pose_at(scenario.truth_chaser, keyframe.t)->rotation();  // (R_C⁻¹ R_T)⁻¹
+    if (target[k].rotation) {
+      error.rotation_vector = (to_truth * chaser[k].rotation().inverse() * *target[k].rotation).Log();
+      error.angle = error.rotation_vector->norm() * kDegrees;
+    }
+    if (keyframe.measured_rotation) error.raw_angle = (to_truth * *keyframe.measured_rotation).Log().norm() * kDegrees;
+  }
+  return errors;
+}
+
+void Moments::add(const std::optional<double>& value) {
+  if (!value) return;
+  ++n_;
+  const double from_mean = *value - mean_;
+  mean_ += from_mean / n_;
+  squares_ += from_mean * (*value - mean_);
+}
+
+std::optional<MeanStd> Moments::spread() const {
+  if (n_ == 0) return {};
+  return MeanStd{mean_, std::sqrt(squares_ / n_), n_};
+}
+
+ErrorSummary summarise(const std::vector<KeyframeError>& errors, std::optional<KeyframeType> type) {
+  ErrorSummary summary;
+  Moments position, angle, raw_position, raw_angle;
+  for (const KeyframeError& error : errors) {
+    if (type && error.type != *type) continue;
+    ++summary.n;
+    position.add(error.position);
+    angle.add(error.angle);
+    raw_position.add(error.raw_position);
+    raw_angle.add(error.raw_angle);
+  }
+  summary.compared = position.n();
+  summary.position = position.spread();
+  summary.angle = angle.spread();
+  summary.raw_position = raw_position.spread();
+  summary.raw_angle = raw_angle.spread();
+  return summary;
+}
+
+}  // namespace tandem

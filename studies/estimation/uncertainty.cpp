@@ -1,0 +1,132 @@
+#include <array>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+#include <tandem/problem/tracking/planar.hpp>
+#include <tandem/residuals/on_course.hpp>
+#include <tandem/solvers/marginals.hpp>
+#include <tandem/solvers/relative_covariance.hpp>
+#include <tandem/studies/estimation/uncertainty.hpp>
+
+namespace tandem {
+namespace {
+
+/// Of the stacked tangents of several variables.
+template <LieGroup... Xs>
+Eigen::MatrixXd joint(const Marginals& marginals, const Variable<Xs>&... x) {
+  constexpr int n = (Xs::dof + ...);
+  Eigen::MatrixXd S(n, n);
+  Eigen::Index row = 0;
+  const auto fill_rows = [&]<LieGroup A>(const Variable<A>& a) {
+    Eigen::Index column = 0;
+    ((S.block<A::dof, Xs::dof>(row, column) = marginals.cross_covariance(a, x), column += Xs::dof), ...);
+    row += A::dof;
+  };
+  (fill_rows(x), ...);
+  return S;
+}
+
+/// From a group's tangent to that of space: of poses 6, of points 3.
+template <LieGroup G>
+Eigen::MatrixXd into_space() {
+  if constexpr (std::same_as<G, SE2>) {
+    Eigen::MatrixXd E = Eigen::MatrixXd::Zero(6, 3);
+    E(0, 0) = E(1, 1) = E(5, 2) = 1;
+    return E;
+  } else if constexpr (std::same_as<G, R2>) {
+    return Eigen::MatrixXd::Identity(3, 2);
+  } else {
+    return Eigen::MatrixXd::Identity(G::dof, G::dof);
+  }
+}
+
+Eigen::MatrixXd block_diagonal(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  Eigen::MatrixXd D = Eigen::MatrixXd::Zero(a.rows() + b.rows(), a.cols() + b.cols());
+  D.topLeftCorner(a.rows(), a.cols()) = a;
+  D.bottomRightCorner(b.rows(), b.cols()) = b;
+  return D;
+}
+
+/// The covariance of what chaser and target consist of, and of [δC; δT] in space.
+struct Joint {
+  Eigen::MatrixXd raw, in_space;
+};
+
+class JointOf {
+ public:
+  JointOf(const Marginals& marginals, const Problem& problem) : marginals_(marginals), problem_(problem) {}
+
+  template <LieGroup C, LieGroup T>
+  Joint operator()(const Variable<C>& c, const Variable<T>& t) const {
+    return lifted(joint(marginals_, c, t), block_diagonal(into_space<C>(), into_space<T>()));
+  }
+  /// T = first Exp(t [speed 0 …]): δT = Ad(Exp(…)⁻¹) δfirst + t e₁ δspeed, since that Exp turns nothing.
+  template <LieGroup C, LieGroup G>
+  Joint operator()(const Variable<C>& c, const CourseVariable<G>& course) const {
+    const G way = way_on_course<G>(course.t, problem_.value(course.speed).vector()[0]);
+    Matrix<G::dof, G::dof + 1> J;
+    J << way.inverse().Ad(), course.t * G::Tangent::Unit(0);
+    return lifted(joint(marginals_, c, course.first, course.speed),
+                  block_diagonal(into_space<C>(), into_space<G>() * J));
+  }
+
+ private:
+  static Joint lifted(const Eigen::MatrixXd& raw, const Eigen::MatrixXd& E) { return {raw, E * raw * E.transpose()}; }
+
+  const Marginals& marginals_;
+  const Problem& problem_;
+};
+
+KeyframeUncertainty at_keyframe(const SE3& chaser, const TargetState& target, const Eigen::MatrixXd& joint) {
+  KeyframeUncertainty u;
+  u.chaser = joint.topLeftCorner<6, 6>();
+  const Eigen::Index n = joint.rows() - 6;
+  u.target = joint.bottomRightCorner(n, n);
+  if (!target.rotation) {
+    u.relative_position = relative_position_covariance<SE3, R3>(chaser, R3(target.position), joint);
+    return u;
+  }
+  const SE3 pose(*target.rotation, target.position);
+  u.relative_position = relative_position_covariance<SE3, SE3>(chaser, pose, joint);
+  u.relative_rotation = relative_pose_covariance<SE3>(chaser, pose, joint).bottomRightCorner<3, 3>();
+  return u;
+}
+
+}  // namespace
+
+bool HeldOut::row_inside(Eigen::Index i) const { return std::abs(r[i]) <= 1.959964 * std::sqrt(covariance(i, i)); }
+
+int HeldOut::rows_inside() const {
+  int inside = 0;
+  for (Eigen::Index i = 0; i < r.size(); ++i) inside += row_inside(i);
+  return inside;
+}
+
+double HeldOut::squared_distance() const { return r.dot(covariance.ldlt().solve(r)); }
+
+bool HeldOut::inside() const {
+  constexpr std::array quantile{3.841459, 5.991465, 7.814728, 9.487729, 11.070498, 12.591587};  // 95 %, 1 to 6 rows
+  return squared_distance() <= quantile.at(std::size_t(r.size()) - 1);
+}
+
+Uncertainty uncertainty(TrackingProblem& tracking, const TrackingData& data) {
+  const Marginals marginals(tracking.problem);
+  Uncertainty result;
+  std::vector<Eigen::MatrixXd> raw;
+  for (std::size_t k = 0; k < tracking.keyframes.size(); ++k) {
+    Joint both = std::visit(JointOf(marginals, tracking.problem), tracking.chaser[k], tracking.target[k]);
+    result.keyframes.push_back(at_keyframe(tracking.chaser_pose(k), tracking.target_state(k), both.in_space));
+    raw.push_back(std::move(both.raw));
+  }
+  for (const PlacedMeasurement& m : tracking.measurements) {
+    if (!m.innovation) continue;
+    const auto [r, J] = m.innovation(tracking.problem);
+    Eigen::MatrixXd S = J * raw[m.keyframe] * J.transpose();
+    S.diagonal() += data.sensors[m.sensor].sigma.head(r.size()).cwiseAbs2();
+    result.held_out.push_back({m.sensor, m.index, r, S});
+  }
+  return result;
+}
+
+}  // namespace tandem

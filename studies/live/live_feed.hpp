@@ -1,0 +1,139 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <istream>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <tandem/studies/scenario/scenario.hpp>
+#include <tandem/studies/scenario/table.hpp>
+
+namespace tandem {
+
+/// Lines that are of no use, counted by sensor and reason.
+class RefusedLines {
+ public:
+  void add(const std::string& sensor, const std::string& reason, std::size_t n = 1) { counts_[{sensor, reason}] += n; }
+  const std::map<std::pair<std::string, std::string>, std::size_t>& counts() const { return counts_; }
+
+ private:
+  std::map<std::pair<std::string, std::string>, std::size_t> counts_;
+};
+
+/// One of the streams that a scenario's data come in.
+struct FeedStream {
+  enum class Kind { odometry, imu, ego, target };
+  Kind kind;
+  std::size_t sensor;  ///< in the scenario's navigation or tracking data
+  std::string name;    ///< "odometry" or the sensor's
+  std::filesystem::path file;
+  RowFormat of_file, of_stream;  ///< of the file's lines; of a live line, less its name
+  bool may_repeat;               ///< times
+};
+
+/// One line as it arrives, in ENU-FLU.
+struct FeedLine {
+  double t;            ///< s, as stamped
+  std::size_t stream;  ///< in FeedStreams
+  std::variant<Stamped<SE3>, ImuSample, EgoMeasurement, Measurement> data;
+};
+
+/// The streams of a scenario: of one instant, the chaser's own motion comes first, then what it sees of the target, poses
+/// before positions.
+class FeedStreams {
+ public:
+  explicit FeedStreams(const Scenario& settings);
+
+  const std::vector<FeedStream>& all() const { return streams_; }
+  std::vector<FeedStream>& all() { return streams_; }
+  /// What a row says. Throws Error that says what is wrong with it, but not where.
+  FeedLine line(std::size_t stream, const std::vector<double>& row) const;
+
+ private:
+  Frame frame_;
+  bool planar_;
+  std::vector<SensorType> target_;
+  std::vector<EgoSensorType> ego_;
+  std::vector<FeedStream> streams_;
+};
+
+/// A scenario's data line by line in the order in which they arrive: a line stamped t arrives at t. Memory does not grow
+/// with the number of lines. Lines whose time runs backwards, repeats one that may not be repeated, or is far ahead of
+/// all others (more than kFarAhead, unless the stream goes on from there) are counted and left out.
+class LiveFeed {
+ public:
+  static constexpr double kFarAhead = 600;  ///< s
+
+  explicit LiveFeed(const Scenario& settings) : streams_(settings), last_(streams_.all().size()) {}
+  virtual ~LiveFeed() = default;
+  LiveFeed(const LiveFeed&) = delete;
+
+  /// The next line; nothing at the end.
+  std::optional<FeedLine> next();
+  const FeedStreams& streams() const { return streams_; }
+  const RefusedLines& refused() const { return refused_; }
+
+ protected:
+  virtual std::optional<FeedLine> read() = 0;
+
+  FeedStreams streams_;
+  RefusedLines refused_;
+
+ private:
+  bool in_order(const FeedLine& line);
+
+  std::vector<std::optional<double>> last_;  // time of each stream
+  std::optional<double> newest_, far_ahead_;
+};
+
+/// The files of a scenario's folder, merged by time. A malformed line is an Error naming file, line and reason.
+class FolderFeed : public LiveFeed {
+ public:
+  /// Throws Error when a file is not there.
+  explicit FolderFeed(const Scenario& settings);
+
+ protected:
+  std::optional<FeedLine> read() override;
+
+ private:
+  void advance(std::size_t stream);
+
+  std::vector<std::unique_ptr<RowFile>> files_;
+  std::vector<std::optional<FeedLine>> heads_;  // the next line of each
+};
+
+/// Lines "NAME,<the row of that sensor's csv>" out of a file descriptor, as they come; chaser poses are
+/// "odometry,t,x,y,z,qx,qy,qz,qw". Empty lines and those that begin with # are passed over. A malformed line is told to
+/// `complain` (one sentence with its number), counted and left out.
+class StreamFeed : public LiveFeed {
+ public:
+  /// `stop`, once set, ends the feed, also while it waits.
+  StreamFeed(const Scenario& settings, int descriptor, std::string name, const std::atomic<bool>& stop,
+             std::function<void(const std::string&)> complain);
+
+ protected:
+  std::optional<FeedLine> read() override;
+
+ private:
+  bool read_line();
+  bool fill();
+  std::optional<FeedLine> parsed(std::string_view line);
+
+  int descriptor_;
+  std::string name_;
+  const std::atomic<bool>& stop_;
+  std::function<void(const std::string&)> complain_;
+  std::map<std::string, std::size_t, std::less<>> by_name_;
+  std::string buffer_, line_;
+  std::size_t taken_ = 0;  // of the buffer
+  bool ended_ = false, too_long_ = false;
+  std::size_t number_ = 0;
+};
+
+}  // namespace tandem

@@ -1,0 +1,204 @@
+#include <chrono>
+#include <deque>
+#include <thread>
+
+#include <tandem/problem/tracking/planar.hpp>
+#include <tandem/solvers/relative_covariance.hpp>
+#include <tandem/studies/live/track.hpp>
+#include <tandem/studies/support/resources.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr std::size_t kRecent = 256;  // measurements to look for a keyframe's own in
+
+using Clock = std::chrono::steady_clock;
+
+template <LieGroup Chaser, LieGroup Target>
+Vector<3> sigma(const SE3& chaser, const Target& target, const Eigen::MatrixXd& joint) {
+  constexpr int n = Chaser::dof + Target::dof;
+  const auto covariance =
+      relative_position_covariance<Chaser, Target>(in_group<Chaser>(chaser), target, Matrix<n, n>(joint));
+  Vector<3> result = Vector<3>::Zero();
+  result.head<Chaser::point_dim>() = covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  return result;
+}
+
+/// Of the target's position along the chaser's axes [m].
+Vector<3> relative_sigma(const SE3& chaser, const TargetState& target, bool planar, const Eigen::MatrixXd& joint) {
+  const SE3 pose(target.rotation.value_or(SO3()), target.position);
+  if (planar && target.rotation) return sigma<SE2, SE2>(chaser, in_group<SE2>(pose), joint);
+  if (planar) return sigma<SE2, R2>(chaser, R2(in_group<SE2>(target.position)), joint);
+  if (target.rotation) return sigma<SE3, SE3>(chaser, pose, joint);
+  return sigma<SE3, R3>(chaser, R3(target.position), joint);
+}
+
+/// Why a line was refused, in few words.
+std::string reason_of(const std::string& sentence, bool target_there) {
+  for (const char* late : {"older than the window", "outside the window"})
+    if (sentence.find(late) != std::string::npos) return "too late for the window";
+  if (sentence.find("not later than") != std::string::npos) return "time runs backwards";
+  if (sentence.find("chaser moves by") != std::string::npos || sentence.find("no such sensor") != std::string::npos)
+    return "not in use";
+  return target_there ? "of no use at its time" : "before the target was first seen";
+}
+
+class Tracker {
+ public:
+  Tracker(const Scenario& settings, const TrackOptions& options, LiveFeed& feed,
+          const std::function<void(const TrackRecord&)>& each)
+      : settings_(settings),
+        options_(options),
+        feed_(feed),
+        each_(each),
+        result_{moves_by_odometry(settings),       !settings.data.sensors.empty(), 0, 0, 0, 0, 0, false, {},
+                TrackRecords(options.ahead.size())},
+        estimator_(settings.data, result_.by_odometry ? std::nullopt : settings.navigation, options.online) {
+    estimator_.on_update = [this](const OnlineUpdate& update) { take(update); };
+    estimator_.on_refuse = [this](const std::string& sensor, const std::string& why) {
+      result_.refused.add(sensor, reason_of(why, estimator_.has_target()));
+    };
+  }
+
+  Track run() {
+    const auto begun = Clock::now();
+    while (!stopped()) {
+      const auto line = feed_.next();
+      if (!line || !due(*line)) break;
+      give(*line);
+    }
+    mark_ = processor_seconds();
+    estimator_.finish();
+    result_.interrupted = stopped();
+    result_.seconds = std::chrono::duration<double>(Clock::now() - begun).count();
+    for (const auto& [what, n] : feed_.refused().counts()) result_.refused.add(what.first, what.second, n);
+    return std::move(result_);
+  }
+
+ private:
+  bool stopped() const { return options_.stop && *options_.stop; }
+
+  /// Whether the line is still wanted; in real time, waits for it.
+  bool due(const FeedLine& line) {
+    if (result_.lines == 0) {
+      result_.first = line.t;
+      start_ = Clock::now();
+    }
+    const double after = line.t - result_.first;
+    if (after > options_.until) return false;
+    while (options_.realtime && !stopped()) {
+      const double ahead = after - std::chrono::duration<double>(Clock::now() - start_).count();
+      if (ahead <= 0) break;
+      std::this_thread::sleep_for(std::chrono::duration<double>(std::min(ahead, 0.05)));
+    }
+    return !stopped();
+  }
+
+  void give(const FeedLine& line) {
+    const FeedStream& stream = feed_.streams().all()[line.stream];
+    ++result_.lines;
+    result_.last = std::max(result_.lines == 1 ? line.t : result_.last, line.t);
+    mark_ = processor_seconds();
+    std::optional<std::string> refused;
+    switch (stream.kind) {
+      case FeedStream::Kind::odometry:
+        refused = estimator_.add_odometry(std::get<Stamped<SE3>>(line.data));
+        break;
+      case FeedStream::Kind::imu:
+        refused = estimator_.add_imu(std::get<ImuSample>(line.data));
+        break;
+      case FeedStream::Kind::ego:
+        refused = estimator_.add_ego(stream.sensor, std::get<EgoMeasurement>(line.data));
+        break;
+      case FeedStream::Kind::target:
+        remember(stream.sensor, std::get<Measurement>(line.data));
+        refused = estimator_.add_target(stream.sensor, std::get<Measurement>(line.data));
+        break;
+    }
+    if (refused) result_.refused.add(stream.name, reason_of(*refused, estimator_.has_target()));
+  }
+
+  void remember(std::size_t sensor, const Measurement& m) {
+    recent_.push_back({sensor, m});
+    if (recent_.size() > kRecent) recent_.pop_front();
+  }
+
+  /// What was measured at the newest keyframe, of the sensor that gives its type.
+  void add_measured(TrackRecord& record) const {
+    for (const auto& [index, m] : recent_) {
+      const TargetSensor& sensor = settings_.data.sensors[index];
+      const bool pose = sensor.type == SensorType::pose;
+      if (std::abs(sensor.valid_at(m) - record.t) > kSameInstant || (record.measured_rotation && !pose)) continue;
+      const auto position = sensor.position_in_chaser(m);
+      if (!position) continue;
+      record.measured = position;
+      if (pose) record.measured_rotation = sensor.pose_in_chaser(m).rotation();
+    }
+  }
+
+  void add_sigmas(TrackRecord& record) const try {
+    const OnlineEstimator::Covariance c = estimator_.covariance();
+    const Eigen::Index n = settings_.data.planar ? 2 : 3;
+    record.chaser_sigma = std::sqrt(std::max(0.0, c.chaser.topLeftCorner(n, n).trace()));
+    const Eigen::Index rotations = c.chaser.rows() - n;
+    record.chaser_rotation_sigma = std::sqrt(std::max(0.0, c.chaser.bottomRightCorner(rotations, rotations).trace()));
+    if (record.target && c.joint.size() > 0)
+      record.sigma = relative_sigma(record.chaser, *record.target, settings_.data.planar, c.joint);
+  } catch (const Error&) {  // an update that failed has none
+  }
+
+  void take(const OnlineUpdate& update) {
+    TrackRecord record{
+        update.t, update.type,           update.new_keyframe, update.seconds, processor_seconds() - mark_,
+        {},       estimator_.keyframes()};
+    const EgoState chaser = estimator_.chaser();
+    record.chaser = chaser.pose;
+    record.chaser_velocity = chaser.velocity;
+    record.target = estimator_.target();
+    if (record.target) {
+      record.target_velocity = estimator_.target_velocity().value();
+      add_measured(record);
+    }
+    for (const double h : options_.ahead) {
+      auto& ahead = record.ahead.emplace_back();
+      if (const auto target = estimator_.predicted_target(h)) ahead = record.chaser.inverse().act(target->position);
+    }
+    add_sigmas(record);
+    if (std::floor(update.t) > second_) {
+      second_ = std::floor(update.t);
+      record.memory = resident_megabytes();
+    }
+    result_.not_converged += !update.summary.converged();
+    result_.records.add(record);
+    if (each_) each_(record);
+    mark_ = processor_seconds();
+  }
+
+  const Scenario& settings_;
+  const TrackOptions& options_;
+  LiveFeed& feed_;
+  const std::function<void(const TrackRecord&)>& each_;
+  Track result_;
+  OnlineEstimator estimator_;
+  struct Recent {
+    std::size_t sensor;
+    Measurement m;
+  };
+  std::deque<Recent> recent_;
+  Clock::time_point start_;
+  double mark_ = 0;  // processor time when the update began
+  double second_ = -HUGE_VAL;
+};
+
+}  // namespace
+
+bool moves_by_odometry(const Scenario& settings) {
+  return !settings.navigation || (settings.files.odometry && !settings.data.sensors.empty());
+}
+
+Track track(const Scenario& settings, const TrackOptions& options, LiveFeed& feed,
+            const std::function<void(const TrackRecord&)>& each) {
+  return Tracker(settings, options, feed, each).run();
+}
+
+}  // namespace tandem

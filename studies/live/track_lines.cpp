@@ -1,0 +1,71 @@
+#include <algorithm>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include <tandem/studies/live/track_lines.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr int kLinesAHeader = 25;
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+constexpr double kStill = 0.01;  // m/s: slower than this, a course means nothing
+
+/// Clockwise from north, 0 to 360°, of a direction in the world (x east, y north).
+double compass(const Vector<3>& direction) {
+  const double a = std::atan2(direction.x(), direction.y()) * kDegrees;
+  return a < 0 ? a + 360 : a;
+}
+
+Vector<3> forward(const SO3& R) { return R.act(Vector<3>(1, 0, 0)); }
+
+std::string shown(double value, int width, int decimals) { return fmt::format("{:>{}.{}f}", value, width, decimals); }
+std::string absent(int width) { return fmt::format("{:>{}}", "–", width); }
+
+}  // namespace
+
+std::string TrackLines::header() const {
+  const auto line = [](const auto&... cells) {
+    return fmt::format("{:>10} {:>9} {:>11} {:>9} {:>11} {:>11} {:>8} {:>7} {:>11}\n", cells...);
+  };
+  if (target_)
+    return line("time [s]", "range [m]", "bearing [°]", "elev. [°]", "speed [m/s]", "heading [°]", "σ [m]", "window",
+                "update [ms]");
+  return line("time [s]", "x [m]", "y [m]", "z [m]", "speed [m/s]", "heading [°]", "σ [m]", "window", "update [ms]");
+}
+
+std::string TrackLines::of_target(const TrackRecord& r) const {
+  if (!r.target)
+    return absent(9) + " " + absent(11) + " " + absent(9) + " " + absent(11) + " " + absent(11) + " " + absent(8);
+  const Vector<3> p = r.relative();
+  const double speed = r.target_velocity.norm();
+  const double level = std::hypot(p.x(), p.y());
+  std::string text = shown(p.norm(), 9, 2) + " " + shown(-std::atan2(p.y(), p.x()) * kDegrees, 11, 1) + " ";
+  text += (planar_ ? absent(9) : shown(std::atan2(p.z(), level) * kDegrees, 9, 1)) + " " + shown(speed, 11, 2) + " ";
+  if (r.target->rotation)
+    text += shown(compass(forward(*r.target->rotation)), 11, 1);
+  else
+    text += speed > kStill ? shown(compass(r.target_velocity), 11, 1) : absent(11);
+  return text + " " + (r.sigma ? shown(r.sigma->norm(), 8, 2) : absent(8));
+}
+
+std::string TrackLines::of_chaser(const TrackRecord& r) const {
+  const Vector<3> p = frame_.world(r.chaser).translation();
+  return shown(p.x(), 9, 2) + " " + shown(p.y(), 11, 2) + " " + shown(p.z(), 9, 2) + " " +
+         shown(r.chaser_velocity.norm(), 11, 2) + " " + shown(compass(forward(r.chaser.rotation())), 11, 1) + " " +
+         (r.chaser_sigma ? shown(*r.chaser_sigma, 8, 2) : absent(8));
+}
+
+std::string TrackLines::operator()(const TrackRecord& record) {
+  longest_ = std::max(longest_, record.seconds);
+  if (!record.new_keyframe || !(std::floor(record.t) > second_)) return "";
+  second_ = std::floor(record.t);
+  std::string text = lines_++ % kLinesAHeader == 0 ? header() : "";
+  text += fmt::format("{:>10.2f} {} {:>7} {:>11.2f}\n", record.t, target_ ? of_target(record) : of_chaser(record),
+                      record.keyframes, 1e3 * longest_);
+  longest_ = 0;
+  return text;
+}
+
+}  // namespace tandem

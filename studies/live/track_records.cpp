@@ -1,0 +1,135 @@
+#include <cmath>
+#include <limits>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/live/track_records.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+/// Puts values behind one another; what is not there is nan.
+class Writer {
+ public:
+  explicit Writer(std::vector<double>& out) : out_(out) { out_.clear(); }
+  void operator()(double value) { out_.push_back(value); }
+  void operator()(const Vector<3>& v) { out_.insert(out_.end(), v.data(), v.data() + 3); }
+  void operator()(const SO3& R) {
+    const auto q = R.quaternion().coeffs();
+    out_.insert(out_.end(), q.data(), q.data() + 4);
+  }
+  void operator()(const std::optional<double>& value) { (*this)(value.value_or(kNone)); }
+  void operator()(const std::optional<Vector<3>>& v) { (*this)(v.value_or(Vector<3>::Constant(kNone))); }
+  void operator()(const std::optional<SO3>& R) {
+    if (R)
+      (*this)(*R);
+    else
+      out_.insert(out_.end(), 4, kNone);
+  }
+
+ private:
+  std::vector<double>& out_;
+};
+
+class Reader {
+ public:
+  explicit Reader(const std::vector<double>& in) : in_(in.data()) {}
+  void operator()(double& value) { value = *in_++; }
+  void operator()(Vector<3>& v) {
+    v = Vector<3>(in_);
+    in_ += 3;
+  }
+  void operator()(SO3& R) {
+    R = SO3(SO3::Quaternion(Eigen::Vector4d(in_)));
+    in_ += 4;
+  }
+  template <class T>
+  void operator()(std::optional<T>& value) {
+    constexpr int n = std::same_as<T, double> ? 1 : std::same_as<T, SO3> ? 4 : 3;
+    if (std::isnan(*in_)) {
+      value.reset();
+      in_ += n;
+    } else {
+      (*this)(value.emplace());
+    }
+  }
+
+ private:
+  const double* in_;
+};
+
+/// All fields but the flags, in the order of the file.
+template <class Fields, class Record>
+void each_field(Fields& f, Record& r) {
+  f(r.t);
+  f(r.seconds);
+  f(r.processor_seconds);
+  f(r.memory);
+  f(r.chaser_velocity);
+  f(r.chaser_sigma);
+  f(r.chaser_rotation_sigma);
+  f(r.target_velocity);
+  f(r.sigma);
+  f(r.measured);
+  f(r.measured_rotation);
+  for (auto& position : r.ahead) f(position);
+}
+
+}  // namespace
+
+TrackRecords::TrackRecords(std::size_t ahead) : ahead_(ahead), file_(std::tmpfile()) {
+  if (!file_) throw Error("no temporary file can be made for what is tracked; is the disk full?");
+}
+
+void TrackRecords::add(const TrackRecord& r) {
+  Writer write(buffer_);
+  each_field(write, r);
+  write(double(r.type));
+  write(double(r.new_keyframe));
+  write(double(r.keyframes));
+  write(r.chaser.rotation());
+  write(r.chaser.translation());
+  write(r.target ? std::optional(r.target->position) : std::nullopt);
+  write(r.target ? r.target->rotation : std::nullopt);
+  if (std::fwrite(buffer_.data(), sizeof(double), buffer_.size(), file_.get()) != buffer_.size())
+    throw Error("the temporary file of what is tracked cannot be written; is the disk full?");
+  ++size_;
+}
+
+void TrackRecords::each(const std::function<void(const TrackRecord&)>& f) const {
+  std::rewind(file_.get());
+  std::vector<double> buffer(buffer_.size());
+  TrackRecord r{};
+  for (std::size_t i = 0; i < size_; ++i) {
+    if (std::fread(buffer.data(), sizeof(double), buffer.size(), file_.get()) != buffer.size())
+      throw Error("the temporary file of what was tracked cannot be read back");
+    Reader read(buffer);
+    r.ahead.resize(ahead_);
+    each_field(read, r);
+    double type = 0, new_keyframe = 0, keyframes = 0;
+    read(type);
+    read(new_keyframe);
+    read(keyframes);
+    r.type = KeyframeType(int(type));
+    r.new_keyframe = new_keyframe != 0;
+    r.keyframes = std::size_t(keyframes);
+    SO3 rotation;
+    Vector<3> translation;
+    read(rotation);
+    read(translation);
+    r.chaser = SE3(rotation, translation);
+    std::optional<Vector<3>> position;
+    std::optional<SO3> facing;
+    read(position);
+    read(facing);
+    r.target.reset();
+    if (position) {
+      r.target.emplace(*position);
+      r.target->rotation = facing;
+    }
+    f(r);
+  }
+}
+
+}  // namespace tandem

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <tandem/problem/tracking/tracking_problem.hpp>
+
+namespace tandem {
+
+/// What tracking had to say after one update; everything in ENU-FLU.
+struct TrackRecord {
+  double t;  ///< s, of the newest keyframe
+  KeyframeType type;
+  bool new_keyframe;                  ///< else a late measurement
+  double seconds, processor_seconds;  ///< that the update took
+  std::optional<double> memory;       ///< MB, once a second of data
+  std::size_t keyframes;              ///< in the window
+
+  SE3 chaser{};
+  Vector<3> chaser_velocity = Vector<3>::Zero();                  ///< m/s, world; by its own sensors only
+  std::optional<double> chaser_sigma{}, chaser_rotation_sigma{};  ///< m, rad: roots of the summed variances
+
+  std::optional<TargetState> target{};
+  Vector<3> target_velocity = Vector<3>::Zero();  ///< m/s, world
+  std::optional<Vector<3>> sigma{};               ///< m, of the target's position along the chaser's axes
+  std::optional<Vector<3>> measured{};            ///< m: position of the target in the chaser's body, as measured here
+  std::optional<SO3> measured_rotation{};         ///< likewise
+  std::vector<std::optional<Vector<3>>> ahead{};  ///< m: where the target will be, in the chaser's body of now
+
+  /// t(C⁻¹T) [m]; only with a target.
+  Vector<3> relative() const { return chaser.inverse().act(target->position); }
+};
+
+/// Records in a temporary file that is gone with this object, so that a long run takes no more memory than a short one.
+class TrackRecords {
+ public:
+  /// `ahead`: how many predictions each record has. Throws Error when there is no room for the file.
+  explicit TrackRecords(std::size_t ahead);
+
+  void add(const TrackRecord& record);
+  std::size_t size() const { return size_; }
+  /// Calls f with each in turn. Throws Error when the file cannot be read back.
+  void each(const std::function<void(const TrackRecord&)>& f) const;
+
+ private:
+  struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  std::size_t ahead_, size_ = 0;
+  std::unique_ptr<std::FILE, Close> file_;
+  std::vector<double> buffer_;
+};
+
+}  // namespace tandem

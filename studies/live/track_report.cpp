@@ -1,0 +1,218 @@
+#include <algorithm>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <tandem/problem/navigation/trajectory.hpp>
+#include <tandem/studies/live/track_report.hpp>
+#include <tandem/studies/support/text_table.hpp>
+
+namespace tandem {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+constexpr std::array kRows = {"usbl", "optical", "gated", "all"};
+
+UpdateTimes times_of(std::vector<double> seconds) {
+  if (seconds.empty()) return {};
+  std::sort(seconds.begin(), seconds.end());
+  const auto at = [&](double share) {
+    return 1e3 * seconds[std::min(seconds.size() - 1, std::size_t(share * double(seconds.size())))];
+  };
+  return {at(0.5), at(0.99), 1e3 * seconds.back()};
+}
+
+std::string model_line(const Track& track, const TrackOptions& options) {
+  const TrackingOptions& o = options.online.tracking;
+  std::string text = track.by_odometry ? "" : "chaser by its own sensors";
+  if (track.has_target)
+    text += fmt::format("{}{}, mode {}", text.empty() ? "" : ", target ", name(o.model), name(o.mode));
+  const FixedLagOptions& lag = options.online.lag;
+  if (std::isfinite(lag.window)) text += fmt::format(", window {:g} s", lag.window);
+  if (lag.max_keyframes > 0) text += fmt::format(", at most {} keyframes", lag.max_keyframes);
+  return text;
+}
+
+/// Errors by keyframe type, in constant memory.
+struct Sums {
+  int n = 0;
+  Moments position, angle, raw_position, raw_angle;
+  void add(const KeyframeError& e) {
+    ++n;
+    position.add(e.position);
+    angle.add(e.angle);
+    raw_position.add(e.raw_position);
+    raw_angle.add(e.raw_angle);
+  }
+  ErrorSummary summary() const {
+    return {n, position.n(), position.spread(), angle.spread(), raw_position.spread(), raw_angle.spread()};
+  }
+};
+
+std::string shown(const std::optional<MeanStd>& spread, int decimals) {
+  return spread ? fmt::format("{:.{}f} ± {:.{}f}", spread->mean, decimals, spread->std, decimals) : "–";
+}
+
+void add_json(Json& json, const std::string& key, const std::string& unit, const std::optional<MeanStd>& spread) {
+  if (!spread) return;
+  json[key + "_mean_" + unit] = spread->mean;
+  json[key + "_std_" + unit] = spread->std;
+}
+
+std::string error_tables(const Track& track, const TrackSummary& summary) {
+  std::string text;
+  if (!summary.truth) return "\nThere is no truth to compare with.\n";
+  using Align = TextTable::Align;
+  if (track.has_target) {
+    TextTable table(
+        {{"newest state", Align::left}, {"n"}, {"position [m]"}, {"orientation [°]"}, {"raw position [m]"}});
+    for (std::size_t i = 0; i < kRows.size(); ++i) {
+      const ErrorSummary& e = summary.errors[i];
+      const bool comparable = e.raw_position && e.raw_position->n == e.compared;
+      table.row({kRows[i], fmt::format("{}", e.n), shown(e.position, 3), shown(e.angle, 2),
+                 comparable ? shown(e.raw_position, 3) : "–"});
+    }
+    text += "\n" + table.str();
+    if (!summary.ahead.empty()) {
+      TextTable ahead({{"prediction", Align::left}, {"n"}, {"position [m]"}});
+      for (const AheadErrors& e : summary.ahead)
+        ahead.row({fmt::format("{:g} s ahead", e.seconds), fmt::format("{}", e.position ? e.position->n : 0),
+                   shown(e.position, 3)});
+      text += "\n" + ahead.str();
+    }
+  }
+  if (summary.chaser_position)
+    text += fmt::format("\nchaser, newest state: position {} m, orientation {}°\n", shown(summary.chaser_position, 3),
+                        shown(summary.chaser_angle, 2));
+  return text;
+}
+
+}  // namespace
+
+TrackError track_error(const Scenario& scenario, const TrackRecord& record, const TrackOptions& options) {
+  TrackError error{{record.t, record.type, {}, {}, {}, {}}, {}, {}, {}};
+  if (record.target) {
+    const Keyframe keyframe{record.t, record.type, record.measured, record.measured_rotation};
+    error.relative = keyframe_errors(scenario, {keyframe}, {record.chaser}, {*record.target}).front();
+  }
+  const auto truth = pose_at(scenario.truth_chaser, record.t);
+  for (std::size_t i = 0; i < record.ahead.size(); ++i) {
+    auto& ahead = error.ahead.emplace_back();
+    const auto later = pose_at(scenario.truth_target, record.t + options.ahead[i]);
+    if (!truth || !later || !record.ahead[i]) continue;
+    const SO3& axes = scenario.truth_orientation ? truth->rotation() : record.chaser.rotation();
+    ahead = (*record.ahead[i] - axes.inverse().act(later->translation() - truth->translation())).norm();
+  }
+  if (!truth) return error;
+  error.chaser_position = (record.chaser.translation() - truth->translation()).norm();
+  if (scenario.truth_orientation)
+    error.chaser_angle = (truth->rotation().inverse() * record.chaser.rotation()).Log().norm() * kDegrees;
+  return error;
+}
+
+TrackSummary summarise(const Track& track, const Scenario& scenario, const TrackOptions& options) {
+  TrackSummary summary;
+  summary.scenario = scenario.name;
+  summary.model = model_line(track, options);
+  summary.truth = track.has_target && track.by_odometry ? scenario.has_truth() : !scenario.truth_chaser.empty();
+  std::vector<double> wall, processor;
+  std::array<Sums, 4> sums;
+  std::vector<Moments> ahead(options.ahead.size());
+  Moments position, angle;
+  const double early = track.first + 0.1 * (track.last - track.first);
+  track.records.each([&](const TrackRecord& r) {
+    wall.push_back(r.seconds);
+    processor.push_back(r.processor_seconds);
+    if (r.memory && r.t >= early && !summary.memory_early) summary.memory_early = r.memory;
+    if (r.memory) summary.memory_end = r.memory;
+    if (!r.new_keyframe) return;
+    ++summary.keyframes;
+    const TrackError error = track_error(scenario, r, options);
+    if (r.target) {
+      sums[r.type == KeyframeType::usbl ? 0 : r.type == KeyframeType::optical ? 1 : 2].add(error.relative);
+      sums[3].add(error.relative);
+    }
+    for (std::size_t i = 0; i < ahead.size(); ++i) ahead[i].add(error.ahead[i]);
+    position.add(error.chaser_position);
+    angle.add(error.chaser_angle);
+  });
+  summary.updates = track.records.size();
+  summary.wall = times_of(std::move(wall));
+  summary.processor = times_of(std::move(processor));
+  for (std::size_t i = 0; i < sums.size(); ++i) summary.errors[i] = sums[i].summary();
+  if (track.has_target)
+    for (std::size_t i = 0; i < ahead.size(); ++i) summary.ahead.push_back({options.ahead[i], ahead[i].spread()});
+  if (!track.by_odometry) {
+    summary.chaser_position = position.spread();
+    summary.chaser_angle = angle.spread();
+  }
+  return summary;
+}
+
+std::string track_report(const Track& track, const TrackSummary& s) {
+  using Align = TextTable::Align;
+  std::string text = fmt::format("{}, {}{}\n", s.scenario, s.model, track.interrupted ? ": interrupted" : "");
+  text += fmt::format("{} lines over {:.1f} s of data in {:.2f} s; {} updates, {} of them with a new keyframe\n",
+                      track.lines, track.last - track.first, track.seconds, s.updates, s.keyframes);
+  if (track.not_converged > 0)
+    text +=
+        fmt::format("{} updates ended before they had converged; more --iterations may help\n", track.not_converged);
+  TextTable times({{"update [ms]", Align::left}, {"median"}, {"99 %"}, {"longest"}});
+  for (const auto& [what, t] : {std::pair{"wall clock", s.wall}, {"processor", s.processor}})
+    times.row({what, fmt::format("{:.2f}", t.median), fmt::format("{:.2f}", t.p99), fmt::format("{:.2f}", t.most)});
+  text += "\n" + times.str();
+  if (s.memory_early && s.memory_end)
+    text += fmt::format("resident memory: {:.1f} MB after a tenth of the run, {:.1f} MB at its end\n", *s.memory_early,
+                        *s.memory_end);
+  else
+    text += "resident memory: the system does not tell (no /proc/self/statm)\n";
+  if (!track.refused.counts().empty()) {
+    TextTable refused({{"refused", Align::left}, {"lines"}, {"why", Align::left}});
+    for (const auto& [what, n] : track.refused.counts()) refused.row({what.first, fmt::format("{}", n), what.second});
+    text += "\n" + refused.str();
+  }
+  return text + error_tables(track, s);
+}
+
+std::string track_json(const Track& track, const TrackSummary& s) {
+  Json json = {{"scenario", s.scenario},
+               {"model", s.model},
+               {"interrupted", track.interrupted},
+               {"lines", track.lines},
+               {"data_seconds", track.last - track.first},
+               {"seconds", track.seconds},
+               {"updates", s.updates},
+               {"keyframes", s.keyframes},
+               {"not_converged", track.not_converged}};
+  for (const auto& [what, t] : {std::pair{"update_wall_ms", s.wall}, {"update_processor_ms", s.processor}})
+    json[what] = {{"p50", t.median}, {"p99", t.p99}, {"max", t.most}};
+  if (s.memory_early) json["memory_mb"] = {{"at_10_percent", *s.memory_early}, {"at_end", *s.memory_end}};
+  json["refused"] = Json::array();
+  for (const auto& [what, n] : track.refused.counts())
+    json["refused"].push_back({{"sensor", what.first}, {"why", what.second}, {"lines", n}});
+  if (!s.truth) return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  if (track.has_target)
+    for (std::size_t i = 0; i < kRows.size(); ++i) {
+      Json& entry = json["errors"][kRows[i]] = {{"n", s.errors[i].n}};
+      add_json(entry, "position", "m", s.errors[i].position);
+      add_json(entry, "angle", "deg", s.errors[i].angle);
+      add_json(entry, "raw_position", "m", s.errors[i].raw_position);
+      add_json(entry, "raw_angle", "deg", s.errors[i].raw_angle);
+    }
+  for (const AheadErrors& e : s.ahead) {
+    Json entry = {{"seconds_ahead", e.seconds}, {"n", e.position ? e.position->n : 0}};
+    add_json(entry, "position", "m", e.position);
+    json["predictions"].push_back(entry);
+  }
+  if (s.chaser_position) {
+    json["chaser"] = {{"n", s.chaser_position->n}};
+    add_json(json["chaser"], "position", "m", s.chaser_position);
+    add_json(json["chaser"], "angle", "deg", s.chaser_angle);
+  }
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace tandem

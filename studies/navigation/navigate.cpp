@@ -1,0 +1,102 @@
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/marginals.hpp>
+#include <tandem/solvers/online/heading_alignment.hpp>
+#include <tandem/studies/navigation/navigate.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr int kMostSolves = 4;
+constexpr double kWithoutBiases = 4.0;  // s
+/// Samples are summed up anew when a bias is further than this from where they were: m/s², rad/s. The second-order
+/// terms that are then left out are below 1e-6 m/s and rad over a second.
+constexpr double kNearAccelerometer = 1e-2, kNearGyroscope = 1e-3;
+
+class Seconds {
+ public:
+  double operator()() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// Keyframes and states by a fixed-lag pass, each as it leaves the window.
+std::vector<Stamped<EgoState>> first_guess(const NavigationData& data, const Alignment& start,
+                                           const NavigationOptions& options) {
+  OnlineOptions online;
+  online.ego = options.ego;
+  // Without an IMU there are no biases to wait for, and a keyframe for every line.
+  online.lag.window = data.imu ? options.first_pass : std::min(options.first_pass, kWithoutBiases);
+  online.start = start;
+  OnlineEstimator estimator(TrackingData(), data, online);
+  std::vector<Stamped<EgoState>> states;
+  estimator.on_leave = [&](const Stamped<EgoState>& state) { states.push_back(state); };
+  replay(data, HUGE_VAL, estimator);
+  const auto rest = estimator.window();
+  states.insert(states.end(), rest.begin(), rest.end());
+  return states;
+}
+
+bool summed_up_near(const NavigationProblem& problem) {
+  for (std::size_t k = 0; k < problem.keyframes.size(); ++k) {
+    const Vector<6> off = problem.state(k).bias - problem.keyframes[k].integrated_at;
+    if (off.head<3>().norm() > kNearAccelerometer || off.tail<3>().norm() > kNearGyroscope) return false;
+  }
+  return true;
+}
+
+void add_covariance(NavigationProblem& built, Navigation& result) {
+  try {
+    const Marginals marginals(built.problem);
+    for (const EgoKeyframe& k : built.keyframes) {
+      EgoCovariance& c = result.covariance.emplace_back();
+      c.pose = marginals.covariance(k.pose);
+      c.velocity = marginals.covariance(k.velocity);
+      if (k.bias) c.bias = marginals.covariance(*k.bias);
+    }
+  } catch (const Error& error) {
+    result.covariance.clear();
+    result.why_no_covariance = error.what();
+  }
+}
+
+}  // namespace
+
+Navigation navigate(const NavigationData& data, const NavigationOptions& options) {
+  const Seconds clock;
+  Navigation result;
+  result.data = data;
+  result.findings = check(result.data);
+  OnlineOptions online;
+  online.ego = options.ego;
+  const Alignment start = options.start ? *options.start : align(result.data, options.alignment, online);
+  result.start = start;
+  result.states = first_guess(result.data, start, options);
+  if (result.states.size() < 2) throw Error("navigation needs data for two keyframes or more");
+  result.alignment_seconds = clock();
+
+  while (true) {
+    NavigationProblem built = make_navigation_problem(result.data, result.states, start, options.ego);
+    result.summary = solve(built.problem, options.solver);
+    ++result.solves;
+    for (std::size_t k = 0; k < built.keyframes.size(); ++k) result.states[k].value = built.state(k);
+    const bool done = result.solves == kMostSolves || summed_up_near(built) || !result.summary.converged();
+    if (!done) continue;
+    result.residual_blocks = built.problem.num_soft_blocks();
+    if (built.dvl_scale) result.dvl_scale = built.problem.value(*built.dvl_scale).vector()[0];
+    result.placed = built.measurements;
+    for (const PlacedEgoMeasurement& m : built.measurements)
+      result.weight.push_back(m.block ? built.problem.weight(*m.block) : 1.0);
+    result.left_out = built.left_out;
+    result.splits = built.splits;
+    if (options.covariance && result.summary.converged()) add_covariance(built, result);
+    result.seconds = clock();
+    return result;
+  }
+}
+
+}  // namespace tandem

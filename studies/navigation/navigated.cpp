@@ -1,0 +1,37 @@
+#include <tandem/problem/tracking/ego_track.hpp>
+#include <tandem/studies/navigation/navigated.hpp>
+#include <tandem/studies/scenario/scenario_ego.hpp>
+
+namespace tandem {
+namespace {
+
+/// The last state carried on to the end of the data, by the IMU as far as it goes.
+void carry_on(const NavigationData& data, std::vector<Stamped<EgoState>>& states) {
+  const auto span = time_span(data);
+  if (!span || !(span->second > states.back().t + kSameInstant)) return;
+  Problem problem;
+  EgoChain chain(problem, data);
+  if (data.imu)
+    for (const ImuSample& sample : data.imu->samples) chain.add(sample);
+  chain.start(states.back().t, states.back().value, EgoSpread());
+  states.push_back({span->second, chain.predicted(span->second)});
+}
+
+}  // namespace
+
+bool needs_navigation(const Scenario& scenario) {
+  return scenario.navigation && scenario.data.odometry.empty() && !scenario.data.sensors.empty();
+}
+
+NavigatedScenario navigated(Scenario scenario, const NavigationOptions& options) {
+  Navigation navigation = navigate(scenario.navigation.value(), options);
+  carry_on(navigation.data, navigation.states);
+  TrackingData& data = scenario.data;
+  data.odometry.clear();
+  for (const auto& [t, state] : navigation.states) data.odometry.push_back({t, state.pose});
+  data.ego = std::make_shared<const EgoTrack>(
+      EgoTrack{std::move(navigation.data), navigation.start, std::move(navigation.states), options.ego});
+  return {std::move(scenario), std::move(navigation.findings)};
+}
+
+}  // namespace tandem

@@ -1,0 +1,84 @@
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/scenario/named_noise.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem {
+namespace {
+
+template <int N>
+std::span<double> span(Vector<N>& v) {
+  return {v.data(), static_cast<std::size_t>(v.size())};
+}
+
+}  // namespace
+
+std::vector<NamedNoise> named_noise(TrackingData& data) {
+  TrackingNoise& noise = data.noise;
+  std::vector<NamedNoise> all = {{"prior", span(noise.prior), true},
+                                 {"odometry", span(noise.odometry), true},
+                                 {"constant_twist", span(noise.constant_twist), true},
+                                 {"constant_velocity", span(noise.constant_velocity)},
+                                 {"acceleration", span(noise.acceleration)},
+                                 {"boundary", span(noise.boundary)},
+                                 {"roll_pitch", span(noise.roll_pitch)},
+                                 {"non_holonomic", span(noise.non_holonomic)},
+                                 {"surge", {&noise.surge, 1}},
+                                 {"yaw_rate", {&noise.yaw_rate, 1}}};
+  for (TargetSensor& sensor : data.sensors) all.push_back({sensor.name, span(sensor.sigma)});
+  return all;
+}
+
+std::string why_not_sigmas(std::span<const double> values, std::size_t expected) {
+  if (values.size() != expected)
+    return fmt::format("needs {} standard deviation{}, not {}", expected, expected == 1 ? "" : "s", values.size());
+  for (const double value : values)
+    if (!std::isfinite(value) || value <= 0.0)
+      return fmt::format("has the standard deviation {:g}; it must be above zero and finite", value);
+  return "";
+}
+
+void read_sigmas(const YamlSection& section, const std::string& key, std::span<double> sigmas) {
+  const std::vector<double> values = section.numbers(key);
+  const std::string reason = why_not_sigmas(values, sigmas.size());
+  if (!reason.empty()) section.fail(key, fmt::format("{} {}", key, reason));
+  std::copy(values.begin(), values.end(), sigmas.begin());
+}
+
+void turn_noise(TrackingNoise& noise, const Frame& frame) {
+  if (!frame.is_ned()) return;
+  for (Eigen::VectorXd* sigma : {&noise.constant_velocity, &noise.boundary})
+    std::swap((*sigma)[0], (*sigma)[1]);  // north and east change places
+}
+
+void override_noise(TrackingData& data, const std::string& assignment) {
+  const std::size_t equals = assignment.find('=');
+  if (equals == std::string::npos) throw Error(fmt::format("--noise takes NAME=v,v,…, not {}", quote(assignment)));
+  const std::string_view name = trimmed(std::string_view(assignment).substr(0, equals));
+
+  std::vector<double> values;
+  for (const std::string_view part : split(std::string_view(assignment).substr(equals + 1), ',')) {
+    const auto value = parse_number(part);
+    if (!value) throw Error(fmt::format("--noise {}: {} is not a number", name, quote(part)));
+    values.push_back(*value);
+  }
+
+  std::vector<std::string> names;
+  for (const NamedNoise& noise : named_noise(data)) {
+    names.push_back(noise.name);
+    if (noise.name != name) continue;
+    const std::string reason = why_not_sigmas(values, noise.sigmas.size());
+    if (!reason.empty()) throw Error(fmt::format("--noise {} {}", name, reason));
+    std::copy(values.begin(), values.end(), noise.sigmas.begin());
+    return;
+  }
+  throw Error(
+      fmt::format("--noise knows no {}{} (here it takes {})", quote(name), did_you_mean(name, names), listed(names)));
+}
+
+}  // namespace tandem

@@ -1,0 +1,161 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/scenario/named_noise.hpp>
+#include <tandem/studies/scenario/scenario_ego.hpp>
+#include <tandem/studies/scenario/sensor_entry.hpp>
+#include <tandem/studies/scenario/sensor_rows.hpp>
+#include <tandem/studies/scenario/table.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr double kLeastGravity = 9.7, kMostGravity = 9.9;  // m/s²: the Earth's, from the equator to the poles, roughly
+
+constexpr std::array kTypes = {EgoSensorType::dvl, EgoSensorType::depth, EgoSensorType::gps, EgoSensorType::heading};
+
+EgoSensorType type_of(const YamlSection& entry) {
+  const std::string given = entry.text("type");
+  return *std::find_if(kTypes.begin(), kTypes.end(), [&](EgoSensorType type) { return name(type) == given; });
+}
+
+/// A number above zero, where the key is there or `required`.
+template <class Number>  // double, or an optional one
+void read_positive(const YamlSection& entry, const std::string& key, Number& value, bool required = false) {
+  if (!required && !entry.has(key)) return;
+  const double given = entry.number(key);
+  if (given <= 0) entry.fail(key, fmt::format("{} is {:g}; it must be above zero", key, given));
+  value = given;
+}
+
+ImuSensor read_imu(const std::string& name, const YamlSection& entry, const std::filesystem::path& folder,
+                   const Frame& frame, bool rows) {
+  entry.allow_only({"type", "file", "position", "orientation", "accelerometer", "gyroscope", "accelerometer_bias_walk",
+                    "gyroscope_bias_walk", "integration", "initial_accelerometer_bias", "initial_gyroscope_bias",
+                    "max_gap", "max_specific_force", "max_angular_rate"});
+  ImuSensor imu;
+  imu.name = name;
+  imu.mount = read_extrinsics(entry, frame);
+  read_positive(entry, "accelerometer", imu.noise.accelerometer, true);
+  read_positive(entry, "gyroscope", imu.noise.gyroscope, true);
+  read_positive(entry, "accelerometer_bias_walk", imu.noise.accelerometer_bias_walk, true);
+  read_positive(entry, "gyroscope_bias_walk", imu.noise.gyroscope_bias_walk, true);
+  read_positive(entry, "integration", imu.noise.integration);
+  read_positive(entry, "initial_accelerometer_bias", imu.initial_accelerometer_bias);
+  read_positive(entry, "initial_gyroscope_bias", imu.initial_gyroscope_bias);
+  read_positive(entry, "max_gap", imu.max_gap);
+  read_positive(entry, "max_specific_force", imu.max_specific_force);
+  read_positive(entry, "max_angular_rate", imu.max_angular_rate);
+
+  const std::filesystem::path file = folder / entry.text("file");
+  if (!rows) return imu;
+  const Table table = read_csv(file, imu_columns, TimeOrder::any);
+  if (table.rows() < 2) throw Error(fmt::format("{} needs two samples or more", table.file.string()));
+  imu.samples.reserve(table.rows());
+  for (std::size_t i = 0; i < table.rows(); ++i) imu.samples.push_back(imu_sample(table.row(i), frame));
+  return imu;
+}
+
+EgoSensor read_other(const std::string& name, const YamlSection& entry, const std::filesystem::path& folder,
+                     const Frame& frame, bool with_rows) {
+  EgoSensor sensor;
+  sensor.name = name;
+  sensor.type = type_of(entry);
+  std::vector<std::string> keys = {"type", "file", "sigma", "delay", "loss"};
+  if (sensor.type == EgoSensorType::dvl)
+    for (const char* key : {"position", "orientation"})
+      if (entry.has(key))
+        entry.fail(key, fmt::format("a dvl has no {}, since the body frame is the DVL's: "
+                                    "give where the other sensors are, seen from it",
+                                    key));
+  if (sensor.type == EgoSensorType::heading)
+    keys.push_back("orientation");
+  else
+    keys.push_back("position");
+  entry.allow_only(keys);
+
+  sensor.sigma.resize(rows(sensor.type));
+  read_sigmas(entry, "sigma", {sensor.sigma.data(), std::size_t(sensor.sigma.size())});
+  if (sensor.type == EgoSensorType::gps && frame.is_ned()) std::swap(sensor.sigma[0], sensor.sigma[1]);
+  sensor.mount = read_extrinsics(entry, frame);
+  sensor.delay = read_delay(entry);
+  sensor.loss = read_loss(entry, "loss");
+
+  const std::filesystem::path file = folder / entry.text("file");
+  if (!with_rows) return sensor;
+  const Table table = read_csv(file, columns(sensor.type), TimeOrder::any);
+  sensor.measurements.reserve(table.rows());
+  for (std::size_t i = 0; i < table.rows(); ++i)
+    sensor.measurements.push_back(
+        located([&] { return table.where(i); }, [&] { return ego_measurement(sensor.type, table.row(i), frame); }));
+  return sensor;
+}
+
+}  // namespace
+
+const std::vector<std::string>& ego_types() {
+  static const std::vector<std::string> types = [] {
+    std::vector<std::string> names = {"imu"};
+    for (const EgoSensorType type : kTypes) names.emplace_back(name(type));
+    return names;
+  }();
+  return types;
+}
+
+bool is_ego_sensor(const YamlSection& entry) {
+  const auto& types = ego_types();
+  return entry.has("type") && std::find(types.begin(), types.end(), entry.text("type")) != types.end();
+}
+
+void read_ego_sensor(const std::string& name, const YamlSection& entry, const std::filesystem::path& folder,
+                     const Frame& frame, NavigationData& data, bool rows) {
+  if (entry.text("type") != "imu") {
+    data.sensors.push_back(read_other(name, entry, folder, frame, rows));
+    return;
+  }
+  if (data.imu)
+    entry.fail("type", fmt::format("a second imu: one is used at a time, so leave out {} or {}", data.imu->name, name));
+  data.imu = read_imu(name, entry, folder, frame, rows);
+}
+
+Earth read_earth(const YamlSection& yaml) {
+  std::optional<double> latitude;  // rad
+  if (yaml.has("latitude")) {
+    const double degrees = yaml.number("latitude");
+    if (std::abs(degrees) > 90)
+      yaml.fail("latitude", fmt::format("latitude {:g} is beyond a pole; it is in degrees, -90 to 90", degrees));
+    latitude = degrees * std::numbers::pi / 180;
+  }
+  double gravity = latitude ? Earth::normal_gravity(*latitude) : -Earth().gravity.z();
+  if (yaml.has("gravity")) {
+    gravity = yaml.number("gravity");
+    if (gravity < 0)
+      yaml.fail("gravity", fmt::format("gravity {:g} is negative; it is a magnitude, which acts downwards", gravity));
+    if (gravity < kLeastGravity || gravity > kMostGravity)
+      yaml.fail("gravity", fmt::format("gravity {:g} m/s^2 is not the Earth's, which lies between {} and {}", gravity,
+                                       kLeastGravity, kMostGravity));
+  }
+  return latitude ? Earth::at_latitude(*latitude, gravity) : Earth::with_gravity(gravity);
+}
+
+std::optional<std::pair<double, double>> time_span(const NavigationData& data) {
+  std::optional<std::pair<double, double>> span;
+  const auto add = [&](double t) {
+    if (!span) span.emplace(t, t);
+    span->first = std::min(span->first, t);
+    span->second = std::max(span->second, t);
+  };
+  if (data.imu)
+    for (const ImuSample& sample : data.imu->samples) add(sample.t);
+  for (const EgoSensor& sensor : data.sensors)
+    for (const EgoMeasurement& m : sensor.measurements) add(m.t);
+  return span;
+}
+
+}  // namespace tandem

@@ -1,0 +1,77 @@
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/scenario/named_noise.hpp>
+#include <tandem/studies/scenario/scenario_ego.hpp>
+#include <tandem/studies/scenario/scenario_sensors.hpp>
+#include <tandem/studies/scenario/sensor_entry.hpp>
+#include <tandem/studies/scenario/sensor_rows.hpp>
+#include <tandem/studies/scenario/table.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem {
+namespace {
+
+std::vector<Measurement> measurements(SensorType type, const std::filesystem::path& file,
+                                      const SensorSurroundings& around) {
+  std::vector<Measurement> result;
+  if (!around.rows) return result;
+  const Table table = read_csv(file, columns(type, around.planar),
+                               may_repeat_times(type) ? TimeOrder::repeating : TimeOrder::increasing);
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    if (table.t(i) < around.first - kSameInstant || table.t(i) > around.last + kSameInstant)
+      throw Error(fmt::format("{}: time {} lies outside {}, {} to {} s", table.where(i), table.t(i), around.span_of,
+                              around.first, around.last));
+    result.push_back(located([&] { return table.where(i); },
+                             [&] { return target_measurement(type, table.row(i), around.frame, around.planar); }));
+  }
+  return result;
+}
+
+}  // namespace
+
+SensorType sensor_type(const YamlSection& entry) {
+  const std::string given = entry.text("type");
+  std::vector<std::string> known;
+  for (const SensorType type : {SensorType::position, SensorType::pose, SensorType::range_bearing, SensorType::bearing,
+                                SensorType::range, SensorType::usbl_spherical}) {
+    known.emplace_back(name(type));
+    if (known.back() == given) return type;
+  }
+  const std::vector<std::string>& ego = ego_types();
+  known.insert(known.end(), ego.begin(), ego.end());
+  entry.fail("type", fmt::format("unknown sensor type {}{}", quote(given), did_you_mean(given, known)));
+}
+
+TargetSensor read_sensor(const std::string& name, const YamlSection& entry, const SensorSurroundings& around) {
+  TargetSensor sensor;
+  sensor.name = name;
+  sensor.type = sensor_type(entry);
+  const int n = rows(sensor.type, around.planar);
+  if (n == 0) entry.fail("type", "sensor type usbl_spherical is not planar: use range_bearing with group SE2");
+  std::vector<std::string> keys = {"type",  "file", "sigma", "position", "orientation", "target_position",
+                                   "delay", "loss"};
+  if (sensor.type == SensorType::pose) keys.insert(keys.end(), {"target_orientation", "orientation_loss"});
+  entry.allow_only(keys);
+
+  sensor.sigma.resize(n);
+  read_sigmas(entry, "sigma", {sensor.sigma.data(), std::size_t(n)});
+  sensor.mount = read_extrinsics(entry, around.frame);
+  sensor.marker = read_extrinsics(entry, around.frame, "target_");
+  sensor.delay = read_delay(entry);
+  sensor.loss = read_loss(entry, "loss");
+  sensor.orientation_loss = read_loss(entry, "orientation_loss");
+  sensor.measurements = measurements(sensor.type, around.folder / entry.text("file"), around);
+  return sensor;
+}
+
+TargetSensor read_undeclared_sensor(const std::string& name, SensorType type, const SensorSurroundings& around) {
+  TargetSensor sensor;
+  sensor.name = name;
+  sensor.type = type;
+  sensor.sigma = Eigen::VectorXd::Zero(rows(type, around.planar));
+  sensor.measurements = measurements(type, around.folder / (name + ".csv"), around);
+  return sensor;
+}
+
+}  // namespace tandem

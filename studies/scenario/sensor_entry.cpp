@@ -1,0 +1,40 @@
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/scenario/quaternion.hpp>
+#include <tandem/studies/scenario/sensor_entry.hpp>
+#include <tandem/studies/support/option_values.hpp>
+
+namespace tandem {
+
+SE3 read_extrinsics(const YamlSection& sensor, const Frame& frame, const std::string& prefix) {
+  const std::string position = prefix + "position", orientation = prefix + "orientation";
+  Vector<3> t = Vector<3>::Zero();
+  SO3 R;
+  if (sensor.has(position)) t = Vector<3>(sensor.numbers(position, 3).data());
+  if (sensor.has(orientation)) {
+    const std::vector<double> xyzw = sensor.numbers(orientation, 4);
+    const auto rotation = rotation_from(xyzw.data());
+    if (!rotation) sensor.fail(orientation, not_a_rotation(xyzw.data()));
+    R = *rotation;
+  }
+  return frame.body(SE3(R, t));
+}
+
+double read_delay(const YamlSection& sensor) {
+  if (!sensor.has("delay")) return 0;
+  const double delay = sensor.number("delay");
+  if (delay < 0) sensor.fail("delay", fmt::format("delay {:g} s is negative", delay));
+  return delay;
+}
+
+std::optional<Loss> read_loss(const YamlSection& sensor, const std::string& key) {
+  if (!sensor.has(key)) return {};
+  try {
+    return parse_loss(key, sensor.text(key));
+  } catch (const Error& error) {
+    sensor.fail(key, error.what());
+  }
+}
+
+}  // namespace tandem

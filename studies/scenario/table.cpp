@@ -1,0 +1,138 @@
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/scenario/quaternion.hpp>
+#include <tandem/studies/scenario/table.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr double kSamePose = 1e-3;  // m, rad
+
+std::ifstream opened(const std::filesystem::path& file) {
+  if (std::filesystem::is_directory(file)) throw Error(fmt::format("{} is a folder, not a file", file.string()));
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) {
+    const bool there = std::filesystem::exists(file);
+    throw Error(fmt::format("{} {}", file.string(), there ? "cannot be read" : "is missing"));
+  }
+  return stream;
+}
+
+Table whole(const std::filesystem::path& file, const RowFormat& format, TimeOrder order) {
+  Table table{file, format.size(), {}, {}};
+  RowFile rows(file, format, order);
+  while (rows.next()) {
+    table.values.insert(table.values.end(), rows.row().begin(), rows.row().end());
+    table.lines.push_back(rows.line());
+  }
+  return table;
+}
+
+}  // namespace
+
+RowFormat::RowFormat(const std::string& columns, char separator) : columns_(columns), separator_(separator) {
+  for (const std::string_view name : split(columns_, separator)) names_.emplace_back(name);
+}
+
+void RowFormat::take_apart(std::string_view line) {
+  separator_ == ' ' ? words(line, fields_) : split(line, separator_, fields_);
+}
+
+bool RowFormat::is_header(std::string_view line) {
+  take_apart(line);
+  return std::equal(fields_.begin(), fields_.end(), names_.begin(), names_.end());
+}
+
+const std::vector<double>& RowFormat::parse(std::string_view line) {
+  take_apart(line);
+  if (fields_.size() != names_.size())
+    throw Error(fmt::format("{} columns where {} are expected ({})", fields_.size(), names_.size(), columns_));
+  values_.clear();
+  for (std::size_t i = 0; i < fields_.size(); ++i) {
+    const auto value = parse_number(fields_[i]);
+    if (!value) throw Error(fmt::format("{} is {}, not a number", names_[i], quote(fields_[i])));
+    if (!std::isfinite(*value)) throw Error(fmt::format("{} is {}; numbers must be finite", names_[i], fields_[i]));
+    values_.push_back(*value);
+  }
+  return values_;
+}
+
+RowFile::RowFile(std::filesystem::path file, RowFormat format, TimeOrder order)
+    : file_(std::move(file)),
+      format_(std::move(format)),
+      order_(order),
+      stream_(opened(file_)),
+      header_expected_(format_.has_header()) {}
+
+bool RowFile::next() {
+  while (std::getline(stream_, text_)) {
+    std::string_view line = text_;
+    if (line_ == 0 && line.starts_with("\xEF\xBB\xBF")) line.remove_prefix(3);  // byte order mark
+    line = trimmed(line);
+    ++line_;
+    if (line.empty() || line.front() == '#') continue;
+    if (std::exchange(header_expected_, false)) {
+      if (!format_.is_header(line))
+        fail(fmt::format("the first line must name the columns {}, not {}", format_.columns(), quote(line)));
+      continue;
+    }
+    try {
+      row_ = &format_.parse(line);
+    } catch (const Error& error) {
+      fail(error.what());
+    }
+    check_time();
+    return true;
+  }
+  if (header_expected_) fail(fmt::format("the line that names the columns {} is missing", format_.columns()));
+  return false;
+}
+
+void RowFile::check_time() {
+  const double t = row_->front(), before = std::exchange(last_t_, t);
+  const int line_before = std::exchange(last_line_, line_);
+  if (order_ == TimeOrder::any || line_before == 0 || t > before) return;
+  const bool repeats = t == before;
+  if (repeats && order_ == TimeOrder::repeating) return;
+  fail(fmt::format("time {} {} line {}{}", format_.first_field(), repeats ? "repeats that of" : "comes before that of",
+                   line_before, repeats ? "" : "; lines must be in time order"));
+}
+
+std::string RowFile::where() const { return fmt::format("{}:{}", file_.string(), std::max(line_, 1)); }
+
+void RowFile::fail(const std::string& reason) const { throw Error(where() + ": " + reason); }
+
+std::string Table::where(std::size_t i) const { return fmt::format("{}:{}", file.string(), lines[i]); }
+
+Table read_csv(const std::filesystem::path& file, const std::string& header, TimeOrder order) {
+  return whole(file, RowFormat::csv(header), order);
+}
+
+Table read_tum(const std::filesystem::path& file) { return whole(file, RowFormat::tum(), TimeOrder::repeating); }
+
+std::vector<Stamped<SE3>> poses(const Table& table) {
+  std::vector<Stamped<SE3>> result;
+  result.reserve(table.rows());
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    const double* row = table.row(i);
+    const auto rotation = rotation_from(row + 4);
+    if (!rotation) throw Error(fmt::format("{}: {}", table.where(i), not_a_rotation(row + 4)));
+    const SE3 pose(*rotation, Vector<3>(row + 1));
+    if (!result.empty() && table.t(i) == result.back().t) {  // loggers write a pose twice now and then
+      if (!((result.back().value.inverse() * pose).Log().cwiseAbs().maxCoeff() <= kSamePose))
+        throw Error(fmt::format("{}: time {} repeats that of line {} with another pose", table.where(i), table.t(i),
+                                table.lines[i - 1]));
+      continue;
+    }
+    result.push_back({table.t(i), pose});
+  }
+  return result;
+}
+
+}  // namespace tandem

@@ -1,0 +1,110 @@
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/scenario/yaml_section.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem {
+
+YamlSection::YamlSection(std::filesystem::path file, std::string name, YAML::Node node)
+    : file_(std::move(file)), name_(std::move(name)), node_(std::move(node)) {
+  if (!node_.IsMap()) fail(fmt::format("{} must be keys with values", name_.empty() ? "the file" : name_));
+  std::vector<std::string> seen;
+  for (const auto& entry : node_) {  // yaml-cpp takes repeated keys in silence
+    if (!entry.first.IsScalar()) fail_at(entry.first.Mark(), "a key must be a word");
+    if (std::find(seen.begin(), seen.end(), entry.first.Scalar()) != seen.end())
+      fail_at(entry.first.Mark(), fmt::format("key {} is given twice", quote(entry.first.Scalar())));
+    seen.push_back(entry.first.Scalar());
+  }
+}
+
+YamlSection YamlSection::load(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  if (!stream || std::filesystem::is_directory(file)) {
+    const bool there = std::filesystem::exists(file);
+    throw Error(fmt::format("{} {}", file.string(), there ? "cannot be read" : "is missing"));
+  }
+  try {
+    return YamlSection(file, "", YAML::Load(stream));
+  } catch (const YAML::Exception& error) {
+    throw Error(fmt::format("{}:{}: not valid yaml: {}", file.string(), error.mark.line + 1, error.msg));
+  }
+}
+
+std::vector<std::string> YamlSection::keys() const {
+  std::vector<std::string> result;
+  for (const auto& entry : node_) result.push_back(entry.first.Scalar());
+  return result;
+}
+
+void YamlSection::allow_only(const std::vector<std::string>& known) const {
+  for (const std::string& key : keys())
+    if (std::find(known.begin(), known.end(), key) == known.end()) {
+      const std::string in = name_.empty() ? "" : " in " + name_;
+      fail(key, fmt::format("unknown key {}{}{}", quote(key), in, did_you_mean(key, known)));
+    }
+}
+
+std::string YamlSection::text(const std::string& key) const {
+  const YAML::Node value = require(key);
+  if (!value.IsScalar()) fail(key, fmt::format("{} must be text", key));
+  return value.Scalar();
+}
+
+double YamlSection::number(const std::string& key) const { return finite(key, require(key)); }
+
+bool YamlSection::boolean(const std::string& key) const {
+  const std::string value = text(key);
+  if (value != "true" && value != "false") fail(key, fmt::format("{} is true or false, not {}", key, quote(value)));
+  return value == "true";
+}
+
+std::vector<double> YamlSection::numbers(const std::string& key) const {
+  const YAML::Node value = require(key);
+  if (!value.IsSequence()) return {finite(key, value)};
+  std::vector<double> result;
+  for (const YAML::Node& entry : value) result.push_back(finite(key, entry));
+  return result;
+}
+
+std::vector<double> YamlSection::numbers(const std::string& key, std::size_t count) const {
+  if (require(key).IsNull()) fail(key, fmt::format("{} needs {} numbers, which are missing", key, count));
+  const std::vector<double> values = numbers(key);
+  if (values.size() != count) fail(key, fmt::format("{} needs {} numbers, not {}", key, count, values.size()));
+  return values;
+}
+
+YamlSection YamlSection::section(const std::string& key) const {
+  return YamlSection(file_, name_.empty() ? key : "sensor " + key, require(key));
+}
+
+void YamlSection::fail(const std::string& key, const std::string& reason) const {
+  for (const auto& entry : node_)
+    if (entry.first.Scalar() == key) fail_at(entry.first.Mark(), reason);
+  fail(reason);
+}
+
+void YamlSection::fail(const std::string& reason) const { fail_at(node_.Mark(), reason); }
+
+YAML::Node YamlSection::require(const std::string& key) const {
+  const YAML::Node value = node_[key];
+  if (!value.IsDefined()) fail(fmt::format("{} lacks the key {}", name_.empty() ? "the file" : name_, key));
+  return value;
+}
+
+double YamlSection::finite(const std::string& key, const YAML::Node& value) const {
+  if (!value.IsScalar()) fail(key, fmt::format("{} must be a number", key));
+  const double number = parse_number(value.Scalar()).value_or(std::nan(""));
+  if (!std::isfinite(number)) fail(key, fmt::format("{} is {}, not a finite number", key, quote(value.Scalar())));
+  return number;
+}
+
+void YamlSection::fail_at(const YAML::Mark& mark, const std::string& reason) const {
+  throw Error(fmt::format("{}:{}: {}", file_.string(), std::max(mark.line, 0) + 1, reason));
+}
+
+}  // namespace tandem

@@ -1,0 +1,188 @@
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/simulation/dive_motion.hpp>
+#include <tandem/studies/simulation/normal_noise.hpp>
+#include <tandem/studies/simulation/simulate_dive.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr double kAtSurface = 0.5;  // m: an antenna this deep and a little above the vehicle is out of the water
+
+// Steps of DiveMotion between two readings, and at which the first is: sensors share no clock.
+constexpr std::size_t kDvlEvery = 20, kDvlFirst = 7, kDepthEvery = 10, kDepthFirst = 3, kHeadingEvery = 50,
+                      kHeadingFirst = 0, kGpsEvery = 100, kGpsFirst = 11, kTruthEvery = 10;
+
+enum Stream : std::uint32_t {
+  accelerometer,
+  gyroscope,
+  accelerometer_bias,
+  gyroscope_bias,
+  dvl,
+  depth,
+  heading,
+  gps,
+  scale
+};
+
+void check_options(const DiveOptions& options) {
+  if (!(options.minutes >= 1 && options.minutes <= 600))
+    throw Error(fmt::format("a simulated dive takes 1 to 600 minutes, not {:g}", options.minutes));
+  if (!(std::abs(options.latitude) <= 90))
+    throw Error(fmt::format("latitude {:g} is beyond a pole; it is in degrees, -90 to 90", options.latitude));
+  if (!(options.keyframe_interval > kSameInstant))
+    throw Error(fmt::format("a keyframe interval of {:g} s is not above 0.001 s", options.keyframe_interval));
+  if (options.surfacings < 0 || 60 * options.minutes < 300 * (options.surfacings + (options.surfacings > 0)))
+    throw Error(fmt::format("{} surfacings need {} minutes or more, not {:g}", options.surfacings,
+                            5 * (options.surfacings + 1), options.minutes));
+}
+
+EgoSensor sensor(EgoSensorType type, const Eigen::VectorXd& sigma, const Vector<3>& position = Vector<3>::Zero()) {
+  EgoSensor result;
+  result.name = name(type);
+  result.type = type;
+  result.sigma = sigma;
+  result.mount = SE3(SO3(), position);
+  return result;
+}
+
+class Simulation {
+ public:
+  explicit Simulation(const DiveOptions& options)
+      : options_(options),
+        sensors_(DiveSensors::of(options.grade)),
+        motion_(60 * options.minutes, options.surfacings) {}
+
+  SimulatedDive run() {
+    prepare();
+    for (std::size_t k = 0; k < motion_.size(); ++k) {
+      const Motion m = motion_.at(k);
+      const double t = motion_.time(k);
+      read_imu(t, m);
+      const auto due = [k](std::size_t every, std::size_t first) { return k % every == first; };
+      if (due(kDvlEvery, kDvlFirst)) {
+        const Vector<3> v = m.state.rotation().inverse().act(m.state.velocity());
+        dvl_.measurements.push_back({t, (1 + dive_.dvl_scale_error) * v + noise(dvl_noise_, Vector<3>(dvl_white_))});
+      }
+      if (due(kDepthEvery, kDepthFirst))
+        depth_.measurements.push_back(
+            {t, Vector<3>(0, 0, at(m, depth_).z()) + noise(depth_noise_, Vector<3>(0, 0, depth_.sigma[0]))});
+      if (due(kHeadingEvery, kHeadingFirst))
+        heading_.measurements.push_back(
+            {t, Vector<3>::Zero(), m.state.rotation() * SO3::Exp(noise(heading_noise_, Vector<3>(heading_.sigma)))});
+      if (due(kGpsEvery, kGpsFirst) && m.depth < kAtSurface)
+        gps_.measurements.push_back({t, at(m, gps_) + noise(gps_noise_, Vector<3>(gps_.sigma))});
+      if (due(kTruthEvery, 0)) {
+        dive_.truth.push_back({t, m.state});
+        dive_.biases.push_back({t, bias_});
+      }
+    }
+    dive_.data.sensors = {std::move(dvl_), std::move(depth_), std::move(heading_), std::move(gps_)};
+    return std::move(dive_);
+  }
+
+ private:
+  void prepare() {
+    NavigationData& data = dive_.data;
+    const double latitude = options_.latitude * std::numbers::pi / 180;
+    data.earth = Earth::at_latitude(latitude, Earth::normal_gravity(latitude));
+    data.keyframe_interval = options_.keyframe_interval;
+    ImuSensor& imu = data.imu.emplace();
+    imu.mount = SE3(SO3::Exp({0, 0, 0.5 * std::numbers::pi}), Vector<3>(0.25, -0.05, 0.12));
+    imu.noise = sensors_.imu;
+    imu.initial_accelerometer_bias = sensors_.initial_accelerometer_bias;
+    imu.initial_gyroscope_bias = sensors_.initial_gyroscope_bias;
+    imu.samples.reserve(motion_.size());
+    bias_.head<3>() = noise(accelerometer_bias_noise_, Vector<3>::Constant(sensors_.initial_accelerometer_bias));
+    bias_.tail<3>() = noise(gyroscope_bias_noise_, Vector<3>::Constant(sensors_.initial_gyroscope_bias));
+
+    NormalNoise scale(options_.seed, Stream::scale);
+    if (options_.noise && options_.dvl_scale) dive_.dvl_scale_error = sensors_.dvl_scale * scale();
+    dvl_white_ = Vector<3>::Constant(sensors_.dvl);
+    // What the estimate is told of a DVL covers its scale factor at the usual speed.
+    const double along = options_.dvl_scale ? std::hypot(sensors_.dvl, 1.5 * sensors_.dvl_scale) : sensors_.dvl;
+    dvl_ = sensor(EgoSensorType::dvl, Vector<3>(along, sensors_.dvl, sensors_.dvl));
+    depth_ = sensor(EgoSensorType::depth, Eigen::VectorXd::Constant(1, sensors_.depth), {-0.4, 0, 0.05});
+    heading_ = sensor(EgoSensorType::heading, Vector<3>(sensors_.roll_pitch, sensors_.roll_pitch, sensors_.heading));
+    gps_ = sensor(EgoSensorType::gps, Vector<3>(sensors_.gps, sensors_.gps, sensors_.gps_height), {-0.1, 0, 0.4});
+  }
+
+  Vector<3> noise(NormalNoise& source, const Vector<3>& sigma) const {
+    return options_.noise ? source.vector<3>(sigma) : Vector<3>::Zero();
+  }
+  static Vector<3> at(const Motion& m, const EgoSensor& sensor) {
+    return m.state.translation() + m.state.rotation().act(sensor.mount.translation());
+  }
+
+  void read_imu(double t, const Motion& m) {
+    const ImuSensor& imu = *dive_.data.imu;
+    const Earth& earth = dive_.data.earth;
+    const SO3 to_body = m.state.rotation().inverse(), to_sensor = imu.mount.rotation().inverse();
+    const Vector<3> l = imu.mount.translation(), turning = to_body.act(earth.rate), lever = m.rate.cross(l);
+    const Vector<3> force = to_body.act(m.acceleration + 2 * earth.rate.cross(m.state.velocity()) - earth.gravity) +
+                            m.rate_rate.cross(l) + m.rate.cross(lever) + 2 * turning.cross(lever);
+
+    const double root = std::sqrt(DiveMotion::step);
+    ImuSample sample{t, to_sensor.act(force) + bias_.head<3>(), to_sensor.act(m.rate + turning) + bias_.tail<3>()};
+    sample.specific_force += noise(accelerometer_noise_, Vector<3>::Constant(sensors_.imu.accelerometer / root));
+    sample.angular_rate += noise(gyroscope_noise_, Vector<3>::Constant(sensors_.imu.gyroscope / root));
+    dive_.data.imu->samples.push_back(sample);
+    bias_.head<3>() +=
+        noise(accelerometer_bias_noise_, Vector<3>::Constant(sensors_.imu.accelerometer_bias_walk * root));
+    bias_.tail<3>() += noise(gyroscope_bias_noise_, Vector<3>::Constant(sensors_.imu.gyroscope_bias_walk * root));
+  }
+
+  DiveOptions options_;
+  DiveSensors sensors_;
+  DiveMotion motion_;
+  SimulatedDive dive_;
+  EgoSensor dvl_, depth_, heading_, gps_;
+  Vector<3> dvl_white_;
+  Vector<6> bias_ = Vector<6>::Zero();
+  NormalNoise accelerometer_noise_{options_.seed, Stream::accelerometer},
+      gyroscope_noise_{options_.seed, Stream::gyroscope},
+      accelerometer_bias_noise_{options_.seed, Stream::accelerometer_bias},
+      gyroscope_bias_noise_{options_.seed, Stream::gyroscope_bias}, dvl_noise_{options_.seed, Stream::dvl},
+      depth_noise_{options_.seed, Stream::depth}, heading_noise_{options_.seed, Stream::heading},
+      gps_noise_{options_.seed, Stream::gps};
+};
+
+}  // namespace
+
+std::string_view name(Grade grade) { return grade == Grade::mems ? "mems" : "tactical"; }
+
+DiveSensors DiveSensors::of(Grade grade) {
+  constexpr double degree = std::numbers::pi / 180;
+  DiveSensors s;
+  if (grade == Grade::mems) {  // 0.1 mg/√Hz, 0.7 °/√h; 5 mg, 700 °/h at switch-on
+    s.imu = {1e-3, 2e-4, 5e-5, 2e-6};
+    s.initial_accelerometer_bias = 0.05;
+    s.initial_gyroscope_bias = 3.5e-3;
+    s.dvl = 0.01;
+    s.dvl_scale = 0.005;
+    s.depth = 0.05;
+    s.roll_pitch = 0.5 * degree;
+    s.heading = 1.0 * degree;
+  } else {  // 0.03 mg/√Hz, 0.02 °/√h; 1 mg, 1 °/h
+    s.imu = {3e-4, 6e-6, 2e-6, 1e-8};
+    s.initial_accelerometer_bias = 0.01;
+    s.initial_gyroscope_bias = 5e-6;
+    s.dvl = 0.004;
+    s.dvl_scale = 0.002;
+    s.depth = 0.02;
+    s.roll_pitch = 0.1 * degree;
+    s.heading = 0.5 * degree;
+  }
+  return s;
+}
+
+SimulatedDive simulate_dive(const DiveOptions& options) {
+  check_options(options);
+  return Simulation(options).run();
+}
+
+}  // namespace tandem

@@ -1,0 +1,153 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/support/option_values.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem {
+namespace {
+
+template <class T>
+struct Choice {
+  std::string name;
+  T value;
+};
+
+template <class T>
+T choose(const std::string& option, const std::string& text, const std::vector<Choice<T>>& choices) {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : choices) {
+    if (name == text) return value;
+    names.push_back(name);
+  }
+  throw Error(fmt::format("{} is {}, not {}{}", option, listed(names, "or"), quote(text), did_you_mean(text, names)));
+}
+
+double parse_number(const std::string& option, std::string_view text) {
+  const auto value = tandem::parse_number(text);
+  if (!value || std::isnan(*value)) throw Error(fmt::format("{}: {} is not a number", option, quote(text)));
+  return *value;
+}
+
+}  // namespace
+
+Role parse_role(const std::string& option, const std::string& text) {
+  return choose<Role>(option, text, {{"soft", Role::soft}, {"hard", Role::hard}, {"off", Role::off}});
+}
+
+Role parse_limits(const std::string& option, const std::string& text) {
+  return choose<Role>(option, text, {{"hard", Role::hard}, {"soft", Role::soft}});
+}
+
+Mode parse_mode(const std::string& option, const std::string& text) {
+  return choose<Mode>(option, text, {{"A", Mode::A}, {"B", Mode::B}});
+}
+
+MotionModel parse_model(const std::string& option, const std::string& text) {
+  std::vector<Choice<MotionModel>> choices;
+  for (const MotionModel model : {MotionModel::constant_twist, MotionModel::constant_velocity,
+                                  MotionModel::white_noise_acceleration, MotionModel::steady_course})
+    choices.push_back({std::string(name(model)), model});
+  return choose<MotionModel>(option, text, choices);
+}
+
+Junction parse_junction(const std::string& option, const std::string& text) {
+  return choose<Junction>(option, text, {{"boundary", Junction::boundary}, {"direct", Junction::direct}});
+}
+
+std::vector<Horizon> parse_horizons(const std::string& option, const std::string& text) {
+  std::vector<Horizon> horizons;
+  for (const std::string_view part : split(text, ',')) {
+    const auto ends = split(part, ':');
+    const auto back = tandem::parse_count(ends.front()), ahead = tandem::parse_count(ends.back());
+    if (ends.size() > 2 || !back || !ahead)
+      throw Error(fmt::format("{} takes keyframes back and ahead, e.g. 1,2,5:3, not {}", option, quote(part)));
+    horizons.push_back({*back, *ahead});
+  }
+  return horizons;
+}
+
+Hessian parse_hessian(const std::string& option, const std::string& text) {
+  return choose<Hessian>(option, text,
+                         {{"automatic", Hessian::automatic},
+                          {"gauss-newton", Hessian::gauss_newton},
+                          {"exact", Hessian::exact},
+                          {"limited-memory", Hessian::limited_memory}});
+}
+
+std::optional<PlotFormat> parse_plots(const std::string& option, const std::string& text) {
+  return choose<std::optional<PlotFormat>>(option, text,
+                                           {{"svg", PlotFormat::svg}, {"png", PlotFormat::png}, {"off", {}}});
+}
+
+Bounds<1> parse_interval(const std::string& option, const std::string& text) {
+  const auto parts = split(text, ',');
+  if (parts.size() > 2) throw Error(fmt::format("{} takes MIN,MAX, not {}", option, quote(text)));
+  const double lower = parse_number(option, parts[0]);
+  const double upper = parts.size() == 2 ? parse_number(option, parts[1]) : std::numeric_limits<double>::infinity();
+  if (lower > upper)
+    throw Error(fmt::format("{}: the lower limit {} is above the upper limit {}", option, lower, upper));
+  if (!std::isfinite(lower) && !std::isfinite(upper))
+    throw Error(fmt::format("{} {} limits nothing; give a finite number", option, text));
+  return between(lower, upper);
+}
+
+Loss parse_loss(const std::string& option, const std::string& text) {
+  const std::size_t colon = text.find(':');
+  Loss loss;
+  loss.kind = choose<Loss::Kind>(option, text.substr(0, colon),
+                                 {{"none", Loss::Kind::none},
+                                  {"huber", Loss::Kind::huber},
+                                  {"cauchy", Loss::Kind::cauchy},
+                                  {"geman-mcclure", Loss::Kind::geman_mcclure},
+                                  {"tukey", Loss::Kind::tukey}});
+  if (colon == std::string::npos) return loss;
+  loss.scale = parse_number(option, std::string_view(text).substr(colon + 1));
+  if (!std::isfinite(loss.scale) || loss.scale <= 0.0)
+    throw Error(fmt::format("{}: the scale {} must be above zero and finite", option, loss.scale));
+  return loss;
+}
+
+Solver parse_solver(const std::string& option, const std::string& text) {
+  if (text == "gauss-newton") return GaussNewtonOptions{};
+  if (text == "augmented-lagrangian") return AugmentedLagrangianOptions{};
+  if (text == "ipopt") return IpoptOptions{};
+  std::vector<std::string> known = {"gauss-newton", "augmented-lagrangian", "ipopt"};
+  const std::size_t always = known.size();
+  for (const std::string& algorithm : nlopt_algorithms()) {
+    known.push_back("nlopt:" + algorithm);
+    if (known.back() != text) continue;
+    NloptOptions options;
+    options.algorithm = algorithm;
+    return options;
+  }
+  if (known.size() == always && text.starts_with("nlopt"))
+    throw Error(fmt::format("{} {}: this build has no NLopt ({} are there)", option, text, listed(known)));
+  throw Error(fmt::format("{} is {}, not {}{}", option, listed(known, "or"), quote(text), did_you_mean(text, known)));
+}
+
+int parse_count(const std::string& option, const std::string& text) {
+  const auto value = tandem::parse_count(text);
+  if (!value) throw Error(fmt::format("{} takes a whole number above zero, not {}", option, quote(text)));
+  return *value;
+}
+
+double parse_magnitude(const std::string& option, const std::string& text) {
+  const double value = parse_number(option, text);
+  if (!std::isfinite(value) || value < 0.0)
+    throw Error(fmt::format("{} takes a finite number, zero or above, not {}", option, quote(text)));
+  return value;
+}
+
+std::pair<std::string, std::string> parse_assignment(const std::string& option, const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
+    throw Error(fmt::format("{} takes KEY=VALUE, not {}", option, quote(text)));
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+}  // namespace tandem

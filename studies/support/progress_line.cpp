@@ -1,0 +1,27 @@
+#include <cstdio>
+
+#include <fmt/format.h>
+
+#include <tandem/studies/support/progress_line.hpp>
+
+namespace tandem {
+namespace {
+const char* const kEraseLine = "\r\x1b[K";
+}
+
+ProgressLine::~ProgressLine() {
+  if (shown_) fmt::print(stderr, "{}", kEraseLine);
+}
+
+void ProgressLine::show(const Progress& progress) {
+  const auto now = std::chrono::steady_clock::now();
+  if (shown_ && now - last_ < std::chrono::milliseconds(100)) return;
+  shown_ = true;
+  last_ = now;
+  std::string line = fmt::format("{}iteration {}, cost {:.8g}", what_, progress.iteration, progress.cost);
+  if (progress.violation > 0.0) line += fmt::format(", violation {:.2g}", progress.violation);
+  fmt::print(stderr, "{}{}, {:.1f} s", kEraseLine, line, progress.seconds);
+  std::fflush(stderr);
+}
+
+}  // namespace tandem

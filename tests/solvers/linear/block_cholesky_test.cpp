@@ -1,0 +1,258 @@
+#include <numeric>
+#include <random>
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include <tandem/solvers/linear/block_cholesky.hpp>
+#include <tandem/solvers/linear/block_symbolic.hpp>
+
+#include "allocations.hpp"
+
+namespace tandem::testing {
+namespace {
+
+/// A symmetric matrix by blocks, dense and in the pattern's order.
+struct BlockMatrix {
+  SymmetricPattern pattern;
+  Eigen::MatrixXd dense;
+  Eigen::VectorXd values;
+};
+
+/// Blocks of these sizes; `pairs` (column < row) are the blocks below the diagonal. Positive definite.
+BlockMatrix make_matrix(const std::vector<int>& sizes, const std::vector<std::pair<int, int>>& pairs, unsigned seed) {
+  BlockMatrix m;
+  auto& p = m.pattern;
+  p.first = {0};
+  for (const int size : sizes) p.first.push_back(p.first.back() + size);
+  const int n = p.size();
+  m.dense = Eigen::MatrixXd::Zero(n, n);
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  const auto add = [&](std::vector<int> blocks) {  // JᵀJ of a residual with three rows that reads these blocks
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, n);
+    for (const int b : blocks)
+      for (int u = p.first[std::size_t(b)]; u < p.first[std::size_t(b) + 1]; ++u)
+        for (int r = 0; r < 3; ++r) J(r, u) = normal(random);
+    m.dense += J.transpose() * J;
+  };
+  for (const auto& [column, row] : pairs) add({column, row});
+  for (int b = 0; b < static_cast<int>(sizes.size()); ++b)
+    for (int i = 0; i < 4; ++i) add({b});
+
+  std::vector<std::pair<int, int>> all(pairs);
+  for (int b = 0; b < static_cast<int>(sizes.size()); ++b) all.emplace_back(b, b);
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  p.block_start.assign(sizes.size() + 1, 0);
+  for (const auto& [column, row] : all) {
+    ++p.block_start[std::size_t(column) + 1];
+    p.block_row.push_back(row);
+  }
+  std::partial_sum(p.block_start.begin(), p.block_start.end(), p.block_start.begin());
+  std::vector<double> values;
+  p.column_start = {0};
+  for (std::size_t b = 0; b < sizes.size(); ++b)
+    for (int c = p.first[b]; c < p.first[b + 1]; ++c) {
+      for (int k = p.block_start[b]; k < p.block_start[b + 1]; ++k) {
+        const std::size_t other = std::size_t(p.block_row[std::size_t(k)]);
+        for (int r = p.first[other]; r < p.first[other + 1]; ++r) {
+          p.row.push_back(r);
+          values.push_back(m.dense(r, c));
+        }
+      }
+      p.column_start.push_back(static_cast<int>(p.row.size()));
+    }
+  m.values = Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+  return m;
+}
+
+std::vector<int> random_sizes(int blocks, std::mt19937& random) {
+  std::vector<int> sizes;
+  for (int b = 0; b < blocks; ++b) sizes.push_back(std::vector{6, 3, 1, 2, 6, 9}[random() % 6]);
+  return sizes;
+}
+
+BlockMatrix chain(int blocks, int reach, unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<std::pair<int, int>> pairs;
+  for (int b = 0; b < blocks; ++b)
+    for (int k = 1; k <= reach && b + k < blocks; ++k) pairs.emplace_back(b, b + k);
+  return make_matrix(random_sizes(blocks, random), pairs, seed);
+}
+
+/// A star whose hub comes first (the natural order fills it in completely), with some more pairs at random.
+BlockMatrix star(int blocks, int extra, unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<std::pair<int, int>> pairs;
+  for (int b = 1; b < blocks; ++b) pairs.emplace_back(0, b);
+  for (int i = 0; i < extra; ++i) {
+    const int a = static_cast<int>(random() % unsigned(blocks)), b = static_cast<int>(random() % unsigned(blocks));
+    if (a != b) pairs.emplace_back(std::min(a, b), std::max(a, b));
+  }
+  return make_matrix(random_sizes(blocks, random), pairs, seed);
+}
+
+std::vector<BlockMatrix> matrices() {
+  std::vector<BlockMatrix> all{make_matrix({1}, {}, 1),       make_matrix({6}, {}, 2), make_matrix({3, 3}, {{0, 1}}, 3),
+                               make_matrix({6, 3, 2}, {}, 4), chain(40, 1, 5),         chain(40, 4, 6)};
+  for (unsigned seed = 10; seed < 30; ++seed) all.push_back(star(12, int(seed), seed));
+  return all;
+}
+
+Eigen::VectorXd right_side(Eigen::Index n) {
+  return Eigen::VectorXd::NullaryExpr(n, [](Eigen::Index i) { return std::sin(1.0 + 3.0 * double(i)); });
+}
+
+TEST(BlockCholesky, SolvesAsDenseLltDoes) {
+  for (const BlockMatrix& m : matrices()) {
+    BlockCholesky cholesky(m.pattern);
+    ASSERT_TRUE(cholesky.factorize(m.values));
+    Eigen::VectorXd x = right_side(m.dense.rows());
+    const Eigen::VectorXd expected = m.dense.llt().solve(x);
+    cholesky.solve(x);
+    const Eigen::VectorXd eigenvalues = m.dense.selfadjointView<Eigen::Lower>().eigenvalues();
+    EXPECT_LE((x - expected).norm(), 1e-14 * eigenvalues.maxCoeff() / eigenvalues.minCoeff() * expected.norm());
+  }
+}
+
+TEST(BlockCholesky, ChainsKeepTheirOrderAndStarsDoNot) {
+  const BlockMatrix band = chain(30, 2, 1), wheel = star(30, 0, 2);
+  const detail::BlockSymbolic a = detail::analyze(band.pattern), b = detail::analyze(wheel.pattern);
+  EXPECT_TRUE(std::is_sorted(a.order.begin(), a.order.end()));
+  EXPECT_EQ(a.row.size(), band.pattern.block_row.size()) << "no fill";
+  EXPECT_FALSE(std::is_sorted(b.order.begin(), b.order.end()));
+  EXPECT_EQ(b.row.size(), wheel.pattern.block_row.size()) << "no fill with the hub last";
+  std::vector<int> sorted = b.order;
+  std::sort(sorted.begin(), sorted.end());
+  for (int i = 0; i < 30; ++i) EXPECT_EQ(sorted[std::size_t(i)], i);
+}
+
+TEST(BlockCholesky, CountsTheFactorsEntries) {
+  const BlockMatrix m = make_matrix({2, 3, 1}, {{0, 1}, {1, 2}}, 7);
+  EXPECT_EQ(BlockCholesky(m.pattern).nonzeros(), (3 + 6) + (6 + 3) + 1);
+}
+
+TEST(BlockCholesky, AddsTheShiftToTheDiagonal) {
+  for (const BlockMatrix& m : {chain(10, 2, 3), star(10, 5, 4)}) {
+    const Eigen::Index n = m.dense.rows();
+    const Eigen::VectorXd shift = right_side(n).cwiseAbs() * 10.0, b = right_side(n);
+    BlockCholesky cholesky(m.pattern);
+    ASSERT_TRUE(cholesky.factorize(m.values, shift));
+    Eigen::VectorXd x = b;
+    cholesky.solve(x);
+    const Eigen::MatrixXd shifted = m.dense + Eigen::MatrixXd(shift.asDiagonal());
+    EXPECT_LE((shifted * x - b).norm(), 1e-12 * b.norm());
+    ASSERT_TRUE(cholesky.factorize(m.values));  // the shift does not stay
+    x = b;
+    cholesky.solve(x);
+    EXPECT_LE((m.dense * x - b).norm(), 1e-11 * b.norm());
+  }
+}
+
+TEST(BlockCholesky, NamesTheUnknownOfAFailedPivot) {
+  for (const BlockMatrix& m : {chain(10, 2, 3), star(10, 5, 4)}) {
+    for (const int unknown : {0, 7, m.pattern.size() - 1}) {
+      Eigen::VectorXd shift = Eigen::VectorXd::Zero(m.dense.rows());
+      shift[unknown] = -1e6;
+      BlockCholesky cholesky(m.pattern);
+      EXPECT_FALSE(cholesky.factorize(m.values, shift));
+      EXPECT_EQ(cholesky.failed_unknown(), unknown);
+      EXPECT_TRUE(cholesky.factorize(m.values));
+      EXPECT_EQ(cholesky.failed_unknown(), -1);
+      shift[unknown] = std::numeric_limits<double>::quiet_NaN();
+      EXPECT_FALSE(cholesky.factorize(m.values, shift));
+      EXPECT_EQ(cholesky.failed_unknown(), unknown);
+    }
+  }
+}
+
+/// With P = L⁻ᵀ by columns from solve_transposed: PᵀHP = I, and solve_lower is Pᵀ.
+TEST(BlockCholesky, ItsHalvesWhitenTheMatrix) {
+  for (const BlockMatrix& m : {chain(8, 2, 3), star(8, 5, 4)}) {
+    const Eigen::Index n = m.dense.rows();
+    BlockCholesky cholesky(m.pattern);
+    ASSERT_TRUE(cholesky.factorize(m.values));
+    Eigen::MatrixXd P(n, n), PT(n, n), inverse(n, n);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      Eigen::VectorXd e = Eigen::VectorXd::Unit(n, k), f = e, g = e;
+      cholesky.solve_transposed(e);
+      cholesky.solve_lower(f);
+      cholesky.solve(g);
+      P.col(k) = e;
+      PT.col(k) = f;
+      inverse.col(k) = g;
+    }
+    EXPECT_LE((P.transpose() * m.dense * P - Eigen::MatrixXd::Identity(n, n)).norm(), 1e-11);
+    EXPECT_LE((PT - P.transpose()).norm(), 1e-13 * P.norm());
+    EXPECT_LE((P * PT - inverse).norm(), 1e-13 * inverse.norm());
+  }
+}
+
+TEST(BlockCholesky, FindsPlantedNullDirections) {
+  for (const BlockMatrix& full : {chain(10, 2, 3), star(10, 8, 4)}) {
+    BlockMatrix m = full;
+    const Eigen::Index n = m.dense.rows();
+    BlockCholesky cholesky(m.pattern);
+    EXPECT_TRUE(cholesky.null_space(m.values, 1e-12, 6).empty());
+    // A congruence by D that scales unknowns keeps the pattern; zeros in it plant axis-parallel null
+    // directions.
+    for (const int planted : {3, 11}) {
+      for (int column = 0; column < m.pattern.size(); ++column)
+        for (int k = m.pattern.column_start[std::size_t(column)]; k < m.pattern.column_start[std::size_t(column) + 1];
+             ++k)
+          if (column == planted || m.pattern.row[std::size_t(k)] == planted) m.values[k] = 0.0;
+      m.dense.row(planted).setZero();
+      m.dense.col(planted).setZero();
+    }
+    const auto basis = cholesky.null_space(m.values, 1e-12, 6);
+    ASSERT_EQ(basis.size(), 2u);
+    for (const auto& v : basis) {
+      EXPECT_NEAR(v.norm(), 1.0, 1e-14);
+      EXPECT_LE((m.dense * v).norm(), 1e-12 * m.dense.norm());
+      EXPECT_NEAR(v[3] * v[3] + v[11] * v[11], 1.0, 1e-12);
+    }
+    EXPECT_EQ(cholesky.null_space(m.values, 1e-12, 1).size(), 1u);
+    ASSERT_EQ(m.dense.rows(), n);
+  }
+}
+
+/// Differences along a chain and nothing else: moving all blocks together is free.
+TEST(BlockCholesky, FindsDirectionsThatSpanBlocks) {
+  constexpr int blocks = 20;
+  std::vector<std::pair<int, int>> pairs;
+  for (int b = 0; b + 1 < blocks; ++b) pairs.emplace_back(b, b + 1);
+  BlockMatrix m = make_matrix(std::vector<int>(blocks, 3), pairs, 1);
+  m.dense.setZero();
+  for (int i = 0; i + 3 < 3 * blocks; ++i) {
+    Eigen::VectorXd row = Eigen::VectorXd::Zero(3 * blocks);
+    row[i] = -1.0 - i % 5;
+    row[i + 3] = 1.0 + i % 5;
+    m.dense += row * row.transpose();
+  }
+  for (int c = 0; c < 3 * blocks; ++c)
+    for (int k = m.pattern.column_start[std::size_t(c)]; k < m.pattern.column_start[std::size_t(c) + 1]; ++k)
+      m.values[k] = m.dense(m.pattern.row[std::size_t(k)], c);
+  const auto basis = BlockCholesky(m.pattern).null_space(m.values, 1e-12, 6);
+  ASSERT_EQ(basis.size(), 3u);
+  for (const auto& v : basis) EXPECT_LE((m.dense * v).norm(), 1e-12 * m.dense.norm());
+  EXPECT_EQ(BlockCholesky(m.pattern).null_space(m.values, 1e-12, 2).size(), 2u);
+}
+
+TEST(BlockCholesky, FactorisesAndSolvesWithoutAllocating) {
+  for (const BlockMatrix& m : {chain(30, 2, 3), star(20, 8, 4)}) {
+    BlockCholesky cholesky(m.pattern);
+    Eigen::VectorXd x = right_side(m.dense.rows());
+    const Eigen::VectorXd shift = x.cwiseAbs();
+    const long before = allocations;
+    const bool done = cholesky.factorize(m.values, shift);
+    cholesky.solve(x);
+    cholesky.solve_lower(x);
+    cholesky.solve_transposed(x);
+    EXPECT_EQ(allocations - before, 0);
+    EXPECT_TRUE(done);
+  }
+}
+
+}  // namespace
+}  // namespace tandem::testing

@@ -1,0 +1,281 @@
+#include <algorithm>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/gauss_newton.hpp>
+#include <tandem/solvers/online/online_estimator.hpp>
+
+#include "problem/tracking/simulated_run.hpp"
+
+/// A target by odometry and measurements that come in line by line, against the batch problem of all of them.
+namespace tandem {
+namespace {
+
+using testing::every;
+using ::testing::HasSubstr;
+using testing::SimulatedRun;
+using testing::Simulation;
+
+/// Odometry from the first to the last measurement alone, where a window begins and ends too.
+TrackingData cropped(TrackingData d) {
+  double first = HUGE_VAL, last = -HUGE_VAL;
+  for (const TargetSensor& sensor : d.sensors)
+    for (const Measurement& m : sensor.measurements) {
+      first = std::min(first, sensor.valid_at(m));
+      last = std::max(last, m.t);
+    }
+  std::vector<Stamped<SE3>> odometry = {{first, *pose_at(d.odometry, first)}};
+  for (const Stamped<SE3>& x : d.odometry)
+    if (x.t > first + kSameInstant && x.t < last - kSameInstant) odometry.push_back(x);
+  odometry.push_back({last, *pose_at(d.odometry, last)});
+  d.odometry = odometry;
+  return d;
+}
+
+struct Line {
+  double t;
+  int sensor;  ///< -1: odometry
+  std::size_t index;
+};
+
+/// In the order of the stamps; of one stamp, odometry first or last.
+std::vector<Line> lines(const TrackingData& d, bool odometry_first = true) {
+  std::vector<Line> result;
+  for (std::size_t i = 0; i < d.odometry.size(); ++i) result.push_back({d.odometry[i].t, -1, i});
+  for (std::size_t s = 0; s < d.sensors.size(); ++s)
+    for (std::size_t i = 0; i < d.sensors[s].measurements.size(); ++i)
+      result.push_back({d.sensors[s].measurements[i].t, int(s), i});
+  std::stable_sort(result.begin(), result.end(), [&](const Line& a, const Line& b) {
+    if (a.t != b.t) return a.t < b.t;
+    return odometry_first ? a.sensor < b.sensor : a.sensor > b.sensor;
+  });
+  return result;
+}
+
+std::optional<std::string> give(const TrackingData& d, const Line& line, OnlineEstimator& estimator) {
+  if (line.sensor < 0) return estimator.add_odometry(d.odometry[line.index]);
+  const auto s = std::size_t(line.sensor);
+  return estimator.add_target(s, d.sensors[s].measurements[line.index]);
+}
+
+OnlineOptions exactly(const TrackingOptions& tracking, double window = 1e3) {
+  OnlineOptions options;
+  options.tracking = tracking;
+  options.lag.window = window;
+  options.lag.max_iterations = 50;
+  options.lag.cost_tolerance = 1e-12;
+  return options;
+}
+
+void run(const TrackingData& d, OnlineEstimator& estimator, bool odometry_first = true) {
+  for (const Line& line : lines(d, odometry_first)) {
+    const auto refused = give(d, line, estimator);
+    EXPECT_FALSE(refused) << *refused;
+  }
+  estimator.finish();
+}
+
+TrackingProblem batch(const TrackingData& d, const TrackingOptions& options) {
+  TrackingProblem problem = make_tracking_problem(d, options);
+  const Summary summary = solve(problem.problem, GaussNewtonOptions{});
+  EXPECT_TRUE(summary.converged()) << summary.message;
+  return problem;
+}
+
+void expect_same(const OnlineEstimator& estimator, const TrackingProblem& all, double tolerance = 1e-4) {
+  const std::size_t last = all.keyframes.size() - 1;
+  ASSERT_NEAR(estimator.newest(), all.keyframes[last].t, 1e-9);
+  EXPECT_EQ(estimator.keyframes(), all.keyframes.size());
+  EXPECT_LE((estimator.chaser().pose.inverse() * all.chaser_pose(last)).Log().norm(), tolerance);
+  const TargetState a = estimator.target().value(), b = all.target_state(last);
+  EXPECT_LE((a.position - b.position).norm(), tolerance);
+  ASSERT_EQ(a.rotation.has_value(), b.rotation.has_value());
+  if (a.rotation) {
+    EXPECT_LE((a.rotation->inverse() * *b.rotation).Log().norm(), tolerance);
+  }
+}
+
+TEST(OnlineTarget, AWindowLongerThanTheRunIsTheBatchEstimate) {
+  Simulation simulation;
+  simulation.noise = 1.0;
+  const TrackingData d = cropped(simulation.data());
+  std::vector<std::pair<std::string, TrackingOptions>> cases(6);
+  cases[0].first = "mode A";
+  cases[1].first = "mode B, boundary";
+  cases[1].second.mode = Mode::B;
+  cases[2].first = "mode B, direct";
+  cases[2].second.mode = Mode::B;
+  cases[2].second.junction = Junction::direct;
+  cases[3].first = "white noise on acceleration";
+  cases[3].second.model = MotionModel::white_noise_acceleration;
+  cases[4].first = "constant velocity";
+  cases[4].second.model = MotionModel::constant_velocity;
+  cases[5].first = "robust";
+  cases[5].second.loss = Huber(2.0);
+  TrackingData noisy = d;
+  noisy.noise.constant_velocity.setConstant(0.1);
+  for (const auto& [name, options] : cases) {
+    SCOPED_TRACE(name);
+    OnlineEstimator estimator(noisy, {}, exactly(options));
+    run(noisy, estimator);
+    expect_same(estimator, batch(noisy, options));
+  }
+}
+
+TEST(OnlineTarget, InThePlane) {
+  SimulatedRun simulation;
+  simulation.planar = true;
+  TrackingData d = simulation.data({{.name = "camera", .type = SensorType::pose}}, every(1.5, 0.5, 11.9));
+  for (Measurement& m : d.sensors[0].measurements)
+    m.position.head<2>() += 0.1 * Vector<2>(std::sin(m.t), std::cos(2 * m.t));
+  d = cropped(d);
+  OnlineEstimator estimator(d, {}, exactly({}));
+  run(d, estimator);
+  expect_same(estimator, batch(d, {}));
+}
+
+TEST(OnlineTarget, CovariancesAreThoseOfTheBatchEstimate) {
+  Simulation simulation;
+  const TrackingData d = cropped(simulation.data());
+  OnlineEstimator estimator(d, {}, exactly({}));
+  run(d, estimator);
+  const auto c = estimator.covariance();
+  ASSERT_EQ(c.joint.rows(), 12);
+  EXPECT_EQ(c.velocity.size(), 0);
+  EXPECT_LE((c.joint.topLeftCorner(6, 6) - c.chaser).norm(), 1e-12);
+  EXPECT_LE((c.joint.bottomRightCorner(6, 6) - c.target).norm(), 1e-12);
+  EXPECT_GT(c.target.trace(), 0);
+}
+
+/// Of the run with a range beside each position, all but one in time.
+struct Late {
+  TrackingData data;
+  Measurement late;
+
+  explicit Late(double t) {
+    SimulatedRun simulation;
+    data =
+        simulation.data({{.name = "camera", .type = SensorType::pose}, {.name = "ranger", .type = SensorType::range}},
+                        every(1.0, 0.0, 12.0));
+    for (Measurement& m : data.sensors[0].measurements)
+      m.position += 0.1 * Vector<3>(std::sin(m.t), std::cos(2 * m.t), 0);
+    late = simulation.measure(data.sensors[1], t);
+    late.range += 0.05;
+    std::erase_if(data.sensors[1].measurements, [&](const Measurement& m) { return m.t == t; });
+  }
+};
+
+TEST(OnlineTarget, ALateMeasurementAtAKeyframeCountsAsInTheBatch) {
+  Late run_with(7.0);
+  OnlineEstimator estimator(run_with.data, {}, exactly({}));
+  for (const Line& line : lines(run_with.data)) give(run_with.data, line, estimator);
+  const Vector<3> before = estimator.target()->position;
+  const auto refused = estimator.add_target(1, run_with.late);
+  EXPECT_FALSE(refused) << *refused;
+  estimator.finish();
+  EXPECT_GT((estimator.target()->position - before).norm(), 1e-5);
+  auto& ranges = run_with.data.sensors[1].measurements;
+  ranges.insert(ranges.begin() + 7, run_with.late);
+  expect_same(estimator, batch(run_with.data, {}));
+}
+
+TEST(OnlineTarget, ALateMeasurementBetweenKeyframes) {
+  Late run_with(7.4);
+  OnlineEstimator estimator(run_with.data, {}, exactly({}));
+  for (const Line& line : lines(run_with.data)) give(run_with.data, line, estimator);
+  const Vector<3> before = estimator.target()->position;
+  const std::size_t keyframes = estimator.keyframes();
+  const auto refused = estimator.add_target(1, run_with.late);
+  EXPECT_FALSE(refused) << *refused;
+  estimator.finish();
+  EXPECT_EQ(estimator.keyframes(), keyframes);
+  EXPECT_GT((estimator.target()->position - before).norm(), 1e-6);
+  auto& ranges = run_with.data.sensors[1].measurements;
+  ranges.insert(ranges.begin() + 8, run_with.late);
+  const TrackingProblem all = batch(run_with.data, {});  // with a keyframe more, whose motion is as free
+  EXPECT_LE((estimator.target()->position - all.target_state(all.keyframes.size() - 1).position).norm(), 0.02);
+}
+
+TEST(OnlineTarget, OneOlderThanTheWindowIsRefused) {
+  Late run_with(2.0);
+  OnlineEstimator estimator(run_with.data, {}, exactly({}, 4.0));
+  for (const Line& line : lines(run_with.data)) give(run_with.data, line, estimator);
+  const double cost = estimator.cost();
+  EXPECT_THAT(estimator.add_target(1, run_with.late).value_or("taken"),
+              HasSubstr("ranger: the measurement valid at 2.000000 s is older than the window, which begins at "));
+  EXPECT_EQ(estimator.cost(), cost);
+}
+
+TEST(OnlineTarget, WithinTheWindowTheOrderOfOneInstantsLinesDoesNotMatter) {
+  Simulation simulation;
+  simulation.noise = 1.0;
+  simulation.usbl_period = 1.85;  // some at the same stamps as odometry
+  const TrackingData d = cropped(simulation.data());
+  OnlineEstimator a(d, {}, exactly({}, 8.0)), b(d, {}, exactly({}, 8.0));
+  run(d, a, true);
+  run(d, b, false);
+  EXPECT_EQ(a.newest(), b.newest());
+  EXPECT_EQ(a.keyframes(), b.keyframes());
+  EXPECT_LE((a.target()->position - b.target()->position).norm(), 1e-7);
+}
+
+TEST(OnlineTarget, TheWindowStaysAsLargeAsItIs) {
+  Simulation simulation;
+  simulation.duration = 150;
+  simulation.optical = false;
+  const TrackingData d = cropped(simulation.data());
+  OnlineOptions options;
+  options.lag.window = 10;
+  OnlineEstimator estimator(d, {}, options);
+  std::size_t updates = 0, most = 0;
+  estimator.on_update = [&](const OnlineUpdate& u) {
+    EXPECT_NE(u.summary.status, Status::failed);
+    ++updates;
+    most = std::max(most, estimator.keyframes());
+    EXPECT_GE(estimator.oldest(), estimator.newest() - 10 - 1e-9);
+    EXPECT_EQ(estimator.window().size(), estimator.keyframes());
+  };
+  run(d, estimator);
+  EXPECT_GE(updates, 149u);
+  EXPECT_LE(most, 22u) << "one a second and one a fix";
+  EXPECT_LE((estimator.target()->position - Simulation::target(estimator.newest()).translation()).norm(), 0.1);
+}
+
+TEST(OnlineTarget, TimesThatRunBackwardsAreRefused) {
+  const TrackingData d = cropped(Simulation().data());
+  OnlineEstimator estimator(d, {}, {});
+  EXPECT_FALSE(estimator.add_odometry(d.odometry[1]));
+  EXPECT_THAT(estimator.add_odometry(d.odometry[0]).value_or("taken"), HasSubstr("is not later than the one before"));
+  EXPECT_THAT(estimator.add_odometry(d.odometry[1]).value_or("taken"), HasSubstr("is not later than the one before"));
+  EXPECT_THAT(estimator.add_imu({0, {}, {}}).value_or("taken"), HasSubstr("there is no such sensor here"));
+  EXPECT_THAT(estimator.add_ego(0, {}).value_or("taken"), HasSubstr("there is no such sensor of the chaser here"));
+  EXPECT_THAT(estimator.add_target(7, {}).value_or("taken"), HasSubstr("there is no such sensor of a target here"));
+}
+
+TEST(OnlineTarget, OptionsThatCannotWork) {
+  const TrackingData d = Simulation().data();
+  const auto refusal = [&](const TrackingOptions& tracking) -> std::string {
+    OnlineOptions options;
+    options.tracking = tracking;
+    try {
+      OnlineEstimator estimator(d, {}, options);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "nothing";
+  };
+  EXPECT_THAT(refusal({.model = MotionModel::steady_course}), HasSubstr("no window to estimate in"));
+  EXPECT_THAT(refusal({.roll_pitch = Role::hard}), HasSubstr("takes soft constraints only"));
+  EXPECT_THAT(refusal({.non_holonomic = Role::hard}), HasSubstr("takes soft constraints only"));
+  EXPECT_THAT(refusal({.max_yaw_rate = 0.1}), HasSubstr("takes soft constraints only"));
+  EXPECT_EQ(refusal({.max_yaw_rate = 0.1, .limits = Role::soft}), "nothing");
+  EXPECT_THROW(OnlineEstimator(TrackingData(), {}, {}), Error);
+  TrackingData planar = d;
+  planar.planar = true;
+  EXPECT_THROW(OnlineEstimator(planar, NavigationData(), {}), Error);
+}
+
+}  // namespace
+}  // namespace tandem

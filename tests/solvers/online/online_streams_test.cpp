@@ -1,0 +1,171 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/problem/tracking/ego_track.hpp>
+#include <tandem/solvers/gauss_newton.hpp>
+#include <tandem/solvers/online/online_estimator.hpp>
+
+#include "problem/tracking/level_turn.hpp"
+
+/// The chaser's own sensors as they come in, alone and with a target, against the batch problems.
+namespace tandem {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::LevelTurn;
+
+OnlineOptions exactly(const LevelTurn& turn, double window = 1e3) {
+  OnlineOptions options;
+  options.start = turn.start();
+  options.lag.window = window;
+  options.lag.max_iterations = 50;
+  options.lag.cost_tolerance = 1e-12;
+  return options;
+}
+
+/// With errors of one sigma or so.
+NavigationData noisy(const LevelTurn& turn) {
+  NavigationData data = turn.data();
+  for (EgoSensor& sensor : data.sensors)
+    for (std::size_t i = 0; i < sensor.measurements.size(); ++i)
+      sensor.measurements[i].value +=
+          sensor.sigma[0] * Vector<3>(std::sin(double(i)), std::cos(3. * double(i)), std::sin(2. + double(i)));
+  return data;
+}
+
+TEST(OnlineEgo, AWindowLongerThanTheRunIsTheBatchEstimate) {
+  const LevelTurn turn;
+  const NavigationData data = noisy(turn);
+  OnlineEstimator estimator(TrackingData(), data, exactly(turn));
+  replay(data, HUGE_VAL, estimator);
+  const auto window = estimator.window();
+  ASSERT_EQ(window.size(), 21u);
+  NavigationProblem batch = make_navigation_problem(data, window, turn.start());
+  ASSERT_TRUE(solve(batch.problem, GaussNewtonOptions{}).converged());
+  for (std::size_t k = 0; k < window.size(); ++k) {
+    const EgoState &a = window[k].value, b = batch.state(k);
+    EXPECT_LE((a.pose.inverse() * b.pose).Log().norm(), 2e-4) << k;
+    EXPECT_LE((a.velocity - b.velocity).norm(), 2e-4) << k;
+  }
+  EXPECT_GE(turn.largest_error(batch), 5e-3) << "the noise counts";
+}
+
+TEST(OnlineEgo, AnImuThatStopsIsCoastedOn) {
+  LevelTurn turn;
+  turn.duration = 30;
+  NavigationData data = turn.data();
+  std::erase_if(data.imu->samples, [](const ImuSample& s) { return s.t > 14.7; });
+  OnlineEstimator estimator(TrackingData(), data, exactly(turn, 10));
+  replay(data, HUGE_VAL, estimator);
+  EXPECT_GE(estimator.newest(), 29.0);
+  EXPECT_FALSE(estimator.splits().empty());
+  const SE3 off = LevelTurn::pose(estimator.newest()).inverse() * estimator.chaser().pose;
+  EXPECT_LE(off.translation().norm(), 0.5);
+  EXPECT_LE(off.rotation().Log().norm(), 0.1);
+}
+
+TEST(OnlineEgo, RefusesWhatIsTooLateOrRunsBackwards) {
+  const LevelTurn turn;
+  const NavigationData data = turn.data();
+  OnlineEstimator estimator(TrackingData(), data, exactly(turn, 5));
+  replay(data, HUGE_VAL, estimator);
+  EXPECT_THAT(estimator.add_imu(data.imu->samples[100]).value_or("taken"),
+              HasSubstr("imu: the sample at 2.000000 s is not later than the one before"));
+  EXPECT_THAT(estimator.add_ego(0, data.sensors[0].measurements[3]).value_or("taken"),
+              HasSubstr("is older than the window, which begins at"));
+  EXPECT_THAT(estimator.add_odometry({21, SE3()}).value_or("taken"), HasSubstr("moves by its own sensors here"));
+}
+
+/// A measurement late by less than the window says the same as in time.
+TEST(OnlineEgo, ALateOneCounts) {
+  const LevelTurn turn;
+  const NavigationData data = noisy(turn);
+  NavigationData all_but_one = data;
+  auto& gps = all_but_one.sensors[2].measurements;
+  const EgoMeasurement late = gps[4];
+  gps.erase(gps.begin() + 4);
+  OnlineEstimator in_time(TrackingData(), data, exactly(turn)), with_late(TrackingData(), all_but_one, exactly(turn));
+  replay(data, HUGE_VAL, in_time);
+  replay(all_but_one, HUGE_VAL, with_late);
+  const auto off = [&] { return (in_time.chaser().pose.translation() - with_late.chaser().pose.translation()).norm(); };
+  const double before = off();
+  EXPECT_FALSE(with_late.add_ego(2, late));
+  with_late.finish();
+  EXPECT_LE(off(), 1e-5);
+  EXPECT_GT(before, 10 * off());
+}
+
+/// A heading that nothing measures comes from GPS as the vehicle moves.
+TEST(OnlineEgo, AlignFindsTheHeadingFromGps) {
+  LevelTurn turn;
+  turn.duration = 40;
+  NavigationData data = turn.data();
+  std::erase_if(data.sensors, [](const EgoSensor& s) { return s.type == EgoSensorType::heading; });
+  ASSERT_TRUE(coarse_alignment(data).heading_unknown);
+  const Alignment found = align(data, 30, OnlineOptions());
+  OnlineOptions options;
+  options.start = found;
+  OnlineEstimator estimator(TrackingData(), data, options);
+  replay(data, HUGE_VAL, estimator);
+  const SE3 truth = LevelTurn::pose(estimator.newest());
+  EXPECT_LE((truth.rotation().inverse() * estimator.chaser().pose.rotation()).Log().norm(), 0.1);
+}
+
+SE3 vessel(double t) {
+  return SE3(SO3::Exp({0, 0, 1}), Vector<3>(20, 5, 0)) * SE3::Exp((Vector<6>() << 1, 0, 0, 0, 0, 0.02).finished() * t);
+}
+
+TrackingData fixes(const LevelTurn& turn) {
+  TrackingData d;
+  d.noise.constant_twist = Vector<6>(0.02, 0.02, 0.02, 0.005, 0.005, 0.005);
+  TargetSensor usbl{.name = "usbl", .type = SensorType::position, .sigma = Vector<3>::Constant(0.2)};
+  for (int i = 0; i <= int(turn.duration); i += 2)
+    usbl.measurements.push_back({.t = double(i),
+                                 .position = LevelTurn::pose(i).inverse().act(vessel(i).translation()) +
+                                             0.2 * Vector<3>(std::sin(3. * i), std::cos(5. * i), std::sin(1. + i))});
+  d.sensors = {usbl};
+  return d;
+}
+
+TEST(OnlineEgo, WithATargetItIsTheJointBatchEstimate) {
+  const LevelTurn turn;
+  const NavigationData data = noisy(turn);
+  TrackingData tracking = fixes(turn);
+  OnlineEstimator estimator(tracking, data, exactly(turn));
+  auto fix = tracking.sensors[0].measurements.begin();
+  const auto fixes_to = [&](double t) {
+    for (; fix != tracking.sensors[0].measurements.end() && fix->t <= t; ++fix) {
+      const auto refused = estimator.add_target(0, *fix);
+      EXPECT_FALSE(refused) << *refused;
+    }
+  };
+  auto sample = data.imu->samples.begin();
+  for (const EgoEvent& event : in_time_order(data.sensors)) {
+    for (; sample != data.imu->samples.end() && sample->t <= event.t; ++sample) {
+      fixes_to(sample->t);
+      estimator.add_imu(*sample);
+    }
+    estimator.add_ego(event.sensor, data.sensors[event.sensor].measurements[event.index]);
+  }
+  for (; sample != data.imu->samples.end(); ++sample) {
+    fixes_to(sample->t);
+    estimator.add_imu(*sample);
+  }
+  estimator.finish();
+  ASSERT_TRUE(estimator.has_target());
+  ASSERT_NEAR(estimator.newest(), 20, 1e-9);
+
+  const auto window = estimator.window();
+  for (const auto& [t, state] : window) tracking.odometry.push_back({t, state.pose});
+  tracking.ego = std::make_shared<const EgoTrack>(EgoTrack{data, turn.start(), window, {}});
+  TrackingProblem batch = make_tracking_problem(tracking);
+  ASSERT_TRUE(solve(batch.problem, GaussNewtonOptions{}).converged());
+  ASSERT_EQ(batch.keyframes.size(), window.size());
+  const std::size_t last = window.size() - 1;
+  EXPECT_LE((batch.chaser_pose(last).inverse() * estimator.chaser().pose).Log().norm(), 1e-3);
+  EXPECT_LE((batch.target_state(last).position - estimator.target()->position).norm(), 1e-3);
+  EXPECT_LE((batch.target_state(last).position - vessel(20).translation()).norm(), 0.5);
+}
+
+}  // namespace
+}  // namespace tandem

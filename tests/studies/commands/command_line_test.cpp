@@ -1,0 +1,377 @@
+#include <csignal>
+#include <map>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <pty.h>
+
+#include <tandem/studies/estimation/estimate.hpp>
+#include <tandem/studies/scenario/table.hpp>
+
+#include "run_tandem.hpp"
+#include "shared_data.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using testing::StartsWith;
+using testing::UnorderedElementsAre;
+using Json = nlohmann::json;
+
+std::vector<std::string> files(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) names.push_back(entry.path().filename());
+  return names;
+}
+
+/// One sentence on standard error, nothing on standard output, and no trace of the output folder.
+std::string refusal(std::vector<std::string> arguments) {
+  const ScratchFolder scratch;
+  if (arguments.size() > 1) arguments.insert(arguments.begin() + 1, {"--out", (scratch.path() / "out").string()});
+  const Outcome run = run_tandem(arguments);
+  EXPECT_EQ(run.status, 1) << run.errors;
+  EXPECT_EQ(run.output, "");
+  EXPECT_THAT(run.errors, ContainsRegex("^tandem: [^\n]+\n$")) << "one line";
+  EXPECT_THAT(files(scratch.path()), UnorderedElementsAre());
+  return run.errors;
+}
+
+TEST(CommandLine, SaysWhatItIsAndHas) {
+  EXPECT_THAT(run_tandem({"--version"}).output, ContainsRegex("^tandem [0-9]+\\.[0-9]+\\.[0-9]+\n$"));
+  EXPECT_THAT(run_tandem({"scenarios"}).output, ContainsRegex("docking_a +Simulated"));
+  const Outcome help = run_tandem({"estimate", "--help"});
+  EXPECT_EQ(help.status, 0);
+  for (const char* option :
+       {"--solver", "--roll-pitch", "--non-holonomic", "--surge", "--yaw-rate", "--limits", "--loss", "--noise",
+        "--ipopt", "--max-keyframes", "--out", "--quiet", "--json", "Exit status"})
+    EXPECT_THAT(help.output, HasSubstr(option));
+}
+
+TEST(CommandLine, EstimatesTheBuiltInScenario) {
+  const ScratchFolder scratch;
+  const auto out = scratch.path() / "out";
+  const Outcome run = run_tandem({"estimate", "docking_a", "--out", out.string()});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  EXPECT_EQ(run.errors, "") << "no progress where nobody watches";
+  EXPECT_THAT(run.output, HasSubstr("docking_a, constant-twist, mode A: 1538 keyframes, 5394 residual blocks"));
+  EXPECT_THAT(run.output, ContainsRegex("usbl +158 +1\\.57[0-9] ± 0\\.76[0-9] +11\\.[0-9]+ +2\\.668 ± 1\\.185\n"));
+  EXPECT_THAT(run.output, ContainsRegex("optical +624 +0\\.097 ± 0\\.044 "));
+  EXPECT_THAT(run.output, ContainsRegex("gated +756 "));
+  EXPECT_THAT(files(out),
+              UnorderedElementsAre("chaser.tum", "target.tum", "chaser_full.csv", "target_full.csv", "errors.csv",
+                                   "weights.csv", "summary.json", "trajectories.svg", "errors.svg", "error_norms.svg"));
+  EXPECT_EQ(poses(read_tum(out / "chaser.tum")).size(), 1538u);
+  EXPECT_EQ(poses(read_tum(out / "target.tum")).size(), 1538u);
+  const Json summary = Json::parse(read_file(out / "summary.json"));
+  EXPECT_EQ(summary["status"], "converged");
+  EXPECT_LE(summary["cost"], 1726.416524 * (1 + 1e-6));
+}
+
+/// Rows of a CSV file by the names of its columns; an empty cell is not there.
+std::vector<std::map<std::string, std::string>> read_rows(const std::filesystem::path& file) {
+  const auto cells = [](const std::string& line) {
+    std::vector<std::string> result;
+    std::istringstream row(line + ",");
+    for (std::string cell; std::getline(row, cell, ',');) result.push_back(cell);
+    return result;
+  };
+  std::istringstream lines(read_file(file));
+  std::string line;
+  std::getline(lines, line);
+  const std::vector<std::string> names = cells(line);
+  std::vector<std::map<std::string, std::string>> rows;
+  while (std::getline(lines, line)) {
+    const std::vector<std::string> row = cells(line);
+    EXPECT_EQ(row.size(), names.size()) << line;
+    auto& named = rows.emplace_back();
+    for (std::size_t i = 0; i < std::min(row.size(), names.size()); ++i)
+      if (!row[i].empty()) named[names[i]] = row[i];
+  }
+  return rows;
+}
+
+/// The share of docking_a's position errors within n σ, by type of keyframe, is what σ promises: 68.3 % and 99.7 % of
+/// independent Gaussian errors (here 74 % and 100 % where optical, 68 % and 99.6 % where USBL).
+TEST(CommandLine, BoundsHoldTheErrorsThatTheyPromise) {
+  const ScratchFolder scratch;
+  ASSERT_EQ(run_tandem({"estimate", "docking_a", "--plots", "off", "--out", scratch.path().string()}).status, 0);
+  const auto rows = read_rows(scratch.path() / "errors.csv");
+  for (const std::string type : {"optical", "usbl"}) {
+    SCOPED_TRACE(type);
+    int n = 0, within_one = 0, within_three = 0;
+    for (const auto& row : rows)
+      for (const std::string axis : {"x", "y", "z"}) {
+        if (row.at("type") != type) continue;
+        const double error = std::abs(std::stod(row.at("error_" + axis + "_m")));
+        const double bound = std::stod(row.at("three_sigma_" + axis + "_m"));
+        ++n;
+        within_one += error <= bound / 3;
+        within_three += error <= bound;
+      }
+    EXPECT_EQ(n, type == "optical" ? 3 * 624 : 3 * 158);
+    EXPECT_NEAR(double(within_one) / n, 0.683, 0.08);
+    EXPECT_GE(double(within_three) / n, 0.99);
+  }
+  for (const char* file : {"chaser_full.csv", "target_full.csv"}) {
+    const auto full = read_rows(scratch.path() / file);
+    ASSERT_EQ(full.size(), 1538u);
+    for (const auto& row : full) ASSERT_EQ(row.size(), 50u) << "nothing is missing";
+    EXPECT_GT(std::stod(full[9].at("c66")), 0);
+  }
+}
+
+/// Real fixes, each fifth held out. The scenario's sigmas are generous; these are the scatter of the fixes that stay in
+/// about the line between their neighbours (1.48 times the median deviation).
+TEST(CommandLine, PredictionsCoverHeldOutFixes) {
+  TANDEM_NEEDS_SHARED(10);
+  const ScratchFolder scratch;
+  const Outcome run =
+      run_tandem({"estimate", shared_path("data/usbl_ugps").string(), "--mode", "B", "--robust", "--hold-out", "5",
+                  "--noise", "usbl=0.036,0.0033,0.003", "--plots", "off", "--json", "--out", scratch.path().string()});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  const Json summary = Json::parse(run.output);
+  const Json& held_out = summary["held_out"]["usbl"];
+  EXPECT_EQ(held_out["n"], 344);
+  EXPECT_GT(held_out["inliers"], 300);
+  for (const char* share : {"inlier_rows_in_95_percent", "inliers_in_95_percent"}) {
+    EXPECT_GE(held_out[share], 90) << share;
+    EXPECT_LE(held_out[share], 98) << share;
+  }
+  EXPECT_EQ(read_rows(scratch.path() / "held_out.csv").size(), 344u);
+  EXPECT_EQ(read_rows(scratch.path() / "weights.csv").size(), summary["sensors"]["usbl"]["down_weighted"]);
+}
+
+TEST(CommandLine, JsonIsAllThereIsOnStandardOutput) {
+  const ScratchFolder scratch;
+  const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "250", "--json", "--plots", "off",
+                                  "--out", scratch.path().string()});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  EXPECT_EQ(Json::parse(run.output)["keyframes"], 250);
+  EXPECT_EQ(run.output, read_file(scratch.path() / "summary.json"));
+  EXPECT_THAT(files(scratch.path()),
+              UnorderedElementsAre("chaser.tum", "target.tum", "chaser_full.csv", "target_full.csv", "errors.csv",
+                                   "weights.csv", "summary.json"));
+}
+
+TEST(CommandLine, WhatALibraryPrintsGoesToStandardError) {
+  if (!ipopt_available()) return;  // the others print nothing
+  const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "40", "--json", "--solver", "ipopt",
+                                  "--hessian", "exact", "--ipopt", "print_level=5"});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  EXPECT_EQ(Json::parse(run.output)["solver"], "ipopt");
+  EXPECT_THAT(run.errors, HasSubstr("Ipopt"));
+}
+
+TEST(CommandLine, QuietIsSilent) {
+  const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "250", "--quiet"});
+  EXPECT_EQ(run.status, 0);
+  EXPECT_EQ(run.output + run.errors, "");
+}
+
+TEST(CommandLine, EverySolverFindsTheSameEstimate) {
+  const auto solve = [](const std::string& solver) {
+    const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "24", "--json", "--solver", solver});
+    EXPECT_EQ(run.status, 0) << solver << ": " << run.errors;
+    return Json::parse(run.output);
+  };  // 288 unknowns: the dense algorithms take them too
+  const double cost = solve("gauss-newton")["cost"];
+  EXPECT_GT(cost, 0.0);
+  EXPECT_NEAR(solve("augmented-lagrangian")["cost"], cost, 1e-6 * cost);
+  if (ipopt_available()) {
+    const Json ipopt = solve("ipopt");
+    EXPECT_EQ(ipopt["solver"], "ipopt");
+    EXPECT_NEAR(ipopt["cost"], cost, 1e-6 * cost);
+  } else {
+    EXPECT_THAT(refusal({"estimate", "docking_a", "--solver", "ipopt"}), HasSubstr("without Ipopt"));
+  }
+  if (nlopt_algorithms().empty()) {
+    EXPECT_THAT(refusal({"estimate", "docking_a", "--solver", "nlopt:lbfgs"}), HasSubstr("no NLopt"));
+  }
+  for (const std::string& algorithm : nlopt_algorithms()) {
+    const Json nlopt = solve("nlopt:" + algorithm);
+    EXPECT_NEAR(nlopt["cost"], cost, 1e-4 * cost) << algorithm;
+  }
+}
+
+TEST(CommandLine, HardConstraintsAreHeldAndOptionsReachTheProblem) {
+  const auto blocks = [](std::vector<std::string> options) -> int {
+    std::vector<std::string> arguments = {"estimate", "docking_a", "--max-keyframes", "200", "--json"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const Outcome run = run_tandem(arguments);
+    EXPECT_EQ(run.status, 0) << run.errors;
+    return Json::parse(run.output)["residual_blocks"];
+  };
+  const int plain = blocks({});
+  EXPECT_EQ(blocks({"--roll-pitch", "off"}), plain - 200);
+  EXPECT_EQ(blocks({"--non-holonomic", "soft"}), plain + 199);
+  EXPECT_EQ(blocks({"--surge", "-1,2.5", "--yaw-rate", "0.5", "--limits", "soft"}), plain + 2 * 199);
+  EXPECT_THAT(refusal({"estimate", "docking_a", "--non-holonomic", "hard"}), HasSubstr("gauss-newton takes soft"));
+  for (const char* solver : {"augmented-lagrangian", "ipopt"}) {
+    if (std::string(solver) == "ipopt" && !ipopt_available()) continue;
+    const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "200", "--json", "--solver", solver,
+                                    "--non-holonomic", "hard", "--roll-pitch", "hard", "--surge", "0,inf"});
+    EXPECT_EQ(run.status, 0) << run.errors;
+    EXPECT_LE(Json::parse(run.output)["max_violation"], 1e-6);
+  }
+}
+
+TEST(CommandLine, LossAndNoiseChangeTheCost) {
+  const auto cost = [](std::vector<std::string> options) -> double {
+    std::vector<std::string> arguments = {"estimate", "--json", "--max-keyframes", "250"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    arguments.push_back("docking_a");
+    const Outcome run = run_tandem(arguments);
+    EXPECT_EQ(run.status, 0) << run.errors;
+    return Json::parse(run.output)["cost"];
+  };
+  const double plain = cost({});
+  EXPECT_LT(cost({"--loss", "huber:0.5"}), plain);
+  EXPECT_LT(cost({"--noise", "usbl=5,5,5", "--noise", "constant_twist=1,1,1,1,1,1"}), plain);
+}
+
+TEST(CommandLine, WhatDoesNotConvergeIsWrittenAndMarked) {
+  const ScratchFolder scratch;
+  const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "250", "--max-iterations", "1", "--out",
+                                  (scratch.path() / "out").string()});
+  EXPECT_EQ(run.status, 2);
+  EXPECT_THAT(run.output, HasSubstr("NOT CONVERGED: "));
+  EXPECT_THAT(run.errors, StartsWith("tandem: gauss-newton did not converge (max-iterations): "));
+  EXPECT_EQ(Json::parse(read_file(scratch.path() / "out" / "summary.json"))["status"], "max-iterations");
+  EXPECT_EQ(poses(read_tum(scratch.path() / "out" / "target.tum")).size(), 250u);
+  EXPECT_EQ(run_tandem({"estimate", "docking_a", "--time-limit", "0", "--quiet"}).status, 2);
+}
+
+TEST(CommandLine, AnUnconstrainedVariableIsNamed) {
+  const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "1", "--json"});
+  EXPECT_EQ(run.status, 2);
+  EXPECT_EQ(Json::parse(run.output)["status"], "unconstrained");
+  EXPECT_THAT(run.errors, HasSubstr("target 0 in rotation about z"));
+}
+
+TEST(CommandLine, AnInterruptEndsTheSolveAtItsBestPoint) {
+  const ScratchFolder scratch;
+  // A scenario long enough for the interrupt to come in time: 2,000 s at 10 keyframes a second, with a solver
+  // that takes many iterations; standard error is a terminal, where the progress line tells that it solves.
+  write_small_scenario(scratch);
+  std::ostringstream odometry, usbl;
+  usbl << "t,x,y,z\n";
+  for (int k = 0; k <= 20000; ++k) {
+    odometry << 0.1 * k << " " << 0.1 * k << " 0 0 0 0 0 1\n";
+    if (k % 20 == 0) usbl << 0.1 * k << "," << 5 + k % 3 << "," << k % 7 << ",0\n";
+  }
+  scratch.write("chaser_odometry.tum", odometry.str());
+  scratch.write("usbl.csv", usbl.str());
+  std::filesystem::remove(scratch.path() / "optical.csv");
+  int terminal = -1, error_fd = -1;
+  ASSERT_EQ(openpty(&terminal, &error_fd, nullptr, nullptr, nullptr), 0);
+  const std::string solver = nlopt_algorithms().empty() ? "gauss-newton" : "nlopt:lbfgs";
+  const pid_t child = start_tandem(
+      {"estimate", scratch.path().string(), "--solver", solver, "--json", "--out", (scratch.path() / "out").string()},
+      scratch.path() / "output", error_fd);
+  close(error_fd);
+  std::string errors;
+  char buffer[4096];
+  bool interrupted = false;
+  for (ssize_t n; (n = read(terminal, buffer, sizeof buffer)) > 0;) {
+    errors.append(buffer, static_cast<std::size_t>(n));
+    if (!interrupted && errors.find("iteration ") != std::string::npos) interrupted = kill(child, SIGINT) == 0;
+  }
+  close(terminal);
+  EXPECT_EQ(exit_status(child), 2) << errors;
+  EXPECT_TRUE(interrupted);
+  EXPECT_THAT(errors, HasSubstr("did not converge (interrupted)"));
+  const Json summary = Json::parse(read_file(scratch.path() / "out" / "summary.json"));
+  EXPECT_EQ(summary["status"], "interrupted");
+  EXPECT_LE(summary["cost"], summary["initial_cost"]);
+}
+
+TEST(CommandLine, WrongUsageIsAnswered) {
+  const auto estimate = [](std::vector<std::string> options) {
+    options.insert(options.begin(), {"estimate", "docking_a"});
+    return refusal(options);
+  };
+  EXPECT_THAT(refusal({}), HasSubstr("subcommand is required"));
+  EXPECT_THAT(refusal({"estimat"}), HasSubstr("unknown command 'estimat'; did you mean estimate?"));
+  EXPECT_THAT(refusal({"estimate"}), HasSubstr("scenario is required"));
+  EXPECT_THAT(refusal({"estimate", "docking_b"}), HasSubstr("did you mean docking_a? (built in: docking_a)"));
+  EXPECT_THAT(estimate({"more"}), HasSubstr("unknown argument 'more'"));
+  EXPECT_THAT(estimate({"--solvr", "ipopt"}), HasSubstr("unknown option '--solvr'; did you mean --solver?"));
+  EXPECT_THAT(estimate({"--solver", "ipop"}), HasSubstr("not 'ipop'; did you mean ipopt?"));
+  EXPECT_THAT(estimate({"--solver"}), HasSubstr("--solver needs a value"));
+  EXPECT_THAT(estimate({"--solver", "ipopt", "--solver", "ipopt"}), HasSubstr("--solver is given twice"));
+  EXPECT_THAT(estimate({"--roll-pitch", "hrad"}), HasSubstr("did you mean hard?"));
+  EXPECT_THAT(estimate({"--surge", "2,1"}), HasSubstr("--surge: the lower limit 2 is above the upper limit 1"));
+  EXPECT_THAT(estimate({"--limits", "soft"}), HasSubstr("--limits says how --surge and --yaw-rate are held"));
+  EXPECT_THAT(estimate({"--loss", "hubert"}), HasSubstr("did you mean huber?"));
+  EXPECT_THAT(estimate({"--noise", "usbl=1"}), HasSubstr("--noise usbl needs 3 standard deviations, not 1"));
+  EXPECT_THAT(estimate({"--ipopt", "tol=1"}), HasSubstr("--ipopt needs --solver ipopt"));
+  EXPECT_THAT(estimate({"--hessian", "exact"}), HasSubstr("--hessian needs --solver ipopt"));
+  EXPECT_THAT(estimate({"--solver", "ipopt", "--hessian", "exac"}), HasSubstr("did you mean exact?"));
+  EXPECT_THAT(estimate({"--max-keyframes", "-3"}), HasSubstr("--max-keyframes takes a whole number above zero"));
+  EXPECT_THAT(estimate({"--max-iterations", "few"}), HasSubstr("--max-iterations takes a whole number above zero"));
+  EXPECT_THAT(estimate({"--time-limit", "soon"}), HasSubstr("--time-limit: 'soon' is not a number"));
+  EXPECT_THAT(estimate({"--plots", "pdf"}), HasSubstr("--plots is svg, png or off, not 'pdf'"));
+  if (ipopt_available()) {
+    EXPECT_THAT(estimate({"--solver", "ipopt", "--ipopt", "tool=1"}), HasSubstr("did you mean tol?"));
+  }
+}
+
+TEST(CommandLine, AnOutputFolderThatCannotBeIsRefusedBeforeTheSolve) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.write("file", "").string();
+  const Outcome run = run_tandem({"estimate", "docking_a", "--out", file});
+  EXPECT_EQ(run.status, 1);
+  EXPECT_EQ(run.output, "");
+  EXPECT_THAT(run.errors, HasSubstr("is not a folder"));
+  EXPECT_THAT(run_tandem({"estimate", "docking_a", "--out", "/proc/tandem"}).errors, HasSubstr("cannot be written to"));
+}
+
+class BadScenario : public testing::Test {
+ protected:
+  BadScenario() { write_small_scenario(folder_); }
+  std::string refused() { return refusal({"estimate", folder_.path().string()}); }
+
+  ScratchFolder folder_;
+};
+
+TEST_F(BadScenario, AGoodOneIsEstimated) {
+  const Outcome run = run_tandem({"estimate", folder_.path().string(), "--json"});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  EXPECT_NEAR(Json::parse(run.output)["cost"], 0.0, 1e-9);
+}
+
+TEST_F(BadScenario, EachFileIsAnsweredWithItsLine) {
+  folder_.write("usbl.csv", "t,x,y,z\n1,5,0\n");
+  EXPECT_THAT(refused(), HasSubstr("usbl.csv:2: 3 columns where 4 are expected"));
+  folder_.write("usbl.csv", "t,x,y,z\n1,5,0,zero\n");
+  EXPECT_THAT(refused(), HasSubstr("usbl.csv:2: z is 'zero', not a number"));
+  folder_.write("usbl.csv", "t,x,y,z\n1,5,0,nan\n");
+  EXPECT_THAT(refused(), HasSubstr("usbl.csv:2: z is nan; numbers must be finite"));
+  folder_.write("usbl.csv", "t,x,y,z\n1,5,0,0\n1,5,0,0\n");
+  EXPECT_THAT(refused(), HasSubstr("usbl.csv:3: time 1 repeats that of line 2"));
+  folder_.write("usbl.csv", "t,x,y,z\n6,5,0,0\n");
+  EXPECT_THAT(refused(), HasSubstr("usbl.csv:2: time 6 lies outside the odometry's span"));
+  folder_.write("usbl.csv", "t,x,y,z\n");
+  folder_.write("optical.csv", "t,x,y,z,qx,qy,qz,qw\n2,5,0,0,0,0,0,0\n");
+  EXPECT_THAT(refused(), HasSubstr("optical.csv:2: quaternion 0 0 0 0 has length 0"));
+  folder_.write("optical.csv", "t,x,y,z,qx,qy,qz,qw\n");
+  EXPECT_THAT(refused(), HasSubstr("has no measurements"));
+}
+
+TEST_F(BadScenario, TheYamlIsAnsweredWithItsLine) {
+  const std::string yaml = read_file(folder_.path() / "scenario.yaml");
+  folder_.write("scenario.yaml", yaml + "keyframe_intervals: 2\n");
+  EXPECT_THAT(refused(),
+              HasSubstr("scenario.yaml:11: unknown key 'keyframe_intervals'; did you mean keyframe_interval?"));
+  folder_.write("scenario.yaml", yaml + "  roll_pitch: [0.1, 0]\n");
+  EXPECT_THAT(refused(), HasSubstr("scenario.yaml:11: roll_pitch has the standard deviation 0;"));
+  std::filesystem::remove(folder_.path() / "scenario.yaml");
+  EXPECT_THAT(refused(), HasSubstr("scenario.yaml is missing"));
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,123 @@
+#include <algorithm>
+#include <csignal>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <tandem/studies/estimation/estimate.hpp>
+
+#include "run_tandem.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using Json = nlohmann::json;
+
+std::string refusal(const std::vector<std::string>& arguments) {
+  const Outcome run = run_tandem(arguments);
+  EXPECT_EQ(run.status, 1) << run.output;
+  EXPECT_EQ(run.output, "");
+  EXPECT_THAT(run.errors, ContainsRegex("^tandem: [^\n]+\n$")) << "one line";
+  return run.errors;
+}
+
+TEST(CompareCommand, ComparesAndWrites) {
+  const ScratchFolder scratch;
+  const std::string out = (scratch.path() / "out").string();
+  const std::string dense = nlopt_algorithms().empty() ? "" : ",nlopt:slsqp,nlopt:lbfgs";
+  const Outcome run = run_tandem({"compare", "docking_a", "--max-keyframes", "60", "--solvers",
+                                  "gauss-newton,augmented-lagrangian" + dense, "--dense-keyframes", "24", "--plots",
+                                  "off", "--out", out});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  EXPECT_EQ(run.errors, "");
+  EXPECT_THAT(run.output, HasSubstr("Constraints: non-holonomic and surge ≥ 0 m/s."));
+  EXPECT_THAT(run.output, HasSubstr("all 60 keyframes, no constraints"));
+  EXPECT_THAT(run.output, HasSubstr("first 24 keyframes, hard constraints"));
+  EXPECT_THAT(run.output, ContainsRegex("augmented-lagrangian +converged +13\\.7"));
+  const std::string csv = read_file(out + "/compare.csv");
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 6 * (dense.empty() ? 2 : 4));
+  EXPECT_THAT(csv, HasSubstr("docking_a,60,hard,gauss-newton,unsupported,"));
+  if (!dense.empty()) {
+    EXPECT_THAT(csv, HasSubstr("docking_a,60,none,nlopt:slsqp,unsupported,"));
+    EXPECT_THAT(csv, HasSubstr("docking_a,24,hard,nlopt:slsqp,converged,"));
+  }
+  EXPECT_THAT(read_file(out + "/compare_progress.csv"), HasSubstr("60,hard,augmented-lagrangian,"));
+}
+
+TEST(CompareCommand, SolversAgree) {
+  if (!ipopt_available()) GTEST_SKIP() << "nothing to agree with";
+  const Outcome run = run_tandem({"compare", "docking_a", "--max-keyframes", "60", "--solvers",
+                                  "augmented-lagrangian,ipopt,ipopt:exact", "--constraints", "hard", "--json"});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  const Json solves = Json::parse(run.output)["solves"];
+  ASSERT_EQ(solves.size(), 3u);
+  for (const Json& s : solves) {
+    EXPECT_EQ(s["status"], "converged");
+    EXPECT_NEAR(s["cost"], double(solves[0]["cost"]), 1e-6 * double(solves[0]["cost"]));
+    EXPECT_LT(s["violation"], 1e-6);
+    EXPECT_GT(s["peak_memory_bytes"], 1e6);
+  }
+}
+
+TEST(CompareCommand, AnInterruptKeepsWhatIsThere) {
+  if (nlopt_algorithms().empty()) GTEST_SKIP() << "no solver is slow enough";
+  const ScratchFolder scratch;
+  const int errors = open((scratch.path() / "errors").c_str(), O_WRONLY | O_CREAT, 0600);
+  const pid_t child = start_tandem({"compare", "docking_a", "--solvers", "gauss-newton,nlopt:ccsaq", "--constraints",
+                                    "soft", "--json", "--time-limit", "60"},
+                                   scratch.path() / "output", errors);
+  usleep(1500000);
+  kill(child, SIGINT);
+  EXPECT_EQ(exit_status(child), 2);
+  close(errors);
+  EXPECT_THAT(read_file(scratch.path() / "errors"), HasSubstr("interrupted after 2 of"));
+  const Json solves = Json::parse(read_file(scratch.path() / "output"))["solves"];
+  ASSERT_EQ(solves.size(), 2u);
+  EXPECT_EQ(solves[0]["status"], "converged");
+  EXPECT_EQ(solves[1]["status"], "interrupted");
+}
+
+TEST(CompareCommand, RefusesWhatMakesNoSense) {
+  EXPECT_THAT(refusal({"compare", "docking_a", "--solvers", "gauss-newtn"}), HasSubstr("did you mean gauss-newton?"));
+  EXPECT_THAT(refusal({"compare", "docking_a", "--constraints", "maybe"}), HasSubstr("none, soft and hard"));
+  EXPECT_THAT(refusal({"compare", "docking_a", "--dense-keyframes", "0"}), HasSubstr("--dense-keyframes"));
+  EXPECT_THAT(refusal({"compare", "docking_a", "--limits", "soft", "--surge", "0,1"}), HasSubstr("--limits"));
+  EXPECT_THAT(refusal({"compare", "docking_a", "--model", "constant-velocity"}),
+              HasSubstr("with soft constraints: the constant-velocity model"));
+  EXPECT_THAT(refusal({"compare", "dokcing_a"}), HasSubstr("docking_a"));
+}
+
+TEST(ModelsCommand, ComparesAndWrites) {
+  const ScratchFolder scratch;
+  const Outcome run = run_tandem({"models", "docking_a", "--max-keyframes", "250", "--models",
+                                  "constant-twist,mode-b,non-holonomic:hard+surge:0,2.5,steady-course+surge:hard",
+                                  "--out", scratch.path().string()});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  EXPECT_EQ(run.errors, "");
+  EXPECT_THAT(run.output, ContainsRegex("non-holonomic:hard.surge:0,2.5 +converged"));
+  EXPECT_THAT(run.output, ContainsRegex("steady-course.surge:hard +refused +the steady-course model"));
+  EXPECT_THAT(run.output, HasSubstr("Least position error over all keyframes: "));
+  EXPECT_THAT(read_file(scratch.path() / "models.csv"), HasSubstr("docking_a,mode-b,gauss-newton,converged,"));
+}
+
+TEST(ModelsCommand, JsonHasEveryModel) {
+  const Outcome run = run_tandem({"models", "docking_a", "--max-keyframes", "60", "--json"});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  const Json models = Json::parse(run.output)["models"];
+  EXPECT_EQ(models.size(), 15u);
+  for (const Json& model : models) EXPECT_EQ(model["status"], "converged") << model["model"];
+}
+
+TEST(ModelsCommand, RefusesWhatMakesNoSense) {
+  EXPECT_THAT(refusal({"models", "docking_a", "--models", "constant-twits"}),
+              HasSubstr("did you mean constant-twist?"));
+  EXPECT_THAT(refusal({"models", "docking_a", "--models", "surge:2,1"}), HasSubstr("lower limit"));
+  EXPECT_THAT(refusal({"models", "docking_a", "--solver", "ipop"}), HasSubstr("did you mean ipopt?"));
+  EXPECT_THAT(refusal({"models", "docking_a", "--max-keyframes", "0"}), HasSubstr("--max-keyframes"));
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,112 @@
+#include <regex>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/studies/estimation/estimate.hpp>
+
+#include "run_tandem.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using testing::StartsWith;
+using testing::UnorderedElementsAre;
+
+std::vector<std::string> files(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) names.push_back(entry.path().filename());
+  return names;
+}
+
+/// The distances from the arc in a printed table, before and after the solve [m].
+std::vector<std::pair<double, double>> off_the_arc(const std::string& table) {
+  // x, y and heading of an unknown pose are "before → after" too; the distance is the fourth.
+  const std::regex row("\n +[0-9] +[0-9.]+( +-?[0-9.]+ → -?[0-9.]+){3} +([0-9.]+) → ([0-9.e+-]+) ");
+  std::vector<std::pair<double, double>> distances;
+  for (std::sregex_iterator match(table.begin(), table.end(), row), end; match != end; ++match)
+    distances.emplace_back(std::stod((*match)[2]), std::stod((*match)[3]));
+  return distances;
+}
+
+TEST(DemoCommand, IsListed) {
+  EXPECT_THAT(run_tandem({"--help"}).output, ContainsRegex("demo +Run a small example: fig3"));
+  const Outcome help = run_tandem({"demo", "--help"});
+  EXPECT_EQ(help.status, 0);
+  for (const char* text : {"NAME", "fig3", "--solver", "--out", "--plots", "Exit status"})
+    EXPECT_THAT(help.output, HasSubstr(text));
+}
+
+TEST(DemoCommand, Fig3PutsEveryPoseOnTheArc) {
+  const ScratchFolder scratch;
+  const auto out = scratch.path() / "out";
+  const Outcome run = run_tandem({"demo", "fig3", "--out", out.string()});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  EXPECT_EQ(run.errors, "");
+  for (const char* panel :
+       {"(a) extrapolation: converged in", "(b) interpolation: converged in", "(c) chain: converged in"})
+    EXPECT_THAT(run.output, HasSubstr(panel));
+  const auto distances = off_the_arc(run.output);
+  EXPECT_EQ(distances.size(), 1u + 1u + 4u) << run.output;
+  for (const auto& [before, after] : distances) {
+    EXPECT_GT(before, 0.1);
+    EXPECT_LT(after, 1e-9);
+  }
+  EXPECT_THAT(files(out), UnorderedElementsAre("fig3.txt", "fig3.svg"));
+  EXPECT_EQ(read_file(out / "fig3.txt") + "\nWritten to " + out.string() + "\n", run.output);
+  EXPECT_THAT(read_file(out / "fig3.svg"), HasSubstr("</svg>"));
+}
+
+TEST(DemoCommand, TakesASolverAndAFormat) {
+  const ScratchFolder scratch;
+  std::vector<std::string> solvers;
+  if (ipopt_available()) solvers.push_back("ipopt");
+  if (!nlopt_algorithms().empty()) solvers.push_back("nlopt:lbfgs");
+  for (const std::string& solver : solvers) {
+    const Outcome run = run_tandem({"demo", "fig3", "--solver", solver, "--out", scratch.path(), "--plots", "png"});
+    ASSERT_EQ(run.status, 0) << solver << ": " << run.errors;
+    EXPECT_THAT(run.output, HasSubstr("by " + solver));
+    const auto distances = off_the_arc(run.output);
+    EXPECT_EQ(distances.size(), 6u);
+    for (const auto& [before, after] : distances) EXPECT_LT(after, 1e-9) << solver;
+    EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("fig3.txt", "fig3.png"));
+  }
+  EXPECT_EQ(run_tandem({"demo", "fig3", "--out", scratch.path(), "--plots", "off"}).status, 0);
+  EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("fig3.txt")) << "the picture of before does not stay";
+}
+
+TEST(DemoCommand, WithoutGnuplotItSaysSo) {
+  const ScratchFolder scratch, no_programs;
+  const Path path(no_programs.path().string());
+  const Outcome run = run_tandem({"demo", "fig3", "--out", scratch.path()});
+  EXPECT_EQ(run.status, 0);
+  EXPECT_THAT(run.output, StartsWith("Figure 3"));
+  EXPECT_THAT(run.errors, StartsWith("tandem: gnuplot is not installed"));
+  EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("fig3.txt"));
+}
+
+TEST(DemoCommand, WhatIsWrongIsOneSentence) {
+  const ScratchFolder scratch;
+  const auto refusal = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "demo");
+    arguments.insert(arguments.end(), {"--out", (scratch.path() / "out").string()});
+    const Outcome run = run_tandem(arguments);
+    EXPECT_EQ(run.status, 1);
+    EXPECT_EQ(run.output, "");
+    EXPECT_THAT(run.errors, ContainsRegex("^tandem: [^\n]+\n$"));
+    EXPECT_THAT(files(scratch.path()), UnorderedElementsAre());
+    return run.errors;
+  };
+  EXPECT_THAT(refusal({"fig4"}), HasSubstr("there is no demo 'fig4'; did you mean fig3? (there is: fig3)"));
+  EXPECT_THAT(refusal({"circle"}), HasSubstr("there is no demo 'circle' (there is: fig3)"));
+  EXPECT_THAT(refusal({}), HasSubstr("required"));
+  EXPECT_THAT(refusal({"fig3", "more"}), HasSubstr("unknown argument 'more'"));
+  EXPECT_THAT(refusal({"fig3", "--solver", "ipop"}), HasSubstr("did you mean ipopt?"));
+  EXPECT_THAT(refusal({"fig3", "--plots", "pdf"}), HasSubstr("--plots is svg, png or off, not 'pdf'"));
+  EXPECT_THAT(refusal({"fig3", "--plot", "svg"}), HasSubstr("did you mean --plots?"));
+}
+
+}  // namespace
+}  // namespace tandem

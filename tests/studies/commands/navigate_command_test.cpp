@@ -1,0 +1,284 @@
+#include <algorithm>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <tandem/studies/scenario/table.hpp>
+#include <tandem/studies/simulation/simulate_dive_files.hpp>
+
+#include "run_tandem.hpp"
+#include "shared_data.hpp"
+
+/// `tandem navigate` through the real executable: a simulated dive of a minute, and real recordings.
+namespace tandem {
+namespace {
+
+using testing::AllOf;
+using testing::ContainsRegex;
+using testing::Each;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::UnorderedElementsAre;
+using Json = nlohmann::json;
+
+std::vector<std::string> files(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) names.push_back(entry.path().filename());
+  return names;
+}
+
+std::vector<std::string> lines(const std::string& text) {
+  std::vector<std::string> result;
+  for (std::size_t at = 0, end; (end = text.find('\n', at)) != std::string::npos; at = end + 1)
+    result.push_back(text.substr(at, end - at));
+  return result;
+}
+
+class Navigate : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new ScratchFolder;
+    DiveOptions options;
+    options.grade = Grade::tactical;
+    options.minutes = 1;
+    std::filesystem::create_directory(dive());
+    write_dive(simulate_dive(options), options, dive());
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  static std::filesystem::path dive() { return folder_->path() / "dive"; }
+  static Outcome run(std::vector<std::string> options) {
+    options.insert(options.begin(), {"navigate", dive().string()});
+    return run_tandem(options);
+  }
+  /// Summary of a run that must converge.
+  static Json navigate(std::vector<std::string> options) {
+    options.push_back("--json");
+    const Outcome outcome = run(options);
+    EXPECT_EQ(outcome.status, 0) << outcome.errors;
+    return Json::parse(outcome.output, nullptr, false);
+  }
+  /// One sentence on standard error, nothing on standard output, and no trace of the output folder.
+  static std::string refusal(std::vector<std::string> arguments) {
+    const ScratchFolder scratch;
+    arguments.insert(arguments.end(), {"--out", (scratch.path() / "out").string()});
+    const Outcome outcome = run_tandem(arguments);
+    EXPECT_EQ(outcome.status, 1) << outcome.errors;
+    EXPECT_EQ(outcome.output, "");
+    EXPECT_THAT(outcome.errors, ContainsRegex("^tandem: [^\n]+\n$")) << "one line";
+    EXPECT_THAT(files(scratch.path()), IsEmpty());
+    return outcome.errors;
+  }
+  static std::string refusal_of(std::vector<std::string> options) {
+    options.insert(options.begin(), {"navigate", dive().string()});
+    return refusal(options);
+  }
+
+ private:
+  static inline ScratchFolder* folder_ = nullptr;
+};
+
+TEST_F(Navigate, SaysWhatItTakes) {
+  const Outcome help = run_tandem({"navigate", "--help"});
+  EXPECT_EQ(help.status, 0);
+  for (const char* option :
+       {"--without", "--dvl-scale", "--preintegrated-dvl", "--no-earth-rotation", "--loss", "--noise", "--delay",
+        "--fit-delay", "--keyframe-interval", "--after", "--alignment", "--max-iterations", "--time-limit", "--out",
+        "--plots", "--json", "--quiet", "Exit status"})
+    EXPECT_THAT(help.output, HasSubstr(option));
+}
+
+TEST_F(Navigate, ReportsWhatItDid) {
+  const Outcome outcome = run({"--after", "20", "--dvl-scale"});
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_EQ(outcome.errors, "");
+  EXPECT_THAT(outcome.output, ContainsRegex("dive_tactical_1: 6[0-2] keyframes, [0-9]+ residual blocks; "
+                                            "[56][0-9]\\.[0-9] s of data in [0-9.]+ s \\([0-9]+ times real time\\)\n"));
+  EXPECT_THAT(outcome.output, HasSubstr("gauss-newton: converged"));
+  EXPECT_THAT(outcome.output, ContainsRegex("imu +imu +600[01] +100\\.0 +600[01] +0 +0\n"));
+  EXPECT_THAT(outcome.output, ContainsRegex("dvl +dvl +300 +5\\.0 +[0-9]+ +[0-9]+ +0\n"));
+  EXPECT_THAT(outcome.output, ContainsRegex("\nall +6[0-2] +[0-9.]+ "));
+  EXPECT_THAT(outcome.output, ContainsRegex("\nafter 20 s +4[0-2] +[0-9.]+ "));
+  EXPECT_THAT(outcome.output, ContainsRegex("\nat the end +1 +[0-9.]+ "));
+  EXPECT_THAT(outcome.output, ContainsRegex("Travelled: [0-9.]+ m by the truth"));
+  EXPECT_THAT(outcome.output, ContainsRegex("gyroscope bias at the end \\[°/h\\]: .* ± .*\n"));
+  EXPECT_THAT(outcome.output, ContainsRegex("the DVL reads (1\\.0|0\\.9)[0-9]+ times the velocity\n"));
+}
+
+TEST_F(Navigate, WritesWhatItSays) {
+  const ScratchFolder scratch;
+  const auto out = scratch.path() / "out";
+  const Outcome outcome = run({"--json", "--after", "20", "--out", out.string()});
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_THAT(files(out), UnorderedElementsAre("chaser.tum", "chaser_full.csv", "errors.csv", "weights.csv",
+                                               "summary.json", "navigation.svg", "errors.svg"));
+  EXPECT_EQ(outcome.output, read_file(out / "summary.json"));
+  const Json summary = Json::parse(outcome.output);
+  for (const char* key : {"scenario", "status", "cost", "keyframes", "residual_blocks", "seconds", "times_real_time",
+                          "sensors", "findings", "splits", "errors", "distance_m", "gps_outages", "bias_at_the_end"})
+    EXPECT_TRUE(summary.contains(key)) << key;
+  EXPECT_EQ(summary["status"], "converged");
+  const std::size_t keyframes = summary["keyframes"];
+  for (const char* rows : {"all", "after_20s"})
+    for (const char* key : {"position_mean_m", "position_rms_m", "position_max_m", "horizontal_mean_m",
+                            "attitude_mean_deg", "attitude_max_deg", "velocity_rms_m_s", "yaw_rms_deg", "pose_nees",
+                            "position_nees", "attitude_within_3_sigma_percent"})
+      EXPECT_TRUE(summary["errors"][rows].contains(key)) << rows << ": " << key;
+  EXPECT_LT(summary["errors"]["after_20s"]["n"], summary["errors"]["all"]["n"]);
+  EXPECT_TRUE(summary["errors"]["end"].contains("horizontal_percent_of_distance"));
+  // Within what its sensors allow: half a metre of GPS, a tenth of a degree of heading.
+  EXPECT_LT(summary["errors"]["all"]["position_max_m"], 3.0);
+  EXPECT_LT(summary["errors"]["after_20s"]["attitude_max_deg"], 0.5);
+  EXPECT_LT(summary["errors"]["after_20s"]["velocity_rms_m_s"], 0.05);
+
+  EXPECT_EQ(poses(read_tum(out / "chaser.tum")).size(), keyframes);
+  const auto full = lines(read_file(out / "chaser_full.csv")), errors = lines(read_file(out / "errors.csv"));
+  EXPECT_EQ(full.size(), keyframes + 1);
+  EXPECT_EQ(errors.size(), keyframes + 1);
+  const auto commas = [](const std::string& line) { return std::count(line.begin(), line.end(), ','); };
+  for (const std::string& line : full) {
+    ASSERT_EQ(commas(line), 16 + 36 + 9);
+    ASSERT_EQ(line.find(",,"), std::string::npos) << "nothing is missing: " << line;
+  }
+  for (const std::string& line : errors) ASSERT_EQ(commas(line), commas(errors[0]));
+  EXPECT_THAT(errors[0], HasSubstr("t,position_error_m,horizontal_error_m,attitude_error_deg,velocity_error_m_s,"));
+  EXPECT_EQ(read_file(out / "weights.csv"), "sensor,t,weight\n");
+  for (const char* plot : {"navigation.svg", "errors.svg"}) EXPECT_THAT(read_file(out / plot), HasSubstr("</svg>"));
+}
+
+TEST_F(Navigate, OptionsReachTheProblem) {
+  const Json plain = navigate({});
+  const Json without = navigate({"--without", "gps", "--without", "heading"});
+  EXPECT_FALSE(without["sensors"].contains("gps"));
+  EXPECT_FALSE(without["sensors"].contains("heading"));
+  EXPECT_TRUE(without.contains("truth_aligned"));
+  EXPECT_THAT(without["gps_outages"], IsEmpty());
+  const std::size_t seldom = navigate({"--keyframe-interval", "2"})["keyframes"], often = plain["keyframes"];
+  EXPECT_NEAR(2.0 * double(seldom), double(often), 3);
+  EXPECT_NE(navigate({"--noise", "dvl=0.5,0.5,0.5"})["cost"], plain["cost"]);
+  EXPECT_NE(navigate({"--no-earth-rotation"})["cost"], plain["cost"]);
+  EXPECT_TRUE(navigate({"--dvl-scale"}).contains("dvl_scale"));
+  EXPECT_LT(navigate({"--preintegrated-dvl"})["residual_blocks"], plain["residual_blocks"]);
+  const Json robust = navigate({"--loss", "dvl=cauchy:0.1"});
+  EXPECT_GT(robust["sensors"]["dvl"]["down_weighted"], 0);
+  EXPECT_EQ(robust["sensors"]["depth"]["down_weighted"], 0);
+  EXPECT_EQ(plain["sensors"]["dvl"]["down_weighted"], 0) << "no loss but when it is asked for";
+}
+
+TEST_F(Navigate, FindsHowLateASensorIs) {
+  const ScratchFolder scratch;
+  const auto late = scratch.path() / "late";
+  std::filesystem::copy(dive(), late);
+  const Table dvl = read_csv(dive() / "dvl.csv", "t,vx,vy,vz", TimeOrder::increasing);
+  std::ofstream file(late / "dvl.csv");
+  file.precision(17);
+  file << "t,vx,vy,vz\n";
+  for (std::size_t i = 0; i < dvl.rows(); ++i)
+    file << dvl.t(i) + 0.12 << ',' << dvl.row(i)[1] << ',' << dvl.row(i)[2] << ',' << dvl.row(i)[3] << '\n';
+  file.close();
+  const Outcome outcome = run_tandem({"navigate", late.string(), "--fit-delay", "dvl", "--json"});
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const Json fitted = Json::parse(outcome.output)["fitted_delays"]["dvl"];
+  EXPECT_NEAR(fitted["seconds"], 0.12, 0.011);
+  EXPECT_LT(fitted["cost"], fitted["cost_as_given"]);
+  const Outcome given = run_tandem({"navigate", late.string(), "--delay", "dvl=0.12", "--json"});
+  EXPECT_LT(Json::parse(given.output)["cost"], fitted["cost_as_given"]);
+}
+
+TEST_F(Navigate, StopsWhereItIsTold) {
+  const ScratchFolder scratch;
+  const Outcome outcome = run({"--max-iterations", "1", "--plots", "off", "--out", scratch.path().string()});
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_THAT(outcome.output, HasSubstr("NOT CONVERGED"));
+  EXPECT_THAT(outcome.errors, ContainsRegex("^tandem: gauss-newton did not converge \\(max-iterations\\): [^\n]+\n$"));
+  EXPECT_EQ(Json::parse(read_file(scratch.path() / "summary.json"))["status"], "max-iterations");
+  const Outcome quiet = run({"--quiet"});
+  EXPECT_EQ(quiet.status, 0);
+  EXPECT_EQ(quiet.output + quiet.errors, "");
+}
+
+TEST_F(Navigate, SaysWhatIsWrongWithAnOption) {
+  EXPECT_THAT(refusal_of({"--without", "dlv"}), AllOf(HasSubstr("--without"), HasSubstr("did you mean dvl?")));
+  EXPECT_THAT(refusal_of({"--without", "camera"}), HasSubstr("(here: imu, dvl, depth, heading and gps)"));
+  EXPECT_THAT(refusal_of({"--noise", "dept=1"}), HasSubstr("did you mean depth?"));
+  EXPECT_THAT(refusal_of({"--noise", "dvl=0.1"}), HasSubstr("--noise dvl needs 3 standard deviations, not 1"));
+  EXPECT_THAT(refusal_of({"--noise", "imu=0.1,0.1"}), HasSubstr("--noise imu needs 4"));
+  EXPECT_THAT(refusal_of({"--noise", "depth=-1"}), HasSubstr("must be above zero"));
+  EXPECT_THAT(refusal_of({"--noise", "depth"}), HasSubstr("--noise takes KEY=VALUE"));
+  EXPECT_THAT(refusal_of({"--loss", "gsp=cauchy"}), HasSubstr("did you mean gps?"));
+  EXPECT_THAT(refusal_of({"--loss", "gps=cauhcy"}), HasSubstr("did you mean cauchy?"));
+  EXPECT_THAT(refusal_of({"--loss", "imu=cauchy"}), HasSubstr("--without imu"));
+  EXPECT_THAT(refusal_of({"--delay", "gsp=0.1"}), HasSubstr("did you mean gps?"));
+  EXPECT_THAT(refusal_of({"--delay", "gps=-0.1"}), HasSubstr("--delay"));
+  EXPECT_THAT(refusal_of({"--fit-delay", "imu"}), HasSubstr("delays are against the imu's own time"));
+  EXPECT_THAT(refusal_of({"--fit-delay", "dlv"}), HasSubstr("did you mean dvl?"));
+  EXPECT_THAT(refusal_of({"--keyframe-interval", "0"}), HasSubstr("--keyframe-interval"));
+  EXPECT_THAT(refusal_of({"--keyframe-interval", "soon"}), HasSubstr("--keyframe-interval"));
+  EXPECT_THAT(refusal_of({"--after", "-1"}), HasSubstr("--after takes a finite number, zero or above"));
+  EXPECT_THAT(refusal_of({"--max-iterations", "0"}), HasSubstr("--max-iterations takes a whole number"));
+  EXPECT_THAT(refusal_of({"--plots", "pdf"}), HasSubstr("--plots is svg, png or off"));
+  EXPECT_THAT(refusal_of({"--dvl-scale", "--without", "dvl"}), HasSubstr("--dvl-scale needs a dvl"));
+  EXPECT_THAT(refusal_of({"--dvl-scale", "--preintegrated-dvl"}), HasSubstr("--preintegrated-dvl"));
+  EXPECT_THAT(refusal_of({"--preintegrated-dvl", "--without", "imu"}), HasSubstr("--preintegrated-dvl needs"));
+  EXPECT_THAT(refusal_of({"--dvl-scal"}), HasSubstr("did you mean --dvl-scale?"));
+  EXPECT_THAT(refusal_of({"--without", "imu", "--without", "heading"}), HasSubstr("needs a source of motion"));
+}
+
+TEST_F(Navigate, TheOtherCommandIsNamedWhereItIsMeant) {
+  EXPECT_THAT(refusal({"navigate", "docking_a"}),
+              AllOf(HasSubstr("imu, dvl, depth, gps or heading"), HasSubstr("tandem estimate")));
+  EXPECT_THAT(refusal({"estimate", dive().string()}), HasSubstr("use tandem navigate"));
+  EXPECT_THAT(refusal({"navigate", "nowhere"}), HasSubstr("no folder 'nowhere'"));
+}
+
+/// Real recordings against what navigation by their sensors must reach.
+Json navigate_real(const std::string& scenario, const std::vector<std::string>& options) {
+  std::vector<std::string> arguments{"navigate", shared_path("data/" + scenario).string(), "--json"};
+  arguments.insert(arguments.end(), options.begin(), options.end());
+  const Outcome outcome = run_tandem(arguments);
+  EXPECT_EQ(outcome.status, 0) << scenario << ": " << outcome.errors;
+  const Json summary = Json::parse(outcome.output, nullptr, false);
+  EXPECT_EQ(summary.value("status", ""), "converged") << scenario;
+  return summary;
+}
+
+TEST(RealNavigation, AnAutonomousVehicleDrivesOnItsVelocityLog) {
+  TANDEM_NEEDS_SHARED(3);
+  const Json summary = navigate_real("auv_akit_01", {"--after", "60"});
+  EXPECT_LE(summary["errors"]["end"]["horizontal_percent_of_distance"], 0.5);
+  EXPECT_LE(summary["errors"]["after_60s"]["attitude_max_deg"], 0.5);
+  EXPECT_EQ(summary["gps_outages"].size(), 1u) << "after 20 s";
+}
+
+TEST(RealNavigation, AFlyingVehicleFindsItsPlaceByFixes) {
+  TANDEM_NEEDS_SHARED(2);
+  const Json summary = navigate_real("mav_euroc_mh01", {"--after", "20"});
+  EXPECT_LE(summary["errors"]["after_20s"]["position_mean_m"], 0.10);
+  EXPECT_THAT(summary["gps_outages"], IsEmpty());
+}
+
+/// The fixes are 0.135 s late against IMU and truth (where they fit the truth to 5 mm), and the IMU shakes with the
+/// rotors: what its datasheet says of noise is at rest. Told both, the heading comes out too.
+TEST(RealNavigation, AFlyingVehicleFindsItsHeadingByFixesThatAreLate) {
+  TANDEM_NEEDS_SHARED(3);
+  const ScratchFolder scratch;
+  for (const auto& entry : std::filesystem::directory_iterator(shared_path("data/mav_euroc_mh01")))
+    std::filesystem::create_symlink(std::filesystem::absolute(entry.path()), scratch.path() / entry.path().filename());
+  std::string yaml = read_file(scratch.path() / "scenario.yaml");
+  const std::size_t at = yaml.find("type: gps,");
+  ASSERT_NE(at, std::string::npos);
+  std::filesystem::remove(scratch.path() / "scenario.yaml");
+  scratch.write("scenario.yaml", yaml.insert(at, "delay: 0.135, "));
+  const Outcome outcome = run_tandem(
+      {"navigate", scratch.path().string(), "--json", "--after", "20", "--noise", "imu=2e-2,1e-3,3e-3,2e-5"});
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const Json errors = Json::parse(outcome.output)["errors"]["after_20s"];
+  EXPECT_LE(errors["position_mean_m"], 0.10);
+  EXPECT_LE(errors["attitude_max_deg"], 1.0);
+  EXPECT_THAT(errors["attitude_within_3_sigma_percent"], Each(testing::Ge(95.0)));
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,89 @@
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include <tandem/studies/estimation/estimate.hpp>
+
+#include "shared_data.hpp"
+
+/// Mode A with the soft roll-pitch prior and nothing else, against costs and errors that an independent
+/// implementation found: shared/reference/mode_a_reference.csv.
+namespace tandem {
+namespace {
+
+struct Reference {
+  std::string scenario;
+  std::size_t keyframes;
+  int residual_blocks;
+  double cost;
+  std::vector<double> errors;  ///< of usbl, optical, gated, all: n, mean and std of the position [m], mean angle [deg]
+};
+
+std::vector<Reference> references() {
+  std::ifstream file(shared_path("reference/mode_a_reference.csv"));
+  std::vector<Reference> result;
+  std::string line;
+  std::getline(file, line);  // names of the columns
+  while (std::getline(file, line)) {
+    std::replace(line.begin(), line.end(), ',', ' ');
+    std::istringstream fields(line);
+    Reference& reference = result.emplace_back();
+    fields >> reference.scenario >> reference.keyframes >> reference.residual_blocks >> reference.cost;
+    for (double value; fields >> value;) reference.errors.push_back(value);
+  }
+  return result;
+}
+
+Estimate estimate(const Reference& reference, const Solver& solver) {
+  return tandem::estimate(read_scenario(shared_path("data") / reference.scenario), {}, solver);
+}
+
+void expect_the_same_optimum(const Reference& reference, const Estimate& estimate) {
+  SCOPED_TRACE(reference.scenario + " by " + estimate.summary.solver);
+  EXPECT_TRUE(estimate.summary.converged()) << estimate.summary.message;
+  EXPECT_LE(estimate.summary.cost, reference.cost * (1 + 1e-6));
+  EXPECT_EQ(estimate.keyframes.size(), reference.keyframes);
+  EXPECT_EQ(estimate.residual_blocks, reference.residual_blocks);
+  ASSERT_EQ(reference.errors.size(), 16u);
+  const double* expected = reference.errors.data();
+  for (const std::optional<KeyframeType> type : std::initializer_list<std::optional<KeyframeType>>{
+           KeyframeType::usbl, KeyframeType::optical, KeyframeType::gated, std::nullopt}) {
+    const ErrorSummary errors = summarise(estimate.errors, type);
+    EXPECT_EQ(errors.n, expected[0]);
+    EXPECT_NEAR(errors.position->mean, expected[1], 0.02 * expected[1]);
+    EXPECT_NEAR(errors.position->std, expected[2], 0.02 * expected[2]);
+    EXPECT_NEAR(errors.angle->mean, expected[3], 0.02 * expected[3]);
+    expected += 4;
+  }
+}
+
+TEST(Reference, GaussNewtonReachesIt) {
+  TANDEM_NEEDS_SHARED(10);
+  ASSERT_EQ(references().size(), 10u);
+  for (const Reference& reference : references())
+    expect_the_same_optimum(reference, estimate(reference, GaussNewtonOptions{}));
+}
+
+TEST(Reference, IpoptReachesIt) {
+  TANDEM_NEEDS_SHARED(10);
+  if (!ipopt_available()) return;  // a build without Ipopt
+  for (const Reference& reference : references())
+    expect_the_same_optimum(reference, estimate(reference, IpoptOptions{}));
+}
+
+TEST(Reference, NloptReachesItOnSmallScenarios) {
+  TANDEM_NEEDS_SHARED(8);
+  if (nlopt_algorithms().empty()) return;  // a build without NLopt
+  for (const Reference& reference : references()) {
+    if (reference.keyframes >= 80) continue;
+    SCOPED_TRACE(reference.scenario);
+    const Summary summary = estimate(reference, NloptOptions{}).summary;
+    EXPECT_TRUE(summary.converged()) << summary.message;
+    EXPECT_LE(summary.cost, reference.cost * (1 + 1e-4));
+  }
+}
+
+}  // namespace
+}  // namespace tandem

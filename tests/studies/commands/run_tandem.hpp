@@ -1,0 +1,58 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "studies/scratch.hpp"
+
+extern char** environ;
+
+namespace tandem {
+
+/// Starts the real executable, its standard error going to `error_fd`; without a shell. Its standard input is the file
+/// `input`, where one is given.
+inline pid_t start_tandem(std::vector<std::string> arguments, const std::filesystem::path& output, int error_fd,
+                          const std::filesystem::path& input = {}) {
+  arguments.insert(arguments.begin(), TANDEM_EXECUTABLE);
+  std::vector<char*> argv;
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  if (!input.empty()) posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, input.c_str(), O_RDONLY, 0);
+  posix_spawn_file_actions_adddup2(&actions, error_fd, STDERR_FILENO);
+  pid_t child = -1;
+  EXPECT_EQ(posix_spawn(&child, TANDEM_EXECUTABLE, &actions, nullptr, argv.data(), environ), 0)
+      << TANDEM_EXECUTABLE << " does not start";
+  posix_spawn_file_actions_destroy(&actions);
+  return child;
+}
+
+/// The exit status of a child, or -1 where a signal ended it.
+inline int exit_status(pid_t child) {
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+struct Outcome {
+  int status;
+  std::string output, errors;
+};
+
+inline Outcome run_tandem(const std::vector<std::string>& arguments, const std::filesystem::path& input = {}) {
+  const ScratchFolder scratch;
+  const int error_fd = open((scratch.path() / "errors").c_str(), O_WRONLY | O_CREAT, 0600);
+  const int status = exit_status(start_tandem(arguments, scratch.path() / "output", error_fd, input));
+  close(error_fd);
+  return {status, read_file(scratch.path() / "output"), read_file(scratch.path() / "errors")};
+}
+
+}  // namespace tandem

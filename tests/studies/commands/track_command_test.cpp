@@ -1,0 +1,179 @@
+#include <csignal>
+#include <sstream>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <tandem/studies/scenario/builtin_scenarios.hpp>
+#include <tandem/studies/scenario/table.hpp>
+
+#include "run_tandem.hpp"
+#include "shared_data.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using testing::StartsWith;
+using testing::UnorderedElementsAre;
+using Json = nlohmann::json;
+
+std::filesystem::path docking() { return std::filesystem::path(TANDEM_SOURCE_DIR) / "studies/scenarios/docking_a"; }
+
+std::vector<std::string> files(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) names.push_back(entry.path().filename());
+  return names;
+}
+
+/// The lines of docking_a's files as --stdin takes them, in time order and, of one time, odometry, optical, usbl.
+std::string docking_lines(double until) {
+  std::multimap<std::pair<double, int>, std::string> lines;
+  int rank = 0;
+  for (const auto& [name, file] :
+       {std::pair{"odometry", "chaser_odometry.tum"}, {"optical", "optical.csv"}, {"usbl", "usbl.csv"}}) {
+    std::istringstream rows(read_file(docking() / file));
+    for (std::string row; std::getline(rows, row);) {
+      if (row.starts_with("#") || row.starts_with("t,")) continue;
+      for (char& c : row)
+        if (c == ' ') c = ',';
+      const double t = std::stod(row);
+      if (t <= until) lines.emplace(std::pair{t, rank}, std::string(name) + "," + row);
+    }
+    ++rank;
+  }
+  std::string text;
+  for (const auto& [key, line] : lines) text += line + "\n";
+  return text;
+}
+
+TEST(TrackCommand, IsListedAndExplained) {
+  EXPECT_THAT(run_tandem({"--help"}).output, ContainsRegex("track +Track chaser and target line by line"));
+  const Outcome help = run_tandem({"track", "--help"});
+  EXPECT_EQ(help.status, 0);
+  for (const char* text : {"SCENARIO", "--mode", "--window", "--keyframes", "--iterations", "--realtime", "--stdin",
+                           "--predict", "--until", "--alignment", "--dvl-scale", "--out", "starboard", "Exit status"})
+    EXPECT_THAT(help.output, HasSubstr(text));
+}
+
+TEST(TrackCommand, TracksAFolderAndStandardInputAlike) {
+  const ScratchFolder scratch;
+  const auto out = scratch.path() / "folder", live = scratch.path() / "live";
+  const Outcome run = run_tandem({"track", "docking_a", "--until", "250", "--out", out});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  EXPECT_EQ(run.errors, "");
+  EXPECT_THAT(run.output, StartsWith("  time [s] range [m] bearing [°] elev. [°] speed [m/s] heading [°]"));
+  EXPECT_THAT(run.output, ContainsRegex("\n +200\\.[0-9]+ +[0-9]+\\.[0-9]+ +-?[0-9]+\\.[0-9] "));
+  EXPECT_THAT(run.output, HasSubstr("docking_a, constant-twist, mode A, window 60 s\n"));
+  EXPECT_THAT(run.output, ContainsRegex("wall clock +[0-9.]+ +[0-9.]+ +[0-9.]+\n"));
+  EXPECT_THAT(run.output, ContainsRegex("optical +[0-9]+ +0\\.[0-9]+ ± 0\\.[0-9]+ "));
+  EXPECT_THAT(run.output, HasSubstr("10 s ahead"));
+  EXPECT_THAT(files(out), UnorderedElementsAre("chaser.tum", "target.tum", "track.csv", "errors.csv", "summary.json"));
+  EXPECT_THAT(read_file(out / "track.csv"), StartsWith("t,type,new_keyframe,keyframes,update_ms,"));
+  EXPECT_GT(poses(read_tum(out / "target.tum")).size(), 250u);
+
+  // A folder of settings alone, with two lines among the data that are wrong.
+  scratch.write("scenario.yaml", read_file(docking() / "scenario.yaml"));
+  const auto input = scratch.write("lines", "usbl,0,1\n" + docking_lines(250) + "usbl,3,1,2,3\n");
+  const Outcome piped = run_tandem({"track", scratch.path(), "--stdin", "--out", live, "--json"}, input);
+  ASSERT_EQ(piped.status, 0) << piped.errors;
+  EXPECT_THAT(piped.errors,
+              HasSubstr("standard input:1: 2 columns where 4 are expected (t,x,y,z); the line is left out"));
+  EXPECT_EQ(piped.output, read_file(live / "summary.json"));
+  EXPECT_EQ(read_file(out / "target.tum"), read_file(live / "target.tum"));
+  EXPECT_EQ(read_file(out / "chaser.tum"), read_file(live / "chaser.tum"));
+  const Json summary = Json::parse(piped.output), with_truth = Json::parse(read_file(out / "summary.json"));
+  EXPECT_EQ(summary["updates"], with_truth["updates"]);
+  EXPECT_FALSE(summary.contains("errors")) << "there is no truth in that folder";
+  EXPECT_EQ(summary["refused"], Json::parse(R"([{"sensor": "usbl", "why": "malformed", "lines": 1},
+                                                {"sensor": "usbl", "why": "time runs backwards", "lines": 1}])"));
+  for (const char* key : {"lines", "data_seconds", "keyframes", "update_wall_ms", "update_processor_ms", "memory_mb"})
+    EXPECT_TRUE(summary.contains(key)) << key;
+  for (const char* type : {"usbl", "optical", "gated", "all"}) EXPECT_GT(with_truth["errors"][type]["n"], 0) << type;
+  EXPECT_LT(with_truth["errors"]["optical"]["position_mean_m"], with_truth["errors"]["optical"]["raw_position_mean_m"]);
+  EXPECT_LT(with_truth["errors"]["usbl"]["position_mean_m"], with_truth["errors"]["usbl"]["raw_position_mean_m"]);
+  EXPECT_EQ(with_truth["predictions"][1]["seconds_ahead"], 10);
+}
+
+TEST(TrackCommand, TakesTrackingOptions) {
+  for (const std::vector<std::string>& options :
+       std::vector<std::vector<std::string>>{{"--mode", "B"},
+                                             {"--robust"},
+                                             {"--model", "white-noise-acceleration"},
+                                             {"--surge", "0,2.5", "--yaw-rate", "0.3"},
+                                             {"--keyframes", "20", "--iterations", "2"},
+                                             {"--predict", "1", "--window", "10", "--non-holonomic", "soft"}}) {
+    std::vector<std::string> arguments = {"track", "docking_a", "--until", "170", "--json"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const Outcome run = run_tandem(arguments);
+    ASSERT_EQ(run.status, 0) << options.front() << ": " << run.errors;
+    const Json summary = Json::parse(run.output);
+    EXPECT_LT(summary["errors"]["optical"]["position_mean_m"], 0.3) << options.front();
+  }
+  EXPECT_EQ(run_tandem({"track", "docking_a", "--until", "5", "--quiet"}).output, "");
+}
+
+TEST(TrackCommand, TracksTheChaserByItsOwnSensors) {
+  const ScratchFolder scratch;
+  ASSERT_EQ(run_tandem({"simulate", "dive", "--out", scratch.path(), "--minutes", "2"}).status, 0);
+  const Outcome run = run_tandem({"track", scratch.path(), "--dvl-scale", "--alignment", "20", "--json"});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  const Json summary = Json::parse(run.output);
+  EXPECT_LT(summary["chaser"]["position_mean_m"], 3.0);
+  EXPECT_FALSE(summary.contains("predictions"));
+  EXPECT_THAT(run_tandem({"track", scratch.path(), "--until", "60"}).output, HasSubstr("x [m]"));
+  const Outcome mode = run_tandem({"track", scratch.path(), "--mode", "B"});
+  EXPECT_EQ(mode.status, 1);
+  EXPECT_THAT(mode.errors, HasSubstr("--mode is about a target"));
+}
+
+TEST(TrackCommand, AnInterruptEndsItWithTheSummary) {
+  const ScratchFolder scratch;
+  const int error_fd = open((scratch.path() / "errors").c_str(), O_WRONLY | O_CREAT, 0600);
+  const pid_t child = start_tandem({"track", "docking_a", "--realtime"}, scratch.path() / "output", error_fd);
+  for (int i = 0; i < 100 && read_file(scratch.path() / "output").find("\n      2.") == std::string::npos; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  kill(child, SIGINT);
+  EXPECT_EQ(exit_status(child), 0);
+  close(error_fd);
+  EXPECT_THAT(read_file(scratch.path() / "output"), HasSubstr("window 60 s: interrupted\n"));
+}
+
+TEST(TrackCommand, NothingToTrackIsAStatusOfItsOwn) {
+  const ScratchFolder scratch;
+  write_small_scenario(scratch);
+  const auto input = scratch.write("lines", "odometry,0,0,0,0,0,0,0,1\n");
+  const Outcome run = run_tandem({"track", scratch.path(), "--stdin"}, input);
+  EXPECT_EQ(run.status, 2);
+  EXPECT_THAT(run.errors, HasSubstr("nothing could be tracked: no measurement gives the position of the target"));
+}
+
+TEST(TrackCommand, WhatIsWrongIsOneSentence) {
+  const ScratchFolder scratch;
+  const auto refusal = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"track", "--out", (scratch.path() / "out").string()});
+    const Outcome run = run_tandem(arguments);
+    EXPECT_EQ(run.status, 1);
+    EXPECT_EQ(run.output, "");
+    EXPECT_THAT(run.errors, ContainsRegex("^tandem: [^\n]+\n$"));
+    EXPECT_TRUE(files(scratch.path()).empty());
+    return run.errors;
+  };
+  EXPECT_THAT(refusal({"docking_a", "--limits", "hard", "--surge", "0,2"}), HasSubstr("soft constraints only"));
+  EXPECT_THAT(refusal({"docking_a", "--roll-pitch", "hard"}), HasSubstr("soft constraints only"));
+  EXPECT_THAT(refusal({"docking_a", "--model", "steady-course"}), HasSubstr("steady-course"));
+  EXPECT_THAT(refusal({"docking_a", "--window", "0"}), HasSubstr("--window is above zero, not '0'"));
+  EXPECT_THAT(refusal({"docking_a", "--keyframes", "2"}), HasSubstr("--keyframes is 3 or more"));
+  EXPECT_THAT(refusal({"docking_a", "--predict", "5,x"}), HasSubstr("--predict"));
+  EXPECT_THAT(refusal({"docking_a", "--alignment", "5"}), HasSubstr("it moves by odometry"));
+  EXPECT_THAT(refusal({"docking_a", "--dvl-scale"}), HasSubstr("--dvl-scale needs a dvl"));
+  EXPECT_THAT(refusal({"docking_a", "--stdin", "--realtime"}), HasSubstr("--realtime is for a folder's files"));
+  EXPECT_THAT(refusal({"docking_a", "--max-iterations", "3"}), HasSubstr("unknown option '--max-iterations'"));
+  EXPECT_THAT(refusal({"dockin_a"}), HasSubstr("docking_a"));
+}
+
+}  // namespace
+}  // namespace tandem

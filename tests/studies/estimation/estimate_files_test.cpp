@@ -1,0 +1,168 @@
+#include <numbers>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/studies/estimation/estimate_files.hpp>
+#include <tandem/studies/estimation/estimate_report.hpp>
+#include <tandem/studies/scenario/table.hpp>
+
+#include "made_up_estimate.hpp"
+#include "studies/scratch.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(ResultFiles, TrajectoriesAreWrittenToTheLastDigit) {
+  const ScratchFolder folder;
+  write_results(made_up(), folder.path());
+  const auto chaser = poses(read_tum(folder.path() / "chaser.tum"));
+  ASSERT_EQ(chaser.size(), 2u);
+  EXPECT_EQ(chaser[1].t, 1.0 / 3.0);
+  EXPECT_EQ(chaser[1].value.translation().x(), 1.0 / 3.0);
+  EXPECT_NEAR(chaser[1].value.rotation().Log().z(), 1.0, 1e-15);
+  EXPECT_EQ(poses(read_tum(folder.path() / "target.tum"))[1].value.translation().x(), 2.0);
+  EXPECT_EQ(read_file(folder.path() / "summary.json"), summary_json(made_up()));
+}
+
+TEST(ResultFiles, ErrorsAreWrittenByKeyframe) {
+  const ScratchFolder folder;
+  Estimate estimate = made_up();
+  estimate.keyframes[1].t = estimate.errors[1].t = 2.5;
+  estimate.errors[1].position = estimate.errors[1].angle = {};
+  write_results(estimate, folder.path());
+  EXPECT_EQ(read_file(folder.path() / "errors.csv"),
+            "t,type,position_error_m,angle_error_deg,error_x_m,error_y_m,error_z_m,error_rx_deg,error_ry_deg,"
+            "error_rz_deg,three_sigma_x_m,three_sigma_y_m,three_sigma_z_m,three_sigma_rx_deg,three_sigma_ry_deg,"
+            "three_sigma_rz_deg\n0.1,usbl,0.5,10,,,,,,,,,,,,\n2.5,gated,,,,,,,,,,,,,,\n");
+}
+
+/// The cells of a line.
+std::vector<std::string> cells(const std::filesystem::path& file, std::size_t line) {
+  std::vector<std::string> result;
+  std::istringstream lines(read_file(file));
+  std::string text, cell;
+  for (std::size_t i = 0; i <= line; ++i) std::getline(lines, text);
+  std::istringstream row(text + ",");
+  while (std::getline(row, cell, ',')) result.push_back(cell);
+  return result;
+}
+
+TEST(ResultFiles, ErrorsHaveSignsAndBoundsInTheScenariosAxes) {
+  const ScratchFolder folder;
+  Estimate estimate = made_up();
+  estimate.frame = Frame::ned_frd();
+  estimate.errors[0].position_vector = Vector<3>(1, 2, 3);
+  estimate.errors[0].rotation_vector = Vector<3>(0, 0, 0.5 * std::numbers::pi);
+  KeyframeUncertainty u;
+  u.target = Matrix<6, 6>::Zero();
+  u.relative_position = Vector<3>(0.25, 1, 4).asDiagonal();
+  estimate.uncertainty = {u, u};
+  write_results(estimate, folder.path());
+  EXPECT_THAT(cells(folder.path() / "errors.csv", 1),
+              testing::ElementsAre("0.1", "usbl", "0.5", "10", "1", "-2", "-3", testing::_, testing::_, "-90", "1.5",
+                                   "3", "6", "", "", ""));
+}
+
+double number(const std::string& cell) { return std::stod(cell); }
+
+/// A rank-one covariance δδᵀ is that of moving by δ: in NED-FRD too.
+TEST(ResultFiles, CovariancesTurnWithTheFrame) {
+  for (const Frame& frame : {Frame::enu_flu(), Frame::ned_frd()})
+    for (const bool point : {false, true}) {
+      const ScratchFolder folder;
+      Estimate estimate = made_up();
+      estimate.frame = frame;
+      const Vector<6> d(1e-4, 2e-4, -3e-4, 4e-4, -5e-4, 6e-4);
+      const SE3 pose = estimate.chaser[1];
+      const Vector<3> p = d.head<3>();
+      if (point) estimate.target[1] = TargetState(pose.translation());
+      KeyframeUncertainty u;
+      u.chaser = d * d.transpose();
+      u.target = point ? Eigen::MatrixXd(p * p.transpose()) : Eigen::MatrixXd(u.chaser);
+      estimate.uncertainty = {u, u};
+      write_results(estimate, folder.path());
+
+      const auto chaser = cells(folder.path() / "chaser_full.csv", 2),
+                 target = cells(folder.path() / "target_full.csv", 2);
+      ASSERT_EQ(chaser.size(), 50u);
+      ASSERT_EQ(target.size(), 50u);
+      const Vector<6> moved = (frame.world(pose).inverse() * frame.world(pose * SE3::Exp(d))).Log();
+      const Vector<3> moved_point = frame.world(Vector<3>(pose.translation() + p)) - frame.world(pose.translation());
+      for (int i = 0; i < 6; ++i)
+        for (int j = 0; j < 6; ++j) {
+          const auto cell = std::size_t(14 + 6 * i + j);
+          EXPECT_NEAR(number(chaser[cell]), moved[i] * moved[j], 1e-15) << i << j;
+          if (point && (i > 2 || j > 2)) {
+            EXPECT_EQ(target[cell], "");
+          } else if (point) {
+            EXPECT_NEAR(number(target[cell]), moved_point[i] * moved_point[j], 1e-15) << i << j;
+          }
+        }
+      EXPECT_EQ(target[4].empty(), point) << "orientation";
+    }
+}
+
+TEST(ResultFiles, TwistsAreMeansBetweenNeighbours) {
+  const ScratchFolder folder;
+  Estimate estimate = made_up();
+  const Vector<6> twist(1, 0.1, -0.2, 0.05, 0.1, 0.3);
+  const double times[] = {0, 0.5, 2, 2.25};
+  estimate.keyframes.clear();
+  estimate.chaser.clear();
+  estimate.target.clear();
+  for (const double t : times) {
+    estimate.keyframes.push_back({t, KeyframeType::gated, {}, {}});
+    estimate.chaser.push_back(SE3::Exp(twist * t));
+    estimate.target.push_back(TargetState(Vector<3>(t, 0, 0)));
+  }
+  estimate.target[1] = TargetState(SE3());  // a pose between points: nothing to take a twist from
+  estimate.frame = Frame::ned_frd();
+  write_results(estimate, folder.path());
+  const Vector<6> expected(1, -0.1, 0.2, 0.05, -0.1, -0.3);
+  for (std::size_t k = 0; k < 4; ++k)
+    for (int i = 0; i < 6; ++i) {
+      EXPECT_NEAR(number(cells(folder.path() / "chaser_full.csv", k + 1)[std::size_t(8 + i)]), expected[i], 1e-12);
+      EXPECT_EQ(cells(folder.path() / "target_full.csv", k + 1)[std::size_t(8 + i)], "");
+    }
+  estimate.target_twist.assign(4, twist);  // the model's own
+  write_results(estimate, folder.path());
+  EXPECT_EQ(cells(folder.path() / "target_full.csv", 1)[9], "-0.1");
+}
+
+TEST(ResultFiles, WeightsListWhatWasDownWeighted) {
+  const ScratchFolder folder;
+  Estimate estimate = made_up();
+  write_results(estimate, folder.path());
+  EXPECT_EQ(read_file(folder.path() / "weights.csv"), "sensor,t,part,weight\n");
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "held_out.csv"));
+
+  estimate.measurements[0].parts[0].weight = 0.25;
+  estimate.measurements.push_back(
+      {.sensor = 1, .index = 0, .t = 0.5, .parts = {{"position", 0.75}, {"orientation", 0.125}}});
+  write_results(estimate, folder.path());
+  EXPECT_EQ(read_file(folder.path() / "weights.csv"),
+            "sensor,t,part,weight\nusbl,0.1,all,0.25\noptical,0.5,orientation,0.125\n");
+}
+
+TEST(ResultFiles, HeldOutMeasurementsHaveTheirRows) {
+  const ScratchFolder folder;
+  Estimate estimate = made_up();
+  estimate.held_out.push_back(
+      {HeldOut{0, 0, Vector<2>(1, 3), Vector<2>(4, 1).asDiagonal().toDenseMatrix()}, 0.1, true});
+  estimate.held_out.push_back({HeldOut{1, 0, Vector<1>(0.5), Matrix<1, 1>::Identity()}, 0.5, {}});
+  write_results(estimate, folder.path());
+  EXPECT_EQ(read_file(folder.path() / "held_out.csv"),
+            "sensor,t,inlier,rows,rows_inside,squared_distance,residual_1,residual_2,sigma_1,sigma_2\n"
+            "usbl,0.1,1,2,1,9.25,1,3,2,1\noptical,0.5,,1,1,0.25,0.5,,1,\n");
+}
+
+TEST(ResultFiles, AFolderThatIsGoneIsAnError) {
+  EXPECT_THAT(error_of([] { write_results(made_up(), "/nonexistent"); }), HasSubstr("cannot be written"));
+}
+
+}  // namespace
+}  // namespace tandem

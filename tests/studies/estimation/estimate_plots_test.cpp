@@ -1,0 +1,122 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/studies/estimation/estimate_plots.hpp>
+#include <tandem/studies/support/gnuplot.hpp>
+
+#include "studies/scratch.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+Estimate straight_line(Scenario& scenario) {
+  Estimate estimate;
+  estimate.scenario = "it's `a` \"name\"\nset output 'elsewhere'";
+  for (int k = 0; k < 5; ++k) {
+    const auto at = [&](double x) { return SE3(SO3(), Vector<3>(x, 0, 0)); };
+    estimate.keyframes.push_back({double(k), KeyframeType::usbl, Vector<3>(5, 0, 0), {}});
+    estimate.chaser.push_back(at(k));
+    estimate.target.push_back(at(k + 5.5));
+    scenario.truth_chaser.push_back({double(k), at(k)});
+    scenario.truth_target.push_back({double(k), at(k + 5)});
+  }
+  estimate.errors = keyframe_errors(scenario, estimate.keyframes, estimate.chaser, estimate.target);
+  return estimate;
+}
+
+TEST(Gnuplot, StringsHoldAnything) {
+  EXPECT_EQ(gnuplot_string("it's"), "'it''s'");
+  EXPECT_EQ(gnuplot_string("a\nb"), "'a b'");
+}
+
+TEST(Gnuplot, ABadScriptIsAnswered) {
+  const ScratchFolder folder;
+  EXPECT_THAT(run_gnuplot("set terminal svg\nplot nothing at all\n", folder.path() / "x.svg"),
+              StartsWith("gnuplot did not draw x.svg: "));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "x.svg"));
+}
+
+TEST(Gnuplot, ItsAbsenceIsAnswered) {
+  const ScratchFolder folder;
+  const Path path(folder.path().string());
+  EXPECT_EQ(run_gnuplot("", folder.path() / "x.svg"),
+            "gnuplot is not installed, so no plots were drawn (Debian's package is gnuplot-nox)");
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "x.svg"));
+}
+
+TEST(Plots, AreDrawnWithTruth) {
+  const ScratchFolder folder;
+  Scenario scenario;
+  const Estimate estimate = straight_line(scenario);
+  ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::svg, folder.path()), "");
+  EXPECT_THAT(read_file(folder.path() / "trajectories.svg"), HasSubstr("</svg>"));
+  EXPECT_THAT(read_file(folder.path() / "trajectories.svg"), HasSubstr("it's `a`")) << "the title is shown as it is";
+  EXPECT_THAT(read_file(folder.path() / "errors.svg"), HasSubstr("</svg>"));
+  EXPECT_THAT(read_file(folder.path() / "error_norms.svg"), HasSubstr("</svg>"));
+  ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::png, folder.path()), "");
+  EXPECT_THAT(read_file(folder.path() / "trajectories.png"), StartsWith("\x89PNG"));
+  EXPECT_THAT(read_file(folder.path() / "errors.png"), StartsWith("\x89PNG"));
+}
+
+TEST(Plots, WithoutTruthThereAreNoErrorsToDraw) {
+  const ScratchFolder folder;
+  Scenario scenario;
+  Estimate estimate = straight_line(scenario);
+  scenario.truth_chaser.clear();
+  estimate.errors = keyframe_errors(scenario, estimate.keyframes, estimate.chaser, estimate.target);
+  ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::svg, folder.path()), "");
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "trajectories.svg"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "errors.svg"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "error_norms.svg"));
+}
+
+TEST(Plots, BandsAreDrawnWithoutTruthToo) {
+  const ScratchFolder folder;
+  Scenario scenario;
+  Estimate estimate = straight_line(scenario);
+  scenario.truth_chaser.clear();
+  estimate.errors = keyframe_errors(scenario, estimate.keyframes, estimate.chaser, estimate.target);
+  KeyframeUncertainty u;
+  u.relative_position = Vector<3>(1, 4, 0).asDiagonal();  // planar
+  estimate.uncertainty.assign(5, u);
+  ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::svg, folder.path()), "");
+  const std::string drawn = read_file(folder.path() / "errors.svg");
+  EXPECT_THAT(drawn, HasSubstr("uncertainty of the relative pose"));
+  EXPECT_THAT(drawn, HasSubstr("±3 σ"));
+  EXPECT_THAT(drawn, HasSubstr("y [m]"));
+  EXPECT_THAT(drawn, testing::Not(HasSubstr("z [m]"))) << "nothing moves there";
+  EXPECT_THAT(drawn, testing::Not(HasSubstr("heading")));
+}
+
+/// Where the 3 σ span decades, of an acoustic and an optical phase, both can be read.
+TEST(Plots, BandsOfDecadesHaveALogScale) {
+  const ScratchFolder folder;
+  Scenario scenario;
+  Estimate estimate = straight_line(scenario);
+  KeyframeUncertainty u;
+  u.relative_position = Vector<3>(1, 1, 1).asDiagonal();
+  estimate.uncertainty.assign(5, u);
+  ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::svg, folder.path()), "");
+  EXPECT_THAT(read_file(folder.path() / "errors.svg"), testing::Not(HasSubstr("log scale")));
+  u.relative_position *= 1e-4;
+  estimate.uncertainty[1] = estimate.uncertainty[2] = u;
+  ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::svg, folder.path()), "");
+  EXPECT_THAT(read_file(folder.path() / "errors.svg"), HasSubstr("log scale"));
+}
+
+TEST(Plots, TruthWithoutOrientationHasOnePanel) {
+  const ScratchFolder folder;
+  Scenario scenario;
+  Estimate estimate = straight_line(scenario);
+  scenario.truth_orientation = false;
+  estimate.errors = keyframe_errors(scenario, estimate.keyframes, estimate.chaser, estimate.target);
+  ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::svg, folder.path()), "");
+  EXPECT_THAT(read_file(folder.path() / "error_norms.svg"), testing::Not(HasSubstr("orientation error")));
+  EXPECT_THAT(read_file(folder.path() / "errors.svg"), testing::Not(HasSubstr("heading")));
+}
+
+}  // namespace
+}  // namespace tandem

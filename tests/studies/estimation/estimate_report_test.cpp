@@ -1,0 +1,156 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <tandem/studies/estimation/estimate_report.hpp>
+
+#include "made_up_estimate.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+TEST(Report, JsonHasTheWholeSummary) {
+  const auto json = nlohmann::json::parse(summary_json(made_up()));
+  EXPECT_EQ(json["scenario"], "made up");
+  EXPECT_EQ(json["model"], "constant-twist");
+  EXPECT_EQ(json["mode"], "A");
+  EXPECT_EQ(json["solver"], "gauss-newton");
+  EXPECT_EQ(json["status"], "converged");
+  EXPECT_EQ(json["message"], "the cost no longer decreases");
+  EXPECT_EQ(json["initial_cost"], 20.0);
+  EXPECT_EQ(json["cost"], 1.25);
+  EXPECT_EQ(json["keyframes"], 2);
+  EXPECT_EQ(json["residual_blocks"], 7);
+  EXPECT_EQ(json["iterations"], 3);
+  EXPECT_EQ(json["evaluations"], 4);
+  EXPECT_EQ(json["solve_seconds"], 0.5);
+  EXPECT_EQ(json["max_violation"], 0.0);
+  const auto& errors = json["errors"];
+  EXPECT_EQ(errors["usbl"]["n"], 1);
+  EXPECT_EQ(errors["usbl"]["position_mean_m"], 0.5);
+  EXPECT_EQ(errors["usbl"]["position_std_m"], 0.0);
+  EXPECT_EQ(errors["usbl"]["angle_mean_deg"], 10.0);
+  EXPECT_EQ(errors["usbl"]["raw_position_mean_m"], 2.5);
+  EXPECT_FALSE(errors["gated"].contains("raw_position_mean_m"));
+  EXPECT_EQ(errors["optical"], nlohmann::json({{"n", 0}}));
+  EXPECT_EQ(errors["all"]["position_mean_m"], 1.0);
+  EXPECT_FALSE(errors["all"].contains("n_with_truth"));
+}
+
+TEST(Report, JsonSaysHowMuchTheTruthCovers) {
+  Estimate estimate = made_up();
+  estimate.errors[1].position = estimate.errors[1].angle = {};
+  const auto json = nlohmann::json::parse(summary_json(estimate));
+  EXPECT_EQ(json["errors"]["all"]["n"], 2);
+  EXPECT_EQ(json["errors"]["all"]["n_with_truth"], 1);
+  EXPECT_THAT(report(estimate), HasSubstr("The truth covers 1 of the 2 keyframes."));
+}
+
+TEST(Report, JsonSurvivesNamesThatAreNotText) {
+  Estimate estimate = made_up();
+  estimate.scenario = "\xff\"";
+  estimate.summary.cost = std::numeric_limits<double>::quiet_NaN();
+  const auto json = nlohmann::json::parse(summary_json(estimate));
+  EXPECT_TRUE(json["cost"].is_null());
+}
+
+TEST(Report, TableHasARowForEachType) {
+  const std::string text = report(made_up());
+  EXPECT_THAT(text, HasSubstr("made up, constant-twist, mode A: 2 keyframes, 7 residual blocks\n"));
+  EXPECT_THAT(text, HasSubstr("gauss-newton: converged, cost 1.250000"));
+  EXPECT_THAT(text, testing::ContainsRegex("usbl +1 +0.500 ± 0.000 +10.00 +2.500 ± 0.000\n"));
+  EXPECT_THAT(text, testing::ContainsRegex("optical +0 +– +– +–\n"));
+  EXPECT_THAT(text, testing::ContainsRegex("all +2 +1.000 ± 0.500 +15.00 +–\n"));
+  EXPECT_THAT(text, Not(HasSubstr("violation"))) << "nothing is constrained";
+  EXPECT_THAT(text, Not(HasSubstr("NOT CONVERGED")));
+}
+
+TEST(Report, NamesTheModelAndWhatIsNotByDefault) {
+  Estimate estimate = made_up();
+  estimate.options.mode = Mode::B;
+  estimate.options.roll_pitch = Role::off;
+  estimate.options.non_holonomic = Role::hard;
+  estimate.options.surge = at_least(0.0);
+  estimate.options.limits = Role::soft;
+  EXPECT_THAT(
+      report(estimate),
+      HasSubstr("made up, constant-twist, mode B, roll-pitch off, non-holonomic hard, surge soft: 2 keyframes"));
+}
+
+TEST(Report, PlainSensorsAreNotListed) {
+  const Estimate estimate = made_up();
+  ASSERT_EQ(estimate.sensors.size(), 2u);
+  EXPECT_THAT(report(estimate), Not(HasSubstr("down-weighted")));
+  EXPECT_EQ(nlohmann::json::parse(summary_json(estimate))["sensors"]["usbl"]["used"], 1);
+}
+
+TEST(Report, SensorsAreListedWhereThereIsMoreToTell) {
+  Estimate estimate = made_up();
+  estimate.sensors[0] = {.name = "radar", .type = SensorType::range_bearing, .delay = 1.4, .used = 39};
+  estimate.sensors[0].left_out = 1;
+  estimate.sensors[0].raw_position = MeanStd{2.5, 1.25, 39};
+  estimate.sensors[1].robust = true;
+  estimate.sensors[1].down_weighted = 2;
+  estimate.without_extrinsics = {"radar"};
+  const std::string text = report(estimate);
+  EXPECT_THAT(text, HasSubstr("mode A, robust:"));
+  EXPECT_THAT(text, testing::ContainsRegex("radar +range_bearing +39 +0 +1 +0 +2.500 ± 1.250\n"));
+  EXPECT_THAT(text, testing::ContainsRegex("optical +pose +0 +0 +0 +2 +–\n"));
+  EXPECT_THAT(text, HasSubstr("radar: no extrinsics given, taken at the body's origin.\n"));
+  const auto json = nlohmann::json::parse(summary_json(estimate))["sensors"];
+  EXPECT_EQ(json["radar"], nlohmann::json({{"type", "range_bearing"},
+                                           {"used", 39},
+                                           {"held_out", 0},
+                                           {"left_out", 1},
+                                           {"down_weighted", 0},
+                                           {"raw_position_mean_m", 2.5},
+                                           {"raw_position_std_m", 1.25}}));
+  EXPECT_EQ(json["optical"]["down_weighted"], 2);
+}
+
+/// Four fixes of two rows at unit sigma; one is an outlier, and counts for nothing.
+TEST(Report, CoverageIsOfTheInliers) {
+  Estimate estimate = made_up();
+  estimate.sensors[0].robust = true;
+  const auto add = [&](double a, double b, std::optional<bool> inlier) {
+    estimate.held_out.push_back({HeldOut{0, 0, Vector<2>(a, b), Matrix<2, 2>::Identity()}, 0.1, inlier});
+  };
+  add(0, 1, true);
+  add(1, 2.2, true);      // one row outside, together inside
+  add(1.95, 1.95, true);  // both rows inside, together outside
+  add(9, 9, false);
+  const std::string text = report(estimate);
+  EXPECT_THAT(text, testing::ContainsRegex("usbl +4 +3 +83.3 % +66.7 %\n"));
+  EXPECT_THAT(text, HasSubstr("Inliers have a weight of 0.5 or more in the same estimate with all measurements in.\n"));
+  const auto json = nlohmann::json::parse(summary_json(estimate))["held_out"]["usbl"];
+  EXPECT_EQ(json["inliers"], 3);
+  EXPECT_NEAR(json["inlier_rows_in_95_percent"], 500.0 / 6, 1e-9);
+  EXPECT_NEAR(json["inliers_in_95_percent"], 200.0 / 3, 1e-9);
+
+  add(0, 0, {});
+  EXPECT_THAT(report(estimate), HasSubstr("none could be told an outlier"));
+}
+
+TEST(Report, SaysWhyThereAreNoCovariances) {
+  Estimate estimate = made_up();
+  estimate.why_no_uncertainty = "the solve did not converge";
+  EXPECT_THAT(report(estimate), HasSubstr("No covariances: the solve did not converge\n"));
+  EXPECT_EQ(nlohmann::json::parse(summary_json(estimate))["no_covariance"], "the solve did not converge");
+}
+
+TEST(Report, TableMarksWhatDidNotConverge) {
+  Estimate estimate = made_up();
+  estimate.summary.status = Status::max_iterations;
+  estimate.summary.message = "stopped at 3 iterations";
+  estimate.hard_blocks = 2;
+  estimate.summary.max_violation = 0.25;
+  EXPECT_THAT(report(estimate), HasSubstr("NOT CONVERGED: stopped at 3 iterations\n"));
+  EXPECT_THAT(report(estimate), HasSubstr("largest violation of a hard constraint: 0.25\n"));
+  EXPECT_EQ(nlohmann::json::parse(summary_json(estimate))["status"], "max-iterations");
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,236 @@
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include <tandem/lie/operations.hpp>
+#include <tandem/solvers/augmented_lagrangian.hpp>
+#include <tandem/solvers/gauss_newton.hpp>
+#include <tandem/studies/estimation/uncertainty.hpp>
+
+#include "problem/tracking/simulated_tracking.hpp"
+#include "solvers/marginals_cases.hpp"
+
+/// Uncertainties against the dense inverse of the Hessian and differences of the estimate itself.
+namespace tandem {
+namespace {
+
+using testing::DenseMarginals;
+using testing::Simulation;
+
+/// Of the stacked tangents of several variables.
+template <LieGroup... Xs>
+Eigen::MatrixXd dense_joint(const DenseMarginals& dense, const Problem& problem, const Variable<Xs>&... x) {
+  Eigen::MatrixXd S((Xs::dof + ...), (Xs::dof + ...));
+  Eigen::Index row = 0;
+  const auto rows = [&]<LieGroup A>(const Variable<A>& a) {
+    Eigen::Index column = 0;
+    ((S.block(row, column, A::dof, Xs::dof) = dense.block(problem, a, x), column += Xs::dof), ...);
+    row += A::dof;
+  };
+  (rows(x), ...);
+  return S;
+}
+
+/// J S Jᵀ with J by central differences of f over these variables.
+template <class F, LieGroup... Xs>
+Eigen::MatrixXd propagated(const Eigen::MatrixXd& S, Problem& problem, F f, const Variable<Xs>&... x) {
+  constexpr double h = 1e-5;
+  Eigen::MatrixXd J(f().size(), S.cols());
+  Eigen::Index column = 0;
+  const auto differences = [&]<LieGroup X>(const Variable<X>& v) {
+    const X value = problem.value(v);
+    for (int i = 0; i < X::dof; ++i) {
+      const typename X::Tangent step = h * X::Tangent::Unit(i);
+      problem.set_value(v, value * X::Exp(step));
+      const Eigen::VectorXd ahead = f();
+      problem.set_value(v, value * X::Exp(-step));
+      J.col(column++) = (ahead - f()) / (2 * h);
+    }
+    problem.set_value(v, value);
+  };
+  (differences(x), ...);
+  return J * S * J.transpose();
+}
+
+struct Checked {
+  TrackingProblem tracking;
+  Uncertainty found;
+  int poses = 0, points = 0, held_out = 0;
+
+  Checked(const TrackingData& data, const TrackingOptions& options) : tracking(make_tracking_problem(data, options)) {
+    const Summary summary = solve(tracking.problem, GaussNewtonOptions{});
+    EXPECT_TRUE(summary.converged()) << summary.message;
+    found = uncertainty(tracking, data);
+    const DenseMarginals dense(tracking.problem);
+    for (std::size_t k = 0; k < tracking.keyframes.size(); ++k)
+      std::visit(
+          [&]<LieGroup C, class T>(const Variable<C>& c, const T& t) {
+            if constexpr (requires { t.first; }) {
+              check(data, k, dense, c, t.first, t.speed);
+            } else {
+              check(data, k, dense, c, t);
+            }
+          },
+          tracking.chaser[k], tracking.target[k]);
+  }
+
+  template <LieGroup... Xs>
+  void check(const TrackingData& data, std::size_t k, const DenseMarginals& dense, const Variable<Xs>&... x) {
+    SCOPED_TRACE("keyframe " + std::to_string(k));
+    Problem& problem = tracking.problem;
+    const Eigen::MatrixXd S = dense_joint(dense, problem, x...);
+    const auto expect = [&](const Eigen::MatrixXd& given, auto f, const char* what) {
+      const Eigen::MatrixXd expected = propagated(S, problem, f, x...);
+      ASSERT_EQ(given.rows(), expected.rows()) << what;
+      EXPECT_LE((given - expected).norm(), 1e-6 * expected.norm()) << what << "\n" << given << "\n\n" << expected;
+    };
+    const SE3 c = tracking.chaser_pose(k);
+    const TargetState t = tracking.target_state(k);
+    const KeyframeUncertainty& u = found.keyframes[k];
+    expect(
+        u.chaser, [&]() -> Eigen::VectorXd { return minus(tracking.chaser_pose(k), c); }, "chaser");
+    expect(
+        u.relative_position,
+        [&]() -> Eigen::VectorXd { return tracking.chaser_pose(k).inverse().act(tracking.target_state(k).position); },
+        "relative position");
+    ASSERT_EQ(u.relative_rotation.has_value(), t.rotation.has_value());
+    if (t.rotation) {
+      ++poses;
+      const auto pose = [&] {
+        const TargetState now = tracking.target_state(k);
+        return SE3(*now.rotation, now.position);
+      };
+      const SE3 before = pose(), relative = c.inverse() * before;
+      expect(
+          u.target, [&]() -> Eigen::VectorXd { return minus(pose(), before); }, "target");
+      expect(
+          *u.relative_rotation,
+          [&]() -> Eigen::VectorXd {
+            return (relative.inverse() * tracking.chaser_pose(k).inverse() * pose()).Log().template tail<3>();
+          },
+          "relative rotation");
+    } else {
+      ++points;
+      expect(
+          u.target, [&]() -> Eigen::VectorXd { return tracking.target_state(k).position; }, "target point");
+    }
+    std::size_t next = 0;
+    for (const PlacedMeasurement& m : tracking.measurements) {
+      if (!m.innovation) continue;
+      const HeldOut& h = found.held_out.at(next++);
+      if (m.keyframe != k) continue;
+      ++held_out;
+      Eigen::MatrixXd of_prediction = h.covariance;
+      of_prediction.diagonal() -= data.sensors[h.sensor].sigma.head(h.r.size()).cwiseAbs2();
+      expect(
+          of_prediction, [&] { return m.innovation(problem).r; }, "held out");
+      EXPECT_EQ(h.index, m.index);
+    }
+  }
+};
+
+TrackingData data() {
+  Simulation simulation;
+  simulation.duration = 6.0;
+  simulation.noise = 0.5;
+  TrackingData d = simulation.data();
+  d.noise.constant_velocity = Vector<3>(0.3, 0.3, 0.1);
+  return d;
+}
+
+void hold_out_every_second(TrackingData& d) {
+  for (TargetSensor& sensor : d.sensors)
+    for (std::size_t i = 1; i < sensor.measurements.size(); i += 2) sensor.measurements[i].held_out = true;
+}
+
+/// The same in the plane: range and bearing, and a pose now and then.
+TrackingData planar_data() {
+  TrackingData d;
+  d.planar = true;
+  d.noise = TrackingNoise(true);
+  d.noise.prior = Vector<3>(1e-2, 1e-2, 1e-3);
+  d.noise.odometry = Vector<3>(0.05, 0.05, 0.005);
+  d.noise.constant_twist = Vector<3>(0.05, 0.02, 0.03);
+  TargetSensor radar{.name = "radar", .type = SensorType::range_bearing, .sigma = Vector<2>(0.5, 0.03)};
+  TargetSensor camera{.name = "camera", .type = SensorType::pose, .sigma = Vector<3>(0.1, 0.1, 0.05)};
+  for (double t = 0; t <= 6; t += 0.5) {
+    const SE3 chaser = Simulation::pose(t, 0.1 * t, 0, 0.05 * t), target = Simulation::pose(10 + 0.8 * t, 4, 0, 0.02);
+    d.odometry.push_back({t, chaser});
+    const SE3 z = chaser.inverse() * target;
+    const Vector<3> p = z.translation();
+    radar.measurements.push_back({.t = t, .range = p.head<2>().norm() + 0.1, .azimuth = std::atan2(p.y(), p.x())});
+    if (t == 2.0 || t == 4.0) camera.measurements.push_back({.t = t, .position = p, .rotation = z.rotation()});
+  }
+  d.sensors = {radar, camera};
+  return d;
+}
+
+TEST(Uncertainty, OfPosesIsThatOfTheDenseInverse) {
+  TrackingData d = data();
+  hold_out_every_second(d);
+  const Checked checked(d, {});
+  EXPECT_GT(checked.poses, 5);
+  EXPECT_EQ(checked.held_out, 2);
+}
+
+TEST(Uncertainty, OfPointsIsAlongTheWorldsAxes) {
+  TrackingData d = data();
+  hold_out_every_second(d);
+  TrackingOptions options;
+  options.mode = Mode::B;
+  const Checked checked(d, options);
+  EXPECT_EQ(checked.poses, 2);
+  EXPECT_GT(checked.points, 2);
+}
+
+TEST(Uncertainty, OfASteadyCourseComesFromItsStartAndSpeed) {
+  TrackingOptions options;
+  options.model = MotionModel::steady_course;
+  TrackingData d = data();
+  hold_out_every_second(d);
+  const Checked checked(d, options);
+  EXPECT_GT(checked.poses, 5);
+  EXPECT_EQ(checked.held_out, 2);
+}
+
+TEST(Uncertainty, OfThePlaneIsZeroOutOfIt) {
+  for (const MotionModel model : {MotionModel::constant_twist, MotionModel::steady_course}) {
+    TrackingOptions options;
+    options.model = model;
+    const Checked checked(planar_data(), options);
+    EXPECT_GT(checked.poses, 5);
+    for (const KeyframeUncertainty& u : checked.found.keyframes) {
+      EXPECT_EQ(u.target.middleRows(2, 3).cwiseAbs().maxCoeff(), 0);
+      EXPECT_GT(u.target(5, 5), 0);
+      EXPECT_EQ(u.position_sigma().z(), 0);
+      EXPECT_GT(u.rotation_sigma()->z(), 0);
+    }
+  }
+}
+
+/// A hard constraint leaves no uncertainty along what it holds.
+TEST(Uncertainty, OfALevelTargetHasNoRollAndPitch) {
+  TrackingOptions options;
+  options.roll_pitch = Role::hard;
+  TrackingProblem tracking = make_tracking_problem(data(), options);
+  ASSERT_TRUE(solve(tracking.problem, AugmentedLagrangianOptions{}).converged());
+  const Uncertainty found = uncertainty(tracking, data());
+  for (const KeyframeUncertainty& u : found.keyframes) EXPECT_LE((u.target.block<2, 2>(3, 3).norm()), 1e-12);
+}
+
+TEST(HeldOut, RowsAloneAndTogether) {
+  const auto held_out = [](const Eigen::VectorXd& r) {
+    return HeldOut{0, 0, r, Vector<2>(4.0, 1.0).asDiagonal().toDenseMatrix()};
+  };
+  const HeldOut near = held_out(Vector<2>(3.8, 1.9));  // 1.9 σ each: 7.22 together, beyond the 5.99 of χ²
+  EXPECT_EQ(near.rows_inside(), 2);
+  EXPECT_NEAR(near.squared_distance(), 7.22, 1e-12);
+  EXPECT_FALSE(near.inside());
+  const HeldOut one_sided = held_out(Vector<2>(4.8, 0.0));  // 2.4 σ: 5.76
+  EXPECT_EQ(one_sided.rows_inside(), 1);
+  EXPECT_FALSE(one_sided.row_inside(0));
+  EXPECT_TRUE(one_sided.inside());
+}
+
+}  // namespace
+}  // namespace tandem

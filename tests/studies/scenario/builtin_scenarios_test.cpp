@@ -1,0 +1,46 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/studies/scenario/builtin_scenarios.hpp>
+#include <tandem/studies/scenario/scenario.hpp>
+
+#include "studies/scratch.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::EndsWith;
+
+const std::filesystem::path kScenarios = std::filesystem::path(TANDEM_SOURCE_DIR) / "studies" / "scenarios";
+
+TEST(BuiltinScenarios, EachCanBeRead) {
+  const auto names = scenario_names(kScenarios);
+  EXPECT_THAT(names, testing::Contains("docking_a"));
+  for (const std::string& name : names) {
+    const Scenario scenario = read_scenario(find_scenario(name, kScenarios));
+    EXPECT_EQ(scenario.name, name);
+    EXPECT_FALSE(scenario.description.empty());
+  }
+}
+
+TEST(BuiltinScenarios, AFolderComesFirst) {
+  const ScratchFolder folder;
+  EXPECT_EQ(find_scenario(folder.path().string(), kScenarios), folder.path());
+}
+
+TEST(BuiltinScenarios, AnUnknownNameIsAnsweredWithTheKnownOnes) {
+  EXPECT_EQ(error_of([] { find_scenario("docking_b", kScenarios); }),
+            "there is no folder 'docking_b' and no built-in scenario of that name; did you mean docking_a? "
+            "(built in: docking_a)");
+  EXPECT_THAT(error_of([] { find_scenario("x", "/nonexistent"); }), EndsWith("(built in: none)"));
+}
+
+TEST(BuiltinScenarios, AFileIsNoScenario) {
+  const ScratchFolder folder;
+  folder.write("scenario.yaml", "");
+  EXPECT_THAT(error_of([&] { find_scenario((folder.path() / "scenario.yaml").string(), kScenarios); }),
+              EndsWith("is a file; a scenario is a folder with scenario.yaml in it"));
+}
+
+}  // namespace
+}  // namespace tandem

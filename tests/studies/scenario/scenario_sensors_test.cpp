@@ -1,0 +1,235 @@
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/studies/scenario/scenario.hpp>
+
+#include "studies/scratch.hpp"
+
+/// Entries of `sensors:` and their files.
+namespace tandem {
+namespace {
+
+using testing::EndsWith;
+using testing::HasSubstr;
+
+class ScenarioSensors : public testing::Test {
+ protected:
+  ScenarioSensors() { write_small_scenario(folder_); }
+
+  /// The small scenario in the plane.
+  void make_planar() {
+    folder_.write("scenario.yaml",
+                  "name: small\ngroup: SE2\nkeyframe_interval: 1.0\nnoise:\n  prior: [0.001, 0.001, 0.001]\n"
+                  "  odometry: [0.01, 0.01, 0.001]\n  constant_twist: [0.1, 0.1, 0.02]\n"
+                  "  constant_velocity: [0.1, 0.1]\n  usbl: [1.0, 1.0]\n\n");
+    folder_.write("usbl.csv", "t,x,y\n1,5,0\n");
+    std::filesystem::remove(folder_.path() / "optical.csv");
+  }
+  /// Adds a sensor "sonar": its entry is line 12, `rows` its file.
+  void add(const std::string& entry, const std::string& rows) {
+    if (base_.empty()) base_ = read_file(folder_.path() / "scenario.yaml");
+    folder_.write("scenario.yaml", base_ + "sensors:\n  sonar: {file: sonar.csv, " + entry + "}\n");
+    folder_.write("sonar.csv", rows);
+  }
+  TargetSensor sonar() { return read_scenario(folder_.path()).data.sensors.front(); }
+  std::string error(const std::string& entry, const std::string& rows) {
+    add(entry, rows);
+    return error_of([&] { read_scenario(folder_.path()); });
+  }
+  void expect_error_at(const std::string& place, const std::string& entry, const std::string& rows,
+                       const std::string& reason) {
+    const std::string message = error(entry, rows);
+    EXPECT_THAT(message, HasSubstr(place));
+    EXPECT_THAT(message, HasSubstr(reason));
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+
+  ScratchFolder folder_;
+  std::string base_;
+};
+
+TEST_F(ScenarioSensors, RangeBearing) {
+  add("type: range_bearing, sigma: [0.1, 0.02, 0.03]", "t,range,azimuth,elevation\n1,5,0.2,-0.1\n2,6,-6.2,1.5\n");
+  const TargetSensor sensor = sonar();
+  EXPECT_EQ(sensor.name, "sonar");
+  EXPECT_EQ(sensor.type, SensorType::range_bearing);
+  EXPECT_EQ(sensor.sigma, Vector<3>(0.1, 0.02, 0.03));
+  ASSERT_EQ(sensor.measurements.size(), 2u);
+  EXPECT_EQ(sensor.measurements[0].t, 1.0);
+  EXPECT_EQ(sensor.measurements[0].range, 5.0);
+  EXPECT_EQ(sensor.measurements[0].azimuth, 0.2);
+  EXPECT_EQ(sensor.measurements[0].elevation, -0.1);
+  EXPECT_FALSE(sensor.measurements[0].held_out);
+  EXPECT_EQ(sensor.delay, 0.0);
+  EXPECT_FALSE(sensor.loss || sensor.orientation_loss);
+}
+
+TEST_F(ScenarioSensors, BearingRangeAndSphericalUsbl) {
+  add("type: bearing, sigma: [0.02, 0.03]", "t,azimuth,elevation\n1,0.2,-0.1\n");
+  EXPECT_EQ(sonar().measurements[0].azimuth, 0.2);
+  EXPECT_EQ(sonar().measurements[0].elevation, -0.1);
+  add("type: range, sigma: 0.2", "t,range\n1,5\n");
+  EXPECT_EQ(sonar().measurements[0].range, 5.0);
+  EXPECT_EQ(sonar().sigma.size(), 1);
+  add("type: usbl_spherical, sigma: [0.1, 0.02, 0.03]", "t,range,azimuth,elevation\n1,5,0.2,-1.57\n");
+  EXPECT_EQ(sonar().type, SensorType::usbl_spherical);
+  EXPECT_EQ(sonar().measurements[0].elevation, -1.57);
+}
+
+TEST_F(ScenarioSensors, PositionAndPose) {
+  add("type: position, sigma: [1, 2, 3]", "t,x,y,z\n1,5,6,7\n");
+  EXPECT_EQ(sonar().measurements[0].position, Vector<3>(5, 6, 7));
+  add("type: pose, sigma: [1, 2, 3, 4, 5, 6]", "t,x,y,z,qx,qy,qz,qw\n1,5,6,7,0,0,1,0\n");
+  EXPECT_EQ(sonar().measurements[0].position, Vector<3>(5, 6, 7));
+  EXPECT_EQ(sonar().measurements[0].rotation.quaternion().z(), 1.0);
+}
+
+TEST_F(ScenarioSensors, InThePlane) {
+  make_planar();
+  add("type: range_bearing, sigma: [0.1, 0.02]", "t,range,bearing\n1,5,0.2\n");
+  EXPECT_EQ(sonar().measurements[0].range, 5.0);
+  EXPECT_EQ(sonar().measurements[0].azimuth, 0.2);
+  EXPECT_EQ(sonar().measurements[0].elevation, 0.0);
+  add("type: bearing, sigma: 0.02", "t,bearing\n1,0.2\n");
+  EXPECT_EQ(sonar().measurements[0].azimuth, 0.2);
+  add("type: range, sigma: 0.02", "t,range\n1,5\n");
+  EXPECT_EQ(sonar().measurements[0].range, 5.0);
+  add("type: position, sigma: [1, 2]", "t,x,y\n1,5,6\n");
+  EXPECT_EQ(sonar().measurements[0].position, Vector<3>(5, 6, 0));
+  add("type: pose, sigma: [1, 2, 3]", "t,x,y,yaw\n1,5,6,0.3\n");
+  EXPECT_EQ(sonar().measurements[0].position, Vector<3>(5, 6, 0));
+  EXPECT_LE((sonar().measurements[0].rotation.Log() - Vector<3>(0, 0, 0.3)).norm(), 1e-15);
+}
+
+TEST_F(ScenarioSensors, InThePlaneEveryoneIsLevel) {
+  make_planar();
+  folder_.write("chaser_odometry.tum", "0 0 0 7 0 0 0 1\n5 5 0 7 0.0998334166468282 0 0 0.9950041652780258\n");
+  add("type: range, sigma: 0.02", "t,range\n1,5\n");
+  for (const auto& [t, pose] : read_scenario(folder_.path()).data.odometry) {
+    EXPECT_EQ(pose.translation().z(), 0.0);
+    EXPECT_EQ(pose.rotation().matrix()(2, 2), 1.0);
+  }
+}
+
+TEST_F(ScenarioSensors, DelayExtrinsicsAndLosses) {
+  add("type: pose, sigma: [1, 2, 3, 4, 5, 6], delay: 0.3, loss: 'cauchy:2', orientation_loss: tukey,\n"
+      "          position: [1, 2, 3], orientation: [0, 0, 1, 0], target_position: [4, 5, 6],\n"
+      "          target_orientation: [1, 0, 0, 0]",
+      "t,x,y,z,qx,qy,qz,qw\n1,5,6,7,0,0,1,0\n");
+  const TargetSensor sensor = sonar();
+  EXPECT_EQ(sensor.delay, 0.3);
+  EXPECT_DOUBLE_EQ(sensor.valid_at(sensor.measurements[0]), 0.7);
+  EXPECT_EQ(sensor.loss->kind, Loss::Kind::cauchy);
+  EXPECT_EQ(sensor.loss->scale, 2.0);
+  EXPECT_EQ(sensor.orientation_loss->kind, Loss::Kind::tukey);
+  EXPECT_EQ(sensor.mount.translation(), Vector<3>(1, 2, 3));
+  EXPECT_EQ(sensor.mount.rotation().quaternion().z(), 1.0);
+  EXPECT_EQ(sensor.marker.translation(), Vector<3>(4, 5, 6));
+  EXPECT_EQ(sensor.marker.rotation().quaternion().x(), 1.0);
+}
+
+TEST_F(ScenarioSensors, ACameraMaySeeATargetTwiceInAFrame) {
+  add("type: bearing, sigma: [0.02, 0.03]", "t,azimuth,elevation\n1,0.2,-0.1\n1,0.3,-0.1\n");
+  EXPECT_EQ(sonar().measurements.size(), 2u);
+  expect_error_at("sonar.csv:3: ", "type: position, sigma: [1, 1, 1]", "t,x,y,z\n1,5,6,7\n1,5,6,8\n",
+                  "time 1 repeats that of line 2");
+}
+
+constexpr const char* kRangeBearing = "type: range_bearing, sigma: [0.1, 0.02, 0.03]";
+constexpr const char* kSpherical = "type: usbl_spherical, sigma: [0.1, 0.02, 0.03]";
+const std::string kDirections = "t,range,azimuth,elevation\n1,5,0,0\n";
+
+TEST_F(ScenarioSensors, AnglesOutOfTheirChart) {
+  for (const char* pole : {"1.5707963267948966", "-1.5707963267948966", "1.5707962"})
+    expect_error_at("sonar.csv:3: ", kSpherical, kDirections + "2,5,0.1," + pole + "\n", "at the pole of its chart");
+  for (const char* entry : {kSpherical, kRangeBearing})
+    expect_error_at("sonar.csv:3: ", entry, kDirections + "2,5,0.1,-1.6\n", "beyond the pole of its chart");
+  expect_error_at("sonar.csv:3: ", kRangeBearing, kDirections + "2,5,6.3,0\n", "radians");
+  expect_error_at("sonar.csv:3: ", kRangeBearing, kDirections + "2,5,0.1,45\n", "radians");
+  expect_error_at("sonar.csv:2: ", "type: bearing, sigma: [0.1, 0.1]", "t,azimuth,elevation\n2,-170,0\n",
+                  "azimuth -170");
+  make_planar();
+  base_.clear();
+  expect_error_at("sonar.csv:2: ", "type: bearing, sigma: 0.1", "t,bearing\n2,-170\n", "bearing -170");
+}
+
+TEST_F(ScenarioSensors, ADirectionStraightUpIsOneWhereNoAzimuthIsMeasured) {
+  add(kRangeBearing, "t,range,azimuth,elevation\n1,5,0,1.5707963267948966\n");
+  EXPECT_EQ(sonar().measurements.size(), 1u);
+}
+
+TEST_F(ScenarioSensors, RangesAreAboveZero) {
+  for (const char* range : {"0", "-2"}) {
+    expect_error_at("sonar.csv:2: ", "type: range, sigma: 1", std::string("t,range\n1,") + range + "\n",
+                    std::string("range ") + range + " m; a range must be above zero");
+    expect_error_at("sonar.csv:2: ", kSpherical, std::string("t,range,azimuth,elevation\n1,") + range + ",0,0\n",
+                    "above zero");
+  }
+}
+
+TEST_F(ScenarioSensors, EntriesThatMakeNoSense) {
+  const std::string ranges = "t,range\n1,5\n";
+  const auto expect_refused = [&](const std::string& entry, const std::string& reason) {
+    expect_error_at("scenario.yaml:12: ", entry, ranges, reason);
+  };
+  expect_refused("type: rang, sigma: 1", "unknown sensor type 'rang'; did you mean range?");
+  expect_refused("type: headin, sigma: 1", "unknown sensor type 'headin'; did you mean heading?");
+  expect_refused("sigma: 1", "sensor sonar lacks the key type");
+  expect_refused("type: range", "sensor sonar lacks the key sigma");
+  expect_refused("type: range, sigma: [1, 2]", "sigma needs 1 standard deviation, not 2");
+  expect_refused("type: range, sigma: 0", "sigma has the standard deviation 0");
+  expect_refused("type: range, sigma: 1, delay: -0.1", "delay -0.1 s is negative");
+  expect_refused("type: range, sigma: 1, delay: late", "delay is 'late', not a finite number");
+  expect_refused("type: range, sigma: 1, dealy: 0.1", "unknown key 'dealy' in sensor sonar; did you mean delay?");
+  expect_refused("type: range, sigma: 1, loss: caucy", "'caucy'; did you mean cauchy?");
+  expect_refused("type: range, sigma: 1, loss: 'cauchy:0'", "the scale 0 must be above zero");
+  expect_refused("type: range, sigma: 1, orientation_loss: cauchy", "unknown key 'orientation_loss'");
+  expect_error_at("sonar.csv:1: ", "type: range, sigma: 1", "t,r\n1,5\n", "must name the columns t,range, not 't,r'");
+}
+
+TEST_F(ScenarioSensors, ExtrinsicsThatAreMissing) {
+  const std::string ranges = "t,range\n1,5\n";
+  for (const char* key : {"position", "target_position"}) {
+    const std::string k = key;
+    for (const char* nothing : {" ", " ~", " null"})
+      expect_error_at("scenario.yaml:12: ", "type: range, sigma: 1, " + k + ":" + nothing, ranges,
+                      k + " needs 3 numbers, which are missing");
+    expect_error_at("scenario.yaml:12: ", "type: range, sigma: 1, " + k + ": []", ranges,
+                    k + " needs 3 numbers, not 0");
+    expect_error_at("scenario.yaml:12: ", "type: range, sigma: 1, " + k + ": [1, 2]", ranges,
+                    k + " needs 3 numbers, not 2");
+    expect_error_at("scenario.yaml:12: ", "type: range, sigma: 1, " + k + ": [1, 2, ~]", ranges, k);
+  }
+  expect_error_at("scenario.yaml:12: ", "type: range, sigma: 1, orientation: ", ranges,
+                  "orientation needs 4 numbers, which are missing");
+  expect_error_at("scenario.yaml:12: ", "type: range, sigma: 1, orientation: [0, 0, 0, 0.5]", ranges, "quaternion");
+}
+
+TEST_F(ScenarioSensors, ThePlaneHasNoSphericalUsbl) {
+  make_planar();
+  expect_error_at("scenario.yaml:12: ", kSpherical, kDirections, "usbl_spherical is not planar");
+}
+
+TEST_F(ScenarioSensors, PlanarFilesHavePlanarColumns) {
+  make_planar();
+  expect_error_at("sonar.csv:1: ", "type: range_bearing, sigma: [0.1, 0.1]", kDirections,
+                  "must name the columns t,range,bearing, not 't,range,azimuth,elevation'");
+  expect_error_at("scenario.yaml:12: ", "type: range_bearing, sigma: [0.1, 0.1, 0.1]", kDirections,
+                  "sigma needs 2 standard deviations, not 3");
+}
+
+TEST_F(ScenarioSensors, ATrajectoryMayRepeatAPoseButNotContradictItself) {
+  const std::string three = "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n5 5 0 0 0 0 0 1\n";
+  folder_.write("chaser_odometry.tum", three);
+  folder_.write("truth_target.tum", three);
+  EXPECT_EQ(read_scenario(folder_.path()).data.odometry.size(), 3u);
+  EXPECT_EQ(read_scenario(folder_.path()).truth_target.size(), 3u);
+  folder_.write("chaser_odometry.tum", "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n1 1.1 0 0 0 0 0 1\n5 5 0 0 0 0 0 1\n");
+  EXPECT_THAT(error_of([&] { read_scenario(folder_.path()); }),
+              EndsWith("chaser_odometry.tum:3: time 1 repeats that of line 2 with another pose"));
+}
+
+}  // namespace
+}  // namespace tandem
