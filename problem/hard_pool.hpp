@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include <tandem/problem/pool.hpp>
 #include <tandem/residuals/bounds.hpp>
@@ -57,38 +58,39 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
   void jacobian(const PoolPlacement& place, double* c, double* values) const override {
     Row r;
     Jacobians J;
-    static_for<kArity>([&]<int A>() { std::get<A>(J).setZero(); });  // GCC 12 does not see that linearize sets it
+    Pool::set_zero(J);  // GCC 12 does not see that linearize sets it
     for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
       const int* offset = &place.offset[i * kArity];
       this->linearize(i, offset, r, J);
       if (c) c = std::copy_n(r.data(), kDim, c);
       double* out = values + place.jacobian[i];
       static_for<kArity>([&]<int S>() {
-        if (offset[S] >= 0) out = std::copy_n(std::get<S>(J).data(), std::get<S>(J).size(), out);
+        if (offset[S] >= 0) out = std::copy_n(std::get<S>(J).data(), kDim * Pool::kDofs[S], out);
       });
     }
   }
 
   void accumulate(const PoolPlacement& place, const double* weights, double* H) const override {
     each_weighted(place, weights, [&](std::size_t i, const int* offset, const Jacobians& J) {
-      this->add_products(offset, &place.hessian[i * kPairs], 1.0, J, H);
+      this->add_products(offset, &place.hessian[i * kPairs], J, H);
     });
   }
   void accumulate(const PoolPlacement& place, const double* weights, const double* jacobian, double* H) const override {
     Jacobians J;
-    static_for<kArity>([&]<int A>() { std::get<A>(J).setZero(); });
+    Pool::set_zero(J);
     for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
       const int* offset = &place.offset[i * kArity];
-      const Row root = Eigen::Map<const Row>(weights + i * kDim).cwiseSqrt();
-      if (root.isZero(0.)) continue;
+      double root[kDim];
+      if (!square_roots(weights + i * kDim, root)) continue;
       const double* from = jacobian + place.jacobian[i];
       static_for<kArity>([&]<int A>() {
         if (offset[A] < 0) return;
-        auto& Ja = std::get<A>(J);
-        Ja = root.asDiagonal() * Eigen::Map<const std::decay_t<decltype(Ja)>>(from);
-        from += Ja.size();
+        constexpr int size = kDim * Pool::kDofs[A];
+        std::copy_n(from, size, std::get<A>(J).data());
+        scale_rows<kDim, Pool::kDofs[A]>(root, std::get<A>(J).data());
+        from += size;
       });
-      this->add_products(offset, &place.hessian[i * kPairs], 1.0, J, H);
+      this->add_products(offset, &place.hessian[i * kPairs], J, H);
     }
   }
   void add_stiffness(const PoolPlacement& place, const double* v, const double* weights, double& along,
@@ -101,12 +103,12 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
   void add_exact_hessian(const PoolPlacement& place, double factor, const double* multipliers,
                          double* H) const override {
     for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
-      const Row lambda = factor * Eigen::Map<const Row>(multipliers + i * kDim);
-      if (lambda.isZero(0.)) continue;
-      const auto gradient = [&]<int A>(const Row&, const Jacobians& J) {
-        return (std::get<A>(J).transpose() * lambda).eval();
+      const double* lambda = multipliers + i * kDim;
+      if (std::all_of(lambda, lambda + kDim, [](double l) { return l == 0; })) continue;
+      const auto dual = [&](const Row&, Row& w) {
+        for (int k = 0; k < kDim; ++k) w.data()[k] = factor * lambda[k];
       };
-      this->difference_gradient(i, &place.offset[i * kArity], &place.hessian[i * kPairs], gradient, H);
+      this->difference_gradient(i, &place.offset[i * kArity], &place.hessian[i * kPairs], dual, H);
     }
   }
 
@@ -116,15 +118,25 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
   void each_weighted(const PoolPlacement& place, const double* weights, F f) const {
     Row r;
     Jacobians J;
-    static_for<kArity>([&]<int A>() { std::get<A>(J).setZero(); });
+    Pool::set_zero(J);
     for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
       const int* offset = &place.offset[i * kArity];
-      const Row root = Eigen::Map<const Row>(weights + i * kDim).cwiseSqrt();
-      if (root.isZero(0.)) continue;
+      double root[kDim];
+      if (!square_roots(weights + i * kDim, root)) continue;
       this->linearize(i, offset, r, J);
-      static_for<kArity>([&]<int A>() { std::get<A>(J).array().colwise() *= root.array(); });
+      static_for<kArity>([&]<int A>() { scale_rows<kDim, Pool::kDofs[A]>(root, std::get<A>(J).data()); });
       f(i, offset, J);
     }
+  }
+
+  /// False when all are zero.
+  static bool square_roots(const double* weights, double* root) {
+    bool any = false;
+    for (int k = 0; k < kDim; ++k) {
+      root[k] = std::sqrt(weights[k]);
+      any |= weights[k] != 0;
+    }
+    return any;
   }
 
   std::vector<Bounds<kDim>> bounds_;

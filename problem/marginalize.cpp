@@ -74,6 +74,7 @@ void Problem::marginalize(std::span<const int> variable_ids) {
 
   // The touched blocks alone, straight into it: only their entries of a placement are read.
   for (auto& [type, store] : stores_) store->reset();
+  point_of_ = nullptr;
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n);
   Eigen::VectorXd g = Eigen::VectorXd::Zero(n);
   double cost = 0;
@@ -109,7 +110,7 @@ void Problem::marginalize(std::span<const int> variable_ids) {
   for (const int id : variable_ids) remove_variable(id);
   if (prior_pool_ < 0) {
     prior_pool_ = static_cast<int>(pools_.size());
-    pools_.push_back({std::make_unique<detail::MarginalPrior>(), nullptr, {}, {}, {}, {}});
+    pools_.push_back({std::make_unique<detail::MarginalPrior>(), nullptr, {}, {}, {}});
     pools_.back().soft->widening = widening_;
   }
   static_cast<detail::MarginalPrior&>(*pools_[std::size_t(prior_pool_)].soft)
@@ -122,7 +123,7 @@ std::optional<Block> Problem::marginal_prior() const {
   const Pool& pool = pools_[std::size_t(prior_pool_)];
   if (pool.id_of_index.empty()) return {};
   const int id = pool.id_of_index.front();
-  return Block{prior_pool_, id, pool.generation[std::size_t(id)]};
+  return Block{prior_pool_, id, pool.ids.generation(id)};
 }
 
 }  // namespace tandem

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <string_view>
 #include <tuple>
 #include <vector>
 
 #include <tandem/lie/static_for.hpp>
+#include <tandem/problem/block_kernels.hpp>
 #include <tandem/problem/state_store.hpp>
 #include <tandem/residuals/residual.hpp>
 
@@ -67,11 +69,16 @@ class BlockPool : public Base {
     using Stores = std::tuple<StateStore<State<S>>*...>;
     using Points = std::tuple<const State<S>*...>;
     using Jacobians = std::tuple<Matrix<kDim, State<S>::dof>...>;
-    static constexpr std::array<int, kArity> dofs{State<S>::dof...};
+    using Transposed = std::tuple<std::array<double, std::size_t(kDim* State<S>::dof)>...>;
+    static constexpr std::array<int, std::size_t(kArity)> dofs{State<S>::dof...};
+    static constexpr std::size_t sum_of_dofs = std::size_t((State<S>::dof + ...));
   };
   using Types = Tuples<std::make_integer_sequence<int, kArity>>;
   using Stores = typename Types::Stores;
   using Jacobians = typename Types::Jacobians;
+  using Transposed = typename Types::Transposed;
+  static constexpr auto kDofs = Types::dofs;
+  static constexpr std::size_t kSumOfDofs = Types::sum_of_dofs;
   using Row = Vector<kDim>;
 
   explicit BlockPool(const Stores& stores) : stores_(stores) {}
@@ -110,98 +117,101 @@ class BlockPool : public Base {
     static_for<kArity>([&]<int S>() {
       const auto& store = *std::get<S>(stores_);
       if (offset[S] >= 0 && store.charted)  // the chain through Jr(δ), here and nowhere else
-        std::get<S>(J) = (std::get<S>(J) * store.chart[std::size_t(slots_[i][S])]).eval();
+        multiply_right<kDim, kDofs[S]>(std::get<S>(J).data(), store.chart[std::size_t(slots_[i][S])].data());
     });
+  }
+  static void set_zero(Jacobians& J) {
+    static_for<kArity>([&]<int A>() { std::fill_n(std::get<A>(J).data(), kDim * kDofs[A], 0.0); });
   }
 
   /// Adds ‖J v‖² and ‖J diag(v)‖² of one block whose Jacobians are whitened.
   static void add_block_stiffness(const int* offset, const Jacobians& J, const double* v, double& along,
                                   double& scale) {
-    Row Jv = Row::Zero();
+    double Jv[kDim] = {};
     static_for<kArity>([&]<int A>() {
       if (offset[A] < 0) return;
-      const Eigen::Map<const Vector<State<A>::dof>> part(v + offset[A]);
-      Jv += std::get<A>(J) * part;
-      scale += (std::get<A>(J) * part.asDiagonal()).squaredNorm();
+      const double *Ja = std::get<A>(J).data(), *part = v + offset[A];
+      add_multiplied<kDim, kDofs[A]>(Ja, part, Jv);
+      for (int k = 0; k < kDofs[A]; ++k) scale += part[k] * part[k] * squared_norm<kDim>(Ja + k * kDim);
     });
-    along += Jv.squaredNorm();
+    along += squared_norm<kDim>(Jv);
   }
 
-  /// H += w Jaᵀ Jb for every pair of free states, straight into the solver's matrix.
-  static void add_products(const int* offset, const HessianPlace* place, double weight, const Jacobians& J, double* H) {
+  /// H += Jaᵀ Jb for every pair of free states, straight into the solver's matrix; `transposed`: of each state, w Jᵀ.
+  static void add_products(const int* offset, const HessianPlace* place, const Transposed& transposed,
+                           const Jacobians& J, double* H) {
     static_for<kArity>([&]<int A>() {
       if (offset[A] < 0) return;
-      const auto JaT = (weight * std::get<A>(J).transpose()).eval();
+      const double* JaT = std::get<A>(transposed).data();
       static_for<A + 1>([&]<int B>() {
         if (offset[B] < 0) return;
-        constexpr int a = State<A>::dof, b = State<B>::dof;
+        constexpr int a = kDofs[A], b = kDofs[B];
         const HessianPlace& at = place[A * (A + 1) / 2 + B];
-        const Matrix<a, b> product = JaT * std::get<B>(J);
-        if (offset[A] >= offset[B]) add_block_at<a, b>(H + at.position, at.stride, product);
+        const double* Jb = std::get<B>(J).data();
+        if (offset[A] >= offset[B]) add_product<a, kDim, b>(JaT, Jb, H + at.position, at.stride);
         if (A != B && offset[A] <= offset[B])  // both when a block reads one variable twice
-          add_block_at<b, a>(H + at.position, at.stride, product.transpose());
+          add_product_transposed<a, kDim, b>(JaT, Jb, H + at.position, at.stride);
       });
     });
   }
-
-  /// Adds to a block of a matrix kept by columns, `stride` apart.
-  template <int rows, int columns, class Block>
-  static void add_block_at(double* to, int stride, const Block& block) {
-    if constexpr (rows == 1) {  // Eigen keeps a single row by rows, and would not step from column to column
-      for (int j = 0; j < columns; ++j) to[std::ptrdiff_t(j) * stride] += block(0, j);
-    } else {
-      Eigen::Map<Matrix<rows, columns>, 0, Eigen::OuterStride<>>(to, Eigen::OuterStride<>(stride)) += block;
-    }
+  static void add_products(const int* offset, const HessianPlace* place, const Jacobians& J, double* H) {
+    Transposed transposed;
+    static_for<kArity>([&]<int A>() {
+      if (offset[A] >= 0) transpose<kDim, kDofs[A]>(1.0, std::get<A>(J).data(), std::get<A>(transposed).data());
+    });
+    add_products(offset, place, transposed, J, H);
   }
 
-  /// Central differences of `gradient(r, J, S)`, the block's gradient by state S, over all its unknowns.
-  template <class Gradient>
-  void difference_gradient(std::size_t i, const int* offset, const HessianPlace* place, Gradient gradient,
-                           double* H) const {
+  /// Central differences of the block's gradient, Jᵀ w, over all its unknowns; dual(r, w) gives w.
+  template <class Dual>
+  void difference_gradient(std::size_t i, const int* offset, const HessianPlace* place, Dual dual, double* H) const {
     constexpr double h = 1e-5;  // balances h² truncation and 1e-16/h rounding of a first derivative
     static_for<kArity>([&]<int B>() {
       if (offset[B] < 0) return;
-      using X = State<B>;
-      auto& store = *std::get<B>(stores_);
-      const std::size_t slot = std::size_t(slots_[i][B]);
+      const auto& store = *std::get<B>(stores_);
       auto p = points(i);
-      for (int k = 0; k < X::dof; ++k) {
-        std::array<Row, 2> r;
-        std::array<Jacobians, 2> J;
-        for (int side = 0; side < 2; ++side) {
-          typename X::Tangent d = store.delta[slot];
-          d[k] += side == 0 ? h : -h;
-          const X moved = store.value[slot] * X::Exp(d);
+      for (int k = 0; k < kDofs[B]; ++k) {
+        std::array<double, kSumOfDofs> gradient[2];
+        for (const int side : {0, 1}) {
+          State<B> moved;
+          typename State<B>::Jacobian chart;
+          store.near_point(slots_[i][B], k, side == 0 ? h : -h, moved, chart);
           std::get<B>(p) = &moved;
-          linearize_at(i, p, offset, r[std::size_t(side)], J[std::size_t(side)]);
+          Row r, w;
+          Jacobians J;
+          linearize_at(i, p, offset, r, J);
+          dual(r, w);
+          int first = 0;
           static_for<kArity>([&]<int S>() {
-            auto& Js = std::get<S>(J[std::size_t(side)]);
+            double* Js = std::get<S>(J).data();
             const auto& s = *std::get<S>(stores_);
-            if (offset[S] < 0) return;
-            if constexpr (S == B) {
-              Js = (Js * X::Jr(d)).eval();
-            } else if (s.charted) {
-              Js = (Js * s.chart[std::size_t(slots_[i][S])]).eval();
+            if (offset[S] >= 0) {
+              if (S == B)
+                multiply_right<kDim, kDofs[B]>(std::get<B>(J).data(), chart.data());
+              else if (s.charted)
+                multiply_right<kDim, kDofs[S]>(Js, s.chart[std::size_t(slots_[i][S])].data());
+              multiply_transposed<kDim, kDofs[S]>(Js, w.data(), gradient[side].data() + first);
             }
+            first += kDofs[S];
           });
         }
+        int first = 0;
         static_for<kArity>([&]<int A>() {
-          if (offset[A] < 0) return;
-          const Vector<State<A>::dof> column =
-              (gradient.template operator()<A>(r[0], J[0]) - gradient.template operator()<A>(r[1], J[1])) / (2 * h);
-          // Every ordered pair is met once from each side: half from each keeps the Hessian symmetric.
           constexpr int a = A > B ? A : B, b = A > B ? B : A;
           const HessianPlace& at = place[a * (a + 1) / 2 + b];
-          const bool row_is_A = offset[A] >= offset[B];
-          for (int m = 0; m < State<A>::dof; ++m) {
-            if constexpr (A == B) {
-              H[at.position + k * at.stride + m] += 0.5 * column[m];
-              H[at.position + m * at.stride + k] += 0.5 * column[m];
+          for (int m = 0; offset[A] >= 0 && m < kDofs[A]; ++m) {
+            const std::size_t entry = std::size_t(first + m);
+            const double column = (gradient[0][entry] - gradient[1][entry]) / (2 * h);
+            // Every ordered pair is met once from each side: half from each keeps the Hessian symmetric.
+            if (A == B) {
+              H[at.position + k * at.stride + m] += 0.5 * column;
+              H[at.position + m * at.stride + k] += 0.5 * column;
             } else {
-              const double v = offset[A] == offset[B] ? column[m] : 0.5 * column[m];
-              H[row_is_A ? at.position + k * at.stride + m : at.position + m * at.stride + k] += v;
+              const double v = offset[A] == offset[B] ? column : 0.5 * column;
+              H[offset[A] >= offset[B] ? at.position + k * at.stride + m : at.position + m * at.stride + k] += v;
             }
           }
+          first += kDofs[A];
         });
       }
     });

@@ -6,13 +6,14 @@
 namespace tandem {
 
 int Problem::new_variable_id() {
-  if (free_ids_.empty()) {
-    variables_.emplace_back();
-    return static_cast<int>(variables_.size()) - 1;
-  }
-  const int id = free_ids_.back();
-  free_ids_.pop_back();
+  const int id = ids_.take();
+  if (id == static_cast<int>(variables_.size())) variables_.emplace_back();
   return id;
+}
+
+void Problem::throw_stale(bool removed) {
+  throw Error(removed ? "the problem was given a variable that has been removed from it"
+                      : "the problem was given a variable that was never added to one");
 }
 
 void Problem::remove_variable(int id) {
@@ -29,7 +30,8 @@ void Problem::remove_variable(int id) {
   }
   variable.store->remove(variable.slot);
   variable = {};
-  free_ids_.push_back(id);
+  ids_.give_back(id);
+  ++revision_;
 }
 
 std::string Problem::describe(const detail::PoolBase& pool, int block) const {
@@ -41,28 +43,22 @@ std::string Problem::describe(const detail::PoolBase& pool, int block) const {
 /// A handle for the last block of a pool.
 Block Problem::new_block(int index) {
   Pool& pool = pools_[std::size_t(index)];
-  if (pool.free_ids.empty()) {
-    pool.free_ids.push_back(static_cast<int>(pool.index_of_id.size()));
-    pool.index_of_id.push_back(-1);
-    pool.generation.push_back(0);
-  }
-  const int id = pool.free_ids.back();
-  pool.free_ids.pop_back();
+  const int id = pool.ids.take();
   const int last = static_cast<int>(pool.id_of_index.size());
+  if (id == static_cast<int>(pool.index_of_id.size())) pool.index_of_id.push_back(-1);
   pool.index_of_id[std::size_t(id)] = last;
   pool.id_of_index.push_back(id);
   const int* ids = pool.base().variables(last);
   for (int s = 0; s < pool.base().arity(); ++s) ++variables_[std::size_t(ids[s])].readers;
-  return {index, id, pool.generation[std::size_t(id)]};
+  ++revision_;
+  return {index, id, pool.ids.generation(id)};
 }
 
 int Problem::index_of(const Block& block, const char* asked) const {
   const Pool* pool = std::size_t(block.pool) < pools_.size() ? &pools_[std::size_t(block.pool)] : nullptr;
-  const bool known = pool && std::size_t(block.id) < pool->index_of_id.size() &&
-                     pool->generation[std::size_t(block.id)] == block.generation;
-  const int index = known ? pool->index_of_id[std::size_t(block.id)] : -1;
-  if (index < 0) throw Error(std::string(asked) + ": the problem has no such block (any more)");
-  return index;
+  if (!pool || !pool->ids.is_current(block.id, block.generation))
+    throw Error(std::string(asked) + ": the problem has no such block (any more)");
+  return pool->index_of_id[std::size_t(block.id)];
 }
 
 void Problem::remove(const Block& block) { remove_block_at(block.pool, index_of(block, "remove")); }
@@ -77,8 +73,8 @@ void Problem::remove_block_at(int pool_index, int index) {
   pool.id_of_index.pop_back();
   pool.index_of_id[std::size_t(last)] = index;
   pool.index_of_id[std::size_t(id)] = -1;
-  ++pool.generation[std::size_t(id)];
-  pool.free_ids.push_back(id);
+  pool.ids.give_back(id);
+  ++revision_;
 }
 
 double Problem::weight(const Block& block) const {

@@ -15,6 +15,8 @@
 
 namespace tandem {
 
+class Program;
+
 namespace detail {
 template <class States>
 struct HandlesOf;
@@ -67,7 +69,8 @@ class Problem {
                                    next_sequence_,
                                    name.empty() ? "variable " + std::to_string(next_sequence_) : std::move(name)};
     ++next_sequence_;
-    return {&states, slot, states.generation[std::size_t(slot)]};
+    ++revision_;
+    return {&states, slot, states.slots.generation(slot)};
   }
   /// Takes a variable out; its handles are no longer valid, and its id may be given to the next one. Throws Error,
   /// naming the variable, when a block still reads it.
@@ -82,19 +85,23 @@ class Problem {
     const auto it = stores_.find(typeid(G));
     return it != stores_.end() && it->second.get() == x.store && is_current(x);
   }
+  /// Throws Error when the variable has been removed, or never was.
   template <LieGroup G>
   const G& value(const Variable<G>& x) const {
+    check_current(x);
     return x.store->value[std::size_t(x.slot)];
   }
   template <LieGroup G>
   void set_value(const Variable<G>& x, const G& value) {
     check_owned(x);
+    ++value_revision_;
     x.store->value[std::size_t(x.slot)] = x.store->point[std::size_t(x.slot)] = value;
   }
   /// A fixed variable keeps its value: solvers do not see it.
   template <LieGroup G>
   void fix(const Variable<G>& x, bool fixed = true) {
     check_owned(x);
+    ++revision_;
     variables_[std::size_t(id(x))].fixed = fixed;
   }
 
@@ -158,13 +165,14 @@ class Problem {
   /// variables' values, whatever the widening now. Empty when no loss is robust.
   std::optional<double> convex_widening() const;
 
-  int num_variables() const { return static_cast<int>(variables_.size() - free_ids_.size()); }
+  int num_variables() const { return ids_.size(); }
   /// Ids are below this. Some may be of no variable now: their names are empty.
   int id_bound() const { return static_cast<int>(variables_.size()); }
   const std::string& name(int variable_id) const { return variables_[std::size_t(variable_id)].name; }
-  /// Below id_bound(). Of a variable that is there.
+  /// Below id_bound(). Throws Error when the variable has been removed, or never was.
   template <LieGroup G>
   int id(const Variable<G>& x) const {
+    check_current(x);
     return x.store->id[std::size_t(x.slot)];
   }
   int num_soft_blocks() const;
@@ -193,9 +201,8 @@ class Problem {
   struct Pool {
     std::unique_ptr<detail::SoftPoolBase> soft;  // one of the two
     std::unique_ptr<detail::HardPoolBase> hard;
-    std::vector<int> index_of_id, id_of_index;  // blocks keep their id when others are removed
-    std::vector<unsigned> generation;           // of each id
-    std::vector<int> free_ids;
+    detail::Slots ids;  // blocks keep their id when others are removed
+    std::vector<int> index_of_id, id_of_index;
 
     detail::PoolBase& base() const { return soft ? static_cast<detail::PoolBase&>(*soft) : *hard; }
   };
@@ -229,18 +236,23 @@ class Problem {
   template <LieGroup G>
   void check_owned(const Variable<G>& x) {
     if (x.store != &store<G>()) throw Error("the problem was given a variable that is not its own");
-    if (!is_current(x)) throw Error("the problem was given a variable that has been removed from it");
+    check_current(x);
   }
   template <LieGroup G>
   static bool is_current(const Variable<G>& x) {
-    return x.store->id[std::size_t(x.slot)] >= 0 && x.store->generation[std::size_t(x.slot)] == x.generation;
+    return x.store && x.store->slots.is_current(x.slot, x.generation);
   }
+  template <LieGroup G>
+  static void check_current(const Variable<G>& x) {
+    if (!is_current(x)) throw_stale(x.store != nullptr);
+  }
+  [[noreturn]] static void throw_stale(bool removed);
 
   template <Residual R>
   Found<detail::SoftPool<R>> soft_pool() {
     const auto [it, isnew] = pool_of_type_.try_emplace(typeid(detail::SoftPool<R>), static_cast<int>(pools_.size()));
     if (isnew) {
-      pools_.push_back({std::make_unique<detail::SoftPool<R>>(stores<R>()), nullptr, {}, {}, {}, {}});
+      pools_.push_back({std::make_unique<detail::SoftPool<R>>(stores<R>()), nullptr, {}, {}, {}});
       pools_.back().soft->widening = widening_;
     }
     return {it->second, static_cast<detail::SoftPool<R>&>(*pools_[std::size_t(it->second)].soft)};
@@ -248,7 +260,7 @@ class Problem {
   template <Residual R>
   Found<detail::HardPool<R>> hard_pool() {
     const auto [it, isnew] = pool_of_type_.try_emplace(typeid(detail::HardPool<R>), static_cast<int>(pools_.size()));
-    if (isnew) pools_.push_back({nullptr, std::make_unique<detail::HardPool<R>>(stores<R>()), {}, {}, {}, {}});
+    if (isnew) pools_.push_back({nullptr, std::make_unique<detail::HardPool<R>>(stores<R>()), {}, {}, {}});
     return {it->second, static_cast<detail::HardPool<R>&>(*pools_[std::size_t(it->second)].hard)};
   }
   int new_variable_id();
@@ -261,14 +273,18 @@ class Problem {
   static std::string mismatch(std::string_view name, int rows, int noise);
   static std::string crossed(std::string_view name, double lower, double upper);
 
-  std::vector<VariableInfo> variables_;
-  std::vector<int> free_ids_;
+  std::vector<VariableInfo> variables_;  // by id
+  detail::Slots ids_;
   long long next_sequence_ = 0;
   std::map<std::type_index, std::unique_ptr<detail::StateStoreBase>> stores_;
   std::vector<Pool> pools_;
   std::map<std::type_index, int> pool_of_type_;
   int prior_pool_ = -1;    // of the marginal prior, once there has been one
   double widening_ = 1.0;  // also in every soft pool
+  // Programs notice by these that variables or blocks, or values, are no longer what they were compiled for, and that
+  // another Program has moved the point.
+  long long revision_ = 0, value_revision_ = 0;
+  const Program* point_of_ = nullptr;
 };
 
 namespace detail {

@@ -11,14 +11,30 @@
 
 namespace tandem {
 
+void Program::check_unchanged() const {
+  if (problem_.revision_ != revision_)
+    throw Error("variables or blocks have joined or left the problem since its Program was made: make a new one");
+}
+
+void Program::take_point() {
+  check_unchanged();
+  if (problem_.value_revision_ != value_revision_)
+    throw Error("the variables' values were changed while a Program was at work on them: reset() it first");
+  if (problem_.point_of_ != this) move_to(delta_);
+}
+
 void Program::move_to(const Eigen::VectorXd& delta) {
-  for (auto& [type, store] : problem_.stores_) store->move(delta.data(), offset_);
+  check_unchanged();
+  delta_ = delta;
+  for (auto& [type, store] : problem_.stores_) store->move(delta_.data(), offset_);
+  problem_.point_of_ = this;
   moved_ = true;
 }
 
 void Program::recenter() {
+  take_point();
   for (auto& [type, store] : problem_.stores_) store->recenter();
-  moved_ = false;
+  values_changed();
 }
 
 void Program::keep() {
@@ -26,12 +42,24 @@ void Program::keep() {
 }
 
 void Program::restore() {
+  check_unchanged();
   for (auto& [type, store] : problem_.stores_) store->restore();
+  values_changed();
   reset();
 }
 
+void Program::values_changed() {
+  value_revision_ = ++problem_.value_revision_;
+  delta_.setZero();
+  moved_ = false;
+}
+
 void Program::reset() {
+  check_unchanged();
   for (auto& [type, store] : problem_.stores_) store->reset();
+  value_revision_ = problem_.value_revision_;
+  problem_.point_of_ = this;
+  delta_.setZero();
   moved_ = false;
 }
 
@@ -42,6 +70,7 @@ double Program::largest_angle() const {
 }
 
 void Program::chart_if_moved() {
+  take_point();
   if (!moved_) return;
   for (auto& [type, store] : problem_.stores_) store->chart_point();
   moved_ = false;
@@ -62,6 +91,7 @@ double Program::in_lanes(F f) {
 }
 
 double Program::cost() {
+  take_point();
   return in_lanes([this](int lane) {
     double total = 0;
     for (const auto& p : problem_.pools_)
@@ -81,6 +111,7 @@ double Program::linearize(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian) {
 }
 
 double Program::linearize_at_point(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian) {
+  take_point();
   for (auto& [type, store] : problem_.stores_) store->charted = false;
   moved_ = true;
   return accumulate(gradient, &hessian);
@@ -110,6 +141,7 @@ double Program::accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian) 
 }
 
 void Program::constraints(Eigen::VectorXd& c) {
+  take_point();
   double* out = c.data();
   for (const auto& p : problem_.pools_) {
     if (!p.hard) continue;

@@ -28,8 +28,10 @@ struct TripletPattern {
 };
 
 /// A problem as solvers see it: rows, bounds and fixed patterns in tangent coordinates, X = X̄ ⊕ δ with X̄ the
-/// variables' values, never residuals or groups. Compiled once; the problem must stay as it is (blocks, fixed
-/// variables) and outlive it, and there is one Program of it at a time. Evaluation does not allocate. Residuals that are undefined at the point throw Error.
+/// variables' values, never residuals or groups. Compiled once; the problem must outlive it. Evaluation does not
+/// allocate. Each Program of a problem has its own point, while X̄ is the problem's. Throws Error where a residual is
+/// undefined at the point, where variables or blocks have joined or left or were fixed since it was made, and where
+/// another one, or set_value(), has changed X̄: until the next reset().
 class Program {
  public:
   /// Throws Error when the problem has no free variable.
@@ -111,6 +113,9 @@ class Program {
   void compile_constraints();
   void compile_lanes();
   detail::HessianPlace place(int block_a, int block_b) const;
+  void check_unchanged() const;
+  void take_point();
+  void values_changed();
   void chart_if_moved();
   double accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian);
   /// Runs f(lane) for both lanes, at once where threads are to be had; the sum of what they return.
@@ -136,6 +141,8 @@ class Program {
   // small problems, which one lane serves faster.
   Eigen::VectorXd second_gradient_, second_hessian_;
   bool two_lanes_ = false;
+  Eigen::VectorXd delta_;  // the point, against X̄
+  long long revision_, value_revision_;
   bool moved_ = false;  // since the charts were last computed
 };
 

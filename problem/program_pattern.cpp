@@ -13,7 +13,8 @@ constexpr int kTwoLanesFrom = 500;  // soft blocks; some 0.2 ms of work, well ab
 
 }  // namespace
 
-Program::Program(Problem& problem) : problem_(problem) {
+Program::Program(Problem& problem)
+    : problem_(problem), revision_(problem.revision_), value_revision_(problem.value_revision_) {
   const auto& variables = problem.variables_;
   offset_.resize(variables.size(), -1);
   block_of_variable_.resize(variables.size(), -1);
@@ -34,10 +35,13 @@ Program::Program(Problem& problem) : problem_(problem) {
   compile_hessian();
   compile_constraints();
   compile_lanes();
+  delta_.setZero(num_unknowns());
   reset();
 }
 
-Program::~Program() = default;
+Program::~Program() {
+  if (problem_.point_of_ == this) problem_.point_of_ = nullptr;
+}
 
 void Program::compile_hessian() {
   const std::size_t n = variable_of_block_.size();

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include <tandem/problem/pool.hpp>
+#include <tandem/problem/slots.hpp>
 #include <tandem/residuals/gaussian.hpp>
 #include <tandem/residuals/loss.hpp>
 
@@ -38,20 +39,18 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
 
   void add(const R& residual, const std::array<int, kArity>& slots, const Gaussian& noise, const Loss& loss) {
     this->add_block(residual, slots);
-    Weight w{noise.diagonal(), -1, loss};
-    if (!noise.is_diagonal()) {
-      if (free_full_.empty()) {
-        free_full_.push_back(static_cast<int>(full_.size()));
-        full_.emplace_back();
-      }
-      w.full = free_full_.back();
-      free_full_.pop_back();
-      full_[std::size_t(w.full)] = noise.sqrt_information();
+    Weight w{{}, -1, loss};
+    if (noise.is_diagonal()) {
+      std::copy_n(noise.diagonal().data(), kDim, w.diagonal.begin());
+    } else {
+      const Eigen::MatrixXd W = noise.sqrt_information();
+      w.full = full_.add();
+      std::copy_n(W.data(), kDim * kDim, full_.at(w.full).begin());
     }
     weights_.push_back(w);
   }
   void remove(int i) override {
-    if (const int full = weights_[std::size_t(i)].full; full >= 0) free_full_.push_back(full);
+    if (const int full = weights_[std::size_t(i)].full; full >= 0) full_.remove(full);
     this->remove_block(i);
     this->remove_from(weights_, i);
   }
@@ -61,18 +60,8 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
     for (int i = begin; i < end; ++i) total += block_cost(i);
     return total;
   }
-  double block_cost(int i) const override {
-    Row r;
-    this->value(std::size_t(i), r);
-    whiten(std::size_t(i), r);
-    return 0.5 * loss(std::size_t(i), r).rho;
-  }
-  double weight(int i) const override {
-    Row r;
-    this->value(std::size_t(i), r);
-    whiten(std::size_t(i), r);
-    return loss(std::size_t(i), r).d1;
-  }
+  double block_cost(int i) const override { return 0.5 * loss_at_point(std::size_t(i)).rho; }
+  double weight(int i) const override { return loss_at_point(std::size_t(i)).d1; }
   std::optional<double> convex_widening() const override {
     std::optional<double> largest;
     Row r;
@@ -80,8 +69,9 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
       const Loss& own = weights_[i].loss;
       if (own.kind == Loss::Kind::none) continue;
       this->value(i, r);
-      whiten(i, r);
-      largest = std::max(largest.value_or(0.0), r.norm() / (own.scale * std::sqrt(own.convex_until())));
+      whiten<1>(i, r.data());
+      const double norm = std::sqrt(squared_norm<kDim>(r.data()));
+      largest = std::max(largest.value_or(0.0), norm / (own.scale * std::sqrt(own.convex_until())));
     }
     return largest;
   }
@@ -90,21 +80,23 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
     double total = 0;
     Row r;
     Jacobians J;
-    static_for<kArity>([&]<int A>() { std::get<A>(J).setZero(); });  // GCC 12 does not see that linearize sets it
+    Pool::set_zero(J);  // GCC 12 does not see that linearize sets it
+    typename Pool::Transposed transposed;
     for (std::size_t i = std::size_t(begin); i < std::size_t(end); ++i) {
       const int* offset = &place.offset[i * kArity];
       this->linearize(i, offset, r, J);
-      whiten(i, r);
-      const Loss::Value value = loss(i, r);
+      whiten<1>(i, r.data());
+      const Loss::Value value = loss(i, squared_norm<kDim>(r.data()));
       total += 0.5 * value.rho;
-      r *= value.d1;
       static_for<kArity>([&]<int A>() {
         if (offset[A] < 0) return;
-        auto& Ja = std::get<A>(J);
-        whiten(i, Ja);
-        Eigen::Map<Vector<Pool::template State<A>::dof>>(gradient + offset[A]).noalias() += Ja.transpose() * r;
+        constexpr int dof = Pool::kDofs[A];
+        double *Ja = std::get<A>(J).data(), *JaT = std::get<A>(transposed).data();
+        whiten<dof>(i, Ja);
+        transpose<kDim, dof>(value.d1, Ja, JaT);
+        add_multiplied<dof, kDim>(JaT, r.data(), gradient + offset[A]);
       });
-      if (H) this->add_products(offset, &place.hessian[i * kPairs], value.d1, J, H);
+      if (H) this->add_products(offset, &place.hessian[i * kPairs], transposed, J, H);
     }
     return total;
   }
@@ -113,63 +105,71 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
                      double& scale) const override {
     Row r;
     Jacobians J;
-    static_for<kArity>([&]<int A>() { std::get<A>(J).setZero(); });
+    Pool::set_zero(J);
     for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
       const int* offset = &place.offset[i * kArity];
       this->linearize(i, offset, r, J);
-      whiten(i, r);
-      const double root = std::sqrt(loss(i, r).d1);
+      whiten<1>(i, r.data());
+      const double weight = loss(i, squared_norm<kDim>(r.data())).d1;
       static_for<kArity>([&]<int A>() {
-        if (offset[A] < 0) return;
-        whiten(i, std::get<A>(J));
-        std::get<A>(J) *= root;
+        if (offset[A] >= 0) whiten<Pool::kDofs[A]>(i, std::get<A>(J).data());
       });
-      this->add_block_stiffness(offset, J, v, along, scale);
+      double block_along = 0, block_scale = 0;
+      this->add_block_stiffness(offset, J, v, block_along, block_scale);
+      along += weight * block_along;
+      scale += weight * block_scale;
     }
   }
 
   void add_exact_hessian(const PoolPlacement& place, double factor, const double*, double* H) const override {
     for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
-      const auto gradient = [&]<int A>(const Row& r, const Jacobians& J) {
-        Row w = r;
-        whiten(i, w);
-        const double d1 = loss(i, w).d1;
-        unwhiten(i, w);
-        return (factor * d1 * std::get<A>(J).transpose() * w).eval();
+      const auto dual = [&](const Row& r, Row& w) {  // factor ρ' Wᵀ W r
+        std::copy_n(r.data(), kDim, w.data());
+        whiten<1>(i, w.data());
+        const double d1 = factor * loss(i, squared_norm<kDim>(w.data())).d1;
+        unwhiten(i, w.data());
+        for (int k = 0; k < kDim; ++k) w.data()[k] *= d1;
       };
-      this->difference_gradient(i, &place.offset[i * kArity], &place.hessian[i * kPairs], gradient, H);
+      this->difference_gradient(i, &place.offset[i * kArity], &place.hessian[i * kPairs], dual, H);
     }
   }
 
  private:
   struct Weight {
-    Vector<kDim> diagonal;  // 1/σ
-    int full;               // index of W in full_, −1 when it is diagonal
+    std::array<double, kDim> diagonal;  // 1/σ
+    int full;                           // index of W in full_, −1 when it is diagonal
     Loss loss;
   };
 
   /// ρ, ρ', ρ'' at s = ‖r‖² of a whitened residual.
-  Loss::Value loss(std::size_t i, const Row& r) const {
+  Loss::Value loss(std::size_t i, double s) const {
     const Loss& own = weights_[i].loss;
-    return Loss{own.kind, this->widening * own.scale}(r.squaredNorm());
+    return Loss{own.kind, this->widening * own.scale}(s);
   }
-  template <class M>
-  void whiten(std::size_t i, M& m) const {
-    const Weight& w = weights_[i];
-    if (w.full < 0) {
-      m.array().colwise() *= w.diagonal.array();
-    } else {
-      m = (full_[std::size_t(w.full)] * m).eval();
-    }
+  Loss::Value loss_at_point(std::size_t i) const {
+    Row r;
+    this->value(i, r);
+    whiten<1>(i, r.data());
+    return loss(i, squared_norm<kDim>(r.data()));
   }
-  void unwhiten(std::size_t i, Row& r) const {  // r = Wᵀ r
+  template <int columns>
+  void whiten(std::size_t i, double* A) const {  // A ← W A
     const Weight& w = weights_[i];
-    r = w.full < 0 ? Row(w.diagonal.cwiseProduct(r)) : Row(full_[std::size_t(w.full)].transpose() * r);
+    if (w.full < 0)
+      scale_rows<kDim, columns>(w.diagonal.data(), A);
+    else
+      multiply_left<kDim, columns>(full_.at(w.full).data(), A);
+  }
+  void unwhiten(std::size_t i, double* r) const {  // r ← Wᵀ r
+    const Weight& w = weights_[i];
+    if (w.full < 0) return scale_rows<kDim, 1>(w.diagonal.data(), r);
+    double product[kDim];
+    multiply_transposed<kDim, kDim>(full_.at(w.full).data(), r, product);
+    std::copy_n(product, kDim, r);
   }
 
   std::vector<Weight> weights_;
-  std::vector<Matrix<kDim, kDim>> full_;
-  std::vector<int> free_full_;  // of removed blocks
+  SlotVector<std::array<double, std::size_t(kDim* kDim)>> full_;
 };
 
 }  // namespace tandem::detail

@@ -4,6 +4,10 @@
 #include <vector>
 
 #include <tandem/lie/lie_group.hpp>
+#include <tandem/lie/rn.hpp>
+#include <tandem/lie/se2.hpp>
+#include <tandem/lie/sek3.hpp>
+#include <tandem/problem/slots.hpp>
 
 namespace tandem::detail {
 
@@ -46,20 +50,17 @@ class StateStore final : public StateStoreBase {
   std::vector<typename G::Tangent> delta;
   std::vector<typename G::Jacobian> chart;  ///< Jr(delta); read only when `charted`
   std::vector<int> id;                      ///< of the variable in its problem, −1 where there is none now
-  std::vector<unsigned> generation;         ///< how many variables the slot has had before
   std::vector<G> anchor;                    ///< where a MarginalPrior was linearised; of those it reads
+  Slots slots;
 
   int add(const G& x, int variable_id) {
-    if (free_.empty()) {
+    const int slot = slots.take();
+    if (slot == static_cast<int>(value.size())) {
       value.push_back(x);
       point.push_back(x);
       delta.push_back(G::Tangent::Zero());
       id.push_back(variable_id);
-      generation.push_back(0);
-      return static_cast<int>(value.size()) - 1;
     }
-    const int slot = free_.back();
-    free_.pop_back();
     value[std::size_t(slot)] = point[std::size_t(slot)] = x;
     id[std::size_t(slot)] = variable_id;
     return slot;
@@ -67,8 +68,7 @@ class StateStore final : public StateStoreBase {
   void remove(int slot) override {
     id[std::size_t(slot)] = -1;
     delta[std::size_t(slot)].setZero();
-    ++generation[std::size_t(slot)];
-    free_.push_back(slot);
+    slots.give_back(slot);
   }
 
   void move(const double* d, const std::vector<int>& offsets) override {
@@ -132,8 +132,21 @@ class StateStore final : public StateStoreBase {
     by = G::Jr_inverse(v) * G::Jr(d);
   }
 
- private:
-  std::vector<int> free_;  // slots
+  /// The point with an entry of delta larger by `step`, and Jr there.
+  void near_point(int slot, int entry, double step, G& moved, typename G::Jacobian& by_delta) const {
+    typename G::Tangent d = delta[std::size_t(slot)];
+    d[entry] += step;
+    moved = value[std::size_t(slot)] * G::Exp(d);
+    by_delta = G::Jr(d);
+  }
 };
+
+extern template class StateStore<SE3>;
+extern template class StateStore<SE2>;
+extern template class StateStore<SO3>;
+extern template class StateStore<Rn<1>>;
+extern template class StateStore<Rn<2>>;
+extern template class StateStore<Rn<3>>;
+extern template class StateStore<Rn<6>>;
 
 }  // namespace tandem::detail

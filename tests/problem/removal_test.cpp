@@ -33,6 +33,22 @@ TEST(Removal, AVariableGoesWhenNothingReadsIt) {
   EXPECT_EQ(problem.value(y).vector(), Vector<3>(4, 5, 6));
 }
 
+TEST(Removal, AStaleHandleReadsNothing) {
+  Problem problem;
+  const auto x = problem.add(R3({1, 2, 3}), "x");
+  problem.remove(x);
+  const auto y = problem.add(R3({4, 5, 6}), "y");  // in x's place
+  const auto removed = ThrowsMessage<Error>(HasSubstr("has been removed"));
+  EXPECT_THAT([&] { problem.value(x); }, removed);
+  EXPECT_THAT([&] { problem.id(x); }, removed);
+  EXPECT_THAT([&] { problem.set_value(x, R3()); }, removed);
+  EXPECT_EQ(problem.value(y).vector(), Vector<3>(4, 5, 6));
+  const auto never = ThrowsMessage<Error>(HasSubstr("never added"));
+  EXPECT_THAT([&] { problem.value(Variable<R3>{}); }, never);
+  EXPECT_THAT([&] { problem.id(Variable<R3>{}); }, never);
+  EXPECT_FALSE(problem.has(Variable<R3>{}));
+}
+
 TEST(Removal, AHandleDoesNotBecomeAnotherVariables) {
   Problem problem;
   const auto x = problem.add(R3({1, 2, 3}), "x");
