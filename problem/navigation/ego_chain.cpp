@@ -5,12 +5,10 @@
 #include <tandem/problem/navigation/ego_chain.hpp>
 #include <tandem/residuals/coasting.hpp>
 #include <tandem/residuals/depth.hpp>
-#include <tandem/residuals/dvl_preintegrator.hpp>
 #include <tandem/residuals/dvl_velocity.hpp>
 #include <tandem/residuals/gps.hpp>
 #include <tandem/residuals/heading.hpp>
 #include <tandem/residuals/imu_prediction.hpp>
-#include <tandem/residuals/preintegrated_dvl.hpp>
 #include <tandem/residuals/preintegrated_imu.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/propagated.hpp>
@@ -32,6 +30,8 @@ Matrix<3, 3> in_body(const SO3& R, const Vector<3>& sigma) {
 
 EgoChain::EgoChain(Problem& problem, const NavigationData& data, const EgoOptions& options)
     : problem_(&problem), earth_(data.earth), options_(options) {
+  if (!(options.dvl_greatest_age > 0))
+    throw Error("the greatest age of a DVL's velocity (dvl_greatest_age) must be above zero");
   for (const EgoSensor& sensor : data.sensors) {
     if (sensor.sigma.size() != rows(sensor.type))
       throw Error(sensor.name + ": a " + std::string(name(sensor.type)) + " needs " +
@@ -42,6 +42,7 @@ EgoChain::EgoChain(Problem& problem, const NavigationData& data, const EgoOption
   }
   if (!data.imu) return;
   imu_.emplace(*data.imu);
+  if (options.preintegrated_dvl) dvl_.emplace(options.dvl_greatest_age, options.loss);
   initial_accelerometer_bias_ = data.imu->accelerometer_bias_spread();
   initial_gyroscope_bias_ = data.imu->gyroscope_bias_spread();
 }
@@ -94,7 +95,8 @@ const EgoKeyframe& EgoChain::extend(double t, const std::optional<EgoState>& gue
     covariance.diagonal().tail<6>().array() += kLeastBias * kLeastBias;
     problem_->minimize(PreintegratedImu{sum->delta(), earth_}, Gaussian::covariance(covariance),
                        {from.pose, from.velocity, *from.bias, to.pose, to.velocity, *to.bias});
-    if (options_.preintegrated_dvl) add_preintegrated_dvl(from, to);
+    if (dvl_)
+      dvl_->tie({from.t, from.pose, from.integrated_at.tail<3>()}, {to.t, to.pose, to.integrated_at.tail<3>()}, into());
   } else {
     coast(from, to);
   }
@@ -118,29 +120,6 @@ void EgoChain::coast(const EgoKeyframe& from, const EgoKeyframe& to) {
   walk << Vector<3>::Constant(noise.accelerometer_bias_walk), Vector<3>::Constant(noise.gyroscope_bias_walk);
   walk = (walk * std::sqrt(dt)).cwiseMax(kLeastBias);
   problem_->minimize(RelativePose<Rn<6>>{Rn<6>()}, Gaussian(Eigen::VectorXd(walk)), {*from.bias, *to.bias});
-}
-
-void EgoChain::add_preintegrated_dvl(const EgoKeyframe& from, const EgoKeyframe& to) {
-  while (dvl_.size() > 1 && dvl_[1].t <= from.t) dvl_.pop_front();
-  if (dvl_.empty() || dvl_.front().t > from.t) return;
-  DvlPreintegrator sum(dvl_.front().value);
-  std::size_t next = 1;
-  double steps = 1;
-  imu_->each_interval(from.t, to.t, [&](const ImuSample& a, const ImuSample& b) {
-    const Vector<3> rate = 0.5 * (a.angular_rate + b.angular_rate) - from.integrated_at.tail<3>();
-    const Vector<3> in_body = imu_->mount().rotation().act(rate);
-    double t = a.t;
-    for (; next < dvl_.size() && dvl_[next].t < b.t; ++next, ++steps) {
-      sum.advance(in_body, std::max(0.0, dvl_[next].t - t));
-      t = std::max(t, dvl_[next].t);
-      sum.measure(dvl_[next].value);
-    }
-    sum.advance(in_body, b.t - t);
-  });
-  // Each velocity holds for its step, and their errors are independent.
-  const EgoSensor& sensor = sensors_[dvl_sensor_];
-  problem_->minimize(PreintegratedDvl{sum.displacement()}, Gaussian(sensor.sigma).scaled(sum.dt() / std::sqrt(steps)),
-                     {from.pose, to.pose}, sensor.loss.value_or(options_.loss));
 }
 
 const ImuPreintegrator& EgoChain::sum_to(double t) const {
@@ -225,9 +204,8 @@ PlacedEgoMeasurement EgoChain::attach(std::size_t index, const EgoMeasurement& m
   const Vector<3> lever = sensor.mount.translation();
   switch (sensor.type) {
     case EgoSensorType::dvl:
-      if (options_.preintegrated_dvl && imu_) {
-        dvl_.push_back({t, m.value});
-        dvl_sensor_ = index;
+      if (dvl_) {
+        dvl_->add({t, m.value, index}, into());
         return {index, t, {}};
       }
       return {index, t, scale_ ? place(ScaledDvlVelocity{m.value}) : place(DvlVelocity{m.value})};
@@ -243,6 +221,7 @@ PlacedEgoMeasurement EgoChain::attach(std::size_t index, const EgoMeasurement& m
 
 void EgoChain::drop_before(double t) {
   while (keyframes_.size() > 1 && keyframes_.front().t < t) keyframes_.pop_front();
+  if (dvl_) dvl_->drop_before(t);
   if (imu_ && !keyframes_.empty()) imu_->drop_before(keyframes_.front().t);
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include <tandem/problem/navigation/dvl_factors.hpp>
 #include <tandem/problem/navigation/imu_record.hpp>
 #include <tandem/problem/navigation/navigation_data.hpp>
 #include <tandem/problem/problem.hpp>
@@ -29,9 +30,10 @@ struct EgoOptions {
   bool dvl_scale = false;         ///< estimate the DVL's scale factor, one number for the whole run
   double dvl_scale_sigma = 0.05;  ///< what is not known of it beforehand
   /// For comparison: DVL velocities summed up between keyframes with the gyroscope's rotation (PreintegratedDvl), in place
-  /// of each being a residual of its own.
+  /// of each being a residual of its own. See DvlFactors.
   bool preintegrated_dvl = false;
-  Loss loss{};  ///< of measurements whose sensor has none of its own
+  double dvl_greatest_age = 2.0;  ///< s that a velocity which is summed up holds at most
+  Loss loss{};                    ///< of measurements whose sensor has none of its own
   /// Root spectral densities that tie keyframes where there is no IMU: m/s² /√Hz and rad/s /√Hz.
   double coasting_acceleration = 0.3, coasting_turn = 0.1;
 };
@@ -95,9 +97,8 @@ class EgoChain {
   };
 
   const EgoKeyframe& add_keyframe(double t, const EgoState& state);
-  void tie(const EgoKeyframe& from, const EgoKeyframe& to);
   void coast(const EgoKeyframe& from, const EgoKeyframe& to);
-  void add_preintegrated_dvl(const EgoKeyframe& from, const EgoKeyframe& to);
+  DvlFactors::Into into() const { return {*problem_, *imu_, sensors_}; }
   const ImuPreintegrator& sum_to(double t) const;
   const EgoKeyframe* before(double t) const;
   template <class R>
@@ -113,8 +114,7 @@ class EgoChain {
   std::deque<EgoKeyframe> keyframes_;
   mutable std::optional<Sum> sum_;
   std::vector<std::pair<double, double>> splits_;
-  std::deque<Stamped<Vector<3>>> dvl_;  // what the preintegrated DVL sums up next, and the one before
-  std::size_t dvl_sensor_ = 0;
+  std::optional<DvlFactors> dvl_;  // where velocities are summed up
 };
 
 }  // namespace tandem

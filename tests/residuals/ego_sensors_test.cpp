@@ -88,7 +88,7 @@ TEST(PreintegratedDvl, is_the_way_on_a_circle) {
     return SE3(SO3::Exp({0.0, 0.0, rate * t}),
                Vector<3>(radius * std::sin(rate * t), radius * (1.0 - std::cos(rate * t)), 0.0));
   };
-  DvlPreintegrator sum(Vector<3>(speed, 0.0, 0.0));
+  DvlPreintegrator sum(DvlReading{Vector<3>(speed, 0.0, 0.0)});
   for (const double dt : {0.1, 0.7, 0.0, 0.03, 2.0}) sum.advance({0.0, 0.0, rate}, dt);
   EXPECT_DOUBLE_EQ(sum.dt(), 2.83);
   Vector<3> r;
@@ -99,10 +99,10 @@ TEST(PreintegratedDvl, is_the_way_on_a_circle) {
 
 TEST(PreintegratedDvl, holds_a_velocity_until_the_next_and_the_last_to_the_end) {
   const Vector<3> first(1.0, 0.5, 0.0), second(2.0, 0.0, -0.1), turn(0.0, 0.0, pi / 2);
-  DvlPreintegrator sum(first);
+  DvlPreintegrator sum(DvlReading{first});
   sum.advance(Vector<3>::Zero(), 0.5);
   sum.advance(turn, 1.0);
-  sum.measure(second);
+  sum.measure(DvlReading{second});
   sum.advance(Vector<3>::Zero(), 0.25);
   // A quarter of a turn to the left at constant body velocity (u, w): 2/π (u − w, u + w); then x is where y was.
   const Vector<3> expected = 0.5 * first + 2.0 / pi * Vector<3>(0.5, 1.5, 0.0) + 0.25 * Vector<3>(0.0, 2.0, -0.1);

@@ -177,7 +177,7 @@ TEST(NoAllocation, of_preintegration) {
   ImuPreintegrator sum(askew(), some_noise(), some_bias());
   add(sum, readings);
   const double trace = sum.covariance().trace();
-  DvlPreintegrator dvl(Vector<3>(1.0, 0.0, 0.0));
+  DvlPreintegrator dvl(DvlReading{Vector<3>(1.0, 0.0, 0.0), Vector<3>::Constant(0.01)}, 1e-4);
   dvl.advance(Vector<3>(0.0, 0.0, 0.1), 0.5);
   EXPECT_EQ(allocations - before, 0);
   EXPECT_GT(trace * dvl.dt(), 0.0);
