@@ -20,6 +20,24 @@ constexpr int kPatience = 100;  // ms between looks at whether to stop
 
 using Kind = FeedStream::Kind;
 
+/// Waits for more of a descriptor; false at its end.
+StreamFeed::Source reader(int descriptor, const std::string& name, const std::atomic<bool>& stop) {
+  return [descriptor, name, &stop](std::string& to) {
+    std::array<char, 65536> chunk;
+    while (!stop) {
+      pollfd ready{descriptor, POLLIN, 0};
+      const int n = poll(&ready, 1, kPatience);
+      if (n == 0 || (n < 0 && errno == EINTR)) continue;
+      const ssize_t got = ::read(descriptor, chunk.data(), chunk.size());
+      if (got < 0 && (errno == EINTR || errno == EAGAIN)) continue;
+      if (got < 0) throw Error(fmt::format("{} cannot be read: {}", name, std::strerror(errno)));
+      to.append(chunk.data(), std::size_t(got));
+      return got > 0;
+    }
+    return false;
+  };
+}
+
 }  // namespace
 
 FeedStreams::FeedStreams(const Scenario& settings) : frame_(settings.frame), planar_(settings.data.planar) {
@@ -118,7 +136,11 @@ std::optional<FeedLine> FolderFeed::read() {
 
 StreamFeed::StreamFeed(const Scenario& settings, int descriptor, std::string name, const std::atomic<bool>& stop,
                        std::function<void(const std::string&)> complain)
-    : LiveFeed(settings), descriptor_(descriptor), name_(std::move(name)), stop_(stop), complain_(std::move(complain)) {
+    : StreamFeed(settings, reader(descriptor, name, stop), name, stop, std::move(complain)) {}
+
+StreamFeed::StreamFeed(const Scenario& settings, Source more, std::string name, const std::atomic<bool>& stop,
+                       std::function<void(const std::string&)> complain)
+    : LiveFeed(settings), more_(std::move(more)), name_(std::move(name)), stop_(stop), complain_(std::move(complain)) {
   for (std::size_t i = 0; i < streams_.all().size(); ++i) {
     const FeedStream& stream = streams_.all()[i];
     if (!by_name_.emplace(stream.name, i).second)
@@ -126,21 +148,9 @@ StreamFeed::StreamFeed(const Scenario& settings, int descriptor, std::string nam
   }
 }
 
-/// Waits for more of the stream; false at its end.
 bool StreamFeed::fill() {
   buffer_.erase(0, std::exchange(taken_, 0));
-  std::array<char, 65536> chunk;
-  while (!stop_) {
-    pollfd ready{descriptor_, POLLIN, 0};
-    const int n = poll(&ready, 1, kPatience);
-    if (n == 0 || (n < 0 && errno == EINTR)) continue;
-    const ssize_t got = ::read(descriptor_, chunk.data(), chunk.size());
-    if (got < 0 && (errno == EINTR || errno == EAGAIN)) continue;
-    if (got < 0) throw Error(fmt::format("{} cannot be read: {}", name_, std::strerror(errno)));
-    buffer_.append(chunk.data(), std::size_t(got));
-    return got > 0;
-  }
-  return false;
+  return more_(buffer_);
 }
 
 /// The next line into line_, cut where it is too long to be one.

@@ -116,6 +116,10 @@ class StreamFeed : public LiveFeed {
   /// `stop`, once set, ends the feed, also while it waits.
   StreamFeed(const Scenario& settings, int descriptor, std::string name, const std::atomic<bool>& stop,
              std::function<void(const std::string&)> complain);
+  /// The same out of whatever `more` appends to what it is given, until it returns false.
+  using Source = std::function<bool(std::string&)>;
+  StreamFeed(const Scenario& settings, Source more, std::string name, const std::atomic<bool>& stop,
+             std::function<void(const std::string&)> complain);
 
  protected:
   std::optional<FeedLine> read() override;
@@ -125,7 +129,7 @@ class StreamFeed : public LiveFeed {
   bool fill();
   std::optional<FeedLine> parsed(std::string_view line);
 
-  int descriptor_;
+  Source more_;
   std::string name_;
   const std::atomic<bool>& stop_;
   std::function<void(const std::string&)> complain_;

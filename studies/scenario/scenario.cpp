@@ -29,8 +29,8 @@ bool contains(const std::vector<std::string>& words, const std::string& word) {
 class ScenarioReader {
  public:
   /// Without `rows_in`, all is read.
-  explicit ScenarioReader(const std::filesystem::path& folder, std::optional<RowsIn> rows_in = {})
-      : folder_(folder), yaml_(YamlSection::load(folder / "scenario.yaml")), rows_in_(rows_in) {}
+  ScenarioReader(const std::filesystem::path& folder, YamlSection yaml, std::optional<RowsIn> rows_in = {})
+      : folder_(folder), yaml_(std::move(yaml)), rows_in_(rows_in) {}
 
   Scenario read() {
     scenario_.folder = folder_;
@@ -197,9 +197,17 @@ class ScenarioReader {
 
 }  // namespace
 
-Scenario read_scenario(const std::filesystem::path& folder) { return ScenarioReader(folder).read(); }
+Scenario read_scenario(const std::filesystem::path& folder) {
+  return ScenarioReader(folder, YamlSection::load(folder / "scenario.yaml")).read();
+}
 
-Scenario read_settings(const std::filesystem::path& folder, RowsIn rows) { return ScenarioReader(folder, rows).read(); }
+Scenario read_settings(const std::filesystem::path& folder, RowsIn rows) {
+  return ScenarioReader(folder, YamlSection::load(folder / "scenario.yaml"), rows).read();
+}
+
+Scenario read_settings(const std::string& yaml, const std::filesystem::path& folder, RowsIn rows) {
+  return ScenarioReader(folder, YamlSection::parse(yaml, folder / "scenario.yaml"), rows).read();
+}
 
 void read_truth(Scenario& scenario) {
   const std::filesystem::path chaser = scenario.folder / "truth_chaser.tum",

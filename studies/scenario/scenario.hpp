@@ -59,6 +59,8 @@ enum class RowsIn {
 
 /// The same without odometry, measurements, samples and truth.
 Scenario read_settings(const std::filesystem::path& folder, RowsIn rows);
+/// The same of what the folder's scenario.yaml would hold.
+Scenario read_settings(const std::string& yaml, const std::filesystem::path& folder, RowsIn rows);
 /// Adds the truth, where there is one, to settings.
 void read_truth(Scenario& scenario);
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <utility>
 
 #include <fmt/format.h>
@@ -14,24 +15,14 @@ namespace {
 
 constexpr double kSamePose = 1e-3;  // m, rad
 
-std::ifstream opened(const std::filesystem::path& file) {
+std::unique_ptr<std::istream> opened(const std::filesystem::path& file) {
   if (std::filesystem::is_directory(file)) throw Error(fmt::format("{} is a folder, not a file", file.string()));
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) {
+  auto stream = std::make_unique<std::ifstream>(file, std::ios::binary);
+  if (!*stream) {
     const bool there = std::filesystem::exists(file);
     throw Error(fmt::format("{} {}", file.string(), there ? "cannot be read" : "is missing"));
   }
   return stream;
-}
-
-Table whole(const std::filesystem::path& file, const RowFormat& format, TimeOrder order) {
-  Table table{file, format.size(), {}, {}};
-  RowFile rows(file, format, order);
-  while (rows.next()) {
-    table.values.insert(table.values.end(), rows.row().begin(), rows.row().end());
-    table.lines.push_back(rows.line());
-  }
-  return table;
 }
 
 }  // namespace
@@ -64,14 +55,17 @@ const std::vector<double>& RowFormat::parse(std::string_view line) {
 }
 
 RowFile::RowFile(std::filesystem::path file, RowFormat format, TimeOrder order)
+    : RowFile(opened(file), file, std::move(format), order) {}
+
+RowFile::RowFile(std::unique_ptr<std::istream> stream, std::filesystem::path file, RowFormat format, TimeOrder order)
     : file_(std::move(file)),
       format_(std::move(format)),
       order_(order),
-      stream_(opened(file_)),
+      stream_(std::move(stream)),
       header_expected_(format_.has_header()) {}
 
 bool RowFile::next() {
-  while (std::getline(stream_, text_)) {
+  while (std::getline(*stream_, text_)) {
     std::string_view line = text_;
     if (line_ == 0 && line.starts_with("\xEF\xBB\xBF")) line.remove_prefix(3);  // byte order mark
     line = trimmed(line);
@@ -110,11 +104,24 @@ void RowFile::fail(const std::string& reason) const { throw Error(where() + ": "
 
 std::string Table::where(std::size_t i) const { return fmt::format("{}:{}", file.string(), lines[i]); }
 
-Table read_csv(const std::filesystem::path& file, const std::string& header, TimeOrder order) {
-  return whole(file, RowFormat::csv(header), order);
+Table read_table(RowFile& rows) {
+  Table table{rows.file(), rows.format().size(), {}, {}};
+  while (rows.next()) {
+    table.values.insert(table.values.end(), rows.row().begin(), rows.row().end());
+    table.lines.push_back(rows.line());
+  }
+  return table;
 }
 
-Table read_tum(const std::filesystem::path& file) { return whole(file, RowFormat::tum(), TimeOrder::repeating); }
+Table read_csv(const std::filesystem::path& file, const std::string& header, TimeOrder order) {
+  RowFile rows(file, RowFormat::csv(header), order);
+  return read_table(rows);
+}
+
+Table read_tum(const std::filesystem::path& file) {
+  RowFile rows(file, RowFormat::tum(), TimeOrder::repeating);
+  return read_table(rows);
+}
 
 std::vector<Stamped<SE3>> poses(const Table& table) {
   std::vector<Stamped<SE3>> result;

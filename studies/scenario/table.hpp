@@ -1,7 +1,8 @@
 #pragma once
 
 #include <filesystem>
-#include <fstream>
+#include <istream>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -50,12 +51,16 @@ class RowFormat {
 class RowFile {
  public:
   RowFile(std::filesystem::path file, RowFormat format, TimeOrder order);
+  /// The same out of any stream of bytes, which errors call `file`.
+  RowFile(std::unique_ptr<std::istream> stream, std::filesystem::path file, RowFormat format, TimeOrder order);
   RowFile(const RowFile&) = delete;
 
   /// Goes on to the next row, or returns false: there is none.
   bool next();
   const std::vector<double>& row() const { return *row_; }
   int line() const { return line_; }
+  const std::filesystem::path& file() const { return file_; }
+  const RowFormat& format() const { return format_; }
   /// "folder/usbl.csv:12", to begin an error message with.
   std::string where() const;
 
@@ -66,7 +71,7 @@ class RowFile {
   std::filesystem::path file_;
   RowFormat format_;
   TimeOrder order_;
-  std::ifstream stream_;
+  std::unique_ptr<std::istream> stream_;
   bool header_expected_;
   std::string text_;
   const std::vector<double>* row_ = nullptr;
@@ -88,6 +93,9 @@ struct Table {
   /// "folder/usbl.csv:12", to begin an error message with.
   std::string where(std::size_t i) const;
 };
+
+/// All rows that are left of a file.
+Table read_table(RowFile& rows);
 
 /// A whole file of comma-separated values whose first line names the columns, e.g. "t,x,y,z".
 Table read_csv(const std::filesystem::path& file, const std::string& header, TimeOrder order = TimeOrder::increasing);

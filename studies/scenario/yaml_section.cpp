@@ -28,8 +28,12 @@ YamlSection YamlSection::load(const std::filesystem::path& file) {
     const bool there = std::filesystem::exists(file);
     throw Error(fmt::format("{} {}", file.string(), there ? "cannot be read" : "is missing"));
   }
+  return parse({std::istreambuf_iterator<char>(stream), {}}, file);
+}
+
+YamlSection YamlSection::parse(const std::string& text, const std::filesystem::path& file) {
   try {
-    return YamlSection(file, "", YAML::Load(stream));
+    return YamlSection(file, "", YAML::Load(text));
   } catch (const YAML::Exception& error) {
     throw Error(fmt::format("{}:{}: not valid yaml: {}", file.string(), error.mark.line + 1, error.msg));
   }

@@ -15,6 +15,8 @@ class YamlSection {
  public:
   /// The whole file, which must be a mapping.
   static YamlSection load(const std::filesystem::path& file);
+  /// The same of a text, which errors call `file`.
+  static YamlSection parse(const std::string& text, const std::filesystem::path& file);
 
   bool has(const std::string& key) const { return node_[key].IsDefined(); }
   std::vector<std::string> keys() const;
