@@ -39,6 +39,20 @@ function(tandem_library name)
   endif()
 endfunction()
 
+# tandem_precompile(name header ...): third-party and standard headers that most of its sources read, parsed once; Tandem's
+# own are not among them, so that what a change reaches is what includes it.  tandem_precompile(name REUSE other): those of
+# another library.
+function(tandem_precompile name)
+  if(NOT TANDEM_PRECOMPILE)
+    return()
+  endif()
+  if(ARGV1 STREQUAL "REUSE")
+    target_precompile_headers(tandem_${name} REUSE_FROM tandem_${ARGV2})
+  else()
+    target_precompile_headers(tandem_${name} PRIVATE ${ARGN})
+  endif()
+endfunction()
+
 # tandem_install_headers(folder): of this folder and those below it.
 function(tandem_install_headers folder)
   install(

@@ -95,8 +95,8 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
   }
   void add_stiffness(const PoolPlacement& place, const double* v, const double* weights, double& along,
                      double& scale) const override {
-    each_weighted(place, weights, [&](std::size_t, const int* offset, const Jacobians& J) {
-      this->add_block_stiffness(offset, J, v, along, scale);
+    each_weighted(place, weights, [&](std::size_t, const int* offset, Jacobians& J) {
+      add_block_stiffness({kDim, kArity, Pool::kDofs.data(), offset}, Pool::data(J).data(), v, 1.0, along, scale);
     });
   }
 

@@ -46,6 +46,34 @@ class PoolBase {
                                  double* H) const = 0;
 };
 
+/// Step of a central difference of first derivatives: balances h² truncation and 1e-16/h rounding.
+inline constexpr double kGradientStep = 1e-5;
+/// Of one state.
+inline constexpr int kMostDofs = 64;
+
+/// The sizes of a block, for what is not worth compiling for each residual.
+struct BlockShape {
+  int dim, arity;
+  const int *dofs, *offset;  ///< of each state; offset: its first unknown, negative when it is fixed
+
+  int first(int state) const {  ///< of the state's entries in the block's own gradient
+    int sum = 0;
+    for (int s = 0; s < state; ++s) sum += dofs[s];
+    return sum;
+  }
+};
+/// Jᵀ w over the states that are not fixed, J with respect to perturbations of the point and through the charts.
+void block_gradient(const BlockShape& shape, const double* const* J, const double* const* charts, const double* w,
+                    double* gradient);
+/// Adds a column of the block's Hessian, that of entry k of state B, from the gradients on both sides of it.
+void add_hessian_column(const BlockShape& shape, const HessianPlace* place, int B, int k, const double* plus,
+                        const double* minus, double* H);
+/// A ← W A, W a diagonal or full.
+void whiten(int rows, int columns, const double* diagonal, const double* full, double* A);
+/// Adds weight ‖J v‖² and weight ‖J diag(v)‖².
+void add_block_stiffness(const BlockShape& shape, const double* const* J, const double* v, double weight, double& along,
+                         double& scale);
+
 /// What every pool of residual R has: the blocks' residuals and states, and their evaluation at the point.
 template <Residual R, class Base>
 class BlockPool : public Base {
@@ -79,6 +107,7 @@ class BlockPool : public Base {
   using Transposed = typename Types::Transposed;
   static constexpr auto kDofs = Types::dofs;
   static constexpr std::size_t kSumOfDofs = Types::sum_of_dofs;
+  static_assert(*std::max_element(kDofs.begin(), kDofs.end()) <= kMostDofs);
   using Row = Vector<kDim>;
 
   explicit BlockPool(const Stores& stores) : stores_(stores) {}
@@ -124,19 +153,6 @@ class BlockPool : public Base {
     static_for<kArity>([&]<int A>() { std::fill_n(std::get<A>(J).data(), kDim * kDofs[A], 0.0); });
   }
 
-  /// Adds ‖J v‖² and ‖J diag(v)‖² of one block whose Jacobians are whitened.
-  static void add_block_stiffness(const int* offset, const Jacobians& J, const double* v, double& along,
-                                  double& scale) {
-    double Jv[kDim] = {};
-    static_for<kArity>([&]<int A>() {
-      if (offset[A] < 0) return;
-      const double *Ja = std::get<A>(J).data(), *part = v + offset[A];
-      add_multiplied<kDim, kDofs[A]>(Ja, part, Jv);
-      for (int k = 0; k < kDofs[A]; ++k) scale += part[k] * part[k] * squared_norm<kDim>(Ja + k * kDim);
-    });
-    along += squared_norm<kDim>(Jv);
-  }
-
   /// H += Jaᵀ Jb for every pair of free states, straight into the solver's matrix; `transposed`: of each state, w Jᵀ.
   static void add_products(const int* offset, const HessianPlace* place, const Transposed& transposed,
                            const Jacobians& J, double* H) {
@@ -162,57 +178,42 @@ class BlockPool : public Base {
     add_products(offset, place, transposed, J, H);
   }
 
+  /// Where each state's Jacobian is.
+  static std::array<double*, std::size_t(kArity)> data(Jacobians& J) {
+    std::array<double*, std::size_t(kArity)> result;
+    static_for<kArity>([&]<int S>() { result[S] = std::get<S>(J).data(); });
+    return result;
+  }
+
   /// Central differences of the block's gradient, Jᵀ w, over all its unknowns; dual(r, w) gives w.
   template <class Dual>
   void difference_gradient(std::size_t i, const int* offset, const HessianPlace* place, Dual dual, double* H) const {
-    constexpr double h = 1e-5;  // balances h² truncation and 1e-16/h rounding of a first derivative
+    const BlockShape shape{kDim, kArity, kDofs.data(), offset};
+    std::array<const double*, std::size_t(kArity)> chart{};  // null where there is none
+    static_for<kArity>([&]<int S>() {
+      const auto& store = *std::get<S>(stores_);
+      if (store.charted) chart[S] = store.chart[std::size_t(slots_[i][S])].data();
+    });
     static_for<kArity>([&]<int B>() {
       if (offset[B] < 0) return;
-      const auto& store = *std::get<B>(stores_);
       auto p = points(i);
+      auto charts = chart;
       for (int k = 0; k < kDofs[B]; ++k) {
         std::array<double, kSumOfDofs> gradient[2];
         for (const int side : {0, 1}) {
           State<B> moved;
-          typename State<B>::Jacobian chart;
-          store.near_point(slots_[i][B], k, side == 0 ? h : -h, moved, chart);
+          typename State<B>::Jacobian moved_chart;
+          const double step = side == 0 ? kGradientStep : -kGradientStep;
+          std::get<B>(stores_)->near_point(slots_[i][B], k, step, moved, moved_chart);
           std::get<B>(p) = &moved;
+          charts[B] = moved_chart.data();
           Row r, w;
           Jacobians J;
           linearize_at(i, p, offset, r, J);
           dual(r, w);
-          int first = 0;
-          static_for<kArity>([&]<int S>() {
-            double* Js = std::get<S>(J).data();
-            const auto& s = *std::get<S>(stores_);
-            if (offset[S] >= 0) {
-              if (S == B)
-                multiply_right<kDim, kDofs[B]>(std::get<B>(J).data(), chart.data());
-              else if (s.charted)
-                multiply_right<kDim, kDofs[S]>(Js, s.chart[std::size_t(slots_[i][S])].data());
-              multiply_transposed<kDim, kDofs[S]>(Js, w.data(), gradient[side].data() + first);
-            }
-            first += kDofs[S];
-          });
+          block_gradient(shape, data(J).data(), charts.data(), w.data(), gradient[side].data());
         }
-        int first = 0;
-        static_for<kArity>([&]<int A>() {
-          constexpr int a = A > B ? A : B, b = A > B ? B : A;
-          const HessianPlace& at = place[a * (a + 1) / 2 + b];
-          for (int m = 0; offset[A] >= 0 && m < kDofs[A]; ++m) {
-            const std::size_t entry = std::size_t(first + m);
-            const double column = (gradient[0][entry] - gradient[1][entry]) / (2 * h);
-            // Every ordered pair is met once from each side: half from each keeps the Hessian symmetric.
-            if (A == B) {
-              H[at.position + k * at.stride + m] += 0.5 * column;
-              H[at.position + m * at.stride + k] += 0.5 * column;
-            } else {
-              const double v = offset[A] == offset[B] ? column : 0.5 * column;
-              H[offset[A] >= offset[B] ? at.position + k * at.stride + m : at.position + m * at.stride + k] += v;
-            }
-          }
-          first += kDofs[A];
-        });
+        add_hessian_column(shape, place, B, k, gradient[0].data(), gradient[1].data(), H);
       }
     });
   }

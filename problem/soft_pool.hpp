@@ -111,13 +111,12 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
       this->linearize(i, offset, r, J);
       whiten<1>(i, r.data());
       const double weight = loss(i, squared_norm<kDim>(r.data())).d1;
-      static_for<kArity>([&]<int A>() {
-        if (offset[A] >= 0) whiten<Pool::kDofs[A]>(i, std::get<A>(J).data());
-      });
-      double block_along = 0, block_scale = 0;
-      this->add_block_stiffness(offset, J, v, block_along, block_scale);
-      along += weight * block_along;
-      scale += weight * block_scale;
+      const auto data = Pool::data(J);
+      const Weight& w = weights_[i];
+      for (int s = 0; s < kArity; ++s)
+        detail::whiten(kDim, Pool::kDofs[std::size_t(s)], w.diagonal.data(),
+                       w.full < 0 ? nullptr : full_.at(w.full).data(), data[std::size_t(s)]);
+      add_block_stiffness({kDim, kArity, Pool::kDofs.data(), offset}, data.data(), v, weight, along, scale);
     }
   }
 

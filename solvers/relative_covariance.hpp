@@ -4,13 +4,18 @@
 
 namespace tandem {
 
+namespace detail {
+/// J S Jᵀ
+Eigen::MatrixXd propagated(const Eigen::Ref<const Eigen::MatrixXd>& J, const Eigen::Ref<const Eigen::MatrixXd>& S);
+}  // namespace detail
+
 /// Covariance of the relative pose D = C⁻¹ T in right perturbations of D, from the joint covariance of [δC; δT]
 /// (Marginals::joint):  D ⊕ d with d = −Ad(D⁻¹) δC + δT to first order.
 template <LieGroup G>
 Matrix<G::dof, G::dof> relative_pose_covariance(const G& c, const G& t, const Matrix<2 * G::dof, 2 * G::dof>& joint) {
   Matrix<G::dof, 2 * G::dof> J;
   J << -(t.inverse() * c).Ad(), Matrix<G::dof, G::dof>::Identity();
-  return J * joint * J.transpose();
+  return detail::propagated(J, joint);
 }
 
 /// Covariance [m²] of the target's position in the chaser's frame, p = C⁻¹ t(T), from the joint covariance of
@@ -24,7 +29,7 @@ requires(Chaser::point_dim == Target::point_dim)
   Matrix<Chaser::point_dim, Chaser::dof + Target::dof> J;
   J << -Chaser::identity().act_jacobian(to_body.act(t.act(origin))),
       to_body.act_point_jacobian() * t.act_jacobian(origin);
-  return J * joint * J.transpose();
+  return detail::propagated(J, joint);
 }
 
 }  // namespace tandem

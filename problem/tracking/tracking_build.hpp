@@ -45,6 +45,9 @@ struct TrackingBuild {
   void add_measurement_after(std::size_t sensor, std::size_t i, std::size_t k);
   /// The motion up to k.
   void add_motion(std::size_t k);
+  /// Constant twist over three poses, constant velocity over any other triple, at each of the horizons that ends at
+  /// `last`.
+  void add_triples(std::size_t last);
   /// The constraints of the target's pose at k and of its twist up to there.
   void add_constraints(std::size_t k);
 

@@ -72,7 +72,9 @@ class JointOf {
   }
 
  private:
-  static Joint lifted(const Eigen::MatrixXd& raw, const Eigen::MatrixXd& E) { return {raw, E * raw * E.transpose()}; }
+  static Joint lifted(const Eigen::MatrixXd& raw, const Eigen::MatrixXd& E) {
+    return {raw, detail::propagated(E, raw)};
+  }
 
   const Marginals& marginals_;
   const Problem& problem_;
@@ -122,7 +124,7 @@ Uncertainty uncertainty(TrackingProblem& tracking, const TrackingData& data) {
   for (const PlacedMeasurement& m : tracking.measurements) {
     if (!m.innovation) continue;
     const auto [r, J] = m.innovation(tracking.problem);
-    Eigen::MatrixXd S = J * raw[m.keyframe] * J.transpose();
+    Eigen::MatrixXd S = detail::propagated(J, raw[m.keyframe]);
     S.diagonal() += data.sensors[m.sensor].sigma.head(r.size()).cwiseAbs2();
     result.held_out.push_back({m.sensor, m.index, r, S});
   }

@@ -1,0 +1,78 @@
+#include <algorithm>
+
+#include <Eigen/Core>
+
+#include <tandem/problem/pool.hpp>
+
+namespace tandem::detail {
+namespace {
+
+using Map = Eigen::Map<Eigen::MatrixXd>;
+using ConstMap = Eigen::Map<const Eigen::MatrixXd>;
+using ConstVector = Eigen::Map<const Eigen::VectorXd>;
+
+}  // namespace
+
+void block_gradient(const BlockShape& shape, const double* const* J, const double* const* charts, const double* w,
+                    double* gradient) {
+  for (int s = 0; s < shape.arity; gradient += shape.dofs[s], ++s) {
+    if (shape.offset[s] < 0) continue;
+    const int dof = shape.dofs[s];
+    for (int j = 0; j < dof; ++j) {
+      double sum = 0;
+      for (int k = 0; k < shape.dim; ++k) sum += J[s][j * shape.dim + k] * w[k];
+      gradient[j] = sum;
+    }
+    if (!charts[s]) continue;
+    double product[kMostDofs];  // chartᵀ (Jᵀ w)
+    for (int j = 0; j < dof; ++j) {
+      product[j] = 0;
+      for (int k = 0; k < dof; ++k) product[j] += charts[s][j * dof + k] * gradient[k];
+    }
+    std::copy_n(product, dof, gradient);
+  }
+}
+
+void add_hessian_column(const BlockShape& shape, const HessianPlace* place, int B, int k, const double* plus,
+                        const double* minus, double* H) {
+  const int* offset = shape.offset;
+  for (int A = 0; A < shape.arity; ++A) {
+    if (offset[A] < 0) continue;
+    const int a = std::max(A, B), b = std::min(A, B), first = shape.first(A);
+    const HessianPlace& at = place[a * (a + 1) / 2 + b];
+    for (int m = 0; m < shape.dofs[A]; ++m) {
+      const double column = (plus[first + m] - minus[first + m]) / (2 * kGradientStep);
+      // Every ordered pair is met once from each side: half from each keeps the Hessian symmetric.
+      if (A == B) {
+        H[at.position + k * at.stride + m] += 0.5 * column;
+        H[at.position + m * at.stride + k] += 0.5 * column;
+      } else {
+        const double v = offset[A] == offset[B] ? column : 0.5 * column;
+        H[offset[A] >= offset[B] ? at.position + k * at.stride + m : at.position + m * at.stride + k] += v;
+      }
+    }
+  }
+}
+
+void whiten(int rows, int columns, const double* diagonal, const double* full, double* A) {
+  Map matrix(A, rows, columns);
+  if (full)
+    matrix = ConstMap(full, rows, rows) * matrix.eval();
+  else
+    matrix.array().colwise() *= ConstVector(diagonal, rows).array();
+}
+
+void add_block_stiffness(const BlockShape& shape, const double* const* J, const double* v, double weight, double& along,
+                         double& scale) {
+  Eigen::VectorXd Jv = Eigen::VectorXd::Zero(shape.dim);
+  for (int s = 0; s < shape.arity; ++s) {
+    if (shape.offset[s] < 0) continue;
+    const ConstMap by_state(J[s], shape.dim, shape.dofs[s]);
+    const ConstVector part(v + shape.offset[s], shape.dofs[s]);
+    Jv += by_state * part;
+    scale += weight * (by_state * part.asDiagonal()).squaredNorm();
+  }
+  along += weight * Jv.squaredNorm();
+}
+
+}  // namespace tandem::detail

@@ -1,0 +1,7 @@
+#include <tandem/problem/tracking/tracking_triples.hpp>
+
+namespace tandem::detail {
+
+template void TrackingBuild<SE3>::add_triples(std::size_t);
+
+}  // namespace tandem::detail
