@@ -1,32 +1,15 @@
 #pragma once
 
 #include <functional>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include <tandem/problem/problem.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
-#include <tandem/solvers/summary.hpp>
+#include <tandem/solvers/online/fixed_lag_options.hpp>
 
 namespace tandem {
-
-/// How far back the window reaches, and what one update may do.
-struct FixedLagOptions : SolverOptions {
-  FixedLagOptions() { max_iterations = 5; }  // an update
-
-  double window = 60.0;   ///< s: variables older than the newest by more than this are marginalized
-  int max_keyframes = 0;  ///< and those beyond so many distinct times (1 ms apart at the least); 0: no such limit
-  /// An update has converged when a step's predicted decrease, or the decrease that it missed of its prediction, is
-  /// below this part of the cost, or of 1 where that is more.
-  double cost_tolerance = 1e-6;
-  double step_tolerance = 1e-9;    ///< or when no entry of a step is larger [m, rad]
-  double initial_damping = 1e-15;  ///< of the diagonal: a warm start wants whole Gauss-Newton steps
-  /// Told each time that is about to leave the window, oldest first, after the solve: its variables have their last
-  /// values, and their handles are valid for the last time.
-  std::function<void(double t)> leaving;
-};
 
 /// Fixed-lag smoothing: a problem whose old variables are marginalized as new ones come, so that an update costs the
 /// same for ever, in the same memory. What leaves the window stays behind as a Gaussian prior on what remains
@@ -57,28 +40,30 @@ class FixedLag {
   Variable<G> add(double t, const G& initial, std::string name = {}) {
     check_time(t);
     const Variable<G> x = problem_.add(initial, std::move(name));
-    insert(t, problem_.id(x));
+    insert(t, x);
     return x;
   }
 
-  /// Takes a variable out that was given to add() (Problem::remove does not know of its time).
+  /// Takes a variable out. Problem::remove and Problem::marginalize do as well: what is no longer in the problem is
+  /// no longer in the window.
   template <LieGroup G>
   void remove(const Variable<G>& x) {
-    const int id = problem_.has(x) ? problem_.id(x) : -1;
     problem_.remove(x);
-    std::erase_if(timed_, [&](const Timed& v) { return v.id == id; });
-    forget(id);
+    drop_removed();
   }
 
-  /// The same of a variable of problem() that is there already.
+  /// The same as add() of a variable of problem() that is there already. Throws Error when it has a time.
   template <LieGroup G>
   void track(double t, const Variable<G>& x) {
     check_time(t);
-    insert(t, problem_.id(x));
+    if (!problem_.has(x)) throw Error("fixed-lag: a time for a variable that is not in the problem (any more)");
+    insert(t, x);
   }
 
-  /// Solves the window from the variables' values, then marginalizes what is older than it, unless the solve is refused
-  /// or failed. The newest variables' times decide, not a clock.
+  /// Solves the window from the variables' values, then marginalizes what is older than it: see
+  /// FixedLagOptions::patience; nothing when the solve is refused or fails. The newest variables' times decide, not a
+  /// clock. Throws what `leaving` throws, and Error when a residual of what is to leave is undefined at the estimate; what
+  /// has not left by then stays, and later updates try again.
   Summary update();
 
   /// The earliest and the latest time of a variable in the window [s]; −infinity before anything was added.
@@ -91,14 +76,15 @@ class FixedLag {
     double t;
     int id;  ///< Problem::id of its handles; given to other variables from the next add on
   };
-  /// The variables that the last update marginalized.
+  /// The variables that the last update marginalized, also one that threw.
   const std::vector<Gone>& gone() const { return gone_; }
 
   /// Joint covariance of the variables, in the order given, in the tangent space of right perturbations (as Marginals):
   /// by the factor of the last update's last linearisation, so that of the newest ones it takes microseconds; it grows
   /// with how long ago the oldest of them was added. Fixed variables have none; a direction that nothing observes has a
   /// meaningless large one. Throws Error for a variable that is not there any more, for one that was not there at the
-  /// last update, and after an update that failed or whose Hessian is singular.
+  /// last update, and after an update that failed or whose Hessian is singular. Any number of threads may ask at once,
+  /// as long as none changes the problem or updates meanwhile.
   template <LieGroup... Gs>
   Matrix<(Gs::dof + ...), (Gs::dof + ...)> covariance(const Variable<Gs>&... x) const {
     check_known({(problem_.has(x) ? problem_.id(x) : -1)...});
@@ -109,13 +95,20 @@ class FixedLag {
   struct Timed {
     double t;
     int id;
+    std::function<bool(const Problem&)> is_there;  // ids are used again
   };
   static constexpr double kSameTime = 1e-3;  // s; closer times are one keyframe
 
+  template <LieGroup G>
+  void insert(double t, const Variable<G>& x) {
+    insert({t, problem_.id(x), [x](const Problem& problem) { return problem.has(x); }});
+  }
   void check_time(double t) const;
-  void insert(double t, int id);
+  void insert(Timed variable);
   void forget(int id);
-  void marginalize_old();
+  void drop_removed();
+  double window_begin(double stretch) const;
+  void marginalize_before(double limit);
   void check_known(const std::vector<int>& ids) const;
   Eigen::MatrixXd joint(const std::vector<int>& ids, const std::vector<int>& sizes) const;
   Summary solve_window();
@@ -128,7 +121,7 @@ class FixedLag {
 
   static constexpr int kFixed = -1, kUnknown = -2;
   std::optional<BlockCholesky> factor_;  // of the last update
-  std::vector<int> block_of_variable_;   // in it, or kFixed, or kUnknown
+  std::vector<int> block_of_variable_;   // in it, or kFixed, or kUnknown; by id
 };
 
 /// Empty, or a sentence that says why fixed-lag smoothing cannot take the problem.

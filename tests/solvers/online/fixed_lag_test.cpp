@@ -345,7 +345,8 @@ TEST(FixedLag, RefusesOptionsOutOfRange) {
   for (const auto spoil :
        {+[](FixedLagOptions& o) { o.window = 0; }, +[](FixedLagOptions& o) { o.window = NAN; },
         +[](FixedLagOptions& o) { o.max_keyframes = -1; }, +[](FixedLagOptions& o) { o.max_iterations = 0; },
-        +[](FixedLagOptions& o) { o.cost_tolerance = -1; }, +[](FixedLagOptions& o) { o.initial_damping = NAN; }}) {
+        +[](FixedLagOptions& o) { o.patience = -1; }, +[](FixedLagOptions& o) { o.cost_tolerance = -1; },
+        +[](FixedLagOptions& o) { o.initial_damping = NAN; }}) {
     FixedLagOptions options;
     spoil(options);
     EXPECT_THROW(FixedLag{options}, Error);

@@ -3,6 +3,7 @@
 
 #include <tandem/problem/tracking/ego_track.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
+#include <tandem/solvers/online/heading_alignment.hpp>
 #include <tandem/solvers/online/online_estimator.hpp>
 
 #include "problem/tracking/level_turn.hpp"

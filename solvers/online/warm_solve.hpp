@@ -1,0 +1,41 @@
+#pragma once
+
+#include <tandem/problem/program.hpp>
+#include <tandem/solvers/linear/block_cholesky.hpp>
+#include <tandem/solvers/online/fixed_lag_options.hpp>
+#include <tandem/solvers/session.hpp>
+
+namespace tandem::detail {
+
+/// Levenberg–Marquardt for a problem of soft residuals that is nearly solved when it begins and done after a step or
+/// two: what costs no less than a step (observability, curvature learned from past steps, a last linearisation) is left
+/// out.
+class WarmSolve {
+ public:
+  /// `cholesky`: of the program's Hessian pattern; holds the factor afterwards.
+  WarmSolve(Program& program, BlockCholesky& cholesky, const FixedLagOptions& options);
+
+  Summary run();
+  /// Whether the factor is not that of the problem itself.
+  bool damped() const { return damped_; }
+
+ private:
+  double linearize();
+  void iterate();
+  bool find_step();
+  bool factorize();
+  double cost_at_step(bool with_gradient);
+  void try_step();
+  void accept(double cost);
+  double left_to_gain();
+
+  const FixedLagOptions& options_;
+  Program& program_;
+  BlockCholesky& cholesky_;
+  Session session_;
+  double damping_, growth_ = 10, predicted_ = 0;
+  bool damped_ = true;  // also before there is a factor
+  Eigen::VectorXd gradient_, hessian_, scale_, shift_, step_, trial_gradient_, next_;
+};
+
+}  // namespace tandem::detail
