@@ -1,8 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <tandem/studies/commands/command.hpp>
-
+#include "studies/commands/run_here.hpp"
 #include "studies/scratch.hpp"
 
 namespace tandem {
@@ -13,20 +12,7 @@ namespace {
 
 using testing::HasSubstr;
 
-struct Run {
-  int status;
-  std::string output, errors;
-};
-
-Run run(std::vector<std::string> words) {
-  std::vector<const char*> argv = {"tandem", "sensors"};
-  for (const std::string& word : words) argv.push_back(word.c_str());
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  const int status = run_commands({sensors_command()}, static_cast<int>(argv.size()), argv.data(), "0");
-  std::string output = testing::internal::GetCapturedStdout();
-  return {status, std::move(output), testing::internal::GetCapturedStderr()};
-}
+RunHere run(const std::vector<std::string>& words) { return run_here(sensors_command().prepare, words); }
 
 TEST(Extending, ANewCommandCountsMeasurements) {
   const ScratchFolder scenario, scratch;
@@ -43,7 +29,7 @@ TEST(Extending, ANewCommandSaysWhatIsWrong) {
   EXPECT_EQ(run({"docking_a", "--least", "0"}).errors, "tandem: --least takes a whole number above zero, not '0'\n");
   EXPECT_THAT(run({"docking_a", "--leest", "1"}).errors, HasSubstr("did you mean --least?"));
   EXPECT_EQ(run({}).status, kWrongInput);
-  const Run help = run({"--help"});
+  const RunHere help = run({"--help"});
   EXPECT_EQ(help.status, kDone);
   for (const char* text : {"Table:", "--least", "Sensors:", "--without", "Output:", "--out"})
     EXPECT_THAT(help.output, HasSubstr(text));

@@ -113,7 +113,7 @@ TEST_F(JointCommand, OptionsAboutSensorsThatAreNotThereAreRefused) {
 /// While the chaser is navigated, too, before the first model is tried or the first solver run.
 TEST_F(JointCommand, AnInterruptWhileItNavigatesIsHeeded) {
   const ScratchFolder scratch;
-  const DiveOptions options{.grade = Grade::tactical, .minutes = 20};
+  const DiveOptions options{.grade = Grade::tactical, .minutes = 10};
   write_dive(simulate_dive(options), options, scratch.path());
   write_target_of_dive(dive_with_target(options, 0.3), scratch.path());
   for (const char* command : {"models", "compare"}) {
