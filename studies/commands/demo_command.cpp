@@ -1,4 +1,3 @@
-#include <cstdio>
 #include <filesystem>
 #include <numbers>
 
@@ -6,11 +5,11 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/tracking/planar.hpp>
-#include <tandem/studies/commands/demo_command.hpp>
+#include <tandem/studies/commands/command.hpp>
+#include <tandem/studies/commands/output.hpp>
+#include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/demo/demo_fig3.hpp>
 #include <tandem/studies/demo/demo_fig3_plots.hpp>
-#include <tandem/studies/support/option_values.hpp>
-#include <tandem/studies/support/output_folder.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -56,43 +55,48 @@ std::string fig3_report(const std::vector<fig3::Solution>& solutions) {
   return text;
 }
 
-int run_fig3(const DemoArguments& arguments) {
-  const Solver solver = parse_solver("--solver", arguments.solver.value_or("gauss-newton"));
-  const auto plots = parse_plots("--plots", arguments.plots.value_or("svg"));
-  std::optional<OutputFolder> out;
-  if (arguments.out) out.emplace(*arguments.out);
+struct DemoRequest {
+  std::string name;
+  Solver solver;
+  Output output;
+};
 
+int run_fig3(const DemoRequest& request) {
   std::vector<fig3::Solution> solutions;
-  for (const fig3::Panel& panel : fig3::panels()) solutions.push_back(fig3::solve(panel, solver, kSeed));
+  for (const fig3::Panel& panel : fig3::panels()) solutions.push_back(fig3::solve(panel, request.solver, kSeed));
   const std::string report = fig3_report(solutions);
 
-  std::string note;  // about a picture that is missing
-  if (out)
-    out->fill({"fig3.txt", "fig3.svg", "fig3.png"}, [&](const std::filesystem::path& folder) {
-      write_file(folder / "fig3.txt", report);
-      if (plots) note = fig3::draw(solutions, *plots, folder);
-    });
-  fmt::print("{}", report);
-  if (out) fmt::print("\nWritten to {}\n", *arguments.out);
-  std::fflush(stdout);
-  if (!note.empty()) fmt::print(stderr, "tandem: {}\n", note);
-  for (const fig3::Solution& s : solutions) {
-    if (s.summary.converged()) continue;
-    fmt::print(stderr, "tandem: {} did not converge on {}: {}\n", s.summary.solver, s.panel.title, s.summary.message);
-    return 2;
-  }
-  return 0;
+  Results results;
+  results.table = [&] { return report; };
+  results.files = {"fig3.txt", "fig3.svg", "fig3.png"};
+  results.write = [&](const std::filesystem::path& folder) {
+    write_file(folder / "fig3.txt", report);
+    return request.output.plots ? fig3::draw(solutions, *request.output.plots, folder) : std::string();
+  };
+  for (const fig3::Solution& s : solutions)
+    if (!s.summary.converged() && results.not_done.empty())
+      results.not_done = fmt::format("{}: {}", s.panel.title, why_not_converged(s.summary));
+  return finish(request.output, results);
+}
+
+int run_demo(const DemoRequest& request) {
+  if (request.name == "fig3") return run_fig3(request);
+  throw Error(
+      fmt::format("there is no demo {}{} (there is: fig3)", quote(request.name), did_you_mean(request.name, {"fig3"})));
 }
 
 }  // namespace
 
-std::vector<std::string> demo_names() { return {"fig3"}; }
-
-int run_demo(const DemoArguments& arguments) {
-  if (arguments.name != "fig3")
-    throw Error(fmt::format("there is no demo {}{} (there is: {})", quote(arguments.name),
-                            did_you_mean(arguments.name, demo_names()), listed(demo_names())));
-  return run_fig3(arguments);
+Command demo_command() {
+  return {"demo", "Run a small example: fig3", [](CommandOptions& option) {
+            const auto request = std::make_shared<DemoRequest>();
+            option.footer("Exit status: 0 converged, 1 wrong input or usage, 2 not converged.");
+            option.argument("name", "NAME", "fig3: poses that the constant-twist prior alone puts on an arc",
+                            request->name);
+            add_solver(option, request->solver);
+            add_output(option, request->output, {.writes = "Write the table and a picture to DIR", .prints = false});
+            return [request] { return run_demo(*request); };
+          }};
 }
 
 }  // namespace tandem

@@ -1,84 +1,103 @@
-#include <cstdio>
-
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <tandem/studies/commands/models_command.hpp>
+#include <tandem/studies/commands/command.hpp>
+#include <tandem/studies/commands/output.hpp>
+#include <tandem/studies/commands/problem_options.hpp>
+#include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/comparison/models.hpp>
 #include <tandem/studies/comparison/models_report.hpp>
 #include <tandem/studies/navigation/navigated.hpp>
-#include <tandem/studies/support/console.hpp>
 #include <tandem/studies/support/option_values.hpp>
-#include <tandem/studies/support/output_folder.hpp>
-#include <tandem/studies/support/progress_line.hpp>
 
 namespace tandem {
 namespace {
 
-std::vector<NamedModel> models_meant(const ModelsArguments& arguments, const TrackingOptions& base) {
+struct ModelsRequest {
+  ProblemRequest problem;
+  std::vector<NamedByOption> models;  ///< lists
+  std::optional<Solver> solver;
+  std::optional<double> time_limit;
+  Output output;
+};
+
+std::vector<NamedModel> models_meant(const ModelsRequest& request, const TrackingOptions& base) {
   std::vector<NamedModel> models;
-  for (const std::string& list : arguments.models)
-    for (NamedModel& model : parse_model_list("--models", list, base)) models.push_back(std::move(model));
-  if (arguments.models.empty())
-    for (const std::string& name : default_models()) models.push_back(parse_model_spec("--models", name, base));
+  for (const auto& [option, list] : request.models)
+    for (NamedModel& model : parse_model_list(option, list, base)) models.push_back(std::move(model));
+  if (request.models.empty())
+    for (const std::string& name : default_models()) models.push_back(parse_model_spec("default", name, base));
   return models;
 }
 
-ModelResult try_with_progress(const Scenario& scenario, const NamedModel& model, Solver solver,
-                              const std::string& progress) {
-  ProgressLine line(progress);
-  std::visit(
-      [&](SolverOptions& options) {
-        options.stop = &interrupted();
-        if (!progress.empty()) options.progress = [&](const Progress& p) { line.show(p); };
-      },
-      solver);
-  const LibrariesPrintToStderr redirection;
-  return try_model(scenario, model, solver);
+/// Why the exit status is not 0, if it is not.
+std::string what_is_missing(const std::vector<ModelResult>& results, std::size_t models) {
+  if (interrupted()) return fmt::format("interrupted after {} of {} models", results.size(), models);
+  std::vector<std::string> names;
+  for (const ModelResult& r : results)
+    if (r.solved && r.status != name(Status::converged)) names.push_back(r.name);
+  if (names.empty()) return "";
+  return fmt::format("{} of {} models did not converge: {}", names.size(), models, fmt::join(names, ", "));
+}
+
+/// An interrupt ends it with the models that are there.
+int run_models(const ModelsRequest& request, const CommandOptions& option) {
+  const TrackingOptions base = tracking_options(request.problem, true);
+  const std::vector<NamedModel> models = models_meant(request, base);
+  Scenario scenario = read_problem(request.problem, option);
+  if (needs_navigation(scenario)) {
+    NavigationOptions options = navigation_options(request.problem);
+    const WatchedSolve watched(options.solver, request.output, "navigation: ");
+    scenario = navigated(std::move(scenario), options).scenario;
+  }
+  make_keyframes(scenario.data, base.max_keyframes);  // throws what would be wrong with every model
+
+  std::vector<ModelResult> results;
+  for (const NamedModel& model : models) {
+    if (interrupted()) break;
+    Solver solver = request.solver.value_or(solver_for(model));
+    if (request.time_limit) common(solver).time_limit = *request.time_limit;
+    const WatchedSolve watched(common(solver), request.output,
+                               fmt::format("{}/{} {}: ", results.size() + 1, models.size(), model.name));
+    results.push_back(try_model(scenario, model, solver));
+  }
+
+  Results found;
+  found.table = [&] { return models_report(scenario.name, results); };
+  found.json = [&] { return models_json(scenario.name, results); };
+  found.files = {"models.csv"};
+  found.write = [&](const std::filesystem::path& folder) {
+    write_file(folder / "models.csv", models_csv(scenario.name, results));
+    return std::string();
+  };
+  found.not_done = what_is_missing(results, models.size());
+  return finish(request.output, found);
 }
 
 }  // namespace
 
-int run_models(const ModelsArguments& arguments) {
-  const TrackingOptions base = tracking_options(arguments.tracking);
-  const std::vector<NamedModel> models = models_meant(arguments, base);
-  std::optional<Solver> solver;
-  if (arguments.solver) solver = parse_solver("--solver", *arguments.solver);
-  std::optional<double> time_limit;
-  if (arguments.time_limit) time_limit = parse_magnitude("--time-limit", *arguments.time_limit);
-  std::optional<OutputFolder> out;
-  if (arguments.out) out.emplace(*arguments.out);
-  Scenario scenario = scenario_with(arguments.tracking);
-  if (needs_navigation(scenario)) scenario = navigated(std::move(scenario), {}).scenario;
-  make_keyframes(scenario.data, base.max_keyframes);  // throws what would be wrong with every model
-
-  stop_on_interrupt();
-  const bool progress = !arguments.quiet && isatty(STDERR_FILENO);
-  std::vector<ModelResult> results;
-  for (const NamedModel& model : models) {
-    if (interrupted()) break;
-    Solver chosen = solver ? *solver : solver_for(model);
-    if (time_limit) std::visit([&](SolverOptions& options) { options.time_limit = *time_limit; }, chosen);
-    results.push_back(try_with_progress(
-        scenario, model, chosen,
-        progress ? fmt::format("{}/{} {}: ", results.size() + 1, models.size(), model.name) : std::string()));
-  }
-
-  if (out)
-    out->fill({"models.csv"}, [&](const std::filesystem::path& folder) {
-      write_file(folder / "models.csv", models_csv(scenario.name, results));
-    });
-  if (arguments.json) {
-    fmt::print("{}", models_json(scenario.name, results));
-  } else if (!arguments.quiet) {
-    fmt::print("{}", models_report(scenario.name, results));
-    if (out) fmt::print("\nWritten to {}\n", *arguments.out);
-  }
-  std::fflush(stdout);
-  if (interrupted()) fmt::print(stderr, "tandem: interrupted after {} of {} models\n", results.size(), models.size());
-  for (const ModelResult& r : results)
-    if (r.solved && r.status != name(Status::converged)) return 2;
-  return interrupted() ? 2 : 0;
+Command models_command() {
+  return {"models", "Compare motion models of the target on a scenario, in one table",
+          [](CommandOptions& option) {
+            const auto request = std::make_shared<ModelsRequest>();
+            option.footer(
+                "A model is [MODEL][+CONSTRAINT[:VALUES][:soft|hard]]…, e.g. "
+                "constant-twist+non-holonomic:hard+surge:0,2.5:soft or all:hard. MODEL: constant-twist (default), "
+                "mode-b, constant-velocity, multi-horizon, white-noise-acceleration, steady-course. CONSTRAINT: "
+                "non-holonomic, roll-pitch, surge:MIN,MAX, yaw-rate:MAX, all; also horizons:LIST. --surge and "
+                "--yaw-rate give the limits of models that name none.\nExit status: 0 converged, 1 wrong input or "
+                "usage, 2 some model did not converge or interrupted.");
+            add_problem(option, request->problem, false);
+            add_max_keyframes(option, request->problem);
+            add_own_sensors(option, request->problem.own, true);
+            option.group("Models and solver");
+            option.repeatable("--models", "LIST", "Models by commas, see below (default: all, soft and hard)",
+                              request->models, parse_name);
+            add_solver(option, request->solver, "gauss-newton, augmented-lagrangian for hard constraints");
+            option("--time-limit", "SECONDS", "Stop each solve after so long", request->time_limit, parse_magnitude);
+            add_output(option, request->output, {.writes = "Write models.csv to DIR", .plots = false});
+            return [request, &option] { return run_models(*request, option); };
+          },
+          true};
 }
 
 }  // namespace tandem

@@ -1,89 +1,114 @@
-#include <cstdio>
-
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <tandem/studies/commands/navigate_command.hpp>
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/commands/command.hpp>
+#include <tandem/studies/commands/output.hpp>
+#include <tandem/studies/commands/problem_options.hpp>
+#include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/navigation/navigation_files.hpp>
 #include <tandem/studies/navigation/navigation_plots.hpp>
 #include <tandem/studies/navigation/navigation_report.hpp>
-#include <tandem/studies/support/console.hpp>
+#include <tandem/studies/scenario/builtin_scenarios.hpp>
+#include <tandem/studies/scenario/scenario_ego.hpp>
 #include <tandem/studies/support/option_values.hpp>
-#include <tandem/studies/support/output_folder.hpp>
-#include <tandem/studies/support/progress_line.hpp>
+#include <tandem/studies/support/text.hpp>
 
 namespace tandem {
 namespace {
 
-NavigationOptions options_of(const NavigateArguments& arguments) {
-  NavigationOptions options = navigation_options(arguments.navigation);
-  if (arguments.max_iterations)
-    options.solver.max_iterations = parse_count("--max-iterations", *arguments.max_iterations);
-  if (arguments.time_limit) options.solver.time_limit = parse_magnitude("--time-limit", *arguments.time_limit);
-  options.solver.stop = &interrupted();
-  return options;
+struct NavigateRequest {
+  std::string scenario;
+  SensorOptions sensors;
+  std::vector<NamedByOption> fit_delay;
+  std::optional<double> keyframe_interval, after;
+  OwnSensorOptions own;
+  Output output;
+};
+
+double parse_keyframe_interval(const std::string& option, const std::string& text) {
+  const double seconds = parse_magnitude(option, text);
+  if (seconds <= kSameInstant)
+    throw Error(fmt::format("{} is in seconds and above 0.001, not {}", option, quote(text)));
+  return seconds;
 }
 
-Navigation navigate_with_progress(const NavigationData& data, NavigationOptions options, bool quiet) {
-  ProgressLine line;
-  if (!quiet && isatty(STDERR_FILENO)) options.solver.progress = [&](const Progress& progress) { line.show(progress); };
-  const LibrariesPrintToStderr redirection;
-  return navigate(data, options);
+Scenario read_navigation(const NavigateRequest& request) {
+  Scenario scenario = read_scenario(find_scenario(request.scenario, builtin_scenarios()));
+  if (!scenario.navigation)
+    throw Error(
+        fmt::format("{} has no sensor of the chaser's own: sensors in scenario.yaml of the types {}; for chaser "
+                    "and target by odometry use tandem estimate",
+                    request.scenario, listed(ego_types(), "or")));
+  if (request.keyframe_interval) scenario.navigation->keyframe_interval = *request.keyframe_interval;
+  return scenario;
 }
 
-/// Returns a note about plots that are missing, or nothing.
-std::string write_everything(const NavigationStudy& study, const OutputFolder& out, std::optional<PlotFormat> plots) {
-  std::string note;
-  out.fill({"chaser.tum", "chaser_full.csv", "errors.csv", "weights.csv", "summary.json", "navigation.svg",
-            "errors.svg", "navigation.png", "errors.png"},
-           [&](const std::filesystem::path& folder) {
-             write_navigation(study, folder);
-             if (plots) note = draw_navigation(study, *plots, folder);
-           });
-  return note;
+int run_navigate(const NavigateRequest& request) {
+  // The study has all sensors: what the truth is of can depend on one that the navigation does without.
+  NavigationStudy study;
+  study.scenario = read_navigation(request);
+  SensorOptions all = request.sensors;
+  all.without.clear();
+  apply(all, {.target = false, .own = true}, study.scenario);
+  Scenario in_use = study.scenario;
+  apply({.without = request.sensors.without}, {.target = false, .own = true}, in_use);
+  NavigationData& data = *in_use.navigation;
+  apply(request.own, data);
+  std::vector<std::size_t> late;
+  for (const NamedByOption& sensor : request.fit_delay) late.push_back(delayed_sensor(data, sensor));
+
+  NavigationOptions options = request.own.navigation;
+  if (const auto loss = request.sensors.loss()) options.ego.loss = *loss;
+  study.options = options.ego;
+  study.after = request.after;
+  for (const std::size_t sensor : late) {  // one after the other, each with those before
+    options.solver.stop = &interrupted();
+    study.delays.push_back(fit_delay(data, sensor, options));
+    data.sensors[sensor].delay = study.delays.back().delay;
+  }
+  {
+    const WatchedSolve watched(options.solver, request.output);
+    study.navigation = navigate(data, options);
+  }
+  study.comparison = compare_with_truth(study.navigation, study.scenario);
+
+  Results results;
+  results.table = [&] { return navigation_report(study); };
+  results.json = [&] { return navigation_json(study); };
+  results.files = {"chaser.tum",     "chaser_full.csv", "errors.csv",     "weights.csv", "summary.json",
+                   "navigation.svg", "errors.svg",      "navigation.png", "errors.png"};
+  results.write = [&](const std::filesystem::path& folder) {
+    write_navigation(study, folder);
+    return request.output.plots ? draw_navigation(study, *request.output.plots, folder) : std::string();
+  };
+  results.not_done = why_not_converged(study.navigation.summary);
+  return finish(request.output, results);
 }
 
 }  // namespace
 
-int run_navigate(const NavigateArguments& arguments) {
-  const NavigationOptions options = options_of(arguments);
-  const auto plots = parse_plots("--plots", arguments.plots.value_or("svg"));
-  std::optional<double> after;
-  if (arguments.after) after = parse_magnitude("--after", *arguments.after);
-  std::optional<OutputFolder> out;
-  if (arguments.out) out.emplace(*arguments.out);
-  const Scenario scenario = scenario_to_navigate(arguments.navigation);
-  NavigationData data = sensors_in_use(scenario, arguments.navigation);
-  const std::vector<std::size_t> unknown_delays = delays_to_fit(data, arguments.navigation);
-
-  stop_on_interrupt();
-  std::vector<DelayFit> delays;
-  for (const std::size_t sensor : unknown_delays) {  // one after the other, each with those before
-    delays.push_back(fit_delay(data, sensor, options));
-    data.sensors[sensor].delay = delays.back().delay;
-  }
-  NavigationStudy study;
-  study.scenario = scenario;
-  study.options = options.ego;
-  study.navigation = navigate_with_progress(data, options, arguments.quiet);
-  study.delays = delays;
-  study.after = after;
-  study.comparison = compare_with_truth(study.navigation, scenario);
-
-  std::string note;
-  if (out) note = write_everything(study, *out, plots);
-  if (arguments.json) {
-    fmt::print("{}", navigation_json(study));
-  } else if (!arguments.quiet) {
-    fmt::print("{}", navigation_report(study));
-    if (out) fmt::print("\nWritten to {}\n", *arguments.out);
-  }
-  std::fflush(stdout);
-  if (!note.empty() && !arguments.quiet) fmt::print(stderr, "tandem: {}\n", note);
-  const Summary& summary = study.navigation.summary;
-  if (summary.converged()) return 0;
-  fmt::print(stderr, "tandem: {} did not converge ({}): {}\n", summary.solver, name(summary.status), summary.message);
-  return 2;
+Command navigate_command() {
+  return {"navigate", "Estimate the chaser's own trajectory from its own raw sensors",
+          [](CommandOptions& option) {
+            const auto request = std::make_shared<NavigateRequest>();
+            option.footer(
+                "Exit status: 0 converged, 1 wrong input or usage, 2 not converged (the best estimate is written).");
+            add_scenario(option, request->scenario, "A scenario folder with an imu, dvl, depth, gps, heading");
+            add_sensors(option, request->sensors);
+            option.repeatable("--fit-delay", "SENSOR",
+                              "Find the delay, up to 1 s, that makes the data likeliest, first", request->fit_delay,
+                              parse_name);
+            option("--keyframe-interval", "SECONDS", "In place of the scenario's", request->keyframe_interval,
+                   parse_keyframe_interval);
+            add_own_sensors(option, request->own, true);
+            option.group("Solver");
+            add_stops(option, [request]() -> SolverOptions& { return request->own.navigation.solver; });
+            add_output(option, request->output, {.writes = "Write trajectory, errors, summary.json and plots to DIR"});
+            option("--after", "SECONDS", "Summarise the errors after the first so many seconds, too", request->after,
+                   parse_magnitude);
+            return [request] { return run_navigate(*request); };
+          },
+          true};
 }
 
 }  // namespace tandem

@@ -1,78 +1,115 @@
-#include <algorithm>
-#include <cmath>
-
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/studies/commands/simulate_command.hpp>
+#include <tandem/studies/commands/command.hpp>
+#include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/simulation/simulate_dive_files.hpp>
 #include <tandem/studies/simulation/simulate_docking.hpp>
 #include <tandem/studies/support/option_values.hpp>
-#include <tandem/studies/support/output_folder.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
 namespace {
 
-double number(const std::string& option, const std::string& text) {
-  const auto value = parse_number(text);
-  if (!value || !std::isfinite(*value)) throw Error(fmt::format("{} takes a number, not {}", option, quote(text)));
-  return *value;
-}
+const char* const kOfDives = "Of a dive";
 
-/// Options that the named simulation does not know are refused, not passed over.
-void refuse(const SimulateArguments& arguments, const std::optional<std::string>& value, const std::string& option) {
-  if (value) throw Error(fmt::format("simulate {} takes no {}", arguments.name, option));
-}
+/// Each option of a simulation is in what it simulates; those of both are in both.
+struct SimulateRequest {
+  std::string name;
+  DiveOptions dive;
+  DockingOptions docking;
+  Output output;
+};
 
-Grade parse_grade(const std::string& text) {
-  for (const Grade grade : {Grade::mems, Grade::tactical})
+Grade parse_grade(const std::string& option, const std::string& text) {
+  std::vector<std::string> names;
+  for (const Grade grade : {Grade::mems, Grade::tactical}) {
     if (name(grade) == text) return grade;
-  throw Error(fmt::format("--grade is mems or tactical, not {}{}", quote(text),
-                          did_you_mean(text, {std::string(name(Grade::mems)), std::string(name(Grade::tactical))})));
+    names.emplace_back(name(grade));
+  }
+  throw Error(fmt::format("{} is {}, not {}{}", option, listed(names, "or"), quote(text), did_you_mean(text, names)));
 }
 
-template <class Options>
-void set_common(const SimulateArguments& arguments, Options& options) {
-  if (arguments.minutes) options.minutes = number("--minutes", *arguments.minutes);
-  if (arguments.seed) options.seed = static_cast<std::uint64_t>(parse_count("--seed", *arguments.seed));
+Results dive(const SimulateRequest& request) {
+  const auto simulated = std::make_shared<const SimulatedDive>(simulate_dive(request.dive));
+  Results results;
+  results.files = dive_files();
+  results.write = [simulated, &request](const std::filesystem::path& folder) {
+    write_dive(*simulated, request.dive, folder);
+    return std::string();
+  };
+  return results;
+}
+
+Results docking(const SimulateRequest& request) {
+  const auto simulated = std::make_shared<const SimulatedDocking>(simulate_docking(request.docking));
+  Results results;
+  results.files = docking_files();
+  results.write = [simulated, &request](const std::filesystem::path& folder) {
+    write_docking(*simulated, request.docking, folder);
+    return std::string();
+  };
+  return results;
+}
+
+struct Simulation {
+  std::string name, help;
+  bool is_dive;
+  Results (*run)(const SimulateRequest&);
+};
+
+const std::vector<Simulation>& simulations() {
+  static const std::vector<Simulation> all = {{"dive", "a survey dive, by its own sensors alone", true, dive},
+                                              {"docking", "a chaser and its target, as docking_a", false, docking}};
+  return all;
+}
+
+int run_simulate(const SimulateRequest& request, const CommandOptions& option) {
+  std::vector<std::string> names;
+  for (const Simulation& simulation : simulations()) {
+    names.push_back(simulation.name);
+    if (simulation.name != request.name) continue;
+    if (const auto given = option.given(kOfDives); !simulation.is_dive && !given.empty())
+      throw Error(fmt::format("simulate {} takes no {}", request.name, given.front()));
+    return finish(request.output, simulation.run(request));
+  }
+  throw Error(fmt::format("there is no simulation {}{} (there are: {})", quote(request.name),
+                          did_you_mean(request.name, names), listed(names)));
 }
 
 }  // namespace
 
-std::vector<std::string> simulation_names() { return {"dive", "docking"}; }
-
-int run_simulate(const SimulateArguments& arguments) {
-  const std::vector<std::string> names = simulation_names();
-  if (std::find(names.begin(), names.end(), arguments.name) == names.end())
-    throw Error(fmt::format("there is no simulation {}{} (there are: {})", quote(arguments.name),
-                            did_you_mean(arguments.name, names), listed(names)));
-  if (!arguments.out) throw Error("--out is needed: the folder that the scenario is written to");
-
-  if (arguments.name == "dive") {
-    DiveOptions options;
-    set_common(arguments, options);
-    if (arguments.grade) options.grade = parse_grade(*arguments.grade);
-    if (arguments.latitude) options.latitude = number("--latitude", *arguments.latitude);
-    if (arguments.keyframe_interval)
-      options.keyframe_interval = number("--keyframe-interval", *arguments.keyframe_interval);
-    if (arguments.surfacings) options.surfacings = parse_count("--surfacings", *arguments.surfacings);
-    const OutputFolder out(*arguments.out);
-    const SimulatedDive dive = simulate_dive(options);
-    out.fill(dive_files(), [&](const std::filesystem::path& folder) { write_dive(dive, options, folder); });
-  } else {
-    DockingOptions options;
-    set_common(arguments, options);
-    refuse(arguments, arguments.grade, "--grade");
-    refuse(arguments, arguments.latitude, "--latitude");
-    refuse(arguments, arguments.keyframe_interval, "--keyframe-interval");
-    refuse(arguments, arguments.surfacings, "--surfacings");
-    const OutputFolder out(*arguments.out);
-    const SimulatedDocking docking = simulate_docking(options);
-    out.fill(docking_files(), [&](const std::filesystem::path& folder) { write_docking(docking, options, folder); });
+Command simulate_command() {
+  std::vector<std::string> names, helps;
+  for (const Simulation& simulation : simulations()) {
+    names.push_back(simulation.name);
+    helps.push_back(simulation.name + ": " + simulation.help);
   }
-  fmt::print("Written to {}\n", *arguments.out);
-  return 0;
+  return {"simulate", "Write a made-up scenario folder: " + listed(names, "or"), [helps](CommandOptions& option) {
+            const auto request = std::make_shared<SimulateRequest>();
+            option.footer("The same options give the same numbers. Exit status: 0 written, 1 wrong input or usage.");
+            option.argument("name", "NAME", fmt::format("{}", fmt::join(helps, "; ")), request->name);
+            option.set("--minutes", "N", "How long it takes (default 20)",
+                       [&r = *request](const std::string& name, const std::string& text) {
+                         r.dive.minutes = r.docking.minutes = parse_finite(name, text);
+                       });
+            option.set("--seed", "N", "Of all noise, a whole number above zero (default 1)",
+                       [&r = *request](const std::string& name, const std::string& text) {
+                         r.dive.seed = r.docking.seed = static_cast<std::uint64_t>(parse_count(name, text));
+                       });
+            option.group(kOfDives);
+            DiveOptions& dive = request->dive;
+            option("--grade", "NAME", "Its sensors, mems (default) or tactical", dive.grade, parse_grade);
+            option("--latitude", "DEG", "Where, for the Earth's rotation and gravity (default 60)", dive.latitude,
+                   parse_finite);
+            option("--keyframe-interval", "S", "As written to scenario.yaml (default 1)", dive.keyframe_interval,
+                   parse_finite);
+            option("--surfacings", "N", "How often it comes up for GPS on the way (default never)", dive.surfacings,
+                   parse_count);
+            add_output(option, request->output,
+                       {.writes = "The folder to write", .required = true, .plots = false, .prints = false});
+            return [request, &option] { return run_simulate(*request, option); };
+          }};
 }
 
 }  // namespace tandem

@@ -1,18 +1,17 @@
-#include <algorithm>
 #include <cstdio>
 
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/studies/commands/track_command.hpp>
+#include <tandem/studies/commands/command.hpp>
+#include <tandem/studies/commands/output.hpp>
+#include <tandem/studies/commands/problem_options.hpp>
 #include <tandem/studies/live/track.hpp>
 #include <tandem/studies/live/track_files.hpp>
 #include <tandem/studies/live/track_lines.hpp>
 #include <tandem/studies/live/track_report.hpp>
-#include <tandem/studies/support/console.hpp>
 #include <tandem/studies/support/option_values.hpp>
-#include <tandem/studies/support/output_folder.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -21,84 +20,63 @@ namespace {
 /// An update: fixes after a gap, when the target may have turned meanwhile, take more than those that follow one another.
 constexpr int kIterations = 12;
 
-double parse_positive(const std::string& option, const std::string& text) {
-  const double value = parse_magnitude(option, text);
-  if (value <= 0) throw Error(fmt::format("{} is above zero, not {}", option, quote(text)));
-  return value;
+struct TrackRequest {
+  ProblemRequest problem;
+  LiveOptions live;
+  std::optional<double> window;  ///< s
+  bool standard_input = false;
+  Output output;
+};
+
+int parse_window_keyframes(const std::string& option, const std::string& text) {
+  const int keyframes = parse_count(option, text);
+  if (keyframes < 3) throw Error(fmt::format("{} is 3 or more: the target's motion ties three keyframes", option));
+  return keyframes;
 }
 
-TrackOptions options_of(const TrackArguments& arguments) {
-  TrackOptions options;
-  TrackingArguments tracking = arguments.tracking;
-  if (!tracking.limits && (tracking.surge || tracking.yaw_rate)) tracking.limits = "soft";
-  options.online.tracking = tracking_options(tracking);
-  options.online.ego.loss = options.online.tracking.loss;
-  options.online.ego.dvl_scale = arguments.dvl_scale;
-  FixedLagOptions& lag = options.online.lag;
-  lag.max_iterations = kIterations;
-  if (arguments.keyframes) {
-    lag.max_keyframes = parse_count("--keyframes", *arguments.keyframes);
-    if (lag.max_keyframes < 3) throw Error("--keyframes is 3 or more: the target's motion ties three keyframes");
-    lag.window = HUGE_VAL;
-  }
-  if (arguments.window) lag.window = parse_positive("--window", *arguments.window);
-  if (arguments.iterations) lag.max_iterations = parse_count("--iterations", *arguments.iterations);
-  if (arguments.alignment) options.online.alignment = parse_positive("--alignment", *arguments.alignment);
-  if (arguments.predict) {
-    options.ahead.clear();
-    for (const std::string_view part : split(*arguments.predict, ','))
-      options.ahead.push_back(parse_positive("--predict", std::string(part)));
-  }
-  if (arguments.until) options.until = parse_magnitude("--until", *arguments.until);
-  options.realtime = arguments.realtime;
+std::vector<double> parse_ahead(const std::string& option, const std::string& text) {
+  std::vector<double> seconds;
+  for (const std::string_view part : split(text, ',')) seconds.push_back(parse_positive(option, std::string(part)));
+  return seconds;
+}
+
+LiveOptions live_options(const TrackRequest& request) {
+  LiveOptions options = request.live;
+  OnlineOptions& online = options.online;
+  online.tracking = tracking_options(request.problem, false);
+  const NavigationOptions navigation = navigation_options(request.problem);
+  online.ego = navigation.ego;
+  online.alignment = navigation.alignment;
+  if (online.lag.max_keyframes > 0) online.lag.window = HUGE_VAL;
+  if (request.window) online.lag.window = *request.window;
   options.stop = &interrupted();
-  if (arguments.realtime && arguments.standard_input)
+  if (options.realtime && request.standard_input)
     throw Error("--realtime is for a folder's files: lines of --stdin come at their own pace");
   return options;
-}
-
-/// Options about a target need one, those about the chaser's own sensors need these.
-void check(const Scenario& settings, const TrackArguments& arguments) {
-  const TrackingArguments& t = arguments.tracking;
-  for (const auto& [option, given] : {std::pair{"--mode", t.mode.has_value()},
-                                      {"--model", t.model.has_value()},
-                                      {"--junction", t.junction.has_value()},
-                                      {"--roll-pitch", t.roll_pitch.has_value()},
-                                      {"--non-holonomic", t.non_holonomic.has_value()},
-                                      {"--surge", t.surge.has_value()},
-                                      {"--yaw-rate", t.yaw_rate.has_value()},
-                                      {"--predict", arguments.predict.has_value()}})
-    if (given && settings.data.sensors.empty())
-      throw Error(fmt::format("{} is about a target, and {} has no sensor that sees one", option, t.scenario));
-  const bool own = !moves_by_odometry(settings);
-  if (arguments.alignment && !own)
-    throw Error(
-        fmt::format("--alignment is about the chaser's own sensors, and in {} it moves by odometry", t.scenario));
-  const auto is_dvl = [](const EgoSensor& sensor) { return sensor.type == EgoSensorType::dvl; };
-  if (arguments.dvl_scale &&
-      !(own && std::any_of(settings.navigation->sensors.begin(), settings.navigation->sensors.end(), is_dvl)))
-    throw Error(fmt::format("--dvl-scale needs a dvl by which the chaser moves, and {} has none", t.scenario));
 }
 
 std::unique_ptr<LiveFeed> feed_of(const Scenario& settings, bool standard_input) {
   if (!standard_input) return std::make_unique<FolderFeed>(settings);
   return std::make_unique<StreamFeed>(
       settings, STDIN_FILENO, "standard input", interrupted(),
-      [](const std::string& complaint) { fmt::print(stderr, "tandem: {}; the line is left out\n", complaint); });
+      [](const std::string& complaint) { complain(complaint + "; the line is left out"); });
 }
 
-}  // namespace
+std::string why_nothing(const Track& track) {
+  if (track.interrupted) return "interrupted before there was anything to track";
+  return std::string("nothing could be tracked: ") +
+         (track.has_target ? "no measurement gives the position of the target while the chaser's motion is known"
+                           : "the chaser's own sensors say too little to start from");
+}
 
-int run_track(const TrackArguments& arguments) {
-  const TrackOptions options = options_of(arguments);
-  std::optional<OutputFolder> out;
-  if (arguments.out) out.emplace(*arguments.out);
-  Scenario scenario = settings_with(arguments.tracking, arguments.standard_input ? RowsIn::stream : RowsIn::files);
-  check(scenario, arguments);
-  const std::unique_ptr<LiveFeed> feed = feed_of(scenario, arguments.standard_input);
+/// An interrupt ends it with the summary.
+int run_track(const TrackRequest& request, const CommandOptions& option) {
+  const LiveOptions options = live_options(request);
+  Scenario scenario =
+      read_problem_settings(request.problem, option, request.standard_input ? RowsIn::stream : RowsIn::files);
+  const std::unique_ptr<LiveFeed> feed = feed_of(scenario, request.standard_input);
 
-  stop_on_interrupt();
-  const bool print = !arguments.quiet && !arguments.json;
+  const bool print = !request.output.quiet && !request.output.json;
   TrackLines lines(scenario.frame, !scenario.data.sensors.empty(), scenario.data.planar);
   const Track result = track(scenario, options, *feed, [&](const TrackRecord& record) {
     if (!print) return;
@@ -108,28 +86,61 @@ int run_track(const TrackArguments& arguments) {
     std::fflush(stdout);
   });
   if (result.records.size() == 0) {
-    fmt::print(stderr, "tandem: {}{}\n",
-               result.interrupted ? "interrupted before there was anything to track" : "nothing could be tracked: ",
-               result.interrupted ? ""
-               : result.has_target
-                   ? "no measurement gives the position of the target while the chaser's motion is known"
-                   : "the chaser's own sensors say too little to start from");
-    return 2;
+    complain(why_nothing(result));
+    return kNotDone;
   }
 
   read_truth(scenario);
   const TrackSummary summary = summarise(result, scenario, options);
-  if (out)
-    out->fill({"chaser.tum", "target.tum", "track.csv", "errors.csv", "summary.json"},
-              [&](const std::filesystem::path& folder) { write_track(result, summary, scenario, options, folder); });
-  if (arguments.json) {
-    fmt::print("{}", track_json(result, summary));
-  } else if (print) {
-    fmt::print("\n{}", track_report(result, summary));
-    if (out) fmt::print("\nWritten to {}\n", *arguments.out);
-  }
-  std::fflush(stdout);
-  return 0;
+  Results results;
+  results.table = [&] { return "\n" + track_report(result, summary); };
+  results.json = [&] { return track_json(result, summary); };
+  results.files = {"chaser.tum", "target.tum", "track.csv", "errors.csv", "summary.json"};
+  results.write = [&](const std::filesystem::path& folder) {
+    write_track(result, summary, scenario, options, folder);
+    return std::string();
+  };
+  return finish(request.output, results);
+}
+
+}  // namespace
+
+Command track_command() {
+  return {
+      "track", "Track chaser and target line by line, as data come, over a sliding window",
+      [](CommandOptions& option) {
+        const auto request = std::make_shared<TrackRequest>();
+        LiveOptions& live = request->live;
+        live.online.lag.max_iterations = kIterations;
+        option.footer(
+            "Prints a line a second of data: of the target range, bearing (starboard positive), elevation, speed, "
+            "heading (clockwise from north: the world's y, of NED-FRD x) and sigma of its position relative to the "
+            "chaser; then how long updates took, what was refused and, where there is truth, errors of the newest "
+            "state and of predictions.\n"
+            "Lines of --stdin are NAME,t,...: the name of a sensor and a row of its csv, or "
+            "odometry,t,x,y,z,qx,qy,qz,qw.\n"
+            "Exit status: 0 tracked, also until an interrupt, 1 wrong input or usage, 2 there was nothing to "
+            "track.");
+        add_problem(option, request->problem, true);
+        add_own_sensors(option, request->problem.own, false);
+        option.group("Data");
+        option("--until", "SECONDS", "Stop after so many seconds of data", live.until, parse_magnitude);
+        option.flag("--realtime", "Each line at its time, not as fast as possible", live.realtime);
+        option.flag("--stdin", "Settings from the folder's scenario.yaml, data from standard input",
+                    request->standard_input);
+        option.group("Window");
+        option("--window", "SECONDS", "What is older is marginalised (default 60)", request->window, parse_positive);
+        option("--window-keyframes", "N", "And what is more than N keyframes back (alone: no other window)",
+               live.online.lag.max_keyframes, parse_window_keyframes);
+        option("--max-iterations", "N", "Stop an update after N iterations (default 12)",
+               live.online.lag.max_iterations, parse_count);
+        option("--predict", "LIST", "Seconds ahead to predict the target (default 5,10)", live.ahead, parse_ahead);
+        add_output(
+            option, request->output,
+            {.writes = "Write trajectories as filtered, track.csv, errors.csv, summary.json to DIR", .plots = false});
+        return [request, &option] { return run_track(*request, option); };
+      },
+      true};
 }
 
 }  // namespace tandem

@@ -12,7 +12,6 @@
 #include <tandem/studies/comparison/compare.hpp>
 #include <tandem/studies/support/isolated.hpp>
 #include <tandem/studies/support/option_values.hpp>
-#include <tandem/studies/support/progress_line.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -21,8 +20,6 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr double kPointsADecade = 50;
-constexpr double kGrace =
-    10;  // s that a solve may run on after its limit, besides as long again: an evaluation may be slow
 
 /// Keeps what a progress callback tells, evenly spread over the logarithm of time.
 class Curve {
@@ -75,36 +72,6 @@ void fill(const Summary& summary, ComparedSolve& solve) {
 double number(const Json& json) { return json.is_number() ? json.get<double>() : std::nan(""); }
 std::optional<double> optional_number(const Json& json, const char* key) {
   return json.contains(key) ? std::optional(number(json[key])) : std::nullopt;
-}
-
-std::string to_text(const ComparedSolve& s) {
-  Json json = {{"keyframes", s.keyframes},
-               {"status", s.status},
-               {"message", s.message},
-               {"solved", s.solved},
-               {"numbers", {s.initial_cost, s.cost, s.constraint_cost, s.violation, s.seconds}},
-               {"iterations", s.iterations},
-               {"evaluations", s.evaluations}};
-  if (s.position) json["position"] = *s.position;
-  if (s.heading) json["heading"] = *s.heading;
-  for (const CurvePoint& p : s.curve) json["curve"].push_back({p.seconds, p.cost, p.violation});
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
-void read_text(const std::string& text, ComparedSolve& s) {
-  const Json json = Json::parse(text);
-  s.keyframes = json["keyframes"];
-  s.status = json["status"];
-  s.message = json["message"];
-  s.solved = json["solved"];
-  double* const numbers[] = {&s.initial_cost, &s.cost, &s.constraint_cost, &s.violation, &s.seconds};
-  for (std::size_t i = 0; i < std::size(numbers); ++i) *numbers[i] = number(json["numbers"][i]);
-  s.iterations = json["iterations"];
-  s.evaluations = json["evaluations"];
-  s.position = optional_number(json, "position");
-  s.heading = optional_number(json, "heading");
-  if (json.contains("curve"))
-    for (const Json& p : json["curve"]) s.curve.push_back({number(p[0]), number(p[1]), number(p[2])});
 }
 
 }  // namespace
@@ -206,30 +173,55 @@ ComparedSolve compare_one(const Scenario& scenario, const ComparedProblem& compa
   return result;
 }
 
-ComparedSolve compare_isolated(const Scenario& scenario, const ComparedProblem& problem, const Contender& contender,
-                               const std::atomic<bool>& stop, const std::string& progress) {
-  const auto work = [&] {
-    ProgressLine line(progress);
-    Contender watched = contender;
-    std::visit(
-        [&](SolverOptions& options) {
-          options.stop = &stop;
-          if (!progress.empty()) options.progress = [&line](const Progress& p) { line.show(p); };
-        },
-        watched.solver);
-    return to_text(compare_one(scenario, problem, watched));
-  };
-  const IsolatedRun run = run_isolated(work, 2.0 * problem.time_limit + kGrace, stop);
+std::string to_text(const ComparedSolve& s) {
+  Json json = {{"solver", s.solver},
+               {"role", constraints_name(s.role)},
+               {"keyframes", s.keyframes},
+               {"status", s.status},
+               {"message", s.message},
+               {"solved", s.solved},
+               {"numbers", {s.initial_cost, s.cost, s.constraint_cost, s.violation, s.seconds}},
+               {"iterations", s.iterations},
+               {"evaluations", s.evaluations}};
+  if (s.position) json["position"] = *s.position;
+  if (s.heading) json["heading"] = *s.heading;
+  for (const CurvePoint& p : s.curve) json["curve"].push_back({p.seconds, p.cost, p.violation});
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+ComparedSolve compared_solve(const std::string& text) {
+  ComparedSolve s;
+  const Json json = Json::parse(text);
+  s.solver = json["solver"];
+  s.role = parse_constraints("role", json["role"]).front();
+  s.keyframes = json["keyframes"];
+  s.status = json["status"];
+  s.message = json["message"];
+  s.solved = json["solved"];
+  double* const numbers[] = {&s.initial_cost, &s.cost, &s.constraint_cost, &s.violation, &s.seconds};
+  for (std::size_t i = 0; i < std::size(numbers); ++i) *numbers[i] = number(json["numbers"][i]);
+  s.iterations = json["iterations"];
+  s.evaluations = json["evaluations"];
+  s.position = optional_number(json, "position");
+  s.heading = optional_number(json, "heading");
+  if (json.contains("curve"))
+    for (const Json& p : json["curve"]) s.curve.push_back({number(p[0]), number(p[1]), number(p[2])});
+  return s;
+}
+
+ComparedSolve compare_isolated(std::vector<std::string> arguments, const Contender& contender, Role role,
+                               double seconds, const std::atomic<bool>& stop) {
+  const IsolatedRun run = run_isolated(kThisProgram, std::move(arguments), seconds, stop);
   ComparedSolve result;
-  result.solver = contender.name;
-  result.role = problem.role;
-  result.peak_memory = run.peak_memory;
   if (run.failure.empty()) {
-    read_text(run.result, result);
+    result = compared_solve(run.output);
   } else {
-    result.status = "crashed";
+    result.solver = contender.name;
+    result.role = role;
+    result.status = run.stopped ? name(Status::interrupted) : "crashed";
     result.message = run.failure;
   }
+  result.peak_memory = run.peak_memory;
   return result;
 }
 

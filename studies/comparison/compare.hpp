@@ -66,9 +66,13 @@ struct ComparedSolve {
 /// Solves in this process. Throws Error when data and options make no problem; what goes wrong later is in the result.
 ComparedSolve compare_one(const Scenario& scenario, const ComparedProblem& problem, const Contender& contender);
 
-/// The same in a process of its own, which measures the memory and survives a crash; see run_isolated(). While it
-/// solves, a line on standard error that begins with `progress` follows it, when that is not empty.
-ComparedSolve compare_isolated(const Scenario& scenario, const ComparedProblem& problem, const Contender& contender,
-                               const std::atomic<bool>& stop, const std::string& progress);
+/// What compare_one() gave as text, all of it but the memory, and back.
+std::string to_text(const ComparedSolve& solve);
+ComparedSolve compared_solve(const std::string& text);
+
+/// A solve by this program in a process of its own, which measures the memory and survives a crash: run with these
+/// arguments it prints to_text() of it. See run_isolated(). `contender`, `role`: which solve it is, where it gives none.
+ComparedSolve compare_isolated(std::vector<std::string> arguments, const Contender& contender, Role role,
+                               double seconds, const std::atomic<bool>& stop);
 
 }  // namespace tandem

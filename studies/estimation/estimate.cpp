@@ -66,10 +66,8 @@ void add_uncertainty(const Scenario& scenario, const Solver& solver, bool gradua
 }
 
 Estimate navigate_and_estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver,
-                               bool graduated) {
-  NavigationOptions navigation;
-  navigation.covariance = false;
-  std::visit([&](const SolverOptions& o) { navigation.solver.stop = o.stop; }, solver);
+                               bool graduated, NavigationOptions navigation) {
+  navigation.solver.stop = common(solver).stop;
   NavigatedScenario with_chaser = navigated(scenario, navigation);
   Estimate result = estimate(with_chaser.scenario, options, solver, graduated);
   result.findings = std::move(with_chaser.findings);
@@ -85,12 +83,14 @@ void add_ego(const TrackingData& data, const TrackingProblem& tracking, Estimate
     result.ego_sensors.push_back({sensors[i].name, std::size_t(used), tracking.ego_left_out[i]});
   }
   result.splits = tracking.splits;
+  if (tracking.dvl_scale) result.dvl_scale = tracking.problem.value(*tracking.dvl_scale).vector()[0];
 }
 
 }  // namespace
 
-Estimate estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver, bool graduated) {
-  if (needs_navigation(scenario)) return navigate_and_estimate(scenario, options, solver, graduated);
+Estimate estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver, bool graduated,
+                  const NavigationOptions& navigation) {
+  if (needs_navigation(scenario)) return navigate_and_estimate(scenario, options, solver, graduated, navigation);
   TrackingProblem tracking = make_tracking_problem(scenario.data, options);
   const Problem& problem = tracking.problem;
 

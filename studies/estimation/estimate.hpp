@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
-#include <tandem/problem/navigation/navigation_checks.hpp>
 #include <tandem/studies/estimation/estimate_metrics.hpp>
 #include <tandem/studies/estimation/sensor_outcomes.hpp>
 #include <tandem/studies/estimation/uncertainty.hpp>
+#include <tandem/studies/navigation/navigate.hpp>
 #include <tandem/studies/scenario/scenario.hpp>
 #include <tandem/studies/support/solver_choice.hpp>
 
@@ -51,14 +51,15 @@ struct Estimate {
   std::vector<EgoSensorUse> ego_sensors;
   std::vector<NavigationFinding> findings;        ///< about them
   std::vector<std::pair<double, double>> splits;  ///< gaps of the IMU: from, to [s]
+  std::optional<double> dvl_scale{};              ///< the DVL reads (1 + this) v, when estimated
 };
 
 /// Builds the tracking problem, solves it and compares with the truth. Throws Error when data and options
 /// make no problem or the solver cannot take it; a solve that does not converge is in the summary. When measurements are
 /// held out and losses robust, solves once more with all of them in, to tell the inliers. A chaser without odometry is
-/// navigated by its own sensors first, and then estimated together with the target.
+/// navigated by its own sensors first, as `navigation` says, and then estimated together with the target.
 /// `graduated`: by graduated non-convexity around the solver (solvers/graduated.hpp).
 Estimate estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver,
-                  bool graduated = false);
+                  bool graduated = false, const NavigationOptions& navigation = {});
 
 }  // namespace tandem

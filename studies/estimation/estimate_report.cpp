@@ -82,6 +82,7 @@ std::string ego_lines(const Estimate& estimate) {
   std::string text = fmt::format("\nThe chaser by its own sensors, together with the target; measurements used: {}.\n",
                                  used.empty() ? "of the imu alone" : fmt::format("{}", fmt::join(used, ", ")));
   for (const NavigationFinding& finding : estimate.findings) text += finding.text() + ".\n";
+  if (estimate.dvl_scale) text += fmt::format("The DVL reads {:.4f} times the velocity.\n", 1 + *estimate.dvl_scale);
   if (!estimate.splits.empty())
     text +=
         fmt::format("The inertial chain is split: no samples tie {} of the intervals between {:.3f} and {:.3f} s.\n",
@@ -236,6 +237,7 @@ std::string summary_json(const Estimate& estimate) {
   for (const EgoSensorUse& s : estimate.ego_sensors)
     json["ego_sensors"][s.name] = {{"used", s.used}, {"left_out", s.left_out}};
   for (const NavigationFinding& finding : estimate.findings) json["findings"].push_back(finding.text());
+  if (estimate.dvl_scale) json["dvl_scale"] = 1 + *estimate.dvl_scale;
   for (const auto& [from, to] : estimate.splits) json["splits"].push_back({from, to});
   if (!estimate.held_out.empty()) json["held_out"] = coverage_json(estimate);
   if (!estimate.why_no_uncertainty.empty()) json["no_covariance"] = estimate.why_no_uncertainty;

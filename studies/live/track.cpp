@@ -45,7 +45,7 @@ std::string reason_of(const std::string& sentence, bool target_there) {
 
 class Tracker {
  public:
-  Tracker(const Scenario& settings, const TrackOptions& options, LiveFeed& feed,
+  Tracker(const Scenario& settings, const LiveOptions& options, LiveFeed& feed,
           const std::function<void(const TrackRecord&)>& each)
       : settings_(settings),
         options_(options),
@@ -175,7 +175,7 @@ class Tracker {
   }
 
   const Scenario& settings_;
-  const TrackOptions& options_;
+  const LiveOptions& options_;
   LiveFeed& feed_;
   const std::function<void(const TrackRecord&)>& each_;
   Track result_;
@@ -196,7 +196,7 @@ bool moves_by_odometry(const Scenario& settings) {
   return !settings.navigation || (settings.files.odometry && !settings.data.sensors.empty());
 }
 
-Track track(const Scenario& settings, const TrackOptions& options, LiveFeed& feed,
+Track track(const Scenario& settings, const LiveOptions& options, LiveFeed& feed,
             const std::function<void(const TrackRecord&)>& each) {
   return Tracker(settings, options, feed, each).run();
 }

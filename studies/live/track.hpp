@@ -11,7 +11,8 @@
 
 namespace tandem {
 
-struct TrackOptions {
+/// How a recording, or what comes in, is tracked line by line.
+struct LiveOptions {
   OnlineOptions online{};
   std::vector<double> ahead{5, 10};         ///< s: how far predictions reach
   double until = HUGE_VAL;                  ///< s after the first line
@@ -36,7 +37,7 @@ bool moves_by_odometry(const Scenario& settings);
 
 /// Gives an OnlineEstimator every line of the feed; calls `each` after every update. Throws Error when the options cannot
 /// work, and what the feed throws.
-Track track(const Scenario& settings, const TrackOptions& options, LiveFeed& feed,
+Track track(const Scenario& settings, const LiveOptions& options, LiveFeed& feed,
             const std::function<void(const TrackRecord&)>& each);
 
 }  // namespace tandem

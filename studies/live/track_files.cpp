@@ -43,7 +43,7 @@ std::string tum_row(const Frame& frame, double t, const TargetState& x) {
 std::string fields(const std::optional<Vector<3>>& v) { return v ? fmt::format(",{}", fmt::join(*v, ",")) : ",,,"; }
 std::string field(const std::optional<double>& x) { return x ? fmt::format(",{}", *x) : ","; }
 
-std::string track_head(const TrackOptions& options) {
+std::string track_head(const LiveOptions& options) {
   std::string text =
       "t,type,new_keyframe,keyframes,update_ms,update_processor_ms,x_m,y_m,z_m,sigma_x_m,sigma_y_m,sigma_z_m,"
       "chaser_sigma_m";
@@ -66,7 +66,7 @@ std::string track_row(const Frame& frame, const TrackRecord& r) {
   return text;
 }
 
-std::string errors_head(const TrackOptions& options) {
+std::string errors_head(const LiveOptions& options) {
   std::string text =
       "t,type,position_error_m,angle_error_deg,error_x_m,error_y_m,error_z_m,error_rx_deg,error_ry_deg,error_rz_deg,"
       "three_sigma_x_m,three_sigma_y_m,three_sigma_z_m,raw_position_error_m,chaser_position_error_m,"
@@ -92,7 +92,7 @@ std::string errors_row(const Frame& frame, const TrackRecord& r, const TrackErro
 
 }  // namespace
 
-void write_track(const Track& track, const TrackSummary& summary, const Scenario& scenario, const TrackOptions& options,
+void write_track(const Track& track, const TrackSummary& summary, const Scenario& scenario, const LiveOptions& options,
                  const std::filesystem::path& folder) {
   const char* const tum = "# t[s] x[m] y[m] z[m] qx qy qz qw";
   RowsOut chaser(folder / "chaser.tum", tum), target(folder / "target.tum", tum);

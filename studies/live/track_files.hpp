@@ -15,7 +15,7 @@ namespace tandem {
 ///     summary.json            see track_json
 ///
 /// Throws Error.
-void write_track(const Track& track, const TrackSummary& summary, const Scenario& scenario, const TrackOptions& options,
+void write_track(const Track& track, const TrackSummary& summary, const Scenario& scenario, const LiveOptions& options,
                  const std::filesystem::path& folder);
 
 }  // namespace tandem

@@ -25,7 +25,7 @@ UpdateTimes times_of(std::vector<double> seconds) {
   return {at(0.5), at(0.99), 1e3 * seconds.back()};
 }
 
-std::string model_line(const Track& track, const TrackOptions& options) {
+std::string model_line(const Track& track, const LiveOptions& options) {
   const TrackingOptions& o = options.online.tracking;
   std::string text = track.by_odometry ? "" : "chaser by its own sensors";
   if (track.has_target)
@@ -92,7 +92,7 @@ std::string error_tables(const Track& track, const TrackSummary& summary) {
 
 }  // namespace
 
-TrackError track_error(const Scenario& scenario, const TrackRecord& record, const TrackOptions& options) {
+TrackError track_error(const Scenario& scenario, const TrackRecord& record, const LiveOptions& options) {
   TrackError error{{record.t, record.type, {}, {}, {}, {}}, {}, {}, {}};
   if (record.target) {
     const Keyframe keyframe{record.t, record.type, record.measured, record.measured_rotation};
@@ -113,7 +113,7 @@ TrackError track_error(const Scenario& scenario, const TrackRecord& record, cons
   return error;
 }
 
-TrackSummary summarise(const Track& track, const Scenario& scenario, const TrackOptions& options) {
+TrackSummary summarise(const Track& track, const Scenario& scenario, const LiveOptions& options) {
   TrackSummary summary;
   summary.scenario = scenario.name;
   summary.model = model_line(track, options);
@@ -158,8 +158,8 @@ std::string track_report(const Track& track, const TrackSummary& s) {
   text += fmt::format("{} lines over {:.1f} s of data in {:.2f} s; {} updates, {} of them with a new keyframe\n",
                       track.lines, track.last - track.first, track.seconds, s.updates, s.keyframes);
   if (track.not_converged > 0)
-    text +=
-        fmt::format("{} updates ended before they had converged; more --iterations may help\n", track.not_converged);
+    text += fmt::format("{} updates ended before they had converged; more --max-iterations may help\n",
+                        track.not_converged);
   TextTable times({{"update [ms]", Align::left}, {"median"}, {"99 %"}, {"longest"}});
   for (const auto& [what, t] : {std::pair{"wall clock", s.wall}, {"processor", s.processor}})
     times.row({what, fmt::format("{:.2f}", t.median), fmt::format("{:.2f}", t.p99), fmt::format("{:.2f}", t.most)});

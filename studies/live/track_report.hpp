@@ -40,10 +40,10 @@ struct TrackError {
   std::vector<std::optional<double>> ahead;
   std::optional<double> chaser_position, chaser_angle;
 };
-TrackError track_error(const Scenario& scenario, const TrackRecord& record, const TrackOptions& options);
+TrackError track_error(const Scenario& scenario, const TrackRecord& record, const LiveOptions& options);
 
 /// Goes through a run's records; `scenario` has the truth, if there is one.
-TrackSummary summarise(const Track& track, const Scenario& scenario, const TrackOptions& options);
+TrackSummary summarise(const Track& track, const Scenario& scenario, const LiveOptions& options);
 
 /// For a terminal.
 std::string track_report(const Track& track, const TrackSummary& summary);

@@ -23,7 +23,8 @@ bool needs_navigation(const Scenario& scenario) {
   return scenario.navigation && scenario.data.odometry.empty() && !scenario.data.sensors.empty();
 }
 
-NavigatedScenario navigated(Scenario scenario, const NavigationOptions& options) {
+NavigatedScenario navigated(Scenario scenario, NavigationOptions options) {
+  options.covariance = false;  // of a first guess
   Navigation navigation = navigate(scenario.navigation.value(), options);
   carry_on(navigation.data, navigation.states);
   TrackingData& data = scenario.data;

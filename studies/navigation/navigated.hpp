@@ -17,6 +17,6 @@ struct NavigatedScenario {
 bool needs_navigation(const Scenario& scenario);
 
 /// Throws Error as navigate() does. The navigation reaches to the end of the own sensors' data.
-NavigatedScenario navigated(Scenario scenario, const NavigationOptions& options = {});
+NavigatedScenario navigated(Scenario scenario, NavigationOptions options = {});
 
 }  // namespace tandem

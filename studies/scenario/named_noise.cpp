@@ -6,7 +6,6 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/scenario/named_noise.hpp>
-#include <tandem/studies/support/text.hpp>
 
 namespace tandem {
 namespace {
@@ -54,31 +53,6 @@ void turn_noise(TrackingNoise& noise, const Frame& frame) {
   if (!frame.is_ned()) return;
   for (Eigen::VectorXd* sigma : {&noise.constant_velocity, &noise.boundary})
     std::swap((*sigma)[0], (*sigma)[1]);  // north and east change places
-}
-
-void override_noise(TrackingData& data, const std::string& assignment) {
-  const std::size_t equals = assignment.find('=');
-  if (equals == std::string::npos) throw Error(fmt::format("--noise takes NAME=v,v,…, not {}", quote(assignment)));
-  const std::string_view name = trimmed(std::string_view(assignment).substr(0, equals));
-
-  std::vector<double> values;
-  for (const std::string_view part : split(std::string_view(assignment).substr(equals + 1), ',')) {
-    const auto value = parse_number(part);
-    if (!value) throw Error(fmt::format("--noise {}: {} is not a number", name, quote(part)));
-    values.push_back(*value);
-  }
-
-  std::vector<std::string> names;
-  for (const NamedNoise& noise : named_noise(data)) {
-    names.push_back(noise.name);
-    if (noise.name != name) continue;
-    const std::string reason = why_not_sigmas(values, noise.sigmas.size());
-    if (!reason.empty()) throw Error(fmt::format("--noise {} {}", name, reason));
-    std::copy(values.begin(), values.end(), noise.sigmas.begin());
-    return;
-  }
-  throw Error(
-      fmt::format("--noise knows no {}{} (here it takes {})", quote(name), did_you_mean(name, names), listed(names)));
 }
 
 }  // namespace tandem

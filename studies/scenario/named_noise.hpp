@@ -29,7 +29,4 @@ void read_sigmas(const YamlSection& section, const std::string& key, std::span<d
 /// Turns noise along the world's axes from a file's frame into ours; its own inverse.
 void turn_noise(TrackingNoise& noise, const Frame& frame);
 
-/// Replaces standard deviations as "NAME=v,v,…" says, e.g. "usbl=0.5,0.5,1". Throws Error.
-void override_noise(TrackingData& data, const std::string& assignment);
-
 }  // namespace tandem

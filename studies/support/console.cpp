@@ -1,9 +1,11 @@
 #include <csignal>
 #include <cstdio>
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <tandem/studies/support/console.hpp>
+#include <tandem/studies/support/text.hpp>
 
 namespace tandem {
 namespace {
@@ -25,7 +27,10 @@ void stop_on_interrupt() {
   action.sa_handler = [](int) { flag = true; };
   action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
   sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
 }
+
+void complain(std::string_view sentence) { fmt::print(stderr, "tandem: {}\n", printable(sentence)); }
 
 LibrariesPrintToStderr::LibrariesPrintToStderr() : output_(dup(STDOUT_FILENO)) { redirect_output(STDERR_FILENO); }
 

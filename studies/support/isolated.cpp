@@ -3,9 +3,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
-#include <exception>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -22,59 +20,39 @@ namespace tandem {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr int kThrew = 70;                  // exit status of a child whose pipe holds what was thrown
-constexpr std::chrono::seconds kToStop{5};  // after an interrupt
+constexpr int kNoProgram = 127;             // exit status of a child that could not become the program, as a shell's
+constexpr std::chrono::seconds kToStop{5};  // after it was told
 constexpr int kPollMilliseconds = 50;
 
-bool write_all(int fd, const std::string& text) {
-  for (std::size_t done = 0; done < text.size();) {
-    const ssize_t n = write(fd, text.data() + done, text.size() - done);
-    if (n < 0 && errno != EINTR) return false;
-    done += n > 0 ? std::size_t(n) : 0;
-  }
-  return true;
-}
-
-[[noreturn]] void be_child(const std::function<std::string()>& work, int pipe, pid_t parent) {
+/// Becomes the program. Other threads of the parent may hold any lock: only what is safe in a signal handler is called.
+[[noreturn]] void be_child(const char* program, char* const* arguments, int output, pid_t parent) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);  // a killed parent leaves no solve behind
   if (getppid() != parent) _exit(1);
-  // Ctrl-C reaches the whole group and the parent passes it on: both together are one interrupt.
   struct sigaction action {};
-  sigaction(SIGINT, nullptr, &action);
-  action.sa_flags &= ~static_cast<int>(SA_RESETHAND);
+  action.sa_handler = SIG_IGN;
   sigaction(SIGINT, &action, nullptr);
-  dup2(STDERR_FILENO, STDOUT_FILENO);
-  int status = 0;
-  std::string result;
-  try {
-    result = work();
-  } catch (const std::exception& error) {
-    result = error.what();
-    status = kThrew;
-  }
-  if (!write_all(pipe, result)) status = 1;
-  std::fflush(nullptr);
-  _exit(status);  // no destructors: they are the parent's
+  dup2(output, STDOUT_FILENO);
+  execv(program, arguments);
+  _exit(kNoProgram);
 }
 
 }  // namespace
 
-IsolatedRun run_isolated(const std::function<std::string()>& work, double seconds, const std::atomic<bool>& stop) {
+IsolatedRun run_isolated(const std::string& program, std::vector<std::string> arguments, double seconds,
+                         const std::atomic<bool>& stop) {
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) throw Error(fmt::format("no pipe can be made: {}", std::strerror(errno)));
-  std::fflush(nullptr);  // or the child would print it again
+  std::vector<char*> argv;
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
   const pid_t parent = getpid(), child = fork();
+  if (child == 0) be_child(program.c_str(), argv.data(), ends[1], parent);
+  const int reason = errno;
+  close(ends[1]);
   if (child < 0) {
-    const int reason = errno;
     close(ends[0]);
-    close(ends[1]);
     throw Error(fmt::format("no process can be started: {}", std::strerror(reason)));
   }
-  if (child == 0) {
-    close(ends[0]);
-    be_child(work, ends[1], parent);
-  }
-  close(ends[1]);
 
   IsolatedRun run;
   // An endless limit would overflow the clock.
@@ -86,10 +64,10 @@ IsolatedRun run_isolated(const std::function<std::string()>& work, double second
     if (waiting.revents != 0) {
       const ssize_t n = read(ends[0], buffer, sizeof buffer);
       if (n == 0) break;
-      if (n > 0) run.result.append(buffer, std::size_t(n));
+      if (n > 0) run.output.append(buffer, std::size_t(n));
     }
     if (stop && !told) {
-      kill(child, SIGINT);
+      kill(child, SIGTERM);
       deadline = std::min(deadline, Clock::now() + kToStop);
       told = true;
     }
@@ -102,14 +80,19 @@ IsolatedRun run_isolated(const std::function<std::string()>& work, double second
   while (wait4(child, &status, 0, &usage) < 0 && errno == EINTR) continue;
   run.peak_memory = 1024.0 * static_cast<double>(usage.ru_maxrss);  // kibibytes, on Linux
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return run;
+  run.stopped = told;
   if (killed)
     run.failure =
-        told ? "it was killed: it did not end when interrupted" : "it was killed: it ran on after its time limit";
+        told ? "it was killed: it did not end when told to stop" : "it was killed: it ran on after its time limit";
+  else if (told && WIFSIGNALED(status) && WTERMSIG(status) == SIGTERM)
+    run.failure = "it was stopped before it had begun";
   else if (WIFSIGNALED(status))
     run.failure = fmt::format("it crashed with signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)));
+  else if (WEXITSTATUS(status) == kNoProgram)
+    run.failure = fmt::format("{} cannot be run", program);
   else
-    run.failure = WEXITSTATUS(status) == kThrew ? run.result : "its process ended without a result";
-  run.result.clear();
+    run.failure = fmt::format("its process ended without a result (exit status {})", WEXITSTATUS(status));
+  run.output.clear();
   return run;
 }
 

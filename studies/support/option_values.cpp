@@ -63,7 +63,7 @@ std::vector<Horizon> parse_horizons(const std::string& option, const std::string
   std::vector<Horizon> horizons;
   for (const std::string_view part : split(text, ',')) {
     const auto ends = split(part, ':');
-    const auto back = tandem::parse_count(ends.front()), ahead = tandem::parse_count(ends.back());
+    const auto back = whole_number(ends.front()), ahead = whole_number(ends.back());
     if (ends.size() > 2 || !back || !ahead)
       throw Error(fmt::format("{} takes keyframes back and ahead, e.g. 1,2,5:3, not {}", option, quote(part)));
     horizons.push_back({*back, *ahead});
@@ -113,25 +113,22 @@ Loss parse_loss(const std::string& option, const std::string& text) {
 }
 
 Solver parse_solver(const std::string& option, const std::string& text) {
+  const std::vector<std::string> names = solver_names();
+  if (std::find(names.begin(), names.end(), text) == names.end()) {
+    if (nlopt_algorithms().empty() && text.starts_with("nlopt"))
+      throw Error(fmt::format("{} {}: this build has no NLopt ({} are there)", option, text, listed(names)));
+    throw Error(fmt::format("{} is {}, not {}{}", option, listed(names, "or"), quote(text), did_you_mean(text, names)));
+  }
   if (text == "gauss-newton") return GaussNewtonOptions{};
   if (text == "augmented-lagrangian") return AugmentedLagrangianOptions{};
   if (text == "ipopt") return IpoptOptions{};
-  std::vector<std::string> known = {"gauss-newton", "augmented-lagrangian", "ipopt"};
-  const std::size_t always = known.size();
-  for (const std::string& algorithm : nlopt_algorithms()) {
-    known.push_back("nlopt:" + algorithm);
-    if (known.back() != text) continue;
-    NloptOptions options;
-    options.algorithm = algorithm;
-    return options;
-  }
-  if (known.size() == always && text.starts_with("nlopt"))
-    throw Error(fmt::format("{} {}: this build has no NLopt ({} are there)", option, text, listed(known)));
-  throw Error(fmt::format("{} is {}, not {}{}", option, listed(known, "or"), quote(text), did_you_mean(text, known)));
+  NloptOptions options;
+  options.algorithm = text.substr(text.find(':') + 1);
+  return options;
 }
 
 int parse_count(const std::string& option, const std::string& text) {
-  const auto value = tandem::parse_count(text);
+  const auto value = whole_number(text);
   if (!value) throw Error(fmt::format("{} takes a whole number above zero, not {}", option, quote(text)));
   return *value;
 }
@@ -141,6 +138,28 @@ double parse_magnitude(const std::string& option, const std::string& text) {
   if (!std::isfinite(value) || value < 0.0)
     throw Error(fmt::format("{} takes a finite number, zero or above, not {}", option, quote(text)));
   return value;
+}
+
+double parse_positive(const std::string& option, const std::string& text) {
+  const double value = parse_magnitude(option, text);
+  if (value <= 0) throw Error(fmt::format("{} is above zero, not {}", option, quote(text)));
+  return value;
+}
+
+double parse_finite(const std::string& option, const std::string& text) {
+  const auto value = tandem::parse_number(text);
+  if (!value || !std::isfinite(*value)) throw Error(fmt::format("{} takes a number, not {}", option, quote(text)));
+  return *value;
+}
+
+std::vector<double> parse_numbers(const std::string& option, const std::string& text) {
+  std::vector<double> values;
+  for (const std::string_view part : split(text, ',')) {
+    const auto value = tandem::parse_number(part);
+    if (!value) throw Error(fmt::format("{}: {} is not a number", option, quote(part)));
+    values.push_back(*value);
+  }
+  return values;
 }
 
 std::pair<std::string, std::string> parse_assignment(const std::string& option, const std::string& text) {

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <tandem/problem/tracking/tracking_problem.hpp>
 #include <tandem/studies/support/figure.hpp>
@@ -30,7 +32,11 @@ Solver parse_solver(const std::string& option,
 
 int parse_count(const std::string& option, const std::string& text);  ///< a whole number above zero
 double parse_magnitude(const std::string& option,
-                       const std::string& text);  ///< a finite number, zero or above
+                       const std::string& text);                            ///< a finite number, zero or above
+double parse_positive(const std::string& option, const std::string& text);  ///< a finite number above zero
+double parse_finite(const std::string& option, const std::string& text);    ///< a finite number
+std::vector<double> parse_numbers(const std::string& option,
+                                  const std::string& text);  ///< numbers by commas, inf and nan among them
 /// KEY=VALUE, neither of them empty.
 std::pair<std::string, std::string> parse_assignment(const std::string& option, const std::string& text);
 

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <string>
 #include <variant>
+#include <vector>
 
 #include <tandem/solvers/augmented_lagrangian.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
@@ -11,5 +13,15 @@ namespace tandem {
 
 /// A solver with its options.
 using Solver = std::variant<GaussNewtonOptions, AugmentedLagrangianOptions, IpoptOptions, NloptOptions>;
+
+/// What every solver understands, of the one that is chosen.
+SolverOptions& common(Solver& solver);
+const SolverOptions& common(const Solver& solver);
+
+/// Whether it takes limits as hard constraints, going by its kind: gauss-newton and some of NLopt's algorithms do not.
+bool takes_hard_limits(const Solver& solver);
+
+/// Their names: gauss-newton, augmented-lagrangian, ipopt and, in a build with NLopt, nlopt:ALGORITHM.
+std::vector<std::string> solver_names();
 
 }  // namespace tandem

@@ -1,6 +1,6 @@
 #include <algorithm>
-#include <cctype>
 #include <charconv>
+#include <cstdint>
 
 #include <fmt/format.h>
 
@@ -10,6 +10,27 @@ namespace tandem {
 namespace {
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+
+bool is_continuation(char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; }
+
+/// Bytes of the UTF-8 character that `text` begins with; 0 when it is none, or one that a terminal obeys, not shows: a
+/// control character (C0, DEL, C1), or one that ends lines or turns the direction of writing.
+std::size_t printable_bytes(std::string_view text) {
+  const auto first = static_cast<unsigned char>(text.front());
+  if (first < 0x80) return first >= 0x20 && first != 0x7F ? 1 : 0;
+  const std::size_t n = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
+  if (first < 0xC2 || first > 0xF4 || text.size() < n) return 0;
+  std::uint32_t code = first & (0x7Fu >> n);
+  for (std::size_t i = 1; i < n; ++i) {
+    if (!is_continuation(text[i])) return 0;
+    code = code << 6 | (static_cast<unsigned char>(text[i]) & 0x3Fu);
+  }
+  const bool too_long = (n == 3 && code < 0x800) || (n == 4 && (code < 0x10000 || code > 0x10FFFF));
+  const bool surrogate = code >= 0xD800 && code <= 0xDFFF;
+  const bool directs =
+      (code >= 0x200E && code <= 0x200F) || (code >= 0x2028 && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069);
+  return code < 0xA0 || too_long || surrogate || directs ? 0 : n;
+}
 
 }  // namespace
 
@@ -21,7 +42,7 @@ std::optional<double> parse_number(std::string_view text) {
   return value;
 }
 
-std::optional<int> parse_count(std::string_view text) {
+std::optional<int> whole_number(std::string_view text) {
   int value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size() || value <= 0) return {};
@@ -65,12 +86,24 @@ std::vector<std::string_view> words(std::string_view text) {
   return parts;
 }
 
+std::string printable(std::string_view text) {
+  std::string shown;
+  while (!text.empty()) {
+    const std::size_t n = printable_bytes(text);
+    if (n > 0)
+      shown += text.substr(0, n);
+    else
+      shown += fmt::format("\\x{:02x}", static_cast<unsigned char>(text.front()));
+    text.remove_prefix(std::max<std::size_t>(n, 1));
+  }
+  return shown;
+}
+
 std::string quote(std::string_view text) {
   constexpr std::size_t longest = 40;
-  std::string shown(text.substr(0, longest));
-  for (char& c : shown)
-    if (std::iscntrl(static_cast<unsigned char>(c))) c = '?';
-  return "'" + shown + (text.size() > longest ? "…'" : "'");
+  std::size_t end = std::min(text.size(), longest);
+  while (end > 0 && end < text.size() && is_continuation(text[end])) --end;  // no character is cut in two
+  return "'" + printable(text.substr(0, end)) + (end < text.size() ? "…'" : "'");
 }
 
 std::string listed(const std::vector<std::string>& words, std::string_view last) {

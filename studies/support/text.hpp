@@ -13,7 +13,7 @@ namespace tandem {
 std::optional<double> parse_number(std::string_view text);
 
 /// The whole number above zero that `text` is; nothing when it is none.
-std::optional<int> parse_count(std::string_view text);
+std::optional<int> whole_number(std::string_view text);
 
 std::string_view trimmed(std::string_view text);
 
@@ -25,6 +25,9 @@ void split(std::string_view text, char separator, std::vector<std::string_view>&
 /// The parts between any number of blanks.
 std::vector<std::string_view> words(std::string_view text);
 void words(std::string_view text, std::vector<std::string_view>& parts);
+
+/// What a terminal shows rather than obeys: control characters, and bytes that are no UTF-8, as \xNN.
+std::string printable(std::string_view text);
 
 /// 'text', short and printable, for an error message about a file that may hold anything.
 std::string quote(std::string_view text);

@@ -45,10 +45,12 @@ TEST(CommandLine, SaysWhatItIsAndHas) {
   EXPECT_THAT(run_tandem({"scenarios"}).output, ContainsRegex("docking_a +Simulated"));
   const Outcome help = run_tandem({"estimate", "--help"});
   EXPECT_EQ(help.status, 0);
-  for (const char* option :
-       {"--solver", "--roll-pitch", "--non-holonomic", "--surge", "--yaw-rate", "--limits", "--loss", "--noise",
-        "--ipopt", "--max-keyframes", "--out", "--quiet", "--json", "Exit status"})
+  for (const char* option : {"--solver", "--roll-pitch", "--non-holonomic", "--surge", "--yaw-rate", "--limits",
+                             "--loss", "--noise", "--ipopt", "--max-keyframes", "--out", "--quiet", "--json",
+                             "Exit status", "Target:", "Sensors:", "Chaser's own sensors:", "Solver:", "Output:"})
     EXPECT_THAT(help.output, HasSubstr(option));
+  for (const char* command : {"navigate", "track", "compare", "models", "demo", "simulate", "scenarios"})
+    EXPECT_THAT(run_tandem({"--help"}).output, ContainsRegex(std::string("\n  ") + command + " +[A-Z]"));
 }
 
 TEST(CommandLine, EstimatesTheBuiltInScenario) {
@@ -212,11 +214,17 @@ TEST(CommandLine, HardConstraintsAreHeldAndOptionsReachTheProblem) {
   EXPECT_THAT(refusal({"estimate", "docking_a", "--non-holonomic", "hard"}), HasSubstr("gauss-newton takes soft"));
   for (const char* solver : {"augmented-lagrangian", "ipopt"}) {
     if (std::string(solver) == "ipopt" && !ipopt_available()) continue;
-    const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "200", "--json", "--solver", solver,
-                                    "--non-holonomic", "hard", "--roll-pitch", "hard", "--surge", "0,inf"});
+    const ScratchFolder scratch;
+    const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "200", "--solver", solver, "--plots",
+                                    "off", "--non-holonomic", "hard", "--roll-pitch", "hard", "--surge", "0,inf",
+                                    "--out", scratch.path().string()});
     EXPECT_EQ(run.status, 0) << run.errors;
-    EXPECT_LE(Json::parse(run.output)["max_violation"], 1e-6);
+    EXPECT_THAT(run.output, HasSubstr(", 598 hard constraints")) << "limits are hard where the solver takes that";
+    EXPECT_LE(Json::parse(read_file(scratch.path() / "summary.json"))["max_violation"], 1e-6);
   }
+  EXPECT_EQ(blocks({"--surge", "-1,2.5"}), plain + 199) << "soft where it takes nothing else";
+  EXPECT_THAT(refusal({"estimate", "docking_a", "--surge", "0,2", "--limits", "hard"}),
+              HasSubstr("gauss-newton takes soft"));
 }
 
 TEST(CommandLine, LossAndNoiseChangeTheCost) {
@@ -360,6 +368,20 @@ TEST_F(BadScenario, EachFileIsAnsweredWithItsLine) {
   EXPECT_THAT(refused(), HasSubstr("optical.csv:2: quaternion 0 0 0 0 has length 0"));
   folder_.write("optical.csv", "t,x,y,z,qx,qy,qz,qw\n");
   EXPECT_THAT(refused(), HasSubstr("has no measurements"));
+}
+
+TEST_F(BadScenario, WhatATerminalWouldObeyIsNotPrinted) {
+  folder_.write("usbl.csv",
+                "\x1b]0;title\x07\x9b"
+                "2J\xff\n");
+  const std::string errors = refused();
+  EXPECT_THAT(errors, HasSubstr("'\\x1b]0;title\\x07\\x9b2J\\xff'"));
+  folder_.write("usbl.csv", "t,x,y,z\n1,5,0,\x1b[2J\n");
+  EXPECT_THAT(refused(), HasSubstr("z is '\\x1b[2J', not a number"));
+  const std::string named = folder_.path() / "a\x1b[2Jb";
+  EXPECT_THAT(refusal({"estimate", named}), HasSubstr("a\\x1b[2Jb"));
+  std::filesystem::create_directory(named);
+  EXPECT_THAT(refusal({"estimate", named}), HasSubstr("a\\x1b[2Jb")) << "in a sentence that does not quote";
 }
 
 TEST_F(BadScenario, TheYamlIsAnsweredWithItsLine) {

@@ -4,8 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <pty.h>
 
-#include <tandem/studies/estimation/estimate.hpp>
+#include <tandem/studies/comparison/compare.hpp>
 
 #include "run_tandem.hpp"
 
@@ -62,32 +63,77 @@ TEST(CompareCommand, SolversAgree) {
   }
 }
 
+/// A solve in a process of its own is the very same.
+TEST(CompareCommand, AProcessOfItsOwnGivesTheSame) {
+  const Outcome run = run_tandem({"compare", "docking_a", "--max-keyframes", "60", "--solvers", "augmented-lagrangian",
+                                  "--constraints", "hard", "--noise", "usbl=3,3,3", "--json"});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  const Json there = Json::parse(run.output)["solves"][0];
+  Scenario scenario = read_scenario(std::filesystem::path(TANDEM_SOURCE_DIR) / "studies/scenarios/docking_a");
+  for (TargetSensor& sensor : scenario.data.sensors)
+    if (sensor.name == "usbl") sensor.sigma = Vector<3>(3, 3, 3);
+  ComparedProblem problem;
+  problem.role = Role::hard;
+  problem.tracking.max_keyframes = 60;
+  problem.constraints.non_holonomic = true;
+  problem.constraints.surge = at_least(0);
+  const ComparedSolve here =
+      compare_one(scenario, problem, parse_contenders("--solvers", "augmented-lagrangian").front());
+  EXPECT_EQ(there["status"], here.status);
+  EXPECT_EQ(there["cost"], here.cost);
+  EXPECT_EQ(there["violation"], here.violation);
+  EXPECT_EQ(there["iterations"], here.iterations);
+}
+
 TEST(CompareCommand, AnInterruptKeepsWhatIsThere) {
   if (nlopt_algorithms().empty()) GTEST_SKIP() << "no solver is slow enough";
   const ScratchFolder scratch;
-  const int errors = open((scratch.path() / "errors").c_str(), O_WRONLY | O_CREAT, 0600);
-  const pid_t child = start_tandem({"compare", "docking_a", "--solvers", "gauss-newton,nlopt:ccsaq", "--constraints",
-                                    "soft", "--json", "--time-limit", "60"},
-                                   scratch.path() / "output", errors);
-  usleep(1500000);
-  kill(child, SIGINT);
-  EXPECT_EQ(exit_status(child), 2);
-  close(errors);
-  EXPECT_THAT(read_file(scratch.path() / "errors"), HasSubstr("interrupted after 2 of"));
+  int terminal = -1, error_fd = -1;
+  ASSERT_EQ(openpty(&terminal, &error_fd, nullptr, nullptr, nullptr), 0);
+  const pid_t child = start_tandem({"compare", "docking_a", "--solvers", "gauss-newton,nlopt:ccsaq,nlopt:mma",
+                                    "--constraints", "soft", "--json", "--time-limit", "60"},
+                                   scratch.path() / "output", error_fd);
+  close(error_fd);
+  std::string errors;
+  char buffer[4096];
+  bool told = false;  // once the second solve's progress is shown
+  for (ssize_t n; (n = read(terminal, buffer, sizeof buffer)) > 0;) {
+    errors.append(buffer, static_cast<std::size_t>(n));
+    if (!told && errors.find("nlopt:ccsaq: iteration ") != std::string::npos) told = kill(child, SIGINT) == 0;
+  }
+  close(terminal);
+  EXPECT_EQ(exit_status(child), 2) << errors;
+  EXPECT_TRUE(told);
+  EXPECT_THAT(errors, HasSubstr("interrupted after 2 of 3 solves"));
   const Json solves = Json::parse(read_file(scratch.path() / "output"))["solves"];
   ASSERT_EQ(solves.size(), 2u);
   EXPECT_EQ(solves[0]["status"], "converged");
   EXPECT_EQ(solves[1]["status"], "interrupted");
+  EXPECT_GT(solves[1]["iterations"], 0) << "its best point is kept";
 }
 
 TEST(CompareCommand, RefusesWhatMakesNoSense) {
   EXPECT_THAT(refusal({"compare", "docking_a", "--solvers", "gauss-newtn"}), HasSubstr("did you mean gauss-newton?"));
   EXPECT_THAT(refusal({"compare", "docking_a", "--constraints", "maybe"}), HasSubstr("none, soft and hard"));
   EXPECT_THAT(refusal({"compare", "docking_a", "--dense-keyframes", "0"}), HasSubstr("--dense-keyframes"));
-  EXPECT_THAT(refusal({"compare", "docking_a", "--limits", "soft", "--surge", "0,1"}), HasSubstr("--limits"));
+  EXPECT_THAT(refusal({"compare", "docking_a", "--limits", "soft", "--surge", "0,1"}),
+              HasSubstr("unknown option '--limits'"));
+  EXPECT_THAT(refusal({"compare", "docking_a", "--hold-out", "2"}), HasSubstr("unknown option '--hold-out'"));
+  EXPECT_THAT(refusal({"compare", "docking_a", "--dvl-scale"}), HasSubstr("it moves by odometry"));
   EXPECT_THAT(refusal({"compare", "docking_a", "--model", "constant-velocity"}),
               HasSubstr("with soft constraints: the constant-velocity model"));
   EXPECT_THAT(refusal({"compare", "dokcing_a"}), HasSubstr("docking_a"));
+}
+
+TEST(CompareCommand, HelpHasNoOptionThatIsRefused) {
+  for (const char* command : {"compare", "models"}) {
+    const Outcome help = run_tandem({command, "--help"});
+    EXPECT_EQ(help.status, 0);
+    for (const char* not_there : {"--limits", "--hold-out", "--one", "--line"})
+      EXPECT_THAT(help.output, testing::Not(HasSubstr(not_there))) << command;
+    for (const char* heading : {"Target:", "Sensors:", "Chaser's own sensors:", "Output:"})
+      EXPECT_THAT(help.output, HasSubstr(heading)) << command;
+  }
 }
 
 TEST(ModelsCommand, ComparesAndWrites) {
@@ -117,6 +163,7 @@ TEST(ModelsCommand, RefusesWhatMakesNoSense) {
   EXPECT_THAT(refusal({"models", "docking_a", "--models", "surge:2,1"}), HasSubstr("lower limit"));
   EXPECT_THAT(refusal({"models", "docking_a", "--solver", "ipop"}), HasSubstr("did you mean ipopt?"));
   EXPECT_THAT(refusal({"models", "docking_a", "--max-keyframes", "0"}), HasSubstr("--max-keyframes"));
+  EXPECT_THAT(refusal({"models", "docking_a", "--limits", "soft"}), HasSubstr("unknown option '--limits'"));
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ TEST(DemoCommand, IsListed) {
   EXPECT_THAT(run_tandem({"--help"}).output, ContainsRegex("demo +Run a small example: fig3"));
   const Outcome help = run_tandem({"demo", "--help"});
   EXPECT_EQ(help.status, 0);
-  for (const char* text : {"NAME", "fig3", "--solver", "--out", "--plots", "Exit status"})
+  for (const char* text : {"NAME", "fig3", "--solver", "augmented-lagrangian", "--out", "--plots", "Exit status"})
     EXPECT_THAT(help.output, HasSubstr(text));
 }
 
@@ -61,7 +61,7 @@ TEST(DemoCommand, Fig3PutsEveryPoseOnTheArc) {
 
 TEST(DemoCommand, TakesASolverAndAFormat) {
   const ScratchFolder scratch;
-  std::vector<std::string> solvers;
+  std::vector<std::string> solvers = {"augmented-lagrangian"};
   if (ipopt_available()) solvers.push_back("ipopt");
   if (!nlopt_algorithms().empty()) solvers.push_back("nlopt:lbfgs");
   for (const std::string& solver : solvers) {

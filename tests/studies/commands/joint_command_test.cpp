@@ -1,6 +1,9 @@
+#include <csignal>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <pty.h>
 
 #include "run_tandem.hpp"
 #include "studies/simulation/target_of_dive.hpp"
@@ -53,6 +56,85 @@ TEST_F(JointCommand, ModelsAreComparedOnItToo) {
   const Outcome outcome =
       run_tandem({"models", dive(), "--models", "constant-twist,white-noise-acceleration", "--json"});
   EXPECT_EQ(outcome.status, 0) << outcome.errors;
+}
+
+/// Options about the chaser's own sensors reach the joint problem, whichever command poses it.
+TEST_F(JointCommand, OwnSensorOptionsCount) {
+  const auto summary = [](std::vector<std::string> options) {
+    options.insert(options.begin(), {"estimate", dive(), "--json"});
+    const Outcome outcome = run_tandem(options);
+    EXPECT_EQ(outcome.status, 0) << options.back() << ": " << outcome.errors;
+    return Json::parse(outcome.output, nullptr, false);
+  };
+  const Json plain = summary({});
+  EXPECT_FALSE(plain.contains("dvl_scale"));
+  EXPECT_NEAR(double(summary({"--dvl-scale"})["dvl_scale"]), 1.0, 0.05);
+  const Json without = summary({"--without", "dvl"});
+  EXPECT_FALSE(without["ego_sensors"].contains("dvl"));
+  EXPECT_LT(without["residual_blocks"], plain["residual_blocks"]);
+  for (const std::vector<std::string>& options : {std::vector<std::string>{"--noise", "dvl=0.5,0.5,0.5"},
+                                                  {"--delay", "dvl=0.05"},
+                                                  {"--loss", "dvl=cauchy:0.1"},
+                                                  {"--noise", "imu=2e-3,1e-4,3e-4,2e-6"},
+                                                  {"--no-earth-rotation"},
+                                                  {"--preintegrated-dvl"}})
+    EXPECT_NE(summary(options)["cost"], plain["cost"]) << options.front() << " " << options.back();
+}
+
+TEST_F(JointCommand, OwnSensorOptionsCountInComparisonsToo) {
+  const auto cost = [](std::vector<std::string> arguments, const char* list) -> double {
+    arguments.insert(arguments.begin() + 1, {dive(), "--json"});
+    const Outcome outcome = run_tandem(arguments);
+    EXPECT_EQ(outcome.status, 0) << outcome.errors;
+    return Json::parse(outcome.output)[list][0]["cost"];
+  };
+  const Outcome estimate = run_tandem({"estimate", dive(), "--json", "--noise", "dvl=0.5,0.5,0.5"});
+  const double expected = Json::parse(estimate.output)["cost"];
+  EXPECT_NEAR(cost({"models", "--models", "constant-twist", "--noise", "dvl=0.5,0.5,0.5"}, "models"), expected,
+              1e-6 * expected);
+  EXPECT_NEAR(
+      cost({"compare", "--solvers", "gauss-newton", "--constraints", "none", "--noise", "dvl=0.5,0.5,0.5"}, "solves"),
+      expected, 1e-6 * expected);
+}
+
+TEST_F(JointCommand, OptionsAboutSensorsThatAreNotThereAreRefused) {
+  for (const char* command : {"estimate", "models", "compare"}) {
+    const auto error = [&](std::vector<std::string> options) {
+      options.insert(options.begin(), {command, dive()});
+      const Outcome outcome = run_tandem(options);
+      EXPECT_EQ(outcome.status, 1) << outcome.output;
+      return outcome.errors;
+    };
+    EXPECT_THAT(error({"--delay", "dlv=0.1"}), HasSubstr("did you mean dvl?"));
+    EXPECT_THAT(error({"--dvl-scale", "--without", "dvl"}), HasSubstr("--dvl-scale needs a dvl"));
+  }
+}
+
+/// While the chaser is navigated, too, before the first model is tried or the first solver run.
+TEST_F(JointCommand, AnInterruptWhileItNavigatesIsHeeded) {
+  const ScratchFolder scratch;
+  const DiveOptions options{.grade = Grade::tactical, .minutes = 10};
+  write_dive(simulate_dive(options), options, scratch.path());
+  write_target_of_dive(dive_with_target(options, 0.3), scratch.path());
+  for (const char* command : {"models", "compare"}) {
+    SCOPED_TRACE(command);
+    int terminal = -1, error_fd = -1;
+    ASSERT_EQ(openpty(&terminal, &error_fd, nullptr, nullptr, nullptr), 0);
+    const pid_t child = start_tandem({command, scratch.path().string(), "--json"}, scratch.path() / "output", error_fd);
+    close(error_fd);
+    std::string errors;
+    char buffer[4096];
+    bool told = false;
+    for (ssize_t n; (n = read(terminal, buffer, sizeof buffer)) > 0;) {
+      errors.append(buffer, static_cast<std::size_t>(n));
+      if (!told && errors.find("navigation: iteration ") != std::string::npos) told = kill(child, SIGINT) == 0;
+    }
+    close(terminal);
+    EXPECT_TRUE(told);
+    EXPECT_EQ(exit_status(child), 2) << errors;
+    EXPECT_THAT(errors, HasSubstr("interrupted after 0 of"));
+    EXPECT_FALSE(Json::parse(read_file(scratch.path() / "output")).is_discarded());
+  }
 }
 
 }  // namespace

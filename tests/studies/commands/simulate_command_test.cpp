@@ -76,7 +76,7 @@ TEST(SimulateCommand, WhatIsWrongIsOneSentence) {
   EXPECT_THAT(refusal({"div"}),
               HasSubstr("there is no simulation 'div'; did you mean dive? (there are: dive and docking)"));
   EXPECT_THAT(refusal({}), HasSubstr("required"));
-  EXPECT_THAT(refusal({"dive"}, false), HasSubstr("--out is needed"));
+  EXPECT_THAT(refusal({"dive"}, false), HasSubstr("--out is required"));
   EXPECT_THAT(refusal({"dive", "--grade", "tactic"}), HasSubstr("--grade is mems or tactical, not 'tactic'"));
   EXPECT_THAT(refusal({"dive", "--minutes", "long"}), HasSubstr("--minutes takes a number, not 'long'"));
   EXPECT_THAT(refusal({"dive", "--minutes", "nan"}), HasSubstr("--minutes takes a number, not 'nan'"));

@@ -54,8 +54,9 @@ TEST(TrackCommand, IsListedAndExplained) {
   EXPECT_THAT(run_tandem({"--help"}).output, ContainsRegex("track +Track chaser and target line by line"));
   const Outcome help = run_tandem({"track", "--help"});
   EXPECT_EQ(help.status, 0);
-  for (const char* text : {"SCENARIO", "--mode", "--window", "--keyframes", "--iterations", "--realtime", "--stdin",
-                           "--predict", "--until", "--alignment", "--dvl-scale", "--out", "starboard", "Exit status"})
+  for (const char* text : {"SCENARIO", "--mode", "--horizons", "--window", "--window-keyframes", "--max-iterations",
+                           "--realtime", "--stdin", "--predict", "--until", "--alignment", "--dvl-scale", "--without",
+                           "--delay", "--out", "starboard", "Exit status"})
     EXPECT_THAT(help.output, HasSubstr(text));
 }
 
@@ -104,7 +105,9 @@ TEST(TrackCommand, TakesTrackingOptions) {
                                              {"--robust"},
                                              {"--model", "white-noise-acceleration"},
                                              {"--surge", "0,2.5", "--yaw-rate", "0.3"},
-                                             {"--keyframes", "20", "--iterations", "2"},
+                                             {"--window-keyframes", "20", "--max-iterations", "2"},
+                                             {"--horizons", "1,2"},
+                                             {"--delay", "optical=0.01"},
                                              {"--predict", "1", "--window", "10", "--non-holonomic", "soft"}}) {
     std::vector<std::string> arguments = {"track", "docking_a", "--until", "170", "--json"};
     arguments.insert(arguments.end(), options.begin(), options.end());
@@ -128,6 +131,9 @@ TEST(TrackCommand, TracksTheChaserByItsOwnSensors) {
   const Outcome mode = run_tandem({"track", scratch.path(), "--mode", "B"});
   EXPECT_EQ(mode.status, 1);
   EXPECT_THAT(mode.errors, HasSubstr("--mode is about a target"));
+  const Outcome without = run_tandem({"track", scratch.path(), "--without", "dvl", "--dvl-scale"});
+  EXPECT_EQ(without.status, 1);
+  EXPECT_THAT(without.errors, HasSubstr("--dvl-scale needs a dvl"));
 }
 
 TEST(TrackCommand, AnInterruptEndsItWithTheSummary) {
@@ -166,12 +172,13 @@ TEST(TrackCommand, WhatIsWrongIsOneSentence) {
   EXPECT_THAT(refusal({"docking_a", "--roll-pitch", "hard"}), HasSubstr("soft constraints only"));
   EXPECT_THAT(refusal({"docking_a", "--model", "steady-course"}), HasSubstr("steady-course"));
   EXPECT_THAT(refusal({"docking_a", "--window", "0"}), HasSubstr("--window is above zero, not '0'"));
-  EXPECT_THAT(refusal({"docking_a", "--keyframes", "2"}), HasSubstr("--keyframes is 3 or more"));
+  EXPECT_THAT(refusal({"docking_a", "--window-keyframes", "2"}), HasSubstr("--window-keyframes is 3 or more"));
   EXPECT_THAT(refusal({"docking_a", "--predict", "5,x"}), HasSubstr("--predict"));
   EXPECT_THAT(refusal({"docking_a", "--alignment", "5"}), HasSubstr("it moves by odometry"));
-  EXPECT_THAT(refusal({"docking_a", "--dvl-scale"}), HasSubstr("--dvl-scale needs a dvl"));
+  EXPECT_THAT(refusal({"docking_a", "--dvl-scale"}), HasSubstr("--dvl-scale is about the chaser's own sensors"));
   EXPECT_THAT(refusal({"docking_a", "--stdin", "--realtime"}), HasSubstr("--realtime is for a folder's files"));
-  EXPECT_THAT(refusal({"docking_a", "--max-iterations", "3"}), HasSubstr("unknown option '--max-iterations'"));
+  EXPECT_THAT(refusal({"docking_a", "--max-keyframes", "3"}), HasSubstr("unknown option '--max-keyframes'"));
+  EXPECT_THAT(refusal({"docking_a", "--noise", "dvl=1,1,1"}), HasSubstr("--noise knows no 'dvl'"));
   EXPECT_THAT(refusal({"dockin_a"}), HasSubstr("docking_a"));
 }
 

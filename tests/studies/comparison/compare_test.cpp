@@ -1,13 +1,10 @@
-#include <csignal>
-#include <cstdlib>
-#include <thread>
+#include <cmath>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <tandem/problem/program.hpp>
 #include <tandem/studies/comparison/compare_report.hpp>
-#include <tandem/studies/support/isolated.hpp>
 
 #include "studies/scratch.hpp"
 
@@ -18,38 +15,6 @@ using testing::ContainsRegex;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
-
-const std::atomic<bool> go_on{false};
-
-TEST(Isolated, GivesTheResultAndItsMemory) {
-  const IsolatedRun run = run_isolated([] { return std::string(200000, 'x'); }, 60, go_on);
-  EXPECT_EQ(run.failure, "");
-  EXPECT_EQ(run.result, std::string(200000, 'x')) << "more than a pipe holds";
-  const auto grow = [] {
-    const std::string block(64 << 20, 'x');
-    return std::string(1, block[block.size() / 2]);
-  };
-  EXPECT_GT(run_isolated(grow, 60, go_on).peak_memory - run.peak_memory, 50e6);
-}
-
-TEST(Isolated, SurvivesWhatHappensInIt) {
-  const auto failure = [](const std::function<std::string()>& work, double seconds = 60) {
-    return run_isolated(work, seconds, go_on).failure;
-  };
-  EXPECT_EQ(failure([]() -> std::string { throw Error("no such thing"); }), "no such thing");
-  const auto crash = []() -> std::string {
-    std::signal(SIGSEGV, SIG_DFL);  // a sanitizer has its own
-    std::raise(SIGSEGV);
-    return "";
-  };
-  EXPECT_THAT(failure(crash), HasSubstr("signal 11"));
-  EXPECT_EQ(failure([]() -> std::string { _Exit(3); }), "its process ended without a result");
-  const auto endless = []() -> std::string {
-    std::this_thread::sleep_for(std::chrono::minutes(5));
-    return "";
-  };
-  EXPECT_THAT(failure(endless, 0.1), HasSubstr("time limit"));
-}
 
 TEST(Compare, ReadsLists) {
   const auto names = [](const std::string& text) {
@@ -138,20 +103,28 @@ TEST_F(CompareScenario, HoldingConstraintsCostsMeasurements) {
   EXPECT_LT(soft.cost, hard.cost);
 }
 
-TEST_F(CompareScenario, AProcessOfItsOwnGivesTheSame) {
-  problem.role = Role::hard;
-  const Contender solver = parse_contenders("--solvers", "augmented-lagrangian").front();
-  const ComparedSolve here = compare_one(scenario, problem, solver),
-                      there = compare_isolated(scenario, problem, solver, go_on, "");
+TEST_F(CompareScenario, OneProcessTellsAnotherAllOfIt) {
+  ComparedSolve here = solve(Role::hard, "augmented-lagrangian");
+  here.initial_cost = HUGE_VAL;
+  const ComparedSolve there = compared_solve(to_text(here));
+  EXPECT_EQ(there.solver, here.solver);
+  EXPECT_EQ(there.role, here.role);
+  EXPECT_EQ(there.keyframes, here.keyframes);
   EXPECT_EQ(there.status, here.status);
   EXPECT_EQ(there.message, here.message);
+  EXPECT_EQ(there.solved, here.solved);
+  EXPECT_FALSE(std::isfinite(there.initial_cost)) << "JSON has no infinity";
   EXPECT_EQ(there.cost, here.cost);
+  EXPECT_EQ(there.constraint_cost, here.constraint_cost);
   EXPECT_EQ(there.violation, here.violation);
   EXPECT_EQ(there.iterations, here.iterations);
+  EXPECT_EQ(there.evaluations, here.evaluations);
+  EXPECT_EQ(there.seconds, here.seconds);
+  EXPECT_EQ(there.position, here.position);
   EXPECT_EQ(there.heading, here.heading);
-  EXPECT_EQ(there.keyframes, here.keyframes);
-  EXPECT_GT(there.peak_memory, 1e6);
-  EXPECT_EQ(here.peak_memory, 0);
+  ASSERT_EQ(there.curve.size(), here.curve.size());
+  EXPECT_EQ(there.curve.back().cost, here.curve.back().cost);
+  EXPECT_EQ(here.peak_memory, 0) << "nobody measured it";
 }
 
 TEST_F(CompareScenario, ASolverThatCannotSaysWhy) {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <tandem/problem/tracking/planar.hpp>
-#include <tandem/studies/commands/tracking_arguments.hpp>
+#include <tandem/studies/commands/sensor_options.hpp>
 #include <tandem/studies/estimation/estimate.hpp>
 #include <tandem/studies/estimation/estimate_files.hpp>
 #include <tandem/studies/scenario/named_noise.hpp>
@@ -137,15 +137,16 @@ TEST_F(BothFrames, GiveTheSameEstimate) {
 }
 
 TEST_F(BothFrames, NoiseOnTheCommandLineIsAlongTheFilesAxes) {
-  const auto with = [](const ScratchFolder& folder, const std::string& noise) {
-    TrackingArguments arguments;
-    arguments.scenario = folder.path().string();
-    arguments.noise = {noise};
-    return estimate(scenario_with(arguments), {.mode = Mode::B}, GaussNewtonOptions{});
+  const auto with = [](const ScratchFolder& folder, const std::string& name, const std::vector<double>& sigmas) {
+    Scenario scenario = read_scenario(folder.path());
+    SensorOptions options;
+    options.noise.push_back({{"--noise", name}, sigmas});
+    apply(options, {.target = true, .own = false}, scenario);
+    return estimate(scenario, {.mode = Mode::B}, GaussNewtonOptions{});
   };
-  expect_same(with(enu_, "constant_velocity=0.5,0.01,0.3"), with(ned_, "constant_velocity=0.01,0.5,0.3"));
-  expect_same(with(enu_, "boundary=0.5,0.1,0.3"), with(ned_, "boundary=0.1,0.5,0.3"));
-  expect_same(with(enu_, "usbl=0.5,0.1,0.3"), with(ned_, "usbl=0.5,0.1,0.3"));
+  expect_same(with(enu_, "constant_velocity", {0.5, 0.01, 0.3}), with(ned_, "constant_velocity", {0.01, 0.5, 0.3}));
+  expect_same(with(enu_, "boundary", {0.5, 0.1, 0.3}), with(ned_, "boundary", {0.1, 0.5, 0.3}));
+  expect_same(with(enu_, "usbl", {0.5, 0.1, 0.3}), with(ned_, "usbl", {0.5, 0.1, 0.3}));
 }
 
 TEST_F(BothFrames, ResultsAreInTheirOwnFrame) {

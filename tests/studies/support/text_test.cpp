@@ -19,8 +19,8 @@ TEST(Text, NumbersAreTakenWhole) {
 }
 
 TEST(Text, CountsAreAboveZero) {
-  EXPECT_EQ(parse_count("17"), 17);
-  for (const char* none : {"", "0", "-3", "1.5", "99999999999"}) EXPECT_FALSE(parse_count(none)) << none;
+  EXPECT_EQ(whole_number("17"), 17);
+  for (const char* none : {"", "0", "-3", "1.5", "99999999999"}) EXPECT_FALSE(whole_number(none)) << none;
 }
 
 TEST(Text, SplitKeepsEmptyPartsAndWordsDoNot) {
@@ -31,8 +31,32 @@ TEST(Text, SplitKeepsEmptyPartsAndWordsDoNot) {
 }
 
 TEST(Text, QuoteIsShortAndPrintable) {
-  EXPECT_EQ(quote("a\x1b[31m"), "'a?[31m'");
+  EXPECT_EQ(quote("a\x1b[31m"), "'a\\x1b[31m'");
   EXPECT_EQ(quote(std::string(50, 'x')), "'" + std::string(40, 'x') + "…'");
+  EXPECT_EQ(quote(std::string(39, 'x') + "é"), "'" + std::string(39, 'x') + "…'") << "no half of a character";
+}
+
+TEST(Text, WhatATerminalWouldObeyIsEscaped) {
+  for (const char* same : {"", "plain", "±3 σ, 12°, 水, 🛥", "a 'quoted' \\x1b"})
+    EXPECT_EQ(printable(same), same);
+  EXPECT_EQ(printable(std::string("a\0\n\t\x7f", 5)), "a\\x00\\x0a\\x09\\x7f");
+  EXPECT_EQ(printable("\x1b]0;title\x07\x1b[2J"), "\\x1b]0;title\\x07\\x1b[2J");
+  EXPECT_EQ(printable("\x9b"
+                      "2J"),
+            "\\x9b2J")
+      << "CSI in one byte";
+  EXPECT_EQ(printable("\xc2\x9b"
+                      "2J"),
+            "\\xc2\\x9b2J")
+      << "CSI as UTF-8";
+  EXPECT_EQ(printable("\xe2\x80\xae"
+                      "abc"),
+            "\\xe2\\x80\\xae"
+            "abc")
+      << "writes from right to left";
+  EXPECT_EQ(printable("\xff\xc3"), "\\xff\\xc3") << "no UTF-8, and a character cut off";
+  EXPECT_EQ(printable("\xc0\x9b\xe0\x82\x9b\xed\xa0\x80"), "\\xc0\\x9b\\xe0\\x82\\x9b\\xed\\xa0\\x80")
+      << "too long a code, and half of a pair";
 }
 
 TEST(Text, ListsReadLikeProse) {

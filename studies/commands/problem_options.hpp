@@ -1,0 +1,40 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <tandem/studies/commands/own_sensor_options.hpp>
+#include <tandem/studies/commands/sensor_options.hpp>
+
+namespace tandem {
+
+/// Which tracking problem the options mean.
+struct ProblemRequest {
+  std::string scenario;
+  TrackingOptions target;  ///< but for the next two, see tracking_options()
+  std::optional<Role> non_holonomic;
+  std::optional<Role> limits;  ///< how surge and yaw rate are held
+  SensorOptions sensors;
+  OwnSensorOptions own;  ///< of a chaser that moves by its own sensors
+};
+
+/// SCENARIO.
+void add_scenario(CommandOptions& option, std::string& scenario, const std::string& help);
+/// What every command with a target has: SCENARIO, how the target moves, sensors. `limits`: --limits, too.
+void add_problem(CommandOptions& option, ProblemRequest& request, bool limits);
+/// --max-keyframes: of a whole recording.
+void add_max_keyframes(CommandOptions& option, ProblemRequest& request);
+
+/// The options of the tracking problem; limits are held as asked for, else hard where `hard_limits`, else soft. Throws
+/// Error on options that need others.
+TrackingOptions tracking_options(const ProblemRequest& request, bool hard_limits);
+/// Those of navigating a chaser that is then estimated with its target: a loss for all measurements is for its own, too.
+NavigationOptions navigation_options(const ProblemRequest& request);
+
+/// The scenario, its sensors as the options say. Throws Error, also when it has no target, and on options about the
+/// chaser's own sensors when it moves by odometry. `option`: to name the option that does not fit.
+Scenario read_problem(const ProblemRequest& request, const CommandOptions& option);
+/// The same of a scenario's settings alone (read_settings), with a target or without.
+Scenario read_problem_settings(const ProblemRequest& request, const CommandOptions& option, RowsIn rows);
+
+}  // namespace tandem

@@ -1,0 +1,237 @@
+#include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/commands/sensor_options.hpp>
+#include <tandem/studies/scenario/named_noise.hpp>
+#include <tandem/studies/support/option_values.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem {
+namespace {
+
+const std::string kOrientation = "orientation";
+
+template <class T, class Parse>
+SetByOption<T> parse_setting(const std::string& option, const std::string& text, Parse parse) {
+  const auto [name, value] = parse_assignment(option, text);
+  return {{option, name}, parse(fmt::format("{} {}", option, name), value)};
+}
+
+/// The same where the name may be left out: the value is for all.
+template <class T, class Parse>
+SetByOption<T> parse_setting_of_all(const std::string& option, const std::string& text, Parse parse) {
+  if (text.find('=') == std::string::npos) return {{option, ""}, parse(option, text)};
+  return parse_setting<T>(option, text, parse);
+}
+
+template <class Sensors>
+auto find(Sensors& sensors, const std::string& name) {
+  const auto at = std::find_if(sensors.begin(), sensors.end(), [&](const auto& sensor) { return sensor.name == name; });
+  return at == sensors.end() ? nullptr : &*at;
+}
+
+[[noreturn]] void fail_unknown(const NamedByOption& what, const char* kind, const std::vector<std::string>& names) {
+  throw Error(fmt::format("{} knows no {}{}{} (here: {})", what.option, kind, quote(what.name),
+                          did_you_mean(what.name, names), listed(names)));
+}
+
+/// The sensors in use of a scenario, by name.
+class Sensors {
+ public:
+  Sensors(Scenario& scenario, SensorsInUse in_use)
+      : scenario_(scenario),
+        target_(in_use.target ? &scenario.data : nullptr),
+        own_(in_use.own ? &scenario.navigation.value() : nullptr) {}
+
+  void leave_out(const NamedByOption& what) {
+    if (is_imu(what.name)) {
+      own_->imu.reset();
+      scenario_.files.imu.reset();
+    } else if (EgoSensor* const own = find_own(what.name)) {
+      erase(own_->sensors, scenario_.files.ego, own);
+    } else {
+      erase(target_->sensors, scenario_.files.target, &target_sensor(what));
+    }
+  }
+
+  void set(const SetByOption<std::vector<double>>& noise) {
+    std::vector<NamedNoise> known;
+    if (target_) known = named_noise(*target_);
+    if (own_)
+      for (EgoSensor& sensor : own_->sensors)
+        known.push_back({sensor.name, {sensor.sigma.data(), static_cast<std::size_t>(sensor.sigma.size())}});
+    std::array<double, 4> imu{};
+    if (own_ && own_->imu) known.push_back({own_->imu->name, imu});
+    const NamedNoise* const place = find(known, noise.name);
+    if (!place) {
+      std::vector<std::string> names;
+      for (const NamedNoise& n : known) names.push_back(n.name);
+      fail_unknown(noise, "", names);
+    }
+    const std::string reason = why_not_sigmas(noise.value, place->sigmas.size());
+    if (!reason.empty())
+      throw Error(
+          fmt::format("{} {} {}{}", noise.option, noise.name, reason,
+                      is_imu(noise.name) ? " (accelerometer, gyroscope, their bias walks: as in scenario.yaml)" : ""));
+    std::copy(noise.value.begin(), noise.value.end(), place->sigmas.begin());
+    if (is_imu(noise.name)) {
+      ImuNoise& n = own_->imu->noise;
+      n.accelerometer = imu[0];
+      n.gyroscope = imu[1];
+      n.accelerometer_bias_walk = imu[2];
+      n.gyroscope_bias_walk = imu[3];
+    }
+    const EgoSensor* const own = find_own(noise.name);
+    if (own && own->type == EgoSensorType::gps && scenario_.frame.is_ned())
+      std::swap(place->sigmas[0], place->sigmas[1]);
+  }
+
+  void set(const SetByOption<Loss>& loss) {
+    if (is_imu(loss.name))
+      throw Error(fmt::format("{} {}: what the imu reads has no loss; leave it out with --without {} instead",
+                              loss.option, loss.name, loss.name));
+    if (EgoSensor* const own = find_own(loss.name)) {
+      own->loss = loss.value;
+      return;
+    }
+    NamedByOption sensor = loss;
+    const bool orientation = sensor.name.ends_with("." + kOrientation);
+    if (orientation) sensor.name.resize(sensor.name.size() - kOrientation.size() - 1);
+    TargetSensor& found = target_sensor(sensor);
+    if (orientation && found.type != SensorType::pose)
+      throw Error(fmt::format("{} {}: {} measures no orientation", loss.option, loss.name, found.name));
+    (orientation ? found.orientation_loss : found.loss) = loss.value;
+  }
+
+  void set(const SetByOption<double>& delay) {
+    if (is_imu(delay.name) || find_own(delay.name))
+      own_->sensors[delayed_sensor(*own_, delay)].delay = delay.value;
+    else
+      target_sensor(delay).delay = delay.value;
+  }
+
+  void hold_out(const SetByOption<int>& every) {
+    if (every.value < 2)
+      throw Error(fmt::format("{} 1 would leave no measurement; hold out every second one at most", every.option));
+    const auto mark = [&](TargetSensor& sensor) {
+      for (std::size_t i = 0; i < sensor.measurements.size(); ++i)
+        sensor.measurements[i].held_out = (i + 1) % std::size_t(every.value) == 0;
+    };
+    if (!every.name.empty()) {
+      const NamedByOption& what = every;
+      TargetSensor* const sensor = find(target_->sensors, every.name);
+      if (!sensor) fail_unknown(what, "sensor ", target_names());
+      return mark(*sensor);
+    }
+    for (TargetSensor& sensor : target_->sensors) mark(sensor);
+  }
+
+ private:
+  template <class Sensor>
+  static void erase(std::vector<Sensor>& sensors, std::vector<std::filesystem::path>& files, const Sensor* sensor) {
+    const auto i = sensor - sensors.data();
+    sensors.erase(sensors.begin() + i);
+    if (std::size_t(i) < files.size()) files.erase(files.begin() + i);
+  }
+  bool is_imu(const std::string& name) const { return own_ && own_->imu && own_->imu->name == name; }
+  EgoSensor* find_own(const std::string& name) const { return own_ ? find(own_->sensors, name) : nullptr; }
+  TargetSensor& target_sensor(const NamedByOption& what) const {
+    if (target_)
+      if (TargetSensor* const sensor = find(target_->sensors, what.name)) return *sensor;
+    fail_unknown(what, "sensor ", names());
+  }
+  std::vector<std::string> target_names() const {
+    std::vector<std::string> names;
+    if (target_)
+      for (const TargetSensor& sensor : target_->sensors) names.push_back(sensor.name);
+    return names;
+  }
+  std::vector<std::string> names() const {
+    std::vector<std::string> names = target_names();
+    if (own_ && own_->imu) names.push_back(own_->imu->name);
+    if (own_)
+      for (const EgoSensor& sensor : own_->sensors) names.push_back(sensor.name);
+    return names;
+  }
+
+  Scenario& scenario_;
+  TrackingData* target_;
+  NavigationData* own_;
+};
+
+/// The last of those that are for all under this name.
+std::optional<Loss> loss_of_all(const std::vector<SetByOption<Loss>>& losses, const std::string& name) {
+  std::optional<Loss> result;
+  for (const auto& loss : losses)
+    if (loss.name == name) result = loss.value;
+  return result;
+}
+
+}  // namespace
+
+std::optional<Loss> SensorOptions::loss() const { return loss_of_all(losses, ""); }
+std::optional<Loss> SensorOptions::orientation_loss() const { return loss_of_all(losses, kOrientation); }
+
+NamedByOption parse_name(const std::string& option, const std::string& text) { return {option, text}; }
+
+void add_sensors(CommandOptions& option, SensorOptions& sensors) {
+  option.group("Sensors");
+  option.repeatable("--without", "SENSOR", "Leave a sensor out", sensors.without, parse_name);
+  option.repeatable("--noise", "NAME=v,v,...",
+                    "Standard deviations in place of the scenario's, of a sensor or another entry of its noise; of an "
+                    "imu its accelerometer, gyroscope and their bias walks",
+                    sensors.noise, [](const std::string& name, const std::string& text) {
+                      return parse_setting<std::vector<double>>(name, text, parse_numbers);
+                    });
+  option.repeatable(
+      "--loss", "[WHICH=]NAME[:SCALE]",
+      "Robust loss of the measurements: huber, cauchy, geman-mcclure or tukey, scale in sigmas (default 1); of "
+      "WHICH = a sensor, its orientation apart (SENSOR.orientation) or that of all (orientation)",
+      sensors.losses, [](const std::string& name, const std::string& text) {
+        return parse_setting_of_all<Loss>(
+            name, text, [&](const std::string&, const std::string& t) { return parse_loss(name, t); });
+      });
+  option.repeatable("--delay", "SENSOR=SECONDS", "A line stamped t was valid so long before", sensors.delays,
+                    [](const std::string& name, const std::string& text) {
+                      return parse_setting<double>(name, text, parse_magnitude);
+                    });
+}
+
+void add_hold_out(CommandOptions& option, SensorOptions& sensors) {
+  option.repeatable("--hold-out", "[SENSOR=]N", "Leave every N-th measurement out, to validate with", sensors.hold_out,
+                    [](const std::string& name, const std::string& text) {
+                      return parse_setting_of_all<int>(name, text, parse_count);
+                    });
+}
+
+void apply(const SensorOptions& options, SensorsInUse in_use, Scenario& scenario) {
+  Sensors sensors(scenario, in_use);
+  // Everything is set first, so that what is said of a sensor that is left out is checked, too.
+  turn_noise(scenario.data.noise, scenario.frame);  // along the files' axes, as in scenario.yaml
+  for (const auto& noise : options.noise) sensors.set(noise);
+  turn_noise(scenario.data.noise, scenario.frame);
+  for (const auto& loss : options.losses) {
+    const bool of_all = loss.name.empty() || (in_use.target && loss.name == kOrientation);
+    if (!of_all) sensors.set(loss);
+  }
+  for (const auto& delay : options.delays) sensors.set(delay);
+  for (const auto& every : options.hold_out) sensors.hold_out(every);
+  for (const auto& sensor : options.without) sensors.leave_out(sensor);
+}
+
+std::size_t delayed_sensor(const NavigationData& data, const NamedByOption& what) {
+  if (data.imu && data.imu->name == what.name)
+    throw Error(fmt::format("{} {}: delays are against the imu's own time", what.option, what.name));
+  const EgoSensor* const sensor = find(data.sensors, what.name);
+  if (!sensor) {
+    std::vector<std::string> names;
+    for (const EgoSensor& s : data.sensors) names.push_back(s.name);
+    fail_unknown(what, "sensor ", names);
+  }
+  return static_cast<std::size_t>(sensor - data.sensors.data());
+}
+
+}  // namespace tandem

@@ -1,0 +1,52 @@
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/commands/solver_options.hpp>
+#include <tandem/studies/support/option_values.hpp>
+
+namespace tandem {
+namespace {
+
+IpoptOptions& ipopt(const std::string& option, Solver& solver) {
+  if (auto* options = std::get_if<IpoptOptions>(&solver)) return *options;
+  throw Error(fmt::format("{} needs --solver ipopt", option));
+}
+
+std::string help(const std::string& otherwise) {
+  return fmt::format("gauss-newton, augmented-lagrangian, ipopt or nlopt:ALGORITHM (default {})", otherwise);
+}
+
+}  // namespace
+
+void add_solver(CommandOptions& option, std::optional<Solver>& solver, const std::string& otherwise) {
+  option("--solver", "NAME", help(otherwise), solver, parse_solver);
+}
+
+void add_solver(CommandOptions& option, Solver& solver) {
+  option("--solver", "NAME", help("gauss-newton"), solver, parse_solver);
+}
+
+void add_ipopt(CommandOptions& option, Solver& solver) {
+  option.set("--hessian", "NAME", "For ipopt: automatic (default), gauss-newton, exact or limited-memory",
+             [&solver](const std::string& name, const std::string& text) {
+               ipopt(name, solver).hessian = parse_hessian(name, text);
+             });
+  option.set_repeatedly("--ipopt", "KEY=VALUE", "An option of Ipopt's own",
+                        [&solver](const std::string& name, const std::string& text) {
+                          const auto [key, value] = parse_assignment(name, text);
+                          ipopt(name, solver).options[key] = value;
+                        });
+}
+
+void add_stops(CommandOptions& option, std::function<SolverOptions&()> options) {
+  option.set("--max-iterations", "N", "Stop a solve after N iterations",
+             [options](const std::string& name, const std::string& text) {
+               options().max_iterations = parse_count(name, text);
+             });
+  option.set("--time-limit", "SECONDS", "Stop a solve after so long",
+             [options](const std::string& name, const std::string& text) {
+               options().time_limit = parse_magnitude(name, text);
+             });
+}
+
+}  // namespace tandem

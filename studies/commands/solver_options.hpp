@@ -1,0 +1,21 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include <tandem/studies/commands/command_options.hpp>
+#include <tandem/studies/support/solver_choice.hpp>
+
+namespace tandem {
+
+/// --solver; without it `solver` stays as it is, which `otherwise` says.
+void add_solver(CommandOptions& option, std::optional<Solver>& solver, const std::string& otherwise);
+/// The same with gauss-newton as the default.
+void add_solver(CommandOptions& option, Solver& solver);
+/// --hessian and --ipopt, for the solver that was chosen. Reading them throws Error when that is not ipopt.
+void add_ipopt(CommandOptions& option, Solver& solver);
+/// --max-iterations and --time-limit of the solver that was chosen.
+void add_stops(CommandOptions& option, std::function<SolverOptions&()> options);
+
+}  // namespace tandem

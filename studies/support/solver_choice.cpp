@@ -1,0 +1,27 @@
+#include <tandem/studies/support/solver_choice.hpp>
+
+namespace tandem {
+
+SolverOptions& common(Solver& solver) {
+  return std::visit([](SolverOptions& options) -> SolverOptions& { return options; }, solver);
+}
+
+const SolverOptions& common(const Solver& solver) {
+  return std::visit([](const SolverOptions& options) -> const SolverOptions& { return options; }, solver);
+}
+
+bool takes_hard_limits(const Solver& solver) {
+  if (std::holds_alternative<GaussNewtonOptions>(solver)) return false;
+  const auto* const nlopt = std::get_if<NloptOptions>(&solver);
+  if (!nlopt) return true;
+  const std::string& name = nlopt->algorithm;
+  return name == "slsqp" || name == "mma" || name == "ccsaq" || name.starts_with("auglag");
+}
+
+std::vector<std::string> solver_names() {
+  std::vector<std::string> names = {"gauss-newton", "augmented-lagrangian", "ipopt"};
+  for (const std::string& algorithm : nlopt_algorithms()) names.push_back("nlopt:" + algorithm);
+  return names;
+}
+
+}  // namespace tandem

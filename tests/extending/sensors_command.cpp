@@ -1,0 +1,53 @@
+// docs/extending.md, "A new command": all of `tandem sensors`.
+#include <memory>
+
+#include <fmt/format.h>
+
+#include <tandem/studies/commands/command.hpp>
+#include <tandem/studies/commands/output.hpp>
+#include <tandem/studies/commands/problem_options.hpp>
+#include <tandem/studies/support/option_values.hpp>
+
+namespace tandem {
+namespace {
+
+/// Every option is read into its place here.
+struct SensorsRequest {
+  ProblemRequest problem;
+  int least = 1;
+  Output output;
+};
+
+int run_sensors(const SensorsRequest& request, const CommandOptions& option) {
+  const Scenario scenario = read_problem(request.problem, option);
+  std::string table = "sensor,measurements\n";
+  for (const TargetSensor& sensor : scenario.data.sensors)
+    if (sensor.measurements.size() >= std::size_t(request.least))
+      table += fmt::format("{},{}\n", sensor.name, sensor.measurements.size());
+
+  Results results;
+  results.table = [&] { return table; };
+  results.files = {"sensors.csv"};
+  results.write = [&](const std::filesystem::path& folder) {
+    write_file(folder / "sensors.csv", table);
+    return std::string();
+  };
+  return finish(request.output, results);
+}
+
+}  // namespace
+
+Command sensors_command() {
+  return {"sensors", "Count the measurements of each sensor", [](CommandOptions& option) {
+            const auto request = std::make_shared<SensorsRequest>();
+            add_scenario(option, request->problem.scenario, "A scenario folder, or the name of a built-in scenario");
+            add_sensors(option, request->problem.sensors);  // --without, --noise, --loss, --delay
+            option.group("Table");
+            option("--least", "N", "Sensors with N measurements or more", request->least, parse_count);
+            add_output(option, request->output,
+                       {.writes = "Write sensors.csv to DIR", .plots = false, .prints = false});
+            return [request, &option] { return run_sensors(*request, option); };
+          }};
+}
+
+}  // namespace tandem
