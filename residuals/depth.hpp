@@ -7,7 +7,8 @@
 namespace tandem {
 
 /// Height in the world of a sensor on the body [m], below the surface negative:  e = (p + R l)·e_z − z.
-/// Source: Baxter & Teran Espinoza 2025, §III (depth).
+/// Of a pressure sensor z is minus the depth. Source: Groves 2013, Principles of GNSS, Inertial, and Multisensor
+/// Integrated Navigation Systems, §6.2, with the lever arm of eq. 1 of the AUV factor-graph description.
 struct Depth {
   static constexpr std::string_view name = "depth";
   static constexpr int dim = 1;

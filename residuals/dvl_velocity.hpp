@@ -7,7 +7,7 @@
 namespace tandem {
 
 /// Velocity over ground along the body's axes by a Doppler log [m/s]:  e = Rᵀ v − z.
-/// States: the pose and the velocity in the world.
+/// States: the pose and the velocity in the world. Source: Groves 2013, §6.5 (Doppler sonar).
 struct DvlVelocity {
   static constexpr std::string_view name = "DVL velocity";
   static constexpr int dim = 3;

@@ -7,6 +7,7 @@ namespace tandem {
 
 /// Orientation by a compass or an attitude sensor on the body [rad]:  e = Log((R_z R_bs⁻¹)⁻¹ R).
 /// The error is along the body's axes; those the sensor does not know are left to large sigmas.
+/// Source: Groves 2013, §6.1, the error on SO(3) as in Solà et al. 2018.
 struct Heading {
   static constexpr std::string_view name = "heading";
   static constexpr int dim = 3;

@@ -10,7 +10,8 @@ namespace tandem {
 ///
 ///   e = p2 − p1 − (dt2/dt1) (p1 − p0),  p = t(X);   noise: Σ = dt2 Σ̄
 ///
-/// ConstantTwist on R^n where all three are points. Source: Baxter & Teran Espinoza 2025, §III.
+/// ConstantTwist on R^n where all three are points.
+/// Source: Baxter & Teran Espinoza 2025, §V-A, eqs. 9-14 (Mode B).
 template <LieGroup A, LieGroup B, LieGroup C>
 requires(A::point_dim == B::point_dim && B::point_dim == C::point_dim) struct MixedConstantVelocity {
   static constexpr std::string_view name = "mixed constant velocity";

@@ -8,7 +8,7 @@ namespace tandem {
 
 /// The way made good between two keyframes, in the body's frame at the first [m]:  e = t(X0⁻¹ X1) − Δp̃, where
 /// Δp̃ = Σ ΔR̃ v dt sums a Doppler log's velocities, turned by a gyroscope (see DvlPreintegrator).
-/// Source: Baxter & Teran Espinoza 2025, §III (preintegrated DVL).
+/// Source: the AUV factor-graph description, eqs. 5-6; rotation increments as in Forster et al. 2017.
 struct PreintegratedDvl {
   static constexpr std::string_view name = "preintegrated DVL";
   static constexpr int dim = 3;

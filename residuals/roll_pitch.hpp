@@ -10,7 +10,7 @@ namespace tandem {
 
 /// Roll and pitch of a body that floats level [rad]: the first two rows of Log(Rᵀ Rz(ψ)), ψ = atan2(R10, R00).
 /// The Jacobian goes through ψ. Undefined at pitch ±90°, where it throws Error.
-/// Source: Baxter & Teran Espinoza 2025, §III (roll-pitch prior).
+/// Source: Baxter & Teran Espinoza 2025, §V-A, eqs. 9-14 (roll-pitch prior, of Mode A there).
 template <LieGroup G = SE3>
 struct RollPitch {
   static constexpr std::string_view name = "roll-pitch";

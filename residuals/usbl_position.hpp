@@ -8,7 +8,7 @@ namespace tandem {
 
 /// The target's position in the frame of a sensor on the chaser [m]:  e = t((C B)⁻¹ (T F)) − z.
 /// The target T is a pose or a point (SE3, SE2, R3, R2); of F only the beacon's position matters.
-/// Source: Baxter & Teran Espinoza 2025, §III (USBL).
+/// Source: Baxter & Teran Espinoza 2025, §V-A, eqs. 9-14 (USBL).
 template <LieGroup Chaser = SE3, LieGroup Target = Chaser>
 requires(Chaser::point_dim == Target::point_dim) struct UsblPosition {
   static constexpr std::string_view name = "USBL position";

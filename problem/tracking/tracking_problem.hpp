@@ -47,8 +47,9 @@ struct TrackingOptions {
   MotionModel model = MotionModel::constant_twist;
   Mode mode = Mode::A;  ///< B is for constant twist
   Junction junction = Junction::boundary;
-  std::vector<Horizon> horizons{{1, 1}};   ///< of constant twist and constant velocity
-  Role roll_pitch = Role::soft;            ///< the target is level
+  std::vector<Horizon> horizons{{1, 1}};  ///< of constant twist and constant velocity
+  /// The target is level: RollPitch on every target pose, of Mode A as of Mode B, where the paper has none.
+  Role roll_pitch = Role::soft;
   Role non_holonomic = Role::off;          ///< sway = heave = 0 between consecutive target poses
   std::optional<Bounds<1>> surge{};        ///< limits of the mean surge [m/s]
   std::optional<double> max_yaw_rate{};    ///< limit of the mean yaw rate's magnitude [rad/s]
@@ -106,7 +107,7 @@ struct PlacedMeasurement {
 };
 
 /// The joint MAP problem of a chaser and its target over keyframes, in SE(3) or, for planar data, SE(2).
-/// Source: Baxter & Teran Espinoza 2025, §III.
+/// Source: Baxter & Teran Espinoza 2025, §V-A, eqs. 9-14; but RollPitch is on every target pose of Mode B too.
 struct TrackingProblem {
   Problem problem;
   std::vector<Keyframe> keyframes;
