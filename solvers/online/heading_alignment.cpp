@@ -30,6 +30,7 @@ double cost_from(const NavigationData& data, const Alignment& start, double seco
   own.lag = options.lag;
   own.lag.window = 2 * seconds;
   own.lag.max_keyframes = 0;
+  own.lag.leaving = {};  // of the estimate itself
   own.start = start;
   OnlineEstimator estimator(TrackingData(), data, own);
   replay(data, start.t + seconds, estimator);

@@ -1,0 +1,18 @@
+#include <tandem/solvers/online/keyframe_policy.hpp>
+
+namespace tandem::detail {
+
+NextStep next_step(const OnlineProgress& now, const std::optional<EventQueue::Next>& event) {
+  const double step = std::isfinite(now.newest) ? now.newest + now.interval : HUGE_VAL;
+  const double margin = now.target_may_come && !now.finished ? kSameInstant : 0.0;
+  const NextStep otherwise = step + margin <= now.last_motion ? NextStep::keyframe : NextStep::wait;
+  if (!event) return otherwise;
+  const auto when = [](bool ready) { return ready ? NextStep::event : NextStep::wait; };
+  const double t = event->t;
+  if (t <= now.newest + kSameInstant) return when(t <= now.reached);  // joins what is there
+  if (event->of_target || !now.joins_earlier) return t <= step + kSameInstant ? when(t <= now.reached) : otherwise;
+  if (t < step - kSameInstant) return when(t + margin <= now.reached);
+  return now.finished && otherwise == NextStep::wait ? when(t <= now.reached) : otherwise;
+}
+
+}  // namespace tandem::detail

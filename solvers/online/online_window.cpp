@@ -1,0 +1,146 @@
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/gauss_newton.hpp>
+#include <tandem/solvers/online/online_window.hpp>
+
+namespace tandem::detail {
+namespace {
+
+constexpr int kSettlingIterations = 100;
+constexpr double kSettled = 1e-7;  // relative decrease of the cost
+
+}  // namespace
+
+OnlineWindow::OnlineWindow(const TrackingData& settings, const NavigationData* ego, const OnlineOptions& options)
+    : settings_(settings),
+      options_(options),
+      ego_(ego ? std::optional(*ego) : std::nullopt),
+      lag_(with_hook(options.lag)) {}
+
+/// The caller's own hook comes first: when it throws, nothing is told to have left.
+FixedLagOptions OnlineWindow::with_hook(FixedLagOptions options) {
+  options.leaving = [this, own = std::move(options.leaving)](double t) {
+    if (own) own(t);
+    if (!on_leave || !chain_) return;
+    for (const EgoKeyframe& k : chain_->keyframes())
+      if (std::abs(k.t - t) < kSameInstant) on_leave({k.t, chain_->state(k)});
+  };
+  return options;
+}
+
+void OnlineWindow::start_chaser(const Alignment& alignment, const std::vector<ImuSample>& samples) {
+  chain_.emplace(lag_.problem(), *ego_, options_.ego);
+  for (const ImuSample& sample : samples) chain_->add(sample);
+  join(chain_->start(alignment.t, alignment.state, alignment.spread));
+}
+
+void OnlineWindow::join(const EgoKeyframe& k) {
+  lag_.track(k.t, k.pose);
+  lag_.track(k.t, k.velocity);
+  if (k.bias) lag_.track(k.t, *k.bias);
+}
+
+void OnlineWindow::add_keyframe(double t, const SE3& dead_reckoned, std::size_t sensor, const Measurement* first) {
+  const EgoKeyframe* ego = nullptr;
+  if (chain_) {
+    ego = &chain_->extend(t);
+    join(*ego);
+  }
+  if (!has_target() && first) make_target();
+  with_target([&]<LieGroup G>(TargetWindow<G>& window) {
+    const Variable<G>* chaser = nullptr;
+    if constexpr (std::same_as<G, SE3>) chaser = ego ? &ego->pose : nullptr;
+    window.add_keyframe(t, dead_reckoned, chaser, sensor, first);
+    join_newest(window);
+  });
+}
+
+void OnlineWindow::start_target(std::size_t sensor, const Measurement& m) {
+  make_target();
+  const EgoKeyframe& ego = chain_->keyframes().back();
+  TargetWindow<SE3>& window = *std::get<Target<SE3>>(target_);
+  window.add_keyframe(ego.t, SE3(), &ego.pose, sensor, &m);
+  join_newest(window);
+}
+
+void OnlineWindow::make_target() {
+  if (settings_.planar) {
+    target_ = std::make_unique<TargetWindow<SE2>>(lag_.problem(), settings_, options_.tracking);
+  } else {
+    target_ = std::make_unique<TargetWindow<SE3>>(lag_.problem(), settings_, options_.tracking);
+  }
+}
+
+template <LieGroup G>
+void OnlineWindow::join_newest(const TargetWindow<G>& window) {
+  window.each_new_variable([&](double t, const auto& x) { lag_.track(t, x); });
+}
+
+std::optional<std::string> OnlineWindow::add_measurement(std::size_t sensor, const Measurement& m) {
+  std::optional<std::string> why;
+  with_target([&](auto& window) { why = window.add_measurement(sensor, m); });
+  return why;
+}
+
+Summary OnlineWindow::update() {
+  const Summary summary = slide();
+  return has_target() && restart_due() ? restart(summary) : summary;
+}
+
+/// Chain and target forget what leaves, also when not all that is old does.
+Summary OnlineWindow::slide() {
+  const auto forget = [&] {
+    const double oldest = lag_.oldest() - 0.5 * kSameInstant;
+    if (chain_) chain_->drop_before(oldest);
+    with_target([&](auto& window) { window.drop_before(oldest); });
+  };
+  Summary summary;
+  try {
+    summary = lag_.update();
+  } catch (...) {
+    forget();
+    throw;
+  }
+  forget();
+  cost_ = summary.cost;
+  return summary;
+}
+
+double OnlineWindow::minimize() {
+  GaussNewtonOptions options;
+  options.max_iterations = kSettlingIterations;
+  options.cost_tolerance = kSettled;
+  return solve(lag_.problem(), options).cost;
+}
+
+Summary OnlineWindow::settle() {
+  minimize();
+  return slide();
+}
+
+bool OnlineWindow::restart_due() {
+  const double age = newest() - of_target([](const auto& w) { return w.keyframes().front().t; }, 0.0);
+  const double surprise = of_target([](const auto& w) { return w.surprise(); }, 0.0);
+  return restarts_.due(newest(), age, age < options_.lag.window - settings_.keyframe_interval, surprise);
+}
+
+/// The better of where the window is and where a fresh start leads.
+Summary OnlineWindow::restart(const Summary& before) {
+  Summary best = before;
+  with_target([&](auto& window) {
+    const auto kept = window.values();
+    try {
+      window.set_values(window.fresh_start());
+    } catch (const Error&) {  // too little to start from
+      window.set_values(kept);
+      return;
+    }
+    if (!(minimize() < cost_)) {
+      window.set_values(kept);
+      minimize();
+    }
+    best = slide();
+  });
+  return best;
+}
+
+}  // namespace tandem::detail

@@ -1,0 +1,217 @@
+#include <algorithm>
+#include <set>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/solvers/online/online_estimator.hpp>
+
+#include "problem/tracking/level_turn.hpp"
+#include "problem/tracking/simulated_run.hpp"
+
+/// Lines of one instant, in any order of the streams; and what becomes of lines that are refused.
+namespace tandem {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::LevelTurn;
+using ::testing::Optional;
+using testing::SimulatedRun;
+
+SE3 vessel(double t) {
+  return SE3(SO3::Exp({0, 0, 1}), Vector<3>(20, 5, 0)) * SE3::Exp((Vector<6>() << 1, 0, 0, 0, 0, 0.02).finished() * t);
+}
+
+/// A joint run whose sensors all speak at whole seconds: IMU at 50 Hz; GPS, DVL and heading each second, the target's
+/// position each other, its pose each third, all from 1 s on.
+struct WholeSeconds {
+  static constexpr int seconds = 8;
+  LevelTurn turn{.duration = seconds};
+  NavigationData ego;
+  TrackingData target;
+
+  WholeSeconds() {
+    ego = turn.data();
+    for (EgoSensor& sensor : ego.sensors) {
+      sensor.measurements.clear();
+      if (sensor.type == EgoSensorType::depth) continue;
+      for (int t = 1; t <= seconds; ++t) {
+        sensor.measurements.push_back(turn.measure(sensor, t));
+        sensor.measurements.back().value += 0.3 * sensor.sigma[0] * Vector<3>(std::sin(5. * t), std::cos(3. * t), 1);
+      }
+    }
+    target.noise.constant_twist = Vector<6>(0.02, 0.02, 0.02, 0.005, 0.005, 0.005);
+    target.sensors = {{.name = "usbl", .type = SensorType::position, .sigma = Vector<3>::Constant(0.2)},
+                      {.name = "camera", .type = SensorType::pose, .sigma = Vector<6>::Constant(0.05)}};
+    for (int t = 1; t <= seconds; ++t) {
+      const SE3 seen = LevelTurn::pose(t).inverse() * vessel(t);
+      const Vector<3> error = 0.1 * Vector<3>(std::sin(3. * t), std::cos(5. * t), std::sin(1. + t));
+      if (t % 2 == 0)
+        target.sensors[0].measurements.push_back({.t = double(t), .position = seen.translation() + error});
+      if (t % 3 == 0)
+        target.sensors[1].measurements.push_back(
+            {.t = double(t), .position = seen.translation() - 0.2 * error, .rotation = seen.rotation()});
+    }
+  }
+
+  enum Stream { imu, own, usbl, camera };
+  struct Result {
+    std::size_t updates = 0, new_keyframes = 0;
+    std::set<double> keyframes;
+    std::vector<Stamped<EgoState>> window;
+    std::optional<TargetState> target;
+    double cost = 0;
+  };
+
+  Result run(const std::array<Stream, 4>& order) const {
+    OnlineOptions options;
+    options.start = turn.start();
+    options.lag.window = 1e3;
+    options.lag.max_iterations = 50;
+    options.lag.cost_tolerance = 1e-13;
+    OnlineEstimator estimator(target, ego, options);
+    Result result;
+    estimator.on_update = [&](const OnlineUpdate& u) {
+      EXPECT_TRUE(u.summary.converged()) << u.summary.message;
+      EXPECT_GE(u.seconds, 0);
+      ++result.updates;
+      if (!u.new_keyframe) return;
+      ++result.new_keyframes;
+      result.keyframes.insert(u.t);
+    };
+    const auto taken = [](const std::optional<std::string>& why) { EXPECT_FALSE(why) << *why; };
+    for (std::size_t i = 0; i < ego.imu->samples.size(); ++i) {
+      const ImuSample& sample = ego.imu->samples[i];
+      for (const Stream stream : order) {
+        if (stream == imu) taken(estimator.add_imu(sample));
+        if (i % 50 != 0 || i == 0) continue;
+        const std::size_t t = i / 50;
+        if (stream == own)
+          for (std::size_t s = 0; s < ego.sensors.size(); ++s)
+            if (t <= ego.sensors[s].measurements.size())
+              taken(estimator.add_ego(s, ego.sensors[s].measurements[t - 1]));
+        if (stream == usbl && t % 2 == 0) taken(estimator.add_target(0, target.sensors[0].measurements[t / 2 - 1]));
+        if (stream == camera && t % 3 == 0) taken(estimator.add_target(1, target.sensors[1].measurements[t / 3 - 1]));
+      }
+    }
+    estimator.finish();
+    result.window = estimator.window();
+    result.target = estimator.target();
+    result.cost = estimator.settle().cost;
+    return result;
+  }
+};
+
+TEST(OnlineOrder, OfTheLinesOfOneInstantMakesNoDifference) {
+  const WholeSeconds run;
+  std::array<WholeSeconds::Stream, 4> order{WholeSeconds::own, WholeSeconds::usbl, WholeSeconds::camera,
+                                            WholeSeconds::imu};
+  const auto last = run.run(order);  // the IMU ends each instant
+  EXPECT_EQ(last.updates, 8u) << "one a second";
+  EXPECT_EQ(last.new_keyframes, 8u) << "after the first, at which it starts";
+  ASSERT_EQ(last.window.size(), 9u);
+  std::sort(order.begin(), order.end());
+  do {
+    SCOPED_TRACE(::testing::PrintToString(order));
+    const auto other = run.run(order);
+    EXPECT_EQ(other.new_keyframes, 8u);
+    EXPECT_EQ(other.keyframes, last.keyframes);
+    EXPECT_GE(other.updates, last.updates);
+    EXPECT_LE(other.updates, 8u + 4 + 2) << "and one for each line that comes after the instant's update";
+    ASSERT_EQ(other.window.size(), last.window.size());
+    // But for the bias at which the IMU was summed up: it is that of the update before, with or without a line more.
+    for (std::size_t k = 0; k < last.window.size(); ++k) {
+      const EgoState &a = other.window[k].value, &b = last.window[k].value;
+      EXPECT_LE((a.pose.inverse() * b.pose).Log().norm(), 2e-5) << k;
+      EXPECT_LE((a.velocity - b.velocity).norm(), 2e-5) << k;
+    }
+    EXPECT_LE((other.target->position - last.target->position).norm(), 2e-5);
+    EXPECT_LE((other.target->rotation->inverse() * *last.target->rotation).Log().norm(), 2e-5);
+    EXPECT_NEAR(other.cost, last.cost, 1e-5 * last.cost);
+  } while (std::next_permutation(order.begin(), order.end()));
+}
+
+/// Of a chaser by odometry, each second, and a target that is seen by a camera and a ranger.
+struct ByOdometry {
+  SimulatedRun simulation;
+  TrackingData data =
+      simulation.data({{.name = "camera", .type = SensorType::pose}, {.name = "ranger", .type = SensorType::range}},
+                      testing::every(1.0, 0.0, 12.0));
+
+  Stamped<SE3> odometry(double t) const { return {t, *pose_at(data.odometry, t)}; }
+};
+
+TEST(OnlineOrder, ARefusedMeasurementCallsForNoUpdate) {
+  const ByOdometry run;
+  OnlineEstimator estimator(run.data, {}, {});
+  int updates = 0;
+  estimator.on_update = [&](const OnlineUpdate&) { ++updates; };
+  EXPECT_FALSE(estimator.add_odometry(run.odometry(0)));
+  EXPECT_FALSE(estimator.add_target(1, run.data.sensors[1].measurements[1]));
+  EXPECT_THAT(
+      estimator.add_odometry(run.odometry(1)),
+      Optional(HasSubstr("ranger: nothing can be made of the measurement valid at 1.000000 s; a target starts")))
+      << "told by the call that is under way";
+  EXPECT_FALSE(estimator.add_target(1, run.simulation.measure(run.data.sensors[1], 1.5)));
+  std::vector<std::string> refused;
+  estimator.on_refuse = [&](const std::string& sensor, const std::string&) { refused.push_back(sensor); };
+  EXPECT_FALSE(estimator.add_odometry(run.odometry(2)));
+  EXPECT_THAT(refused, ElementsAre("ranger"));
+  EXPECT_EQ(updates, 0);
+  EXPECT_FALSE(estimator.add_target(0, run.data.sensors[0].measurements[2]));
+  EXPECT_EQ(updates, 1);
+  EXPECT_FALSE(estimator.add_target(1, run.data.sensors[1].measurements[2]));
+  EXPECT_EQ(updates, 2);
+  estimator.finish();
+  EXPECT_EQ(updates, 2);
+}
+
+TEST(OnlineOrder, TheCallersHookOfTheWindowIsCalledToo) {
+  const ByOdometry run;
+  OnlineOptions options;
+  options.lag.window = 5;
+  std::vector<double> left;
+  options.lag.leaving = [&](double t) { left.push_back(t); };
+  OnlineEstimator estimator(run.data, {}, options);
+  for (std::size_t t = 0; t <= 8; ++t) {
+    estimator.add_target(0, run.data.sensors[0].measurements[t]);
+    estimator.add_odometry(run.odometry(double(t)));
+  }
+  EXPECT_THAT(left, ElementsAre(0, 1, 2));
+}
+
+TEST(OnlineOrder, AHookThatThrowsLeavesAWindowThatGoesOn) {
+  const LevelTurn turn;
+  const NavigationData data = turn.data();
+  OnlineOptions options;
+  options.start = turn.start();
+  options.lag.window = 5;
+  std::vector<double> told, left;
+  options.lag.leaving = [&](double t) {
+    told.push_back(t);
+    if (told.size() == 2) throw Error("not now");
+  };
+  OnlineEstimator estimator(TrackingData(), data, options);
+  estimator.on_leave = [&](const Stamped<EgoState>& state) { left.push_back(state.t); };
+  int thrown = 0;
+  for (const ImuSample& sample : data.imu->samples) {
+    try {
+      estimator.add_imu(sample);
+    } catch (const Error& error) {
+      EXPECT_STREQ(error.what(), "not now");
+      ++thrown;
+    }
+    if (!estimator.started()) continue;
+    EXPECT_EQ(estimator.window().size(), estimator.keyframes());
+    EXPECT_GE(estimator.window().front().t, estimator.oldest() - kSameInstant) << "no state that is gone";
+  }
+  EXPECT_EQ(thrown, 1);
+  EXPECT_EQ(estimator.keyframes(), 6u);
+  ASSERT_GE(told.size(), 4u);
+  EXPECT_EQ(told[1], told[2]);
+  for (std::size_t i = 0; i < left.size(); ++i) EXPECT_NEAR(left[i], double(i), 1e-6);
+}
+
+}  // namespace
+}  // namespace tandem
