@@ -122,7 +122,7 @@ class BasicSE2 {
   Vector<2, S> t_;
 };
 
-using SE2 = BasicSE2<double>;
+using SE2 = BasicSE2<double>;  ///< poses in the plane, δ = [ρ; θ] [m, rad]
 static_assert(LieGroup<SE2>);
 
 }  // namespace tandem

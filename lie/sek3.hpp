@@ -182,8 +182,8 @@ template <class S>
 using BasicSE3 = BasicSEK3<1, S>;
 template <class S>
 using BasicSE23 = BasicSEK3<2, S>;
-using SE3 = BasicSE3<double>;
-using SE23 = BasicSE23<double>;
+using SE3 = BasicSE3<double>;    ///< poses in space, δ = [ρ; θ] [m, rad]
+using SE23 = BasicSE23<double>;  ///< position, velocity and rotation, in this order
 static_assert(LieGroup<SE3> && LieGroup<SE23>);
 
 }  // namespace tandem

@@ -75,7 +75,7 @@ class BasicSO2 {
   S c_{1.}, s_{0.};
 };
 
-using SO2 = BasicSO2<double>;
+using SO2 = BasicSO2<double>;  ///< rotations of the plane [rad]
 static_assert(LieGroup<SO2>);
 
 }  // namespace tandem

@@ -141,7 +141,7 @@ class BasicSO3 {
   Quaternion q_;
 };
 
-using SO3 = BasicSO3<double>;
+using SO3 = BasicSO3<double>;  ///< rotations of space [rad]
 static_assert(LieGroup<SO3>);
 
 }  // namespace tandem

@@ -292,6 +292,7 @@ void differences(const G& x, const typename G::Tangent& v, const Vector<G::point
 
 // ---- all at once
 
+/// What group() found: the largest relative errors over its samples.
 struct GroupErrors {
   Errors identities;   ///< hold to rounding
   Errors differences;  ///< analytic against central differences with step 1e-3

@@ -22,8 +22,8 @@ struct UniformBounds {
   }
 };
 
-inline UniformBounds equal_to(double value) { return {value, value}; }
-inline UniformBounds between(double lower, double upper) { return {lower, upper}; }
+inline UniformBounds equal_to(double value) { return {value, value}; }               ///< every row
+inline UniformBounds between(double lower, double upper) { return {lower, upper}; }  ///< every row, inclusive
 inline UniformBounds at_least(double lower) { return {lower, std::numeric_limits<double>::infinity()}; }
 inline UniformBounds at_most(double upper) { return {-std::numeric_limits<double>::infinity(), upper}; }
 

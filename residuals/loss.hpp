@@ -15,7 +15,7 @@ struct Loss {
   enum class Kind { none, huber, cauchy, geman_mcclure, tukey };
 
   Kind kind = Kind::none;
-  double scale = 1.0;
+  double scale = 1.0;  ///< in standard deviations
 
   struct Value {
     double rho, d1, d2;  ///< ρ(s), ρ'(s), ρ''(s)

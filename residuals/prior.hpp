@@ -11,7 +11,7 @@ struct Prior {
   static constexpr int dim = G::dof;
   using States = std::tuple<G>;
 
-  G z;
+  G z;  ///< what is known
 
   template <Over<G> X>
   void operator()(const X& x, Rows<dim, X>& r, RowsBy<dim, X>* J = nullptr) const {

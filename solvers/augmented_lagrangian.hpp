@@ -19,6 +19,7 @@ struct AugmentedLagrangianOptions : LevenbergMarquardtOptions {
 
 /// Empty, or a sentence that says why this solver cannot take the problem.
 std::string why_unsupported(const Problem& problem, const AugmentedLagrangianOptions& options);
+/// Leaves the best point found in the problem's variables, whatever the status; `unsupported` where why_unsupported().
 Summary solve(Problem& problem, const AugmentedLagrangianOptions& options);
 
 }  // namespace tandem

@@ -10,6 +10,7 @@ struct GaussNewtonOptions : LevenbergMarquardtOptions {};
 
 /// Empty, or a sentence that says why this solver cannot take the problem.
 std::string why_unsupported(const Problem& problem, const GaussNewtonOptions& options);
+/// Leaves the best point found in the problem's variables, whatever the status; `unsupported` where why_unsupported().
 Summary solve(Problem& problem, const GaussNewtonOptions& options);
 
 }  // namespace tandem

@@ -29,6 +29,7 @@ bool ipopt_available();
 /// Empty, or a sentence that says why this solver cannot take the problem.
 /// Throws Error when an option is unknown to Ipopt or its value is not of the option's kind.
 std::string why_unsupported(const Problem& problem, const IpoptOptions& options);
+/// Leaves the best point found in the problem's variables, whatever the status; `unsupported` where why_unsupported().
 Summary solve(Problem& problem, const IpoptOptions& options);
 
 }  // namespace tandem

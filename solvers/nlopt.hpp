@@ -22,6 +22,7 @@ std::vector<std::string> nlopt_algorithms();
 /// Empty, or a sentence that says why this solver cannot take the problem.
 /// Throws Error when the algorithm's name is unknown.
 std::string why_unsupported(const Problem& problem, const NloptOptions& options);
+/// Leaves the best point found in the problem's variables, whatever the status; `unsupported` where why_unsupported().
 Summary solve(Problem& problem, const NloptOptions& options);
 
 }  // namespace tandem

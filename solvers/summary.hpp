@@ -8,6 +8,7 @@
 
 namespace tandem {
 
+/// Why a solve ended.
 enum class Status {
   converged,       ///< a local minimum to the tolerances asked for
   max_iterations,  ///< stopped at the limit of iterations or evaluations
@@ -51,7 +52,7 @@ struct Progress {
 
 /// What every solver understands.
 struct SolverOptions {
-  int max_iterations = 1000;
+  int max_iterations = 1000;                                    ///< the status is then max_iterations
   double time_limit = std::numeric_limits<double>::infinity();  ///< s
   const std::atomic<bool>* stop = nullptr;                      ///< set it from anywhere to end at the best point
   std::function<void(const Progress&)> progress;                ///< called once an iteration

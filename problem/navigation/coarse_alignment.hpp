@@ -6,15 +6,15 @@ namespace tandem {
 
 /// A first state out of the first seconds of a recording, before anything is estimated.
 struct Alignment {
-  double t = 0;  ///< s, where the first keyframe stands
-  EgoState state{};
-  EgoSpread spread{};
+  double t = 0;                  ///< s, where the first keyframe stands
+  EgoState state{};              ///< there
+  EgoSpread spread{};            ///< how far it may be off
   bool heading_unknown = false;  ///< something will tell it, but not at once: `state` faces some way
 
   /// The same, turned about the vertical by an angle [rad]; a velocity that the DVL gave turns along.
   EgoState turned(double angle) const;
 
-  bool velocity_in_body = false;
+  bool velocity_in_body = false;  ///< it came from the DVL
 };
 
 /// When a chaser can be estimated from on [s]: the inertial sensor's first sample; where that comes late, or never, the

@@ -14,7 +14,7 @@ namespace tandem {
 
 /// What the chaser is estimated to be at an instant.
 struct EgoState {
-  SE3 pose{};
+  SE3 pose{};                              ///< body in the world
   Vector<3> velocity = Vector<3>::Zero();  ///< m/s, world
   Vector<6> bias = Vector<6>::Zero();      ///< accelerometer [m/s²], gyroscope [rad/s], along the sensor's axes
 };
@@ -26,6 +26,7 @@ struct EgoSpread {
   Vector<3> velocity = Vector<3>::Constant(1.0);   ///< m/s
 };
 
+/// How the chaser's own sensors become a problem.
 struct EgoOptions {
   bool dvl_scale = false;         ///< estimate the DVL's scale factor, one number for the whole run
   double dvl_scale_sigma = 0.05;  ///< what is not known of it beforehand
@@ -42,9 +43,9 @@ struct EgoOptions {
 struct EgoKeyframe {
   double t;  ///< s
   Variable<SE3> pose;
-  Variable<R3> velocity;  ///< m/s, world
-  std::optional<Variable<Rn<6>>> bias;
-  Vector<6> integrated_at;  ///< bias with which the samples after it are summed up
+  Variable<R3> velocity;                ///< m/s, world
+  std::optional<Variable<Rn<6>>> bias;  ///< [accelerometer; gyroscope] [m/s², rad/s]; none without an IMU
+  Vector<6> integrated_at;              ///< bias with which the samples after it are summed up
 };
 
 /// A measurement of the chaser's own sensors in the problem.

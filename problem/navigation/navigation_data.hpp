@@ -24,7 +24,7 @@ struct ImuSensor {
   std::optional<double> initial_accelerometer_bias{}, initial_gyroscope_bias{};
   double max_gap = 0.5;              ///< s without a sample: longer ones split the chain
   double max_specific_force = 0;     ///< m/s², |axis| at or above which a sample is saturated; 0: no limit known
-  double max_angular_rate = 0;       ///< rad/s
+  double max_angular_rate = 0;       ///< rad/s, likewise
   std::vector<ImuSample> samples{};  ///< in time order
 
   double accelerometer_bias_spread() const {
@@ -48,22 +48,24 @@ std::string_view name(EgoSensorType type);
 /// Standard deviations it needs: 3, of a depth 1.
 int rows(EgoSensorType type);
 
+/// One measurement of the chaser by itself; the sensor's type says which field counts.
 struct EgoMeasurement {
   double t = 0;                         ///< s, as stamped
   Vector<3> value = Vector<3>::Zero();  ///< dvl, gps; of a depth z alone counts
   SO3 rotation{};                       ///< heading
 };
 
+/// A sensor of the chaser's own other than the inertial one.
 struct EgoSensor {
   std::string name;
   EgoSensorType type = EgoSensorType::dvl;
-  Eigen::VectorXd sigma{};  ///< one a row [m/s, m, rad]; heading: about the body's x y z
-  SE3 mount{};              ///< sensor in the body: where depth and gps sit, how heading is turned
-  double delay = 0;         ///< s: a measurement stamped t was valid at t − delay
-  std::optional<Loss> loss{};
+  Eigen::VectorXd sigma{};                     ///< one a row [m/s, m, rad]; heading: about the body's x y z
+  SE3 mount{};                                 ///< sensor in the body: where depth and gps sit, how heading is turned
+  double delay = 0;                            ///< s: a measurement stamped t was valid at t − delay
+  std::optional<Loss> loss{};                  ///< in place of the problem's
   std::vector<EgoMeasurement> measurements{};  ///< in time order
 
-  double valid_at(const EgoMeasurement& m) const { return m.t - delay; }
+  double valid_at(const EgoMeasurement& m) const { return m.t - delay; }  ///< s
 };
 
 /// What the chaser knows of itself by its own sensors: the inertial one, or a DVL with a heading, is needed, all else

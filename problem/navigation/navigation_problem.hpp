@@ -12,10 +12,10 @@ struct NavigationProblem {
   std::vector<EgoKeyframe> keyframes;
   std::vector<PlacedEgoMeasurement> measurements;
   std::vector<std::size_t> left_out;  ///< of each sensor: measurements before the first keyframe, or out of reach
-  std::optional<Variable<Rn<1>>> dvl_scale;
+  std::optional<Variable<Rn<1>>> dvl_scale;       ///< scale factor error, where EgoOptions asks for it
   std::vector<std::pair<double, double>> splits;  ///< where keyframes are not tied by the IMU: from, to [s]
 
-  EgoState state(std::size_t k) const;
+  EgoState state(std::size_t k) const;  ///< of keyframe k, at the variables' values
 };
 
 /// Keyframes at the times of `guess`, two or more and in time order, starting from its states; the samples in between are
@@ -26,8 +26,8 @@ NavigationProblem make_navigation_problem(const NavigationData& data, const std:
 
 /// Measurements of all sensors by the time when they were valid.
 struct EgoEvent {
-  double t;
-  std::size_t sensor, index;
+  double t;                   ///< s
+  std::size_t sensor, index;  ///< in NavigationData::sensors, and in its measurements
 };
 std::vector<EgoEvent> in_time_order(const std::vector<EgoSensor>& sensors);
 

@@ -11,6 +11,7 @@ namespace tandem {
 /// as gated.
 enum class KeyframeType { usbl, optical, gated };
 
+/// An instant of a tracking problem at which chaser and target have states.
 struct Keyframe {
   double t;  ///< s
   KeyframeType type;

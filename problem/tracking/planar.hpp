@@ -18,6 +18,7 @@ inline SE3 in_space(const SE2& x) {
 inline Vector<3> in_space(const R3& x) { return x.vector(); }
 inline Vector<3> in_space(const R2& x) { return {x.vector().x(), x.vector().y(), 0}; }
 
+/// About the world's z from its x axis [rad], in (−π, π].
 inline double heading(const SO3& R) {
   const Matrix<3, 3> m = R.matrix();
   return std::atan2(m(1, 0), m(0, 0));

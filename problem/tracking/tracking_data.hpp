@@ -39,9 +39,9 @@ struct EgoTrack;
 struct TrackingData {
   bool planar = false;                 ///< estimate in SE(2): of poses x, y and heading count
   std::vector<Stamped<SE3>> odometry;  ///< dead-reckoned chaser poses in time order, at their own rate
-  std::vector<TargetSensor> sensors;
-  TrackingNoise noise;             ///< of the planar sizes when planar
-  double keyframe_interval = 1.0;  ///< s, the longest time without a keyframe
+  std::vector<TargetSensor> sensors;   ///< what observes the target
+  TrackingNoise noise;                 ///< of the planar sizes when planar
+  double keyframe_interval = 1.0;      ///< s, the longest time without a keyframe
   /// The chaser's own sensors (problem/ego_track.hpp): chaser and target are then estimated out of these and of
   /// `sensors` together, and `odometry` is a first guess of the chaser alone. Not when planar.
   std::shared_ptr<const EgoTrack> ego{};

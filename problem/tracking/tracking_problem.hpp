@@ -41,8 +41,10 @@ struct Horizon {
   int back = 1, ahead = 1;
 };
 
+/// How something that is known of the target enters the problem: not at all, as a cost, or as a constraint.
 enum class Role { off, soft, hard };
 
+/// Which joint problem is made of a TrackingData.
 struct TrackingOptions {
   MotionModel model = MotionModel::constant_twist;
   Mode mode = Mode::A;  ///< B is for constant twist
@@ -69,16 +71,19 @@ Loss loss_of(const TargetSensor& sensor, const TrackingOptions& options);
 /// Likewise of measured orientations as residuals of their own; nothing where they are not.
 std::optional<Loss> orientation_loss_of(const TargetSensor& sensor, const TrackingOptions& options);
 
+/// The chaser's pose at a keyframe; SE2 in the plane.
 using PoseVariable = std::variant<Variable<SE3>, Variable<SE2>>;
 /// A target on a steady course: where it is t seconds after its first pose, at a speed that is the same all along.
 template <LieGroup G>
 struct CourseVariable {
-  Variable<G> first;
+  Variable<G> first;      ///< its first pose
   Variable<Rn<1>> speed;  ///< m/s
-  double t;
+  double t;               ///< s
 };
+/// The target at a keyframe: a pose, a point where Mode B has no orientation, or a pose on a steady course.
 using TargetVariable =
     std::variant<Variable<SE3>, Variable<SE2>, Variable<R3>, Variable<R2>, CourseVariable<SE3>, CourseVariable<SE2>>;
+/// A body twist [m/s, rad/s]; 3 rows in the plane.
 using TwistVariable = std::variant<Variable<Rn<6>>, Variable<Rn<3>>>;
 
 /// Where the target is: a pose, or a point where nothing tells its orientation.
@@ -93,7 +98,7 @@ struct TargetState {
 /// The residual of a measurement that was held out, at the problem's values, and its Jacobian by the tangents of what the
 /// chaser's and the target's entry of that keyframe consist of, one after the other.
 struct Innovation {
-  Eigen::VectorXd r;
+  Eigen::VectorXd r;  ///< in the sensor's units
   Eigen::MatrixXd jacobian;
 };
 
@@ -120,8 +125,8 @@ struct TrackingProblem {
   // Where the chaser moves by its own sensors (TrackingData::ego):
   std::vector<EgoKeyframe> ego;  ///< one each a keyframe: its velocity and biases beside the pose
   std::vector<PlacedEgoMeasurement> ego_measurements;
-  std::vector<std::size_t> ego_left_out;  ///< of each of these sensors: before the first keyframe, or out of reach
-  std::optional<Variable<Rn<1>>> dvl_scale;
+  std::vector<std::size_t> ego_left_out;     ///< of each of these sensors: before the first keyframe, or out of reach
+  std::optional<Variable<Rn<1>>> dvl_scale;  ///< scale factor error, where estimated
   std::vector<std::pair<double, double>> splits;  ///< where keyframes are not tied by the IMU: from, to [s]
 
   /// At the variables' values, in space also when planar.

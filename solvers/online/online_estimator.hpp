@@ -12,6 +12,7 @@
 
 namespace tandem {
 
+/// How an OnlineEstimator makes and solves its problem.
 struct OnlineOptions {
   TrackingOptions tracking{};  ///< of the target: any model but steady_course, soft constraints
   EgoOptions ego{};
@@ -68,7 +69,7 @@ class OnlineEstimator {
   double newest() const;          ///< s, of the newest keyframe
   double oldest() const;          ///< s, of the oldest that is in the window
   std::size_t keyframes() const;  ///< in the window
-  double cost() const;
+  double cost() const;            ///< of the window, at the last update
 
   /// Of the newest keyframe; velocity and bias zero where odometry is given.
   EgoState chaser() const;
