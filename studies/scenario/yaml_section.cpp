@@ -35,7 +35,7 @@ YamlSection YamlSection::parse(const std::string& text, const std::filesystem::p
   try {
     return YamlSection(file, "", YAML::Load(text));
   } catch (const YAML::Exception& error) {
-    throw Error(fmt::format("{}:{}: not valid yaml: {}", file.string(), error.mark.line + 1, error.msg));
+    throw Error(fmt::format("{}:{}: not valid yaml: {}", file.string(), error.mark.line + 1, printable(error.msg)));
   }
 }
 
@@ -108,7 +108,7 @@ double YamlSection::finite(const std::string& key, const YAML::Node& value) cons
 }
 
 void YamlSection::fail_at(const YAML::Mark& mark, const std::string& reason) const {
-  throw Error(fmt::format("{}:{}: {}", file_.string(), std::max(mark.line, 0) + 1, reason));
+  throw Error(fmt::format("{}:{}: {}", file_.string(), std::max(mark.line, 0) + 1, printable(reason)));
 }
 
 }  // namespace tandem

@@ -1,0 +1,60 @@
+#include <array>
+#include <cmath>
+#include <sstream>
+
+#include <tandem/studies/scenario/sensor_rows.hpp>
+#include <tandem/studies/scenario/table.hpp>
+
+#include "fuzz/input.hpp"
+
+namespace {
+
+using namespace tandem;
+
+constexpr std::array kTarget = {SensorType::position, SensorType::pose,  SensorType::range_bearing,
+                                SensorType::bearing,  SensorType::range, SensorType::usbl_spherical};
+constexpr std::array kEgo = {EgoSensorType::dvl, EgoSensorType::depth, EgoSensorType::gps, EgoSensorType::heading};
+constexpr std::size_t kImu = kTarget.size() + kEgo.size(), kKinds = kImu + 1;
+
+std::string columns_of(std::size_t kind, bool planar) {
+  if (kind < kTarget.size()) return columns(kTarget[kind], planar);
+  return kind < kImu ? columns(kEgo[kind - kTarget.size()]) : imu_columns;
+}
+
+/// What the row means, of any kind of sensor.
+void read_row(std::size_t kind, const double* row, const Frame& frame, bool planar) {
+  if (kind < kTarget.size()) {
+    const Measurement m = target_measurement(kTarget[kind], row, frame, planar);
+    fuzz::expect(m.t == row[0] && m.position.allFinite(), "a measurement is finite");
+  } else if (kind < kImu) {
+    const EgoMeasurement m = ego_measurement(kEgo[kind - kTarget.size()], row, frame);
+    fuzz::expect(m.t == row[0] && m.value.allFinite(), "a measurement of one's own is finite");
+  } else {
+    const ImuSample sample = imu_sample(row, frame);
+    fuzz::expect(sample.t == row[0], "a sample has its time");
+  }
+}
+
+}  // namespace
+
+// A sensor's file: the first byte says of which sensor, the second how its times go and along which axes it is.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  fuzz::Input input(data, size);
+  const std::size_t kind = input.below(kKinds);
+  const std::uint8_t flags = input.byte();
+  const bool planar = flags & 1, with_header = flags & 4;
+  const Frame frame = flags & 2 ? Frame::ned_frd() : Frame::enu_flu();
+  const auto order = std::array{TimeOrder::increasing, TimeOrder::repeating, TimeOrder::any}[flags / 8 % 3];
+  const std::string names = columns_of(kind, planar);
+  fuzz::accepts([&] {
+    RowFile rows(std::make_unique<std::istringstream>((with_header ? names + "\n" : "") + input.text()), "sensor.csv",
+                 RowFormat::csv(names), order);
+    const Table table = read_table(rows);
+    fuzz::expect(table.values.size() == table.rows() * table.columns, "a table is full");
+    for (std::size_t i = 0; i < table.rows(); ++i) {
+      fuzz::expect(order == TimeOrder::any || i == 0 || table.t(i - 1) <= table.t(i), "times do not decrease");
+      located([&] { return table.where(i); }, [&] { return read_row(kind, table.row(i), frame, planar), 0; });
+    }
+  });
+  return 0;
+}
