@@ -51,6 +51,9 @@ function(tandem_precompile name)
   else()
     target_precompile_headers(tandem_${name} PRIVATE ${ARGN})
   endif()
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    target_compile_options(tandem_${name} PRIVATE -fpch-preprocess) # for ccache
+  endif()
 endfunction()
 
 # tandem_install_headers(folder): of this folder and those below it.
@@ -80,7 +83,10 @@ macro(tandem_use_ccache)
       WORKING_DIRECTORY "${PROJECT_BINARY_DIR}" RESULT_VARIABLE ccache_result OUTPUT_QUIET ERROR_QUIET
     )
     if(ccache_result EQUAL 0)
-      set(CMAKE_CXX_COMPILER_LAUNCHER "${TANDEM_CCACHE}")
+      # What these ignore is what it takes to keep a compilation that reads precompiled headers.
+      set(CMAKE_CXX_COMPILER_LAUNCHER
+          "${CMAKE_COMMAND}" -E env CCACHE_SLOPPINESS=pch_defines,time_macros "${TANDEM_CCACHE}"
+      )
     endif()
   endif()
 endmacro()
