@@ -80,7 +80,8 @@ macro(tandem_use_ccache)
       WORKING_DIRECTORY "${PROJECT_BINARY_DIR}" RESULT_VARIABLE ccache_result OUTPUT_QUIET ERROR_QUIET
     )
     if(ccache_result EQUAL 0)
-      set(CMAKE_CXX_COMPILER_LAUNCHER "${TANDEM_CCACHE}")
+      # Of precompiled headers it must know that the tests use no __TIME__ and define nothing that these depend on.
+      set(CMAKE_CXX_COMPILER_LAUNCHER "${CMAKE_COMMAND}" -E env CCACHE_SLOPPINESS=pch_defines,time_macros "${TANDEM_CCACHE}")
     endif()
   endif()
 endmacro()

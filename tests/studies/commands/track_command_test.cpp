@@ -9,8 +9,8 @@
 #include <tandem/studies/scenario/builtin_scenarios.hpp>
 #include <tandem/studies/scenario/table.hpp>
 
+#include "paths.hpp"
 #include "run_tandem.hpp"
-#include "shared_data.hpp"
 
 namespace tandem {
 namespace {
@@ -21,13 +21,7 @@ using testing::StartsWith;
 using testing::UnorderedElementsAre;
 using Json = nlohmann::json;
 
-std::filesystem::path docking() { return std::filesystem::path(TANDEM_SOURCE_DIR) / "studies/scenarios/docking_a"; }
-
-std::vector<std::string> files(const std::filesystem::path& folder) {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) names.push_back(entry.path().filename());
-  return names;
-}
+std::filesystem::path docking() { return std::filesystem::path(paths::source) / "studies/scenarios/docking_a"; }
 
 /// The lines of docking_a's files as --stdin takes them, in time order and, of one time, odometry, optical, usbl.
 std::string docking_lines(double until) {
