@@ -94,6 +94,15 @@ TEST(TrackCommand, TracksAFolderAndStandardInputAlike) {
 }
 
 TEST(TrackCommand, TakesTrackingOptions) {
+  const auto errors = [](const std::vector<std::string>& options) {
+    std::vector<std::string> arguments = {"track", "docking_a", "--until", "170", "--json"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const Outcome run = run_tandem(arguments);
+    EXPECT_EQ(run.status, 0) << testing::PrintToString(options) << ": " << run.errors;
+    return Json::parse(run.output).at("errors");
+  };
+  const auto mean = [](const Json& found, const char* type) -> double { return found[type]["position_mean_m"]; };
+  const Json by_default = errors({});
   for (const std::vector<std::string>& options :
        std::vector<std::vector<std::string>>{{"--mode", "B"},
                                              {"--robust"},
@@ -103,12 +112,11 @@ TEST(TrackCommand, TakesTrackingOptions) {
                                              {"--horizons", "1,2"},
                                              {"--delay", "optical=0.01"},
                                              {"--predict", "1", "--window", "10", "--non-holonomic", "soft"}}) {
-    std::vector<std::string> arguments = {"track", "docking_a", "--until", "170", "--json"};
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    const Outcome run = run_tandem(arguments);
-    ASSERT_EQ(run.status, 0) << options.front() << ": " << run.errors;
-    const Json summary = Json::parse(run.output);
-    EXPECT_LT(summary["errors"]["optical"]["position_mean_m"], 0.3) << options.front();
+    SCOPED_TRACE(testing::PrintToString(options));
+    const Json found = errors(options);
+    EXPECT_NE(mean(found, "all"), mean(by_default, "all")) << "the option changes nothing";
+    EXPECT_LT(mean(found, "optical"), 1.05 * mean(by_default, "optical"));
+    EXPECT_LT(mean(found, "optical"), found["optical"]["raw_position_mean_m"]);
   }
   EXPECT_EQ(run_tandem({"track", "docking_a", "--until", "5", "--quiet"}).output, "");
 }
