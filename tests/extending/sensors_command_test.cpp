@@ -39,8 +39,7 @@ TEST(Extending, ANewCommandSaysWhatIsWrong) {
 /// The document shows the file that is compiled here.
 TEST(Extending, TheDocumentShowsTheNewCommand) {
   const std::string document = read_file(std::filesystem::path(paths::source) / "docs/extending.md");
-  const std::string source =
-      read_file(std::filesystem::path(paths::source) / "tests/extending/sensors_command.cpp");
+  const std::string source = read_file(std::filesystem::path(paths::source) / "tests/extending/sensors_command.cpp");
   const std::string code = source.substr(source.find("#include"));
   EXPECT_THAT(document, HasSubstr("```cpp\n" + code + "```\n"));
 }
