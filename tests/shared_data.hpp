@@ -1,30 +1,42 @@
 #pragma once
 
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <string>
 
 #include <gtest/gtest.h>
 
+#include "paths.hpp"
+
 /// Reference values and recordings kept beside the repository, in ../shared, because they may not be copied
 /// into it.
 namespace tandem {
 
 inline std::filesystem::path shared_path(const std::string& relative) {
-  return std::filesystem::path(TANDEM_SHARED_DIR) / relative;
+  return std::filesystem::path(paths::shared) / relative;
 }
 
-inline bool shared_present() { return std::filesystem::is_directory(TANDEM_SHARED_DIR); }
+inline bool shared_present() { return std::filesystem::is_directory(paths::shared); }
+
+/// Whether the absence of ../shared is a failure, as in continuous integration: TANDEM_REQUIRE_SHARED=1.
+inline bool shared_required() {
+  const char* value = std::getenv("TANDEM_REQUIRE_SHARED");
+  return value && *value && std::string(value) != "0";
+}
 
 }  // namespace tandem
 
-/// First line of a test that reads ../shared. Where the folder is absent the test is reported as skipped and
-/// says how many checks did not run; where the folder is there, a file missing from it is for the test to
-/// fail on.
-#define TANDEM_NEEDS_SHARED(checks)                                          \
-  do {                                                                       \
-    if (!tandem::shared_present()) {                                         \
-      std::cerr << "../shared absent: " << (checks) << " checks not run\n";  \
-      GTEST_SKIP() << "../shared absent: " << (checks) << " checks not run"; \
-    }                                                                        \
+/// First line of a test that reads ../shared. Where the folder is absent the test says how many checks did not run, and
+/// is skipped or, with TANDEM_REQUIRE_SHARED=1, fails; where the folder is there, a file missing from it is for the test
+/// to fail on.
+#define TANDEM_NEEDS_SHARED(checks)                                               \
+  do {                                                                            \
+    if (!tandem::shared_present()) {                                              \
+      if (tandem::shared_required())                                              \
+        FAIL() << tandem::paths::shared << " is absent, and is required here: "   \
+               << "put the reference data there, or unset TANDEM_REQUIRE_SHARED"; \
+      std::cerr << "../shared absent: " << (checks) << " checks not run\n";       \
+      GTEST_SKIP() << "../shared absent: " << (checks) << " checks not run";      \
+    }                                                                             \
   } while (false)

@@ -5,6 +5,7 @@
 #include <tandem/problem/tracking/ego_track.hpp>
 #include <tandem/problem/tracking/planar.hpp>
 #include <tandem/problem/tracking/tracking_build.hpp>
+#include <tandem/problem/tracking/tracking_problem.hpp>
 #include <tandem/residuals/boundary.hpp>
 #include <tandem/residuals/on_course.hpp>
 #include <tandem/residuals/prior.hpp>

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "paths.hpp"
 #include "studies/commands/run_here.hpp"
 #include "studies/scratch.hpp"
 
@@ -37,9 +38,8 @@ TEST(Extending, ANewCommandSaysWhatIsWrong) {
 
 /// The document shows the file that is compiled here.
 TEST(Extending, TheDocumentShowsTheNewCommand) {
-  const std::string document = read_file(std::filesystem::path(TANDEM_SOURCE_DIR) / "docs/extending.md");
-  const std::string source =
-      read_file(std::filesystem::path(TANDEM_SOURCE_DIR) / "tests/extending/sensors_command.cpp");
+  const std::string document = read_file(std::filesystem::path(paths::source) / "docs/extending.md");
+  const std::string source = read_file(std::filesystem::path(paths::source) / "tests/extending/sensors_command.cpp");
   const std::string code = source.substr(source.find("#include"));
   EXPECT_THAT(document, HasSubstr("```cpp\n" + code + "```\n"));
 }

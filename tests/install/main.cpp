@@ -3,7 +3,7 @@
 #include <iostream>
 #include <string>
 
-#include <tandem/lie/sek3.hpp>
+#include <tandem/lie/se3.hpp>
 #include <tandem/problem/problem.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/solvers/gauss_newton.hpp>

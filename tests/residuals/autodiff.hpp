@@ -4,8 +4,6 @@
 #include <limits>
 #include <numbers>
 #include <tuple>
-#include <type_traits>
-#include <utility>
 #include <vector>
 
 #include <ceres/jet.h>
@@ -15,42 +13,38 @@
 
 namespace tandem::testing {
 
-/// The largest |given − automatic| entry of the Jacobian of state I, over the largest entry of `scale`; and
-/// infinity where the value differs over dual numbers. One state at a time, so that the dual numbers stay
-/// short.
-template <std::size_t I, class R, class... Xs>
-double autodiff_error_of(const R& residual, const Vector<R::dim>& r,
-                         const RowsBy<R::dim, std::tuple_element_t<I, std::tuple<Xs...>>>& J, double scale,
-                         const Xs&... x) {
-  using X = std::tuple_element_t<I, std::tuple<Xs...>>;
-  using Jet = ceres::Jet<double, X::dof>;
-  typename X::template Rebind<Jet>::Tangent zero;
-  for (int k = 0; k < X::dof; ++k) zero[k] = Jet(0.0, k);
-  std::tuple states(x.template cast<Jet>()...);
-  std::get<I>(states) = std::get<I>(states) * X::template Rebind<Jet>::Exp(zero);
-  Vector<R::dim, Jet> dual;
-  std::apply([&](const auto&... y) { residual(y..., dual); }, states);
-  double worst = 0.0;
-  for (int i = 0; i < R::dim; ++i) {
-    if (!(std::abs(dual[i].a - r[i]) <= 1e-13 * (1.0 + r.norm()))) return std::numeric_limits<double>::infinity();
-    const double error = (dual[i].v.transpose() - J.row(i)).cwiseAbs().maxCoeff() / scale;
-    if (!(error <= worst)) worst = std::isnan(error) ? std::numeric_limits<double>::infinity() : error;
-  }
-  return worst;
-}
+/// Dual numbers of one direction, whatever the states: each residual is compiled over one scalar of them.
+using Jet = ceres::Jet<double, 1>;
 
-/// The largest error of all Jacobians against forward automatic differentiation, over their largest entry.
+/// The largest error of all Jacobians against forward automatic differentiation, over their largest entry; and
+/// infinity where the value differs over dual numbers.
 template <class R, class... Xs>
 double autodiff_error(const R& residual, const Xs&... x) {
   Vector<R::dim> r;
   std::tuple<RowsBy<R::dim, Xs>...> J;
-  return [&]<std::size_t... I>(std::index_sequence<I...>) {
-    residual(x..., r, &std::get<I>(J)...);
-    double scale = 1e-300;
-    ((scale = std::max(scale, std::get<I>(J).cwiseAbs().maxCoeff())), ...);
-    return std::max({autodiff_error_of<I>(residual, r, std::get<I>(J), scale, x...)...});
-  }
-  (std::index_sequence_for<Xs...>{});
+  double scale = 1e-300, worst = 0.0;
+  std::apply([&](auto&... Ji) { residual(x..., r, &Ji...); }, J);
+  std::apply([&](auto&... Ji) { ((scale = std::max(scale, Ji.cwiseAbs().maxCoeff())), ...); }, J);
+
+  const std::tuple states(x.template cast<Jet>()...);
+  detail::each<sizeof...(Xs)>([&](auto i) {
+    using X = typename std::tuple_element_t<i, std::tuple<Xs...>>::template Rebind<Jet>;
+    for (int k = 0; k < X::dof; ++k) {
+      typename X::Tangent direction = X::Tangent::Zero();
+      direction[k].v[0] = 1.0;
+      auto moved = states;
+      std::get<i>(moved) = std::get<i>(states) * X::Exp(direction);
+      Vector<R::dim, Jet> dual;
+      std::apply([&](const auto&... y) { residual(y..., dual); }, moved);
+      for (int row = 0; row < R::dim; ++row) {
+        const bool same = std::abs(dual[row].a - r[row]) <= 1e-13 * (1.0 + r.norm());
+        const double error = std::abs(dual[row].v[0] - std::get<i>(J)(row, k)) / scale;
+        if (!same || !(error <= worst))
+          worst = same && !std::isnan(error) ? error : std::numeric_limits<double>::infinity();
+      }
+    }
+  });
+  return worst;
 }
 
 /// Relative errors allowed. Automatic differentiation rounds like the Jacobians themselves, some tens of

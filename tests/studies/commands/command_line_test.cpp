@@ -22,12 +22,6 @@ using testing::StartsWith;
 using testing::UnorderedElementsAre;
 using Json = nlohmann::json;
 
-std::vector<std::string> files(const std::filesystem::path& folder) {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) names.push_back(entry.path().filename());
-  return names;
-}
-
 /// One sentence on standard error, nothing on standard output, and no trace of the output folder.
 std::string refusal(std::vector<std::string> arguments) {
   const ScratchFolder scratch;
@@ -128,7 +122,7 @@ TEST(CommandLine, BoundsHoldTheErrorsThatTheyPromise) {
 
 /// Real fixes, each fifth held out. The scenario's sigmas are generous; these are the scatter of the fixes that stay in
 /// about the line between their neighbours (1.48 times the median deviation).
-TEST(CommandLine, PredictionsCoverHeldOutFixes) {
+TEST(RecordedScenarios, PredictionsCoverHeldOutFixes) {
   TANDEM_NEEDS_SHARED(10);
   const ScratchFolder scratch;
   const Outcome run =
@@ -160,7 +154,7 @@ TEST(CommandLine, JsonIsAllThereIsOnStandardOutput) {
 }
 
 TEST(CommandLine, WhatALibraryPrintsGoesToStandardError) {
-  if (!ipopt_available()) return;  // the others print nothing
+  if (!ipopt_available()) GTEST_SKIP() << "no other solver prints anything";
   const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "40", "--json", "--solver", "ipopt",
                                   "--hessian", "exact", "--ipopt", "print_level=5"});
   ASSERT_EQ(run.status, 0) << run.errors;

@@ -69,7 +69,7 @@ TEST(CompareCommand, AProcessOfItsOwnGivesTheSame) {
                                   "--constraints", "hard", "--noise", "usbl=3,3,3", "--json"});
   ASSERT_EQ(run.status, 0) << run.errors;
   const Json there = Json::parse(run.output)["solves"][0];
-  Scenario scenario = read_scenario(std::filesystem::path(TANDEM_SOURCE_DIR) / "studies/scenarios/docking_a");
+  Scenario scenario = read_scenario(std::filesystem::path(paths::source) / "studies/scenarios/docking_a");
   for (TargetSensor& sensor : scenario.data.sensors)
     if (sensor.name == "usbl") sensor.sigma = Vector<3>(3, 3, 3);
   ComparedProblem problem;

@@ -15,12 +15,6 @@ using testing::HasSubstr;
 using testing::StartsWith;
 using testing::UnorderedElementsAre;
 
-std::vector<std::string> files(const std::filesystem::path& folder) {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) names.push_back(entry.path().filename());
-  return names;
-}
-
 /// The distances from the arc in a printed table, before and after the solve [m].
 std::vector<std::pair<double, double>> off_the_arc(const std::string& table) {
   // x, y and heading of an unknown pose are "before → after" too; the distance is the fourth.

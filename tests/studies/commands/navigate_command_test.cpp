@@ -23,12 +23,6 @@ using testing::IsEmpty;
 using testing::UnorderedElementsAre;
 using Json = nlohmann::json;
 
-std::vector<std::string> files(const std::filesystem::path& folder) {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) names.push_back(entry.path().filename());
-  return names;
-}
-
 std::vector<std::string> lines(const std::string& text) {
   std::vector<std::string> result;
   for (std::size_t at = 0, end; (end = text.find('\n', at)) != std::string::npos; at = end + 1)
@@ -244,7 +238,7 @@ Json navigate_real(const std::string& scenario, const std::vector<std::string>& 
   return summary;
 }
 
-TEST(RealNavigation, AnAutonomousVehicleDrivesOnItsVelocityLog) {
+TEST(RecordedNavigation, AnAutonomousVehicleDrivesOnItsVelocityLog) {
   TANDEM_NEEDS_SHARED(3);
   const Json summary = navigate_real("auv_akit_01", {"--after", "60"});
   EXPECT_LE(summary["errors"]["end"]["horizontal_percent_of_distance"], 0.5);
@@ -252,7 +246,7 @@ TEST(RealNavigation, AnAutonomousVehicleDrivesOnItsVelocityLog) {
   EXPECT_EQ(summary["gps_outages"].size(), 1u) << "after 20 s";
 }
 
-TEST(RealNavigation, AFlyingVehicleFindsItsPlaceByFixes) {
+TEST(RecordedNavigation, AFlyingVehicleFindsItsPlaceByFixes) {
   TANDEM_NEEDS_SHARED(2);
   const Json summary = navigate_real("mav_euroc_mh01", {"--after", "20"});
   EXPECT_LE(summary["errors"]["after_20s"]["position_mean_m"], 0.10);
@@ -261,7 +255,7 @@ TEST(RealNavigation, AFlyingVehicleFindsItsPlaceByFixes) {
 
 /// The fixes are 0.135 s late against IMU and truth (where they fit the truth to 5 mm), and the IMU shakes with the
 /// rotors: what its datasheet says of noise is at rest. Told both, the heading comes out too.
-TEST(RealNavigation, AFlyingVehicleFindsItsHeadingByFixesThatAreLate) {
+TEST(RecordedNavigation, AFlyingVehicleFindsItsHeadingByFixesThatAreLate) {
   TANDEM_NEEDS_SHARED(3);
   const ScratchFolder scratch;
   for (const auto& entry : std::filesystem::directory_iterator(shared_path("data/mav_euroc_mh01")))

@@ -38,7 +38,7 @@ std::vector<std::string> scenarios(const std::string& prefix) {
   return names;
 }
 
-TEST(RealScenarios, FerriesRunAsTheyStand) {
+TEST(RecordedScenarios, FerriesRunAsTheyStand) {
   TANDEM_NEEDS_SHARED(3);
   ASSERT_EQ(scenarios("ferry_").size(), 3u);
   for (const std::string& name : scenarios("ferry_")) {
@@ -47,19 +47,19 @@ TEST(RealScenarios, FerriesRunAsTheyStand) {
   }
 }
 
-TEST(RealScenarios, UsblRunsInModeB) {
+TEST(RecordedScenarios, UsblRunsInModeB) {
   TANDEM_NEEDS_SHARED(1);
   EXPECT_EQ(estimate("usbl_ugps", {"--mode", "B", "--robust"})["mode"], "B");
 }
 
-TEST(RealScenarios, TheRobustSettingLeavesTurnedDetectionsOut) {
+TEST(RecordedScenarios, TheRobustSettingLeavesTurnedDetectionsOut) {
   TANDEM_NEEDS_SHARED(3);
   for (const auto& [name, degrees] :
        std::map<std::string, double>{{"kitti_0018_003", 3.0}, {"kitti_0004_002", 4.0}, {"kitti_0020_012", 3.0}})
     EXPECT_LE(angle(estimate(name, {"--robust"}), "all"), degrees) << name;
 }
 
-TEST(RealScenarios, TheRobustSettingMakesNoPositionMuchWorse) {
+TEST(RecordedScenarios, TheRobustSettingMakesNoPositionMuchWorse) {
   TANDEM_NEEDS_SHARED(10);
   std::vector<std::string> names = scenarios("kitti_");
   ASSERT_EQ(names.size(), 9u);
@@ -68,7 +68,7 @@ TEST(RealScenarios, TheRobustSettingMakesNoPositionMuchWorse) {
     EXPECT_LE(position(estimate(name, {"--robust"}), "all"), 1.1 * position(estimate(name), "all")) << name;
 }
 
-TEST(Docking, ModesAreInTheOrderOfThePapersTable) {
+TEST(RecordedDocking, ModesAreInTheOrderOfThePapersTable) {
   TANDEM_NEEDS_SHARED(4);
   const Json a = estimate("docking_a"), b = estimate("docking_a", {"--mode", "B"});
   EXPECT_LT(position(a, "usbl"), position(b, "usbl"));
@@ -77,7 +77,7 @@ TEST(Docking, ModesAreInTheOrderOfThePapersTable) {
   EXPECT_FALSE(b["errors"]["usbl"].contains("angle_mean_deg")) << "points have no orientation";
 }
 
-TEST(Docking, TheBestConstrainedModel) {
+TEST(RecordedDocking, TheBestConstrainedModel) {
   TANDEM_NEEDS_SHARED(4);
   const Json without = estimate("docking_a");
   const Json with =

@@ -1,43 +1,16 @@
-#include <algorithm>
-#include <fstream>
-#include <sstream>
-
 #include <gtest/gtest.h>
 
 #include <tandem/studies/estimation/estimate.hpp>
 
-#include "shared_data.hpp"
+#include "studies/mode_a_reference.hpp"
 
 /// Mode A with the soft roll-pitch prior and nothing else, against costs and errors that an independent
-/// implementation found: shared/reference/mode_a_reference.csv.
+/// implementation found.
 namespace tandem {
 namespace {
 
-struct Reference {
-  std::string scenario;
-  std::size_t keyframes;
-  int residual_blocks;
-  double cost;
-  std::vector<double> errors;  ///< of usbl, optical, gated, all: n, mean and std of the position [m], mean angle [deg]
-};
-
-std::vector<Reference> references() {
-  std::ifstream file(shared_path("reference/mode_a_reference.csv"));
-  std::vector<Reference> result;
-  std::string line;
-  std::getline(file, line);  // names of the columns
-  while (std::getline(file, line)) {
-    std::replace(line.begin(), line.end(), ',', ' ');
-    std::istringstream fields(line);
-    Reference& reference = result.emplace_back();
-    fields >> reference.scenario >> reference.keyframes >> reference.residual_blocks >> reference.cost;
-    for (double value; fields >> value;) reference.errors.push_back(value);
-  }
-  return result;
-}
-
 Estimate estimate(const Reference& reference, const Solver& solver) {
-  return tandem::estimate(read_scenario(shared_path("data") / reference.scenario), {}, solver);
+  return tandem::estimate(scenario_of(reference), {}, solver);
 }
 
 void expect_the_same_optimum(const Reference& reference, const Estimate& estimate) {
@@ -59,23 +32,23 @@ void expect_the_same_optimum(const Reference& reference, const Estimate& estimat
   }
 }
 
-TEST(Reference, GaussNewtonReachesIt) {
+TEST(RecordedReference, GaussNewtonReachesIt) {
   TANDEM_NEEDS_SHARED(10);
   ASSERT_EQ(references().size(), 10u);
   for (const Reference& reference : references())
     expect_the_same_optimum(reference, estimate(reference, GaussNewtonOptions{}));
 }
 
-TEST(Reference, IpoptReachesIt) {
+TEST(RecordedReference, IpoptReachesIt) {
   TANDEM_NEEDS_SHARED(10);
-  if (!ipopt_available()) return;  // a build without Ipopt
+  if (!ipopt_available()) GTEST_SKIP() << "a build without Ipopt";
   for (const Reference& reference : references())
     expect_the_same_optimum(reference, estimate(reference, IpoptOptions{}));
 }
 
-TEST(Reference, NloptReachesItOnSmallScenarios) {
+TEST(RecordedReference, NloptReachesItOnSmallScenarios) {
   TANDEM_NEEDS_SHARED(8);
-  if (nlopt_algorithms().empty()) return;  // a build without NLopt
+  if (nlopt_algorithms().empty()) GTEST_SKIP() << "a build without NLopt";
   for (const Reference& reference : references()) {
     if (reference.keyframes >= 80) continue;
     SCOPED_TRACE(reference.scenario);

@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "paths.hpp"
 #include "studies/scratch.hpp"
 
 extern char** environ;
@@ -19,7 +20,7 @@ namespace tandem {
 /// `input`, where one is given.
 inline pid_t start_tandem(std::vector<std::string> arguments, const std::filesystem::path& output, int error_fd,
                           const std::filesystem::path& input = {}) {
-  arguments.insert(arguments.begin(), TANDEM_EXECUTABLE);
+  arguments.insert(arguments.begin(), paths::executable);
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
@@ -29,8 +30,8 @@ inline pid_t start_tandem(std::vector<std::string> arguments, const std::filesys
   if (!input.empty()) posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, input.c_str(), O_RDONLY, 0);
   posix_spawn_file_actions_adddup2(&actions, error_fd, STDERR_FILENO);
   pid_t child = -1;
-  EXPECT_EQ(posix_spawn(&child, TANDEM_EXECUTABLE, &actions, nullptr, argv.data(), environ), 0)
-      << TANDEM_EXECUTABLE << " does not start";
+  EXPECT_EQ(posix_spawn(&child, paths::executable, &actions, nullptr, argv.data(), environ), 0)
+      << paths::executable << " does not start";
   posix_spawn_file_actions_destroy(&actions);
   return child;
 }

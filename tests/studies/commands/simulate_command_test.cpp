@@ -15,12 +15,6 @@ using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::UnorderedElementsAreArray;
 
-std::vector<std::string> files(const std::filesystem::path& folder) {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) names.push_back(entry.path().filename());
-  return names;
-}
-
 TEST(SimulateCommand, IsListed) {
   EXPECT_THAT(run_tandem({"--help"}).output,
               ContainsRegex("simulate +Write a made-up scenario folder: dive or docking"));

@@ -1,49 +1,23 @@
-#include <algorithm>
-#include <fstream>
 #include <set>
-#include <sstream>
 
 #include <gtest/gtest.h>
 
 #include <tandem/studies/estimation/estimate.hpp>
 
-#include "shared_data.hpp"
+#include "studies/mode_a_reference.hpp"
 
 /// The scenarios of shared/reference/mode_a_reference.csv as the tracking builder takes them, and with hard
 /// constraints. Costs and errors without those are in reference_test.cpp.
 namespace tandem {
 namespace {
 
-struct Counts {
-  std::string scenario;
-  std::size_t keyframes;
-  int factors;
-  double cost;
-};
-
-std::vector<Counts> counts() {
-  std::ifstream file(shared_path("reference/mode_a_reference.csv"));
-  std::vector<Counts> result;
-  std::string line;
-  std::getline(file, line);  // names of the columns
-  while (std::getline(file, line)) {
-    std::replace(line.begin(), line.end(), ',', ' ');
-    std::istringstream fields(line);
-    Counts& c = result.emplace_back();
-    fields >> c.scenario >> c.keyframes >> c.factors >> c.cost;
-  }
-  return result;
-}
-
-Scenario scenario_of(const Counts& c) { return read_scenario(shared_path("data") / c.scenario); }
-
-TEST(TrackingScenarios, KeyframesAndFactorsAreThoseOfTheReference) {
+TEST(RecordedTracking, KeyframesAndFactorsAreThoseOfTheReference) {
   TANDEM_NEEDS_SHARED(10);
-  ASSERT_EQ(counts().size(), 10u);
-  for (const Counts& c : counts()) {
+  ASSERT_EQ(references().size(), 10u);
+  for (const Reference& c : references()) {
     const TrackingProblem tracking = make_tracking_problem(scenario_of(c).data);
     EXPECT_EQ(tracking.keyframes.size(), c.keyframes) << c.scenario;
-    EXPECT_EQ(tracking.problem.num_soft_blocks(), c.factors) << c.scenario;
+    EXPECT_EQ(tracking.problem.num_soft_blocks(), c.residual_blocks) << c.scenario;
     EXPECT_EQ(tracking.problem.num_hard_blocks(), 0) << c.scenario;
   }
 }
@@ -52,7 +26,7 @@ TEST(TrackingScenarios, KeyframesAndFactorsAreThoseOfTheReference) {
 /// leaving the constraints out gives, and of the same cost. `other_minima` names scenarios that have several minima
 /// under these constraints, whose costs are not compared.
 void expect_feasible(const TrackingOptions& options, const std::set<std::string>& other_minima = {}) {
-  for (const Counts& c : counts()) {
+  for (const Reference& c : references()) {
     SCOPED_TRACE(c.scenario);
     const Scenario scenario = scenario_of(c);
     const auto expect_solved = [&](const Summary& s) {
@@ -81,27 +55,27 @@ TrackingOptions hard(bool roll_pitch, bool non_holonomic, bool surge) {
   return options;
 }
 
-TEST(HardConstraints, RollPitch) {
+TEST(RecordedHardConstraints, RollPitch) {
   TANDEM_NEEDS_SHARED(10);
   expect_feasible(hard(true, false, false));
 }
 
-TEST(HardConstraints, NonHolonomic) {
+TEST(RecordedHardConstraints, NonHolonomic) {
   TANDEM_NEEDS_SHARED(10);
   expect_feasible(hard(false, true, false));
 }
 
-TEST(HardConstraints, SurgeNotNegative) {
+TEST(RecordedHardConstraints, SurgeNotNegative) {
   TANDEM_NEEDS_SHARED(10);
   expect_feasible(hard(false, false, true));
 }
 
-TEST(HardConstraints, NonHolonomicAndSurgeNotNegative) {
+TEST(RecordedHardConstraints, NonHolonomicAndSurgeNotNegative) {
   TANDEM_NEEDS_SHARED(10);
   expect_feasible(hard(false, true, true));
 }
 
-TEST(HardConstraints, AllWithSurgeLimitedOnBothSides) {
+TEST(RecordedHardConstraints, AllWithSurgeLimitedOnBothSides) {
   TANDEM_NEEDS_SHARED(10);
   TrackingOptions options = hard(true, true, false);
   options.surge = between(0.0, 40.0);
@@ -110,7 +84,7 @@ TEST(HardConstraints, AllWithSurgeLimitedOnBothSides) {
 
 /// Detections turned by 180° give kitti_0004_002 and kitti_0018_003 several minima once the target may not turn: both
 /// solvers find a lower one than the reference's on the first, augmented-lagrangian one 4 % above Ipopt's on the second.
-TEST(HardConstraints, NonHolonomicWithSurgeAndYawRateLimited) {
+TEST(RecordedHardConstraints, NonHolonomicWithSurgeAndYawRateLimited) {
   TANDEM_NEEDS_SHARED(10);
   TrackingOptions options = hard(false, true, false);
   options.surge = between(0.0, 40.0);
@@ -118,7 +92,7 @@ TEST(HardConstraints, NonHolonomicWithSurgeAndYawRateLimited) {
   expect_feasible(options, {"kitti_0004_002", "kitti_0018_003"});
 }
 
-TEST(HardConstraints, AllTogether) {
+TEST(RecordedHardConstraints, AllTogether) {
   TANDEM_NEEDS_SHARED(10);
   expect_feasible(hard(true, true, true));
 }

@@ -37,7 +37,7 @@ TEST(Nees, TheBandIsTheTabulatedOne) {
 
 /// bench_consistency with few runs, so with a wide band. Over its three instants and three quantities, a mean outside of
 /// the 99.99 % band (3.9 σ) would be one chance in a thousand; and the seeds are fixed.
-TEST(Nees, FixedLagKnowsHowGoodItIs) {
+TEST(StatisticalNees, FixedLagKnowsHowGoodItIs) {
   constexpr int kRuns = 12;
   const std::vector<double> instants = {30, 60, 90};
   for (const Grade grade : {Grade::mems, Grade::tactical}) {

@@ -4,6 +4,7 @@
 #include <tandem/studies/scenario/builtin_scenarios.hpp>
 #include <tandem/studies/scenario/scenario.hpp>
 
+#include "paths.hpp"
 #include "studies/scratch.hpp"
 
 namespace tandem {
@@ -11,7 +12,7 @@ namespace {
 
 using testing::EndsWith;
 
-const std::filesystem::path kScenarios = std::filesystem::path(TANDEM_SOURCE_DIR) / "studies" / "scenarios";
+const std::filesystem::path kScenarios = std::filesystem::path(paths::source) / "studies" / "scenarios";
 
 TEST(BuiltinScenarios, EachCanBeRead) {
   const auto names = scenario_names(kScenarios);

@@ -293,7 +293,7 @@ TEST_F(ScenarioEgo, NoiseIsNeededForWhatIsThere) {
   EXPECT_TRUE(read_scenario(folder_.path()).navigation) << "without a target, none";
 }
 
-TEST(SharedScenarios, RecordingsOfEgoSensorsAreRead) {
+TEST(RecordedScenarios, RecordingsOfEgoSensorsAreRead) {
   TANDEM_NEEDS_SHARED(12);
   const Scenario auv = read_scenario(shared_path("data/auv_akit_01"));
   EXPECT_EQ(auv.navigation->imu->samples.size(), 40000u);
@@ -312,7 +312,7 @@ TEST(SharedScenarios, RecordingsOfEgoSensorsAreRead) {
   EXPECT_EQ(mav.navigation->imu->samples[0].specific_force, Vector<3>(8.1476917, -0.37592158, -2.4026292));
 }
 
-TEST(SharedScenarios, OfRecordingsOfEgoSensorsNothingUntrueIsFound) {
+TEST(RecordedScenarios, OfRecordingsOfEgoSensorsNothingUntrueIsFound) {
   TANDEM_NEEDS_SHARED(5);
   for (const char* folder : {"auv_akit_01", "auv_akit_03", "rov_blueye_auto_square", "rov_blueye_grid"}) {
     NavigationData data = read_scenario(shared_path("data") / folder).navigation.value();

@@ -217,7 +217,7 @@ TEST_F(ScenarioTest, TwoSensorsOfOneName) {
   EXPECT_THAT(error(), EndsWith("scenario.yaml:12: sensor usbl must read usbl.csv, which is there, or be renamed"));
 }
 
-TEST(SharedScenarios, EachIsRead) {
+TEST(RecordedScenarios, EachIsRead) {
   TANDEM_NEEDS_SHARED(19);
   int tracking = 0, navigation = 0;
   for (const auto& entry : std::filesystem::directory_iterator(shared_path("data"))) {

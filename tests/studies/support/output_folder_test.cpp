@@ -11,12 +11,6 @@ namespace {
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
 
-std::vector<std::string> files(const std::filesystem::path& folder) {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) names.push_back(entry.path().filename());
-  return names;
-}
-
 void write(const std::filesystem::path& file, const std::string& text) { std::ofstream(file) << text; }
 
 TEST(OutputFolder, MakesNothingBeforeItIsFilled) {
