@@ -7,10 +7,10 @@
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
-#include <tandem/studies/comparison/compare_plots.hpp>
 #include <tandem/studies/comparison/compare_report.hpp>
 #include <tandem/studies/navigation/navigated.hpp>
 #include <tandem/studies/support/option_values.hpp>
+#include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -133,11 +133,10 @@ int run_compare(const CompareRequest& request, const CommandOptions& option) {
   Results results;
   results.table = [&] { return report(comparison); };
   results.json = [&] { return compare_json(comparison); };
-  results.files = {"compare.csv", "compare_progress.csv", "compare.svg", "compare.png"};
+  results.plots_of = "compare";
   results.write = [&](const std::filesystem::path& folder) {
     write_file(folder / "compare.csv", compare_csv(comparison));
     write_file(folder / "compare_progress.csv", progress_csv(comparison));
-    return request.output.plots ? draw_comparison(comparison, *request.output.plots, folder) : std::string();
   };
   if (interrupted()) results.not_done = fmt::format("interrupted after {} of {} solves", comparison.solves.size(), all);
   return finish(request.output, results);

@@ -9,7 +9,8 @@
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/demo/demo_fig3.hpp>
-#include <tandem/studies/demo/demo_fig3_plots.hpp>
+#include <tandem/studies/demo/demo_fig3_files.hpp>
+#include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -68,10 +69,10 @@ int run_fig3(const DemoRequest& request) {
 
   Results results;
   results.table = [&] { return report; };
-  results.files = {"fig3.txt", "fig3.svg", "fig3.png"};
+  results.plots_of = "demo";
   results.write = [&](const std::filesystem::path& folder) {
     write_file(folder / "fig3.txt", report);
-    return request.output.plots ? fig3::draw(solutions, *request.output.plots, folder) : std::string();
+    fig3::write_poses(solutions, folder);
   };
   for (const fig3::Solution& s : solutions)
     if (!s.summary.converged() && results.not_done.empty())

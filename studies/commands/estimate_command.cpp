@@ -5,7 +5,6 @@
 #include <tandem/studies/commands/problem_options.hpp>
 #include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/estimation/estimate_files.hpp>
-#include <tandem/studies/estimation/estimate_plots.hpp>
 #include <tandem/studies/estimation/estimate_report.hpp>
 
 namespace tandem {
@@ -31,13 +30,8 @@ int run_estimate(const EstimateRequest& request, const CommandOptions& option) {
   Results results;
   results.table = [&] { return report(result); };
   results.json = [&] { return summary_json(result); };
-  results.files = {"chaser.tum",      "target.tum",       "chaser_full.csv", "target_full.csv",  "errors.csv",
-                   "weights.csv",     "held_out.csv",     "summary.json",    "trajectories.svg", "errors.svg",
-                   "error_norms.svg", "trajectories.png", "errors.png",      "error_norms.png"};
-  results.write = [&](const std::filesystem::path& folder) {
-    write_results(result, folder);
-    return request.output.plots ? draw_plots(result, scenario, *request.output.plots, folder) : std::string();
-  };
+  results.plots_of = "estimate";
+  results.write = [&](const std::filesystem::path& folder) { write_results(result, scenario, folder); };
   results.not_done = why_not_converged(result.summary);
   return finish(request.output, results);
 }

@@ -8,6 +8,7 @@
 #include <tandem/studies/comparison/models_report.hpp>
 #include <tandem/studies/navigation/navigated.hpp>
 #include <tandem/studies/support/option_values.hpp>
+#include <tandem/studies/support/output_file.hpp>
 
 namespace tandem {
 namespace {
@@ -64,10 +65,9 @@ int run_models(const ModelsRequest& request, const CommandOptions& option) {
   Results found;
   found.table = [&] { return models_report(scenario.name, results); };
   found.json = [&] { return models_json(scenario.name, results); };
-  found.files = {"models.csv"};
+  found.plots_of = "models";
   found.write = [&](const std::filesystem::path& folder) {
     write_file(folder / "models.csv", models_csv(scenario.name, results));
-    return std::string();
   };
   found.not_done = what_is_missing(results, models.size());
   return finish(request.output, found);
@@ -94,7 +94,7 @@ Command models_command() {
                               request->models, parse_name);
             add_solver(option, request->solver, "gauss-newton, augmented-lagrangian for hard constraints");
             option("--time-limit", "SECONDS", "Stop each solve after so long", request->time_limit, parse_magnitude);
-            add_output(option, request->output, {.writes = "Write models.csv to DIR", .plots = false});
+            add_output(option, request->output, {.writes = "Write models.csv and a plot to DIR"});
             return [request, &option] { return run_models(*request, option); };
           },
           true};

@@ -6,7 +6,6 @@
 #include <tandem/studies/commands/problem_options.hpp>
 #include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/navigation/navigation_files.hpp>
-#include <tandem/studies/navigation/navigation_plots.hpp>
 #include <tandem/studies/navigation/navigation_report.hpp>
 #include <tandem/studies/scenario/builtin_scenarios.hpp>
 #include <tandem/studies/scenario/scenario_ego.hpp>
@@ -75,12 +74,8 @@ int run_navigate(const NavigateRequest& request) {
   Results results;
   results.table = [&] { return navigation_report(study); };
   results.json = [&] { return navigation_json(study); };
-  results.files = {"chaser.tum",     "chaser_full.csv", "errors.csv",     "weights.csv", "summary.json",
-                   "navigation.svg", "errors.svg",      "navigation.png", "errors.png"};
-  results.write = [&](const std::filesystem::path& folder) {
-    write_navigation(study, folder);
-    return request.output.plots ? draw_navigation(study, *request.output.plots, folder) : std::string();
-  };
+  results.plots_of = "navigate";
+  results.write = [&](const std::filesystem::path& folder) { write_navigation(study, folder); };
   results.not_done = why_not_converged(study.navigation.summary);
   return finish(request.output, results);
 }

@@ -31,7 +31,10 @@ void add_output(CommandOptions& option, Output& output, const OutputKinds& kinds
 int finish(const Output& output, const Results& results) {
   std::string note;
   if (output.folder)
-    output.folder->fill(results.files, [&](const std::filesystem::path& folder) { note = results.write(folder); });
+    output.folder->fill([&](const std::filesystem::path& folder) {
+      results.write(folder);
+      if (output.plots && !results.plots_of.empty()) note = draw_plots(results.plots_of, *output.plots, folder);
+    });
   if (output.json) {
     fmt::print("{}", results.json());
   } else if (!output.quiet) {

@@ -8,8 +8,8 @@
 
 #include <tandem/studies/commands/command_options.hpp>
 #include <tandem/studies/support/console.hpp>
-#include <tandem/studies/support/figure.hpp>
 #include <tandem/studies/support/output_folder.hpp>
+#include <tandem/studies/support/plots.hpp>
 #include <tandem/studies/support/progress_line.hpp>
 
 namespace tandem {
@@ -37,10 +37,9 @@ void add_output(CommandOptions& option, Output& output, const OutputKinds& kinds
 /// What a command has found out.
 struct Results {
   std::function<std::string()> table, json;
-  /// Fills the folder; returns a note about plots that are missing, or nothing.
-  std::function<std::string(const std::filesystem::path& folder)> write;
-  std::vector<std::string> files;  ///< all that it may write, this time or another
-  std::string not_done{};          ///< why the exit status is kNotDone, a sentence; empty: it is kDone
+  std::function<void(const std::filesystem::path& folder)> write;  ///< fills the folder
+  std::string plots_of{};  ///< the command whose plots (studies/plots) are drawn there, or none
+  std::string not_done{};  ///< why the exit status is kNotDone, a sentence; empty: it is kDone
 };
 
 /// Writes, prints and returns the exit status. Throws Error when the folder cannot be written.

@@ -33,10 +33,8 @@ Grade parse_grade(const std::string& option, const std::string& text) {
 Results dive(const SimulateRequest& request) {
   const auto simulated = std::make_shared<const SimulatedDive>(simulate_dive(request.dive));
   Results results;
-  results.files = dive_files();
   results.write = [simulated, &request](const std::filesystem::path& folder) {
     write_dive(*simulated, request.dive, folder);
-    return std::string();
   };
   return results;
 }
@@ -44,10 +42,8 @@ Results dive(const SimulateRequest& request) {
 Results docking(const SimulateRequest& request) {
   const auto simulated = std::make_shared<const SimulatedDocking>(simulate_docking(request.docking));
   Results results;
-  results.files = docking_files();
   results.write = [simulated, &request](const std::filesystem::path& folder) {
     write_docking(*simulated, request.docking, folder);
-    return std::string();
   };
   return results;
 }

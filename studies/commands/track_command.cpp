@@ -95,11 +95,8 @@ int run_track(const TrackRequest& request, const CommandOptions& option) {
   Results results;
   results.table = [&] { return "\n" + track_report(result, summary); };
   results.json = [&] { return track_json(result, summary); };
-  results.files = {"chaser.tum", "target.tum", "track.csv", "errors.csv", "summary.json"};
-  results.write = [&](const std::filesystem::path& folder) {
-    write_track(result, summary, scenario, options, folder);
-    return std::string();
-  };
+  results.plots_of = "track";
+  results.write = [&](const std::filesystem::path& folder) { write_track(result, summary, scenario, options, folder); };
   return finish(request.output, results);
 }
 
@@ -135,9 +132,8 @@ Command track_command() {
         option("--max-iterations", "N", "Stop an update after N iterations (default 12)",
                live.online.lag.max_iterations, parse_count);
         option("--predict", "LIST", "Seconds ahead to predict the target (default 5,10)", live.ahead, parse_ahead);
-        add_output(
-            option, request->output,
-            {.writes = "Write trajectories as filtered, track.csv, errors.csv, summary.json to DIR", .plots = false});
+        add_output(option, request->output,
+                   {.writes = "Write trajectories as filtered, track.csv, errors.csv, summary.json and plots to DIR"});
         return [request, &option] { return run_track(*request, option); };
       },
       true};

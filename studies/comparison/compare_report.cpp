@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include <tandem/studies/comparison/compare_report.hpp>
+#include <tandem/studies/support/json_text.hpp>
 #include <tandem/studies/support/text_table.hpp>
 
 namespace tandem {
@@ -119,6 +120,57 @@ Json json_of(const ComparedSolve& s) {
   return json;
 }
 
+struct SolveRow {
+  const std::string& scenario;
+  const ComparedSolve& solve;
+};
+
+/// A number of a solver that took the problem.
+template <class T>
+std::function<CsvCell(const SolveRow&)> if_solved(T ComparedSolve::*number) {
+  return [number](const SolveRow& r) { return r.solve.solved ? CsvCell(r.solve.*number) : CsvCell(); };
+}
+
+CsvTable<SolveRow> solve_columns() {
+  return CsvTable<SolveRow>()
+      .add("scenario", "its name", [](const SolveRow& r) { return r.scenario; })
+      .add("keyframes", "of the problem", [](const SolveRow& r) { return r.solve.keyframes; })
+      .add("constraints", "none, soft or hard", [](const SolveRow& r) { return constraints_name(r.solve.role); })
+      .add("solver", "its name", [](const SolveRow& r) { return r.solve.solver; })
+      .add("status", "converged or why it ended; unsupported and crashed have no numbers",
+           [](const SolveRow& r) { return r.solve.status; })
+      .add("initial_cost", "at the start, which all have in common", if_solved(&ComparedSolve::initial_cost))
+      .add("cost", "at the end, soft constraints included", if_solved(&ComparedSolve::cost))
+      .add("constraint_cost", "of it, what soft constraints cost", if_solved(&ComparedSolve::constraint_cost))
+      .add("violation", "largest one of the constraints, held or not [m/s, rad/s, rad]",
+           if_solved(&ComparedSolve::violation))
+      .add("iterations", "of the solver", if_solved(&ComparedSolve::iterations))
+      .add("evaluations", "of the cost", if_solved(&ComparedSolve::evaluations))
+      .add("seconds", "that the solve took [s]", if_solved(&ComparedSolve::seconds))
+      .add("peak_memory_bytes", "largest resident set of its process; 0 where not known",
+           [](const SolveRow& r) { return std::llround(r.solve.peak_memory); })
+      .add("position_error_m", "mean over the keyframes that the truth covers [m]",
+           [](const SolveRow& r) { return r.solve.position; })
+      .add("heading_error_deg", "mean size of the error of the relative heading: about the vertical [deg]",
+           [](const SolveRow& r) { return r.solve.heading; })
+      .add("message", "a sentence", [](const SolveRow& r) { return r.solve.message; });
+}
+
+struct ProgressRow {
+  const ComparedSolve& solve;
+  const CurvePoint& point;
+};
+
+CsvTable<ProgressRow> progress_columns() {
+  return CsvTable<ProgressRow>()
+      .add("keyframes", "of the problem", [](const ProgressRow& r) { return r.solve.keyframes; })
+      .add("constraints", "none, soft or hard", [](const ProgressRow& r) { return constraints_name(r.solve.role); })
+      .add("solver", "its name", [](const ProgressRow& r) { return r.solve.solver; })
+      .add("seconds", "since its start [s]", [](const ProgressRow& r) { return r.point.seconds; })
+      .add("cost", "at that time", [](const ProgressRow& r) { return r.point.cost; })
+      .add("violation", "at that time, as the solver sees it", [](const ProgressRow& r) { return r.point.violation; });
+}
+
 }  // namespace
 
 std::vector<std::vector<ComparedSolve>> by_problem(const Comparison& comparison) {
@@ -157,28 +209,20 @@ std::string report(const Comparison& comparison) {
 }
 
 std::string compare_csv(const Comparison& comparison) {
-  std::string text =
-      "scenario,keyframes,constraints,solver,status,initial_cost,cost,constraint_cost,violation,iterations,"
-      "evaluations,seconds,peak_memory_bytes,position_error_m,heading_error_deg,message\n";
-  const auto field = [](const std::optional<double>& value) { return value ? fmt::format("{}", *value) : ""; };
-  for (const ComparedSolve& s : comparison.solves) {
-    text += fmt::format("{},{},{},{},{}", csv_field(comparison.scenario), s.keyframes, constraints_name(s.role),
-                        s.solver, s.status);
-    text += s.solved ? fmt::format(",{},{},{},{},{},{},{}", s.initial_cost, s.cost, s.constraint_cost, s.violation,
-                                   s.iterations, s.evaluations, s.seconds)
-                     : ",,,,,,,";
-    text += fmt::format(",{:.0f},{},{},{}\n", s.peak_memory, field(s.position), field(s.heading), csv_field(s.message));
-  }
-  return text;
+  std::vector<SolveRow> rows;
+  for (const ComparedSolve& s : comparison.solves) rows.push_back({comparison.scenario, s});
+  return solve_columns().text(rows);
 }
 
 std::string progress_csv(const Comparison& comparison) {
-  std::string text = "keyframes,constraints,solver,seconds,cost,violation\n";
+  std::vector<ProgressRow> rows;
   for (const ComparedSolve& s : comparison.solves)
-    for (const CurvePoint& p : s.curve)
-      text += fmt::format("{},{},{},{},{},{}\n", s.keyframes, constraints_name(s.role), s.solver, p.seconds, p.cost,
-                          p.violation);
-  return text;
+    for (const CurvePoint& p : s.curve) rows.push_back({s, p});
+  return progress_columns().text(rows);
+}
+
+std::vector<CsvDescription> compare_file_columns() {
+  return {solve_columns().describe("compare.csv"), progress_columns().describe("compare_progress.csv")};
 }
 
 std::string compare_json(const Comparison& comparison) {
@@ -188,7 +232,7 @@ std::string compare_json(const Comparison& comparison) {
                {"time_limit", comparison.time_limit},
                {"solves", Json::array()}};
   for (const ComparedSolve& s : comparison.solves) json["solves"].push_back(json_of(s));
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(json);
 }
 
 }  // namespace tandem

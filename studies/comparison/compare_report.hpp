@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <tandem/studies/comparison/compare.hpp>
+#include <tandem/studies/support/csv.hpp>
 
 namespace tandem {
 
@@ -23,6 +24,8 @@ std::string compare_csv(const Comparison& comparison);
 /// scenario, keyframes, constraints, solver, seconds, cost, violation along each solve.
 std::string progress_csv(const Comparison& comparison);
 std::string compare_json(const Comparison& comparison);
+/// The columns of both files, for documents.
+std::vector<CsvDescription> compare_file_columns();
 
 /// Consecutive solves of one problem.
 std::vector<std::vector<ComparedSolve>> by_problem(const Comparison& comparison);

@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include <tandem/studies/comparison/models_report.hpp>
+#include <tandem/studies/estimation/spread_text.hpp>
+#include <tandem/studies/support/json_text.hpp>
 #include <tandem/studies/support/text_table.hpp>
 
 namespace tandem {
@@ -19,11 +21,11 @@ constexpr double kAsGood = 1.01;  // times the best: marked too, the difference 
 struct Measure {
   const char* keyframes;
   ErrorSummary ModelResult::*errors;
-  bool angle;
+  bool orientation;
 
   std::optional<double> operator()(const ModelResult& result) const {
     const ErrorSummary& e = result.*errors;
-    const std::optional<MeanStd>& spread = angle ? e.angle : e.position;
+    const std::optional<MeanStd>& spread = orientation ? e.orientation : e.position;
     // Where points have no orientation, the mean over the rest would look better than it is.
     const bool whole = spread && (errors != &ModelResult::all || spread->n == e.compared);
     return result.solved && whole ? std::optional(spread->mean) : std::nullopt;
@@ -32,11 +34,11 @@ struct Measure {
 
 std::vector<Measure> measures() {
   std::vector<Measure> all;
-  for (const bool angle : {false, true})
+  for (const bool orientation : {false, true})
     for (const auto& [name, errors] :
          {std::pair{"usbl", &ModelResult::usbl}, std::pair{"optical", &ModelResult::optical},
           std::pair{"gated", &ModelResult::gated}, std::pair{"all", &ModelResult::all}})
-      all.push_back({name, errors, angle});
+      all.push_back({name, errors, orientation});
   return all;
 }
 
@@ -54,16 +56,39 @@ std::string winner(const std::vector<ModelResult>& results, const Measure& measu
   for (const ModelResult& r : results)
     if (least && measure(r) == least && r.status == name(Status::converged))
       return fmt::format("Least {} error over all keyframes: {}, {:.{}f}{}\n",
-                         measure.angle ? "orientation" : "position", r.name, *least, measure.angle ? 2 : 3,
-                         measure.angle ? "°" : " m");
+                         measure.orientation ? "orientation" : "position", r.name, *least, measure.orientation ? 2 : 3,
+                         measure.orientation ? "°" : " m");
   return "";
 }
 
-Json errors_json(const ErrorSummary& errors) {
-  Json json = {{"n", errors.n}};
-  if (errors.position) json["position_mean_m"] = errors.position->mean, json["position_std_m"] = errors.position->std;
-  if (errors.angle) json["angle_mean_deg"] = errors.angle->mean, json["angle_std_deg"] = errors.angle->std;
-  return json;
+struct ModelRow {
+  const std::string& scenario;
+  const ModelResult& result;
+};
+
+/// A number of a model that was solved.
+template <class T>
+std::function<CsvCell(const ModelRow&)> if_solved(T ModelResult::*number) {
+  return [number](const ModelRow& r) { return r.result.solved ? CsvCell(r.result.*number) : CsvCell(); };
+}
+
+CsvTable<ModelRow> model_columns() {
+  CsvTable<ModelRow> table;
+  table.add("scenario", "its name", [](const ModelRow& r) { return r.scenario; })
+      .add("model", "the words that select it", [](const ModelRow& r) { return r.result.name; })
+      .add("solver", "what solved it", [](const ModelRow& r) { return r.result.solver; })
+      .add("status", "converged or why it ended; refused: nothing was solved",
+           [](const ModelRow& r) { return r.result.status; })
+      .add("cost", "at the end; costs of different models do not compare", if_solved(&ModelResult::cost))
+      .add("violation", "largest one of a hard constraint", if_solved(&ModelResult::violation))
+      .add("iterations", "of the solver", if_solved(&ModelResult::iterations))
+      .add("seconds", "that the solve took [s]", if_solved(&ModelResult::seconds));
+  for (const Measure& m : measures())
+    table.add(fmt::format("{}_{}", m.keyframes, m.orientation ? "orientation_error_deg" : "position_error_m"),
+              m.orientation ? "mean over the keyframes of that type, or all, as in errors.csv [deg]"
+                            : "mean over the keyframes of that type, or all, as in errors.csv [m]",
+              [m](const ModelRow& r) { return m(r.result); });
+  return table.add("message", "a sentence", [](const ModelRow& r) { return r.result.message; });
 }
 
 }  // namespace
@@ -77,14 +102,14 @@ std::string models_report(const std::string& scenario, const std::vector<ModelRe
   std::vector<TextTable::Column> heads = {{"model", Align::left}, {"status", Align::left}, {"cost"}, {"seconds"}};
   for (const Measure& m : columns) heads.push_back({std::string(m.keyframes) + " "});
   TextTable table(heads);
-  for (const bool angle : {false, true}) {
+  for (const bool orientation : {false, true}) {
     std::optional<std::size_t> first, last;
     for (std::size_t i = 0; i < columns.size(); ++i) {
-      if (columns[i].angle != angle) continue;
+      if (columns[i].orientation != orientation) continue;
       if (!first) first = 4 + i;
       last = 4 + i;
     }
-    if (first) table.group(*first, *last, angle ? "orientation [°]" : "position [m]");
+    if (first) table.group(*first, *last, orientation ? "orientation [°]" : "position [m]");
   }
   std::string solvers;
   for (const ModelResult& r : results) {
@@ -97,9 +122,9 @@ std::string models_report(const std::string& scenario, const std::vector<ModelRe
                                       fmt::format("{:.3f}", r.seconds)};
     for (const Measure& m : columns) {
       const auto value = m(r), least = best(results, m);
-      cells.push_back(
-          value ? fmt::format("{:.{}f}{}", *value, m.angle ? 2 : 3, least && *value <= kAsGood * *least ? "*" : " ")
-                : "– ");
+      cells.push_back(value ? fmt::format("{:.{}f}{}", *value, m.orientation ? 2 : 3,
+                                          least && *value <= kAsGood * *least ? "*" : " ")
+                            : "– ");
     }
     table.row(cells);
   }
@@ -113,20 +138,9 @@ std::string models_report(const std::string& scenario, const std::vector<ModelRe
 }
 
 std::string models_csv(const std::string& scenario, const std::vector<ModelResult>& results) {
-  std::string text = "scenario,model,solver,status,cost,violation,iterations,seconds";
-  for (const Measure& m : measures())
-    text += fmt::format(",{}_{}", m.keyframes, m.angle ? "angle_error_deg" : "position_error_m");
-  text += ",message\n";
-  for (const ModelResult& r : results) {
-    text += fmt::format("{},{},{},{}", csv_field(scenario), csv_field(r.name), r.solver, r.status);
-    text += r.solved ? fmt::format(",{},{},{},{}", r.cost, r.violation, r.iterations, r.seconds) : ",,,,";
-    for (const Measure& m : measures()) {
-      const auto value = m(r);
-      text += value ? fmt::format(",{}", *value) : ",";
-    }
-    text += "," + csv_field(r.message) + "\n";
-  }
-  return text;
+  std::vector<ModelRow> rows;
+  for (const ModelResult& result : results) rows.push_back({scenario, result});
+  return model_columns().text(rows);
 }
 
 std::string models_json(const std::string& scenario, const std::vector<ModelResult>& results) {
@@ -145,7 +159,9 @@ std::string models_json(const std::string& scenario, const std::vector<ModelResu
     }
     json["models"].push_back(row);
   }
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(json);
 }
+
+std::vector<CsvDescription> models_file_columns() { return {model_columns().describe("models.csv")}; }
 
 }  // namespace tandem

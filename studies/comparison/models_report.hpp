@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <tandem/studies/comparison/models.hpp>
+#include <tandem/studies/support/csv.hpp>
 
 namespace tandem {
 
@@ -11,5 +12,8 @@ namespace tandem {
 std::string models_report(const std::string& scenario, const std::vector<ModelResult>& results);
 std::string models_csv(const std::string& scenario, const std::vector<ModelResult>& results);
 std::string models_json(const std::string& scenario, const std::vector<ModelResult>& results);
+
+/// The columns of models.csv, for documents.
+std::vector<CsvDescription> models_file_columns();
 
 }  // namespace tandem

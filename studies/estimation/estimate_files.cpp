@@ -2,43 +2,38 @@
 #include <functional>
 #include <numbers>
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <tandem/lie/operations.hpp>
+#include <tandem/problem/navigation/trajectory.hpp>
+#include <tandem/studies/estimation/error_columns.hpp>
 #include <tandem/studies/estimation/estimate_files.hpp>
 #include <tandem/studies/estimation/estimate_report.hpp>
-#include <tandem/studies/support/output_folder.hpp>
+#include <tandem/studies/support/output_file.hpp>
+#include <tandem/studies/support/state_columns.hpp>
+#include <tandem/studies/support/tum.hpp>
 
 namespace tandem {
 namespace {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
+using OptionalVector = std::optional<Vector<3>>;
+
 /// What is written of chaser or target; everything by keyframe.
 struct Body {
   std::function<TargetState(std::size_t)> state;
   std::function<Eigen::MatrixXd(std::size_t)> covariance;
   const std::vector<Vector<6>>& twist;  ///< empty: from the poses
+  const std::vector<Stamped<SE3>>& truth;
 };
 
-SE3 pose_in(const Frame& frame, const TargetState& x) {
-  return frame.world(SE3(x.rotation.value_or(SO3()), x.position));
-}
-
-/// A trajectory in the scenario's frame; where there is no orientation, its quaternion is nan.
-std::string tum(const Estimate& estimate, const Body& body) {
-  std::string text = "# t[s] x[m] y[m] z[m] qx qy qz qw\n";
-  for (std::size_t k = 0; k < estimate.keyframes.size(); ++k) {
-    const TargetState x = body.state(k);
-    const SE3 pose = pose_in(estimate.frame, x);
-    const Vector<3> t = pose.translation();
-    text += fmt::format("{} {} {} {}", estimate.keyframes[k].t, t.x(), t.y(), t.z());
-    const SO3::Quaternion& q = pose.rotation().quaternion();
-    text += x.rotation ? fmt::format(" {} {} {} {}\n", q.x(), q.y(), q.z(), q.w()) : " nan nan nan nan\n";
-  }
-  return text;
-}
+/// Chaser or target at a keyframe, in the scenario's frame.
+struct StateRow {
+  double t;
+  Vector<3> position;
+  std::optional<SO3> orientation;
+  OptionalVector velocity, angular_velocity;  ///< body axes
+  Eigen::MatrixXd covariance;                 ///< may be nothing
+};
 
 /// The mean body twist over the neighbouring keyframes, one-sided at the ends and beside points.
 std::optional<Vector<6>> twist_at(const Estimate& estimate, const Body& body, std::size_t k) {
@@ -55,13 +50,6 @@ std::optional<Vector<6>> twist_at(const Estimate& estimate, const Body& body, st
   return Vector<6>(minus(*pose(to), *pose(from)) / (estimate.keyframes[to].t - estimate.keyframes[from].t));
 }
 
-std::string full_header() {
-  std::string text = "t,x,y,z,qx,qy,qz,qw,vx,vy,vz,wx,wy,wz";
-  for (int row = 1; row <= 6; ++row)
-    for (int column = 1; column <= 6; ++column) text += fmt::format(",c{}{}", row, column);
-  return text + "\n";
-}
-
 /// A covariance of a pose, or of a point, with the scenario's axes.
 Eigen::MatrixXd in_frame(const Frame& frame, const Eigen::MatrixXd& covariance) {
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(covariance.rows(), covariance.rows());
@@ -70,99 +58,192 @@ Eigen::MatrixXd in_frame(const Frame& frame, const Eigen::MatrixXd& covariance) 
   return A * covariance * A.transpose();
 }
 
-std::string full_csv(const Estimate& estimate, const Body& body) {
-  std::string text = full_header();
+StateRow state_row(const Estimate& estimate, const Body& body, std::size_t k) {
   const Frame& frame = estimate.frame;
-  for (std::size_t k = 0; k < estimate.keyframes.size(); ++k) {
-    const TargetState x = body.state(k);
-    const SE3 pose = pose_in(frame, x);
-    text += fmt::format("{},{}", estimate.keyframes[k].t, fmt::join(pose.translation(), ","));
-    text += x.rotation ? fmt::format(",{}", fmt::join(pose.rotation().quaternion().coeffs(), ",")) : ",,,,";
-    if (const auto twist = twist_at(estimate, body, k)) {
-      text += fmt::format(",{}", fmt::join(frame.body(Vector<3>(twist->head<3>())), ","));
-      text += fmt::format(",{}", fmt::join(frame.body(Vector<3>(twist->tail<3>())), ","));
-    } else {
-      text += ",,,,,,";
-    }
-    const Eigen::MatrixXd S = estimate.uncertainty.empty() ? Eigen::MatrixXd() : in_frame(frame, body.covariance(k));
-    for (Eigen::Index row = 0; row < 6; ++row)
-      for (Eigen::Index column = 0; column < 6; ++column)
-        text += row < S.rows() && column < S.cols() ? fmt::format(",{}", S(row, column)) : ",";
-    text += "\n";
+  const TargetState x = body.state(k);
+  const SE3 pose = frame.world(SE3(x.rotation.value_or(SO3()), x.position));
+  StateRow row{estimate.keyframes[k].t, pose.translation(), {}, {}, {}, {}};
+  if (x.rotation) row.orientation = pose.rotation();
+  if (const auto twist = twist_at(estimate, body, k)) {
+    row.velocity = frame.body(Vector<3>(twist->head<3>()));
+    row.angular_velocity = frame.body(Vector<3>(twist->tail<3>()));
   }
-  return text;
+  if (!estimate.uncertainty.empty()) row.covariance = in_frame(frame, body.covariance(k));
+  return row;
 }
 
-std::string fields(const std::optional<Vector<3>>& v) { return v ? fmt::format(",{}", fmt::join(*v, ",")) : ",,,"; }
-
-std::string errors_csv(const Estimate& estimate) {
-  const auto field = [](const std::optional<double>& value) { return value ? fmt::format("{}", *value) : ""; };
-  const auto vector = [&](std::optional<Vector<3>> v, double unit) {
-    if (v) v = estimate.frame.body(Vector<3>(unit * *v));
-    return fields(v);
-  };
-  std::string text =
-      "t,type,position_error_m,angle_error_deg,error_x_m,error_y_m,error_z_m,error_rx_deg,error_ry_deg,error_rz_deg,"
-      "three_sigma_x_m,three_sigma_y_m,three_sigma_z_m,three_sigma_rx_deg,three_sigma_ry_deg,three_sigma_rz_deg\n";
-  for (std::size_t k = 0; k < estimate.errors.size(); ++k) {
-    const KeyframeError& error = estimate.errors[k];
-    text += fmt::format("{},{},{},{}", error.t, name(error.type), field(error.position), field(error.angle));
-    text += vector(error.position_vector, 1) + vector(error.rotation_vector, kDegrees);
-    std::optional<Vector<3>> position, rotation;
-    if (!estimate.uncertainty.empty()) {
-      position = 3 * estimate.uncertainty[k].position_sigma();
-      rotation = estimate.uncertainty[k].rotation_sigma();
-      if (rotation) *rotation *= 3 * kDegrees;
-    }
-    text += fields(position) + fields(rotation) + "\n";
-  }
-  return text;
+CsvTable<StateRow> state_columns() {
+  CsvTable<StateRow> table;
+  add_pose_columns(table);
+  table.add_xyz("v{}",
+                "velocity along the body's axes [m/s]: mean between the neighbouring keyframes, or the model's own",
+                [](const StateRow& r) { return r.velocity; });
+  table.add_xyz("w{}", "angular velocity about the body's axes [rad/s], likewise",
+                [](const StateRow& r) { return r.angular_velocity; });
+  add_covariance_columns(table);
+  return table;
 }
 
-std::string weights_csv(const Estimate& estimate) {
-  std::string text = "sensor,t,part,weight\n";
+/// A measurement that a robust loss left little of.
+struct WeightRow {
+  std::string sensor;
+  double t;
+  PartWeight part;
+};
+
+CsvTable<WeightRow> weight_columns() {
+  return CsvTable<WeightRow>()
+      .add("sensor", "its name", [](const WeightRow& r) { return r.sensor; })
+      .add("t", "as stamped [s]", [](const WeightRow& r) { return r.t; })
+      .add("part", "all, or position or orientation where these have losses of their own",
+           [](const WeightRow& r) { return r.part.part; })
+      .add("weight", "what the loss leaves of it, below 0.5", [](const WeightRow& r) { return r.part.weight; });
+}
+
+std::vector<WeightRow> weight_rows(const Estimate& estimate) {
+  std::vector<WeightRow> rows;
   for (const MeasurementOutcome& m : estimate.measurements)
     for (const PartWeight& part : m.parts)
-      if (part.weight < kDownWeighted)
-        text += fmt::format("{},{},{},{}\n", estimate.sensors[m.sensor].name, m.t, part.part, part.weight);
+      if (part.weight < kDownWeighted) rows.push_back({estimate.sensors[m.sensor].name, m.t, part});
+  return rows;
+}
+
+struct HeldOutRow {
+  std::string sensor;
+  const Validation& validation;
+};
+
+/// `rows`: of the residual that has most.
+CsvTable<HeldOutRow> held_out_columns(Eigen::Index rows) {
+  std::vector<std::string> numbers;
+  for (Eigen::Index i = 1; i <= rows; ++i) numbers.push_back(std::to_string(i));
+  return CsvTable<HeldOutRow>()
+      .add("sensor", "its name", [](const HeldOutRow& r) { return r.sensor; })
+      .add("t", "as stamped [s]", [](const HeldOutRow& r) { return r.validation.t; })
+      .add("inlier", "1 or 0: whether the robust losses keep it in the same estimate with all measurements in",
+           [](const HeldOutRow& r) { return r.validation.inlier; })
+      .add("rows", "of its residual", [](const HeldOutRow& r) { return r.validation.prediction.r.size(); })
+      .add("rows_inside", "those within the 95 % interval of their own",
+           [](const HeldOutRow& r) { return r.validation.prediction.rows_inside(); })
+      .add("squared_distance", "normalised: χ² with as many degrees of freedom as rows",
+           [](const HeldOutRow& r) { return r.validation.prediction.squared_distance(); })
+      .add_each(numbers, "residual_{}", "measurement minus prediction, in the sensor's units",
+                [](const HeldOutRow& r) { return r.validation.prediction.r; })
+      .add_each(numbers, "sigma_{}", "standard deviation of that: the prediction's and the sensor's noise together",
+                [](const HeldOutRow& r) {
+                  return Eigen::VectorXd(r.validation.prediction.covariance.diagonal().cwiseSqrt());
+                });
+}
+
+std::vector<HeldOutRow> held_out_rows(const Estimate& estimate) {
+  std::vector<HeldOutRow> rows;
+  for (const Validation& v : estimate.held_out) rows.push_back({estimate.sensors[v.prediction.sensor].name, v});
+  return rows;
+}
+
+/// Where the measurement of a keyframe puts the target.
+struct FixRow {
+  double t;
+  KeyframeType type;
+  Vector<3> position;
+};
+
+CsvTable<FixRow> fix_columns() {
+  return CsvTable<FixRow>()
+      .add("t", "time of the keyframe [s]", [](const FixRow& r) { return r.t; })
+      .add("type", "of the keyframe: usbl or optical", [](const FixRow& r) { return name(r.type); })
+      .add_xyz("{}_m",
+               "where the measurement puts the target, seen from the estimated chaser, along the world's axes [m]",
+               [](const FixRow& r) { return r.position; });
+}
+
+std::vector<FixRow> fix_rows(const Estimate& estimate) {
+  std::vector<FixRow> rows;
+  for (std::size_t k = 0; k < estimate.keyframes.size(); ++k)
+    if (const Keyframe& keyframe = estimate.keyframes[k]; keyframe.measured_position)
+      rows.push_back(
+          {keyframe.t, keyframe.type, estimate.frame.world(estimate.chaser[k].act(*keyframe.measured_position))});
+  return rows;
+}
+
+/// An estimate against the truth at a keyframe.
+struct ErrorRow {
+  const KeyframeError& error;
+  const Frame& frame;
+  OptionalVector three_sigma, three_sigma_rotation;
+};
+
+CsvTable<ErrorRow> error_columns() {
+  CsvTable<ErrorRow> table;
+  add_relative_error_columns(table);
+  return table.add_xyz("three_sigma_r{}_deg", "3 σ of the relative orientation about the target's axes [deg]",
+                       [](const ErrorRow& r) { return r.three_sigma_rotation; });
+}
+
+std::vector<ErrorRow> error_rows(const Estimate& estimate) {
+  std::vector<ErrorRow> rows;
+  for (std::size_t k = 0; k < estimate.errors.size(); ++k) {
+    ErrorRow& row = rows.emplace_back(ErrorRow{estimate.errors[k], estimate.frame, {}, {}});
+    if (estimate.uncertainty.empty()) continue;
+    row.three_sigma = 3 * estimate.uncertainty[k].position_sigma();
+    row.three_sigma_rotation = estimate.uncertainty[k].rotation_sigma();
+    if (row.three_sigma_rotation) *row.three_sigma_rotation *= 3 * kDegrees;
+  }
+  return rows;
+}
+
+/// The truth at the keyframes, where there is one.
+std::string truth_tum(const Estimate& estimate, const Scenario& scenario, const Body& body) {
+  std::string text = tum_header;
+  for (const Keyframe& keyframe : estimate.keyframes)
+    if (const auto pose = pose_at(body.truth, keyframe.t)) {
+      const SE3 there = estimate.frame.world(*pose);
+      text += tum_row(keyframe.t, there.translation(),
+                      scenario.truth_orientation ? std::optional(there.rotation()) : std::nullopt);
+    }
   return text;
 }
 
-std::string held_out_csv(const Estimate& estimate) {
-  Eigen::Index rows = 0;
-  for (const Validation& v : estimate.held_out) rows = std::max(rows, v.prediction.r.size());
-  std::string text = "sensor,t,inlier,rows,rows_inside,squared_distance";
-  for (const char* column : {"residual", "sigma"})
-    for (Eigen::Index i = 1; i <= rows; ++i) text += fmt::format(",{}_{}", column, i);
-  text += "\n";
-  for (const auto& [prediction, t, inlier] : estimate.held_out) {
-    text += fmt::format("{},{},{},{},{},{}", estimate.sensors[prediction.sensor].name, t,
-                        inlier ? fmt::format("{}", int(*inlier)) : "", prediction.r.size(), prediction.rows_inside(),
-                        prediction.squared_distance());
-    for (Eigen::Index i = 0; i < rows; ++i) text += i < prediction.r.size() ? fmt::format(",{}", prediction.r[i]) : ",";
-    for (Eigen::Index i = 0; i < rows; ++i)
-      text += i < prediction.r.size() ? fmt::format(",{}", std::sqrt(prediction.covariance(i, i))) : ",";
-    text += "\n";
+void write_body(const Estimate& estimate, const Scenario& scenario, const Body& body,
+                const std::filesystem::path& folder, const std::string& who) {
+  const CsvTable<StateRow> table = state_columns();
+  std::string tum = tum_header, csv = table.header();
+  for (std::size_t k = 0; k < estimate.keyframes.size(); ++k) {
+    const StateRow row = state_row(estimate, body, k);
+    tum += tum_row(row.t, row.position, row.orientation);
+    csv += table.row(row);
   }
-  return text;
+  write_file(folder / (who + ".tum"), tum);
+  write_file(folder / (who + "_full.csv"), csv);
+  if (!body.truth.empty()) write_file(folder / (who + "_truth.tum"), truth_tum(estimate, scenario, body));
 }
 
 }  // namespace
 
-void write_results(const Estimate& estimate, const std::filesystem::path& folder) {
+void write_results(const Estimate& estimate, const Scenario& scenario, const std::filesystem::path& folder) {
   const std::vector<Vector<6>> from_poses;
   const Body chaser{[&](std::size_t k) { return TargetState(estimate.chaser[k]); },
-                    [&](std::size_t k) { return estimate.uncertainty[k].chaser; }, from_poses};
+                    [&](std::size_t k) { return estimate.uncertainty[k].chaser; }, from_poses, scenario.truth_chaser};
   const Body target{[&](std::size_t k) { return estimate.target[k]; },
-                    [&](std::size_t k) { return estimate.uncertainty[k].target; }, estimate.target_twist};
-  write_file(folder / "chaser.tum", tum(estimate, chaser));
-  write_file(folder / "target.tum", tum(estimate, target));
-  write_file(folder / "chaser_full.csv", full_csv(estimate, chaser));
-  write_file(folder / "target_full.csv", full_csv(estimate, target));
-  write_file(folder / "errors.csv", errors_csv(estimate));
-  write_file(folder / "weights.csv", weights_csv(estimate));
-  if (!estimate.held_out.empty()) write_file(folder / "held_out.csv", held_out_csv(estimate));
+                    [&](std::size_t k) { return estimate.uncertainty[k].target; }, estimate.target_twist,
+                    scenario.truth_target};
+  write_body(estimate, scenario, chaser, folder, "chaser");
+  write_body(estimate, scenario, target, folder, "target");
+  write_file(folder / "errors.csv", error_columns().text(error_rows(estimate)));
+  write_file(folder / "target_fixes.csv", fix_columns().text(fix_rows(estimate)));
+  write_file(folder / "weights.csv", weight_columns().text(weight_rows(estimate)));
+  if (!estimate.held_out.empty()) {
+    Eigen::Index rows = 0;
+    for (const Validation& v : estimate.held_out) rows = std::max(rows, v.prediction.r.size());
+    write_file(folder / "held_out.csv", held_out_columns(rows).text(held_out_rows(estimate)));
+  }
   write_file(folder / "summary.json", summary_json(estimate));
+}
+
+std::vector<CsvDescription> estimate_file_columns() {
+  return {state_columns().describe("chaser_full.csv, target_full.csv"), error_columns().describe("errors.csv"),
+          fix_columns().describe("target_fixes.csv"), weight_columns().describe("weights.csv"),
+          held_out_columns(6).describe("held_out.csv")};
 }
 
 }  // namespace tandem

@@ -53,9 +53,10 @@ std::vector<KeyframeError> keyframe_errors(const Scenario& scenario, const std::
                          pose_at(scenario.truth_chaser, keyframe.t)->rotation();  // (R_C⁻¹ R_T)⁻¹
     if (target[k].rotation) {
       error.rotation_vector = (to_truth * chaser[k].rotation().inverse() * *target[k].rotation).Log();
-      error.angle = error.rotation_vector->norm() * kDegrees;
+      error.orientation = error.rotation_vector->norm() * kDegrees;
     }
-    if (keyframe.measured_rotation) error.raw_angle = (to_truth * *keyframe.measured_rotation).Log().norm() * kDegrees;
+    if (keyframe.measured_rotation)
+      error.raw_orientation = (to_truth * *keyframe.measured_rotation).Log().norm() * kDegrees;
   }
   return errors;
 }
@@ -75,20 +76,20 @@ std::optional<MeanStd> Moments::spread() const {
 
 ErrorSummary summarise(const std::vector<KeyframeError>& errors, std::optional<KeyframeType> type) {
   ErrorSummary summary;
-  Moments position, angle, raw_position, raw_angle;
+  Moments position, orientation, raw_position, raw_orientation;
   for (const KeyframeError& error : errors) {
     if (type && error.type != *type) continue;
     ++summary.n;
     position.add(error.position);
-    angle.add(error.angle);
+    orientation.add(error.orientation);
     raw_position.add(error.raw_position);
-    raw_angle.add(error.raw_angle);
+    raw_orientation.add(error.raw_orientation);
   }
   summary.compared = position.n();
   summary.position = position.spread();
-  summary.angle = angle.spread();
+  summary.orientation = orientation.spread();
   summary.raw_position = raw_position.spread();
-  summary.raw_angle = raw_angle.spread();
+  summary.raw_orientation = raw_orientation.spread();
   return summary;
 }
 

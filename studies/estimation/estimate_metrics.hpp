@@ -16,10 +16,10 @@ std::string_view name(KeyframeType type);
 struct KeyframeError {
   double t;  ///< s
   KeyframeType type;
-  std::optional<double> position;      ///< ‖t(Ĉ⁻¹T̂) − t(C⁻¹T)‖ [m]
-  std::optional<double> angle;         ///< of (Ĉ⁻¹T̂)⁻¹ C⁻¹T [deg]
-  std::optional<double> raw_position;  ///< ‖z − t(C⁻¹T)‖ of the measurement z itself [m]
-  std::optional<double> raw_angle;     ///< of a measured rotation, likewise [deg]
+  std::optional<double> position;         ///< ‖t(Ĉ⁻¹T̂) − t(C⁻¹T)‖ [m]
+  std::optional<double> orientation;      ///< of (Ĉ⁻¹T̂)⁻¹ C⁻¹T [deg]
+  std::optional<double> raw_position;     ///< ‖z − t(C⁻¹T)‖ of the measurement z itself [m]
+  std::optional<double> raw_orientation;  ///< of a measured rotation, likewise [deg]
   /// Signed, estimate minus truth: of the position t(Ĉ⁻¹T̂) along the chaser's axes [m], and of the rotation,
   /// Log((R_C⁻¹ R_T)⁻¹ R̂_C⁻¹ R̂_T), about the target's [rad].
   std::optional<Vector<3>> position_vector{}, rotation_vector{};
@@ -55,7 +55,7 @@ class Moments {
 struct ErrorSummary {
   int n = 0;         ///< keyframes
   int compared = 0;  ///< those of them that the truth covers
-  std::optional<MeanStd> position, angle, raw_position, raw_angle;
+  std::optional<MeanStd> position, orientation, raw_position, raw_orientation;
 };
 
 /// Over the keyframes of `type`, or over all of them.

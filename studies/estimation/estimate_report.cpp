@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include <tandem/studies/estimation/estimate_report.hpp>
+#include <tandem/studies/estimation/spread_text.hpp>
+#include <tandem/studies/support/json_text.hpp>
 
 namespace tandem {
 namespace {
@@ -24,27 +26,8 @@ std::vector<Row> rows(const Estimate& estimate) {
   return result;
 }
 
-std::string shown(const std::optional<MeanStd>& spread, int decimals) {
-  return spread ? fmt::format("{:.{}f} ± {:.{}f}", spread->mean, decimals, spread->std, decimals) : "–";
-}
-
 std::string mean_shown(const std::optional<MeanStd>& spread, int decimals) {
   return spread ? fmt::format("{:.{}f}", spread->mean, decimals) : "–";
-}
-
-Json errors_json(const ErrorSummary& errors) {
-  Json json = {{"n", errors.n}};
-  if (errors.compared > 0 && errors.compared < errors.n) json["n_with_truth"] = errors.compared;
-  const auto add = [&](const std::string& key, const std::string& unit, const std::optional<MeanStd>& spread) {
-    if (!spread) return;
-    json[key + "_mean_" + unit] = spread->mean;
-    json[key + "_std_" + unit] = spread->std;
-  };
-  add("position", "m", errors.position);
-  add("angle", "deg", errors.angle);
-  add("raw_position", "m", errors.raw_position);
-  add("raw_angle", "deg", errors.raw_angle);
-  return json;
 }
 
 std::string_view name(Role role) {
@@ -98,7 +81,8 @@ std::string sensor_table(const Estimate& estimate) {
   std::string text =
       "\n" + line("sensors", "type", "used", "held out", "left out", "down-weighted", "raw position [m]");
   for (const SensorOutcome& s : estimate.sensors)
-    text += line(s.name, name(s.type), s.used, s.held_out, s.left_out, s.down_weighted, shown(s.raw_position, 3));
+    text +=
+        line(s.name, name(s.type), s.used, s.held_out, s.left_out, s.down_weighted, spread_shown(s.raw_position, 3));
   if (!estimate.without_extrinsics.empty())
     text += fmt::format("{}: no extrinsics given, taken at the body's origin.\n",
                         fmt::join(estimate.without_extrinsics, ", "));
@@ -171,9 +155,7 @@ Json sensors_json(const Estimate& estimate) {
              {"held_out", s.held_out},
              {"left_out", s.left_out},
              {"down_weighted", s.down_weighted}};
-    if (!s.raw_position) continue;
-    entry["raw_position_mean_m"] = s.raw_position->mean;
-    entry["raw_position_std_m"] = s.raw_position->std;
+    add_spread(entry, "raw_position", "m", s.raw_position);
   }
   return json;
 }
@@ -210,8 +192,8 @@ std::string report(const Estimate& estimate) {
   for (const auto& [name, errors] : rows(estimate)) {
     // Beside the mean of all keyframes, one over those that have a measurement would mislead.
     const bool comparable = errors.raw_position && errors.raw_position->n == errors.compared;
-    text += line(name, errors.n, shown(errors.position, 3), mean_shown(errors.angle, 2),
-                 comparable ? shown(errors.raw_position, 3) : shown({}, 3));
+    text += line(name, errors.n, spread_shown(errors.position, 3), mean_shown(errors.orientation, 2),
+                 comparable ? spread_shown(errors.raw_position, 3) : spread_shown({}, 3));
   }
   const ErrorSummary all = summarise(estimate.errors);
   if (all.compared == 0)
@@ -225,13 +207,21 @@ std::string report(const Estimate& estimate) {
 
 std::string summary_json(const Estimate& estimate) {
   const Summary& summary = estimate.summary;
-  Json json = {{"scenario", estimate.scenario},          {"model", name(estimate.options.model)},
-               {"mode", name(estimate.options.mode)},    {"solver", summary.solver},
-               {"status", name(summary.status)},         {"message", summary.message},
-               {"initial_cost", summary.initial_cost},   {"cost", summary.cost},
-               {"keyframes", estimate.keyframes.size()}, {"residual_blocks", estimate.residual_blocks},
-               {"iterations", summary.iterations},       {"evaluations", summary.evaluations},
-               {"solve_seconds", summary.seconds},       {"max_violation", summary.max_violation}};
+  Json json = {{"scenario", estimate.scenario},
+               {"frame", estimate.frame.name()},
+               {"model", name(estimate.options.model)},
+               {"mode", name(estimate.options.mode)},
+               {"solver", summary.solver},
+               {"status", name(summary.status)},
+               {"message", summary.message},
+               {"initial_cost", summary.initial_cost},
+               {"cost", summary.cost},
+               {"keyframes", estimate.keyframes.size()},
+               {"residual_blocks", estimate.residual_blocks},
+               {"iterations", summary.iterations},
+               {"evaluations", summary.evaluations},
+               {"solve_seconds", summary.seconds},
+               {"max_violation", summary.max_violation}};
   for (const auto& [name, errors] : rows(estimate)) json["errors"][name] = errors_json(errors);
   json["sensors"] = sensors_json(estimate);
   for (const EgoSensorUse& s : estimate.ego_sensors)
@@ -241,7 +231,7 @@ std::string summary_json(const Estimate& estimate) {
   for (const auto& [from, to] : estimate.splits) json["splits"].push_back({from, to});
   if (!estimate.held_out.empty()) json["held_out"] = coverage_json(estimate);
   if (!estimate.why_no_uncertainty.empty()) json["no_covariance"] = estimate.why_no_uncertainty;
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";  // a name may hold bytes that are no UTF-8
+  return json_text(json);
 }
 
 }  // namespace tandem

@@ -10,6 +10,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/live/live_feed.hpp>
 #include <tandem/studies/scenario/sensor_rows.hpp>
+#include <tandem/studies/support/csv.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -177,22 +178,19 @@ bool StreamFeed::read_line() {
 }
 
 std::optional<FeedLine> StreamFeed::parsed(std::string_view line) {
-  const std::size_t comma = line.find(',');
-  const std::string_view name = trimmed(line.substr(0, comma));
+  const auto [name, row] = csv_first_cell(line);
   std::string sensor = "unknown";
   try {
     const auto stream = by_name_.find(name);
     if (stream == by_name_.end()) {
       std::vector<std::string> known;
       for (const auto& [word, i] : by_name_) known.push_back(word);
-      throw Error(fmt::format("unknown sensor {}{} (here: {})", quote(name), did_you_mean(std::string(name), known),
-                              listed(known)));
+      throw Error(fmt::format("unknown sensor {}{} (here: {})", quote(name), did_you_mean(name, known), listed(known)));
     }
     sensor = stream->first;
     if (too_long_) throw Error(fmt::format("the line is longer than {} characters", kLongestLine));
     RowFormat& format = streams_.all()[stream->second].of_stream;
-    return streams_.line(stream->second,
-                         format.parse(comma == std::string_view::npos ? std::string_view() : line.substr(comma + 1)));
+    return streams_.line(stream->second, format.parse(row.value_or(std::string_view())));
   } catch (const Error& error) {
     complain_(fmt::format("{}:{}: {}", name_, number_, error.what()));
     refused_.add(sensor, "malformed");

@@ -1,110 +1,134 @@
-#include <fstream>
-#include <limits>
-#include <numbers>
-
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
-#include <tandem/lie/error.hpp>
+#include <tandem/problem/navigation/trajectory.hpp>
+#include <tandem/studies/estimation/error_columns.hpp>
 #include <tandem/studies/live/track_files.hpp>
-#include <tandem/studies/support/output_folder.hpp>
+#include <tandem/studies/support/output_file.hpp>
+#include <tandem/studies/support/tum.hpp>
 
 namespace tandem {
 namespace {
 
-constexpr double kDegrees = 180.0 / std::numbers::pi;
+using OptionalVector = std::optional<Vector<3>>;
 
-/// A file that is written row by row.
-class RowsOut {
- public:
-  RowsOut(std::filesystem::path file, const std::string& head)
-      : file_(std::move(file)), stream_(file_, std::ios::binary) {
-    stream_ << head << '\n';
+struct TrackRow {
+  const TrackRecord& record;
+  const Frame& frame;
+
+  OptionalVector in_body(OptionalVector v) const {
+    if (v) v = frame.body(*v);
+    return v;
   }
-  void add(const std::string& row) { stream_ << row << '\n'; }
-  void close() {
-    stream_.close();
-    if (!stream_) throw Error(fmt::format("{} cannot be written", file_.string()));
+};
+
+OptionalVector body_sigma(const Frame& frame, const TrackRecord& record, double times) {
+  if (!record.sigma) return {};
+  return Vector<3>(times * frame.body(*record.sigma).cwiseAbs());
+}
+
+CsvTable<TrackRow> track_columns(const std::vector<double>& ahead) {
+  CsvTable<TrackRow> table;
+  table.add("t", "of the newest keyframe [s]", [](const TrackRow& r) { return r.record.t; })
+      .add("type", "of that keyframe: optical, usbl or gated", [](const TrackRow& r) { return name(r.record.type); })
+      .add("new_keyframe", "1, or 0 after a late measurement", [](const TrackRow& r) { return r.record.new_keyframe; })
+      .add("keyframes", "in the window", [](const TrackRow& r) { return r.record.keyframes; })
+      .add("update_ms", "that the update took, by the wall clock [ms]",
+           [](const TrackRow& r) { return 1e3 * r.record.seconds; })
+      .add("update_processor_ms", "and of processor time [ms]",
+           [](const TrackRow& r) { return 1e3 * r.record.processor_seconds; })
+      .add_xyz("{}_m", "the target's position in the chaser's body [m]",
+               [](const TrackRow& r) {
+                 return r.in_body(r.record.target ? OptionalVector(r.record.relative()) : OptionalVector());
+               })
+      .add_xyz("sigma_{}_m", "its standard deviation along the chaser's axes [m]",
+               [](const TrackRow& r) { return body_sigma(r.frame, r.record, 1); })
+      .add("chaser_sigma_m", "root of the summed variances of the chaser's position [m]",
+           [](const TrackRow& r) { return r.record.chaser_sigma; });
+  for (std::size_t i = 0; i < ahead.size(); ++i)
+    table.add_xyz(fmt::format("ahead_{:g}_{{}}_m", ahead[i]),
+                  "where the target will be so many seconds ahead, in the chaser's body of now [m]",
+                  [i](const TrackRow& r) { return r.in_body(r.record.ahead[i]); });
+  return table;
+}
+
+/// The newest state against the truth, when a keyframe had just joined.
+struct ErrorRow {
+  const TrackError& all;
+  const KeyframeError& error;
+  const Frame& frame;
+  OptionalVector three_sigma;
+};
+
+CsvTable<ErrorRow> error_columns(const std::vector<double>& ahead) {
+  CsvTable<ErrorRow> table;
+  add_relative_error_columns(table);
+  table
+      .add("raw_position_error_m", "size of the error of the measurement itself [m]",
+           [](const ErrorRow& r) { return r.error.raw_position; })
+      .add("chaser_position_error_m", "of the chaser in the world [m]",
+           [](const ErrorRow& r) { return r.all.chaser_position; })
+      .add("chaser_orientation_error_deg", "of the chaser in the world [deg]",
+           [](const ErrorRow& r) { return r.all.chaser_orientation; });
+  for (std::size_t i = 0; i < ahead.size(); ++i)
+    table.add(fmt::format("ahead_{:g}_error_m", ahead[i]),
+              "error of the position that was predicted so many seconds ahead [m]",
+              [i](const ErrorRow& r) { return r.all.ahead[i]; });
+  return table;
+}
+
+/// A trajectory, written as it grows.
+class TumFile : public OutputFile {
+ public:
+  TumFile(const std::filesystem::path& file, const Frame& frame) : OutputFile(file), frame_(frame) {
+    write(tum_header);
+  }
+  void add(double t, const SE3& pose, bool orientation = true) {
+    const SE3 there = frame_.world(pose);
+    write(tum_row(t, there.translation(), orientation ? std::optional(there.rotation()) : std::nullopt));
+  }
+  /// The truth at time t, where there is one.
+  void add(double t, const std::vector<Stamped<SE3>>& truth, bool orientation) {
+    if (const auto pose = pose_at(truth, t)) add(t, *pose, orientation);
   }
 
  private:
-  std::filesystem::path file_;
-  std::ofstream stream_;
+  const Frame& frame_;
 };
-
-/// A pose in the scenario's frame; where there is no orientation, its quaternion is nan.
-std::string tum_row(const Frame& frame, double t, const TargetState& x) {
-  const SE3 pose = frame.world(SE3(x.rotation.value_or(SO3()), x.position));
-  const Eigen::Vector4d q = x.rotation ? Eigen::Vector4d(pose.rotation().quaternion().coeffs())
-                                       : Eigen::Vector4d::Constant(std::numeric_limits<double>::quiet_NaN());
-  return fmt::format("{} {} {}", t, fmt::join(pose.translation(), " "), fmt::join(q, " "));
-}
-
-std::string fields(const std::optional<Vector<3>>& v) { return v ? fmt::format(",{}", fmt::join(*v, ",")) : ",,,"; }
-std::string field(const std::optional<double>& x) { return x ? fmt::format(",{}", *x) : ","; }
-
-std::string track_head(const LiveOptions& options) {
-  std::string text =
-      "t,type,new_keyframe,keyframes,update_ms,update_processor_ms,x_m,y_m,z_m,sigma_x_m,sigma_y_m,sigma_z_m,"
-      "chaser_sigma_m";
-  for (const double h : options.ahead)
-    for (const char* axis : {"x", "y", "z"}) text += fmt::format(",ahead_{:g}_{}_m", h, axis);
-  return text;
-}
-
-std::string track_row(const Frame& frame, const TrackRecord& r) {
-  const auto body = [&](std::optional<Vector<3>> v) {
-    if (v) v = frame.body(*v);
-    return fields(v);
-  };
-  std::optional<Vector<3>> sigma = r.sigma;
-  if (sigma) sigma = frame.body(*sigma).cwiseAbs();
-  std::string text = fmt::format("{},{},{},{},{},{}", r.t, name(r.type), int(r.new_keyframe), r.keyframes,
-                                 1e3 * r.seconds, 1e3 * r.processor_seconds);
-  text += body(r.target ? std::optional(r.relative()) : std::nullopt) + fields(sigma) + field(r.chaser_sigma);
-  for (const auto& ahead : r.ahead) text += body(ahead);
-  return text;
-}
-
-std::string errors_head(const LiveOptions& options) {
-  std::string text =
-      "t,type,position_error_m,angle_error_deg,error_x_m,error_y_m,error_z_m,error_rx_deg,error_ry_deg,error_rz_deg,"
-      "three_sigma_x_m,three_sigma_y_m,three_sigma_z_m,raw_position_error_m,chaser_position_error_m,"
-      "chaser_angle_error_deg";
-  for (const double h : options.ahead) text += fmt::format(",ahead_{:g}_error_m", h);
-  return text;
-}
-
-std::string errors_row(const Frame& frame, const TrackRecord& r, const TrackError& error) {
-  const KeyframeError& e = error.relative;
-  const auto body = [&](std::optional<Vector<3>> v, double unit) {
-    if (v) v = frame.body(Vector<3>(unit * *v));
-    return fields(v);
-  };
-  std::optional<Vector<3>> bound = r.sigma;
-  if (bound) bound = 3 * frame.body(*bound).cwiseAbs();
-  std::string text = fmt::format("{},{}", r.t, name(r.type)) + field(e.position) + field(e.angle) +
-                     body(e.position_vector, 1) + body(e.rotation_vector, kDegrees) + fields(bound) +
-                     field(e.raw_position) + field(error.chaser_position) + field(error.chaser_angle);
-  for (const auto& ahead : error.ahead) text += field(ahead);
-  return text;
-}
 
 }  // namespace
 
 void write_track(const Track& track, const TrackSummary& summary, const Scenario& scenario, const LiveOptions& options,
                  const std::filesystem::path& folder) {
-  const char* const tum = "# t[s] x[m] y[m] z[m] qx qy qz qw";
-  RowsOut chaser(folder / "chaser.tum", tum), target(folder / "target.tum", tum);
-  RowsOut rows(folder / "track.csv", track_head(options)), errors(folder / "errors.csv", errors_head(options));
+  const Frame& frame = scenario.frame;
+  const CsvTable<TrackRow> track_table = track_columns(options.ahead);
+  const CsvTable<ErrorRow> error_table = error_columns(options.ahead);
+  TumFile chaser(folder / "chaser.tum", frame), target(folder / "target.tum", frame);
+  OutputFile rows(folder / "track.csv"), errors(folder / "errors.csv");
+  std::optional<TumFile> chaser_truth, target_truth;
+  if (!scenario.truth_chaser.empty()) chaser_truth.emplace(folder / "chaser_truth.tum", frame);
+  if (!scenario.truth_target.empty()) target_truth.emplace(folder / "target_truth.tum", frame);
+  rows.write(track_table.header());
+  errors.write(error_table.header());
   track.records.each([&](const TrackRecord& r) {
-    chaser.add(tum_row(scenario.frame, r.t, TargetState(r.chaser)));
-    if (r.target) target.add(tum_row(scenario.frame, r.t, *r.target));
-    rows.add(track_row(scenario.frame, r));
-    if (r.new_keyframe) errors.add(errors_row(scenario.frame, r, track_error(scenario, r, options)));
+    chaser.add(r.t, r.chaser);
+    if (r.target)
+      target.add(r.t, SE3(r.target->rotation.value_or(SO3()), r.target->position), r.target->rotation.has_value());
+    rows.write(track_table.row({r, frame}));
+    if (!r.new_keyframe) return;
+    const TrackError error = track_error(scenario, r, options);
+    errors.write(error_table.row({error, error.relative, frame, body_sigma(frame, r, 3)}));
+    if (chaser_truth) chaser_truth->add(r.t, scenario.truth_chaser, scenario.truth_orientation);
+    if (target_truth) target_truth->add(r.t, scenario.truth_target, scenario.truth_orientation);
   });
-  for (RowsOut* file : {&chaser, &target, &rows, &errors}) file->close();
+  for (OutputFile* file : {static_cast<OutputFile*>(&chaser), static_cast<OutputFile*>(&target), &rows, &errors})
+    file->close();
+  if (chaser_truth) chaser_truth->close();
+  if (target_truth) target_truth->close();
   write_file(folder / "summary.json", track_json(track, summary));
+}
+
+std::vector<CsvDescription> track_file_columns(const LiveOptions& options) {
+  return {track_columns(options.ahead).describe("track.csv"), error_columns(options.ahead).describe("errors.csv")};
 }
 
 }  // namespace tandem

@@ -5,7 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include <tandem/problem/navigation/trajectory.hpp>
+#include <tandem/studies/estimation/spread_text.hpp>
 #include <tandem/studies/live/track_report.hpp>
+#include <tandem/studies/support/json_text.hpp>
 #include <tandem/studies/support/text_table.hpp>
 
 namespace tandem {
@@ -39,28 +41,18 @@ std::string model_line(const Track& track, const LiveOptions& options) {
 /// Errors by keyframe type, in constant memory.
 struct Sums {
   int n = 0;
-  Moments position, angle, raw_position, raw_angle;
+  Moments position, orientation, raw_position, raw_orientation;
   void add(const KeyframeError& e) {
     ++n;
     position.add(e.position);
-    angle.add(e.angle);
+    orientation.add(e.orientation);
     raw_position.add(e.raw_position);
-    raw_angle.add(e.raw_angle);
+    raw_orientation.add(e.raw_orientation);
   }
   ErrorSummary summary() const {
-    return {n, position.n(), position.spread(), angle.spread(), raw_position.spread(), raw_angle.spread()};
+    return {n, position.n(), position.spread(), orientation.spread(), raw_position.spread(), raw_orientation.spread()};
   }
 };
-
-std::string shown(const std::optional<MeanStd>& spread, int decimals) {
-  return spread ? fmt::format("{:.{}f} ± {:.{}f}", spread->mean, decimals, spread->std, decimals) : "–";
-}
-
-void add_json(Json& json, const std::string& key, const std::string& unit, const std::optional<MeanStd>& spread) {
-  if (!spread) return;
-  json[key + "_mean_" + unit] = spread->mean;
-  json[key + "_std_" + unit] = spread->std;
-}
 
 std::string error_tables(const Track& track, const TrackSummary& summary) {
   std::string text;
@@ -72,21 +64,21 @@ std::string error_tables(const Track& track, const TrackSummary& summary) {
     for (std::size_t i = 0; i < kRows.size(); ++i) {
       const ErrorSummary& e = summary.errors[i];
       const bool comparable = e.raw_position && e.raw_position->n == e.compared;
-      table.row({kRows[i], fmt::format("{}", e.n), shown(e.position, 3), shown(e.angle, 2),
-                 comparable ? shown(e.raw_position, 3) : "–"});
+      table.row({kRows[i], fmt::format("{}", e.n), spread_shown(e.position, 3), spread_shown(e.orientation, 2),
+                 comparable ? spread_shown(e.raw_position, 3) : "–"});
     }
     text += "\n" + table.str();
     if (!summary.ahead.empty()) {
       TextTable ahead({{"prediction", Align::left}, {"n"}, {"position [m]"}});
       for (const AheadErrors& e : summary.ahead)
         ahead.row({fmt::format("{:g} s ahead", e.seconds), fmt::format("{}", e.position ? e.position->n : 0),
-                   shown(e.position, 3)});
+                   spread_shown(e.position, 3)});
       text += "\n" + ahead.str();
     }
   }
   if (summary.chaser_position)
-    text += fmt::format("\nchaser, newest state: position {} m, orientation {}°\n", shown(summary.chaser_position, 3),
-                        shown(summary.chaser_angle, 2));
+    text += fmt::format("\nchaser, newest state: position {} m, orientation {}°\n",
+                        spread_shown(summary.chaser_position, 3), spread_shown(summary.chaser_orientation, 2));
   return text;
 }
 
@@ -109,19 +101,20 @@ TrackError track_error(const Scenario& scenario, const TrackRecord& record, cons
   if (!truth) return error;
   error.chaser_position = (record.chaser.translation() - truth->translation()).norm();
   if (scenario.truth_orientation)
-    error.chaser_angle = (truth->rotation().inverse() * record.chaser.rotation()).Log().norm() * kDegrees;
+    error.chaser_orientation = (truth->rotation().inverse() * record.chaser.rotation()).Log().norm() * kDegrees;
   return error;
 }
 
 TrackSummary summarise(const Track& track, const Scenario& scenario, const LiveOptions& options) {
   TrackSummary summary;
   summary.scenario = scenario.name;
+  summary.frame = scenario.frame.name();
   summary.model = model_line(track, options);
   summary.truth = track.has_target && track.by_odometry ? scenario.has_truth() : !scenario.truth_chaser.empty();
   std::vector<double> wall, processor;
   std::array<Sums, 4> sums;
   std::vector<Moments> ahead(options.ahead.size());
-  Moments position, angle;
+  Moments position, orientation;
   const double early = track.first + 0.1 * (track.last - track.first);
   track.records.each([&](const TrackRecord& r) {
     wall.push_back(r.seconds);
@@ -137,7 +130,7 @@ TrackSummary summarise(const Track& track, const Scenario& scenario, const LiveO
     }
     for (std::size_t i = 0; i < ahead.size(); ++i) ahead[i].add(error.ahead[i]);
     position.add(error.chaser_position);
-    angle.add(error.chaser_angle);
+    orientation.add(error.chaser_orientation);
   });
   summary.updates = track.records.size();
   summary.wall = times_of(std::move(wall));
@@ -147,7 +140,7 @@ TrackSummary summarise(const Track& track, const Scenario& scenario, const LiveO
     for (std::size_t i = 0; i < ahead.size(); ++i) summary.ahead.push_back({options.ahead[i], ahead[i].spread()});
   if (!track.by_odometry) {
     summary.chaser_position = position.spread();
-    summary.chaser_angle = angle.spread();
+    summary.chaser_orientation = orientation.spread();
   }
   return summary;
 }
@@ -178,41 +171,31 @@ std::string track_report(const Track& track, const TrackSummary& s) {
 }
 
 std::string track_json(const Track& track, const TrackSummary& s) {
-  Json json = {{"scenario", s.scenario},
-               {"model", s.model},
-               {"interrupted", track.interrupted},
-               {"lines", track.lines},
-               {"data_seconds", track.last - track.first},
-               {"seconds", track.seconds},
-               {"updates", s.updates},
-               {"keyframes", s.keyframes},
-               {"not_converged", track.not_converged}};
+  Json json = {{"scenario", s.scenario},   {"frame", s.frame},
+               {"model", s.model},         {"interrupted", track.interrupted},
+               {"lines", track.lines},     {"data_seconds", track.last - track.first},
+               {"seconds", track.seconds}, {"updates", s.updates},
+               {"keyframes", s.keyframes}, {"not_converged", track.not_converged}};
   for (const auto& [what, t] : {std::pair{"update_wall_ms", s.wall}, {"update_processor_ms", s.processor}})
     json[what] = {{"p50", t.median}, {"p99", t.p99}, {"max", t.most}};
   if (s.memory_early) json["memory_mb"] = {{"at_10_percent", *s.memory_early}, {"at_end", *s.memory_end}};
   json["refused"] = Json::array();
   for (const auto& [what, n] : track.refused.counts())
     json["refused"].push_back({{"sensor", what.first}, {"why", what.second}, {"lines", n}});
-  if (!s.truth) return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  if (!s.truth) return json_text(json);
   if (track.has_target)
-    for (std::size_t i = 0; i < kRows.size(); ++i) {
-      Json& entry = json["errors"][kRows[i]] = {{"n", s.errors[i].n}};
-      add_json(entry, "position", "m", s.errors[i].position);
-      add_json(entry, "angle", "deg", s.errors[i].angle);
-      add_json(entry, "raw_position", "m", s.errors[i].raw_position);
-      add_json(entry, "raw_angle", "deg", s.errors[i].raw_angle);
-    }
+    for (std::size_t i = 0; i < kRows.size(); ++i) json["errors"][kRows[i]] = errors_json(s.errors[i]);
   for (const AheadErrors& e : s.ahead) {
     Json entry = {{"seconds_ahead", e.seconds}, {"n", e.position ? e.position->n : 0}};
-    add_json(entry, "position", "m", e.position);
+    add_spread(entry, "position", "m", e.position);
     json["predictions"].push_back(entry);
   }
   if (s.chaser_position) {
     json["chaser"] = {{"n", s.chaser_position->n}};
-    add_json(json["chaser"], "position", "m", s.chaser_position);
-    add_json(json["chaser"], "angle", "deg", s.chaser_angle);
+    add_spread(json["chaser"], "position", "m", s.chaser_position);
+    add_spread(json["chaser"], "orientation", "deg", s.chaser_orientation);
   }
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(json);
 }
 
 }  // namespace tandem

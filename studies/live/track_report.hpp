@@ -23,14 +23,15 @@ struct AheadErrors {
 
 /// What is to be told of a run.
 struct TrackSummary {
-  std::string scenario, model;  ///< the model in words
+  std::string scenario, frame, model;  ///< the frame of files; the model in words
   std::size_t updates = 0, keyframes = 0;
   UpdateTimes wall, processor;
   std::optional<double> memory_early, memory_end;  ///< MB: after a tenth of the run, and at its end
   bool truth = false;
   std::array<ErrorSummary, 4> errors;  ///< of the newest state: at usbl, optical, gated keyframes, and all
   std::vector<AheadErrors> ahead;
-  std::optional<MeanStd> chaser_position, chaser_angle;  ///< of the newest state [m, deg]; by its own sensors only
+  std::optional<MeanStd> chaser_position,
+      chaser_orientation;  ///< of the newest state [m, deg]; by its own sensors only
 };
 
 /// How far the newest state was from the truth when a keyframe had just joined: fields as in KeyframeError, and of the
@@ -38,7 +39,7 @@ struct TrackSummary {
 struct TrackError {
   KeyframeError relative;
   std::vector<std::optional<double>> ahead;
-  std::optional<double> chaser_position, chaser_angle;
+  std::optional<double> chaser_position, chaser_orientation;
 };
 TrackError track_error(const Scenario& scenario, const TrackRecord& record, const LiveOptions& options);
 

@@ -1,145 +1,220 @@
 #include <cmath>
-#include <iterator>
 #include <numbers>
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
+#include <tandem/problem/navigation/trajectory.hpp>
 #include <tandem/studies/navigation/navigation_files.hpp>
 #include <tandem/studies/support/down_weighted.hpp>
-#include <tandem/studies/support/output_folder.hpp>
-#include <tandem/studies/support/text_table.hpp>
+#include <tandem/studies/support/output_file.hpp>
+#include <tandem/studies/support/state_columns.hpp>
+#include <tandem/studies/support/tum.hpp>
 
 namespace tandem {
 namespace {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
-template <class V>
-void append(std::string& text, const V& values) {
-  for (Eigen::Index i = 0; i < values.size(); ++i) fmt::format_to(std::back_inserter(text), ",{}", values[i]);
-}
+using OptionalVector = std::optional<Vector<3>>;
+using OptionalNumber = std::optional<double>;
 
-void append(std::string& text, const std::optional<Vector<3>>& v, double unit = 1) {
-  if (v)
-    append(text, Vector<3>(unit * *v));
-  else
-    text += ",,,";
-}
+/// The chaser at a keyframe, in the scenario's frame.
+struct StateRow {
+  double t;
+  Vector<3> position;
+  std::optional<SO3> orientation;
+  Vector<3> velocity;
+  OptionalVector accelerometer_bias, gyroscope_bias;
+  Eigen::MatrixXd covariance;  ///< of the pose; may be nothing
+  OptionalVector velocity_sigma, accelerometer_bias_sigma, gyroscope_bias_sigma;
+};
 
-void append(std::string& text, const std::optional<double>& value) { text += value ? fmt::format(",{}", *value) : ","; }
-
-std::string tum(const NavigationStudy& study) {
-  std::string text = "# t[s] x[m] y[m] z[m] qx qy qz qw\n";
-  for (const auto& [t, state] : study.navigation.states) {
-    const SE3 pose = study.scenario.frame.world(state.pose);
-    text += fmt::format("{} {} {}\n", t, fmt::join(pose.translation(), " "),
-                        fmt::join(pose.rotation().quaternion().coeffs(), " "));
-  }
-  return text;
-}
-
-std::string full_header() {
-  std::string text = "t,x,y,z,qx,qy,qz,qw,vx,vy,vz,bax,bay,baz,bgx,bgy,bgz";
-  for (int row = 1; row <= 6; ++row)
-    for (int column = 1; column <= 6; ++column) text += fmt::format(",c{}{}", row, column);
-  return text + ",sigma_vx,sigma_vy,sigma_vz,sigma_bax,sigma_bay,sigma_baz,sigma_bgx,sigma_bgy,sigma_bgz\n";
-}
-
-std::string full_csv(const NavigationStudy& study) {
+StateRow state_row(const NavigationStudy& study, std::size_t k) {
   const Navigation& navigation = study.navigation;
   const Frame& frame = study.scenario.frame;
+  const auto& [t, state] = navigation.states[k];
   const bool imu = navigation.data.imu.has_value();
   Matrix<6, 6> axes = Matrix<6, 6>::Zero();
   axes.topLeftCorner<3, 3>() = frame.body_axes();
   axes.bottomRightCorner<3, 3>() = frame.body_axes();
-  std::string text = full_header();
-  for (std::size_t k = 0; k < navigation.states.size(); ++k) {
-    const auto& [t, state] = navigation.states[k];
-    const SE3 pose = frame.world(state.pose);
-    fmt::format_to(std::back_inserter(text), "{}", t);
-    append(text, pose.translation());
-    append(text, pose.rotation().quaternion().coeffs());
-    append(text, frame.world(state.velocity));
-    const auto biases = [&](const std::optional<Vector<6>>& b) {
-      append(text, b ? std::optional<Vector<3>>(b->head<3>()) : std::nullopt);
-      append(text, b ? std::optional<Vector<3>>(b->tail<3>()) : std::nullopt);
-    };
-    biases(imu ? std::optional<Vector<6>>(axes * state.bias) : std::nullopt);
-    if (navigation.covariance.empty()) {
-      text += std::string(36 + 9, ',') + "\n";
-      continue;
-    }
-    const EgoCovariance& covariance = navigation.covariance[k];
-    const Matrix<6, 6> S = axes * covariance.pose * axes.transpose();
-    for (int row = 0; row < 6; ++row) append(text, Vector<6>(S.row(row).transpose()));
-    append(text, frame.world(Vector<3>(covariance.velocity.diagonal().cwiseSqrt())).cwiseAbs().eval());
-    biases(imu ? std::optional<Vector<6>>(covariance.bias.diagonal().cwiseSqrt()) : std::nullopt);
-    text += "\n";
+  const SE3 pose = frame.world(state.pose);
+  StateRow row{t, pose.translation(), pose.rotation(), frame.world(state.velocity), {}, {}, {}, {}, {}, {}};
+  if (imu) {
+    const Vector<6> bias = axes * state.bias;
+    row.accelerometer_bias = bias.head<3>();
+    row.gyroscope_bias = bias.tail<3>();
   }
-  return text;
+  if (navigation.covariance.empty()) return row;
+  const EgoCovariance& covariance = navigation.covariance[k];
+  row.covariance = axes * covariance.pose * axes.transpose();
+  row.velocity_sigma = frame.world(Vector<3>(covariance.velocity.diagonal().cwiseSqrt())).cwiseAbs();
+  if (imu) {
+    const Vector<6> sigma = covariance.bias.diagonal().cwiseSqrt();
+    row.accelerometer_bias_sigma = sigma.head<3>();
+    row.gyroscope_bias_sigma = sigma.tail<3>();
+  }
+  return row;
 }
 
-std::string errors_csv(const NavigationStudy& study) {
-  std::string text = "t";
-  const auto columns = [&](const std::string& what, const std::string& suffix, const std::string& unit) {
-    for (const char* axis : {"x", "y", "z"}) text += fmt::format(",{}{}{}_{}", what, axis, suffix, unit);
-  };
-  text += ",position_error_m,horizontal_error_m,attitude_error_deg,velocity_error_m_s";
-  columns("error_", "", "m");
-  columns("error_r", "", "deg");
-  columns("error_v", "", "m_s");
-  columns("three_sigma_", "", "m");
-  columns("three_sigma_r", "", "deg");
-  columns("three_sigma_v", "", "m_s");
-  text += ",pose_nees,position_nees\n";
-
-  const Frame& frame = study.scenario.frame;
-  const auto world = [&](const std::optional<Vector<3>>& v) {
-    return v ? std::optional<Vector<3>>(frame.world(*v)) : std::nullopt;
-  };
-  const auto bound = [](const std::optional<Vector<3>>& v) {
-    return v ? std::optional<Vector<3>>(3 * v->cwiseAbs()) : std::nullopt;
-  };
-  const auto norm = [](const std::optional<Vector<3>>& v, double unit = 1) {
-    return v ? std::optional<double>(unit * v->norm()) : std::nullopt;
-  };
-  for (const NavigationError& e : study.comparison.errors) {
-    fmt::format_to(std::back_inserter(text), "{}", e.t);
-    append(text, norm(e.position));
-    append(text, e.position ? std::optional<double>(horizontal(*e.position)) : std::nullopt);
-    append(text, norm(e.attitude, kDegrees));
-    append(text, norm(e.velocity));
-    append(text, world(e.position));
-    append(text, e.attitude ? std::optional<Vector<3>>(frame.body(*e.attitude)) : std::nullopt, kDegrees);
-    append(text, world(e.velocity));
-    append(text, bound(world(e.position_sigma)));
-    append(text, bound(e.attitude_sigma), kDegrees);
-    append(text, bound(world(e.velocity_sigma)));
-    append(text, e.pose_nees);
-    append(text, e.position_nees);
-    text += "\n";
-  }
-  return text;
+CsvTable<StateRow> state_columns() {
+  CsvTable<StateRow> table;
+  add_pose_columns(table);
+  table.add_xyz("v{}", "velocity along the world's axes [m/s]", [](const StateRow& r) { return r.velocity; })
+      .add_xyz("ba{}", "bias of the accelerometer along its axes [m/s²]",
+               [](const StateRow& r) { return r.accelerometer_bias; })
+      .add_xyz("bg{}", "bias of the gyroscope about its axes [rad/s]",
+               [](const StateRow& r) { return r.gyroscope_bias; });
+  add_covariance_columns(table);
+  return table
+      .add_xyz("sigma_v{}", "standard deviation of the velocity [m/s]",
+               [](const StateRow& r) { return r.velocity_sigma; })
+      .add_xyz("sigma_ba{}", "standard deviation of the accelerometer's bias [m/s²]",
+               [](const StateRow& r) { return r.accelerometer_bias_sigma; })
+      .add_xyz("sigma_bg{}", "standard deviation of the gyroscope's bias [rad/s]",
+               [](const StateRow& r) { return r.gyroscope_bias_sigma; });
 }
 
-std::string weights_csv(const Navigation& navigation) {
-  std::string text = "sensor,t,weight\n";
+struct ErrorRow {
+  const NavigationError& error;
+  const Frame& frame;
+};
+
+CsvTable<ErrorRow> error_columns() {
+  const auto norm = [](const OptionalVector& v, double unit = 1) {
+    return v ? OptionalNumber(unit * v->norm()) : OptionalNumber();
+  };
+  const auto world = [](const ErrorRow& r, const OptionalVector& v) {
+    return v ? OptionalVector(r.frame.world(*v)) : OptionalVector();
+  };
+  const auto bound = [](const OptionalVector& sigma, double unit = 1) {
+    return sigma ? OptionalVector(unit * Vector<3>(3 * sigma->cwiseAbs())) : OptionalVector();
+  };
+  return CsvTable<ErrorRow>()
+      .add("t", "time at which estimate and truth are compared [s]", [](const ErrorRow& r) { return r.error.t; })
+      .add("position_error_m", "size of the error of the position [m]",
+           [=](const ErrorRow& r) { return norm(r.error.position); })
+      .add("horizontal_error_m", "of its horizontal part [m]",
+           [](const ErrorRow& r) {
+             return r.error.position ? OptionalNumber(horizontal(*r.error.position)) : OptionalNumber();
+           })
+      .add("orientation_error_deg", "angle of the error of the orientation [deg]",
+           [=](const ErrorRow& r) { return norm(r.error.orientation, kDegrees); })
+      .add("velocity_error_m_s", "size of the error of the velocity [m/s]",
+           [=](const ErrorRow& r) { return norm(r.error.velocity); })
+      .add_xyz("error_{}_m", "the error of the position, estimate minus truth, along the world's axes [m]",
+               [=](const ErrorRow& r) { return world(r, r.error.position); })
+      .add_xyz("error_r{}_deg", "the error of the orientation, a rotation vector about the body's axes [deg]",
+               [](const ErrorRow& r) {
+                 return r.error.orientation ? OptionalVector(kDegrees * Vector<3>(r.frame.body(*r.error.orientation)))
+                                            : OptionalVector();
+               })
+      .add_xyz("error_v{}_m_s", "the error of the velocity along the world's axes [m/s]",
+               [=](const ErrorRow& r) { return world(r, r.error.velocity); })
+      .add_xyz("three_sigma_{}_m", "3 σ of the position along the world's axes [m]",
+               [=](const ErrorRow& r) { return bound(world(r, r.error.position_sigma)); })
+      .add_xyz("three_sigma_r{}_deg", "3 σ of the orientation about the body's axes [deg]",
+               [=](const ErrorRow& r) { return bound(r.error.orientation_sigma, kDegrees); })
+      .add_xyz("three_sigma_v{}_m_s", "3 σ of the velocity along the world's axes [m/s]",
+               [=](const ErrorRow& r) { return bound(world(r, r.error.velocity_sigma)); })
+      .add("pose_nees", "normalised error squared of the pose: 6 on average where the covariances are right",
+           [](const ErrorRow& r) { return r.error.pose_nees; })
+      .add("position_nees", "likewise of the position: 3 on average",
+           [](const ErrorRow& r) { return r.error.position_nees; });
+}
+
+struct WeightRow {
+  std::string sensor;
+  double t, weight;
+};
+
+CsvTable<WeightRow> weight_columns() {
+  return CsvTable<WeightRow>()
+      .add("sensor", "its name", [](const WeightRow& r) { return r.sensor; })
+      .add("t", "when it was valid [s]", [](const WeightRow& r) { return r.t; })
+      .add("weight", "what the loss leaves of the measurement, below 0.5", [](const WeightRow& r) { return r.weight; });
+}
+
+std::vector<WeightRow> weight_rows(const Navigation& navigation) {
+  std::vector<WeightRow> rows;
   for (std::size_t i = 0; i < navigation.placed.size(); ++i)
-    if (navigation.weight[i] < kDownWeighted)
-      text += fmt::format("{},{},{}\n", csv_field(navigation.data.sensors[navigation.placed[i].sensor].name),
-                          navigation.placed[i].t, navigation.weight[i]);
+    if (const PlacedEgoMeasurement& m = navigation.placed[i]; navigation.weight[i] < kDownWeighted)
+      rows.push_back({navigation.data.sensors[m.sensor].name, m.t, navigation.weight[i]});
+  return rows;
+}
+
+struct FixRow {
+  std::string sensor;
+  double t;
+  Vector<3> position;
+};
+
+CsvTable<FixRow> fix_columns() {
+  return CsvTable<FixRow>()
+      .add("t", "as stamped [s]", [](const FixRow& r) { return r.t; })
+      .add("sensor", "name of the gps", [](const FixRow& r) { return r.sensor; })
+      .add_xyz("{}_m", "the fix along the world's axes [m]", [](const FixRow& r) { return r.position; });
+}
+
+std::vector<FixRow> fix_rows(const NavigationStudy& study) {
+  std::vector<FixRow> rows;
+  for (const EgoSensor& sensor : study.navigation.data.sensors)
+    if (sensor.type == EgoSensorType::gps)
+      for (const EgoMeasurement& m : sensor.measurements)
+        rows.push_back({sensor.name, m.t, study.scenario.frame.world(m.value)});
+  return rows;
+}
+
+CsvTable<GpsOutage> outage_columns() {
+  return CsvTable<GpsOutage>()
+      .add("from", "the last fix before a time without GPS, or the recording's start [s]",
+           [](const GpsOutage& o) { return o.from; })
+      .add("to", "the next one, or its end [s]", [](const GpsOutage& o) { return o.to; })
+      .add("distance_m", "that the truth travels meanwhile [m]", [](const GpsOutage& o) { return o.distance; })
+      .add("drift_m", "horizontal error at its end [m]", [](const GpsOutage& o) { return o.drift; })
+      .add("largest_m", "largest horizontal error on the way [m]", [](const GpsOutage& o) { return o.most; });
+}
+
+/// The truth at the keyframes, in the estimate's world. Where it is that of an antenna, its arm is taken off by the estimated
+/// orientation.
+std::string truth_tum(const NavigationStudy& study) {
+  const NavigationComparison& comparison = study.comparison;
+  std::string text = tum_header;
+  for (const auto& [t, state] : study.navigation.states) {
+    auto pose = pose_at(study.scenario.truth_chaser, t);
+    if (!pose) continue;
+    *pose = comparison.to_estimate * *pose;
+    const Vector<3> arm = state.pose.rotation().act(comparison.point);
+    const SE3 there = study.scenario.frame.world(SE3(pose->rotation(), pose->translation() - arm));
+    text += tum_row(t, there.translation(),
+                    study.scenario.truth_orientation ? std::optional(there.rotation()) : std::nullopt);
+  }
   return text;
 }
 
 }  // namespace
 
 void write_navigation(const NavigationStudy& study, const std::filesystem::path& folder) {
-  write_file(folder / "chaser.tum", tum(study));
-  write_file(folder / "chaser_full.csv", full_csv(study));
-  write_file(folder / "errors.csv", errors_csv(study));
-  write_file(folder / "weights.csv", weights_csv(study.navigation));
+  const CsvTable<StateRow> table = state_columns();
+  std::string tum = tum_header, full = table.header();
+  for (std::size_t k = 0; k < study.navigation.states.size(); ++k) {
+    const StateRow row = state_row(study, k);
+    tum += tum_row(row.t, row.position, row.orientation);
+    full += table.row(row);
+  }
+  std::vector<ErrorRow> errors;
+  for (const NavigationError& error : study.comparison.errors) errors.push_back({error, study.scenario.frame});
+  write_file(folder / "chaser.tum", tum);
+  write_file(folder / "chaser_full.csv", full);
+  write_file(folder / "errors.csv", error_columns().text(errors));
+  write_file(folder / "weights.csv", weight_columns().text(weight_rows(study.navigation)));
+  write_file(folder / "chaser_fixes.csv", fix_columns().text(fix_rows(study)));
+  write_file(folder / "gps_outages.csv", outage_columns().text(study.comparison.outages));
+  if (!study.scenario.truth_chaser.empty()) write_file(folder / "chaser_truth.tum", truth_tum(study));
   write_file(folder / "summary.json", navigation_json(study));
+}
+
+std::vector<CsvDescription> navigation_file_columns() {
+  return {state_columns().describe("chaser_full.csv"), error_columns().describe("errors.csv"),
+          weight_columns().describe("weights.csv"), fix_columns().describe("chaser_fixes.csv"),
+          outage_columns().describe("gps_outages.csv")};
 }
 
 }  // namespace tandem

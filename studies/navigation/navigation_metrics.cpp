@@ -143,7 +143,7 @@ class Comparison {
     NavigationError& error = out_.errors.emplace_back(NavigationError{t});
     if (const auto there = truth(t)) {
       error.position = estimated_position(k) - there->translation();
-      if (scenario_.truth_orientation) error.attitude = (there->rotation().inverse() * state.pose.rotation()).Log();
+      if (scenario_.truth_orientation) error.orientation = (there->rotation().inverse() * state.pose.rotation()).Log();
       if (const auto velocity = true_velocity(t)) error.velocity = state.velocity - *velocity;
     }
     if (navigation_.covariance.empty()) return;
@@ -156,11 +156,11 @@ class Comparison {
     const auto J = state.pose.act_jacobian(out_.point);
     const Matrix<3, 3> S = J * pose * J.transpose();
     error.position_sigma = S.diagonal().cwiseSqrt();
-    error.attitude_sigma = pose.diagonal().tail<3>().cwiseSqrt();
+    error.orientation_sigma = pose.diagonal().tail<3>().cwiseSqrt();
     error.velocity_sigma = navigation_.covariance[k].velocity.diagonal().cwiseSqrt();
     if (!error.position) return;
     error.position_nees = error.position->dot(S.ldlt().solve(*error.position));
-    if (!error.attitude) return;
+    if (!error.orientation) return;
     const Vector<6> e = (state.pose.inverse() * *truth(t)).Log();
     error.pose_nees = e.dot(pose.ldlt().solve(e));
   }
@@ -257,8 +257,8 @@ NavigationComparison compare_with_truth(const Navigation& navigation, const Scen
 
 NavigationErrorSummary summarise(const std::vector<NavigationError>& errors, double after) {
   NavigationErrorSummary summary;
-  Gathered position, horizontally, attitude, velocity, pose_nees, position_nees;
-  GatheredComponents attitude_squares, position_within, attitude_within;
+  Gathered position, horizontally, orientation, velocity, pose_nees, position_nees;
+  GatheredComponents orientation_squares, position_within, orientation_within;
   for (const NavigationError& error : errors) {
     if (error.t < errors.front().t + after - kSameInstant) continue;
     ++summary.n;
@@ -268,10 +268,11 @@ NavigationErrorSummary summarise(const std::vector<NavigationError>& errors, dou
       horizontally.add(horizontal(*error.position));
       if (error.position_sigma) position_within.add(within_three_sigma(*error.position, *error.position_sigma));
     }
-    if (error.attitude) {
-      attitude.add(error.attitude->norm());
-      attitude_squares.add(error.attitude->cwiseAbs2());
-      if (error.attitude_sigma) attitude_within.add(within_three_sigma(*error.attitude, *error.attitude_sigma));
+    if (error.orientation) {
+      orientation.add(error.orientation->norm());
+      orientation_squares.add(error.orientation->cwiseAbs2());
+      if (error.orientation_sigma)
+        orientation_within.add(within_three_sigma(*error.orientation, *error.orientation_sigma));
     }
     if (error.velocity) velocity.add(error.velocity->norm());
     if (error.pose_nees) pose_nees.add(*error.pose_nees);
@@ -279,11 +280,11 @@ NavigationErrorSummary summarise(const std::vector<NavigationError>& errors, dou
   }
   summary.position = position.statistics();
   summary.horizontal = horizontally.statistics();
-  summary.attitude = attitude.statistics();
+  summary.orientation = orientation.statistics();
   summary.velocity = velocity.statistics();
-  if (const auto squares = attitude_squares.mean()) summary.attitude_rms = squares->cwiseSqrt();
+  if (const auto squares = orientation_squares.mean()) summary.orientation_rms = squares->cwiseSqrt();
   summary.position_within = position_within.mean();
-  summary.attitude_within = attitude_within.mean();
+  summary.orientation_within = orientation_within.mean();
   summary.pose_nees = pose_nees.mean();
   summary.position_nees = position_nees.mean();
   return summary;

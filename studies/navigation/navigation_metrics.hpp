@@ -17,9 +17,9 @@ struct NavigationError {
   /// Estimate minus truth: position [m] and velocity [m/s] along the world's axes, and Log(R⁻¹ R̂) about the body's x, y
   /// and z [rad], called roll, pitch and yaw. The true velocity is the difference of true positions about it: over 2 s of truth at 1 Hz,
   /// so that turns blur it.
-  std::optional<Vector<3>> position{}, attitude{}, velocity{};
+  std::optional<Vector<3>> position{}, orientation{}, velocity{};
   /// Standard deviations of the same components, at the keyframe.
-  std::optional<Vector<3>> position_sigma{}, attitude_sigma{}, velocity_sigma{};
+  std::optional<Vector<3>> position_sigma{}, orientation_sigma{}, velocity_sigma{};
   /// Normalised estimation errors squared, eᵀ Σ⁻¹ e, of pose and position: on average 6 and 3 where Σ is right
   /// (Bar-Shalom, Li & Kirubarajan 2001, section 5.4).
   std::optional<double> pose_nees{}, position_nees{};
@@ -58,14 +58,14 @@ struct Statistics {
 
 /// Over keyframes.
 struct NavigationErrorSummary {
-  int n = 0;                                                  ///< keyframes
-  int compared = 0;                                           ///< those of them that the truth covers
-  std::optional<Statistics> position, horizontal;             ///< m: of the error's norm, of its x and y
-  std::optional<Statistics> attitude;                         ///< rad: of its angle
-  std::optional<Statistics> velocity;                         ///< m/s
-  std::optional<Vector<3>> attitude_rms;                      ///< rad, by component
-  std::optional<Vector<3>> position_within, attitude_within;  ///< share of keyframes within 3 σ, by component
-  std::optional<double> pose_nees, position_nees;             ///< means
+  int n = 0;                                                     ///< keyframes
+  int compared = 0;                                              ///< those of them that the truth covers
+  std::optional<Statistics> position, horizontal;                ///< m: of the error's norm, of its x and y
+  std::optional<Statistics> orientation;                         ///< rad: of its angle
+  std::optional<Statistics> velocity;                            ///< m/s
+  std::optional<Vector<3>> orientation_rms;                      ///< rad, by component
+  std::optional<Vector<3>> position_within, orientation_within;  ///< share of keyframes within 3 σ, by component
+  std::optional<double> pose_nees, position_nees;                ///< means
 };
 
 /// Of the keyframes `after` seconds or more after the first.

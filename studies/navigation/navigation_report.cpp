@@ -7,6 +7,7 @@
 
 #include <tandem/studies/navigation/navigation_report.hpp>
 #include <tandem/studies/support/down_weighted.hpp>
+#include <tandem/studies/support/json_text.hpp>
 #include <tandem/studies/support/text_table.hpp>
 
 namespace tandem {
@@ -88,7 +89,7 @@ std::string error_table(const NavigationStudy& study) {
   TextTable table(columns);
   table.group(2, 4, "position [m]");
   table.group(5, 7, "horizontal [m]");
-  table.group(8, 10, "attitude [°]");
+  table.group(8, 10, "orientation [°]");
   table.group(11, 13, "velocity [m/s]");
   for (const Row& row : all) {
     std::vector<std::string> cells = {row.name, std::to_string(row.errors.compared)};
@@ -98,14 +99,14 @@ std::string error_table(const NavigationStudy& study) {
     };
     add(row.errors.position, 1, 3);
     add(row.errors.horizontal, 1, 3);
-    add(row.errors.attitude, kDegrees, 3);
+    add(row.errors.orientation, kDegrees, 3);
     add(row.errors.velocity, 1, 3);
     table.row(cells);
   }
   const NavigationError& end = *last_compared(study);
   const auto norm = [](const std::optional<Vector<3>>& v) { return v ? std::optional(v->norm()) : std::nullopt; };
   table.row({"at the end", "1", shown(norm(end.position), 3), "", "", shown(horizontal(*end.position), 3), "", "",
-             end.attitude ? fmt::format("{:.3f}", kDegrees * end.attitude->norm()) : "–", "", "",
+             end.orientation ? fmt::format("{:.3f}", kDegrees * end.orientation->norm()) : "–", "", "",
              shown(norm(end.velocity), 3)});
   std::string text = table.str();
 
@@ -127,16 +128,16 @@ std::string consistency(const NavigationStudy& study) {
   std::string text;
   for (const Row& row : rows(study)) {
     const NavigationErrorSummary& e = row.errors;
-    if (!e.attitude_rms && !e.position_nees) continue;
+    if (!e.orientation_rms && !e.position_nees) continue;
     std::string line = row.name + ":";
-    if (e.attitude_rms)
-      line += fmt::format(" rms of roll {:.3f}, pitch {:.3f}, yaw {:.3f}°", kDegrees * e.attitude_rms->x(),
-                          kDegrees * e.attitude_rms->y(), kDegrees * e.attitude_rms->z());
-    if (e.attitude_within)
-      line += fmt::format("; within their 3 σ {}, {}, {} of the time", percent(e.attitude_within->x()),
-                          percent(e.attitude_within->y()), percent(e.attitude_within->z()));
+    if (e.orientation_rms)
+      line += fmt::format(" rms of roll {:.3f}, pitch {:.3f}, yaw {:.3f}°", kDegrees * e.orientation_rms->x(),
+                          kDegrees * e.orientation_rms->y(), kDegrees * e.orientation_rms->z());
+    if (e.orientation_within)
+      line += fmt::format("; within their 3 σ {}, {}, {} of the time", percent(e.orientation_within->x()),
+                          percent(e.orientation_within->y()), percent(e.orientation_within->z()));
     if (e.position_nees)
-      line += fmt::format("{} NEES {}", e.attitude_rms ? ";" : "",
+      line += fmt::format("{} NEES {}", e.orientation_rms ? ";" : "",
                           e.pose_nees ? fmt::format("of the pose {:.2f} (of 6), of its position {:.2f} (of 3)",
                                                     *e.pose_nees, *e.position_nees)
                                       : fmt::format("of the position {:.2f} (of 3)", *e.position_nees));
@@ -213,16 +214,17 @@ Json errors_json(const NavigationErrorSummary& errors, const Frame& frame) {
   };
   add("position", "m", errors.position);
   add("horizontal", "m", errors.horizontal);
-  add("attitude", "deg", errors.attitude, kDegrees);
+  add("orientation", "deg", errors.orientation, kDegrees);
   add("velocity", "m_s", errors.velocity);
-  if (errors.attitude_rms) {
-    json["roll_rms_deg"] = kDegrees * errors.attitude_rms->x();
-    json["pitch_rms_deg"] = kDegrees * errors.attitude_rms->y();
-    json["yaw_rms_deg"] = kDegrees * errors.attitude_rms->z();
+  if (errors.orientation_rms) {
+    json["roll_rms_deg"] = kDegrees * errors.orientation_rms->x();
+    json["pitch_rms_deg"] = kDegrees * errors.orientation_rms->y();
+    json["yaw_rms_deg"] = kDegrees * errors.orientation_rms->z();
   }
   if (errors.position_within)
     json["position_within_3_sigma_percent"] = vector_json(100 * frame.world(*errors.position_within).cwiseAbs());
-  if (errors.attitude_within) json["attitude_within_3_sigma_percent"] = vector_json(100 * *errors.attitude_within);
+  if (errors.orientation_within)
+    json["orientation_within_3_sigma_percent"] = vector_json(100 * *errors.orientation_within);
   if (errors.pose_nees) json["pose_nees"] = *errors.pose_nees;
   if (errors.position_nees) json["position_nees"] = *errors.position_nees;
   return json;
@@ -231,7 +233,7 @@ Json errors_json(const NavigationErrorSummary& errors, const Frame& frame) {
 Json end_json(const NavigationError& end, const std::optional<double>& distance) {
   Json json = {{"t", end.t}, {"position_m", end.position->norm()}, {"horizontal_m", horizontal(*end.position)}};
   if (const auto part = percent_of(horizontal(*end.position), distance)) json["horizontal_percent_of_distance"] = *part;
-  if (end.attitude) json["attitude_deg"] = kDegrees * end.attitude->norm();
+  if (end.orientation) json["orientation_deg"] = kDegrees * end.orientation->norm();
   if (end.velocity) json["velocity_m_s"] = end.velocity->norm();
   return json;
 }
@@ -316,6 +318,7 @@ std::string navigation_json(const NavigationStudy& study) {
   const Summary& summary = navigation.summary;
   const double length = data_seconds(navigation);
   Json json = {{"scenario", study.scenario.name},
+               {"frame", study.scenario.frame.name()},
                {"solver", summary.solver},
                {"status", name(summary.status)},
                {"message", summary.message},
@@ -347,7 +350,7 @@ std::string navigation_json(const NavigationStudy& study) {
         {"seconds", fit.delay}, {"cost", fit.cost}, {"cost_as_given", fit.cost_before}};
   if (navigation.dvl_scale) json["dvl_scale"] = 1 + *navigation.dvl_scale;
   if (!navigation.why_no_covariance.empty()) json["no_covariance"] = navigation.why_no_covariance;
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";  // a name may hold bytes that are no UTF-8
+  return json_text(json);
 }
 
 }  // namespace tandem

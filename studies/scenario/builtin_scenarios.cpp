@@ -4,15 +4,12 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/scenario/builtin_scenarios.hpp>
+#include <tandem/studies/support/share_folder.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
 
-std::filesystem::path builtin_scenarios() {
-  std::error_code error;
-  const std::filesystem::path executable = std::filesystem::read_symlink("/proc/self/exe", error);
-  return executable.parent_path().parent_path() / "share" / "tandem" / "scenarios";
-}
+std::filesystem::path builtin_scenarios() { return share_folder() / "scenarios"; }
 
 std::vector<std::string> scenario_names(const std::filesystem::path& scenarios) {
   std::vector<std::string> names;

@@ -8,6 +8,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/scenario/quaternion.hpp>
 #include <tandem/studies/scenario/table.hpp>
+#include <tandem/studies/support/csv.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -32,7 +33,14 @@ RowFormat::RowFormat(const std::string& columns, char separator) : columns_(colu
 }
 
 void RowFormat::take_apart(std::string_view line) {
-  separator_ == ' ' ? words(line, fields_) : split(line, separator_, fields_);
+  if (separator_ == ' ') {
+    words(line, fields_);
+  } else if (line.find('"') == std::string_view::npos) {
+    split(line, separator_, fields_);
+  } else {
+    unquoted_ = csv_cells(line);
+    fields_.assign(unquoted_.begin(), unquoted_.end());
+  }
 }
 
 bool RowFormat::is_header(std::string_view line) {

@@ -42,6 +42,7 @@ class RowFormat {
   char separator_;
   std::vector<std::string> names_;
   std::vector<std::string_view> fields_;
+  std::vector<std::string> unquoted_;  // what they are of, in a line with quotes
   std::vector<double> values_;
 };
 

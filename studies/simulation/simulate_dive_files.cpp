@@ -1,28 +1,17 @@
-#include <iterator>
-
 #include <fmt/format.h>
 
+#include <tandem/studies/scenario/sensor_rows.hpp>
+#include <tandem/studies/simulation/number_rows.hpp>
 #include <tandem/studies/simulation/simulate_dive_files.hpp>
-#include <tandem/studies/support/output_folder.hpp>
+#include <tandem/studies/support/output_file.hpp>
+#include <tandem/studies/support/tum.hpp>
 
 namespace tandem {
 namespace {
 
-/// "t,x,y,z" and rows of it.
-class Csv {
- public:
-  explicit Csv(const std::string& header) : text_(header + "\n") {}
-  template <class V>
-  void row(double t, const V& values) {
-    fmt::format_to(std::back_inserter(text_), "{:.4f}", t);
-    for (Eigen::Index i = 0; i < values.size(); ++i) fmt::format_to(std::back_inserter(text_), ",{:.9g}", values[i]);
-    text_ += '\n';
-  }
-  const std::string& text() const { return text_; }
-
- private:
-  std::string text_;
-};
+CsvTable<NumberRow> columns_of(const std::string& names) {
+  return number_columns(names, 4, [](const std::string&, double value) { return CsvCell::rounded(value, 9); });
+}
 
 std::string list(const Eigen::VectorXd& values) {
   return fmt::format("[{:.6g}]", fmt::join(values.data(), values.data() + values.size(), ", "));
@@ -58,57 +47,47 @@ std::string yaml(const SimulatedDive& dive, const DiveOptions& options) {
   return text;
 }
 
-std::string measurements(const EgoSensor& sensor) {
-  switch (sensor.type) {
-    case EgoSensorType::heading: {
-      Csv csv("t,qx,qy,qz,qw");
-      for (const EgoMeasurement& m : sensor.measurements) csv.row(m.t, m.rotation.quaternion().coeffs());
-      return csv.text();
-    }
-    case EgoSensorType::depth: {
-      Csv csv("t,z");
-      for (const EgoMeasurement& m : sensor.measurements) csv.row(m.t, m.value.tail<1>());
-      return csv.text();
-    }
+Eigen::VectorXd numbers(EgoSensorType type, const EgoMeasurement& m) {
+  switch (type) {
+    case EgoSensorType::heading:
+      return m.rotation.quaternion().coeffs();
+    case EgoSensorType::depth:
+      return m.value.tail<1>();
     case EgoSensorType::dvl:
     case EgoSensorType::gps:
       break;
   }
-  Csv csv(sensor.type == EgoSensorType::dvl ? "t,vx,vy,vz" : "t,x,y,z");
-  for (const EgoMeasurement& m : sensor.measurements) csv.row(m.t, m.value);
-  return csv.text();
+  return m.value;
+}
+
+std::string measurements(const EgoSensor& sensor) {
+  std::vector<NumberRow> rows;
+  for (const EgoMeasurement& m : sensor.measurements) rows.push_back({m.t, numbers(sensor.type, m)});
+  return columns_of(columns(sensor.type)).text(rows);
 }
 
 }  // namespace
 
-std::vector<std::string> dive_files() {
-  return {"scenario.yaml",      "imu.csv",       "dvl.csv", "depth.csv", "heading.csv", "gps.csv", "truth_chaser.tum",
-          "truth_velocity.csv", "truth_bias.csv"};
-}
-
 void write_dive(const SimulatedDive& dive, const DiveOptions& options, const std::filesystem::path& folder) {
   write_file(folder / "scenario.yaml", yaml(dive, options));
-  Csv imu("t,fx,fy,fz,wx,wy,wz"), velocity("t,vx,vy,vz"), bias("t,ax,ay,az,gx,gy,gz");
+  std::vector<NumberRow> imu, velocities, biases;
   for (const ImuSample& sample : dive.data.imu->samples) {
     Vector<6> row;
     row << sample.specific_force, sample.angular_rate;
-    imu.row(sample.t, row);
+    imu.push_back({sample.t, row});
   }
-  write_file(folder / "imu.csv", imu.text());
+  write_file(folder / "imu.csv", columns_of(imu_columns).text(imu));
   for (const EgoSensor& sensor : dive.data.sensors) write_file(folder / (sensor.name + ".csv"), measurements(sensor));
 
-  std::string poses = "# t x y z qx qy qz qw\n";
+  std::string poses = tum_header;
   for (const auto& [t, state] : dive.truth) {
-    const Vector<3> p = state.translation();
-    const Vector<4> q = state.rotation().quaternion().coeffs();
-    fmt::format_to(std::back_inserter(poses), "{:.4f} {:.6f} {:.6f} {:.6f} {:.9f} {:.9f} {:.9f} {:.9f}\n", t, p.x(),
-                   p.y(), p.z(), q[0], q[1], q[2], q[3]);
-    velocity.row(t, state.velocity());
+    poses += tum_row(t, state.translation(), state.rotation(), TumDecimals{4, 6, 9});
+    velocities.push_back({t, state.velocity()});
   }
   write_file(folder / "truth_chaser.tum", poses);
-  write_file(folder / "truth_velocity.csv", velocity.text());
-  for (const auto& [t, value] : dive.biases) bias.row(t, value);
-  write_file(folder / "truth_bias.csv", bias.text());
+  write_file(folder / "truth_velocity.csv", columns_of("t,vx,vy,vz").text(velocities));
+  for (const auto& [t, value] : dive.biases) biases.push_back({t, value});
+  write_file(folder / "truth_bias.csv", columns_of("t,ax,ay,az,gx,gy,gz").text(biases));
 }
 
 }  // namespace tandem

@@ -1,14 +1,16 @@
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <numbers>
 
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/studies/scenario/sensor_rows.hpp>
 #include <tandem/studies/simulation/normal_noise.hpp>
+#include <tandem/studies/simulation/number_rows.hpp>
 #include <tandem/studies/simulation/simulate_docking.hpp>
-#include <tandem/studies/support/output_folder.hpp>
+#include <tandem/studies/support/output_file.hpp>
+#include <tandem/studies/support/tum.hpp>
 
 namespace tandem {
 namespace {
@@ -122,10 +124,6 @@ SimulatedDocking simulate_docking(const DockingOptions& options) {
   return docking;
 }
 
-std::vector<std::string> docking_files() {
-  return {"scenario.yaml", "chaser_odometry.tum", "usbl.csv", "optical.csv", "truth_chaser.tum", "truth_target.tum"};
-}
-
 void write_docking(const SimulatedDocking& docking, const DockingOptions& options,
                    const std::filesystem::path& folder) {
   const TrackingNoise& noise = docking.data.noise;
@@ -146,30 +144,27 @@ void write_docking(const SimulatedDocking& docking, const DockingOptions& option
                          list(noise.constant_velocity)));
 
   const auto write_poses = [&](const std::string& file, const std::vector<Stamped<SE3>>& poses) {
-    std::string text = "# t x y z qx qy qz qw\n";
-    for (const auto& [t, pose] : poses) {
-      const Vector<3> p = pose.translation();
-      const Vector<4> q = pose.rotation().quaternion().coeffs();
-      fmt::format_to(std::back_inserter(text), "{:.3f} {:.5f} {:.5f} {:.5f} {:.8f} {:.8f} {:.8f} {:.8f}\n", t, p[0],
-                     p[1], p[2], q[0], q[1], q[2], q[3]);
-    }
+    std::string text = tum_header;
+    for (const auto& [t, pose] : poses) text += tum_row(t, pose, TumDecimals{3, 5, 8});
     write_file(folder / file, text);
   };
   write_poses("chaser_odometry.tum", docking.data.odometry);
   write_poses("truth_chaser.tum", docking.truth_chaser);
   write_poses("truth_target.tum", docking.truth_target);
 
-  std::string fixes = "t,x,y,z\n", seen = "t,x,y,z,qx,qy,qz,qw\n";
-  for (const Measurement& m : usbl.measurements)
-    fmt::format_to(std::back_inserter(fixes), "{:.3f},{:.5f}\n", m.t,
-                   fmt::join(m.position.data(), m.position.data() + 3, ","));
-  for (const Measurement& m : optical.measurements) {
-    const Vector<4> q = m.rotation.quaternion().coeffs();
-    fmt::format_to(std::back_inserter(seen), "{:.3f},{:.5f},{:.8f}\n", m.t,
-                   fmt::join(m.position.data(), m.position.data() + 3, ","), fmt::join(q.data(), q.data() + 4, ","));
+  for (const TargetSensor* sensor : {&usbl, &optical}) {
+    std::vector<NumberRow> rows;
+    for (const Measurement& m : sensor->measurements) {
+      Eigen::VectorXd row(sensor->type == SensorType::pose ? 7 : 3);
+      row.head<3>() = m.position;
+      if (row.size() == 7) row.tail<4>() = m.rotation.quaternion().coeffs();
+      rows.push_back({m.t, row});
+    }
+    const auto table = number_columns(columns(sensor->type, false), 3, [](const std::string& name, double value) {
+      return CsvCell::fixed(value, name.starts_with("q") ? 8 : 5);
+    });
+    write_file(folder / (sensor->name + ".csv"), table.text(rows));
   }
-  write_file(folder / "usbl.csv", fixes);
-  write_file(folder / "optical.csv", seen);
 }
 
 }  // namespace tandem

@@ -26,8 +26,8 @@ struct SimulatedDocking {
 /// range.
 SimulatedDocking simulate_docking(const DockingOptions& options = {});
 
-/// Files of a scenario folder, by name.
-std::vector<std::string> docking_files();
+/// Writes a scenario folder: scenario.yaml, chaser_odometry.tum, usbl.csv, optical.csv, truth_chaser.tum, truth_target.tum.
+/// Throws Error.
 void write_docking(const SimulatedDocking& docking, const DockingOptions& options, const std::filesystem::path& folder);
 
 }  // namespace tandem

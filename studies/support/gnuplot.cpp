@@ -1,3 +1,4 @@
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -19,56 +20,90 @@ namespace {
 
 using File = std::unique_ptr<std::FILE, decltype([](std::FILE* file) { std::fclose(file); })>;
 
-/// The first line that says something.
-std::string complaint(std::FILE* file) {
+/// The last line that says something but a warning: gnuplot shows the command before what is wrong with it.
+std::string last_words(std::FILE* file) {
   std::rewind(file);
+  std::string words;
   char line[300];
   while (std::fgets(line, sizeof line, file)) {
-    std::string text(line);
-    while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
-    if (!trimmed(text).empty() && trimmed(text) != "^") return ": " + text;
+    const std::string_view text = trimmed(std::string_view(line, std::strcspn(line, "\n")));
+    if (!text.empty() && text != "^" && text.find("arning:") == std::string_view::npos) words = text;
   }
-  return "";
+  return words;
 }
+
+/// Both ends of a pipe that no child inherits by itself.
+class Pipe {
+ public:
+  Pipe() { there_ = pipe2(ends_.data(), O_CLOEXEC) == 0; }
+  ~Pipe() {
+    close_end(0);
+    close_end(1);
+  }
+  Pipe(const Pipe&) = delete;
+  Pipe& operator=(const Pipe&) = delete;
+  bool there() const { return there_; }
+  int in() const { return ends_[1]; }
+  void close_in() { close_end(1); }
+  /// Everything until all writers have closed it.
+  std::string read_all() {
+    std::string text;
+    std::array<char, 65536> part;
+    while (true) {
+      const ssize_t n = read(ends_[0], part.data(), part.size());
+      if (n < 0 && errno == EINTR) continue;
+      if (n <= 0) return text;
+      text.append(part.data(), static_cast<std::size_t>(n));
+    }
+  }
+
+ private:
+  void close_end(std::size_t i) {
+    if (there_ && ends_[i] >= 0) close(ends_[i]);
+    ends_[i] = -1;
+  }
+  std::array<int, 2> ends_{-1, -1};
+  bool there_ = false;
+};
 
 }  // namespace
 
-std::string run_gnuplot(const std::string& script, const std::filesystem::path& file) {
-  // The script goes through a temporary file, not a pipe, which a dead gnuplot would turn into a signal.
-  const File input(std::tmpfile()), errors(std::tmpfile());
-  if (!input || !errors || std::fwrite(script.data(), 1, script.size(), input.get()) != script.size())
-    return "gnuplot's script cannot be written to a temporary file";
-  std::rewind(input.get());
-
+GnuplotRun run_gnuplot(const std::filesystem::path& script, const std::vector<std::string>& arguments) {
+  GnuplotRun run;
+  Pipe pipe;
+  const File errors(std::tmpfile());
+  if (!errors || !pipe.there()) {
+    run.complaint = fmt::format("gnuplot cannot be run: {}", std::strerror(errno));
+    return run;
+  }
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, fileno(input.get()), STDIN_FILENO);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_adddup2(&actions, pipe.in(), STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&actions, fileno(errors.get()), STDERR_FILENO);
-  char program[] = "gnuplot", option[] = "-d", from_stdin[] = "-";  // -d: without the user's own settings
-  char* const arguments[] = {program, option, from_stdin, nullptr};
+  std::vector<std::string> words = {"gnuplot", "-d", "-c", script.string()};  // -d: without the user's own settings
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
   pid_t child = 0;
-  const int failure = posix_spawnp(&child, program, &actions, nullptr, arguments, environ);
+  const int failure = posix_spawnp(&child, "gnuplot", &actions, nullptr, argv.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
-  std::error_code ignored;
-  if (failure != 0) std::filesystem::remove(file, ignored);
-  if (failure == ENOENT) return "gnuplot is not installed, so no plots were drawn (Debian's package is gnuplot-nox)";
-  if (failure != 0) return fmt::format("gnuplot does not start: {}", std::strerror(failure));
+  pipe.close_in();
+  if (failure == ENOENT)
+    run.complaint = "gnuplot is not installed, so no plots were drawn (Debian's package is gnuplot-nox)";
+  else if (failure != 0)
+    run.complaint = fmt::format("gnuplot does not start: {}", std::strerror(failure));
+  if (failure != 0) return run;
 
+  run.started = true;
+  run.output = pipe.read_all();
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0 && !std::filesystem::is_empty(file, ignored)) return "";
-  std::filesystem::remove(file, ignored);
-  return fmt::format("gnuplot did not draw {}{}", file.filename().string(), complaint(errors.get()));
-}
-
-std::string gnuplot_string(const std::string& text) {
-  std::string literal = "'";
-  for (const char c : text) {
-    if (c == '\'') literal += '\'';
-    literal += (c == '\n' || c == '\r' || c == '\0') ? ' ' : c;
-  }
-  return literal + "'";
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return run;
+  run.complaint = last_words(errors.get());
+  if (run.complaint.empty()) run.complaint = "gnuplot ended without a word";
+  return run;
 }
 
 }  // namespace tandem

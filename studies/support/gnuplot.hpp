@@ -2,14 +2,17 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace tandem {
 
-/// Runs a gnuplot script, data inline, with its terminal's output going to `file`; no shell is involved, and
-/// no name reaches the script. Empty, or a sentence that says why there is no plot.
-std::string run_gnuplot(const std::string& script, const std::filesystem::path& file);
+struct GnuplotRun {
+  bool started = false;
+  std::string output;     ///< what it wrote to standard output
+  std::string complaint;  ///< why it failed, or nothing
+};
 
-/// `text` as a gnuplot string literal.
-std::string gnuplot_string(const std::string& text);
+/// Runs a gnuplot script with arguments, without the user's own settings; no shell is involved.
+GnuplotRun run_gnuplot(const std::filesystem::path& script, const std::vector<std::string>& arguments);
 
 }  // namespace tandem

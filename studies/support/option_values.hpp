@@ -5,7 +5,7 @@
 #include <vector>
 
 #include <tandem/problem/tracking/tracking_problem.hpp>
-#include <tandem/studies/support/figure.hpp>
+#include <tandem/studies/support/plots.hpp>
 #include <tandem/studies/support/solver_choice.hpp>
 
 namespace tandem {

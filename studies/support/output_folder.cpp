@@ -1,12 +1,15 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <set>
+#include <vector>
 
 #include <fmt/format.h>
 #include <stdlib.h>
 #include <unistd.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/output_folder.hpp>
 
 namespace tandem {
@@ -31,14 +34,60 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-void move_into(const std::filesystem::path& from, const std::filesystem::path& to,
-               const std::vector<std::string>& ours) {
-  for (const std::string& name : ours) {
-    if (std::filesystem::exists(from / name))
-      std::filesystem::rename(from / name, to / name);
-    else
-      std::filesystem::remove(to / name);
+/// Files that were moved, and move back unless all of them are.
+class Moves {
+ public:
+  Moves() = default;
+  ~Moves() {
+    std::error_code ignored;
+    for (auto move = done_.rbegin(); move != done_.rend(); ++move)
+      std::filesystem::rename(move->second, move->first, ignored);
   }
+  Moves(const Moves&) = delete;
+  Moves& operator=(const Moves&) = delete;
+  void move(const std::filesystem::path& from, const std::filesystem::path& to) {
+    std::filesystem::rename(from, to);
+    done_.emplace_back(from, to);
+  }
+  void keep() { done_.clear(); }
+
+ private:
+  std::vector<std::pair<std::filesystem::path, std::filesystem::path>> done_;
+};
+
+std::set<std::string> names_in(const std::filesystem::path& folder) {
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) names.insert(entry.path().filename().string());
+  return names;
+}
+
+/// What the last run wrote; names alone, whatever a hand may have put there.
+std::set<std::string> last_written(const std::filesystem::path& folder) {
+  std::set<std::string> names;
+  std::ifstream stream(folder / OutputFolder::manifest, std::ios::binary);
+  for (std::string name; std::getline(stream, name);)
+    if (!name.empty() && std::filesystem::path(name).filename() == name && name != "." && name != "..")
+      names.insert(name);
+  return names;
+}
+
+/// Puts the files of `from` into `to`, and what they replace into `aside`: all, or none.
+void replace_files(const std::filesystem::path& from, const std::filesystem::path& to,
+                   const std::filesystem::path& aside) {
+  const std::set<std::string> written = names_in(from);
+  std::set<std::string> old = last_written(to);
+  for (const std::string& name : written) {
+    if (std::filesystem::is_directory(to / name))
+      throw Error(fmt::format("{} is a folder, and a file of that name is to be written", (to / name).string()));
+    old.insert(name);
+  }
+  Moves moves;
+  for (const std::string& name : old)
+    if (std::filesystem::is_regular_file(std::filesystem::symlink_status(to / name)) ||
+        std::filesystem::is_symlink(to / name))
+      moves.move(to / name, aside / name);
+  for (const std::string& name : written) moves.move(from / name, to / name);
+  moves.keep();
 }
 
 }  // namespace
@@ -58,26 +107,23 @@ OutputFolder::OutputFolder(std::filesystem::path folder) {
   std::filesystem::remove(probe);
 }
 
-void OutputFolder::fill(const std::vector<std::string>& ours,
-                        const std::function<void(const std::filesystem::path&)>& write) const try {
+void OutputFolder::fill(const std::function<void(const std::filesystem::path&)>& write) const try {
   // Beside the folder or, when that exists and may be on another file system than its parent, inside it.
   const bool exists = std::filesystem::exists(folder_);
   const std::string name = fmt::format(".{}.tandem-{}", folder_.filename().string(), getpid());
   const TemporaryFolder temporary((exists ? folder_ : folder_.parent_path()) / name);
-  write(temporary.path());
-  if (exists)
-    move_into(temporary.path(), folder_, ours);
-  else
-    std::filesystem::rename(temporary.path(), folder_);
+  const std::filesystem::path fresh = temporary.path() / "new", aside = temporary.path() / "old";
+  std::filesystem::create_directory(fresh);
+  std::filesystem::create_directory(aside);
+  write(fresh);
+  std::string written;
+  for (const std::string& file : names_in(fresh)) written += file + "\n";
+  write_file(fresh / manifest, written);
+  std::error_code taken;
+  if (!exists) std::filesystem::rename(fresh, folder_, taken);
+  if (exists || taken) replace_files(fresh, folder_, aside);  // taken: somebody else has made it meanwhile
 } catch (const std::filesystem::filesystem_error& error) {
   throw Error(fmt::format("--out {}: {}", folder_.string(), error.code().message()));
-}
-
-void write_file(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream stream(file, std::ios::binary);
-  stream << text;
-  stream.close();
-  if (!stream) throw Error(fmt::format("{} cannot be written", file.string()));
 }
 
 }  // namespace tandem

@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <functional>
 #include <string>
-#include <vector>
 
 namespace tandem {
 
@@ -11,20 +10,20 @@ namespace tandem {
 /// nothing is made before there is something to put in it.
 class OutputFolder {
  public:
+  /// Names, one a line, of what the last run put into a folder: what a run removes when it does not write it again. It is
+  /// written with the rest.
+  static constexpr const char* manifest = ".tandem-files";
+
   /// Checks that `folder` can be made or written to, and leaves nothing behind. Throws Error.
   explicit OutputFolder(std::filesystem::path folder);
 
-  /// Lets `write` fill a temporary folder, then moves its files into place. Of what is in the folder already,
-  /// the files called `ours` are replaced or, when not written this time, removed; all others stay. Throws
-  /// what `write` throws, or Error; then the folder is as it was.
-  void fill(const std::vector<std::string>& ours,
-            const std::function<void(const std::filesystem::path& temporary)>& write) const;
+  /// Lets `write` fill a temporary folder, then moves all files that are in it into place. Of what is in the folder
+  /// already, files of the same names are replaced, those that the last run wrote and this one did not are removed, and
+  /// all others stay. Throws what `write` throws, or Error; then the folder is as it was.
+  void fill(const std::function<void(const std::filesystem::path& temporary)>& write) const;
 
  private:
   std::filesystem::path folder_;
 };
-
-/// Writes a whole file. Throws Error.
-void write_file(const std::filesystem::path& file, const std::string& text);
 
 }  // namespace tandem

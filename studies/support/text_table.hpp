@@ -44,7 +44,4 @@ class TextTable {
 /// Characters of a UTF-8 text, each a column of a terminal wide.
 std::size_t width(const std::string& text);
 
-/// A field of a CSV file (RFC 4180): in quotes where it must be.
-std::string csv_field(const std::string& text);
-
 }  // namespace tandem

@@ -7,6 +7,7 @@
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
 #include <tandem/studies/support/option_values.hpp>
+#include <tandem/studies/support/output_file.hpp>
 
 namespace tandem {
 namespace {
@@ -27,11 +28,7 @@ int run_sensors(const SensorsRequest& request, const CommandOptions& option) {
 
   Results results;
   results.table = [&] { return table; };
-  results.files = {"sensors.csv"};
-  results.write = [&](const std::filesystem::path& folder) {
-    write_file(folder / "sensors.csv", table);
-    return std::string();
-  };
+  results.write = [&](const std::filesystem::path& folder) { write_file(folder / "sensors.csv", table); };
   return finish(request.output, results);
 }
 

@@ -10,6 +10,7 @@
 #include <stdlib.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/studies/support/output_folder.hpp>
 
 namespace tandem {
 
@@ -45,6 +46,14 @@ class Path {
  private:
   std::string before_;
 };
+
+/// Names of what is in a folder, but for the list of them that a run leaves there.
+inline std::vector<std::string> files(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    if (const std::string name = entry.path().filename(); name != OutputFolder::manifest) names.push_back(name);
+  return names;
+}
 
 inline std::string read_file(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);

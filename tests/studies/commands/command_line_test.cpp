@@ -59,7 +59,8 @@ TEST(CommandLine, EstimatesTheBuiltInScenario) {
   EXPECT_THAT(run.output, ContainsRegex("gated +756 "));
   EXPECT_THAT(files(out),
               UnorderedElementsAre("chaser.tum", "target.tum", "chaser_full.csv", "target_full.csv", "errors.csv",
-                                   "weights.csv", "summary.json", "trajectories.svg", "errors.svg", "error_norms.svg"));
+                                   "weights.csv", "target_fixes.csv", "chaser_truth.tum", "target_truth.tum",
+                                   "summary.json", "trajectories.svg", "errors.svg", "error_norms.svg"));
   EXPECT_EQ(poses(read_tum(out / "chaser.tum")).size(), 1538u);
   EXPECT_EQ(poses(read_tum(out / "target.tum")).size(), 1538u);
   const Json summary = Json::parse(read_file(out / "summary.json"));
@@ -148,9 +149,10 @@ TEST(CommandLine, JsonIsAllThereIsOnStandardOutput) {
   ASSERT_EQ(run.status, 0) << run.errors;
   EXPECT_EQ(Json::parse(run.output)["keyframes"], 250);
   EXPECT_EQ(run.output, read_file(scratch.path() / "summary.json"));
-  EXPECT_THAT(files(scratch.path()),
-              UnorderedElementsAre("chaser.tum", "target.tum", "chaser_full.csv", "target_full.csv", "errors.csv",
-                                   "weights.csv", "summary.json"));
+  EXPECT_THAT(
+      files(scratch.path()),
+      UnorderedElementsAre("chaser.tum", "target.tum", "chaser_full.csv", "target_full.csv", "errors.csv",
+                           "weights.csv", "target_fixes.csv", "chaser_truth.tum", "target_truth.tum", "summary.json"));
 }
 
 TEST(CommandLine, WhatALibraryPrintsGoesToStandardError) {

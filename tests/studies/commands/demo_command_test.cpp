@@ -48,7 +48,7 @@ TEST(DemoCommand, Fig3PutsEveryPoseOnTheArc) {
     EXPECT_GT(before, 0.1);
     EXPECT_LT(after, 1e-9);
   }
-  EXPECT_THAT(files(out), UnorderedElementsAre("fig3.txt", "fig3.svg"));
+  EXPECT_THAT(files(out), UnorderedElementsAre("fig3.txt", "fig3.csv", "fig3.svg"));
   EXPECT_EQ(read_file(out / "fig3.txt") + "\nWritten to " + out.string() + "\n", run.output);
   EXPECT_THAT(read_file(out / "fig3.svg"), HasSubstr("</svg>"));
 }
@@ -65,10 +65,11 @@ TEST(DemoCommand, TakesASolverAndAFormat) {
     const auto distances = off_the_arc(run.output);
     EXPECT_EQ(distances.size(), 6u);
     for (const auto& [before, after] : distances) EXPECT_LT(after, 1e-9) << solver;
-    EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("fig3.txt", "fig3.png"));
+    EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("fig3.txt", "fig3.csv", "fig3.png"));
   }
   EXPECT_EQ(run_tandem({"demo", "fig3", "--out", scratch.path(), "--plots", "off"}).status, 0);
-  EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("fig3.txt")) << "the picture of before does not stay";
+  EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("fig3.txt", "fig3.csv"))
+      << "the picture of before does not stay";
 }
 
 TEST(DemoCommand, WithoutGnuplotItSaysSo) {
@@ -78,7 +79,7 @@ TEST(DemoCommand, WithoutGnuplotItSaysSo) {
   EXPECT_EQ(run.status, 0);
   EXPECT_THAT(run.output, StartsWith("Figure 3"));
   EXPECT_THAT(run.errors, StartsWith("tandem: gnuplot is not installed"));
-  EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("fig3.txt"));
+  EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("fig3.txt", "fig3.csv"));
 }
 
 TEST(DemoCommand, WhatIsWrongIsOneSentence) {

@@ -107,7 +107,8 @@ TEST_F(Navigate, WritesWhatItSays) {
   const Outcome outcome = run({"--json", "--after", "20", "--out", out.string()});
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
   EXPECT_THAT(files(out), UnorderedElementsAre("chaser.tum", "chaser_full.csv", "errors.csv", "weights.csv",
-                                               "summary.json", "navigation.svg", "errors.svg"));
+                                               "summary.json", "chaser_fixes.csv", "gps_outages.csv",
+                                               "chaser_truth.tum", "navigation.svg", "navigation_errors.svg"));
   EXPECT_EQ(outcome.output, read_file(out / "summary.json"));
   const Json summary = Json::parse(outcome.output);
   for (const char* key : {"scenario", "status", "cost", "keyframes", "residual_blocks", "seconds", "times_real_time",
@@ -117,14 +118,14 @@ TEST_F(Navigate, WritesWhatItSays) {
   const std::size_t keyframes = summary["keyframes"];
   for (const char* rows : {"all", "after_20s"})
     for (const char* key : {"position_mean_m", "position_rms_m", "position_max_m", "horizontal_mean_m",
-                            "attitude_mean_deg", "attitude_max_deg", "velocity_rms_m_s", "yaw_rms_deg", "pose_nees",
-                            "position_nees", "attitude_within_3_sigma_percent"})
+                            "orientation_mean_deg", "orientation_max_deg", "velocity_rms_m_s", "yaw_rms_deg",
+                            "pose_nees", "position_nees", "orientation_within_3_sigma_percent"})
       EXPECT_TRUE(summary["errors"][rows].contains(key)) << rows << ": " << key;
   EXPECT_LT(summary["errors"]["after_20s"]["n"], summary["errors"]["all"]["n"]);
   EXPECT_TRUE(summary["errors"]["end"].contains("horizontal_percent_of_distance"));
   // Within what its sensors allow: half a metre of GPS, a tenth of a degree of heading.
   EXPECT_LT(summary["errors"]["all"]["position_max_m"], 3.0);
-  EXPECT_LT(summary["errors"]["after_20s"]["attitude_max_deg"], 0.5);
+  EXPECT_LT(summary["errors"]["after_20s"]["orientation_max_deg"], 0.5);
   EXPECT_LT(summary["errors"]["after_20s"]["velocity_rms_m_s"], 0.05);
 
   EXPECT_EQ(poses(read_tum(out / "chaser.tum")).size(), keyframes);
@@ -137,9 +138,10 @@ TEST_F(Navigate, WritesWhatItSays) {
     ASSERT_EQ(line.find(",,"), std::string::npos) << "nothing is missing: " << line;
   }
   for (const std::string& line : errors) ASSERT_EQ(commas(line), commas(errors[0]));
-  EXPECT_THAT(errors[0], HasSubstr("t,position_error_m,horizontal_error_m,attitude_error_deg,velocity_error_m_s,"));
+  EXPECT_THAT(errors[0], HasSubstr("t,position_error_m,horizontal_error_m,orientation_error_deg,velocity_error_m_s,"));
   EXPECT_EQ(read_file(out / "weights.csv"), "sensor,t,weight\n");
-  for (const char* plot : {"navigation.svg", "errors.svg"}) EXPECT_THAT(read_file(out / plot), HasSubstr("</svg>"));
+  for (const char* plot : {"navigation.svg", "navigation_errors.svg"})
+    EXPECT_THAT(read_file(out / plot), HasSubstr("</svg>"));
 }
 
 TEST_F(Navigate, OptionsReachTheProblem) {
@@ -242,7 +244,7 @@ TEST(RecordedNavigation, AnAutonomousVehicleDrivesOnItsVelocityLog) {
   TANDEM_NEEDS_SHARED(3);
   const Json summary = navigate_real("auv_akit_01", {"--after", "60"});
   EXPECT_LE(summary["errors"]["end"]["horizontal_percent_of_distance"], 0.5);
-  EXPECT_LE(summary["errors"]["after_60s"]["attitude_max_deg"], 0.5);
+  EXPECT_LE(summary["errors"]["after_60s"]["orientation_max_deg"], 0.5);
   EXPECT_EQ(summary["gps_outages"].size(), 1u) << "after 20 s";
 }
 
@@ -270,8 +272,8 @@ TEST(RecordedNavigation, AFlyingVehicleFindsItsHeadingByFixesThatAreLate) {
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
   const Json errors = Json::parse(outcome.output)["errors"]["after_20s"];
   EXPECT_LE(errors["position_mean_m"], 0.10);
-  EXPECT_LE(errors["attitude_max_deg"], 1.0);
-  EXPECT_THAT(errors["attitude_within_3_sigma_percent"], Each(testing::Ge(95.0)));
+  EXPECT_LE(errors["orientation_max_deg"], 1.0);
+  EXPECT_THAT(errors["orientation_within_3_sigma_percent"], Each(testing::Ge(95.0)));
 }
 
 }  // namespace

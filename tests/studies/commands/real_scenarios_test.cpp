@@ -25,7 +25,7 @@ Json estimate(const std::string& scenario, const std::vector<std::string>& optio
 }
 /// Mean error over keyframes of a type, or "all".
 double position(const Json& summary, const std::string& type) { return summary["errors"][type]["position_mean_m"]; }
-double angle(const Json& summary, const std::string& type) { return summary["errors"][type]["angle_mean_deg"]; }
+double angle(const Json& summary, const std::string& type) { return summary["errors"][type]["orientation_mean_deg"]; }
 double raw_position(const Json& summary, const std::string& type) {
   return summary["errors"][type]["raw_position_mean_m"];
 }
@@ -74,7 +74,7 @@ TEST(RecordedDocking, ModesAreInTheOrderOfThePapersTable) {
   EXPECT_LT(position(a, "usbl"), position(b, "usbl"));
   EXPECT_LT(position(b, "usbl"), raw_position(b, "usbl"));
   EXPECT_NEAR(position(b, "optical"), position(a, "optical"), 0.15 * position(a, "optical"));
-  EXPECT_FALSE(b["errors"]["usbl"].contains("angle_mean_deg")) << "points have no orientation";
+  EXPECT_FALSE(b["errors"]["usbl"].contains("orientation_mean_deg")) << "points have no orientation";
 }
 
 TEST(RecordedDocking, TheBestConstrainedModel) {

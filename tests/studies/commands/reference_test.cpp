@@ -27,7 +27,7 @@ void expect_the_same_optimum(const Reference& reference, const Estimate& estimat
     EXPECT_EQ(errors.n, expected[0]);
     EXPECT_NEAR(errors.position->mean, expected[1], 0.02 * expected[1]);
     EXPECT_NEAR(errors.position->std, expected[2], 0.02 * expected[2]);
-    EXPECT_NEAR(errors.angle->mean, expected[3], 0.02 * expected[3]);
+    EXPECT_NEAR(errors.orientation->mean, expected[3], 0.02 * expected[3]);
     expected += 4;
   }
 }

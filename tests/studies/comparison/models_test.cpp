@@ -106,7 +106,7 @@ ModelResult result(const std::string& name, double position, int angles) {
   r.solved = true;
   r.all.n = r.all.compared = 4;
   r.all.position = MeanStd{position, 0, 4};
-  if (angles) r.all.angle = MeanStd{position, 0, angles};
+  if (angles) r.all.orientation = MeanStd{position, 0, angles};
   return r;
 }
 

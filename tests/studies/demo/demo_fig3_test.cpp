@@ -4,9 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <tandem/studies/demo/demo_fig3_plots.hpp>
+#include <tandem/studies/demo/demo_fig3_files.hpp>
 #include <tandem/studies/support/option_values.hpp>
+#include <tandem/studies/support/plots.hpp>
 
+#include "needs_gnuplot.hpp"
 #include "studies/scratch.hpp"
 
 namespace tandem::fig3 {
@@ -99,15 +101,17 @@ TEST(Fig3, ASeedMeansOneStart) {
 }
 
 TEST(Fig3, IsDrawn) {
+  TANDEM_NEEDS_GNUPLOT("the picture of fig3");
   const ScratchFolder folder;
   std::vector<Solution> solutions;
   for (const Panel& panel : panels()) solutions.push_back(solve(panel, GaussNewtonOptions{}, 1));
-  ASSERT_EQ(draw(solutions, PlotFormat::svg, folder.path()), "");
+  write_poses(solutions, folder.path());
+  ASSERT_EQ(draw_plots("demo", PlotFormat::svg, folder.path()), "");
   const std::string svg = read_file(folder.path() / "fig3.svg");
   for (const char* text :
        {"(a) extrapolation", "(b) interpolation", "(c) chain", "given pose", "solved pose", "</svg>"})
     EXPECT_THAT(svg, HasSubstr(text));
-  ASSERT_EQ(draw(solutions, PlotFormat::png, folder.path()), "");
+  ASSERT_EQ(draw_plots("demo", PlotFormat::png, folder.path()), "");
   EXPECT_THAT(read_file(folder.path() / "fig3.png"), StartsWith("\x89PNG"));
 }
 

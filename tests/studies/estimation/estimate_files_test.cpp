@@ -7,6 +7,7 @@
 #include <tandem/studies/estimation/estimate_files.hpp>
 #include <tandem/studies/estimation/estimate_report.hpp>
 #include <tandem/studies/scenario/table.hpp>
+#include <tandem/studies/support/tum.hpp>
 
 #include "made_up_estimate.hpp"
 #include "studies/scratch.hpp"
@@ -18,7 +19,7 @@ using testing::HasSubstr;
 
 TEST(ResultFiles, TrajectoriesAreWrittenToTheLastDigit) {
   const ScratchFolder folder;
-  write_results(made_up(), folder.path());
+  write_results(made_up(), Scenario(), folder.path());
   const auto chaser = poses(read_tum(folder.path() / "chaser.tum"));
   ASSERT_EQ(chaser.size(), 2u);
   EXPECT_EQ(chaser[1].t, 1.0 / 3.0);
@@ -32,10 +33,10 @@ TEST(ResultFiles, ErrorsAreWrittenByKeyframe) {
   const ScratchFolder folder;
   Estimate estimate = made_up();
   estimate.keyframes[1].t = estimate.errors[1].t = 2.5;
-  estimate.errors[1].position = estimate.errors[1].angle = {};
-  write_results(estimate, folder.path());
+  estimate.errors[1].position = estimate.errors[1].orientation = {};
+  write_results(estimate, Scenario(), folder.path());
   EXPECT_EQ(read_file(folder.path() / "errors.csv"),
-            "t,type,position_error_m,angle_error_deg,error_x_m,error_y_m,error_z_m,error_rx_deg,error_ry_deg,"
+            "t,type,position_error_m,orientation_error_deg,error_x_m,error_y_m,error_z_m,error_rx_deg,error_ry_deg,"
             "error_rz_deg,three_sigma_x_m,three_sigma_y_m,three_sigma_z_m,three_sigma_rx_deg,three_sigma_ry_deg,"
             "three_sigma_rz_deg\n0.1,usbl,0.5,10,,,,,,,,,,,,\n2.5,gated,,,,,,,,,,,,,,\n");
 }
@@ -61,7 +62,7 @@ TEST(ResultFiles, ErrorsHaveSignsAndBoundsInTheScenariosAxes) {
   u.target = Matrix<6, 6>::Zero();
   u.relative_position = Vector<3>(0.25, 1, 4).asDiagonal();
   estimate.uncertainty = {u, u};
-  write_results(estimate, folder.path());
+  write_results(estimate, Scenario(), folder.path());
   EXPECT_THAT(cells(folder.path() / "errors.csv", 1),
               testing::ElementsAre("0.1", "usbl", "0.5", "10", "1", "-2", "-3", testing::_, testing::_, "-90", "1.5",
                                    "3", "6", "", "", ""));
@@ -84,7 +85,7 @@ TEST(ResultFiles, CovariancesTurnWithTheFrame) {
       u.chaser = d * d.transpose();
       u.target = point ? Eigen::MatrixXd(p * p.transpose()) : Eigen::MatrixXd(u.chaser);
       estimate.uncertainty = {u, u};
-      write_results(estimate, folder.path());
+      write_results(estimate, Scenario(), folder.path());
 
       const auto chaser = cells(folder.path() / "chaser_full.csv", 2),
                  target = cells(folder.path() / "target_full.csv", 2);
@@ -121,7 +122,7 @@ TEST(ResultFiles, TwistsAreMeansBetweenNeighbours) {
   }
   estimate.target[1] = TargetState(SE3());  // a pose between points: nothing to take a twist from
   estimate.frame = Frame::ned_frd();
-  write_results(estimate, folder.path());
+  write_results(estimate, Scenario(), folder.path());
   const Vector<6> expected(1, -0.1, 0.2, 0.05, -0.1, -0.3);
   for (std::size_t k = 0; k < 4; ++k)
     for (int i = 0; i < 6; ++i) {
@@ -129,23 +130,50 @@ TEST(ResultFiles, TwistsAreMeansBetweenNeighbours) {
       EXPECT_EQ(cells(folder.path() / "target_full.csv", k + 1)[std::size_t(8 + i)], "");
     }
   estimate.target_twist.assign(4, twist);  // the model's own
-  write_results(estimate, folder.path());
+  write_results(estimate, Scenario(), folder.path());
   EXPECT_EQ(cells(folder.path() / "target_full.csv", 1)[9], "-0.1");
 }
 
 TEST(ResultFiles, WeightsListWhatWasDownWeighted) {
   const ScratchFolder folder;
   Estimate estimate = made_up();
-  write_results(estimate, folder.path());
+  write_results(estimate, Scenario(), folder.path());
   EXPECT_EQ(read_file(folder.path() / "weights.csv"), "sensor,t,part,weight\n");
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "held_out.csv"));
 
   estimate.measurements[0].parts[0].weight = 0.25;
   estimate.measurements.push_back(
       {.sensor = 1, .index = 0, .t = 0.5, .parts = {{"position", 0.75}, {"orientation", 0.125}}});
-  write_results(estimate, folder.path());
+  write_results(estimate, Scenario(), folder.path());
   EXPECT_EQ(read_file(folder.path() / "weights.csv"),
             "sensor,t,part,weight\nusbl,0.1,all,0.25\noptical,0.5,orientation,0.125\n");
+}
+
+/// A name is any key of the yaml.
+TEST(ResultFiles, SensorNamesAreQuotedWhereTheyMustBe) {
+  const ScratchFolder folder;
+  Estimate estimate = made_up();
+  estimate.sensors[0].name = "front, \"left\"";
+  estimate.measurements[0].parts[0].weight = 0.25;
+  estimate.held_out.push_back({HeldOut{0, 0, Vector<1>(0.5), Matrix<1, 1>::Identity()}, 0.5, {}});
+  write_results(estimate, Scenario(), folder.path());
+  EXPECT_THAT(read_file(folder.path() / "weights.csv"), HasSubstr("\n\"front, \"\"left\"\"\",0.1,all,0.25\n"));
+  EXPECT_THAT(read_file(folder.path() / "held_out.csv"), HasSubstr("\n\"front, \"\"left\"\"\",0.5,,1,1,0.25,0.5,1\n"));
+}
+
+TEST(ResultFiles, WhatPlotsNeedIsThere) {
+  const ScratchFolder folder;
+  Estimate estimate = made_up();
+  estimate.frame = Frame::ned_frd();
+  Scenario scenario;
+  scenario.truth_chaser = {{0, SE3(SO3(), {1, 2, 3})}, {1, SE3(SO3(), {1, 2, 3})}};
+  scenario.truth_orientation = false;
+  write_results(estimate, scenario, folder.path());
+  EXPECT_EQ(read_file(folder.path() / "target_fixes.csv"), "t,type,x_m,y_m,z_m\n0.1,usbl,2,1,-3\n");
+  EXPECT_EQ(read_file(folder.path() / "chaser_truth.tum"),
+            tum_header + std::string("0.1 2 1 -3 nan nan nan nan\n0.3333333333333333 2 1 -3 nan nan nan nan\n"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "target_truth.tum"));
+  EXPECT_THAT(read_file(folder.path() / "summary.json"), HasSubstr("\"frame\": \"NED-FRD\""));
 }
 
 TEST(ResultFiles, HeldOutMeasurementsHaveTheirRows) {
@@ -154,14 +182,14 @@ TEST(ResultFiles, HeldOutMeasurementsHaveTheirRows) {
   estimate.held_out.push_back(
       {HeldOut{0, 0, Vector<2>(1, 3), Vector<2>(4, 1).asDiagonal().toDenseMatrix()}, 0.1, true});
   estimate.held_out.push_back({HeldOut{1, 0, Vector<1>(0.5), Matrix<1, 1>::Identity()}, 0.5, {}});
-  write_results(estimate, folder.path());
+  write_results(estimate, Scenario(), folder.path());
   EXPECT_EQ(read_file(folder.path() / "held_out.csv"),
             "sensor,t,inlier,rows,rows_inside,squared_distance,residual_1,residual_2,sigma_1,sigma_2\n"
             "usbl,0.1,1,2,1,9.25,1,3,2,1\noptical,0.5,,1,1,0.25,0.5,,1,\n");
 }
 
 TEST(ResultFiles, AFolderThatIsGoneIsAnError) {
-  EXPECT_THAT(error_of([] { write_results(made_up(), "/nonexistent"); }), HasSubstr("cannot be written"));
+  EXPECT_THAT(error_of([] { write_results(made_up(), Scenario(), "/nonexistent"); }), HasSubstr("cannot be written"));
 }
 
 }  // namespace

@@ -37,11 +37,11 @@ TEST(Metrics, ErrorsAreRelative) {
   EXPECT_EQ(errors[0].t, 1.0);
   EXPECT_EQ(errors[0].type, KeyframeType::optical);
   EXPECT_NEAR(errors[0].position.value(), 5.0, 1e-12);
-  EXPECT_NEAR(errors[0].angle.value(), 20.0, 1e-12);
+  EXPECT_NEAR(errors[0].orientation.value(), 20.0, 1e-12);
   EXPECT_LE((errors[0].position_vector.value() - Vector<3>(4, -3, 0)).norm(), 1e-12) << "ahead, and to the right";
   EXPECT_LE((errors[0].rotation_vector.value() - Vector<3>(0, 0, 20 * kDegree)).norm(), 1e-12);
   EXPECT_NEAR(errors[0].raw_position.value(), 1.0, 1e-12);
-  EXPECT_NEAR(errors[0].raw_angle.value(), 5.0, 1e-12);
+  EXPECT_NEAR(errors[0].raw_orientation.value(), 5.0, 1e-12);
 }
 
 TEST(Metrics, TruthWithoutOrientationComparesDisplacements) {
@@ -52,7 +52,7 @@ TEST(Metrics, TruthWithoutOrientationComparesDisplacements) {
   const auto errors = keyframe_errors(scenario, keyframes, {pose(5, 0, std::numbers::pi / 2)}, {pose(5, 12, 0.3)});
   EXPECT_NEAR(errors[0].position.value(), 2.0, 1e-12);
   EXPECT_NEAR(errors[0].raw_position.value(), 1.0, 1e-12);
-  EXPECT_FALSE(errors[0].angle || errors[0].rotation_vector);
+  EXPECT_FALSE(errors[0].orientation || errors[0].rotation_vector);
 }
 
 TEST(Metrics, AbsentTruthGivesNoErrors) {
@@ -69,11 +69,11 @@ TEST(Metrics, AbsentTruthGivesNoErrors) {
 
   scenario.truth_target.clear();
   errors = keyframe_errors(scenario, keyframes, poses, targets);
-  EXPECT_FALSE(errors[0].position || errors[0].angle || errors[0].raw_position || errors[0].raw_angle);
+  EXPECT_FALSE(errors[0].position || errors[0].orientation || errors[0].raw_position || errors[0].raw_orientation);
   const ErrorSummary all = summarise(errors);
   EXPECT_EQ(all.n, 2);
   EXPECT_EQ(all.compared, 0);
-  EXPECT_FALSE(all.position || all.angle || all.raw_position);
+  EXPECT_FALSE(all.position || all.orientation || all.raw_position);
 }
 
 TEST(Metrics, SummariesAreByType) {
@@ -84,7 +84,7 @@ TEST(Metrics, SummariesAreByType) {
   EXPECT_EQ(usbl.n, 2);
   EXPECT_DOUBLE_EQ(usbl.position->mean, 2.0);
   EXPECT_DOUBLE_EQ(usbl.position->std, 1.0) << "of the population";
-  EXPECT_DOUBLE_EQ(usbl.angle->mean, 20.0);
+  EXPECT_DOUBLE_EQ(usbl.orientation->mean, 20.0);
   EXPECT_DOUBLE_EQ(usbl.raw_position->mean, 3.0);
   const ErrorSummary gated = summarise(errors, KeyframeType::gated);
   EXPECT_DOUBLE_EQ(gated.position->std, 0.0);

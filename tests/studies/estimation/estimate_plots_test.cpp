@@ -1,9 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <tandem/studies/estimation/estimate_plots.hpp>
-#include <tandem/studies/support/gnuplot.hpp>
+#include <tandem/studies/estimation/estimate_files.hpp>
+#include <tandem/studies/support/plots.hpp>
 
+#include "needs_gnuplot.hpp"
 #include "studies/scratch.hpp"
 
 namespace tandem {
@@ -27,53 +28,44 @@ Estimate straight_line(Scenario& scenario) {
   return estimate;
 }
 
-TEST(Gnuplot, StringsHoldAnything) {
-  EXPECT_EQ(gnuplot_string("it's"), "'it''s'");
-  EXPECT_EQ(gnuplot_string("a\nb"), "'a b'");
+/// Writes a run's files and draws them; what draw_plots says.
+std::string drawn(const Estimate& estimate, const Scenario& scenario, const ScratchFolder& folder,
+                  PlotFormat format = PlotFormat::svg) {
+  for (const std::string& name : files(folder.path())) std::filesystem::remove(folder.path() / name);
+  write_results(estimate, scenario, folder.path());
+  return draw_plots("estimate", format, folder.path());
 }
 
-TEST(Gnuplot, ABadScriptIsAnswered) {
-  const ScratchFolder folder;
-  EXPECT_THAT(run_gnuplot("set terminal svg\nplot nothing at all\n", folder.path() / "x.svg"),
-              StartsWith("gnuplot did not draw x.svg: "));
-  EXPECT_FALSE(std::filesystem::exists(folder.path() / "x.svg"));
-}
-
-TEST(Gnuplot, ItsAbsenceIsAnswered) {
-  const ScratchFolder folder;
-  const Path path(folder.path().string());
-  EXPECT_EQ(run_gnuplot("", folder.path() / "x.svg"),
-            "gnuplot is not installed, so no plots were drawn (Debian's package is gnuplot-nox)");
-  EXPECT_FALSE(std::filesystem::exists(folder.path() / "x.svg"));
-}
-
-TEST(Plots, AreDrawnWithTruth) {
+TEST(EstimatePlots, AreDrawnWithTruth) {
+  TANDEM_NEEDS_GNUPLOT("plots of an estimate");
   const ScratchFolder folder;
   Scenario scenario;
   const Estimate estimate = straight_line(scenario);
-  ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::svg, folder.path()), "");
+  ASSERT_EQ(drawn(estimate, scenario, folder), "");
   EXPECT_THAT(read_file(folder.path() / "trajectories.svg"), HasSubstr("</svg>"));
   EXPECT_THAT(read_file(folder.path() / "trajectories.svg"), HasSubstr("it's `a`")) << "the title is shown as it is";
   EXPECT_THAT(read_file(folder.path() / "errors.svg"), HasSubstr("</svg>"));
   EXPECT_THAT(read_file(folder.path() / "error_norms.svg"), HasSubstr("</svg>"));
-  ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::png, folder.path()), "");
+  ASSERT_EQ(drawn(estimate, scenario, folder, PlotFormat::png), "");
   EXPECT_THAT(read_file(folder.path() / "trajectories.png"), StartsWith("\x89PNG"));
   EXPECT_THAT(read_file(folder.path() / "errors.png"), StartsWith("\x89PNG"));
 }
 
-TEST(Plots, WithoutTruthThereAreNoErrorsToDraw) {
+TEST(EstimatePlots, WithoutTruthThereAreNoErrorsToDraw) {
+  TANDEM_NEEDS_GNUPLOT("plots of an estimate");
   const ScratchFolder folder;
   Scenario scenario;
   Estimate estimate = straight_line(scenario);
   scenario.truth_chaser.clear();
   estimate.errors = keyframe_errors(scenario, estimate.keyframes, estimate.chaser, estimate.target);
-  ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::svg, folder.path()), "");
+  ASSERT_EQ(drawn(estimate, scenario, folder), "");
   EXPECT_TRUE(std::filesystem::exists(folder.path() / "trajectories.svg"));
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "errors.svg"));
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "error_norms.svg"));
 }
 
-TEST(Plots, BandsAreDrawnWithoutTruthToo) {
+TEST(EstimatePlots, BandsAreDrawnWithoutTruthToo) {
+  TANDEM_NEEDS_GNUPLOT("plots of an estimate");
   const ScratchFolder folder;
   Scenario scenario;
   Estimate estimate = straight_line(scenario);
@@ -82,40 +74,42 @@ TEST(Plots, BandsAreDrawnWithoutTruthToo) {
   KeyframeUncertainty u;
   u.relative_position = Vector<3>(1, 4, 0).asDiagonal();  // planar
   estimate.uncertainty.assign(5, u);
-  ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::svg, folder.path()), "");
+  ASSERT_EQ(drawn(estimate, scenario, folder), "");
   const std::string drawn = read_file(folder.path() / "errors.svg");
   EXPECT_THAT(drawn, HasSubstr("uncertainty of the relative pose"));
   EXPECT_THAT(drawn, HasSubstr("±3 σ"));
   EXPECT_THAT(drawn, HasSubstr("y [m]"));
   EXPECT_THAT(drawn, testing::Not(HasSubstr("z [m]"))) << "nothing moves there";
-  EXPECT_THAT(drawn, testing::Not(HasSubstr("heading")));
+  EXPECT_THAT(drawn, testing::Not(HasSubstr("yaw")));
 }
 
 /// Where the 3 σ span decades, of an acoustic and an optical phase, both can be read.
-TEST(Plots, BandsOfDecadesHaveALogScale) {
+TEST(EstimatePlots, BandsOfDecadesHaveALogScale) {
+  TANDEM_NEEDS_GNUPLOT("plots of an estimate");
   const ScratchFolder folder;
   Scenario scenario;
   Estimate estimate = straight_line(scenario);
   KeyframeUncertainty u;
   u.relative_position = Vector<3>(1, 1, 1).asDiagonal();
   estimate.uncertainty.assign(5, u);
-  ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::svg, folder.path()), "");
+  ASSERT_EQ(drawn(estimate, scenario, folder), "");
   EXPECT_THAT(read_file(folder.path() / "errors.svg"), testing::Not(HasSubstr("log scale")));
   u.relative_position *= 1e-4;
   estimate.uncertainty[1] = estimate.uncertainty[2] = u;
-  ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::svg, folder.path()), "");
+  ASSERT_EQ(drawn(estimate, scenario, folder), "");
   EXPECT_THAT(read_file(folder.path() / "errors.svg"), HasSubstr("log scale"));
 }
 
-TEST(Plots, TruthWithoutOrientationHasOnePanel) {
+TEST(EstimatePlots, TruthWithoutOrientationHasOnePanel) {
+  TANDEM_NEEDS_GNUPLOT("plots of an estimate");
   const ScratchFolder folder;
   Scenario scenario;
   Estimate estimate = straight_line(scenario);
   scenario.truth_orientation = false;
   estimate.errors = keyframe_errors(scenario, estimate.keyframes, estimate.chaser, estimate.target);
-  ASSERT_EQ(draw_plots(estimate, scenario, PlotFormat::svg, folder.path()), "");
+  ASSERT_EQ(drawn(estimate, scenario, folder), "");
   EXPECT_THAT(read_file(folder.path() / "error_norms.svg"), testing::Not(HasSubstr("orientation error")));
-  EXPECT_THAT(read_file(folder.path() / "errors.svg"), testing::Not(HasSubstr("heading")));
+  EXPECT_THAT(read_file(folder.path() / "errors.svg"), testing::Not(HasSubstr("yaw")));
 }
 
 }  // namespace

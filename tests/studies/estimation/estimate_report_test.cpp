@@ -32,7 +32,7 @@ TEST(Report, JsonHasTheWholeSummary) {
   EXPECT_EQ(errors["usbl"]["n"], 1);
   EXPECT_EQ(errors["usbl"]["position_mean_m"], 0.5);
   EXPECT_EQ(errors["usbl"]["position_std_m"], 0.0);
-  EXPECT_EQ(errors["usbl"]["angle_mean_deg"], 10.0);
+  EXPECT_EQ(errors["usbl"]["orientation_mean_deg"], 10.0);
   EXPECT_EQ(errors["usbl"]["raw_position_mean_m"], 2.5);
   EXPECT_FALSE(errors["gated"].contains("raw_position_mean_m"));
   EXPECT_EQ(errors["optical"], nlohmann::json({{"n", 0}}));
@@ -42,7 +42,7 @@ TEST(Report, JsonHasTheWholeSummary) {
 
 TEST(Report, JsonSaysHowMuchTheTruthCovers) {
   Estimate estimate = made_up();
-  estimate.errors[1].position = estimate.errors[1].angle = {};
+  estimate.errors[1].position = estimate.errors[1].orientation = {};
   const auto json = nlohmann::json::parse(summary_json(estimate));
   EXPECT_EQ(json["errors"]["all"]["n"], 2);
   EXPECT_EQ(json["errors"]["all"]["n_with_truth"], 1);

@@ -71,6 +71,20 @@ TEST_F(LiveFeedTest, FilesAreMergedByTimeWithTheChasersMotionFirst) {
   EXPECT_TRUE(feed.refused().counts().empty());
 }
 
+/// As our own CSV files write it.
+TEST_F(LiveFeedTest, ANameWithACommaIsInQuotes) {
+  folder_.write("scenario.yaml",
+                read_file(folder_.path() / "scenario.yaml") +
+                    "sensors:\n  \"a, \\\"b\\\"\": {type: position, file: usbl.csv, sigma: [1, 1, 1]}\n");
+  const Input input("\"a, \"\"b\"\"\",1.0,5,0,0\n\"usbl\",2,5,0,0\n");
+  const std::atomic<bool> stop{false};
+  std::vector<std::string> complaints;
+  StreamFeed feed(settings(RowsIn::stream), input.descriptor(), "input", stop,
+                  [&](const std::string& complaint) { complaints.push_back(complaint); });
+  EXPECT_THAT(arrivals(feed), ElementsAre("a, \"b\" 1.00", "usbl 2.00"));
+  EXPECT_THAT(complaints, testing::IsEmpty());
+}
+
 TEST_F(LiveFeedTest, RowsMeanTheSameInAFileAndInAStream) {
   folder_.write("scenario.yaml", read_file(folder_.path() / "scenario.yaml") + "frame: NED-FRD\n");
   const Input input("odometry,1,1,2,3,0,0,0.6,0.8\nusbl,1,5,1,2\noptical, 2 , 5,1,-2, 0.1,0,0,0.99498743710662\n");

@@ -70,7 +70,7 @@ TEST_F(NavigationMetrics, ErrorsAreEstimateMinusTruth) {
   const NavigationComparison c = compare();
   ASSERT_EQ(c.errors.size(), 5u);
   EXPECT_TRUE(c.errors[1].position->isApprox(Vector<3>(0.3, 0.4, -1.2)));
-  EXPECT_TRUE(c.errors[1].attitude->isApprox(Vector<3>(0.01, 0, -0.02), 1e-9));
+  EXPECT_TRUE(c.errors[1].orientation->isApprox(Vector<3>(0.01, 0, -0.02), 1e-9));
   EXPECT_NEAR((*c.errors[2].velocity - Vector<3>(0.1, 0, 0.2)).norm(), 0, 1e-12);
   EXPECT_FALSE(c.errors[0].velocity || c.errors[4].velocity) << "no keyframe on one side";
   EXPECT_FALSE(c.errors[1].position_sigma || c.errors[1].pose_nees) << "no covariance";
@@ -82,8 +82,8 @@ TEST_F(NavigationMetrics, ErrorsAreEstimateMinusTruth) {
   EXPECT_EQ(all.compared, 5);
   EXPECT_NEAR(all.position->max, std::hypot(0.3, 1.6, 1.2), 1e-12);
   EXPECT_NEAR(all.horizontal->max, std::hypot(0.3, 1.6), 1e-12);
-  EXPECT_NEAR(all.attitude->mean, std::hypot(0.01, 0.02), 1e-9);
-  EXPECT_NEAR(all.attitude_rms->z(), 0.02, 1e-9);
+  EXPECT_NEAR(all.orientation->mean, std::hypot(0.01, 0.02), 1e-9);
+  EXPECT_NEAR(all.orientation_rms->z(), 0.02, 1e-9);
   const NavigationErrorSummary late = summarise(c.errors, 3);
   EXPECT_EQ(late.n, 2);
   EXPECT_NEAR(late.position->mean, (std::hypot(0.3, 1.2, 1.2) + std::hypot(0.3, 1.6, 1.2)) / 2, 1e-12);
@@ -107,13 +107,13 @@ TEST_F(NavigationMetrics, SigmasAndNeesAreThoseOfTheCovariance) {
   const NavigationComparison c = compare();
   const NavigationError& e = c.errors[1];
   EXPECT_TRUE(e.position_sigma->isApprox(Vector<3>(1, 0.1, 1), 1e-2)) << e.position_sigma->transpose();
-  EXPECT_TRUE(e.attitude_sigma->isApprox(Vector<3>(0.5, 0.5, 0.01)));
+  EXPECT_TRUE(e.orientation_sigma->isApprox(Vector<3>(0.5, 0.5, 0.01)));
   EXPECT_TRUE(e.velocity_sigma->isApprox(Vector<3>(0.2, 0.2, 0.2)));
   EXPECT_NEAR(*e.position_nees, 9, 0.3) << "three sigmas off along y, but for what a turn of 0.04 mixes in";
   EXPECT_NEAR(*e.pose_nees, 9 + 16, 0.5);
   const NavigationErrorSummary all = summarise(c.errors);
-  EXPECT_EQ(all.attitude_within->x(), 1);
-  EXPECT_EQ(all.attitude_within->z(), 0) << "four sigmas off";
+  EXPECT_EQ(all.orientation_within->x(), 1);
+  EXPECT_EQ(all.orientation_within->z(), 0) << "four sigmas off";
   EXPECT_EQ(all.position_within->x(), 1);
   EXPECT_NEAR(*all.position_nees, *e.position_nees, 1e-9);
 }
@@ -141,7 +141,7 @@ TEST_F(NavigationMetrics, TruthWithoutOrientationIsWhereTheAntennaIs) {
   EXPECT_EQ(c.point, lever);
   for (const NavigationError& e : c.errors) {
     EXPECT_NEAR(e.position->norm(), 0, 1e-12);
-    EXPECT_FALSE(e.attitude || e.velocity || e.pose_nees);
+    EXPECT_FALSE(e.orientation || e.velocity || e.pose_nees);
   }
 
   // A navigation that does without the sensor is compared at its antenna all the same.
@@ -176,7 +176,7 @@ TEST_F(NavigationMetrics, AnArbitraryWorldIsAligned) {
   EXPECT_TRUE(c.outages.empty()) << "there is no GPS to be without";
   for (const NavigationError& e : c.errors) {
     EXPECT_NEAR(e.position->norm(), 0, 1e-9);
-    EXPECT_NEAR(e.attitude->norm(), 0, 1e-9);
+    EXPECT_NEAR(e.orientation->norm(), 0, 1e-9);
   }
   EXPECT_NEAR(c.errors[3].velocity->norm(), 0, 1e-9);
 
@@ -202,7 +202,7 @@ TEST_F(NavigationMetrics, WhatASensorTellsIsNotAligned) {
   EXPECT_THAT(c.alignment, HasSubstr("the first position is the truth's."));
   EXPECT_NEAR(horizontal(*c.errors[5].position), 0, 1e-9);
   EXPECT_NEAR(c.errors[5].position->z(), 0.5, 1e-9) << "depth tells it";
-  EXPECT_NEAR(c.errors[5].attitude->z(), 0.2, 1e-9) << "heading tells it";
+  EXPECT_NEAR(c.errors[5].orientation->z(), 0.2, 1e-9) << "heading tells it";
 }
 
 TEST_F(NavigationMetrics, AHeadingThatTheEarthTellsIsNotAligned) {
@@ -211,10 +211,10 @@ TEST_F(NavigationMetrics, AHeadingThatTheEarthTellsIsNotAligned) {
   navigation_.data.earth = Earth::at_latitude(1.0, 9.82);
   Vector<6> sigma = Vector<6>::Constant(0.02);
   add_covariance(sigma);
-  EXPECT_NEAR(compare().errors[5].attitude->z(), 0.05, 1e-9);
+  EXPECT_NEAR(compare().errors[5].orientation->z(), 0.05, 1e-9);
   sigma[5] = 0.5;  // a gyroscope that does not see it
   add_covariance(sigma);
-  EXPECT_NEAR(compare().errors[5].attitude->z(), 0, 1e-9);
+  EXPECT_NEAR(compare().errors[5].orientation->z(), 0, 1e-9);
 }
 
 /// A body that rocks about its x axis in three quarters of a second or so, truth each second half-way between keyframes.
@@ -235,14 +235,14 @@ TEST_F(NavigationMetrics, SparseTruthIsComparedAtItsOwnInstants) {
   ASSERT_EQ(c.errors.size(), 6u);
   for (std::size_t k = 0; k < 6; ++k) {
     EXPECT_EQ(c.errors[k].t, double(k) + 0.5);
-    EXPECT_NEAR(c.errors[k].attitude->norm(), 0, 1e-3) << "interpolation is off by tenths";
+    EXPECT_NEAR(c.errors[k].orientation->norm(), 0, 1e-3) << "interpolation is off by tenths";
     EXPECT_NEAR(c.errors[k].position->norm(), 0, 1e-2);
   }
 
   imu.samples.clear();  // nothing to carry it by
   const NavigationComparison interpolated = compare();
   EXPECT_EQ(interpolated.errors[2].t, 2);
-  EXPECT_GT(interpolated.errors[2].attitude->norm(), 0.05);
+  EXPECT_GT(interpolated.errors[2].orientation->norm(), 0.05);
 }
 
 TEST_F(NavigationMetrics, WithoutTruthThereAreSigmasAlone) {
@@ -251,8 +251,8 @@ TEST_F(NavigationMetrics, WithoutTruthThereAreSigmasAlone) {
   add_gps({0, 1, 2});
   scenario_.truth_chaser.clear();
   const NavigationComparison c = compare();
-  EXPECT_FALSE(c.errors[1].position || c.errors[1].attitude || c.errors[1].velocity || c.distance);
-  EXPECT_TRUE(c.errors[1].position_sigma && c.errors[1].attitude_sigma);
+  EXPECT_FALSE(c.errors[1].position || c.errors[1].orientation || c.errors[1].velocity || c.distance);
+  EXPECT_TRUE(c.errors[1].position_sigma && c.errors[1].orientation_sigma);
   const NavigationErrorSummary all = summarise(c.errors);
   EXPECT_EQ(all.n, 3);
   EXPECT_EQ(all.compared, 0);

@@ -151,9 +151,11 @@ TEST_F(BothFrames, NoiseOnTheCommandLineIsAlongTheFilesAxes) {
 
 TEST_F(BothFrames, ResultsAreInTheirOwnFrame) {
   const ScratchFolder out_enu, out_ned;
-  write_results(estimate(read_scenario(enu_.path()), {}, GaussNewtonOptions{}), out_enu.path());
-  write_results(estimate(read_scenario(ned_.path()), {}, GaussNewtonOptions{}), out_ned.path());
-  for (const char* file : {"chaser.tum", "target.tum"}) {
+  for (const auto& [in, out] : {std::pair(&enu_, &out_enu), std::pair(&ned_, &out_ned)}) {
+    const Scenario scenario = read_scenario(in->path());
+    write_results(estimate(scenario, {}, GaussNewtonOptions{}), scenario, out->path());
+  }
+  for (const char* file : {"chaser.tum", "target.tum", "chaser_truth.tum", "target_truth.tum"}) {
     const auto enu = poses(read_tum(out_enu.path() / file)), ned = poses(read_tum(out_ned.path() / file));
     ASSERT_EQ(enu.size(), ned.size());
     for (std::size_t k = 0; k < enu.size(); ++k) {

@@ -34,6 +34,11 @@ TEST_F(TableTest, ReadsCsv) {
   EXPECT_EQ(table.values, (std::vector<double>{0.5, 1, -2, 30, 1.5, 4, 5, 6}));
 }
 
+TEST_F(TableTest, CellsMayBeInQuotes) {
+  const auto file = folder_.write("usbl.csv", "\"t\",x,\"y\",z\n0.5,\"1\", \"-2\" ,3\n1.5,1,2,3\n");
+  EXPECT_EQ(read_csv(file, "t,x,y,z").values, (std::vector<double>{0.5, 1, -2, 3, 1.5, 1, 2, 3}));
+}
+
 TEST_F(TableTest, ToleratesWindowsFiles) {
   const auto file = folder_.write("usbl.csv", "\xEF\xBB\xBFt,x,y,z\r\n1,2,3,4\r\n\r\n2,3,4,5\r\n");
   EXPECT_EQ(read_csv(file, "t,x,y,z").lines, (std::vector<int>{2, 4}));

@@ -217,7 +217,9 @@ TEST(SimulateDive, AFolderReadsBackAsItWasWritten) {
   options.keyframe_interval = 0.5;
   SimulatedDive dive = simulate_dive(options);
   write_dive(dive, options, folder.path());
-  for (const std::string& file : dive_files()) EXPECT_TRUE(std::filesystem::exists(folder.path() / file)) << file;
+  EXPECT_THAT(files(folder.path()),
+              testing::UnorderedElementsAre("scenario.yaml", "imu.csv", "dvl.csv", "depth.csv", "heading.csv",
+                                            "gps.csv", "truth_chaser.tum", "truth_velocity.csv", "truth_bias.csv"));
   Scenario scenario = read_scenario(folder.path());
   NavigationData& data = scenario.navigation.value();
   EXPECT_EQ(data.keyframe_interval, 0.5);

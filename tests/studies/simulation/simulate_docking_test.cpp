@@ -70,7 +70,9 @@ TEST(SimulateDocking, AFolderReadsBackAndSolves) {
   const DockingOptions options{.minutes = 5, .seed = 7};
   const SimulatedDocking docking = simulate_docking(options);
   write_docking(docking, options, folder.path());
-  for (const std::string& file : docking_files()) EXPECT_TRUE(std::filesystem::exists(folder.path() / file)) << file;
+  EXPECT_THAT(files(folder.path()),
+              testing::UnorderedElementsAre("scenario.yaml", "chaser_odometry.tum", "usbl.csv", "optical.csv",
+                                            "truth_chaser.tum", "truth_target.tum"));
   const Scenario scenario = read_scenario(folder.path());
   EXPECT_TRUE(scenario.has_truth());
   EXPECT_EQ(scenario.data.odometry.size(), docking.data.odometry.size());

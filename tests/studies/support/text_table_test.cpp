@@ -35,11 +35,5 @@ TEST(TextTable, HeadsOfGroupsStandAboveTheirColumns) {
             "x        1     2       3\n");
 }
 
-TEST(TextTable, CsvFieldsAreQuotedWhereTheyMustBe) {
-  EXPECT_EQ(csv_field("plain text"), "plain text");
-  EXPECT_EQ(csv_field("a,b"), "\"a,b\"");
-  EXPECT_EQ(csv_field("say \"no\""), "\"say \"\"no\"\"\"");
-}
-
 }  // namespace
 }  // namespace tandem

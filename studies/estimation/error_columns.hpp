@@ -1,0 +1,33 @@
+#pragma once
+
+#include <numbers>
+
+#include <tandem/studies/estimation/estimate_metrics.hpp>
+#include <tandem/studies/support/csv.hpp>
+
+namespace tandem {
+
+/// Adds what errors.csv has of the relative pose, be it of an estimate or of tracking. A row has members error (KeyframeError),
+/// frame (Frame) and three_sigma (std::optional<Vector<3>>: 3 σ of the relative position along the chaser's axes [m]).
+template <class Row>
+void add_relative_error_columns(CsvTable<Row>& table) {
+  const auto in_body = [](const Frame& frame, std::optional<Vector<3>> v, double unit) {
+    if (v) v = frame.body(Vector<3>(unit * *v));
+    return v;
+  };
+  table.add("t", "time of the keyframe [s]", [](const Row& r) { return r.error.t; })
+      .add("type", "of the keyframe: optical, usbl or gated", [](const Row& r) { return name(r.error.type); })
+      .add("position_error_m", "size of the error of the target's position relative to the chaser [m]",
+           [](const Row& r) { return r.error.position; })
+      .add("orientation_error_deg", "angle of the error of the target's orientation relative to the chaser [deg]",
+           [](const Row& r) { return r.error.orientation; })
+      .add_xyz("error_{}_m", "the error of the relative position, estimate minus truth, along the chaser's axes [m]",
+               [=](const Row& r) { return in_body(r.frame, r.error.position_vector, 1); })
+      .add_xyz("error_r{}_deg",
+               "the error of the relative orientation, a rotation vector about the target's axes [deg]",
+               [=](const Row& r) { return in_body(r.frame, r.error.rotation_vector, 180.0 / std::numbers::pi); })
+      .add_xyz("three_sigma_{}_m", "3 σ of the relative position along the chaser's axes [m]",
+               [](const Row& r) { return r.three_sigma; });
+}
+
+}  // namespace tandem

@@ -1,0 +1,139 @@
+#pragma once
+
+#include <concepts>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace tandem {
+
+/// A cell of a CSV file: a number to its last digit, a text, in quotes where it must be (RFC 4180), or nothing.
+class CsvCell {
+ public:
+  CsvCell() = default;
+  CsvCell(double value) : value_(value) {}
+  template <std::integral I>
+  CsvCell(I value) : value_(static_cast<long long>(value)) {}
+  CsvCell(std::string_view text) : value_(std::string(text)) {}
+  CsvCell(const std::string& text) : value_(text) {}
+  CsvCell(const char* text) : value_(std::string(text)) {}
+  template <class T>
+  CsvCell(const std::optional<T>& value) {
+    if (value) *this = CsvCell(*value);
+  }
+  /// A number with so many decimals.
+  static CsvCell fixed(double value, int decimals);
+  /// A number with so many digits at most.
+  static CsvCell rounded(double value, int digits);
+
+  void append_to(std::string& text) const;
+
+ private:
+  std::variant<std::monostate, double, long long, std::string> value_;
+};
+
+/// A column of a CSV file. This is all that there is to a column: a table's header and rows are made of its columns.
+template <class Row>
+struct CsvColumn {
+  std::string name;  ///< with its unit: "error_x_m"
+  std::string doc;   ///< what it is and along which axes; docs/file_formats.md has the same
+  std::function<CsvCell(const Row&)> cell;
+};
+
+/// Names and docs of a file's columns.
+struct CsvDescription {
+  std::string file;
+  std::vector<std::pair<std::string, std::string>> columns;
+};
+
+/// The columns of a kind of file, of which a row is made out of a `Row`.
+template <class Row>
+class CsvTable {
+ public:
+  CsvTable() = default;
+  CsvTable(std::vector<CsvColumn<Row>> columns) : columns_(std::move(columns)) {}
+
+  CsvTable& add(std::string name, std::string doc, std::function<CsvCell(const Row&)> cell) {
+    columns_.push_back({std::move(name), std::move(doc), std::move(cell)});
+    return *this;
+  }
+  /// A column each of a vector's components, "{}" in the name standing for the axis. `vector` gives a vector or an optional
+  /// one; components beyond its size are empty.
+  template <class F>
+  CsvTable& add_each(const std::vector<std::string>& axes, const std::string& name, const std::string& doc, F vector) {
+    for (std::size_t i = 0; i < axes.size(); ++i)
+      add(with_axis(name, axes[i]), doc, [vector, i](const Row& row) {
+        const auto component = [i = static_cast<std::ptrdiff_t>(i)](const auto& v) {
+          return i < v.size() ? CsvCell(v[i]) : CsvCell();
+        };
+        const auto v = vector(row);
+        if constexpr (requires { v.has_value(); })
+          return v ? component(*v) : CsvCell();
+        else
+          return component(v);
+      });
+    return *this;
+  }
+  template <class F>
+  CsvTable& add_xyz(const std::string& name, const std::string& doc, F vector) {
+    return add_each({"x", "y", "z"}, name, doc, std::move(vector));
+  }
+
+  CsvDescription describe(std::string file) const {
+    CsvDescription description{std::move(file), {}};
+    for (const CsvColumn<Row>& column : columns_) description.columns.emplace_back(column.name, column.doc);
+    return description;
+  }
+
+  /// The first line, which names the columns.
+  std::string header() const {
+    std::string text;
+    for (const CsvColumn<Row>& column : columns_) {
+      if (!text.empty()) text += ',';
+      CsvCell(column.name).append_to(text);
+    }
+    return text + '\n';
+  }
+  /// A line.
+  std::string row(const Row& row) const {
+    std::string text;
+    append_row(text, row);
+    return text;
+  }
+  /// A whole file.
+  template <class Rows>
+  std::string text(const Rows& rows) const {
+    std::string text = header();
+    for (const auto& row : rows) append_row(text, row);
+    return text;
+  }
+
+ private:
+  void append_row(std::string& text, const Row& row) const {
+    bool first = true;
+    for (const CsvColumn<Row>& column : columns_) {
+      if (!std::exchange(first, false)) text += ',';
+      column.cell(row).append_to(text);
+    }
+    text += '\n';
+  }
+  static std::string with_axis(std::string text, const std::string& axis) {
+    if (const std::size_t at = text.find("{}"); at != std::string::npos) text.replace(at, 2, axis);
+    return text;
+  }
+
+  std::vector<CsvColumn<Row>> columns_;
+};
+
+/// The first cell of a line, quotes taken away, or blanks around it where it has none; and what comes after its comma, if
+/// there is one.
+std::pair<std::string, std::optional<std::string_view>> csv_first_cell(std::string_view line);
+
+/// All cells of a line.
+std::vector<std::string> csv_cells(std::string_view line);
+
+}  // namespace tandem

@@ -1,0 +1,83 @@
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/studies/live/track_lines.hpp>
+
+namespace tandem {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+/// The chaser at the origin heads north (the world's y); the target is 10 m ahead, 10 m to starboard and 5 m up, heads south
+/// and moves east at 2 m/s.
+TrackRecord record(double t) {
+  TrackRecord r{t, KeyframeType::usbl, true, 0.002, 0.001, {}, 42};
+  r.chaser = SE3(SO3::Exp({0, 0, std::numbers::pi / 2}), {0, 0, 0});
+  r.chaser_velocity = {0, 1.5, 0};
+  r.chaser_sigma = 0.25;
+  r.target = TargetState(SE3(SO3::Exp({0, 0, -std::numbers::pi / 2}), {10, 10, 5}));
+  r.target_velocity = {2, 0, 0};
+  r.sigma = Vector<3>(2, 1, 2);
+  return r;
+}
+
+TEST(TrackLines, TellOfATargetInTheSailorsTerms) {
+  TrackLines lines(Frame::enu_flu(), true, false);
+  EXPECT_EQ(lines(record(80.2)),
+            "  time [s] range [m] bearing [°] elev. [°] speed [m/s] heading [°]    σ [m]  window update [ms]\n"
+            "     80.20     15.00        45.0      19.5        2.00       180.0     3.00      42        2.00\n");
+}
+
+TEST(TrackLines, ComeOnceASecondWithTheLongestUpdateSince) {
+  TrackLines lines(Frame::enu_flu(), true, false);
+  lines(record(1));
+  TrackRecord slow = record(1.5);
+  slow.seconds = 0.5;
+  EXPECT_EQ(lines(slow), "");
+  TrackRecord late = record(2.5);
+  late.new_keyframe = false;
+  EXPECT_EQ(lines(late), "") << "a late measurement is no news of now";
+  EXPECT_THAT(lines(record(2.5)), testing::AllOf(StartsWith("      2.50 "), testing::EndsWith(" 500.00\n")));
+  EXPECT_THAT(lines(record(3)), testing::EndsWith(" 2.00\n"));
+}
+
+TEST(TrackLines, TheHeadIsRepeated) {
+  TrackLines lines(Frame::enu_flu(), true, false);
+  for (int i = 0; i < 51; ++i) {
+    SCOPED_TRACE(i);
+    if (i % 25 == 0)
+      EXPECT_THAT(lines(record(i)), HasSubstr("range [m]"));
+    else
+      EXPECT_THAT(lines(record(i)), testing::Not(HasSubstr("range [m]")));
+  }
+}
+
+TEST(TrackLines, WhatIsNotKnownIsADash) {
+  TrackLines lines(Frame::enu_flu(), true, true);
+  TrackRecord r = record(1);
+  r.target = TargetState(Vector<3>(10, 10, 0));  // a point: where it goes is all that there is of a heading
+  r.sigma.reset();
+  EXPECT_THAT(lines(r), HasSubstr("     14.14        45.0         –        2.00        90.0        –      42"));
+  r.t = 2;
+  r.target_velocity = {0.001, 0, 0};
+  EXPECT_THAT(lines(r), HasSubstr(" 0.00           –        –      42")) << "hardly moving, it has no course";
+  r.t = 3;
+  r.target.reset();
+  EXPECT_THAT(lines(r),
+              HasSubstr("      3.00         –           –         –           –           –        –      42"));
+}
+
+TEST(TrackLines, OfAChaserAloneInTheScenariosFrame) {
+  TrackLines lines(Frame::ned_frd(), false, false);
+  TrackRecord r = record(1);
+  r.chaser = SE3(r.chaser.rotation(), {1, 2, 3});
+  EXPECT_EQ(lines(r),
+            "  time [s]     x [m]       y [m]     z [m] speed [m/s] heading [°]    σ [m]  window update [ms]\n"
+            "      1.00      2.00        1.00     -3.00        1.50         0.0     0.25      42        2.00\n");
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,93 @@
+#include <gtest/gtest.h>
+
+#include <tandem/studies/live/track_records.hpp>
+
+namespace tandem {
+namespace {
+
+TrackRecord full_record() {
+  TrackRecord r{1.25, KeyframeType::optical, true, 0.001, 0.002, 12.5, 61};
+  r.chaser = SE3(SO3::Exp({0.1, -0.2, 2}), {1, 2, 3});
+  r.chaser_velocity = {0.5, 0.25, -0.125};
+  r.chaser_sigma = 0.1;
+  r.chaser_rotation_sigma = 0.01;
+  r.target = TargetState(SE3(SO3::Exp({0, 0, -1}), {4, 5, 6}));
+  r.target_velocity = {-1, -2, -3};
+  r.sigma = Vector<3>(0.1, 0.2, 0.3);
+  r.measured = Vector<3>(7, 8, 9);
+  r.measured_rotation = SO3::Exp({0.3, 0, 0});
+  r.ahead = {Vector<3>(10, 11, 12), std::nullopt};
+  return r;
+}
+
+/// Two numbers or rotations that are the same, or both not there.
+template <class T>
+void expect_same(const std::optional<T>& a, const std::optional<T>& b, const char* what) {
+  ASSERT_EQ(a.has_value(), b.has_value()) << what;
+  if (!a) return;
+  if constexpr (std::same_as<T, SO3>) {
+    EXPECT_EQ(a->quaternion().coeffs(), b->quaternion().coeffs()) << what;
+  } else {
+    EXPECT_EQ(*a, *b) << what;
+  }
+}
+
+void expect_same(const TrackRecord& a, const TrackRecord& b) {
+  EXPECT_EQ(a.t, b.t);
+  EXPECT_EQ(a.type, b.type);
+  EXPECT_EQ(a.new_keyframe, b.new_keyframe);
+  EXPECT_EQ(a.seconds, b.seconds);
+  EXPECT_EQ(a.processor_seconds, b.processor_seconds);
+  EXPECT_EQ(a.keyframes, b.keyframes);
+  EXPECT_EQ(a.chaser.translation(), b.chaser.translation());
+  EXPECT_EQ(a.chaser.rotation().quaternion().coeffs(), b.chaser.rotation().quaternion().coeffs());
+  EXPECT_EQ(a.chaser_velocity, b.chaser_velocity);
+  EXPECT_EQ(a.target_velocity, b.target_velocity);
+  expect_same(a.memory, b.memory, "memory");
+  expect_same(a.chaser_sigma, b.chaser_sigma, "chaser_sigma");
+  expect_same(a.chaser_rotation_sigma, b.chaser_rotation_sigma, "chaser_rotation_sigma");
+  expect_same(a.sigma, b.sigma, "sigma");
+  expect_same(a.measured, b.measured, "measured");
+  expect_same(a.measured_rotation, b.measured_rotation, "measured_rotation");
+  ASSERT_EQ(a.ahead.size(), b.ahead.size());
+  for (std::size_t i = 0; i < a.ahead.size(); ++i) expect_same(a.ahead[i], b.ahead[i], "ahead");
+  ASSERT_EQ(a.target.has_value(), b.target.has_value());
+  if (!a.target) return;
+  EXPECT_EQ(a.target->position, b.target->position);
+  expect_same(a.target->rotation, b.target->rotation, "rotation of the target");
+}
+
+TEST(TrackRecords, ComeBackAsTheyWent) {
+  std::vector<TrackRecord> records = {full_record(), full_record(), full_record(), full_record()};
+  records[1].target.reset();
+  records[1].memory.reset();
+  records[1].type = KeyframeType::gated;
+  records[1].new_keyframe = false;
+  for (auto* absent : {&records[1].sigma, &records[1].measured}) absent->reset();
+  records[1].measured_rotation.reset();
+  records[2].target = TargetState(Vector<3>(1, 2, 3));  // a point
+  records[2].chaser_sigma.reset();
+  records[2].chaser_rotation_sigma.reset();
+  records[2].ahead = {std::nullopt, Vector<3>(1, 1, 1)};
+  records[2].type = KeyframeType::usbl;
+  TrackRecords file(2);
+  for (const TrackRecord& r : records) file.add(r);
+  EXPECT_EQ(file.size(), 4u);
+  for (int pass = 0; pass < 2; ++pass) {  // it can be gone through again
+    std::size_t i = 0;
+    file.each([&](const TrackRecord& r) {
+      SCOPED_TRACE(i);
+      expect_same(r, records.at(i++));
+    });
+    EXPECT_EQ(i, 4u);
+  }
+}
+
+TEST(TrackRecords, OfNothingThereIsNothing) {
+  const TrackRecords none(0);
+  none.each([](const TrackRecord&) { FAIL(); });
+  EXPECT_EQ(none.size(), 0u);
+}
+
+}  // namespace
+}  // namespace tandem

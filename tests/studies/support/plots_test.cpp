@@ -1,0 +1,145 @@
+#include <csignal>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <tandem/studies/support/gnuplot.hpp>
+#include <tandem/studies/support/plots.hpp>
+
+#include "needs_gnuplot.hpp"
+#include "studies/scratch.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::StartsWith;
+
+constexpr const char* kNoGnuplot = "gnuplot is not installed, so no plots were drawn (Debian's package is gnuplot-nox)";
+
+/// A script that plots a column of data.csv.
+std::string script(const std::string& head) {
+  return "# A plot.\n" + head + "\nset terminal svg\nset datafile separator comma\nplot ARG1.'/data.csv' using 1\n";
+}
+
+TEST(Plots, AScriptSaysWhatItDrawsAndNeeds) {
+  const ScratchFolder scripts;
+  scripts.write("b.gp", "# B.\n#\n# of: x y\n# needs: a.csv b.tum\nplot 1\n# of: z\n");
+  scripts.write("a.gp", "# of: y\n");
+  scripts.write("common.gp", "# What the others call.\nplot 2\n");
+  scripts.write("notes.txt", "# of: x\n");
+  const auto plots = plots_in(scripts.path());
+  ASSERT_EQ(plots.size(), 2u);
+  EXPECT_EQ(plots[0].file.filename(), "a.gp");
+  EXPECT_THAT(plots[0].needs, IsEmpty());
+  EXPECT_THAT(plots[1].of, ElementsAre("x", "y"));
+  EXPECT_THAT(plots[1].needs, ElementsAre("a.csv", "b.tum"));
+}
+
+TEST(Plots, EveryScriptOfTheHouseHasAHead) {
+  std::vector<std::string> names;
+  for (const PlotScript& plot : plots_in(plot_scripts())) {
+    names.push_back(plot.file.stem());
+    EXPECT_THAT(plot.needs, testing::Not(IsEmpty())) << plot.file;
+  }
+  EXPECT_THAT(names, ElementsAre("compare", "error_norms", "errors", "fig3", "models", "navigation",
+                                 "navigation_errors", "trajectories"));
+}
+
+TEST(Plots, AFolderGetsThePlotsOfItsCommand) {
+  TANDEM_NEEDS_GNUPLOT("which scripts are run");
+  const ScratchFolder scripts, out;
+  scripts.write("mine.gp", script("# of: other mine\n# needs: data.csv"));
+  scripts.write("other.gp", script("# of: other"));
+  scripts.write("nothing.gp", "# of: mine\nexit\n");
+  scripts.write("later.gp", script("# of: mine\n# needs: data.csv more.csv"));
+  EXPECT_EQ(draw_plots("mine", PlotFormat::svg, out.path(), scripts.path()), "");
+  EXPECT_THAT(files(out.path()), IsEmpty()) << "data.csv is not there";
+  out.write("data.csv", "1\n2\n");
+  EXPECT_EQ(draw_plots("mine", PlotFormat::svg, out.path(), scripts.path()), "");
+  EXPECT_THAT(files(out.path()), testing::UnorderedElementsAre("data.csv", "mine.svg"));
+  EXPECT_THAT(read_file(out.path() / "mine.svg"), HasSubstr("</svg>"));
+}
+
+TEST(Plots, AFolderOfAnyNameIsAFolder) {
+  TANDEM_NEEDS_GNUPLOT("names with quotes and blanks");
+  const ScratchFolder scripts, scratch;
+  scripts.write("x.gp", script("# of: x"));
+  const auto out = scratch.path() / "it's `touch hit` \"a\" $b |c";
+  std::filesystem::create_directories(out);
+  std::ofstream(out / "data.csv") << "1\n2\n";
+  EXPECT_EQ(draw_plots("x", PlotFormat::svg, out, scripts.path()), "");
+  EXPECT_TRUE(std::filesystem::exists(out / "x.svg"));
+}
+
+TEST(Plots, AFailureIsASentenceAndLeavesNoPicture) {
+  TANDEM_NEEDS_GNUPLOT("what gnuplot complains of");
+  const ScratchFolder scripts, out;
+  scripts.write("x.gp", "# of: x\nset terminal svg\nplot nothing at all\n");
+  EXPECT_THAT(draw_plots("x", PlotFormat::svg, out.path(), scripts.path()),
+              testing::MatchesRegex("x.svg is not drawn: .*line 3: .+"));
+  scripts.write("x.gp", "# of: x\nset terminal svg\nplot 1\nexit status 3\n");
+  EXPECT_EQ(draw_plots("x", PlotFormat::svg, out.path(), scripts.path()),
+            "x.svg is not drawn: gnuplot ended without a word");
+  scripts.write("x.gp", "# of: x\nset print '-'\nprint '<svg half of it'\n");
+  EXPECT_EQ(draw_plots("x", PlotFormat::svg, out.path(), scripts.path()),
+            "x.svg is not drawn: gnuplot ended in the middle of it");
+  EXPECT_THAT(files(out.path()), IsEmpty());
+}
+
+/// Files may grow to so many bytes only, as on a disk that is full.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    signal_ = std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, signal_);
+  }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+ private:
+  rlimit before_{};
+  void (*signal_)(int);
+};
+
+TEST(Plots, APictureThatDoesNotFitOnTheDiskIsTold) {
+  TANDEM_NEEDS_GNUPLOT("a full disk");
+  const ScratchFolder scripts, out;
+  scripts.write("x.gp", script("# of: x"));
+  out.write("data.csv", "1\n2\n");
+  std::string note;
+  {
+    const FileSizeLimit limit(1000);
+    note = draw_plots("x", PlotFormat::svg, out.path(), scripts.path());
+  }
+  EXPECT_THAT(note, StartsWith("x.svg is not drawn: "));
+  EXPECT_THAT(note, HasSubstr("File too large"));
+  EXPECT_THAT(files(out.path()), ElementsAre("data.csv"));
+}
+
+TEST(Plots, TheAbsenceOfGnuplotIsOneNote) {
+  const ScratchFolder scripts, out;
+  scripts.write("x.gp", script("# of: x"));
+  scripts.write("y.gp", script("# of: x"));
+  const Path path(out.path().string());
+  EXPECT_EQ(draw_plots("x", PlotFormat::svg, out.path(), scripts.path()), kNoGnuplot);
+  EXPECT_THAT(files(out.path()), IsEmpty());
+}
+
+TEST(Plots, TheAbsenceOfScriptsIsANote) {
+  const ScratchFolder out;
+  EXPECT_THAT(draw_plots("x", PlotFormat::svg, out.path(), out.path() / "none"),
+              HasSubstr("no plots were drawn: their scripts are not in "));
+}
+
+}  // namespace
+}  // namespace tandem
