@@ -46,7 +46,8 @@ void add_problem(CommandOptions& option, ProblemRequest& request, bool limits) {
   option("--horizons", "LIST",
          "Triples (k-m, k, k+n) of constant twist or velocity: m:n or one number for both (default 1)", target.horizons,
          parse_horizons);
-  option("--roll-pitch", "soft|hard|off", "The target is level, in mode B too (default soft)", target.roll_pitch, parse_role);
+  option("--roll-pitch", "soft|hard|off", "The target is level, in mode B too (default soft)", target.roll_pitch,
+         parse_role);
   option("--non-holonomic", "soft|hard|off", "The target has no sway, no heave (default off)", request.non_holonomic,
          parse_role);
   option("--surge", "MIN,MAX", "Limits of the target's surge [m/s]; inf is none", target.surge, parse_interval);

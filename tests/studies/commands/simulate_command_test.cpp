@@ -13,7 +13,6 @@ namespace {
 
 using testing::ContainsRegex;
 using testing::HasSubstr;
-using testing::UnorderedElementsAreArray;
 using testing::UnorderedElementsAre;
 
 TEST(SimulateCommand, IsListed) {

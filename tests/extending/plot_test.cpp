@@ -1,0 +1,25 @@
+// docs/extending.md, "A new plot": the script of the example draws a run's file, and is found by its head.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/studies/support/plots.hpp>
+
+#include "needs_gnuplot.hpp"
+#include "studies/scratch.hpp"
+
+namespace tandem {
+namespace {
+
+TEST(Extending, APlotIsItsScript) {
+  TANDEM_NEEDS_GNUPLOT("the plot of docs/extending.md");
+  const ScratchFolder scripts, run;
+  std::filesystem::copy(plot_scripts(), scripts.path(), std::filesystem::copy_options::recursive);
+  std::filesystem::copy(std::filesystem::path(TANDEM_SOURCE_DIR) / "tests/extending/weights.gp", scripts.path());
+  run.write("weights.csv", "sensor,t,part,weight\n\"front, left\",1,all,0.25\nusbl,2,all,0.5\n");
+  EXPECT_EQ(draw_plots("estimate", PlotFormat::svg, run.path(), scripts.path()), "");
+  EXPECT_THAT(read_file(run.path() / "weights.svg"),
+              testing::AllOf(testing::HasSubstr("</svg>"), testing::HasSubstr("weight")));
+}
+
+}  // namespace
+}  // namespace tandem
