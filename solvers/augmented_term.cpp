@@ -7,18 +7,16 @@ namespace tandem::detail {
 
 AugmentedTerm::AugmentedTerm(Program& program) : program_(program) {
   const int rows = program.num_rows();
-  for (Eigen::VectorXd* v : {&c_, &y_, &w_, &stiffness_, &along_, &segment_, &active_, &bound_, &trial_, &row_})
+  for (Eigen::VectorXd* v :
+       {&c_, &y_, &w_, &stiffness_, &jacobian_step_, &jacobian_segment_, &active_, &bound_, &trial_, &row_})
     v->setZero(rows);
   jacobian_.setZero(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
-  unknown_.setZero(rows > 0 ? program.num_unknowns() : 0);
+  tangent_.setZero(program.num_unknowns());
 }
 
-void AugmentedTerm::linearize() {
-  if (!empty()) program_.linearize_constraints(c_, jacobian_);
-}
+void AugmentedTerm::linearize() { program_.linearize_constraints(c_, jacobian_); }
 
 void AugmentedTerm::start(const Eigen::VectorXd& scale) {
-  if (empty()) return;
   // An unknown that the cost does not curve is soft, but not infinitely so.
   const double stiffest = scale.maxCoeff(), softest = stiffest > 0 ? 1e-8 * stiffest : 1.0;
   const auto& pattern = program_.jacobian_pattern();
@@ -40,7 +38,8 @@ bool AugmentedTerm::is_active(Eigen::Index i, double z) const {
 }
 
 void AugmentedTerm::estimate_at(double step, Eigen::VectorXd& y) const {
-  for (Eigen::Index i = 0; i < c_.size(); ++i) y[i] = w_[i] * outside(i, c_[i] + step * along_[i] + y_[i] / w_[i]);
+  for (Eigen::Index i = 0; i < c_.size(); ++i)
+    y[i] = w_[i] * outside(i, c_[i] + step * jacobian_step_[i] + y_[i] / w_[i]);
 }
 
 double AugmentedTerm::value_of(const Eigen::VectorXd& c) const {
@@ -53,12 +52,11 @@ double AugmentedTerm::value_of(const Eigen::VectorXd& c) const {
 }
 
 double AugmentedTerm::value_at_point() {
-  if (empty()) return 0.0;
   program_.constraints(trial_);
   return value_of(trial_);
 }
 
-double AugmentedTerm::mismatch(const Eigen::VectorXd& y) const {
+double AugmentedTerm::complementarity(const Eigen::VectorXd& y) const {
   double largest = 0;
   for (Eigen::Index i = 0; i < c_.size(); ++i) {
     const double projected = std::clamp(c_[i] + y[i] / stiffness_[i], program_.lower()[i], program_.upper()[i]);
@@ -67,7 +65,7 @@ double AugmentedTerm::mismatch(const Eigen::VectorXd& y) const {
   return largest;
 }
 
-double AugmentedTerm::relief(const Eigen::VectorXd& scale) {
+double AugmentedTerm::infeasibility_slope(const Eigen::VectorXd& scale) {
   double size = 0;
   for (Eigen::Index i = 0; i < c_.size(); ++i) {
     const double v = outside(i, c_[i]);
@@ -75,15 +73,15 @@ double AugmentedTerm::relief(const Eigen::VectorXd& scale) {
     size += stiffness_[i] * v * v;
   }
   if (!(size > 0)) return 0.0;
-  unknown_.setZero();
-  add_transposed(row_, unknown_);
+  tangent_.setZero();
+  add_transposed(row_, tangent_);
   const double softest = scale.maxCoeff() > 0 ? 1e-8 * scale.maxCoeff() : 1.0;
   double steepness = 0;
-  for (Eigen::Index i = 0; i < scale.size(); ++i) steepness += unknown_[i] * unknown_[i] / std::max(scale[i], softest);
+  for (Eigen::Index i = 0; i < scale.size(); ++i) steepness += tangent_[i] * tangent_[i] / std::max(scale[i], softest);
   return std::sqrt(steepness / size);
 }
 
-int AugmentedTerm::bad_row() const {
+int AugmentedTerm::row_not_finite() const {
   for (Eigen::Index i = 0; i < c_.size(); ++i)
     if (!std::isfinite(c_[i])) return static_cast<int>(i);
   for (Eigen::Index k = 0; k < jacobian_.size(); ++k)
@@ -92,13 +90,13 @@ int AugmentedTerm::bad_row() const {
 }
 
 void AugmentedTerm::begin_step() {
-  along_.setZero();
+  jacobian_step_.setZero();
   activate();
 }
 
 void AugmentedTerm::activate() {
   for (Eigen::Index i = 0; i < c_.size(); ++i) {
-    const double z = c_[i] + along_[i] + y_[i] / w_[i];
+    const double z = c_[i] + jacobian_step_[i] + y_[i] / w_[i];
     active_[i] = is_active(i, z) ? w_[i] : 0.0;
     bound_[i] = z - outside(i, z);
   }
@@ -110,17 +108,17 @@ void AugmentedTerm::add_gradient(Eigen::VectorXd& g) {
   add_transposed(row_, g);
 }
 
-void AugmentedTerm::aim(const Eigen::VectorXd& next, Eigen::VectorXd& g) {
-  multiply(next, segment_);
+void AugmentedTerm::set_segment(const Eigen::VectorXd& next, Eigen::VectorXd& g) {
+  multiply(next, jacobian_segment_);
   for (Eigen::Index i = 0; i < c_.size(); ++i)
-    row_[i] = active_[i] > 0 ? active_[i] * (c_[i] + segment_[i] - bound_[i]) + y_[i] : 0.0;
+    row_[i] = active_[i] > 0 ? active_[i] * (c_[i] + jacobian_segment_[i] - bound_[i]) + y_[i] : 0.0;
   add_transposed(row_, g);
-  segment_ -= along_;
+  jacobian_segment_ -= jacobian_step_;
 }
 
-bool AugmentedTerm::settled() const {
+bool AugmentedTerm::same_active_rows_at_end() const {
   for (Eigen::Index i = 0; i < c_.size(); ++i) {
-    const double z = c_[i] + along_[i] + segment_[i] + y_[i] / w_[i];
+    const double z = c_[i] + jacobian_step_[i] + jacobian_segment_[i] + y_[i] / w_[i];
     if (is_active(i, z) != (active_[i] > 0) || (active_[i] > 0 && z - outside(i, z) != bound_[i])) return false;
   }
   return true;
@@ -129,19 +127,20 @@ bool AugmentedTerm::settled() const {
 double AugmentedTerm::slope(double fraction) const {
   double total = 0;
   for (Eigen::Index i = 0; i < c_.size(); ++i)
-    total += w_[i] * outside(i, c_[i] + along_[i] + fraction * segment_[i] + y_[i] / w_[i]) * segment_[i];
+    total += w_[i] * outside(i, c_[i] + jacobian_step_[i] + fraction * jacobian_segment_[i] + y_[i] / w_[i]) *
+             jacobian_segment_[i];
   return total;
 }
 
 void AugmentedTerm::advance(double fraction) {
-  along_ += fraction * segment_;
+  jacobian_step_ += fraction * jacobian_segment_;
   activate();
 }
 
 double AugmentedTerm::model_value() const {
   double total = 0;
   for (Eigen::Index i = 0; i < c_.size(); ++i) {
-    const double d = outside(i, c_[i] + along_[i] + y_[i] / w_[i]);
+    const double d = outside(i, c_[i] + jacobian_step_[i] + y_[i] / w_[i]);
     total += 0.5 * w_[i] * d * d;
   }
   return total;

@@ -12,19 +12,17 @@ namespace tandem::detail {
 /// with multipliers y (above zero at an upper bound, below it at a lower one) and weights w. Its Gauss-Newton Hessian
 /// is J_Aᵀ W J_A over the active rows A: the equalities, and those with zᵢ outside its bounds. Weights are multiples of
 /// wᵢ⁰ = (Jᵢ D⁻¹ Jᵢᵀ)⁻¹, D the diagonal of the cost's Hessian: the stiffness that the cost has along the row, so that
-/// units do not matter. Without rows it is zero, at no cost.
+/// units do not matter.
 class AugmentedTerm {
  public:
   explicit AugmentedTerm(Program& program);
 
-  bool empty() const { return c_.size() == 0; }
   /// c and J at X̄.
   void linearize();
   /// Sets w⁰ by the curvature `scale` of each unknown, y = 0.
   void start(const Eigen::VectorXd& scale);
   void set_penalty(double penalty) { w_ = penalty * stiffness_; }
 
-  const Eigen::VectorXd& multipliers() const { return y_; }
   void set_multipliers(const Eigen::VectorXd& y) { y_ = y; }
   /// ŷ at X̄, and at the step by the model below.
   void estimate(Eigen::VectorXd& y) const { estimate_at(0.0, y); }
@@ -34,15 +32,16 @@ class AugmentedTerm {
   double value() const { return value_of(c_); }
   double value_at_point();
   /// g += Jᵀ y.
-  void add_forces(const Eigen::VectorXd& y, Eigen::VectorXd& g) const { add_transposed(y, g); }
+  void add_row_gradients(const Eigen::VectorXd& y, Eigen::VectorXd& g) const { add_transposed(y, g); }
 
   Program::Violation violation() const { return program_.violation(c_); }
-  /// The largest √w⁰ᵢ |cᵢ − P(cᵢ + yᵢ/w⁰ᵢ)|: how far y and c are from fitting each other, in the cost's root.
-  double mismatch(const Eigen::VectorXd& y) const;
-  /// ‖D^-½ Jᵀ W⁰ v‖ / ‖W⁰^½ v‖ of the violations v: near 0 where no step lessens them.
-  double relief(const Eigen::VectorXd& scale);
+  /// The largest √w⁰ᵢ |cᵢ − P(cᵢ + yᵢ/w⁰ᵢ)|: how far y and c are from complementarity and c from its bounds,
+  /// in standard deviations.
+  double complementarity(const Eigen::VectorXd& y) const;
+  /// ‖D^-½ Jᵀ W⁰ v‖ / ‖W⁰^½ v‖ of the violations v, the gradient of their size: near 0 where no step lessens them.
+  double infeasibility_slope(const Eigen::VectorXd& scale);
   /// A row whose value or derivatives are not finite at X̄, or −1.
-  int bad_row() const;
+  int row_not_finite() const;
 
   /// The term's model at a step p has c + J p in the place of c. Its least value is sought over p along segments:
   /// p = 0; the active rows are those there.
@@ -58,9 +57,9 @@ class AugmentedTerm {
     add_transposed(row_, y);
   }
   /// The segment from p to `next`; adds Jᵀ ŷ there for the same active rows.
-  void aim(const Eigen::VectorXd& next, Eigen::VectorXd& g);
+  void set_segment(const Eigen::VectorXd& next, Eigen::VectorXd& g);
   /// Whether the active rows at its end are the same.
-  bool settled() const;
+  bool same_active_rows_at_end() const;
   /// The slope of the model at a fraction of the segment.
   double slope(double fraction) const;
   /// p moves by a fraction of the segment, the active rows with it.
@@ -90,9 +89,9 @@ class AugmentedTerm {
 
   Program& program_;
   Eigen::VectorXd c_, jacobian_, y_, w_, stiffness_;
-  Eigen::VectorXd along_, segment_;  // J p, and J (next − p)
-  Eigen::VectorXd active_, bound_;   // weights of the active rows, 0 of the others; the bound that each is held to
-  Eigen::VectorXd trial_, row_, unknown_;
+  Eigen::VectorXd jacobian_step_, jacobian_segment_;  // J p, and J (next − p)
+  Eigen::VectorXd active_, bound_;  // weights of the active rows, 0 of the others; the bound that each is held to
+  Eigen::VectorXd trial_, row_, tangent_;
 };
 
 }  // namespace tandem::detail

@@ -130,6 +130,16 @@ void end(detail::Session& session, Ipopt::ApplicationReturnStatus status) {
   }
 }
 
+/// Whether a block at the best point is why the solve failed.
+void explain(detail::Session& session, Program& program) {
+  try {
+    if (const std::string bad = program.describe_bad_block(); !bad.empty())
+      session.summary.message = "a cost or Jacobian is not finite, in " + bad;
+  } catch (const Error& e) {
+    session.summary.message = std::string("a residual's derivatives are undefined: ") + e.what();
+  }
+}
+
 }  // namespace
 
 bool ipopt_available() { return true; }
@@ -171,9 +181,7 @@ Summary solve(Problem& problem, const IpoptOptions& options) {
     program.recenter();
     if (nlp->error()) std::rethrow_exception(nlp->error());
     if (!again) end(session, status);
-    if (session.summary.status == Status::failed)
-      if (const std::string bad = program.describe_bad_block(); !bad.empty())
-        session.summary.message = "a cost or Jacobian is not finite, in " + bad;
+    if (session.summary.status == Status::failed) explain(session, program);
   }
   session.conclude(program, 10 * feasible);
   session.summary.linear_solver_seconds = session.summary.seconds - session.summary.evaluation_seconds;

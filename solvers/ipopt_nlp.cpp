@@ -11,11 +11,12 @@
 namespace tandem::detail {
 namespace {
 
-constexpr double kRecenterAngle = 2.0;   // rad
+constexpr double kRecenterAngle = 2.0;   // rad: a restart costs Ipopt its history, and a chart ends only at π
 constexpr double kIpoptInfinity = 1e20;  // beyond Ipopt's nlp_upper_bound_inf
 constexpr double kNearSolution = 1e-2;   // relative change of the cost in an iteration
-constexpr int kPatience = 50;            // iterations that Gauss-Newton alone is given
-constexpr double kLeastDamping = 1e-12, kMostDamping = 1e3;
+constexpr int kPatience = 50;  // iterations that Gauss-Newton alone is given; it needs 10 to 30 where it works
+constexpr double kLeastDamping = 1e-12;  // less is lost against a diagonal that rounding has passed over
+constexpr double kMostDamping = 1e3;     // more only shortens a gradient step, which Ipopt's line search does as well
 
 }  // namespace
 
@@ -46,7 +47,7 @@ void IpoptNlp::start() {
   x_.setZero();
   first_iteration_ = session_.summary.iterations;
   best_.setZero();
-  best_cost_ = best_violation_ = HUGE_VAL;
+  best_point_ = {feasible_};
 }
 
 bool IpoptNlp::get_nlp_info(Index& n, Index& m, Index& nnz_jac, Index& nnz_hess, IndexStyleEnum& style) {
@@ -218,14 +219,8 @@ void IpoptNlp::consider_best(const Eigen::VectorXd& x) {
     cost = cost_;
     violation = program_.violation(constraints_).size;
   });
-  if (!valid || !std::isfinite(cost)) return;
-  const double feasible = feasible_;
-  const bool better =
-      violation <= feasible && best_violation_ <= feasible ? cost <= best_cost_ : violation <= best_violation_;
-  if (!better) return;
-  best_ = x;
-  best_cost_ = cost;
-  best_violation_ = violation;
+  if (!valid) return;
+  if (best_point_.offer(cost, violation)) best_ = x;
 }
 
 bool IpoptNlp::intermediate_callback(Ipopt::AlgorithmMode, Index iteration, Number value, Number, Number, Number mu,
@@ -253,7 +248,11 @@ bool IpoptNlp::intermediate_callback(Ipopt::AlgorithmMode, Index iteration, Numb
       consider_best(current_);
       recenter_ = program_.largest_angle() > kRecenterAngle;
     }
-    session_.report(session_.summary.iterations, value, step, best_violation_);
+    session_.report_at(program_, current_, session_.summary.iterations, value, step, best_point_.violation);
+    if (options_.progress && current_ != x_) {  // in restoration; the program's point is what was reported
+      x_ = current_;
+      has_cost_ = has_derivatives_ = has_constraints_ = false;
+    }
     return !session_.should_stop() && !recenter_;
   } catch (...) {
     error_ = std::current_exception();

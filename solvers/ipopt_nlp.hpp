@@ -5,6 +5,7 @@
 #include <IpTNLP.hpp>
 
 #include <tandem/problem/program.hpp>
+#include <tandem/solvers/best_point.hpp>
 #include <tandem/solvers/ipopt.hpp>
 #include <tandem/solvers/session.hpp>
 
@@ -69,7 +70,8 @@ class IpoptNlp final : public Ipopt::TNLP {
   std::vector<Eigen::Index> lower_triangle_;  // of the pattern's values, those on and below the diagonal
   std::vector<std::size_t> diagonal_;         // of each unknown, in lower_triangle_
   Eigen::VectorXd x_, current_, best_, gradient_, hessian_, exact_, multipliers_, constraints_, jacobian_, lambda_;
-  double cost_ = 0, last_cost_ = 0, best_cost_ = 0, best_violation_ = 0, barrier_ = 0, damping_ = kInitialDamping;
+  BestPoint best_point_{};
+  double cost_ = 0, last_cost_ = 0, barrier_ = 0, damping_ = kInitialDamping;
   bool has_cost_ = false, has_derivatives_ = false, has_constraints_ = false, recenter_ = false, exact_now_;
   int first_iteration_ = 0;
   std::exception_ptr error_;

@@ -60,7 +60,7 @@ Marginals::Parts Marginals::compute(Problem& problem) {
 
 int Marginals::block_of(int variable_id) const {
   if (std::size_t(variable_id) >= parts_.block_of_variable.size())
-    throw Error("marginals: the variable was added to the problem after they were computed");
+    throw Error("marginals: the variable was added to the problem after they were computed, or is not there any more");
   return parts_.block_of_variable[std::size_t(variable_id)];
 }
 

@@ -57,7 +57,7 @@ class Marginals {
  private:
   template <LieGroup G>
   static int id(const Variable<G>& x) {
-    return x.store->id[std::size_t(x.slot)];
+    return x.store && x.store->slots.is_current(x.slot, x.generation) ? x.store->id[std::size_t(x.slot)] : -1;
   }
   int block_of(int variable_id) const;
   void block(int a, int b, Eigen::Ref<Eigen::MatrixXd> S) const;

@@ -10,6 +10,7 @@
 #include <nlopt.hpp>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/solvers/best_point.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
 #include <tandem/solvers/near_names.hpp>
@@ -42,14 +43,15 @@ const std::array kAlgorithms{
 
 constexpr int kMostDenseUnknowns = 300;         // SLSQP: 4 ms an evaluation at 200, 219 ms at 800
 constexpr double kMostConstraintEntries = 2e7;  // NLopt wants constraint gradients as one dense matrix
-constexpr double kStationary = 1e-5;            // whitened gradient, in standard deviations
-constexpr double kActive = 1e-6;                // how close to its bound an inequality counts as active
-constexpr double kMostWork = 1e10;              // of the check for stationarity
-constexpr double kRecenterAngle = 1.0;          // rad
-constexpr double kPreconditionerDamping = 1e-9;
-constexpr double kFeasible = 10;        // constraint tolerances that a solution may be off
-constexpr double kSameCost = 1e-7;      // two runs that end this close, relatively, ended at one point
-constexpr double kPenaltyWeight = 100;  // of Jᵀ J in AUGLAG's preconditioner: what its penalty grows to
+constexpr double kStationary = 1e-5;            // whitened gradient, in standard deviations: rounding leaves no less
+constexpr double kCostChanges = 100;    // that a point that creeps to its minimum may be off, by one of the last change
+constexpr double kActive = 1e-6;        // how close to its bound an inequality counts as active
+constexpr double kMostWork = 1e10;      // of the check for stationarity [multiplications]: some seconds
+constexpr double kRecenterAngle = 1.0;  // rad: well before a chart ends at π
+constexpr double kPreconditionerDamping = 1e-9;  // what rounding may take from a pivot
+constexpr double kFeasible = 10;                 // constraint tolerances that a solution may be off: NLopt's own slack
+constexpr double kSameCost = 1e-7;               // two runs that end this close, relatively, ended at one point
+constexpr double kPenaltyWeight = 100;           // of Jᵀ J in AUGLAG's preconditioner: what its penalty grows to
 
 const Algorithm& find_algorithm(const std::string& name) {
   const auto it = std::find_if(kAlgorithms.begin(), kAlgorithms.end(), [&](const auto& a) { return a.name == name; });
@@ -64,13 +66,13 @@ struct NotFinite : std::runtime_error {
 };
 
 /// The Program as NLopt's functions, in coordinates z with δ = P z, where P is L⁻ᵀ of the Gauss-Newton Hessian at X̄
-/// or the identity. Nothing is thrown through NLopt: what was is in `error`.
+/// or the identity. Nothing is thrown through NLopt: what was is in error_.
 class NloptRun {
  public:
   NloptRun(Program& program, detail::Session& session, const NloptOptions& options)
       : program_(program), session_(session), options_(options) {
     const int n = program.num_unknowns();
-    for (Eigen::VectorXd* v : {&z_, &delta_, &gradient_, &best_, &row_}) v->setZero(n);
+    for (Eigen::VectorXd* v : {&z_, &delta_, &gradient_, &best_delta_, &row_}) v->setZero(n);
     constraints_.setZero(program.num_rows());
     jacobian_.setZero(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
     const auto& lower = program.lower();
@@ -86,20 +88,26 @@ class NloptRun {
     entries_of_row_.resize(std::size_t(program.num_rows()));
     for (std::size_t k = 0; k < program.jacobian_pattern().row.size(); ++k)
       entries_of_row_[std::size_t(program.jacobian_pattern().row[k])].push_back(k);
-    if (options.precondition) {
-      hessian_.setZero(static_cast<Eigen::Index>(program.hessian_pattern().row.size()));
-      cholesky_.emplace(program.hessian_pattern());
-    }
+    hessian_.setZero(static_cast<Eigen::Index>(program.hessian_pattern().row.size()));
+    if (options.precondition) cholesky_.emplace(program.hessian_pattern());
   }
 
   /// One run from X̄; true when it must go on from a new centre.
   bool run(const Algorithm& algorithm) {
     recenter_ = false;
-    best_.setZero();
-    best_cost_ = best_violation_ = std::numeric_limits<double>::infinity();
+    best_delta_.setZero();
+    best_ = {options_.constraint_tolerance};
     z_.setConstant(std::numeric_limits<double>::quiet_NaN());  // no point is cached
     program_.reset();
-    if (cholesky_) set_preconditioner(algorithm.inner ? kPenaltyWeight : 0.0);
+    try {
+      if (cholesky_) factorize(*cholesky_, algorithm.inner ? kPenaltyWeight : 0.0);
+    } catch (const NotFinite& e) {
+      session_.end(Status::failed, e.what());
+      return false;
+    } catch (const Error& e) {
+      session_.end(Status::failed, std::string("a residual is undefined where a run starts: ") + e.what());
+      return false;
+    }
 
     const auto n = static_cast<unsigned>(program_.num_unknowns());
     nlopt::opt opt(algorithm.method, n);
@@ -118,9 +126,10 @@ class NloptRun {
 
     std::vector<double> z(n, 0.0);
     double value = 0;
-    bool gave_up = false;
+    bool gave_up = false, ended = false;
     try {
-      finish(opt.optimize(z, value));
+      ended = opt.optimize(z, value) != nlopt::MAXEVAL_REACHED;
+      session_end_ = {ended ? Status::converged : Status::max_iterations, ended ? "the cost changes no more" : ""};
     } catch (const nlopt::roundoff_limited&) {
       session_end_ = {Status::failed, "no step lowers the cost, and it is no minimum: is a Jacobian wrong?"};
       gave_up = true;
@@ -131,18 +140,24 @@ class NloptRun {
       gave_up = true;
     }
     opt_ = nullptr;
-    program_.move_to(best_);
+    program_.move_to(best_delta_);
     program_.recenter();
     if (error_) std::rethrow_exception(error_);
     if (recenter_) return true;
     // Line searches fail at a solution too, where the gradient is rounding. It is one when nothing is left of the
     // gradient but what the active constraints hold; a run that only crawled is given a second chance.
-    if (gave_up && best_violation_ <= kFeasible * options_.constraint_tolerance) {
-      if (!(std::abs(best_cost_ - cost_given_up_) <= kSameCost * (1 + best_cost_))) {
-        cost_given_up_ = best_cost_;
-        return std::isfinite(best_cost_);
+    // So is one whose cost changes no more.
+    if ((gave_up || ended) && best_.violation <= kFeasible * options_.constraint_tolerance &&
+        !(ended && stationary(true))) {
+      if (!(std::abs(best_.cost - last_cost_) <= kSameCost * (1 + best_.cost))) {
+        last_cost_ = best_.cost;
+        return std::isfinite(best_.cost);
       }
-      if (stationary()) session_end_ = {Status::converged, "no step lowers the cost any further"};
+      if (ended) {
+        session_end_ = {Status::failed, "the cost changes no more, but its gradient has not vanished"};
+      } else if (stationary(false)) {
+        session_end_ = {Status::converged, "no step lowers the cost any further"};
+      }
     }
     session_.end(session_end_.status, session_end_.message);
     return false;
@@ -158,7 +173,8 @@ class NloptRun {
     std::string message;
   };
 
-  void set_preconditioner(double constraint_weight) {
+  /// Of the Hessian at X̄, and that many times the constraints' Jᵀ J.
+  void factorize(BlockCholesky& cholesky, double constraint_weight) {
     program_.linearize(gradient_, hessian_);
     check_finite_gradient();
     if (constraint_weight > 0)
@@ -166,7 +182,7 @@ class NloptRun {
     Eigen::VectorXd shift(program_.num_unknowns());
     detail::hessian_diagonal(program_.hessian_pattern(), hessian_, shift);
     for (double& d : shift) d = d > 0 ? kPreconditionerDamping * d : 1.0;
-    while (!cholesky_->factorize(hessian_, shift)) {
+    while (!cholesky.factorize(hessian_, shift)) {
       shift *= 10;
       if (!shift.allFinite()) throw NotFinite("the Jacobians are too large to be factorised");
     }
@@ -177,32 +193,30 @@ class NloptRun {
       throw NotFinite("a Jacobian is not finite, in " + program_.describe_bad_block());
   }
 
-  /// Whether the gradient at X̄, in whitened coordinates and less its part along the active constraints, is small.
-  bool stationary() {
+  /// Whether the gradient at X̄, in the coordinates that whiten the Hessian there and less its part along the active
+  /// constraints, is small: what a step along it would gain is half its square. `unknown` where that is too much work.
+  bool stationary(bool unknown) try {
     program_.reset();
-    program_.gradient(gradient_);
-    program_.constraints(constraints_);
-    program_.constraint_jacobian(jacobian_);
-    if (cholesky_) cholesky_->solve_lower(gradient_);
+    BlockCholesky white(program_.hessian_pattern());
+    factorize(white, 0.0);
+    program_.linearize_constraints(constraints_, jacobian_);
+    white.solve_lower(gradient_);
     Eigen::MatrixXd active(gradient_.size(), 0);
     for (const auto* rows : {&equalities_, &inequalities_})
       for (const Row& r : *rows) {
         if (rows == &inequalities_ && r.sign * constraints_[r.row] - r.bound < -kActive) continue;
-        if (double(active.cols()) * double(active.cols()) * double(active.rows()) > kMostWork) return false;
-        set_row(r);
+        if (double(active.cols()) * double(active.cols()) * double(active.rows()) > kMostWork) return unknown;
+        set_row(r, &white);
         active.conservativeResize(Eigen::NoChange, active.cols() + 1);
         active.rightCols<1>() = row_;
       }
     if (active.cols() > 0) gradient_ -= active * active.colPivHouseholderQr().solve(gradient_);
-    return gradient_.norm() <= kStationary * (1 + std::sqrt(best_cost_));
-  }
-
-  void finish(nlopt::result result) {
-    if (result == nlopt::MAXEVAL_REACHED) {
-      session_end_ = {Status::max_iterations, {}};
-    } else {
-      session_end_ = {Status::converged, "the cost changes no more"};
-    }
+    const double small = std::max(kStationary, std::sqrt(kCostChanges * options_.cost_tolerance));
+    return gradient_.norm() <= small * (1 + std::sqrt(best_.cost));
+  } catch (const Error&) {  // undefined derivatives tell nothing
+    return false;
+  } catch (const NotFinite&) {
+    return false;
   }
 
   void move(const double* z) {
@@ -223,16 +237,18 @@ class NloptRun {
   /// Keeps the best point and stops where the caller or the chart asks for it.
   void consider() {
     const double violation = program_.violation(constraints_).size;
-    const double feasible = options_.constraint_tolerance;
-    const bool better =
-        violation <= feasible && best_violation_ <= feasible ? cost_ < best_cost_ : violation < best_violation_;
-    if (better && std::isfinite(cost_)) {
-      best_ = delta_;
-      best_cost_ = cost_;
-      best_violation_ = violation;
+    if (best_.offer(cost_, violation)) {
+      best_delta_ = delta_;
       if (program_.largest_angle() > kRecenterAngle) recenter_ = true;
     }
-    session_.report(session_.summary.iterations, cost_, std::numeric_limits<double>::quiet_NaN(), violation);
+    try {
+      session_.report_at(program_, delta_, session_.summary.iterations, cost_, std::numeric_limits<double>::quiet_NaN(),
+                         violation);
+    } catch (...) {  // the caller's, whatever its type: no undefined residual
+      error_ = std::current_exception();
+      opt_->force_stop();
+      return;
+    }
     if (session_.summary.evaluations >= options_.max_iterations) session_.end(Status::max_iterations);
     if (session_.should_stop() || session_.ended() || recenter_) opt_->force_stop();
   }
@@ -296,19 +312,19 @@ class NloptRun {
         const Row& r = rows[i];
         result[i] = r.sign * constraints_[r.row] - r.bound;
         if (!gradient) continue;
-        set_row(r);
+        set_row(r, cholesky_ ? &*cholesky_ : nullptr);
         std::copy_n(row_.data(), n, gradient + i * n);
       }
       return 0.0;
     });
   }
 
-  /// row_ = the gradient of a constraint in z, out of jacobian_.
-  void set_row(const Row& r) {
+  /// row_ = the gradient of a constraint in the coordinates that are white to a factor, out of jacobian_.
+  void set_row(const Row& r, const BlockCholesky* white) {
     row_.setZero();
     for (const std::size_t k : entries_of_row_[std::size_t(r.row)])
       row_[program_.jacobian_pattern().column[k]] += r.sign * jacobian_[Eigen::Index(k)];
-    if (cholesky_) cholesky_->solve_lower(row_);
+    if (white) white->solve_lower(row_);
   }
 
   Program& program_;
@@ -318,9 +334,9 @@ class NloptRun {
   nlopt::opt* opt_ = nullptr;
   std::vector<Row> equalities_, inequalities_;
   std::vector<std::vector<std::size_t>> entries_of_row_;
-  Eigen::VectorXd z_, delta_, gradient_, best_, row_, constraints_, jacobian_, hessian_;
-  double cost_ = 0, best_cost_ = 0, best_violation_ = 0;
-  double cost_given_up_ = std::numeric_limits<double>::infinity();
+  Eigen::VectorXd z_, delta_, gradient_, best_delta_, row_, constraints_, jacobian_, hessian_;
+  detail::BestPoint best_{};
+  double cost_ = 0, last_cost_ = std::numeric_limits<double>::infinity();  // the second, where the last run ended
   bool has_gradient_ = false, has_jacobian_ = false, recenter_ = false;
   End session_end_{Status::failed, {}};
   std::exception_ptr error_;
@@ -367,16 +383,10 @@ Summary solve(Problem& problem, const NloptOptions& options) {
   }
   Program program(problem);
   if (!session.start(program, [&] { return program.cost(); })) return session.summary;
-  try {
-    NloptRun run(program, session, options);
-    while (run.run(algorithm)) {
-      if (session.summary.evaluations >= options.max_iterations) session.end(Status::max_iterations);
-      if (session.ended()) break;
-    }
-  } catch (const NotFinite& e) {
-    session.end(Status::failed, e.what());
-  } catch (const Error& e) {
-    session.end(Status::failed, std::string("a residual is undefined where a run starts: ") + e.what());
+  NloptRun run(program, session, options);
+  while (run.run(algorithm)) {
+    if (session.summary.evaluations >= options.max_iterations) session.end(Status::max_iterations);
+    if (session.ended()) break;
   }
   session.conclude(program, kFeasible * options.constraint_tolerance);
   return session.summary;

@@ -55,6 +55,24 @@ void Session::report(int iteration, double cost, double step, double violation) 
   if (options_.progress) options_.progress({iteration, cost, step, violation, seconds()});
 }
 
+void Session::report_at(Program& program, const Eigen::VectorXd& delta, int iteration, double cost, double step,
+                        double violation) const {
+  if (!options_.progress) return;
+  struct Shown {  // in the variables' values, until the callback returns or throws
+    Program& program;
+    const Eigen::VectorXd& delta;
+    ~Shown() {
+      program.restore();
+      program.move_to(delta);
+    }
+  };
+  program.keep();
+  program.move_to(delta);
+  program.recenter();
+  const Shown shown{program, delta};
+  report(iteration, cost, step, violation);
+}
+
 void Session::end(Status status, std::string message) {
   if (ended_) return;
   ended_ = true;

@@ -21,8 +21,10 @@ class Session {
   /// Measures the start by `cost()`, which evaluates the program's cost. False when a residual is undefined or not
   /// finite there: the solve has then failed, and the message names the block.
   bool start(Program& program, const std::function<double()>& cost);
-  /// Tells the caller of an iteration.
+  /// Tells the caller of an iteration whose iterate is X̄, or X̄ ⊕ delta, which is then the program's point.
   void report(int iteration, double cost, double step, double violation) const;
+  void report_at(Program& program, const Eigen::VectorXd& delta, int iteration, double cost, double step,
+                 double violation) const;
   /// Sets status and message; an empty message is the status's own sentence. The first to call wins.
   void end(Status status, std::string message = {});
   bool ended() const { return ended_; }

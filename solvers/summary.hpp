@@ -55,7 +55,9 @@ struct SolverOptions {
   int max_iterations = 1000;                                    ///< the status is then max_iterations
   double time_limit = std::numeric_limits<double>::infinity();  ///< s
   const std::atomic<bool>* stop = nullptr;                      ///< set it from anywhere to end at the best point
-  std::function<void(const Progress&)> progress;                ///< called once an iteration
+  /// Called once an iteration, while the variables' values are the iterate's: it may read them and compute their
+  /// Marginals, but neither change the problem nor solve it. What it throws ends the solve and comes out of it.
+  std::function<void(const Progress&)> progress;
 };
 
 }  // namespace tandem

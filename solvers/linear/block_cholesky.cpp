@@ -52,6 +52,7 @@ void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern) {
     place[block] = static_cast<int>(k);
     size_.push_back(pattern.first[block + 1] - pattern.first[block]);
     start_.push_back(start_.back() + size_.back());
+    first_unknown_.push_back(pattern.first[block]);
     for (int u = pattern.first[block]; u < pattern.first[block + 1]; ++u) unknown_.push_back(u);
   }
 
@@ -71,7 +72,6 @@ void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern) {
   }
   values_.resize(static_cast<Eigen::Index>(entries));
   diagonal_.resize(n_);
-  work_.resize(n_);
 
   // Where block row r of block column k stands in its panel.
   const auto find = [&](int k, int r) {
@@ -206,21 +206,20 @@ std::vector<Eigen::VectorXd> BlockCholesky::null_space(const Eigen::VectorXd& va
   std::vector<Eigen::VectorXd> basis;
   for (const int place : weak) {
     if (static_cast<int>(basis.size()) >= most) break;
-    work_.setZero();
-    work_[place] = 1;
-    backward(work_);
-    Eigen::VectorXd v(n_);
-    unpermute(v);
+    Eigen::VectorXd v = Eigen::VectorXd::Zero(n_);
+    v[unknown_[std::size_t(place)]] = 1;
+    backward(v);
     basis.push_back(v.normalized());
   }
   return basis;
 }
 
+/// Both in the pattern's order of unknowns, in place: each block's are consecutive there too.
 void BlockCholesky::forward(Eigen::VectorXd& y, int from) const {
   for (int k = from; k < blocks_; ++k) {
     const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
     const double* P = values_.data() + panel_[std::size_t(k)];
-    double* x = y.data() + start_[std::size_t(k)];
+    double* x = y.data() + first_unknown_[std::size_t(k)];
     for (int c = 0; c < n; ++c) {
       const double* column = P + std::ptrdiff_t(c) * m;
       x[c] /= column[c];
@@ -228,7 +227,7 @@ void BlockCholesky::forward(Eigen::VectorXd& y, int from) const {
       int row = n;
       for (int b = row_start_[std::size_t(k)] + 1; b < row_start_[std::size_t(k) + 1]; ++b) {
         const std::size_t block = std::size_t(row_block_[std::size_t(b)]);
-        double* target = y.data() + start_[block];
+        double* target = y.data() + first_unknown_[block];
         for (int i = 0; i < size_[block]; ++i) target[i] -= column[row + i] * x[c];
         row += size_[block];
       }
@@ -240,7 +239,7 @@ void BlockCholesky::backward(Eigen::VectorXd& y, int to) const {
   for (int k = blocks_ - 1; k >= to; --k) {
     const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
     const double* P = values_.data() + panel_[std::size_t(k)];
-    double* x = y.data() + start_[std::size_t(k)];
+    double* x = y.data() + first_unknown_[std::size_t(k)];
     for (int c = n - 1; c >= 0; --c) {
       const double* column = P + std::ptrdiff_t(c) * m;
       double sum = x[c];
@@ -248,7 +247,7 @@ void BlockCholesky::backward(Eigen::VectorXd& y, int to) const {
       int row = n;
       for (int b = row_start_[std::size_t(k)] + 1; b < row_start_[std::size_t(k) + 1]; ++b) {
         const std::size_t block = std::size_t(row_block_[std::size_t(b)]);
-        const double* source = y.data() + start_[block];
+        const double* source = y.data() + first_unknown_[block];
         for (int i = 0; i < size_[block]; ++i) sum -= column[row + i] * source[i];
         row += size_[block];
       }
@@ -257,19 +256,9 @@ void BlockCholesky::backward(Eigen::VectorXd& y, int to) const {
   }
 }
 
-void BlockCholesky::permute(const Eigen::VectorXd& x) const {
-  for (int i = 0; i < n_; ++i) work_[i] = x[unknown_[std::size_t(i)]];
-}
-
-void BlockCholesky::unpermute(Eigen::VectorXd& x) const {
-  for (int i = 0; i < n_; ++i) x[unknown_[std::size_t(i)]] = work_[i];
-}
-
 void BlockCholesky::solve(Eigen::VectorXd& x) const {
-  permute(x);
-  forward(work_);
-  backward(work_);
-  unpermute(x);
+  forward(x);
+  backward(x);
 }
 
 Eigen::MatrixXd BlockCholesky::inverse_of(const std::vector<int>& blocks) const {
@@ -280,35 +269,24 @@ Eigen::MatrixXd BlockCholesky::inverse_of(const std::vector<int>& blocks) const 
     n += size_[std::size_t(place)];
   }
   Eigen::MatrixXd S(n, n);
+  Eigen::VectorXd x(n_);
   int column = 0;
   for (const int block : blocks) {
     const int place = place_of_block_[std::size_t(block)];
     for (int i = 0; i < size_[std::size_t(place)]; ++i, ++column) {
-      work_.setZero();
-      work_[start_[std::size_t(place)] + i] = 1;
-      forward(work_, place);
-      backward(work_, first);
+      x.setZero();
+      x[first_unknown_[std::size_t(place)] + i] = 1;
+      forward(x, place);
+      backward(x, first);
       int row = 0;
       for (const int other : blocks) {
         const std::size_t at = std::size_t(place_of_block_[std::size_t(other)]);
-        S.col(column).segment(row, size_[at]) = work_.segment(start_[at], size_[at]);
+        S.col(column).segment(row, size_[at]) = x.segment(first_unknown_[at], size_[at]);
         row += size_[at];
       }
     }
   }
   return S;
-}
-
-void BlockCholesky::solve_lower(Eigen::VectorXd& x) const {
-  permute(x);
-  forward(work_);
-  unpermute(x);
-}
-
-void BlockCholesky::solve_transposed(Eigen::VectorXd& x) const {
-  permute(x);
-  backward(work_);
-  unpermute(x);
 }
 
 }  // namespace tandem

@@ -20,11 +20,12 @@ class BlockCholesky {
 
   /// Factorises H + diag(shift); `shift` may be empty. False when a pivot is not positive: see failed_unknown().
   bool factorize(const Eigen::VectorXd& values, const Eigen::VectorXd& shift = {});
-  /// x = (L Lᵀ)⁻¹ x.
+  /// x = (L Lᵀ)⁻¹ x. Solves do not allocate, and any number of threads may share a factor.
   void solve(Eigen::VectorXd& x) const;
-  /// x = Lᵀ⁻¹ x and x = Lᵀ x, up to the permutation of unknowns: maps white coordinates to tangent ones and back.
-  void solve_transposed(Eigen::VectorXd& x) const;
-  void solve_lower(Eigen::VectorXd& x) const;
+  /// x = Lᵀ⁻¹ x and x = L⁻¹ x, up to the permutation of unknowns: maps white coordinates to tangent ones, and gradients
+  /// in tangent coordinates to white ones.
+  void solve_transposed(Eigen::VectorXd& x) const { backward(x); }
+  void solve_lower(Eigen::VectorXd& x) const { forward(x); }
   /// Rows and columns of (L Lᵀ)⁻¹ that belong to these blocks of the pattern, in the order given. A solve for each
   /// column, through the blocks from the earliest eliminated one of them on.
   Eigen::MatrixXd inverse_of(const std::vector<int>& blocks) const;
@@ -59,8 +60,6 @@ class BlockCholesky {
   void subtract_below(int k, int inner, const double* A, const double* B);
   void forward(Eigen::VectorXd& y, int from = 0) const;
   void backward(Eigen::VectorXd& y, int to = 0) const;
-  void permute(const Eigen::VectorXd& x) const;
-  void unpermute(Eigen::VectorXd& x) const;
 
   int n_ = 0, blocks_ = 0, failed_ = -1;
   double nonzeros_ = 0;
@@ -68,6 +67,7 @@ class BlockCholesky {
   std::vector<int> row_start_, row_block_;  // block rows of each block column, itself first
   std::vector<int> panel_rows_;             // height of each panel
   std::vector<int> panel_;                  // first entry of each panel in values_, column-major
+  std::vector<int> first_unknown_;          // of each block column
   std::vector<int> unknown_;                // unknown at each eliminated place
   std::vector<int> place_of_block_;         // of each block of the pattern
   std::vector<Copy> copies_;
@@ -75,7 +75,6 @@ class BlockCholesky {
   std::vector<Update> updates_;
   std::vector<Run> runs_;
   Eigen::VectorXd values_, diagonal_;
-  mutable Eigen::VectorXd work_;
 };
 
 }  // namespace tandem

@@ -6,6 +6,7 @@
 #include <tandem/solvers/online/event_queue.hpp>
 #include <tandem/solvers/online/heading_alignment.hpp>
 #include <tandem/solvers/online/keyframe_policy.hpp>
+#include <tandem/solvers/online/online_estimator.hpp>
 #include <tandem/solvers/online/online_window.hpp>
 
 namespace tandem {

@@ -55,7 +55,7 @@ set xlabel 'x [m]'
 set ylabel 'y [m]'
 set tmargin at screen (1 - 1.0 * above / height)
 set bmargin at screen (1.0 * below / height)
-here_is(which, n) = column('panel') == n && (which eq 'given' ? column('given') : !column('given'))
+here_is(which, n) = column('panel') == n && (which eq 'given' ? column('given') == 1 : column('given') == 0)
 power_of_ten(x) = x > 0 ? sprintf('%.0f×10^{%d}', x / 10 ** floor(log10(x)), floor(log10(x))) : '0'
 array look[3] = ['start', 'given', 'solved']
 array prefix[3] = ['start_', '', '']

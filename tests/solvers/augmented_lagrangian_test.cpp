@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <tandem/residuals/twist_components.hpp>
+#include <tandem/solvers/augmented_model.hpp>
 
 #include "allocation_count.hpp"
 #include "cases.hpp"
@@ -65,6 +66,43 @@ TEST(AugmentedLagrangian, KnowsWhichBoundsHold) {
   EXPECT_LE((problem.value(x).vector() - Vector<3>(1.0, -1.0, 2.0)).norm(), 1e-8);
   EXPECT_NEAR(s.cost, 0.5 * (1.0 + 9.0), 1e-7);
   EXPECT_LE(s.iterations, 10);
+}
+
+TEST(AugmentedLagrangian, HasTheExactHessianOnlyWhileStepsMustBeDampedStrongly) {
+  Problem problem;
+  const auto x = problem.add(R3({2.0, 2.0, 2.0}));
+  problem.minimize(Prior<R3>{R3({2.0, -1.0, 2.0})}, Gaussian{1.0, 1.0, 1.0}, {x});
+  problem.subject_to(SquaredNorm{}, equal_to(4.0), {x});
+  Program program(problem);
+  const AugmentedLagrangianOptions options;
+  detail::Session session("test", options);
+  detail::AugmentedModel model(program, session, options, options.initial_penalty);
+  session.summary.cost = model.linearize();
+  model.begin();
+  const auto step = [&] {
+    EXPECT_TRUE(model.find_step(1e-5));
+    return model.step();
+  };
+  const Eigen::VectorXd gauss_newton = step();
+  for (int k = 0; k < 3; ++k) model.choose_hessian(true, false);
+  model.choose_hessian(false, false);  // no longer in a row
+  for (int k = 0; k < 3; ++k) model.choose_hessian(true, false);
+  EXPECT_EQ(step(), gauss_newton);
+  model.choose_hessian(true, false);
+  EXPECT_GT((step() - gauss_newton).norm(), 0.1);
+  for (int k = 0; k < 4; ++k) model.choose_hessian(false, true);
+  EXPECT_EQ(step(), gauss_newton);
+}
+
+TEST(AugmentedLagrangian, ConvergesWithoutDampingToBeginWith) {
+  for (const double damping : {0.0, 1e-12}) {
+    TrackingProblem tracking = make_tracking_problem(noisy().data(), kConstrained);
+    AugmentedLagrangianOptions options;
+    options.initial_damping = damping;
+    const Summary s = solve(tracking.problem, options);
+    EXPECT_TRUE(s.converged()) << s.message;
+    EXPECT_LE(s.iterations, 50);
+  }
 }
 
 /// At the solution some multipliers of the rows at their bounds cancel the cost's gradient, with the right signs.

@@ -134,6 +134,7 @@ TEST(Marginals, AreASnapshot) {
   graph.problem.minimize(Prior<SE3>{SE3()}, Gaussian(wave(0.5).cwiseAbs()), {late});
   EXPECT_TRUE(marginals.covariance(graph.x[2]) == before);
   EXPECT_THROW(marginals.covariance(late), Error);
+  EXPECT_THROW(marginals.covariance(Variable<SE3>()), Error);
   EXPECT_LT(Marginals(graph.problem).covariance(graph.x[2]).trace(), before.trace());
 }
 

@@ -37,12 +37,13 @@ TEST_F(NloptTest, AnUnknownAlgorithmNamesTheNearOne) {
 TEST_F(NloptTest, QuasiNewtonAlgorithmsSolveRosenbrock) {
   for (const std::string& algorithm : nlopt_algorithms())
     for (const bool precondition : {true, false}) {
-      if (algorithm == "mma" || algorithm == "ccsaq") continue;  // separable models creep along a curved valley
       problem.set_value(x, R2({-1.2, 1.0}));
       NloptOptions o = options(algorithm);
       o.precondition = precondition;
       const Summary s = solve(problem, o);
       SCOPED_TRACE(algorithm + (precondition ? ", preconditioned" : ""));
+      // Separable models creep along a curved valley, and may give up, but not as converged.
+      if ((algorithm == "mma" || algorithm == "ccsaq") && !s.converged()) continue;
       EXPECT_TRUE(s.converged()) << s.message;
       EXPECT_EQ(s.solver, "nlopt:" + algorithm);
       EXPECT_LE((problem.value(x).vector() - Vector<2>(1.0, 1.0)).norm(), 1e-3) << s.cost;

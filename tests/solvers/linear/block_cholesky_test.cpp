@@ -1,5 +1,7 @@
+#include <atomic>
 #include <numeric>
 #include <random>
+#include <thread>
 
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
@@ -237,6 +239,29 @@ TEST(BlockCholesky, FindsDirectionsThatSpanBlocks) {
   ASSERT_EQ(basis.size(), 3u);
   for (const auto& v : basis) EXPECT_LE((m.dense * v).norm(), 1e-12 * m.dense.norm());
   EXPECT_EQ(BlockCholesky(m.pattern).null_space(m.values, 1e-12, 2).size(), 2u);
+}
+
+TEST(BlockCholesky, ServesAnyNumberOfThreads) {
+  const BlockMatrix m = chain(60, 3, 7);
+  BlockCholesky cholesky(m.pattern);
+  ASSERT_TRUE(cholesky.factorize(m.values));
+  const Eigen::VectorXd b = right_side(m.values.size()).head(m.pattern.size());
+  Eigen::VectorXd x = b;
+  cholesky.solve(x);
+  const Eigen::MatrixXd S = cholesky.inverse_of({3, 50});
+  std::atomic<int> wrong = 0;
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t)
+    threads.emplace_back([&, t] {
+      Eigen::VectorXd y;
+      for (int k = 0; k < 500; ++k) {
+        y = t * b;
+        cholesky.solve(y);
+        wrong += !y.isApprox(t * x, 1e-12) || cholesky.inverse_of({3, 50}) != S;
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(wrong, 0);
 }
 
 TEST(BlockCholesky, FactorisesAndSolvesWithoutAllocating) {

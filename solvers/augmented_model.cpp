@@ -1,0 +1,200 @@
+#include <algorithm>
+#include <cmath>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/augmented_model.hpp>
+#include <tandem/solvers/linear/hessian_diagonal.hpp>
+
+namespace tandem::detail {
+namespace {
+
+constexpr int kMostActiveSets = 10;    // tried for one step; two or three are usual
+constexpr double kUsualPenalty = 1e4;  // grown to while steps are good: more makes the model ill-conditioned
+constexpr double kMostPenalty = 1e10;  // grown to while the constraints do not come closer; √ of what doubles hold
+constexpr double kPenaltyGrowth = 10;
+constexpr int kStalledSteps = 3;    // with hardly less violation, before the penalty grows
+constexpr int kHopelessSteps = 15;  // and before the constraints are given up
+constexpr double kHopelessSlope = 1e-2;
+constexpr int kHessianSteps = 3;  // strongly damped ones in a row turn the exact Hessian on, free ones off
+
+}  // namespace
+
+AugmentedModel::AugmentedModel(Program& program, Session& session, const LevenbergMarquardtOptions& options,
+                               double penalty)
+    : SoftModel(program, session, options, true), term_(program), penalty_(penalty) {
+  for (Eigen::VectorXd* v : {&total_, &last_lagrangian_, &newton_step_, &hessian_step_, &hessian_newton_})
+    v->setZero(program.num_unknowns());
+  augmented_hessian_ = hessian_;
+  next_multipliers_.setZero(program.num_rows());
+  recent_optimality_.fill(std::numeric_limits<double>::infinity());
+}
+
+double AugmentedModel::linearize() {
+  const double cost = SoftModel::linearize();
+  term_.linearize();
+  return cost;
+}
+
+void AugmentedModel::begin() {
+  term_.start(scale_);
+  term_.set_penalty(penalty_);
+  arrive();
+}
+
+std::string AugmentedModel::not_finite() {
+  const int row = term_.row_not_finite();
+  return row < 0 ? SoftModel::not_finite() : program_.describe_row(row);
+}
+
+double AugmentedModel::gradient_size() {
+  total_ = gradient_;
+  term_.begin_step();
+  term_.add_gradient(total_);
+  return scaled(total_);
+}
+
+/// The step to the least value of the model, the active rows found by a semismooth Newton iteration. Where the first
+/// guess of the active ones is right, that is one linear solve.
+bool AugmentedModel::find_step(double damping) {
+  const Session::Timer timer(session_.summary.linear_solver_seconds);
+  total_ = gradient_;
+  term_.begin_step();
+  term_.add_gradient(total_);
+  step_.setZero();
+  hessian_step_.setZero();
+  for (int set = 1;; ++set) {
+    augmented_hessian_ = hessian_;
+    term_.add_hessian(augmented_hessian_);
+    if (!factorize(augmented_hessian_, damping)) return false;
+    newton_step_ = -total_;
+    secant_.refresh([&](const auto& s, auto&& y) { term_.add_hessian_product(s, y); });
+    secant_.apply(newton_step_, [&](Eigen::VectorXd& d) { cholesky_.solve(d); });
+    hessian_newton_ = gradient_;
+    term_.set_segment(newton_step_, hessian_newton_);
+    hessian_newton_ = -hessian_newton_;
+    const bool same = term_.same_active_rows_at_end();
+    const double fraction = same ? 1.0 : best_fraction();
+    step_ += fraction * (newton_step_ - step_);
+    hessian_step_ += fraction * (hessian_newton_ - hessian_step_);
+    term_.advance(fraction);
+    if (same || set == kMostActiveSets) break;
+    total_ = gradient_;
+    term_.add_gradient(total_);
+  }
+  predicted_ = -(gradient_.dot(step_) + 0.5 * hessian_step_.dot(step_) + term_.model_value() - term_.value());
+  return true;
+}
+
+/// Where the convex model is least on the segment from step_ to newton_step_.
+double AugmentedModel::best_fraction() const {
+  const double at_start = (newton_step_ - step_).dot(gradient_ + hessian_step_);
+  const double growth = (newton_step_ - step_).dot(hessian_newton_ - hessian_step_);
+  const auto slope = [&](double t) { return at_start + t * growth + term_.slope(t); };
+  if (slope(1.0) <= 0) return 1.0;
+  double low = 0, high = 1;
+  for (int i = 0; i < 30; ++i) {
+    const double middle = 0.5 * (low + high);
+    (slope(middle) <= 0 ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+double AugmentedModel::merit_at_step(bool with_derivatives) {
+  const double cost = SoftModel::merit_at_step(with_derivatives);
+  if (!std::isfinite(cost)) return cost;
+  const Session::Timer timer(session_.summary.evaluation_seconds);
+  try {
+    return cost + term_.value_at_point();
+  } catch (const Error&) {
+    return std::numeric_limits<double>::infinity();
+  }
+}
+
+void AugmentedModel::lagrangian_gradient(Eigen::VectorXd& gradient) const {
+  gradient = gradient_;
+  term_.add_row_gradients(next_multipliers_, gradient);
+}
+
+void AugmentedModel::estimate_multipliers_at_step() {
+  term_.estimate_at_step(next_multipliers_);
+  lagrangian_gradient(last_lagrangian_);
+}
+
+void AugmentedModel::learn() {
+  if (exact_) return;
+  lagrangian_gradient(total_);
+  secant_.add(step_, last_lagrangian_, total_);
+}
+
+void AugmentedModel::arrive() {
+  violation_ = term_.violation();
+  if (best_.offer(session_.summary.cost, violation_.size)) program_.keep();
+  if (exact_) evaluate_exact_hessian();
+}
+
+/// Far from feasible, multipliers are large and so is the curvature of the constraints, which a few secant pairs do not
+/// make up for: the Lagrangian's exact Hessian while steps must be damped strongly. It costs some twenty linearisations.
+void AugmentedModel::choose_hessian(bool strongly_damped, bool free) {
+  strongly_damped_ = strongly_damped ? strongly_damped_ + 1 : 0;
+  free_ = free ? free_ + 1 : 0;
+  if (!exact_ && strongly_damped_ > kHessianSteps) {
+    const Session::Timer timer(session_.summary.evaluation_seconds);
+    exact_ = true;
+    secant_.clear();
+    estimate_multipliers();
+    evaluate_exact_hessian();
+  } else if (exact_ && free_ > kHessianSteps) {
+    exact_ = false;
+    SoftModel::linearize();
+  }
+}
+
+void AugmentedModel::evaluate_exact_hessian() {
+  try {
+    program_.exact_hessian(1.0, next_multipliers_, hessian_);
+  } catch (const Error&) {  // a residual is undefined nearby, where differences are taken
+    program_.linearize(gradient_, hessian_);
+  }
+}
+
+double AugmentedModel::optimality() {
+  lagrangian_gradient(total_);
+  return std::max(scaled(total_), term_.complementarity(next_multipliers_));
+}
+
+void AugmentedModel::set_penalty(double penalty) {
+  penalty_ = penalty;
+  term_.set_penalty(penalty);
+}
+
+void AugmentedModel::take_multipliers() {
+  term_.set_multipliers(next_multipliers_);
+  if (penalty_ < kUsualPenalty) set_penalty(penalty_ * kPenaltyGrowth);
+}
+
+void AugmentedModel::update_multipliers(double ratio) {
+  const double residual = optimality();
+  if (residual <= *std::max_element(recent_optimality_.begin(), recent_optimality_.end())) {
+    recent_optimality_[std::size_t(taken_++) % recent_optimality_.size()] = residual;
+  } else {
+    estimate_multipliers();
+    lagrangian_gradient(total_);
+    if (scaled(total_) > minimized_) return;
+    minimized_ = 0.5 * scaled(total_);
+  }
+  term_.set_multipliers(next_multipliers_);
+  if (ratio > 0.5 && penalty_ < kUsualPenalty) set_penalty(penalty_ * kPenaltyGrowth);
+}
+
+bool AugmentedModel::update_penalty(bool no_closer) {
+  if (feasible() || !no_closer) {
+    stalled_ = 0;
+    return false;
+  }
+  if (++stalled_ % kStalledSteps == 0 && penalty_ < kMostPenalty) set_penalty(penalty_ * kPenaltyGrowth);
+  return stalled_ >= kHopelessSteps && locally_infeasible();
+}
+
+bool AugmentedModel::locally_infeasible() { return !feasible() && term_.infeasibility_slope(scale_) <= kHopelessSlope; }
+
+}  // namespace tandem::detail

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <array>
+#include <limits>
+#include <string>
+
+#include <tandem/solvers/augmented_term.hpp>
+#include <tandem/solvers/best_point.hpp>
+#include <tandem/solvers/soft_model.hpp>
+
+namespace tandem::detail {
+
+/// What damped steps minimise under hard constraints: the augmented Lagrangian F + ψ (solvers/augmented_term.hpp), by a
+/// convex piecewise quadratic model about X̄; and how multipliers and weights follow the iterates.
+class AugmentedModel final : public SoftModel {
+ public:
+  /// The weights start at `penalty` times the cost's own stiffness.
+  AugmentedModel(Program& program, Session& session, const LevenbergMarquardtOptions& options, double penalty);
+
+  double linearize() override;
+  std::string not_finite() override;
+  double gradient_size() override;
+  bool find_step(double damping) override;
+  double merit() const override { return session_.summary.cost + term_.value(); }
+  double merit_at_step(bool with_derivatives) override;
+  void learn() override;
+
+  bool constrained() const override { return true; }
+  Program::Violation violation() const override { return violation_; }
+  void begin() override;
+  void choose_hessian(bool strongly_damped, bool free) override;
+  void estimate_multipliers() override { term_.estimate(next_multipliers_); }
+  void estimate_multipliers_at_step() override;
+  double optimality() override;
+  void take_multipliers() override;
+  void update_multipliers(double ratio) override;
+  bool update_penalty(bool no_closer) override;
+  bool locally_infeasible() override;
+  void restore_best() override { program_.restore(); }
+
+ private:
+  void linearize_constraints() override { term_.linearize(); }
+  void arrive() override;
+  void evaluate_exact_hessian();
+  double best_fraction() const;
+  void set_penalty(double penalty);
+  /// gradient = the Lagrangian's at X̄ with next_multipliers_.
+  void lagrangian_gradient(Eigen::VectorXd& gradient) const;
+
+  AugmentedTerm term_;
+  Program::Violation violation_{0.0, -1};
+  BestPoint best_{kConstraintTolerance};
+  double penalty_;
+  double minimized_ = std::numeric_limits<double>::infinity();  // the gradient at the last classical update
+  std::array<double, 5> recent_optimality_;                     // of the multipliers taken last
+  int taken_ = 0, stalled_ = 0, strongly_damped_ = 0, free_ = 0;
+  bool exact_ = false;  // hessian_ is the Lagrangian's own
+  Eigen::VectorXd augmented_hessian_, total_, last_lagrangian_, next_multipliers_;
+  Eigen::VectorXd newton_step_;                    // to the model's minimum while the same rows are active
+  Eigen::VectorXd hessian_step_, hessian_newton_;  // Hessian times step_ and newton_step_, by the equations they solve
+};
+
+}  // namespace tandem::detail

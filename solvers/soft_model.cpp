@@ -1,0 +1,100 @@
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/damped_step.hpp>
+#include <tandem/solvers/linear/hessian_diagonal.hpp>
+#include <tandem/solvers/soft_model.hpp>
+
+namespace tandem::detail {
+
+SoftModel::SoftModel(Program& program, Session& session, const LevenbergMarquardtOptions& options,
+                     bool with_constraints)
+    : program_(program),
+      session_(session),
+      cholesky_(program.hessian_pattern()),
+      secant_(program.num_unknowns(), options.secant_pairs, with_constraints) {
+  for (Eigen::VectorXd* v : {&gradient_, &trial_gradient_, &last_gradient_, &scale_, &shift_, &diagonal_, &step_})
+    v->setZero(program.num_unknowns());
+  hessian_.setZero(static_cast<Eigen::Index>(program.hessian_pattern().row.size()));
+  trial_hessian_ = hessian_;
+}
+
+double SoftModel::linearize() {
+  const Session::Timer timer(session_.summary.evaluation_seconds);
+  ++session_.summary.evaluations;
+  const double cost = program_.linearize(gradient_, hessian_);
+  hessian_diagonal(program_.hessian_pattern(), hessian_, scale_);
+  return cost;
+}
+
+std::string SoftModel::not_finite() {
+  if (std::isfinite(gradient_.sum()) && std::isfinite(scale_.sum())) return {};
+  program_.reset();
+  return program_.describe_bad_block();
+}
+
+double SoftModel::scaled(const Eigen::VectorXd& gradient) const {
+  double largest = 0;
+  for (Eigen::Index i = 0; i < gradient.size(); ++i)
+    if (scale_[i] > 0) largest = std::max(largest, std::abs(gradient[i]) / std::sqrt(scale_[i]));
+  return largest;
+}
+
+bool SoftModel::factorize(const Eigen::VectorXd& hessian, double damping) {
+  const bool all_curved = scale_.minCoeff() > 0;
+  if (!all_curved) hessian_diagonal(program_.hessian_pattern(), hessian, diagonal_);
+  damping_shift(damping, scale_, all_curved ? scale_ : diagonal_, shift_);
+  return cholesky_.factorize(hessian, shift_);
+}
+
+bool SoftModel::find_step(double damping) {
+  const Session::Timer timer(session_.summary.linear_solver_seconds);
+  if (!factorize(hessian_, damping)) return false;
+  step_ = -gradient_;
+  secant_.apply(step_, [&](Eigen::VectorXd& d) { cholesky_.solve(d); });
+  predicted_ = -0.5 * gradient_.dot(step_);  // (H + D) p = −g
+  return true;
+}
+
+double SoftModel::merit_at_step(bool with_derivatives) {
+  const Session::Timer timer(session_.summary.evaluation_seconds);
+  ++session_.summary.evaluations;
+  trial_has_derivatives_ = with_derivatives;
+  try {
+    program_.move_to(step_);
+    trial_cost_ = with_derivatives ? program_.linearize_at_point(trial_gradient_, trial_hessian_) : program_.cost();
+    return trial_cost_;
+  } catch (const Error&) {
+    return std::numeric_limits<double>::infinity();
+  }
+}
+
+void SoftModel::move() {
+  program_.recenter();
+  session_.summary.cost = trial_cost_;
+}
+
+bool SoftModel::move_on() {
+  const Session::Timer timer(session_.summary.evaluation_seconds);
+  const double cost_before = session_.summary.cost;
+  move();
+  try {
+    if (!trial_has_derivatives_) program_.linearize(trial_gradient_, trial_hessian_);
+    linearize_constraints();
+  } catch (const Error&) {
+    last_gradient_ = -step_;
+    program_.move_to(last_gradient_);
+    program_.recenter();
+    session_.summary.cost = cost_before;
+    linearize_constraints();
+    return false;
+  }
+  last_gradient_.swap(gradient_);
+  gradient_.swap(trial_gradient_);
+  hessian_.swap(trial_hessian_);
+  hessian_diagonal(program_.hessian_pattern(), hessian_, scale_);
+  arrive();
+  return true;
+}
+
+void SoftModel::learn() { secant_.add(step_, last_gradient_, gradient_); }
+
+}  // namespace tandem::detail

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <string>
+
+#include <tandem/problem/program.hpp>
+#include <tandem/solvers/levenberg_marquardt.hpp>
+#include <tandem/solvers/linear/block_cholesky.hpp>
+#include <tandem/solvers/secant.hpp>
+#include <tandem/solvers/session.hpp>
+
+namespace tandem::detail {
+
+/// What damped steps minimise: the cost, by its Gauss-Newton model F + gᵀp + ½ pᵀHp about X̄ with the curvature that
+/// secants have shown. The summary's cost is that of X̄, and each evaluation and its time are counted there.
+class SoftModel {
+ public:
+  SoftModel(Program& program, Session& session, const LevenbergMarquardtOptions& options,
+            bool with_constraints = false);
+  virtual ~SoftModel() = default;
+
+  /// Derivatives at X̄, and the cost. Called before anything else; throws Error where a residual is undefined.
+  virtual double linearize();
+  /// Names the block whose derivatives at X̄ are not finite; empty when all are.
+  virtual std::string not_finite();
+  /// Largest entry of what is minimised's gradient at X̄, in units in which each unknown has unit curvature.
+  virtual double gradient_size() { return scaled(gradient_); }
+
+  /// The damped step from X̄ and what it gains by the model. False when the damped Hessian is not positive definite.
+  virtual bool find_step(double damping);
+  const Eigen::VectorXd& step() const { return step_; }
+  double predicted() const { return predicted_; }
+  /// What is minimised, at X̄ and after the step, infinite where it is undefined. `with_derivatives` evaluates the
+  /// cost's there at once, which costs less than later.
+  virtual double merit() const { return session_.summary.cost; }
+  virtual double merit_at_step(bool with_derivatives);
+  /// X̄ is where the step leads from now on, without derivatives: the last step of all.
+  void move();
+  /// The same with them. False, and back again, where a residual's derivatives are undefined.
+  bool move_on();
+  /// Learns curvature from the step that was taken.
+  virtual void learn();
+  void forget_curvature() { secant_.clear(); }
+
+  // Of the hard constraints, where there are any.
+
+  virtual bool constrained() const { return false; }
+  virtual Program::Violation violation() const { return {0.0, -1}; }
+  bool feasible() const { return violation().size <= kConstraintTolerance; }
+  /// Before the first step, once the start is known to be finite.
+  virtual void begin() {}
+  /// Before each step: whether the Hessian is to be Gauss-Newton's or the Lagrangian's exact one.
+  virtual void choose_hessian(bool /*strongly_damped*/, bool /*free*/) {}
+  /// Multipliers for what follows: those of the first-order update at X̄, or of the model's minimum at the step.
+  virtual void estimate_multipliers() {}
+  virtual void estimate_multipliers_at_step() {}
+  /// Residual of the first-order conditions at X̄ with these, in standard deviations. 0 without hard constraints, where
+  /// the gradient and what a step gains say it all.
+  virtual double optimality() { return 0.0; }
+  /// Takes them, with more weight on the constraints while that is small.
+  virtual void take_multipliers() {}
+  /// Takes them after a step that gained `ratio` of what the model foretold, while they bring the optimality conditions
+  /// closer; else those of the classical method, once the augmented Lagrangian is minimised.
+  virtual void update_multipliers(double /*ratio*/) {}
+  /// Where the constraints come no closer, they get more weight. True when they are to be given up.
+  virtual bool update_penalty(bool /*no_closer*/) { return false; }
+  /// Whether no small step lessens the constraints' violation, whatever it costs.
+  virtual bool locally_infeasible() { return false; }
+  /// X̄ becomes the best point so far.
+  virtual void restore_best() {}
+
+ protected:
+  /// Derivatives besides the cost's at X̄, the cost's own being in trial_gradient_ and trial_hessian_.
+  virtual void linearize_constraints() {}
+  /// X̄ and all its derivatives are new.
+  virtual void arrive() {}
+  bool factorize(const Eigen::VectorXd& hessian, double damping);
+  double scaled(const Eigen::VectorXd& gradient) const;
+
+  Program& program_;
+  Session& session_;
+  BlockCholesky cholesky_;
+  SecantPairs secant_;
+  Eigen::VectorXd gradient_, hessian_, trial_gradient_, trial_hessian_;
+  Eigen::VectorXd last_gradient_;     // at the last X̄
+  Eigen::VectorXd scale_;             // curvature of each unknown
+  Eigen::VectorXd shift_, diagonal_;  // of what is factorised
+  Eigen::VectorXd step_;
+  double predicted_ = 0, trial_cost_ = 0;
+  bool trial_has_derivatives_ = false;
+};
+
+}  // namespace tandem::detail
