@@ -5,6 +5,7 @@
 #include <tandem/studies/support/plots.hpp>
 
 #include "needs_gnuplot.hpp"
+#include "paths.hpp"
 #include "studies/scratch.hpp"
 
 namespace tandem {
@@ -14,7 +15,7 @@ TEST(Extending, APlotIsItsScript) {
   TANDEM_NEEDS_GNUPLOT("the plot of docs/extending.md");
   const ScratchFolder scripts, run;
   std::filesystem::copy(plot_scripts(), scripts.path(), std::filesystem::copy_options::recursive);
-  std::filesystem::copy(std::filesystem::path(TANDEM_SOURCE_DIR) / "tests/extending/weights.gp", scripts.path());
+  std::filesystem::copy(std::filesystem::path(paths::source) / "tests/extending/weights.gp", scripts.path());
   run.write("weights.csv", "sensor,t,part,weight\n\"front, left\",1,all,0.25\nusbl,2,all,0.5\n");
   EXPECT_EQ(draw_plots("estimate", PlotFormat::svg, run.path(), scripts.path()), "");
   EXPECT_THAT(read_file(run.path() / "weights.svg"),
