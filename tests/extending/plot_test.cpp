@@ -6,6 +6,7 @@
 
 #include "paths.hpp"
 #include "needs_gnuplot.hpp"
+#include "paths.hpp"
 #include "studies/scratch.hpp"
 
 namespace tandem {

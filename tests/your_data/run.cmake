@@ -93,6 +93,9 @@ says("my_run/usbl.csv:3: time 3700 lies outside the odometry's span, 0 to 1200 s
 fresh()
 file(REMOVE "${scenario}/usbl.csv" "${scenario}/optical.csv")
 says("my_run has no measurements: neither usbl.csv, optical.csv nor another sensor gives any" estimate my_run)
+fresh()
+says("the noise constant_velocity is needed here: give standard deviations above zero (it has 0.000000)"
+     estimate my_run --mode B)
 says("docking_a has no sensor of the chaser's own: sensors in scenario.yaml of the types imu, dvl, depth, gps or heading; \
 for chaser and target by odometry use tandem estimate" navigate docking_a)
 says("gauss-newton takes soft residuals only, and this problem has 1537 hard ones: use augmented-lagrangian or ipopt, or \
