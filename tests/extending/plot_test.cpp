@@ -4,6 +4,7 @@
 
 #include <tandem/studies/support/plots.hpp>
 
+#include "paths.hpp"
 #include "needs_gnuplot.hpp"
 #include "paths.hpp"
 #include "studies/scratch.hpp"

@@ -61,13 +61,6 @@ inline std::string read_file(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// The names of what is in a folder, in any order.
-inline std::vector<std::string> files(const std::filesystem::path& folder) {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) names.push_back(entry.path().filename());
-  return names;
-}
-
 /// The message of the Error that f() throws.
 template <class F>
 std::string error_of(F f) {
