@@ -4,7 +4,6 @@
 
 #include <tandem/studies/support/plots.hpp>
 
-#include "paths.hpp"
 #include "needs_gnuplot.hpp"
 #include "paths.hpp"
 #include "studies/scratch.hpp"
