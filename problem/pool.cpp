@@ -1,18 +1,9 @@
 #include <algorithm>
-
-#include <Eigen/Core>
+#include <array>
 
 #include <tandem/problem/pool.hpp>
 
 namespace tandem::detail {
-namespace {
-
-using Map = Eigen::Map<Eigen::MatrixXd>;
-using ConstMap = Eigen::Map<const Eigen::MatrixXd>;
-using ConstVector = Eigen::Map<const Eigen::VectorXd>;
-
-}  // namespace
-
 void block_gradient(const BlockShape& shape, const double* const* J, const double* const* charts, const double* w,
                     double* gradient) {
   for (int s = 0; s < shape.arity; gradient += shape.dofs[s], ++s) {
@@ -55,24 +46,32 @@ void add_hessian_column(const BlockShape& shape, const HessianPlace* place, int 
 }
 
 void whiten(int rows, int columns, const double* diagonal, const double* full, double* A) {
-  Map matrix(A, rows, columns);
-  if (full)
-    matrix = ConstMap(full, rows, rows) * matrix.eval();
-  else
-    matrix.array().colwise() *= ConstVector(diagonal, rows).array();
+  for (int j = 0; j < columns; ++j, A += rows) {
+    if (!full) {
+      for (int i = 0; i < rows; ++i) A[i] *= diagonal[i];
+      continue;
+    }
+    std::array<double, kMostRows> column{};
+    for (int k = 0; k < rows; ++k)
+      for (int i = 0; i < rows; ++i) column[std::size_t(i)] += full[k * rows + i] * A[k];
+    std::copy_n(column.begin(), rows, A);
+  }
 }
 
 void add_block_stiffness(const BlockShape& shape, const double* const* J, const double* v, double weight, double& along,
                          double& scale) {
-  Eigen::VectorXd Jv = Eigen::VectorXd::Zero(shape.dim);
+  std::array<double, kMostRows> Jv{};
   for (int s = 0; s < shape.arity; ++s) {
     if (shape.offset[s] < 0) continue;
-    const ConstMap by_state(J[s], shape.dim, shape.dofs[s]);
-    const ConstVector part(v + shape.offset[s], shape.dofs[s]);
-    Jv += by_state * part;
-    scale += weight * (by_state * part.asDiagonal()).squaredNorm();
+    const double *part = v + shape.offset[s], *entry = J[s];
+    for (int k = 0; k < shape.dofs[s]; ++k)
+      for (int i = 0; i < shape.dim; ++i, ++entry) {
+        const double moved = *entry * part[k];
+        Jv[std::size_t(i)] += moved;
+        scale += weight * moved * moved;
+      }
   }
-  along += weight * Jv.squaredNorm();
+  for (const double x : Jv) along += weight * x * x;
 }
 
 }  // namespace tandem::detail

@@ -48,8 +48,8 @@ class PoolBase {
 
 /// Step of a central difference of first derivatives: balances h² truncation and 1e-16/h rounding.
 inline constexpr double kGradientStep = 1e-5;
-/// Of one state.
-inline constexpr int kMostDofs = 64;
+/// Of one state, and of one residual.
+inline constexpr int kMostDofs = 64, kMostRows = 64;
 
 /// The sizes of a block, for what is not worth compiling for each residual.
 struct BlockShape {
@@ -107,7 +107,7 @@ class BlockPool : public Base {
   using Transposed = typename Types::Transposed;
   static constexpr auto kDofs = Types::dofs;
   static constexpr std::size_t kSumOfDofs = Types::sum_of_dofs;
-  static_assert(*std::max_element(kDofs.begin(), kDofs.end()) <= kMostDofs);
+  static_assert(*std::max_element(kDofs.begin(), kDofs.end()) <= kMostDofs && kDim <= kMostRows);
   using Row = Vector<kDim>;
 
   explicit BlockPool(const Stores& stores) : stores_(stores) {}

@@ -52,6 +52,7 @@ std::optional<Vector<6>> twist_at(const Estimate& estimate, const Body& body, st
 
 /// A covariance of a pose, or of a point, with the scenario's axes.
 Eigen::MatrixXd in_frame(const Frame& frame, const Eigen::MatrixXd& covariance) {
+  if (covariance.size() == 0) return covariance;
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(covariance.rows(), covariance.rows());
   A.topLeftCorner<3, 3>() = covariance.rows() == 3 ? frame.world_axes() : frame.body_axes();
   if (covariance.rows() == 6) A.bottomRightCorner<3, 3>() = frame.body_axes();

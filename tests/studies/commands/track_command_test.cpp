@@ -67,7 +67,8 @@ TEST(TrackCommand, TracksAFolderAndStandardInputAlike) {
   EXPECT_THAT(run.output, ContainsRegex("optical +[0-9]+ +0\\.[0-9]+ ± 0\\.[0-9]+ "));
   EXPECT_THAT(run.output, HasSubstr("10 s ahead"));
   EXPECT_THAT(files(out), UnorderedElementsAre("chaser.tum", "target.tum", "track.csv", "errors.csv", "summary.json",
-                                               "chaser_truth.tum", "target_truth.tum"));
+                                               "chaser_truth.tum", "target_truth.tum", "trajectories.svg", "errors.svg",
+                                               "error_norms.svg"));
   EXPECT_THAT(read_file(out / "track.csv"), StartsWith("t,type,new_keyframe,keyframes,update_ms,"));
   EXPECT_GT(poses(read_tum(out / "target.tum")).size(), 250u);
 

@@ -76,12 +76,12 @@ TEST_F(LiveFeedTest, ANameWithACommaIsInQuotes) {
   folder_.write("scenario.yaml",
                 read_file(folder_.path() / "scenario.yaml") +
                     "sensors:\n  \"a, \\\"b\\\"\": {type: position, file: usbl.csv, sigma: [1, 1, 1]}\n");
-  const Input input("\"a, \"\"b\"\"\",1.0,5,0,0\n\"usbl\",2,5,0,0\n");
+  const Input input("\"a, \"\"b\"\"\",1.0,5,0,0\n\"optical\",2,5,0,0,0,0,0,1\n");
   const std::atomic<bool> stop{false};
   std::vector<std::string> complaints;
   StreamFeed feed(settings(RowsIn::stream), input.descriptor(), "input", stop,
                   [&](const std::string& complaint) { complaints.push_back(complaint); });
-  EXPECT_THAT(arrivals(feed), ElementsAre("a, \"b\" 1.00", "usbl 2.00"));
+  EXPECT_THAT(arrivals(feed), ElementsAre("a, \"b\" 1.00", "optical 2.00"));
   EXPECT_THAT(complaints, testing::IsEmpty());
 }
 
