@@ -11,6 +11,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kRefusedDamping = 1e-6;  // the least after a step that was refused
 constexpr double kFreeDamping = 1e-4;     // steps damped more than this are short for that reason
 constexpr double kMaxDamping = 1e12;
+constexpr double kModestGain = 0.1;           // of the cost
 constexpr double kCovarianceDamping = 1e-10;  // more than this shows in the covariance
 
 }  // namespace
@@ -107,7 +108,9 @@ void WarmSolve::try_step() {
   const double least = options_.cost_tolerance * std::max(1.0, s.cost);
   const bool free_step = damping_ <= std::max(kFreeDamping, options_.initial_damping);
   const bool last = free_step && predicted_ <= std::max(least, 1e-14 * s.cost);
-  const double trial = cost_at_step(free_step && !last), drop = s.cost - trial;
+  // Only a step of modest gain may be the last but for rounding: others need no gradient to tell that they are not.
+  const bool perhaps_last = free_step && predicted_ <= kModestGain * std::max(1.0, s.cost);
+  const double trial = cost_at_step(perhaps_last && !last), drop = s.cost - trial;
   if (!(drop > 1e-4 * predicted_)) {
     if (last) {  // it had nothing to gain but rounding
       if (drop >= 0) accept(trial);
@@ -123,7 +126,7 @@ void WarmSolve::try_step() {
   growth_ = 10;
   if (last) {
     session_.end(Status::converged, "the cost changes no more");
-  } else if (free_step && left_to_gain() <= least) {
+  } else if (perhaps_last && left_to_gain() <= least) {
     session_.end(Status::converged, "another step has nothing left to gain");
   } else if (free_step && step_.cwiseAbs().maxCoeff() <= options_.step_tolerance) {
     session_.end(Status::converged, "the steps have become too small to matter");
