@@ -1,18 +1,13 @@
 #include <numbers>
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <tandem/residuals/on_course.hpp>
-#include <tandem/residuals/prior.hpp>
 
 #include "mixed_problem.hpp"
 
 namespace tandem::testing {
 namespace {
-
-using ::testing::HasSubstr;
-using ::testing::ThrowsMessage;
 
 /// Differences are good to 1e-11 of the largest entry here; derivatives must agree to what is left of that.
 constexpr double kTolerance = 1e-9;
@@ -380,46 +375,6 @@ TEST(Program, NeedsAFreeVariable) {
   EXPECT_THROW(Program{problem}, Error);
   problem.fix(problem.add(SE3()));
   EXPECT_THROW(Program{problem}, Error);
-}
-
-TEST_F(ProgramTest, EachProgramOfAProblemHasItsOwnPoint) {
-  program.move_to(delta);
-  const double cost = program.cost();
-  const Vector<Eigen::Dynamic> g = gradient(program);
-  Program other(mixed.problem);
-  EXPECT_NE(other.cost(), cost);
-  EXPECT_EQ(program.cost(), cost);
-  EXPECT_EQ(gradient(program), g);
-  other.move_to(0.5 * delta);
-  EXPECT_EQ(gradient(program), g);
-}
-
-TEST_F(ProgramTest, RefusesAProblemThatHasChangedSince) {
-  const auto changed = ThrowsMessage<Error>(HasSubstr("since its Program was made"));
-  const auto x = mixed.problem.add(R3(), "another");
-  EXPECT_THAT([&] { program.cost(); }, changed);
-  Program after(mixed.problem);
-  after.cost();
-  mixed.problem.fix(x);
-  EXPECT_THAT([&] { after.reset(); }, changed);
-  Program with_block(mixed.problem);
-  const Block block = mixed.problem.minimize(Prior<R3>{R3()}, Gaussian{1, 1, 1}, {x});
-  EXPECT_THAT([&] { with_block.move_to(delta); }, changed);
-  Program without_block(mixed.problem);
-  mixed.problem.remove(block);
-  EXPECT_THAT([&] { without_block.cost(); }, changed);
-}
-
-TEST_F(ProgramTest, ValuesThatChangeUnderItAreTakenByAReset) {
-  program.move_to(delta);
-  mixed.problem.set_value(mixed.v.b, mixed.problem.value(mixed.v.b));
-  EXPECT_THAT([&] { program.cost(); }, ThrowsMessage<Error>(HasSubstr("values were changed")));
-  program.reset();
-  program.cost();
-  Program other(mixed.problem);
-  other.move_to(delta);
-  other.recenter();
-  EXPECT_THAT([&] { program.cost(); }, ThrowsMessage<Error>(HasSubstr("values were changed")));
 }
 
 }  // namespace
