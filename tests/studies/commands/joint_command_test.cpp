@@ -12,6 +12,7 @@
 namespace tandem {
 namespace {
 
+using testing::ContainsRegex;
 using testing::HasSubstr;
 using Json = nlohmann::json;
 
@@ -132,7 +133,8 @@ TEST_F(JointCommand, AnInterruptWhileItNavigatesIsHeeded) {
     close(terminal);
     EXPECT_TRUE(told);
     EXPECT_EQ(exit_status(child), 2) << errors;
-    EXPECT_THAT(errors, HasSubstr("interrupted after 0 of"));
+    // How far it has come when the signal arrives is the machine's affair.
+    EXPECT_THAT(errors, ContainsRegex("interrupted after [0-9]+ of"));
     EXPECT_FALSE(Json::parse(read_file(scratch.path() / "output")).is_discarded());
   }
 }
