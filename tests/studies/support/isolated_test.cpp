@@ -25,9 +25,9 @@ TEST(Isolated, GivesTheOutputAndItsMemory) {
   const IsolatedRun run = shell("head -c 200000 /dev/zero | tr '\\0' x");
   EXPECT_EQ(run.failure, "");
   EXPECT_EQ(run.output, std::string(200000, 'x')) << "more than a pipe holds";
-  const IsolatedRun large = shell("head -c 64000000 /dev/zero | tail -c 64000000 | wc -c");  // tail keeps it all
-  EXPECT_THAT(large.output, HasSubstr("64000000"));
-  EXPECT_GT(large.peak_memory - run.peak_memory, 50e6);
+  const IsolatedRun large = shell("head -c 256000000 /dev/zero | tail -c 256000000 | wc -c");  // tail keeps it all
+  EXPECT_THAT(large.output, HasSubstr("256000000"));
+  EXPECT_GT(large.peak_memory - run.peak_memory, 150e6);
 }
 
 TEST(Isolated, SurvivesWhatHappensInIt) {
