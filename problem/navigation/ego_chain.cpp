@@ -3,15 +3,11 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/navigation/ego_chain.hpp>
+#include <tandem/problem/navigation/ego_placing.hpp>
 #include <tandem/residuals/coasting.hpp>
-#include <tandem/residuals/depth.hpp>
-#include <tandem/residuals/dvl_velocity.hpp>
-#include <tandem/residuals/gps.hpp>
-#include <tandem/residuals/heading.hpp>
 #include <tandem/residuals/imu_prediction.hpp>
 #include <tandem/residuals/preintegrated_imu.hpp>
 #include <tandem/residuals/prior.hpp>
-#include <tandem/residuals/propagated.hpp>
 #include <tandem/residuals/relative_pose.hpp>
 
 namespace tandem {
@@ -161,34 +157,15 @@ bool EgoChain::reaches(double t) const {
   return k && (t - k->t <= kSameInstant || (imu_ && imu_->covers(k->t, t)));
 }
 
-template <class R>
-Block EgoChain::put(const EgoKeyframe& k, const ImuDelta* ahead, const R& residual, const EgoSensor& sensor) {
-  const Gaussian noise(sensor.sigma);
-  const Loss loss = sensor.loss.value_or(options_.loss);
-  constexpr std::size_t states = std::tuple_size_v<typename R::States>;
-  const auto extra = [&] {
-    if constexpr (states == 3) {
-      return std::tuple(*scale_);
-    } else {
-      return std::tuple<>();
-    }
-  }();
-  if (ahead) {
-    const auto x = std::tuple_cat(std::tuple(k.pose, k.velocity, *k.bias), extra);
-    return problem_->minimize(Propagated<R>{residual, *ahead, earth_}, noise, x, loss);
-  }
-  if constexpr (states == 1) {
-    return problem_->minimize(residual, noise, {k.pose}, loss);
-  } else {
-    return problem_->minimize(residual, noise, std::tuple_cat(std::tuple(k.pose, k.velocity), extra), loss);
-  }
-}
-
 PlacedEgoMeasurement EgoChain::attach(std::size_t index, const EgoMeasurement& m, double t) {
   const EgoSensor& sensor = sensors_[index];
   const EgoKeyframe* k = before(t);
   if (!reaches(t))
     throw Error(sensor.name + ": the measurement at " + std::to_string(t) + " s is out of reach of a keyframe");
+  if (dvl_ && sensor.type == EgoSensorType::dvl) {
+    dvl_->add({t, m.value, index}, into());
+    return {index, t, {}};
+  }
   std::optional<ImuDelta> delta;
   if (t - k->t > kSameInstant) {
     if (k == &keyframes_.back()) {
@@ -199,24 +176,10 @@ PlacedEgoMeasurement EgoChain::attach(std::size_t index, const EgoMeasurement& m
       delta = sum.delta();
     }
   }
-  const ImuDelta* ahead = delta ? &*delta : nullptr;
-  const auto place = [&](const auto& residual) { return put(*k, ahead, residual, sensor); };
-  const Vector<3> lever = sensor.mount.translation();
-  switch (sensor.type) {
-    case EgoSensorType::dvl:
-      if (dvl_) {
-        dvl_->add({t, m.value, index}, into());
-        return {index, t, {}};
-      }
-      return {index, t, scale_ ? place(ScaledDvlVelocity{m.value}) : place(DvlVelocity{m.value})};
-    case EgoSensorType::depth:
-      return {index, t, place(Depth{m.value.z(), lever})};
-    case EgoSensorType::gps:
-      return {index, t, place(Gps{m.value, lever})};
-    case EgoSensorType::heading:
-      break;
-  }
-  return {index, t, place(Heading{m.rotation, sensor.mount.rotation()})};
+  return {
+      index, t,
+      sensor.type->place(
+          {*problem_, *k, delta ? &*delta : nullptr, earth_, scale_, sensor, sensor.loss.value_or(options_.loss)}, m)};
 }
 
 void EgoChain::drop_before(double t) {

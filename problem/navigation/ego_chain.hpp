@@ -102,8 +102,6 @@ class EgoChain {
   DvlFactors::Into into() const { return {*problem_, *imu_, sensors_}; }
   const ImuPreintegrator& sum_to(double t) const;
   const EgoKeyframe* before(double t) const;
-  template <class R>
-  Block put(const EgoKeyframe& keyframe, const ImuDelta* ahead, const R& residual, const EgoSensor& sensor);
 
   Problem* problem_;
   Earth earth_;

@@ -15,7 +15,7 @@ using Kind = NavigationFinding::Kind;
 constexpr double kStuckFor = 1.0;          // s: an inertial axis
 constexpr std::size_t kStuckSamples = 20;  // that there must be in it
 constexpr std::size_t kStuckLines = 10;    // another sensor
-constexpr double kStuckDepth = 5.0;        // s
+constexpr double kMayStay = 5.0;           // s
 // A run of equal values is unusual when so many times as long as the mean run, which quantisation makes.
 constexpr double kBeyondImuRuns = 20.0, kBeyondOtherRuns = 8.0;
 constexpr std::size_t kClippedRun = 5;       // samples at the largest magnitude, one after the other
@@ -188,11 +188,10 @@ void drop_stuck(EgoSensor& sensor, std::vector<NavigationFinding>& findings) {
   });
   std::vector<bool> stuck(m.size(), false);
   for (const auto& [begin, end] : runs.all) {
-    const bool says_something = sensor.type == EgoSensorType::heading || !m[begin].value.isZero(0);
+    const bool says_something = sensor.type->reading == EgoReading::orientation || !m[begin].value.isZero(0);
     if (end - begin < kStuckLines || !runs.unusual(end - begin, kBeyondOtherRuns) || !says_something) continue;
     // A vehicle may keep its depth for a while, to the last digit that is written; not its velocity or heading.
-    if (sensor.type == EgoSensorType::depth && (runs.all.size() == 1 || m[end - 1].t - m[begin].t < kStuckDepth))
-      continue;
+    if (sensor.type->may_stay && (runs.all.size() == 1 || m[end - 1].t - m[begin].t < kMayStay)) continue;
     std::fill(stuck.begin() + std::ptrdiff_t(begin) + 1, stuck.begin() + std::ptrdiff_t(end), true);
   }
   drop_if(sensor.name, sensor.measurements, Kind::stuck, stuck, findings);

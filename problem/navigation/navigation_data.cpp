@@ -1,14 +1,48 @@
-#include <array>
+#include <cmath>
 
+#include <tandem/problem/navigation/ego_placing.hpp>
 #include <tandem/problem/navigation/navigation_data.hpp>
 
 namespace tandem {
+namespace {
 
-std::string_view name(EgoSensorType type) {
-  static constexpr std::array<std::string_view, 4> names{"dvl", "depth", "gps", "heading"};
-  return names[static_cast<std::size_t>(type)];
+EgoMeasurement ideal_dvl(const EgoSensor&, double t, const SE3& pose, const Vector<3>& velocity) {
+  return {t, pose.rotation().inverse().act(velocity)};
+}
+EgoMeasurement ideal_depth(const EgoSensor& sensor, double t, const SE3& pose, const Vector<3>&) {
+  return {t, Vector<3>(0, 0, pose.act(sensor.mount.translation()).z())};
+}
+EgoMeasurement ideal_gps(const EgoSensor& sensor, double t, const SE3& pose, const Vector<3>&) {
+  return {t, pose.act(sensor.mount.translation())};
+}
+EgoMeasurement ideal_heading(const EgoSensor& sensor, double t, const SE3& pose, const Vector<3>&) {
+  return {t, Vector<3>::Zero(), pose.rotation() * sensor.mount.rotation()};
 }
 
-int rows(EgoSensorType type) { return type == EgoSensorType::depth ? 1 : 3; }
+constexpr EgoSensorTraits kTable[] = {
+    {"dvl", "t,vx,vy,vz", EgoReading::body_vector, EgoMounting::none, 30, "",
+     " m/s over ground, faster than any vehicle that has one: in mm/s or cm/s?", false, ideal_dvl, detail::place_dvl},
+    {"depth", "t,z", EgoReading::world_height, EgoMounting::position, 11'100, "depths of ",
+     " m, deeper than any sea: in mm, or a pressure?", true, ideal_depth, detail::place_depth},
+    {"gps", "t,x,y,z", EgoReading::world_vector, EgoMounting::position, 1e7, "",  // farther than any map's origin
+     " m from the origin: give x y z along the world's axes, in m, from an origin near by", false, ideal_gps,
+     detail::place_gps},
+    {"heading", "t,qx,qy,qz,qw", EgoReading::orientation, EgoMounting::orientation, HUGE_VAL, "", "", false,
+     ideal_heading, detail::place_heading},
+};
+
+/// A row of the table; one that is not there does not compile.
+consteval const EgoSensorTraits& of(std::string_view name) {
+  for (const EgoSensorTraits& traits : kTable)
+    if (traits.name == name) return traits;
+  throw "no such sensor";
+}
+
+}  // namespace
+
+constinit const EgoSensorType EgoSensorType::dvl = of("dvl"), EgoSensorType::depth = of("depth"),
+                              EgoSensorType::gps = of("gps"), EgoSensorType::heading = of("heading");
+
+std::span<const EgoSensorTraits> ego_sensor_types() { return kTable; }
 
 }  // namespace tandem

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -35,24 +36,70 @@ struct ImuSensor {
   }
 };
 
-/// What the chaser's other sensors measure of itself.
-enum class EgoSensorType {
-  dvl,      ///< velocity over ground along body axes [m/s]; the body frame is the DVL's
-  depth,    ///< height: world z, up, so that depths are negative [m]
-  gps,      ///< world x y z [m]
-  heading,  ///< orientation in the world, the axes it does not know relaxed by their sigmas [rad]
+struct Block;
+struct EgoMeasurement;
+struct EgoSensor;
+namespace detail {
+struct EgoPlacing;
+}
+
+/// The numbers of a reading: which field of EgoMeasurement holds them, and how the axes of a file turn them.
+enum class EgoReading {
+  body_vector,   ///< value, along the body's axes
+  world_vector,  ///< value, along the world's axes
+  world_height,  ///< value.z(), up
+  orientation,   ///< rotation, of the sensor in the world
 };
 
+/// What a scenario may say of where such a sensor is in the body.
+enum class EgoMounting { none, position, orientation };
+
+/// All that is said of one kind of the chaser's sensors outside of its residual: reading files and live lines, checks,
+/// simulation and the builders go by this. Its rows are a table in navigation_data.cpp.
+struct EgoSensorTraits {
+  std::string_view name;     ///< in scenario.yaml and messages
+  std::string_view columns;  ///< of its rows, t [s] first
+  EgoReading reading;
+  EgoMounting mounting;
+  /// Readings above `most` in size are no reading of such a sensor: "NAME: it measures" 1500 "m/s, …".
+  double most;
+  std::string_view measures, doubt;
+  bool may_stay;  ///< whether a working sensor may read one value for seconds
+  /// What it reads at an instant, exactly, from the body's pose and its velocity in the world [m/s].
+  EgoMeasurement (*ideal)(const EgoSensor& sensor, double t, const SE3& pose, const Vector<3>& velocity);
+  /// Adds a measurement to a problem: its placement (see ego_placing.hpp).
+  Block (*place)(const detail::EgoPlacing& at, const EgoMeasurement& m);
+};
+
+/// The kind of a sensor: a handle of one row of traits, of the table or of one's own (which has to outlive it).
+class EgoSensorType {
+ public:
+  constexpr EgoSensorType(const EgoSensorTraits& traits) : traits_(&traits) {}
+  constexpr const EgoSensorTraits* operator->() const { return traits_; }
+  constexpr const EgoSensorTraits& traits() const { return *traits_; }
+  friend constexpr bool operator==(EgoSensorType, EgoSensorType) = default;
+
+  static const EgoSensorType dvl;      ///< velocity over ground along body axes [m/s]; the body frame is the DVL's
+  static const EgoSensorType depth;    ///< height: world z, up, so that depths are negative [m]
+  static const EgoSensorType gps;      ///< world x y z [m]
+  static const EgoSensorType heading;  ///< orientation in the world, unknown axes relaxed by their sigmas [rad]
+
+ private:
+  const EgoSensorTraits* traits_;
+};
+
+/// The table: all kinds that a scenario may name.
+std::span<const EgoSensorTraits> ego_sensor_types();
 /// "dvl", "depth", "gps", "heading".
-std::string_view name(EgoSensorType type);
-/// Standard deviations it needs: 3, of a depth 1.
-int rows(EgoSensorType type);
+inline std::string_view name(EgoSensorType type) { return type->name; }
+/// Standard deviations it needs: 3, of a height 1.
+inline int rows(EgoSensorType type) { return type->reading == EgoReading::world_height ? 1 : 3; }
 
 /// One measurement of the chaser by itself; the sensor's type says which field counts.
 struct EgoMeasurement {
   double t = 0;                         ///< s, as stamped
-  Vector<3> value = Vector<3>::Zero();  ///< dvl, gps; of a depth z alone counts
-  SO3 rotation{};                       ///< heading
+  Vector<3> value = Vector<3>::Zero();  ///< a vector, or a height: then z alone counts
+  SO3 rotation{};                       ///< an orientation
 };
 
 /// A sensor of the chaser's own other than the inertial one.

@@ -21,10 +21,7 @@ constexpr double kTipping = 0.5, kAveraged = 0.2;   // s: between two directions
 constexpr int kTippingWindows = 40;                 // that are needed, …
 constexpr double kCorrelated = 0.7;                 // … and how well they agree; a rotorcraft's do not
 constexpr double kSameSize = 1.5;
-constexpr double kFastVehicle = 30.0;  // m/s over ground
-constexpr double kDeepest = 11'100.0;  // m
-constexpr double kAboveWater = 2.0;    // m
-constexpr double kFarthest = 1e7;      // m: farther than any map's origin
+constexpr double kAboveWater = 2.0;  // m
 
 double quantile(std::vector<double> values, double q) {
   const auto nth = values.begin() + static_cast<std::ptrdiff_t>(q * double(values.size() - 1));
@@ -201,23 +198,19 @@ void check_angular_rate(const NavigationData& data) {
 }
 
 std::optional<NavigationFinding> check_magnitude(const EgoSensor& sensor) {
-  if (sensor.measurements.empty() || sensor.type == EgoSensorType::heading) return {};
+  const EgoSensorTraits& traits = sensor.type.traits();
+  if (sensor.measurements.empty() || traits.reading == EgoReading::orientation) return {};
+  const bool height = traits.reading == EgoReading::world_height;
   std::vector<double> sizes, heights;
   for (const EgoMeasurement& m : sensor.measurements) {
-    sizes.push_back(sensor.type == EgoSensorType::depth ? std::abs(m.value.z()) : m.value.norm());
+    sizes.push_back(height ? std::abs(m.value.z()) : m.value.norm());
     heights.push_back(m.value.z());
   }
   const double most = quantile(std::move(sizes), 0.9);
-  if (sensor.type == EgoSensorType::dvl && most > kFastVehicle)
-    throw Error(sensor.name + ": it measures " + short_number(most) +
-                " m/s over ground, faster than any vehicle that has one: in mm/s or cm/s?");
-  if (sensor.type == EgoSensorType::depth && most > kDeepest)
-    throw Error(sensor.name + ": it measures depths of " + short_number(most) +
-                " m, deeper than any sea: in mm, or a pressure?");
-  if (sensor.type == EgoSensorType::gps && most > kFarthest)
-    throw Error(sensor.name + ": it measures " + short_number(most) +
-                " m from the origin: give x y z along the world's axes, in m, from an origin near by");
-  if (sensor.type == EgoSensorType::depth && quantile(std::move(heights), 0.5) > kAboveWater)
+  if (most > traits.most)
+    throw Error(sensor.name + ": it measures " + std::string(traits.measures) + short_number(most) +
+                std::string(traits.doubt));
+  if (height && quantile(std::move(heights), 0.5) > kAboveWater)
     return NavigationFinding{NavigationFinding::Kind::above_water, sensor.name, sensor.measurements.size(),
                              sensor.measurements.front().t, sensor.measurements.back().t};
   return {};

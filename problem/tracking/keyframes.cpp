@@ -40,7 +40,7 @@ void mark(const TrackingData& data, std::vector<Keyframe>& keyframes) {
       const auto position = sensor.position_in_chaser(m);
       if (!k || !position || m.held_out) continue;
       Keyframe& keyframe = keyframes[*k];
-      if (sensor.type == SensorType::pose) {
+      if (sensor.type->has(measured::rotation)) {
         keyframe.type = KeyframeType::optical;
         keyframe.measured_position = position;
         keyframe.measured_rotation = sensor.pose_in_chaser(m).rotation();

@@ -1,46 +1,52 @@
-#include <array>
-
 #include <tandem/problem/tracking/target_sensor.hpp>
 #include <tandem/residuals/direction.hpp>
 
 namespace tandem {
 
-std::string_view name(SensorType type) {
-  static constexpr std::array<std::string_view, 6> names{"position", "pose",  "range_bearing",
-                                                         "bearing",  "range", "usbl_spherical"};
-  return names[static_cast<std::size_t>(type)];
+using detail::placed_by, detail::placed_in_space_by;
+
+// How each joins a problem is a file of its own: place_position.cpp, …
+static constexpr SensorTraits kTable[] = {
+    {"position", measured::position, placed_by<struct PlacePosition>},
+    {"pose", measured::position | measured::rotation, placed_by<struct PlacePose>},
+    {"range_bearing", measured::range | measured::direction, placed_by<struct PlaceRangeBearing>},
+    {"bearing", measured::direction, placed_by<struct PlaceBearing>},
+    {"range", measured::range, placed_by<struct PlaceRange>},
+    {"usbl_spherical", measured::range | measured::angles, placed_in_space_by<struct PlaceUsblSpherical>},
+};
+
+/// A row of the table; one that is not there does not compile.
+static consteval const SensorTraits& of(std::string_view name) {
+  for (const SensorTraits& traits : kTable)
+    if (traits.name == name) return traits;
+  throw "no such sensor";
 }
 
+constinit const SensorType SensorType::position = of("position"), SensorType::pose = of("pose"),
+                           SensorType::range_bearing = of("range_bearing"), SensorType::bearing = of("bearing"),
+                           SensorType::range = of("range"), SensorType::usbl_spherical = of("usbl_spherical");
+
+std::span<const SensorTraits> sensor_types() { return kTable; }
+
 int rows(SensorType type, bool planar) {
-  switch (type) {
-    case SensorType::position:
-      return planar ? 2 : 3;
-    case SensorType::pose:
-      return planar ? 3 : 6;
-    case SensorType::range_bearing:
-      return planar ? 2 : 3;
-    case SensorType::bearing:
-      return planar ? 1 : 2;
-    case SensorType::range:
-      return 1;
-    case SensorType::usbl_spherical:
-      break;
-  }
-  return planar ? 0 : 3;
+  if (planar && !type->place.in_plane) return 0;
+  int rows = 0;
+  const auto add = [&](unsigned part, int in_space, int in_plane) {
+    if (type->has(part)) rows += planar ? in_plane : in_space;
+  };
+  add(measured::position, 3, 2);
+  add(measured::rotation, 3, 1);
+  add(measured::range, 1, 1);
+  add(measured::direction, 2, 1);
+  add(measured::angles, 2, 0);
+  add(measured::height, 1, 0);
+  return rows;
 }
 
 std::optional<Vector<3>> TargetSensor::position(const Measurement& m) const {
-  switch (type) {
-    case SensorType::position:
-    case SensorType::pose:
-      return m.position;
-    case SensorType::range_bearing:
-    case SensorType::usbl_spherical:
-      return m.range * Direction<3>(m.azimuth, m.elevation).unit();
-    case SensorType::bearing:
-    case SensorType::range:
-      break;
-  }
+  if (type->has(measured::position)) return m.position;
+  if (type->has(measured::range) && type->has(measured::direction | measured::angles))
+    return m.range * Direction<3>(m.azimuth, m.elevation).unit();
   return {};
 }
 
@@ -51,7 +57,7 @@ SE3 TargetSensor::pose_in_chaser(const Measurement& m) const {
 std::optional<Vector<3>> TargetSensor::position_in_chaser(const Measurement& m) const {
   const auto seen = position(m);
   if (!seen) return {};
-  if (type == SensorType::pose) return pose_in_chaser(m).translation();
+  if (type->has(measured::rotation)) return pose_in_chaser(m).translation();
   return mount.act(*seen);
 }
 

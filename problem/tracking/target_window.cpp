@@ -22,7 +22,7 @@ TrackingData without_measurements(TrackingData data) {
 void mark(Keyframe& keyframe, const TargetSensor& by, const Measurement& m) {
   const auto position = by.position_in_chaser(m);
   if (!position) return;
-  if (by.type == SensorType::pose) {
+  if (by.type->has(measured::rotation)) {
     keyframe = {keyframe.t, KeyframeType::optical, position, by.pose_in_chaser(m).rotation()};
   } else if (keyframe.type != KeyframeType::optical) {
     keyframe.type = KeyframeType::usbl;

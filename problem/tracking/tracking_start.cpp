@@ -76,7 +76,7 @@ std::vector<OrientationFix> measured_orientations(const TrackingData& data, cons
                                                   const std::vector<SE3>& chaser) {
   std::vector<OrientationFix> fixes;
   each_measurement(data, keyframes, [&](const TargetSensor& sensor, const Measurement& m, std::size_t k) {
-    if (sensor.type != SensorType::pose) return;
+    if (!sensor.type->has(measured::rotation)) return;
     fixes.push_back({keyframes[k].t, chaser[k].rotation() * sensor.pose_in_chaser(m).rotation()});
   });
   std::stable_sort(fixes.begin(), fixes.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
@@ -98,14 +98,9 @@ std::optional<SO3> orientation_near(const std::vector<OrientationFix>& fixes, do
 
 /// Mean variance along the three axes of what the sensor sees at a range [m²].
 double variance(const TargetSensor& sensor, bool planar, double range) {
-  switch (sensor.type) {
-    case SensorType::range_bearing:
-    case SensorType::usbl_spherical: {
-      const double across = range * sensor.sigma.tail(sensor.sigma.size() - 1).norm();
-      return (sensor.sigma[0] * sensor.sigma[0] + across * across) / double(sensor.sigma.size());
-    }
-    default:
-      break;
+  if (sensor.type->has(measured::range)) {
+    const double across = range * sensor.sigma.tail(sensor.sigma.size() - 1).norm();
+    return (sensor.sigma[0] * sensor.sigma[0] + across * across) / double(sensor.sigma.size());
   }
   const int n = planar ? 2 : 3;
   return sensor.sigma.head(n).squaredNorm() / double(n);
@@ -120,7 +115,8 @@ std::vector<PositionFix> measured_positions(const TrackingData& data, const std:
     const auto position = sensor.position_in_chaser(m);
     if (!position) return;
     Vector<3> lever = Vector<3>::Zero();
-    if (target && sensor.type != SensorType::pose) lever = (*target)[k].rotation().act(sensor.marker.translation());
+    if (target && !sensor.type->has(measured::rotation))
+      lever = (*target)[k].rotation().act(sensor.marker.translation());
     fixes.push_back({k, chaser[k].act(*position) - lever, variance(sensor, data.planar, position->norm())});
   });
   std::stable_sort(fixes.begin(), fixes.end(), [](const auto& a, const auto& b) { return a.keyframe < b.keyframe; });
@@ -139,11 +135,11 @@ SmoothedTrack along_bearings(const TrackingData& data, const std::vector<Keyfram
   double seen = HUGE_VAL;               // first, s
   Vector<3> sight = Vector<3>::Zero();  // that time, world axes
   each_measurement(data, keyframes, [&](const TargetSensor& sensor, const Measurement& m, std::size_t k) {
-    if (sensor.type == SensorType::range) {
+    if (sensor.type->has(measured::range)) {
       range += m.range;
       ++ranges;
     }
-    if (sensor.type != SensorType::bearing) return;
+    if (!sensor.type->has(measured::direction | measured::angles)) return;
     const SE3 eye = chaser[k] * sensor.mount;
     const Vector<3> u = eye.rotation().act(Direction<3>(m.azimuth, m.elevation).unit());
     const Matrix<3, 3> across = Matrix<3, 3>::Identity() - u * u.transpose();
@@ -210,7 +206,7 @@ TargetStart initial_target(const TrackingData& data, const std::vector<Keyframe>
   const double q = sigma * sigma;
   TargetStart start = start_on(smooth(keyframes, fixes, q));
   const bool levers = std::any_of(data.sensors.begin(), data.sensors.end(), [](const TargetSensor& sensor) {
-    return sensor.type != SensorType::pose && !sensor.marker.translation().isZero();
+    return !sensor.type->has(measured::rotation) && !sensor.marker.translation().isZero();
   });
   // A lever arm on the target needs its orientation, which is known only now.
   if (levers) start = start_on(smooth(keyframes, measured_positions(data, keyframes, chaser, &start.pose), q));

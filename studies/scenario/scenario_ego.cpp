@@ -1,5 +1,5 @@
 #include <algorithm>
-#include <array>
+#include <cctype>
 #include <cmath>
 #include <numbers>
 
@@ -18,11 +18,16 @@ namespace {
 
 constexpr double kLeastGravity = 9.7, kMostGravity = 9.9;  // m/s²: the Earth's, from the equator to the poles, roughly
 
-constexpr std::array kTypes = {EgoSensorType::dvl, EgoSensorType::depth, EgoSensorType::gps, EgoSensorType::heading};
-
 EgoSensorType type_of(const YamlSection& entry) {
   const std::string given = entry.text("type");
-  return *std::find_if(kTypes.begin(), kTypes.end(), [&](EgoSensorType type) { return name(type) == given; });
+  const auto types = ego_sensor_types();
+  return *std::find_if(types.begin(), types.end(), [&](const EgoSensorTraits& type) { return type.name == given; });
+}
+
+std::string upper(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return result;
 }
 
 /// A number above zero, where the key is there or `required`.
@@ -64,25 +69,28 @@ ImuSensor read_imu(const std::string& name, const YamlSection& entry, const std:
 
 EgoSensor read_other(const std::string& name, const YamlSection& entry, const std::filesystem::path& folder,
                      const Frame& frame, bool with_rows) {
-  EgoSensor sensor;
-  sensor.name = name;
-  sensor.type = type_of(entry);
+  EgoSensor sensor{.name = name, .type = type_of(entry)};
   std::vector<std::string> keys = {"type", "file", "sigma", "delay", "loss"};
-  if (sensor.type == EgoSensorType::dvl)
-    for (const char* key : {"position", "orientation"})
-      if (entry.has(key))
-        entry.fail(key, fmt::format("a dvl has no {}, since the body frame is the DVL's: "
-                                    "give where the other sensors are, seen from it",
-                                    key));
-  if (sensor.type == EgoSensorType::heading)
-    keys.push_back("orientation");
-  else
-    keys.push_back("position");
+  switch (sensor.type->mounting) {
+    case EgoMounting::none:
+      for (const char* key : {"position", "orientation"})
+        if (entry.has(key))
+          entry.fail(key, fmt::format("a {0} has no {1}, since the body frame is the {2}'s: "
+                                      "give where the other sensors are, seen from it",
+                                      tandem::name(sensor.type), key, upper(tandem::name(sensor.type))));
+      break;
+    case EgoMounting::position:
+      keys.push_back("position");
+      break;
+    case EgoMounting::orientation:
+      keys.push_back("orientation");
+      break;
+  }
   entry.allow_only(keys);
 
   sensor.sigma.resize(rows(sensor.type));
   read_sigmas(entry, "sigma", {sensor.sigma.data(), std::size_t(sensor.sigma.size())});
-  if (sensor.type == EgoSensorType::gps && frame.is_ned()) std::swap(sensor.sigma[0], sensor.sigma[1]);
+  if (sensor.type->reading == EgoReading::world_vector && frame.is_ned()) std::swap(sensor.sigma[0], sensor.sigma[1]);
   sensor.mount = read_extrinsics(entry, frame);
   sensor.delay = read_delay(entry);
   sensor.loss = read_loss(entry, "loss");
@@ -102,7 +110,7 @@ EgoSensor read_other(const std::string& name, const YamlSection& entry, const st
 const std::vector<std::string>& ego_types() {
   static const std::vector<std::string> types = [] {
     std::vector<std::string> names = {"imu"};
-    for (const EgoSensorType type : kTypes) names.emplace_back(name(type));
+    for (const EgoSensorTraits& type : ego_sensor_types()) names.emplace_back(type.name);
     return names;
   }();
   return types;

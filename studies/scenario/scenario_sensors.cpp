@@ -33,10 +33,9 @@ std::vector<Measurement> measurements(SensorType type, const std::filesystem::pa
 SensorType sensor_type(const YamlSection& entry) {
   const std::string given = entry.text("type");
   std::vector<std::string> known;
-  for (const SensorType type : {SensorType::position, SensorType::pose, SensorType::range_bearing, SensorType::bearing,
-                                SensorType::range, SensorType::usbl_spherical}) {
-    known.emplace_back(name(type));
-    if (known.back() == given) return type;
+  for (const SensorTraits& type : sensor_types()) {
+    known.emplace_back(type.name);
+    if (type.name == given) return type;
   }
   const std::vector<std::string>& ego = ego_types();
   known.insert(known.end(), ego.begin(), ego.end());
@@ -48,10 +47,12 @@ TargetSensor read_sensor(const std::string& name, const YamlSection& entry, cons
   sensor.name = name;
   sensor.type = sensor_type(entry);
   const int n = rows(sensor.type, around.planar);
-  if (n == 0) entry.fail("type", "sensor type usbl_spherical is not planar: use range_bearing with group SE2");
+  if (n == 0)
+    entry.fail("type", fmt::format("sensor type {} is not planar{}", sensor.type->name,
+                                   sensor.type->has(measured::range) ? ": use range_bearing with group SE2" : ""));
   std::vector<std::string> keys = {"type",  "file", "sigma", "position", "orientation", "target_position",
                                    "delay", "loss"};
-  if (sensor.type == SensorType::pose) keys.insert(keys.end(), {"target_orientation", "orientation_loss"});
+  if (sensor.type->has(measured::rotation)) keys.insert(keys.end(), {"target_orientation", "orientation_loss"});
   entry.allow_only(keys);
 
   sensor.sigma.resize(n);

@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -23,8 +25,8 @@ double range(double value) {
   throw Error(fmt::format("range {:g} m; a range must be above zero", value));
 }
 
-/// Azimuth and elevation, or the bearing in the plane, from `row` on.
-void read_direction(SensorType type, const double* row, const Frame& frame, bool planar, Measurement& m) {
+/// Azimuth and elevation, or the bearing in the plane, from `row` on. `chart`: whether the angles themselves count.
+void read_direction(const double* row, bool chart, const Frame& frame, bool planar, Measurement& m) {
   if (std::abs(row[0]) > 2 * std::numbers::pi)
     throw Error(fmt::format("{} {:g} is beyond two pi; angles are in radians", planar ? "bearing" : "azimuth", row[0]));
   m.azimuth = frame.angle(row[0]);
@@ -33,92 +35,96 @@ void read_direction(SensorType type, const double* row, const Frame& frame, bool
   if (from_pole < -kPole)
     throw Error(
         fmt::format("elevation {:g} rad is beyond the pole of its chart (pi/2); angles are in radians", row[1]));
-  if (type == SensorType::usbl_spherical && from_pole < kPole)
+  if (chart && from_pole < kPole)
     throw Error(
         fmt::format("elevation {:g} rad is at the pole of its chart (pi/2), where an azimuth means nothing", row[1]));
   m.elevation = frame.angle(row[1]);
 }
 
+/// One part of a target's measurement in a file: its columns, and what is read from the first of them on.
+struct PartRows {
+  unsigned part;
+  std::string_view in_space, in_plane;
+  void (*read)(const double* row, const Frame& frame, bool planar, Measurement& m);
+};
+
+/// In the order of the columns.
+constexpr PartRows kParts[] = {
+    {measured::position, ",x,y,z", ",x,y",
+     [](const double* row, const Frame& frame, bool planar, Measurement& m) {
+       m.position = frame.body(Vector<3>(row[0], row[1], planar ? 0 : row[2]));
+     }},
+    {measured::rotation, ",qx,qy,qz,qw", ",yaw",
+     [](const double* row, const Frame& frame, bool planar, Measurement& m) {
+       m.rotation = frame.body(planar ? SO3::Exp({0, 0, row[0]}) : rotation(row));
+     }},
+    {measured::range, ",range", ",range",
+     [](const double* row, const Frame&, bool, Measurement& m) { m.range = range(row[0]); }},
+    {measured::direction, ",azimuth,elevation", ",bearing",
+     [](const double* row, const Frame& frame, bool planar, Measurement& m) {
+       read_direction(row, false, frame, planar, m);
+     }},
+    {measured::angles, ",azimuth,elevation", "",
+     [](const double* row, const Frame& frame, bool planar, Measurement& m) {
+       read_direction(row, true, frame, planar, m);
+     }},
+    {measured::height, ",z", "",
+     [](const double* row, const Frame& frame, bool, Measurement& m) {
+       m.height = frame.world(Vector<3>(0, 0, row[0])).z();
+     }},
+};
+
 }  // namespace
 
 std::string columns(SensorType type, bool planar) {
-  switch (type) {
-    case SensorType::position:
-      return planar ? "t,x,y" : "t,x,y,z";
-    case SensorType::pose:
-      return planar ? "t,x,y,yaw" : pose_columns;
-    case SensorType::range_bearing:
-      return planar ? "t,range,bearing" : "t,range,azimuth,elevation";
-    case SensorType::bearing:
-      return planar ? "t,bearing" : "t,azimuth,elevation";
-    case SensorType::range:
-      return "t,range";
-    case SensorType::usbl_spherical:
-      break;
-  }
-  return "t,range,azimuth,elevation";
+  std::string columns = "t";
+  for (const PartRows& part : kParts)
+    if (type->has(part.part)) columns += planar ? part.in_plane : part.in_space;
+  return columns;
 }
 
-std::string columns(EgoSensorType type) {
-  switch (type) {
-    case EgoSensorType::dvl:
-      return "t,vx,vy,vz";
-    case EgoSensorType::depth:
-      return "t,z";
-    case EgoSensorType::gps:
-      return "t,x,y,z";
-    case EgoSensorType::heading:
-      break;
-  }
-  return "t,qx,qy,qz,qw";
-}
-
-bool may_repeat_times(SensorType type) { return type != SensorType::position && type != SensorType::pose; }
+bool may_repeat_times(SensorType type) { return !type->has(measured::position); }
 
 Measurement target_measurement(SensorType type, const double* row, const Frame& frame, bool planar) {
   Measurement m;
   m.t = *row++;
-  const auto point = [&] { return frame.body(planar ? Vector<3>(row[0], row[1], 0) : Vector<3>(row)); };
-  switch (type) {
-    case SensorType::position:
-      m.position = point();
-      break;
-    case SensorType::pose:
-      m.position = point();
-      m.rotation = frame.body(planar ? SO3::Exp({0, 0, row[2]}) : rotation(row + 3));
-      break;
-    case SensorType::range_bearing:
-    case SensorType::usbl_spherical:
-      m.range = range(row[0]);
-      read_direction(type, row + 1, frame, planar, m);
-      break;
-    case SensorType::bearing:
-      read_direction(type, row, frame, planar, m);
-      break;
-    case SensorType::range:
-      m.range = range(row[0]);
-      break;
+  for (const PartRows& part : kParts) {
+    if (!type->has(part.part)) continue;
+    part.read(row, frame, planar, m);
+    const std::string_view columns = planar ? part.in_plane : part.in_space;
+    row += std::count(columns.begin(), columns.end(), ',');
   }
   return m;
 }
 
 EgoMeasurement ego_measurement(EgoSensorType type, const double* row, const Frame& frame) {
   EgoMeasurement m{*row++};
-  switch (type) {
-    case EgoSensorType::dvl:
+  switch (type->reading) {
+    case EgoReading::body_vector:
       m.value = frame.body(Vector<3>(row));
       break;
-    case EgoSensorType::depth:
-      m.value = frame.world(Vector<3>(0, 0, row[0]));
-      break;
-    case EgoSensorType::gps:
+    case EgoReading::world_vector:
       m.value = frame.world(Vector<3>(row));
       break;
-    case EgoSensorType::heading:
+    case EgoReading::world_height:
+      m.value = frame.world(Vector<3>(0, 0, row[0]));
+      break;
+    case EgoReading::orientation:
       m.rotation = frame.world(SE3(rotation(row), Vector<3>::Zero())).rotation();
       break;
   }
   return m;
+}
+
+Eigen::VectorXd numbers(EgoSensorType type, const EgoMeasurement& m) {
+  switch (type->reading) {
+    case EgoReading::world_height:
+      return m.value.tail<1>();
+    case EgoReading::orientation:
+      return m.rotation.quaternion().coeffs();
+    default:
+      return m.value;
+  }
 }
 
 ImuSample imu_sample(const double* row, const Frame& frame) {

@@ -14,7 +14,7 @@ namespace tandem {
 /// wrong with the row, but not where it is (see located).
 
 std::string columns(SensorType type, bool planar);
-std::string columns(EgoSensorType type);
+inline std::string columns(EgoSensorType type) { return std::string(type->columns); }
 inline constexpr const char* imu_columns = "t,fx,fy,fz,wx,wy,wz";
 inline constexpr const char* pose_columns = "t,x,y,z,qx,qy,qz,qw";
 
@@ -23,6 +23,8 @@ bool may_repeat_times(SensorType type);
 
 Measurement target_measurement(SensorType type, const double* row, const Frame& frame, bool planar);
 EgoMeasurement ego_measurement(EgoSensorType type, const double* row, const Frame& frame);
+/// The numbers of such a row behind its time, of a measurement in ENU-FLU.
+Eigen::VectorXd numbers(EgoSensorType type, const EgoMeasurement& m);
 ImuSample imu_sample(const double* row, const Frame& frame);
 /// A pose in the world, out of the columns of pose_columns.
 Stamped<SE3> world_pose(const double* row, const Frame& frame, bool planar);

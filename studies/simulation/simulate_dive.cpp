@@ -41,13 +41,18 @@ void check_options(const DiveOptions& options) {
                             5 * (options.surfacings + 1), options.minutes));
 }
 
+/// One of the vehicle's sensors: what it is said to be, and what it does.
+struct Instrument {
+  EgoSensor sensor;
+  std::size_t every, first;  // steps
+  NormalNoise noise;
+  Vector<3> white;          // σ of the error of each reading
+  bool at_surface = false;  // only there
+  double scale_error = 0;
+};
+
 EgoSensor sensor(EgoSensorType type, const Eigen::VectorXd& sigma, const Vector<3>& position = Vector<3>::Zero()) {
-  EgoSensor result;
-  result.name = name(type);
-  result.type = type;
-  result.sigma = sigma;
-  result.mount = SE3(SO3(), position);
-  return result;
+  return {.name = std::string(name(type)), .type = type, .sigma = sigma, .mount = SE3(SO3(), position)};
 }
 
 class Simulation {
@@ -63,25 +68,15 @@ class Simulation {
       const Motion m = motion_.at(k);
       const double t = motion_.time(k);
       read_imu(t, m);
-      const auto due = [k](std::size_t every, std::size_t first) { return k % every == first; };
-      if (due(kDvlEvery, kDvlFirst)) {
-        const Vector<3> v = m.state.rotation().inverse().act(m.state.velocity());
-        dvl_.measurements.push_back({t, (1 + dive_.dvl_scale_error) * v + noise(dvl_noise_, Vector<3>(dvl_white_))});
-      }
-      if (due(kDepthEvery, kDepthFirst))
-        depth_.measurements.push_back(
-            {t, Vector<3>(0, 0, at(m, depth_).z()) + noise(depth_noise_, Vector<3>(0, 0, depth_.sigma[0]))});
-      if (due(kHeadingEvery, kHeadingFirst))
-        heading_.measurements.push_back(
-            {t, Vector<3>::Zero(), m.state.rotation() * SO3::Exp(noise(heading_noise_, Vector<3>(heading_.sigma)))});
-      if (due(kGpsEvery, kGpsFirst) && m.depth < kAtSurface)
-        gps_.measurements.push_back({t, at(m, gps_) + noise(gps_noise_, Vector<3>(gps_.sigma))});
-      if (due(kTruthEvery, 0)) {
+      for (Instrument& instrument : instruments_)
+        if (k % instrument.every == instrument.first && !(instrument.at_surface && m.depth >= kAtSurface))
+          read(instrument, t, m);
+      if (k % kTruthEvery == 0) {
         dive_.truth.push_back({t, m.state});
         dive_.biases.push_back({t, bias_});
       }
     }
-    dive_.data.sensors = {std::move(dvl_), std::move(depth_), std::move(heading_), std::move(gps_)};
+    for (Instrument& instrument : instruments_) dive_.data.sensors.push_back(std::move(instrument.sensor));
     return std::move(dive_);
   }
 
@@ -102,20 +97,36 @@ class Simulation {
 
     NormalNoise scale(options_.seed, Stream::scale);
     if (options_.noise && options_.dvl_scale) dive_.dvl_scale_error = sensors_.dvl_scale * scale();
-    dvl_white_ = Vector<3>::Constant(sensors_.dvl);
     // What the estimate is told of a DVL covers its scale factor at the usual speed.
     const double along = options_.dvl_scale ? std::hypot(sensors_.dvl, 1.5 * sensors_.dvl_scale) : sensors_.dvl;
-    dvl_ = sensor(EgoSensorType::dvl, Vector<3>(along, sensors_.dvl, sensors_.dvl));
-    depth_ = sensor(EgoSensorType::depth, Eigen::VectorXd::Constant(1, sensors_.depth), {-0.4, 0, 0.05});
-    heading_ = sensor(EgoSensorType::heading, Vector<3>(sensors_.roll_pitch, sensors_.roll_pitch, sensors_.heading));
-    gps_ = sensor(EgoSensorType::gps, Vector<3>(sensors_.gps, sensors_.gps, sensors_.gps_height), {-0.1, 0, 0.4});
+    const Vector<3> orientation(sensors_.roll_pitch, sensors_.roll_pitch, sensors_.heading);
+    const Vector<3> fix(sensors_.gps, sensors_.gps, sensors_.gps_height);
+    const auto stream = [&](Stream s) { return NormalNoise(options_.seed, s); };
+    instruments_ = {
+        {sensor(EgoSensorType::dvl, Vector<3>(along, sensors_.dvl, sensors_.dvl)), kDvlEvery, kDvlFirst,
+         stream(Stream::dvl), Vector<3>::Constant(sensors_.dvl), false, dive_.dvl_scale_error},
+        {sensor(EgoSensorType::depth, Eigen::VectorXd::Constant(1, sensors_.depth), {-0.4, 0, 0.05}), kDepthEvery,
+         kDepthFirst, stream(Stream::depth), Vector<3>(0, 0, sensors_.depth)},
+        {sensor(EgoSensorType::heading, orientation), kHeadingEvery, kHeadingFirst, stream(Stream::heading),
+         orientation},
+        {sensor(EgoSensorType::gps, fix, {-0.1, 0, 0.4}), kGpsEvery, kGpsFirst, stream(Stream::gps), fix, true},
+    };
+  }
+
+  void read(Instrument& instrument, double t, const Motion& m) {
+    EgoSensor& sensor = instrument.sensor;
+    const SE3 pose(m.state.rotation(), m.state.translation());
+    EgoMeasurement reading = sensor.type->ideal(sensor, t, pose, m.state.velocity());
+    const Vector<3> error = noise(instrument.noise, instrument.white);
+    if (sensor.type->reading == EgoReading::orientation)
+      reading.rotation = reading.rotation * SO3::Exp(error);
+    else
+      reading.value = (1 + instrument.scale_error) * reading.value + error;
+    sensor.measurements.push_back(reading);
   }
 
   Vector<3> noise(NormalNoise& source, const Vector<3>& sigma) const {
     return options_.noise ? source.vector<3>(sigma) : Vector<3>::Zero();
-  }
-  static Vector<3> at(const Motion& m, const EgoSensor& sensor) {
-    return m.state.translation() + m.state.rotation().act(sensor.mount.translation());
   }
 
   void read_imu(double t, const Motion& m) {
@@ -140,15 +151,12 @@ class Simulation {
   DiveSensors sensors_;
   DiveMotion motion_;
   SimulatedDive dive_;
-  EgoSensor dvl_, depth_, heading_, gps_;
-  Vector<3> dvl_white_;
+  std::vector<Instrument> instruments_;
   Vector<6> bias_ = Vector<6>::Zero();
   NormalNoise accelerometer_noise_{options_.seed, Stream::accelerometer},
       gyroscope_noise_{options_.seed, Stream::gyroscope},
       accelerometer_bias_noise_{options_.seed, Stream::accelerometer_bias},
-      gyroscope_bias_noise_{options_.seed, Stream::gyroscope_bias}, dvl_noise_{options_.seed, Stream::dvl},
-      depth_noise_{options_.seed, Stream::depth}, heading_noise_{options_.seed, Stream::heading},
-      gps_noise_{options_.seed, Stream::gps};
+      gyroscope_bias_noise_{options_.seed, Stream::gyroscope_bias};
 };
 
 }  // namespace

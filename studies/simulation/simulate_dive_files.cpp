@@ -47,19 +47,6 @@ std::string yaml(const SimulatedDive& dive, const DiveOptions& options) {
   return text;
 }
 
-Eigen::VectorXd numbers(EgoSensorType type, const EgoMeasurement& m) {
-  switch (type) {
-    case EgoSensorType::heading:
-      return m.rotation.quaternion().coeffs();
-    case EgoSensorType::depth:
-      return m.value.tail<1>();
-    case EgoSensorType::dvl:
-    case EgoSensorType::gps:
-      break;
-  }
-  return m.value;
-}
-
 std::string measurements(const EgoSensor& sensor) {
   std::vector<NumberRow> rows;
   for (const EgoMeasurement& m : sensor.measurements) rows.push_back({m.t, numbers(sensor.type, m)});

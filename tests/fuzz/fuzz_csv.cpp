@@ -11,10 +11,9 @@ namespace {
 
 using namespace tandem;
 
-constexpr std::array kTarget = {SensorType::position, SensorType::pose,  SensorType::range_bearing,
-                                SensorType::bearing,  SensorType::range, SensorType::usbl_spherical};
-constexpr std::array kEgo = {EgoSensorType::dvl, EgoSensorType::depth, EgoSensorType::gps, EgoSensorType::heading};
-constexpr std::size_t kImu = kTarget.size() + kEgo.size(), kKinds = kImu + 1;
+const auto kTarget = sensor_types();
+const auto kEgo = ego_sensor_types();
+const std::size_t kImu = kTarget.size() + kEgo.size(), kKinds = kImu + 1;
 
 std::string columns_of(std::size_t kind, bool planar) {
   if (kind < kTarget.size()) return columns(kTarget[kind], planar);

@@ -53,7 +53,9 @@ NavigationData healthy() {
   return data;
 }
 
-EgoSensor& sensor(NavigationData& data, EgoSensorType type) { return data.sensors[static_cast<std::size_t>(type)]; }
+EgoSensor& sensor(NavigationData& data, EgoSensorType type) {
+  return *std::find_if(data.sensors.begin(), data.sensors.end(), [&](const EgoSensor& s) { return s.type == type; });
+}
 
 std::string error_of_check(NavigationData data) {
   try {

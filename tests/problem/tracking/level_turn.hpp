@@ -31,22 +31,8 @@ struct LevelTurn {
   }
   /// What a sensor reads, stamped t.
   EgoMeasurement measure(const EgoSensor& s, double t) const {
-    const SE3 x = pose(t - s.delay);
-    EgoMeasurement m{.t = t};
-    switch (s.type) {
-      case EgoSensorType::dvl:
-        m.value = Vector<3>((1 + dvl_scale) * speed, 0, 0);
-        break;
-      case EgoSensorType::depth:
-        m.value.z() = (x * s.mount).translation().z();
-        break;
-      case EgoSensorType::gps:
-        m.value = (x * s.mount).translation();
-        break;
-      case EgoSensorType::heading:
-        m.rotation = x.rotation() * s.mount.rotation();
-        break;
-    }
+    EgoMeasurement m = s.type->ideal(s, t, pose(t - s.delay), velocity(t - s.delay));
+    if (s.type == EgoSensorType::dvl) m.value *= 1 + dvl_scale;
     return m;
   }
 

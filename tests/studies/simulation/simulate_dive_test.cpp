@@ -121,20 +121,16 @@ TEST(SimulateDive, TheOtherSensorsReadTheMotion) {
     for (const EgoMeasurement& m : sensor.measurements) {
       const SE23 x = motion.at(std::size_t(std::lround(m.t / DiveMotion::step))).state;
       const Vector<3> there = x.translation() + x.rotation().act(sensor.mount.translation());
-      switch (sensor.type) {
-        case EgoSensorType::dvl:
-          EXPECT_LE((x.rotation().act(m.value) - x.velocity()).norm(), 1e-12);
-          break;
-        case EgoSensorType::depth:
-          EXPECT_NEAR(m.value.z(), there.z(), 1e-12);
-          break;
-        case EgoSensorType::gps:
-          EXPECT_LE((m.value - there).norm(), 1e-12);
-          EXPECT_GT(x.translation().z(), -0.5) << "at the surface only";
-          break;
-        case EgoSensorType::heading:
-          EXPECT_LE((m.rotation.inverse() * x.rotation()).Log().norm(), 1e-12);
-          break;
+      if (sensor.type == EgoSensorType::dvl) {
+        EXPECT_LE((x.rotation().act(m.value) - x.velocity()).norm(), 1e-12);
+      } else if (sensor.type == EgoSensorType::depth) {
+        EXPECT_NEAR(m.value.z(), there.z(), 1e-12);
+      } else if (sensor.type == EgoSensorType::gps) {
+        EXPECT_LE((m.value - there).norm(), 1e-12);
+        EXPECT_GT(x.translation().z(), -0.5) << "at the surface only";
+      } else {
+        ASSERT_EQ(sensor.type, EgoSensorType::heading);
+        EXPECT_LE((m.rotation.inverse() * x.rotation()).Log().norm(), 1e-12);
       }
     }
   }

@@ -1,0 +1,68 @@
+#include <gtest/gtest.h>
+
+#include <tandem/solvers/online/heading_alignment.hpp>
+#include <tandem/solvers/online/online_estimator.hpp>
+
+#include "problem/tracking/level_turn.hpp"
+
+/// Velocities that are summed up between keyframes, as lines come in.
+namespace tandem {
+namespace {
+
+using testing::LevelTurn;
+
+OnlineOptions summing_up(const LevelTurn& turn, double window) {
+  OnlineOptions options;
+  options.start = turn.start();
+  options.ego.preintegrated_dvl = true;
+  options.lag.window = window;
+  options.lag.max_iterations = 50;
+  options.lag.cost_tolerance = 1e-12;
+  return options;
+}
+
+/// By the log and the inertial sensor alone, the log off by a sigma or so.
+NavigationData data_of(const LevelTurn& turn) {
+  NavigationData data = turn.data();
+  std::erase_if(data.sensors, [](const EgoSensor& s) { return s.name != "dvl"; });
+  auto& lines = data.sensors[0].measurements;
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    lines[i].value += 0.01 * Vector<3>(std::sin(double(i)), std::cos(3. * double(i)), std::sin(2. + double(i)));
+  return data;
+}
+
+TEST(OnlineDvl, ALateLineIsSummedUpInItsPlace) {
+  const LevelTurn turn;
+  const NavigationData data = data_of(turn);
+  NavigationData all_but_one = data;
+  auto& lines = all_but_one.sensors[0].measurements;
+  lines[30].value += Vector<3>(0.1, 0, 0);
+  NavigationData wrong = all_but_one;  // the line that comes late is one that matters
+  const EgoMeasurement late = lines[30];
+  lines.erase(lines.begin() + 30);
+  OnlineEstimator in_time(TrackingData(), wrong, summing_up(turn, 1e3));
+  OnlineEstimator with_late(TrackingData(), all_but_one, summing_up(turn, 1e3));
+  replay(wrong, HUGE_VAL, in_time);
+  replay(all_but_one, HUGE_VAL, with_late);
+  const auto off = [&] { return (in_time.chaser().pose.translation() - with_late.chaser().pose.translation()).norm(); };
+  const double before = off();
+  EXPECT_FALSE(with_late.add_ego(0, late));
+  with_late.finish();
+  EXPECT_LE(off(), 1e-6);
+  EXPECT_GT(before, 1e-2);
+}
+
+/// Factors are made anew near the newest keyframe while the oldest leave the window.
+TEST(OnlineDvl, AShortWindowComesOutWhereALongOneDoes) {
+  const LevelTurn turn;
+  const NavigationData data = data_of(turn);
+  OnlineEstimator brief(TrackingData(), data, summing_up(turn, 3)), whole(TrackingData(), data, summing_up(turn, 1e3));
+  replay(data, HUGE_VAL, brief);
+  replay(data, HUGE_VAL, whole);
+  EXPECT_LE(brief.keyframes(), 5u);
+  EXPECT_LE((brief.chaser().pose.translation() - whole.chaser().pose.translation()).norm(), 0.02);
+  EXPECT_LE((brief.chaser().pose.translation() - LevelTurn::pose(20).translation()).norm(), 0.1);
+}
+
+}  // namespace
+}  // namespace tandem
