@@ -17,7 +17,8 @@ using detail::NextStep;
 using detail::OnlineEvent;
 using detail::seconds_text;
 using Clock = std::chrono::steady_clock;
-using Refusal = std::optional<std::string>;
+using MaybeRefusal = std::optional<Refusal>;
+using Kind = Refusal::Kind;
 
 constexpr double kCoarse = 5.0;  // s that a coarse alignment looks at
 constexpr std::size_t kMuchOdometry = 4096;
@@ -68,18 +69,18 @@ class OnlineEstimator::Streams {
     };
   }
 
-  Refusal add_odometry(const Stamped<SE3>& pose);
-  Refusal add_imu(const ImuSample& sample);
-  Refusal add_ego(std::size_t sensor, const EgoMeasurement& m);
-  Refusal add_target(std::size_t sensor, const Measurement& m);
+  MaybeRefusal add_odometry(const Stamped<SE3>& pose);
+  MaybeRefusal add_imu(const ImuSample& sample);
+  MaybeRefusal add_ego(std::size_t sensor, const EgoMeasurement& m);
+  MaybeRefusal add_target(std::size_t sensor, const Measurement& m);
   void finish();
   Summary settle() { return window_.settle(); }
   const detail::OnlineWindow& window() const { return window_; }
 
  private:
-  Refusal why_too_late(const std::string& name, double t) const;
-  Refusal wait(double stamp, double valid, OnlineEvent event);
-  Refusal come(double stamp);
+  MaybeRefusal why_too_late(const std::string& name, double t) const;
+  MaybeRefusal wait(double stamp, double valid, OnlineEvent event);
+  MaybeRefusal come(double stamp);
   void refuse(const std::string& name, double t);
   void refuse(const std::string& name, const Refusal& why);
   double reached() const;
@@ -103,7 +104,7 @@ class OnlineEstimator::Streams {
   EventQueue queue_;
   std::vector<Stamped<SE3>> odometry_;
   double last_imu_ = -HUGE_VAL;
-  Refusal refused_;
+  MaybeRefusal refused_;
   bool finished_ = false;
   // Since the last update: when what calls for one began; a keyframe has joined; a measurement of the chaser's own has,
   // which waits for the next.
@@ -111,23 +112,25 @@ class OnlineEstimator::Streams {
   bool new_keyframe_ = false, unsolved_ = false;
 };
 
-Refusal OnlineEstimator::Streams::add_odometry(const Stamped<SE3>& pose) {
-  if (ego_) return "odometry: the chaser moves by its own sensors here";
+MaybeRefusal OnlineEstimator::Streams::add_odometry(const Stamped<SE3>& pose) {
+  if (ego_) return Refusal{Kind::not_in_use, "odometry: the chaser moves by its own sensors here"};
   if (!odometry_.empty() && !(pose.t > odometry_.back().t))
-    return "odometry: the pose at " + seconds_text(pose.t) + " is not later than the one before";
-  if (auto why = queue_.why_not_at("odometry", pose.t, window_.started())) return why;
+    return Refusal{Kind::backwards,
+                   "odometry: the pose at " + seconds_text(pose.t) + " is not later than the one before"};
+  if (auto why = queue_.why_not_at("odometry", pose.t, window_.started())) return Refusal{Kind::not_a_time, *why};
   if (odometry_.size() > kMuchOdometry && window_.started())
     std::erase_if(odometry_, [&](const Stamped<SE3>& x) { return x.t < window_.newest() - 2 * interval_; });
   odometry_.push_back(pose);
   return come(pose.t);
 }
 
-Refusal OnlineEstimator::Streams::add_imu(const ImuSample& sample) {
-  if (!ego_ || !ego_->imu) return "imu: there is no such sensor here";
+MaybeRefusal OnlineEstimator::Streams::add_imu(const ImuSample& sample) {
+  if (!ego_ || !ego_->imu) return Refusal{Kind::not_in_use, "imu: there is no such sensor here"};
   const std::string& name = ego_->imu->name;
   if (!(sample.t > last_imu_))
-    return name + ": the sample at " + seconds_text(sample.t) + " is not later than the one before";
-  if (auto why = queue_.why_not_at(name, sample.t, window_.started())) return why;
+    return Refusal{Kind::backwards,
+                   name + ": the sample at " + seconds_text(sample.t) + " is not later than the one before"};
+  if (auto why = queue_.why_not_at(name, sample.t, window_.started())) return Refusal{Kind::not_a_time, *why};
   last_imu_ = sample.t;
   if (window_.has_chain()) {
     window_.add(sample);
@@ -137,30 +140,31 @@ Refusal OnlineEstimator::Streams::add_imu(const ImuSample& sample) {
   return come(sample.t);
 }
 
-Refusal OnlineEstimator::Streams::add_ego(std::size_t sensor, const EgoMeasurement& m) {
-  if (!ego_ || sensor >= ego_->sensors.size()) return "there is no such sensor of the chaser here";
+MaybeRefusal OnlineEstimator::Streams::add_ego(std::size_t sensor, const EgoMeasurement& m) {
+  if (!ego_ || sensor >= ego_->sensors.size())
+    return Refusal{Kind::not_in_use, "there is no such sensor of the chaser here"};
   const EgoSensor& by = ego_->sensors[sensor];
-  if (auto why = queue_.why_not_at(by.name, m.t, window_.started())) return why;
+  if (auto why = queue_.why_not_at(by.name, m.t, window_.started())) return Refusal{Kind::not_a_time, *why};
   if (auto late = why_too_late(by.name, by.valid_at(m))) return late;
   if (!window_.has_chain()) waiting_.sensors[sensor].measurements.push_back(m);
   return wait(m.t, by.valid_at(m), {sensor, m});
 }
 
-Refusal OnlineEstimator::Streams::add_target(std::size_t sensor, const Measurement& m) {
-  if (sensor >= settings_.sensors.size()) return "there is no such sensor of a target here";
+MaybeRefusal OnlineEstimator::Streams::add_target(std::size_t sensor, const Measurement& m) {
+  if (sensor >= settings_.sensors.size()) return Refusal{Kind::not_in_use, "there is no such sensor of a target here"};
   const TargetSensor& by = settings_.sensors[sensor];
-  if (auto why = queue_.why_not_at(by.name, m.t, window_.started())) return why;
+  if (auto why = queue_.why_not_at(by.name, m.t, window_.started())) return Refusal{Kind::not_a_time, *why};
   if (auto late = why_too_late(by.name, by.valid_at(m))) return late;
   return wait(m.t, by.valid_at(m), {sensor, m});
 }
 
-Refusal OnlineEstimator::Streams::wait(double stamp, double valid, OnlineEvent event) {
+MaybeRefusal OnlineEstimator::Streams::wait(double stamp, double valid, OnlineEvent event) {
   queue_.push(valid, std::move(event));
   return come(stamp);
 }
 
 /// A line stamped so has come. Returns why one was refused, also an earlier one whose turn it was.
-Refusal OnlineEstimator::Streams::come(double stamp) {
+MaybeRefusal OnlineEstimator::Streams::come(double stamp) {
   queue_.advance(stamp);
   process();
   return std::exchange(refused_, {});
@@ -174,10 +178,10 @@ void OnlineEstimator::Streams::finish() {
   update();
 }
 
-Refusal OnlineEstimator::Streams::why_too_late(const std::string& name, double t) const {
+MaybeRefusal OnlineEstimator::Streams::why_too_late(const std::string& name, double t) const {
   if (!window_.started() || t >= window_.first() - kSameInstant) return {};
-  return name + ": the measurement valid at " + seconds_text(t) + " is older than the window, which begins at " +
-         seconds_text(window_.first());
+  return Refusal{Kind::too_late, name + ": the measurement valid at " + seconds_text(t) +
+                                     " is older than the window, which begins at " + seconds_text(window_.first())};
 }
 
 /// How far the chaser's motion is known [s].
@@ -280,8 +284,8 @@ bool OnlineEstimator::Streams::take_target(std::size_t sensor, const Measurement
   } else if (first) {
     window_.start_target(sensor, m);
   }
-  const Refusal why = window_.add_measurement(sensor, m);
-  refuse(by.name, why);
+  const auto why = window_.add_measurement(sensor, m);
+  if (why) refuse(by.name, {t < window_.first() ? Kind::too_late : Kind::of_no_use, *why});
   return own || first || !why;
 }
 
@@ -289,14 +293,13 @@ void OnlineEstimator::Streams::refuse(const std::string& name, double t) {
   std::string why = name + ": nothing can be made of the measurement valid at " + seconds_text(t);
   if (!window_.has_target() && !settings_.sensors.empty())
     why += "; a target starts at a measurement of its position where the chaser's motion is known";
-  refuse(name, why);
+  refuse(name, {Kind::of_no_use, std::move(why)});
 }
 
 /// Told to the hook, where there is one: the line may be an earlier one than that which is just being added.
 void OnlineEstimator::Streams::refuse(const std::string& name, const Refusal& why) {
-  if (!why) return;
   if (hooks_.on_refuse)
-    hooks_.on_refuse(name, *why);
+    hooks_.on_refuse(name, why);
   else
     refused_ = why;
 }
@@ -324,10 +327,12 @@ OnlineEstimator::OnlineEstimator(const TrackingData& tracking, const std::option
 }
 OnlineEstimator::~OnlineEstimator() = default;
 
-Refusal OnlineEstimator::add_odometry(const Stamped<SE3>& pose) { return streams_->add_odometry(pose); }
-Refusal OnlineEstimator::add_imu(const ImuSample& sample) { return streams_->add_imu(sample); }
-Refusal OnlineEstimator::add_ego(std::size_t sensor, const EgoMeasurement& m) { return streams_->add_ego(sensor, m); }
-Refusal OnlineEstimator::add_target(std::size_t sensor, const Measurement& m) {
+MaybeRefusal OnlineEstimator::add_odometry(const Stamped<SE3>& pose) { return streams_->add_odometry(pose); }
+MaybeRefusal OnlineEstimator::add_imu(const ImuSample& sample) { return streams_->add_imu(sample); }
+MaybeRefusal OnlineEstimator::add_ego(std::size_t sensor, const EgoMeasurement& m) {
+  return streams_->add_ego(sensor, m);
+}
+MaybeRefusal OnlineEstimator::add_target(std::size_t sensor, const Measurement& m) {
   return streams_->add_target(sensor, m);
 }
 void OnlineEstimator::finish() { streams_->finish(); }

@@ -9,6 +9,7 @@
 #include <tandem/problem/navigation/coarse_alignment.hpp>
 #include <tandem/problem/tracking/tracking_problem.hpp>
 #include <tandem/solvers/online/fixed_lag_options.hpp>
+#include <tandem/solvers/online/refusal.hpp>
 
 namespace tandem {
 
@@ -48,17 +49,17 @@ class OnlineEstimator {
   /// Called after each update.
   std::function<void(const OnlineUpdate&)> on_update;
   /// Called with a line that turned out to be of no use when its turn came, which may be while later ones are added: the
-  /// sensor, and a sentence. Without it, the call that is under way returns the sentence.
-  std::function<void(const std::string& sensor, const std::string& why)> on_refuse;
+  /// sensor, and why. Without it, the call that is under way returns that.
+  std::function<void(const std::string& sensor, const Refusal& why)> on_refuse;
   /// Called with what leaves the window, at its last estimate, where the chaser moves by its own sensors;
   /// FixedLagOptions::leaving is called before it.
   std::function<void(const Stamped<EgoState>&)> on_leave;
 
-  // Each returns why the line was refused, a sentence; nothing when it was taken.
-  std::optional<std::string> add_odometry(const Stamped<SE3>& pose);
-  std::optional<std::string> add_imu(const ImuSample& sample);
-  std::optional<std::string> add_ego(std::size_t sensor, const EgoMeasurement& m);
-  std::optional<std::string> add_target(std::size_t sensor, const Measurement& m);
+  // Each returns why the line was refused; nothing when it was taken.
+  std::optional<Refusal> add_odometry(const Stamped<SE3>& pose);
+  std::optional<Refusal> add_imu(const ImuSample& sample);
+  std::optional<Refusal> add_ego(std::size_t sensor, const EgoMeasurement& m);
+  std::optional<Refusal> add_target(std::size_t sensor, const Measurement& m);
   /// Nothing more will come: estimates what was waiting for later lines.
   void finish();
   /// Solves the window to its minimum.

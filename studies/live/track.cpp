@@ -34,12 +34,18 @@ Vector<3> relative_sigma(const SE3& chaser, const TargetState& target, bool plan
 }
 
 /// Why a line was refused, in few words.
-std::string reason_of(const std::string& sentence, bool target_there) {
-  for (const char* late : {"older than the window", "outside the window"})
-    if (sentence.find(late) != std::string::npos) return "too late for the window";
-  if (sentence.find("not later than") != std::string::npos) return "time runs backwards";
-  if (sentence.find("chaser moves by") != std::string::npos || sentence.find("no such sensor") != std::string::npos)
-    return "not in use";
+std::string reason_of(Refusal::Kind kind, bool target_there) {
+  switch (kind) {
+    case Refusal::Kind::not_in_use:
+      return "not in use";
+    case Refusal::Kind::backwards:
+      return "time runs backwards";
+    case Refusal::Kind::too_late:
+      return "too late for the window";
+    case Refusal::Kind::not_a_time:
+    case Refusal::Kind::of_no_use:
+      break;
+  }
   return target_there ? "of no use at its time" : "before the target was first seen";
 }
 
@@ -55,8 +61,8 @@ class Tracker {
                 TrackRecords(options.ahead.size())},
         estimator_(settings.data, result_.by_odometry ? std::nullopt : settings.navigation, options.online) {
     estimator_.on_update = [this](const OnlineUpdate& update) { take(update); };
-    estimator_.on_refuse = [this](const std::string& sensor, const std::string& why) {
-      result_.refused.add(sensor, reason_of(why, estimator_.has_target()));
+    estimator_.on_refuse = [this](const std::string& sensor, const Refusal& why) {
+      result_.refused.add(sensor, reason_of(why.kind, estimator_.has_target()));
     };
   }
 
@@ -99,7 +105,7 @@ class Tracker {
     ++result_.lines;
     result_.last = std::max(result_.lines == 1 ? line.t : result_.last, line.t);
     mark_ = processor_seconds();
-    std::optional<std::string> refused;
+    std::optional<Refusal> refused;
     switch (stream.kind) {
       case FeedStream::Kind::odometry:
         refused = estimator_.add_odometry(std::get<Stamped<SE3>>(line.data));
@@ -115,7 +121,7 @@ class Tracker {
         refused = estimator_.add_target(stream.sensor, std::get<Measurement>(line.data));
         break;
     }
-    if (refused) result_.refused.add(stream.name, reason_of(*refused, estimator_.has_target()));
+    if (refused) result_.refused.add(stream.name, reason_of(refused->kind, estimator_.has_target()));
   }
 
   void remember(std::size_t sensor, const Measurement& m) {

@@ -13,6 +13,8 @@
 namespace tandem {
 namespace {
 
+std::string text_of(const std::optional<Refusal>& refused) { return refused ? refused->text : "taken"; }
+
 using testing::every;
 using ::testing::HasSubstr;
 using testing::SimulatedRun;
@@ -54,7 +56,7 @@ std::vector<Line> lines(const TrackingData& d, bool odometry_first = true) {
   return result;
 }
 
-std::optional<std::string> give(const TrackingData& d, const Line& line, OnlineEstimator& estimator) {
+std::optional<Refusal> give(const TrackingData& d, const Line& line, OnlineEstimator& estimator) {
   if (line.sensor < 0) return estimator.add_odometry(d.odometry[line.index]);
   const auto s = std::size_t(line.sensor);
   return estimator.add_target(s, d.sensors[s].measurements[line.index]);
@@ -72,7 +74,7 @@ OnlineOptions exactly(const TrackingOptions& tracking, double window = 1e3) {
 void run(const TrackingData& d, OnlineEstimator& estimator, bool odometry_first = true) {
   for (const Line& line : lines(d, odometry_first)) {
     const auto refused = give(d, line, estimator);
-    EXPECT_FALSE(refused) << *refused;
+    EXPECT_FALSE(refused) << refused->text;
   }
   estimator.finish();
 }
@@ -173,7 +175,7 @@ TEST(OnlineTarget, ALateMeasurementAtAKeyframeCountsAsInTheBatch) {
   for (const Line& line : lines(run_with.data)) give(run_with.data, line, estimator);
   const Vector<3> before = estimator.target()->position;
   const auto refused = estimator.add_target(1, run_with.late);
-  EXPECT_FALSE(refused) << *refused;
+  EXPECT_FALSE(refused) << refused->text;
   estimator.finish();
   EXPECT_GT((estimator.target()->position - before).norm(), 1e-5);
   auto& ranges = run_with.data.sensors[1].measurements;
@@ -188,7 +190,7 @@ TEST(OnlineTarget, ALateMeasurementBetweenKeyframes) {
   const Vector<3> before = estimator.target()->position;
   const std::size_t keyframes = estimator.keyframes();
   const auto refused = estimator.add_target(1, run_with.late);
-  EXPECT_FALSE(refused) << *refused;
+  EXPECT_FALSE(refused) << refused->text;
   estimator.finish();
   EXPECT_EQ(estimator.keyframes(), keyframes);
   EXPECT_GT((estimator.target()->position - before).norm(), 1e-6);
@@ -203,7 +205,8 @@ TEST(OnlineTarget, OneOlderThanTheWindowIsRefused) {
   OnlineEstimator estimator(run_with.data, {}, exactly({}, 4.0));
   for (const Line& line : lines(run_with.data)) give(run_with.data, line, estimator);
   const double cost = estimator.cost();
-  EXPECT_THAT(estimator.add_target(1, run_with.late).value_or("taken"),
+  EXPECT_EQ(estimator.add_target(1, run_with.late)->kind, Refusal::Kind::too_late);
+  EXPECT_THAT(text_of(estimator.add_target(1, run_with.late)),
               HasSubstr("ranger: the measurement valid at 2.000000 s is older than the window, which begins at "));
   EXPECT_EQ(estimator.cost(), cost);
 }
@@ -247,11 +250,13 @@ TEST(OnlineTarget, TimesThatRunBackwardsAreRefused) {
   const TrackingData d = cropped(Simulation().data());
   OnlineEstimator estimator(d, {}, {});
   EXPECT_FALSE(estimator.add_odometry(d.odometry[1]));
-  EXPECT_THAT(estimator.add_odometry(d.odometry[0]).value_or("taken"), HasSubstr("is not later than the one before"));
-  EXPECT_THAT(estimator.add_odometry(d.odometry[1]).value_or("taken"), HasSubstr("is not later than the one before"));
-  EXPECT_THAT(estimator.add_imu({0, {}, {}}).value_or("taken"), HasSubstr("there is no such sensor here"));
-  EXPECT_THAT(estimator.add_ego(0, {}).value_or("taken"), HasSubstr("there is no such sensor of the chaser here"));
-  EXPECT_THAT(estimator.add_target(7, {}).value_or("taken"), HasSubstr("there is no such sensor of a target here"));
+  EXPECT_THAT(text_of(estimator.add_odometry(d.odometry[0])), HasSubstr("is not later than the one before"));
+  EXPECT_THAT(text_of(estimator.add_odometry(d.odometry[1])), HasSubstr("is not later than the one before"));
+  EXPECT_THAT(text_of(estimator.add_imu({0, {}, {}})), HasSubstr("there is no such sensor here"));
+  EXPECT_THAT(text_of(estimator.add_ego(0, {})), HasSubstr("there is no such sensor of the chaser here"));
+  EXPECT_THAT(text_of(estimator.add_target(7, {})), HasSubstr("there is no such sensor of a target here"));
+  EXPECT_EQ(estimator.add_odometry(d.odometry[1])->kind, Refusal::Kind::backwards);
+  EXPECT_EQ(estimator.add_target(7, {})->kind, Refusal::Kind::not_in_use);
 }
 
 TEST(OnlineTarget, OptionsThatCannotWork) {

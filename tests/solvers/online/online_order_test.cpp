@@ -13,7 +13,9 @@
 namespace tandem {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
+using ::testing::Field;
 using ::testing::HasSubstr;
 using testing::LevelTurn;
 using ::testing::Optional;
@@ -80,7 +82,7 @@ struct WholeSeconds {
       ++result.new_keyframes;
       result.keyframes.insert(u.t);
     };
-    const auto taken = [](const std::optional<std::string>& why) { EXPECT_FALSE(why) << *why; };
+    const auto taken = [](const std::optional<Refusal>& why) { EXPECT_FALSE(why) << why->text; };
     for (std::size_t i = 0; i < ego.imu->samples.size(); ++i) {
       const ImuSample& sample = ego.imu->samples[i];
       for (const Stream stream : order) {
@@ -151,11 +153,14 @@ TEST(OnlineOrder, ARefusedMeasurementCallsForNoUpdate) {
   EXPECT_FALSE(estimator.add_target(1, run.data.sensors[1].measurements[1]));
   EXPECT_THAT(
       estimator.add_odometry(run.odometry(1)),
-      Optional(HasSubstr("ranger: nothing can be made of the measurement valid at 1.000000 s; a target starts")))
+      Optional(AllOf(
+          Field(&Refusal::kind, Refusal::Kind::of_no_use),
+          Field(&Refusal::text,
+                HasSubstr("ranger: nothing can be made of the measurement valid at 1.000000 s; a target starts")))))
       << "told by the call that is under way";
   EXPECT_FALSE(estimator.add_target(1, run.simulation.measure(run.data.sensors[1], 1.5)));
   std::vector<std::string> refused;
-  estimator.on_refuse = [&](const std::string& sensor, const std::string&) { refused.push_back(sensor); };
+  estimator.on_refuse = [&](const std::string& sensor, const Refusal&) { refused.push_back(sensor); };
   EXPECT_FALSE(estimator.add_odometry(run.odometry(2)));
   EXPECT_THAT(refused, ElementsAre("ranger"));
   EXPECT_EQ(updates, 0);
