@@ -5,8 +5,8 @@
 #include "cases.hpp"
 #include "random_programs.hpp"
 
-/// What augmented-lagrangian calls converged meets the first-order conditions. TANDEM_FUZZ_PROGRAMS says on how many
-/// random programs; 10,000 take some seconds.
+/// What augmented-lagrangian calls converged meets the first-order conditions, and Ipopt finds nothing better nearby.
+/// TANDEM_FUZZ_PROGRAMS says how many random programs; 10,000 take about a minute.
 namespace tandem::testing {
 namespace {
 
@@ -27,6 +27,26 @@ TEST(Optimality, WhatConvergedMeetsTheFirstOrderConditions) {
     EXPECT_LE(optimality(p.problem).residual, 1e-4) << "seed " << seed << ": " << s.message << ", cost " << s.cost;
   }
   EXPECT_GE(double(converged), 0.95 * double(num_programs()));
+}
+
+TEST(Optimality, IpoptFindsNothingBetterNearby) {
+  if (!ipopt_present()) GTEST_SKIP() << "this build has no Ipopt";
+  IpoptOptions options;
+  options.hessian = Hessian::exact;
+  std::uint64_t compared = 0;
+  for (std::uint64_t seed = 0; seed < num_programs(); ++seed) {
+    RandomProgram p = random_program(seed);
+    const Summary s = solve(p.problem, AugmentedLagrangianOptions{});
+    if (!s.converged()) continue;
+    const Eigen::VectorXd here = p.values();
+    const double multipliers = optimality(p.problem).multipliers;
+    const Summary t = solve(p.problem, options);
+    if (!t.converged() || (p.values() - here).norm() > 0.1) continue;  // it went to another minimum
+    ++compared;
+    // Each may be off its bounds by 1e-8, which the multipliers turn into cost.
+    EXPECT_LE(s.cost, t.cost + 1e-8 + 1e-13 * s.cost + 2e-8 * multipliers) << "seed " << seed;
+  }
+  EXPECT_GE(double(compared), 0.75 * double(num_programs()));
 }
 
 }  // namespace
