@@ -21,7 +21,7 @@ WarmSolve::WarmSolve(Program& program, BlockCholesky& cholesky, const FixedLagOp
       program_(program),
       cholesky_(cholesky),
       session_("fixed-lag", options),
-      damping_(options.initial_damping),
+      damping_{options.initial_damping, options.initial_damping, kRefusedDamping, 10, 4},
       gradient_(program.num_unknowns()),
       hessian_(static_cast<Eigen::Index>(program.hessian_pattern().row.size())),
       scale_(program.num_unknowns()),
@@ -35,7 +35,7 @@ Summary WarmSolve::run() {
   program_.reset();
   if (s.status != Status::failed && damped_) {  // the covariance is of the problem, not of a damped one, or of none
     linearize();
-    damping_ = options_.initial_damping;
+    damping_.value = options_.initial_damping;
     damped_ = !factorize();
   }
   return s;
@@ -71,14 +71,14 @@ void WarmSolve::iterate() {
 /// The step, by the least damping from damping_ on with which the Hessian is positive definite.
 bool WarmSolve::find_step() {
   const Session::Timer timer(session_.summary.linear_solver_seconds);
-  for (;; damping_ = 100 * std::max(damping_, 1e-12)) {
-    if (damping_ > kMaxDamping) {
+  for (;; damping_.value = 100 * std::max(damping_.value, 1e-12)) {
+    if (damping_.value > kMaxDamping) {
       session_.end(Status::failed, "no step lowers the cost, however short: is a Jacobian wrong?");
       return false;
     }
     if (factorize()) break;
   }
-  damped_ = damping_ > std::max(kCovarianceDamping, options_.initial_damping);
+  damped_ = damping_.value > std::max(kCovarianceDamping, options_.initial_damping);
   step_ = -gradient_;
   cholesky_.solve(step_);
   predicted_ = 0.5 * (step_.cwiseAbs2().dot(shift_) - gradient_.dot(step_));
@@ -86,9 +86,7 @@ bool WarmSolve::find_step() {
 }
 
 bool WarmSolve::factorize() {
-  // An unknown that no residual curves still gets a pivot, and then no step.
-  for (Eigen::Index i = 0; i < shift_.size(); ++i)
-    shift_[i] = scale_[i] > 0 ? std::max(damping_ * scale_[i], std::numeric_limits<double>::min()) : 1.0;
+  damping_shift(damping_.value, scale_, scale_, shift_);
   return cholesky_.factorize(hessian_, shift_);
 }
 
@@ -106,7 +104,7 @@ double WarmSolve::cost_at_step(bool with_gradient) {
 void WarmSolve::try_step() {
   auto& s = session_.summary;
   const double least = options_.cost_tolerance * std::max(1.0, s.cost);
-  const bool free_step = damping_ <= std::max(kFreeDamping, options_.initial_damping);
+  const bool free_step = damping_.value <= std::max(kFreeDamping, options_.initial_damping);
   const bool last = free_step && predicted_ <= std::max(least, 1e-14 * s.cost);
   // Only a step of modest gain may be the last but for rounding: others need no gradient to tell that they are not.
   const bool perhaps_last = free_step && predicted_ <= kModestGain * std::max(1.0, s.cost);
@@ -117,13 +115,11 @@ void WarmSolve::try_step() {
       return session_.end(Status::converged, "the cost changes no more");
     }
     program_.reset();
-    damping_ = growth_ * std::max(damping_, kRefusedDamping);
-    growth_ *= 4;
+    damping_.refuse();
     return;
   }
   accept(trial);
-  damping_ = std::max(options_.initial_damping, damping_ * std::max(0.1, 1 - std::pow(2 * drop / predicted_ - 1, 3)));
-  growth_ = 10;
+  damping_.accept(drop / predicted_);
   if (last) {
     session_.end(Status::converged, "the cost changes no more");
   } else if (perhaps_last && left_to_gain() <= least) {

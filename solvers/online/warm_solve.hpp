@@ -1,6 +1,7 @@
 #pragma once
 
 #include <tandem/problem/program.hpp>
+#include <tandem/solvers/damped_step.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
 #include <tandem/solvers/online/fixed_lag_options.hpp>
 #include <tandem/solvers/session.hpp>
@@ -33,7 +34,8 @@ class WarmSolve {
   Program& program_;
   BlockCholesky& cholesky_;
   Session session_;
-  double damping_, growth_ = 10, predicted_ = 0;
+  Damping damping_;
+  double predicted_ = 0;
   bool damped_ = true;  // also before there is a factor
   Eigen::VectorXd gradient_, hessian_, scale_, shift_, step_, trial_gradient_, next_;
 };
