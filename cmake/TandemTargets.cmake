@@ -56,6 +56,28 @@ function(tandem_precompile name)
   endif()
 endfunction()
 
+# tandem_unite(target [APART file ...]): the target's sources in one folder are one unit of compilation, since what small
+# sources spend their time on, headers and what they instantiate, is the same in all of them; those that take long by
+# themselves stay apart. Names in a folder's unnamed namespaces have to differ. Without TANDEM_UNITY each is a unit.
+function(tandem_unite target)
+  if(NOT TANDEM_UNITY)
+    return()
+  endif()
+  cmake_parse_arguments(ARG "" "" "APART" ${ARGN})
+  get_target_property(sources ${target} SOURCES)
+  foreach(source ${sources})
+    cmake_path(GET source PARENT_PATH folder)
+    string(MAKE_C_IDENTIFIER "all_${folder}" group)
+    if(NOT source IN_LIST ARG_APART)
+      set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${group})
+    endif()
+  endforeach()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    target_compile_options(${target} PRIVATE -Wno-subobject-linkage) # takes what is included here for a header
+  endif()
+endfunction()
+
 # tandem_install_headers(folder): of this folder and those below it.
 function(tandem_install_headers folder)
   install(

@@ -74,5 +74,8 @@ ImuPrediction<S> predict(const BasicSE3<S>& pose, const BasicRn<3, S>& velocity,
   }
   return {BasicSE3<S>(Rj, pj), BasicRn<3, S>(vj)};
 }
+// Compiled once, in imu_prediction.cpp.
+extern template ImuPrediction<double> predict(const SE3&, const R3&, const Rn<6>&, const ImuDelta&, const Earth&,
+                                              ImuPredictionJacobians<double>*);
 
 }  // namespace tandem

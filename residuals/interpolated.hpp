@@ -1,9 +1,18 @@
 #pragma once
 
 #include <tandem/lie/operations.hpp>
+#include <tandem/lie/rn.hpp>
+#include <tandem/lie/se2.hpp>
+#include <tandem/lie/se3.hpp>
 #include <tandem/residuals/residual.hpp>
 
 namespace tandem {
+
+// Compiled once, in interpolated.cpp.
+extern template SE3 interpolate(const SE3&, const SE3&, const double&, SE3::Jacobian*, SE3::Jacobian*);
+extern template SE2 interpolate(const SE2&, const SE2&, const double&, SE2::Jacobian*, SE2::Jacobian*);
+extern template R3 interpolate(const R3&, const R3&, const double&, R3::Jacobian*, R3::Jacobian*);
+extern template Rn<2> interpolate(const Rn<2>&, const Rn<2>&, const double&, Rn<2>::Jacobian*, Rn<2>::Jacobian*);
 
 /// A residual over a chaser and a target, both at an instant between keyframes 0 and 1 (a sensor's latency): R at
 ///

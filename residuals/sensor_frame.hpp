@@ -4,6 +4,9 @@
 #include <string_view>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/lie/rn.hpp>
+#include <tandem/lie/se2.hpp>
+#include <tandem/lie/se3.hpp>
 #include <tandem/residuals/residual.hpp>
 
 namespace tandem {
@@ -25,6 +28,15 @@ Vector<C::point_dim, typename C::Scalar> in_sensor_frame(const C& c, const T& t,
   if (Jt) Jt->noalias() = (to_sensor.rotation() * to_body.rotation()).matrix() * t.act_jacobian(f);
   return to_sensor.act(in_body);
 }
+// Compiled once, in sensor_frame.cpp.
+extern template Vector<3> in_sensor_frame(const SE3&, const SE3&, const SE3&, const Vector<3>&, RowsBy<3, SE3>*,
+                                          RowsBy<3, SE3>*);
+extern template Vector<3> in_sensor_frame(const SE3&, const R3&, const SE3&, const Vector<3>&, RowsBy<3, SE3>*,
+                                          RowsBy<3, R3>*);
+extern template Vector<2> in_sensor_frame(const SE2&, const SE2&, const SE2&, const Vector<2>&, RowsBy<2, SE2>*,
+                                          RowsBy<2, SE2>*);
+extern template Vector<2> in_sensor_frame(const SE2&, const Rn<2>&, const SE2&, const Vector<2>&, RowsBy<2, SE2>*,
+                                          RowsBy<2, Rn<2>>*);
 
 /// What a sensor measures of p: r = h(p), where h(p, by_p) fills dh/dp when its pointer is not null, and its Jacobians.
 template <int dim, LieGroup C, LieGroup T, Over<typename C::template Rebind<double>> Mount, class H>

@@ -12,18 +12,18 @@
 namespace tandem::detail {
 namespace {
 
-constexpr double kMostDamping = 1e16;    // a step damped so does not move doubles
-constexpr double kLeastDamping = 1e-15;  // adds nothing to a diagonal of doubles
-constexpr double kFreeDamping = 1e-5;    // steps damped more than this may be short for that reason alone
-constexpr double kStrongDamping = 1e-3;  // a step so damped shows that curvature is missing
-constexpr double kRounding = 1e-14;      // relative difference of costs that is rounding, summed over many residuals
-constexpr double kAccepted = 1e-4;       // of the gain foretold, for a step to be taken
-constexpr double kGood = 0.1;            // of it, for the next step to be tried with derivatives at once
-constexpr double kSecantBelow = 1e-2;    // relative drop of the cost in one step
-constexpr double kOptimality = 1e-5;     // residual of a solution's first-order conditions [standard deviations]
-constexpr double kPolishBelow = 1e-10;   // relative change of the merit that may be rounding, multipliers being large
-constexpr int kMostPolishing = 5;        // steps that leave more than half of that residual
-constexpr double kHardlyLess = 0.9;      // violation after a step over that before it
+constexpr double kUselessDamping = 1e16;  // a step damped so does not move doubles
+constexpr double kNoDamping = 1e-15;      // adds nothing to a diagonal of doubles
+constexpr double kFreeDamping = 1e-5;     // steps damped more than this may be short for that reason alone
+constexpr double kStrongDamping = 1e-3;   // a step so damped shows that curvature is missing
+constexpr double kRounding = 1e-14;       // relative difference of costs that is rounding, summed over many residuals
+constexpr double kAccepted = 1e-4;        // of the gain foretold, for a step to be taken
+constexpr double kGood = 0.1;             // of it, for the next step to be tried with derivatives at once
+constexpr double kSecantBelow = 1e-2;     // relative drop of the cost in one step
+constexpr double kOptimality = 1e-5;      // residual of a solution's first-order conditions [standard deviations]
+constexpr double kPolishBelow = 1e-10;    // relative change of the merit that may be rounding, multipliers being large
+constexpr int kMostPolishing = 5;         // steps that leave more than half of that residual
+constexpr double kHardlyLess = 0.9;       // violation after a step over that before it
 
 /// The loop of damped steps, of whichever model.
 class DampedSteps {
@@ -33,7 +33,7 @@ class DampedSteps {
         program_(program),
         session_(session),
         model_(model),
-        damping_{options.initial_damping, kLeastDamping, 1e-12, 4, 2} {}
+        damping_{options.initial_damping, kNoDamping, 1e-12, 4, 2} {}
 
   void run() {
     auto& s = session_.summary;
@@ -60,7 +60,7 @@ class DampedSteps {
       }
       ++s.iterations;
       model_.choose_hessian(damping_.value > kStrongDamping, free());
-      if (!try_step() && damping_.value > kMostDamping) end_when_nothing_is_left();
+      if (!try_step() && damping_.value > kUselessDamping) end_when_nothing_is_left();
     }
     if (s.status != Status::converged) model_.restore_best();
     session_.conclude(program_, kConstraintTolerance);

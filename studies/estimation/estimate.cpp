@@ -19,8 +19,8 @@ Summary solve_with(const Solver& solver, bool graduated, Problem& problem) {
       solver);
 }
 
-Vector<6> in_space(const Rn<6>& twist) { return twist.vector(); }
-Vector<6> in_space(const Rn<3>& twist) {
+Vector<6> twist_in_space(const Rn<6>& twist) { return twist.vector(); }
+Vector<6> twist_in_space(const Rn<3>& twist) {
   const Vector<3>& w = twist.vector();
   return Vector<6>(w[0], w[1], 0, 0, 0, w[2]);
 }
@@ -108,7 +108,7 @@ Estimate estimate(const Scenario& scenario, const TrackingOptions& options, cons
     result.target.push_back(tracking.target_state(k));
   }
   for (const TwistVariable& twist : tracking.twist)
-    result.target_twist.push_back(std::visit([&](const auto& x) { return in_space(problem.value(x)); }, twist));
+    result.target_twist.push_back(std::visit([&](const auto& x) { return twist_in_space(problem.value(x)); }, twist));
   result.errors = keyframe_errors(scenario, tracking.keyframes, result.chaser, result.target);
   result.measurements = measurement_outcomes(scenario, tracking);
   result.sensors = sensor_outcomes(scenario, options, tracking, result.measurements);

@@ -1,6 +1,5 @@
 #include <cmath>
 #include <functional>
-#include <numbers>
 
 #include <tandem/lie/operations.hpp>
 #include <tandem/problem/navigation/trajectory.hpp>
@@ -10,11 +9,10 @@
 #include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/state_columns.hpp>
 #include <tandem/studies/support/tum.hpp>
+#include <tandem/studies/support/units.hpp>
 
 namespace tandem {
 namespace {
-
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 using OptionalVector = std::optional<Vector<3>>;
 

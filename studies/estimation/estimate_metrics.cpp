@@ -1,13 +1,11 @@
 #include <cmath>
-#include <numbers>
 
 #include <tandem/problem/navigation/trajectory.hpp>
 #include <tandem/studies/estimation/estimate_metrics.hpp>
+#include <tandem/studies/support/units.hpp>
 
 namespace tandem {
 namespace {
-
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 /// Truth without orientation takes the estimate's.
 const SO3& chaser_axes(const Scenario& scenario, const SE3& truth, const SO3& estimate) {

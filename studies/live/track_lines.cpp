@@ -1,15 +1,14 @@
 #include <algorithm>
-#include <numbers>
 
 #include <fmt/format.h>
 
 #include <tandem/studies/live/track_lines.hpp>
+#include <tandem/studies/support/units.hpp>
 
 namespace tandem {
 namespace {
 
 constexpr int kLinesAHeader = 25;
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr double kStill = 0.01;  // m/s: slower than this, a course means nothing
 
 /// Clockwise from north, 0 to 360°, of a direction in the world (x east, y north).

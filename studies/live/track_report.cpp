@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <numbers>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -9,13 +8,13 @@
 #include <tandem/studies/live/track_report.hpp>
 #include <tandem/studies/support/json_text.hpp>
 #include <tandem/studies/support/text_table.hpp>
+#include <tandem/studies/support/units.hpp>
 
 namespace tandem {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr std::array kRows = {"usbl", "optical", "gated", "all"};
 
 UpdateTimes times_of(std::vector<double> seconds) {

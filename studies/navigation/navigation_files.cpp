@@ -1,5 +1,4 @@
 #include <cmath>
-#include <numbers>
 
 #include <tandem/problem/navigation/trajectory.hpp>
 #include <tandem/studies/navigation/navigation_files.hpp>
@@ -7,11 +6,10 @@
 #include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/state_columns.hpp>
 #include <tandem/studies/support/tum.hpp>
+#include <tandem/studies/support/units.hpp>
 
 namespace tandem {
 namespace {
-
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 using OptionalVector = std::optional<Vector<3>>;
 using OptionalNumber = std::optional<double>;

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <numbers>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,6 +8,7 @@
 #include <tandem/studies/support/down_weighted.hpp>
 #include <tandem/studies/support/json_text.hpp>
 #include <tandem/studies/support/text_table.hpp>
+#include <tandem/studies/support/units.hpp>
 
 namespace tandem {
 namespace {
@@ -16,7 +16,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Column = TextTable::Column;
 constexpr auto kLeft = TextTable::Align::left;
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr double kDegreesAnHour = 3600 * kDegrees;
 
 double rate_of(std::size_t lines, double first, double last) {

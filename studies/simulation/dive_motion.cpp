@@ -7,9 +7,9 @@
 namespace tandem {
 namespace {
 
-constexpr double kSpeed = 1.5, kDepth = 30.0;                 // m/s, m
+constexpr double kCruise = 1.5, kDepth = 30.0;                // m/s, m
 constexpr double kSurface = 60.0, kRamp = 90.0, kUp = 40.0;   // s: at the surface first and last, to dive, on the way
-constexpr double kLeg = 120.0, kTurn = 40.0;                  // s
+constexpr double kStraight = 120.0, kTurn = 40.0;             // s
 constexpr double kCurrentEast = 0.06, kCurrentNorth = -0.04;  // m/s
 
 /// A function of time with two derivatives.
@@ -56,7 +56,7 @@ DiveMotion::DiveMotion(double duration, int surfacings) : duration_(duration), r
     dives_.push_back(middle + up);
   }
   ascents_.push_back(end);
-  for (double t = begin + ramp_; t + kTurn < end; t += kLeg + kTurn) turns_.push_back(t);
+  for (double t = begin + ramp_; t + kTurn < end; t += kStraight + kTurn) turns_.push_back(t);
 
   // Gauss-Legendre with three points a step: exact to rounding for motions as slow as these.
   const double offset = 0.5 * std::sqrt(0.6) * step;
@@ -78,14 +78,14 @@ DiveMotion::Profile DiveMotion::profile(double t) const {
   const Jet waves = 1.0 + -0.85 * down;  // die away with depth
 
   Profile p;
-  p.surge = kSpeed + 0.15 * sine(t, 170, 0.4);
+  p.surge = kCruise + 0.15 * sine(t, 170, 0.4);
   p.sway = 0.04 * sine(t, 37, 1.1);
   p.height = -1.0 * down * (kDepth + 0.6 * sine(t, 80, 0.0)) + 0.08 * waves * sine(t, 5.3, 0.3);
   p.yaw = 0.3 + 0.04 * sine(t, 23, 0.7) + 0.02 * waves * sine(t, 6.1, 0.2);
   for (std::size_t i = 0; i < turns_.size(); ++i)
     p.yaw = p.yaw + (i % 2 == 0 ? 1.0 : -1.0) * std::numbers::pi * smooth_step(t, turns_[i], kTurn);
   // Nose down when diving, banked when turning; by rates, whose own second derivatives nobody needs.
-  p.pitch = Jet{-0.5 / kSpeed * p.height.d, -0.5 / kSpeed * p.height.dd} + 0.015 * sine(t, 11, 2.0) +
+  p.pitch = Jet{-0.5 / kCruise * p.height.d, -0.5 / kCruise * p.height.dd} + 0.015 * sine(t, 11, 2.0) +
             0.04 * waves * sine(t, 5.3, 1.2);
   p.roll = Jet{-0.6 * p.yaw.d, -0.6 * p.yaw.dd} + 0.02 * sine(t, 7.7, 0.9) + 0.06 * waves * sine(t, 4.4, 0.0);
   return p;
