@@ -23,6 +23,14 @@ namespace tandem::testing {
 
 using Body = Bundle<SO3, R3>;
 
+inline const Gaussian kUnit3{1.0, 1.0, 1.0};
+
+inline Eigen::VectorXd gradient(Program& program) {
+  Eigen::VectorXd g(program.num_unknowns());
+  program.gradient(g);
+  return g;
+}
+
 /// A point carried by a body [m]:  e = R p + x.
 struct Carried {
   static constexpr std::string_view name = "carried point";

@@ -13,7 +13,6 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-const Gaussian kUnit3{1.0, 1.0, 1.0};
 const Gaussian kUnit6{1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
 
 SE3 pose(double x) { return SE3::Exp((Vector<6>() << x, 0.5, -x, 0.1 * x, -0.2, 0.3).finished()); }

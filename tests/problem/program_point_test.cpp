@@ -12,12 +12,6 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-Eigen::VectorXd gradient(Program& program) {
-  Eigen::VectorXd g(program.num_unknowns());
-  program.gradient(g);
-  return g;
-}
-
 class ProgramPoint : public ::testing::Test {
  protected:
   MixedProblem mixed;

@@ -24,12 +24,6 @@ Eigen::VectorXd constraints(Program& program) {
   return c;
 }
 
-Eigen::VectorXd gradient(Program& program) {
-  Eigen::VectorXd g(program.num_unknowns());
-  program.gradient(g);
-  return g;
-}
-
 template <class R, class Handles>
 Vector<R::dim> rows(const R& residual, const Handles& x, const Problem& problem) {
   Vector<R::dim> r;

@@ -9,13 +9,13 @@
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
 
+#include "mixed_problem.hpp"
+
 namespace tandem::testing {
 namespace {
 
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
-
-const Gaussian kUnit3{1.0, 1.0, 1.0};
 
 TEST(Removal, AVariableGoesWhenNothingReadsIt) {
   Problem problem;

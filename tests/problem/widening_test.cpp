@@ -12,8 +12,6 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-const Gaussian kUnit3{1.0, 1.0, 1.0};
-
 std::vector<Loss> robust(double scale) { return {Huber(scale), Cauchy(scale), GemanMcClure(scale), Tukey(scale)}; }
 
 /// The mixed problem with every loss's scale multiplied by a factor when it is made.

@@ -8,13 +8,6 @@
 namespace tandem::testing {
 namespace {
 
-Simulation noisy(double duration = 8.0) {
-  Simulation simulation;
-  simulation.duration = duration;
-  simulation.noise = 1.5;
-  return simulation;
-}
-
 /// All but limited memory, whose few pairs creep on a chain with sigmas that span three decades.
 std::vector<AnySolver> without_limited_memory(std::vector<AnySolver> solvers) {
   std::erase_if(solvers, [](const AnySolver& solver) { return solver.name == "ipopt_limited_memory"; });
@@ -49,14 +42,14 @@ void expect_same(const Result& a, const Result& b, const AnySolver& solver) {
 }
 
 TEST(Agreement, OfAllSolversOnASoftProblem) {
-  const TrackingData data = noisy().data();
+  const TrackingData data = noisy(8.0).data();
   const Result reference = solve(data, {}, soft_solvers().front());
   EXPECT_GT(reference.summary.cost, 5.0);
   for (const AnySolver& solver : soft_solvers()) expect_same(solve(data, {}, solver), reference, solver);
 }
 
 TEST(Agreement, OfSoftLimitsAndNonHolonomicMotion) {
-  const TrackingData data = noisy().data();
+  const TrackingData data = noisy(8.0).data();
   const TrackingOptions options{
       .non_holonomic = Role::soft, .surge = between(0.0, 0.8), .max_yaw_rate = 0.05, .limits = Role::soft};
   const Result reference = solve(data, options, main_solvers().front());
@@ -68,7 +61,7 @@ class RobustLoss : public ::testing::TestWithParam<Loss> {};
 INSTANTIATE_TEST_SUITE_P(Losses, RobustLoss, ::testing::Values(Huber(1.0), Cauchy(1.0), GemanMcClure(3.0), Tukey(5.0)));
 
 TEST_P(RobustLoss, GivesTheSameOptimumInEverySolver) {
-  Simulation simulation = noisy();
+  Simulation simulation = noisy(8.0);
   simulation.noise = 0.5;  // little besides the outlier: losses that redescend then have one minimum nearby
   TrackingData data = simulation.data();
   data.sensors[0].measurements[1].position += Vector<3>(8.0, -5.0, 3.0);  // an outlier of 20 sigma

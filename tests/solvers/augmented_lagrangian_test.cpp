@@ -13,13 +13,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-Simulation noisy(double duration = 6.0) {
-  Simulation simulation;
-  simulation.duration = duration;
-  simulation.noise = 1.5;
-  return simulation;
-}
-
 /// Hard equalities, a lower and an upper bound, some of which hold the solution.
 const TrackingOptions kConstrained{
     .roll_pitch = Role::hard, .non_holonomic = Role::hard, .surge = between(0.0, 0.85), .max_yaw_rate = 0.05};
@@ -47,7 +40,7 @@ TEST(AugmentedLagrangian, RefusesOptionsOutOfRange) {
 }
 
 TEST(AugmentedLagrangian, WithoutHardConstraintsIsGaussNewton) {
-  TrackingProblem first = make_tracking_problem(noisy().data()), second = make_tracking_problem(noisy().data());
+  TrackingProblem first = make_tracking_problem(noisy(6.0).data()), second = make_tracking_problem(noisy(6.0).data());
   const Summary a = solve(first.problem, GaussNewtonOptions{}), b = solve(second.problem, AugmentedLagrangianOptions{});
   EXPECT_EQ(a.cost, b.cost);
   EXPECT_EQ(a.iterations, b.iterations);
@@ -96,7 +89,7 @@ TEST(AugmentedLagrangian, HasTheExactHessianOnlyWhileStepsMustBeDampedStrongly) 
 
 TEST(AugmentedLagrangian, ConvergesWithoutDampingToBeginWith) {
   for (const double damping : {0.0, 1e-12}) {
-    TrackingProblem tracking = make_tracking_problem(noisy().data(), kConstrained);
+    TrackingProblem tracking = make_tracking_problem(noisy(6.0).data(), kConstrained);
     AugmentedLagrangianOptions options;
     options.initial_damping = damping;
     const Summary s = solve(tracking.problem, options);
@@ -107,7 +100,7 @@ TEST(AugmentedLagrangian, ConvergesWithoutDampingToBeginWith) {
 
 /// At the solution some multipliers of the rows at their bounds cancel the cost's gradient, with the right signs.
 TEST(AugmentedLagrangian, EndsWhereTheOptimalityConditionsHold) {
-  TrackingProblem tracking = make_tracking_problem(noisy().data(), kConstrained);
+  TrackingProblem tracking = make_tracking_problem(noisy(6.0).data(), kConstrained);
   const Summary s = solve(tracking.problem, AugmentedLagrangianOptions{});
   ASSERT_TRUE(s.converged()) << s.message;
   Program program(tracking.problem);
@@ -147,7 +140,7 @@ TEST(AugmentedLagrangian, IsDeterministicUnderConstraints) {
   std::vector<Summary> summaries;
   std::vector<Eigen::MatrixXd> last;
   for (int run = 0; run < 2; ++run) {
-    TrackingProblem tracking = make_tracking_problem(noisy().data(), kConstrained);
+    TrackingProblem tracking = make_tracking_problem(noisy(6.0).data(), kConstrained);
     summaries.push_back(solve(tracking.problem, AugmentedLagrangianOptions{}));
     last.push_back(tracking.problem.value(pose(tracking.target.back())).matrix());
   }
@@ -184,7 +177,7 @@ TEST(AugmentedLagrangian, TakesTheSameWayInOtherUnits) {
 }
 
 TEST(AugmentedLagrangian, NamesTheBlockThatCannotBeMet) {
-  TrackingProblem tracking = make_tracking_problem(noisy().data(), {.non_holonomic = Role::hard});
+  TrackingProblem tracking = make_tracking_problem(noisy(6.0).data(), {.non_holonomic = Role::hard});
   const auto from = pose(tracking.target[3]), to = pose(tracking.target[4]);
   using Surge = TwistComponents<SE3, surge>;
   tracking.problem.subject_to(Surge{1.0}, at_least(2.0), {from, to});
@@ -217,7 +210,7 @@ TEST(AugmentedLagrangian, KeepsTheBestFeasiblePoint) {
 }
 
 TEST(AugmentedLagrangian, IteratesWithoutAllocating) {
-  TrackingProblem tracking = make_tracking_problem(noisy().data(), kConstrained);
+  TrackingProblem tracking = make_tracking_problem(noisy(6.0).data(), kConstrained);
   std::array<long, 100> counts;
   std::size_t reports = 0;
   AugmentedLagrangianOptions options = with_progress([&](const Progress&) { counts[reports++] = allocations; });
@@ -234,7 +227,7 @@ INSTANTIATE_TEST_SUITE_P(Constraints, ShrinkingSigma, ::testing::Bool(),
 /// Held ever more tightly by a soft residual, the solution comes to that of the hard constraint, by σ².
 TEST_P(ShrinkingSigma, ComesToTheHardSolution) {
   const bool non_holonomic = GetParam();
-  TrackingData data = noisy().data();
+  TrackingData data = noisy(6.0).data();
   const auto solution = [&](Role role) {
     TrackingOptions options;
     (non_holonomic ? options.non_holonomic : options.roll_pitch) = role;

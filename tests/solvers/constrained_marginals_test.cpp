@@ -8,7 +8,7 @@
 namespace tandem::testing {
 namespace {
 
-constexpr double kTolerance = 1e-8;
+constexpr double kConstrainedTolerance = 1e-8;
 
 /// Rows aᵀ(x − y) or aᵀx, any scale.
 struct Along {
@@ -47,7 +47,7 @@ TEST(ConstrainedMarginals, OfTheMixedProblem) {
   const auto& v = mixed.v;
   const Comparison c =
       compare(mixed.problem, std::vector{v.a, v.b, v.c}, std::vector{v.p}, std::vector{v.q}, std::vector{v.s});
-  EXPECT_LE(c.error, kTolerance);
+  EXPECT_LE(c.error, kConstrainedTolerance);
   EXPECT_EQ(c.pairs, 36);
 }
 
@@ -118,7 +118,7 @@ TEST(ConstrainedMarginals, WithRowsThatRepeatEachOther) {
   for (int k = 0; k < 7; ++k) points.hold(a, k, -a, k + 1);  // and a loop of them
   points.hold(a, 0, -a, 7);
   points.hold(a, 1, -a, 5);
-  EXPECT_LE(points.error(), kTolerance);
+  EXPECT_LE(points.error(), kConstrainedTolerance);
 }
 
 TEST(ConstrainedMarginals, WithRowsOfAnyScale) {
@@ -141,7 +141,7 @@ TEST(ConstrainedMarginals, WithRowsThatNearlyRepeatEachOther) {
     points.hold(a + delta * c, 2, b, 3);
     points.hold(a, 5, b, 6);
     points.hold(a, 5, b - delta * c, 6);
-    EXPECT_LE(points.error(), kTolerance) << delta;
+    EXPECT_LE(points.error(), kConstrainedTolerance) << delta;
   }
 }
 
@@ -153,7 +153,7 @@ TEST(ConstrainedMarginals, WithRowsOfUnevenEntries) {
     const Vector<3> a(0.3, -1.0, 0.5), b(0.2, 0.8, -1.1);
     points.hold(a * small, 2, b, 3);
     points.hold(a, 5, b * small, 6);
-    EXPECT_LE(points.error(), kTolerance) << small;
+    EXPECT_LE(points.error(), kConstrainedTolerance) << small;
   }
 }
 
@@ -179,7 +179,7 @@ TEST(ConstrainedMarginals, OfLoopsThatNeedAnOrder) {
     for (int i = 0; i < 24; ++i)
       points.hold(random_vector(3, 1.0, seed * 100 + unsigned(i)), pick(16),
                   random_vector(3, 1.0, seed * 1000 + unsigned(i)), pick(16));
-    EXPECT_LE(points.error(), kTolerance) << seed;
+    EXPECT_LE(points.error(), kConstrainedTolerance) << seed;
   }
 }
 
@@ -191,7 +191,7 @@ TEST(ConstrainedMarginals, OfANonHolonomicTarget) {
   options.surge = at_least(0.0);
   TrackingProblem tracking = make_tracking_problem(simulation.data(), options);
   const Comparison c = compare(tracking.problem, poses(tracking.chaser), poses(tracking.target));
-  EXPECT_LE(c.error, kTolerance);
+  EXPECT_LE(c.error, kConstrainedTolerance);
 }
 
 }  // namespace

@@ -11,12 +11,12 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-struct Case {
+struct ModelCase {
   MotionModel model;
   bool planar, turning;  ///< whether the model can follow a turn
 };
 
-class MotionModels : public ::testing::TestWithParam<Case> {
+class MotionModels : public ::testing::TestWithParam<ModelCase> {
  protected:
   SimulatedRun run{.planar = GetParam().planar, .target_twist = twist(0.9, GetParam().turning ? 0.06 : 0.0)};
   TrackingOptions options{.model = GetParam().model};
@@ -59,14 +59,14 @@ TEST_P(MotionModels, TheFirstKeyframesAlone) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, MotionModels,
-                         ::testing::Values(Case{MotionModel::constant_twist, false, true},
-                                           Case{MotionModel::constant_twist, true, true},
-                                           Case{MotionModel::constant_velocity, false, false},
-                                           Case{MotionModel::constant_velocity, true, false},
-                                           Case{MotionModel::white_noise_acceleration, false, true},
-                                           Case{MotionModel::white_noise_acceleration, true, true},
-                                           Case{MotionModel::steady_course, false, false},
-                                           Case{MotionModel::steady_course, true, false}),
+                         ::testing::Values(ModelCase{MotionModel::constant_twist, false, true},
+                                           ModelCase{MotionModel::constant_twist, true, true},
+                                           ModelCase{MotionModel::constant_velocity, false, false},
+                                           ModelCase{MotionModel::constant_velocity, true, false},
+                                           ModelCase{MotionModel::white_noise_acceleration, false, true},
+                                           ModelCase{MotionModel::white_noise_acceleration, true, true},
+                                           ModelCase{MotionModel::steady_course, false, false},
+                                           ModelCase{MotionModel::steady_course, true, false}),
                          [](const auto& info) {
                            std::string name(tandem::name(info.param.model));
                            std::replace(name.begin(), name.end(), '-', '_');

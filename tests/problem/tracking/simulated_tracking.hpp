@@ -77,4 +77,12 @@ std::vector<Variable<SE3>> poses(const std::vector<Any>& variables) {
   return result;
 }
 
+/// One whose measurements are off by 1.5 sigmas.
+inline Simulation noisy(double duration) {
+  Simulation simulation;
+  simulation.duration = duration;
+  simulation.noise = 1.5;
+  return simulation;
+}
+
 }  // namespace tandem::testing

@@ -12,13 +12,13 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-struct Case {
+struct SensorCase {
   SensorType type;
   bool planar;
 };
 
-std::vector<Case> cases() {
-  std::vector<Case> all;
+std::vector<SensorCase> cases() {
+  std::vector<SensorCase> all;
   for (const SensorType type : {SensorType::position, SensorType::pose, SensorType::range_bearing, SensorType::bearing,
                                 SensorType::range, SensorType::usbl_spherical})
     for (const bool planar : {false, true})
@@ -26,7 +26,7 @@ std::vector<Case> cases() {
   return all;
 }
 
-class TargetSensors : public ::testing::TestWithParam<Case> {
+class TargetSensors : public ::testing::TestWithParam<SensorCase> {
  protected:
   SimulatedRun run{.planar = GetParam().planar};
 

@@ -7,6 +7,8 @@
 #include <tandem/residuals/prior.hpp>
 #include <tandem/solvers/online/fixed_lag.hpp>
 
+#include "seconds_of.hpp"
+
 /// What leaves the window, and when: nothing that should stay, and nothing before its estimate has settled.
 namespace tandem::testing {
 namespace {
@@ -16,12 +18,6 @@ using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
 Gaussian noise(double sigma) { return Gaussian(Eigen::VectorXd::Constant(3, sigma)); }
-
-FixedLagOptions seconds_of(double window) {
-  FixedLagOptions options;
-  options.window = window;
-  return options;
-}
 
 /// A point at time t, known from a fix.
 Variable<R3> add_point(FixedLag& lag, double t, const char* name = "") {

@@ -15,6 +15,8 @@
 #include <tandem/solvers/marginals.hpp>
 #include <tandem/solvers/online/fixed_lag.hpp>
 
+#include "seconds_of.hpp"
+
 namespace tandem::testing {
 namespace {
 
@@ -23,12 +25,6 @@ using ::testing::Optional;
 using ::testing::ThrowsMessage;
 
 Gaussian noise(int n, double sigma) { return Gaussian(Eigen::VectorXd::Constant(n, sigma)); }
-
-FixedLagOptions seconds_of(double window) {
-  FixedLagOptions options;
-  options.window = window;
-  return options;
-}
 
 /// Odometry that drifts by the same in every step:  r = y − x − b − step.
 struct BiasedStep {

@@ -22,18 +22,6 @@ using testing::StartsWith;
 using testing::UnorderedElementsAre;
 using Json = nlohmann::json;
 
-/// One sentence on standard error, nothing on standard output, and no trace of the output folder.
-std::string refusal(std::vector<std::string> arguments) {
-  const ScratchFolder scratch;
-  if (arguments.size() > 1) arguments.insert(arguments.begin() + 1, {"--out", (scratch.path() / "out").string()});
-  const Outcome run = run_tandem(arguments);
-  EXPECT_EQ(run.status, 1) << run.errors;
-  EXPECT_EQ(run.output, "");
-  EXPECT_THAT(run.errors, ContainsRegex("^tandem: [^\n]+\n$")) << "one line";
-  EXPECT_THAT(files(scratch.path()), UnorderedElementsAre());
-  return run.errors;
-}
-
 TEST(CommandLine, SaysWhatItIsAndHas) {
   EXPECT_THAT(run_tandem({"--version"}).output, ContainsRegex("^tandem [0-9]+\\.[0-9]+\\.[0-9]+\n$"));
   EXPECT_THAT(run_tandem({"scenarios"}).output, ContainsRegex("docking_a +Simulated"));

@@ -17,7 +17,7 @@ using testing::ContainsRegex;
 using testing::HasSubstr;
 using Json = nlohmann::json;
 
-std::string refusal(const std::vector<std::string>& arguments) {
+std::string refusal_as_given(const std::vector<std::string>& arguments) {
   const Outcome run = run_tandem(arguments);
   EXPECT_EQ(run.status, 1) << run.output;
   EXPECT_EQ(run.output, "");
@@ -113,16 +113,17 @@ TEST(CompareCommand, AnInterruptKeepsWhatIsThere) {
 }
 
 TEST(CompareCommand, RefusesWhatMakesNoSense) {
-  EXPECT_THAT(refusal({"compare", "docking_a", "--solvers", "gauss-newtn"}), HasSubstr("did you mean gauss-newton?"));
-  EXPECT_THAT(refusal({"compare", "docking_a", "--constraints", "maybe"}), HasSubstr("none, soft and hard"));
-  EXPECT_THAT(refusal({"compare", "docking_a", "--dense-keyframes", "0"}), HasSubstr("--dense-keyframes"));
-  EXPECT_THAT(refusal({"compare", "docking_a", "--limits", "soft", "--surge", "0,1"}),
+  EXPECT_THAT(refusal_as_given({"compare", "docking_a", "--solvers", "gauss-newtn"}),
+              HasSubstr("did you mean gauss-newton?"));
+  EXPECT_THAT(refusal_as_given({"compare", "docking_a", "--constraints", "maybe"}), HasSubstr("none, soft and hard"));
+  EXPECT_THAT(refusal_as_given({"compare", "docking_a", "--dense-keyframes", "0"}), HasSubstr("--dense-keyframes"));
+  EXPECT_THAT(refusal_as_given({"compare", "docking_a", "--limits", "soft", "--surge", "0,1"}),
               HasSubstr("unknown option '--limits'"));
-  EXPECT_THAT(refusal({"compare", "docking_a", "--hold-out", "2"}), HasSubstr("unknown option '--hold-out'"));
-  EXPECT_THAT(refusal({"compare", "docking_a", "--dvl-scale"}), HasSubstr("it moves by odometry"));
-  EXPECT_THAT(refusal({"compare", "docking_a", "--model", "constant-velocity"}),
+  EXPECT_THAT(refusal_as_given({"compare", "docking_a", "--hold-out", "2"}), HasSubstr("unknown option '--hold-out'"));
+  EXPECT_THAT(refusal_as_given({"compare", "docking_a", "--dvl-scale"}), HasSubstr("it moves by odometry"));
+  EXPECT_THAT(refusal_as_given({"compare", "docking_a", "--model", "constant-velocity"}),
               HasSubstr("with soft constraints: the constant-velocity model"));
-  EXPECT_THAT(refusal({"compare", "dokcing_a"}), HasSubstr("docking_a"));
+  EXPECT_THAT(refusal_as_given({"compare", "dokcing_a"}), HasSubstr("docking_a"));
 }
 
 TEST(CompareCommand, HelpHasNoOptionThatIsRefused) {
@@ -158,12 +159,12 @@ TEST(ModelsCommand, JsonHasEveryModel) {
 }
 
 TEST(ModelsCommand, RefusesWhatMakesNoSense) {
-  EXPECT_THAT(refusal({"models", "docking_a", "--models", "constant-twits"}),
+  EXPECT_THAT(refusal_as_given({"models", "docking_a", "--models", "constant-twits"}),
               HasSubstr("did you mean constant-twist?"));
-  EXPECT_THAT(refusal({"models", "docking_a", "--models", "surge:2,1"}), HasSubstr("lower limit"));
-  EXPECT_THAT(refusal({"models", "docking_a", "--solver", "ipop"}), HasSubstr("did you mean ipopt?"));
-  EXPECT_THAT(refusal({"models", "docking_a", "--max-keyframes", "0"}), HasSubstr("--max-keyframes"));
-  EXPECT_THAT(refusal({"models", "docking_a", "--limits", "soft"}), HasSubstr("unknown option '--limits'"));
+  EXPECT_THAT(refusal_as_given({"models", "docking_a", "--models", "surge:2,1"}), HasSubstr("lower limit"));
+  EXPECT_THAT(refusal_as_given({"models", "docking_a", "--solver", "ipop"}), HasSubstr("did you mean ipopt?"));
+  EXPECT_THAT(refusal_as_given({"models", "docking_a", "--max-keyframes", "0"}), HasSubstr("--max-keyframes"));
+  EXPECT_THAT(refusal_as_given({"models", "docking_a", "--limits", "soft"}), HasSubstr("unknown option '--limits'"));
 }
 
 }  // namespace

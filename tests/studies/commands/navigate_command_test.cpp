@@ -54,17 +54,6 @@ class Navigate : public testing::Test {
     EXPECT_EQ(outcome.status, 0) << outcome.errors;
     return Json::parse(outcome.output, nullptr, false);
   }
-  /// One sentence on standard error, nothing on standard output, and no trace of the output folder.
-  static std::string refusal(std::vector<std::string> arguments) {
-    const ScratchFolder scratch;
-    arguments.insert(arguments.end(), {"--out", (scratch.path() / "out").string()});
-    const Outcome outcome = run_tandem(arguments);
-    EXPECT_EQ(outcome.status, 1) << outcome.errors;
-    EXPECT_EQ(outcome.output, "");
-    EXPECT_THAT(outcome.errors, ContainsRegex("^tandem: [^\n]+\n$")) << "one line";
-    EXPECT_THAT(files(scratch.path()), IsEmpty());
-    return outcome.errors;
-  }
   static std::string refusal_of(std::vector<std::string> options) {
     options.insert(options.begin(), {"navigate", dive().string()});
     return refusal(options);
