@@ -1,13 +1,12 @@
 #include <array>
 #include <cmath>
 
-#include <Eigen/Cholesky>
-
 #include <tandem/problem/tracking/planar.hpp>
 #include <tandem/residuals/on_course.hpp>
 #include <tandem/solvers/marginals.hpp>
 #include <tandem/solvers/relative_covariance.hpp>
 #include <tandem/studies/estimation/uncertainty.hpp>
+#include <tandem/studies/support/squared_distance.hpp>
 
 namespace tandem {
 namespace {
@@ -105,7 +104,7 @@ int HeldOut::rows_inside() const {
   return inside;
 }
 
-double HeldOut::squared_distance() const { return r.dot(covariance.ldlt().solve(r)); }
+double HeldOut::squared_distance() const { return tandem::squared_distance(r, covariance); }
 
 bool HeldOut::inside() const {
   constexpr std::array quantile{3.841459, 5.991465, 7.814728, 9.487729, 11.070498, 12.591587};  // 95 %, 1 to 6 rows

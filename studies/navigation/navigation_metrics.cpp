@@ -5,6 +5,7 @@
 
 #include <tandem/residuals/imu_prediction.hpp>
 #include <tandem/studies/navigation/navigation_metrics.hpp>
+#include <tandem/studies/support/squared_distance.hpp>
 
 namespace tandem {
 namespace {
@@ -159,10 +160,10 @@ class Comparison {
     error.orientation_sigma = pose.diagonal().tail<3>().cwiseSqrt();
     error.velocity_sigma = navigation_.covariance[k].velocity.diagonal().cwiseSqrt();
     if (!error.position) return;
-    error.position_nees = error.position->dot(S.ldlt().solve(*error.position));
+    error.position_nees = squared_distance(*error.position, S);
     if (!error.orientation) return;
     const Vector<6> e = (state.pose.inverse() * *truth(t)).Log();
-    error.pose_nees = e.dot(pose.ldlt().solve(e));
+    error.pose_nees = squared_distance(e, pose);
   }
 
   /// From keyframe to keyframe, by the truth.

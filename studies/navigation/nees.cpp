@@ -1,20 +1,15 @@
 #include <cmath>
 
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/lie/operations.hpp>
 #include <tandem/solvers/online/heading_alignment.hpp>
 #include <tandem/studies/navigation/nees.hpp>
+#include <tandem/studies/support/squared_distance.hpp>
 
 namespace tandem {
 namespace {
-
-template <int N>
-double squared(const Vector<N>& e, const Matrix<N, N>& covariance) {
-  return e.dot(covariance.ldlt().solve(e));
-}
 
 template <class T>
 const T& at(const std::vector<Stamped<T>>& truth, double t) {
@@ -33,9 +28,9 @@ double chi_squared_quantile(double degrees, double normal_quantile) {
 
 EgoNees nees(const SE23& truth, const Vector<6>& true_bias, const EgoState& state, const EgoCovariance& covariance) {
   const SE3 pose(truth.rotation(), truth.translation());
-  return {squared<6>(minus(pose, state.pose), covariance.pose),
-          squared<3>(truth.velocity() - state.velocity, covariance.velocity),
-          squared<6>(true_bias - state.bias, covariance.bias)};
+  return {squared_distance(minus(pose, state.pose), covariance.pose),
+          squared_distance(truth.velocity() - state.velocity, covariance.velocity),
+          squared_distance(true_bias - state.bias, covariance.bias)};
 }
 
 std::vector<EgoNees> nees_of_fixed_lag(const SimulatedDive& dive, const std::vector<double>& instants, double window) {
