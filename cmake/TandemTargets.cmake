@@ -56,21 +56,26 @@ function(tandem_precompile name)
   endif()
 endfunction()
 
-# tandem_unite(target [APART file ...]): the target's sources in one folder are one unit of compilation, since what small
-# sources spend their time on, headers and what they instantiate, is the same in all of them; those that take long by
-# themselves stay apart. Names in a folder's unnamed namespaces have to differ. Without TANDEM_UNITY each is a unit.
+# tandem_unite(target [BATCH n] [APART file ...]): the target's sources in one folder are one unit of compilation, or one for
+# every n of them, since what small sources spend their time on, headers and what they instantiate, is the same in all of
+# them; those that take long by themselves stay apart. Names in a folder's unnamed namespaces have to differ. Without
+# TANDEM_UNITY each source is a unit.
 function(tandem_unite target)
   if(NOT TANDEM_UNITY)
     return()
   endif()
-  cmake_parse_arguments(ARG "" "" "APART" ${ARGN})
+  cmake_parse_arguments(ARG "" "BATCH" "APART" ${ARGN})
   get_target_property(sources ${target} SOURCES)
+  list(REMOVE_ITEM sources ${ARG_APART})
   foreach(source ${sources})
     cmake_path(GET source PARENT_PATH folder)
     string(MAKE_C_IDENTIFIER "all_${folder}" group)
-    if(NOT source IN_LIST ARG_APART)
-      set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${group})
+    math(EXPR count_${group} "0${count_${group}} + 1")
+    if(ARG_BATCH)
+      math(EXPR batch "(${count_${group}} - 1) / ${ARG_BATCH}")
+      string(APPEND group "_${batch}")
     endif()
+    set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${group})
   endforeach()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
