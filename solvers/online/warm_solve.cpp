@@ -27,7 +27,8 @@ WarmSolve::WarmSolve(Program& program, BlockCholesky& cholesky, const FixedLagOp
       scale_(program.num_unknowns()),
       shift_(program.num_unknowns()),
       step_(program.num_unknowns()),
-      trial_gradient_(program.num_unknowns()) {}
+      trial_gradient_(program.num_unknowns()),
+      trial_hessian_(hessian_.size()) {}
 
 Summary WarmSolve::run() {
   auto& s = session_.summary;
@@ -90,12 +91,13 @@ bool WarmSolve::factorize() {
   return cholesky_.factorize(hessian_, shift_);
 }
 
-double WarmSolve::cost_at_step(bool with_gradient) {
+double WarmSolve::cost_at_step(With with) {
   const Session::Timer timer(session_.summary.evaluation_seconds);
   ++session_.summary.evaluations;
   try {
     program_.move_to(step_);
-    return with_gradient ? program_.gradient(trial_gradient_) : program_.cost();
+    if (with == With::hessian) return program_.linearize_at_point(trial_gradient_, trial_hessian_);
+    return with == With::gradient ? program_.gradient(trial_gradient_) : program_.cost();
   } catch (const Error&) {
     return kInfinity;  // undefined there: shorten the step
   }
@@ -106,9 +108,10 @@ void WarmSolve::try_step() {
   const double least = options_.cost_tolerance * std::max(1.0, s.cost);
   const bool free_step = damping_.value <= std::max(kFreeDamping, options_.initial_damping);
   const bool last = free_step && predicted_ <= std::max(least, 1e-14 * s.cost);
-  // Only a step of modest gain may be the last but for rounding: others need no gradient to tell that they are not.
+  // Only a step of modest gain may be the last but for rounding; the others will need the Hessian after them.
   const bool perhaps_last = free_step && predicted_ <= kModestGain * std::max(1.0, s.cost);
-  const double trial = cost_at_step(perhaps_last && !last), drop = s.cost - trial;
+  const With with = last ? With::nothing : perhaps_last ? With::gradient : With::hessian;
+  const double trial = cost_at_step(with), drop = s.cost - trial;
   if (!(drop > 1e-4 * predicted_)) {
     if (last) {  // it had nothing to gain but rounding
       if (drop >= 0) accept(trial);
@@ -126,6 +129,10 @@ void WarmSolve::try_step() {
     session_.end(Status::converged, "another step has nothing left to gain");
   } else if (free_step && step_.cwiseAbs().maxCoeff() <= options_.step_tolerance) {
     session_.end(Status::converged, "the steps have become too small to matter");
+  } else if (with == With::hessian) {
+    gradient_.swap(trial_gradient_);
+    hessian_.swap(trial_hessian_);
+    hessian_diagonal(program_.hessian_pattern(), hessian_, scale_);
   } else if (s.iterations < options_.max_iterations) {
     linearize();
   }

@@ -25,7 +25,9 @@ class WarmSolve {
   void iterate();
   bool find_step();
   bool factorize();
-  double cost_at_step(bool with_gradient);
+  /// What is evaluated together with a step's cost.
+  enum class With { nothing, gradient, hessian };
+  double cost_at_step(With with);
   void try_step();
   void accept(double cost);
   double left_to_gain();
@@ -37,7 +39,7 @@ class WarmSolve {
   Damping damping_;
   double predicted_ = 0;
   bool damped_ = true;  // also before there is a factor
-  Eigen::VectorXd gradient_, hessian_, scale_, shift_, step_, trial_gradient_, next_;
+  Eigen::VectorXd gradient_, hessian_, scale_, shift_, step_, trial_gradient_, trial_hessian_, next_;
 };
 
 }  // namespace tandem::detail
