@@ -9,9 +9,6 @@
 #include <tandem/residuals/direction.hpp>
 #include <tandem/residuals/interpolated.hpp>
 #include <tandem/residuals/on_course.hpp>
-#include <tandem/residuals/relative_pose.hpp>
-#include <tandem/residuals/relative_rotation.hpp>
-#include <tandem/residuals/usbl_position.hpp>
 
 namespace tandem::detail {
 
@@ -24,11 +21,10 @@ namespace tandem::detail {
 /// with the sensor in the chaser's body and what it sees in the target's. See place_range.cpp.
 template <LieGroup G, bool between>
 class SensorBuild {
+ public:
   using Build = TrackingBuild<G>;
   using Point = typename Build::Point;
-  static constexpr int kPointDim = G::point_dim;
 
- public:
   SensorBuild(Build& build, const Placing& at)
       : build_(build),
         sensor_(build.data.sensors[at.sensor]),
@@ -44,15 +40,10 @@ class SensorBuild {
     std::visit([&](const auto& target) { add_by<P>(target); }, build_.target[placed_.keyframe]);
     build_.out.measurements.push_back(placed_);
   }
-  /// The same of position and rotation, which may be residuals of their own.
-  void add_pose() {
-    std::visit([&](const auto& target) { add_pose(target); }, build_.target[placed_.keyframe]);
-    build_.out.measurements.push_back(placed_);
-  }
 
- private:
+ protected:
   G mount() const { return in_group<G>(sensor_.mount); }
-  Vector<kPointDim> beacon() const { return in_group<G>(sensor_.marker.translation()); }
+  Vector<G::point_dim> beacon() const { return in_group<G>(sensor_.marker.translation()); }
 
   /// As a residual of the problem, or, held out, as one that is only looked at.
   template <Residual R>
@@ -110,34 +101,6 @@ class SensorBuild {
                   "model does not estimate where it measures");
     using T = std::conditional_t<point, Point, G>;
     placed_.block = put(P::template residual<G, T>(measurement_, mount(), beacon()), target, noise_, position_loss_);
-  }
-
-  template <class Target>
-  void add_pose(const Target& target) {
-    const Measurement& m = measurement_;
-    const SE3 measured(m.rotation, m.position);
-    const Gaussian position(Eigen::VectorXd(sensor_.sigma.head(kPointDim)));
-    if constexpr (std::same_as<Target, Variable<Point>>) {  // the marker's lever arm turns with the measured pose
-      const SE3 body = measured * sensor_.marker.inverse();
-      placed_.block =
-          put(UsblPosition<G, Point>{in_group<G>(body.translation()), mount()}, target, position, position_loss_);
-    } else if (!orientation_loss_ || m.held_out) {
-      const double share = m.held_out ? 0.0 : build_.options.position_share;
-      Eigen::VectorXd sigma = sensor_.sigma;
-      sigma.head(kPointDim) /= std::sqrt(1 - share);
-      placed_.block = put(RelativePose<G>{in_group<G>(measured), mount(), in_group<G>(sensor_.marker)}, target,
-                          Gaussian(sigma), position_loss_);
-      if (share > 0)
-        placed_.position = put(UsblPosition<G>{in_group<G>(m.position), mount(), beacon()}, target,
-                               position.scaled(1 / std::sqrt(share)), position_loss_);
-    } else {
-      placed_.block =
-          put(UsblPosition<G>{in_group<G>(m.position), mount(), beacon()}, target, position, position_loss_);
-      const RelativeRotation<G> rotation{in_group<G>(m.rotation), in_group<G>(sensor_.mount.rotation()),
-                                         in_group<G>(sensor_.marker.rotation())};
-      const Gaussian noise(Eigen::VectorXd(sensor_.sigma.tail(G::dof - kPointDim)));
-      placed_.orientation = put(rotation, target, noise, *orientation_loss_);
-    }
   }
 
   Build& build_;
