@@ -16,16 +16,15 @@ namespace {
 template <LieGroup G, bool between>
 class PoseBuild : private SensorBuild<G, between> {
   using Base = SensorBuild<G, between>;
-  using Base::beacon, Base::mount, Base::put;
-  using Base::build_, Base::sensor_, Base::measurement_, Base::placed_, Base::position_loss_, Base::orientation_loss_;
+  using Base::add_with, Base::beacon, Base::mount, Base::put;
+  using Base::build_, Base::sensor_, Base::measurement_, Base::placed_, Base::position_loss_;
   using typename Base::Point;
 
  public:
   using Base::Base;
 
   void add() {
-    std::visit([&](const auto& target) { add_pose(target); }, build_.target[placed_.keyframe]);
-    build_.out.measurements.push_back(placed_);
+    add_with([&](const auto& target) { add_pose(target); });
   }
 
  private:
@@ -33,12 +32,13 @@ class PoseBuild : private SensorBuild<G, between> {
   void add_pose(const Target& target) {
     const Measurement& m = measurement_;
     const SE3 measured(m.rotation, m.position);
+    const std::optional<Loss> orientation_loss = orientation_loss_of(sensor_, build_.options);
     const Gaussian position(Eigen::VectorXd(sensor_.sigma.head(G::point_dim)));
     if constexpr (std::same_as<Target, Variable<Point>>) {  // the marker's lever arm turns with the measured pose
       const SE3 body = measured * sensor_.marker.inverse();
       placed_.block =
           put(UsblPosition<G, Point>{in_group<G>(body.translation()), mount()}, target, position, position_loss_);
-    } else if (!orientation_loss_ || m.held_out) {
+    } else if (!orientation_loss || m.held_out) {
       const double share = m.held_out ? 0.0 : build_.options.position_share;
       Eigen::VectorXd sigma = sensor_.sigma;
       sigma.head(G::point_dim) /= std::sqrt(1 - share);
@@ -53,7 +53,7 @@ class PoseBuild : private SensorBuild<G, between> {
       const RelativeRotation<G> rotation{in_group<G>(m.rotation), in_group<G>(sensor_.mount.rotation()),
                                          in_group<G>(sensor_.marker.rotation())};
       const Gaussian noise(Eigen::VectorXd(sensor_.sigma.tail(G::dof - G::point_dim)));
-      placed_.orientation = put(rotation, target, noise, *orientation_loss_);
+      placed_.orientation = put(rotation, target, noise, *orientation_loss);
     }
   }
 };

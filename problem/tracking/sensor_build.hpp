@@ -32,16 +32,20 @@ class SensorBuild {
         fraction_(at.fraction.value_or(0)),
         noise_(noise_of(sensor_.name, sensor_.sigma, rows(sensor_.type, Build::planar))),
         position_loss_(loss_of(sensor_, build.options)),
-        orientation_loss_(orientation_loss_of(sensor_, build.options)),
         placed_{at.sensor, at.index, at.keyframe, {}, {}, {}, {}} {}
 
   template <class P>
   void add() {
-    std::visit([&](const auto& target) { add_by<P>(target); }, build_.target[placed_.keyframe]);
-    build_.out.measurements.push_back(placed_);
+    add_with([&](const auto& target) { add_by<P>(target); });
   }
 
  protected:
+  /// add(target): of whichever kind the target is at the keyframe.
+  template <class F>
+  void add_with(F add) {
+    std::visit(add, build_.target[placed_.keyframe]);
+    build_.out.measurements.push_back(placed_);
+  }
   G mount() const { return in_group<G>(sensor_.mount); }
   Vector<G::point_dim> beacon() const { return in_group<G>(sensor_.marker.translation()); }
 
@@ -109,7 +113,6 @@ class SensorBuild {
   double fraction_;
   Gaussian noise_;
   Loss position_loss_;
-  std::optional<Loss> orientation_loss_;
   PlacedMeasurement placed_;
 };
 

@@ -1,9 +1,6 @@
 #include <gtest/gtest.h>
 
-#include <tandem/solvers/online/heading_alignment.hpp>
-#include <tandem/solvers/online/online_estimator.hpp>
-
-#include "problem/tracking/level_turn.hpp"
+#include "online_cases.hpp"
 
 /// Velocities that are summed up between keyframes, as lines come in.
 namespace tandem {
@@ -12,23 +9,16 @@ namespace {
 using testing::LevelTurn;
 
 OnlineOptions summing_up(const LevelTurn& turn, double window) {
-  OnlineOptions options;
-  options.start = turn.start();
+  OnlineOptions options = testing::exactly(turn, window);
   options.ego.preintegrated_dvl = true;
-  options.lag.window = window;
-  options.lag.max_iterations = 50;
-  options.lag.cost_tolerance = 1e-12;
   return options;
 }
 
 /// The log off by a sigma or so, the heading known: without it, it would be what the start says, which a window that has
 /// left the start behind holds less well.
 NavigationData data_of(const LevelTurn& turn) {
-  NavigationData data = turn.data();
+  NavigationData data = testing::noisy(turn);
   std::erase_if(data.sensors, [](const EgoSensor& s) { return s.name != "dvl" && s.name != "heading"; });
-  auto& lines = data.sensors[0].measurements;
-  for (std::size_t i = 0; i < lines.size(); ++i)
-    lines[i].value += 0.01 * Vector<3>(std::sin(double(i)), std::cos(3. * double(i)), std::sin(2. + double(i)));
   return data;
 }
 

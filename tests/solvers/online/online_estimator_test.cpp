@@ -7,18 +7,18 @@
 #include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/solvers/online/online_estimator.hpp>
 
+#include "online_cases.hpp"
 #include "problem/tracking/simulated_run.hpp"
 
 /// A target by odometry and measurements that come in line by line, against the batch problem of all of them.
 namespace tandem {
 namespace {
 
-std::string text_of(const std::optional<Refusal>& refused) { return refused ? refused->text : "taken"; }
-
 using testing::every;
 using ::testing::HasSubstr;
 using testing::SimulatedRun;
 using testing::Simulation;
+using testing::text_of;
 
 /// Odometry from the first to the last measurement alone, where a window begins and ends too.
 TrackingData cropped(TrackingData d) {
@@ -63,11 +63,8 @@ std::optional<Refusal> give(const TrackingData& d, const Line& line, OnlineEstim
 }
 
 OnlineOptions exactly(const TrackingOptions& tracking, double window = 1e3) {
-  OnlineOptions options;
+  OnlineOptions options = testing::exactly(window);
   options.tracking = tracking;
-  options.lag.window = window;
-  options.lag.max_iterations = 50;
-  options.lag.cost_tolerance = 1e-12;
   return options;
 }
 

@@ -3,38 +3,15 @@
 
 #include <tandem/problem/tracking/ego_track.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
-#include <tandem/solvers/online/heading_alignment.hpp>
-#include <tandem/solvers/online/online_estimator.hpp>
 
-#include "problem/tracking/level_turn.hpp"
+#include "online_cases.hpp"
 
 /// The chaser's own sensors as they come in, alone and with a target, against the batch problems.
 namespace tandem {
 namespace {
 
-std::string text_of(const std::optional<Refusal>& refused) { return refused ? refused->text : "taken"; }
-
+using testing::exactly, testing::LevelTurn, testing::noisy, testing::text_of;
 using ::testing::HasSubstr;
-using testing::LevelTurn;
-
-OnlineOptions exactly(const LevelTurn& turn, double window = 1e3) {
-  OnlineOptions options;
-  options.start = turn.start();
-  options.lag.window = window;
-  options.lag.max_iterations = 50;
-  options.lag.cost_tolerance = 1e-12;
-  return options;
-}
-
-/// With errors of one sigma or so.
-NavigationData noisy(const LevelTurn& turn) {
-  NavigationData data = turn.data();
-  for (EgoSensor& sensor : data.sensors)
-    for (std::size_t i = 0; i < sensor.measurements.size(); ++i)
-      sensor.measurements[i].value +=
-          sensor.sigma[0] * Vector<3>(std::sin(double(i)), std::cos(3. * double(i)), std::sin(2. + double(i)));
-  return data;
-}
 
 TEST(OnlineEgo, AWindowLongerThanTheRunIsTheBatchEstimate) {
   const LevelTurn turn;

@@ -17,14 +17,6 @@ using testing::ContainsRegex;
 using testing::HasSubstr;
 using Json = nlohmann::json;
 
-std::string refusal_as_given(const std::vector<std::string>& arguments) {
-  const Outcome run = run_tandem(arguments);
-  EXPECT_EQ(run.status, 1) << run.output;
-  EXPECT_EQ(run.output, "");
-  EXPECT_THAT(run.errors, ContainsRegex("^tandem: [^\n]+\n$")) << "one line";
-  return run.errors;
-}
-
 TEST(CompareCommand, ComparesAndWrites) {
   const ScratchFolder scratch;
   const std::string out = (scratch.path() / "out").string();

@@ -56,16 +56,22 @@ inline Outcome run_tandem(const std::vector<std::string>& arguments, const std::
   return {status, read_file(scratch.path() / "output"), read_file(scratch.path() / "errors")};
 }
 
-/// One sentence on standard error, nothing on standard output, and no trace of the output folder, which it is given besides.
+/// One sentence on standard error, nothing on standard output.
+inline std::string refusal_as_given(const std::vector<std::string>& arguments) {
+  const Outcome run = run_tandem(arguments);
+  EXPECT_EQ(run.status, 1) << run.output << run.errors;
+  EXPECT_EQ(run.output, "");
+  EXPECT_THAT(run.errors, ::testing::ContainsRegex("^tandem: [^\n]+\n$")) << "one line";
+  return run.errors;
+}
+
+/// The same, and no trace of the output folder, which the command is given besides.
 inline std::string refusal(std::vector<std::string> arguments) {
   const ScratchFolder scratch;
   if (arguments.size() > 1) arguments.insert(arguments.begin() + 1, {"--out", (scratch.path() / "out").string()});
-  const Outcome run = run_tandem(arguments);
-  EXPECT_EQ(run.status, 1) << run.errors;
-  EXPECT_EQ(run.output, "");
-  EXPECT_THAT(run.errors, ::testing::ContainsRegex("^tandem: [^\n]+\n$")) << "one line";
+  const std::string sentence = refusal_as_given(arguments);
   EXPECT_THAT(files(scratch.path()), ::testing::IsEmpty());
-  return run.errors;
+  return sentence;
 }
 
 }  // namespace tandem
