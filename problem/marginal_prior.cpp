@@ -31,12 +31,14 @@ void MarginalPrior::set(std::vector<State> states, Eigen::MatrixXd A, Eigen::Vec
   constant_ = constant;
   information_.noalias() = A_.transpose() * A_;
   ids_.clear();
+  dofs_.clear();
   first_.clear();
   first_jacobian_.clear();
   int columns = 0, entries = 0, widest = 0;
   for (const State& s : states_) {
     s.store->set_anchor(s.slot);
     ids_.push_back(s.id);
+    dofs_.push_back(s.dof);
     first_.push_back(columns);
     first_jacobian_.push_back(entries);
     columns += s.dof;
@@ -66,6 +68,15 @@ double MarginalPrior::residual(const int* offset) const {
   r_ = b_;
   r_.noalias() += A_ * x_;
   return 0.5 * r_.squaredNorm() + constant_;
+}
+
+void MarginalPrior::linearize_block(int, double* r, double* J) const {
+  residual(std::vector<int>(states_.size(), 0).data());
+  std::copy_n(r_.data(), r_.size(), r);
+  for (std::size_t s = 0; s < states_.size(); ++s) {
+    const Eigen::MatrixXd by_state = A_.middleCols(first_[s], states_[s].dof) * jacobian(s);
+    J = std::copy_n(by_state.data(), by_state.size(), J);
+  }
 }
 
 double MarginalPrior::block_cost(int) const { return residual(nullptr); }

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include <tandem/lie/error.hpp>
 #include <tandem/problem/soft_pool.hpp>
 
 namespace tandem::detail {
@@ -30,7 +31,13 @@ class MarginalPrior final : public SoftPoolBase {
   int arity() const override { return static_cast<int>(states_.size()); }
   int size() const override { return there_ ? 1 : 0; }
   const int* variables(int) const override { return ids_.data(); }
+  const int* dofs() const override { return dofs_.data(); }
   void remove(int) override;
+  void linearize_block(int i, double* r, double* J) const override;
+  Gaussian noise(int) const override { return Gaussian(Eigen::VectorXd::Ones(b_.size())); }
+  void set_noise(int, const Gaussian&) override { throw Error("set_noise: a marginal prior has none of its own"); }
+  Loss loss(int) const override { return {}; }
+  void set_loss(int, const Loss&) override { throw Error("set_loss: a marginal prior has none"); }
   void add_stiffness(const PoolPlacement& place, const double* v, const double* row_weights, double& along,
                      double& scale) const override;
   void add_exact_hessian(const PoolPlacement& place, double factor, const double* multipliers,
@@ -49,8 +56,8 @@ class MarginalPrior final : public SoftPoolBase {
 
   bool there_ = false;
   std::vector<State> states_;
-  std::vector<int> ids_, first_, first_jacobian_;  // of each state: id, first column of A, first entry in J_
-  Eigen::MatrixXd A_, information_;                // AᵀA
+  std::vector<int> ids_, dofs_, first_, first_jacobian_;  // of each state: …, first column of A, first entry in J_
+  Eigen::MatrixXd A_, information_;                       // AᵀA
   Eigen::VectorXd b_;
   double constant_ = 0;
   mutable Eigen::VectorXd x_, r_, g_, J_;  // of the last evaluation: X ⊖ X̄, A x + b, Aᵀ r, Jacobians of x

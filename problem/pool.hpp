@@ -36,6 +36,10 @@ class PoolBase {
   virtual const int* variables(int i) const = 0;
   /// The last block takes the place of block `i`.
   virtual void remove(int i) = 0;
+  /// Of block `i` at the point, in the residual's own units: its rows, and its states' Jacobians one after the other.
+  virtual void linearize_block(int i, double* r, double* J) const = 0;
+  /// Tangent dimensions of each state.
+  virtual const int* dofs() const = 0;
   /// Adds ‖W J v‖² and ‖W J diag(v)‖² over the blocks; hard pools take the square root of W's diagonal² from
   /// `row_weights`, soft ones have their own.
   virtual void add_stiffness(const PoolPlacement& place, const double* v, const double* row_weights, double& along,
@@ -88,6 +92,16 @@ class BlockPool : public Base {
   int arity() const override { return kArity; }
   int size() const override { return static_cast<int>(residuals_.size()); }
   const int* variables(int i) const override { return ids_[static_cast<std::size_t>(i)].data(); }
+  const int* dofs() const override { return kDofs.data(); }
+  void linearize_block(int i, double* r, double* J) const override {
+    constexpr std::array<int, std::size_t(kArity)> wanted{};
+    Row row;
+    Jacobians jacobians;
+    set_zero(jacobians);
+    linearize(std::size_t(i), wanted.data(), row, jacobians);
+    std::copy_n(row.data(), kDim, r);
+    static_for<kArity>([&]<int S>() { J = std::copy_n(std::get<S>(jacobians).data(), kDim * kDofs[S], J); });
+  }
 
  protected:
   template <class Sequence>

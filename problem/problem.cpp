@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <tandem/problem/problem.hpp>
 
@@ -77,12 +78,45 @@ void Problem::remove_block_at(int pool_index, int index) {
   ++revision_;
 }
 
-double Problem::weight(const Block& block) const {
-  const int index = index_of(block, "weight");
+detail::SoftPoolBase& Problem::soft_pool_of(const Block& block, const char* asked) const {
+  index_of(block, asked);
   const Pool& pool = pools_[std::size_t(block.pool)];
   if (!pool.soft)
-    throw Error("weight: " + std::string(pool.hard->name()) + " is a hard block here; only soft ones have one");
-  return pool.soft->weight(index);
+    throw Error(std::string(asked) + ": " + std::string(pool.hard->name()) +
+                " is a hard block here; only soft ones have one");
+  return *pool.soft;
+}
+
+double Problem::weight(const Block& block) const {
+  return soft_pool_of(block, "weight").weight(index_of(block, "weight"));
+}
+
+Gaussian Problem::noise(const Block& block) const {
+  return soft_pool_of(block, "noise").noise(index_of(block, "noise"));
+}
+
+void Problem::set_noise(const Block& block, const Gaussian& noise) {
+  detail::SoftPoolBase& pool = soft_pool_of(block, "set_noise");
+  if (noise.dim() != pool.dim()) throw Error(mismatch(pool.name(), pool.dim(), static_cast<int>(noise.dim())));
+  pool.set_noise(index_of(block, "set_noise"), noise);
+}
+
+Loss Problem::loss(const Block& block) const { return soft_pool_of(block, "loss").loss(index_of(block, "loss")); }
+
+void Problem::set_loss(const Block& block, const Loss& loss) {
+  soft_pool_of(block, "set_loss").set_loss(index_of(block, "set_loss"), loss);
+}
+
+Problem::Linearization Problem::linearization(const Block& block) const {
+  const int index = index_of(block, "linearization");
+  const detail::PoolBase& pool = pools_[std::size_t(block.pool)].base();
+  Linearization result;
+  result.variable_ids.assign(pool.variables(index), pool.variables(index) + pool.arity());
+  result.dofs.assign(pool.dofs(), pool.dofs() + pool.arity());
+  result.residual.resize(pool.dim());
+  result.jacobian.resize(pool.dim(), std::accumulate(result.dofs.begin(), result.dofs.end(), 0));
+  pool.linearize_block(index, result.residual.data(), result.jacobian.data());
+  return result;
 }
 
 void Problem::widen_losses(double factor) {

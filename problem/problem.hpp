@@ -157,6 +157,23 @@ class Problem {
   /// ρ'(s) of a soft block at the variables' values: what its robust loss leaves of its influence, 1 without a loss.
   /// Throws Error for a hard block and for one that is not there (any more).
   double weight(const Block& block) const;
+  /// The noise of a soft block, and another in its place, for which no Program needs to be compiled anew. Throw Error for
+  /// a hard block and one that is not there (any more); set_noise, too, when the noise has not as many rows.
+  Gaussian noise(const Block& block) const;
+  void set_noise(const Block& block, const Gaussian& noise);
+  /// The robust loss of a soft block, and another in its place. Throw Error as these do.
+  Loss loss(const Block& block) const;
+  void set_loss(const Block& block, const Loss& loss);
+  /// A block at the variables' values, in its residual's own units: its rows, and by right perturbations of the variables
+  /// that it reads, fixed ones too, its Jacobian, whose columns are theirs one after the other. Throws Error when it is not
+  /// there (any more).
+  struct Linearization {
+    Eigen::VectorXd residual;
+    Eigen::MatrixXd jacobian;
+    std::vector<int> variable_ids;
+    std::vector<int> dofs;
+  };
+  Linearization linearization(const Block& block) const;
   /// From now on every robust loss, also of blocks to come, has `factor` times its own scale; 1 is as it was given.
   /// Throws Error when the factor is not positive and finite.
   void widen_losses(double factor);
@@ -270,6 +287,7 @@ class Problem {
   std::string describe(const detail::PoolBase& pool, int block) const;
   std::vector<std::vector<int>> soft_blocks_reading(const std::vector<char>& marked) const;
   int index_of(const Block& block, const char* asked) const;
+  detail::SoftPoolBase& soft_pool_of(const Block& block, const char* asked) const;
   static std::string mismatch(std::string_view name, int rows, int noise);
   static std::string crossed(std::string_view name, double lower, double upper);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include <tandem/problem/pool.hpp>
 #include <tandem/problem/slots.hpp>
@@ -22,6 +23,10 @@ class SoftPoolBase : public PoolBase {
   virtual double accumulate(const PoolPlacement& place, int begin, int end, double* gradient, double* H) const = 0;
   /// ρ'(s) of one block at the point.
   virtual double weight(int i) const = 0;
+  virtual Gaussian noise(int i) const = 0;
+  virtual void set_noise(int i, const Gaussian& noise) = 0;
+  virtual Loss loss(int i) const = 0;  ///< as given, not widened
+  virtual void set_loss(int i, const Loss& loss) = 0;
   /// The least factor on the scales of the losses with which all are convex at the point; empty when none is robust.
   virtual std::optional<double> convex_widening() const = 0;
 
@@ -39,7 +44,18 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
 
   void add(const R& residual, const std::array<int, kArity>& slots, const Gaussian& noise, const Loss& loss) {
     this->add_block(residual, slots);
-    Weight w{{}, -1, loss};
+    weights_.push_back({{}, -1, loss});
+    set_noise(this->size() - 1, noise);
+  }
+  Gaussian noise(int i) const override {
+    const Weight& w = weights_[std::size_t(i)];
+    using Diagonal = Eigen::Map<const Eigen::VectorXd>;
+    if (w.full < 0) return Gaussian(Eigen::VectorXd(Diagonal(w.diagonal.data(), kDim).cwiseInverse()));
+    return Gaussian::square_root(Eigen::Map<const Eigen::MatrixXd>(full_.at(w.full).data(), kDim, kDim));
+  }
+  void set_noise(int i, const Gaussian& noise) override {
+    Weight& w = weights_[std::size_t(i)];
+    if (w.full >= 0) full_.remove(std::exchange(w.full, -1));
     if (noise.is_diagonal()) {
       std::copy_n(noise.diagonal().data(), kDim, w.diagonal.begin());
     } else {
@@ -47,8 +63,9 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
       w.full = full_.add();
       std::copy_n(W.data(), kDim * kDim, full_.at(w.full).begin());
     }
-    weights_.push_back(w);
   }
+  Loss loss(int i) const override { return weights_[std::size_t(i)].loss; }
+  void set_loss(int i, const Loss& loss) override { weights_[std::size_t(i)].loss = loss; }
   void remove(int i) override {
     if (const int full = weights_[std::size_t(i)].full; full >= 0) full_.remove(full);
     this->remove_block(i);
@@ -86,7 +103,7 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
       const int* offset = &place.offset[i * kArity];
       this->linearize(i, offset, r, J);
       whiten<1>(i, r.data());
-      const Loss::Value value = loss(i, squared_norm<kDim>(r.data()));
+      const Loss::Value value = loss_of(i, squared_norm<kDim>(r.data()));
       total += 0.5 * value.rho;
       static_for<kArity>([&]<int A>() {
         if (offset[A] < 0) return;
@@ -110,7 +127,7 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
       const int* offset = &place.offset[i * kArity];
       this->linearize(i, offset, r, J);
       whiten<1>(i, r.data());
-      const double weight = loss(i, squared_norm<kDim>(r.data())).d1;
+      const double weight = loss_of(i, squared_norm<kDim>(r.data())).d1;
       const auto data = Pool::data(J);
       const Weight& w = weights_[i];
       for (int s = 0; s < kArity; ++s)
@@ -125,7 +142,7 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
       const auto dual = [&](const Row& r, Row& w) {  // factor ρ' Wᵀ W r
         std::copy_n(r.data(), kDim, w.data());
         whiten<1>(i, w.data());
-        const double d1 = factor * loss(i, squared_norm<kDim>(w.data())).d1;
+        const double d1 = factor * loss_of(i, squared_norm<kDim>(w.data())).d1;
         unwhiten(i, w.data());
         for (int k = 0; k < kDim; ++k) w.data()[k] *= d1;
       };
@@ -141,7 +158,7 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
   };
 
   /// ρ, ρ', ρ'' at s = ‖r‖² of a whitened residual.
-  Loss::Value loss(std::size_t i, double s) const {
+  Loss::Value loss_of(std::size_t i, double s) const {
     const Loss& own = weights_[i].loss;
     return Loss{own.kind, this->widening * own.scale}(s);
   }
@@ -149,7 +166,7 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
     Row r;
     this->value(i, r);
     whiten<1>(i, r.data());
-    return loss(i, squared_norm<kDim>(r.data()));
+    return loss_of(i, squared_norm<kDim>(r.data()));
   }
   template <int columns>
   void whiten(std::size_t i, double* A) const {  // A ← W A

@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/residuals/gaussian.hpp>
@@ -63,6 +64,34 @@ Gaussian Gaussian::scaled(double k) const {
   g.diagonal_ /= k;
   g.full_ /= k;
   return g;
+}
+
+Gaussian Gaussian::square_root(const Eigen::MatrixXd& W) {
+  if (W.rows() != W.cols() || W.rows() == 0) throw Error("Gaussian: a square root that is not square");
+  if (!W.allFinite() || !(std::abs(W.determinant()) > 0)) throw Error("Gaussian: a square root that is singular");
+  Gaussian g;
+  g.full_ = W;
+  g.diagonal_ = W.diagonal();
+  return g;
+}
+
+Gaussian Gaussian::scaled(const Eigen::VectorXd& k) const {
+  if (k.size() != dim())
+    throw Error("Gaussian: " + std::to_string(k.size()) + " scales of " + std::to_string(dim()) + " rows");
+  for (const double x : k)
+    if (!(x > 0) || !std::isfinite(x))
+      throw Error("Gaussian: scale " + std::to_string(x) + " is not positive and finite");
+  Gaussian g = *this;
+  g.diagonal_.array() /= k.array();
+  if (!is_diagonal()) {
+    g.full_ = full_ * k.cwiseInverse().asDiagonal();
+    g.diagonal_ = g.full_.diagonal();
+  }
+  return g;
+}
+
+double Gaussian::log_determinant() const {
+  return is_diagonal() ? diagonal_.array().log().sum() : std::log(std::abs(full_.determinant()));
 }
 
 Eigen::MatrixXd Gaussian::sqrt_information() const {

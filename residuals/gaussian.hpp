@@ -15,9 +15,15 @@ class Gaussian {
   Gaussian(std::initializer_list<double> sigmas);
   static Gaussian covariance(const Eigen::MatrixXd& sigma);
   static Gaussian information(const Eigen::MatrixXd& lambda);
+  /// By W itself, any square root of the information; throws Error when it is not square, finite and invertible.
+  static Gaussian square_root(const Eigen::MatrixXd& W);
 
   /// The same with every standard deviation times k, e.g. √Δt of a random walk.
   Gaussian scaled(double k) const;
+  /// The same with the standard deviation of each row times its k: covariance diag(k) Σ diag(k).
+  Gaussian scaled(const Eigen::VectorXd& k) const;
+  /// log det W, the noise's part in the logarithm of its density.
+  double log_determinant() const;
 
   Eigen::Index dim() const { return diagonal_.size(); }
   bool is_diagonal() const { return full_.size() == 0; }

@@ -12,7 +12,7 @@ namespace tandem {
 /// ρ(0) = 0 and ρ'(0) = 1; `scale` is in standard deviations (dimensionless). A value, not a class hierarchy:
 /// evaluation is a predictable branch.
 struct Loss {
-  enum class Kind { none, huber, cauchy, geman_mcclure, tukey };
+  enum class Kind { none, huber, cauchy, geman_mcclure, tukey, student_t };
 
   Kind kind = Kind::none;
   double scale = 1.0;  ///< in standard deviations
@@ -31,7 +31,8 @@ struct Loss {
         const double r = std::sqrt(s), d1 = scale / r;
         return {2.0 * scale * r - c2, d1, -0.5 * d1 / s};
       }
-      case Kind::cauchy: {
+      case Kind::cauchy:
+      case Kind::student_t: {
         const double u = 1.0 / (1.0 + s / c2);
         return {c2 * std::log1p(s / c2), u, -u * u / c2};
       }
@@ -54,6 +55,7 @@ struct Loss {
         break;
       case Kind::huber:  // convex beyond, too, but with no curvature along r
       case Kind::cauchy:
+      case Kind::student_t:
         return 1.0;
       case Kind::geman_mcclure:
         return 1.0 / 3.0;
@@ -84,5 +86,12 @@ inline Loss Cauchy(double scale) { return {Loss::Kind::cauchy, detail::checked_s
 inline Loss GemanMcClure(double scale) { return {Loss::Kind::geman_mcclure, detail::checked_scale(scale)}; }
 /// Bounded by scale²/3; beyond `scale` a residual has no influence at all (Beaton & Tukey 1974).
 inline Loss Tukey(double scale) { return {Loss::Kind::tukey, detail::checked_scale(scale)}; }
+/// Minus twice the logarithm of Student's t with `dof` degrees of freedom over so many rows, up to a constant: Cauchy's
+/// loss at √(dof + rows), with the noise of the normal distribution that is as curved at the peak, √(dof / (dof + rows))
+/// times the t's own scale. It says that noise is so distributed, not that it is normal but for outliers: calibration
+/// takes it at its word. Lange, Little & Taylor 1989.
+inline Loss StudentT(double dof, int rows) {
+  return {Loss::Kind::student_t, std::sqrt(detail::checked_scale(dof) + rows)};
+}
 
 }  // namespace tandem

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <numeric>
 
 #include <tandem/solvers/marginals.hpp>
 #include <tandem/solvers/observability.hpp>
@@ -71,6 +72,15 @@ void Marginals::block(int a, int b, Eigen::Ref<Eigen::MatrixXd> S) const {
   } else {
     parts_.inverse.block(p, q, S);
   }
+}
+
+Eigen::MatrixXd Marginals::joint(std::span<const int> variable_ids, std::span<const int> dofs) const {
+  const int n = std::accumulate(dofs.begin(), dofs.end(), 0);
+  Eigen::MatrixXd S(n, n);
+  for (std::size_t a = 0, row = 0; a < dofs.size(); row += std::size_t(dofs[a++]))
+    for (std::size_t b = 0, column = 0; b < dofs.size(); column += std::size_t(dofs[b++]))
+      block(variable_ids[a], variable_ids[b], S.block(Eigen::Index(row), Eigen::Index(column), dofs[a], dofs[b]));
+  return S;
 }
 
 bool Marginals::in_pattern(int a, int b) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include <tandem/problem/problem.hpp>
@@ -48,6 +49,10 @@ class Marginals {
     S << covariance(a), ab, ab.transpose(), covariance(b);
     return S;
   }
+  /// Of variables by their ids, one after the other; a pair out of the pattern costs a solve for each column.
+  Eigen::MatrixXd joint(std::span<const int> variable_ids, std::span<const int> dofs) const;
+  /// log det H; under hard equalities that of H confined to them, but for a factor of the equations' own.
+  double log_determinant() const { return parts_.inverse.log_determinant(); }
   /// Whether the pair's covariance is at hand, without a solve.
   template <LieGroup A, LieGroup B>
   bool in_pattern(const Variable<A>& a, const Variable<B>& b) const {

@@ -124,6 +124,7 @@ void TargetWindow<G>::drop_before(double t) {
   drop_front(build_.twin, n);
   drop_front(build_.twist, n);
   out_.measurements.clear();
+  out_.noised.clear();
   for (TargetSensor& sensor : data_.sensors)
     std::erase_if(sensor.measurements,
                   [&](const Measurement& m) { return sensor.valid_at(m) < out_.keyframes.front().t - kSameInstant; });

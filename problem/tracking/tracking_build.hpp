@@ -58,16 +58,21 @@ struct TrackingBuild {
            (options.mode == Mode::A || out.keyframes[k].type == KeyframeType::optical);
   }
 
+  /// Adds a cost whose noise is that of an entry of TrackingNoise.
   template <Residual R>
-  void hold_zero(const R& residual, Role role, const Gaussian& noise, const VariablesOf<R>& x) {
-    if (role == Role::hard) problem.subject_to(residual, equal_to(0), x);
-    if (role == Role::soft) problem.minimize(residual, noise, x);
+  void minimize(const R& residual, std::string_view entry, const Gaussian& noise, const VariablesOf<R>& x) {
+    out.noised.push_back({entry, problem.minimize(residual, noise, x)});
   }
   template <Residual R>
-  void hold_between(const R& residual, Role role, const Bounds<R::dim>& bounds, const Gaussian& noise,
-                    const VariablesOf<R>& x) {
+  void hold_zero(const R& residual, Role role, std::string_view entry, const Gaussian& noise, const VariablesOf<R>& x) {
+    if (role == Role::hard) problem.subject_to(residual, equal_to(0), x);
+    if (role == Role::soft) minimize(residual, entry, noise, x);
+  }
+  template <Residual R>
+  void hold_between(const R& residual, Role role, const Bounds<R::dim>& bounds, std::string_view entry,
+                    const Gaussian& noise, const VariablesOf<R>& x) {
     if (role == Role::hard) problem.subject_to(residual, bounds, x);
-    if (role == Role::soft) problem.minimize(Outside<R>(residual, bounds), noise, x);
+    if (role == Role::soft) minimize(Outside<R>(residual, bounds), entry, noise, x);
   }
 };
 

@@ -11,8 +11,8 @@ void TrackingBuild<G>::add_constraints(std::size_t k) {
   if constexpr (!planar) {  // a planar target is level
     const Gaussian noise = noise_of("roll_pitch", this->data.noise.roll_pitch, 2);
     if (const auto* course = std::get_if<CourseVariable<G>>(&target[k]); course && k == 0)
-      hold_zero(RollPitch<G>{}, options.roll_pitch, noise, {course->first});
-    if (pose(k)) hold_zero(RollPitch<G>{}, options.roll_pitch, noise, {*pose(k)});
+      hold_zero(RollPitch<G>{}, options.roll_pitch, "roll_pitch", noise, {course->first});
+    if (pose(k)) hold_zero(RollPitch<G>{}, options.roll_pitch, "roll_pitch", noise, {*pose(k)});
   }
   if (k == 0 || !pose(k - 1) || !pose(k)) return;
   constexpr TwistAxes sideways_axes = planar ? sway : sway | heave;
@@ -21,10 +21,11 @@ void TrackingBuild<G>::add_constraints(std::size_t k) {
   const Gaussian along{data.noise.surge}, turning{data.noise.yaw_rate};
   const double step = dt(k - 1, k);
   const VariablesOf<Surge> pair{*pose(k - 1), *pose(k)};
-  hold_zero(NonHolonomic{step}, options.non_holonomic, sideways, pair);
-  if (options.surge) hold_between(Surge{step}, options.limits, *options.surge, along, pair);
+  hold_zero(NonHolonomic{step}, options.non_holonomic, "non_holonomic", sideways, pair);
+  if (options.surge) hold_between(Surge{step}, options.limits, *options.surge, "surge", along, pair);
   if (options.max_yaw_rate)
-    hold_between(YawRate{step}, options.limits, between(-*options.max_yaw_rate, *options.max_yaw_rate), turning, pair);
+    hold_between(YawRate{step}, options.limits, between(-*options.max_yaw_rate, *options.max_yaw_rate), "yaw_rate",
+                 turning, pair);
 }
 
 template void TrackingBuild<SE3>::add_constraints(std::size_t);

@@ -9,13 +9,14 @@ template <LieGroup G>
 void add_white_noise_acceleration(TrackingBuild<G>& build, std::size_t k) {
   if (k == 0) return;
   const auto& noise = build.data.noise;
-  const Eigen::VectorXd& sigma = noise.acceleration.isZero(0) ? noise.constant_twist : noise.acceleration;
+  const bool by_twist = noise.acceleration.isZero(0);
+  const Eigen::VectorXd& sigma = by_twist ? noise.constant_twist : noise.acceleration;
   noise_of("acceleration (or constant_twist)", sigma, G::dof);
   const Vector<G::dof> densities = sigma.cwiseAbs2();
   const double dt = build.dt(k - 1, k);
   const Gaussian spread = Gaussian::covariance(WhiteNoiseAcceleration<G>::covariance(densities, dt));
-  build.problem.minimize(WhiteNoiseAcceleration<G>{dt}, spread,
-                         {*build.pose(k - 1), build.twist[k - 1], *build.pose(k), build.twist[k]});
+  build.minimize(WhiteNoiseAcceleration<G>{dt}, by_twist ? "constant_twist" : "acceleration", spread,
+                 {*build.pose(k - 1), build.twist[k - 1], *build.pose(k), build.twist[k]});
 }
 
 }  // namespace

@@ -53,7 +53,7 @@ void TrackingBuild<G>::add_twin(std::size_t k) {
   const Point point(in_group<G>(start.pose[k].translation()));
   twin[k] = problem.add(point, "target point " + std::to_string(k));
   const Gaussian noise = noise_of("boundary", data.noise.boundary, G::point_dim);
-  problem.minimize(Boundary<G>{}, noise, {*pose(k), *twin[k]});
+  minimize(Boundary<G>{}, "boundary", noise, {*pose(k), *twin[k]});
 }
 
 template <LieGroup G>
@@ -74,7 +74,7 @@ void TrackingBuild<G>::add_odometry(std::size_t k) {
     problem.minimize(Prior<G>{pose(0)}, noise_of("prior", data.noise.prior, G::dof), {chaser[0]});
   } else {
     const Gaussian noise = noise_of("odometry", data.noise.odometry, G::dof).scaled(std::sqrt(dt(k - 1, k)));
-    problem.minimize(RelativePose<G>{pose(k - 1).inverse() * pose(k)}, noise, {chaser[k - 1], chaser[k]});
+    minimize(RelativePose<G>{pose(k - 1).inverse() * pose(k)}, "odometry", noise, {chaser[k - 1], chaser[k]});
   }
 }
 

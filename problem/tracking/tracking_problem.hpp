@@ -111,6 +111,13 @@ struct PlacedMeasurement {
   std::function<Innovation(const Problem&)> innovation;  ///< of one that was held out
 };
 
+/// A soft block by an entry of TrackingNoise, its prior apart: of two rows of each of its sigmas, where there are as many,
+/// those of one sigma stand one round of all others apart.
+struct NoisedBlock {
+  std::string_view noise;  ///< "odometry", "constant_twist", …
+  Block block;
+};
+
 /// The joint MAP problem of a chaser and its target over keyframes, in SE(3) or, for planar data, SE(2).
 /// Source: Baxter & Teran Espinoza 2025, §V-A, eqs. 9-14; but RollPitch is on every target pose of Mode B too.
 struct TrackingProblem {
@@ -120,6 +127,7 @@ struct TrackingProblem {
   std::vector<TargetVariable> target;  ///< likewise: a pose, a point where there is no orientation, or on a course
   std::vector<TwistVariable> twist;    ///< body twists, white_noise_acceleration only
   std::vector<PlacedMeasurement> measurements;
+  std::vector<NoisedBlock> noised;    ///< motion, odometry and what is known of the target
   std::vector<std::size_t> left_out;  ///< of each sensor: measurements that its delay puts before the odometry
 
   // Where the chaser moves by its own sensors (TrackingData::ego):

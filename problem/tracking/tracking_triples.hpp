@@ -32,13 +32,13 @@ void TrackingBuild<G>::add_triples(std::size_t last) {
     const auto *x0 = pose(first), *x1 = pose(k), *x2 = pose(last);
     if (x0 && x1 && x2) {
       const Gaussian twist = noise_of("constant_twist", noise.constant_twist, G::dof);
-      problem.minimize(ConstantTwist<G>{dt1, dt2}, twist.scaled(scale), {*x0, *x1, *x2});
+      minimize(ConstantTwist<G>{dt1, dt2}, "constant_twist", twist.scaled(scale), {*x0, *x1, *x2});
       continue;
     }
     const Gaussian velocity = noise_of("constant_velocity", noise.constant_velocity, G::point_dim);
     std::visit(
         [&]<LieGroup A, LieGroup B, LieGroup C>(const Variable<A>& a, const Variable<B>& b, const Variable<C>& c) {
-          problem.minimize(MixedConstantVelocity<A, B, C>{dt1, dt2}, velocity.scaled(scale), {a, b, c});
+          minimize(MixedConstantVelocity<A, B, C>{dt1, dt2}, "constant_velocity", velocity.scaled(scale), {a, b, c});
         },
         pose_or_point(first), pose_or_point(k), pose_or_point(last));
   }

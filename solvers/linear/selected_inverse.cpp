@@ -104,6 +104,7 @@ void SelectedInverse::start_equations(const LinearEquations& equations) {
 bool SelectedInverse::compute(const Eigen::VectorXd& hessian, const LinearEquations& equations) {
   failed_ = -1;
   weak_ = false;
+  log_determinant_ = 0;
   load(hessian, {});
   start_equations(equations);
   for (int k = 0; k < blocks_; ++k)
@@ -122,6 +123,7 @@ bool SelectedInverse::eliminate_free(int k) {
     for (int i = 0; i < n; ++i) I[i + c * n] = i == c;
     const double pivot = P[c + std::ptrdiff_t(c) * m];
     weak_ = weak_ || !(pivot * pivot > kRelativePivot * diagonal_[start_[std::size_t(k)] + c]);
+    log_determinant_ += 2 * std::log(pivot);
     for (int i = n; i < m; ++i) P[i + std::ptrdiff_t(c) * m] = -P[i + std::ptrdiff_t(c) * m];
   }
   solve_right(m - n, n, P + n, m, P, m);
@@ -146,6 +148,7 @@ bool SelectedInverse::eliminate_constrained(int k) {
     weak_ = weak_ || !(front.pivots[i] > kRelativePivot * direction.cwiseAbs2().dot(scale));
   }
   if (!front.positive) return fail(k, front.directions.rightCols<1>());
+  log_determinant_ += front.pivots.array().log().sum();
   subtract_below(k, static_cast<int>(front.A.cols()), front.A.data(), front.B.data());
   P << front.D, front.Tt;
   if (m == n) return true;

@@ -36,6 +36,8 @@ class SelectedInverse : private BlockCholesky {
   using BlockCholesky::failed_unknown;
   /// Whether some pivot was so small against its diagonal entry that it may be rounding.
   bool weak() const { return weak_; }
+  /// log det H; under equations of the Hessian in their null space, but for a factor that is the equations' alone.
+  double log_determinant() const { return log_determinant_; }
 
   /// Whether the blocks' pair is in the factor's pattern.
   bool holds(int a, int b) const;
@@ -59,6 +61,7 @@ class SelectedInverse : private BlockCholesky {
   std::vector<int> place_of_unknown_;       // its block's place
   std::vector<Eigen::MatrixXd> equations_;  // waiting at each place, columns as the panel's rows
   bool weak_ = false;
+  double log_determinant_ = 0;
   // The factor's own values_ become [D_k; T_kᵀ]; inverse_ is [S_kk; S_sk] in the same layout.
   Eigen::VectorXd inverse_, S_ss_, identity_;
 };

@@ -104,7 +104,8 @@ Loss parse_loss(const std::string& option, const std::string& text) {
                                   {"huber", Loss::Kind::huber},
                                   {"cauchy", Loss::Kind::cauchy},
                                   {"geman-mcclure", Loss::Kind::geman_mcclure},
-                                  {"tukey", Loss::Kind::tukey}});
+                                  {"tukey", Loss::Kind::tukey},
+                                  {"student-t", Loss::Kind::student_t}});
   if (colon == std::string::npos) return loss;
   loss.scale = parse_number(option, std::string_view(text).substr(colon + 1));
   if (!std::isfinite(loss.scale) || loss.scale <= 0.0)

@@ -29,6 +29,7 @@ const std::map<std::string, std::vector<std::string>> kBelow = {
     {"problem/tracking", {"problem/navigation"}},
     {"solvers/linear", {"problem"}},
     {"solvers", {"solvers/linear"}},
+    {"solvers/calibration", {"solvers"}},
     {"solvers/online", {"solvers", "problem/tracking"}},
     {"studies/support", {"solvers", "problem/tracking"}},
     {"studies/scenario", {"studies/support"}},

@@ -22,6 +22,7 @@ std::vector<Named> losses() {
     for (const auto& [name, make] :
          {std::pair{"Huber", &Huber}, {"Cauchy", &Cauchy}, {"Geman-McClure", &GemanMcClure}, {"Tukey", &Tukey}})
       all.push_back({std::string(name) + " " + std::to_string(c), make(c)});
+  all.push_back({"Student-t 4", StudentT(4, 3)});
   return all;
 }
 
@@ -91,6 +92,8 @@ TEST(Loss, takes_known_values) {
   EXPECT_DOUBLE_EQ(Cauchy(2.0)(12.0).rho, 4.0 * std::log(4.0));  // c² ln(1 + s/c²)
   EXPECT_DOUBLE_EQ(GemanMcClure(2.0)(4.0).rho, 2.0);             // c² s / (c² + s)
   EXPECT_DOUBLE_EQ(Tukey(2.0)(2.0).rho, 4.0 / 3.0 * (1.0 - 0.125));
+  // (ν + d) ln(1 + s'/ν), s' by the t's own scale.
+  EXPECT_DOUBLE_EQ(StudentT(5, 2)(3.0).rho, 7 * std::log(1 + 3.0 * (5.0 / 7.0) / 5.0));
   EXPECT_EQ(Loss{}(1e8).rho, 1e8);
 }
 

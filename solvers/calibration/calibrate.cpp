@@ -1,0 +1,281 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include <Eigen/Cholesky>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/calibration/calibrate.hpp>
+#include <tandem/solvers/calibration/evidence.hpp>
+
+namespace tandem {
+namespace {
+
+using detail::Evidence;
+
+constexpr double kLongestStep = 1.5;  // of a logarithm: a factor of 4.5 at once
+constexpr double kFall = 2.0;         // of the log evidence, beyond which a factor is told from another (95 %, χ²/2)
+constexpr double kDifference = 0.02;  // of a logarithm, for the curvature
+constexpr double kSharp = 0.25;       // of a logarithm
+constexpr int kHalvings = 8;
+constexpr int kRounds = 5;  // of counting rows anew under robust losses
+
+class Search {
+ public:
+  Search(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups, const CalibrationOptions& options)
+      : groups_(groups), options_(options), evidence_(problems, groups, options), bound_(std::log(options.most)) {
+    if (!(options.most > 1)) throw Error("calibrate: `most` must be above 1");
+    if (!(options.tolerance > 0)) throw Error("calibrate: the tolerance must be positive");
+  }
+
+  Calibration run() {
+    theta_ = Eigen::VectorXd::Zero(Eigen::Index(groups_.size()));
+    held_.assign(groups_.size(), false);
+    now_ = evidence_.at(theta_);
+    if (!now_.usable) throw Error("calibrate: the problem cannot be solved as it is given: " + now_.why);
+    for (int round = 0; round < kRounds && (evidence_.count_rows() || round == 0); ++round) {
+      now_ = evidence_.at(theta_);
+      start_ = now_.log_evidence;
+      climb();
+    }
+    // What the data do not tell keeps what was given, and the others are found again beside it.
+    out_.noise.resize(groups_.size());
+    if (options_.ranges && !interrupted()) {
+      find_curvature();
+      if (hold_undetermined()) {
+        climb();
+        if (!interrupted()) find_curvature();
+      }
+    }
+    out_.gain = now_.log_evidence - evidence_.at(Eigen::VectorXd::Zero(theta_.size())).log_evidence;
+    report();
+    return std::move(out_);
+  }
+
+ private:
+  bool interrupted() const { return options_.stop && *options_.stop; }
+  std::vector<Eigen::Index> free() const {
+    std::vector<Eigen::Index> result;
+    for (std::size_t g = 0; g < held_.size(); ++g)
+      if (!held_[g]) result.push_back(Eigen::Index(g));
+    return result;
+  }
+
+  /// BFGS on −log p, from the curvature that effective rows have, 2 each.
+  void climb() {
+    const auto free = this->free();
+    const Eigen::Index n = Eigen::Index(free.size());
+    Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(n, n);
+    for (Eigen::Index i = 0; i < n; ++i) inverse(i, i) = first_scale(free[std::size_t(i)]);
+    out_.status = Status::max_iterations;
+    out_.message = "the limit of iterations was reached";
+    if (n == 0) return finish(Status::converged, "no factor is free");
+    for (int k = 0; k < options_.max_iterations; ++k) {
+      if (interrupted()) return finish(Status::interrupted, "stopped by the caller");
+      Eigen::VectorXd gradient(n);
+      for (Eigen::Index i = 0; i < n; ++i) gradient[i] = now_.gradient[free[std::size_t(i)]];
+      Eigen::VectorXd step = inverse * gradient;
+      const double longest = step.cwiseAbs().maxCoeff();
+      if (longest > kLongestStep) step *= kLongestStep / longest;
+      ++out_.iterations;
+      Eigen::VectorXd taken;
+      const std::optional<Evidence::Value> next = line_search(free, step, gradient, taken);
+      if (!next) {
+        evidence_.at(theta_);
+        return finish(Status::converged, "no step along the gradient raises the evidence");
+      }
+      Eigen::VectorXd change(n);
+      for (Eigen::Index i = 0; i < n; ++i) change[i] = gradient[i] - next->gradient[free[std::size_t(i)]];
+      now_ = *next;
+      const double along = taken.dot(change);
+      if (along > 1e-12 * taken.norm() * change.norm()) {
+        const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(n, n) - taken * change.transpose() / along;
+        inverse = A * inverse * A.transpose() + taken * taken.transpose() / along;
+      }
+      if (options_.progress) options_.progress(out_.iterations, theta_.array().exp(), now_.log_evidence - start_);
+      if (taken.cwiseAbs().maxCoeff() <= options_.tolerance)
+        return finish(Status::converged, "the factors change no more");
+    }
+  }
+  double first_scale(Eigen::Index g) const {
+    const double prior = groups_[std::size_t(g)].prior;
+    return 1 / (2 * std::max(now_.effective_rows[g], 0.5) + (prior > 0 ? 1 / (prior * prior) : 0.0));
+  }
+
+  std::optional<Evidence::Value> line_search(const std::vector<Eigen::Index>& free, const Eigen::VectorXd& step,
+                                             const Eigen::VectorXd& gradient, Eigen::VectorXd& taken) {
+    const Eigen::VectorXd from = theta_;
+    double share = 1;
+    for (int h = 0; h <= kHalvings; ++h, share /= 2) {
+      theta_ = from;
+      taken = share * step;
+      for (std::size_t i = 0; i < free.size(); ++i) {
+        double& x = theta_[free[i]];
+        x = std::clamp(x + taken[Eigen::Index(i)], -bound_, bound_);
+        taken[Eigen::Index(i)] = x - from[free[i]];
+      }
+      const Evidence::Value next = evidence_.at(theta_);
+      // The gradient leaves out how H changes with the point: a step as short as that is lost in it is taken.
+      const double slack = 1e-9 * (1 + std::abs(now_.log_evidence));
+      if (next.usable && next.log_evidence >= now_.log_evidence + 1e-4 * gradient.dot(taken) - slack) return next;
+      if (taken.cwiseAbs().maxCoeff() <= options_.tolerance && next.usable &&
+          next.log_evidence >= now_.log_evidence - slack)
+        return next;
+    }
+    theta_ = from;
+    return {};
+  }
+
+  void finish(Status status, const char* message) {
+    out_.status = status;
+    out_.message = message;
+  }
+
+  /// The evidence with one factor elsewhere, the others as found, without their priors' part in it.
+  double without_prior(Eigen::Index g, const Evidence::Value& value, double log_factor) const {
+    const double prior = groups_[std::size_t(g)].prior;
+    return value.log_evidence + (prior > 0 ? 0.5 * log_factor * log_factor / (prior * prior) : 0.0);
+  }
+  double elsewhere(Eigen::Index g, double log_factor) {
+    Eigen::VectorXd theta = theta_;
+    theta[g] = log_factor;
+    const Evidence::Value value = evidence_.at(theta);
+    return value.usable ? without_prior(g, value, log_factor) : -HUGE_VAL;
+  }
+  /// The data's own part in the curvature along one factor, the others as found.
+  double data_curvature(Eigen::Index g) const {
+    const double prior = groups_[std::size_t(g)].prior;
+    return curvature_(g, g) - (prior > 0 ? 1 / (prior * prior) : 0.0);
+  }
+  /// So sharp a maximum, and so little moved by a prior, that nobody needs to follow it further.
+  bool is_sharp(Eigen::Index g) const {
+    const double c = data_curvature(g), prior = groups_[std::size_t(g)].prior;
+    const double pulled = prior > 0 && c > 0 ? std::abs(theta_[g]) / (prior * prior * c) : 0.0;
+    return c > 1 / (kSharp * kSharp) && pulled < kSharp && std::abs(theta_[g]) < bound_ * (1 - 1e-9);
+  }
+  std::pair<double, double> parabola(Eigen::Index g) const {
+    const double reach = std::sqrt(2 * kFall / data_curvature(g));
+    return {theta_[g] - reach, theta_[g] + reach};
+  }
+  /// Between which logarithms of a factor the data alone speak no clearer than kFall against it, the others as found;
+  /// infinite where no bound ends them.
+  std::pair<double, double> flat_range(Eigen::Index g) {
+    std::map<double, double> along{{theta_[g], without_prior(g, now_, theta_[g])}};
+    const auto look = [&](double x) { return along.emplace(x, elsewhere(g, x)).first->second; };
+    // A prior may have kept the factor from where the data have their most: both ways until they fall below that.
+    double most = along.begin()->second;
+    for (const double direction : {-1.0, 1.0}) {
+      const double first = 2 * std::sqrt(first_scale(g));
+      for (double reach = first, x = theta_[g]; std::abs(x) < bound_ && along.at(x) >= most - kFall; reach *= 2) {
+        x = std::clamp(theta_[g] + direction * reach, -bound_, bound_);
+        most = std::max(most, look(x));
+      }
+    }
+    const auto edge = [&](double direction) {
+      const auto best =
+          std::max_element(along.begin(), along.end(), [](auto& a, auto& b) { return a.second < b.second; });
+      double inside = best->first, outside = direction * HUGE_VAL;
+      for (const auto& [x, value] : along) {
+        if ((x - best->first) * direction <= 0) continue;
+        if (value >= most - kFall) {
+          if ((x - inside) * direction > 0) inside = x;
+        } else if ((outside - x) * direction > 0) {
+          outside = x;
+        }
+      }
+      if (!std::isfinite(outside)) return outside;
+      for (int k = 0; k < 4; ++k) {
+        const double middle = 0.5 * (inside + outside);
+        (look(middle) >= most - kFall ? inside : outside) = middle;
+      }
+      return 0.5 * (inside + outside);
+    };
+    const double low = edge(-1);
+    return {low, edge(1)};
+  }
+  bool hold_undetermined() {
+    bool any = false;
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+      if (interrupted()) break;
+      CalibratedNoise& noise = out_.noise[g];
+      const auto [low, high] = is_sharp(Eigen::Index(g)) ? parabola(Eigen::Index(g)) : flat_range(Eigen::Index(g));
+      noise.flat_from = std::exp(std::max(low, -bound_));
+      noise.flat_to = std::exp(std::min(high, bound_));
+      noise.determined = std::isfinite(low) && std::isfinite(high);
+      if (noise.determined) continue;
+      held_[g] = any = true;
+      theta_[Eigen::Index(g)] = 0;
+    }
+    now_ = evidence_.at(theta_);
+    return any && now_.usable;
+  }
+
+  void report() {
+    const auto free = this->free();
+    out_.log_covariance = Eigen::MatrixXd::Zero(theta_.size(), theta_.size());
+    const bool curved = curvature_.size() > 0;
+    if (curved && !free.empty()) {
+      const Eigen::MatrixXd covariance = curvature_(free, free).inverse();
+      out_.log_covariance(free, free) = covariance;
+    }
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+      const auto at = Eigen::Index(g);
+      CalibratedNoise& noise = out_.noise[g];
+      noise.name = groups_[g].name;
+      noise.factor = std::exp(theta_[at]);
+      noise.log_error = std::sqrt(std::max(0.0, out_.log_covariance(at, at)));
+      noise.at_bound = std::abs(theta_[at]) >= bound_ * (1 - 1e-9);
+      noise.rows = evidence_.rows()[at];
+      noise.effective_rows = now_.effective_rows[at];
+      if (options_.ranges && theta_[at] != 0 && !interrupted())
+        noise.gain = without_prior(at, now_, theta_[at]) - elsewhere(at, 0.0);
+      if (options_.ranges) add_profile(at, noise);
+    }
+    evidence_.at(theta_);
+    out_.solves = evidence_.solves();
+  }
+  void add_profile(Eigen::Index g, CalibratedNoise& noise) {
+    const double low = std::log(noise.flat_from), high = std::log(noise.flat_to);
+    const double middle = 0.5 * (low + high), half = 0.8 * (high - low);
+    const double here = without_prior(g, now_, theta_[g]);
+    for (int i = 0; i < options_.profile && !interrupted(); ++i) {
+      const double x = middle + half * (options_.profile > 1 ? 2.0 * i / (options_.profile - 1) - 1 : 0.0);
+      if (std::abs(x) <= bound_) noise.profile.emplace_back(std::exp(x), elsewhere(g, x) - here);
+    }
+  }
+  /// −∂² log p at the factors as they are, by differences of its gradient, made symmetric; for those that are free.
+  void find_curvature() {
+    const auto free = this->free();
+    curvature_ = Eigen::MatrixXd::Identity(theta_.size(), theta_.size());
+    for (const Eigen::Index i : free) {
+      Eigen::VectorXd theta = theta_;
+      theta[i] += kDifference;
+      const Eigen::VectorXd above = evidence_.at(theta).gradient;
+      theta[i] -= 2 * kDifference;
+      const Eigen::VectorXd below = evidence_.at(theta).gradient;
+      for (const Eigen::Index j : free) curvature_(j, i) = (below[j] - above[j]) / (2 * kDifference);
+    }
+    curvature_ = (0.5 * (curvature_ + curvature_.transpose())).eval();
+  }
+
+  const std::vector<NoiseGroup>& groups_;
+  const CalibrationOptions& options_;
+  Evidence evidence_;
+  double bound_, start_ = 0;
+  Eigen::VectorXd theta_;
+  std::vector<bool> held_;
+  Evidence::Value now_;
+  Eigen::MatrixXd curvature_;
+  Calibration out_;
+};
+
+}  // namespace
+
+Calibration calibrate(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
+                      const CalibrationOptions& options) {
+  return Search(problems, groups, options).run();
+}
+
+}  // namespace tandem

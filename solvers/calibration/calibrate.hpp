@@ -1,0 +1,78 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <tandem/solvers/calibration/noise_group.hpp>
+#include <tandem/solvers/summary.hpp>
+
+namespace tandem {
+
+struct CalibrationOptions {
+  int max_iterations = 50;
+  double tolerance = 1e-3;  ///< of each factor's logarithm: smaller steps end it
+  double most = 1e3;        ///< no factor leaves [1 / most, most]
+  bool ranges = true;       ///< false: factors alone, without standard errors or what the data do not determine
+  int profile = 0;          ///< points of CalibratedNoise::profile, where `ranges`
+  const std::atomic<bool>* stop = nullptr;  ///< set it from anywhere to end at the best factors so far
+  /// Solves a problem from its variables' values, which it leaves at the solution; throws Error, or reports a status that
+  /// is not converged, where it cannot. gauss_newton without one, or augmented_lagrangian where there are hard blocks.
+  std::function<Summary(Problem&)> solve;
+  /// Called once an iteration: factors in the groups' order, and the logarithm of the evidence, above that of the start.
+  std::function<void(int iteration, const Eigen::VectorXd& factors, double gain)> progress;
+};
+
+/// What was found of a group.
+struct CalibratedNoise {
+  std::string name;
+  double factor = 1;        ///< on the standard deviations as they were given
+  double log_error = 0;     ///< standard error of its logarithm, about that of the factor itself where it is small
+  bool determined = false;  ///< by the data, to a factor of `most` on both sides; otherwise it keeps what was given
+  bool at_bound = false;    ///< it came to the end of what was allowed
+  /// Factors between which the evidence of the data alone falls by less than 2 from its most, the others as found: by its
+  /// curvature where that says enough, else as far as it was followed.
+  double flat_from = 1, flat_to = 1;
+  double gain = 0;  ///< in the logarithm of the evidence, by this factor alone, against what was given
+  /// Factors around the one found, and the logarithm of the data's evidence there against it, the others as found.
+  std::vector<std::pair<double, double>> profile;
+  double rows = 0, effective_rows = 0;  ///< how many, and what is left when states have taken their share
+};
+
+struct Calibration {
+  Status status = Status::failed;
+  std::string message;                 ///< one sentence
+  std::vector<CalibratedNoise> noise;  ///< in the groups' order
+  Eigen::MatrixXd log_covariance;      ///< of the factors' logarithms; zero where not determined
+  double gain = 0;                     ///< in the logarithm of the evidence
+  int iterations = 0, solves = 0;
+
+  bool converged() const { return status == Status::converged; }
+};
+
+/// Finds the factors θ on the standard deviations of groups of rows by maximising the Laplace approximation of the data's
+/// evidence (MacKay 1992, "Bayesian interpolation", for factors; Tierney & Kadane 1986 for the approximation),
+///
+///   log p(z | θ) ≈ −F(x*(θ); θ) − ½ log det H(x*(θ); θ) + Σ log det W(θ) + log p(θ),
+///
+/// F the cost, x* its minimum, H the Gauss-Newton Hessian there, under hard equalities confined to them; robust losses by
+/// their weights ρ′, and log det W by what their rows count for (counted_rows), so that outliers do not count as noise. Its derivative by log θ of a group,
+///
+///   Σ ρ′ (r² + (J Σ Jᵀ)) − n   over the group's n whitened rows, as losses count them,
+///
+/// is what EM makes zero, with the selected inverse's blocks Σ; quasi-Newton steps on it, halved until the evidence
+/// grows, take a tenth of EM's. The problems are left solved, with the noise that was found. Groups must not share rows.
+///
+/// Throws Error on a group without rows, rows that are not there or in two groups, a hard block, no problem or group,
+/// or a problem that cannot be solved as it is given.
+Calibration calibrate(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
+                      const CalibrationOptions& options = {});
+inline Calibration calibrate(Problem& problem, const std::vector<NoiseGroup>& groups,
+                             const CalibrationOptions& options = {}) {
+  Problem* const one[] = {&problem};
+  return calibrate(std::span<Problem* const>(one), groups, options);
+}
+
+}  // namespace tandem

@@ -1,0 +1,157 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include <tandem/solvers/calibration/counted_rows.hpp>
+#include <tandem/solvers/calibration/evidence.hpp>
+#include <tandem/solvers/calibration/solve_plainly.hpp>
+#include <tandem/solvers/marginals.hpp>
+
+namespace tandem::detail {
+
+Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
+                   const CalibrationOptions& options)
+    : problems_(problems),
+      groups_(groups),
+      options_(options),
+      rows_(Eigen::VectorXd::Zero(Eigen::Index(groups.size()))),
+      counted_(rows_) {
+  if (problems.empty()) throw Error("calibrate: there is no problem");
+  if (groups.empty()) throw Error("calibrate: there is no noise group");
+  std::map<std::tuple<int, int, int>, std::size_t> known;  // members by problem and block
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const NoiseGroup& group = groups[g];
+    if (group.rows.empty()) throw Error("calibrate: the noise group " + group.name + " has no rows");
+    if (!(group.prior >= 0)) throw Error("calibrate: the prior of " + group.name + " is negative");
+    for (const NoiseRows& rows : group.rows) {
+      if (rows.problem < 0 || std::size_t(rows.problem) >= problems.size())
+        throw Error("calibrate: " + group.name + " has rows of a problem that is not there");
+      const auto [at, is_new] = known.try_emplace({rows.problem, rows.block.pool, rows.block.id}, members_.size());
+      if (is_new) {
+        const Problem& problem = *problems[std::size_t(rows.problem)];
+        const Gaussian given = problem.noise(rows.block);
+        const int n = static_cast<int>(given.dim());
+        members_.push_back({rows.block, rows.problem, given, std::vector<int>(std::size_t(n), -1),
+                            std::vector<double>(std::size_t(n), 0.0)});
+      }
+      std::vector<int>& of_row = members_[at->second].group;
+      const int n = static_cast<int>(of_row.size()), end = rows.count < 0 ? n : rows.first + rows.count;
+      if (!(rows.share > 0 && rows.share <= 1))
+        throw Error("calibrate: " + group.name + " has rows of no share in (0, 1]");
+      if (rows.first < 0 || rows.first >= end || end > n)
+        throw Error("calibrate: " + group.name + " has rows that its block has not");
+      for (int i = rows.first; i < end; ++i) {
+        if (of_row[std::size_t(i)] >= 0)
+          throw Error("calibrate: a row is in two noise groups, " + groups[std::size_t(of_row[std::size_t(i)])].name +
+                      " and " + group.name);
+        of_row[std::size_t(i)] = static_cast<int>(g);
+        rows_[Eigen::Index(g)] += rows.share;
+        members_[at->second].share[std::size_t(i)] = rows.share;
+      }
+    }
+  }
+  counted_ = rows_;
+}
+
+bool Evidence::count_rows() {
+  constexpr int kGrid = 64;
+  std::map<std::tuple<Loss::Kind, double, Eigen::Index>, std::vector<double>> tables;  // over the share that is taken
+  Eigen::VectorXd counted = Eigen::VectorXd::Zero(counted_.size());
+  for (std::size_t p = 0; p < problems_.size(); ++p) {
+    Problem& problem = *problems_[p];
+    const Marginals marginals(problem);
+    for (const Member& m : members_) {
+      if (std::size_t(m.problem) != p) continue;
+      const Loss loss = problem.loss(m.block);
+      const auto n = Eigen::Index(m.group.size());
+      double each = 1;
+      if (loss.kind != Loss::Kind::none) {
+        std::vector<double>& table = tables[{loss.kind, loss.scale, n}];
+        for (int i = static_cast<int>(table.size()); i <= kGrid; ++i)
+          table.push_back(counted_rows(loss, static_cast<int>(n), double(i) / kGrid) / double(n));
+        const Problem::Linearization at = problem.linearization(m.block);
+        const Eigen::MatrixXd J = problem.noise(m.block).sqrt_information() * at.jacobian;
+        const double taken =
+            problem.weight(m.block) * (J * marginals.joint(at.variable_ids, at.dofs) * J.transpose()).trace();
+        const double place = std::clamp(taken / double(n), 0.0, 1.0) * kGrid;
+        const auto below = std::min(std::size_t(place), std::size_t(kGrid - 1));
+        each = table[below] + (place - double(below)) * (table[below + 1] - table[below]);
+      }
+      for (std::size_t i = 0; i < m.group.size(); ++i)
+        if (m.group[i] >= 0) counted[m.group[i]] += m.share[i] * each;
+    }
+  }
+  const bool changed = ((counted - counted_).array().abs() > 0.01 * counted.array()).any();
+  counted_ = counted;
+  return changed;
+}
+
+void Evidence::set_noise(const Eigen::VectorXd& log_factors) {
+  for (const Member& m : members_) {
+    Eigen::VectorXd factor(m.given.dim());
+    for (Eigen::Index i = 0; i < factor.size(); ++i) {
+      const int g = m.group[std::size_t(i)];
+      factor[i] = g < 0 ? 1.0 : std::exp(log_factors[g]);
+    }
+    problems_[std::size_t(m.problem)]->set_noise(m.block, m.given.scaled(factor));
+  }
+}
+
+/// A block's rows in the gradient. With W = W₀ D⁻¹, D the factors, ∂(W r)/∂log D_i = −w_i r_i, w_i the column of W.
+void Evidence::add(const Member& member, const Marginals& marginals, Value& value) const {
+  const Problem& problem = *problems_[std::size_t(member.problem)];
+  const Problem::Linearization at = problem.linearization(member.block);
+  const Gaussian noise = problem.noise(member.block);
+  const double weight = problem.weight(member.block);
+  const Eigen::MatrixXd& J = at.jacobian;
+  const Eigen::MatrixXd spread = J * marginals.joint(at.variable_ids, at.dofs) * J.transpose();
+  const Eigen::MatrixXd W = noise.sqrt_information();
+  const Eigen::MatrixXd information = W.transpose() * W;
+  for (Eigen::Index i = 0; i < at.residual.size(); ++i) {
+    const int g = member.group[std::size_t(i)];
+    if (g < 0) continue;
+    const double squares = information.row(i).dot(at.residual) * at.residual[i];
+    const double share = information.row(i).dot(spread.col(i));
+    value.gradient[g] += weight * (squares + share);
+    value.effective_rows[g] -= weight * share;
+  }
+}
+
+Evidence::Value Evidence::at(const Eigen::VectorXd& log_factors) {
+  set_noise(log_factors);
+  Value value;
+  value.gradient = -counted_;
+  value.effective_rows = counted_;
+  for (std::size_t p = 0; p < problems_.size(); ++p) {
+    Problem& problem = *problems_[p];
+    ++solves_;
+    const Summary summary = options_.solve ? options_.solve(problem) : solve_plainly(problem);
+    if (!summary.converged()) {
+      value.why = summary.message;
+      return value;
+    }
+    value.log_evidence -= summary.cost;
+    try {
+      const Marginals marginals(problem);
+      value.log_evidence -= 0.5 * marginals.log_determinant();
+      for (const Member& m : members_)
+        if (std::size_t(m.problem) == p) add(m, marginals, value);
+    } catch (const Error& error) {
+      value.why = error.what();
+      return value;
+    }
+  }
+  for (Eigen::Index g = 0; g < rows_.size(); ++g) {
+    value.log_evidence -= counted_[g] * log_factors[g];
+    const double prior = groups_[std::size_t(g)].prior;
+    if (prior > 0) {
+      value.log_evidence -= 0.5 * log_factors[g] * log_factors[g] / (prior * prior);
+      value.gradient[g] -= log_factors[g] / (prior * prior);
+    }
+  }
+  value.usable = std::isfinite(value.log_evidence) && value.gradient.allFinite();
+  return value;
+}
+
+}  // namespace tandem::detail

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <tandem/solvers/calibration/calibrate.hpp>
+#include <tandem/solvers/marginals.hpp>
+
+namespace tandem::detail {
+
+/// The Laplace evidence of problems as a function of the logarithms of their noise groups' factors. See calibrate().
+class Evidence {
+ public:
+  Evidence(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
+           const CalibrationOptions& options);
+
+  struct Value {
+    double log_evidence = 0;
+    Eigen::VectorXd gradient;        ///< by the factors' logarithms
+    Eigen::VectorXd effective_rows;  ///< of each group: n − Σ ρ′ J Σ Jᵀ, n as losses count
+    bool usable = false;             ///< every problem could be solved, and its Hessian inverted
+    std::string why;                 ///< it is not
+  };
+  /// Solves from where the problems are, and leaves them solved.
+  Value at(const Eigen::VectorXd& log_factors);
+  /// Counts the rows of robust blocks anew, by what the states take up of each at the solution where the problems are;
+  /// returns whether that changes any group's count by more than a hundredth.
+  bool count_rows();
+  /// Of each group.
+  const Eigen::VectorXd& rows() const { return rows_; }
+  int solves() const { return solves_; }
+
+ private:
+  struct Member {  // a block, and the group of each of its rows, −1 where it is in none
+    Block block;
+    int problem;
+    Gaussian given;
+    std::vector<int> group;
+    std::vector<double> share;  // of a datum, each row
+  };
+  void set_noise(const Eigen::VectorXd& log_factors);
+  void add(const Member& member, const Marginals& marginals, Value& value) const;
+
+  std::span<Problem* const> problems_;
+  const std::vector<NoiseGroup>& groups_;
+  const CalibrationOptions& options_;
+  std::vector<Member> members_;
+  Eigen::VectorXd rows_, counted_;  // of each group; under the losses, see counted_rows()
+  int solves_ = 0;
+};
+
+}  // namespace tandem::detail

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <tandem/problem/problem.hpp>
+#include <tandem/solvers/summary.hpp>
+
+namespace tandem::detail {
+
+/// What calibration solves with where nothing else is said: gauss_newton, or augmented_lagrangian where there are hard
+/// blocks.
+Summary solve_plainly(Problem& problem);
+
+}  // namespace tandem::detail
