@@ -4,7 +4,7 @@
 #include <optional>
 #include <utility>
 
-#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/calibration/calibrate.hpp>
@@ -17,9 +17,13 @@ using detail::Evidence;
 
 constexpr double kLongestStep = 1.5;  // of a logarithm: a factor of 4.5 at once
 constexpr double kFall = 2.0;         // of the log evidence, beyond which a factor is told from another (95 %, χ²/2)
-constexpr double kDifference = 0.02;  // of a logarithm, for the curvature
+constexpr double kDifference = 0.3;   // of a standard error, for the curvature
+constexpr double kNear = 0.3;         // of a logarithm, where the evidence is a parabola
+constexpr double kWidest = 2.31;      // of a logarithm: what is told to a factor of 10 either way at worst, is told
+constexpr double kLevel = 0.05;       // of the log evidence, by which it changes as a factor does by e
 constexpr double kSharp = 0.25;       // of a logarithm
-constexpr int kHalvings = 8;
+constexpr double kHigher = 1.0;       // of the log evidence, by which another maximum is worth a climb
+constexpr int kRestarts = 2, kShorter = 8;
 constexpr int kRounds = 5;  // of counting rows anew under robust losses
 
 class Search {
@@ -42,11 +46,20 @@ class Search {
     }
     // What the data do not tell keeps what was given, and the others are found again beside it.
     out_.noise.resize(groups_.size());
-    if (options_.ranges && !interrupted()) {
+    for (int restart = 0; options_.ranges && !interrupted(); ++restart) {
       find_curvature();
-      if (hold_undetermined()) {
-        climb();
+      best_seen_ = {now_.log_evidence, theta_};
+      const bool held = hold_undetermined();
+      const bool higher = !held && best_seen_.first > now_.log_evidence + kHigher && restart < kRestarts;
+      if (!held && !higher) break;
+      if (higher) {
+        theta_ = best_seen_.second;
+        now_ = evidence_.at(theta_);
+      }
+      climb();
+      if (held) {
         if (!interrupted()) find_curvature();
+        break;
       }
     }
     out_.gain = now_.log_evidence - evidence_.at(Eigen::VectorXd::Zero(theta_.size())).log_evidence;
@@ -108,7 +121,7 @@ class Search {
                                              const Eigen::VectorXd& gradient, Eigen::VectorXd& taken) {
     const Eigen::VectorXd from = theta_;
     double share = 1;
-    for (int h = 0; h <= kHalvings; ++h, share /= 2) {
+    for (int h = 0; h <= kShorter; ++h, share /= 2) {
       theta_ = from;
       taken = share * step;
       for (std::size_t i = 0; i < free.size(); ++i) {
@@ -138,11 +151,20 @@ class Search {
     const double prior = groups_[std::size_t(g)].prior;
     return value.log_evidence + (prior > 0 ? 0.5 * log_factor * log_factor / (prior * prior) : 0.0);
   }
-  double elsewhere(Eigen::Index g, double log_factor) {
+  /// The same where the factor is, and its slope there.
+  struct Along {
+    double value, slope;
+  };
+  Along along(Eigen::Index g, const Evidence::Value& value, double log_factor) const {
+    const double prior = groups_[std::size_t(g)].prior;
+    return {without_prior(g, value, log_factor), value.gradient[g] + (prior > 0 ? log_factor / (prior * prior) : 0.0)};
+  }
+  Along elsewhere(Eigen::Index g, double log_factor) {
     Eigen::VectorXd theta = theta_;
     theta[g] = log_factor;
     const Evidence::Value value = evidence_.at(theta);
-    return value.usable ? without_prior(g, value, log_factor) : -HUGE_VAL;
+    if (value.usable && value.log_evidence > best_seen_.first) best_seen_ = {value.log_evidence, theta};
+    return value.usable ? along(g, value, log_factor) : Along{-HUGE_VAL, 0};
   }
   /// The data's own part in the curvature along one factor, the others as found.
   double data_curvature(Eigen::Index g) const {
@@ -160,24 +182,31 @@ class Search {
     return {theta_[g] - reach, theta_[g] + reach};
   }
   /// Between which logarithms of a factor the data alone speak no clearer than kFall against it, the others as found;
-  /// infinite where no bound ends them.
+  /// infinite where no bound ends them near enough to tell anything, or the evidence has become level.
   std::pair<double, double> flat_range(Eigen::Index g) {
-    std::map<double, double> along{{theta_[g], without_prior(g, now_, theta_[g])}};
-    const auto look = [&](double x) { return along.emplace(x, elsewhere(g, x)).first->second; };
+    std::map<double, double> seen{{theta_[g], without_prior(g, now_, theta_[g])}};
     // A prior may have kept the factor from where the data have their most: both ways until they fall below that.
-    double most = along.begin()->second;
+    double most = seen.begin()->second;
     for (const double direction : {-1.0, 1.0}) {
-      const double first = 2 * std::sqrt(first_scale(g));
-      for (double reach = first, x = theta_[g]; std::abs(x) < bound_ && along.at(x) >= most - kFall; reach *= 2) {
-        x = std::clamp(theta_[g] + direction * reach, -bound_, bound_);
-        most = std::max(most, look(x));
+      Along at{most, -HUGE_VAL};
+      double x = theta_[g];
+      const double end = std::clamp(theta_[g] + direction * kWidest, -bound_, bound_);
+      for (double reach = 2 * std::sqrt(first_scale(g));
+           x != end && at.value >= most - kFall && !(std::abs(at.slope) < kLevel);
+           reach = std::min(3 * reach, reach + 1)) {
+        x = direction * std::min(direction * (theta_[g] + direction * reach), direction * end);
+        at = elsewhere(g, x);
+        seen.emplace(x, at.value);
+        most = std::max(most, at.value);
       }
     }
+    if (std::abs(theta_[g]) > kWidest)
+      seen.emplace(0.0, elsewhere(g, 0.0).value);  // whether it excludes what was given
     const auto edge = [&](double direction) {
       const auto best =
-          std::max_element(along.begin(), along.end(), [](auto& a, auto& b) { return a.second < b.second; });
+          std::max_element(seen.begin(), seen.end(), [](auto& a, auto& b) { return a.second < b.second; });
       double inside = best->first, outside = direction * HUGE_VAL;
-      for (const auto& [x, value] : along) {
+      for (const auto& [x, value] : seen) {
         if ((x - best->first) * direction <= 0) continue;
         if (value >= most - kFall) {
           if ((x - inside) * direction > 0) inside = x;
@@ -186,9 +215,9 @@ class Search {
         }
       }
       if (!std::isfinite(outside)) return outside;
-      for (int k = 0; k < 4; ++k) {
+      for (int k = 0; k < 3; ++k) {
         const double middle = 0.5 * (inside + outside);
-        (look(middle) >= most - kFall ? inside : outside) = middle;
+        (elsewhere(g, middle).value >= most - kFall ? inside : outside) = middle;
       }
       return 0.5 * (inside + outside);
     };
@@ -201,14 +230,16 @@ class Search {
       if (interrupted()) break;
       CalibratedNoise& noise = out_.noise[g];
       const auto [low, high] = is_sharp(Eigen::Index(g)) ? parabola(Eigen::Index(g)) : flat_range(Eigen::Index(g));
-      noise.flat_from = std::exp(std::max(low, -bound_));
-      noise.flat_to = std::exp(std::min(high, bound_));
+      noise.flat_from = std::exp(std::max(low, theta_[Eigen::Index(g)] - kWidest));
+      noise.flat_to = std::exp(std::min(high, theta_[Eigen::Index(g)] + kWidest));
       noise.determined = std::isfinite(low) && std::isfinite(high);
-      if (noise.determined) continue;
+      noise.bounded = !noise.determined && (low > 0 || high < 0);
+      if (noise.determined || noise.bounded) continue;
       held_[g] = any = true;
       theta_[Eigen::Index(g)] = 0;
+      now_ = evidence_.at(theta_);  // those that follow are told with this one as given
+      if (!now_.usable) break;
     }
-    now_ = evidence_.at(theta_);
     return any && now_.usable;
   }
 
@@ -217,8 +248,7 @@ class Search {
     out_.log_covariance = Eigen::MatrixXd::Zero(theta_.size(), theta_.size());
     const bool curved = curvature_.size() > 0;
     if (curved && !free.empty()) {
-      const Eigen::MatrixXd covariance = curvature_(free, free).inverse();
-      out_.log_covariance(free, free) = covariance;
+      out_.log_covariance(free, free) = covariance(free);
     }
     for (std::size_t g = 0; g < groups_.size(); ++g) {
       const auto at = Eigen::Index(g);
@@ -229,12 +259,17 @@ class Search {
       noise.at_bound = std::abs(theta_[at]) >= bound_ * (1 - 1e-9);
       noise.rows = evidence_.rows()[at];
       noise.effective_rows = now_.effective_rows[at];
-      if (options_.ranges && theta_[at] != 0 && !interrupted())
-        noise.gain = without_prior(at, now_, theta_[at]) - elsewhere(at, 0.0);
+      if (options_.ranges && theta_[at] != 0 && !interrupted()) noise.gain = gain_of(at);
       if (options_.ranges) add_profile(at, noise);
     }
     evidence_.at(theta_);
     out_.solves = evidence_.solves();
+  }
+  double gain_of(Eigen::Index g) {
+    const double x = theta_[g], prior = groups_[std::size_t(g)].prior;
+    if (std::abs(x) > kNear) return without_prior(g, now_, x) - elsewhere(g, 0.0).value;
+    return x * x *
+           (0.5 * data_curvature(g) + (prior > 0 ? 1 / (prior * prior) : 0.0));  // the prior pulls by x / prior²
   }
   void add_profile(Eigen::Index g, CalibratedNoise& noise) {
     const double low = std::log(noise.flat_from), high = std::log(noise.flat_to);
@@ -242,20 +277,35 @@ class Search {
     const double here = without_prior(g, now_, theta_[g]);
     for (int i = 0; i < options_.profile && !interrupted(); ++i) {
       const double x = middle + half * (options_.profile > 1 ? 2.0 * i / (options_.profile - 1) - 1 : 0.0);
-      if (std::abs(x) <= bound_) noise.profile.emplace_back(std::exp(x), elsewhere(g, x) - here);
+      if (std::abs(x) <= bound_) noise.profile.emplace_back(std::exp(x), elsewhere(g, x).value - here);
     }
+  }
+  /// The inverse of the curvature, in units of the priors, in which data do not take away: a direction along which they seem
+  /// to, by what Laplace's approximation leaves out, is as wide as its prior.
+  Eigen::MatrixXd covariance(const std::vector<Eigen::Index>& free) const {
+    Eigen::VectorXd unit(static_cast<Eigen::Index>(free.size()));
+    for (std::size_t i = 0; i < free.size(); ++i) {
+      const double prior = groups_[std::size_t(free[i])].prior;
+      unit[Eigen::Index(i)] = prior > 0 ? prior : bound_;
+    }
+    const Eigen::MatrixXd scaled = unit.asDiagonal() * curvature_(free, free) * unit.asDiagonal();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
+    const Eigen::VectorXd spread = eigen.eigenvalues().cwiseMax(1).cwiseInverse();
+    return unit.asDiagonal() * eigen.eigenvectors() * spread.asDiagonal() * eigen.eigenvectors().transpose() *
+           unit.asDiagonal();
   }
   /// −∂² log p at the factors as they are, by differences of its gradient, made symmetric; for those that are free.
   void find_curvature() {
     const auto free = this->free();
     curvature_ = Eigen::MatrixXd::Identity(theta_.size(), theta_.size());
     for (const Eigen::Index i : free) {
+      const double step = kDifference * std::sqrt(first_scale(i));
       Eigen::VectorXd theta = theta_;
-      theta[i] += kDifference;
+      theta[i] += step;
       const Eigen::VectorXd above = evidence_.at(theta).gradient;
-      theta[i] -= 2 * kDifference;
+      theta[i] -= 2 * step;
       const Eigen::VectorXd below = evidence_.at(theta).gradient;
-      for (const Eigen::Index j : free) curvature_(j, i) = (below[j] - above[j]) / (2 * kDifference);
+      for (const Eigen::Index j : free) curvature_(j, i) = (below[j] - above[j]) / (2 * step);
     }
     curvature_ = (0.5 * (curvature_ + curvature_.transpose())).eval();
   }
@@ -268,6 +318,7 @@ class Search {
   std::vector<bool> held_;
   Evidence::Value now_;
   Eigen::MatrixXd curvature_;
+  std::pair<double, Eigen::VectorXd> best_seen_{HUGE_VAL, {}};  // while ranges are looked for: another maximum, perhaps
   Calibration out_;
 };
 

@@ -11,6 +11,11 @@
 
 namespace tandem {
 
+struct MeasuredBlock {
+  Block block;
+  int problem = 0;  ///< of the problems that are calibrated together
+};
+
 struct CalibrationOptions {
   int max_iterations = 50;
   double tolerance = 1e-3;  ///< of each factor's logarithm: smaller steps end it
@@ -18,6 +23,11 @@ struct CalibrationOptions {
   bool ranges = true;       ///< false: factors alone, without standard errors or what the data do not determine
   int profile = 0;          ///< points of CalibratedNoise::profile, where `ranges`
   const std::atomic<bool>* stop = nullptr;  ///< set it from anywhere to end at the best factors so far
+  /// What was measured. All other soft blocks are beliefs about the states, which may say one thing twice (a level target that
+  /// also turns little) and then are no density of so many rows: their own integral is divided by. It is found with the
+  /// measurements at a millionth of their information, so that it exists (fractional Bayes factors, O'Hagan 1995). Empty:
+  /// every row is a datum or, as in a chain of motion, a density.
+  std::vector<MeasuredBlock> measured;
   /// Solves a problem from its variables' values, which it leaves at the solution; throws Error, or reports a status that
   /// is not converged, where it cannot. gauss_newton without one, or augmented_lagrangian where there are hard blocks.
   std::function<Summary(Problem&)> solve;
@@ -30,10 +40,12 @@ struct CalibratedNoise {
   std::string name;
   double factor = 1;        ///< on the standard deviations as they were given
   double log_error = 0;     ///< standard error of its logarithm, about that of the factor itself where it is small
-  bool determined = false;  ///< by the data, to a factor of `most` on both sides; otherwise it keeps what was given
-  bool at_bound = false;    ///< it came to the end of what was allowed
-  /// Factors between which the evidence of the data alone falls by less than 2 from its most, the others as found: by its
-  /// curvature where that says enough, else as far as it was followed.
+  bool determined = false;  ///< by the data, from both sides
+  bool bounded = false;  ///< by the data from one side alone, which excludes what was given; what its prior makes of it
+  bool at_bound = false;  ///< it came to the end of what was allowed, `most`
+  // None of these: it keeps what was given.
+  /// Factors between which the evidence of the data alone falls by less than 2 from its most, the others as found; where no
+  /// such factor ends it, 10 times from the one found.
   double flat_from = 1, flat_to = 1;
   double gain = 0;  ///< in the logarithm of the evidence, by this factor alone, against what was given
   /// Factors around the one found, and the logarithm of the data's evidence there against it, the others as found.
@@ -55,9 +67,9 @@ struct Calibration {
 /// Finds the factors θ on the standard deviations of groups of rows by maximising the Laplace approximation of the data's
 /// evidence (MacKay 1992, "Bayesian interpolation", for factors; Tierney & Kadane 1986 for the approximation),
 ///
-///   log p(z | θ) ≈ −F(x*(θ); θ) − ½ log det H(x*(θ); θ) + Σ log det W(θ) + log p(θ),
+///   log p(z | θ) ≈ −F(x*(θ); θ) − ½ log det H(x*(θ); θ) + Σ log det W(θ) − log Z(θ) + log p(θ),
 ///
-/// F the cost, x* its minimum, H the Gauss-Newton Hessian there, under hard equalities confined to them; robust losses by
+/// F the cost, x* its minimum, Z the integral of what is no measurement (CalibrationOptions::measured), H the Gauss-Newton Hessian there, under hard equalities confined to them; robust losses by
 /// their weights ρ′, and log det W by what their rows count for (counted_rows), so that outliers do not count as noise. Its derivative by log θ of a group,
 ///
 ///   Σ ρ′ (r² + (J Σ Jᵀ)) − n   over the group's n whitened rows, as losses count them,

@@ -1,22 +1,22 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <tuple>
 
 #include <tandem/solvers/calibration/counted_rows.hpp>
 #include <tandem/solvers/calibration/evidence.hpp>
-#include <tandem/solvers/calibration/solve_plainly.hpp>
-#include <tandem/solvers/marginals.hpp>
 
 namespace tandem::detail {
+namespace {
+
+constexpr int kHalvings = 3;  // of the way to factors that steps do not lead to at once
+
+}  // namespace
 
 Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
                    const CalibrationOptions& options)
-    : problems_(problems),
-      groups_(groups),
-      options_(options),
-      rows_(Eigen::VectorXd::Zero(Eigen::Index(groups.size()))),
-      counted_(rows_) {
+    : problems_(problems), groups_(groups), rows_(Eigen::VectorXd::Zero(Eigen::Index(groups.size()))), counted_(rows_) {
   if (problems.empty()) throw Error("calibrate: there is no problem");
   if (groups.empty()) throw Error("calibrate: there is no noise group");
   std::map<std::tuple<int, int, int>, std::size_t> known;  // members by problem and block
@@ -51,7 +51,19 @@ Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGr
       }
     }
   }
-  counted_ = rows_;
+  counted_ = Eigen::VectorXd::Zero(rows_.size());
+  std::vector<std::vector<Block>> measured(problems.size());
+  for (const MeasuredBlock& m : options.measured) measured.at(std::size_t(m.problem)).push_back(m.block);
+  std::set<std::tuple<int, int, int>> is_measured;
+  for (const MeasuredBlock& m : options.measured) is_measured.emplace(m.problem, m.block.pool, m.block.id);
+  for (Member& m : members_) {
+    m.measured = is_measured.empty() || is_measured.contains({m.problem, m.block.pool, m.block.id});
+    for (std::size_t i = 0; m.measured && i < m.group.size(); ++i)
+      if (m.group[i] >= 0) counted_[m.group[i]] += m.share[i];
+  }
+  for (std::size_t p = 0; p < problems.size(); ++p)
+    settled_.push_back(std::make_unique<SettledProblem>(*problems[p], options, measured[p]));
+  settled_at_.assign(problems.size(), Eigen::VectorXd::Zero(rows_.size()));
 }
 
 bool Evidence::count_rows() {
@@ -59,10 +71,10 @@ bool Evidence::count_rows() {
   std::map<std::tuple<Loss::Kind, double, Eigen::Index>, std::vector<double>> tables;  // over the share that is taken
   Eigen::VectorXd counted = Eigen::VectorXd::Zero(counted_.size());
   for (std::size_t p = 0; p < problems_.size(); ++p) {
-    Problem& problem = *problems_[p];
-    const Marginals marginals(problem);
+    const Problem& problem = *problems_[p];
+    const SettledProblem& settled = *settled_[p];
     for (const Member& m : members_) {
-      if (std::size_t(m.problem) != p) continue;
+      if (std::size_t(m.problem) != p || !m.measured) continue;
       const Loss loss = problem.loss(m.block);
       const auto n = Eigen::Index(m.group.size());
       double each = 1;
@@ -72,8 +84,8 @@ bool Evidence::count_rows() {
           table.push_back(counted_rows(loss, static_cast<int>(n), double(i) / kGrid) / double(n));
         const Problem::Linearization at = problem.linearization(m.block);
         const Eigen::MatrixXd J = problem.noise(m.block).sqrt_information() * at.jacobian;
-        const double taken =
-            problem.weight(m.block) * (J * marginals.joint(at.variable_ids, at.dofs) * J.transpose()).trace();
+        const double taken = problem.weight(m.block) *
+                             (J * settled.covariances().joint(at.variable_ids, at.dofs) * J.transpose()).trace();
         const double place = std::clamp(taken / double(n), 0.0, 1.0) * kGrid;
         const auto below = std::min(std::size_t(place), std::size_t(kGrid - 1));
         each = table[below] + (place - double(below)) * (table[below + 1] - table[below]);
@@ -87,8 +99,9 @@ bool Evidence::count_rows() {
   return changed;
 }
 
-void Evidence::set_noise(const Eigen::VectorXd& log_factors) {
+void Evidence::set_noise(std::size_t problem, const Eigen::VectorXd& log_factors) {
   for (const Member& m : members_) {
+    if (std::size_t(m.problem) != problem) continue;
     Eigen::VectorXd factor(m.given.dim());
     for (Eigen::Index i = 0; i < factor.size(); ++i) {
       const int g = m.group[std::size_t(i)];
@@ -98,49 +111,66 @@ void Evidence::set_noise(const Eigen::VectorXd& log_factors) {
   }
 }
 
+/// Far from the last factors by way of those in between.
+bool Evidence::settle_by_steps(std::size_t p, const Eigen::VectorXd& from, const Eigen::VectorXd& to, int halvings) {
+  set_noise(p, to);
+  ++solves_;
+  if (settled_[p]->settle_by_steps()) return true;
+  if (halvings == 0) return false;
+  const Eigen::VectorXd between = 0.5 * (from + to);
+  return settle_by_steps(p, from, between, halvings - 1) && settle_by_steps(p, between, to, halvings - 1);
+}
+
+bool Evidence::settle(std::size_t p, const Eigen::VectorXd& log_factors) {
+  const bool by_steps = settle_by_steps(p, settled_at_[p], log_factors, kHalvings);
+  if (!by_steps) {
+    set_noise(p, log_factors);
+    ++solves_;
+    if (!settled_[p]->settle()) return false;
+  }
+  settled_at_[p] = log_factors;
+  return settled_[p]->find_covariances();
+}
+
 /// A block's rows in the gradient. With W = W₀ D⁻¹, D the factors, ∂(W r)/∂log D_i = −w_i r_i, w_i the column of W.
-void Evidence::add(const Member& member, const Marginals& marginals, Value& value) const {
+void Evidence::add(const Member& member, const SettledProblem& settled, Value& value) const {
   const Problem& problem = *problems_[std::size_t(member.problem)];
   const Problem::Linearization at = problem.linearization(member.block);
   const Gaussian noise = problem.noise(member.block);
   const double weight = problem.weight(member.block);
   const Eigen::MatrixXd& J = at.jacobian;
-  const Eigen::MatrixXd spread = J * marginals.joint(at.variable_ids, at.dofs) * J.transpose();
+  const Eigen::MatrixXd spread = J * settled.covariances().joint(at.variable_ids, at.dofs) * J.transpose();
+  Eigen::MatrixXd of_beliefs = Eigen::MatrixXd::Zero(spread.rows(), spread.rows());
+  if (settled.has_beliefs()) {
+    of_beliefs = J * settled.of_beliefs().joint(at.variable_ids, at.dofs) * J.transpose();
+    if (member.measured) of_beliefs /= detail::kFaint * detail::kFaint;
+  }
   const Eigen::MatrixXd W = noise.sqrt_information();
   const Eigen::MatrixXd information = W.transpose() * W;
   for (Eigen::Index i = 0; i < at.residual.size(); ++i) {
     const int g = member.group[std::size_t(i)];
     if (g < 0) continue;
     const double squares = information.row(i).dot(at.residual) * at.residual[i];
-    const double share = information.row(i).dot(spread.col(i));
+    const double share = information.row(i).dot(spread.col(i) - of_beliefs.col(i));
     value.gradient[g] += weight * (squares + share);
     value.effective_rows[g] -= weight * share;
   }
 }
 
 Evidence::Value Evidence::at(const Eigen::VectorXd& log_factors) {
-  set_noise(log_factors);
   Value value;
   value.gradient = -counted_;
   value.effective_rows = counted_;
   for (std::size_t p = 0; p < problems_.size(); ++p) {
-    Problem& problem = *problems_[p];
-    ++solves_;
-    const Summary summary = options_.solve ? options_.solve(problem) : solve_plainly(problem);
-    if (!summary.converged()) {
-      value.why = summary.message;
+    SettledProblem& settled = *settled_[p];
+    if (!settle(p, log_factors)) {
+      value.why = settled.why();
       return value;
     }
-    value.log_evidence -= summary.cost;
-    try {
-      const Marginals marginals(problem);
-      value.log_evidence -= 0.5 * marginals.log_determinant();
-      for (const Member& m : members_)
-        if (std::size_t(m.problem) == p) add(m, marginals, value);
-    } catch (const Error& error) {
-      value.why = error.what();
-      return value;
-    }
+    value.log_evidence -= settled.cost() + 0.5 * settled.covariances().log_determinant();
+    if (settled.has_beliefs()) value.log_evidence += 0.5 * settled.of_beliefs().log_determinant();
+    for (const Member& m : members_)
+      if (std::size_t(m.problem) == p) add(m, settled, value);
   }
   for (Eigen::Index g = 0; g < rows_.size(); ++g) {
     value.log_evidence -= counted_[g] * log_factors[g];

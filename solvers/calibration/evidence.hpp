@@ -1,10 +1,11 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
 #include <tandem/solvers/calibration/calibrate.hpp>
-#include <tandem/solvers/marginals.hpp>
+#include <tandem/solvers/calibration/settled_problem.hpp>
 
 namespace tandem::detail {
 
@@ -16,10 +17,11 @@ class Evidence {
 
   struct Value {
     double log_evidence = 0;
-    Eigen::VectorXd gradient;        ///< by the factors' logarithms
-    Eigen::VectorXd effective_rows;  ///< of each group: n − Σ ρ′ J Σ Jᵀ, n as losses count
-    bool usable = false;             ///< every problem could be solved, and its Hessian inverted
-    std::string why;                 ///< it is not
+    Eigen::VectorXd gradient;  ///< by the factors' logarithms
+    Eigen::VectorXd
+        effective_rows;  ///< of each group: n − Σ ρ′ J Σ Jᵀ, n as losses count; of beliefs what they have alone for n
+    bool usable = false;  ///< every problem could be solved, and its Hessian inverted
+    std::string why;      ///< it is not
   };
   /// Solves from where the problems are, and leaves them solved.
   Value at(const Eigen::VectorXd& log_factors);
@@ -37,15 +39,19 @@ class Evidence {
     Gaussian given;
     std::vector<int> group;
     std::vector<double> share;  // of a datum, each row
+    bool measured = true;
   };
-  void set_noise(const Eigen::VectorXd& log_factors);
-  void add(const Member& member, const Marginals& marginals, Value& value) const;
+  void set_noise(std::size_t problem, const Eigen::VectorXd& log_factors);
+  bool settle(std::size_t problem, const Eigen::VectorXd& log_factors);
+  bool settle_by_steps(std::size_t problem, const Eigen::VectorXd& from, const Eigen::VectorXd& to, int halvings);
+  void add(const Member& member, const SettledProblem& settled, Value& value) const;
 
   std::span<Problem* const> problems_;
+  std::vector<std::unique_ptr<SettledProblem>> settled_;
+  std::vector<Eigen::VectorXd> settled_at_;  // of each problem
   const std::vector<NoiseGroup>& groups_;
-  const CalibrationOptions& options_;
   std::vector<Member> members_;
-  Eigen::VectorXd rows_, counted_;  // of each group; under the losses, see counted_rows()
+  Eigen::VectorXd rows_, counted_;  // of each group; of what is measured, under the losses (counted_rows)
   int solves_ = 0;
 };
 

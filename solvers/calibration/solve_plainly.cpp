@@ -3,10 +3,20 @@
 #include <tandem/solvers/gauss_newton.hpp>
 
 namespace tandem::detail {
+namespace {
 
-Summary solve_plainly(Problem& problem) {
-  if (problem.num_hard_blocks() > 0) return tandem::solve(problem, AugmentedLagrangianOptions{});
-  return tandem::solve(problem, GaussNewtonOptions{});
+template <class Options>
+Options ending_after(int iterations) {
+  Options options;
+  options.max_iterations = iterations;
+  return options;
+}
+
+}  // namespace
+
+Summary solve_plainly(Problem& problem, int max_iterations) {
+  if (problem.num_hard_blocks() > 0) return solve(problem, ending_after<AugmentedLagrangianOptions>(max_iterations));
+  return solve(problem, ending_after<GaussNewtonOptions>(max_iterations));
 }
 
 }  // namespace tandem::detail

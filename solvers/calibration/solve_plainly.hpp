@@ -7,6 +7,6 @@ namespace tandem::detail {
 
 /// What calibration solves with where nothing else is said: gauss_newton, or augmented_lagrangian where there are hard
 /// blocks.
-Summary solve_plainly(Problem& problem);
+Summary solve_plainly(Problem& problem, int max_iterations = 1000);
 
 }  // namespace tandem::detail

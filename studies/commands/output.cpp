@@ -18,9 +18,9 @@ void add_output(CommandOptions& option, Output& output, const OutputKinds& kinds
     return OutputFolder(text);
   };
   if (kinds.required)
-    option.required("--out", "DIR", kinds.writes, output.folder, open);
+    option.required(kinds.folder, "DIR", kinds.writes, output.folder, open);
   else
-    option("--out", "DIR", kinds.writes, output.folder, open);
+    option(kinds.folder, "DIR", kinds.writes, output.folder, open);
   if (kinds.plots)
     option("--plots", "svg|png|off", "Format of the plots in DIR (default svg)", output.plots, parse_plots);
   if (!kinds.prints) return;

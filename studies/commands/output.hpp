@@ -30,7 +30,8 @@ struct OutputKinds {
   std::string writes;  ///< for --out: "Write … to DIR"
   bool required = false;
   bool plots = true;
-  bool prints = true;  ///< with --json and --quiet
+  bool prints = true;            ///< with --json and --quiet
+  std::string folder = "--out";  ///< the option that names DIR
 };
 void add_output(CommandOptions& option, Output& output, const OutputKinds& kinds);
 

@@ -96,6 +96,12 @@ Scenario read_problem(const ProblemRequest& request, const CommandOptions& optio
   return scenario;
 }
 
+Scenario read_any_problem(const ProblemRequest& request, const CommandOptions& option) {
+  Scenario scenario = read_scenario(find_scenario(request.scenario, builtin_scenarios()));
+  apply_options(request, option, !moves_by_odometry(scenario), scenario);
+  return scenario;
+}
+
 Scenario read_problem_settings(const ProblemRequest& request, const CommandOptions& option, RowsIn rows) {
   Scenario scenario = read_settings(find_scenario(request.scenario, builtin_scenarios()), rows);
   apply_options(request, option, !moves_by_odometry(scenario), scenario);

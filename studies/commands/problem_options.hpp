@@ -34,6 +34,8 @@ NavigationOptions navigation_options(const ProblemRequest& request);
 /// The scenario, its sensors as the options say. Throws Error, also when it has no target, and on options about the
 /// chaser's own sensors when it moves by odometry. `option`: to name the option that does not fit.
 Scenario read_problem(const ProblemRequest& request, const CommandOptions& option);
+/// The same where a chaser alone will do.
+Scenario read_any_problem(const ProblemRequest& request, const CommandOptions& option);
 /// The same of a scenario's settings alone (read_settings), with a target or without.
 Scenario read_problem_settings(const ProblemRequest& request, const CommandOptions& option, RowsIn rows);
 

@@ -6,6 +6,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/commands/sensor_options.hpp>
 #include <tandem/studies/scenario/named_noise.hpp>
+#include <tandem/studies/scenario/noise_file.hpp>
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/text.hpp>
 
@@ -180,6 +181,11 @@ NamedByOption parse_name(const std::string& option, const std::string& text) { r
 void add_sensors(CommandOptions& option, SensorOptions& sensors) {
   option.group("Sensors");
   option.repeatable("--without", "SENSOR", "Leave a sensor out", sensors.without, parse_name);
+  option.set_repeatedly("--noise-from", "FILE", "Standard deviations that tandem calibrate has written to FILE",
+                        [&sensors](const std::string& name, const std::string& text) {
+                          for (NoiseEntry& entry : read_noise_file(text))
+                            sensors.noise.push_back({{fmt::format("{} {}", name, text), entry.name}, entry.sigmas});
+                        });
   option.repeatable("--noise", "NAME=v,v,...",
                     "Standard deviations in place of the scenario's, of a sensor or another entry of its noise; of an "
                     "imu its accelerometer, gyroscope and their bias walks",

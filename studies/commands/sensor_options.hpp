@@ -32,7 +32,7 @@ struct SensorOptions {
   std::optional<Loss> loss() const, orientation_loss() const;
 };
 
-/// --without, --noise, --loss, --delay; with a target --hold-out, where that is wanted.
+/// --without, --noise-from, --noise, --loss, --delay; with a target --hold-out, where that is wanted.
 void add_sensors(CommandOptions& option, SensorOptions& sensors);
 void add_hold_out(CommandOptions& option, SensorOptions& sensors);
 

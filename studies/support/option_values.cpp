@@ -134,6 +134,10 @@ int parse_count(const std::string& option, const std::string& text) {
   return *value;
 }
 
+int parse_count_or_none(const std::string& option, const std::string& text) {
+  return text == "0" ? 0 : parse_count(option, text);
+}
+
 double parse_magnitude(const std::string& option, const std::string& text) {
   const double value = parse_number(option, text);
   if (!std::isfinite(value) || value < 0.0)

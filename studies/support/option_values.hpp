@@ -30,7 +30,8 @@ Loss parse_loss(const std::string& option, const std::string& text);  ///< NAME 
 Solver parse_solver(const std::string& option,
                     const std::string& text);  ///< gauss-newton, augmented-lagrangian, ipopt or nlopt:ALGORITHM
 
-int parse_count(const std::string& option, const std::string& text);  ///< a whole number above zero
+int parse_count(const std::string& option, const std::string& text);          ///< a whole number above zero
+int parse_count_or_none(const std::string& option, const std::string& text);  ///< the same, or 0
 double parse_magnitude(const std::string& option,
                        const std::string& text);                            ///< a finite number, zero or above
 double parse_positive(const std::string& option, const std::string& text);  ///< a finite number above zero

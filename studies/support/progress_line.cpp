@@ -14,13 +14,17 @@ ProgressLine::~ProgressLine() {
 }
 
 void ProgressLine::show(const Progress& progress) {
+  std::string line = fmt::format("iteration {}, cost {:.8g}", progress.iteration, progress.cost);
+  if (progress.violation > 0.0) line += fmt::format(", violation {:.2g}", progress.violation);
+  show(fmt::format("{}, {:.1f} s", line, progress.seconds));
+}
+
+void ProgressLine::show(const std::string& text) {
   const auto now = std::chrono::steady_clock::now();
   if (shown_ && now - last_ < std::chrono::milliseconds(100)) return;
   shown_ = true;
   last_ = now;
-  std::string line = fmt::format("{}iteration {}, cost {:.8g}", what_, progress.iteration, progress.cost);
-  if (progress.violation > 0.0) line += fmt::format(", violation {:.2g}", progress.violation);
-  fmt::print(stderr, "{}{}, {:.1f} s", kEraseLine, line, progress.seconds);
+  fmt::print(stderr, "{}{}{}", kEraseLine, what_, text);
   std::fflush(stderr);
 }
 

@@ -18,6 +18,8 @@ class ProgressLine {
   ProgressLine& operator=(const ProgressLine&) = delete;
 
   void show(const Progress& progress);
+  /// Anything else that goes on.
+  void show(const std::string& text);
 
  private:
   std::string what_;

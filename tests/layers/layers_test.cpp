@@ -36,10 +36,11 @@ const std::map<std::string, std::vector<std::string>> kBelow = {
     {"studies/simulation", {"studies/scenario"}},
     {"studies/navigation", {"studies/simulation", "solvers/online"}},
     {"studies/estimation", {"studies/navigation"}},
+    {"studies/calibration", {"studies/navigation", "solvers/calibration"}},
     {"studies/live", {"studies/estimation"}},
     {"studies/comparison", {"studies/estimation"}},
     {"studies/demo", {"studies/estimation"}},
-    {"studies/commands", {"studies/live", "studies/comparison", "studies/demo"}},
+    {"studies/commands", {"studies/calibration", "studies/live", "studies/comparison", "studies/demo"}},
     {"studies/bench", {"studies/commands"}},
 };
 const std::vector<std::string> kLayers = {"lie", "residuals", "problem", "solvers", "studies"};

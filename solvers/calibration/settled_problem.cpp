@@ -1,0 +1,140 @@
+#include <cmath>
+#include <numeric>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/calibration/settled_problem.hpp>
+#include <tandem/solvers/calibration/solve_plainly.hpp>
+#include <tandem/solvers/linear/hessian_diagonal.hpp>
+
+namespace tandem::detail {
+namespace {
+
+constexpr double kHold = 1e-9;  // of the Hessian's diagonal
+constexpr int kMostSteps = 20, kShorter = 4;
+constexpr double kAtRest = 2e-9;  // of the cost, that a step would still gain: 1e-4 of what evidence is told by
+
+}  // namespace
+
+SettledProblem::SettledProblem(Problem& problem, const CalibrationOptions& options, std::vector<Block> measured)
+    : problem_(problem),
+      options_(options),
+      measured_(std::move(measured)),
+      by_steps_(!options.solve && problem.num_hard_blocks() == 0),
+      program_(problem),
+      cholesky_(program_.hessian_pattern()),
+      inverse_(program_.hessian_pattern()),
+      beliefs_inverse_(program_.hessian_pattern()),
+      gradient_(program_.num_unknowns()),
+      beliefs_hessian_(static_cast<Eigen::Index>(measured_.empty() ? 0 : program_.hessian_pattern().row.size())),
+      hessian_(static_cast<Eigen::Index>(program_.hessian_pattern().row.size())),
+      step_(program_.num_unknowns()) {}
+
+bool SettledProblem::settle() {
+  why_.clear();
+  linearized_ = false;
+  const Summary summary = options_.solve ? options_.solve(problem_) : solve_plainly(problem_);
+  cost_ = summary.cost;
+  near_ = summary.converged();
+  if (!near_) why_ = summary.message;
+  return near_;
+}
+
+bool SettledProblem::settle_by_steps() {
+  if (!by_steps_ || !near_) return false;
+  why_.clear();
+  linearized_ = false;
+  try {
+    program_.reset();
+    program_.keep();
+    for (int k = 0; k < kMostSteps; ++k) {
+      cost_ = program_.linearize(gradient_, hessian_);
+      if (!cholesky_.factorize(hessian_)) break;
+      step_ = -gradient_;
+      cholesky_.solve(step_);
+      const double gain = -0.5 * gradient_.dot(step_);
+      if (!(gain >= 0)) break;
+      if (gain <= kAtRest * (1 + cost_)) return linearized_ = true;
+      program_.move_to(step_);
+      for (int shorter = 0; !(program_.cost() < cost_); ++shorter) {
+        if (shorter == kShorter) {
+          program_.restore();
+          return false;
+        }
+        step_ *= 0.5;
+        program_.move_to(step_);
+      }
+      program_.recenter();
+    }
+    program_.restore();
+  } catch (const Error&) {  // a residual is undefined on the way
+    program_.restore();
+  }
+  return false;
+}
+
+bool SettledProblem::find_covariances() {
+  marginals_.reset();
+  beliefs_marginals_.reset();
+  try {
+    if (by_steps_ && !linearized_) {
+      program_.reset();
+      program_.linearize(gradient_, hessian_);
+      linearized_ = true;
+    }
+    // Marginals say why not, or can where a pivot was weak.
+    if (!by_steps_ || !inverse_.compute(hessian_)) marginals_.emplace(problem_);
+    if (measured_.empty()) return true;
+    scale_measured(kFaint);
+    try {
+      if (by_steps_) {
+        program_.linearize(step_, beliefs_hessian_);
+        hold_loosely();
+      }
+      if (!by_steps_ || !beliefs_inverse_.compute(beliefs_hessian_)) beliefs_marginals_.emplace(problem_);
+    } catch (...) {
+      scale_measured(1 / kFaint);
+      throw;
+    }
+    scale_measured(1 / kFaint);
+    return true;
+  } catch (const Error& error) {
+    why_ = error.what();
+    return false;
+  }
+}
+
+/// Directions that beliefs leave free, and faint measurements do not hold for doubles, either, by the same for all noise.
+void SettledProblem::hold_loosely() {
+  const SymmetricPattern& pattern = program_.hessian_pattern();
+  if (hold_.size() == 0) {
+    hold_.resize(pattern.size());
+    hessian_diagonal(pattern, hessian_, hold_);
+    hold_ *= kHold;
+  }
+  for (int k = 0; k < pattern.num_blocks(); ++k)
+    for (int u = pattern.first[std::size_t(k)]; u < pattern.first[std::size_t(k) + 1]; ++u)
+      beliefs_hessian_[pattern.column_start[std::size_t(u)] + u - pattern.first[std::size_t(k)]] += hold_[u];
+}
+
+void SettledProblem::scale_measured(double factor) {
+  for (const Block& block : measured_) problem_.set_noise(block, problem_.noise(block).scaled(factor));
+}
+
+double SettledProblem::Covariances::log_determinant() const {
+  return marginals ? marginals->log_determinant() : inverse->log_determinant();
+}
+
+Eigen::MatrixXd SettledProblem::Covariances::joint(const std::vector<int>& variable_ids,
+                                                   const std::vector<int>& dofs) const {
+  if (marginals) return marginals->joint(variable_ids, dofs);
+  const int n = std::accumulate(dofs.begin(), dofs.end(), 0);
+  Eigen::MatrixXd S = Eigen::MatrixXd::Zero(n, n);  // of fixed variables
+  for (std::size_t a = 0, row = 0; a < dofs.size(); row += std::size_t(dofs[a++]))
+    for (std::size_t b = 0, column = 0; b < dofs.size(); column += std::size_t(dofs[b++])) {
+      const int p = program->block_of(variable_ids[a]), q = program->block_of(variable_ids[b]);
+      if (p >= 0 && q >= 0) inverse->block(p, q, S.block(Eigen::Index(row), Eigen::Index(column), dofs[a], dofs[b]));
+    }
+  return S;
+}
+
+}  // namespace tandem::detail

@@ -1,0 +1,272 @@
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <set>
+
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/calibration/cross_validation.hpp>
+#include <tandem/solvers/calibration/solve_plainly.hpp>
+#include <tandem/studies/calibration/calibrate_scenarios.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr double kStretch = 10.0;  // s that are held out at once: predictions across a gap count as those at hand do
+
+using Problems = std::vector<std::unique_ptr<CalibrationProblem>>;
+
+/// Throws Error where `other` has not the sensors of `first`.
+void check_alike(const Scenario& first, const Scenario& other) {
+  const auto a = calibrated_entries(first), b = calibrated_entries(other);
+  const auto without = [](const std::vector<CalibratedEntry>& all, const CalibratedEntry& one) {
+    return std::none_of(all.begin(), all.end(),
+                        [&](const CalibratedEntry& e) { return e.name == one.name && e.kind == one.kind; });
+  };
+  const auto check = [&](const auto& with, const Scenario& in, const auto& lacking, const Scenario& out) {
+    for (const CalibratedEntry& e : with)
+      if (without(lacking, e))
+        throw Error(
+            fmt::format("{} has no {}{}, which {} has: calibrate scenarios with the same sensors together, or "
+                        "leave it out with --without {}",
+                        out.name, e.sensor ? e.kind + " sensor " : "noise ", e.name, in.name, e.name));
+  };
+  check(a, first, b, other);
+  check(b, other, a, first);
+  if (first.data.planar != other.data.planar)
+    throw Error(fmt::format("{} and {}: one is planar, the other is not", first.name, other.name));
+}
+
+void copy_noise(const Scenario& from, Scenario& to) {
+  to.data.noise = from.data.noise;
+  for (TargetSensor& sensor : to.data.sensors)
+    for (const TargetSensor& s : from.data.sensors)
+      if (s.name == sensor.name) sensor.sigma = s.sigma;
+  if (to.navigation && from.navigation)
+    for (EgoSensor& sensor : to.navigation->sensors)
+      for (const EgoSensor& s : from.navigation->sensors)
+        if (s.name == sensor.name) sensor.sigma = s.sigma;
+}
+
+/// The parameters that are meant, with their groups; those of `held` have no data.
+class Parameters {
+ public:
+  Parameters(const Problems& problems, const ScenarioCalibrationOptions& options) {
+    const std::vector<CalibratedEntry>& entries = problems.front()->entries;
+    check_names(entries, options.free);
+    for (std::size_t e = 0; e < entries.size(); ++e)
+      for (std::size_t c = 0; c < entries[e].components.size(); ++c) {
+        const std::string name = entries[e].parameter(c);
+        const bool named = is_among(name, options.free) || is_among(entries[e].name, options.free);
+        if (!named && !options.free.empty()) continue;
+        NoiseGroup group{name, {}, options.prior};
+        add_rows(problems, e, c, group);
+        if (group.rows.empty()) {
+          if (named)
+            throw Error(fmt::format("--free {}: no residual of {} has this noise", name, problems.front()->scenario));
+          continue;
+        }
+        groups.push_back(std::move(group));
+        entry.push_back(e);
+        component.push_back(c);
+      }
+    if (groups.empty()) throw Error("calibrate: there is no noise with residuals of its own");
+  }
+
+  std::vector<NoiseGroup> groups;
+  std::vector<std::size_t> entry, component;  ///< of each group
+
+ private:
+  static bool is_among(const std::string& name, const std::vector<std::string>& names) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  }
+  static void check_names(const std::vector<CalibratedEntry>& entries, const std::vector<std::string>& free) {
+    std::vector<std::string> known;
+    for (const CalibratedEntry& e : entries) {
+      known.push_back(e.name);
+      for (std::size_t c = 0; c < e.components.size(); ++c)
+        if (!e.components[c].empty()) known.push_back(e.parameter(c));
+    }
+    for (const std::string& name : free)
+      if (!is_among(name, known))
+        throw Error(
+            fmt::format("--free knows no {}{} (here: {})", quote(name), did_you_mean(name, known), listed(known)));
+  }
+  static void add_rows(const Problems& problems, std::size_t e, std::size_t c, NoiseGroup& group) {
+    for (std::size_t p = 0; p < problems.size(); ++p) {
+      CalibrationProblem& built = *problems[p];
+      const auto& entries = built.entries;
+      const CalibratedEntry& wanted = problems.front()->entries[e];
+      for (const EntryBlock& b : built.blocks) {
+        const CalibratedEntry& entry = entries[b.entry];
+        if (entry.name != wanted.name) continue;
+        const int rows = static_cast<int>(built.problem().noise(b.block).dim());
+        const int n = static_cast<int>(entry.components.size());
+        for (int i = entry.row[c] - b.first; i < rows; i += n)
+          if (i >= 0)
+            group.rows.push_back({b.block, i, 1, static_cast<int>(p), b.shared < 0 || i < b.shared ? b.share : 1.0});
+      }
+    }
+  }
+};
+
+/// All measurements, in stretches that take turns.
+std::vector<std::vector<LeftOut>> folds_of(const Problems& problems, int n) {
+  std::vector<std::vector<LeftOut>> folds(static_cast<std::size_t>(n));
+  for (std::size_t p = 0; p < problems.size(); ++p) {
+    CalibrationProblem& built = *problems[p];
+    double from = HUGE_VAL, to = -HUGE_VAL;
+    for (const EntryBlock& b : built.blocks)
+      if (b.measured_at) {
+        from = std::min(from, *b.measured_at);
+        to = std::max(to, *b.measured_at);
+      }
+    const double stretch = std::min(kStretch, std::max((to - from) / (2 * n), 1e-3));
+    for (const EntryBlock& b : built.blocks)
+      if (b.measured_at) {
+        const auto fold = std::size_t((*b.measured_at - from) / stretch) % folds.size();
+        folds[fold].push_back({b.block, static_cast<int>(p), built.problem().loss(b.block), b.whole});
+      }
+  }
+  return folds;
+}
+
+std::vector<NoiseEntry> entries_with(const Problems& problems, const Parameters& parameters, const Calibration* found) {
+  std::vector<NoiseEntry> result;
+  std::vector<std::size_t> place;
+  const std::vector<CalibratedEntry>& entries = problems.front()->entries;
+  for (std::size_t g = 0; g < parameters.groups.size(); ++g) {
+    const std::size_t e = parameters.entry[g];
+    if (place.empty() || place.back() != e) {
+      result.push_back({entries[e].name, entries[e].sigmas});
+      place.push_back(e);
+    }
+    if (found) result.back().sigmas[parameters.component[g]] *= found->noise[g].factor;
+  }
+  return result;
+}
+
+class SavedGivenNoise {
+ public:
+  SavedGivenNoise(const std::vector<Problem*>& problems, const std::vector<NoiseGroup>& groups) : problems_(problems) {
+    std::set<std::tuple<int, int, int>> seen;
+    for (const NoiseGroup& group : groups)
+      for (const NoiseRows& rows : group.rows)
+        if (seen.insert({rows.problem, rows.block.pool, rows.block.id}).second)
+          saved_.emplace_back(rows.problem, rows.block, problems[std::size_t(rows.problem)]->noise(rows.block));
+  }
+  void restore() const {
+    for (const auto& [p, block, noise] : saved_) problems_[std::size_t(p)]->set_noise(block, noise);
+  }
+
+ private:
+  std::vector<Problem*> problems_;
+  std::vector<std::tuple<int, Block, Gaussian>> saved_;
+};
+
+std::vector<Misfit> misfits_of_all(const Problems& problems) {
+  std::vector<Misfit> all;
+  for (const auto& problem : problems)
+    for (Misfit& m : misfits(*problem)) all.push_back(std::move(m));
+  return all;
+}
+
+void validate(const Problems& problems, const std::vector<Problem*>& plain, const Parameters& parameters, int folds,
+              const CalibrationOptions& options, ScenarioCalibration& result) {
+  const auto left_out = folds_of(problems, folds);
+  const CrossValidation cv = cross_validate(plain, parameters.groups, left_out, options);
+  result.folds = folds;
+  result.why_not_validated = cv.why;
+  if (!cv.complete) return;
+  result.gain = cv.gain;
+  result.gain_error = cv.gain_error;
+  for (const auto& problem : problems) result.scores.push_back({problem->scenario});
+  for (const bool found : {false, true})
+    for (const LeftOutPrediction& p : found ? cv.found : cv.given) {
+      const LeftOut& m = left_out[p.fold][p.index];
+      HeldOutScore& score = result.scores[std::size_t(m.problem)];
+      (found ? score.found : score.given) += p.log_density(m.loss);
+      if (found) ++score.measurements;
+    }
+  for (HeldOutScore& score : result.scores) {
+    score.given /= std::max(score.measurements, 1);
+    score.found /= std::max(score.measurements, 1);
+  }
+}
+
+}  // namespace
+
+ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const ScenarioCalibrationOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  if (scenarios.empty()) throw Error("calibrate: there is no scenario");
+  if (options.folds == 1) throw Error("--folds 1 would hold everything out at once: 2 or more, or 0 for none");
+  ScenarioCalibration result;
+  for (Scenario& scenario : scenarios) {
+    check_alike(scenarios.front(), scenario);
+    if (&scenario != &scenarios.front()) copy_noise(scenarios.front(), scenario);
+    result.scenarios.push_back(scenario.name);
+  }
+  Problems problems;
+  std::vector<Problem*> plain;
+  for (Scenario& scenario : scenarios) {
+    if (scenario.navigation && scenario.navigation->imu && result.held.empty())
+      if (scenario.data.sensors.empty() || scenario.data.odometry.empty())
+        result.held.push_back(scenario.navigation->imu->name +
+                              ": its densities stay as given, since they are summed up between keyframes");
+    problems.push_back(std::make_unique<CalibrationProblem>(std::move(scenario), options.target, options.own));
+    plain.push_back(&problems.back()->problem());
+  }
+  const Parameters parameters(problems, options);
+  int rows = 0;
+  for (const auto& problem : problems)
+    for (const EntryBlock& b : problem->blocks)
+      if (b.measured_at) rows += static_cast<int>(problem->problem().noise(b.block).dim());
+  if (rows < static_cast<int>(parameters.groups.size()))
+    throw Error(fmt::format("{} measured values cannot tell {} parameters: name fewer with --free", rows,
+                            parameters.groups.size()));
+
+  CalibrationOptions calibration;
+  calibration.stop = options.stop;
+  calibration.profile = options.profile;
+  for (std::size_t p = 0; p < problems.size(); ++p)
+    for (const EntryBlock& b : problems[p]->blocks)
+      if (b.measured_at) calibration.measured.push_back({b.block, static_cast<int>(p)});
+  const auto follow = [&](const std::string& what) {
+    if (!options.progress) return;
+    calibration.progress = [what, &options](int iteration, const Eigen::VectorXd&, double gain) {
+      options.progress(fmt::format("{}iteration {}, evidence {:+.1f}", what, iteration, gain));
+    };
+  };
+  follow("");
+  const SavedGivenNoise given(plain, parameters.groups);
+  for (std::size_t p = 0; p < plain.size(); ++p) {
+    const Summary summary = detail::solve_plainly(*plain[p]);
+    if (!summary.converged())
+      throw Error(
+          fmt::format("{}: it cannot be solved with the noise as given: {}", result.scenarios[p], summary.message));
+  }
+  result.before = misfits_of_all(problems);
+  result.summary = calibrate(plain, parameters.groups, calibration);
+  for (std::size_t g = 0; g < parameters.groups.size(); ++g)
+    result.parameters.push_back({parameters.groups[g].name,
+                                 problems.front()->entries[parameters.entry[g]].sigmas[parameters.component[g]],
+                                 result.summary.noise[g]});
+  result.after = misfits_of_all(problems);
+  result.given_noise = entries_with(problems, parameters, nullptr);
+  result.noise = entries_with(problems, parameters, &result.summary);
+  if (options.folds > 0 && !(options.stop && *options.stop)) {
+    given.restore();
+    for (Problem* problem : plain) detail::solve_plainly(*problem);
+    follow("held out: ");
+    validate(problems, plain, parameters, options.folds, calibration, result);
+    if (result.folds > 0 && !result.recommended()) result.noise = result.given_noise;
+  }
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+}  // namespace tandem

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <tandem/solvers/calibration/calibrate.hpp>
+#include <tandem/studies/calibration/misfit.hpp>
+#include <tandem/studies/scenario/noise_file.hpp>
+
+namespace tandem {
+
+struct ScenarioCalibrationOptions {
+  std::vector<std::string> free;  ///< entries ("usbl") and parameters ("usbl.x"); none: all that have data
+  double prior = 1.0;             ///< NoiseGroup::prior of each
+  int folds = 5;                  ///< of the cross-validation; 0: none
+  int profile = 0;                ///< CalibrationOptions::profile
+  TrackingOptions target{};
+  NavigationOptions own{};
+  const std::atomic<bool>* stop = nullptr;
+  std::function<void(const std::string& what)> progress;  ///< "iteration 3, evidence +12.3"
+};
+
+/// A standard deviation that was calibrated, or found to be beyond it.
+struct CalibratedParameter {
+  std::string name;  ///< "usbl.x"
+  double given = 0;  ///< in the units of the scenario's files
+  CalibratedNoise result;
+
+  double found() const { return given * result.factor; }
+};
+
+/// How well held-out measurements were predicted, by noise as given and as found without them.
+struct HeldOutScore {
+  std::string scenario;
+  int measurements = 0;
+  double given = 0, found = 0;  ///< mean log likelihood of a measurement
+};
+
+struct ScenarioCalibration {
+  std::vector<std::string> scenarios;
+  Calibration summary;
+  std::vector<CalibratedParameter> parameters;
+  std::vector<std::string> held;  ///< sentences: what was not calibrated, and why
+  std::vector<Misfit> before, after;
+  int folds = 0;                     ///< 0: nothing was held out
+  std::vector<HeldOutScore> scores;  ///< of each scenario
+  double gain = 0, gain_error = 0;   ///< of the log likelihood of all held-out measurements
+  std::string why_not_validated;     ///< the cross-validation has no answer, a sentence
+  double seconds = 0;
+
+  /// Found noise predicts what was held out better than given noise: on the whole by more than its standard error.
+  bool recommended() const { return folds > 0 && why_not_validated.empty() && gain > gain_error; }
+  /// Entries of the parameters with what was found; as given where it is not recommended.
+  std::vector<NoiseEntry> noise;
+  std::vector<NoiseEntry> given_noise;
+};
+
+/// Calibrates the noise that scenarios share out of their measurements alone: no truth is read. What the first one gives is
+/// taken as given for all. Throws Error on scenarios whose sensors differ, names that are not there, parameters without
+/// data, fewer data than parameters, and as the builders of problems and calibrate() do.
+ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const ScenarioCalibrationOptions& options);
+
+}  // namespace tandem

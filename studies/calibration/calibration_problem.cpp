@@ -1,0 +1,159 @@
+#include <algorithm>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/problem/tracking/ego_track.hpp>
+#include <tandem/studies/calibration/calibration_problem.hpp>
+#include <tandem/studies/navigation/navigated.hpp>
+#include <tandem/studies/scenario/named_noise.hpp>
+
+namespace tandem {
+namespace {
+
+using Names = std::vector<std::string>;
+
+Names of_pose(bool planar) { return planar ? Names{"x", "y", "yaw"} : Names{"x", "y", "z", "rx", "ry", "rz"}; }
+Names of_point(bool planar) { return planar ? Names{"x", "y"} : Names{"x", "y", "z"}; }
+
+Names of_sensor(SensorType type, bool planar) {
+  Names names;
+  const auto add = [&](unsigned part, const Names& more) {
+    if (type->has(part)) names.insert(names.end(), more.begin(), more.end());
+  };
+  add(measured::position, of_point(planar));
+  add(measured::rotation, planar ? Names{"yaw"} : Names{"rx", "ry", "rz"});
+  add(measured::range, {"range"});
+  add(measured::direction, planar ? Names{"bearing"} : Names{"azimuth", "elevation"});
+  add(measured::angles, {"azimuth", "elevation"});
+  add(measured::height, {"height"});
+  return names;
+}
+
+Names of_noise(const std::string& noise, bool planar) {
+  if (noise == "constant_velocity") return of_point(planar);
+  if (noise == "roll_pitch") return {"roll", "pitch"};
+  if (noise == "non_holonomic") return planar ? Names{"sway"} : Names{"sway", "heave"};
+  return of_pose(planar);
+}
+
+/// What goes by these names stands for what is not measured, and is no noise of data.
+bool is_assumed(const std::string& noise) {
+  return noise == "prior" || noise == "boundary" || noise == "surge" || noise == "yaw_rate";
+}
+
+CalibratedEntry entry_of(std::string name, Names components, std::vector<double> sigmas, bool turned) {
+  CalibratedEntry entry{std::move(name), "", std::move(components), std::move(sigmas), {}};
+  entry.row.resize(entry.components.size());
+  std::iota(entry.row.begin(), entry.row.end(), 0);
+  if (turned) std::swap(entry.row[0], entry.row[1]);  // a file's north and east
+  if (entry.components.size() == 1 && !entry.name.ends_with("holonomic")) entry.components[0].clear();
+  return entry;
+}
+
+CalibratedEntry own_entry(const EgoSensor& sensor, const Frame& frame) {
+  const bool height = sensor.type->reading == EgoReading::world_height;
+  const bool rotation = sensor.type->reading == EgoReading::orientation;
+  const bool world = sensor.type->reading == EgoReading::world_vector;
+  std::vector<double> sigmas(sensor.sigma.data(), sensor.sigma.data() + sensor.sigma.size());
+  const bool turned = world && frame.is_ned();
+  if (turned) std::swap(sigmas[0], sigmas[1]);
+  CalibratedEntry entry = entry_of(sensor.name,
+                                   height     ? Names{"height"}
+                                   : rotation ? Names{"rx", "ry", "rz"}
+                                              : of_point(false),
+                                   std::move(sigmas), turned);
+  entry.kind = name(sensor.type);
+  entry.sensor = true;
+  return entry;
+}
+
+std::size_t place_of(const std::vector<CalibratedEntry>& entries, std::string_view name) {
+  const auto at =
+      std::find_if(entries.begin(), entries.end(), [&](const CalibratedEntry& e) { return e.name == name; });
+  if (at == entries.end()) throw Error(fmt::format("calibrate: there is no noise {}", name));
+  return std::size_t(at - entries.begin());
+}
+
+}  // namespace
+
+std::string CalibratedEntry::parameter(std::size_t component) const {
+  return components[component].empty() ? name : name + "." + components[component];
+}
+
+std::vector<CalibratedEntry> calibrated_entries(const Scenario& scenario) {
+  std::vector<CalibratedEntry> entries;
+  TrackingData data = scenario.data;
+  const bool target = !data.sensors.empty(), planar = data.planar;
+  if (target) {
+    turn_noise(data.noise, scenario.frame);  // along the files' axes
+    for (const NamedNoise& noise : named_noise(data)) {
+      if (is_assumed(noise.name)) continue;
+      const auto sensor = std::find_if(data.sensors.begin(), data.sensors.end(),
+                                       [&](const TargetSensor& s) { return s.name == noise.name; });
+      const bool is_sensor = sensor != data.sensors.end();
+      Names components = is_sensor ? of_sensor(sensor->type, planar) : of_noise(noise.name, planar);
+      std::vector<double> sigmas(noise.sigmas.begin(), noise.sigmas.begin() + std::ptrdiff_t(components.size()));
+      entries.push_back(entry_of(noise.name, std::move(components), std::move(sigmas),
+                                 noise.name == "constant_velocity" && scenario.frame.is_ned()));
+      entries.back().sensor = is_sensor;
+      if (is_sensor) entries.back().kind = name(sensor->type);
+    }
+  }
+  if (scenario.navigation && (!target || needs_navigation(scenario) || data.ego))
+    for (const EgoSensor& sensor : scenario.navigation->sensors) entries.push_back(own_entry(sensor, scenario.frame));
+  std::stable_partition(entries.begin(), entries.end(), [](const CalibratedEntry& e) { return e.sensor; });
+  return entries;
+}
+
+CalibrationProblem::CalibrationProblem(Scenario scenario, const TrackingOptions& target, const NavigationOptions& own)
+    : scenario(scenario.name), entries(calibrated_entries(scenario)) {
+  if (scenario.data.sensors.empty()) {
+    if (!scenario.navigation)
+      throw Error(fmt::format("{}: there is no sensor of a target or of the chaser's own to calibrate", scenario.name));
+    NavigationOptions options = own;
+    options.covariance = false;
+    const Navigation found = navigate(*scenario.navigation, options);
+    NavigationProblem& built =
+        built_.emplace<NavigationProblem>(make_navigation_problem(found.data, found.states, found.start, own.ego));
+    add_own(found.data, built.measurements);
+    return;
+  }
+  if (needs_navigation(scenario)) scenario = navigated(std::move(scenario), own).scenario;
+  TrackingProblem& built = built_.emplace<TrackingProblem>(make_tracking_problem(scenario.data, target));
+  add_target(scenario, target, built);
+  if (scenario.data.ego) add_own(scenario.data.ego->data, built.ego_measurements);
+}
+
+void CalibrationProblem::add_target(const Scenario& scenario, const TrackingOptions& options,
+                                    const TrackingProblem& built) {
+  for (const NoisedBlock& noised : built.noised) {
+    if (is_assumed(std::string(noised.noise))) continue;
+    const bool triple = noised.noise == "constant_twist" || noised.noise == "constant_velocity";
+    blocks.push_back(
+        {place_of(entries, noised.noise), noised.block, 0, {}, triple ? 1.0 / double(options.horizons.size()) : 1.0});
+  }
+  const int rotation = scenario.data.planar ? 2 : 3;  // the first row of a pose's orientation
+  for (const PlacedMeasurement& m : built.measurements) {
+    const TargetSensor& sensor = scenario.data.sensors[m.sensor];
+    const std::size_t entry = place_of(entries, sensor.name);
+    const double t = sensor.measurements[m.index].t;
+    // The position of a pose that is said twice counts once in all, its orientation apart.
+    const double share = m.position ? options.position_share : 0;
+    if (m.block && share > 0) {
+      blocks.push_back({entry, *m.block, 0, t, 1 - share, rotation});
+      blocks.push_back({entry, *m.position, 0, t, share, -1, false});
+      continue;
+    }
+    if (m.block) blocks.push_back({entry, *m.block, 0, t});
+    if (m.orientation) blocks.push_back({entry, *m.orientation, rotation, t});
+  }
+}
+
+void CalibrationProblem::add_own(const NavigationData& data, const std::vector<PlacedEgoMeasurement>& placed) {
+  for (const PlacedEgoMeasurement& m : placed)
+    if (m.block) blocks.push_back({place_of(entries, data.sensors[m.sensor].name), *m.block, 0, m.t});
+}
+
+}  // namespace tandem

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <tandem/problem/navigation/navigation_problem.hpp>
+#include <tandem/problem/tracking/tracking_problem.hpp>
+#include <tandem/studies/navigation/navigate.hpp>
+#include <tandem/studies/scenario/scenario.hpp>
+
+namespace tandem {
+
+/// An entry of a scenario's noise whose rows stand in its problem.
+struct CalibratedEntry {
+  std::string name;                     ///< of a sensor, or of another entry: "usbl", "constant_twist"
+  std::string kind;                     ///< of the sensor, "" of other entries: what has to agree between scenarios
+  std::vector<std::string> components;  ///< "x", "roll", "range", …; "" where there is one alone
+  std::vector<double> sigmas;           ///< as given, in the axes of the scenario's files, as components are
+  std::vector<int> row;                 ///< of each component, its place among the entry's rows in the problem
+  bool sensor = false;
+
+  /// "usbl.x", or "depth" where there is one component alone.
+  std::string parameter(std::size_t component) const;
+};
+
+/// A block whose row i has the standard deviation of its entry's row (first + i) mod their number.
+struct EntryBlock {
+  std::size_t entry;
+  Block block;
+  int first = 0;
+  std::optional<double> measured_at = {};  ///< s, of a measurement
+  double share = 1;                        ///< of a datum, that its rows are (NoiseRows), or
+  int shared = -1;                         ///< so many of the first of them; the rest are data of their own
+  bool whole = true;                       ///< false: another block of the same measurement says more
+};
+
+/// The problem of one scenario, and which noise its blocks have.
+class CalibrationProblem {
+ public:
+  /// With a target: as make_tracking_problem, a chaser that moves by its own sensors navigated first; else the chaser's
+  /// own problem, from where navigate() has led. Throws Error as these do.
+  CalibrationProblem(Scenario scenario, const TrackingOptions& target, const NavigationOptions& own);
+
+  std::string scenario;
+  std::vector<CalibratedEntry> entries;
+  std::vector<EntryBlock> blocks;
+
+  Problem& problem() {
+    return std::visit([](auto& p) -> Problem& { return p.problem; }, built_);
+  }
+
+ private:
+  void add_target(const Scenario& scenario, const TrackingOptions& options, const TrackingProblem& built);
+  void add_own(const NavigationData& data, const std::vector<PlacedEgoMeasurement>& placed);
+
+  std::variant<TrackingProblem, NavigationProblem> built_;
+};
+
+/// The entries of a scenario's noise that calibration knows, sensors' first; of a scenario that is not built yet, too.
+std::vector<CalibratedEntry> calibrated_entries(const Scenario& scenario);
+
+}  // namespace tandem

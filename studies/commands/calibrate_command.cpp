@@ -1,0 +1,130 @@
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/calibration/calibration_files.hpp>
+#include <tandem/studies/calibration/calibration_report.hpp>
+#include <tandem/studies/commands/command.hpp>
+#include <tandem/studies/commands/output.hpp>
+#include <tandem/studies/commands/problem_options.hpp>
+#include <tandem/studies/support/option_values.hpp>
+#include <tandem/studies/support/output_file.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr int kProfile = 25;  // points of a picture of the evidence
+
+struct CalibrateRequest {
+  ProblemRequest problem;  ///< of every scenario
+  std::vector<std::string> more;
+  std::vector<std::string> free;
+  double within = 2.0;
+  int folds = 5;
+  std::string noise_file;
+  Output output;
+};
+
+std::vector<std::string> parse_names(const std::string&, const std::string& text) {
+  std::vector<std::string> names;
+  for (const std::string_view name : split(text, ',')) names.emplace_back(name);
+  return names;
+}
+
+double parse_factor(const std::string& option, const std::string& text) {
+  const double value = parse_positive(option, text);
+  if (!(value > 1)) throw Error(fmt::format("{} takes a factor above 1, not {}", option, quote(text)));
+  return value;
+}
+
+/// A file that can be written, before anything is computed.
+std::string parse_noise_file(const std::string& option, const std::string& text) {
+  const std::filesystem::path file(text), parent = file.parent_path();
+  if (std::filesystem::is_directory(file))
+    throw Error(fmt::format("{} {}: that is a folder; name a file", option, text));
+  if (!parent.empty() && !std::filesystem::is_directory(parent))
+    throw Error(fmt::format("{} {}: there is no folder {}", option, text, parent.string()));
+  return text;
+}
+
+/// An interrupt ends it with the best noise so far.
+int run_calibrate(const CalibrateRequest& request, const CommandOptions& option) {
+  ScenarioCalibrationOptions options;
+  options.target = tracking_options(request.problem, true);
+  options.own = navigation_options(request.problem);
+  if (options.own.ego.preintegrated_dvl)
+    throw Error("--preintegrated-dvl sums velocities up: calibrate takes each by itself");
+  options.free = request.free;
+  options.folds = request.folds;
+  options.prior = std::log(request.within);
+  options.profile = request.output.folder ? kProfile : 0;
+  options.stop = &interrupted();
+  std::vector<Scenario> scenarios;
+  std::vector<std::string> names = {request.problem.scenario};
+  names.insert(names.end(), request.more.begin(), request.more.end());
+  for (const std::string& name : names) {
+    ProblemRequest one = request.problem;
+    one.scenario = name;
+    scenarios.push_back(read_any_problem(one, option));
+  }
+  const ScenarioCalibration found = [&] {
+    ProgressLine line;
+    if (request.output.shows_progress()) options.progress = [&](const std::string& what) { line.show(what); };
+    const LibrariesPrintToStderr redirection;
+    return calibrate_scenarios(std::move(scenarios), options);
+  }();
+  if (!request.noise_file.empty())
+    write_file(request.noise_file, noise_file_text(found.noise, noise_file_comment(found)));
+
+  Results results;
+  results.table = [&] {
+    const std::string written = request.noise_file.empty() ? "" : fmt::format("\nNoise in {}\n", request.noise_file);
+    return report(found) + written;
+  };
+  results.json = [&] { return calibration_json(found); };
+  results.plots_of = "calibrate";
+  results.write = [&](const std::filesystem::path& folder) { write_results(found, folder); };
+  if (interrupted())
+    results.not_done = "interrupted: the best noise so far";
+  else if (!found.summary.converged())
+    results.not_done = "calibrate did not converge: " + found.summary.message;
+  return finish(request.output, results);
+}
+
+}  // namespace
+
+Command calibrate_command() {
+  return {
+      "calibrate", "Learn the noise of sensors and of motion from recordings, without truth",
+      [](CommandOptions& option) {
+        const auto request = std::make_shared<CalibrateRequest>();
+        option.footer(
+            "Noise is found by the evidence of the measurements and tried on held-out ones; truth is never read.\n"
+            "Exit status: 0 converged, 1 wrong input or usage, 2 not converged or interrupted (the best noise so far "
+            "is written).");
+        add_problem(option, request->problem, true);
+        add_max_keyframes(option, request->problem);
+        add_own_sensors(option, request->problem.own, true);
+        option.more_arguments("scenarios", "SCENARIO...", "More of them, with the same sensors", request->more);
+        option.group("Calibration");
+        option("--free", "LIST",
+               "What is calibrated, by commas: sensors and other noise (usbl), or their components (usbl.x); default "
+               "all that have residuals",
+               request->free, parse_names);
+        option("--within", "FACTOR",
+               "What the given values are held to be right to: a factor, one standard deviation of their prior",
+               request->within, parse_factor);
+        option("--folds", "N", "Parts that are held out in turn, to try what was found (default 5, 0: none)",
+               request->folds, parse_count_or_none);
+        add_output(option, request->output,
+                   {.writes = "Write residuals, evidence and plots to DIR", .folder = "--pictures"});
+        option("--out", "FILE", "Write the noise for --noise-from: found where recommended, else as given",
+               request->noise_file, parse_noise_file);
+        return [request, &option] { return run_calibrate(*request, option); };
+      },
+      true};
+}
+
+}  // namespace tandem

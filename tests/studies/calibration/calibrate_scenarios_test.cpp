@@ -1,0 +1,131 @@
+#include <algorithm>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/calibration/calibrate_scenarios.hpp>
+#include <tandem/studies/calibration/calibration_report.hpp>
+#include <tandem/studies/simulation/simulate_docking.hpp>
+
+#include "studies/scratch.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::SizeIs;
+
+Scenario simulated(unsigned seed, double duration) {
+  const ScratchFolder scratch;
+  DockingOptions options;
+  options.seed = seed;
+  options.minutes = duration / 60;
+  write_docking(simulate_docking(options), options, scratch.path());
+  return read_scenario(scratch.path());
+}
+
+std::string refusal(std::vector<Scenario> scenarios, const ScenarioCalibrationOptions& options) {
+  try {
+    calibrate_scenarios(std::move(scenarios), options);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+const CalibratedParameter& find(const ScenarioCalibration& c, const std::string& name) {
+  return *std::find_if(c.parameters.begin(), c.parameters.end(), [&](const auto& p) { return p.name == name; });
+}
+
+TEST(CalibrateScenarios, FindsTheNoiseOfASensorFromAWrongOne) {
+  Scenario scenario = simulated(5, 240);
+  const Eigen::VectorXd truth = scenario.data.sensors[1].sigma;
+  ASSERT_EQ(scenario.data.sensors[1].name, "optical");
+  scenario.data.sensors[1].sigma *= 2;
+  ScenarioCalibrationOptions options;
+  options.free = {"optical"};
+  options.folds = 4;
+  const ScenarioCalibration found = calibrate_scenarios({scenario}, options);
+  ASSERT_THAT(found.parameters, SizeIs(6));
+  for (int i = 0; i < 6; ++i) {
+    const CalibratedParameter& p = found.parameters[std::size_t(i)];
+    EXPECT_TRUE(p.result.determined) << p.name;
+    EXPECT_NEAR(p.found() / truth[i], 1, 4 * p.result.log_error + 0.1) << p.name;
+  }
+  EXPECT_EQ(find(found, "optical.rz").given, 2 * truth[5]);
+  EXPECT_TRUE(found.recommended()) << report(found);
+  ASSERT_THAT(found.noise, SizeIs(1));
+  EXPECT_EQ(found.noise[0].name, "optical");
+  EXPECT_NEAR(found.noise[0].sigmas[0], found.parameters[0].found(), 1e-12);
+  ASSERT_THAT(found.after, testing::Not(testing::IsEmpty()));
+  for (const Misfit& m : found.after)
+    if (m.parameter.starts_with("optical")) {
+      EXPECT_NEAR(m.spread(), 1, 0.15) << m.parameter;
+    }
+}
+
+TEST(CalibrateScenarios, SeveralShareWhatTheFirstOneGives) {
+  std::vector<Scenario> both = {simulated(5, 90), simulated(6, 90)};
+  both[1].data.sensors[0].sigma *= 5;
+  ScenarioCalibrationOptions options;
+  options.free = {"usbl.x"};
+  options.folds = 0;
+  const ScenarioCalibration found = calibrate_scenarios(both, options);
+  ASSERT_THAT(found.parameters, SizeIs(1));
+  EXPECT_EQ(found.parameters[0].given, both[0].data.sensors[0].sigma[0]);
+  const auto n = both[0].data.sensors[0].measurements.size() + both[1].data.sensors[0].measurements.size();
+  EXPECT_EQ(found.parameters[0].result.rows, double(n));
+  EXPECT_THAT(report(found), HasSubstr("Nothing was held out"));
+}
+
+TEST(CalibrateScenarios, EntriesNameTheirComponentsAsFilesHaveThem) {
+  Scenario scenario = simulated(5, 60);
+  const auto entries = calibrated_entries(scenario);
+  ASSERT_FALSE(entries.empty());
+  EXPECT_EQ(entries[0].name, "usbl");
+  EXPECT_THAT(entries[0].components, ElementsAre("x", "y", "z"));
+  for (const CalibratedEntry& e : entries) EXPECT_NE(e.name, "prior");
+  scenario.frame = Frame::ned_frd();
+  scenario.data.noise.constant_velocity = Vector<3>(1, 2, 3);  // east, north, up
+  for (const CalibratedEntry& e : calibrated_entries(scenario))
+    if (e.name == "constant_velocity") {
+      EXPECT_THAT(e.sigmas, ElementsAre(2, 1, 3)) << "north, east, down";
+      EXPECT_THAT(e.row, ElementsAre(1, 0, 2));
+    }
+}
+
+TEST(CalibrateScenarios, SaysWhatIsWrong) {
+  const Scenario scenario = simulated(5, 60);
+  ScenarioCalibrationOptions options;
+  options.free = {"usbL.x"};
+  EXPECT_THAT(refusal({scenario}, options), testing::AllOf(HasSubstr("'usbL.x'"), HasSubstr("usbl.x")));
+  options.free = {"acceleration"};
+  EXPECT_THAT(refusal({scenario}, options), HasSubstr("no residual"));
+  options.free = {};
+  options.folds = 1;
+  EXPECT_THAT(refusal({scenario}, options), HasSubstr("--folds 1"));
+  options.folds = 0;
+  Scenario other = scenario;
+  other.data.sensors[1].name = "camera";
+  other.name = "the other";
+  EXPECT_THAT(refusal({scenario, other}, options), HasSubstr("the other has no pose sensor optical"));
+  Scenario few = scenario;
+  for (TargetSensor& s : few.data.sensors) s.measurements.resize(std::min<std::size_t>(s.measurements.size(), 1));
+  EXPECT_THAT(refusal({few}, options), HasSubstr("cannot tell"));
+  EXPECT_THAT(refusal({}, options), HasSubstr("no scenario"));
+}
+
+TEST(CalibrateScenarios, AStopKeepsWhatThereIs) {
+  const std::atomic<bool> stop = true;
+  ScenarioCalibrationOptions options;
+  options.stop = &stop;
+  const ScenarioCalibration found = calibrate_scenarios({simulated(5, 60)}, options);
+  EXPECT_FALSE(found.summary.converged());
+  EXPECT_FALSE(found.parameters.empty());
+  EXPECT_EQ(found.folds, 0);
+}
+
+}  // namespace
+}  // namespace tandem

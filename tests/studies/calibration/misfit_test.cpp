@@ -1,0 +1,65 @@
+#include <cmath>
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/studies/calibration/misfit.hpp>
+
+namespace tandem {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+Misfit made_of(double staying, double time_constant, double offset, const std::string& component = "rz") {
+  Misfit m{"here", "camera." + component, component, {}, {}};
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  const double keep = time_constant > 0 ? std::exp(-0.5 / time_constant) : 0;
+  double error = staying * normal(random);
+  for (int i = 0; i < 800; ++i) {
+    m.t.push_back(0.5 * i);
+    m.value.push_back(offset + error + std::sqrt(1 - staying * staying) * normal(random));
+    error = keep * error + std::sqrt(1 - keep * keep) * staying * normal(random);
+  }
+  return m;
+}
+
+TEST(Misfit, WhiteNoiseIsNone) {
+  const Misfit m = made_of(0, 0, 0);
+  EXPECT_NEAR(m.mean(), 0, 0.1);
+  EXPECT_NEAR(m.spread(), 1, 0.1);
+  EXPECT_EQ(m.correlation_time(), 0);
+  EXPECT_FALSE(m.mean_is_off());
+  EXPECT_THAT(m.diagnosis(), IsEmpty());
+}
+
+TEST(Misfit, AnErrorThatStaysHasATimeConstant) {
+  const Misfit m = made_of(1, 20, 0);
+  EXPECT_EQ(m.spacing(), 0.5);
+  EXPECT_GT(m.correlation_time(), 8);
+  EXPECT_LT(m.correlation_time(), 50);
+  EXPECT_THAT(m.diagnosis(), HasSubstr("camera.rz has errors that stay"));
+  EXPECT_THAT(m.diagnosis(), HasSubstr("misalignment that drifts"));
+}
+
+TEST(Misfit, AMeanNamesTheTermThatWouldExplainIt) {
+  EXPECT_THAT(made_of(0, 0, 1.5).diagnosis(), HasSubstr("+1.5 sigmas on average: a mounting misalignment"));
+  EXPECT_THAT(made_of(0, 0, -1.5, "range").diagnosis(), HasSubstr("sound speed"));
+  EXPECT_THAT(made_of(0, 0, 1.5, "x").diagnosis(), HasSubstr("another place of the sensor"));
+}
+
+TEST(Misfit, AutocorrelationsPoolScenarios) {
+  const Misfit a = made_of(1, 20, 0);
+  Misfit b = a;
+  b.scenario = "there";
+  const auto of = autocorrelations({a, b}, 5);
+  ASSERT_EQ(of.size(), 1u);
+  ASSERT_EQ(of[0].values.size(), 6u);
+  EXPECT_NEAR(of[0].values[0], 1, 1e-9);
+  EXPECT_NEAR(of[0].values[1], a.correlation(), 0.01);
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,82 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "needs_gnuplot.hpp"
+#include "run_tandem.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::ContainsRegex;
+using testing::HasSubstr;
+
+class CalibrateCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    run_ = scratch_.path() / "run";
+    ASSERT_EQ(run_tandem({"simulate", "docking", "--seed", "3", "--minutes", "2", "--out", run_.string()}).status, 0);
+    noise_ = (scratch_.path() / "noise.yaml").string();
+  }
+  std::string run() const { return run_.string(); }
+
+  ScratchFolder scratch_;
+  std::filesystem::path run_;
+  std::string noise_;
+};
+
+TEST_F(CalibrateCommand, WritesNoiseThatOtherCommandsTake) {
+  const Outcome outcome =
+      run_tandem({"calibrate", run(), "--free", "usbl,constant_twist.x", "--folds", "3", "--out", noise_});
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  for (const char* text : {"parameter", "usbl.x", "constant_twist.x", "held out in 3 folds", "Noise in"})
+    EXPECT_THAT(outcome.output, HasSubstr(text));
+  EXPECT_THAT(read_file(noise_), ContainsRegex("noise:\n  usbl: \\[.*\\]\n  constant_twist: \\[.*\\]\n$"));
+  for (const char* command : {"estimate", "track", "models", "compare"}) {
+    std::vector<std::string> words = {command, run(), "--noise-from", noise_, "--json"};
+    if (command == std::string("models")) words.insert(words.end(), {"--models", "constant-twist"});
+    if (command == std::string("compare")) words.insert(words.end(), {"--sizes", "20", "--solvers", "gauss-newton"});
+    EXPECT_EQ(run_tandem(words).status, 0) << command << run_tandem(words).errors;
+  }
+}
+
+TEST_F(CalibrateCommand, ANoiseFileChangesWhatItNames) {
+  const auto cost = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"estimate", run(), "--json"};
+    words.insert(words.end(), more.begin(), more.end());
+    return nlohmann::json::parse(run_tandem(words).output)["cost"].get<double>();
+  };
+  const auto file = scratch_.write("usbl.yaml", "noise:\n  usbl: [9, 9, 9]\n").string();
+  EXPECT_NE(cost({"--noise-from", file}), cost({}));
+  EXPECT_EQ(cost({"--noise-from", file}), cost({"--noise", "usbl=9,9,9"}));
+  EXPECT_EQ(cost({"--noise", "usbl=2,2,2", "--noise-from", file}), cost({"--noise", "usbl=2,2,2"}))
+      << "what is typed counts, wherever it stands";
+}
+
+TEST_F(CalibrateCommand, WritesPictures) {
+  TANDEM_NEEDS_GNUPLOT("calibrate's pictures");
+  const auto pictures = scratch_.path() / "pictures";
+  const Outcome outcome =
+      run_tandem({"calibrate", run(), "--free", "usbl", "--folds", "0", "--pictures", pictures.string(), "--quiet"});
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_EQ(outcome.errors, "");
+  for (const char* file : {"summary.json", "parameters.csv", "evidence.csv", "residuals.csv", "autocorrelation.csv",
+                           "evidence.svg", "residual_noise.svg"})
+    EXPECT_TRUE(std::filesystem::exists(pictures / file)) << file;
+}
+
+TEST_F(CalibrateCommand, RefusesWhatMakesNoSense) {
+  EXPECT_THAT(refusal({"calibrate", run(), "--free", "sonar"}), HasSubstr("--free knows no 'sonar'"));
+  EXPECT_THAT(refusal({"calibrate", run(), "--folds", "1"}), HasSubstr("--folds 1"));
+  EXPECT_THAT(refusal({"calibrate", run(), "--within", "1"}), HasSubstr("--within takes a factor above 1"));
+  EXPECT_THAT(refusal_as_given({"calibrate", run(), "--out", (scratch_.path() / "no" / "noise.yaml").string()}),
+              HasSubstr("there is no folder"));
+  const auto other = scratch_.write("other.yaml", "noise:\n  sonar: [1]\n").string();
+  EXPECT_THAT(refusal({"estimate", run(), "--noise-from", other}),
+              testing::AllOf(HasSubstr("--noise-from " + other), HasSubstr("sonar")));
+  const auto broken = scratch_.write("broken.yaml", "noise:\n  usbl: [1, 0, 1]\n").string();
+  EXPECT_THAT(refusal({"estimate", run(), "--noise-from", broken}), HasSubstr("broken.yaml:2"));
+}
+
+}  // namespace
+}  // namespace tandem
