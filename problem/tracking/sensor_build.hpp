@@ -6,9 +6,12 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/tracking/planar.hpp>
 #include <tandem/problem/tracking/tracking_build.hpp>
+#include <tandem/residuals/biased.hpp>
 #include <tandem/residuals/direction.hpp>
+#include <tandem/residuals/gauss_markov.hpp>
 #include <tandem/residuals/interpolated.hpp>
 #include <tandem/residuals/on_course.hpp>
+#include <tandem/residuals/prior.hpp>
 
 namespace tandem::detail {
 
@@ -69,6 +72,9 @@ class SensorBuild {
                     "point cannot be placed");
       return put<Interpolated<R>>({residual, fraction_}, {build_.chaser[k], build_.chaser[k + 1], target, *next}, noise,
                                   loss);
+    } else if (sensor_.error) {
+      check_error_can_be_placed();
+      return put<Biased<R>>({residual}, {build_.chaser[k], target, error<R::dim>()}, noise, loss);
     } else {
       return put<R>(residual, {build_.chaser[k], target}, noise, loss);
     }
@@ -76,6 +82,7 @@ class SensorBuild {
   template <Residual R>
   std::optional<Block> put(const R& residual, const CourseVariable<G>& target, const Gaussian& noise,
                            const Loss& loss) {
+    if (sensor_.error) throw Error(sensor_.name + ": on a steady course no error that stays is estimated");
     if constexpr (between) {
       throw Error(sensor_.name + ": on a steady course there is nothing between keyframes");
     } else {
@@ -83,6 +90,34 @@ class SensorBuild {
                               noise, loss);
     }
   }
+
+  void check_error_can_be_placed() const {
+    if (measurement_.held_out)
+      throw Error(sensor_.name + ": measurements of a sensor with an error that stays cannot be held out");
+  }
+  /// The sensor's error at the measurement's time, tied to the one before.
+  template <int N>
+  Variable<Rn<N>> error() {
+    const StayingError& staying = *sensor_.error;
+    const std::string entry = sensor_.name + ".error";
+    const Gaussian spread = noise_of(entry, staying.sigma, N);
+    const double t = sensor_.valid_at(measurement_);
+    const auto [at, is_first] = build_.errors.try_emplace(placed_.sensor);
+    if (!is_first) {
+      const auto last = std::get<Variable<Rn<N>>>(at->second.error);
+      const auto step = GaussMarkov<N>::after(std::abs(t - at->second.t), staying.time);
+      if (!(step.spread() > kNoStep)) return last;  // constant, or of one instant
+      const auto next = build_.problem.add(Rn<N>(), entry);
+      build_.minimize(step, entry, spread.scaled(step.spread()), {last, next});
+      at->second = {t, next};
+      return next;
+    }
+    const auto first = build_.problem.add(Rn<N>(), entry);
+    build_.minimize(Prior<Rn<N>>{Rn<N>()}, entry, spread, {first});
+    at->second = {t, first};
+    return first;
+  }
+  static constexpr double kNoStep = 1e-6;
 
   template <Residual R, LieGroup... Xs>
   static Innovation innovation(const R& residual, const Xs&... x) {

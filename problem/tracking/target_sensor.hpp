@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <span>
 #include <string>
@@ -108,6 +109,13 @@ struct Measurement {
   double height = 0;                             ///< m, up
 };
 
+/// An error that a sensor keeps for a while: a state of each measurement, tied to the one before as a first-order
+/// Gauss–Markov process, or one for the whole recording.
+struct StayingError {
+  Eigen::VectorXd sigma;   ///< one a row of the sensor's residual [m, rad]
+  double time = HUGE_VAL;  ///< s, after which a third of it is left; infinite: it is constant
+};
+
 /// A sensor on the chaser that observes the target.
 struct TargetSensor {
   std::string name;
@@ -119,6 +127,7 @@ struct TargetSensor {
   std::optional<Loss> loss{};              ///< in place of the problem's; with orientation_loss, on the position alone
   std::optional<Loss> orientation_loss{};  ///< of a pose's orientation: position and orientation are then two residuals
   std::vector<Measurement> measurements{};
+  std::optional<StayingError> error{};  ///< beside its noise; of whole recordings
 
   double valid_at(const Measurement& m) const { return m.t - delay; }
   /// The measured position of the target's marker in the sensor's frame [m], where one measurement gives it.

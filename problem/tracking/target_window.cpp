@@ -40,7 +40,12 @@ void drop_front(std::vector<T>& v, std::size_t n) {
 template <LieGroup G>
 TargetWindow<G>::TargetWindow(Problem& problem, const TrackingData& settings, const TrackingOptions& options)
     : problem_(problem), data_(without_measurements(settings)), options_(options), build_{data_, options_, problem_,
-                                                                                          out_,  {},       {}} {}
+                                                                                          out_,  {},       {}} {
+  for (const TargetSensor& sensor : data_.sensors)
+    if (sensor.error)
+      throw Error(sensor.name +
+                  ": an error that stays is estimated from whole recordings alone, not as lines come; leave it out");
+}
 
 template <LieGroup G>
 void TargetWindow<G>::add_keyframe(double t, const SE3& dead_reckoned, const Variable<G>* chaser, std::size_t sensor,

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <map>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -28,6 +30,12 @@ struct TrackingBuild {
   std::vector<State> target{};
   std::vector<std::optional<Variable<Point>>> twin{};  ///< Mode B: the point at a pose that is next to one
   std::vector<Variable<Rn<G::dof>>> twist{};           ///< white noise on acceleration
+  /// The newest error that stays of a sensor, by its place in the data.
+  struct LastError {
+    double t;
+    std::variant<Variable<Rn<1>>, Variable<Rn<2>>, Variable<Rn<3>>, Variable<Rn<6>>> error;
+  };
+  std::map<std::size_t, LastError> errors{};
 
   std::size_t size() const { return out.keyframes.size(); }
   double dt(std::size_t from, std::size_t to) const { return out.keyframes[to].t - out.keyframes[from].t; }
@@ -61,7 +69,7 @@ struct TrackingBuild {
   /// Adds a cost whose noise is that of an entry of TrackingNoise.
   template <Residual R>
   void minimize(const R& residual, std::string_view entry, const Gaussian& noise, const VariablesOf<R>& x) {
-    out.noised.push_back({entry, problem.minimize(residual, noise, x)});
+    out.noised.push_back({std::string(entry), problem.minimize(residual, noise, x)});
   }
   template <Residual R>
   void hold_zero(const R& residual, Role role, std::string_view entry, const Gaussian& noise, const VariablesOf<R>& x) {

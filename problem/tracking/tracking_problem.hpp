@@ -114,7 +114,7 @@ struct PlacedMeasurement {
 /// A soft block by an entry of TrackingNoise, its prior apart: of two rows of each of its sigmas, where there are as many,
 /// those of one sigma stand one round of all others apart.
 struct NoisedBlock {
-  std::string_view noise;  ///< "odometry", "constant_twist", …
+  std::string noise;  ///< "odometry", "constant_twist", …; "camera.error" of a sensor's StayingError
   Block block;
 };
 

@@ -90,14 +90,15 @@ std::vector<CalibratedEntry> calibrated_entries(const Scenario& scenario) {
     turn_noise(data.noise, scenario.frame);  // along the files' axes
     for (const NamedNoise& noise : named_noise(data)) {
       if (is_assumed(noise.name)) continue;
-      const auto sensor = std::find_if(data.sensors.begin(), data.sensors.end(),
-                                       [&](const TargetSensor& s) { return s.name == noise.name; });
+      const auto sensor = std::find_if(data.sensors.begin(), data.sensors.end(), [&](const TargetSensor& s) {
+        return s.name == noise.name || (s.error && s.name + ".error" == noise.name);
+      });
       const bool is_sensor = sensor != data.sensors.end();
       Names components = is_sensor ? of_sensor(sensor->type, planar) : of_noise(noise.name, planar);
       std::vector<double> sigmas(noise.sigmas.begin(), noise.sigmas.begin() + std::ptrdiff_t(components.size()));
       entries.push_back(entry_of(noise.name, std::move(components), std::move(sigmas),
                                  noise.name == "constant_velocity" && scenario.frame.is_ned()));
-      entries.back().sensor = is_sensor;
+      entries.back().sensor = is_sensor && sensor->name == noise.name;
       if (is_sensor) entries.back().kind = name(sensor->type);
     }
   }

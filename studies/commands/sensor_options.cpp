@@ -28,6 +28,14 @@ SetByOption<T> parse_setting_of_all(const std::string& option, const std::string
   return parse_setting<T>(option, text, parse);
 }
 
+StayingError parse_staying_error(const std::string& option, const std::string& text) {
+  const std::size_t colon = text.find(':');
+  const std::vector<double> sigmas = parse_numbers(option, text.substr(0, colon));
+  StayingError error{Eigen::Map<const Eigen::VectorXd>(sigmas.data(), Eigen::Index(sigmas.size()))};
+  if (colon != std::string::npos) error.time = parse_positive(option, text.substr(colon + 1));
+  return error;
+}
+
 template <class Sensors>
 auto find(Sensors& sensors, const std::string& name) {
   const auto at = std::find_if(sensors.begin(), sensors.end(), [&](const auto& sensor) { return sensor.name == name; });
@@ -112,6 +120,15 @@ class Sensors {
       own_->sensors[delayed_sensor(*own_, delay)].delay = delay.value;
     else
       target_sensor(delay).delay = delay.value;
+  }
+
+  void set(const SetByOption<StayingError>& error) {
+    TargetSensor& sensor = target_sensor(error);
+    const auto rows = std::size_t(sensor.sigma.size());
+    if (const auto why = why_not_sigmas({error.value.sigma.data(), std::size_t(error.value.sigma.size())}, rows);
+        !why.empty())
+      throw Error(fmt::format("{} {} {}", error.option, error.name, why));
+    sensor.error = error.value;
   }
 
   void hold_out(const SetByOption<int>& every) {
@@ -204,6 +221,13 @@ void add_sensors(CommandOptions& option, SensorOptions& sensors) {
                     [](const std::string& name, const std::string& text) {
                       return parse_setting<double>(name, text, parse_magnitude);
                     });
+  option.repeatable(
+      "--error", "SENSOR=v,v,...[:SECONDS]",
+      "An error that stays, of these standard deviations: it is estimated beside the noise, and forgotten "
+      "after so many seconds (none: it is constant)",
+      sensors.errors, [](const std::string& name, const std::string& text) {
+        return parse_setting<StayingError>(name, text, parse_staying_error);
+      });
 }
 
 void add_hold_out(CommandOptions& option, SensorOptions& sensors) {
@@ -215,6 +239,7 @@ void add_hold_out(CommandOptions& option, SensorOptions& sensors) {
 
 void apply(const SensorOptions& options, SensorsInUse in_use, Scenario& scenario) {
   Sensors sensors(scenario, in_use);
+  for (const auto& error : options.errors) sensors.set(error);
   // Everything is set first, so that what is said of a sensor that is left out is checked, too.
   turn_noise(scenario.data.noise, scenario.frame);  // along the files' axes, as in scenario.yaml
   for (const auto& noise : options.noise) sensors.set(noise);

@@ -26,13 +26,14 @@ struct SensorOptions {
   std::vector<SetByOption<std::vector<double>>> noise{};
   std::vector<SetByOption<Loss>> losses{};    ///< of "SENSOR.orientation", too, and "orientation", that of all
   std::vector<SetByOption<double>> delays{};  ///< s
-  std::vector<SetByOption<int>> hold_out{};   ///< every so many-th
+  std::vector<SetByOption<StayingError>> errors{};
+  std::vector<SetByOption<int>> hold_out{};  ///< every so many-th
 
   /// The loss of all measurements, and of all orientations, where one was given.
   std::optional<Loss> loss() const, orientation_loss() const;
 };
 
-/// --without, --noise-from, --noise, --loss, --delay; with a target --hold-out, where that is wanted.
+/// --without, --noise-from, --noise, --loss, --delay, --error; with a target --hold-out, where that is wanted.
 void add_sensors(CommandOptions& option, SensorOptions& sensors);
 void add_hold_out(CommandOptions& option, SensorOptions& sensors);
 

@@ -29,7 +29,10 @@ std::vector<NamedNoise> named_noise(TrackingData& data) {
                                  {"non_holonomic", span(noise.non_holonomic)},
                                  {"surge", {&noise.surge, 1}},
                                  {"yaw_rate", {&noise.yaw_rate, 1}}};
-  for (TargetSensor& sensor : data.sensors) all.push_back({sensor.name, span(sensor.sigma)});
+  for (TargetSensor& sensor : data.sensors) {
+    all.push_back({sensor.name, span(sensor.sigma)});
+    if (sensor.error) all.push_back({sensor.name + ".error", span(sensor.error->sigma)});
+  }
   return all;
 }
 

@@ -42,6 +42,19 @@ SensorType sensor_type(const YamlSection& entry) {
   entry.fail("type", fmt::format("unknown sensor type {}{}", quote(given), did_you_mean(given, known)));
 }
 
+/// An error that stays, out of the key `error`: {sigma: […], time: 20}; without a time it is constant.
+std::optional<StayingError> read_error(const YamlSection& sensor, int rows) {
+  if (!sensor.has("error")) return {};
+  const YamlSection entry = sensor.section("error");
+  entry.allow_only({"sigma", "time"});
+  StayingError error{Eigen::VectorXd(rows)};
+  read_sigmas(entry, "sigma", {error.sigma.data(), std::size_t(rows)});
+  if (entry.has("time")) error.time = entry.number("time");
+  if (!(error.time > 0))
+    entry.fail("time", "time must be above zero: the seconds after which a third of the error is left");
+  return error;
+}
+
 TargetSensor read_sensor(const std::string& name, const YamlSection& entry, const SensorSurroundings& around) {
   TargetSensor sensor;
   sensor.name = name;
@@ -51,7 +64,7 @@ TargetSensor read_sensor(const std::string& name, const YamlSection& entry, cons
     entry.fail("type", fmt::format("sensor type {} is not planar{}", sensor.type->name,
                                    sensor.type->has(measured::range) ? ": use range_bearing with group SE2" : ""));
   std::vector<std::string> keys = {"type",  "file", "sigma", "position", "orientation", "target_position",
-                                   "delay", "loss"};
+                                   "delay", "loss", "error"};
   if (sensor.type->has(measured::rotation)) keys.insert(keys.end(), {"target_orientation", "orientation_loss"});
   entry.allow_only(keys);
 
@@ -62,6 +75,7 @@ TargetSensor read_sensor(const std::string& name, const YamlSection& entry, cons
   sensor.delay = read_delay(entry);
   sensor.loss = read_loss(entry, "loss");
   sensor.orientation_loss = read_loss(entry, "orientation_loss");
+  sensor.error = read_error(entry, n);
   sensor.measurements = measurements(sensor.type, around.folder / entry.text("file"), around);
   return sensor;
 }

@@ -35,7 +35,8 @@ TEST_F(CalibrateCommand, WritesNoiseThatOtherCommandsTake) {
   for (const char* command : {"estimate", "track", "models", "compare"}) {
     std::vector<std::string> words = {command, run(), "--noise-from", noise_, "--json"};
     if (command == std::string("models")) words.insert(words.end(), {"--models", "constant-twist"});
-    if (command == std::string("compare")) words.insert(words.end(), {"--sizes", "20", "--solvers", "gauss-newton"});
+    if (command == std::string("compare"))
+      words.insert(words.end(), {"--dense-keyframes", "10", "--solvers", "gauss-newton"});
     EXPECT_EQ(run_tandem(words).status, 0) << command << run_tandem(words).errors;
   }
 }

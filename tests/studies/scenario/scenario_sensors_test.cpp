@@ -130,6 +130,21 @@ TEST_F(ScenarioSensors, DelayExtrinsicsAndLosses) {
   EXPECT_EQ(sensor.marker.rotation().quaternion().x(), 1.0);
 }
 
+TEST_F(ScenarioSensors, AnErrorThatStays) {
+  const std::string rows = "t,range,azimuth,elevation\n1,5,0,0\n";
+  add("type: range_bearing, sigma: [1, 2, 3], error: {sigma: [0.1, 0.2, 0.3], time: 20}", rows);
+  EXPECT_EQ(sonar().error->sigma, Vector<3>(0.1, 0.2, 0.3));
+  EXPECT_EQ(sonar().error->time, 20);
+  add("type: range_bearing, sigma: [1, 2, 3], error: {sigma: [0.1, 0.2, 0.3]}", rows);
+  EXPECT_EQ(sonar().error->time, HUGE_VAL) << "constant";
+  for (const auto& [error, why] : {std::pair{"{sigma: [0.1]}", "needs 3 standard deviations"},
+                                   {"{sigma: [0.1, 0.2, 0.3], time: 0}", "time must be above zero"},
+                                   {"{sigma: [0.1, 0.2, 0.3], tau: 3}", "tau"}}) {
+    add(std::string("type: range_bearing, sigma: [1, 2, 3], error: ") + error, rows);
+    EXPECT_THAT([&] { sonar(); }, testing::ThrowsMessage<Error>(HasSubstr(why)));
+  }
+}
+
 TEST_F(ScenarioSensors, ACameraMaySeeATargetTwiceInAFrame) {
   add("type: bearing, sigma: [0.02, 0.03]", "t,azimuth,elevation\n1,0.2,-0.1\n1,0.3,-0.1\n");
   EXPECT_EQ(sonar().measurements.size(), 2u);

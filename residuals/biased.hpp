@@ -1,0 +1,41 @@
+#pragma once
+
+#include <tuple>
+
+#include <tandem/lie/rn.hpp>
+#include <tandem/residuals/residual.hpp>
+
+namespace tandem {
+
+/// A measurement whose error stays for a while: of a residual f(x) = h(x) − z the one with that error as a state of its own,
+///   e = f(x) + b,
+/// b in f's rows and units: what z has too much of. GaussMarkov says how it changes.
+template <class R>
+struct Biased {
+  static constexpr std::string_view name = R::name;
+  static constexpr int dim = R::dim;
+  using States = decltype(std::tuple_cat(typename R::States(), std::tuple<Rn<dim>>()));
+
+  R residual;
+
+  /// The arguments of the residual, b after its states and b's Jacobian, where there are any, after theirs.
+  template <class... Args>
+  requires(sizeof...(Args) == std::tuple_size_v<States> + 1 ||
+           sizeof...(Args) == 2 * std::tuple_size_v<States> + 1) void
+  operator()(Args&&... args) const {
+    constexpr std::size_t inner = std::tuple_size_v<States> - 1, r = inner + 1;
+    const auto refs = std::tie(args...);
+    const auto call = [&]<std::size_t... X, std::size_t... J>(std::index_sequence<X...>, std::index_sequence<J...>) {
+      residual(std::get<X>(refs)..., std::get<r>(refs), std::get<r + 1 + J>(refs)...);
+    };
+    if constexpr (sizeof...(Args) == r + 1) {
+      call(std::make_index_sequence<inner>(), std::index_sequence<>());
+    } else {
+      call(std::make_index_sequence<inner>(), std::make_index_sequence<inner>());
+      if (const auto& by_bias = std::get<sizeof...(Args) - 1>(refs)) by_bias->setIdentity();
+    }
+    std::get<r>(refs) += std::get<inner>(refs).vector();
+  }
+};
+
+}  // namespace tandem
