@@ -44,6 +44,11 @@ void CommandOptions::argument(const std::string& name, const std::string& takes,
   app_.add_option(name, value, help)->type_name(takes)->required();
 }
 
+void CommandOptions::arguments(const std::string& name, const std::string& takes, const std::string& help,
+                               std::vector<std::string>& values) {
+  app_.add_option(name, values, help)->type_name(takes);
+}
+
 void CommandOptions::each(const std::string& name, const std::string& takes, const std::string& help, Times times,
                           Set set) {
   // CLI11 calls back while it parses, before it has seen an unknown option or --help: values are read later.

@@ -28,6 +28,10 @@ class CommandOptions {
   /// A word without dashes, which must be there.
   void argument(const std::string& name, const std::string& takes, const std::string& help, std::string& value);
 
+  /// Any number of them, after the others.
+  void arguments(const std::string& name, const std::string& takes, const std::string& help,
+                 std::vector<std::string>& values);
+
   /// An option with a value, given once or not at all.
   template <class T, class Parse>
   void operator()(const std::string& name, const std::string& takes, const std::string& help, T& value, Parse parse) {

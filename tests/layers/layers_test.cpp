@@ -39,7 +39,8 @@ const std::map<std::string, std::vector<std::string>> kBelow = {
     {"studies/live", {"studies/estimation"}},
     {"studies/comparison", {"studies/estimation"}},
     {"studies/demo", {"studies/estimation"}},
-    {"studies/commands", {"studies/live", "studies/comparison", "studies/demo"}},
+    {"studies/study", {"studies/comparison"}},
+    {"studies/commands", {"studies/live", "studies/study", "studies/demo"}},
     {"studies/bench", {"studies/commands"}},
 };
 const std::vector<std::string> kLayers = {"lie", "residuals", "problem", "solvers", "studies"};
