@@ -61,12 +61,10 @@ void disturb_start(const TrialSettings& settings, TrackingProblem& tracking) {
   }
 }
 
-std::vector<KeyframeError> batch_errors(const Scenario& scenario, const TrackingOptions& options,
-                                        const TrialSettings& settings, const Solver& solver, bool covariances,
-                                        TrialResult& result) {
-  TrackingProblem tracking = make_tracking_problem(scenario.data, options);
-  disturb_start(settings, tracking);
-  const Summary summary = solve_trial(solver, settings.graduated, tracking.problem);
+std::vector<KeyframeError> batch_errors(const TrialProblem& problem, bool covariances, TrialResult& result) {
+  TrackingProblem tracking = make_tracking_problem(problem.scenario.data, problem.options);
+  disturb_start(problem.settings, tracking);
+  const Summary summary = solve_trial(problem.solver, problem.settings.graduated, tracking.problem);
   result.status = name(summary.status);
   if (!summary.converged()) result.message = summary.message;
   result.set("keyframes", double(tracking.keyframes.size()));
@@ -80,8 +78,8 @@ std::vector<KeyframeError> batch_errors(const Scenario& scenario, const Tracking
     chaser.push_back(tracking.chaser_pose(k));
     target.push_back(tracking.target_state(k));
   }
-  if (covariances && summary.converged()) add_consistency(tracking, scenario, result);
-  return keyframe_errors(scenario, tracking.keyframes, chaser, target);
+  if (covariances && summary.converged()) add_consistency(tracking, problem.scenario, result);
+  return keyframe_errors(problem.scenario, tracking.keyframes, chaser, target);
 }
 
 Scenario in_memory(SimulatedDocking docking) {
@@ -105,26 +103,33 @@ SimulatedDocking trial_docking(const TrialSettings& settings) {
   return docking;
 }
 
+TrialProblem trial_problem(const Study& study, std::size_t trial) {
+  const TrialPlace place = study.place(trial);
+  TrialProblem problem;
+  problem.settings = study.settings(place);
+  problem.options = study.model(place).options;
+  problem.solver = study.solver(place);
+  problem.options.loss = problem.settings.loss;
+  problem.options.max_keyframes = static_cast<std::size_t>(problem.settings.max_keyframes);
+  SimulatedDocking docking = trial_docking(problem.settings);
+  problem.gaps = std::move(docking.gaps);
+  problem.scenario = in_memory(std::move(docking));
+  return problem;
+}
+
 TrialResult run_trial(const Study& study, std::size_t trial, const std::atomic<bool>* stop) {
   const double begun = thread_seconds();
   TrialResult result;
   result.trial = trial;
   try {
-    const TrialPlace place = study.place(trial);
-    const TrialSettings settings = study.settings(place);
-    TrackingOptions options = study.model(place).options;
-    options.loss = settings.loss;
-    options.max_keyframes = static_cast<std::size_t>(settings.max_keyframes);
-    Solver solver = study.solver(place);
-    common(solver).stop = stop;
-    SimulatedDocking docking = trial_docking(settings);
-    const auto gaps = std::move(docking.gaps);
-    const Scenario scenario = in_memory(std::move(docking));
+    TrialProblem problem = trial_problem(study, trial);
+    common(problem.solver).stop = stop;
     const std::vector<KeyframeError> errors =
-        settings.window > 0 ? newest_errors(scenario, options, settings.window, stop, result)
-                            : batch_errors(scenario, options, settings, solver, study.covariances, result);
+        problem.settings.window > 0
+            ? newest_errors(problem.scenario, problem.options, problem.settings.window, stop, result)
+            : batch_errors(problem, study.covariances, result);
     add_errors(errors, result);
-    add_gap_errors(errors, gaps, kAfterGap, result);
+    add_gap_errors(errors, problem.gaps, kAfterGap, result);
     result.set("correlation_time_s", correlation_time(errors));
   } catch (const std::exception& error) {  // a row, not the end of the run
     if (result.status.empty() || result.status == "converged") result.status = "refused";

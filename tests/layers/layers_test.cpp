@@ -40,7 +40,8 @@ const std::map<std::string, std::vector<std::string>> kBelow = {
     {"studies/comparison", {"studies/estimation"}},
     {"studies/demo", {"studies/estimation"}},
     {"studies/study", {"studies/comparison"}},
-    {"studies/commands", {"studies/live", "studies/study", "studies/demo"}},
+    {"studies/report", {"studies/study"}},
+    {"studies/commands", {"studies/live", "studies/report", "studies/demo"}},
     {"studies/bench", {"studies/commands"}},
 };
 const std::vector<std::string> kLayers = {"lie", "residuals", "problem", "solvers", "studies"};
