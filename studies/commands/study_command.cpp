@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <thread>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -11,6 +12,7 @@
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/simulation/simulate_docking_files.hpp>
 #include <tandem/studies/study/ready_studies.hpp>
+#include <tandem/studies/study/study_ranks.hpp>
 #include <tandem/studies/study/study_report.hpp>
 #include <tandem/studies/study/study_run.hpp>
 #include <tandem/studies/study/trial.hpp>
@@ -96,9 +98,17 @@ void finish_tables(const StudyDatabase& database, const std::string& folder, boo
     fmt::print("{}\n{}\nWritten to {}\n", study_report(database.study(), tables), study_timing(tables), folder);
 }
 
-int run_whole_study(const StudyRequest& request) {
+/// By `ranks` together where there are some, else by threads.
+int run_whole_study_on(const StudyRequest& request, StudyRanks* ranks) {
   const std::filesystem::path file = study_file(request.paths.front());
   const Study study = read_study(file);
+  if (ranks && (request.threads > 0 || request.shard.of > 1))
+    throw Error(
+        "under mpirun each rank does one trial at a time of all: --threads and --shard are for runs without it");
+  if (ranks && !ranks->leads()) {
+    ranks->work(study);
+    return kDone;
+  }
   const bool goes_on = request.resume && StudyDatabase::is_in(request.out);
   StudyDatabase database =
       goes_on ? StudyDatabase::resume(request.out, study) : StudyDatabase::create(request.out, study, whole_file(file));
@@ -111,8 +121,10 @@ int run_whole_study(const StudyRequest& request) {
     StudyBar bar(!request.quiet && isatty(STDERR_FILENO));
     const LibrariesPrintToStderr redirection;
     options.progress = [&](const StudyProgress& p) { bar.show(p); };
-    progress = run_study(database, options);
+    progress = ranks ? ranks->lead(database, options) : run_study(database, options);
   }
+  if (ranks && ranks->lost() > 0)
+    complain(fmt::format("{} ranks fell silent and were given up; others have done their trials", ranks->lost()));
   if (progress.done < progress.all) {
     complain(fmt::format("interrupted after {} of {} trials; go on with --resume", progress.done, progress.all));
     return kNotDone;
@@ -123,6 +135,18 @@ int run_whole_study(const StudyRequest& request) {
     fmt::print("{} of {} trials are in {}; tandem study merge puts shards together\n", database.count(), study.trials(),
                request.out);
   return kDone;
+}
+
+int run_whole_study(const StudyRequest& request) {
+  const std::unique_ptr<StudyRanks> ranks = StudyRanks::launched();
+  if (!ranks) return run_whole_study_on(request, nullptr);
+  try {
+    return run_whole_study_on(request, ranks.get());
+  } catch (const std::exception& error) {
+    if (!ranks->leads()) std::this_thread::sleep_for(std::chrono::seconds(10));  // rank 0 says the same, and ends all
+    complain(error.what());
+    ranks->abandon(kWrongInput);
+  }
 }
 
 int merge_studies(const StudyRequest& request) {

@@ -171,7 +171,10 @@ std::string study_report(const Study& study, const StudyTables& tables) {
   std::string text =
       fmt::format("{}{}\n{} of {} trials, hash {:016x}\n\n", study.name,
                   study.question.empty() ? "" : ": " + study.question, tables.trials, tables.all, study.hash());
-  text += "Means over seeds ± half their 95 % interval, of the relative pose by type of keyframe\n\n";
+  text +=
+      "Means over seeds ± half their 95 % interval, of the relative pose by type of keyframe. Models that have not "
+      "converged\n"
+      "on the same seeds compare by the ratios below alone.\n\n";
   const MeanOf mean(tables.means);
   for (std::size_t cell = 0; cell < study.cells(); ++cell) text += errors_table(study, tables, mean, cell);
 

@@ -1,3 +1,5 @@
+#include <Eigen/Cholesky>
+
 #include <tandem/lie/operations.hpp>
 #include <tandem/residuals/range_bearing.hpp>
 #include <tandem/residuals/relative_pose.hpp>
@@ -13,6 +15,17 @@ namespace {
 struct ConsistencySums {
   Moments chaser, target, relative_pose, relative_position, inside, usbl, optical;
 };
+
+/// The squared distance, of a covariance that no hard constraint makes singular: along what is held exactly there is
+/// no σ to compare an error with.
+std::optional<double> nees_of(const Eigen::VectorXd& error, const Eigen::MatrixXd& S) {
+  const Eigen::VectorXd sigma = S.diagonal().cwiseMax(0).cwiseSqrt();
+  if (!(sigma.minCoeff() > 0)) return {};
+  const Eigen::VectorXd by_sigma = sigma.cwiseInverse();
+  const Eigen::LDLT<Eigen::MatrixXd> correlation(by_sigma.asDiagonal() * S * by_sigma.asDiagonal());
+  if (!(correlation.vectorD().minCoeff() > 1e-9)) return {};
+  return squared_distance(error, S);
+}
 
 /// Of a residual at the estimate, by the prediction of all others.
 template <class R, class T>
@@ -47,16 +60,16 @@ void add_measurement(const TargetSensor& sensor, const Measurement& m, const SE3
 template <class T>
 void add_keyframe(const SE3& c, const T& t, const Eigen::MatrixXd& joint, const SE3& true_c, const SE3& true_t,
                   ConsistencySums& sums) {
-  sums.chaser.add(squared_distance(minus(true_c, c), joint.topLeftCorner<6, 6>()));
+  sums.chaser.add(nees_of(minus(true_c, c), joint.topLeftCorner<6, 6>()));
   const Matrix<3, 3> S = relative_position_covariance<SE3, T>(c, t, joint);
   const Vector<3> origin = Vector<3>::Zero();
   const Vector<3> e = c.inverse().act(t.act(origin)) - true_c.inverse().act(true_t.translation());
-  sums.relative_position.add(squared_distance(e, S));
+  sums.relative_position.add(nees_of(e, S));
   for (int i = 0; i < 3; ++i) sums.inside.add(std::abs(e[i]) <= 3 * std::sqrt(S(i, i)));
   if constexpr (std::same_as<T, SE3>) {
-    sums.target.add(squared_distance(minus(true_t, t), joint.bottomRightCorner<6, 6>()));
-    sums.relative_pose.add(squared_distance(minus(true_c.inverse() * true_t, c.inverse() * t),
-                                            relative_pose_covariance<SE3>(c, t, joint)));
+    sums.target.add(nees_of(minus(true_t, t), joint.bottomRightCorner<6, 6>()));
+    sums.relative_pose.add(
+        nees_of(minus(true_c.inverse() * true_t, c.inverse() * t), relative_pose_covariance<SE3>(c, t, joint)));
   }
 }
 

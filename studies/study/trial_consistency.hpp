@@ -14,8 +14,9 @@ namespace tandem {
 ///     NIS = rᵀ (R − H P Hᵀ)⁻¹ r,
 ///
 /// which is that of its prediction by all other measurements (leave one out). Where a robust loss left a measurement
-/// less than its whole weight it does not count. Source: Bar-Shalom, Li & Kirubarajan 2001, "Estimation with
-/// Applications to Tracking and Navigation", §5.4.2.
+/// less than its whole weight it does not count; nor does, of NEES, a keyframe at which a hard constraint leaves no
+/// covariance along some direction. Source: Bar-Shalom, Li & Kirubarajan 2001, "Estimation with Applications to
+/// Tracking and Navigation", §5.4.2.
 ///
 /// For problems in space whose target is a pose or a point at each keyframe; of others it adds nothing. Throws Error
 /// when a direction is free.

@@ -1,7 +1,10 @@
 #include <csignal>
+#include <cstdlib>
 #include <fstream>
+#include <iterator>
 #include <thread>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -90,6 +93,71 @@ TEST(StudyCommand, ShardsAreMerged) {
   EXPECT_THAT(half.errors, HasSubstr("20 of 40 trials are there: a shard is missing"));
   ASSERT_EQ(run_tandem({"study", "merge", a, b, "--out", merged}).status, 0);
   EXPECT_EQ(all_tables(merged), all_tables(out));
+}
+
+/// Of any number of ranks, more than there are cores, and after one of them was killed.
+TEST(StudyCommand, RanksGiveTheSameTables) {
+  if (std::system("command -v mpirun > /dev/null") != 0) GTEST_SKIP() << "no mpirun";
+  const ScratchFolder scratch;
+  const std::string file = scratch.write("small.yaml", kStudy), log = scratch.path() / "log";
+  const auto mpirun = [&](int ranks, const std::string& out, const std::string& more) {
+    return std::system(fmt::format("timeout 100 mpirun --allow-run-as-root --oversubscribe -n {} '{}' study run '{}' "
+                                   "--out '{}' --quiet {} > '{}' 2>&1",
+                                   ranks, paths::executable, file, out, more, log)
+                           .c_str());
+  };
+  const std::string alone = scratch.path() / "alone";
+  ASSERT_EQ(run_tandem({"study", "run", file, "--out", alone, "--quiet"}).status, 0);
+  for (const int ranks : {1, 2, 4}) {
+    const std::string out = scratch.path() / std::to_string(ranks);
+    if (mpirun(ranks, out, "") != 0 && read_file(log).find("this build has no MPI") != std::string::npos)
+      GTEST_SKIP() << "a build without MPI";
+    EXPECT_EQ(all_tables(out), all_tables(alone)) << ranks << read_file(log);
+  }
+  EXPECT_NE(mpirun(2, scratch.path() / "2", ""), 0) << "there is a study already";
+  EXPECT_THAT(read_file(log), HasSubstr("has a study already"));
+  EXPECT_NE(mpirun(2, scratch.path() / "x", "--threads 2"), 0);
+  EXPECT_THAT(read_file(log), HasSubstr("--threads and --shard are for runs without it"));
+
+  const std::string killed = scratch.path() / "killed";
+  std::vector<std::string> words = {"mpirun",
+                                    "--allow-run-as-root",
+                                    "--oversubscribe",
+                                    "-n",
+                                    "3",
+                                    paths::executable,
+                                    "study",
+                                    "run",
+                                    file,
+                                    "--out",
+                                    killed,
+                                    "--quiet"};
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  pid_t launcher = -1;
+  ASSERT_EQ(posix_spawnp(&launcher, "mpirun", &actions, nullptr, argv.data(), environ), 0);
+  posix_spawn_file_actions_destroy(&actions);
+  const auto count = [&]() -> std::size_t {
+    try {
+      return StudyDatabase::is_in(killed) ? StudyDatabase::read(killed).count() : 0;
+    } catch (const Error&) {
+      return 0;
+    }
+  };
+  while (count() < 5) std::this_thread::yield();
+  std::ifstream children(fmt::format("/proc/{0}/task/{0}/children", launcher));
+  const std::vector<pid_t> ranks{std::istream_iterator<pid_t>(children), {}};
+  ASSERT_EQ(ranks.size(), 3u);
+  kill(ranks.back(), SIGKILL);  // a worker
+  waitpid(launcher, nullptr, 0);
+  EXPECT_GE(count(), 5u);
+  EXPECT_EQ(mpirun(2, killed, "--resume"), 0) << read_file(log);
+  EXPECT_EQ(all_tables(killed), all_tables(alone));
 }
 
 TEST(StudyCommand, TheReadyStudiesAreInOrder) {

@@ -91,6 +91,16 @@ TEST(Trial, EveryKindOfProblemIsTaken) {
   }
 }
 
+/// Level exactly, the target's orientation has no σ about two axes.
+TEST(Trial, WhatIsHeldExactlyHasNoNees) {
+  const Study study = parse_study(
+      "name: s\nmodels: ['roll-pitch:hard']\nseeds: 1\nparameters: {minutes: 2, optical_range: 1000}\n", "s.yaml");
+  const TrialResult result = run_trial(study, 0);
+  ASSERT_EQ(result.status, "converged") << result.message;
+  EXPECT_FALSE(result.get("nees_target"));
+  EXPECT_LT(result.get("nees_relative_position").value(), 30);
+}
+
 TEST(Trial, StopsWhenToldTo) {
   const std::atomic<bool> stop{true};
   EXPECT_EQ(run_trial(small_study(), 0, &stop).status, "interrupted");
