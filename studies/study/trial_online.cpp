@@ -29,8 +29,8 @@ std::vector<OnlineLine> lines_of(const TrackingData& data) {
 
 }  // namespace
 
-std::vector<KeyframeError> newest_errors(const Scenario& scenario, const TrackingOptions& options, double window,
-                                         const std::atomic<bool>* stop, TrialResult& result) {
+NewestStates newest_states(const Scenario& scenario, const TrackingOptions& options, double window,
+                           const std::atomic<bool>* stop) {
   OnlineOptions online;
   online.tracking = options;
   online.lag.window = window;
@@ -39,28 +39,24 @@ std::vector<KeyframeError> newest_errors(const Scenario& scenario, const Trackin
   OnlineEstimator estimator(scenario.data, {}, online);
 
   const std::vector<Keyframe> offline = make_keyframes(scenario.data);
-  std::vector<Keyframe> keyframes;
-  std::vector<SE3> chaser;
-  std::vector<TargetState> target;
-  int iterations = 0, updates = 0, converged = 0;
-  double seconds = 0;
+  NewestStates newest;
   estimator.on_update = [&](const OnlineUpdate& update) {
-    ++updates;
-    converged += update.summary.converged();
-    iterations += update.summary.iterations;
-    seconds += update.seconds;
+    ++newest.updates;
+    newest.converged += update.summary.converged();
+    newest.iterations += update.summary.iterations;
+    newest.seconds += update.seconds;
     const auto k = keyframe_at(offline, update.t);
     const auto state = estimator.target();
     if (!k || !state) return;
-    if (!keyframes.empty() && offline[*k].t <= keyframes.back().t) {  // more has come of that instant
-      if (offline[*k].t < keyframes.back().t) return;
-      keyframes.pop_back();
-      chaser.pop_back();
-      target.pop_back();
+    if (!newest.keyframes.empty() && offline[*k].t <= newest.keyframes.back().t) {  // more has come of that instant
+      if (offline[*k].t < newest.keyframes.back().t) return;
+      newest.keyframes.pop_back();
+      newest.chaser.pop_back();
+      newest.target.pop_back();
     }
-    keyframes.push_back(offline[*k]);
-    chaser.push_back(estimator.chaser().pose);
-    target.push_back(*state);
+    newest.keyframes.push_back(offline[*k]);
+    newest.chaser.push_back(estimator.chaser().pose);
+    newest.target.push_back(*state);
   };
   for (const OnlineLine& line : lines_of(scenario.data)) {
     if (stop && *stop) break;
@@ -70,13 +66,20 @@ std::vector<KeyframeError> newest_errors(const Scenario& scenario, const Trackin
       estimator.add_odometry(scenario.data.odometry[line.index]);
   }
   estimator.finish();
-  result.set("keyframes", double(keyframes.size()));
-  result.set("iterations", iterations);
-  result.set("solve_s", seconds);
+  return newest;
+}
+
+std::vector<KeyframeError> newest_errors(const Scenario& scenario, const TrackingOptions& options, double window,
+                                         const std::atomic<bool>* stop, TrialResult& result) {
+  const NewestStates newest = newest_states(scenario, options, window, stop);
+  result.set("keyframes", double(newest.keyframes.size()));
+  result.set("iterations", newest.iterations);
+  result.set("solve_s", newest.seconds);
   result.status = name(Status::converged);
-  if (converged < updates)
-    result.message = fmt::format("{} of {} updates did not converge", updates - converged, updates);
-  return keyframe_errors(scenario, keyframes, chaser, target);
+  if (newest.converged < newest.updates)
+    result.message =
+        fmt::format("{} of {} updates did not converge", newest.updates - newest.converged, newest.updates);
+  return keyframe_errors(scenario, newest.keyframes, newest.chaser, newest.target);
 }
 
 }  // namespace tandem

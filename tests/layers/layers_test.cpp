@@ -38,7 +38,7 @@ const std::map<std::string, std::vector<std::string>> kBelow = {
     {"studies/estimation", {"studies/navigation"}},
     {"studies/live", {"studies/estimation"}},
     {"studies/comparison", {"studies/estimation"}},
-    {"studies/demo", {"studies/estimation"}},
+    {"studies/demo", {"studies/study"}},
     {"studies/study", {"studies/comparison"}},
     {"studies/report", {"studies/study"}},
     {"studies/commands", {"studies/live", "studies/report", "studies/demo"}},
