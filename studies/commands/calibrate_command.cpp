@@ -107,7 +107,7 @@ Command calibrate_command() {
         add_problem(option, request->problem, true);
         add_max_keyframes(option, request->problem);
         add_own_sensors(option, request->problem.own, true);
-        option.more_arguments("scenarios", "SCENARIO...", "More of them, with the same sensors", request->more);
+        option.arguments("scenarios", "SCENARIO...", "More of them, with the same sensors", request->more);
         option.group("Calibration");
         option("--free", "LIST",
                "What is calibrated, by commas: sensors and other noise (usbl), or their components (usbl.x); default "

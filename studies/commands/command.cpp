@@ -44,8 +44,8 @@ void CommandOptions::argument(const std::string& name, const std::string& takes,
   app_.add_option(name, value, help)->type_name(takes)->required();
 }
 
-void CommandOptions::more_arguments(const std::string& name, const std::string& takes, const std::string& help,
-                                    std::vector<std::string>& values) {
+void CommandOptions::arguments(const std::string& name, const std::string& takes, const std::string& help,
+                               std::vector<std::string>& values) {
   app_.add_option(name, values, help)->type_name(takes);
 }
 

@@ -28,9 +28,9 @@ class CommandOptions {
   /// A word without dashes, which must be there.
   void argument(const std::string& name, const std::string& takes, const std::string& help, std::string& value);
 
-  /// Any number of words after that.
-  void more_arguments(const std::string& name, const std::string& takes, const std::string& help,
-                      std::vector<std::string>& values);
+  /// Any number of them, after the others.
+  void arguments(const std::string& name, const std::string& takes, const std::string& help,
+                 std::vector<std::string>& values);
 
   /// An option with a value, given once or not at all.
   template <class T, class Parse>

@@ -10,6 +10,8 @@
 #include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/demo/demo_fig3.hpp>
 #include <tandem/studies/demo/demo_fig3_files.hpp>
+#include <tandem/studies/demo/demo_modes.hpp>
+#include <tandem/studies/scenario/builtin_scenarios.hpp>
 #include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/text.hpp>
 
@@ -80,20 +82,66 @@ int run_fig3(const DemoRequest& request) {
   return finish(request.output, results);
 }
 
+/// Table I, and Figures 6 and 7, by all data; Figure 1 as data come.
+int run_modes(const DemoRequest& request) {
+  const Scenario scenario = read_scenario(builtin_scenarios() / "docking_a");
+  const bool newest = request.name == "fig1";
+  std::vector<modes::Instant> instants =
+      newest ? modes::as_data_come(scenario) : modes::by_all_data(scenario, request.solver);
+  const std::string report = fmt::format(
+      "docking_a, Mode A and Mode B of Baxter & Teran Espinoza et al. 2025, {}\n"
+      "Errors of the target relative to the chaser, mean ± standard deviation\n\n{}",
+      newest ? "the newest estimate of each keyframe as data come" : "by all data", modes::table1(instants));
+  if (newest) instants = modes::about_the_longest_gap(instants);
+  Results results;
+  results.table = [&] { return report; };
+  results.plots_of = "demo";
+  results.write = [&](const std::filesystem::path& folder) {
+    write_file(folder / (request.name + ".txt"), report);
+    modes::write_instants(instants, folder / (request.name + ".csv"));
+  };
+  return finish(request.output, results);
+}
+
+struct Demo {
+  std::string name, help;
+  int (*run)(const DemoRequest& request);
+};
+
+const std::vector<Demo>& demos() {
+  static const std::vector<Demo> all = {
+      {"fig3", "poses that the constant-twist prior alone puts on an arc", run_fig3},
+      {"table1", "errors of raw measurements, Mode A and Mode B by keyframe type", run_modes},
+      {"fig1", "both modes through a gap, as data come", run_modes},
+      {"fig6", "both modes and the truth from above", run_modes},
+      {"fig7", "errors of both modes with 3 σ over time", run_modes}};
+  return all;
+}
+
+std::vector<std::string> demo_names() {
+  std::vector<std::string> names;
+  for (const Demo& demo : demos()) names.push_back(demo.name);
+  return names;
+}
+
 int run_demo(const DemoRequest& request) {
-  if (request.name == "fig3") return run_fig3(request);
-  throw Error(
-      fmt::format("there is no demo {}{} (there is: fig3)", quote(request.name), did_you_mean(request.name, {"fig3"})));
+  for (const Demo& demo : demos())
+    if (demo.name == request.name) return demo.run(request);
+  throw Error(fmt::format("there is no demo {}{} (there are: {})", quote(request.name),
+                          did_you_mean(request.name, demo_names()), listed(demo_names())));
 }
 
 }  // namespace
 
 Command demo_command() {
-  return {"demo", "Run a small example: fig3", [](CommandOptions& option) {
+  return {"demo", "Run a small example, of the paper's pictures: " + listed(demo_names(), "or"),
+          [](CommandOptions& option) {
             const auto request = std::make_shared<DemoRequest>();
             option.footer("Exit status: 0 converged, 1 wrong input or usage, 2 not converged.");
-            option.argument("name", "NAME", "fig3: poses that the constant-twist prior alone puts on an arc",
-                            request->name);
+            std::string help;
+            for (const Demo& demo : demos())
+              help += fmt::format("{}{}: {}", help.empty() ? "" : "; ", demo.name, demo.help);
+            option.argument("name", "NAME", help, request->name);
             add_solver(option, request->solver);
             add_output(option, request->output, {.writes = "Write the table and a picture to DIR", .prints = false});
             return [request] { return run_demo(*request); };

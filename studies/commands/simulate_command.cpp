@@ -3,8 +3,9 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/commands/output.hpp>
+#include <tandem/studies/simulation/docking_parameters.hpp>
 #include <tandem/studies/simulation/simulate_dive_files.hpp>
-#include <tandem/studies/simulation/simulate_docking.hpp>
+#include <tandem/studies/simulation/simulate_docking_files.hpp>
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/text.hpp>
 
@@ -12,6 +13,7 @@ namespace tandem {
 namespace {
 
 const char* const kOfDives = "Of a dive";
+const char* const kOfDockings = "Of a docking";
 
 /// Each option of a simulation is in what it simulates; those of both are in both.
 struct SimulateRequest {
@@ -65,7 +67,7 @@ int run_simulate(const SimulateRequest& request, const CommandOptions& option) {
   for (const Simulation& simulation : simulations()) {
     names.push_back(simulation.name);
     if (simulation.name != request.name) continue;
-    if (const auto given = option.given(kOfDives); !simulation.is_dive && !given.empty())
+    if (const auto given = option.given(simulation.is_dive ? kOfDockings : kOfDives); !given.empty())
       throw Error(fmt::format("simulate {} takes no {}", request.name, given.front()));
     return finish(request.output, simulation.run(request));
   }
@@ -81,31 +83,47 @@ Command simulate_command() {
     names.push_back(simulation.name);
     helps.push_back(simulation.name + ": " + simulation.help);
   }
-  return {"simulate", "Write a made-up scenario folder: " + listed(names, "or"), [helps](CommandOptions& option) {
-            const auto request = std::make_shared<SimulateRequest>();
-            option.footer("The same options give the same numbers. Exit status: 0 written, 1 wrong input or usage.");
-            option.argument("name", "NAME", fmt::format("{}", fmt::join(helps, "; ")), request->name);
-            option.set("--minutes", "N", "How long it takes (default 20)",
-                       [&r = *request](const std::string& name, const std::string& text) {
-                         r.dive.minutes = r.docking.minutes = parse_finite(name, text);
-                       });
-            option.set("--seed", "N", "Of all noise, a whole number above zero (default 1)",
-                       [&r = *request](const std::string& name, const std::string& text) {
-                         r.dive.seed = r.docking.seed = static_cast<std::uint64_t>(parse_count(name, text));
-                       });
-            option.group(kOfDives);
-            DiveOptions& dive = request->dive;
-            option("--grade", "NAME", "Its sensors, mems (default) or tactical", dive.grade, parse_grade);
-            option("--latitude", "DEG", "Where, for the Earth's rotation and gravity (default 60)", dive.latitude,
-                   parse_finite);
-            option("--keyframe-interval", "S", "As written to scenario.yaml (default 1)", dive.keyframe_interval,
-                   parse_finite);
-            option("--surfacings", "N", "How often it comes up for GPS on the way (default never)", dive.surfacings,
-                   parse_count);
-            add_output(option, request->output,
-                       {.writes = "The folder to write", .required = true, .plots = false, .prints = false});
-            return [request, &option] { return run_simulate(*request, option); };
-          }};
+  return {
+      "simulate", "Write a made-up scenario folder: " + listed(names, "or"), [helps](CommandOptions& option) {
+        const auto request = std::make_shared<SimulateRequest>();
+        std::string footer = "The same options give the same numbers. Exit status: 0 written, 1 wrong input or usage.";
+        footer += "\nParameters of a docking, of --set and --settings:";
+        footer += parameter_help(docking_parameters());
+        option.footer(footer);
+        option.argument("name", "NAME", fmt::format("{}", fmt::join(helps, "; ")), request->name);
+        option.group(kOfDockings);
+        option.set("--settings", "FILE", "Parameters, NAME: VALUE lines of yaml; other options count after it",
+                   [&r = *request](const std::string&, const std::string& text) {
+                     read_docking_description(text, r.docking);
+                   });
+        option.set_repeatedly(
+            "--set", "NAME=VALUE", "A parameter, see below",
+            [&r = *request](const std::string& name, const std::string& text) {
+              const auto [key, value] = parse_assignment(name, text);
+              parameter_named(docking_parameters(), name, key).set(r.docking, fmt::format("{} {}", name, key), value);
+            });
+        option.group("Options");
+        option.set("--minutes", "N", "How long it takes (default 20)",
+                   [&r = *request](const std::string& name, const std::string& text) {
+                     r.dive.minutes = r.docking.minutes = parse_finite(name, text);
+                   });
+        option.set("--seed", "N", "Of all noise, a whole number above zero (default 1)",
+                   [&r = *request](const std::string& name, const std::string& text) {
+                     r.dive.seed = r.docking.seed = static_cast<std::uint64_t>(parse_count(name, text));
+                   });
+        option.group(kOfDives);
+        DiveOptions& dive = request->dive;
+        option("--grade", "NAME", "Its sensors, mems (default) or tactical", dive.grade, parse_grade);
+        option("--latitude", "DEG", "Where, for the Earth's rotation and gravity (default 60)", dive.latitude,
+               parse_finite);
+        option("--keyframe-interval", "S", "As written to scenario.yaml (default 1)", dive.keyframe_interval,
+               parse_finite);
+        option("--surfacings", "N", "How often it comes up for GPS on the way (default never)", dive.surfacings,
+               parse_count);
+        add_output(option, request->output,
+                   {.writes = "The folder to write", .required = true, .plots = false, .prints = false});
+        return [request, &option] { return run_simulate(*request, option); };
+      }};
 }
 
 }  // namespace tandem

@@ -22,14 +22,16 @@ YamlSection::YamlSection(std::filesystem::path file, std::string name, YAML::Nod
   }
 }
 
-YamlSection YamlSection::load(const std::filesystem::path& file) {
+std::string YamlSection::text_of(const std::filesystem::path& file) {
   std::ifstream stream(file);
   if (!stream || std::filesystem::is_directory(file)) {
     const bool there = std::filesystem::exists(file);
     throw Error(fmt::format("{} {}", file.string(), there ? "cannot be read" : "is missing"));
   }
-  return parse({std::istreambuf_iterator<char>(stream), {}}, file);
+  return {std::istreambuf_iterator<char>(stream), {}};
 }
+
+YamlSection YamlSection::load(const std::filesystem::path& file) { return parse(text_of(file), file); }
 
 YamlSection YamlSection::parse(const std::string& text, const std::filesystem::path& file) {
   try {
@@ -57,6 +59,17 @@ std::string YamlSection::text(const std::string& key) const {
   const YAML::Node value = require(key);
   if (!value.IsScalar()) fail(key, fmt::format("{} must be text", key));
   return value.Scalar();
+}
+
+std::vector<std::string> YamlSection::texts(const std::string& key) const {
+  const YAML::Node value = require(key);
+  if (!value.IsSequence()) return {text(key)};
+  std::vector<std::string> result;
+  for (const YAML::Node& entry : value) {
+    if (!entry.IsScalar()) fail(key, fmt::format("{} must be a word or a list of words", key));
+    result.push_back(entry.Scalar());
+  }
+  return result;
 }
 
 double YamlSection::number(const std::string& key) const { return finite(key, require(key)); }

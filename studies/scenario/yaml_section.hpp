@@ -13,6 +13,8 @@ namespace tandem {
 /// A mapping in a yaml file, read key by key. Every error is one sentence that begins with file and line.
 class YamlSection {
  public:
+  /// What a file holds. Throws Error where it is missing or cannot be read.
+  static std::string text_of(const std::filesystem::path& file);
   /// The whole file, which must be a mapping.
   static YamlSection load(const std::filesystem::path& file);
   /// The same of a text, which errors call `file`.
@@ -24,6 +26,8 @@ class YamlSection {
   void allow_only(const std::vector<std::string>& known) const;
 
   std::string text(const std::string& key) const;
+  /// A sequence of words; one word alone is a sequence of one.
+  std::vector<std::string> texts(const std::string& key) const;
   double number(const std::string& key) const;
   bool boolean(const std::string& key) const;
   /// A sequence of finite numbers; one number alone is a sequence of one.

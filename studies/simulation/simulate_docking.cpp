@@ -1,170 +1,266 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/studies/scenario/sensor_rows.hpp>
+#include <tandem/studies/simulation/docking_parameters.hpp>
 #include <tandem/studies/simulation/normal_noise.hpp>
-#include <tandem/studies/simulation/number_rows.hpp>
 #include <tandem/studies/simulation/simulate_docking.hpp>
-#include <tandem/studies/support/output_file.hpp>
-#include <tandem/studies/support/tum.hpp>
 
 namespace tandem {
 namespace {
 
-constexpr double kStep = 0.1;                       // s: odometry and truth
-constexpr double kTurnRadius = 35.0, kLeg = 180.0;  // m
-constexpr double kSpeed = 1.0;                      // m/s
-constexpr double kApproach = 240.0;                 // s: to fall back and come up again
-constexpr double kOpticalRange = 9.0;               // m
-constexpr int kUsblEvery = 42, kOpticalEvery = 5;   // steps
-constexpr double kBlind = 0.2;                      // share of spells of 60 s in which a sensor sees nothing
-constexpr int kSpell = 600;                         // steps
+constexpr double kStep = 0.1;         // s: odometry and truth
+constexpr double kLeg = 180.0;        // m: of the circuit
+constexpr double kClimb = -0.1;       // of the helix: height by the way made
+constexpr double kWeave = 60.0;       // s
+constexpr double kHoverTurn = 600.0;  // s: a whole turn of a hovering target
+constexpr double kChaserDepth = 3.0;  // m: of the chaser, below the target's waterline
+
+double wave(double t, double period, double phase = 0) { return std::sin(2 * std::numbers::pi * t / period + phase); }
 
 struct Course {
   double x, y, heading;
 };
 
-/// Where a vessel is after s metres: legs of kLeg to and fro, joined by half circles, always onwards in y.
-Course on_course(double s) {
-  const double turn = std::numbers::pi * kTurnRadius, lap = kLeg + turn;
+/// After s metres: legs of kLeg to and fro, joined by half circles, always onwards in y.
+Course on_circuit(double s, double radius) {
+  const double turn = std::numbers::pi * radius, lap = kLeg + turn;
   const double n = std::floor(s / lap), along = s - n * lap;
   const bool back = std::fmod(std::abs(n), 2.0) == 1.0;
-  const double direction = back ? -1 : 1, y = 2 * kTurnRadius * n;
+  const double direction = back ? -1 : 1, y = 2 * radius * n;
   const double start = back ? kLeg : 0;
   if (along <= kLeg) return {start + direction * along, y, back ? std::numbers::pi : 0.0};
-  const double angle = (along - kLeg) / kTurnRadius;
-  return {start + direction * (kLeg + kTurnRadius * std::sin(angle)), y + kTurnRadius * (1 - std::cos(angle)),
+  const double angle = (along - kLeg) / radius;
+  return {start + direction * (kLeg + radius * std::sin(angle)), y + radius * (1 - std::cos(angle)),
           back ? std::numbers::pi - angle : angle};
 }
 
-SE3 pose_on_course(double s, double sideways, double height, double t, double sway) {
-  const Course c = on_course(s);
-  const double heading = c.heading + 0.02 * std::sin(2 * std::numbers::pi * t / 19);
-  const Vector<3> p(c.x - sideways * std::sin(c.heading), c.y + sideways * std::cos(c.heading), height);
-  return SE3(SO3::Exp({0, 0, heading}) * SO3::Exp({0, sway * std::sin(2 * std::numbers::pi * t / 5.3), 0}) *
-                 SO3::Exp({sway * std::sin(2 * std::numbers::pi * t / 4.1 + 1), 0, 0}),
-             p);
-}
+/// Where the target and, behind it on the same course, the chaser are.
+class DockingMotion {
+ public:
+  explicit DockingMotion(const DockingOptions& options) : o_(options) {}
 
-/// How far the chaser is behind the target [m], along the course.
-double distance_behind(double t) {
-  const double phase = t / kApproach - std::floor(t / kApproach);
-  const double far = 40.0, near = 5.5;
-  // Far for the first half, near for a third, smooth in between.
-  const auto step = [&](double at, double width) {
-    const double x = std::clamp((phase - at) / width, 0.0, 1.0);
-    return x * x * x * (10 + x * (-15 + 6 * x));
-  };
-  return far - (far - near) * (step(0.35, 0.2) - step(0.85, 0.15));
-}
+  SE3 target(double t) const {
+    const bool hovers = o_.motion == TargetMotion::hover;
+    const double sideways = o_.weave * wave(t, kWeave);
+    const double rate = o_.weave * 2 * std::numbers::pi / kWeave * wave(t, kWeave, std::numbers::pi / 2);
+    const double turned = hovers ? 2 * std::numbers::pi * t / kHoverTurn : std::atan2(rate, o_.speed);
+    return on_course(hovers ? 0 : o_.speed * t, sideways, turned, 0.4 + 0.1 * wave(t, 6.1), t, o_.waves);
+  }
+  SE3 chaser(double t) const {
+    const double way = o_.motion == TargetMotion::hover ? 0 : o_.speed * t;
+    return on_course(way - distance_behind(t), 2 * wave(t, 300), 0, -kChaserDepth, t, 0.01);
+  }
 
-bool sees(std::uint64_t seed, std::uint32_t stream, int k) {
-  NormalNoise draw(seed + std::uint64_t(k / kSpell) * 1000003, stream);
-  return std::erfc(draw() / std::numbers::sqrt2) / 2 > kBlind;
-}
+ private:
+  Course course(double s) const {
+    const double r = o_.turn_radius;
+    switch (o_.motion) {
+      case TargetMotion::circuit:
+        return on_circuit(s, r);
+      case TargetMotion::circle:
+      case TargetMotion::helix:
+        return {r * std::sin(s / r), r * (1 - std::cos(s / r)), s / r};
+      case TargetMotion::straight:
+      case TargetMotion::hover:
+        break;
+    }
+    return {s, 0, 0};
+  }
+
+  SE3 on_course(double s, double sideways, double turned, double height, double t, double sway) const {
+    const Course c = course(s);
+    const bool helix = o_.motion == TargetMotion::helix;
+    if (helix) height += kClimb * s;
+    const double heading = c.heading + turned + 0.02 * wave(t, 19);
+    const double pitch = (helix ? std::atan(-kClimb) : 0.0) + sway * wave(t, 5.3);
+    const Vector<3> p(c.x - sideways * std::sin(c.heading), c.y + sideways * std::cos(c.heading), height);
+    return SE3(SO3::Exp({0, 0, heading}) * SO3::Exp({0, pitch, 0}) * SO3::Exp({sway * wave(t, 4.1, 1), 0, 0}), p);
+  }
+
+  /// Far for the first half, near for a third, smooth in between [m].
+  double distance_behind(double t) const {
+    const double phase = t / o_.approach - std::floor(t / o_.approach);
+    const auto step = [&](double at, double width) {
+      const double x = std::clamp((phase - at) / width, 0.0, 1.0);
+      return x * x * x * (10 + x * (-15 + 6 * x));
+    };
+    return o_.far - (o_.far - o_.near) * (step(0.35, 0.2) - step(0.85, 0.15));
+  }
+
+  const DockingOptions& o_;
+};
+
+/// In the unit interval, of a normally distributed number.
+double share_of(double normal) { return std::erfc(normal / std::numbers::sqrt2) / 2; }
+
+/// Whether a sensor sees anything in a spell; draws once a spell.
+class Sight {
+ public:
+  Sight(const DockingOptions& options, std::uint32_t stream)
+      : seed_(options.seed), stream_(stream), blind_(options.blind), steps_(whole_steps(options.spell)) {}
+  static int whole_steps(double seconds) { return std::max(1, static_cast<int>(std::lround(seconds / kStep))); }
+
+  bool operator()(int k) {
+    if (const int spell = k / steps_; spell != spell_) {
+      spell_ = spell;
+      NormalNoise draw(seed_ + std::uint64_t(spell) * 1000003, stream_);
+      sees_ = share_of(draw()) > blind_;
+    }
+    return sees_;
+  }
+
+ private:
+  std::uint64_t seed_;
+  std::uint32_t stream_;
+  double blind_;
+  int steps_, spell_ = -1;
+  bool sees_ = true;
+};
 
 Vector<6> six(double position, double angle) {
   return (Vector<6>() << Vector<3>::Constant(position), Vector<3>::Constant(angle)).finished();
 }
 
+/// Fixes, of which some are outliers.
+class UsblFixes {
+ public:
+  explicit UsblFixes(const DockingOptions& options)
+      : o_(options), noise_(options.seed, 1), fate_(options.seed, 5), astray_(options.seed, 6) {}
+
+  /// Of a target that is at p in the chaser's body.
+  Measurement at(double t, const Vector<3>& p) {
+    Measurement m;
+    m.t = t + o_.usbl_latency;
+    const Vector<3> draw = noise_.vector(1.0);
+    const bool outlier = o_.usbl_outliers > 0 && share_of(fate_()) < o_.usbl_outliers;
+    if (o_.usbl == UsblKind::position) {
+      m.position = p + (outlier ? astray_.vector(o_.usbl_outlier_sigma) : Vector<3>(o_.usbl_sigma * draw));
+      return m;
+    }
+    const Vector<3> seen = outlier ? Vector<3>(p + astray_.vector(o_.usbl_outlier_sigma)) : p;
+    const double sigma = outlier ? 0.0 : o_.usbl_bearing_sigma, level = std::hypot(seen.x(), seen.y());
+    m.range = seen.norm() + (outlier ? 0.0 : o_.usbl_sigma * draw[0]);
+    m.elevation = std::atan2(seen.z(), level) + sigma * draw[2];
+    m.azimuth = std::atan2(seen.y(), seen.x()) + sigma * draw[1] * seen.norm() / std::max(level, 1e-3);
+    return m;
+  }
+
+ private:
+  const DockingOptions& o_;
+  NormalNoise noise_, fate_, astray_;
+};
+
+void check(const DockingOptions& options) {
+  if (!(options.minutes >= 1 && options.minutes <= 6000))
+    throw Error(fmt::format("a simulated docking takes 1 to 6000 minutes, not {:g}", options.minutes));
+  DockingOptions ignored;
+  for (const auto& parameter : docking_parameters()) parameter.set(ignored, parameter.name, parameter.text(options));
+  if (options.near > options.far)
+    throw Error(fmt::format("near, {:g} m, is more than far, {:g} m", options.near, options.far));
+  if (options.gap >= options.gap_period)
+    throw Error(fmt::format("gap, {:g} s, is as long as gap_period, {:g} s", options.gap, options.gap_period));
+}
+
+std::vector<std::pair<double, double>> gaps_of(const DockingOptions& options) {
+  std::vector<std::pair<double, double>> gaps;
+  if (options.gap > 0)
+    for (double t = options.gap_period / 2; t + options.gap <= 60 * options.minutes; t += options.gap_period)
+      gaps.emplace_back(t, t + options.gap);
+  return gaps;
+}
+
+/// Noise as the estimator is told it.
+void add_noise(const DockingOptions& options, TrackingNoise& noise) {
+  noise.prior = six(1e-3, 1e-3);
+  noise.odometry = six(options.odometry_sigma, options.odometry_angle_sigma);
+  noise.constant_twist = (Vector<6>() << 0.15, 0.05, 0.05, 0.02, 0.02, 0.06).finished();
+  noise.constant_velocity = Vector<3>(0.15, 0.15, 0.05);
+}
+
+TargetSensor usbl_sensor(const DockingOptions& options) {
+  TargetSensor usbl;
+  usbl.name = "usbl";
+  usbl.sigma = Vector<3>::Constant(options.usbl_sigma);
+  usbl.delay = options.usbl_latency;
+  if (options.usbl == UsblKind::range_bearing) {
+    usbl.type = SensorType::range_bearing;
+    usbl.sigma.tail<2>().setConstant(options.usbl_bearing_sigma);
+  }
+  return usbl;
+}
+
+TargetSensor optical_sensor(const DockingOptions& options) {
+  TargetSensor optical;
+  optical.name = "optical";
+  optical.type = SensorType::pose;
+  optical.sigma = six(options.optical_sigma, options.optical_angle_sigma);
+  return optical;
+}
+
+/// A step of odometry from `before` to `now`, on top of what it has reckoned so far; without noise.
+SE3 reckon(const SE3& reckoned, const SE3& before, const SE3& now, const DockingOptions& options) {
+  if (options.odometry_scale == 0 && options.odometry_yaw_drift == 0) return reckoned * before.inverse() * now;
+  const SE3 step = before.inverse() * now;
+  return reckoned * SE3(step.rotation() * SO3::Exp({0, 0, options.odometry_yaw_drift * kStep}),
+                        (1 + options.odometry_scale) * step.translation());
+}
+
 }  // namespace
 
 SimulatedDocking simulate_docking(const DockingOptions& options) {
-  if (!(options.minutes >= 1 && options.minutes <= 6000))
-    throw Error(fmt::format("a simulated docking takes 1 to 6000 minutes, not {:g}", options.minutes));
+  check(options);
   SimulatedDocking docking;
-  TrackingNoise& noise = docking.data.noise;
-  noise.prior = six(1e-3, 1e-3);
-  noise.odometry = six(0.01, 6e-4);
-  noise.constant_twist = (Vector<6>() << 0.15, 0.05, 0.05, 0.02, 0.02, 0.06).finished();
-  noise.constant_velocity = Vector<3>(0.15, 0.15, 0.05);
-  TargetSensor usbl, optical;
-  usbl.name = "usbl";
-  usbl.sigma = Vector<3>::Constant(1.72);
-  optical.name = "optical";
-  optical.type = SensorType::pose;
-  optical.sigma = six(0.137, 0.04);
+  docking.data.keyframe_interval = options.keyframe_interval;
+  add_noise(options, docking.data.noise);
+  TargetSensor usbl = usbl_sensor(options), optical = optical_sensor(options);
+  docking.gaps = gaps_of(options);
 
-  NormalNoise odometry_noise(options.seed, 0), usbl_noise(options.seed, 1), optical_noise(options.seed, 2);
+  NormalNoise odometry_noise(options.seed, 0), optical_noise(options.seed, 2);
+  UsblFixes fixes(options);
+  Sight optical_sees(options, 3), usbl_sees(options, 4);
+  const DockingMotion motion(options);
   const int steps = static_cast<int>(std::lround(60 * options.minutes / kStep));
+  const int usbl_every = Sight::whole_steps(options.usbl_period);
+  const int optical_every = Sight::whole_steps(options.optical_period);
+  const double least_cosine = std::cos(options.optical_view / 2 * std::numbers::pi / 180);
+  const Vector<6> sigma = std::sqrt(kStep) * Vector<6>(docking.data.noise.odometry);
+  auto gap = docking.gaps.begin();
   SE3 reckoned;
   for (int k = 0; k <= steps; ++k) {
-    const double t = kStep * k, s = kSpeed * t;
-    const SE3 target = pose_on_course(s, 0, 0.4 + 0.1 * std::sin(2 * std::numbers::pi * t / 6.1), t, 0.03);
-    const SE3 chaser =
-        pose_on_course(s - distance_behind(t), 2 * std::sin(2 * std::numbers::pi * t / 300), -3, t, 0.01);
-    if (k == 0)
-      reckoned = chaser;
-    else
-      reckoned = reckoned * docking.truth_chaser.back().value.inverse() * chaser *
-                 SE3::Exp(odometry_noise.vector<6>(std::sqrt(kStep) * Vector<6>(noise.odometry)));
+    const double t = kStep * k;
+    const SE3 target = motion.target(t), chaser = motion.chaser(t);
+    reckoned = k == 0 ? chaser
+                      : reckon(reckoned, docking.truth_chaser.back().value, chaser, options) *
+                            SE3::Exp(odometry_noise.vector<6>(sigma));
     docking.data.odometry.push_back({t, reckoned});
     docking.truth_chaser.push_back({t, chaser});
     docking.truth_target.push_back({t, target});
 
+    while (gap != docking.gaps.end() && t > gap->second) ++gap;
+    if (gap != docking.gaps.end() && t >= gap->first) continue;
     const SE3 seen = chaser.inverse() * target;
-    const bool near = seen.translation().norm() < kOpticalRange;
-    Measurement m;
-    m.t = t;
-    if (near && k % kOpticalEvery == 0 && sees(options.seed, 3, k)) {
+    const double distance = seen.translation().norm();
+    const bool near = distance < options.optical_range;
+    const bool in_view = options.optical_view >= 360 || seen.translation().x() >= least_cosine * distance;
+    if (near && in_view && k % optical_every == 0 && optical_sees(k)) {
       const Vector<6> error = optical_noise.vector<6>(Vector<6>(optical.sigma));
+      Measurement m;
+      m.t = t;
       m.position = seen.translation() + error.head<3>();
       m.rotation = seen.rotation() * SO3::Exp(error.tail<3>());
       optical.measurements.push_back(m);
-    } else if (!near && k % kUsblEvery == 0 && (k == 0 || sees(options.seed, 4, k))) {
-      m.position = seen.translation() + usbl_noise.vector<3>(Vector<3>(usbl.sigma));
-      usbl.measurements.push_back(m);
+    } else if (!near && k % usbl_every == 0 && (k == 0 || usbl_sees(k))) {
+      const Measurement m = fixes.at(t, seen.translation());
+      if (m.t <= 60 * options.minutes) usbl.measurements.push_back(m);
     }
   }
   docking.data.sensors = {std::move(usbl), std::move(optical)};
   return docking;
-}
-
-void write_docking(const SimulatedDocking& docking, const DockingOptions& options,
-                   const std::filesystem::path& folder) {
-  const TrackingNoise& noise = docking.data.noise;
-  const auto list = [](const Eigen::VectorXd& v) {
-    return fmt::format("[{:g}]", fmt::join(v.data(), v.data() + v.size(), ", "));
-  };
-  const TargetSensor &usbl = docking.data.sensors[0], &optical = docking.data.sensors[1];
-  write_file(folder / "scenario.yaml",
-             fmt::format("name: docking_{}\n"
-                         "description: Simulated opto-acoustic rendezvous of {:g} minutes\n"
-                         "source: simulated by tandem, seed {}\n"
-                         "keyframe_interval: {:g}\n"
-                         "noise:   # standard deviations [m, rad]; pose tangents ordered x y z, then rotation\n"
-                         "  prior: {}\n  odometry: {}\n  usbl: {}\n  optical: {}\n  constant_twist: {}\n"
-                         "  constant_velocity: {}\n",
-                         options.seed, options.minutes, options.seed, docking.data.keyframe_interval, list(noise.prior),
-                         list(noise.odometry), list(usbl.sigma), list(optical.sigma), list(noise.constant_twist),
-                         list(noise.constant_velocity)));
-
-  const auto write_poses = [&](const std::string& file, const std::vector<Stamped<SE3>>& poses) {
-    std::string text = tum_header;
-    for (const auto& [t, pose] : poses) text += tum_row(t, pose, TumDecimals{3, 5, 8});
-    write_file(folder / file, text);
-  };
-  write_poses("chaser_odometry.tum", docking.data.odometry);
-  write_poses("truth_chaser.tum", docking.truth_chaser);
-  write_poses("truth_target.tum", docking.truth_target);
-
-  for (const TargetSensor* sensor : {&usbl, &optical}) {
-    std::vector<NumberRow> rows;
-    for (const Measurement& m : sensor->measurements) {
-      Eigen::VectorXd row(sensor->type == SensorType::pose ? 7 : 3);
-      row.head<3>() = m.position;
-      if (row.size() == 7) row.tail<4>() = m.rotation.quaternion().coeffs();
-      rows.push_back({m.t, row});
-    }
-    const auto table = number_columns(columns(sensor->type, false), 3, [](const std::string& name, double value) {
-      return CsvCell::fixed(value, name.starts_with("q") ? 8 : 5);
-    });
-    write_file(folder / (sensor->name + ".csv"), table.text(rows));
-  }
 }
 
 }  // namespace tandem

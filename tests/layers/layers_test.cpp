@@ -39,8 +39,10 @@ const std::map<std::string, std::vector<std::string>> kBelow = {
     {"studies/calibration", {"studies/navigation", "solvers/calibration"}},
     {"studies/live", {"studies/estimation"}},
     {"studies/comparison", {"studies/estimation"}},
-    {"studies/demo", {"studies/estimation"}},
-    {"studies/commands", {"studies/calibration", "studies/live", "studies/comparison", "studies/demo"}},
+    {"studies/demo", {"studies/study"}},
+    {"studies/study", {"studies/comparison"}},
+    {"studies/report", {"studies/study"}},
+    {"studies/commands", {"studies/calibration", "studies/live", "studies/report", "studies/demo"}},
     {"studies/bench", {"studies/commands"}},
 };
 const std::vector<std::string> kLayers = {"lie", "residuals", "problem", "solvers", "studies"};

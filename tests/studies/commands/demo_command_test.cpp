@@ -5,6 +5,7 @@
 
 #include <tandem/studies/estimation/estimate.hpp>
 
+#include "needs_gnuplot.hpp"
 #include "run_tandem.hpp"
 
 namespace tandem {
@@ -26,7 +27,7 @@ std::vector<std::pair<double, double>> off_the_arc(const std::string& table) {
 }
 
 TEST(DemoCommand, IsListed) {
-  EXPECT_THAT(run_tandem({"--help"}).output, ContainsRegex("demo +Run a small example: fig3"));
+  EXPECT_THAT(run_tandem({"--help"}).output, ContainsRegex("demo +Run a small example, of the paper's pictures: fig3"));
   const Outcome help = run_tandem({"demo", "--help"});
   EXPECT_EQ(help.status, 0);
   for (const char* text : {"NAME", "fig3", "--solver", "augmented-lagrangian", "--out", "--plots", "Exit status"})
@@ -94,13 +95,39 @@ TEST(DemoCommand, WhatIsWrongIsOneSentence) {
     EXPECT_THAT(files(scratch.path()), UnorderedElementsAre());
     return run.errors;
   };
-  EXPECT_THAT(refusal({"fig4"}), HasSubstr("there is no demo 'fig4'; did you mean fig3? (there is: fig3)"));
-  EXPECT_THAT(refusal({"circle"}), HasSubstr("there is no demo 'circle' (there is: fig3)"));
+  EXPECT_THAT(refusal({"fig4"}),
+              HasSubstr("there is no demo 'fig4'; did you mean fig3? (there are: fig3, table1, fig1, fig6 and fig7)"));
+  EXPECT_THAT(refusal({"circle"}),
+              HasSubstr("there is no demo 'circle' (there are: fig3, table1, fig1, fig6 and fig7)"));
   EXPECT_THAT(refusal({}), HasSubstr("required"));
   EXPECT_THAT(refusal({"fig3", "more"}), HasSubstr("unknown argument 'more'"));
   EXPECT_THAT(refusal({"fig3", "--solver", "ipop"}), HasSubstr("did you mean ipopt?"));
   EXPECT_THAT(refusal({"fig3", "--plots", "pdf"}), HasSubstr("--plots is svg, png or off, not 'pdf'"));
   EXPECT_THAT(refusal({"fig3", "--plot", "svg"}), HasSubstr("did you mean --plots?"));
+}
+
+/// Errors as `estimate` prints them, of both modes.
+TEST(DemoCommand, Table1IsOfBothModes) {
+  const ScratchFolder scratch;
+  const std::string out = scratch.path() / "out";
+  const Outcome run = run_tandem({"demo", "table1", "--out", out, "--plots", "off"});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  EXPECT_THAT(run.output, ContainsRegex("usbl +158 +2\\.668 ± 1\\.185 +1\\.57[0-9] ± 0\\.76[0-9] +1\\.62[0-9] ± "));
+  EXPECT_THAT(run.output, HasSubstr("Mode A 0.59 of raw, Mode B 0.61 of raw, Mode B / Mode A 1.03"));
+  EXPECT_THAT(files(out), UnorderedElementsAre("table1.txt", "table1.csv"));
+}
+
+TEST(DemoCommand, FiguresOfBothModes) {
+  TANDEM_NEEDS_GNUPLOT("figures of both modes");
+  for (const std::string figure : {"fig1", "fig6", "fig7"}) {
+    const ScratchFolder scratch;
+    const std::string out = scratch.path() / "out";
+    const Outcome run = run_tandem({"demo", figure, "--out", out});
+    ASSERT_EQ(run.status, 0) << run.errors;
+    EXPECT_EQ(run.errors, "");
+    EXPECT_THAT(files(out), UnorderedElementsAre(figure + ".txt", figure + ".csv", figure + ".svg"));
+    EXPECT_THAT(read_file(out + "/" + figure + ".svg"), HasSubstr("Mode B"));
+  }
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 
 #include <tandem/studies/scenario/scenario.hpp>
 #include <tandem/studies/simulation/simulate_dive_files.hpp>
-#include <tandem/studies/simulation/simulate_docking.hpp>
 
 #include "run_tandem.hpp"
 #include "shared_data.hpp"
@@ -57,6 +56,19 @@ TEST(SimulateCommand, WritesADocking) {
   EXPECT_EQ(estimate.status, 0) << estimate.errors;
 }
 
+TEST(SimulateCommand, ParametersOfADocking) {
+  const ScratchFolder scratch;
+  const std::string settings = scratch.write("trial.yaml", "minutes: 2\nseed: 4\ngap: 20\nwaves: 0.1\n");
+  const std::string a = scratch.path() / "a", b = scratch.path() / "b";
+  ASSERT_EQ(run_tandem({"simulate", "docking", "--settings", settings, "--set", "waves=0.05", "--out", a}).status, 0);
+  ASSERT_EQ(run_tandem({"simulate", "docking", "--minutes", "2", "--seed", "4", "--set", "gap=20", "--set",
+                        "waves=0.05", "--out", b})
+                .status,
+            0);
+  for (const std::string& file : files(a)) EXPECT_EQ(read_file(a + "/" + file), read_file(b + "/" + file)) << file;
+  EXPECT_THAT(read_file(a + "/scenario.yaml"), HasSubstr("seed 4, minutes=2, waves=0.05, gap=20\n"));
+}
+
 TEST(SimulateCommand, WhatIsWrongIsOneSentence) {
   const ScratchFolder scratch;
   const auto refusal = [&](std::vector<std::string> arguments, bool with_out = true) {
@@ -81,6 +93,10 @@ TEST(SimulateCommand, WhatIsWrongIsOneSentence) {
   EXPECT_THAT(refusal({"dive", "--latitude", "100"}), HasSubstr("latitude 100 is beyond a pole"));
   EXPECT_THAT(refusal({"dive", "--minute", "3"}), HasSubstr("did you mean --minutes?"));
   EXPECT_THAT(refusal({"docking", "--grade", "mems"}), HasSubstr("simulate docking takes no --grade"));
+  EXPECT_THAT(refusal({"dive", "--set", "gap=3"}), HasSubstr("simulate dive takes no --set"));
+  EXPECT_THAT(refusal({"docking", "--set", "gpa=3"}), HasSubstr("no parameter 'gpa'; did you mean gap?"));
+  EXPECT_THAT(refusal({"docking", "--set", "gap=-3"}), HasSubstr("--set gap is from 0 to 600, not -3"));
+  EXPECT_THAT(refusal({"docking", "--settings", "no_such.yaml"}), HasSubstr("no_such.yaml is missing"));
 }
 
 TEST(EstimateCommand, WithoutATargetNavigateIsNamed) {

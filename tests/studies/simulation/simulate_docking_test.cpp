@@ -5,7 +5,7 @@
 
 #include <tandem/studies/estimation/estimate.hpp>
 #include <tandem/studies/scenario/scenario.hpp>
-#include <tandem/studies/simulation/simulate_docking.hpp>
+#include <tandem/studies/simulation/simulate_docking_files.hpp>
 
 #include "studies/scratch.hpp"
 

@@ -1,0 +1,133 @@
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <tandem/studies/report/html_page.hpp>
+
+namespace tandem {
+namespace {
+
+const char* const kStyle = R"(
+:root { color-scheme: light; }
+body { font: 16px/1.5 system-ui, "Segoe UI", Roboto, "DejaVu Sans", sans-serif; color: #1c2733; background: #fff;
+       max-width: 1080px; margin: 0 auto; padding: 1rem; }
+h1 { font-size: 1.7rem; line-height: 1.2; margin: .6em 0 .3em; }
+h2 { font-size: 1.25rem; margin: 2em 0 .4em; border-bottom: 1px solid #d6dde5; }
+p { margin: .5em 0; max-width: 75ch; }
+pre { background: #f2f5f8; padding: .6em .8em; overflow-x: auto; font-size: .85rem; }
+.wide { overflow-x: auto; }
+table { border-collapse: collapse; font-size: .88rem; font-variant-numeric: tabular-nums; margin: .6em 0; }
+th, td { padding: .25em .7em; text-align: right; white-space: nowrap; border-bottom: 1px solid #e6ebf0; }
+th:first-child, td:first-child { text-align: left; }
+th { border-bottom: 2px solid #9fb0c0; }
+summary { cursor: pointer; max-width: 75ch; }
+figure { margin: 1.2em 0 2em; break-inside: avoid; }
+figcaption { margin-top: .4em; font-size: .9rem; color: #44525f; max-width: 85ch; }
+figcaption b { color: #1c2733; }
+.plot { width: 100%; }
+@media (max-width: 600px) { body { font-size: 15px; padding: .6rem; } th, td { padding: .2em .4em; } }
+@media print { body { max-width: none; font-size: 11pt; } a { color: inherit; } .modebar { display: none !important; } }
+)";
+
+// Every figure is drawn at once, so that printing finds them all; a figure's button saves it as SVG, for papers.
+const char* const kScript = R"(
+(function () {
+  addEventListener("beforeprint", () => document.querySelectorAll("details").forEach(d => { d.open = true; }));
+  for (const element of document.querySelectorAll(".plot")) {
+    const figure = JSON.parse(document.getElementById(element.id + "-data").textContent);
+    Plotly.newPlot(element, figure.traces, figure.layout, {
+      responsive: true, displaylogo: false, displayModeBar: window.innerWidth < 700 ? false : "hover",
+      toImageButtonOptions: { format: "svg", filename: element.dataset.name }
+    });
+  }
+})();
+)";
+
+/// JSON in a script element must not end it.
+std::string in_script(std::string json) {
+  for (std::size_t at = 0; (at = json.find("</", at)) != std::string::npos; at += 3) json.replace(at, 2, "<\\/");
+  return json;
+}
+
+std::string json_of(const nlohmann::ordered_json& json) {
+  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+}  // namespace
+
+HtmlFigure::HtmlFigure(std::string title, std::string caption, const nlohmann::ordered_json& traces,
+                       const nlohmann::ordered_json& layout, int height)
+    : title(std::move(title)),
+      caption(std::move(caption)),
+      traces(json_of(traces)),
+      layout(json_of(layout)),
+      height(height) {}
+
+std::string html_escaped(const std::string& text) {
+  std::string result;
+  for (const char c : text) switch (c) {
+      case '<':
+        result += "&lt;";
+        break;
+      case '>':
+        result += "&gt;";
+        break;
+      case '&':
+        result += "&amp;";
+        break;
+      case '"':
+        result += "&quot;";
+        break;
+      default:
+        result += c;
+    }
+  return result;
+}
+
+void HtmlPage::heading(const std::string& text) { body_ += fmt::format("<h2>{}</h2>\n", html_escaped(text)); }
+
+void HtmlPage::paragraph(const std::string& text) { body_ += fmt::format("<p>{}</p>\n", html_escaped(text)); }
+
+void HtmlPage::code(const std::string& text) { body_ += fmt::format("<pre>{}</pre>\n", html_escaped(text)); }
+
+void HtmlPage::folded_table(const std::string& summary, const std::vector<std::string>& head,
+                            const std::vector<std::vector<std::string>>& rows) {
+  constexpr std::size_t few = 24;
+  body_ += fmt::format("<details{}><summary>{}</summary>\n", rows.size() <= few ? " open" : "", html_escaped(summary));
+  table(head, rows);
+  body_ += "</details>\n";
+}
+
+void HtmlPage::table(const std::vector<std::string>& head, const std::vector<std::vector<std::string>>& rows) {
+  body_ += "<div class=\"wide\"><table>\n<tr>";
+  for (const std::string& cell : head) body_ += fmt::format("<th>{}</th>", html_escaped(cell));
+  body_ += "</tr>\n";
+  for (const auto& row : rows) {
+    body_ += "<tr>";
+    for (const std::string& cell : row) body_ += fmt::format("<td>{}</td>", html_escaped(cell));
+    body_ += "</tr>\n";
+  }
+  body_ += "</table></div>\n";
+}
+
+void HtmlPage::figure(const HtmlFigure& figure) {
+  const std::string id = fmt::format("figure-{}", ++count_);
+  body_ += fmt::format(
+      "<figure><div class=\"plot\" id=\"{0}\" data-name=\"{1}\" style=\"height:{2}px\"></div>"
+      "<figcaption><b>{1}.</b> {3}</figcaption></figure>\n",
+      id, html_escaped(figure.title), figure.height, html_escaped(figure.caption));
+  figures_ += fmt::format("<script type=\"application/json\" id=\"{}-data\">{{\"traces\":{},\"layout\":{}}}</script>\n",
+                          id, in_script(figure.traces), in_script(figure.layout));
+}
+
+std::string HtmlPage::text(const std::string& library) const {
+  const std::string title = html_escaped(title_);
+  std::string page = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n";
+  page += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
+  page += "<link rel=\"icon\" href=\"data:,\">\n";
+  page += fmt::format("<title>{0}</title>\n<style>{1}</style></head>\n<body>\n<h1>{0}</h1>\n", title, kStyle);
+  page += body_ + figures_;
+  page += "<script>" + library + "</script>\n<script>" + kScript + "</script>\n</body></html>\n";
+  return page;
+}
+
+}  // namespace tandem

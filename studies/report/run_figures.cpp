@@ -1,0 +1,185 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include <tandem/studies/report/plot_parts.hpp>
+#include <tandem/studies/report/run_figures.hpp>
+
+namespace tandem {
+namespace {
+
+using plot::Json;
+
+struct NamedPath {
+  const char* name;
+  const RunRecord::Path* path;
+  std::string colour;
+  const char* dash;
+};
+
+std::vector<NamedPath> paths_of(const RunRecord& run) {
+  std::vector<NamedPath> all;
+  for (const NamedPath& p : {NamedPath{"chaser", &run.chaser, plot::colour(0), "solid"},
+                             {"chaser, truth", &run.chaser_truth, plot::colour(5), "dot"},
+                             {"target", &run.target, plot::colour(1), "solid"},
+                             {"target, truth", &run.target_truth, plot::colour(4), "dot"}})
+    if (!p.path->t.empty()) all.push_back(p);
+  return all;
+}
+
+/// From the south-east and above, so far away that all is in view: a scene whose sides have the data's ratio is
+/// scaled to sides whose product is one.
+Json camera_of(const std::vector<NamedPath>& paths) {
+  double extent[3], product = 1, squares = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (const NamedPath& p : paths)
+      for (const double v : i == 0 ? p.path->x : i == 1 ? p.path->y : p.path->z)
+        if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
+    extent[i] = std::max(high - low, 1e-3);
+    product *= extent[i];
+  }
+  for (const double e : extent) squares += e * e;
+  const double distance = 1.4 * std::sqrt(squares) / std::cbrt(product);
+  return {{"eye", {{"x", 0.35 * distance}, {"y", -0.7 * distance}, {"z", 0.6 * distance}}}};
+}
+
+HtmlFigure figure_in_space(const RunRecord& run) {
+  Json traces = Json::array();
+  for (const NamedPath& p : paths_of(run)) {
+    Json trace = plot::line(p.name, p.path->x, p.path->y, p.colour, 4);
+    trace["type"] = "scatter3d";
+    trace["z"] = plot::numbers(p.path->z);
+    trace["line"]["dash"] = p.dash;
+    traces.push_back(std::move(trace));
+  }
+  Json layout = plot::layout("", "");
+  layout.erase("xaxis");
+  layout.erase("yaxis");
+  layout["margin"] = {{"l", 0}, {"r", 0}, {"t", 0}, {"b", 0}};
+  const auto axis = [](const char* name) { return Json{{"title", {{"text", fmt::format("{} [m]", name)}}}}; };
+  layout["scene"] = {{"xaxis", axis("x")},
+                     {"yaxis", axis("y")},
+                     {"zaxis", axis("z")},
+                     {"aspectmode", "data"},
+                     {"camera", camera_of(paths_of(run))}};
+  return {"Trajectories in space", "Drag to turn, scroll or pinch to come nearer.", traces, layout, 520};
+}
+
+HtmlFigure figure_from_above(const RunRecord& run) {
+  Json traces = Json::array();
+  for (const NamedPath& p : paths_of(run)) {
+    Json trace = plot::line(p.name, p.path->x, p.path->y, p.colour);
+    trace["line"]["dash"] = p.dash;
+    traces.push_back(std::move(trace));
+  }
+  for (const char* type : {"usbl", "optical"}) {
+    std::vector<double> x, y;
+    for (std::size_t i = 0; i < run.fix_types.size(); ++i)
+      if (run.fix_types[i] == type) {
+        x.push_back(run.fixes.x[i]);
+        y.push_back(run.fixes.y[i]);
+      }
+    if (x.empty()) continue;
+    Json trace = plot::line(fmt::format("{} measurements", type), x, y, plot::kGrey);
+    trace["mode"] = "markers";
+    trace["marker"] = {{"size", 4}, {"color", type[0] == 'u' ? plot::kGrey : plot::colour(2)}, {"opacity", 0.6}};
+    traces.push_back(std::move(trace));
+  }
+  Json layout = plot::layout("x [m]", "y [m]");
+  layout["yaxis"]["scaleanchor"] = "x";
+  return {"From above", "Measurements are placed where the estimated chaser would have seen the target.", traces,
+          layout, 520};
+}
+
+/// Strips at the foot of a figure: when each sensor measured something.
+void add_strips(const RunRecord& run, Json& traces, const std::string& axis) {
+  std::size_t row = 0;
+  for (const char* type : {"usbl", "optical"}) {
+    std::vector<double> t, y;
+    for (std::size_t i = 0; i < run.types.size(); ++i)
+      if (run.types[i] == type) {
+        t.push_back(run.t[i]);
+        y.push_back(double(row));
+      }
+    Json trace = plot::line("", t, y, plot::kGrey);
+    trace["mode"] = "markers";
+    trace["marker"] = {{"symbol", "line-ns-open"}, {"size", 9}, {"color", plot::colour(row == 0 ? 0 : 2)}};
+    trace["yaxis"] = axis;
+    trace["hoverinfo"] = "x";
+    traces.push_back(std::move(trace));
+    ++row;
+  }
+}
+
+HtmlFigure figure_of_errors(const RunRecord& run) {
+  Json traces = Json::array();
+  Json layout = plot::layout("t [s]", "");
+  layout.erase("yaxis");
+  const bool strips = !run.types.empty();
+  const double foot = strips ? 0.1 : 0.0, height = (1 - foot) / 3;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::string axis = i == 0 ? "y" : fmt::format("y{}", i + 1);
+    std::vector<double> low = run.three_sigma[i], high = run.three_sigma[i], sigmas;
+    for (double& v : low) v = -v;
+    for (const double v : high)
+      if (std::isfinite(v)) sigmas.push_back(v);
+    plot::add_band(traces, run.t, low, high, plot::faint(5), axis);
+    Json trace = plot::line("", run.t, run.error[i], plot::colour(0), 1);
+    trace["yaxis"] = axis;
+    traces.push_back(std::move(trace));
+    Json y = plot::layout("", fmt::format("{} [m]", "xyz"[i]))["yaxis"];
+    y["domain"] = {foot + double(2 - i) * height + 0.02, foot + double(3 - i) * height};
+    if (!sigmas.empty()) {  // a few huge bounds, before anything is seen, would flatten all others
+      std::nth_element(sigmas.begin(), sigmas.begin() + std::ptrdiff_t(sigmas.size() * 95 / 100), sigmas.end());
+      const double most = 1.5 * sigmas[sigmas.size() * 95 / 100];
+      y["range"] = {-most, most};
+    }
+    layout[i == 0 ? "yaxis" : fmt::format("yaxis{}", i + 1)] = std::move(y);
+  }
+  layout["xaxis"]["anchor"] = strips ? "y4" : "y3";
+  if (strips) {
+    add_strips(run, traces, "y4");
+    layout["yaxis4"] = {
+        {"domain", {0, foot - 0.02}}, {"range", {-0.7, 1.7}}, {"tickvals", {0, 1}}, {"ticktext", {"usbl", "optical"}},
+        {"showgrid", false},          {"zeroline", false},    {"automargin", true}};
+  }
+  return {
+      "Errors of the relative position over time",
+      "Estimate minus truth along the chaser's axes, in the ±3 σ of its covariance (shaded); at the foot, when each "
+      "sensor measured.",
+      traces, layout, 640};
+}
+
+HtmlFigure figure_of_shares(const RunRecord& run) {
+  Json traces = Json::array();
+  std::size_t i = 0;
+  for (const char* type : {"usbl", "optical", "gated"}) {
+    std::vector<double> values;
+    for (std::size_t k = 0; k < run.types.size(); ++k)
+      if (run.types[k] == type && std::isfinite(run.position_error[k])) values.push_back(run.position_error[k]);
+    if (!values.empty()) traces.push_back(plot::cumulative(type, values, plot::colour(i)));
+    ++i;
+  }
+  Json layout = plot::layout("size of the relative position's error [m]", "share of keyframes");
+  layout["xaxis"]["type"] = "log";
+  return {"Distribution of errors", "Share of keyframes whose error is no larger, by what was measured there.", traces,
+          layout, 380};
+}
+
+bool any_finite(const std::vector<double>& values) {
+  return std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
+}  // namespace
+
+std::vector<HtmlFigure> run_figures(const RunRecord& run) {
+  std::vector<HtmlFigure> figures = {figure_in_space(run), figure_from_above(run)};
+  if (any_finite(run.error[0])) figures.push_back(figure_of_errors(run));
+  if (any_finite(run.position_error) && !run.types.empty()) figures.push_back(figure_of_shares(run));
+  return figures;
+}
+
+}  // namespace tandem

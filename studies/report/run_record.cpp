@@ -1,0 +1,148 @@
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/report/run_record.hpp>
+#include <tandem/studies/support/csv.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kMostRows = 6000;  // a page shows no more: every n-th row of longer files
+
+/// A file's columns by name.
+class CsvColumns {
+ public:
+  explicit CsvColumns(const std::filesystem::path& file) : file_(file), stream_(file) {
+    std::string line;
+    if (!std::getline(stream_, line)) throw Error(fmt::format("{} is missing or empty", file.string()));
+    names_ = csv_cells(line);
+    while (std::getline(stream_, line))
+      if (!line.empty()) rows_.push_back(csv_cells(line));
+    for (const auto& row : rows_)
+      if (row.size() != names_.size())
+        throw Error(fmt::format("{} has a row of {} cells, not {}", file.string(), row.size(), names_.size()));
+    step_ = rows_.size() / kMostRows + 1;
+  }
+  std::vector<std::string> texts(const std::string& name) const {
+    const auto column = std::find(names_.begin(), names_.end(), name);
+    if (column == names_.end()) throw Error(fmt::format("{} has no column {}", file_.string(), name));
+    std::vector<std::string> cells;
+    for (std::size_t i = 0; i < rows_.size(); i += step_)
+      cells.push_back(rows_[i][std::size_t(column - names_.begin())]);
+    return cells;
+  }
+  std::vector<double> numbers(const std::string& name) const {
+    std::vector<double> values;
+    for (const std::string& cell : texts(name)) values.push_back(parse_number(cell).value_or(kNone));
+    return values;
+  }
+  RunRecord::Path path(const std::string& unit = "") const {
+    return {numbers("t"), numbers("x" + unit), numbers("y" + unit), numbers("z" + unit)};
+  }
+
+ private:
+  std::filesystem::path file_;
+  std::ifstream stream_;
+  std::vector<std::string> names_;
+  std::vector<std::vector<std::string>> rows_;
+  std::size_t step_ = 1;
+};
+
+RunRecord::Path read_truth_path(const std::filesystem::path& file) {
+  RunRecord::Path path;
+  std::ifstream stream(file);
+  std::vector<std::vector<double>> rows;
+  for (std::string line; std::getline(stream, line);) {
+    if (line.empty() || line.front() == '#') continue;
+    const auto cells = words(line);
+    if (cells.size() < 4) throw Error(fmt::format("{} is no trajectory: {}", file.string(), quote(line)));
+    auto& row = rows.emplace_back();
+    for (int i = 0; i < 4; ++i) row.push_back(parse_number(cells[std::size_t(i)]).value_or(kNone));
+  }
+  for (std::size_t i = 0; i < rows.size(); i += rows.size() / kMostRows + 1) {
+    path.t.push_back(rows[i][0]);
+    path.x.push_back(rows[i][1]);
+    path.y.push_back(rows[i][2]);
+    path.z.push_back(rows[i][3]);
+  }
+  return path;
+}
+
+void shift(std::vector<double>& t, double by) {
+  for (double& value : t) value -= by;
+}
+
+std::string spread_of(const nlohmann::json& of, const std::string& key, const std::string& unit) {
+  const std::string mean = key + "_mean_" + unit, std = key + "_std_" + unit;
+  if (!of.contains(mean)) return "–";
+  return fmt::format("{:.3f} ± {:.3f}", of[mean].get<double>(), of.value(std, 0.0));
+}
+
+void read_summary(const std::filesystem::path& file, RunRecord& run) try {
+  std::ifstream stream(file);
+  const nlohmann::json json = nlohmann::json::parse(stream);
+  run.scenario = json.value("scenario", "");
+  run.model = json.value("model", "");
+  if (json.contains("mode"))
+    run.model += fmt::format("{}mode {}", run.model.empty() ? "" : ", ", json.value("mode", ""));
+  run.solver = json.value("solver", "");
+  run.status = json.value("status", "");
+  if (!json.contains("errors")) return;
+  for (const char* type : {"usbl", "optical", "gated", "all"})
+    if (const auto& errors = json["errors"]; errors.contains(type)) {
+      const auto& of = errors[type];
+      run.table.push_back({type, fmt::format("{}", of.value("n", 0)), spread_of(of, "position", "m"),
+                           spread_of(of, "orientation", "deg"), spread_of(of, "raw_position", "m")});
+    }
+} catch (const nlohmann::json::exception&) {
+  throw Error(fmt::format("{} is not as tandem writes it", file.string()));
+}
+
+}  // namespace
+
+bool is_run(const std::filesystem::path& folder) {
+  for (const char* file : {"summary.json", "chaser_full.csv", "errors.csv"})
+    if (!std::filesystem::exists(folder / file)) return false;
+  return true;
+}
+
+RunRecord read_run(const std::filesystem::path& folder) {
+  RunRecord run;
+  read_summary(folder / "summary.json", run);
+  run.chaser = CsvColumns(folder / "chaser_full.csv").path();
+  if (std::filesystem::exists(folder / "target_full.csv")) run.target = CsvColumns(folder / "target_full.csv").path();
+  if (std::filesystem::exists(folder / "chaser_truth.tum"))
+    run.chaser_truth = read_truth_path(folder / "chaser_truth.tum");
+  if (std::filesystem::exists(folder / "target_truth.tum"))
+    run.target_truth = read_truth_path(folder / "target_truth.tum");
+  if (std::filesystem::exists(folder / "target_fixes.csv")) {
+    const CsvColumns fixes(folder / "target_fixes.csv");
+    run.fixes = fixes.path("_m");
+    run.fix_types = fixes.texts("type");
+  }
+  const CsvColumns errors(folder / "errors.csv");
+  run.t = errors.numbers("t");
+  run.position_error = errors.numbers("position_error_m");
+  run.orientation_error = errors.numbers("orientation_error_deg");
+  if (!run.target.t.empty()) run.types = errors.texts("type");
+  for (std::size_t i = 0; i < 3; ++i) {
+    const char axis = "xyz"[i];
+    run.error[i] = errors.numbers(fmt::format("error_{}_m", axis));
+    run.three_sigma[i] = errors.numbers(fmt::format("three_sigma_{}_m", axis));
+  }
+  const double begin = run.chaser.t.empty() ? 0 : run.chaser.t.front();
+  for (std::vector<double>* t :
+       {&run.t, &run.chaser.t, &run.target.t, &run.chaser_truth.t, &run.target_truth.t, &run.fixes.t})
+    shift(*t, begin);
+  return run;
+}
+
+}  // namespace tandem

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tandem {
+
+/// What a run's --out folder has of trajectories and errors, as columns; times from the first one on [s].
+struct RunRecord {
+  std::string scenario, model, solver, status;
+  struct Path {
+    std::vector<double> t, x, y, z;  ///< s, m
+  };
+  Path chaser, target, chaser_truth, target_truth, fixes;
+  std::vector<std::string> fix_types;                     ///< usbl or optical, one each a fix
+  std::vector<double> t;                                  ///< of errors
+  std::vector<std::string> types;                         ///< of keyframes
+  std::vector<double> position_error, orientation_error;  ///< m, deg; nan where there is none
+  std::vector<double> error[3], three_sigma[3];           ///< m, along the chaser's axes
+  std::vector<std::vector<std::string>> table;            ///< errors by type: of summary.json
+};
+
+/// Whether the folder is one of `tandem estimate`, or of another command that writes summary.json and errors.csv.
+bool is_run(const std::filesystem::path& folder);
+/// Throws Error, naming the file, where one is missing or malformed.
+RunRecord read_run(const std::filesystem::path& folder);
+
+}  // namespace tandem

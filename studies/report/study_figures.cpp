@@ -1,0 +1,246 @@
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include <tandem/studies/report/plot_parts.hpp>
+#include <tandem/studies/report/study_figures.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem {
+namespace {
+
+using plot::Json;
+
+struct FigureMetric {
+  const char *metric, *title, *unit;
+};
+constexpr FigureMetric kFigureMetrics[] = {{"usbl_position_m", "Errors at USBL keyframes", "m"},
+                                           {"optical_position_m", "Errors at optical keyframes", "m"},
+                                           {"gated_position_m", "Errors at gated keyframes", "m"},
+                                           {"gap_position_m", "Errors within gaps", "m"},
+                                           {"after_gap_position_m", "Errors in the 10 s after gaps", "m"}};
+
+/// Model and solver of a group: a colour each.
+std::size_t series_of(const Study& study, const StudyGroup& group) {
+  return group.model * study.solvers.size() + group.solver;
+}
+std::size_t series_count(const Study& study) { return study.models.size() * study.solvers.size(); }
+
+std::string series_name(const Study& study, std::size_t series) {
+  const std::string& model = study.models[series / study.solvers.size()];
+  return study.solvers.size() > 1 ? fmt::format("{}, {}", model, study.solvers[series % study.solvers.size()]) : model;
+}
+
+std::vector<double> values_of_group(const StudyGroup& group, std::string_view metric,
+                                    std::vector<std::string>* labels = nullptr) {
+  std::vector<double> values;
+  for (const TrialResult* result : group.results)
+    if (result)
+      if (const auto value = result->get(metric)) {
+        values.push_back(*value);
+        if (labels) labels->push_back(fmt::format("trial {}", result->trial));
+      }
+  return values;
+}
+
+bool has_metric(const StudyTables& tables, const char* metric) {
+  return std::any_of(tables.means.begin(), tables.means.end(),
+                     [&](const StudyMean& mean) { return mean.metric == metric; });
+}
+
+/// Ticks that name the cells of the grid, each one wide.
+void name_cells(const StudyTables& tables, Json& layout) {
+  Json at = Json::array(), text = Json::array();
+  for (const StudyGroup& group : tables.groups)
+    if (group.model == 0 && group.solver == 0) {
+      at.push_back(group.cell);
+      text.push_back(html_escaped(group.cell_text));
+    }
+  layout["xaxis"]["tickvals"] = std::move(at);
+  layout["xaxis"]["ticktext"] = std::move(text);
+  layout["xaxis"]["range"] = {-0.6, double(tables.groups.back().cell) + 0.6};
+}
+
+HtmlFigure figure_of_boxes(const Study& study, const StudyTables& tables, const FigureMetric& metric) {
+  Json traces = Json::array();
+  const auto count = double(series_count(study));
+  for (std::size_t series = 0; series < series_count(study); ++series) {
+    plot::Boxes boxes{
+        html_escaped(series_name(study, series)), plot::colour(series), plot::faint(series), 0.7 / count, {}, {}, {}};
+    for (const StudyGroup& group : tables.groups) {
+      if (series_of(study, group) != series) continue;
+      boxes.x.push_back(double(group.cell) + 0.8 * ((double(series) + 0.5) / count - 0.5));
+      boxes.values.push_back(values_of_group(group, metric.metric, &boxes.labels.emplace_back()));
+    }
+    plot::add_boxes(traces, boxes);
+  }
+  Json layout = plot::layout("", fmt::format("mean error of a trial [{}]", metric.unit));
+  name_cells(tables, layout);
+  layout["yaxis"]["rangemode"] = "tozero";
+  return {metric.title,
+          "Quartiles and median over seeds, whiskers to 1.5 times the box; what lies beyond is named by its trial.",
+          traces, layout, 440};
+}
+
+/// The axis with several numeric values, if there is just one such.
+std::optional<std::size_t> numeric_axis(const Study& study) {
+  std::optional<std::size_t> found;
+  for (std::size_t a = 0; a < study.axes.size(); ++a) {
+    if (study.axes[a].values.size() < 3) continue;
+    const auto& values = study.axes[a].values;
+    if (!std::all_of(values.begin(), values.end(), [](const auto& v) { return parse_number(v).has_value(); })) continue;
+    if (found) return {};
+    found = a;
+  }
+  return found;
+}
+
+HtmlFigure figure_along_axis(const Study& study, const StudyTables& tables, std::size_t axis,
+                             const FigureMetric& metric) {
+  std::size_t inner = 1;  // cells of one value of the axis that follow each other
+  for (std::size_t a = axis + 1; a < study.axes.size(); ++a) inner *= study.axes[a].values.size();
+  const auto& values = study.axes[axis].values;
+  Json traces = Json::array();
+  std::size_t line = 0;
+  for (std::size_t series = 0; series < series_count(study); ++series)
+    for (std::size_t rest = 0; rest < study.cells() / values.size(); ++rest) {
+      std::vector<double> x, y, half;
+      std::string name = series_name(study, series);
+      for (const StudyMean& mean : tables.means) {
+        const StudyGroup& group = *mean.group;
+        const std::size_t value = group.cell / inner % values.size();
+        const std::size_t others = group.cell / (inner * values.size()) * inner + group.cell % inner;
+        if (mean.metric != metric.metric || series_of(study, group) != series || others != rest) continue;
+        x.push_back(parse_number(values[value]).value());
+        y.push_back(mean.mean.value);
+        half.push_back(mean.mean.high - mean.mean.value);
+        if (study.cells() > values.size()) name = fmt::format("{} ({})", series_name(study, series), group.cell_text);
+      }
+      if (x.empty()) continue;
+      Json trace = plot::line(html_escaped(name), x, y, plot::colour(line++));
+      trace["mode"] = "lines+markers";
+      trace["error_y"] = {{"type", "data"}, {"array", plot::numbers(half)}};
+      traces.push_back(std::move(trace));
+    }
+  const std::string& unit = parameter_named(trial_parameters(), study.name, study.axes[axis].parameter).unit;
+  Json layout = plot::layout(study.axes[axis].parameter + (unit.empty() ? "" : fmt::format(" [{}]", unit)),
+                             fmt::format("mean error [{}]", metric.unit));
+  layout["yaxis"]["rangemode"] = "tozero";
+  return {fmt::format("{} against {}", metric.title, study.axes[axis].parameter),
+          "Means over seeds with their 95 % intervals.", traces, layout, 400};
+}
+
+HtmlFigure figure_of_trial_shares(const Study& study, const StudyTables& tables) {
+  Json traces = Json::array();
+  for (const StudyGroup& group : tables.groups) {
+    const std::size_t series = series_of(study, group);
+    std::string name = series_name(study, series);
+    if (!group.cell_text.empty()) name += fmt::format(" ({})", group.cell_text);
+    const std::vector<double> values = values_of_group(group, "all_position_m");
+    if (values.empty()) continue;
+    Json trace = plot::cumulative(html_escaped(name), values, plot::colour(series));
+    constexpr const char* dashes[] = {"solid", "dash", "dot", "dashdot", "longdash"};
+    trace["line"]["dash"] = dashes[group.cell % 5];
+    traces.push_back(std::move(trace));
+  }
+  Json layout = plot::layout("mean error of a trial over all its keyframes [m]", "share of trials");
+  layout["xaxis"]["type"] = "log";
+  if (tables.groups.size() > 12) layout["showlegend"] = false;
+  return {"Distribution over trials", "Share of the trials whose mean error is no larger.", traces, layout, 400};
+}
+
+/// Squared errors by their degrees of freedom: 1 where consistent.
+HtmlFigure figure_of_consistency(const Study& study, const StudyTables& tables) {
+  constexpr std::pair<const char*, const char*> quantities[] = {{"nees_chaser", "chaser"},
+                                                                {"nees_target", "target"},
+                                                                {"nees_relative_pose", "relative pose"},
+                                                                {"nees_relative_position", "relative position"},
+                                                                {"nis_usbl", "USBL (NIS)"},
+                                                                {"nis_optical", "optical (NIS)"}};
+  Json traces = Json::array();
+  Json layout = plot::layout("", "mean squared error by degrees of freedom");
+  Json shapes = Json::array(), at = Json::array(), text = Json::array();
+  const auto count = double(tables.groups.size());
+  for (std::size_t g = 0; g < tables.groups.size(); ++g) {
+    const StudyGroup& group = tables.groups[g];
+    std::string name = series_name(study, series_of(study, group));
+    if (!group.cell_text.empty()) name += fmt::format(" ({})", group.cell_text);
+    std::vector<double> x, y, mean_x, mean_y, half;
+    Json labels = Json::array();
+    for (const StudyConsistency& row : tables.consistency) {
+      if (row.group != &group) continue;
+      const auto q = std::find_if(std::begin(quantities), std::end(quantities),
+                                  [&](const auto& entry) { return row.metric == entry.first; });
+      const double where = double(q - std::begin(quantities)) + 0.8 * ((double(g) + 0.5) / count - 0.5);
+      const double width = 0.3 / count;
+      shapes.push_back({{"type", "rect"},
+                        {"layer", "below"},
+                        {"line", {{"width", 0}}},
+                        {"fillcolor", "#e3e8ee"},
+                        {"x0", where - width},
+                        {"x1", where + width},
+                        {"y0", plot::number(row.low / row.degrees)},
+                        {"y1", plot::number(row.high / row.degrees)}});
+      mean_x.push_back(where);
+      mean_y.push_back(row.mean.value / row.degrees);
+      half.push_back((row.mean.high - row.mean.value) / row.degrees);
+      std::vector<std::string> trials;
+      for (const double value : values_of_group(group, row.metric, &trials)) {
+        x.push_back(where);
+        y.push_back(value / row.degrees);
+      }
+      for (const std::string& trial : trials) labels.push_back(trial);
+    }
+    if (mean_x.empty()) continue;
+    Json dots = plot::line("", x, y, plot::colour(g));
+    dots["mode"] = "markers";
+    dots["marker"] = {{"size", 3}, {"color", plot::colour(g)}, {"opacity", 0.35}};
+    dots["text"] = std::move(labels);
+    dots["hovertemplate"] = "%{text}: %{y}<extra></extra>";
+    traces.push_back(std::move(dots));
+    Json means = plot::line(html_escaped(name), mean_x, mean_y, plot::colour(g));
+    means["mode"] = "markers";
+    means["marker"] = {{"size", 9}, {"color", plot::colour(g)}, {"symbol", "diamond"}};
+    means["error_y"] = {{"type", "data"}, {"array", plot::numbers(half)}};
+    traces.push_back(std::move(means));
+  }
+  for (std::size_t q = 0; q < std::size(quantities); ++q) {
+    at.push_back(q);
+    text.push_back(quantities[q].second);
+  }
+  shapes.push_back({{"type", "line"},
+                    {"x0", -0.6},
+                    {"x1", double(std::size(quantities)) - 0.4},
+                    {"y0", 1},
+                    {"y1", 1},
+                    {"line", {{"dash", "dot"}, {"width", 1}, {"color", plot::kGrey}}}});
+  layout["shapes"] = std::move(shapes);
+  layout["xaxis"]["tickvals"] = std::move(at);
+  layout["xaxis"]["ticktext"] = std::move(text);
+  layout["yaxis"]["type"] = "log";
+  if (tables.groups.size() > 12) layout["showlegend"] = false;
+  return {"Consistency",
+          "NEES and NIS by their degrees of freedom: 1 where errors are as large as their covariances say. Dots are "
+          "trials, "
+          "diamonds their means with 95 % intervals; grey, the 95 % band of such a mean by χ², a trial counting as one "
+          "sample. Above it σ are too small (optimistic), below too large.",
+          traces, layout, 460};
+}
+
+}  // namespace
+
+std::vector<HtmlFigure> study_figures(const Study& study, const StudyTables& tables) {
+  std::vector<HtmlFigure> figures;
+  const auto axis = numeric_axis(study);
+  for (const FigureMetric& metric : kFigureMetrics) {
+    if (!has_metric(tables, metric.metric)) continue;
+    if (axis) figures.push_back(figure_along_axis(study, tables, *axis, metric));
+    figures.push_back(figure_of_boxes(study, tables, metric));
+  }
+  if (has_metric(tables, "all_position_m")) figures.push_back(figure_of_trial_shares(study, tables));
+  if (!tables.consistency.empty()) figures.push_back(figure_of_consistency(study, tables));
+  return figures;
+}
+
+}  // namespace tandem

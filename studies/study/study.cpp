@@ -1,0 +1,167 @@
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/scenario/yaml_section.hpp>
+#include <tandem/studies/study/study.hpp>
+#include <tandem/studies/support/option_values.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr double kMostTrials = 1e7;
+const char* const kAutomatic = "automatic";
+
+/// SplitMix64's finalizer and increment. Steele, Lea & Flood 2014, "Fast splittable pseudorandom number generators".
+constexpr std::uint64_t kGamma = 0x9e3779b97f4a7c15u;
+constexpr std::uint64_t mixed(std::uint64_t z) {
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+  return z ^ (z >> 31);
+}
+
+std::size_t whole(const YamlSection& yaml, const std::string& key) {
+  const auto count = whole_number(yaml.text(key));
+  if (!count) yaml.fail(key, fmt::format("{} is a whole number above zero, not {}", key, quote(yaml.text(key))));
+  return static_cast<std::size_t>(*count);
+}
+
+/// Each value as its parser understands it; a list of them without repeats.
+template <class Read>
+std::vector<std::string> values_of(const YamlSection& yaml, const std::string& key, Read read) {
+  std::vector<std::string> values;
+  for (const std::string& text : yaml.texts(key)) {
+    std::string value;
+    try {
+      value = read(text);
+    } catch (const Error& error) {
+      yaml.fail(key, error.what());
+    }
+    if (std::find(values.begin(), values.end(), value) != values.end())
+      yaml.fail(key, fmt::format("{} has {} twice", key, quote(value)));
+    values.push_back(std::move(value));
+  }
+  if (values.empty()) yaml.fail(key, fmt::format("{} is empty: the grid has no trials", key));
+  return values;
+}
+
+std::vector<StudyAxis> read_axes(const YamlSection& parameters) {
+  std::vector<std::string> known;
+  for (const auto& parameter : trial_parameters()) known.push_back(parameter.name);
+  parameters.allow_only(known);
+  std::vector<StudyAxis> axes;
+  for (const std::string& key : parameters.keys()) {
+    const auto& parameter = parameter_named(trial_parameters(), "a study", key);
+    axes.push_back({key, values_of(parameters, key, [&](const std::string& text) {
+                      TrialSettings settings;
+                      parameter.set(settings, key, text);
+                      return parameter.text(settings);
+                    })});
+  }
+  return axes;
+}
+
+std::string list_text(const std::vector<std::string>& words) { return fmt::format("{}", fmt::join(words, " | ")); }
+
+}  // namespace
+
+std::size_t Study::cells() const {
+  std::size_t n = 1;
+  for (const StudyAxis& axis : axes) n *= axis.values.size();
+  return n;
+}
+
+TrialPlace Study::place(std::size_t trial) const {
+  TrialPlace place{0, std::vector<std::size_t>(axes.size()), 0, 0};
+  const auto take = [&](std::size_t size) {
+    const std::size_t digit = trial % size;
+    trial /= size;
+    return digit;
+  };
+  place.solver = take(solvers.size());
+  place.model = take(models.size());
+  for (std::size_t a = axes.size(); a-- > 0;) place.values[a] = take(axes[a].values.size());
+  place.replicate = trial;
+  return place;
+}
+
+std::string Study::canonical() const {
+  std::string text = "tandem study 1\nsimulation: docking\n";
+  for (const StudyAxis& axis : axes) text += fmt::format("{}: {}\n", axis.parameter, list_text(axis.values));
+  text += fmt::format("models: {}\nsolvers: {}\nseeds: {}\nseed: {}\ncovariances: {}\ntime_limit: {}\n",
+                      list_text(models), list_text(solvers), seeds, seed, covariances, time_limit);
+  return text;
+}
+
+std::uint64_t Study::hash() const {
+  std::uint64_t h = 0xcbf29ce484222325u;
+  for (const char c : canonical()) h = (h ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+  return h;
+}
+
+std::uint64_t Study::seed_of(std::size_t replicate) const { return mixed(hash() + (replicate + 1) * kGamma); }
+
+TrialSettings Study::settings(const TrialPlace& place) const {
+  TrialSettings settings;
+  for (std::size_t a = 0; a < axes.size(); ++a)
+    parameter_named(trial_parameters(), name, axes[a].parameter)
+        .set(settings, axes[a].parameter, axes[a].values[place.values[a]]);
+  settings.docking.seed = seed_of(place.replicate);
+  return settings;
+}
+
+NamedModel Study::model(const TrialPlace& place) const { return parse_model_spec("models", models[place.model], {}); }
+
+Solver Study::solver(const TrialPlace& place) const {
+  const std::string& named = solvers[place.solver];
+  Solver solver = named == kAutomatic ? solver_for(model(place)) : parse_solver("solvers", named);
+  if (time_limit > 0) common(solver).time_limit = time_limit;
+  return solver;
+}
+
+std::string Study::cell_text(const TrialPlace& place) const {
+  std::string text;
+  for (std::size_t a = 0; a < axes.size(); ++a)
+    if (axes[a].values.size() > 1)
+      text += fmt::format("{}{}={}", text.empty() ? "" : ", ", axes[a].parameter, axes[a].values[place.values[a]]);
+  return text;
+}
+
+Study read_study(const std::filesystem::path& file) { return parse_study(YamlSection::text_of(file), file); }
+
+Study parse_study(const std::string& text, const std::filesystem::path& file) {
+  const YamlSection yaml = YamlSection::parse(text, file);
+  yaml.allow_only(
+      {"name", "question", "parameters", "models", "solvers", "seeds", "seed", "covariances", "time_limit"});
+  Study study;
+  study.name = yaml.text("name");
+  if (yaml.has("question")) study.question = yaml.text("question");
+  if (yaml.has("parameters")) study.axes = read_axes(yaml.section("parameters"));
+  study.models = values_of(yaml, "models", [](const std::string& spec) {
+    parse_model_spec("models", spec, {});
+    return spec;
+  });
+  study.solvers = {kAutomatic};
+  if (yaml.has("solvers"))
+    study.solvers = values_of(yaml, "solvers", [](const std::string& solver) {
+      if (solver != kAutomatic) parse_solver("solvers", solver);
+      return solver;
+    });
+  study.seeds = whole(yaml, "seeds");
+  if (yaml.has("seed")) study.seed = whole(yaml, "seed");
+  if (yaml.has("covariances")) study.covariances = yaml.boolean("covariances");
+  if (yaml.has("time_limit")) {
+    study.time_limit = yaml.number("time_limit");
+    if (study.time_limit <= 0) yaml.fail("time_limit", "time_limit is above zero");
+  }
+  double trials = double(study.seeds) * double(study.models.size()) * double(study.solvers.size());
+  for (const StudyAxis& axis : study.axes) trials *= double(axis.values.size());
+  if (trials > kMostTrials)
+    throw Error(fmt::format("{}: the grid has {:g} trials, more than {:g}", file.string(), trials, kMostTrials));
+  return study;
+}
+
+}  // namespace tandem

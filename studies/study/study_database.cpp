@@ -1,0 +1,273 @@
+#include <cerrno>
+#include <cstring>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sqlite3.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/study/study_database.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr const char* kFormat = "1";
+constexpr int kBusy = 10000;            // ms to wait for a reader
+constexpr std::size_t kRowBytes = 700;  // of a trial, more than it takes
+constexpr const char* kLock = "study.lock";
+
+/// One writer a folder, until it ends, however it does.
+class WriterLock {
+ public:
+  explicit WriterLock(const std::filesystem::path& folder) {
+    const std::filesystem::path file = folder / kLock;
+    descriptor_ = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (descriptor_ < 0) throw Error(fmt::format("{} cannot be written: {}", file.string(), std::strerror(errno)));
+    if (flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
+    close(descriptor_);
+    throw Error(fmt::format("{}: another process is at work on this study; wait for it or end it", folder.string()));
+  }
+  ~WriterLock() { close(descriptor_); }
+  WriterLock(const WriterLock&) = delete;
+  WriterLock& operator=(const WriterLock&) = delete;
+
+ private:
+  int descriptor_;
+};
+
+class Database;
+
+/// A compiled statement.
+class Statement {
+ public:
+  Statement(const Database& database, const std::string& sql);
+  ~Statement() { sqlite3_finalize(statement_); }
+  Statement(const Statement&) = delete;
+  Statement& operator=(const Statement&) = delete;
+
+  void bind(int i, const std::string& text) {
+    sqlite3_bind_text(statement_, i, text.data(), static_cast<int>(text.size()), SQLITE_TRANSIENT);
+  }
+  void bind(int i, std::size_t number) { sqlite3_bind_int64(statement_, i, static_cast<sqlite3_int64>(number)); }
+  void bind(int i, const std::optional<double>& number) {
+    number ? sqlite3_bind_double(statement_, i, *number) : sqlite3_bind_null(statement_, i);
+  }
+  bool step();  ///< whether there is a row
+  std::string text(int i) const {
+    const auto* const bytes = reinterpret_cast<const char*>(sqlite3_column_text(statement_, i));
+    return bytes ? std::string(bytes, std::size_t(sqlite3_column_bytes(statement_, i))) : "";
+  }
+  std::size_t whole(int i) const { return static_cast<std::size_t>(sqlite3_column_int64(statement_, i)); }
+  std::optional<double> number(int i) const {
+    if (sqlite3_column_type(statement_, i) == SQLITE_NULL) return {};
+    return sqlite3_column_double(statement_, i);
+  }
+
+ private:
+  const Database& database_;
+  sqlite3_stmt* statement_ = nullptr;
+};
+
+class Database {
+ public:
+  Database(std::filesystem::path file, int flags) : file_(std::move(file)) {
+    check(sqlite3_open_v2(file_.c_str(), &handle_, flags | SQLITE_OPEN_NOMUTEX, nullptr));
+    sqlite3_busy_timeout(handle_, kBusy);
+  }
+  ~Database() { sqlite3_close(handle_); }
+  Database(const Database&) = delete;
+  Database& operator=(const Database&) = delete;
+
+  void run(const std::string& sql) const { check(sqlite3_exec(handle_, sql.c_str(), nullptr, nullptr, nullptr)); }
+  sqlite3* handle() const { return handle_; }
+
+  /// Throws Error where `code` is a failure.
+  void check(int code) const {
+    switch (code & 0xff) {
+      case SQLITE_OK:
+      case SQLITE_ROW:
+      case SQLITE_DONE:
+        return;
+      case SQLITE_CORRUPT:
+      case SQLITE_NOTADB:
+        fail("is damaged; move it away and run the study anew, or merge what other shards have");
+      case SQLITE_BUSY:
+      case SQLITE_LOCKED:
+        fail("is locked by another process; wait for it or end it");
+      case SQLITE_FULL:
+        fail("cannot be written: the disk is full; make room and go on with --resume");
+      case SQLITE_READONLY:
+      case SQLITE_CANTOPEN:
+      case SQLITE_PERM:
+        fail("cannot be opened or written; is the folder read-only?");
+      default:
+        fail(fmt::format("failed: {}", handle_ ? sqlite3_errmsg(handle_) : sqlite3_errstr(code)));
+    }
+  }
+  [[noreturn]] void fail(const std::string& what) const { throw Error(fmt::format("{} {}", file_.string(), what)); }
+
+ private:
+  std::filesystem::path file_;
+  sqlite3* handle_ = nullptr;
+};
+
+Statement::Statement(const Database& database, const std::string& sql) : database_(database) {
+  database.check(sqlite3_prepare_v2(database.handle(), sql.c_str(), -1, &statement_, nullptr));
+}
+
+bool Statement::step() {
+  const int code = sqlite3_step(statement_);
+  if (code != SQLITE_ROW) {
+    sqlite3_reset(statement_);
+    database_.check(code);
+  }
+  return code == SQLITE_ROW;
+}
+
+std::string columns_sql(const std::string& each) {
+  std::string sql;
+  for (const TrialMetric& metric : trial_metrics()) sql += fmt::format(", {}{}", metric.name, each);
+  return sql;
+}
+
+}  // namespace
+
+struct StudyDatabase::Impl {
+  Impl(const std::filesystem::path& folder, int flags, bool writes)
+      : lock(writes ? std::make_unique<WriterLock>(folder) : nullptr), database(folder / file_name, flags) {}
+
+  std::string value(const std::string& key) {
+    Statement select(database, "SELECT value FROM study WHERE key = ?");
+    select.bind(1, key);
+    if (!select.step()) database.fail(fmt::format("is not a study's: it has no {}", key));
+    return select.text(0);
+  }
+
+  void prepare() {
+    std::string values;
+    for (std::size_t i = 0; i < trial_metrics().size(); ++i) values += ", ?";
+    insert = std::make_unique<Statement>(
+        database, fmt::format("INSERT OR IGNORE INTO trials (trial, status, message{}) VALUES (?, ?, ?{})",
+                              columns_sql(""), values));
+  }
+
+  std::unique_ptr<WriterLock> lock;
+  Database database;
+  Study study{};
+  std::string yaml;
+  std::unique_ptr<Statement> insert;  // last: it ends before the database
+};
+
+StudyDatabase::StudyDatabase(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+StudyDatabase::StudyDatabase(StudyDatabase&&) noexcept = default;
+StudyDatabase::~StudyDatabase() = default;
+
+bool StudyDatabase::is_in(const std::filesystem::path& folder) { return std::filesystem::exists(folder / file_name); }
+
+StudyDatabase StudyDatabase::create(const std::filesystem::path& folder, const Study& study, const std::string& yaml) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw Error(fmt::format("{} cannot be made: {}", folder.string(), error.message()));
+  if (is_in(folder))
+    throw Error(fmt::format("{} has a study already: go on with --resume, or name another folder", folder.string()));
+  auto impl = std::make_unique<Impl>(folder, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, true);
+  const Database& database = impl->database;
+  database.run("PRAGMA synchronous = FULL");
+  // The pages of what is deleted stay with the file, for the rows to come.
+  database.run(
+      fmt::format("BEGIN; CREATE TABLE room (bytes BLOB); INSERT INTO room VALUES (zeroblob({})); COMMIT;"
+                  "DROP TABLE room",
+                  study.trials() * kRowBytes));
+  database.run(
+      fmt::format("BEGIN; CREATE TABLE study (key TEXT PRIMARY KEY, value TEXT);"
+                  "CREATE TABLE trials (trial INTEGER PRIMARY KEY, status TEXT, message TEXT{})",
+                  columns_sql(" REAL")));
+  for (const auto& [key, value] :
+       {std::pair<std::string, std::string>{"format", kFormat}, {"canonical", study.canonical()}, {"yaml", yaml}}) {
+    Statement put(database, "INSERT INTO study VALUES (?, ?)");
+    put.bind(1, key);
+    put.bind(2, value);
+    put.step();
+  }
+  database.run("COMMIT");
+  impl->study = study;
+  impl->yaml = yaml;
+  impl->prepare();
+  return StudyDatabase(std::move(impl));
+}
+
+StudyDatabase StudyDatabase::read(const std::filesystem::path& folder) {
+  if (!is_in(folder)) throw Error(fmt::format("{} has no study: there is no {}", folder.string(), file_name));
+  auto impl =
+      std::make_unique<Impl>(folder, SQLITE_OPEN_READWRITE, false);  // a journal that a kill left is rolled back
+  if (const std::string format = impl->value("format"); format != kFormat)
+    impl->database.fail(fmt::format("is of format {}, which this version does not read", format));
+  impl->yaml = impl->value("yaml");
+  impl->study = parse_study(impl->yaml, folder / file_name);
+  return StudyDatabase(std::move(impl));
+}
+
+StudyDatabase StudyDatabase::resume(const std::filesystem::path& folder, const Study& study) {
+  StudyDatabase found = read(folder);
+  Impl& impl = *found.impl_;
+  if (impl.value("canonical") != study.canonical())
+    throw Error(
+        fmt::format("{} has trials of another study: its hash is {:016x}, this one's {:016x}; name another folder",
+                    folder.string(), impl.study.hash(), study.hash()));
+  impl.lock = std::make_unique<WriterLock>(folder);
+  Statement check(impl.database, "PRAGMA quick_check");
+  if (!check.step() || check.text(0) != "ok")
+    impl.database.fail("is damaged; move it away and run the study anew, or merge what other shards have");
+  impl.database.run("PRAGMA synchronous = FULL");
+  impl.prepare();
+  return found;
+}
+
+const Study& StudyDatabase::study() const { return impl_->study; }
+const std::string& StudyDatabase::yaml() const { return impl_->yaml; }
+
+void StudyDatabase::add(const TrialResult& result) {
+  Statement& insert = *impl_->insert;
+  insert.bind(1, result.trial);
+  insert.bind(2, result.status);
+  insert.bind(3, result.message);
+  for (std::size_t i = 0; i < result.metrics.size(); ++i) insert.bind(static_cast<int>(i) + 4, result.metrics[i]);
+  insert.step();
+}
+
+void StudyDatabase::add_all(const std::vector<TrialResult>& results) {
+  impl_->database.run("BEGIN");
+  for (const TrialResult& result : results) add(result);
+  impl_->database.run("COMMIT");
+}
+
+std::size_t StudyDatabase::count() const {
+  Statement select(impl_->database, "SELECT COUNT(*) FROM trials");
+  select.step();
+  return select.whole(0);
+}
+
+std::vector<bool> StudyDatabase::finished() const {
+  std::vector<bool> done(impl_->study.trials());
+  Statement select(impl_->database, "SELECT trial FROM trials");
+  while (select.step()) done.at(select.whole(0)) = true;
+  return done;
+}
+
+std::vector<TrialResult> StudyDatabase::results() const {
+  std::vector<TrialResult> results;
+  Statement select(impl_->database,
+                   fmt::format("SELECT trial, status, message{} FROM trials ORDER BY trial", columns_sql("")));
+  while (select.step()) {
+    TrialResult& result = results.emplace_back();
+    result.trial = select.whole(0);
+    result.status = select.text(1);
+    result.message = select.text(2);
+    for (std::size_t i = 0; i < result.metrics.size(); ++i) result.metrics[i] = select.number(static_cast<int>(i) + 3);
+  }
+  return results;
+}
+
+}  // namespace tandem

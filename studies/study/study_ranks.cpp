@@ -1,0 +1,268 @@
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <thread>
+
+#include <fmt/format.h>
+#ifdef TANDEM_HAS_MPI
+#include <mpi.h>
+#endif
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/study/study_ranks.hpp>
+#include <tandem/studies/study/trial.hpp>
+#include <tandem/studies/study/trial_message.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem {
+namespace {
+
+/// How many processes the launcher says that it has started.
+int launched_ranks() {
+  for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
+    if (const char* text = std::getenv(variable)) return whole_number(text).value_or(1);
+  return 1;
+}
+
+}  // namespace
+
+#ifndef TANDEM_HAS_MPI
+
+struct StudyRanks::Impl {};
+
+std::unique_ptr<StudyRanks> StudyRanks::launched() {
+  if (launched_ranks() > 1)
+    throw Error("this build has no MPI: configure with -DTANDEM_WITH_MPI=ON, or run shards, --shard I/N");
+  return nullptr;
+}
+bool StudyRanks::leads() const { return true; }
+int StudyRanks::lost() const { return 0; }
+StudyProgress StudyRanks::lead(StudyDatabase&, const StudyRunOptions&) { return {}; }
+void StudyRanks::work(const Study&) {}
+void StudyRanks::abandon(int status) { std::exit(status); }
+
+#else
+
+namespace {
+
+using RankClock = std::chrono::steady_clock;
+
+enum Tag : int { kResult = 1, kAssignment = 2, kHeartbeat = 3 };
+constexpr auto kBeat = std::chrono::seconds(2), kSilence = std::chrono::seconds(30);
+constexpr auto kPoll = std::chrono::milliseconds(1);
+constexpr std::uint64_t kNoMore = ~std::uint64_t(0);
+
+/// One trial at a time in a thread of its own, so that the rank's main thread, which alone talks to others, is free.
+class TrialThread {
+ public:
+  explicit TrialThread(const Study& study) : study_(study), thread_([this](std::stop_token stop) { run(stop); }) {}
+  ~TrialThread() {
+    stop_ = true;
+    thread_.request_stop();
+    changed_.notify_all();
+  }
+  TrialThread(const TrialThread&) = delete;
+  TrialThread& operator=(const TrialThread&) = delete;
+
+  void start(std::size_t trial) {
+    const std::lock_guard lock(mutex_);
+    trial_ = trial;
+    changed_.notify_all();
+  }
+  std::optional<TrialResult> take() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(result_, std::nullopt);
+  }
+
+ private:
+  void run(const std::stop_token& stop) {
+    while (true) {
+      std::unique_lock lock(mutex_);
+      changed_.wait(lock, [&] { return trial_ || stop.stop_requested(); });
+      if (stop.stop_requested()) return;
+      const std::size_t trial = *std::exchange(trial_, std::nullopt);
+      lock.unlock();
+      TrialResult result = run_trial(study_, trial, &stop_);
+      lock.lock();
+      result_ = std::move(result);
+    }
+  }
+
+  const Study& study_;
+  std::atomic<bool> stop_{false};
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::optional<std::size_t> trial_;
+  std::optional<TrialResult> result_;
+  std::jthread thread_;  // last: it ends before what it uses
+};
+
+void assign(int rank, std::uint64_t trial) { MPI_Send(&trial, 1, MPI_UINT64_T, rank, kAssignment, MPI_COMM_WORLD); }
+
+/// A message that has come, if one has.
+std::optional<std::pair<MPI_Status, std::string>> received(int source) {
+  int there = 0;
+  MPI_Status status;
+  MPI_Iprobe(source, MPI_ANY_TAG, MPI_COMM_WORLD, &there, &status);
+  if (!there) return {};
+  int size = 0;
+  MPI_Get_count(&status, MPI_BYTE, &size);
+  std::string bytes(std::size_t(size), '\0');
+  MPI_Recv(bytes.data(), size, MPI_BYTE, status.MPI_SOURCE, status.MPI_TAG, MPI_COMM_WORLD, &status);
+  return std::pair(status, std::move(bytes));
+}
+
+/// What rank 0 knows of a worker.
+struct Worker {
+  RankClock::time_point heard;
+  std::optional<std::size_t> trial{};
+  bool idle = false, lost = false;  ///< idle: it has told that it is ready, and has no trial
+};
+
+/// Whether all ranks have this hash.
+bool same_on_all(std::uint64_t hash) {
+  std::uint64_t of_lead = hash;
+  MPI_Bcast(&of_lead, 1, MPI_UINT64_T, 0, MPI_COMM_WORLD);
+  int same = of_lead == hash, all = 0;
+  MPI_Allreduce(&same, &all, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
+  return all;
+}
+
+}  // namespace
+
+struct StudyRanks::Impl {
+  int rank = 0, size = 1;
+  int lost = 0;
+};
+
+std::unique_ptr<StudyRanks> StudyRanks::launched() {
+  if (launched_ranks() < 2) return nullptr;
+  int provided = 0;
+  MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
+  auto impl = std::make_unique<Impl>();
+  MPI_Comm_rank(MPI_COMM_WORLD, &impl->rank);
+  MPI_Comm_size(MPI_COMM_WORLD, &impl->size);
+  return std::unique_ptr<StudyRanks>(new StudyRanks(std::move(impl)));
+}
+
+StudyRanks::StudyRanks(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+StudyRanks::~StudyRanks() {
+  if (impl_->lost > 0) abandon(0);  // to wait for who is lost would be for ever
+  MPI_Finalize();
+}
+
+bool StudyRanks::leads() const { return impl_->rank == 0; }
+int StudyRanks::lost() const { return impl_->lost; }
+
+void StudyRanks::abandon(int status) {
+  std::fflush(nullptr);
+  MPI_Abort(MPI_COMM_WORLD, status);
+  std::_Exit(status);
+}
+
+void StudyRanks::work(const Study& study) {
+  if (!same_on_all(study.hash())) return;
+  TrialThread thread(study);
+  const std::string ready;
+  MPI_Send(ready.data(), 0, MPI_BYTE, 0, kResult, MPI_COMM_WORLD);
+  RankClock::time_point beat = RankClock::now();
+  while (true) {
+    if (const auto message = received(0)) {
+      std::uint64_t trial = kNoMore;
+      std::memcpy(&trial, message->second.data(), std::min(sizeof trial, message->second.size()));
+      if (trial == kNoMore) return;
+      thread.start(trial);
+    }
+    if (const auto result = thread.take()) {
+      const std::string bytes = packed(*result);
+      MPI_Send(bytes.data(), static_cast<int>(bytes.size()), MPI_BYTE, 0, kResult, MPI_COMM_WORLD);
+    } else if (RankClock::now() - beat > kBeat) {
+      MPI_Send(ready.data(), 0, MPI_BYTE, 0, kHeartbeat, MPI_COMM_WORLD);
+      beat = RankClock::now();
+    }
+    std::this_thread::sleep_for(kPoll);
+  }
+}
+
+StudyProgress StudyRanks::lead(StudyDatabase& database, const StudyRunOptions& options) {
+  const Study& study = database.study();
+  if (!same_on_all(study.hash())) throw Error("the ranks do not read the same study file");
+  const std::vector<bool> finished = database.finished();
+  std::deque<std::size_t> to_do;
+  for (std::size_t i = 0; i < finished.size(); ++i)
+    if (!finished[i]) to_do.push_back(i);
+
+  StudyProgress progress;
+  progress.all = finished.size();
+  const std::size_t before = progress.done = progress.all - to_do.size();
+  const auto begun = RankClock::now();
+  std::map<int, Worker> workers;
+  for (int rank = 1; rank < impl_->size; ++rank) workers[rank].heard = begun;
+  TrialThread own(study);
+  bool own_is_idle = true;
+
+  const auto next = [&]() -> std::optional<std::size_t> {
+    if (to_do.empty()) return {};
+    const std::size_t trial = to_do.front();
+    to_do.pop_front();
+    return trial;
+  };
+  const auto keep = [&](const TrialResult& result) {
+    database.add(result);
+    ++progress.done;
+    progress.failed += !result.converged();
+    progress.rate = double(progress.done - before) / std::chrono::duration<double>(RankClock::now() - begun).count();
+    progress.seconds_left = double(progress.all - progress.done) / progress.rate;
+    if (options.progress) options.progress(progress);
+  };
+  const auto give = [&](int rank, Worker& worker) {
+    worker.trial = next();
+    worker.idle = !worker.trial;
+    if (worker.trial) assign(rank, *worker.trial);
+  };
+  while (progress.done < progress.all && !(options.stop && *options.stop)) {
+    while (const auto message = received(MPI_ANY_SOURCE)) {
+      Worker& worker = workers.at(message->first.MPI_SOURCE);
+      if (worker.lost) continue;  // given up: its trial is another's
+      worker.heard = RankClock::now();
+      if (message->first.MPI_TAG != kResult) continue;
+      if (!message->second.empty()) keep(unpacked(message->second));
+      give(message->first.MPI_SOURCE, worker);
+    }
+    if (const auto result = own.take()) {
+      keep(*result);
+      own_is_idle = true;
+    }
+    if (own_is_idle)
+      if (const auto trial = next()) {
+        own.start(*trial);
+        own_is_idle = false;
+      }
+    for (auto& [rank, worker] : workers)
+      if (!worker.lost && RankClock::now() - worker.heard > kSilence) {
+        worker.lost = true;
+        ++impl_->lost;
+        worker.idle = false;
+        if (worker.trial) to_do.push_front(*worker.trial);
+      } else if (worker.idle && !to_do.empty()) {
+        give(rank, worker);  // it had run out of work before another was lost
+      }
+    std::this_thread::sleep_for(kPoll);
+  }
+  for (const auto& [rank, worker] : workers)
+    if (!worker.lost) assign(rank, kNoMore);
+  return progress;
+}
+
+#endif
+
+}  // namespace tandem

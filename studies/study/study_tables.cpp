@@ -1,0 +1,139 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <fmt/format.h>
+
+#include <tandem/studies/navigation/nees.hpp>
+#include <tandem/studies/study/study_tables.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr double kSameCost = 1e-6;
+
+struct Squared {
+  const char* metric;
+  int degrees;
+};
+constexpr Squared kSquared[] = {{"nees_chaser", 6},        {"nees_target", 6},
+                                {"nees_relative_pose", 6}, {"nees_relative_position", 3},
+                                {"nis_usbl", 3},           {"nis_optical", 6}};
+
+std::size_t cell_of(const Study& study, const TrialPlace& place) {
+  std::size_t cell = 0;
+  for (std::size_t a = 0; a < study.axes.size(); ++a) cell = cell * study.axes[a].values.size() + place.values[a];
+  return cell;
+}
+
+/// What decides on the problem of a trial: all but its start and its solver.
+std::string problem_of(const Study& study, const TrialPlace& place) {
+  std::string text = fmt::format("{} {}", place.replicate, place.model);
+  for (std::size_t a = 0; a < study.axes.size(); ++a)
+    if (!is_of_the_start(study.axes[a].parameter)) text += fmt::format(" {}", place.values[a]);
+  return text;
+}
+
+std::vector<StudyGroup> groups_of(const Study& study, const std::vector<TrialResult>& results) {
+  std::vector<StudyGroup> groups(study.cells() * study.models.size() * study.solvers.size());
+  std::map<std::string, double> best;
+  for (const TrialResult& result : results)
+    if (const auto cost = result.get("cost"); cost && result.converged()) {
+      const auto [entry, first] = best.emplace(problem_of(study, study.place(result.trial)), *cost);
+      if (!first) entry->second = std::min(entry->second, *cost);
+    }
+  for (std::size_t i = 0; i < groups.size(); ++i) {  // the trials of the first replicate are one of each group
+    const TrialPlace place = study.place(i);
+    StudyGroup& group = groups[i];
+    group = {cell_of(study, place),      place.model, place.solver, study.cell_text(place), study.models[place.model],
+             study.solvers[place.solver]};
+    group.results.assign(study.seeds, nullptr);
+  }
+  for (const TrialResult& result : results) {
+    const TrialPlace place = study.place(result.trial);
+    StudyGroup& group = groups[result.trial % groups.size()];
+    ++group.trials;
+    if (!result.converged()) continue;
+    ++group.converged;
+    group.results[place.replicate] = &result;
+    if (const auto cost = result.get("cost")) {
+      const double least = best.at(problem_of(study, place));
+      group.reached_best += *cost <= least + kSameCost * std::max(1.0, std::abs(least));
+    }
+  }
+  return groups;
+}
+
+std::vector<double> samples(const StudyGroup& group, std::size_t metric) {
+  std::vector<double> values;
+  for (const TrialResult* result : group.results)
+    if (result && result->metrics[metric]) values.push_back(*result->metrics[metric]);
+  return values;
+}
+
+/// Of replicates that have both.
+std::optional<Interval> paired(const StudyGroup& a, std::size_t metric_a, const StudyGroup& b, std::size_t metric_b) {
+  std::vector<double> of_a, of_b;
+  for (std::size_t r = 0; r < a.results.size(); ++r) {
+    if (!a.results[r] || !b.results[r]) continue;
+    const auto x = a.results[r]->metrics[metric_a], y = b.results[r]->metrics[metric_b];
+    if (!x || !y) continue;
+    of_a.push_back(*x);
+    of_b.push_back(*y);
+  }
+  return ratio_interval(of_a, of_b);
+}
+
+void add_pairs(const StudyTables& tables, const StudyGroup& group, std::vector<StudyPair>& pairs) {
+  const auto add = [&](const std::string& base, const StudyGroup& of, std::string_view base_metric,
+                       const std::string& metric) {
+    if (const auto ratio = paired(of, metric_index(base_metric), group, metric_index(metric)))
+      pairs.push_back({&group, base, metric, *ratio});
+  };
+  add("raw", group, "raw_usbl_position_m", "usbl_position_m");
+  add("raw", group, "raw_optical_position_m", "optical_position_m");
+  add("raw", group, "raw_optical_orientation_deg", "optical_orientation_deg");
+  if (group.model == 0) return;
+  for (const StudyGroup& first : tables.groups)
+    if (first.cell == group.cell && first.solver == group.solver && first.model == 0)
+      for (const char* metric :
+           {"usbl_position_m", "optical_position_m", "gated_position_m", "all_position_m", "usbl_orientation_deg",
+            "optical_orientation_deg", "gated_orientation_deg", "gap_position_m", "after_gap_position_m"})
+        add(first.model_text, first, metric, metric);
+}
+
+std::string verdict(const Interval& mean, double low, double high, double factor) {
+  if (mean.value > high) return fmt::format("optimistic by a factor {:.2f}", factor);
+  if (mean.value < low) return fmt::format("pessimistic by a factor {:.2f}", 1 / factor);
+  return "consistent";
+}
+
+void add_consistency_of(const StudyGroup& group, std::vector<StudyConsistency>& rows) {
+  for (const auto& [metric, degrees] : kSquared) {
+    const auto mean = mean_interval(samples(group, metric_index(metric)));
+    if (!mean) continue;
+    const auto [low, high] = chi_squared_band(degrees, static_cast<int>(mean->n));
+    const double factor = std::sqrt(mean->value / degrees);
+    rows.push_back({&group, metric, degrees, *mean, low, high, factor, verdict(*mean, low, high, factor)});
+  }
+}
+
+}  // namespace
+
+StudyTables study_tables(const Study& study, const std::vector<TrialResult>& results) {
+  StudyTables tables;
+  tables.all = study.trials();
+  tables.trials = results.size();
+  tables.groups = groups_of(study, results);
+  for (const StudyAxis& axis : study.axes) tables.disturbed_starts |= is_of_the_start(axis.parameter);
+  for (const StudyGroup& group : tables.groups) {
+    for (std::size_t m = 0; m < trial_metrics().size(); ++m)
+      if (const auto mean = mean_interval(samples(group, m)))
+        (trial_metrics()[m].timing ? tables.times : tables.means).push_back({&group, trial_metrics()[m].name, *mean});
+    add_pairs(tables, group, tables.pairs);
+    add_consistency_of(group, tables.consistency);
+  }
+  return tables;
+}
+
+}  // namespace tandem

@@ -1,0 +1,142 @@
+#include <mutex>
+#include <numbers>
+
+#include <time.h>
+
+#include <tandem/lie/operations.hpp>
+#include <tandem/solvers/graduated.hpp>
+#include <tandem/studies/simulation/normal_noise.hpp>
+#include <tandem/studies/study/trial.hpp>
+#include <tandem/studies/study/trial_consistency.hpp>
+#include <tandem/studies/study/trial_online.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr double kAfterGap = 10.0;         // s
+constexpr double kWander = 60.0;           // s
+constexpr std::uint32_t kStartStream = 7;  // beside the streams of the simulation
+
+double thread_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
+}
+
+Summary solve_trial(const Solver& solver, bool graduated, Problem& problem) {
+  static std::mutex one_at_a_time;
+  std::unique_lock lock(one_at_a_time, std::defer_lock);
+  if (std::holds_alternative<IpoptOptions>(solver)) lock.lock();
+  return std::visit(
+      [&](const auto& options) {
+        if (const std::string reason = why_unsupported(problem, options); !reason.empty()) throw Error(reason);
+        return graduated ? solve_graduated(problem, options) : solve(problem, options);
+      },
+      solver);
+}
+
+/// A displacement of the target's start that wanders: drawn anew each kWander seconds, in between on a straight line.
+/// One drawn anew at each keyframe would turn the target so fast that a constant twist goes round more than once.
+void disturb_start(const TrialSettings& settings, TrackingProblem& tracking) {
+  if (settings.start_position == 0 && settings.start_orientation == 0) return;
+  NormalNoise noise(settings.docking.seed, kStartStream);
+  Vector<6> sigma;
+  sigma << Vector<3>::Constant(settings.start_position),
+      Vector<3>::Constant(settings.start_orientation * std::numbers::pi / 180);
+  Vector<6> from = noise.vector<6>(sigma), to = noise.vector<6>(sigma);
+  double begin = tracking.keyframes.front().t;
+  for (std::size_t k = 0; k < tracking.target.size(); ++k) {
+    for (; tracking.keyframes[k].t > begin + kWander; begin += kWander) {
+      from = to;
+      to = noise.vector<6>(sigma);
+    }
+    const Vector<6> step = from + (tracking.keyframes[k].t - begin) / kWander * (to - from);
+    if (const auto* const pose = std::get_if<Variable<SE3>>(&tracking.target[k])) {
+      const SE3 x = tracking.problem.value(*pose);
+      tracking.problem.set_value(
+          *pose, SE3(x.rotation() * SO3::Exp(step.tail<3>()), x.translation() + Vector<3>(step.head<3>())));
+    } else if (const auto* const point = std::get_if<Variable<R3>>(&tracking.target[k])) {
+      tracking.problem.set_value(*point, R3(Vector<3>(tracking.problem.value(*point).vector() + step.head<3>())));
+    }
+  }
+}
+
+std::vector<KeyframeError> batch_errors(const TrialProblem& problem, bool covariances, TrialResult& result) {
+  TrackingProblem tracking = make_tracking_problem(problem.scenario.data, problem.options);
+  disturb_start(problem.settings, tracking);
+  const Summary summary = solve_trial(problem.solver, problem.settings.graduated, tracking.problem);
+  result.status = name(summary.status);
+  if (!summary.converged()) result.message = summary.message;
+  result.set("keyframes", double(tracking.keyframes.size()));
+  result.set("cost", summary.cost);
+  result.set("violation", summary.max_violation);
+  result.set("iterations", summary.iterations);
+  result.set("solve_s", summary.seconds);
+  std::vector<SE3> chaser;
+  std::vector<TargetState> target;
+  for (std::size_t k = 0; k < tracking.keyframes.size(); ++k) {
+    chaser.push_back(tracking.chaser_pose(k));
+    target.push_back(tracking.target_state(k));
+  }
+  if (covariances && summary.converged()) add_consistency(tracking, problem.scenario, result);
+  return keyframe_errors(problem.scenario, tracking.keyframes, chaser, target);
+}
+
+Scenario in_memory(SimulatedDocking docking) {
+  Scenario scenario;
+  scenario.name = "docking";
+  scenario.data = std::move(docking.data);
+  scenario.truth_chaser = std::move(docking.truth_chaser);
+  scenario.truth_target = std::move(docking.truth_target);
+  return scenario;
+}
+
+}  // namespace
+
+SimulatedDocking trial_docking(const TrialSettings& settings) {
+  SimulatedDocking docking = simulate_docking(settings.docking);
+  TrackingNoise& noise = docking.data.noise;
+  noise.constant_twist *= settings.twist_sigma_factor;
+  noise.constant_velocity *= settings.twist_sigma_factor;
+  docking.data.sensors[0].sigma *= settings.usbl_sigma_factor;
+  docking.data.sensors[1].sigma *= settings.optical_sigma_factor;
+  return docking;
+}
+
+TrialProblem trial_problem(const Study& study, std::size_t trial) {
+  const TrialPlace place = study.place(trial);
+  TrialProblem problem;
+  problem.settings = study.settings(place);
+  problem.options = study.model(place).options;
+  problem.solver = study.solver(place);
+  problem.options.loss = problem.settings.loss;
+  problem.options.max_keyframes = static_cast<std::size_t>(problem.settings.max_keyframes);
+  SimulatedDocking docking = trial_docking(problem.settings);
+  problem.gaps = std::move(docking.gaps);
+  problem.scenario = in_memory(std::move(docking));
+  return problem;
+}
+
+TrialResult run_trial(const Study& study, std::size_t trial, const std::atomic<bool>* stop) {
+  const double begun = thread_seconds();
+  TrialResult result;
+  result.trial = trial;
+  try {
+    TrialProblem problem = trial_problem(study, trial);
+    common(problem.solver).stop = stop;
+    const std::vector<KeyframeError> errors =
+        problem.settings.window > 0
+            ? newest_errors(problem.scenario, problem.options, problem.settings.window, stop, result)
+            : batch_errors(problem, study.covariances, result);
+    add_errors(errors, result);
+    add_gap_errors(errors, problem.gaps, kAfterGap, result);
+    result.set("correlation_time_s", correlation_time(errors));
+  } catch (const std::exception& error) {  // a row, not the end of the run
+    if (result.status.empty() || result.status == "converged") result.status = "refused";
+    result.message = error.what();
+  }
+  result.set("processor_s", thread_seconds() - begun);
+  return result;
+}
+
+}  // namespace tandem

@@ -1,0 +1,148 @@
+#include <algorithm>
+#include <map>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/study/trial_metrics.hpp>
+
+namespace tandem {
+namespace {
+
+struct TypeOfError {
+  std::string name;
+  std::optional<KeyframeType> type;
+};
+
+const std::vector<TypeOfError>& error_types() {
+  static const std::vector<TypeOfError> all = {
+      {"usbl", KeyframeType::usbl}, {"optical", KeyframeType::optical}, {"gated", KeyframeType::gated}, {"all", {}}};
+  return all;
+}
+
+std::vector<TrialMetric> make_trial_metrics() {
+  std::vector<TrialMetric> all;
+  for (const auto& [name, type] : error_types()) {
+    const std::string at = name == "all" ? "all keyframes" : name + " keyframes";
+    all.push_back({name + "_keyframes", "how many " + at});
+    all.push_back({name + "_position_m", "mean error of the relative position at " + at + " [m]"});
+    all.push_back({name + "_position_std_m", "its standard deviation [m]"});
+    all.push_back({name + "_orientation_deg", "mean error of the relative orientation at " + at + " [deg]"});
+    all.push_back({name + "_orientation_std_deg", "its standard deviation [deg]"});
+    if (type == KeyframeType::gated || !type) continue;
+    all.push_back({"raw_" + name + "_position_m", "mean error of the measurements themselves at " + at + " [m]"});
+    all.push_back({"raw_" + name + "_position_std_m", "its standard deviation [m]"});
+    if (type == KeyframeType::optical) {
+      all.push_back({"raw_optical_orientation_deg", "mean error of the measured orientations [deg]"});
+      all.push_back({"raw_optical_orientation_std_deg", "its standard deviation [deg]"});
+    }
+  }
+  for (const auto& [name, doc] : std::vector<std::pair<std::string, std::string>>{
+           {"gap_position_m", "mean error of the relative position within gaps [m]"},
+           {"gap_worst_m", "largest error within each gap, mean over gaps [m]"},
+           {"after_gap_position_m", "mean error in the 10 s after each gap [m]"},
+           {"nees_chaser", "mean normalised squared error of the chaser's pose: 6 where consistent"},
+           {"nees_target", "of the target's pose, where it is one: 6"},
+           {"nees_relative_pose", "of the relative pose, where the target is one: 6"},
+           {"nees_relative_position", "of the relative position: 3"},
+           {"inside_three_sigma", "share of the relative position's components within 3 σ: 0.9973"},
+           {"nis_usbl", "normalised squared residual of USBL fixes, each by the others' prediction: 3"},
+           {"nis_optical", "of optical poses, where the target is a pose: 6"},
+           {"correlation_time_s", "until the autocorrelation of the position error falls below 1/e [s]"},
+           {"keyframes", "of the problem"},
+           {"cost", "final"},
+           {"violation", "largest of a hard constraint, in its own unit"},
+           {"iterations", "of the solver"}})
+    all.push_back({name, doc});
+  all.push_back({"solve_s", "time of the solve, by the clock [s]", true});
+  all.push_back({"processor_s", "processor time of the whole trial, of its thread [s]", true});
+  return all;
+}
+
+void set_spread(TrialResult& result, const std::string& name, const std::string& unit,
+                const std::optional<MeanStd>& spread) {
+  if (!spread) return;
+  result.set(fmt::format("{}_{}", name, unit), spread->mean);
+  result.set(fmt::format("{}_std_{}", name, unit), spread->std);
+}
+
+}  // namespace
+
+const std::vector<TrialMetric>& trial_metrics() {
+  static const std::vector<TrialMetric> all = make_trial_metrics();
+  return all;
+}
+
+std::size_t metric_index(std::string_view name) {
+  static const std::map<std::string, std::size_t, std::less<>> places = [] {
+    std::map<std::string, std::size_t, std::less<>> all;
+    for (std::size_t i = 0; i < trial_metrics().size(); ++i) all.emplace(trial_metrics()[i].name, i);
+    return all;
+  }();
+  const auto found = places.find(name);
+  if (found == places.end()) throw Error(fmt::format("trials have no metric {}", name));
+  return found->second;
+}
+
+void TrialResult::set(std::string_view metric, std::optional<double> value) {
+  if (value && !std::isfinite(*value)) value.reset();
+  metrics[metric_index(metric)] = value;
+}
+
+void add_errors(const std::vector<KeyframeError>& errors, TrialResult& result) {
+  for (const auto& [name, type] : error_types()) {
+    const ErrorSummary of = summarise(errors, type);
+    result.set(name + "_keyframes", of.n);
+    set_spread(result, name + "_position", "m", of.position);
+    set_spread(result, name + "_orientation", "deg", of.orientation);
+    if (!type) continue;
+    if (type != KeyframeType::gated) set_spread(result, "raw_" + name + "_position", "m", of.raw_position);
+    if (type == KeyframeType::optical) set_spread(result, "raw_optical_orientation", "deg", of.raw_orientation);
+  }
+}
+
+void add_gap_errors(const std::vector<KeyframeError>& errors, const std::vector<std::pair<double, double>>& gaps,
+                    double after, TrialResult& result) {
+  Moments within, beyond, worst;
+  for (const auto& [from, to] : gaps) {
+    double most = -1;
+    for (const KeyframeError& error : errors) {
+      if (!error.position || error.t < from || error.t > to + after) continue;
+      (error.t <= to ? within : beyond).add(error.position);
+      if (error.t <= to) most = std::max(most, *error.position);
+    }
+    if (most >= 0) worst.add(most);
+  }
+  if (const auto s = within.spread()) result.set("gap_position_m", s->mean);
+  if (const auto s = worst.spread()) result.set("gap_worst_m", s->mean);
+  if (const auto s = beyond.spread()) result.set("after_gap_position_m", s->mean);
+}
+
+std::optional<double> correlation_time(const std::vector<KeyframeError>& errors) {
+  std::vector<Vector<3>> samples;  // the first keyframe of each second
+  double second = -HUGE_VAL;
+  for (const KeyframeError& error : errors)
+    if (error.position_vector && std::floor(error.t) > second) {
+      second = std::floor(error.t);
+      samples.push_back(*error.position_vector);
+    }
+  if (samples.size() < 20) return {};
+  Vector<3> mean = Vector<3>::Zero();
+  for (const Vector<3>& e : samples) mean += e / double(samples.size());
+  const auto correlation = [&](std::size_t lag) {
+    double sum = 0;
+    for (std::size_t i = 0; i + lag < samples.size(); ++i) sum += (samples[i] - mean).dot(samples[i + lag] - mean);
+    return sum;
+  };
+  const double level = correlation(0) / std::numbers::e;
+  double before = correlation(0);
+  for (std::size_t lag = 1; lag < samples.size() / 2; ++lag) {
+    const double now = correlation(lag);
+    if (now < level) return double(lag) - (level - now) / (before - now);
+    before = now;
+  }
+  return {};
+}
+
+}  // namespace tandem

@@ -1,0 +1,57 @@
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/simulation/docking_parameters.hpp>
+#include <tandem/studies/study/trial_settings.hpp>
+#include <tandem/studies/support/option_values.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem {
+namespace {
+
+std::string loss_text(const Loss& loss) {
+  using Kind = Loss::Kind;
+  for (const auto& [kind, name] : {std::pair{Kind::huber, "huber"},
+                                   {Kind::cauchy, "cauchy"},
+                                   {Kind::geman_mcclure, "geman-mcclure"},
+                                   {Kind::tukey, "tukey"},
+                                   {Kind::student_t, "student-t"}})
+    if (loss.kind == kind) return fmt::format("{}:{}", name, loss.scale);
+  return "none";
+}
+
+std::vector<NamedParameter<TrialSettings>> make_trial_parameters() {
+  using S = TrialSettings;
+  std::vector<NamedParameter<S>> all;
+  for (const auto& parameter : docking_parameters()) all.push_back(parameter_of_part(parameter, &S::docking));
+  const auto add = [&](auto... of) { all.push_back(number_parameter<S>(of...)); };
+  add("twist_sigma_factor", "", "on the sigmas of the target's motion prior", &S::twist_sigma_factor, 1e-3, 1e3);
+  add("usbl_sigma_factor", "", "on the USBL sigma that the estimator is told", &S::usbl_sigma_factor, 1e-3, 1e3);
+  add("optical_sigma_factor", "", "on the optical sigmas that it is told", &S::optical_sigma_factor, 1e-3, 1e3);
+  add("max_keyframes", "", "the first ones only; 0: all", &S::max_keyframes, 0, 1e9);
+  add("window", "s", "fixed-lag smoothing, errors of the newest state; 0: all data at once", &S::window, 0, 1e6);
+  add("start_position", "m", "sigma by which the target's start is displaced, anew each minute and smoothly between",
+      &S::start_position, 0, 1e3);
+  add("start_orientation", "deg", "sigma by which it is turned, likewise", &S::start_orientation, 0, 180);
+  all.push_back({"loss", "", "on relative measurements, as --loss takes it",
+                 [](S& s, const std::string& where, const std::string& text) { s.loss = parse_loss(where, text); },
+                 [](const S& s) { return loss_text(s.loss); }});
+  all.push_back({"graduated", "", "0 or 1: robust losses by graduated non-convexity",
+                 [](S& s, const std::string& where, const std::string& text) {
+                   if (text != "0" && text != "1") throw Error(fmt::format("{} is 0 or 1, not {}", where, quote(text)));
+                   s.graduated = text == "1";
+                 },
+                 [](const S& s) { return std::string(s.graduated ? "1" : "0"); }});
+  return all;
+}
+
+}  // namespace
+
+const std::vector<NamedParameter<TrialSettings>>& trial_parameters() {
+  static const std::vector<NamedParameter<TrialSettings>> all = make_trial_parameters();
+  return all;
+}
+
+bool is_of_the_start(const std::string& parameter) { return parameter.starts_with("start_"); }
+
+}  // namespace tandem

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <tandem/residuals/loss.hpp>
+#include <tandem/studies/simulation/simulate_docking.hpp>
+#include <tandem/studies/support/named_parameter.hpp>
+
+namespace tandem {
+
+/// What is simulated, and how it is estimated, of one trial of a study.
+struct TrialSettings {
+  DockingOptions docking;  ///< its seed is the trial's
+
+  double twist_sigma_factor = 1;    ///< on the priors of the target's motion, constant_twist and constant_velocity
+  double usbl_sigma_factor = 1;     ///< on the sigmas that the estimator is told
+  double optical_sigma_factor = 1;  ///< likewise
+  double max_keyframes = 0;         ///< the first ones only; 0: all
+  double window = 0;                ///< s: fixed-lag smoothing, the newest state of each keyframe; 0: all data at once
+  double start_position = 0;        ///< m: σ along each axis by which the target's start is displaced, a wander
+  double start_orientation = 0;     ///< deg: σ about each axis by which it is turned
+  Loss loss{};                      ///< on relative measurements
+  bool graduated = false;           ///< robust losses by graduated non-convexity
+};
+
+/// Those of a docking, then the others.
+const std::vector<NamedParameter<TrialSettings>>& trial_parameters();
+
+/// Whether it disturbs the start alone: trials that differ in such parameters solve the same problem.
+bool is_of_the_start(const std::string& parameter);
+
+}  // namespace tandem

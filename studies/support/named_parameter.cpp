@@ -1,0 +1,29 @@
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/support/named_parameter.hpp>
+#include <tandem/studies/support/option_values.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem::detail {
+
+double number_within(const std::string& where, const std::string& text, double least, double most) {
+  const double number = parse_finite(where, text);
+  if (number < least || number > most)
+    throw Error(fmt::format("{} is from {:g} to {:g}, not {}", where, least, most, text));
+  return number;
+}
+
+std::string number_text(double value) { return fmt::format("{}", value); }
+
+std::string parameter_line(const std::string& name, const std::string& unit, const std::string& doc,
+                           const std::string& otherwise) {
+  return fmt::format("\n  {:<20} {}{} (default {})", name, doc, unit.empty() ? "" : fmt::format(" [{}]", unit),
+                     otherwise);
+}
+
+void no_such_parameter(const std::string& where, const std::string& name, const std::vector<std::string>& names) {
+  throw Error(fmt::format("{}: there is no parameter {}{}", where, quote(name), did_you_mean(name, names)));
+}
+
+}  // namespace tandem::detail

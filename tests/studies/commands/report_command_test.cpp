@@ -1,0 +1,109 @@
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <tandem/studies/report/plotly_library.hpp>
+
+#include "run_tandem.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using testing::Not;
+
+const char* const kGapStudy =
+    "name: 'gaps <i>'\nquestion: How far?\nparameters: {minutes: 2, gap: [0, 5, 10], gap_period: 40}\n"
+    "models: [constant-twist, mode-b]\nseeds: 4\n";
+
+/// Without plotly.js, which is optional, there is no page; the message says so.
+bool library_is_missing(const Outcome& run) {
+  if (run.errors.find("a report needs plotly.js") == std::string::npos) return false;
+  EXPECT_EQ(run.status, 1);
+  return true;
+}
+
+void expect_figures(const std::string& page, std::initializer_list<const char*> titles) {
+  for (const char* title : titles) EXPECT_THAT(page, HasSubstr("<figcaption><b>" + std::string(title) + ".</b>"));
+  std::size_t figures = 0;
+  for (std::size_t at = 0; (at = page.find("<script type=\"application/json\"", at)) != std::string::npos;
+       ++at, ++figures) {
+    const std::size_t begin = page.find('>', at) + 1;
+    EXPECT_TRUE(nlohmann::json::accept(page.substr(begin, page.find("</script>", begin) - begin)));
+  }
+  EXPECT_GE(figures, titles.size());
+  EXPECT_LT(page.size(), 8'000'000u);
+}
+
+/// In a browser, where there is one: no error on its console, and each figure drawn.
+void expect_opens(const std::filesystem::path& page, const ScratchFolder& scratch) {
+  const std::string text = read_file(page);
+  std::size_t plots = 0;
+  for (std::size_t at = 0; (at = text.find("<div class=\"plot\"", at)) != std::string::npos; ++at) ++plots;
+  const std::string dom = scratch.path() / "dom.html", log = scratch.path() / "console.txt";
+  const std::string browser =
+      "chromium --headless=new --no-sandbox --disable-gpu --use-angle=swiftshader --enable-unsafe-swiftshader "
+      "--virtual-time-budget=20000 --enable-logging=stderr --user-data-dir='" +
+      (scratch.path() / "profile").string() + "' --dump-dom 'file://" + page.string() + "' > '" + dom + "' 2> '" + log +
+      "'";
+  ASSERT_EQ(std::system(browser.c_str()), 0) << read_file(log);
+  EXPECT_THAT(read_file(log), Not(ContainsRegex("CONSOLE.*(Uncaught|Error|Failed)")));
+  const std::string drawn = read_file(dom);
+  std::size_t count = 0;
+  for (std::size_t at = 0; (at = drawn.find("class=\"plot js-plotly-plot\"", at)) != std::string::npos; ++at) ++count;
+  EXPECT_EQ(count, plots);
+}
+
+bool there_is_a_browser() { return std::system("command -v chromium > /dev/null") == 0; }
+
+TEST(ReportCommand, OfAStudy) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.write("gaps.yaml", kGapStudy), out = scratch.path() / "out";
+  ASSERT_EQ(run_tandem({"study", "run", file, "--out", out, "--quiet"}).status, 0);
+  const Outcome run = run_tandem({"report", out});
+  if (library_is_missing(run)) GTEST_SKIP() << "no plotly.js";
+  ASSERT_EQ(run.status, 0) << run.errors;
+  EXPECT_EQ(run.output, "Written to " + out + "/report.html\n");
+  const std::string page = read_file(out + "/report.html");
+  EXPECT_THAT(page, HasSubstr("<h1>gaps &lt;i&gt;</h1>"));
+  EXPECT_THAT(page, HasSubstr("<p>How far?</p>"));
+  expect_figures(page, {"Errors within gaps against gap", "Errors within gaps", "Distribution over trials",
+                        "Consistency", "Convergence", "Trajectories in space", "From above",
+                        "Errors of the relative position over time", "Distribution of errors"});
+  if (there_is_a_browser()) expect_opens(out + "/report.html", scratch);
+}
+
+TEST(ReportCommand, OfARun) {
+  const ScratchFolder scratch;
+  const std::string out = scratch.path() / "out", page = scratch.path() / "page.html";
+  ASSERT_EQ(
+      run_tandem({"estimate", "docking_a", "--max-keyframes", "300", "--plots", "off", "--quiet", "--out", out}).status,
+      0);
+  const Outcome run = run_tandem({"report", out, "--out", page});
+  if (library_is_missing(run)) GTEST_SKIP() << "no plotly.js";
+  ASSERT_EQ(run.status, 0) << run.errors;
+  EXPECT_THAT(read_file(page), HasSubstr("<h1>docking_a</h1>"));
+  expect_figures(read_file(page), {"Trajectories in space", "From above", "Errors of the relative position over time",
+                                   "Distribution of errors"});
+  EXPECT_THAT(files(out), Not(testing::Contains("report.html")));
+  if (there_is_a_browser()) expect_opens(page, scratch);
+}
+
+TEST(ReportCommand, WhatIsWrongIsOneSentence) {
+  const ScratchFolder scratch;
+  EXPECT_THAT(refusal_as_given({"report", "no_such_folder"}), HasSubstr("no_such_folder is not a folder"));
+  EXPECT_THAT(refusal_as_given({"report", scratch.path()}), HasSubstr("is neither a study's folder nor one that"));
+  scratch.write("summary.json", "{");
+  scratch.write("chaser_full.csv", "t,x\n");
+  scratch.write("errors.csv", "t\n");
+  EXPECT_THAT(refusal_as_given({"report", scratch.path()}), HasSubstr("summary.json is not as tandem writes it"));
+  scratch.write("summary.json", "{}");
+  EXPECT_THAT(refusal_as_given({"report", scratch.path()}), HasSubstr("chaser_full.csv has no column y"));
+  EXPECT_THAT(files(scratch.path()), testing::UnorderedElementsAre("summary.json", "chaser_full.csv", "errors.csv"));
+}
+
+}  // namespace
+}  // namespace tandem

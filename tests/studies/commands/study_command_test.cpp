@@ -1,0 +1,221 @@
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <thread>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <tandem/studies/study/ready_studies.hpp>
+#include <tandem/studies/study/study_database.hpp>
+
+#include "run_tandem.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using testing::UnorderedElementsAre;
+
+const char* const kStudy =
+    "name: small\nquestion: Does it run?\nparameters: {minutes: 2, gap: [0, 10], gap_period: 40}\n"
+    "models: [constant-twist, mode-b]\nseeds: 10\n";
+
+std::string all_tables(const std::filesystem::path& folder) {
+  std::string all;
+  for (const char* file : {"tables.txt", "summary.csv", "pairs.csv", "consistency.csv"})
+    all += read_file(folder / file);
+  return all;
+}
+
+TEST(StudyCommand, RunsExportsAndShows) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.write("small.yaml", kStudy), out = scratch.path() / "out";
+  const Outcome run = run_tandem({"study", "run", file, "--out", out, "--threads", "2"});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  EXPECT_EQ(run.errors, "") << "no progress where nobody watches";
+  EXPECT_THAT(run.output, HasSubstr("small: Does it run?\n40 of 40 trials"));
+  EXPECT_THAT(run.output, ContainsRegex("\nraw +[0-9.]+ ± [0-9.]+ "));
+  EXPECT_THAT(files(out), UnorderedElementsAre("study.sqlite", "study.lock", "tables.txt", "summary.csv", "pairs.csv",
+                                               "consistency.csv", "timing.csv"));
+  EXPECT_THAT(run_tandem({"study", "show", out}).output, HasSubstr(read_file(out + "/tables.txt")));
+  ASSERT_EQ(run_tandem({"study", "export", out, "--out", out + "2"}).status, 0);
+  EXPECT_EQ(all_tables(out + "2"), all_tables(out));
+  EXPECT_THAT(read_file(out + "2/trials.csv"), HasSubstr("\n39,9,2,10,40,mode-b,automatic,converged,"));
+
+  const std::string trial = scratch.path() / "trial";
+  const Outcome again = run_tandem({"study", "trial", out, "39", "--out", trial});
+  ASSERT_EQ(again.status, 0) << again.errors;
+  EXPECT_THAT(again.output, HasSubstr("gap=10, mode-b"));
+  EXPECT_EQ(run_tandem({"models", trial, "--models", "mode-b", "--quiet"}).status, 0);
+}
+
+/// Killed again and again while it writes, at a time that depends on how far it is alone.
+TEST(StudyCommand, KilledAndResumedTheTablesAreTheSame) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.write("small.yaml", kStudy), out = scratch.path() / "out";
+  ASSERT_EQ(run_tandem({"study", "run", file, "--out", out, "--threads", "1"}).status, 0);
+  const std::string killed = scratch.path() / "killed";
+  const auto count = [&]() -> std::size_t {
+    try {
+      return StudyDatabase::is_in(killed) ? StudyDatabase::read(killed).count() : 0;
+    } catch (const Error&) {  // it is not written yet
+      return 0;
+    }
+  };
+  const int nowhere = open("/dev/null", O_WRONLY);
+  for (const std::size_t enough : {1u, 7u, 16u, 25u, 34u}) {
+    const pid_t child = start_tandem({"study", "run", file, "--out", killed, "--resume", "--threads", "2"},
+                                     scratch.path() / "output", nowhere);
+    while (count() < enough && waitpid(child, nullptr, WNOHANG) == 0) std::this_thread::yield();
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+  }
+  close(nowhere);
+  const Outcome last = run_tandem({"study", "run", file, "--out", killed, "--resume"});
+  ASSERT_EQ(last.status, 0) << last.errors;
+  EXPECT_EQ(all_tables(killed), all_tables(out));
+}
+
+TEST(StudyCommand, ShardsAreMerged) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.write("small.yaml", kStudy), out = scratch.path() / "out";
+  const std::string a = scratch.path() / "a", b = scratch.path() / "b", merged = scratch.path() / "merged";
+  ASSERT_EQ(run_tandem({"study", "run", file, "--out", out, "--quiet"}).status, 0);
+  EXPECT_THAT(run_tandem({"study", "run", file, "--out", a, "--shard", "0/2"}).output, HasSubstr("20 of 40 trials"));
+  ASSERT_EQ(run_tandem({"study", "run", file, "--out", b, "--shard", "1/2", "--quiet"}).status, 0);
+  const Outcome half = run_tandem({"study", "merge", a, "--out", scratch.path() / "half"});
+  EXPECT_EQ(half.status, 2);
+  EXPECT_THAT(half.errors, HasSubstr("20 of 40 trials are there: a shard is missing"));
+  ASSERT_EQ(run_tandem({"study", "merge", a, b, "--out", merged}).status, 0);
+  EXPECT_EQ(all_tables(merged), all_tables(out));
+}
+
+/// Of any number of ranks, more than there are cores, and after one of them was killed.
+TEST(StudyCommand, RanksGiveTheSameTables) {
+  if (std::system("command -v mpirun > /dev/null") != 0) GTEST_SKIP() << "no mpirun";
+  const ScratchFolder scratch;
+  const std::string file = scratch.write("small.yaml", kStudy), log = scratch.path() / "log";
+  const auto mpirun = [&](int ranks, const std::string& out, const std::string& more) {
+    return std::system(fmt::format("timeout 100 mpirun --allow-run-as-root --oversubscribe -n {} '{}' study run '{}' "
+                                   "--out '{}' --quiet {} > '{}' 2>&1",
+                                   ranks, paths::executable, file, out, more, log)
+                           .c_str());
+  };
+  const std::string alone = scratch.path() / "alone";
+  ASSERT_EQ(run_tandem({"study", "run", file, "--out", alone, "--quiet"}).status, 0);
+  for (const int ranks : {1, 2, 4}) {
+    const std::string out = scratch.path() / std::to_string(ranks);
+    if (mpirun(ranks, out, "") != 0 && read_file(log).find("this build has no MPI") != std::string::npos)
+      GTEST_SKIP() << "a build without MPI";
+    EXPECT_EQ(all_tables(out), all_tables(alone)) << ranks << read_file(log);
+  }
+  EXPECT_NE(mpirun(2, scratch.path() / "2", ""), 0) << "there is a study already";
+  EXPECT_THAT(read_file(log), HasSubstr("has a study already"));
+  EXPECT_NE(mpirun(2, scratch.path() / "x", "--threads 2"), 0);
+  EXPECT_THAT(read_file(log), HasSubstr("--threads and --shard are for runs without it"));
+
+  const std::string killed = scratch.path() / "killed";
+  std::vector<std::string> words = {"mpirun",
+                                    "--allow-run-as-root",
+                                    "--oversubscribe",
+                                    "-n",
+                                    "3",
+                                    paths::executable,
+                                    "study",
+                                    "run",
+                                    file,
+                                    "--out",
+                                    killed,
+                                    "--quiet"};
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  pid_t launcher = -1;
+  ASSERT_EQ(posix_spawnp(&launcher, "mpirun", &actions, nullptr, argv.data(), environ), 0);
+  posix_spawn_file_actions_destroy(&actions);
+  const auto count = [&]() -> std::size_t {
+    try {
+      return StudyDatabase::is_in(killed) ? StudyDatabase::read(killed).count() : 0;
+    } catch (const Error&) {
+      return 0;
+    }
+  };
+  while (count() < 5) std::this_thread::yield();
+  std::ifstream children(fmt::format("/proc/{0}/task/{0}/children", launcher));
+  const std::vector<pid_t> ranks{std::istream_iterator<pid_t>(children), {}};
+  ASSERT_EQ(ranks.size(), 3u);
+  kill(ranks.back(), SIGKILL);  // a worker
+  waitpid(launcher, nullptr, 0);
+  EXPECT_GE(count(), 5u);
+  EXPECT_EQ(mpirun(2, killed, "--resume"), 0) << read_file(log);
+  EXPECT_EQ(all_tables(killed), all_tables(alone));
+}
+
+TEST(StudyCommand, TheReadyStudiesAreInOrder) {
+  const Outcome list = run_tandem({"study", "list"});
+  ASSERT_EQ(list.status, 0) << list.errors;
+  for (const char* name :
+       {"table1", "motion_models", "constraints", "prior_sigma", "solvers", "outliers", "window", "starts"})
+    EXPECT_THAT(list.output, ContainsRegex(std::string(name) + " +[0-9]+ trials  [A-Z]"));
+}
+
+TEST(StudyCommand, WhatIsWrongIsOneSentence) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.write("small.yaml", kStudy), out = scratch.path() / "out";
+  EXPECT_THAT(refusal_as_given({"study", "rum", file}), HasSubstr("did you mean run?"));
+  EXPECT_THAT(refusal_as_given({"study", "run", file}), HasSubstr("study run needs --out DIR"));
+  EXPECT_THAT(refusal_as_given({"study", "run", "--out", out}), HasSubstr("usage: tandem study run FILE"));
+  EXPECT_THAT(refusal_as_given({"study", "run", "tabel1", "--out", out}), HasSubstr("did you mean table1?"));
+  EXPECT_THAT(refusal_as_given({"study", "show", out}), HasSubstr("has no study"));
+  EXPECT_THAT(refusal_as_given({"study", "show", out, "--threads", "2"}), HasSubstr("study show takes no --threads"));
+  EXPECT_THAT(refusal_as_given({"study", "run", file, "--out", out, "--shard", "2/2"}),
+              HasSubstr("--shard takes I/N, I from 0 to N − 1"));
+  EXPECT_THAT(refusal_as_given({"study", "trial", file, "40", "--out", out}), HasSubstr("are 0 to 39, not '40'"));
+  EXPECT_THAT(refusal_as_given({"study", "run", file, "--out", "/proc/study"}),
+              HasSubstr("/proc/study cannot be made"));
+  std::string wrong = kStudy;
+  wrong.replace(wrong.find("gap_period"), 10, "gap_perido");
+  EXPECT_THAT(refusal_as_given({"study", "run", scratch.write("wrong.yaml", wrong), "--out", out}),
+              HasSubstr("wrong.yaml:3: unknown key 'gap_perido' in parameters; did you mean gap_period?"));
+  EXPECT_FALSE(std::filesystem::exists(out)) << "nothing is begun";
+
+  ASSERT_EQ(run_tandem({"study", "run", file, "--out", out, "--quiet"}).status, 0);
+  EXPECT_THAT(refusal_as_given({"study", "run", file, "--out", out}), HasSubstr("has a study already"));
+  std::string other = kStudy;
+  other.replace(other.find("seeds: 10"), 9, "seeds: 11");
+  EXPECT_THAT(refusal_as_given({"study", "run", scratch.write("o.yaml", other), "--out", out, "--resume"}),
+              HasSubstr("has trials of another study: its hash is"));
+  std::ofstream(out + "/study.sqlite", std::ios::trunc)
+      << "this is no database, but a text that is long enough to be one";
+  EXPECT_THAT(refusal_as_given({"study", "run", file, "--out", out, "--resume"}), HasSubstr("study.sqlite is damaged"));
+}
+
+/// As on a full disk: no file may grow beyond this.
+TEST(StudyCommand, NoRoomIsSaidAtTheStart) {
+  const ScratchFolder scratch;
+  std::string many = kStudy;
+  many.replace(many.find("seeds: 10"), 9, "seeds: 1000");
+  const std::string file = scratch.write("many.yaml", many);
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  rlimit little = before;
+  little.rlim_cur = 100000;
+  std::signal(SIGXFSZ, SIG_IGN);  // children inherit that it is ignored
+  setrlimit(RLIMIT_FSIZE, &little);
+  const std::string error = refusal_as_given({"study", "run", file, "--out", scratch.path() / "out"});
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, SIG_DFL);
+  EXPECT_THAT(error, HasSubstr("study.sqlite"));
+}
+
+}  // namespace
+}  // namespace tandem

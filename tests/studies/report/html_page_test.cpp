@@ -1,0 +1,45 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <tandem/studies/report/html_page.hpp>
+
+namespace tandem {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+TEST(HtmlPage, TextsAreEscaped) {
+  HtmlPage page("a <b> & \"c\"");
+  page.heading("<script>alert(1)</script>");
+  page.paragraph("1 < 2");
+  page.table({"<i>"}, {{"x & y"}});
+  const std::string text = page.text("/* library */");
+  EXPECT_THAT(text, HasSubstr("<title>a &lt;b&gt; &amp; &quot;c&quot;</title>"));
+  EXPECT_THAT(text, HasSubstr("<h2>&lt;script&gt;alert(1)&lt;/script&gt;</h2>"));
+  EXPECT_THAT(text, HasSubstr("<p>1 &lt; 2</p>"));
+  EXPECT_THAT(text, HasSubstr("<th>&lt;i&gt;</th>"));
+  EXPECT_THAT(text, HasSubstr("<td>x &amp; y</td>"));
+}
+
+/// What a figure holds cannot end the script that it stands in, and is no broken JSON, whatever bytes it has.
+TEST(HtmlPage, FiguresStayInTheirScripts) {
+  HtmlPage page("p");
+  page.figure({"title", "caption", {{{"name", "</script><b>\xff"}}}, nlohmann::ordered_json::object(), 300});
+  const std::string text = page.text("");
+  const std::size_t begin = text.find("id=\"figure-1-data\">") + 19, end = text.find("</script>", begin);
+  const nlohmann::json figure = nlohmann::json::parse(text.substr(begin, end - begin));
+  EXPECT_EQ(figure["traces"][0]["name"], "</script><b>\uFFFD");
+  EXPECT_THAT(text, HasSubstr("<figcaption><b>title.</b> caption</figcaption>"));
+}
+
+TEST(HtmlPage, NothingIsFetched) {
+  HtmlPage page("p");
+  page.figure({"title", "caption", nlohmann::ordered_json::array(), nlohmann::ordered_json::object(), 300});
+  const std::string text = page.text("");
+  for (const char* outside : {"http:", "https:", "src=", "@import", "url("}) EXPECT_THAT(text, Not(HasSubstr(outside)));
+}
+
+}  // namespace
+}  // namespace tandem

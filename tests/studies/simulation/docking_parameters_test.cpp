@@ -1,0 +1,154 @@
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/studies/estimation/estimate.hpp>
+#include <tandem/studies/scenario/scenario.hpp>
+#include <tandem/studies/simulation/docking_parameters.hpp>
+#include <tandem/studies/simulation/simulate_docking_files.hpp>
+
+#include "studies/scratch.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::HasSubstr;
+
+DockingOptions with(std::initializer_list<std::pair<const char*, const char*>> settings) {
+  DockingOptions options;
+  for (const auto& [name, value] : settings)
+    parameter_named(docking_parameters(), "a test", name).set(options, name, value);
+  return options;
+}
+
+TEST(DockingParameters, TakeTheirOwnDefaults) {
+  for (const auto& parameter : docking_parameters()) {
+    SCOPED_TRACE(parameter.name);
+    DockingOptions options;
+    parameter.set(options, parameter.name, parameter.text(DockingOptions()));
+    EXPECT_EQ(changed_parameters(options), "");
+    EXPECT_FALSE(parameter.doc.empty());
+  }
+  EXPECT_EQ(changed_parameters(with({{"gap", "30.0"}, {"target_motion", "helix"}})), "target_motion=helix, gap=30");
+}
+
+TEST(DockingParameters, WhatIsWrongIsNamed) {
+  EXPECT_THAT(error_of([] {
+                with({{"usbl_sigm", "1"}});
+              }),
+              HasSubstr("there is no parameter 'usbl_sigm'; did you mean usbl_sigma?"));
+  EXPECT_THAT(error_of([] { with({{"usbl_sigma", "-1"}}); }), HasSubstr("usbl_sigma is from 0.001 to 1000, not -1"));
+  EXPECT_THAT(error_of([] { with({{"usbl_sigma", "much"}}); }), HasSubstr("usbl_sigma"));
+  EXPECT_THAT(error_of([] { with({{"target_motion", "circel"}}); }), HasSubstr("did you mean circle?"));
+  EXPECT_THAT(error_of([] {
+                simulate_docking(with({{"gap", "120"}, {"gap_period", "100"}}));
+              }),
+              HasSubstr("gap, 120 s, is as long as gap_period, 100 s"));
+  EXPECT_THAT(error_of([] { simulate_docking(with({{"near", "50"}})); }), HasSubstr("near, 50 m, is more than far"));
+}
+
+TEST(DockingParameters, ADescriptionIsRead) {
+  const ScratchFolder folder;
+  DockingOptions options;
+  read_docking_description(folder.write("a.yaml", "minutes: 3\nseed: 9\nwaves: 0.1\n"), options);
+  EXPECT_EQ(options.minutes, 3);
+  EXPECT_EQ(options.seed, 9u);
+  EXPECT_EQ(options.waves, 0.1);
+  const auto refused = [&](const std::string& text) {
+    return error_of([&] { read_docking_description(folder.write("b.yaml", text), options); });
+  };
+  EXPECT_THAT(refused("minutes: 3\nwavess: 1\n"), HasSubstr("b.yaml:2: unknown key 'wavess'; did you mean waves?"));
+  EXPECT_THAT(refused("minutes: 3\nwaves: high\n"), HasSubstr("b.yaml:2: waves takes a number, not 'high'"));
+}
+
+TEST(DockingParameters, NothingIsMeasuredInAGap) {
+  const SimulatedDocking docking = simulate_docking(with({{"gap", "30"}, {"blind", "0"}}));
+  ASSERT_EQ(docking.gaps.size(), 10u);
+  EXPECT_EQ(docking.gaps.front(), std::pair(60.0, 90.0));
+  for (const TargetSensor& sensor : docking.data.sensors) {
+    EXPECT_GT(sensor.measurements.size(), 100u);
+    for (const Measurement& m : sensor.measurements)
+      for (const auto& [from, to] : docking.gaps) EXPECT_FALSE(m.t > from - 1e-9 && m.t < to) << m.t;
+  }
+}
+
+TEST(DockingParameters, ANarrowViewSeesOnlyAhead) {
+  const SimulatedDocking docking = simulate_docking(with({{"optical_view", "70"}, {"blind", "0"}}));
+  const auto& optical = docking.data.sensors[1].measurements;
+  const auto all = simulate_docking(with({{"blind", "0"}})).data.sensors[1].measurements.size();
+  EXPECT_GT(optical.size(), 50u);
+  EXPECT_LT(optical.size(), all);
+  for (const Measurement& m : optical) {
+    const auto k = std::size_t(std::lround(m.t / 0.1));
+    const Vector<3> p = docking.truth_chaser[k].value.inverse().act(docking.truth_target[k].value.translation());
+    EXPECT_LE(std::acos(p.x() / p.norm()), 35.0001 * M_PI / 180);
+  }
+}
+
+TEST(DockingParameters, OutliersAreTheShareAskedFor) {
+  const SimulatedDocking docking = simulate_docking(with({{"minutes", "200"}, {"usbl_outliers", "0.2"}}));
+  double far = 0, n = 0;
+  for (const Measurement& m : docking.data.sensors[0].measurements) {
+    const auto k = std::size_t(std::lround(m.t / 0.1));
+    const Vector<3> p = docking.truth_chaser[k].value.inverse().act(docking.truth_target[k].value.translation());
+    far += (m.position - p).norm() > 6 * 1.72;  // of N(0, 30²) in space 98.7 % are
+    ++n;
+  }
+  EXPECT_NEAR(far / n, 0.2 * 0.987, 4 * std::sqrt(0.2 * 0.8 / n));
+}
+
+TEST(DockingParameters, LateFixesAndBearingsReadBack) {
+  for (const char* kind : {"position", "range-bearing"}) {
+    SCOPED_TRACE(kind);
+    const ScratchFolder folder;
+    const DockingOptions options = with({{"minutes", "4"}, {"usbl", kind}, {"usbl_latency", "1.5"}});
+    const SimulatedDocking docking = simulate_docking(options);
+    write_docking(docking, options, folder.path());
+    const Scenario scenario = read_scenario(folder.path());
+    EXPECT_THAT(scenario.source, HasSubstr("usbl_latency=1.5"));
+    EXPECT_TRUE(scenario.without_extrinsics.empty());
+    const TargetSensor &read = scenario.data.sensors[0], &made = docking.data.sensors[0];
+    EXPECT_EQ(read.type, made.type);
+    EXPECT_EQ(read.delay, 1.5);
+    EXPECT_EQ(read.sigma, made.sigma);
+    ASSERT_EQ(read.measurements.size(), made.measurements.size());
+    const Estimate estimated = estimate(scenario, {}, GaussNewtonOptions{});
+    EXPECT_TRUE(estimated.summary.converged());
+    EXPECT_LT(summarise(estimated.errors).position->mean, 5.0);
+  }
+}
+
+/// A target that is not a hovering one goes where its bow points, to what waves and weaving leave; none jumps.
+TEST(DockingParameters, TargetsMoveAsTheyAreSaidTo) {
+  for (const char* motion : {"circuit", "straight", "circle", "helix", "hover"}) {
+    SCOPED_TRACE(motion);
+    const SimulatedDocking docking = simulate_docking(
+        with({{"minutes", "5"}, {"target_motion", motion}, {"weave", "3"}, {"speed", "1.2"}, {"waves", "0.01"}}));
+    double sway = 0, surge = 0, n = 0;
+    for (std::size_t k = 1; k < docking.truth_target.size(); ++k, ++n) {
+      const Vector<6> twist = (docking.truth_target[k - 1].value.inverse() * docking.truth_target[k].value).Log() / 0.1;
+      ASSERT_LT(twist.head<3>().norm(), 2.0);
+      ASSERT_LT(twist.tail<3>().norm(), 0.2);
+      sway += std::abs(twist[1]);
+      surge += twist[0];
+    }
+    if (std::string(motion) == "hover") continue;
+    EXPECT_LT(sway / n, 0.05);
+    EXPECT_NEAR(surge / n, 1.2, 0.08);
+  }
+}
+
+TEST(DockingParameters, OdometryMayReadTooFar) {
+  const auto length = [](const SimulatedDocking& docking) {
+    double sum = 0;
+    const auto& odometry = docking.data.odometry;
+    for (std::size_t k = 1; k < odometry.size(); ++k)
+      sum += (odometry[k].value.translation() - odometry[k - 1].value.translation()).norm();
+    return sum;
+  };
+  EXPECT_NEAR(length(simulate_docking(with({{"odometry_scale", "0.05"}}))) / length(simulate_docking()), 1.05, 2e-3);
+}
+
+}  // namespace
+}  // namespace tandem

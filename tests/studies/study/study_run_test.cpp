@@ -1,0 +1,140 @@
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <tandem/studies/study/study_report.hpp>
+#include <tandem/studies/study/study_run.hpp>
+
+#include "small_study.hpp"
+#include "studies/scratch.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::HasSubstr;
+
+std::string tables_of(const StudyDatabase& database) {
+  const ScratchFolder folder;
+  const std::vector<TrialResult> results = database.results();
+  write_study_tables(database.study(), study_tables(database.study(), results), folder.path());
+  std::string all;
+  for (const char* file : {"tables.txt", "summary.csv", "pairs.csv", "consistency.csv"})
+    all += read_file(folder.path() / file);
+  return all;
+}
+
+/// By one thread, in order.
+const std::string& reference_tables() {
+  static const std::string tables = [] {
+    const ScratchFolder folder;
+    StudyDatabase database = StudyDatabase::create(folder.path(), small_study(), kSmallStudy);
+    run_study(database, {.threads = 1});
+    return tables_of(database);
+  }();
+  return tables;
+}
+
+TEST(StudyRun, TheTablesAreTheSameForAnyNumberOfThreads) {
+  EXPECT_THAT(reference_tables(), HasSubstr("24 of 24 trials"));
+  for (const int threads : {2, 4}) {
+    const ScratchFolder folder;
+    StudyDatabase database = StudyDatabase::create(folder.path(), small_study(), kSmallStudy);
+    std::size_t calls = 0;
+    const StudyProgress progress =
+        run_study(database, {.threads = threads, .progress = [&](const StudyProgress&) { ++calls; }});
+    EXPECT_EQ(progress.done, 24u);
+    EXPECT_EQ(progress.failed, 8u) << "those of a model that cannot be";
+    EXPECT_EQ(calls, 24u);
+    EXPECT_EQ(tables_of(database), reference_tables());
+  }
+}
+
+TEST(StudyRun, TheTablesAreTheSameForShards) {
+  const ScratchFolder folder;
+  for (std::size_t i = 0; i < 3; ++i) {
+    StudyDatabase shard = StudyDatabase::create(folder.path() / std::to_string(i), small_study(), kSmallStudy);
+    const StudyProgress progress = run_study(shard, {.threads = 1, .shard = {i, 3}});
+    EXPECT_EQ(progress.all, 8u);
+    EXPECT_EQ(shard.count(), 8u);
+  }
+  StudyDatabase merged = StudyDatabase::create(folder.path() / "all", small_study(), kSmallStudy);
+  for (const char* shard : {"2", "0", "1", "0"}) merge_study(merged, StudyDatabase::read(folder.path() / shard));
+  EXPECT_EQ(tables_of(merged), reference_tables());
+}
+
+TEST(StudyRun, TheTablesAreTheSameAfterInterruptions) {
+  const ScratchFolder folder;
+  std::atomic<bool> stop{false};
+  StudyRunOptions options{.threads = 2, .stop = &stop};
+  options.progress = [&](const StudyProgress& p) { stop = p.done % 5 == 0; };
+  { StudyDatabase::create(folder.path(), small_study(), kSmallStudy); }
+  StudyProgress progress;
+  int runs = 0;
+  do {
+    stop = false;
+    StudyDatabase database = StudyDatabase::resume(folder.path(), small_study());
+    progress = run_study(database, options);
+    ASSERT_LT(++runs, 20);
+  } while (progress.done < progress.all);
+  EXPECT_GT(runs, 2);
+  EXPECT_EQ(tables_of(StudyDatabase::read(folder.path())), reference_tables());
+}
+
+TEST(StudyDatabase, WhatIsWrongIsOneSentence) {
+  const ScratchFolder folder;
+  const Study study = small_study();
+  EXPECT_THAT(error_of([&] { StudyDatabase::read(folder.path()); }), HasSubstr("has no study"));
+  {
+    StudyDatabase database = StudyDatabase::create(folder.path(), study, kSmallStudy);
+    EXPECT_THAT(error_of([&] { StudyDatabase::resume(folder.path(), study); }),
+                HasSubstr("another process is at work on this study"));
+    EXPECT_THAT(error_of([&] { StudyDatabase::create(folder.path(), study, kSmallStudy); }), HasSubstr("--resume"));
+    EXPECT_EQ(database.count(), 0u);
+  }
+  std::string other = kSmallStudy;
+  other.replace(other.find("seeds: 4"), 8, "seeds: 5");
+  EXPECT_THAT(error_of([&] { StudyDatabase::resume(folder.path(), parse_study(other, "o.yaml")); }),
+              testing::ContainsRegex("has trials of another study: its hash is [0-9a-f]{16}, this one's"));
+  const auto file = folder.path() / StudyDatabase::file_name;
+  std::fstream(file, std::ios::in | std::ios::out | std::ios::binary).seekp(0).write("nonsense", 8);
+  EXPECT_THAT(error_of([&] { StudyDatabase::resume(folder.path(), study); }), HasSubstr("study.sqlite is damaged"));
+  std::ofstream(file, std::ios::trunc) << "";
+  EXPECT_THAT(error_of([&] { StudyDatabase::read(folder.path()); }), HasSubstr("study.sqlite"));
+}
+
+TEST(StudyDatabase, AFolderThatCannotBeWrittenIsSaidAtTheStart) {
+  EXPECT_THAT(error_of([] { StudyDatabase::create("/proc/study", small_study(), kSmallStudy); }),
+              HasSubstr("/proc/study cannot be made"));
+  if (geteuid() == 0) return;  // to whom nothing is read-only
+  const ScratchFolder folder;
+  std::filesystem::permissions(folder.path(), std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+  EXPECT_THAT(error_of([&] { StudyDatabase::create(folder.path(), small_study(), kSmallStudy); }),
+              HasSubstr("cannot be written: Permission denied"));
+}
+
+TEST(StudyDatabase, NumbersComeBackToTheLastBit) {
+  const ScratchFolder folder;
+  TrialResult result;
+  result.trial = 5;
+  result.status = "failed";
+  result.message = "it's so";
+  result.set("cost", 0.1 + 0.2);
+  result.set("violation", 1e-300);
+  {
+    StudyDatabase database = StudyDatabase::create(folder.path(), small_study(), kSmallStudy);
+    database.add(result);
+    result.message = "again";
+    database.add(result);
+  }
+  const std::vector<TrialResult> read = StudyDatabase::read(folder.path()).results();
+  ASSERT_EQ(read.size(), 1u);
+  EXPECT_EQ(read[0].trial, 5u);
+  EXPECT_EQ(read[0].message, "it's so");
+  EXPECT_EQ(read[0].get("cost"), 0.1 + 0.2);
+  EXPECT_EQ(read[0].metrics, result.metrics);
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,89 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/studies/study/study_report.hpp>
+
+#include "studies/scratch.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+/// Made-up results: in trial i of replicate r the first model's error is 1 + r / 10, the second's 1.5 times that.
+struct MadeUp {
+  Study study = parse_study(
+      "name: made\nmodels: [constant-twist, mode-b]\nparameters: {start_position: [0, 2]}\nseeds: 40\n", "made.yaml");
+  std::vector<TrialResult> results;
+
+  MadeUp() {
+    for (std::size_t i = 0; i < study.trials(); ++i) {
+      const TrialPlace place = study.place(i);
+      TrialResult& result = results.emplace_back();
+      result.trial = i;
+      result.status = "converged";
+      const double error = (1 + double(place.replicate) / 10) * (place.model == 1 ? 1.5 : 1.0);
+      result.set("usbl_position_m", error);
+      result.set("raw_usbl_position_m", 2 * (1 + double(place.replicate) / 10));
+      result.set("nees_chaser", place.model == 1 ? 24 : 6);
+      result.set("nis_usbl", place.model == 1 ? 3 : 0.75);
+      result.set("cost", 100 + (place.values[0] == 1 && place.replicate % 4 == 0 ? 1 : 0));
+    }
+  }
+};
+
+TEST(StudyTables, PairsAreComparedSeedBySeed) {
+  const MadeUp made;
+  const StudyTables tables = study_tables(made.study, made.results);
+  ASSERT_EQ(tables.groups.size(), 4u);
+  for (const StudyPair& pair : tables.pairs) {
+    if (pair.metric != "usbl_position_m") continue;
+    const double expected = pair.base == "raw" ? (pair.group->model == 1 ? 0.75 : 0.5) : 1.5;
+    EXPECT_NEAR(pair.ratio.value, expected, 1e-12);
+    EXPECT_NEAR(pair.ratio.low, expected, 1e-12) << "the noise is in both";
+  }
+}
+
+TEST(StudyTables, VerdictsAreInWords) {
+  const MadeUp made;
+  const StudyTables tables = study_tables(made.study, made.results);
+  std::vector<std::string> verdicts;
+  for (const StudyConsistency& row : tables.consistency)
+    if (row.group->cell == 0) verdicts.push_back(row.group->model_text + " " + row.metric + " " + row.verdict);
+  EXPECT_THAT(verdicts, ElementsAre("constant-twist nees_chaser consistent",
+                                    "constant-twist nis_usbl pessimistic by a factor 2.00",
+                                    "mode-b nees_chaser optimistic by a factor 2.00", "mode-b nis_usbl consistent"));
+}
+
+TEST(StudyTables, SharesAtTheBestCost) {
+  const MadeUp made;
+  const StudyTables tables = study_tables(made.study, made.results);
+  for (const StudyGroup& group : tables.groups) EXPECT_EQ(group.reached_best, group.cell == 0 ? 40u : 30u);
+  EXPECT_THAT(study_report(made.study, tables), HasSubstr("75 % (60 … 86)"));
+}
+
+TEST(StudyTables, WhatDidNotConvergeIsCountedAndLeftOut) {
+  MadeUp made;
+  made.results[0].status = "failed";
+  made.results[0].set("usbl_position_m", 1e6);
+  const StudyTables tables = study_tables(made.study, made.results);
+  EXPECT_EQ(tables.groups[0].trials, 40u);
+  EXPECT_EQ(tables.groups[0].converged, 39u);
+  for (const StudyMean& mean : tables.means) EXPECT_LT(mean.mean.value, 1e3) << mean.metric;
+}
+
+TEST(StudyTables, FilesHaveTheirColumns) {
+  const MadeUp made;
+  const ScratchFolder folder;
+  write_study_tables(made.study, study_tables(made.study, made.results), folder.path());
+  EXPECT_THAT(files(folder.path()),
+              testing::UnorderedElementsAre("tables.txt", "summary.csv", "pairs.csv", "consistency.csv", "timing.csv"));
+  EXPECT_THAT(read_file(folder.path() / "summary.csv"),
+              HasSubstr("cell,model,solver,metric,n,mean,low,high\nstart_position=0,constant-twist,automatic,"));
+  EXPECT_THAT(trials_csv(made.study, made.results),
+              HasSubstr("trial,replicate,start_position,model,solver,status,message,usbl_keyframes"));
+}
+
+}  // namespace
+}  // namespace tandem

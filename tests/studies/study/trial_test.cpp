@@ -1,0 +1,164 @@
+#include <map>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/studies/scenario/scenario.hpp>
+#include <tandem/studies/simulation/simulate_docking_files.hpp>
+#include <tandem/studies/study/study_statistics.hpp>
+#include <tandem/studies/study/trial.hpp>
+
+#include "small_study.hpp"
+#include "studies/scratch.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::HasSubstr;
+
+Study study_of(const std::string& rest) {
+  return parse_study("name: s\nmodels: [constant-twist]\nseeds: 2\n" + rest, "s.yaml");
+}
+
+/// But for times.
+void expect_same(const TrialResult& a, const TrialResult& b) {
+  EXPECT_EQ(a.status, b.status);
+  EXPECT_EQ(a.message, b.message);
+  for (std::size_t m = 0; m < trial_metrics().size(); ++m)
+    if (!trial_metrics()[m].timing) {
+      EXPECT_EQ(a.metrics[m], b.metrics[m]) << trial_metrics()[m].name;
+    }
+}
+
+TEST(Trial, DependsOnItsNumberAlone) {
+  const Study study = small_study();
+  const TrialResult first = run_trial(study, 7);
+  EXPECT_EQ(first.status, "converged") << first.message;
+  run_trial(study, 3);
+  expect_same(run_trial(study, 7), first);
+  EXPECT_NE(run_trial(study, 1).get("cost"), first.get("cost"));
+}
+
+TEST(Trial, WhatIsRefusedHasItsReason) {
+  const TrialResult result = run_trial(small_study(), 2);
+  EXPECT_EQ(result.status, "refused");
+  EXPECT_THAT(result.message, HasSubstr("constant-velocity model has no orientation"));
+  EXPECT_FALSE(result.get("all_position_m"));
+}
+
+TEST(Trial, ItsFolderGivesTheSameErrors) {
+  const Study study = study_of("parameters: {minutes: 3, usbl_sigma_factor: 2, waves: 0.05}\n");
+  const TrialResult result = run_trial(study, 1);
+  const TrialSettings settings = study.settings(study.place(1));
+  const ScratchFolder folder;
+  write_docking(trial_docking(settings), settings.docking, folder.path());
+  const Scenario scenario = read_scenario(folder.path());
+  EXPECT_DOUBLE_EQ(scenario.data.sensors[0].sigma[0], 2 * 1.72);
+  const ModelResult again = try_model(scenario, study.model(study.place(1)), GaussNewtonOptions{});
+  ASSERT_TRUE(again.all.position);
+  EXPECT_NEAR(again.all.position->mean, result.get("all_position_m").value(), 1e-3) << "files have five decimals";
+}
+
+TEST(Trial, AWorseStartEndsAtTheSameCost) {
+  const Study study = study_of("parameters: {minutes: 2, start_position: [0, 1], start_orientation: [0, 10]}\n");
+  const TrialResult plain = run_trial(study, 0), disturbed = run_trial(study, 3);
+  EXPECT_EQ(disturbed.status, "converged") << disturbed.message;
+  EXPECT_NEAR(disturbed.get("cost").value(), plain.get("cost").value(), 1e-6 * plain.get("cost").value());
+  EXPECT_NE(disturbed.get("iterations"), plain.get("iterations"));
+}
+
+TEST(Trial, AWindowSeesLessThanTheWhole) {
+  const Study study = study_of("parameters: {minutes: 4, window: [0, 20]}\n");
+  const TrialResult whole = run_trial(study, 0), newest = run_trial(study, 1);
+  EXPECT_EQ(newest.status, "converged") << newest.message;
+  EXPECT_GT(newest.get("keyframes").value(), 0.9 * whole.get("keyframes").value());
+  EXPECT_GT(newest.get("optical_position_m").value(), whole.get("optical_position_m").value());
+  EXPECT_LT(newest.get("optical_position_m").value(), 1.0);
+}
+
+TEST(Trial, EveryKindOfProblemIsTaken) {
+  for (const char* rest : {"parameters: {minutes: 3, usbl: range-bearing, usbl_latency: 1}\n",
+                           "parameters: {minutes: 3, loss: 'cauchy:2', graduated: 1, usbl_outliers: 0.2}\n",
+                           "parameters: {minutes: 3, target_motion: helix, max_keyframes: 40}\n",
+                           "solvers: [ipopt]\nparameters: {minutes: 3}\n"}) {
+    SCOPED_TRACE(rest);
+    if (std::string(rest).find("ipopt") != std::string::npos && !ipopt_available()) continue;
+    const TrialResult result = run_trial(study_of(rest), 0);
+    EXPECT_EQ(result.status, "converged") << result.message;
+    EXPECT_TRUE(result.get("nees_chaser"));
+    const bool robust = std::string(rest).find("loss") != std::string::npos;  // no measurement has its whole weight
+    EXPECT_EQ(result.get("nis_usbl") || result.get("nis_optical"), !robust);
+  }
+}
+
+/// Level exactly, the target's orientation has no σ about two axes.
+TEST(Trial, WhatIsHeldExactlyHasNoNees) {
+  const Study study = parse_study(
+      "name: s\nmodels: ['roll-pitch:hard']\nseeds: 1\nparameters: {minutes: 2, optical_range: 1000}\n", "s.yaml");
+  const TrialResult result = run_trial(study, 0);
+  ASSERT_EQ(result.status, "converged") << result.message;
+  EXPECT_FALSE(result.get("nees_target"));
+  EXPECT_LT(result.get("nees_relative_position").value(), 30);
+}
+
+TEST(Trial, StopsWhenToldTo) {
+  const std::atomic<bool> stop{true};
+  EXPECT_EQ(run_trial(small_study(), 0, &stop).status, "interrupted");
+}
+
+/// Where the model is what made the data, squared errors are as large as their covariances say: 95 % intervals over
+/// trials hold what they should be, of the NIS of optical poses too closely to be met by chance (a factor of 1.1 in
+/// sigma is 1.2 in it).
+TEST(StatisticalTrials, NisAndNeesAreWhatTheyShouldBe) {
+  const Study study = parse_study(
+      "name: s\nmodels: [constant-twist]\nseeds: 40\n"
+      "parameters: {minutes: 4, optical_range: 1000, optical_period: 1, blind: 0, waves: 0.03}\n",
+      "s.yaml");
+  std::map<std::string, std::vector<double>> values;
+  for (std::size_t i = 0; i < study.trials(); ++i) {
+    const TrialResult result = run_trial(study, i);
+    ASSERT_EQ(result.status, "converged") << i;
+    for (const char* metric : {"nees_chaser", "nis_optical", "inside_three_sigma"})
+      values[metric].push_back(result.get(metric).value());
+  }
+  const auto chaser = mean_interval(values["nees_chaser"]), nis = mean_interval(values["nis_optical"]);
+  EXPECT_LT(chaser->low, 6.0);
+  EXPECT_GT(chaser->high, 6.0);
+  EXPECT_NEAR(nis->value, 6.0, 0.3);
+  EXPECT_LT(nis->high - nis->low, 0.3);
+  EXPECT_GT(mean_interval(values["inside_three_sigma"])->value, 0.99);
+}
+
+TEST(TrialMetrics, ErrorsInAndAfterGaps) {
+  std::vector<KeyframeError> errors;
+  for (int t = 0; t <= 50; ++t) {
+    KeyframeError error{double(t), KeyframeType::gated, {}, {}, {}, {}};
+    error.position = t < 10 ? 1 : t <= 20 ? 5 + t : t <= 30 ? 3 : 1;
+    errors.push_back(error);
+  }
+  TrialResult result;
+  add_gap_errors(errors, {{10, 20}}, 10, result);
+  EXPECT_DOUBLE_EQ(result.get("gap_position_m").value(), 20);
+  EXPECT_DOUBLE_EQ(result.get("gap_worst_m").value(), 25);
+  EXPECT_DOUBLE_EQ(result.get("after_gap_position_m").value(), 3);
+  EXPECT_FALSE(result.get("usbl_position_m"));
+  EXPECT_THAT(error_of([&] { result.get("no_such"); }), HasSubstr("no metric no_such"));
+}
+
+/// A first-order process forgets itself at the rate it was made with.
+TEST(TrialMetrics, CorrelationTime) {
+  std::vector<KeyframeError> errors;
+  Vector<3> e = Vector<3>::Zero();
+  unsigned seed = 1;
+  const auto draw = [&] { return double((seed = seed * 1664525u + 1013904223u) >> 8) / double(1 << 24) - 0.5; };
+  for (int t = 0; t < 20000; ++t) {
+    e = std::exp(-1.0 / 8) * e + Vector<3>(draw(), draw(), draw());
+    KeyframeError error{double(t), KeyframeType::gated, {}, {}, {}, {}};
+    error.position_vector = e;
+    errors.push_back(error);
+  }
+  EXPECT_NEAR(correlation_time(errors).value(), 8, 1);
+}
+
+}  // namespace
+}  // namespace tandem
