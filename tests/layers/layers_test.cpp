@@ -24,13 +24,16 @@ using testing::IsEmpty;
 const std::map<std::string, std::vector<std::string>> kBelow = {
     {"lie", {}},
     {"residuals", {"lie"}},
+    {"residuals/vehicle", {"residuals"}},
     {"problem", {"residuals"}},
     {"problem/navigation", {"problem"}},
     {"problem/tracking", {"problem/navigation"}},
+    {"problem/planning", {"problem", "residuals/vehicle"}},
     {"solvers/linear", {"problem"}},
     {"solvers", {"solvers/linear"}},
     {"solvers/calibration", {"solvers"}},
     {"solvers/online", {"solvers", "problem/tracking"}},
+    {"solvers/planning", {"solvers", "problem/planning"}},
     {"studies/support", {"solvers", "problem/tracking"}},
     {"studies/scenario", {"studies/support"}},
     {"studies/simulation", {"studies/scenario"}},
@@ -38,8 +41,9 @@ const std::map<std::string, std::vector<std::string>> kBelow = {
     {"studies/estimation", {"studies/navigation"}},
     {"studies/live", {"studies/estimation"}},
     {"studies/comparison", {"studies/estimation"}},
+    {"studies/planning", {"studies/estimation", "solvers/planning"}},
     {"studies/demo", {"studies/estimation"}},
-    {"studies/commands", {"studies/live", "studies/comparison", "studies/demo"}},
+    {"studies/commands", {"studies/live", "studies/comparison", "studies/planning", "studies/demo"}},
     {"studies/bench", {"studies/commands"}},
 };
 const std::vector<std::string> kLayers = {"lie", "residuals", "problem", "solvers", "studies"};
