@@ -42,7 +42,7 @@ std::string_view name(PlanOrigin origin) {
 
 template <int N>
 Planner<N>::Planner(const VehicleModel<N>& vehicle, const PlanOptions& plan, const PlannerOptions& options)
-    : options_(options), problem_(vehicle, plan), step_(vehicle, plan.dt) {}
+    : options_(options), problem_(vehicle, plan), sqp_(problem_.problem()), step_(vehicle, plan.dt) {}
 
 template <int N>
 Plan<N> Planner<N>::pursuit(const VehicleState<N>& start, const Vector<3>& current,
@@ -59,17 +59,27 @@ Plan<N> Planner<N>::pursuit(const VehicleState<N>& start, const Vector<3>& curre
 }
 
 template <int N>
-Summary Planner<N>::solve() {
+Summary Planner<N>::solve(const Plan<N>& guess) {
+  problem_.set_guess(guess);
+  double left = options_.deadline;
+  if (last_ && options_.refine) {
+    DampedSqp::Options sqp;
+    sqp.time_limit = left;
+    const Summary refined = sqp_.solve(sqp);
+    if (refined.converged() || refined.status == Status::time_limit) return refined;
+    left -= refined.seconds;
+    problem_.set_guess(guess);
+  }
   if (options_.solver == PlanSolver::ipopt) {
     IpoptOptions ipopt;
     ipopt.max_iterations = options_.max_iterations;
-    ipopt.time_limit = options_.deadline;
+    ipopt.time_limit = left;
     return tandem::solve(problem_.problem(), ipopt);
   }
   AugmentedLagrangianOptions lagrangian;
   lagrangian.initial_penalty = kPlanPenalty;
   lagrangian.max_iterations = options_.max_iterations;
-  lagrangian.time_limit = options_.deadline;
+  lagrangian.time_limit = left;
   return tandem::solve(problem_.problem(), lagrangian);
 }
 
@@ -78,10 +88,8 @@ PlanResult<N> Planner<N>::replan(const VehicleState<N>& start, const Vector<3>& 
                                  const TargetPrediction& target) {
   problem_.set_start(start, current);
   problem_.set_target(target);
-  problem_.set_guess(last_ ? *last_ : pursuit(start, current, target));
-
   PlanResult<N> result;
-  result.summary = solve();
+  result.summary = solve(last_ ? *last_ : pursuit(start, current, target));
   result.plan = problem_.plan();
   result.max_violation = result.summary.max_violation;
   result.worst_constraint = result.summary.worst_constraint;

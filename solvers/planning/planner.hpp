@@ -6,6 +6,7 @@
 
 #include <tandem/problem/planning/plan_problem.hpp>
 #include <tandem/problem/planning/pursuit.hpp>
+#include <tandem/solvers/planning/damped_sqp.hpp>
 #include <tandem/solvers/summary.hpp>
 
 namespace tandem {
@@ -16,6 +17,7 @@ std::string_view name(PlanSolver solver);
 
 struct PlannerOptions {
   PlanSolver solver = PlanSolver::ipopt;
+  bool refine = true;  ///< a plan that has one before it is first tried by DampedSqp, which takes milliseconds
   double deadline =
       std::numeric_limits<double>::infinity();  ///< s for a plan, after which the best feasible one counts
   int max_iterations = 300;
@@ -73,10 +75,11 @@ class Planner {
 
  private:
   Plan<N> pursuit(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target) const;
-  Summary solve();
+  Summary solve(const Plan<N>& guess);
 
   PlannerOptions options_;
   PlanProblem<N> problem_;
+  DampedSqp sqp_;
   VehicleStep<N> step_;
   std::optional<Plan<N>> last_;  ///< shifted to the instant that comes next
 };

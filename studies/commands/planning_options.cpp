@@ -60,10 +60,14 @@ void add_planning(CommandOptions& option, PlanningRequest& r) {
              });
   option("--current", "X,Y,Z", "Of the water, along the world's axes [m/s] (default none)", r.current, parse_xyz);
   option.group("Solver");
-  option("--solver", "NAME", "ipopt (default) or augmented-lagrangian", r.planner.solver, parse_plan_solver);
+  add_plan_solver(option, r.planner);
+}
+
+void add_plan_solver(CommandOptions& option, PlannerOptions& planner) {
+  option("--solver", "NAME", "ipopt (default) or augmented-lagrangian", planner.solver, parse_plan_solver);
   option.set("--deadline", "MS", "For a plan; then the best feasible one counts",
-             [&r](const std::string& name, const std::string& text) {
-               r.planner.deadline = 1e-3 * parse_positive(name, text);
+             [&planner](const std::string& name, const std::string& text) {
+               planner.deadline = 1e-3 * parse_positive(name, text);
              });
 }
 

@@ -20,6 +20,8 @@ struct PlanningRequest {
   std::optional<Bounds<1>> depth;        ///< m below the surface
 };
 void add_planning(CommandOptions& option, PlanningRequest& request);
+/// --solver and --deadline.
+void add_plan_solver(CommandOptions& option, PlannerOptions& planner);
 
 /// The request in ENU-FLU, with the vehicle's own limits. Throws Error, naming the option, on what no plan can be made of.
 PlanRequest plan_request(const PlanningRequest& request, const Vehicle& vehicle, const Frame& frame);
