@@ -12,9 +12,11 @@ namespace tandem {
 namespace {
 
 constexpr double kSqpPenalty = 1e7;             // over the cost's stiffness: a step meets the linearised constraints
-constexpr std::array kDampings{0.1, 0.3, 1.0};  // of the cost's curvature; the last one for all further steps
-constexpr double kDiverges = 10.0;              // growth of the violation in a step that is not the first
-constexpr double kHopelessViolation = 1e2;      // of the feasible one's root: where the third step must have come below
+constexpr std::array kDampings{0.1, 0.3, 1.0};  // of the cost's curvature, in the first steps
+constexpr double kLeastDamping = 1.0, kMostDamping = 1e3;  // in later ones, as the violation falls or not
+constexpr double kFalls = 0.1, kHardlyFalls = 0.5;         // of the violation before the step
+constexpr double kFaster = 0.5, kSlower = 3.0;             // factors of the damping then
+constexpr double kDiverged = 1e3;                          // a violation of nothing that is near a plan
 
 }  // namespace
 
@@ -52,12 +54,12 @@ Summary DampedSqp::solve(const Options& options) try {
   model.restart(kSqpPenalty);
   summary.initial_cost = summary.cost = model.linearize();
   model.begin();
-  double violation = model.violation().size;
+  double violation = model.violation().size, damping = kLeastDamping;
   for (int k = 0; k < options.max_iterations; ++k) {
     if (seconds() > options.time_limit) return end(Status::time_limit, "the limit of time was reached");
     ++summary.iterations;
-    if (!model.find_step(kDampings[std::min(std::size_t(k), kDampings.size() - 1)]))
-      return end(Status::failed, "the quadratic program's matrix is not positive definite");
+    const double damped = std::size_t(k) < kDampings.size() ? kDampings[std::size_t(k)] : damping;
+    if (!model.find_step(damped)) return end(Status::failed, "the quadratic program's matrix is not positive definite");
     const double predicted = model.predicted(), before = violation;
     if (!std::isfinite(model.merit_at_step(true)))
       return end(Status::failed, "a residual is undefined after a full step");
@@ -65,12 +67,16 @@ Summary DampedSqp::solve(const Options& options) try {
     if (!model.move_on()) return end(Status::failed, "a residual is undefined after a full step");
     model.take_multipliers();
     violation = model.violation().size;
-    if (violation <= options.feasible && predicted <= options.cost_tolerance * (1.0 + summary.cost))
+    // A step that was damped by d foretells some 1/(1 + d) of what there is to gain.
+    if (violation <= options.feasible && (1.0 + damped) * predicted <= options.cost_tolerance * (1.0 + summary.cost))
       return end(Status::converged, "a step gains no more than it has to");
-    if (k > 0 && violation > kDiverges * std::max(before, options.feasible))
-      return end(Status::failed, "full steps diverge");
-    if (k >= 2 && violation > kHopelessViolation * std::sqrt(options.feasible))
-      return end(Status::failed, "full steps do not lead to a feasible point");
+    if (k + 1 >= options.patience && violation <= options.feasible)
+      return end(Status::max_iterations, "a feasible point, from which steps still gain a little");
+    if (violation > kDiverged) return end(Status::failed, "full steps diverge");
+    if (violation > kHardlyFalls * std::max(before, options.feasible))
+      damping = std::min(kMostDamping, kSlower * damping);
+    else if (violation < kFalls * before || violation <= options.feasible)
+      damping = std::max(kLeastDamping, kFaster * damping);
   }
   return end(Status::max_iterations, "the limit of iterations was reached");
 } catch (const Error& error) {
