@@ -29,6 +29,17 @@ AugmentedModel::AugmentedModel(Program& program, Session& session, const Levenbe
   recent_optimality_.fill(std::numeric_limits<double>::infinity());
 }
 
+void AugmentedModel::restart(double penalty) {
+  penalty_ = penalty;
+  best_ = BestPoint{kConstraintTolerance};
+  minimized_ = std::numeric_limits<double>::infinity();
+  recent_optimality_.fill(std::numeric_limits<double>::infinity());
+  taken_ = stalled_ = strongly_damped_ = free_ = 0;
+  exact_ = false;
+  secant_.clear();
+  next_multipliers_.setZero();
+}
+
 double AugmentedModel::linearize() {
   const double cost = SoftModel::linearize();
   term_.linearize();

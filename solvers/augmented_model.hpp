@@ -17,6 +17,9 @@ class AugmentedModel final : public SoftModel {
   /// The weights start at `penalty` times the cost's own stiffness.
   AugmentedModel(Program& program, Session& session, const LevenbergMarquardtOptions& options, double penalty);
 
+  /// As if it were new, but for what it has in memory: for another solve of the same program.
+  void restart(double penalty);
+
   double linearize() override;
   std::string not_finite() override;
   double gradient_size() override;

@@ -2,9 +2,9 @@
 #include <tandem/studies/commands/command_line.hpp>
 
 // Every command, in the order of `tandem --help`; each is defined in a file of its name.
-#define TANDEM_COMMANDS(command)                                                                         \
-  command(estimate) command(navigate) command(track) command(compare) command(models) command(calibrate) \
-      command(study) command(report) command(demo) command(simulate) command(scenarios)
+#define TANDEM_COMMANDS(command)                                                                                       \
+  command(estimate) command(navigate) command(track) command(compare) command(models) command(calibrate) command(plan) \
+      command(rendezvous) command(study) command(report) command(demo) command(simulate) command(scenarios)
 
 namespace tandem {
 

@@ -96,7 +96,8 @@ std::vector<double> YamlSection::numbers(const std::string& key, std::size_t cou
 }
 
 YamlSection YamlSection::section(const std::string& key) const {
-  return YamlSection(file_, name_.empty() ? key : "sensor " + key, require(key));
+  const std::string in = name_ == "sensors" ? "sensor " : name_.empty() ? "" : name_ + " ";
+  return YamlSection(file_, in + key, require(key));
 }
 
 void YamlSection::fail(const std::string& key, const std::string& reason) const {

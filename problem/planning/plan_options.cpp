@@ -1,0 +1,51 @@
+#include <cmath>
+#include <numbers>
+
+#include <tandem/problem/planning/plan_options.hpp>
+#include <tandem/residuals/vehicle/inside_cone.hpp>
+
+namespace tandem {
+namespace {
+
+std::string metres(double x) {
+  std::string text = std::to_string(x);
+  text.erase(text.find('.') + 3);
+  return text + " m";
+}
+
+bool is_cone(const std::optional<Cone>& cone) {
+  return !cone || (cone->half_angle > 0 && cone->half_angle < std::numbers::pi / 2);
+}
+
+double inside(const Cone& cone, const SE3& carrier, const SE3& other) {
+  Vector<1> r;
+  InsideCone<>{cone.half_angle, cone.apex, cone.point}(carrier, other, r);
+  return r[0];
+}
+
+}  // namespace
+
+std::string why_impossible(const PlanOptions& o) {
+  if (o.steps < 1) return "a plan needs one step at least";
+  if (!(o.dt > 0) || !std::isfinite(o.dt)) return "the step of a plan must be positive [s]";
+  for (const double sigma : {o.running_position, o.running_attitude, o.terminal_position, o.terminal_attitude,
+                             o.running_speed, o.running_turn_rate, o.effort, o.rate})
+    if (!(sigma > 0)) return "the standard deviations of a plan's costs must be positive";
+  if (!(o.keep_out >= 0)) return "the keep-out distance must not be negative";
+  if (!(o.confidence >= 0)) return "the number of standard deviations that constraints keep off must not be negative";
+  if (!is_cone(o.approach) || !is_cone(o.view)) return "the half angle of a cone must be between 0 and 90 degrees";
+  if (o.lowest && o.highest && !(*o.lowest < *o.highest)) return "depth: the lower bound is above the upper one";
+  if (o.most_roll_pitch && !(*o.most_roll_pitch > 0 && *o.most_roll_pitch < std::numbers::pi / 2))
+    return "the bound of roll and pitch must be between 0 and 90 degrees";
+  if (const double distance = o.goal.translation().norm(); distance < o.keep_out)
+    return "the wanted relative pose is " + metres(distance) + " from the target, inside the keep-out distance of " +
+           metres(o.keep_out);
+  if (o.approach && inside(*o.approach, SE3(), o.goal) < 0)
+    return "the wanted relative pose is outside the approach cone, by " + metres(-inside(*o.approach, SE3(), o.goal));
+  if (o.view && inside(*o.view, o.goal, SE3()) < 0)
+    return "at the wanted relative pose the target is outside the field of view, by " +
+           metres(-inside(*o.view, o.goal, SE3()));
+  return {};
+}
+
+}  // namespace tandem

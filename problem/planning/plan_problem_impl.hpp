@@ -1,0 +1,169 @@
+#pragma once
+
+#include <limits>
+#include <string>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/problem/planning/plan_problem.hpp>
+#include <tandem/residuals/depth.hpp>
+#include <tandem/residuals/prior.hpp>
+#include <tandem/residuals/range.hpp>
+#include <tandem/residuals/relative_pose.hpp>
+#include <tandem/residuals/relative_rotation.hpp>
+#include <tandem/residuals/roll_pitch.hpp>
+#include <tandem/residuals/usbl_position.hpp>
+#include <tandem/residuals/vehicle/inside_cone.hpp>
+#include <tandem/residuals/vehicle/twist_kinematics.hpp>
+
+// The members of plan_problem.hpp's templates, for the sources that instantiate them.
+namespace tandem {
+
+template <int N>
+Plan<N> Plan<N>::shifted(const VehicleStep<N>& step, const Vector<3>& current) const {
+  Plan later = *this;
+  later.states.erase(later.states.begin());
+  later.commands.erase(later.commands.begin());
+  later.commands.push_back(commands.back());
+  later.states.push_back(step(later.states.back(), commands.back(), current));
+  return later;
+}
+
+template <int N>
+Plan<N> Plan<N>::from(const VehicleState<N>& start, const VehicleStep<N>& step, const Vector<3>& current) const {
+  Plan moved{{start}, commands};
+  for (const Vector<N>& command : commands) moved.states.push_back(step(moved.states.back(), command, current));
+  return moved;
+}
+
+template <int N>
+PlanProblem<N>::PlanProblem(const VehicleModel<N>& vehicle, const PlanOptions& options)
+    : vehicle_(vehicle), options_(options) {
+  if (const std::string why = why_impossible(vehicle); !why.empty()) throw Error(why);
+  if (const std::string why = why_impossible(options); !why.empty()) throw Error(why);
+  add_variables();
+  for (int k = 0; k < options.steps; ++k) {
+    add_motion(k);
+    add_costs(k);
+    add_bounds(k);
+  }
+}
+
+template <int N>
+void PlanProblem<N>::add_variables() {
+  current_ = problem_.add(R3(), "current");
+  problem_.fix(current_);
+  for (int k = 0; k <= options_.steps; ++k) {
+    const std::string step = " at step " + std::to_string(k);
+    if (k > 0) command_.push_back(problem_.add(Rn<N>(), "command" + step));
+    actuators_.push_back(problem_.add(Rn<N>(), "actuators" + step));
+    twist_.push_back(problem_.add(Rn<6>(), "twist" + step));
+    chaser_.push_back(problem_.add(SE3(), "chaser" + step));
+    target_.push_back(problem_.add(SE3(), "target" + step));
+    target_twist_.push_back(problem_.add(Rn<6>(), "twist of the target" + step));
+    problem_.fix(target_.back());
+    problem_.fix(target_twist_.back());
+  }
+  problem_.fix(actuators_.front());
+  problem_.fix(twist_.front());
+  problem_.fix(chaser_.front());
+}
+
+template <int N>
+void PlanProblem<N>::add_motion(int k) {
+  const std::size_t now = std::size_t(k), next = now + 1;
+  const double dt = options_.dt;
+  problem_.subject_to(TwistKinematics<SE3>{dt}, equal_to(0), {chaser_[now], twist_[now], chaser_[next], twist_[next]});
+  problem_.subject_to(VehicleDynamics<N>(vehicle_, dt), equal_to(0),
+                      {chaser_[now], twist_[now], twist_[next], actuators_[now], command_[now], current_});
+  problem_.subject_to(ActuatorLag<N>(vehicle_.lag, dt), equal_to(0),
+                      {actuators_[now], command_[now], actuators_[next]});
+}
+
+template <int N>
+void PlanProblem<N>::add_costs(int k) {
+  const std::size_t now = std::size_t(k), next = now + 1;
+  const PlanOptions& o = options_;
+  const bool last = k + 1 == o.steps;
+  const double position = last ? o.terminal_position : o.running_position;
+  const double attitude = last ? o.terminal_attitude : o.running_attitude;
+  problem_.minimize(UsblPosition<>{o.goal.translation()}, Gaussian(Eigen::Vector3d::Constant(position)),
+                    {target_[next], chaser_[next]});
+  problem_.minimize(RelativeRotation<>{o.goal.rotation()}, Gaussian(Eigen::Vector3d::Constant(attitude)),
+                    {target_[next], chaser_[next]});
+  Vector<6> speed;
+  speed << Vector<3>::Constant(o.running_speed), Vector<3>::Constant(o.running_turn_rate);
+  problem_.minimize(RelativePose<Rn<6>>{}, Gaussian(Eigen::VectorXd(speed)), {target_twist_[next], twist_[next]});
+
+  const Vector<N> half = 0.5 * (vehicle_.upper - vehicle_.lower);
+  const Rn<N> neutral(Vector<N>(Vector<N>::Zero().cwiseMax(vehicle_.lower).cwiseMin(vehicle_.upper)));
+  problem_.minimize(Prior<Rn<N>>{neutral}, Gaussian(Eigen::VectorXd(o.effort * half)), {actuators_[next]});
+  const auto& before = k == 0 ? actuators_[0] : command_[now - 1];  // what they do now is what they were told
+  problem_.minimize(RelativePose<Rn<N>>{}, Gaussian(Eigen::VectorXd(o.rate * half)), {before, command_[now]});
+}
+
+template <int N>
+void PlanProblem<N>::add_bounds(int k) {
+  const std::size_t now = std::size_t(k), next = now + 1;
+  const PlanOptions& o = options_;
+  constexpr double none = std::numeric_limits<double>::infinity();
+  problem_.subject_to(Prior<Rn<N>>{}, Bounds<N>{vehicle_.lower, vehicle_.upper}, {command_[now]});
+  if (o.twist) problem_.subject_to(Prior<Rn<6>>{}, *o.twist, {twist_[next]});
+  if (o.lowest || o.highest)
+    problem_.subject_to(Depth{0.0}, between(o.lowest.value_or(-none), o.highest.value_or(none)), {chaser_[next]});
+  if (o.most_roll_pitch)
+    problem_.subject_to(RollPitch<>{}, between(-*o.most_roll_pitch, *o.most_roll_pitch), {chaser_[next]});
+  if (o.keep_out > 0)
+    keep_out_.push_back(problem_.subject_to(Range<>{o.keep_out}, at_least(0), {chaser_[next], target_[next]}));
+  if (o.approach)
+    approach_.push_back(problem_.subject_to(InsideCone<>{o.approach->half_angle, o.approach->apex, o.approach->point},
+                                            at_least(0), {target_[next], chaser_[next]}));
+  if (o.view)
+    view_.push_back(problem_.subject_to(InsideCone<>{o.view->half_angle, o.view->apex, o.view->point}, at_least(0),
+                                        {chaser_[next], target_[next]}));
+}
+
+template <int N>
+void PlanProblem<N>::set_start(const VehicleState<N>& start, const Vector<3>& current) {
+  problem_.set_value(chaser_.front(), start.pose);
+  problem_.set_value(twist_.front(), Rn<6>(start.twist));
+  problem_.set_value(actuators_.front(), Rn<N>(start.actuators));
+  problem_.set_value(current_, R3(current));
+}
+
+template <int N>
+void PlanProblem<N>::set_target(const TargetPrediction& target) {
+  if (target.pose.size() != target_.size() || target.twist.size() != target_.size())
+    throw Error("the plan needs the target at " + std::to_string(target_.size()) + " instants, not " +
+                std::to_string(target.pose.size()));
+  const Matrix<6, 6> to_goal = options_.goal.inverse().Ad();
+  for (std::size_t k = 0; k < target_.size(); ++k) {
+    problem_.set_value(target_[k], target.pose[k]);
+    problem_.set_value(target_twist_[k], Rn<6>(Vector<6>(to_goal * target.twist[k])));
+  }
+}
+
+template <int N>
+void PlanProblem<N>::set_guess(const Plan<N>& plan) {
+  if (plan.commands.size() != command_.size() || plan.states.size() != chaser_.size())
+    throw Error("the plan to start from has " + std::to_string(plan.commands.size()) + " steps, not " +
+                std::to_string(command_.size()));
+  for (std::size_t k = 0; k < command_.size(); ++k) {
+    const VehicleState<N>& s = plan.states[k + 1];
+    problem_.set_value(command_[k], Rn<N>(plan.commands[k]));
+    problem_.set_value(actuators_[k + 1], Rn<N>(s.actuators));
+    problem_.set_value(twist_[k + 1], Rn<6>(s.twist));
+    problem_.set_value(chaser_[k + 1], s.pose);
+  }
+}
+
+template <int N>
+Plan<N> PlanProblem<N>::plan() const {
+  Plan<N> plan;
+  for (std::size_t k = 0; k < chaser_.size(); ++k)
+    plan.states.push_back(
+        {problem_.value(chaser_[k]), problem_.value(twist_[k]).vector(), problem_.value(actuators_[k]).vector()});
+  for (const auto& u : command_) plan.commands.push_back(problem_.value(u).vector());
+  return plan;
+}
+
+}  // namespace tandem

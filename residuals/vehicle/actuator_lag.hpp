@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cmath>
+
+#include <tandem/lie/rn.hpp>
+#include <tandem/residuals/residual.hpp>
+
+namespace tandem {
+
+/// Actuators that follow a command with a lag of first order, exactly while it is held [units of the actuators]:
+///
+///   e = a1 − (f a0 + (1 − f) u),   f = exp(−dt/lag)
+///
+/// States: a0, u, a1.
+template <int N>
+struct ActuatorLag {
+  static constexpr std::string_view name = "actuator lag";
+  static constexpr int dim = N;
+  using Actuators = Rn<N>;
+  using States = std::tuple<Actuators, Actuators, Actuators>;
+
+  Vector<N> left;  ///< f, of what was there before
+
+  /// `lag` and `dt` in s; a lag of 0: no delay.
+  ActuatorLag(const Vector<N>& lag, double dt) {
+    for (int i = 0; i < N; ++i) left[i] = lag[i] > 0 ? std::exp(-dt / lag[i]) : 0.0;
+  }
+
+  template <Over<Actuators> A>
+  void operator()(const A& a0, const A& u, const A& a1, Rows<N, A>& r, RowsBy<N, A>* J0 = nullptr,
+                  RowsBy<N, A>* Ju = nullptr, RowsBy<N, A>* J1 = nullptr) const {
+    using S = typename A::Scalar;
+    const Vector<N, S> f = left.template cast<S>(), rest = Vector<N, S>::Ones() - f;
+    r = a1.vector() - f.cwiseProduct(a0.vector()) - rest.cwiseProduct(u.vector());
+    if (J0) *J0 = -f.asDiagonal().toDenseMatrix();
+    if (Ju) *Ju = -rest.asDiagonal().toDenseMatrix();
+    if (J1) J1->setIdentity();
+  }
+};
+
+}  // namespace tandem

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cmath>
+
+#include <tandem/lie/se3.hpp>
+#include <tandem/residuals/sensor_frame.hpp>
+
+namespace tandem {
+
+/// How far inside a cone a point is, negative outside [m]; p = t((C B)⁻¹ (T F)), the axis is x of the frame C B:
+///
+///   e = p_x sin α − (√(p_y² + p_z² + ε²) − ε) cos α
+///
+/// which is the distance to the cone's surface but for ε = 1 cm, by which the axis has no kink. At least zero, it is a
+/// camera's field of view (C chaser with the camera at B, T target with its lights at `beacon`), or an approach corridor
+/// (C target with the dock at B, T chaser). The target T is a pose or a point.
+template <LieGroup Target = SE3>
+struct InsideCone {
+  static constexpr std::string_view name = "inside cone";
+  static constexpr int dim = 1;
+  static constexpr double kRounding = 0.01;  ///< m
+  using States = std::tuple<SE3, Target>;
+
+  double half_angle;                     ///< α [rad], above 0 and below π/2
+  SE3 B{};                               ///< apex and axis on the body C
+  Vector<3> beacon = Vector<3>::Zero();  ///< t(F) [m], in the body T; zero when it is a point
+
+  template <Over<SE3> C, Over<Target> T>
+  void operator()(const C& c, const T& t, Rows<1, C>& r, RowsBy<1, C>* Jc = nullptr, RowsBy<1, T>* Jt = nullptr) const {
+    using S = typename C::Scalar;
+    using std::sqrt;
+    const double sine = std::sin(half_angle), cosine = std::cos(half_angle);
+    const auto measure = [&](const Vector<3, S>& p, Matrix<1, 3, S>* by_p) {
+      const S off_axis = sqrt(p[1] * p[1] + p[2] * p[2] + S(kRounding * kRounding));
+      if (by_p) *by_p << S(sine), S(-cosine) * p[1] / off_axis, S(-cosine) * p[2] / off_axis;
+      return Rows<1, C>(sine * p[0] - cosine * (off_axis - kRounding));
+    };
+    observe<1>(c, t, B, beacon, measure, r, Jc, Jt);
+  }
+};
+
+}  // namespace tandem

@@ -1,0 +1,127 @@
+#pragma once
+
+#include <cmath>
+
+#include <Eigen/LU>
+
+#include <tandem/lie/rn.hpp>
+#include <tandem/lie/se3.hpp>
+#include <tandem/residuals/residual.hpp>
+#include <tandem/residuals/vehicle/vehicle_model.hpp>
+
+namespace tandem {
+
+/// Below this a speed counts as no speed: |x| is √(x² + ε²), so that damping has a slope everywhere [m/s, rad/s].
+inline constexpr double kSmoothSpeed = 1e-3;
+
+/// A vehicle obeys its equations of motion (vehicle_model.hpp) over a step, by the implicit midpoint rule
+/// [m/s, rad/s]:
+///
+///   e = ξ1 − ξ0 + dt ([ω × w; 0] + M⁻¹ (C(ν) ν + D(ν) ν + g(R) − τ))
+///
+/// all at the midpoint: ξ = (ξ0 + ξ1)/2 = [v; ω] over the ground, R = R0 Exp(dt ω/2), w = Rᵀ c what the current c is
+/// along the body's axes, ν = [v − w; ω] the twist through the water, and the actuators' mean over the step while the
+/// command is held, ā = β a0 + (1 − β) u with β = (lag/dt)(1 − exp(−dt/lag)). The water is an inertial frame of its own:
+/// Coriolis terms and added mass go by ν, and ν' = ξ' + [ω × w; 0].
+/// States: C0 and ξ0, ξ1, a0, u, c (in the world [m/s]). The midpoint rule keeps the kinetic energy of a vehicle that
+/// nothing damps or drives, whatever dt.
+template <int N>
+struct VehicleDynamics {
+  static constexpr std::string_view name = "vehicle dynamics";
+  static constexpr int dim = 6;
+  using Twist = Rn<6>;
+  using Actuators = Rn<N>;
+  using States = std::tuple<SE3, Twist, Twist, Actuators, Actuators, R3>;
+
+  const VehicleModel<N>* vehicle;  ///< lives as long as the residual
+  double dt;                       ///< s, > 0
+  Matrix<6, 6> mass_inverse;
+  Vector<N> held;  ///< β
+
+  VehicleDynamics(const VehicleModel<N>& model, double step)
+      : vehicle(&model), dt(step), mass_inverse(model.mass.inverse()) {
+    for (int i = 0; i < N; ++i) held[i] = model.lag[i] > 0 ? -std::expm1(-dt / model.lag[i]) * model.lag[i] / dt : 0.0;
+  }
+
+  template <Over<SE3> X, Over<Twist> W, Over<Actuators> A, Over<R3> V>
+  void operator()(const X& x0, const W& w0, const W& w1, const A& a0, const A& u, const V& current, Rows<6, X>& r,
+                  RowsBy<6, X>* Jx0 = nullptr, RowsBy<6, W>* Jw0 = nullptr, RowsBy<6, W>* Jw1 = nullptr,
+                  RowsBy<6, A>* Ja0 = nullptr, RowsBy<6, A>* Ju = nullptr, RowsBy<6, V>* Jc = nullptr) const {
+    using S = typename X::Scalar;
+    using Rotation = BasicSO3<S>;
+    using Vector3 = Vector<3, S>;
+    using Vector6 = Vector<6, S>;
+    using Square3 = Matrix<3, 3, S>;
+    using Square6 = Matrix<6, 6, S>;
+    using std::sqrt;
+    const S step(dt), half(0.5 * dt);
+    const Vector6 twist = S(0.5) * (w0.vector() + w1.vector());
+    const Vector3 omega = twist.template tail<3>(), turn = half * omega;
+    const Rotation middle = x0.rotation() * Rotation::Exp(turn);
+    const Square3 to_body = middle.inverse().matrix();
+    const Vector3 water = to_body * current.vector(), up = to_body.col(2);
+
+    Vector6 nu = twist;
+    nu.template head<3>() -= water;
+    Vector6 speed;
+    for (int i = 0; i < 6; ++i) speed[i] = sqrt(nu[i] * nu[i] + S(kSmoothSpeed * kSmoothSpeed));
+    const Square6 M = vehicle->mass.template cast<S>(), lift = vehicle->lift.template cast<S>();
+    const Square6 by_mass = step * mass_inverse.template cast<S>();
+    const Vector6 momentum = M * nu, lifted = lift * nu;
+    const Vector3 p1 = momentum.template head<3>(), p2 = momentum.template tail<3>(), v = nu.template head<3>();
+    const Vector<N, S> beta = held.template cast<S>();
+    const Vector<N, S> actuators =
+        beta.cwiseProduct(a0.vector()) + (Vector<N, S>::Ones() - beta).cwiseProduct(u.vector());
+    const Matrix<6, N, S> fin = vehicle->fin.template cast<S>();
+    const Matrix<6, N, S> push = vehicle->thrust.template cast<S>() + (nu[0] * speed[0]) * fin;
+    const Vector3 lever = (vehicle->buoyancy * vehicle->centre_of_buoyancy - vehicle->weight * vehicle->centre_of_mass)
+                              .template cast<S>();
+    const S lightness(vehicle->buoyancy - vehicle->weight);
+
+    Vector6 wrench = vehicle->linear.template cast<S>() * nu + speed[0] * lifted - push * actuators;
+    wrench += vehicle->quadratic.template cast<S>() * nu.cwiseProduct(speed);
+    wrench.template head<3>() += omega.cross(p1) - lightness * up;
+    wrench.template tail<3>() += v.cross(p1) + omega.cross(p2) - lever.cross(up);
+    r = w1.vector() - w0.vector() + by_mass * wrench;
+    r.template head<3>() += step * omega.cross(water);
+    if (!Jx0 && !Jw0 && !Jw1 && !Ja0 && !Ju && !Jc) return;
+
+    const Matrix<6, N, S> by_actuators = -by_mass * push;
+    if (Ja0) *Ja0 = by_actuators * beta.asDiagonal();
+    if (Ju) *Ju = by_actuators * (Vector<N, S>::Ones() - beta).asDiagonal();
+    if (!Jx0 && !Jw0 && !Jw1 && !Jc) return;
+
+    // By ν: −ad(ν)ᵀ M, what its own factor ν adds, and damping.
+    Square6 by_nu = vehicle->linear.template cast<S>() + speed[0] * lift;
+    const Square3 omega_x = skew(omega), p1_x = skew(p1);
+    by_nu.template topRows<3>() += omega_x * M.template topRows<3>();
+    by_nu.template bottomRows<3>() += skew(v) * M.template topRows<3>() + omega_x * M.template bottomRows<3>();
+    by_nu.template topRightCorner<3, 3>() -= p1_x;
+    by_nu.template bottomLeftCorner<3, 3>() -= p1_x;
+    by_nu.template bottomRightCorner<3, 3>() -= skew(p2);
+    const Vector6 slope = nu.cwiseQuotient(speed);  // d|νᵢ|/dνᵢ
+    by_nu += vehicle->quadratic.template cast<S>() * (speed + nu.cwiseProduct(slope)).asDiagonal();
+    by_nu.col(0) += slope[0] * lifted - (speed[0] + nu[0] * slope[0]) * (fin * actuators);
+    by_nu = (by_mass * by_nu).eval();
+
+    const Square3 water_x = skew(water), up_x = skew(up);
+    if (Jc) {
+      *Jc = -by_nu.template leftCols<3>() * to_body;
+      Jc->template topRows<3>() += step * omega_x * to_body;
+    }
+    if (!Jx0 && !Jw0 && !Jw1) return;
+    // By a turn of the midpoint's attitude: the current and the vertical turn the other way.
+    Matrix<6, 3, S> restoring;
+    restoring << -lightness * up_x, -skew(lever) * up_x;
+    Matrix<6, 3, S> by_turn = by_mass * restoring - by_nu.template leftCols<3>() * water_x;
+    by_turn.template topRows<3>() += step * omega_x * water_x;
+    if (Jx0) *Jx0 << Matrix<6, 3, S>::Zero(), by_turn * Rotation::Exp(turn).inverse().matrix();
+    Square6 by_twist = S(0.5) * by_nu;
+    by_twist.template topRightCorner<3, 3>() -= half * water_x;
+    by_twist.template rightCols<3>() += S(0.5) * half * by_turn * Rotation::Jr(turn);
+    if (Jw0) *Jw0 = by_twist - Square6::Identity();
+    if (Jw1) *Jw1 = by_twist + Square6::Identity();
+  }
+};
+
+}  // namespace tandem

@@ -1,0 +1,89 @@
+#include <array>
+#include <chrono>
+#include <cmath>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/problem/program.hpp>
+#include <tandem/solvers/augmented_model.hpp>
+#include <tandem/solvers/planning/damped_sqp.hpp>
+#include <tandem/solvers/session.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr double kSqpPenalty = 1e7;             // over the cost's stiffness: a step meets the linearised constraints
+constexpr std::array kDampings{0.1, 0.3, 1.0};  // of the cost's curvature, in the first steps
+constexpr double kLeastDamping = 1.0, kMostDamping = 1e3;  // in later ones, as the violation falls or not
+constexpr double kFalls = 0.1, kHardlyFalls = 0.5;         // of the violation before the step
+constexpr double kFaster = 0.5, kSlower = 3.0;             // factors of the damping then
+constexpr double kDiverged = 1e3;                          // a violation of nothing that is near a plan
+
+}  // namespace
+
+struct DampedSqp::Analysed {
+  explicit Analysed(Problem& problem)
+      : session("damped-sqp", options), program(problem), model(program, session, options, kSqpPenalty) {}
+
+  LevenbergMarquardtOptions options;
+  detail::Session session;
+  Program program;
+  detail::AugmentedModel model;
+};
+
+DampedSqp::DampedSqp(Problem& problem) : problem_(problem) {}
+DampedSqp::~DampedSqp() = default;
+
+Summary DampedSqp::solve(const Options& options) try {
+  const auto start = std::chrono::steady_clock::now();
+  const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+  if (!analysed_) analysed_ = std::make_unique<Analysed>(problem_);
+  Program& program = analysed_->program;
+  detail::AugmentedModel& model = analysed_->model;
+  Summary& summary = analysed_->session.summary;
+  summary = {};
+  summary.solver = "damped-sqp";
+
+  program.reset();
+  const auto end = [&](Status status, const char* why) {
+    summary.status = status;
+    summary.message = why;
+    summary.max_violation = model.violation().size;
+    summary.seconds = seconds();
+    return summary;
+  };
+  model.restart(kSqpPenalty);
+  summary.initial_cost = summary.cost = model.linearize();
+  model.begin();
+  double violation = model.violation().size, damping = kLeastDamping;
+  for (int k = 0; k < options.max_iterations; ++k) {
+    if (seconds() > options.time_limit) return end(Status::time_limit, "the limit of time was reached");
+    ++summary.iterations;
+    const double damped = std::size_t(k) < kDampings.size() ? kDampings[std::size_t(k)] : damping;
+    if (!model.find_step(damped)) return end(Status::failed, "the quadratic program's matrix is not positive definite");
+    const double predicted = model.predicted(), before = violation;
+    if (!std::isfinite(model.merit_at_step(true)))
+      return end(Status::failed, "a residual is undefined after a full step");
+    model.estimate_multipliers_at_step();  // before the move, which linearises anew
+    if (!model.move_on()) return end(Status::failed, "a residual is undefined after a full step");
+    model.take_multipliers();
+    violation = model.violation().size;
+    // A step that was damped by d foretells some 1/(1 + d) of what there is to gain.
+    if (violation <= options.feasible && (1.0 + damped) * predicted <= options.cost_tolerance * (1.0 + summary.cost))
+      return end(Status::converged, "a step gains no more than it has to");
+    if (k + 1 >= options.patience && violation <= options.feasible)
+      return end(Status::max_iterations, "a feasible point, from which steps still gain a little");
+    if (violation > kDiverged) return end(Status::failed, "full steps diverge");
+    if (violation > kHardlyFalls * std::max(before, options.feasible))
+      damping = std::min(kMostDamping, kSlower * damping);
+    else if (violation < kFalls * before || violation <= options.feasible)
+      damping = std::max(kLeastDamping, kFaster * damping);
+  }
+  return end(Status::max_iterations, "the limit of iterations was reached");
+} catch (const Error& error) {
+  Summary summary = analysed_->session.summary;
+  summary.status = Status::failed;
+  summary.message = error.what();
+  return summary;
+}
+
+}  // namespace tandem

@@ -1,0 +1,154 @@
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/problem/program.hpp>
+#include <tandem/solvers/augmented_lagrangian.hpp>
+#include <tandem/solvers/ipopt.hpp>
+#include <tandem/solvers/planning/planner.hpp>
+
+namespace tandem {
+namespace {
+
+/// The cost of a plan leaves most unknowns slack, and its constraints are stiff: weights that do not let go of them.
+constexpr double kPlanPenalty = 1e7;
+constexpr double kAtBound = 1e-6;  // in the row's units, over its size
+
+Program::Violation violation_at_values(Problem& problem, std::string& worst) {
+  Program program(problem);
+  Eigen::VectorXd c(program.num_rows());
+  program.constraints(c);
+  const Program::Violation v = program.violation(c);
+  worst = v.size > kPlanTolerance ? program.describe_row(v.row) : std::string();
+  return v;
+}
+
+}  // namespace
+
+std::string_view name(PlanSolver solver) { return solver == PlanSolver::ipopt ? "ipopt" : "augmented-lagrangian"; }
+
+std::string_view name(PlanOrigin origin) {
+  switch (origin) {
+    case PlanOrigin::solved:
+      return "solved";
+    case PlanOrigin::stopped:
+      return "stopped";
+    case PlanOrigin::shifted:
+      break;
+  }
+  return "shifted";
+}
+
+template <int N>
+Planner<N>::Planner(const VehicleModel<N>& vehicle, const PlanOptions& plan, const PlannerOptions& options)
+    : options_(options), problem_(vehicle, plan), sqp_(problem_.problem()), step_(vehicle, plan.dt) {}
+
+template <int N>
+Plan<N> Planner<N>::pursuit(const VehicleState<N>& start, const Vector<3>& current,
+                            const TargetPrediction& target) const {
+  const SE3& goal = problem_.options().goal;
+  const Matrix<6, 6> to_goal = goal.inverse().Ad();
+  Plan<N> plan{{start}, {}};
+  for (std::size_t k = 0; k + 1 < target.pose.size(); ++k) {
+    plan.commands.push_back(pursue(problem_.vehicle(), plan.states.back(), current, target.pose[k] * goal,
+                                   Vector<6>(to_goal * target.twist[k]), options_.pursuit));
+    plan.states.push_back(step_(plan.states.back(), plan.commands.back(), current));
+  }
+  return plan;
+}
+
+template <int N>
+Summary Planner<N>::solve(const Plan<N>& guess) {
+  problem_.set_guess(guess);
+  double left = options_.deadline;
+  if (last_ && options_.refine) {
+    DampedSqp::Options sqp;
+    sqp.time_limit = left;
+    const Summary refined = sqp_.solve(sqp);
+    const bool feasible = refined.status == Status::max_iterations && refined.max_violation <= sqp.feasible;
+    if (refined.converged() || feasible || refined.status == Status::time_limit) return refined;
+    left -= refined.seconds;
+    problem_.set_guess(guess);
+  }
+  if (options_.solver == PlanSolver::ipopt) {
+    IpoptOptions ipopt;
+    ipopt.max_iterations = options_.max_iterations;
+    ipopt.time_limit = left;
+    return tandem::solve(problem_.problem(), ipopt);
+  }
+  AugmentedLagrangianOptions lagrangian;
+  lagrangian.initial_penalty = kPlanPenalty;
+  lagrangian.max_iterations = options_.max_iterations;
+  lagrangian.time_limit = left;
+  return tandem::solve(problem_.problem(), lagrangian);
+}
+
+template <int N>
+PlanResult<N> Planner<N>::replan(const VehicleState<N>& start, const Vector<3>& current,
+                                 const TargetPrediction& target) {
+  problem_.set_start(start, current);
+  problem_.set_target(target);
+  PlanResult<N> result;
+  result.summary = solve(last_ ? *last_ : pursuit(start, current, target));
+  result.plan = problem_.plan();
+  result.max_violation = result.summary.max_violation;
+  result.worst_constraint = result.summary.worst_constraint;
+  result.origin = result.summary.converged() ? PlanOrigin::solved : PlanOrigin::stopped;
+  if (!result.accepted() && last_) {
+    const Plan<N> shifted = last_->from(start, step_, current);
+    problem_.set_guess(shifted);
+    std::string worst;
+    const double violation = violation_at_values(problem_.problem(), worst).size;
+    result.plan = shifted;
+    result.origin = PlanOrigin::shifted;
+    result.max_violation = violation;
+    result.worst_constraint = worst;
+  }
+  if (result.accepted() || last_) last_ = result.plan.shifted(step_, current);
+  return result;
+}
+
+template <int N>
+std::vector<ActiveConstraint> Planner<N>::active_constraints() {
+  Program program(problem_.problem());
+  const int rows = program.num_rows(), unknowns = program.num_unknowns();
+  Eigen::VectorXd c(rows), gradient(unknowns);
+  const auto& pattern = program.jacobian_pattern();
+  Eigen::VectorXd values(Eigen::Index(pattern.row.size()));
+  program.gradient(gradient);
+  program.linearize_constraints(c, values);
+
+  std::vector<int> place(std::size_t(rows), -1), active;
+  const auto at = [&](int row, double bound) {
+    return std::isfinite(bound) && std::abs(c[row] - bound) <= kAtBound * (1.0 + std::abs(bound));
+  };
+  for (int row = 0; row < rows; ++row)
+    if (at(row, program.lower()[row]) || at(row, program.upper()[row])) {
+      place[std::size_t(row)] = int(active.size());
+      active.push_back(row);
+    }
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(Eigen::Index(active.size()), unknowns);
+  for (std::size_t k = 0; k < pattern.row.size(); ++k)
+    if (const int row = place[std::size_t(pattern.row[k])]; row >= 0)
+      J(row, pattern.column[k]) += values[Eigen::Index(k)];
+  // gradient + Jᵀ λ = 0, in the least squares; rows that others imply share one multiplier.
+  Eigen::MatrixXd normal = J * J.transpose();
+  normal.diagonal().array() += 1e-12 * normal.diagonal().maxCoeff();
+  const Eigen::VectorXd lambda = normal.ldlt().solve(-(J * gradient));
+
+  std::vector<ActiveConstraint> found;
+  for (std::size_t i = 0; i < active.size(); ++i) {
+    const int row = active[i];
+    const double lower = program.lower()[row], upper = program.upper()[row];
+    if (lower == upper) continue;
+    found.push_back(
+        {program.describe_row(row), c[row], at(row, lower) ? lower : upper, std::abs(lambda[Eigen::Index(i)])});
+  }
+  return found;
+}
+
+template class Planner<3>;
+template class Planner<8>;
+
+}  // namespace tandem

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <tandem/problem/planning/plan_problem.hpp>
+#include <tandem/problem/planning/pursuit.hpp>
+#include <tandem/solvers/planning/damped_sqp.hpp>
+#include <tandem/solvers/summary.hpp>
+
+namespace tandem {
+
+/// What solves plans: both solve the same program.
+enum class PlanSolver { augmented_lagrangian, ipopt };
+std::string_view name(PlanSolver solver);
+
+struct PlannerOptions {
+  PlanSolver solver = PlanSolver::ipopt;
+  bool refine = true;  ///< a plan that has one before it is first tried by DampedSqp, which takes milliseconds
+  double deadline =
+      std::numeric_limits<double>::infinity();  ///< s for a plan, after which the best feasible one counts
+  int max_iterations = 300;
+  PursuitOptions pursuit{};  ///< the roll-out that a first plan starts from
+};
+
+/// A hard constraint may be violated by this much in a plan that is accepted, in its own units.
+inline constexpr double kPlanTolerance = 1e-6;
+
+/// A row of a hard inequality that a plan is at the bound of.
+struct ActiveConstraint {
+  std::string constraint;  ///< residual and variables
+  double value, bound;
+  double multiplier;  ///< what moving the bound outwards by a unit would save of the cost
+};
+
+/// How a plan came about.
+enum class PlanOrigin {
+  solved,   ///< the solver converged
+  stopped,  ///< it was stopped at a feasible point: deadline or iterations
+  shifted,  ///< it found nothing feasible; this is the last plan, a step later and from where the chaser is now
+};
+std::string_view name(PlanOrigin origin);
+
+template <int N>
+struct PlanResult {
+  Plan<N> plan;
+  PlanOrigin origin;
+  double max_violation;          ///< of the hard constraints, at this plan
+  std::string worst_constraint;  ///< the one, when it is above kPlanTolerance
+  Summary summary;               ///< of the solve
+  bool accepted() const { return max_violation <= kPlanTolerance; }
+};
+
+/// Plans again and again, each time from the plan before, shifted by a step. The vehicle must live as long.
+template <int N>
+class Planner {
+ public:
+  /// Throws Error when vehicle or options are impossible.
+  Planner(const VehicleModel<N>& vehicle, const PlanOptions& plan, const PlannerOptions& options = {});
+
+  /// The next plan: `target` has H + 1 instants. A first one starts from a roll-out of pure pursuit. When the solve ends
+  /// infeasible, the last plan that was accepted is shifted by the steps since; without one the solver's best is given.
+  PlanResult<N> replan(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target);
+
+  /// The hard inequalities that the last solve's plan is at the bound of, with least-squares multipliers of its
+  /// optimality conditions.
+  std::vector<ActiveConstraint> active_constraints();
+
+  void set_deadline(double seconds) { options_.deadline = seconds; }
+  /// The next replan() starts as the first did.
+  void forget() { last_.reset(); }
+  PlanProblem<N>& problem() { return problem_; }
+  const VehicleStep<N>& step() const { return step_; }
+
+ private:
+  Plan<N> pursuit(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target) const;
+  Summary solve(const Plan<N>& guess);
+
+  PlannerOptions options_;
+  PlanProblem<N> problem_;
+  DampedSqp sqp_;
+  VehicleStep<N> step_;
+  std::optional<Plan<N>> last_;  ///< shifted to the instant that comes next
+};
+
+extern template class Planner<3>;
+extern template class Planner<8>;
+
+}  // namespace tandem

@@ -1,0 +1,95 @@
+// Replans of a torpedo-shaped vehicle behind a moving target, and of a hovering one: how long each takes.
+//
+//     bench_planning [STEPS] [REPLANS]
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <random>
+
+#include <tandem/solvers/planning/planner.hpp>
+#include <tandem/studies/planning/vehicle_file.hpp>
+
+namespace {
+
+using namespace tandem;
+
+double quantile(std::vector<double> v, double q) {
+  std::sort(v.begin(), v.end());
+  return v[std::min(v.size() - 1, std::size_t(q * double(v.size())))];
+}
+
+/// The target goes on a slowly turning course; each second the chaser does as it was told but for a disturbance.
+template <int N>
+void run(const char* name, const VehicleModel<N>& model, const Vector<6>& most, PlanOptions options, PlanSolver solver,
+         bool refine, int replans) {
+  options.twist = Bounds<6>{-most, most};
+  PlannerOptions planner_options;
+  planner_options.solver = solver;
+  planner_options.refine = refine;
+  planner_options.pursuit.speed = 0.6 * most[0];
+  Planner<N> planner(model, options, planner_options);
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal;
+  const Vector<3> current(0.05, 0.1, 0.0);
+  Vector<6> twist, noise;
+  twist << 0.5, 0.0, 0.0, 0.0, 0.0, 0.01;
+  noise << 0.1, 0.02, 0.02, 0.01, 0.01, 0.02;
+  SE3 target(SO3::Exp({0.0, 0.0, 0.4}), {40.0, 8.0, -11.0});
+  VehicleState<N> state;
+  state.pose = SE3(SO3(), {0.0, 0.0, -10.0});
+  state.twist[0] = 0.5 * most[0];
+  std::vector<double> milliseconds, iterations;
+  double cold = 0.0, worst = 0.0;
+  int refined = 0, accepted = 0;
+  for (int k = 0; k <= replans; ++k) {
+    const TargetPrediction prediction = predict_target({target * SE3::Exp(-twist), target, 1.0, Matrix<12, 12>::Zero()},
+                                                       noise, options.dt, options.steps);
+    const auto start = std::chrono::steady_clock::now();
+    const PlanResult<N> result = planner.replan(state, current, prediction);
+    const double ms = 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    (k == 0 ? cold : milliseconds.emplace_back()) = ms;
+    if (k > 0) {
+      refined += result.summary.solver == "damped-sqp";
+      accepted += result.accepted();
+      worst = std::max(worst, result.max_violation);
+      iterations.push_back(result.summary.iterations);
+    }
+    Vector<6> push;
+    for (double& p : push) p = 0.01 * normal(random);
+    state = result.plan.states[1];
+    state.pose = state.pose * SE3::Exp(Vector<6>(push * options.dt));
+    state.twist += 0.5 * push;
+    twist[5] += 0.004 * normal(random);
+    target = target * SE3::Exp(Vector<6>(options.dt * twist));
+  }
+  std::printf(
+      "%-16s %-22s %4d steps: cold %7.1f ms; warm median %7.2f, 99 %% %7.2f, worst %7.2f ms; %3.0f iterations; "
+      "%d of %d by damped-sqp, %d accepted, violation %.1e\n",
+      name, refine ? "damped-sqp, else" : std::string(tandem::name(solver)).c_str(), options.steps, cold,
+      quantile(milliseconds, 0.5), quantile(milliseconds, 0.99), quantile(milliseconds, 1.0), quantile(iterations, 0.5),
+      refined, replans, accepted, worst);
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int steps = argc > 1 ? std::atoi(argv[1]) : 50, replans = argc > 2 ? std::atoi(argv[2]) : 100;
+  PlanOptions options;
+  options.steps = steps;
+  options.goal = SE3(SO3(), {-4.0, 0.0, 0.0});
+  options.keep_out = 3.0;
+  options.lowest = -60.0;
+  options.highest = -1.0;
+  options.most_roll_pitch = 0.6;
+  const Vehicle remus = read_vehicle("remus_100"), rov = read_vehicle("bluerov2_heavy");
+  const auto& torpedo = std::get<VehicleModel<3>>(remus.model);
+  const auto& hoverer = std::get<VehicleModel<8>>(rov.model);
+  for (const bool refine : {true, false})
+    for (const PlanSolver solver : {PlanSolver::ipopt, PlanSolver::augmented_lagrangian}) {
+      if (refine && solver == PlanSolver::augmented_lagrangian) continue;
+      run("REMUS 100", torpedo, remus.most_twist, options, solver, refine, replans);
+      run("BlueROV2 Heavy", hoverer, rov.most_twist, options, solver, refine, replans);
+    }
+}

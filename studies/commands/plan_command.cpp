@@ -1,0 +1,59 @@
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/commands/command.hpp>
+#include <tandem/studies/commands/output.hpp>
+#include <tandem/studies/commands/planning_options.hpp>
+#include <tandem/studies/commands/problem_options.hpp>
+#include <tandem/studies/planning/plan_files.hpp>
+#include <tandem/studies/planning/plan_report.hpp>
+#include <tandem/studies/support/option_values.hpp>
+
+namespace tandem {
+namespace {
+
+struct PlanCommandRequest {
+  ProblemRequest problem;
+  PlanningRequest planning;
+  double at = 0.0;
+  Output output;
+};
+
+int run_plan(const PlanCommandRequest& request, const CommandOptions& option) {
+  const TrackingOptions options = tracking_options(request.problem, false);
+  const Scenario scenario = read_problem(request.problem, option);
+  const Vehicle vehicle = read_vehicle(request.planning.vehicle);
+  PlanRequest plan = plan_request(request.planning, vehicle, scenario.frame);
+  plan.at = request.at;
+  const PlannedRun run = plan_scenario(scenario, options, vehicle, plan);
+
+  Results results;
+  results.table = [&] { return report(run); };
+  results.json = [&] { return plan_json(run); };
+  results.plots_of = "plan";
+  results.write = [&](const std::filesystem::path& folder) { write_plan(run, folder); };
+  results.not_done = why_not_accepted(run);
+  return finish(request.output, results);
+}
+
+}  // namespace
+
+Command plan_command() {
+  return {
+      "plan", "Plan the chaser's motion against the target's predicted one", [](CommandOptions& option) {
+        const auto request = std::make_shared<PlanCommandRequest>();
+        option.footer(
+            "Exit status: 0 planned, 1 wrong input or usage, 2 no plan that meets every hard constraint was found.");
+        add_problem(option, request->problem, false);
+        option.group("Plan");
+        option.required("--at", "T", "Estimate until T [s], and plan from there", request->at, parse_finite);
+        add_planning(option, request->planning);
+        add_output(option, request->output,
+                   {.writes = "Write the plan, the predicted target, commands and active constraints to DIR"});
+        return [request, &option] { return run_plan(*request, option); };
+      }};
+}
+
+}  // namespace tandem

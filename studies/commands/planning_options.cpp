@@ -1,0 +1,104 @@
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/commands/planning_options.hpp>
+#include <tandem/studies/support/option_values.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr double kRadians = std::numbers::pi / 180.0;
+constexpr int kMostSteps = 2000;
+
+Vector<3> parse_xyz(const std::string& option, const std::string& text) {
+  const std::vector<double> v = parse_numbers(option, text);
+  if (v.size() != 3 || !std::isfinite(v[0] + v[1] + v[2]))
+    throw Error(fmt::format("{} takes three numbers, X,Y,Z, not {}", option, quote(text)));
+  return {v[0], v[1], v[2]};
+}
+
+double parse_half_angle(const std::string& option, const std::string& text) {
+  const double degrees = parse_positive(option, text);
+  if (degrees >= 90.0) throw Error(fmt::format("{} is below 90 degrees, not {:g}", option, degrees));
+  return kRadians * degrees;
+}
+
+PlanSolver parse_plan_solver(const std::string& option, const std::string& text) {
+  std::vector<std::string> names;
+  for (const PlanSolver solver : {PlanSolver::augmented_lagrangian, PlanSolver::ipopt}) {
+    if (name(solver) == text) return solver;
+    names.emplace_back(name(solver));
+  }
+  throw Error(fmt::format("{} is {}, not {}{}", option, listed(names, "or"), quote(text), did_you_mean(text, names)));
+}
+
+}  // namespace
+
+void add_planning(CommandOptions& option, PlanningRequest& r) {
+  PlanOptions& plan = r.plan;
+  option("--vehicle", "NAME|FILE", "The chaser: remus_100 (default), bluerov2_heavy, or a yaml file", r.vehicle,
+         [](const std::string&, const std::string& text) { return text; });
+  option("--horizon", "S", "How far ahead to plan [s] (default 50)", r.horizon, parse_positive);
+  option("--step", "S", "Length of a step [s] (default 1)", plan.dt, parse_positive);
+  option("--goal", "X,Y,Z", "Wanted position of the chaser in the target's body [m] (default -6,0,0)", r.goal,
+         parse_xyz);
+  option.set(
+      "--goal-yaw", "DEG", "Wanted heading against the target's (default 0)",
+      [&r](const std::string& name, const std::string& text) { r.goal_yaw = kRadians * parse_finite(name, text); });
+  option("--keep-out", "M", "Least distance of the two (default 0: docking)", plan.keep_out, parse_magnitude);
+  option("--approach", "DEG", "Half angle of a cone behind the target, along its goal, to stay in", r.approach,
+         parse_half_angle);
+  option("--view", "DEG", "Half angle of the chaser's view ahead, to keep the target in", r.view, parse_half_angle);
+  option("--depth", "MIN,MAX", "Bounds of the chaser's depth [m]", r.depth, parse_interval);
+  option.set("--most-roll-pitch", "DEG", "Bound of the chaser's roll and pitch, either way",
+             [&r](const std::string& name, const std::string& text) {
+               r.plan.most_roll_pitch = parse_half_angle(name, text);
+             });
+  option("--current", "X,Y,Z", "Of the water, along the world's axes [m/s] (default none)", r.current, parse_xyz);
+  option.group("Solver");
+  add_plan_solver(option, r.planner);
+}
+
+void add_plan_solver(CommandOptions& option, PlannerOptions& planner) {
+  option("--solver", "NAME", "ipopt (default) or augmented-lagrangian", planner.solver, parse_plan_solver);
+  option.set("--deadline", "MS", "For a plan; then the best feasible one counts",
+             [&planner](const std::string& name, const std::string& text) {
+               planner.deadline = 1e-3 * parse_positive(name, text);
+             });
+}
+
+PlanRequest plan_request(const PlanningRequest& r, const Vehicle& vehicle, const Frame& frame) {
+  PlanRequest request;
+  request.plan = r.plan;
+  request.planner = r.planner;
+  PlanOptions& plan = request.plan;
+  const double steps = std::round(r.horizon / plan.dt);
+  if (!(steps >= 1.0 && steps <= kMostSteps))
+    throw Error(fmt::format("--horizon {:g} s in steps of {:g} s are {:g} steps, not 1 to {}", r.horizon, plan.dt,
+                            steps, kMostSteps));
+  plan.steps = static_cast<int>(steps);
+  plan.goal = frame.body(SE3(SO3::Exp({0.0, 0.0, r.goal_yaw}), r.goal));
+  plan.twist = Bounds<6>{-vehicle.most_twist, vehicle.most_twist};
+  request.current = frame.world(r.current);
+  if (r.approach) {
+    const Vector<3> axis = plan.goal.translation();
+    if (!(axis.norm() > 0)) throw Error("--approach needs a --goal away from the target, which the cone opens to");
+    const SO3 along(Eigen::Quaterniond::FromTwoVectors(Vector<3>(Vector<3>::UnitX()), axis));
+    plan.approach = Cone{*r.approach, SE3(along, Vector<3>(Vector<3>::Zero()))};
+  }
+  if (r.view) plan.view = Cone{*r.view};
+  if (r.depth) {
+    plan.highest = -r.depth->lower[0];
+    plan.lowest = -r.depth->upper[0];
+  }
+  if (const std::string why = why_impossible(plan); !why.empty()) throw Error(why);
+  request.planner.pursuit.speed = 0.6 * vehicle.most_twist[0];
+  request.planner.pursuit.turn_rate = 0.7 * vehicle.most_twist[5];
+  return request;
+}
+
+}  // namespace tandem

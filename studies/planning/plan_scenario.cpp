@@ -1,0 +1,136 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/gauss_newton.hpp>
+#include <tandem/solvers/marginals.hpp>
+#include <tandem/studies/planning/plan_scenario.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr double kTwistOver = 1.0;  // s: twists are means over this
+
+/// What there was by then.
+TrackingData until(const TrackingData& data, double at) {
+  TrackingData past = data;
+  std::erase_if(past.odometry, [&](const Stamped<SE3>& pose) { return pose.t > at; });
+  if (past.odometry.size() < 2)
+    throw Error(fmt::format("--at {:g} s is before the recording's second line of odometry", at));
+  const double last = past.odometry.back().t;
+  for (TargetSensor& sensor : past.sensors)
+    std::erase_if(sensor.measurements, [&](const Measurement& m) { return m.t > at || sensor.valid_at(m) > last; });
+  return past;
+}
+
+Vector<6> mean_twist(const std::vector<Stamped<SE3>>& poses) {
+  const Stamped<SE3>& now = poses.back();
+  auto before = poses.end() - 2;
+  while (before != poses.begin() && now.t - before->t < kTwistOver) --before;
+  return (before->value.inverse() * now.value).Log() / (now.t - before->t);
+}
+
+/// The last keyframe that is kTwistOver or more before the newest.
+std::size_t keyframe_before(const std::vector<Keyframe>& keyframes) {
+  std::size_t k = keyframes.size() - 1;
+  while (k > 0 && keyframes.back().t - keyframes[k].t < kTwistOver) --k;
+  return k;
+}
+
+/// Of the target's poses before and now, seen from the chaser as it is now.
+Matrix<12, 12> seen_from_chaser(const Eigen::MatrixXd& joint, const SE3& chaser, const SE3& before, const SE3& now) {
+  Matrix<12, 18> J = Matrix<12, 18>::Zero();
+  J.block<6, 6>(0, 0) = -(before.inverse() * chaser).Ad();
+  J.block<6, 6>(6, 0) = -(now.inverse() * chaser).Ad();
+  J.block<12, 12>(0, 6).setIdentity();
+  return J * joint * J.transpose();
+}
+
+template <int N>
+PlannedRun plan_with(const VehicleModel<N>& model, const PlanRequest& request, PlannedRun run) {
+  const RendezvousStart& start = run.start;
+  const PlanOptions& options = request.plan;
+  const TargetPrediction target = predict_target(start.target, start.target_noise, options.dt, options.steps);
+  VehicleState<N> state;
+  state.pose = start.chaser;
+  state.twist = start.chaser_twist;
+  state.actuators = command_for(model, state, request.current, Vector<6>(Vector<6>::Zero()));
+
+  Planner<N> planner(model, options, request.planner);
+  const PlanResult<N> result = planner.replan(state, request.current, target);
+  run.summary = result.summary;
+  run.origin = result.origin;
+  run.max_violation = result.max_violation;
+  run.worst_constraint = result.worst_constraint;
+  if (result.accepted()) run.active = planner.active_constraints();
+  const Eigen::Index actuators = Eigen::Index(run.vehicle.actuators.size());
+  for (std::size_t k = 0; k < result.plan.states.size(); ++k) {
+    const VehicleState<N>& s = result.plan.states[k];
+    run.instants.push_back(
+        {start.t + double(k) * options.dt, s.pose, s.twist, s.actuators.head(actuators),
+         k < result.plan.commands.size() ? Eigen::VectorXd(result.plan.commands[k].head(actuators)) : Eigen::VectorXd(),
+         target.pose[k], target.covariance[k]});
+  }
+  return run;
+}
+
+}  // namespace
+
+RendezvousStart estimate_until(const Scenario& scenario, const TrackingOptions& options, double at) {
+  if (scenario.data.planar) throw Error("a plan is of motion in space, and this scenario is planar (group SE2)");
+  if (scenario.data.odometry.empty())
+    throw Error("a plan needs a chaser with odometry: run tandem navigate, and take its chaser.tum");
+  if (options.mode != Mode::A || options.model == MotionModel::constant_velocity ||
+      options.model == MotionModel::steady_course)
+    throw Error("a plan needs the target as a pose at every keyframe: mode A, by constant twist");
+  const TrackingData past = until(scenario.data, at);
+  TrackingProblem tracking = make_tracking_problem(past, options);
+  RendezvousStart start;
+  start.summary = solve(tracking.problem, GaussNewtonOptions{});
+  if (!start.summary.converged())
+    throw Error(fmt::format("the estimate until {:g} s did not converge: {}", at, start.summary.message));
+
+  const std::size_t now = tracking.keyframes.size() - 1, before = keyframe_before(tracking.keyframes);
+  if (before == now) throw Error(fmt::format("--at {:g} s: there is one keyframe only, and a plan needs two", at));
+  const auto pose = [&](std::size_t k) { return std::get<Variable<SE3>>(tracking.target[k]); };
+  const auto chaser = std::get<Variable<SE3>>(tracking.chaser[now]);
+  const Problem& problem = tracking.problem;
+  start.t = tracking.keyframes[now].t;
+  start.chaser = problem.value(chaser);
+  start.chaser_twist = mean_twist(past.odometry);
+  start.target.before = problem.value(pose(before));
+  start.target.now = problem.value(pose(now));
+  start.target.dt = start.t - tracking.keyframes[before].t;
+  const std::array ids{problem.id(chaser), problem.id(pose(before)), problem.id(pose(now))};
+  const std::array dofs{6, 6, 6};
+  start.target.covariance = seen_from_chaser(Marginals(tracking.problem).joint(ids, dofs), start.chaser,
+                                             start.target.before, start.target.now);
+  start.target_noise = past.noise.constant_twist;
+  return start;
+}
+
+PlannedRun plan_scenario(const Scenario& scenario, const TrackingOptions& tracking, const Vehicle& vehicle,
+                         const PlanRequest& request) {
+  PlannedRun run;
+  run.scenario = scenario.name;
+  run.frame = scenario.frame;
+  run.vehicle = vehicle;
+  run.request = request;
+  run.start = estimate_until(scenario, tracking, request.at);
+  return std::visit([&](const auto& model) { return plan_with(model, request, std::move(run)); }, vehicle.model);
+}
+
+MissAtEnd miss_at_end(const PlannedRun& run) {
+  const PlannedInstant& end = run.instants.back();
+  const SE3& goal = run.request.plan.goal;
+  const SE3 off = (end.target * goal).inverse() * end.chaser;
+  const SE3& before = (run.instants.end() - 2)->target;
+  const Vector<6> along = goal.inverse().Ad() * Vector<6>((before.inverse() * end.target).Log() / run.request.plan.dt);
+  return {off.translation().norm(), off.rotation().Log().norm(),
+          (end.twist.head<3>() - off.rotation().inverse().act(Vector<3>(along.head<3>()))).norm()};
+}
+
+}  // namespace tandem

@@ -1,0 +1,382 @@
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/online/online_estimator.hpp>
+#include <tandem/solvers/relative_covariance.hpp>
+#include <tandem/studies/planning/rendezvous.hpp>
+#include <tandem/studies/simulation/normal_noise.hpp>
+#include <tandem/studies/support/units.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr double kTick = 0.1;   // s: truth and odometry
+constexpr int kTicks = 10;      // to a control period of 1 s
+constexpr int kUsblEvery = 20;  // ticks
+constexpr int kOpticalEvery = 5;
+constexpr double kOpticalRange = 9.0;      // m
+constexpr double kView = 45.0 / kDegrees;  // half angle of the camera [rad]
+constexpr double kPlannedView = 40.0 / kDegrees;
+constexpr double kCorridor = 35.0 / kDegrees;               // half angle behind the target that docking keeps to
+constexpr double kSearching = 10.0;                         // s: only then does the estimate tell where the target goes
+constexpr double kNearStandoff = 1.0;                       // m: docking begins
+constexpr double kLost = 8.0;                               // s without an optical pose: back to the standoff
+constexpr double kHulls = 0.8;                              // m between the origins that docking keeps, too
+constexpr double kCollision = 0.6;                          // m between the origins
+constexpr double kCurrentSigma = 0.03, kCurrentGain = 0.1;  // of what the Doppler log tells of the current [m/s]
+constexpr double kSpeedSigma = 5e-3, kRateSigma = 1e-3;     // of the measured twist [m/s, rad/s]
+
+Vector<6> six(double linear, double angular) {
+  return (Vector<6>() << Vector<3>::Constant(linear), Vector<3>::Constant(angular)).finished();
+}
+
+/// Sensors and noise, as the chaser knows them.
+TrackingData sensors_of_chaser() {
+  TrackingData data;
+  data.noise.prior = six(1e-3, 1e-3);
+  data.noise.odometry = six(0.01, 6e-4);
+  data.noise.constant_twist = (Vector<6>() << 0.03, 0.01, 0.01, 4e-3, 4e-3, 0.015).finished();
+  data.noise.constant_velocity = Vector<3>(0.05, 0.05, 0.02);
+  TargetSensor usbl, optical;
+  usbl.name = "usbl";
+  usbl.sigma = Vector<3>::Constant(0.5);
+  optical.name = "optical";
+  optical.type = SensorType::pose;
+  optical.sigma = six(0.05, 0.03);
+  data.sensors = {usbl, optical};
+  return data;
+}
+
+/// The target's body twist: a steady speed, and a course that swings.
+class TargetMotion {
+ public:
+  TargetMotion(std::uint64_t seed, double speed) : speed_(speed) {
+    NormalNoise draw(seed, 11);
+    for (double& p : phase_) p = 2.0 * std::numbers::pi * draw();
+    for (double& r : rate_) r = 0.012 * (1.0 + 0.3 * draw());
+  }
+  Vector<6> twist(double t) const {
+    constexpr double periods[] = {47.0, 83.0};  // s
+    Vector<6> w = Vector<6>::Zero();
+    w[0] = speed_ * (1.0 + 0.1 * std::sin(2.0 * std::numbers::pi * t / 61.0 + phase_[0]));
+    for (int i = 0; i < 2; ++i) w[5] += rate_[i] * std::sin(2.0 * std::numbers::pi * t / periods[i] + phase_[i]);
+    return w;
+  }
+
+ private:
+  double speed_, phase_[2], rate_[2];
+};
+
+template <int N>
+class Simulation {
+ public:
+  Simulation(const Vehicle& vehicle, const VehicleModel<N>& model, const RendezvousOptions& options)
+      : vehicle_(vehicle),
+        model_(model),
+        options_(options),
+        tick_(model, kTick),
+        motion_(options.seed, options.target_speed),
+        data_(sensors_of_chaser()),
+        odometry_noise_(options.seed, 1),
+        usbl_noise_(options.seed, 2),
+        optical_noise_(options.seed, 3),
+        twist_noise_(options.seed, 4),
+        current_noise_(options.seed, 5) {
+    OnlineOptions online;
+    online.tracking.non_holonomic = Role::soft;
+    online.lag.window = 40.0;
+    estimator_ = std::make_unique<OnlineEstimator>(data_, std::nullopt, online);
+    if (options.method == RendezvousMethod::decoupled) {
+      approach_ = std::make_unique<Planner<N>>(model, plan_options(RendezvousPhase::approach), options.planner);
+      docking_ = std::make_unique<Planner<N>>(model, plan_options(RendezvousPhase::docking), options.planner);
+      retreat_ = std::make_unique<Planner<N>>(model, plan_options(RendezvousPhase::retreat), options.planner);
+    }
+    begin();
+  }
+
+  RendezvousRun run() {
+    RendezvousRun run{options_.seed, RendezvousOutcome::timed_out, "time", 0, 0, HUGE_VAL, 0, 0, 0, 0, 0, 0, {}};
+    const Vector<N> half = 0.5 * (model_.upper - model_.lower);
+    for (int second = 0; second < int(options_.time_limit); ++second) {
+      Vector<N> command = decide(run);
+      for (int i = 0; i < kTicks; ++i) {
+        advance(command);
+        run.least_miss = std::min(run.least_miss, miss(options_.dock));
+        if (phase_ == RendezvousPhase::searching || phase_ == RendezvousPhase::approach)
+          run.keep_out_violation = std::max(run.keep_out_violation, options_.keep_out - distance());
+        if (is_docked()) return ended(run, RendezvousOutcome::docked, "");
+        if (distance() < kCollision) return ended(run, RendezvousOutcome::failed, "collision");
+      }
+      run.effort += command.cwiseQuotient(half).squaredNorm();
+    }
+    return ended(run, RendezvousOutcome::timed_out, "time");
+  }
+
+ private:
+  double now() const { return kTick * double(ticks_); }
+  double distance() const { return (truth_.pose.translation() - target_.translation()).norm(); }
+  SE3 goal(double behind) const { return SE3(SO3(), {-behind, 0.0, 0.0}); }
+  double miss(double behind) const {
+    return (truth_.pose.translation() - target_.act(goal(behind).translation())).norm();
+  }
+
+  PlanOptions plan_options(RendezvousPhase phase) const {
+    const bool docking = phase == RendezvousPhase::docking;
+    PlanOptions o;
+    o.steps = int(std::lround(options_.horizon));
+    o.goal = goal(docking ? options_.dock : options_.standoff);
+    o.twist = Bounds<6>{-vehicle_.most_twist, vehicle_.most_twist};
+    o.most_roll_pitch = 0.7;
+    o.running_position = docking ? 1.0 : 4.0;
+    o.running_attitude = docking ? 0.3 : 1.0;
+    o.terminal_position = docking ? 0.2 : 1.0;
+    o.terminal_attitude = docking ? 0.1 : 0.3;
+    o.running_speed = docking ? 0.3 : 1.0;
+    if (docking) {
+      o.approach = Cone{kCorridor, SE3(SO3::Exp({0.0, 0.0, std::numbers::pi}), Vector<3>(Vector<3>::Zero()))};
+      o.view = Cone{kPlannedView};
+      o.keep_out = std::min(kHulls, options_.dock);
+    } else if (phase != RendezvousPhase::retreat) {
+      o.keep_out = options_.keep_out + options_.margin;
+    }
+    return o;
+  }
+
+  void begin() {
+    NormalNoise draw(options_.seed, 10);
+    const double bearing = 0.7 * draw(), course = 2.0 * std::numbers::pi * draw();
+    target_ = SE3(SO3::Exp({0.0, 0.0, course}), {0.0, 0.0, -10.0});
+    const Vector<3> behind(-options_.start_distance * std::cos(bearing), options_.start_distance * std::sin(bearing),
+                           2.0 * draw());
+    const Vector<3> position = target_.act(behind), ahead = target_.translation() - position;
+    truth_.pose = SE3(SO3::Exp({0.0, 0.0, std::atan2(ahead.y(), ahead.x()) + 0.3 * draw()}), position);
+    truth_.twist[0] = options_.target_speed;
+    current_ = options_.current * Vector<3>(draw(), draw(), 0.0);
+    actuators_.setZero();
+    sense(true);
+  }
+
+  /// What sensors tell at the instant that is now.
+  void sense(bool first = false) {
+    if (first)
+      odometry_ = truth_.pose;
+    else
+      odometry_ = odometry_ * last_pose_.inverse() * truth_.pose *
+                  SE3::Exp(odometry_noise_.vector<6>(Vector<6>(std::sqrt(kTick) * Vector<6>(data_.noise.odometry))));
+    last_pose_ = truth_.pose;
+    const double t = now();
+    estimator_->add_odometry({t, odometry_});
+    odometry_log_.push_back({t, odometry_});
+    const SE3 seen = truth_.pose.inverse() * target_;
+    const Vector<3> p = seen.translation();
+    const bool in_view = std::atan2(std::hypot(p.y(), p.z()), p.x()) < kView;
+    Measurement m;
+    m.t = t;
+    if (ticks_ % kUsblEvery == 0) {
+      m.position = p + usbl_noise_.vector<3>(Vector<3>(data_.sensors[0].sigma));
+      estimator_->add_target(0, m);
+    }
+    if (ticks_ % kOpticalEvery == 0 && p.norm() < kOpticalRange && in_view) {
+      const Vector<6> error = optical_noise_.vector<6>(Vector<6>(data_.sensors[1].sigma));
+      m.position = p + error.head<3>();
+      m.rotation = seen.rotation() * SO3::Exp(error.tail<3>());
+      estimator_->add_target(1, m);
+      last_optical_ = t;
+    }
+  }
+
+  void advance(const Vector<N>& command) {
+    truth_ = tick_(truth_, command, current_);
+    actuators_ = tick_of_lag(command);
+    target_ = target_ * SE3::Exp(kTick * motion_.twist(now()));
+    ++ticks_;
+    sense();
+  }
+
+  /// What the chaser takes its actuators to do: it knows their lag.
+  Vector<N> tick_of_lag(const Vector<N>& command) const {
+    const ActuatorLag<N> lag(model_.lag, kTick);
+    return lag.left.cwiseProduct(actuators_) + (Vector<N>::Ones() - lag.left).cwiseProduct(command);
+  }
+
+  /// The chaser's state as it believes it to be.
+  VehicleState<N> believed() {
+    VehicleState<N> s;
+    const double since = estimator_->newest();
+    const auto at = std::find_if(odometry_log_.begin(), odometry_log_.end(),
+                                 [&](const Stamped<SE3>& o) { return o.t >= since - 0.5 * kTick; });
+    s.pose = estimator_->chaser().pose * at->value.inverse() * odometry_;
+    s.twist = truth_.twist + twist_noise_.vector<6>(six(kSpeedSigma, kRateSigma));
+    s.actuators = actuators_;
+    return s;
+  }
+
+  TargetBelief belief(const Matrix<12, 12>& joint, const SE3& chaser) const {
+    const double ahead = now() - estimator_->newest();
+    const auto pose = [&](double h) {
+      const TargetState x = *estimator_->predicted_target(h);
+      return SE3(x.rotation.value_or(SO3()), x.position);
+    };
+    TargetBelief b;
+    b.now = pose(ahead);
+    b.before = b.now * (b.now.inverse() * pose(ahead + 1.0)).inverse();
+    // Seen from the chaser: δT − Ad(T⁻¹ C) δC; a second before, the motion's own noise besides.
+    Matrix<6, 12> J;
+    J << -(b.now.inverse() * chaser).Ad(), Matrix<6, 6>::Identity();
+    const Matrix<6, 6> S = J * joint * J.transpose();
+    b.covariance << S, S, S, S;
+    b.covariance.diagonal().template head<6>() += data_.noise.constant_twist.cwiseAbs2();
+    return b;
+  }
+
+  Vector<N> decide(RendezvousRun& run) {
+    current_estimate_ += kCurrentGain * (current_ + current_noise_.vector(kCurrentSigma) - current_estimate_);
+    RendezvousStep step{now(),
+                        phase_,
+                        truth_.pose,
+                        target_,
+                        truth_.pose.inverse() * target_,
+                        {},
+                        Vector<3>::Zero(),
+                        distance(),
+                        miss(options_.standoff),
+                        0.0,
+                        "",
+                        0.0,
+                        {}};
+    const VehicleState<N> state = believed();
+    Vector<N> command = command_for(model_, state, current_estimate_, Vector<6>(Vector<6>::Zero()));
+    if (estimator_->has_target() && now() >= kSearching) {
+      const OnlineEstimator::Covariance covariance = estimator_->covariance();
+      const Matrix<12, 12> joint = covariance.joint;
+      const TargetBelief target = belief(joint, state.pose);
+      step.estimated = state.pose.inverse() * target.now;
+      step.three_sigma = 3.0 * Vector<3>(relative_position_covariance<SE3, SE3>(state.pose, target.now, joint)
+                                             .diagonal()
+                                             .cwiseMax(0.0)
+                                             .cwiseSqrt());
+      choose_phase(target.now, state.pose);
+      step.phase = phase_;
+      step.miss = miss(phase_ == RendezvousPhase::docking ? options_.dock : options_.standoff);
+      command = follow(state, target, step, run);
+    }
+    step.command = command.head(Eigen::Index(vehicle_.actuators.size()));
+    run.steps.push_back(std::move(step));
+    while (odometry_log_.size() > 3 * kTicks) odometry_log_.erase(odometry_log_.begin());
+    return command;
+  }
+
+  Planner<N>& planner() {
+    if (phase_ == RendezvousPhase::docking) return *docking_;
+    return phase_ == RendezvousPhase::retreat ? *retreat_ : *approach_;
+  }
+
+  void choose_phase(const SE3& target, const SE3& chaser) {
+    const bool seen = now() - last_optical_ < kLost;
+    const double from_standoff = (chaser.translation() - target.act(goal(options_.standoff).translation())).norm();
+    const RendezvousPhase before = phase_;
+    if (phase_ == RendezvousPhase::searching) phase_ = RendezvousPhase::approach;
+    if (phase_ == RendezvousPhase::approach && seen && now() - last_optical_ < 2.0 && from_standoff < kNearStandoff)
+      phase_ = RendezvousPhase::docking;
+    if (phase_ == RendezvousPhase::docking && !seen) phase_ = RendezvousPhase::retreat;
+    const double distance = (chaser.translation() - target.translation()).norm();
+    if (phase_ == RendezvousPhase::retreat && distance > options_.keep_out + 2.0 * options_.margin)
+      phase_ = RendezvousPhase::approach;
+    if (phase_ != before && options_.method != RendezvousMethod::pursuit) planner().forget();
+  }
+
+  Vector<N> follow(const VehicleState<N>& state, const TargetBelief& target, RendezvousStep& step, RendezvousRun& run) {
+    const double behind = phase_ == RendezvousPhase::docking ? options_.dock : options_.standoff;
+    const Vector<6> target_twist = (target.before.inverse() * target.now).Log();
+    if (options_.method == RendezvousMethod::pursuit)
+      return pursue(model_, state, current_estimate_, SE3(target.now * goal(behind)),
+                    Vector<6>(goal(behind).inverse().Ad() * target_twist), options_.planner.pursuit);
+    const TargetPrediction prediction =
+        predict_target(target, data_.noise.constant_twist, 1.0, int(std::lround(options_.horizon)));
+    const auto start = std::chrono::steady_clock::now();
+    const PlanResult<N> result = planner().replan(state, current_estimate_, prediction);
+    step.solve_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    step.origin = fmt::format("{} by {}", name(result.origin), result.summary.solver);
+    step.violation = result.max_violation;
+    ++run.plans;
+    run.not_accepted += !result.accepted();
+    run.shifted += result.origin == PlanOrigin::shifted;
+    if (result.accepted()) run.worst_violation = std::max(run.worst_violation, result.max_violation);
+    return result.plan.commands.front().cwiseMax(model_.lower).cwiseMin(model_.upper);
+  }
+
+  bool is_docked() const {
+    const DockedWithin within;
+    const SE3 docked = target_ * goal(options_.dock);
+    const SE3 off = docked.inverse() * truth_.pose;
+    const Vector<6> along = goal(options_.dock).inverse().Ad() * motion_.twist(now());
+    const Vector<3> velocity = off.rotation().act(Vector<3>(truth_.twist.template head<3>())) - along.head<3>();
+    const Matrix<3, 3> R = off.rotation().matrix();
+    const double heading = std::abs(std::atan2(R(1, 0), R(0, 0)));
+    return off.translation().norm() <= within.position && kDegrees * heading <= within.heading &&
+           velocity.norm() <= within.speed;
+  }
+
+  RendezvousRun& ended(RendezvousRun& run, RendezvousOutcome outcome, const char* why) const {
+    run.outcome = outcome;
+    run.why = why;
+    run.seconds = now();
+    run.miss = miss(options_.dock);
+    return run;
+  }
+
+  const Vehicle& vehicle_;
+  const VehicleModel<N>& model_;
+  const RendezvousOptions& options_;
+  VehicleStep<N> tick_;
+  TargetMotion motion_;
+  TrackingData data_;
+  NormalNoise odometry_noise_, usbl_noise_, optical_noise_, twist_noise_, current_noise_;
+  std::unique_ptr<OnlineEstimator> estimator_;
+  std::unique_ptr<Planner<N>> approach_, docking_, retreat_;
+  VehicleState<N> truth_;
+  SE3 target_, odometry_, last_pose_;
+  std::vector<Stamped<SE3>> odometry_log_;
+  Vector<3> current_ = Vector<3>::Zero(), current_estimate_ = Vector<3>::Zero();
+  Vector<N> actuators_;
+  RendezvousPhase phase_ = RendezvousPhase::searching;
+  double last_optical_ = -HUGE_VAL;
+  long ticks_ = 0;
+};
+
+}  // namespace
+
+std::string_view name(RendezvousMethod method) { return method == RendezvousMethod::pursuit ? "pursuit" : "decoupled"; }
+
+std::string_view name(RendezvousPhase phase) {
+  constexpr std::string_view names[] = {"searching", "approach", "docking", "retreat"};
+  return names[int(phase)];
+}
+
+std::string_view name(RendezvousOutcome outcome) {
+  if (outcome == RendezvousOutcome::docked) return "docked";
+  return outcome == RendezvousOutcome::failed ? "failed" : "timed-out";
+}
+
+RendezvousRun run_rendezvous(const Vehicle& vehicle, const RendezvousOptions& options) {
+  if (!(options.horizon >= 2.0 && options.horizon <= 500.0))
+    throw Error(fmt::format("a rendezvous plans 2 to 500 s ahead, not {:g}", options.horizon));
+  if (!(options.time_limit >= 1.0)) throw Error("a rendezvous needs a second at least");
+  if (!(options.standoff > options.keep_out + options.margin))
+    throw Error(fmt::format("the standoff, {:g} m, is inside the keep-out distance of {:g} m and its margin of {:g} m",
+                            options.standoff, options.keep_out, options.margin));
+  return std::visit(
+      [&](const auto& model) {
+        using Model = std::decay_t<decltype(model)>;
+        return Simulation<Model::actuators>(vehicle, model, options).run();
+      },
+      vehicle.model);
+}
+
+}  // namespace tandem

@@ -1,0 +1,153 @@
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/problem/planning/plan_problem.hpp>
+#include <tandem/problem/testing.hpp>
+
+#include "residuals/vehicle/some_vehicle.hpp"
+
+namespace tandem::testing {
+namespace {
+
+/// Every cost and every constraint that there is.
+PlanOptions everything(int steps) {
+  PlanOptions o;
+  o.steps = steps;
+  o.dt = 0.7;
+  o.goal = SE3(SO3::Exp({0.0, 0.1, 0.3}), {-8.0, 0.5, 0.2});
+  o.twist = Bounds<6>{Vector<6>::Constant(-2.0), Vector<6>::Constant(2.0)};
+  o.lowest = -40.0;
+  o.highest = -1.0;
+  o.most_roll_pitch = 0.5;
+  o.keep_out = 5.0;
+  o.approach = Cone{0.6, SE3(SO3::Exp({0.0, 0.0, std::numbers::pi}), {-1.0, 0.0, 0.0})};
+  o.view = Cone{0.7, SE3(SO3(), {0.5, 0.0, 0.1}), {-1.0, 0.0, 0.2}};
+  return o;
+}
+
+TargetPrediction moving_target(const PlanOptions& o) {
+  TargetBelief belief;
+  belief.now = SE3(SO3::Exp({0.0, 0.0, 0.4}), {15.0, 4.0, -10.0});
+  Vector<6> step;
+  step << 0.6, 0.0, 0.02, 0.0, 0.0, 0.03;
+  belief.before = belief.now * SE3::Exp(-step);
+  belief.covariance = 0.01 * Matrix<12, 12>::Identity();
+  return predict_target(belief, Vector<6>::Constant(0.02), o.dt, o.steps);
+}
+
+template <int N>
+void expect_right_derivatives() {
+  const auto vehicle = some_vehicle<N>();
+  const PlanOptions options = everything(4);
+  PlanProblem<N> problem(vehicle, options);
+  VehicleState<N> start;
+  start.pose = SE3(SO3::Exp({0.05, -0.1, 0.2}), {0.0, 1.0, -12.0});
+  start.twist << 0.8, 0.1, -0.05, 0.05, 0.02, 0.1;
+  start.actuators = Vector<N>::LinSpaced(-0.2, 0.4);
+  problem.set_start(start, {0.2, -0.1, 0.02});
+  problem.set_target(moving_target(options));
+  const VehicleStep<N> step(vehicle, options.dt);
+  Plan<N> guess{{start}, {}};
+  for (int k = 0; k < options.steps; ++k) {
+    guess.commands.push_back(0.1 * Vector<N>::Ones());
+    guess.states.push_back(step(guess.states.back(), guess.commands.back(), {0.2, -0.1, 0.02}));
+  }
+  problem.set_guess(guess);
+  const auto size = problem.problem().size();
+  EXPECT_EQ(size.unknowns, 4 * (12 + 2 * N));
+  EXPECT_EQ(size.equalities, 4 * (12 + N));
+  EXPECT_EQ(size.inequalities, 4 * (N + 6 + 1 + 2 + 3));
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    const DerivativeReport report = check_derivatives(problem.problem(), seed);
+    EXPECT_LE(report.relative, 1e-6) << report.text;
+  }
+}
+
+TEST(PlanProblem, HasTheRightDerivativesAsAWhole) {
+  expect_right_derivatives<3>();
+  expect_right_derivatives<8>();
+}
+
+/// Its Jacobian is half of what it should be.
+struct Wrong {
+  static constexpr std::string_view name = "wrong";
+  static constexpr int dim = 3;
+  using States = std::tuple<R3>;
+  void operator()(const R3& x, Vector<3>& r, Matrix<3, 3>* J = nullptr) const {
+    r = x.vector();
+    if (J) *J = 0.5 * Matrix<3, 3>::Identity();
+  }
+};
+
+TEST(CheckDerivatives, NamesWhatIsWrong) {
+  Problem problem;
+  const auto x = problem.add(R3({1.0, 2.0, 3.0}), "x");
+  problem.minimize(Wrong{}, Gaussian{1.0, 1.0, 1.0}, {x});
+  EXPECT_GE(check_derivatives(problem, 1).relative, 0.5);
+  problem.subject_to(Wrong{}, at_least(0), {x});
+  EXPECT_NE(check_derivatives(problem, 1).text.find("wrong of x"), std::string::npos);
+}
+
+TEST(PlanProblem, GivesBackWhatItWasGiven) {
+  const auto vehicle = some_vehicle<3>();
+  PlanOptions options;
+  options.steps = 3;
+  PlanProblem<3> problem(vehicle, options);
+  VehicleState<3> start;
+  start.pose = SE3(SO3(), {1.0, 2.0, -3.0});
+  const VehicleStep<3> step(vehicle, options.dt);
+  Plan<3> plan{{start}, {}};
+  for (int k = 0; k < 3; ++k) {
+    plan.commands.push_back(Vector<3>::Constant(0.1 * k));
+    plan.states.push_back(step(plan.states.back(), plan.commands.back(), Vector<3>::Zero()));
+  }
+  problem.set_start(start, Vector<3>::Zero());
+  problem.set_guess(plan);
+  const Plan<3> back = problem.plan();
+  for (std::size_t k = 0; k < 4; ++k) EXPECT_EQ(back.states[k].twist, plan.states[k].twist);
+  EXPECT_EQ(back.commands[2], plan.commands[2]);
+
+  const Plan<3> later = plan.shifted(step, Vector<3>::Zero());
+  EXPECT_EQ(later.states.front().twist, plan.states[1].twist);
+  EXPECT_EQ(later.commands.back(), plan.commands.back());
+  EXPECT_EQ(later.states.size(), 4u);
+
+  plan.commands.pop_back();
+  EXPECT_THROW(problem.set_guess(plan), Error);
+  TargetPrediction target = moving_target(options);
+  target.pose.pop_back();
+  EXPECT_THROW(problem.set_target(target), Error);
+}
+
+TEST(PlanOptions, WhatClashesIsNamed) {
+  PlanOptions o = everything(4);
+  EXPECT_EQ(why_impossible(o), "");
+  o.keep_out = 9.0;
+  EXPECT_EQ(why_impossible(o),
+            "the wanted relative pose is 8.01 m from the target, inside the keep-out distance of 9.00 m");
+  o = everything(4);
+  o.goal = SE3(SO3::Exp({0.0, 0.0, 2.0}), {-8.0, 0.0, 0.0});
+  EXPECT_NE(why_impossible(o).find("outside the field of view"), std::string::npos);
+  o.goal = SE3(SO3(), {8.0, 0.0, 0.0});
+  EXPECT_NE(why_impossible(o).find("outside the approach cone"), std::string::npos);
+  o = everything(4);
+  o.lowest = 0.0;
+  EXPECT_NE(why_impossible(o).find("depth"), std::string::npos);
+  for (auto member : {&PlanOptions::dt, &PlanOptions::effort, &PlanOptions::terminal_position}) {
+    o = everything(4);
+    o.*member = 0.0;
+    EXPECT_NE(why_impossible(o), "");
+  }
+  o = everything(4);
+  o.view->half_angle = 2.0;
+  EXPECT_NE(why_impossible(o), "");
+  EXPECT_THROW(PlanProblem<3>(some_vehicle<3>(), o), Error);
+  auto impossible = some_vehicle<3>();
+  impossible.mass(0, 0) = -1.0;
+  EXPECT_THROW(PlanProblem<3>(impossible, everything(4)), Error);
+}
+
+}  // namespace
+}  // namespace tandem::testing

@@ -1,0 +1,74 @@
+#include <gtest/gtest.h>
+
+#include <tandem/lie/se2.hpp>
+#include <tandem/lie/se3.hpp>
+#include <tandem/residuals/vehicle/inside_cone.hpp>
+#include <tandem/residuals/vehicle/twist_kinematics.hpp>
+
+#include "residuals/autodiff.hpp"
+
+namespace tandem::testing {
+namespace {
+
+template <class G>
+class TwistKinematicsTest : public ::testing::Test {};
+using Groups = ::testing::Types<SE3, SE2, SO3>;
+TYPED_TEST_SUITE(TwistKinematicsTest, Groups);
+
+TYPED_TEST(TwistKinematicsTest, vanishes_along_the_mean_twist_and_has_the_right_jacobians) {
+  using G = TypeParam;
+  const Rn<G::dof> w0(tangent<G>(0.3, 1.2)), w1(tangent<G>(-0.7, 0.4));
+  const G x0 = G::Exp(tangent<G>(1.1, 12.0));
+  for (const double dt : {0.05, 1.0, 3.0}) {
+    const TwistKinematics<G> residual{dt};
+    const G end = x0 * G::Exp(0.5 * dt * (w0.vector() + w1.vector()));
+    Vector<G::dof> r;
+    residual(x0, w0, end, w1, r);
+    EXPECT_LE(r.norm(), 1e-14);
+    for (const auto& d : residual_sizes<G>()) {
+      residual(x0, w0, G(end * G::Exp(d)), w1, r);
+      EXPECT_LE((r - d).norm(), 1e-13 * (1.0 + d.norm()));
+      expect_right_jacobians(residual, x0, w0, G(end * G::Exp(d)), w1);
+    }
+  }
+}
+
+TYPED_TEST(TwistKinematicsTest, has_the_right_jacobians_at_random) {
+  expect_right_jacobians_at_random(TwistKinematics<TypeParam>{0.1}, 1);
+}
+
+TEST(InsideCone, is_the_distance_to_the_surface) {
+  using std::numbers::pi;
+  const InsideCone<R3> cone{pi / 6};
+  const auto at = [&](const Vector<3>& p) {
+    Vector<1> r;
+    cone(SE3(), R3(p), r);
+    return r[0];
+  };
+  EXPECT_DOUBLE_EQ(at({10.0, 0.0, 0.0}), 5.0);             // 10 m sin 30° from the axis to the surface
+  EXPECT_EQ(at({0.0, 0.0, 0.0}), 0.0);                     // the apex
+  EXPECT_NEAR(at({3.0, std::sqrt(3.0), 0.0}), 0.0, 0.01);  // on the surface
+  EXPECT_LT(at({3.0, 0.0, 2.0}), -0.2);
+  EXPECT_LT(at({-10.0, 0.0, 0.0}), -4.9);  // behind
+}
+
+TEST(InsideCone, looks_along_the_x_of_its_mount) {
+  const SE3 mount(SO3::Exp({0.0, 0.0, 0.5}), {1.0, 2.0, 3.0});
+  const InsideCone<> cone{0.4, mount, {0.1, 0.0, 0.2}};
+  const SE3 chaser = SE3::Exp(tangent<SE3>(0.8, 4.0));
+  const SE3 target = chaser * mount * SE3(SO3::Exp({0.3, 0.2, 0.1}), {7.0, 0.5, -0.3});
+  const Vector<3> p = (chaser * mount).inverse().act(target.act(cone.beacon));
+  Vector<1> r;
+  cone(chaser, target, r);
+  EXPECT_NEAR(r[0], p[0] * std::sin(0.4) - std::hypot(p[1], p[2]) * std::cos(0.4), 0.01);
+}
+
+TEST(InsideCone, has_the_right_jacobians) {
+  const InsideCone<> cone{0.6, SE3::Exp(tangent<SE3>(0.7, 0.5)), {0.1, -0.2, 0.3}};
+  expect_right_jacobians_at_random(cone, 1);
+  expect_right_jacobians_at_random(InsideCone<R3>{0.6}, 2);
+  for (const auto& d : residual_sizes<SE3>()) expect_right_jacobians(cone, SE3(), SE3::Exp(d));
+}
+
+}  // namespace
+}  // namespace tandem::testing

@@ -1,0 +1,63 @@
+#include <gtest/gtest.h>
+
+#include <tandem/residuals/prior.hpp>
+#include <tandem/residuals/range.hpp>
+#include <tandem/solvers/augmented_lagrangian.hpp>
+#include <tandem/solvers/planning/damped_sqp.hpp>
+
+namespace tandem::testing {
+namespace {
+
+/// Points in a row, drawn to the origin, each half a metre from the next and all 3 m or more away from a pole.
+struct Chain {
+  Problem problem;
+  std::vector<Variable<R3>> points;
+  Variable<SE3> pole = problem.add(SE3(), "pole");
+
+  explicit Chain(double away) {
+    problem.fix(pole);
+    for (int k = 0; k < 8; ++k) {
+      points.push_back(problem.add(R3({away, 0.45 * k + 0.02 * k * k, 0.1 * k}), "point " + std::to_string(k)));
+      problem.minimize(Prior<R3>{}, Gaussian{1.0, 1.0, 1.0}, {points.back()});
+      problem.subject_to(Range<SE3, R3>{3.0}, at_least(0), {pole, points.back()});
+    }
+  }
+};
+
+TEST(DampedSqp, EndsWhereTheAugmentedLagrangianDoes) {
+  Chain chain(3.1), other(3.1);
+  DampedSqp sqp(chain.problem);
+  const Summary s = sqp.solve({});
+  ASSERT_TRUE(s.converged()) << s.message;
+  const Summary reference = solve(other.problem, AugmentedLagrangianOptions{});
+  ASSERT_TRUE(reference.converged()) << reference.message;
+  EXPECT_NEAR(s.cost, reference.cost, 1e-4 * reference.cost);
+  EXPECT_LE(s.max_violation, 5e-7);
+  for (const auto& x : chain.points) EXPECT_GE(chain.problem.value(x).vector().norm(), 3.0 - 5e-7);
+}
+
+TEST(DampedSqp, SolvesTheSameProblemAgainFromOtherValues) {
+  Chain chain(3.1);
+  DampedSqp sqp(chain.problem);
+  const Summary first = sqp.solve({});
+  for (const auto& x : chain.points) chain.problem.set_value(x, R3(Vector<3>(chain.problem.value(x).vector() * 1.05)));
+  const Summary second = sqp.solve({});
+  EXPECT_TRUE(first.converged() && second.converged()) << second.message;
+  EXPECT_NEAR(first.cost, second.cost, 1e-4 * first.cost);
+}
+
+TEST(DampedSqp, SaysSoWhenItDoesNotGetThere) {
+  Chain chain(3.1);
+  DampedSqp sqp(chain.problem);
+  DampedSqp::Options options;
+  options.time_limit = 0.0;
+  EXPECT_EQ(sqp.solve(options).status, Status::time_limit);
+  options = {};
+  options.max_iterations = 1;
+  EXPECT_EQ(sqp.solve(options).status, Status::max_iterations);
+  for (const auto& x : chain.points) chain.problem.set_value(x, R3());  // at the pole a range has no slope
+  EXPECT_EQ(sqp.solve({}).status, Status::failed);
+}
+
+}  // namespace
+}  // namespace tandem::testing

@@ -1,0 +1,144 @@
+#include <gtest/gtest.h>
+
+#include <tandem/solvers/ipopt.hpp>
+#include <tandem/solvers/planning/planner.hpp>
+
+namespace tandem::testing {
+namespace {
+
+/// Hovers, pushes along each axis and turns about it; one actuator each of six axes, two idle.
+VehicleModel<8> hoverer() {
+  VehicleModel<8> v;
+  v.mass.diagonal() << 20.0, 21.0, 32.0, 0.5, 0.4, 0.6;
+  v.linear.diagonal() << 13.7, 10.0, 33.0, 0.3, 0.8, 0.5;
+  v.quadratic.diagonal() << 141.0, 217.0, 190.0, 1.2, 0.5, 1.5;
+  v.weight = v.buoyancy = 130.0;
+  v.centre_of_buoyancy = {0.0, 0.0, 0.01};
+  v.thrust.leftCols<6>().diagonal() << 1.0, 1.0, 1.0, 0.2, 0.2, 0.2;
+  v.lower.setConstant(-40.0);
+  v.upper.setConstant(40.0);
+  v.lag.setConstant(0.2);
+  return v;
+}
+
+PlanOptions some_plan(int steps) {
+  PlanOptions o;
+  o.steps = steps;
+  o.goal = SE3(SO3(), {-2.5, 0.0, 0.0});
+  o.keep_out = 2.0;
+  o.running_position = 3.0;
+  o.terminal_position = 0.2;
+  o.most_roll_pitch = 0.5;
+  o.lowest = -30.0;
+  o.highest = -1.0;
+  o.view = Cone{0.9};
+  return o;
+}
+
+TargetPrediction target_at(double t, int steps) {
+  Vector<6> twist;
+  twist << 0.15, 0.0, 0.0, 0.0, 0.0, 0.02;
+  TargetBelief belief;
+  belief.now = SE3(SO3::Exp({0.0, 0.0, 0.3}), {7.0, 2.0, -8.0}) * SE3::Exp(t * twist);
+  belief.before = belief.now * SE3::Exp(-twist);
+  return predict_target(belief, Vector<6>::Constant(0.01), 1.0, steps);
+}
+
+VehicleState<8> at_start() {
+  VehicleState<8> s;
+  s.pose = SE3(SO3(), {0.0, 0.0, -8.5});
+  return s;
+}
+
+const Vector<3> kCurrent(0.05, -0.1, 0.0);
+
+TEST(Planner, BothSolversFindTheSamePlan) {
+  if (!ipopt_available()) GTEST_SKIP() << "this build has no Ipopt";
+  const auto vehicle = hoverer();
+  const PlanOptions plan = some_plan(15);
+  double cost[2];
+  for (const PlanSolver solver : {PlanSolver::augmented_lagrangian, PlanSolver::ipopt}) {
+    PlannerOptions options;
+    options.solver = solver;
+    Planner<8> planner(vehicle, plan, options);
+    const PlanResult<8> result = planner.replan(at_start(), kCurrent, target_at(0.0, plan.steps));
+    EXPECT_EQ(result.origin, PlanOrigin::solved) << result.summary.message;
+    EXPECT_LE(result.max_violation, kPlanTolerance);
+    cost[int(solver)] = result.summary.cost;
+    for (const Vector<8>& u : result.plan.commands) {
+      EXPECT_TRUE((u.array() <= vehicle.upper.array() + 1e-6).all());
+      EXPECT_TRUE((u.array() >= vehicle.lower.array() - 1e-6).all());
+    }
+  }
+  EXPECT_NEAR(cost[0], cost[1], 1e-6 * cost[0]);
+}
+
+TEST(Planner, APlanObeysTheDynamicsAndKeepsOut) {
+  const auto vehicle = hoverer();
+  const PlanOptions plan = some_plan(15);
+  Planner<8> planner(vehicle, plan);
+  const TargetPrediction target = target_at(0.0, plan.steps);
+  const PlanResult<8> result = planner.replan(at_start(), kCurrent, target);
+  const Plan<8> rolled = result.plan.from(at_start(), planner.step(), kCurrent);
+  for (std::size_t k = 0; k < rolled.states.size(); ++k) {
+    EXPECT_LE((rolled.states[k].pose.inverse() * result.plan.states[k].pose).Log().norm(), 1e-5) << k;
+    EXPECT_GE((rolled.states[k].pose.translation() - target.pose[k].translation()).norm(), 2.0 - 1e-5) << k;
+  }
+  const SE3 reached = target.pose.back().inverse() * rolled.states.back().pose;
+  EXPECT_LE((reached.translation() - plan.goal.translation()).norm(), 0.5);
+}
+
+TEST(Planner, ReplansFromThePlanBefore) {
+  const auto vehicle = hoverer();
+  const PlanOptions plan = some_plan(15);
+  Planner<8> planner(vehicle, plan);
+  VehicleState<8> state = at_start();
+  for (int k = 0; k < 5; ++k) {
+    const PlanResult<8> result = planner.replan(state, kCurrent, target_at(k, plan.steps));
+    EXPECT_EQ(result.origin, PlanOrigin::solved) << k << ": " << result.summary.message;
+    EXPECT_LE(result.max_violation, kPlanTolerance);
+    state = result.plan.states[1];
+    state.pose = state.pose * SE3::Exp(Vector<6>::Constant(1e-3));  // disturbed
+  }
+}
+
+TEST(Planner, WithoutTimeTheLastPlanIsShifted) {
+  const auto vehicle = hoverer();
+  const PlanOptions plan = some_plan(10);
+  PlannerOptions options;
+  Planner<8> planner(vehicle, plan, options);
+  const PlanResult<8> first = planner.replan(at_start(), kCurrent, target_at(0.0, plan.steps));
+  ASSERT_TRUE(first.accepted()) << first.summary.message;
+  planner.set_deadline(0.0);
+  VehicleState<8> state = first.plan.states[1];
+  state.twist[0] += 0.02;  // so that the shifted plan itself does not obey the dynamics
+  const PlanResult<8> next = planner.replan(state, kCurrent, target_at(1.0, plan.steps));
+  EXPECT_EQ(next.origin, PlanOrigin::shifted);
+  EXPECT_EQ(next.summary.status, Status::time_limit);
+  EXPECT_EQ(next.plan.commands.front(), first.plan.commands[1]);
+  EXPECT_TRUE(next.accepted()) << next.worst_constraint;
+}
+
+TEST(Planner, TellsWhichBoundsAPlanTouches) {
+  const auto vehicle = hoverer();
+  PlanOptions plan = some_plan(15);
+  plan.goal = SE3(SO3(), {-2.0, 0.0, 0.0});
+  plan.keep_out = 1.99;
+  plan.highest = -8.2;  // above it is where the target is
+  Planner<8> planner(vehicle, plan);
+  const PlanResult<8> result = planner.replan(at_start(), kCurrent, target_at(0.0, plan.steps));
+  ASSERT_TRUE(result.accepted()) << result.summary.message;
+  const std::vector<ActiveConstraint> active = planner.active_constraints();
+  ASSERT_FALSE(active.empty());
+  bool depth = false;
+  for (const ActiveConstraint& a : active)
+    if (a.constraint.starts_with("depth")) {
+      depth = true;
+      EXPECT_NEAR(a.value, -8.2, 1e-5);
+      EXPECT_GT(a.multiplier, 0.0);
+    }
+  EXPECT_TRUE(depth);
+}
+
+}  // namespace
+}  // namespace tandem::testing

@@ -1,0 +1,73 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <tandem/solvers/ipopt.hpp>
+
+#include "run_tandem.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsSupersetOf;
+
+/// Some 5 m behind the target, which the chaser is to stay 4 m from.
+std::vector<std::string> plan(std::vector<std::string> more) {
+  std::vector<std::string> words{"plan",      "docking_a",  "--at", "60",      "--goal",
+                                 "-6,0,-3.4", "--keep-out", "4",    "--depth", "1,20"};
+  if (!ipopt_available()) words.insert(words.end(), {"--solver", "augmented-lagrangian"});
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+TEST(PlanCommand, PlansAndWritesWhatItSays) {
+  const ScratchFolder scratch;
+  const auto out = scratch.path() / "out";
+  const Outcome run = run_tandem(plan({"--horizon", "20", "--out", out, "--plots", "off"}));
+  ASSERT_EQ(run.status, 0) << run.errors;
+  EXPECT_THAT(run.output, HasSubstr("docking_a: REMUS 100 from 60.000 s, 20 steps of 1 s"));
+  EXPECT_THAT(files(out), IsSupersetOf({"planned_chaser.csv", "predicted_target.csv", "commands.csv",
+                                        "active_constraints.csv", "summary.json"}));
+  const auto summary = nlohmann::json::parse(read_file(out / "summary.json"));
+  EXPECT_EQ(summary["accepted"], true);
+  EXPECT_LE(summary["max_violation"].get<double>(), 1e-6);
+  EXPECT_GE(summary["least_distance_m"].get<double>(), 4.0 - 1e-6);
+  EXPECT_GT(summary["target_three_sigma_m"]["end"], summary["target_three_sigma_m"]["start"]);
+  const std::string commands = read_file(out / "commands.csv");
+  EXPECT_THAT(commands, HasSubstr("t,propeller_command,propeller,stern_command,stern,rudder_command,rudder\n"));
+  EXPECT_EQ(std::count(commands.begin(), commands.end(), '\n'), 22);
+}
+
+TEST(PlanCommand, TakesTheOtherVehicle) {
+  const Outcome run = run_tandem(plan({"--vehicle", "bluerov2_heavy", "--horizon", "8", "--json"}));
+  ASSERT_EQ(run.status, 0) << run.errors;
+  EXPECT_EQ(nlohmann::json::parse(run.output)["vehicle"], "BlueROV2 Heavy");
+}
+
+TEST(PlanCommand, WhatCannotBeIsOneSentence) {
+  const auto wrong = [](std::vector<std::string> words) { return refusal(plan(std::move(words))); };
+  EXPECT_THAT(refusal({"plan", "docking_a"}), HasSubstr("--at"));
+  EXPECT_THAT(refusal({"plan", "docking_a", "--at", "0"}), HasSubstr("--at 0 s is before"));
+  EXPECT_THAT(refusal({"plan", "docking_a", "--at", "60", "--goal", "-3,0,0", "--keep-out", "4"}),
+              HasSubstr("the wanted relative pose is 3.00 m from the target, inside the keep-out distance of 4.00 m"));
+  EXPECT_THAT(refusal({"plan", "docking_a", "--at", "60", "--goal", "0,0,-4", "--view", "30"}),
+              HasSubstr("outside the field of view"));
+  EXPECT_THAT(refusal({"plan", "docking_a", "--at", "60", "--goal", "1,2"}), HasSubstr("--goal takes three numbers"));
+  EXPECT_THAT(wrong({"--vehicle", "remus"}), HasSubstr("there is no vehicle 'remus'"));
+  EXPECT_THAT(wrong({"--horizon", "1e9"}), HasSubstr("--horizon 1e+09 s in steps of 1 s"));
+  EXPECT_THAT(wrong({"--view", "95"}), HasSubstr("--view is below 90 degrees"));
+  EXPECT_THAT(wrong({"--mode", "B"}), HasSubstr("mode A"));
+  EXPECT_THAT(refusal({"plan", "docking_a", "--at", "60", "--solver", "ipop"}), HasSubstr("did you mean ipopt?"));
+}
+
+TEST(PlanCommand, ABoundTooTightForTheStartIsNamed) {
+  // 3 m deep, and to be 15 m deep a second later.
+  const Outcome run = run_tandem(
+      {"plan", "docking_a", "--at", "60", "--goal", "-6,0,-16", "--depth", "15,20", "--horizon", "10", "--quiet"});
+  EXPECT_EQ(run.status, 2);
+  EXPECT_THAT(run.errors, HasSubstr("no plan meets the hard constraints"));
+}
+
+}  // namespace
+}  // namespace tandem

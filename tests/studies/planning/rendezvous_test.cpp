@@ -1,0 +1,55 @@
+#include <gtest/gtest.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/ipopt.hpp>
+#include <tandem/studies/planning/rendezvous_study.hpp>
+
+namespace tandem {
+namespace {
+
+TEST(Rendezvous, DocksKeepsOutAndIsTheSameAgain) {
+  if (!ipopt_available()) GTEST_SKIP() << "this build has no Ipopt";
+  const Vehicle vehicle = read_vehicle("remus_100");
+  RendezvousOptions options;
+  options.seed = 3;
+  const RendezvousRun run = run_rendezvous(vehicle, options), again = run_rendezvous(vehicle, options);
+  EXPECT_EQ(run.outcome, RendezvousOutcome::docked) << run.why;
+  EXPECT_LE(run.miss, 0.3);
+  EXPECT_EQ(run.keep_out_violation, 0.0);
+  EXPECT_LE(run.worst_violation, 1e-6);
+  EXPECT_GT(run.plans, 20);
+  ASSERT_EQ(run.steps.size(), again.steps.size());
+  for (std::size_t k = 0; k < run.steps.size(); ++k) EXPECT_EQ(run.steps[k].command, again.steps[k].command) << k;
+  EXPECT_EQ(run.miss, again.miss);
+  bool docking = false;  // in this order
+  for (const RendezvousStep& step : run.steps) {
+    docking |= step.phase == RendezvousPhase::docking;
+    EXPECT_TRUE(docking || step.distance >= options.keep_out) << step.t;
+  }
+  EXPECT_TRUE(docking);
+}
+
+TEST(Rendezvous, OptionsThatClashAreNamed) {
+  const Vehicle vehicle = read_vehicle("remus_100");
+  RendezvousOptions options;
+  options.standoff = options.keep_out;
+  EXPECT_THROW(run_rendezvous(vehicle, options), Error);
+  options = {};
+  options.horizon = 1.0;
+  EXPECT_THROW(run_rendezvous(vehicle, options), Error);
+  options = {};
+  options.time_limit = 0.0;
+  EXPECT_THROW(run_rendezvous(vehicle, options), Error);
+}
+
+TEST(Rendezvous, RatesHaveWilsonsInterval) {
+  // Wilson 1927; 95 of 100: 0.888 to 0.978.
+  const RateInterval rate = wilson_interval(95, 100);
+  EXPECT_NEAR(rate.low, 0.8882, 1e-4);
+  EXPECT_NEAR(rate.high, 0.9785, 1e-4);
+  EXPECT_EQ(wilson_interval(0, 20).low, 0.0);
+  EXPECT_EQ(wilson_interval(20, 20).high, 1.0);
+}
+
+}  // namespace
+}  // namespace tandem

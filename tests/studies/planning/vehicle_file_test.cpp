@@ -1,0 +1,109 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/planning/vehicle_file.hpp>
+
+#include "studies/scratch.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+const char* const kSmall = R"(name: Small
+source: made up
+axes: FRD
+mass: 10
+inertia: [0.2, 0.3, 0.4]
+centre_of_mass: [0.1, 0.02, 0.03]
+centre_of_buoyancy: [0, 0, 0]
+weight: 98.1
+buoyancy: 99
+added_mass: [1, 2, 3, 0.1, 0.2, 0.3]
+linear_damping: [5, 6, 7, 0.5, 0.6, 0.7]
+actuators:
+  push: {position: [-0.5, 0.1, 0.2], direction: [1, 0, 0], range: [-5, 10], lag: 0.3}
+  rudder: {fin: [0, 9, 0, 0, 0, -6], range: [-0.2, 0.2]}
+most_twist: [2, 1, 1, 1, 1, 1]
+)";
+
+std::string refused(const std::string& text) {
+  const ScratchFolder scratch;
+  scratch.write("vehicle.yaml", text);
+  try {
+    read_vehicle((scratch.path() / "vehicle.yaml").string());
+  } catch (const Error& error) {
+    const std::string what = error.what();
+    return what.substr(what.find("vehicle.yaml"));
+  }
+  return "";
+}
+
+std::string with(const std::string& from, const std::string& to) {
+  std::string text = kSmall;
+  return text.replace(text.find(from), from.size(), to);
+}
+
+TEST(ReadVehicle, TurnsForwardRightDownIntoForwardLeftUp) {
+  const ScratchFolder scratch;
+  scratch.write("vehicle.yaml", kSmall);
+  const Vehicle vehicle = read_vehicle((scratch.path() / "vehicle.yaml").string());
+  EXPECT_EQ(vehicle.name, "Small");
+  EXPECT_THAT(vehicle.actuators, ElementsAre("push", "rudder"));
+  const auto& model = std::get<VehicleModel<3>>(vehicle.model);
+  EXPECT_EQ(model.centre_of_mass, Vector<3>(0.1, -0.02, -0.03));
+  EXPECT_TRUE(model.mass.diagonal().isApprox((Vector<6>() << 11, 12, 13, 0.3, 0.5, 0.7).finished(), 1e-15));
+  EXPECT_DOUBLE_EQ(model.mass(0, 4), 10 * -0.03);  // m z: in the file it is the other sign, as are z and pitch
+  EXPECT_DOUBLE_EQ(model.mass(1, 5), 10 * 0.1);
+  EXPECT_EQ(model.mass, model.mass.transpose());
+  EXPECT_EQ(model.linear(4, 4), 0.6);
+  // A push 0.1 m to the right of the middle and 0.2 m below turns the bow to the left and up.
+  const Vector<6> push = model.thrust.col(0);
+  EXPECT_EQ(push, (Vector<6>() << 1, 0, 0, 0, -0.2, 0.1).finished());
+  EXPECT_EQ(model.fin.col(1), (Vector<6>() << 0, -9, 0, 0, 0, 6).finished());
+  EXPECT_EQ(model.lower[0], -5.0);
+  EXPECT_EQ(model.upper[0], 10.0);
+  EXPECT_EQ(model.lag, Vector<3>(0.3, 0.0, 0.0));
+  EXPECT_EQ(model.thrust.col(2).norm() + model.fin.col(2).norm(), 0.0);  // idle
+}
+
+TEST(ReadVehicle, ThoseThatComeAlongCanBe) {
+  EXPECT_THAT(builtin_vehicles(), ElementsAre("bluerov2_heavy", "remus_100"));
+  for (const std::string& name : builtin_vehicles()) {
+    const Vehicle vehicle = read_vehicle(name);
+    EXPECT_FALSE(vehicle.source.empty());
+    std::visit([](const auto& model) { EXPECT_EQ(why_impossible(model), ""); }, vehicle.model);
+  }
+  const auto remus = std::get<VehicleModel<3>>(read_vehicle("remus_100").model);
+  // 3.86 N hold 1.54 m/s (Prestero 2001).
+  EXPECT_NEAR(remus.quadratic(0, 0) * 1.54 * 1.54, 3.86, 0.03);
+  EXPECT_DOUBLE_EQ(remus.lift(5, 1), -10.57);  // it turns its bow into the flow
+  const auto rov = std::get<VehicleModel<8>>(read_vehicle("bluerov2_heavy").model);
+  // Actuated in all six axes, and symmetric: all of the verticals push straight up.
+  EXPECT_EQ(Eigen::FullPivLU<Eigen::MatrixXd>(rov.thrust).rank(), 6);
+  EXPECT_LE((rov.thrust.rightCols<4>().rowwise().sum() - 4.0 * Vector<6>::Unit(2)).norm(), 1e-12);
+}
+
+TEST(ReadVehicle, WhatIsWrongIsOneSentenceWithFileAndLine) {
+  EXPECT_EQ(refused(kSmall), "");
+  EXPECT_THAT(refused(with("added_mass: [1, 2", "added_mass: [-20, 2")),
+              HasSubstr("the mass matrix is not positive definite"));
+  EXPECT_THAT(refused(with("linear_damping: [5,", "linear_damping: [-5,")),
+              HasSubstr("the linear damping matrix has a direction in which it drives the vehicle"));
+  EXPECT_THAT(refused(with("linear_damping: [5, 6, 7, 0.5, 0.6, 0.7]", "linear_damping: [0, 0, 0, 0, 0, 0]")),
+              HasSubstr("the damping matrix is not positive definite"));
+  EXPECT_THAT(refused(with("added_mass: [1, 2, 3, 0.1, 0.2, 0.3]", "added_mass: [1, 2, 3]")),
+              HasSubstr("vehicle.yaml:10: added_mass needs 6 numbers, its diagonal, or 36"));
+  EXPECT_THAT(refused(with("axes: FRD", "axes: NED")), HasSubstr("vehicle.yaml:3: axes are FLU or FRD, not 'NED'"));
+  EXPECT_THAT(refused(with("buoyancy: 99", "boyancy: 99")), HasSubstr("vehicle.yaml:9: unknown key 'boyancy'"));
+  EXPECT_THAT(refused(with("range: [-5, 10]", "range: [5, -10]")), HasSubstr("the first below"));
+  EXPECT_THAT(refused(with("lag: 0.3", "lag: -1")), HasSubstr("lag must not be negative"));
+  EXPECT_THAT(refused(with("lag: 0.3", "lagg: 1")), HasSubstr("unknown key 'lagg' in actuators push"));
+  EXPECT_THAT(refused(with("direction: [1, 0, 0]", "direction: [0, 0, 0]")), HasSubstr("an actuator pushes by"));
+  EXPECT_THROW(read_vehicle("remus_10"), Error);
+}
+
+}  // namespace
+}  // namespace tandem
