@@ -77,6 +77,14 @@ class Parameters {
     if (groups.empty()) throw Error("calibrate: there is no noise with residuals of its own");
   }
 
+  /// Takes one out.
+  void keep_given(std::size_t g) {
+    const auto at = std::ptrdiff_t(g);
+    groups.erase(groups.begin() + at);
+    entry.erase(entry.begin() + at);
+    component.erase(component.begin() + at);
+  }
+
   std::vector<NoiseGroup> groups;
   std::vector<std::size_t> entry, component;  ///< of each group
 
@@ -175,6 +183,11 @@ std::vector<Misfit> misfits_of_all(const Problems& problems) {
   return all;
 }
 
+bool has_diagnosis(const std::vector<Misfit>& misfits, const std::string& parameter) {
+  return std::any_of(misfits.begin(), misfits.end(),
+                     [&](const Misfit& m) { return m.parameter == parameter && !m.diagnosis().empty(); });
+}
+
 void validate(const Problems& problems, const std::vector<Problem*>& plain, const Parameters& parameters, int folds,
               const CalibrationOptions& options, ScenarioCalibration& result) {
   const auto left_out = folds_of(problems, folds);
@@ -220,7 +233,7 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
     problems.push_back(std::make_unique<CalibrationProblem>(std::move(scenario), options.target, options.own));
     plain.push_back(&problems.back()->problem());
   }
-  const Parameters parameters(problems, options);
+  Parameters parameters(problems, options);
   int rows = 0;
   for (const auto& problem : problems)
     for (const EntryBlock& b : problem->blocks)
@@ -250,15 +263,39 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
           fmt::format("{}: it cannot be solved with the noise as given: {}", result.scenarios[p], summary.message));
   }
   result.before = misfits_of_all(problems);
-  result.summary = calibrate(plain, parameters.groups, calibration);
-  for (std::size_t g = 0; g < parameters.groups.size(); ++g)
-    result.parameters.push_back({parameters.groups[g].name,
-                                 problems.front()->entries[parameters.entry[g]].sigmas[parameters.component[g]],
-                                 result.summary.noise[g]});
-  result.after = misfits_of_all(problems);
+  std::vector<CalibratedParameter> distrusted;
+  while (true) {
+    result.summary = calibrate(plain, parameters.groups, calibration);
+    result.after = misfits_of_all(problems);
+    result.parameters.clear();
+    for (std::size_t g = 0; g < parameters.groups.size(); ++g)
+      result.parameters.push_back({parameters.groups[g].name,
+                                   problems.front()->entries[parameters.entry[g]].sigmas[parameters.component[g]],
+                                   result.summary.noise[g]});
+    if (options.stop && *options.stop) break;
+    const std::size_t before = distrusted.size();
+    for (std::size_t g = parameters.groups.size(); g-- > 0;)
+      if (CalibratedParameter& p = result.parameters[g]; p.result.factor < 1 && has_diagnosis(result.after, p.name)) {
+        p.distrusted = true;
+        p.result.factor = 1;
+        distrusted.push_back(p);
+        parameters.keep_given(g);
+      }
+    if (distrusted.size() == before) break;
+    given.restore();
+    for (Problem* problem : plain) detail::solve_plainly(*problem);
+    if (!parameters.groups.empty()) continue;
+    result.summary = {};
+    result.summary.status = Status::converged;
+    result.summary.message = "no parameter is left that noise explains";
+    result.parameters.clear();
+    result.after = result.before;
+    break;
+  }
+  result.parameters.insert(result.parameters.end(), distrusted.rbegin(), distrusted.rend());
   result.given_noise = entries_with(problems, parameters, nullptr);
   result.noise = entries_with(problems, parameters, &result.summary);
-  if (options.folds > 0 && !(options.stop && *options.stop)) {
+  if (options.folds > 0 && !parameters.groups.empty() && !(options.stop && *options.stop)) {
     given.restore();
     for (Problem* problem : plain) detail::solve_plainly(*problem);
     follow("held out: ");

@@ -27,6 +27,8 @@ struct CalibratedParameter {
   std::string name;  ///< "usbl.x"
   double given = 0;  ///< in the units of the scenario's files
   CalibratedNoise result;
+  /// Its residuals have a mean or stay, which noise does not explain, and yet less noise was found: kept as given.
+  bool distrusted = false;
 
   double found() const { return given * result.factor; }
 };
@@ -58,7 +60,8 @@ struct ScenarioCalibration {
 };
 
 /// Calibrates the noise that scenarios share out of their measurements alone: no truth is read. What the first one gives is
-/// taken as given for all. Throws Error on scenarios whose sensors differ, names that are not there, parameters without
+/// taken as given for all. White noise that is made smaller while errors stay claims a certainty that grows with every
+/// measurement, and is not there: such a parameter is kept, and the others are found again beside it. Throws Error on scenarios whose sensors differ, names that are not there, parameters without
 /// data, fewer data than parameters, and as the builders of problems and calibrate() do.
 ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const ScenarioCalibrationOptions& options);
 
