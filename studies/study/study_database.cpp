@@ -184,8 +184,10 @@ StudyDatabase StudyDatabase::create(const std::filesystem::path& folder, const S
       fmt::format("BEGIN; CREATE TABLE study (key TEXT PRIMARY KEY, value TEXT);"
                   "CREATE TABLE trials (trial INTEGER PRIMARY KEY, status TEXT, message TEXT{})",
                   columns_sql(" REAL")));
-  for (const auto& [key, value] :
-       {std::pair<std::string, std::string>{"format", kFormat}, {"canonical", study.canonical()}, {"yaml", yaml}}) {
+  for (const auto& [key, value] : {std::pair<std::string, std::string>{"format", kFormat},
+                                   {"columns", columns_sql("")},
+                                   {"canonical", study.canonical()},
+                                   {"yaml", yaml}}) {
     Statement put(database, "INSERT INTO study VALUES (?, ?)");
     put.bind(1, key);
     put.bind(2, value);
@@ -206,6 +208,8 @@ StudyDatabase StudyDatabase::read(const std::filesystem::path& folder) {
     impl->database.fail(fmt::format("is of format {}, which this version does not read", format));
   impl->yaml = impl->value("yaml");
   impl->study = parse_study(impl->yaml, folder / file_name);
+  if (impl->value("columns") != columns_sql(""))
+    impl->database.fail("has other columns than this version of tandem writes: go on with the version that made it");
   return StudyDatabase(std::move(impl));
 }
 

@@ -43,6 +43,7 @@ std::unique_ptr<StudyRanks> StudyRanks::launched() {
     throw Error("this build has no MPI: configure with -DTANDEM_WITH_MPI=ON, or run shards, --shard I/N");
   return nullptr;
 }
+StudyRanks::~StudyRanks() = default;
 bool StudyRanks::leads() const { return true; }
 int StudyRanks::lost() const { return 0; }
 StudyProgress StudyRanks::lead(StudyDatabase&, const StudyRunOptions&) { return {}; }
