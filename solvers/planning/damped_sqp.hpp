@@ -20,7 +20,7 @@ class DampedSqp {
  public:
   struct Options {
     double feasible = 5e-7;        ///< largest violation of a solution, in the rows' units
-    double cost_tolerance = 1e-5;  ///< foretold decrease, over 1 + cost, below which it has converged
+    double cost_tolerance = 1e-4;  ///< foretold decrease, over 1 + cost, below which it has converged
     int patience = 20;             ///< iterations after which any feasible point will do
     int max_iterations = 40;
     double time_limit = std::numeric_limits<double>::infinity();  ///< s
