@@ -36,9 +36,6 @@ struct PlanOptions {
   double keep_out = 0.0;                      ///< least distance of the two bodies' origins [m]; 0: docking, none
   std::optional<Cone> approach{};             ///< from the target, that the chaser stays in
   std::optional<Cone> view{};                 ///< from the chaser, that the target's lights stay in
-  /// Keep-out, approach and view keep to their bounds by this many standard deviations of the predicted relative
-  /// position along the constraint's own direction; 0: of the mean alone.
-  double confidence = 0.0;
 };
 
 /// Empty, or a sentence that says what no plan can do with these: a number out of its range, bounds that cross, a goal

@@ -61,7 +61,6 @@ class PlanProblem {
   std::vector<Variable<SE3>> chaser_, target_;
   std::vector<Twist> twist_, target_twist_;  // the target's as seen from the goal, which goes with it
   std::vector<Actuators> actuators_, command_;
-  std::vector<Block> keep_out_, approach_, view_;
 };
 
 extern template struct Plan<3>;

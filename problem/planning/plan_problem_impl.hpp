@@ -112,14 +112,13 @@ void PlanProblem<N>::add_bounds(int k) {
     problem_.subject_to(Depth{0.0}, between(o.lowest.value_or(-none), o.highest.value_or(none)), {chaser_[next]});
   if (o.most_roll_pitch)
     problem_.subject_to(RollPitch<>{}, between(-*o.most_roll_pitch, *o.most_roll_pitch), {chaser_[next]});
-  if (o.keep_out > 0)
-    keep_out_.push_back(problem_.subject_to(Range<>{o.keep_out}, at_least(0), {chaser_[next], target_[next]}));
+  if (o.keep_out > 0) problem_.subject_to(Range<>{o.keep_out}, at_least(0), {chaser_[next], target_[next]});
   if (o.approach)
-    approach_.push_back(problem_.subject_to(InsideCone<>{o.approach->half_angle, o.approach->apex, o.approach->point},
-                                            at_least(0), {target_[next], chaser_[next]}));
+    problem_.subject_to(InsideCone<>{o.approach->half_angle, o.approach->apex, o.approach->point}, at_least(0),
+                        {target_[next], chaser_[next]});
   if (o.view)
-    view_.push_back(problem_.subject_to(InsideCone<>{o.view->half_angle, o.view->apex, o.view->point}, at_least(0),
-                                        {chaser_[next], target_[next]}));
+    problem_.subject_to(InsideCone<>{o.view->half_angle, o.view->apex, o.view->point}, at_least(0),
+                        {chaser_[next], target_[next]});
 }
 
 template <int N>

@@ -9,9 +9,9 @@ namespace tandem {
 
 /// From near a solution to where a plan is good enough: a few sequential quadratic programs with Gauss-Newton's Hessian,
 /// each solved by the augmented Lagrangian's semismooth Newton iteration, full steps without a line search. What
-/// Gauss-Newton leaves out, the curvature of the constraints, would make undamped steps diverge; the first ones are nearly
-/// free, later ones damped by the cost's own stiffness, the more the less the violation falls. The program is analysed once, so that the next solve of the same
-/// problem only computes.
+/// Gauss-Newton leaves out, the curvature of the constraints, would make undamped steps diverge; the first ones are
+/// nearly free, later ones damped by the cost's own stiffness, the more the less the violation falls. The program is
+/// analysed once, so that the next solve of the same problem only computes.
 ///
 /// It gives up when steps do not lead to a feasible point at once: then a solver that globalises has to take over, from
 /// another start than the last iterate. Source of the scheme: Diehl et al. 2005, real-time iterations; Wright 1998 for
@@ -20,7 +20,7 @@ class DampedSqp {
  public:
   struct Options {
     double feasible = 5e-7;        ///< largest violation of a solution, in the rows' units
-    double cost_tolerance = 1e-5;  ///< foretold decrease, over 1 + cost, below which it has converged
+    double cost_tolerance = 1e-4;  ///< foretold decrease, over 1 + cost, below which it has converged
     int patience = 20;             ///< iterations after which any feasible point will do
     int max_iterations = 40;
     double time_limit = std::numeric_limits<double>::infinity();  ///< s

@@ -66,8 +66,7 @@ Summary Planner<N>::solve(const Plan<N>& guess) {
     DampedSqp::Options sqp;
     sqp.time_limit = left;
     const Summary refined = sqp_.solve(sqp);
-    const bool feasible = refined.status == Status::max_iterations && refined.max_violation <= sqp.feasible;
-    if (refined.converged() || feasible || refined.status == Status::time_limit) return refined;
+    if (refined.converged() || refined.status == Status::time_limit) return refined;
     left -= refined.seconds;
     problem_.set_guess(guess);
   }

@@ -27,7 +27,6 @@ constexpr double kCorridor = 35.0 / kDegrees;               // half angle behind
 constexpr double kSearching = 10.0;                         // s: only then does the estimate tell where the target goes
 constexpr double kNearStandoff = 1.0;                       // m: docking begins
 constexpr double kLost = 8.0;                               // s without an optical pose: back to the standoff
-constexpr double kHulls = 0.8;                              // m between the origins that docking keeps, too
 constexpr double kCollision = 0.6;                          // m between the origins
 constexpr double kCurrentSigma = 0.03, kCurrentGain = 0.1;  // of what the Doppler log tells of the current [m/s]
 constexpr double kSpeedSigma = 5e-3, kRateSigma = 1e-3;     // of the measured twist [m/s, rad/s]
@@ -141,7 +140,6 @@ class Simulation {
     if (docking) {
       o.approach = Cone{kCorridor, SE3(SO3::Exp({0.0, 0.0, std::numbers::pi}), Vector<3>(Vector<3>::Zero()))};
       o.view = Cone{kPlannedView};
-      o.keep_out = std::min(kHulls, options_.dock);
     } else if (phase != RendezvousPhase::retreat) {
       o.keep_out = options_.keep_out + options_.margin;
     }
