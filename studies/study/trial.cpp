@@ -61,6 +61,18 @@ void disturb_start(const TrialSettings& settings, TrackingProblem& tracking) {
   }
 }
 
+/// Of the target's poses, those whose z axis points down.
+std::optional<double> share_upside_down(const std::vector<TargetState>& target) {
+  double poses = 0, down = 0;
+  for (const TargetState& state : target)
+    if (state.rotation) {
+      ++poses;
+      down += state.rotation->matrix()(2, 2) < 0;
+    }
+  if (poses == 0) return {};
+  return down / poses;
+}
+
 std::vector<KeyframeError> batch_errors(const TrialProblem& problem, bool covariances, TrialResult& result) {
   TrackingProblem tracking = make_tracking_problem(problem.scenario.data, problem.options);
   disturb_start(problem.settings, tracking);
@@ -78,6 +90,7 @@ std::vector<KeyframeError> batch_errors(const TrialProblem& problem, bool covari
     chaser.push_back(tracking.chaser_pose(k));
     target.push_back(tracking.target_state(k));
   }
+  result.set("upside_down", share_upside_down(target));
   if (covariances && summary.converged()) add_consistency(tracking, problem.scenario, result);
   return keyframe_errors(problem.scenario, tracking.keyframes, chaser, target);
 }
@@ -109,6 +122,8 @@ TrialProblem trial_problem(const Study& study, std::size_t trial) {
   problem.settings = study.settings(place);
   problem.options = study.model(place).options;
   problem.solver = study.solver(place);
+  if (!problem.settings.level && problem.options.roll_pitch == Role::soft) problem.options.roll_pitch = Role::off;
+  problem.options.junction = problem.settings.junction;
   problem.options.loss = problem.settings.loss;
   problem.options.max_keyframes = static_cast<std::size_t>(problem.settings.max_keyframes);
   SimulatedDocking docking = trial_docking(problem.settings);

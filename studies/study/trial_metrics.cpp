@@ -50,6 +50,7 @@ std::vector<TrialMetric> make_trial_metrics() {
            {"nis_usbl", "normalised squared residual of USBL fixes, each by the others' prediction: 3"},
            {"nis_optical", "of optical poses, where the target is a pose: 6"},
            {"correlation_time_s", "until the autocorrelation of the position error falls below 1/e [s]"},
+           {"upside_down", "share of the target's poses whose z axis points down"},
            {"keyframes", "of the problem"},
            {"cost", "final"},
            {"violation", "largest of a hard constraint, in its own unit"},

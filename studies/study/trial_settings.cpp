@@ -36,6 +36,18 @@ std::vector<NamedParameter<TrialSettings>> make_trial_parameters() {
   all.push_back({"loss", "", "on relative measurements, as --loss takes it",
                  [](S& s, const std::string& where, const std::string& text) { s.loss = parse_loss(where, text); },
                  [](const S& s) { return loss_text(s.loss); }});
+  all.push_back(
+      {"roll_pitch", "", "soft or off: whether the target is said to be level; hard is a model, roll-pitch:hard",
+       [](S& s, const std::string& where, const std::string& text) {
+         if (text != "soft" && text != "off")
+           throw Error(fmt::format("{} is soft or off (hard is a model, roll-pitch:hard), not {}", where, quote(text)));
+         s.level = text == "soft";
+       },
+       [](const S& s) { return std::string(s.level ? "soft" : "off"); }});
+  all.push_back(
+      {"junction", "", "boundary or direct: how Mode B ties points to poses",
+       [](S& s, const std::string& where, const std::string& text) { s.junction = parse_junction(where, text); },
+       [](const S& s) { return std::string(s.junction == Junction::boundary ? "boundary" : "direct"); }});
   all.push_back({"graduated", "", "0 or 1: robust losses by graduated non-convexity",
                  [](S& s, const std::string& where, const std::string& text) {
                    if (text != "0" && text != "1") throw Error(fmt::format("{} is 0 or 1, not {}", where, quote(text)));

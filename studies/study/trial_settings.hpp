@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include <tandem/problem/tracking/tracking_problem.hpp>
 #include <tandem/residuals/loss.hpp>
 #include <tandem/studies/simulation/simulate_docking.hpp>
 #include <tandem/studies/support/named_parameter.hpp>
@@ -21,7 +22,9 @@ struct TrialSettings {
   double start_position = 0;        ///< m: σ along each axis by which the target's start is displaced, a wander
   double start_orientation = 0;     ///< deg: σ about each axis by which it is turned
   Loss loss{};                      ///< on relative measurements
-  bool graduated = false;           ///< robust losses by graduated non-convexity
+  bool level = true;                ///< the prior of a level target, where the model holds it softly
+  Junction junction = Junction::boundary;  ///< of Mode B
+  bool graduated = false;                  ///< robust losses by graduated non-convexity
 };
 
 /// Those of a docking, then the others.

@@ -79,6 +79,7 @@ TEST(Trial, AWindowSeesLessThanTheWhole) {
 TEST(Trial, EveryKindOfProblemIsTaken) {
   for (const char* rest : {"parameters: {minutes: 3, usbl: range-bearing, usbl_latency: 1}\n",
                            "parameters: {minutes: 3, loss: 'cauchy:2', graduated: 1, usbl_outliers: 0.2}\n",
+                           "parameters: {minutes: 3, roll_pitch: off, junction: direct}\n",
                            "parameters: {minutes: 3, target_motion: helix, max_keyframes: 40}\n",
                            "solvers: [ipopt]\nparameters: {minutes: 3}\n"}) {
     SCOPED_TRACE(rest);
