@@ -4,6 +4,7 @@
 #include <tandem/residuals/gauss_markov.hpp>
 #include <tandem/residuals/range_bearing.hpp>
 #include <tandem/residuals/relative_pose.hpp>
+#include <tandem/residuals/usbl_position.hpp>
 
 #include "residuals/autodiff.hpp"
 
@@ -22,7 +23,7 @@ TEST(Biased, adds_what_is_measured_too_much) {
 }
 
 TEST(Biased, has_the_right_jacobians) {
-  expect_right_jacobians_at_random(Biased<RangeBearing<SE2, R2>>{{5.0, Direction<2>(0.1)}}, 3);
+  expect_right_jacobians_at_random(Biased<UsblPosition<SE3, R3>>{{Vector<3>(1.0, 2.3, 3.0)}}, 3);
   expect_right_jacobians_at_random(Biased<RelativePose<SE3>>{{SE3::Exp(0.3 * Vector<6>::Ones())}}, 4);
 }
 

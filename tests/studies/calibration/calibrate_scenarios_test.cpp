@@ -6,7 +6,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/calibration/calibrate_scenarios.hpp>
 #include <tandem/studies/calibration/calibration_report.hpp>
-#include <tandem/studies/simulation/simulate_docking.hpp>
+#include <tandem/studies/simulation/simulate_docking_files.hpp>
 
 #include "studies/scratch.hpp"
 
