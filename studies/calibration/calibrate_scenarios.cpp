@@ -226,10 +226,15 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
   Problems problems;
   std::vector<Problem*> plain;
   for (Scenario& scenario : scenarios) {
-    if (scenario.navigation && scenario.navigation->imu && result.held.empty())
-      if (scenario.data.sensors.empty() || scenario.data.odometry.empty())
+    if (scenario.navigation && result.held.empty() &&
+        (scenario.data.sensors.empty() || scenario.data.odometry.empty())) {
+      if (scenario.navigation->imu)
         result.held.push_back(scenario.navigation->imu->name +
                               ": its densities stay as given, since they are summed up between keyframes");
+      result.held.push_back(
+          "What drifts for minutes, as by the scale or the misalignment of a dvl, is not tried: held-out stretches are "
+          "short");
+    }
     problems.push_back(std::make_unique<CalibrationProblem>(std::move(scenario), options.target, options.own));
     plain.push_back(&problems.back()->problem());
   }

@@ -44,7 +44,7 @@ struct ScenarioCalibration {
   std::vector<std::string> scenarios;
   Calibration summary;
   std::vector<CalibratedParameter> parameters;
-  std::vector<std::string> held;  ///< sentences: what was not calibrated, and why
+  std::vector<std::string> held;  ///< sentences: what was not calibrated or tried, and why
   std::vector<Misfit> before, after;
   int folds = 0;                     ///< 0: nothing was held out
   std::vector<HeldOutScore> scores;  ///< of each scenario
