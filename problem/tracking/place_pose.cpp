@@ -1,88 +1,10 @@
-#include <cmath>
+#include <tandem/problem/tracking/place_pose.hpp>
 
-#include <tandem/problem/tracking/sensor_build.hpp>
-#include <tandem/residuals/relative_pose.hpp>
-#include <tandem/residuals/relative_rotation.hpp>
-#include <tandem/residuals/usbl_position.hpp>
-
-namespace tandem {
-
-struct PlacePose;
-
-namespace detail {
-namespace {
-
-/// Position and rotation, which may be residuals of their own.
-template <LieGroup G, bool between>
-class PoseBuild : private SensorBuild<G, between> {
-  using Base = SensorBuild<G, between>;
-  using Base::add_with, Base::beacon, Base::mount, Base::put;
-  using Base::build_, Base::sensor_, Base::measurement_, Base::placed_, Base::position_loss_;
-  using typename Base::Point;
-
- public:
-  using Base::Base;
-
-  void add() {
-    add_with([&](const auto& target) { add_pose(target); });
-  }
-
- private:
-  template <class Target>
-  void add_pose(const Target& target) {
-    const Measurement& m = measurement_;
-    const SE3 measured(m.rotation, m.position);
-    const std::optional<Loss> orientation_loss = orientation_loss_of(sensor_, build_.options);
-    if (sensor_.error &&
-        (orientation_loss || build_.options.position_share > 0 || std::same_as<Target, Variable<Point>>))
-      throw Error(
-          sensor_.name +
-          ": an error that stays is of a whole pose: not with a loss of the orientation alone, a share of the " +
-          "position (--robust has one), or where mode B has a point");
-    const Gaussian position(Eigen::VectorXd(sensor_.sigma.head(G::point_dim)));
-    if constexpr (std::same_as<Target, Variable<Point>>) {  // the marker's lever arm turns with the measured pose
-      const SE3 body = measured * sensor_.marker.inverse();
-      placed_.block =
-          put(UsblPosition<G, Point>{in_group<G>(body.translation()), mount()}, target, position, position_loss_);
-    } else if (!orientation_loss || m.held_out) {
-      const double share = m.held_out ? 0.0 : build_.options.position_share;
-      Eigen::VectorXd sigma = sensor_.sigma;
-      sigma.head(G::point_dim) /= std::sqrt(1 - share);
-      placed_.block = put(RelativePose<G>{in_group<G>(measured), mount(), in_group<G>(sensor_.marker)}, target,
-                          Gaussian(sigma), position_loss_);
-      if (share > 0)
-        placed_.position = put(UsblPosition<G>{in_group<G>(m.position), mount(), beacon()}, target,
-                               position.scaled(1 / std::sqrt(share)), position_loss_);
-    } else {
-      placed_.block =
-          put(UsblPosition<G>{in_group<G>(m.position), mount(), beacon()}, target, position, position_loss_);
-      const RelativeRotation<G> rotation{in_group<G>(m.rotation), in_group<G>(sensor_.mount.rotation()),
-                                         in_group<G>(sensor_.marker.rotation())};
-      const Gaussian noise(Eigen::VectorXd(sensor_.sigma.tail(G::dof - G::point_dim)));
-      placed_.orientation = put(rotation, target, noise, *orientation_loss);
-    }
-  }
-};
-
-template <LieGroup G>
-void place_pose(TrackingBuild<G>& build, const Placing& at) {
-  if (at.fraction) {
-    PoseBuild<G, true>(build, at).add();
-  } else {
-    PoseBuild<G, false>(build, at).add();
-  }
-}
-
-}  // namespace
+namespace tandem::detail {
 
 template <>
 void place<PlacePose, SE3>(TrackingBuild<SE3>& build, const Placing& at) {
   place_pose(build, at);
 }
-template <>
-void place<PlacePose, SE2>(TrackingBuild<SE2>& build, const Placing& at) {
-  place_pose(build, at);
-}
 
-}  // namespace detail
-}  // namespace tandem
+}  // namespace tandem::detail

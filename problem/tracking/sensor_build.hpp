@@ -72,9 +72,6 @@ class SensorBuild {
                     "point cannot be placed");
       return put<Interpolated<R>>({residual, fraction_}, {build_.chaser[k], build_.chaser[k + 1], target, *next}, noise,
                                   loss);
-    } else if (sensor_.error) {
-      check_error_can_be_placed();
-      return put<Biased<R>>({residual}, {build_.chaser[k], target, error<R::dim>()}, noise, loss);
     } else {
       return put<R>(residual, {build_.chaser[k], target}, noise, loss);
     }
@@ -82,7 +79,6 @@ class SensorBuild {
   template <Residual R>
   std::optional<Block> put(const R& residual, const CourseVariable<G>& target, const Gaussian& noise,
                            const Loss& loss) {
-    if (sensor_.error) throw Error(sensor_.name + ": on a steady course no error that stays is estimated");
     if constexpr (between) {
       throw Error(sensor_.name + ": on a steady course there is nothing between keyframes");
     } else {
@@ -91,9 +87,17 @@ class SensorBuild {
     }
   }
 
-  void check_error_can_be_placed() const {
+  /// All of a measurement: with the sensor's error that stays, where it has one.
+  template <Residual R, class Target>
+  std::optional<Block> put_whole(const R& residual, const Target& target, const Gaussian& noise, const Loss& loss) {
+    if (!sensor_.error) return put(residual, target, noise, loss);
     if (measurement_.held_out)
       throw Error(sensor_.name + ": measurements of a sensor with an error that stays cannot be held out");
+    if constexpr (between || std::same_as<Target, CourseVariable<G>>) {
+      throw Error(sensor_.name + ": an error that stays is not estimated on a steady course, nor between keyframes");
+    } else {
+      return put<Biased<R>>({residual}, {build_.chaser[placed_.keyframe], target, error<R::dim>()}, noise, loss);
+    }
   }
   /// The sensor's error at the measurement's time, tied to the one before.
   template <int N>
@@ -139,7 +143,8 @@ class SensorBuild {
                   ": its place on the target (target_position) needs the target's orientation, which this mode or "
                   "model does not estimate where it measures");
     using T = std::conditional_t<point, Point, G>;
-    placed_.block = put(P::template residual<G, T>(measurement_, mount(), beacon()), target, noise_, position_loss_);
+    placed_.block =
+        put_whole(P::template residual<G, T>(measurement_, mount(), beacon()), target, noise_, position_loss_);
   }
 
   Build& build_;
