@@ -18,8 +18,8 @@ y_min = min(chaser_min_y, target_min_y); y_max = max(chaser_max_y, target_max_y)
 call here.'map.gp' scenario.': plan seen from above'
 every_ellipse = chaser_records / 10 + 1
 most = 0.4 * max(x_max - x_min, y_max - y_min) # larger ones would hide the rest
-east_if_shown() = max(column(sigma_east), column(sigma_north)) < most ? column(east) : NaN
-plot file('predicted_target.csv') skip 1 every every_ellipse using (east_if_shown()):north:(2 * column(sigma_east)):(2 * column(sigma_north)) with ellipses fc rgb pale fs transparent solid 0.25 noborder title 'target, 3 σ', \
+shown(x) = max(column(sigma_east), column(sigma_north)) < most ? x : NaN
+plot file('predicted_target.csv') skip 1 every every_ellipse using (shown(column(east))):north:(2 * column(sigma_east)):(2 * column(sigma_north)) with ellipses fc rgb pale fs transparent solid 0.25 noborder title 'target, 3 σ', \
   file('predicted_target.csv') skip 1 using east:north with linespoints pt 7 ps 0.3 lc rgb vermilion title 'predicted target', \
   file('planned_chaser.csv') skip 1 using east:north with linespoints pt 7 ps 0.3 lc rgb blue title 'planned chaser', \
   file('planned_chaser.csv') skip 1 every ::0::0 using east:north with points pt 6 ps 1.2 lw 1.5 lc rgb 'black' title 'start', \

@@ -4,6 +4,7 @@
 
 #include <tandem/solvers/ipopt.hpp>
 
+#include "needs_gnuplot.hpp"
 #include "run_tandem.hpp"
 
 namespace tandem {
@@ -37,6 +38,16 @@ TEST(PlanCommand, PlansAndWritesWhatItSays) {
   const std::string commands = read_file(out / "commands.csv");
   EXPECT_THAT(commands, HasSubstr("t,propeller_command,propeller,stern_command,stern,rudder_command,rudder\n"));
   EXPECT_EQ(std::count(commands.begin(), commands.end(), '\n'), 22);
+}
+
+TEST(PlanCommand, DrawsWhatItPlanned) {
+  TANDEM_NEEDS_GNUPLOT("plan's plots");
+  const ScratchFolder scratch;
+  const auto out = scratch.path() / "out";
+  const Outcome run = run_tandem(plan({"--horizon", "20", "--out", out, "--quiet"}));
+  ASSERT_EQ(run.status, 0) << run.errors;
+  EXPECT_EQ(run.errors, "");
+  EXPECT_THAT(files(out), IsSupersetOf({"plan.svg", "plan_commands.svg"}));
 }
 
 TEST(PlanCommand, TakesTheOtherVehicle) {
