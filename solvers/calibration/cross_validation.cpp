@@ -10,6 +10,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/calibration/counted_rows.hpp>
 #include <tandem/solvers/calibration/cross_validation.hpp>
+#include <tandem/solvers/calibration/saved_noise.hpp>
 #include <tandem/solvers/calibration/solve_plainly.hpp>
 #include <tandem/solvers/marginals.hpp>
 
@@ -35,30 +36,6 @@ std::vector<NoiseGroup> without(const std::vector<NoiseGroup>& groups, const std
   }
   return rest;
 }
-
-/// The noise of all blocks that groups or a fold name, to be put back.
-class SavedNoise {
- public:
-  SavedNoise(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
-             const std::vector<LeftOut>& fold)
-      : problems_(problems) {
-    for (const NoiseGroup& group : groups)
-      for (const NoiseRows& rows : group.rows) keep(rows.problem, rows.block);
-    for (const LeftOut& m : fold) keep(m.problem, m.block);
-  }
-  void restore() const {
-    for (const auto& [p, block, noise] : saved_) problems_[std::size_t(p)]->set_noise(block, noise);
-  }
-
- private:
-  void keep(int problem, const Block& block) {
-    if (seen_.insert(key_of(problem, block)).second)
-      saved_.emplace_back(problem, block, problems_[std::size_t(problem)]->noise(block));
-  }
-  std::span<Problem* const> problems_;
-  std::set<Key> seen_;
-  std::vector<std::tuple<int, Block, Gaussian>> saved_;
-};
 
 void scale_noise(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups, const Calibration& found) {
   for (std::size_t g = 0; g < groups.size(); ++g)
@@ -130,7 +107,8 @@ CrossValidation cross_validate(std::span<Problem* const> problems, const std::ve
     }
     const std::vector<LeftOut>& fold = folds[f];
     if (fold.empty()) continue;
-    const SavedNoise saved(problems, groups, fold);
+    detail::SavedNoise saved(problems, groups);
+    for (const LeftOut& m : fold) saved.keep(m.problem, m.block);
     std::vector<Gaussian> given;
     for (const LeftOut& m : fold) given.push_back(problems[std::size_t(m.problem)]->noise(m.block));
     try {

@@ -3,12 +3,12 @@
 #include <cmath>
 #include <map>
 #include <memory>
-#include <set>
 
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/calibration/cross_validation.hpp>
+#include <tandem/solvers/calibration/saved_noise.hpp>
 #include <tandem/solvers/calibration/solve_plainly.hpp>
 #include <tandem/studies/calibration/calibrate_scenarios.hpp>
 #include <tandem/studies/support/text.hpp>
@@ -158,24 +158,6 @@ std::vector<NoiseEntry> entries_with(const Problems& problems, const Parameters&
   return result;
 }
 
-class SavedGivenNoise {
- public:
-  SavedGivenNoise(const std::vector<Problem*>& problems, const std::vector<NoiseGroup>& groups) : problems_(problems) {
-    std::set<std::tuple<int, int, int>> seen;
-    for (const NoiseGroup& group : groups)
-      for (const NoiseRows& rows : group.rows)
-        if (seen.insert({rows.problem, rows.block.pool, rows.block.id}).second)
-          saved_.emplace_back(rows.problem, rows.block, problems[std::size_t(rows.problem)]->noise(rows.block));
-  }
-  void restore() const {
-    for (const auto& [p, block, noise] : saved_) problems_[std::size_t(p)]->set_noise(block, noise);
-  }
-
- private:
-  std::vector<Problem*> problems_;
-  std::vector<std::tuple<int, Block, Gaussian>> saved_;
-};
-
 std::vector<Misfit> misfits_of_all(const Problems& problems) {
   std::vector<Misfit> all;
   for (const auto& problem : problems)
@@ -260,7 +242,7 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
     };
   };
   follow("");
-  const SavedGivenNoise given(plain, parameters.groups);
+  const detail::SavedNoise given(plain, parameters.groups);
   for (std::size_t p = 0; p < plain.size(); ++p) {
     const Summary summary = detail::solve_plainly(*plain[p]);
     if (!summary.converged())
