@@ -28,14 +28,7 @@ class BasicSEK3 {
     const Vector<3, S> theta = v.template tail<3>();
     return BasicSEK3(Rotation::Exp(theta), Rotation::Jl(theta) * columns(v));
   }
-  Tangent Log() const {
-    const Vector<3, S> theta = R_.Log();
-    const Columns rho = Rotation::Jl_inverse(theta) * t_;
-    Tangent v;
-    for (int k = 0; k < K; ++k) v.template segment<3>(3 * k) = rho.col(k);
-    v.template tail<3>() = theta;
-    return v;
-  }
+  Tangent Log() const;
 
   const Rotation& rotation() const { return R_; }
   /// Position [m]: the point the group acts about.
@@ -65,31 +58,11 @@ class BasicSEK3 {
   }
 
   /// [Jl(θ) Q(ρ, θ); 0 Jl(θ)], with one Q for each ρ_k (Barfoot 2017, eq. 7.85).
-  static Jacobian Jl(const Tangent& v) {
-    const Vector<3, S> theta = v.template tail<3>();
-    const AngleCoefficients<S> k(theta.squaredNorm());
-    Jacobian J = diagonal(Rotation::polynomial(theta, k.B, k.C));
-    for (int i = 0; i < K; ++i) {
-      const Vector<3, S> rho = v.template segment<3>(3 * i);
-      J.template block<3, 3>(3 * i, 3 * K) = Q(rho, theta, k);
-    }
-    return J;
-  }
+  static Jacobian Jl(const Tangent& v);
   static Jacobian Jr(const Tangent& v) { return Jl(-v); }
 
   /// [Jl⁻¹ −Jl⁻¹ Q Jl⁻¹; 0 Jl⁻¹].
-  static Jacobian Jl_inverse(const Tangent& v) {
-    const Vector<3, S> theta = v.template tail<3>();
-    const AngleCoefficients<S> k(theta.squaredNorm());
-    const Matrix<3, 3, S> Ji = Rotation::polynomial(theta, S(-0.5), k.D);
-    Jacobian J = diagonal(Ji);
-    for (int i = 0; i < K; ++i) {
-      const Vector<3, S> rho = v.template segment<3>(3 * i);
-      const Matrix<3, 3, S> QJi = Q(rho, theta, k) * Ji;
-      J.template block<3, 3>(3 * i, 3 * K).noalias() = -Ji * QJi;
-    }
-    return J;
-  }
+  static Jacobian Jl_inverse(const Tangent& v);
   static Jacobian Jr_inverse(const Tangent& v) { return Jl_inverse(-v); }
 
   /// A Jacobian of Exp or its inverse at −v, from the same at v: Jr from Jl. Every 3 × 3 block is transposed, since
@@ -100,16 +73,7 @@ class BasicSEK3 {
     return T;
   }
   /// The product of two Jacobians of Exp, inverses or adjoints (Ad, ad), all of the form [D O; 0 D].
-  static Jacobian product(const Jacobian& a, const Jacobian& b) {
-    const Matrix<3, 3, S> Da = a.template topLeftCorner<3, 3>(), Db = b.template topLeftCorner<3, 3>();
-    Jacobian c = diagonal(Da * Db);
-    for (int k = 0; k < K; ++k) {
-      auto block = c.template block<3, 3>(3 * k, 3 * K);
-      block.noalias() = Da * b.template block<3, 3>(3 * k, 3 * K);
-      block.noalias() += a.template block<3, 3>(3 * k, 3 * K) * Db;
-    }
-    return c;
-  }
+  static Jacobian product(const Jacobian& a, const Jacobian& b);
 
   /// hat(ad(v) w) = hat(v) hat(w) − hat(w) hat(v). Its matrix is [[θ]× [ρ]×; 0 [θ]×].
   static Jacobian ad(const Tangent& v) {
@@ -160,23 +124,74 @@ class BasicSEK3 {
   }
 
   /// Barfoot 2017, eq. 7.86b, with P = [ρ]×, W = [θ]×; (PW)ᵀ = WP and W³ = −θ²W save products.
-  static Matrix<3, 3, S> Q(const Vector<3, S>& rho, const Vector<3, S>& theta, const AngleCoefficients<S>& k) {
-    const Matrix<3, 3, S> P = skew(rho), W = skew(theta);
-    const S c = theta.dot(rho);
-    // W P = ρ θᵀ − c I,  P W = θ ρᵀ − c I,  W P W = −c W;  W² = θ θᵀ − θ² I
-    const Matrix<3, 3, S> WP = rho * theta.transpose() - c * Matrix<3, 3, S>::Identity();
-    const Matrix<3, 3, S> W2 = theta * theta.transpose() - theta.squaredNorm() * Matrix<3, 3, S>::Identity();
-    const Matrix<3, 3, S> W2P = W * WP;
-    Matrix<3, 3, S> M = 0.5 * P;
-    M += k.C * (WP + WP.transpose() - c * W);
-    M += k.E * (W2P - W2P.transpose() + 3. * c * W);
-    M -= (2. * c * k.F) * W2;  // W P W² + W² P W = −2c W²
-    return M;
-  }
+  static Matrix<3, 3, S> Q(const Vector<3, S>& rho, const Vector<3, S>& theta, const AngleCoefficients<S>& k);
 
   Rotation R_;
   Columns t_;
 };
+
+template <int K, class S>
+auto BasicSEK3<K, S>::Log() const -> Tangent {
+  const Vector<3, S> theta = R_.Log();
+  const Columns rho = Rotation::Jl_inverse(theta) * t_;
+  Tangent v;
+  for (int k = 0; k < K; ++k) v.template segment<3>(3 * k) = rho.col(k);
+  v.template tail<3>() = theta;
+  return v;
+}
+
+template <int K, class S>
+auto BasicSEK3<K, S>::Jl(const Tangent& v) -> Jacobian {
+  const Vector<3, S> theta = v.template tail<3>();
+  const AngleCoefficients<S> k(theta.squaredNorm());
+  Jacobian J = diagonal(Rotation::polynomial(theta, k.B, k.C));
+  for (int i = 0; i < K; ++i) {
+    const Vector<3, S> rho = v.template segment<3>(3 * i);
+    J.template block<3, 3>(3 * i, 3 * K) = Q(rho, theta, k);
+  }
+  return J;
+}
+
+template <int K, class S>
+auto BasicSEK3<K, S>::Jl_inverse(const Tangent& v) -> Jacobian {
+  const Vector<3, S> theta = v.template tail<3>();
+  const AngleCoefficients<S> k(theta.squaredNorm());
+  const Matrix<3, 3, S> Ji = Rotation::polynomial(theta, S(-0.5), k.D);
+  Jacobian J = diagonal(Ji);
+  for (int i = 0; i < K; ++i) {
+    const Vector<3, S> rho = v.template segment<3>(3 * i);
+    const Matrix<3, 3, S> QJi = Q(rho, theta, k) * Ji;
+    J.template block<3, 3>(3 * i, 3 * K).noalias() = -Ji * QJi;
+  }
+  return J;
+}
+
+template <int K, class S>
+auto BasicSEK3<K, S>::product(const Jacobian& a, const Jacobian& b) -> Jacobian {
+  const Matrix<3, 3, S> Da = a.template topLeftCorner<3, 3>(), Db = b.template topLeftCorner<3, 3>();
+  Jacobian c = diagonal(Da * Db);
+  for (int k = 0; k < K; ++k) {
+    auto block = c.template block<3, 3>(3 * k, 3 * K);
+    block.noalias() = Da * b.template block<3, 3>(3 * k, 3 * K);
+    block.noalias() += a.template block<3, 3>(3 * k, 3 * K) * Db;
+  }
+  return c;
+}
+
+template <int K, class S>
+Matrix<3, 3, S> BasicSEK3<K, S>::Q(const Vector<3, S>& rho, const Vector<3, S>& theta, const AngleCoefficients<S>& k) {
+  const Matrix<3, 3, S> P = skew(rho), W = skew(theta);
+  const S c = theta.dot(rho);
+  // W P = ρ θᵀ − c I,  P W = θ ρᵀ − c I,  W P W = −c W;  W² = θ θᵀ − θ² I
+  const Matrix<3, 3, S> WP = rho * theta.transpose() - c * Matrix<3, 3, S>::Identity();
+  const Matrix<3, 3, S> W2 = theta * theta.transpose() - theta.squaredNorm() * Matrix<3, 3, S>::Identity();
+  const Matrix<3, 3, S> W2P = W * WP;
+  Matrix<3, 3, S> M = 0.5 * P;
+  M += k.C * (WP + WP.transpose() - c * W);
+  M += k.E * (W2P - W2P.transpose() + 3. * c * W);
+  M -= (2. * c * k.F) * W2;  // W P W² + W² P W = −2c W²
+  return M;
+}
 
 template <class S>
 using BasicSE3 = BasicSEK3<1, S>;
@@ -185,5 +200,9 @@ using BasicSE23 = BasicSEK3<2, S>;
 using SE3 = BasicSE3<double>;    ///< poses in space, δ = [ρ; θ] [m, rad]
 using SE23 = BasicSE23<double>;  ///< position, velocity and rotation, in this order
 static_assert(LieGroup<SE3> && LieGroup<SE23>);
+
+// What is long is compiled once, in sek3.cpp.
+extern template class BasicSEK3<1, double>;
+extern template class BasicSEK3<2, double>;
 
 }  // namespace tandem

@@ -98,4 +98,10 @@ Eigen::MatrixXd Gaussian::sqrt_information() const {
   return is_diagonal() ? Eigen::MatrixXd(diagonal_.asDiagonal()) : full_;
 }
 
+Eigen::MatrixXd Gaussian::covariance_matrix() const {
+  if (is_diagonal()) return Eigen::MatrixXd(diagonal_.cwiseAbs2().cwiseInverse().asDiagonal());
+  const Eigen::MatrixXd W_inverse = full_.partialPivLu().solve(Eigen::MatrixXd::Identity(dim(), dim()));
+  return W_inverse * W_inverse.transpose();
+}
+
 }  // namespace tandem

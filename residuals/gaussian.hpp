@@ -31,6 +31,8 @@ class Gaussian {
   const Eigen::VectorXd& diagonal() const { return diagonal_; }
   /// W, also when it is diagonal.
   Eigen::MatrixXd sqrt_information() const;
+  /// Σ.
+  Eigen::MatrixXd covariance_matrix() const;
 
  private:
   Gaussian() = default;

@@ -63,8 +63,9 @@ void DvlFactors::make_between(double from, double to, const Into& into) {
 }
 
 void DvlFactors::make(Factor& factor, const Into& into) const {
-  const auto& [from, to, was] = factor;
-  if (was) into.problem.remove(*was);
+  const auto& from = factor.from;
+  const auto& to = factor.to;
+  if (factor.block) into.problem.remove(*factor.block);
   factor.block.reset();
   if (!covered(from.t, to.t)) return;
   std::size_t next = holding_at(from.t);

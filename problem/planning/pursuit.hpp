@@ -65,4 +65,13 @@ Vector<N> pursue(const VehicleModel<N>& vehicle, const VehicleState<N>& state, c
   return command_for(vehicle, state, current, Vector<6>((wanted - state.twist) / o.response));
 }
 
+extern template Vector<3> command_for(const VehicleModel<3>&, const VehicleState<3>&, const Vector<3>&,
+                                      const Vector<6>&);
+extern template Vector<8> command_for(const VehicleModel<8>&, const VehicleState<8>&, const Vector<3>&,
+                                      const Vector<6>&);
+extern template Vector<3> pursue(const VehicleModel<3>&, const VehicleState<3>&, const Vector<3>&, const SE3&,
+                                 const Vector<6>&, const PursuitOptions&);
+extern template Vector<8> pursue(const VehicleModel<8>&, const VehicleState<8>&, const Vector<3>&, const SE3&,
+                                 const Vector<6>&, const PursuitOptions&);
+
 }  // namespace tandem

@@ -21,41 +21,11 @@ template <int N>
 class VehicleStep {
  public:
   /// The model must live as long; dt in s.
-  VehicleStep(const VehicleModel<N>& model, double dt) : dynamics_(model, dt), lag_(model.lag, dt) {}
+  VehicleStep(const VehicleModel<N>& model, double dt);
 
   /// A step later, with the command held, in a current [m/s] along the world's axes. Throws Error where Newton's
   /// iteration for the implicit rule does not converge: a step far too long for the forces.
-  VehicleState<N> operator()(const VehicleState<N>& from, const Vector<N>& command, const Vector<3>& current) const {
-    const double dt = dynamics_.dt;
-    const Rn<6> w0(from.twist);
-    const Rn<N> a0(from.actuators), u(command);
-    const R3 water(current);
-    Vector<6> w1 = from.twist, e;
-    Matrix<6, 6> J;
-    const auto residual = [&](const Vector<6>& w) {
-      dynamics_(from.pose, w0, Rn<6>(w), a0, u, water, e, nullptr, nullptr, &J);
-      return e.norm();
-    };
-    double error = residual(w1);
-    for (int i = 0; i < kMostIterations && error > kTolerance * (1.0 + w1.norm()); ++i) {
-      const Vector<6> newton = J.partialPivLu().solve(e), start = w1;
-      double fraction = 1.0, next = 0.0;
-      for (int halving = 0; halving < kMostHalvings; ++halving, fraction *= 0.5) {
-        w1 = start - fraction * newton;
-        if ((next = residual(w1)) < error) break;
-      }
-      if (!(next < error)) {  // rounding, or no solution
-        if (error <= kRounding * (1.0 + w1.norm())) break;
-        throw Error("vehicle dynamics: no motion over this step obeys them; take shorter steps");
-      }
-      error = next;
-    }
-    VehicleState<N> to;
-    to.twist = w1;
-    to.pose = from.pose * SE3::Exp(0.5 * dt * (from.twist + w1));
-    to.actuators = lag_.left.cwiseProduct(from.actuators) + (Vector<N>::Ones() - lag_.left).cwiseProduct(command);
-    return to;
-  }
+  VehicleState<N> operator()(const VehicleState<N>& from, const Vector<N>& command, const Vector<3>& current) const;
 
  private:
   static constexpr int kMostIterations = 50, kMostHalvings = 30;
@@ -64,5 +34,45 @@ class VehicleStep {
   VehicleDynamics<N> dynamics_;
   ActuatorLag<N> lag_;
 };
+
+template <int N>
+VehicleStep<N>::VehicleStep(const VehicleModel<N>& model, double dt) : dynamics_(model, dt), lag_(model.lag, dt) {}
+
+template <int N>
+VehicleState<N> VehicleStep<N>::operator()(const VehicleState<N>& from, const Vector<N>& command,
+                                           const Vector<3>& current) const {
+  const double dt = dynamics_.dt;
+  const Rn<6> w0(from.twist);
+  const Rn<N> a0(from.actuators), u(command);
+  const R3 water(current);
+  Vector<6> w1 = from.twist, e;
+  Matrix<6, 6> J;
+  const auto residual = [&](const Vector<6>& w) {
+    dynamics_(from.pose, w0, Rn<6>(w), a0, u, water, e, nullptr, nullptr, &J);
+    return e.norm();
+  };
+  double error = residual(w1);
+  for (int i = 0; i < kMostIterations && error > kTolerance * (1.0 + w1.norm()); ++i) {
+    const Vector<6> newton = J.partialPivLu().solve(e), start = w1;
+    double fraction = 1.0, next = 0.0;
+    for (int halving = 0; halving < kMostHalvings; ++halving, fraction *= 0.5) {
+      w1 = start - fraction * newton;
+      if ((next = residual(w1)) < error) break;
+    }
+    if (!(next < error)) {  // rounding, or no solution
+      if (error <= kRounding * (1.0 + w1.norm())) break;
+      throw Error("vehicle dynamics: no motion over this step obeys them; take shorter steps");
+    }
+    error = next;
+  }
+  VehicleState<N> to;
+  to.twist = w1;
+  to.pose = from.pose * SE3::Exp(0.5 * dt * (from.twist + w1));
+  to.actuators = lag_.left.cwiseProduct(from.actuators) + (Vector<N>::Ones() - lag_.left).cwiseProduct(command);
+  return to;
+}
+
+extern template class VehicleStep<3>;
+extern template class VehicleStep<8>;
 
 }  // namespace tandem

@@ -92,10 +92,8 @@ CrossValidation cross_validate(std::span<Problem* const> problems, const std::ve
       auto& of_problem = marginals[std::size_t(m.problem)];
       if (!of_problem) of_problem.emplace(*problems[std::size_t(m.problem)]);
       const Problem::Linearization at = problems[std::size_t(m.problem)]->linearization(m.block);
-      const Eigen::MatrixXd W = noise[i].sqrt_information();
-      const Eigen::MatrixXd R = (W.transpose() * W).inverse();
-      all.push_back(
-          {f, i, at.residual, at.jacobian * of_problem->joint(at.variable_ids, at.dofs) * at.jacobian.transpose() + R});
+      const Eigen::MatrixXd taken = at.jacobian * of_problem->joint(at.variable_ids, at.dofs);
+      all.push_back({f, i, at.residual, noise[i].covariance_matrix() + taken * at.jacobian.transpose()});
     }
     return all;
   };

@@ -111,9 +111,9 @@ std::vector<Misfit> misfits(CalibrationProblem& built) {
     if (!b.measured_at || !b.whole) continue;
     const CalibratedEntry& entry = built.entries[b.entry];
     const Problem::Linearization at = problem.linearization(b.block);
-    const Eigen::MatrixXd W = problem.noise(b.block).sqrt_information();
-    const Eigen::MatrixXd noise = (W.transpose() * W).inverse();
-    const Eigen::MatrixXd taken = at.jacobian * marginals.joint(at.variable_ids, at.dofs) * at.jacobian.transpose();
+    const Eigen::MatrixXd noise = problem.noise(b.block).covariance_matrix();
+    const Eigen::MatrixXd by_states = at.jacobian * marginals.joint(at.variable_ids, at.dofs);
+    const Eigen::MatrixXd taken = by_states * at.jacobian.transpose();
     const bool counts = problem.weight(b.block) >= kDownWeighted;
     for (std::size_t c = 0; c < entry.components.size(); ++c) {
       const int i = entry.row[c] - b.first;

@@ -87,7 +87,8 @@ PlanRequest plan_request(const PlanningRequest& r, const Vehicle& vehicle, const
   if (r.approach) {
     const Vector<3> axis = plan.goal.translation();
     if (!(axis.norm() > 0)) throw Error("--approach needs a --goal away from the target, which the cone opens to");
-    const SO3 along(Eigen::Quaterniond::FromTwoVectors(Vector<3>(Vector<3>::UnitX()), axis));
+    const double yaw = std::atan2(axis.y(), axis.x()), pitch = std::atan2(-axis.z(), std::hypot(axis.x(), axis.y()));
+    const SO3 along = SO3::Exp({0.0, 0.0, yaw}) * SO3::Exp({0.0, pitch, 0.0});
     plan.approach = Cone{*r.approach, SE3(along, Vector<3>(Vector<3>::Zero()))};
   }
   if (r.view) plan.view = Cone{*r.view};

@@ -28,17 +28,23 @@ std::optional<double> nees_of(const Eigen::VectorXd& error, const Eigen::MatrixX
 }
 
 /// Of a residual at the estimate, by the prediction of all others.
+double nis(const Eigen::VectorXd& r, const Eigen::MatrixXd& J, const Eigen::VectorXd& sigma,
+           const Eigen::MatrixXd& joint) {
+  const Eigen::MatrixXd by_states = J * joint;
+  Eigen::MatrixXd S = -by_states * J.transpose();
+  S.diagonal() += sigma.head(r.size()).cwiseAbs2();
+  return squared_distance(r, S);
+}
+
 template <class R, class T>
 double nis(const R& residual, const Eigen::VectorXd& sigma, const SE3& c, const T& t, const Eigen::MatrixXd& joint) {
   Vector<R::dim> r;
   Matrix<R::dim, 6> Jc;
   Matrix<R::dim, T::dof> Jt;
   residual(c, t, r, &Jc, &Jt);
-  Matrix<R::dim, 6 + T::dof> J;
+  Eigen::MatrixXd J(R::dim, 6 + T::dof);
   J << Jc, Jt;
-  Eigen::MatrixXd S = -(J * joint * J.transpose());
-  S.diagonal() += sigma.head(R::dim).cwiseAbs2();
-  return squared_distance(r, S);
+  return nis(r, J, sigma, joint);
 }
 
 template <class T>

@@ -83,6 +83,14 @@ TEST(Gaussian, whitened_norm_is_that_of_mahalanobis) {
   EXPECT_NEAR((Gaussian::information(M).sqrt_information() * r).squaredNorm() / r.dot(M * r), 1.0, 1e-13);
 }
 
+TEST(Gaussian, gives_back_its_covariance) {
+  EXPECT_TRUE(
+      (Gaussian{0.1, 2.0}).covariance_matrix().isApprox(Eigen::Vector2d(0.01, 4.0).asDiagonal().toDenseMatrix()));
+  const Eigen::MatrixXd M = positive_definite(5, 0.1);
+  EXPECT_TRUE(Gaussian::covariance(M).covariance_matrix().isApprox(M, 1e-12));
+  EXPECT_TRUE(Gaussian::information(M).covariance_matrix().isApprox(M.inverse(), 1e-10));
+}
+
 TEST(Gaussian, scaled_multiplies_every_standard_deviation) {
   EXPECT_TRUE((Gaussian{0.1, 2.0}).scaled(4.0).diagonal().isApprox(Eigen::Vector2d(2.5, 0.125), 1e-15));
   const Eigen::MatrixXd M = positive_definite(3, 0.1);
