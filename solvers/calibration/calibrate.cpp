@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
 #include <tandem/lie/error.hpp>
@@ -23,7 +24,7 @@ constexpr double kWidest = 2.31;      // of a logarithm: what is told to a facto
 constexpr double kLevel = 0.05;       // of the log evidence, by which it changes as a factor does by e
 constexpr double kSharp = 0.25;       // of a logarithm
 constexpr double kHigher = 1.0;       // of the log evidence, by which another maximum is worth a climb
-constexpr int kRestarts = 2, kShorter = 8;
+constexpr int kRestarts = 2, kShorter = 8, kHalvings = 3;
 constexpr int kRounds = 5;  // of counting rows anew under robust losses
 
 class Search {
@@ -47,21 +48,17 @@ class Search {
     // What the data do not tell keeps what was given, and the others are found again beside it.
     out_.noise.resize(groups_.size());
     for (int restart = 0; options_.ranges && !interrupted(); ++restart) {
-      find_curvature();
+      estimate_curvature();
       best_seen_ = {now_.log_evidence, theta_};
       const bool held = hold_undetermined();
       const bool higher = !held && best_seen_.first > now_.log_evidence + kHigher && restart < kRestarts;
       if (!held && !higher) break;
-      if (higher) {
-        theta_ = best_seen_.second;
-        now_ = evidence_.at(theta_);
-      }
+      if (higher) theta_ = best_seen_.second;
+      now_ = evidence_.at(theta_);
       climb();
-      if (held) {
-        if (!interrupted()) find_curvature();
-        break;
-      }
+      if (held) break;
     }
+    if (options_.ranges && !interrupted()) find_curvature();
     out_.gain = now_.log_evidence - evidence_.at(Eigen::VectorXd::Zero(theta_.size())).log_evidence;
     report();
     return std::move(out_);
@@ -76,7 +73,8 @@ class Search {
     return result;
   }
 
-  /// BFGS on −log p, from the curvature that effective rows have, 2 each.
+  /// Newton's method by the average information, where that is known; else BFGS on −log p, from the curvature that
+  /// effective rows have, 2 each.
   void climb() {
     const auto free = this->free();
     const Eigen::Index n = Eigen::Index(free.size());
@@ -89,7 +87,8 @@ class Search {
       if (interrupted()) return finish(Status::interrupted, "stopped by the caller");
       Eigen::VectorXd gradient(n);
       for (Eigen::Index i = 0; i < n; ++i) gradient[i] = now_.gradient[free[std::size_t(i)]];
-      Eigen::VectorXd step = inverse * gradient;
+      const std::optional<Eigen::VectorXd> scored = scoring_step(free, gradient);
+      Eigen::VectorXd step = scored ? *scored : Eigen::VectorXd(inverse * gradient);
       const double longest = step.cwiseAbs().maxCoeff();
       if (longest > kLongestStep) step *= kLongestStep / longest;
       ++out_.iterations;
@@ -111,6 +110,33 @@ class Search {
       if (taken.cwiseAbs().maxCoeff() <= options_.tolerance)
         return finish(Status::converged, "the factors change no more");
     }
+  }
+  /// Of a group alone, the step that makes its squares what they should be: ½ log of their ratio. That is Newton's step
+  /// near the maximum, and far from it one that gets there at once, as EM's does.
+  std::optional<Eigen::VectorXd> scoring_step(const std::vector<Eigen::Index>& free, const Eigen::VectorXd& gradient) {
+    const std::optional<Eigen::MatrixXd> information = evidence_.information();
+    if (!information) return {};
+    const Eigen::Index n = Eigen::Index(free.size());
+    Eigen::VectorXd target(n), scale(n), beliefs(n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const Eigen::Index g = free[std::size_t(i)];
+      const double prior = groups_[std::size_t(g)].prior, rows = now_.effective_rows[g];
+      beliefs[i] = prior > 0 ? 1 / (prior * prior) : 0.0;
+      const double of_data = gradient[i] + beliefs[i] * theta_[g];
+      const double ratio = rows > 0.5 ? 1 + of_data / rows : 1.0;
+      const bool known = ratio > 0 && ratio != 1;
+      target[i] = (known ? rows * std::log(ratio) : of_data) - beliefs[i] * theta_[g];
+      scale[i] = known ? std::sqrt(ratio) : 1.0;
+    }
+    Eigen::MatrixXd curvature =
+        scale.cwiseInverse().asDiagonal() * (*information)(free, free) * scale.cwiseInverse().asDiagonal();
+    curvature.diagonal() += beliefs;
+    curvature.diagonal() = curvature.diagonal().cwiseMax(1.0);  // of a factor that the data hardly tell
+    const Eigen::LLT<Eigen::MatrixXd> factor(curvature);
+    if (factor.info() != Eigen::Success) return {};
+    const Eigen::VectorXd step = factor.solve(target);
+    if (!(step.dot(gradient) > 0)) return {};
+    return step;
   }
   double first_scale(Eigen::Index g) const {
     const double prior = groups_[std::size_t(g)].prior;
@@ -184,45 +210,62 @@ class Search {
   /// Between which logarithms of a factor the data alone speak no clearer than kFall against it, the others as found;
   /// infinite where no bound ends them near enough to tell anything, or the evidence has become level.
   std::pair<double, double> flat_range(Eigen::Index g) {
-    std::map<double, double> seen{{theta_[g], without_prior(g, now_, theta_[g])}};
+    std::map<double, Along> seen{{theta_[g], along(g, now_, theta_[g])}};
     // A prior may have kept the factor from where the data have their most: both ways until they fall below that.
-    double most = seen.begin()->second;
+    double most = seen.begin()->second.value;
     for (const double direction : {-1.0, 1.0}) {
       Along at{most, -HUGE_VAL};
       double x = theta_[g];
       const double end = std::clamp(theta_[g] + direction * kWidest, -bound_, bound_);
-      for (double reach = 2 * std::sqrt(first_scale(g));
+      const double c = data_curvature(g);
+      for (double reach = c > 1 / (kWidest * kWidest) ? 1.2 * std::sqrt(2 * kFall / c) : 2 * std::sqrt(first_scale(g));
            x != end && at.value >= most - kFall && !(std::abs(at.slope) < kLevel);
            reach = std::min(3 * reach, reach + 1)) {
         x = direction * std::min(direction * (theta_[g] + direction * reach), direction * end);
         at = elsewhere(g, x);
-        seen.emplace(x, at.value);
+        seen.emplace(x, at);
         most = std::max(most, at.value);
       }
     }
-    if (std::abs(theta_[g]) > kWidest)
-      seen.emplace(0.0, elsewhere(g, 0.0).value);  // whether it excludes what was given
+    if (std::abs(theta_[g]) > kWidest) seen.emplace(0.0, elsewhere(g, 0.0));  // whether it excludes what was given
     const auto edge = [&](double direction) {
       const auto best =
-          std::max_element(seen.begin(), seen.end(), [](auto& a, auto& b) { return a.second < b.second; });
+          std::max_element(seen.begin(), seen.end(), [](auto& a, auto& b) { return a.second.value < b.second.value; });
       double inside = best->first, outside = direction * HUGE_VAL;
-      for (const auto& [x, value] : seen) {
+      for (const auto& [x, at] : seen) {
         if ((x - best->first) * direction <= 0) continue;
-        if (value >= most - kFall) {
+        if (at.value >= most - kFall) {
           if ((x - inside) * direction > 0) inside = x;
         } else if ((outside - x) * direction > 0) {
           outside = x;
         }
       }
       if (!std::isfinite(outside)) return outside;
-      for (int k = 0; k < 3; ++k) {
+      for (int k = 0; k < kHalvings && !std::isfinite(seen.at(outside).value); ++k) {
         const double middle = 0.5 * (inside + outside);
-        (elsewhere(g, middle).value >= most - kFall ? inside : outside) = middle;
+        const Along at = elsewhere(g, middle);
+        seen.emplace(middle, at);
+        (at.value >= most - kFall ? inside : outside) = middle;
       }
-      return 0.5 * (inside + outside);
+      return crossing(inside, seen.at(inside), outside, seen.at(outside), most - kFall);
     };
     const double low = edge(-1);
     return {low, edge(1)};
+  }
+  /// Where between two points the cubic through their values and slopes falls to a level; halfway where one is no number.
+  static double crossing(double inside, const Along& a, double outside, const Along& b, double level) {
+    const double width = outside - inside;
+    if (!std::isfinite(b.value)) return inside + 0.5 * width;
+    const auto cubic = [&](double t) {
+      return (1 + 2 * t) * (1 - t) * (1 - t) * a.value + t * (1 - t) * (1 - t) * width * a.slope +
+             t * t * (3 - 2 * t) * b.value + t * t * (t - 1) * width * b.slope;
+    };
+    double above = 0, below = 1;
+    for (int k = 0; k < 40; ++k) {
+      const double t = 0.5 * (above + below);
+      (cubic(t) >= level ? above : below) = t;
+    }
+    return inside + above * width;
   }
   bool hold_undetermined() {
     bool any = false;
@@ -294,7 +337,18 @@ class Search {
     return unit.asDiagonal() * eigen.eigenvectors() * spread.asDiagonal() * eigen.eigenvectors().transpose() *
            unit.asDiagonal();
   }
-  /// −∂² log p at the factors as they are, by differences of its gradient, made symmetric; for those that are free.
+  /// −∂² log p at the factors as they are, for those that are free, about: the average information, where that is known.
+  void estimate_curvature() {
+    now_ = evidence_.at(theta_);
+    const std::optional<Eigen::MatrixXd> information = evidence_.information();
+    if (!information) return find_curvature();
+    const auto free = this->free();
+    curvature_ = Eigen::MatrixXd::Identity(theta_.size(), theta_.size());
+    curvature_(free, free) = (*information)(free, free);
+    for (const Eigen::Index i : free)
+      if (const double prior = groups_[std::size_t(i)].prior; prior > 0) curvature_(i, i) += 1 / (prior * prior);
+  }
+  /// The same by differences of its gradient, made symmetric.
   void find_curvature() {
     const auto free = this->free();
     curvature_ = Eigen::MatrixXd::Identity(theta_.size(), theta_.size());

@@ -74,8 +74,9 @@ struct Calibration {
 ///
 ///   Σ ρ′ (r² + (J Σ Jᵀ)) − n   over the group's n whitened rows, as losses count them,
 ///
-/// is what EM makes zero, with the selected inverse's blocks Σ; quasi-Newton steps on it, halved until the evidence
-/// grows, take a tenth of EM's. The problems are left solved, with the noise that was found. Groups must not share rows.
+/// is what EM makes zero, with the selected inverse's blocks Σ. Steps are Newton's by the average information (Gilmour,
+/// Thompson & Cullis 1995), under hard constraints quasi-Newton's, halved until the evidence grows. Standard errors are by
+/// differences of the derivative. The problems are left solved, with the noise that was found. Groups must not share rows.
 ///
 /// Throws Error on a group without rows, rows that are not there or in two groups, a hard block, no problem or group,
 /// or a problem that cannot be solved as it is given.

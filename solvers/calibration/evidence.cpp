@@ -64,6 +64,7 @@ Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGr
   for (std::size_t p = 0; p < problems.size(); ++p)
     settled_.push_back(std::make_unique<SettledProblem>(*problems[p], options, measured[p]));
   settled_at_.assign(problems.size(), Eigen::VectorXd::Zero(rows_.size()));
+  pull_.resize(problems.size());
 }
 
 bool Evidence::count_rows() {
@@ -133,7 +134,7 @@ bool Evidence::settle(std::size_t p, const Eigen::VectorXd& log_factors) {
 }
 
 /// A block's rows in the gradient. With W = W₀ D⁻¹, D the factors, ∂(W r)/∂log D_i = −w_i r_i, w_i the column of W.
-void Evidence::add(const Member& member, const SettledProblem& settled, Value& value) const {
+void Evidence::add(const Member& member, const SettledProblem& settled, Value& value) {
   const Problem& problem = *problems_[std::size_t(member.problem)];
   const Problem::Linearization at = problem.linearization(member.block);
   const Gaussian noise = problem.noise(member.block);
@@ -155,12 +156,58 @@ void Evidence::add(const Member& member, const SettledProblem& settled, Value& v
     value.gradient[g] += weight * (squares + share);
     value.effective_rows[g] -= weight * share;
   }
+  add_information(member, at, W, weight);
+}
+
+void Evidence::add_information(const Member& member, const Problem::Linearization& at, const Eigen::MatrixXd& W,
+                               double weight) {
+  const auto& program = settled_[std::size_t(member.problem)]->program();
+  Eigen::MatrixXd& pull = pull_[std::size_t(member.problem)];
+  const Eigen::MatrixXd WJ = W * at.jacobian, rows = W * at.residual.asDiagonal();  // r̃_g: the sum of g's columns
+  const Eigen::MatrixXd pulls = weight * WJ.transpose() * rows, squares = weight * rows.transpose() * rows;
+  for (Eigen::Index i = 0; i < at.residual.size(); ++i) {
+    const int g = member.group[std::size_t(i)];
+    if (g < 0) continue;
+    for (std::size_t v = 0, row = 0; v < at.variable_ids.size(); row += std::size_t(at.dofs[v++])) {
+      const int block = program.block_of(at.variable_ids[v]);
+      if (block < 0) continue;  // fixed
+      pull.col(g).segment(program.hessian_pattern().first[std::size_t(block)], at.dofs[v]) +=
+          pulls.col(i).segment(Eigen::Index(row), at.dofs[v]);
+    }
+    if (!member.measured) continue;
+    for (Eigen::Index j = 0; j < at.residual.size(); ++j)
+      if (const int h = member.group[std::size_t(j)]; h >= 0) squares_(g, h) += squares(i, j);
+  }
+}
+
+/// With y = J x + noise of covariance R and x ~ N(x₀, H_b⁻¹) by beliefs, V = R + J H_b⁻¹ Jᵀ, P y = V⁻¹ (y − J x₀) and V_g
+/// its derivative, the average information is ½ (P y)ᵀ V_g P V_h P y. V_g P y is −2 R^½ r̃_g of what is measured and
+/// 2 J H_b⁻¹ J̃ᵀ r̃_g of beliefs, which leaves 2 (S − Cᵀ H⁻¹ C), C the columns J̃ᵀ r̃_g and S = r̃_gᵀ r̃_h of what is measured,
+/// c_gᵀ H_b⁻¹ c_h of beliefs.
+std::optional<Eigen::MatrixXd> Evidence::information() {
+  Eigen::MatrixXd sum = squares_;
+  for (std::size_t p = 0; p < problems_.size(); ++p) {
+    SettledProblem& settled = *settled_[p];
+    Eigen::MatrixXd solved = pull_[p];
+    if (!settled.solve(solved, false)) return {};
+    sum -= pull_[p].transpose() * solved;
+    if (!settled.has_beliefs()) continue;
+    Eigen::MatrixXd of_beliefs = pull_[p];
+    for (const Member& m : members_)
+      for (const int g : m.group)
+        if (m.measured && g >= 0) of_beliefs.col(g).setZero();
+    solved = of_beliefs;
+    if (!settled.solve(solved, true)) return {};
+    sum += of_beliefs.transpose() * solved;
+  }
+  return Eigen::MatrixXd(sum + sum.transpose());
 }
 
 Evidence::Value Evidence::at(const Eigen::VectorXd& log_factors) {
   Value value;
   value.gradient = -counted_;
   value.effective_rows = counted_;
+  squares_ = Eigen::MatrixXd::Zero(rows_.size(), rows_.size());
   for (std::size_t p = 0; p < problems_.size(); ++p) {
     SettledProblem& settled = *settled_[p];
     if (!settle(p, log_factors)) {
@@ -169,6 +216,7 @@ Evidence::Value Evidence::at(const Eigen::VectorXd& log_factors) {
     }
     value.log_evidence -= settled.cost() + 0.5 * settled.covariances().log_determinant();
     if (settled.has_beliefs()) value.log_evidence += 0.5 * settled.of_beliefs().log_determinant();
+    pull_[p] = Eigen::MatrixXd::Zero(settled.program().num_unknowns(), rows_.size());
     for (const Member& m : members_)
       if (std::size_t(m.problem) == p) add(m, settled, value);
   }

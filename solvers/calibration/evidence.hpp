@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -25,6 +26,10 @@ class Evidence {
   };
   /// Solves from where the problems are, and leaves them solved.
   Value at(const Eigen::VectorXd& log_factors);
+  /// The average information of the factors' logarithms at the last point: the mean of the evidence's observed and
+  /// expected curvature, of the data alone (Gilmour, Thompson & Cullis 1995, eq. 7). Nothing where it is not known: with
+  /// hard blocks.
+  std::optional<Eigen::MatrixXd> information();
   /// Counts the rows of robust blocks anew, by what the states take up of each at the solution where the problems are;
   /// returns whether that changes any group's count by more than a hundredth.
   bool count_rows();
@@ -44,7 +49,8 @@ class Evidence {
   void set_noise(std::size_t problem, const Eigen::VectorXd& log_factors);
   bool settle(std::size_t problem, const Eigen::VectorXd& log_factors);
   bool settle_by_steps(std::size_t problem, const Eigen::VectorXd& from, const Eigen::VectorXd& to, int halvings);
-  void add(const Member& member, const SettledProblem& settled, Value& value) const;
+  void add(const Member& member, const SettledProblem& settled, Value& value);
+  void add_information(const Member& member, const Problem::Linearization& at, const Eigen::MatrixXd& W, double weight);
 
   std::span<Problem* const> problems_;
   std::vector<std::unique_ptr<SettledProblem>> settled_;
@@ -52,6 +58,9 @@ class Evidence {
   const std::vector<NoiseGroup>& groups_;
   std::vector<Member> members_;
   Eigen::VectorXd rows_, counted_;  // of each group; of what is measured, under the losses (counted_rows)
+  // At the last point, J̃ᵀ r̃_g of each problem, J̃ and r̃ whitened, r̃_g its rows in group g; and r̃_gᵀ r̃_h of what is measured.
+  std::vector<Eigen::MatrixXd> pull_;
+  Eigen::MatrixXd squares_;
   int solves_ = 0;
 };
 

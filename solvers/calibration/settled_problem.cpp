@@ -103,6 +103,16 @@ bool SettledProblem::find_covariances() {
   }
 }
 
+bool SettledProblem::solve(Eigen::MatrixXd& columns, bool of_beliefs) {
+  if (!by_steps_ || !cholesky_.factorize(of_beliefs ? beliefs_hessian_ : hessian_)) return false;
+  for (Eigen::Index i = 0; i < columns.cols(); ++i) {
+    step_ = columns.col(i);
+    cholesky_.solve(step_);
+    columns.col(i) = step_;
+  }
+  return true;
+}
+
 /// Directions that beliefs leave free, and faint measurements do not hold for doubles, either, by the same for all noise.
 void SettledProblem::hold_loosely() {
   const SymmetricPattern& pattern = program_.hessian_pattern();

@@ -44,6 +44,10 @@ class SettledProblem {
   };
   Covariances covariances() const { return {&program_, &inverse_, marginals_ ? &*marginals_ : nullptr}; }
   bool has_beliefs() const { return !measured_.empty(); }
+  const Program& program() const { return program_; }
+  /// The inverse of the last find_covariances()'s Hessian, or of its beliefs', times columns; false where there are hard
+  /// blocks, or it cannot be factorised.
+  bool solve(Eigen::MatrixXd& columns, bool of_beliefs);
   Covariances of_beliefs() const {
     return {&program_, &beliefs_inverse_, beliefs_marginals_ ? &*beliefs_marginals_ : nullptr};
   }

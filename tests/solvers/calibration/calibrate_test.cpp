@@ -126,6 +126,39 @@ TEST(Evidence, BeliefsThatOverlapAreDividedByTheirIntegral) {
   }
 }
 
+TEST(Evidence, ItsInformationIsTheAverageOfObservedAndExpected) {
+  for (const bool beliefs : {false, true}) {
+    Walk walk(5, 40);
+    walk.build();
+    CalibrationOptions options;
+    if (beliefs)
+      for (const NoiseRows& fix : walk.fixes.rows) options.measured.push_back({fix.block});
+    Problem* const one[] = {&walk.problem};
+    const std::vector<NoiseGroup> groups = {walk.steps, walk.fixes};
+    detail::Evidence evidence(one, groups, options);
+    const Eigen::Vector2d at(-0.4, 0.3);
+    ASSERT_TRUE(evidence.at(at).usable);
+    const auto information = evidence.information();
+    ASSERT_TRUE(information);
+
+    // ½ (P z)ᵀ V_g P V_h P z, P = V⁻¹, by the covariance of z and its derivatives.
+    const double q = std::exp(2 * at[0]), r = std::exp(2 * at[1]);
+    Eigen::MatrixXd of_steps(walk.n, walk.n);
+    for (int i = 0; i < walk.n; ++i)
+      for (int j = 0; j < walk.n; ++j) of_steps(i, j) = q * std::min(i, j);
+    const Eigen::MatrixXd of_fixes = r * Eigen::MatrixXd::Identity(walk.n, walk.n);
+    const Eigen::MatrixXd begun = Eigen::MatrixXd::Constant(walk.n, walk.n, walk.begun * walk.begun);
+    const Eigen::LLT<Eigen::MatrixXd> V(begun + of_steps + of_fixes);
+    const Eigen::VectorXd Pz = V.solve(Eigen::Map<const Eigen::VectorXd>(walk.z.data(), walk.n));
+    Eigen::MatrixXd pulled(walk.n, 2);
+    pulled << 2 * of_steps * Pz, 2 * of_fixes * Pz;
+    const Eigen::Matrix2d expected = 0.5 * pulled.transpose() * V.solve(pulled);
+    EXPECT_LE((*information - expected).cwiseAbs().maxCoeff(), (beliefs ? 1e-3 : 1e-7) * expected.maxCoeff())
+        << *information << "\n\n"
+        << expected;
+  }
+}
+
 TEST(Calibrate, FindsTheMaximumOfTheEvidence) {
   Walk walk(2);
   walk.given_walk = 5, walk.given_seen = 0.1;
