@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <thread>
 
 #include <fmt/format.h>
@@ -20,6 +21,7 @@
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/output_folder.hpp>
+#include <tandem/studies/support/plots.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -32,6 +34,7 @@ struct StudyRequest {
   bool resume = false, quiet = false;
   int threads = 0;
   Shard shard;
+  std::optional<PlotFormat> plots = PlotFormat::svg;
 };
 
 struct StudyAction {
@@ -172,11 +175,14 @@ int export_study(const StudyRequest& request) {
   const std::vector<TrialResult> results = database.results();
   const StudyTables tables = study_tables(database.study(), results);
   const std::string folder = request.out.empty() ? request.paths.front() : request.out;
+  std::string note;
   OutputFolder(folder).fill([&](const std::filesystem::path& fresh) {
     write_study_tables(database.study(), tables, fresh);
     write_file(fresh / "trials.csv", trials_csv(database.study(), results));
+    if (request.plots) note = draw_plots("study", *request.plots, fresh);
   });
   if (!request.quiet) fmt::print("Written to {}\n", folder);
+  if (!request.quiet && !note.empty()) complain(note);
   return kDone;
 }
 
@@ -225,8 +231,8 @@ const std::vector<StudyAction>& study_actions() {
       {"merge", "DIR…", "shards of one study into --out", {"--out", "--quiet"}, merge_studies},
       {"export",
        "DIR",
-       "trials.csv and the tables, into the folder itself or --out",
-       {"--out", "--quiet"},
+       "trials.csv, the tables and plots of them, into the folder itself or --out",
+       {"--out", "--plots", "--quiet"},
        export_study},
       {"show", "DIR", "the tables of the trials that are there", {}, show_study},
       {"trial", "FILE|DIR N", "the scenario folder of trial N, into --out", {"--out", "--quiet"}, write_trial},
@@ -259,28 +265,29 @@ int run_study_command(const StudyRequest& request, const CommandOptions& option)
 }  // namespace
 
 Command study_command() {
-  return {"study", "Monte Carlo over a grid of parameters, models, solvers and seeds",
-          [](CommandOptions& option) {
-            const auto request = std::make_shared<StudyRequest>();
-            std::string footer;
-            for (const StudyAction& action : study_actions())
-              footer += fmt::format("{:<7} {:<11} {}\n", action.name, action.takes, action.help);
-            footer +=
-                "Exit status: 0 done, however the trials did, 1 wrong input or usage, 2 interrupted or incomplete.";
-            footer += "\nParameters of a study file:";
-            footer += parameter_help(trial_parameters());
-            option.footer(footer);
-            option.argument("action", "ACTION", "run, merge, export, show, trial or list, see below", request->action);
-            option.arguments("what", "WHAT", "What it is about, see below", request->paths);
-            const auto text_as_it_is = [](const std::string&, const std::string& text) { return text; };
-            option("--out", "DIR", "The folder of the study, or of what is written", request->out, text_as_it_is);
-            option.flag("--resume", "Go on with the study that is in --out, or begin it", request->resume);
-            option("--threads", "N", "Trials at a time (default: one each core)", request->threads, parse_count);
-            option("--shard", "I/N", "Only trials whose number is I modulo N", request->shard, parse_shard);
-            option.flag("--quiet", "Print no tables or progress", request->quiet);
-            return [request, &option] { return run_study_command(*request, option); };
-          },
-          true};
+  return {
+      "study", "Monte Carlo over a grid of parameters, models, solvers and seeds",
+      [](CommandOptions& option) {
+        const auto request = std::make_shared<StudyRequest>();
+        std::string footer;
+        for (const StudyAction& action : study_actions())
+          footer += fmt::format("{:<7} {:<11} {}\n", action.name, action.takes, action.help);
+        footer += "Exit status: 0 done, however the trials did, 1 wrong input or usage, 2 interrupted or incomplete.";
+        footer += "\nParameters of a study file:";
+        footer += parameter_help(trial_parameters());
+        option.footer(footer);
+        option.argument("action", "ACTION", "run, merge, export, show, trial or list, see below", request->action);
+        option.arguments("what", "WHAT", "What it is about, see below", request->paths);
+        const auto text_as_it_is = [](const std::string&, const std::string& text) { return text; };
+        option("--out", "DIR", "The folder of the study, or of what is written", request->out, text_as_it_is);
+        option.flag("--resume", "Go on with the study that is in --out, or begin it", request->resume);
+        option("--threads", "N", "Trials at a time (default: one each core)", request->threads, parse_count);
+        option("--shard", "I/N", "Only trials whose number is I modulo N", request->shard, parse_shard);
+        option("--plots", "svg|png|off", "Format of the plots of export (default svg)", request->plots, parse_plots);
+        option.flag("--quiet", "Print no tables or progress", request->quiet);
+        return [request, &option] { return run_study_command(*request, option); };
+      },
+      true};
 }
 
 }  // namespace tandem

@@ -22,5 +22,5 @@ min(a, b) = a < b ? a : b
 
 scenario = ''; ned = 0
 set datafile separator ':'
-stats file('summary.json') using (strcol(1) eq 'scenario' ? (scenario = strcol(2), 1) : strcol(1) eq 'frame' ? (ned = strcol(2) eq 'NED-FRD', 1) : 0) nooutput
+if (system("test -e '".file('summary.json')."' && echo 1") eq '1') { stats file('summary.json') using (strcol(1) eq 'scenario' ? (scenario = strcol(2), 1) : strcol(1) eq 'frame' ? (ned = strcol(2) eq 'NED-FRD', 1) : 0) nooutput }
 set datafile separator comma

@@ -12,11 +12,13 @@
 #include <tandem/studies/study/ready_studies.hpp>
 #include <tandem/studies/study/study_database.hpp>
 
+#include "needs_gnuplot.hpp"
 #include "run_tandem.hpp"
 
 namespace tandem {
 namespace {
 
+using testing::AllOf;
 using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
@@ -43,7 +45,7 @@ TEST(StudyCommand, RunsExportsAndShows) {
   EXPECT_THAT(files(out), UnorderedElementsAre("study.sqlite", "study.lock", "tables.txt", "summary.csv", "pairs.csv",
                                                "consistency.csv", "timing.csv"));
   EXPECT_THAT(run_tandem({"study", "show", out}).output, HasSubstr(read_file(out + "/tables.txt")));
-  ASSERT_EQ(run_tandem({"study", "export", out, "--out", out + "2"}).status, 0);
+  ASSERT_EQ(run_tandem({"study", "export", out, "--out", out + "2", "--plots", "off"}).status, 0);
   EXPECT_EQ(all_tables(out + "2"), all_tables(out));
   EXPECT_THAT(read_file(out + "2/trials.csv"), HasSubstr("\n39,9,2,10,40,mode-b,automatic,converged,"));
 
@@ -52,6 +54,23 @@ TEST(StudyCommand, RunsExportsAndShows) {
   ASSERT_EQ(again.status, 0) << again.errors;
   EXPECT_THAT(again.output, HasSubstr("gap=10, mode-b"));
   EXPECT_EQ(run_tandem({"models", trial, "--models", "mode-b", "--quiet"}).status, 0);
+}
+
+TEST(StudyCommand, ExportDrawsItsTables) {
+  TANDEM_NEEDS_GNUPLOT("the plots of a study");
+  const ScratchFolder scratch;
+  const std::string file = scratch.write("grid.yaml",
+                                         "name: grid\nquestion: Is it drawn?\n"
+                                         "parameters: {minutes: 2, gap: [0, 10], gap_period: [40, 50]}\n"
+                                         "models: [constant-twist, mode-b]\nseeds: 3\n");
+  const std::string out = scratch.path() / "out";
+  ASSERT_EQ(run_tandem({"study", "run", file, "--out", out, "--quiet"}).status, 0);
+  const Outcome exported = run_tandem({"study", "export", out});
+  ASSERT_EQ(exported.status, 0);
+  EXPECT_EQ(exported.errors, "");
+  for (const char* plot : {"study_means", "study_consistency"})
+    EXPECT_THAT(read_file(out + "/" + plot + ".svg"), HasSubstr("gap=10, gap_period=40: mode-b")) << plot;
+  EXPECT_THAT(read_file(out + "/study_distribution.svg"), AllOf(HasSubstr("constant-twist"), HasSubstr("mode-b")));
 }
 
 /// Killed again and again while it writes, at a time that depends on how far it is alone.

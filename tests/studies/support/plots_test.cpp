@@ -45,9 +45,10 @@ TEST(Plots, EveryScriptOfTheHouseHasAHead) {
     names.push_back(plot.file.stem());
     EXPECT_THAT(plot.needs, testing::Not(IsEmpty())) << plot.file;
   }
-  EXPECT_THAT(names, ElementsAre("compare", "error_norms", "errors", "evidence", "fig1", "fig3", "fig6", "fig7",
-                                 "models", "navigation", "navigation_errors", "plan", "plan_commands", "rendezvous",
-                                 "residual_noise", "trajectories"));
+  EXPECT_THAT(names,
+              ElementsAre("compare", "error_norms", "errors", "evidence", "fig1", "fig3", "fig6", "fig7", "models",
+                          "navigation", "navigation_errors", "plan", "plan_commands", "rendezvous", "residual_noise",
+                          "study_consistency", "study_distribution", "study_means", "trajectories"));
 }
 
 TEST(Plots, AFolderGetsThePlotsOfItsCommand) {
