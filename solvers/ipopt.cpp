@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <mutex>
+#include <optional>
 
 #include <IpIpoptApplication.hpp>
 #include <IpRegOptions.hpp>
@@ -10,24 +11,37 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/ipopt.hpp>
+#include <tandem/solvers/ipopt_linear_solver.hpp>
 #include <tandem/solvers/ipopt_nlp.hpp>
 #include <tandem/solvers/near_names.hpp>
 
 namespace tandem {
 namespace {
 
-using Application = Ipopt::SmartPtr<Ipopt::IpoptApplication>;
-
-/// MUMPS, Ipopt's linear solver, keeps global state, which two solves at once in one process corrupt; so does Ipopt
-/// itself while an application is made or goes. Held for the whole life of one.
-std::mutex& ipopt_mutex() {
+/// MUMPS keeps global state, which two solves at once in one process corrupt; other linear solvers of Ipopt's may. Held
+/// for the whole solve.
+std::mutex& foreign_solver_mutex() {
   static std::mutex mutex;
   return mutex;
+}
+
+/// Ipopt keeps global state while an application is made or goes. Held no longer than that.
+std::mutex& application_mutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+/// Whether the linear solver is ours.
+bool solves_own_systems(const IpoptOptions& options) {
+  return options.linear_solver != IpoptLinearSolver::mumps && detail::IpoptLinearSolver::available() &&
+         !options.options.contains("linear_solver");
 }
 
 /// Ipopt ends the process when it cannot load the library of a linear solver, so ask first.
 void check_linear_solver(std::string name) {
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));  // Ipopt ignores case too
+  if (name == "ma57" && detail::IpoptLinearSolver::available())
+    throw Error("ipopt option linear_solver: ma57's place is taken by block-cholesky, the default; or use mumps");
   const char* library = name.starts_with("ma") ? "libhsl.so" : name.starts_with("pardiso") ? "libpardiso.so" : nullptr;
   if (name == "wsmp") throw Error("ipopt option linear_solver: wsmp is not part of this build of Ipopt; use mumps");
   if (!library) return;
@@ -70,24 +84,59 @@ void set_option(Ipopt::IpoptApplication& app, const std::string& key, const std:
   if (!taken) throw Error("ipopt option " + key + ": '" + value + "' is not a value it takes");
 }
 
-Application make_application(const IpoptOptions& options) {
+void set_options(Ipopt::IpoptApplication& app, const IpoptOptions& options) {
   if (!(options.tolerance > 0) || options.max_iterations < 0)
     throw Error("ipopt: the tolerance must be above zero and max_iterations not below it");
-  Application app = new Ipopt::IpoptApplication(/*create_console_out=*/true, /*create_empty=*/false);
-  app->RethrowNonIpoptException(false);
-  const auto set = [&](const char* key, const char* value) { app->Options()->SetStringValue(key, value); };
+  app.RethrowNonIpoptException(false);
+  const auto set = [&](const char* key, const char* value) { app.Options()->SetStringValue(key, value); };
   set("sb", "yes");
   set("nlp_scaling_method", "user-scaling");
-  app->Options()->SetIntegerValue("print_level", 0);
-  app->Options()->SetNumericValue("tol", options.tolerance);
-  app->Options()->SetNumericValue("constr_viol_tol", detail::kConstraintTolerance);
-  app->Options()->SetNumericValue("bound_relax_factor",
-                                  0.0);  // relaxed bounds would let solutions violate theirs
-  app->Options()->SetNumericValue("acceptable_constr_viol_tol", detail::kConstraintTolerance);
-  app->Options()->SetIntegerValue("max_iter", options.max_iterations);
+  if (solves_own_systems(options)) {
+    detail::IpoptLinearSolver::choose(app);
+  } else {
+    set("linear_solver", "mumps");
+  }
+  app.Options()->SetIntegerValue("print_level", 0);
+  app.Options()->SetNumericValue("tol", options.tolerance);
+  app.Options()->SetNumericValue("constr_viol_tol", detail::kConstraintTolerance);
+  app.Options()->SetNumericValue("bound_relax_factor", 0.0);  // relaxed bounds would let solutions violate theirs
+  app.Options()->SetNumericValue("acceptable_constr_viol_tol", detail::kConstraintTolerance);
+  app.Options()->SetIntegerValue("max_iter", options.max_iterations);
   if (options.hessian == Hessian::limited_memory) set("hessian_approximation", "limited-memory");
-  for (const auto& [key, value] : options.options) set_option(*app, key, value);
-  return app;
+  for (const auto& [key, value] : options.options) set_option(app, key, value);
+}
+
+/// An application of Ipopt's with these options, made and ended by one thread at a time.
+class Application {
+ public:
+  explicit Application(const IpoptOptions& options) {
+    const std::lock_guard lock(application_mutex());
+    app_ = new Ipopt::IpoptApplication(/*create_console_out=*/true, /*create_empty=*/false);
+    try {
+      set_options(*app_, options);
+    } catch (...) {
+      app_ = nullptr;  // while the lock is held
+      throw;
+    }
+  }
+  ~Application() {
+    const std::lock_guard lock(application_mutex());
+    app_ = nullptr;
+  }
+  Application(const Application&) = delete;
+  Application& operator=(const Application&) = delete;
+  Ipopt::IpoptApplication& operator*() const { return *app_; }
+  Ipopt::IpoptApplication* operator->() const { return Ipopt::GetRawPtr(app_); }
+
+ private:
+  Ipopt::SmartPtr<Ipopt::IpoptApplication> app_;
+};
+
+std::string why_no_linear_solver(const IpoptOptions& options) {
+  if (options.linear_solver != IpoptLinearSolver::block_cholesky || solves_own_systems(options)) return {};
+  if (options.options.contains("linear_solver"))
+    return "ipopt's linear solver is asked for twice: block-cholesky, and by an option of Ipopt's own";
+  return "this version of Ipopt takes no linear solver of ours: choose mumps instead of block-cholesky";
 }
 
 void warm_start(Ipopt::IpoptApplication& app, double barrier) {
@@ -145,24 +194,29 @@ void explain(detail::Session& session, Program& program) {
 bool ipopt_available() { return true; }
 
 std::string why_unsupported(const Problem& problem, const IpoptOptions& options) {
-  const std::lock_guard lock(ipopt_mutex());
-  make_application(options);
-  return detail::why_unsolvable(problem);
+  const Application app(options);
+  const std::string why = why_no_linear_solver(options);
+  return why.empty() ? detail::why_unsolvable(problem) : why;
 }
 
 Summary solve(Problem& problem, const IpoptOptions& options) {
-  const std::lock_guard lock(ipopt_mutex());  // goes after the application does
-  const Application app = make_application(options);
+  const bool own_systems = solves_own_systems(options);
+  std::unique_lock lock(foreign_solver_mutex(), std::defer_lock);
+  if (!own_systems) lock.lock();
+  const Application app(options);
   detail::Session session("ipopt", options);
-  if (const std::string why = detail::why_unsolvable(problem); !why.empty()) {
-    session.end(Status::unsupported, why);
-    return session.summary;
-  }
+  for (const std::string& why : {why_no_linear_solver(options), detail::why_unsolvable(problem)})
+    if (!why.empty()) {
+      session.end(Status::unsupported, why);
+      return session.summary;
+    }
   Program program(problem);
   if (!session.start(program, [&] { return program.cost(); })) return session.summary;
   double feasible = detail::kConstraintTolerance;
   app->Options()->GetNumericValue("constr_viol_tol", feasible, "");
   const Ipopt::SmartPtr<detail::IpoptNlp> nlp = new detail::IpoptNlp(program, session, options, feasible);
+  std::optional<detail::IpoptLinearSolver> linear_solver;
+  if (own_systems) linear_solver.emplace(program);
   Ipopt::Index most = options.max_iterations;
   app->Options()->GetIntegerValue("max_iter", most, "");  // which the caller may have given by that name
   for (bool warm = false; !session.ended(); warm = true) {
@@ -180,6 +234,7 @@ Summary solve(Problem& problem, const IpoptOptions& options) {
     program.move_to(solved || (again && program.num_rows() > 0) ? nlp->current() : nlp->best());
     program.recenter();
     if (nlp->error()) std::rethrow_exception(nlp->error());
+    if (linear_solver && linear_solver->error()) std::rethrow_exception(linear_solver->error());
     if (!again) end(session, status);
     if (session.summary.status == Status::failed) explain(session, program);
   }

@@ -15,11 +15,18 @@ enum class Hessian {
   limited_memory,  ///< the solver's own quasi-Newton approximation
 };
 
-/// Ipopt's interior-point method, for any mix of soft and hard residuals. Ipopt 3.11 is not re-entrant: solves of one
-/// process wait for each other, and one started from another's progress callback waits for ever.
+/// What solves Ipopt's linear systems.
+enum class IpoptLinearSolver {
+  automatic,       ///< block_cholesky where this version of Ipopt takes one of ours (3.11, 3.12), else mumps
+  block_cholesky,  ///< Tandem's own factor, on the blocks of the Hessian; any number of solves at once
+  mumps,           ///< Ipopt's own. Solves of one process wait for each other, and one from another's callback for ever
+};
+
+/// Ipopt's interior-point method, for any mix of soft and hard residuals.
 struct IpoptOptions : SolverOptions {
   double tolerance = 1e-8;  ///< Ipopt's tol, with each unknown in units of unit curvature at the start
   Hessian hessian = Hessian::automatic;
+  IpoptLinearSolver linear_solver = IpoptLinearSolver::automatic;
   std::map<std::string, std::string> options;  ///< passed on by name, e.g. {"mu_strategy", "adaptive"}
 };
 

@@ -31,6 +31,10 @@ void add_ipopt(CommandOptions& option, Solver& solver) {
              [&solver](const std::string& name, const std::string& text) {
                ipopt(name, solver).hessian = parse_hessian(name, text);
              });
+  option.set("--linear-solver", "NAME", "For ipopt: block-cholesky (default) or mumps, which came with it",
+             [&solver](const std::string& name, const std::string& text) {
+               ipopt(name, solver).linear_solver = parse_linear_solver(name, text);
+             });
   option.set_repeatedly("--ipopt", "KEY=VALUE", "An option of Ipopt's own",
                         [&solver](const std::string& name, const std::string& text) {
                           const auto [key, value] = parse_assignment(name, text);

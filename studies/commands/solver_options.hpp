@@ -13,7 +13,7 @@ namespace tandem {
 void add_solver(CommandOptions& option, std::optional<Solver>& solver, const std::string& otherwise);
 /// The same with gauss-newton as the default.
 void add_solver(CommandOptions& option, Solver& solver);
-/// --hessian and --ipopt, for the solver that was chosen. Reading them throws Error when that is not ipopt.
+/// --hessian, --linear-solver and --ipopt, for the solver that was chosen. Reading them throws Error when that is not ipopt.
 void add_ipopt(CommandOptions& option, Solver& solver);
 /// --max-iterations and --time-limit of the solver that was chosen.
 void add_stops(CommandOptions& option, std::function<SolverOptions&()> options);

@@ -1,4 +1,3 @@
-#include <mutex>
 #include <numbers>
 
 #include <time.h>
@@ -24,9 +23,6 @@ double thread_seconds() {
 }
 
 Summary solve_trial(const Solver& solver, bool graduated, Problem& problem) {
-  static std::mutex one_at_a_time;
-  std::unique_lock lock(one_at_a_time, std::defer_lock);
-  if (std::holds_alternative<IpoptOptions>(solver)) lock.lock();
   return std::visit(
       [&](const auto& options) {
         if (const std::string reason = why_unsupported(problem, options); !reason.empty()) throw Error(reason);

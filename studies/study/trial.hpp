@@ -21,8 +21,7 @@ TrialProblem trial_problem(const Study& study, std::size_t trial);
 
 /// Simulates and estimates a trial. What is refused, or ends with an error, is in the result with its reason. The
 /// result depends on the study and the number alone, but for times. `stop`: set it from anywhere to end early; the
-/// result is then not that of the trial. Any number of threads may call it; trials by Ipopt wait for each other,
-/// since its linear solver, MUMPS, is not safe in two threads.
+/// result is then not that of the trial. Any number of threads may call it.
 TrialResult run_trial(const Study& study, std::size_t trial, const std::atomic<bool>* stop = nullptr);
 
 }  // namespace tandem

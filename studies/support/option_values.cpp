@@ -79,6 +79,11 @@ Hessian parse_hessian(const std::string& option, const std::string& text) {
                           {"limited-memory", Hessian::limited_memory}});
 }
 
+IpoptLinearSolver parse_linear_solver(const std::string& option, const std::string& text) {
+  return choose<IpoptLinearSolver>(
+      option, text, {{"block-cholesky", IpoptLinearSolver::block_cholesky}, {"mumps", IpoptLinearSolver::mumps}});
+}
+
 std::optional<PlotFormat> parse_plots(const std::string& option, const std::string& text) {
   return choose<std::optional<PlotFormat>>(option, text,
                                            {{"svg", PlotFormat::svg}, {"png", PlotFormat::png}, {"off", {}}});

@@ -22,6 +22,7 @@ std::vector<Horizon> parse_horizons(const std::string& option,
                                     const std::string& text);  ///< e.g. 1,2,5:3: each BACK:AHEAD or both
 Hessian parse_hessian(const std::string& option,
                       const std::string& text);  ///< gauss-newton, exact, limited-memory
+IpoptLinearSolver parse_linear_solver(const std::string& option, const std::string& text);  ///< block-cholesky, mumps
 std::optional<PlotFormat> parse_plots(const std::string& option,
                                       const std::string& text);  ///< svg, png or off
 Bounds<1> parse_interval(const std::string& option,

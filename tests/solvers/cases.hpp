@@ -63,13 +63,18 @@ inline AnySolver ipopt(Hessian hessian = Hessian::gauss_newton) {
                                                             : "";
   return any_solver(std::string("ipopt") + suffix, true, options);
 }
+inline AnySolver ipopt_mumps() {
+  IpoptOptions options;
+  options.linear_solver = IpoptLinearSolver::mumps;
+  return any_solver("ipopt_mumps", true, options);
+}
 inline AnySolver nlopt(const std::string& algorithm) {
   NloptOptions options;
   options.algorithm = algorithm;
   return any_solver("nlopt_" + algorithm, algorithm == "slsqp" || algorithm.starts_with("auglag"), options);
 }
 
-/// One of each solver that this build has, and Ipopt with each Hessian.
+/// One of each solver that this build has, and Ipopt with each Hessian and linear solver.
 inline std::vector<AnySolver> main_solvers() {
   std::vector<AnySolver> solvers{
       any_solver("gauss_newton", false, GaussNewtonOptions{}),
@@ -78,6 +83,7 @@ inline std::vector<AnySolver> main_solvers() {
   if (ipopt_present())
     for (const auto hessian : {Hessian::automatic, Hessian::gauss_newton, Hessian::exact, Hessian::limited_memory})
       solvers.push_back(ipopt(hessian));
+  if (ipopt_present()) solvers.push_back(ipopt_mumps());
   if (nlopt_present())
     for (const char* algorithm : {"lbfgs", "slsqp", "auglag-lbfgs"}) solvers.push_back(nlopt(algorithm));
   return solvers;

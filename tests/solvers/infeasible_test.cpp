@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 
 std::vector<AnySolver> solvers() {
   std::vector<AnySolver> all{any_solver("augmented_lagrangian", true, AugmentedLagrangianOptions{})};
-  if (ipopt_present()) all.push_back(any_solver("ipopt", true, IpoptOptions{}));
+  if (ipopt_present()) all.insert(all.end(), {ipopt(Hessian::automatic), ipopt_mumps()});
   return all;
 }
 

@@ -70,12 +70,90 @@ TEST_F(IpoptTest, LinearSolversThatAreNotInstalledAreRefused) {
   EXPECT_TRUE(with("linear_solver", "mumps").converged());
 }
 
+TEST_F(IpoptTest, TwoLinearSolversAreOneTooMany) {
+  IpoptOptions options;
+  options.linear_solver = IpoptLinearSolver::block_cholesky;
+  EXPECT_EQ(why_unsupported(problem, options), "");
+  options.options["linear_solver"] = "mumps";
+  EXPECT_THAT(why_unsupported(problem, options), HasSubstr("asked for twice"));
+  EXPECT_EQ(solve(problem, options).status, Status::unsupported);
+}
+
+/// What the factor makes of another matrix than the one it was told of is nobody's guess.
+TEST_F(IpoptTest, AnOptionThatScalesTheLinearSystemsIsTaken) {
+  EXPECT_TRUE(with("linear_system_scaling", "slack-based").converged());
+}
+
+/// Same iterates with either linear solver, soft, constrained and near a degenerate set of constraints.
+TEST_F(IpoptTest, LinearSolversAgree) {
+  Simulation simulation;
+  simulation.duration = 20.0;
+  simulation.noise = 1.0;
+  const std::map<std::string, TrackingOptions> cases{
+      {"soft", {}},
+      {"hard", {.non_holonomic = Role::hard, .surge = between(0.0, 2.5), .max_yaw_rate = 0.3}},
+      {"limits alone", {.surge = between(0.0, 0.9)}},
+      {"roll and pitch", {.roll_pitch = Role::hard}}};
+  for (const auto& [name, tracking_options] : cases)
+    for (const Hessian hessian : {Hessian::gauss_newton, Hessian::exact}) {
+      std::vector<Summary> summaries;
+      for (const auto linear_solver : {IpoptLinearSolver::block_cholesky, IpoptLinearSolver::mumps}) {
+        TrackingProblem tracking = make_tracking_problem(simulation.data(), tracking_options);
+        IpoptOptions options;
+        options.hessian = hessian;
+        options.linear_solver = linear_solver;
+        summaries.push_back(solve(tracking.problem, options));
+        EXPECT_TRUE(summaries.back().converged()) << name << ": " << summaries.back().message;
+      }
+      EXPECT_NEAR(summaries[0].cost, summaries[1].cost, 1e-8 * summaries[1].cost) << name;
+      EXPECT_EQ(summaries[0].iterations, summaries[1].iterations) << name;
+    }
+}
+
+/// Constraints that say one thing twice leave their multipliers open, not the solution.
+TEST_F(IpoptTest, RedundantConstraintsAreMet) {
+  for (const AnySolver& solver : {ipopt(Hessian::automatic), ipopt_mumps()}) {
+    Problem redundant;
+    const auto a = redundant.add(R3({1, 2, 3})), b = redundant.add(R3());
+    redundant.minimize(Prior<R3>{R3({1, 2, 3})}, Gaussian{1.0, 1.0, 1.0}, {a});
+    redundant.minimize(Prior<R3>{R3()}, Gaussian{1.0, 1.0, 1.0}, {b});
+    redundant.subject_to(SquaredNorm{}, equal_to(4.0), {a});
+    redundant.subject_to(SquaredNorm{}, equal_to(4.0), {a});
+    redundant.subject_to(RelativePose<R3>{R3({0, 0, 1})}, equal_to(0.0), {a, b});
+    const Summary s = solver(redundant);
+    EXPECT_TRUE(s.converged()) << solver << ": " << s.message;
+    EXPECT_LE(s.max_violation, 1e-7) << solver;
+    EXPECT_NEAR(redundant.value(a).vector().norm(), 2.0, 1e-6) << solver;
+  }
+}
+
+/// A solve from a callback of another: each has its own linear systems.
+TEST_F(IpoptTest, SolvesFromACallback) {
+  const auto inner = [] {
+    Problem other;
+    const auto y = other.add(R2({-1.2, 1.0}));
+    other.minimize(Rosenbrock{}, Gaussian{1.0, 1.0}, {y});
+    return solve(other, IpoptOptions{});
+  };
+  const Summary alone = solve(problem, IpoptOptions{});
+  problem.set_value(x, R2({-1.2, 1.0}));
+  IpoptOptions options;
+  int inner_solved = 0;
+  options.progress = [&](const Progress&) { inner_solved += inner().converged(); };
+  const Summary s = solve(problem, options);
+  EXPECT_TRUE(s.converged()) << s.message;
+  EXPECT_EQ(s.iterations, alone.iterations);
+  EXPECT_EQ(s.cost, alone.cost);
+  EXPECT_GT(inner_solved, s.iterations - 1);
+}
+
 TEST_F(IpoptTest, PrintsNothing) {
   ::testing::internal::CaptureStdout();
   solve(problem, IpoptOptions{});
   EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
 }
 
+/// Beside each other with the own linear solver, one after the other with Ipopt's.
 TEST_F(IpoptTest, SolvesFromTwoThreadsAtOnce) {
   Simulation simulation;
   simulation.duration = 10.0;

@@ -303,6 +303,9 @@ TEST(CommandLine, WrongUsageIsAnswered) {
   EXPECT_THAT(estimate({"--ipopt", "tol=1"}), HasSubstr("--ipopt needs --solver ipopt"));
   EXPECT_THAT(estimate({"--hessian", "exact"}), HasSubstr("--hessian needs --solver ipopt"));
   EXPECT_THAT(estimate({"--solver", "ipopt", "--hessian", "exac"}), HasSubstr("did you mean exact?"));
+  EXPECT_THAT(estimate({"--linear-solver", "mumps"}), HasSubstr("--linear-solver needs --solver ipopt"));
+  EXPECT_THAT(estimate({"--solver", "ipopt", "--linear-solver", "ma57"}),
+              HasSubstr("--linear-solver is block-cholesky or mumps, not 'ma57'"));
   EXPECT_THAT(estimate({"--max-keyframes", "-3"}), HasSubstr("--max-keyframes takes a whole number above zero"));
   EXPECT_THAT(estimate({"--max-iterations", "few"}), HasSubstr("--max-iterations takes a whole number above zero"));
   EXPECT_THAT(estimate({"--time-limit", "soon"}), HasSubstr("--time-limit: 'soon' is not a number"));

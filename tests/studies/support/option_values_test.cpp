@@ -17,6 +17,7 @@ TEST(OptionValues, Words) {
   EXPECT_EQ(parse_role("--roll-pitch", "hard"), Role::hard);
   EXPECT_EQ(parse_limits("--limits", "soft"), Role::soft);
   EXPECT_EQ(parse_hessian("--hessian", "limited-memory"), Hessian::limited_memory);
+  EXPECT_EQ(parse_linear_solver("--linear-solver", "mumps"), IpoptLinearSolver::mumps);
   EXPECT_EQ(parse_plots("--plots", "png"), PlotFormat::png);
   EXPECT_EQ(parse_plots("--plots", "off"), std::nullopt);
   EXPECT_EQ(error_of([] { parse_role("--roll-pitch", "sotf"); }),

@@ -1,0 +1,170 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <tandem/solvers/linear/condensed_kkt.hpp>
+#include <tandem/solvers/linear/hessian_diagonal.hpp>
+
+namespace tandem::detail {
+namespace {
+
+constexpr double kInequalities = 1e-4;    // of the equalities' regularisation: they have their slacks' as well
+constexpr double kLeastCurvature = 1e-8;  // of the largest: what an unknown without curvature is taken to have
+
+}  // namespace
+
+CondensedKkt::CondensedKkt(const Program& program)
+    : program_(program),
+      hessian_pattern_(program.hessian_pattern()),
+      jacobian_pattern_(program.jacobian_pattern()),
+      unknowns_(program.num_unknowns()),
+      factor_(program.hessian_pattern()) {
+  const int rows = program.num_rows();
+  const auto is_equality = [&](int row) { return program.lower()[row] == program.upper()[row]; };
+  for (int row = 0; row < rows; ++row) ++(is_equality(row) ? equalities_ : inequalities_);
+  int equality = 0, inequality = equalities_;
+  for (int row = 0; row < rows; ++row) multiplier_.push_back(is_equality(row) ? equality++ : inequality++);
+  for (std::size_t k = 0; k < jacobian_pattern_.row.size(); ++k)
+    (is_equality(jacobian_pattern_.row[k]) ? of_equality_ : of_inequality_).push_back(static_cast<int>(k));
+
+  hessian_.resize(static_cast<Eigen::Index>(hessian_pattern_.row.size()));
+  condensed_.resize(hessian_.size());
+  jacobian_.resize(static_cast<Eigen::Index>(jacobian_pattern_.row.size()));
+  coupling_.resize(inequalities_);
+  for (Vector* v : {&curvature_, &x_}) v->resize(unknowns_);
+  for (Vector* v : {&regularized_, &weights_, &rows_}) v->resize(rows);
+  diagonal_.resize(size());
+}
+
+bool CondensedKkt::analyze(int size, int entries, const int* row, const int* column, int base) {
+  for (auto* entry : {&to_hessian_, &to_jacobian_, &to_diagonal_, &to_coupling_}) entry->clear();
+  next_equality_ = next_inequality_ = 0;
+  factorized_ = false;
+  if (size != this->size()) return false;
+  for (int k = 0; k < entries; ++k) {
+    const auto [low, high] = std::minmax({row[k] - base, column[k] - base});
+    if (!note(k, high, low)) return false;
+  }
+  return next_equality_ == of_equality_.size() && next_inequality_ == of_inequality_.size();
+}
+
+/// An entry of the lower triangle.
+bool CondensedKkt::note(int entry, int row, int column) {
+  const int slack = unknowns_, equality = slack + inequalities_, inequality = equality + equalities_;
+  if (row < slack) {
+    const auto begin = hessian_pattern_.row.begin() + hessian_pattern_.column_start[std::size_t(column)],
+               end = hessian_pattern_.row.begin() + hessian_pattern_.column_start[std::size_t(column) + 1];
+    const auto at = std::lower_bound(begin, end, row);
+    if (at == end || *at != row) return false;
+    to_hessian_.push_back({entry, static_cast<int>(at - hessian_pattern_.row.begin())});
+    return true;
+  }
+  if (row == column) {
+    to_diagonal_.push_back({entry, row});
+    return true;
+  }
+  if (row >= equality && column < slack) {
+    const auto& order = row < inequality ? of_equality_ : of_inequality_;
+    std::size_t& next = row < inequality ? next_equality_ : next_inequality_;
+    if (next == order.size()) return false;
+    const std::size_t to = std::size_t(order[next++]);
+    to_jacobian_.push_back({entry, static_cast<int>(to)});
+    return jacobian_pattern_.column[to] == column &&
+           equality + multiplier_[std::size_t(jacobian_pattern_.row[to])] == row;
+  }
+  if (row - inequality != column - slack) return false;
+  to_coupling_.push_back({entry, column - slack});
+  return true;
+}
+
+void CondensedKkt::load(const double* values) {
+  const auto fill = [&](const std::vector<Entry>& entries, Vector& into) {
+    into.setZero();
+    for (const Entry& e : entries) into[e.to] += values[e.from];
+  };
+  fill(to_hessian_, hessian_);
+  fill(to_jacobian_, jacobian_);
+  fill(to_diagonal_, diagonal_);
+  fill(to_coupling_, coupling_);
+}
+
+void CondensedKkt::regularize(double relative) {
+  hessian_diagonal(hessian_pattern_, hessian_, curvature_);
+  curvature_ = curvature_.cwiseAbs();
+  const double least = std::max(kLeastCurvature * curvature_.maxCoeff(), std::numeric_limits<double>::min());
+  curvature_ = curvature_.cwiseMax(least);
+  regularized_.setZero();
+  for (std::size_t k = 0; k < jacobian_pattern_.row.size(); ++k) {
+    const double J = jacobian_[Eigen::Index(k)];
+    regularized_[multiplier_[std::size_t(jacobian_pattern_.row[k])]] += J * J / curvature_[jacobian_pattern_.column[k]];
+  }
+  const auto given = -diagonal_.tail(num_constraints());
+  for (int i = 0; i < num_constraints(); ++i) {
+    const double size = regularized_[i] > 0 ? regularized_[i] : 1.0;
+    regularized_[i] = std::max(given[i], (i < equalities_ ? relative : kInequalities * relative) * size);
+  }
+}
+
+bool CondensedKkt::factorize(const double* values, double regularization) {
+  load(values);
+  regularize(regularization);
+  bool sound = true;
+  for (std::size_t row = 0; row < multiplier_.size(); ++row) {
+    const int i = multiplier_[row], k = i - equalities_;
+    double& weight = weights_[Eigen::Index(row)];
+    if (k < 0) {
+      weight = 1.0 / regularized_[i];
+    } else {
+      const double S = diagonal_[unknowns_ + k], B = coupling_[k];
+      weight = S / (B * B + regularized_[i] * S);
+    }
+    sound = sound && weight >= 0 && std::isfinite(weight);
+  }
+  factorized_ = false;
+  if (!sound) return false;
+  condensed_ = hessian_;
+  program_.add_constraint_hessian(weights_, jacobian_, condensed_);
+  factorized_ = factor_.factorize(condensed_);
+  return factorized_;
+}
+
+/// Each inequality's slack s and multiplier y are, with its row's J x,
+///
+///     s = (B (r_d − J x) + D r_s) / (B² + D S)        y = (B r_s − S (r_d − J x)) / (B² + D S)
+///
+/// and an equality's y = (J x − r_c) / C.
+void CondensedKkt::solve(double* rhs) {
+  Eigen::Map<Vector> v(rhs, size());
+  if (!factorized_) {
+    v.setZero();
+    return;
+  }
+  auto s = v.segment(unknowns_, inequalities_);
+  auto y = v.tail(num_constraints());
+  const auto S = diagonal_.segment(unknowns_, inequalities_);
+  const auto pivot = [&](int k) { return coupling_[k] * coupling_[k] + regularized_[equalities_ + k] * S[k]; };
+
+  for (int i = 0; i < equalities_; ++i) rows_[i] = y[i] / regularized_[i];
+  for (int k = 0; k < inequalities_; ++k)
+    rows_[equalities_ + k] = (S[k] * y[equalities_ + k] - coupling_[k] * s[k]) / pivot(k);
+  x_ = v.head(unknowns_);
+  for (std::size_t k = 0; k < jacobian_pattern_.row.size(); ++k)
+    x_[jacobian_pattern_.column[k]] +=
+        jacobian_[Eigen::Index(k)] * rows_[multiplier_[std::size_t(jacobian_pattern_.row[k])]];
+  factor_.solve(x_);
+  v.head(unknowns_) = x_;
+
+  rows_ = y;  // r − J x
+  for (std::size_t k = 0; k < jacobian_pattern_.row.size(); ++k)
+    rows_[multiplier_[std::size_t(jacobian_pattern_.row[k])]] -=
+        jacobian_[Eigen::Index(k)] * x_[jacobian_pattern_.column[k]];
+  for (int i = 0; i < equalities_; ++i) y[i] = -rows_[i] / regularized_[i];
+  for (int k = 0; k < inequalities_; ++k) {
+    const int i = equalities_ + k;
+    const double r_s = s[k];
+    s[k] = (coupling_[k] * rows_[i] + regularized_[i] * r_s) / pivot(k);
+    y[i] = (coupling_[k] * r_s - S[k] * rows_[i]) / pivot(k);
+  }
+}
+
+}  // namespace tandem::detail

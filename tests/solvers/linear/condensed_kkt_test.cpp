@@ -1,0 +1,192 @@
+#include <optional>
+#include <random>
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include <tandem/lie/rn.hpp>
+#include <tandem/problem/program.hpp>
+#include <tandem/residuals/prior.hpp>
+#include <tandem/residuals/relative_pose.hpp>
+#include <tandem/solvers/linear/condensed_kkt.hpp>
+
+namespace tandem::testing {
+namespace {
+
+using Matrix = Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// A chain of points with equalities and inequalities between neighbours, mixed in the order of rows, and its KKT matrix
+/// as an interior-point method writes it.
+class CondensedKktTest : public ::testing::Test {
+ protected:
+  CondensedKktTest() {
+    for (int k = 0; k < 6; ++k) x.push_back(problem.add(R3()));
+    for (int k = 0; k < 6; ++k) problem.minimize(Prior<R3>{R3()}, Gaussian{1.0, 2.0, 0.5}, {x[std::size_t(k)]});
+    for (std::size_t k = 0; k + 1 < x.size(); ++k) {
+      problem.minimize(RelativePose<R3>{R3()}, Gaussian{0.3, 0.1, 1.0}, {x[k], x[k + 1]});
+      Bounds<3> bounds{Vector<3>(0, -1, 0), Vector<3>(0, 1, 5)};
+      if (k % 2 == 0) problem.subject_to(RelativePose<R3>{R3()}, bounds, {x[k], x[k + 1]});
+    }
+    program.emplace(problem);
+    n = program->num_unknowns();
+    for (int i = 0; i < program->num_rows(); ++i)
+      (program->lower()[i] == program->upper()[i] ? equalities : inequalities).push_back(i);
+    p = int(equalities.size()), q = int(inequalities.size());
+    H = Matrix::Zero(n, n);
+    VectorXd gradient(n), values(Eigen::Index(program->hessian_pattern().row.size()));
+    program->linearize(gradient, values);
+    const SymmetricPattern& pattern = program->hessian_pattern();
+    for (int c = 0; c < n; ++c)
+      for (int k = pattern.column_start[std::size_t(c)]; k < pattern.column_start[std::size_t(c) + 1]; ++k)
+        H(pattern.row[std::size_t(k)], c) = H(c, pattern.row[std::size_t(k)]) = values[k];
+    // Any Jacobian of the pattern.
+    J = Matrix::Zero(program->num_rows(), n);
+    for (std::size_t k = 0; k < program->jacobian_pattern().row.size(); ++k)
+      J(program->jacobian_pattern().row[k], program->jacobian_pattern().column[k]) = normal(random);
+    S = VectorXd::NullaryExpr(q, [&] { return std::exp(4 * normal(random)); });
+    C = VectorXd::Zero(p);
+    D = VectorXd::Zero(q);
+  }
+
+  void entry(int i, int j, double value) {
+    rows.push_back(i + 1);
+    columns.push_back(j + 1);
+    values.push_back(value);
+  }
+  /// The triplets, and the same dense.
+  Matrix assemble(double coupling = -1.0) {
+    rows.clear(), columns.clear(), values.clear();
+    const SymmetricPattern& pattern = program->hessian_pattern();
+    for (int c = 0; c < n; ++c)
+      for (int k = pattern.column_start[std::size_t(c)]; k < pattern.column_start[std::size_t(c) + 1]; ++k)
+        if (const int r = pattern.row[std::size_t(k)]; r >= c) entry(r, c, H(r, c) - (r == c ? 0.25 : 0.0));
+    for (int i = 0; i < n; ++i) entry(i, i, 0.25);  // Σ of its own
+    for (int k = 0; k < q; ++k) entry(n + k, n + k, S[k]);
+    for (const bool equality : {true, false}) {
+      const auto& list = equality ? equalities : inequalities;
+      const int first = n + q + (equality ? 0 : p);
+      for (std::size_t k = 0; k < program->jacobian_pattern().row.size(); ++k) {
+        const int row = program->jacobian_pattern().row[k], column = program->jacobian_pattern().column[k];
+        const auto at = std::find(list.begin(), list.end(), row);
+        if (at != list.end()) entry(first + int(at - list.begin()), column, J(row, column));
+      }
+      for (int k = 0; k < int(list.size()); ++k) entry(first + k, first + k, -(equality ? C : D)[k]);
+    }
+    for (int k = 0; k < q; ++k) entry(n + q + p + k, n + k, coupling);
+    Matrix K = Matrix::Zero(n + p + 2 * q, n + p + 2 * q);
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      K(rows[k] - 1, columns[k] - 1) += values[k];
+      if (rows[k] != columns[k]) K(columns[k] - 1, rows[k] - 1) += values[k];
+    }
+    return K;
+  }
+  bool analyze(detail::CondensedKkt& kkt) {
+    return kkt.analyze(n + p + 2 * q, int(values.size()), rows.data(), columns.data(), 1);
+  }
+  /// As Ipopt solves: one step of refinement at the least.
+  static VectorXd refined(detail::CondensedKkt& kkt, const Matrix& K, const VectorXd& b) {
+    VectorXd x = VectorXd::Zero(b.size());
+    for (int step = 0; step < 2; ++step) {
+      VectorXd residual = b - K * x;
+      kkt.solve(residual.data());
+      x += residual;
+    }
+    return x;
+  }
+  void expect_solved(const Matrix& K) {
+    detail::CondensedKkt kkt(*program);
+    ASSERT_EQ(kkt.size(), K.rows());
+    EXPECT_EQ(kkt.num_constraints(), p + q);
+    ASSERT_TRUE(analyze(kkt));
+    ASSERT_TRUE(kkt.factorize(values.data(), 1e-8));
+    for (int trial = 0; trial < 3; ++trial) {
+      const VectorXd b = VectorXd::NullaryExpr(K.rows(), [&] { return normal(random); });
+      const VectorXd expected = K.fullPivLu().solve(b);
+      const VectorXd found = refined(kkt, K, b);
+      EXPECT_LE((found - expected).norm(), 1e-8 * expected.norm());
+    }
+  }
+
+  Problem problem;
+  std::vector<Variable<R3>> x;
+  std::optional<Program> program;
+  std::vector<int> equalities, inequalities;
+  int n = 0, p = 0, q = 0;
+  Matrix H, J;
+  VectorXd S, C, D;
+  std::vector<int> rows, columns;
+  std::vector<double> values;
+  std::mt19937_64 random{7};
+  std::normal_distribution<double> normal;
+};
+
+TEST_F(CondensedKktTest, SolvesAsTheDenseMatrixDoes) { expect_solved(assemble()); }
+
+TEST_F(CondensedKktTest, SolvesWithRegularisedConstraintsAndScaledSlacks) {
+  C.setConstant(0.3);
+  D.setConstant(2.0);
+  expect_solved(assemble(-0.2));
+}
+
+/// Near a solution an active inequality's S grows without limit, an inactive one's goes to zero.
+TEST_F(CondensedKktTest, SolvesWithActiveAndInactiveInequalities) {
+  for (int k = 0; k < q; ++k) S[k] = k % 2 == 0 ? 1e9 : 1e-9;
+  expect_solved(assemble());
+  S.setZero();
+  expect_solved(assemble());
+}
+
+/// The factor exists just where the matrix has one negative eigenvalue for each constraint.
+TEST_F(CondensedKktTest, InertiaIsThatOfTheWholeMatrix) {
+  const Matrix definite = H;
+  int right = 0, wrong = 0;
+  for (double shift = 0; shift < 12; shift += 0.4) {
+    H = definite;
+    H.diagonal().array() -= shift;
+    const Matrix K = assemble();
+    const VectorXd eigenvalues = Eigen::SelfAdjointEigenSolver<Matrix>(K, Eigen::EigenvaluesOnly).eigenvalues();
+    const bool expected = (eigenvalues.array() < 0).count() == p + q;
+    ++(expected ? right : wrong);
+    detail::CondensedKkt kkt(*program);
+    ASSERT_TRUE(analyze(kkt));
+    EXPECT_EQ(kkt.factorize(values.data(), 1e-8), expected) << shift;
+    if (!expected) {
+      VectorXd b = VectorXd::Ones(K.rows());
+      kkt.solve(b.data());
+      EXPECT_EQ(b, VectorXd::Zero(K.rows()).eval());
+    }
+  }
+  EXPECT_GT(right, 3);
+  EXPECT_GT(wrong, 3);
+}
+
+/// A constraint's gradient may vanish: the matrix is then singular, and the system has many solutions.
+TEST_F(CondensedKktTest, ARowOfZerosDoesNoHarm) {
+  J.row(equalities[1]).setZero();
+  const Matrix K = assemble();
+  detail::CondensedKkt kkt(*program);
+  ASSERT_TRUE(analyze(kkt));
+  ASSERT_TRUE(kkt.factorize(values.data(), 1e-8));
+  VectorXd b = VectorXd::Ones(K.rows());
+  b[n + q + 1] = 0;  // 0 = 0
+  EXPECT_LE((K * refined(kkt, K, b) - b).norm(), 1e-8);
+}
+
+TEST_F(CondensedKktTest, RefusesAnotherMatrix) {
+  detail::CondensedKkt kkt(*program);
+  assemble();
+  EXPECT_TRUE(analyze(kkt));
+  EXPECT_FALSE(kkt.analyze(n + p + 2 * q - 1, int(values.size()), rows.data(), columns.data(), 1));
+  entry(n - 1, 0, 1.0);  // no block of the problem reads both
+  EXPECT_FALSE(analyze(kkt));
+  assemble();
+  entry(n + q, 0, 1.0);  // a nonzero more in the Jacobian
+  EXPECT_FALSE(analyze(kkt));
+  assemble();
+  rows.back() = n + q + 1;  // a slack in an equality
+  EXPECT_FALSE(analyze(kkt));
+}
+
+}  // namespace
+}  // namespace tandem::testing
