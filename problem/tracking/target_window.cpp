@@ -116,6 +116,20 @@ std::optional<std::string> TargetWindow<G>::add_measurement(std::size_t sensor, 
 }
 
 template <LieGroup G>
+void TargetWindow<G>::withdraw_last() {
+  const PlacedMeasurement placed = out_.measurements.back();
+  for (const auto& block : {placed.block, placed.orientation, placed.position})
+    if (block) problem_.remove(*block);
+  out_.measurements.pop_back();
+  data_.sensors[placed.sensor].measurements.pop_back();
+  Keyframe& keyframe = out_.keyframes[placed.keyframe];
+  keyframe = {keyframe.t, KeyframeType::gated, {}, {}};
+  for (const TargetSensor& sensor : data_.sensors)
+    for (const Measurement& m : sensor.measurements)
+      if (std::abs(sensor.valid_at(m) - keyframe.t) <= kSameInstant) mark(keyframe, sensor, m);
+}
+
+template <LieGroup G>
 void TargetWindow<G>::drop_before(double t) {
   std::size_t n = 0;
   while (n + 1 < size() && out_.keyframes[n].t < t) ++n;

@@ -28,6 +28,11 @@ class TargetWindow {
   /// Adds a measurement: at the keyframe of its instant, or between the two around it. Returns why not: a sentence when
   /// it is before the window or after the last keyframe.
   std::optional<std::string> add_measurement(std::size_t sensor, const Measurement& m);
+  /// The block of the measurement that was added last, the position's where a pose is two; while no keyframe has left
+  /// since. The first G::point_dim rows of a pose's are its position.
+  const Block& last_block() const { return out_.measurements.back().block.value(); }
+  /// Takes the measurement that was added last out again; while no keyframe has left since.
+  void withdraw_last();
   /// Forgets the keyframes before t, whose variables have left the problem.
   void drop_before(double t);
 

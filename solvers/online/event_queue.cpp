@@ -10,7 +10,7 @@ std::optional<std::string> EventQueue::why_not_at(const std::string& name, doubl
   if (!std::isfinite(stamp)) return name + ": a time has to be finite";
   const bool ahead = started && stamp > clock_ + far_;
   if (!ahead || (ahead_ && std::abs(stamp - *ahead_) <= far_)) {
-    if (ahead) ahead_.reset();
+    ahead_.reset();  // lines of the same wrong stamp, others between them, are not believed
     return {};
   }
   ahead_ = stamp;

@@ -87,9 +87,7 @@ Summary FixedLag::update() {
   return summary;
 }
 
-Summary FixedLag::solve_window() {
-  const auto begin = std::chrono::steady_clock::now();
-  Program program(problem_);
+void FixedLag::expect_factor_of(const Program& program) {
   factor_.emplace(program.hessian_pattern());
   block_of_variable_.assign(std::size_t(problem_.id_bound()), kUnknown);
   for (int id = 0; id < problem_.id_bound(); ++id)
@@ -97,6 +95,26 @@ Summary FixedLag::solve_window() {
       const int block = program.block_of(id);
       block_of_variable_[std::size_t(id)] = block < 0 ? kFixed : block;
     }
+}
+
+bool FixedLag::relinearize() {
+  Program program(problem_);
+  expect_factor_of(program);
+  Eigen::VectorXd gradient(program.num_unknowns());
+  Eigen::VectorXd hessian(static_cast<Eigen::Index>(program.hessian_pattern().row.size()));
+  bool there = false;
+  try {
+    there = std::isfinite(program.linearize(gradient, hessian)) && factor_->factorize(hessian);
+  } catch (const Error&) {  // undefined there
+  }
+  if (!there) block_of_variable_.clear();
+  return there;
+}
+
+Summary FixedLag::solve_window() {
+  const auto begin = std::chrono::steady_clock::now();
+  Program program(problem_);
+  expect_factor_of(program);
   detail::WarmSolve solve(program, *factor_, options_);
   Summary summary = solve.run();
   if (summary.status == Status::failed || solve.damped()) block_of_variable_.clear();  // no covariance

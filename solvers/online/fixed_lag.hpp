@@ -66,6 +66,11 @@ class FixedLag {
   /// has not left by then stays, and later updates try again.
   Summary update();
 
+  /// Brings covariance() up to what has been added since the last update, at the variables' values as they are: the
+  /// covariance of a prediction, before what is measured of it is added. False, and then there is no covariance, where
+  /// something is not observed yet or a residual is undefined.
+  bool relinearize();
+
   /// The earliest and the latest time of a variable in the window [s]; −infinity before anything was added.
   double oldest() const;
   double newest() const;
@@ -90,6 +95,11 @@ class FixedLag {
     check_known({(problem_.has(x) ? problem_.id(x) : -1)...});
     return joint({problem_.id(x)...}, {Gs::dof...});
   }
+  /// The same of variables by id (Problem::id) and tangent dimensions.
+  Eigen::MatrixXd covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const {
+    check_known(ids);
+    return joint(ids, dofs);
+  }
 
  private:
   struct Timed {
@@ -112,6 +122,8 @@ class FixedLag {
   void check_known(const std::vector<int>& ids) const;
   Eigen::MatrixXd joint(const std::vector<int>& ids, const std::vector<int>& sizes) const;
   Summary solve_window();
+  /// A factor to come, of the program's Hessian, and which block of it is each variable's.
+  void expect_factor_of(const Program& program);
 
   FixedLagOptions options_;
   Problem problem_;

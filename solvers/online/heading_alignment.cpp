@@ -32,6 +32,7 @@ double cost_from(const NavigationData& data, const Alignment& start, double seco
   own.lag.max_keyframes = 0;
   own.lag.leaving = {};  // of the estimate itself
   own.start = start;
+  own.reset = ResetOptions::never();
   OnlineEstimator estimator(TrackingData(), data, own);
   replay(data, start.t + seconds, estimator);
   return estimator.started() ? estimator.settle().cost : HUGE_VAL;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <deque>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/online/event_queue.hpp>
@@ -8,6 +9,7 @@
 #include <tandem/solvers/online/keyframe_policy.hpp>
 #include <tandem/solvers/online/online_estimator.hpp>
 #include <tandem/solvers/online/online_window.hpp>
+#include <tandem/solvers/online/plausible.hpp>
 
 namespace tandem {
 namespace {
@@ -22,6 +24,8 @@ using Kind = Refusal::Kind;
 
 constexpr double kCoarse = 5.0;  // s that a coarse alignment looks at
 constexpr std::size_t kMuchOdometry = 4096;
+constexpr std::size_t kNewOrigin = 5;  // poses in a row that follow one another, but not the last one used
+constexpr int kOfTarget = -1;          // subject of the sensors that observe it
 
 void check(const TrackingData& tracking, const std::optional<NavigationData>& ego, const OnlineOptions& options) {
   const TrackingOptions& o = options.tracking;
@@ -32,6 +36,7 @@ void check(const TrackingData& tracking, const std::optional<NavigationData>& eg
     throw Error("online estimation takes soft constraints only");
   if (ego && tracking.planar)
     throw Error("a planar problem takes odometry: the chaser's own sensors are estimated in space (group SE3)");
+  check(options.reset);
   if (!ego && tracking.sensors.empty())
     throw Error("there is nothing to estimate: neither the chaser's own sensors nor one that observes a target");
 }
@@ -49,6 +54,18 @@ std::optional<NavigationData> without_measurements(std::optional<NavigationData>
   return data;
 }
 
+std::string rejected_text(const std::string& name, double t) {
+  return name + " has kept contradicting the estimate until " + seconds_text(t);
+}
+
+std::vector<detail::HealthMonitor::Sensor> watched(const TrackingData& tracking, const NavigationData* ego) {
+  std::vector<detail::HealthMonitor::Sensor> sensors;
+  if (ego)
+    for (const EgoSensor& sensor : ego->sensors) sensors.push_back({sensor.name, int(sensor.type->reading)});
+  for (const TargetSensor& sensor : tracking.sensors) sensors.push_back({sensor.name, kOfTarget});
+  return sensors;
+}
+
 }  // namespace
 
 /// The lines that come in, and what is done with each when its turn has come.
@@ -62,11 +79,9 @@ class OnlineEstimator::Streams {
         ego_(without_measurements(ego)),
         waiting_(ego_.value_or(NavigationData())),
         interval_(ego_ && settings_.sensors.empty() ? ego_->keyframe_interval : settings_.keyframe_interval),
-        window_(settings_, ego_ ? &*ego_ : nullptr, options),
-        queue_(options.lag.window) {
-    window_.on_leave = [this](const Stamped<EgoState>& state) {
-      if (hooks_.on_leave) hooks_.on_leave(state);
-    };
+        queue_(options.lag.window),
+        health_(watched(settings_, ego_ ? &*ego_ : nullptr), options.reset) {
+    make_window();
   }
 
   MaybeRefusal add_odometry(const Stamped<SE3>& pose);
@@ -74,13 +89,16 @@ class OnlineEstimator::Streams {
   MaybeRefusal add_ego(std::size_t sensor, const EgoMeasurement& m);
   MaybeRefusal add_target(std::size_t sensor, const Measurement& m);
   void finish();
-  Summary settle() { return window_.settle(); }
-  const detail::OnlineWindow& window() const { return window_; }
+  void begin_anew();
+  Summary settle() { return window_->settle(); }
+  const detail::OnlineWindow& window() const { return *window_; }
+  const TrackHealth& health() const { return health_.health(); }
 
  private:
   MaybeRefusal why_too_late(const std::string& name, double t) const;
   MaybeRefusal wait(double stamp, double valid, OnlineEvent event);
   MaybeRefusal come(double stamp);
+  MaybeRefusal why_implausible(const std::string& name, double t, bool plausible) const;
   void refuse(const std::string& name, double t);
   void refuse(const std::string& name, const Refusal& why);
   double reached() const;
@@ -93,6 +111,14 @@ class OnlineEstimator::Streams {
   bool take_target(std::size_t sensor, const Measurement& m, double t);
   void add_keyframe(double t, std::size_t sensor = 0, const Measurement* first = nullptr);
   void update();
+  void make_window();
+  enum class Chaser { goes_on, aligns };
+  void restart(TrackReset::Kind kind, std::string why, const EgoSpread& doubt = {}, Chaser chaser = Chaser::goes_on);
+  EgoSpread newest_spread(const EgoSpread& least) const;
+  bool suspend_before(double t);
+  void forget_old();
+  std::size_t watched_target(std::size_t sensor) const { return (ego_ ? ego_->sensors.size() : 0) + sensor; }
+  bool judge(std::size_t watched, const std::string& name, double t, const detail::OnlineWindow::Outcome& outcome);
 
   OnlineEstimator& hooks_;
   const OnlineOptions options_;
@@ -100,10 +126,14 @@ class OnlineEstimator::Streams {
   const std::optional<NavigationData> ego_;
   NavigationData waiting_;  // for the alignment
   const double interval_;
-  detail::OnlineWindow window_;
+  std::unique_ptr<detail::OnlineWindow> window_;
   EventQueue queue_;
+  detail::HealthMonitor health_;
   std::vector<Stamped<SE3>> odometry_;
+  std::vector<Stamped<SE3>> jumped_;      // odometry that does not follow from what came before
+  std::deque<ImuSample> recent_samples_;  // since the newest keyframe, to begin anew from there
   double last_imu_ = -HUGE_VAL;
+  double aligned_ = -HUGE_VAL;  // s, when the chaser's own sensors started it
   MaybeRefusal refused_;
   bool finished_ = false;
   // Since the last update: when what calls for one began; a keyframe has joined; a measurement of the chaser's own has,
@@ -117,9 +147,22 @@ MaybeRefusal OnlineEstimator::Streams::add_odometry(const Stamped<SE3>& pose) {
   if (!odometry_.empty() && !(pose.t > odometry_.back().t))
     return Refusal{Kind::backwards,
                    "odometry: the pose at " + seconds_text(pose.t) + " is not later than the one before"};
-  if (auto why = queue_.why_not_at("odometry", pose.t, window_.started())) return Refusal{Kind::not_a_time, *why};
-  if (odometry_.size() > kMuchOdometry && window_.started())
-    std::erase_if(odometry_, [&](const Stamped<SE3>& x) { return x.t < window_.newest() - 2 * interval_; });
+  if (auto why = queue_.why_not_at("odometry", pose.t, window_->started())) return Refusal{Kind::not_a_time, *why};
+  if (auto why = why_implausible("odometry", pose.t, detail::is_plausible(pose.value))) return why;
+  if (!odometry_.empty() && !detail::follows(odometry_.back(), pose)) {
+    if (!jumped_.empty() && !detail::follows(jumped_.back(), pose)) jumped_.clear();
+    jumped_.push_back(pose);
+    if (jumped_.size() < kNewOrigin)
+      return Refusal{Kind::implausible, "odometry: the pose at " + seconds_text(pose.t) +
+                                            " does not follow from the one before: no vehicle moves like that"};
+    if (window_->started())
+      restart(TrackReset::Kind::new_truth, "odometry goes on from elsewhere at " + seconds_text(jumped_.front().t));
+    odometry_ = std::exchange(jumped_, {});
+    return come(pose.t);
+  }
+  jumped_.clear();
+  if (odometry_.size() > kMuchOdometry && window_->started())
+    std::erase_if(odometry_, [&](const Stamped<SE3>& x) { return x.t < window_->newest() - 2 * interval_; });
   odometry_.push_back(pose);
   return come(pose.t);
 }
@@ -130,10 +173,13 @@ MaybeRefusal OnlineEstimator::Streams::add_imu(const ImuSample& sample) {
   if (!(sample.t > last_imu_))
     return Refusal{Kind::backwards,
                    name + ": the sample at " + seconds_text(sample.t) + " is not later than the one before"};
-  if (auto why = queue_.why_not_at(name, sample.t, window_.started())) return Refusal{Kind::not_a_time, *why};
+  if (auto why = queue_.why_not_at(name, sample.t, window_->started())) return Refusal{Kind::not_a_time, *why};
+  if (auto why = why_implausible(name, sample.t, detail::is_plausible(sample))) return why;
   last_imu_ = sample.t;
-  if (window_.has_chain()) {
-    window_.add(sample);
+  if (window_->has_chain()) {
+    recent_samples_.push_back(sample);
+    while (recent_samples_.size() > 2 && recent_samples_[1].t < window_->newest()) recent_samples_.pop_front();
+    window_->add(sample);
   } else {
     waiting_.imu->samples.push_back(sample);
   }
@@ -144,18 +190,27 @@ MaybeRefusal OnlineEstimator::Streams::add_ego(std::size_t sensor, const EgoMeas
   if (!ego_ || sensor >= ego_->sensors.size())
     return Refusal{Kind::not_in_use, "there is no such sensor of the chaser here"};
   const EgoSensor& by = ego_->sensors[sensor];
-  if (auto why = queue_.why_not_at(by.name, m.t, window_.started())) return Refusal{Kind::not_a_time, *why};
+  if (auto why = queue_.why_not_at(by.name, m.t, window_->started())) return Refusal{Kind::not_a_time, *why};
+  if (auto why = why_implausible(by.name, m.t, detail::is_plausible(by.type, m))) return why;
+  health_.heard(sensor, by.valid_at(m));
   if (auto late = why_too_late(by.name, by.valid_at(m))) return late;
-  if (!window_.has_chain()) waiting_.sensors[sensor].measurements.push_back(m);
+  if (!window_->has_chain()) waiting_.sensors[sensor].measurements.push_back(m);
   return wait(m.t, by.valid_at(m), {sensor, m});
 }
 
 MaybeRefusal OnlineEstimator::Streams::add_target(std::size_t sensor, const Measurement& m) {
   if (sensor >= settings_.sensors.size()) return Refusal{Kind::not_in_use, "there is no such sensor of a target here"};
   const TargetSensor& by = settings_.sensors[sensor];
-  if (auto why = queue_.why_not_at(by.name, m.t, window_.started())) return Refusal{Kind::not_a_time, *why};
+  if (auto why = queue_.why_not_at(by.name, m.t, window_->started())) return Refusal{Kind::not_a_time, *why};
+  if (auto why = why_implausible(by.name, m.t, detail::is_plausible(m))) return why;
+  health_.heard(watched_target(sensor), by.valid_at(m));
   if (auto late = why_too_late(by.name, by.valid_at(m))) return late;
   return wait(m.t, by.valid_at(m), {sensor, m});
+}
+
+MaybeRefusal OnlineEstimator::Streams::why_implausible(const std::string& name, double t, bool plausible) const {
+  if (plausible) return {};
+  return Refusal{Kind::implausible, name + ": no such sensor reads what the line stamped " + seconds_text(t) + " says"};
 }
 
 MaybeRefusal OnlineEstimator::Streams::wait(double stamp, double valid, OnlineEvent event) {
@@ -167,6 +222,7 @@ MaybeRefusal OnlineEstimator::Streams::wait(double stamp, double valid, OnlineEv
 MaybeRefusal OnlineEstimator::Streams::come(double stamp) {
   queue_.advance(stamp);
   process();
+  forget_old();
   return std::exchange(refused_, {});
 }
 
@@ -179,9 +235,9 @@ void OnlineEstimator::Streams::finish() {
 }
 
 MaybeRefusal OnlineEstimator::Streams::why_too_late(const std::string& name, double t) const {
-  if (!window_.started() || t >= window_.first() - kSameInstant) return {};
+  if (!window_->started() || t >= window_->first() - kSameInstant) return {};
   return Refusal{Kind::too_late, name + ": the measurement valid at " + seconds_text(t) +
-                                     " is older than the window, which begins at " + seconds_text(window_.first())};
+                                     " is older than the window, which begins at " + seconds_text(window_->first())};
 }
 
 /// How far the chaser's motion is known [s].
@@ -198,7 +254,7 @@ double OnlineEstimator::Streams::last_motion() const {
 }
 
 NextStep OnlineEstimator::Streams::next() const {
-  return next_step({.newest = window_.started() ? window_.newest() : -HUGE_VAL,
+  return next_step({.newest = window_->started() ? window_->newest() : -HUGE_VAL,
                     .interval = interval_,
                     .reached = reached(),
                     .last_motion = last_motion(),
@@ -209,19 +265,21 @@ NextStep OnlineEstimator::Streams::next() const {
 }
 
 void OnlineEstimator::Streams::process() {
-  if (ego_ && !window_.has_chain() && !start_chaser()) return;
-  for (NextStep step = next(); step != NextStep::wait;) {
+  for (;;) {
+    if (ego_ && !window_->has_chain() && !start_chaser()) return;
+    const NextStep step = next();
+    if (step == NextStep::wait) return;
+    if (suspend_before(step == NextStep::event ? queue_.next()->t : window_->newest() + interval_)) continue;
     const Clock::time_point begun = Clock::now();
     bool calls = true;
     if (step == NextStep::event) {
       calls = take_event();
     } else {
-      add_keyframe(window_.newest() + interval_);
+      add_keyframe(window_->newest() + interval_);
     }
     if (calls && !due_) due_ = begun;
-    step = next();
     // Events of one instant share the solve.
-    const bool more = step == NextStep::event && queue_.next()->t <= window_.newest() + kSameInstant;
+    const bool more = next() == NextStep::event && queue_.next()->t <= window_->newest() + kSameInstant;
     if (due_ && !more) update();
   }
 }
@@ -242,7 +300,9 @@ bool OnlineEstimator::Streams::start_chaser() {
     }
   }
   static const std::vector<ImuSample> none;
-  window_.start_chaser(alignment, waiting_.imu ? waiting_.imu->samples : none);
+  window_->start_chaser(alignment, waiting_.imu ? waiting_.imu->samples : none);
+  if (waiting_.imu) recent_samples_.assign(waiting_.imu->samples.begin(), waiting_.imu->samples.end());
+  aligned_ = alignment.t;
   waiting_ = {};
   queue_.drop_before(alignment.t - kSameInstant);
   return true;
@@ -257,13 +317,19 @@ bool OnlineEstimator::Streams::take_event() {
 
 /// Joins a keyframe that is there; its own where the inertial samples do not reach.
 bool OnlineEstimator::Streams::take_ego(std::size_t sensor, const EgoMeasurement& m, double t) {
-  const bool own = !window_.reaches(t);
-  if (own && t <= window_.newest()) {
+  const bool own = !window_->reaches(t);
+  if (own && t <= window_->newest()) {
     refuse(ego_->sensors[sensor].name, t);
     return false;
   }
   if (own) add_keyframe(t);
-  window_.attach(sensor, m, t);
+  const auto outcome = window_->attach(sensor, m, t);
+  if (!judge(sensor, ego_->sensors[sensor].name, t, outcome)) {
+    if (!health_.is_new_truth(sensor)) return own;
+    restart(TrackReset::Kind::new_truth, rejected_text(ego_->sensors[sensor].name, t),
+            detail::spread_without(ego_->sensors[sensor].type));
+    return take_ego(sensor, m, t);
+  }
   unsolved_ = true;
   return own;
 }
@@ -271,9 +337,9 @@ bool OnlineEstimator::Streams::take_ego(std::size_t sensor, const EgoMeasurement
 /// At a keyframe of its own, but for a late one.
 bool OnlineEstimator::Streams::take_target(std::size_t sensor, const Measurement& m, double t) {
   const TargetSensor& by = settings_.sensors[sensor];
-  const bool here = window_.started() && std::abs(t - window_.newest()) <= kSameInstant;
-  const bool late = window_.started() && !here && t < window_.newest();
-  const bool first = !window_.has_target();
+  const bool here = window_->started() && std::abs(t - window_->newest()) <= kSameInstant;
+  const bool late = window_->started() && !here && t < window_->newest();
+  const bool first = !window_->has_target();
   if (first && (!by.position_in_chaser(m) || late || (!ego_ && !pose_at(odometry_, t)))) {
     refuse(by.name, t);
     return false;
@@ -282,16 +348,123 @@ bool OnlineEstimator::Streams::take_target(std::size_t sensor, const Measurement
   if (own) {
     add_keyframe(t, sensor, &m);
   } else if (first) {
-    window_.start_target(sensor, m);
+    window_->start_target(sensor, m);
   }
-  const auto why = window_.add_measurement(sensor, m);
-  if (why) refuse(by.name, {t < window_.first() ? Kind::too_late : Kind::of_no_use, *why});
-  return own || first || !why;
+  const auto outcome = window_->add_measurement(sensor, m);
+  if (outcome.why_not) {
+    refuse(by.name, {t < window_->first() ? Kind::too_late : Kind::of_no_use, *outcome.why_not});
+    return own || first;
+  }
+  if (judge(watched_target(sensor), by.name, t, outcome)) return true;
+  if (!health_.is_new_truth(watched_target(sensor))) return own || first;
+  restart(TrackReset::Kind::new_truth, rejected_text(by.name, t));
+  return by.position_in_chaser(m) && take_target(sensor, m, t);
+}
+
+/// Counts a measurement as used, or refuses it as rejected.
+bool OnlineEstimator::Streams::judge(std::size_t watched, const std::string& name, double t,
+                                     const detail::OnlineWindow::Outcome& outcome) {
+  if (!outcome.rejected) {
+    health_.used(watched, t, outcome.sigmas);
+    return true;
+  }
+  health_.rejected(watched, t, *outcome.sigmas);
+  refuse(name, {Kind::rejected, name + ": the measurement valid at " + seconds_text(t) + " is " +
+                                    std::to_string(*outcome.sigmas) + " sigmas from what is expected"});
+  return false;
+}
+
+void OnlineEstimator::Streams::make_window() {
+  window_ = std::make_unique<detail::OnlineWindow>(settings_, ego_ ? &*ego_ : nullptr, options_);
+  window_->on_leave = [this](const Stamped<EgoState>& state) {
+    if (hooks_.on_leave) hooks_.on_leave(state);
+  };
+}
+
+/// Gives the window up as a whole. A chaser that moves by its own sensors goes on from its newest state, as sure of it as
+/// it was but for `doubt`, or aligns anew.
+void OnlineEstimator::Streams::restart(TrackReset::Kind kind, std::string why, const EgoSpread& doubt, Chaser chaser) {
+  const double t = window_->newest();
+  if (hooks_.on_reset) hooks_.on_reset({kind, t, std::move(why)});
+  health_.restarted(kind);
+  due_.reset();
+  new_keyframe_ = unsolved_ = false;
+  if (!window_->has_chain()) return make_window();
+  Alignment start{.t = t, .state = window_->chaser(), .spread = newest_spread(doubt)};
+  const bool goes_on = chaser == Chaser::goes_on && detail::is_plausible(start.state.pose) &&
+                       start.state.velocity.allFinite() && start.state.bias.allFinite();
+  std::vector<Stamped<EgoState>> states = window_->states();
+  if (goes_on) states.pop_back();
+  if (hooks_.on_leave)
+    for (const Stamped<EgoState>& state : states) hooks_.on_leave(state);
+  make_window();
+  if (goes_on) {
+    window_->start_chaser(start, {recent_samples_.begin(), recent_samples_.end()});
+  } else {
+    waiting_ = *ego_;
+  }
+}
+
+void OnlineEstimator::Streams::begin_anew() {
+  if (window_->started()) restart(TrackReset::Kind::begun_anew, "time begins anew", {}, Chaser::aligns);
+  health_.forget_times();
+  queue_ = EventQueue(options_.lag.window);
+  if (ego_) waiting_ = *ego_;
+  odometry_.clear();
+  jumped_.clear();
+  recent_samples_.clear();
+  last_imu_ = aligned_ = -HUGE_VAL;
+}
+
+/// Along world axes, of the chaser's newest state, no less than this.
+EgoSpread OnlineEstimator::Streams::newest_spread(const EgoSpread& least) const try {
+  const OnlineEstimator::Covariance c = window_->covariance();
+  const Matrix<3, 3> R = window_->chaser().pose.rotation().matrix();
+  const auto sigma = [](const Matrix<3, 3>& S, const Vector<3>& floor) {
+    return Vector<3>(S.diagonal().cwiseMax(0).cwiseSqrt().cwiseMax(floor));
+  };
+  return {sigma(R * c.chaser.topLeftCorner<3, 3>() * R.transpose(), least.position),
+          sigma(R * c.chaser.bottomRightCorner<3, 3>() * R.transpose(), least.rotation),
+          sigma(c.velocity, least.velocity)};
+} catch (const Error&) {  // the last update had no covariance
+  return least;
+}
+
+/// Before a step at t: whether the estimate is suspended because nothing has been measured for too long.
+bool OnlineEstimator::Streams::suspend_before(double t) {
+  if (!window_->started()) return false;
+  const double gap = options_.reset.max_gap;
+  const std::size_t own = watched_target(0);
+  const bool target_lost = window_->has_target() && t - health_.last_used(own, own + settings_.sensors.size()) > gap;
+  const bool chaser_lost = ego_ && t - std::max({last_imu_, health_.last_used(0, own), aligned_}) > gap;
+  if (!target_lost && !chaser_lost) return false;
+  restart(TrackReset::Kind::suspended,
+          (chaser_lost ? "the chaser's own sensors have" : "what observes the target has") +
+              std::string(" told nothing for ") + std::to_string(std::lround(gap)) + " s at " +
+              seconds_text(window_->newest()),
+          {}, chaser_lost ? Chaser::aligns : Chaser::goes_on);
+  return true;
+}
+
+/// What waits for a chaser's motion that does not come, or for a start, does not wait for ever.
+void OnlineEstimator::Streams::forget_old() {
+  const double patience = options_.start ? HUGE_VAL : std::max(options_.reset.max_gap, 2 * options_.alignment);
+  const double limit = queue_.clock() - patience;
+  if (!std::isfinite(limit) || reached() >= limit) {
+    if (!std::isfinite(limit) || window_->started()) return;
+  } else if (window_->started()) {
+    restart(TrackReset::Kind::suspended, "the chaser's motion is not known since " + seconds_text(reached()), {},
+            Chaser::aligns);
+  }
+  queue_.drop_before(limit);
+  if (waiting_.imu) std::erase_if(waiting_.imu->samples, [&](const ImuSample& x) { return x.t < limit; });
+  for (EgoSensor& sensor : waiting_.sensors)
+    std::erase_if(sensor.measurements, [&](const EgoMeasurement& m) { return m.t < limit; });
 }
 
 void OnlineEstimator::Streams::refuse(const std::string& name, double t) {
   std::string why = name + ": nothing can be made of the measurement valid at " + seconds_text(t);
-  if (!window_.has_target() && !settings_.sensors.empty())
+  if (!window_->has_target() && !settings_.sensors.empty())
     why += "; a target starts at a measurement of its position where the chaser's motion is known";
   refuse(name, {Kind::of_no_use, std::move(why)});
 }
@@ -307,17 +480,24 @@ void OnlineEstimator::Streams::refuse(const std::string& name, const Refusal& wh
 void OnlineEstimator::Streams::add_keyframe(double t, std::size_t sensor, const Measurement* first) {
   SE3 dead_reckoned;
   if (!ego_) dead_reckoned = pose_at(odometry_, t).value_or(odometry_.back().value);
-  window_.add_keyframe(t, dead_reckoned, sensor, first);
+  window_->add_keyframe(t, dead_reckoned, sensor, first);
   new_keyframe_ = true;
 }
 
 void OnlineEstimator::Streams::update() {
   const Clock::time_point begun = *std::exchange(due_, {});
-  const Summary summary = window_.update();
+  const Summary summary = window_->update();
   unsolved_ = false;
+  health_.updated(window_->newest(), summary.converged());
   const double seconds = std::chrono::duration<double>(Clock::now() - begun).count();
   const bool new_keyframe = std::exchange(new_keyframe_, false);
-  if (hooks_.on_update) hooks_.on_update({window_.newest(), window_.newest_type(), new_keyframe, seconds, summary});
+  if (hooks_.on_update) hooks_.on_update({window_->newest(), window_->newest_type(), new_keyframe, seconds, summary});
+  if (health_.is_stuck(window_->newest()))
+    restart(TrackReset::Kind::unconverged,
+            "the window has not converged since " + seconds_text(health_.health().unconverged_since.value()),
+            {.position = Vector<3>::Constant(10),
+             .rotation = Vector<3>(0.3, 0.3, 0.5),
+             .velocity = Vector<3>::Constant(3)});
 }
 
 OnlineEstimator::OnlineEstimator(const TrackingData& tracking, const std::optional<NavigationData>& ego,
@@ -336,10 +516,12 @@ MaybeRefusal OnlineEstimator::add_target(std::size_t sensor, const Measurement& 
   return streams_->add_target(sensor, m);
 }
 void OnlineEstimator::finish() { streams_->finish(); }
+void OnlineEstimator::begin_anew() { streams_->begin_anew(); }
 Summary OnlineEstimator::settle() { return streams_->settle(); }
 
 bool OnlineEstimator::started() const { return streams_->window().started(); }
 bool OnlineEstimator::has_target() const { return streams_->window().has_target(); }
+const TrackHealth& OnlineEstimator::health() const { return streams_->health(); }
 double OnlineEstimator::newest() const { return streams_->window().newest(); }
 double OnlineEstimator::oldest() const { return streams_->window().oldest(); }
 std::size_t OnlineEstimator::keyframes() const { return streams_->window().keyframes(); }

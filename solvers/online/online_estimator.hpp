@@ -10,6 +10,7 @@
 #include <tandem/problem/tracking/tracking_problem.hpp>
 #include <tandem/solvers/online/fixed_lag_options.hpp>
 #include <tandem/solvers/online/refusal.hpp>
+#include <tandem/solvers/online/track_health.hpp>
 
 namespace tandem {
 
@@ -18,6 +19,7 @@ struct OnlineOptions {
   TrackingOptions tracking{};  ///< of the target: any model but steady_course, soft constraints
   EgoOptions ego{};
   FixedLagOptions lag{};
+  ResetOptions reset{};
   /// s of data to wait for until a heading that no sensor gives at once is decided (see align()).
   double alignment = 30.0;
   std::optional<Alignment> start{};  ///< in place of an alignment by the estimator itself
@@ -38,6 +40,11 @@ struct OnlineUpdate {
 /// given; the target, where there are sensors that observe it, is estimated from the first measurement of its position
 /// on. Each stream comes in its own time order; streams may be late against each other, and measurements as late as the
 /// window is long. Lines of one instant may come in any order: the problem that they make is the same.
+///
+/// What is measured is held against what is expected first (ResetOptions::gate). An estimate that measurements keep
+/// contradicting, whose window does not converge or that nothing is measured of for long is given up: window, covariances
+/// and hypotheses are dropped as a whole. A target begins anew at the next measurement of its position; a chaser that
+/// moves by its own sensors goes on from its last state, less sure of it, or aligns anew where there was a gap.
 class OnlineEstimator {
  public:
   /// `tracking`: sensors of the target and noise; its odometry and measurements are not read. `ego`: the chaser's own
@@ -51,6 +58,8 @@ class OnlineEstimator {
   /// Called with a line that turned out to be of no use when its turn came, which may be while later ones are added: the
   /// sensor, and why. Without it, the call that is under way returns that.
   std::function<void(const std::string& sensor, const Refusal& why)> on_refuse;
+  /// Called when the estimate is given up, before it begins anew.
+  std::function<void(const TrackReset&)> on_reset;
   /// Called with what leaves the window, at its last estimate, where the chaser moves by its own sensors;
   /// FixedLagOptions::leaving is called before it.
   std::function<void(const Stamped<EgoState>&)> on_leave;
@@ -62,8 +71,12 @@ class OnlineEstimator {
   std::optional<Refusal> add_target(std::size_t sensor, const Measurement& m);
   /// Nothing more will come: estimates what was waiting for later lines.
   void finish();
+  /// Forgets all that has come, but not the counts of its health: time may run backwards to the next line.
+  void begin_anew();
   /// Solves the window to its minimum.
   Summary settle();
+
+  const TrackHealth& health() const;
 
   bool started() const;  ///< there is a chaser
   bool has_target() const;

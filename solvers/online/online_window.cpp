@@ -1,5 +1,8 @@
+#include <utility>
+
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
+#include <tandem/solvers/online/innovation_gate.hpp>
 #include <tandem/solvers/online/online_window.hpp>
 
 namespace tandem::detail {
@@ -34,12 +37,14 @@ void OnlineWindow::start_chaser(const Alignment& alignment, const std::vector<Im
 }
 
 void OnlineWindow::join(const EgoKeyframe& k) {
+  covariance_ = Covariance::stale;
   lag_.track(k.t, k.pose);
   lag_.track(k.t, k.velocity);
   if (k.bias) lag_.track(k.t, *k.bias);
 }
 
 void OnlineWindow::add_keyframe(double t, const SE3& dead_reckoned, std::size_t sensor, const Measurement* first) {
+  covariance_ = Covariance::stale;
   const EgoKeyframe* ego = nullptr;
   if (chain_) {
     ego = &chain_->extend(t);
@@ -55,6 +60,7 @@ void OnlineWindow::add_keyframe(double t, const SE3& dead_reckoned, std::size_t 
 }
 
 void OnlineWindow::start_target(std::size_t sensor, const Measurement& m) {
+  covariance_ = Covariance::stale;
   make_target();
   const EgoKeyframe& ego = chain_->keyframes().back();
   TargetWindow<SE3>& window = *std::get<Target<SE3>>(target_);
@@ -75,10 +81,51 @@ void OnlineWindow::join_newest(const TargetWindow<G>& window) {
   window.each_new_variable([&](double t, const auto& x) { lag_.track(t, x); });
 }
 
-std::optional<std::string> OnlineWindow::add_measurement(std::size_t sensor, const Measurement& m) {
-  std::optional<std::string> why;
-  with_target([&](auto& window) { why = window.add_measurement(sensor, m); });
-  return why;
+/// Whether there is a covariance of what is expected, before it is measured.
+bool OnlineWindow::predicts() {
+  if (!std::isfinite(options_.reset.gate)) return false;
+  if (covariance_ == Covariance::stale) covariance_ = lag_.relinearize() ? Covariance::there : Covariance::none;
+  return covariance_ == Covariance::there;
+}
+
+bool OnlineWindow::passes(const Block& block, Eigen::Index rows, bool gated, Outcome& outcome) const {
+  if (gated) outcome.sigmas = innovation_sigmas(lag_, block, rows);
+  const double gate = options_.reset.gate;
+  outcome.rejected = outcome.sigmas ? !(*outcome.sigmas <= gate) : !has_finite_cost(lag_.problem(), block);
+  if (outcome.rejected && !outcome.sigmas) outcome.sigmas = HUGE_VAL;
+  return !outcome.rejected;
+}
+
+/// An estimate that had not converged has no say yet against a measurement: it is solved to its minimum first, once.
+bool OnlineWindow::settles_first() {
+  if (std::exchange(converged_, true)) return false;
+  minimize();
+  covariance_ = Covariance::stale;
+  return true;
+}
+
+OnlineWindow::Outcome OnlineWindow::add_measurement(std::size_t sensor, const Measurement& m) {
+  Outcome outcome;
+  const bool gated = predicts();
+  with_target([&](auto& window) {
+    outcome.why_not = window.add_measurement(sensor, m);
+    if (outcome.why_not) return;
+    const bool pose = settings_.sensors[sensor].type->has(measured::rotation);
+    const Block& block = window.last_block();
+    const Eigen::Index dim = lag_.problem().noise(block).dim();
+    if (!passes(block, pose ? std::min<Eigen::Index>(dim, settings_.planar ? 2 : 3) : dim, gated, outcome))
+      window.withdraw_last();
+  });
+  return outcome.rejected && gated && settles_first() ? add_measurement(sensor, m) : outcome;
+}
+
+OnlineWindow::Outcome OnlineWindow::attach(std::size_t sensor, const EgoMeasurement& m, double t) {
+  Outcome outcome;
+  const bool gated = predicts();
+  const PlacedEgoMeasurement placed = chain_->attach(sensor, m, t);
+  if (placed.block && !passes(*placed.block, lag_.problem().noise(*placed.block).dim(), gated, outcome))
+    lag_.problem().remove(*placed.block);
+  return outcome.rejected && gated && settles_first() ? attach(sensor, m, t) : outcome;
 }
 
 Summary OnlineWindow::update() {
@@ -94,6 +141,7 @@ Summary OnlineWindow::slide() {
     with_target([&](auto& window) { window.drop_before(oldest); });
   };
   Summary summary;
+  covariance_ = Covariance::stale;
   try {
     summary = lag_.update();
   } catch (...) {
@@ -101,6 +149,8 @@ Summary OnlineWindow::slide() {
     throw;
   }
   forget();
+  converged_ = summary.converged();
+  if (converged_) covariance_ = Covariance::there;
   cost_ = summary.cost;
   return summary;
 }

@@ -42,11 +42,17 @@ class OnlineWindow {
   void add_keyframe(double t, const SE3& dead_reckoned, std::size_t sensor, const Measurement* first);
   /// A target is added to the newest keyframe, which the chaser has.
   void start_target(std::size_t sensor, const Measurement& m);
-  /// Adds a measurement of the target; why not, a sentence.
-  std::optional<std::string> add_measurement(std::size_t sensor, const Measurement& m);
-  /// Whether a measurement of the chaser's own can join a keyframe; and adds it.
+  /// What became of a measurement.
+  struct Outcome {
+    std::optional<std::string> why_not{};  ///< a sentence; it is in the window where there is none
+    std::optional<double> sigmas{};        ///< of its innovation, where that has a covariance
+    bool rejected = false;                 ///< by the gate
+  };
+  /// Adds a measurement of the target, where it passes the gate.
+  Outcome add_measurement(std::size_t sensor, const Measurement& m);
+  /// Whether a measurement of the chaser's own can join a keyframe; and adds it, where it passes the gate.
   bool reaches(double t) const { return chain_->reaches(t); }
-  void attach(std::size_t sensor, const EgoMeasurement& m, double t) { chain_->attach(sensor, m, t); }
+  Outcome attach(std::size_t sensor, const EgoMeasurement& m, double t);
 
   /// Solves the window and lets go what is old; now and then from a fresh start too.
   Summary update();
@@ -90,6 +96,9 @@ class OnlineWindow {
   }
 
   FixedLagOptions with_hook(FixedLagOptions options);
+  bool predicts();
+  bool settles_first();
+  bool passes(const Block& block, Eigen::Index rows, bool gated, Outcome& outcome) const;
   void join(const EgoKeyframe& keyframe);
   void make_target();
   template <LieGroup G>
@@ -107,6 +116,10 @@ class OnlineWindow {
   std::variant<std::monostate, Target<SE3>, Target<SE2>> target_;
   RestartSchedule restarts_;
   double cost_ = 0;
+  // Whether lag_'s covariance is of all that has joined; not, because something is not observed yet.
+  enum class Covariance { stale, there, none };
+  Covariance covariance_ = Covariance::stale;
+  bool converged_ = true;  // at the last update, or solved to the minimum since
 };
 
 }  // namespace tandem::detail

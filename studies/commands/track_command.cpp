@@ -9,8 +9,10 @@
 #include <tandem/studies/commands/problem_options.hpp>
 #include <tandem/studies/live/track.hpp>
 #include <tandem/studies/live/track_files.hpp>
+#include <tandem/studies/live/track_json_line.hpp>
 #include <tandem/studies/live/track_lines.hpp>
 #include <tandem/studies/live/track_report.hpp>
+#include <tandem/studies/support/limited_complaints.hpp>
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/text.hpp>
 
@@ -23,8 +25,9 @@ constexpr int kIterations = 12;
 struct TrackRequest {
   ProblemRequest problem;
   LiveOptions live;
-  std::optional<double> window;  ///< s
-  bool standard_input = false;
+  std::optional<double> window;      ///< s
+  std::optional<double> stamp_unit;  ///< s
+  bool standard_input = false, json_lines = false;
   Output output;
 };
 
@@ -40,6 +43,27 @@ std::vector<double> parse_ahead(const std::string& option, const std::string& te
   return seconds;
 }
 
+double parse_gate(const std::string& option, const std::string& text) {
+  return text == "off" ? HUGE_VAL : parse_positive(option, text);
+}
+
+std::optional<double> parse_stamp_unit(const std::string& option, const std::string& text) {
+  if (text == "auto") return {};
+  for (const auto& [word, seconds] : {std::pair{"s", 1.0}, {"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}})
+    if (text == word) return seconds;
+  throw Error(fmt::format("{} is auto, s, ms, us or ns, not {}", option, quote(text)));
+}
+
+/// "M/N": M of N measurements.
+std::pair<int, int> parse_share(const std::string& option, const std::string& text) {
+  const std::vector<std::string_view> parts = split(text, '/');
+  const auto rejections = parts.size() == 2 ? whole_number(parts[0]) : std::nullopt;
+  const auto of = parts.size() == 2 ? whole_number(parts[1]) : std::nullopt;
+  if (!rejections || !of || *rejections > *of)
+    throw Error(fmt::format("{} is M/N, M of the last N measurements, as in 3/4; not {}", option, quote(text)));
+  return {*rejections, *of};
+}
+
 LiveOptions live_options(const TrackRequest& request) {
   LiveOptions options = request.live;
   OnlineOptions& online = options.online;
@@ -50,6 +74,9 @@ LiveOptions live_options(const TrackRequest& request) {
   if (online.lag.max_keyframes > 0) online.lag.window = HUGE_VAL;
   if (request.window) online.lag.window = *request.window;
   options.stop = &interrupted();
+  if (!request.output.quiet) options.tell = LimitedComplaints("notices", complain);
+  if (request.json_lines && request.output.json)
+    throw Error("--json-lines prints a line an update and --json one summary: give one of them");
   if (options.realtime && request.standard_input)
     throw Error("--realtime is for a folder's files: lines of --stdin come at their own pace");
   return options;
@@ -59,7 +86,9 @@ std::unique_ptr<LiveFeed> feed_of(const Scenario& settings, bool standard_input)
   if (!standard_input) return std::make_unique<FolderFeed>(settings);
   return std::make_unique<StreamFeed>(
       settings, STDIN_FILENO, "standard input", interrupted(),
-      [](const std::string& complaint) { complain(complaint + "; the line is left out"); });
+      [tell = LimitedComplaints("lines left out", complain)](const std::string& complaint) mutable {
+        tell(complaint + "; the line is left out");
+      });
 }
 
 std::string why_nothing(const Track& track) {
@@ -69,18 +98,28 @@ std::string why_nothing(const Track& track) {
                            : "the chaser's own sensors say too little to start from");
 }
 
+/// Why it is not to be relied on; empty where it is.
+std::string why_bad(const Track& track) {
+  if (!track.bad) return "";
+  const std::string what = "updates did not converge, or all that was measured was rejected";
+  if (track.bad->lasts) return fmt::format("not to be relied on since t = {:.1f} s: {}", track.bad->since, what);
+  return fmt::format("not to be relied on from t = {:.1f} s to {:.1f} s: {}", track.bad->since, track.bad->until, what);
+}
+
 /// An interrupt ends it with the summary.
 int run_track(const TrackRequest& request, const CommandOptions& option) {
   const LiveOptions options = live_options(request);
   Scenario scenario =
       read_problem_settings(request.problem, option, request.standard_input ? RowsIn::stream : RowsIn::files);
   const std::unique_ptr<LiveFeed> feed = feed_of(scenario, request.standard_input);
+  if (request.stamp_unit) feed->set_unit(*request.stamp_unit);
 
-  const bool print = !request.output.quiet && !request.output.json;
+  const bool print = !request.output.quiet && !request.output.json && !request.json_lines;
+  const std::vector<std::string> sensors = watched_sensors(scenario);
   TrackLines lines(scenario.frame, !scenario.data.sensors.empty(), scenario.data.planar);
   const Track result = track(scenario, options, *feed, [&](const TrackRecord& record) {
-    if (!print) return;
-    const std::string text = lines(record);
+    if (!print && !request.json_lines) return;
+    const std::string text = print ? lines(record) : track_json_line(record, scenario.frame, sensors);
     if (text.empty()) return;
     fmt::print("{}", text);
     std::fflush(stdout);
@@ -93,7 +132,8 @@ int run_track(const TrackRequest& request, const CommandOptions& option) {
   read_truth(scenario);
   const TrackSummary summary = summarise(result, scenario, options);
   Results results;
-  results.table = [&] { return "\n" + track_report(result, summary); };
+  results.not_done = why_bad(result);
+  if (!request.json_lines) results.table = [&] { return "\n" + track_report(result, summary); };
   results.json = [&] { return track_json(result, summary); };
   results.plots_of = "track";
   results.write = [&](const std::filesystem::path& folder) { write_track(result, summary, scenario, options, folder); };
@@ -117,7 +157,7 @@ Command track_command() {
             "Lines of --stdin are NAME,t,...: the name of a sensor and a row of its csv, or "
             "odometry,t,x,y,z,qx,qy,qz,qw.\n"
             "Exit status: 0 tracked, also until an interrupt, 1 wrong input or usage, 2 there was nothing to "
-            "track.");
+            "track, or the track was not to be relied on for --bad-after seconds or more.");
         add_problem(option, request->problem, true);
         add_own_sensors(option, request->problem.own, false);
         option.group("Data");
@@ -125,6 +165,8 @@ Command track_command() {
         option.flag("--realtime", "Each line at its time, not as fast as possible", live.realtime);
         option.flag("--stdin", "Settings from the folder's scenario.yaml, data from standard input",
                     request->standard_input);
+        option("--stamps", "auto|s|ms|us|ns", "Unit of the stamps of all streams (default auto)", request->stamp_unit,
+               parse_stamp_unit);
         option.group("Window");
         option("--window", "SECONDS", "What is older is marginalised (default 60)", request->window, parse_positive);
         option("--window-keyframes", "N", "And what is more than N keyframes back (alone: no other window)",
@@ -132,8 +174,25 @@ Command track_command() {
         option("--max-iterations", "N", "Stop an update after N iterations (default 12)",
                live.online.lag.max_iterations, parse_count);
         option("--predict", "LIST", "Seconds ahead to predict the target (default 5,10)", live.ahead, parse_ahead);
+        option.group("Trust");
+        ResetOptions& reset = live.online.reset;
+        option("--gate", "SIGMAS|off", "Leave out what is further from what is expected (default 5)", reset.gate,
+               parse_gate);
+        option.set("--gate-reset", "M/N", "Begin anew when M of the last N are left out (default 3/4)",
+                   [&reset](const std::string& name, const std::string& text) {
+                     std::tie(reset.rejections, reset.rejected_of) = parse_share(name, text);
+                   });
+        option("--reset-after", "SECONDS", "And over so long, no other sensor disagreeing (default 7)",
+               reset.reset_after, parse_magnitude);
+        option("--unconverged-after", "SECONDS", "Begin anew when no update converges for so long (default 30)",
+               reset.unconverged_after, parse_positive);
+        option("--max-gap", "SECONDS", "Suspend the track when nothing is measured for longer (default 60)",
+               reset.max_gap, parse_positive);
+        option("--bad-after", "SECONDS", "Exit 2 when it was bad for so long (default 60)", live.bad_after,
+               parse_positive);
         add_output(option, request->output,
                    {.writes = "Write trajectories as filtered, track.csv, errors.csv, summary.json and plots to DIR"});
+        option.flag("--json-lines", "Print each update as a line of JSON, with its health", request->json_lines);
         return [request, &option] { return run_track(*request, option); };
       },
       true};

@@ -21,6 +21,21 @@ constexpr int kPatience = 100;  // ms between looks at whether to stop
 
 using Kind = FeedStream::Kind;
 
+constexpr double kImuPeriod = 1, kOdometryPeriod = 5;  // s, the longest
+const std::string kWrongClock = "its time leaps away from all others";
+
+std::vector<StreamClocks::Stream> clocked(const FeedStreams& streams) {
+  const auto& all = streams.all();
+  const bool moves = std::any_of(all.begin(), all.end(),
+                                 [](const FeedStream& s) { return s.kind == Kind::odometry || s.kind == Kind::imu; });
+  std::vector<StreamClocks::Stream> clocked;
+  for (const FeedStream& s : all) {
+    const bool motion = s.kind == Kind::odometry || s.kind == Kind::imu || (!moves && s.kind == Kind::ego);
+    clocked.push_back({s.name, s.may_repeat, motion, s.kind == Kind::imu ? kImuPeriod : kOdometryPeriod});
+  }
+  return clocked;
+}
+
 /// Waits for more of a descriptor; false at its end.
 StreamFeed::Source reader(int descriptor, const std::string& name, const std::atomic<bool>& stop) {
   return [descriptor, name, &stop](std::string& to) {
@@ -66,7 +81,7 @@ FeedStreams::FeedStreams(const Scenario& settings) : frame_(settings.frame), pla
 
 FeedLine FeedStreams::line(std::size_t stream, const std::vector<double>& row) const {
   const FeedStream& from = streams_[stream];
-  FeedLine line{row.front(), stream, {}};
+  FeedLine line{row.front(), stream, false, {}};
   switch (from.kind) {
     case Kind::odometry:
       line.data = world_pose(row.data(), frame_, planar_);
@@ -84,31 +99,76 @@ FeedLine FeedStreams::line(std::size_t stream, const std::vector<double>& row) c
   return line;
 }
 
-std::optional<FeedLine> LiveFeed::next() {
-  while (auto line = read())
-    if (in_order(*line)) return line;
-  return {};
+LiveFeed::LiveFeed(const Scenario& settings)
+    : streams_(settings), clocks_(clocked(streams_)), held_(streams_.all().size()) {
+  clocks_.on_notice = [this](const std::string& sentence) {
+    if (on_notice) on_notice(sentence);
+  };
 }
 
-bool LiveFeed::in_order(const FeedLine& line) {
-  const FeedStream& stream = streams_.all()[line.stream];
-  std::optional<double>& last = last_[line.stream];
-  if (last && line.t < *last) {
-    refused_.add(stream.name, "time runs backwards");
-    return false;
+std::optional<FeedLine> LiveFeed::next() {
+  while (ready_.empty()) {
+    std::optional<FeedLine> line = read();
+    if (line) {
+      judge(std::move(*line));
+    } else {
+      clocks_.finish();
+      if (waiting_.empty()) {
+        for (std::size_t i = 0; i < held_.size(); ++i) {
+          if (!held_[i].empty()) refused_.add(streams_.all()[i].name, kWrongClock, held_[i].size());
+          held_[i].clear();
+        }
+        return {};
+      }
+    }
+    while (clocks_.is_ready() && !waiting_.empty()) {
+      FeedLine next = std::move(waiting_.front());
+      waiting_.pop_front();
+      judge(std::move(next));
+    }
   }
-  if (last && line.t == *last && !stream.may_repeat) {
-    refused_.add(stream.name, "repeats a time");
-    return false;
+  FeedLine line = std::move(ready_.front());
+  ready_.pop_front();
+  return line;
+}
+
+void LiveFeed::judge(FeedLine line) {
+  const std::size_t stream = line.stream;
+  const std::string& name = streams_.all()[stream].name;
+  const StreamClocks::Verdict verdict = clocks_.judge(stream, line.t);
+  switch (verdict) {
+    case StreamClocks::Verdict::wait:
+      waiting_.push_back(std::move(line));
+      return;
+    case StreamClocks::Verdict::hold:
+      held_[stream].push_back(std::move(line));
+      break;
+    case StreamClocks::Verdict::backwards:
+      return refused_.add(name, "time runs backwards");
+    case StreamClocks::Verdict::repeats:
+      return refused_.add(name, "repeats a time");
+    case StreamClocks::Verdict::wrong:
+      return refused_.add(name, kWrongClock);
+    case StreamClocks::Verdict::use:
+      break;
   }
-  if (newest_ && line.t > *newest_ + kFarAhead && !(far_ahead_ && std::abs(line.t - *far_ahead_) < kFarAhead)) {
-    far_ahead_ = line.t;  // a clock that jumped for one line, unless the next one says so too
-    refused_.add(stream.name, "time is far ahead of all others");
-    return false;
+  for (const auto& [of, lines] : clocks_.dropped()) {
+    held_[of].erase(held_[of].begin(), held_[of].begin() + std::ptrdiff_t(lines));
+    refused_.add(streams_.all()[of].name, kWrongClock, lines);
   }
-  last = line.t;
-  newest_ = std::max(newest_.value_or(line.t), line.t);
-  return true;
+  bool anew = clocks_.began_anew();
+  if (verdict == StreamClocks::Verdict::use) make_ready(stream, std::move(line), std::exchange(anew, false));
+  for (const std::size_t of : clocks_.released()) {
+    for (FeedLine& held : held_[of]) make_ready(of, std::move(held), std::exchange(anew, false));
+    held_[of].clear();
+  }
+}
+
+void LiveFeed::make_ready(std::size_t stream, FeedLine line, bool anew) {
+  line.t = clocks_.time(stream, line.t);
+  line.anew = anew;
+  std::visit([&](auto& data) { data.t = line.t; }, line.data);
+  ready_.push_back(std::move(line));
 }
 
 FolderFeed::FolderFeed(const Scenario& settings) : LiveFeed(settings) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <deque>
 #include <functional>
 #include <istream>
 #include <map>
@@ -11,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include <tandem/solvers/online/stream_clocks.hpp>
 #include <tandem/studies/scenario/scenario.hpp>
 #include <tandem/studies/scenario/table.hpp>
 
@@ -39,8 +41,9 @@ struct FeedStream {
 
 /// One line as it arrives, in ENU-FLU.
 struct FeedLine {
-  double t;            ///< s, as stamped
+  double t;            ///< s, in the streams' common time: as stamped, but where a clock is wrong (see StreamClocks)
   std::size_t stream;  ///< in FeedStreams
+  bool anew = false;   ///< the common time begins anew with this line, and may run backwards
   std::variant<Stamped<SE3>, ImuSample, EgoMeasurement, Measurement> data;
 };
 
@@ -64,15 +67,19 @@ class FeedStreams {
 };
 
 /// A scenario's data line by line in the order in which they arrive: a line stamped t arrives at t. Memory does not grow
-/// with the number of lines. Lines whose time runs backwards, repeats one that may not be repeated, or is far ahead of
-/// all others (more than kFarAhead, unless the stream goes on from there) are counted and left out.
+/// with the number of lines. StreamClocks say at which time a line is used; those whose time runs backwards, repeats one
+/// that may not be repeated, or leaps away from all others for that line alone are counted and left out.
 class LiveFeed {
  public:
-  static constexpr double kFarAhead = 600;  ///< s
-
-  explicit LiveFeed(const Scenario& settings) : streams_(settings), last_(streams_.all().size()) {}
+  explicit LiveFeed(const Scenario& settings);
   virtual ~LiveFeed() = default;
   LiveFeed(const LiveFeed&) = delete;
+
+  /// Told what is found out about the streams' clocks, a sentence.
+  std::function<void(const std::string&)> on_notice;
+
+  /// One stamp is so many seconds; without it, seconds to nanoseconds are told apart.
+  void set_unit(double seconds) { clocks_.set_unit(seconds); }
 
   /// The next line; nothing at the end.
   std::optional<FeedLine> next();
@@ -86,10 +93,13 @@ class LiveFeed {
   RefusedLines refused_;
 
  private:
-  bool in_order(const FeedLine& line);
+  void judge(FeedLine line);
+  void make_ready(std::size_t stream, FeedLine line, bool anew);
 
-  std::vector<std::optional<double>> last_;  // time of each stream
-  std::optional<double> newest_, far_ahead_;
+  StreamClocks clocks_;
+  std::deque<FeedLine> waiting_;            // until the unit of stamps is known
+  std::vector<std::deque<FeedLine>> held_;  // of each stream
+  std::deque<FeedLine> ready_;
 };
 
 /// The files of a scenario's folder, merged by time. A malformed line is an Error naming file, line and reason.

@@ -42,6 +42,10 @@ std::string reason_of(Refusal::Kind kind, bool target_there) {
       return "time runs backwards";
     case Refusal::Kind::too_late:
       return "too late for the window";
+    case Refusal::Kind::implausible:
+      return "no such sensor reads that";
+    case Refusal::Kind::rejected:
+      return "rejected by the gate";
     case Refusal::Kind::not_a_time:
     case Refusal::Kind::of_no_use:
       break;
@@ -57,16 +61,22 @@ class Tracker {
         options_(options),
         feed_(feed),
         each_(each),
-        result_{moves_by_odometry(settings),       !settings.data.sensors.empty(), 0, 0, 0, 0, 0, false, {},
-                TrackRecords(options.ahead.size())},
+        result_(moves_by_odometry(settings), !settings.data.sensors.empty(), options.ahead.size()),
         estimator_(settings.data, result_.by_odometry ? std::nullopt : settings.navigation, options.online) {
     estimator_.on_update = [this](const OnlineUpdate& update) { take(update); };
     estimator_.on_refuse = [this](const std::string& sensor, const Refusal& why) {
       result_.refused.add(sensor, reason_of(why.kind, estimator_.has_target()));
     };
+    estimator_.on_reset = [this](const TrackReset& reset) {
+      if (options_.tell)
+        options_.tell(reset.why + (reset.kind == TrackReset::Kind::suspended
+                                       ? "; the track is suspended until there is something to begin from"
+                                       : "; the track begins anew"));
+    };
   }
 
   Track run() {
+    feed_.on_notice = options_.tell;
     const auto begun = Clock::now();
     while (!stopped()) {
       const auto line = feed_.next();
@@ -76,6 +86,8 @@ class Tracker {
     mark_ = processor_seconds();
     estimator_.finish();
     result_.interrupted = stopped();
+    result_.health = estimator_.health();
+    result_.bad = bad_.longest();
     result_.seconds = std::chrono::duration<double>(Clock::now() - begun).count();
     for (const auto& [what, n] : feed_.refused().counts()) result_.refused.add(what.first, what.second, n);
     return std::move(result_);
@@ -103,6 +115,13 @@ class Tracker {
   void give(const FeedLine& line) {
     const FeedStream& stream = feed_.streams().all()[line.stream];
     ++result_.lines;
+    if (line.anew) {
+      estimator_.begin_anew();
+      recent_.clear();
+      second_ = -HUGE_VAL;
+      result_.first = result_.last = line.t;
+      start_ = Clock::now();
+    }
     result_.last = std::max(result_.lines == 1 ? line.t : result_.last, line.t);
     mark_ = processor_seconds();
     std::optional<Refusal> refused;
@@ -153,6 +172,16 @@ class Tracker {
   } catch (const Error&) {  // an update that failed has none
   }
 
+  RecordHealth health_now() const {
+    const TrackHealth& health = estimator_.health();
+    RecordHealth now{health.converged, health.resets, health.suspensions, {}};
+    for (const SensorHealth& sensor : health.sensors) {
+      SensorRecord& record = now.sensors.emplace_back(SensorRecord{sensor.used, sensor.rejected, sensor.sigmas, {}});
+      if (sensor.last_used) record.age = estimator_.newest() - *sensor.last_used;
+    }
+    return now;
+  }
+
   void take(const OnlineUpdate& update) {
     TrackRecord record{
         update.t, update.type,           update.new_keyframe, update.seconds, processor_seconds() - mark_,
@@ -174,7 +203,9 @@ class Tracker {
       second_ = std::floor(update.t);
       record.memory = resident_megabytes();
     }
-    result_.not_converged += !update.summary.converged();
+    record.health = health_now();
+    result_.not_converged += !record.health.converged;
+    bad_.updated(update.t, record.health);
     result_.records.add(record);
     if (each_) each_(record);
     mark_ = processor_seconds();
@@ -192,6 +223,7 @@ class Tracker {
   };
   std::deque<Recent> recent_;
   Clock::time_point start_;
+  BadSpell bad_{options_.bad_after};
   double mark_ = 0;  // processor time when the update began
   double second_ = -HUGE_VAL;
 };
@@ -200,6 +232,14 @@ class Tracker {
 
 bool moves_by_odometry(const Scenario& settings) {
   return !settings.navigation || (settings.files.odometry && !settings.data.sensors.empty());
+}
+
+std::vector<std::string> watched_sensors(const Scenario& settings) {
+  std::vector<std::string> names;
+  if (!moves_by_odometry(settings))
+    for (const EgoSensor& sensor : settings.navigation->sensors) names.push_back(sensor.name);
+  for (const TargetSensor& sensor : settings.data.sensors) names.push_back(sensor.name);
+  return names;
 }
 
 Track track(const Scenario& settings, const LiveOptions& options, LiveFeed& feed,

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <tandem/solvers/online/online_estimator.hpp>
+#include <tandem/studies/live/bad_spell.hpp>
 #include <tandem/studies/live/live_feed.hpp>
 #include <tandem/studies/live/track_records.hpp>
 
@@ -18,10 +19,16 @@ struct LiveOptions {
   double until = HUGE_VAL;                  ///< s after the first line
   bool realtime = false;                    ///< each line at its time, by the wall clock
   const std::atomic<bool>* stop = nullptr;  ///< set it to end early
+  /// s: after which a spell of updates that do not converge, or in which all that comes is rejected, is a bad one
+  double bad_after = 60;
+  std::function<void(const std::string&)> tell{};  ///< at once what happens to the track and its streams, a sentence
 };
 
 /// What tracking a scenario line by line gave.
 struct Track {
+  /// `ahead`: how many predictions each record has.
+  Track(bool odometry, bool target, std::size_t ahead) : by_odometry(odometry), has_target(target), records(ahead) {}
+
   bool by_odometry, has_target;   ///< how the chaser moves; whether a sensor observes a target
   std::size_t lines = 0;          ///< that came
   double first = 0, last = 0;     ///< s, of the lines
@@ -29,11 +36,16 @@ struct Track {
   std::size_t not_converged = 0;  ///< updates that ended before they had converged
   bool interrupted = false;
   RefusedLines refused;
-  TrackRecords records;  ///< one an update, in order
+  TrackHealth health;                  ///< at the end
+  std::optional<BadSpell::Spell> bad;  ///< the longest, where there was one
+  TrackRecords records;                ///< one an update, in order
 };
 
 /// Whether the chaser moves by odometry: where there is some, and a target; else by its own sensors.
 bool moves_by_odometry(const Scenario& settings);
+
+/// The sensors that a track's health is of, in its order.
+std::vector<std::string> watched_sensors(const Scenario& settings);
 
 /// Gives an OnlineEstimator every line of the feed; calls `each` after every update. Throws Error when the options cannot
 /// work, and what the feed throws.

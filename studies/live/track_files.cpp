@@ -1,3 +1,5 @@
+#include <cctype>
+
 #include <fmt/format.h>
 
 #include <tandem/problem/navigation/trajectory.hpp>
@@ -26,7 +28,14 @@ OptionalVector body_sigma(const Frame& frame, const TrackRecord& record, double 
   return Vector<3>(times * frame.body(*record.sigma).cwiseAbs());
 }
 
-CsvTable<TrackRow> track_columns(const std::vector<double>& ahead) {
+/// A sensor's name as part of a column's.
+std::string column_name(std::string text) {
+  for (char& c : text)
+    if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+  return text;
+}
+
+CsvTable<TrackRow> track_columns(const std::vector<double>& ahead, const std::vector<std::string>& sensors) {
   CsvTable<TrackRow> table;
   table.add("t", "of the newest keyframe [s]", [](const TrackRow& r) { return r.record.t; })
       .add("type", "of that keyframe: optical, usbl or gated", [](const TrackRow& r) { return name(r.record.type); })
@@ -48,6 +57,18 @@ CsvTable<TrackRow> track_columns(const std::vector<double>& ahead) {
     table.add_xyz(fmt::format("ahead_{:g}_{{}}_m", ahead[i]),
                   "where the target will be so many seconds ahead, in the chaser's body of now [m]",
                   [i](const TrackRow& r) { return r.in_body(r.record.ahead[i]); });
+  table.add("converged", "whether the update did", [](const TrackRow& r) { return r.record.health.converged; })
+      .add("rejected", "measurements by the gate, so far", [](const TrackRow& r) { return r.record.health.rejected(); })
+      .add("resets", "times that the track has begun anew", [](const TrackRow& r) { return r.record.health.resets; })
+      .add("suspensions", "times that it was suspended for want of measurements",
+           [](const TrackRow& r) { return r.record.health.suspensions; });
+  for (std::size_t i = 0; i < sensors.size(); ++i)
+    table
+        .add(column_name(sensors[i]) + "_sigmas",
+             "innovation of the sensor's newest measurement, in standard deviations",
+             [i](const TrackRow& r) { return r.record.health.sensors[i].sigmas; })
+        .add(column_name(sensors[i]) + "_age_s", "since the sensor's last measurement that was used [s]",
+             [i](const TrackRow& r) { return r.record.health.sensors[i].age; });
   return table;
 }
 
@@ -100,7 +121,7 @@ class TumFile : public OutputFile {
 void write_track(const Track& track, const TrackSummary& summary, const Scenario& scenario, const LiveOptions& options,
                  const std::filesystem::path& folder) {
   const Frame& frame = scenario.frame;
-  const CsvTable<TrackRow> track_table = track_columns(options.ahead);
+  const CsvTable<TrackRow> track_table = track_columns(options.ahead, sensor_names(track.health));
   const CsvTable<ErrorRow> error_table = error_columns(options.ahead);
   TumFile chaser(folder / "chaser.tum", frame), target(folder / "target.tum", frame);
   OutputFile rows(folder / "track.csv"), errors(folder / "errors.csv");
@@ -128,7 +149,8 @@ void write_track(const Track& track, const TrackSummary& summary, const Scenario
 }
 
 std::vector<CsvDescription> track_file_columns(const LiveOptions& options) {
-  return {track_columns(options.ahead).describe("track.csv"), error_columns(options.ahead).describe("errors.csv")};
+  return {track_columns(options.ahead, {"SENSOR"}).describe("track.csv"),
+          error_columns(options.ahead).describe("errors.csv")};
 }
 
 }  // namespace tandem

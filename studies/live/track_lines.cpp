@@ -9,6 +9,7 @@ namespace tandem {
 namespace {
 
 constexpr int kLinesAHeader = 25;
+constexpr double kLongAgo = 10;  // s
 constexpr double kStill = 0.01;  // m/s: slower than this, a course means nothing
 
 /// Clockwise from north, 0 to 360°, of a direction in the world (x east, y north).
@@ -26,12 +27,13 @@ std::string absent(int width) { return fmt::format("{:>{}}", "–", width); }
 
 std::string TrackLines::header() const {
   const auto line = [](const auto&... cells) {
-    return fmt::format("{:>10} {:>9} {:>11} {:>9} {:>11} {:>11} {:>8} {:>7} {:>11}\n", cells...);
+    return fmt::format("{:>10} {:>9} {:>11} {:>9} {:>11} {:>11} {:>8} {:>7} {:>11}  {}\n", cells...);
   };
   if (target_)
     return line("time [s]", "range [m]", "bearing [°]", "elev. [°]", "speed [m/s]", "heading [°]", "σ [m]", "window",
-                "update [ms]");
-  return line("time [s]", "x [m]", "y [m]", "z [m]", "speed [m/s]", "heading [°]", "σ [m]", "window", "update [ms]");
+                "update [ms]", "health");
+  return line("time [s]", "x [m]", "y [m]", "z [m]", "speed [m/s]", "heading [°]", "σ [m]", "window", "update [ms]",
+              "health");
 }
 
 std::string TrackLines::of_target(const TrackRecord& r) const {
@@ -49,6 +51,15 @@ std::string TrackLines::of_target(const TrackRecord& r) const {
   return text + " " + (r.sigma ? shown(r.sigma->norm(), 8, 2) : absent(8));
 }
 
+std::string TrackLines::health(const TrackRecord& r) {
+  const std::size_t before = std::exchange(rejected_, r.health.rejected());
+  if (!r.health.converged) return "unconverged";
+  if (rejected_ > before) return fmt::format("{} rejected", rejected_ - before);
+  double age = HUGE_VAL;
+  for (const SensorRecord& sensor : r.health.sensors) age = std::min(age, sensor.age.value_or(HUGE_VAL));
+  return age > kLongAgo && std::isfinite(age) ? fmt::format("no fix for {:.0f} s", age) : "ok";
+}
+
 std::string TrackLines::of_chaser(const TrackRecord& r) const {
   const Vector<3> p = frame_.world(r.chaser).translation();
   return shown(p.x(), 9, 2) + " " + shown(p.y(), 11, 2) + " " + shown(p.z(), 9, 2) + " " +
@@ -58,11 +69,12 @@ std::string TrackLines::of_chaser(const TrackRecord& r) const {
 
 std::string TrackLines::operator()(const TrackRecord& record) {
   longest_ = std::max(longest_, record.seconds);
+  if (record.t < second_) second_ = -HUGE_VAL;  // time began anew
   if (!record.new_keyframe || !(std::floor(record.t) > second_)) return "";
   second_ = std::floor(record.t);
   std::string text = lines_++ % kLinesAHeader == 0 ? header() : "";
-  text += fmt::format("{:>10.2f} {} {:>7} {:>11.2f}\n", record.t, target_ ? of_target(record) : of_chaser(record),
-                      record.keyframes, 1e3 * longest_);
+  text += fmt::format("{:>10.2f} {} {:>7} {:>11.2f}  {}\n", record.t, target_ ? of_target(record) : of_chaser(record),
+                      record.keyframes, 1e3 * longest_, health(record));
   longest_ = 0;
   return text;
 }

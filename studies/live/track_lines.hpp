@@ -12,7 +12,8 @@ namespace tandem {
 ///
 /// Of the target: range, bearing from the chaser's bow, to starboard positive, elevation; speed and heading, clockwise from
 /// north (the world's y; of NED-FRD x); σ, the root of the summed variances of its position relative to the chaser. Of the
-/// chaser alone: position in the scenario's frame, heading, speed and σ of the position.
+/// chaser alone: position in the scenario's frame, heading, speed and σ of the position. Health: ok; unconverged; so many
+/// measurements rejected since the line before; for so long no fix that was used.
 class TrackLines {
  public:
   /// `target`: whether there is one to tell of.
@@ -23,13 +24,15 @@ class TrackLines {
 
  private:
   std::string header() const;
+  std::string health(const TrackRecord& r);
   std::string of_target(const TrackRecord& r) const;
   std::string of_chaser(const TrackRecord& r) const;
 
   Frame frame_;
   bool target_, planar_;
   double second_ = -HUGE_VAL;
-  double longest_ = 0;  // update since the last line [s]
+  double longest_ = 0;        // update since the last line [s]
+  std::size_t rejected_ = 0;  // by the last line
   int lines_ = 0;
 };
 

@@ -78,6 +78,12 @@ void each_field(Fields& f, Record& r) {
 
 }  // namespace
 
+std::vector<std::string> sensor_names(const TrackHealth& health) {
+  std::vector<std::string> names;
+  for (const SensorHealth& sensor : health.sensors) names.push_back(sensor.name);
+  return names;
+}
+
 TrackRecords::TrackRecords(std::size_t ahead) : ahead_(ahead), file_(std::tmpfile()) {
   if (!file_) throw Error("no temporary file can be made for what is tracked; is the disk full?");
 }
@@ -88,12 +94,22 @@ void TrackRecords::add(const TrackRecord& r) {
   write(double(r.type));
   write(double(r.new_keyframe));
   write(double(r.keyframes));
+  write(double(r.health.converged));
+  write(double(r.health.resets));
+  write(double(r.health.suspensions));
+  for (const SensorRecord& sensor : r.health.sensors) {
+    write(double(sensor.used));
+    write(double(sensor.rejected));
+    write(sensor.sigmas);
+    write(sensor.age);
+  }
   write(r.chaser.rotation());
   write(r.chaser.translation());
   write(r.target ? std::optional(r.target->position) : std::nullopt);
   write(r.target ? r.target->rotation : std::nullopt);
   if (std::fwrite(buffer_.data(), sizeof(double), buffer_.size(), file_.get()) != buffer_.size())
     throw Error("the temporary file of what is tracked cannot be written; is the disk full?");
+  sensors_ = r.health.sensors.size();
   ++size_;
 }
 
@@ -107,13 +123,24 @@ void TrackRecords::each(const std::function<void(const TrackRecord&)>& f) const 
     Reader read(buffer);
     r.ahead.resize(ahead_);
     each_field(read, r);
-    double type = 0, new_keyframe = 0, keyframes = 0;
-    read(type);
-    read(new_keyframe);
-    read(keyframes);
-    r.type = KeyframeType(int(type));
-    r.new_keyframe = new_keyframe != 0;
-    r.keyframes = std::size_t(keyframes);
+    const auto number = [&] {
+      double value = 0;
+      read(value);
+      return value;
+    };
+    r.type = KeyframeType(int(number()));
+    r.new_keyframe = number() != 0;
+    r.keyframes = std::size_t(number());
+    r.health.converged = number() != 0;
+    r.health.resets = std::size_t(number());
+    r.health.suspensions = std::size_t(number());
+    r.health.sensors.resize(sensors_);
+    for (SensorRecord& sensor : r.health.sensors) {
+      sensor.used = std::size_t(number());
+      sensor.rejected = std::size_t(number());
+      read(sensor.sigmas);
+      read(sensor.age);
+    }
     SO3 rotation;
     Vector<3> translation;
     read(rotation);

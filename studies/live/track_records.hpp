@@ -7,8 +7,32 @@
 #include <vector>
 
 #include <tandem/problem/tracking/tracking_problem.hpp>
+#include <tandem/solvers/online/track_health.hpp>
 
 namespace tandem {
+
+/// How one sensor's measurements have fared by an update: see SensorHealth.
+struct SensorRecord {
+  std::size_t used = 0, rejected = 0;
+  std::optional<double> sigmas{};  ///< innovation of the newest, in standard deviations
+  std::optional<double> age{};     ///< s, from the last that was used to the newest keyframe
+};
+
+/// See TrackHealth.
+struct RecordHealth {
+  bool converged = true;
+  std::size_t resets = 0, suspensions = 0;
+  std::vector<SensorRecord> sensors{};
+
+  std::size_t rejected() const {
+    std::size_t n = 0;
+    for (const SensorRecord& sensor : sensors) n += sensor.rejected;
+    return n;
+  }
+};
+
+/// Of the sensors in a record's health.
+std::vector<std::string> sensor_names(const TrackHealth& health);
 
 /// What tracking had to say after one update; everything in ENU-FLU.
 struct TrackRecord {
@@ -28,6 +52,7 @@ struct TrackRecord {
   std::optional<Vector<3>> sigma{};               ///< m, of the target's position along the chaser's axes
   std::optional<Vector<3>> measured{};            ///< m: position of the target in the chaser's body, as measured here
   std::optional<SO3> measured_rotation{};         ///< likewise
+  RecordHealth health{};
   std::vector<std::optional<Vector<3>>> ahead{};  ///< m: where the target will be, in the chaser's body of now
 
   /// t(C⁻¹T) [m]; only with a target.
@@ -40,6 +65,7 @@ class TrackRecords {
   /// `ahead`: how many predictions each record has. Throws Error when there is no room for the file.
   explicit TrackRecords(std::size_t ahead);
 
+  /// Each of as many predictions and sensors as the first.
   void add(const TrackRecord& record);
   std::size_t size() const { return size_; }
   /// Calls f with each in turn. Throws Error when the file cannot be read back.
@@ -49,7 +75,7 @@ class TrackRecords {
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
-  std::size_t ahead_, size_ = 0;
+  std::size_t ahead_, size_ = 0, sensors_ = 0;
   std::unique_ptr<std::FILE, Close> file_;
   std::vector<double> buffer_;
 };

@@ -7,6 +7,7 @@
 #include <tandem/studies/estimation/spread_text.hpp>
 #include <tandem/studies/live/track_report.hpp>
 #include <tandem/studies/support/json_text.hpp>
+#include <tandem/studies/support/text.hpp>
 #include <tandem/studies/support/text_table.hpp>
 #include <tandem/studies/support/units.hpp>
 
@@ -52,6 +53,19 @@ struct Sums {
     return {n, position.n(), position.spread(), orientation.spread(), raw_position.spread(), raw_orientation.spread()};
   }
 };
+
+std::string health_table(const TrackHealth& health) {
+  using Align = TextTable::Align;
+  TextTable table({{"sensor", Align::left}, {"used"}, {"rejected"}, {"last used [s]"}});
+  for (const SensorHealth& s : health.sensors)
+    table.row({printable(s.name), fmt::format("{}", s.used), fmt::format("{}", s.rejected),
+               s.last_used ? fmt::format("{:.1f}", *s.last_used) : "–"});
+  std::string text = "\n" + table.str();
+  if (health.resets + health.suspensions > 0)
+    text += fmt::format("the track has begun anew {} times, and was suspended {} times\n", health.resets,
+                        health.suspensions);
+  return text;
+}
 
 std::string error_tables(const Track& track, const TrackSummary& summary) {
   std::string text;
@@ -159,8 +173,7 @@ std::string track_report(const Track& track, const TrackSummary& s) {
   if (s.memory_early && s.memory_end)
     text += fmt::format("resident memory: {:.1f} MB after a tenth of the run, {:.1f} MB at its end\n", *s.memory_early,
                         *s.memory_end);
-  else
-    text += "resident memory: the system does not tell (no /proc/self/statm)\n";
+  text += health_table(track.health);
   if (!track.refused.counts().empty()) {
     TextTable refused({{"refused", Align::left}, {"lines"}, {"why", Align::left}});
     for (const auto& [what, n] : track.refused.counts()) refused.row({what.first, fmt::format("{}", n), what.second});
@@ -178,6 +191,14 @@ std::string track_json(const Track& track, const TrackSummary& s) {
   for (const auto& [what, t] : {std::pair{"update_wall_ms", s.wall}, {"update_processor_ms", s.processor}})
     json[what] = {{"p50", t.median}, {"p99", t.p99}, {"max", t.most}};
   if (s.memory_early) json["memory_mb"] = {{"at_10_percent", *s.memory_early}, {"at_end", *s.memory_end}};
+  json["resets"] = track.health.resets;
+  json["suspensions"] = track.health.suspensions;
+  json["sensors"] = Json::array();
+  for (const SensorHealth& sensor : track.health.sensors) {
+    json["sensors"].push_back({{"sensor", sensor.name}, {"used", sensor.used}, {"rejected", sensor.rejected}});
+    if (sensor.last_used) json["sensors"].back()["last_used"] = *sensor.last_used;
+  }
+  if (track.bad) json["bad"] = {{"since", track.bad->since}, {"until", track.bad->until}};
   json["refused"] = Json::array();
   for (const auto& [what, n] : track.refused.counts())
     json["refused"].push_back({{"sensor", what.first}, {"why", what.second}, {"lines", n}});

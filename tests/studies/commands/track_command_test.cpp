@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <csignal>
 #include <sstream>
 #include <thread>
@@ -85,8 +86,9 @@ TEST(TrackCommand, TracksAFolderAndStandardInputAlike) {
   const Json summary = Json::parse(piped.output), with_truth = Json::parse(read_file(out / "summary.json"));
   EXPECT_EQ(summary["updates"], with_truth["updates"]);
   EXPECT_FALSE(summary.contains("errors")) << "there is no truth in that folder";
-  EXPECT_EQ(summary["refused"], Json::parse(R"([{"sensor": "usbl", "why": "malformed", "lines": 1},
-                                                {"sensor": "usbl", "why": "time runs backwards", "lines": 1}])"));
+  EXPECT_EQ(summary["refused"],
+            Json::parse(R"([{"sensor": "usbl", "why": "its time leaps away from all others", "lines": 1},
+                            {"sensor": "usbl", "why": "malformed", "lines": 1}])"));
   for (const char* key : {"lines", "data_seconds", "keyframes", "update_wall_ms", "update_processor_ms", "memory_mb"})
     EXPECT_TRUE(summary.contains(key)) << key;
   for (const char* type : {"usbl", "optical", "gated", "all"}) EXPECT_GT(with_truth["errors"][type]["n"], 0) << type;
@@ -140,16 +142,87 @@ TEST(TrackCommand, TracksTheChaserByItsOwnSensors) {
   EXPECT_THAT(without.errors, HasSubstr("--dvl-scale needs a dvl"));
 }
 
-TEST(TrackCommand, AnInterruptEndsItWithTheSummary) {
+class TrackInterrupt : public testing::TestWithParam<int> {};
+
+TEST_P(TrackInterrupt, EndsItWithTheSummary) {
+  const int signal = GetParam();
   const ScratchFolder scratch;
   const int error_fd = open((scratch.path() / "errors").c_str(), O_WRONLY | O_CREAT, 0600);
   const pid_t child = start_tandem({"track", "docking_a", "--realtime"}, scratch.path() / "output", error_fd);
   for (int i = 0; i < 100 && read_file(scratch.path() / "output").find("\n      2.") == std::string::npos; ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  kill(child, SIGINT);
+  kill(child, signal);
   EXPECT_EQ(exit_status(child), 0);
   close(error_fd);
   EXPECT_THAT(read_file(scratch.path() / "output"), HasSubstr("window 60 s: interrupted\n"));
+}
+INSTANTIATE_TEST_SUITE_P(Signals, TrackInterrupt, testing::Values(SIGINT, SIGTERM));
+
+/// What `track --stdin` of docking_a's settings makes of these lines.
+Outcome track_lines(const std::string& lines, std::vector<std::string> options) {
+  const ScratchFolder scratch;
+  scratch.write("scenario.yaml", read_file(docking() / "scenario.yaml"));
+  options.insert(options.begin(), {"track", scratch.path().string(), "--stdin"});
+  return run_tandem(options, scratch.write("lines", lines));
+}
+
+/// The lines with some more before the one that is `at` bytes in, or the first after it.
+std::string with(std::string lines, std::size_t at, const std::string& more) {
+  return lines.insert(lines.find('\n', at) + 1, more);
+}
+
+TEST(TrackCommand, AnAbsurdFixIsLeftOutAndCounted) {
+  const std::string lines = docking_lines(60);
+  const Outcome good = track_lines(lines, {"--json"});
+  const Outcome bad =
+      track_lines(with(lines, lines.size() / 2, "usbl,29.95,3000,0,0\nusbl,29.96,1e308,0,0\n"), {"--json"});
+  ASSERT_EQ(bad.status, 0) << bad.errors;
+  const Json summary = Json::parse(bad.output);
+  EXPECT_EQ(summary["sensors"][0]["rejected"], 1);
+  EXPECT_EQ(summary["sensors"][0]["used"], Json::parse(good.output)["sensors"][0]["used"]);
+  EXPECT_EQ(summary["resets"], 0);
+  EXPECT_THAT(bad.output, HasSubstr("rejected by the gate"));
+  EXPECT_THAT(bad.output, HasSubstr("no such sensor reads that"));
+  const Outcome off = track_lines(with(lines, lines.size() / 2, "usbl,29.95,3000,0,0\n"), {"--json", "--gate", "off"});
+  EXPECT_EQ(Json::parse(off.output)["sensors"][0]["rejected"], 0);
+}
+
+TEST(TrackCommand, ATrackThatWasBadForLongSaysSinceWhen) {
+  std::string lines = docking_lines(100);
+  std::string wrong;
+  for (std::istringstream in(lines); std::getline(in, lines);) {
+    const bool fix = lines.starts_with("usbl,") && std::stod(lines.substr(5)) > 40;
+    // Each some 10 km elsewhere: there is no new truth in them either, when no reset is allowed.
+    wrong += fix ? "usbl," + lines.substr(5, lines.find(',', 5) - 5) + ",10000,0,0\n" : lines + "\n";
+  }
+  const Outcome run = track_lines(wrong, {"--quiet", "--gate-reset", "100/100", "--bad-after", "20"});
+  EXPECT_EQ(run.status, 2);
+  EXPECT_THAT(run.errors, ContainsRegex("not to be relied on since t = 4[0-9]\\.[0-9] s"));
+}
+
+TEST(TrackCommand, EachUpdateAsALineOfJson) {
+  const Outcome run = track_lines(docking_lines(40), {"--json-lines"});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  std::istringstream lines(run.output);
+  int n = 0;
+  double t = -1;
+  for (std::string line; std::getline(lines, line); ++n) {
+    const Json update = Json::parse(line);
+    EXPECT_GE(update["t"], t);
+    t = update["t"];
+    EXPECT_TRUE(update["sensors"]["usbl"].contains("rejected"));
+    EXPECT_TRUE(update.contains("converged"));
+  }
+  EXPECT_GT(n, 30);
+}
+
+TEST(TrackCommand, GarbageIsToldOfNowAndThen) {
+  std::string garbage;
+  for (int i = 0; i < 20'000; ++i) garbage += "sonar,1,2,3\n";
+  const Outcome run = track_lines(docking_lines(20) + garbage, {"--quiet"});
+  EXPECT_EQ(run.status, 0);
+  EXPECT_LT(std::count(run.errors.begin(), run.errors.end(), '\n'), 20);
+  EXPECT_THAT(run.errors, HasSubstr("10000 lines left out so far"));
 }
 
 TEST(TrackCommand, NothingToTrackIsAStatusOfItsOwn) {
@@ -178,6 +251,10 @@ TEST(TrackCommand, WhatIsWrongIsOneSentence) {
   EXPECT_THAT(refusal({"docking_a", "--window", "0"}), HasSubstr("--window is above zero, not '0'"));
   EXPECT_THAT(refusal({"docking_a", "--window-keyframes", "2"}), HasSubstr("--window-keyframes is 3 or more"));
   EXPECT_THAT(refusal({"docking_a", "--predict", "5,x"}), HasSubstr("--predict"));
+  EXPECT_THAT(refusal({"docking_a", "--gate", "-1"}), HasSubstr("--gate takes a finite number"));
+  EXPECT_THAT(refusal({"docking_a", "--gate-reset", "5/4"}), HasSubstr("--gate-reset is M/N"));
+  EXPECT_THAT(refusal({"docking_a", "--stamps", "h"}), HasSubstr("--stamps is auto, s, ms, us or ns"));
+  EXPECT_THAT(refusal({"docking_a", "--json", "--json-lines"}), HasSubstr("give one of them"));
   EXPECT_THAT(refusal({"docking_a", "--alignment", "5"}), HasSubstr("it moves by odometry"));
   EXPECT_THAT(refusal({"docking_a", "--dvl-scale"}), HasSubstr("--dvl-scale is about the chaser's own sensors"));
   EXPECT_THAT(refusal({"docking_a", "--stdin", "--realtime"}), HasSubstr("--realtime is for a folder's files"));

@@ -27,8 +27,8 @@ TrackRecord record(double t) {
 TEST(TrackLines, TellOfATargetInTheSailorsTerms) {
   TrackLines lines(Frame::enu_flu(), true, false);
   EXPECT_EQ(lines(record(80.2)),
-            "  time [s] range [m] bearing [°] elev. [°] speed [m/s] heading [°]    σ [m]  window update [ms]\n"
-            "     80.20     15.00        45.0      19.5        2.00       180.0     3.00      42        2.00\n");
+            "  time [s] range [m] bearing [°] elev. [°] speed [m/s] heading [°]    σ [m]  window update [ms]  health\n"
+            "     80.20     15.00        45.0      19.5        2.00       180.0     3.00      42        2.00  ok\n");
 }
 
 TEST(TrackLines, ComeOnceASecondWithTheLongestUpdateSince) {
@@ -40,8 +40,8 @@ TEST(TrackLines, ComeOnceASecondWithTheLongestUpdateSince) {
   TrackRecord late = record(2.5);
   late.new_keyframe = false;
   EXPECT_EQ(lines(late), "") << "a late measurement is no news of now";
-  EXPECT_THAT(lines(record(2.5)), testing::AllOf(StartsWith("      2.50 "), testing::EndsWith(" 500.00\n")));
-  EXPECT_THAT(lines(record(3)), testing::EndsWith(" 2.00\n"));
+  EXPECT_THAT(lines(record(2.5)), testing::AllOf(StartsWith("      2.50 "), testing::EndsWith(" 500.00  ok\n")));
+  EXPECT_THAT(lines(record(3)), testing::EndsWith(" 2.00  ok\n"));
 }
 
 TEST(TrackLines, TheHeadIsRepeated) {
@@ -75,8 +75,24 @@ TEST(TrackLines, OfAChaserAloneInTheScenariosFrame) {
   TrackRecord r = record(1);
   r.chaser = SE3(r.chaser.rotation(), {1, 2, 3});
   EXPECT_EQ(lines(r),
-            "  time [s]     x [m]       y [m]     z [m] speed [m/s] heading [°]    σ [m]  window update [ms]\n"
-            "      1.00      2.00        1.00     -3.00        1.50         0.0     0.25      42        2.00\n");
+            "  time [s]     x [m]       y [m]     z [m] speed [m/s] heading [°]    σ [m]  window update [ms]  health\n"
+            "      1.00      2.00        1.00     -3.00        1.50         0.0     0.25      42        2.00  ok\n");
+}
+
+TEST(TrackLines, TellOfTheirHealth) {
+  TrackLines lines(Frame::enu_flu(), true, false);
+  TrackRecord r = record(1);
+  r.health.sensors = {{5, 2, 7.0, 3.0}, {1, 1, {}, 14.0}};
+  EXPECT_THAT(lines(r), testing::EndsWith("  3 rejected\n"));
+  r.t = 2;
+  EXPECT_THAT(lines(r), testing::EndsWith("  ok\n"));
+  r.t = 3;
+  r.health.sensors[0].age = 12;
+  EXPECT_THAT(lines(r), testing::EndsWith("  no fix for 12 s\n"));
+  r.t = 4;
+  r.health.converged = false;
+  EXPECT_THAT(lines(r), testing::EndsWith("  unconverged\n"));
+  EXPECT_THAT(lines(record(1)), HasSubstr("      1.00 ")) << "time has begun anew";
 }
 
 }  // namespace

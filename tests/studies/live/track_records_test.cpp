@@ -17,6 +17,7 @@ TrackRecord full_record() {
   r.measured = Vector<3>(7, 8, 9);
   r.measured_rotation = SO3::Exp({0.3, 0, 0});
   r.ahead = {Vector<3>(10, 11, 12), std::nullopt};
+  r.health = {false, 2, 1, {{7, 3, 4.5, 0.25}, {0, 0, {}, {}}}};
   return r;
 }
 
@@ -49,6 +50,16 @@ void expect_same(const TrackRecord& a, const TrackRecord& b) {
   expect_same(a.sigma, b.sigma, "sigma");
   expect_same(a.measured, b.measured, "measured");
   expect_same(a.measured_rotation, b.measured_rotation, "measured_rotation");
+  EXPECT_EQ(a.health.converged, b.health.converged);
+  EXPECT_EQ(a.health.resets, b.health.resets);
+  EXPECT_EQ(a.health.suspensions, b.health.suspensions);
+  ASSERT_EQ(a.health.sensors.size(), b.health.sensors.size());
+  for (std::size_t i = 0; i < a.health.sensors.size(); ++i) {
+    EXPECT_EQ(a.health.sensors[i].used, b.health.sensors[i].used);
+    EXPECT_EQ(a.health.sensors[i].rejected, b.health.sensors[i].rejected);
+    expect_same(a.health.sensors[i].sigmas, b.health.sensors[i].sigmas, "sigmas");
+    expect_same(a.health.sensors[i].age, b.health.sensors[i].age, "age");
+  }
   ASSERT_EQ(a.ahead.size(), b.ahead.size());
   for (std::size_t i = 0; i < a.ahead.size(); ++i) expect_same(a.ahead[i], b.ahead[i], "ahead");
   ASSERT_EQ(a.target.has_value(), b.target.has_value());

@@ -1,0 +1,260 @@
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include <tandem/solvers/online/stream_clocks.hpp>
+
+namespace tandem {
+namespace {
+
+struct Unit {
+  double seconds;
+  const char* name;
+  double epoch;  // stamps from here on are since 1970, in this unit or a smaller one
+};
+constexpr std::array<Unit, 4> kUnits = {
+    {{1, "seconds", 0}, {1e-3, "milliseconds", 1e11}, {1e-6, "microseconds", 1e14}, {1e-9, "nanoseconds", 1e17}}};
+constexpr double kLongPeriod = 60;                // s: motion does not come as seldom as that
+constexpr std::array kUsualPeriod = {1e-3, 2.0};  // s: it comes so often
+constexpr std::size_t kFirstStamps = 6, kMostWaiting = 1000, kMostHeld = 4096;
+constexpr double kSameStep = 5;      // s: clocks that were set by the same amount, but for that
+constexpr double kSurelyAhead = 10;  // s: further than a motion is told late
+const std::string kAgreesAgain = ": its stamps agree with the others' again";
+const std::string kByArrival = "; it goes on by the order of arrival";
+
+const char* name_of(double unit) {
+  return std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.seconds == unit; })->name;
+}
+
+/// By the stamps themselves, where they are since 1970; else by how far they are apart.
+double unit_of(const std::vector<double>& stamps, double longest_period) {
+  for (auto unit = kUnits.rbegin(); unit->epoch > 0; ++unit)
+    if (std::abs(stamps.back()) >= unit->epoch) return unit->seconds;
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < stamps.size(); ++i)
+    if (stamps[i] > stamps[i - 1]) steps.push_back(stamps[i] - stamps[i - 1]);
+  if (steps.empty()) return 1;
+  std::nth_element(steps.begin(), steps.begin() + std::ptrdiff_t(steps.size() / 2), steps.end());
+  const double step = steps[steps.size() / 2];
+  if (step > longest_period)
+    for (const Unit& unit : kUnits)
+      if (step * unit.seconds >= kUsualPeriod[0] && step * unit.seconds <= kUsualPeriod[1]) return unit.seconds;
+  return 1;
+}
+
+std::string duration_text(double s) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.10g s", s);
+  return text.data();
+}
+
+}  // namespace
+
+StreamClocks::StreamClocks(std::vector<Stream> streams, const ClockOptions& options)
+    : streams_(std::move(streams)), options_(options), states_(streams_.size()) {}
+
+double StreamClocks::time(std::size_t stream, double stamp) const {
+  return stamp * states_[stream].unit + states_[stream].offset;
+}
+
+StreamClocks::Verdict StreamClocks::judge(std::size_t stream, double stamp) {
+  dropped_.clear();
+  released_.clear();
+  began_anew_ = false;
+  if (!std::isfinite(stamp)) return Verdict::wrong;
+  if (!ready_ && !find_unit(stream, stamp)) return Verdict::wait;
+  State& s = states_[stream];
+  if (s.offset != 0 && agrees_again(s, stamp)) {
+    s.offset = 0;
+    notice(streams_[stream].name + kAgreesAgain);
+    if (!s.held.empty()) {
+      s.held.push_back({stamp, clock_});
+      release(stream);
+      return Verdict::hold;
+    }
+  }
+  const double t = time(stream, stamp);
+  if (s.last && t == *s.last && !streams_[stream].may_repeat) return Verdict::repeats;
+  if (agrees(s, t)) {
+    if (!s.held.empty()) drop(stream, s.held.size());
+    use(stream, t);
+    release_reached();
+    return Verdict::use;
+  }
+  if (s.last && t < *s.last && t > *s.last - options_.leap) return Verdict::backwards;
+  hold(stream, stamp);
+  return Verdict::hold;
+}
+
+/// Whether the unit of stamps is known with this one.
+bool StreamClocks::find_unit(std::size_t stream, double stamp) {
+  if (streams_[stream].motion && (first_stamps_.empty() || stream == first_motion_)) {
+    first_motion_ = stream;
+    first_stamps_.push_back(stamp);
+  }
+  const double longest = streams_[first_motion_].longest_period;
+  const std::size_t n = first_stamps_.size();
+  const bool plain = n >= 2 && first_stamps_[n - 1] > first_stamps_[n - 2] &&
+                     first_stamps_[n - 1] - first_stamps_[n - 2] <= longest && unit_of(first_stamps_, longest) == 1;
+  ready_ = plain || n >= kFirstStamps || ++waiting_ > kMostWaiting;
+  if (!ready_) return false;
+  if (const double unit = n > 0 ? unit_of(first_stamps_, longest) : 1; unit != 1) {
+    for (State& s : states_) s.unit = unit;
+    notice(std::string("stamps are taken for ") + name_of(unit));
+  }
+  return false;  // the ones before it come first
+}
+
+void StreamClocks::set_unit(double seconds) {
+  for (State& s : states_) s.unit = seconds;
+  ready_ = true;
+}
+
+double StreamClocks::leap() const {
+  double leap = options_.leap;
+  for (std::size_t i = 0; i < streams_.size(); ++i)
+    if (streams_[i].motion) leap = std::max(leap, 5 * states_[i].period);
+  return leap;
+}
+
+bool StreamClocks::agrees(const State& s, double t) const {
+  if (clock_ == -HUGE_VAL) return true;
+  return t <= clock_ + leap() && t >= clock_ - options_.late && (!s.last || t >= *s.last);
+}
+
+/// Whether two stamps in a row agree as they are.
+bool StreamClocks::agrees_again(State& s, double stamp) const {
+  const double t = stamp * s.unit;
+  const bool agrees = std::abs(t - (clock_ - s.lag)) <= options_.leap && (!s.last || t >= *s.last);
+  s.agreeing = agrees ? s.agreeing + 1 : 0;
+  return s.agreeing >= 2;
+}
+
+/// Whether a stamp goes on from one before it, in some unit.
+bool StreamClocks::goes_on(const Held& before, double stamp) const {
+  const double passed = clock_ - before.clock, step = stamp - before.stamp;
+  return std::any_of(kUnits.begin(), kUnits.end(), [&](const Unit& unit) {
+    const double own = step * unit.seconds;
+    return own >= 0 && own >= passed - options_.leap && own <= passed + 10 * leap();
+  });
+}
+
+void StreamClocks::hold(std::size_t stream, double stamp) {
+  auto& held = states_[stream].held;
+  if (!held.empty() && !goes_on(held.back(), stamp)) drop(stream, held.size());
+  if (held.size() >= kMostHeld) drop(stream, 1);
+  held.push_back({stamp, clock_});
+  const double own = states_[stream].unit;
+  if (adopt_offset(stream)) return;
+  if (!streams_[stream].motion)
+    for (const Unit& unit : kUnits)  // its own unit, where another does not bring it to the common time
+      if (unit.seconds != own &&
+          std::abs(held.front().stamp * unit.seconds - held.front().clock) <= options_.leap + leap() &&
+          std::abs(stamp * unit.seconds - clock_) <= options_.leap + leap() && is_confirmed(stream, unit.seconds))
+        return settle(stream, unit.seconds);
+  if (is_confirmed(stream, own)) settle(stream, own);
+}
+
+bool StreamClocks::is_confirmed(std::size_t stream, double unit) const {
+  const auto& held = states_[stream].held;
+  if (held.size() < 2 || (held.back().stamp - held.front().stamp) * unit < options_.confirm) return false;
+  if (streams_[stream].motion || unit != states_[stream].unit) return true;
+  // Ahead of a motion that is told late, or has told nothing since, it may be right.
+  const double ahead = time(stream, held.front().stamp) - held.front().clock;
+  return ahead < 0 || (ahead > kSurelyAhead && clock_ > held.front().clock);
+}
+
+/// Whether the held lines of a stream agree once its clock is taken to be set as another's was.
+bool StreamClocks::adopt_offset(std::size_t stream) {
+  State& s = states_[stream];
+  for (const State& other : states_) {
+    State as_other{.unit = s.unit, .offset = other.offset, .last = s.last};
+    const auto agree = [&](const Held& line) { return agrees(as_other, line.stamp * s.unit + other.offset); };
+    if (other.offset == s.offset || !agree(s.held.front()) || !agree(s.held.back())) continue;
+    s.offset = other.offset;
+    notice(streams_[stream].name + (s.offset == 0 ? kAgreesAgain : ": its clock was set likewise" + kByArrival));
+    release(stream);
+    return true;
+  }
+  return false;
+}
+
+/// Held lines that the common time has come to meanwhile.
+void StreamClocks::release_reached() {
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    const auto& held = states_[i].held;
+    if (held.size() >= 2 && agrees(states_[i], time(i, held.front().stamp)) &&
+        agrees(states_[i], time(i, held.back().stamp)))
+      release(i);
+  }
+}
+
+/// The held lines of a stream are right: finds the place of their stamps in the common time.
+void StreamClocks::settle(std::size_t stream, double unit) {
+  State& s = states_[stream];
+  const std::string& name = streams_[stream].name;
+  const Held first = s.held.front();
+  const double step = time(stream, first.stamp) - first.clock;
+  const bool motion = streams_[stream].motion;
+  if (unit != s.unit) {
+    s.unit = unit;
+    s.offset = 0;
+    notice(name + ": its stamps are taken for " + name_of(unit));
+  } else if (motion && step > 0 && step <= options_.pause && clock_ == first.clock) {
+    if (step > options_.late) notice("nothing is stamped for " + duration_text(step) + ": taken for a pause");
+  } else if (motion && step < 0 && clock_ - base_ < options_.settled) {
+    notice(name + ": its stamps go on " + duration_text(-step) + " before the first ones; time begins anew there");
+    for (std::size_t i = 0; i < states_.size(); ++i) {
+      states_[i].last.reset();
+      states_[i].offset = 0;
+    }
+    clock_ = -HUGE_VAL;
+    began_anew_ = true;
+  } else {
+    const double next = s.last ? *s.last + s.period : first.clock;
+    double offset = std::max(first.clock - s.lag, next) - first.stamp * s.unit;
+    if (std::abs(offset) <= options_.leap) offset = 0;
+    for (const State& other : states_)
+      if (&other != &s && std::abs(other.offset - offset) <= kSameStep && other.offset != 0 &&
+          first.stamp * s.unit + other.offset > s.last.value_or(-HUGE_VAL))
+        offset = other.offset;
+    s.offset = offset;
+    notice(offset == 0 ? name + kAgreesAgain
+                       : name + ": its clock is " + duration_text(std::abs(offset)) +
+                             (offset < 0 ? " ahead" : " behind") + kByArrival);
+  }
+  s.agreeing = 0;
+  release(stream);
+  for (std::size_t i = 0; i < states_.size(); ++i) {  // what was held for the same reason
+    const auto& held = states_[i].held;
+    if (held.empty()) continue;
+    if (agrees(states_[i], time(i, held.front().stamp)) && agrees(states_[i], time(i, held.back().stamp)))
+      release(i);
+    else
+      adopt_offset(i);
+  }
+}
+
+void StreamClocks::release(std::size_t stream) {
+  State& s = states_[stream];
+  for (const Held& line : s.held) use(stream, time(stream, line.stamp));
+  s.held.clear();
+  released_.push_back(stream);
+}
+
+void StreamClocks::drop(std::size_t stream, std::size_t lines) {
+  auto& held = states_[stream].held;
+  held.erase(held.begin(), held.begin() + std::ptrdiff_t(lines));
+  dropped_.push_back({stream, lines});
+}
+
+void StreamClocks::use(std::size_t stream, double t) {
+  State& s = states_[stream];
+  if (clock_ == -HUGE_VAL) base_ = t;
+  if (s.last && t > *s.last) s.period = s.period > 0 ? std::min(t - *s.last, 2 * s.period) : t - *s.last;
+  s.last = std::max(s.last.value_or(t), t);
+  clock_ = std::max(clock_, t);
+  s.lag = clock_ - t;
+}
+
+}  // namespace tandem

@@ -1,0 +1,37 @@
+#include <nlohmann/json.hpp>
+
+#include <tandem/studies/live/track_json_line.hpp>
+
+namespace tandem {
+namespace {
+
+using LineJson = nlohmann::ordered_json;
+
+LineJson array(const Vector<3>& v) { return {v.x(), v.y(), v.z()}; }
+
+}  // namespace
+
+std::string track_json_line(const TrackRecord& r, const Frame& frame, const std::vector<std::string>& sensors) {
+  LineJson json = {{"t", r.t},
+                   {"type", name(r.type)},
+                   {"new_keyframe", r.new_keyframe},
+                   {"keyframes", r.keyframes},
+                   {"update_ms", 1e3 * r.seconds},
+                   {"converged", r.health.converged},
+                   {"resets", r.health.resets},
+                   {"suspensions", r.health.suspensions},
+                   {"chaser_m", array(frame.world(r.chaser).translation())}};
+  if (r.chaser_sigma) json["chaser_sigma_m"] = *r.chaser_sigma;
+  if (r.target) json["relative_m"] = array(frame.body(r.relative()));
+  if (r.sigma) json["sigma_m"] = array(frame.body(*r.sigma).cwiseAbs());
+  json["sensors"] = LineJson::object();
+  for (std::size_t i = 0; i < r.health.sensors.size(); ++i) {
+    const SensorRecord& sensor = r.health.sensors[i];
+    LineJson& entry = json["sensors"][sensors[i]] = {{"used", sensor.used}, {"rejected", sensor.rejected}};
+    if (sensor.sigmas) entry["sigmas"] = *sensor.sigmas;  // what is not finite is written null
+    if (sensor.age) entry["age_s"] = *sensor.age;
+  }
+  return json.dump(-1, ' ', false, LineJson::error_handler_t::replace) + "\n";
+}
+
+}  // namespace tandem
