@@ -73,13 +73,14 @@ class Search {
     return result;
   }
 
-  /// Newton's method by the average information, where that is known; else BFGS on −log p, from the curvature that
-  /// effective rows have, 2 each.
+  /// BFGS on −log p: from the average information where that is known, after steps by it until they are short; else from
+  /// the curvature that effective rows have, 2 each.
   void climb() {
     const auto free = this->free();
     const Eigen::Index n = Eigen::Index(free.size());
     Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(n, n);
     for (Eigen::Index i = 0; i < n; ++i) inverse(i, i) = first_scale(free[std::size_t(i)]);
+    bool far = true;
     out_.status = Status::max_iterations;
     out_.message = "the limit of iterations was reached";
     if (n == 0) return finish(Status::converged, "no factor is free");
@@ -87,8 +88,9 @@ class Search {
       if (interrupted()) return finish(Status::interrupted, "stopped by the caller");
       Eigen::VectorXd gradient(n);
       for (Eigen::Index i = 0; i < n; ++i) gradient[i] = now_.gradient[free[std::size_t(i)]];
-      const std::optional<Eigen::VectorXd> scored = scoring_step(free, gradient);
+      const std::optional<Eigen::VectorXd> scored = far ? scoring_step(free, gradient, inverse) : std::nullopt;
       Eigen::VectorXd step = scored ? *scored : Eigen::VectorXd(inverse * gradient);
+      far = scored && scored->cwiseAbs().maxCoeff() > kNear;
       const double longest = step.cwiseAbs().maxCoeff();
       if (longest > kLongestStep) step *= kLongestStep / longest;
       ++out_.iterations;
@@ -113,7 +115,9 @@ class Search {
   }
   /// Of a group alone, the step that makes its squares what they should be: ½ log of their ratio. That is Newton's step
   /// near the maximum, and far from it one that gets there at once, as EM's does.
-  std::optional<Eigen::VectorXd> scoring_step(const std::vector<Eigen::Index>& free, const Eigen::VectorXd& gradient) {
+  /// `inverse` becomes that of the information with the priors'.
+  std::optional<Eigen::VectorXd> scoring_step(const std::vector<Eigen::Index>& free, const Eigen::VectorXd& gradient,
+                                              Eigen::MatrixXd& inverse) {
     const std::optional<Eigen::MatrixXd> information = evidence_.information();
     if (!information) return {};
     const Eigen::Index n = Eigen::Index(free.size());
@@ -136,6 +140,7 @@ class Search {
     if (factor.info() != Eigen::Success) return {};
     const Eigen::VectorXd step = factor.solve(target);
     if (!(step.dot(gradient) > 0)) return {};
+    inverse = factor.solve(Eigen::MatrixXd::Identity(n, n));
     return step;
   }
   double first_scale(Eigen::Index g) const {
