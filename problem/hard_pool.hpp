@@ -100,15 +100,26 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
     });
   }
 
-  void add_exact_hessian(const PoolPlacement& place, double factor, const double* multipliers,
-                         double* H) const override {
-    for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
+  void add_exact_hessian(const PoolPlacement& place, int begin, int end, double factor, const double* multipliers,
+                         double* gradient, double* H) const override {
+    for (std::size_t i = std::size_t(begin); i < std::size_t(end); ++i) {
       const double* lambda = multipliers + i * kDim;
       if (std::all_of(lambda, lambda + kDim, [](double l) { return l == 0; })) continue;
       const auto dual = [&](const Row&, Row& w) {
         for (int k = 0; k < kDim; ++k) w.data()[k] = factor * lambda[k];
       };
-      this->difference_gradient(i, &place.offset[i * kArity], &place.hessian[i * kPairs], dual, H);
+      const int* offset = &place.offset[i * kArity];
+      const HessianPlace* at = &place.hessian[i * kPairs];
+      if constexpr (Pool::kCurvature) {
+        Row r, w;
+        Jacobians J;
+        Pool::set_zero(J);
+        this->linearize_at_point(i, offset, r, J);
+        dual(r, w);
+        this->add_curvature(i, offset, at, w, J, gradient, H);
+      } else {
+        this->difference_gradient(i, offset, at, dual, H);
+      }
     }
   }
 

@@ -135,9 +135,10 @@ void MarginalPrior::add_stiffness(const PoolPlacement& place, const double* v, c
   along += r_.squaredNorm();
 }
 
-void MarginalPrior::add_exact_hessian(const PoolPlacement& place, double factor, const double*, double* H) const {
+void MarginalPrior::add_exact_hessian(const PoolPlacement& place, int begin, int end, double factor, const double*,
+                                      double*, double* H) const {
   constexpr double h = 1e-5;  // as difference_gradient of BlockPool has it
-  if (!there_) return;
+  if (begin == end) return;
   residual(place.offset.data());
   for (std::size_t b = 0; b < states_.size(); ++b) {
     if (place.offset[b] < 0) continue;

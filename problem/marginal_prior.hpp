@@ -40,8 +40,8 @@ class MarginalPrior final : public SoftPoolBase {
   void set_loss(int, const Loss&) override { throw Error("set_loss: a marginal prior has none"); }
   void add_stiffness(const PoolPlacement& place, const double* v, const double* row_weights, double& along,
                      double& scale) const override;
-  void add_exact_hessian(const PoolPlacement& place, double factor, const double* multipliers,
-                         double* H) const override;
+  void add_exact_hessian(const PoolPlacement& place, int begin, int end, double factor, const double* multipliers,
+                         double* gradient, double* H) const override;
   double cost(int begin, int end) const override { return begin < end ? block_cost(begin) : 0.0; }
   double block_cost(int i) const override;
   double accumulate(const PoolPlacement& place, int begin, int end, double* gradient, double* H) const override;

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <string_view>
 #include <tuple>
 #include <vector>
 
+#include <tandem/lie/exp_curvature.hpp>
 #include <tandem/lie/static_for.hpp>
 #include <tandem/problem/block_kernels.hpp>
 #include <tandem/problem/state_store.hpp>
@@ -44,10 +46,12 @@ class PoolBase {
   /// `row_weights`, soft ones have their own.
   virtual void add_stiffness(const PoolPlacement& place, const double* v, const double* row_weights, double& along,
                              double& scale) const = 0;
-  /// Adds the block's exact second derivatives to the Hessian, by central differences of the closed-form gradient of
-  /// `factor` times the cost (soft pools) or of multipliersᵀ c (hard pools).
-  virtual void add_exact_hessian(const PoolPlacement& place, double factor, const double* multipliers,
-                                 double* H) const = 0;
+  /// Adds the exact second derivatives of blocks begin … end − 1 to the Hessian, of `factor` times the cost (soft pools) or
+  /// of multipliersᵀ c (hard pools). Where the residual gives its own, they lack what the charts' curvature makes of the
+  /// gradient by perturbations of the point, which is added to `gradient`; else they are central differences of the
+  /// closed-form gradient, charts and all.
+  virtual void add_exact_hessian(const PoolPlacement& place, int begin, int end, double factor,
+                                 const double* multipliers, double* gradient, double* H) const = 0;
 };
 
 /// Step of a central difference of first derivatives: balances h² truncation and 1e-16/h rounding.
@@ -114,6 +118,7 @@ class BlockPool : public Base {
     using Transposed = std::tuple<std::array<double, std::size_t(kDim* State<S>::dof)>...>;
     static constexpr std::array<int, std::size_t(kArity)> dofs{State<S>::dof...};
     static constexpr std::size_t sum_of_dofs = std::size_t((State<S>::dof + ...));
+    static constexpr bool curved = (HasExpCurvature<State<S>> && ...);
   };
   using Types = Tuples<std::make_integer_sequence<int, kArity>>;
   using Stores = typename Types::Stores;
@@ -121,6 +126,9 @@ class BlockPool : public Base {
   using Transposed = typename Types::Transposed;
   static constexpr auto kDofs = Types::dofs;
   static constexpr std::size_t kSumOfDofs = Types::sum_of_dofs;
+  /// Whether the residual's own second derivatives are used.
+  static constexpr bool kCurvature = HasCurvature<R> && Types::curved;
+  static constexpr int first_dof(int state) { return std::accumulate(kDofs.begin(), kDofs.begin() + state, 0); }
   static_assert(*std::max_element(kDofs.begin(), kDofs.end()) <= kMostDofs && kDim <= kMostRows);
   using Row = Vector<kDim>;
 
@@ -157,6 +165,13 @@ class BlockPool : public Base {
   /// r, and J with respect to the unknowns of the states whose offset is not negative.
   void linearize(std::size_t i, const int* offset, Row& r, Jacobians& J) const {
     linearize_at(i, points(i), offset, r, J);
+    through_charts(i, offset, J);
+  }
+  /// The same with respect to perturbations of the point.
+  void linearize_at_point(std::size_t i, const int* offset, Row& r, Jacobians& J) const {
+    linearize_at(i, points(i), offset, r, J);
+  }
+  void through_charts(std::size_t i, const int* offset, Jacobians& J) const {
     static_for<kArity>([&]<int S>() {
       const auto& store = *std::get<S>(stores_);
       if (offset[S] >= 0 && store.charted)  // the chain through Jr(δ), here and nowhere else
@@ -197,6 +212,39 @@ class BlockPool : public Base {
     std::array<double*, std::size_t(kArity)> result;
     static_for<kArity>([&]<int S>() { result[S] = std::get<S>(J).data(); });
     return result;
+  }
+
+  /// Adds Σ w_k ∂²r_k to the Hessian, through the charts to first order, and Jᵀ w to the gradient that their second order
+  /// applies to; J with respect to perturbations of the point.
+  void add_curvature(std::size_t i, const int* offset, const HessianPlace* place, const Row& w, const Jacobians& J,
+                     double* gradient, double* H) const {
+    constexpr int n = static_cast<int>(kSumOfDofs);
+    Matrix<n, n> C;
+    std::apply([&](const auto*... x) { residuals_[i].curvature(*x..., w, C); }, points(i));
+    static_for<kArity>([&]<int A>() {
+      if (offset[A] < 0) return;
+      constexpr int a = kDofs[A], first_a = first_dof(A);
+      double of_state[a];
+      multiply_transposed<kDim, a>(std::get<A>(J).data(), w.data(), of_state);
+      for (int k = 0; k < a; ++k) gradient[offset[A] + k] += of_state[k];
+      static_for<A + 1>([&]<int B>() {
+        if (offset[B] < 0) return;
+        constexpr int b = kDofs[B], first_b = first_dof(B);
+        double block[a * b], transposed[a * b];  // of rows A and columns B, and the other way round
+        for (int k = 0; k < a; ++k)
+          for (int m = 0; m < b; ++m) transposed[k * b + m] = C(first_b + m, first_a + k);
+        const auto &of_A = *std::get<A>(stores_), &of_B = *std::get<B>(stores_);
+        if (of_A.charted) multiply_right<b, a>(transposed, of_A.chart[std::size_t(slots_[i][A])].data());
+        transpose<b, a>(1.0, transposed, block);
+        if (of_B.charted) multiply_right<a, b>(block, of_B.chart[std::size_t(slots_[i][B])].data());
+        const HessianPlace& at = place[A * (A + 1) / 2 + B];
+        for (int m = 0; m < b; ++m)
+          for (int k = 0; k < a; ++k) {
+            if (offset[A] >= offset[B]) H[at.position + m * at.stride + k] += block[m * a + k];
+            if (A != B && offset[A] <= offset[B]) H[at.position + k * at.stride + m] += block[m * a + k];
+          }
+      });
+    });
   }
 
   /// Central differences of the block's gradient, Jᵀ w, over all its unknowns; dual(r, w) gives w.

@@ -117,8 +117,9 @@ double Program::linearize_at_point(Eigen::VectorXd& gradient, Eigen::VectorXd& h
   return accumulate(gradient, &hessian);
 }
 
-double Program::accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian) {
-  const double cost = in_lanes([&](int lane) {
+template <class F>
+double Program::sum_in_lanes(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian, F f) {
+  const double sum = in_lanes([&](int lane) {
     Eigen::VectorXd& g = lane == 0 ? gradient : second_gradient_;
     Eigen::VectorXd* H = lane == 0 || !hessian ? hessian : &second_hessian_;
     g.setZero();
@@ -127,17 +128,22 @@ double Program::accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian) 
     double* g_data = g.data() + g.size() - gradient.size();
     double* H_data = H ? H->data() + H->size() - hessian->size() : nullptr;
     double total = 0;
-    for (std::size_t p = 0; p < problem_.pools_.size(); ++p)
-      if (const auto* pool = problem_.pools_[p].soft.get())
-        total +=
-            pool->accumulate(placement_[p], first_of_lane(*pool, lane), first_of_lane(*pool, lane + 1), g_data, H_data);
+    for (std::size_t p = 0; p < problem_.pools_.size(); ++p) total += f(p, lane, g_data, H_data);
     return total;
   });
   if (two_lanes_) {
     gradient.tail(second_gradient_.size()) += second_gradient_;
     if (hessian) hessian->tail(second_hessian_.size()) += second_hessian_;
   }
-  return cost;
+  return sum;
+}
+
+double Program::accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian) {
+  return sum_in_lanes(gradient, hessian, [this](std::size_t p, int lane, double* g, double* H) {
+    const auto* pool = problem_.pools_[p].soft.get();
+    return pool ? pool->accumulate(placement_[p], first_of_lane(*pool, lane), first_of_lane(*pool, lane + 1), g, H)
+                : 0.0;
+  });
 }
 
 void Program::constraints(Eigen::VectorXd& c) {
@@ -200,17 +206,15 @@ Program::Stiffness Program::stiffness(const Eigen::VectorXd& v, const Eigen::Vec
 
 void Program::exact_hessian(double factor, const Eigen::VectorXd& multipliers, Eigen::VectorXd& hessian) {
   chart_if_moved();
-  hessian.setZero();
-  const double* lambda = multipliers.data();
-  for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
+  sum_in_lanes(point_gradient_, &hessian, [&](std::size_t p, int lane, double* g, double* H) {
     const auto& pool = problem_.pools_[p];
-    if (pool.soft) {
-      pool.soft->add_exact_hessian(placement_[p], factor, nullptr, hessian.data());
-    } else {
-      pool.hard->add_exact_hessian(placement_[p], 1.0, lambda, hessian.data());
-      lambda += pool.hard->size() * pool.hard->dim();
-    }
-  }
+    const double* lambda = pool.hard ? multipliers.data() + first_row_[p] : nullptr;
+    pool.base().add_exact_hessian(placement_[p], first_of_lane(pool.base(), lane), first_of_lane(pool.base(), lane + 1),
+                                  pool.hard ? 1.0 : factor, lambda, g, H);
+    return 0.0;
+  });
+  for (const auto& [type, store] : problem_.stores_)
+    store->add_chart_curvature(point_gradient_.data(), offset_, hessian_.column_start, hessian.data());
 }
 
 Program::Violation Program::violation(const Eigen::VectorXd& c) const {

@@ -77,7 +77,8 @@ class Program {
   /// The same with the values that constraint_jacobian() gave, wherever the point is now.
   void add_constraint_hessian(const Eigen::VectorXd& weights, const Eigen::VectorXd& jacobian,
                               Eigen::VectorXd& hessian) const;
-  /// The exact Hessian of factor·cost + multipliersᵀ c, by central differences of the closed-form gradient.
+  /// The exact Hessian of factor·cost + multipliersᵀ c: in closed form where residuals give their second derivatives, by
+  /// central differences of the closed-form gradient of those that do not.
   void exact_hessian(double factor, const Eigen::VectorXd& multipliers, Eigen::VectorXd& hessian);
 
   /// Largest distance of c outside its bounds, and its row (−1: none outside).
@@ -118,6 +119,9 @@ class Program {
   void values_changed();
   void chart_if_moved();
   double accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian);
+  /// Sums over blocks into both arrays, in lanes: f(pool, lane, gradient, hessian) returns its pool's part of the result.
+  template <class F>
+  double sum_in_lanes(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian, F f);
   /// Runs f(lane) for both lanes, at once where threads are to be had; the sum of what they return.
   template <class F>
   double in_lanes(F f);
@@ -128,6 +132,7 @@ class Program {
   std::vector<int> block_of_variable_;  // the same
   std::vector<int> variable_of_block_;  // ids of the free variables, in order
   std::vector<detail::PoolPlacement> placement_;
+  std::vector<int> first_row_;  // of each pool's constraints
   SymmetricPattern hessian_;
   TripletPattern jacobian_;
   Eigen::VectorXd lower_, upper_;
@@ -140,6 +145,7 @@ class Program {
   // tails from where it begins. The split, and so the rounding, is the same whatever the number of threads. Empty for
   // small problems, which one lane serves faster.
   Eigen::VectorXd second_gradient_, second_hessian_;
+  Eigen::VectorXd point_gradient_;  // of exact_hessian()
   bool two_lanes_ = false;
   Eigen::VectorXd delta_;  // the point, against X̄
   long long revision_, value_revision_;

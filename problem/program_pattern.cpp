@@ -35,7 +35,7 @@ Program::Program(Problem& problem)
   compile_hessian();
   compile_constraints();
   compile_lanes();
-  delta_.setZero(num_unknowns());
+  for (Eigen::VectorXd* v : {&delta_, &point_gradient_}) v->setZero(num_unknowns());
   reset();
 }
 
@@ -136,7 +136,9 @@ void Program::compile_constraints() {
   lower_.resize(rows);
   upper_.resize(rows);
   int row = 0;
+  first_row_.assign(problem_.pools_.size(), 0);
   for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
+    first_row_[p] = row;
     if (!problem_.pools_[p].hard) continue;
     const auto& pool = *problem_.pools_[p].hard;
     if (pool.size() > 0) pool.bounds(lower_.data() + row, upper_.data() + row);
@@ -167,8 +169,7 @@ void Program::compile_lanes() {
   if (!two_lanes_) return;
   int first_unknown = num_unknowns() - 1;  // one element at the least, so that the tails have an address
   for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
-    if (!problem_.pools_[p].soft) continue;
-    const auto& pool = *problem_.pools_[p].soft;
+    const auto& pool = problem_.pools_[p].base();
     for (int i = first_of_lane(pool, 1) * pool.arity(); i < pool.size() * pool.arity(); ++i)
       if (const int offset = placement_[p].offset[std::size_t(i)]; offset >= 0)
         first_unknown = std::min(first_unknown, offset);

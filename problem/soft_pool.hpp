@@ -137,8 +137,9 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
     }
   }
 
-  void add_exact_hessian(const PoolPlacement& place, double factor, const double*, double* H) const override {
-    for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
+  void add_exact_hessian(const PoolPlacement& place, int begin, int end, double factor, const double*, double* gradient,
+                         double* H) const override {
+    for (std::size_t i = std::size_t(begin); i < std::size_t(end); ++i) {
       const auto dual = [&](const Row& r, Row& w) {  // factor ρ' Wᵀ W r
         std::copy_n(r.data(), kDim, w.data());
         whiten<1>(i, w.data());
@@ -146,7 +147,20 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
         unwhiten(i, w.data());
         for (int k = 0; k < kDim; ++k) w.data()[k] *= d1;
       };
-      this->difference_gradient(i, &place.offset[i * kArity], &place.hessian[i * kPairs], dual, H);
+      const int* offset = &place.offset[i * kArity];
+      const HessianPlace* at = &place.hessian[i * kPairs];
+      if constexpr (Pool::kCurvature) {
+        Row r, w;
+        Jacobians J;
+        Pool::set_zero(J);
+        this->linearize_at_point(i, offset, r, J);
+        dual(r, w);
+        this->add_curvature(i, offset, at, w, J, gradient, H);
+        this->through_charts(i, offset, J);
+        add_first_order(i, offset, at, factor, r, J, H);
+      } else {
+        this->difference_gradient(i, offset, at, dual, H);
+      }
     }
   }
 
@@ -156,6 +170,26 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
     int full;                           // index of W in full_, −1 when it is diagonal
     Loss loss;
   };
+
+  /// Adds factor (ρ' Jᵀ J + 2ρ'' Jᵀ r rᵀ J), r and J whitened: the curvature that is not the residual's own.
+  void add_first_order(std::size_t i, const int* offset, const HessianPlace* place, double factor, Row& r, Jacobians& J,
+                       double* H) const {
+    whiten<1>(i, r.data());
+    const Loss::Value value = loss_of(i, squared_norm<kDim>(r.data()));
+    typename Pool::Transposed transposed;
+    static_for<kArity>([&]<int A>() {
+      if (offset[A] < 0) return;
+      constexpr int dof = Pool::kDofs[A];
+      double *Ja = std::get<A>(J).data(), *JaT = std::get<A>(transposed).data();
+      whiten<dof>(i, Ja);
+      double g[dof];
+      multiply_transposed<kDim, dof>(Ja, r.data(), g);
+      transpose<kDim, dof>(factor * value.d1, Ja, JaT);
+      for (int k = 0; k < kDim; ++k)
+        for (int j = 0; j < dof; ++j) JaT[k * dof + j] += 2 * factor * value.d2 * g[j] * r.data()[k];
+    });
+    this->add_products(offset, place, transposed, J, H);
+  }
 
   /// ρ, ρ', ρ'' at s = ‖r‖² of a whitened residual.
   Loss::Value loss_of(std::size_t i, double s) const {

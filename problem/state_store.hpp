@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include <tandem/lie/exp_curvature.hpp>
 #include <tandem/lie/lie_group.hpp>
 #include <tandem/lie/rn.hpp>
 #include <tandem/lie/se2.hpp>
@@ -24,6 +25,10 @@ class StateStoreBase {
   virtual void recenter() = 0;
   /// point = value.
   virtual void reset() = 0;
+  /// Adds to the diagonal blocks of a Hessian by delta what the charts' second derivatives make of `gradient`, which is by
+  /// perturbations of the point; blocks by the pattern's columns, as SymmetricPattern has them.
+  virtual void add_chart_curvature(const double* gradient, const std::vector<int>& offsets,
+                                   const std::vector<int>& column_start, double* H) const = 0;
   /// Remembers `value`, and gives it back.
   virtual void keep() = 0;
   virtual void restore() = 0;
@@ -84,6 +89,19 @@ class StateStore final : public StateStoreBase {
     chart.resize(value.size());
     for (std::size_t i = 0; i < value.size(); ++i) chart[i] = G::Jr(delta[i]);
     charted = true;
+  }
+  void add_chart_curvature(const double* gradient, const std::vector<int>& offsets,
+                           const std::vector<int>& column_start, double* H) const override {
+    if constexpr (HasExpCurvature<G>) {
+      for (std::size_t i = 0; i < value.size() && charted; ++i) {
+        const int offset = id[i] < 0 ? -1 : offsets[std::size_t(id[i])];
+        if (offset < 0) continue;
+        const typename G::Tangent g = Eigen::Map<const typename G::Tangent>(gradient + offset);
+        const typename G::Jacobian C = ExpCurvature<G>::of(delta[i], g);
+        for (int k = 0; k < G::dof; ++k)
+          for (int j = 0; j < G::dof; ++j) H[column_start[std::size_t(offset + k)] + j] += C(j, k);
+      }
+    }
   }
   void recenter() override {
     value = point;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <tandem/residuals/log_curvature.hpp>
 #include <tandem/residuals/residual.hpp>
 
 namespace tandem {
@@ -17,6 +18,12 @@ struct Prior {
   void operator()(const X& x, Rows<dim, X>& r, RowsBy<dim, X>* J = nullptr) const {
     r = (z.template cast<typename X::Scalar>().inverse() * x).Log();
     if (J) *J = X::Jr_inverse(r);
+  }
+
+  void curvature(const G& x, const Vector<dim>& w, Matrix<G::dof, G::dof>& H) const requires HasExpCurvature<G> {
+    const typename G::Tangent e = (z.inverse() * x).Log();
+    const typename G::Jacobian J = G::Jr_inverse(e);
+    H = detail::LogCurvature<G>(e, J.transpose() * w)(J, J);
   }
 };
 

@@ -2,6 +2,7 @@
 
 #include <tandem/lie/operations.hpp>
 #include <tandem/lie/sek3.hpp>
+#include <tandem/residuals/log_curvature.hpp>
 #include <tandem/residuals/residual.hpp>
 
 namespace tandem {
@@ -30,6 +31,15 @@ struct RelativePose {
     const InverseJacobians<X> at_r(r);
     if (Jx) *Jx = -multiply<X>(at_r.left, from.Ad());
     if (Jy) *Jy = multiply<X>(at_r.right, marker.inverse().Ad());
+  }
+
+  void curvature(const G& x, const G& y, const Vector<dim>& w,
+                 Matrix<2 * G::dof, 2 * G::dof>& H) const requires HasExpCurvature<G> {
+    const G from = (B * z).inverse(), E = x.inverse() * y;
+    const typename G::Tangent e = (from * E * F).Log();
+    const InverseJacobians<G> at_e(e);
+    const typename G::Jacobian Jx = -multiply<G>(at_e.left, from.Ad()), Jy = multiply<G>(at_e.right, F.inverse().Ad());
+    detail::curvature_of_between<G>(E, e, at_e.right.transpose() * w, Jy.transpose() * w, Jx, Jy, H);
   }
 };
 

@@ -25,6 +25,16 @@ struct IsResidual<R, std::tuple<Xs...>> {
   };
 };
 
+template <class R, class States>
+struct CurvatureOf;
+template <class R, class... Xs>
+struct CurvatureOf<R, std::tuple<Xs...>> {
+  static constexpr int size = (Xs::dof + ...);
+  static constexpr bool known = requires(const R& f, const Xs&... x, const Vector<R::dim>& w, Matrix<size, size>& H) {
+    f.curvature(x..., w, H);
+  };
+};
+
 }  // namespace detail
 
 /// What joins a problem: geometry only, no noise, no bounds, no keys. A struct with its measurement and
@@ -37,6 +47,11 @@ struct IsResidual<R, std::tuple<Xs...>> {
 /// which sets r and each J that is not null, the Jacobian with respect to a right perturbation of that state. It does
 /// not allocate, and it may be called from two threads at once. Where the residual is undefined it throws Error: solvers then shorten the step.
 ///
+/// It may also give its second derivatives, contracted with w, by right perturbations of all states together (symmetric,
+/// in the order of States): Σ w_k ∂²r_k, of Σ dof × Σ dof. Exact Hessians are made by differences of the gradient without:
+///
+///   void curvature(const X&…, const Vector<dim>& w, Matrix<n, n>& H) const;
+///
 /// Residuals of this library also take their states over any scalar (`Over<X, SE3>`), which automatic differentiation
 /// needs and nothing else; a residual of your own may be written for double alone.
 template <class R>
@@ -46,5 +61,9 @@ concept Residual = requires {
   typename R::States;
 }
 &&detail::IsResidual<R, typename R::States>::value;
+
+/// A residual that gives its second derivatives.
+template <class R>
+concept HasCurvature = Residual<R> && detail::CurvatureOf<R, typename R::States>::known;
 
 }  // namespace tandem

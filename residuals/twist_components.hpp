@@ -6,6 +6,7 @@
 #include <tandem/lie/operations.hpp>
 #include <tandem/lie/se2.hpp>
 #include <tandem/lie/sek3.hpp>
+#include <tandem/residuals/log_curvature.hpp>
 #include <tandem/residuals/residual.hpp>
 
 namespace tandem {
@@ -42,6 +43,17 @@ struct TwistComponents {
       for (int i = 0; i < dim; ++i) J0->row(i) = -per_second * at_d.left.row(rows[i]);
     if (J1)
       for (int i = 0; i < dim; ++i) J1->row(i) = per_second * at_d.right.row(rows[i]);
+  }
+
+  void curvature(const G& x0, const G& x1, const Vector<dim>& w,
+                 Matrix<2 * G::dof, 2 * G::dof>& H) const requires HasExpCurvature<G> {
+    typename G::Tangent all = G::Tangent::Zero();
+    for (int i = 0; i < dim; ++i) all[rows[i]] = w[i] / dt;
+    const G E = x0.inverse() * x1;
+    const typename G::Tangent d = E.Log();
+    const InverseJacobians<G> at_d(d);
+    const typename G::Tangent gradient = at_d.right.transpose() * all;
+    detail::curvature_of_between<G>(E, d, gradient, gradient, -at_d.left, at_d.right, H);
   }
 
  private:

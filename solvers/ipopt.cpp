@@ -33,14 +33,14 @@ std::mutex& application_mutex() {
 
 /// Whether the linear solver is ours.
 bool solves_own_systems(const IpoptOptions& options) {
-  return options.linear_solver != IpoptLinearSolver::mumps && detail::IpoptLinearSolver::available() &&
+  return options.linear_solver != IpoptLinearSolver::mumps && detail::OwnLinearSolver::available() &&
          !options.options.contains("linear_solver");
 }
 
 /// Ipopt ends the process when it cannot load the library of a linear solver, so ask first.
 void check_linear_solver(std::string name) {
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));  // Ipopt ignores case too
-  if (name == "ma57" && detail::IpoptLinearSolver::available())
+  if (name == "ma57" && detail::OwnLinearSolver::available())
     throw Error("ipopt option linear_solver: ma57's place is taken by block-cholesky, the default; or use mumps");
   const char* library = name.starts_with("ma") ? "libhsl.so" : name.starts_with("pardiso") ? "libpardiso.so" : nullptr;
   if (name == "wsmp") throw Error("ipopt option linear_solver: wsmp is not part of this build of Ipopt; use mumps");
@@ -90,9 +90,9 @@ void set_options(Ipopt::IpoptApplication& app, const IpoptOptions& options) {
   app.RethrowNonIpoptException(false);
   const auto set = [&](const char* key, const char* value) { app.Options()->SetStringValue(key, value); };
   set("sb", "yes");
-  set("nlp_scaling_method", "user-scaling");
+  set("nlp_scaling_method", "none");  // IpoptNlp scales
   if (solves_own_systems(options)) {
-    detail::IpoptLinearSolver::choose(app);
+    detail::OwnLinearSolver::choose(app);
   } else {
     set("linear_solver", "mumps");
   }
@@ -132,11 +132,26 @@ class Application {
   Ipopt::SmartPtr<Ipopt::IpoptApplication> app_;
 };
 
+std::string why_no_hessian(const Problem& problem, const IpoptOptions& options) {
+  if (options.hessian != Hessian::limited_memory || problem.num_hard_blocks() == 0) return {};
+  return "ipopt's limited-memory Hessian takes no hard constraints: it needs coordinates that whiten the cost, in "
+         "which "
+         "their Jacobians are dense; choose gauss-newton or exact";
+}
+
 std::string why_no_linear_solver(const IpoptOptions& options) {
   if (options.linear_solver != IpoptLinearSolver::block_cholesky || solves_own_systems(options)) return {};
   if (options.options.contains("linear_solver"))
     return "ipopt's linear solver is asked for twice: block-cholesky, and by an option of Ipopt's own";
   return "this version of Ipopt takes no linear solver of ours: choose mumps instead of block-cholesky";
+}
+
+/// Why the problem is unsupported, or nothing.
+std::string why_not(const Problem& problem, const IpoptOptions& options) {
+  for (const std::string& why :
+       {why_no_linear_solver(options), why_no_hessian(problem, options), detail::why_unsolvable(problem)})
+    if (!why.empty()) return why;
+  return {};
 }
 
 void warm_start(Ipopt::IpoptApplication& app, double barrier) {
@@ -195,8 +210,7 @@ bool ipopt_available() { return true; }
 
 std::string why_unsupported(const Problem& problem, const IpoptOptions& options) {
   const Application app(options);
-  const std::string why = why_no_linear_solver(options);
-  return why.empty() ? detail::why_unsolvable(problem) : why;
+  return why_not(problem, options);
 }
 
 Summary solve(Problem& problem, const IpoptOptions& options) {
@@ -205,17 +219,16 @@ Summary solve(Problem& problem, const IpoptOptions& options) {
   if (!own_systems) lock.lock();
   const Application app(options);
   detail::Session session("ipopt", options);
-  for (const std::string& why : {why_no_linear_solver(options), detail::why_unsolvable(problem)})
-    if (!why.empty()) {
-      session.end(Status::unsupported, why);
-      return session.summary;
-    }
+  if (const std::string why = why_not(problem, options); !why.empty()) {
+    session.end(Status::unsupported, why);
+    return session.summary;
+  }
   Program program(problem);
   if (!session.start(program, [&] { return program.cost(); })) return session.summary;
   double feasible = detail::kConstraintTolerance;
   app->Options()->GetNumericValue("constr_viol_tol", feasible, "");
   const Ipopt::SmartPtr<detail::IpoptNlp> nlp = new detail::IpoptNlp(program, session, options, feasible);
-  std::optional<detail::IpoptLinearSolver> linear_solver;
+  std::optional<detail::OwnLinearSolver> linear_solver;
   if (own_systems) linear_solver.emplace(program);
   Ipopt::Index most = options.max_iterations;
   app->Options()->GetIntegerValue("max_iter", most, "");  // which the caller may have given by that name

@@ -11,8 +11,8 @@ namespace tandem {
 enum class Hessian {
   automatic,       ///< Gauss-Newton, and exact once its steps must be cut near a solution, or it takes long
   gauss_newton,    ///< JᵀWJ of the soft residuals; hard constraints contribute no curvature
-  exact,           ///< of the Lagrangian, by differences of the closed-form Jacobians
-  limited_memory,  ///< the solver's own quasi-Newton approximation
+  exact,           ///< of the Lagrangian
+  limited_memory,  ///< Ipopt's quasi-Newton approximation; soft residuals only
 };
 
 /// What solves Ipopt's linear systems.

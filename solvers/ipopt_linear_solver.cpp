@@ -11,7 +11,7 @@
 namespace tandem::detail {
 namespace {
 
-thread_local IpoptLinearSolver* current = nullptr;
+thread_local OwnLinearSolver* current = nullptr;
 
 }  // namespace
 
@@ -30,7 +30,7 @@ struct Ma57 {
                       double*) {
     std::fill_n(info, 40, 0);
     info[8] = info[9] = 1;  // what it is to allocate for the factor, which is kept here
-    guard(info, [&](IpoptLinearSolver& solver) {
+    guard(info, [&](OwnLinearSolver& solver) {
       if (!solver.kkt_.analyze(*n, *entries, row, column, 1))
         throw Error(
             "ipopt: an option that was passed on changes its linear systems, which block-cholesky cannot solve then; "
@@ -41,7 +41,7 @@ struct Ma57 {
   static void factorize(int*, int*, double* values, double*, int*, int*, int*, int*, int*, int*, int*, double* cntl,
                         int* info, double*) {
     std::fill_n(info, 40, 0);
-    guard(info, [&](IpoptLinearSolver& solver) {
+    guard(info, [&](OwnLinearSolver& solver) {
       // One more than there should be where there are too many: Ipopt then adds to H, as it does with MA57.
       info[23] = solver.kkt_.num_constraints() + (solver.kkt_.factorize(values, cntl[0]) ? 0 : 1);
     });
@@ -50,7 +50,7 @@ struct Ma57 {
   static void solve(int*, int*, double*, int*, int*, int*, int* sides, double* rhs, int* stride, double*, int*, int*,
                     int*, int* info) {
     std::fill_n(info, 40, 0);
-    guard(info, [&](IpoptLinearSolver& solver) {
+    guard(info, [&](OwnLinearSolver& solver) {
       for (int k = 0; k < *sides; ++k) solver.kkt_.solve(rhs + std::ptrdiff_t(k) * *stride);
     });
   }
@@ -61,7 +61,7 @@ struct Ma57 {
  private:
   template <class F>
   static void guard(int* info, F f) {
-    IpoptLinearSolver& solver = *current;
+    OwnLinearSolver& solver = *current;
     if (!solver.error_) try {
         f(solver);
       } catch (...) {
@@ -72,22 +72,22 @@ struct Ma57 {
 };
 
 #ifdef TANDEM_IPOPT_HAS_HSL_LOADER
-bool IpoptLinearSolver::available() { return true; }
+bool OwnLinearSolver::available() { return true; }
 
-void IpoptLinearSolver::choose(Ipopt::IpoptApplication& app) {
+void OwnLinearSolver::choose(Ipopt::IpoptApplication& app) {
   LSL_setMA57(Ma57::analyze, Ma57::factorize, Ma57::solve, Ma57::enlarge, Ma57::initialize);
   app.Options()->SetStringValue("linear_solver", "ma57");
   app.Options()->SetStringValue("linear_system_scaling", "none");
   app.Options()->SetIntegerValue("min_refinement_steps", 0);  // only where the residual asks for it
 }
 #else
-bool IpoptLinearSolver::available() { return false; }
+bool OwnLinearSolver::available() { return false; }
 
-void IpoptLinearSolver::choose(Ipopt::IpoptApplication&) {}
+void OwnLinearSolver::choose(Ipopt::IpoptApplication&) {}
 #endif
 
-IpoptLinearSolver::IpoptLinearSolver(const Program& program) : kkt_(program), outer_(current) { current = this; }
+OwnLinearSolver::OwnLinearSolver(const Program& program) : kkt_(program), outer_(current) { current = this; }
 
-IpoptLinearSolver::~IpoptLinearSolver() { current = outer_; }
+OwnLinearSolver::~OwnLinearSolver() { current = outer_; }
 
 }  // namespace tandem::detail

@@ -6,7 +6,9 @@
 #include <IpOrigIpoptNLP.hpp>
 #include <IpTNLPAdapter.hpp>
 
+#include <tandem/lie/error.hpp>
 #include <tandem/solvers/ipopt_nlp.hpp>
+#include <tandem/solvers/linear/hessian_diagonal.hpp>
 
 namespace tandem::detail {
 namespace {
@@ -16,6 +18,7 @@ constexpr double kIpoptInfinity = 1e20;  // beyond Ipopt's nlp_upper_bound_inf
 constexpr double kNearSolution = 1e-2;   // relative change of the cost in an iteration
 constexpr int kPatience = 50;  // iterations that Gauss-Newton alone is given; it needs 10 to 30 where it works
 constexpr double kLeastDamping = 1e-12;  // less is lost against a diagonal that rounding has passed over
+constexpr double kWhiteDamping = 1e-10;  // of the diagonal: what whitens need not be exact
 constexpr double kMostDamping = 1e3;     // more only shortens a gradient step, which Ipopt's line search does as well
 
 }  // namespace
@@ -28,23 +31,29 @@ IpoptNlp::IpoptNlp(Program& program, Session& session, const IpoptOptions& optio
       exact_now_(options.hessian == Hessian::exact) {
   const int n = program.num_unknowns(), m = program.num_rows();
   const auto& h = program.hessian_pattern();
-  for (int column = 0; column < n; ++column)
+  lower_start_.push_back(0);
+  for (int column = 0; column < n; ++column) {
     for (int k = h.column_start[std::size_t(column)]; k < h.column_start[std::size_t(column) + 1]; ++k)
       if (h.row[std::size_t(k)] >= column) {
         if (h.row[std::size_t(k)] == column) diagonal_.push_back(lower_triangle_.size());
         lower_triangle_.push_back(k);
       }
-  for (Eigen::VectorXd* v : {&x_, &current_, &best_, &gradient_}) v->setZero(n);
+    lower_start_.push_back(static_cast<int>(lower_triangle_.size()));
+  }
+  for (Eigen::VectorXd* v : {&x_, &current_, &best_, &gradient_, &unknowns_, &iterate_, &unit_}) v->setZero(n);
   for (Eigen::VectorXd* v : {&multipliers_, &constraints_, &lambda_}) v->setZero(m);
   hessian_.setZero(static_cast<Eigen::Index>(h.row.size()));
   if (options.hessian == Hessian::exact || options.hessian == Hessian::automatic) exact_ = hessian_;
   jacobian_.setZero(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
+  if (options.hessian == Hessian::limited_memory) white_.emplace(h);
 }
 
 void IpoptNlp::start() {
   recenter_ = false;
   has_cost_ = has_derivatives_ = has_constraints_ = false;  // of the last chart
   x_.setZero();
+  unknowns_.setZero();
+  choose_unknowns();
   first_iteration_ = session_.summary.iterations;
   best_.setZero();
   best_point_ = {feasible_};
@@ -69,20 +78,25 @@ bool IpoptNlp::get_bounds_info(Index n, Number* lower, Number* upper, Index m, N
   return true;
 }
 
-/// Unknowns in units of unit curvature: stiff and slack directions then meet Ipopt's tolerance and its regularisation
-/// alike.
-bool IpoptNlp::get_scaling_parameters(Number& cost_scale, bool& use_x, Index n, Number* x_scale, bool& use_g, Index,
-                                      Number*) {
-  cost_scale = 1.0;
-  use_g = false;
-  use_x = evaluate(x_.data(), true, [&] {
-    program_.linearize(gradient_, hessian_);
-    for (Index i = 0; i < n; ++i) {
-      const double curvature = hessian_[lower_triangle_[diagonal_[std::size_t(i)]]];
-      x_scale[i] = curvature > 0 ? std::sqrt(curvature) : 1.0;
+/// What Ipopt's unknowns are, by the Hessian at X̄. Where that is undefined, so is Ipopt's first gradient.
+void IpoptNlp::choose_unknowns() try {
+  const Session::Timer timer(session_.summary.evaluation_seconds);
+  unit_.setOnes();
+  program_.reset();
+  program_.linearize(gradient_, hessian_);
+  hessian_diagonal(program_.hessian_pattern(), hessian_, unit_);
+  if (white_) {
+    Eigen::VectorXd shift = unit_;
+    for (double& d : shift) d = d > 0 ? kWhiteDamping * d : 1.0;
+    while (!white_->factorize(hessian_, shift)) {
+      shift *= 10;
+      if (!shift.allFinite()) throw Error("the Jacobians are too large to be factorised");
     }
-  });
-  return true;
+  }
+  for (double& u : unit_) u = u > 0 ? 1.0 / std::sqrt(u) : 1.0;
+} catch (const Error&) {
+  white_.reset();
+  unit_.setOnes();
 }
 
 bool IpoptNlp::get_starting_point(Index n, bool init_x, Number* x, bool init_z, Number* z_lower, Number* z_upper,
@@ -101,9 +115,14 @@ template <class F>
 bool IpoptNlp::evaluate(const Number* x, bool new_x, F f) {
   const Session::Timer timer(session_.summary.evaluation_seconds);
   try {
-    if (new_x || !std::equal(x_.data(), x_.data() + x_.size(), x)) {
+    if (new_x || !std::equal(unknowns_.data(), unknowns_.data() + unknowns_.size(), x)) {
       has_cost_ = has_derivatives_ = has_constraints_ = false;
-      x_ = Eigen::Map<const Eigen::VectorXd>(x, x_.size());
+      x_ = unknowns_ = Eigen::Map<const Eigen::VectorXd>(x, x_.size());
+      if (white_) {
+        white_->solve_transposed(x_);
+      } else {
+        x_.array() *= unit_.array();
+      }
       program_.move_to(x_);
     }
     f();
@@ -149,7 +168,13 @@ bool IpoptNlp::eval_f(Index, const Number* x, bool new_x, Number& value) {
 bool IpoptNlp::eval_grad_f(Index n, const Number* x, bool new_x, Number* gradient) {
   return evaluate(x, new_x, [&] {
     need_derivatives();
-    std::copy_n(gradient_.data(), n, gradient);
+    own_gradient_ = gradient_;
+    if (white_) {
+      white_->solve_lower(own_gradient_);
+    } else {
+      own_gradient_.array() *= unit_.array();
+    }
+    std::copy_n(own_gradient_.data(), n, gradient);
   });
 }
 
@@ -169,7 +194,8 @@ bool IpoptNlp::eval_jac_g(Index, const Number* x, bool new_x, Index, Index nnz, 
   }
   return evaluate(x, new_x, [&] {
     program_.constraint_jacobian(jacobian_);
-    std::copy_n(jacobian_.data(), nnz, values);
+    const auto& columns = program_.jacobian_pattern().column;
+    for (Index k = 0; k < nnz; ++k) values[k] = jacobian_[k] * unit_[columns[std::size_t(k)]];
   });
 }
 
@@ -196,7 +222,11 @@ bool IpoptNlp::eval_h(Index, const Number* x, bool new_x, Number factor, Index m
     } else {
       need_derivatives();
     }
-    for (std::size_t k = 0; k < lower_triangle_.size(); ++k) values[k] = factor * (*h)[lower_triangle_[k]];
+    for (int c = 0, k = 0; c < pattern.size(); ++c)
+      for (const double unit = factor * unit_[c]; k < lower_start_[std::size_t(c) + 1]; ++k) {
+        const int at = lower_triangle_[std::size_t(k)];
+        values[k] = unit * unit_[pattern.row[std::size_t(at)]] * (*h)[at];
+      }
     if (!exact_now_)
       for (const std::size_t k : diagonal_) values[k] *= 1 + damping_;
   });
@@ -207,20 +237,19 @@ void IpoptNlp::finalize_solution(Ipopt::SolverReturn, Index n, const Number* x, 
                                  Ipopt::IpoptCalculatedQuantities*) {
   if (lambda) lambda_ = Eigen::Map<const Eigen::VectorXd>(lambda, m);
   if (!x) return;
-  current_ = Eigen::Map<const Eigen::VectorXd>(x, n);
-  consider_best(current_);
+  consider_best(Eigen::Map<const Eigen::VectorXd>(x, n));
 }
 
-void IpoptNlp::consider_best(const Eigen::VectorXd& x) {
+void IpoptNlp::consider_best(const Eigen::VectorXd& iterate) {
   double cost = HUGE_VAL, violation = HUGE_VAL;
-  const bool valid = evaluate(x.data(), false, [&] {
+  const bool valid = evaluate(iterate.data(), false, [&] {
     need_cost();
     need_constraints();
     cost = cost_;
     violation = program_.violation(constraints_).size;
   });
-  if (!valid) return;
-  if (best_point_.offer(cost, violation)) best_ = x;
+  current_ = x_;
+  if (valid && best_point_.offer(cost, violation)) best_ = x_;
 }
 
 bool IpoptNlp::intermediate_callback(Ipopt::AlgorithmMode, Index iteration, Number value, Number, Number, Number mu,
@@ -244,8 +273,8 @@ bool IpoptNlp::intermediate_callback(Ipopt::AlgorithmMode, Index iteration, Numb
     auto* nlp = dynamic_cast<Ipopt::OrigIpoptNLP*>(Ipopt::GetRawPtr(quantities->GetIpoptNLP()));
     auto* adapter = nlp ? dynamic_cast<Ipopt::TNLPAdapter*>(Ipopt::GetRawPtr(nlp->nlp())) : nullptr;
     if (adapter && Ipopt::IsValid(data->curr())) {
-      adapter->ResortX(*nlp->NLP_scaling()->unapply_vector_scaling_x(data->curr()->x()), current_.data());
-      consider_best(current_);
+      adapter->ResortX(*nlp->NLP_scaling()->unapply_vector_scaling_x(data->curr()->x()), iterate_.data());
+      consider_best(iterate_);
       recenter_ = program_.largest_angle() > kRecenterAngle;
     }
     session_.report_at(program_, current_, session_.summary.iterations, value, step, best_point_.violation);

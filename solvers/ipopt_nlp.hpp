@@ -1,18 +1,24 @@
 #pragma once
 
 #include <exception>
+#include <optional>
 
 #include <IpTNLP.hpp>
 
 #include <tandem/problem/program.hpp>
 #include <tandem/solvers/best_point.hpp>
 #include <tandem/solvers/ipopt.hpp>
+#include <tandem/solvers/linear/block_cholesky.hpp>
 #include <tandem/solvers/session.hpp>
 
 namespace tandem::detail {
 
-/// A Program as Ipopt's TNLP: the unknowns are δ, started at 0. Work is cached per point. Nothing is thrown through
-/// Ipopt: `error()` holds what was.
+/// A Program as Ipopt's TNLP. Work is cached per point. Nothing is thrown through Ipopt: `error()` holds what was.
+///
+/// The unknowns, started at 0, are δ in units of unit curvature at the start: stiff and slack directions then meet
+/// Ipopt's tolerance and its regularisation alike. (Scaled here, since Ipopt's own scaling copies its matrices over and
+/// over.) With limited-memory they are white, Lᵀ δ of the Hessian's factor L: six steps say little about chains whose
+/// curvatures span many decades. There a constraint's Jacobian would be dense, so there are none.
 class IpoptNlp final : public Ipopt::TNLP {
  public:
   /// `feasible` is the largest violation of a point that meets the constraints.
@@ -37,8 +43,6 @@ class IpoptNlp final : public Ipopt::TNLP {
 
   bool get_nlp_info(Index& n, Index& m, Index& nnz_jac, Index& nnz_hess, IndexStyleEnum& style) override;
   bool get_bounds_info(Index n, Number* lower, Number* upper, Index m, Number* c_lower, Number* c_upper) override;
-  bool get_scaling_parameters(Number& cost_scale, bool& use_x, Index n, Number* x_scale, bool& use_g, Index m,
-                              Number* g_scale) override;
   bool get_starting_point(Index n, bool init_x, Number* x, bool init_z, Number* z_lower, Number* z_upper, Index m,
                           bool init_lambda, Number* lambda) override;
   bool eval_f(Index n, const Number* x, bool new_x, Number& value) override;
@@ -61,15 +65,21 @@ class IpoptNlp final : public Ipopt::TNLP {
   void need_cost();
   void need_derivatives();
   void need_constraints();
-  void consider_best(const Eigen::VectorXd& x);
+  /// Of an iterate in Ipopt's unknowns, which becomes current_ as δ.
+  void consider_best(const Eigen::VectorXd& iterate);
+  void choose_unknowns();
 
   double feasible_;
   Program& program_;
   Session& session_;
   const IpoptOptions& options_;
-  std::vector<Eigen::Index> lower_triangle_;  // of the pattern's values, those on and below the diagonal
-  std::vector<std::size_t> diagonal_;         // of each unknown, in lower_triangle_
+  std::vector<int> lower_triangle_;    // of the pattern's values, those on and below the diagonal
+  std::vector<int> lower_start_;       // of each column in lower_triangle_
+  std::vector<std::size_t> diagonal_;  // of each unknown, in lower_triangle_
   Eigen::VectorXd x_, current_, best_, gradient_, hessian_, exact_, multipliers_, constraints_, jacobian_, lambda_;
+  std::optional<BlockCholesky> white_;
+  Eigen::VectorXd unknowns_, iterate_, own_gradient_;  // Ipopt's; x_ is δ of unknowns_
+  Eigen::VectorXd unit_;                               // δ of one of each unknown
   BestPoint best_point_{};
   double cost_ = 0, last_cost_ = 0, barrier_ = 0, damping_ = kInitialDamping;
   bool has_cost_ = false, has_derivatives_ = false, has_constraints_ = false, recenter_ = false, exact_now_;

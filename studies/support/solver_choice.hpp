@@ -18,7 +18,8 @@ using Solver = std::variant<GaussNewtonOptions, AugmentedLagrangianOptions, Ipop
 SolverOptions& common(Solver& solver);
 const SolverOptions& common(const Solver& solver);
 
-/// Whether it takes limits as hard constraints, going by its kind: gauss-newton and some of NLopt's algorithms do not.
+/// Whether it takes limits as hard constraints, going by its kind: gauss-newton, some of NLopt's algorithms and Ipopt with
+/// limited memory do not.
 bool takes_hard_limits(const Solver& solver);
 
 /// Their names: gauss-newton, augmented-lagrangian, ipopt and, in a build with NLopt, nlopt:ALGORITHM.

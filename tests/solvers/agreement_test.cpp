@@ -8,14 +8,8 @@
 namespace tandem::testing {
 namespace {
 
-/// All but limited memory, whose few pairs creep on a chain with sigmas that span three decades.
-std::vector<AnySolver> without_limited_memory(std::vector<AnySolver> solvers) {
-  std::erase_if(solvers, [](const AnySolver& solver) { return solver.name == "ipopt_limited_memory"; });
-  return solvers;
-}
-
 std::vector<AnySolver> soft_solvers() {
-  std::vector<AnySolver> solvers = without_limited_memory(main_solvers());
+  std::vector<AnySolver> solvers = main_solvers();
   for (const std::string& algorithm : nlopt_algorithms()) solvers.push_back(nlopt(algorithm));
   return solvers;
 }
@@ -53,8 +47,7 @@ TEST(Agreement, OfSoftLimitsAndNonHolonomicMotion) {
   const TrackingOptions options{
       .non_holonomic = Role::soft, .surge = between(0.0, 0.8), .max_yaw_rate = 0.05, .limits = Role::soft};
   const Result reference = solve(data, options, main_solvers().front());
-  for (const AnySolver& solver : without_limited_memory(main_solvers()))
-    expect_same(solve(data, options, solver), reference, solver);
+  for (const AnySolver& solver : main_solvers()) expect_same(solve(data, options, solver), reference, solver);
 }
 
 class RobustLoss : public ::testing::TestWithParam<Loss> {};
@@ -69,8 +62,7 @@ TEST_P(RobustLoss, GivesTheSameOptimumInEverySolver) {
   const Result reference = solve(data, options, main_solvers().front());
   const Result plain = solve(data, {}, main_solvers().front());
   EXPECT_LT(reference.summary.cost, 0.5 * plain.summary.cost) << "the outlier counts for less";
-  for (const AnySolver& solver : without_limited_memory(main_solvers()))
-    expect_same(solve(data, options, solver), reference, solver);
+  for (const AnySolver& solver : main_solvers()) expect_same(solve(data, options, solver), reference, solver);
 }
 
 TEST(Agreement, OfIpoptSlsqpAndAuglagUnderHardConstraints) {
@@ -84,7 +76,7 @@ TEST(Agreement, OfIpoptSlsqpAndAuglagUnderHardConstraints) {
         solve(data, {.roll_pitch = options.roll_pitch == Role::hard ? Role::off : Role::soft}, main_solvers().front())
             .summary.cost;
     std::optional<Result> reference;
-    for (const AnySolver& solver : without_limited_memory(hard_solvers())) {
+    for (const AnySolver& solver : hard_solvers()) {
       const Result result = solve(data, options, solver);
       EXPECT_GT(result.summary.cost, unconstrained) << "the constraints cost something";
       if (!reference) reference = result;

@@ -61,7 +61,7 @@ inline AnySolver ipopt(Hessian hessian = Hessian::gauss_newton) {
                        : hessian == Hessian::exact          ? "_exact"
                        : hessian == Hessian::limited_memory ? "_limited_memory"
                                                             : "";
-  return any_solver(std::string("ipopt") + suffix, true, options);
+  return any_solver(std::string("ipopt") + suffix, hessian != Hessian::limited_memory, options);
 }
 inline AnySolver ipopt_mumps() {
   IpoptOptions options;

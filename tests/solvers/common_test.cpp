@@ -89,8 +89,6 @@ TEST_P(EverySolver, TurnsFurtherThanAChart) {
 }
 
 TEST_P(EverySolver, FindsTheTruthOfANoiselessTrackingProblem) {
-  if (solver().name == "ipopt_limited_memory")
-    GTEST_SKIP() << "its few pairs creep on a chain whose sigmas span three decades";
   Simulation simulation;
   simulation.duration = 8.0;
   simulation.usbl_mount = SE3::Exp((Vector<6>() << 0.5, -0.2, 0.3, 0.4, 0.1, -0.9).finished());

@@ -79,6 +79,32 @@ TEST_F(IpoptTest, TwoLinearSolversAreOneTooMany) {
   EXPECT_EQ(solve(problem, options).status, Status::unsupported);
 }
 
+/// Chains whose curvatures span many decades, of which the last steps tell little.
+TEST_F(IpoptTest, LimitedMemoryConvergesOnTrackingProblems) {
+  Simulation simulation;
+  simulation.duration = 60.0;
+  simulation.noise = 1.0;
+  std::map<Hessian, Summary> summaries;
+  for (const auto hessian : {Hessian::gauss_newton, Hessian::limited_memory}) {
+    TrackingProblem tracking = make_tracking_problem(simulation.data(), {});
+    IpoptOptions options;
+    options.hessian = hessian;
+    options.max_iterations = 300;
+    summaries[hessian] = solve(tracking.problem, options);
+    EXPECT_TRUE(summaries[hessian].converged()) << summaries[hessian].message;
+  }
+  EXPECT_NEAR(summaries[Hessian::limited_memory].cost, summaries[Hessian::gauss_newton].cost,
+              1e-8 * summaries[Hessian::gauss_newton].cost);
+}
+
+TEST_F(IpoptTest, LimitedMemoryRefusesHardConstraints) {
+  IpoptOptions options;
+  options.hessian = Hessian::limited_memory;
+  problem.subject_to(Prior<R2>{R2()}, at_most(1.0), {x});
+  EXPECT_THAT(why_unsupported(problem, options), HasSubstr("limited-memory Hessian takes no hard constraints"));
+  EXPECT_EQ(solve(problem, options).status, Status::unsupported);
+}
+
 /// What the factor makes of another matrix than the one it was told of is nobody's guess.
 TEST_F(IpoptTest, AnOptionThatScalesTheLinearSystemsIsTaken) {
   EXPECT_TRUE(with("linear_system_scaling", "slack-based").converged());

@@ -1,0 +1,123 @@
+#pragma once
+
+#include <tandem/lie/rn.hpp>
+#include <tandem/lie/sek3.hpp>
+
+namespace tandem {
+
+/// Second derivatives of Exp and of the product, contracted with a covector λ (a gradient by right perturbations):
+///
+///   of(v, λ)       the second derivative of λᵀ Log(Exp(v)⁻¹ Exp(v + δ)) by δ: the symmetric part of ∂(Jr(v)ᵀ λ)/∂v
+///   bracket(λ)     C with aᵀ C b = λᵀ [a, b]: Log(Exp(a) Exp(b)) = a + b + ½ [a, b] + …
+///
+/// Log's is −Jr⁻ᵀ of(v, Jr⁻ᵀ λ) Jr⁻¹ with v = Log(X), Jr = Jr(v), since Log undoes Exp. Specialised for the groups where
+/// it is known.
+template <LieGroup G>
+struct ExpCurvature;
+
+template <int N>
+struct ExpCurvature<Rn<N>> {
+  static Matrix<N, N> of(const Vector<N>&, const Vector<N>&) { return Matrix<N, N>::Zero(); }
+  static Matrix<N, N> bracket(const Vector<N>&) { return Matrix<N, N>::Zero(); }
+};
+
+/// Jrᵀ λ is J(θ) a_k in the rows of ρ_k, and Σ Q(ρ_k, θ) a_k + J(θ) m in those of θ, with λ = [a_1; …; m], J the left
+/// Jacobian of SO(3) and Q Barfoot's (2017, eq. 7.86). Differentiated term by term; the coefficients' derivatives by θ²
+/// are B' = E − C/2, C' = −F and two more.
+template <int K>
+struct ExpCurvature<BasicSEK3<K, double>> {
+  using G = BasicSEK3<K, double>;
+  using Mat3 = Matrix<3, 3>;
+  using Vec3 = Vector<3>;
+
+  static typename G::Jacobian of(const typename G::Tangent& v, const typename G::Tangent& lambda) {
+    const Vec3 theta = v.template tail<3>(), m = lambda.template tail<3>();
+    const Coefficients k(theta.squaredNorm());
+    typename G::Jacobian H = G::Jacobian::Zero();
+    Mat3 by_theta = jacobian_by_angle(theta, m, k);
+    for (int i = 0; i < K; ++i) {
+      const Vec3 rho = v.template segment<3>(3 * i), a = lambda.template segment<3>(3 * i);
+      const Mat3 mixed = 0.5 * (jacobian_by_angle(theta, a, k) + Q_by_rho(theta, a, k).transpose());
+      H.template block<3, 3>(3 * i, 3 * K) = mixed;
+      H.template block<3, 3>(3 * K, 3 * i) = mixed.transpose();
+      by_theta += Q_by_angle(rho, theta, a, k);
+    }
+    H.template bottomRightCorner<3, 3>() = 0.5 * (by_theta + by_theta.transpose());
+    return H;
+  }
+
+  static typename G::Jacobian bracket(const typename G::Tangent& lambda) {
+    typename G::Jacobian C = G::Jacobian::Zero();
+    for (int i = 0; i < K; ++i) {
+      const Mat3 a = skew(lambda.template segment<3>(3 * i));
+      C.template block<3, 3>(3 * i, 3 * K) = -a;
+      C.template block<3, 3>(3 * K, 3 * i) = -a;
+    }
+    C.template bottomRightCorner<3, 3>() = -skew(lambda.template tail<3>());
+    return C;
+  }
+
+ private:
+  struct Coefficients : AngleCoefficients<double> {
+    double dB, dC, dE, dF;  ///< by θ²
+
+    explicit Coefficients(double x) : AngleCoefficients<double>(x) {
+      dB = E - 0.5 * C;
+      dC = -F;
+      if (x < kSeriesBelow) {
+        dE = -1. / 720 + x * (2. / 40320 + x * (-3. / 3628800 + x * (4. / 479001600 - x * (5. / 87178291200.))));
+        dF = -1. / 2520 + x * (2. / 120960 + x * (-3. / 9979200 + x * (4. / 1245404160 - x * (5. / 217945728000.))));
+      } else {
+        dE = (0.5 * C - 2 * E) / x;
+        dF = (0.5 * C - E - 5 * F) / (2 * x);
+      }
+    }
+  };
+
+  /// ∂([θ]×² y)/∂θ
+  static Mat3 square_by_angle(const Vec3& theta, const Vec3& y) {
+    return theta * y.transpose() + theta.dot(y) * Mat3::Identity() - 2 * y * theta.transpose();
+  }
+  static Vec3 square(const Vec3& theta, const Vec3& y) { return theta.cross(theta.cross(y)); }
+
+  /// ∂(J(θ) a)/∂θ, J = I + B [θ]× + C [θ]×²
+  static Mat3 jacobian_by_angle(const Vec3& theta, const Vec3& a, const Coefficients& k) {
+    const Vec3 slope = k.dB * theta.cross(a) + k.dC * square(theta, a);
+    return k.C * square_by_angle(theta, a) - k.B * skew(a) + 2 * slope * theta.transpose();
+  }
+
+  /// ∂(Q(ρ, θ) a)/∂ρ
+  static Mat3 Q_by_rho(const Vec3& theta, const Vec3& a, const Coefficients& k) {
+    const Mat3 W = skew(theta), A = skew(a);
+    const Vec3 turned = theta.cross(a), twice = theta.cross(turned);
+    const Mat3 WA = W * A;
+    Mat3 M = -0.5 * A - k.C * (WA + skew(turned)) - k.E * (W * WA + skew(twice));
+    M += ((3 * k.E - k.C) * turned - 2 * k.F * twice) * theta.transpose();
+    return M;
+  }
+
+  /// ∂(Q(ρ, θ) a)/∂θ
+  static Mat3 Q_by_angle(const Vec3& rho, const Vec3& theta, const Vec3& a, const Coefficients& k) {
+    const Mat3 P = skew(rho), A = skew(a);
+    const Vec3 p = rho.cross(a), turned = theta.cross(a), twice = theta.cross(turned);
+    const double c = theta.dot(rho);
+    const Mat3 square_a = square_by_angle(theta, a);
+    // Q a = ½ ρ×a + C q1 + E q2 + F q3
+    const Vec3 q1 = theta.cross(p) + rho.cross(turned) - c * turned;
+    const Vec3 q2 = square(theta, p) + rho.cross(twice) + 3 * c * turned;
+    const Vec3 q3 = -2 * c * twice;
+    Mat3 M = k.C * (c * A - skew(p) - P * A - turned * rho.transpose());
+    M += k.E * (square_by_angle(theta, p) + P * square_a + 3 * turned * rho.transpose() - 3 * c * A);
+    M -= 2 * k.F * (twice * rho.transpose() + c * square_a);
+    M += 2 * (k.dC * q1 + k.dE * q2 + k.dF * q3) * theta.transpose();
+    return M;
+  }
+};
+
+/// Groups whose ExpCurvature is known.
+template <class G>
+concept HasExpCurvature = LieGroup<G> && requires(const typename G::Tangent& v) {
+  ExpCurvature<G>::of(v, v);
+};
+
+}  // namespace tandem

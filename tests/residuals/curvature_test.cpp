@@ -1,0 +1,103 @@
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include <tandem/residuals/constant_twist.hpp>
+#include <tandem/residuals/prior.hpp>
+#include <tandem/residuals/relative_pose.hpp>
+#include <tandem/residuals/twist_components.hpp>
+
+/// Second derivatives that residuals give, against central differences of their first.
+namespace tandem {
+namespace {
+
+std::mt19937_64 generator{11};
+
+template <int N>
+Vector<N> random_tangent(double size) {
+  std::normal_distribution<double> normal(0.0, size);
+  return Vector<N>::NullaryExpr([&] { return normal(generator); });
+}
+template <class G>
+G random_state(double size) {
+  return G::Exp(random_tangent<G::dof>(size));
+}
+
+/// Jᵀ w of the residual over states x Exp(ζ), by ζ.
+template <class R, class... X>
+Eigen::VectorXd gradient_by(const R& residual, const Vector<R::dim>& w, const std::tuple<X...>& x, int state,
+                            const Eigen::VectorXd& zeta) {
+  Vector<R::dim> r;
+  std::tuple<Matrix<R::dim, X::dof>...> J;
+  std::apply([&](const auto&... at) { std::apply([&](auto&... by) { residual(at..., r, &by...); }, J); }, x);
+  Eigen::VectorXd g((X::dof + ...));
+  int first = 0, index = 0;
+  std::apply(
+      [&](const auto&... by) {
+        const auto put = [&](const auto& Js) {
+          g.segment(first, Js.cols()) = Js.transpose() * w;
+          if (index++ == state) {
+            using G = std::tuple_element_t<0, std::tuple<X...>>;  // all states are of one group here
+            const typename G::Tangent step = zeta;
+            g.segment(first, Js.cols()) = (G::Jr(step).transpose() * g.segment(first, Js.cols())).eval();
+          }
+          first += static_cast<int>(Js.cols());
+        };
+        (put(by), ...);
+      },
+      J);
+  return g;
+}
+
+template <class R>
+void expect_curvature(const R& residual, double size) {
+  using States = typename R::States;
+  using G = std::tuple_element_t<0, States>;
+  constexpr int n = detail::CurvatureOf<R, States>::size;
+  static_assert(HasCurvature<R>);
+  States x;
+  std::apply([&](auto&... at) { ((at = random_state<G>(size)), ...); }, x);
+  const Vector<R::dim> w = random_tangent<R::dim>(1.0);
+  Eigen::MatrixXd expected(n, n);
+  constexpr double h = 1e-5;
+  for (int column = 0; column < n; ++column) {
+    const int state = column / G::dof;
+    Eigen::VectorXd side[2];
+    for (const int s : {0, 1}) {
+      const typename G::Tangent zeta = (s == 0 ? h : -h) * G::Tangent::Unit(column % G::dof);
+      States moved = x;
+      int index = 0;
+      std::apply([&](auto&... at) { ((at = index++ == state ? at * G::Exp(zeta) : at), ...); }, moved);
+      side[s] = gradient_by(residual, w, moved, state, zeta);
+    }
+    expected.col(column) = (side[0] - side[1]) / (2 * h);
+  }
+  Matrix<n, n> H;
+  std::apply([&](const auto&... at) { residual.curvature(at..., w, H); }, x);
+  EXPECT_LE((H - expected).cwiseAbs().maxCoeff(), 1e-8 * std::max(1.0, expected.cwiseAbs().maxCoeff()))
+      << R::name << ", states of size " << size;
+}
+
+TEST(Curvature, AgreesWithDifferencesOfTheJacobians) {
+  for (const double size : {0.0, 1e-7, 0.05, 0.4, 1.0})
+    for (int trial = 0; trial < 5; ++trial) {
+      expect_curvature(Prior<SE3>{random_state<SE3>(size)}, size);
+      expect_curvature(RelativePose<SE3>{random_state<SE3>(size), random_state<SE3>(1.0), random_state<SE3>(1.0)},
+                       size);
+      expect_curvature(ConstantTwist<SE3>{0.7, 1.1}, size);
+      expect_curvature(TwistComponents<SE3, sway | heave | yaw_rate>{0.7}, size);
+      expect_curvature(ConstantTwist<R3>{0.7, 1.1}, size);
+    }
+}
+
+/// Residuals that turn by nearly π, where Log is steepest.
+TEST(Curvature, HoldsNearHalfATurn) {
+  for (const double angle : {2.5, 3.0, 3.1}) {
+    const SE3 turned(SO3::Exp(Vector<3>(0.6, 0, 0.8) * angle), {1, 2, 3});
+    expect_curvature(Prior<SE3>{turned}, 0.01);
+    expect_curvature(RelativePose<SE3>{turned}, 0.01);
+  }
+}
+
+}  // namespace
+}  // namespace tandem
