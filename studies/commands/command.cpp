@@ -1,10 +1,14 @@
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <deque>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <tandem/studies/commands/command.hpp>
+#include <tandem/studies/scenario/sensor_file.hpp>
 #include <tandem/studies/support/console.hpp>
 #include <tandem/studies/support/text.hpp>
 
@@ -92,6 +96,8 @@ int run_commands(const std::vector<Command>& commands, int argc, const char* con
   CLI::App app("Joint estimation of a vehicle and the moving target it observes", "tandem");
   app.set_version_flag("--version", "tandem " + version);
   app.require_subcommand(1);
+  bool outside = false;
+  app.add_flag("--allow-outside", outside, "Before the command: a scenario's files may be outside of its folder");
   struct Entry {
     CLI::App* app;
     CommandOptions options;
@@ -113,9 +119,14 @@ int run_commands(const std::vector<Command>& commands, int argc, const char* con
     return kWrongInput;
   }
   const auto entry = std::find_if(entries.begin(), entries.end(), [](const Entry& e) { return e.app->parsed(); });
-  entry->options.read({argv + 2, argv + argc});
+  allow_outside_files(outside);
+  const auto name = std::find(argv + 1, argv + argc, entry->app->get_name());
+  entry->options.read({std::min(name + 1, argv + argc), argv + argc});
   if (entry->stops) stop_on_interrupt();
-  return entry->run();
+  const int status = entry->run();
+  if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return status;
+  complain(fmt::format("standard output cannot be written: {}", std::strerror(errno)));
+  return kWrongInput;
 } catch (const std::exception& error) {
   complain(error.what());
   return kWrongInput;

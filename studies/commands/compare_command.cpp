@@ -93,7 +93,7 @@ int run_one(const CompareRequest& request, const CommandOptions& option) {
     const WatchedSolve watched(common(contender.solver), request.output, request.line);
     return compare_one(scenario, problem, contender);
   }();
-  fmt::print("{}", to_text(solve));
+  fmt::print("{}", printable_lines(to_text(solve)));
   return kDone;
 }
 

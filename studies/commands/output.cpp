@@ -6,6 +6,7 @@
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/support/option_values.hpp>
+#include <tandem/studies/support/text.hpp>
 
 namespace tandem {
 
@@ -39,8 +40,8 @@ int finish(const Output& output, const Results& results) {
     fmt::print("{}", results.json());
   } else if (!output.quiet) {
     const std::string table = results.table ? results.table() : "";
-    fmt::print("{}", table);
-    if (output.folder) fmt::print("{}Written to {}\n", table.empty() ? "" : "\n", output.folder_name);
+    fmt::print("{}", printable_lines(table));
+    if (output.folder) fmt::print("{}Written to {}\n", table.empty() ? "" : "\n", printable(output.folder_name));
   }
   std::fflush(stdout);
   if (!note.empty() && !output.quiet) complain(note);

@@ -3,6 +3,7 @@
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/report/report_page.hpp>
 #include <tandem/studies/support/output_file.hpp>
+#include <tandem/studies/support/text.hpp>
 
 namespace tandem {
 namespace {
@@ -26,7 +27,7 @@ int run_report(const ReportRequest& request) {
     std::filesystem::remove(fresh, ignored);
     throw;
   }
-  fmt::print("Written to {}\n", file.string());
+  fmt::print("Written to {}\n", printable(file.string()));
   return kDone;
 }
 

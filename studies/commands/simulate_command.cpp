@@ -21,6 +21,7 @@ struct SimulateRequest {
   DiveOptions dive;
   DockingOptions docking;
   Output output;
+  bool force = false;
 };
 
 Grade parse_grade(const std::string& option, const std::string& text) {
@@ -62,6 +63,14 @@ const std::vector<Simulation>& simulations() {
   return all;
 }
 
+/// A scenario is not to be mixed with what is there, nor another's written over.
+void check_empty(const SimulateRequest& request) {
+  const std::string& folder = request.output.folder_name;
+  std::error_code none;
+  if (request.force || !std::filesystem::is_directory(folder, none) || std::filesystem::is_empty(folder)) return;
+  throw Error(fmt::format("--out {}: the folder is not empty; --force writes into it all the same", folder));
+}
+
 int run_simulate(const SimulateRequest& request, const CommandOptions& option) {
   std::vector<std::string> names;
   for (const Simulation& simulation : simulations()) {
@@ -69,6 +78,7 @@ int run_simulate(const SimulateRequest& request, const CommandOptions& option) {
     if (simulation.name != request.name) continue;
     if (const auto given = option.given(simulation.is_dive ? kOfDockings : kOfDives); !given.empty())
       throw Error(fmt::format("simulate {} takes no {}", request.name, given.front()));
+    check_empty(request);
     return finish(request.output, simulation.run(request));
   }
   throw Error(fmt::format("there is no simulation {}{} (there are: {})", quote(request.name),
@@ -122,6 +132,7 @@ Command simulate_command() {
                parse_count);
         add_output(option, request->output,
                    {.writes = "The folder to write", .required = true, .plots = false, .prints = false});
+        option.flag("--force", "Write into DIR though it is not empty", request->force);
         return [request, &option] { return run_simulate(*request, option); };
       }};
 }

@@ -98,7 +98,8 @@ void finish_tables(const StudyDatabase& database, const std::string& folder, boo
   OutputFolder(folder).fill(
       [&](const std::filesystem::path& fresh) { write_study_tables(database.study(), tables, fresh); });
   if (!quiet)
-    fmt::print("{}\n{}\nWritten to {}\n", study_report(database.study(), tables), study_timing(tables), folder);
+    fmt::print("{}\n{}\nWritten to {}\n", printable_lines(study_report(database.study(), tables)),
+               printable_lines(study_timing(tables)), printable(folder));
 }
 
 /// By `ranks` together where there are some, else by threads.
@@ -181,7 +182,7 @@ int export_study(const StudyRequest& request) {
     write_file(fresh / "trials.csv", trials_csv(database.study(), results));
     if (request.plots) note = draw_plots("study", *request.plots, fresh);
   });
-  if (!request.quiet) fmt::print("Written to {}\n", folder);
+  if (!request.quiet) fmt::print("Written to {}\n", printable(folder));
   if (!request.quiet && !note.empty()) complain(note);
   return kDone;
 }
@@ -190,7 +191,7 @@ int show_study(const StudyRequest& request) {
   const StudyDatabase database = StudyDatabase::read(request.paths.front());
   const std::vector<TrialResult> results = database.results();
   const StudyTables tables = study_tables(database.study(), results);
-  fmt::print("{}\n{}", study_report(database.study(), tables), study_timing(tables));
+  fmt::print("{}\n{}", printable_lines(study_report(database.study(), tables)), printable_lines(study_timing(tables)));
   return kDone;
 }
 

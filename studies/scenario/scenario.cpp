@@ -8,6 +8,7 @@
 #include <tandem/studies/scenario/scenario.hpp>
 #include <tandem/studies/scenario/scenario_ego.hpp>
 #include <tandem/studies/scenario/scenario_sensors.hpp>
+#include <tandem/studies/scenario/sensor_file.hpp>
 #include <tandem/studies/scenario/sensor_rows.hpp>
 #include <tandem/studies/scenario/table.hpp>
 #include <tandem/studies/scenario/yaml_section.hpp>
@@ -91,7 +92,7 @@ class ScenarioReader {
       if (data_.planar)
         entry.fail("type", fmt::format("sensor type {} is not planar: leave out group SE2", entry.text("type")));
       read_ego_sensor(name, entry, folder_, scenario_.frame, navigation, all_rows());
-      const std::filesystem::path file = folder_ / entry.text("file");
+      const std::filesystem::path file = sensor_file(entry, folder_);
       if (entry.text("type") == "imu")
         scenario_.files.imu = file;
       else
@@ -146,7 +147,7 @@ class ScenarioReader {
       if (contains(ego_, name)) continue;
       const YamlSection entry = sensors.section(name);
       data_.sensors.push_back(read_sensor(name, entry, surroundings()));
-      scenario_.files.target.push_back(folder_ / entry.text("file"));
+      scenario_.files.target.push_back(sensor_file(entry, folder_));
       if (!entry.has("position") && !entry.has("orientation")) scenario_.without_extrinsics.push_back(name);
       files_.push_back(std::filesystem::path(entry.text("file")).filename().string());
     }

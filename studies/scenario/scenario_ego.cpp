@@ -9,6 +9,7 @@
 #include <tandem/studies/scenario/named_noise.hpp>
 #include <tandem/studies/scenario/scenario_ego.hpp>
 #include <tandem/studies/scenario/sensor_entry.hpp>
+#include <tandem/studies/scenario/sensor_file.hpp>
 #include <tandem/studies/scenario/sensor_rows.hpp>
 #include <tandem/studies/scenario/table.hpp>
 #include <tandem/studies/support/text.hpp>
@@ -58,7 +59,7 @@ ImuSensor read_imu(const std::string& name, const YamlSection& entry, const std:
   read_positive(entry, "max_specific_force", imu.max_specific_force);
   read_positive(entry, "max_angular_rate", imu.max_angular_rate);
 
-  const std::filesystem::path file = folder / entry.text("file");
+  const std::filesystem::path file = sensor_file(entry, folder);
   if (!rows) return imu;
   const Table table = read_csv(file, imu_columns, TimeOrder::any);
   if (table.rows() < 2) throw Error(fmt::format("{} needs two samples or more", table.file.string()));
@@ -95,7 +96,7 @@ EgoSensor read_other(const std::string& name, const YamlSection& entry, const st
   sensor.delay = read_delay(entry);
   sensor.loss = read_loss(entry, "loss");
 
-  const std::filesystem::path file = folder / entry.text("file");
+  const std::filesystem::path file = sensor_file(entry, folder);
   if (!with_rows) return sensor;
   const Table table = read_csv(file, columns(sensor.type), TimeOrder::any);
   sensor.measurements.reserve(table.rows());

@@ -5,6 +5,7 @@
 #include <tandem/studies/scenario/scenario_ego.hpp>
 #include <tandem/studies/scenario/scenario_sensors.hpp>
 #include <tandem/studies/scenario/sensor_entry.hpp>
+#include <tandem/studies/scenario/sensor_file.hpp>
 #include <tandem/studies/scenario/sensor_rows.hpp>
 #include <tandem/studies/scenario/table.hpp>
 #include <tandem/studies/support/text.hpp>
@@ -76,7 +77,7 @@ TargetSensor read_sensor(const std::string& name, const YamlSection& entry, cons
   sensor.loss = read_loss(entry, "loss");
   sensor.orientation_loss = read_loss(entry, "orientation_loss");
   sensor.error = read_error(entry, n);
-  sensor.measurements = measurements(sensor.type, around.folder / entry.text("file"), around);
+  sensor.measurements = measurements(sensor.type, sensor_file(entry, around.folder), around);
   return sensor;
 }
 

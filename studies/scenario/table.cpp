@@ -9,22 +9,13 @@
 #include <tandem/studies/scenario/quaternion.hpp>
 #include <tandem/studies/scenario/table.hpp>
 #include <tandem/studies/support/csv.hpp>
+#include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
 namespace {
 
 constexpr double kSamePose = 1e-3;  // m, rad
-
-std::unique_ptr<std::istream> opened(const std::filesystem::path& file) {
-  if (std::filesystem::is_directory(file)) throw Error(fmt::format("{} is a folder, not a file", file.string()));
-  auto stream = std::make_unique<std::ifstream>(file, std::ios::binary);
-  if (!*stream) {
-    const bool there = std::filesystem::exists(file);
-    throw Error(fmt::format("{} {}", file.string(), there ? "cannot be read" : "is missing"));
-  }
-  return stream;
-}
 
 }  // namespace
 
@@ -63,7 +54,7 @@ const std::vector<double>& RowFormat::parse(std::string_view line) {
 }
 
 RowFile::RowFile(std::filesystem::path file, RowFormat format, TimeOrder order)
-    : RowFile(opened(file), file, std::move(format), order) {}
+    : RowFile(std::make_unique<std::ifstream>(open_input(file)), file, std::move(format), order) {}
 
 RowFile::RowFile(std::unique_ptr<std::istream> stream, std::filesystem::path file, RowFormat format, TimeOrder order)
     : file_(std::move(file)),

@@ -6,6 +6,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/scenario/yaml_section.hpp>
+#include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -23,11 +24,7 @@ YamlSection::YamlSection(std::filesystem::path file, std::string name, YAML::Nod
 }
 
 std::string YamlSection::text_of(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  if (!stream || std::filesystem::is_directory(file)) {
-    const bool there = std::filesystem::exists(file);
-    throw Error(fmt::format("{} {}", file.string(), there ? "cannot be read" : "is missing"));
-  }
+  std::ifstream stream = open_input(file);
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 

@@ -1,93 +1,169 @@
+#include <atomic>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <set>
 #include <vector>
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <stdlib.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/output_folder.hpp>
+#include <tandem/studies/support/text.hpp>
 
 namespace tandem {
 namespace {
 
+namespace fs = std::filesystem;
+
+const std::string kFresh = "new";  // in a temporary folder: what is written, then, exchanged, what was there before
+constexpr int kTries = 100;
+const std::string kOwn = ".tandem-";   // begins names of what is not to be kept: the manifest, a probe of another run
+const std::string kExchange = "swap";  // there once `new` is complete
+
+/// While it lives, no other process has one of the same folder.
+class FolderLock {
+ public:
+  explicit FolderLock(const fs::path& folder) : descriptor_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    while (descriptor_ >= 0 && flock(descriptor_, LOCK_EX) != 0 && errno == EINTR) continue;
+  }
+  ~FolderLock() {
+    if (descriptor_ >= 0) close(descriptor_);
+  }
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  int descriptor_;
+};
+
 /// Removes the folder it made, if it is still there, whatever happens.
 class TemporaryFolder {
  public:
-  explicit TemporaryFolder(std::filesystem::path path) : path_(std::move(path)) {
-    std::filesystem::remove_all(path_);  // of an ended process with the same id
-    std::filesystem::create_directories(path_);
-  }
+  explicit TemporaryFolder(fs::path path) : path_(std::move(path)) { fs::create_directories(path_); }
   ~TemporaryFolder() {
     std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
+    fs::remove_all(path_, ignored);
   }
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
+  const fs::path& path() const { return path_; }
 
  private:
-  std::filesystem::path path_;
+  fs::path path_;
 };
 
-/// Files that were moved, and move back unless all of them are.
-class Moves {
- public:
-  Moves() = default;
-  ~Moves() {
-    std::error_code ignored;
-    for (auto move = done_.rbegin(); move != done_.rend(); ++move)
-      std::filesystem::rename(move->second, move->first, ignored);
-  }
-  Moves(const Moves&) = delete;
-  Moves& operator=(const Moves&) = delete;
-  void move(const std::filesystem::path& from, const std::filesystem::path& to) {
-    std::filesystem::rename(from, to);
-    done_.emplace_back(from, to);
-  }
-  void keep() { done_.clear(); }
-
- private:
-  std::vector<std::pair<std::filesystem::path, std::filesystem::path>> done_;
-};
-
-std::set<std::string> names_in(const std::filesystem::path& folder) {
+std::set<std::string> names_in(const fs::path& folder) {
   std::set<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) names.insert(entry.path().filename().string());
+  for (const auto& entry : fs::directory_iterator(folder)) names.insert(entry.path().filename().string());
   return names;
 }
 
-/// What the last run wrote; names alone, whatever a hand may have put there.
-std::set<std::string> last_written(const std::filesystem::path& folder) {
+/// What a run has written there; names alone, whatever a hand may have put there.
+std::set<std::string> last_written(const fs::path& folder) {
   std::set<std::string> names;
   std::ifstream stream(folder / OutputFolder::manifest, std::ios::binary);
   for (std::string name; std::getline(stream, name);)
-    if (!name.empty() && std::filesystem::path(name).filename() == name && name != "." && name != "..")
-      names.insert(name);
+    if (!name.empty() && fs::path(name).filename() == name && name != "." && name != "..") names.insert(name);
   return names;
 }
 
-/// Puts the files of `from` into `to`, and what they replace into `aside`: all, or none.
-void replace_files(const std::filesystem::path& from, const std::filesystem::path& to,
-                   const std::filesystem::path& aside) {
-  const std::set<std::string> written = names_in(from);
-  std::set<std::string> old = last_written(to);
-  for (const std::string& name : written) {
-    if (std::filesystem::is_directory(to / name))
-      throw Error(fmt::format("{} is a folder, and a file of that name is to be written", (to / name).string()));
-    old.insert(name);
+/// What is in a folder that no run has put there: it stays.
+std::set<std::string> foreign(const fs::path& folder) {
+  std::set<std::string> names = names_in(folder);
+  for (const std::string& name : last_written(folder))
+    if (!fs::is_directory(fs::symlink_status(folder / name))) names.erase(name);
+  std::erase_if(names, [](const std::string& name) { return name.starts_with(kOwn); });
+  return names;
+}
+
+void check_replaceable(const fs::path& fresh, const fs::path& folder) {
+  for (const std::string& name : names_in(fresh))
+    if (fs::is_directory(folder / name))
+      throw Error(
+          fmt::format("{} is a folder, and a file of that name is to be written", printable((folder / name).string())));
+}
+
+bool rename_by(const fs::path& from, const fs::path& to, unsigned flags) {
+  return renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), flags) == 0;
+}
+
+/// Moves what is in `old` and no run has put there into `folder`, where there is nothing of that name.
+void rescue(const fs::path& old, const fs::path& folder) {
+  for (const std::string& name : foreign(old)) {
+    if (fs::exists(fs::symlink_status(folder / name))) continue;
+    std::error_code error;
+    fs::rename(old / name, folder / name, error);
+    if (error && fs::exists(fs::symlink_status(old / name)))  // else its owner has removed it meanwhile
+      throw fs::filesystem_error("", error);
   }
-  Moves moves;
-  for (const std::string& name : old)
-    if (std::filesystem::is_regular_file(std::filesystem::symlink_status(to / name)) ||
-        std::filesystem::is_symlink(to / name))
-      moves.move(to / name, aside / name);
-  for (const std::string& name : written) moves.move(from / name, to / name);
-  moves.keep();
+}
+
+/// The whole folder for the other by one rename; false where the system cannot. Files of others are in both at that
+/// moment, folders of others are moved after it.
+bool exchange(const fs::path& fresh, const fs::path& folder, const fs::path& mark) {
+  if (fs::equivalent(folder, fs::current_path())) return false;  // who stands in it would be left in the old one
+  check_replaceable(fresh, folder);
+  std::error_code ignored;
+  const std::set<std::string> written = names_in(fresh);
+  for (const std::string& name : foreign(folder))
+    if (!written.contains(name) && fs::is_regular_file(fs::symlink_status(folder / name)))
+      fs::create_hard_link(folder / name, fresh / name, ignored);
+  fs::permissions(fresh, fs::status(folder).permissions(), ignored);
+  write_file(mark, "");
+  if (!rename_by(fresh, folder, RENAME_EXCHANGE)) return false;
+  rescue(fresh, folder);
+  return true;
+}
+
+/// File by file, where the folder itself cannot be replaced: all, or none unless the process is killed meanwhile.
+void replace_files(const fs::path& fresh, const fs::path& folder, const fs::path& aside) {
+  check_replaceable(fresh, folder);
+  const std::set<std::string> written = last_written(fresh);
+  std::set<std::string> old = last_written(folder);
+  old.insert(written.begin(), written.end());
+  old.insert(OutputFolder::manifest);
+  std::vector<std::pair<fs::path, fs::path>> moved;
+  try {
+    const auto move = [&](const fs::path& from, const fs::path& to) {
+      fs::rename(from, to);
+      moved.emplace_back(from, to);
+    };
+    for (const std::string& name : old)
+      if (const auto status = fs::symlink_status(folder / name); fs::is_regular_file(status) || fs::is_symlink(status))
+        move(folder / name, aside / name);
+    for (const std::string& name : written) move(fresh / name, folder / name);
+    move(fresh / OutputFolder::manifest, folder / OutputFolder::manifest);
+  } catch (...) {
+    std::error_code ignored;
+    for (auto move = moved.rbegin(); move != moved.rend(); ++move) fs::rename(move->second, move->first, ignored);
+    throw;
+  }
+}
+
+std::string temporary_prefix(const fs::path& folder) { return fmt::format(".{}.tandem-", folder.filename().string()); }
+
+/// Removes what killed runs have left beside the folder or in it; of what one had exchanged, what is not its own comes back.
+void clean_up(const fs::path& where, const fs::path& folder) {
+  std::error_code ignored;
+  const std::string prefix = temporary_prefix(folder);
+  std::vector<fs::path> left;
+  for (const auto& entry : fs::directory_iterator(where, ignored))
+    if (entry.path().filename().string().starts_with(prefix)) left.push_back(entry.path());
+  for (const fs::path& path : left) {
+    const std::string name = path.filename().string().substr(prefix.size());
+    const auto process = whole_number(std::string_view(name).substr(0, name.find('-')));
+    if (!process || kill(*process, 0) == 0 || errno == EPERM) continue;  // it is still at it
+    if (fs::exists(path / kExchange) && fs::is_directory(path / kFresh) && fs::is_directory(folder))
+      rescue(path / kFresh, folder);
+    fs::remove_all(path, ignored);
+  }
 }
 
 }  // namespace
@@ -100,29 +176,46 @@ OutputFolder::OutputFolder(std::filesystem::path folder) {
   while (!std::filesystem::exists(existing)) existing = existing.parent_path();
   if (!std::filesystem::is_directory(existing))
     throw Error(fmt::format("--out {}: {} is not a folder", folder.string(), existing.string()));
-  std::string probe = (existing / ".tandem-XXXXXX").string();  // permissions alone do not tell
-  if (!mkdtemp(probe.data()))
+  std::string probe;  // permissions alone do not tell
+  for (int tries = 0; tries < kTries; ++tries) {
+    probe = (existing / ".tandem-XXXXXX").string();
+    if (mkdtemp(probe.data())) break;
+    if (errno == ENOENT && tries + 1 < kTries) continue;  // another run has just replaced the folder
     throw Error(
         fmt::format("--out {}: {} cannot be written to: {}", folder.string(), existing.string(), std::strerror(errno)));
+  }
   std::filesystem::remove(probe);
 }
 
-void OutputFolder::fill(const std::function<void(const std::filesystem::path&)>& write) const try {
-  // Beside the folder or, when that exists and may be on another file system than its parent, inside it.
-  const bool exists = std::filesystem::exists(folder_);
-  const std::string name = fmt::format(".{}.tandem-{}", folder_.filename().string(), getpid());
-  const TemporaryFolder temporary((exists ? folder_ : folder_.parent_path()) / name);
-  const std::filesystem::path fresh = temporary.path() / "new", aside = temporary.path() / "old";
-  std::filesystem::create_directory(fresh);
-  std::filesystem::create_directory(aside);
+void OutputFolder::fill(const std::function<void(const fs::path&)>& write) const try {
+  static std::atomic<int> count{0};
+  const fs::path folder = fs::weakly_canonical(folder_);  // not a link to it
+  fs::create_directories(folder.parent_path());
+  const bool beside = access(folder.parent_path().c_str(), W_OK | X_OK) == 0;
+  const fs::path where = beside ? folder.parent_path() : folder;
+  {
+    const FolderLock lock(where);
+    clean_up(where, folder);
+    clean_up(folder, folder);
+  }
+  const std::string name = fmt::format("{}{}-{}", temporary_prefix(folder), getpid(), count++);
+  const TemporaryFolder temporary(where / name);
+  const fs::path fresh = temporary.path() / kFresh;
+  fs::create_directory(fresh);
   write(fresh);
   std::string written;
   for (const std::string& file : names_in(fresh)) written += file + "\n";
   write_file(fresh / manifest, written);
-  std::error_code taken;
-  if (!exists) std::filesystem::rename(fresh, folder_, taken);
-  if (exists || taken) replace_files(fresh, folder_, aside);  // taken: somebody else has made it meanwhile
-} catch (const std::filesystem::filesystem_error& error) {
+
+  const FolderLock lock(where);
+  if (rename_by(fresh, folder, RENAME_NOREPLACE)) return;
+  if (!fs::exists(folder)) return fs::rename(fresh, folder);
+  if (beside && exchange(fresh, folder, temporary.path() / kExchange)) return;
+  const TemporaryFolder inside(folder / (name + "-in"));  // on the folder's own file system
+  fs::create_directory(inside.path() / "old");
+  fs::copy(fresh, inside.path() / kFresh, fs::copy_options::recursive);
+  replace_files(inside.path() / kFresh, folder, inside.path() / "old");
+} catch (const fs::filesystem_error& error) {
   throw Error(fmt::format("--out {}: {}", folder_.string(), error.code().message()));
 }
 

@@ -99,6 +99,17 @@ std::string printable(std::string_view text) {
   return shown;
 }
 
+std::string printable_lines(std::string_view text) {
+  std::string shown;
+  for (std::size_t from = 0; from < text.size();) {
+    const std::size_t end = std::min(text.find('\n', from), text.size());
+    shown += printable(text.substr(from, end - from));
+    if (end < text.size()) shown += '\n';
+    from = end + 1;
+  }
+  return shown;
+}
+
 std::string quote(std::string_view text) {
   constexpr std::size_t longest = 40;
   std::size_t end = std::min(text.size(), longest);

@@ -29,6 +29,9 @@ void words(std::string_view text, std::vector<std::string_view>& parts);
 /// What a terminal shows rather than obeys: control characters, and bytes that are no UTF-8, as \xNN.
 std::string printable(std::string_view text);
 
+/// The same of several lines, whose ends stay.
+std::string printable_lines(std::string_view text);
+
 /// 'text', short and printable, for an error message about a file that may hold anything.
 std::string quote(std::string_view text);
 

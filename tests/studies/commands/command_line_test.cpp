@@ -382,5 +382,48 @@ TEST_F(BadScenario, TheYamlIsAnsweredWithItsLine) {
   EXPECT_THAT(refused(), HasSubstr("scenario.yaml is missing"));
 }
 
+TEST(CommandLine, AFileOutsideOfTheFolderIsReadWhenTold) {
+  const ScratchFolder scratch;
+  std::filesystem::create_directory(scratch.path() / "inner");
+  const auto yaml = scratch.path() / "inner" / "scenario.yaml";
+  for (const char* file : {"../sonar.csv", "/etc/passwd", "a/../../sonar.csv"}) {
+    std::ofstream(yaml) << "name: x\nnoise: {prior: [1, 1, 1, 1, 1, 1]}\nsensors: {sonar: {type: range, file: " << file
+                        << ", sigma: 1}}\n";
+    const std::string why = refusal_as_given({"track", yaml.parent_path(), "--stdin"});
+    EXPECT_THAT(why, HasSubstr("is outside of the scenario's folder; to read it, tandem --allow-outside"));
+    EXPECT_THAT(why, testing::Not(HasSubstr("root:")));
+    EXPECT_THAT(run_tandem({"--allow-outside", "track", yaml.parent_path(), "--stdin"}).errors,
+                testing::Not(HasSubstr("is outside")));
+  }
+}
+
+TEST(CommandLine, NothingOfAFileIsObeyedByATerminal) {
+  const ScratchFolder scratch;
+  write_small_scenario(scratch);
+  std::string yaml = read_file(scratch.path() / "scenario.yaml");
+  yaml.replace(yaml.find("small"), 5, "\"\\e]0;x\\a\\e[2J\"");
+  scratch.write("scenario.yaml", yaml);
+  for (const char* command : {"estimate", "track"}) {
+    const auto out = scratch.path() / "\x1b[2J";
+    const Outcome run = run_tandem({command, scratch.path(), "--out", out, "--plots", "off"});
+    EXPECT_EQ(run.status, 0) << run.errors;
+    EXPECT_THAT(run.output, HasSubstr("\\x1b]0;x\\x07\\x1b[2J"));
+    for (const char c : run.output + run.errors) EXPECT_FALSE(c == '\x1b' || c == '\x07');
+  }
+}
+
+TEST(CommandLine, AResultThatCannotBePrintedIsAnError) {
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{"estimate", "docking_a", "--max-keyframes", "20"},
+                                             {"estimate", "docking_a", "--max-keyframes", "20", "--json"},
+                                             {"scenarios"}}) {
+    const ScratchFolder scratch;
+    const int error_fd = open((scratch.path() / "errors").c_str(), O_WRONLY | O_CREAT, 0600);
+    EXPECT_EQ(exit_status(start_tandem(words, "/dev/full", error_fd)), 1);
+    close(error_fd);
+    EXPECT_THAT(read_file(scratch.path() / "errors"), HasSubstr("No space left on device"));
+  }
+}
+
 }  // namespace
 }  // namespace tandem

@@ -56,6 +56,17 @@ TEST(SimulateCommand, WritesADocking) {
   EXPECT_EQ(estimate.status, 0) << estimate.errors;
 }
 
+TEST(SimulateCommand, WritesIntoNoFolderWithSomethingInItUnlessTold) {
+  const ScratchFolder scratch;
+  scratch.write("scenario.yaml", "name: of the user");
+  const std::vector<std::string> words = {"simulate", "dive", "--out", scratch.path(), "--minutes", "1"};
+  EXPECT_THAT(refusal_as_given(words), HasSubstr("the folder is not empty; --force writes into it all the same"));
+  EXPECT_EQ(read_file(scratch.path() / "scenario.yaml"), "name: of the user");
+  std::vector<std::string> forced = words;
+  forced.push_back("--force");
+  EXPECT_EQ(run_tandem(forced).status, 0);
+}
+
 TEST(SimulateCommand, ParametersOfADocking) {
   const ScratchFolder scratch;
   const std::string settings = scratch.write("trial.yaml", "minutes: 2\nseed: 4\ngap: 20\nwaves: 0.1\n");

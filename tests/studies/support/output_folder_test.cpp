@@ -1,5 +1,11 @@
+#include <csignal>
+
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <tandem/studies/support/output_folder.hpp>
 
@@ -106,6 +112,84 @@ TEST(OutputFolder, AFailureLeavesNothingBehind) {
   EXPECT_EQ(error_of([&] { OutputFolder(scratch.path()).fill(fail); }), "the disk is full");
   EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("x"));
   EXPECT_EQ(read_file(scratch.path() / "x"), "old");
+}
+
+TEST(OutputFolder, IsReplacedAsAWholeByOneRename) {
+  const ScratchFolder scratch;
+  const auto out = scratch.path() / "out";
+  OutputFolder(out).fill(writing({"a", "b"}, " 1"));
+  const int before = open(out.c_str(), O_RDONLY | O_DIRECTORY);
+  std::filesystem::create_directories(out / "folder");
+  write(out / "folder" / "in it", "keep");
+  OutputFolder(out).fill(writing({"a", "b"}, " 2"));
+  struct stat then {};
+  struct stat now {};
+  ASSERT_EQ(fstat(before, &then), 0);
+  ASSERT_EQ(stat(out.c_str(), &now), 0);
+  EXPECT_NE(then.st_ino, now.st_ino) << "another folder has its name";
+  EXPECT_EQ(read_file(out / "folder" / "in it"), "keep");
+  EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("out"));
+  close(before);
+}
+
+TEST(OutputFolder, BehindALinkItIsTheFolderThatIsReplaced) {
+  const ScratchFolder scratch;
+  std::filesystem::create_directory(scratch.path() / "there");
+  std::filesystem::create_directory_symlink("there", scratch.path() / "link");
+  OutputFolder(scratch.path() / "link").fill(writing({"a"}, ""));
+  EXPECT_TRUE(std::filesystem::is_symlink(scratch.path() / "link"));
+  EXPECT_THAT(files(scratch.path() / "there"), UnorderedElementsAre("a"));
+}
+
+TEST(OutputFolder, WhereOneStandsItIsFilledFileByFile) {
+  const ScratchFolder scratch;
+  scratch.write("foreign", "keep");
+  const auto here = std::filesystem::current_path();
+  std::filesystem::current_path(scratch.path());
+  OutputFolder(".").fill(writing({"a", "b"}, " 1"));
+  OutputFolder(".").fill(writing({"a"}, " 2"));
+  EXPECT_THAT(files("."), UnorderedElementsAre("a", "foreign")) << "who stands in it sees it";
+  std::filesystem::current_path(here);
+}
+
+TEST(OutputFolder, KilledRunsLeaveNothingMixedAndAreCleanedUp) {
+  const ScratchFolder scratch;
+  const auto out = scratch.path() / "out";
+  OutputFolder(out).fill(writing({"a", "b", "c"}, " 0"));
+  std::filesystem::create_directories(out / "folder");
+  write(out / "notes", "keep");
+  for (int i = 1; i <= 60; ++i) {
+    const pid_t child = fork();
+    if (child == 0) {
+      for (int n = 0;; ++n)
+        OutputFolder(out).fill(writing({"a", "b", "c"}, " " + std::to_string(i) + std::to_string(n)));
+    }
+    usleep(static_cast<useconds_t>(2000 + 137 * i));
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    const std::string a = read_file(out / "a"), b = read_file(out / "b"), c = read_file(out / "c");
+    EXPECT_EQ(a.substr(1), b.substr(1)) << "two runs mixed";
+    EXPECT_EQ(a.substr(1), c.substr(1)) << "two runs mixed";
+    EXPECT_EQ(read_file(out / "notes"), "keep");
+  }
+  OutputFolder(out).fill(writing({"a"}, " last"));
+  EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("out"));
+  EXPECT_THAT(files(out), UnorderedElementsAre("a", "notes", "folder"));
+}
+
+TEST(OutputFolder, TwoWritersTakeTurns) {
+  const ScratchFolder scratch;
+  const auto out = scratch.path() / "out";
+  const pid_t child = fork();
+  for (int n = 0; n < 50; ++n)
+    OutputFolder(out).fill(writing({"a", "b", child == 0 ? "c" : "d"}, (child == 0 ? " c" : " p") + std::to_string(n)));
+  if (child == 0) _exit(0);
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(read_file(out / "a").substr(1), read_file(out / "b").substr(1));
+  EXPECT_EQ(files(out).size(), 3u) << "of the last one alone";
+  EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("out"));
 }
 
 TEST(OutputFolder, RefusesWhatIsNoFolder) {
