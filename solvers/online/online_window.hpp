@@ -8,6 +8,7 @@
 
 #include <tandem/problem/tracking/target_window.hpp>
 #include <tandem/solvers/online/fixed_lag.hpp>
+#include <tandem/solvers/online/motion_hypotheses.hpp>
 #include <tandem/solvers/online/online_estimator.hpp>
 #include <tandem/solvers/online/restart_schedule.hpp>
 
@@ -59,6 +60,7 @@ class OnlineWindow {
   std::optional<Vector<3>> target_velocity() const;
   SE3 predicted_chaser(double h) const;
   std::optional<TargetState> predicted_target(double h) const;
+  std::optional<RelativeTarget> relative_target(double h) const;
   OnlineEstimator::Covariance covariance() const;
   std::vector<Stamped<EgoState>> states() const;
   std::vector<std::pair<double, double>> splits() const;
@@ -89,6 +91,12 @@ class OnlineWindow {
         target_);
   }
 
+  bool hypothesise() const { return hypotheses_ && hypotheses_->started(); }
+  SE3 out_of_dead_reckoning() const;
+  TargetState hypothetical_target(double h) const;
+  std::optional<Matrix<3, 3>> relative_covariance() const;
+  void note_fix(std::size_t sensor, const Measurement& m);
+
   FixedLagOptions with_hook(FixedLagOptions options);
   void join(const EgoKeyframe& keyframe);
   void make_target();
@@ -105,6 +113,7 @@ class OnlineWindow {
   FixedLag lag_;
   std::optional<EgoChain> chain_;
   std::variant<std::monostate, Target<SE3>, Target<SE2>> target_;
+  std::optional<MotionHypotheses> hypotheses_;  // of the target, where they are on
   RestartSchedule restarts_;
   double cost_ = 0;
 };

@@ -20,10 +20,14 @@ namespace {
 /// An update: fixes after a gap, when the target may have turned meanwhile, take more than those that follow one another.
 constexpr int kIterations = 12;
 
+/// Where the target's newest state and predictions come from.
+enum class Newest { hypotheses, window };
+
 struct TrackRequest {
   ProblemRequest problem;
   LiveOptions live;
   std::optional<double> window;  ///< s
+  std::optional<Newest> newest;
   bool standard_input = false;
   Output output;
 };
@@ -38,6 +42,22 @@ std::vector<double> parse_ahead(const std::string& option, const std::string& te
   std::vector<double> seconds;
   for (const std::string_view part : split(text, ',')) seconds.push_back(parse_positive(option, std::string(part)));
   return seconds;
+}
+
+Newest parse_newest(const std::string& option, const std::string& text) {
+  if (text == "hypotheses") return Newest::hypotheses;
+  if (text == "window") return Newest::window;
+  throw Error(fmt::format("{} is hypotheses or window, not {}", option, quote(text)));
+}
+
+/// Hypotheses where they can serve and nothing was said of how the target moves. Then the window need not guess an
+/// orientation where none was measured.
+void choose_newest(const TrackRequest& request, const Scenario& scenario, bool model_given, OnlineOptions& online) {
+  const std::string why_not = why_no_hypotheses(scenario.data, moves_by_odometry(scenario));
+  if (request.newest == Newest::hypotheses && !why_not.empty())
+    throw Error(fmt::format("--newest hypotheses cannot serve in {}: {}", request.problem.scenario, why_not));
+  online.hypotheses = request.newest ? *request.newest == Newest::hypotheses : why_not.empty() && !model_given;
+  if (online.hypotheses && !model_given) online.tracking.mode = Mode::B;
 }
 
 LiveOptions live_options(const TrackRequest& request) {
@@ -71,13 +91,14 @@ std::string why_nothing(const Track& track) {
 
 /// An interrupt ends it with the summary.
 int run_track(const TrackRequest& request, const CommandOptions& option) {
-  const LiveOptions options = live_options(request);
+  LiveOptions options = live_options(request);
   Scenario scenario =
       read_problem_settings(request.problem, option, request.standard_input ? RowsIn::stream : RowsIn::files);
+  choose_newest(request, scenario, !option.given(kTarget).empty(), options.online);
   const std::unique_ptr<LiveFeed> feed = feed_of(scenario, request.standard_input);
 
   const bool print = !request.output.quiet && !request.output.json;
-  TrackLines lines(scenario.frame, !scenario.data.sensors.empty(), scenario.data.planar);
+  TrackLines lines(scenario.frame, !scenario.data.sensors.empty(), scenario.data.planar, options.ahead);
   const Track result = track(scenario, options, *feed, [&](const TrackRecord& record) {
     if (!print) return;
     const std::string text = lines(record);
@@ -126,6 +147,10 @@ Command track_command() {
         option.flag("--stdin", "Settings from the folder's scenario.yaml, data from standard input",
                     request->standard_input);
         option.group("Window");
+        option("--newest", "hypotheses|window",
+               "The target's newest state and predictions by motion hypotheses or by the window's model (default "
+               "hypotheses where they can serve and no option says how the target moves)",
+               request->newest, parse_newest);
         option("--window", "SECONDS", "What is older is marginalised (default 60)", request->window, parse_positive);
         option("--window-keyframes", "N", "And what is more than N keyframes back (alone: no other window)",
                live.online.lag.max_keyframes, parse_window_keyframes);
