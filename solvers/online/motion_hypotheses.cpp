@@ -2,7 +2,6 @@
 #include <cmath>
 #include <numbers>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include <tandem/residuals/ornstein_uhlenbeck.hpp>

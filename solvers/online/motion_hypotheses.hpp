@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <deque>
 #include <optional>
 #include <vector>
@@ -48,8 +47,8 @@ struct HypothesesNoise {
 /// mixture, so that between them it hedges. A course begins, and after it has failed begins again, where the drifting
 /// point is clearly under way. It sees the newest state alone: what measurements say of the past is the smoother's to
 /// tell. Fixes may come in any order within what is kept. Deterministic.
-/// Source: Bar-Shalom, Li & Kirubarajan 2001, Estimation with Applications to Tracking and Navigation, §§11.6, 6.3
-/// (static multiple models with fading likelihoods), §11.7 (turns).
+/// Source: Bar-Shalom, Li & Kirubarajan 2001, Estimation with Applications to Tracking and Navigation, ch. 11: static
+/// multiple models, here of likelihoods that fade, and nearly constant turns.
 class MotionHypotheses {
  public:
   explicit MotionHypotheses(const HypothesesNoise& noise) : noise_(noise) {}

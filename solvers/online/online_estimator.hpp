@@ -98,7 +98,8 @@ class OnlineEstimator {
   /// by motion hypotheses for any h (of which the chaser's own motion since the last fix is no part), else for 0 alone.
   std::optional<RelativeTarget> relative_target(double h) const;
 
-  /// Covariances of the newest keyframe, right perturbations of the poses [m, rad], planar ones as 3 × 3.
+  /// Covariances of the newest keyframe, right perturbations of the poses [m, rad], planar ones as 3 × 3; the window's, also
+  /// where motion hypotheses tell the target (relative_target).
   struct Covariance {
     Eigen::MatrixXd chaser;          ///< pose
     Eigen::MatrixXd velocity, bias;  ///< 3 × 3, 6 × 6; empty with odometry
