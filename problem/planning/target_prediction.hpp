@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <tandem/lie/se3.hpp>
@@ -22,8 +23,10 @@ struct TargetPrediction {
 };
 
 /// `steps` steps of dt [s] ahead by constant twist, whose noise grows as `noise`² dt (standard deviations per √s, m and
-/// rad, as TrackingNoise::constant_twist): the covariance is carried on to first order through the Jacobians of
-/// ConstantTwist. Throws Error when a time is not positive.
-TargetPrediction predict_target(const TargetBelief& belief, const Vector<6>& noise, double dt, int steps);
+/// rad, as TrackingNoise::constant_twist); or, given time constants [s] of the twist's components, by DampedTwist, whose
+/// root spectral densities `noise` then are: the twist's own variance then stays below noise² τ/2. The covariance is
+/// carried on to first order through the Jacobians of either. Throws Error when a time is not positive.
+TargetPrediction predict_target(const TargetBelief& belief, const Vector<6>& noise, double dt, int steps,
+                                const std::optional<Vector<6>>& time_constants = {});
 
 }  // namespace tandem

@@ -37,6 +37,8 @@ class TargetWindow {
   void drop_before(double t);
 
   SE3 chaser(std::size_t k) const { return SE3(in_space(problem_.value(build_.chaser[k]))); }
+  /// Where odometry alone has the chaser; where it moves by odometry.
+  const SE3& dead_reckoned(std::size_t k) const { return build_.odometry[k]; }
   TargetState target(std::size_t k) const;
   /// Where the chaser is at t, after the last keyframe, at the twist of the last second.
   SE3 predicted_chaser(double t) const;

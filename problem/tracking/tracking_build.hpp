@@ -53,8 +53,8 @@ struct TrackingBuild {
   void add_measurement_after(std::size_t sensor, std::size_t i, std::size_t k);
   /// The motion up to k.
   void add_motion(std::size_t k);
-  /// Constant twist over three poses, constant velocity over any other triple, at each of the horizons that ends at
-  /// `last`.
+  /// Constant or damped twist over three poses, constant or damped velocity over any other triple, at each of the
+  /// horizons that ends at `last`.
   void add_triples(std::size_t last);
   /// The constraints of the target's pose at k and of its twist up to there.
   void add_constraints(std::size_t k);
@@ -62,7 +62,7 @@ struct TrackingBuild {
   /// Whether the target is, or is to be, a pose and not a point. What was measured at k later changes nothing.
   bool is_pose(std::size_t k) const {
     if (k < target.size()) return pose(k) != nullptr;
-    return options.model != MotionModel::constant_velocity &&
+    return !without_orientation(options.model) &&
            (options.mode == Mode::A || out.keyframes[k].type == KeyframeType::optical);
   }
 

@@ -12,12 +12,17 @@ namespace tandem {
 /// Standard deviations; pose tangents are ordered x y z [m], then rotation about x y z [rad]; in the plane x y [m] and
 /// heading [rad].
 struct TrackingNoise {
+  static constexpr double kForgotten = 60;  ///< s: of a motion that nothing else is said of
+
   // To be given where they are read: zeros are refused. All but `prior` per √s.
   Eigen::VectorXd prior, odometry, constant_twist;
   Eigen::VectorXd constant_velocity;  ///< of a point, along the world's axes [m]; Mode B and constant velocity
   /// Root spectral density of the acceleration, body axes [m s^-3/2, rad s^-3/2]; zero: the figures of constant_twist,
   /// which say the same at keyframes 1 s apart.
   Eigen::VectorXd acceleration;
+  /// How fast the target's motion is forgotten: time constants of its body twist, and of a point's velocity along the
+  /// world's axes [s]. Damped twist and damped velocity.
+  Eigen::VectorXd twist_time, velocity_time;
   Eigen::VectorXd boundary;             ///< Mode B: between a pose and the point of the same instant [m]
   Vector<2> roll_pitch{0.04, 0.04};     ///< rad
   Vector<2> non_holonomic{0.05, 0.05};  ///< sway, heave [m/s], when soft; in the plane the first alone
@@ -30,6 +35,8 @@ struct TrackingNoise {
         constant_twist(prior),
         constant_velocity(Eigen::VectorXd::Zero(planar ? 2 : 3)),
         acceleration(prior),
+        twist_time(Eigen::VectorXd::Constant(prior.size(), kForgotten)),
+        velocity_time(Eigen::VectorXd::Constant(planar ? 2 : 3, kForgotten)),
         boundary(Eigen::VectorXd::Constant(planar ? 2 : 3, 1e-3)) {}
 };
 

@@ -26,6 +26,8 @@ void TrackingBuild<G>::add_motion(std::size_t k) {
   switch (options.model) {
     case MotionModel::constant_twist:
     case MotionModel::constant_velocity:
+    case MotionModel::damped_twist:
+    case MotionModel::damped_velocity:
       return add_triples(k);
     case MotionModel::white_noise_acceleration:
       return add_white_noise_acceleration(*this, k);

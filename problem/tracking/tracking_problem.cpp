@@ -88,9 +88,9 @@ template void TrackingBuild<SE2>::add_odometry(std::size_t);
 namespace {
 
 void check(const TrackingOptions& options) {
-  const bool points_only = options.model == MotionModel::constant_velocity;
-  if (options.mode == Mode::B && options.model != MotionModel::constant_twist)
-    throw Error("mode B is for the constant-twist model");
+  const bool points_only = without_orientation(options.model);
+  if (options.mode == Mode::B && !takes_points(options.model))
+    throw Error("mode B is for the constant-twist and damped-twist models");
   if (options.surge && !(options.surge->lower[0] <= options.surge->upper[0]))
     throw Error("the surge's lower bound " + std::to_string(options.surge->lower[0]) + " is above its upper bound " +
                 std::to_string(options.surge->upper[0]));
@@ -101,7 +101,8 @@ void check(const TrackingOptions& options) {
   if (course && (options.non_holonomic != Role::off || options.surge || options.max_yaw_rate))
     throw Error("the steady-course model keeps heading and speed: it takes no further constraints on the twist");
   if (points_only && (options.non_holonomic != Role::off || options.surge || options.max_yaw_rate))
-    throw Error("the constant-velocity model has no orientation for non-holonomic, surge or yaw-rate constraints");
+    throw Error("the " + std::string(name(options.model)) +
+                " model has no orientation for non-holonomic, surge or yaw-rate constraints");
   if (!(options.position_share >= 0 && options.position_share < 1))
     throw Error("position_share is a share: 0 or more, and less than 1");
   if (options.horizons.empty()) throw Error("horizons: at least one is needed, e.g. 1 back and 1 ahead");
@@ -109,8 +110,8 @@ void check(const TrackingOptions& options) {
     if (h.back < 1 || h.ahead < 1) throw Error("horizons count keyframes back and ahead: 1 or more");
   const bool neighbours =
       options.horizons.size() == 1 && options.horizons[0].back == 1 && options.horizons[0].ahead == 1;
-  if ((course || options.model == MotionModel::white_noise_acceleration) && !neighbours)
-    throw Error("horizons are of constant twist and constant velocity: the " + std::string(name(options.model)) +
+  if (!ties_triples(options.model) && !neighbours)
+    throw Error("horizons are of constant or damped twist and velocity: the " + std::string(name(options.model)) +
                 " model ties no triples");
 }
 
@@ -179,12 +180,26 @@ std::string_view name(MotionModel model) {
       return "constant-twist";
     case MotionModel::constant_velocity:
       return "constant-velocity";
+    case MotionModel::damped_twist:
+      return "damped-twist";
+    case MotionModel::damped_velocity:
+      return "damped-velocity";
     case MotionModel::white_noise_acceleration:
       return "white-noise-acceleration";
     case MotionModel::steady_course:
       break;
   }
   return "steady-course";
+}
+
+bool ties_triples(MotionModel model) {
+  return model != MotionModel::white_noise_acceleration && model != MotionModel::steady_course;
+}
+bool without_orientation(MotionModel model) {
+  return model == MotionModel::constant_velocity || model == MotionModel::damped_velocity;
+}
+bool takes_points(MotionModel model) {
+  return model == MotionModel::constant_twist || model == MotionModel::damped_twist;
 }
 
 TrackingProblem make_tracking_problem(const TrackingData& data, const TrackingOptions& options) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
@@ -21,12 +22,24 @@ namespace tandem {
 enum class MotionModel {
   constant_twist,            ///< over three poses: ConstantTwist. Baxter & Teran Espinoza 2025
   constant_velocity,         ///< over three points, without orientation
+  damped_twist,              ///< over three poses, each component forgotten in its own time: DampedTwist
+  damped_velocity,           ///< over three points: DampedVelocity
   white_noise_acceleration,  ///< GP prior over poses and body twists: WhiteNoiseAcceleration
   steady_course,             ///< one heading and one speed over the whole run: OnCourse
 };
 
-/// "constant-twist", "constant-velocity", "white-noise-acceleration", "steady-course".
+inline constexpr std::array motion_models = {
+    MotionModel::constant_twist,  MotionModel::constant_velocity,        MotionModel::damped_twist,
+    MotionModel::damped_velocity, MotionModel::white_noise_acceleration, MotionModel::steady_course};
+
+/// "constant-twist", "constant-velocity", "damped-twist", "damped-velocity", "white-noise-acceleration", "steady-course".
 std::string_view name(MotionModel model);
+/// Whether it ties triples of states, which may stand apart (Horizon).
+bool ties_triples(MotionModel model);
+/// Whether the target is a point throughout.
+bool without_orientation(MotionModel model);
+/// Whether a point may stand in for a pose (Mode::B).
+bool takes_points(MotionModel model);
 
 /// Mode A: the target is a pose at every keyframe. Mode B: a pose where a pose was measured, a point elsewhere.
 enum class Mode { A, B };
@@ -36,7 +49,7 @@ inline std::string_view name(Mode mode) { return mode == Mode::A ? "A" : "B"; }
 /// and a Boundary residual between them; or none, and constant velocity reads the poses' positions themselves.
 enum class Junction { boundary, direct };
 
-/// A triple (k − back, k, k + ahead) of keyframes that constant twist, or constant velocity, ties.
+/// A triple (k − back, k, k + ahead) of keyframes that a model of the motion ties.
 struct Horizon {
   int back = 1, ahead = 1;
 };
@@ -47,9 +60,9 @@ enum class Role { off, soft, hard };
 /// Which joint problem is made of a TrackingData.
 struct TrackingOptions {
   MotionModel model = MotionModel::constant_twist;
-  Mode mode = Mode::A;  ///< B is for constant twist
+  Mode mode = Mode::A;  ///< B is for constant and for damped twist
   Junction junction = Junction::boundary;
-  std::vector<Horizon> horizons{{1, 1}};  ///< of constant twist and constant velocity
+  std::vector<Horizon> horizons{{1, 1}};  ///< of models that tie triples
   /// The target is level: RollPitch on every target pose, of Mode A as of Mode B, where the paper has none.
   Role roll_pitch = Role::soft;
   Role non_holonomic = Role::off;          ///< sway = heave = 0 between consecutive target poses

@@ -37,6 +37,8 @@ void check(const TrackingData& tracking, const std::optional<NavigationData>& eg
   if (ego && tracking.planar)
     throw Error("a planar problem takes odometry: the chaser's own sensors are estimated in space (group SE3)");
   check(options.reset);
+  if (const std::string why = why_no_hypotheses(tracking, !ego); options.hypotheses && !why.empty())
+    throw Error("motion hypotheses cannot serve here: " + why);
   if (!ego && tracking.sensors.empty())
     throw Error("there is nothing to estimate: neither the chaser's own sensors nor one that observes a target");
 }
@@ -532,6 +534,9 @@ std::optional<Vector<3>> OnlineEstimator::target_velocity() const { return strea
 SE3 OnlineEstimator::predicted_chaser(double h) const { return streams_->window().predicted_chaser(h); }
 std::optional<TargetState> OnlineEstimator::predicted_target(double h) const {
   return streams_->window().predicted_target(h);
+}
+std::optional<RelativeTarget> OnlineEstimator::relative_target(double h) const {
+  return streams_->window().relative_target(h);
 }
 OnlineEstimator::Covariance OnlineEstimator::covariance() const { return streams_->window().covariance(); }
 std::vector<Stamped<EgoState>> OnlineEstimator::window() const { return streams_->window().states(); }

@@ -23,6 +23,19 @@ struct OnlineOptions {
   /// s of data to wait for until a heading that no sensor gives at once is decided (see align()).
   double alignment = 30.0;
   std::optional<Alignment> start{};  ///< in place of an alignment by the estimator itself
+  /// The target's newest state, and where it will be, by MotionHypotheses over its fixes, and not by the window; what was
+  /// measured before the newest keyframe, and all of the chaser, is the window's. See why_no_hypotheses().
+  bool hypotheses = false;
+};
+
+/// Why motion hypotheses cannot serve: empty, or what is in their way (they take fixes of positions in space, from a
+/// chaser that moves by odometry).
+std::string why_no_hypotheses(const TrackingData& tracking, bool by_odometry);
+
+/// Where a target is as seen from the chaser.
+struct RelativeTarget {
+  Vector<3> position;                        ///< m, in the chaser's body
+  std::optional<Matrix<3, 3>> covariance{};  ///< m², along its axes
 };
 
 /// One update: a keyframe has joined, with all that was measured at its instant and had come by then; or a measurement
@@ -90,11 +103,16 @@ class OnlineEstimator {
   std::optional<TargetState> target() const;
   /// World velocity of the target [m/s] over the last second or so of the window.
   std::optional<Vector<3>> target_velocity() const;
-  /// h seconds after the newest keyframe, at constant twist (a point: constant velocity).
+  /// h seconds after the newest keyframe, at constant twist (a point: constant velocity); the target by motion hypotheses
+  /// where these are on.
   SE3 predicted_chaser(double h) const;
   std::optional<TargetState> predicted_target(double h) const;
+  /// Where the target is h seconds after the newest keyframe, seen from where the chaser is at it. Its covariance is there
+  /// by motion hypotheses for any h (of which the chaser's own motion since the last fix is no part), else for 0 alone.
+  std::optional<RelativeTarget> relative_target(double h) const;
 
-  /// Covariances of the newest keyframe, right perturbations of the poses [m, rad], planar ones as 3 × 3.
+  /// Covariances of the newest keyframe, right perturbations of the poses [m, rad], planar ones as 3 × 3; the window's, also
+  /// where motion hypotheses tell the target (relative_target).
   struct Covariance {
     Eigen::MatrixXd chaser;          ///< pose
     Eigen::MatrixXd velocity, bias;  ///< 3 × 3, 6 × 6; empty with odometry

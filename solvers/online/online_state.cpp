@@ -1,5 +1,7 @@
+#include <tandem/lie/error.hpp>
 #include <tandem/lie/operations.hpp>
 #include <tandem/solvers/online/online_window.hpp>
+#include <tandem/solvers/relative_covariance.hpp>
 
 /// What an OnlineWindow tells of its keyframes.
 namespace tandem::detail {
@@ -20,17 +22,77 @@ EgoState OnlineWindow::chaser() const {
   return state;
 }
 
+/// From the frame of dead reckoning to the world, by where both have the chaser now.
+SE3 OnlineWindow::out_of_dead_reckoning() const {
+  return of_target([](const auto& w) { return w.chaser(w.size() - 1) * w.dead_reckoned(w.size() - 1).inverse(); },
+                   SE3());
+}
+
+/// By the hypotheses; where it faces, at a measured pose and where they know no course, is the window's.
+TargetState OnlineWindow::hypothetical_target(double h) const {
+  const TargetMoments m = hypotheses_->at(newest() + h);
+  const SE3 to_world = out_of_dead_reckoning();
+  TargetState state(to_world.act(m.position));
+  const auto held =
+      of_target([&](const auto& w) { return std::optional(w.target(w.size() - 1)); }, std::optional<TargetState>());
+  const bool measured = h == 0 && newest_type() == KeyframeType::optical;
+  if (m.heading && !measured)
+    state.rotation = to_world.rotation() * SO3::Exp({0, 0, *m.heading});
+  else if (held)
+    state.rotation = held->rotation;
+  return state;
+}
+
 std::optional<TargetState> OnlineWindow::target() const {
+  if (hypothesise()) return hypothetical_target(0);
   return of_target([](const auto& w) { return std::optional(w.target(w.size() - 1)); }, std::optional<TargetState>());
 }
 
 std::optional<Vector<3>> OnlineWindow::target_velocity() const {
+  if (hypothesise()) return out_of_dead_reckoning().rotation().act(hypotheses_->at(newest()).velocity);
   return of_target([](const auto& w) { return std::optional(w.velocity()); }, std::optional<Vector<3>>());
 }
 
 std::optional<TargetState> OnlineWindow::predicted_target(double h) const {
+  if (hypothesise()) return hypothetical_target(h);
   return of_target([&](const auto& w) { return std::optional(w.predicted(newest() + h)); },
                    std::optional<TargetState>());
+}
+
+/// Of the newest target's position along the chaser's axes, by the window; none after an update that failed.
+std::optional<Matrix<3, 3>> OnlineWindow::relative_covariance() const try {
+  std::optional<Matrix<3, 3>> covariance;
+  with_target([&]<LieGroup G>(const TargetWindow<G>& window) {
+    const auto& chaser = window.chaser_variable(window.size() - 1);
+    std::visit(
+        [&]<class X>(const X& x) {
+          if constexpr (!requires { x.first; }) {
+            const Problem& problem = lag_.problem();
+            covariance.emplace(Matrix<3, 3>::Zero());
+            covariance->topLeftCorner<G::point_dim, G::point_dim>() =
+                relative_position_covariance(problem.value(chaser), problem.value(x), lag_.covariance(chaser, x));
+          }
+        },
+        window.target_variable(window.size() - 1));
+  });
+  return covariance;
+} catch (const Error&) {
+  return {};
+}
+
+std::optional<RelativeTarget> OnlineWindow::relative_target(double h) const {
+  const SE3 seen_from = chaser().pose;
+  if (hypothesise()) {
+    const TargetMoments m = hypotheses_->at(newest() + h);
+    const SE3 to_body = seen_from.inverse() * out_of_dead_reckoning();
+    const Matrix<3, 3> R = to_body.rotation().matrix();
+    return RelativeTarget{to_body.act(m.position), R * m.covariance * R.transpose()};
+  }
+  const auto there = h == 0 ? target() : predicted_target(h);
+  if (!there) return {};
+  RelativeTarget relative{seen_from.inverse().act(there->position)};
+  if (h == 0) relative.covariance = relative_covariance();
+  return relative;
 }
 
 SE3 OnlineWindow::predicted_chaser(double h) const {

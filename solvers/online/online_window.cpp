@@ -1,9 +1,12 @@
+#include <algorithm>
 #include <utility>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/lie/operations.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/solvers/online/innovation_gate.hpp>
 #include <tandem/solvers/online/online_window.hpp>
+#include <tandem/solvers/online/target_fix.hpp>
 
 namespace tandem::detail {
 namespace {
@@ -17,7 +20,9 @@ OnlineWindow::OnlineWindow(const TrackingData& settings, const NavigationData* e
     : settings_(settings),
       options_(options),
       ego_(ego ? std::optional(*ego) : std::nullopt),
-      lag_(with_hook(options.lag)) {}
+      lag_(with_hook(options.lag)) {
+  if (options.hypotheses) hypotheses_.emplace(hypotheses_noise(settings.noise));
+}
 
 /// The caller's own hook comes first: when it throws, nothing is told to have left.
 FixedLagOptions OnlineWindow::with_hook(FixedLagOptions options) {
@@ -57,6 +62,7 @@ void OnlineWindow::add_keyframe(double t, const SE3& dead_reckoned, std::size_t 
     window.add_keyframe(t, dead_reckoned, chaser, sensor, first);
     join_newest(window);
   });
+  if (hypotheses_) hypotheses_->add(t, {});
 }
 
 void OnlineWindow::start_target(std::size_t sensor, const Measurement& m) {
@@ -116,7 +122,9 @@ OnlineWindow::Outcome OnlineWindow::add_measurement(std::size_t sensor, const Me
     if (!passes(block, pose ? std::min<Eigen::Index>(dim, settings_.planar ? 2 : 3) : dim, gated, outcome))
       window.withdraw_last();
   });
-  return outcome.rejected && gated && settles_first() ? add_measurement(sensor, m) : outcome;
+  if (outcome.rejected && gated && settles_first()) return add_measurement(sensor, m);
+  if (hypotheses_ && !outcome.rejected && !outcome.why_not) note_fix(sensor, m);
+  return outcome;
 }
 
 OnlineWindow::Outcome OnlineWindow::attach(std::size_t sensor, const EgoMeasurement& m, double t) {
@@ -126,6 +134,23 @@ OnlineWindow::Outcome OnlineWindow::attach(std::size_t sensor, const EgoMeasurem
   if (placed.block && !passes(*placed.block, lag_.problem().noise(*placed.block).dim(), gated, outcome))
     lag_.problem().remove(*placed.block);
   return outcome.rejected && gated && settles_first() ? attach(sensor, m, t) : outcome;
+}
+
+/// In the frame of dead reckoning: a smoother moves the chaser too when a target is not where it was expected to be.
+void OnlineWindow::note_fix(std::size_t sensor, const Measurement& m) {
+  const TargetSensor& by = settings_.sensors[sensor];
+  with_target([&](const auto& window) {
+    const double t = by.valid_at(m);
+    const std::vector<Keyframe>& keyframes = window.keyframes();
+    const auto after = std::lower_bound(keyframes.begin(), keyframes.end(), t - kSameInstant,
+                                        [](const Keyframe& k, double x) { return k.t < x; });
+    const auto k = std::min(std::size_t(after - keyframes.begin()), keyframes.size() - 1);
+    SE3 chaser = window.dead_reckoned(k);
+    if (k > 0 && keyframes[k].t > t + kSameInstant)
+      chaser = interpolate(window.dead_reckoned(k - 1), chaser,
+                           (t - keyframes[k - 1].t) / (keyframes[k].t - keyframes[k - 1].t));
+    hypotheses_->add(t, target_fix(by, m, chaser, options_.tracking));
+  });
 }
 
 Summary OnlineWindow::update() {
@@ -139,6 +164,7 @@ Summary OnlineWindow::slide() {
     const double oldest = lag_.oldest() - 0.5 * kSameInstant;
     if (chain_) chain_->drop_before(oldest);
     with_target([&](auto& window) { window.drop_before(oldest); });
+    if (hypotheses_) hypotheses_->forget_before(oldest);
   };
   Summary summary;
   covariance_ = Covariance::stale;

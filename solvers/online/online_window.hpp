@@ -8,6 +8,7 @@
 
 #include <tandem/problem/tracking/target_window.hpp>
 #include <tandem/solvers/online/fixed_lag.hpp>
+#include <tandem/solvers/online/motion_hypotheses.hpp>
 #include <tandem/solvers/online/online_estimator.hpp>
 #include <tandem/solvers/online/restart_schedule.hpp>
 
@@ -65,6 +66,7 @@ class OnlineWindow {
   std::optional<Vector<3>> target_velocity() const;
   SE3 predicted_chaser(double h) const;
   std::optional<TargetState> predicted_target(double h) const;
+  std::optional<RelativeTarget> relative_target(double h) const;
   OnlineEstimator::Covariance covariance() const;
   std::vector<Stamped<EgoState>> states() const;
   std::vector<std::pair<double, double>> splits() const;
@@ -95,6 +97,12 @@ class OnlineWindow {
         target_);
   }
 
+  bool hypothesise() const { return hypotheses_ && hypotheses_->started(); }
+  SE3 out_of_dead_reckoning() const;
+  TargetState hypothetical_target(double h) const;
+  std::optional<Matrix<3, 3>> relative_covariance() const;
+  void note_fix(std::size_t sensor, const Measurement& m);
+
   FixedLagOptions with_hook(FixedLagOptions options);
   bool predicts();
   bool settles_first();
@@ -114,6 +122,7 @@ class OnlineWindow {
   FixedLag lag_;
   std::optional<EgoChain> chain_;
   std::variant<std::monostate, Target<SE3>, Target<SE2>> target_;
+  std::optional<MotionHypotheses> hypotheses_;  // of the target, where they are on
   RestartSchedule restarts_;
   double cost_ = 0;
   // Whether lag_'s covariance is of all that has joined; not, because something is not observed yet.

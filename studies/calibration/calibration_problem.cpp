@@ -40,7 +40,8 @@ Names of_noise(const std::string& noise, bool planar) {
 
 /// What goes by these names stands for what is not measured, and is no noise of data.
 bool is_assumed(const std::string& noise) {
-  return noise == "prior" || noise == "boundary" || noise == "surge" || noise == "yaw_rate";
+  return noise == "prior" || noise == "boundary" || noise == "surge" || noise == "yaw_rate" || noise == "twist_time" ||
+         noise == "velocity_time";
 }
 
 CalibratedEntry entry_of(std::string name, Names components, std::vector<double> sigmas, bool turned) {

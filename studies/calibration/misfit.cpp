@@ -135,7 +135,8 @@ std::vector<Misfit> misfits(CalibrationProblem& built) {
     }
   }
   std::vector<Misfit> all;
-  for (auto& [key, m] : found) {
+  for (const auto& entry : found) {
+    const Misfit& m = entry.second;
     std::vector<std::size_t> order(m.t.size());
     std::iota(order.begin(), order.end(), std::size_t(0));
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return m.t[a] < m.t[b]; });

@@ -10,7 +10,6 @@
 namespace tandem {
 namespace {
 
-const char* const kTarget = "Target";
 const char* const kSensors = "Sensors";
 
 /// Sensors as the options say; options about a target need one, those about the chaser's own sensors need these.
@@ -38,13 +37,15 @@ void add_problem(CommandOptions& option, ProblemRequest& request, bool limits) {
   option.group(kTarget);
   option("--mode", "A|B", "Target as poses (A, default) or poses where one was measured, else points (B)", target.mode,
          parse_mode);
-  option("--model", "NAME",
-         "Motion: constant-twist (default), constant-velocity, white-noise-acceleration or steady-course", target.model,
-         parse_model);
+  option(
+      "--model", "NAME",
+      "Motion: constant-twist (default), constant-velocity, damped-twist, damped-velocity, white-noise-acceleration or "
+      "steady-course",
+      target.model, parse_model);
   option("--junction", "boundary|direct", "How mode B ties points to poses (default boundary)", target.junction,
          parse_junction);
   option("--horizons", "LIST",
-         "Triples (k-m, k, k+n) of constant twist or velocity: m:n or one number for both (default 1)", target.horizons,
+         "Triples (k-m, k, k+n) of constant or damped motion: m:n or one number for both (default 1)", target.horizons,
          parse_horizons);
   option("--roll-pitch", "soft|hard|off", "The target is level, in mode B too (default soft)", target.roll_pitch,
          parse_role);

@@ -8,6 +8,9 @@
 
 namespace tandem {
 
+/// The group of options that say how the target moves.
+inline constexpr const char* kTarget = "Target";
+
 /// Which tracking problem the options mean.
 struct ProblemRequest {
   std::string scenario;

@@ -22,10 +22,14 @@ namespace {
 /// An update: fixes after a gap, when the target may have turned meanwhile, take more than those that follow one another.
 constexpr int kIterations = 12;
 
+/// Where the target's newest state and predictions come from.
+enum class Newest { hypotheses, window };
+
 struct TrackRequest {
   ProblemRequest problem;
   LiveOptions live;
-  std::optional<double> window;      ///< s
+  std::optional<double> window;  ///< s
+  std::optional<Newest> newest;
   std::optional<double> stamp_unit;  ///< s
   bool standard_input = false, json_lines = false;
   Output output;
@@ -62,6 +66,22 @@ std::pair<int, int> parse_share(const std::string& option, const std::string& te
   if (!rejections || !of || *rejections > *of)
     throw Error(fmt::format("{} is M/N, M of the last N measurements, as in 3/4; not {}", option, quote(text)));
   return {*rejections, *of};
+}
+
+Newest parse_newest(const std::string& option, const std::string& text) {
+  if (text == "hypotheses") return Newest::hypotheses;
+  if (text == "window") return Newest::window;
+  throw Error(fmt::format("{} is hypotheses or window, not {}", option, quote(text)));
+}
+
+/// Hypotheses where they can serve and nothing was said of how the target moves. Then the window need not guess an
+/// orientation where none was measured.
+void choose_newest(const TrackRequest& request, const Scenario& scenario, bool model_given, OnlineOptions& online) {
+  const std::string why_not = why_no_hypotheses(scenario.data, moves_by_odometry(scenario));
+  if (request.newest == Newest::hypotheses && !why_not.empty())
+    throw Error(fmt::format("--newest hypotheses cannot serve in {}: {}", request.problem.scenario, why_not));
+  online.hypotheses = request.newest ? *request.newest == Newest::hypotheses : why_not.empty() && !model_given;
+  if (online.hypotheses && !model_given) online.tracking.mode = Mode::B;
 }
 
 LiveOptions live_options(const TrackRequest& request) {
@@ -108,18 +128,19 @@ std::string why_bad(const Track& track) {
 
 /// An interrupt ends it with the summary.
 int run_track(const TrackRequest& request, const CommandOptions& option) {
-  const LiveOptions options = live_options(request);
+  LiveOptions options = live_options(request);
   Scenario scenario =
       read_problem_settings(request.problem, option, request.standard_input ? RowsIn::stream : RowsIn::files);
+  choose_newest(request, scenario, !option.given(kTarget).empty(), options.online);
   const std::unique_ptr<LiveFeed> feed = feed_of(scenario, request.standard_input);
   if (request.stamp_unit) feed->set_unit(*request.stamp_unit);
 
   const bool print = !request.output.quiet && !request.output.json && !request.json_lines;
   const std::vector<std::string> sensors = watched_sensors(scenario);
-  TrackLines lines(scenario.frame, !scenario.data.sensors.empty(), scenario.data.planar);
+  TrackLines lines(scenario.frame, !scenario.data.sensors.empty(), scenario.data.planar, options.ahead);
   const Track result = track(scenario, options, *feed, [&](const TrackRecord& record) {
     if (!print && !request.json_lines) return;
-    const std::string text = print ? lines(record) : track_json_line(record, scenario.frame, sensors);
+    const std::string text = print ? lines(record) : track_json_line(record, scenario.frame, sensors, options.ahead);
     if (text.empty()) return;
     fmt::print("{}", text);
     std::fflush(stdout);
@@ -168,6 +189,10 @@ Command track_command() {
         option("--stamps", "auto|s|ms|us|ns", "Unit of the stamps of all streams (default auto)", request->stamp_unit,
                parse_stamp_unit);
         option.group("Window");
+        option("--newest", "hypotheses|window",
+               "The target's newest state and predictions by motion hypotheses or by the window's model (default "
+               "hypotheses where they can serve and no option says how the target moves)",
+               request->newest, parse_newest);
         option("--window", "SECONDS", "What is older is marginalised (default 60)", request->window, parse_positive);
         option("--window-keyframes", "N", "And what is more than N keyframes back (alone: no other window)",
                live.online.lag.max_keyframes, parse_window_keyframes);

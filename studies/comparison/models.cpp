@@ -38,11 +38,10 @@ bool set_motion(const Part& part, TrackingOptions& options) {
     options.horizons = {{1, 1}, {2, 2}, {4, 4}};
     return true;
   }
-  for (const MotionModel model : {MotionModel::constant_twist, MotionModel::constant_velocity,
-                                  MotionModel::white_noise_acceleration, MotionModel::steady_course}) {
+  for (const MotionModel model : motion_models) {
     if (part.name != name(model)) continue;
     options.model = model;
-    if (model != MotionModel::constant_twist) options.mode = Mode::A;
+    if (!takes_points(model)) options.mode = Mode::A;
     return true;
   }
   return false;
@@ -83,9 +82,9 @@ class ModelParts {
                                                    "yaw-rate",      "all",        "horizons"};
     if (std::find(known.begin(), known.end(), part.name) == known.end()) {
       std::vector<std::string> words = known;
-      for (const char* model : {"constant-twist", "mode-b", "constant-velocity", "multi-horizon",
-                                "white-noise-acceleration", "steady-course"})
-        words.emplace_back(model);
+      for (const MotionModel model : motion_models) words.emplace_back(name(model));
+      words.emplace_back("mode-b");
+      words.emplace_back("multi-horizon");
       throw Error(fmt::format(
           "{} knows no {}{} (models begin: {}; then +{})", option_, quote(part.name), did_you_mean(part.name, words),
           fmt::join(words.begin() + std::ptrdiff_t(known.size()), words.end(), ", "), fmt::join(known, ", +")));
@@ -128,8 +127,8 @@ class ModelParts {
 }  // namespace
 
 std::vector<std::string> default_models() {
-  std::vector<std::string> names = {"constant-twist",           "mode-b",       "constant-velocity", "multi-horizon",
-                                    "white-noise-acceleration", "steady-course"};
+  std::vector<std::string> names = {"constant-twist", "mode-b",          "constant-velocity",        "multi-horizon",
+                                    "damped-twist",   "damped-velocity", "white-noise-acceleration", "steady-course"};
   for (const char* constraint : {"non-holonomic", "surge", "yaw-rate"})
     for (const char* role : {"soft", "hard"}) names.push_back(fmt::format("{}:{}", constraint, role));
   for (const char* last : {"roll-pitch:hard", "all:soft", "all:hard"}) names.emplace_back(last);

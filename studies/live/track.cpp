@@ -2,8 +2,6 @@
 #include <deque>
 #include <thread>
 
-#include <tandem/problem/tracking/planar.hpp>
-#include <tandem/solvers/relative_covariance.hpp>
 #include <tandem/studies/live/track.hpp>
 #include <tandem/studies/support/resources.hpp>
 
@@ -13,25 +11,6 @@ namespace {
 constexpr std::size_t kRecent = 256;  // measurements to look for a keyframe's own in
 
 using Clock = std::chrono::steady_clock;
-
-template <LieGroup Chaser, LieGroup Target>
-Vector<3> sigma(const SE3& chaser, const Target& target, const Eigen::MatrixXd& joint) {
-  constexpr int n = Chaser::dof + Target::dof;
-  const auto covariance =
-      relative_position_covariance<Chaser, Target>(in_group<Chaser>(chaser), target, Matrix<n, n>(joint));
-  Vector<3> result = Vector<3>::Zero();
-  result.head<Chaser::point_dim>() = covariance.diagonal().cwiseMax(0).cwiseSqrt();
-  return result;
-}
-
-/// Of the target's position along the chaser's axes [m].
-Vector<3> relative_sigma(const SE3& chaser, const TargetState& target, bool planar, const Eigen::MatrixXd& joint) {
-  const SE3 pose(target.rotation.value_or(SO3()), target.position);
-  if (planar && target.rotation) return sigma<SE2, SE2>(chaser, in_group<SE2>(pose), joint);
-  if (planar) return sigma<SE2, R2>(chaser, R2(in_group<SE2>(target.position)), joint);
-  if (target.rotation) return sigma<SE3, SE3>(chaser, pose, joint);
-  return sigma<SE3, R3>(chaser, R3(target.position), joint);
-}
 
 /// Why a line was refused, in few words.
 std::string reason_of(Refusal::Kind kind, bool target_there) {
@@ -167,8 +146,6 @@ class Tracker {
     record.chaser_sigma = std::sqrt(std::max(0.0, c.chaser.topLeftCorner(n, n).trace()));
     const Eigen::Index rotations = c.chaser.rows() - n;
     record.chaser_rotation_sigma = std::sqrt(std::max(0.0, c.chaser.bottomRightCorner(rotations, rotations).trace()));
-    if (record.target && c.joint.size() > 0)
-      record.sigma = relative_sigma(record.chaser, *record.target, settings_.data.planar, c.joint);
   } catch (const Error&) {  // an update that failed has none
   }
 
@@ -193,10 +170,10 @@ class Tracker {
     if (record.target) {
       record.target_velocity = estimator_.target_velocity().value();
       add_measured(record);
+      record.covariance = estimator_.relative_target(0)->covariance;
     }
     for (const double h : options_.ahead) {
-      auto& ahead = record.ahead.emplace_back();
-      if (const auto target = estimator_.predicted_target(h)) ahead = record.chaser.inverse().act(target->position);
+      record.ahead.push_back(estimator_.relative_target(h));
     }
     add_sigmas(record);
     if (std::floor(update.t) > second_) {

@@ -24,8 +24,8 @@ struct TrackRow {
 };
 
 OptionalVector body_sigma(const Frame& frame, const TrackRecord& record, double times) {
-  if (!record.sigma) return {};
-  return Vector<3>(times * frame.body(*record.sigma).cwiseAbs());
+  if (!record.covariance) return {};
+  return Vector<3>(times * frame.body(sigmas(*record.covariance)).cwiseAbs());
 }
 
 /// A sensor's name as part of a column's.
@@ -54,9 +54,19 @@ CsvTable<TrackRow> track_columns(const std::vector<double>& ahead, const std::ve
       .add("chaser_sigma_m", "root of the summed variances of the chaser's position [m]",
            [](const TrackRow& r) { return r.record.chaser_sigma; });
   for (std::size_t i = 0; i < ahead.size(); ++i)
-    table.add_xyz(fmt::format("ahead_{:g}_{{}}_m", ahead[i]),
-                  "where the target will be so many seconds ahead, in the chaser's body of now [m]",
-                  [i](const TrackRow& r) { return r.in_body(r.record.ahead[i]); });
+    table
+        .add_xyz(fmt::format("ahead_{:g}_{{}}_m", ahead[i]),
+                 "where the target will be so many seconds ahead, in the chaser's body of now [m]",
+                 [i](const TrackRow& r) {
+                   const auto& there = r.record.ahead[i];
+                   return r.in_body(there ? OptionalVector(there->position) : OptionalVector());
+                 })
+        .add_xyz(fmt::format("sigma_ahead_{:g}_{{}}_m", ahead[i]),
+                 "its standard deviation along the chaser's axes, where there is one [m]", [i](const TrackRow& r) {
+                   const auto& there = r.record.ahead[i];
+                   if (!there || !there->covariance) return OptionalVector();
+                   return OptionalVector(r.frame.body(sigmas(*there->covariance)).cwiseAbs());
+                 });
   table.add("converged", "whether the update did", [](const TrackRow& r) { return r.record.health.converged; })
       .add("rejected", "measurements by the gate, so far", [](const TrackRow& r) { return r.record.health.rejected(); })
       .add("resets", "times that the track has begun anew", [](const TrackRow& r) { return r.record.health.resets; })

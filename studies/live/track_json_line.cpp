@@ -11,7 +11,8 @@ LineJson array(const Vector<3>& v) { return {v.x(), v.y(), v.z()}; }
 
 }  // namespace
 
-std::string track_json_line(const TrackRecord& r, const Frame& frame, const std::vector<std::string>& sensors) {
+std::string track_json_line(const TrackRecord& r, const Frame& frame, const std::vector<std::string>& sensors,
+                            const std::vector<double>& ahead) {
   LineJson json = {{"t", r.t},
                    {"type", name(r.type)},
                    {"new_keyframe", r.new_keyframe},
@@ -23,7 +24,14 @@ std::string track_json_line(const TrackRecord& r, const Frame& frame, const std:
                    {"chaser_m", array(frame.world(r.chaser).translation())}};
   if (r.chaser_sigma) json["chaser_sigma_m"] = *r.chaser_sigma;
   if (r.target) json["relative_m"] = array(frame.body(r.relative()));
-  if (r.sigma) json["sigma_m"] = array(frame.body(*r.sigma).cwiseAbs());
+  if (r.covariance) json["sigma_m"] = array(frame.body(sigmas(*r.covariance)).cwiseAbs());
+  for (std::size_t i = 0; i < r.ahead.size(); ++i) {
+    const std::optional<RelativeTarget>& there = r.ahead[i];
+    if (!there) continue;
+    LineJson entry = {{"seconds", ahead[i]}, {"relative_m", array(frame.body(there->position))}};
+    if (there->covariance) entry["sigma_m"] = array(frame.body(sigmas(*there->covariance)).cwiseAbs());
+    json["ahead"].push_back(std::move(entry));
+  }
   json["sensors"] = LineJson::object();
   for (std::size_t i = 0; i < r.health.sensors.size(); ++i) {
     const SensorRecord& sensor = r.health.sensors[i];

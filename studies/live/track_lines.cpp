@@ -10,6 +10,7 @@ namespace {
 
 constexpr int kLinesAHeader = 25;
 constexpr double kLongAgo = 10;  // s
+constexpr int kPrediction = 15;  // columns of one
 constexpr double kStill = 0.01;  // m/s: slower than this, a course means nothing
 
 /// Clockwise from north, 0 to 360°, of a direction in the world (x east, y north).
@@ -26,14 +27,28 @@ std::string absent(int width) { return fmt::format("{:>{}}", "–", width); }
 }  // namespace
 
 std::string TrackLines::header() const {
-  const auto line = [](const auto&... cells) {
-    return fmt::format("{:>10} {:>9} {:>11} {:>9} {:>11} {:>11} {:>8} {:>7} {:>11}  {}\n", cells...);
+  std::string predictions;
+  if (target_)
+    for (const double h : ahead_) predictions += fmt::format(" {:>{}}", fmt::format("in {:g} s [m]", h), kPrediction);
+  const auto line = [&](const auto&... cells) {
+    return fmt::format("{:>10} {:>9} {:>11} {:>9} {:>11} {:>11} {:>8}{} {:>7} {:>11}  {}\n", cells...);
   };
   if (target_)
-    return line("time [s]", "range [m]", "bearing [°]", "elev. [°]", "speed [m/s]", "heading [°]", "σ [m]", "window",
-                "update [ms]", "health");
-  return line("time [s]", "x [m]", "y [m]", "z [m]", "speed [m/s]", "heading [°]", "σ [m]", "window", "update [ms]",
-              "health");
+    return line("time [s]", "range [m]", "bearing [°]", "elev. [°]", "speed [m/s]", "heading [°]", "σ [m]", predictions,
+                "window", "update [ms]", "health");
+  return line("time [s]", "x [m]", "y [m]", "z [m]", "speed [m/s]", "heading [°]", "σ [m]", predictions, "window",
+              "update [ms]", "health");
+}
+
+std::string TrackLines::of_predictions(const TrackRecord& r) const {
+  std::string text;
+  for (std::size_t i = 0; i < ahead_.size(); ++i) {
+    const auto& there = r.ahead[i];
+    std::string cell = there ? fmt::format("{:.2f}", there->position.norm()) : "–";
+    if (there && there->covariance) cell += fmt::format(" ± {:.2f}", sigmas(*there->covariance).norm());
+    text += fmt::format(" {:>{}}", cell, kPrediction);
+  }
+  return text;
 }
 
 std::string TrackLines::of_target(const TrackRecord& r) const {
@@ -48,7 +63,7 @@ std::string TrackLines::of_target(const TrackRecord& r) const {
     text += shown(compass(forward(*r.target->rotation)), 11, 1);
   else
     text += speed > kStill ? shown(compass(r.target_velocity), 11, 1) : absent(11);
-  return text + " " + (r.sigma ? shown(r.sigma->norm(), 8, 2) : absent(8));
+  return text + " " + (r.covariance ? shown(sigmas(*r.covariance).norm(), 8, 2) : absent(8));
 }
 
 std::string TrackLines::health(const TrackRecord& r) {
@@ -73,8 +88,8 @@ std::string TrackLines::operator()(const TrackRecord& record) {
   if (!record.new_keyframe || !(std::floor(record.t) > second_)) return "";
   second_ = std::floor(record.t);
   std::string text = lines_++ % kLinesAHeader == 0 ? header() : "";
-  text += fmt::format("{:>10.2f} {} {:>7} {:>11.2f}  {}\n", record.t, target_ ? of_target(record) : of_chaser(record),
-                      record.keyframes, 1e3 * longest_, health(record));
+  text += fmt::format("{:>10.2f} {}{} {:>7} {:>11.2f}  {}\n", record.t, target_ ? of_target(record) : of_chaser(record),
+                      target_ ? of_predictions(record) : "", record.keyframes, 1e3 * longest_, health(record));
   longest_ = 0;
   return text;
 }

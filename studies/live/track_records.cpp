@@ -19,6 +19,12 @@ class Writer {
     const auto q = R.quaternion().coeffs();
     out_.insert(out_.end(), q.data(), q.data() + 4);
   }
+  void operator()(const Matrix<3, 3>& M) { out_.insert(out_.end(), M.data(), M.data() + 9); }
+  void operator()(const std::optional<Matrix<3, 3>>& M) { (*this)(M.value_or(Matrix<3, 3>::Constant(kNone))); }
+  void operator()(const std::optional<RelativeTarget>& r) {
+    (*this)(r ? std::optional(r->position) : std::nullopt);
+    (*this)(r ? r->covariance : std::nullopt);
+  }
   void operator()(const std::optional<double>& value) { (*this)(value.value_or(kNone)); }
   void operator()(const std::optional<Vector<3>>& v) { (*this)(v.value_or(Vector<3>::Constant(kNone))); }
   void operator()(const std::optional<SO3>& R) {
@@ -44,9 +50,21 @@ class Reader {
     R = SO3(SO3::Quaternion(Eigen::Vector4d(in_)));
     in_ += 4;
   }
+  void operator()(Matrix<3, 3>& M) {
+    M = Matrix<3, 3>(in_);
+    in_ += 9;
+  }
+  void operator()(RelativeTarget& r) {
+    (*this)(r.position);
+    (*this)(r.covariance);
+  }
   template <class T>
   void operator()(std::optional<T>& value) {
-    constexpr int n = std::same_as<T, double> ? 1 : std::same_as<T, SO3> ? 4 : 3;
+    constexpr int n = std::same_as<T, double>           ? 1
+                      : std::same_as<T, SO3>            ? 4
+                      : std::same_as<T, Matrix<3, 3>>   ? 9
+                      : std::same_as<T, RelativeTarget> ? 12
+                                                        : 3;
     if (std::isnan(*in_)) {
       value.reset();
       in_ += n;
@@ -70,7 +88,7 @@ void each_field(Fields& f, Record& r) {
   f(r.chaser_sigma);
   f(r.chaser_rotation_sigma);
   f(r.target_velocity);
-  f(r.sigma);
+  f(r.covariance);
   f(r.measured);
   f(r.measured_rotation);
   for (auto& position : r.ahead) f(position);

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include <tandem/problem/tracking/tracking_problem.hpp>
+#include <tandem/solvers/online/online_estimator.hpp>
 #include <tandem/solvers/online/track_health.hpp>
 
 namespace tandem {
@@ -49,15 +49,18 @@ struct TrackRecord {
 
   std::optional<TargetState> target{};
   Vector<3> target_velocity = Vector<3>::Zero();  ///< m/s, world
-  std::optional<Vector<3>> sigma{};               ///< m, of the target's position along the chaser's axes
+  std::optional<Matrix<3, 3>> covariance{};       ///< m², of relative() along the chaser's axes
   std::optional<Vector<3>> measured{};            ///< m: position of the target in the chaser's body, as measured here
   std::optional<SO3> measured_rotation{};         ///< likewise
   RecordHealth health{};
-  std::vector<std::optional<Vector<3>>> ahead{};  ///< m: where the target will be, in the chaser's body of now
+  std::vector<std::optional<RelativeTarget>> ahead{};  ///< where the target will be, seen from the chaser of now
 
   /// t(C⁻¹T) [m]; only with a target.
   Vector<3> relative() const { return chaser.inverse().act(target->position); }
 };
+
+/// Standard deviations along the axes of a covariance.
+inline Vector<3> sigmas(const Matrix<3, 3>& covariance) { return covariance.diagonal().cwiseMax(0).cwiseSqrt(); }
 
 /// Records in a temporary file that is gone with this object, so that a long run takes no more memory than a short one.
 class TrackRecords {

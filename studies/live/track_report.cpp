@@ -7,6 +7,7 @@
 #include <tandem/studies/estimation/spread_text.hpp>
 #include <tandem/studies/live/track_report.hpp>
 #include <tandem/studies/support/json_text.hpp>
+#include <tandem/studies/support/squared_distance.hpp>
 #include <tandem/studies/support/text.hpp>
 #include <tandem/studies/support/text_table.hpp>
 #include <tandem/studies/support/units.hpp>
@@ -31,17 +32,29 @@ std::string model_line(const Track& track, const LiveOptions& options) {
   const TrackingOptions& o = options.online.tracking;
   std::string text = track.by_odometry ? "" : "chaser by its own sensors";
   if (track.has_target)
-    text += fmt::format("{}{}, mode {}", text.empty() ? "" : ", target ", name(o.model), name(o.mode));
+    text += fmt::format("{}{}{}, mode {}", text.empty() ? "" : ", target ",
+                        options.online.hypotheses ? "newest by motion hypotheses, past by " : "", name(o.model),
+                        name(o.mode));
   const FixedLagOptions& lag = options.online.lag;
   if (std::isfinite(lag.window)) text += fmt::format(", window {:g} s", lag.window);
   if (lag.max_keyframes > 0) text += fmt::format(", at most {} keyframes", lag.max_keyframes);
   return text;
 }
 
+/// Normalised by what its covariance holds to be likely; nothing where that is none (the height of what is planar left
+/// out).
+std::optional<double> nees_of(const Vector<3>& e, const std::optional<Matrix<3, 3>>& covariance) {
+  if (!covariance) return {};
+  const bool planar = (*covariance)(2, 2) == 0;
+  const double nees =
+      planar ? squared_distance(e.head<2>(), covariance->topLeftCorner<2, 2>()) : squared_distance(e, *covariance);
+  return std::isfinite(nees) ? std::optional(nees) : std::nullopt;
+}
+
 /// Errors by keyframe type, in constant memory.
 struct Sums {
   int n = 0;
-  Moments position, orientation, raw_position, raw_orientation;
+  Moments position, orientation, raw_position, raw_orientation, nees;
   void add(const KeyframeError& e) {
     ++n;
     position.add(e.position);
@@ -66,6 +79,7 @@ std::string health_table(const TrackHealth& health) {
                         health.suspensions);
   return text;
 }
+std::string mean_shown(const std::optional<MeanStd>& of) { return of ? fmt::format("{:.2f}", of->mean) : "–"; }
 
 std::string error_tables(const Track& track, const TrackSummary& summary) {
   std::string text;
@@ -73,19 +87,19 @@ std::string error_tables(const Track& track, const TrackSummary& summary) {
   using Align = TextTable::Align;
   if (track.has_target) {
     TextTable table(
-        {{"newest state", Align::left}, {"n"}, {"position [m]"}, {"orientation [°]"}, {"raw position [m]"}});
+        {{"newest state", Align::left}, {"n"}, {"position [m]"}, {"NEES"}, {"orientation [°]"}, {"raw position [m]"}});
     for (std::size_t i = 0; i < kRows.size(); ++i) {
       const ErrorSummary& e = summary.errors[i];
       const bool comparable = e.raw_position && e.raw_position->n == e.compared;
-      table.row({kRows[i], fmt::format("{}", e.n), spread_shown(e.position, 3), spread_shown(e.orientation, 2),
-                 comparable ? spread_shown(e.raw_position, 3) : "–"});
+      table.row({kRows[i], fmt::format("{}", e.n), spread_shown(e.position, 3), mean_shown(summary.nees[i]),
+                 spread_shown(e.orientation, 2), comparable ? spread_shown(e.raw_position, 3) : "–"});
     }
     text += "\n" + table.str();
     if (!summary.ahead.empty()) {
-      TextTable ahead({{"prediction", Align::left}, {"n"}, {"position [m]"}});
+      TextTable ahead({{"prediction", Align::left}, {"n"}, {"position [m]"}, {"NEES"}});
       for (const AheadErrors& e : summary.ahead)
         ahead.row({fmt::format("{:g} s ahead", e.seconds), fmt::format("{}", e.position ? e.position->n : 0),
-                   spread_shown(e.position, 3)});
+                   spread_shown(e.position, 3), mean_shown(e.nees)});
       text += "\n" + ahead.str();
     }
   }
@@ -98,18 +112,22 @@ std::string error_tables(const Track& track, const TrackSummary& summary) {
 }  // namespace
 
 TrackError track_error(const Scenario& scenario, const TrackRecord& record, const LiveOptions& options) {
-  TrackError error{{record.t, record.type, {}, {}, {}, {}}, {}, {}, {}};
+  TrackError error{{record.t, record.type, {}, {}, {}, {}}, {}, {}, {}, {}, {}};
   if (record.target) {
     const Keyframe keyframe{record.t, record.type, record.measured, record.measured_rotation};
     error.relative = keyframe_errors(scenario, {keyframe}, {record.chaser}, {*record.target}).front();
+    if (const auto& e = error.relative.position_vector) error.nees = nees_of(*e, record.covariance);
   }
   const auto truth = pose_at(scenario.truth_chaser, record.t);
   for (std::size_t i = 0; i < record.ahead.size(); ++i) {
     auto& ahead = error.ahead.emplace_back();
+    auto& nees = error.ahead_nees.emplace_back();
     const auto later = pose_at(scenario.truth_target, record.t + options.ahead[i]);
     if (!truth || !later || !record.ahead[i]) continue;
     const SO3& axes = scenario.truth_orientation ? truth->rotation() : record.chaser.rotation();
-    ahead = (*record.ahead[i] - axes.inverse().act(later->translation() - truth->translation())).norm();
+    const Vector<3> e = record.ahead[i]->position - axes.inverse().act(later->translation() - truth->translation());
+    ahead = e.norm();
+    nees = nees_of(e, record.ahead[i]->covariance);
   }
   if (!truth) return error;
   error.chaser_position = (record.chaser.translation() - truth->translation()).norm();
@@ -126,7 +144,7 @@ TrackSummary summarise(const Track& track, const Scenario& scenario, const LiveO
   summary.truth = track.has_target && track.by_odometry ? scenario.has_truth() : !scenario.truth_chaser.empty();
   std::vector<double> wall, processor;
   std::array<Sums, 4> sums;
-  std::vector<Moments> ahead(options.ahead.size());
+  std::vector<Moments> ahead(options.ahead.size()), ahead_nees(options.ahead.size());
   Moments position, orientation;
   const double early = track.first + 0.1 * (track.last - track.first);
   track.records.each([&](const TrackRecord& r) {
@@ -138,19 +156,28 @@ TrackSummary summarise(const Track& track, const Scenario& scenario, const LiveO
     ++summary.keyframes;
     const TrackError error = track_error(scenario, r, options);
     if (r.target) {
-      sums[r.type == KeyframeType::usbl ? 0 : r.type == KeyframeType::optical ? 1 : 2].add(error.relative);
-      sums[3].add(error.relative);
+      for (Sums* of : {&sums[r.type == KeyframeType::usbl ? 0 : r.type == KeyframeType::optical ? 1 : 2], &sums[3]}) {
+        of->add(error.relative);
+        of->nees.add(error.nees);
+      }
     }
-    for (std::size_t i = 0; i < ahead.size(); ++i) ahead[i].add(error.ahead[i]);
+    for (std::size_t i = 0; i < ahead.size(); ++i) {
+      ahead[i].add(error.ahead[i]);
+      ahead_nees[i].add(error.ahead_nees[i]);
+    }
     position.add(error.chaser_position);
     orientation.add(error.chaser_orientation);
   });
   summary.updates = track.records.size();
   summary.wall = times_of(std::move(wall));
   summary.processor = times_of(std::move(processor));
-  for (std::size_t i = 0; i < sums.size(); ++i) summary.errors[i] = sums[i].summary();
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    summary.errors[i] = sums[i].summary();
+    summary.nees[i] = sums[i].nees.spread();
+  }
   if (track.has_target)
-    for (std::size_t i = 0; i < ahead.size(); ++i) summary.ahead.push_back({options.ahead[i], ahead[i].spread()});
+    for (std::size_t i = 0; i < ahead.size(); ++i)
+      summary.ahead.push_back({options.ahead[i], ahead_nees[i].spread(), ahead[i].spread()});
   if (!track.by_odometry) {
     summary.chaser_position = position.spread();
     summary.chaser_orientation = orientation.spread();
@@ -204,10 +231,14 @@ std::string track_json(const Track& track, const TrackSummary& s) {
     json["refused"].push_back({{"sensor", what.first}, {"why", what.second}, {"lines", n}});
   if (!s.truth) return json_text(json);
   if (track.has_target)
-    for (std::size_t i = 0; i < kRows.size(); ++i) json["errors"][kRows[i]] = errors_json(s.errors[i]);
+    for (std::size_t i = 0; i < kRows.size(); ++i) {
+      json["errors"][kRows[i]] = errors_json(s.errors[i]);
+      if (s.nees[i]) json["errors"][kRows[i]]["position_nees_mean"] = s.nees[i]->mean;
+    }
   for (const AheadErrors& e : s.ahead) {
     Json entry = {{"seconds_ahead", e.seconds}, {"n", e.position ? e.position->n : 0}};
     add_spread(entry, "position", "m", e.position);
+    if (e.nees) entry["position_nees_mean"] = e.nees->mean;
     json["predictions"].push_back(entry);
   }
   if (s.chaser_position) {

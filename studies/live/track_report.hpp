@@ -18,6 +18,7 @@ struct UpdateTimes {
 /// Errors of a prediction some seconds ahead.
 struct AheadErrors {
   double seconds;
+  std::optional<MeanStd> nees;      ///< of the same, where predictions have covariances
   std::optional<MeanStd> position;  ///< ‖Ĉ(t)⁻¹ t(T̂(t + h)) − C(t)⁻¹ t(T(t + h))‖, predicted at t [m]
 };
 
@@ -28,7 +29,8 @@ struct TrackSummary {
   UpdateTimes wall, processor;
   std::optional<double> memory_early, memory_end;  ///< MB: after a tenth of the run, and at its end
   bool truth = false;
-  std::array<ErrorSummary, 4> errors;  ///< of the newest state: at usbl, optical, gated keyframes, and all
+  std::array<ErrorSummary, 4> errors;          ///< of the newest state: at usbl, optical, gated keyframes, and all
+  std::array<std::optional<MeanStd>, 4> nees;  ///< likewise, eᵀ P⁻¹ e of the relative position
   std::vector<AheadErrors> ahead;
   std::optional<MeanStd> chaser_position,
       chaser_orientation;  ///< of the newest state [m, deg]; by its own sensors only
@@ -39,6 +41,8 @@ struct TrackSummary {
 struct TrackError {
   KeyframeError relative;
   std::vector<std::optional<double>> ahead;
+  std::optional<double> nees;
+  std::vector<std::optional<double>> ahead_nees;
   std::optional<double> chaser_position, chaser_orientation;
 };
 TrackError track_error(const Scenario& scenario, const TrackRecord& record, const LiveOptions& options);

@@ -53,7 +53,8 @@ template <int N>
 PlannedRun plan_with(const VehicleModel<N>& model, const PlanRequest& request, PlannedRun run) {
   const RendezvousStart& start = run.start;
   const PlanOptions& options = request.plan;
-  const TargetPrediction target = predict_target(start.target, start.target_noise, options.dt, options.steps);
+  const TargetPrediction target =
+      predict_target(start.target, start.target_noise, options.dt, options.steps, start.target_time);
   VehicleState<N> state;
   state.pose = start.chaser;
   state.twist = start.chaser_twist;
@@ -83,9 +84,8 @@ RendezvousStart estimate_until(const Scenario& scenario, const TrackingOptions& 
   if (scenario.data.planar) throw Error("a plan is of motion in space, and this scenario is planar (group SE2)");
   if (scenario.data.odometry.empty())
     throw Error("a plan needs a chaser with odometry: run tandem navigate, and take its chaser.tum");
-  if (options.mode != Mode::A || options.model == MotionModel::constant_velocity ||
-      options.model == MotionModel::steady_course)
-    throw Error("a plan needs the target as a pose at every keyframe: mode A, by constant twist");
+  if (options.mode != Mode::A || without_orientation(options.model) || options.model == MotionModel::steady_course)
+    throw Error("a plan needs the target as a pose at every keyframe: mode A, by constant or damped twist");
   const TrackingData past = until(scenario.data, at);
   TrackingProblem tracking = make_tracking_problem(past, options);
   RendezvousStart start;
@@ -108,7 +108,10 @@ RendezvousStart estimate_until(const Scenario& scenario, const TrackingOptions& 
   const std::array dofs{6, 6, 6};
   start.target.covariance = seen_from_chaser(Marginals(tracking.problem).joint(ids, dofs), start.chaser,
                                              start.target.before, start.target.now);
-  start.target_noise = past.noise.constant_twist;
+  const TrackingNoise& noise = past.noise;
+  const bool damped = options.model == MotionModel::damped_twist;
+  start.target_noise = damped && !noise.acceleration.isZero(0) ? noise.acceleration : noise.constant_twist;
+  if (damped) start.target_time = noise.twist_time;
   return start;
 }
 

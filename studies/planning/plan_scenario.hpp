@@ -17,8 +17,9 @@ struct RendezvousStart {
   /// The target's last poses and their covariance as seen from the chaser now, which counts as exact: a plan is about
   /// how the two move relative to each other, and what they drift together does not matter.
   TargetBelief target;
-  Vector<6> target_noise;  ///< of its motion, per √s [m, rad]
-  Summary summary;         ///< of the estimate
+  Vector<6> target_noise;                ///< of its motion, per √s [m, rad]
+  std::optional<Vector<6>> target_time;  ///< s, of a twist that is forgotten
+  Summary summary;                       ///< of the estimate
 };
 
 /// Estimates chaser and target out of what was measured until `at` [s]. Throws Error where the recording has not begun

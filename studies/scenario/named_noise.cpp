@@ -24,6 +24,8 @@ std::vector<NamedNoise> named_noise(TrackingData& data) {
                                  {"constant_twist", span(noise.constant_twist), true},
                                  {"constant_velocity", span(noise.constant_velocity)},
                                  {"acceleration", span(noise.acceleration)},
+                                 {"twist_time", span(noise.twist_time)},
+                                 {"velocity_time", span(noise.velocity_time)},
                                  {"boundary", span(noise.boundary)},
                                  {"roll_pitch", span(noise.roll_pitch)},
                                  {"non_holonomic", span(noise.non_holonomic)},
@@ -54,7 +56,7 @@ void read_sigmas(const YamlSection& section, const std::string& key, std::span<d
 
 void turn_noise(TrackingNoise& noise, const Frame& frame) {
   if (!frame.is_ned()) return;
-  for (Eigen::VectorXd* sigma : {&noise.constant_velocity, &noise.boundary})
+  for (Eigen::VectorXd* sigma : {&noise.constant_velocity, &noise.velocity_time, &noise.boundary})
     std::swap((*sigma)[0], (*sigma)[1]);  // north and east change places
 }
 

@@ -49,9 +49,7 @@ Mode parse_mode(const std::string& option, const std::string& text) {
 
 MotionModel parse_model(const std::string& option, const std::string& text) {
   std::vector<Choice<MotionModel>> choices;
-  for (const MotionModel model : {MotionModel::constant_twist, MotionModel::constant_velocity,
-                                  MotionModel::white_noise_acceleration, MotionModel::steady_course})
-    choices.push_back({std::string(name(model)), model});
+  for (const MotionModel model : motion_models) choices.push_back({std::string(name(model)), model});
   return choose<MotionModel>(option, text, choices);
 }
 

@@ -8,6 +8,8 @@
 #include <tandem/residuals/boundary.hpp>
 #include <tandem/residuals/coasting.hpp>
 #include <tandem/residuals/constant_twist.hpp>
+#include <tandem/residuals/damped_twist.hpp>
+#include <tandem/residuals/damped_velocity.hpp>
 #include <tandem/residuals/depth.hpp>
 #include <tandem/residuals/dvl_velocity.hpp>
 #include <tandem/residuals/gps.hpp>
@@ -42,6 +44,7 @@ static_assert(Residual<Range<>> && Residual<Range<SE2, R2>> && Residual<Bearing<
 static_assert(Residual<UsblSpherical<>> && Residual<UsblSpherical<SE3, R3>>);
 static_assert(Residual<Boundary<>> && Residual<Boundary<SE2>> && Residual<MixedConstantVelocity<SE3, R3, SE3>>);
 static_assert(Residual<ConstantTwist<SE3>> && Residual<ConstantTwist<R3>> && Residual<ConstantTwist<SE23>>);
+static_assert(Residual<DampedTwist<SE3>> && Residual<DampedTwist<SE23>> && Residual<DampedVelocity<SE3, R3, SE3>>);
 static_assert(Residual<RelativeRotation<>> && Residual<RelativeRotation<SE2>> && Residual<RelativeRotation<SE23>>);
 static_assert(Residual<WhiteNoiseAcceleration<SE3>> && Residual<WhiteNoiseAcceleration<Bundle<SE2, R3>>>);
 static_assert(Residual<Interpolated<RelativePose<>>> && Residual<Interpolated<UsblPosition<SE2, R2>>>);

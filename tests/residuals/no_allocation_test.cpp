@@ -12,6 +12,8 @@
 #include <tandem/residuals/boundary.hpp>
 #include <tandem/residuals/coasting.hpp>
 #include <tandem/residuals/constant_twist.hpp>
+#include <tandem/residuals/damped_twist.hpp>
+#include <tandem/residuals/damped_velocity.hpp>
 #include <tandem/residuals/depth.hpp>
 #include <tandem/residuals/dvl_preintegrator.hpp>
 #include <tandem/residuals/dvl_velocity.hpp>
@@ -146,6 +148,8 @@ TEST(NoAllocation, of_motion_models) {
   EXPECT_EQ(allocations_of(ConstantTwist<R3>{1.0, 0.6}), 0);
   EXPECT_EQ(allocations_of(ConstantTwist<SE23>{1.0, 0.6}), 0);
   EXPECT_EQ((allocations_of(ConstantTwist<Bundle<SE23, Rn<6>>>{1.0, 0.6})), 0);
+  EXPECT_EQ(allocations_of(DampedTwist<SE3>::over(1.0, 0.6, Vector<6>::Constant(5.0))), 0);
+  EXPECT_EQ((allocations_of(DampedVelocity<SE3, R3, SE3>::over(1.0, 0.6, Vector<3>::Constant(5.0)))), 0);
   EXPECT_EQ(allocations_of(WhiteNoiseAcceleration<SE3>{0.6}), 0);
   EXPECT_EQ((allocations_of(WhiteNoiseAcceleration<Bundle<SE2, R3>>{0.6})), 0);
   EXPECT_EQ((allocations_of(MixedConstantVelocity<SE3, R3, SE3>{1.0, 0.6})), 0);

@@ -66,9 +66,37 @@ TEST(PredictTarget, ItsCovarianceIsThatOfManyTargets) {
   EXPECT_GT(p.covariance.back().trace(), p.covariance.front().trace());
 }
 
+TEST(PredictTarget, ATwistThatIsForgottenComesToAnEnd) {
+  const TargetBelief belief = turning();
+  const Vector<6> tau = (Vector<6>() << 10.0, 5.0, 5.0, 2.0, 2.0, 4.0).finished();
+  const TargetPrediction p = predict_target(belief, Vector<6>::Constant(0.01), 0.5, 400, tau);
+  const Vector<6> twist = (belief.before.inverse() * belief.now).Log() / belief.dt;
+  for (const int k : {1, 7, 30})
+    for (int i = 0; i < 6; ++i) EXPECT_NEAR(p.twist[std::size_t(k)][i], twist[i] * std::exp(-0.5 * k / tau[i]), 1e-12);
+  EXPECT_LE((p.pose[400].inverse() * p.pose[200]).Log().norm(), 1e-3);
+}
+
+/// In 50 s of nothing but prediction, by noise that is usual: at constant twist the covariance says less than nothing.
+TEST(PredictTarget, TheCovarianceStaysInReasonWhenTheTwistIsForgotten) {
+  TargetBelief belief;
+  belief.now = SE3(SO3(), {10.0, 0.0, 0.0});
+  belief.before = SE3(SO3(), {9.0, 0.0, 0.0});
+  const Vector<6> noise = (Vector<6>() << 0.15, 0.05, 0.05, 0.02, 0.02, 0.06).finished();
+  const Vector<6> tau = (Vector<6>() << 20.0, 5.0, 5.0, 5.0, 5.0, 5.0).finished();
+  const auto three_sigma = [](const TargetPrediction& p) {
+    return 3 * std::sqrt(p.covariance.back().topLeftCorner<3, 3>().trace());
+  };
+  const double constant = three_sigma(predict_target(belief, noise, 1.0, 50));
+  const double damped = three_sigma(predict_target(belief, noise, 1.0, 50, tau));
+  EXPECT_GT(constant, 300.0);
+  // No farther than the way at the speed of now and three of the speed's own deviations.
+  EXPECT_LT(damped, 50.0 * (1.0 + 3 * 0.15 * std::sqrt(20.0 / 2)));
+}
+
 TEST(PredictTarget, NeedsTimesThatArePositive) {
   TargetBelief belief = turning();
   EXPECT_THROW(predict_target(belief, Vector<6>::Zero(), 0.0, 3), Error);
+  EXPECT_THROW(predict_target(belief, Vector<6>::Zero(), 1.0, 3, Vector<6>(Vector<6>::Zero())), Error);
   belief.dt = 0.0;
   EXPECT_THROW(predict_target(belief, Vector<6>::Zero(), 1.0, 3), Error);
 }

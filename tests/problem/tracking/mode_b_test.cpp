@@ -128,11 +128,11 @@ TEST_P(ModeB, NeedsTheNoiseOfPoints) {
   make_tracking_problem(data, mode_b(Junction::direct));  // reads none
 }
 
-TEST_P(ModeB, IsForConstantTwist) {
-  for (const MotionModel model :
-       {MotionModel::constant_velocity, MotionModel::white_noise_acceleration, MotionModel::steady_course})
+TEST_P(ModeB, IsForModelsOfPosesThatPointsCanStandInFor) {
+  for (const MotionModel model : {MotionModel::constant_velocity, MotionModel::damped_velocity,
+                                  MotionModel::white_noise_acceleration, MotionModel::steady_course})
     EXPECT_THAT([&] { make_tracking_problem(patterned(run, "PPpp"), {.model = model, .mode = Mode::B}); },
-                ThrowsMessage<Error>(HasSubstr("mode B is for the constant-twist model")));
+                ThrowsMessage<Error>(HasSubstr("mode B is for the constant-twist and damped-twist models")));
 }
 
 INSTANTIATE_TEST_SUITE_P(Groups, ModeB, ::testing::Bool(), [](const auto& info) { return info.param ? "SE2" : "SE3"; });

@@ -25,6 +25,8 @@ class MotionModels : public ::testing::TestWithParam<ModelCase> {
   /// Positions alone leave a heading open to a target that keeps any constant twist.
   MotionModels() {
     data.sensors.push_back(run.data({{.name = "camera", .type = SensorType::pose}}, {3.2, 8.8}).sensors[0]);
+    data.noise.twist_time.setConstant(1e13);  // the target keeps its twist
+    data.noise.velocity_time.setConstant(1e13);
   }
 };
 
@@ -63,6 +65,10 @@ INSTANTIATE_TEST_SUITE_P(All, MotionModels,
                                            ModelCase{MotionModel::constant_twist, true, true},
                                            ModelCase{MotionModel::constant_velocity, false, false},
                                            ModelCase{MotionModel::constant_velocity, true, false},
+                                           ModelCase{MotionModel::damped_twist, false, true},
+                                           ModelCase{MotionModel::damped_twist, true, true},
+                                           ModelCase{MotionModel::damped_velocity, false, false},
+                                           ModelCase{MotionModel::damped_velocity, true, false},
                                            ModelCase{MotionModel::white_noise_acceleration, false, true},
                                            ModelCase{MotionModel::white_noise_acceleration, true, true},
                                            ModelCase{MotionModel::steady_course, false, false},
@@ -188,6 +194,64 @@ TEST(Horizons, TheVarianceIsThatOfIndependentDisturbances) {
   }
 }
 
+/// The cost of one state off the line, of the damped models against the constant ones.
+class Damped : public ::testing::TestWithParam<bool> {
+ protected:
+  const bool planar = GetParam();
+  const SimulatedRun run{.planar = planar, .duration = 6.0, .target_twist = twist(0.9, 0.0)};
+  TrackingData data = positions(run, {0.0});
+
+  double cost_off_the_line(MotionModel model, Mode mode, std::vector<Horizon> horizons = {{1, 1}}) {
+    TrackingProblem tracking =
+        make_tracking_problem(data, {.model = model, .mode = mode, .horizons = std::move(horizons)});
+    run.set_truth(tracking);
+    std::visit(
+        [&]<class X>(const X& x) {
+          if constexpr (!requires { x.first; }) {
+            auto value = tracking.problem.value(x);
+            typename decltype(value)::Tangent step = decltype(value)::Tangent::Zero();
+            step[0] = 0.3;
+            tracking.problem.set_value(x, value * decltype(value)::Exp(step));
+          }
+        },
+        tracking.target[3]);
+    return cost(tracking);
+  }
+};
+
+TEST_P(Damped, AreTheConstantOnesWhenNothingIsForgotten) {
+  data.noise.twist_time.setConstant(1e12);
+  data.noise.velocity_time.setConstant(1e12);
+  const double twist = cost_off_the_line(MotionModel::constant_twist, Mode::A);
+  EXPECT_GT(twist, 1);
+  EXPECT_NEAR(cost_off_the_line(MotionModel::damped_twist, Mode::A), twist, 1e-8 * twist);
+  const double velocity = cost_off_the_line(MotionModel::constant_velocity, Mode::A);
+  EXPECT_NEAR(cost_off_the_line(MotionModel::damped_velocity, Mode::A), velocity, 1e-8 * velocity);
+  const double mixed = cost_off_the_line(MotionModel::constant_twist, Mode::B);
+  EXPECT_NEAR(cost_off_the_line(MotionModel::damped_twist, Mode::B), mixed, 1e-8 * mixed);
+  EXPECT_NEAR(cost_off_the_line(MotionModel::damped_velocity, Mode::A, {{1, 1}, {1, 1}}), velocity, 1e-8 * velocity)
+      << "what is said twice counts once";
+}
+
+TEST_P(Damped, ForgetByTheirOwnTimesAndTakeTheNoiseOfAcceleration) {
+  const double before = cost_off_the_line(MotionModel::damped_twist, Mode::A);
+  data.noise.twist_time[0] = 2.0;
+  EXPECT_GT(std::abs(cost_off_the_line(MotionModel::damped_twist, Mode::A) - before), 1e-3 * before);
+  data.noise.twist_time[0] = TrackingNoise::kForgotten;
+  data.noise.acceleration = 0.5 * data.noise.constant_twist;
+  const double sharper = cost_off_the_line(MotionModel::damped_twist, Mode::A);
+  EXPECT_GT(sharper, 2 * before);
+  const double points = cost_off_the_line(MotionModel::damped_velocity, Mode::A);
+  data.noise.velocity_time.setConstant(2.0);
+  EXPECT_GT(std::abs(cost_off_the_line(MotionModel::damped_velocity, Mode::A) - points), 1e-3 * points);
+  data.noise.twist_time[0] = 0;
+  EXPECT_THAT([&] { cost_off_the_line(MotionModel::damped_twist, Mode::A); },
+              ThrowsMessage<Error>(HasSubstr("twist_time")));
+}
+
+INSTANTIATE_TEST_SUITE_P(Groups, Damped, ::testing::Bool(),
+                         [](const auto& info) { return info.param ? "SE2" : "SE3"; });
+
 class Exclusions : public ::testing::Test {
  protected:
   TrackingData data = patterned({}, "pPPp");
@@ -200,6 +264,7 @@ class Exclusions : public ::testing::Test {
 TEST_F(Exclusions, ConstraintsOnATwistThatIsNotThere) {
   for (const Role role : {Role::soft, Role::hard}) {
     expect_refused({.model = MotionModel::constant_velocity, .non_holonomic = role}, "constant-velocity");
+    expect_refused({.model = MotionModel::damped_velocity, .non_holonomic = role}, "damped-velocity");
     expect_refused({.model = MotionModel::steady_course, .non_holonomic = role}, "steady-course");
   }
   for (const MotionModel model : {MotionModel::constant_velocity, MotionModel::steady_course}) {

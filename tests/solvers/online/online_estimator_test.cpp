@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include <Eigen/LU>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -100,7 +101,7 @@ TEST(OnlineTarget, AWindowLongerThanTheRunIsTheBatchEstimate) {
   Simulation simulation;
   simulation.noise = 1.0;
   const TrackingData d = cropped(simulation.data());
-  std::vector<std::pair<std::string, TrackingOptions>> cases(6);
+  std::vector<std::pair<std::string, TrackingOptions>> cases(8);
   cases[0].first = "mode A";
   cases[1].first = "mode B, boundary";
   cases[1].second.mode = Mode::B;
@@ -113,6 +114,10 @@ TEST(OnlineTarget, AWindowLongerThanTheRunIsTheBatchEstimate) {
   cases[4].second.model = MotionModel::constant_velocity;
   cases[5].first = "robust";
   cases[5].second.loss = Huber(2.0);
+  cases[6].first = "damped twist, mode B";
+  cases[6].second = {.model = MotionModel::damped_twist, .mode = Mode::B};
+  cases[7].first = "damped velocity";
+  cases[7].second.model = MotionModel::damped_velocity;
   TrackingData noisy = d;
   noisy.noise.constant_velocity.setConstant(0.1);
   for (const auto& [name, options] : cases) {
@@ -241,6 +246,50 @@ TEST(OnlineTarget, TheWindowStaysAsLargeAsItIs) {
   EXPECT_GE(updates, 149u);
   EXPECT_LE(most, 22u) << "one a second and one a fix";
   EXPECT_LE((estimator.target()->position - Simulation::target(estimator.newest()).translation()).norm(), 0.1);
+}
+
+TEST(OnlineTarget, HypothesesTellTheNewestStateAndWhatComes) {
+  Simulation simulation;
+  simulation.noise = 1.0;
+  TrackingData d = cropped(simulation.data());
+  d.noise.constant_velocity.setConstant(0.1);
+  OnlineOptions options;
+  options.tracking.mode = Mode::B;
+  options.hypotheses = true;
+  OnlineEstimator estimator(d, {}, options);
+  run(d, estimator);
+  const double t = estimator.newest();
+  const SE3 chaser = estimator.chaser().pose;
+  for (const double h : {0.0, 3.0}) {
+    const RelativeTarget there = estimator.relative_target(h).value();
+    const Vector<3> e = there.position - chaser.inverse().act(Simulation::target(t + h).translation());
+    EXPECT_LE(e.dot(there.covariance.value().inverse() * e), 25) << h;
+    EXPECT_LE((chaser.inverse().act(estimator.predicted_target(h)->position) - there.position).norm(), 1e-9) << h;
+  }
+  EXPECT_GT(estimator.relative_target(3)->covariance->trace(), estimator.relative_target(0)->covariance->trace());
+  EXPECT_TRUE(estimator.target()->rotation.has_value()) << "the course tells it";
+
+  options.hypotheses = false;
+  OnlineEstimator window(d, {}, options);
+  run(d, window);
+  EXPECT_TRUE(window.relative_target(0)->covariance.has_value());
+  EXPECT_FALSE(window.relative_target(3)->covariance.has_value());
+}
+
+TEST(OnlineTarget, HypothesesNeedFixesOfPositions) {
+  TrackingData d = Simulation().data();
+  d.noise.constant_velocity.setConstant(0.1);
+  EXPECT_EQ(why_no_hypotheses(d, true), "");
+  EXPECT_THAT(why_no_hypotheses(d, false), HasSubstr("own sensors"));
+  d.sensors[0].type = SensorType::bearing;
+  EXPECT_THAT(why_no_hypotheses(d, true), HasSubstr("does not give a position"));
+  OnlineOptions options;
+  options.hypotheses = true;
+  EXPECT_THAT([&] { OnlineEstimator(d, {}, options); },
+              ::testing::ThrowsMessage<Error>(HasSubstr("motion hypotheses cannot serve here")));
+  d = Simulation().data();
+  d.noise.constant_velocity.setZero();
+  EXPECT_THAT(why_no_hypotheses(d, true), HasSubstr("constant_velocity"));
 }
 
 TEST(OnlineTarget, TimesThatRunBackwardsAreRefused) {

@@ -146,7 +146,7 @@ TEST(ModelsCommand, JsonHasEveryModel) {
   const Outcome run = run_tandem({"models", "docking_a", "--max-keyframes", "60", "--json"});
   ASSERT_EQ(run.status, 0) << run.errors;
   const Json models = Json::parse(run.output)["models"];
-  EXPECT_EQ(models.size(), 15u);
+  EXPECT_EQ(models.size(), 17u);
   for (const Json& model : models) EXPECT_EQ(model["status"], "converged") << model["model"];
 }
 

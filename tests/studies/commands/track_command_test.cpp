@@ -63,7 +63,8 @@ TEST(TrackCommand, TracksAFolderAndStandardInputAlike) {
   EXPECT_EQ(run.errors, "");
   EXPECT_THAT(run.output, StartsWith("  time [s] range [m] bearing [°] elev. [°] speed [m/s] heading [°]"));
   EXPECT_THAT(run.output, ContainsRegex("\n +200\\.[0-9]+ +[0-9]+\\.[0-9]+ +-?[0-9]+\\.[0-9] "));
-  EXPECT_THAT(run.output, HasSubstr("docking_a, constant-twist, mode A, window 60 s\n"));
+  EXPECT_THAT(run.output,
+              HasSubstr("docking_a, newest by motion hypotheses, past by constant-twist, mode B, window 60 s\n"));
   EXPECT_THAT(run.output, ContainsRegex("wall clock +[0-9.]+ +[0-9.]+ +[0-9.]+\n"));
   EXPECT_THAT(run.output, ContainsRegex("optical +[0-9]+ +0\\.[0-9]+ ± 0\\.[0-9]+ "));
   EXPECT_THAT(run.output, HasSubstr("10 s ahead"));
@@ -71,7 +72,9 @@ TEST(TrackCommand, TracksAFolderAndStandardInputAlike) {
                                                "chaser_truth.tum", "target_truth.tum", "trajectories.svg", "errors.svg",
                                                "error_norms.svg"));
   EXPECT_THAT(read_file(out / "track.csv"), StartsWith("t,type,new_keyframe,keyframes,update_ms,"));
-  EXPECT_GT(poses(read_tum(out / "target.tum")).size(), 250u);
+  EXPECT_GT(poses(read_tum(out / "chaser.tum")).size(), 250u);
+  const std::string target = read_file(out / "target.tum");
+  EXPECT_GT(std::count(target.begin(), target.end(), '\n'), 250);
 
   // A folder of settings alone, with two lines among the data that are wrong.
   scratch.write("scenario.yaml", read_file(docking() / "scenario.yaml"));
@@ -99,7 +102,7 @@ TEST(TrackCommand, TracksAFolderAndStandardInputAlike) {
 
 TEST(TrackCommand, TakesTrackingOptions) {
   const auto errors = [](const std::vector<std::string>& options) {
-    std::vector<std::string> arguments = {"track", "docking_a", "--until", "170", "--json"};
+    std::vector<std::string> arguments = {"track", "docking_a", "--until", "170", "--newest", "window", "--json"};
     arguments.insert(arguments.end(), options.begin(), options.end());
     const Outcome run = run_tandem(arguments);
     EXPECT_EQ(run.status, 0) << testing::PrintToString(options) << ": " << run.errors;
@@ -125,6 +128,22 @@ TEST(TrackCommand, TakesTrackingOptions) {
   EXPECT_EQ(run_tandem({"track", "docking_a", "--until", "5", "--quiet"}).output, "");
 }
 
+TEST(TrackCommand, TheNewestStateIsByHypothesesUnlessAModelIsAskedFor) {
+  const auto run = [](std::vector<std::string> options) {
+    options.insert(options.begin(), {"track", "docking_a", "--until", "170", "--json"});
+    const Outcome outcome = run_tandem(options);
+    EXPECT_EQ(outcome.status, 0) << outcome.errors;
+    return Json::parse(outcome.output);
+  };
+  const Json newest = run({}), window = run({"--mode", "A"});
+  EXPECT_THAT(newest.at("model"), HasSubstr("motion hypotheses"));
+  EXPECT_THAT(window.at("model"), testing::Not(HasSubstr("motion hypotheses")));
+  EXPECT_LT(newest["errors"]["usbl"]["orientation_mean_deg"], window["errors"]["usbl"]["orientation_mean_deg"]);
+  EXPECT_LT(newest["predictions"][1]["position_mean_m"], window["predictions"][1]["position_mean_m"]);
+  EXPECT_TRUE(newest["predictions"][0].contains("position_nees_mean"));
+  EXPECT_TRUE(newest["errors"]["optical"].contains("position_nees_mean"));
+}
+
 TEST(TrackCommand, TracksTheChaserByItsOwnSensors) {
   const ScratchFolder scratch;
   ASSERT_EQ(run_tandem({"simulate", "dive", "--out", scratch.path(), "--minutes", "2"}).status, 0);
@@ -134,6 +153,9 @@ TEST(TrackCommand, TracksTheChaserByItsOwnSensors) {
   EXPECT_LT(summary["chaser"]["position_mean_m"], 3.0);
   EXPECT_FALSE(summary.contains("predictions"));
   EXPECT_THAT(run_tandem({"track", scratch.path(), "--until", "60"}).output, HasSubstr("x [m]"));
+  const Outcome newest = run_tandem({"track", scratch.path(), "--newest", "hypotheses"});
+  EXPECT_EQ(newest.status, 1);
+  EXPECT_THAT(newest.errors, HasSubstr("--newest hypotheses cannot serve"));
   const Outcome mode = run_tandem({"track", scratch.path(), "--mode", "B"});
   EXPECT_EQ(mode.status, 1);
   EXPECT_THAT(mode.errors, HasSubstr("--mode is about a target"));

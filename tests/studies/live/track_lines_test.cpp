@@ -20,7 +20,7 @@ TrackRecord record(double t) {
   r.chaser_sigma = 0.25;
   r.target = TargetState(SE3(SO3::Exp({0, 0, -std::numbers::pi / 2}), {10, 10, 5}));
   r.target_velocity = {2, 0, 0};
-  r.sigma = Vector<3>(2, 1, 2);
+  r.covariance = Vector<3>(4, 1, 4).asDiagonal();
   return r;
 }
 
@@ -29,6 +29,17 @@ TEST(TrackLines, TellOfATargetInTheSailorsTerms) {
   EXPECT_EQ(lines(record(80.2)),
             "  time [s] range [m] bearing [°] elev. [°] speed [m/s] heading [°]    σ [m]  window update [ms]  health\n"
             "     80.20     15.00        45.0      19.5        2.00       180.0     3.00      42        2.00  ok\n");
+}
+
+TEST(TrackLines, TellPredictionsWithTheirDeviation) {
+  TrackLines lines(Frame::enu_flu(), true, false, {5, 10});
+  TrackRecord r = record(80.2);
+  r.ahead = {RelativeTarget{{3, 4, 0}, Matrix<3, 3>(Vector<3>(1, 4, 4).asDiagonal())}, RelativeTarget{{6, 8, 0}}};
+  EXPECT_THAT(lines(r), testing::AllOf(HasSubstr("   σ [m]      in 5 s [m]     in 10 s [m]  window"),
+                                       HasSubstr("    3.00     5.00 ± 3.00           10.00      42")));
+  r.t = 81.2;
+  r.ahead[0].reset();
+  EXPECT_THAT(lines(r), HasSubstr("    3.00               –           10.00      42"));
 }
 
 TEST(TrackLines, ComeOnceASecondWithTheLongestUpdateSince) {
@@ -59,7 +70,7 @@ TEST(TrackLines, WhatIsNotKnownIsADash) {
   TrackLines lines(Frame::enu_flu(), true, true);
   TrackRecord r = record(1);
   r.target = TargetState(Vector<3>(10, 10, 0));  // a point: where it goes is all that there is of a heading
-  r.sigma.reset();
+  r.covariance.reset();
   EXPECT_THAT(lines(r), HasSubstr("     14.14        45.0         –        2.00        90.0        –      42"));
   r.t = 2;
   r.target_velocity = {0.001, 0, 0};

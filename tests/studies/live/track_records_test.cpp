@@ -13,10 +13,10 @@ TrackRecord full_record() {
   r.chaser_rotation_sigma = 0.01;
   r.target = TargetState(SE3(SO3::Exp({0, 0, -1}), {4, 5, 6}));
   r.target_velocity = {-1, -2, -3};
-  r.sigma = Vector<3>(0.1, 0.2, 0.3);
+  r.covariance = (Matrix<3, 3>() << 3, 0.1, 0.2, 0.1, 4, 0.3, 0.2, 0.3, 5).finished();
   r.measured = Vector<3>(7, 8, 9);
   r.measured_rotation = SO3::Exp({0.3, 0, 0});
-  r.ahead = {Vector<3>(10, 11, 12), std::nullopt};
+  r.ahead = {RelativeTarget{{10, 11, 12}, *r.covariance}, RelativeTarget{{1, 2, 3}}, std::nullopt};
   r.health = {false, 2, 1, {{7, 3, 4.5, 0.25}, {0, 0, {}, {}}}};
   return r;
 }
@@ -47,7 +47,7 @@ void expect_same(const TrackRecord& a, const TrackRecord& b) {
   expect_same(a.memory, b.memory, "memory");
   expect_same(a.chaser_sigma, b.chaser_sigma, "chaser_sigma");
   expect_same(a.chaser_rotation_sigma, b.chaser_rotation_sigma, "chaser_rotation_sigma");
-  expect_same(a.sigma, b.sigma, "sigma");
+  expect_same(a.covariance, b.covariance, "covariance");
   expect_same(a.measured, b.measured, "measured");
   expect_same(a.measured_rotation, b.measured_rotation, "measured_rotation");
   EXPECT_EQ(a.health.converged, b.health.converged);
@@ -61,7 +61,12 @@ void expect_same(const TrackRecord& a, const TrackRecord& b) {
     expect_same(a.health.sensors[i].age, b.health.sensors[i].age, "age");
   }
   ASSERT_EQ(a.ahead.size(), b.ahead.size());
-  for (std::size_t i = 0; i < a.ahead.size(); ++i) expect_same(a.ahead[i], b.ahead[i], "ahead");
+  for (std::size_t i = 0; i < a.ahead.size(); ++i) {
+    ASSERT_EQ(a.ahead[i].has_value(), b.ahead[i].has_value()) << "ahead";
+    if (!a.ahead[i]) continue;
+    EXPECT_EQ(a.ahead[i]->position, b.ahead[i]->position);
+    expect_same(a.ahead[i]->covariance, b.ahead[i]->covariance, "covariance ahead");
+  }
   ASSERT_EQ(a.target.has_value(), b.target.has_value());
   if (!a.target) return;
   EXPECT_EQ(a.target->position, b.target->position);
@@ -74,14 +79,15 @@ TEST(TrackRecords, ComeBackAsTheyWent) {
   records[1].memory.reset();
   records[1].type = KeyframeType::gated;
   records[1].new_keyframe = false;
-  for (auto* absent : {&records[1].sigma, &records[1].measured}) absent->reset();
+  records[1].covariance.reset();
+  records[1].measured.reset();
   records[1].measured_rotation.reset();
   records[2].target = TargetState(Vector<3>(1, 2, 3));  // a point
   records[2].chaser_sigma.reset();
   records[2].chaser_rotation_sigma.reset();
-  records[2].ahead = {std::nullopt, Vector<3>(1, 1, 1)};
+  records[2].ahead = {std::nullopt, RelativeTarget{{1, 1, 1}}, std::nullopt};
   records[2].type = KeyframeType::usbl;
-  TrackRecords file(2);
+  TrackRecords file(3);
   for (const TrackRecord& r : records) file.add(r);
   EXPECT_EQ(file.size(), 4u);
   for (int pass = 0; pass < 2; ++pass) {  // it can be gone through again

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <tandem/lie/rn.hpp>
+#include <tandem/lie/sek3.hpp>
+#include <tandem/residuals/ornstein_uhlenbeck.hpp>
+#include <tandem/residuals/residual.hpp>
+
+namespace tandem {
+
+/// Velocity of the positions of three consecutive states, each a pose or a point (SE3, R3; or SE2, R2), that is
+/// forgotten along each axis of the world with a time constant of its own [m]:
+///
+///   e = p2 − p1 − φ (dt2/dt1) (p1 − p0),  p = t(X),   φ and noise as DampedTwist's
+///
+/// DampedTwist on R^n where all three are points; with τ = ∞ it is MixedConstantVelocity.
+template <LieGroup A, LieGroup B, LieGroup C>
+requires(A::point_dim == B::point_dim && B::point_dim == C::point_dim) struct DampedVelocity {
+  static constexpr std::string_view name = "damped velocity";
+  static constexpr int dim = A::point_dim;
+  using States = std::tuple<A, B, C>;
+
+  Vector<dim> share;  ///< φ dt2/dt1 along each axis
+
+  /// By time constants [s], > 0, also infinite; dt1 = t1 − t0 and dt2 = t2 − t1 [s], both > 0.
+  static DampedVelocity over(double dt1, double dt2, const Vector<dim>& time_constants) {
+    const double h = 0.5 * (dt1 + dt2);
+    return {time_constants.unaryExpr([=](double tau) { return dt2 / dt1 * OrnsteinUhlenbeck{tau}.kept(h); })};
+  }
+
+  template <Over<A> X0, Over<B> X1, Over<C> X2>
+  void operator()(const X0& x0, const X1& x1, const X2& x2, Rows<dim, X0>& r, RowsBy<dim, X0>* J0 = nullptr,
+                  RowsBy<dim, X1>* J1 = nullptr, RowsBy<dim, X2>* J2 = nullptr) const {
+    using S = typename X0::Scalar;
+    const Vector<dim, S> by_before = share.template cast<S>(), by_now = -(Vector<dim, S>::Ones() + by_before);
+    const Vector<dim, S> origin = Vector<dim, S>::Zero();
+    r = x2.translation() - x1.translation() - by_before.cwiseProduct(x1.translation() - x0.translation());
+    if (J0) *J0 = by_before.asDiagonal() * x0.act_jacobian(origin);
+    if (J1) *J1 = by_now.asDiagonal() * x1.act_jacobian(origin);
+    if (J2) *J2 = x2.act_jacobian(origin);
+  }
+};
+
+}  // namespace tandem

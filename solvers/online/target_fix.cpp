@@ -1,0 +1,76 @@
+#include <tandem/residuals/direction.hpp>
+#include <tandem/solvers/online/online_estimator.hpp>
+#include <tandem/solvers/online/target_fix.hpp>
+
+namespace tandem {
+namespace detail {
+namespace {
+
+// Against the scenario's noise; chosen by ten simulated dockings (docs/results.md).
+constexpr double kDrift = 5.0 / 3, kClimb = 1.5, kSurge = 1.0 / 4, kYawRate = 1.0 / 8;
+constexpr double kYawTime = 60;  // s: in which a turn is forgotten
+
+double heading_of(const SO3& R) {
+  const Vector<3> forward = R.act(Vector<3>::UnitX());
+  return std::atan2(forward.y(), forward.x());
+}
+
+/// Of the measured position [m²], in the chaser's body.
+Matrix<3, 3> position_covariance(const TargetSensor& sensor, const Measurement& m) {
+  Matrix<3, 3> axes = sensor.mount.rotation().matrix();
+  Vector<3> sigma;
+  if (sensor.type->has(measured::position)) {
+    sigma = sensor.sigma.head<3>();
+    if (sensor.type->has(measured::rotation)) axes *= m.rotation.matrix();
+  } else {  // range along the line of sight, bearings across
+    const Vector<3> sight = Direction<3>(m.azimuth, m.elevation).unit();
+    axes *= Eigen::Quaterniond::FromTwoVectors(Vector<3>::UnitX(), sight).toRotationMatrix();
+    sigma << sensor.sigma[0], m.range * sensor.sigma[1], m.range * sensor.sigma[2];
+  }
+  return axes * sigma.cwiseAbs2().asDiagonal() * axes.transpose();
+}
+
+}  // namespace
+
+TargetFix target_fix(const TargetSensor& sensor, const Measurement& m, const SE3& chaser,
+                     const TrackingOptions& options) {
+  const Matrix<3, 3> R = chaser.rotation().matrix();
+  TargetFix fix{chaser.act(*sensor.position_in_chaser(m)),
+                R * position_covariance(sensor, m) * R.transpose(),
+                {},
+                0,
+                loss_of(sensor, options)};
+  if (sensor.type->has(measured::rotation)) {
+    fix.heading = heading_of(chaser.rotation() * sensor.pose_in_chaser(m).rotation());
+    fix.heading_sigma = sensor.sigma[5];
+  }
+  return fix;
+}
+
+HypothesesNoise hypotheses_noise(const TrackingNoise& noise) {
+  return {.drift = kDrift * noise.constant_velocity.head<2>().norm() / std::sqrt(2.0),
+          .drift_time = noise.velocity_time.head<2>().minCoeff(),
+          .surge = kSurge * noise.constant_twist[0],
+          .yaw_rate = kYawRate * noise.constant_twist[5],
+          .yaw_time = kYawTime,
+          .climb = kClimb * noise.constant_velocity[2]};
+}
+
+}  // namespace detail
+
+std::string why_no_hypotheses(const TrackingData& tracking, bool by_odometry) {
+  if (!by_odometry) return "the chaser moves by its own sensors";
+  if (tracking.planar) return "the problem is planar";
+  if (tracking.noise.constant_velocity.isZero(0)) return "the noise constant_velocity is not given";
+  for (const TargetSensor& sensor : tracking.sensors) {
+    const bool position =
+        sensor.type->has(measured::position) ||
+        (sensor.type->has(measured::range) && sensor.type->has(measured::direction | measured::angles));
+    if (!position) return sensor.name + " does not give a position";
+    if (!sensor.type->has(measured::rotation) && !sensor.marker.translation().isZero())
+      return sensor.name + " sees a place on the target that its orientation tells";
+  }
+  return tracking.sensors.empty() ? "no sensor observes a target" : "";
+}
+
+}  // namespace tandem

@@ -1,0 +1,167 @@
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+#include <tandem/solvers/online/motion_hypotheses.hpp>
+
+namespace tandem::testing {
+namespace {
+
+constexpr HypothesesNoise kNoise{
+    .drift = 0.2, .drift_time = 60, .surge = 0.04, .yaw_rate = 0.0075, .yaw_time = 60, .climb = 0.07};
+
+/// A vessel at 1.2 m/s that goes straight for 100 s and then turns by 0.04 rad/s.
+struct Vessel {
+  static constexpr double speed = 1.2, rate = 0.04, turns_at = 100;
+  static double heading(double t) { return 0.5 + rate * std::max(0.0, t - turns_at); }
+  static Vector<3> position(double t) {
+    const double straight = std::min(t, turns_at), h = heading(t), radius = speed / rate;
+    Vector<3> p(speed * straight * std::cos(0.5), speed * straight * std::sin(0.5), -2);
+    if (t > turns_at) p += radius * Vector<3>(std::sin(h) - std::sin(0.5), std::cos(0.5) - std::cos(h), 0);
+    return p;
+  }
+};
+
+class Fixes {
+ public:
+  explicit Fixes(std::uint64_t seed) : random_(seed) {}
+  TargetFix position(double t, double sigma) {
+    return {Vessel::position(t) + sigma * Vector<3>(normal_(random_), normal_(random_), normal_(random_)),
+            sigma * sigma * Matrix<3, 3>::Identity()};
+  }
+  TargetFix pose(double t) {
+    TargetFix fix = position(t, 0.1);
+    fix.heading = std::remainder(Vessel::heading(t) + 0.03 * normal_(random_), 2 * std::numbers::pi);
+    fix.heading_sigma = 0.03;
+    return fix;
+  }
+
+ private:
+  std::mt19937_64 random_;
+  std::normal_distribution<double> normal_;
+};
+
+TEST(MotionHypotheses, BeginAtTheFirstFix) {
+  MotionHypotheses target(kNoise);
+  target.add(1.0, {});
+  EXPECT_FALSE(target.started());
+  const TargetFix fix{{3, 4, 5}, 0.25 * Matrix<3, 3>::Identity()};
+  target.add(2.0, fix);
+  ASSERT_TRUE(target.started());
+  const TargetMoments m = target.at(2.0);
+  EXPECT_EQ(m.position, fix.position);
+  EXPECT_EQ(m.covariance, fix.covariance);
+  EXPECT_FALSE(m.heading) << "one position tells no course";
+}
+
+TEST(MotionHypotheses, AVesselInATurnGoesOnTurning) {
+  Fixes fixes(1);
+  MotionHypotheses target(kNoise);
+  for (double t = 0; t <= 130; t += 0.5) target.add(t, fixes.pose(t));
+  const TargetMoments now = target.at(130), ahead = target.at(140);
+  EXPECT_LE((now.position - Vessel::position(130)).norm(), 0.3);
+  EXPECT_LE(std::abs(std::remainder(now.heading.value() - Vessel::heading(130), 2 * std::numbers::pi)), 0.05);
+  EXPECT_NEAR(now.velocity.norm(), Vessel::speed, 0.1);
+  // Straight on it would be 2.4 m off in 10 s.
+  EXPECT_LE((ahead.position - Vessel::position(140)).norm(), 1.2);
+  EXPECT_GT(ahead.covariance.trace(), now.covariance.trace());
+}
+
+/// The heading where no orientation was ever measured.
+TEST(MotionHypotheses, TheCourseTellsTheHeading) {
+  Fixes fixes(2);
+  MotionHypotheses target(kNoise);
+  for (double t = 0; t <= 90; t += 3) target.add(t, fixes.position(t, 1.0));
+  EXPECT_LE(std::abs(std::remainder(target.at(90).heading.value() - Vessel::heading(90), 2 * std::numbers::pi)), 0.2);
+}
+
+TEST(MotionHypotheses, ACourseThatFailedBeginsAgain) {
+  Fixes fixes(3);
+  MotionHypotheses target(kNoise);
+  for (double t = 0; t <= 60; t += 0.5) target.add(t, fixes.pose(t));
+  // Off it goes, sideways: what was held of its course is wrong by 90°.
+  const Vector<3> corner = Vessel::position(60), way(-std::sin(0.5), std::cos(0.5), 0);
+  for (double t = 60.5; t <= 75; t += 0.5) {
+    TargetFix fix = fixes.position(0, 0.1);
+    fix.position += corner + Vessel::speed * (t - 60) * way - Vessel::position(0);
+    fix.heading = 0.5 + std::numbers::pi / 2;
+    fix.heading_sigma = 0.03;
+    target.add(t, fix);
+  }
+  const TargetMoments now = target.at(75);
+  EXPECT_LE((now.position - corner - Vessel::speed * 15 * way).norm(), 0.4);
+  EXPECT_LE(std::abs(std::remainder(now.heading.value() - 0.5 - std::numbers::pi / 2, 2 * std::numbers::pi)), 0.1);
+}
+
+/// Over many runs; of each the newest state and a prediction, where it is a matter of seconds since a fix.
+TEST(StatisticalMotionHypotheses, ItsErrorsAreWhatItsCovarianceSays) {
+  double now = 0, ahead = 0;
+  const int runs = 200;
+  for (int run = 0; run < runs; ++run) {
+    Fixes fixes(100 + std::uint64_t(run));
+    MotionHypotheses target(kNoise);
+    for (double t = 0; t <= 80; t += 4) target.add(t, fixes.position(t, 1.0));
+    const auto nees = [&](double t) {
+      const TargetMoments m = target.at(t);
+      const Vector<3> e = m.position - Vessel::position(t);
+      return e.dot(m.covariance.inverse() * e);
+    };
+    now += nees(80) / runs;
+    ahead += nees(90) / runs;
+  }
+  EXPECT_GT(now, 3 / 1.5);
+  EXPECT_LT(now, 3 * 1.5);
+  EXPECT_LT(ahead, 3 * 1.5);  // the vessel goes straight all the while: better than noise foresees
+}
+
+bool same(const TargetMoments& a, const TargetMoments& b, double within) {
+  return (a.position - b.position).norm() <= within && (a.covariance - b.covariance).norm() <= within &&
+         (a.velocity - b.velocity).norm() <= within;
+}
+
+TEST(MotionHypotheses, FixesMayComeInAnyOrder) {
+  Fixes one(4), other(4);
+  MotionHypotheses in_order(kNoise), late(kNoise);
+  std::optional<TargetFix> held;
+  for (int t = 0; t <= 40; ++t) {
+    in_order.add(t, one.position(t, 0.5));
+    const TargetFix fix = other.position(t, 0.5);
+    if (t == 30) held = fix;
+    late.add(t, t == 30 ? std::nullopt : std::optional(fix));
+    if (t == 35) late.add(30, held);
+  }
+  EXPECT_TRUE(same(in_order.at(45), late.at(45), 1e-9));
+}
+
+TEST(MotionHypotheses, WhatIsForgottenIsKeptInTheState) {
+  Fixes one(5), other(5);
+  MotionHypotheses all(kNoise), window(kNoise);
+  for (int t = 0; t <= 60; ++t) {
+    all.add(t, one.position(t, 0.5));
+    window.add(t, other.position(t, 0.5));
+    window.forget_before(t - 10);
+  }
+  EXPECT_TRUE(same(all.at(65), window.at(65), 1e-12));
+  const TargetMoments before = window.at(60);
+  window.add(20, one.position(20, 0.01));  // of a time that is gone
+  EXPECT_TRUE(same(before, window.at(60), 0));
+}
+
+TEST(MotionHypotheses, ALossLeavesLittleOfAnOutlier) {
+  Fixes fixes(6);
+  MotionHypotheses target(kNoise);
+  for (int t = 0; t <= 40; ++t) target.add(t, fixes.position(t, 0.3));
+  TargetFix outlier{Vessel::position(41) + Vector<3>(200, 0, 0), 0.09 * Matrix<3, 3>::Identity()};
+  MotionHypotheses believed = target;
+  believed.add(41, outlier);
+  EXPECT_GT((believed.at(41).position - Vessel::position(41)).norm(), 20);
+  outlier.loss = Cauchy(2);
+  target.add(41, outlier);
+  EXPECT_LE((target.at(41).position - Vessel::position(41)).norm(), 1);
+}
+
+}  // namespace
+}  // namespace tandem::testing
