@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include <tandem/problem/program.hpp>
+#include <tandem/solvers/linear/hessian_diagonal.hpp>
 #include <tandem/solvers/online/fixed_lag.hpp>
 #include <tandem/solvers/online/warm_solve.hpp>
 #include <tandem/solvers/session.hpp>
@@ -12,6 +13,9 @@ namespace tandem {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// Of the diagonal, for a direction that nothing observes, such as the heading of a target of which only positions are
+/// measured: far above rounding, and a standard deviation of a million.
+constexpr double kLeastInformation = 1e-12;
 std::string seconds(double t) {
   std::array<char, 32> text;
   std::snprintf(text.data(), text.size(), "%.9g s", t);
@@ -100,11 +104,14 @@ void FixedLag::expect_factor_of(const Program& program) {
 bool FixedLag::relinearize() {
   Program program(problem_);
   expect_factor_of(program);
-  Eigen::VectorXd gradient(program.num_unknowns());
+  Eigen::VectorXd gradient(program.num_unknowns()), shift(program.num_unknowns());
   Eigen::VectorXd hessian(static_cast<Eigen::Index>(program.hessian_pattern().row.size()));
   bool there = false;
   try {
-    there = std::isfinite(program.linearize(gradient, hessian)) && factor_->factorize(hessian);
+    there = std::isfinite(program.linearize(gradient, hessian));
+    detail::hessian_diagonal(program.hessian_pattern(), hessian, shift);
+    shift *= kLeastInformation;
+    there = there && factor_->factorize(hessian, shift);
   } catch (const Error&) {  // undefined there
   }
   if (!there) block_of_variable_.clear();

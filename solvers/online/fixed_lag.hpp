@@ -67,9 +67,12 @@ class FixedLag {
   Summary update();
 
   /// Brings covariance() up to what has been added since the last update, at the variables' values as they are: the
-  /// covariance of a prediction, before what is measured of it is added. False, and then there is no covariance, where
-  /// something is not observed yet or a residual is undefined.
+  /// covariance of a prediction, before what is measured of it is added. A direction that nothing observes has a
+  /// large one. False, and then there is no covariance, where nothing at all is said of a variable or a residual is
+  /// undefined.
   bool relinearize();
+  /// Whether the last update, or relinearize(), has left a covariance.
+  bool has_covariance() const { return !block_of_variable_.empty(); }
 
   /// The earliest and the latest time of a variable in the window [s]; −infinity before anything was added.
   double oldest() const;

@@ -176,7 +176,7 @@ Summary OnlineWindow::slide() {
   }
   forget();
   converged_ = summary.converged();
-  if (converged_) covariance_ = Covariance::there;
+  if (converged_ && lag_.has_covariance()) covariance_ = Covariance::there;
   cost_ = summary.cost;
   return summary;
 }

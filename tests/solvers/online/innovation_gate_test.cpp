@@ -1,0 +1,164 @@
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/lie/rn.hpp>
+#include <tandem/residuals/prior.hpp>
+#include <tandem/residuals/relative_pose.hpp>
+#include <tandem/solvers/online/innovation_gate.hpp>
+#include <tandem/solvers/online/online_estimator.hpp>
+
+#include "problem/tracking/simulated_run.hpp"
+
+namespace tandem::detail {
+namespace {
+
+using tandem::testing::SimulatedRun;
+using ::testing::HasSubstr;
+
+Gaussian unit(double sigma) { return Gaussian{sigma}; }
+
+/// A random walk in one dimension, and what is measured of its newest step.
+TEST(InnovationGate, IsTheInnovationOverItsStandardDeviation) {
+  FixedLag lag;
+  Problem& problem = lag.problem();
+  const auto x0 = lag.add(0, Rn<1>(Vector<1>(0.5)), "x0");
+  problem.minimize(Prior<Rn<1>>{Rn<1>(Vector<1>(0.5))}, unit(2), {x0});
+  ASSERT_TRUE(lag.update().converged());
+  const auto x1 = lag.add(1, Rn<1>(Vector<1>(0.5)), "x1");
+  problem.minimize(RelativePose<Rn<1>>{Rn<1>()}, unit(1.5), {x0, x1});
+  ASSERT_TRUE(lag.relinearize());
+  EXPECT_NEAR(lag.covariance(x1)(0, 0), 4 + 2.25, 1e-10);  // but for the least information of a direction
+  const Block block = problem.minimize(Prior<Rn<1>>{Rn<1>(Vector<1>(9.5))}, unit(0.5), {x1});
+  const double sigmas = innovation_sigmas(lag, block, 1).value();
+  EXPECT_NEAR(sigmas, 9 / std::sqrt(4 + 2.25 + 0.25), 1e-10);
+  // Twice the rise of the least cost is its square.
+  EXPECT_NEAR(2 * lag.update().cost, sigmas * sigmas, 1e-6);
+}
+
+TEST(InnovationGate, WhatNothingObservesHasNoSay) {
+  FixedLag lag;
+  const auto x = lag.add(0, R3(Vector<3>::Zero()), "x"), y = lag.add(0, R3(Vector<3>::Zero()), "y");
+  lag.problem().minimize(RelativePose<R3>{R3()}, Gaussian{1.0, 1.0, 1.0}, {x, y});
+  ASSERT_TRUE(lag.relinearize());
+  const Block block = lag.problem().minimize(Prior<R3>{R3(Vector<3>(1e6, 0, 0))}, Gaussian{1.0, 1.0, 1.0}, {y});
+  EXPECT_LT(innovation_sigmas(lag, block, 3).value(), 2.0);
+  const Block absurd = lag.problem().minimize(Prior<R3>{R3(Vector<3>(1e200, 0, 0))}, Gaussian{1.0, 1.0, 1.0}, {y});
+  EXPECT_EQ(innovation_sigmas(lag, absurd, 3), HUGE_VAL);
+  EXPECT_FALSE(has_finite_cost(lag.problem(), absurd));
+}
+
+/// Odometry at 4 Hz with exact fixes each second but for some that `change` changes.
+class GatedRun {
+ public:
+  explicit GatedRun(OnlineOptions options = {}) : estimator_(data_, {}, std::move(options)) {
+    estimator_.on_reset = [this](const TrackReset& reset) { resets.push_back(reset); };
+    estimator_.on_refuse = [this](const std::string&, const Refusal& why) { refused.push_back(why.kind); };
+  }
+
+  template <class F>
+  void run(double from, double to, F change) {
+    for (double t = from; t < to; t += 0.25) {
+      estimator_.add_odometry({t, run_.chaser(t)});
+      if (std::fmod(t, 1.0) != 0) continue;
+      if (std::optional<Measurement> m = change(run_.measure(data_.sensors[0], t))) estimator_.add_target(0, *m);
+    }
+  }
+  void run(double from, double to) {
+    run(from, to, [](const Measurement& m) { return std::optional(m); });
+  }
+  double error() const {
+    const double t = estimator_.newest();
+    const Vector<3> truth = run_.chaser(t).inverse().act(run_.target(t).translation());
+    return (estimator_.chaser().pose.inverse().act(estimator_.target().value().position) - truth).norm();
+  }
+  OnlineEstimator& estimator() { return estimator_; }
+  const SensorHealth& health() const { return estimator_.health().sensors.at(0); }
+
+  std::vector<TrackReset> resets;
+  std::vector<Refusal::Kind> refused;
+
+ private:
+  SimulatedRun run_;
+  TrackingData data_ = run_.data({{.name = "usbl", .type = SensorType::position}}, {});
+  OnlineEstimator estimator_;
+};
+
+std::optional<Measurement> displaced(Measurement m) {
+  m.position.x() += 200;
+  return m;
+}
+
+TEST(OnlineGate, LeavesOutAndCountsWhatIsFarFromTheExpected) {
+  GatedRun run;
+  run.run(0, 30);
+  run.run(30, 32, displaced);
+  run.run(32, 40);
+  EXPECT_EQ(run.health().rejected, 2u);
+  EXPECT_EQ(run.refused.size(), 2u);
+  EXPECT_EQ(run.refused.front(), Refusal::Kind::rejected);
+  EXPECT_EQ(run.health().used, 38u);
+  EXPECT_LT(run.error(), 0.05);
+  EXPECT_TRUE(run.resets.empty());
+}
+
+TEST(OnlineGate, WhatIsLeftOutForLongIsANewTruth) {
+  GatedRun run;
+  run.run(0, 30);
+  run.run(30, 37, displaced);
+  EXPECT_TRUE(run.resets.empty()) << "for six seconds";
+  run.run(37, 41, displaced);
+  ASSERT_EQ(run.resets.size(), 1u);
+  EXPECT_EQ(run.resets[0].kind, TrackReset::Kind::new_truth);
+  EXPECT_THAT(run.resets[0].why, HasSubstr("usbl has kept contradicting the estimate until 37"));
+  EXPECT_NEAR(run.error(), 200, 1) << "it is where the fixes say";
+  EXPECT_LT(run.estimator().keyframes(), 10u) << "the window is the new one's alone";
+  run.run(41, 70);
+  EXPECT_EQ(run.estimator().health().resets, 2u);
+  EXPECT_LT(run.error(), 0.5);
+}
+
+TEST(OnlineGate, OffAllThatIsFiniteIsUsed) {
+  OnlineOptions options;
+  options.reset.gate = HUGE_VAL;
+  GatedRun run(options);
+  run.run(0, 30);
+  run.run(30, 31, displaced);
+  EXPECT_EQ(run.health().rejected, 0u);
+  run.run(31, 32, [](Measurement m) {
+    m.position.x() = 1e308;
+    return std::optional(m);
+  });
+  run.run(32, 40);
+  EXPECT_TRUE(run.estimator().target()->position.allFinite());
+}
+
+TEST(OnlineGate, CoastingHasAnEnd) {
+  GatedRun run;
+  run.run(0, 30);
+  run.run(30, 200, [](const Measurement&) { return std::optional<Measurement>(); });
+  ASSERT_EQ(run.resets.size(), 1u);
+  EXPECT_EQ(run.resets[0].kind, TrackReset::Kind::suspended);
+  EXPECT_NEAR(run.resets[0].t, 89, 1.5);
+  EXPECT_FALSE(run.estimator().has_target());
+  run.run(200, 230);
+  EXPECT_TRUE(run.estimator().has_target());
+  EXPECT_LT(run.error(), 0.5);
+  EXPECT_EQ(run.estimator().health().suspensions, 1u);
+}
+
+TEST(OnlineGate, OdometryThatGoesOnFromElsewhereBeginsAnew) {
+  GatedRun run;
+  run.run(0, 30);
+  OnlineEstimator& estimator = run.estimator();
+  const SE3 away(SO3(), {1e5, 0, 0});
+  int refused = 0;
+  for (double t = 30; t < 33; t += 0.25) refused += estimator.add_odometry({t, away}).has_value();
+  EXPECT_EQ(refused, 4);
+  ASSERT_EQ(run.resets.size(), 1u);
+  EXPECT_THAT(run.resets[0].why, HasSubstr("odometry goes on from elsewhere at 30"));
+}
+
+}  // namespace
+}  // namespace tandem::detail
