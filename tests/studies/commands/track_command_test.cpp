@@ -234,6 +234,10 @@ TEST(TrackCommand, EachUpdateAsALineOfJson) {
     t = update["t"];
     EXPECT_TRUE(update["sensors"]["usbl"].contains("rejected"));
     EXPECT_TRUE(update.contains("converged"));
+    if (!update.contains("relative_m")) continue;
+    ASSERT_EQ(update["ahead"].size(), 2);
+    EXPECT_EQ(update["ahead"][1]["seconds"], 10);
+    EXPECT_GT(update["ahead"][1]["sigma_m"][0], update["sigma_m"][0]) << "a prediction is less sure";
   }
   EXPECT_GT(n, 30);
 }
