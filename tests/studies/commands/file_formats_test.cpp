@@ -9,12 +9,11 @@
 #include <tandem/studies/calibration/calibration_files.hpp>
 #include <tandem/studies/comparison/compare_report.hpp>
 #include <tandem/studies/comparison/models_report.hpp>
-#include <tandem/studies/demo/demo_fig3_files.hpp>
-#include <tandem/studies/demo/demo_modes.hpp>
 #include <tandem/studies/estimation/estimate_files.hpp>
 #include <tandem/studies/live/track.hpp>
 #include <tandem/studies/live/track_files.hpp>
 #include <tandem/studies/navigation/navigation_files.hpp>
+#include <tandem/studies/support/text.hpp>
 
 #include "paths.hpp"
 
@@ -32,17 +31,20 @@ std::string section_of(const std::string& command) {
   return section;
 }
 
-/// A column's name without its numbers, which the page writes as a range or as a letter in capitals: c11 … c66, ahead_H.
-std::string without_numbers(const std::string& name) {
-  return std::regex_replace(std::regex_replace(name, std::regex("[0-9]+(\\.[0-9]+)?"), "#"), std::regex("_[A-Z]+_"),
-                            "_#_");
+/// A column's name without what the page writes as a range or as a word in capitals: c11 … c66, ahead_H_x_m,
+/// TYPE_position_error_m.
+std::string general(std::string name) {
+  for (const auto& [one, any] :
+       {std::pair{"^(usbl|optical|gated|all|[A-Z]+)_", "#_"}, {"_[A-Z]+_", "_#_"}, {"[0-9]+", "#"}})
+    name = std::regex_replace(name, std::regex(one), any);
+  return name;
 }
 
 std::set<std::string> names_in(const std::string& section) {
   std::set<std::string> names;
   const std::regex quoted("`([^`\n]+)`");
   for (std::sregex_iterator match(section.begin(), section.end(), quoted), end; match != end; ++match)
-    names.insert(without_numbers((*match)[1]));
+    names.insert(general((*match)[1]));
   return names;
 }
 
@@ -50,9 +52,10 @@ void expect_documented(const std::string& command, const std::vector<CsvDescript
   const std::set<std::string> names = names_in(section_of(command));
   ASSERT_FALSE(files.empty());
   for (const CsvDescription& file : files) {
-    EXPECT_TRUE(names.contains(without_numbers(file.file))) << command << ": " << file.file;
+    for (const std::string_view name : split(file.file, ','))
+      EXPECT_TRUE(names.contains(general(std::string(trimmed(name))))) << command << ": " << name;
     for (const auto& [column, what] : file.columns) {
-      EXPECT_TRUE(names.contains(without_numbers(column))) << command << ": " << file.file << ", " << column;
+      EXPECT_TRUE(names.contains(general(column))) << command << ": " << file.file << ", " << column;
       EXPECT_FALSE(what.empty()) << column;
     }
   }
