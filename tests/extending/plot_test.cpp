@@ -4,7 +4,7 @@
 
 #include <tandem/studies/support/plots.hpp>
 
-#include "needs_gnuplot.hpp"
+#include "needs_program.hpp"
 #include "paths.hpp"
 #include "studies/scratch.hpp"
 

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "needs_gnuplot.hpp"
+#include "needs_program.hpp"
 #include "run_tandem.hpp"
 
 namespace tandem {

@@ -5,7 +5,7 @@
 
 #include <tandem/studies/estimation/estimate.hpp>
 
-#include "needs_gnuplot.hpp"
+#include "needs_program.hpp"
 #include "run_tandem.hpp"
 
 namespace tandem {

@@ -4,7 +4,7 @@
 
 #include <tandem/solvers/ipopt.hpp>
 
-#include "needs_gnuplot.hpp"
+#include "needs_program.hpp"
 #include "run_tandem.hpp"
 
 namespace tandem {

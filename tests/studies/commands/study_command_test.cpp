@@ -12,7 +12,7 @@
 #include <tandem/studies/study/ready_studies.hpp>
 #include <tandem/studies/study/study_database.hpp>
 
-#include "needs_gnuplot.hpp"
+#include "needs_program.hpp"
 #include "run_tandem.hpp"
 
 namespace tandem {
@@ -116,7 +116,7 @@ TEST(StudyCommand, ShardsAreMerged) {
 
 /// Of any number of ranks, more than there are cores, and after one of them was killed.
 TEST(StudyCommand, RanksGiveTheSameTables) {
-  if (std::system("command -v mpirun > /dev/null") != 0) GTEST_SKIP() << "no mpirun";
+  TANDEM_NEEDS_PROGRAM("mpirun", "ranks of a study");
   const ScratchFolder scratch;
   const std::string file = scratch.write("small.yaml", kStudy), log = scratch.path() / "log";
   const auto mpirun = [&](int ranks, const std::string& out, const std::string& more) {

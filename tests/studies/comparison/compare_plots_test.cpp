@@ -9,7 +9,7 @@
 #include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/plots.hpp>
 
-#include "needs_gnuplot.hpp"
+#include "needs_program.hpp"
 #include "studies/scratch.hpp"
 
 namespace tandem {

@@ -8,7 +8,7 @@
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/plots.hpp>
 
-#include "needs_gnuplot.hpp"
+#include "needs_program.hpp"
 #include "studies/scratch.hpp"
 
 namespace tandem::fig3 {

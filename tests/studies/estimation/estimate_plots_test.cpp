@@ -4,7 +4,7 @@
 #include <tandem/studies/estimation/estimate_files.hpp>
 #include <tandem/studies/support/plots.hpp>
 
-#include "needs_gnuplot.hpp"
+#include "needs_program.hpp"
 #include "studies/scratch.hpp"
 
 namespace tandem {

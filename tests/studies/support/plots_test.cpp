@@ -7,7 +7,7 @@
 #include <tandem/studies/support/gnuplot.hpp>
 #include <tandem/studies/support/plots.hpp>
 
-#include "needs_gnuplot.hpp"
+#include "needs_program.hpp"
 #include "studies/scratch.hpp"
 
 namespace tandem {

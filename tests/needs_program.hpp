@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <sstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace tandem {
+
+inline bool program_present(const std::string& program) {
+  const char* const path = std::getenv("PATH");
+  std::istringstream folders(path ? path : "");
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (std::filesystem::exists(std::filesystem::path(folder) / program)) return true;
+  return false;
+}
+
+inline bool gnuplot_present() { return program_present("gnuplot"); }
+
+}  // namespace tandem
+
+/// First line of a test of what is optional. Where it is absent, the test is reported as skipped and says what was not
+/// checked; where TANDEM_REQUIRE_SHARED asks for every check, it fails.
+#define TANDEM_NEEDS(present, name, what)                                                               \
+  do {                                                                                                  \
+    if (!(present)) {                                                                                   \
+      if (std::getenv("TANDEM_REQUIRE_SHARED")) FAIL() << (name) << " absent: not checked: " << (what); \
+      std::cerr << (name) << " absent: not checked: " << (what) << "\n";                                \
+      GTEST_SKIP() << (name) << " absent: not checked: " << (what);                                     \
+    }                                                                                                   \
+  } while (false)
+#define TANDEM_NEEDS_PROGRAM(name, what) TANDEM_NEEDS(tandem::program_present(name), name, what)
+#define TANDEM_NEEDS_GNUPLOT(what) TANDEM_NEEDS_PROGRAM("gnuplot", what)
