@@ -31,8 +31,10 @@ ConstrainedFront::ConstrainedFront(const Eigen::Ref<const Eigen::MatrixXd>& pane
   Eigen::Index rank = 0;
   while (rank < std::min(packed.rows(), n) && std::abs(packed(rank, rank)) > tolerance) ++rank;
   Eigen::MatrixXd turned = constraints.rightCols(below);
-  if (below > 0) turned.applyOnTheLeft(qr.householderQ().adjoint());
-  remaining = compressed(turned.bottomRows(turned.rows() - rank));
+  if (below > 0) {  // a block of what has no columns has no address
+    turned.applyOnTheLeft(qr.householderQ().adjoint());
+    remaining = compressed(turned.bottomRows(turned.rows() - rank));
+  }
   const Eigen::MatrixXd R =
       Eigen::MatrixXd(packed.topRows(rank).triangularView<Eigen::Upper>()) * qr.colsPermutation().transpose();
 

@@ -99,12 +99,12 @@ TEST(Direction, in_the_plane_is_a_wrapped_angle) {
 
 TEST(Direction, must_point_somewhere) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
-  EXPECT_THROW(Direction<3>(Vector<3>::Zero()), Error);
+  EXPECT_THROW(static_cast<void>(Direction<3>(Vector<3>::Zero())), Error);
   EXPECT_THROW(Direction<3>(Vector<3>(nan, 1.0, 0.0)), Error);
   EXPECT_THROW(Direction<3>(Vector<3>(infinity, 1.0, 0.0)), Error);
   EXPECT_THROW(Direction<3>(nan, 0.0), Error);
   EXPECT_THROW(Direction<3>(0.0, infinity), Error);
-  EXPECT_THROW(Direction<2>(Vector<2>::Zero()), Error);
+  EXPECT_THROW(static_cast<void>(Direction<2>(Vector<2>::Zero())), Error);
   EXPECT_THROW(Direction<2>{nan}, Error);
 }
 

@@ -107,7 +107,7 @@ TEST(Gaussian, rejects_sigmas_that_are_not_positive_and_finite) {
                 AllOf(HasSubstr("sigma"), HasSubstr("not positive and finite")));
     EXPECT_THAT(message_of([&] { Gaussian{bad}; }), HasSubstr("not positive and finite"));
   }
-  EXPECT_THAT(message_of([] { Gaussian(Eigen::VectorXd()); }), HasSubstr("no sigmas"));
+  EXPECT_THAT(message_of([] { static_cast<void>(Gaussian(Eigen::VectorXd())); }), HasSubstr("no sigmas"));
 }
 
 TEST(Gaussian, rejects_a_scale_that_is_not_positive_and_finite) {

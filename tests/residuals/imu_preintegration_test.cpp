@@ -61,7 +61,7 @@ TEST(ImuPreintegration, is_corrected_by_bias_to_first_order) {
   for (const auto& [dt, count] : {std::pair{0.01, 80}, std::pair{0.4, 6}})
     for (const ImuHold hold : {ImuHold::turning, ImuHold::at_start}) {
       const auto readings = random_readings(3, count, dt);
-      const auto integrated = [&, count = count](const Vector<6>& bias) {
+      const auto integrated = [&](const Vector<6>& bias) {
         ImuPreintegrator sum(askew(), some_noise(), bias, hold);
         add(sum, readings);
         return sum.delta();

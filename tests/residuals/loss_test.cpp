@@ -36,8 +36,9 @@ TEST(Loss, starts_as_least_squares) {
 }
 
 TEST(Loss, has_the_right_derivatives) {
-  for (const auto& [name, loss] : losses())
+  for (const auto& [name, one] : losses())
     for (const double at : {1e-3, 0.3, 0.9, 1.15, 2.0, 50.0}) {  // of scale²; Huber's and Tukey's seam is at 1
+      const Loss& loss = one;
       const double c2 = loss.scale * loss.scale, s = at * c2;
       const auto rho = [&](double h) { return Vector<1>(loss(s + h * 0.8 * std::min(at, 1.0) * c2).rho); };
       const auto d1 = [&](double h) { return Vector<1>(loss(s + h * 0.8 * std::min(at, 1.0) * c2).d1); };

@@ -103,7 +103,7 @@ TEST(NoAllocation, the_counter_counts) {
 
 /// A residual that allocates, as one written with dynamic matrices would.
 struct Dynamic {
-  static constexpr std::string_view name = "dynamic";
+  [[maybe_unused]] static constexpr std::string_view name = "dynamic";
   static constexpr int dim = 3;
   using States = std::tuple<R3>;
   void operator()(const R3& x, Vector<3>& r, Matrix<3, 3>* J = nullptr) const {

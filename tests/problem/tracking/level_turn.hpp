@@ -92,4 +92,9 @@ struct LevelTurn {
   }
 };
 
+/// A vessel beside that turn: it goes at 1 m/s and turns by 0.02 rad/s.
+inline SE3 vessel(double t) {
+  return SE3(SO3::Exp({0, 0, 1}), Vector<3>(20, 5, 0)) * SE3::Exp((Vector<6>() << 1, 0, 0, 0, 0, 0.02).finished() * t);
+}
+
 }  // namespace tandem::testing

@@ -20,10 +20,7 @@ using ::testing::HasSubstr;
 using testing::LevelTurn;
 using ::testing::Optional;
 using testing::SimulatedRun;
-
-SE3 vessel(double t) {
-  return SE3(SO3::Exp({0, 0, 1}), Vector<3>(20, 5, 0)) * SE3::Exp((Vector<6>() << 1, 0, 0, 0, 0, 0.02).finished() * t);
-}
+using testing::vessel;
 
 /// A joint run whose sensors all speak at whole seconds: IMU at 50 Hz; GPS, DVL and heading each second, the target's
 /// position each other, its pose each third, all from 1 s on.

@@ -10,7 +10,7 @@
 namespace tandem {
 namespace {
 
-using testing::exactly, testing::LevelTurn, testing::noisy, testing::text_of;
+using testing::exactly, testing::LevelTurn, testing::noisy, testing::text_of, testing::vessel;
 using ::testing::HasSubstr;
 
 TEST(OnlineEgo, AWindowLongerThanTheRunIsTheBatchEstimate) {
@@ -89,10 +89,6 @@ TEST(OnlineEgo, AlignFindsTheHeadingFromGps) {
   replay(data, HUGE_VAL, estimator);
   const SE3 truth = LevelTurn::pose(estimator.newest());
   EXPECT_LE((truth.rotation().inverse() * estimator.chaser().pose.rotation()).Log().norm(), 0.1);
-}
-
-SE3 vessel(double t) {
-  return SE3(SO3::Exp({0, 0, 1}), Vector<3>(20, 5, 0)) * SE3::Exp((Vector<6>() << 1, 0, 0, 0, 0, 0.02).finished() * t);
 }
 
 TrackingData fixes(const LevelTurn& turn) {

@@ -149,8 +149,9 @@ TEST(StreamClocks, FirstLinesInTheFutureBeginAnew) {
 }
 
 TEST(StreamClocks, UnitsAreToldApart) {
-  for (const auto& [unit, name] : {std::pair{1e-3, "milliseconds"}, {1e-6, "microseconds"}, {1e-9, "nanoseconds"}})
+  for (const auto& [one, name] : {std::pair{1e-3, "milliseconds"}, {1e-6, "microseconds"}, {1e-9, "nanoseconds"}})
     for (const double start : {0.0, 1.7e9}) {
+      const double unit = one;
       SCOPED_TRACE(::testing::Message() << name << " from " << start);
       Feed feed;
       feed.run(0, 50, [&](int, double t) { return (t + start) / unit; });
