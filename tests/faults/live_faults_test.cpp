@@ -81,9 +81,9 @@ struct Case {
 };
 void PrintTo(const Case& c, std::ostream* out) { *out << c.recording; }
 
-class RecordedFaults : public ::testing::TestWithParam<Case> {};
+class Faults : public ::testing::TestWithParam<Case> {};
 
-TEST_P(RecordedFaults, PassAndLeaveNoMark) {
+TEST_P(Faults, PassAndLeaveNoMark) {
   TANDEM_NEEDS_SHARED(all_faults().size());
   const Case& c = GetParam();
   const Recording recording(shared_path("data/" + c.recording), c.until);
@@ -111,12 +111,13 @@ TEST_P(RecordedFaults, PassAndLeaveNoMark) {
   EXPECT_GE(faults, 40u);
 }
 
-INSTANTIATE_TEST_SUITE_P(Recordings, RecordedFaults,
-                         ::testing::Values(Case{"docking_a", "usbl", 60, 140},
-                                           Case{"kitti_0020_012", "optical", 12, 64},
+const auto name_of_case = [](const auto& info) { return info.param.recording; };
+INSTANTIATE_TEST_SUITE_P(Simulated, Faults, ::testing::Values(Case{"docking_a", "usbl", 60, 140}), name_of_case);
+INSTANTIATE_TEST_SUITE_P(Recorded, Faults,
+                         ::testing::Values(Case{"kitti_0020_012", "optical", 12, 64},
                                            Case{"auv_akit_03", "dvl", 40, 90}, Case{"ferry_22_1", "lidar", 31, 74},
                                            Case{"auv_akit_01", "dvl", 40, 90}),
-                         [](const auto& info) { return info.param.recording; });
+                         name_of_case);
 
 }  // namespace
 }  // namespace tandem::faults
