@@ -52,14 +52,18 @@ Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGr
     }
   }
   counted_ = Eigen::VectorXd::Zero(rows_.size());
+  of_beliefs_ = Eigen::VectorXd::Ones(rows_.size());
   std::vector<std::vector<Block>> measured(problems.size());
   for (const MeasuredBlock& m : options.measured) measured.at(std::size_t(m.problem)).push_back(m.block);
   std::set<std::tuple<int, int, int>> is_measured;
   for (const MeasuredBlock& m : options.measured) is_measured.emplace(m.problem, m.block.pool, m.block.id);
   for (Member& m : members_) {
     m.measured = is_measured.empty() || is_measured.contains({m.problem, m.block.pool, m.block.id});
-    for (std::size_t i = 0; m.measured && i < m.group.size(); ++i)
-      if (m.group[i] >= 0) counted_[m.group[i]] += m.share[i];
+    for (std::size_t i = 0; m.measured && i < m.group.size(); ++i) {
+      if (m.group[i] < 0) continue;
+      counted_[m.group[i]] += m.share[i];
+      of_beliefs_[m.group[i]] = 0;
+    }
   }
   for (std::size_t p = 0; p < problems.size(); ++p)
     settled_.push_back(std::make_unique<SettledProblem>(*problems[p], options, measured[p]));
@@ -192,10 +196,7 @@ std::optional<Eigen::MatrixXd> Evidence::information() {
     if (!settled.solve(solved, false)) return {};
     sum -= pull_[p].transpose() * solved;
     if (!settled.has_beliefs()) continue;
-    Eigen::MatrixXd of_beliefs = pull_[p];
-    for (const Member& m : members_)
-      for (const int g : m.group)
-        if (m.measured && g >= 0) of_beliefs.col(g).setZero();
+    const Eigen::MatrixXd of_beliefs = pull_[p] * of_beliefs_.asDiagonal();
     solved = of_beliefs;
     if (!settled.solve(solved, true)) return {};
     sum += of_beliefs.transpose() * solved;

@@ -61,6 +61,7 @@ class Evidence {
   // At the last point, J̃ᵀ r̃_g of each problem, J̃ and r̃ whitened, r̃_g its rows in group g; and r̃_gᵀ r̃_h of what is measured.
   std::vector<Eigen::MatrixXd> pull_;
   Eigen::MatrixXd squares_;
+  Eigen::VectorXd of_beliefs_;  // of each group, 1 where none of its rows is measured, else 0
   int solves_ = 0;
 };
 

@@ -3,25 +3,31 @@
 #include <tandem/solvers/online/innovation_gate.hpp>
 
 namespace tandem::detail {
+namespace {
+
+bool has_finite_cost(const Gaussian& noise, const Eigen::VectorXd& residual) {
+  return std::isfinite((noise.sqrt_information() * residual).squaredNorm());
+}
+
+}  // namespace
 
 bool has_finite_cost(const Problem& problem, const Block& block) {
-  const Eigen::VectorXd whitened = problem.noise(block).sqrt_information() * problem.linearization(block).residual;
-  return std::isfinite(whitened.squaredNorm());
+  return has_finite_cost(problem.noise(block), problem.linearization(block).residual);
 }
 
 std::optional<double> innovation_sigmas(const FixedLag& lag, const Block& block, Eigen::Index rows) {
   const Problem& problem = lag.problem();
-  if (!has_finite_cost(problem, block)) return HUGE_VAL;
+  const Gaussian noise = problem.noise(block);
   const Problem::Linearization at = problem.linearization(block);
+  if (!has_finite_cost(noise, at.residual)) return HUGE_VAL;
   Eigen::MatrixXd P;
   try {
     P = lag.covariance(at.variable_ids, at.dofs);
   } catch (const Error&) {  // the last update had none to give
     return {};
   }
-  const Eigen::MatrixXd W = problem.noise(block).sqrt_information();
-  const Eigen::MatrixXd R = (W.transpose() * W).inverse();
-  const Eigen::MatrixXd S = at.jacobian * P * at.jacobian.transpose() + R;
+  const Eigen::MatrixXd by_states = at.jacobian * P;
+  const Eigen::MatrixXd S = noise.covariance_matrix() + by_states * at.jacobian.transpose();
   const auto variances = S.diagonal().head(rows);
   if (!variances.allFinite() || !(variances.minCoeff() > 0)) return {};
   return (at.residual.head(rows).array().abs() / variances.array().sqrt()).maxCoeff();

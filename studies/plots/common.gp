@@ -12,6 +12,8 @@ if (folder[1:1] eq '<') { folder = './'.folder } # gnuplot would run it
 format = ARG3 eq '' ? 'svg' : ARG3
 output = ARG4 eq '-' ? '' : folder.'/'.name.'.'.format
 file(what) = folder.'/'.what
+# A table with its cells apart at tabs: gnuplot ends one at a comma within quotes, too, which the names of models have.
+tabbed(what) = "< sed -E ':a; s/^(([^\"]*\"[^\"]*\")*[^\"]*),/\\1\\t/; ta; s/\"//g' '".file(what)."'"
 
 # Told apart with any kind of colour vision (Okabe & Ito 2008).
 blue = '#0072B2'; vermilion = '#D55E00'; orange = '#E69F00'; sky_blue = '#56B4E9'

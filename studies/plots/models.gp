@@ -9,19 +9,11 @@
 here = ""; do for [i = 1:strlen(ARG0)] { if (ARG0[i:i] eq "/") { here = ARG0[1:i] } }
 call here."common.gp" ARG0 ARG1 ARG2 ARG3
 
-models = file('models.csv')
+models = tabbed('models.csv')
+set datafile separator "\t"
 set datafile columnheaders
 rows = 0
 stats models using (rows = rows + 1, scenario = strcol('scenario'), 1) nooutput
-# gnuplot ends a cell at a comma within quotes, which the names of models, the second column, may have.
-array name[rows]
-line_of = 0
-set datafile separator "\t"
-unset datafile columnheaders
-second = "s/^(\"[^\"]*\"|[^,]*),(\"([^\"]*)\"|([^,]*)),.*/\\3\\4/"
-stats "< sed -E '".second."' '".models."'" skip 1 using (line_of = line_of + 1, name[line_of] = strcol(1), 1) nooutput
-set datafile separator comma
-set datafile columnheaders
 array error[8] = ['usbl_position_error_m', 'optical_position_error_m', 'gated_position_error_m', 'all_position_error_m', 'usbl_orientation_error_deg', 'optical_orientation_error_deg', 'gated_orientation_error_deg', 'all_orientation_error_deg']
 array there[8]
 array least[2] = [1e300, 1e300]
@@ -63,7 +55,7 @@ do for [panel = 0:1] {
   set rmargin at screen (panel == 0 ? 0.5 * (1 + left) - 0.015 : 0.97)
   set xlabel panel == 0 ? 'position error [m]' : 'orientation error [°]'
   if (panel == 1) { unset label 1; unset key; set ytics 1; set format y '' }
-  command = panel == 0 ? "models using (NaN):0:ytic(name_of(name[int($0) + 1], strcol('status'))) notitle" : 'NaN notitle'
+  command = panel == 0 ? "models using (NaN):0:ytic(name_of(strcol('model'), strcol('status'))) notitle" : 'NaN notitle'
   if (there[first + 3]) { command = command.", models using (column(error[first + 3])):0 with points pt 7 ps 0.7 lc rgb grey title 'gated'" }
   if (there[first + 1]) { command = command.", models using (column(error[first + 1])):0 with points pt 9 ps 0.9 lc rgb vermilion title 'USBL'" }
   if (there[first + 2]) { command = command.", models using (column(error[first + 2])):0 with points pt 7 ps 0.7 lc rgb blue title 'optical'" }

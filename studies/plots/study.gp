@@ -3,7 +3,6 @@
 #
 #     call 'study.gp'
 
-tabbed(what) = "< sed -E ':a; s/^(([^\"]*\"[^\"]*\")*[^\"]*),/\\1\\t/; ta; s/\"//g' '".file(what)."'"
 set datafile separator "\t"
 set datafile columnheaders
 
