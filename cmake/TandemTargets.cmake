@@ -53,6 +53,8 @@ function(tandem_precompile name)
   endif()
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     target_compile_options(tandem_${name} PRIVATE -fpch-preprocess) # for ccache
+  elseif(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+    target_compile_options(tandem_${name} PRIVATE "SHELL:-Xclang -fno-pch-timestamp") # for ccache
   endif()
 endfunction()
 

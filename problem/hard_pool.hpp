@@ -102,6 +102,9 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
 
   void add_exact_hessian(const PoolPlacement& place, int begin, int end, double factor, const double* multipliers,
                          double* gradient, double* H) const override {
+    Row r;
+    Jacobians J;
+    Pool::set_zero(J);
     for (std::size_t i = std::size_t(begin); i < std::size_t(end); ++i) {
       const double* lambda = multipliers + i * kDim;
       if (std::all_of(lambda, lambda + kDim, [](double l) { return l == 0; })) continue;
@@ -109,17 +112,7 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
         for (int k = 0; k < kDim; ++k) w.data()[k] = factor * lambda[k];
       };
       const int* offset = &place.offset[i * kArity];
-      const HessianPlace* at = &place.hessian[i * kPairs];
-      if constexpr (Pool::kCurvature) {
-        Row r, w;
-        Jacobians J;
-        Pool::set_zero(J);
-        this->linearize_at_point(i, offset, r, J);
-        dual(r, w);
-        this->add_curvature(i, offset, at, w, J, gradient, H);
-      } else {
-        this->difference_gradient(i, offset, at, dual, H);
-      }
+      this->add_second_derivatives(i, offset, &place.hessian[i * kPairs], dual, r, J, gradient, H);
     }
   }
 

@@ -4,6 +4,32 @@
 #include <tandem/problem/pool.hpp>
 
 namespace tandem::detail {
+namespace {
+
+/// Adds a column of the block's Hessian, that of entry k of state B, from the gradients on both sides of it.
+void add_hessian_column(const BlockShape& shape, const HessianPlace* place, int B, int k, const double* plus,
+                        const double* minus, double* H) {
+  const int* offset = shape.offset;
+  for (int A = 0; A < shape.arity; ++A) {
+    if (offset[A] < 0) continue;
+    const int a = std::max(A, B), b = std::min(A, B), first = shape.first(A);
+    const HessianPlace& at = place[a * (a + 1) / 2 + b];
+    for (int m = 0; m < shape.dofs[A]; ++m) {
+      const double column = (plus[first + m] - minus[first + m]) / (2 * kGradientStep);
+      // Every ordered pair is met once from each side: half from each keeps the Hessian symmetric.
+      if (A == B) {
+        H[at.position + k * at.stride + m] += 0.5 * column;
+        H[at.position + m * at.stride + k] += 0.5 * column;
+      } else {
+        const double v = offset[A] == offset[B] ? column : 0.5 * column;
+        H[offset[A] >= offset[B] ? at.position + k * at.stride + m : at.position + m * at.stride + k] += v;
+      }
+    }
+  }
+}
+
+}  // namespace
+
 void block_gradient(const BlockShape& shape, const double* const* J, const double* const* charts, const double* w,
                     double* gradient) {
   for (int s = 0; s < shape.arity; gradient += shape.dofs[s], ++s) {
@@ -24,25 +50,22 @@ void block_gradient(const BlockShape& shape, const double* const* J, const doubl
   }
 }
 
-void add_hessian_column(const BlockShape& shape, const HessianPlace* place, int B, int k, const double* plus,
-                        const double* minus, double* H) {
-  const int* offset = shape.offset;
-  for (int A = 0; A < shape.arity; ++A) {
-    if (offset[A] < 0) continue;
-    const int a = std::max(A, B), b = std::min(A, B), first = shape.first(A);
-    const HessianPlace& at = place[a * (a + 1) / 2 + b];
-    for (int m = 0; m < shape.dofs[A]; ++m) {
-      const double column = (plus[first + m] - minus[first + m]) / (2 * kGradientStep);
-      // Every ordered pair is met once from each side: half from each keeps the Hessian symmetric.
-      if (A == B) {
-        H[at.position + k * at.stride + m] += 0.5 * column;
-        H[at.position + m * at.stride + k] += 0.5 * column;
-      } else {
-        const double v = offset[A] == offset[B] ? column : 0.5 * column;
-        H[offset[A] >= offset[B] ? at.position + k * at.stride + m : at.position + m * at.stride + k] += v;
-      }
+void add_difference_hessian(const BlockShape& shape, const HessianPlace* place,
+                            FunctionRef<void(int, int, double, double*)> near, double* H) {
+  std::array<double, std::size_t(kMostStates * kMostDofs)> plus, minus;
+  for (int B = 0; B < shape.arity; ++B) {
+    if (shape.offset[B] < 0) continue;
+    for (int k = 0; k < shape.dofs[B]; ++k) {
+      near(B, k, kGradientStep, plus.data());
+      near(B, k, -kGradientStep, minus.data());
+      add_hessian_column(shape, place, B, k, plus.data(), minus.data(), H);
     }
   }
+}
+
+Gaussian noise_of_weights(int rows, const double* diagonal, const double* full) {
+  if (full) return Gaussian::square_root(Eigen::Map<const Eigen::MatrixXd>(full, rows, rows));
+  return Gaussian(Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(diagonal, rows).cwiseInverse()));
 }
 
 void whiten(int rows, int columns, const double* diagonal, const double* full, double* A) {

@@ -10,7 +10,9 @@
 #include <tandem/lie/exp_curvature.hpp>
 #include <tandem/lie/static_for.hpp>
 #include <tandem/problem/block_kernels.hpp>
+#include <tandem/problem/function_ref.hpp>
 #include <tandem/problem/state_store.hpp>
+#include <tandem/residuals/gaussian.hpp>
 #include <tandem/residuals/residual.hpp>
 
 namespace tandem::detail {
@@ -57,7 +59,7 @@ class PoolBase {
 /// Step of a central difference of first derivatives: balances h² truncation and 1e-16/h rounding.
 inline constexpr double kGradientStep = 1e-5;
 /// Of one state, and of one residual.
-inline constexpr int kMostDofs = 64, kMostRows = 64;
+inline constexpr int kMostDofs = 64, kMostRows = 64, kMostStates = 16;
 
 /// The sizes of a block, for what is not worth compiling for each residual.
 struct BlockShape {
@@ -73,9 +75,12 @@ struct BlockShape {
 /// Jᵀ w over the states that are not fixed, J with respect to perturbations of the point and through the charts.
 void block_gradient(const BlockShape& shape, const double* const* J, const double* const* charts, const double* w,
                     double* gradient);
-/// Adds a column of the block's Hessian, that of entry k of state B, from the gradients on both sides of it.
-void add_hessian_column(const BlockShape& shape, const HessianPlace* place, int B, int k, const double* plus,
-                        const double* minus, double* H);
+/// Adds the block's Hessian, by central differences of its gradient: `near(state, k, step, gradient)` gives the gradient
+/// where entry k of the state's δ has moved by `step`.
+void add_difference_hessian(const BlockShape& shape, const HessianPlace* place,
+                            FunctionRef<void(int state, int k, double step, double* gradient)> near, double* H);
+/// The noise of a pool's weights: 1/σ of each row, or, where it is not null, W.
+Gaussian noise_of_weights(int rows, const double* diagonal, const double* full);
 /// A ← W A, W a diagonal or full.
 void whiten(int rows, int columns, const double* diagonal, const double* full, double* A);
 /// Adds weight ‖J v‖² and weight ‖J diag(v)‖².
@@ -114,10 +119,12 @@ class BlockPool : public Base {
   struct Tuples<std::integer_sequence<int, S...>> {
     using Stores = std::tuple<StateStore<State<S>>*...>;
     using Points = std::tuple<const State<S>*...>;
+    using Values = std::tuple<State<S>...>;
+    using Charts = std::tuple<typename State<S>::Jacobian...>;
     using Jacobians = std::tuple<Matrix<kDim, State<S>::dof>...>;
     using Transposed = std::tuple<std::array<double, std::size_t(kDim* State<S>::dof)>...>;
     static constexpr std::array<int, std::size_t(kArity)> dofs{State<S>::dof...};
-    static constexpr std::size_t sum_of_dofs = std::size_t((State<S>::dof + ...));
+    static constexpr int sum_of_dofs = (State<S>::dof + ...);
     static constexpr bool curved = (HasExpCurvature<State<S>> && ...);
   };
   using Types = Tuples<std::make_integer_sequence<int, kArity>>;
@@ -125,11 +132,11 @@ class BlockPool : public Base {
   using Jacobians = typename Types::Jacobians;
   using Transposed = typename Types::Transposed;
   static constexpr auto kDofs = Types::dofs;
-  static constexpr std::size_t kSumOfDofs = Types::sum_of_dofs;
   /// Whether the residual's own second derivatives are used.
   static constexpr bool kCurvature = HasCurvature<R> && Types::curved;
   static constexpr int first_dof(int state) { return std::accumulate(kDofs.begin(), kDofs.begin() + state, 0); }
-  static_assert(*std::max_element(kDofs.begin(), kDofs.end()) <= kMostDofs && kDim <= kMostRows);
+  static_assert(*std::max_element(kDofs.begin(), kDofs.end()) <= kMostDofs && kDim <= kMostRows &&
+                kArity <= kMostStates);
   using Row = Vector<kDim>;
 
   explicit BlockPool(const Stores& stores) : stores_(stores) {}
@@ -166,10 +173,6 @@ class BlockPool : public Base {
   void linearize(std::size_t i, const int* offset, Row& r, Jacobians& J) const {
     linearize_at(i, points(i), offset, r, J);
     through_charts(i, offset, J);
-  }
-  /// The same with respect to perturbations of the point.
-  void linearize_at_point(std::size_t i, const int* offset, Row& r, Jacobians& J) const {
-    linearize_at(i, points(i), offset, r, J);
   }
   void through_charts(std::size_t i, const int* offset, Jacobians& J) const {
     static_for<kArity>([&]<int S>() {
@@ -218,7 +221,7 @@ class BlockPool : public Base {
   /// applies to; J with respect to perturbations of the point.
   void add_curvature(std::size_t i, const int* offset, const HessianPlace* place, const Row& w, const Jacobians& J,
                      double* gradient, double* H) const {
-    constexpr int n = static_cast<int>(kSumOfDofs);
+    constexpr int n = Types::sum_of_dofs;
     Matrix<n, n> C;
     std::apply([&](const auto*... x) { residuals_[i].curvature(*x..., w, C); }, points(i));
     static_for<kArity>([&]<int A>() {
@@ -247,37 +250,48 @@ class BlockPool : public Base {
     });
   }
 
+  /// Adds the second derivatives of wᵀ r, w held: dual(r, w) gives it. The residual's own where it gives them (see
+  /// add_curvature; then r and J are set, J with respect to perturbations of the point), or else, w not held, central
+  /// differences of the gradient Jᵀ w.
+  template <class Dual>
+  void add_second_derivatives(std::size_t i, const int* offset, const HessianPlace* place, Dual dual, Row& r,
+                              Jacobians& J, double* gradient, double* H) const {
+    if constexpr (kCurvature) {
+      Row w;
+      linearize_at(i, points(i), offset, r, J);
+      dual(r, w);
+      add_curvature(i, offset, place, w, J, gradient, H);
+    } else {
+      difference_gradient(i, offset, place, dual, H);
+    }
+  }
+
   /// Central differences of the block's gradient, Jᵀ w, over all its unknowns; dual(r, w) gives w.
   template <class Dual>
   void difference_gradient(std::size_t i, const int* offset, const HessianPlace* place, Dual dual, double* H) const {
     const BlockShape shape{kDim, kArity, kDofs.data(), offset};
-    std::array<const double*, std::size_t(kArity)> chart{};  // null where there is none
-    static_for<kArity>([&]<int S>() {
-      const auto& store = *std::get<S>(stores_);
-      if (store.charted) chart[S] = store.chart[std::size_t(slots_[i][S])].data();
-    });
-    static_for<kArity>([&]<int B>() {
-      if (offset[B] < 0) return;
+    const auto near = [&](int state, int k, double step, double* gradient) {
       auto p = points(i);
-      auto charts = chart;
-      for (int k = 0; k < kDofs[B]; ++k) {
-        std::array<double, kSumOfDofs> gradient[2];
-        for (const int side : {0, 1}) {
-          State<B> moved;
-          typename State<B>::Jacobian moved_chart;
-          const double step = side == 0 ? kGradientStep : -kGradientStep;
-          std::get<B>(stores_)->near_point(slots_[i][B], k, step, moved, moved_chart);
-          std::get<B>(p) = &moved;
-          charts[B] = moved_chart.data();
-          Row r, w;
-          Jacobians J;
-          linearize_at(i, p, offset, r, J);
-          dual(r, w);
-          block_gradient(shape, data(J).data(), charts.data(), w.data(), gradient[side].data());
+      std::array<const double*, std::size_t(kArity)> charts{};  // null where there is none
+      typename Types::Values moved;
+      typename Types::Charts moved_chart;
+      static_for<kArity>([&]<int S>() {
+        const auto& store = *std::get<S>(stores_);
+        if (S == state) {
+          store.near_point(slots_[i][S], k, step, std::get<S>(moved), std::get<S>(moved_chart));
+          std::get<S>(p) = &std::get<S>(moved);
+          charts[S] = std::get<S>(moved_chart).data();
+        } else if (store.charted) {
+          charts[S] = store.chart[std::size_t(slots_[i][S])].data();
         }
-        add_hessian_column(shape, place, B, k, gradient[0].data(), gradient[1].data(), H);
-      }
-    });
+      });
+      Row r, w;
+      Jacobians J;
+      linearize_at(i, p, offset, r, J);
+      dual(r, w);
+      block_gradient(shape, data(J).data(), charts.data(), w.data(), gradient);
+    };
+    add_difference_hessian(shape, place, near, H);
   }
 
   Stores stores_;

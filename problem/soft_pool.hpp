@@ -49,9 +49,7 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
   }
   Gaussian noise(int i) const override {
     const Weight& w = weights_[std::size_t(i)];
-    using Diagonal = Eigen::Map<const Eigen::VectorXd>;
-    if (w.full < 0) return Gaussian(Eigen::VectorXd(Diagonal(w.diagonal.data(), kDim).cwiseInverse()));
-    return Gaussian::square_root(Eigen::Map<const Eigen::MatrixXd>(full_.at(w.full).data(), kDim, kDim));
+    return noise_of_weights(kDim, w.diagonal.data(), w.full < 0 ? nullptr : full_.at(w.full).data());
   }
   void set_noise(int i, const Gaussian& noise) override {
     Weight& w = weights_[std::size_t(i)];
@@ -139,9 +137,12 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
 
   void add_exact_hessian(const PoolPlacement& place, int begin, int end, double factor, const double*, double* gradient,
                          double* H) const override {
+    Row r;
+    Jacobians J;
+    Pool::set_zero(J);
     for (std::size_t i = std::size_t(begin); i < std::size_t(end); ++i) {
-      const auto dual = [&](const Row& r, Row& w) {  // factor ρ' Wᵀ W r
-        std::copy_n(r.data(), kDim, w.data());
+      const auto dual = [&](const Row& at_point, Row& w) {  // factor ρ' Wᵀ W r
+        std::copy_n(at_point.data(), kDim, w.data());
         whiten<1>(i, w.data());
         const double d1 = factor * loss_of(i, squared_norm<kDim>(w.data())).d1;
         unwhiten(i, w.data());
@@ -149,17 +150,10 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
       };
       const int* offset = &place.offset[i * kArity];
       const HessianPlace* at = &place.hessian[i * kPairs];
+      this->add_second_derivatives(i, offset, at, dual, r, J, gradient, H);
       if constexpr (Pool::kCurvature) {
-        Row r, w;
-        Jacobians J;
-        Pool::set_zero(J);
-        this->linearize_at_point(i, offset, r, J);
-        dual(r, w);
-        this->add_curvature(i, offset, at, w, J, gradient, H);
         this->through_charts(i, offset, J);
         add_first_order(i, offset, at, factor, r, J, H);
-      } else {
-        this->difference_gradient(i, offset, at, dual, H);
       }
     }
   }

@@ -17,8 +17,10 @@ using RowsBy = Matrix<N, X::dof, typename X::Scalar>;
 namespace detail {
 
 template <class R, class States>
-struct IsResidual;
-template <class R, class... Xs>
+struct IsResidual {
+  static constexpr bool value = false;
+};
+template <class R, LieGroup... Xs>
 struct IsResidual<R, std::tuple<Xs...>> {
   static constexpr bool value = requires(const R& f, const Xs&... x, Vector<R::dim>& r, RowsBy<R::dim, Xs>*... J) {
     f(x..., r, J...);

@@ -1,10 +1,12 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/navigation/ego_chain.hpp>
 #include <tandem/problem/navigation/ego_placing.hpp>
 #include <tandem/residuals/coasting.hpp>
+#include <tandem/residuals/gauss_markov.hpp>
 #include <tandem/residuals/imu_prediction.hpp>
 #include <tandem/residuals/preintegrated_imu.hpp>
 #include <tandem/residuals/prior.hpp>
@@ -15,6 +17,10 @@ namespace {
 
 /// Below these, a covariance of noise-free axes would be singular: m, and m/s² or rad/s.
 constexpr double kLeastPosition = 1e-5, kLeastBias = 1e-9;
+
+/// Of its time constant: measurements closer than this share the state of a sensor's error, which changes by a twentieth
+/// of its σ in between; readings ten times a second would make most of a problem's unknowns else.
+constexpr double kErrorStep = 1.0 / 800;
 
 /// The covariance of independent world axes, by the axes of a body.
 Matrix<3, 3> in_body(const SO3& R, const Vector<3>& sigma) {
@@ -33,9 +39,16 @@ EgoChain::EgoChain(Problem& problem, const NavigationData& data, const EgoOption
       throw Error(sensor.name + ": a " + std::string(name(sensor.type)) + " needs " +
                   std::to_string(rows(sensor.type)) + " standard deviations, not " +
                   std::to_string(sensor.sigma.size()));
+    if (sensor.error && sensor.error->sigma.size() != rows(sensor.type))
+      throw Error(sensor.name + ".error: a " + std::string(name(sensor.type)) + " needs " +
+                  std::to_string(rows(sensor.type)) + " standard deviations, not " +
+                  std::to_string(sensor.error->sigma.size()));
+    if (sensor.error && options.preintegrated_dvl && sensor.type == EgoSensorType::dvl)
+      throw Error(sensor.name + ": velocities that are summed up have no error that stays; leave one of both out");
     EgoSensor& own = sensors_.emplace_back(sensor);
     own.measurements.clear();
   }
+  errors_.resize(sensors_.size());
   if (!data.imu) return;
   imu_.emplace(*data.imu);
   if (options.preintegrated_dvl) dvl_.emplace(options.dvl_greatest_age, options.loss);
@@ -176,10 +189,29 @@ PlacedEgoMeasurement EgoChain::attach(std::size_t index, const EgoMeasurement& m
       delta = sum.delta();
     }
   }
-  return {
-      index, t,
-      sensor.type->place(
-          {*problem_, *k, delta ? &*delta : nullptr, earth_, scale_, sensor, sensor.loss.value_or(options_.loss)}, m)};
+  const std::optional<Block> tie = error_at(index, t);
+  const Block block =
+      sensor.type->place({*problem_, *k, delta ? &*delta : nullptr, earth_, scale_, sensor,
+                          sensor.loss.value_or(options_.loss), errors_[index] ? &*errors_[index] : nullptr},
+                         m);
+  return {index, t, block, tie};
+}
+
+std::optional<Block> EgoChain::error_at(std::size_t index, double t) {
+  const EgoSensor& sensor = sensors_[index];
+  std::optional<EgoError>& newest = errors_[index];
+  if (!sensor.error || (newest && std::abs(t - newest->t) < kErrorStep * sensor.error->time)) return {};
+  return sensor.error->sigma.size() == 1 ? tie_error<1>(sensor, t, newest) : tie_error<3>(sensor, t, newest);
+}
+
+template <int N>
+Block EgoChain::tie_error(const EgoSensor& sensor, double t, std::optional<EgoError>& newest) {
+  const auto next = problem_->add(Rn<N>(), sensor.name + ".error at " + std::to_string(t) + " s");
+  const Gaussian sigma(sensor.error->sigma);
+  const std::optional<EgoError> last = std::exchange(newest, EgoError{t, next});
+  if (!last) return problem_->minimize(Prior<Rn<N>>{Rn<N>()}, sigma, {next});
+  const auto step = GaussMarkov<N>::after(std::abs(t - last->t), sensor.error->time);
+  return problem_->minimize(step, sigma.scaled(step.spread()), {std::get<Variable<Rn<N>>>(last->state), next});
 }
 
 void EgoChain::drop_before(double t) {

@@ -3,6 +3,7 @@
 #include <deque>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include <tandem/problem/navigation/dvl_factors.hpp>
@@ -48,11 +49,19 @@ struct EgoKeyframe {
   Vector<6> integrated_at;              ///< bias with which the samples after it are summed up
 };
 
+/// The state of a sensor's StayingError, of as many rows as its residual has.
+struct EgoError {
+  double t;  ///< s, when it was measured with
+  std::variant<Variable<Rn<1>>, Variable<Rn<3>>> state;
+};
+
 /// A measurement of the chaser's own sensors in the problem.
 struct PlacedEgoMeasurement {
   std::size_t sensor;
   double t;                    ///< s, when it was valid
   std::optional<Block> block;  ///< none where it waits to be summed up with others
+  /// Of a sensor's StayingError: what ties its state to the one before, or holds the first.
+  std::optional<Block> error{};
 };
 
 /// The chaser's keyframes in a problem, tied by its inertial sensor: preintegrated between keyframes; where that has a
@@ -102,6 +111,10 @@ class EgoChain {
   DvlFactors::Into into() const { return {*problem_, *imu_, sensors_}; }
   const ImuPreintegrator& sum_to(double t) const;
   const EgoKeyframe* before(double t) const;
+  /// A sensor's error at t, as the newest of its variables, and what holds it, where that is new.
+  std::optional<Block> error_at(std::size_t sensor, double t);
+  template <int N>
+  Block tie_error(const EgoSensor& sensor, double t, std::optional<EgoError>& newest);
 
   Problem* problem_;
   Earth earth_;
@@ -110,6 +123,7 @@ class EgoChain {
   EgoOptions options_;
   std::optional<ImuRecord> imu_;
   std::optional<Variable<Rn<1>>> scale_;
+  std::vector<std::optional<EgoError>> errors_;  // of each sensor, where it has one: the newest
   std::deque<EgoKeyframe> keyframes_;
   mutable std::optional<Sum> sum_;
   std::vector<std::pair<double, double>> splits_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <tandem/problem/navigation/ego_chain.hpp>
+#include <tandem/residuals/biased.hpp>
 #include <tandem/residuals/propagated.hpp>
 
 namespace tandem::detail {
@@ -15,7 +16,17 @@ struct EgoPlacing {
   const std::optional<Variable<Rn<1>>>& dvl_scale;
   const EgoSensor& sensor;
   const Loss& loss;
+  const EgoError* error;  ///< the sensor's own, or null
 };
+
+/// As a residual, or, where its sensor has an error that stays, as one that reads that too.
+template <class R, class... Xs>
+Block place_whole(const EgoPlacing& at, const R& residual, const std::tuple<Xs...>& x) {
+  const Gaussian noise(at.sensor.sigma);
+  if (!at.error) return at.problem.minimize(residual, noise, x, at.loss);
+  const auto& error = std::get<Variable<Rn<R::dim>>>(at.error->state);
+  return at.problem.minimize(Biased<R>{residual}, noise, std::tuple_cat(x, std::tuple(error)), at.loss);
+}
 
 /// Adds a residual that reads the chaser's pose (SE3), pose and velocity (SE3, R3), or these and the DVL's scale factor
 /// (SE3, R3, Rn<1>).
@@ -30,15 +41,13 @@ Block place(const EgoPlacing& at, const R& residual) {
       return std::tuple<>();
     }
   }();
-  const Gaussian noise(at.sensor.sigma);
-  if (at.ahead) {
-    const auto x = std::tuple_cat(std::tuple(k.pose, k.velocity, *k.bias), extra);
-    return at.problem.minimize(Propagated<R>{residual, *at.ahead, at.earth}, noise, x, at.loss);
-  }
+  if (at.ahead)
+    return place_whole(at, Propagated<R>{residual, *at.ahead, at.earth},
+                       std::tuple_cat(std::tuple(k.pose, k.velocity, *k.bias), extra));
   if constexpr (states == 1) {
-    return at.problem.minimize(residual, noise, {k.pose}, at.loss);
+    return place_whole(at, residual, std::tuple(k.pose));
   } else {
-    return at.problem.minimize(residual, noise, std::tuple_cat(std::tuple(k.pose, k.velocity), extra), at.loss);
+    return place_whole(at, residual, std::tuple_cat(std::tuple(k.pose, k.velocity), extra));
   }
 }
 

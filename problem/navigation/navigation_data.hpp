@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <tandem/lie/sek3.hpp>
+#include <tandem/problem/navigation/staying_error.hpp>
 #include <tandem/problem/navigation/trajectory.hpp>
 #include <tandem/residuals/earth.hpp>
 #include <tandem/residuals/imu_preintegration.hpp>
@@ -111,6 +112,7 @@ struct EgoSensor {
   double delay = 0;                            ///< s: a measurement stamped t was valid at t − delay
   std::optional<Loss> loss{};                  ///< in place of the problem's
   std::vector<EgoMeasurement> measurements{};  ///< in time order
+  std::optional<StayingError> error{};         ///< beside its noise; of whole recordings
 
   double valid_at(const EgoMeasurement& m) const { return m.t - delay; }  ///< s
 };

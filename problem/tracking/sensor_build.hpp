@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -129,9 +130,8 @@ class SensorBuild {
     std::tuple<Matrix<R::dim, Xs::dof>...> J;
     std::apply([&](auto&... j) { residual(x..., r, &j...); }, J);
     Innovation result{r, Eigen::MatrixXd(R::dim, (Xs::dof + ...))};
-    Eigen::Index column = 0;
-    std::apply([&](const auto&... j) { ((result.jacobian.middleCols(column, j.cols()) = j, column += j.cols()), ...); },
-               J);
+    double* column = result.jacobian.data();
+    std::apply([&](const auto&... j) { ((column = std::copy_n(j.data(), j.size(), column)), ...); }, J);
     return result;
   }
 

@@ -9,6 +9,7 @@
 
 #include <tandem/lie/se2.hpp>
 #include <tandem/lie/sek3.hpp>
+#include <tandem/problem/navigation/staying_error.hpp>
 #include <tandem/residuals/loss.hpp>
 
 namespace tandem {
@@ -107,13 +108,6 @@ struct Measurement {
   double range = 0, azimuth = 0, elevation = 0;  ///< m, rad: azimuth from x towards y, elevation from there towards z
   bool held_out = false;                         ///< has a keyframe but no residual: to validate a prediction with
   double height = 0;                             ///< m, up
-};
-
-/// An error that a sensor keeps for a while: a state of each measurement, tied to the one before as a first-order
-/// Gauss–Markov process, or one for the whole recording.
-struct StayingError {
-  Eigen::VectorXd sigma;   ///< one a row of the sensor's residual [m, rad]
-  double time = HUGE_VAL;  ///< s, after which a third of it is left; infinite: it is constant
 };
 
 /// A sensor on the chaser that observes the target.

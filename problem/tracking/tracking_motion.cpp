@@ -33,6 +33,8 @@ void TrackingBuild<G>::add_motion(std::size_t k) {
       return add_white_noise_acceleration(*this, k);
     case MotionModel::steady_course:
       return;  // the course is in what every measurement reads
+    case MotionModel::none:
+      return;
   }
 }
 

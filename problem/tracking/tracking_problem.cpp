@@ -187,13 +187,16 @@ std::string_view name(MotionModel model) {
     case MotionModel::white_noise_acceleration:
       return "white-noise-acceleration";
     case MotionModel::steady_course:
+      return "steady-course";
+    case MotionModel::none:
       break;
   }
-  return "steady-course";
+  return "no-motion";
 }
 
 bool ties_triples(MotionModel model) {
-  return model != MotionModel::white_noise_acceleration && model != MotionModel::steady_course;
+  return model != MotionModel::white_noise_acceleration && model != MotionModel::steady_course &&
+         model != MotionModel::none;
 }
 bool without_orientation(MotionModel model) {
   return model == MotionModel::constant_velocity || model == MotionModel::damped_velocity;

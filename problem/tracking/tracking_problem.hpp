@@ -26,13 +26,19 @@ enum class MotionModel {
   damped_velocity,           ///< over three points: DampedVelocity
   white_noise_acceleration,  ///< GP prior over poses and body twists: WhiteNoiseAcceleration
   steady_course,             ///< one heading and one speed over the whole run: OnCourse
+  none,                      ///< nothing ties the poses: what no measurement says of them is free. An ablation
 };
 
-inline constexpr std::array motion_models = {
-    MotionModel::constant_twist,  MotionModel::constant_velocity,        MotionModel::damped_twist,
-    MotionModel::damped_velocity, MotionModel::white_noise_acceleration, MotionModel::steady_course};
+inline constexpr std::array motion_models = {MotionModel::constant_twist,
+                                             MotionModel::constant_velocity,
+                                             MotionModel::damped_twist,
+                                             MotionModel::damped_velocity,
+                                             MotionModel::white_noise_acceleration,
+                                             MotionModel::steady_course,
+                                             MotionModel::none};
 
-/// "constant-twist", "constant-velocity", "damped-twist", "damped-velocity", "white-noise-acceleration", "steady-course".
+/// "constant-twist", "constant-velocity", "damped-twist", "damped-velocity", "white-noise-acceleration", "steady-course",
+/// "no-motion".
 std::string_view name(MotionModel model);
 /// Whether it ties triples of states, which may stand apart (Horizon).
 bool ties_triples(MotionModel model);

@@ -33,12 +33,22 @@ double cost_from(const NavigationData& data, const Alignment& start, double seco
   own.lag.leaving = {};  // of the estimate itself
   own.start = start;
   own.reset = ResetOptions::never();
-  OnlineEstimator estimator(TrackingData(), data, own);
+  OnlineEstimator estimator(TrackingData(), online_settings(data), own);
   replay(data, start.t + seconds, estimator);
   return estimator.started() ? estimator.settle().cost : HUGE_VAL;
 }
 
 }  // namespace
+
+NavigationData online_settings(const NavigationData& data) {
+  NavigationData settings = data;
+  if (settings.imu) settings.imu->samples.clear();
+  for (EgoSensor& sensor : settings.sensors) {
+    sensor.measurements.clear();
+    sensor.error.reset();
+  }
+  return settings;
+}
 
 void replay(const NavigationData& data, double until, OnlineEstimator& estimator) {
   static const std::vector<ImuSample> none;

@@ -11,11 +11,18 @@ void check(const TrackingData& tracking, const std::optional<NavigationData>& eg
   const TrackingOptions& o = options.tracking;
   if (o.model == MotionModel::steady_course)
     throw Error("the steady-course model is over a whole run: it has no window to estimate in as measurements come");
+  if (o.model == MotionModel::none)
+    throw Error("online estimation needs a model of the target's motion: without one its newest pose is free");
   const bool limited = o.limits == Role::hard && (o.surge || o.max_yaw_rate);
   if (o.roll_pitch == Role::hard || o.non_holonomic == Role::hard || limited)
     throw Error("online estimation takes soft constraints only");
   if (ego && tracking.planar)
     throw Error("a planar problem takes odometry: the chaser's own sensors are estimated in space (group SE3)");
+  if (ego)
+    for (const EgoSensor& sensor : ego->sensors)
+      if (sensor.error)
+        throw Error(sensor.name +
+                    ": an error that stays is estimated from whole recordings alone, not as lines come; leave it out");
   check(options.reset);
   if (const std::string why = why_no_hypotheses(tracking, !ego); options.hypotheses && !why.empty())
     throw Error("motion hypotheses cannot serve here: " + why);

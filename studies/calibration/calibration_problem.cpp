@@ -53,20 +53,21 @@ CalibratedEntry entry_of(std::string name, Names components, std::vector<double>
   return entry;
 }
 
-CalibratedEntry own_entry(const EgoSensor& sensor, const Frame& frame) {
+CalibratedEntry own_entry(const EgoSensor& sensor, const Frame& frame, bool error) {
   const bool height = sensor.type->reading == EgoReading::world_height;
   const bool rotation = sensor.type->reading == EgoReading::orientation;
   const bool world = sensor.type->reading == EgoReading::world_vector;
-  std::vector<double> sigmas(sensor.sigma.data(), sensor.sigma.data() + sensor.sigma.size());
+  const Eigen::VectorXd& sigma = error ? sensor.error->sigma : sensor.sigma;
+  std::vector<double> sigmas(sigma.data(), sigma.data() + sigma.size());
   const bool turned = world && frame.is_ned();
   if (turned) std::swap(sigmas[0], sigmas[1]);
-  CalibratedEntry entry = entry_of(sensor.name,
+  CalibratedEntry entry = entry_of(error ? sensor.name + ".error" : sensor.name,
                                    height     ? Names{"height"}
                                    : rotation ? Names{"rx", "ry", "rz"}
                                               : of_point(false),
                                    std::move(sigmas), turned);
   entry.kind = name(sensor.type);
-  entry.sensor = true;
+  entry.sensor = !error;
   return entry;
 }
 
@@ -104,7 +105,9 @@ std::vector<CalibratedEntry> calibrated_entries(const Scenario& scenario) {
     }
   }
   if (scenario.navigation && (!target || needs_navigation(scenario) || data.ego))
-    for (const EgoSensor& sensor : scenario.navigation->sensors) entries.push_back(own_entry(sensor, scenario.frame));
+    for (const EgoSensor& sensor : scenario.navigation->sensors)
+      for (const bool error : {false, true})
+        if (!error || sensor.error) entries.push_back(own_entry(sensor, scenario.frame, error));
   std::stable_partition(entries.begin(), entries.end(), [](const CalibratedEntry& e) { return e.sensor; });
   return entries;
 }
@@ -154,8 +157,11 @@ void CalibrationProblem::add_target(const Scenario& scenario, const TrackingOpti
 }
 
 void CalibrationProblem::add_own(const NavigationData& data, const std::vector<PlacedEgoMeasurement>& placed) {
-  for (const PlacedEgoMeasurement& m : placed)
-    if (m.block) blocks.push_back({place_of(entries, data.sensors[m.sensor].name), *m.block, 0, m.t});
+  for (const PlacedEgoMeasurement& m : placed) {
+    const std::string& sensor = data.sensors[m.sensor].name;
+    if (m.block) blocks.push_back({place_of(entries, sensor), *m.block, 0, m.t});
+    if (m.error) blocks.push_back({place_of(entries, sensor + ".error"), *m.error, 0, {}});
+  }
 }
 
 }  // namespace tandem

@@ -39,8 +39,8 @@ void add_problem(CommandOptions& option, ProblemRequest& request, bool limits) {
          parse_mode);
   option(
       "--model", "NAME",
-      "Motion: constant-twist (default), constant-velocity, damped-twist, damped-velocity, white-noise-acceleration or "
-      "steady-course",
+      "Motion: constant-twist (default), constant-velocity, damped-twist, damped-velocity, white-noise-acceleration, "
+      "steady-course or no-motion",
       target.model, parse_model);
   option("--junction", "boundary|direct", "How mode B ties points to poses (default boundary)", target.junction,
          parse_junction);

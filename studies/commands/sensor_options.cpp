@@ -70,8 +70,10 @@ class Sensors {
     std::vector<NamedNoise> known;
     if (target_) known = named_noise(*target_);
     if (own_)
-      for (EgoSensor& sensor : own_->sensors)
-        known.push_back({sensor.name, {sensor.sigma.data(), static_cast<std::size_t>(sensor.sigma.size())}});
+      for (EgoSensor& sensor : own_->sensors) {
+        known.push_back({sensor.name, span(sensor.sigma)});
+        if (sensor.error) known.push_back({sensor.name + ".error", span(sensor.error->sigma)});
+      }
     std::array<double, 4> imu{};
     if (own_ && own_->imu) known.push_back({own_->imu->name, imu});
     const NamedNoise* const place = find(known, noise.name);
@@ -93,9 +95,9 @@ class Sensors {
       n.accelerometer_bias_walk = imu[2];
       n.gyroscope_bias_walk = imu[3];
     }
-    const EgoSensor* const own = find_own(noise.name);
-    if (own && own->type == EgoSensorType::gps && scenario_.frame.is_ned())
-      std::swap(place->sigmas[0], place->sigmas[1]);
+    if (!own_) return;
+    for (const EgoSensor& own : own_->sensors)
+      if (own.name == noise.name || own.name + ".error" == noise.name) turn(own, place->sigmas);
   }
 
   void set(const SetByOption<Loss>& loss) {
@@ -123,12 +125,18 @@ class Sensors {
   }
 
   void set(const SetByOption<StayingError>& error) {
-    TargetSensor& sensor = target_sensor(error);
-    const auto rows = std::size_t(sensor.sigma.size());
-    if (const auto why = why_not_sigmas({error.value.sigma.data(), std::size_t(error.value.sigma.size())}, rows);
-        !why.empty())
+    EgoSensor* const own = find_own(error.name);
+    if (is_imu(error.name))
+      throw Error(
+          fmt::format("{} {}: its biases are estimated anyway, by accelerometer_bias_walk and "
+                      "gyroscope_bias_walk of the scenario",
+                      error.option, error.name));
+    StayingError value = error.value;
+    const Eigen::VectorXd& sigma = own ? own->sigma : target_sensor(error).sigma;
+    if (const auto why = why_not_sigmas(span(value.sigma), std::size_t(sigma.size())); !why.empty())
       throw Error(fmt::format("{} {} {}", error.option, error.name, why));
-    sensor.error = error.value;
+    if (own) turn(*own, span(value.sigma));
+    (own ? own->error : target_sensor(error).error) = value;
   }
 
   void hold_out(const SetByOption<int>& every) {
@@ -148,6 +156,11 @@ class Sensors {
   }
 
  private:
+  static std::span<double> span(Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
+  /// Standard deviations along the world's axes, from the file's frame into ours.
+  void turn(const EgoSensor& own, std::span<double> sigmas) const {
+    if (own.type->reading == EgoReading::world_vector && scenario_.frame.is_ned()) std::swap(sigmas[0], sigmas[1]);
+  }
   template <class Sensor>
   static void erase(std::vector<Sensor>& sensors, std::vector<std::filesystem::path>& files, const Sensor* sensor) {
     const auto i = sensor - sensors.data();

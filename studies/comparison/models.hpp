@@ -20,7 +20,7 @@ std::vector<std::string> default_models();
 
 /// A model out of parts joined by '+', e.g. "constant-twist+non-holonomic:hard+surge:0,2.5+horizons:1,2", on top of
 /// `base`. The first part may be a model: constant-twist (where none is given), mode-b, constant-velocity, multi-horizon
-/// (constant twist with horizons 1,2,4), white-noise-acceleration or steady-course. The others, hard where no role is
+/// (constant twist with horizons 1,2,4), white-noise-acceleration, steady-course or no-motion. The others, hard where no role is
 /// said:
 ///
 ///     non-holonomic[:ROLE]  roll-pitch[:ROLE]  surge[:MIN,MAX][:ROLE]  yaw-rate[:MAX][:ROLE]  all[:ROLE]  horizons:LIST

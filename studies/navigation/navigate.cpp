@@ -32,7 +32,7 @@ std::vector<Stamped<EgoState>> first_guess(const NavigationData& data, const Ali
   // Without an IMU there are no biases to wait for, and a keyframe for every line.
   online.lag.window = data.imu ? options.first_pass : std::min(options.first_pass, kWithoutBiases);
   online.start = start;
-  OnlineEstimator estimator(TrackingData(), data, online);
+  OnlineEstimator estimator(TrackingData(), online_settings(data), online);
   std::vector<Stamped<EgoState>> states;
   estimator.on_leave = [&](const Stamped<EgoState>& state) { states.push_back(state); };
   replay(data, HUGE_VAL, estimator);

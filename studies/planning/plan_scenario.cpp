@@ -84,7 +84,8 @@ RendezvousStart estimate_until(const Scenario& scenario, const TrackingOptions& 
   if (scenario.data.planar) throw Error("a plan is of motion in space, and this scenario is planar (group SE2)");
   if (scenario.data.odometry.empty())
     throw Error("a plan needs a chaser with odometry: run tandem navigate, and take its chaser.tum");
-  if (options.mode != Mode::A || without_orientation(options.model) || options.model == MotionModel::steady_course)
+  if (options.mode != Mode::A || without_orientation(options.model) || options.model == MotionModel::steady_course ||
+      options.model == MotionModel::none)
     throw Error("a plan needs the target as a pose at every keyframe: mode A, by constant or damped twist");
   const TrackingData past = until(scenario.data, at);
   TrackingProblem tracking = make_tracking_problem(past, options);

@@ -71,7 +71,7 @@ ImuSensor read_imu(const std::string& name, const YamlSection& entry, const std:
 EgoSensor read_other(const std::string& name, const YamlSection& entry, const std::filesystem::path& folder,
                      const Frame& frame, bool with_rows) {
   EgoSensor sensor{.name = name, .type = type_of(entry)};
-  std::vector<std::string> keys = {"type", "file", "sigma", "delay", "loss"};
+  std::vector<std::string> keys = {"type", "file", "sigma", "delay", "loss", "error"};
   switch (sensor.type->mounting) {
     case EgoMounting::none:
       for (const char* key : {"position", "orientation"})
@@ -95,6 +95,9 @@ EgoSensor read_other(const std::string& name, const YamlSection& entry, const st
   sensor.mount = read_extrinsics(entry, frame);
   sensor.delay = read_delay(entry);
   sensor.loss = read_loss(entry, "loss");
+  sensor.error = read_error(entry, rows(sensor.type));
+  if (sensor.error && sensor.type->reading == EgoReading::world_vector && frame.is_ned())
+    std::swap(sensor.error->sigma[0], sensor.error->sigma[1]);
 
   const std::filesystem::path file = sensor_file(entry, folder);
   if (!with_rows) return sensor;

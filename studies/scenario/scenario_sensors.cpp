@@ -43,19 +43,6 @@ SensorType sensor_type(const YamlSection& entry) {
   entry.fail("type", fmt::format("unknown sensor type {}{}", quote(given), did_you_mean(given, known)));
 }
 
-/// An error that stays, out of the key `error`: {sigma: […], time: 20}; without a time it is constant.
-std::optional<StayingError> read_error(const YamlSection& sensor, int rows) {
-  if (!sensor.has("error")) return {};
-  const YamlSection entry = sensor.section("error");
-  entry.allow_only({"sigma", "time"});
-  StayingError error{Eigen::VectorXd(rows)};
-  read_sigmas(entry, "sigma", {error.sigma.data(), std::size_t(rows)});
-  if (entry.has("time")) error.time = entry.number("time");
-  if (!(error.time > 0))
-    entry.fail("time", "time must be above zero: the seconds after which a third of the error is left");
-  return error;
-}
-
 TargetSensor read_sensor(const std::string& name, const YamlSection& entry, const SensorSurroundings& around) {
   TargetSensor sensor;
   sensor.name = name;

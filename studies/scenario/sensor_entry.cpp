@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/studies/scenario/named_noise.hpp>
 #include <tandem/studies/scenario/quaternion.hpp>
 #include <tandem/studies/scenario/sensor_entry.hpp>
 #include <tandem/studies/support/option_values.hpp>
@@ -26,6 +27,18 @@ double read_delay(const YamlSection& sensor) {
   const double delay = sensor.number("delay");
   if (delay < 0) sensor.fail("delay", fmt::format("delay {:g} s is negative", delay));
   return delay;
+}
+
+std::optional<StayingError> read_error(const YamlSection& sensor, int rows) {
+  if (!sensor.has("error")) return {};
+  const YamlSection entry = sensor.section("error");
+  entry.allow_only({"sigma", "time"});
+  StayingError error{Eigen::VectorXd(rows)};
+  read_sigmas(entry, "sigma", {error.sigma.data(), std::size_t(rows)});
+  if (entry.has("time")) error.time = entry.number("time");
+  if (!(error.time > 0))
+    entry.fail("time", "time must be above zero: the seconds after which a third of the error is left");
+  return error;
 }
 
 std::optional<Loss> read_loss(const YamlSection& sensor, const std::string& key) {

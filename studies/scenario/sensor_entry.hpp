@@ -4,6 +4,7 @@
 #include <string>
 
 #include <tandem/lie/sek3.hpp>
+#include <tandem/problem/navigation/staying_error.hpp>
 #include <tandem/residuals/loss.hpp>
 #include <tandem/studies/scenario/frame.hpp>
 #include <tandem/studies/scenario/yaml_section.hpp>
@@ -17,6 +18,8 @@ namespace tandem {
 SE3 read_extrinsics(const YamlSection& sensor, const Frame& frame, const std::string& prefix = "");
 /// Seconds, zero where none is given.
 double read_delay(const YamlSection& sensor);
+/// Of so many rows, out of the key `error`: {sigma: […], time: 20}; without a time it is constant.
+std::optional<StayingError> read_error(const YamlSection& sensor, int rows);
 std::optional<Loss> read_loss(const YamlSection& sensor, const std::string& key);
 
 }  // namespace tandem

@@ -89,7 +89,7 @@ TrialPlace Study::place(std::size_t trial) const {
 }
 
 std::string Study::canonical() const {
-  std::string text = "tandem study 1\nsimulation: docking\n";
+  std::string text = "tandem study 2\nsimulation: docking\n";
   for (const StudyAxis& axis : axes) text += fmt::format("{}: {}\n", axis.parameter, list_text(axis.values));
   text += fmt::format("models: {}\nsolvers: {}\nseeds: {}\nseed: {}\ncovariances: {}\ntime_limit: {}\n",
                       list_text(models), list_text(solvers), seeds, seed, covariances, time_limit);

@@ -13,7 +13,7 @@
 namespace tandem {
 namespace {
 
-constexpr const char* kFormat = "1";
+constexpr const char* kFormat = "2";
 constexpr int kBusy = 10000;            // ms to wait for a reader
 constexpr std::size_t kRowBytes = 700;  // of a trial, more than it takes
 constexpr const char* kLock = "study.lock";

@@ -1,9 +1,14 @@
+#include <algorithm>
 #include <numbers>
 
+#include <fmt/format.h>
 #include <time.h>
 
+#include <tandem/lie/error.hpp>
 #include <tandem/lie/operations.hpp>
 #include <tandem/solvers/graduated.hpp>
+#include <tandem/studies/calibration/calibrate_scenarios.hpp>
+#include <tandem/studies/scenario/named_noise.hpp>
 #include <tandem/studies/simulation/normal_noise.hpp>
 #include <tandem/studies/study/trial.hpp>
 #include <tandem/studies/study/trial_consistency.hpp>
@@ -87,8 +92,24 @@ std::vector<KeyframeError> batch_errors(const TrialProblem& problem, bool covari
     target.push_back(tracking.target_state(k));
   }
   result.set("upside_down", share_upside_down(target));
-  if (covariances && summary.converged()) add_consistency(tracking, problem.scenario, result);
+  if (covariances && summary.converged()) try {
+      add_consistency(tracking, problem.scenario, result);
+    } catch (const Error& error) {  // the estimate is there all the same
+      result.message = fmt::format("no covariances: {}", error.what());
+    }
   return keyframe_errors(problem.scenario, tracking.keyframes, chaser, target);
+}
+
+/// What the trial's own measurements say of all noise, without the truth; where they say nothing, it stays.
+void calibrate_noise(TrialProblem& problem, const std::atomic<bool>* stop) {
+  ScenarioCalibrationOptions options;
+  options.folds = 0;
+  options.target = problem.options;
+  options.stop = stop;
+  const ScenarioCalibration found = calibrate_scenarios({problem.scenario}, options);
+  for (const NoiseEntry& entry : found.noise)
+    for (const NamedNoise& named : named_noise(problem.scenario.data))
+      if (named.name == entry.name) std::copy(entry.sigmas.begin(), entry.sigmas.end(), named.sigmas.begin());
 }
 
 Scenario in_memory(SimulatedDocking docking) {
@@ -135,10 +156,10 @@ TrialResult run_trial(const Study& study, std::size_t trial, const std::atomic<b
   try {
     TrialProblem problem = trial_problem(study, trial);
     common(problem.solver).stop = stop;
+    if (problem.settings.calibrated) calibrate_noise(problem, stop);
     const std::vector<KeyframeError> errors =
-        problem.settings.window > 0
-            ? newest_errors(problem.scenario, problem.options, problem.settings.window, stop, result)
-            : batch_errors(problem, study.covariances, result);
+        problem.settings.window > 0 ? newest_errors(problem.scenario, problem.options, problem.settings, stop, result)
+                                    : batch_errors(problem, study.covariances, result);
     add_errors(errors, result);
     add_gap_errors(errors, problem.gaps, kAfterGap, result);
     result.set("correlation_time_s", correlation_time(errors));

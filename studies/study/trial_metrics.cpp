@@ -38,6 +38,11 @@ std::vector<TrialMetric> make_trial_metrics() {
       all.push_back({"raw_optical_orientation_std_deg", "its standard deviation [deg]"});
     }
   }
+  for (const double h : kAhead)
+    all.push_back(
+        {ahead_metric(h), fmt::format("mean error of the relative position predicted {:g} s ahead, of what is "
+                                      "newest in a window [m]",
+                                      h)});
   for (const auto& [name, doc] : std::vector<std::pair<std::string, std::string>>{
            {"gap_position_m", "mean error of the relative position within gaps [m]"},
            {"gap_worst_m", "largest error within each gap, mean over gaps [m]"},
@@ -69,6 +74,8 @@ void set_spread(TrialResult& result, const std::string& name, const std::string&
 }
 
 }  // namespace
+
+std::string ahead_metric(double seconds) { return fmt::format("ahead_{:g}s_position_m", seconds); }
 
 const std::vector<TrialMetric>& trial_metrics() {
   static const std::vector<TrialMetric> all = make_trial_metrics();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -21,6 +22,10 @@ struct TrialMetric {
 const std::vector<TrialMetric>& trial_metrics();
 /// The place of one. Throws Error where there is none.
 std::size_t metric_index(std::string_view name);
+
+/// How far ahead predictions are held against the truth [s], and the metric of their error.
+inline constexpr std::array kAhead = {5.0, 10.0};
+std::string ahead_metric(double seconds);
 
 /// What became of one trial of a study.
 struct TrialResult {

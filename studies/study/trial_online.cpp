@@ -1,8 +1,11 @@
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
+#include <tandem/lie/error.hpp>
 #include <tandem/solvers/online/online_estimator.hpp>
+#include <tandem/solvers/online/target_fix.hpp>
 #include <tandem/studies/study/trial_online.hpp>
 
 namespace tandem {
@@ -29,10 +32,11 @@ std::vector<OnlineLine> lines_of(const TrackingData& data) {
 
 }  // namespace
 
-NewestStates newest_states(const Scenario& scenario, const TrackingOptions& options, double window,
+NewestStates newest_states(const Scenario& scenario, const TrackingOptions& options, double window, bool hypotheses,
                            const std::atomic<bool>* stop) {
   OnlineOptions online;
   online.tracking = options;
+  online.hypotheses = hypotheses;
   online.lag.window = window;
   online.lag.max_iterations = kIterations;
   online.lag.stop = stop;
@@ -53,10 +57,14 @@ NewestStates newest_states(const Scenario& scenario, const TrackingOptions& opti
       newest.keyframes.pop_back();
       newest.chaser.pop_back();
       newest.target.pop_back();
+      newest.ahead.pop_back();
     }
     newest.keyframes.push_back(offline[*k]);
     newest.chaser.push_back(estimator.chaser().pose);
     newest.target.push_back(*state);
+    auto& ahead = newest.ahead.emplace_back();
+    for (std::size_t i = 0; i < kAhead.size(); ++i)
+      if (const auto seen = estimator.relative_target(kAhead[i])) ahead[i] = seen->position;
   };
   for (const OnlineLine& line : lines_of(scenario.data)) {
     if (stop && *stop) break;
@@ -69,16 +77,58 @@ NewestStates newest_states(const Scenario& scenario, const TrackingOptions& opti
   return newest;
 }
 
-std::vector<KeyframeError> newest_errors(const Scenario& scenario, const TrackingOptions& options, double window,
-                                         const std::atomic<bool>* stop, TrialResult& result) {
-  const NewestStates newest = newest_states(scenario, options, window, stop);
+NewestStates filtered_states(const Scenario& scenario, const TrackingOptions& options, ConstantVelocityFilter filter) {
+  const TrackingData& data = scenario.data;
+  if (const std::string why = why_no_hypotheses(data, !data.ego); !why.empty())
+    throw Error("a filter of positions cannot serve here: " + why);
+  NewestStates newest;
+  for (const Keyframe& keyframe : make_keyframes(data)) {
+    const auto chaser = pose_at(data.odometry, keyframe.t);
+    if (!chaser) continue;
+    if (filter.started()) filter.predict(keyframe.t);
+    for (const TargetSensor& sensor : data.sensors)
+      for (const Measurement& m : sensor.measurements) {
+        if (std::abs(sensor.valid_at(m) - keyframe.t) > kSameInstant) continue;
+        const TargetFix fix = detail::target_fix(sensor, m, *chaser, options);
+        filter.update(keyframe.t, fix.position, fix.covariance);
+      }
+    if (!filter.started()) continue;
+    newest.keyframes.push_back(keyframe);
+    newest.chaser.push_back(*chaser);
+    newest.target.emplace_back(filter.position());
+    auto& ahead = newest.ahead.emplace_back();
+    for (std::size_t i = 0; i < kAhead.size(); ++i) ahead[i] = chaser->inverse().act(filter.position(kAhead[i]));
+  }
+  newest.updates = newest.converged = static_cast<int>(newest.keyframes.size());
+  return newest;
+}
+
+std::vector<KeyframeError> newest_errors(const Scenario& scenario, const TrackingOptions& options,
+                                         const TrialSettings& settings, const std::atomic<bool>* stop,
+                                         TrialResult& result) {
+  const NewestBy& by = settings.newest;
+  const NewestStates newest =
+      by.kind == NewestBy::Kind::kalman
+          ? filtered_states(scenario, options, ConstantVelocityFilter(by.acceleration, by.velocity_time))
+          : newest_states(scenario, options, settings.window, by.kind == NewestBy::Kind::hypotheses, stop);
   result.set("keyframes", double(newest.keyframes.size()));
   result.set("iterations", newest.iterations);
   result.set("solve_s", newest.seconds);
-  result.status = name(Status::converged);
+  result.status = name(stop && *stop ? Status::interrupted : Status::converged);
   if (newest.converged < newest.updates)
     result.message =
         fmt::format("{} of {} updates did not converge", newest.updates - newest.converged, newest.updates);
+  for (std::size_t i = 0; i < kAhead.size(); ++i) {
+    Moments errors;
+    for (std::size_t k = 0; k < newest.keyframes.size(); ++k) {
+      const double t = newest.keyframes[k].t;
+      const auto from = pose_at(scenario.truth_chaser, t);
+      const auto there = pose_at(scenario.truth_target, t + kAhead[i]);
+      if (from && there && newest.ahead[k][i])
+        errors.add((*newest.ahead[k][i] - from->inverse().act(there->translation())).norm());
+    }
+    if (const auto spread = errors.spread()) result.set(ahead_metric(kAhead[i]), spread->mean);
+  }
   return keyframe_errors(scenario, newest.keyframes, newest.chaser, newest.target);
 }
 

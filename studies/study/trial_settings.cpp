@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
@@ -18,6 +20,39 @@ std::string loss_text(const Loss& loss) {
                                    {Kind::student_t, "student-t"}})
     if (loss.kind == kind) return fmt::format("{}:{}", name, loss.scale);
   return "none";
+}
+
+NewestBy parse_newest(const std::string& where, const std::string& text) {
+  using Kind = NewestBy::Kind;
+  if (text == "window") return {Kind::window};
+  if (text == "hypotheses") return {Kind::hypotheses};
+  const std::vector<std::string_view> parts = split(text, ':');
+  if (parts.front() == "kalman" && parts.size() <= 3) {
+    NewestBy by{Kind::kalman};
+    if (parts.size() > 1) by.acceleration = parse_number(parts[1]).value_or(0);
+    if (parts.size() > 2) by.velocity_time = parse_number(parts[2]).value_or(0);
+    if (by.acceleration > 0 && by.velocity_time > 0) return by;
+  }
+  throw Error(
+      fmt::format("{} is window, hypotheses or kalman[:ACCELERATION[:SECONDS]] with numbers above zero, as in "
+                  "kalman:0.2:60, not {}",
+                  where, quote(text)));
+}
+
+std::string newest_text(const NewestBy& by) {
+  if (by.kind == NewestBy::Kind::window) return "window";
+  if (by.kind == NewestBy::Kind::hypotheses) return "hypotheses";
+  if (std::isinf(by.velocity_time)) return fmt::format("kalman:{}", by.acceleration);
+  return fmt::format("kalman:{}:{}", by.acceleration, by.velocity_time);
+}
+
+NamedParameter<TrialSettings> switch_parameter(const char* name, const char* doc, bool TrialSettings::*member) {
+  return {name, "", doc,
+          [member](TrialSettings& s, const std::string& where, const std::string& text) {
+            if (text != "0" && text != "1") throw Error(fmt::format("{} is 0 or 1, not {}", where, quote(text)));
+            s.*member = text == "1";
+          },
+          [member](const TrialSettings& s) { return std::string(s.*member ? "1" : "0"); }};
 }
 
 std::vector<NamedParameter<TrialSettings>> make_trial_parameters() {
@@ -48,12 +83,13 @@ std::vector<NamedParameter<TrialSettings>> make_trial_parameters() {
       {"junction", "", "boundary or direct: how Mode B ties points to poses",
        [](S& s, const std::string& where, const std::string& text) { s.junction = parse_junction(where, text); },
        [](const S& s) { return std::string(s.junction == Junction::boundary ? "boundary" : "direct"); }});
-  all.push_back({"graduated", "", "0 or 1: robust losses by graduated non-convexity",
-                 [](S& s, const std::string& where, const std::string& text) {
-                   if (text != "0" && text != "1") throw Error(fmt::format("{} is 0 or 1, not {}", where, quote(text)));
-                   s.graduated = text == "1";
-                 },
-                 [](const S& s) { return std::string(s.graduated ? "1" : "0"); }});
+  all.push_back(switch_parameter("graduated", "0 or 1: robust losses by graduated non-convexity", &S::graduated));
+  all.push_back(switch_parameter("calibrated", "0 or 1: with noise calibrated on the trial's own measurements first",
+                                 &S::calibrated));
+  all.push_back({"newest", "",
+                 "with a window: window, hypotheses, as track has it, or the baseline kalman:0.2[:SECONDS]",
+                 [](S& s, const std::string& where, const std::string& text) { s.newest = parse_newest(where, text); },
+                 [](const S& s) { return newest_text(s.newest); }});
   return all;
 }
 

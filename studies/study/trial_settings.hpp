@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -10,6 +11,18 @@
 
 namespace tandem {
 
+/// What tells the newest state, online.
+struct NewestBy {
+  enum class Kind {
+    window,      ///< the smoother's window
+    hypotheses,  ///< MotionHypotheses over the window, as `tandem track` does
+    kalman       ///< ConstantVelocityFilter, a baseline
+  };
+  Kind kind = Kind::window;
+  double acceleration = 0.2;                                       ///< of ConstantVelocityFilter
+  double velocity_time = std::numeric_limits<double>::infinity();  ///< likewise
+};
+
 /// What is simulated, and how it is estimated, of one trial of a study.
 struct TrialSettings {
   DockingOptions docking;  ///< its seed is the trial's
@@ -19,6 +32,8 @@ struct TrialSettings {
   double optical_sigma_factor = 1;  ///< likewise
   double max_keyframes = 0;         ///< the first ones only; 0: all
   double window = 0;                ///< s: fixed-lag smoothing, the newest state of each keyframe; 0: all data at once
+  NewestBy newest{};                ///< of such a window
+  bool calibrated = false;          ///< with noise calibrated on the trial's own measurements first
   double start_position = 0;        ///< m: σ along each axis by which the target's start is displaced, a wander
   double start_orientation = 0;     ///< deg: σ about each axis by which it is turned
   Loss loss{};                      ///< on relative measurements

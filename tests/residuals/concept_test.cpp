@@ -136,9 +136,7 @@ struct ChangesItsState {
 };
 static_assert(!Residual<NoName> && !Residual<NoRows> && !Residual<NoStates> && !Residual<StatesAreNotATuple>);
 static_assert(!Residual<OtherStates> && !Residual<WrongRows> && !Residual<WrongJacobian>);
-#if !defined(__clang__) || __clang_major__ > 14  // for which it is an error there, and not that it is none
 static_assert(!Residual<StateIsNoGroup>);
-#endif
 static_assert(!Residual<NoJacobian> && !Residual<NotConst> && !Residual<ChangesItsState>);
 static_assert(!Residual<int> && !Residual<SE3>);
 

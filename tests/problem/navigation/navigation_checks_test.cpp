@@ -12,8 +12,8 @@
 namespace tandem {
 namespace {
 
-using testing::EndsWith;
-using testing::HasSubstr;
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
 using Kind = NavigationFinding::Kind;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -121,7 +121,7 @@ TEST(NavigationChecks, AStretchWrittenAgainIsDropped) {
   const NavigationFinding f = finding(data);
   EXPECT_EQ(f.kind, Kind::backwards);
   EXPECT_EQ(f.count, 200u);
-  EXPECT_THAT(f.text(), testing::StartsWith("imu: 200 lines between "));
+  EXPECT_THAT(f.text(), ::testing::StartsWith("imu: 200 lines between "));
   EXPECT_EQ(samples.size(), 6001u);
 }
 
@@ -232,7 +232,7 @@ TEST(NavigationChecks, GapsAreToldAndNothingIsDropped) {
     const auto at = std::find_if(s.begin(), s.end(), [&](const ImuSample& x) { return x.t > 5 * gap + 3; });
     s.erase(at, at + 80);
   }
-  EXPECT_THAT(finding(data).text(), testing::StartsWith("imu: 10 gaps longer than max_gap between 3 and 48.81 s"));
+  EXPECT_THAT(finding(data).text(), ::testing::StartsWith("imu: 10 gaps longer than max_gap between 3 and 48.81 s"));
 }
 
 TEST(NavigationChecks, SensorsThatAreNotThereAllTheTime) {
@@ -263,8 +263,9 @@ TEST(NavigationChecks, SpecificForceInOtherUnits) {
   EXPECT_THAT(refusal(1000 / 9.80665), HasSubstr("in mg?"));
   EXPECT_THAT(refusal(1000), HasSubstr("in mm/s^2?"));
   EXPECT_THAT(refusal(1, {0, 0, -9.8}), HasSubstr("gravity must be in it"));
-  EXPECT_THAT(refusal(3), testing::MatchesRegex("imu: the specific force is 29.[0-9]+ where gravity makes it some 9.8 "
-                                                "m/s\\^2: it must be in m/s\\^2"));
+  EXPECT_THAT(refusal(3),
+              ::testing::MatchesRegex("imu: the specific force is 29.[0-9]+ where gravity makes it some 9.8 "
+                                      "m/s\\^2: it must be in m/s\\^2"));
 }
 
 TEST(NavigationChecks, GravityOfTheWrongSign) {
@@ -290,16 +291,17 @@ TEST(NavigationChecks, AngularRateInDegrees) {
   NavigationData data = healthy();
   for (ImuSample& sample : data.imu->samples) sample.angular_rate *= 180 / std::numbers::pi;
   EXPECT_THAT(error_of_check(data),
-              testing::MatchesRegex("imu: it turns faster than 8 rad/s in [0-9]+ % of the samples, "
-                                    "which looks like degrees: angular rates must be in rad/s"));
+              ::testing::MatchesRegex("imu: it turns faster than 8 rad/s in [0-9]+ % of the samples, "
+                                      "which looks like degrees: angular rates must be in rad/s"));
   // Too slow for that, but a heading sensor tells.
   data = healthy();
   const double slower = 0.3;
   for (ImuSample& sample : data.imu->samples) sample.angular_rate *= slower * 180 / std::numbers::pi;
   for (EgoMeasurement& m : sensor(data, EgoSensorType::heading).measurements)
     m.rotation = SO3::Exp(slower * m.rotation.Log());
-  EXPECT_THAT(error_of_check(data), testing::MatchesRegex("imu: it turns 5[0-9.]+ times as far as heading, which looks "
-                                                          "like degrees: angular rates must be in rad/s"));
+  EXPECT_THAT(error_of_check(data),
+              ::testing::MatchesRegex("imu: it turns 5[0-9.]+ times as far as heading, which looks "
+                                      "like degrees: angular rates must be in rad/s"));
 }
 
 /// Rolls by 0.1 rad to and fro, with gravity where it must then be.
@@ -322,9 +324,9 @@ TEST(NavigationChecks, GravityTellsTheUnitAndSignOfTheAngularRate) {
   for (ImuSample& sample : data.imu->samples) sample.angular_rate *= 0.6 * 180 / std::numbers::pi;
   for (ImuSample& sample : data.imu->samples) sample.specific_force.y() *= 0.6;
   EXPECT_THAT(error_of_check(data),
-              testing::MatchesRegex("imu: by its angular rate it tips 5[0-9.]+ times as far as by its "
-                                    "specific force, which looks like degrees: angular rates must "
-                                    "be in rad/s"));
+              ::testing::MatchesRegex("imu: by its angular rate it tips 5[0-9.]+ times as far as by its "
+                                      "specific force, which looks like degrees: angular rates must "
+                                      "be in rad/s"));
   data = rolling();
   for (ImuSample& sample : data.imu->samples) sample.angular_rate *= -1;
   EXPECT_THAT(error_of_check(data),
@@ -376,8 +378,8 @@ TEST(NavigationChecks, TellVibrationThatTheStatedNoiseLeavesOut) {
       imu.samples.push_back({0.01 * i, Vector<3>(0, 0, 9.8) + noise(accelerometer), noise(gyroscope)});
     return check(data);
   };
-  EXPECT_THAT(record(0.02, 0.001), testing::IsEmpty());
-  EXPECT_THAT(record(0.1, 0.005), testing::IsEmpty()) << "five times may be a poor figure; it is not told";
+  EXPECT_THAT(record(0.02, 0.001), ::testing::IsEmpty());
+  EXPECT_THAT(record(0.1, 0.005), ::testing::IsEmpty()) << "five times may be a poor figure; it is not told";
   const auto findings = record(0.4, 0.001);
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_EQ(findings[0].kind, Kind::vibration);

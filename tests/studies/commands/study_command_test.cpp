@@ -185,7 +185,7 @@ TEST(StudyCommand, TheReadyStudiesAreInOrder) {
   const Outcome list = run_tandem({"study", "list"});
   ASSERT_EQ(list.status, 0) << list.errors;
   for (const char* name : {"table1", "motion_models", "constraints", "prior_sigma", "solvers", "outliers", "window",
-                           "starts", "level", "junction"})
+                           "starts", "level", "junction", "online", "calibrated", "no_motion"})
     EXPECT_THAT(list.output, ContainsRegex(std::string(name) + " +[0-9]+ trials  [A-Z]"));
 }
 

@@ -76,6 +76,43 @@ TEST(Trial, AWindowSeesLessThanTheWhole) {
   EXPECT_LT(newest.get("optical_position_m").value(), 1.0);
 }
 
+TEST(Trial, TheNewestStateIsOfTheWindowOfHypothesesOrOfATextbookFilter) {
+  const Study study = study_of(
+      "parameters: {minutes: 6, window: [0, 30], newest: [window, hypotheses, 'kalman:0.2', 'kalman:0.2:60']}\n");
+  const std::size_t online = 4;
+  std::vector<TrialResult> results;
+  for (std::size_t i = 0; i < 4; ++i) {
+    results.push_back(run_trial(study, online + i));
+    SCOPED_TRACE(i);
+    EXPECT_EQ(results[i].status, "converged") << results[i].message;
+    EXPECT_LT(results[i].get("all_position_m").value(), 8.0);
+    EXPECT_LT(results[i].get("all_position_m"), results[i].get("ahead_5s_position_m"));
+    EXPECT_LT(results[i].get("ahead_5s_position_m"), results[i].get("ahead_10s_position_m"));
+    for (std::size_t j = 0; j < i; ++j)
+      EXPECT_NE(results[i].get("all_position_m"), results[j].get("all_position_m")) << j;
+  }
+  EXPECT_TRUE(results[0].get("usbl_orientation_deg"));
+  EXPECT_FALSE(results[2].get("usbl_orientation_deg")) << "a filter of positions";
+  const TrialResult whole = run_trial(study, 2);
+  EXPECT_FALSE(whole.get("ahead_5s_position_m")) << "all data at once have no newest state";
+  EXPECT_EQ(whole.get("cost"), run_trial(study, 0).get("cost"));
+}
+
+TEST(Trial, NoiseThatIsToldWrongIsCalibratedFirst) {
+  const Study study = study_of("parameters: {minutes: 8, usbl_sigma_factor: 4, calibrated: [0, 1]}\n");
+  const TrialResult told = run_trial(study, 0), calibrated = run_trial(study, 1);
+  ASSERT_EQ(calibrated.status, "converged") << calibrated.message;
+  EXPECT_LT(told.get("nis_usbl").value(), 0.5) << "of 3: sigmas four times too large";
+  EXPECT_NEAR(calibrated.get("nis_usbl").value(), 3.0, 1.0);
+}
+
+TEST(Trial, WithoutAPriorOfTheMotionWhatIsFreeIsNamed) {
+  const Study study = parse_study("name: s\nmodels: [no-motion]\nseeds: 1\nparameters: {minutes: 4}\n", "s.yaml");
+  const TrialResult result = run_trial(study, 0);
+  EXPECT_THAT(result.message, testing::ContainsRegex("leaves free: target [0-9]+ in .*rotation about z"));
+  EXPECT_FALSE(result.get("nees_target"));
+}
+
 TEST(Trial, EveryKindOfProblemIsTaken) {
   for (const char* rest : {"parameters: {minutes: 3, usbl: range-bearing, usbl_latency: 1}\n",
                            "parameters: {minutes: 3, loss: 'cauchy:2', graduated: 1, usbl_outliers: 0.2}\n",

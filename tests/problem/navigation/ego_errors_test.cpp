@@ -1,0 +1,105 @@
+#include <algorithm>
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/gauss_newton.hpp>
+#include <tandem/solvers/marginals.hpp>
+
+#include "problem/tracking/level_turn.hpp"
+
+namespace tandem {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::LevelTurn;
+
+/// A run with this offset on all that one of its sensors reads.
+struct Offset {
+  LevelTurn turn;
+  NavigationData data = turn.data();
+
+  EgoSensor& sensor(EgoSensorType type) {
+    return *std::find_if(data.sensors.begin(), data.sensors.end(), [&](const EgoSensor& s) { return s.type == type; });
+  }
+  NavigationProblem solved() const {
+    NavigationProblem problem = make_navigation_problem(data, turn.guess(), turn.start());
+    const Summary summary = solve(problem.problem, GaussNewtonOptions{});
+    EXPECT_TRUE(summary.converged()) << summary.message;
+    return problem;
+  }
+};
+
+/// A Doppler log that reads 0.1 m/s too much ahead, which GPS contradicts.
+TEST(EgoErrors, AnOffsetIsFoundWhereOthersTellIt) {
+  Offset run;
+  EgoSensor& dvl = run.sensor(EgoSensorType::dvl);
+  for (EgoMeasurement& m : dvl.measurements) m.value.x() += 0.1;
+  const double plain = run.turn.largest_error(run.solved());
+  dvl.error = StayingError{Vector<3>::Constant(0.3)};
+  const NavigationProblem constant = run.solved();
+  EXPECT_LE(run.turn.largest_error(constant), 0.02);
+  EXPECT_GT(plain, 5 * run.turn.largest_error(constant));
+  dvl.error->time = 100;
+  EXPECT_LE(run.turn.largest_error(run.solved()), 0.03);
+}
+
+/// One state for the whole run, one a measurement, and as many rows as the sensor has.
+TEST(EgoErrors, ItsStatesAreTied) {
+  Offset run;
+  EgoSensor& depth = run.sensor(EgoSensorType::depth);
+  const auto ties = [&] {
+    const NavigationProblem problem = make_navigation_problem(run.data, run.turn.guess(), run.turn.start());
+    return std::count_if(problem.measurements.begin(), problem.measurements.end(),
+                         [](const PlacedEgoMeasurement& m) { return m.error.has_value(); });
+  };
+  EXPECT_EQ(ties(), 0);
+  depth.error = StayingError{Eigen::VectorXd::Constant(1, 0.2)};
+  EXPECT_EQ(ties(), 1);
+  depth.error->time = 5;
+  EXPECT_EQ(std::size_t(ties()), depth.measurements.size());
+  depth.error->time = 1e5;
+  EXPECT_EQ(ties(), 1) << "in 20 s it is the same";
+}
+
+/// What nothing else tells stays as wide as it was said to be: depth alone knows of the height.
+TEST(EgoErrors, WhatNothingTellsKeepsItsSpread) {
+  Offset run;
+  run.data.sensors.erase(std::remove_if(run.data.sensors.begin(), run.data.sensors.end(),
+                                        [](const EgoSensor& s) { return s.type == EgoSensorType::gps; }),
+                         run.data.sensors.end());
+  Alignment start = run.turn.start();
+  start.spread.position.z() = 10;
+  const auto sigma = [&] {
+    NavigationProblem problem = make_navigation_problem(run.data, run.turn.guess(), start);
+    EXPECT_TRUE(solve(problem.problem, GaussNewtonOptions{}).converged());
+    Marginals marginals(problem.problem);
+    return std::sqrt(marginals.covariance(problem.keyframes.back().pose)(2, 2));
+  };
+  EXPECT_LT(sigma(), 0.05);
+  run.sensor(EgoSensorType::depth).error = StayingError{Eigen::VectorXd::Constant(1, 0.4)};
+  EXPECT_NEAR(sigma(), 0.4, 0.02);
+}
+
+TEST(EgoErrors, WhatCannotWorkIsRefused) {
+  Offset run;
+  const auto refusal = [&](const EgoOptions& options = {}) -> std::string {
+    try {
+      make_navigation_problem(run.data, run.turn.guess(), run.turn.start(), options);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  run.sensor(EgoSensorType::depth).error = StayingError{Vector<3>::Constant(1)};
+  EXPECT_THAT(refusal(), HasSubstr(".error: a depth needs 1 standard deviations, not 3"));
+  run.sensor(EgoSensorType::depth).error.reset();
+  run.sensor(EgoSensorType::dvl).error = StayingError{Vector<3>::Constant(1)};
+  EXPECT_EQ(refusal(), "");
+  EXPECT_THAT(refusal({.preintegrated_dvl = true}), HasSubstr("have no error that stays"));
+}
+
+}  // namespace
+}  // namespace tandem
