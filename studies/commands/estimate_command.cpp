@@ -16,7 +16,7 @@ const char* const kSolver = "Solver";
 struct EstimateRequest {
   ProblemRequest problem;
   Solver solver;
-  bool graduated = false, covariance = true;
+  bool graduated = false, no_covariance = false;
   Output output;
 };
 
@@ -42,13 +42,13 @@ std::string not_done(const Estimate& result) {
 int run_estimate(const EstimateRequest& request, const CommandOptions& option) {
   Solver solver = solver_of(request, option);
   const TrackingOptions options = tracking_options(request.problem, takes_hard_limits(solver));
-  if (!request.covariance && !request.problem.sensors.hold_out.empty())
+  if (request.no_covariance && !request.problem.sensors.hold_out.empty())
     throw Error("--hold-out judges predictions by their covariances: not with --no-covariance");
   const Scenario scenario = read_problem(request.problem, option);
   const Estimate result = [&] {
     const WatchedSolve watched(common(solver), request.output);
     return estimate(scenario, options, solver, request.graduated, navigation_options(request.problem),
-                    request.covariance);
+                    !request.no_covariance);
   }();
 
   Results results;
@@ -63,30 +63,27 @@ int run_estimate(const EstimateRequest& request, const CommandOptions& option) {
 }  // namespace
 
 Command estimate_command() {
-  return {
-      "estimate", "Estimate the trajectories of chaser and target of a scenario",
-      [](CommandOptions& option) {
-        const auto request = std::make_shared<EstimateRequest>();
-        option.footer(
-            "Exit status: 0 converged, 1 wrong input or usage, 2 not converged or cut short (what there is by then is "
-            "written).");
-        add_problem(option, request->problem, true);
-        add_hold_out(option, request->problem.sensors);
-        add_max_keyframes(option, request->problem);
-        add_own_sensors(option, request->problem.own, true);
-        option.group(kSolver);
-        add_solver(option, request->solver);
-        option.flag("--graduated",
-                    "Graduated non-convexity: robust losses narrow from least squares to their own scale",
-                    request->graduated);
-        add_ipopt(option, request->solver);
-        add_stops(option, [request]() -> SolverOptions& { return common(request->solver); });
-        option.flag("--no-covariance", "No covariances, to save their time",
-                    [request] { request->covariance = false; });
-        add_output(option, request->output, {.writes = "Write trajectories, errors, summary.json and plots to DIR"});
-        return [request, &option] { return run_estimate(*request, option); };
-      },
-      true};
+  return {"estimate", "Estimate the trajectories of chaser and target of a scenario",
+          [](CommandOptions& option) {
+            const auto request = std::make_shared<EstimateRequest>();
+            option.footer("Exit status: 0 converged, 1 wrong input or usage, 2 not converged or cut short.");
+            add_problem(option, request->problem, true);
+            add_hold_out(option, request->problem.sensors);
+            add_max_keyframes(option, request->problem);
+            add_own_sensors(option, request->problem.own, true);
+            option.group(kSolver);
+            add_solver(option, request->solver);
+            option.flag("--graduated",
+                        "Graduated non-convexity: robust losses narrow from least squares to their own scale",
+                        request->graduated);
+            add_ipopt(option, request->solver);
+            add_stops(option, [request]() -> SolverOptions& { return common(request->solver); });
+            option.flag("--no-covariance", "No covariances, to save their time", request->no_covariance);
+            add_output(option, request->output,
+                       {.writes = "Write trajectories, errors, summary.json and plots to DIR"});
+            return [request, &option] { return run_estimate(*request, option); };
+          },
+          true};
 }
 
 }  // namespace tandem

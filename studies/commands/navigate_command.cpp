@@ -90,31 +90,29 @@ int run_navigate(const NavigateRequest& request) {
 }  // namespace
 
 Command navigate_command() {
-  return {
-      "navigate", "Estimate the chaser's own trajectory from its own raw sensors",
-      [](CommandOptions& option) {
-        const auto request = std::make_shared<NavigateRequest>();
-        option.footer(
-            "Exit status: 0 converged, 1 wrong input or usage, 2 not converged or cut short (what there is by then is "
-            "written).");
-        add_scenario(option, request->scenario, "A scenario folder with an imu, dvl, depth, gps, heading");
-        add_sensors(option, request->sensors);
-        option.repeatable("--fit-delay", "SENSOR", "Find the delay, up to 1 s, that makes the data likeliest, first",
-                          request->fit_delay, parse_name);
-        option("--keyframe-interval", "SECONDS", "In place of the scenario's", request->keyframe_interval,
-               parse_keyframe_interval);
-        add_force(option, request->force);
-        add_own_sensors(option, request->own, true);
-        option.group("Solver");
-        add_stops(option, [request]() -> SolverOptions& { return request->own.navigation.solver; });
-        option.flag("--no-covariance", "No covariances, to save their time",
-                    [request] { request->own.navigation.covariance = false; });
-        add_output(option, request->output, {.writes = "Write trajectory, errors, summary.json and plots to DIR"});
-        option("--after", "SECONDS", "Summarise the errors after the first so many seconds, too", request->after,
-               parse_magnitude);
-        return [request] { return run_navigate(*request); };
-      },
-      true};
+  return {"navigate", "Estimate the chaser's own trajectory from its own raw sensors",
+          [](CommandOptions& option) {
+            const auto request = std::make_shared<NavigateRequest>();
+            option.footer("Exit status: 0 converged, 1 wrong input or usage, 2 not converged or cut short.");
+            add_scenario(option, request->scenario, "A scenario folder with an imu, dvl, depth, gps, heading");
+            add_sensors(option, request->sensors);
+            option.repeatable("--fit-delay", "SENSOR",
+                              "Find the delay, up to 1 s, that makes the data likeliest, first", request->fit_delay,
+                              parse_name);
+            option("--keyframe-interval", "SECONDS", "In place of the scenario's", request->keyframe_interval,
+                   parse_keyframe_interval);
+            add_force(option, request->force);
+            add_own_sensors(option, request->own, true);
+            option.group("Solver");
+            add_stops(option, [request]() -> SolverOptions& { return request->own.navigation.solver; });
+            option.flag("--no-covariance", "No covariances, to save their time",
+                        [request] { request->own.navigation.covariance = false; });
+            add_output(option, request->output, {.writes = "Write trajectory, errors, summary.json and plots to DIR"});
+            option("--after", "SECONDS", "Summarise the errors after the first so many seconds, too", request->after,
+                   parse_magnitude);
+            return [request] { return run_navigate(*request); };
+          },
+          true};
 }
 
 }  // namespace tandem
