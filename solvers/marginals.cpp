@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -33,13 +34,30 @@ detail::LinearEquations equalities_of(Program& program) {
               " (add a residual that observes it, or fix it)");
 }
 
+/// The Hessian's blocks of pairs of variables, without those of fixed ones.
+std::vector<std::pair<int, int>> blocks_of(const Program& program, int id_bound,
+                                           std::span<const Marginals::Pair> pairs) {
+  std::vector<std::pair<int, int>> blocks;
+  for (const auto& [a, b] : pairs) {
+    if (std::min(a, b) < 0 || std::max(a, b) >= id_bound)
+      throw Error("marginals: a pair names a variable that is not in the problem");
+    if (program.block_of(a) >= 0 && program.block_of(b) >= 0)
+      blocks.emplace_back(program.block_of(a), program.block_of(b));
+  }
+  return blocks;
+}
+
 }  // namespace
 
-Marginals::Marginals(Problem& problem) : parts_(compute(problem)) {}
+Marginals::Marginals(Problem& problem, std::span<const Pair> pairs, const Stop& stop)
+    : parts_(compute(problem, pairs, stop)) {}
 
-Marginals::Parts Marginals::compute(Problem& problem) {
+Marginals::Parts Marginals::compute(Problem& problem, std::span<const Pair> pairs, const Stop& stop) {
+  const auto check = [&stop] { stop.check("marginals"); };
   Program program(problem);
-  Parts parts{std::vector<int>(std::size_t(problem.id_bound())), detail::SelectedInverse(program.hessian_pattern())};
+  check();
+  Parts parts{std::vector<int>(std::size_t(problem.id_bound())),
+              detail::SelectedInverse(program.hessian_pattern(), blocks_of(program, problem.id_bound(), pairs))};
   for (int id = 0; id < problem.id_bound(); ++id) parts.block_of_variable[std::size_t(id)] = program.block_of(id);
 
   Eigen::VectorXd gradient(program.num_unknowns());
@@ -49,7 +67,7 @@ Marginals::Parts Marginals::compute(Problem& problem) {
     const std::string block = program.describe_bad_block();
     throw Error("marginals: " + (block.empty() ? "a residual" : block) + " has derivatives that are not finite");
   }
-  const bool positive = parts.inverse.compute(hessian, equalities_of(program));
+  const bool positive = parts.inverse.compute(hessian, equalities_of(program), check);
   if (!positive || parts.inverse.weak()) {
     // A weak pivot is a suspicion only: a long chain or a loose prior has them too.
     const std::string free = detail::free_directions(program, false);

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <tandem/problem/problem.hpp>
 #include <tandem/solvers/linear/selected_inverse.hpp>
+#include <tandem/solvers/stop.hpp>
 
 namespace tandem {
 
@@ -22,13 +24,18 @@ namespace tandem {
 ///
 /// What is kept are the blocks of S on the pattern of H's Cholesky factor, found by selected inversion (see
 /// detail::SelectedInverse): each variable's own, those of pairs that some residual reads together, and some more. Any
-/// other pair costs a sparse solve for each column, time linear in the problem's size, at each call.
+/// other pair costs a sparse solve for each column, time linear in the problem's size, at each call: many such pairs are
+/// better named in advance, and then in the pattern.
 ///
 /// A snapshot: the problem may change afterwards. Only, a variable that is removed takes its covariances with it.
 class Marginals {
  public:
-  /// Throws Error when residuals leave some direction free (naming the variable and it), or have no finite value.
-  explicit Marginals(Problem& problem);
+  /// Two variables by their ids (Problem::id).
+  using Pair = std::pair<int, int>;
+  /// With the covariances of all `pairs` at hand, as if some residual read both: linear in time for pairs of a chain that
+  /// are of about the same place in it. Throws Error when residuals leave some direction free (naming the variable and
+  /// it), or have no finite value, and Stopped when it is to stop.
+  explicit Marginals(Problem& problem, std::span<const Pair> pairs = {}, const Stop& stop = {});
 
   template <LieGroup A>
   Matrix<A::dof, A::dof> covariance(const Variable<A>& a) const {
@@ -72,7 +79,7 @@ class Marginals {
     std::vector<int> block_of_variable;  // −1 when fixed
     detail::SelectedInverse inverse;
   };
-  static Parts compute(Problem& problem);
+  static Parts compute(Problem& problem, std::span<const Pair> pairs, const Stop& stop);
 
   Parts parts_;
 };

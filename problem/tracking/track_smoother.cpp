@@ -35,8 +35,10 @@ SmoothedTrack smooth(const std::vector<Keyframe>& keyframes, const std::vector<P
   for (std::size_t k = n - 1; k-- > 0;) {
     const Matrix<2, 2> gain = cov[k] * transition(k + 1).transpose() * predicted_cov[k + 1].inverse();
     mean[k] += gain * (mean[k + 1] - predicted[k + 1]);
+    cov[k] += gain * (cov[k + 1] - predicted_cov[k + 1]) * gain.transpose();
   }
   SmoothedTrack track;
+  for (const Matrix<2, 2>& P : cov) track.variance.push_back(P(0, 0));
   for (const State& x : mean) {
     track.position.push_back(x.row(0));
     track.velocity.push_back(x.row(1));

@@ -115,16 +115,37 @@ void check(const TrackingOptions& options) {
                 " model ties no triples");
 }
 
+/// With a robust start, a position this many standard deviations from where all others put the target is not of it: it is
+/// left out. Whatever a loss still gave it would be rounding, and losses that begin wide begin with it.
+constexpr double kGross = 100;
+
+/// Whether each measurement of each sensor is such a one. A keyframe of Mode B whose pose was measured stays one.
+template <LieGroup G>
+std::vector<std::vector<bool>> gross_outliers(const detail::TrackingBuild<G>& build) {
+  std::vector<std::vector<bool>> gross;
+  for (const TargetSensor& sensor : build.data.sensors) gross.emplace_back(sensor.measurements.size(), false);
+  if (!build.options.robust_start) return gross;
+  for (const PositionOutlier& o : position_outliers(build.data, build.out.keyframes, build.odometry)) {
+    const bool holds_pose = build.options.mode == Mode::B && build.data.sensors[o.sensor].type->has(measured::rotation);
+    gross[o.sensor][o.index] = o.sigmas > kGross && !holds_pose;
+  }
+  return gross;
+}
+
 template <LieGroup G>
 void add_measurements(detail::TrackingBuild<G>& build) {
   const std::vector<Keyframe>& keyframes = build.out.keyframes;
+  const std::vector<std::vector<bool>> gross = gross_outliers(build);
   for (std::size_t s = 0; s < build.data.sensors.size(); ++s) {
     const TargetSensor& sensor = build.data.sensors[s];
     std::size_t left_out = 0;
     for (std::size_t i = 0; i < sensor.measurements.size(); ++i) {
       const double t = sensor.valid_at(sensor.measurements[i]);
       if (const auto k = keyframe_at(keyframes, t)) {
-        build.add_measurement(s, i, *k);
+        if (gross[s][i])
+          build.out.measurements.push_back({s, i, *k, {}, {}, {}, {}});
+        else
+          build.add_measurement(s, i, *k);
       } else if (t < keyframes.front().t || (build.data.ego && t > build.data.odometry.back().t + kSameInstant)) {
         ++left_out;
       }

@@ -125,7 +125,7 @@ struct Innovation {
 struct PlacedMeasurement {
   std::size_t sensor, index;  ///< in the data
   std::size_t keyframe;
-  std::optional<Block> block;                            ///< none when held out
+  std::optional<Block> block;                            ///< none when held out, or left out as a gross outlier
   std::optional<Block> orientation, position;            ///< where these are residuals of their own
   std::function<Innovation(const Problem&)> innovation;  ///< of one that was held out
 };

@@ -109,7 +109,7 @@ double variance(const TargetSensor& sensor, bool planar, double range) {
 /// Measured positions of the target; `lever` is the marker's position at each keyframe, in the world from the target,
 /// where that is known by now.
 std::vector<PositionFix> measured_positions(const TrackingData& data, const std::vector<Keyframe>& keyframes,
-                                            const std::vector<SE3>& chaser, const std::vector<SE3>* target) {
+                                            const std::vector<SE3>& chaser, const std::vector<SE3>* target = nullptr) {
   std::vector<PositionFix> fixes;
   each_measurement(data, keyframes, [&](const TargetSensor& sensor, const Measurement& m, std::size_t k) {
     const auto position = sensor.position_in_chaser(m);
@@ -117,7 +117,8 @@ std::vector<PositionFix> measured_positions(const TrackingData& data, const std:
     Vector<3> lever = Vector<3>::Zero();
     if (target && !sensor.type->has(measured::rotation))
       lever = (*target)[k].rotation().act(sensor.marker.translation());
-    fixes.push_back({k, chaser[k].act(*position) - lever, variance(sensor, data.planar, position->norm())});
+    fixes.push_back({k, chaser[k].act(*position) - lever, variance(sensor, data.planar, position->stableNorm()),
+                     std::size_t(&sensor - data.sensors.data()), std::size_t(&m - sensor.measurements.data())});
   });
   std::stable_sort(fixes.begin(), fixes.end(), [](const auto& a, const auto& b) { return a.keyframe < b.keyframe; });
   return fixes;
@@ -181,7 +182,89 @@ double travel_noise(const TrackingNoise& noise, bool planar) {
   return 0;
 }
 
+/// Without those of them that are outliers.
+std::vector<PositionFix> without(std::vector<PositionFix> fixes, const std::vector<PositionOutlier>& outliers) {
+  std::erase_if(fixes, [&](const PositionFix& fix) {
+    return std::any_of(outliers.begin(), outliers.end(),
+                       [&](const PositionOutlier& o) { return o.sensor == fix.sensor && o.index == fix.index; });
+  });
+  return fixes;
+}
+
+/// A sensor that is less exact far away would make a position that is far off a vague one: as if seen no further than
+/// three times the usual distance.
+void judge_as_near(const TrackingData& data, const std::vector<SE3>& chaser, std::vector<PositionFix>& fixes) {
+  std::vector<double> ranges;
+  const auto range = [&](const PositionFix& fix) {
+    return (fix.position - chaser[fix.keyframe].translation()).stableNorm();
+  };
+  for (const PositionFix& fix : fixes) ranges.push_back(range(fix));
+  const auto middle = ranges.begin() + std::ptrdiff_t(ranges.size() / 2);
+  std::nth_element(ranges.begin(), middle, ranges.end());
+  for (PositionFix& fix : fixes)
+    fix.variance = variance(data.sensors[fix.sensor], data.planar, std::min(range(fix), 3 * *middle));
+}
+
+constexpr double kOutlying = 10;      // standard deviations
+constexpr std::size_t kSnooped = 8;   // neighbours each way, of which one is taken out at a time
+constexpr double kOfTheWorst = 1e-2;  // what is less outlying than this share of the worst may be for its sake
+constexpr double kJudged = 1e-6;      // of a fix's variance: a residual of less says nothing, no other fix checks it
+constexpr int kMostSnooping = 100;
+
+/// Residuals of the fixes in standard deviations of their own.
+std::vector<double> studentised(const std::vector<PositionFix>& fixes, const SmoothedTrack& track) {
+  std::vector<double> sigmas;
+  for (const PositionFix& fix : fixes) {
+    const double variance = fix.variance - track.variance[fix.keyframe];
+    const double residual = (fix.position - track.position[fix.keyframe]).stableNorm();
+    sigmas.push_back(variance > kJudged * fix.variance ? residual / std::sqrt(variance) : 0.0);
+  }
+  return sigmas;
+}
+
+/// Takes the worst of each neighbourhood out of `fixes`; false when none is outlying.
+bool snoop(const std::vector<Keyframe>& keyframes, double q, std::vector<PositionFix>& fixes,
+           std::vector<PositionFix>& taken_out) {
+  const std::vector<double> sigmas = studentised(fixes, smooth(keyframes, fixes, q));
+  const double least = std::max(kOutlying, kOfTheWorst * *std::max_element(sigmas.begin(), sigmas.end()));
+  std::vector<PositionFix> kept;
+  for (std::size_t i = 0; i < fixes.size(); ++i) {
+    const auto from = sigmas.begin() + std::ptrdiff_t(i - std::min(i, kSnooped));
+    const auto to = sigmas.begin() + std::ptrdiff_t(std::min(i + kSnooped + 1, sigmas.size()));
+    const bool worst = sigmas[i] > least && std::max_element(from, to) == sigmas.begin() + std::ptrdiff_t(i);
+    (worst ? taken_out : kept).push_back(fixes[i]);
+  }
+  std::swap(fixes, kept);
+  return fixes.size() < kept.size() && fixes.size() > 1;
+}
+
+/// What a target's velocity may change by [m²/s³].
+double travel_density(const TrackingData& data) {
+  const double sigma = travel_noise(data.noise, data.planar);
+  return sigma * sigma;
+}
+
 }  // namespace
+
+std::vector<PositionOutlier> position_outliers(const TrackingData& data, const std::vector<Keyframe>& keyframes,
+                                               const std::vector<SE3>& chaser) {
+  std::vector<PositionFix> fixes = measured_positions(data, keyframes, chaser), taken_out;
+  const double q = travel_density(data);
+  if (fixes.size() < 3 || !(q > 0)) return {};  // of two that disagree none is the outlier; nor where any motion may be
+  judge_as_near(data, chaser, fixes);
+  for (int i = 0; i < kMostSnooping && snoop(keyframes, q, fixes, taken_out);) ++i;
+  if (taken_out.empty()) return {};
+  const SmoothedTrack track = smooth(keyframes, fixes, q);
+  std::vector<PositionOutlier> outliers;
+  for (const PositionFix& fix : taken_out) {
+    const double distance = (fix.position - track.position[fix.keyframe]).stableNorm();
+    const double sigmas = distance / std::sqrt(fix.variance + track.variance[fix.keyframe]);
+    if (!(sigmas <= kOutlying)) outliers.push_back({fix.sensor, fix.index, sigmas});
+  }
+  std::sort(outliers.begin(), outliers.end(),
+            [](const PositionOutlier& a, const PositionOutlier& b) { return a.sigmas > b.sigmas; });
+  return outliers;
+}
 
 TargetStart initial_target(const TrackingData& data, const std::vector<Keyframe>& keyframes,
                            const std::vector<SE3>& chaser, bool robust) {
@@ -200,16 +283,19 @@ TargetStart initial_target(const TrackingData& data, const std::vector<Keyframe>
                               track.position[k]);
     return start;
   };
-  const auto fixes = measured_positions(data, keyframes, chaser, nullptr);
+  const auto outliers = robust ? position_outliers(data, keyframes, chaser) : std::vector<PositionOutlier>();
+  const auto fixes = without(measured_positions(data, keyframes, chaser), outliers);
   if (fixes.empty()) return start_on(along_bearings(data, keyframes, chaser));
-  const double sigma = travel_noise(data.noise, data.planar);
-  const double q = sigma * sigma;
+  const double q = travel_density(data);
   TargetStart start = start_on(smooth(keyframes, fixes, q));
   const bool levers = std::any_of(data.sensors.begin(), data.sensors.end(), [](const TargetSensor& sensor) {
     return !sensor.type->has(measured::rotation) && !sensor.marker.translation().isZero();
   });
   // A lever arm on the target needs its orientation, which is known only now.
-  if (levers) start = start_on(smooth(keyframes, measured_positions(data, keyframes, chaser, &start.pose), q));
+  if (levers) {
+    const auto levered = without(measured_positions(data, keyframes, chaser, &start.pose), outliers);
+    start = start_on(smooth(keyframes, levered, q));
+  }
   return start;
 }
 

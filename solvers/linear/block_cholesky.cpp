@@ -34,10 +34,13 @@ void subtract_product_any(int m, int n, int k, double* C, int ldc, const double*
 
 }  // namespace
 
-BlockCholesky::BlockCholesky(const SymmetricPattern& pattern) { order_and_analyze(pattern); }
+BlockCholesky::BlockCholesky(const SymmetricPattern& pattern) { order_and_analyze(pattern, pattern); }
+BlockCholesky::BlockCholesky(const SymmetricPattern& pattern, const SymmetricPattern& structure) {
+  order_and_analyze(pattern, structure);
+}
 
-void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern) {
-  detail::BlockSymbolic s = detail::analyze(pattern);
+void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern, const SymmetricPattern& structure) {
+  detail::BlockSymbolic s = detail::analyze(structure);
   n_ = pattern.size();
   blocks_ = pattern.num_blocks();
   nonzeros_ = s.nonzeros;

@@ -39,7 +39,10 @@ class BlockCholesky {
   /// entry they started from. Destroys the factor.
   std::vector<Eigen::VectorXd> null_space(const Eigen::VectorXd& values, double relative, int most);
 
- protected:      // for detail::SelectedInverse, which eliminates on the same structure
+ protected:  // for detail::SelectedInverse, which eliminates on the same structure
+  /// The factor has room for all blocks of `structure`, which holds those of the pattern.
+  BlockCholesky(const SymmetricPattern& pattern, const SymmetricPattern& structure);
+
   struct Copy {  // a block of H into a panel
     int source, source_stride, target, target_stride, rows, columns;
     bool transposed;
@@ -51,7 +54,7 @@ class BlockCholesky {
     int first_row, columns, target_stride, run_begin, run_end;
   };
 
-  void order_and_analyze(const SymmetricPattern& pattern);
+  void order_and_analyze(const SymmetricPattern& pattern, const SymmetricPattern& structure);
   void load(const Eigen::VectorXd& values, const Eigen::VectorXd& shift);
   bool factor_panel(int k, double relative, std::vector<int>* weak);
   void update_from(int k);

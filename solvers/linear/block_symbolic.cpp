@@ -69,6 +69,24 @@ std::vector<int> amd_order_of(const SymmetricPattern& pattern) {
 
 }  // namespace
 
+SymmetricPattern blocks_with(const SymmetricPattern& pattern, std::span<const std::pair<int, int>> pairs) {
+  std::vector<std::vector<int>> added(std::size_t(pattern.num_blocks()));
+  for (const auto& [a, b] : pairs) added[std::size_t(std::min(a, b))].push_back(std::max(a, b));
+  SymmetricPattern blocks;
+  blocks.first = pattern.first;
+  blocks.block_start.push_back(0);
+  for (std::size_t k = 0; k < added.size(); ++k) {
+    std::vector<int>& rows = added[k];
+    rows.insert(rows.end(), pattern.block_row.begin() + pattern.block_start[k],
+                pattern.block_row.begin() + pattern.block_start[k + 1]);
+    std::sort(rows.begin(), rows.end());
+    rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+    blocks.block_row.insert(blocks.block_row.end(), rows.begin(), rows.end());
+    blocks.block_start.push_back(static_cast<int>(blocks.block_row.size()));
+  }
+  return blocks;
+}
+
 BlockSymbolic analyze(const SymmetricPattern& pattern) {
   constexpr double any = std::numeric_limits<double>::infinity();
   std::vector<int> natural(static_cast<std::size_t>(pattern.num_blocks()));

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+#include <utility>
 #include <vector>
 
 #include <tandem/problem/program.hpp>
@@ -12,6 +14,9 @@ struct BlockSymbolic {
   std::vector<int> row_start, row;  ///< block rows (places) of each block column, ascending, itself first
   double nonzeros = 0, flops = 0;
 };
+
+/// The blocks of a pattern (first, block_start and block_row alone) and those of further pairs of its variables.
+SymmetricPattern blocks_with(const SymmetricPattern& pattern, std::span<const std::pair<int, int>> pairs);
 
 /// SuiteSparse's AMD order, or the natural one where that costs hardly more to factorise.
 BlockSymbolic analyze(const SymmetricPattern& pattern);

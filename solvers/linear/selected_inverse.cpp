@@ -2,6 +2,7 @@
 #include <cmath>
 #include <utility>
 
+#include <tandem/solvers/linear/block_symbolic.hpp>
 #include <tandem/solvers/linear/constrained_front.hpp>
 #include <tandem/solvers/linear/selected_inverse.hpp>
 
@@ -47,7 +48,8 @@ void multiply(int h, int n, const double* S, const double* T, int ldt, double* Y
 
 }  // namespace
 
-SelectedInverse::SelectedInverse(const SymmetricPattern& pattern) : BlockCholesky(pattern) {
+SelectedInverse::SelectedInverse(const SymmetricPattern& pattern, std::span<const std::pair<int, int>> pairs)
+    : BlockCholesky(pattern, pairs.empty() ? pattern : blocks_with(pattern, pairs)) {
   place_of_unknown_.resize(std::size_t(n_));
   place_.resize(std::size_t(blocks_));
   for (int k = 0; k < blocks_; ++k)
@@ -101,15 +103,21 @@ void SelectedInverse::start_equations(const LinearEquations& equations) {
     for (Eigen::Index i = 0; i < waiting_rows.rows(); ++i) waiting_rows.row(i).stableNormalize();
 }
 
-bool SelectedInverse::compute(const Eigen::VectorXd& hessian, const LinearEquations& equations) {
+bool SelectedInverse::compute(const Eigen::VectorXd& hessian, const LinearEquations& equations,
+                              const std::function<void()>& check) {
   failed_ = -1;
   weak_ = false;
   log_determinant_ = 0;
   load(hessian, {});
   start_equations(equations);
-  for (int k = 0; k < blocks_; ++k)
+  for (int k = 0; k < blocks_; ++k) {
+    if (check) check();
     if (!(equations_[std::size_t(k)].rows() > 0 ? eliminate_constrained(k) : eliminate_free(k))) return false;
-  for (int k = blocks_ - 1; k >= 0; --k) invert(k);
+  }
+  for (int k = blocks_ - 1; k >= 0; --k) {
+    if (check) check();
+    invert(k);
+  }
   return true;
 }
 

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <functional>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -29,10 +32,13 @@ struct LinearEquations {
 /// equations are eliminated by ConstrainedFront.
 class SelectedInverse : private BlockCholesky {
  public:
-  explicit SelectedInverse(const SymmetricPattern& pattern);
+  /// `pairs` of blocks join the pattern, as zeros of H.
+  explicit SelectedInverse(const SymmetricPattern& pattern, std::span<const std::pair<int, int>> pairs = {});
 
-  /// All blocks of the pattern, for H by its pattern's values. False when a pivot is not positive: failed_unknown().
-  bool compute(const Eigen::VectorXd& hessian, const LinearEquations& equations = {});
+  /// All blocks of the pattern, for H by its pattern's values. False when a pivot is not positive: failed_unknown(). It
+  /// ends with the exception that `check` throws, which is called often.
+  bool compute(const Eigen::VectorXd& hessian, const LinearEquations& equations = {},
+               const std::function<void()>& check = {});
   using BlockCholesky::failed_unknown;
   /// Whether some pivot was so small against its diagonal entry that it may be rounding.
   bool weak() const { return weak_; }

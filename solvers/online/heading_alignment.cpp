@@ -24,7 +24,8 @@ Vector<6> mean_rate(const NavigationData& data, double from, double seconds) {
 }
 
 /// Cost of estimating the data from this start, all of it in one window.
-double cost_from(const NavigationData& data, const Alignment& start, double seconds, const OnlineOptions& options) {
+double cost_from(const NavigationData& data, const Alignment& start, double seconds, const OnlineOptions& options,
+                 const Stop& stop) {
   OnlineOptions own;
   own.ego = options.ego;
   own.lag = options.lag;
@@ -34,8 +35,8 @@ double cost_from(const NavigationData& data, const Alignment& start, double seco
   own.start = start;
   own.reset = ResetOptions::never();
   OnlineEstimator estimator(TrackingData(), online_settings(data), own);
-  replay(data, start.t + seconds, estimator);
-  return estimator.started() ? estimator.settle().cost : HUGE_VAL;
+  replay(data, start.t + seconds, estimator, stop);
+  return estimator.started() && !stop.reached() ? estimator.settle().cost : HUGE_VAL;
 }
 
 }  // namespace
@@ -50,7 +51,7 @@ NavigationData online_settings(const NavigationData& data) {
   return settings;
 }
 
-void replay(const NavigationData& data, double until, OnlineEstimator& estimator) {
+void replay(const NavigationData& data, double until, OnlineEstimator& estimator, const Stop& stop) {
   static const std::vector<ImuSample> none;
   const std::vector<ImuSample>& samples = data.imu ? data.imu->samples : none;
   auto sample = samples.begin();
@@ -65,15 +66,15 @@ void replay(const NavigationData& data, double until, OnlineEstimator& estimator
                    [&](const EgoEvent& a, const EgoEvent& b) { return measurement(a).t < measurement(b).t; });
   for (const EgoEvent& event : arrivals) {
     const EgoMeasurement& m = measurement(event);
-    if (m.t > until) break;
+    if (m.t > until || stop.reached()) break;
     samples_to(m.t);
     estimator.add_ego(event.sensor, m);
   }
-  samples_to(until);
+  if (!stop.reached()) samples_to(until);
   estimator.finish();
 }
 
-Alignment align(const NavigationData& data, double seconds, const OnlineOptions& options) {
+Alignment align(const NavigationData& data, double seconds, const OnlineOptions& options, const Stop& stop) {
   const Alignment coarse = coarse_alignment(data);
   if (!coarse.heading_unknown) return coarse;
   std::vector<Vector<6>> biases = {coarse.state.bias};
@@ -85,7 +86,7 @@ Alignment align(const NavigationData& data, double seconds, const OnlineOptions&
       Alignment candidate = coarse;
       candidate.state = coarse.turned(2 * std::numbers::pi * i / kHeadings);
       candidate.state.bias = bias;
-      const double cost = cost_from(data, candidate, seconds, options);
+      const double cost = cost_from(data, candidate, seconds, options, stop);
       if (!(cost < least)) continue;
       least = cost;
       best = candidate;

@@ -1,19 +1,20 @@
 #pragma once
 
 #include <tandem/solvers/online/online_estimator.hpp>
+#include <tandem/solvers/stop.hpp>
 
 namespace tandem {
 
 /// Gives an estimator all that was recorded up to a time [s], in the order in which it came, and
-/// finishes it.
-void replay(const NavigationData& data, double until, OnlineEstimator& estimator);
+/// finishes it. It ends early when it is to stop.
+void replay(const NavigationData& data, double until, OnlineEstimator& estimator, const Stop& stop = {});
 
 /// What replay() of `data` gives an estimator's constructor: its settings, without errors that stay, which are of whole
 /// recordings, and without what is not read there.
 NavigationData online_settings(const NavigationData& data);
 
 /// The alignment of `data`'s first `seconds`: coarse, and where that leaves the heading open, the best of several
-/// headings by the cost of estimating these seconds from each.
-Alignment align(const NavigationData& data, double seconds, const OnlineOptions& options);
+/// headings by the cost of estimating these seconds from each; the best of those tried when it is to stop.
+Alignment align(const NavigationData& data, double seconds, const OnlineOptions& options, const Stop& stop = {});
 
 }  // namespace tandem

@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <tandem/solvers/stop.hpp>
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/scenario/sensor_file.hpp>
 #include <tandem/studies/support/console.hpp>
@@ -127,6 +128,9 @@ int run_commands(const std::vector<Command>& commands, int argc, const char* con
   if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return status;
   complain(fmt::format("standard output cannot be written: {}", std::strerror(errno)));
   return kWrongInput;
+} catch (const Stopped& stopped) {
+  complain(stopped.what());
+  return kNotDone;
 } catch (const std::exception& error) {
   complain(error.what());
   return kWrongInput;

@@ -1,5 +1,6 @@
-#include <fmt/format.h>
+#include <algorithm>
 
+#include <tandem/lie/error.hpp>
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
@@ -10,21 +11,44 @@
 namespace tandem {
 namespace {
 
+const char* const kSolver = "Solver";
+
 struct EstimateRequest {
   ProblemRequest problem;
   Solver solver;
-  bool graduated = false;
+  bool graduated = false, no_covariance = false;
   Output output;
 };
 
+/// Gauss-Newton takes no hard constraints: where some are asked for and no solver is, the augmented Lagrangian around it.
+Solver solver_of(const EstimateRequest& request, const CommandOptions& option) {
+  const std::vector<std::string> given = option.given(kSolver);
+  const bool hard = request.problem.non_holonomic == Role::hard || request.problem.limits == Role::hard ||
+                    request.problem.target.roll_pitch == Role::hard;
+  if (!hard || std::find(given.begin(), given.end(), "--solver") != given.end()) return request.solver;
+  AugmentedLagrangianOptions solver;
+  static_cast<SolverOptions&>(solver) = common(request.solver);
+  return solver;
+}
+
+/// "…; usbl at 312.000 s is …": what an estimate that is not done may come of.
+std::string not_done(const Estimate& result) {
+  std::string why = result.cut_short ? result.why_no_uncertainty : why_not_converged(result.summary);
+  if (!why.empty() && !result.suspects.empty()) why += "; " + result.suspects.front().text();
+  return why;
+}
+
 /// An interrupt ends the solve at its best point.
 int run_estimate(const EstimateRequest& request, const CommandOptions& option) {
-  const TrackingOptions options = tracking_options(request.problem, takes_hard_limits(request.solver));
+  Solver solver = solver_of(request, option);
+  const TrackingOptions options = tracking_options(request.problem, takes_hard_limits(solver));
+  if (request.no_covariance && !request.problem.sensors.hold_out.empty())
+    throw Error("--hold-out judges predictions by their covariances: not with --no-covariance");
   const Scenario scenario = read_problem(request.problem, option);
   const Estimate result = [&] {
-    Solver solver = request.solver;
     const WatchedSolve watched(common(solver), request.output);
-    return estimate(scenario, options, solver, request.graduated, navigation_options(request.problem));
+    return estimate(scenario, options, solver, request.graduated, navigation_options(request.problem),
+                    !request.no_covariance);
   }();
 
   Results results;
@@ -32,7 +56,7 @@ int run_estimate(const EstimateRequest& request, const CommandOptions& option) {
   results.json = [&] { return summary_json(result); };
   results.plots_of = "estimate";
   results.write = [&](const std::filesystem::path& folder) { write_results(result, scenario, folder); };
-  results.not_done = why_not_converged(result.summary);
+  results.not_done = not_done(result);
   return finish(request.output, results);
 }
 
@@ -42,19 +66,19 @@ Command estimate_command() {
   return {"estimate", "Estimate the trajectories of chaser and target of a scenario",
           [](CommandOptions& option) {
             const auto request = std::make_shared<EstimateRequest>();
-            option.footer(
-                "Exit status: 0 converged, 1 wrong input or usage, 2 not converged (the best estimate is written).");
+            option.footer("Exit status: 0 converged, 1 wrong input or usage, 2 not converged or cut short.");
             add_problem(option, request->problem, true);
             add_hold_out(option, request->problem.sensors);
             add_max_keyframes(option, request->problem);
             add_own_sensors(option, request->problem.own, true);
-            option.group("Solver");
+            option.group(kSolver);
             add_solver(option, request->solver);
             option.flag("--graduated",
                         "Graduated non-convexity: robust losses narrow from least squares to their own scale",
                         request->graduated);
             add_ipopt(option, request->solver);
             add_stops(option, [request]() -> SolverOptions& { return common(request->solver); });
+            option.flag("--no-covariance", "No covariances, to save their time", request->no_covariance);
             add_output(option, request->output,
                        {.writes = "Write trajectories, errors, summary.json and plots to DIR"});
             return [request, &option] { return run_estimate(*request, option); };

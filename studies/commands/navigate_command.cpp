@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/solvers/stop.hpp>
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
@@ -21,6 +22,7 @@ struct NavigateRequest {
   std::vector<NamedByOption> fit_delay;
   std::optional<double> keyframe_interval, after;
   OwnSensorOptions own;
+  bool force = false;
   Output output;
 };
 
@@ -53,6 +55,7 @@ int run_navigate(const NavigateRequest& request) {
   apply({.without = request.sensors.without}, {.target = false, .own = true}, in_use);
   NavigationData& data = *in_use.navigation;
   apply(request.own, data);
+  refuse_implausible_times(in_use, request.scenario, request.force);
   std::vector<std::size_t> late;
   for (const NamedByOption& sensor : request.fit_delay) late.push_back(delayed_sensor(data, sensor));
 
@@ -60,12 +63,15 @@ int run_navigate(const NavigateRequest& request) {
   if (const auto loss = request.sensors.loss()) options.ego.loss = *loss;
   study.options = options.ego;
   study.after = request.after;
+  options.solver.stop = &interrupted();
+  const Stop stop(options.solver);
   for (const std::size_t sensor : late) {  // one after the other, each with those before
-    options.solver.stop = &interrupted();
+    stop.limit(options.solver);
     study.delays.push_back(fit_delay(data, sensor, options));
     data.sensors[sensor].delay = study.delays.back().delay;
   }
   {
+    stop.limit(options.solver);
     const WatchedSolve watched(options.solver, request.output);
     study.navigation = navigate(data, options);
   }
@@ -76,7 +82,8 @@ int run_navigate(const NavigateRequest& request) {
   results.json = [&] { return navigation_json(study); };
   results.plots_of = "navigate";
   results.write = [&](const std::filesystem::path& folder) { write_navigation(study, folder); };
-  results.not_done = why_not_converged(study.navigation.summary);
+  results.not_done =
+      study.navigation.cut_short ? study.navigation.why_no_covariance : why_not_converged(study.navigation.summary);
   return finish(request.output, results);
 }
 
@@ -86,8 +93,7 @@ Command navigate_command() {
   return {"navigate", "Estimate the chaser's own trajectory from its own raw sensors",
           [](CommandOptions& option) {
             const auto request = std::make_shared<NavigateRequest>();
-            option.footer(
-                "Exit status: 0 converged, 1 wrong input or usage, 2 not converged (the best estimate is written).");
+            option.footer("Exit status: 0 converged, 1 wrong input or usage, 2 not converged or cut short.");
             add_scenario(option, request->scenario, "A scenario folder with an imu, dvl, depth, gps, heading");
             add_sensors(option, request->sensors);
             option.repeatable("--fit-delay", "SENSOR",
@@ -95,9 +101,12 @@ Command navigate_command() {
                               parse_name);
             option("--keyframe-interval", "SECONDS", "In place of the scenario's", request->keyframe_interval,
                    parse_keyframe_interval);
+            add_force(option, request->force);
             add_own_sensors(option, request->own, true);
             option.group("Solver");
             add_stops(option, [request]() -> SolverOptions& { return request->own.navigation.solver; });
+            option.flag("--no-covariance", "No covariances, to save their time",
+                        [request] { request->own.navigation.covariance = false; });
             add_output(option, request->output, {.writes = "Write trajectory, errors, summary.json and plots to DIR"});
             option("--after", "SECONDS", "Summarise the errors after the first so many seconds, too", request->after,
                    parse_magnitude);

@@ -47,6 +47,7 @@ Command plan_command() {
         option.footer(
             "Exit status: 0 planned, 1 wrong input or usage, 2 no plan that meets every hard constraint was found.");
         add_problem(option, request->problem, false);
+        add_force(option, request->problem.force);
         option.group("Plan");
         option.required("--at", "T", "Estimate until T [s], and plan from there", request->at, parse_finite);
         add_planning(option, request->planning);

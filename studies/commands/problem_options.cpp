@@ -5,6 +5,7 @@
 #include <tandem/studies/live/track.hpp>
 #include <tandem/studies/navigation/navigated.hpp>
 #include <tandem/studies/scenario/builtin_scenarios.hpp>
+#include <tandem/studies/scenario/implausible_times.hpp>
 #include <tandem/studies/support/option_values.hpp>
 
 namespace tandem {
@@ -69,6 +70,17 @@ void add_max_keyframes(CommandOptions& option, ProblemRequest& request) {
          [](const std::string& name, const std::string& text) {
            return static_cast<std::size_t>(parse_count(name, text));
          });
+  add_force(option, request.force);
+}
+
+void add_force(CommandOptions& option, bool& force) {
+  option.flag("--force", "Take a recording with gaps of hours, or one of more than 200,000 keyframes, too", force);
+}
+
+void refuse_implausible_times(const Scenario& scenario, const std::string& name, bool force) {
+  if (force) return;
+  if (const std::string why = implausible_times(scenario); !why.empty())
+    throw Error(fmt::format("{}: {} (with --force it is taken all the same)", name, why));
 }
 
 TrackingOptions tracking_options(const ProblemRequest& request, bool hard_limits) {
@@ -94,12 +106,14 @@ Scenario read_problem(const ProblemRequest& request, const CommandOptions& optio
     throw Error(fmt::format("{} has no sensor that sees a target: for its own trajectory use tandem navigate",
                             request.scenario));
   apply_options(request, option, needs_navigation(scenario), scenario);
+  refuse_implausible_times(scenario, request.scenario, request.force);
   return scenario;
 }
 
 Scenario read_any_problem(const ProblemRequest& request, const CommandOptions& option) {
   Scenario scenario = read_scenario(find_scenario(request.scenario, builtin_scenarios()));
   apply_options(request, option, !moves_by_odometry(scenario), scenario);
+  refuse_implausible_times(scenario, request.scenario, request.force);
   return scenario;
 }
 

@@ -19,13 +19,18 @@ struct ProblemRequest {
   std::optional<Role> limits;  ///< how surge and yaw rate are held
   SensorOptions sensors;
   OwnSensorOptions own;  ///< of a chaser that moves by its own sensors
+  bool force = false;    ///< times that look like a mistake are taken
 };
 
 /// SCENARIO.
 void add_scenario(CommandOptions& option, std::string& scenario, const std::string& help);
 /// What every command with a target has: SCENARIO, how the target moves, sensors. `limits`: --limits, too.
 void add_problem(CommandOptions& option, ProblemRequest& request, bool limits);
-/// --max-keyframes: of a whole recording.
+/// --force: a recording whose times look like a mistake (implausible_times()) is taken all the same.
+void add_force(CommandOptions& option, bool& force);
+/// Throws Error where they do, unless forced.
+void refuse_implausible_times(const Scenario& scenario, const std::string& name, bool force);
+/// --max-keyframes and --force: of a whole recording.
 void add_max_keyframes(CommandOptions& option, ProblemRequest& request);
 
 /// The options of the tracking problem; limits are held as asked for, else hard where `hard_limits`, else soft. Throws

@@ -47,7 +47,7 @@ void add_stops(CommandOptions& option, std::function<SolverOptions&()> options) 
              [options](const std::string& name, const std::string& text) {
                options().max_iterations = parse_count(name, text);
              });
-  option.set("--time-limit", "SECONDS", "Stop a solve after so long",
+  option.set("--time-limit", "SECONDS", "Stop after so long, with what there is by then",
              [options](const std::string& name, const std::string& text) {
                options().time_limit = parse_magnitude(name, text);
              });

@@ -1,15 +1,21 @@
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/tracking/ego_track.hpp>
+#include <tandem/problem/tracking/tracking_start.hpp>
 #include <tandem/solvers/graduated.hpp>
+#include <tandem/solvers/stop.hpp>
 #include <tandem/studies/estimation/estimate.hpp>
+#include <tandem/studies/estimation/target_constraints.hpp>
 #include <tandem/studies/navigation/navigated.hpp>
 
 namespace tandem {
 namespace {
 
-Summary solve_with(const Solver& solver, bool graduated, Problem& problem) {
+Summary solve_with(Solver solver, bool graduated, const Stop& stop, Problem& problem) {
+  stop.limit(common(solver));
   return std::visit(
       [&](const auto& options) {
         const std::string reason = why_unsupported(problem, options);
@@ -27,24 +33,25 @@ Vector<6> twist_in_space(const Rn<3>& twist) {
 
 /// The measurements as they come out of the same estimate with none held out; none when it does not converge.
 std::vector<MeasurementOutcome> outcomes_with_all(Scenario scenario, const TrackingOptions& options,
-                                                  const Solver& solver, bool graduated) {
+                                                  const Solver& solver, bool graduated, const Stop& stop) {
   for (TargetSensor& sensor : scenario.data.sensors)
     for (Measurement& m : sensor.measurements) m.held_out = false;
   TrackingProblem tracking = make_tracking_problem(scenario.data, options);
-  if (!solve_with(solver, graduated, tracking.problem).converged()) return {};
+  if (!solve_with(solver, graduated, stop, tracking.problem).converged()) return {};
   return measurement_outcomes(scenario, tracking);
 }
 
-void add_uncertainty(const Scenario& scenario, const Solver& solver, bool graduated, TrackingProblem& tracking,
-                     Estimate& result) {
+void add_uncertainty(const Scenario& scenario, const Solver& solver, bool graduated, const Stop& stop,
+                     TrackingProblem& tracking, Estimate& result) {
   if (!result.summary.converged()) {
     result.why_no_uncertainty = "the solve did not converge";
     return;
   }
   Uncertainty found;
   try {
-    found = uncertainty(tracking, scenario.data);
+    found = uncertainty(tracking, scenario.data, stop);
   } catch (const Error& error) {
+    result.cut_short = dynamic_cast<const Stopped*>(&error) != nullptr;
     result.why_no_uncertainty = error.what();
     return;
   }
@@ -54,7 +61,7 @@ void add_uncertainty(const Scenario& scenario, const Solver& solver, bool gradua
   const bool robust = std::any_of(result.sensors.begin(), result.sensors.end(),
                                   [](const SensorOutcome& sensor) { return sensor.robust; });
   const std::vector<MeasurementOutcome> all =
-      robust ? outcomes_with_all(scenario, result.options, solver, graduated) : std::vector<MeasurementOutcome>();
+      robust ? outcomes_with_all(scenario, result.options, solver, graduated, stop) : std::vector<MeasurementOutcome>();
   for (HeldOut& prediction : found.held_out) {
     const double t = scenario.data.sensors[prediction.sensor].measurements[prediction.index].t;
     Validation& validation = result.held_out.emplace_back(Validation{std::move(prediction), t, {}});
@@ -66,10 +73,13 @@ void add_uncertainty(const Scenario& scenario, const Solver& solver, bool gradua
 }
 
 Estimate navigate_and_estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver,
-                               bool graduated, NavigationOptions navigation) {
-  navigation.solver.stop = common(solver).stop;
+                               bool graduated, NavigationOptions navigation, bool covariance) {
+  const Stop stop(common(solver));
+  stop.limit(navigation.solver);
   NavigatedScenario with_chaser = navigated(scenario, navigation);
-  Estimate result = estimate(with_chaser.scenario, options, solver, graduated);
+  Solver rest = solver;
+  stop.limit(common(rest));
+  Estimate result = estimate(with_chaser.scenario, options, rest, graduated, {}, covariance);
   result.findings = std::move(with_chaser.findings);
   return result;
 }
@@ -86,11 +96,48 @@ void add_ego(const TrackingData& data, const TrackingProblem& tracking, Estimate
   if (tracking.dvl_scale) result.dvl_scale = tracking.problem.value(*tracking.dvl_scale).vector()[0];
 }
 
+std::vector<Suspect> suspects(const TrackingData& data, const std::vector<Keyframe>& keyframes) {
+  std::vector<Suspect> result;
+  for (const PositionOutlier& o : position_outliers(data, keyframes, odometry_at(data.odometry, keyframes))) {
+    const TargetSensor& sensor = data.sensors[o.sensor];
+    result.push_back({sensor.name, sensor.measurements[o.index].t, o.sigmas});
+  }
+  return result;
+}
+
+/// What the same estimate without limits on surge and yaw rate says about them; empty where it is within, or there are none.
+std::string contradiction(const TrackingData& data, TrackingOptions options, const Stop& stop) try {
+  const TargetConstraints limits{.surge = options.surge, .max_yaw_rate = options.max_yaw_rate};
+  if ((!limits.surge && !limits.max_yaw_rate) || stop.reached()) return "";
+  options.surge.reset();
+  options.max_yaw_rate.reset();
+  if (options.non_holonomic == Role::hard) options.non_holonomic = Role::soft;
+  if (options.roll_pitch == Role::hard) options.roll_pitch = Role::soft;
+  TrackingProblem free = make_tracking_problem(data, options);
+  GaussNewtonOptions solver;
+  stop.limit(solver);
+  if (!solve(free.problem, solver).converged()) return "";
+  const LimitCheck outside = count_outside(free, data.noise, limits);
+  if (10 * outside.intervals < outside.of) return "";
+  return fmt::format("Without its limits, {} of the target's {} intervals are outside them ({}): do they fit the data?",
+                     outside.intervals, outside.of, describe(limits));
+} catch (
+    const Error&) {  // without hard constraints there may be no such estimate, for want of noise or of observability
+  return "";
+}
+
 }  // namespace
 
+std::string Suspect::text() const {
+  return fmt::format("{} at {:.3f} s is {:.3g} standard deviations from where the other measurements put the target",
+                     sensor, t, sigmas);
+}
+
 Estimate estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver, bool graduated,
-                  const NavigationOptions& navigation) {
-  if (needs_navigation(scenario)) return navigate_and_estimate(scenario, options, solver, graduated, navigation);
+                  const NavigationOptions& navigation, bool covariance) {
+  if (needs_navigation(scenario))
+    return navigate_and_estimate(scenario, options, solver, graduated, navigation, covariance);
+  const Stop stop(common(solver));
   TrackingProblem tracking = make_tracking_problem(scenario.data, options);
   const Problem& problem = tracking.problem;
 
@@ -101,7 +148,7 @@ Estimate estimate(const Scenario& scenario, const TrackingOptions& options, cons
   result.residual_blocks = problem.num_soft_blocks();
   result.hard_blocks = problem.num_hard_blocks();
   result.without_extrinsics = scenario.without_extrinsics;
-  result.summary = solve_with(solver, graduated, tracking.problem);
+  result.summary = solve_with(solver, graduated, stop, tracking.problem);
 
   for (std::size_t k = 0; k < tracking.keyframes.size(); ++k) {
     result.chaser.push_back(tracking.chaser_pose(k));
@@ -112,7 +159,12 @@ Estimate estimate(const Scenario& scenario, const TrackingOptions& options, cons
   result.errors = keyframe_errors(scenario, tracking.keyframes, result.chaser, result.target);
   result.measurements = measurement_outcomes(scenario, tracking);
   result.sensors = sensor_outcomes(scenario, options, tracking, result.measurements);
-  add_uncertainty(scenario, solver, graduated, tracking, result);
+  result.suspects = suspects(scenario.data, tracking.keyframes);
+  result.contradiction = contradiction(scenario.data, options, stop);
+  if (covariance)
+    add_uncertainty(scenario, solver, graduated, stop, tracking, result);
+  else
+    result.why_no_uncertainty = "they were not asked for";
   add_ego(scenario.data, tracking, result);
   result.keyframes = std::move(tracking.keyframes);
   return result;

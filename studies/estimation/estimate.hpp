@@ -27,6 +27,16 @@ struct EgoSensorUse {
   std::size_t used, left_out;
 };
 
+/// A measurement that the others contradict (see position_outliers()).
+struct Suspect {
+  std::string sensor;
+  double t;       ///< s, as stamped
+  double sigmas;  ///< standard deviations from where the others put the target
+
+  /// "usbl at 312.000 s is 2003 standard deviations from where the other measurements put the target".
+  std::string text() const;
+};
+
 /// What estimating a scenario gave.
 struct Estimate {
   std::string scenario;
@@ -46,6 +56,9 @@ struct Estimate {
   std::vector<KeyframeUncertainty> uncertainty;  ///< one each a keyframe, or none
   std::vector<Validation> held_out;              ///< needs the uncertainty
   std::string why_no_uncertainty;                ///< a sentence, when there is none
+  bool cut_short = false;                        ///< the uncertainty was, by the solver's limits
+  std::vector<Suspect> suspects;                 ///< the worst first
+  std::string contradiction;                     ///< of the limits on the motion with the data, a sentence, or none
 
   // Where the chaser moves by its own sensors:
   std::vector<EgoSensorUse> ego_sensors;
@@ -58,8 +71,9 @@ struct Estimate {
 /// make no problem or the solver cannot take it; a solve that does not converge is in the summary. When measurements are
 /// held out and losses robust, solves once more with all of them in, to tell the inliers. A chaser without odometry is
 /// navigated by its own sensors first, as `navigation` says, and then estimated together with the target.
-/// `graduated`: by graduated non-convexity around the solver (solvers/graduated.hpp).
+/// `graduated`: by graduated non-convexity around the solver (solvers/graduated.hpp). The solver's limits are of all this
+/// together: what is there by then is given.
 Estimate estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver,
-                  bool graduated = false, const NavigationOptions& navigation = {});
+                  bool graduated = false, const NavigationOptions& navigation = {}, bool covariance = true);
 
 }  // namespace tandem

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,6 +8,7 @@
 #include <tandem/studies/estimation/estimate_report.hpp>
 #include <tandem/studies/estimation/spread_text.hpp>
 #include <tandem/studies/support/json_text.hpp>
+#include <tandem/studies/support/squared_distance.hpp>
 
 namespace tandem {
 namespace {
@@ -171,6 +173,35 @@ Json coverage_json(const Estimate& estimate) {
   return json;
 }
 
+/// Mean NEES of the relative position over the keyframes with a truth, 3 where covariances are right, when it is so large
+/// that they are not.
+std::optional<double> overconfident_nees(const Estimate& estimate) {
+  constexpr double kFarTooLarge = 3 * 9;  // errors of three times their sigmas, on average over a whole run
+  Moments nees;
+  for (std::size_t k = 0; k < estimate.uncertainty.size(); ++k)
+    if (const auto& error = estimate.errors[k].position_vector)
+      nees.add(squared_distance(*error, estimate.uncertainty[k].relative_position));
+  const auto spread = nees.spread();
+  return spread && spread->mean > kFarTooLarge ? std::optional(spread->mean) : std::nullopt;
+}
+
+/// What a user should know before believing the estimate.
+std::string doubts(const Estimate& estimate) {
+  constexpr std::size_t kMost = 3;
+  const auto& suspects = estimate.suspects;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(kMost, suspects.size()); ++i) text += suspects[i].text() + ".\n";
+  if (suspects.size() > kMost) text += fmt::format("… and {} more.\n", suspects.size() - kMost);
+  if (!suspects.empty() && !estimate.options.robust_start) text += "Outliers? --robust holds them off.\n";
+  if (!estimate.contradiction.empty()) text += estimate.contradiction + "\n";
+  if (const auto nees = overconfident_nees(estimate))
+    text += fmt::format(
+        "OVERCONFIDENT: errors are far larger than the covariances say (NEES of the relative position "
+        "{:.1f}, 3 where they are right): is the noise of scenario.yaml too small?\n",
+        *nees);
+  return text.empty() ? text : "\n" + text;
+}
+
 }  // namespace
 
 std::string report(const Estimate& estimate) {
@@ -178,9 +209,12 @@ std::string report(const Estimate& estimate) {
   std::string text = fmt::format("{}, {}: {} keyframes, {} residual blocks", estimate.scenario, model_line(estimate),
                                  estimate.keyframes.size(), estimate.residual_blocks);
   if (estimate.hard_blocks > 0) text += fmt::format(", {} hard constraints", estimate.hard_blocks);
-  text += fmt::format("\n{}: {}, cost {:.6f} (from {:.6g}), {} iterations, {} evaluations, {:.3f} s\n", summary.solver,
-                      name(summary.status), summary.cost, summary.initial_cost, summary.iterations, summary.evaluations,
-                      summary.seconds);
+  constexpr double kWide = 1e12;  // more digits than say anything
+  text += fmt::format(
+      "\n{}: {}, cost {} (from {:.6g}), {} iterations, {} evaluations, {:.3f} s\n", summary.solver,
+      name(summary.status),
+      std::abs(summary.cost) < kWide ? fmt::format("{:.6f}", summary.cost) : fmt::format("{:.6g}", summary.cost),
+      summary.initial_cost, summary.iterations, summary.evaluations, summary.seconds);
   if (estimate.hard_blocks > 0)
     text += fmt::format("largest violation of a hard constraint: {:.2g}\n", summary.max_violation);
   if (!summary.converged()) text += fmt::format("NOT CONVERGED: {}\n", summary.message);
@@ -201,6 +235,7 @@ std::string report(const Estimate& estimate) {
   else if (all.compared < all.n)
     text += fmt::format("The truth covers {} of the {} keyframes.\n", all.compared, all.n);
   text += sensor_table(estimate) + coverage_table(estimate) + ego_lines(estimate);
+  text += doubts(estimate);
   if (!estimate.why_no_uncertainty.empty()) text += fmt::format("\nNo covariances: {}\n", estimate.why_no_uncertainty);
   return text;
 }
@@ -230,6 +265,10 @@ std::string summary_json(const Estimate& estimate) {
   if (estimate.dvl_scale) json["dvl_scale"] = 1 + *estimate.dvl_scale;
   for (const auto& [from, to] : estimate.splits) json["splits"].push_back({from, to});
   if (!estimate.held_out.empty()) json["held_out"] = coverage_json(estimate);
+  for (const Suspect& s : estimate.suspects)
+    json["suspects"].push_back({{"sensor", s.sensor}, {"t", s.t}, {"sigmas", s.sigmas}});
+  if (!estimate.contradiction.empty()) json["contradiction"] = estimate.contradiction;
+  if (const auto nees = overconfident_nees(estimate)) json["overconfident_nees"] = *nees;
   if (!estimate.why_no_uncertainty.empty()) json["no_covariance"] = estimate.why_no_uncertainty;
   return json_text(json);
 }

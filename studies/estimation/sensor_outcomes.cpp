@@ -11,6 +11,7 @@ std::vector<PartWeight> part_weights(const Problem& problem, const PlacedMeasure
   if (m.block) parts.push_back({m.orientation ? "position" : "all", problem.weight(*m.block)});
   if (m.orientation) parts.push_back({"orientation", problem.weight(*m.orientation)});
   if (m.position) parts.push_back({"position", problem.weight(*m.position)});
+  if (parts.empty() && !m.innovation) parts.push_back({"all", 0.0});  // left out of a robust problem, a gross outlier
   return parts;
 }
 

@@ -5,7 +5,10 @@
 namespace tandem {
 
 std::string spread_shown(const std::optional<MeanStd>& spread, int decimals) {
-  return spread ? fmt::format("{:.{}f} ± {:.{}f}", spread->mean, decimals, spread->std, decimals) : "–";
+  if (!spread) return "–";
+  constexpr double kWide = 1e6;  // wider than a column in digits
+  if (!(spread->mean < kWide && spread->std < kWide)) return fmt::format("{:.3g} ± {:.3g}", spread->mean, spread->std);
+  return fmt::format("{:.{}f} ± {:.{}f}", spread->mean, decimals, spread->std, decimals);
 }
 
 void add_spread(nlohmann::ordered_json& json, const std::string& key, const std::string& unit,

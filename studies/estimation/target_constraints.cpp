@@ -76,4 +76,25 @@ ConstraintCheck check(const TrackingProblem& tracking, const TrackingNoise& nois
   return result;
 }
 
+LimitCheck count_outside(const TrackingProblem& tracking, const TrackingNoise& noise, const TargetConstraints& limits) {
+  constexpr double kClearly = 3;
+  LimitCheck result;
+  for (std::size_t k = 1; k < tracking.keyframes.size(); ++k) {
+    const TargetState from = tracking.target_state(k - 1), to = tracking.target_state(k);
+    if (!from.rotation || !to.rotation) continue;
+    const double dt = tracking.keyframes[k].t - tracking.keyframes[k - 1].t;
+    const Vector<6> twist = (SE3(*from.rotation, from.position).inverse() * SE3(*to.rotation, to.position)).Log() / dt;
+    bool is_outside = false;
+    if (limits.surge)
+      is_outside |=
+          std::abs(outside(twist[0], limits.surge->lower[0], limits.surge->upper[0])) > kClearly * noise.surge;
+    if (limits.max_yaw_rate)
+      is_outside |=
+          std::abs(outside(twist[5], -*limits.max_yaw_rate, *limits.max_yaw_rate)) > kClearly * noise.yaw_rate;
+    result.intervals += is_outside;
+    ++result.of;
+  }
+  return result;
+}
+
 }  // namespace tandem

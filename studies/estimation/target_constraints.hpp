@@ -32,4 +32,11 @@ struct ConstraintCheck {
 ConstraintCheck check(const TrackingProblem& tracking, const TrackingNoise& noise,
                       const TargetConstraints& constraints);
 
+/// How many intervals between keyframes are outside limits on surge and yaw rate by more than three of the standard
+/// deviations by which soft limits are held.
+struct LimitCheck {
+  int intervals = 0, of = 0;
+};
+LimitCheck count_outside(const TrackingProblem& tracking, const TrackingNoise& noise, const TargetConstraints& limits);
+
 }  // namespace tandem

@@ -3,7 +3,6 @@
 
 #include <tandem/problem/tracking/planar.hpp>
 #include <tandem/residuals/on_course.hpp>
-#include <tandem/solvers/marginals.hpp>
 #include <tandem/solvers/relative_covariance.hpp>
 #include <tandem/studies/estimation/uncertainty.hpp>
 #include <tandem/studies/support/squared_distance.hpp>
@@ -111,11 +110,27 @@ bool HeldOut::inside() const {
   return squared_distance() <= quantile.at(std::size_t(r.size()) - 1);
 }
 
-Uncertainty uncertainty(TrackingProblem& tracking, const TrackingData& data) {
-  const Marginals marginals(tracking.problem);
+std::vector<Marginals::Pair> pairs_at_keyframes(const TrackingProblem& tracking) {
+  std::vector<Marginals::Pair> pairs;
+  const Problem& problem = tracking.problem;
+  const auto add = [&](const auto& chaser, const auto& target) {
+    if constexpr (requires { target.speed; }) {
+      pairs.emplace_back(problem.id(chaser), problem.id(target.first));
+      pairs.emplace_back(problem.id(chaser), problem.id(target.speed));
+    } else {
+      pairs.emplace_back(problem.id(chaser), problem.id(target));
+    }
+  };
+  for (std::size_t k = 0; k < tracking.keyframes.size(); ++k) std::visit(add, tracking.chaser[k], tracking.target[k]);
+  return pairs;
+}
+
+Uncertainty uncertainty(TrackingProblem& tracking, const TrackingData& data, const Stop& stop) {
+  const Marginals marginals(tracking.problem, pairs_at_keyframes(tracking), stop);
   Uncertainty result;
   std::vector<Eigen::MatrixXd> raw;
   for (std::size_t k = 0; k < tracking.keyframes.size(); ++k) {
+    stop.check("covariances");
     Joint both = std::visit(JointOf(marginals, tracking.problem), tracking.chaser[k], tracking.target[k]);
     result.keyframes.push_back(at_keyframe(tracking.chaser_pose(k), tracking.target_state(k), both.in_space));
     raw.push_back(std::move(both.raw));

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <tandem/problem/tracking/tracking_problem.hpp>
+#include <tandem/solvers/marginals.hpp>
 
 namespace tandem {
 
@@ -43,7 +44,11 @@ struct Uncertainty {
   std::vector<HeldOut> held_out;  ///< in the problem's order
 };
 
-/// At the problem's values, by its marginals; see solvers/marginals.hpp. Throws Error when a direction is free.
-Uncertainty uncertainty(TrackingProblem& tracking, const TrackingData& data);
+/// Chaser and target of each keyframe: what their covariance together is of.
+std::vector<Marginals::Pair> pairs_at_keyframes(const TrackingProblem& tracking);
+
+/// At the problem's values, by its marginals; see solvers/marginals.hpp. Throws Error when a direction is free, Stopped
+/// when it is to stop.
+Uncertainty uncertainty(TrackingProblem& tracking, const TrackingData& data, const Stop& stop = {});
 
 }  // namespace tandem

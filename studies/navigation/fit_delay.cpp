@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <string>
 
+#include <tandem/solvers/stop.hpp>
 #include <tandem/studies/navigation/fit_delay.hpp>
 
 namespace tandem {
@@ -18,7 +20,11 @@ DelayFit fit_delay(const NavigationData& data, std::size_t sensor, const Navigat
   own.covariance = false;
   DelayFit fit;
   fit.sensor = data.sensors[sensor].name;
+  const Stop stop(options.solver);
+  const std::string what = "fitting the delay of " + fit.sensor;
   const auto navigated = [&](double delay) {
+    stop.check(what.c_str());
+    stop.limit(own.solver);
     tried.sensors[sensor].delay = delay;
     ++fit.solves;
     return navigate(tried, own);
@@ -32,6 +38,7 @@ DelayFit fit_delay(const NavigationData& data, std::size_t sensor, const Navigat
     const auto [it, isnew] = known.try_emplace(ms);
     if (isnew) {
       const Summary summary = navigated(1e-3 * ms).summary;
+      stop.check(what.c_str());  // a navigation that was cut short says nothing about the delay
       it->second = summary.converged() ? summary.cost : HUGE_VAL;
     }
     return it->second;

@@ -15,7 +15,8 @@ struct DelayFit {
 };
 
 /// Navigates with delays of up to `most` seconds, to the nearest 5 ms, and without the sensor's first measurements, which
-/// some of them would put before the recording. Throws Error as navigate().
+/// some of them would put before the recording. Throws Error as navigate(), and Stopped at the solver's limits, which are
+/// of all this together.
 DelayFit fit_delay(const NavigationData& data, std::size_t sensor, const NavigationOptions& options = {},
                    double most = 1.0);
 

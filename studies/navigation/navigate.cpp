@@ -5,6 +5,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/marginals.hpp>
 #include <tandem/solvers/online/heading_alignment.hpp>
+#include <tandem/solvers/stop.hpp>
 #include <tandem/studies/navigation/navigate.hpp>
 
 namespace tandem {
@@ -26,7 +27,7 @@ class Seconds {
 
 /// Keyframes and states by a fixed-lag pass, each as it leaves the window.
 std::vector<Stamped<EgoState>> first_guess(const NavigationData& data, const Alignment& start,
-                                           const NavigationOptions& options) {
+                                           const NavigationOptions& options, const Stop& stop) {
   OnlineOptions online;
   online.ego = options.ego;
   // Without an IMU there are no biases to wait for, and a keyframe for every line.
@@ -35,7 +36,7 @@ std::vector<Stamped<EgoState>> first_guess(const NavigationData& data, const Ali
   OnlineEstimator estimator(TrackingData(), online_settings(data), online);
   std::vector<Stamped<EgoState>> states;
   estimator.on_leave = [&](const Stamped<EgoState>& state) { states.push_back(state); };
-  replay(data, HUGE_VAL, estimator);
+  replay(data, HUGE_VAL, estimator, stop);
   const auto rest = estimator.window();
   states.insert(states.end(), rest.begin(), rest.end());
   return states;
@@ -49,9 +50,9 @@ bool summed_up_near(const NavigationProblem& problem) {
   return true;
 }
 
-void add_covariance(NavigationProblem& built, Navigation& result) {
+void add_covariance(NavigationProblem& built, const Stop& stop, Navigation& result) {
   try {
-    const Marginals marginals(built.problem);
+    const Marginals marginals(built.problem, {}, stop);
     for (const EgoKeyframe& k : built.keyframes) {
       EgoCovariance& c = result.covariance.emplace_back();
       c.pose = marginals.covariance(k.pose);
@@ -61,6 +62,7 @@ void add_covariance(NavigationProblem& built, Navigation& result) {
   } catch (const Error& error) {
     result.covariance.clear();
     result.why_no_covariance = error.what();
+    result.cut_short = dynamic_cast<const Stopped*>(&error) != nullptr;
   }
 }
 
@@ -68,20 +70,24 @@ void add_covariance(NavigationProblem& built, Navigation& result) {
 
 Navigation navigate(const NavigationData& data, const NavigationOptions& options) {
   const Seconds clock;
+  const Stop stop(options.solver);
   Navigation result;
   result.data = data;
   result.findings = check(result.data);
   OnlineOptions online;
   online.ego = options.ego;
-  const Alignment start = options.start ? *options.start : align(result.data, options.alignment, online);
+  const Alignment start = options.start ? *options.start : align(result.data, options.alignment, online, stop);
   result.start = start;
-  result.states = first_guess(result.data, start, options);
+  result.states = first_guess(result.data, start, options, stop);
+  if (result.states.size() < 2) stop.check("navigation: there are no two keyframes yet");
   if (result.states.size() < 2) throw Error("navigation needs data for two keyframes or more");
   result.alignment_seconds = clock();
 
   while (true) {
     NavigationProblem built = make_navigation_problem(result.data, result.states, start, options.ego);
-    result.summary = solve(built.problem, options.solver);
+    GaussNewtonOptions solver = options.solver;
+    stop.limit(solver);
+    result.summary = solve(built.problem, solver);
     ++result.solves;
     for (std::size_t k = 0; k < built.keyframes.size(); ++k) result.states[k].value = built.state(k);
     const bool done = result.solves == kMostSolves || summed_up_near(built) || !result.summary.converged();
@@ -93,7 +99,10 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
       result.weight.push_back(m.block ? built.problem.weight(*m.block) : 1.0);
     result.left_out = built.left_out;
     result.splits = built.splits;
-    if (options.covariance && result.summary.converged()) add_covariance(built, result);
+    if (!options.covariance)
+      result.why_no_covariance = "they were not asked for";
+    else if (result.summary.converged())
+      add_covariance(built, stop, result);
     result.seconds = clock();
     return result;
   }

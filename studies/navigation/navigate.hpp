@@ -30,6 +30,7 @@ struct Navigation {
   std::vector<Stamped<EgoState>> states;  ///< at the keyframes
   std::vector<EgoCovariance> covariance;  ///< one each a keyframe, or none
   std::string why_no_covariance;
+  bool cut_short = false;           ///< the covariances were, by the solver's limits
   std::optional<double> dvl_scale;  ///< when estimated
   std::vector<PlacedEgoMeasurement> placed;
   std::vector<double> weight;         ///< of each placed measurement: what a robust loss leaves of it
@@ -41,14 +42,16 @@ struct Navigation {
 struct NavigationOptions {
   EgoOptions ego{};
   GaussNewtonOptions solver{};
-  double alignment = 30.0;   ///< s of data that decide an unknown heading
-  double first_pass = 20.0;  ///< s, window of the fixed-lag pass that gives the first guess
-  bool covariance = true;
+  double alignment = 30.0;           ///< s of data that decide an unknown heading
+  double first_pass = 20.0;          ///< s, window of the fixed-lag pass that gives the first guess
+  bool covariance = true;            ///< else `why_no_covariance` says so
   std::optional<Alignment> start{};  ///< in place of an alignment
 };
 
 /// Checks the data, finds a first guess by a fixed-lag pass, and solves the batch problem. Throws Error when the scenario
-/// has no sensors of the chaser's own or they make no sense; a solve that does not converge is in the summary.
+/// has no sensors of the chaser's own or they make no sense; a solve that does not converge is in the summary. The solver's
+/// limits are of all this together: what is there by then is given, as far as the first pass had come, and Stopped is
+/// thrown where that is not yet two keyframes.
 Navigation navigate(const NavigationData& data, const NavigationOptions& options = {});
 
 }  // namespace tandem

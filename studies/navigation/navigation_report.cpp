@@ -122,6 +122,8 @@ std::string error_table(const NavigationStudy& study) {
   return text;
 }
 
+constexpr double kOverconfident = 3 * 9;  // NEES of a position: errors of three times their sigmas, as a mean
+
 /// How well the σs hold: roll, pitch and yaw, and the NEES.
 std::string consistency(const NavigationStudy& study) {
   std::string text;
@@ -141,6 +143,8 @@ std::string consistency(const NavigationStudy& study) {
                                                     *e.pose_nees, *e.position_nees)
                                       : fmt::format("of the position {:.2f} (of 3)", *e.position_nees));
     text += line + ".\n";
+    if (e.position_nees && *e.position_nees > kOverconfident)
+      text += "OVERCONFIDENT: errors are far larger than the covariances say: are the sensors' sigmas too small?\n";
   }
   return text.empty() ? text : "\n" + text;
 }

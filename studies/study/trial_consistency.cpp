@@ -6,6 +6,7 @@
 #include <tandem/residuals/usbl_position.hpp>
 #include <tandem/solvers/marginals.hpp>
 #include <tandem/solvers/relative_covariance.hpp>
+#include <tandem/studies/estimation/uncertainty.hpp>
 #include <tandem/studies/study/trial_consistency.hpp>
 #include <tandem/studies/support/squared_distance.hpp>
 
@@ -87,7 +88,7 @@ bool whole_weight(const Problem& problem, const PlacedMeasurement& m) {
 
 void add_consistency(TrackingProblem& tracking, const Scenario& scenario, TrialResult& result) {
   const Problem& problem = tracking.problem;
-  const Marginals marginals(tracking.problem);
+  const Marginals marginals(tracking.problem, pairs_at_keyframes(tracking));
   std::vector<std::vector<const PlacedMeasurement*>> measured(tracking.keyframes.size());
   for (const PlacedMeasurement& m : tracking.measurements) measured[m.keyframe].push_back(&m);
 

@@ -125,6 +125,46 @@ TEST(Marginals, OfATrackingProblem) {
     EXPECT_TRUE(marginals.in_pattern(pose(tracking.chaser[k]), pose(tracking.target[k]))) << k;
 }
 
+/// Two chains side by side, tied at their ends alone: pairs across the gap, with and without being named in advance.
+TEST(Marginals, OfPairsThatAreNamed) {
+  constexpr int n = 40;
+  PoseGraph graph(2 * n, {{0, n}, {n - 1, 2 * n - 1}});
+  std::vector<Marginals::Pair> pairs;
+  for (int k = 0; k < n; ++k)
+    pairs.emplace_back(graph.problem.id(graph.x[std::size_t(n + k)]), graph.problem.id(graph.x[std::size_t(k)]));
+  const Marginals plain(graph.problem), named(graph.problem, pairs);
+  int outside = 0;
+  for (std::size_t k = 0; k < n; ++k) {
+    const auto &a = graph.x[k], &b = graph.x[n + k];
+    outside += !plain.in_pattern(a, b);
+    EXPECT_TRUE(named.in_pattern(a, b)) << k;
+    EXPECT_TRUE((named.joint(a, b).isApprox(plain.joint(a, b), kTolerance))) << k;
+  }
+  EXPECT_GT(outside, n / 2) << "otherwise this shows nothing";
+  EXPECT_THROW(Marginals(graph.problem, std::vector<Marginals::Pair>{{0, 1000}}), Error);
+}
+
+TEST(Marginals, OfNamedPairsWithAFixedVariable) {
+  PoseGraph graph(12, {});
+  graph.problem.fix(graph.x[3]);
+  const std::vector<Marginals::Pair> pairs{{graph.problem.id(graph.x[3]), graph.problem.id(graph.x[9])},
+                                           {graph.problem.id(graph.x[8]), graph.problem.id(graph.x[5])}};
+  const Marginals marginals(graph.problem, pairs);
+  EXPECT_TRUE(marginals.cross_covariance(graph.x[3], graph.x[9]).isZero(0.0));
+  EXPECT_TRUE(marginals.in_pattern(graph.x[5], graph.x[8]));
+}
+
+TEST(Marginals, StopWhenAsked) {
+  PoseGraph graph(12, {});
+  std::atomic<bool> flag = true;
+  SolverOptions options;
+  options.stop = &flag;
+  EXPECT_THROW(Marginals(graph.problem, {}, Stop(options)), Stopped);
+  options.stop = nullptr;
+  options.time_limit = 0;
+  EXPECT_THROW(Marginals(graph.problem, {}, Stop(options)), Stopped);
+}
+
 TEST(Marginals, AreASnapshot) {
   PoseGraph graph(4, {});
   const Marginals marginals(graph.problem);

@@ -141,6 +141,39 @@ TEST(Report, SaysWhyThereAreNoCovariances) {
   EXPECT_EQ(nlohmann::json::parse(summary_json(estimate))["no_covariance"], "the solve did not converge");
 }
 
+TEST(Report, SaysWhatToDoubt) {
+  Estimate estimate = made_up();
+  EXPECT_THAT(report(estimate), Not(HasSubstr("OVERCONFIDENT")));
+  for (const double sigmas : {2003.4, 50.0, 40.0, 30.0}) estimate.suspects.push_back({"usbl", 312.0, sigmas});
+  estimate.contradiction = "Without its limits, all is well.";
+  KeyframeUncertainty sure;
+  sure.relative_position = 0.01 * Matrix<3, 3>::Identity();
+  estimate.uncertainty = {sure, sure};
+  estimate.errors[0].position_vector = Vector<3>(0.3, 0, 0);  // 3 σ
+  EXPECT_THAT(report(estimate), Not(HasSubstr("OVERCONFIDENT"))) << "NEES 9";
+  estimate.errors[1].position_vector = Vector<3>(0, 0, 0.8);  // 8 σ
+  const std::string text = report(estimate);
+  EXPECT_THAT(text,
+              HasSubstr("\nusbl at 312.000 s is 2e+03 standard deviations from where the other measurements put the "
+                        "target.\n"));
+  EXPECT_THAT(text, HasSubstr("… and 1 more.\nOutliers? --robust holds them off.\nWithout its limits, all is well.\n"));
+  EXPECT_THAT(text, HasSubstr("NEES of the relative position 36.5, 3 where they are right"));
+  const auto json = nlohmann::json::parse(summary_json(estimate));
+  EXPECT_EQ(json["suspects"].size(), 4u);
+  EXPECT_NEAR(json["overconfident_nees"], 36.5, 1e-9);
+  estimate.options.robust_start = true;
+  EXPECT_THAT(report(estimate), Not(HasSubstr("Outliers?")));
+}
+
+TEST(Report, NumbersOfManyDigitsAreShort) {
+  Estimate estimate = made_up();
+  estimate.summary.cost = 3e299;
+  estimate.errors[0].position = 1e150;
+  const std::string text = report(estimate);
+  EXPECT_THAT(text, HasSubstr("cost 3e+299 (from 20)"));
+  EXPECT_THAT(text, HasSubstr("1e+150 ± 0"));
+}
+
 TEST(Report, TableMarksWhatDidNotConverge) {
   Estimate estimate = made_up();
   estimate.summary.status = Status::max_iterations;

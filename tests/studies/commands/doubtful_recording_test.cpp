@@ -1,0 +1,152 @@
+#include <chrono>
+#include <map>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <tandem/studies/scenario/table.hpp>
+
+#include "run_tandem.hpp"
+
+/// What a user is told of a recording that lies: outliers, times that cannot be, limits that the data contradict.
+namespace tandem {
+namespace {
+
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using Json = nlohmann::json;
+
+/// docking_a with a USBL fix more, of x metres, at a keyframe that there is anyway: whatever it changes is its own doing.
+class OneOutlier : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    const auto from = std::filesystem::path(paths::source) / "studies/scenarios/docking_a";
+    std::filesystem::copy(from, scratch_.path() / "run");
+    std::istringstream in(read_file(from / "usbl.csv"));
+    std::string text, line;
+    for (int i = 0; std::getline(in, line); ++i) {
+      text += line + "\n";
+      if (i != 40) continue;
+      const std::size_t t = line.find(','), x = line.find(',', t + 1);
+      stamp_ = fmt::format("{:.4f}", std::stod(line.substr(0, t)) + 4e-4);
+      text += stamp_ + "," + GetParam() + line.substr(x) + "\n";
+    }
+    scratch_.write("run/usbl.csv", text);
+  }
+  std::string run() const { return (scratch_.path() / "run").string(); }
+  /// Positions of the target by time.
+  std::map<double, Vector<3>> target_of(const std::string& scenario, bool graduated) const {
+    const auto out = scratch_.path() / "out";
+    std::vector<std::string> words = {"estimate", scenario, "--robust", "--plots", "off", "--out", out.string()};
+    if (graduated) words.emplace_back("--graduated");
+    const Outcome outcome = run_tandem(words);
+    EXPECT_EQ(outcome.status, 0) << outcome.output << outcome.errors;
+    std::map<double, Vector<3>> target;
+    for (const auto& [t, pose] : poses(read_tum(out / "target.tum"))) target[t] = pose.translation();
+    return target;
+  }
+
+  ScratchFolder scratch_;
+  std::string stamp_;
+};
+
+TEST_P(OneOutlier, IsNamedWithoutRobust) {
+  const Outcome outcome = run_tandem({"estimate", run()});
+  EXPECT_THAT(outcome.output, HasSubstr("usbl at " + stamp_.substr(0, stamp_.size() - 1)));
+  EXPECT_THAT(outcome.output, HasSubstr(" standard deviations from where the other measurements put the target"));
+  EXPECT_THAT(outcome.output, HasSubstr("--robust"));
+  const Json json = Json::parse(run_tandem({"estimate", run(), "--json"}).output);
+  ASSERT_EQ(json["suspects"].size(), 1u);
+  EXPECT_EQ(json["suspects"][0]["sensor"], "usbl");
+}
+
+TEST_P(OneOutlier, MovesNothingWithRobust) {
+  for (const bool graduated : {false, true}) {
+    const auto expected = target_of("docking_a", graduated), found = target_of(run(), graduated);
+    ASSERT_EQ(found.size(), expected.size());
+    double moved = 0;
+    for (const auto& [t, position] : expected) moved = std::max(moved, (found.at(t) - position).norm());
+    EXPECT_LE(moved, 0.01) << "m" << (graduated ? ", graduated" : "");
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Metres, OneOutlier, testing::Values("1000", "1e6", "-1e150"),
+                         [](const auto& info) { return "X" + std::to_string(info.index); });
+
+/// The small scenario with its odometry's last row at a time.
+void end_odometry_at(const ScratchFolder& scratch, const std::string& t) {
+  write_small_scenario(scratch);
+  scratch.write("chaser_odometry.tum", read_file(scratch.path() / "chaser_odometry.tum") + t + " 6 0 0 0 0 0 1\n");
+}
+
+TEST(ImplausibleTimes, AGapOfADayIsRefusedAndCanBeMeant) {
+  const ScratchFolder scratch;
+  end_odometry_at(scratch, "86405");
+  EXPECT_THAT(refusal({"estimate", scratch.path().string()}),
+              HasSubstr("nothing was recorded between 5.000 s (the odometry) and 86405.000 s (the odometry), for 86400 "
+                        "s: is one of them on another clock? (with --force"));
+  end_odometry_at(scratch, "3700");
+  EXPECT_EQ(run_tandem({"estimate", scratch.path().string()}).status, 1);
+  EXPECT_EQ(run_tandem({"estimate", scratch.path().string(), "--force", "--no-covariance"}).status, 0);
+}
+
+TEST(ImplausibleTimes, NanosecondsAreToldBeforeTheyTakeTheMemory) {
+  const ScratchFolder scratch;
+  write_small_scenario(scratch);
+  std::string odometry;
+  for (int t = 0; t <= 5; ++t) odometry += std::to_string(t) + "00000000 " + std::to_string(t) + " 0 0 0 0 0 1\n";
+  scratch.write("chaser_odometry.tum", odometry);
+  EXPECT_THAT(refusal({"estimate", scratch.path().string()}),
+              HasSubstr("lines of the odometry are 1e+08 s apart: times are in seconds, are these in nano- or "
+                        "microseconds?"));
+}
+
+TEST(ImplausibleTimes, AMillionKeyframesAreRefused) {
+  const ScratchFolder scratch;
+  write_small_scenario(scratch);
+  std::string yaml = read_file(scratch.path() / "scenario.yaml");
+  yaml.replace(yaml.find("interval: 1.0"), 13, "interval: 5e-6");
+  scratch.write("scenario.yaml", yaml);
+  for (const char* command : {"estimate", "models", "compare"})
+    EXPECT_THAT(run_tandem({command, scratch.path().string()}).errors, ContainsRegex("keyframe"));
+}
+
+TEST(Limits, ThatTheDataContradictAreToldOf) {
+  const ScratchFolder scratch;
+  write_small_scenario(scratch);
+  std::string yaml = read_file(scratch.path() / "scenario.yaml");
+  scratch.write("scenario.yaml", yaml + "  surge: 0.01\n");
+  const Outcome slow = run_tandem({"estimate", scratch.path().string(), "--surge", "0,0.5"});
+  EXPECT_THAT(slow.output, HasSubstr("Without its limits, 6 of the target's 6 intervals are outside them (surge within "
+                                     "0 … 0.5 m/s): do they fit the data?"))
+      << slow.errors;
+  const Outcome fast = run_tandem({"estimate", scratch.path().string(), "--surge", "0,1.5"});
+  EXPECT_THAT(fast.output, testing::Not(HasSubstr("Without its limits"))) << fast.errors;
+}
+
+TEST(HardConstraints, GetASolverThatHoldsThem) {
+  const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "40", "--roll-pitch", "hard", "--json"});
+  EXPECT_EQ(run.status, 0) << run.errors;
+  EXPECT_EQ(Json::parse(run.output)["solver"], "augmented-lagrangian");
+}
+
+TEST(CutShort, TheTimeLimitIsOfCovariancesToo) {
+  const Outcome none = run_tandem({"estimate", "docking_a", "--no-covariance", "--json"});
+  EXPECT_EQ(none.status, 0) << none.errors;
+  EXPECT_EQ(Json::parse(none.output)["no_covariance"], "they were not asked for");
+  const ScratchFolder scratch;
+  const auto start = std::chrono::steady_clock::now();
+  const Outcome cut =
+      run_tandem({"estimate", "docking_a", "--time-limit", "1e-3", "--out", (scratch.path() / "out").string()});
+  EXPECT_EQ(cut.status, 2);
+  EXPECT_THAT(cut.errors, HasSubstr("did not converge (time-limit)"));
+  EXPECT_TRUE(std::filesystem::exists(scratch.path() / "out" / "target.tum")) << "what there is by then";
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10));
+  EXPECT_THAT(refusal({"estimate", "docking_a", "--hold-out", "5", "--no-covariance"}), HasSubstr("--no-covariance"));
+}
+
+}  // namespace
+}  // namespace tandem
