@@ -32,6 +32,8 @@ std::string why_impossible(const PlanOptions& o) {
                              o.running_speed, o.running_turn_rate, o.effort, o.rate})
     if (!(sigma > 0)) return "the standard deviations of a plan's costs must be positive";
   if (!(o.keep_out >= 0)) return "the keep-out distance must not be negative";
+  if (!(o.chance >= 0) || !std::isfinite(o.chance))
+    return "the standard deviations that a plan's constraints are tightened by must not be negative";
   if (!is_cone(o.approach) || !is_cone(o.view)) return "the half angle of a cone must be between 0 and 90 degrees";
   if (o.lowest && o.highest && !(*o.lowest < *o.highest)) return "depth: the lower bound is above the upper one";
   if (o.most_roll_pitch && !(*o.most_roll_pitch > 0 && *o.most_roll_pitch < std::numbers::pi / 2))

@@ -36,6 +36,9 @@ struct PlanOptions {
   double keep_out = 0.0;                      ///< least distance of the two bodies' origins [m]; 0: docking, none
   std::optional<Cone> approach{};             ///< from the target, that the chaser stays in
   std::optional<Cone> view{};                 ///< from the chaser, that the target's lights stay in
+  /// Keep-out and the cones hold by this many standard deviations of what they measure, by the target's predicted
+  /// covariance: at 2, with a chance of 98 % each at each step where they are nearly linear over it. 0: on the mean.
+  double chance = 0.0;
 };
 
 /// Empty, or a sentence that says what no plan can do with these: a number out of its range, bounds that cross, a goal

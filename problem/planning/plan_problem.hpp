@@ -34,9 +34,12 @@ class PlanProblem {
 
   /// Where the chaser is, and the current there [m/s], along the world's axes.
   void set_start(const VehicleState<N>& start, const Vector<3>& current);
-  /// The target now and after each step. Throws Error when it has not H + 1 poses.
+  /// The target now and after each step. Throws Error when it has not H + 1 poses, or, with PlanOptions::chance,
+  /// covariances.
   void set_target(const TargetPrediction& target);
-  /// Where solvers start from. Throws Error when it has not H steps.
+  /// Where solvers start from; after set_target(). With PlanOptions::chance the hard constraints c ≥ 0 on the target become
+  /// c ≥ k √(J Σ Jᵀ), J = ∂c/∂target here: the margins are constants until the next guess. Throws Error when it has not H
+  /// steps.
   void set_guess(const Plan<N>& plan);
   /// At the variables' values.
   Plan<N> plan() const;
@@ -48,11 +51,16 @@ class PlanProblem {
  private:
   using Twist = Variable<Rn<6>>;
   using Actuators = Variable<Rn<N>>;
+  using Margins = std::vector<Variable<Rn<1>>>;  ///< of a constraint, after each step: less the margin [m]; fixed
 
   void add_variables();
   void add_motion(int k);
   void add_costs(int k);
   void add_bounds(int k);
+  /// constraint ≥ margin. Its states: of the one that it is measured from, and the other.
+  template <Residual R>
+  void keep_inside(const R& constraint, Margins& margins, const Variable<SE3>& from, const Variable<SE3>& other);
+  void set_margins();
 
   const VehicleModel<N>& vehicle_;
   PlanOptions options_;
@@ -61,6 +69,8 @@ class PlanProblem {
   std::vector<Variable<SE3>> chaser_, target_;
   std::vector<Twist> twist_, target_twist_;  // the target's as seen from the goal, which goes with it
   std::vector<Actuators> actuators_, command_;
+  Margins keep_out_margin_, approach_margin_, view_margin_;
+  std::vector<Matrix<6, 6>> target_covariance_;
 };
 
 extern template struct Plan<3>;

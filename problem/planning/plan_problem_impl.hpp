@@ -1,10 +1,13 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/planning/plan_problem.hpp>
+#include <tandem/residuals/biased.hpp>
 #include <tandem/residuals/depth.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/range.hpp>
@@ -17,6 +20,17 @@
 
 // The members of plan_problem.hpp's templates, for the sources that instantiate them.
 namespace tandem {
+namespace detail {
+
+inline Range<> keep_out_of(const PlanOptions& o) { return Range<>{o.keep_out}; }
+inline InsideCone<> inside_of(const Cone& cone) { return {cone.half_angle, cone.apex, cone.point}; }
+
+/// √(J Σ Jᵀ)
+inline double standard_deviation(const Matrix<1, 6>& J, const Matrix<6, 6>& covariance) {
+  return std::sqrt(std::max(0.0, (J * covariance * J.transpose())(0, 0)));
+}
+
+}  // namespace detail
 
 template <int N>
 Plan<N> Plan<N>::shifted(const VehicleStep<N>& step, const Vector<3>& current) const {
@@ -112,13 +126,39 @@ void PlanProblem<N>::add_bounds(int k) {
     problem_.subject_to(Depth{0.0}, between(o.lowest.value_or(-none), o.highest.value_or(none)), {chaser_[next]});
   if (o.most_roll_pitch)
     problem_.subject_to(RollPitch<>{}, between(-*o.most_roll_pitch, *o.most_roll_pitch), {chaser_[next]});
-  if (o.keep_out > 0) problem_.subject_to(Range<>{o.keep_out}, at_least(0), {chaser_[next], target_[next]});
-  if (o.approach)
-    problem_.subject_to(InsideCone<>{o.approach->half_angle, o.approach->apex, o.approach->point}, at_least(0),
-                        {target_[next], chaser_[next]});
-  if (o.view)
-    problem_.subject_to(InsideCone<>{o.view->half_angle, o.view->apex, o.view->point}, at_least(0),
-                        {chaser_[next], target_[next]});
+  if (o.keep_out > 0) keep_inside(detail::keep_out_of(o), keep_out_margin_, chaser_[next], target_[next]);
+  if (o.approach) keep_inside(detail::inside_of(*o.approach), approach_margin_, target_[next], chaser_[next]);
+  if (o.view) keep_inside(detail::inside_of(*o.view), view_margin_, chaser_[next], target_[next]);
+}
+
+template <int N>
+template <Residual R>
+void PlanProblem<N>::keep_inside(const R& constraint, Margins& margins, const Variable<SE3>& from,
+                                 const Variable<SE3>& other) {
+  margins.push_back(problem_.add(Rn<1>(), "margin at step " + std::to_string(margins.size() + 1)));
+  problem_.fix(margins.back());
+  problem_.subject_to(Biased<R>{constraint}, at_least(0), {from, other, margins.back()});
+}
+
+template <int N>
+void PlanProblem<N>::set_margins() {
+  if (!(options_.chance > 0)) return;
+  if (target_covariance_.size() != target_.size()) throw Error("a plan by chance needs the target's covariances");
+  const auto set = [&](const auto& margins, std::size_t k, const auto& constraint, const SE3& from, const SE3& other,
+                       bool from_target) {
+    if (margins.empty()) return;
+    Vector<1> c;
+    Matrix<1, 6> by_target;
+    constraint(from, other, c, from_target ? &by_target : nullptr, from_target ? nullptr : &by_target);
+    const double sigma = detail::standard_deviation(by_target, target_covariance_[k]);
+    problem_.set_value(margins[k - 1], Rn<1>(Vector<1>(-options_.chance * sigma)));
+  };
+  for (std::size_t k = 1; k < target_.size(); ++k) {
+    const SE3 &chaser = problem_.value(chaser_[k]), &target = problem_.value(target_[k]);
+    set(keep_out_margin_, k, detail::keep_out_of(options_), chaser, target, false);
+    if (options_.approach) set(approach_margin_, k, detail::inside_of(*options_.approach), target, chaser, true);
+    if (options_.view) set(view_margin_, k, detail::inside_of(*options_.view), chaser, target, false);
+  }
 }
 
 template <int N>
@@ -139,6 +179,7 @@ void PlanProblem<N>::set_target(const TargetPrediction& target) {
     problem_.set_value(target_[k], target.pose[k]);
     problem_.set_value(target_twist_[k], Rn<6>(Vector<6>(to_goal * target.twist[k])));
   }
+  target_covariance_ = target.covariance;
 }
 
 template <int N>
@@ -153,6 +194,7 @@ void PlanProblem<N>::set_guess(const Plan<N>& plan) {
     problem_.set_value(twist_[k + 1], Rn<6>(s.twist));
     problem_.set_value(chaser_[k + 1], s.pose);
   }
+  set_margins();
 }
 
 template <int N>

@@ -53,6 +53,7 @@ void add_planning(CommandOptions& option, PlanningRequest& r) {
   option("--approach", "DEG", "Half angle of a cone behind the target, along its goal, to stay in", r.approach,
          parse_half_angle);
   option("--view", "DEG", "Half angle of the chaser's view ahead, to keep the target in", r.view, parse_half_angle);
+  add_chance(option, plan.chance);
   option("--depth", "MIN,MAX", "Bounds of the chaser's depth [m]", r.depth, parse_interval);
   option.set("--most-roll-pitch", "DEG", "Bound of the chaser's roll and pitch, either way",
              [&r](const std::string& name, const std::string& text) {
@@ -61,6 +62,11 @@ void add_planning(CommandOptions& option, PlanningRequest& r) {
   option("--current", "X,Y,Z", "Of the water, along the world's axes [m/s] (default none)", r.current, parse_xyz);
   option.group("Solver");
   add_plan_solver(option, r.planner);
+}
+
+void add_chance(CommandOptions& option, double& sigmas) {
+  option("--chance", "SIGMAS", "Keep-out and cones hold by so many σ of the target's prediction (default 0)", sigmas,
+         parse_magnitude);
 }
 
 void add_plan_solver(CommandOptions& option, PlannerOptions& planner) {

@@ -20,6 +20,8 @@ struct PlanningRequest {
   std::optional<Bounds<1>> depth;        ///< m below the surface
 };
 void add_planning(CommandOptions& option, PlanningRequest& request);
+/// --chance.
+void add_chance(CommandOptions& option, double& sigmas);
 /// --solver and --deadline.
 void add_plan_solver(CommandOptions& option, PlannerOptions& planner);
 

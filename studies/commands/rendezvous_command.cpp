@@ -84,6 +84,7 @@ Command rendezvous_command() {
             option.group("Plan");
             option("--horizon", "S", "How far ahead to plan [s] (default 20)", o.horizon, parse_positive);
             option("--keep-out", "M", "Least distance until docking (default 3)", o.keep_out, parse_magnitude);
+            add_chance(option, o.chance);
             add_plan_solver(option, o.planner);
             add_output(option, request->output, {.writes = "Write every run and plots to DIR"});
             return [request] { return run_rendezvous_command(*request); };

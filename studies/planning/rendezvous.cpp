@@ -132,6 +132,7 @@ class Simulation {
     o.goal = goal(docking ? options_.dock : options_.standoff);
     o.twist = Bounds<6>{-vehicle_.most_twist, vehicle_.most_twist};
     o.most_roll_pitch = 0.7;
+    o.chance = options_.chance;
     o.running_position = docking ? 1.0 : 4.0;
     o.running_attitude = docking ? 0.3 : 1.0;
     o.terminal_position = docking ? 0.2 : 1.0;

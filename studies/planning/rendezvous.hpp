@@ -28,6 +28,7 @@ struct RendezvousOptions {
   PlannerOptions planner{};
   double keep_out = 3.0;       ///< m, until the docking phase
   double margin = 0.5;         ///< m that plans keep off besides
+  double chance = 0.0;         ///< PlanOptions::chance
   double standoff = 4.5;       ///< m behind the target
   double dock = 1.0;           ///< m behind it
   double target_speed = 0.8;   ///< m/s

@@ -72,6 +72,17 @@ TEST(PlanCommand, WhatCannotBeIsOneSentence) {
   EXPECT_THAT(refusal({"plan", "docking_a", "--at", "60", "--solver", "ipop"}), HasSubstr("did you mean ipopt?"));
 }
 
+TEST(PlanCommand, ChanceKeepsFartherOff) {
+  // A goal behind a target that is poorly known: the more deviations count, the farther off the plan stays.
+  const auto least_distance = [](const std::string& sigmas) {
+    const Outcome run = run_tandem(plan({"--horizon", "10", "--chance", sigmas, "--json"}));
+    EXPECT_EQ(run.status, 0) << run.errors;
+    return nlohmann::json::parse(run.output)["least_distance_m"].get<double>();
+  };
+  EXPECT_GT(least_distance("1"), least_distance("0"));
+  EXPECT_THAT(refusal(plan({"--chance", "-1"})), HasSubstr("--chance"));
+}
+
 TEST(PlanCommand, ABoundTooTightForTheStartIsNamed) {
   // 3 m deep, and to be 15 m deep a second later.
   const Outcome run = run_tandem(
