@@ -15,15 +15,6 @@ namespace {
 constexpr double kPlanPenalty = 1e7;
 constexpr double kAtBound = 1e-6;  // in the row's units, over its size
 
-Program::Violation violation_at_values(Problem& problem, std::string& worst) {
-  Program program(problem);
-  Eigen::VectorXd c(program.num_rows());
-  program.constraints(c);
-  const Program::Violation v = program.violation(c);
-  worst = v.size > kPlanTolerance ? program.describe_row(v.row) : std::string();
-  return v;
-}
-
 }  // namespace
 
 std::string_view name(PlanSolver solver) { return solver == PlanSolver::ipopt ? "ipopt" : "augmented-lagrangian"; }
@@ -62,7 +53,7 @@ template <int N>
 Summary Planner<N>::solve(const Plan<N>& guess) {
   problem_.set_guess(guess);
   double left = options_.deadline;
-  if (last_ && options_.refine) {
+  if (options_.refine) {
     DampedSqp::Options sqp;
     sqp.time_limit = left;
     const Summary refined = sqp_.solve(sqp);
@@ -84,6 +75,17 @@ Summary Planner<N>::solve(const Plan<N>& guess) {
 }
 
 template <int N>
+double Planner<N>::violation_at_values(std::string& worst) {
+  if (!check_) check_ = std::make_unique<Program>(problem_.problem());
+  check_->reset();
+  Eigen::VectorXd c(check_->num_rows());
+  check_->constraints(c);
+  const Program::Violation v = check_->violation(c);
+  worst = v.size > kPlanTolerance ? check_->describe_row(v.row) : std::string();
+  return v.size;
+}
+
+template <int N>
 PlanResult<N> Planner<N>::replan(const VehicleState<N>& start, const Vector<3>& current,
                                  const TargetPrediction& target) {
   problem_.set_start(start, current);
@@ -97,12 +99,9 @@ PlanResult<N> Planner<N>::replan(const VehicleState<N>& start, const Vector<3>& 
   if (!result.accepted() && last_) {
     const Plan<N> shifted = last_->from(start, step_, current);
     problem_.set_guess(shifted);
-    std::string worst;
-    const double violation = violation_at_values(problem_.problem(), worst).size;
     result.plan = shifted;
     result.origin = PlanOrigin::shifted;
-    result.max_violation = violation;
-    result.worst_constraint = worst;
+    result.max_violation = violation_at_values(result.worst_constraint);
   }
   if (result.accepted() || last_) last_ = result.plan.shifted(step_, current);
   return result;

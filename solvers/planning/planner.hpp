@@ -1,11 +1,13 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include <tandem/problem/planning/plan_problem.hpp>
 #include <tandem/problem/planning/pursuit.hpp>
+#include <tandem/problem/program.hpp>
 #include <tandem/solvers/planning/damped_sqp.hpp>
 #include <tandem/solvers/summary.hpp>
 
@@ -17,7 +19,7 @@ std::string_view name(PlanSolver solver);
 
 struct PlannerOptions {
   PlanSolver solver = PlanSolver::ipopt;
-  bool refine = true;  ///< a plan that has one before it is first tried by DampedSqp, which takes milliseconds
+  bool refine = true;  ///< DampedSqp tries first, which takes milliseconds
   double deadline =
       std::numeric_limits<double>::infinity();  ///< s for a plan, after which the best feasible one counts
   int max_iterations = 300;
@@ -76,10 +78,12 @@ class Planner {
  private:
   Plan<N> pursuit(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target) const;
   Summary solve(const Plan<N>& guess);
+  double violation_at_values(std::string& worst);
 
   PlannerOptions options_;
   PlanProblem<N> problem_;
   DampedSqp sqp_;
+  std::unique_ptr<Program> check_;  ///< of what no solver has seen
   VehicleStep<N> step_;
   std::optional<Plan<N>> last_;  ///< shifted to the instant that comes next
 };
