@@ -25,6 +25,13 @@ double inside(const Cone& cone, const SE3& carrier, const SE3& other) {
 
 }  // namespace
 
+double coupled_share(const PlanOptions& options, const Matrix<6, 6>& covariance_at_end) {
+  constexpr double most_pull = 1e-4;
+  const double variance = covariance_at_end.diagonal().head<3>().maxCoeff();
+  const double goal = options.terminal_position * options.terminal_position;
+  return most_pull * (variance > goal ? goal / variance : 1.0);
+}
+
 std::string why_impossible(const PlanOptions& o) {
   if (o.steps < 1) return "a plan needs one step at least";
   if (!(o.dt > 0) || !std::isfinite(o.dt)) return "the step of a plan must be positive [s]";

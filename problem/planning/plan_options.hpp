@@ -41,6 +41,11 @@ struct PlanOptions {
   double chance = 0.0;
 };
 
+/// What a coupled plan's costs may count for (CoupledEstimate::share) where the target's pose at the plan's end has this
+/// covariance (right perturbations [m, rad]): so little that the terminal goal pulls at the prediction with a ten-thousandth
+/// of what holds it.
+double coupled_share(const PlanOptions& options, const Matrix<6, 6>& covariance_at_end);
+
 /// Empty, or a sentence that says what no plan can do with these: a number out of its range, bounds that cross, a goal
 /// that keep-out, approach or view forbid. The constraints that clash are named.
 std::string why_impossible(const PlanOptions& options);

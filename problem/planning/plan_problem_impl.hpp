@@ -8,6 +8,8 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/planning/plan_problem.hpp>
 #include <tandem/residuals/biased.hpp>
+#include <tandem/residuals/constant_twist.hpp>
+#include <tandem/residuals/damped_twist.hpp>
 #include <tandem/residuals/depth.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/range.hpp>
@@ -51,12 +53,28 @@ Plan<N> Plan<N>::from(const VehicleState<N>& start, const VehicleStep<N>& step, 
 
 template <int N>
 PlanProblem<N>::PlanProblem(const VehicleModel<N>& vehicle, const PlanOptions& options)
-    : vehicle_(vehicle), options_(options) {
+    : PlanProblem(vehicle, options, std::nullopt, std::make_unique<Problem>()) {}
+
+template <int N>
+PlanProblem<N>::PlanProblem(const VehicleModel<N>& vehicle, const PlanOptions& options, const CoupledEstimate& estimate)
+    : PlanProblem(vehicle, options, estimate, nullptr) {}
+
+template <int N>
+PlanProblem<N>::PlanProblem(const VehicleModel<N>& vehicle, const PlanOptions& options,
+                            std::optional<CoupledEstimate> estimate, std::unique_ptr<Problem> own)
+    : vehicle_(vehicle),
+      options_(options),
+      estimate_(std::move(estimate)),
+      own_(std::move(own)),
+      problem_(own_ ? *own_ : estimate_->problem) {
   if (const std::string why = why_impossible(vehicle); !why.empty()) throw Error(why);
   if (const std::string why = why_impossible(options); !why.empty()) throw Error(why);
+  if (estimate_ && !(estimate_->share > 0 && estimate_->dt > 0))
+    throw Error("a coupled plan needs a share of its costs and a time between the target's poses that are positive");
   add_variables();
   for (int k = 0; k < options.steps; ++k) {
     add_motion(k);
+    if (estimate_) add_target_motion(k);
     add_costs(k);
     add_bounds(k);
   }
@@ -71,15 +89,36 @@ void PlanProblem<N>::add_variables() {
     if (k > 0) command_.push_back(problem_.add(Rn<N>(), "command" + step));
     actuators_.push_back(problem_.add(Rn<N>(), "actuators" + step));
     twist_.push_back(problem_.add(Rn<6>(), "twist" + step));
-    chaser_.push_back(problem_.add(SE3(), "chaser" + step));
-    target_.push_back(problem_.add(SE3(), "target" + step));
+    chaser_.push_back(estimate_ && k == 0 ? estimate_->chaser : problem_.add(SE3(), "chaser" + step));
+    target_.push_back(estimate_ && k == 0 ? estimate_->now : problem_.add(SE3(), "target" + step));
     target_twist_.push_back(problem_.add(Rn<6>(), "twist of the target" + step));
-    problem_.fix(target_.back());
     problem_.fix(target_twist_.back());
+    if (!estimate_) problem_.fix(target_.back());
   }
   problem_.fix(actuators_.front());
   problem_.fix(twist_.front());
-  problem_.fix(chaser_.front());
+  if (!estimate_) problem_.fix(chaser_.front());
+}
+
+/// As predict_target has it, with its noise.
+template <int N>
+void PlanProblem<N>::add_target_motion(int k) {
+  const CoupledEstimate& e = *estimate_;
+  const std::size_t now = std::size_t(k);
+  const double last = k == 0 ? e.dt : options_.dt, dt = options_.dt;
+  const std::tuple poses{k == 0 ? e.before : target_[now - 1], target_[now], target_[now + 1]};
+  if (e.time_constants) {
+    const Vector<6> sigma = e.noise.cwiseProduct(DampedTwist<SE3>::spread(last, dt, *e.time_constants));
+    problem_.minimize(DampedTwist<SE3>::over(last, dt, *e.time_constants), Gaussian(Eigen::VectorXd(sigma)), poses);
+  } else {
+    problem_.minimize(ConstantTwist<SE3>{last, dt}, Gaussian(Eigen::VectorXd(std::sqrt(dt) * e.noise)), poses);
+  }
+}
+
+/// A standard deviation counts for less where the cost is a share.
+template <int N>
+Gaussian PlanProblem<N>::cost(const Eigen::VectorXd& sigma) const {
+  return Gaussian(Eigen::VectorXd(sigma / std::sqrt(share())));
 }
 
 template <int N>
@@ -100,19 +139,19 @@ void PlanProblem<N>::add_costs(int k) {
   const bool last = k + 1 == o.steps;
   const double position = last ? o.terminal_position : o.running_position;
   const double attitude = last ? o.terminal_attitude : o.running_attitude;
-  problem_.minimize(UsblPosition<>{o.goal.translation()}, Gaussian(Eigen::Vector3d::Constant(position)),
+  problem_.minimize(UsblPosition<>{o.goal.translation()}, cost(Eigen::Vector3d::Constant(position)),
                     {target_[next], chaser_[next]});
-  problem_.minimize(RelativeRotation<>{o.goal.rotation()}, Gaussian(Eigen::Vector3d::Constant(attitude)),
+  problem_.minimize(RelativeRotation<>{o.goal.rotation()}, cost(Eigen::Vector3d::Constant(attitude)),
                     {target_[next], chaser_[next]});
   Vector<6> speed;
   speed << Vector<3>::Constant(o.running_speed), Vector<3>::Constant(o.running_turn_rate);
-  problem_.minimize(RelativePose<Rn<6>>{}, Gaussian(Eigen::VectorXd(speed)), {target_twist_[next], twist_[next]});
+  problem_.minimize(RelativePose<Rn<6>>{}, cost(speed), {target_twist_[next], twist_[next]});
 
   const Vector<N> half = 0.5 * (vehicle_.upper - vehicle_.lower);
   const Rn<N> neutral(Vector<N>(Vector<N>::Zero().cwiseMax(vehicle_.lower).cwiseMin(vehicle_.upper)));
-  problem_.minimize(Prior<Rn<N>>{neutral}, Gaussian(Eigen::VectorXd(o.effort * half)), {actuators_[next]});
+  problem_.minimize(Prior<Rn<N>>{neutral}, cost(o.effort * half), {actuators_[next]});
   const auto& before = k == 0 ? actuators_[0] : command_[now - 1];  // what they do now is what they were told
-  problem_.minimize(RelativePose<Rn<N>>{}, Gaussian(Eigen::VectorXd(o.rate * half)), {before, command_[now]});
+  problem_.minimize(RelativePose<Rn<N>>{}, cost(o.rate * half), {before, command_[now]});
 }
 
 template <int N>
@@ -163,7 +202,7 @@ void PlanProblem<N>::set_margins() {
 
 template <int N>
 void PlanProblem<N>::set_start(const VehicleState<N>& start, const Vector<3>& current) {
-  problem_.set_value(chaser_.front(), start.pose);
+  if (!estimate_) problem_.set_value(chaser_.front(), start.pose);
   problem_.set_value(twist_.front(), Rn<6>(start.twist));
   problem_.set_value(actuators_.front(), Rn<N>(start.actuators));
   problem_.set_value(current_, R3(current));
@@ -176,7 +215,7 @@ void PlanProblem<N>::set_target(const TargetPrediction& target) {
                 std::to_string(target.pose.size()));
   const Matrix<6, 6> to_goal = options_.goal.inverse().Ad();
   for (std::size_t k = 0; k < target_.size(); ++k) {
-    problem_.set_value(target_[k], target.pose[k]);
+    if (!estimate_ || k > 0) problem_.set_value(target_[k], target.pose[k]);
     problem_.set_value(target_twist_[k], Rn<6>(Vector<6>(to_goal * target.twist[k])));
   }
   target_covariance_ = target.covariance;

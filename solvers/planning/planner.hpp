@@ -51,6 +51,7 @@ struct PlanResult {
   double max_violation;          ///< of the hard constraints, at this plan
   std::string worst_constraint;  ///< the one, when it is above kPlanTolerance
   Summary summary;               ///< of the solve
+  bool coupled = false;          ///< with the target's estimate in the program
   bool accepted() const { return max_violation <= kPlanTolerance; }
 };
 
@@ -65,6 +66,12 @@ class Planner {
   /// infeasible, the last plan that was accepted is shifted by the steps since; without one the solver's best is given.
   PlanResult<N> replan(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target);
 
+  /// The same with the target's estimate in one program: `target` is the prediction that it starts from, `start` has the
+  /// estimate's pose. The estimate's problem has the plan in it from then on, and must live until the next one. Where
+  /// DampedSqp, if it tries at all, does not end, the plan is one against the prediction, as above.
+  PlanResult<N> replan(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target,
+                       const CoupledEstimate& estimate);
+
   /// The hard inequalities that the last solve's plan is at the bound of, with least-squares multipliers of its
   /// optimality conditions.
   std::vector<ActiveConstraint> active_constraints();
@@ -72,18 +79,25 @@ class Planner {
   void set_deadline(double seconds) { options_.deadline = seconds; }
   /// The next replan() starts as the first did.
   void forget() { last_.reset(); }
-  PlanProblem<N>& problem() { return problem_; }
+  /// The last replan's; before it, that of plans which are not coupled.
+  PlanProblem<N>& problem() { return coupled_ ? *coupled_ : problem_; }
   const VehicleStep<N>& step() const { return step_; }
 
  private:
   Plan<N> pursuit(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target) const;
-  Summary solve(const Plan<N>& guess);
+  PlanResult<N> finish(Summary summary, const VehicleState<N>& start, const Vector<3>& current);
+  Summary refine(DampedSqp& sqp, const Plan<N>& guess, double cost_tolerance);
+  Summary globalise(const Plan<N>& guess, double time_limit);
+  Plan<N> guess(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target) const {
+    return last_ ? *last_ : pursuit(start, current, target);
+  }
   double violation_at_values(std::string& worst);
 
   PlannerOptions options_;
   PlanProblem<N> problem_;
   DampedSqp sqp_;
   std::unique_ptr<Program> check_;  ///< of what no solver has seen
+  std::unique_ptr<PlanProblem<N>> coupled_;
   VehicleStep<N> step_;
   std::optional<Plan<N>> last_;  ///< shifted to the instant that comes next
 };

@@ -60,6 +60,7 @@ void add_planning(CommandOptions& option, PlanningRequest& r) {
                r.plan.most_roll_pitch = parse_half_angle(name, text);
              });
   option("--current", "X,Y,Z", "Of the water, along the world's axes [m/s] (default none)", r.current, parse_xyz);
+  option.flag("--coupled", "What was measured and the plan in one program", r.coupled);
   option.group("Solver");
   add_plan_solver(option, r.planner);
 }
@@ -81,6 +82,7 @@ PlanRequest plan_request(const PlanningRequest& r, const Vehicle& vehicle, const
   PlanRequest request;
   request.plan = r.plan;
   request.planner = r.planner;
+  request.coupled = r.coupled;
   PlanOptions& plan = request.plan;
   const double steps = std::round(r.horizon / plan.dt);
   if (!(steps >= 1.0 && steps <= kMostSteps))

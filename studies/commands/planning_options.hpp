@@ -14,7 +14,8 @@ struct PlanningRequest {
   PlanOptions plan{};
   PlannerOptions planner{};
   Vector<3> goal{-6.0, 0.0, 0.0};  ///< m, in the target's body
-  double goal_yaw = 0.0;           ///< rad, against the target's
+  bool coupled = false;
+  double goal_yaw = 0.0;  ///< rad, against the target's
   Vector<3> current = Vector<3>::Zero();
   std::optional<double> approach, view;  ///< half angles [rad]
   std::optional<Bounds<1>> depth;        ///< m below the surface

@@ -24,7 +24,7 @@ std::vector<RendezvousMethod> parse_methods(const std::string& option, const std
   for (const std::string_view word : split(text, ',')) {
     std::vector<std::string> names;
     const std::size_t before = methods.size();
-    for (const RendezvousMethod method : {RendezvousMethod::decoupled, RendezvousMethod::pursuit}) {
+    for (const RendezvousMethod method : rendezvous_methods) {
       if (name(method) == word) methods.push_back(method);
       names.emplace_back(name(method));
     }
@@ -70,7 +70,7 @@ Command rendezvous_command() {
             option.footer("Exit status: 0 simulated, whatever the outcome, 1 wrong input or usage, 2 interrupted.");
             option("--vehicle", "NAME|FILE", "The chaser: remus_100 (default), bluerov2_heavy, or a yaml file",
                    request->vehicle, [](const std::string&, const std::string& text) { return text; });
-            option("--methods", "LIST", "Of decoupled (default) and pursuit", request->methods, parse_methods);
+            option("--methods", "LIST", "Of decoupled (default), coupled and pursuit", request->methods, parse_methods);
             option("--seeds", "N", "Runs of each method (default 1)", request->seeds, parse_count);
             option.set("--seed", "N", "The first one (default 1)",
                        [&o](const std::string& name, const std::string& text) {

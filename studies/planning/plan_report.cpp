@@ -41,9 +41,9 @@ std::string report(const PlannedRun& run) {
   const MissAtEnd miss = miss_at_end(run);
   std::string text = fmt::format("{}: {} from {:.3f} s, {} steps of {:g} s\n", run.scenario, run.vehicle.name,
                                  run.start.t, o.steps, o.dt);
-  text += fmt::format("{}: {}, {} iterations in {:.1f} ms, cost {:.4f}, violation {:.1e}\n", run.summary.solver,
-                      name(run.origin), run.summary.iterations, 1e3 * run.summary.seconds, run.summary.cost,
-                      run.max_violation);
+  text += fmt::format("{}{}: {}, {} iterations in {:.1f} ms, cost {:.4f}, violation {:.1e}\n", run.summary.solver,
+                      run.coupled ? ", coupled" : "", name(run.origin), run.summary.iterations,
+                      1e3 * run.summary.seconds, run.summary.cost, run.max_violation);
   text += fmt::format("at the end        {:.2f} m and {:.1f}° from the goal, at {:.2f} m/s along with it\n",
                       miss.position, kDegrees * miss.attitude, miss.speed);
   text += fmt::format("least distance    {:.2f} m\n", least_distance(run));
@@ -68,6 +68,7 @@ std::string plan_json(const PlannedRun& run) {
   json["status"] = name(run.summary.status);
   json["message"] = run.summary.message;
   json["origin"] = name(run.origin);
+  json["coupled"] = run.coupled;
   json["accepted"] = run.accepted();
   json["cost"] = run.summary.cost;
   json["max_violation"] = run.max_violation;

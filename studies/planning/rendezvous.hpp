@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -13,8 +14,11 @@ namespace tandem {
 /// How the chaser's commands come about.
 enum class RendezvousMethod {
   decoupled,  ///< plans against the target's prediction, which is given
+  coupled,    ///< what was measured in the last seconds, the target's future and the plan are one program
   pursuit,    ///< pure pursuit of where the target's estimate puts the goal: the baseline
 };
+inline constexpr std::array rendezvous_methods = {RendezvousMethod::decoupled, RendezvousMethod::coupled,
+                                                  RendezvousMethod::pursuit};
 std::string_view name(RendezvousMethod method);
 
 /// A simulated rendezvous. The target goes on a course that swings to and fro; the chaser starts some way behind it, knows

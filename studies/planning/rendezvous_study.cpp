@@ -79,7 +79,7 @@ struct RunRow {
 
 CsvTable<RunRow> run_columns() {
   return CsvTable<RunRow>()
-      .add("method", "decoupled or pursuit", [](const RunRow& r) { return name(r.method); })
+      .add("method", "decoupled, coupled or pursuit", [](const RunRow& r) { return name(r.method); })
       .add("seed", "of all noise", [](const RunRow& r) { return r.run.seed; })
       .add("outcome", "docked, failed or timed-out", [](const RunRow& r) { return name(r.run.outcome); })
       .add("why", "in a word, where it did not dock", [](const RunRow& r) { return r.run.why; })

@@ -215,6 +215,15 @@ TEST(PlanProblem, ChanceIsNeverLooserThanTheMean) {
   EXPECT_THROW(violation_at(tightened, vehicle, Vector<3>::Zero()), Error);
 }
 
+TEST(PlanOptions, ACoupledPlanPullsLessWhereLessIsKnown) {
+  PlanOptions o;
+  o.terminal_position = 0.5;
+  Matrix<6, 6> covariance = 0.01 * Matrix<6, 6>::Identity();
+  EXPECT_EQ(coupled_share(o, covariance), 1e-4);
+  covariance(1, 1) = 25.0;
+  EXPECT_DOUBLE_EQ(coupled_share(o, covariance), 1e-4 * 0.25 / 25.0);
+}
+
 TEST(PlanOptions, WhatClashesIsNamed) {
   PlanOptions o = everything(4);
   EXPECT_EQ(why_impossible(o), "");

@@ -56,6 +56,23 @@ TEST(PlanCommand, TakesTheOtherVehicle) {
   EXPECT_EQ(nlohmann::json::parse(run.output)["vehicle"], "BlueROV2 Heavy");
 }
 
+TEST(PlanCommand, CoupledIsNearlyThePlanAgainstThePrediction) {
+  // Where optical poses tell where the target goes; one program with what was measured.
+  const auto end = [](std::vector<std::string> more) {
+    std::vector<std::string> words{"plan",      "docking_a", "--at", "400",   "--goal",
+                                   "-6,0,-3.4", "--horizon", "8",    "--json"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome run = run_tandem(words);
+    EXPECT_EQ(run.status, 0) << run.errors;
+    return nlohmann::json::parse(run.output);
+  };
+  const auto decoupled = end({}), coupled = end({"--coupled"});
+  EXPECT_EQ(decoupled["coupled"], false);
+  EXPECT_EQ(coupled["coupled"], true);
+  EXPECT_LE(coupled["max_violation"].get<double>(), 1e-6);
+  EXPECT_NEAR(coupled["end"]["position_m"].get<double>(), decoupled["end"]["position_m"].get<double>(), 0.2);
+}
+
 TEST(PlanCommand, WhatCannotBeIsOneSentence) {
   const auto wrong = [](std::vector<std::string> words) { return refusal(plan(std::move(words))); };
   EXPECT_THAT(refusal({"plan", "docking_a"}), HasSubstr("--at"));
@@ -73,13 +90,18 @@ TEST(PlanCommand, WhatCannotBeIsOneSentence) {
 }
 
 TEST(PlanCommand, ChanceKeepsFartherOff) {
-  // A goal behind a target that is poorly known: the more deviations count, the farther off the plan stays.
   const auto least_distance = [](const std::string& sigmas) {
-    const Outcome run = run_tandem(plan({"--horizon", "10", "--chance", sigmas, "--json"}));
+    std::vector<std::string> words{"plan", "docking_a", "--at", "400",      "--goal", "-6,0,-3.4", "--keep-out",
+                                   "3",    "--horizon", "8",    "--chance", sigmas,   "--json"};
+    if (!ipopt_available()) words.insert(words.end(), {"--solver", "augmented-lagrangian"});
+    const Outcome run = run_tandem(words);
     EXPECT_EQ(run.status, 0) << run.errors;
     return nlohmann::json::parse(run.output)["least_distance_m"].get<double>();
   };
-  EXPECT_GT(least_distance("1"), least_distance("0"));
+  const double on_the_mean = least_distance("0");
+  EXPECT_GE(on_the_mean, 3.0 - 1e-6);
+  EXPECT_LT(on_the_mean, 4.0);
+  EXPECT_GT(least_distance("2"), 5.0);
   EXPECT_THAT(refusal(plan({"--chance", "-1"})), HasSubstr("--chance"));
 }
 
