@@ -1,6 +1,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <Eigen/LU>
+
 #include <tandem/problem/planning/plan_options.hpp>
 #include <tandem/residuals/vehicle/inside_cone.hpp>
 
@@ -32,12 +34,30 @@ double coupled_share(const PlanOptions& options, const Matrix<6, 6>& covariance_
   return most_pull * (variance > goal ? goal / variance : 1.0);
 }
 
+double information_of_fix(const PlanOptions& options, const Matrix<6, 6>& covariance) {
+  const Vector<6> by = options.fix.cwiseInverse();
+  const Matrix<6, 6> gain = Matrix<6, 6>::Identity() + Matrix<6, 6>(by.asDiagonal() * covariance * by.asDiagonal());
+  return 0.5 * std::log(std::max(1.0, gain.determinant()));
+}
+
+Matrix<6, 6> expected_information(const PlanOptions& options, const SE3& chaser, const SE3& target) {
+  const Vector<3> p = in_sensor_frame(chaser, target, options.sight.B, options.sight.beacon);
+  const double probability = Unseen{options.sight}.probability(p);
+  return probability * Matrix<6, 6>(options.fix.cwiseAbs2().cwiseInverse().asDiagonal());
+}
+
 std::string why_impossible(const PlanOptions& o) {
   if (o.steps < 1) return "a plan needs one step at least";
   if (!(o.dt > 0) || !std::isfinite(o.dt)) return "the step of a plan must be positive [s]";
   for (const double sigma : {o.running_position, o.running_attitude, o.terminal_position, o.terminal_attitude,
                              o.running_speed, o.running_turn_rate, o.effort, o.rate})
     if (!(sigma > 0)) return "the standard deviations of a plan's costs must be positive";
+  if (!(o.information >= 0) || !std::isfinite(o.information))
+    return "what a nat of information counts for must not be negative";
+  const Sight& s = o.sight;
+  if (!(s.range > 0 && s.range_fade > 0 && s.cosine_fade > 0 && s.half_angle > 0 && s.half_angle < std::numbers::pi) ||
+      !(o.fix.array() > 0).all())
+    return "range, fading and fixes of a sight must be positive, its half angle between 0 and 180 degrees";
   if (!(o.keep_out >= 0)) return "the keep-out distance must not be negative";
   if (!(o.chance >= 0) || !std::isfinite(o.chance))
     return "the standard deviations that a plan's constraints are tightened by must not be negative";

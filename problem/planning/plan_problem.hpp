@@ -54,7 +54,8 @@ class PlanProblem {
   /// Where the chaser is, and the current there [m/s], along the world's axes. Coupled, its pose is the estimate's.
   void set_start(const VehicleState<N>& start, const Vector<3>& current);
   /// The target now and after each step; coupled, where its poses start from. Throws Error when it has not H + 1 poses,
-  /// or, with PlanOptions::chance, covariances.
+  /// or, with PlanOptions::chance or
+  /// information, covariances.
   void set_target(const TargetPrediction& target);
   /// Where solvers start from; after set_target(). With PlanOptions::chance the hard constraints c ≥ 0 on the target become
   /// c ≥ k √(J Σ Jᵀ), J = ∂c/∂target here: the margins are constants until the next guess. Throws Error when it has not H
@@ -86,6 +87,7 @@ class PlanProblem {
   template <Residual R>
   void keep_inside(const R& constraint, Margins& margins, const Variable<SE3>& from, const Variable<SE3>& other);
   void set_margins();
+  void set_gains();
 
   const VehicleModel<N>& vehicle_;
   PlanOptions options_;
@@ -97,6 +99,7 @@ class PlanProblem {
   std::vector<Twist> twist_, target_twist_;  // the target's as seen from the goal, which goes with it
   std::vector<Actuators> actuators_, command_;
   Margins keep_out_margin_, approach_margin_, view_margin_;
+  std::vector<Variable<Rn<1>>> gain_;  // of Unseen, after each step; fixed
   std::vector<Matrix<6, 6>> target_covariance_;
 };
 

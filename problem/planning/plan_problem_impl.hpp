@@ -19,6 +19,7 @@
 #include <tandem/residuals/usbl_position.hpp>
 #include <tandem/residuals/vehicle/inside_cone.hpp>
 #include <tandem/residuals/vehicle/twist_kinematics.hpp>
+#include <tandem/residuals/vehicle/unseen.hpp>
 
 // The members of plan_problem.hpp's templates, for the sources that instantiate them.
 namespace tandem {
@@ -143,6 +144,12 @@ void PlanProblem<N>::add_costs(int k) {
                     {target_[next], chaser_[next]});
   problem_.minimize(RelativeRotation<>{o.goal.rotation()}, cost(Eigen::Vector3d::Constant(attitude)),
                     {target_[next], chaser_[next]});
+  if (o.information > 0) {
+    gain_.push_back(problem_.add(Rn<1>(), "information at step " + std::to_string(next)));
+    problem_.fix(gain_.back());
+    problem_.minimize(Unseen{o.sight}, cost(Vector<1>(1.0 / std::sqrt(o.information))),
+                      {chaser_[next], target_[next], gain_.back()});
+  }
   Vector<6> speed;
   speed << Vector<3>::Constant(o.running_speed), Vector<3>::Constant(o.running_turn_rate);
   problem_.minimize(RelativePose<Rn<6>>{}, cost(speed), {target_twist_[next], twist_[next]});
@@ -177,6 +184,17 @@ void PlanProblem<N>::keep_inside(const R& constraint, Margins& margins, const Va
   margins.push_back(problem_.add(Rn<1>(), "margin at step " + std::to_string(margins.size() + 1)));
   problem_.fix(margins.back());
   problem_.subject_to(Biased<R>{constraint}, at_least(0), {from, other, margins.back()});
+}
+
+/// What a fix would tell if none came before it.
+template <int N>
+void PlanProblem<N>::set_gains() {
+  if (gain_.empty()) return;
+  if (target_covariance_.size() != target_.size()) throw Error("a plan that is to see needs the target's covariances");
+  for (std::size_t k = 0; k < gain_.size(); ++k) {
+    const double nats = information_of_fix(options_, target_covariance_[k + 1]);
+    problem_.set_value(gain_[k], Rn<1>(Vector<1>(std::sqrt(2.0 * nats))));
+  }
 }
 
 template <int N>
@@ -219,6 +237,7 @@ void PlanProblem<N>::set_target(const TargetPrediction& target) {
     problem_.set_value(target_twist_[k], Rn<6>(Vector<6>(to_goal * target.twist[k])));
   }
   target_covariance_ = target.covariance;
+  set_gains();
 }
 
 template <int N>

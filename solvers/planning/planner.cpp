@@ -64,13 +64,13 @@ Summary Planner<N>::globalise(const Plan<N>& guess, double time_limit) {
   problem().set_guess(guess);
   if (options_.solver == PlanSolver::ipopt) {
     IpoptOptions ipopt;
-    ipopt.max_iterations = options_.max_iterations;
+    ipopt.max_iterations = last_ ? options_.max_warm_iterations : options_.max_iterations;
     ipopt.time_limit = time_limit;
     return tandem::solve(problem().problem(), ipopt);
   }
   AugmentedLagrangianOptions lagrangian;
   lagrangian.initial_penalty = kPlanPenalty;
-  lagrangian.max_iterations = options_.max_iterations;
+  lagrangian.max_iterations = last_ ? options_.max_warm_iterations : options_.max_iterations;
   lagrangian.time_limit = time_limit;
   return tandem::solve(problem().problem(), lagrangian);
 }

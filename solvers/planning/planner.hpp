@@ -22,8 +22,9 @@ struct PlannerOptions {
   bool refine = true;  ///< DampedSqp tries first, which takes milliseconds
   double deadline =
       std::numeric_limits<double>::infinity();  ///< s for a plan, after which the best feasible one counts
-  int max_iterations = 300;
-  PursuitOptions pursuit{};  ///< the roll-out that a first plan starts from
+  int max_iterations = 300;                     ///< of the solver
+  int max_warm_iterations = 60;  ///< the same for a plan that has one before it, which there is to fall back on
+  PursuitOptions pursuit{};      ///< the roll-out that a first plan starts from
 };
 
 /// A hard constraint may be violated by this much in a plan that is accepted, in its own units.

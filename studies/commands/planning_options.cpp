@@ -54,6 +54,17 @@ void add_planning(CommandOptions& option, PlanningRequest& r) {
          parse_half_angle);
   option("--view", "DEG", "Half angle of the chaser's view ahead, to keep the target in", r.view, parse_half_angle);
   add_chance(option, plan.chance);
+  option("--information", "WEIGHT", "Seeing as a goal: cost of a nat that is expected to be missed (default 0)",
+         plan.information, parse_magnitude);
+  option.set("--sight", "M,DEG", "Range and half angle of the chaser's camera (default 9,45)",
+             [&plan](const std::string& name, const std::string& text) {
+               const std::vector<double> v = parse_numbers(name, text);
+               if (v.size() != 2 || !(v[0] > 0 && v[1] > 0 && v[1] < 180) || !std::isfinite(v[0]))
+                 throw Error(fmt::format("{} takes a range and a half angle below 180 degrees, M,DEG, not {}", name,
+                                         quote(text)));
+               plan.sight.range = v[0];
+               plan.sight.half_angle = kRadians * v[1];
+             });
   option("--depth", "MIN,MAX", "Bounds of the chaser's depth [m]", r.depth, parse_interval);
   option.set("--most-roll-pitch", "DEG", "Bound of the chaser's roll and pitch, either way",
              [&r](const std::string& name, const std::string& text) {

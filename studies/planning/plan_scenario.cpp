@@ -86,12 +86,17 @@ PlannedRun plan_with(const VehicleModel<N>& model, const PlanRequest& request, E
   run.worst_constraint = result.worst_constraint;
   if (result.accepted()) run.active = planner.active_constraints();
   const Eigen::Index actuators = Eigen::Index(run.vehicle.actuators.size());
+  std::vector<Matrix<6, 6>> fixes;
+  for (std::size_t k = 1; k < result.plan.states.size(); ++k)
+    fixes.push_back(expected_information(options, result.plan.states[k].pose, target.pose[k]));
+  const TargetPrediction seen =
+      predict_target(start.target, start.target_noise, options.dt, options.steps, start.target_time, fixes);
   for (std::size_t k = 0; k < result.plan.states.size(); ++k) {
     const VehicleState<N>& s = result.plan.states[k];
     run.instants.push_back(
         {start.t + double(k) * options.dt, s.pose, s.twist, s.actuators.head(actuators),
          k < result.plan.commands.size() ? Eigen::VectorXd(result.plan.commands[k].head(actuators)) : Eigen::VectorXd(),
-         target.pose[k], target.covariance[k]});
+         target.pose[k], target.covariance[k], seen.covariance[k]});
   }
   return run;
 }

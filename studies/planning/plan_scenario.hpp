@@ -38,6 +38,7 @@ struct PlannedInstant {
   Eigen::VectorXd actuators, command;  ///< one each an actuator; no command at the end
   SE3 target;
   Matrix<6, 6> target_covariance;  ///< as seen from the chaser at the start, right perturbations
+  Matrix<6, 6> with_fixes;         ///< the same with what the plan is expected to see of it
 };
 
 /// What a plan is, and how it came about.

@@ -12,6 +12,7 @@
 #include <tandem/studies/planning/coupled_window.hpp>
 #include <tandem/studies/planning/rendezvous.hpp>
 #include <tandem/studies/simulation/normal_noise.hpp>
+#include <tandem/studies/support/text.hpp>
 #include <tandem/studies/support/units.hpp>
 
 namespace tandem {
@@ -104,7 +105,7 @@ class Simulation {
   }
 
   RendezvousRun run() {
-    RendezvousRun run{options_.seed, RendezvousOutcome::timed_out, "time", 0, 0, HUGE_VAL, 0, 0, 0, 0, 0, 0, {}};
+    RendezvousRun run{options_.seed, RendezvousOutcome::timed_out, "time", 0, 0, HUGE_VAL, 0, 0, 0, 0, 0, 0, 0, {}};
     const Vector<N> half = 0.5 * (model_.upper - model_.lower);
     for (int second = 0; second < int(options_.time_limit); ++second) {
       Vector<N> command = decide(run);
@@ -137,6 +138,12 @@ class Simulation {
     o.twist = Bounds<6>{-vehicle_.most_twist, vehicle_.most_twist};
     o.most_roll_pitch = 0.7;
     o.chance = options_.chance;
+    if (options_.method == RendezvousMethod::information) {
+      o.information = options_.information;
+      o.sight.range = kOpticalRange;
+      o.sight.half_angle = kView;
+      o.fix = data_.sensors[1].sigma;
+    }
     o.running_position = docking ? 1.0 : 4.0;
     o.running_attitude = docking ? 0.3 : 1.0;
     o.terminal_position = docking ? 0.2 : 1.0;
@@ -353,6 +360,7 @@ class Simulation {
     run.why = why;
     run.seconds = now();
     run.miss = miss(options_.dock);
+    if (!run.steps.empty()) run.three_sigma = run.steps.back().three_sigma.maxCoeff();
     return run;
   }
 
@@ -379,8 +387,23 @@ class Simulation {
 }  // namespace
 
 std::string_view name(RendezvousMethod method) {
-  constexpr std::string_view names[] = {"decoupled", "coupled", "pursuit"};
+  constexpr std::string_view names[] = {"decoupled", "information", "coupled", "pursuit"};
   return names[int(method)];
+}
+
+RendezvousMethod parse_rendezvous_method(const std::string& option, const std::string& text) {
+  std::vector<std::string> names;
+  for (const RendezvousMethod method : rendezvous_methods) {
+    if (name(method) == text) return method;
+    names.emplace_back(name(method));
+  }
+  throw Error(
+      fmt::format("{} takes {}, not {}{}", option, listed(names, "or"), quote(text), did_you_mean(text, names)));
+}
+
+void pursue_within(RendezvousOptions& options, const Vehicle& vehicle) {
+  options.planner.pursuit.speed = 0.6 * vehicle.most_twist[0];
+  options.planner.pursuit.turn_rate = 0.7 * vehicle.most_twist[5];
 }
 
 std::string_view name(RendezvousPhase phase) {

@@ -22,6 +22,7 @@ PlanOptions everything(int steps) {
   o.lowest = -40.0;
   o.highest = -1.0;
   o.most_roll_pitch = 0.5;
+  o.information = 0.5;
   o.keep_out = 5.0;
   o.approach = Cone{0.6, SE3(SO3::Exp({0.0, 0.0, std::numbers::pi}), {-1.0, 0.0, 0.0})};
   o.view = Cone{0.7, SE3(SO3(), {0.5, 0.0, 0.1}), {-1.0, 0.0, 0.2}};
@@ -200,6 +201,7 @@ TEST(PlanProblem, ChanceTightensConesByTheDistanceToTheirSurface) {
 TEST(PlanProblem, ChanceIsNeverLooserThanTheMean) {
   const auto vehicle = weightless();
   PlanOptions o = everything(6);
+  o.information = 0.0;
   PlanProblem<3> plain(vehicle, o);
   o.chance = 2.0;
   PlanProblem<3> tightened(vehicle, o);
@@ -213,6 +215,18 @@ TEST(PlanProblem, ChanceIsNeverLooserThanTheMean) {
   without.covariance.clear();
   tightened.set_target(without);
   EXPECT_THROW(violation_at(tightened, vehicle, Vector<3>::Zero()), Error);
+}
+
+TEST(PlanOptions, WhatAFixTellsIsHalfTheLogOfTheDeterminants) {
+  PlanOptions o;
+  o.fix.setConstant(0.1);
+  Matrix<6, 6> covariance = Matrix<6, 6>::Zero();
+  EXPECT_EQ(information_of_fix(o, covariance), 0.0);
+  covariance(0, 0) = 0.03;  // three times the fix's variance
+  EXPECT_NEAR(information_of_fix(o, covariance), 0.5 * std::log(4.0), 1e-12);
+  const Matrix<6, 6> near = expected_information(o, SE3(), SE3(SO3(), {2.0, 0.0, 0.0}));
+  EXPECT_NEAR(near(0, 0), 100.0, 1.0);
+  EXPECT_LT(expected_information(o, SE3(), SE3(SO3(), {-2.0, 0.0, 0.0})).norm(), 1e-6);
 }
 
 TEST(PlanOptions, ACoupledPlanPullsLessWhereLessIsKnown) {
@@ -248,6 +262,9 @@ TEST(PlanOptions, WhatClashesIsNamed) {
   EXPECT_NE(why_impossible(o), "");
   o = everything(4);
   o.chance = -1.0;
+  EXPECT_NE(why_impossible(o), "");
+  o = everything(4);
+  o.sight.range_fade = 0.0;
   EXPECT_NE(why_impossible(o), "");
   EXPECT_THROW(PlanProblem<3>(some_vehicle<3>(), o), Error);
   auto impossible = some_vehicle<3>();

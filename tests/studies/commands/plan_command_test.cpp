@@ -105,6 +105,23 @@ TEST(PlanCommand, ChanceKeepsFartherOff) {
   EXPECT_THAT(refusal(plan({"--chance", "-1"})), HasSubstr("--chance"));
 }
 
+TEST(PlanCommand, SeeingAsAGoalIsShownInTheCovarianceAtTheEnd) {
+  // The camera looks aft as well, and sees 3 m far.
+  const auto end = [](const std::string& weight) {
+    std::vector<std::string> words{"plan", "docking_a", "--at",  "400",           "--goal", "-6,0,-3.4", "--horizon",
+                                   "8",    "--sight",   "3,179", "--information", weight,   "--json"};
+    if (!ipopt_available()) words.insert(words.end(), {"--solver", "augmented-lagrangian"});
+    const Outcome run = run_tandem(words);
+    EXPECT_EQ(run.status, 0) << run.errors;
+    return nlohmann::json::parse(run.output)["target_three_sigma_m"];
+  };
+  const auto without = end("0"), with = end("10");
+  EXPECT_EQ(with["end"], without["end"]);
+  EXPECT_LT(with["end_with_fixes"], without["end_with_fixes"]);
+  EXPECT_LE(without["end_with_fixes"], without["end"]);
+  EXPECT_THAT(refusal(plan({"--sight", "9"})), HasSubstr("--sight takes a range and a half angle"));
+}
+
 TEST(PlanCommand, ABoundTooTightForTheStartIsNamed) {
   // 3 m deep, and to be 15 m deep a second later.
   const Outcome run = run_tandem(
