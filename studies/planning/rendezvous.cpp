@@ -11,8 +11,8 @@
 #include <tandem/solvers/relative_covariance.hpp>
 #include <tandem/studies/planning/coupled_window.hpp>
 #include <tandem/studies/planning/rendezvous.hpp>
+#include <tandem/studies/planning/swinging_target.hpp>
 #include <tandem/studies/simulation/normal_noise.hpp>
-#include <tandem/studies/support/text.hpp>
 #include <tandem/studies/support/units.hpp>
 
 namespace tandem {
@@ -55,26 +55,6 @@ TrackingData sensors_of_chaser() {
   data.sensors = {usbl, optical};
   return data;
 }
-
-/// The target's body twist: a steady speed, and a course that swings.
-class TargetMotion {
- public:
-  TargetMotion(std::uint64_t seed, double speed) : speed_(speed) {
-    NormalNoise draw(seed, 11);
-    for (double& p : phase_) p = 2.0 * std::numbers::pi * draw();
-    for (double& r : rate_) r = 0.012 * (1.0 + 0.3 * draw());
-  }
-  Vector<6> twist(double t) const {
-    constexpr double periods[] = {47.0, 83.0};  // s
-    Vector<6> w = Vector<6>::Zero();
-    w[0] = speed_ * (1.0 + 0.1 * std::sin(2.0 * std::numbers::pi * t / 61.0 + phase_[0]));
-    for (int i = 0; i < 2; ++i) w[5] += rate_[i] * std::sin(2.0 * std::numbers::pi * t / periods[i] + phase_[i]);
-    return w;
-  }
-
- private:
-  double speed_, phase_[2], rate_[2];
-};
 
 template <int N>
 class Simulation {
@@ -368,7 +348,7 @@ class Simulation {
   const VehicleModel<N>& model_;
   const RendezvousOptions& options_;
   VehicleStep<N> tick_;
-  TargetMotion motion_;
+  SwingingTarget motion_;
   TrackingData data_;
   NormalNoise odometry_noise_, usbl_noise_, optical_noise_, twist_noise_, current_noise_;
   std::unique_ptr<OnlineEstimator> estimator_;
@@ -385,36 +365,6 @@ class Simulation {
 };
 
 }  // namespace
-
-std::string_view name(RendezvousMethod method) {
-  constexpr std::string_view names[] = {"decoupled", "information", "coupled", "pursuit"};
-  return names[int(method)];
-}
-
-RendezvousMethod parse_rendezvous_method(const std::string& option, const std::string& text) {
-  std::vector<std::string> names;
-  for (const RendezvousMethod method : rendezvous_methods) {
-    if (name(method) == text) return method;
-    names.emplace_back(name(method));
-  }
-  throw Error(
-      fmt::format("{} takes {}, not {}{}", option, listed(names, "or"), quote(text), did_you_mean(text, names)));
-}
-
-void pursue_within(RendezvousOptions& options, const Vehicle& vehicle) {
-  options.planner.pursuit.speed = 0.6 * vehicle.most_twist[0];
-  options.planner.pursuit.turn_rate = 0.7 * vehicle.most_twist[5];
-}
-
-std::string_view name(RendezvousPhase phase) {
-  constexpr std::string_view names[] = {"searching", "approach", "docking", "retreat"};
-  return names[int(phase)];
-}
-
-std::string_view name(RendezvousOutcome outcome) {
-  if (outcome == RendezvousOutcome::docked) return "docked";
-  return outcome == RendezvousOutcome::failed ? "failed" : "timed-out";
-}
 
 RendezvousRun run_rendezvous(const Vehicle& vehicle, const RendezvousOptions& options) {
   if (!(options.horizon >= 2.0 && options.horizon <= 500.0))
