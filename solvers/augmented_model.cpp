@@ -37,7 +37,15 @@ void AugmentedModel::restart(double penalty) {
   taken_ = stalled_ = strongly_damped_ = free_ = 0;
   exact_ = false;
   secant_.clear();
+  curvature_.resize(0);
   next_multipliers_.setZero();
+}
+
+void AugmentedModel::add_curvature() {
+  const Session::Timer timer(session_.summary.evaluation_seconds);
+  const Eigen::VectorXd before = curvature_.size() ? Eigen::VectorXd(hessian_ - curvature_) : hessian_;
+  program_.exact_hessian(1.0, next_multipliers_, hessian_);
+  curvature_ = hessian_ - before;
 }
 
 double AugmentedModel::linearize() {
@@ -141,6 +149,7 @@ void AugmentedModel::arrive() {
   violation_ = term_.violation();
   if (best_.offer(session_.summary.cost, violation_.size)) program_.keep();
   if (exact_) evaluate_exact_hessian();
+  if (curvature_.size()) hessian_ += curvature_;
 }
 
 /// Far from feasible, multipliers are large and so is the curvature of the constraints, which a few secant pairs do not

@@ -17,6 +17,9 @@ class AugmentedModel final : public SoftModel {
   /// The weights start at `penalty` times the cost's own stiffness.
   AugmentedModel(Program& program, Session& session, const LevenbergMarquardtOptions& options, double penalty);
 
+  /// From now on the Hessian is Gauss-Newton's and, besides, what that lacks of the Lagrangian's exact one at X̄, by the
+  /// multipliers of the last step: evaluated once, kept over the steps that follow. It costs some twenty linearisations.
+  void add_curvature();
   /// As if it were new, but for what it has in memory: for another solve of the same program.
   void restart(double penalty);
 
@@ -57,7 +60,8 @@ class AugmentedModel final : public SoftModel {
   double minimized_ = std::numeric_limits<double>::infinity();  // the gradient at the last classical update
   std::array<double, 5> recent_optimality_;                     // of the multipliers taken last
   int taken_ = 0, stalled_ = 0, strongly_damped_ = 0, free_ = 0;
-  bool exact_ = false;  // hessian_ is the Lagrangian's own
+  bool exact_ = false;         // hessian_ is the Lagrangian's own
+  Eigen::VectorXd curvature_;  // of add_curvature(), in hessian_ too; empty without
   Eigen::VectorXd augmented_hessian_, total_, last_lagrangian_, next_multipliers_;
   Eigen::VectorXd newton_step_;                    // to the model's minimum while the same rows are active
   Eigen::VectorXd hessian_step_, hessian_newton_;  // Hessian times step_ and newton_step_, by the equations they solve

@@ -1,6 +1,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <Eigen/LU>
+
 #include <tandem/problem/planning/plan_options.hpp>
 #include <tandem/residuals/vehicle/inside_cone.hpp>
 
@@ -25,13 +27,40 @@ double inside(const Cone& cone, const SE3& carrier, const SE3& other) {
 
 }  // namespace
 
+double coupled_share(const PlanOptions& options, const Matrix<6, 6>& covariance_at_end) {
+  constexpr double most_pull = 1e-4;
+  const double variance = covariance_at_end.diagonal().head<3>().maxCoeff();
+  const double goal = options.terminal_position * options.terminal_position;
+  return most_pull * (variance > goal ? goal / variance : 1.0);
+}
+
+double information_of_fix(const PlanOptions& options, const Matrix<6, 6>& covariance) {
+  const Vector<6> by = options.fix.cwiseInverse();
+  const Matrix<6, 6> gain = Matrix<6, 6>::Identity() + Matrix<6, 6>(by.asDiagonal() * covariance * by.asDiagonal());
+  return 0.5 * std::log(std::max(1.0, gain.determinant()));
+}
+
+Matrix<6, 6> expected_information(const PlanOptions& options, const SE3& chaser, const SE3& target) {
+  const Vector<3> p = in_sensor_frame(chaser, target, options.sight.B, options.sight.beacon);
+  const double probability = Unseen{options.sight}.probability(p);
+  return probability * Matrix<6, 6>(options.fix.cwiseAbs2().cwiseInverse().asDiagonal());
+}
+
 std::string why_impossible(const PlanOptions& o) {
   if (o.steps < 1) return "a plan needs one step at least";
   if (!(o.dt > 0) || !std::isfinite(o.dt)) return "the step of a plan must be positive [s]";
   for (const double sigma : {o.running_position, o.running_attitude, o.terminal_position, o.terminal_attitude,
                              o.running_speed, o.running_turn_rate, o.effort, o.rate})
     if (!(sigma > 0)) return "the standard deviations of a plan's costs must be positive";
+  if (!(o.information >= 0) || !std::isfinite(o.information))
+    return "what a nat of information counts for must not be negative";
+  const Sight& s = o.sight;
+  if (!(s.range > 0 && s.range_fade > 0 && s.cosine_fade > 0 && s.half_angle > 0 && s.half_angle < std::numbers::pi) ||
+      !(o.fix.array() > 0).all())
+    return "range, fading and fixes of a sight must be positive, its half angle between 0 and 180 degrees";
   if (!(o.keep_out >= 0)) return "the keep-out distance must not be negative";
+  if (!(o.chance >= 0) || !std::isfinite(o.chance))
+    return "the standard deviations that a plan's constraints are tightened by must not be negative";
   if (!is_cone(o.approach) || !is_cone(o.view)) return "the half angle of a cone must be between 0 and 90 degrees";
   if (o.lowest && o.highest && !(*o.lowest < *o.highest)) return "depth: the lower bound is above the upper one";
   if (o.most_roll_pitch && !(*o.most_roll_pitch > 0 && *o.most_roll_pitch < std::numbers::pi / 2))

@@ -5,6 +5,7 @@
 
 #include <tandem/lie/se3.hpp>
 #include <tandem/residuals/bounds.hpp>
+#include <tandem/residuals/vehicle/unseen.hpp>
 
 namespace tandem {
 
@@ -29,6 +30,11 @@ struct PlanOptions {
   double effort = 1.0;                                      ///< commands, as a share of half their range
   double rate = 0.5;                                        ///< their change from step to step, likewise
 
+  /// Seeing as a goal: what is expected to be missed of a fix's information at a step costs as much a nat. 0: no goal.
+  double information = 0.0;
+  Sight sight{};                                                                   ///< of what gives the fixes
+  Vector<6> fix = (Vector<6>() << 0.05, 0.05, 0.05, 0.03, 0.03, 0.03).finished();  ///< their σ [m, rad]
+
   // Hard:
   std::optional<Bounds<6>> twist{};           ///< over the ground, body axes [m/s, rad/s]
   std::optional<double> lowest{}, highest{};  ///< height z in the world [m]: lowest is minus the greatest depth
@@ -36,7 +42,20 @@ struct PlanOptions {
   double keep_out = 0.0;                      ///< least distance of the two bodies' origins [m]; 0: docking, none
   std::optional<Cone> approach{};             ///< from the target, that the chaser stays in
   std::optional<Cone> view{};                 ///< from the chaser, that the target's lights stay in
+  /// Keep-out and the cones hold by this many standard deviations of what they measure, by the target's predicted
+  /// covariance: at 2, with a chance of 98 % each at each step where they are nearly linear over it. 0: on the mean.
+  double chance = 0.0;
 };
+
+/// What a coupled plan's costs may count for (CoupledEstimate::share) where the target's pose at the plan's end has this
+/// covariance (right perturbations [m, rad]): so little that the terminal goal pulls at the prediction with a ten-thousandth
+/// of what holds it.
+double coupled_share(const PlanOptions& options, const Matrix<6, 6>& covariance_at_end);
+
+/// What a fix would tell of a target's pose that has this covariance [nats]: ½ log det(1 + Σ R⁻¹).
+double information_of_fix(const PlanOptions& options, const Matrix<6, 6>& covariance);
+/// The information [1/m², 1/rad²] that fixes are expected to bring with the two where they are: P R⁻¹.
+Matrix<6, 6> expected_information(const PlanOptions& options, const SE3& chaser, const SE3& target);
 
 /// Empty, or a sentence that says what no plan can do with these: a number out of its range, bounds that cross, a goal
 /// that keep-out, approach or view forbid. The constraints that clash are named.

@@ -1,10 +1,15 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/planning/plan_problem.hpp>
+#include <tandem/residuals/biased.hpp>
+#include <tandem/residuals/constant_twist.hpp>
+#include <tandem/residuals/damped_twist.hpp>
 #include <tandem/residuals/depth.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/range.hpp>
@@ -14,9 +19,21 @@
 #include <tandem/residuals/usbl_position.hpp>
 #include <tandem/residuals/vehicle/inside_cone.hpp>
 #include <tandem/residuals/vehicle/twist_kinematics.hpp>
+#include <tandem/residuals/vehicle/unseen.hpp>
 
 // The members of plan_problem.hpp's templates, for the sources that instantiate them.
 namespace tandem {
+namespace detail {
+
+inline Range<> keep_out_of(const PlanOptions& o) { return Range<>{o.keep_out}; }
+inline InsideCone<> inside_of(const Cone& cone) { return {cone.half_angle, cone.apex, cone.point}; }
+
+/// √(J Σ Jᵀ)
+inline double standard_deviation(const Matrix<1, 6>& J, const Matrix<6, 6>& covariance) {
+  return std::sqrt(std::max(0.0, (J * covariance * J.transpose())(0, 0)));
+}
+
+}  // namespace detail
 
 template <int N>
 Plan<N> Plan<N>::shifted(const VehicleStep<N>& step, const Vector<3>& current) const {
@@ -37,12 +54,28 @@ Plan<N> Plan<N>::from(const VehicleState<N>& start, const VehicleStep<N>& step, 
 
 template <int N>
 PlanProblem<N>::PlanProblem(const VehicleModel<N>& vehicle, const PlanOptions& options)
-    : vehicle_(vehicle), options_(options) {
+    : PlanProblem(vehicle, options, std::nullopt, std::make_unique<Problem>()) {}
+
+template <int N>
+PlanProblem<N>::PlanProblem(const VehicleModel<N>& vehicle, const PlanOptions& options, const CoupledEstimate& estimate)
+    : PlanProblem(vehicle, options, estimate, nullptr) {}
+
+template <int N>
+PlanProblem<N>::PlanProblem(const VehicleModel<N>& vehicle, const PlanOptions& options,
+                            std::optional<CoupledEstimate> estimate, std::unique_ptr<Problem> own)
+    : vehicle_(vehicle),
+      options_(options),
+      estimate_(std::move(estimate)),
+      own_(std::move(own)),
+      problem_(own_ ? *own_ : estimate_->problem) {
   if (const std::string why = why_impossible(vehicle); !why.empty()) throw Error(why);
   if (const std::string why = why_impossible(options); !why.empty()) throw Error(why);
+  if (estimate_ && !(estimate_->share > 0 && estimate_->dt > 0))
+    throw Error("a coupled plan needs a share of its costs and a time between the target's poses that are positive");
   add_variables();
   for (int k = 0; k < options.steps; ++k) {
     add_motion(k);
+    if (estimate_) add_target_motion(k);
     add_costs(k);
     add_bounds(k);
   }
@@ -57,15 +90,36 @@ void PlanProblem<N>::add_variables() {
     if (k > 0) command_.push_back(problem_.add(Rn<N>(), "command" + step));
     actuators_.push_back(problem_.add(Rn<N>(), "actuators" + step));
     twist_.push_back(problem_.add(Rn<6>(), "twist" + step));
-    chaser_.push_back(problem_.add(SE3(), "chaser" + step));
-    target_.push_back(problem_.add(SE3(), "target" + step));
+    chaser_.push_back(estimate_ && k == 0 ? estimate_->chaser : problem_.add(SE3(), "chaser" + step));
+    target_.push_back(estimate_ && k == 0 ? estimate_->now : problem_.add(SE3(), "target" + step));
     target_twist_.push_back(problem_.add(Rn<6>(), "twist of the target" + step));
-    problem_.fix(target_.back());
     problem_.fix(target_twist_.back());
+    if (!estimate_) problem_.fix(target_.back());
   }
   problem_.fix(actuators_.front());
   problem_.fix(twist_.front());
-  problem_.fix(chaser_.front());
+  if (!estimate_) problem_.fix(chaser_.front());
+}
+
+/// As predict_target has it, with its noise.
+template <int N>
+void PlanProblem<N>::add_target_motion(int k) {
+  const CoupledEstimate& e = *estimate_;
+  const std::size_t now = std::size_t(k);
+  const double last = k == 0 ? e.dt : options_.dt, dt = options_.dt;
+  const std::tuple poses{k == 0 ? e.before : target_[now - 1], target_[now], target_[now + 1]};
+  if (e.time_constants) {
+    const Vector<6> sigma = e.noise.cwiseProduct(DampedTwist<SE3>::spread(last, dt, *e.time_constants));
+    problem_.minimize(DampedTwist<SE3>::over(last, dt, *e.time_constants), Gaussian(Eigen::VectorXd(sigma)), poses);
+  } else {
+    problem_.minimize(ConstantTwist<SE3>{last, dt}, Gaussian(Eigen::VectorXd(std::sqrt(dt) * e.noise)), poses);
+  }
+}
+
+/// A standard deviation counts for less where the cost is a share.
+template <int N>
+Gaussian PlanProblem<N>::cost(const Eigen::VectorXd& sigma) const {
+  return Gaussian(Eigen::VectorXd(sigma / std::sqrt(share())));
 }
 
 template <int N>
@@ -86,19 +140,25 @@ void PlanProblem<N>::add_costs(int k) {
   const bool last = k + 1 == o.steps;
   const double position = last ? o.terminal_position : o.running_position;
   const double attitude = last ? o.terminal_attitude : o.running_attitude;
-  problem_.minimize(UsblPosition<>{o.goal.translation()}, Gaussian(Eigen::Vector3d::Constant(position)),
+  problem_.minimize(UsblPosition<>{o.goal.translation()}, cost(Eigen::Vector3d::Constant(position)),
                     {target_[next], chaser_[next]});
-  problem_.minimize(RelativeRotation<>{o.goal.rotation()}, Gaussian(Eigen::Vector3d::Constant(attitude)),
+  problem_.minimize(RelativeRotation<>{o.goal.rotation()}, cost(Eigen::Vector3d::Constant(attitude)),
                     {target_[next], chaser_[next]});
+  if (o.information > 0) {
+    gain_.push_back(problem_.add(Rn<1>(), "information at step " + std::to_string(next)));
+    problem_.fix(gain_.back());
+    problem_.minimize(Unseen{o.sight}, cost(Vector<1>(1.0 / std::sqrt(o.information))),
+                      {chaser_[next], target_[next], gain_.back()});
+  }
   Vector<6> speed;
   speed << Vector<3>::Constant(o.running_speed), Vector<3>::Constant(o.running_turn_rate);
-  problem_.minimize(RelativePose<Rn<6>>{}, Gaussian(Eigen::VectorXd(speed)), {target_twist_[next], twist_[next]});
+  problem_.minimize(RelativePose<Rn<6>>{}, cost(speed), {target_twist_[next], twist_[next]});
 
   const Vector<N> half = 0.5 * (vehicle_.upper - vehicle_.lower);
   const Rn<N> neutral(Vector<N>(Vector<N>::Zero().cwiseMax(vehicle_.lower).cwiseMin(vehicle_.upper)));
-  problem_.minimize(Prior<Rn<N>>{neutral}, Gaussian(Eigen::VectorXd(o.effort * half)), {actuators_[next]});
+  problem_.minimize(Prior<Rn<N>>{neutral}, cost(o.effort * half), {actuators_[next]});
   const auto& before = k == 0 ? actuators_[0] : command_[now - 1];  // what they do now is what they were told
-  problem_.minimize(RelativePose<Rn<N>>{}, Gaussian(Eigen::VectorXd(o.rate * half)), {before, command_[now]});
+  problem_.minimize(RelativePose<Rn<N>>{}, cost(o.rate * half), {before, command_[now]});
 }
 
 template <int N>
@@ -112,18 +172,55 @@ void PlanProblem<N>::add_bounds(int k) {
     problem_.subject_to(Depth{0.0}, between(o.lowest.value_or(-none), o.highest.value_or(none)), {chaser_[next]});
   if (o.most_roll_pitch)
     problem_.subject_to(RollPitch<>{}, between(-*o.most_roll_pitch, *o.most_roll_pitch), {chaser_[next]});
-  if (o.keep_out > 0) problem_.subject_to(Range<>{o.keep_out}, at_least(0), {chaser_[next], target_[next]});
-  if (o.approach)
-    problem_.subject_to(InsideCone<>{o.approach->half_angle, o.approach->apex, o.approach->point}, at_least(0),
-                        {target_[next], chaser_[next]});
-  if (o.view)
-    problem_.subject_to(InsideCone<>{o.view->half_angle, o.view->apex, o.view->point}, at_least(0),
-                        {chaser_[next], target_[next]});
+  if (o.keep_out > 0) keep_inside(detail::keep_out_of(o), keep_out_margin_, chaser_[next], target_[next]);
+  if (o.approach) keep_inside(detail::inside_of(*o.approach), approach_margin_, target_[next], chaser_[next]);
+  if (o.view) keep_inside(detail::inside_of(*o.view), view_margin_, chaser_[next], target_[next]);
+}
+
+template <int N>
+template <Residual R>
+void PlanProblem<N>::keep_inside(const R& constraint, Margins& margins, const Variable<SE3>& from,
+                                 const Variable<SE3>& other) {
+  margins.push_back(problem_.add(Rn<1>(), "margin at step " + std::to_string(margins.size() + 1)));
+  problem_.fix(margins.back());
+  problem_.subject_to(Biased<R>{constraint}, at_least(0), {from, other, margins.back()});
+}
+
+/// What a fix would tell if none came before it.
+template <int N>
+void PlanProblem<N>::set_gains() {
+  if (gain_.empty()) return;
+  if (target_covariance_.size() != target_.size()) throw Error("a plan that is to see needs the target's covariances");
+  for (std::size_t k = 0; k < gain_.size(); ++k) {
+    const double nats = information_of_fix(options_, target_covariance_[k + 1]);
+    problem_.set_value(gain_[k], Rn<1>(Vector<1>(std::sqrt(2.0 * nats))));
+  }
+}
+
+template <int N>
+void PlanProblem<N>::set_margins() {
+  if (!(options_.chance > 0)) return;
+  if (target_covariance_.size() != target_.size()) throw Error("a plan by chance needs the target's covariances");
+  const auto set = [&](const auto& margins, std::size_t k, const auto& constraint, const SE3& from, const SE3& other,
+                       bool from_target) {
+    if (margins.empty()) return;
+    Vector<1> c;
+    Matrix<1, 6> by_target;
+    constraint(from, other, c, from_target ? &by_target : nullptr, from_target ? nullptr : &by_target);
+    const double sigma = detail::standard_deviation(by_target, target_covariance_[k]);
+    problem_.set_value(margins[k - 1], Rn<1>(Vector<1>(-options_.chance * sigma)));
+  };
+  for (std::size_t k = 1; k < target_.size(); ++k) {
+    const SE3 &chaser = problem_.value(chaser_[k]), &target = problem_.value(target_[k]);
+    set(keep_out_margin_, k, detail::keep_out_of(options_), chaser, target, false);
+    if (options_.approach) set(approach_margin_, k, detail::inside_of(*options_.approach), target, chaser, true);
+    if (options_.view) set(view_margin_, k, detail::inside_of(*options_.view), chaser, target, false);
+  }
 }
 
 template <int N>
 void PlanProblem<N>::set_start(const VehicleState<N>& start, const Vector<3>& current) {
-  problem_.set_value(chaser_.front(), start.pose);
+  if (!estimate_) problem_.set_value(chaser_.front(), start.pose);
   problem_.set_value(twist_.front(), Rn<6>(start.twist));
   problem_.set_value(actuators_.front(), Rn<N>(start.actuators));
   problem_.set_value(current_, R3(current));
@@ -136,9 +233,11 @@ void PlanProblem<N>::set_target(const TargetPrediction& target) {
                 std::to_string(target.pose.size()));
   const Matrix<6, 6> to_goal = options_.goal.inverse().Ad();
   for (std::size_t k = 0; k < target_.size(); ++k) {
-    problem_.set_value(target_[k], target.pose[k]);
+    if (!estimate_ || k > 0) problem_.set_value(target_[k], target.pose[k]);
     problem_.set_value(target_twist_[k], Rn<6>(Vector<6>(to_goal * target.twist[k])));
   }
+  target_covariance_ = target.covariance;
+  set_gains();
 }
 
 template <int N>
@@ -153,6 +252,7 @@ void PlanProblem<N>::set_guess(const Plan<N>& plan) {
     problem_.set_value(twist_[k + 1], Rn<6>(s.twist));
     problem_.set_value(chaser_[k + 1], s.pose);
   }
+  set_margins();
 }
 
 template <int N>

@@ -1,3 +1,5 @@
+#include <Eigen/LU>
+
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/planning/target_prediction.hpp>
 #include <tandem/residuals/constant_twist.hpp>
@@ -19,10 +21,22 @@ void linearize(const Motion& motion, const SE3& before, const SE3& now, const SE
   motion(before, now, next, e, &step.J0, &step.J1);
 }
 
+/// (S⁻¹ + Eᵀ Λ E)⁻¹ of the two poses' covariance S, E the newer one's: Λ need not be regular.
+void take_in(const Matrix<6, 6>& information, Matrix<12, 12>& both) {
+  const Matrix<12, 6> by_now = both.rightCols<6>();
+  const Matrix<6, 6> gain = Matrix<6, 6>::Identity() + Matrix<6, 6>(information * by_now.bottomRows<6>());
+  const Matrix<6, 6> kept = gain.partialPivLu().solve(information);
+  both -= (by_now * kept * by_now.transpose()).eval();
+  both = (0.5 * (both + both.transpose())).eval();
+}
+
 }  // namespace
 
 TargetPrediction predict_target(const TargetBelief& belief, const Vector<6>& noise, double dt, int steps,
-                                const std::optional<Vector<6>>& time_constants) {
+                                const std::optional<Vector<6>>& time_constants,
+                                const std::vector<Matrix<6, 6>>& fixes) {
+  if (!fixes.empty() && fixes.size() != std::size_t(steps))
+    throw Error("a target's prediction needs a fix for each step");
   if (!(belief.dt > 0) || !(dt > 0)) throw Error("a target's prediction needs times that are positive");
   if (time_constants && !(time_constants->array() > 0).all())
     throw Error("a target's prediction needs time constants that are positive");
@@ -54,6 +68,7 @@ TargetPrediction predict_target(const TargetBelief& belief, const Vector<6>& noi
     carried.bottomRightCorner<6, 6>() = -step.J1;
     both = (carried * both * carried.transpose()).eval();
     both.bottomRightCorner<6, 6>().diagonal() += step.sigma.cwiseAbs2();
+    if (!fixes.empty()) take_in(fixes[std::size_t(k)], both);
     before = now;
     now = next;
     last = dt;

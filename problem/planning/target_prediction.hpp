@@ -25,8 +25,11 @@ struct TargetPrediction {
 /// `steps` steps of dt [s] ahead by constant twist, whose noise grows as `noise`² dt (standard deviations per √s, m and
 /// rad, as TrackingNoise::constant_twist); or, given time constants [s] of the twist's components, by DampedTwist, whose
 /// root spectral densities `noise` then are: the twist's own variance then stays below noise² τ/2. The covariance is
-/// carried on to first order through the Jacobians of either. Throws Error when a time is not positive.
+/// carried on to first order through the Jacobians of either. `fixes`: information [1/m², 1/rad²] on the pose that comes
+/// after each step, by right perturbations, which makes its covariance less; none: nothing is measured. Throws Error when a
+/// time is not positive, or there are not as many fixes as steps.
 TargetPrediction predict_target(const TargetBelief& belief, const Vector<6>& noise, double dt, int steps,
-                                const std::optional<Vector<6>>& time_constants = {});
+                                const std::optional<Vector<6>>& time_constants = {},
+                                const std::vector<Matrix<6, 6>>& fixes = {});
 
 }  // namespace tandem

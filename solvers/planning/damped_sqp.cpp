@@ -14,9 +14,14 @@ namespace {
 constexpr double kSqpPenalty = 1e7;             // over the cost's stiffness: a step meets the linearised constraints
 constexpr std::array kDampings{0.1, 0.3, 1.0};  // of the cost's curvature, in the first steps
 constexpr double kLeastDamping = 1.0, kMostDamping = 1e3;  // in later ones, as the violation falls or not
-constexpr double kFalls = 0.1, kHardlyFalls = 0.5;         // of the violation before the step
-constexpr double kFaster = 0.5, kSlower = 3.0;             // factors of the damping then
-constexpr double kDiverged = 1e3;                          // a violation of nothing that is near a plan
+constexpr double kCurvedDamping = 0.1;                  // the least once the constraints' curvature is in the Hessian
+constexpr int kCurvatureAfter = 6, kCurvatureKept = 4;  // iterations until then, and until it is evaluated anew
+constexpr double kNearby = 1e-3;                        // the violation from which on its multipliers are good
+constexpr int kFarAway = 10;                            // iterations after which they have to do
+constexpr double kStiffer = 10;                         // factor of the damping of a matrix that is not definite
+constexpr double kFalls = 0.1, kHardlyFalls = 0.5;      // of the violation before the step
+constexpr double kFaster = 0.5, kSlower = 3.0;          // factors of the damping then
+constexpr double kDiverged = 1e3;                       // a violation of nothing that is near a plan
 
 }  // namespace
 
@@ -44,6 +49,7 @@ Summary DampedSqp::solve(const Options& options) try {
   summary.solver = "damped-sqp";
 
   program.reset();
+  Eigen::VectorXd c(program.num_rows());
   const auto end = [&](Status status, const char* why) {
     summary.status = status;
     summary.message = why;
@@ -51,15 +57,33 @@ Summary DampedSqp::solve(const Options& options) try {
     summary.seconds = seconds();
     return summary;
   };
+  // The best point there was, which is a feasible one if any was.
+  const auto stopped = [&](Status status, const char* why) {
+    end(status, why);
+    if (summary.max_violation > options.feasible) {
+      model.restore_best();
+      program.reset();
+      summary.cost = program.cost();
+      program.constraints(c);
+      summary.max_violation = program.violation(c).size;
+    }
+    return summary;
+  };
   model.restart(kSqpPenalty);
   summary.initial_cost = summary.cost = model.linearize();
   model.begin();
   double violation = model.violation().size, damping = kLeastDamping;
+  int curved = 0;  // the iteration whose curvature the Hessian has
   for (int k = 0; k < options.max_iterations; ++k) {
-    if (seconds() > options.time_limit) return end(Status::time_limit, "the limit of time was reached");
+    if (seconds() > options.time_limit) return stopped(Status::time_limit, "the limit of time was reached");
     ++summary.iterations;
-    const double damped = std::size_t(k) < kDampings.size() ? kDampings[std::size_t(k)] : damping;
-    if (!model.find_step(damped)) return end(Status::failed, "the quadratic program's matrix is not positive definite");
+    double damped = std::size_t(k) < kDampings.size() ? kDampings[std::size_t(k)] : damping;
+    while (!model.find_step(damped)) {
+      if (!curved || damped > kMostDamping)
+        return end(Status::failed, "the quadratic program's matrix is not positive definite");
+      damped *= kStiffer;
+    }
+    damping = std::max(damping, damped);
     const double predicted = model.predicted(), before = violation;
     if (!std::isfinite(model.merit_at_step(true)))
       return end(Status::failed, "a residual is undefined after a full step");
@@ -76,9 +100,15 @@ Summary DampedSqp::solve(const Options& options) try {
     if (violation > kHardlyFalls * std::max(before, options.feasible))
       damping = std::min(kMostDamping, kSlower * damping);
     else if (violation < kFalls * before || violation <= options.feasible)
-      damping = std::max(kLeastDamping, kFaster * damping);
+      damping = std::max(curved ? kCurvedDamping : kLeastDamping, kFaster * damping);
+    const int done = k + 1;
+    if (done >= (curved ? curved + kCurvatureKept : kCurvatureAfter) && (violation < kNearby || done > kFarAway)) {
+      model.add_curvature();
+      damping = kCurvedDamping;
+      curved = done;
+    }
   }
-  return end(Status::max_iterations, "the limit of iterations was reached");
+  return stopped(Status::max_iterations, "the limit of iterations was reached");
 } catch (const Error& error) {
   Summary summary = analysed_->session.summary;
   summary.status = Status::failed;

@@ -10,8 +10,9 @@ namespace tandem {
 /// From near a solution to where a plan is good enough: a few sequential quadratic programs with Gauss-Newton's Hessian,
 /// each solved by the augmented Lagrangian's semismooth Newton iteration, full steps without a line search. What
 /// Gauss-Newton leaves out, the curvature of the constraints, would make undamped steps diverge; the first ones are
-/// nearly free, later ones damped by the cost's own stiffness, the more the less the violation falls. The program is
-/// analysed once, so that the next solve of the same problem only computes.
+/// nearly free, later ones damped by the cost's own stiffness, the more the less the violation falls. Where that has not
+/// converged in a few steps, the curvature is evaluated and kept over the next few. The program is analysed once, so that
+/// the next solve of the same problem only computes.
 ///
 /// It gives up when steps do not lead to a feasible point at once: then a solver that globalises has to take over, from
 /// another start than the last iterate. Source of the scheme: Diehl et al. 2005, real-time iterations; Wright 1998 for
@@ -30,8 +31,8 @@ class DampedSqp {
   explicit DampedSqp(Problem& problem);
   ~DampedSqp();
 
-  /// The variables have the last iterate: a solution when converged; a feasible point with max_iterations and a
-  /// max_violation within `feasible`; else what a solver that globalises had better not start from.
+  /// The variables have a solution when converged; with max_iterations or time_limit the best iterate, feasible when
+  /// max_violation is within `feasible`; else what a solver that globalises had better not start from.
   Summary solve(const Options& options);
 
  private:

@@ -13,16 +13,8 @@ namespace {
 
 /// The cost of a plan leaves most unknowns slack, and its constraints are stiff: weights that do not let go of them.
 constexpr double kPlanPenalty = 1e7;
-constexpr double kAtBound = 1e-6;  // in the row's units, over its size
-
-Program::Violation violation_at_values(Problem& problem, std::string& worst) {
-  Program program(problem);
-  Eigen::VectorXd c(program.num_rows());
-  program.constraints(c);
-  const Program::Violation v = program.violation(c);
-  worst = v.size > kPlanTolerance ? program.describe_row(v.row) : std::string();
-  return v;
-}
+constexpr double kCostTolerance = 1e-4;  // of DampedSqp, over 1 + cost
+constexpr double kAtBound = 1e-6;        // in the row's units, over its size
 
 }  // namespace
 
@@ -59,50 +51,88 @@ Plan<N> Planner<N>::pursuit(const VehicleState<N>& start, const Vector<3>& curre
 }
 
 template <int N>
-Summary Planner<N>::solve(const Plan<N>& guess) {
-  problem_.set_guess(guess);
-  double left = options_.deadline;
-  if (last_ && options_.refine) {
-    DampedSqp::Options sqp;
-    sqp.time_limit = left;
-    const Summary refined = sqp_.solve(sqp);
-    if (refined.converged() || refined.status == Status::time_limit) return refined;
-    left -= refined.seconds;
-    problem_.set_guess(guess);
-  }
+Summary Planner<N>::refine(DampedSqp& sqp, const Plan<N>& guess, double cost_tolerance) {
+  problem().set_guess(guess);
+  DampedSqp::Options options;
+  options.time_limit = options_.deadline;
+  options.cost_tolerance = cost_tolerance;
+  return sqp.solve(options);
+}
+
+template <int N>
+Summary Planner<N>::globalise(const Plan<N>& guess, double time_limit) {
+  problem().set_guess(guess);
   if (options_.solver == PlanSolver::ipopt) {
     IpoptOptions ipopt;
-    ipopt.max_iterations = options_.max_iterations;
-    ipopt.time_limit = left;
-    return tandem::solve(problem_.problem(), ipopt);
+    ipopt.max_iterations = last_ ? options_.max_warm_iterations : options_.max_iterations;
+    ipopt.time_limit = time_limit;
+    return tandem::solve(problem().problem(), ipopt);
   }
   AugmentedLagrangianOptions lagrangian;
   lagrangian.initial_penalty = kPlanPenalty;
-  lagrangian.max_iterations = options_.max_iterations;
-  lagrangian.time_limit = left;
-  return tandem::solve(problem_.problem(), lagrangian);
+  lagrangian.max_iterations = last_ ? options_.max_warm_iterations : options_.max_iterations;
+  lagrangian.time_limit = time_limit;
+  return tandem::solve(problem().problem(), lagrangian);
+}
+
+template <int N>
+double Planner<N>::violation_at_values(std::string& worst) {
+  if (!check_) check_ = std::make_unique<Program>(problem().problem());
+  check_->reset();
+  Eigen::VectorXd c(check_->num_rows());
+  check_->constraints(c);
+  const Program::Violation v = check_->violation(c);
+  worst = v.size > kPlanTolerance ? check_->describe_row(v.row) : std::string();
+  return v.size;
 }
 
 template <int N>
 PlanResult<N> Planner<N>::replan(const VehicleState<N>& start, const Vector<3>& current,
                                  const TargetPrediction& target) {
+  if (coupled_) check_.reset();
+  coupled_.reset();
   problem_.set_start(start, current);
   problem_.set_target(target);
+  const Plan<N> from = guess(start, current, target);
+  double left = options_.deadline;
+  if (options_.refine) {
+    const Summary refined = refine(sqp_, from, kCostTolerance);
+    if (refined.converged() || refined.status == Status::time_limit) return finish(refined, start, current);
+    left -= refined.seconds;
+  }
+  return finish(globalise(from, left), start, current);
+}
+
+template <int N>
+PlanResult<N> Planner<N>::replan(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target,
+                                 const CoupledEstimate& estimate) {
+  check_.reset();
+  coupled_ = std::make_unique<PlanProblem<N>>(problem_.vehicle(), problem_.options(), estimate);
+  coupled_->set_start(start, current);
+  coupled_->set_target(target);
+  const Plan<N> from = guess(start, current, target);
+  if (!options_.refine) return finish(globalise(from, options_.deadline), start, current);
+  DampedSqp sqp(coupled_->problem());
+  const Summary refined = refine(sqp, from, kCostTolerance * estimate.share);
+  if (refined.converged() || refined.status == Status::time_limit) return finish(refined, start, current);
+  return replan(start, current, target);
+}
+
+template <int N>
+PlanResult<N> Planner<N>::finish(Summary summary, const VehicleState<N>& start, const Vector<3>& current) {
   PlanResult<N> result;
-  result.summary = solve(last_ ? *last_ : pursuit(start, current, target));
-  result.plan = problem_.plan();
+  result.summary = std::move(summary);
+  result.coupled = coupled_ != nullptr;
+  result.plan = problem().plan();
   result.max_violation = result.summary.max_violation;
   result.worst_constraint = result.summary.worst_constraint;
   result.origin = result.summary.converged() ? PlanOrigin::solved : PlanOrigin::stopped;
   if (!result.accepted() && last_) {
     const Plan<N> shifted = last_->from(start, step_, current);
-    problem_.set_guess(shifted);
-    std::string worst;
-    const double violation = violation_at_values(problem_.problem(), worst).size;
+    problem().set_guess(shifted);
     result.plan = shifted;
     result.origin = PlanOrigin::shifted;
-    result.max_violation = violation;
-    result.worst_constraint = worst;
+    result.max_violation = violation_at_values(result.worst_constraint);
   }
   if (result.accepted() || last_) last_ = result.plan.shifted(step_, current);
   return result;
@@ -110,7 +140,7 @@ PlanResult<N> Planner<N>::replan(const VehicleState<N>& start, const Vector<3>& 
 
 template <int N>
 std::vector<ActiveConstraint> Planner<N>::active_constraints() {
-  Program program(problem_.problem());
+  Program program(problem().problem());
   const int rows = program.num_rows(), unknowns = program.num_unknowns();
   Eigen::VectorXd c(rows), gradient(unknowns);
   const auto& pattern = program.jacobian_pattern();
@@ -127,22 +157,29 @@ std::vector<ActiveConstraint> Planner<N>::active_constraints() {
       place[std::size_t(row)] = int(active.size());
       active.push_back(row);
     }
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(Eigen::Index(active.size()), unknowns);
+  // Of the unknowns that they read: coupled, most are the estimate's alone.
+  std::vector<int> column(std::size_t(unknowns), -1), read;
+  for (std::size_t k = 0; k < pattern.row.size(); ++k)
+    if (int& at = column[std::size_t(pattern.column[k])]; at < 0 && place[std::size_t(pattern.row[k])] >= 0) {
+      at = int(read.size());
+      read.push_back(pattern.column[k]);
+    }
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(Eigen::Index(active.size()), Eigen::Index(read.size()));
   for (std::size_t k = 0; k < pattern.row.size(); ++k)
     if (const int row = place[std::size_t(pattern.row[k])]; row >= 0)
-      J(row, pattern.column[k]) += values[Eigen::Index(k)];
+      J(row, column[std::size_t(pattern.column[k])]) += values[Eigen::Index(k)];
   // gradient + Jᵀ λ = 0, in the least squares; rows that others imply share one multiplier.
   Eigen::MatrixXd normal = J * J.transpose();
   normal.diagonal().array() += 1e-12 * normal.diagonal().maxCoeff();
-  const Eigen::VectorXd lambda = normal.ldlt().solve(-(J * gradient));
+  const Eigen::VectorXd lambda = normal.ldlt().solve(-(J * gradient(read)));
 
   std::vector<ActiveConstraint> found;
   for (std::size_t i = 0; i < active.size(); ++i) {
     const int row = active[i];
     const double lower = program.lower()[row], upper = program.upper()[row];
     if (lower == upper) continue;
-    found.push_back(
-        {program.describe_row(row), c[row], at(row, lower) ? lower : upper, std::abs(lambda[Eigen::Index(i)])});
+    found.push_back({program.describe_row(row), c[row], at(row, lower) ? lower : upper,
+                     std::abs(lambda[Eigen::Index(i)]) / problem().share()});
   }
   return found;
 }

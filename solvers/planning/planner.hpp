@@ -1,11 +1,13 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include <tandem/problem/planning/plan_problem.hpp>
 #include <tandem/problem/planning/pursuit.hpp>
+#include <tandem/problem/program.hpp>
 #include <tandem/solvers/planning/damped_sqp.hpp>
 #include <tandem/solvers/summary.hpp>
 
@@ -17,11 +19,12 @@ std::string_view name(PlanSolver solver);
 
 struct PlannerOptions {
   PlanSolver solver = PlanSolver::ipopt;
-  bool refine = true;  ///< a plan that has one before it is first tried by DampedSqp, which takes milliseconds
+  bool refine = true;  ///< DampedSqp tries first, which takes milliseconds
   double deadline =
       std::numeric_limits<double>::infinity();  ///< s for a plan, after which the best feasible one counts
-  int max_iterations = 300;
-  PursuitOptions pursuit{};  ///< the roll-out that a first plan starts from
+  int max_iterations = 300;                     ///< of the solver
+  int max_warm_iterations = 60;  ///< the same for a plan that has one before it, which there is to fall back on
+  PursuitOptions pursuit{};      ///< the roll-out that a first plan starts from
 };
 
 /// A hard constraint may be violated by this much in a plan that is accepted, in its own units.
@@ -49,6 +52,7 @@ struct PlanResult {
   double max_violation;          ///< of the hard constraints, at this plan
   std::string worst_constraint;  ///< the one, when it is above kPlanTolerance
   Summary summary;               ///< of the solve
+  bool coupled = false;          ///< with the target's estimate in the program
   bool accepted() const { return max_violation <= kPlanTolerance; }
 };
 
@@ -63,6 +67,12 @@ class Planner {
   /// infeasible, the last plan that was accepted is shifted by the steps since; without one the solver's best is given.
   PlanResult<N> replan(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target);
 
+  /// The same with the target's estimate in one program: `target` is the prediction that it starts from, `start` has the
+  /// estimate's pose. The estimate's problem has the plan in it from then on, and must live until the next one. Where
+  /// DampedSqp, if it tries at all, does not end, the plan is one against the prediction, as above.
+  PlanResult<N> replan(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target,
+                       const CoupledEstimate& estimate);
+
   /// The hard inequalities that the last solve's plan is at the bound of, with least-squares multipliers of its
   /// optimality conditions.
   std::vector<ActiveConstraint> active_constraints();
@@ -70,16 +80,25 @@ class Planner {
   void set_deadline(double seconds) { options_.deadline = seconds; }
   /// The next replan() starts as the first did.
   void forget() { last_.reset(); }
-  PlanProblem<N>& problem() { return problem_; }
+  /// The last replan's; before it, that of plans which are not coupled.
+  PlanProblem<N>& problem() { return coupled_ ? *coupled_ : problem_; }
   const VehicleStep<N>& step() const { return step_; }
 
  private:
   Plan<N> pursuit(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target) const;
-  Summary solve(const Plan<N>& guess);
+  PlanResult<N> finish(Summary summary, const VehicleState<N>& start, const Vector<3>& current);
+  Summary refine(DampedSqp& sqp, const Plan<N>& guess, double cost_tolerance);
+  Summary globalise(const Plan<N>& guess, double time_limit);
+  Plan<N> guess(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target) const {
+    return last_ ? *last_ : pursuit(start, current, target);
+  }
+  double violation_at_values(std::string& worst);
 
   PlannerOptions options_;
   PlanProblem<N> problem_;
   DampedSqp sqp_;
+  std::unique_ptr<Program> check_;  ///< of what no solver has seen
+  std::unique_ptr<PlanProblem<N>> coupled_;
   VehicleStep<N> step_;
   std::optional<Plan<N>> last_;  ///< shifted to the instant that comes next
 };

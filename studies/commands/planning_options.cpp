@@ -53,14 +53,32 @@ void add_planning(CommandOptions& option, PlanningRequest& r) {
   option("--approach", "DEG", "Half angle of a cone behind the target, along its goal, to stay in", r.approach,
          parse_half_angle);
   option("--view", "DEG", "Half angle of the chaser's view ahead, to keep the target in", r.view, parse_half_angle);
+  add_chance(option, plan.chance);
+  option("--information", "WEIGHT", "Seeing as a goal: cost of a nat that is expected to be missed (default 0)",
+         plan.information, parse_magnitude);
+  option.set("--sight", "M,DEG", "Range and half angle of the chaser's camera (default 9,45)",
+             [&plan](const std::string& name, const std::string& text) {
+               const std::vector<double> v = parse_numbers(name, text);
+               if (v.size() != 2 || !(v[0] > 0 && v[1] > 0 && v[1] < 180) || !std::isfinite(v[0]))
+                 throw Error(fmt::format("{} takes a range and a half angle below 180 degrees, M,DEG, not {}", name,
+                                         quote(text)));
+               plan.sight.range = v[0];
+               plan.sight.half_angle = kRadians * v[1];
+             });
   option("--depth", "MIN,MAX", "Bounds of the chaser's depth [m]", r.depth, parse_interval);
   option.set("--most-roll-pitch", "DEG", "Bound of the chaser's roll and pitch, either way",
              [&r](const std::string& name, const std::string& text) {
                r.plan.most_roll_pitch = parse_half_angle(name, text);
              });
   option("--current", "X,Y,Z", "Of the water, along the world's axes [m/s] (default none)", r.current, parse_xyz);
+  option.flag("--coupled", "What was measured and the plan in one program", r.coupled);
   option.group("Solver");
   add_plan_solver(option, r.planner);
+}
+
+void add_chance(CommandOptions& option, double& sigmas) {
+  option("--chance", "SIGMAS", "Keep-out and cones hold by so many σ of the target's prediction (default 0)", sigmas,
+         parse_magnitude);
 }
 
 void add_plan_solver(CommandOptions& option, PlannerOptions& planner) {
@@ -75,6 +93,7 @@ PlanRequest plan_request(const PlanningRequest& r, const Vehicle& vehicle, const
   PlanRequest request;
   request.plan = r.plan;
   request.planner = r.planner;
+  request.coupled = r.coupled;
   PlanOptions& plan = request.plan;
   const double steps = std::round(r.horizon / plan.dt);
   if (!(steps >= 1.0 && steps <= kMostSteps))

@@ -14,12 +14,15 @@ struct PlanningRequest {
   PlanOptions plan{};
   PlannerOptions planner{};
   Vector<3> goal{-6.0, 0.0, 0.0};  ///< m, in the target's body
-  double goal_yaw = 0.0;           ///< rad, against the target's
+  bool coupled = false;
+  double goal_yaw = 0.0;  ///< rad, against the target's
   Vector<3> current = Vector<3>::Zero();
   std::optional<double> approach, view;  ///< half angles [rad]
   std::optional<Bounds<1>> depth;        ///< m below the surface
 };
 void add_planning(CommandOptions& option, PlanningRequest& request);
+/// --chance.
+void add_chance(CommandOptions& option, double& sigmas);
 /// --solver and --deadline.
 void add_plan_solver(CommandOptions& option, PlannerOptions& planner);
 

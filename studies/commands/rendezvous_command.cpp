@@ -21,25 +21,15 @@ struct RendezvousRequest {
 
 std::vector<RendezvousMethod> parse_methods(const std::string& option, const std::string& text) {
   std::vector<RendezvousMethod> methods;
-  for (const std::string_view word : split(text, ',')) {
-    std::vector<std::string> names;
-    const std::size_t before = methods.size();
-    for (const RendezvousMethod method : {RendezvousMethod::decoupled, RendezvousMethod::pursuit}) {
-      if (name(method) == word) methods.push_back(method);
-      names.emplace_back(name(method));
-    }
-    if (methods.size() == before)
-      throw Error(fmt::format("{} takes {}, not {}{}", option, listed(names, "or"), quote(word),
-                              did_you_mean(std::string(word), names)));
-  }
+  for (const std::string_view word : split(text, ','))
+    methods.push_back(parse_rendezvous_method(option, std::string(word)));
   return methods;
 }
 
 int run_rendezvous_command(const RendezvousRequest& request) {
   const Vehicle vehicle = read_vehicle(request.vehicle);
   RendezvousOptions options = request.options;
-  options.planner.pursuit.speed = 0.6 * vehicle.most_twist[0];
-  options.planner.pursuit.turn_rate = 0.7 * vehicle.most_twist[5];
+  pursue_within(options, vehicle);
   std::size_t done = 0;
   const RendezvousStudy study = study_rendezvous(
       vehicle, options, request.methods, request.seeds, [&](RendezvousMethod method, const RendezvousRun& run) {
@@ -70,7 +60,8 @@ Command rendezvous_command() {
             option.footer("Exit status: 0 simulated, whatever the outcome, 1 wrong input or usage, 2 interrupted.");
             option("--vehicle", "NAME|FILE", "The chaser: remus_100 (default), bluerov2_heavy, or a yaml file",
                    request->vehicle, [](const std::string&, const std::string& text) { return text; });
-            option("--methods", "LIST", "Of decoupled (default) and pursuit", request->methods, parse_methods);
+            option("--methods", "LIST", "Of decoupled (default), information, coupled and pursuit", request->methods,
+                   parse_methods);
             option("--seeds", "N", "Runs of each method (default 1)", request->seeds, parse_count);
             option.set("--seed", "N", "The first one (default 1)",
                        [&o](const std::string& name, const std::string& text) {
@@ -84,6 +75,9 @@ Command rendezvous_command() {
             option.group("Plan");
             option("--horizon", "S", "How far ahead to plan [s] (default 20)", o.horizon, parse_positive);
             option("--keep-out", "M", "Least distance until docking (default 3)", o.keep_out, parse_magnitude);
+            add_chance(option, o.chance);
+            option("--information", "WEIGHT", "Of a nat that is expected to be missed, by that method (default 0.1)",
+                   o.information, parse_magnitude);
             add_plan_solver(option, o.planner);
             add_output(option, request->output, {.writes = "Write every run and plots to DIR"});
             return [request] { return run_rendezvous_command(*request); };

@@ -30,8 +30,8 @@ std::map<std::string, int> count_by_kind(const std::vector<ActiveConstraint>& ac
 }
 
 /// Position [m], largest of three axes.
-double three_sigma(const PlannedInstant& instant) {
-  return 3.0 * std::sqrt(instant.target_covariance.diagonal().head<3>().maxCoeff());
+double three_sigma(const Matrix<6, 6>& covariance) {
+  return 3.0 * std::sqrt(covariance.diagonal().head<3>().maxCoeff());
 }
 
 }  // namespace
@@ -41,14 +41,15 @@ std::string report(const PlannedRun& run) {
   const MissAtEnd miss = miss_at_end(run);
   std::string text = fmt::format("{}: {} from {:.3f} s, {} steps of {:g} s\n", run.scenario, run.vehicle.name,
                                  run.start.t, o.steps, o.dt);
-  text += fmt::format("{}: {}, {} iterations in {:.1f} ms, cost {:.4f}, violation {:.1e}\n", run.summary.solver,
-                      name(run.origin), run.summary.iterations, 1e3 * run.summary.seconds, run.summary.cost,
-                      run.max_violation);
+  text += fmt::format("{}{}: {}, {} iterations in {:.1f} ms, cost {:.4f}, violation {:.1e}\n", run.summary.solver,
+                      run.coupled ? ", coupled" : "", name(run.origin), run.summary.iterations,
+                      1e3 * run.summary.seconds, run.summary.cost, run.max_violation);
   text += fmt::format("at the end        {:.2f} m and {:.1f}° from the goal, at {:.2f} m/s along with it\n",
                       miss.position, kDegrees * miss.attitude, miss.speed);
   text += fmt::format("least distance    {:.2f} m\n", least_distance(run));
-  text += fmt::format("target, 3 σ       {:.2f} m now, {:.2f} m at the end\n", three_sigma(run.instants.front()),
-                      three_sigma(run.instants.back()));
+  text += fmt::format("target, 3 σ       {:.2f} m now, {:.2f} m at the end, {:.2f} m by what is seen until then\n",
+                      three_sigma(run.instants.front().target_covariance),
+                      three_sigma(run.instants.back().target_covariance), three_sigma(run.instants.back().with_fixes));
   if (run.active.empty()) return text + "no bound is touched\n";
   for (const auto& [constraint, count] : count_by_kind(run.active))
     text += fmt::format("at its bound      {} × {}\n", count, constraint);
@@ -68,6 +69,7 @@ std::string plan_json(const PlannedRun& run) {
   json["status"] = name(run.summary.status);
   json["message"] = run.summary.message;
   json["origin"] = name(run.origin);
+  json["coupled"] = run.coupled;
   json["accepted"] = run.accepted();
   json["cost"] = run.summary.cost;
   json["max_violation"] = run.max_violation;
@@ -76,8 +78,9 @@ std::string plan_json(const PlannedRun& run) {
   json["seconds"] = run.summary.seconds;
   json["end"] = {{"position_m", miss.position}, {"attitude_deg", kDegrees * miss.attitude}, {"speed_m_s", miss.speed}};
   json["least_distance_m"] = least_distance(run);
-  json["target_three_sigma_m"] = {{"start", three_sigma(run.instants.front())},
-                                  {"end", three_sigma(run.instants.back())}};
+  json["target_three_sigma_m"] = {{"start", three_sigma(run.instants.front().target_covariance)},
+                                  {"end", three_sigma(run.instants.back().target_covariance)},
+                                  {"end_with_fixes", three_sigma(run.instants.back().with_fixes)}};
   json["active_constraints"] = count_by_kind(run.active);
   return json_text(json);
 }

@@ -49,8 +49,19 @@ Matrix<12, 12> seen_from_chaser(const Eigen::MatrixXd& joint, const SE3& chaser,
   return J * joint * J.transpose();
 }
 
+/// The estimate that a plan starts from.
+struct EstimateUntil {
+  RendezvousStart start;
+  TrackingProblem tracking;
+  std::size_t before, now;  ///< its keyframes
+
+  Variable<SE3> target(std::size_t k) const { return std::get<Variable<SE3>>(tracking.target[k]); }
+  Variable<SE3> chaser() const { return std::get<Variable<SE3>>(tracking.chaser[now]); }
+};
+
 template <int N>
-PlannedRun plan_with(const VehicleModel<N>& model, const PlanRequest& request, PlannedRun run) {
+PlannedRun plan_with(const VehicleModel<N>& model, const PlanRequest& request, EstimateUntil& estimate,
+                     PlannedRun run) {
   const RendezvousStart& start = run.start;
   const PlanOptions& options = request.plan;
   const TargetPrediction target =
@@ -61,26 +72,36 @@ PlannedRun plan_with(const VehicleModel<N>& model, const PlanRequest& request, P
   state.actuators = command_for(model, state, request.current, Vector<6>(Vector<6>::Zero()));
 
   Planner<N> planner(model, options, request.planner);
-  const PlanResult<N> result = planner.replan(state, request.current, target);
+  const PlanResult<N> result =
+      request.coupled ? planner.replan(state, request.current, target,
+                                       CoupledEstimate{estimate.tracking.problem, estimate.chaser(),
+                                                       estimate.target(estimate.before), estimate.target(estimate.now),
+                                                       start.target.dt, start.target_noise, start.target_time,
+                                                       coupled_share(options, target.covariance.back())})
+                      : planner.replan(state, request.current, target);
   run.summary = result.summary;
   run.origin = result.origin;
+  run.coupled = result.coupled;
   run.max_violation = result.max_violation;
   run.worst_constraint = result.worst_constraint;
   if (result.accepted()) run.active = planner.active_constraints();
   const Eigen::Index actuators = Eigen::Index(run.vehicle.actuators.size());
+  std::vector<Matrix<6, 6>> fixes;
+  for (std::size_t k = 1; k < result.plan.states.size(); ++k)
+    fixes.push_back(expected_information(options, result.plan.states[k].pose, target.pose[k]));
+  const TargetPrediction seen =
+      predict_target(start.target, start.target_noise, options.dt, options.steps, start.target_time, fixes);
   for (std::size_t k = 0; k < result.plan.states.size(); ++k) {
     const VehicleState<N>& s = result.plan.states[k];
     run.instants.push_back(
         {start.t + double(k) * options.dt, s.pose, s.twist, s.actuators.head(actuators),
          k < result.plan.commands.size() ? Eigen::VectorXd(result.plan.commands[k].head(actuators)) : Eigen::VectorXd(),
-         target.pose[k], target.covariance[k]});
+         target.pose[k], target.covariance[k], seen.covariance[k]});
   }
   return run;
 }
 
-}  // namespace
-
-RendezvousStart estimate_until(const Scenario& scenario, const TrackingOptions& options, double at) {
+EstimateUntil estimate_until(const Scenario& scenario, const TrackingOptions& options, double at) {
   if (scenario.data.planar) throw Error("a plan is of motion in space, and this scenario is planar (group SE2)");
   if (scenario.data.odometry.empty())
     throw Error("a plan needs a chaser with odometry: run tandem navigate, and take its chaser.tum");
@@ -88,16 +109,19 @@ RendezvousStart estimate_until(const Scenario& scenario, const TrackingOptions& 
       options.model == MotionModel::none)
     throw Error("a plan needs the target as a pose at every keyframe: mode A, by constant or damped twist");
   const TrackingData past = until(scenario.data, at);
-  TrackingProblem tracking = make_tracking_problem(past, options);
-  RendezvousStart start;
+  EstimateUntil estimate{{}, make_tracking_problem(past, options), 0, 0};
+  TrackingProblem& tracking = estimate.tracking;
+  RendezvousStart& start = estimate.start;
   start.summary = solve(tracking.problem, GaussNewtonOptions{});
   if (!start.summary.converged())
     throw Error(fmt::format("the estimate until {:g} s did not converge: {}", at, start.summary.message));
 
   const std::size_t now = tracking.keyframes.size() - 1, before = keyframe_before(tracking.keyframes);
   if (before == now) throw Error(fmt::format("--at {:g} s: there is one keyframe only, and a plan needs two", at));
-  const auto pose = [&](std::size_t k) { return std::get<Variable<SE3>>(tracking.target[k]); };
-  const auto chaser = std::get<Variable<SE3>>(tracking.chaser[now]);
+  estimate.now = now;
+  estimate.before = before;
+  const auto pose = [&](std::size_t k) { return estimate.target(k); };
+  const auto chaser = estimate.chaser();
   const Problem& problem = tracking.problem;
   start.t = tracking.keyframes[now].t;
   start.chaser = problem.value(chaser);
@@ -113,8 +137,10 @@ RendezvousStart estimate_until(const Scenario& scenario, const TrackingOptions& 
   const bool damped = options.model == MotionModel::damped_twist;
   start.target_noise = damped && !noise.acceleration.isZero(0) ? noise.acceleration : noise.constant_twist;
   if (damped) start.target_time = noise.twist_time;
-  return start;
+  return estimate;
 }
+
+}  // namespace
 
 PlannedRun plan_scenario(const Scenario& scenario, const TrackingOptions& tracking, const Vehicle& vehicle,
                          const PlanRequest& request) {
@@ -123,8 +149,10 @@ PlannedRun plan_scenario(const Scenario& scenario, const TrackingOptions& tracki
   run.frame = scenario.frame;
   run.vehicle = vehicle;
   run.request = request;
-  run.start = estimate_until(scenario, tracking, request.at);
-  return std::visit([&](const auto& model) { return plan_with(model, request, std::move(run)); }, vehicle.model);
+  EstimateUntil estimate = estimate_until(scenario, tracking, request.at);
+  run.start = estimate.start;
+  return std::visit([&](const auto& model) { return plan_with(model, request, estimate, std::move(run)); },
+                    vehicle.model);
 }
 
 MissAtEnd miss_at_end(const PlannedRun& run) {

@@ -22,15 +22,11 @@ struct RendezvousStart {
   Summary summary;                       ///< of the estimate
 };
 
-/// Estimates chaser and target out of what was measured until `at` [s]. Throws Error where the recording has not begun
-/// by then, or the target is not a pose at every keyframe (planar, Mode B, or models without orientation), or the solve
-/// does not converge.
-RendezvousStart estimate_until(const Scenario& scenario, const TrackingOptions& options, double at);
-
 struct PlanRequest {
   double at = 0.0;  ///< s
   PlanOptions plan{};
   PlannerOptions planner{};
+  bool coupled = false;                   ///< what was measured, and the plan, in one program: CoupledEstimate
   Vector<3> current = Vector<3>::Zero();  ///< of the water, along the world's axes [m/s]
 };
 
@@ -42,6 +38,7 @@ struct PlannedInstant {
   Eigen::VectorXd actuators, command;  ///< one each an actuator; no command at the end
   SE3 target;
   Matrix<6, 6> target_covariance;  ///< as seen from the chaser at the start, right perturbations
+  Matrix<6, 6> with_fixes;         ///< the same with what the plan is expected to see of it
 };
 
 /// What a plan is, and how it came about.
@@ -53,6 +50,7 @@ struct PlannedRun {
   RendezvousStart start;
   Summary summary;
   PlanOrigin origin;
+  bool coupled;
   double max_violation;
   std::string worst_constraint;
   std::vector<PlannedInstant> instants;
@@ -61,7 +59,9 @@ struct PlannedRun {
   bool accepted() const { return max_violation <= kPlanTolerance; }
 };
 
-/// Plans the chaser's motion from `request.at` on. Throws Error when the estimate, the vehicle or the options make no plan.
+/// Estimates chaser and target out of what was measured until `request.at`, and plans the chaser's motion from there on.
+/// Throws Error where the recording has not begun by then, the target is not a pose at every keyframe (planar, Mode B, or
+/// models without orientation), the estimate does not converge, or the vehicle or the options make no plan.
 PlannedRun plan_scenario(const Scenario& scenario, const TrackingOptions& tracking, const Vehicle& vehicle,
                          const PlanRequest& request);
 

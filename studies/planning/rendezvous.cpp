@@ -9,7 +9,9 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/online/online_estimator.hpp>
 #include <tandem/solvers/relative_covariance.hpp>
+#include <tandem/studies/planning/coupled_window.hpp>
 #include <tandem/studies/planning/rendezvous.hpp>
+#include <tandem/studies/planning/swinging_target.hpp>
 #include <tandem/studies/simulation/normal_noise.hpp>
 #include <tandem/studies/support/units.hpp>
 
@@ -29,6 +31,8 @@ constexpr double kNearStandoff = 1.0;                       // m: docking begins
 constexpr double kLost = 8.0;                               // s without an optical pose: back to the standoff
 constexpr double kCollision = 0.6;                          // m between the origins
 constexpr double kCurrentSigma = 0.03, kCurrentGain = 0.1;  // of what the Doppler log tells of the current [m/s]
+constexpr double kEstimatorWindow = 40.0;                   // s
+constexpr double kCoupledWindow = 20.0;                     // s of measurements that a coupled plan joins
 constexpr double kSpeedSigma = 5e-3, kRateSigma = 1e-3;     // of the measured twist [m/s, rad/s]
 
 Vector<6> six(double linear, double angular) {
@@ -52,26 +56,6 @@ TrackingData sensors_of_chaser() {
   return data;
 }
 
-/// The target's body twist: a steady speed, and a course that swings.
-class TargetMotion {
- public:
-  TargetMotion(std::uint64_t seed, double speed) : speed_(speed) {
-    NormalNoise draw(seed, 11);
-    for (double& p : phase_) p = 2.0 * std::numbers::pi * draw();
-    for (double& r : rate_) r = 0.012 * (1.0 + 0.3 * draw());
-  }
-  Vector<6> twist(double t) const {
-    constexpr double periods[] = {47.0, 83.0};  // s
-    Vector<6> w = Vector<6>::Zero();
-    w[0] = speed_ * (1.0 + 0.1 * std::sin(2.0 * std::numbers::pi * t / 61.0 + phase_[0]));
-    for (int i = 0; i < 2; ++i) w[5] += rate_[i] * std::sin(2.0 * std::numbers::pi * t / periods[i] + phase_[i]);
-    return w;
-  }
-
- private:
-  double speed_, phase_[2], rate_[2];
-};
-
 template <int N>
 class Simulation {
  public:
@@ -89,9 +73,10 @@ class Simulation {
         current_noise_(options.seed, 5) {
     OnlineOptions online;
     online.tracking.non_holonomic = Role::soft;
-    online.lag.window = 40.0;
+    online.lag.window = kEstimatorWindow;
     estimator_ = std::make_unique<OnlineEstimator>(data_, std::nullopt, online);
-    if (options.method == RendezvousMethod::decoupled) {
+    if (options.method == RendezvousMethod::coupled) window_.emplace(data_, online.tracking, kCoupledWindow);
+    if (options.method != RendezvousMethod::pursuit) {
       approach_ = std::make_unique<Planner<N>>(model, plan_options(RendezvousPhase::approach), options.planner);
       docking_ = std::make_unique<Planner<N>>(model, plan_options(RendezvousPhase::docking), options.planner);
       retreat_ = std::make_unique<Planner<N>>(model, plan_options(RendezvousPhase::retreat), options.planner);
@@ -100,7 +85,7 @@ class Simulation {
   }
 
   RendezvousRun run() {
-    RendezvousRun run{options_.seed, RendezvousOutcome::timed_out, "time", 0, 0, HUGE_VAL, 0, 0, 0, 0, 0, 0, {}};
+    RendezvousRun run{options_.seed, RendezvousOutcome::timed_out, "time", 0, 0, HUGE_VAL, 0, 0, 0, 0, 0, 0, 0, {}};
     const Vector<N> half = 0.5 * (model_.upper - model_.lower);
     for (int second = 0; second < int(options_.time_limit); ++second) {
       Vector<N> command = decide(run);
@@ -132,6 +117,13 @@ class Simulation {
     o.goal = goal(docking ? options_.dock : options_.standoff);
     o.twist = Bounds<6>{-vehicle_.most_twist, vehicle_.most_twist};
     o.most_roll_pitch = 0.7;
+    o.chance = options_.chance;
+    if (options_.method == RendezvousMethod::information) {
+      o.information = options_.information;
+      o.sight.range = kOpticalRange;
+      o.sight.half_angle = kView;
+      o.fix = data_.sensors[1].sigma;
+    }
     o.running_position = docking ? 1.0 : 4.0;
     o.running_attitude = docking ? 0.3 : 1.0;
     o.terminal_position = docking ? 0.2 : 1.0;
@@ -171,6 +163,7 @@ class Simulation {
     const double t = now();
     estimator_->add_odometry({t, odometry_});
     odometry_log_.push_back({t, odometry_});
+    if (window_) window_->add_odometry({t, odometry_});
     const SE3 seen = truth_.pose.inverse() * target_;
     const Vector<3> p = seen.translation();
     const bool in_view = std::atan2(std::hypot(p.y(), p.z()), p.x()) < kView;
@@ -178,15 +171,20 @@ class Simulation {
     m.t = t;
     if (ticks_ % kUsblEvery == 0) {
       m.position = p + usbl_noise_.vector<3>(Vector<3>(data_.sensors[0].sigma));
-      estimator_->add_target(0, m);
+      tell(0, m);
     }
     if (ticks_ % kOpticalEvery == 0 && p.norm() < kOpticalRange && in_view) {
       const Vector<6> error = optical_noise_.vector<6>(Vector<6>(data_.sensors[1].sigma));
       m.position = p + error.head<3>();
       m.rotation = seen.rotation() * SO3::Exp(error.tail<3>());
-      estimator_->add_target(1, m);
+      tell(1, m);
       last_optical_ = t;
     }
+  }
+
+  void tell(std::size_t sensor, const Measurement& m) {
+    estimator_->add_target(sensor, m);
+    if (window_) window_->add(sensor, m);
   }
 
   void advance(const Vector<N>& command) {
@@ -295,18 +293,34 @@ class Simulation {
     if (options_.method == RendezvousMethod::pursuit)
       return pursue(model_, state, current_estimate_, SE3(target.now * goal(behind)),
                     Vector<6>(goal(behind).inverse().Ad() * target_twist), options_.planner.pursuit);
-    const TargetPrediction prediction =
-        predict_target(target, data_.noise.constant_twist, 1.0, int(std::lround(options_.horizon)));
     const auto start = std::chrono::steady_clock::now();
-    const PlanResult<N> result = planner().replan(state, current_estimate_, prediction);
+    const PlanResult<N> result = plan(state, target);
     step.solve_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    step.origin = fmt::format("{} by {}", name(result.origin), result.summary.solver);
+    step.origin =
+        fmt::format("{} by {}{}", name(result.origin), result.summary.solver, result.coupled ? ", coupled" : "");
     step.violation = result.max_violation;
     ++run.plans;
     run.not_accepted += !result.accepted();
     run.shifted += result.origin == PlanOrigin::shifted;
     if (result.accepted()) run.worst_violation = std::max(run.worst_violation, result.max_violation);
     return result.plan.commands.front().cwiseMax(model_.lower).cwiseMin(model_.upper);
+  }
+
+  PlanResult<N> plan(const VehicleState<N>& state, const TargetBelief& target) {
+    const auto predicted = [&](const TargetBelief& belief) {
+      return predict_target(belief, data_.noise.constant_twist, 1.0, int(std::lround(options_.horizon)));
+    };
+    std::optional<CoupledEstimate> joint = window_ ? window_->estimate() : std::nullopt;
+    if (!joint) return planner().replan(state, current_estimate_, predicted(target));
+    VehicleState<N> start = state;  // in the frame of the window
+    start.pose = joint->problem.value(joint->chaser);
+    TargetBelief belief = target;
+    belief.before = joint->problem.value(joint->before);
+    belief.now = joint->problem.value(joint->now);
+    belief.dt = joint->dt;
+    const TargetPrediction prediction = predicted(belief);
+    joint->share = coupled_share(planner().problem().options(), prediction.covariance.back());
+    return planner().replan(start, current_estimate_, prediction, *joint);
   }
 
   bool is_docked() const {
@@ -326,6 +340,7 @@ class Simulation {
     run.why = why;
     run.seconds = now();
     run.miss = miss(options_.dock);
+    if (!run.steps.empty()) run.three_sigma = run.steps.back().three_sigma.maxCoeff();
     return run;
   }
 
@@ -333,10 +348,11 @@ class Simulation {
   const VehicleModel<N>& model_;
   const RendezvousOptions& options_;
   VehicleStep<N> tick_;
-  TargetMotion motion_;
+  SwingingTarget motion_;
   TrackingData data_;
   NormalNoise odometry_noise_, usbl_noise_, optical_noise_, twist_noise_, current_noise_;
   std::unique_ptr<OnlineEstimator> estimator_;
+  std::optional<CoupledWindow> window_;
   std::unique_ptr<Planner<N>> approach_, docking_, retreat_;
   VehicleState<N> truth_;
   SE3 target_, odometry_, last_pose_;
@@ -349,18 +365,6 @@ class Simulation {
 };
 
 }  // namespace
-
-std::string_view name(RendezvousMethod method) { return method == RendezvousMethod::pursuit ? "pursuit" : "decoupled"; }
-
-std::string_view name(RendezvousPhase phase) {
-  constexpr std::string_view names[] = {"searching", "approach", "docking", "retreat"};
-  return names[int(phase)];
-}
-
-std::string_view name(RendezvousOutcome outcome) {
-  if (outcome == RendezvousOutcome::docked) return "docked";
-  return outcome == RendezvousOutcome::failed ? "failed" : "timed-out";
-}
 
 RendezvousRun run_rendezvous(const Vehicle& vehicle, const RendezvousOptions& options) {
   if (!(options.horizon >= 2.0 && options.horizon <= 500.0))

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -12,10 +13,17 @@ namespace tandem {
 
 /// How the chaser's commands come about.
 enum class RendezvousMethod {
-  decoupled,  ///< plans against the target's prediction, which is given
-  pursuit,    ///< pure pursuit of where the target's estimate puts the goal: the baseline
+  decoupled,    ///< plans against the target's prediction, which is given
+  information,  ///< as decoupled, with seeing the target as a goal
+  coupled,      ///< what was measured in the last seconds, the target's future and the plan are one program
+  pursuit,      ///< pure pursuit of where the target's estimate puts the goal: the baseline
 };
+inline constexpr std::array rendezvous_methods = {RendezvousMethod::decoupled, RendezvousMethod::information,
+                                                  RendezvousMethod::coupled, RendezvousMethod::pursuit};
 std::string_view name(RendezvousMethod method);
+
+/// Throws Error, naming the option and the nearest.
+RendezvousMethod parse_rendezvous_method(const std::string& option, const std::string& text);
 
 /// A simulated rendezvous. The target goes on a course that swings to and fro; the chaser starts some way behind it, knows
 /// of it by USBL fixes and, near by and in view, optical poses, closes up to a standoff outside the keep-out distance, and
@@ -28,12 +36,17 @@ struct RendezvousOptions {
   PlannerOptions planner{};
   double keep_out = 3.0;       ///< m, until the docking phase
   double margin = 0.5;         ///< m that plans keep off besides
+  double information = 0.1;    ///< PlanOptions::information, of the method of that name
+  double chance = 0.0;         ///< PlanOptions::chance
   double standoff = 4.5;       ///< m behind the target
   double dock = 1.0;           ///< m behind it
   double target_speed = 0.8;   ///< m/s
   double current = 0.1;        ///< standard deviation of each horizontal component [m/s]
   double start_distance = 30;  ///< m
 };
+
+/// Pursuit, and the start of first plans, within what the vehicle can do.
+void pursue_within(RendezvousOptions& options, const Vehicle& vehicle);
 
 /// Searching: nothing is known yet. Retreat: docking was given up, and the chaser leaves the keep-out distance.
 enum class RendezvousPhase { searching, approach, docking, retreat };
@@ -66,6 +79,7 @@ struct RendezvousRun {
   double effort;      ///< ∫ Σ (command / half range)² dt [s]
   double
       keep_out_violation;  ///< m inside the keep-out distance while searching or approaching, in truth; 0 where never
+  double three_sigma;      ///< of the estimated relative position at the end, the largest of three axes [m]
   double worst_violation;  ///< of the plans that were accepted
   int plans, not_accepted, shifted;
   std::vector<RendezvousStep> steps;

@@ -31,15 +31,15 @@ std::vector<double> solve_milliseconds(const RendezvousRun& run) {
 /// What is told of a method.
 struct MethodFigures {
   int runs = 0, docked = 0, plans = 0, not_accepted = 0, shifted = 0, keep_out_violations = 0;
-  double seconds = 0, miss = 0, effort = 0;  ///< median of those that docked; medians of all
-  double keep_out = 0, violation = 0;        ///< worst
-  double solve_median = 0, solve_99 = 0;     ///< ms
+  double seconds = 0, miss = 0, effort = 0, three_sigma = 0;  ///< median of those that docked; medians of all
+  double keep_out = 0, violation = 0;                         ///< worst
+  double solve_median = 0, solve_99 = 0;                      ///< ms
   RateInterval rate{};
 };
 
 MethodFigures figures(const std::vector<RendezvousRun>& runs) {
   MethodFigures f;
-  std::vector<double> seconds, miss, effort, ms;
+  std::vector<double> seconds, miss, effort, sigma, ms;
   for (const RendezvousRun& run : runs) {
     ++f.runs;
     if (run.outcome == RendezvousOutcome::docked) {
@@ -48,6 +48,7 @@ MethodFigures figures(const std::vector<RendezvousRun>& runs) {
     }
     miss.push_back(run.least_miss);
     effort.push_back(run.effort);
+    sigma.push_back(run.three_sigma);
     f.plans += run.plans;
     f.not_accepted += run.not_accepted;
     f.shifted += run.shifted;
@@ -60,6 +61,7 @@ MethodFigures figures(const std::vector<RendezvousRun>& runs) {
   f.seconds = quantile_of(seconds, 0.5);
   f.miss = quantile_of(miss, 0.5);
   f.effort = quantile_of(effort, 0.5);
+  f.three_sigma = quantile_of(sigma, 0.5);
   f.solve_median = quantile_of(ms, 0.5);
   f.solve_99 = quantile_of(ms, 0.99);
   f.rate = wilson_interval(f.docked, f.runs);
@@ -79,7 +81,7 @@ struct RunRow {
 
 CsvTable<RunRow> run_columns() {
   return CsvTable<RunRow>()
-      .add("method", "decoupled or pursuit", [](const RunRow& r) { return name(r.method); })
+      .add("method", "decoupled, information, coupled or pursuit", [](const RunRow& r) { return name(r.method); })
       .add("seed", "of all noise", [](const RunRow& r) { return r.run.seed; })
       .add("outcome", "docked, failed or timed-out", [](const RunRow& r) { return name(r.run.outcome); })
       .add("why", "in a word, where it did not dock", [](const RunRow& r) { return r.run.why; })
@@ -90,6 +92,8 @@ CsvTable<RunRow> run_columns() {
            [](const RunRow& r) { return r.run.effort; })
       .add("keep_out_violation_m", "inside the keep-out distance while searching or approaching, in truth [m]",
            [](const RunRow& r) { return r.run.keep_out_violation; })
+      .add("three_sigma_m", "of the estimated relative position at the end, the largest of three axes [m]",
+           [](const RunRow& r) { return r.run.three_sigma; })
       .add("worst_violation", "of a hard constraint by an accepted plan",
            [](const RunRow& r) { return r.run.worst_violation; })
       .add("plans", "how many", [](const RunRow& r) { return r.run.plans; })
@@ -155,6 +159,7 @@ std::string report(const RendezvousStudy& study) {
                    {"time [s]"},
                    {"miss [m]"},
                    {"effort [s]"},
+                   {"3 σ [m]"},
                    {"kept out"},
                    {"violation"},
                    {"plan [ms]"},
@@ -163,7 +168,8 @@ std::string report(const RendezvousStudy& study) {
     const MethodFigures f = figures(study.runs[i]);
     table.row({std::string(name(study.methods[i])), std::to_string(f.runs), shown(100.0 * f.docked / f.runs, 0),
                fmt::format("{:.0f}–{:.0f}", 100 * f.rate.low, 100 * f.rate.high), shown(f.seconds, 1), shown(f.miss, 2),
-               shown(f.effort, 1), f.keep_out_violations ? fmt::format("-{:.2f} m", f.keep_out) : std::string("yes"),
+               shown(f.effort, 1), shown(f.three_sigma, 2),
+               f.keep_out_violations ? fmt::format("-{:.2f} m", f.keep_out) : std::string("yes"),
                f.plans ? fmt::format("{:.1e}", f.violation) : "–", shown(f.solve_median, 1), shown(f.solve_99, 1)});
   }
   return table.str();
@@ -183,6 +189,7 @@ std::string rendezvous_json(const RendezvousStudy& study) {
     m["seconds_median"] = json_of(f.seconds);
     m["least_miss_median_m"] = json_of(f.miss);
     m["effort_median_s"] = json_of(f.effort);
+    m["three_sigma_end_median_m"] = json_of(f.three_sigma);
     m["keep_out_violations"] = f.keep_out_violations;
     m["worst_keep_out_violation_m"] = f.keep_out;
     m["worst_plan_violation"] = f.violation;

@@ -13,6 +13,7 @@
 #include <tandem/studies/study/trial.hpp>
 #include <tandem/studies/study/trial_consistency.hpp>
 #include <tandem/studies/study/trial_online.hpp>
+#include <tandem/studies/study/trial_rendezvous.hpp>
 
 namespace tandem {
 namespace {
@@ -154,6 +155,12 @@ TrialResult run_trial(const Study& study, std::size_t trial, const std::atomic<b
   TrialResult result;
   result.trial = trial;
   try {
+    const TrialSettings settings = study.settings(study.place(trial));
+    if (settings.rendezvous) {
+      run_rendezvous_trial(settings, result);
+      result.set("processor_s", thread_seconds() - begun);
+      return result;
+    }
     TrialProblem problem = trial_problem(study, trial);
     common(problem.solver).stop = stop;
     if (problem.settings.calibrated) calibrate_noise(problem, stop);

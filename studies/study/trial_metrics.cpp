@@ -59,9 +59,19 @@ std::vector<TrialMetric> make_trial_metrics() {
            {"keyframes", "of the problem"},
            {"cost", "final"},
            {"violation", "largest of a hard constraint, in its own unit"},
-           {"iterations", "of the solver"}})
+           {"iterations", "of the solver"},
+           {"docked", "1 where a rendezvous docked, else 0"},
+           {"dock_s", "time until it did [s]"},
+           {"dock_miss_m", "the least distance from the docked position [m]"},
+           {"effort_s", "integral of the squared commands, each over half its range [s]"},
+           {"keep_out_violation_m", "inside the keep-out distance before docking, in truth [m]"},
+           {"dock_three_sigma_m", "of the estimated relative position at the end [m]"},
+           {"plans", "of a rendezvous"},
+           {"plans_shifted", "of them, the plan before a step later"}})
     all.push_back({name, doc});
   all.push_back({"solve_s", "time of the solve, by the clock [s]", true});
+  all.push_back({"plan_median_s", "of the plans, by the clock [s]", true});
+  all.push_back({"plan_99_s", "99th percentile [s]", true});
   all.push_back({"processor_s", "processor time of the whole trial, of its thread [s]", true});
   return all;
 }

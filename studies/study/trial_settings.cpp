@@ -90,6 +90,14 @@ std::vector<NamedParameter<TrialSettings>> make_trial_parameters() {
                  "with a window: window, hypotheses, as track has it, or the baseline kalman:0.2[:SECONDS]",
                  [](S& s, const std::string& where, const std::string& text) { s.newest = parse_newest(where, text); },
                  [](const S& s) { return newest_text(s.newest); }});
+  all.push_back({"rendezvous", "",
+                 "decoupled, information, coupled or pursuit: simulate one in the place of an estimate; none",
+                 [](S& s, const std::string& where, const std::string& text) {
+                   s.rendezvous = text == "none" ? std::nullopt : std::optional(parse_rendezvous_method(where, text));
+                 },
+                 [](const S& s) { return std::string(s.rendezvous ? name(*s.rendezvous) : "none"); }});
+  add("chance", "", "of a rendezvous: σ that keep-out and cones hold by", &S::chance, 0, 10);
+  add("information", "", "of a rendezvous by information: cost of a nat that is missed", &S::information, 0, 1e6);
   return all;
 }
 

@@ -6,6 +6,7 @@
 
 #include <tandem/problem/tracking/tracking_problem.hpp>
 #include <tandem/residuals/loss.hpp>
+#include <tandem/studies/planning/rendezvous.hpp>
 #include <tandem/studies/simulation/simulate_docking.hpp>
 #include <tandem/studies/support/named_parameter.hpp>
 
@@ -40,6 +41,10 @@ struct TrialSettings {
   bool level = true;                ///< the prior of a level target, where the model holds it softly
   Junction junction = Junction::boundary;  ///< of Mode B
   bool graduated = false;                  ///< robust losses by graduated non-convexity
+
+  std::optional<RendezvousMethod> rendezvous{};  ///< simulate one of these in the place of an estimate
+  double chance = 0;                             ///< RendezvousOptions::chance
+  double information = RendezvousOptions{}.information;
 };
 
 /// Those of a docking, then the others.

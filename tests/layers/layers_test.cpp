@@ -44,7 +44,7 @@ const std::map<std::string, std::vector<std::string>> kBelow = {
     {"studies/comparison", {"studies/estimation"}},
     {"studies/planning", {"studies/estimation", "solvers/planning"}},
     {"studies/demo", {"studies/study"}},
-    {"studies/study", {"studies/comparison", "studies/calibration"}},
+    {"studies/study", {"studies/comparison", "studies/calibration", "studies/planning"}},
     {"studies/report", {"studies/study"}},
     {"studies/commands", {"studies/calibration", "studies/live", "studies/report", "studies/planning", "studies/demo"}},
     {"studies/bench", {"studies/commands"}},

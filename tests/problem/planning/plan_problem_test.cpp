@@ -4,6 +4,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/planning/plan_problem.hpp>
+#include <tandem/problem/program.hpp>
 #include <tandem/problem/testing.hpp>
 
 #include "residuals/vehicle/some_vehicle.hpp"
@@ -21,6 +22,7 @@ PlanOptions everything(int steps) {
   o.lowest = -40.0;
   o.highest = -1.0;
   o.most_roll_pitch = 0.5;
+  o.information = 0.5;
   o.keep_out = 5.0;
   o.approach = Cone{0.6, SE3(SO3::Exp({0.0, 0.0, std::numbers::pi}), {-1.0, 0.0, 0.0})};
   o.view = Cone{0.7, SE3(SO3(), {0.5, 0.0, 0.1}), {-1.0, 0.0, 0.2}};
@@ -121,6 +123,121 @@ TEST(PlanProblem, GivesBackWhatItWasGiven) {
   EXPECT_THROW(problem.set_target(target), Error);
 }
 
+/// A chaser that stands still at `position`, and the largest violation of any hard constraint there.
+double violation_at(PlanProblem<3>& problem, const VehicleModel<3>& vehicle, const Vector<3>& position) {
+  VehicleState<3> start;
+  start.pose = SE3(SO3(), position);
+  const Vector<3> no_current = Vector<3>::Zero();
+  problem.set_start(start, no_current);
+  const VehicleStep<3> step(vehicle, problem.options().dt);
+  Plan<3> still{{start}, {}};
+  for (int k = 0; k < problem.options().steps; ++k) {
+    still.commands.push_back(Vector<3>::Zero());
+    still.states.push_back(step(still.states.back(), still.commands.back(), no_current));
+  }
+  problem.set_guess(still);
+  Program program(problem.problem());
+  Eigen::VectorXd c(program.num_rows());
+  program.constraints(c);
+  return program.violation(c).size;
+}
+
+/// A target that stands, level and along the world's axes: the keep-out distance seen along x is linear in it.
+TargetPrediction standing_target(const PlanOptions& o, const Vector<3>& position, const Vector<6>& sigma) {
+  TargetPrediction target;
+  for (int k = 0; k <= o.steps; ++k) {
+    target.pose.emplace_back(SO3(), position);
+    target.twist.push_back(Vector<6>::Zero());
+    target.covariance.push_back(Matrix<6, 6>(double(k) * sigma.cwiseAbs2().asDiagonal()));
+  }
+  return target;
+}
+
+VehicleModel<3> weightless() {
+  auto vehicle = some_vehicle<3>();
+  vehicle.weight = vehicle.buoyancy = 0.0;  // so that it stays where it stands
+  return vehicle;
+}
+
+TEST(PlanProblem, ChanceTightensTheKeepOutDistanceByItsExactDeviation) {
+  const auto vehicle = weightless();
+  PlanOptions o;
+  o.steps = 4;
+  o.keep_out = 5.0;
+  o.goal = SE3(SO3(), {-8.0, 0.0, 0.0});
+  const Vector<6> sigma = (Vector<6>() << 0.3, 0.7, 0.9, 0.1, 0.2, 0.4).finished();
+  const TargetPrediction target = standing_target(o, {10.0, 0.0, 0.0}, sigma);
+  const auto violation = [&](double chance) {
+    o.chance = chance;
+    PlanProblem<3> problem(vehicle, o);
+    problem.set_target(target);
+    return violation_at(problem, vehicle, {4.5, 0.0, 0.0});  // 5.5 m from the target
+  };
+  EXPECT_NEAR(violation(0.0), 0.0, 1e-12);
+  // σ along x after 4 steps is 0.3 √4; 2 σ of it are 1.2 m, and there is half a metre of room.
+  EXPECT_NEAR(violation(2.0), 5.0 + 2.0 * 0.3 * 2.0 - 5.5, 1e-12);
+  EXPECT_NEAR(violation(5.0), 5.0 + 5.0 * 0.3 * 2.0 - 5.5, 1e-12);
+}
+
+TEST(PlanProblem, ChanceTightensConesByTheDistanceToTheirSurface) {
+  const auto vehicle = weightless();
+  PlanOptions o;
+  o.steps = 2;
+  o.goal = SE3(SO3(), {-8.0, 0.0, 0.0});
+  o.view = Cone{0.5};
+  const Vector<6> sigma = (Vector<6>() << 0.3, 0.6, 0.9, 0.0, 0.0, 0.0).finished();
+  // Far off the axis, where the cone's rounding does not count: the surface's normal is (sin α, −cos α, 0).
+  const TargetPrediction target = standing_target(o, {10.0, 4.0, 0.0}, sigma);
+  o.chance = 3.0;
+  PlanProblem<3> problem(vehicle, o);
+  problem.set_target(target);
+  const double off = std::hypot(4.0, 0.01);
+  const double room = 10.0 * std::sin(0.5) - (off - 0.01) * std::cos(0.5);
+  const double deviation = std::sqrt(2.0) * std::hypot(0.3 * std::sin(0.5), 0.6 * std::cos(0.5) * 4.0 / off);
+  ASSERT_GT(3.0 * deviation, room);
+  EXPECT_NEAR(violation_at(problem, vehicle, Vector<3>::Zero()), 3.0 * deviation - room, 1e-12);
+}
+
+TEST(PlanProblem, ChanceIsNeverLooserThanTheMean) {
+  const auto vehicle = weightless();
+  PlanOptions o = everything(6);
+  o.information = 0.0;
+  PlanProblem<3> plain(vehicle, o);
+  o.chance = 2.0;
+  PlanProblem<3> tightened(vehicle, o);
+  const TargetPrediction target = moving_target(o);
+  plain.set_target(target);
+  tightened.set_target(target);
+  for (const Vector<3>& position :
+       {Vector<3>(0.0, 1.0, -12.0), Vector<3>(11.0, 3.0, -10.0), Vector<3>(30.0, 3.0, -9.0)})
+    EXPECT_GE(violation_at(tightened, vehicle, position), violation_at(plain, vehicle, position));
+  TargetPrediction without = target;
+  without.covariance.clear();
+  tightened.set_target(without);
+  EXPECT_THROW(violation_at(tightened, vehicle, Vector<3>::Zero()), Error);
+}
+
+TEST(PlanOptions, WhatAFixTellsIsHalfTheLogOfTheDeterminants) {
+  PlanOptions o;
+  o.fix.setConstant(0.1);
+  Matrix<6, 6> covariance = Matrix<6, 6>::Zero();
+  EXPECT_EQ(information_of_fix(o, covariance), 0.0);
+  covariance(0, 0) = 0.03;  // three times the fix's variance
+  EXPECT_NEAR(information_of_fix(o, covariance), 0.5 * std::log(4.0), 1e-12);
+  const Matrix<6, 6> near = expected_information(o, SE3(), SE3(SO3(), {2.0, 0.0, 0.0}));
+  EXPECT_NEAR(near(0, 0), 100.0, 1.0);
+  EXPECT_LT(expected_information(o, SE3(), SE3(SO3(), {-2.0, 0.0, 0.0})).norm(), 1e-6);
+}
+
+TEST(PlanOptions, ACoupledPlanPullsLessWhereLessIsKnown) {
+  PlanOptions o;
+  o.terminal_position = 0.5;
+  Matrix<6, 6> covariance = 0.01 * Matrix<6, 6>::Identity();
+  EXPECT_EQ(coupled_share(o, covariance), 1e-4);
+  covariance(1, 1) = 25.0;
+  EXPECT_DOUBLE_EQ(coupled_share(o, covariance), 1e-4 * 0.25 / 25.0);
+}
+
 TEST(PlanOptions, WhatClashesIsNamed) {
   PlanOptions o = everything(4);
   EXPECT_EQ(why_impossible(o), "");
@@ -142,6 +259,12 @@ TEST(PlanOptions, WhatClashesIsNamed) {
   }
   o = everything(4);
   o.view->half_angle = 2.0;
+  EXPECT_NE(why_impossible(o), "");
+  o = everything(4);
+  o.chance = -1.0;
+  EXPECT_NE(why_impossible(o), "");
+  o = everything(4);
+  o.sight.range_fade = 0.0;
   EXPECT_NE(why_impossible(o), "");
   EXPECT_THROW(PlanProblem<3>(some_vehicle<3>(), o), Error);
   auto impossible = some_vehicle<3>();

@@ -1,5 +1,6 @@
 #include <random>
 
+#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 #include <tandem/lie/error.hpp>
@@ -64,6 +65,23 @@ TEST(PredictTarget, ItsCovarianceIsThatOfManyTargets) {
   }
   EXPECT_LE((S - p.covariance.back()).norm(), 0.04 * S.norm());  // 3 % is four of its own deviations
   EXPECT_GT(p.covariance.back().trace(), p.covariance.front().trace());
+}
+
+TEST(PredictTarget, FixesAreTakenInAsInformation) {
+  TargetBelief belief = turning();
+  belief.covariance = 0.01 * Matrix<12, 12>::Identity();
+  const Vector<6> noise = Vector<6>::Constant(0.02);
+  const TargetPrediction without = predict_target(belief, noise, 1.0, 2);
+  const Matrix<6, 6> none = Matrix<6, 6>::Zero(), fix = 50.0 * Matrix<6, 6>::Identity();
+  const TargetPrediction with_none = predict_target(belief, noise, 1.0, 2, {}, {none, none});
+  const TargetPrediction last = predict_target(belief, noise, 1.0, 2, {}, {none, fix});
+  const TargetPrediction first = predict_target(belief, noise, 1.0, 2, {}, {fix, none});
+  EXPECT_LE((with_none.covariance[2] - without.covariance[2]).norm(), 1e-15);
+  EXPECT_LE((last.covariance[2].inverse() - without.covariance[2].inverse() - fix).norm(), 1e-9);
+  EXPECT_LE((first.covariance[1].inverse() - without.covariance[1].inverse() - fix).norm(), 1e-9);
+  EXPECT_LT(first.covariance[2].trace(), without.covariance[2].trace());
+  EXPECT_GT(first.covariance[2].trace(), last.covariance[2].trace());
+  EXPECT_THROW(predict_target(belief, noise, 1.0, 2, {}, {fix}), Error);
 }
 
 TEST(PredictTarget, ATwistThatIsForgottenComesToAnEnd) {

@@ -46,6 +46,40 @@ TEST(DampedSqp, SolvesTheSameProblemAgainFromOtherValues) {
   EXPECT_NEAR(first.cost, second.cost, 1e-4 * first.cost);
 }
 
+/// Along the sphere, the Lagrangian has a tenth of the curvature that Gauss-Newton takes it to have, whose steps would
+/// each leave nine tenths of the way.
+TEST(DampedSqp, TakesInTheConstraintsCurvature) {
+  Problem problem;
+  const auto pole = problem.add(SE3(), "pole");
+  problem.fix(pole);
+  const auto x = problem.add(R3({2.0, 2.2, 0.5}), "x");
+  problem.minimize(Prior<R3>{R3({0.3, 0.0, 0.0})}, Gaussian{0.01, 0.01, 0.01}, {x});
+  problem.subject_to(Range<SE3, R3>{3.0}, at_least(0), {pole, x});
+  DampedSqp sqp(problem);
+  DampedSqp::Options options;
+  options.cost_tolerance = 1e-6;
+  const Summary s = sqp.solve(options);
+  EXPECT_TRUE(s.converged()) << s.message;
+  EXPECT_LE(s.iterations, 20);
+  EXPECT_LE((problem.value(x).vector() - Vector<3>(3.0, 0.0, 0.0)).norm(), 1e-2);
+}
+
+TEST(DampedSqp, WhenStoppedItGivesAFeasiblePointThatItHadBefore) {
+  Problem problem;
+  const auto pole = problem.add(SE3(), "pole");
+  problem.fix(pole);
+  const auto x = problem.add(R3({0.0, 2.9, 0.0}), "x");
+  problem.minimize(Prior<R3>{R3({10.0, 0.0, 0.0})}, Gaussian{1.0, 1.0, 1.0}, {x});
+  problem.subject_to(Range<SE3, R3>{3.0}, at_most(0), {pole, x});
+  DampedSqp sqp(problem);
+  DampedSqp::Options options;
+  options.max_iterations = 1;  // a step along the tangent, out of the sphere
+  const Summary s = sqp.solve(options);
+  EXPECT_EQ(s.max_violation, 0.0);
+  EXPECT_EQ(problem.value(x).vector(), Vector<3>(0.0, 2.9, 0.0));
+  EXPECT_EQ(s.cost, s.initial_cost);
+}
+
 TEST(DampedSqp, SaysSoWhenItDoesNotGetThere) {
   Chain chain(3.1);
   DampedSqp sqp(chain.problem);

@@ -119,6 +119,31 @@ TEST(Planner, WithoutTimeTheLastPlanIsShifted) {
   EXPECT_TRUE(next.accepted()) << next.worst_constraint;
 }
 
+/// The goal looks aside: to see the target, the chaser has to turn away from it.
+TEST(Planner, SeeingAsAGoalLeavesLessUnknown) {
+  const auto vehicle = hoverer();
+  PlanOptions plan = some_plan(15);
+  plan.view.reset();
+  plan.goal = SE3(SO3::Exp({0.0, 0.0, 1.5}), {-2.5, 0.0, 0.0});
+  plan.sight.range = 8.0;
+  plan.sight.half_angle = 0.5;
+  const TargetPrediction target = target_at(0.0, plan.steps);
+  TargetBelief belief{target.pose[0] * SE3::Exp(-target.twist[0]), target.pose[0], 1.0, Matrix<12, 12>::Identity()};
+  double three_sigma[2];
+  for (const double weight : {0.0, 2.0}) {
+    plan.information = weight;
+    Planner<8> planner(vehicle, plan);
+    const PlanResult<8> result = planner.replan(at_start(), kCurrent, target);
+    ASSERT_TRUE(result.accepted()) << result.summary.message;
+    std::vector<Matrix<6, 6>> fixes;
+    for (int k = 1; k <= plan.steps; ++k)
+      fixes.push_back(expected_information(plan, result.plan.states[std::size_t(k)].pose, target.pose[std::size_t(k)]));
+    const TargetPrediction seen = predict_target(belief, Vector<6>::Constant(0.01), 1.0, plan.steps, {}, fixes);
+    three_sigma[weight > 0] = 3.0 * std::sqrt(seen.covariance.back().diagonal().head<3>().maxCoeff());
+  }
+  EXPECT_LT(three_sigma[1], 0.7 * three_sigma[0]);
+}
+
 TEST(Planner, TellsWhichBoundsAPlanTouches) {
   const auto vehicle = hoverer();
   PlanOptions plan = some_plan(15);

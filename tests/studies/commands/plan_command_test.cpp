@@ -56,6 +56,23 @@ TEST(PlanCommand, TakesTheOtherVehicle) {
   EXPECT_EQ(nlohmann::json::parse(run.output)["vehicle"], "BlueROV2 Heavy");
 }
 
+TEST(PlanCommand, CoupledIsNearlyThePlanAgainstThePrediction) {
+  // Where optical poses tell where the target goes; one program with what was measured.
+  const auto end = [](std::vector<std::string> more) {
+    std::vector<std::string> words{"plan",      "docking_a", "--at", "400",   "--goal",
+                                   "-6,0,-3.4", "--horizon", "8",    "--json"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome run = run_tandem(words);
+    EXPECT_EQ(run.status, 0) << run.errors;
+    return nlohmann::json::parse(run.output);
+  };
+  const auto decoupled = end({}), coupled = end({"--coupled"});
+  EXPECT_EQ(decoupled["coupled"], false);
+  EXPECT_EQ(coupled["coupled"], true);
+  EXPECT_LE(coupled["max_violation"].get<double>(), 1e-6);
+  EXPECT_NEAR(coupled["end"]["position_m"].get<double>(), decoupled["end"]["position_m"].get<double>(), 0.2);
+}
+
 TEST(PlanCommand, WhatCannotBeIsOneSentence) {
   const auto wrong = [](std::vector<std::string> words) { return refusal(plan(std::move(words))); };
   EXPECT_THAT(refusal({"plan", "docking_a"}), HasSubstr("--at"));
@@ -70,6 +87,39 @@ TEST(PlanCommand, WhatCannotBeIsOneSentence) {
   EXPECT_THAT(wrong({"--view", "95"}), HasSubstr("--view is below 90 degrees"));
   EXPECT_THAT(wrong({"--mode", "B"}), HasSubstr("mode A"));
   EXPECT_THAT(refusal({"plan", "docking_a", "--at", "60", "--solver", "ipop"}), HasSubstr("did you mean ipopt?"));
+}
+
+TEST(PlanCommand, ChanceKeepsFartherOff) {
+  const auto least_distance = [](const std::string& sigmas) {
+    std::vector<std::string> words{"plan", "docking_a", "--at", "400",      "--goal", "-6,0,-3.4", "--keep-out",
+                                   "3",    "--horizon", "8",    "--chance", sigmas,   "--json"};
+    if (!ipopt_available()) words.insert(words.end(), {"--solver", "augmented-lagrangian"});
+    const Outcome run = run_tandem(words);
+    EXPECT_EQ(run.status, 0) << run.errors;
+    return nlohmann::json::parse(run.output)["least_distance_m"].get<double>();
+  };
+  const double on_the_mean = least_distance("0");
+  EXPECT_GE(on_the_mean, 3.0 - 1e-6);
+  EXPECT_LT(on_the_mean, 4.0);
+  EXPECT_GT(least_distance("2"), 5.0);
+  EXPECT_THAT(refusal(plan({"--chance", "-1"})), HasSubstr("--chance"));
+}
+
+TEST(PlanCommand, SeeingAsAGoalIsShownInTheCovarianceAtTheEnd) {
+  // The camera looks aft as well, and sees 3 m far.
+  const auto end = [](const std::string& weight) {
+    std::vector<std::string> words{"plan", "docking_a", "--at",  "400",           "--goal", "-6,0,-3.4", "--horizon",
+                                   "8",    "--sight",   "3,179", "--information", weight,   "--json"};
+    if (!ipopt_available()) words.insert(words.end(), {"--solver", "augmented-lagrangian"});
+    const Outcome run = run_tandem(words);
+    EXPECT_EQ(run.status, 0) << run.errors;
+    return nlohmann::json::parse(run.output)["target_three_sigma_m"];
+  };
+  const auto without = end("0"), with = end("10");
+  EXPECT_EQ(with["end"], without["end"]);
+  EXPECT_LT(with["end_with_fixes"], without["end_with_fixes"]);
+  EXPECT_LE(without["end_with_fixes"], without["end"]);
+  EXPECT_THAT(refusal(plan({"--sight", "9"})), HasSubstr("--sight takes a range and a half angle"));
 }
 
 TEST(PlanCommand, ABoundTooTightForTheStartIsNamed) {

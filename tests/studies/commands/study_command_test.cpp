@@ -181,11 +181,29 @@ TEST(StudyCommand, RanksGiveTheSameTables) {
   EXPECT_EQ(all_tables(killed), all_tables(alone));
 }
 
+TEST(StudyCommand, RunsRendezvous) {
+  const ScratchFolder scratch;
+  const auto study = [&](const std::string& methods) {
+    return scratch.write("chase.yaml", "name: chase\nquestion: Which way docks?\nparameters: {rendezvous: [" + methods +
+                                           "]}\nmodels: [constant-twist]\nseeds: 2\n");
+  };
+  const std::string out = scratch.path() / "out";
+  const Outcome run = run_tandem({"study", "run", study("decoupled, pursuit"), "--out", out, "--quiet"});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  ASSERT_EQ(run_tandem({"study", "export", out, "--plots", "off"}).status, 0);
+  EXPECT_THAT(read_file(out + "/trials.csv"), HasSubstr("docked"));
+  const std::string summary = read_file(out + "/summary.csv");
+  EXPECT_THAT(summary, HasSubstr("rendezvous=decoupled,constant-twist,automatic,docked,2,"));
+  EXPECT_THAT(summary, HasSubstr("rendezvous=pursuit,constant-twist,automatic,dock_miss_m,2,"));
+  EXPECT_THAT(refusal_as_given({"study", "run", study("pursiut"), "--out", out + "2"}),
+              HasSubstr("did you mean pursuit?"));
+}
+
 TEST(StudyCommand, TheReadyStudiesAreInOrder) {
   const Outcome list = run_tandem({"study", "list"});
   ASSERT_EQ(list.status, 0) << list.errors;
   for (const char* name : {"table1", "motion_models", "constraints", "prior_sigma", "solvers", "outliers", "window",
-                           "starts", "level", "junction", "online", "calibrated", "no_motion"})
+                           "starts", "level", "junction", "online", "calibrated", "no_motion", "rendezvous"})
     EXPECT_THAT(list.output, ContainsRegex(std::string(name) + " +[0-9]+ trials  [A-Z]"));
 }
 

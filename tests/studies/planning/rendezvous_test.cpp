@@ -29,6 +29,20 @@ TEST(Rendezvous, DocksKeepsOutAndIsTheSameAgain) {
   EXPECT_TRUE(docking);
 }
 
+TEST(Rendezvous, CoupledDocksAsWell) {
+  if (!ipopt_available()) GTEST_SKIP() << "this build has no Ipopt";
+  RendezvousOptions options;
+  options.seed = 3;
+  options.method = RendezvousMethod::coupled;
+  const RendezvousRun run = run_rendezvous(read_vehicle("remus_100"), options);
+  EXPECT_EQ(run.outcome, RendezvousOutcome::docked) << run.why;
+  EXPECT_EQ(run.keep_out_violation, 0.0);
+  EXPECT_LE(run.worst_violation, 1e-6);
+  int coupled = 0;
+  for (const RendezvousStep& step : run.steps) coupled += step.origin.find("coupled") != std::string::npos;
+  EXPECT_GE(coupled, run.plans / 2);
+}
+
 TEST(Rendezvous, OptionsThatClashAreNamed) {
   const Vehicle vehicle = read_vehicle("remus_100");
   RendezvousOptions options;

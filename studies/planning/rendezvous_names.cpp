@@ -1,0 +1,39 @@
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/planning/rendezvous.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem {
+
+std::string_view name(RendezvousMethod method) {
+  constexpr std::string_view names[] = {"decoupled", "information", "coupled", "pursuit"};
+  return names[int(method)];
+}
+
+RendezvousMethod parse_rendezvous_method(const std::string& option, const std::string& text) {
+  std::vector<std::string> names;
+  for (const RendezvousMethod method : rendezvous_methods) {
+    if (name(method) == text) return method;
+    names.emplace_back(name(method));
+  }
+  throw Error(
+      fmt::format("{} takes {}, not {}{}", option, listed(names, "or"), quote(text), did_you_mean(text, names)));
+}
+
+void pursue_within(RendezvousOptions& options, const Vehicle& vehicle) {
+  options.planner.pursuit.speed = 0.6 * vehicle.most_twist[0];
+  options.planner.pursuit.turn_rate = 0.7 * vehicle.most_twist[5];
+}
+
+std::string_view name(RendezvousPhase phase) {
+  constexpr std::string_view names[] = {"searching", "approach", "docking", "retreat"};
+  return names[int(phase)];
+}
+
+std::string_view name(RendezvousOutcome outcome) {
+  if (outcome == RendezvousOutcome::docked) return "docked";
+  return outcome == RendezvousOutcome::failed ? "failed" : "timed-out";
+}
+
+}  // namespace tandem

@@ -1,0 +1,64 @@
+#include <gtest/gtest.h>
+
+#include <tandem/residuals/vehicle/unseen.hpp>
+
+#include "residuals/autodiff.hpp"
+
+namespace tandem::testing {
+namespace {
+
+Unseen by_a_camera_aside() {
+  return Unseen{{8.0, 0.7, 0.6, 0.08, SE3(SO3::Exp({0.1, -0.3, 0.4}), {0.5, 0.1, -0.2}), {-0.8, 0.0, 0.3}}};
+}
+
+TEST(Unseen, SeesHalfAtItsLimitsAndNearlyAllWithin) {
+  const Unseen unseen;
+  const auto probability = [&](double x, double y) { return unseen.probability(Vector<3>(x, y, 0.0)); };
+  EXPECT_GT(probability(3.0, 0.0), 0.99);
+  EXPECT_NEAR(probability(9.0, 0.0), 0.5, 0.01);
+  EXPECT_LT(probability(15.0, 0.0), 0.01);
+  EXPECT_NEAR(probability(3.0, 3.0), 0.5, 0.01);  // 45° off
+  EXPECT_LT(probability(-3.0, 0.0), 1e-9);        // behind
+  Vector<1> r;
+  unseen(SE3(), SE3(SO3(), {9.0, 0.0, 0.0}), Rn<1>(Vector<1>(2.0)), r);
+  EXPECT_NEAR(0.5 * r[0] * r[0], 2.0 * (1.0 - probability(9.0, 0.0)), 1e-12);
+}
+
+TEST(Unseen, HasTheRightJacobians) {
+  const Unseen unseen = by_a_camera_aside();
+  const SE3 c(SO3::Exp({0.3, -0.2, 2.9}), {3.0, -2.0, 1.0});
+  for (const double x : {0.0, 0.5, 4.0, 8.0, 20.0, -5.0})
+    for (const double y : {0.0, 3.0})
+      for (const double angle : {0.0, 1e-8, 1.0, std::numbers::pi - 1e-6}) {
+        const SE3 t = c * SE3(SO3::Exp({0.0, angle, 0.0}), {x, y, 0.3});
+        const Rn<1> g(Vector<1>(1.3));
+        EXPECT_LE(autodiff_error(unseen, c, t, g), kAutodiff) << x << ", " << y << ", " << angle;
+        expect_right(check_jacobians(unseen, c, t, g));
+      }
+}
+
+TEST(Unseen, HasTheRightDerivativeOfTheProbability) {
+  const Unseen unseen = by_a_camera_aside();
+  for (const Vector<3>& p : {Vector<3>(4.0, 1.0, -0.5), Vector<3>(8.5, -2.0, 3.0), Vector<3>(0.0, 0.0, 0.0)}) {
+    Matrix<1, 3> by_p;
+    unseen.probability(p, &by_p);
+    for (int i = 0; i < 3; ++i) {
+      const Vector<3> step = 1e-6 * Vector<3>::Unit(i);
+      const double slope = (unseen.probability(Vector<3>(p + step)) - unseen.probability(Vector<3>(p - step))) / 2e-6;
+      EXPECT_NEAR(by_p[i], slope, 1e-6);
+    }
+  }
+}
+
+TEST(Unseen, IsFlatAndNotUndefinedWhereAllIsSeen) {
+  Unseen unseen;
+  unseen.sight.range_fade = unseen.sight.cosine_fade = 1e-4;
+  Vector<1> r;
+  Matrix<1, 6> J;
+  unseen(SE3(), SE3(SO3(), {1.0, 0.0, 0.0}), Rn<1>(Vector<1>(1.0)), r, &J);
+  EXPECT_EQ(r[0], 0.0);
+  EXPECT_EQ(J.norm(), 0.0);
+}
+
+}  // namespace
+}  // namespace tandem::testing
