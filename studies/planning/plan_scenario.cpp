@@ -7,6 +7,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/solvers/marginals.hpp>
+#include <tandem/solvers/tracking/solve_tracking.hpp>
 #include <tandem/studies/planning/plan_scenario.hpp>
 
 namespace tandem {
@@ -89,7 +90,7 @@ RendezvousStart estimate_until(const Scenario& scenario, const TrackingOptions& 
   const TrackingData past = until(scenario.data, at);
   TrackingProblem tracking = make_tracking_problem(past, options);
   RendezvousStart start;
-  start.summary = solve(tracking.problem, GaussNewtonOptions{});
+  start.summary = solve_tracking(tracking, GaussNewtonOptions{});
   if (!start.summary.converged())
     throw Error(fmt::format("the estimate until {:g} s did not converge: {}", at, start.summary.message));
 
