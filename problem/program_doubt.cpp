@@ -49,7 +49,15 @@ Program::Doubt Program::doubt(const Eigen::VectorXd& direction) {
     }
     return rows;
   };
-  const RowsNearby here = rows_at(Eigen::VectorXd::Zero(step.size())), ahead = rows_at(step), behind = rows_at(-step);
+  RowsNearby here, ahead, behind;
+  try {
+    here = rows_at(Eigen::VectorXd::Zero(step.size()));
+    ahead = rows_at(step);
+    behind = rows_at(-step);
+  } catch (const Error&) {  // undefined so near
+    reset();
+    return {};
+  }
   reset();
   const Eigen::VectorXd after = ahead.value - here.value, before = here.value - behind.value;
 

@@ -152,7 +152,7 @@ class DampedSteps {
     return model_.constrained() && free() && model_.predicted() <= rounding && trial - merit <= rounding;
   }
 
-  /// Where it does not, they are taken while the residual of the optimality conditions falls.
+  /// Where it does not tell, they are taken while the residual of the optimality conditions falls.
   bool polish() {
     model_.estimate_multipliers_at_step();
     const double before = model_.optimality();
@@ -188,17 +188,18 @@ class DampedSteps {
     }
     if (model_.locally_infeasible()) return end_infeasible();
     const double least = std::max(options_.cost_tolerance, kRounding) * session_.summary.cost;
-    if (!model_.feasible())
-      return session_.end(Status::failed,
-                          "no step brings the optimum closer while a hard constraint is violated, worst " +
-                              program_.describe_row(model_.violation().row));
+    std::string message = "no step lowers the cost, however short";
+    if (model_.constrained()) message = "no step brings the optimality conditions closer";
     const bool gains_nothing = model_.find_step(free_damping()) && model_.predicted() <= least;
-    if (gains_nothing) model_.estimate_multipliers_at_step();
-    if (gains_nothing && optimal()) return session_.end(Status::converged, "no step lowers the cost any further");
+    if (!model_.feasible()) {
+      message = "no step brings the optimum closer while a hard constraint is violated, worst " +
+                program_.describe_row(model_.violation().row);
+    } else if (gains_nothing) {
+      model_.estimate_multipliers_at_step();
+      if (optimal()) return session_.end(Status::converged, "no step lowers the cost any further");
+    }
     const Program::Doubt doubt = program_.doubt(model_.step());
-    const std::string message = std::string(model_.constrained() ? "no step brings the optimality conditions closer"
-                                                                 : "no step lowers the cost, however short") +
-                                because(doubt);
+    message += because(doubt);
     if (doubt.kind != Program::Doubt::Kind::jump || !cross_jump(message)) session_.end(Status::failed, message);
   }
 

@@ -39,10 +39,10 @@ class Sequence {
     s.seconds = seconds();
     return sum_ = std::move(s);
   }
-
- private:
+  /// Since it was made.
   double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
 
+ private:
   const SolverOptions& options_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   Summary sum_;

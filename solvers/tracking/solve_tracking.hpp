@@ -32,10 +32,13 @@ Summary solve_tracking(TrackingProblem& tracking, const Options& options, bool g
     return o;
   };
   const Summary first = graduated ? solve_graduated(tracking.problem, limited()) : solve(tracking.problem, limited());
-  const Summary& sum = sequence.add(first, first.initial_cost);
+  Summary sum = sequence.add(first, first.initial_cost);
   const bool solved = first.converged() || first.status == Status::failed;
-  if (!solved || sequence.over(first.status) || try_headings(tracking, options.stop).gained == 0) return sum;
-  return sequence.add(solve(tracking.problem, limited()), first.initial_cost);
+  if (!solved || sequence.over(first.status)) return sum;
+  if (try_headings(tracking, options.stop).gained > 0)
+    return sequence.add(solve(tracking.problem, limited()), first.initial_cost);
+  sum.seconds = sequence.seconds();
+  return sum;
 }
 
 }  // namespace tandem
