@@ -22,7 +22,8 @@ HeadingTrials try_headings(TrackingProblem& tracking, const std::atomic<bool>* s
 
 /// solve() or, if `graduated`, solve_graduated() of the whole, other headings in its gaps, and solve() once more where one
 /// of them cost less. The summary is the last solve's, with iterations and times of the whole's solves added up; limits
-/// hold for them together. Trials take some quarter of the first solve's time, and none where there is no gap.
+/// hold for them together. Trials take a quarter to a half of the first solve's time over hours, half to
+/// nine tenths of it over 20 minutes, and nothing where there is no gap.
 template <std::derived_from<SolverOptions> Options>
 Summary solve_tracking(TrackingProblem& tracking, const Options& options, bool graduated = false) {
   detail::Sequence sequence(options);
