@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include <tandem/problem/pool.hpp>
 #include <tandem/residuals/bounds.hpp>
@@ -11,6 +12,8 @@ namespace tandem::detail {
 /// Blocks that are constraints: lower ≤ r ≤ upper. Block i has rows i·dim … (i + 1)·dim − 1 of its pool.
 class HardPoolBase : public PoolBase {
  public:
+  /// An empty pool of the same residual, over other stores.
+  virtual std::unique_ptr<HardPoolBase> another(const StoreInstead& instead) const = 0;
   virtual void bounds(double* lower, double* upper) const = 0;
   /// Rows at the point.
   virtual void values(double* c) const = 0;
@@ -42,6 +45,14 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
     this->remove_from(bounds_, i);
   }
 
+  std::unique_ptr<HardPoolBase> another(const StoreInstead& instead) const override {
+    return std::make_unique<HardPool>(this->stores_of(instead));
+  }
+  void add_copy(const PoolBase& from, int i, const int* slots) override {
+    const auto& other = static_cast<const HardPool&>(from);
+    this->add_block_of(other, i, slots);
+    bounds_.push_back(other.bounds_[std::size_t(i)]);
+  }
   void bounds(double* lower, double* upper) const override {
     for (const auto& b : bounds_) {
       lower = std::copy_n(b.lower.data(), kDim, lower);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include <Eigen/Core>
@@ -33,6 +34,12 @@ class MarginalPrior final : public SoftPoolBase {
   const int* variables(int) const override { return ids_.data(); }
   const int* dofs() const override { return dofs_.data(); }
   void remove(int) override;
+  std::unique_ptr<SoftPoolBase> another(const StoreInstead&) const override {
+    return std::make_unique<MarginalPrior>();
+  }
+  void add_copy(const PoolBase&, int, const int*) override {
+    throw Error("a marginal prior belongs to the problem that was marginalized: no part of one has it");
+  }
   void linearize_block(int i, double* r, double* J) const override;
   Gaussian noise(int) const override { return Gaussian(Eigen::VectorXd::Ones(b_.size())); }
   void set_noise(int, const Gaussian&) override { throw Error("set_noise: a marginal prior has none of its own"); }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <numeric>
 #include <string_view>
 #include <tuple>
@@ -16,6 +17,9 @@
 #include <tandem/residuals/residual.hpp>
 
 namespace tandem::detail {
+
+/// The store of another problem that is of the same group as the given one.
+using StoreInstead = std::function<StateStoreBase*(const StateStoreBase*)>;
 
 /// Where a block's contributions go in the solver's arrays: compiled once from the pattern (see Program).
 struct HessianPlace {
@@ -40,6 +44,8 @@ class PoolBase {
   virtual const int* variables(int i) const = 0;
   /// The last block takes the place of block `i`.
   virtual void remove(int i) = 0;
+  /// Adds block `i` of `from`, a pool of the same residual and role, reading other slots.
+  virtual void add_copy(const PoolBase& from, int i, const int* slots) = 0;
   /// Of block `i` at the point, in the residual's own units: its rows, and its states' Jacobians one after the other.
   virtual void linearize_block(int i, double* r, double* J) const = 0;
   /// Tangent dimensions of each state.
@@ -147,6 +153,16 @@ class BlockPool : public Base {
     std::array<int, kArity> ids;
     static_for<kArity>([&]<int S>() { ids[S] = std::get<S>(stores_)->id[std::size_t(slots[S])]; });
     ids_.push_back(ids);
+  }
+  void add_block_of(const BlockPool& from, int i, const int* slots) {
+    std::array<int, kArity> own;
+    std::copy_n(slots, kArity, own.begin());
+    add_block(from.residuals_[std::size_t(i)], own);
+  }
+  Stores stores_of(const StoreInstead& instead) const {
+    return std::apply(
+        [&]<class... Xs>(StateStore<Xs>*... store) { return Stores(static_cast<StateStore<Xs>*>(instead(store))...); },
+        stores_);
   }
   template <class T>
   static void remove_from(std::vector<T>& v, int i) {

@@ -16,6 +16,7 @@
 namespace tandem {
 
 class Program;
+class ProblemPart;
 
 namespace detail {
 template <class States>
@@ -202,6 +203,7 @@ class Problem {
 
  private:
   friend class Program;
+  friend class ProblemPart;
   template <Residual R>
   static constexpr int arity = std::tuple_size_v<typename R::States>;
 

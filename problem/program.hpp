@@ -101,6 +101,13 @@ class Program {
   Stiffness stiffness(const Eigen::VectorXd& v, const Eigen::VectorXd& row_weights);
   /// The block whose cost or gradient is not finite at the point; empty when all are.
   std::string describe_bad_block();
+  /// The first block that is not smooth within 1e-6 of X̄ along a direction by δ: whose residual jumps, as that of a
+  /// rotation does at π, or changes otherwise than its Jacobian says. Leaves the point at X̄.
+  struct Doubt {
+    enum class Kind { none, jump, jacobian } kind = Kind::none;
+    std::string block;  ///< as describe_row() has it
+  };
+  Doubt doubt(const Eigen::VectorXd& direction);
   /// The variable that an unknown belongs to, and which direction of it: "x", "rotation about z", "heading", …
   struct Unknown {
     std::string variable;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -15,6 +16,8 @@ namespace tandem::detail {
 /// Blocks that are costs: ½ Σ ρ(‖W r‖²).
 class SoftPoolBase : public PoolBase {
  public:
+  /// An empty pool of the same residual, over other stores.
+  virtual std::unique_ptr<SoftPoolBase> another(const StoreInstead& instead) const = 0;
   /// Cost of blocks begin … end − 1 at the point.
   virtual double cost(int begin, int end) const = 0;
   /// Cost of one block at the point.
@@ -46,6 +49,18 @@ class SoftPool final : public BlockPool<R, SoftPoolBase> {
     this->add_block(residual, slots);
     weights_.push_back({{}, -1, loss});
     set_noise(this->size() - 1, noise);
+  }
+  std::unique_ptr<SoftPoolBase> another(const StoreInstead& instead) const override {
+    auto pool = std::make_unique<SoftPool>(this->stores_of(instead));
+    pool->widening = this->widening;
+    return pool;
+  }
+  void add_copy(const PoolBase& from, int i, const int* slots) override {
+    const auto& other = static_cast<const SoftPool&>(from);
+    this->add_block_of(other, i, slots);
+    Weight w = other.weights_[std::size_t(i)];
+    if (w.full >= 0) w.full = full_.add(other.full_.at(w.full));
+    weights_.push_back(w);
   }
   Gaussian noise(int i) const override {
     const Weight& w = weights_[std::size_t(i)];

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <memory>
 #include <vector>
 
 #include <tandem/lie/exp_curvature.hpp>
@@ -38,6 +39,12 @@ class StateStoreBase {
   virtual bool turns(int entry) const = 0;
   /// Gives a slot back: the next variable to be added takes it.
   virtual void remove(int slot) = 0;
+  /// An empty store of the same group.
+  virtual std::unique_ptr<StateStoreBase> another() const = 0;
+  /// A variable at the value that one of `from`, a store of the same group, has; its slot.
+  virtual int add_copy(const StateStoreBase& from, int slot, int variable_id) = 0;
+  /// A variable's value becomes that of one of `from`, a store of the same group.
+  virtual void copy_value(const StateStoreBase& from, int from_slot, int slot) = 0;
   /// The variable's anchor becomes its value.
   virtual void set_anchor(int slot) = 0;
   /// x = Log(anchor⁻¹ point) and, where J is not null, its derivative by the unknowns, dof × dof by columns.
@@ -74,6 +81,15 @@ class StateStore final : public StateStoreBase {
     id[std::size_t(slot)] = -1;
     delta[std::size_t(slot)].setZero();
     slots.give_back(slot);
+  }
+
+  std::unique_ptr<StateStoreBase> another() const override { return std::make_unique<StateStore>(); }
+  int add_copy(const StateStoreBase& from, int slot, int variable_id) override {
+    return add(static_cast<const StateStore&>(from).value[std::size_t(slot)], variable_id);
+  }
+  void copy_value(const StateStoreBase& from, int from_slot, int slot) override {
+    value[std::size_t(slot)] = point[std::size_t(slot)] =
+        static_cast<const StateStore&>(from).value[std::size_t(from_slot)];
   }
 
   void move(const double* d, const std::vector<int>& offsets) override {

@@ -129,6 +129,20 @@ double AugmentedModel::merit_at_step(bool with_derivatives) {
   }
 }
 
+/// Rows that bend make a full step violate them to second order, which the penalty refuses although the step is good
+/// (Maratos 1978): the second-order correction has their values there in the model (Nocedal & Wright 2006, §18.3).
+double AugmentedModel::merit_at_corrected_step(double damping) {
+  const double predicted = predicted_;
+  try {
+    term_.correct(step_);
+  } catch (const Error&) {
+    return std::numeric_limits<double>::infinity();
+  }
+  const bool found = find_step(damping);
+  predicted_ = predicted;
+  return found ? merit_at_step(false) : std::numeric_limits<double>::infinity();
+}
+
 void AugmentedModel::lagrangian_gradient(Eigen::VectorXd& gradient) const {
   gradient = gradient_;
   term_.add_row_gradients(next_multipliers_, gradient);

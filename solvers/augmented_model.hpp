@@ -29,6 +29,8 @@ class AugmentedModel final : public SoftModel {
   bool find_step(double damping) override;
   double merit() const override { return session_.summary.cost + term_.value(); }
   double merit_at_step(bool with_derivatives) override;
+  double merit_at_corrected_step(double damping) override;
+  void drop_correction() override { term_.drop_correction(); }
   void learn() override;
 
   bool constrained() const override { return true; }

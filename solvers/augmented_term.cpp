@@ -7,14 +7,17 @@ namespace tandem::detail {
 
 AugmentedTerm::AugmentedTerm(Program& program) : program_(program) {
   const int rows = program.num_rows();
-  for (Eigen::VectorXd* v :
-       {&c_, &y_, &w_, &stiffness_, &jacobian_step_, &jacobian_segment_, &active_, &bound_, &trial_, &row_})
+  for (Eigen::VectorXd* v : {&c_, &y_, &w_, &stiffness_, &jacobian_step_, &jacobian_segment_, &active_, &bound_,
+                             &trial_, &row_, &uncorrected_})
     v->setZero(rows);
   jacobian_.setZero(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
   tangent_.setZero(program.num_unknowns());
 }
 
-void AugmentedTerm::linearize() { program_.linearize_constraints(c_, jacobian_); }
+void AugmentedTerm::linearize() {
+  program_.linearize_constraints(c_, jacobian_);
+  corrected_ = false;
+}
 
 void AugmentedTerm::start(const Eigen::VectorXd& scale) {
   // An unknown that the cost does not curve is soft, but not infinitely so.
@@ -87,6 +90,19 @@ int AugmentedTerm::row_not_finite() const {
   for (Eigen::Index k = 0; k < jacobian_.size(); ++k)
     if (!std::isfinite(jacobian_[k])) return program_.jacobian_pattern().row[std::size_t(k)];
   return -1;
+}
+
+void AugmentedTerm::correct(const Eigen::VectorXd& s) {
+  program_.constraints(trial_);
+  multiply(s, row_);
+  uncorrected_ = c_;
+  c_ = trial_ - row_;
+  corrected_ = true;
+}
+
+void AugmentedTerm::drop_correction() {
+  if (corrected_) c_ = uncorrected_;
+  corrected_ = false;
 }
 
 void AugmentedTerm::begin_step() {

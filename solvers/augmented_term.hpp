@@ -46,6 +46,9 @@ class AugmentedTerm {
   /// The term's model at a step p has c + J p in the place of c. Its least value is sought over p along segments:
   /// p = 0; the active rows are those there.
   void begin_step();
+  /// c becomes c(X̄ ⊕ s) − J s, the program's point being X̄ ⊕ s: a model of the rows that is exact there; and X̄'s again.
+  void correct(const Eigen::VectorXd& s);
+  void drop_correction();
   /// g += Jᵀ ŷ at p = 0 and H += J_Aᵀ W J_A, as if the active rows were so for any p.
   void add_gradient(Eigen::VectorXd& g);
   void add_hessian(Eigen::VectorXd& hessian) const { program_.add_constraint_hessian(active_, jacobian_, hessian); }
@@ -89,6 +92,8 @@ class AugmentedTerm {
 
   Program& program_;
   Eigen::VectorXd c_, jacobian_, y_, w_, stiffness_;
+  Eigen::VectorXd uncorrected_;  // c at X̄
+  bool corrected_ = false;
   Eigen::VectorXd jacobian_step_, jacobian_segment_;  // J p, and J (next − p)
   Eigen::VectorXd active_, bound_;  // weights of the active rows, 0 of the others; the bound that each is held to
   Eigen::VectorXd trial_, row_, tangent_;

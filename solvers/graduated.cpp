@@ -1,8 +1,8 @@
-#include <chrono>
 #include <cmath>
 
 #include <tandem/problem/program.hpp>
 #include <tandem/solvers/graduated.hpp>
+#include <tandem/solvers/sequence.hpp>
 
 namespace tandem::detail {
 namespace {
@@ -20,46 +20,6 @@ class KeepWidening {
  private:
   Problem& problem_;
   double widening_;
-};
-
-/// Several solves as one: what the limits leave to the next, and the sums.
-class Sequence {
- public:
-  explicit Sequence(const SolverOptions& options) : options_(options) {}
-
-  SolverOptions limits() const {
-    SolverOptions left = options_;
-    left.max_iterations = std::max(0, options_.max_iterations - sum_.iterations);
-    left.time_limit = options_.time_limit - seconds();
-    if (options_.progress)
-      left.progress = [this, before = sum_.iterations](Progress p) {
-        p.iteration += before;
-        p.seconds = seconds();
-        options_.progress(p);
-      };
-    return left;
-  }
-  bool over(Status last) const {
-    return last == Status::interrupted || last == Status::time_limit || last == Status::unsupported ||
-           sum_.iterations >= options_.max_iterations;
-  }
-  /// The sums so far, in a summary of the last solve.
-  const Summary& add(Summary s, double initial_cost) {
-    s.initial_cost = initial_cost;
-    s.iterations += sum_.iterations;
-    s.evaluations += sum_.evaluations;
-    s.evaluation_seconds += sum_.evaluation_seconds;
-    s.linear_solver_seconds += sum_.linear_solver_seconds;
-    s.seconds = seconds();
-    return sum_ = std::move(s);
-  }
-
- private:
-  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
-  const SolverOptions& options_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  Summary sum_;
 };
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include <tandem/lie/error.hpp>
@@ -24,16 +25,14 @@ constexpr double kOptimality = 1e-5;      // residual of a solution's first-orde
 constexpr double kPolishBelow = 1e-10;    // relative change of the merit that may be rounding, multipliers being large
 constexpr int kMostPolishing = 5;         // steps that leave more than half of that residual
 constexpr double kHardlyLess = 0.9;       // violation after a step over that before it
+constexpr int kMostJumps = 5;             // crossed in a row without the cost falling
+constexpr double kWorthAJump = 1e-3;      // by this much, relative
 
 /// The loop of damped steps, of whichever model.
 class DampedSteps {
  public:
   DampedSteps(Program& program, Session& session, SoftModel& model, const LevenbergMarquardtOptions& options)
-      : options_(options),
-        program_(program),
-        session_(session),
-        model_(model),
-        damping_{options.initial_damping, kNoDamping, 1e-12, 4, 2} {}
+      : options_(options), program_(program), session_(session), model_(model), damping_(fresh_damping()) {}
 
   void run() {
     auto& s = session_.summary;
@@ -63,10 +62,16 @@ class DampedSteps {
       if (!try_step() && damping_.value > kUselessDamping) end_when_nothing_is_left();
     }
     if (s.status != Status::converged) model_.restore_best();
+    if (s.cost > before_jump_) {  // what lies beyond is worse
+      program_.restore();
+      s.status = Status::failed;
+      s.message = at_jump_;
+    }
     session_.conclude(program_, kConstraintTolerance);
   }
 
  private:
+  Damping fresh_damping() const { return {options_.initial_damping, kNoDamping, 1e-12, 4, 2}; }
   double free_damping() const { return std::max(options_.initial_damping, kFreeDamping); }
   /// Whether it is not the damping that makes steps small.
   bool free() const { return damping_.value <= free_damping(); }
@@ -84,17 +89,26 @@ class DampedSteps {
   bool try_step() {
     auto& s = session_.summary;
     if (!model_.find_step(damping_.value)) return refuse();
-    const double merit = model_.merit(), trial = model_.merit_at_step(last_step_good_);
-    const double predicted = model_.predicted();
+    const double merit = model_.merit(), predicted = model_.predicted();
+    double trial = model_.merit_at_step(last_step_good_);
     if (predicted <= kRounding * merit) return rest(merit, trial);  // at a solution, or damped until nothing moves
-    const double ratio = (merit - trial) / predicted;
+    double ratio = (merit - trial) / predicted;
     const double least = options_.cost_tolerance * s.cost;
     if (!(ratio > kAccepted)) {
-      if (!free() || !model_.feasible()) return polish_or_refuse(merit, trial);
-      model_.estimate_multipliers_at_step();
-      if (predicted > least || !optimal()) return polish_or_refuse(merit, trial);
-      session_.end(Status::converged, "the cost changes no more");
-      return true;
+      if (free() && model_.feasible()) {
+        model_.estimate_multipliers_at_step();
+        if (predicted <= least && optimal()) {
+          session_.end(Status::converged, "the cost changes no more");
+          return true;
+        }
+      }
+      if (merit_is_blind(merit, trial)) return polish();
+      trial = model_.merit_at_corrected_step(damping_.value);
+      ratio = (merit - trial) / predicted;
+      if (!(ratio > kAccepted)) {
+        model_.drop_correction();
+        return refuse();
+      }
     }
     const double drop = merit - trial, violation_before = model_.violation().size;
     model_.estimate_multipliers_at_step();
@@ -132,13 +146,13 @@ class DampedSteps {
     return true;
   }
 
-  bool polish_or_refuse(double merit, double trial) {
+  /// Whether the merit no longer tells steps apart.
+  bool merit_is_blind(double merit, double trial) const {
     const double rounding = kPolishBelow * merit;
-    const bool merit_tells = model_.predicted() > rounding || !(trial - merit <= rounding);
-    return model_.constrained() && free() && !merit_tells ? polish() : refuse();
+    return model_.constrained() && free() && model_.predicted() <= rounding && trial - merit <= rounding;
   }
 
-  /// Where the merit no longer tells steps apart they are taken, while the residual of the optimality conditions falls.
+  /// Where it does not tell, they are taken while the residual of the optimality conditions falls.
   bool polish() {
     model_.estimate_multipliers_at_step();
     const double before = model_.optimality();
@@ -174,16 +188,39 @@ class DampedSteps {
     }
     if (model_.locally_infeasible()) return end_infeasible();
     const double least = std::max(options_.cost_tolerance, kRounding) * session_.summary.cost;
-    if (!model_.feasible())
-      return session_.end(Status::failed,
-                          "no step brings the optimum closer while a hard constraint is violated, worst " +
-                              program_.describe_row(model_.violation().row));
+    std::string message = "no step lowers the cost, however short";
+    if (model_.constrained()) message = "no step brings the optimality conditions closer";
     const bool gains_nothing = model_.find_step(free_damping()) && model_.predicted() <= least;
-    if (gains_nothing) model_.estimate_multipliers_at_step();
-    if (gains_nothing && optimal()) return session_.end(Status::converged, "no step lowers the cost any further");
-    session_.end(Status::failed, model_.constrained()
-                                     ? "no step brings the optimality conditions closer: is a Jacobian wrong?"
-                                     : "no step lowers the cost, however short: is a Jacobian wrong?");
+    if (!model_.feasible()) {
+      message = "no step brings the optimum closer while a hard constraint is violated, worst " +
+                program_.describe_row(model_.violation().row);
+    } else if (gains_nothing) {
+      model_.estimate_multipliers_at_step();
+      if (optimal()) return session_.end(Status::converged, "no step lowers the cost any further");
+    }
+    const Program::Doubt doubt = program_.doubt(model_.step());
+    message += because(doubt);
+    if (doubt.kind != Program::Doubt::Kind::jump || !cross_jump(message)) session_.end(Status::failed, message);
+  }
+
+  /// Where a residual jumps, as that of a rotation does at π, short steps may all cost more while what lies beyond costs
+  /// less: a long step, whatever it costs, and at each attempt a shorter one. The best point before is kept.
+  bool cross_jump(const std::string& message) {
+    if (model_.constrained()) return false;
+    const double cost = session_.summary.cost;
+    if (cost < before_jump_ * (1 - kWorthAJump)) jumps_ = 0;
+    if (cost < before_jump_) {
+      before_jump_ = cost;
+      at_jump_ = message;
+      program_.keep();
+    }
+    if (++jumps_ > kMostJumps) return false;
+    double damping = free_damping();  // the longest step of all, at first
+    for (int i = 1; i < jumps_; ++i) damping *= 10;
+    if (!model_.find_step(damping) || !std::isfinite(model_.merit_at_step(true)) || !model_.move_on()) return false;
+    damping_ = fresh_damping();
+    last_step_good_ = false;
+    return true;
   }
 
   const LevenbergMarquardtOptions& options_;
@@ -193,6 +230,9 @@ class DampedSteps {
   Damping damping_;
   bool last_step_good_ = true;
   int polished_ = 0;
+  int jumps_ = 0;
+  double before_jump_ = std::numeric_limits<double>::infinity();  // the least cost at which one was crossed
+  std::string at_jump_;                                           // what there is to say there
 };
 
 }  // namespace

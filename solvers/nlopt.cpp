@@ -131,7 +131,7 @@ class NloptRun {
       ended = opt.optimize(z, value) != nlopt::MAXEVAL_REACHED;
       session_end_ = {ended ? Status::converged : Status::max_iterations, ended ? "the cost changes no more" : ""};
     } catch (const nlopt::roundoff_limited&) {
-      session_end_ = {Status::failed, "no step lowers the cost, and it is no minimum: is a Jacobian wrong?"};
+      session_end_ = {Status::failed, "no step lowers the cost, and it is no minimum"};
       gave_up = true;
     } catch (const nlopt::forced_stop&) {
       session_end_ = {Status::interrupted, {}};

@@ -107,6 +107,18 @@ void Session::conclude(Program& program, double feasible) {
   summary.seconds = seconds();
 }
 
+std::string because(const Program::Doubt& doubt) {
+  switch (doubt.kind) {
+    case Program::Doubt::Kind::jump:
+      return ": the " + doubt.block + " jumps here, as a rotation by 180 deg does";
+    case Program::Doubt::Kind::jacobian:
+      return ": the Jacobian of the " + doubt.block + " is not what differences say";
+    case Program::Doubt::Kind::none:
+      break;
+  }
+  return {};
+}
+
 Summary refusal(std::string solver, const SolverOptions& options, std::string why) {
   Session session(std::move(solver), options);
   session.end(Status::unsupported, std::move(why));

@@ -51,6 +51,9 @@ class Session {
   bool ended_ = false;
 };
 
+/// What follows "no step lowers the cost" in a message; empty where nothing is in doubt.
+std::string because(const Program::Doubt& doubt);
+
 /// The summary of a solver that cannot take the problem, for the reason given.
 Summary refusal(std::string solver, const SolverOptions& options, std::string why);
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <string>
 
 #include <tandem/problem/program.hpp>
@@ -33,6 +34,10 @@ class SoftModel {
   /// cost's there at once, which costs less than later.
   virtual double merit() const { return session_.summary.cost; }
   virtual double merit_at_step(bool with_derivatives);
+  /// The same after a step that is corrected by how the hard constraints bend along the one that was refused; infinite
+  /// where there are none. What it gains by the model stays what it was. drop_correction() where it is refused as well.
+  virtual double merit_at_corrected_step(double /*damping*/) { return std::numeric_limits<double>::infinity(); }
+  virtual void drop_correction() {}
   /// X̄ is where the step leads from now on, without derivatives: the last step of all.
   void move();
   /// The same with them. False, and back again, where a residual's derivatives are undefined.

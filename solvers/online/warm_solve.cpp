@@ -74,7 +74,7 @@ bool WarmSolve::find_step() {
   const Session::Timer timer(session_.summary.linear_solver_seconds);
   for (;; damping_.value = 100 * std::max(damping_.value, 1e-12)) {
     if (damping_.value > kMaxDamping) {
-      session_.end(Status::failed, "no step lowers the cost, however short: is a Jacobian wrong?");
+      session_.end(Status::failed, "no step lowers the cost, however short" + because(program_.doubt(step_)));
       return false;
     }
     if (factorize()) break;

@@ -5,22 +5,23 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/tracking/ego_track.hpp>
 #include <tandem/problem/tracking/tracking_start.hpp>
-#include <tandem/solvers/graduated.hpp>
 #include <tandem/solvers/stop.hpp>
+#include <tandem/solvers/tracking/solve_tracking.hpp>
 #include <tandem/studies/estimation/estimate.hpp>
 #include <tandem/studies/estimation/target_constraints.hpp>
+#include <tandem/studies/estimation/turned_detections.hpp>
 #include <tandem/studies/navigation/navigated.hpp>
 
 namespace tandem {
 namespace {
 
-Summary solve_with(Solver solver, bool graduated, const Stop& stop, Problem& problem) {
+Summary solve_with(Solver solver, bool graduated, const Stop& stop, TrackingProblem& tracking) {
   stop.limit(common(solver));
   return std::visit(
       [&](const auto& options) {
-        const std::string reason = why_unsupported(problem, options);
+        const std::string reason = why_unsupported(tracking.problem, options);
         if (!reason.empty()) throw Error(reason);
-        return graduated ? solve_graduated(problem, options) : solve(problem, options);
+        return solve_tracking(tracking, options, graduated);
       },
       solver);
 }
@@ -37,7 +38,7 @@ std::vector<MeasurementOutcome> outcomes_with_all(Scenario scenario, const Track
   for (TargetSensor& sensor : scenario.data.sensors)
     for (Measurement& m : sensor.measurements) m.held_out = false;
   TrackingProblem tracking = make_tracking_problem(scenario.data, options);
-  if (!solve_with(solver, graduated, stop, tracking.problem).converged()) return {};
+  if (!solve_with(solver, graduated, stop, tracking).converged()) return {};
   return measurement_outcomes(scenario, tracking);
 }
 
@@ -148,7 +149,10 @@ Estimate estimate(const Scenario& scenario, const TrackingOptions& options, cons
   result.residual_blocks = problem.num_soft_blocks();
   result.hard_blocks = problem.num_hard_blocks();
   result.without_extrinsics = scenario.without_extrinsics;
-  result.summary = solve_with(solver, graduated, stop, tracking.problem);
+  result.summary = solve_with(solver, graduated, stop, tracking);
+  if (const std::string turned = turned_detections(scenario.data, tracking);
+      !result.summary.converged() && !turned.empty() && !options.robust_start)
+    result.summary.message += "; " + turned + ": try --robust";
 
   for (std::size_t k = 0; k < tracking.keyframes.size(); ++k) {
     result.chaser.push_back(tracking.chaser_pose(k));

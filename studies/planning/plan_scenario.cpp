@@ -7,6 +7,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/solvers/marginals.hpp>
+#include <tandem/solvers/tracking/solve_tracking.hpp>
 #include <tandem/studies/planning/plan_scenario.hpp>
 
 namespace tandem {
@@ -112,7 +113,7 @@ EstimateUntil estimate_until(const Scenario& scenario, const TrackingOptions& op
   EstimateUntil estimate{{}, make_tracking_problem(past, options), 0, 0};
   TrackingProblem& tracking = estimate.tracking;
   RendezvousStart& start = estimate.start;
-  start.summary = solve(tracking.problem, GaussNewtonOptions{});
+  start.summary = solve_tracking(tracking, GaussNewtonOptions{});
   if (!start.summary.converged())
     throw Error(fmt::format("the estimate until {:g} s did not converge: {}", at, start.summary.message));
 

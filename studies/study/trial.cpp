@@ -6,7 +6,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/lie/operations.hpp>
-#include <tandem/solvers/graduated.hpp>
+#include <tandem/solvers/tracking/solve_tracking.hpp>
 #include <tandem/studies/calibration/calibrate_scenarios.hpp>
 #include <tandem/studies/scenario/named_noise.hpp>
 #include <tandem/studies/simulation/normal_noise.hpp>
@@ -28,11 +28,11 @@ double thread_seconds() {
   return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
 }
 
-Summary solve_trial(const Solver& solver, bool graduated, Problem& problem) {
+Summary solve_trial(const Solver& solver, bool graduated, TrackingProblem& tracking) {
   return std::visit(
       [&](const auto& options) {
-        if (const std::string reason = why_unsupported(problem, options); !reason.empty()) throw Error(reason);
-        return graduated ? solve_graduated(problem, options) : solve(problem, options);
+        if (const std::string reason = why_unsupported(tracking.problem, options); !reason.empty()) throw Error(reason);
+        return solve_tracking(tracking, options, graduated);
       },
       solver);
 }
@@ -78,7 +78,7 @@ std::optional<double> share_upside_down(const std::vector<TargetState>& target) 
 std::vector<KeyframeError> batch_errors(const TrialProblem& problem, bool covariances, TrialResult& result) {
   TrackingProblem tracking = make_tracking_problem(problem.scenario.data, problem.options);
   disturb_start(problem.settings, tracking);
-  const Summary summary = solve_trial(problem.solver, problem.settings.graduated, tracking.problem);
+  const Summary summary = solve_trial(problem.solver, problem.settings.graduated, tracking);
   result.status = name(summary.status);
   if (!summary.converged()) result.message = summary.message;
   result.set("keyframes", double(tracking.keyframes.size()));

@@ -1,0 +1,116 @@
+#include <array>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include <tandem/solvers/multistart.hpp>
+
+#include "cases.hpp"
+
+/// A part of a problem finds its better minimum from another start, and is left alone where there is none.
+namespace tandem::testing {
+namespace {
+
+/// Two wells:  r = (x² − 1, (x + 1) / 4), least near −1, where it is 0, and near 1.
+struct TwoWells {
+  static constexpr std::string_view name = "two wells";
+  static constexpr int dim = 2;
+  using States = std::tuple<R1>;
+  void operator()(const R1& p, Vector<2>& r, Matrix<2, 1>* J = nullptr) const {
+    const double x = p.vector()[0];
+    r << x * x - 1.0, 0.25 * (x + 1.0);
+    if (J) *J << 2 * x, 0.25;
+  }
+};
+
+/// A chain of them, each tied to the next by little.
+struct Wells {
+  Problem problem;
+  std::array<Variable<R1>, 3> x;
+
+  Wells() {
+    for (auto& v : x) v = problem.add(R1(Vector<1>(0.9)));
+    for (auto& v : x) problem.minimize(TwoWells{}, Gaussian{0.1, 0.1}, {v});
+    for (std::size_t i = 0; i + 1 < x.size(); ++i)
+      problem.minimize(RelativePose<R1>{R1()}, Gaussian{100.0}, {x[i], x[i + 1]});
+    solve(problem, GaussNewtonOptions{});
+  }
+  double at(std::size_t i) const { return problem.value(x[i]).vector()[0]; }
+  std::function<void()> from(std::size_t i, double value) {
+    return [this, i, value] { problem.set_value(x[i], R1(Vector<1>(value))); };
+  }
+};
+
+TEST(Multistart, TakesTheStartThatLeadsLowest) {
+  Wells wells;
+  EXPECT_NEAR(wells.at(1), 1.0, 0.1);
+  const double before = cost_of(wells.problem);
+  const std::array ids{wells.problem.id(wells.x[1])};
+  const std::array starts{wells.from(1, 1.3), wells.from(1, -0.8), wells.from(1, -2.0)};
+  const MultistartOutcome outcome = solve_part_from(starts, wells.problem, ids, {.least_gain = 1e-6});
+  EXPECT_EQ(outcome.best, 1);
+  EXPECT_NEAR(wells.at(1), -1.0, 1e-4);
+  EXPECT_NEAR(wells.at(0), 1.0, 0.1);
+  EXPECT_GT(outcome.gain, 1.0);
+  EXPECT_NEAR(before - cost_of(wells.problem), outcome.gain, 1e-9 * before);
+}
+
+TEST(Multistart, LeavesWhatNoStartImproves) {
+  Wells wells;
+  wells.from(1, -0.8)();
+  solve(wells.problem, GaussNewtonOptions{});
+  const double best = wells.at(1);
+  const std::array ids{wells.problem.id(wells.x[1])};
+  const std::array starts{wells.from(1, 1.3), wells.from(1, -3.0)};
+  const MultistartOutcome outcome = solve_part_from(starts, wells.problem, ids, {.least_gain = 1e-6});
+  EXPECT_EQ(outcome.best, -1);
+  EXPECT_EQ(outcome.gain, 0.0);
+  EXPECT_EQ(wells.at(1), best);
+}
+
+TEST(Multistart, GivesUpWhatIsBackOrStopped) {
+  Wells wells;
+  const double first = wells.at(1);
+  const std::array ids{wells.problem.id(wells.x[1])};
+  const std::array starts{wells.from(1, -0.8)};
+  int asked = 0;
+  MultistartOptions options;
+  options.back = [&] {
+    ++asked;
+    return std::abs(wells.at(1) + 1.0) < 0.5;  // it sees the trial
+  };
+  EXPECT_EQ(solve_part_from(starts, wells.problem, ids, options).best, -1);
+  EXPECT_EQ(asked, 1);
+  EXPECT_EQ(wells.at(1), first);
+  const std::atomic<bool> stop = true;
+  EXPECT_EQ(solve_part_from(starts, wells.problem, ids, {.stop = &stop}).iterations, 0);
+  EXPECT_EQ(wells.at(1), first);
+}
+
+/// Steps from 3 fall fast at first and end in the well at 1, which costs 12 more than that at −1.
+TEST(Multistart, GivesUpWhatFallsTooSlowly) {
+  Wells wells;
+  wells.from(1, -0.8)();
+  solve(wells.problem, GaussNewtonOptions{});
+  const std::array ids{wells.problem.id(wells.x[1])};
+  const std::array starts{wells.from(1, 3.0)};
+  MultistartOptions to_the_end, impatient;
+  to_the_end.near = HUGE_VAL;
+  impatient.patience = 1;
+  const int all = solve_part_from(starts, wells.problem, ids, to_the_end).iterations;
+  EXPECT_LT(solve_part_from(starts, wells.problem, ids, impatient).iterations, all);
+}
+
+TEST(Multistart, UnderHardConstraints) {
+  Wells wells;
+  wells.problem.subject_to(Prior<R1>{R1()}, at_least(-0.5), {wells.x[1]});
+  const std::array ids{wells.problem.id(wells.x[1])};
+  const std::array starts{wells.from(1, -0.8)};
+  const MultistartOutcome outcome = solve_part_from(starts, wells.problem, ids);
+  // At −0.5 the first row is −0.75: it costs more than the well at 1, whose cost is 12.5.
+  EXPECT_EQ(outcome.best, -1);
+  EXPECT_NEAR(wells.at(1), 1.0, 0.1);
+}
+
+}  // namespace
+}  // namespace tandem::testing
