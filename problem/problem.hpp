@@ -106,6 +106,11 @@ class Problem {
     variables_[std::size_t(id(x))].fixed = fixed;
   }
 
+  template <LieGroup G>
+  bool is_fixed(const Variable<G>& x) const {
+    return variables_[std::size_t(id(x))].fixed;
+  }
+
   /// A cost. Throws Error when the noise has not R::dim rows.
   template <Residual R>
   Block minimize(const R& residual, const Gaussian& noise, const VariablesOf<R>& x, const Loss& loss = {}) {

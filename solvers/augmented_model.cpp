@@ -44,8 +44,13 @@ void AugmentedModel::restart(double penalty) {
 void AugmentedModel::add_curvature() {
   const Session::Timer timer(session_.summary.evaluation_seconds);
   const Eigen::VectorXd before = curvature_.size() ? Eigen::VectorXd(hessian_ - curvature_) : hessian_;
-  program_.exact_hessian(1.0, next_multipliers_, hessian_);
-  curvature_ = hessian_ - before;
+  try {
+    program_.exact_hessian(1.0, next_multipliers_, hessian_);
+    curvature_ = hessian_ - before;
+  } catch (const Error&) {  // a residual is undefined beside the point, where differences look
+    hessian_ = before;
+    curvature_.setZero(hessian_.size());
+  }
 }
 
 double AugmentedModel::linearize() {

@@ -64,8 +64,10 @@ class DampedSteps {
     if (s.status != Status::converged) model_.restore_best();
     if (s.cost > before_jump_) {  // what lies beyond is worse
       program_.restore();
-      s.status = Status::failed;
-      s.message = at_jump_;
+      if (s.status == Status::converged || s.status == Status::failed) {
+        s.status = Status::failed;
+        s.message = at_jump_;
+      }
     }
     session_.conclude(program_, kConstraintTolerance);
   }

@@ -5,6 +5,7 @@
 #include <tandem/solvers/augmented_lagrangian.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/solvers/multistart.hpp>
+#include <tandem/solvers/session.hpp>
 
 namespace tandem {
 namespace {
@@ -40,19 +41,19 @@ Summary solve_trial_with(Problem& part, const std::atomic<bool>& stop, std::func
 
 MultistartOutcome solve_part_from(std::span<const std::function<void()>> starts, Problem& problem,
                                   std::span<const int> variable_ids, const MultistartOptions& options) {
-  const auto stopped = [&] { return options.stop && options.stop->load(std::memory_order_relaxed); };
   ProblemPart trial(problem, variable_ids), best(problem, variable_ids);
+  if (!detail::why_unsolvable(best.problem()).empty()) return {};
   const double at_first = Program(best.problem()).cost();
   double lowest = at_first;
   MultistartOutcome outcome;
-  for (std::size_t i = 0; i < starts.size() && !stopped(); ++i) {
+  for (std::size_t i = 0; i < starts.size() && !options.stop.reached(); ++i) {
     starts[i]();
     trial.take_values();
     std::atomic<bool> stop = false;
     Prospects prospects(options, lowest);
     const auto judge = [&](const Progress& p) {
       if (options.back) trial.give_values();
-      stop = stopped() || prospects.hopeless(p) || (options.back && options.back());
+      stop = options.stop.reached() || prospects.hopeless(p) || (options.back && options.back());
     };
     const Summary s = trial.problem().num_hard_blocks() > 0
                           ? solve_trial_with<AugmentedLagrangianOptions>(trial.problem(), stop, judge)

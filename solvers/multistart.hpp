@@ -1,11 +1,11 @@
 #pragma once
 
-#include <atomic>
 #include <functional>
 #include <limits>
 #include <span>
 
 #include <tandem/problem/problem_part.hpp>
+#include <tandem/solvers/stop.hpp>
 
 namespace tandem {
 
@@ -18,7 +18,7 @@ struct MultistartOptions {
   /// Asked once an iteration, while the problem has the trial's values: whether it is back where the part was at first,
   /// and so not worth solving to the end.
   std::function<bool()> back{};
-  const std::atomic<bool>* stop = nullptr;  ///< ends a trial, and all that follow
+  Stop stop{};  ///< ends a trial, and all that follow
 };
 
 /// What the trials gave.
@@ -33,7 +33,8 @@ struct MultistartOutcome {
 /// values that cost least: those of a trial that converged, or what was there. Each start sets values of these variables
 /// in `problem`. Trials are solved by gauss-newton, under hard constraints by augmented-lagrangian, and take the time of
 /// a problem of the part's size. For parts that hang together with the rest by little, after the whole has been solved;
-/// solve it again where something was gained. Throws Error as ProblemPart does.
+/// solve it again where something was gained. Where nothing of the part is free there is nothing to try. Throws Error as
+/// ProblemPart does.
 MultistartOutcome solve_part_from(std::span<const std::function<void()>> starts, Problem& problem,
                                   std::span<const int> variable_ids, const MultistartOptions& options = {});
 

@@ -18,9 +18,8 @@ namespace {
 /// Below these, a covariance of noise-free axes would be singular: m, and m/s² or rad/s.
 constexpr double kLeastPosition = 1e-5, kLeastBias = 1e-9;
 
-/// Of its time constant: measurements closer than this share the state of a sensor's error, which changes by a twentieth
-/// of its σ in between; readings ten times a second would make most of a problem's unknowns else.
-constexpr double kErrorStep = 1.0 / 800;
+/// Of the sensor's noise: measurements between which its error changes by less share a state of it.
+constexpr double kErrorStep = 0.02;
 
 /// The covariance of independent world axes, by the axes of a body.
 Matrix<3, 3> in_body(const SO3& R, const Vector<3>& sigma) {
@@ -43,6 +42,7 @@ EgoChain::EgoChain(Problem& problem, const NavigationData& data, const EgoOption
       throw Error(sensor.name + ".error: a " + std::string(name(sensor.type)) + " needs " +
                   std::to_string(rows(sensor.type)) + " standard deviations, not " +
                   std::to_string(sensor.error->sigma.size()));
+    if (sensor.error && !(sensor.error->time > 0)) throw Error(sensor.name + ".error: its time must be above zero");
     if (sensor.error && options.preintegrated_dvl && sensor.type == EgoSensorType::dvl)
       throw Error(sensor.name + ": velocities that are summed up have no error that stays; leave one of both out");
     EgoSensor& own = sensors_.emplace_back(sensor);
@@ -200,7 +200,11 @@ PlacedEgoMeasurement EgoChain::attach(std::size_t index, const EgoMeasurement& m
 std::optional<Block> EgoChain::error_at(std::size_t index, double t) {
   const EgoSensor& sensor = sensors_[index];
   std::optional<EgoError>& newest = errors_[index];
-  if (!sensor.error || (newest && std::abs(t - newest->t) < kErrorStep * sensor.error->time)) return {};
+  if (!sensor.error) return {};
+  if (newest) {
+    const double spread = GaussMarkov<1>::after(std::abs(t - newest->t), sensor.error->time).spread();
+    if ((spread * sensor.error->sigma.array() <= kErrorStep * sensor.sigma.array()).all()) return {};
+  }
   return sensor.error->sigma.size() == 1 ? tie_error<1>(sensor, t, newest) : tie_error<3>(sensor, t, newest);
 }
 

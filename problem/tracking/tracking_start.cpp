@@ -106,6 +106,16 @@ double variance(const TargetSensor& sensor, bool planar, double range) {
   return sensor.sigma.head(n).squaredNorm() / double(n);
 }
 
+/// What a fix may be off by beside its noise, for good or for a while [m²]: a marker's place on a target whose orientation is
+/// not known, and an error that stays.
+double unexplained(const TargetSensor& sensor, bool planar, double range) {
+  const double lever = sensor.type->has(measured::rotation) ? 0 : sensor.marker.translation().squaredNorm();
+  if (!sensor.error) return lever;
+  TargetSensor staying = sensor;
+  staying.sigma = sensor.error->sigma;
+  return lever + variance(staying, planar, range);
+}
+
 /// Measured positions of the target; `lever` is the marker's position at each keyframe, in the world from the target,
 /// where that is known by now.
 std::vector<PositionFix> measured_positions(const TrackingData& data, const std::vector<Keyframe>& keyframes,
@@ -201,8 +211,11 @@ void judge_as_near(const TrackingData& data, const std::vector<SE3>& chaser, std
   for (const PositionFix& fix : fixes) ranges.push_back(range(fix));
   const auto middle = ranges.begin() + std::ptrdiff_t(ranges.size() / 2);
   std::nth_element(ranges.begin(), middle, ranges.end());
-  for (PositionFix& fix : fixes)
-    fix.variance = variance(data.sensors[fix.sensor], data.planar, std::min(range(fix), 3 * *middle));
+  for (PositionFix& fix : fixes) {
+    const TargetSensor& sensor = data.sensors[fix.sensor];
+    const double near = std::min(range(fix), 3 * *middle);
+    fix.variance = variance(sensor, data.planar, near) + unexplained(sensor, data.planar, near);
+  }
 }
 
 constexpr double kOutlying = 10;      // standard deviations

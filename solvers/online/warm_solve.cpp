@@ -26,7 +26,7 @@ WarmSolve::WarmSolve(Program& program, BlockCholesky& cholesky, const FixedLagOp
       hessian_(static_cast<Eigen::Index>(program.hessian_pattern().row.size())),
       scale_(program.num_unknowns()),
       shift_(program.num_unknowns()),
-      step_(program.num_unknowns()),
+      step_(Eigen::VectorXd::Zero(program.num_unknowns())),
       trial_gradient_(program.num_unknowns()),
       trial_hessian_(hessian_.size()) {}
 

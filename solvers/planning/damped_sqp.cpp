@@ -1,6 +1,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/program.hpp>
@@ -71,6 +72,7 @@ Summary DampedSqp::solve(const Options& options) try {
   };
   model.restart(kSqpPenalty);
   summary.initial_cost = summary.cost = model.linearize();
+  if (!std::isfinite(summary.cost)) return end(Status::failed, "the cost is not finite at the start");
   model.begin();
   double violation = model.violation().size, damping = kLeastDamping;
   int curved = 0;  // the iteration whose curvature the Hessian has
@@ -110,7 +112,9 @@ Summary DampedSqp::solve(const Options& options) try {
   }
   return stopped(Status::max_iterations, "the limit of iterations was reached");
 } catch (const Error& error) {
-  Summary summary = analysed_->session.summary;
+  Summary summary;
+  summary.solver = "damped-sqp";
+  summary.cost = summary.max_violation = std::numeric_limits<double>::quiet_NaN();
   summary.status = Status::failed;
   summary.message = error.what();
   return summary;

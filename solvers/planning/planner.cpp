@@ -89,12 +89,17 @@ double Planner<N>::violation_at_values(std::string& worst) {
 template <int N>
 PlanResult<N> Planner<N>::replan(const VehicleState<N>& start, const Vector<3>& current,
                                  const TargetPrediction& target) {
+  return decoupled(start, current, target, options_.deadline);
+}
+
+template <int N>
+PlanResult<N> Planner<N>::decoupled(const VehicleState<N>& start, const Vector<3>& current,
+                                    const TargetPrediction& target, double left) {
   if (coupled_) check_.reset();
   coupled_.reset();
   problem_.set_start(start, current);
   problem_.set_target(target);
   const Plan<N> from = guess(start, current, target);
-  double left = options_.deadline;
   if (options_.refine) {
     const Summary refined = refine(sqp_, from, kCostTolerance);
     if (refined.converged() || refined.status == Status::time_limit) return finish(refined, start, current);
@@ -114,8 +119,12 @@ PlanResult<N> Planner<N>::replan(const VehicleState<N>& start, const Vector<3>& 
   if (!options_.refine) return finish(globalise(from, options_.deadline), start, current);
   DampedSqp sqp(coupled_->problem());
   const Summary refined = refine(sqp, from, kCostTolerance * estimate.share);
-  if (refined.converged() || refined.status == Status::time_limit) return finish(refined, start, current);
-  return replan(start, current, target);
+  if (refined.converged() || refined.status == Status::time_limit) {
+    PlanResult<N> result = finish(refined, start, current);
+    check_.reset();  // of the estimate's problem, which need not outlive this plan
+    return result;
+  }
+  return decoupled(start, current, target, options_.deadline - refined.seconds);
 }
 
 template <int N>

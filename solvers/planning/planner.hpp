@@ -86,6 +86,8 @@ class Planner {
 
  private:
   Plan<N> pursuit(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target) const;
+  PlanResult<N> decoupled(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target,
+                          double deadline);
   PlanResult<N> finish(Summary summary, const VehicleState<N>& start, const Vector<3>& current);
   Summary refine(DampedSqp& sqp, const Plan<N>& guess, double cost_tolerance);
   Summary globalise(const Plan<N>& guess, double time_limit);

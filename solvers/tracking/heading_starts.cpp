@@ -40,7 +40,18 @@ std::string_view name(HeadingWay way) {
 std::vector<HeadingGap> heading_gaps(const TrackingProblem& tracking, double least) {
   const std::vector<Keyframe>& keyframes = tracking.keyframes;
   std::vector<char> told(keyframes.size());
-  for (std::size_t k = 0; k < keyframes.size(); ++k) told[k] = keyframes[k].measured_rotation.has_value();
+  for (const PlacedMeasurement& m : tracking.measurements)
+    if ((m.block || m.orientation) && keyframes[m.keyframe].measured_rotation) told[m.keyframe] = true;
+  for (std::size_t k = 0; k < keyframes.size(); ++k)
+    told[k] |= std::visit(
+        [&]<class X>(const X& x) {
+          if constexpr (std::same_as<X, Variable<SE3>> || std::same_as<X, Variable<SE2>>) {
+            return tracking.problem.is_fixed(x);
+          } else {
+            return false;
+          }
+        },
+        tracking.target[k]);
   std::vector<HeadingGap> gaps;
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
     if (told[k] || !has_pose(tracking.target[k])) continue;

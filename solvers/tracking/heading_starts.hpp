@@ -19,8 +19,8 @@ inline constexpr std::array heading_ways = {HeadingWay::course, HeadingWay::reve
                                             HeadingWay::longer_turn};
 std::string_view name(HeadingWay way);
 
-/// A stretch of keyframes at which the target is a pose but no measurement tells its orientation, as long as such a
-/// stretch goes.
+/// A stretch of keyframes at which the target is a pose that is not fixed, but no measurement tells its orientation, as long
+/// as such a stretch goes.
 struct HeadingGap {
   std::size_t first, last;  ///< keyframes
 };

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <vector>
@@ -18,18 +19,23 @@ constexpr double kNear = 1e-4;         // of it: headings that cost no more are 
 
 }  // namespace
 
-HeadingTrials try_headings(TrackingProblem& tracking, const std::atomic<bool>* stop) {
+HeadingTrials try_headings(TrackingProblem& tracking, const Stop& stop) {
   HeadingTrials trials;
   const std::vector<HeadingGap> gaps = heading_gaps(tracking, kShortestGap);
   if (gaps.empty()) return trials;
   const double cost = Program(tracking.problem).cost();
   for (const HeadingGap& gap : gaps) {
+    trials.cut_short = stop.reached();
+    if (trials.cut_short) break;
     const std::vector<double> solved = headings(tracking, gap);
+    std::vector<std::vector<double>> ways = {solved};
     std::vector<std::function<void()>> starts;
     for (const HeadingWay way : heading_ways) {
       const std::vector<double> along = headings_by(tracking, gap, way);
-      if (largest_turn(solved, along) > kSameBasin)
-        starts.push_back([&tracking, &gap, along] { set_headings(tracking, gap, along); });
+      const auto same = [&](const std::vector<double>& other) { return largest_turn(other, along) <= kSameBasin; };
+      if (std::any_of(ways.begin(), ways.end(), same)) continue;
+      ways.push_back(along);
+      starts.push_back([&tracking, &gap, along] { set_headings(tracking, gap, along); });
     }
     MultistartOptions options;
     options.least_gain = kLeastGain * cost;
@@ -41,6 +47,7 @@ HeadingTrials try_headings(TrackingProblem& tracking, const std::atomic<bool>* s
     trials.gained += outcome.best >= 0;
     trials.gain += outcome.gain;
   }
+  trials.cut_short |= stop.reached();
   return trials;
 }
 

@@ -72,7 +72,7 @@ Command estimate_command() {
             add_max_keyframes(option, request->problem);
             add_own_sensors(option, request->problem.own, true);
             option.group(kSolver);
-            add_solver(option, request->solver);
+            add_solver(option, request->solver, "gauss-newton, augmented-lagrangian for hard constraints");
             option.flag("--graduated",
                         "Graduated non-convexity: robust losses narrow from least squares to their own scale",
                         request->graduated);

@@ -59,7 +59,9 @@ void add_problem(CommandOptions& option, ProblemRequest& request, bool limits) {
            "How surge and yaw rate are held (default hard where the solver takes hard constraints, else soft)",
            request.limits, parse_limits);
   option.group(kSensors);
-  option.flag("--robust", "For real detections: Cauchy losses at 2 sigmas, and a start without turned ones",
+  option.flag("--robust",
+              "For real detections: Cauchy losses at 2 sigmas, a start without turned or far ones; positions 100 "
+              "sigmas off are left out",
               [&target] { make_robust(target); });
   add_sensors(option, request.sensors);
 }
@@ -74,7 +76,10 @@ void add_max_keyframes(CommandOptions& option, ProblemRequest& request) {
 }
 
 void add_force(CommandOptions& option, bool& force) {
-  option.flag("--force", "Take a recording with gaps of hours, or one of more than 200,000 keyframes, too", force);
+  option.flag(
+      "--force",
+      "Take a recording with gaps of hours, of more than 200,000 keyframes or whose stamps are not in seconds, too",
+      force);
 }
 
 void refuse_implausible_times(const Scenario& scenario, const std::string& name, bool force) {

@@ -22,8 +22,8 @@ void add_solver(CommandOptions& option, std::optional<Solver>& solver, const std
   option("--solver", "NAME", help(otherwise), solver, parse_solver);
 }
 
-void add_solver(CommandOptions& option, Solver& solver) {
-  option("--solver", "NAME", help("gauss-newton"), solver, parse_solver);
+void add_solver(CommandOptions& option, Solver& solver, const std::string& otherwise) {
+  option("--solver", "NAME", help(otherwise), solver, parse_solver);
 }
 
 void add_ipopt(CommandOptions& option, Solver& solver) {

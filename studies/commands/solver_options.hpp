@@ -11,8 +11,7 @@ namespace tandem {
 
 /// --solver; without it `solver` stays as it is, which `otherwise` says.
 void add_solver(CommandOptions& option, std::optional<Solver>& solver, const std::string& otherwise);
-/// The same with gauss-newton as the default.
-void add_solver(CommandOptions& option, Solver& solver);
+void add_solver(CommandOptions& option, Solver& solver, const std::string& otherwise = "gauss-newton");
 /// --hessian, --linear-solver and --ipopt, for the solver that was chosen. Reading them throws Error when that is not ipopt.
 void add_ipopt(CommandOptions& option, Solver& solver);
 /// --max-iterations and --time-limit of the solver that was chosen.

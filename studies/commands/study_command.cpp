@@ -203,6 +203,9 @@ int write_trial(const StudyRequest& request) {
     throw Error(fmt::format("trials of {} are 0 to {}, not {}", of, study.trials() - 1, quote(request.paths[1])));
   const TrialPlace place = study.place(static_cast<std::size_t>(*number));
   const TrialSettings settings = study.settings(place);
+  if (settings.rendezvous)
+    throw Error(fmt::format("trial {} of {} is a rendezvous, which has no recording: see tandem rendezvous --seed {}",
+                            request.paths[1], of, settings.docking.seed));
   const SimulatedDocking docking = trial_docking(settings);
   OutputFolder(request.out).fill([&](const std::filesystem::path& fresh) {
     write_docking(docking, settings.docking, fresh);

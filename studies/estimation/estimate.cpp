@@ -63,6 +63,11 @@ void add_uncertainty(const Scenario& scenario, const Solver& solver, bool gradua
                                   [](const SensorOutcome& sensor) { return sensor.robust; });
   const std::vector<MeasurementOutcome> all =
       robust ? outcomes_with_all(scenario, result.options, solver, graduated, stop) : std::vector<MeasurementOutcome>();
+  if (robust && all.empty() && stop.reached()) {
+    result.cut_short = true;
+    result.why_no_uncertainty =
+        "which of what was held out is an outlier is not told: the estimate with all was cut short";
+  }
   for (HeldOut& prediction : found.held_out) {
     const double t = scenario.data.sensors[prediction.sensor].measurements[prediction.index].t;
     Validation& validation = result.held_out.emplace_back(Validation{std::move(prediction), t, {}});
@@ -119,7 +124,7 @@ std::string contradiction(const TrackingData& data, TrackingOptions options, con
   stop.limit(solver);
   if (!solve(free.problem, solver).converged()) return "";
   const LimitCheck outside = count_outside(free, data.noise, limits);
-  if (10 * outside.intervals < outside.of) return "";
+  if (outside.intervals == 0 || 10 * outside.intervals < outside.of) return "";
   return fmt::format("Without its limits, {} of the target's {} intervals are outside them ({}): do they fit the data?",
                      outside.intervals, outside.of, describe(limits));
 } catch (

@@ -1,4 +1,6 @@
 #include <numbers>
+#include <optional>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -14,21 +16,23 @@ constexpr double kSoon = 5.0;      // s
 }  // namespace
 
 std::string turned_detections(const TrackingData& data, const TrackingProblem& tracking) {
-  const PlacedMeasurement* before = nullptr;
-  SO3 rotation_before;
+  struct Detection {
+    double t;
+    SO3 rotation;
+  };
+  std::vector<std::optional<Detection>> last(data.sensors.size());
   for (const PlacedMeasurement& placed : tracking.measurements) {
     const TargetSensor& sensor = data.sensors[placed.sensor];
     if (!placed.block || !sensor.type->has(measured::rotation)) continue;
     const Measurement& m = sensor.measurements[placed.index];
     const SO3 rotation = tracking.chaser_pose(placed.keyframe).rotation() * sensor.pose_in_chaser(m).rotation();
-    if (before && before->sensor == placed.sensor) {
-      const double t = sensor.measurements[before->index].t;
-      const double turn = (rotation_before.inverse() * rotation).Log().norm() * 180 / std::numbers::pi;
-      if (turn > kTurned && m.t - t <= kSoon)
-        return fmt::format("{} turns by {:.0f} deg between {:.1f} s and {:.1f} s", sensor.name, turn, t, m.t);
+    std::optional<Detection>& before = last[placed.sensor];
+    if (before) {
+      const double turn = (before->rotation.inverse() * rotation).Log().norm() * 180 / std::numbers::pi;
+      if (turn > kTurned && m.t - before->t <= kSoon)
+        return fmt::format("{} turns by {:.0f} deg between {:.1f} s and {:.1f} s", sensor.name, turn, before->t, m.t);
     }
-    before = &placed;
-    rotation_before = rotation;
+    before = Detection{m.t, rotation};
   }
   return {};
 }

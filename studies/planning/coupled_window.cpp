@@ -20,6 +20,7 @@ CoupledWindow::CoupledWindow(const TrackingData& sensors, const TrackingOptions&
 }
 
 void CoupledWindow::forget() {
+  if (data_.odometry.empty()) return;
   const double begin = data_.odometry.back().t - seconds_ - kSameKeyframe;
   std::erase_if(data_.odometry, [&](const Stamped<SE3>& pose) { return pose.t < begin; });
   for (TargetSensor& sensor : data_.sensors)

@@ -85,7 +85,7 @@ class Simulation {
   }
 
   RendezvousRun run() {
-    RendezvousRun run{options_.seed, RendezvousOutcome::timed_out, "time", 0, 0, HUGE_VAL, 0, 0, 0, 0, 0, 0, 0, {}};
+    RendezvousRun run{options_.seed, RendezvousOutcome::timed_out, "time", 0, 0, HUGE_VAL, 0, 0, {}, 0, 0, 0, 0, {}};
     const Vector<N> half = 0.5 * (model_.upper - model_.lower);
     for (int second = 0; second < int(options_.time_limit); ++second) {
       Vector<N> command = decide(run);
@@ -340,7 +340,8 @@ class Simulation {
     run.why = why;
     run.seconds = now();
     run.miss = miss(options_.dock);
-    if (!run.steps.empty()) run.three_sigma = run.steps.back().three_sigma.maxCoeff();
+    if (!run.steps.empty() && !run.steps.back().three_sigma.isZero(0))
+      run.three_sigma = run.steps.back().three_sigma.maxCoeff();
     return run;
   }
 

@@ -79,8 +79,8 @@ struct RendezvousRun {
   double effort;      ///< ∫ Σ (command / half range)² dt [s]
   double
       keep_out_violation;  ///< m inside the keep-out distance while searching or approaching, in truth; 0 where never
-  double three_sigma;      ///< of the estimated relative position at the end, the largest of three axes [m]
-  double worst_violation;  ///< of the plans that were accepted
+  std::optional<double> three_sigma;  ///< of the estimated relative position at the end, the largest of three axes [m]
+  double worst_violation;             ///< of the plans that were accepted
   int plans, not_accepted, shifted;
   std::vector<RendezvousStep> steps;
 };

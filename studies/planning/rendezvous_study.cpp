@@ -48,7 +48,7 @@ MethodFigures figures(const std::vector<RendezvousRun>& runs) {
     }
     miss.push_back(run.least_miss);
     effort.push_back(run.effort);
-    sigma.push_back(run.three_sigma);
+    if (run.three_sigma) sigma.push_back(*run.three_sigma);
     f.plans += run.plans;
     f.not_accepted += run.not_accepted;
     f.shifted += run.shifted;
@@ -92,7 +92,8 @@ CsvTable<RunRow> run_columns() {
            [](const RunRow& r) { return r.run.effort; })
       .add("keep_out_violation_m", "inside the keep-out distance while searching or approaching, in truth [m]",
            [](const RunRow& r) { return r.run.keep_out_violation; })
-      .add("three_sigma_m", "of the estimated relative position at the end, the largest of three axes [m]",
+      .add("three_sigma_m",
+           "of the estimated relative position at the end, the largest of three axes, where there is one [m]",
            [](const RunRow& r) { return r.run.three_sigma; })
       .add("worst_violation", "of a hard constraint by an accepted plan",
            [](const RunRow& r) { return r.run.worst_violation; })

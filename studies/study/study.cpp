@@ -89,7 +89,7 @@ TrialPlace Study::place(std::size_t trial) const {
 }
 
 std::string Study::canonical() const {
-  std::string text = "tandem study 2\nsimulation: docking\n";
+  std::string text = "tandem study 1\nsimulation: docking\n";
   for (const StudyAxis& axis : axes) text += fmt::format("{}: {}\n", axis.parameter, list_text(axis.values));
   text += fmt::format("models: {}\nsolvers: {}\nseeds: {}\nseed: {}\ncovariances: {}\ntime_limit: {}\n",
                       list_text(models), list_text(solvers), seeds, seed, covariances, time_limit);
@@ -157,6 +157,17 @@ Study parse_study(const std::string& text, const std::filesystem::path& file) {
     study.time_limit = yaml.number("time_limit");
     if (study.time_limit <= 0) yaml.fail("time_limit", "time_limit is above zero");
   }
+  const auto has = [&](const char* parameter) {
+    return std::any_of(study.axes.begin(), study.axes.end(),
+                       [&](const StudyAxis& axis) { return axis.parameter == parameter; });
+  };
+  const auto fail = [&](const std::string& why) { throw Error(fmt::format("{}: {}", file.string(), why)); };
+  if (has("newest") && !has("window")) fail("newest is of a window: give window, in seconds, too");
+  for (const char* parameter : {"chance", "information"})
+    if (has(parameter) && !has("rendezvous"))
+      fail(fmt::format("{} is of a rendezvous: give rendezvous too", parameter));
+  if (has("rendezvous") && (study.models.size() > 1 || study.solvers.size() > 1 || study.time_limit > 0))
+    fail("a rendezvous has methods in place of models and solvers, and no time_limit: give one model alone");
   double trials = double(study.seeds) * double(study.models.size()) * double(study.solvers.size());
   for (const StudyAxis& axis : study.axes) trials *= double(axis.values.size());
   if (trials > kMostTrials)

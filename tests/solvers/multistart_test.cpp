@@ -82,8 +82,12 @@ TEST(Multistart, GivesUpWhatIsBackOrStopped) {
   EXPECT_EQ(solve_part_from(starts, wells.problem, ids, options).best, -1);
   EXPECT_EQ(asked, 1);
   EXPECT_EQ(wells.at(1), first);
-  const std::atomic<bool> stop = true;
-  EXPECT_EQ(solve_part_from(starts, wells.problem, ids, {.stop = &stop}).iterations, 0);
+  const std::atomic<bool> interrupt = true;
+  SolverOptions interrupted, late;
+  interrupted.stop = &interrupt;
+  late.time_limit = 0;
+  for (const SolverOptions& limits : {interrupted, late})
+    EXPECT_EQ(solve_part_from(starts, wells.problem, ids, {.stop = Stop(limits)}).iterations, 0);
   EXPECT_EQ(wells.at(1), first);
 }
 

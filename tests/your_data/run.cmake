@@ -99,4 +99,4 @@ says("the noise constant_velocity is needed here: give standard deviations above
 says("docking_a has no sensor of the chaser's own: sensors in scenario.yaml of the types imu, dvl, depth, gps or heading; \
 for chaser and target by odometry use tandem estimate" navigate docking_a)
 says("gauss-newton takes soft residuals only, and this problem has 1537 hard ones: use augmented-lagrangian or ipopt, or \
-nlopt for a small problem" estimate docking_a --non-holonomic hard)
+nlopt for a small problem" estimate docking_a --non-holonomic hard --solver gauss-newton)

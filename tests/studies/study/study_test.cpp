@@ -68,6 +68,9 @@ TEST(Study, WhatIsWrongIsNamedWithItsLine) {
   EXPECT_THAT(refused("gap:", "gapp:"), HasSubstr("gaps.yaml:3: unknown key 'gapp' in parameters; did you mean gap?"));
   EXPECT_THAT(refused("[5, 20.0]", "[]"), HasSubstr("gaps.yaml:3: gap is empty: the grid has no trials"));
   EXPECT_THAT(refused("[constant-twist, 'surge:0,2.5']", "[]"), HasSubstr("models is empty"));
+  EXPECT_THAT(refused("gap: [5, 20.0]", "newest: hypotheses"), HasSubstr("newest is of a window: give window"));
+  EXPECT_THAT(refused("gap: [5, 20.0]", "chance: 1"), HasSubstr("chance is of a rendezvous: give rendezvous too"));
+  EXPECT_THAT(refused("gap: [5, 20.0]", "rendezvous: decoupled"), HasSubstr("give one model alone"));
   EXPECT_THAT(refused("[5, 20.0]", "[5, 5.0]"), HasSubstr("gap has '5' twice"));
   EXPECT_THAT(refused("[5, 20.0]", "[5, 1000]"), HasSubstr("gap is from 0 to 600, not 1000"));
   EXPECT_THAT(refused("constant-twist", "constant-twits"), HasSubstr("did you mean"));

@@ -85,7 +85,7 @@ TEST(Trial, TheNewestStateIsOfTheWindowOfHypothesesOrOfATextbookFilter) {
     results.push_back(run_trial(study, online + i));
     SCOPED_TRACE(i);
     EXPECT_EQ(results[i].status, "converged") << results[i].message;
-    EXPECT_LT(results[i].get("all_position_m").value(), 8.0);
+    EXPECT_LT(results[i].get("usbl_position_m").value(), 6.0);
     EXPECT_LT(results[i].get("all_position_m"), results[i].get("ahead_5s_position_m"));
     EXPECT_LT(results[i].get("ahead_5s_position_m"), results[i].get("ahead_10s_position_m"));
     for (std::size_t j = 0; j < i; ++j)
