@@ -73,7 +73,7 @@ TEST_P(OneOutlier, MovesNothingWithRobust) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Metres, OneOutlier, testing::Values("1000", "1e6", "-1e150"),
+INSTANTIATE_TEST_SUITE_P(RecordedMetres, OneOutlier, testing::Values("1000", "1e6", "-1e150"),
                          [](const auto& info) { return "X" + std::to_string(info.index); });
 
 /// The small scenario with its odometry's last row at a time.

@@ -98,7 +98,7 @@ TEST(Trial, TheNewestStateIsOfTheWindowOfHypothesesOrOfATextbookFilter) {
   EXPECT_EQ(whole.get("cost"), run_trial(study, 0).get("cost"));
 }
 
-TEST(Trial, NoiseThatIsToldWrongIsCalibratedFirst) {
+TEST(StatisticalTrials, NoiseThatIsToldWrongIsCalibratedFirst) {
   const Study study = study_of("parameters: {minutes: 8, usbl_sigma_factor: 4, calibrated: [0, 1]}\n");
   const TrialResult told = run_trial(study, 0), calibrated = run_trial(study, 1);
   ASSERT_EQ(calibrated.status, "converged") << calibrated.message;
