@@ -23,20 +23,6 @@ double heading_at(const TrackingProblem& tracking, std::size_t k) {
 
 }  // namespace
 
-std::string_view name(HeadingWay way) {
-  switch (way) {
-    case HeadingWay::course:
-      return "course";
-    case HeadingWay::reversed:
-      return "reversed";
-    case HeadingWay::shorter_turn:
-      return "shorter turn";
-    case HeadingWay::longer_turn:
-      break;
-  }
-  return "longer turn";
-}
-
 std::vector<HeadingGap> heading_gaps(const TrackingProblem& tracking, double least) {
   const std::vector<Keyframe>& keyframes = tracking.keyframes;
   std::vector<char> told(keyframes.size());

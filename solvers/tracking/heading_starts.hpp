@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <string_view>
 #include <vector>
 
 #include <tandem/problem/tracking/tracking_problem.hpp>
@@ -17,7 +16,6 @@ enum class HeadingWay {
 };
 inline constexpr std::array heading_ways = {HeadingWay::course, HeadingWay::reversed, HeadingWay::shorter_turn,
                                             HeadingWay::longer_turn};
-std::string_view name(HeadingWay way);
 
 /// A stretch of keyframes at which the target is a pose that is not fixed, but no measurement tells its orientation, as long
 /// as such a stretch goes.

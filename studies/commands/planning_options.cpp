@@ -5,6 +5,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/commands/planning_options.hpp>
+#include <tandem/studies/planning/rendezvous.hpp>
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/text.hpp>
 
@@ -116,8 +117,7 @@ PlanRequest plan_request(const PlanningRequest& r, const Vehicle& vehicle, const
     plan.lowest = -r.depth->upper[0];
   }
   if (const std::string why = why_impossible(plan); !why.empty()) throw Error(why);
-  request.planner.pursuit.speed = 0.6 * vehicle.most_twist[0];
-  request.planner.pursuit.turn_rate = 0.7 * vehicle.most_twist[5];
+  pursue_within(request.planner, vehicle);
   return request;
 }
 

@@ -46,7 +46,7 @@ struct RendezvousOptions {
 };
 
 /// Pursuit, and the start of first plans, within what the vehicle can do.
-void pursue_within(RendezvousOptions& options, const Vehicle& vehicle);
+void pursue_within(PlannerOptions& planner, const Vehicle& vehicle);
 
 /// Searching: nothing is known yet. Retreat: docking was given up, and the chaser leaves the keep-out distance.
 enum class RendezvousPhase { searching, approach, docking, retreat };

@@ -21,9 +21,9 @@ RendezvousMethod parse_rendezvous_method(const std::string& option, const std::s
       fmt::format("{} takes {}, not {}{}", option, listed(names, "or"), quote(text), did_you_mean(text, names)));
 }
 
-void pursue_within(RendezvousOptions& options, const Vehicle& vehicle) {
-  options.planner.pursuit.speed = 0.6 * vehicle.most_twist[0];
-  options.planner.pursuit.turn_rate = 0.7 * vehicle.most_twist[5];
+void pursue_within(PlannerOptions& planner, const Vehicle& vehicle) {
+  planner.pursuit.speed = 0.6 * vehicle.most_twist[0];
+  planner.pursuit.turn_rate = 0.7 * vehicle.most_twist[5];
 }
 
 std::string_view name(RendezvousPhase phase) {

@@ -15,16 +15,9 @@ namespace {
 
 using StudyJson = nlohmann::ordered_json;
 
-double quantile_of(std::vector<double> v, double q) {
-  if (v.empty()) return std::nan("");
-  std::sort(v.begin(), v.end());
-  return v[std::min(v.size() - 1, std::size_t(q * double(v.size())))];
-}
-
 std::vector<double> solve_milliseconds(const RendezvousRun& run) {
-  std::vector<double> ms;
-  for (const RendezvousStep& step : run.steps)
-    if (!step.origin.empty()) ms.push_back(1e3 * step.solve_seconds);
+  std::vector<double> ms = solve_seconds(run);
+  for (double& t : ms) t *= 1e3;
   return ms;
 }
 
@@ -125,6 +118,19 @@ CsvTable<RendezvousStep> step_columns() {
 }
 
 }  // namespace
+
+double quantile_of(std::vector<double> values, double q) {
+  if (values.empty()) return std::nan("");
+  std::sort(values.begin(), values.end());
+  return values[std::min(values.size() - 1, std::size_t(q * double(values.size())))];
+}
+
+std::vector<double> solve_seconds(const RendezvousRun& run) {
+  std::vector<double> seconds;
+  for (const RendezvousStep& step : run.steps)
+    if (!step.origin.empty()) seconds.push_back(step.solve_seconds);
+  return seconds;
+}
 
 RendezvousStudy study_rendezvous(const Vehicle& vehicle, const RendezvousOptions& options,
                                  const std::vector<RendezvousMethod>& methods, int seeds,

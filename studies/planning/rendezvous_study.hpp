@@ -29,6 +29,11 @@ struct RateInterval {
 };
 RateInterval wilson_interval(int successes, int runs);
 
+/// The value below which a share q of them lies; nan of none.
+double quantile_of(std::vector<double> values, double q);
+/// Times of a run's plans, by the clock [s].
+std::vector<double> solve_seconds(const RendezvousRun& run);
+
 /// A table for a terminal; all figures as JSON.
 std::string report(const RendezvousStudy& study);
 std::string rendezvous_json(const RendezvousStudy& study);

@@ -10,6 +10,8 @@
 #include <tandem/solvers/ipopt.hpp>
 #include <tandem/solvers/planning/planner.hpp>
 
+#include "solvers/planning/hoverer.hpp"
+
 namespace tandem::testing {
 namespace {
 
@@ -17,21 +19,6 @@ Vector<6> six_of(double linear, double angular) {
   return (Vector<6>() << Vector<3>::Constant(linear), Vector<3>::Constant(angular)).finished();
 }
 Gaussian gaussian(const Vector<6>& sigma) { return Gaussian(Eigen::VectorXd(sigma)); }
-
-/// Hovers, pushes along each axis and turns about it.
-VehicleModel<8> pushes_anywhere() {
-  VehicleModel<8> v;
-  v.mass.diagonal() << 20.0, 21.0, 32.0, 0.5, 0.4, 0.6;
-  v.linear.diagonal() << 13.7, 10.0, 33.0, 0.3, 0.8, 0.5;
-  v.quadratic.diagonal() << 141.0, 217.0, 190.0, 1.2, 0.5, 1.5;
-  v.weight = v.buoyancy = 130.0;
-  v.centre_of_buoyancy = {0.0, 0.0, 0.01};
-  v.thrust.leftCols<6>().diagonal() << 1.0, 1.0, 1.0, 0.2, 0.2, 0.2;
-  v.lower.setConstant(-40.0);
-  v.upper.setConstant(40.0);
-  v.lag.setConstant(0.2);
-  return v;
-}
 
 /// Eight seconds of a chaser at rest that measures where a target goes, and how it is turned now and then.
 struct Window {
@@ -109,7 +96,7 @@ PlannerOptions exactly() {
 }
 
 Plan<8> coupled_plan(Window& window, double share, const PlannerOptions& options) {
-  const auto vehicle = pushes_anywhere();
+  const auto vehicle = hoverer();
   const PlanOptions plan = to_the_standoff();
   Planner<8> planner(vehicle, plan, options);
   const PlanResult<8> result =
@@ -120,7 +107,7 @@ Plan<8> coupled_plan(Window& window, double share, const PlannerOptions& options
 
 TEST(CoupledPlan, IsThatAgainstThePredictionAsItsShareVanishes) {
   if (!ipopt_available()) GTEST_SKIP() << "this build has no Ipopt";
-  const auto vehicle = pushes_anywhere();
+  const auto vehicle = hoverer();
   const PlanOptions plan = to_the_standoff();
   Window given;
   Planner<8> planner(vehicle, plan, exactly());
@@ -152,7 +139,7 @@ TEST(CoupledPlan, TheFirstSolverFindsItToo) {
 }
 
 TEST(CoupledPlan, HasTheRightDerivativesAsAWhole) {
-  const auto vehicle = pushes_anywhere();
+  const auto vehicle = hoverer();
   PlanOptions plan = to_the_standoff();
   plan.steps = 3;
   for (const bool damped : {false, true}) {
@@ -170,7 +157,7 @@ TEST(CoupledPlan, HasTheRightDerivativesAsAWhole) {
 }
 
 TEST(CoupledPlan, RefusesAShareThatIsNone) {
-  const auto vehicle = pushes_anywhere();
+  const auto vehicle = hoverer();
   Window window;
   EXPECT_THROW(PlanProblem<8>(vehicle, to_the_standoff(), window.estimate(0.0)), Error);
 }
