@@ -14,7 +14,13 @@ class HardPoolBase : public PoolBase {
  public:
   /// An empty pool of the same residual, over other stores.
   virtual std::unique_ptr<HardPoolBase> another(const StoreInstead& instead) const = 0;
-  virtual void bounds(double* lower, double* upper) const = 0;
+  /// Of each row.
+  const std::vector<double>& lower() const { return lower_; }
+  const std::vector<double>& upper() const { return upper_; }
+  /// Lagrange's, as the last solve left them; 0 of new blocks.
+  const std::vector<double>& multipliers() const { return multipliers_; }
+  void set_multipliers(int i, const double* multipliers);
+  void set_bounds(int i, const double* lower, const double* upper);
   /// Rows at the point.
   virtual void values(double* c) const = 0;
   /// Rows, where `c` is not null, and nonzeros at the point: of each block its states' Jacobians one after the other,
@@ -25,6 +31,19 @@ class HardPoolBase : public PoolBase {
   /// The same with J as jacobian() gave it.
   virtual void accumulate(const PoolPlacement& place, const double* weights, const double* jacobian,
                           double* H) const = 0;
+
+  void remove(int i) final;
+  void add_copy(const PoolBase& from, int i, const int* slots) final;
+  void add_stiffness(const PoolPlacement& place, const double* v, const double* row_weights, double& along,
+                     double& scale) const final;
+
+ protected:
+  /// Of the block that was added last.
+  void add_bounds(const double* lower, const double* upper);
+
+ private:
+  std::vector<double> lower_, upper_, multipliers_;  // of each block dim() entries
+  mutable Eigen::VectorXd r_, J_, root_;             // of add_stiffness()
 };
 
 template <Residual R>
@@ -38,30 +57,15 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
 
   void add(const R& residual, const std::array<int, kArity>& slots, const Bounds<kDim>& bounds) {
     this->add_block(residual, slots);
-    bounds_.push_back(bounds);
-  }
-  void remove(int i) override {
-    this->remove_block(i);
-    this->remove_from(bounds_, i);
+    this->add_bounds(bounds.lower.data(), bounds.upper.data());
   }
 
   std::unique_ptr<HardPoolBase> another(const StoreInstead& instead) const override {
     return std::make_unique<HardPool>(this->stores_of(instead));
   }
-  void add_copy(const PoolBase& from, int i, const int* slots) override {
-    const auto& other = static_cast<const HardPool&>(from);
-    this->add_block_of(other, i, slots);
-    bounds_.push_back(other.bounds_[std::size_t(i)]);
-  }
-  void bounds(double* lower, double* upper) const override {
-    for (const auto& b : bounds_) {
-      lower = std::copy_n(b.lower.data(), kDim, lower);
-      upper = std::copy_n(b.upper.data(), kDim, upper);
-    }
-  }
   void values(double* c) const override {
     Row r;
-    for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
+    for (std::size_t i = 0; i < this->blocks_.size(); ++i) {
       this->value(i, r);
       c = std::copy_n(r.data(), kDim, c);
     }
@@ -70,7 +74,7 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
     Row r;
     Jacobians J;
     Pool::set_zero(J);  // GCC 12 does not see that linearize sets it
-    for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
+    for (std::size_t i = 0; i < this->blocks_.size(); ++i) {
       const int* offset = &place.offset[i * kArity];
       this->linearize(i, offset, r, J);
       if (c) c = std::copy_n(r.data(), kDim, c);
@@ -82,14 +86,22 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
   }
 
   void accumulate(const PoolPlacement& place, const double* weights, double* H) const override {
-    each_weighted(place, weights, [&](std::size_t i, const int* offset, const Jacobians& J) {
+    Row r;
+    Jacobians J;
+    Pool::set_zero(J);
+    for (std::size_t i = 0; i < this->blocks_.size(); ++i) {
+      const int* offset = &place.offset[i * kArity];
+      double root[kDim];
+      if (!square_roots(weights + i * kDim, root)) continue;
+      this->linearize(i, offset, r, J);
+      static_for<kArity>([&]<int A>() { scale_rows<kDim, Pool::kDofs[A]>(root, std::get<A>(J).data()); });
       this->add_products(offset, &place.hessian[i * kPairs], J, H);
-    });
+    }
   }
   void accumulate(const PoolPlacement& place, const double* weights, const double* jacobian, double* H) const override {
     Jacobians J;
     Pool::set_zero(J);
-    for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
+    for (std::size_t i = 0; i < this->blocks_.size(); ++i) {
       const int* offset = &place.offset[i * kArity];
       double root[kDim];
       if (!square_roots(weights + i * kDim, root)) continue;
@@ -104,13 +116,6 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
       this->add_products(offset, &place.hessian[i * kPairs], J, H);
     }
   }
-  void add_stiffness(const PoolPlacement& place, const double* v, const double* weights, double& along,
-                     double& scale) const override {
-    each_weighted(place, weights, [&](std::size_t, const int* offset, Jacobians& J) {
-      add_block_stiffness({kDim, kArity, Pool::kDofs.data(), offset}, Pool::data(J).data(), v, 1.0, along, scale);
-    });
-  }
-
   void add_exact_hessian(const PoolPlacement& place, int begin, int end, double factor, const double* multipliers,
                          double* gradient, double* H) const override {
     Row r;
@@ -128,22 +133,6 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
   }
 
  private:
-  /// Calls f(block, offsets, J) with each row of J times the root of its weight.
-  template <class F>
-  void each_weighted(const PoolPlacement& place, const double* weights, F f) const {
-    Row r;
-    Jacobians J;
-    Pool::set_zero(J);
-    for (std::size_t i = 0; i < this->residuals_.size(); ++i) {
-      const int* offset = &place.offset[i * kArity];
-      double root[kDim];
-      if (!square_roots(weights + i * kDim, root)) continue;
-      this->linearize(i, offset, r, J);
-      static_for<kArity>([&]<int A>() { scale_rows<kDim, Pool::kDofs[A]>(root, std::get<A>(J).data()); });
-      f(i, offset, J);
-    }
-  }
-
   /// False when all are zero.
   static bool square_roots(const double* weights, double* root) {
     bool any = false;
@@ -153,8 +142,6 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
     }
     return any;
   }
-
-  std::vector<Bounds<kDim>> bounds_;
 };
 
 }  // namespace tandem::detail

@@ -70,11 +70,19 @@ double MarginalPrior::residual(const int* offset) const {
   return 0.5 * r_.squaredNorm() + constant_;
 }
 
-void MarginalPrior::linearize_block(int, double* r, double* J) const {
-  residual(std::vector<int>(states_.size(), 0).data());
+void MarginalPrior::evaluate_block(int, double* r) const {
+  residual(nullptr);
+  std::copy_n(r_.data(), r_.size(), r);
+}
+
+void MarginalPrior::linearize_block(int, const int* offset, double* r, double* J) const {
+  const std::vector<int> all(states_.size(), 0);
+  if (!offset) offset = all.data();
+  residual(offset);
   std::copy_n(r_.data(), r_.size(), r);
   for (std::size_t s = 0; s < states_.size(); ++s) {
-    const Eigen::MatrixXd by_state = A_.middleCols(first_[s], states_[s].dof) * jacobian(s);
+    Eigen::MatrixXd by_state = Eigen::MatrixXd::Zero(dim(), states_[s].dof);
+    if (offset[s] >= 0) by_state = A_.middleCols(first_[s], states_[s].dof) * jacobian(s);
     J = std::copy_n(by_state.data(), by_state.size(), J);
   }
 }

@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/problem/soft_pool.hpp>
+#include <tandem/problem/weighted_pool.hpp>
 
 namespace tandem::detail {
 
@@ -40,7 +40,8 @@ class MarginalPrior final : public SoftPoolBase {
   void add_copy(const PoolBase&, int, const int*) override {
     throw Error("a marginal prior belongs to the problem that was marginalized: no part of one has it");
   }
-  void linearize_block(int i, double* r, double* J) const override;
+  void evaluate_block(int i, double* r) const override;
+  void linearize_block(int i, const int* offset, double* r, double* J) const override;
   Gaussian noise(int) const override { return Gaussian(Eigen::VectorXd::Ones(b_.size())); }
   void set_noise(int, const Gaussian&) override { throw Error("set_noise: a marginal prior has none of its own"); }
   Loss loss(int) const override { return {}; }
@@ -54,6 +55,10 @@ class MarginalPrior final : public SoftPoolBase {
   double accumulate(const PoolPlacement& place, int begin, int end, double* gradient, double* H) const override;
   double weight(int) const override { return 1.0; }
   std::optional<double> convex_widening() const override { return {}; }
+
+ protected:
+  void remove_residual(int) override {}
+  void add_residual_of(const PoolBase&, int, const int*) override {}
 
  private:
   using Jacobian = Eigen::Map<Eigen::MatrixXd>;

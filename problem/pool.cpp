@@ -63,11 +63,6 @@ void add_difference_hessian(const BlockShape& shape, const HessianPlace* place,
   }
 }
 
-Gaussian noise_of_weights(int rows, const double* diagonal, const double* full) {
-  if (full) return Gaussian::square_root(Eigen::Map<const Eigen::MatrixXd>(full, rows, rows));
-  return Gaussian(Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(diagonal, rows).cwiseInverse()));
-}
-
 void whiten(int rows, int columns, const double* diagonal, const double* full, double* A) {
   for (int j = 0; j < columns; ++j, A += rows) {
     if (!full) {
@@ -81,12 +76,12 @@ void whiten(int rows, int columns, const double* diagonal, const double* full, d
   }
 }
 
-void add_block_stiffness(const BlockShape& shape, const double* const* J, const double* v, double weight, double& along,
+void add_block_stiffness(const BlockShape& shape, const double* J, const double* v, double weight, double& along,
                          double& scale) {
   std::array<double, kMostRows> Jv{};
-  for (int s = 0; s < shape.arity; ++s) {
+  for (int s = 0; s < shape.arity; J += shape.dim * shape.dofs[s], ++s) {
     if (shape.offset[s] < 0) continue;
-    const double *part = v + shape.offset[s], *entry = J[s];
+    const double *part = v + shape.offset[s], *entry = J;
     for (int k = 0; k < shape.dofs[s]; ++k)
       for (int i = 0; i < shape.dim; ++i, ++entry) {
         const double moved = *entry * part[k];

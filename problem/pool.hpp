@@ -46,8 +46,10 @@ class PoolBase {
   virtual void remove(int i) = 0;
   /// Adds block `i` of `from`, a pool of the same residual and role, reading other slots.
   virtual void add_copy(const PoolBase& from, int i, const int* slots) = 0;
-  /// Of block `i` at the point, in the residual's own units: its rows, and its states' Jacobians one after the other.
-  virtual void linearize_block(int i, double* r, double* J) const = 0;
+  /// Of block `i` at the point, in the residual's own units: its rows; and with them its states' Jacobians one after the
+  /// other, of those whose offset is not negative, 0 of the others, or, where `offset` is null, of all.
+  virtual void evaluate_block(int i, double* r) const = 0;
+  virtual void linearize_block(int i, const int* offset, double* r, double* J) const = 0;
   /// Tangent dimensions of each state.
   virtual const int* dofs() const = 0;
   /// Adds ‖W J v‖² and ‖W J diag(v)‖² over the blocks; hard pools take the square root of W's diagonal² from
@@ -60,6 +62,17 @@ class PoolBase {
   /// closed-form gradient, charts and all.
   virtual void add_exact_hessian(const PoolPlacement& place, int begin, int end, double factor,
                                  const double* multipliers, double* gradient, double* H) const = 0;
+
+ protected:
+  /// Those of remove() and add_copy() that are the residual's.
+  virtual void remove_residual(int i) = 0;
+  virtual void add_residual_of(const PoolBase& from, int i, const int* slots) = 0;
+  /// The last takes the place of entry `i`.
+  template <class T>
+  static void remove_from(std::vector<T>& v, int i) {
+    v[static_cast<std::size_t>(i)] = v.back();
+    v.pop_back();
+  }
 };
 
 /// Step of a central difference of first derivatives: balances h² truncation and 1e-16/h rounding.
@@ -85,12 +98,10 @@ void block_gradient(const BlockShape& shape, const double* const* J, const doubl
 /// where entry k of the state's δ has moved by `step`.
 void add_difference_hessian(const BlockShape& shape, const HessianPlace* place,
                             FunctionRef<void(int state, int k, double step, double* gradient)> near, double* H);
-/// The noise of a pool's weights: 1/σ of each row, or, where it is not null, W.
-Gaussian noise_of_weights(int rows, const double* diagonal, const double* full);
-/// A ← W A, W a diagonal or full.
+/// A ← W A, W a diagonal or, where it is not null, full.
 void whiten(int rows, int columns, const double* diagonal, const double* full, double* A);
-/// Adds weight ‖J v‖² and weight ‖J diag(v)‖².
-void add_block_stiffness(const BlockShape& shape, const double* const* J, const double* v, double weight, double& along,
+/// Adds weight ‖J v‖² and weight ‖J diag(v)‖²; J as PoolBase::linearize_block() gives it.
+void add_block_stiffness(const BlockShape& shape, const double* J, const double* v, double weight, double& along,
                          double& scale);
 
 /// What every pool of residual R has: the blocks' residuals and states, and their evaluation at the point.
@@ -105,15 +116,21 @@ class BlockPool : public Base {
   std::string_view name() const override { return R::name; }
   int dim() const override { return kDim; }
   int arity() const override { return kArity; }
-  int size() const override { return static_cast<int>(residuals_.size()); }
-  const int* variables(int i) const override { return ids_[static_cast<std::size_t>(i)].data(); }
+  int size() const override { return static_cast<int>(blocks_.size()); }
+  const int* variables(int i) const override { return blocks_[static_cast<std::size_t>(i)].ids.data(); }
   const int* dofs() const override { return kDofs.data(); }
-  void linearize_block(int i, double* r, double* J) const override {
+  void evaluate_block(int i, double* r) const override {
+    Row row;
+    value(std::size_t(i), row);
+    std::copy_n(row.data(), kDim, r);
+  }
+  void set_residual(int i, const R& residual) { blocks_[std::size_t(i)].residual = residual; }
+  void linearize_block(int i, const int* offset, double* r, double* J) const override {
     constexpr std::array<int, std::size_t(kArity)> wanted{};
     Row row;
     Jacobians jacobians;
     set_zero(jacobians);
-    linearize(std::size_t(i), wanted.data(), row, jacobians);
+    linearize(std::size_t(i), offset ? offset : wanted.data(), row, jacobians);
     std::copy_n(row.data(), kDim, r);
     static_for<kArity>([&]<int S>() { J = std::copy_n(std::get<S>(jacobians).data(), kDim * kDofs[S], J); });
   }
@@ -148,41 +165,31 @@ class BlockPool : public Base {
   explicit BlockPool(const Stores& stores) : stores_(stores) {}
 
   void add_block(const R& residual, const std::array<int, kArity>& slots) {
-    residuals_.push_back(residual);
-    slots_.push_back(slots);
     std::array<int, kArity> ids;
     static_for<kArity>([&]<int S>() { ids[S] = std::get<S>(stores_)->id[std::size_t(slots[S])]; });
-    ids_.push_back(ids);
+    blocks_.push_back({residual, slots, ids});
   }
-  void add_block_of(const BlockPool& from, int i, const int* slots) {
+  void add_residual_of(const PoolBase& from, int i, const int* slots) override {
     std::array<int, kArity> own;
     std::copy_n(slots, kArity, own.begin());
-    add_block(from.residuals_[std::size_t(i)], own);
+    add_block(static_cast<const BlockPool&>(from).blocks_[std::size_t(i)].residual, own);
   }
+  void remove_residual(int i) override { this->remove_from(blocks_, i); }
   Stores stores_of(const StoreInstead& instead) const {
     return std::apply(
         [&]<class... Xs>(StateStore<Xs>*... store) { return Stores(static_cast<StateStore<Xs>*>(instead(store))...); },
         stores_);
   }
-  template <class T>
-  static void remove_from(std::vector<T>& v, int i) {
-    v[static_cast<std::size_t>(i)] = v.back();
-    v.pop_back();
-  }
-  void remove_block(int i) {
-    remove_from(residuals_, i);
-    remove_from(slots_, i);
-    remove_from(ids_, i);
-  }
 
   typename Types::Points points(std::size_t i) const {
     typename Types::Points p;
-    static_for<kArity>([&]<int S>() { std::get<S>(p) = &std::get<S>(stores_)->point[std::size_t(slots_[i][S])]; });
+    static_for<kArity>(
+        [&]<int S>() { std::get<S>(p) = &std::get<S>(stores_)->point[std::size_t(blocks_[i].slots[S])]; });
     return p;
   }
 
   [[gnu::noinline]] void value(std::size_t i, Row& r) const {
-    std::apply([&](const auto*... x) { residuals_[i](*x..., r); }, points(i));
+    std::apply([&](const auto*... x) { blocks_[i].residual(*x..., r); }, points(i));
   }
 
   /// r, and J with respect to the unknowns of the states whose offset is not negative.
@@ -194,7 +201,7 @@ class BlockPool : public Base {
     static_for<kArity>([&]<int S>() {
       const auto& store = *std::get<S>(stores_);
       if (offset[S] >= 0 && store.charted)  // the chain through Jr(δ), here and nowhere else
-        multiply_right<kDim, kDofs[S]>(std::get<S>(J).data(), store.chart[std::size_t(slots_[i][S])].data());
+        multiply_right<kDim, kDofs[S]>(std::get<S>(J).data(), store.chart[std::size_t(blocks_[i].slots[S])].data());
     });
   }
   static void set_zero(Jacobians& J) {
@@ -239,7 +246,7 @@ class BlockPool : public Base {
                      double* gradient, double* H) const {
     constexpr int n = Types::sum_of_dofs;
     Matrix<n, n> C;
-    std::apply([&](const auto*... x) { residuals_[i].curvature(*x..., w, C); }, points(i));
+    std::apply([&](const auto*... x) { blocks_[i].residual.curvature(*x..., w, C); }, points(i));
     static_for<kArity>([&]<int A>() {
       if (offset[A] < 0) return;
       constexpr int a = kDofs[A], first_a = first_dof(A);
@@ -253,9 +260,9 @@ class BlockPool : public Base {
         for (int k = 0; k < a; ++k)
           for (int m = 0; m < b; ++m) transposed[k * b + m] = C(first_b + m, first_a + k);
         const auto &of_A = *std::get<A>(stores_), &of_B = *std::get<B>(stores_);
-        if (of_A.charted) multiply_right<b, a>(transposed, of_A.chart[std::size_t(slots_[i][A])].data());
+        if (of_A.charted) multiply_right<b, a>(transposed, of_A.chart[std::size_t(blocks_[i].slots[A])].data());
         transpose<b, a>(1.0, transposed, block);
-        if (of_B.charted) multiply_right<a, b>(block, of_B.chart[std::size_t(slots_[i][B])].data());
+        if (of_B.charted) multiply_right<a, b>(block, of_B.chart[std::size_t(blocks_[i].slots[B])].data());
         const HessianPlace& at = place[A * (A + 1) / 2 + B];
         for (int m = 0; m < b; ++m)
           for (int k = 0; k < a; ++k) {
@@ -294,11 +301,11 @@ class BlockPool : public Base {
       static_for<kArity>([&]<int S>() {
         const auto& store = *std::get<S>(stores_);
         if (S == state) {
-          store.near_point(slots_[i][S], k, step, std::get<S>(moved), std::get<S>(moved_chart));
+          store.near_point(blocks_[i].slots[S], k, step, std::get<S>(moved), std::get<S>(moved_chart));
           std::get<S>(p) = &std::get<S>(moved);
           charts[S] = std::get<S>(moved_chart).data();
         } else if (store.charted) {
-          charts[S] = store.chart[std::size_t(slots_[i][S])].data();
+          charts[S] = store.chart[std::size_t(blocks_[i].slots[S])].data();
         }
       });
       Row r, w;
@@ -310,9 +317,12 @@ class BlockPool : public Base {
     add_difference_hessian(shape, place, near, H);
   }
 
+  struct Placed {
+    R residual;
+    std::array<int, kArity> slots, ids;  // of its states: where they are stored, and their variables
+  };
   Stores stores_;
-  std::vector<R> residuals_;
-  std::vector<std::array<int, kArity>> slots_, ids_;
+  std::vector<Placed> blocks_;
 
  private:
   /// One compiled copy of the residual for the pool's several loops: what the call costs is lost in a block's arithmetic,
@@ -320,7 +330,7 @@ class BlockPool : public Base {
   template <class Points>
   [[gnu::noinline]] void linearize_at(std::size_t i, const Points& p, const int* offset, Row& r, Jacobians& J) const {
     [&]<int... S>(std::integer_sequence<int, S...>) {
-      residuals_[i](*std::get<S>(p)..., r, (offset[S] >= 0 ? &std::get<S>(J) : nullptr)...);
+      blocks_[i].residual(*std::get<S>(p)..., r, (offset[S] >= 0 ? &std::get<S>(J) : nullptr)...);
     }
     (std::make_integer_sequence<int, kArity>{});
   }

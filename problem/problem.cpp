@@ -87,6 +87,15 @@ detail::SoftPoolBase& Problem::soft_pool_of(const Block& block, const char* aske
   return *pool.soft;
 }
 
+detail::HardPoolBase& Problem::hard_pool_of(const Block& block, const char* asked) const {
+  index_of(block, asked);
+  const Pool& pool = pools_[std::size_t(block.pool)];
+  if (!pool.hard)
+    throw Error(std::string(asked) + ": " + std::string(pool.soft->name()) +
+                " is a soft block here; only hard ones have them");
+  return *pool.hard;
+}
+
 double Problem::weight(const Block& block) const {
   return soft_pool_of(block, "weight").weight(index_of(block, "weight"));
 }
@@ -97,7 +106,7 @@ Gaussian Problem::noise(const Block& block) const {
 
 void Problem::set_noise(const Block& block, const Gaussian& noise) {
   detail::SoftPoolBase& pool = soft_pool_of(block, "set_noise");
-  if (noise.dim() != pool.dim()) throw Error(mismatch(pool.name(), pool.dim(), static_cast<int>(noise.dim())));
+  check_noise(pool.name(), pool.dim(), noise, {});
   pool.set_noise(index_of(block, "set_noise"), noise);
 }
 
@@ -115,7 +124,7 @@ Problem::Linearization Problem::linearization(const Block& block) const {
   result.dofs.assign(pool.dofs(), pool.dofs() + pool.arity());
   result.residual.resize(pool.dim());
   result.jacobian.resize(pool.dim(), std::accumulate(result.dofs.begin(), result.dofs.end(), 0));
-  pool.linearize_block(index, result.residual.data(), result.jacobian.data());
+  pool.linearize_block(index, nullptr, result.residual.data(), result.jacobian.data());
   return result;
 }
 
@@ -152,26 +161,75 @@ Problem::Size Problem::size() const {
   for (const auto& pool : pools_) {
     if (!pool.hard) continue;
     const auto dim = std::size_t(pool.hard->dim()), blocks = std::size_t(pool.hard->size());
-    std::vector<double> lower(blocks * dim), upper(blocks * dim);
-    if (blocks > 0) pool.hard->bounds(lower.data(), upper.data());
     for (std::size_t i = 0; i < blocks; ++i) {
       bool free = false;
       for (int s = 0; s < pool.hard->arity(); ++s)
         free = free || !variables_[std::size_t(pool.hard->variables(static_cast<int>(i))[s])].fixed;
       for (std::size_t row = i * dim; free && row < (i + 1) * dim; ++row)
-        ++(lower[row] == upper[row] ? size.equalities : size.inequalities);
+        ++(pool.hard->lower()[row] == pool.hard->upper()[row] ? size.equalities : size.inequalities);
     }
   }
   return size;
 }
 
-std::string Problem::mismatch(std::string_view name, int rows, int noise) {
-  return std::string(name) + ": the residual has " + std::to_string(rows) + " rows, its noise " + std::to_string(noise);
+Eigen::VectorXd Problem::multipliers(const Block& block) const {
+  const int index = index_of(block, "multipliers");
+  const detail::HardPoolBase& pool = hard_pool_of(block, "multipliers");
+  return Eigen::Map<const Eigen::VectorXd>(pool.multipliers().data() + std::ptrdiff_t(index) * pool.dim(), pool.dim());
 }
 
-std::string Problem::crossed(std::string_view name, double lower, double upper) {
-  return std::string(name) + ": the lower bound " + std::to_string(lower) + " and the upper bound " +
-         std::to_string(upper) + " leave no number between them";
+void Problem::set_multipliers(const Block& block, const Eigen::VectorXd& multipliers) {
+  const int index = index_of(block, "set_multipliers");
+  detail::HardPoolBase& pool = hard_pool_of(block, "set_multipliers");
+  if (multipliers.size() != pool.dim() || !multipliers.allFinite())
+    throw Error("set_multipliers: " + std::string(pool.name()) + " has " + std::to_string(pool.dim()) +
+                " rows, each of which takes a finite number");
+  pool.set_multipliers(index, multipliers.data());
+}
+
+void Problem::set_bounds(const Block& block, int rows, const double* lower, const double* upper) {
+  const int index = index_of(block, "set_bounds");
+  detail::HardPoolBase& pool = hard_pool_of(block, "set_bounds");
+  if (rows != pool.dim())
+    throw Error("set_bounds: " + std::string(pool.name()) + " has " + std::to_string(pool.dim()) + " rows, not " +
+                std::to_string(rows));
+  check_bounds(pool.name(), rows, lower, upper);
+  pool.set_bounds(index, lower, upper);
+  ++bounds_revision_;
+}
+
+void Problem::set_bounds(const Block& block, const UniformBounds& bounds) {
+  const std::size_t rows = std::size_t(hard_pool_of(block, "set_bounds").dim());
+  const std::vector<double> lower(rows, bounds.lower), upper(rows, bounds.upper);
+  set_bounds(block, int(rows), lower.data(), upper.data());
+}
+
+void Problem::check_noise(std::string_view name, int rows, const Gaussian& noise, const Loss& loss) {
+  if (noise.dim() != rows)
+    throw Error(std::string(name) + ": the residual has " + std::to_string(rows) + " rows, its noise " +
+                std::to_string(noise.dim()));
+  if (!(loss.scale > 0)) throw Error("the scale of a loss must be positive");
+}
+
+void Problem::check_bounds(std::string_view name, int rows, const double* lower, const double* upper) {
+  for (int i = 0; i < rows; ++i)
+    if (!(lower[i] <= upper[i]) || lower[i] == HUGE_VAL || upper[i] == -HUGE_VAL)
+      throw Error(std::string(name) + ": the lower bound " + std::to_string(lower[i]) + " and the upper bound " +
+                  std::to_string(upper[i]) + " leave no number between them");
+}
+
+int Problem::pool_of(std::type_index type) const {
+  const auto it = pool_of_type_.find(type);
+  return it == pool_of_type_.end() ? -1 : it->second;
+}
+
+int Problem::add_pool(std::type_index type, std::unique_ptr<detail::SoftPoolBase> soft,
+                      std::unique_ptr<detail::HardPoolBase> hard) {
+  if (soft) soft->widening = widening_;
+  const int index = static_cast<int>(pools_.size());
+  pools_.push_back({std::move(soft), std::move(hard), {}, {}, {}});
+  pool_of_type_.emplace(type, index);
+  return index;
 }
 
 }  // namespace tandem

@@ -114,8 +114,7 @@ class Problem {
   /// A cost. Throws Error when the noise has not R::dim rows.
   template <Residual R>
   Block minimize(const R& residual, const Gaussian& noise, const VariablesOf<R>& x, const Loss& loss = {}) {
-    if (noise.dim() != R::dim) throw Error(mismatch(R::name, R::dim, static_cast<int>(noise.dim())));
-    if (!(loss.scale > 0)) throw Error("the scale of a loss must be positive");
+    check_noise(R::name, R::dim, noise, loss);
     auto [index, pool] = soft_pool<R>();
     pool.add(residual, slots<R>(x), noise, loss);
     return new_block(index);
@@ -125,9 +124,7 @@ class Problem {
   /// is between them.
   template <Residual R>
   Block subject_to(const R& residual, const Bounds<R::dim>& bounds, const VariablesOf<R>& x) {
-    for (int i = 0; i < R::dim; ++i)
-      if (!(bounds.lower[i] <= bounds.upper[i]) || bounds.lower[i] == HUGE_VAL || bounds.upper[i] == -HUGE_VAL)
-        throw Error(crossed(R::name, bounds.lower[i], bounds.upper[i]));
+    check_bounds(R::name, R::dim, bounds.lower.data(), bounds.upper.data());
     auto [index, pool] = hard_pool<R>();
     pool.add(residual, slots<R>(x), bounds);
     return new_block(index);
@@ -170,6 +167,32 @@ class Problem {
   /// The robust loss of a soft block, and another in its place. Throw Error as these do.
   Loss loss(const Block& block) const;
   void set_loss(const Block& block, const Loss& loss);
+  /// Another residual of the same type in a block's place, soft or hard: another measurement, for which no Program needs to
+  /// be compiled anew. Throws Error for a block of another type and one that is not there (any more).
+  template <Residual R>
+  void set_residual(const Block& block, const R& residual) {
+    const int index = index_of(block, "set_residual");
+    if (block.pool == pool_of(typeid(detail::SoftPool<R>)))
+      soft_pool<R>().pool.set_residual(index, residual);
+    else if (block.pool == pool_of(typeid(detail::HardPool<R>)))
+      hard_pool<R>().pool.set_residual(index, residual);
+    else
+      throw Error("set_residual: the block is no " + std::string(R::name));
+  }
+  /// Other bounds of a hard block; a Program goes by them from its next reset() on. Throws Error for a soft block, one that is
+  /// not there (any more), and bounds that subject_to() or the block's rows do not allow.
+  template <int N>
+  void set_bounds(const Block& block, const Bounds<N>& bounds) {
+    set_bounds(block, N, bounds.lower.data(), bounds.upper.data());
+  }
+  void set_bounds(const Block& block, const UniformBounds& bounds);
+  /// Lagrange's multipliers of a hard block, one a row: by how much the least cost falls when the bound that the row is at
+  /// moves up by a unit. Above zero at an upper bound, below zero at a lower one, 0 where the row is at none. The
+  /// solvers that have them (augmented-lagrangian, ipopt) leave them here, as they leave the solution in the variables, and
+  /// start from them when their options say so (`from_multipliers`); 0 of blocks that no solve has seen. Throw Error for a
+  /// soft block and one that is not there (any more); set_multipliers, too, when they are not as many as rows, or not finite.
+  Eigen::VectorXd multipliers(const Block& block) const;
+  void set_multipliers(const Block& block, const Eigen::VectorXd& multipliers);
   /// A block at the variables' values, in its residual's own units: its rows, and by right perturbations of the variables
   /// that it reads, fixed ones too, its Jacobian, whose columns are theirs one after the other. Throws Error when it is not
   /// there (any more).
@@ -237,7 +260,7 @@ class Problem {
   };
 
   template <LieGroup G>
-  detail::StateStore<G>& store() {
+  [[gnu::noinline]] detail::StateStore<G>& store() {
     auto& s = stores_[typeid(G)];
     if (!s) s = std::make_unique<detail::StateStore<G>>();
     return static_cast<detail::StateStore<G>&>(*s);
@@ -274,19 +297,21 @@ class Problem {
 
   template <Residual R>
   Found<detail::SoftPool<R>> soft_pool() {
-    const auto [it, isnew] = pool_of_type_.try_emplace(typeid(detail::SoftPool<R>), static_cast<int>(pools_.size()));
-    if (isnew) {
-      pools_.push_back({std::make_unique<detail::SoftPool<R>>(stores<R>()), nullptr, {}, {}, {}});
-      pools_.back().soft->widening = widening_;
-    }
-    return {it->second, static_cast<detail::SoftPool<R>&>(*pools_[std::size_t(it->second)].soft)};
+    int index = pool_of(typeid(detail::SoftPool<R>));
+    if (index < 0)
+      index = add_pool(typeid(detail::SoftPool<R>), std::make_unique<detail::SoftPool<R>>(stores<R>()), nullptr);
+    return {index, static_cast<detail::SoftPool<R>&>(*pools_[std::size_t(index)].soft)};
   }
   template <Residual R>
   Found<detail::HardPool<R>> hard_pool() {
-    const auto [it, isnew] = pool_of_type_.try_emplace(typeid(detail::HardPool<R>), static_cast<int>(pools_.size()));
-    if (isnew) pools_.push_back({nullptr, std::make_unique<detail::HardPool<R>>(stores<R>()), {}, {}, {}});
-    return {it->second, static_cast<detail::HardPool<R>&>(*pools_[std::size_t(it->second)].hard)};
+    int index = pool_of(typeid(detail::HardPool<R>));
+    if (index < 0)
+      index = add_pool(typeid(detail::HardPool<R>), nullptr, std::make_unique<detail::HardPool<R>>(stores<R>()));
+    return {index, static_cast<detail::HardPool<R>&>(*pools_[std::size_t(index)].hard)};
   }
+  int pool_of(std::type_index type) const;  // −1: none yet
+  int add_pool(std::type_index type, std::unique_ptr<detail::SoftPoolBase> soft,
+               std::unique_ptr<detail::HardPoolBase> hard);  // one of the two
   int new_variable_id();
   void remove_variable(int id);
   Block new_block(int pool);
@@ -295,8 +320,10 @@ class Problem {
   std::vector<std::vector<int>> soft_blocks_reading(const std::vector<char>& marked) const;
   int index_of(const Block& block, const char* asked) const;
   detail::SoftPoolBase& soft_pool_of(const Block& block, const char* asked) const;
-  static std::string mismatch(std::string_view name, int rows, int noise);
-  static std::string crossed(std::string_view name, double lower, double upper);
+  detail::HardPoolBase& hard_pool_of(const Block& block, const char* asked) const;
+  void set_bounds(const Block& block, int rows, const double* lower, const double* upper);
+  static void check_noise(std::string_view name, int rows, const Gaussian& noise, const Loss& loss);
+  static void check_bounds(std::string_view name, int rows, const double* lower, const double* upper);
 
   std::vector<VariableInfo> variables_;  // by id
   detail::Slots ids_;
@@ -308,7 +335,7 @@ class Problem {
   double widening_ = 1.0;  // also in every soft pool
   // Programs notice by these that variables or blocks, or values, are no longer what they were compiled for, and that
   // another Program has moved the point.
-  long long revision_ = 0, value_revision_ = 0;
+  long long revision_ = 0, value_revision_ = 0, bounds_revision_ = 0;
   const Program* point_of_ = nullptr;
 };
 

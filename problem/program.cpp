@@ -11,8 +11,10 @@
 
 namespace tandem {
 
+bool Program::is_current() const { return problem_.revision_ == revision_; }
+
 void Program::check_unchanged() const {
-  if (problem_.revision_ != revision_)
+  if (!is_current())
     throw Error("variables or blocks have joined or left the problem since its Program was made: make a new one");
 }
 
@@ -58,6 +60,7 @@ void Program::reset() {
   check_unchanged();
   for (auto& [type, store] : problem_.stores_) store->reset();
   value_revision_ = problem_.value_revision_;
+  if (bounds_revision_ != problem_.bounds_revision_) read_bounds();
   problem_.point_of_ = this;
   delta_.setZero();
   moved_ = false;
@@ -190,6 +193,18 @@ void Program::add_constraint_hessian(const Eigen::VectorXd& weights, const Eigen
       pool->accumulate(placement_[p], w, jacobian.data(), hessian.data());
       w += pool->size() * pool->dim();
     }
+}
+
+void Program::multipliers(Eigen::VectorXd& y) const {
+  double* out = y.data();
+  for (const auto& p : problem_.pools_)
+    if (p.hard) out = std::copy(p.hard->multipliers().begin(), p.hard->multipliers().end(), out);
+}
+
+void Program::set_multipliers(const Eigen::VectorXd& y) {
+  const double* from = y.data();
+  for (const auto& p : problem_.pools_)
+    for (int i = 0; p.hard && i < p.hard->size(); ++i, from += p.hard->dim()) p.hard->set_multipliers(i, from);
 }
 
 Program::Stiffness Program::stiffness(const Eigen::VectorXd& v, const Eigen::VectorXd& row_weights) {

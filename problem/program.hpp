@@ -38,6 +38,9 @@ class Program {
   explicit Program(Problem& problem);
   ~Program();
 
+  /// Whether the problem's variables and blocks are those that it was compiled for.
+  bool is_current() const;
+
   int num_unknowns() const { return hessian_.size(); }
   int num_rows() const { return static_cast<int>(lower_.size()); }
   const Eigen::VectorXd& lower() const { return lower_; }
@@ -81,6 +84,10 @@ class Program {
   /// central differences of the closed-form gradient of those that do not.
   void exact_hessian(double factor, const Eigen::VectorXd& multipliers, Eigen::VectorXd& hessian);
 
+  /// Those of the problem's hard blocks (Problem::multipliers), one a row.
+  void multipliers(Eigen::VectorXd& y) const;
+  void set_multipliers(const Eigen::VectorXd& y);
+
   /// Largest distance of c outside its bounds, and its row (−1: none outside).
   struct Violation {
     double size;
@@ -119,6 +126,7 @@ class Program {
  private:
   void compile_hessian();
   void compile_constraints();
+  void read_bounds();
   void compile_lanes();
   detail::HessianPlace place(int block_a, int block_b) const;
   void check_unchanged() const;
@@ -155,7 +163,7 @@ class Program {
   Eigen::VectorXd point_gradient_;  // of exact_hessian()
   bool two_lanes_ = false;
   Eigen::VectorXd delta_;  // the point, against X̄
-  long long revision_, value_revision_;
+  long long revision_, value_revision_, bounds_revision_;
   bool moved_ = false;  // since the charts were last computed
 };
 

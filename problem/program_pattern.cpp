@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 #include <tandem/problem/program.hpp>
 
@@ -14,7 +15,10 @@ constexpr int kTwoLanesFrom = 500;  // soft blocks; some 0.2 ms of work, well ab
 }  // namespace
 
 Program::Program(Problem& problem)
-    : problem_(problem), revision_(problem.revision_), value_revision_(problem.value_revision_) {
+    : problem_(problem),
+      revision_(problem.revision_),
+      value_revision_(problem.value_revision_),
+      bounds_revision_(problem.bounds_revision_) {
   const auto& variables = problem.variables_;
   offset_.resize(variables.size(), -1);
   block_of_variable_.resize(variables.size(), -1);
@@ -141,7 +145,6 @@ void Program::compile_constraints() {
     first_row_[p] = row;
     if (!problem_.pools_[p].hard) continue;
     const auto& pool = *problem_.pools_[p].hard;
-    if (pool.size() > 0) pool.bounds(lower_.data() + row, upper_.data() + row);
     for (int i = 0; i < pool.size(); ++i) {
       placement_[p].jacobian.push_back(static_cast<int>(jacobian_.row.size()));
       for (int s = 0; s < pool.arity(); ++s) {
@@ -154,14 +157,25 @@ void Program::compile_constraints() {
           }
       }
       if (static_cast<int>(jacobian_.row.size()) == placement_[p].jacobian.back())  // no free variable
-        for (int r = row; r < row + pool.dim(); ++r) {
-          fixed_rows_.push_back({r, lower_[r], upper_[r]});
-          lower_[r] = -HUGE_VAL;
-          upper_[r] = HUGE_VAL;
-        }
+        for (int r = row; r < row + pool.dim(); ++r) fixed_rows_.push_back({r, 0, 0});
       row += pool.dim();
     }
   }
+  read_bounds();
+}
+
+void Program::read_bounds() {
+  double *lower = lower_.data(), *upper = upper_.data();
+  for (const auto& p : problem_.pools_) {
+    if (!p.hard) continue;
+    lower = std::copy(p.hard->lower().begin(), p.hard->lower().end(), lower);
+    upper = std::copy(p.hard->upper().begin(), p.hard->upper().end(), upper);
+  }
+  for (FixedRow& f : fixed_rows_) {
+    f.lower = std::exchange(lower_[f.row], -HUGE_VAL);
+    f.upper = std::exchange(upper_[f.row], HUGE_VAL);
+  }
+  bounds_revision_ = problem_.bounds_revision_;
 }
 
 void Program::compile_lanes() {

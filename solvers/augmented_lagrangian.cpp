@@ -13,7 +13,7 @@ std::string why_unsupported(const Problem& problem, const AugmentedLagrangianOpt
 Summary solve(Problem& problem, const AugmentedLagrangianOptions& options) {
   if (const std::string why = why_unsupported(problem, options); !why.empty())
     return detail::refusal("augmented-lagrangian", options, why);
-  return detail::levenberg_marquardt(problem, "augmented-lagrangian", options, options.initial_penalty);
+  return detail::LevenbergMarquardt(problem, "augmented-lagrangian", options).solve(options.initial_penalty);
 }
 
 }  // namespace tandem

@@ -21,7 +21,7 @@ constexpr int kHessianSteps = 3;  // strongly damped ones in a row turn the exac
 
 AugmentedModel::AugmentedModel(Program& program, Session& session, const LevenbergMarquardtOptions& options,
                                double penalty)
-    : SoftModel(program, session, options, true), term_(program), penalty_(penalty) {
+    : SoftModel(program, session, options, true), options_(options), term_(program), penalty_(penalty) {
   for (Eigen::VectorXd* v : {&total_, &last_lagrangian_, &newton_step_, &hessian_step_, &hessian_newton_})
     v->setZero(program.num_unknowns());
   augmented_hessian_ = hessian_;
@@ -62,6 +62,10 @@ double AugmentedModel::linearize() {
 void AugmentedModel::begin() {
   term_.start(scale_);
   term_.set_penalty(penalty_);
+  if (options_.from_multipliers) {
+    program_.multipliers(next_multipliers_);
+    term_.set_multipliers(next_multipliers_);
+  }
   arrive();
 }
 

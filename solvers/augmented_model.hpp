@@ -20,8 +20,7 @@ class AugmentedModel final : public SoftModel {
   /// From now on the Hessian is Gauss-Newton's and, besides, what that lacks of the Lagrangian's exact one at X̄, by the
   /// multipliers of the last step: evaluated once, kept over the steps that follow. It costs some twenty linearisations.
   void add_curvature();
-  /// As if it were new, but for what it has in memory: for another solve of the same program.
-  void restart(double penalty);
+  void restart(double penalty) override;
 
   double linearize() override;
   std::string not_finite() override;
@@ -45,6 +44,7 @@ class AugmentedModel final : public SoftModel {
   bool update_penalty(bool no_closer) override;
   bool locally_infeasible() override;
   void restore_best() override { program_.restore(); }
+  void leave_multipliers() override { program_.set_multipliers(next_multipliers_); }
 
  private:
   void linearize_constraints() override { term_.linearize(); }
@@ -55,6 +55,7 @@ class AugmentedModel final : public SoftModel {
   /// gradient = the Lagrangian's at X̄ with next_multipliers_.
   void lagrangian_gradient(Eigen::VectorXd& gradient) const;
 
+  const LevenbergMarquardtOptions& options_;
   AugmentedTerm term_;
   Program::Violation violation_{0.0, -1};
   BestPoint best_{kConstraintTolerance};

@@ -13,7 +13,7 @@ std::string why_unsupported(const Problem& problem, const GaussNewtonOptions& op
 Summary solve(Problem& problem, const GaussNewtonOptions& options) {
   if (const std::string why = why_unsupported(problem, options); !why.empty())
     return detail::refusal("gauss-newton", options, why);
-  return detail::levenberg_marquardt(problem, "gauss-newton", options, 0.0);
+  return detail::LevenbergMarquardt(problem, "gauss-newton", options).solve();
 }
 
 }  // namespace tandem

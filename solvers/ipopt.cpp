@@ -232,7 +232,8 @@ Summary solve(Problem& problem, const IpoptOptions& options) {
   if (own_systems) linear_solver.emplace(program);
   Ipopt::Index most = options.max_iterations;
   app->Options()->GetIntegerValue("max_iter", most, "");  // which the caller may have given by that name
-  for (bool warm = false; !session.ended(); warm = true) {
+  bool warm = options.from_multipliers && nlp->take_multipliers();
+  for (; !session.ended(); warm = true) {
     nlp->start();
     if (warm) warm_start(*app, nlp->barrier());
     const int left = most - session.summary.iterations;
@@ -251,6 +252,7 @@ Summary solve(Problem& problem, const IpoptOptions& options) {
     if (!again) end(session, status);
     if (session.summary.status == Status::failed) explain(session, program);
   }
+  nlp->leave_multipliers();
   session.conclude(program, 10 * feasible);
   session.summary.linear_solver_seconds = session.summary.seconds - session.summary.evaluation_seconds;
   return session.summary;

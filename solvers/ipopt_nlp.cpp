@@ -19,6 +19,7 @@ constexpr double kNearSolution = 1e-2;   // relative change of the cost in an it
 constexpr int kPatience = 50;  // iterations that Gauss-Newton alone is given; it needs 10 to 30 where it works
 constexpr double kLeastDamping = 1e-12;  // less is lost against a diagonal that rounding has passed over
 constexpr double kWhiteDamping = 1e-10;  // of the diagonal: what whitens need not be exact
+constexpr double kWarmBarrier = 1e-6;    // with multipliers of an earlier solve, which belong to bounds close by
 constexpr double kMostDamping = 1e3;     // more only shortens a gradient step, which Ipopt's line search does as well
 
 }  // namespace
@@ -57,6 +58,12 @@ void IpoptNlp::start() {
   first_iteration_ = session_.summary.iterations;
   best_.setZero();
   best_point_ = {feasible_};
+}
+
+bool IpoptNlp::take_multipliers() {
+  program_.multipliers(lambda_);
+  barrier_ = kWarmBarrier;
+  return !lambda_.isZero(0);
 }
 
 bool IpoptNlp::get_nlp_info(Index& n, Index& m, Index& nnz_jac, Index& nnz_hess, IndexStyleEnum& style) {

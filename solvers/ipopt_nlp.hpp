@@ -33,6 +33,10 @@ class IpoptNlp final : public Ipopt::TNLP {
   /// The last iterate; once a run is over, its final one.
   const Eigen::VectorXd& current() const { return current_; }
   double barrier() const { return barrier_; }
+  /// Before the first run: the problem's multipliers. False when all are zero.
+  bool take_multipliers();
+  /// The problem gets those of the last run.
+  void leave_multipliers() { program_.set_multipliers(lambda_); }
   std::exception_ptr error() const { return error_; }
 
  private:

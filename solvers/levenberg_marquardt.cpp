@@ -69,6 +69,7 @@ class DampedSteps {
         s.message = at_jump_;
       }
     }
+    model_.leave_multipliers();
     session_.conclude(program_, kConstraintTolerance);
   }
 
@@ -239,18 +240,34 @@ class DampedSteps {
 
 }  // namespace
 
-Summary levenberg_marquardt(Problem& problem, const char* solver, const LevenbergMarquardtOptions& options,
-                            double penalty) {
-  Session session(solver, options);
-  Program program(problem);
-  std::unique_ptr<SoftModel> model;
-  if (program.num_rows() > 0) {
-    model = std::make_unique<AugmentedModel>(program, session, options, penalty);
-  } else {
-    model = std::make_unique<SoftModel>(program, session, options);
+struct LevenbergMarquardt::Parts {
+  Parts(Problem& problem, const char* solver, const LevenbergMarquardtOptions& given)
+      : options(given), session(solver, given), program(problem) {
+    if (program.num_rows() > 0) {
+      model = std::make_unique<AugmentedModel>(program, session, options, 0.0);
+    } else {
+      model = std::make_unique<SoftModel>(program, session, options);
+    }
   }
-  DampedSteps(program, session, *model, options).run();
-  return std::move(session.summary);
+
+  const LevenbergMarquardtOptions& options;
+  Session session;
+  Program program;
+  std::unique_ptr<SoftModel> model;
+};
+
+LevenbergMarquardt::LevenbergMarquardt(Problem& problem, const char* solver, const LevenbergMarquardtOptions& options)
+    : parts_(std::make_unique<Parts>(problem, solver, options)) {}
+LevenbergMarquardt::~LevenbergMarquardt() = default;
+
+bool LevenbergMarquardt::is_current() const { return parts_->program.is_current(); }
+
+Summary LevenbergMarquardt::solve(double penalty) {
+  parts_->session.restart();
+  parts_->program.reset();
+  parts_->model->restart(penalty);
+  DampedSteps(parts_->program, parts_->session, *parts_->model, parts_->options).run();
+  return parts_->session.summary;
 }
 
 void check(const char* solver, const LevenbergMarquardtOptions& options) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include <tandem/problem/problem.hpp>
@@ -19,10 +20,23 @@ struct LevenbergMarquardtOptions : SolverOptions {
 
 namespace detail {
 
-/// Minimises the cost, and where there are hard constraints the augmented Lagrangian, whose weights start at `penalty`
-/// times the cost's own stiffness. `solver` is the name for the summary.
-Summary levenberg_marquardt(Problem& problem, const char* solver, const LevenbergMarquardtOptions& options,
-                            double penalty);
+/// Minimises the cost, and where there are hard constraints the augmented Lagrangian. Patterns, analysis and memory are those of one problem, and serve as long as its
+/// variables and blocks stay.
+class LevenbergMarquardt {
+ public:
+  /// `solver` is the name for the summary. Problem and options must live as long.
+  LevenbergMarquardt(Problem& problem, const char* solver, const LevenbergMarquardtOptions& options);
+  ~LevenbergMarquardt();
+
+  /// False when variables or blocks have joined or left since: it can then solve no more.
+  bool is_current() const;
+  /// The weights of hard constraints start at `penalty` times the cost's own stiffness.
+  Summary solve(double penalty = 0);
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
 /// Throws Error when an option is out of its range.
 void check(const char* solver, const LevenbergMarquardtOptions& options);
 

@@ -10,6 +10,12 @@ Session::Session(std::string solver, const SolverOptions& options) : options_(op
   summary.solver = std::move(solver);
 }
 
+void Session::restart() {
+  summary = {.solver = summary.solver};
+  start_ = std::chrono::steady_clock::now();
+  ended_ = false;
+}
+
 double Session::seconds() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
 }

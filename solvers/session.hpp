@@ -15,6 +15,8 @@ class Session {
  public:
   Session(std::string solver, const SolverOptions& options);
 
+  /// As if it were new.
+  void restart();
   double seconds() const;
   /// True when the caller or the clock says so; the status is then set.
   bool should_stop();

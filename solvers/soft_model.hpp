@@ -19,6 +19,8 @@ class SoftModel {
             bool with_constraints = false);
   virtual ~SoftModel() = default;
 
+  /// As if it were new, but for what it has in memory: for another solve of the same program.
+  virtual void restart(double /*penalty*/) { forget_curvature(); }
   /// Derivatives at X̄, and the cost. Called before anything else; throws Error where a residual is undefined.
   virtual double linearize();
   /// Names the block whose derivatives at X̄ are not finite; empty when all are.
@@ -72,6 +74,8 @@ class SoftModel {
   virtual bool locally_infeasible() { return false; }
   /// X̄ becomes the best point so far.
   virtual void restore_best() {}
+  /// The problem's hard blocks get the last multipliers.
+  virtual void leave_multipliers() {}
 
  protected:
   /// Derivatives besides the cost's at X̄, the cost's own being in trial_gradient_ and trial_hessian_.

@@ -55,6 +55,9 @@ struct SolverOptions {
   int max_iterations = 1000;                                    ///< the status is then max_iterations
   double time_limit = std::numeric_limits<double>::infinity();  ///< s
   const std::atomic<bool>* stop = nullptr;                      ///< set it from anywhere to end at the best point
+  /// Start from the multipliers that the hard blocks have (Problem::multipliers), as an earlier solve left them: of a
+  /// problem whose values, measurements or bounds have changed a little since. For the solvers that have multipliers.
+  bool from_multipliers = false;
   /// Called once an iteration, while the variables' values are the iterate's: it may read them and compute their
   /// Marginals, but neither change the problem nor solve it. What it throws ends the solve and comes out of it.
   std::function<void(const Progress&)> progress;

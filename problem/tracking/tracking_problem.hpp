@@ -23,7 +23,7 @@ enum class MotionModel {
   constant_twist,            ///< over three poses: ConstantTwist. Baxter & Teran Espinoza 2025
   constant_velocity,         ///< over three points, without orientation
   damped_twist,              ///< over three poses, each component forgotten in its own time: DampedTwist
-  damped_velocity,           ///< over three points: DampedVelocity
+  damped_velocity,           ///< over three points: MixedVelocity::damped
   white_noise_acceleration,  ///< GP prior over poses and body twists: WhiteNoiseAcceleration
   steady_course,             ///< one heading and one speed over the whole run: OnCourse
   none,                      ///< nothing ties the poses: what no measurement says of them is free. An ablation

@@ -3,8 +3,7 @@
 #include <tandem/problem/tracking/tracking_build.hpp>
 #include <tandem/residuals/constant_twist.hpp>
 #include <tandem/residuals/damped_twist.hpp>
-#include <tandem/residuals/damped_velocity.hpp>
-#include <tandem/residuals/mixed_constant_velocity.hpp>
+#include <tandem/residuals/mixed_velocity.hpp>
 
 namespace tandem::detail {
 
@@ -43,11 +42,7 @@ class TripleBuild {
       return;
     }
     const Gaussian velocity = noise_of("constant_velocity", noise_.constant_velocity, G::point_dim);
-    visit_points(
-        at, [&]<LieGroup A, LieGroup B, LieGroup C>(const Variable<A>& a, const Variable<B>& b, const Variable<C>& c) {
-          build_.minimize(MixedConstantVelocity<A, B, C>{at.dt1, at.dt2}, "constant_velocity", velocity.scaled(scale),
-                          {a, b, c});
-        });
+    add_velocity(at, MixedVelocity<Point, Point, Point>::constant(at.dt1, at.dt2).share, velocity.scaled(scale));
   }
 
  private:
@@ -69,16 +64,16 @@ class TripleBuild {
     noise_of("velocity_time", noise_.velocity_time, G::point_dim);
     const Vector<G::point_dim> time = noise_.velocity_time;
     const Eigen::VectorXd spread = std::sqrt(shares) * DampedTwist<Point>::spread(at.dt1, at.dt2, time);
-    visit_points(
-        at, [&]<LieGroup A, LieGroup B, LieGroup C>(const Variable<A>& a, const Variable<B>& b, const Variable<C>& c) {
-          build_.minimize(DampedVelocity<A, B, C>::over(at.dt1, at.dt2, time), "constant_velocity",
-                          gaussian.scaled(spread), {a, b, c});
-        });
+    add_velocity(at, MixedVelocity<Point, Point, Point>::damped(at.dt1, at.dt2, time).share, gaussian.scaled(spread));
   }
 
-  template <class F>
-  void visit_points(const Triple& at, F f) const {
-    std::visit(f, pose_or_point(at.first), pose_or_point(at.k), pose_or_point(at.last));
+  /// Over whatever the target is at the three, poses or points.
+  void add_velocity(const Triple& at, const Vector<G::point_dim>& share, const Gaussian& noise) {
+    std::visit(
+        [&]<LieGroup A, LieGroup B, LieGroup C>(const Variable<A>& a, const Variable<B>& b, const Variable<C>& c) {
+          build_.minimize(MixedVelocity<A, B, C>{share}, "constant_velocity", noise, {a, b, c});
+        },
+        pose_or_point(at.first), pose_or_point(at.k), pose_or_point(at.last));
   }
 
   std::variant<Variable<G>, Variable<Point>> pose_or_point(std::size_t k) const {

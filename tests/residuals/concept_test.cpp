@@ -9,13 +9,12 @@
 #include <tandem/residuals/coasting.hpp>
 #include <tandem/residuals/constant_twist.hpp>
 #include <tandem/residuals/damped_twist.hpp>
-#include <tandem/residuals/damped_velocity.hpp>
 #include <tandem/residuals/depth.hpp>
 #include <tandem/residuals/dvl_velocity.hpp>
 #include <tandem/residuals/gps.hpp>
 #include <tandem/residuals/heading.hpp>
 #include <tandem/residuals/interpolated.hpp>
-#include <tandem/residuals/mixed_constant_velocity.hpp>
+#include <tandem/residuals/mixed_velocity.hpp>
 #include <tandem/residuals/outside.hpp>
 #include <tandem/residuals/preintegrated_dvl.hpp>
 #include <tandem/residuals/preintegrated_imu.hpp>
@@ -42,9 +41,9 @@ static_assert(Residual<UsblPosition<>> && Residual<UsblPosition<SE3, R3>> && Res
 static_assert(Residual<RangeBearing<>> && Residual<RangeBearing<SE3, R3>> && Residual<RangeBearing<SE2, R2>>);
 static_assert(Residual<Range<>> && Residual<Range<SE2, R2>> && Residual<Bearing<>> && Residual<Bearing<SE2, R2>>);
 static_assert(Residual<UsblSpherical<>> && Residual<UsblSpherical<SE3, R3>>);
-static_assert(Residual<Boundary<>> && Residual<Boundary<SE2>> && Residual<MixedConstantVelocity<SE3, R3, SE3>>);
+static_assert(Residual<Boundary<>> && Residual<Boundary<SE2>> && Residual<MixedVelocity<SE3, R3, SE3>>);
 static_assert(Residual<ConstantTwist<SE3>> && Residual<ConstantTwist<R3>> && Residual<ConstantTwist<SE23>>);
-static_assert(Residual<DampedTwist<SE3>> && Residual<DampedTwist<SE23>> && Residual<DampedVelocity<SE3, R3, SE3>>);
+static_assert(Residual<DampedTwist<SE3>> && Residual<DampedTwist<SE23>>);
 static_assert(Residual<RelativeRotation<>> && Residual<RelativeRotation<SE2>> && Residual<RelativeRotation<SE23>>);
 static_assert(Residual<WhiteNoiseAcceleration<SE3>> && Residual<WhiteNoiseAcceleration<Bundle<SE2, R3>>>);
 static_assert(Residual<Interpolated<RelativePose<>>> && Residual<Interpolated<UsblPosition<SE2, R2>>>);

@@ -13,7 +13,6 @@
 #include <tandem/residuals/coasting.hpp>
 #include <tandem/residuals/constant_twist.hpp>
 #include <tandem/residuals/damped_twist.hpp>
-#include <tandem/residuals/damped_velocity.hpp>
 #include <tandem/residuals/depth.hpp>
 #include <tandem/residuals/dvl_preintegrator.hpp>
 #include <tandem/residuals/dvl_velocity.hpp>
@@ -22,7 +21,7 @@
 #include <tandem/residuals/imu_preintegration.hpp>
 #include <tandem/residuals/interpolated.hpp>
 #include <tandem/residuals/loss.hpp>
-#include <tandem/residuals/mixed_constant_velocity.hpp>
+#include <tandem/residuals/mixed_velocity.hpp>
 #include <tandem/residuals/outside.hpp>
 #include <tandem/residuals/preintegrated_dvl.hpp>
 #include <tandem/residuals/preintegrated_imu.hpp>
@@ -149,10 +148,9 @@ TEST(NoAllocation, of_motion_models) {
   EXPECT_EQ(allocations_of(ConstantTwist<SE23>{1.0, 0.6}), 0);
   EXPECT_EQ((allocations_of(ConstantTwist<Bundle<SE23, Rn<6>>>{1.0, 0.6})), 0);
   EXPECT_EQ(allocations_of(DampedTwist<SE3>::over(1.0, 0.6, Vector<6>::Constant(5.0))), 0);
-  EXPECT_EQ((allocations_of(DampedVelocity<SE3, R3, SE3>::over(1.0, 0.6, Vector<3>::Constant(5.0)))), 0);
   EXPECT_EQ(allocations_of(WhiteNoiseAcceleration<SE3>{0.6}), 0);
   EXPECT_EQ((allocations_of(WhiteNoiseAcceleration<Bundle<SE2, R3>>{0.6})), 0);
-  EXPECT_EQ((allocations_of(MixedConstantVelocity<SE3, R3, SE3>{1.0, 0.6})), 0);
+  EXPECT_EQ((allocations_of(MixedVelocity<SE3, R3, SE3>::constant(1.0, 0.6))), 0);
   EXPECT_EQ(allocations_of(Boundary<>{}), 0);
   EXPECT_EQ((allocations_of(TwistComponents<SE3, sway | heave>{0.5})), 0);
   EXPECT_EQ((allocations_of(TwistComponents<SE2, surge | yaw_rate>{0.5})), 0);

@@ -28,6 +28,7 @@ struct Limits {
   std::optional<double> time_limit{};
   const std::atomic<bool>* stop = nullptr;
   std::function<void(const Progress&)> progress{};
+  bool from_multipliers = false;
 };
 
 struct AnySolver {
@@ -47,6 +48,7 @@ AnySolver any_solver(const std::string& name, bool hard, Options options) {
             o.time_limit = limits.time_limit.value_or(o.time_limit);
             o.stop = limits.stop;
             o.progress = limits.progress;
+            o.from_multipliers = limits.from_multipliers;
             return solve(problem, o);
           }};
 }

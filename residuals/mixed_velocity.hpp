@@ -7,22 +7,25 @@
 
 namespace tandem {
 
-/// Velocity of the positions of three consecutive states, each a pose or a point (SE3, R3; or SE2, R2), that is
+/// Velocity of the positions of three consecutive states, each a pose or a point (SE3, R3; or SE2, R2), constant or
 /// forgotten along each axis of the world with a time constant of its own [m]:
 ///
-///   e = p2 − p1 − φ (dt2/dt1) (p1 − p0),  p = t(X),   φ and noise as DampedTwist's
+///   e = p2 − p1 − φ (dt2/dt1) (p1 − p0),  p = t(X);   constant: φ = 1 and noise Σ = dt2 Σ̄;   damped: both as DampedTwist's
 ///
-/// DampedTwist on R^n where all three are points; with τ = ∞ it is MixedConstantVelocity.
+/// ConstantTwist and DampedTwist on R^n where all three are points.
+/// Source: Baxter & Teran Espinoza 2025, §V-A, eqs. 9-14 (Mode B), of the constant one.
 template <LieGroup A, LieGroup B, LieGroup C>
-requires(A::point_dim == B::point_dim && B::point_dim == C::point_dim) struct DampedVelocity {
-  static constexpr std::string_view name = "damped velocity";
+requires(A::point_dim == B::point_dim && B::point_dim == C::point_dim) struct MixedVelocity {
+  static constexpr std::string_view name = "velocity";
   static constexpr int dim = A::point_dim;
   using States = std::tuple<A, B, C>;
 
   Vector<dim> share;  ///< φ dt2/dt1 along each axis
 
-  /// By time constants [s], > 0, also infinite; dt1 = t1 − t0 and dt2 = t2 − t1 [s], both > 0.
-  static DampedVelocity over(double dt1, double dt2, const Vector<dim>& time_constants) {
+  /// dt1 = t1 − t0 and dt2 = t2 − t1 [s], both > 0.
+  static MixedVelocity constant(double dt1, double dt2) { return {Vector<dim>::Constant(dt2 / dt1)}; }
+  /// By time constants [s], > 0; infinite ones are constant().
+  static MixedVelocity damped(double dt1, double dt2, const Vector<dim>& time_constants) {
     const double h = 0.5 * (dt1 + dt2);
     return {time_constants.unaryExpr([=](double tau) { return dt2 / dt1 * OrnsteinUhlenbeck{tau}.kept(h); })};
   }

@@ -1,0 +1,82 @@
+#include <gtest/gtest.h>
+
+#include <tandem/solvers/solver.hpp>
+
+#include "cases.hpp"
+#include "random_programs.hpp"
+
+namespace tandem::testing {
+namespace {
+
+void expect_same(const Summary& a, const Summary& b) {
+  EXPECT_EQ(a.status, b.status);
+  EXPECT_EQ(a.message, b.message);
+  EXPECT_EQ(a.cost, b.cost);
+  EXPECT_EQ(a.initial_cost, b.initial_cost);
+  EXPECT_EQ(a.max_violation, b.max_violation);
+  EXPECT_EQ(a.iterations, b.iterations);
+  EXPECT_EQ(a.evaluations, b.evaluations);
+}
+
+TEST(Solver, solves_as_if_each_time_were_the_first) {
+  for (std::uint64_t seed = 0; seed < 30; ++seed) {
+    RandomProgram again = random_program(seed), once = random_program(seed);
+    Solver solver(again.problem);
+    for (int k = 0; k < 3; ++k) {
+      for (std::size_t i = 0; i < once.x.size(); ++i) {
+        const R3 start(Vector<3>(std::sin(double(seed) + double(i)), double(k), -1.0));
+        again.problem.set_value(again.x[i], start);
+        once.problem.set_value(once.x[i], start);
+      }
+      expect_same(solver.solve(), solve(once.problem, AugmentedLagrangianOptions{}));
+      EXPECT_EQ(again.values(), once.values());
+    }
+    EXPECT_EQ(solver.analyses(), 1);
+  }
+}
+
+TEST(Solver, goes_by_what_has_changed) {
+  Problem problem;
+  const auto x = problem.add(R3());
+  const Block fix = problem.minimize(Prior<R3>{R3({1.0, 2.0, 3.0})}, Gaussian{1.0, 1.0, 1.0}, {x});
+  const Block bound = problem.subject_to(Prior<R3>{R3()}, at_most(1.5), {x});
+  Solver solver(problem);
+  const auto expect_at = [&](double a, double b, double c) {
+    EXPECT_TRUE(solver.solve().converged());
+    EXPECT_LE((problem.value(x).vector() - Vector<3>(a, b, c)).norm(), 1e-7);
+  };
+  expect_at(1.0, 1.5, 1.5);
+  problem.set_residual(fix, Prior<R3>{R3({-1.0, 1.0, 9.0})});
+  expect_at(-1.0, 1.0, 1.5);
+  problem.set_bounds(bound, Bounds<3>{{0.0, 0.0, 0.0}, {2.0, 0.5, 2.5}});
+  expect_at(0.0, 0.5, 2.5);
+  problem.set_bounds(bound, between(0.25, 2.5));
+  expect_at(0.25, 1.0, 2.5);
+  problem.set_bounds(bound, Bounds<3>{{0.0, 0.0, 0.0}, {2.0, 0.5, 2.5}});
+  problem.set_residual(bound, Prior<R3>{R3({0.0, 0.0, 1.0})});
+  expect_at(0.0, 0.5, 3.5);
+  solver.options().from_multipliers = true;
+  expect_at(0.0, 0.5, 3.5);
+  EXPECT_EQ(solver.analyses(), 1);
+  problem.remove(bound);
+  expect_at(-1.0, 1.0, 9.0);
+  EXPECT_EQ(solver.analyses(), 2);
+  problem.fix(x);
+  EXPECT_EQ(solver.solve().status, Status::unsupported);
+}
+
+TEST(Solver, refuses_what_a_block_does_not_take) {
+  Problem problem;
+  const auto x = problem.add(R3());
+  const Block soft = problem.minimize(Prior<R3>{R3()}, Gaussian{1.0, 1.0, 1.0}, {x});
+  const Block hard = problem.subject_to(Prior<R3>{R3()}, at_most(1.0), {x});
+  EXPECT_THROW(problem.set_residual(soft, SquaredNorm{}), Error);
+  EXPECT_THROW(problem.set_bounds(soft, at_most(1.0)), Error);
+  EXPECT_THROW(problem.set_bounds(hard, Bounds<1>{Vector<1>(0.0), Vector<1>(1.0)}), Error);
+  EXPECT_THROW(problem.set_bounds(hard, Bounds<3>{{0, 0, 2}, {1, 1, 1}}), Error);
+  problem.remove(hard);
+  EXPECT_THROW(problem.set_residual(hard, Prior<R3>{R3()}), Error);
+}
+
+}  // namespace
+}  // namespace tandem::testing
