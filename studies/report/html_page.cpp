@@ -28,8 +28,8 @@ figcaption b { color: #1c2733; }
 @media print { body { max-width: none; font-size: 11pt; } a { color: inherit; } .modebar { display: none !important; } }
 )";
 
-// A page opens with the figures that are in view. The others are drawn when they come near, and, one by one, while the browser
-// has nothing else to do, so that all are there for a print. A figure's button saves it as SVG, for papers.
+// A page opens with the figures that are in view. The others are drawn when they come near, and one by one, with a
+// pause after each for whoever scrolls, so that all are there for a print. A figure's button saves it as SVG, for papers.
 const char* const kScript = R"(
 (function () {
   const left = new Set(document.querySelectorAll(".plot"));
@@ -45,9 +45,8 @@ const char* const kScript = R"(
     for (const entry of entries) if (entry.isIntersecting) { near.unobserve(entry.target); draw(entry.target); }
   }, { rootMargin: "300px" });
   left.forEach(element => near.observe(element));
-  const whenIdle = step => window.requestIdleCallback ? requestIdleCallback(step, { timeout: 200 }) : setTimeout(step, 100);
-  const drawNext = () => { for (const element of left) { draw(element); whenIdle(drawNext); return; } };
-  addEventListener("load", () => whenIdle(drawNext));
+  const drawNext = () => { for (const element of left) { draw(element); setTimeout(drawNext, 50); return; } };
+  addEventListener("load", () => setTimeout(drawNext, 50));
   addEventListener("beforeprint", () => {
     document.querySelectorAll("details").forEach(d => { d.open = true; });
     left.forEach(draw);

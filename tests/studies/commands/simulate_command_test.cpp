@@ -119,7 +119,6 @@ TEST(SimulateCommand, WhatIsWrongIsOneSentence) {
   EXPECT_THAT(refusal({"dive", "--set", "gap=3"}), HasSubstr("--set: there is no parameter 'gap'"));
   EXPECT_THAT(refusal({"dive", "--set", "dvl_outage=-3"}), HasSubstr("--set dvl_outage is from 0 to 3600, not -3"));
   EXPECT_THAT(refusal({"dive", "--set", "target=yes"}), HasSubstr("--set target is 0 or 1, not 'yes'"));
-  EXPECT_THAT(refusal({"dive", "--settings", "a.yaml"}), HasSubstr("simulate dive takes no --settings"));
   EXPECT_THAT(refusal({"docking", "--set", "gpa=3"}), HasSubstr("no parameter 'gpa'; did you mean gap?"));
   EXPECT_THAT(refusal({"docking", "--set", "gap=-3"}), HasSubstr("--set gap is from 0 to 600, not -3"));
   EXPECT_THAT(refusal({"docking", "--settings", "no_such.yaml"}), HasSubstr("no_such.yaml is missing"));
