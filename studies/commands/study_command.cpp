@@ -130,7 +130,10 @@ int run_whole_study_on(const StudyRequest& request, StudyRanks* ranks) {
     progress = ranks ? ranks->lead(database, options) : run_study(database, options);
   }
   if (ranks && ranks->lost() > 0)
-    complain(fmt::format("{} ranks fell silent and were given up; others have done their trials", ranks->lost()));
+    complain(
+        fmt::format("{} ranks fell silent and were given up; others have done their trials. Should mpirun wait for "
+                    "them, end it",
+                    ranks->lost()));
   if (progress.done < progress.all) {
     complain(fmt::format("interrupted after {} of {} trials; go on with --resume", progress.done, progress.all));
     return kNotDone;

@@ -13,18 +13,19 @@ namespace {
 using plot::Json;
 
 struct FigureMetric {
-  const char *metric, *title, *unit;
+  const char *metric, *title, *what, *unit;
 };
-constexpr FigureMetric kFigureMetrics[] = {{"usbl_position_m", "Errors at USBL keyframes", "m"},
-                                           {"optical_position_m", "Errors at optical keyframes", "m"},
-                                           {"gated_position_m", "Errors at gated keyframes", "m"},
-                                           {"gap_position_m", "Errors within gaps", "m"},
-                                           {"after_gap_position_m", "Errors in the 10 s after gaps", "m"},
-                                           {"chaser_position_m", "Errors of the chaser's position", "m"},
-                                           {"chaser_outage_position_m", "Errors while the DVL is out", "m"},
-                                           {"chaser_orientation_deg", "Errors of the chaser's orientation", "°"},
-                                           {"dock_s", "Time until docked", "s"},
-                                           {"dock_miss_m", "Least distance from the dock", "m"}};
+constexpr FigureMetric kFigureMetrics[] = {
+    {"usbl_position_m", "Errors at USBL keyframes", "mean error", "m"},
+    {"optical_position_m", "Errors at optical keyframes", "mean error", "m"},
+    {"gated_position_m", "Errors at gated keyframes", "mean error", "m"},
+    {"gap_position_m", "Errors within gaps", "mean error", "m"},
+    {"after_gap_position_m", "Errors in the 10 s after gaps", "mean error", "m"},
+    {"chaser_position_m", "Errors of the chaser's position", "mean error", "m"},
+    {"chaser_outage_position_m", "Errors while the DVL is out", "mean error", "m"},
+    {"chaser_orientation_deg", "Errors of the chaser's orientation", "mean error", "°"},
+    {"dock_s", "Time until docked", "time", "s"},
+    {"dock_miss_m", "Least distance from the dock", "distance", "m"}};
 
 /// Model and solver of a group: a colour each.
 std::size_t series_of(const Study& study, const StudyGroup& group) {
@@ -80,7 +81,7 @@ HtmlFigure figure_of_boxes(const Study& study, const StudyTables& tables, const 
     }
     plot::add_boxes(traces, boxes);
   }
-  Json layout = plot::layout("", fmt::format("of a trial [{}]", metric.unit));
+  Json layout = plot::layout("", fmt::format("{} of a trial [{}]", metric.what, metric.unit));
   name_cells(tables, layout);
   layout["yaxis"]["rangemode"] = "tozero";
   return {metric.title,
@@ -130,7 +131,7 @@ HtmlFigure figure_along_axis(const Study& study, const StudyTables& tables, std:
     }
   const std::string& unit = study.parameter(study.axes[axis].parameter).unit;
   Json layout = plot::layout(study.axes[axis].parameter + (unit.empty() ? "" : fmt::format(" [{}]", unit)),
-                             fmt::format("mean of trials [{}]", metric.unit));
+                             fmt::format("{} [{}]", metric.what, metric.unit));
   layout["yaxis"]["rangemode"] = "tozero";
   return {fmt::format("{} against {}", metric.title, study.axes[axis].parameter),
           "Means over seeds with their 95 % intervals.", traces, layout, 400};

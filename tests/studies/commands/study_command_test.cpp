@@ -230,9 +230,9 @@ TEST(StudyCommand, RunsDives) {
 TEST(StudyCommand, TheReadyStudiesAreInOrder) {
   const Outcome list = run_tandem({"study", "list"});
   ASSERT_EQ(list.status, 0) << list.errors;
-  for (const char* name :
-       {"table1", "motion_models", "constraints", "prior_sigma", "solvers", "outliers", "window", "starts", "level",
-        "junction", "online", "calibrated", "no_motion", "rendezvous", "dive", "dive_noise", "dive_target", "planar"})
+  for (const char* name : {"table1", "motion_models", "constraints", "prior_sigma", "solvers", "outliers", "window",
+                           "starts", "level", "junction", "online", "calibrated", "no_motion", "rendezvous", "dive",
+                           "dive_noise", "dive_scale", "dive_target", "planar"})
     EXPECT_THAT(list.output, ContainsRegex(std::string(name) + " +[0-9]+ trials  [A-Z]"));
 }
 
