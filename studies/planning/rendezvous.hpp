@@ -44,8 +44,8 @@ struct RendezvousOptions {
   double target_speed = 0.8;   ///< m/s
   double current = 0.1;        ///< standard deviation of each horizontal component [m/s]
   double start_distance = 30;  ///< m
-  const std::atomic<bool>* stop =
-      nullptr;  ///< set it from anywhere to end a run: interrupted, within a second of its time
+  /// Set from anywhere, it ends the run, interrupted, before its next second.
+  const std::atomic<bool>* stop = nullptr;
 };
 
 /// Pursuit, and the start of first plans, within what the vehicle can do.
