@@ -3,6 +3,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/commands/output.hpp>
+#include <tandem/studies/simulation/dive_parameters.hpp>
 #include <tandem/studies/simulation/docking_parameters.hpp>
 #include <tandem/studies/simulation/simulate_dive_files.hpp>
 #include <tandem/studies/simulation/simulate_docking_files.hpp>
@@ -20,6 +21,7 @@ struct SimulateRequest {
   std::string name;
   DiveOptions dive;
   DockingOptions docking;
+  std::vector<std::pair<std::string, std::string>> set;  ///< parameters with their values
   Output output;
   bool force = false;
 };
@@ -51,6 +53,12 @@ Results docking(const SimulateRequest& request) {
   return results;
 }
 
+template <class Options>
+void set_parameter(const std::vector<NamedParameter<Options>>& parameters, const std::string& name,
+                   const std::string& value, Options& options) {
+  parameter_named(parameters, "--set", name).set(options, "--set " + name, value);
+}
+
 struct Simulation {
   std::string name, help;
   bool is_dive;
@@ -78,8 +86,14 @@ int run_simulate(const SimulateRequest& request, const CommandOptions& option) {
     if (simulation.name != request.name) continue;
     if (const auto given = option.given(simulation.is_dive ? kOfDockings : kOfDives); !given.empty())
       throw Error(fmt::format("simulate {} takes no {}", request.name, given.front()));
+    SimulateRequest set = request;
+    for (const auto& [key, value] : request.set)
+      if (simulation.is_dive)
+        set_parameter(dive_parameters(), key, value, set.dive);
+      else
+        set_parameter(docking_parameters(), key, value, set.docking);
     check_empty(request);
-    return finish(request.output, simulation.run(request));
+    return finish(request.output, simulation.run(set));
   }
   throw Error(fmt::format("there is no simulation {}{} (there are: {})", quote(request.name),
                           did_you_mean(request.name, names), listed(names)));
@@ -93,48 +107,48 @@ Command simulate_command() {
     names.push_back(simulation.name);
     helps.push_back(simulation.name + ": " + simulation.help);
   }
-  return {
-      "simulate", "Write a made-up scenario folder: " + listed(names, "or"), [helps](CommandOptions& option) {
-        const auto request = std::make_shared<SimulateRequest>();
-        std::string footer = "The same options give the same numbers. Exit status: 0 written, 1 wrong input or usage.";
-        footer += "\nParameters of a docking, of --set and --settings:";
-        footer += parameter_help(docking_parameters());
-        option.footer(footer);
-        option.argument("name", "NAME", fmt::format("{}", fmt::join(helps, "; ")), request->name);
-        option.group(kOfDockings);
-        option.set("--settings", "FILE", "Parameters, NAME: VALUE lines of yaml; other options count after it",
-                   [&r = *request](const std::string&, const std::string& text) {
-                     read_docking_description(text, r.docking);
-                   });
-        option.set_repeatedly(
-            "--set", "NAME=VALUE", "A parameter, see below",
-            [&r = *request](const std::string& name, const std::string& text) {
-              const auto [key, value] = parse_assignment(name, text);
-              parameter_named(docking_parameters(), name, key).set(r.docking, fmt::format("{} {}", name, key), value);
-            });
-        option.group("Options");
-        option.set("--minutes", "N", "How long it takes (default 20)",
-                   [&r = *request](const std::string& name, const std::string& text) {
-                     r.dive.minutes = r.docking.minutes = parse_finite(name, text);
-                   });
-        option.set("--seed", "N", "Of all noise, a whole number above zero (default 1)",
-                   [&r = *request](const std::string& name, const std::string& text) {
-                     r.dive.seed = r.docking.seed = static_cast<std::uint64_t>(parse_count(name, text));
-                   });
-        option.group(kOfDives);
-        DiveOptions& dive = request->dive;
-        option("--grade", "NAME", "Its sensors, mems (default) or tactical", dive.grade, parse_grade);
-        option("--latitude", "DEG", "Where, for the Earth's rotation and gravity (default 60)", dive.latitude,
-               parse_finite);
-        option("--keyframe-interval", "S", "As written to scenario.yaml (default 1)", dive.keyframe_interval,
-               parse_finite);
-        option("--surfacings", "N", "How often it comes up for GPS on the way (default never)", dive.surfacings,
-               parse_count);
-        add_output(option, request->output,
-                   {.writes = "The folder to write", .required = true, .plots = false, .prints = false});
-        option.flag("--force", "Write into DIR though it is not empty", request->force);
-        return [request, &option] { return run_simulate(*request, option); };
-      }};
+  return {"simulate", "Write a made-up scenario folder: " + listed(names, "or"), [helps](CommandOptions& option) {
+            const auto request = std::make_shared<SimulateRequest>();
+            std::string footer =
+                "The same options give the same numbers. Exit status: 0 written, 1 wrong input or usage.";
+            footer += "\nParameters of a docking, of --set and --settings:";
+            footer += parameter_help(docking_parameters());
+            footer += "\nParameters of a dive, of --set:";
+            footer += parameter_help(dive_parameters());
+            option.footer(footer);
+            option.argument("name", "NAME", fmt::format("{}", fmt::join(helps, "; ")), request->name);
+            option.group(kOfDockings);
+            option.set("--settings", "FILE", "Parameters, NAME: VALUE lines of yaml; other options count after it",
+                       [&r = *request](const std::string&, const std::string& text) {
+                         read_docking_description(text, r.docking);
+                       });
+            option.group("Options");
+            option.set_repeatedly("--set", "NAME=VALUE", "A parameter, see below",
+                                  [&r = *request](const std::string& name, const std::string& text) {
+                                    r.set.push_back(parse_assignment(name, text));
+                                  });
+            option.set("--minutes", "N", "How long it takes (default 20)",
+                       [&r = *request](const std::string& name, const std::string& text) {
+                         r.dive.minutes = r.docking.minutes = parse_finite(name, text);
+                       });
+            option.set("--seed", "N", "Of all noise, a whole number above zero (default 1)",
+                       [&r = *request](const std::string& name, const std::string& text) {
+                         r.dive.seed = r.docking.seed = static_cast<std::uint64_t>(parse_count(name, text));
+                       });
+            option.group(kOfDives);
+            DiveOptions& dive = request->dive;
+            option("--grade", "NAME", "Its sensors, mems (default) or tactical", dive.grade, parse_grade);
+            option("--latitude", "DEG", "Where, for the Earth's rotation and gravity (default 60)", dive.latitude,
+                   parse_finite);
+            option("--keyframe-interval", "S", "As written to scenario.yaml (default 1)", dive.keyframe_interval,
+                   parse_finite);
+            option("--surfacings", "N", "How often it comes up for GPS on the way (default never)", dive.surfacings,
+                   parse_count);
+            add_output(option, request->output,
+                       {.writes = "The folder to write", .required = true, .plots = false, .prints = false});
+            option.flag("--force", "Write into DIR though it is not empty", request->force);
+            return [request, &option] { return run_simulate(*request, option); };
+          }};
 }
 
 }  // namespace tandem

@@ -11,12 +11,14 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/commands/command.hpp>
+#include <tandem/studies/simulation/simulate_dive_files.hpp>
 #include <tandem/studies/simulation/simulate_docking_files.hpp>
 #include <tandem/studies/study/ready_studies.hpp>
 #include <tandem/studies/study/study_ranks.hpp>
 #include <tandem/studies/study/study_report.hpp>
 #include <tandem/studies/study/study_run.hpp>
 #include <tandem/studies/study/trial.hpp>
+#include <tandem/studies/study/trial_dive.hpp>
 #include <tandem/studies/support/console.hpp>
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/output_file.hpp>
@@ -128,7 +130,10 @@ int run_whole_study_on(const StudyRequest& request, StudyRanks* ranks) {
     progress = ranks ? ranks->lead(database, options) : run_study(database, options);
   }
   if (ranks && ranks->lost() > 0)
-    complain(fmt::format("{} ranks fell silent and were given up; others have done their trials", ranks->lost()));
+    complain(
+        fmt::format("{} ranks fell silent and were given up; others have done their trials. Should mpirun wait for "
+                    "them, end it",
+                    ranks->lost()));
   if (progress.done < progress.all) {
     complain(fmt::format("interrupted after {} of {} trials; go on with --resume", progress.done, progress.all));
     return kNotDone;
@@ -206,14 +211,20 @@ int write_trial(const StudyRequest& request) {
   if (settings.rendezvous)
     throw Error(fmt::format("trial {} of {} is a rendezvous, which has no recording: see tandem rendezvous --seed {}",
                             request.paths[1], of, settings.docking.seed));
-  const SimulatedDocking docking = trial_docking(settings);
   OutputFolder(request.out).fill([&](const std::filesystem::path& fresh) {
-    write_docking(docking, settings.docking, fresh);
+    if (study.simulation == Simulated::dive)
+      write_dive(trial_dive(settings), settings.dive, fresh);
+    else
+      write_docking(trial_docking(settings), settings.docking, fresh);
   });
-  if (!request.quiet)
-    fmt::print("{}{}\nWritten to {}; see tandem models {} --models '{}'\n", study.cell_text(place),
-               study.cell_text(place).empty() ? study.models[place.model] : ", " + study.models[place.model],
-               request.out, request.out, study.models[place.model]);
+  if (request.quiet) return kDone;
+  const std::string see = study.has_target()
+                              ? fmt::format("models {} --models '{}'", request.out, study.models[place.model])
+                              : fmt::format("navigate {}{}", request.out,
+                                            settings.own.without ? " --without " + *settings.own.without : "");
+  fmt::print("{}{}\nWritten to {}; see tandem {}\n", study.cell_text(place),
+             study.cell_text(place).empty() ? study.models[place.model] : ", " + study.models[place.model], request.out,
+             see);
   return kDone;
 }
 
@@ -278,7 +289,9 @@ Command study_command() {
           footer += fmt::format("{:<7} {:<11} {}\n", action.name, action.takes, action.help);
         footer += "Exit status: 0 done, however the trials did, 1 wrong input or usage, 2 interrupted or incomplete.";
         footer += "\nParameters of a study file:";
-        footer += parameter_help(trial_parameters());
+        footer += parameter_help(trial_parameters(Simulated::docking));
+        footer += "\nParameters of one with simulation: dive:";
+        footer += parameter_help(trial_parameters(Simulated::dive));
         option.footer(footer);
         option.argument("action", "ACTION", "run, merge, export, show, trial or list, see below", request->action);
         option.arguments("what", "WHAT", "What it is about, see below", request->paths);

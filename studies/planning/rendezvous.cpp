@@ -88,6 +88,7 @@ class Simulation {
     RendezvousRun run{options_.seed, RendezvousOutcome::timed_out, "time", 0, 0, HUGE_VAL, 0, 0, {}, 0, 0, 0, 0, {}};
     const Vector<N> half = 0.5 * (model_.upper - model_.lower);
     for (int second = 0; second < int(options_.time_limit); ++second) {
+      if (options_.stop && *options_.stop) return ended(run, RendezvousOutcome::interrupted, "stopped");
       Vector<N> command = decide(run);
       for (int i = 0; i < kTicks; ++i) {
         advance(command);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -43,6 +44,8 @@ struct RendezvousOptions {
   double target_speed = 0.8;   ///< m/s
   double current = 0.1;        ///< standard deviation of each horizontal component [m/s]
   double start_distance = 30;  ///< m
+  /// Set from anywhere, it ends the run, interrupted, before its next second.
+  const std::atomic<bool>* stop = nullptr;
 };
 
 /// Pursuit, and the start of first plans, within what the vehicle can do.
@@ -66,7 +69,7 @@ struct RendezvousStep {
   Eigen::VectorXd command;
 };
 
-enum class RendezvousOutcome { docked, failed, timed_out };
+enum class RendezvousOutcome { docked, failed, timed_out, interrupted };
 std::string_view name(RendezvousOutcome outcome);
 
 struct RendezvousRun {

@@ -32,8 +32,8 @@ std::string_view name(RendezvousPhase phase) {
 }
 
 std::string_view name(RendezvousOutcome outcome) {
-  if (outcome == RendezvousOutcome::docked) return "docked";
-  return outcome == RendezvousOutcome::failed ? "failed" : "timed-out";
+  constexpr std::string_view names[] = {"docked", "failed", "timed-out", "interrupted"};
+  return names[int(outcome)];
 }
 
 }  // namespace tandem

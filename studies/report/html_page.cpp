@@ -28,17 +28,29 @@ figcaption b { color: #1c2733; }
 @media print { body { max-width: none; font-size: 11pt; } a { color: inherit; } .modebar { display: none !important; } }
 )";
 
-// Every figure is drawn at once, so that printing finds them all; a figure's button saves it as SVG, for papers.
+// A page opens with the figures that are in view. The others are drawn when they come near, and one by one, with a
+// pause after each for whoever scrolls, so that all are there for a print. A figure's button saves it as SVG, for papers.
 const char* const kScript = R"(
 (function () {
-  addEventListener("beforeprint", () => document.querySelectorAll("details").forEach(d => { d.open = true; }));
-  for (const element of document.querySelectorAll(".plot")) {
+  const left = new Set(document.querySelectorAll(".plot"));
+  const draw = element => {
+    if (!left.delete(element)) return;
     const figure = JSON.parse(document.getElementById(element.id + "-data").textContent);
     Plotly.newPlot(element, figure.traces, figure.layout, {
       responsive: true, displaylogo: false, displayModeBar: window.innerWidth < 700 ? false : "hover",
       toImageButtonOptions: { format: "svg", filename: element.dataset.name }
     });
-  }
+  };
+  const near = new IntersectionObserver(entries => {
+    for (const entry of entries) if (entry.isIntersecting) { near.unobserve(entry.target); draw(entry.target); }
+  }, { rootMargin: "300px" });
+  left.forEach(element => near.observe(element));
+  const drawNext = () => { for (const element of left) { draw(element); setTimeout(drawNext, 50); return; } };
+  addEventListener("load", () => setTimeout(drawNext, 50));
+  addEventListener("beforeprint", () => {
+    document.querySelectorAll("details").forEach(d => { d.open = true; });
+    left.forEach(draw);
+  });
 })();
 )";
 

@@ -13,16 +13,13 @@
 #include <tandem/studies/report/run_figures.hpp>
 #include <tandem/studies/report/study_figures.hpp>
 #include <tandem/studies/study/study_database.hpp>
+#include <tandem/studies/study/study_report.hpp>
 #include <tandem/studies/study/trial.hpp>
 
 namespace tandem {
 namespace {
 
 constexpr std::size_t kWorst = 10, kMostFailures = 20, kMostCurves = 12;
-
-std::string with_half_width(const Interval& mean, int decimals) {
-  return fmt::format("{:.{}f} ± {:.{}f}", mean.value, decimals, mean.high - mean.value, decimals);
-}
 
 void add_run(const RunRecord& run, HtmlPage& page) {
   for (const HtmlFigure& figure : run_figures(run)) page.figure(figure);
@@ -81,14 +78,13 @@ std::string place_of(const Study& study, std::size_t trial) {
   return fmt::format("{}{}, seed {}", cell.empty() ? "" : cell + ", ", study.models[place.model], place.replicate);
 }
 
-/// Converged trials by their mean error, the largest first.
-std::vector<const TrialResult*> by_error(const std::vector<TrialResult>& results) {
+/// Converged trials by the study's rank_metric(), the largest first.
+std::vector<const TrialResult*> by_error(std::string_view metric, const std::vector<TrialResult>& results) {
   std::vector<const TrialResult*> sorted;
   for (const TrialResult& result : results)
-    if (result.converged() && result.get("all_position_m")) sorted.push_back(&result);
-  std::stable_sort(sorted.begin(), sorted.end(), [](const TrialResult* a, const TrialResult* b) {
-    return *a->get("all_position_m") > *b->get("all_position_m");
-  });
+    if (result.converged() && result.get(metric)) sorted.push_back(&result);
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [&](const TrialResult* a, const TrialResult* b) { return *a->get(metric) > *b->get(metric); });
   return sorted;
 }
 
@@ -124,7 +120,7 @@ void add_setting(const Study& study, HtmlPage& page) {
   page.heading("Setting");
   std::vector<std::vector<std::string>> rows;
   for (const StudyAxis& axis : study.axes) {
-    const std::string& unit = parameter_named(trial_parameters(), study.name, axis.parameter).unit;
+    const std::string& unit = study.parameter(axis.parameter).unit;
     rows.push_back({axis.parameter + (unit.empty() ? "" : fmt::format(" [{}]", unit)),
                     fmt::format("{}", fmt::join(axis.values, ", "))});
   }
@@ -132,38 +128,38 @@ void add_setting(const Study& study, HtmlPage& page) {
   rows.push_back({"solvers", fmt::format("{}", fmt::join(study.solvers, ", "))});
   rows.push_back({"seeds", fmt::format("{}", study.seeds)});
   page.table({"what", "values"}, rows);
-  page.paragraph(
-      fmt::format("Simulated dockings; all other parameters have their defaults. Hash {:016x}.", study.hash()));
+  page.paragraph(fmt::format("Simulated {}; all other parameters have their defaults. Hash {:016x}.",
+                             study.settings(study.place(0)).rendezvous ? "rendezvous"
+                             : study.simulation == Simulated::dive     ? "dives"
+                                                                       : "dockings",
+                             study.hash()));
 }
 
 void add_tables(const Study& study, const StudyTables& tables, HtmlPage& page) {
   page.heading("Errors");
-  page.paragraph(
-      "Means over seeds ± half their 95 % confidence interval, of the relative pose by what was measured at a "
-      "keyframe.");
-  constexpr std::pair<const char*, const char*> columns[] = {{"usbl_position_m", "usbl [m]"},
-                                                             {"optical_position_m", "optical [m]"},
-                                                             {"gated_position_m", "gated [m]"},
-                                                             {"usbl_orientation_deg", "usbl [°]"},
-                                                             {"optical_orientation_deg", "optical [°]"},
-                                                             {"gated_orientation_deg", "gated [°]"}};
+  page.paragraph(study_columns_text(study));
+  const std::vector<StudyColumn> columns = study_columns(tables);
   std::vector<std::string> head = {"model"};
-  for (const auto& [metric, name] : columns) head.emplace_back(name);
+  for (const StudyColumn& column : columns) head.emplace_back(column.head);
   head.insert(head.end(), {"trials", "converged"});
-  const auto cell_of = [&](const StudyGroup& group, const std::string& metric) -> std::string {
+  const bool raw = std::any_of(columns.begin(), columns.end(), [](const StudyColumn& column) { return column.raw; });
+  const auto cell_of = [&](const StudyGroup& group, const StudyColumn& column) {
     for (const StudyMean& mean : tables.means)
-      if (mean.group == &group && mean.metric == metric) return with_half_width(mean.mean, 3);
-    return "–";
+      if (mean.group == &group && mean.metric == column.metric) return mean_text(column, &mean.mean);
+    return mean_text(column, nullptr);
   };
   std::vector<std::vector<std::string>> rows;
   for (const StudyGroup& group : tables.groups) {
     const std::string cell = group.cell_text.empty() ? "" : group.cell_text + ": ";
-    if (group.model == 0 && group.solver == 0)
-      rows.push_back({cell + "raw", cell_of(group, "raw_usbl_position_m"), cell_of(group, "raw_optical_position_m"),
-                      "–", "–", cell_of(group, "raw_optical_orientation_deg"), "–", "", ""});
+    if (raw && group.model == 0 && group.solver == 0) {
+      std::vector<std::string>& row = rows.emplace_back(std::vector{cell + "raw"});
+      for (const StudyColumn& column : columns)
+        row.push_back(column.raw ? cell_of(group, {column.raw, nullptr, "", column.decimals}) : "–");
+      row.resize(head.size());
+    }
     std::vector<std::string> row = {cell + group.model_text +
                                     (study.solvers.size() > 1 ? ", " + group.solver_text : "")};
-    for (const auto& [metric, name] : columns) row.push_back(cell_of(group, metric));
+    for (const StudyColumn& column : columns) row.push_back(cell_of(group, column));
     row.push_back(fmt::format("{}", group.trials));
     row.push_back(fmt::format("{}", group.converged));
     rows.push_back(std::move(row));
@@ -201,7 +197,7 @@ void add_worst(const Study& study, const std::vector<TrialResult>& results,
   page.heading("The worst trials");
   std::vector<std::vector<std::string>> rows;
   for (std::size_t i = 0; i < std::min(kWorst, sorted.size()); ++i)
-    rows.push_back({fmt::format("{}", sorted[i]->trial), fmt::format("{:.3f}", *sorted[i]->get("all_position_m")),
+    rows.push_back({fmt::format("{}", sorted[i]->trial), fmt::format("{:.3f}", *sorted[i]->get(rank_metric(study))),
                     place_of(study, sorted[i]->trial)});
   page.table({"trial", "mean error [m]", "what"}, rows);
   page.paragraph("Each can be had as a scenario folder, to be estimated again:");
@@ -231,10 +227,11 @@ std::string study_page(const std::filesystem::path& folder) {
   for (const HtmlFigure& figure : study_figures(study, tables)) page.figure(figure);
   add_comparisons(tables, page);
 
-  const std::vector<const TrialResult*> sorted = by_error(results);
+  const std::vector<const TrialResult*> sorted = by_error(rank_metric(study), results);
   if (sorted.empty()) return page.text(plotly_library());
   const std::size_t middle = sorted[sorted.size() / 2]->trial;
-  if (study.settings(study.place(middle)).window == 0) {
+  const TrialSettings settings = study.settings(study.place(middle));
+  if (study.has_target() && !settings.rendezvous && settings.window == 0) {
     add_convergence(study, middle, page);
     for (const auto& [name, trial] : {std::pair{"middle", middle}, {"worst", sorted.front()->trial}}) {
       page.heading(fmt::format("The trial with the {} error: {}", name, trial));

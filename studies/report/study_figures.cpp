@@ -13,13 +13,19 @@ namespace {
 using plot::Json;
 
 struct FigureMetric {
-  const char *metric, *title, *unit;
+  const char *metric, *title, *what, *unit;
 };
-constexpr FigureMetric kFigureMetrics[] = {{"usbl_position_m", "Errors at USBL keyframes", "m"},
-                                           {"optical_position_m", "Errors at optical keyframes", "m"},
-                                           {"gated_position_m", "Errors at gated keyframes", "m"},
-                                           {"gap_position_m", "Errors within gaps", "m"},
-                                           {"after_gap_position_m", "Errors in the 10 s after gaps", "m"}};
+constexpr FigureMetric kFigureMetrics[] = {
+    {"usbl_position_m", "Errors at USBL keyframes", "mean error", "m"},
+    {"optical_position_m", "Errors at optical keyframes", "mean error", "m"},
+    {"gated_position_m", "Errors at gated keyframes", "mean error", "m"},
+    {"gap_position_m", "Errors within gaps", "mean error", "m"},
+    {"after_gap_position_m", "Errors in the 10 s after gaps", "mean error", "m"},
+    {"chaser_position_m", "Errors of the chaser's position", "mean error", "m"},
+    {"chaser_outage_position_m", "Errors while the DVL is out", "mean error", "m"},
+    {"chaser_orientation_deg", "Errors of the chaser's orientation", "mean error", "°"},
+    {"dock_s", "Time until docked", "time", "s"},
+    {"dock_miss_m", "Least distance from the dock", "distance", "m"}};
 
 /// Model and solver of a group: a colour each.
 std::size_t series_of(const Study& study, const StudyGroup& group) {
@@ -44,7 +50,7 @@ std::vector<double> values_of_group(const StudyGroup& group, std::string_view me
   return values;
 }
 
-bool has_metric(const StudyTables& tables, const char* metric) {
+bool has_metric(const StudyTables& tables, std::string_view metric) {
   return std::any_of(tables.means.begin(), tables.means.end(),
                      [&](const StudyMean& mean) { return mean.metric == metric; });
 }
@@ -75,7 +81,7 @@ HtmlFigure figure_of_boxes(const Study& study, const StudyTables& tables, const 
     }
     plot::add_boxes(traces, boxes);
   }
-  Json layout = plot::layout("", fmt::format("mean error of a trial [{}]", metric.unit));
+  Json layout = plot::layout("", fmt::format("{} of a trial [{}]", metric.what, metric.unit));
   name_cells(tables, layout);
   layout["yaxis"]["rangemode"] = "tozero";
   return {metric.title,
@@ -123,9 +129,9 @@ HtmlFigure figure_along_axis(const Study& study, const StudyTables& tables, std:
       trace["error_y"] = {{"type", "data"}, {"array", plot::numbers(half)}};
       traces.push_back(std::move(trace));
     }
-  const std::string& unit = parameter_named(trial_parameters(), study.name, study.axes[axis].parameter).unit;
+  const std::string& unit = study.parameter(study.axes[axis].parameter).unit;
   Json layout = plot::layout(study.axes[axis].parameter + (unit.empty() ? "" : fmt::format(" [{}]", unit)),
-                             fmt::format("mean error [{}]", metric.unit));
+                             fmt::format("{} [{}]", metric.what, metric.unit));
   layout["yaxis"]["rangemode"] = "tozero";
   return {fmt::format("{} against {}", metric.title, study.axes[axis].parameter),
           "Means over seeds with their 95 % intervals.", traces, layout, 400};
@@ -137,27 +143,46 @@ HtmlFigure figure_of_trial_shares(const Study& study, const StudyTables& tables)
     const std::size_t series = series_of(study, group);
     std::string name = series_name(study, series);
     if (!group.cell_text.empty()) name += fmt::format(" ({})", group.cell_text);
-    const std::vector<double> values = values_of_group(group, "all_position_m");
+    const std::vector<double> values = values_of_group(group, rank_metric(study));
     if (values.empty()) continue;
     Json trace = plot::cumulative(html_escaped(name), values, plot::colour(series));
     constexpr const char* dashes[] = {"solid", "dash", "dot", "dashdot", "longdash"};
     trace["line"]["dash"] = dashes[group.cell % 5];
     traces.push_back(std::move(trace));
   }
-  Json layout = plot::layout("mean error of a trial over all its keyframes [m]", "share of trials");
+  Json layout = plot::layout(
+      study.settings(study.place(0)).rendezvous ? "least distance from the dock [m]" : "mean error of a trial [m]",
+      "share of trials");
   layout["xaxis"]["type"] = "log";
   if (tables.groups.size() > 12) layout["showlegend"] = false;
-  return {"Distribution over trials", "Share of the trials whose mean error is no larger.", traces, layout, 400};
+  return {"Distribution over trials", "Share of the trials that are no worse.", traces, layout, 400};
+}
+
+/// The squared errors that there are, with their names.
+std::vector<std::pair<std::string, const char*>> quantities_in(const StudyTables& tables) {
+  constexpr std::pair<const char*, const char*> names[] = {{"nees_chaser", "chaser"},
+                                                           {"nees_velocity", "its velocity"},
+                                                           {"nees_bias", "its biases"},
+                                                           {"nees_target", "target"},
+                                                           {"nees_relative_pose", "relative pose"},
+                                                           {"nees_relative_position", "relative position"},
+                                                           {"nis_usbl", "USBL (NIS)"},
+                                                           {"nis_optical", "optical (NIS)"},
+                                                           {"nis_dvl", "DVL (NIS)"},
+                                                           {"nis_depth", "depth (NIS)"},
+                                                           {"nis_heading", "heading (NIS)"},
+                                                           {"nis_gps", "GPS (NIS)"}};
+  std::vector<std::pair<std::string, const char*>> present;
+  for (const auto& [metric, name] : names)
+    if (std::any_of(tables.consistency.begin(), tables.consistency.end(),
+                    [&, metric = metric](const StudyConsistency& row) { return row.metric == metric; }))
+      present.emplace_back(metric, name);
+  return present;
 }
 
 /// Squared errors by their degrees of freedom: 1 where consistent.
 HtmlFigure figure_of_consistency(const Study& study, const StudyTables& tables) {
-  constexpr std::pair<const char*, const char*> quantities[] = {{"nees_chaser", "chaser"},
-                                                                {"nees_target", "target"},
-                                                                {"nees_relative_pose", "relative pose"},
-                                                                {"nees_relative_position", "relative position"},
-                                                                {"nis_usbl", "USBL (NIS)"},
-                                                                {"nis_optical", "optical (NIS)"}};
+  const std::vector<std::pair<std::string, const char*>> quantities = quantities_in(tables);
   Json traces = Json::array();
   Json layout = plot::layout("", "mean squared error by degrees of freedom");
   Json shapes = Json::array(), at = Json::array(), text = Json::array();
@@ -170,9 +195,9 @@ HtmlFigure figure_of_consistency(const Study& study, const StudyTables& tables) 
     Json labels = Json::array();
     for (const StudyConsistency& row : tables.consistency) {
       if (row.group != &group) continue;
-      const auto q = std::find_if(std::begin(quantities), std::end(quantities),
+      const auto q = std::find_if(quantities.begin(), quantities.end(),
                                   [&](const auto& entry) { return row.metric == entry.first; });
-      const double where = double(q - std::begin(quantities)) + 0.8 * ((double(g) + 0.5) / count - 0.5);
+      const double where = double(q - quantities.begin()) + 0.8 * ((double(g) + 0.5) / count - 0.5);
       const double width = 0.3 / count;
       shapes.push_back({{"type", "rect"},
                         {"layer", "below"},
@@ -205,13 +230,13 @@ HtmlFigure figure_of_consistency(const Study& study, const StudyTables& tables) 
     means["error_y"] = {{"type", "data"}, {"array", plot::numbers(half)}};
     traces.push_back(std::move(means));
   }
-  for (std::size_t q = 0; q < std::size(quantities); ++q) {
+  for (std::size_t q = 0; q < quantities.size(); ++q) {
     at.push_back(q);
     text.push_back(quantities[q].second);
   }
   shapes.push_back({{"type", "line"},
                     {"x0", -0.6},
-                    {"x1", double(std::size(quantities)) - 0.4},
+                    {"x1", double(quantities.size()) - 0.4},
                     {"y0", 1},
                     {"y1", 1},
                     {"line", {{"dash", "dot"}, {"width", 1}, {"color", plot::kGrey}}}});
@@ -238,7 +263,7 @@ std::vector<HtmlFigure> study_figures(const Study& study, const StudyTables& tab
     if (axis) figures.push_back(figure_along_axis(study, tables, *axis, metric));
     figures.push_back(figure_of_boxes(study, tables, metric));
   }
-  if (has_metric(tables, "all_position_m")) figures.push_back(figure_of_trial_shares(study, tables));
+  if (has_metric(tables, rank_metric(study))) figures.push_back(figure_of_trial_shares(study, tables));
   if (!tables.consistency.empty()) figures.push_back(figure_of_consistency(study, tables));
   return figures;
 }

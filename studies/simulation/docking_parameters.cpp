@@ -4,32 +4,9 @@
 #include <tandem/studies/scenario/yaml_section.hpp>
 #include <tandem/studies/simulation/docking_parameters.hpp>
 #include <tandem/studies/support/option_values.hpp>
-#include <tandem/studies/support/text.hpp>
 
 namespace tandem {
 namespace {
-
-template <class Word>
-NamedParameter<DockingOptions> word_parameter(std::string name, std::string doc, Word DockingOptions::*value,
-                                              std::vector<std::pair<std::string, Word>> words) {
-  return {std::move(name), "", std::move(doc),
-          [=](DockingOptions& options, const std::string& where, const std::string& text) {
-            std::vector<std::string> names;
-            for (const auto& [word, meaning] : words) {
-              names.push_back(word);
-              if (word != text) continue;
-              options.*value = meaning;
-              return;
-            }
-            throw Error(
-                fmt::format("{} is {}, not {}{}", where, listed(names, "or"), quote(text), did_you_mean(text, names)));
-          },
-          [=](const DockingOptions& options) {
-            for (const auto& [word, meaning] : words)
-              if (options.*value == meaning) return word;
-            return std::string();
-          }};
-}
 
 std::vector<NamedParameter<DockingOptions>> make_docking_parameters() {
   using O = DockingOptions;
@@ -37,12 +14,13 @@ std::vector<NamedParameter<DockingOptions>> make_docking_parameters() {
   return {
       number("minutes", "min", "how long it takes", &O::minutes, 1, 6000),
       number("keyframe_interval", "s", "the longest time without a keyframe", &O::keyframe_interval, 0.1, 60),
-      word_parameter<TargetMotion>("target_motion", "circuit, straight, circle, helix or hover", &O::motion,
-                                   {{"circuit", TargetMotion::circuit},
-                                    {"straight", TargetMotion::straight},
-                                    {"circle", TargetMotion::circle},
-                                    {"helix", TargetMotion::helix},
-                                    {"hover", TargetMotion::hover}}),
+      word_parameter<O, TargetMotion>("target_motion", "circuit, straight, circle, helix or hover", &O::motion,
+                                      {{"circuit", TargetMotion::circuit},
+                                       {"straight", TargetMotion::straight},
+                                       {"circle", TargetMotion::circle},
+                                       {"helix", TargetMotion::helix},
+                                       {"hover", TargetMotion::hover}}),
+      switch_parameter<O>("planar", "0 or 1: on the water's plane, where poses are x, y and heading", &O::planar),
       number("speed", "m/s", "of the target", &O::speed, 0.1, 10),
       number("turn_radius", "m", "of its turns", &O::turn_radius, 5, 1000),
       number("weave", "m", "how far it swings to either side of its course, each 60 s", &O::weave, 0, 20),
@@ -50,8 +28,8 @@ std::vector<NamedParameter<DockingOptions>> make_docking_parameters() {
       number("far", "m", "how far the chaser falls back", &O::far, 1, 1000),
       number("near", "m", "how near it comes", &O::near, 1, 1000),
       number("approach", "s", "from one approach to the next", &O::approach, 20, 36000),
-      word_parameter<UsblKind>("usbl", "position, or range-bearing: errors across grow with the distance", &O::usbl,
-                               {{"position", UsblKind::position}, {"range-bearing", UsblKind::range_bearing}}),
+      word_parameter<O, UsblKind>("usbl", "position, or range-bearing: errors across grow with the distance", &O::usbl,
+                                  {{"position", UsblKind::position}, {"range-bearing", UsblKind::range_bearing}}),
       number("usbl_period", "s", "between USBL fixes", &O::usbl_period, 0.1, 600),
       number("usbl_sigma", "m", "of a fix along each axis, or of its range", &O::usbl_sigma, 1e-3, 1000),
       number("usbl_bearing_sigma", "rad", "of its bearings, where it is range-bearing", &O::usbl_bearing_sigma, 1e-4,

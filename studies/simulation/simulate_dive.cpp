@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -5,6 +6,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/simulation/dive_motion.hpp>
+#include <tandem/studies/simulation/dive_target.hpp>
 #include <tandem/studies/simulation/normal_noise.hpp>
 #include <tandem/studies/simulation/simulate_dive.hpp>
 
@@ -17,16 +19,19 @@ constexpr double kAtSurface = 0.5;  // m: an antenna this deep and a little abov
 constexpr std::size_t kDvlEvery = 20, kDvlFirst = 7, kDepthEvery = 10, kDepthFirst = 3, kHeadingEvery = 50,
                       kHeadingFirst = 0, kGpsEvery = 100, kGpsFirst = 11, kTruthEvery = 10;
 
-enum Stream : std::uint32_t {
-  accelerometer,
-  gyroscope,
-  accelerometer_bias,
-  gyroscope_bias,
-  dvl,
-  depth,
-  heading,
-  gps,
-  scale
+/// Of noise.
+struct Stream {
+  enum Of : std::uint32_t {
+    accelerometer,
+    gyroscope,
+    accelerometer_bias,
+    gyroscope_bias,
+    dvl,
+    depth,
+    heading,
+    gps,
+    scale
+  };
 };
 
 void check_options(const DiveOptions& options) {
@@ -39,6 +44,9 @@ void check_options(const DiveOptions& options) {
   if (options.surfacings < 0 || 60 * options.minutes < 300 * (options.surfacings + (options.surfacings > 0)))
     throw Error(fmt::format("{} surfacings need {} minutes or more, not {:g}", options.surfacings,
                             5 * (options.surfacings + 1), options.minutes));
+  if (!(options.dvl_outage >= 0 && options.dvl_outage < options.dvl_outage_period))
+    throw Error(fmt::format("dvl_outage, {:g} s, is not from 0 to dvl_outage_period, {:g} s", options.dvl_outage,
+                            options.dvl_outage_period));
 }
 
 /// One of the vehicle's sensors: what it is said to be, and what it does.
@@ -77,6 +85,7 @@ class Simulation {
       }
     }
     for (Instrument& instrument : instruments_) dive_.data.sensors.push_back(std::move(instrument.sensor));
+    if (options_.target) add_dive_target(options_, dive_);
     return std::move(dive_);
   }
 
@@ -94,6 +103,9 @@ class Simulation {
     imu.samples.reserve(motion_.size());
     bias_.head<3>() = noise(accelerometer_bias_noise_, Vector<3>::Constant(sensors_.initial_accelerometer_bias));
     bias_.tail<3>() = noise(gyroscope_bias_noise_, Vector<3>::Constant(sensors_.initial_gyroscope_bias));
+    const double outage = options_.dvl_outage, period = options_.dvl_outage_period;
+    for (double t = period / 2; outage > 0 && t + outage <= 60 * options_.minutes; t += period)
+      dive_.dvl_outages.emplace_back(t, t + outage);
 
     NormalNoise scale(options_.seed, Stream::scale);
     if (options_.noise && options_.dvl_scale) dive_.dvl_scale_error = sensors_.dvl_scale * scale();
@@ -101,7 +113,7 @@ class Simulation {
     const double along = options_.dvl_scale ? std::hypot(sensors_.dvl, 1.5 * sensors_.dvl_scale) : sensors_.dvl;
     const Vector<3> orientation(sensors_.roll_pitch, sensors_.roll_pitch, sensors_.heading);
     const Vector<3> fix(sensors_.gps, sensors_.gps, sensors_.gps_height);
-    const auto stream = [&](Stream s) { return NormalNoise(options_.seed, s); };
+    const auto stream = [&](Stream::Of s) { return NormalNoise(options_.seed, s); };
     instruments_ = {
         {sensor(EgoSensorType::dvl, Vector<3>(along, sensors_.dvl, sensors_.dvl)), kDvlEvery, kDvlFirst,
          stream(Stream::dvl), Vector<3>::Constant(sensors_.dvl), false, dive_.dvl_scale_error},
@@ -122,7 +134,13 @@ class Simulation {
       reading.rotation = reading.rotation * SO3::Exp(error);
     else
       reading.value = (1 + instrument.scale_error) * reading.value + error;
+    if (sensor.type == EgoSensorType::dvl && in_dvl_outage(t)) return;
     sensor.measurements.push_back(reading);
+  }
+
+  bool in_dvl_outage(double t) const {
+    return std::any_of(dive_.dvl_outages.begin(), dive_.dvl_outages.end(),
+                       [&](const auto& outage) { return t >= outage.first && t < outage.second; });
   }
 
   Vector<3> noise(NormalNoise& source, const Vector<3>& sigma) const {

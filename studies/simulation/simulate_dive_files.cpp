@@ -44,13 +44,26 @@ std::string yaml(const SimulatedDive& dive, const DiveOptions& options) {
   for (const EgoSensor& sensor : dive.data.sensors)
     text += fmt::format("  {0}: {{type: {1}, file: {0}.csv, sigma: {2}{3}}}\n", sensor.name, name(sensor.type),
                         list(sensor.sigma), place(sensor.mount));
-  return text;
+  if (!options.target) return text;
+  const TrackingNoise& noise = dive.tracking.noise;
+  return text + fmt::format("noise:\n  usbl: {}\n  constant_twist: {}\n  constant_velocity: {}\n",
+                            list(dive.tracking.sensors[0].sigma), list(noise.constant_twist),
+                            list(noise.constant_velocity));
 }
 
 std::string measurements(const EgoSensor& sensor) {
   std::vector<NumberRow> rows;
   for (const EgoMeasurement& m : sensor.measurements) rows.push_back({m.t, numbers(sensor.type, m)});
   return columns_of(columns(sensor.type)).text(rows);
+}
+
+void write_target(const SimulatedDive& dive, const std::filesystem::path& folder) {
+  std::vector<NumberRow> fixes;
+  for (const Measurement& m : dive.tracking.sensors[0].measurements) fixes.push_back({m.t, m.position});
+  write_file(folder / "usbl.csv", columns_of("t,x,y,z").text(fixes));
+  std::string poses = tum_header;
+  for (const auto& [t, pose] : dive.truth_target) poses += tum_row(t, pose, TumDecimals{4, 6, 9});
+  write_file(folder / "truth_target.tum", poses);
 }
 
 }  // namespace
@@ -75,6 +88,7 @@ void write_dive(const SimulatedDive& dive, const DiveOptions& options, const std
   write_file(folder / "truth_velocity.csv", columns_of("t,vx,vy,vz").text(velocities));
   for (const auto& [t, value] : dive.biases) biases.push_back({t, value});
   write_file(folder / "truth_bias.csv", columns_of("t,ax,ay,az,gx,gy,gz").text(biases));
+  if (options.target) write_target(dive, folder);
 }
 
 }  // namespace tandem

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/tracking/planar.hpp>
 #include <tandem/studies/simulation/docking_parameters.hpp>
 #include <tandem/studies/simulation/normal_noise.hpp>
 #include <tandem/studies/simulation/simulate_docking.hpp>
@@ -79,6 +80,7 @@ class DockingMotion {
     const double heading = c.heading + turned + 0.02 * wave(t, 19);
     const double pitch = (helix ? std::atan(-kClimb) : 0.0) + sway * wave(t, 5.3);
     const Vector<3> p(c.x - sideways * std::sin(c.heading), c.y + sideways * std::cos(c.heading), height);
+    if (o_.planar) return SE3(SO3::Exp({0, 0, heading}), Vector<3>(p.x(), p.y(), 0));
     return SE3(SO3::Exp({0, 0, heading}) * SO3::Exp({0, pitch, 0}) * SO3::Exp({sway * wave(t, 4.1, 1), 0, 0}), p);
   }
 
@@ -122,8 +124,18 @@ class Sight {
   bool sees_ = true;
 };
 
+/// Sigmas of a pose, in space or x, y and heading.
 Vector<6> six(double position, double angle) {
   return (Vector<6>() << Vector<3>::Constant(position), Vector<3>::Constant(angle)).finished();
+}
+Eigen::VectorXd of_group(const Vector<6>& sigma, bool planar) {
+  if (!planar) return sigma;
+  return Vector<3>(sigma[0], sigma[1], sigma[5]);
+}
+/// An error in space, or what of it is in the plane.
+Vector<6> confined(const Vector<6>& error, bool planar) {
+  if (!planar) return error;
+  return (Vector<6>() << error.head<2>(), Vector<3>::Zero(), error[5]).finished();
 }
 
 /// Fixes, of which some are outliers.
@@ -136,21 +148,27 @@ class UsblFixes {
   Measurement at(double t, const Vector<3>& p) {
     Measurement m;
     m.t = t + o_.usbl_latency;
-    const Vector<3> draw = noise_.vector(1.0);
+    Vector<3> draw = noise_.vector(1.0);
     const bool outlier = o_.usbl_outliers > 0 && share_of(fate_()) < o_.usbl_outliers;
     if (o_.usbl == UsblKind::position) {
-      m.position = p + (outlier ? astray_.vector(o_.usbl_outlier_sigma) : Vector<3>(o_.usbl_sigma * draw));
+      m.position = p + level(outlier ? astray_.vector(o_.usbl_outlier_sigma) : Vector<3>(o_.usbl_sigma * draw));
       return m;
     }
-    const Vector<3> seen = outlier ? Vector<3>(p + astray_.vector(o_.usbl_outlier_sigma)) : p;
-    const double sigma = outlier ? 0.0 : o_.usbl_bearing_sigma, level = std::hypot(seen.x(), seen.y());
+    if (o_.planar) draw[2] = 0;
+    const Vector<3> seen = outlier ? Vector<3>(p + level(astray_.vector(o_.usbl_outlier_sigma))) : p;
+    const double sigma = outlier ? 0.0 : o_.usbl_bearing_sigma, across = std::hypot(seen.x(), seen.y());
     m.range = seen.norm() + (outlier ? 0.0 : o_.usbl_sigma * draw[0]);
-    m.elevation = std::atan2(seen.z(), level) + sigma * draw[2];
-    m.azimuth = std::atan2(seen.y(), seen.x()) + sigma * draw[1] * seen.norm() / std::max(level, 1e-3);
+    m.elevation = std::atan2(seen.z(), across) + sigma * draw[2];
+    m.azimuth = std::atan2(seen.y(), seen.x()) + sigma * draw[1] * seen.norm() / std::max(across, 1e-3);
     return m;
   }
 
  private:
+  Vector<3> level(Vector<3> error) const {
+    if (o_.planar) error.z() = 0;
+    return error;
+  }
+
   const DockingOptions& o_;
   NormalNoise noise_, fate_, astray_;
 };
@@ -158,6 +176,7 @@ class UsblFixes {
 void check(const DockingOptions& options) {
   if (!(options.minutes >= 1 && options.minutes <= 6000))
     throw Error(fmt::format("a simulated docking takes 1 to 6000 minutes, not {:g}", options.minutes));
+  if (options.planar && options.motion == TargetMotion::helix) throw Error("a helix is not planar: leave out planar");
   DockingOptions ignored;
   for (const auto& parameter : docking_parameters()) parameter.set(ignored, parameter.name, parameter.text(options));
   if (options.near > options.far)
@@ -176,20 +195,22 @@ std::vector<std::pair<double, double>> gaps_of(const DockingOptions& options) {
 
 /// Noise as the estimator is told it.
 void add_noise(const DockingOptions& options, TrackingNoise& noise) {
-  noise.prior = six(1e-3, 1e-3);
-  noise.odometry = six(options.odometry_sigma, options.odometry_angle_sigma);
-  noise.constant_twist = (Vector<6>() << 0.15, 0.05, 0.05, 0.02, 0.02, 0.06).finished();
-  noise.constant_velocity = Vector<3>(0.15, 0.15, 0.05);
+  const bool planar = options.planar;
+  noise = TrackingNoise(planar);
+  noise.prior = of_group(six(1e-3, 1e-3), planar);
+  noise.odometry = of_group(six(options.odometry_sigma, options.odometry_angle_sigma), planar);
+  noise.constant_twist = of_group((Vector<6>() << 0.15, 0.05, 0.05, 0.02, 0.02, 0.06).finished(), planar);
+  noise.constant_velocity = Vector<3>(0.15, 0.15, 0.05).head(planar ? 2 : 3);
 }
 
 TargetSensor usbl_sensor(const DockingOptions& options) {
   TargetSensor usbl;
   usbl.name = "usbl";
-  usbl.sigma = Vector<3>::Constant(options.usbl_sigma);
+  usbl.sigma = Eigen::VectorXd::Constant(options.planar ? 2 : 3, options.usbl_sigma);
   usbl.delay = options.usbl_latency;
   if (options.usbl == UsblKind::range_bearing) {
     usbl.type = SensorType::range_bearing;
-    usbl.sigma.tail<2>().setConstant(options.usbl_bearing_sigma);
+    usbl.sigma.tail(usbl.sigma.size() - 1).setConstant(options.usbl_bearing_sigma);
   }
   return usbl;
 }
@@ -198,7 +219,7 @@ TargetSensor optical_sensor(const DockingOptions& options) {
   TargetSensor optical;
   optical.name = "optical";
   optical.type = SensorType::pose;
-  optical.sigma = six(options.optical_sigma, options.optical_angle_sigma);
+  optical.sigma = of_group(six(options.optical_sigma, options.optical_angle_sigma), options.planar);
   return optical;
 }
 
@@ -215,6 +236,7 @@ SE3 reckon(const SE3& reckoned, const SE3& before, const SE3& now, const Docking
 SimulatedDocking simulate_docking(const DockingOptions& options) {
   check(options);
   SimulatedDocking docking;
+  docking.data.planar = options.planar;
   docking.data.keyframe_interval = options.keyframe_interval;
   add_noise(options, docking.data.noise);
   TargetSensor usbl = usbl_sensor(options), optical = optical_sensor(options);
@@ -228,7 +250,8 @@ SimulatedDocking simulate_docking(const DockingOptions& options) {
   const int usbl_every = Sight::whole_steps(options.usbl_period);
   const int optical_every = Sight::whole_steps(options.optical_period);
   const double least_cosine = std::cos(options.optical_view / 2 * std::numbers::pi / 180);
-  const Vector<6> sigma = std::sqrt(kStep) * Vector<6>(docking.data.noise.odometry);
+  const Vector<6> sigma = std::sqrt(kStep) * six(options.odometry_sigma, options.odometry_angle_sigma);
+  const Vector<6> optical_sigma = six(options.optical_sigma, options.optical_angle_sigma);
   auto gap = docking.gaps.begin();
   SE3 reckoned;
   for (int k = 0; k <= steps; ++k) {
@@ -236,7 +259,7 @@ SimulatedDocking simulate_docking(const DockingOptions& options) {
     const SE3 target = motion.target(t), chaser = motion.chaser(t);
     reckoned = k == 0 ? chaser
                       : reckon(reckoned, docking.truth_chaser.back().value, chaser, options) *
-                            SE3::Exp(odometry_noise.vector<6>(sigma));
+                            SE3::Exp(confined(odometry_noise.vector<6>(sigma), options.planar));
     docking.data.odometry.push_back({t, reckoned});
     docking.truth_chaser.push_back({t, chaser});
     docking.truth_target.push_back({t, target});
@@ -248,7 +271,7 @@ SimulatedDocking simulate_docking(const DockingOptions& options) {
     const bool near = distance < options.optical_range;
     const bool in_view = options.optical_view >= 360 || seen.translation().x() >= least_cosine * distance;
     if (near && in_view && k % optical_every == 0 && optical_sees(k)) {
-      const Vector<6> error = optical_noise.vector<6>(Vector<6>(optical.sigma));
+      const Vector<6> error = confined(optical_noise.vector<6>(optical_sigma), options.planar);
       Measurement m;
       m.t = t;
       m.position = seen.translation() + error.head<3>();

@@ -22,6 +22,7 @@ struct DockingOptions {
   double keyframe_interval = 1.0;  ///< s, as a scenario says it
 
   TargetMotion motion = TargetMotion::circuit;
+  bool planar = false;        ///< chaser and target on the water's plane: the problem is that of SE(2)
   double speed = 1.0;         ///< m/s
   double turn_radius = 35.0;  ///< m
   double weave = 0.0;   ///< m: how far the target swings to either side of its course, each 60 s; its heading follows

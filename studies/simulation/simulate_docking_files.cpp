@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <tandem/problem/tracking/planar.hpp>
 #include <tandem/studies/scenario/sensor_rows.hpp>
 #include <tandem/studies/simulation/docking_parameters.hpp>
 #include <tandem/studies/simulation/number_rows.hpp>
@@ -8,6 +9,20 @@
 #include <tandem/studies/support/tum.hpp>
 
 namespace tandem {
+namespace {
+
+/// The numbers of a row behind its time, as columns() names them.
+Eigen::VectorXd row_of(SensorType type, const Measurement& m, bool planar) {
+  const Eigen::Index dim = planar ? 2 : 3;
+  if (type == SensorType::range_bearing) return Vector<3>(m.range, m.azimuth, m.elevation).head(dim);
+  if (type == SensorType::position) return m.position.head(dim);
+  if (planar) return Vector<3>(m.position.x(), m.position.y(), heading(m.rotation));
+  Eigen::VectorXd row(7);
+  row << m.position, m.rotation.quaternion().coeffs();
+  return row;
+}
+
+}  // namespace
 
 void write_docking(const SimulatedDocking& docking, const DockingOptions& options,
                    const std::filesystem::path& folder) {
@@ -23,14 +38,15 @@ void write_docking(const SimulatedDocking& docking, const DockingOptions& option
   write_file(folder / "scenario.yaml",
              fmt::format("name: docking_{}\n"
                          "description: Simulated opto-acoustic rendezvous of {:g} minutes\n"
-                         "source: {}\n"
+                         "source: {}\n{}"
                          "keyframe_interval: {:g}\n"
                          "noise:   # standard deviations [m, rad]; pose tangents ordered x y z, then rotation\n"
                          "  prior: {}\n  odometry: {}\n{}  optical: {}\n  constant_twist: {}\n"
                          "  constant_velocity: {}\n{}",
-                         options.seed, options.minutes, source, docking.data.keyframe_interval, list(noise.prior),
-                         list(noise.odometry), declared ? "" : fmt::format("  usbl: {}\n", list(usbl.sigma)),
-                         list(optical.sigma), list(noise.constant_twist), list(noise.constant_velocity),
+                         options.seed, options.minutes, source, options.planar ? "group: SE2\n" : "",
+                         docking.data.keyframe_interval, list(noise.prior), list(noise.odometry),
+                         declared ? "" : fmt::format("  usbl: {}\n", list(usbl.sigma)), list(optical.sigma),
+                         list(noise.constant_twist), list(noise.constant_velocity),
                          declared ? fmt::format("sensors:\n  usbl: {{type: {}, file: usbl.csv, sigma: {}, delay: {:g}, "
                                                 "position: [0, 0, 0]}}\n",
                                                 usbl.type->name, list(usbl.sigma), usbl.delay)
@@ -47,18 +63,10 @@ void write_docking(const SimulatedDocking& docking, const DockingOptions& option
 
   for (const TargetSensor* sensor : {&usbl, &optical}) {
     std::vector<NumberRow> rows;
-    for (const Measurement& m : sensor->measurements) {
-      Eigen::VectorXd row(sensor->type == SensorType::pose ? 7 : 3);
-      if (sensor->type == SensorType::range_bearing)
-        row = Vector<3>(m.range, m.azimuth, m.elevation);
-      else
-        row.head<3>() = m.position;
-      if (row.size() == 7) row.tail<4>() = m.rotation.quaternion().coeffs();
-      rows.push_back({m.t, row});
-    }
-    const auto table = number_columns(columns(sensor->type, false), 3, [](const std::string& name, double value) {
-      return CsvCell::fixed(value, name.starts_with("q") ? 8 : 5);
-    });
+    for (const Measurement& m : sensor->measurements) rows.push_back({m.t, row_of(sensor->type, m, options.planar)});
+    const auto table = number_columns(
+        columns(sensor->type, options.planar), 3,
+        [](const std::string& name, double value) { return CsvCell::fixed(value, name.starts_with("q") ? 8 : 5); });
     write_file(folder / (sensor->name + ".csv"), table.text(rows));
   }
 }

@@ -48,13 +48,13 @@ std::vector<std::string> values_of(const YamlSection& yaml, const std::string& k
   return values;
 }
 
-std::vector<StudyAxis> read_axes(const YamlSection& parameters) {
+std::vector<StudyAxis> read_axes(const YamlSection& parameters, Simulated simulation) {
   std::vector<std::string> known;
-  for (const auto& parameter : trial_parameters()) known.push_back(parameter.name);
+  for (const auto& parameter : trial_parameters(simulation)) known.push_back(parameter.name);
   parameters.allow_only(known);
   std::vector<StudyAxis> axes;
   for (const std::string& key : parameters.keys()) {
-    const auto& parameter = parameter_named(trial_parameters(), "a study", key);
+    const auto& parameter = parameter_named(trial_parameters(simulation), "a study", key);
     axes.push_back({key, values_of(parameters, key, [&](const std::string& text) {
                       TrialSettings settings;
                       parameter.set(settings, key, text);
@@ -64,9 +64,53 @@ std::vector<StudyAxis> read_axes(const YamlSection& parameters) {
   return axes;
 }
 
+Simulated parse_simulation(const YamlSection& yaml) {
+  std::vector<std::string> names;
+  const std::string text = yaml.text("simulation");
+  for (const Simulated simulated : {Simulated::docking, Simulated::dive}) {
+    if (name(simulated) == text) return simulated;
+    names.emplace_back(name(simulated));
+  }
+  yaml.fail("simulation",
+            fmt::format("a study simulates {}, not {}{}", listed(names, "or"), quote(text), did_you_mean(text, names)));
+}
+
+/// Parameters that say nothing, or contradict each other.
+void check_combinations(const Study& study, const std::filesystem::path& file) {
+  const auto axis = [&](const char* parameter) -> const StudyAxis* {
+    for (const StudyAxis& a : study.axes)
+      if (a.parameter == parameter) return &a;
+    return nullptr;
+  };
+  const auto on = [&](const char* parameter) {
+    return axis(parameter) && axis(parameter)->values != std::vector<std::string>{"0"};
+  };
+  const auto fail = [&](const std::string& why) { throw Error(fmt::format("{}: {}", file.string(), why)); };
+  if (axis("newest") && !axis("window")) fail("newest is of a window: give window, in seconds, too");
+  for (const char* parameter : {"chance", "information"})
+    if (axis(parameter) && !axis("rendezvous"))
+      fail(fmt::format("{} is of a rendezvous: give rendezvous too", parameter));
+  if (axis("rendezvous") && (study.models.size() > 1 || study.solvers.size() > 1 || study.time_limit > 0))
+    fail("a rendezvous has methods in place of models and solvers, and no time_limit: give one model alone");
+  if (study.simulation != Simulated::dive) return;
+  if (axis("target") && axis("target")->values.size() > 1)
+    fail("target is 0 or 1 for a whole study, since models are of a target");
+  if (study.has_target() && on("window")) fail("window is of a dive without a target: leave it out, or the target");
+  if (on("estimate_dvl_scale") && on("preintegrated_dvl"))
+    fail("estimate_dvl_scale needs each velocity as a residual of its own: leave out preintegrated_dvl");
+  for (const char* parameter : {"usbl_period", "usbl_sigma", "usbl_sigma_factor", "twist_sigma_factor"})
+    if (axis(parameter) && !study.has_target()) fail(fmt::format("{} is of a target: give target: 1 too", parameter));
+}
+
 std::string list_text(const std::vector<std::string>& words) { return fmt::format("{}", fmt::join(words, " | ")); }
 
 }  // namespace
+
+bool Study::has_target() const { return simulation != Simulated::dive || settings(place(0)).dive.target; }
+
+const NamedParameter<TrialSettings>& Study::parameter(const std::string& parameter_name) const {
+  return parameter_named(trial_parameters(simulation), name, parameter_name);
+}
 
 std::size_t Study::cells() const {
   std::size_t n = 1;
@@ -89,7 +133,7 @@ TrialPlace Study::place(std::size_t trial) const {
 }
 
 std::string Study::canonical() const {
-  std::string text = "tandem study 1\nsimulation: docking\n";
+  std::string text = fmt::format("tandem study 1\nsimulation: {}\n", tandem::name(simulation));
   for (const StudyAxis& axis : axes) text += fmt::format("{}: {}\n", axis.parameter, list_text(axis.values));
   text += fmt::format("models: {}\nsolvers: {}\nseeds: {}\nseed: {}\ncovariances: {}\ntime_limit: {}\n",
                       list_text(models), list_text(solvers), seeds, seed, covariances, time_limit);
@@ -107,9 +151,8 @@ std::uint64_t Study::seed_of(std::size_t replicate) const { return mixed(hash() 
 TrialSettings Study::settings(const TrialPlace& place) const {
   TrialSettings settings;
   for (std::size_t a = 0; a < axes.size(); ++a)
-    parameter_named(trial_parameters(), name, axes[a].parameter)
-        .set(settings, axes[a].parameter, axes[a].values[place.values[a]]);
-  settings.docking.seed = seed_of(place.replicate);
+    parameter(axes[a].parameter).set(settings, axes[a].parameter, axes[a].values[place.values[a]]);
+  settings.docking.seed = settings.dive.seed = seed_of(place.replicate);
   return settings;
 }
 
@@ -134,17 +177,24 @@ Study read_study(const std::filesystem::path& file) { return parse_study(YamlSec
 
 Study parse_study(const std::string& text, const std::filesystem::path& file) {
   const YamlSection yaml = YamlSection::parse(text, file);
-  yaml.allow_only(
-      {"name", "question", "parameters", "models", "solvers", "seeds", "seed", "covariances", "time_limit"});
+  yaml.allow_only({"name", "question", "simulation", "parameters", "models", "solvers", "seeds", "seed", "covariances",
+                   "time_limit"});
   Study study;
   study.name = yaml.text("name");
   if (yaml.has("question")) study.question = yaml.text("question");
-  if (yaml.has("parameters")) study.axes = read_axes(yaml.section("parameters"));
-  study.models = values_of(yaml, "models", [](const std::string& spec) {
-    parse_model_spec("models", spec, {});
-    return spec;
-  });
+  if (yaml.has("simulation")) study.simulation = parse_simulation(yaml);
+  if (yaml.has("parameters")) study.axes = read_axes(yaml.section("parameters"), study.simulation);
+  study.models = {Study::kOwnSensors};
   study.solvers = {kAutomatic};
+  if (!study.has_target()) {
+    for (const char* key : {"models", "solvers"})
+      if (yaml.has(key)) yaml.fail(key, fmt::format("{} are of a target, and this dive has none: leave it out", key));
+  } else {
+    study.models = values_of(yaml, "models", [](const std::string& spec) {
+      parse_model_spec("models", spec, {});
+      return spec;
+    });
+  }
   if (yaml.has("solvers"))
     study.solvers = values_of(yaml, "solvers", [](const std::string& solver) {
       if (solver != kAutomatic) parse_solver("solvers", solver);
@@ -157,17 +207,7 @@ Study parse_study(const std::string& text, const std::filesystem::path& file) {
     study.time_limit = yaml.number("time_limit");
     if (study.time_limit <= 0) yaml.fail("time_limit", "time_limit is above zero");
   }
-  const auto has = [&](const char* parameter) {
-    return std::any_of(study.axes.begin(), study.axes.end(),
-                       [&](const StudyAxis& axis) { return axis.parameter == parameter; });
-  };
-  const auto fail = [&](const std::string& why) { throw Error(fmt::format("{}: {}", file.string(), why)); };
-  if (has("newest") && !has("window")) fail("newest is of a window: give window, in seconds, too");
-  for (const char* parameter : {"chance", "information"})
-    if (has(parameter) && !has("rendezvous"))
-      fail(fmt::format("{} is of a rendezvous: give rendezvous too", parameter));
-  if (has("rendezvous") && (study.models.size() > 1 || study.solvers.size() > 1 || study.time_limit > 0))
-    fail("a rendezvous has methods in place of models and solvers, and no time_limit: give one model alone");
+  check_combinations(study, file);
   double trials = double(study.seeds) * double(study.models.size()) * double(study.solvers.size());
   for (const StudyAxis& axis : study.axes) trials *= double(axis.values.size());
   if (trials > kMostTrials)

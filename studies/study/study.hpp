@@ -28,8 +28,9 @@ struct TrialPlace {
 ///
 ///     name: gaps
 ///     question: How fast do errors grow while nothing is measured?
+///     simulation: docking                                        # optional: or dive
 ///     parameters: {minutes: 20, blind: 0, gap: [5, 20, 60]}      # a value, or a list of them: an axis of the grid
-///     models: [constant-twist, mode-b, non-holonomic:hard]       # as `tandem models` takes them
+///     models: [constant-twist, mode-b, non-holonomic:hard]       # as `tandem models` takes them; of a target
 ///     solvers: [automatic]                                       # or gauss-newton, ipopt, …
 ///     seeds: 50
 ///     seed: 1                                                    # optional: another one gives other noise
@@ -45,13 +46,17 @@ struct TrialPlace {
 /// a counter-based generator: it has no state that an order of trials could change.
 struct Study {
   std::string name, question;
-  std::vector<StudyAxis> axes;  ///< parameters as the file orders them, of one value too
-  std::vector<std::string> models, solvers;
+  Simulated simulation = Simulated::docking;
+  std::vector<StudyAxis> axes;               ///< parameters as the file orders them, of one value too
+  std::vector<std::string> models, solvers;  ///< without a target: kOwnSensors, kAutomatic
   std::size_t seeds = 0;
   std::uint64_t seed = 1;
   bool covariances = true;
   double time_limit = 0;  ///< s; 0: none
 
+  static constexpr const char* kOwnSensors = "own-sensors";  ///< what stands for a model without a target
+
+  bool has_target() const;
   std::size_t cells() const;  ///< combinations of values
   std::size_t trials() const { return cells() * models.size() * solvers.size() * seeds; }
   TrialPlace place(std::size_t trial) const;
@@ -61,7 +66,8 @@ struct Study {
   std::uint64_t seed_of(std::size_t replicate) const;
 
   TrialSettings settings(const TrialPlace& place) const;  ///< with the seed
-  NamedModel model(const TrialPlace& place) const;
+  const NamedParameter<TrialSettings>& parameter(const std::string& parameter_name) const;
+  NamedModel model(const TrialPlace& place) const;  ///< has_target() is required
   /// Of the model where it says automatic: gauss-newton, or augmented-lagrangian where a constraint is hard.
   Solver solver(const TrialPlace& place) const;
   /// "gap=20, speed=2": the values of axes that have several; empty where none has.

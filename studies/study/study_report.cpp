@@ -10,11 +10,7 @@
 namespace tandem {
 namespace {
 
-struct ErrorColumn {
-  const char *metric, *raw, *head;
-  int decimals;
-};
-constexpr ErrorColumn kErrorColumns[] = {
+constexpr StudyColumn kColumns[] = {
     {"usbl_position_m", "raw_usbl_position_m", "usbl [m]", 3},
     {"optical_position_m", "raw_optical_position_m", "optical [m]", 3},
     {"gated_position_m", nullptr, "gated [m]", 3},
@@ -23,6 +19,16 @@ constexpr ErrorColumn kErrorColumns[] = {
     {"gated_orientation_deg", nullptr, "gated [°]", 2},
     {"gap_position_m", nullptr, "in gaps [m]", 3},
     {"after_gap_position_m", nullptr, "after gaps [m]", 3},
+    {"chaser_position_m", nullptr, "chaser [m]", 3},
+    {"chaser_outage_position_m", nullptr, "in outages [m]", 3},
+    {"chaser_orientation_deg", nullptr, "chaser [°]", 3},
+    {"chaser_velocity_mps", nullptr, "chaser [m/s]", 4},
+    {"docked", nullptr, "docked", 0},
+    {"dock_s", nullptr, "time [s]", 1},
+    {"dock_miss_m", nullptr, "miss [m]", 2},
+    {"effort_s", nullptr, "effort [s]", 1},
+    {"dock_three_sigma_m", nullptr, "3 σ [m]", 2},
+    {"keep_out_violation_m", nullptr, "inside keep-out [m]", 2},
     {"cost", nullptr, "cost", 1},
     {"iterations", nullptr, "iterations", 1},
 };
@@ -42,6 +48,10 @@ class MeanOf {
   std::map<std::pair<const StudyGroup*, std::string>, Interval> means_;
 };
 
+std::string share_text(const Interval& share) {
+  return fmt::format("{:.0f} % ({:.0f} … {:.0f})", 100 * share.value, 100 * share.low, 100 * share.high);
+}
+
 std::string spread_cell(const Interval* mean, int decimals) {
   if (!mean) return "–";
   return fmt::format("{:.{}f} ± {:.{}f}", mean->value, decimals, mean->high - mean->value, decimals);
@@ -58,33 +68,30 @@ std::string errors_table(const Study& study, const StudyTables& tables, const Me
   std::vector<const StudyGroup*> groups;
   for (const StudyGroup& group : tables.groups)
     if (group.cell == cell) groups.push_back(&group);
-  std::vector<ErrorColumn> columns;
-  for (const ErrorColumn& column : kErrorColumns)
+  std::vector<StudyColumn> columns;
+  for (const StudyColumn& column : kColumns)
     if (std::any_of(groups.begin(), groups.end(), [&](const StudyGroup* g) { return mean(*g, column.metric); }))
       columns.push_back(column);
 
   std::vector<TextTable::Column> heads = {{"", TextTable::Align::left}};
-  for (const ErrorColumn& column : columns) heads.push_back({column.head});
+  for (const StudyColumn& column : columns) heads.push_back({column.head});
   heads.push_back({"trials"});
   heads.push_back({"converged"});
   if (tables.disturbed_starts) heads.push_back({"at the best cost"});
   TextTable table(heads);
   std::vector<std::string> raw = {"raw"};
-  for (const ErrorColumn& column : columns)
+  for (const StudyColumn& column : columns)
     raw.push_back(spread_cell(column.raw ? mean(*groups.front(), column.raw) : nullptr, column.decimals));
   raw.resize(heads.size());
-  table.row(raw);
+  if (std::any_of(columns.begin(), columns.end(), [](const StudyColumn& column) { return column.raw; })) table.row(raw);
   for (const StudyGroup* group : groups) {
     std::vector<std::string> cells = {group_name(study, *group)};
-    for (const ErrorColumn& column : columns)
-      cells.push_back(spread_cell(mean(*group, column.metric), column.decimals));
+    for (const StudyColumn& column : columns) cells.push_back(mean_text(column, mean(*group, column.metric)));
     cells.push_back(fmt::format("{}", group->trials));
     cells.push_back(fmt::format("{}", group->converged));
     if (tables.disturbed_starts) {
       const auto share = share_interval(group->reached_best, group->trials);
-      cells.push_back(
-          share ? fmt::format("{:.0f} % ({:.0f} … {:.0f})", 100 * share->value, 100 * share->low, 100 * share->high)
-                : "–");
+      cells.push_back(share ? share_text(*share) : "–");
     }
     table.row(cells);
   }
@@ -105,7 +112,8 @@ CsvTable<StudyMean> mean_columns() {
       .add("metric", "a column of trials.csv", [](const StudyMean& r) { return r.metric; })
       .add("n", "converged trials that have it", [](const StudyMean& r) { return r.mean.n; })
       .add("mean", "over them", [](const StudyMean& r) { return r.mean.value; })
-      .add("low", "of its 95 % confidence interval", [](const StudyMean& r) { return r.mean.low; })
+      .add("low", "of its 95 % confidence interval; of a share by Wilson",
+           [](const StudyMean& r) { return r.mean.low; })
       .add("high", "likewise", [](const StudyMean& r) { return r.mean.high; });
 }
 
@@ -167,14 +175,35 @@ CsvTable<TrialRow> trial_columns(const Study& study) {
 
 }  // namespace
 
+std::vector<StudyColumn> study_columns(const StudyTables& tables) {
+  std::vector<StudyColumn> columns;
+  for (const StudyColumn& column : kColumns)
+    if (std::any_of(tables.means.begin(), tables.means.end(),
+                    [&](const StudyMean& mean) { return mean.metric == column.metric; }))
+      columns.push_back(column);
+  return columns;
+}
+
+std::string study_columns_text(const Study& study) {
+  const std::string means = "Means over seeds ± half their 95 % interval, ";
+  if (study.settings(study.place(0)).rendezvous) return means + "of rendezvous; the share that docked by Wilson's.";
+  if (!study.has_target()) return means + "of errors of the chaser.";
+  return means + "of the relative pose by type of keyframe.";
+}
+
+std::string mean_text(const StudyColumn& column, const Interval* mean) {
+  if (mean && trial_metrics()[metric_index(column.metric)].share) return share_text(*mean);
+  return spread_cell(mean, column.decimals);
+}
+
 std::string study_report(const Study& study, const StudyTables& tables) {
   std::string text =
       fmt::format("{}{}\n{} of {} trials, hash {:016x}\n\n", study.name,
                   study.question.empty() ? "" : ": " + study.question, tables.trials, tables.all, study.hash());
-  text +=
-      "Means over seeds ± half their 95 % interval, of the relative pose by type of keyframe. Models that have not "
-      "converged\n"
-      "on the same seeds compare by the ratios below alone.\n\n";
+  text += study_columns_text(study);
+  if (study.models.size() > 1)
+    text += " Models that have not converged\non the same seeds compare by the ratios below alone.";
+  text += "\n\n";
   const MeanOf mean(tables.means);
   for (std::size_t cell = 0; cell < study.cells(); ++cell) text += errors_table(study, tables, mean, cell);
 

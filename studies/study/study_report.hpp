@@ -9,6 +9,19 @@
 
 namespace tandem {
 
+/// A column of the table of means.
+struct StudyColumn {
+  const char *metric, *raw;  ///< raw: the same of the measurements themselves, or null
+  const char* head;
+  int decimals;
+};
+/// Those that a study has anything in.
+std::vector<StudyColumn> study_columns(const StudyTables& tables);
+/// Whose means they are, a sentence.
+std::string study_columns_text(const Study& study);
+/// "1.572 ± 0.120"; of a share "95 % (88 … 98)"; a dash for nothing.
+std::string mean_text(const StudyColumn& column, const Interval* mean);
+
 /// For a terminal and tables.txt: errors with the half width of their 95 % intervals, comparisons on the same noise,
 /// consistency. Bit for bit the same for the same trials.
 std::string study_report(const Study& study, const StudyTables& tables);

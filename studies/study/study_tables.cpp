@@ -14,11 +14,12 @@ constexpr double kSameCost = 1e-6;
 
 struct Squared {
   const char* metric;
-  int degrees;
+  int degrees, in_plane;
 };
-constexpr Squared kSquared[] = {{"nees_chaser", 6},        {"nees_target", 6},
-                                {"nees_relative_pose", 6}, {"nees_relative_position", 3},
-                                {"nis_usbl", 3},           {"nis_optical", 6}};
+constexpr Squared kSquared[] = {
+    {"nees_chaser", 6, 3}, {"nees_target", 6, 3}, {"nees_relative_pose", 6, 3}, {"nees_relative_position", 3, 2},
+    {"nis_usbl", 3, 2},    {"nis_optical", 6, 3}, {"nees_velocity", 3, 3},      {"nees_bias", 6, 6},
+    {"nis_dvl", 3, 3},     {"nis_depth", 1, 1},   {"nis_heading", 3, 3},        {"nis_gps", 3, 3}};
 
 std::size_t cell_of(const Study& study, const TrialPlace& place) {
   std::size_t cell = 0;
@@ -45,8 +46,13 @@ std::vector<StudyGroup> groups_of(const Study& study, const std::vector<TrialRes
   for (std::size_t i = 0; i < groups.size(); ++i) {  // the trials of the first replicate are one of each group
     const TrialPlace place = study.place(i);
     StudyGroup& group = groups[i];
-    group = {cell_of(study, place),      place.model, place.solver, study.cell_text(place), study.models[place.model],
-             study.solvers[place.solver]};
+    group = {cell_of(study, place),
+             place.model,
+             place.solver,
+             study.cell_text(place),
+             study.models[place.model],
+             study.solvers[place.solver],
+             study.settings(place).docking.planar};
     group.results.assign(study.seeds, nullptr);
   }
   for (const TrialResult& result : results) {
@@ -98,7 +104,8 @@ void add_pairs(const StudyTables& tables, const StudyGroup& group, std::vector<S
     if (first.cell == group.cell && first.solver == group.solver && first.model == 0)
       for (const char* metric :
            {"usbl_position_m", "optical_position_m", "gated_position_m", "all_position_m", "usbl_orientation_deg",
-            "optical_orientation_deg", "gated_orientation_deg", "gap_position_m", "after_gap_position_m"})
+            "optical_orientation_deg", "gated_orientation_deg", "gap_position_m", "after_gap_position_m",
+            "chaser_position_m", "chaser_orientation_deg"})
         add(first.model_text, first, metric, metric);
 }
 
@@ -109,7 +116,8 @@ std::string verdict(const Interval& mean, double low, double high, double factor
 }
 
 void add_consistency_of(const StudyGroup& group, std::vector<StudyConsistency>& rows) {
-  for (const auto& [metric, degrees] : kSquared) {
+  for (const auto& [metric, in_space, in_plane] : kSquared) {
+    const int degrees = group.planar ? in_plane : in_space;
     const auto mean = mean_interval(samples(group, metric_index(metric)));
     if (!mean) continue;
     const auto [low, high] = chi_squared_band(degrees, static_cast<int>(mean->n));
@@ -118,7 +126,17 @@ void add_consistency_of(const StudyGroup& group, std::vector<StudyConsistency>& 
   }
 }
 
+std::optional<Interval> interval_of(const TrialMetric& metric, const std::vector<double>& values) {
+  if (!metric.share) return mean_interval(values);
+  return share_interval(static_cast<std::size_t>(std::count(values.begin(), values.end(), 1.0)), values.size());
+}
+
 }  // namespace
+
+std::string_view rank_metric(const Study& study) {
+  if (study.settings(study.place(0)).rendezvous) return "dock_miss_m";
+  return study.has_target() ? "all_position_m" : "chaser_position_m";
+}
 
 StudyTables study_tables(const Study& study, const std::vector<TrialResult>& results) {
   StudyTables tables;
@@ -128,7 +146,7 @@ StudyTables study_tables(const Study& study, const std::vector<TrialResult>& res
   for (const StudyAxis& axis : study.axes) tables.disturbed_starts |= is_of_the_start(axis.parameter);
   for (const StudyGroup& group : tables.groups) {
     for (std::size_t m = 0; m < trial_metrics().size(); ++m)
-      if (const auto mean = mean_interval(samples(group, m)))
+      if (const auto mean = interval_of(trial_metrics()[m], samples(group, m)))
         (trial_metrics()[m].timing ? tables.times : tables.means).push_back({&group, trial_metrics()[m].name, *mean});
     add_pairs(tables, group, tables.pairs);
     add_consistency_of(group, tables.consistency);

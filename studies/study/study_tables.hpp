@@ -13,6 +13,7 @@ namespace tandem {
 struct StudyGroup {
   std::size_t cell = 0, model = 0, solver = 0;
   std::string cell_text, model_text, solver_text;
+  bool planar = false;                        ///< its squared errors have fewer degrees of freedom
   std::size_t trials = 0, converged = 0;      ///< that are there; those of them whose numbers count
   std::vector<const TrialResult*> results{};  ///< the converged ones, by replicate; nullptr where there is none
   /// Of all trials, those that end at the best cost known of their problem, within 1e-6 of it: the least of all
@@ -20,7 +21,7 @@ struct StudyGroup {
   std::size_t reached_best = 0;
 };
 
-/// The mean of a metric over seeds.
+/// The mean of a metric over seeds; a share's interval is Wilson's, others are by Student's t.
 struct StudyMean {
   const StudyGroup* group;
   std::string metric;
@@ -60,6 +61,9 @@ struct StudyTables {
   std::size_t trials = 0, all = 0;  ///< that are there, of so many
   bool disturbed_starts = false;    ///< reached_best says something
 };
+
+/// By which trials of a study are better and worse: an error, or how far a rendezvous missed [m].
+std::string_view rank_metric(const Study& study);
 
 /// `results` has to live as long.
 StudyTables study_tables(const Study& study, const std::vector<TrialResult>& results);

@@ -8,10 +8,12 @@
 #include <tandem/lie/operations.hpp>
 #include <tandem/solvers/tracking/solve_tracking.hpp>
 #include <tandem/studies/calibration/calibrate_scenarios.hpp>
+#include <tandem/studies/navigation/navigated.hpp>
 #include <tandem/studies/scenario/named_noise.hpp>
 #include <tandem/studies/simulation/normal_noise.hpp>
 #include <tandem/studies/study/trial.hpp>
 #include <tandem/studies/study/trial_consistency.hpp>
+#include <tandem/studies/study/trial_dive.hpp>
 #include <tandem/studies/study/trial_online.hpp>
 #include <tandem/studies/study/trial_rendezvous.hpp>
 
@@ -37,6 +39,19 @@ Summary solve_trial(const Solver& solver, bool graduated, TrackingProblem& track
       solver);
 }
 
+/// By metres along the world's axes and a rotation vector of the body; what is planar, by what of it is in the plane.
+template <LieGroup T>
+T displaced(const T& x, const Vector<6>& step) {
+  const Vector<T::point_dim> by = step.head<T::point_dim>();
+  if constexpr (std::same_as<T, SE3>) {
+    return SE3(x.rotation() * SO3::Exp(step.tail<3>()), x.translation() + by);
+  } else if constexpr (std::same_as<T, SE2>) {
+    return SE2(x.rotation() * SO2(step[5]), x.translation() + by);
+  } else {
+    return T(Vector<T::point_dim>(x.vector() + by));
+  }
+}
+
 /// A displacement of the target's start that wanders: drawn anew each kWander seconds, in between on a straight line.
 /// One drawn anew at each keyframe would turn the target so fast that a constant twist goes round more than once.
 void disturb_start(const TrialSettings& settings, TrackingProblem& tracking) {
@@ -53,13 +68,11 @@ void disturb_start(const TrialSettings& settings, TrackingProblem& tracking) {
       to = noise.vector<6>(sigma);
     }
     const Vector<6> step = from + (tracking.keyframes[k].t - begin) / kWander * (to - from);
-    if (const auto* const pose = std::get_if<Variable<SE3>>(&tracking.target[k])) {
-      const SE3 x = tracking.problem.value(*pose);
-      tracking.problem.set_value(
-          *pose, SE3(x.rotation() * SO3::Exp(step.tail<3>()), x.translation() + Vector<3>(step.head<3>())));
-    } else if (const auto* const point = std::get_if<Variable<R3>>(&tracking.target[k])) {
-      tracking.problem.set_value(*point, R3(Vector<3>(tracking.problem.value(*point).vector() + step.head<3>())));
-    }
+    const auto displace = [&](const auto& target) {
+      if constexpr (!requires { target.speed; })
+        tracking.problem.set_value(target, displaced(tracking.problem.value(target), step));
+    };
+    std::visit(displace, tracking.target[k]);
   }
 }
 
@@ -73,6 +86,15 @@ std::optional<double> share_upside_down(const std::vector<TargetState>& target) 
     }
   if (poses == 0) return {};
   return down / poses;
+}
+
+std::vector<OwnState> own_states(const TrackingProblem& tracking) {
+  std::vector<OwnState> states;
+  for (const EgoKeyframe& keyframe : tracking.ego) {
+    const Problem& problem = tracking.problem;
+    states.push_back({keyframe.t, {problem.value(keyframe.pose), problem.value(keyframe.velocity).vector()}});
+  }
+  return states;
 }
 
 std::vector<KeyframeError> batch_errors(const TrialProblem& problem, bool covariances, TrialResult& result) {
@@ -92,6 +114,7 @@ std::vector<KeyframeError> batch_errors(const TrialProblem& problem, bool covari
     chaser.push_back(tracking.chaser_pose(k));
     target.push_back(tracking.target_state(k));
   }
+  if (problem.dive) add_own_errors(*problem.dive, own_states(tracking), result);
   result.set("upside_down", share_upside_down(target));
   if (covariances && summary.converged()) try {
       add_consistency(tracking, problem.scenario, result);
@@ -134,7 +157,7 @@ SimulatedDocking trial_docking(const TrialSettings& settings) {
   return docking;
 }
 
-TrialProblem trial_problem(const Study& study, std::size_t trial) {
+TrialProblem trial_problem(const Study& study, std::size_t trial, const std::atomic<bool>* stop) {
   const TrialPlace place = study.place(trial);
   TrialProblem problem;
   problem.settings = study.settings(place);
@@ -144,6 +167,13 @@ TrialProblem trial_problem(const Study& study, std::size_t trial) {
   problem.options.junction = problem.settings.junction;
   problem.options.loss = problem.settings.loss;
   problem.options.max_keyframes = static_cast<std::size_t>(problem.settings.max_keyframes);
+  if (study.simulation == Simulated::dive) {
+    problem.dive = trial_dive(problem.settings);
+    problem.scenario =
+        navigated(dive_scenario(*problem.dive, problem.settings.own), dive_navigation(study, problem.settings, stop))
+            .scenario;
+    return problem;
+  }
   SimulatedDocking docking = trial_docking(problem.settings);
   problem.gaps = std::move(docking.gaps);
   problem.scenario = in_memory(std::move(docking));
@@ -157,11 +187,16 @@ TrialResult run_trial(const Study& study, std::size_t trial, const std::atomic<b
   try {
     const TrialSettings settings = study.settings(study.place(trial));
     if (settings.rendezvous) {
-      run_rendezvous_trial(settings, result);
+      run_rendezvous_trial(settings, stop, result);
       result.set("processor_s", thread_seconds() - begun);
       return result;
     }
-    TrialProblem problem = trial_problem(study, trial);
+    if (!study.has_target()) {
+      run_dive_trial(study, settings, stop, result);
+      result.set("processor_s", thread_seconds() - begun);
+      return result;
+    }
+    TrialProblem problem = trial_problem(study, trial, stop);
     common(problem.solver).stop = stop;
     if (problem.settings.calibrated) calibrate_noise(problem, stop);
     const std::vector<KeyframeError> errors =

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <tandem/problem/tracking/tracking_problem.hpp>
+#include <tandem/solvers/marginals.hpp>
 #include <tandem/studies/scenario/scenario.hpp>
 #include <tandem/studies/study/trial_metrics.hpp>
 
@@ -18,8 +19,12 @@ namespace tandem {
 /// covariance along some direction. Source: Bar-Shalom, Li & Kirubarajan 2001, "Estimation with Applications to
 /// Tracking and Navigation", §5.4.2.
 ///
-/// For problems in space whose target is a pose or a point at each keyframe; of others it adds nothing. Throws Error
-/// when a direction is free.
+/// NEES are of keyframes whose target is a pose or a point, in space or in the plane. Throws Error when a direction is
+/// free.
 void add_consistency(TrackingProblem& tracking, const Scenario& scenario, TrialResult& result);
+
+/// NIS of the chaser's own sensors, "nis_dvl", …, likewise.
+void add_own_nis(const Problem& problem, const Marginals& marginals, const std::vector<EgoSensor>& sensors,
+                 const std::vector<PlacedEgoMeasurement>& placed, TrialResult& result);
 
 }  // namespace tandem

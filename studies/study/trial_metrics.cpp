@@ -10,6 +10,8 @@
 namespace tandem {
 namespace {
 
+const char* const kDocked = "docked";
+
 struct TypeOfError {
   std::string name;
   std::optional<KeyframeType> type;
@@ -47,28 +49,41 @@ std::vector<TrialMetric> make_trial_metrics() {
            {"gap_position_m", "mean error of the relative position within gaps [m]"},
            {"gap_worst_m", "largest error within each gap, mean over gaps [m]"},
            {"after_gap_position_m", "mean error in the 10 s after each gap [m]"},
-           {"nees_chaser", "mean normalised squared error of the chaser's pose: 6 where consistent"},
-           {"nees_target", "of the target's pose, where it is one: 6"},
-           {"nees_relative_pose", "of the relative pose, where the target is one: 6"},
-           {"nees_relative_position", "of the relative position: 3"},
+           {"nees_chaser", "mean normalised squared error of the chaser's pose: 6 where consistent; in the plane 3"},
+           {"nees_target", "of the target's pose, where it is one: 6; in the plane 3"},
+           {"nees_relative_pose", "of the relative pose, where the target is one: 6; in the plane 3"},
+           {"nees_relative_position", "of the relative position: 3; in the plane 2"},
            {"inside_three_sigma", "share of the relative position's components within 3 σ: 0.9973"},
-           {"nis_usbl", "normalised squared residual of USBL fixes, each by the others' prediction: 3"},
-           {"nis_optical", "of optical poses, where the target is a pose: 6"},
+           {"nis_usbl", "normalised squared residual of USBL fixes, each by the others' prediction: 3; in the plane 2"},
+           {"nis_optical", "of optical poses, where the target is a pose: 6; in the plane 3"},
            {"correlation_time_s", "until the autocorrelation of the position error falls below 1/e [s]"},
            {"upside_down", "share of the target's poses whose z axis points down"},
            {"keyframes", "of the problem"},
            {"cost", "final"},
            {"violation", "largest of a hard constraint, in its own unit"},
            {"iterations", "of the solver"},
-           {"docked", "1 where a rendezvous docked, else 0"},
+           {kDocked, "1 where a rendezvous docked, else 0"},
            {"dock_s", "time until it did [s]"},
            {"dock_miss_m", "the least distance from the docked position [m]"},
            {"effort_s", "integral of the squared commands, each over half its range [s]"},
            {"keep_out_violation_m", "inside the keep-out distance before docking, in truth [m]"},
            {"dock_three_sigma_m", "of the estimated relative position at the end [m]"},
            {"plans", "of a rendezvous"},
-           {"plans_shifted", "of them, the plan before a step later"}})
-    all.push_back({name, doc});
+           {"plans_shifted", "of them, the plan before a step later"},
+           {"chaser_position_m", "mean error of the position of a chaser that dives by its own sensors [m]"},
+           {"chaser_worst_m", "its largest [m]"},
+           {"chaser_outage_position_m", "its mean while the DVL is out [m]"},
+           {"chaser_orientation_deg", "mean error of its orientation [deg]"},
+           {"chaser_velocity_mps", "mean error of its velocity [m/s]"},
+           {"chaser_inside_three_sigma", "share of its position's components within 3 σ: 0.9973"},
+           {"nees_velocity", "mean normalised squared error of its velocity: 3"},
+           {"nees_bias", "of its IMU's biases: 6"},
+           {"nis_dvl", "normalised squared residual of DVL velocities, each by the others' prediction: 3"},
+           {"nis_depth", "of depths: 1"},
+           {"nis_heading", "of orientations: 3"},
+           {"nis_gps", "of GPS fixes: 3"},
+           {"dvl_scale_error", "of the DVL's scale factor, where it is estimated"}})
+    all.push_back({name, doc, false, name == kDocked});
   all.push_back({"solve_s", "time of the solve, by the clock [s]", true});
   all.push_back({"plan_median_s", "of the plans, by the clock [s]", true});
   all.push_back({"plan_99_s", "99th percentile [s]", true});

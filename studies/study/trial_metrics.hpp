@@ -16,6 +16,7 @@ struct TrialMetric {
   std::string name;  ///< a column's: "usbl_position_m"
   std::string doc;
   bool timing = false;  ///< depends on the machine: in no table that is the same on any
+  bool share = false;   ///< 0 or 1: its mean is a share of the trials
 };
 
 /// All of them, in the order of the columns.

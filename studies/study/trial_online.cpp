@@ -81,23 +81,42 @@ NewestStates filtered_states(const Scenario& scenario, const TrackingOptions& op
   const TrackingData& data = scenario.data;
   if (const std::string why = why_no_hypotheses(data, !data.ego); !why.empty())
     throw Error("a filter of positions cannot serve here: " + why);
+  const std::vector<Keyframe> keyframes = make_keyframes(data);
+  std::vector<std::vector<OnlineLine>> fixes(keyframes.size());  // by the keyframe at which they were valid
+  for (std::size_t s = 0; s < data.sensors.size(); ++s)
+    for (std::size_t i = 0; i < data.sensors[s].measurements.size(); ++i)
+      if (const auto k = keyframe_at(keyframes, data.sensors[s].valid_at(data.sensors[s].measurements[i])))
+        fixes[*k].push_back({data.sensors[s].measurements[i].t, s, i});
+  // To keyframe k, by what has come by `now`.
+  const auto advance = [&](ConstantVelocityFilter& by, std::size_t k, double now) {
+    const auto chaser = pose_at(data.odometry, keyframes[k].t);
+    if (!chaser) return;
+    if (by.started()) by.predict(keyframes[k].t);
+    for (const OnlineLine& line : fixes[k]) {
+      if (line.t > now + kSameInstant) continue;
+      const TargetSensor& sensor = data.sensors[*line.sensor];
+      const TargetFix fix = detail::target_fix(sensor, sensor.measurements[line.index], *chaser, options);
+      by.update(keyframes[k].t, fix.position, fix.covariance);
+    }
+  };
+
   NewestStates newest;
-  for (const Keyframe& keyframe : make_keyframes(data)) {
-    const auto chaser = pose_at(data.odometry, keyframe.t);
-    if (!chaser) continue;
-    if (filter.started()) filter.predict(keyframe.t);
-    for (const TargetSensor& sensor : data.sensors)
-      for (const Measurement& m : sensor.measurements) {
-        if (std::abs(sensor.valid_at(m) - keyframe.t) > kSameInstant) continue;
-        const TargetFix fix = detail::target_fix(sensor, m, *chaser, options);
-        filter.update(keyframe.t, fix.position, fix.covariance);
-      }
-    if (!filter.started()) continue;
-    newest.keyframes.push_back(keyframe);
+  std::size_t settled = 0;  // keyframes of which all fixes have come, and which `filter` has behind it
+  for (std::size_t k = 0; k < keyframes.size(); ++k) {
+    const double now = keyframes[k].t;
+    const auto all_here = [&](const OnlineLine& line) { return line.t <= now + kSameInstant; };
+    while (settled <= k && std::all_of(fixes[settled].begin(), fixes[settled].end(), all_here))
+      advance(filter, settled++, now);
+    ConstantVelocityFilter by =
+        filter;  // and those that have come since: late ones change what was filtered after them
+    for (std::size_t j = settled; j <= k; ++j) advance(by, j, now);
+    const auto chaser = pose_at(data.odometry, now);
+    if (!chaser || !by.started()) continue;
+    newest.keyframes.push_back(keyframes[k]);
     newest.chaser.push_back(*chaser);
-    newest.target.emplace_back(filter.position());
+    newest.target.emplace_back(by.position());
     auto& ahead = newest.ahead.emplace_back();
-    for (std::size_t i = 0; i < kAhead.size(); ++i) ahead[i] = chaser->inverse().act(filter.position(kAhead[i]));
+    for (std::size_t i = 0; i < kAhead.size(); ++i) ahead[i] = chaser->inverse().act(by.position(kAhead[i]));
   }
   newest.updates = newest.converged = static_cast<int>(newest.keyframes.size());
   return newest;

@@ -27,8 +27,8 @@ struct NewestStates {
 /// target, that of motion hypotheses. `window`: s. Throws Error on options that cannot work.
 NewestStates newest_states(const Scenario& scenario, const TrackingOptions& options, double window,
                            bool hypotheses = false, const std::atomic<bool>* stop = nullptr);
-/// Of a textbook filter, from the dead-reckoned chaser, in place of any smoothing. Throws Error where sensors do not give
-/// positions.
+/// Of a textbook filter, from the dead-reckoned chaser, in place of any smoothing. A fix counts from when it comes, as of when it
+/// was valid: the filter is run again from there. Throws Error where sensors do not give positions.
 NewestStates filtered_states(const Scenario& scenario, const TrackingOptions& options, ConstantVelocityFilter filter);
 
 /// The errors of either, as the settings have it, and, into `result`, how it went and those of predictions.

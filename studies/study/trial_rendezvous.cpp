@@ -3,7 +3,8 @@
 #include <tandem/studies/study/trial_rendezvous.hpp>
 
 namespace tandem {
-void run_rendezvous_trial(const TrialSettings& settings, TrialResult& result) {
+
+void run_rendezvous_trial(const TrialSettings& settings, const std::atomic<bool>* stop, TrialResult& result) {
   const Vehicle vehicle = read_vehicle("remus_100");
   RendezvousOptions options;
   options.method = *settings.rendezvous;
@@ -11,7 +12,12 @@ void run_rendezvous_trial(const TrialSettings& settings, TrialResult& result) {
   options.chance = settings.chance;
   options.information = settings.information;
   pursue_within(options.planner, vehicle);
+  options.stop = stop;
   const RendezvousRun run = run_rendezvous(vehicle, options);
+  if (run.outcome == RendezvousOutcome::interrupted) {
+    result.status = name(Status::interrupted);
+    return;
+  }
   const bool docked = run.outcome == RendezvousOutcome::docked;
   result.status = name(Status::converged);
   result.set("docked", docked);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/studies/simulation/dive_parameters.hpp>
 #include <tandem/studies/simulation/docking_parameters.hpp>
 #include <tandem/studies/study/trial_settings.hpp>
 #include <tandem/studies/support/option_values.hpp>
@@ -46,16 +47,13 @@ std::string newest_text(const NewestBy& by) {
   return fmt::format("kalman:{}:{}", by.acceleration, by.velocity_time);
 }
 
-NamedParameter<TrialSettings> switch_parameter(const char* name, const char* doc, bool TrialSettings::*member) {
-  return {name, "", doc,
-          [member](TrialSettings& s, const std::string& where, const std::string& text) {
-            if (text != "0" && text != "1") throw Error(fmt::format("{} is 0 or 1, not {}", where, quote(text)));
-            s.*member = text == "1";
-          },
-          [member](const TrialSettings& s) { return std::string(s.*member ? "1" : "0"); }};
+NamedParameter<TrialSettings> loss_parameter(const char* doc) {
+  return {"loss", "", doc,
+          [](TrialSettings& s, const std::string& where, const std::string& text) { s.loss = parse_loss(where, text); },
+          [](const TrialSettings& s) { return loss_text(s.loss); }};
 }
 
-std::vector<NamedParameter<TrialSettings>> make_trial_parameters() {
+std::vector<NamedParameter<TrialSettings>> make_docking_trial_parameters() {
   using S = TrialSettings;
   std::vector<NamedParameter<S>> all;
   for (const auto& parameter : docking_parameters()) all.push_back(parameter_of_part(parameter, &S::docking));
@@ -68,9 +66,7 @@ std::vector<NamedParameter<TrialSettings>> make_trial_parameters() {
   add("start_position", "m", "sigma by which the target's start is displaced, anew each minute and smoothly between",
       &S::start_position, 0, 1e3);
   add("start_orientation", "deg", "sigma by which it is turned, likewise", &S::start_orientation, 0, 180);
-  all.push_back({"loss", "", "on relative measurements, as --loss takes it",
-                 [](S& s, const std::string& where, const std::string& text) { s.loss = parse_loss(where, text); },
-                 [](const S& s) { return loss_text(s.loss); }});
+  all.push_back(loss_parameter("on relative measurements, as --loss takes it"));
   all.push_back(
       {"roll_pitch", "", "soft or off: whether the target is said to be level; hard is a model, roll-pitch:hard",
        [](S& s, const std::string& where, const std::string& text) {
@@ -83,9 +79,9 @@ std::vector<NamedParameter<TrialSettings>> make_trial_parameters() {
       {"junction", "", "boundary or direct: how Mode B ties points to poses",
        [](S& s, const std::string& where, const std::string& text) { s.junction = parse_junction(where, text); },
        [](const S& s) { return std::string(s.junction == Junction::boundary ? "boundary" : "direct"); }});
-  all.push_back(switch_parameter("graduated", "0 or 1: robust losses by graduated non-convexity", &S::graduated));
-  all.push_back(switch_parameter("calibrated", "0 or 1: with noise calibrated on the trial's own measurements first",
-                                 &S::calibrated));
+  all.push_back(switch_parameter<S>("graduated", "0 or 1: robust losses by graduated non-convexity", &S::graduated));
+  all.push_back(switch_parameter<S>("calibrated", "0 or 1: with noise calibrated on the trial's own measurements first",
+                                    &S::calibrated));
   all.push_back({"newest", "",
                  "with a window: window, hypotheses, as track has it, or the baseline kalman:0.2[:SECONDS]",
                  [](S& s, const std::string& where, const std::string& text) { s.newest = parse_newest(where, text); },
@@ -101,11 +97,42 @@ std::vector<NamedParameter<TrialSettings>> make_trial_parameters() {
   return all;
 }
 
+std::vector<NamedParameter<OwnSensorSettings>> own_sensor_parameters() {
+  using S = OwnSensorSettings;
+  std::vector<std::pair<std::string, std::optional<std::string>>> sensors = {{"none", {}}, {"imu", "imu"}};
+  for (const EgoSensorTraits& type : ego_sensor_types()) sensors.emplace_back(type.name, std::string(type.name));
+  return {word_parameter<S, std::optional<std::string>>("without", "a sensor of the chaser's own that is left out",
+                                                        &S::without, sensors),
+          number_parameter<S>("imu_sigma_factor", "", "on the IMU's noise that the estimator is told",
+                              &S::imu_sigma_factor, 1e-3, 1e3),
+          number_parameter<S>("dvl_sigma_factor", "", "on the DVL's sigmas that it is told", &S::dvl_sigma_factor, 1e-3,
+                              1e3),
+          switch_parameter<S>("estimate_dvl_scale", "0 or 1: the DVL's scale factor is estimated", &S::dvl_scale),
+          switch_parameter<S>("preintegrated_dvl", "0 or 1: DVL velocities summed up between keyframes",
+                              &S::preintegrated)};
+}
+
+std::vector<NamedParameter<TrialSettings>> make_dive_trial_parameters() {
+  using S = TrialSettings;
+  std::vector<NamedParameter<S>> all;
+  for (const auto& parameter : dive_parameters()) all.push_back(parameter_of_part(parameter, &S::dive));
+  for (const auto& parameter : own_sensor_parameters()) all.push_back(parameter_of_part(parameter, &S::own));
+  const auto add = [&](auto... of) { all.push_back(number_parameter<S>(of...)); };
+  add("window", "s", "fixed-lag smoothing, errors of the newest state; 0: all data at once; not with a target",
+      &S::window, 0, 1e6);
+  add("twist_sigma_factor", "", "on the sigmas of the target's motion prior", &S::twist_sigma_factor, 1e-3, 1e3);
+  add("usbl_sigma_factor", "", "on the USBL sigma that the estimator is told", &S::usbl_sigma_factor, 1e-3, 1e3);
+  all.push_back(loss_parameter("on the measurements of all sensors but the IMU, as --loss takes it"));
+  return all;
+}
+
 }  // namespace
 
-const std::vector<NamedParameter<TrialSettings>>& trial_parameters() {
-  static const std::vector<NamedParameter<TrialSettings>> all = make_trial_parameters();
-  return all;
+std::string_view name(Simulated simulated) { return simulated == Simulated::dive ? "dive" : "docking"; }
+
+const std::vector<NamedParameter<TrialSettings>>& trial_parameters(Simulated simulated) {
+  static const auto docking = make_docking_trial_parameters(), dive = make_dive_trial_parameters();
+  return simulated == Simulated::dive ? dive : docking;
 }
 
 bool is_of_the_start(const std::string& parameter) { return parameter.starts_with("start_"); }

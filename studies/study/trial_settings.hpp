@@ -7,6 +7,7 @@
 #include <tandem/problem/tracking/tracking_problem.hpp>
 #include <tandem/residuals/loss.hpp>
 #include <tandem/studies/planning/rendezvous.hpp>
+#include <tandem/studies/simulation/simulate_dive.hpp>
 #include <tandem/studies/simulation/simulate_docking.hpp>
 #include <tandem/studies/support/named_parameter.hpp>
 
@@ -24,9 +25,26 @@ struct NewestBy {
   double velocity_time = std::numeric_limits<double>::infinity();  ///< likewise
 };
 
+/// What the trials of a study simulate.
+enum class Simulated {
+  docking,  ///< a chaser with odometry and its target, in space or in the plane; or a rendezvous
+  dive,     ///< a chaser with sensors of its own, and its target where it has one
+};
+std::string_view name(Simulated simulated);
+
+/// How a chaser's own sensors are used.
+struct OwnSensorSettings {
+  std::optional<std::string> without;             ///< one of them that is left out
+  double imu_sigma_factor = 1;                    ///< on the noise that the estimator is told
+  double dvl_sigma_factor = 1;                    ///< likewise
+  bool dvl_scale = false, preintegrated = false;  ///< EgoOptions::dvl_scale, preintegrated_dvl
+};
+
 /// What is simulated, and how it is estimated, of one trial of a study.
 struct TrialSettings {
-  DockingOptions docking;  ///< its seed is the trial's
+  DockingOptions docking;   ///< its seed is the trial's
+  DiveOptions dive;         ///< likewise; of the two, the study's simulation counts
+  OwnSensorSettings own{};  ///< of a dive
 
   double twist_sigma_factor = 1;    ///< on the priors of the target's motion, constant_twist and constant_velocity
   double usbl_sigma_factor = 1;     ///< on the sigmas that the estimator is told
@@ -47,8 +65,8 @@ struct TrialSettings {
   double information = RendezvousOptions{}.information;
 };
 
-/// Those of a docking, then the others.
-const std::vector<NamedParameter<TrialSettings>>& trial_parameters();
+/// Those of the simulation, then of the estimator.
+const std::vector<NamedParameter<TrialSettings>>& trial_parameters(Simulated simulated);
 
 /// Whether it disturbs the start alone: trials that differ in such parameters solve the same problem.
 bool is_of_the_start(const std::string& parameter);

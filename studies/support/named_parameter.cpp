@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
@@ -15,6 +17,18 @@ double number_within(const std::string& where, const std::string& text, double l
 }
 
 std::string number_text(double value) { return fmt::format("{}", value); }
+
+bool switch_of(const std::string& where, const std::string& text) {
+  if (text != "0" && text != "1") throw Error(fmt::format("{} is 0 or 1, not {}", where, quote(text)));
+  return text == "1";
+}
+
+std::size_t one_of(const std::string& where, const std::string& text, const std::vector<std::string>& words) {
+  const auto found = std::find(words.begin(), words.end(), text);
+  if (found == words.end())
+    throw Error(fmt::format("{} is {}, not {}{}", where, listed(words, "or"), quote(text), did_you_mean(text, words)));
+  return static_cast<std::size_t>(found - words.begin());
+}
 
 std::string parameter_line(const std::string& name, const std::string& unit, const std::string& doc,
                            const std::string& otherwise) {

@@ -23,6 +23,8 @@ double number_within(const std::string& where, const std::string& text, double l
 std::string number_text(double value);
 std::string parameter_line(const std::string& name, const std::string& unit, const std::string& doc,
                            const std::string& otherwise);
+bool switch_of(const std::string& where, const std::string& text);
+std::size_t one_of(const std::string& where, const std::string& text, const std::vector<std::string>& words);
 [[noreturn]] void no_such_parameter(const std::string& where, const std::string& name,
                                     const std::vector<std::string>& names);
 }  // namespace detail
@@ -36,6 +38,33 @@ NamedParameter<Options> number_parameter(std::string name, std::string unit, std
             options.*value = detail::number_within(where, text, least, most);
           },
           [=](const Options& options) { return detail::number_text(options.*value); }};
+}
+
+/// 0 or 1.
+template <class Options>
+NamedParameter<Options> switch_parameter(std::string name, std::string doc, bool Options::*value) {
+  return {std::move(name), "", std::move(doc),
+          [=](Options& options, const std::string& where, const std::string& text) {
+            options.*value = detail::switch_of(where, text);
+          },
+          [=](const Options& options) { return std::string(options.*value ? "1" : "0"); }};
+}
+
+/// One of some words, each with what it means.
+template <class Options, class Word>
+NamedParameter<Options> word_parameter(std::string name, std::string doc, Word Options::*value,
+                                       std::vector<std::pair<std::string, Word>> words) {
+  std::vector<std::string> names;
+  for (const auto& [word, meaning] : words) names.push_back(word);
+  return {std::move(name), "", std::move(doc),
+          [=](Options& options, const std::string& where, const std::string& text) {
+            options.*value = words[detail::one_of(where, text, names)].second;
+          },
+          [=](const Options& options) {
+            for (const auto& [word, meaning] : words)
+              if (options.*value == meaning) return word;
+            return std::string();
+          }};
 }
 
 /// Another table's parameter, of options that are a member of these.

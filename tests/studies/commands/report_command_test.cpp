@@ -85,6 +85,21 @@ TEST(ReportCommand, OfAStudy) {
   if (there_is_a_browser()) expect_opens(out + "/report.html", scratch);
 }
 
+TEST(ReportCommand, OfADive) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.write(
+      "dive.yaml", "name: dive\nsimulation: dive\nparameters: {minutes: 1, grade: [mems, tactical]}\nseeds: 3\n");
+  const std::string out = scratch.path() / "out";
+  ASSERT_EQ(run_tandem({"study", "run", file, "--out", out, "--quiet"}).status, 0);
+  const Outcome run = run_tandem({"report", out});
+  TANDEM_NEEDS(!library_is_missing(run), "plotly.js", "reports");
+  ASSERT_EQ(run.status, 0) << run.errors;
+  const std::string page = read_file(out + "/report.html");
+  EXPECT_THAT(page, HasSubstr("Simulated dives"));
+  EXPECT_THAT(page, HasSubstr("The worst trials"));
+  expect_figures(page, {"Errors of the chaser's position", "Distribution over trials", "Consistency"});
+}
+
 TEST(ReportCommand, OfARun) {
   const ScratchFolder scratch;
   const std::string out = scratch.path() / "out", page = scratch.path() / "page.html";

@@ -80,6 +80,18 @@ TEST(SimulateCommand, ParametersOfADocking) {
   EXPECT_THAT(read_file(a + "/scenario.yaml"), HasSubstr("seed 4, minutes=2, waves=0.05, gap=20\n"));
 }
 
+TEST(SimulateCommand, ParametersOfADive) {
+  const ScratchFolder scratch;
+  ASSERT_EQ(run_tandem({"simulate", "dive", "--minutes", "2", "--set", "target=1", "--set", "grade=tactical", "--out",
+                        scratch.path()})
+                .status,
+            0);
+  EXPECT_THAT(files(scratch.path()), testing::IsSupersetOf({"usbl.csv", "truth_target.tum"}));
+  const Outcome estimate = run_tandem({"estimate", scratch.path()});
+  EXPECT_EQ(estimate.status, 0) << estimate.errors;
+  EXPECT_THAT(estimate.output, HasSubstr("The chaser by its own sensors, together with the target"));
+}
+
 TEST(SimulateCommand, WhatIsWrongIsOneSentence) {
   const ScratchFolder scratch;
   const auto refusal = [&](std::vector<std::string> arguments, bool with_out = true) {
@@ -104,7 +116,9 @@ TEST(SimulateCommand, WhatIsWrongIsOneSentence) {
   EXPECT_THAT(refusal({"dive", "--latitude", "100"}), HasSubstr("latitude 100 is beyond a pole"));
   EXPECT_THAT(refusal({"dive", "--minute", "3"}), HasSubstr("did you mean --minutes?"));
   EXPECT_THAT(refusal({"docking", "--grade", "mems"}), HasSubstr("simulate docking takes no --grade"));
-  EXPECT_THAT(refusal({"dive", "--set", "gap=3"}), HasSubstr("simulate dive takes no --set"));
+  EXPECT_THAT(refusal({"dive", "--set", "gap=3"}), HasSubstr("--set: there is no parameter 'gap'"));
+  EXPECT_THAT(refusal({"dive", "--set", "dvl_outage=-3"}), HasSubstr("--set dvl_outage is from 0 to 3600, not -3"));
+  EXPECT_THAT(refusal({"dive", "--set", "target=yes"}), HasSubstr("--set target is 0 or 1, not 'yes'"));
   EXPECT_THAT(refusal({"docking", "--set", "gpa=3"}), HasSubstr("no parameter 'gpa'; did you mean gap?"));
   EXPECT_THAT(refusal({"docking", "--set", "gap=-3"}), HasSubstr("--set gap is from 0 to 600, not -3"));
   EXPECT_THAT(refusal({"docking", "--settings", "no_such.yaml"}), HasSubstr("no_such.yaml is missing"));

@@ -192,6 +192,7 @@ TEST(StudyCommand, RunsRendezvous) {
   ASSERT_EQ(run.status, 0) << run.errors;
   ASSERT_EQ(run_tandem({"study", "export", out, "--plots", "off"}).status, 0);
   EXPECT_THAT(read_file(out + "/trials.csv"), HasSubstr("docked"));
+  EXPECT_THAT(read_file(out + "/tables.txt"), ContainsRegex("docked +.*miss \\[m\\]"));
   const std::string summary = read_file(out + "/summary.csv");
   EXPECT_THAT(summary, HasSubstr("rendezvous=decoupled,constant-twist,automatic,docked,2,"));
   EXPECT_THAT(summary, HasSubstr("rendezvous=pursuit,constant-twist,automatic,dock_miss_m,2,"));
@@ -199,11 +200,39 @@ TEST(StudyCommand, RunsRendezvous) {
               HasSubstr("did you mean pursuit?"));
 }
 
+/// A dive without a target and with one: run, resumed, shown, exported, and a trial of it as a folder that navigates.
+TEST(StudyCommand, RunsDives) {
+  const ScratchFolder scratch;
+  const std::string alone = scratch.write("alone.yaml",
+                                          "name: alone\nsimulation: dive\nparameters: {minutes: 1, grade: [mems, "
+                                          "tactical]}\nseeds: 3\n");
+  const std::string out = scratch.path() / "out", threads = scratch.path() / "threads";
+  const Outcome run = run_tandem({"study", "run", alone, "--out", out, "--threads", "1"});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  EXPECT_THAT(run.output, HasSubstr("of errors of the chaser"));
+  EXPECT_THAT(run.output, ContainsRegex("own-sensors +[0-9.]+ ± [0-9.]+"));
+  EXPECT_THAT(run.output, HasSubstr("nis_dvl"));
+  ASSERT_EQ(run_tandem({"study", "run", alone, "--out", threads, "--threads", "3", "--quiet"}).status, 0);
+  EXPECT_EQ(all_tables(threads), all_tables(out));
+  const Outcome trial = run_tandem({"study", "trial", out, "1", "--out", scratch.path() / "trial"});
+  EXPECT_THAT(trial.output, HasSubstr("see tandem navigate"));
+  EXPECT_EQ(run_tandem({"navigate", scratch.path() / "trial"}).status, 0);
+
+  const std::string joint = scratch.write("joint.yaml",
+                                          "name: joint\nsimulation: dive\nparameters: {minutes: 1, target: 1}\n"
+                                          "models: [constant-twist, mode-b]\nseeds: 2\n");
+  const Outcome together = run_tandem({"study", "run", joint, "--out", scratch.path() / "joint"});
+  ASSERT_EQ(together.status, 0) << together.errors;
+  EXPECT_THAT(together.output, ContainsRegex("usbl \\[m\\].*chaser \\[m\\]"));
+  EXPECT_EQ(run_tandem({"study", "export", scratch.path() / "joint", "--plots", "off"}).status, 0);
+}
+
 TEST(StudyCommand, TheReadyStudiesAreInOrder) {
   const Outcome list = run_tandem({"study", "list"});
   ASSERT_EQ(list.status, 0) << list.errors;
   for (const char* name : {"table1", "motion_models", "constraints", "prior_sigma", "solvers", "outliers", "window",
-                           "starts", "level", "junction", "online", "calibrated", "no_motion", "rendezvous"})
+                           "starts", "level", "junction", "online", "calibrated", "no_motion", "rendezvous", "dive",
+                           "dive_noise", "dive_scale", "dive_target", "planar"})
     EXPECT_THAT(list.output, ContainsRegex(std::string(name) + " +[0-9]+ trials  [A-Z]"));
 }
 

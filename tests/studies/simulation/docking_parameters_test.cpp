@@ -139,6 +139,49 @@ TEST(DockingParameters, TargetsMoveAsTheyAreSaidTo) {
   }
 }
 
+/// Poses stay in the plane to the last bit, errors of all sensors and of odometry are of the stated size, and folders read back.
+TEST(DockingParameters, APlanarPairIsInThePlane) {
+  for (const char* kind : {"position", "range-bearing"}) {
+    SCOPED_TRACE(kind);
+    const DockingOptions options = with({{"minutes", "20"}, {"planar", "1"}, {"usbl", kind}, {"waves", "0.1"}});
+    const SimulatedDocking docking = simulate_docking(options);
+    ASSERT_TRUE(docking.data.planar);
+    for (const auto* track : {&docking.truth_chaser, &docking.truth_target, &docking.data.odometry})
+      for (const auto& [t, pose] : *track) {
+        EXPECT_EQ(pose.translation().z(), 0);
+        EXPECT_EQ(pose.rotation().quaternion().vec().head<2>().norm(), 0);
+      }
+    double sum = 0, count = 0;
+    for (const TargetSensor& sensor : docking.data.sensors)
+      for (const Measurement& m : sensor.measurements) {
+        const auto k = std::size_t(std::lround(m.t / 0.1));
+        const SE3 seen = docking.truth_chaser[k].value.inverse() * docking.truth_target[k].value;
+        const Vector<3> p = seen.translation();
+        Vector<3> e = m.position - p;
+        if (sensor.type == SensorType::pose) e.z() = (seen.rotation().inverse() * m.rotation).Log().z();
+        if (sensor.type == SensorType::range_bearing)
+          e = {m.range - p.norm(), std::remainder(m.azimuth - std::atan2(p.y(), p.x()), 2 * M_PI), m.elevation};
+        EXPECT_EQ(sensor.sigma.size(), sensor.type == SensorType::pose ? 3 : 2);
+        sum += e.head(sensor.sigma.size()).cwiseQuotient(sensor.sigma).squaredNorm();
+        count += double(sensor.sigma.size());
+      }
+    EXPECT_NEAR(sum / count, 1.0, 5 * std::sqrt(2 / count));
+
+    const ScratchFolder folder;
+    write_docking(docking, options, folder.path());
+    const Scenario scenario = read_scenario(folder.path());
+    ASSERT_TRUE(scenario.data.planar);
+    EXPECT_EQ(scenario.data.sensors[0].sigma, docking.data.sensors[0].sigma);
+    const Estimate estimated = estimate(scenario, {}, GaussNewtonOptions{});
+    EXPECT_TRUE(estimated.summary.converged());
+    EXPECT_LT(summarise(estimated.errors, KeyframeType::optical).position->mean, 0.2);
+  }
+  EXPECT_THAT(error_of([] {
+                simulate_docking(with({{"planar", "1"}, {"target_motion", "helix"}}));
+              }),
+              HasSubstr("a helix is not planar"));
+}
+
 TEST(DockingParameters, OdometryMayReadTooFar) {
   const auto length = [](const SimulatedDocking& docking) {
     double sum = 0;

@@ -56,6 +56,47 @@ TEST(StudyTables, VerdictsAreInWords) {
                                     "mode-b nees_chaser optimistic by a factor 2.00", "mode-b nis_usbl consistent"));
 }
 
+/// What docked is a share: its interval is a binomial one, within 0 and 1 also where all did.
+TEST(StudyTables, AShareHasWilsonsInterval) {
+  const Study study = parse_study(
+      "name: r\nmodels: [constant-twist]\nparameters: {rendezvous: [decoupled, pursuit]}\nseeds: 10\n", "r.yaml");
+  std::vector<TrialResult> results(study.trials());
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    results[i].trial = i;
+    results[i].status = "converged";
+    results[i].set("docked", study.place(i).values[0] == 0 || i < 6 ? 1 : 0);  // 10 of 10, and 3 of 10
+    results[i].set("dock_miss_m", 0.2 + 0.01 * double(i));
+  }
+  const StudyTables tables = study_tables(study, results);
+  std::vector<Interval> docked;
+  for (const StudyMean& mean : tables.means)
+    if (mean.metric == "docked") docked.push_back(mean.mean);
+  ASSERT_EQ(docked.size(), 2u);
+  EXPECT_EQ(docked[0].value, 1.0);
+  EXPECT_NEAR(docked[0].low, 0.7225, 1e-4);
+  EXPECT_NEAR(docked[0].high, 1.0, 1e-12);
+  EXPECT_NEAR(docked[1].low, 0.1078, 1e-4);
+  EXPECT_NEAR(docked[1].high, 0.6032, 1e-4);
+  const std::string text = study_report(study, tables);
+  EXPECT_THAT(text, HasSubstr("100 % (72 … 100)"));
+  EXPECT_THAT(text, HasSubstr("miss [m]"));
+  EXPECT_EQ(text.find("raw"), std::string::npos) << "a rendezvous measures nothing that is compared";
+}
+
+TEST(StudyTables, InThePlaneThereAreFewerDegreesOfFreedom) {
+  const Study study = parse_study("name: p\nmodels: [mode-b]\nparameters: {planar: [0, 1]}\nseeds: 20\n", "p.yaml");
+  std::vector<TrialResult> results(study.trials());
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    results[i].trial = i;
+    results[i].status = "converged";
+    results[i].set("nees_chaser", study.place(i).values[0] == 0 ? 6 : 3);
+  }
+  for (const StudyConsistency& row : study_tables(study, results).consistency) {
+    EXPECT_EQ(row.degrees, row.group->planar ? 3 : 6);
+    EXPECT_EQ(row.verdict, "consistent");
+  }
+}
+
 TEST(StudyTables, SharesAtTheBestCost) {
   const MadeUp made;
   const StudyTables tables = study_tables(made.study, made.results);

@@ -59,6 +59,12 @@ TEST(Study, TheHashIsOfWhatCounts) {
   EXPECT_NE(study.settings(study.place(0)).docking.seed, study.settings(study.place(16)).docking.seed);
 }
 
+/// Trials that were done before have the seeds and hashes that they have now.
+TEST(Study, HashesStay) {
+  EXPECT_EQ(parse_study(kGaps, "gaps.yaml").hash(), 0xe08c2e0bb5dc17f9u);
+  EXPECT_EQ(parse_study(kGaps, "gaps.yaml").seed_of(1), 1263625561012752501u);
+}
+
 TEST(Study, WhatIsWrongIsNamedWithItsLine) {
   const auto refused = [](const std::string& from, const std::string& to) {
     std::string text = kGaps;

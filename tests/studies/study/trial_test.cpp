@@ -7,6 +7,7 @@
 #include <tandem/studies/simulation/simulate_docking_files.hpp>
 #include <tandem/studies/study/study_statistics.hpp>
 #include <tandem/studies/study/trial.hpp>
+#include <tandem/studies/study/trial_online.hpp>
 
 #include "small_study.hpp"
 #include "studies/scratch.hpp"
@@ -142,6 +143,46 @@ TEST(Trial, WhatIsHeldExactlyHasNoNees) {
 TEST(Trial, StopsWhenToldTo) {
   const std::atomic<bool> stop{true};
   EXPECT_EQ(run_trial(small_study(), 0, &stop).status, "interrupted");
+  const TrialResult rendezvous = run_trial(study_of("parameters: {rendezvous: [decoupled]}\n"), 0, &stop);
+  EXPECT_EQ(rendezvous.status, "interrupted");
+  EXPECT_FALSE(rendezvous.get("docked"));
+}
+
+/// With fixes 5 s late it knows what it knew 5 s before, and has predicted since.
+TEST(Trial, TheTextbookFilterWaitsForLateFixes) {
+  const Study study =
+      study_of("parameters: {minutes: 6, usbl_latency: [0, 5], usbl_period: 5, blind: 0, optical_range: 0}\n");
+  const auto states = [&](std::size_t trial) {
+    const TrialProblem problem = trial_problem(study, trial);
+    return filtered_states(problem.scenario, problem.options, ConstantVelocityFilter(0.2, HUGE_VAL));
+  };
+  const NewestStates prompt = states(0), late = states(1);
+  ASSERT_EQ(prompt.keyframes.size(), 361u);
+  ASSERT_EQ(late.keyframes.size(), 356u);
+  static_assert(kAhead[0] == 5.0);
+  for (std::size_t k = 0; k < late.keyframes.size(); ++k) {
+    ASSERT_NEAR(late.keyframes[k].t, prompt.keyframes[k].t + 5, 1e-9);
+    const Vector<3> predicted = prompt.chaser[k].act(prompt.ahead[k][0].value());
+    EXPECT_LT((late.target[k].position - predicted).norm(), 1e-9) << late.keyframes[k].t;
+  }
+}
+
+/// In the plane squared errors have half the degrees of freedom, and starts are disturbed as in space.
+TEST(Trial, PlanarPairsHaveTheirConsistency) {
+  const Study study = parse_study(
+      "name: s\nmodels: [constant-twist, mode-b]\nseeds: 1\nparameters: {minutes: 4, planar: 1, optical_range: 20, "
+      "start_position: [0, 1], start_orientation: 5}\n",
+      "s.yaml");
+  for (std::size_t i = 0; i < study.trials(); ++i) {
+    const TrialResult result = run_trial(study, i);
+    ASSERT_EQ(result.status, "converged") << result.message;
+    EXPECT_NEAR(result.get("nis_optical").value(), 3, 0.6);
+    EXPECT_LT(result.get("nees_chaser").value(), 16.3) << "99.9 % of χ² with 3 degrees";
+    for (const char* metric : {"nees_target", "nees_relative_pose", "nees_relative_position", "nis_usbl"})
+      EXPECT_TRUE(result.get(metric)) << metric;
+    EXPECT_EQ(result.get("upside_down"), 0.0);
+    EXPECT_NEAR(result.get("cost").value(), run_trial(study, i % 2).get("cost").value(), 1e-4);
+  }
 }
 
 /// Where the model is what made the data, squared errors are as large as their covariances say: 95 % intervals over
