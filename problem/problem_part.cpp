@@ -14,13 +14,13 @@ ProblemPart::ProblemPart(Problem& whole, std::span<const int> variable_ids)
     role[std::size_t(id)] = chosen;
   }
 
-  std::vector<std::vector<int>> blocks(whole.pools_.size());
+  blocks_.resize(whole.pools_.size());
   for (std::size_t p = 0; p < whole.pools_.size(); ++p) {
     const detail::PoolBase& pool = whole.pools_[p].base();
     for (int i = 0; i < pool.size(); ++i) {
       const std::span ids(pool.variables(i), std::size_t(pool.arity()));
       if (std::none_of(ids.begin(), ids.end(), [&](int id) { return role[std::size_t(id)] == chosen; })) continue;
-      blocks[p].push_back(i);
+      blocks_[p].in_whole.push_back(i);
       for (const int id : ids) role[std::size_t(id)] = std::max(role[std::size_t(id)], char(read));
     }
   }
@@ -54,21 +54,35 @@ ProblemPart::ProblemPart(Problem& whole, std::span<const int> variable_ids)
   };
   part_.pool_of_type_ = whole.pool_of_type_;
   part_.prior_pool_ = whole.prior_pool_;
-  part_.widening_ = whole.widening_;
-  std::vector<int> slots;
   for (std::size_t p = 0; p < whole.pools_.size(); ++p) {
     const Problem::Pool& from = whole.pools_[p];
     Problem::Pool& to = part_.pools_.emplace_back();
     if (from.soft) to.soft = from.soft->another(instead);
     if (from.hard) to.hard = from.hard->another(instead);
-    for (const int i : blocks[p]) {
+    for (const int i : blocks_[p].in_whole) {
       const int* const ids = from.base().variables(i);
-      slots.clear();
-      for (int s = 0; s < from.base().arity(); ++s) slots.push_back(slot[std::size_t(ids[s])]);
-      to.base().add_copy(from.base(), i, slots.data());
-      part_.new_block(static_cast<int>(p));
+      for (int s = 0; s < from.base().arity(); ++s) blocks_[p].slots.push_back(slot[std::size_t(ids[s])]);
     }
   }
+  copy_blocks();
+  for (std::size_t p = 0; p < blocks_.size(); ++p)
+    for (std::size_t i = 0; i < blocks_[p].in_whole.size(); ++i) part_.new_block(static_cast<int>(p));
+}
+
+/// Blocks keep their places: what is compiled of the part remains valid.
+void ProblemPart::copy_blocks() {
+  for (std::size_t p = 0; p < blocks_.size(); ++p) {
+    if (blocks_[p].in_whole.empty()) continue;
+    const detail::PoolBase& from = whole_.pools_[p].base();
+    detail::PoolBase& to = part_.pools_[p].base();
+    while (to.size() > 0) to.remove(to.size() - 1);
+    const int* slots = blocks_[p].slots.data();
+    for (const int i : blocks_[p].in_whole) {
+      to.add_copy(from, i, slots);
+      slots += from.arity();
+    }
+  }
+  part_.widen_losses(whole_.widening_);
 }
 
 void ProblemPart::check_unchanged() const {
@@ -78,6 +92,7 @@ void ProblemPart::check_unchanged() const {
 
 void ProblemPart::take_values() {
   check_unchanged();
+  copy_blocks();
   for (const Copied& variable : copied_) {
     const auto& from = whole_.variables_[std::size_t(variable.whole_id)];
     const auto& to = part_.variables_[std::size_t(variable.id)];

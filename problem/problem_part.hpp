@@ -18,7 +18,7 @@ class ProblemPart {
 
   Problem& problem() { return part_; }
 
-  /// All variables, fixed ones too, take the values that they have in the whole.
+  /// All variables, fixed ones too, take the values that they have in the whole, and blocks their noise and losses.
   void take_values();
   /// Those that are free here give theirs to the whole. Both throw Error when variables or blocks have joined or left
   /// the whole or were fixed since the part was made.
@@ -28,12 +28,18 @@ class ProblemPart {
   struct Copied {
     int whole_id, id;
   };
+  struct CopiedBlocks {         // of a pool, which are all of the part's pool of the same index
+    std::vector<int> in_whole;  // indices
+    std::vector<int> slots;     // of the variables that each reads
+  };
   void check_unchanged() const;
+  void copy_blocks();
 
   Problem& whole_;
   Problem part_;
   std::vector<Copied> copied_;
-  long long revision_;  // of the whole
+  std::vector<CopiedBlocks> blocks_;  // by pool
+  long long revision_;                // of the whole
 };
 
 }  // namespace tandem

@@ -12,8 +12,9 @@ constexpr int kMostActiveSets = 10;    // tried for one step; two or three are u
 constexpr double kUsualPenalty = 1e4;  // grown to while steps are good: more makes the model ill-conditioned
 constexpr double kMostPenalty = 1e10;  // grown to while the constraints do not come closer; √ of what doubles hold
 constexpr double kPenaltyGrowth = 10;
-constexpr int kStalledSteps = 3;    // with hardly less violation, before the penalty grows
-constexpr int kHopelessSteps = 15;  // and before the constraints are given up
+constexpr int kMostRelaxations = 20;  // of the weights, after which they only grow
+constexpr int kStalledSteps = 3;      // with hardly less violation, before the penalty grows
+constexpr int kHopelessSteps = 15;    // and before the constraints are given up
 constexpr double kHopelessSlope = 1e-2;
 constexpr int kHessianSteps = 3;  // strongly damped ones in a row turn the exact Hessian on, free ones off
 
@@ -26,15 +27,13 @@ AugmentedModel::AugmentedModel(Program& program, Session& session, const Levenbe
     v->setZero(program.num_unknowns());
   augmented_hessian_ = hessian_;
   next_multipliers_.setZero(program.num_rows());
-  recent_optimality_.fill(std::numeric_limits<double>::infinity());
 }
 
 void AugmentedModel::restart(double penalty) {
   penalty_ = penalty;
   best_ = BestPoint{kConstraintTolerance};
   minimized_ = std::numeric_limits<double>::infinity();
-  recent_optimality_.fill(std::numeric_limits<double>::infinity());
-  taken_ = stalled_ = strongly_damped_ = free_ = 0;
+  taken_ = stalled_ = relaxed_ = strongly_damped_ = free_ = 0;
   exact_ = false;
   secant_.clear();
   curvature_.resize(0);
@@ -67,6 +66,8 @@ void AugmentedModel::begin() {
     term_.set_multipliers(next_multipliers_);
   }
   arrive();
+  // Far from feasible, the multipliers of a linear model may be worse than none.
+  recent_optimality_.fill(optimality());
 }
 
 std::string AugmentedModel::not_finite() {
@@ -236,6 +237,13 @@ bool AugmentedModel::update_penalty(bool no_closer) {
   }
   if (++stalled_ % kStalledSteps == 0 && penalty_ < kMostPenalty) set_penalty(penalty_ * kPenaltyGrowth);
   return stalled_ >= kHopelessSteps && locally_infeasible();
+}
+
+bool AugmentedModel::relax_penalty() {
+  if (penalty_ <= kUsualPenalty || relaxed_ >= kMostRelaxations) return false;
+  ++relaxed_;
+  set_penalty(penalty_ / kPenaltyGrowth);
+  return true;
 }
 
 bool AugmentedModel::locally_infeasible() { return !feasible() && term_.infeasibility_slope(scale_) <= kHopelessSlope; }

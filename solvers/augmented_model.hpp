@@ -42,6 +42,7 @@ class AugmentedModel final : public SoftModel {
   void take_multipliers() override;
   void update_multipliers(double ratio) override;
   bool update_penalty(bool no_closer) override;
+  bool relax_penalty() override;
   bool locally_infeasible() override;
   void restore_best() override { program_.restore(); }
   void leave_multipliers() override { program_.set_multipliers(next_multipliers_); }
@@ -62,7 +63,7 @@ class AugmentedModel final : public SoftModel {
   double penalty_;
   double minimized_ = std::numeric_limits<double>::infinity();  // the gradient at the last classical update
   std::array<double, 5> recent_optimality_;                     // of the multipliers taken last
-  int taken_ = 0, stalled_ = 0, strongly_damped_ = 0, free_ = 0;
+  int taken_ = 0, stalled_ = 0, relaxed_ = 0, strongly_damped_ = 0, free_ = 0;
   bool exact_ = false;         // hessian_ is the Lagrangian's own
   Eigen::VectorXd curvature_;  // of add_curvature(), in hessian_ too; empty without
   Eigen::VectorXd augmented_hessian_, total_, last_lagrangian_, next_multipliers_;

@@ -25,8 +25,9 @@ constexpr double kOptimality = 1e-5;      // residual of a solution's first-orde
 constexpr double kPolishBelow = 1e-10;    // relative change of the merit that may be rounding, multipliers being large
 constexpr int kMostPolishing = 5;         // steps that leave more than half of that residual
 constexpr double kHardlyLess = 0.9;       // violation after a step over that before it
-constexpr int kMostJumps = 5;             // crossed in a row without the cost falling
-constexpr double kWorthAJump = 1e-3;      // by this much, relative
+constexpr int kMostRefused = 10, kOftenRefused = 3;  // steps, more than were taken of late
+constexpr int kMostJumps = 5;                        // crossed in a row without the cost falling
+constexpr double kWorthAJump = 1e-3;                 // by this much, relative
 
 /// The loop of damped steps, of whichever model.
 class DampedSteps {
@@ -83,6 +84,8 @@ class DampedSteps {
   bool refuse() {
     program_.reset();
     damping_.refuse();
+    refused_ = std::min(refused_ + 1, kMostRefused);
+    if (refused_ >= kOftenRefused && model_.relax_penalty()) refused_ = 0;
     model_.forget_curvature();
     last_step_good_ = false;
     return false;
@@ -128,6 +131,7 @@ class DampedSteps {
     if (drop <= kSecantBelow * s.cost) model_.learn();
     last_step_good_ = ratio > kGood;
     damping_.accept(ratio);
+    refused_ = std::max(refused_ - 1, 0);
     model_.update_multipliers(ratio);
     update_penalty(model_.violation().size > kHardlyLess * violation_before && damping_.value <= kStrongDamping);
     return true;
@@ -207,16 +211,10 @@ class DampedSteps {
   }
 
   /// Where a residual jumps, as that of a rotation does at π, short steps may all cost more while what lies beyond costs
-  /// less: a long step, whatever it costs, and at each attempt a shorter one. The best point before is kept.
+  /// less: a long step, whatever it costs, and at each attempt a shorter one. The best point before is kept, under hard
+  /// constraints by the model.
   bool cross_jump(const std::string& message) {
-    if (model_.constrained()) return false;
-    const double cost = session_.summary.cost;
-    if (cost < before_jump_ * (1 - kWorthAJump)) jumps_ = 0;
-    if (cost < before_jump_) {
-      before_jump_ = cost;
-      at_jump_ = message;
-      program_.keep();
-    }
+    if (!model_.constrained()) keep_before_jump(message);
     if (++jumps_ > kMostJumps) return false;
     double damping = free_damping();  // the longest step of all, at first
     for (int i = 1; i < jumps_; ++i) damping *= 10;
@@ -226,6 +224,15 @@ class DampedSteps {
     return true;
   }
 
+  void keep_before_jump(const std::string& message) {
+    const double cost = session_.summary.cost;
+    if (cost < before_jump_ * (1 - kWorthAJump)) jumps_ = 0;
+    if (cost >= before_jump_) return;
+    before_jump_ = cost;
+    at_jump_ = message;
+    program_.keep();
+  }
+
   const LevenbergMarquardtOptions& options_;
   Program& program_;
   Session& session_;
@@ -233,6 +240,7 @@ class DampedSteps {
   Damping damping_;
   bool last_step_good_ = true;
   int polished_ = 0;
+  int refused_ = 0;  // steps, less those that were taken since
   int jumps_ = 0;
   double before_jump_ = std::numeric_limits<double>::infinity();  // the least cost at which one was crossed
   std::string at_jump_;                                           // what there is to say there

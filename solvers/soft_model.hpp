@@ -70,6 +70,9 @@ class SoftModel {
   virtual void update_multipliers(double /*ratio*/) {}
   /// Where the constraints come no closer, they get more weight. True when they are to be given up.
   virtual bool update_penalty(bool /*no_closer*/) { return false; }
+  /// Where steps are refused again and again, less weight, for which less of a bend in a row is too much. False when they
+  /// have no more than is usual, or it was done too often.
+  virtual bool relax_penalty() { return false; }
   /// Whether no small step lessens the constraints' violation, whatever it costs.
   virtual bool locally_infeasible() { return false; }
   /// X̄ becomes the best point so far.

@@ -50,20 +50,22 @@ std::vector<HeadingGap> heading_gaps(const TrackingProblem& tracking, double lea
   return gaps;
 }
 
-std::vector<int> gap_variables(const TrackingProblem& tracking, const HeadingGap& gap, std::size_t margin) {
+std::vector<int> gap_variables(const TrackingProblem& tracking, const HeadingGap& gap, std::size_t margin,
+                               bool chaser) {
   const Problem& problem = tracking.problem;
   const std::size_t from = gap.first - std::min(gap.first, margin);
   const std::size_t to = std::min(gap.last + margin, tracking.keyframes.size() - 1);
   std::vector<int> ids;
   const auto add = [&](const auto& x) { ids.push_back(problem.id(x)); };
   for (std::size_t k = from; k <= to; ++k) {
-    std::visit(add, tracking.chaser[k]);
     std::visit(
         [&]<class X>(const X& x) {
           if constexpr (!requires { x.first; }) add(x);
         },
         tracking.target[k]);
     if (!tracking.twist.empty()) std::visit(add, tracking.twist[k]);
+    if (!chaser) continue;
+    std::visit(add, tracking.chaser[k]);
     if (!tracking.ego.empty()) {
       add(tracking.ego[k].velocity);
       if (tracking.ego[k].bias) add(*tracking.ego[k].bias);
@@ -136,6 +138,12 @@ double largest_turn(const std::vector<double>& a, const std::vector<double>& b) 
   double largest = 0;
   for (std::size_t k = 0; k < a.size(); ++k) largest = std::max(largest, std::abs(wrapped(a[k] - b[k])));
   return largest;
+}
+
+double share_alike(const std::vector<double>& a, const std::vector<double>& b) {
+  std::size_t alike = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) alike += std::abs(wrapped(a[k] - b[k])) < 0.5 * std::numbers::pi;
+  return double(alike) / double(a.size());
 }
 
 }  // namespace tandem

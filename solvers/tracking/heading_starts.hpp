@@ -25,8 +25,9 @@ struct HeadingGap {
 /// Those of more than `least` seconds between the orientations around them, in order.
 std::vector<HeadingGap> heading_gaps(const TrackingProblem& tracking, double least);
 
-/// Ids of the variables of chaser and target over the gap and `margin` keyframes more on both sides.
-std::vector<int> gap_variables(const TrackingProblem& tracking, const HeadingGap& gap, std::size_t margin);
+/// Ids of the variables of the target, and with `chaser` of the chaser too, over the gap and `margin` keyframes more on
+/// both sides.
+std::vector<int> gap_variables(const TrackingProblem& tracking, const HeadingGap& gap, std::size_t margin, bool chaser);
 
 /// The target's headings over a gap, and those of a way from its positions and the headings around [rad]. At an end of
 /// the recording there is one heading to turn from, which both turns then keep.
@@ -37,5 +38,7 @@ void set_headings(TrackingProblem& tracking, const HeadingGap& gap, const std::v
 
 /// The largest angle between headings of the same gap [rad].
 double largest_turn(const std::vector<double>& a, const std::vector<double>& b);
+/// The part of them that are nearer than a right angle.
+double share_alike(const std::vector<double>& a, const std::vector<double>& b);
 
 }  // namespace tandem

@@ -4,6 +4,7 @@
 ///
 ///   bench_minimum [MINUTES [FIRST_SEED [LAST_SEED [PERTURBED_STARTS]]]]      (default 200 1 3 0)
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -28,8 +29,12 @@ namespace {
 
 using namespace tandem;
 
+constexpr std::array kWayNames = {"along the course", "against it", "the shorter turn", "the longer turn"};
+static_assert(kWayNames.size() == heading_ways.size());
+
 constexpr double kViolation = 1e-6;      // relative
 constexpr double kGap = 10.0;            // s
+constexpr int kTimed = 3;                // runs
 constexpr std::size_t kMargin = 40;      // keyframes
 constexpr double kPositionSpread = 2.0;  // m
 constexpr double kHeadingSpread = 20.0 * std::numbers::pi / 180;
@@ -46,12 +51,16 @@ struct Solved {
   double seconds;
 };
 
+/// The time is the least of `kTimed` runs; other work on the machine adds to it.
 template <class Solve>
 Solved solved(const TrackingData& data, Solve solve_it) {
-  Solved result{make_tracking_problem(data), {}, 0};
-  const double begun = processor_seconds();
-  result.summary = solve_it(result.tracking);
-  result.seconds = processor_seconds() - begun;
+  Solved result{make_tracking_problem(data), {}, HUGE_VAL};
+  for (int i = 0; i < kTimed; ++i) {
+    result.tracking = make_tracking_problem(data);
+    const double begun = processor_seconds();
+    result.summary = solve_it(result.tracking);
+    result.seconds = std::min(result.seconds, processor_seconds() - begun);
+  }
   return result;
 }
 
@@ -65,12 +74,12 @@ int count_violations(TrackingProblem& tracking) {
       starts.push_back([&, along = headings_by(tracking, gap, way)] { set_headings(tracking, gap, along); });
     MultistartOptions options;
     options.near = HUGE_VAL;  // every one to its end
-    const auto ids = gap_variables(tracking, gap, kMargin);
+    const auto ids = gap_variables(tracking, gap, kMargin, true);
     const MultistartOutcome outcome = solve_part_from(starts, tracking.problem, ids, options);
     if (outcome.gain <= kViolation * cost) continue;
     ++violations;
     fmt::print("  gap of {:.0f} to {:.0f} s: {} costs {:.4f} less\n", tracking.keyframes[gap.first].t,
-               tracking.keyframes[gap.last].t, name(heading_ways[std::size_t(outcome.best)]), outcome.gain);
+               tracking.keyframes[gap.last].t, kWayNames[std::size_t(outcome.best)], outcome.gain);
   }
   return violations;
 }

@@ -69,6 +69,27 @@ TEST(ProblemPart, ValuesGoToAndFro) {
   EXPECT_EQ(Program(part.problem()).cost(), before);
 }
 
+TEST(ProblemPart, TakesNoiseAndLossesThatHaveChanged) {
+  Problem problem;
+  const auto x = problem.add(R3({1, 2, 3})), y = problem.add(R3());
+  const Block close = problem.minimize(RelativePose<R3>{R3()}, kUnit3, {x, y});
+  const Block prior = problem.minimize(Prior<R3>{R3()}, kUnit3, {x});
+  problem.minimize(Prior<R3>{R3()}, kUnit3, {y});
+  const std::array ids{problem.id(x)};
+  ProblemPart part(problem, ids);
+  Program compiled(part.problem());
+  EXPECT_NEAR(compiled.cost(), 14.0, 1e-12);
+  problem.set_noise(close, Gaussian{0.5, 0.5, 0.5});
+  problem.set_loss(prior, Cauchy(1.0));
+  problem.widen_losses(2.0);
+  part.take_values();
+  const double whole = Program(problem).cost();  // the third block costs nothing
+  EXPECT_NE(whole, 14.0);
+  EXPECT_EQ(Program(part.problem()).cost(), whole);
+  compiled.reset();
+  EXPECT_EQ(compiled.cost(), whole);  // what is compiled stays valid
+}
+
 TEST(ProblemPart, KnowsWhenTheWholeHasChanged) {
   MixedProblem whole;
   const std::array ids{whole.problem.id(whole.v.p)};

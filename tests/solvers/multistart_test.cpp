@@ -1,5 +1,6 @@
 #include <array>
 #include <cmath>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 
@@ -114,6 +115,50 @@ TEST(Multistart, UnderHardConstraints) {
   // At −0.5 the first row is −0.75: it costs more than the well at 1, whose cost is 12.5.
   EXPECT_EQ(outcome.best, -1);
   EXPECT_NEAR(wells.at(1), 1.0, 0.1);
+}
+
+/// What was there violates the constraint, at less cost than any point that does not.
+TEST(Multistart, FeasibleFirst) {
+  Wells wells;
+  wells.from(1, -0.8)();
+  solve(wells.problem, GaussNewtonOptions{});
+  wells.problem.subject_to(Prior<R1>{R1()}, at_least(0.5), {wells.x[1]});
+  const double infeasible = cost_of(wells.problem);
+  const std::array ids{wells.problem.id(wells.x[1])};
+  const std::array starts{wells.from(1, 0.8), wells.from(1, 1.3)};
+  const MultistartOutcome outcome = solve_part_from(starts, wells.problem, ids, {.least_gain = 1e-6});
+  EXPECT_EQ(outcome.best, 0);
+  EXPECT_NEAR(wells.at(1), 1.0, 0.1);
+  EXPECT_NEAR(infeasible - cost_of(wells.problem), outcome.gain, 1e-6);
+  EXPECT_LT(outcome.gain, 0.0);
+}
+
+TEST(Multistart, TrialsEndAtTheirLimit) {
+  Wells wells;
+  const std::array ids{wells.problem.id(wells.x[1])};
+  const std::array starts{wells.from(1, -3.0), wells.from(1, 3.0)};
+  MultistartOptions limited;
+  limited.near = HUGE_VAL;
+  limited.max_iterations = 1;
+  EXPECT_EQ(solve_part_from(starts, wells.problem, ids, limited).iterations, 2);
+}
+
+TEST(Multistart, LeavesTheBestWhereAStartThrows) {
+  Wells wells;
+  const std::array ids{wells.problem.id(wells.x[1])};
+  const auto broken = [&] {
+    wells.from(1, 7.0)();
+    throw std::runtime_error("no such start");
+  };
+  const std::array<std::function<void()>, 2> starts{wells.from(1, -0.8), broken};
+  EXPECT_THROW(solve_part_from(starts, wells.problem, ids, {.least_gain = 1e-6}), std::runtime_error);
+  EXPECT_NEAR(wells.at(1), -1.0, 1e-3);
+
+  MultistartOptions options;
+  options.back = []() -> bool { throw std::runtime_error("cannot tell"); };
+  const std::array<std::function<void()>, 1> other{wells.from(1, 1.3)};
+  EXPECT_THROW(solve_part_from(other, wells.problem, ids, options), std::runtime_error);
+  EXPECT_NEAR(wells.at(1), -1.0, 1e-3);
 }
 
 }  // namespace

@@ -72,6 +72,22 @@ TEST(HeadingGaps, AtBothEndsOfARecording) {
   EXPECT_NEAR(held.front(), held.back(), 1e-12);
 }
 
+TEST(HeadingGaps, TheirVariables) {
+  const TrackingProblem tracking = make_tracking_problem(turning(1.0));
+  const HeadingGap gap = heading_gaps(tracking, 10.0)[0];
+  const std::size_t keyframes = gap.last - gap.first + 1 + 2 * 5;
+  const auto target = gap_variables(tracking, gap, 5, false), both = gap_variables(tracking, gap, 5, true);
+  EXPECT_EQ(target.size(), keyframes);
+  EXPECT_EQ(both.size(), 2 * keyframes);
+  EXPECT_EQ(target.front(), tracking.problem.id(std::get<Variable<SE3>>(tracking.target[gap.first - 5])));
+}
+
+TEST(HeadingGaps, ShareOfHeadingsThatAreAlike) {
+  const double pi = std::numbers::pi;
+  EXPECT_EQ(share_alike({0.0, 1.0, 3.0, -3.0}, {0.1, 1.0 + pi, -3.0, 0.0}), 0.5);
+  EXPECT_NEAR(largest_turn({3.0, 0.0}, {-3.0, 0.1}), 2 * pi - 6, 1e-12);
+}
+
 TEST(HeadingGaps, TurnsGoEitherWayRound) {
   const TrackingProblem tracking = make_tracking_problem(turning(2.0));
   const HeadingGap gap = heading_gaps(tracking, 10.0)[0];
