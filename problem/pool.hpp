@@ -259,7 +259,8 @@ class BlockPool : public Base {
         double block[a * b], transposed[a * b];  // of rows A and columns B, and the other way round
         for (int k = 0; k < a; ++k)
           for (int m = 0; m < b; ++m) transposed[k * b + m] = C(first_b + m, first_a + k);
-        const auto &of_A = *std::get<A>(stores_), &of_B = *std::get<B>(stores_);
+        const auto& of_A = *std::get<A>(stores_);
+        const auto& of_B = *std::get<B>(stores_);
         if (of_A.charted) multiply_right<b, a>(transposed, of_A.chart[std::size_t(blocks_[i].slots[A])].data());
         transpose<b, a>(1.0, transposed, block);
         if (of_B.charted) multiply_right<a, b>(block, of_B.chart[std::size_t(blocks_[i].slots[B])].data());

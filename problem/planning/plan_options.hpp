@@ -30,7 +30,8 @@ struct PlanOptions {
   double effort = 1.0;                                      ///< commands, as a share of half their range
   double rate = 0.5;                                        ///< their change from step to step, likewise
 
-  /// Seeing as a goal: what is expected to be missed of a fix's information at a step costs as much a nat. 0: no goal.
+  /// Seeing as a goal: what is expected to be missed of a fix's information at a step, bounded from above (Unseen), costs
+  /// as much a nat. 0: no goal.
   double information = 0.0;
   Sight sight{};                                                                   ///< of what gives the fixes
   Vector<6> fix = (Vector<6>() << 0.05, 0.05, 0.05, 0.03, 0.03, 0.03).finished();  ///< their σ [m, rad]

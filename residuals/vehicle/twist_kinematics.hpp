@@ -2,6 +2,7 @@
 
 #include <tandem/lie/operations.hpp>
 #include <tandem/lie/rn.hpp>
+#include <tandem/residuals/log_curvature.hpp>
 #include <tandem/residuals/residual.hpp>
 
 namespace tandem {
@@ -38,6 +39,45 @@ struct TwistKinematics {
       if (Jw0) *Jw0 = by_twist;
       if (Jw1) *Jw1 = by_twist;
     }
+  }
+
+  /// By perturbations of X0, of d = dt (ξ0 + ξ1)/2 and of X1: e is Log of Exp(−d) E, E = X0⁻¹ X1, times the product of three
+  /// perturbations, Exp(Ad(E⁻¹) b) Exp(−Ad(E⁻¹) x0) Exp(x1), with b = −Jr(−d) δd + … of second order.
+  void curvature(const G& x0, const Twist& w0, const G& x1, const Twist& w1, const Vector<dim>& w,
+                 Matrix<4 * G::dof, 4 * G::dof>& H) const requires HasExpCurvature<G> {
+    using Tangent = typename G::Tangent;
+    using Jacobian = typename G::Jacobian;
+    constexpr int n = G::dof;
+    const double half = 0.5 * dt;
+    const Tangent d = half * (w0.vector() + w1.vector());
+    const G E = x0.inverse() * x1;
+    const Tangent e = (G::Exp(-d) * E).Log();
+    const Jacobian right = G::Jr_inverse(e), moved = E.inverse().Ad();
+    const Tangent lambda = right.transpose() * w;
+    // Of the argument of Exp at the end, in this order, and of e.
+    const Jacobian by_d = -half * multiply<G>(moved, G::Jr(-d));
+    const Jacobian Jx0 = -multiply<G>(right, moved), Jd = multiply<G>(right, by_d);
+    const detail::LogCurvature<G> log(e, lambda);
+    const Jacobian bracket = 0.5 * ExpCurvature<G>::bracket(lambda);
+    const Jacobian turned = bracket * moved;
+    Jacobian of_d = log(Jd, Jd);
+    of_d += half * half * ExpCurvature<G>::of(-d, Tangent(moved.transpose() * lambda));
+    const Jacobian d_x0 = log(Jd, Jx0) - by_d.transpose() * turned;
+    const Jacobian d_x1 = log(Jd, right) + by_d.transpose() * bracket;
+    const Jacobian x0_x1 = log(Jx0, right) - moved.transpose() * bracket;
+    const auto put = [&](int row, int column, const Jacobian& block) {
+      H.template block<n, n>(n * row, n * column) = block;
+      if (row != column) H.template block<n, n>(n * column, n * row) = block.transpose();
+    };
+    put(0, 0, log(Jx0, Jx0));
+    put(0, 2, x0_x1);
+    put(2, 2, log(right, right));
+    for (const int twist : {1, 3}) {
+      put(twist, 0, d_x0);
+      put(twist, 2, d_x1);
+      put(twist, twist, of_d);
+    }
+    put(1, 3, of_d);
   }
 };
 

@@ -20,12 +20,14 @@ struct Sight {
   Vector<3> beacon = Vector<3>::Zero();      ///< what is seen, in the target's body [m]
 };
 
-/// What remains unseen of a target:
+/// How far a target is from being seen:
 ///
-///   e = g √(1 − P),   P = ℓ((range − ρ)/range_fade) ℓ((p_x/ρ − cos half_angle)/cosine_fade),   ℓ(s) = 1/(1 + exp(−s)),
+///   e = g √(−ln P),   P = ℓ((range − ρ)/range_fade) ℓ((p_x/ρ − cos half_angle)/cosine_fade),   ℓ(s) = 1/(1 + exp(−s)),
 ///
-/// p = t((C B)⁻¹ (T F)), ρ = √(‖p‖² + ε²), ε = 1 cm. P is the probability of a fix; with g² = 2 nats of what a fix would tell,
-/// ½ e² is what is expected to be missed of that. No units. It is smooth everywhere, the sensor itself included.
+/// p = t((C B)⁻¹ (T F)), ρ = √(‖p‖² + ε²), ε = 1 cm. P is the probability of a fix; with g² = 2 nats of what a fix would
+/// tell, ½ e² bounds what is expected to be missed of that from above, since −ln P ≥ 1 − P, closely where P is nearly 1.
+/// Unlike 1 − P it keeps its slope out of sight: it grows as the distance beyond the range does, and as the cosine falls.
+/// No units. It is smooth everywhere, the sensor itself included.
 /// States: the pose of what carries the sensor, the target's pose, g.
 struct Unseen {
   static constexpr std::string_view name = "unseen";
@@ -38,7 +40,10 @@ struct Unseen {
   /// P, and dP/dp where it is asked for.
   template <class S>
   S probability(const Vector<3, S>& p, Matrix<1, 3, S>* by_p = nullptr) const {
-    return S(1.0) - missed(p, by_p, S(-1.0));
+    using std::exp;
+    const S P = exp(-surprise(p, by_p));
+    if (by_p) *by_p *= -P;
+    return P;
   }
 
   template <Over<SE3> C, Over<SE3> T, Over<Rn<1>> G>
@@ -48,7 +53,7 @@ struct Unseen {
     using std::sqrt;
     S root(0.0);
     const auto measure = [&](const Vector<3, S>& p, Matrix<1, 3, S>* by_p) {
-      root = sqrt(missed(p, by_p, S(1.0)));
+      root = sqrt(surprise(p, by_p));
       // P = 1 to all digits: flat
       if (by_p) *by_p *= root > S(0.0) ? S(0.5) * g.vector()[0] / root : S(0.0);
       return Rows<1, C>(g.vector()[0] * root);
@@ -58,26 +63,29 @@ struct Unseen {
   }
 
  private:
-  /// 1 − P without cancellation, and ± its derivative.
+  /// −ln P and its derivative.
   template <class S>
-  S missed(const Vector<3, S>& p, Matrix<1, 3, S>* by_p, const S& sign) const {
+  S surprise(const Vector<3, S>& p, Matrix<1, 3, S>* by_p) const {
     using std::exp;
+    using std::log1p;
     using std::sqrt;
     const S distance = sqrt(p.squaredNorm() + S(kRounding * kRounding)), along = p[0] / distance;
-    const auto complement = [](const S& s) {  // 1 − ℓ(s), s of either sign
-      return s > S(0.0) ? exp(-s) / (S(1.0) + exp(-s)) : S(1.0) / (S(1.0) + exp(s));
+    const S within = (S(sight.range) - distance) / S(sight.range_fade);
+    const S aside = (along - S(std::cos(sight.half_angle))) / S(sight.cosine_fade);
+    const auto minus_log = [](const S& s) {  // of ℓ(s), s of either sign
+      return s > S(0.0) ? log1p(exp(-s)) : log1p(exp(s)) - s;
     };
-    const S far = complement((S(sight.range) - distance) / S(sight.range_fade));
-    const S aside = complement((along - S(std::cos(sight.half_angle))) / S(sight.cosine_fade));
     if (by_p) {
+      const auto complement = [](const S& s) {  // 1 − ℓ(s), minus_log's slope but for its sign
+        return s > S(0.0) ? exp(-s) / (S(1.0) + exp(-s)) : S(1.0) / (S(1.0) + exp(s));
+      };
       const Matrix<1, 3, S> by_distance = p.transpose() / distance;
       Matrix<1, 3, S> by_along = -along * by_distance;
       by_along(0, 0) += S(1.0);
-      const S of_far = (S(1.0) - aside) * far * (S(1.0) - far) / S(sight.range_fade);
-      const S of_aside = (S(1.0) - far) * aside * (S(1.0) - aside) / (S(sight.cosine_fade) * distance);
-      *by_p = sign * (of_far * by_distance - of_aside * by_along);
+      *by_p = complement(within) / S(sight.range_fade) * by_distance -
+              complement(aside) / (S(sight.cosine_fade) * distance) * by_along;
     }
-    return far + aside - far * aside;
+    return minus_log(within) + minus_log(aside);
   }
 };
 

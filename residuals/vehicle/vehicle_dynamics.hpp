@@ -1,9 +1,11 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 
 #include <Eigen/LU>
 
+#include <tandem/lie/exp_curvature.hpp>
 #include <tandem/lie/rn.hpp>
 #include <tandem/lie/se3.hpp>
 #include <tandem/residuals/residual.hpp>
@@ -122,6 +124,114 @@ struct VehicleDynamics {
     if (Jw0) *Jw0 = by_twist - Square6::Identity();
     if (Jw1) *Jw1 = by_twist + Square6::Identity();
   }
+
+  static constexpr int kUnknowns = 21 + 2 * N;  ///< of all states
+
+  /// In two steps: by the mean twist ξ, a turn ψ of the midpoint's attitude, the current and the mean actuators ā; then of
+  /// these by the states. What bends are products of two, damping, the turn of what is fixed in the world, and
+  /// ψ = Log(Exp(−dt ω/2) Exp(x) Exp(dt (ω + δω)/2)), x the turn of C0.
+  void curvature(const SE3& x0, const Twist& w0, const Twist& w1, const Actuators& a0, const Actuators& u,
+                 const R3& current, const Vector<6>& w, Matrix<kUnknowns, kUnknowns>& H) const;
 };
+
+template <int N>
+void VehicleDynamics<N>::curvature(const SE3& x0, const Twist& w0, const Twist& w1, const Actuators& a0,
+                                   const Actuators& u, const R3& current, const Vector<6>& w,
+                                   Matrix<kUnknowns, kUnknowns>& H) const {
+  using Vec3 = Vector<3>;
+  using Mat3 = Matrix<3, 3>;
+  const double half = 0.5 * dt;
+  const Vector<6> twist = 0.5 * (w0.vector() + w1.vector());
+  const Vec3 omega = twist.tail<3>(), turn = half * omega;
+  const Mat3 to_body = (x0.rotation() * SO3::Exp(turn)).inverse().matrix();
+  const Vec3 water = to_body * current.vector(), up = to_body.col(2);
+  Vector<6> nu = twist;
+  nu.head<3>() -= water;
+  const Vector<N> actuators = held.cwiseProduct(a0.vector()) + (Vector<N>::Ones() - held).cwiseProduct(u.vector());
+
+  // φ = wᵀ e = yᵀ wrench + sᵀ (ω × water) + …; its gradient and second derivatives by ν, the actuators apart.
+  const Vector<6> y = dt * (mass_inverse.transpose() * w);
+  const Vec3 y1 = y.head<3>(), y2 = y.tail<3>(), s = dt * w.head<3>();
+  Matrix<6, 6> K = Matrix<6, 6>::Zero();  // Coriolis: νᵀ K M ν
+  K.topLeftCorner<3, 3>() = K.bottomRightCorner<3, 3>() = -skew(y2);
+  K.bottomLeftCorner<3, 3>() = -skew(y1);
+  const Matrix<6, 6> coriolis = K * vehicle->mass;
+  Matrix<6, 6> by_nu = coriolis + coriolis.transpose();
+  Vector<6> gradient = by_nu * nu + vehicle->linear.transpose() * y;
+  const Vector<6> lifted = vehicle->lift.transpose() * y, damped = vehicle->quadratic.transpose() * y;
+  const Vector<N> fins = vehicle->fin.transpose() * y;
+  const auto smooth = [&](int i) { return std::sqrt(nu[i] * nu[i] + kSmoothSpeed * kSmoothSpeed); };
+  // νᵢ|νᵢ| has the derivatives |νᵢ| (1 + p²) and p (3 − p²), p = νᵢ/|νᵢ| that of |νᵢ|.
+  for (int i = 0; i < 6; ++i) {
+    const double speed = smooth(i), p = nu[i] / speed;
+    const double factor = damped[i] - (i == 0 ? fins.dot(actuators) : 0.0);
+    gradient[i] += factor * speed * (1.0 + p * p);
+    by_nu(i, i) += factor * p * (3.0 - p * p);
+  }
+  const double surge = smooth(0), p = nu[0] / surge;
+  gradient += surge * lifted;
+  gradient[0] += p * lifted.dot(nu);
+  by_nu.col(0) += p * lifted;
+  by_nu.row(0) += p * lifted.transpose();
+  by_nu(0, 0) += (1.0 - p * p) / surge * lifted.dot(nu);
+  const Vector<N> surge_by_actuators = -surge * (1.0 + p * p) * fins;
+
+  // By [ξ; ψ; current]: ν = ξ − [water; 0] with δwater = water × ψ + to_body δc + ½ ψ × (ψ × water) − ψ × to_body δc.
+  const Vec3 lever = vehicle->buoyancy * vehicle->centre_of_buoyancy - vehicle->weight * vehicle->centre_of_mass;
+  const Vec3 by_water = s.cross(omega) - gradient.head<3>();
+  const Vec3 by_up = (vehicle->weight - vehicle->buoyancy) * y1 - y2.cross(lever);
+  const Vec3 by_turn = by_water.cross(water) + by_up.cross(up);
+  Matrix<6, 12> nu_by = Matrix<6, 12>::Zero();
+  nu_by.leftCols<6>().setIdentity();
+  nu_by.block<3, 3>(0, 6) = -skew(water);
+  nu_by.block<3, 3>(0, 9) = -to_body;
+  const Matrix<6, 12> bent = by_nu * nu_by;
+  Matrix<12, 12> middle = nu_by.transpose() * bent;
+  const auto add = [&](int row, int column, const Mat3& block) {
+    middle.block<3, 3>(row, column) += block;
+    middle.block<3, 3>(column, row) += block.transpose();
+  };
+  const Mat3 across = -skew(s);
+  add(3, 6, across * skew(water));
+  add(3, 9, across * to_body);
+  add(6, 9, skew(by_water) * to_body);
+  const auto turned = [](const Vec3& g, const Vec3& v) {
+    return Mat3(0.5 * g * v.transpose() - 0.5 * g.dot(v) * Mat3::Identity());
+  };
+  add(6, 6, turned(by_water, water) + turned(by_up, up));
+
+  // By the states: ξ = (ξ0 + ξ1)/2, ψ = B x + J δω + ½ (B x) × (J δω) + … with J = Jr(dt ω/2) dt/2.
+  const Mat3 back = SO3::Exp(-turn).matrix(), by_omega = half * SO3::Jr(turn);
+  Matrix<12, 12> states = Matrix<12, 12>::Zero();  // [ξ; x; current]
+  states.topLeftCorner<6, 6>().setIdentity();
+  states.block<3, 3>(6, 3) = by_omega;
+  states.block<3, 3>(6, 6) = back;
+  states.bottomRightCorner<3, 3>().setIdentity();
+  Matrix<12, 12> S = states.transpose() * middle * states;
+  const Mat3 product = -0.5 * (back.transpose() * skew(by_turn) * by_omega);
+  S.block<3, 3>(6, 3) += product;
+  S.block<3, 3>(3, 6) += product.transpose();
+  Vector<6> v = Vector<6>::Zero(), lambda = Vector<6>::Zero();
+  v.tail<3>() = turn;
+  lambda.tail<3>() = by_turn;
+  S.block<3, 3>(3, 3) += half * half * ExpCurvature<SE3>::of(v, lambda).template bottomRightCorner<3, 3>();
+  const Vector<12> surge_by = (nu_by.row(0) * states).transpose();
+
+  H.setZero();
+  constexpr int kTwist = 6, kActuators = 18, kCurrent = 18 + 2 * N;
+  const std::array<std::array<int, 3>, 4> parts{{{0, kTwist, 6}, {0, kTwist + 6, 6}, {6, 3, 3}, {9, kCurrent, 3}}};
+  const auto share = [](int from) { return from == 0 ? 0.5 : 1.0; };
+  for (const auto& [row, to_row, rows] : parts)
+    for (const auto& [column, to_column, columns] : parts)
+      H.block(to_row, to_column, rows, columns) = share(row) * share(column) * S.block(row, column, rows, columns);
+  for (const auto& [row, to, rows] : parts)
+    for (int i = 0; i < 2; ++i) {
+      const Vector<N> weight = i == 0 ? held : Vector<N>(Vector<N>::Ones() - held);
+      const Vector<N> by = weight.cwiseProduct(surge_by_actuators);
+      auto block = H.block(to, kActuators + N * i, rows, N);
+      block = share(row) * surge_by.segment(row, rows) * by.transpose();
+      H.block(kActuators + N * i, to, N, rows) = block.transpose();
+    }
+}
 
 }  // namespace tandem

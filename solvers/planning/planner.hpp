@@ -73,6 +73,11 @@ class Planner {
   PlanResult<N> replan(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target,
                        const CoupledEstimate& estimate);
 
+  /// What the next replan() starts from: the last plan, shifted, or, first of all, a roll-out of pure pursuit.
+  Plan<N> guess(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target) const {
+    return last_ ? *last_ : pursuit(start, current, target);
+  }
+
   /// The hard inequalities that the last solve's plan is at the bound of, with least-squares multipliers of its
   /// optimality conditions.
   std::vector<ActiveConstraint> active_constraints();
@@ -91,9 +96,6 @@ class Planner {
   PlanResult<N> finish(Summary summary, const VehicleState<N>& start, const Vector<3>& current);
   Summary refine(DampedSqp& sqp, const Plan<N>& guess, double cost_tolerance);
   Summary globalise(const Plan<N>& guess, double time_limit);
-  Plan<N> guess(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target) const {
-    return last_ ? *last_ : pursuit(start, current, target);
-  }
   double violation_at_values(std::string& worst);
 
   PlannerOptions options_;

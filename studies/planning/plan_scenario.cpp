@@ -14,6 +14,7 @@ namespace tandem {
 namespace {
 
 constexpr double kTwistOver = 1.0;  // s: twists are means over this
+constexpr double kRateOver = 60.0;  // s: and rates of sensors over this
 
 /// What there was by then.
 TrackingData until(const TrackingData& data, double at) {
@@ -50,6 +51,34 @@ Matrix<12, 12> seen_from_chaser(const Eigen::MatrixXd& joint, const SE3& chaser,
   return J * joint * J.transpose();
 }
 
+/// Of the sensors that measure positions and poses; what others would tell is left out, which makes plans more careful.
+std::vector<ExpectedSensor> sensors_to_come(const TrackingData& past, double now) {
+  std::vector<ExpectedSensor> sensors;
+  for (const TargetSensor& sensor : past.sensors) {
+    const bool pose = sensor.type == SensorType::pose;
+    if (!pose && sensor.type != SensorType::position) continue;
+    const auto recent = std::count_if(sensor.measurements.begin(), sensor.measurements.end(),
+                                      [&](const Measurement& m) { return sensor.valid_at(m) > now - kRateOver; });
+    ExpectedSensor expected{double(recent) / kRateOver, Vector<3>(sensor.sigma.head<3>()), {}, {}};
+    if (pose) expected.rotation = Vector<3>(sensor.sigma.tail<3>());
+    sensors.push_back(expected);
+  }
+  return sensors;
+}
+
+/// The prediction with the fixes that are expected along these states of the chaser; poses are seen within `sight`.
+template <int N>
+TargetPrediction predict_along(const std::vector<VehicleState<N>>& states, const RendezvousStart& start,
+                               const PlanOptions& options, const TargetPrediction& target) {
+  std::vector<ExpectedSensor> sensors = start.sensors;
+  for (ExpectedSensor& sensor : sensors)
+    if (sensor.rotation) sensor.sight = options.sight;
+  std::vector<SE3> chaser;
+  for (const VehicleState<N>& s : states) chaser.push_back(s.pose);
+  return predict_target(start.target, start.target_noise, options.dt, options.steps, start.target_time,
+                        expected_fixes(sensors, options.dt, chaser, target.pose));
+}
+
 /// The estimate that a plan starts from.
 struct EstimateUntil {
   RendezvousStart start;
@@ -73,13 +102,17 @@ PlannedRun plan_with(const VehicleModel<N>& model, const PlanRequest& request, E
   state.actuators = command_for(model, state, request.current, Vector<6>(Vector<6>::Zero()));
 
   Planner<N> planner(model, options, request.planner);
+  const TargetPrediction known =
+      options.chance > 0
+          ? predict_along<N>(planner.guess(state, request.current, target).states, start, options, target)
+          : target;
   const PlanResult<N> result =
-      request.coupled ? planner.replan(state, request.current, target,
+      request.coupled ? planner.replan(state, request.current, known,
                                        CoupledEstimate{estimate.tracking.problem, estimate.chaser(),
                                                        estimate.target(estimate.before), estimate.target(estimate.now),
                                                        start.target.dt, start.target_noise, start.target_time,
                                                        coupled_share(options, target.covariance.back())})
-                      : planner.replan(state, request.current, target);
+                      : planner.replan(state, request.current, known);
   run.summary = result.summary;
   run.origin = result.origin;
   run.coupled = result.coupled;
@@ -138,6 +171,7 @@ EstimateUntil estimate_until(const Scenario& scenario, const TrackingOptions& op
   const bool damped = options.model == MotionModel::damped_twist;
   start.target_noise = damped && !noise.acceleration.isZero(0) ? noise.acceleration : noise.constant_twist;
   if (damped) start.target_time = noise.twist_time;
+  start.sensors = sensors_to_come(past, start.t);
   return estimate;
 }
 

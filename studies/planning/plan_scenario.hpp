@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include <tandem/problem/planning/expected_fixes.hpp>
 #include <tandem/solvers/planning/planner.hpp>
 #include <tandem/studies/planning/vehicle_file.hpp>
 #include <tandem/studies/scenario/scenario.hpp>
@@ -19,6 +20,7 @@ struct RendezvousStart {
   TargetBelief target;
   Vector<6> target_noise;                ///< of its motion, per √s [m, rad]
   std::optional<Vector<6>> target_time;  ///< s, of a twist that is forgotten
+  std::vector<ExpectedSensor> sensors;   ///< of positions and poses, as often as in the last minute; no sight yet
   Summary summary;                       ///< of the estimate
 };
 

@@ -9,6 +9,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/online/online_estimator.hpp>
 #include <tandem/solvers/relative_covariance.hpp>
+#include <tandem/studies/planning/chaser_sensors.hpp>
 #include <tandem/studies/planning/coupled_window.hpp>
 #include <tandem/studies/planning/rendezvous.hpp>
 #include <tandem/studies/planning/swinging_target.hpp>
@@ -18,12 +19,7 @@
 namespace tandem {
 namespace {
 
-constexpr double kTick = 0.1;   // s: truth and odometry
-constexpr int kTicks = 10;      // to a control period of 1 s
-constexpr int kUsblEvery = 20;  // ticks
-constexpr int kOpticalEvery = 5;
-constexpr double kOpticalRange = 9.0;      // m
-constexpr double kView = 45.0 / kDegrees;  // half angle of the camera [rad]
+constexpr int kTicks = 10;  // to a control period of 1 s
 constexpr double kPlannedView = 40.0 / kDegrees;
 constexpr double kCorridor = 35.0 / kDegrees;               // half angle behind the target that docking keeps to
 constexpr double kSearching = 10.0;                         // s: only then does the estimate tell where the target goes
@@ -34,27 +30,6 @@ constexpr double kCurrentSigma = 0.03, kCurrentGain = 0.1;  // of what the Doppl
 constexpr double kEstimatorWindow = 40.0;                   // s
 constexpr double kCoupledWindow = 20.0;                     // s of measurements that a coupled plan joins
 constexpr double kSpeedSigma = 5e-3, kRateSigma = 1e-3;     // of the measured twist [m/s, rad/s]
-
-Vector<6> six(double linear, double angular) {
-  return (Vector<6>() << Vector<3>::Constant(linear), Vector<3>::Constant(angular)).finished();
-}
-
-/// Sensors and noise, as the chaser knows them.
-TrackingData sensors_of_chaser() {
-  TrackingData data;
-  data.noise.prior = six(1e-3, 1e-3);
-  data.noise.odometry = six(0.01, 6e-4);
-  data.noise.constant_twist = (Vector<6>() << 0.03, 0.01, 0.01, 4e-3, 4e-3, 0.015).finished();
-  data.noise.constant_velocity = Vector<3>(0.05, 0.05, 0.02);
-  TargetSensor usbl, optical;
-  usbl.name = "usbl";
-  usbl.sigma = Vector<3>::Constant(0.5);
-  optical.name = "optical";
-  optical.type = SensorType::pose;
-  optical.sigma = six(0.05, 0.03);
-  data.sensors = {usbl, optical};
-  return data;
-}
 
 template <int N>
 class Simulation {
@@ -307,19 +282,29 @@ class Simulation {
     return result.plan.commands.front().cwiseMax(model_.lower).cwiseMin(model_.upper);
   }
 
-  PlanResult<N> plan(const VehicleState<N>& state, const TargetBelief& target) {
-    const auto predicted = [&](const TargetBelief& belief) {
-      return predict_target(belief, data_.noise.constant_twist, 1.0, int(std::lround(options_.horizon)));
+  /// With --chance by the fixes, too, that are expected along the plan that this one starts from.
+  TargetPrediction predict(const VehicleState<N>& state, const TargetBelief& belief) {
+    const auto predicted = [&](const std::vector<Matrix<6, 6>>& fixes) {
+      return predict_target(belief, data_.noise.constant_twist, 1.0, int(std::lround(options_.horizon)), {}, fixes);
     };
+    const TargetPrediction prediction = predicted({});
+    if (!(options_.chance > 0)) return prediction;
+    std::vector<SE3> chaser;
+    for (const VehicleState<N>& s : planner().guess(state, current_estimate_, prediction).states)
+      chaser.push_back(s.pose);
+    return predicted(expected_fixes(expected_sensors(data_), 1.0, chaser, prediction.pose));
+  }
+
+  PlanResult<N> plan(const VehicleState<N>& state, const TargetBelief& target) {
     std::optional<CoupledEstimate> joint = window_ ? window_->estimate() : std::nullopt;
-    if (!joint) return planner().replan(state, current_estimate_, predicted(target));
+    if (!joint) return planner().replan(state, current_estimate_, predict(state, target));
     VehicleState<N> start = state;  // in the frame of the window
     start.pose = joint->problem.value(joint->chaser);
     TargetBelief belief = target;
     belief.before = joint->problem.value(joint->before);
     belief.now = joint->problem.value(joint->now);
     belief.dt = joint->dt;
-    const TargetPrediction prediction = predicted(belief);
+    const TargetPrediction prediction = predict(start, belief);
     joint->share = coupled_share(planner().problem().options(), prediction.covariance.back());
     return planner().replan(start, current_estimate_, prediction, *joint);
   }

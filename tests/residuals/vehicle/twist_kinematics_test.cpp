@@ -5,7 +5,7 @@
 #include <tandem/residuals/vehicle/inside_cone.hpp>
 #include <tandem/residuals/vehicle/twist_kinematics.hpp>
 
-#include "residuals/autodiff.hpp"
+#include "residuals/curvature_autodiff.hpp"
 
 namespace tandem::testing {
 namespace {
@@ -35,6 +35,20 @@ TYPED_TEST(TwistKinematicsTest, vanishes_along_the_mean_twist_and_has_the_right_
 
 TYPED_TEST(TwistKinematicsTest, has_the_right_jacobians_at_random) {
   expect_right_jacobians_at_random(TwistKinematics<TypeParam>{0.1}, 1);
+}
+
+TEST(TwistKinematics, has_the_right_curvature) {
+  const Vector<6> w = tangent<SE3>(0.8, -1.3);
+  for (const double turn : {0.0, 1e-9, 0.4, 2.5}) {  // rad of Exp's argument, at dt = 1 s
+    const Rn<6> w0(tangent<SE3>(1.5 * turn, 1.2)), w1(Vector<6>(tangent<SE3>(0.5 * turn, 0.4)));
+    const SE3 x0 = SE3::Exp(tangent<SE3>(1.1, 12.0));
+    const SE3 end = x0 * SE3::Exp(0.5 * (w0.vector() + w1.vector()));
+    for (const auto& d : residual_sizes<SE3>())
+      if (SE3::angle(d) < 3.1)  // nearer to half a turn, what Log bends grows without bound
+        expect_right_curvature(TwistKinematics<SE3>{1.0}, w, x0, w0, SE3(end * SE3::Exp(d)), w1);
+  }
+  expect_right_curvature(TwistKinematics<R3>{0.3}, Vector<3>(0.2, -0.5, 1.0), R3({1.0, 2.0, 3.0}), R3({0.1, 0.2, 0.3}),
+                         R3(), R3({-1.0, 0.0, 1.0}));
 }
 
 TEST(InsideCone, is_the_distance_to_the_surface) {

@@ -21,7 +21,7 @@ TEST(Unseen, SeesHalfAtItsLimitsAndNearlyAllWithin) {
   EXPECT_LT(probability(-3.0, 0.0), 1e-9);        // behind
   Vector<1> r;
   unseen(SE3(), SE3(SO3(), {9.0, 0.0, 0.0}), Rn<1>(Vector<1>(2.0)), r);
-  EXPECT_NEAR(0.5 * r[0] * r[0], 2.0 * (1.0 - probability(9.0, 0.0)), 1e-12);
+  EXPECT_NEAR(0.5 * r[0] * r[0], -2.0 * std::log(probability(9.0, 0.0)), 1e-12);
 }
 
 TEST(Unseen, HasTheRightJacobians) {
@@ -35,6 +35,19 @@ TEST(Unseen, HasTheRightJacobians) {
         EXPECT_LE(autodiff_error(unseen, c, t, g), kAutodiff) << x << ", " << y << ", " << angle;
         expect_right(check_jacobians(unseen, c, t, g));
       }
+}
+
+/// What 1 − P lacks: a plan that starts far away, or looks elsewhere, is still told where to go.
+TEST(Unseen, KeepsItsSlopeOutOfSight) {
+  const Unseen unseen;
+  const auto cost = [&](double x, double y) {
+    Vector<1> r;
+    unseen(SE3(), SE3(SO3(), {x, y, 0.0}), Rn<1>(Vector<1>(1.0)), r);
+    return r[0] * r[0];
+  };
+  EXPECT_NEAR(cost(51.0, 0.0) - cost(50.0, 0.0), 1.0, 1e-3);        // a range_fade
+  EXPECT_NEAR(cost(-3.0, 4.0) - cost(0.0, 5.0), 0.6 / 0.05, 1e-3);  // of the cosine
+  for (const double x : {3.0, 9.0, 12.0}) EXPECT_GE(cost(x, 1.0), 1.0 - unseen.probability(Vector<3>(x, 1.0, 0.0)));
 }
 
 TEST(Unseen, HasTheRightDerivativeOfTheProbability) {

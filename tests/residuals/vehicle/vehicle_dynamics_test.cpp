@@ -4,7 +4,7 @@
 #include <tandem/residuals/vehicle/vehicle_dynamics.hpp>
 
 #include "allocation_count.hpp"
-#include "residuals/autodiff.hpp"
+#include "residuals/curvature_autodiff.hpp"
 #include "residuals/vehicle/some_vehicle.hpp"
 
 namespace tandem::testing {
@@ -33,6 +33,23 @@ TEST(VehicleDynamics, has_the_right_jacobians) {
 TEST(VehicleDynamics, has_the_right_jacobians_at_random) {
   const auto vehicle = some_vehicle<3>();
   expect_right_jacobians_at_random(VehicleDynamics<3>(vehicle, 0.1), 1);
+}
+
+template <int N>
+void expect_right_curvature_of_vehicle() {
+  const auto vehicle = some_vehicle<N>();
+  const VehicleDynamics<N> dynamics(vehicle, 0.8);
+  const Vector<6> w = twist_of(1.0).reverse();
+  for (const auto& d : residual_sizes<SE3>())
+    for (const double speed : {0.0, 1e-6, 1e-3, 0.1, 1.0, 3.0})
+      expect_right_curvature(dynamics, w, SE3::Exp(d), Rn<6>(twist_of(speed)), Rn<6>(twist_of(-0.4 * speed)),
+                             Rn<N>(Vector<N>::LinSpaced(-0.5, 0.7)), Rn<N>(Vector<N>::LinSpaced(0.9, -0.2)),
+                             R3(Vector<3>(0.3, -0.2, 0.05)));
+}
+
+TEST(VehicleDynamics, has_the_right_curvature) {
+  expect_right_curvature_of_vehicle<3>();
+  expect_right_curvature_of_vehicle<8>();
 }
 
 TEST(VehicleDynamics, asks_the_heap_for_nothing) {

@@ -43,6 +43,18 @@ TEST(Rendezvous, CoupledDocksAsWell) {
   EXPECT_GE(coupled, run.plans / 2);
 }
 
+/// With no fix to come, the prediction's 2 σ at the horizon's end leave no room to dock in.
+TEST(Rendezvous, ByChanceItDocksSinceFixesAreToCome) {
+  if (!ipopt_available()) GTEST_SKIP() << "this build has no Ipopt";
+  RendezvousOptions options;
+  options.seed = 3;
+  options.chance = 2.0;
+  const RendezvousRun run = run_rendezvous(read_vehicle("remus_100"), options);
+  EXPECT_EQ(run.outcome, RendezvousOutcome::docked) << run.why;
+  EXPECT_EQ(run.keep_out_violation, 0.0);
+  EXPECT_LE(run.worst_violation, 1e-6);
+}
+
 TEST(Rendezvous, OptionsThatClashAreNamed) {
   const Vehicle vehicle = read_vehicle("remus_100");
   RendezvousOptions options;
