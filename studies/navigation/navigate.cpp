@@ -53,6 +53,7 @@ bool summed_up_near(const NavigationProblem& problem) {
 void add_covariance(NavigationProblem& built, const Stop& stop, Navigation& result) {
   try {
     const Marginals marginals(built.problem, {}, stop);
+    result.constants = found_constants(built.problem, built.constants, &marginals);
     for (const EgoKeyframe& k : built.keyframes) {
       EgoCovariance& c = result.covariance.emplace_back();
       c.pose = marginals.covariance(k.pose);
@@ -93,6 +94,7 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
     const bool done = result.solves == kMostSolves || summed_up_near(built) || !result.summary.converged();
     if (!done) continue;
     result.residual_blocks = built.problem.num_soft_blocks();
+    result.constants = found_constants(built.problem, built.constants, nullptr);
     if (built.dvl_scale) result.dvl_scale = built.problem.value(*built.dvl_scale).vector()[0];
     result.placed = built.measurements;
     for (const PlacedEgoMeasurement& m : built.measurements)
