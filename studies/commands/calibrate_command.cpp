@@ -76,6 +76,8 @@ int run_calibrate(const CalibrateRequest& request, const CommandOptions& option)
   options.free = request.free;
   const auto constants = take_constants(options.free);
   options.noise = constants.empty() || !options.free.empty();
+  if (!options.noise && !request.noise_file.empty())
+    throw Error("--out writes noise, and --free names none: add some (usbl), or leave --out out");
   options.folds = request.folds;
   options.prior = std::log(request.within);
   options.profile = request.output.folder ? kProfile : 0;
