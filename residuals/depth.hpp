@@ -17,6 +17,8 @@ struct Depth {
   double z;                             ///< m, upwards
   Vector<3> lever = Vector<3>::Zero();  ///< sensor in the body [m]
 
+  Vector<1> reading() const { return Vector<1>(z); }
+
   template <Over<SE3> X>
   void operator()(const X& x, Rows<1, X>& r, RowsBy<1, X>* J = nullptr) const {
     using S = typename X::Scalar;

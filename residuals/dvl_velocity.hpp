@@ -16,6 +16,8 @@ struct DvlVelocity {
 
   Vector<3> measured;  ///< m/s, along the body's axes
 
+  const Vector<3>& reading() const { return measured; }
+
   template <Over<SE3> X, Over<R3> V>
   void operator()(const X& x, const V& v, Rows<3, X>& r, RowsBy<3, X>* Jx = nullptr, RowsBy<3, V>* Jv = nullptr) const {
     using S = typename X::Scalar;

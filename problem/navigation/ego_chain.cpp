@@ -21,6 +21,22 @@ constexpr double kLeastPosition = 1e-5, kLeastBias = 1e-9;
 /// Of the sensor's noise: measurements between which its error changes by less share a state of it.
 constexpr double kErrorStep = 0.02;
 
+/// Empty, or why a sensor cannot have the constants that are asked for.
+std::string why_not(const EgoSensor& sensor, bool imu) {
+  if (!sensor.error) return "";
+  const StayingError& error = *sensor.error;
+  const EgoReading reading = sensor.type->reading;
+  const std::string kind = "a " + std::string(name(sensor.type));
+  if (error.scale > 0 && reading != EgoReading::body_vector && reading != EgoReading::world_height)
+    return kind + " has no scale; leave it out";
+  if (error.misalignment > 0 && reading == EgoReading::orientation)
+    return "a misalignment of " + kind + " is its bias: give that (sigma)";
+  if (error.misalignment > 0 && reading != EgoReading::body_vector)
+    return kind + " does not tell how it is turned; leave its misalignment out";
+  if (error.delay > 0 && !imu) return "its delay is estimated beside an imu alone; leave it out";
+  return "";
+}
+
 /// The covariance of independent world axes, by the axes of a body.
 Matrix<3, 3> in_body(const SO3& R, const Vector<3>& sigma) {
   const Matrix<3, 3> M = R.matrix();
@@ -38,11 +54,13 @@ EgoChain::EgoChain(Problem& problem, const NavigationData& data, const EgoOption
       throw Error(sensor.name + ": a " + std::string(name(sensor.type)) + " needs " +
                   std::to_string(rows(sensor.type)) + " standard deviations, not " +
                   std::to_string(sensor.sigma.size()));
-    if (sensor.error && sensor.error->sigma.size() != rows(sensor.type))
+    if (sensor.error && sensor.error->has_bias() && sensor.error->sigma.size() != rows(sensor.type))
       throw Error(sensor.name + ".error: a " + std::string(name(sensor.type)) + " needs " +
                   std::to_string(rows(sensor.type)) + " standard deviations, not " +
                   std::to_string(sensor.error->sigma.size()));
     if (sensor.error && !(sensor.error->time > 0)) throw Error(sensor.name + ".error: its time must be above zero");
+    if (const std::string why = why_not(sensor, data.imu.has_value()); !why.empty())
+      throw Error(sensor.name + ".error: " + why);
     if (sensor.error && options.preintegrated_dvl && sensor.type == EgoSensorType::dvl)
       throw Error(sensor.name + ": velocities that are summed up have no error that stays; leave one of both out");
     EgoSensor& own = sensors_.emplace_back(sensor);
@@ -190,17 +208,28 @@ PlacedEgoMeasurement EgoChain::attach(std::size_t index, const EgoMeasurement& m
     }
   }
   const std::optional<Block> tie = error_at(index, t);
-  const Block block =
-      sensor.type->place({*problem_, *k, delta ? &*delta : nullptr, earth_, scale_, sensor,
-                          sensor.loss.value_or(options_.loss), errors_[index] ? &*errors_[index] : nullptr},
-                         m);
+  std::optional<ImuSample> motion;
+  if (sensor.error && sensor.error->delay > 0) motion = motion_about(t, 2 * sensor.error->delay, k->integrated_at);
+  const Block block = sensor.type->place(
+      {*problem_, *k, delta ? &*delta : nullptr, earth_, scale_, sensor, sensor.loss.value_or(options_.loss),
+       errors_[index] ? &*errors_[index] : nullptr, motion ? &*motion : nullptr, constants_},
+      m);
   return {index, t, block, tie};
+}
+
+std::optional<ImuSample> EgoChain::motion_about(double t, double seconds, const Vector<6>& bias) const {
+  auto mean = imu_->mean(t - 0.5 * seconds, t + 0.5 * seconds);
+  if (!mean) return {};
+  const SO3& R = imu_->mount().rotation();
+  mean->specific_force -= R.act(bias.head<3>());
+  mean->angular_rate -= R.act(bias.tail<3>());
+  return mean;
 }
 
 std::optional<Block> EgoChain::error_at(std::size_t index, double t) {
   const EgoSensor& sensor = sensors_[index];
   std::optional<EgoError>& newest = errors_[index];
-  if (!sensor.error) return {};
+  if (!sensor.error || !sensor.error->has_bias()) return {};
   if (newest) {
     const double spread = GaussMarkov<1>::after(std::abs(t - newest->t), sensor.error->time).spread();
     if ((spread * sensor.error->sigma.array() <= kErrorStep * sensor.sigma.array()).all()) return {};

@@ -9,6 +9,7 @@
 #include <tandem/problem/navigation/dvl_factors.hpp>
 #include <tandem/problem/navigation/imu_record.hpp>
 #include <tandem/problem/navigation/navigation_data.hpp>
+#include <tandem/problem/navigation/sensor_constants.hpp>
 #include <tandem/problem/problem.hpp>
 
 namespace tandem {
@@ -49,7 +50,7 @@ struct EgoKeyframe {
   Vector<6> integrated_at;              ///< bias with which the samples after it are summed up
 };
 
-/// The state of a sensor's StayingError, of as many rows as its residual has.
+/// The bias of a sensor's StayingError, of as many rows as its residual has.
 struct EgoError {
   double t;  ///< s, when it was measured with
   std::variant<Variable<Rn<1>>, Variable<Rn<3>>> state;
@@ -60,7 +61,7 @@ struct PlacedEgoMeasurement {
   std::size_t sensor;
   double t;                    ///< s, when it was valid
   std::optional<Block> block;  ///< none where it waits to be summed up with others
-  /// Of a sensor's StayingError: what ties its state to the one before, or holds the first.
+  /// Of the bias of a sensor's StayingError: what ties its state to the one before, or holds the first.
   std::optional<Block> error{};
 };
 
@@ -90,6 +91,8 @@ class EgoChain {
   const ImuRecord* imu() const { return imu_ ? &*imu_ : nullptr; }
   /// The DVL's scale factor, when estimated.
   const std::optional<Variable<Rn<1>>>& dvl_scale() const { return scale_; }
+  /// The constants of sensors, when estimated.
+  const std::vector<SensorConstant>& constants() const { return constants_.all(); }
   /// At the variables' values.
   EgoState state(const EgoKeyframe& keyframe) const;
   /// Of the newest keyframe carried on to t.
@@ -111,6 +114,8 @@ class EgoChain {
   DvlFactors::Into into() const { return {*problem_, *imu_, sensors_}; }
   const ImuPreintegrator& sum_to(double t) const;
   const EgoKeyframe* before(double t) const;
+  /// The mean rate and specific force about t, over so many seconds.
+  std::optional<ImuSample> motion_about(double t, double seconds, const Vector<6>& bias) const;
   /// A sensor's error at t, as the newest of its variables, and what holds it, where that is new.
   std::optional<Block> error_at(std::size_t sensor, double t);
   template <int N>
@@ -124,6 +129,7 @@ class EgoChain {
   std::optional<ImuRecord> imu_;
   std::optional<Variable<Rn<1>>> scale_;
   std::vector<std::optional<EgoError>> errors_;  // of each sensor, where it has one: the newest
+  SensorConstants constants_;
   std::deque<EgoKeyframe> keyframes_;
   mutable std::optional<Sum> sum_;
   std::vector<std::pair<double, double>> splits_;

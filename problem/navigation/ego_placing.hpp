@@ -1,8 +1,7 @@
 #pragma once
 
 #include <tandem/problem/navigation/ego_chain.hpp>
-#include <tandem/residuals/biased.hpp>
-#include <tandem/residuals/propagated.hpp>
+#include <tandem/residuals/miscalibrated_own.hpp>
 
 namespace tandem::detail {
 
@@ -16,16 +15,30 @@ struct EgoPlacing {
   const std::optional<Variable<Rn<1>>>& dvl_scale;
   const EgoSensor& sensor;
   const Loss& loss;
-  const EgoError* error;  ///< the sensor's own, or null
+  const EgoError* bias;     ///< the sensor's own, or null
+  const ImuSample* motion;  ///< about the instant, without bias; null where no delay is estimated
+  SensorConstants& constants;
 };
 
-/// As a residual, or, where its sensor has an error that stays, as one that reads that too.
-template <class R, class... Xs>
-Block place_whole(const EgoPlacing& at, const R& residual, const std::tuple<Xs...>& x) {
-  const Gaussian noise(at.sensor.sigma);
-  if (!at.error) return at.problem.minimize(residual, noise, x, at.loss);
-  const auto& error = std::get<Variable<Rn<R::dim>>>(at.error->state);
-  return at.problem.minimize(Biased<R>{residual}, noise, std::tuple_cat(x, std::tuple(error)), at.loss);
+/// As one that reads the errors of its sensor, too.
+template <class R>
+Block place_miscalibrated(const EgoPlacing& at, const R& residual) {
+  const EgoKeyframe& k = at.keyframe;
+  const StayingError& error = *at.sensor.error;
+  const std::string& name = at.sensor.name;
+  SensorConstants& constants = at.constants;
+  const auto bias = at.bias ? std::get<Variable<Rn<R::dim>>>(at.bias->state) : constants.none<Rn<R::dim>>(at.problem);
+  const bool common = at.sensor.type == EgoSensorType::dvl && at.dvl_scale;
+  const auto scale = common ? *at.dvl_scale : constants.get<Rn<1>>(at.problem, name, "scale", error.scale);
+  const auto turn = constants.get<SO3>(at.problem, name, "misalignment", error.misalignment);
+  // Where no sample tells how the body moves, the measurement does not count for the delay.
+  const auto delay = constants.get<Rn<1>>(at.problem, name, "delay", at.motion ? error.delay : 0);
+  MiscalibratedOwn<R> whole{residual, at.sensor.mount.rotation(), {}, at.earth};
+  if (at.ahead) whole.ahead = *at.ahead;
+  if (at.motion) whole.rate = at.motion->angular_rate, whole.force = at.motion->specific_force;
+  const auto imu = k.bias ? *k.bias : constants.none<Rn<6>>(at.problem);
+  return at.problem.minimize(whole, Gaussian(at.sensor.sigma), {k.pose, k.velocity, imu, bias, scale, turn, delay},
+                             at.loss);
 }
 
 /// Adds a residual that reads the chaser's pose (SE3), pose and velocity (SE3, R3), or these and the DVL's scale factor
@@ -33,6 +46,7 @@ Block place_whole(const EgoPlacing& at, const R& residual, const std::tuple<Xs..
 template <class R>
 Block place(const EgoPlacing& at, const R& residual) {
   const EgoKeyframe& k = at.keyframe;
+  const Gaussian noise(at.sensor.sigma);
   constexpr std::size_t states = std::tuple_size_v<typename R::States>;
   const auto extra = [&] {
     if constexpr (states == 3) {
@@ -41,13 +55,15 @@ Block place(const EgoPlacing& at, const R& residual) {
       return std::tuple<>();
     }
   }();
+  if constexpr (states < 3)
+    if (at.sensor.error) return place_miscalibrated(at, residual);
   if (at.ahead)
-    return place_whole(at, Propagated<R>{residual, *at.ahead, at.earth},
-                       std::tuple_cat(std::tuple(k.pose, k.velocity, *k.bias), extra));
+    return at.problem.minimize(Propagated<R>{residual, *at.ahead, at.earth}, noise,
+                               std::tuple_cat(std::tuple(k.pose, k.velocity, *k.bias), extra), at.loss);
   if constexpr (states == 1) {
-    return place_whole(at, residual, std::tuple(k.pose));
+    return at.problem.minimize(residual, noise, std::tuple(k.pose), at.loss);
   } else {
-    return place_whole(at, residual, std::tuple_cat(std::tuple(k.pose, k.velocity), extra));
+    return at.problem.minimize(residual, noise, std::tuple_cat(std::tuple(k.pose, k.velocity), extra), at.loss);
   }
 }
 

@@ -41,6 +41,7 @@ NavigationProblem make_navigation_problem(const NavigationData& data, const std:
   }
   out.keyframes.assign(chain.keyframes().begin(), chain.keyframes().end());
   out.dvl_scale = chain.dvl_scale();
+  out.constants = chain.constants();
   out.splits = chain.splits();
   return out;
 }

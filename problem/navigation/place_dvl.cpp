@@ -4,7 +4,8 @@
 namespace tandem::detail {
 
 Block place_dvl(const EgoPlacing& at, const EgoMeasurement& m) {
-  return at.dvl_scale ? place(at, ScaledDvlVelocity{m.value}) : place(at, DvlVelocity{m.value});
+  const bool scaled = at.dvl_scale && !at.sensor.error;  // with errors, the scale is one of them
+  return scaled ? place(at, ScaledDvlVelocity{m.value}) : place(at, DvlVelocity{m.value});
 }
 
 }  // namespace tandem::detail

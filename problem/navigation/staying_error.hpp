@@ -6,11 +6,18 @@
 
 namespace tandem {
 
-/// An error that a sensor keeps for a while: a state tied to the one before as a first-order Gauss–Markov process, new
-/// wherever a measurement finds it changed, or one for the whole recording.
+/// Errors that a sensor has beside its noise, states of the problem. A bias is tied to the one before as a first-order
+/// Gauss–Markov process, new wherever a measurement finds it changed, or one for the whole recording. Scale, misalignment
+/// and delay are constants of the recording; what is said of them are standard deviations, 0 where there is none.
 struct StayingError {
-  Eigen::VectorXd sigma;   ///< one a row of the sensor's residual, in its units
-  double time = HUGE_VAL;  ///< s, after which a third of it is left; infinite: it is constant
+  Eigen::VectorXd sigma{};  ///< of the bias: one a row of the sensor's residual, in its units; empty: no bias
+  double time = HUGE_VAL;   ///< s, after which a third of the bias is left; infinite: it is constant
+  double scale = 0;         ///< lengths and velocities are read 1 + s times as large
+  double misalignment = 0;  ///< rad, of the sensor about each of its axes
+  double delay = 0;         ///< s, of the time by which measurements are older than the sensor's `delay` says
+
+  bool has_bias() const { return sigma.size() > 0; }
+  bool has_constants() const { return scale > 0 || misalignment > 0 || delay > 0; }
 };
 
 }  // namespace tandem

@@ -36,10 +36,9 @@ class PoseBuild : private SensorBuild<G, between> {
     const std::optional<Loss> orientation_loss = orientation_loss_of(sensor_, build_.options);
     if (sensor_.error &&
         (orientation_loss || build_.options.position_share > 0 || std::same_as<Target, Variable<Point>>))
-      throw Error(
-          sensor_.name +
-          ": an error that stays is of a whole pose: not with a loss of the orientation alone, a share of the " +
-          "position (--robust has one), or where mode B has a point");
+      throw Error(sensor_.name +
+                  ": errors that stay are of a whole pose: not with a loss of the orientation alone, a share of the " +
+                  "position (--robust has one), or where mode B has a point");
     const Gaussian position(Eigen::VectorXd(sensor_.sigma.head(G::point_dim)));
     if constexpr (std::same_as<Target, Variable<Point>>) {  // the marker's lever arm turns with the measured pose
       const SE3 body = measured * sensor_.marker.inverse();

@@ -7,10 +7,10 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/tracking/planar.hpp>
 #include <tandem/problem/tracking/tracking_build.hpp>
-#include <tandem/residuals/biased.hpp>
 #include <tandem/residuals/direction.hpp>
 #include <tandem/residuals/gauss_markov.hpp>
 #include <tandem/residuals/interpolated.hpp>
+#include <tandem/residuals/miscalibrated.hpp>
 #include <tandem/residuals/on_course.hpp>
 #include <tandem/residuals/prior.hpp>
 
@@ -88,21 +88,71 @@ class SensorBuild {
     }
   }
 
-  /// All of a measurement: with the sensor's error that stays, where it has one.
+  /// All of a measurement: with the sensor's errors that stay, where it has some.
   template <Residual R, class Target>
   std::optional<Block> put_whole(const R& residual, const Target& target, const Gaussian& noise, const Loss& loss) {
     if (!sensor_.error) return put(residual, target, noise, loss);
     if (measurement_.held_out)
-      throw Error(sensor_.name + ": measurements of a sensor with an error that stays cannot be held out");
+      throw Error(sensor_.name + ": measurements of a sensor with errors that stay cannot be held out");
     if constexpr (between || std::same_as<Target, CourseVariable<G>>) {
-      throw Error(sensor_.name + ": an error that stays is not estimated on a steady course, nor between keyframes");
+      throw Error(sensor_.name + ": errors that stay are not estimated on a steady course, nor between keyframes");
     } else {
-      return put<Biased<R>>({residual}, {build_.chaser[placed_.keyframe], target, error<R::dim>()}, noise, loss);
+      return put_miscalibrated(residual, target, noise, loss);
     }
   }
-  /// The sensor's error at the measurement's time, tied to the one before.
+  template <Residual R, LieGroup T>
+  std::optional<Block> put_miscalibrated(const R& residual, const Variable<T>& target, const Gaussian& noise,
+                                         const Loss& loss) {
+    using Whole = Miscalibrated<R>;
+    const StayingError& error = *sensor_.error;
+    if (const std::string why = why_not(error); !why.empty()) throw Error(sensor_.name + ".error: " + why);
+    const std::size_t k = placed_.keyframe, other = another_of<T>(k, kDelays * error.delay);
+    SensorConstants& constants = build_.constants;
+    Problem& problem = build_.problem;
+    const auto bias = error.has_bias() ? this->bias<R::dim>() : constants.none<Rn<R::dim>>(problem);
+    return put<Whole>({residual, mount(), beacon(), build_.out.keyframes[other].t - build_.out.keyframes[k].t},
+                      {build_.chaser[k], build_.chaser[other], target, std::get<Variable<T>>(build_.target[other]),
+                       bias, constants.get<Rn<1>>(problem, sensor_.name, "scale", error.scale),
+                       constants.get<typename Whole::Turn>(problem, sensor_.name, "misalignment", error.misalignment),
+                       constants.get<Rn<1>>(problem, sensor_.name, "delay", error.delay)},
+                      noise, loss);
+  }
+  /// Empty, or why the sensor cannot have these.
+  std::string why_not(const StayingError& error) const {
+    const std::string kind = "a " + std::string(name(sensor_.type));
+    if (error.scale > 0 && !sensor_.type->has(measured::position | measured::range))
+      return kind + " has no scale; leave it out";
+    if (error.misalignment > 0 &&
+        !sensor_.type->has(measured::position | measured::rotation | measured::direction | measured::angles))
+      return kind + " does not tell how it is turned; leave its misalignment out";
+    return "";
+  }
+  /// The keyframe that tells, with keyframe k, how chaser and target move there: of those where the target is of the same
+  /// kind the last that is so many seconds earlier, or else the first that is as much later, or the farthest.
+  template <LieGroup T>
+  std::size_t another_of(std::size_t k, double seconds) const {
+    const auto apart = [&](std::size_t i) { return std::abs(build_.dt(k, i)); };
+    std::optional<std::size_t> farthest;
+    const auto serves = [&](std::size_t i) {
+      if (!std::holds_alternative<Variable<T>>(build_.target[i])) return false;
+      if (!farthest || apart(i) > apart(*farthest)) farthest = i;
+      return apart(i) >= seconds;
+    };
+    for (std::size_t i = k; i-- > 0;)
+      if (serves(i)) return i;
+    for (std::size_t i = k + 1; i < build_.target.size(); ++i)
+      if (serves(i)) return i;
+    if (!farthest)
+      throw Error(sensor_.name +
+                  ": its errors that stay need a second keyframe where the target is of the same kind, a pose or a "
+                  "point; leave them out");
+    return *farthest;
+  }
+  static constexpr double kDelays = 2;  ///< that motion is known over, in standard deviations
+
+  /// The sensor's bias at the measurement's time, tied to the one before.
   template <int N>
-  Variable<Rn<N>> error() {
+  Variable<Rn<N>> bias() {
     const StayingError& staying = *sensor_.error;
     const std::string entry = sensor_.name + ".error";
     const Gaussian spread = noise_of(entry, staying.sigma, N);

@@ -36,6 +36,7 @@ struct TrackingBuild {
     std::variant<Variable<Rn<1>>, Variable<Rn<2>>, Variable<Rn<3>>, Variable<Rn<6>>> error;
   };
   std::map<std::size_t, LastError> errors{};
+  SensorConstants constants{};
 
   std::size_t size() const { return out.keyframes.size(); }
   double dt(std::size_t from, std::size_t to) const { return out.keyframes[to].t - out.keyframes[from].t; }

@@ -177,6 +177,7 @@ void build(const TrackingData& data, const TrackingOptions& options, TrackingPro
   if (!ego)
     for (std::size_t k = 0; k < n; ++k) build.add_odometry(k);
   add_measurements(build);
+  out.constants.insert(out.constants.end(), build.constants.all().begin(), build.constants.all().end());
   for (std::size_t k = 0; k < n; ++k) build.add_motion(k);
   for (std::size_t k = 0; k < n; ++k) build.add_constraints(k);
 }

@@ -11,6 +11,7 @@
 #include <tandem/lie/se2.hpp>
 #include <tandem/lie/sek3.hpp>
 #include <tandem/problem/navigation/ego_chain.hpp>
+#include <tandem/problem/navigation/sensor_constants.hpp>
 #include <tandem/problem/problem.hpp>
 #include <tandem/problem/tracking/keyframes.hpp>
 #include <tandem/residuals/bounds.hpp>
@@ -146,8 +147,9 @@ struct TrackingProblem {
   std::vector<TargetVariable> target;  ///< likewise: a pose, a point where there is no orientation, or on a course
   std::vector<TwistVariable> twist;    ///< body twists, white_noise_acceleration only
   std::vector<PlacedMeasurement> measurements;
-  std::vector<NoisedBlock> noised;    ///< motion, odometry and what is known of the target
-  std::vector<std::size_t> left_out;  ///< of each sensor: measurements that its delay puts before the odometry
+  std::vector<NoisedBlock> noised;        ///< motion, odometry and what is known of the target
+  std::vector<SensorConstant> constants;  ///< that are estimated, of all sensors: scale, misalignment, delay
+  std::vector<std::size_t> left_out;      ///< of each sensor: measurements that its delay puts before the odometry
 
   // Where the chaser moves by its own sensors (TrackingData::ego):
   std::vector<EgoKeyframe> ego;  ///< one each a keyframe: its velocity and biases beside the pose

@@ -111,9 +111,12 @@ double variance(const TargetSensor& sensor, bool planar, double range) {
 double unexplained(const TargetSensor& sensor, bool planar, double range) {
   const double lever = sensor.type->has(measured::rotation) ? 0 : sensor.marker.translation().squaredNorm();
   if (!sensor.error) return lever;
+  const StayingError& error = *sensor.error;
+  const double constants = range * std::hypot(error.scale, error.misalignment);
+  if (!error.has_bias()) return lever + constants * constants;
   TargetSensor staying = sensor;
-  staying.sigma = sensor.error->sigma;
-  return lever + variance(staying, planar, range);
+  staying.sigma = error.sigma;
+  return lever + constants * constants + variance(staying, planar, range);
 }
 
 /// Measured positions of the target; `lever` is the marker's position at each keyframe, in the world from the target,

@@ -62,7 +62,7 @@ class Parameters {
       for (std::size_t c = 0; c < entries[e].components.size(); ++c) {
         const std::string name = entries[e].parameter(c);
         const bool named = is_among(name, options.free) || is_among(entries[e].name, options.free);
-        if (!named && !options.free.empty()) continue;
+        if (!options.noise || (!named && !options.free.empty())) continue;
         NoiseGroup group{name, {}, options.prior};
         add_rows(problems, e, c, group);
         if (group.rows.empty()) {
@@ -74,7 +74,7 @@ class Parameters {
         entry.push_back(e);
         component.push_back(c);
       }
-    if (groups.empty()) throw Error("calibrate: there is no noise with residuals of its own");
+    if (groups.empty() && options.noise) throw Error("calibrate: there is no noise with residuals of its own");
   }
 
   /// Takes one out.
@@ -170,6 +170,11 @@ bool has_diagnosis(const std::vector<Misfit>& misfits, const std::string& parame
                      [&](const Misfit& m) { return m.parameter == parameter && !m.diagnosis().empty(); });
 }
 
+void find_constants(const Problems& problems, ScenarioCalibration& result) {
+  for (const auto& problem : problems)
+    for (FoundConstant& c : problem->constants()) result.constants.push_back({problem->scenario, std::move(c)});
+}
+
 void validate(const Problems& problems, const std::vector<Problem*>& plain, const Parameters& parameters, int folds,
               const CalibrationOptions& options, ScenarioCalibration& result) {
   const auto left_out = folds_of(problems, folds);
@@ -251,7 +256,7 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
   }
   result.before = misfits_of_all(problems);
   std::vector<CalibratedParameter> distrusted;
-  while (true) {
+  while (options.noise) {
     result.summary = calibrate(plain, parameters.groups, calibration);
     result.after = misfits_of_all(problems);
     result.parameters.clear();
@@ -279,15 +284,28 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
     result.after = result.before;
     break;
   }
+  if (!options.noise) {
+    result.summary.status = Status::converged;
+    result.summary.message = "no noise was asked for";
+    result.after = result.before;
+  }
   result.parameters.insert(result.parameters.end(), distrusted.rbegin(), distrusted.rend());
   result.given_noise = entries_with(problems, parameters, nullptr);
   result.noise = entries_with(problems, parameters, &result.summary);
-  if (options.folds > 0 && !parameters.groups.empty() && !(options.stop && *options.stop)) {
+  const bool stopped = options.stop && *options.stop;
+  if (!stopped) find_constants(problems, result);
+  if (options.folds > 0 && !parameters.groups.empty() && !stopped) {
     given.restore();
     for (Problem* problem : plain) detail::solve_plainly(*problem);
     follow("held out: ");
     validate(problems, plain, parameters, options.folds, calibration, result);
-    if (result.folds > 0 && !result.recommended()) result.noise = result.given_noise;
+    if (result.folds > 0 && !result.recommended()) {
+      result.noise = result.given_noise;
+      given.restore();
+      for (Problem* problem : plain) detail::solve_plainly(*problem);
+      result.constants.clear();
+      find_constants(problems, result);
+    }
   }
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;

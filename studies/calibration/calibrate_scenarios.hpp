@@ -13,6 +13,7 @@ namespace tandem {
 
 struct ScenarioCalibrationOptions {
   std::vector<std::string> free;  ///< entries ("usbl") and parameters ("usbl.x"); none: all that have data
+  bool noise = true;              ///< false: none; errors that stay are found by the noise as given
   double prior = 1.0;             ///< NoiseGroup::prior of each
   int folds = 5;                  ///< of the cross-validation; 0: none
   int profile = 0;                ///< CalibrationOptions::profile
@@ -33,6 +34,12 @@ struct CalibratedParameter {
   double found() const { return given * result.factor; }
 };
 
+/// A constant of a sensor's errors that stay, as found in one of the scenarios.
+struct CalibratedConstant {
+  std::string scenario;
+  FoundConstant found;
+};
+
 /// How well held-out measurements were predicted, by noise as given and as found without them.
 struct HeldOutScore {
   std::string scenario;
@@ -44,7 +51,8 @@ struct ScenarioCalibration {
   std::vector<std::string> scenarios;
   Calibration summary;
   std::vector<CalibratedParameter> parameters;
-  std::vector<std::string> held;  ///< sentences: what was not calibrated or tried, and why
+  std::vector<CalibratedConstant> constants;  ///< by the noise that is recommended
+  std::vector<std::string> held;              ///< sentences: what was not calibrated or tried, and why
   std::vector<Misfit> before, after;
   int folds = 0;                     ///< 0: nothing was held out
   std::vector<HeldOutScore> scores;  ///< of each scenario
@@ -62,7 +70,8 @@ struct ScenarioCalibration {
 /// Calibrates the noise that scenarios share out of their measurements alone: no truth is read. What the first one gives is
 /// taken as given for all. White noise that is made smaller while errors stay claims a certainty that grows with every
 /// measurement, and is not there: such a parameter is kept, and the others are found again beside it. Throws Error on scenarios whose sensors differ, names that are not there, parameters without
-/// data, fewer data than parameters, and as the builders of problems and calibrate() do.
+/// data, fewer data than parameters, and as the builders of problems and calibrate() do. Constants of errors that stay are
+/// found in each scenario by itself.
 ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const ScenarioCalibrationOptions& options);
 
 }  // namespace tandem

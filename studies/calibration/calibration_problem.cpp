@@ -93,7 +93,7 @@ std::vector<CalibratedEntry> calibrated_entries(const Scenario& scenario) {
     for (const NamedNoise& noise : named_noise(data)) {
       if (is_assumed(noise.name)) continue;
       const auto sensor = std::find_if(data.sensors.begin(), data.sensors.end(), [&](const TargetSensor& s) {
-        return s.name == noise.name || (s.error && s.name + ".error" == noise.name);
+        return s.name == noise.name || (s.error && s.error->has_bias() && s.name + ".error" == noise.name);
       });
       const bool is_sensor = sensor != data.sensors.end();
       Names components = is_sensor ? of_sensor(sensor->type, planar) : of_noise(noise.name, planar);
@@ -107,7 +107,8 @@ std::vector<CalibratedEntry> calibrated_entries(const Scenario& scenario) {
   if (scenario.navigation && (!target || needs_navigation(scenario) || data.ego))
     for (const EgoSensor& sensor : scenario.navigation->sensors)
       for (const bool error : {false, true})
-        if (!error || sensor.error) entries.push_back(own_entry(sensor, scenario.frame, error));
+        if (!error || (sensor.error && sensor.error->has_bias()))
+          entries.push_back(own_entry(sensor, scenario.frame, error));
   std::stable_partition(entries.begin(), entries.end(), [](const CalibratedEntry& e) { return e.sensor; });
   return entries;
 }
@@ -129,6 +130,15 @@ CalibrationProblem::CalibrationProblem(Scenario scenario, const TrackingOptions&
   TrackingProblem& built = built_.emplace<TrackingProblem>(make_tracking_problem(scenario.data, target));
   add_target(scenario, target, built);
   if (scenario.data.ego) add_own(scenario.data.ego->data, built.ego_measurements);
+}
+
+std::vector<FoundConstant> CalibrationProblem::constants() {
+  const auto of = [](auto& built) -> std::vector<FoundConstant> {
+    if (built.constants.empty()) return {};
+    const Marginals marginals(built.problem);
+    return found_constants(built.problem, built.constants, &marginals);
+  };
+  return std::visit(of, built_);
 }
 
 void CalibrationProblem::add_target(const Scenario& scenario, const TrackingOptions& options,

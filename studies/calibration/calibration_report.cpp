@@ -27,6 +27,7 @@ std::string verdict(const CalibratedParameter& p) {
 }
 
 std::string held_out_sentence(const ScenarioCalibration& c) {
+  if (c.parameters.empty()) return "No noise was calibrated: nothing was held out.";
   if (c.folds == 0) return "Nothing was held out (--folds): whether this noise predicts better is not known.";
   if (!c.why_not_validated.empty())
     return fmt::format("Held-out measurements have no answer ({}): what was given is kept.", c.why_not_validated);
@@ -37,6 +38,21 @@ std::string held_out_sentence(const ScenarioCalibration& c) {
       n, c.folds, c.gain, c.gain_error,
       c.recommended() ? "What was found predicts better: recommended."
                       : "What was found predicts no better: keep what you had.");
+}
+
+/// A constant's own prior is 0 ± given.
+std::string constants_table(const ScenarioCalibration& c) {
+  if (c.constants.empty()) return "";
+  const bool several = c.scenarios.size() > 1;
+  TextTable table({{"error that stays", Align::left}, {"given ±"}, {"found"}, {"±"}, {"verdict", Align::left}});
+  for (const CalibratedConstant& constant : c.constants) {
+    const FoundConstant& f = constant.found;
+    table.row({several ? fmt::format("{} of {}", f.name, constant.scenario) : f.name, fmt::format("{:.4g}", f.given),
+               fmt::format("{:.5f}", f.value), fmt::format("{:.2g}", f.deviation),
+               f.determined() ? "found" : "not told apart from motion and other errors: held at what was given"});
+  }
+  return (c.parameters.empty() ? "" : "\n") + table.str() +
+         "A scale is what is read too much of 1; misalignments are in rad, delays in s.\n";
 }
 
 CalibrationJson entries_json(const std::vector<NoiseEntry>& entries) {
@@ -57,9 +73,11 @@ std::string report(const ScenarioCalibration& c) {
                told ? fmt::format("{:.2g}", p.found() * p.result.log_error) : "–",
                told ? fmt::format("{:.1f}", p.result.gain) : "–", verdict(p)});
   }
-  text += table.str();
-  text += fmt::format("\nEvidence {:+.1f} in all; gain is a parameter's own, in the logarithm of the evidence.\n",
-                      c.summary.gain);
+  if (!c.parameters.empty()) text += table.str();
+  text += constants_table(c);
+  if (!c.parameters.empty())
+    text += fmt::format("\nEvidence {:+.1f} in all; gain is a parameter's own, in the logarithm of the evidence.\n",
+                        c.summary.gain);
   for (const std::string& sentence : c.held) text += sentence + ".\n";
 
   TextTable residuals({{"residuals of", Align::left},
@@ -125,6 +143,13 @@ std::string calibration_json(const ScenarioCalibration& c) {
     row["flat_to"] = p.given * p.result.flat_to;
     json["parameters"].push_back(row);
   }
+  for (const CalibratedConstant& constant : c.constants)
+    json["staying_errors"].push_back({{"scenario", constant.scenario},
+                                      {"name", constant.found.name},
+                                      {"given_sigma", constant.found.given},
+                                      {"value", constant.found.value},
+                                      {"sigma", constant.found.deviation},
+                                      {"determined", constant.found.determined()}});
   json["residuals"] = CalibrationJson::array();
   for (std::size_t i = 0; i < c.after.size() && i < c.before.size(); ++i) {
     CalibrationJson row = {{"scenario", c.after[i].scenario}, {"parameter", c.after[i].parameter}};

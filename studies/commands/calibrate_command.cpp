@@ -49,6 +49,23 @@ std::string parse_noise_file(const std::string& option, const std::string& text)
   return text;
 }
 
+/// What is not known of a constant that --free names and no --error or scenario has: a share, rad, s.
+constexpr std::pair<const char*, double> kConstants[] = {{".scale", 0.05}, {".misalignment", 0.1}, {".delay", 0.3}};
+
+/// Takes the constants of errors that stay out of `free`, each as an --error of the problem.
+std::vector<SetByOption<StayingError>> take_constants(std::vector<std::string>& free) {
+  std::vector<SetByOption<StayingError>> errors;
+  std::erase_if(free, [&](const std::string& name) {
+    for (const auto& [what, sigma] : kConstants) {
+      if (!name.ends_with(what)) continue;
+      errors.push_back({{"--free", name}, StayingError{Vector<1>(sigma)}});
+      return true;
+    }
+    return false;
+  });
+  return errors;
+}
+
 /// An interrupt ends it with the best noise so far.
 int run_calibrate(const CalibrateRequest& request, const CommandOptions& option) {
   ScenarioCalibrationOptions options;
@@ -57,6 +74,10 @@ int run_calibrate(const CalibrateRequest& request, const CommandOptions& option)
   if (options.own.ego.preintegrated_dvl)
     throw Error("--preintegrated-dvl sums velocities up: calibrate takes each by itself");
   options.free = request.free;
+  const auto constants = take_constants(options.free);
+  options.noise = constants.empty() || !options.free.empty();
+  if (!options.noise && !request.noise_file.empty())
+    throw Error("--out writes noise, and --free names none: add some (usbl), or leave --out out");
   options.folds = request.folds;
   options.prior = std::log(request.within);
   options.profile = request.output.folder ? kProfile : 0;
@@ -67,6 +88,8 @@ int run_calibrate(const CalibrateRequest& request, const CommandOptions& option)
   for (const std::string& name : names) {
     ProblemRequest one = request.problem;
     one.scenario = name;
+    // Those that an --error names keep its standard deviation: it comes later.
+    one.sensors.errors.insert(one.sensors.errors.begin(), constants.begin(), constants.end());
     scenarios.push_back(read_any_problem(one, option));
   }
   const ScenarioCalibration found = [&] {
@@ -110,8 +133,9 @@ Command calibrate_command() {
         option.arguments("scenarios", "SCENARIO...", "More of them, with the same sensors", request->more);
         option.group("Calibration");
         option("--free", "LIST",
-               "What is calibrated, by commas: sensors and other noise (usbl), or their components (usbl.x); default "
-               "all that have residuals",
+               "What is calibrated, by commas: sensors and other noise (usbl), or their components (usbl.x), and "
+               "constants of "
+               "errors that stay (usbl.scale, camera.misalignment, dvl.delay); default all noise that has residuals",
                request->free, parse_names);
         option("--within", "FACTOR",
                "What the given values are held to be right to: a factor, one standard deviation of their prior",

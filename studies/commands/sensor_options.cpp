@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -72,7 +74,8 @@ class Sensors {
     if (own_)
       for (EgoSensor& sensor : own_->sensors) {
         known.push_back({sensor.name, span(sensor.sigma)});
-        if (sensor.error) known.push_back({sensor.name + ".error", span(sensor.error->sigma)});
+        if (sensor.error && sensor.error->has_bias())
+          known.push_back({sensor.name + ".error", span(sensor.error->sigma)});
       }
     std::array<double, 4> imu{};
     if (own_ && own_->imu) known.push_back({own_->imu->name, imu});
@@ -125,6 +128,7 @@ class Sensors {
   }
 
   void set(const SetByOption<StayingError>& error) {
+    if (const auto constant = constant_of(error.name)) return set_constant(error, *constant);
     EgoSensor* const own = find_own(error.name);
     if (is_imu(error.name))
       throw Error(
@@ -136,7 +140,10 @@ class Sensors {
     if (const auto why = why_not_sigmas(span(value.sigma), std::size_t(sigma.size())); !why.empty())
       throw Error(fmt::format("{} {} {}", error.option, error.name, why));
     if (own) turn(*own, span(value.sigma));
-    (own ? own->error : target_sensor(error).error) = value;
+    auto& place = own ? own->error : target_sensor(error).error;
+    if (!place) place.emplace();
+    place->sigma = value.sigma;
+    place->time = value.time;
   }
 
   void hold_out(const SetByOption<int>& every) {
@@ -156,6 +163,34 @@ class Sensors {
   }
 
  private:
+  /// "usbl.scale": the sensor's name, and which of its constants.
+  struct Constant {
+    std::string sensor;
+    double StayingError::*sigma;
+  };
+  std::optional<Constant> constant_of(const std::string& name) const {
+    const std::size_t dot = name.rfind('.');
+    if (dot == std::string::npos || find_own(name) || (target_ && find(target_->sensors, name))) return {};
+    for (const auto& [what, sigma] : {std::pair{".scale", &StayingError::scale},
+                                      {".misalignment", &StayingError::misalignment},
+                                      {".delay", &StayingError::delay}})
+      if (name.substr(dot) == what) return Constant{name.substr(0, dot), sigma};
+    return {};
+  }
+  void set_constant(const SetByOption<StayingError>& error, const Constant& constant) {
+    const Eigen::VectorXd& sigma = error.value.sigma;
+    if (sigma.size() != 1 || std::isfinite(error.value.time) || !(sigma[0] > 0) || !std::isfinite(sigma[0]))
+      throw Error(fmt::format("{} {}: give one standard deviation above zero, without a time: it is constant",
+                              error.option, error.name));
+    const NamedByOption sensor{error.option, constant.sensor};
+    EgoSensor* const own = find_own(constant.sensor);
+    if (is_imu(constant.sensor))
+      throw Error(
+          fmt::format("{} {}: an imu has biases alone, and they are estimated anyway", error.option, error.name));
+    auto& place = own ? own->error : target_sensor(sensor).error;
+    if (!place) place.emplace();
+    (*place).*constant.sigma = sigma[0];
+  }
   static std::span<double> span(Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
   /// Standard deviations along the world's axes, from the file's frame into ours.
   void turn(const EgoSensor& own, std::span<double> sigmas) const {
@@ -235,9 +270,9 @@ void add_sensors(CommandOptions& option, SensorOptions& sensors) {
                       return parse_setting<double>(name, text, parse_magnitude);
                     });
   option.repeatable(
-      "--error", "SENSOR=v,v,...[:SECONDS]",
-      "An error that stays, of these standard deviations: it is estimated beside the noise, and forgotten "
-      "after so many seconds (none: it is constant)",
+      "--error", "SENSOR[.scale|.misalignment|.delay]=v,v,...[:SECONDS]",
+      "An error that stays, of these standard deviations, estimated beside the noise: a bias, forgotten after so many "
+      "seconds (none: it is constant); or a constant scale factor, turn of the sensor [rad] or delay [s]",
       sensors.errors, [](const std::string& name, const std::string& text) {
         return parse_setting<StayingError>(name, text, parse_staying_error);
       });

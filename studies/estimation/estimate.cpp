@@ -57,6 +57,7 @@ void add_uncertainty(const Scenario& scenario, const Solver& solver, bool gradua
     return;
   }
   result.uncertainty = std::move(found.keyframes);
+  result.constants = std::move(found.constants);
   if (found.held_out.empty()) return;
 
   const bool robust = std::any_of(result.sensors.begin(), result.sensors.end(),
@@ -170,6 +171,7 @@ Estimate estimate(const Scenario& scenario, const TrackingOptions& options, cons
   result.sensors = sensor_outcomes(scenario, options, tracking, result.measurements);
   result.suspects = suspects(scenario.data, tracking.keyframes);
   result.contradiction = contradiction(scenario.data, options, stop);
+  result.constants = found_constants(problem, tracking.constants, nullptr);
   if (covariance)
     add_uncertainty(scenario, solver, graduated, stop, tracking, result);
   else

@@ -58,6 +58,7 @@ struct Estimate {
   std::string why_no_uncertainty;                ///< a sentence, when there is none
   bool cut_short = false;                        ///< the uncertainty was, by the solver's limits
   std::vector<Suspect> suspects;                 ///< the worst first
+  std::vector<FoundConstant> constants;          ///< of sensors with errors that stay
   std::string contradiction;                     ///< of the limits on the motion with the data, a sentence, or none
 
   // Where the chaser moves by its own sensors:

@@ -235,6 +235,7 @@ std::string report(const Estimate& estimate) {
   else if (all.compared < all.n)
     text += fmt::format("The truth covers {} of the {} keyframes.\n", all.compared, all.n);
   text += sensor_table(estimate) + coverage_table(estimate) + ego_lines(estimate);
+  if (const std::string constants = constants_text(estimate.constants); !constants.empty()) text += "\n" + constants;
   text += doubts(estimate);
   if (!estimate.why_no_uncertainty.empty()) text += fmt::format("\nNo covariances: {}\n", estimate.why_no_uncertainty);
   return text;
@@ -265,6 +266,8 @@ std::string summary_json(const Estimate& estimate) {
   if (estimate.dvl_scale) json["dvl_scale"] = 1 + *estimate.dvl_scale;
   for (const auto& [from, to] : estimate.splits) json["splits"].push_back({from, to});
   if (!estimate.held_out.empty()) json["held_out"] = coverage_json(estimate);
+  for (const FoundConstant& c : estimate.constants)
+    json["staying_errors"][c.name] = {{"value", c.value}, {"sigma", c.deviation}, {"given_sigma", c.given}};
   for (const Suspect& s : estimate.suspects)
     json["suspects"].push_back({{"sensor", s.sensor}, {"t", s.t}, {"sigmas", s.sigmas}});
   if (!estimate.contradiction.empty()) json["contradiction"] = estimate.contradiction;

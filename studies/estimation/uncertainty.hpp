@@ -5,6 +5,7 @@
 
 #include <tandem/problem/tracking/tracking_problem.hpp>
 #include <tandem/solvers/marginals.hpp>
+#include <tandem/studies/navigation/found_constants.hpp>
 
 namespace tandem {
 
@@ -40,6 +41,7 @@ struct HeldOut {
 };
 
 struct Uncertainty {
+  std::vector<FoundConstant> constants;  ///< of sensors with errors that stay
   std::vector<KeyframeUncertainty> keyframes;
   std::vector<HeldOut> held_out;  ///< in the problem's order
 };

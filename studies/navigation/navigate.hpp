@@ -7,6 +7,7 @@
 #include <tandem/problem/navigation/navigation_checks.hpp>
 #include <tandem/problem/navigation/navigation_problem.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
+#include <tandem/studies/navigation/found_constants.hpp>
 #include <tandem/studies/scenario/scenario.hpp>
 
 namespace tandem {
@@ -30,8 +31,9 @@ struct Navigation {
   std::vector<Stamped<EgoState>> states;  ///< at the keyframes
   std::vector<EgoCovariance> covariance;  ///< one each a keyframe, or none
   std::string why_no_covariance;
-  bool cut_short = false;           ///< the covariances were, by the solver's limits
-  std::optional<double> dvl_scale;  ///< when estimated
+  bool cut_short = false;                ///< the covariances were, by the solver's limits
+  std::optional<double> dvl_scale;       ///< when estimated
+  std::vector<FoundConstant> constants;  ///< of sensors with errors that stay
   std::vector<PlacedEgoMeasurement> placed;
   std::vector<double> weight;         ///< of each placed measurement: what a robust loss leaves of it
   std::vector<std::size_t> left_out;  ///< of each sensor

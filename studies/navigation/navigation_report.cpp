@@ -200,6 +200,8 @@ std::string calibration(const NavigationStudy& study) {
   if (study.navigation.dvl_scale)
     text += fmt::format("{}the DVL reads {:.5f} times the velocity\n", text.empty() ? "\n" : "",
                         1 + *study.navigation.dvl_scale);
+  if (const std::string constants = constants_text(study.navigation.constants); !constants.empty())
+    text += (text.empty() ? "\n" : "") + constants;
   return text;
 }
 
@@ -351,6 +353,8 @@ std::string navigation_json(const NavigationStudy& study) {
   for (const DelayFit& fit : study.delays)
     json["fitted_delays"][fit.sensor] = {
         {"seconds", fit.delay}, {"cost", fit.cost}, {"cost_as_given", fit.cost_before}};
+  for (const FoundConstant& c : navigation.constants)
+    json["staying_errors"][c.name] = {{"value", c.value}, {"sigma", c.deviation}, {"given_sigma", c.given}};
   if (navigation.dvl_scale) json["dvl_scale"] = 1 + *navigation.dvl_scale;
   if (!navigation.why_no_covariance.empty()) json["no_covariance"] = navigation.why_no_covariance;
   return json_text(json);

@@ -96,7 +96,7 @@ EgoSensor read_other(const std::string& name, const YamlSection& entry, const st
   sensor.delay = read_delay(entry);
   sensor.loss = read_loss(entry, "loss");
   sensor.error = read_error(entry, rows(sensor.type));
-  if (sensor.error && sensor.type->reading == EgoReading::world_vector && frame.is_ned())
+  if (sensor.error && sensor.error->has_bias() && sensor.type->reading == EgoReading::world_vector && frame.is_ned())
     std::swap(sensor.error->sigma[0], sensor.error->sigma[1]);
 
   const std::filesystem::path file = sensor_file(entry, folder);

@@ -32,9 +32,19 @@ double read_delay(const YamlSection& sensor) {
 std::optional<StayingError> read_error(const YamlSection& sensor, int rows) {
   if (!sensor.has("error")) return {};
   const YamlSection entry = sensor.section("error");
-  entry.allow_only({"sigma", "time"});
-  StayingError error{Eigen::VectorXd(rows)};
-  read_sigmas(entry, "sigma", {error.sigma.data(), std::size_t(rows)});
+  entry.allow_only({"sigma", "time", "scale", "misalignment", "delay"});
+  StayingError error;
+  if (entry.has("sigma")) {
+    error.sigma.resize(rows);
+    read_sigmas(entry, "sigma", {error.sigma.data(), std::size_t(rows)});
+  }
+  for (const auto& [key, sigma] :
+       {std::pair{"scale", &error.scale}, {"misalignment", &error.misalignment}, {"delay", &error.delay}})
+    if (entry.has(key)) read_sigmas(entry, key, {sigma, 1});
+  if (!error.has_bias() && !error.has_constants())
+    sensor.fail("error", "error has none of sigma, scale, misalignment and delay: give what it may have");
+  if (entry.has("time") && !error.has_bias())
+    entry.fail("time", "time is of a bias: give its sigma, too, or leave it out");
   if (entry.has("time")) error.time = entry.number("time");
   if (!(error.time > 0))
     entry.fail("time", "time must be above zero: the seconds after which a third of the error is left");

@@ -18,7 +18,8 @@ namespace tandem {
 SE3 read_extrinsics(const YamlSection& sensor, const Frame& frame, const std::string& prefix = "");
 /// Seconds, zero where none is given.
 double read_delay(const YamlSection& sensor);
-/// Of so many rows, out of the key `error`: {sigma: […], time: 20}; without a time it is constant.
+/// Out of the key `error`: {sigma: […], time: 20, scale: 0.01, misalignment: 0.02, delay: 0.1}, a bias of so many rows,
+/// constant without a time, and the standard deviations of constants; one or more of them.
 std::optional<StayingError> read_error(const YamlSection& sensor, int rows);
 std::optional<Loss> read_loss(const YamlSection& sensor, const std::string& key);
 

@@ -14,6 +14,8 @@
 #include <tandem/residuals/gps.hpp>
 #include <tandem/residuals/heading.hpp>
 #include <tandem/residuals/interpolated.hpp>
+#include <tandem/residuals/miscalibrated.hpp>
+#include <tandem/residuals/miscalibrated_own.hpp>
 #include <tandem/residuals/mixed_velocity.hpp>
 #include <tandem/residuals/outside.hpp>
 #include <tandem/residuals/preintegrated_dvl.hpp>
@@ -54,6 +56,8 @@ static_assert(Residual<ScaledDvlVelocity> && Residual<PreintegratedDvl> && Resid
 static_assert(Residual<Coasting> && Residual<RelativePose<Rn<6>>>);
 static_assert(Residual<Propagated<Depth>> && Residual<Propagated<Gps>> && Residual<Propagated<Heading>>);
 static_assert(Residual<Propagated<DvlVelocity>> && Residual<Propagated<ScaledDvlVelocity>>);
+static_assert(Residual<Miscalibrated<UsblPosition<>>> && Residual<Miscalibrated<Bearing<SE2, R2>>>);
+static_assert(Residual<MiscalibratedOwn<Depth>> && Residual<MiscalibratedOwn<DvlVelocity>>);
 static_assert(Residual<Propagated<UsblPosition<>>> && Residual<Propagated<UsblPosition<SE3, R3>>>);
 static_assert(Residual<Outside<TwistComponents<SE3, surge>>> && Residual<Outside<Prior<SE3>>>);
 

@@ -21,6 +21,8 @@
 #include <tandem/residuals/imu_preintegration.hpp>
 #include <tandem/residuals/interpolated.hpp>
 #include <tandem/residuals/loss.hpp>
+#include <tandem/residuals/miscalibrated.hpp>
+#include <tandem/residuals/miscalibrated_own.hpp>
 #include <tandem/residuals/mixed_velocity.hpp>
 #include <tandem/residuals/outside.hpp>
 #include <tandem/residuals/preintegrated_dvl.hpp>
@@ -170,6 +172,8 @@ TEST(NoAllocation, of_ego_sensors) {
   EXPECT_EQ(allocations_of(Propagated{Depth{1.0, some}, some_delta()}), 0);
   EXPECT_EQ(allocations_of(Propagated{DvlVelocity{some}, some_delta()}), 0);
   EXPECT_EQ(allocations_of(Propagated{ScaledDvlVelocity{some}, some_delta()}), 0);
+  EXPECT_EQ(allocations_of(MiscalibratedOwn<DvlVelocity>{{some}}), 0);
+  EXPECT_EQ(allocations_of(Miscalibrated<UsblPosition<>>{{some}}), 0);
   EXPECT_EQ(allocations_of(Propagated{UsblPosition<>{some}, some_delta()}), 0);
 }
 

@@ -46,6 +46,44 @@ TEST(EgoErrors, AnOffsetIsFoundWhereOthersTellIt) {
   EXPECT_LE(run.turn.largest_error(run.solved()), 0.03);
 }
 
+/// A Doppler log that is turned and reads too much, beside a GPS that is late.
+TEST(EgoErrors, ScaleMisalignmentAndDelayAreFound) {
+  const double scale = 0.05, delay = 0.2;
+  const Vector<3> turn(0.02, -0.03, 0.06);
+  Offset run;
+  EgoSensor &dvl = run.sensor(EgoSensorType::dvl), &gps = run.sensor(EgoSensorType::gps);
+  for (EgoMeasurement& m : dvl.measurements) m.value = (1 + scale) * SO3::Exp(turn).inverse().act(m.value);
+  for (EgoMeasurement& m : gps.measurements) m.value = run.turn.measure(gps, m.t - delay).value;
+  gps.sigma.setConstant(0.02);
+  dvl.error = StayingError{.scale = 0.1, .misalignment = 0.1};
+  gps.error = StayingError{.delay = 0.3};
+  const NavigationProblem found = run.solved();
+  const auto value = [&]<class X>(const std::string& name, const X&) {
+    const auto at = std::find_if(found.constants.begin(), found.constants.end(),
+                                 [&](const SensorConstant& c) { return c.name == name; });
+    return found.problem.value(std::get<Variable<X>>(at->state)).Log();
+  };
+  ASSERT_EQ(found.constants.size(), 3u);
+  EXPECT_NEAR(value("dvl.scale", Rn<1>())[0], scale, 0.003);
+  EXPECT_NEAR(value("gps.delay", Rn<1>())[0], delay, 0.01);
+  const Vector<3> turned = value("dvl.misalignment", SO3());
+  EXPECT_NEAR(turned.y(), turn.y(), 0.005);
+  EXPECT_NEAR(turned.z(), turn.z(), 0.005);
+  EXPECT_LT(std::abs(turned.x()), 0.005) << "about the way, which nothing tells: as given";
+  EXPECT_LE(run.turn.largest_error(found), 0.05);
+}
+
+TEST(EgoErrors, TheDvlsScaleIsOneNumber) {
+  Offset run;
+  run.turn.dvl_scale = 0.05;
+  run.data = run.turn.data();
+  run.sensor(EgoSensorType::dvl).error = StayingError{Vector<3>::Constant(0.001)};
+  NavigationProblem built = make_navigation_problem(run.data, run.turn.guess(), run.turn.start(), {.dvl_scale = true});
+  EXPECT_TRUE(solve(built.problem, GaussNewtonOptions{}).converged());
+  EXPECT_TRUE(built.constants.empty());
+  EXPECT_NEAR(built.problem.value(*built.dvl_scale).vector()[0], 0.05, 0.005);
+}
+
 /// One state for the whole run, one a measurement, and as many rows as the sensor has.
 TEST(EgoErrors, ItsStatesAreTied) {
   Offset run;
@@ -99,6 +137,18 @@ TEST(EgoErrors, WhatCannotWorkIsRefused) {
   run.sensor(EgoSensorType::dvl).error = StayingError{Vector<3>::Constant(1)};
   EXPECT_EQ(refusal(), "");
   EXPECT_THAT(refusal({.preintegrated_dvl = true}), HasSubstr("have no error that stays"));
+  run.sensor(EgoSensorType::dvl).error.reset();
+  run.sensor(EgoSensorType::gps).error = StayingError{.scale = 0.1};
+  EXPECT_THAT(refusal(), HasSubstr("gps.error: a gps has no scale"));
+  run.sensor(EgoSensorType::gps).error = StayingError{.misalignment = 0.1};
+  EXPECT_THAT(refusal(), HasSubstr("does not tell how it is turned"));
+  run.sensor(EgoSensorType::gps).error.reset();
+  run.sensor(EgoSensorType::heading).error = StayingError{.misalignment = 0.1};
+  EXPECT_THAT(refusal(), HasSubstr("is its bias"));
+  run.sensor(EgoSensorType::heading).error = StayingError{.delay = 0.1};
+  EXPECT_EQ(refusal(), "");
+  run.data.imu.reset();
+  EXPECT_THAT(refusal(), HasSubstr("beside an imu alone"));
 }
 
 }  // namespace

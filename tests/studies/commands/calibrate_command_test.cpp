@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -24,6 +26,23 @@ class CalibrateCommand : public testing::Test {
   std::filesystem::path run_;
   std::string noise_;
 };
+
+TEST_F(CalibrateCommand, FindsConstantsOfErrorsThatStay) {
+  const Outcome outcome = run_tandem({"calibrate", run(), "--free", "usbl.scale,usbl.delay", "--json"});
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const auto json = nlohmann::json::parse(outcome.output);
+  EXPECT_TRUE(json["parameters"].empty());
+  ASSERT_EQ(json["staying_errors"].size(), 2u);
+  for (const auto& found : json["staying_errors"])  // none in the simulation
+    EXPECT_LT(std::abs(found["value"].get<double>()), 4 * found["sigma"].get<double>()) << found;
+  const Outcome table = run_tandem({"calibrate", run(), "--free", "usbl.scale"});
+  EXPECT_THAT(table.output, HasSubstr("error that stays"));
+  EXPECT_THAT(run_tandem({"calibrate", run(), "--free", "usbl.scale", "--out", noise_}).errors,
+              HasSubstr("--out writes noise"));
+  EXPECT_THAT(run_tandem({"calibrate", run(), "--free", "usb.scale"}).errors, HasSubstr("knows no sensor 'usb'"));
+  const Outcome estimate = run_tandem({"estimate", run(), "--error", "usbl.scale=0.05", "--json"});
+  EXPECT_TRUE(nlohmann::json::parse(estimate.output)["staying_errors"].contains("usbl.scale")) << estimate.errors;
+}
 
 TEST_F(CalibrateCommand, WritesNoiseThatOtherCommandsTake) {
   const Outcome outcome =

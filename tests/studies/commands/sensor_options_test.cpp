@@ -99,6 +99,28 @@ TEST(SensorOptions, DelaysAndSensorsLeftOutWithTheirFiles) {
   EXPECT_FALSE(a.scenario.navigation->imu || a.scenario.files.imu);
 }
 
+TEST(SensorOptions, ErrorsThatStay) {
+  const Applied a = apply_words({"--error", "dvl.scale=0.01", "--error", "dvl=0.1,0.2,0.3:20", "--error",
+                                 "usbl.delay=0.2", "--error", "usbl.misalignment=0.03"},
+                                true);
+  EXPECT_EQ(a.error, "");
+  const StayingError& dvl = *a.scenario.navigation->sensors[0].error;
+  EXPECT_EQ(dvl.sigma, Vector<3>(0.1, 0.2, 0.3));
+  EXPECT_EQ(dvl.time, 20);
+  EXPECT_EQ(dvl.scale, 0.01);
+  const StayingError& usbl = *a.scenario.data.sensors[0].error;
+  EXPECT_FALSE(usbl.has_bias());
+  EXPECT_EQ(usbl.delay, 0.2);
+  EXPECT_EQ(usbl.misalignment, 0.03);
+  const auto error = [](const char* value) { return apply_words({"--error", value}, true).error; };
+  EXPECT_THAT(error("usbl.scale=0.1,0.2"), HasSubstr("give one standard deviation above zero"));
+  EXPECT_THAT(error("usbl.scale=0.1:20"), HasSubstr("it is constant"));
+  EXPECT_THAT(error("usbl.scale=0"), HasSubstr("above zero"));
+  EXPECT_THAT(error("usb.scale=0.1"), HasSubstr("knows no sensor 'usb'"));
+  EXPECT_THAT(error("usbl.size=0.1"), HasSubstr("knows no sensor 'usbl.size'"));
+  EXPECT_THAT(error("imu.scale=0.1"), HasSubstr("biases alone"));
+}
+
 TEST(SensorOptions, EveryNthMeasurementIsHeldOut) {
   const auto held_out = [](const std::string& value) {
     std::vector<bool> marks;

@@ -137,9 +137,17 @@ TEST_F(ScenarioSensors, AnErrorThatStays) {
   EXPECT_EQ(sonar().error->time, 20);
   add("type: range_bearing, sigma: [1, 2, 3], error: {sigma: [0.1, 0.2, 0.3]}", rows);
   EXPECT_EQ(sonar().error->time, HUGE_VAL) << "constant";
+  add("type: range_bearing, sigma: [1, 2, 3], error: {scale: 0.01, misalignment: 0.02, delay: 0.3}", rows);
+  EXPECT_FALSE(sonar().error->has_bias());
+  EXPECT_EQ(sonar().error->scale, 0.01);
+  EXPECT_EQ(sonar().error->misalignment, 0.02);
+  EXPECT_EQ(sonar().error->delay, 0.3);
   for (const auto& [error, why] : {std::pair{"{sigma: [0.1]}", "needs 3 standard deviations"},
                                    {"{sigma: [0.1, 0.2, 0.3], time: 0}", "time must be above zero"},
-                                   {"{sigma: [0.1, 0.2, 0.3], tau: 3}", "tau"}}) {
+                                   {"{sigma: [0.1, 0.2, 0.3], tau: 3}", "tau"},
+                                   {"{scale: -1}", "above zero"},
+                                   {"{scale: 0.1, time: 20}", "time is of a bias"},
+                                   {"{}", "error has none of sigma, scale"}}) {
     add(std::string("type: range_bearing, sigma: [1, 2, 3], error: ") + error, rows);
     EXPECT_THAT([&] { sonar(); }, testing::ThrowsMessage<Error>(HasSubstr(why)));
   }

@@ -1,0 +1,38 @@
+#include <tandem/problem/navigation/sensor_constants.hpp>
+#include <tandem/residuals/prior.hpp>
+
+namespace tandem {
+
+template <LieGroup G>
+Variable<G> SensorConstants::get(Problem& problem, const std::string& sensor, const char* what, double sigma) {
+  if (!(sigma > 0)) return none<G>(problem);
+  const std::string name = sensor + "." + what;
+  for (const SensorConstant& c : all_)
+    if (c.name == name) return std::get<Variable<G>>(c.state);
+  const Variable<G> x = problem.add(G(), name);
+  problem.minimize(Prior<G>{G()}, Gaussian(Eigen::VectorXd::Constant(G::dof, sigma)), {x});
+  all_.push_back({name, x, sigma});
+  return x;
+}
+
+template <LieGroup G>
+Variable<G> SensorConstants::none(Problem& problem) {
+  auto& x = std::get<std::optional<Variable<G>>>(none_);
+  if (!x) {
+    x = problem.add(G(), "no error");
+    problem.fix(*x);
+  }
+  return *x;
+}
+
+template Variable<Rn<1>> SensorConstants::get(Problem&, const std::string&, const char*, double);
+template Variable<SO3> SensorConstants::get(Problem&, const std::string&, const char*, double);
+template Variable<SO2> SensorConstants::get(Problem&, const std::string&, const char*, double);
+template Variable<Rn<1>> SensorConstants::none(Problem&);
+template Variable<Rn<2>> SensorConstants::none(Problem&);
+template Variable<Rn<3>> SensorConstants::none(Problem&);
+template Variable<Rn<6>> SensorConstants::none(Problem&);
+template Variable<SO3> SensorConstants::none(Problem&);
+template Variable<SO2> SensorConstants::none(Problem&);
+
+}  // namespace tandem

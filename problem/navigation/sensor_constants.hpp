@@ -1,0 +1,43 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <tuple>
+#include <variant>
+#include <vector>
+
+#include <tandem/lie/so2.hpp>
+#include <tandem/lie/so3.hpp>
+#include <tandem/problem/navigation/staying_error.hpp>
+#include <tandem/problem/problem.hpp>
+
+namespace tandem {
+
+/// One of the constants of a sensor's StayingError in a problem.
+struct SensorConstant {
+  std::string name;  ///< "usbl.scale", "camera.misalignment", "dvl.delay"
+  std::variant<Variable<Rn<1>>, Variable<SO3>, Variable<SO2>> state;  ///< 1; rad; s
+  double sigma;                                                       ///< of its prior, whose mean is 0
+};
+
+/// The constants of all sensors of a problem, each made when it is first asked for. A residual that reads one which its
+/// sensor has not gets a variable that is fixed at zero, and that solvers do not see.
+class SensorConstants {
+ public:
+  /// `what`: "scale", "misalignment" or "delay", of this standard deviation; 0: the sensor has none.
+  /// Of Rn<1>, SO3 and SO2.
+  template <LieGroup G>
+  Variable<G> get(Problem& problem, const std::string& sensor, const char* what, double sigma);
+  /// Of these, and of a bias.
+  template <LieGroup G>
+  Variable<G> none(Problem& problem);
+  const std::vector<SensorConstant>& all() const { return all_; }
+
+ private:
+  std::vector<SensorConstant> all_;
+  std::tuple<std::optional<Variable<Rn<1>>>, std::optional<Variable<Rn<2>>>, std::optional<Variable<Rn<3>>>,
+             std::optional<Variable<Rn<6>>>, std::optional<Variable<SO3>>, std::optional<Variable<SO2>>>
+      none_;
+};
+
+}  // namespace tandem
