@@ -21,7 +21,7 @@ struct CalibrateRequest {
   ProblemRequest problem;  ///< of every scenario
   std::vector<std::string> more;
   std::vector<std::string> free;
-  double within = 2.0;
+  double within = 2.0, time_limit = HUGE_VAL;
   int folds = 5;
   std::string noise_file;
   Output output;
@@ -49,7 +49,7 @@ std::string parse_noise_file(const std::string& option, const std::string& text)
   return text;
 }
 
-/// An interrupt ends it with the best noise so far.
+/// An interrupt or the time limit ends it with the best noise so far.
 int run_calibrate(const CalibrateRequest& request, const CommandOptions& option) {
   ScenarioCalibrationOptions options;
   options.target = tracking_options(request.problem, true);
@@ -60,14 +60,14 @@ int run_calibrate(const CalibrateRequest& request, const CommandOptions& option)
   options.folds = request.folds;
   options.prior = std::log(request.within);
   options.profile = request.output.folder ? kProfile : 0;
-  options.stop = &interrupted();
+  options.stop = Stop(&interrupted(), request.time_limit);
   std::vector<Scenario> scenarios;
   std::vector<std::string> names = {request.problem.scenario};
   names.insert(names.end(), request.more.begin(), request.more.end());
   for (const std::string& name : names) {
     ProblemRequest one = request.problem;
     one.scenario = name;
-    scenarios.push_back(read_any_problem(one, option));
+    scenarios.push_back(read_any_problem(one, option, options.stop));
   }
   const ScenarioCalibration found = [&] {
     ProgressLine line;
@@ -86,8 +86,9 @@ int run_calibrate(const CalibrateRequest& request, const CommandOptions& option)
   results.json = [&] { return calibration_json(found); };
   results.plots_of = "calibrate";
   results.write = [&](const std::filesystem::path& folder) { write_results(found, folder); };
-  if (interrupted())
-    results.not_done = "interrupted: the best noise so far";
+  if (options.stop.reached())
+    results.not_done =
+        fmt::format("{}: the best noise so far", interrupted() ? "interrupted" : "the time limit was reached");
   else if (!found.summary.converged())
     results.not_done = "calibrate did not converge: " + found.summary.message;
   return finish(request.output, results);
@@ -96,35 +97,37 @@ int run_calibrate(const CalibrateRequest& request, const CommandOptions& option)
 }  // namespace
 
 Command calibrate_command() {
-  return {
-      "calibrate", "Learn the noise of sensors and of motion from recordings, without truth",
-      [](CommandOptions& option) {
-        const auto request = std::make_shared<CalibrateRequest>();
-        option.footer(
-            "Noise is found by the evidence of the measurements and tried on held-out ones; truth is never read.\n"
-            "Exit status: 0 converged, 1 wrong input or usage, 2 not converged or interrupted (the best noise so far "
-            "is written).");
-        add_problem(option, request->problem, true);
-        add_max_keyframes(option, request->problem);
-        add_own_sensors(option, request->problem.own, true);
-        option.arguments("scenarios", "SCENARIO...", "More of them, with the same sensors", request->more);
-        option.group("Calibration");
-        option("--free", "LIST",
-               "What is calibrated, by commas: sensors and other noise (usbl), or their components (usbl.x); default "
-               "all that have residuals",
-               request->free, parse_names);
-        option("--within", "FACTOR",
-               "What the given values are held to be right to: a factor, one standard deviation of their prior",
-               request->within, parse_factor);
-        option("--folds", "N", "Parts that are held out in turn, to try what was found (default 5, 0: none)",
-               request->folds, parse_count_or_none);
-        add_output(option, request->output,
-                   {.writes = "Write residuals, evidence and plots to DIR", .folder = "--pictures"});
-        option("--out", "FILE", "Write the noise for --noise-from: found where recommended, else as given",
-               request->noise_file, parse_noise_file);
-        return [request, &option] { return run_calibrate(*request, option); };
-      },
-      true};
+  return {"calibrate", "Learn the noise of sensors and of motion from recordings, without truth",
+          [](CommandOptions& option) {
+            const auto request = std::make_shared<CalibrateRequest>();
+            option.footer(
+                "Noise is found by the evidence of the measurements and tried on held-out ones; truth is never read.\n"
+                "Exit status: 0 converged, 1 wrong input or usage, 2 not converged or cut short (the best noise so far "
+                "is written).");
+            add_problem(option, request->problem, true);
+            add_max_keyframes(option, request->problem);
+            add_own_sensors(option, request->problem.own, true);
+            option.arguments("scenarios", "SCENARIO...", "More of them, with the same sensors", request->more);
+            option.group("Calibration");
+            option(
+                "--free", "LIST",
+                "What is calibrated, by commas: sensors and other noise (usbl), or their components (usbl.x); default "
+                "all that have residuals",
+                request->free, parse_names);
+            option("--within", "FACTOR",
+                   "What the given values are held to be right to: a factor, one standard deviation of their prior",
+                   request->within, parse_factor);
+            option("--folds", "N", "Parts that are held out in turn, to try what was found (default 5, 0: none)",
+                   request->folds, parse_count_or_none);
+            option("--time-limit", "SECONDS", "Stop after so long, with the best noise by then", request->time_limit,
+                   parse_magnitude);
+            add_output(option, request->output,
+                       {.writes = "Write residuals, evidence and plots to DIR", .folder = "--pictures"});
+            option("--out", "FILE", "Write the noise for --noise-from: found where recommended, else as given",
+                   request->noise_file, parse_noise_file);
+            return [request, &option] { return run_calibrate(*request, option); };
+          },
+          true};
 }
 
 }  // namespace tandem
