@@ -178,7 +178,7 @@ std::vector<FolderFault> made_folder_faults() {
       {"nan in the motion", cell(kMotion, 1, "nan"), refused, "MOTION:"},
       {"a time that is no number", cell(kSensor, 0, "noon"), refused, "SENSOR:"},
       {"a value of 1e3", cell(kSensor, 1, "1e3"), survived},
-      {"a value of 1e6", cell(kSensor, 1, "-1e6"), survived},
+      {"a value of 1e6", cell(kSensor, 1, "1e6"), survived},
       {"a value of 1e150", cell(kSensor, 1, "1e150"), survived},
       {"a value of 1e308", cell(kSensor, 1, "1e308"), finite},
       {"1e308 in the motion", cell(kMotion, 1, "1e308"), finite},
