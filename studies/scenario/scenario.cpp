@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
 #include <fmt/format.h>
@@ -21,6 +22,16 @@ std::vector<Stamped<SE3>> trajectory(const Scenario& scenario, const Table& tabl
   std::vector<Stamped<SE3>> result = poses(table);
   for (auto& [t, pose] : result) pose = inner_pose(pose, scenario.frame, scenario.data.planar);
   return result;
+}
+
+/// A true trajectory. Throws Error on what is no place: errors against it would be no numbers.
+std::vector<Stamped<SE3>> true_trajectory(const Scenario& scenario, const Table& table) {
+  constexpr double kFarthest = 1e12;  // m
+  for (std::size_t i = 0; i < table.rows(); ++i)
+    for (int axis = 1; axis <= 3; ++axis)
+      if (const double x = table.row(i)[axis]; std::abs(x) > kFarthest)
+        throw Error(fmt::format("{}: no truth is {:.3g} m away", table.where(i), x));
+  return trajectory(scenario, table);
 }
 
 bool contains(const std::vector<std::string>& words, const std::string& word) {
@@ -216,8 +227,8 @@ Scenario read_settings(const std::string& yaml, const std::filesystem::path& fol
 void read_truth(Scenario& scenario, const Stop& stop) {
   const std::filesystem::path chaser = scenario.folder / "truth_chaser.tum",
                               target = scenario.folder / "truth_target.tum";
-  if (std::filesystem::exists(chaser)) scenario.truth_chaser = trajectory(scenario, read_tum(chaser, stop));
-  if (std::filesystem::exists(target)) scenario.truth_target = trajectory(scenario, read_tum(target, stop));
+  if (std::filesystem::exists(chaser)) scenario.truth_chaser = true_trajectory(scenario, read_tum(chaser, stop));
+  if (std::filesystem::exists(target)) scenario.truth_target = true_trajectory(scenario, read_tum(target, stop));
 }
 
 }  // namespace tandem

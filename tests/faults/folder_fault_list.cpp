@@ -183,6 +183,12 @@ std::vector<FolderFault> made_folder_faults() {
       {"a value of 1e308", cell(kSensor, 1, "1e308"), finite},
       {"1e308 in the motion", cell(kMotion, 1, "1e308"), finite},
       {"1e6 in the motion", cell(kMotion, 1, "1e6"), finite},
+      {"1e308 in the truth",
+       [](Folder& f) {
+         for (auto& [name, all] : f.files)
+           if (name.starts_with("truth_")) row(all) = row(all).substr(0, row(all).find(' ')) + " 1e308 0 0 0 0 0 1";
+       },
+       refused, "no truth is 1e+308 m away"},
       {"one stamp 300 s ahead",
        times(
            kSensor, [](double t) { return t + 300; }, true),
