@@ -180,6 +180,12 @@ std::vector<FolderFault> made_folder_faults() {
       {"a value of 1e3", cell(kSensor, 1, "1e3"), survived},
       {"a value of 1e6", cell(kSensor, 1, "1e6"), survived},
       {"a value of 1e150", cell(kSensor, 1, "1e150"), survived},
+      {"a first value of 1e150",
+       lines(kSensor,
+             [](FileLines& l) {
+               l[1].replace(l[1].find(',') + 1, l[1].find(',', l[1].find(',') + 1) - l[1].find(',') - 1, "1e150");
+             }),
+       finite},
       {"a value of 1e308", cell(kSensor, 1, "1e308"), finite},
       {"1e308 in the motion", cell(kMotion, 1, "1e308"), finite},
       {"1e6 in the motion", cell(kMotion, 1, "1e6"), finite},
