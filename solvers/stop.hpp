@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <string>
+#include <string_view>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/summary.hpp>
@@ -20,19 +22,28 @@ class Stopped : public Error {
 class Stop {
  public:
   Stop() = default;
-  /// The limits of a solve, from now on, for all that is to be done with it.
-  explicit Stop(const SolverOptions& options) : flag_(options.stop) {
-    const std::chrono::duration<double> limit(options.time_limit);
+  /// As soon as `flag` is set (none: never), or after `time_limit` s from now on.
+  explicit Stop(const std::atomic<bool>* flag, double time_limit = HUGE_VAL) : flag_(flag) {
+    const std::chrono::duration<double> limit(time_limit);
     if (limit < std::chrono::hours(24 * 365))
-      deadline_ = std::chrono::steady_clock::now() + std::chrono::duration_cast<Clock::duration>(limit);
+      deadline_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(limit);
   }
+  /// The limits of a solve, from now on, for all that is to be done with it.
+  explicit Stop(const SolverOptions& options) : Stop(options.stop, options.time_limit) {}
 
   bool interrupted() const { return flag_ && flag_->load(std::memory_order_relaxed); }
   bool reached() const { return interrupted() || (deadline_ < Clock::time_point::max() && Clock::now() >= deadline_); }
   /// Throws Stopped, "WHAT: interrupted" or "WHAT: the time limit was reached", once it is reached.
-  void check(const char* what) const {
+  void check(std::string_view what) const {
     if (!reached()) return;
     throw Stopped(std::string(what) + (interrupted() ? ": interrupted" : ": the time limit was reached"));
+  }
+  /// The same with so many seconds more.
+  Stop later(double seconds) const {
+    Stop stop = *this;
+    if (deadline_ < Clock::time_point::max())
+      stop.deadline_ += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+    return stop;
   }
   /// The limits of the next solve: what is left of the time.
   template <class Options>

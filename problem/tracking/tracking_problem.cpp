@@ -115,20 +115,14 @@ void check(const TrackingOptions& options) {
                 " model ties no triples");
 }
 
-/// With a robust start, a position this many standard deviations from where all others put the target is not of it: it is
-/// left out. Whatever a loss still gave it would be rounding, and losses that begin wide begin with it.
-constexpr double kGross = 100;
-
-/// Whether each measurement of each sensor is such a one. A keyframe of Mode B whose pose was measured stays one.
+/// Whether each measurement of each sensor is a gross outlier, which is left out: whatever a loss still gave it would be
+/// rounding, and losses that begin wide begin with it. A keyframe of Mode B whose pose was measured stays one.
 template <LieGroup G>
 std::vector<std::vector<bool>> gross_outliers(const detail::TrackingBuild<G>& build) {
-  std::vector<std::vector<bool>> gross;
-  for (const TargetSensor& sensor : build.data.sensors) gross.emplace_back(sensor.measurements.size(), false);
-  if (!build.options.robust_start) return gross;
-  for (const PositionOutlier& o : position_outliers(build.data, build.out.keyframes, build.odometry)) {
-    const bool holds_pose = build.options.mode == Mode::B && build.data.sensors[o.sensor].type->has(measured::rotation);
-    gross[o.sensor][o.index] = o.sigmas > kGross && !holds_pose;
-  }
+  std::vector<std::vector<bool>> gross = marked(build.data, build.out.outliers, true);
+  for (std::size_t s = 0; s < gross.size(); ++s)
+    if (build.options.mode == Mode::B && build.data.sensors[s].type->has(measured::rotation))
+      gross[s].assign(gross[s].size(), false);
   return gross;
 }
 
@@ -159,6 +153,7 @@ void build(const TrackingData& data, const TrackingOptions& options, TrackingPro
   std::vector<SE3> odometry = odometry_at(data.odometry, out.keyframes);
   for (SE3& pose : odometry) pose = in_space(in_group<G>(pose));
   TargetStart start = initial_target(data, out.keyframes, odometry, options.robust_start);
+  out.outliers = start.outliers;
   if (options.model == MotionModel::steady_course) start = straightened(start, out.keyframes);
   detail::TrackingBuild<G> build{data, options, out.problem, out, std::move(odometry), std::move(start)};
   const std::size_t n = out.keyframes.size();

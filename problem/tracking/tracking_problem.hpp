@@ -14,6 +14,7 @@
 #include <tandem/problem/navigation/sensor_constants.hpp>
 #include <tandem/problem/problem.hpp>
 #include <tandem/problem/tracking/keyframes.hpp>
+#include <tandem/problem/tracking/outliers.hpp>
 #include <tandem/residuals/bounds.hpp>
 #include <tandem/residuals/loss.hpp>
 
@@ -81,7 +82,8 @@ struct TrackingOptions {
   /// Share of a pose measurement's position information that is a residual of its own: when the pose is rejected as an
   /// outlier, e.g. turned by 180°, its position is still believed, at σ/√share. Not with an orientation loss.
   double position_share = 0;
-  /// The start leaves out measured orientations that disagree with their neighbours and the direction of travel.
+  /// The start leaves out outliers() and measured orientations that disagree with their neighbours and the direction of
+  /// travel; the problem leaves out gross outliers.
   bool robust_start = false;
   std::size_t max_keyframes = 0;  ///< keep the first ones only; 0: all
 };
@@ -147,6 +149,7 @@ struct TrackingProblem {
   std::vector<TargetVariable> target;  ///< likewise: a pose, a point where there is no orientation, or on a course
   std::vector<TwistVariable> twist;    ///< body twists, white_noise_acceleration only
   std::vector<PlacedMeasurement> measurements;
+  std::vector<Outlier> outliers;          ///< with a robust start: those found, of which gross ones have no block
   std::vector<NoisedBlock> noised;        ///< motion, odometry and what is known of the target
   std::vector<SensorConstant> constants;  ///< that are estimated, of all sensors: scale, misalignment, delay
   std::vector<std::size_t> left_out;      ///< of each sensor: measurements that its delay puts before the odometry

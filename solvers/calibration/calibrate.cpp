@@ -36,6 +36,16 @@ class Search {
   }
 
   Calibration run() {
+    try {
+      search();
+    } catch (const Stopped&) {
+      leave();
+    }
+    return std::move(out_);
+  }
+
+ private:
+  void search() {
     theta_ = Eigen::VectorXd::Zero(Eigen::Index(groups_.size()));
     held_.assign(groups_.size(), false);
     now_ = evidence_.at(theta_);
@@ -61,11 +71,28 @@ class Search {
     if (options_.ranges && !interrupted()) find_curvature();
     out_.gain = now_.log_evidence - evidence_.at(Eigen::VectorXd::Zero(theta_.size())).log_evidence;
     report();
-    return std::move(out_);
   }
-
- private:
-  bool interrupted() const { return options_.stop && *options_.stop; }
+  /// Stopped: at the factors that were taken last.
+  void leave() {
+    theta_ = taken_.size() > 0 ? taken_ : Eigen::VectorXd::Zero(Eigen::Index(groups_.size()));
+    evidence_.set_noise(theta_);
+    finish(options_.stop.interrupted() ? Status::interrupted : Status::time_limit, "stopped: the best factors so far");
+    out_.gain = taken_.size() > 0 ? now_.log_evidence - start_ : 0;
+    out_.log_covariance = Eigen::MatrixXd::Zero(theta_.size(), theta_.size());
+    out_.noise.assign(groups_.size(), {});
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+      const auto at = Eigen::Index(g);
+      CalibratedNoise& noise = out_.noise[g];
+      noise.name = groups_[g].name;
+      noise.factor = std::exp(theta_[at]);
+      noise.at_bound = is_at_bound(at);
+      noise.rows = evidence_.rows()[at];
+      noise.effective_rows = now_.effective_rows.size() > 0 ? now_.effective_rows[at] : noise.rows;
+    }
+    out_.solves = evidence_.solves();
+  }
+  bool is_at_bound(Eigen::Index g) const { return std::abs(theta_[g]) >= bound_ * (1 - 1e-9); }
+  bool interrupted() const { return options_.stop.reached(); }
   std::vector<Eigen::Index> free() const {
     std::vector<Eigen::Index> result;
     for (std::size_t g = 0; g < held_.size(); ++g)
@@ -85,7 +112,7 @@ class Search {
     out_.message = "the limit of iterations was reached";
     if (n == 0) return finish(Status::converged, "no factor is free");
     for (int k = 0; k < options_.max_iterations; ++k) {
-      if (interrupted()) return finish(Status::interrupted, "stopped by the caller");
+      options_.stop.check("calibrate");
       Eigen::VectorXd gradient(n);
       for (Eigen::Index i = 0; i < n; ++i) gradient[i] = now_.gradient[free[std::size_t(i)]];
       const std::optional<Eigen::VectorXd> scored = far ? scoring_step(free, gradient, inverse) : std::nullopt;
@@ -103,6 +130,7 @@ class Search {
       Eigen::VectorXd change(n);
       for (Eigen::Index i = 0; i < n; ++i) change[i] = gradient[i] - next->gradient[free[std::size_t(i)]];
       now_ = *next;
+      taken_ = theta_;
       const double along = taken.dot(change);
       if (along > 1e-12 * taken.norm() * change.norm()) {
         const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(n, n) - taken * change.transpose() / along;
@@ -304,7 +332,7 @@ class Search {
       noise.name = groups_[g].name;
       noise.factor = std::exp(theta_[at]);
       noise.log_error = std::sqrt(std::max(0.0, out_.log_covariance(at, at)));
-      noise.at_bound = std::abs(theta_[at]) >= bound_ * (1 - 1e-9);
+      noise.at_bound = is_at_bound(at);
       noise.rows = evidence_.rows()[at];
       noise.effective_rows = now_.effective_rows[at];
       if (options_.ranges && theta_[at] != 0 && !interrupted()) noise.gain = gain_of(at);
@@ -373,7 +401,7 @@ class Search {
   const CalibrationOptions& options_;
   Evidence evidence_;
   double bound_, start_ = 0;
-  Eigen::VectorXd theta_;
+  Eigen::VectorXd theta_, taken_;  // the latter by the last step that was
   std::vector<bool> held_;
   Evidence::Value now_;
   Eigen::MatrixXd curvature_;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include <tandem/solvers/calibration/noise_group.hpp>
-#include <tandem/solvers/summary.hpp>
+#include <tandem/solvers/stop.hpp>
 
 namespace tandem {
 
@@ -22,7 +22,7 @@ struct CalibrationOptions {
   double most = 1e3;        ///< no factor leaves [1 / most, most]
   bool ranges = true;       ///< false: factors alone, without standard errors or what the data do not determine
   int profile = 0;          ///< points of CalibratedNoise::profile, where `ranges`
-  const std::atomic<bool>* stop = nullptr;  ///< set it from anywhere to end at the best factors so far
+  Stop stop{};              ///< ends it at the best factors so far, also within a solve
   /// What was measured. All other soft blocks are beliefs about the states, which may say one thing twice (a level target that
   /// also turns little) and then are no density of so many rows: their own integral is divided by. It is found with the
   /// measurements at a millionth of their information, so that it exists (fractional Bayes factors, O'Hagan 1995). Empty:
@@ -79,7 +79,7 @@ struct Calibration {
 /// differences of the derivative. The problems are left solved, with the noise that was found. Groups must not share rows.
 ///
 /// Throws Error on a group without rows, rows that are not there or in two groups, a hard block, no problem or group,
-/// or a problem that cannot be solved as it is given.
+/// or a problem that cannot be solved as it is given. Stopped, it gives the best factors so far, without their errors.
 Calibration calibrate(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
                       const CalibrationOptions& options = {});
 inline Calibration calibrate(Problem& problem, const std::vector<NoiseGroup>& groups,

@@ -17,6 +17,7 @@
 namespace tandem {
 namespace {
 
+constexpr const char* kWhat = "held-out measurements";
 constexpr int kEnough = 100;      // iterations
 constexpr double kLeftOut = 1e5;  // times a noise: 1e-10 of its information is none
 
@@ -73,8 +74,10 @@ CrossValidation cross_validate(std::span<Problem* const> problems, const std::ve
   CrossValidation result;
   const auto solve = [&](std::string& why) {
     for (Problem* problem : problems) {
-      const Summary summary = options.solve ? options.solve(*problem) : detail::solve_plainly(*problem, kEnough);
+      const Summary summary =
+          options.solve ? options.solve(*problem) : detail::solve_plainly(*problem, options.stop, kEnough);
       // Without a fold some direction may be all but free: the best point has a prediction, as uncertain as that.
+      if (!summary.converged()) options.stop.check(kWhat);
       if (!summary.converged() && summary.status != Status::max_iterations) {
         why = summary.message;
         return false;
@@ -90,7 +93,8 @@ CrossValidation cross_validate(std::span<Problem* const> problems, const std::ve
       const LeftOut& m = folds[f][i];
       if (!m.scored) continue;
       auto& of_problem = marginals[std::size_t(m.problem)];
-      if (!of_problem) of_problem.emplace(*problems[std::size_t(m.problem)]);
+      if (!of_problem)
+        of_problem.emplace(*problems[std::size_t(m.problem)], std::span<const Marginals::Pair>(), options.stop);
       const Problem::Linearization at = problems[std::size_t(m.problem)]->linearization(m.block);
       const Eigen::MatrixXd taken = at.jacobian * of_problem->joint(at.variable_ids, at.dofs);
       all.push_back({f, i, at.residual, noise[i].covariance_matrix() + taken * at.jacobian.transpose()});
@@ -99,8 +103,8 @@ CrossValidation cross_validate(std::span<Problem* const> problems, const std::ve
   };
   std::vector<double> gains;
   for (std::size_t f = 0; f < folds.size(); ++f) {
-    if (options.stop && *options.stop) {
-      result.why = "stopped by the caller";
+    if (options.stop.reached()) {
+      result.why = "cut short";
       return result;
     }
     const std::vector<LeftOut>& fold = folds[f];
@@ -116,6 +120,7 @@ CrossValidation cross_validate(std::span<Problem* const> problems, const std::ve
         CalibrationOptions quick = options;
         quick.ranges = false;
         const Calibration found = calibrate(problems, without(groups, fold), quick);
+        options.stop.check(kWhat);
         saved.restore();
         scale_noise(problems, groups, found);
         std::vector<Gaussian> noise;
@@ -147,8 +152,11 @@ CrossValidation cross_validate(std::span<Problem* const> problems, const std::ve
   double mean = result.gain / double(std::max<std::size_t>(gains.size(), 1)), squares = 0;
   for (const double g : gains) squares += (g - mean) * (g - mean);
   if (gains.size() > 1) result.gain_error = std::sqrt(squares * double(gains.size()) / double(gains.size() - 1));
-  std::string ignored;
-  solve(ignored);
+  try {
+    std::string ignored;
+    solve(ignored);
+  } catch (const Stopped&) {  // the answer is there
+  }
   return result;
 }
 

@@ -24,7 +24,7 @@ class Evidence {
     bool usable = false;  ///< every problem could be solved, and its Hessian inverted
     std::string why;      ///< it is not
   };
-  /// Solves from where the problems are, and leaves them solved.
+  /// Solves from where the problems are, and leaves them solved. Throws Stopped where it is to stop.
   Value at(const Eigen::VectorXd& log_factors);
   /// The average information of the factors' logarithms at the last point: the mean of the evidence's observed and
   /// expected curvature, of the data alone (Gilmour, Thompson & Cullis 1995, eq. 7). Nothing where it is not known: with
@@ -33,6 +33,10 @@ class Evidence {
   /// Counts the rows of robust blocks anew, by what the states take up of each at the solution where the problems are;
   /// returns whether that changes any group's count by more than a hundredth.
   bool count_rows();
+  /// Gives the problems the noise of a point, without solving them.
+  void set_noise(const Eigen::VectorXd& log_factors) {
+    for (std::size_t p = 0; p < problems_.size(); ++p) set_noise(p, log_factors);
+  }
   /// Of each group.
   const Eigen::VectorXd& rows() const { return rows_; }
   int solves() const { return solves_; }

@@ -10,6 +10,7 @@ namespace tandem::detail {
 namespace {
 
 constexpr double kHold = 1e-9;  // of the Hessian's diagonal
+constexpr const char* kWhat = "calibrate";
 constexpr int kMostSteps = 20, kShorter = 4;
 constexpr double kAtRest = 2e-9;  // of the cost, that a step would still gain: 1e-4 of what evidence is told by
 
@@ -32,7 +33,8 @@ SettledProblem::SettledProblem(Problem& problem, const CalibrationOptions& optio
 bool SettledProblem::settle() {
   why_.clear();
   linearized_ = false;
-  const Summary summary = options_.solve ? options_.solve(problem_) : solve_plainly(problem_);
+  const Summary summary = options_.solve ? options_.solve(problem_) : solve_plainly(problem_, options_.stop);
+  if (!summary.converged()) options_.stop.check(kWhat);
   cost_ = summary.cost;
   near_ = summary.converged();
   if (!near_) why_ = summary.message;
@@ -40,6 +42,7 @@ bool SettledProblem::settle() {
 }
 
 bool SettledProblem::settle_by_steps() {
+  options_.stop.check(kWhat);
   if (!by_steps_ || !near_) return false;
   why_.clear();
   linearized_ = false;
@@ -47,6 +50,7 @@ bool SettledProblem::settle_by_steps() {
     program_.reset();
     program_.keep();
     for (int k = 0; k < kMostSteps; ++k) {
+      options_.stop.check(kWhat);
       cost_ = program_.linearize(gradient_, hessian_);
       if (!cholesky_.factorize(hessian_)) break;
       step_ = -gradient_;
@@ -66,6 +70,9 @@ bool SettledProblem::settle_by_steps() {
       program_.recenter();
     }
     program_.restore();
+  } catch (const Stopped&) {
+    program_.restore();
+    throw;
   } catch (const Error&) {  // a residual is undefined on the way
     program_.restore();
   }
@@ -75,6 +82,7 @@ bool SettledProblem::settle_by_steps() {
 bool SettledProblem::find_covariances() {
   marginals_.reset();
   beliefs_marginals_.reset();
+  options_.stop.check(kWhat);
   try {
     if (by_steps_ && !linearized_) {
       program_.reset();
@@ -82,7 +90,8 @@ bool SettledProblem::find_covariances() {
       linearized_ = true;
     }
     // Marginals say why not, or can where a pivot was weak.
-    if (!by_steps_ || !inverse_.compute(hessian_)) marginals_.emplace(problem_);
+    if (!by_steps_ || !inverse_.compute(hessian_))
+      marginals_.emplace(problem_, std::span<const Marginals::Pair>(), options_.stop);
     if (measured_.empty()) return true;
     scale_measured(kFaint);
     try {
@@ -90,13 +99,16 @@ bool SettledProblem::find_covariances() {
         program_.linearize(step_, beliefs_hessian_);
         hold_loosely();
       }
-      if (!by_steps_ || !beliefs_inverse_.compute(beliefs_hessian_)) beliefs_marginals_.emplace(problem_);
+      if (!by_steps_ || !beliefs_inverse_.compute(beliefs_hessian_))
+        beliefs_marginals_.emplace(problem_, std::span<const Marginals::Pair>(), options_.stop);
     } catch (...) {
       scale_measured(1 / kFaint);
       throw;
     }
     scale_measured(1 / kFaint);
     return true;
+  } catch (const Stopped&) {
+    throw;
   } catch (const Error& error) {
     why_ = error.what();
     return false;

@@ -6,17 +6,19 @@ namespace tandem::detail {
 namespace {
 
 template <class Options>
-Options ending_after(int iterations) {
+Options ending_after(const Stop& stop, int iterations) {
   Options options;
+  stop.limit(options);
   options.max_iterations = iterations;
   return options;
 }
 
 }  // namespace
 
-Summary solve_plainly(Problem& problem, int max_iterations) {
-  if (problem.num_hard_blocks() > 0) return solve(problem, ending_after<AugmentedLagrangianOptions>(max_iterations));
-  return solve(problem, ending_after<GaussNewtonOptions>(max_iterations));
+Summary solve_plainly(Problem& problem, const Stop& stop, int max_iterations) {
+  if (problem.num_hard_blocks() > 0)
+    return solve(problem, ending_after<AugmentedLagrangianOptions>(stop, max_iterations));
+  return solve(problem, ending_after<GaussNewtonOptions>(stop, max_iterations));
 }
 
 }  // namespace tandem::detail

@@ -195,6 +195,7 @@ void OnlineEstimator::Streams::process() {
     } else {
       add_keyframe(window_->newest() + interval_);
     }
+    if (ego_ && !window_->has_chain()) continue;
     if (calls && !due_) due_ = begun;
     // Events of one instant share the solve.
     const bool more = next() == NextStep::event && queue_.next()->t <= window_->newest() + kSameInstant;
@@ -246,7 +247,7 @@ bool OnlineEstimator::Streams::take_ego(std::size_t sensor, const EgoMeasurement
     if (!health_.is_new_truth(sensor)) return own;
     restart(TrackReset::Kind::new_truth, rejected_text(ego_->sensors[sensor].name, t),
             detail::spread_without(ego_->sensors[sensor].type));
-    return take_ego(sensor, m, t);
+    return window_->has_chain() && take_ego(sensor, m, t);  // or else the chaser aligns anew, out of what comes
   }
   unsolved_ = true;
   return own;

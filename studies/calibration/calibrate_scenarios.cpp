@@ -158,10 +158,14 @@ std::vector<NoiseEntry> entries_with(const Problems& problems, const Parameters&
   return result;
 }
 
-std::vector<Misfit> misfits_of_all(const Problems& problems) {
+/// Those that are known when it is to stop.
+std::vector<Misfit> misfits_of_all(const Problems& problems, const Stop& stop) {
   std::vector<Misfit> all;
-  for (const auto& problem : problems)
-    for (Misfit& m : misfits(*problem)) all.push_back(std::move(m));
+  try {
+    for (const auto& problem : problems)
+      for (Misfit& m : misfits(*problem, stop)) all.push_back(std::move(m));
+  } catch (const Stopped&) {
+  }
   return all;
 }
 
@@ -222,7 +226,9 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
           "What drifts for minutes, as by the scale or the misalignment of a dvl, is not tried: held-out stretches are "
           "short");
     }
-    problems.push_back(std::make_unique<CalibrationProblem>(std::move(scenario), options.target, options.own));
+    NavigationOptions own = options.own;
+    options.stop.limit(own.solver);
+    problems.push_back(std::make_unique<CalibrationProblem>(std::move(scenario), options.target, own));
     plain.push_back(&problems.back()->problem());
   }
   Parameters parameters(problems, options);
@@ -249,22 +255,22 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
   follow("");
   const detail::SavedNoise given(plain, parameters.groups);
   for (std::size_t p = 0; p < plain.size(); ++p) {
-    const Summary summary = detail::solve_plainly(*plain[p]);
-    if (!summary.converged())
+    const Summary summary = detail::solve_plainly(*plain[p], options.stop);
+    if (!summary.converged() && !options.stop.reached())
       throw Error(
           fmt::format("{}: it cannot be solved with the noise as given: {}", result.scenarios[p], summary.message));
   }
-  result.before = misfits_of_all(problems);
+  result.before = misfits_of_all(problems, options.stop);
   std::vector<CalibratedParameter> distrusted;
   while (options.noise) {
     result.summary = calibrate(plain, parameters.groups, calibration);
-    result.after = misfits_of_all(problems);
+    result.after = misfits_of_all(problems, options.stop);
     result.parameters.clear();
     for (std::size_t g = 0; g < parameters.groups.size(); ++g)
       result.parameters.push_back({parameters.groups[g].name,
                                    problems.front()->entries[parameters.entry[g]].sigmas[parameters.component[g]],
                                    result.summary.noise[g]});
-    if (options.stop && *options.stop) break;
+    if (options.stop.reached()) break;
     const std::size_t before = distrusted.size();
     for (std::size_t g = parameters.groups.size(); g-- > 0;)
       if (CalibratedParameter& p = result.parameters[g]; p.result.factor < 1 && has_diagnosis(result.after, p.name)) {
@@ -275,7 +281,7 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
       }
     if (distrusted.size() == before) break;
     given.restore();
-    for (Problem* problem : plain) detail::solve_plainly(*problem);
+    for (Problem* problem : plain) detail::solve_plainly(*problem, options.stop);
     if (!parameters.groups.empty()) continue;
     result.summary = {};
     result.summary.status = Status::converged;
@@ -292,11 +298,11 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
   result.parameters.insert(result.parameters.end(), distrusted.rbegin(), distrusted.rend());
   result.given_noise = entries_with(problems, parameters, nullptr);
   result.noise = entries_with(problems, parameters, &result.summary);
-  const bool stopped = options.stop && *options.stop;
+  const bool stopped = options.stop.reached();
   if (!stopped) find_constants(problems, result);
   if (options.folds > 0 && !parameters.groups.empty() && !stopped) {
     given.restore();
-    for (Problem* problem : plain) detail::solve_plainly(*problem);
+    for (Problem* problem : plain) detail::solve_plainly(*problem, options.stop);
     follow("held out: ");
     validate(problems, plain, parameters, options.folds, calibration, result);
     if (result.folds > 0 && !result.recommended()) {

@@ -19,7 +19,7 @@ struct ScenarioCalibrationOptions {
   int profile = 0;                ///< CalibrationOptions::profile
   TrackingOptions target{};
   NavigationOptions own{};
-  const std::atomic<bool>* stop = nullptr;
+  Stop stop{};                                            ///< ends it at the best noise so far
   std::function<void(const std::string& what)> progress;  ///< "iteration 3, evidence +12.3"
 };
 

@@ -103,12 +103,13 @@ std::vector<Autocorrelation> autocorrelations(const std::vector<Misfit>& misfits
   return all;
 }
 
-std::vector<Misfit> misfits(CalibrationProblem& built) {
+std::vector<Misfit> misfits(CalibrationProblem& built, const Stop& stop) {
   Problem& problem = built.problem();
-  const Marginals marginals(problem);
+  const Marginals marginals(problem, {}, stop);
   std::map<std::pair<std::size_t, std::size_t>, Misfit> found;  // by entry and component
   for (const EntryBlock& b : built.blocks) {
     if (!b.measured_at || !b.whole) continue;
+    stop.check("misfits");
     const CalibratedEntry& entry = built.entries[b.entry];
     const Problem::Linearization at = problem.linearization(b.block);
     const Eigen::MatrixXd noise = problem.noise(b.block).covariance_matrix();

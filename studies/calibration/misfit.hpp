@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include <tandem/solvers/stop.hpp>
 #include <tandem/studies/calibration/calibration_problem.hpp>
 
 namespace tandem {
@@ -35,7 +36,8 @@ struct Autocorrelation {
 };
 std::vector<Autocorrelation> autocorrelations(const std::vector<Misfit>& misfits, std::size_t lags);
 
-/// Of all measurements of a problem, at its values and noise. Throws Error where there are no covariances.
-std::vector<Misfit> misfits(CalibrationProblem& problem);
+/// Of all measurements of a problem, at its values and noise. Throws Error where there are no covariances, and Stopped when
+/// it is to stop.
+std::vector<Misfit> misfits(CalibrationProblem& problem, const Stop& stop = {});
 
 }  // namespace tandem

@@ -21,7 +21,7 @@ struct CalibrateRequest {
   ProblemRequest problem;  ///< of every scenario
   std::vector<std::string> more;
   std::vector<std::string> free;
-  double within = 2.0;
+  double within = 2.0, time_limit = HUGE_VAL;
   int folds = 5;
   std::string noise_file;
   Output output;
@@ -66,7 +66,7 @@ std::vector<SetByOption<StayingError>> take_constants(std::vector<std::string>& 
   return errors;
 }
 
-/// An interrupt ends it with the best noise so far.
+/// An interrupt or the time limit ends it with the best noise so far.
 int run_calibrate(const CalibrateRequest& request, const CommandOptions& option) {
   ScenarioCalibrationOptions options;
   options.target = tracking_options(request.problem, true);
@@ -81,7 +81,7 @@ int run_calibrate(const CalibrateRequest& request, const CommandOptions& option)
   options.folds = request.folds;
   options.prior = std::log(request.within);
   options.profile = request.output.folder ? kProfile : 0;
-  options.stop = &interrupted();
+  options.stop = Stop(&interrupted(), request.time_limit);
   std::vector<Scenario> scenarios;
   std::vector<std::string> names = {request.problem.scenario};
   names.insert(names.end(), request.more.begin(), request.more.end());
@@ -90,7 +90,7 @@ int run_calibrate(const CalibrateRequest& request, const CommandOptions& option)
     one.scenario = name;
     // Those that an --error names keep its standard deviation: it comes later.
     one.sensors.errors.insert(one.sensors.errors.begin(), constants.begin(), constants.end());
-    scenarios.push_back(read_any_problem(one, option));
+    scenarios.push_back(read_any_problem(one, option, options.stop));
   }
   const ScenarioCalibration found = [&] {
     ProgressLine line;
@@ -109,8 +109,9 @@ int run_calibrate(const CalibrateRequest& request, const CommandOptions& option)
   results.json = [&] { return calibration_json(found); };
   results.plots_of = "calibrate";
   results.write = [&](const std::filesystem::path& folder) { write_results(found, folder); };
-  if (interrupted())
-    results.not_done = "interrupted: the best noise so far";
+  if (options.stop.reached())
+    results.not_done =
+        fmt::format("{}: the best noise so far", interrupted() ? "interrupted" : "the time limit was reached");
   else if (!found.summary.converged())
     results.not_done = "calibrate did not converge: " + found.summary.message;
   return finish(request.output, results);
@@ -125,7 +126,7 @@ Command calibrate_command() {
         const auto request = std::make_shared<CalibrateRequest>();
         option.footer(
             "Noise is found by the evidence of the measurements and tried on held-out ones; truth is never read.\n"
-            "Exit status: 0 converged, 1 wrong input or usage, 2 not converged or interrupted (the best noise so far "
+            "Exit status: 0 converged, 1 wrong input or usage, 2 not converged or cut short (the best noise so far "
             "is written).");
         add_problem(option, request->problem, true);
         add_max_keyframes(option, request->problem);
@@ -142,6 +143,8 @@ Command calibrate_command() {
                request->within, parse_factor);
         option("--folds", "N", "Parts that are held out in turn, to try what was found (default 5, 0: none)",
                request->folds, parse_count_or_none);
+        option("--time-limit", "SECONDS", "Stop after so long, with the best noise by then", request->time_limit,
+               parse_magnitude);
         add_output(option, request->output,
                    {.writes = "Write residuals, evidence and plots to DIR", .folder = "--pictures"});
         option("--out", "FILE", "Write the noise for --noise-from: found where recommended, else as given",

@@ -60,11 +60,10 @@ std::vector<std::size_t> sizes(const CompareRequest& request, const Scenario& sc
 }
 
 Scenario read_and_navigate(const CompareRequest& request, const CommandOptions& option) {
-  Scenario scenario = read_problem(request.problem, option);
+  Scenario scenario = read_problem(request.problem, option, Stop(&interrupted()));
   if (!needs_navigation(scenario)) return scenario;
-  NavigationOptions options = navigation_options(request.problem);
-  const WatchedSolve watched(options.solver, request.output, request.line + "navigation: ");
-  return navigated(std::move(scenario), options).scenario;
+  return navigate_first(std::move(scenario), navigation_options(request.problem), request.output,
+                        request.line + "navigation: ", request.time_limit);
 }
 
 ComparedProblem compared_problem(const CompareRequest& request) {
@@ -161,8 +160,8 @@ Command compare_command() {
                    request->solvers, parse_contenders);
             option("--constraints", "LIST", "Of none, soft and hard (default all three)", request->roles,
                    parse_constraints);
-            option("--time-limit", "SECONDS", "Stop each solve after so long (default 60)", request->time_limit,
-                   parse_magnitude);
+            option("--time-limit", "SECONDS", "Stop each solve after so long (default 60), and what is navigated first",
+                   request->time_limit, parse_magnitude);
             option("--dense-keyframes", "N",
                    "Run all on the first N keyframes too, for solvers that keep dense matrices (default 24, or none "
                    "with --max-keyframes)",

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/solvers/stop.hpp>
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
@@ -33,7 +34,8 @@ Solver solver_of(const EstimateRequest& request, const CommandOptions& option) {
 
 /// "…; usbl at 312.000 s is …": what an estimate that is not done may come of.
 std::string not_done(const Estimate& result) {
-  std::string why = result.cut_short ? result.why_no_uncertainty : why_not_converged(result.summary);
+  std::string why = why_not_converged(result.summary);
+  if (why.empty()) why = result.cut_short;
   if (!why.empty() && !result.suspects.empty()) why += "; " + result.suspects.front().text();
   return why;
 }
@@ -44,7 +46,10 @@ int run_estimate(const EstimateRequest& request, const CommandOptions& option) {
   const TrackingOptions options = tracking_options(request.problem, takes_hard_limits(solver));
   if (request.no_covariance && !request.problem.sensors.hold_out.empty())
     throw Error("--hold-out judges predictions by their covariances: not with --no-covariance");
-  const Scenario scenario = read_problem(request.problem, option);
+  common(solver).stop = &interrupted();
+  const Stop stop(common(solver));
+  const Scenario scenario = read_problem(request.problem, option, stop);
+  stop.limit(common(solver));
   const Estimate result = [&] {
     const WatchedSolve watched(common(solver), request.output);
     return estimate(scenario, options, solver, request.graduated, navigation_options(request.problem),

@@ -44,12 +44,10 @@ std::string what_is_missing(const std::vector<ModelResult>& results, std::size_t
 int run_models(const ModelsRequest& request, const CommandOptions& option) {
   const TrackingOptions base = tracking_options(request.problem, true);
   const std::vector<NamedModel> models = models_meant(request, base);
-  Scenario scenario = read_problem(request.problem, option);
-  if (needs_navigation(scenario)) {
-    NavigationOptions options = navigation_options(request.problem);
-    const WatchedSolve watched(options.solver, request.output, "navigation: ");
-    scenario = navigated(std::move(scenario), options).scenario;
-  }
+  Scenario scenario = read_problem(request.problem, option, Stop(&interrupted()));
+  if (needs_navigation(scenario))
+    scenario = navigate_first(std::move(scenario), navigation_options(request.problem), request.output,
+                              "navigation: ", request.time_limit.value_or(HUGE_VAL));
   make_keyframes(scenario.data, base.max_keyframes);  // throws what would be wrong with every model
 
   std::vector<ModelResult> results;
@@ -93,7 +91,8 @@ Command models_command() {
             option.repeatable("--models", "LIST", "Models by commas, see below (default: all, soft and hard)",
                               request->models, parse_name);
             add_solver(option, request->solver, "gauss-newton, augmented-lagrangian for hard constraints");
-            option("--time-limit", "SECONDS", "Stop each solve after so long", request->time_limit, parse_magnitude);
+            option("--time-limit", "SECONDS", "Stop each model after so long, and what is navigated first",
+                   request->time_limit, parse_magnitude);
             add_output(option, request->output, {.writes = "Write models.csv and a plot to DIR"});
             return [request, &option] { return run_models(*request, option); };
           },

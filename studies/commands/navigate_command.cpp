@@ -33,8 +33,8 @@ double parse_keyframe_interval(const std::string& option, const std::string& tex
   return seconds;
 }
 
-Scenario read_navigation(const NavigateRequest& request) {
-  Scenario scenario = read_scenario(find_scenario(request.scenario, builtin_scenarios()));
+Scenario read_navigation(const NavigateRequest& request, const Stop& stop) {
+  Scenario scenario = read_scenario(find_scenario(request.scenario, builtin_scenarios()), stop_of_reading(stop));
   if (!scenario.navigation)
     throw Error(
         fmt::format("{} has no sensor of the chaser's own: sensors in scenario.yaml of the types {}; for chaser "
@@ -46,12 +46,16 @@ Scenario read_navigation(const NavigateRequest& request) {
 
 int run_navigate(const NavigateRequest& request) {
   // The study has all sensors: what the truth is of can depend on one that the navigation does without.
+  NavigationOptions options = request.own.navigation;
+  options.solver.stop = &interrupted();
+  const Stop stop(options.solver);
   NavigationStudy study;
-  study.scenario = read_navigation(request);
+  study.scenario = read_navigation(request, stop);
   SensorOptions all = request.sensors;
   all.without.clear();
   apply(all, {.target = false, .own = true}, study.scenario);
   Scenario in_use = study.scenario;
+  in_use.data = TrackingData();  // of a target, which says nothing of this
   apply({.without = request.sensors.without}, {.target = false, .own = true}, in_use);
   NavigationData& data = *in_use.navigation;
   apply(request.own, data);
@@ -59,12 +63,9 @@ int run_navigate(const NavigateRequest& request) {
   std::vector<std::size_t> late;
   for (const NamedByOption& sensor : request.fit_delay) late.push_back(delayed_sensor(data, sensor));
 
-  NavigationOptions options = request.own.navigation;
   if (const auto loss = request.sensors.loss()) options.ego.loss = *loss;
   study.options = options.ego;
   study.after = request.after;
-  options.solver.stop = &interrupted();
-  const Stop stop(options.solver);
   for (const std::size_t sensor : late) {  // one after the other, each with those before
     stop.limit(options.solver);
     study.delays.push_back(fit_delay(data, sensor, options));

@@ -23,7 +23,7 @@ struct PlanCommandRequest {
 
 int run_plan(const PlanCommandRequest& request, const CommandOptions& option) {
   const TrackingOptions options = tracking_options(request.problem, false);
-  const Scenario scenario = read_problem(request.problem, option);
+  const Scenario scenario = read_problem(request.problem, option, Stop(&interrupted()));
   const Vehicle vehicle = read_vehicle(request.planning.vehicle);
   PlanRequest plan = plan_request(request.planning, vehicle, scenario.frame);
   plan.at = request.at;

@@ -60,8 +60,8 @@ void add_problem(CommandOptions& option, ProblemRequest& request, bool limits) {
            request.limits, parse_limits);
   option.group(kSensors);
   option.flag("--robust",
-              "For real detections: Cauchy losses at 2 sigmas, a start without turned or far ones; positions 100 "
-              "sigmas off are left out",
+              "For real detections: Cauchy losses at 2 sigmas, a start without turned or far ones; what is 100 sigmas, "
+              "or a direction 45 degrees, off is left out",
               [&target] { make_robust(target); });
   add_sensors(option, request.sensors);
 }
@@ -105,8 +105,13 @@ NavigationOptions navigation_options(const ProblemRequest& request) {
   return options;
 }
 
-Scenario read_problem(const ProblemRequest& request, const CommandOptions& option) {
-  Scenario scenario = read_scenario(find_scenario(request.scenario, builtin_scenarios()));
+Stop stop_of_reading(const Stop& stop) {
+  constexpr double kGrace = 1.0;  // s
+  return stop.later(kGrace);
+}
+
+Scenario read_problem(const ProblemRequest& request, const CommandOptions& option, const Stop& stop) {
+  Scenario scenario = read_scenario(find_scenario(request.scenario, builtin_scenarios()), stop_of_reading(stop));
   if (scenario.navigation && scenario.data.sensors.empty())
     throw Error(fmt::format("{} has no sensor that sees a target: for its own trajectory use tandem navigate",
                             request.scenario));
@@ -115,8 +120,8 @@ Scenario read_problem(const ProblemRequest& request, const CommandOptions& optio
   return scenario;
 }
 
-Scenario read_any_problem(const ProblemRequest& request, const CommandOptions& option) {
-  Scenario scenario = read_scenario(find_scenario(request.scenario, builtin_scenarios()));
+Scenario read_any_problem(const ProblemRequest& request, const CommandOptions& option, const Stop& stop) {
+  Scenario scenario = read_scenario(find_scenario(request.scenario, builtin_scenarios()), stop_of_reading(stop));
   apply_options(request, option, !moves_by_odometry(scenario), scenario);
   refuse_implausible_times(scenario, request.scenario, request.force);
   return scenario;
@@ -126,6 +131,16 @@ Scenario read_problem_settings(const ProblemRequest& request, const CommandOptio
   Scenario scenario = read_settings(find_scenario(request.scenario, builtin_scenarios()), rows);
   apply_options(request, option, !moves_by_odometry(scenario), scenario);
   return scenario;
+}
+
+Scenario navigate_first(Scenario scenario, NavigationOptions options, const Output& output, const std::string& line,
+                        double time_limit) {
+  options.solver.time_limit = time_limit;
+  const WatchedSolve watched(options.solver, output, line);
+  const Stop stop(options.solver);
+  Scenario with_chaser = navigated(std::move(scenario), options).scenario;
+  stop.check("navigation");
+  return with_chaser;
 }
 
 }  // namespace tandem

@@ -3,6 +3,8 @@
 #include <optional>
 #include <string>
 
+#include <tandem/solvers/stop.hpp>
+#include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/own_sensor_options.hpp>
 #include <tandem/studies/commands/sensor_options.hpp>
 
@@ -24,6 +26,8 @@ struct ProblemRequest {
 
 /// SCENARIO.
 void add_scenario(CommandOptions& option, std::string& scenario, const std::string& help);
+/// The stop of reading what is then solved within `stop`.
+Stop stop_of_reading(const Stop& stop);
 /// What every command with a target has: SCENARIO, how the target moves, sensors. `limits`: --limits, too.
 void add_problem(CommandOptions& option, ProblemRequest& request, bool limits);
 /// --force: a recording whose times look like a mistake (implausible_times()) is taken all the same.
@@ -40,11 +44,17 @@ TrackingOptions tracking_options(const ProblemRequest& request, bool hard_limits
 NavigationOptions navigation_options(const ProblemRequest& request);
 
 /// The scenario, its sensors as the options say. Throws Error, also when it has no target, and on options about the
-/// chaser's own sensors when it moves by odometry. `option`: to name the option that does not fit.
-Scenario read_problem(const ProblemRequest& request, const CommandOptions& option);
+/// chaser's own sensors when it moves by odometry. `option`: to name the option that does not fit. Reading stops (Stopped)
+/// at an interrupt, or a second after a time limit: what is solved next says where a limit was too short for it.
+Scenario read_problem(const ProblemRequest& request, const CommandOptions& option, const Stop& stop);
 /// The same where a chaser alone will do.
-Scenario read_any_problem(const ProblemRequest& request, const CommandOptions& option);
+Scenario read_any_problem(const ProblemRequest& request, const CommandOptions& option, const Stop& stop);
 /// The same of a scenario's settings alone (read_settings), with a target or without.
 Scenario read_problem_settings(const ProblemRequest& request, const CommandOptions& option, RowsIn rows);
+
+/// The scenario with its chaser navigated by its own sensors (navigated()), under a progress line that begins with `line`.
+/// Throws Stopped where an interrupt or `time_limit` [s] cuts it short: what would be compared is no longer one problem.
+Scenario navigate_first(Scenario scenario, NavigationOptions options, const Output& output, const std::string& line,
+                        double time_limit);
 
 }  // namespace tandem

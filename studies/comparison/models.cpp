@@ -175,7 +175,7 @@ ModelResult try_model(const Scenario& scenario, const NamedModel& model, const S
   ModelResult result;
   result.name = model.name;
   try {
-    const Estimate estimated = estimate(scenario, model.options, solver);
+    const Estimate estimated = estimate(scenario, model.options, solver, false, {}, false);
     const Summary& summary = estimated.summary;
     result.solver = summary.solver;
     result.status = name(summary.status);

@@ -52,8 +52,8 @@ void add_uncertainty(const Scenario& scenario, const Solver& solver, bool gradua
   try {
     found = uncertainty(tracking, scenario.data, stop);
   } catch (const Error& error) {
-    result.cut_short = dynamic_cast<const Stopped*>(&error) != nullptr;
     result.why_no_uncertainty = error.what();
+    if (dynamic_cast<const Stopped*>(&error)) result.cut_short = error.what();
     return;
   }
   result.uncertainty = std::move(found.keyframes);
@@ -65,8 +65,7 @@ void add_uncertainty(const Scenario& scenario, const Solver& solver, bool gradua
   const std::vector<MeasurementOutcome> all =
       robust ? outcomes_with_all(scenario, result.options, solver, graduated, stop) : std::vector<MeasurementOutcome>();
   if (robust && all.empty() && stop.reached()) {
-    result.cut_short = true;
-    result.why_no_uncertainty =
+    result.cut_short = result.why_no_uncertainty =
         "which of what was held out is an outlier is not told: the estimate with all was cut short";
   }
   for (HeldOut& prediction : found.held_out) {
@@ -103,9 +102,11 @@ void add_ego(const TrackingData& data, const TrackingProblem& tracking, Estimate
   if (tracking.dvl_scale) result.dvl_scale = tracking.problem.value(*tracking.dvl_scale).vector()[0];
 }
 
-std::vector<Suspect> suspects(const TrackingData& data, const std::vector<Keyframe>& keyframes) {
+std::vector<Suspect> suspects(const TrackingData& data, const TrackingProblem& tracking, bool robust_start) {
   std::vector<Suspect> result;
-  for (const PositionOutlier& o : position_outliers(data, keyframes, odometry_at(data.odometry, keyframes))) {
+  for (const Outlier& o : robust_start
+                              ? tracking.outliers
+                              : outliers(data, tracking.keyframes, odometry_at(data.odometry, tracking.keyframes))) {
     const TargetSensor& sensor = data.sensors[o.sensor];
     result.push_back({sensor.name, sensor.measurements[o.index].t, o.sigmas});
   }
@@ -113,9 +114,12 @@ std::vector<Suspect> suspects(const TrackingData& data, const std::vector<Keyfra
 }
 
 /// What the same estimate without limits on surge and yaw rate says about them; empty where it is within, or there are none.
+/// Throws Stopped where it is to stop before that is known.
 std::string contradiction(const TrackingData& data, TrackingOptions options, const Stop& stop) try {
+  constexpr const char* kWhat = "whether limits and data contradict is not told";
   const TargetConstraints limits{.surge = options.surge, .max_yaw_rate = options.max_yaw_rate};
-  if ((!limits.surge && !limits.max_yaw_rate) || stop.reached()) return "";
+  if (!limits.surge && !limits.max_yaw_rate) return "";
+  stop.check(kWhat);
   options.surge.reset();
   options.max_yaw_rate.reset();
   if (options.non_holonomic == Role::hard) options.non_holonomic = Role::soft;
@@ -123,11 +127,15 @@ std::string contradiction(const TrackingData& data, TrackingOptions options, con
   TrackingProblem free = make_tracking_problem(data, options);
   GaussNewtonOptions solver;
   stop.limit(solver);
-  if (!solve(free.problem, solver).converged()) return "";
+  const Summary summary = solve(free.problem, solver);
+  if (!summary.converged()) stop.check(kWhat);
+  if (!summary.converged()) return "";
   const LimitCheck outside = count_outside(free, data.noise, limits);
   if (outside.intervals == 0 || 10 * outside.intervals < outside.of) return "";
   return fmt::format("Without its limits, {} of the target's {} intervals are outside them ({}): do they fit the data?",
                      outside.intervals, outside.of, describe(limits));
+} catch (const Stopped&) {
+  throw;
 } catch (
     const Error&) {  // without hard constraints there may be no such estimate, for want of noise or of observability
   return "";
@@ -169,8 +177,12 @@ Estimate estimate(const Scenario& scenario, const TrackingOptions& options, cons
   result.errors = keyframe_errors(scenario, tracking.keyframes, result.chaser, result.target);
   result.measurements = measurement_outcomes(scenario, tracking);
   result.sensors = sensor_outcomes(scenario, options, tracking, result.measurements);
-  result.suspects = suspects(scenario.data, tracking.keyframes);
-  result.contradiction = contradiction(scenario.data, options, stop);
+  result.suspects = suspects(scenario.data, tracking, options.robust_start);
+  try {
+    result.contradiction = contradiction(scenario.data, options, stop);
+  } catch (const Stopped& stopped) {
+    result.cut_short = stopped.what();
+  }
   result.constants = found_constants(problem, tracking.constants, nullptr);
   if (covariance)
     add_uncertainty(scenario, solver, graduated, stop, tracking, result);

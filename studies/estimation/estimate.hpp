@@ -27,11 +27,11 @@ struct EgoSensorUse {
   std::size_t used, left_out;
 };
 
-/// A measurement that the others contradict (see position_outliers()).
+/// A measurement that the others contradict (see outliers()).
 struct Suspect {
   std::string sensor;
   double t;       ///< s, as stamped
-  double sigmas;  ///< standard deviations from where the others put the target
+  double sigmas;  ///< standard deviations from what the others say
 
   /// "usbl at 312.000 s is 2003 standard deviations from where the other measurements put the target".
   std::string text() const;
@@ -56,7 +56,7 @@ struct Estimate {
   std::vector<KeyframeUncertainty> uncertainty;  ///< one each a keyframe, or none
   std::vector<Validation> held_out;              ///< needs the uncertainty
   std::string why_no_uncertainty;                ///< a sentence, when there is none
-  bool cut_short = false;                        ///< the uncertainty was, by the solver's limits
+  std::string cut_short;                         ///< what the solver's limits cut short after it, a sentence, or none
   std::vector<Suspect> suspects;                 ///< the worst first
   std::vector<FoundConstant> constants;          ///< of sensors with errors that stay
   std::string contradiction;                     ///< of the limits on the motion with the data, a sentence, or none

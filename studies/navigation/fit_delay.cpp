@@ -23,7 +23,7 @@ DelayFit fit_delay(const NavigationData& data, std::size_t sensor, const Navigat
   const Stop stop(options.solver);
   const std::string what = "fitting the delay of " + fit.sensor;
   const auto navigated = [&](double delay) {
-    stop.check(what.c_str());
+    stop.check(what);
     stop.limit(own.solver);
     tried.sensors[sensor].delay = delay;
     ++fit.solves;
@@ -38,7 +38,7 @@ DelayFit fit_delay(const NavigationData& data, std::size_t sensor, const Navigat
     const auto [it, isnew] = known.try_emplace(ms);
     if (isnew) {
       const Summary summary = navigated(1e-3 * ms).summary;
-      stop.check(what.c_str());  // a navigation that was cut short says nothing about the delay
+      stop.check(what);  // a navigation that was cut short says nothing about the delay
       it->second = summary.converged() ? summary.cost : HUGE_VAL;
     }
     return it->second;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include <fmt/format.h>
@@ -11,44 +12,60 @@ namespace {
 constexpr double kStep = 1000;     // s between lines of the densest stream: no recording is so slow
 constexpr double kGap = 3600;      // s without a line of any stream
 constexpr double kMost = 200'000;  // keyframes
+constexpr double kLonger = 10;     // times the span of what the chaser moves by: no sensor has that many lines
 
 struct Line {
   double t;  // s, when it was valid
   std::size_t stream;
 };
 
+/// A time as a sentence has it, however large it is.
+std::string text_of(double t, int decimals = 3) {
+  return std::abs(t) < 1e12 ? fmt::format("{:.{}f}", t, decimals) : fmt::format("{:.6g}", t);
+}
+
 /// What was recorded, by stream.
 class Recorded {
  public:
   explicit Recorded(const Scenario& scenario) {
     const TrackingData& data = scenario.data;
+    const NavigationData* own = data.odometry.empty() && scenario.navigation ? &*scenario.navigation : nullptr;
     if (!data.odometry.empty()) add("the odometry", data.odometry, 0);
-    for (const TargetSensor& sensor : data.sensors) add(sensor.name, sensor.measurements, sensor.delay);
-    measurements_ = lines_.size() - data.odometry.size();
-    if (data.odometry.empty() && scenario.navigation) {
-      const NavigationData& own = *scenario.navigation;
-      if (own.imu) add("the imu", own.imu->samples, 0);
-      for (const EgoSensor& sensor : own.sensors) add(sensor.name, sensor.measurements, sensor.delay);
+    if (own && own->imu) add("the imu", own->imu->samples, 0);
+    has_motion_ = !names_.empty();
+    for (const TargetSensor& sensor : data.sensors) {
+      add(sensor.name, sensor.measurements, sensor.delay);
+      measurements_ += sensor.measurements.size();
     }
+    if (own)
+      for (const EgoSensor& sensor : own->sensors) add(sensor.name, sensor.measurements, sensor.delay);
   }
 
-  /// Stamps that are too far apart.
+  /// Stamps that are too far apart: of the densest stream, or of one beside what the chaser moves by.
   std::string not_seconds() const {
-    std::vector<std::size_t> sizes(names_.size(), 0);
-    for (const Line& line : lines_) ++sizes[line.stream];
-    if (sizes.empty()) return "";
-    const auto densest = std::size_t(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
-    std::vector<double> times, steps;
-    for (const Line& line : lines_)
-      if (line.stream == densest) times.push_back(line.t);
-    std::sort(times.begin(), times.end());
-    for (std::size_t i = 1; i < times.size(); ++i) steps.push_back(times[i] - times[i - 1]);
-    if (steps.empty()) return "";
-    const auto middle = steps.begin() + std::ptrdiff_t(steps.size() / 2);
-    std::nth_element(steps.begin(), middle, steps.end());
-    if (*middle < kStep) return "";
-    return fmt::format("lines of {} are {:.3g} s apart: times are in seconds, are these in nano- or microseconds?",
-                       names_[densest], *middle);
+    const std::size_t n = names_.size();
+    std::vector<std::vector<double>> times(n);
+    for (const Line& line : lines_) times[line.stream].push_back(line.t);
+    if (n == 0) return "";
+    std::vector<double> step;
+    std::size_t densest = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      step.push_back(middle_step(times[i]));
+      if (times[i].size() > times[densest].size()) densest = i;
+    }
+    if (step[densest] >= kStep)
+      return fmt::format("lines of {} are {:.3g} s apart: times are in seconds, are these in nano- or microseconds?",
+                         names_[densest], step[densest]);
+    if (!has_motion_ || times[0].size() < 2) return "";
+    const double moved = step[0] * double(times[0].size());
+    for (std::size_t i = 1; i < n; ++i)
+      if (step[i] * double(times[i].size()) > kLonger * moved + kStep)
+        return fmt::format(
+            "{} lines of {} are {:.3g} s apart, and {} covers {:.3g} s: times are in seconds, are these in milli-, "
+            "micro- "
+            "or nanoseconds?",
+            times[i].size(), names_[i], step[i], names_[0], moved);
+    return "";
   }
 
   /// The longest time of which there is nothing, and how many keyframes all would take.
@@ -60,9 +77,8 @@ class Recorded {
       keyframes += (to.t - from.t) / interval;
       if (to.t - from.t > kGap)
         return fmt::format(
-            "nothing was recorded between {:.3f} s ({}) and {:.3f} s ({}), for {:.0f} s: is one of them on another "
-            "clock?",
-            from.t, names_[from.stream], to.t, names_[to.stream], to.t - from.t);
+            "nothing was recorded between {} s ({}) and {} s ({}), for {} s: is one of them on another clock?",
+            text_of(from.t), names_[from.stream], text_of(to.t), names_[to.stream], text_of(to.t - from.t, 0));
     }
     if (keyframes <= kMost) return "";
     return fmt::format("{:.0f} s of data with {} measurements of the target would take {:.0f} keyframes, above {:.0f}",
@@ -76,8 +92,20 @@ class Recorded {
     names_.push_back(name);
   }
 
+  /// Of the times of one stream; 0 where there are none.
+  static double middle_step(std::vector<double> times) {
+    std::sort(times.begin(), times.end());
+    std::vector<double> steps;
+    for (std::size_t i = 1; i < times.size(); ++i) steps.push_back(times[i] - times[i - 1]);
+    if (steps.empty()) return 0;
+    const auto middle = steps.begin() + std::ptrdiff_t(steps.size() / 2);
+    std::nth_element(steps.begin(), middle, steps.end());
+    return *middle;
+  }
+
   std::vector<std::string> names_;
   std::vector<Line> lines_;
+  bool has_motion_ = false;       // the first stream is what the chaser moves by
   std::size_t measurements_ = 0;  // of the target
 };
 

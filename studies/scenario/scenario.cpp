@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
 #include <fmt/format.h>
@@ -23,6 +24,16 @@ std::vector<Stamped<SE3>> trajectory(const Scenario& scenario, const Table& tabl
   return result;
 }
 
+/// A true trajectory. Throws Error on what is no place: errors against it would be no numbers.
+std::vector<Stamped<SE3>> true_trajectory(const Scenario& scenario, const Table& table) {
+  constexpr double kFarthest = 1e12;  // m
+  for (std::size_t i = 0; i < table.rows(); ++i)
+    for (int axis = 1; axis <= 3; ++axis)
+      if (const double x = table.row(i)[axis]; std::abs(x) > kFarthest)
+        throw Error(fmt::format("{}: no truth is {:.3g} m away", table.where(i), x));
+  return trajectory(scenario, table);
+}
+
 bool contains(const std::vector<std::string>& words, const std::string& word) {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
@@ -30,8 +41,9 @@ bool contains(const std::vector<std::string>& words, const std::string& word) {
 class ScenarioReader {
  public:
   /// Without `rows_in`, all is read.
-  ScenarioReader(const std::filesystem::path& folder, YamlSection yaml, std::optional<RowsIn> rows_in = {})
-      : folder_(folder), yaml_(std::move(yaml)), rows_in_(rows_in) {}
+  ScenarioReader(const std::filesystem::path& folder, YamlSection yaml, std::optional<RowsIn> rows_in = {},
+                 const Stop& stop = {})
+      : folder_(folder), yaml_(std::move(yaml)), rows_in_(rows_in), stop_(stop) {}
 
   Scenario read() {
     scenario_.folder = folder_;
@@ -47,7 +59,7 @@ class ScenarioReader {
                     [&](const TargetSensor& sensor) { return all_rows() && sensor.measurements.empty(); }))
       throw Error(fmt::format("{} has no measurements: neither usbl.csv, optical.csv nor another sensor gives any",
                               folder_.string()));
-    if (all_rows()) read_truth(scenario_);
+    if (all_rows()) read_truth(scenario_, stop_);
     return std::move(scenario_);
   }
 
@@ -91,7 +103,7 @@ class ScenarioReader {
       }
       if (data_.planar)
         entry.fail("type", fmt::format("sensor type {} is not planar: leave out group SE2", entry.text("type")));
-      read_ego_sensor(name, entry, folder_, scenario_.frame, navigation, all_rows());
+      read_ego_sensor(name, entry, folder_, scenario_.frame, navigation, all_rows(), stop_);
       const std::filesystem::path file = sensor_file(entry, folder_);
       if (entry.text("type") == "imu")
         scenario_.files.imu = file;
@@ -120,7 +132,7 @@ class ScenarioReader {
     const std::filesystem::path file = folder_ / "chaser_odometry.tum";
     scenario_.files.odometry = file;
     if (!all_rows()) return;
-    const Table table = read_tum(file);
+    const Table table = read_tum(file, stop_);
     if (table.rows() < 2) throw Error(fmt::format("{} needs two poses or more", table.file.string()));
     data_.odometry = trajectory(scenario_, table);
   }
@@ -128,6 +140,7 @@ class ScenarioReader {
   SensorSurroundings surroundings() const {
     SensorSurroundings around{folder_, scenario_.frame, data_.planar};
     around.rows = all_rows();
+    around.stop = stop_;
     if (!around.rows) return around;
     if (has_odometry()) {
       around.first = data_.odometry.front().t;
@@ -190,6 +203,7 @@ class ScenarioReader {
   std::filesystem::path folder_;
   YamlSection yaml_;
   std::optional<RowsIn> rows_in_;
+  Stop stop_;
   Scenario scenario_;
   TrackingData& data_ = scenario_.data;
   std::vector<std::string> declared_, undeclared_, ego_;  ///< sensors' names
@@ -198,8 +212,8 @@ class ScenarioReader {
 
 }  // namespace
 
-Scenario read_scenario(const std::filesystem::path& folder) {
-  return ScenarioReader(folder, YamlSection::load(folder / "scenario.yaml")).read();
+Scenario read_scenario(const std::filesystem::path& folder, const Stop& stop) {
+  return ScenarioReader(folder, YamlSection::load(folder / "scenario.yaml"), {}, stop).read();
 }
 
 Scenario read_settings(const std::filesystem::path& folder, RowsIn rows) {
@@ -210,11 +224,11 @@ Scenario read_settings(const std::string& yaml, const std::filesystem::path& fol
   return ScenarioReader(folder, YamlSection::parse(yaml, folder / "scenario.yaml"), rows).read();
 }
 
-void read_truth(Scenario& scenario) {
+void read_truth(Scenario& scenario, const Stop& stop) {
   const std::filesystem::path chaser = scenario.folder / "truth_chaser.tum",
                               target = scenario.folder / "truth_target.tum";
-  if (std::filesystem::exists(chaser)) scenario.truth_chaser = trajectory(scenario, read_tum(chaser));
-  if (std::filesystem::exists(target)) scenario.truth_target = trajectory(scenario, read_tum(target));
+  if (std::filesystem::exists(chaser)) scenario.truth_chaser = true_trajectory(scenario, read_tum(chaser, stop));
+  if (std::filesystem::exists(target)) scenario.truth_target = true_trajectory(scenario, read_tum(target, stop));
 }
 
 }  // namespace tandem

@@ -7,6 +7,7 @@
 
 #include <tandem/problem/navigation/navigation_data.hpp>
 #include <tandem/problem/tracking/tracking_problem.hpp>
+#include <tandem/solvers/stop.hpp>
 #include <tandem/studies/scenario/frame.hpp>
 
 namespace tandem {
@@ -48,8 +49,8 @@ struct Scenario {
 };
 
 /// Throws Error, naming file, line and reason, on anything that is missing, malformed, unknown or not
-/// supported.
-Scenario read_scenario(const std::filesystem::path& folder);
+/// supported, and Stopped when it is to stop.
+Scenario read_scenario(const std::filesystem::path& folder, const Stop& stop = {});
 
 /// Where the rows of a scenario are, of which settings alone are read.
 enum class RowsIn {
@@ -62,6 +63,6 @@ Scenario read_settings(const std::filesystem::path& folder, RowsIn rows);
 /// The same of what the folder's scenario.yaml would hold.
 Scenario read_settings(const std::string& yaml, const std::filesystem::path& folder, RowsIn rows);
 /// Adds the truth, where there is one, to settings.
-void read_truth(Scenario& scenario);
+void read_truth(Scenario& scenario, const Stop& stop = {});
 
 }  // namespace tandem

@@ -41,7 +41,7 @@ void read_positive(const YamlSection& entry, const std::string& key, Number& val
 }
 
 ImuSensor read_imu(const std::string& name, const YamlSection& entry, const std::filesystem::path& folder,
-                   const Frame& frame, bool rows) {
+                   const Frame& frame, bool rows, const Stop& stop) {
   entry.allow_only({"type", "file", "position", "orientation", "accelerometer", "gyroscope", "accelerometer_bias_walk",
                     "gyroscope_bias_walk", "integration", "initial_accelerometer_bias", "initial_gyroscope_bias",
                     "max_gap", "max_specific_force", "max_angular_rate"});
@@ -61,7 +61,7 @@ ImuSensor read_imu(const std::string& name, const YamlSection& entry, const std:
 
   const std::filesystem::path file = sensor_file(entry, folder);
   if (!rows) return imu;
-  const Table table = read_csv(file, imu_columns, TimeOrder::any);
+  const Table table = read_csv(file, imu_columns, TimeOrder::any, stop);
   if (table.rows() < 2) throw Error(fmt::format("{} needs two samples or more", table.file.string()));
   imu.samples.reserve(table.rows());
   for (std::size_t i = 0; i < table.rows(); ++i) imu.samples.push_back(imu_sample(table.row(i), frame));
@@ -69,7 +69,7 @@ ImuSensor read_imu(const std::string& name, const YamlSection& entry, const std:
 }
 
 EgoSensor read_other(const std::string& name, const YamlSection& entry, const std::filesystem::path& folder,
-                     const Frame& frame, bool with_rows) {
+                     const Frame& frame, bool with_rows, const Stop& stop) {
   EgoSensor sensor{.name = name, .type = type_of(entry)};
   std::vector<std::string> keys = {"type", "file", "sigma", "delay", "loss", "error"};
   switch (sensor.type->mounting) {
@@ -101,7 +101,7 @@ EgoSensor read_other(const std::string& name, const YamlSection& entry, const st
 
   const std::filesystem::path file = sensor_file(entry, folder);
   if (!with_rows) return sensor;
-  const Table table = read_csv(file, columns(sensor.type), TimeOrder::any);
+  const Table table = read_csv(file, columns(sensor.type), TimeOrder::any, stop);
   sensor.measurements.reserve(table.rows());
   for (std::size_t i = 0; i < table.rows(); ++i)
     sensor.measurements.push_back(
@@ -126,14 +126,14 @@ bool is_ego_sensor(const YamlSection& entry) {
 }
 
 void read_ego_sensor(const std::string& name, const YamlSection& entry, const std::filesystem::path& folder,
-                     const Frame& frame, NavigationData& data, bool rows) {
+                     const Frame& frame, NavigationData& data, bool rows, const Stop& stop) {
   if (entry.text("type") != "imu") {
-    data.sensors.push_back(read_other(name, entry, folder, frame, rows));
+    data.sensors.push_back(read_other(name, entry, folder, frame, rows, stop));
     return;
   }
   if (data.imu)
     entry.fail("type", fmt::format("a second imu: one is used at a time, so leave out {} or {}", data.imu->name, name));
-  data.imu = read_imu(name, entry, folder, frame, rows);
+  data.imu = read_imu(name, entry, folder, frame, rows, stop);
 }
 
 Earth read_earth(const YamlSection& yaml) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <tandem/problem/navigation/navigation_data.hpp>
+#include <tandem/solvers/stop.hpp>
 #include <tandem/studies/scenario/frame.hpp>
 #include <tandem/studies/scenario/yaml_section.hpp>
 
@@ -29,9 +30,9 @@ bool is_ego_sensor(const YamlSection& entry);
 /// position (depth, gps) and orientation (heading). An IMU has position and orientation.
 ///
 /// Times are kept as they are in the file, in any order: see check() in problem/navigation_checks.hpp. Throws Error
-/// naming file, line and reason. Without `rows`, settings alone are read, not the file.
+/// naming file, line and reason, and Stopped when it is to stop. Without `rows`, settings alone are read, not the file.
 void read_ego_sensor(const std::string& name, const YamlSection& entry, const std::filesystem::path& folder,
-                     const Frame& frame, NavigationData& data, bool rows = true);
+                     const Frame& frame, NavigationData& data, bool rows = true, const Stop& stop = {});
 
 /// The keys `latitude` [deg], without which the world counts as inertial, and `gravity` [m/s²], a magnitude: where it is
 /// not given, normal gravity at the latitude or, without that either, standard gravity.

@@ -18,7 +18,7 @@ std::vector<Measurement> measurements(SensorType type, const std::filesystem::pa
   std::vector<Measurement> result;
   if (!around.rows) return result;
   const Table table = read_csv(file, columns(type, around.planar),
-                               may_repeat_times(type) ? TimeOrder::repeating : TimeOrder::increasing);
+                               may_repeat_times(type) ? TimeOrder::repeating : TimeOrder::increasing, around.stop);
   for (std::size_t i = 0; i < table.rows(); ++i) {
     if (table.t(i) < around.first - kSameInstant || table.t(i) > around.last + kSameInstant)
       throw Error(fmt::format("{}: time {} lies outside {}, {} to {} s", table.where(i), table.t(i), around.span_of,

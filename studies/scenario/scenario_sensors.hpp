@@ -4,6 +4,7 @@
 #include <string>
 
 #include <tandem/problem/tracking/target_sensor.hpp>
+#include <tandem/solvers/stop.hpp>
 #include <tandem/studies/scenario/frame.hpp>
 #include <tandem/studies/scenario/yaml_section.hpp>
 
@@ -17,6 +18,7 @@ struct SensorSurroundings {
   double first = 0, last = 0;                   ///< s: no measurement lies outside
   std::string span_of = "the odometry's span";  ///< what first and last are, for the error message
   bool rows = true;                             ///< to be read; false: settings only
+  Stop stop{};                                  ///< of reading them
 };
 
 /// The type in an entry of `sensors:`, of a sensor that observes the target. Throws Error where there is no such type.

@@ -103,23 +103,25 @@ void RowFile::fail(const std::string& reason) const { throw Error(where() + ": "
 
 std::string Table::where(std::size_t i) const { return fmt::format("{}:{}", file.string(), lines[i]); }
 
-Table read_table(RowFile& rows) {
+Table read_table(RowFile& rows, const Stop& stop) {
+  constexpr std::size_t kOften = 1024;  // rows
   Table table{rows.file(), rows.format().size(), {}, {}};
   while (rows.next()) {
+    if (table.rows() % kOften == 0 && stop.reached()) stop.check("reading " + rows.file().string());
     table.values.insert(table.values.end(), rows.row().begin(), rows.row().end());
     table.lines.push_back(rows.line());
   }
   return table;
 }
 
-Table read_csv(const std::filesystem::path& file, const std::string& header, TimeOrder order) {
+Table read_csv(const std::filesystem::path& file, const std::string& header, TimeOrder order, const Stop& stop) {
   RowFile rows(file, RowFormat::csv(header), order);
-  return read_table(rows);
+  return read_table(rows, stop);
 }
 
-Table read_tum(const std::filesystem::path& file) {
+Table read_tum(const std::filesystem::path& file, const Stop& stop) {
   RowFile rows(file, RowFormat::tum(), TimeOrder::repeating);
-  return read_table(rows);
+  return read_table(rows, stop);
 }
 
 std::vector<Stamped<SE3>> poses(const Table& table) {

@@ -7,7 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include <tandem/problem/tracking/tracking_problem.hpp>
+#include <tandem/problem/navigation/trajectory.hpp>
+#include <tandem/solvers/stop.hpp>
 
 namespace tandem {
 
@@ -95,14 +96,15 @@ struct Table {
   std::string where(std::size_t i) const;
 };
 
-/// All rows that are left of a file.
-Table read_table(RowFile& rows);
+/// All rows that are left of a file. Throws Stopped, "reading FILE: …", when it is to stop.
+Table read_table(RowFile& rows, const Stop& stop = {});
 
 /// A whole file of comma-separated values whose first line names the columns, e.g. "t,x,y,z".
-Table read_csv(const std::filesystem::path& file, const std::string& header, TimeOrder order = TimeOrder::increasing);
+Table read_csv(const std::filesystem::path& file, const std::string& header, TimeOrder order = TimeOrder::increasing,
+               const Stop& stop = {});
 
 /// A trajectory in the TUM format: t x y z qx qy qz qw, separated by blanks. Lines may repeat a time (see poses()).
-Table read_tum(const std::filesystem::path& file);
+Table read_tum(const std::filesystem::path& file, const Stop& stop = {});
 
 /// Columns t x y z qx qy qz qw. A quaternion whose length is within 1e-3 of one is normalised, any other an error. A line
 /// that repeats the one before, to 1 mm and 1 mrad, is left out; two different poses of one time are an error.

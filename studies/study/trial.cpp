@@ -129,7 +129,7 @@ void calibrate_noise(TrialProblem& problem, const std::atomic<bool>* stop) {
   ScenarioCalibrationOptions options;
   options.folds = 0;
   options.target = problem.options;
-  options.stop = stop;
+  options.stop = Stop(stop);
   const ScenarioCalibration found = calibrate_scenarios({problem.scenario}, options);
   for (const NoiseEntry& entry : found.noise)
     for (const NamedNoise& named : named_noise(problem.scenario.data))

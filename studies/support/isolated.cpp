@@ -21,7 +21,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr int kNoProgram = 127;             // exit status of a child that could not become the program, as a shell's
-constexpr std::chrono::seconds kToStop{5};  // after it was told
+constexpr std::chrono::seconds kToStop{1};  // after it was told
 constexpr int kPollMilliseconds = 50;
 
 /// Becomes the program. Other threads of the parent may hold any lock: only what is safe in a signal handler is called.

@@ -15,7 +15,7 @@ struct IsolatedRun {
 };
 
 /// Runs a program, so that its memory is its own and its crash is no one else's, and waits for it. After `seconds` it is
-/// killed. It is told of `stop` by SIGTERM, after which it has five seconds to end; an interrupt from the terminal, which
+/// killed. It is told of `stop` by SIGTERM, after which it has a second to end; an interrupt from the terminal, which
 /// reaches the caller too, it does not hear. Its standard error is the caller's. `program` is a path; the first argument
 /// is the program's name. Throws Error when no process can be started. The caller may have any number of threads.
 IsolatedRun run_isolated(const std::string& program, std::vector<std::string> arguments, double seconds,

@@ -129,67 +129,6 @@ TEST_P(TurnedDetections, TheRobustSettingEstimatesThemAway) {
   EXPECT_EQ(rejected, 8);
 }
 
-/// Positions every two seconds, of which some lie.
-class FarPositions : public Start {
- protected:
-  TrackingData data = run.data({{.name = "usbl", .type = SensorType::position}}, every(2.0, 0.0, 40.0));
-
-  std::vector<PositionOutlier> outliers() const {
-    const auto keyframes = make_keyframes(data);
-    return position_outliers(data, keyframes, odometry_at(data.odometry, keyframes));
-  }
-  double start_error() const {
-    TrackingOptions options;
-    make_robust(options);
-    return run.largest_error(make_tracking_problem(data, options));
-  }
-};
-
-TEST_P(FarPositions, NoneOfGoodOnes) { EXPECT_TRUE(outliers().empty()); }
-
-TEST_P(FarPositions, OneIsNamedHoweverFarAndWhereverItIs) {
-  const TrackingData good = data;
-  const std::size_t last = data.sensors[0].measurements.size() - 1;
-  const double clean = start_error();
-  for (const double far : {1e3, -1e6, 1e150})
-    for (const std::size_t i : {std::size_t(0), std::size_t(7), last}) {
-      data = good;
-      data.sensors[0].measurements[i].position.y() += far;
-      const auto found = outliers();
-      ASSERT_EQ(found.size(), 1u) << far << " m, measurement " << i;
-      EXPECT_EQ(found[0].index, i) << far;
-      EXPECT_GT(found[0].sigmas, 50.0) << far;
-      EXPECT_LE(start_error(), clean + 5.0) << far << " m, measurement " << i << ": a gap, no more";
-    }
-}
-
-TEST_P(FarPositions, SeveralAreNamedTheWorstFirst) {
-  for (const std::size_t i : {3u, 4u, 12u}) data.sensors[0].measurements[i].position.x() -= 1e4 * double(i);
-  const auto found = outliers();
-  ASSERT_EQ(found.size(), 3u);
-  EXPECT_GT(found[0].sigmas, found[2].sigmas);
-}
-
-/// Gross ones are no part of the problem, so that nothing of them can get into the estimate.
-TEST_P(FarPositions, TheRobustSettingIsNotMovedByOne) {
-  data = run.data({{.name = "camera", .type = SensorType::pose}}, every(0.5, 0.0, 40.0));
-  TrackingOptions options;
-  make_robust(options);
-  TrackingProblem clean = make_tracking_problem(data, options);
-  ASSERT_TRUE(converges(clean));
-  for (const double far : {1e3, 1e6, 1e150}) {
-    TrackingData wrong = data;
-    wrong.sensors[0].measurements[7].position.x() = far;
-    TrackingProblem tracking = make_tracking_problem(wrong, options);
-    ASSERT_TRUE(converges(tracking)) << far;
-    for (std::size_t k = 0; k < tracking.keyframes.size(); ++k)
-      EXPECT_LE((tracking.target_state(k).position - clean.target_state(k).position).norm(), 0.01) << far << ", " << k;
-    EXPECT_FALSE(tracking.measurements[7].block) << "left out";
-  }
-}
-
-INSTANTIATE_TEST_SUITE_P(Groups, FarPositions, ::testing::Bool(),
-                         [](const auto& info) { return info.param ? "SE2" : "SE3"; });
 INSTANTIATE_TEST_SUITE_P(Groups, Start, ::testing::Bool(), [](const auto& info) { return info.param ? "SE2" : "SE3"; });
 INSTANTIATE_TEST_SUITE_P(Groups, TurnedDetections, ::testing::Bool(),
                          [](const auto& info) { return info.param ? "SE2" : "SE3"; });

@@ -371,7 +371,7 @@ TEST(Calibrate, StopsWithTheBestSoFar) {
   walk.build();
   std::atomic<bool> stop = false;
   CalibrationOptions options;
-  options.stop = &stop;
+  options.stop = Stop(&stop);
   options.progress = [&](int, const Eigen::VectorXd&, double) { stop = true; };
   const Calibration found = calibrate(walk.problem, {walk.steps, walk.fixes}, options);
   EXPECT_EQ(found.status, Status::interrupted);

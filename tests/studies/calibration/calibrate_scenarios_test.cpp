@@ -120,7 +120,7 @@ TEST(CalibrateScenarios, SaysWhatIsWrong) {
 TEST(CalibrateScenarios, AStopKeepsWhatThereIs) {
   const std::atomic<bool> stop = true;
   ScenarioCalibrationOptions options;
-  options.stop = &stop;
+  options.stop = Stop(&stop);
   const ScenarioCalibration found = calibrate_scenarios({simulated(5, 60)}, options);
   EXPECT_FALSE(found.summary.converged());
   EXPECT_FALSE(found.parameters.empty());

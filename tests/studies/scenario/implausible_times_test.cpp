@@ -57,6 +57,28 @@ TEST(ImplausibleTimes, OwnSensorsCountWhereTheyMoveTheChaser) {
   EXPECT_THAT(implausible_times(scenario), HasSubstr("(gps) and 86402.000 s (gps)"));
 }
 
+/// A sensor at 5 Hz, in milliseconds beside an IMU in seconds: no gap of an hour, and no step as long as a recording's.
+TEST(ImplausibleTimes, OneSensorInMilliseconds) {
+  Scenario scenario;
+  NavigationData& own = scenario.navigation.emplace();
+  own.imu.emplace();
+  for (int i = 0; i < 6000; ++i) own.imu->samples.emplace_back().t = 0.01 * i;
+  EgoSensor& dvl = own.sensors.emplace_back();
+  dvl.name = "dvl";
+  for (int i = 0; i < 300; ++i) dvl.measurements.emplace_back().t = 0.2 * i;
+  EXPECT_EQ(implausible_times(scenario), "");
+  dvl.measurements.back().t = 1000;
+  EXPECT_EQ(implausible_times(scenario), "") << "one wrong stamp, which costs itself";
+  for (int i = 0; i < 300; ++i) dvl.measurements[std::size_t(i)].t = 200.0 * i;
+  EXPECT_THAT(implausible_times(scenario), StartsWith("300 lines of dvl are 200 s apart, and the imu covers 60 s"));
+}
+
+TEST(ImplausibleTimes, SayTimesOfAnySizeInAFewDigits) {
+  Scenario scenario = recording(100, 0.1);
+  scenario.data.odometry.back().t = 1e300;
+  EXPECT_LE(implausible_times(scenario).size(), 200u);
+}
+
 TEST(ImplausibleTimes, MoreKeyframesThanAreMeant) {
   Scenario scenario = recording(1000, 0.1);
   scenario.data.keyframe_interval = 1e-4;
