@@ -7,6 +7,7 @@
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
+#include <tandem/studies/live/partial_track.hpp>
 #include <tandem/studies/live/track.hpp>
 #include <tandem/studies/live/track_files.hpp>
 #include <tandem/studies/live/track_json_line.hpp>
@@ -126,6 +127,33 @@ std::string why_bad(const Track& track) {
   return fmt::format("not to be relied on from t = {:.1f} s to {:.1f} s: {}", track.bad->since, track.bad->until, what);
 }
 
+/// What is tracked goes to the disk while it is, beside --out; a disk that does not take it does not end the track.
+class OnDisk {
+ public:
+  OnDisk(const TrackRequest& request, const Scenario& scenario)
+      : rows_(scenario.frame, request.live.ahead, watched_sensors(scenario)) {
+    if (!request.output.folder) return;
+    disk_.emplace(PartialTrack::period);
+    partial_.emplace(request.output.folder->partial(), rows_, *disk_, complain);
+  }
+
+  void add(const TrackRecord& record) {
+    if (!partial_) return;
+    partial_->add(record);
+    if (const std::string why = disk_->failure(); !why.empty()) tell_(why + "; the track goes on");
+  }
+  /// The results are where they are to be.
+  void remove() {
+    if (partial_) partial_->remove();
+  }
+
+ private:
+  const TrackRows rows_;
+  std::optional<DurableFiles> disk_;
+  std::optional<PartialTrack> partial_;
+  LimitedComplaints tell_{"failures to write", complain};
+};
+
 /// An interrupt ends it with the summary.
 int run_track(const TrackRequest& request, const CommandOptions& option) {
   LiveOptions options = live_options(request);
@@ -137,8 +165,10 @@ int run_track(const TrackRequest& request, const CommandOptions& option) {
 
   const bool print = !request.output.quiet && !request.output.json && !request.json_lines;
   const std::vector<std::string> sensors = watched_sensors(scenario);
+  OnDisk on_disk(request, scenario);
   TrackLines lines(scenario.frame, !scenario.data.sensors.empty(), scenario.data.planar, options.ahead);
   const Track result = track(scenario, options, *feed, [&](const TrackRecord& record) {
+    on_disk.add(record);
     if (!print && !request.json_lines) return;
     const std::string text = print ? lines(record) : track_json_line(record, scenario.frame, sensors, options.ahead);
     if (text.empty()) return;
@@ -158,7 +188,9 @@ int run_track(const TrackRequest& request, const CommandOptions& option) {
   results.json = [&] { return track_json(result, summary); };
   results.plots_of = "track";
   results.write = [&](const std::filesystem::path& folder) { write_track(result, summary, scenario, options, folder); };
-  return finish(request.output, results);
+  const int status = finish(request.output, results);
+  on_disk.remove();
+  return status;
 }
 
 }  // namespace
