@@ -143,6 +143,8 @@ void DurableFiles::run() {
 /// With the lock, which is given up while the disk works. Whole pieces or none: after a failure a file ends where it did.
 void DurableFiles::write_all(std::unique_lock<std::mutex>& lock) {
   bool all = true;
+  // Those of now: what comes from here on may speak of what is appended from here on.
+  std::map<std::filesystem::path, std::string> replacements = std::exchange(replacements_, {});
   for (std::size_t i = 0; i < files_.size(); ++i) {
     if (files_[i].pending.empty()) continue;
     const std::string text = files_[i].pending;
@@ -163,8 +165,8 @@ void DurableFiles::write_all(std::unique_lock<std::mutex>& lock) {
     failure_ = why_not_written(file.path, reason);
     if (file.pending.size() > kMostPending) file.pending.clear();
   }
-  if (!all) return;  // what replaces a file may speak of these
-  for (const auto& [path, text] : std::exchange(replacements_, {})) {
+  if (!all) return replacements_.merge(replacements);  // later, unless there is a newer one
+  for (const auto& [path, text] : replacements) {
     lock.unlock();
     const int reason = replace_file(path, text);
     lock.lock();
