@@ -54,6 +54,8 @@ Summary OnlineEstimator::settle() { return streams_->settle(); }
 bool OnlineEstimator::started() const { return streams_->window().started(); }
 bool OnlineEstimator::has_target() const { return streams_->window().has_target(); }
 const TrackHealth& OnlineEstimator::health() const { return streams_->health(); }
+void OnlineEstimator::go_on_from(const TrackHealth& health) { streams_->go_on_from(health); }
+std::optional<Alignment> OnlineEstimator::newest_start() const { return streams_->newest_start(); }
 double OnlineEstimator::newest() const { return streams_->window().newest(); }
 double OnlineEstimator::oldest() const { return streams_->window().oldest(); }
 std::size_t OnlineEstimator::keyframes() const { return streams_->window().keyframes(); }

@@ -22,7 +22,7 @@ struct OnlineOptions {
   ResetOptions reset{};
   /// s of data to wait for until a heading that no sensor gives at once is decided (see align()).
   double alignment = 30.0;
-  std::optional<Alignment> start{};  ///< in place of an alignment by the estimator itself
+  std::optional<Alignment> start{};  ///< in place of the first alignment by the estimator itself
   /// The target's newest state, and where it will be, by MotionHypotheses over its fixes, and not by the window; what was
   /// measured before the newest keyframe, and all of the chaser, is the window's. See why_no_hypotheses().
   bool hypotheses = false;
@@ -90,6 +90,11 @@ class OnlineEstimator {
   Summary settle();
 
   const TrackHealth& health() const;
+  /// Its counts go on from those of another estimator with the same sensors, whose latest lines this one was given.
+  void go_on_from(const TrackHealth& health);
+  /// OnlineOptions::start of an estimator that begins where this one is: the newest state, as sure as it is along world
+  /// axes, component by component; biases begin anew. Nothing where the chaser moves by odometry, or there is none.
+  std::optional<Alignment> newest_start() const;
 
   bool started() const;  ///< there is a chaser
   bool has_target() const;

@@ -12,6 +12,8 @@ namespace {
 using detail::EventQueue;
 using detail::seconds_text;
 
+constexpr double kSure = 1e-6;  // m, rad, m/s: nothing is surer, or a start would be held for exact
+
 }  // namespace
 
 void OnlineEstimator::Streams::make_window() {
@@ -70,6 +72,12 @@ EgoSpread OnlineEstimator::Streams::newest_spread(const EgoSpread& least) const 
   return least;
 }
 
+std::optional<Alignment> OnlineEstimator::Streams::newest_start() const {
+  if (!window_->has_chain()) return {};
+  const Vector<3> sure = Vector<3>::Constant(kSure);
+  return Alignment{.t = window_->newest(), .state = window_->chaser(), .spread = newest_spread({sure, sure, sure})};
+}
+
 /// Before a step at t: whether the estimate is suspended because nothing has been measured for too long.
 bool OnlineEstimator::Streams::suspend_before(double t) {
   if (!window_->started()) return false;
@@ -88,7 +96,7 @@ bool OnlineEstimator::Streams::suspend_before(double t) {
 
 /// What waits for a chaser's motion that does not come, or for a start, does not wait for ever.
 void OnlineEstimator::Streams::forget_old() {
-  const double patience = options_.start ? HUGE_VAL : std::max(options_.reset.max_gap, 2 * options_.alignment);
+  const double patience = start_ ? HUGE_VAL : std::max(options_.reset.max_gap, 2 * options_.alignment);
   const double limit = queue_.clock() - patience;
   if (!std::isfinite(limit) || reached() >= limit) {
     if (!std::isfinite(limit) || window_->started()) return;

@@ -54,6 +54,7 @@ OnlineEstimator::Streams::Streams(OnlineEstimator& hooks, const TrackingData& tr
       settings_(without_measurements(tracking)),
       ego_(without_measurements(ego)),
       waiting_(ego_.value_or(NavigationData())),
+      start_(options.start),
       interval_(ego_ && settings_.sensors.empty() ? ego_->keyframe_interval : settings_.keyframe_interval),
       queue_(options.lag.window),
       health_(watched(settings_, ego_ ? &*ego_ : nullptr), options.reset) {
@@ -207,9 +208,10 @@ bool OnlineEstimator::Streams::start_chaser() {
   const double first = start_time(waiting_).value_or(HUGE_VAL);
   if (!std::isfinite(first)) return false;
   Alignment alignment;
-  if (options_.start) {
-    alignment = *options_.start;
+  if (start_) {
+    alignment = *start_;
     if (last_motion() < alignment.t) return false;
+    start_.reset();
   } else {
     if (!finished_ && queue_.clock() - first < kCoarse) return false;
     alignment = coarse_alignment(waiting_);

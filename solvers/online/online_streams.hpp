@@ -32,6 +32,8 @@ class OnlineEstimator::Streams {
   Summary settle() { return window_->settle(); }
   const detail::OnlineWindow& window() const { return *window_; }
   const TrackHealth& health() const { return health_.health(); }
+  void go_on_from(const TrackHealth& health) { health_.go_on_from(health); }
+  std::optional<Alignment> newest_start() const;
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -65,7 +67,8 @@ class OnlineEstimator::Streams {
   const OnlineOptions options_;
   const TrackingData settings_;
   const std::optional<NavigationData> ego_;
-  NavigationData waiting_;  // for the alignment
+  NavigationData waiting_;          // for the alignment
+  std::optional<Alignment> start_;  // that was given, until it has been used
   const double interval_;
   std::unique_ptr<detail::OnlineWindow> window_;
   detail::EventQueue queue_;

@@ -110,6 +110,19 @@ void StreamClocks::set_unit(double seconds) {
   ready_ = true;
 }
 
+StreamClocks::Memory StreamClocks::memory() const {
+  Memory memory{clock_, base_};
+  memory.streams.assign(states_.begin(), states_.end());
+  return memory;
+}
+
+void StreamClocks::go_on_from(const Memory& memory) {
+  clock_ = memory.clock;
+  base_ = memory.base;
+  for (std::size_t i = 0; i < states_.size(); ++i) states_[i] = {memory.streams[i], {}};
+  ready_ = true;
+}
+
 double StreamClocks::leap() const {
   double leap = options_.leap;
   for (std::size_t i = 0; i < streams_.size(); ++i)
@@ -168,7 +181,7 @@ bool StreamClocks::is_confirmed(std::size_t stream, double unit) const {
 bool StreamClocks::adopt_offset(std::size_t stream) {
   State& s = states_[stream];
   for (const State& other : states_) {
-    State as_other{.unit = s.unit, .offset = other.offset, .last = s.last};
+    const State as_other{{.unit = s.unit, .offset = other.offset, .last = s.last}};
     const auto agree = [&](const Held& line) { return agrees(as_other, line.stamp * s.unit + other.offset); };
     if (other.offset == s.offset || !agree(s.held.front()) || !agree(s.held.back())) continue;
     s.offset = other.offset;

@@ -62,15 +62,27 @@ class StreamClocks {
   /// Whether the last judge() has begun the common time anew: it may run backwards.
   bool began_anew() const { return began_anew_; }
 
+  /// What is known of one stream's clock. The time of a stamp is stamp · unit + offset.
+  struct Clock {
+    double unit = 1, offset = 0;   ///< s
+    std::optional<double> last{};  ///< time of the last line that was used [s]
+    double period = 0, lag = 0;    ///< s, between its lines, and behind the others
+    int agreeing = 0;              ///< lines in a row whose stamps agree without the offset
+  };
+  /// All that is known of the clocks, but for the lines that are held: for another object to go on from.
+  struct Memory {
+    double clock = -HUGE_VAL, base = -HUGE_VAL;  ///< s: the common time, and where it began
+    std::vector<Clock> streams{};
+  };
+  Memory memory() const;
+  /// Of the same streams; no line is held then.
+  void go_on_from(const Memory& memory);
+
  private:
   struct Held {
     double stamp, clock;  // the common time when it came
   };
-  struct State {
-    double unit = 1, offset = 0;  // s
-    std::optional<double> last;   // time of the last line that was used
-    double period = 0, lag = 0;   // s
-    int agreeing = 0;             // lines in a row whose stamps agree without the offset
+  struct State : Clock {
     std::vector<Held> held{};
   };
 

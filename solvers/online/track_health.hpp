@@ -87,6 +87,8 @@ class HealthMonitor {
   void restarted(TrackReset::Kind kind);
   /// Time begins anew: when something was is forgotten too.
   void forget_times();
+  /// Counts and times go on from these, of the same sensors; what is held against the estimate stays.
+  void go_on_from(const TrackHealth& health) { health_ = health; }
 
  private:
   struct Verdict {

@@ -1,4 +1,6 @@
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -7,11 +9,13 @@
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
+#include <tandem/studies/live/partial_track.hpp>
 #include <tandem/studies/live/track.hpp>
 #include <tandem/studies/live/track_files.hpp>
 #include <tandem/studies/live/track_json_line.hpp>
 #include <tandem/studies/live/track_lines.hpp>
 #include <tandem/studies/live/track_report.hpp>
+#include <tandem/studies/live/track_snapshot.hpp>
 #include <tandem/studies/support/limited_complaints.hpp>
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/text.hpp>
@@ -31,6 +35,8 @@ struct TrackRequest {
   std::optional<double> window;  ///< s
   std::optional<Newest> newest;
   std::optional<double> stamp_unit;  ///< s
+  std::optional<std::filesystem::path> snapshot;
+  std::optional<double> every;  ///< s
   bool standard_input = false, json_lines = false;
   Output output;
 };
@@ -68,6 +74,17 @@ std::pair<int, int> parse_share(const std::string& option, const std::string& te
   return {*rejections, *of};
 }
 
+/// A file that can be written, or a name in a folder that one can be made in.
+std::filesystem::path parse_snapshot_file(const std::string& option, const std::string& text) {
+  const std::filesystem::path file(text), folder = file.has_parent_path() ? file.parent_path() : ".";
+  if (!file.has_filename() || std::filesystem::is_directory(file))
+    throw Error(fmt::format("{} is a file's name, and {} is a folder's", option, quote(text)));
+  if (access(folder.c_str(), W_OK | X_OK) != 0)
+    throw Error(fmt::format("{} {}: nothing can be written to {}: {}", option, quote(text), folder.string(),
+                            std::strerror(errno)));
+  return file;
+}
+
 Newest parse_newest(const std::string& option, const std::string& text) {
   if (text == "hypotheses") return Newest::hypotheses;
   if (text == "window") return Newest::window;
@@ -99,6 +116,8 @@ LiveOptions live_options(const TrackRequest& request) {
     throw Error("--json-lines prints a line an update and --json one summary: give one of them");
   if (options.realtime && request.standard_input)
     throw Error("--realtime is for a folder's files: lines of --stdin come at their own pace");
+  if (request.every && !request.snapshot) throw Error("--every is how often a --snapshot is written: give both");
+  if (request.every) options.snapshot_every = *request.every;
   return options;
 }
 
@@ -126,6 +145,61 @@ std::string why_bad(const Track& track) {
   return fmt::format("not to be relied on from t = {:.1f} s to {:.1f} s: {}", track.bad->since, track.bad->until, what);
 }
 
+/// What goes to the disk while tracking: results beside --out, the snapshot, and what an earlier one left there. A disk that
+/// does not take it does not end the track.
+class OnDisk {
+ public:
+  OnDisk(const TrackRequest& request, const Scenario& scenario)
+      : snapshot_(request.snapshot), rows_(scenario.frame, request.live.ahead, watched_sensors(scenario)) {
+    std::optional<PartialTrack::Continues> continues;
+    if (snapshot_) {
+      if (auto before = read_snapshot(*snapshot_, scenario)) before_.emplace(TrackBefore{std::move(*before)});
+      continues.emplace(PartialTrack::Continues{
+          .keeps_all = request.standard_input,
+          .record_bytes = record_bytes(request.live.ahead.size(), watched_sensors(scenario).size())});
+      if (before_) continues->from = before_->snapshot.partial;
+    }
+    if (snapshot_ || request.output.folder) disk_.emplace(PartialTrack::period);
+    if (request.output.folder) {
+      partial_.emplace(request.output.folder->partial(), rows_, *disk_, continues, complain);
+      if (before_) {
+        before_->n = partial_->earlier();
+        before_->records = partial_->records_file();
+      }
+    }
+    if (before_ && !request.output.quiet)
+      complain(fmt::format("going on from {}, which is of t = {:.1f} s", snapshot_->string(), before_->snapshot.t));
+  }
+
+  /// What the track goes on from.
+  const std::optional<TrackBefore>& before() const { return before_; }
+
+  void add(const TrackRecord& record) {
+    if (partial_) partial_->add(record);
+    if (!disk_) return;
+    if (const std::string why = disk_->failure(); !why.empty()) tell_(why + "; the track goes on");
+  }
+  void add(TrackSnapshot snapshot) {
+    if (partial_) snapshot.partial = partial_->place();
+    disk_->replace(*snapshot_, bytes_of(snapshot));
+  }
+  /// The results are where they are to be; nobody goes on from an end.
+  void remove(bool ended) {
+    if (partial_) partial_->remove();
+    if (!ended || !snapshot_) return;
+    disk_->flush();
+    std::filesystem::remove(*snapshot_);
+  }
+
+ private:
+  const std::optional<std::filesystem::path> snapshot_;
+  const TrackRows rows_;
+  std::optional<TrackBefore> before_;
+  std::optional<DurableFiles> disk_;
+  std::optional<PartialTrack> partial_;
+  LimitedComplaints tell_{"failures to write", complain};
+};
+
 /// An interrupt ends it with the summary.
 int run_track(const TrackRequest& request, const CommandOptions& option) {
   LiveOptions options = live_options(request);
@@ -137,14 +211,18 @@ int run_track(const TrackRequest& request, const CommandOptions& option) {
 
   const bool print = !request.output.quiet && !request.output.json && !request.json_lines;
   const std::vector<std::string> sensors = watched_sensors(scenario);
+  OnDisk on_disk(request, scenario);
+  if (request.snapshot) options.on_snapshot = [&](TrackSnapshot snapshot) { on_disk.add(std::move(snapshot)); };
   TrackLines lines(scenario.frame, !scenario.data.sensors.empty(), scenario.data.planar, options.ahead);
-  const Track result = track(scenario, options, *feed, [&](const TrackRecord& record) {
+  const auto each = [&](const TrackRecord& record) {
+    on_disk.add(record);
     if (!print && !request.json_lines) return;
     const std::string text = print ? lines(record) : track_json_line(record, scenario.frame, sensors, options.ahead);
     if (text.empty()) return;
     fmt::print("{}", text);
     std::fflush(stdout);
-  });
+  };
+  const Track result = track(scenario, options, *feed, each, on_disk.before());
   if (result.records.size() == 0) {
     complain(why_nothing(result));
     return kNotDone;
@@ -158,7 +236,9 @@ int run_track(const TrackRequest& request, const CommandOptions& option) {
   results.json = [&] { return track_json(result, summary); };
   results.plots_of = "track";
   results.write = [&](const std::filesystem::path& folder) { write_track(result, summary, scenario, options, folder); };
-  return finish(request.output, results);
+  const int status = finish(request.output, results);
+  on_disk.remove(result.ended && !request.standard_input);
+  return status;
 }
 
 }  // namespace
@@ -215,6 +295,10 @@ Command track_command() {
                reset.max_gap, parse_positive);
         option("--bad-after", "SECONDS", "Exit 2 when it was bad for so long (default 60)", live.bad_after,
                parse_positive);
+        option.group("After a kill");
+        option("--snapshot", "FILE", "Go on from FILE where it is there, and write it while tracking",
+               request->snapshot, parse_snapshot_file);
+        option("--every", "SECONDS", "So often (default 10)", request->every, parse_positive);
         add_output(option, request->output,
                    {.writes = "Write trajectories as filtered, track.csv, errors.csv, summary.json and plots to DIR"});
         option.flag("--json-lines", "Print each update as a line of JSON, with its health", request->json_lines);

@@ -6,23 +6,25 @@ void BadSpell::updated(double t, const RecordHealth& health) {
   std::size_t used = 0;
   for (const SensorRecord& sensor : health.sensors) used += sensor.used;
   const std::size_t rejected = health.rejected();
-  rejecting_ = used == used_ && (rejected > rejected_ || rejecting_);
-  used_ = used;
-  rejected_ = rejected;
-  if (health.converged && !rejecting_) {
-    now_.reset();
+  auto& [used_before, rejected_before, rejecting, now, longest] = memory_;
+  rejecting = used == used_before && (rejected > rejected_before || rejecting);
+  used_before = used;
+  rejected_before = rejected;
+  if (health.converged && !rejecting) {
+    now.reset();
     return;
   }
-  if (!now_) now_ = Spell{t, t, true};
-  now_->until = t;
-  if (!longest_ || now_->until - now_->since > longest_->until - longest_->since || longest_->since == now_->since)
-    longest_ = now_;
+  if (!now) now = Spell{t, t, true};
+  now->until = t;
+  if (!longest || now->until - now->since > longest->until - longest->since || longest->since == now->since)
+    longest = now;
 }
 
 std::optional<BadSpell::Spell> BadSpell::longest() const {
-  if (!longest_ || longest_->until - longest_->since < after_) return {};
-  Spell spell = *longest_;
-  spell.lasts = now_ && now_->since == spell.since;
+  const std::optional<Spell>& longest = memory_.longest;
+  if (!longest || longest->until - longest->since < after_) return {};
+  Spell spell = *longest;
+  spell.lasts = memory_.now && memory_.now->since == spell.since;
   return spell;
 }
 

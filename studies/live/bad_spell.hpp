@@ -20,11 +20,18 @@ class BadSpell {
   void updated(double t, const RecordHealth& health);
   std::optional<Spell> longest() const;
 
+  /// What it has seen, for another to go on from.
+  struct Memory {
+    std::size_t used = 0, rejected = 0;  ///< at the last update
+    bool rejecting = false;              ///< nothing has been used since something was rejected
+    std::optional<Spell> now{}, longest{};
+  };
+  const Memory& memory() const { return memory_; }
+  void go_on_from(const Memory& memory) { memory_ = memory; }
+
  private:
   double after_;
-  std::size_t used_ = 0, rejected_ = 0;  // at the last update
-  bool rejecting_ = false;               // nothing has been used since something was rejected
-  std::optional<Spell> now_, longest_;
+  Memory memory_;
 };
 
 }  // namespace tandem

@@ -132,6 +132,19 @@ std::optional<FeedLine> LiveFeed::next() {
   return line;
 }
 
+std::optional<FeedPlace> LiveFeed::place() const {
+  if (!ready_.empty() || !waiting_.empty() || !clocks_.is_ready()) return {};
+  FeedPlace place{{}, clocks_.memory(), refused_.counts()};
+  for (std::size_t i = 0; i < held_.size(); ++i) place.rows.push_back(rows(i, held_[i].size()));
+  return place;
+}
+
+void LiveFeed::go_on_from(const FeedPlace& place) {
+  for (std::size_t i = 0; i < place.rows.size(); ++i) skip(i, place.rows[i]);
+  clocks_.go_on_from(place.clocks);
+  refused_.go_on_from(place.refused);
+}
+
 void LiveFeed::judge(FeedLine line) {
   const std::size_t stream = line.stream;
   const std::string& name = streams_.all()[stream].name;
@@ -175,6 +188,7 @@ FolderFeed::FolderFeed(const Scenario& settings) : LiveFeed(settings) {
   for (const FeedStream& stream : streams_.all())
     files_.push_back(std::make_unique<RowFile>(stream.file, stream.of_file, TimeOrder::any));
   heads_.resize(files_.size());
+  rows_.resize(files_.size());
   for (std::size_t i = 0; i < files_.size(); ++i) advance(i);
 }
 
@@ -191,8 +205,18 @@ std::optional<FeedLine> FolderFeed::read() {
     if (heads_[i] && (first == heads_.size() || heads_[i]->t < heads_[first]->t)) first = i;
   if (first == heads_.size()) return {};
   std::optional<FeedLine> line = std::move(heads_[first]);
+  ++rows_[first];
   advance(first);
   return line;
+}
+
+void FolderFeed::skip(std::size_t stream, std::size_t rows) {
+  for (; rows_[stream] < rows; ++rows_[stream]) {
+    if (!heads_[stream])
+      throw Error(fmt::format("{} has {} rows, and the snapshot has seen {} of it", files_[stream]->file().string(),
+                              rows_[stream], rows));
+    advance(stream);
+  }
 }
 
 StreamFeed::StreamFeed(const Scenario& settings, int descriptor, std::string name, const std::atomic<bool>& stop,

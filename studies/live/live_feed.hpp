@@ -21,11 +21,14 @@ namespace tandem {
 /// Lines that are of no use, counted by sensor and reason.
 class RefusedLines {
  public:
+  using Counts = std::map<std::pair<std::string, std::string>, std::size_t>;
+
   void add(const std::string& sensor, const std::string& reason, std::size_t n = 1) { counts_[{sensor, reason}] += n; }
-  const std::map<std::pair<std::string, std::string>, std::size_t>& counts() const { return counts_; }
+  void go_on_from(const Counts& counts) { counts_ = counts; }
+  const Counts& counts() const { return counts_; }
 
  private:
-  std::map<std::pair<std::string, std::string>, std::size_t> counts_;
+  Counts counts_;
 };
 
 /// One of the streams that a scenario's data come in.
@@ -66,6 +69,13 @@ class FeedStreams {
   std::vector<FeedStream> streams_;
 };
 
+/// How far a LiveFeed has come.
+struct FeedPlace {
+  std::vector<std::size_t> rows{};  ///< of each stream's file, where there are files
+  StreamClocks::Memory clocks{};
+  RefusedLines::Counts refused{};
+};
+
 /// A scenario's data line by line in the order in which they arrive: a line stamped t arrives at t. Memory does not grow
 /// with the number of lines. StreamClocks say at which time a line is used; those whose time runs backwards, repeats one
 /// that may not be repeated, or leaps away from all others for that line alone are counted and left out.
@@ -86,8 +96,16 @@ class LiveFeed {
   const FeedStreams& streams() const { return streams_; }
   const RefusedLines& refused() const { return refused_; }
 
+  /// Where it is, when next() has given all that it has taken for good; nothing until then.
+  std::optional<FeedPlace> place() const;
+  /// Goes on from there, before the first line of this one was asked for. Throws Error where files end before it.
+  void go_on_from(const FeedPlace& place);
+
  protected:
   virtual std::optional<FeedLine> read() = 0;
+  /// Of a stream's lines that read() has given so many are `held` back.
+  virtual std::size_t rows(std::size_t /*stream*/, std::size_t /*held*/) const { return 0; }
+  virtual void skip(std::size_t /*stream*/, std::size_t /*rows*/) {}
 
   FeedStreams streams_;
   RefusedLines refused_;
@@ -110,12 +128,15 @@ class FolderFeed : public LiveFeed {
 
  protected:
   std::optional<FeedLine> read() override;
+  std::size_t rows(std::size_t stream, std::size_t held) const override { return rows_[stream] - held; }
+  void skip(std::size_t stream, std::size_t rows) override;
 
  private:
   void advance(std::size_t stream);
 
   std::vector<std::unique_ptr<RowFile>> files_;
   std::vector<std::optional<FeedLine>> heads_;  // the next line of each
+  std::vector<std::size_t> rows_;               // of each that read() has given
 };
 
 /// Lines "NAME,<the row of that sensor's csv>" out of a file descriptor, as they come; chaser poses are

@@ -2,13 +2,16 @@
 #include <deque>
 #include <thread>
 
+#include <tandem/studies/live/replay_log.hpp>
 #include <tandem/studies/live/track.hpp>
+#include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/resources.hpp>
 
 namespace tandem {
 namespace {
 
 constexpr std::size_t kRecent = 256;  // measurements to look for a keyframe's own in
+constexpr int kLeastWindow = 60;      // keyframes
 
 using Clock = std::chrono::steady_clock;
 
@@ -32,42 +35,63 @@ std::string reason_of(Refusal::Kind kind, bool target_there) {
   return target_there ? "of no use at its time" : "before the target was first seen";
 }
 
+ReplayLog::Options log_options(const OnlineOptions& online, bool odometry) {
+  double window = online.lag.window;
+  if (!std::isfinite(window)) window = std::max(online.lag.max_keyframes, kLeastWindow);  // a second apart, say
+  const double patience = std::max(online.reset.max_gap, 2 * online.alignment);
+  return {window, 4 * window + patience, odometry};
+}
+
+OnlineOptions from(OnlineOptions online, const std::optional<TrackBefore>& before) {
+  if (before) online.start = before->snapshot.start;
+  return online;
+}
+
 class Tracker {
  public:
   Tracker(const Scenario& settings, const LiveOptions& options, LiveFeed& feed,
-          const std::function<void(const TrackRecord&)>& each)
+          const std::function<void(const TrackRecord&)>& each, const std::optional<TrackBefore>& before)
       : settings_(settings),
         options_(options),
         feed_(feed),
         each_(each),
         result_(moves_by_odometry(settings), !settings.data.sensors.empty(), options.ahead.size()),
-        estimator_(settings.data, result_.by_odometry ? std::nullopt : settings.navigation, options.online) {
+        estimator_(settings.data, result_.by_odometry ? std::nullopt : settings.navigation,
+                   from(options.online, before)),
+        log_(log_options(options.online, result_.by_odometry), before ? before->snapshot.start : std::nullopt) {
     estimator_.on_update = [this](const OnlineUpdate& update) { take(update); };
     estimator_.on_refuse = [this](const std::string& sensor, const Refusal& why) {
-      result_.refused.add(sensor, reason_of(why.kind, estimator_.has_target()));
+      if (!replays_) result_.refused.add(sensor, reason_of(why.kind, estimator_.has_target()));
     };
     estimator_.on_reset = [this](const TrackReset& reset) {
-      if (options_.tell)
+      if (options_.tell && !replays_)
         options_.tell(reset.why + (reset.kind == TrackReset::Kind::suspended
                                        ? "; the track is suspended until there is something to begin from"
                                        : "; the track begins anew"));
     };
   }
 
-  Track run() {
+  Track run(const std::optional<TrackBefore>& before) {
     feed_.on_notice = options_.tell;
-    const auto begun = Clock::now();
+    begun_ = saved_ = Clock::now();
+    if (before) go_on_from(*before);
+    bool all_given = true;
     while (!stopped()) {
       const auto line = feed_.next();
-      if (!line || !due(*line)) break;
+      result_.ended = !line && !stopped();
+      if (!line) break;
+      all_given = due(*line);
+      if (!all_given) break;
       give(*line);
+      if (Clock::now() - saved_ >= std::chrono::duration<double>(options_.snapshot_every)) save();
     }
+    if (all_given) save();
     mark_ = processor_seconds();
     estimator_.finish();
     result_.interrupted = stopped();
     result_.health = estimator_.health();
     result_.bad = bad_.longest();
-    result_.seconds = std::chrono::duration<double>(Clock::now() - begun).count();
+    result_.seconds += std::chrono::duration<double>(Clock::now() - begun_).count();
     for (const auto& [what, n] : feed_.refused().counts()) result_.refused.add(what.first, what.second, n);
     return std::move(result_);
   }
@@ -75,16 +99,71 @@ class Tracker {
  private:
   bool stopped() const { return options_.stop && *options_.stop; }
 
+  /// All is as after the snapshot's last line, once its lines have come again; nobody hears of them twice.
+  void go_on_from(const TrackBefore& before) {
+    const TrackSnapshot& then = before.snapshot;
+    replays_ = true;
+    for (const FeedLine& line : then.lines)
+      if (!then.start || !is_known(line, then.start->t)) give(line);
+    replays_ = false;
+    if (result_.by_odometry && estimator_.started()) to_world_ = then.chaser * estimator_.chaser().pose.inverse();
+    feed_.go_on_from(then.feed);
+    estimator_.go_on_from(then.health);
+    bad_.go_on_from(then.bad);
+    result_.refused.go_on_from(then.refused);
+    result_.lines = then.came;
+    result_.not_converged = then.not_converged;
+    result_.first = then.first;
+    result_.last = then.last;
+    result_.seconds = then.seconds;
+    const std::size_t sensors = estimator_.health().sensors.size();
+    if (before.n > 0) result_.records.load(before.records, before.n, sensors);
+    if (before.n > then.partial.records) {
+      std::ifstream records = open_input(before.records);
+      records.seekg(std::streamoff((before.n - 1) * record_bytes(options_.ahead.size(), sensors)));
+      records.read(reinterpret_cast<char*>(&known_until_), sizeof known_until_);  // a record begins with its time
+    }
+  }
+
+  /// Whether a state at t has it in already: a measurement of the chaser's own.
+  bool is_known(const FeedLine& line, double t) const {
+    const auto* m = std::get_if<EgoMeasurement>(&line.data);
+    if (!m) return false;
+    const EgoSensor& sensor = settings_.navigation->sensors[feed_.streams().all()[line.stream].sensor];
+    return sensor.valid_at(*m) <= t + kSameInstant;
+  }
+
+  void save() {
+    if (!options_.on_snapshot || !estimator_.started()) return;
+    std::optional<FeedPlace> place = feed_.place();
+    if (!place) return;  // with one of the next lines
+    saved_ = Clock::now();
+    options_.on_snapshot({.scenario = settings_.name,
+                          .streams = streams_of(settings_, feed_.streams()),
+                          .t = estimator_.newest(),
+                          .chaser = to_world_ * estimator_.chaser().pose,
+                          .start = log_.start(),
+                          .lines = {log_.lines().begin(), log_.lines().end()},
+                          .feed = std::move(*place),
+                          .health = estimator_.health(),
+                          .bad = bad_.memory(),
+                          .came = result_.lines,
+                          .not_converged = result_.not_converged,
+                          .first = result_.first,
+                          .last = result_.last,
+                          .seconds = result_.seconds + std::chrono::duration<double>(saved_ - begun_).count(),
+                          .refused = result_.refused.counts()});
+  }
+
   /// Whether the line is still wanted; in real time, waits for it.
   bool due(const FeedLine& line) {
-    if (result_.lines == 0) {
-      result_.first = line.t;
-      start_ = Clock::now();
-    }
+    if (result_.lines == 0) result_.first = line.t;
     const double after = line.t - result_.first;
+    if (!start_)
+      start_ = Clock::now() - std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(after));
     if (after > options_.until) return false;
     while (options_.realtime && !stopped()) {
-      const double ahead = after - std::chrono::duration<double>(Clock::now() - start_).count();
+      const double ahead = after - std::chrono::duration<double>(Clock::now() - *start_).count();
       if (ahead <= 0) break;
       std::this_thread::sleep_for(std::chrono::duration<double>(std::min(ahead, 0.05)));
     }
@@ -94,12 +173,14 @@ class Tracker {
   void give(const FeedLine& line) {
     const FeedStream& stream = feed_.streams().all()[line.stream];
     ++result_.lines;
+    if (options_.on_snapshot) log_.add(line);
     if (line.anew) {
       estimator_.begin_anew();
       recent_.clear();
       second_ = -HUGE_VAL;
       result_.first = result_.last = line.t;
-      start_ = Clock::now();
+      start_.reset();
+      known_until_ = -HUGE_VAL;
     }
     result_.last = std::max(result_.lines == 1 ? line.t : result_.last, line.t);
     mark_ = processor_seconds();
@@ -119,7 +200,7 @@ class Tracker {
         refused = estimator_.add_target(stream.sensor, std::get<Measurement>(line.data));
         break;
     }
-    if (refused) result_.refused.add(stream.name, reason_of(refused->kind, estimator_.has_target()));
+    if (refused && !replays_) result_.refused.add(stream.name, reason_of(refused->kind, estimator_.has_target()));
   }
 
   void remember(std::size_t sensor, const Measurement& m) {
@@ -160,15 +241,20 @@ class Tracker {
   }
 
   void take(const OnlineUpdate& update) {
+    if (options_.on_snapshot && log_.wants_state(update.t))
+      log_.note(estimator_.newest_start().value_or(Alignment{.t = update.t}));
+    if (replays_ || update.t <= known_until_) return;
     TrackRecord record{
         update.t, update.type,           update.new_keyframe, update.seconds, processor_seconds() - mark_,
         {},       estimator_.keyframes()};
     const EgoState chaser = estimator_.chaser();
-    record.chaser = chaser.pose;
+    record.chaser = to_world_ * chaser.pose;
     record.chaser_velocity = chaser.velocity;
     record.target = estimator_.target();
     if (record.target) {
-      record.target_velocity = estimator_.target_velocity().value();
+      record.target->position = to_world_.act(record.target->position);
+      if (record.target->rotation) record.target->rotation = to_world_.rotation() * *record.target->rotation;
+      record.target_velocity = to_world_.rotation().act(estimator_.target_velocity().value());
       add_measured(record);
       record.covariance = estimator_.relative_target(0)->covariance;
     }
@@ -199,10 +285,15 @@ class Tracker {
     Measurement m;
   };
   std::deque<Recent> recent_;
-  Clock::time_point start_;
+  Clock::time_point begun_, saved_;         // the last snapshot
+  std::optional<Clock::time_point> start_;  // when the first line was due, in real time
   BadSpell bad_{options_.bad_after};
   double mark_ = 0;  // processor time when the update began
   double second_ = -HUGE_VAL;
+  ReplayLog log_;
+  SE3 to_world_{};  // from the estimator's, which began at odometry's, not where an earlier track had come away from it
+  bool replays_ = false;
+  double known_until_ = -HUGE_VAL;  // s: an earlier track has told more of it, by lines that do not come again
 };
 
 }  // namespace
@@ -220,8 +311,8 @@ std::vector<std::string> watched_sensors(const Scenario& settings) {
 }
 
 Track track(const Scenario& settings, const LiveOptions& options, LiveFeed& feed,
-            const std::function<void(const TrackRecord&)>& each) {
-  return Tracker(settings, options, feed, each).run();
+            const std::function<void(const TrackRecord&)>& each, const std::optional<TrackBefore>& before) {
+  return Tracker(settings, options, feed, each, before).run(before);
 }
 
 }  // namespace tandem

@@ -9,6 +9,7 @@
 #include <tandem/studies/live/bad_spell.hpp>
 #include <tandem/studies/live/live_feed.hpp>
 #include <tandem/studies/live/track_records.hpp>
+#include <tandem/studies/live/track_snapshot.hpp>
 
 namespace tandem {
 
@@ -21,6 +22,9 @@ struct LiveOptions {
   const std::atomic<bool>* stop = nullptr;  ///< set it to end early
   /// s: after which a spell of updates that do not converge, or in which all that comes is rejected, is a bad one
   double bad_after = 60;
+  /// Given what another process could go on from, each so many seconds of the wall clock and at the end; where there is one.
+  std::function<void(TrackSnapshot)> on_snapshot{};
+  double snapshot_every = 10;
   std::function<void(const std::string&)> tell{};  ///< at once what happens to the track and its streams, a sentence
 };
 
@@ -35,6 +39,7 @@ struct Track {
   double seconds = 0;             ///< that it all took
   std::size_t not_converged = 0;  ///< updates that ended before they had converged
   bool interrupted = false;
+  bool ended = false;  ///< the feed has
   RefusedLines refused;
   TrackHealth health;                  ///< at the end
   std::optional<BadSpell::Spell> bad;  ///< the longest, where there was one
@@ -47,9 +52,17 @@ bool moves_by_odometry(const Scenario& settings);
 /// The sensors that a track's health is of, in its order.
 std::vector<std::string> watched_sensors(const Scenario& settings);
 
-/// Gives an OnlineEstimator every line of the feed; calls `each` after every update. Throws Error when the options cannot
-/// work, and what the feed throws.
+/// What a track goes on from.
+struct TrackBefore {
+  TrackSnapshot snapshot;
+  std::filesystem::path records{};  ///< bytes_of() those of the track so far, of which the first so many are meant
+  std::size_t n = 0;
+};
+
+/// Gives an OnlineEstimator every line of the feed; calls `each` after every update. With `before` it goes on, as the track
+/// that took the snapshot would have, from that place of the feed (see LiveFeed::go_on_from). Throws Error when the options
+/// cannot work, and what the feed throws.
 Track track(const Scenario& settings, const LiveOptions& options, LiveFeed& feed,
-            const std::function<void(const TrackRecord&)>& each);
+            const std::function<void(const TrackRecord&)>& each, const std::optional<TrackBefore>& before = {});
 
 }  // namespace tandem

@@ -3,6 +3,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/live/track_records.hpp>
+#include <tandem/studies/support/input_file.hpp>
 
 namespace tandem {
 namespace {
@@ -94,20 +95,8 @@ void each_field(Fields& f, Record& r) {
   for (auto& position : r.ahead) f(position);
 }
 
-}  // namespace
-
-std::vector<std::string> sensor_names(const TrackHealth& health) {
-  std::vector<std::string> names;
-  for (const SensorHealth& sensor : health.sensors) names.push_back(sensor.name);
-  return names;
-}
-
-TrackRecords::TrackRecords(std::size_t ahead) : ahead_(ahead), file_(std::tmpfile()) {
-  if (!file_) throw Error("no temporary file can be made for what is tracked; is the disk full?");
-}
-
-void TrackRecords::add(const TrackRecord& r) {
-  Writer write(buffer_);
+void pack(const TrackRecord& r, std::vector<double>& buffer) {
+  Writer write(buffer);
   each_field(write, r);
   write(double(r.type));
   write(double(r.new_keyframe));
@@ -125,10 +114,55 @@ void TrackRecords::add(const TrackRecord& r) {
   write(r.chaser.translation());
   write(r.target ? std::optional(r.target->position) : std::nullopt);
   write(r.target ? r.target->rotation : std::nullopt);
+}
+
+}  // namespace
+
+std::vector<std::string> sensor_names(const TrackHealth& health) {
+  std::vector<std::string> names;
+  for (const SensorHealth& sensor : health.sensors) names.push_back(sensor.name);
+  return names;
+}
+
+std::string bytes_of(const TrackRecord& record) {
+  std::vector<double> buffer;
+  pack(record, buffer);
+  return {reinterpret_cast<const char*>(buffer.data()), buffer.size() * sizeof(double)};
+}
+
+std::size_t record_bytes(std::size_t ahead, std::size_t sensors) {
+  TrackRecord record{};
+  record.ahead.resize(ahead);
+  record.health.sensors.resize(sensors);
+  return bytes_of(record).size();
+}
+
+TrackRecords::TrackRecords(std::size_t ahead) : ahead_(ahead), file_(std::tmpfile()) {
+  if (!file_) throw Error("no temporary file can be made for what is tracked; is the disk full?");
+}
+
+void TrackRecords::add(const TrackRecord& r) {
+  pack(r, buffer_);
+  write();
+  sensors_ = r.health.sensors.size();
+}
+
+void TrackRecords::write() {
   if (std::fwrite(buffer_.data(), sizeof(double), buffer_.size(), file_.get()) != buffer_.size())
     throw Error("the temporary file of what is tracked cannot be written; is the disk full?");
-  sensors_ = r.health.sensors.size();
   ++size_;
+}
+
+void TrackRecords::load(const std::filesystem::path& file, std::size_t n, std::size_t sensors) {
+  std::ifstream stream = open_input(file);
+  buffer_.resize(record_bytes(ahead_, sensors) / sizeof(double));
+  sensors_ = sensors;
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto bytes = std::streamsize(buffer_.size() * sizeof(double));
+    if (!stream.read(reinterpret_cast<char*>(buffer_.data()), bytes))
+      throw Error(file.string() + " has fewer updates than the snapshot says");
+    write();
+  }
 }
 
 void TrackRecords::each(const std::function<void(const TrackRecord&)>& f) const {

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdio>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <tandem/solvers/online/online_estimator.hpp>
@@ -62,6 +64,10 @@ struct TrackRecord {
 /// Standard deviations along the axes of a covariance.
 inline Vector<3> sigmas(const Matrix<3, 3>& covariance) { return covariance.diagonal().cwiseMax(0).cwiseSqrt(); }
 
+/// A record as TrackRecords keeps it; as many bytes for each of as many predictions and sensors.
+std::string bytes_of(const TrackRecord& record);
+std::size_t record_bytes(std::size_t ahead, std::size_t sensors);
+
 /// Records in a temporary file that is gone with this object, so that a long run takes no more memory than a short one.
 class TrackRecords {
  public:
@@ -70,6 +76,8 @@ class TrackRecords {
 
   /// Each of as many predictions and sensors as the first.
   void add(const TrackRecord& record);
+  /// Before all others, the first `n` out of a file of bytes_of() those, of so many sensors each. Throws Error.
+  void load(const std::filesystem::path& file, std::size_t n, std::size_t sensors);
   std::size_t size() const { return size_; }
   /// Calls f with each in turn. Throws Error when the file cannot be read back.
   void each(const std::function<void(const TrackRecord&)>& f) const;
@@ -78,6 +86,8 @@ class TrackRecords {
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
+  void write();
+
   std::size_t ahead_, size_ = 0, sensors_ = 0;
   std::unique_ptr<std::FILE, Close> file_;
   std::vector<double> buffer_;

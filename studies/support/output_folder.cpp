@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <stdlib.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <tandem/lie/error.hpp>
@@ -147,6 +148,14 @@ void replace_files(const fs::path& fresh, const fs::path& folder, const fs::path
   }
 }
 
+bool is_writable(const fs::path& folder) { return access(folder.c_str(), W_OK | X_OK) == 0; }
+
+bool on_one_disk(const fs::path& a, const fs::path& b) {
+  struct stat of_a {
+  }, of_b{};
+  return stat(a.c_str(), &of_a) == 0 && stat(b.c_str(), &of_b) == 0 && of_a.st_dev == of_b.st_dev;
+}
+
 std::string temporary_prefix(const fs::path& folder) { return fmt::format(".{}.tandem-", folder.filename().string()); }
 
 /// Removes what killed runs have left beside the folder or in it; of what one had exchanged, what is not its own comes back.
@@ -187,11 +196,17 @@ OutputFolder::OutputFolder(std::filesystem::path folder) {
   std::filesystem::remove(probe);
 }
 
+std::filesystem::path OutputFolder::partial() const {
+  const fs::path folder = fs::weakly_canonical(folder_), parent = folder.parent_path();
+  const bool inside = fs::is_directory(folder) && (!is_writable(parent) || !on_one_disk(folder, parent));
+  return inside ? folder / "partial" : parent / (folder.filename().string() + ".partial");
+}
+
 void OutputFolder::fill(const std::function<void(const fs::path&)>& write) const try {
   static std::atomic<int> count{0};
   const fs::path folder = fs::weakly_canonical(folder_);  // not a link to it
   fs::create_directories(folder.parent_path());
-  const bool beside = access(folder.parent_path().c_str(), W_OK | X_OK) == 0;
+  const bool beside = is_writable(folder.parent_path());
   const fs::path where = beside ? folder.parent_path() : folder;
   {
     const FolderLock lock(where);

@@ -22,6 +22,10 @@ class OutputFolder {
   /// all others stay. Throws what `write` throws, or Error; then the folder is as it was.
   void fill(const std::function<void(const std::filesystem::path& temporary)>& write) const;
 
+  /// Where a run may keep what it has found so far, until it can fill the folder: DIR.partial beside it; DIR/partial where
+  /// nothing can be made beside it, or that is another disk. Nothing is made.
+  std::filesystem::path partial() const;
+
  private:
   std::filesystem::path folder_;
 };

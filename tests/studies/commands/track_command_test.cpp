@@ -10,7 +10,7 @@
 #include <tandem/studies/scenario/builtin_scenarios.hpp>
 #include <tandem/studies/scenario/table.hpp>
 
-#include "paths.hpp"
+#include "docking_lines.hpp"
 #include "run_tandem.hpp"
 
 namespace tandem {
@@ -21,29 +21,6 @@ using testing::HasSubstr;
 using testing::StartsWith;
 using testing::UnorderedElementsAre;
 using Json = nlohmann::json;
-
-std::filesystem::path docking() { return std::filesystem::path(paths::source) / "studies/scenarios/docking_a"; }
-
-/// The lines of docking_a's files as --stdin takes them, in time order and, of one time, odometry, optical, usbl.
-std::string docking_lines(double until) {
-  std::multimap<std::pair<double, int>, std::string> lines;
-  int rank = 0;
-  for (const auto& [name, file] :
-       {std::pair{"odometry", "chaser_odometry.tum"}, {"optical", "optical.csv"}, {"usbl", "usbl.csv"}}) {
-    std::istringstream rows(read_file(docking() / file));
-    for (std::string row; std::getline(rows, row);) {
-      if (row.starts_with("#") || row.starts_with("t,")) continue;
-      for (char& c : row)
-        if (c == ' ') c = ',';
-      const double t = std::stod(row);
-      if (t <= until) lines.emplace(std::pair{t, rank}, std::string(name) + "," + row);
-    }
-    ++rank;
-  }
-  std::string text;
-  for (const auto& [key, line] : lines) text += line + "\n";
-  return text;
-}
 
 TEST(TrackCommand, IsListedAndExplained) {
   EXPECT_THAT(run_tandem({"--help"}).output, ContainsRegex("track +Track chaser and target line by line"));

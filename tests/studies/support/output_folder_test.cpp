@@ -192,6 +192,16 @@ TEST(OutputFolder, TwoWritersTakeTurns) {
   EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("out"));
 }
 
+TEST(OutputFolder, WhatIsNotDoneHasAPlaceBesideItOrOnItsOwnDisk) {
+  const ScratchFolder scratch;
+  EXPECT_EQ(OutputFolder(scratch.path() / "a" / "b/").partial(), scratch.path() / "a" / "b.partial");
+  EXPECT_THAT(files(scratch.path()), testing::IsEmpty()) << "nothing is made";
+  struct stat root {
+  }, shm{};
+  if (stat("/dev", &root) == 0 && stat("/dev/shm", &shm) == 0 && root.st_dev != shm.st_dev)
+    EXPECT_EQ(OutputFolder("/dev/shm").partial(), "/dev/shm/partial");
+}
+
 TEST(OutputFolder, RefusesWhatIsNoFolder) {
   const ScratchFolder scratch;
   scratch.write("file", "");

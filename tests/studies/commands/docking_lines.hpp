@@ -1,0 +1,36 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <sstream>
+#include <string>
+
+#include "paths.hpp"
+#include "studies/scratch.hpp"
+
+namespace tandem {
+
+inline std::filesystem::path docking() { return std::filesystem::path(paths::source) / "studies/scenarios/docking_a"; }
+
+/// The lines of docking_a's files as --stdin takes them, in time order and, of one time, odometry, optical, usbl.
+inline std::string docking_lines(double until) {
+  std::multimap<std::pair<double, int>, std::string> lines;
+  int rank = 0;
+  for (const auto& [name, file] :
+       {std::pair{"odometry", "chaser_odometry.tum"}, {"optical", "optical.csv"}, {"usbl", "usbl.csv"}}) {
+    std::istringstream rows(read_file(docking() / file));
+    for (std::string row; std::getline(rows, row);) {
+      if (row.starts_with("#") || row.starts_with("t,")) continue;
+      for (char& c : row)
+        if (c == ' ') c = ',';
+      const double t = std::stod(row);
+      if (t <= until) lines.emplace(std::pair{t, rank}, std::string(name) + "," + row);
+    }
+    ++rank;
+  }
+  std::string text;
+  for (const auto& [key, line] : lines) text += line + "\n";
+  return text;
+}
+
+}  // namespace tandem
