@@ -153,7 +153,8 @@ class OutlierSearch {
   /// Standard deviation of the range, or else of the direction, what stays of its error included.
   double noise(const TargetSensor& sensor, bool range) const {
     const Eigen::Index first = range || !sensor.type->has(measured::range) ? 0 : 1, n = range || data_.planar ? 1 : 2;
-    const double staying = sensor.error && sensor.error->has_bias() ? sensor.error->sigma.segment(first, n).maxCoeff() : 0;
+    const double staying =
+        sensor.error && sensor.error->has_bias() ? sensor.error->sigma.segment(first, n).maxCoeff() : 0;
     return std::hypot(sensor.sigma.segment(first, n).maxCoeff(), staying);
   }
 

@@ -120,38 +120,38 @@ int run_calibrate(const CalibrateRequest& request, const CommandOptions& option)
 }  // namespace
 
 Command calibrate_command() {
-  return {
-      "calibrate", "Learn the noise of sensors and of motion from recordings, without truth",
-      [](CommandOptions& option) {
-        const auto request = std::make_shared<CalibrateRequest>();
-        option.footer(
-            "Noise is found by the evidence of the measurements and tried on held-out ones; truth is never read.\n"
-            "Exit status: 0 converged, 1 wrong input or usage, 2 not converged or cut short (the best noise so far "
-            "is written).");
-        add_problem(option, request->problem, true);
-        add_max_keyframes(option, request->problem);
-        add_own_sensors(option, request->problem.own, true);
-        option.arguments("scenarios", "SCENARIO...", "More of them, with the same sensors", request->more);
-        option.group("Calibration");
-        option("--free", "LIST",
-               "What is calibrated, by commas: sensors and other noise (usbl), or their components (usbl.x), and "
-               "constants of "
-               "errors that stay (usbl.scale, camera.misalignment, dvl.delay); default all noise that has residuals",
-               request->free, parse_names);
-        option("--within", "FACTOR",
-               "What the given values are held to be right to: a factor, one standard deviation of their prior",
-               request->within, parse_factor);
-        option("--folds", "N", "Parts that are held out in turn, to try what was found (default 5, 0: none)",
-               request->folds, parse_count_or_none);
-        option("--time-limit", "SECONDS", "Stop after so long, with the best noise by then", request->time_limit,
-               parse_magnitude);
-        add_output(option, request->output,
-                   {.writes = "Write residuals, evidence and plots to DIR", .folder = "--pictures"});
-        option("--out", "FILE", "Write the noise for --noise-from: found where recommended, else as given",
-               request->noise_file, parse_noise_file);
-        return [request, &option] { return run_calibrate(*request, option); };
-      },
-      true};
+  return {"calibrate", "Learn the noise of sensors and of motion from recordings, without truth",
+          [](CommandOptions& option) {
+            const auto request = std::make_shared<CalibrateRequest>();
+            option.footer(
+                "Noise is found by the evidence of the measurements and tried on held-out ones; truth is never read.\n"
+                "Exit status: 0 converged, 1 wrong input or usage, 2 not converged or cut short (the best noise so far "
+                "is written).");
+            add_problem(option, request->problem, true);
+            add_max_keyframes(option, request->problem);
+            add_own_sensors(option, request->problem.own, true);
+            option.arguments("scenarios", "SCENARIO...", "More of them, with the same sensors", request->more);
+            option.group("Calibration");
+            option(
+                "--free", "LIST",
+                "What is calibrated, by commas: sensors and other noise (usbl), or their components (usbl.x), and "
+                "constants of "
+                "errors that stay (usbl.scale, camera.misalignment, dvl.delay); default all noise that has residuals",
+                request->free, parse_names);
+            option("--within", "FACTOR",
+                   "What the given values are held to be right to: a factor, one standard deviation of their prior",
+                   request->within, parse_factor);
+            option("--folds", "N", "Parts that are held out in turn, to try what was found (default 5, 0: none)",
+                   request->folds, parse_count_or_none);
+            option("--time-limit", "SECONDS", "Stop after so long, with the best noise by then", request->time_limit,
+                   parse_magnitude);
+            add_output(option, request->output,
+                       {.writes = "Write residuals, evidence and plots to DIR", .folder = "--pictures"});
+            option("--out", "FILE", "Write the noise for --noise-from: found where recommended, else as given",
+                   request->noise_file, parse_noise_file);
+            return [request, &option] { return run_calibrate(*request, option); };
+          },
+          true};
 }
 
 }  // namespace tandem
