@@ -308,7 +308,7 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
     if (result.folds > 0 && !result.recommended()) {
       result.noise = result.given_noise;
       given.restore();
-      for (Problem* problem : plain) detail::solve_plainly(*problem);
+      for (Problem* problem : plain) detail::solve_plainly(*problem, options.stop);
       result.constants.clear();
       find_constants(problems, result);
     }

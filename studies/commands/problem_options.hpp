@@ -46,7 +46,7 @@ NavigationOptions navigation_options(const ProblemRequest& request);
 /// The scenario, its sensors as the options say. Throws Error, also when it has no target, and on options about the
 /// chaser's own sensors when it moves by odometry. `option`: to name the option that does not fit. Reading stops (Stopped)
 /// at an interrupt, or a second after a time limit: what is solved next says where a limit was too short for it.
-Scenario read_problem(const ProblemRequest& request, const CommandOptions& option, const Stop& stop);
+Scenario read_problem(const ProblemRequest& request, const CommandOptions& option, const Stop& stop = {});
 /// The same where a chaser alone will do.
 Scenario read_any_problem(const ProblemRequest& request, const CommandOptions& option, const Stop& stop);
 /// The same of a scenario's settings alone (read_settings), with a target or without.
