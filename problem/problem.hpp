@@ -188,7 +188,7 @@ class Problem {
   void set_bounds(const Block& block, const UniformBounds& bounds);
   /// Lagrange's multipliers of a hard block, one a row: by how much the least cost falls when the bound that the row is at
   /// moves up by a unit. Above zero at an upper bound, below zero at a lower one, 0 where the row is at none. The
-  /// solvers that have them (augmented-lagrangian, ipopt) leave them here, as they leave the solution in the variables, and
+  /// solvers that have them (augmented-lagrangian, ipopt) leave them here once they have converged, and
   /// start from them when their options say so (`from_multipliers`); 0 of blocks that no solve has seen. Throw Error for a
   /// soft block and one that is not there (any more); set_multipliers, too, when they are not as many as rows, or not finite.
   Eigen::VectorXd multipliers(const Block& block) const;

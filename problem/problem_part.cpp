@@ -82,6 +82,7 @@ void ProblemPart::copy_blocks() {
       slots += from.arity();
     }
   }
+  ++part_.bounds_revision_;
   part_.widen_losses(whole_.widening_);
 }
 

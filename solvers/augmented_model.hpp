@@ -45,6 +45,9 @@ class AugmentedModel final : public SoftModel {
   bool relax_penalty() override;
   bool locally_infeasible() override;
   void restore_best() override { program_.restore(); }
+  double best_cost() const override {
+    return best_.violation <= best_.feasible ? best_.cost : std::numeric_limits<double>::infinity();
+  }
   void leave_multipliers() override { program_.set_multipliers(next_multipliers_); }
 
  private:

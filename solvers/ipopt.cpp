@@ -154,12 +154,13 @@ std::string why_not(const Problem& problem, const IpoptOptions& options) {
   return {};
 }
 
-void warm_start(Ipopt::IpoptApplication& app, double barrier) {
+/// But for what `given` has.
+void warm_start(Ipopt::IpoptApplication& app, double barrier, const std::map<std::string, std::string>& given) {
   app.Options()->SetStringValue("warm_start_init_point", "yes");
   for (const char* push : {"warm_start_bound_push", "warm_start_bound_frac", "warm_start_slack_bound_push",
                            "warm_start_slack_bound_frac", "warm_start_mult_bound_push"})
-    app.Options()->SetNumericValue(push, 1e-9);
-  app.Options()->SetNumericValue("mu_init", std::max(barrier, 1e-9));
+    if (!given.contains(push)) app.Options()->SetNumericValue(push, 1e-9);
+  if (!given.contains("mu_init")) app.Options()->SetNumericValue("mu_init", std::max(barrier, 1e-9));
 }
 
 void end(detail::Session& session, Ipopt::ApplicationReturnStatus status) {
@@ -235,7 +236,7 @@ Summary solve(Problem& problem, const IpoptOptions& options) {
   bool warm = options.from_multipliers && nlp->take_multipliers();
   for (; !session.ended(); warm = true) {
     nlp->start();
-    if (warm) warm_start(*app, nlp->barrier());
+    if (warm) warm_start(*app, nlp->barrier(), options.options);
     const int left = most - session.summary.iterations;
     app->Options()->SetIntegerValue("max_iter", std::max(left, 0));
     auto status = app->Initialize("");
@@ -252,7 +253,7 @@ Summary solve(Problem& problem, const IpoptOptions& options) {
     if (!again) end(session, status);
     if (session.summary.status == Status::failed) explain(session, program);
   }
-  nlp->leave_multipliers();
+  if (session.summary.converged()) nlp->leave_multipliers();
   session.conclude(program, 10 * feasible);
   session.summary.linear_solver_seconds = session.summary.seconds - session.summary.evaluation_seconds;
   return session.summary;

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <utility>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/augmented_model.hpp>
@@ -70,7 +71,13 @@ class DampedSteps {
         s.message = at_jump_;
       }
     }
-    model_.leave_multipliers();
+    if (!at_jump_.empty() && model_.constrained() && s.status == Status::converged &&
+        model_.best_cost() < s.cost * (1 - kWorthAJump)) {
+      model_.restore_best();
+      s.status = Status::failed;
+      s.message = at_jump_;
+    }
+    if (s.status == Status::converged) model_.leave_multipliers();
     session_.conclude(program_, kConstraintTolerance);
   }
 
@@ -214,7 +221,10 @@ class DampedSteps {
   /// less: a long step, whatever it costs, and at each attempt a shorter one. The best point before is kept, under hard
   /// constraints by the model.
   bool cross_jump(const std::string& message) {
-    if (!model_.constrained()) keep_before_jump(message);
+    if (!model_.constrained())
+      keep_before_jump(message);
+    else if (at_jump_.empty())
+      at_jump_ = message;
     if (++jumps_ > kMostJumps) return false;
     double damping = free_damping();  // the longest step of all, at first
     for (int i = 1; i < jumps_; ++i) damping *= 10;
@@ -262,6 +272,7 @@ struct LevenbergMarquardt::Parts {
   Session session;
   Program program;
   std::unique_ptr<SoftModel> model;
+  bool used = false;
 };
 
 LevenbergMarquardt::LevenbergMarquardt(Problem& problem, const char* solver, const LevenbergMarquardtOptions& options)
@@ -271,7 +282,7 @@ LevenbergMarquardt::~LevenbergMarquardt() = default;
 bool LevenbergMarquardt::is_current() const { return parts_->program.is_current(); }
 
 Summary LevenbergMarquardt::solve(double penalty) {
-  parts_->session.restart();
+  if (std::exchange(parts_->used, true)) parts_->session.restart();  // the analysis is of the first solve's time
   parts_->program.reset();
   parts_->model->restart(penalty);
   DampedSteps(parts_->program, parts_->session, *parts_->model, parts_->options).run();

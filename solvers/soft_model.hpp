@@ -77,6 +77,8 @@ class SoftModel {
   virtual bool locally_infeasible() { return false; }
   /// X̄ becomes the best point so far.
   virtual void restore_best() {}
+  /// The cost of the best feasible one.
+  virtual double best_cost() const { return std::numeric_limits<double>::infinity(); }
   /// The problem's hard blocks get the last multipliers.
   virtual void leave_multipliers() {}
 

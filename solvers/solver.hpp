@@ -16,7 +16,7 @@ class Solver {
   explicit Solver(Problem& problem, AugmentedLagrangianOptions options = {});
   ~Solver();
 
-  /// For the next solve; with from_multipliers it starts where the last one ended.
+  /// For the next solve, but for secant_pairs; with from_multipliers it starts where the last one ended.
   AugmentedLagrangianOptions& options() { return options_; }
   /// Leaves the best point found in the problem's variables, whatever the status; `unsupported` where why_unsupported().
   Summary solve();

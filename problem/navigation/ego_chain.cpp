@@ -63,6 +63,8 @@ EgoChain::EgoChain(Problem& problem, const NavigationData& data, const EgoOption
       throw Error(sensor.name + ".error: " + why);
     if (sensor.error && options.preintegrated_dvl && sensor.type == EgoSensorType::dvl)
       throw Error(sensor.name + ": velocities that are summed up have no error that stays; leave one of both out");
+    if (sensor.error && sensor.error->scale > 0 && options.dvl_scale && sensor.type == EgoSensorType::dvl)
+      throw Error(sensor.name + ".error: its scale is estimated already, by --dvl-scale; leave one of both out");
     EgoSensor& own = sensors_.emplace_back(sensor);
     own.measurements.clear();
   }
@@ -218,7 +220,9 @@ PlacedEgoMeasurement EgoChain::attach(std::size_t index, const EgoMeasurement& m
 }
 
 std::optional<ImuSample> EgoChain::motion_about(double t, double seconds, const Vector<6>& bias) const {
-  auto mean = imu_->mean(t - 0.5 * seconds, t + 0.5 * seconds);
+  constexpr double kLeast = 0.1;  // s, for some samples to be in it
+  const double half = 0.5 * std::max(seconds, kLeast);
+  auto mean = imu_->mean(t - half, t + half);
   if (!mean) return {};
   const SO3& R = imu_->mount().rotation();
   mean->specific_force -= R.act(bias.head<3>());

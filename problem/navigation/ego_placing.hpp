@@ -36,8 +36,11 @@ Block place_miscalibrated(const EgoPlacing& at, const R& residual) {
   MiscalibratedOwn<R> whole{residual, at.sensor.mount.rotation(), {}, at.earth};
   if (at.ahead) whole.ahead = *at.ahead;
   if (at.motion) whole.rate = at.motion->angular_rate, whole.force = at.motion->specific_force;
-  const auto imu = k.bias ? *k.bias : constants.none<Rn<6>>(at.problem);
-  return at.problem.minimize(whole, Gaussian(at.sensor.sigma), {k.pose, k.velocity, imu, bias, scale, turn, delay},
+  // What it does not read is a constant, so that blocks of the problem's matrix are not filled with zeros.
+  const bool moves = MiscalibratedOwn<R>::reads_velocity || at.ahead || at.motion;
+  const auto velocity = moves ? k.velocity : constants.none<R3>(at.problem);
+  const auto imu = at.ahead && k.bias ? *k.bias : constants.none<Rn<6>>(at.problem);
+  return at.problem.minimize(whole, Gaussian(at.sensor.sigma), {k.pose, velocity, imu, bias, scale, turn, delay},
                              at.loss);
 }
 

@@ -58,8 +58,10 @@ ImuPreintegrator ImuRecord::start(const Vector<6>& bias) const { return ImuPrein
 std::optional<ImuSample> ImuRecord::mean(double from, double to) const {
   ImuSample sum{0.5 * (from + to), Vector<3>::Zero(), Vector<3>::Zero()};
   double n = 0;
-  for (const ImuSample& s : samples_) {
-    if (s.t < from || s.t > to) continue;
+  const auto first =
+      std::lower_bound(samples_.begin(), samples_.end(), from, [](const ImuSample& s, double t) { return s.t < t; });
+  for (auto it = first; it != samples_.end() && it->t <= to; ++it) {
+    const ImuSample& s = *it;
     sum.specific_force += s.specific_force;
     sum.angular_rate += s.angular_rate;
     ++n;

@@ -150,7 +150,7 @@ class OutlierSearch {
     if (!s.type->has(measured::direction | measured::angles)) return {};
     return (chaser_[keyframe] * s.mount).rotation().act(Direction<3>(m.azimuth, m.elevation).unit());
   }
-  /// Standard deviation of the range, or else of the direction, what stays of its error included.
+  /// Standard deviation of the range, or else of the direction, a bias included.
   double noise(const TargetSensor& sensor, bool range) const {
     const Eigen::Index first = range || !sensor.type->has(measured::range) ? 0 : 1, n = range || data_.planar ? 1 : 2;
     const double staying =
@@ -166,13 +166,14 @@ class OutlierSearch {
     if (!(range > 0)) return;
     const Vector<3> expected = (track_->position[keyframe] - eye(sensor, keyframe)) / range;
     const double off = std::atan2(measured->cross(expected).norm(), measured->dot(expected));
-    const double of_noise = noise(data_.sensors[sensor], false);
+    const TargetSensor& s = data_.sensors[sensor];
+    const double of_noise = std::hypot(noise(s, false), s.error ? s.error->misalignment : 0);
     judge(sensor, index, off, std::hypot(of_noise, spread / range), of_noise, true);
   }
   void judge_range(std::size_t sensor, std::size_t index, std::size_t keyframe) {
     const auto [range, spread] = expected_range(sensor, keyframe);
     const TargetSensor& s = data_.sensors[sensor];
-    const double of_noise = noise(s, true);
+    const double of_noise = std::hypot(noise(s, true), s.error ? s.error->scale * range : 0);
     judge(sensor, index, std::abs(s.measurements[index].range - range), std::hypot(of_noise, spread), of_noise, false);
   }
   Vector<3> eye(std::size_t sensor, std::size_t keyframe) const {
@@ -204,7 +205,7 @@ class OutlierSearch {
     }
     for (std::size_t i = 0; i < own.size(); ++i) {
       const auto [off, scale] = from_neighbours(own, values, i);
-      const double of_noise = noise(sensor, range);
+      const double of_noise = noise(sensor, range);  // constants are those of the neighbours, too
       if (scale) judge(s, own[i].index, off, std::max(*scale, of_noise), of_noise, turn);
     }
   }
@@ -246,6 +247,11 @@ class OutlierSearch {
 
 std::vector<Outlier> outliers(const TrackingData& data, const std::vector<Keyframe>& keyframes,
                               const std::vector<SE3>& chaser) {
+  for (const TargetSensor& sensor : data.sensors) {  // whose sigmas are not those of its rows: the builder says so
+    const int n = rows(sensor.type, data.planar);
+    if (sensor.sigma.size() != n || (sensor.error && sensor.error->has_bias() && sensor.error->sigma.size() != n))
+      return {};
+  }
   return OutlierSearch(data, keyframes, chaser).run();
 }
 

@@ -106,11 +106,14 @@ class SensorBuild {
     using Whole = Miscalibrated<R>;
     const StayingError& error = *sensor_.error;
     if (const std::string why = why_not(error); !why.empty()) throw Error(sensor_.name + ".error: " + why);
-    const std::size_t k = placed_.keyframe, other = another_of<T>(k, kDelays * error.delay);
+    const std::size_t k = placed_.keyframe;
+    const std::size_t other =
+        error.delay > 0 ? another_of<T>(k, kDelays * error.delay) : k;  // k itself: at its instant
+    const double dt = other == k ? -1 : build_.out.keyframes[other].t - build_.out.keyframes[k].t;
     SensorConstants& constants = build_.constants;
     Problem& problem = build_.problem;
     const auto bias = error.has_bias() ? this->bias<R::dim>() : constants.none<Rn<R::dim>>(problem);
-    return put<Whole>({residual, mount(), beacon(), build_.out.keyframes[other].t - build_.out.keyframes[k].t},
+    return put<Whole>({residual, mount(), beacon(), dt},
                       {build_.chaser[k], build_.chaser[other], target, std::get<Variable<T>>(build_.target[other]),
                        bias, constants.get<Rn<1>>(problem, sensor_.name, "scale", error.scale),
                        constants.get<typename Whole::Turn>(problem, sensor_.name, "misalignment", error.misalignment),
@@ -144,8 +147,8 @@ class SensorBuild {
       if (serves(i)) return i;
     if (!farthest)
       throw Error(sensor_.name +
-                  ": its errors that stay need a second keyframe where the target is of the same kind, a pose or a "
-                  "point; leave them out");
+                  ": its delay needs a second keyframe where the target is of the same kind, a pose or a "
+                  "point; leave it out");
     return *farthest;
   }
   static constexpr double kDelays = 2;  ///< that motion is known over, in standard deviations

@@ -32,7 +32,7 @@ void OnlineEstimator::Streams::restart(TrackReset::Kind kind, std::string why, c
   due_.reset();
   new_keyframe_ = unsolved_ = false;
   if (!window_->has_chain()) return make_window();
-  Alignment start{.t = t, .state = window_->chaser(), .spread = newest_spread(doubt)};
+  Alignment start{.t = t, .state = window_->chaser(), .spread = newest_spread(doubt).value_or(doubt)};
   const bool goes_on = chaser == Chaser::goes_on && detail::is_plausible(start.state.pose) &&
                        start.state.velocity.allFinite() && start.state.bias.allFinite();
   std::vector<Stamped<EgoState>> states = window_->states();
@@ -58,24 +58,26 @@ void OnlineEstimator::Streams::begin_anew() {
   last_imu_ = aligned_ = -HUGE_VAL;
 }
 
-/// Along world axes, of the chaser's newest state, no less than this.
-EgoSpread OnlineEstimator::Streams::newest_spread(const EgoSpread& least) const try {
+/// Along world axes, of the chaser's newest state, no less than this; empty when the last update had no covariance.
+std::optional<EgoSpread> OnlineEstimator::Streams::newest_spread(const EgoSpread& least) const try {
   const OnlineEstimator::Covariance c = window_->covariance();
   const Matrix<3, 3> R = window_->chaser().pose.rotation().matrix();
   const auto sigma = [](const Matrix<3, 3>& S, const Vector<3>& floor) {
     return Vector<3>(S.diagonal().cwiseMax(0).cwiseSqrt().cwiseMax(floor));
   };
-  return {sigma(R * c.chaser.topLeftCorner<3, 3>() * R.transpose(), least.position),
-          sigma(R * c.chaser.bottomRightCorner<3, 3>() * R.transpose(), least.rotation),
-          sigma(c.velocity, least.velocity)};
-} catch (const Error&) {  // the last update had no covariance
-  return least;
+  return EgoSpread{sigma(R * c.chaser.topLeftCorner<3, 3>() * R.transpose(), least.position),
+                   sigma(R * c.chaser.bottomRightCorner<3, 3>() * R.transpose(), least.rotation),
+                   sigma(c.velocity, least.velocity)};
+} catch (const Error&) {
+  return {};
 }
 
 std::optional<Alignment> OnlineEstimator::Streams::newest_start() const {
   if (!window_->has_chain()) return {};
   const Vector<3> sure = Vector<3>::Constant(kSure);
-  return Alignment{.t = window_->newest(), .state = window_->chaser(), .spread = newest_spread({sure, sure, sure})};
+  const auto spread = newest_spread({sure, sure, sure});
+  if (!spread) return {};
+  return Alignment{.t = window_->newest(), .state = window_->chaser(), .spread = *spread};
 }
 
 /// Before a step at t: whether the estimate is suspended because nothing has been measured for too long.

@@ -57,7 +57,7 @@ class OnlineEstimator::Streams {
   void make_window();
   enum class Chaser { goes_on, aligns };
   void restart(TrackReset::Kind kind, std::string why, const EgoSpread& doubt = {}, Chaser chaser = Chaser::goes_on);
-  EgoSpread newest_spread(const EgoSpread& least) const;
+  std::optional<EgoSpread> newest_spread(const EgoSpread& least) const;
   bool suspend_before(double t);
   void forget_old();
   std::size_t watched_target(std::size_t sensor) const { return (ego_ ? ego_->sensors.size() : 0) + sensor; }

@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdio>
 
+#include <tandem/lie/error.hpp>
 #include <tandem/solvers/online/stream_clocks.hpp>
 
 namespace tandem {
@@ -117,6 +118,7 @@ StreamClocks::Memory StreamClocks::memory() const {
 }
 
 void StreamClocks::go_on_from(const Memory& memory) {
+  if (memory.streams.size() != states_.size()) throw Error("the clocks' memory is of other streams");
   clock_ = memory.clock;
   base_ = memory.base;
   for (std::size_t i = 0; i < states_.size(); ++i) states_[i] = {memory.streams[i], {}};

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include <tandem/lie/error.hpp>
+
 namespace tandem {
 
 /// When an online estimator stops to believe a measurement, or itself. Times are of the data [s].
@@ -88,7 +90,10 @@ class HealthMonitor {
   /// Time begins anew: when something was is forgotten too.
   void forget_times();
   /// Counts and times go on from these, of the same sensors; what is held against the estimate stays.
-  void go_on_from(const TrackHealth& health) { health_ = health; }
+  void go_on_from(const TrackHealth& health) {
+    if (health.sensors.size() != health_.sensors.size()) throw Error("the health is of other sensors");
+    health_ = health;
+  }
 
  private:
   struct Verdict {

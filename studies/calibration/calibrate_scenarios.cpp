@@ -174,9 +174,17 @@ bool has_diagnosis(const std::vector<Misfit>& misfits, const std::string& parame
                      [&](const Misfit& m) { return m.parameter == parameter && !m.diagnosis().empty(); });
 }
 
-void find_constants(const Problems& problems, ScenarioCalibration& result) {
-  for (const auto& problem : problems)
-    for (FoundConstant& c : problem->constants()) result.constants.push_back({problem->scenario, std::move(c)});
+/// None where it is to stop before all are known.
+void find_constants(const Problems& problems, const Stop& stop, ScenarioCalibration& result) {
+  result.constants.clear();
+  for (const auto& problem : problems) try {
+      for (FoundConstant& c : problem->constants(stop)) result.constants.push_back({problem->scenario, std::move(c)});
+    } catch (const Stopped&) {
+      result.constants.clear();
+      return;
+    } catch (const Error& error) {
+      result.held.push_back(fmt::format("{}: no standard errors of constants: {}", problem->scenario, error.what()));
+    }
 }
 
 void validate(const Problems& problems, const std::vector<Problem*>& plain, const Parameters& parameters, int folds,
@@ -298,20 +306,29 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
   result.parameters.insert(result.parameters.end(), distrusted.rbegin(), distrusted.rend());
   result.given_noise = entries_with(problems, parameters, nullptr);
   result.noise = entries_with(problems, parameters, &result.summary);
-  const bool stopped = options.stop.reached();
-  if (!stopped) find_constants(problems, result);
-  if (options.folds > 0 && !parameters.groups.empty() && !stopped) {
+  result.cut_short = options.stop.reached();
+  if (!result.cut_short) find_constants(problems, options.stop, result);
+  if (options.folds > 0 && !parameters.groups.empty() && !options.stop.reached()) {
     given.restore();
     for (Problem* problem : plain) detail::solve_plainly(*problem, options.stop);
     follow("held out: ");
     validate(problems, plain, parameters, options.folds, calibration, result);
-    if (result.folds > 0 && !result.recommended()) {
+    result.cut_short = options.stop.reached();
+    if (result.cut_short) {  // not tried to the end: what was found stands, untried
+      result.folds = 0;
+      result.why_not_validated.clear();
+      result.scores.clear();
+    } else if (result.folds > 0 && !result.recommended()) {
       result.noise = result.given_noise;
       given.restore();
       for (Problem* problem : plain) detail::solve_plainly(*problem, options.stop);
-      result.constants.clear();
-      find_constants(problems, result);
+      find_constants(problems, options.stop, result);
     }
+  }
+  if (!options.noise && result.constants.empty() && options.stop.reached()) {
+    result.cut_short = true;
+    result.summary.status = Status::interrupted;
+    result.summary.message = "stopped before the constants were known";
   }
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;

@@ -59,6 +59,7 @@ struct ScenarioCalibration {
   double gain = 0, gain_error = 0;   ///< of the log likelihood of all held-out measurements
   std::string why_not_validated;     ///< the cross-validation has no answer, a sentence
   double seconds = 0;
+  bool cut_short = false;  ///< by the stop, with the best found by then, not tried to the end
 
   /// Found noise predicts what was held out better than given noise: on the whole by more than its standard error.
   bool recommended() const { return folds > 0 && why_not_validated.empty() && gain > gain_error; }

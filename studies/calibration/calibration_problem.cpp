@@ -132,10 +132,10 @@ CalibrationProblem::CalibrationProblem(Scenario scenario, const TrackingOptions&
   if (scenario.data.ego) add_own(scenario.data.ego->data, built.ego_measurements);
 }
 
-std::vector<FoundConstant> CalibrationProblem::constants() {
-  const auto of = [](auto& built) -> std::vector<FoundConstant> {
+std::vector<FoundConstant> CalibrationProblem::constants(const Stop& stop) {
+  const auto of = [&stop](auto& built) -> std::vector<FoundConstant> {
     if (built.constants.empty()) return {};
-    const Marginals marginals(built.problem);
+    const Marginals marginals(built.problem, {}, stop);
     return found_constants(built.problem, built.constants, &marginals);
   };
   return std::visit(of, built_);

@@ -47,8 +47,9 @@ class CalibrationProblem {
   std::vector<CalibratedEntry> entries;
   std::vector<EntryBlock> blocks;
 
-  /// Of sensors with errors that stay, at the problem's values. Throws Error where they have no covariance.
-  std::vector<FoundConstant> constants();
+  /// Of sensors with errors that stay, at the problem's values. Throws Error where they have no covariance, and
+  /// Stopped.
+  std::vector<FoundConstant> constants(const Stop& stop);
   Problem& problem() {
     return std::visit([](auto& p) -> Problem& { return p.problem; }, built_);
   }

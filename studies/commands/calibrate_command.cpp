@@ -109,9 +109,9 @@ int run_calibrate(const CalibrateRequest& request, const CommandOptions& option)
   results.json = [&] { return calibration_json(found); };
   results.plots_of = "calibrate";
   results.write = [&](const std::filesystem::path& folder) { write_results(found, folder); };
-  if (options.stop.reached())
-    results.not_done =
-        fmt::format("{}: the best noise so far", interrupted() ? "interrupted" : "the time limit was reached");
+  if (found.cut_short)
+    results.not_done = fmt::format("{}: {}", interrupted() ? "interrupted" : "the time limit was reached",
+                                   options.noise ? "the best noise so far" : "no constant is known yet");
   else if (!found.summary.converged())
     results.not_done = "calibrate did not converge: " + found.summary.message;
   return finish(request.output, results);

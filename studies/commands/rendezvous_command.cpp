@@ -29,6 +29,7 @@ std::vector<RendezvousMethod> parse_methods(const std::string& option, const std
 int run_rendezvous_command(const RendezvousRequest& request) {
   const Vehicle vehicle = read_vehicle(request.vehicle);
   RendezvousOptions options = request.options;
+  options.stop = &interrupted();
   pursue_within(options.planner, vehicle);
   std::size_t done = 0;
   const RendezvousStudy study = study_rendezvous(

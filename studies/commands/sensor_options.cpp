@@ -189,6 +189,7 @@ class Sensors {
           fmt::format("{} {}: an imu has biases alone, and they are estimated anyway", error.option, error.name));
     auto& place = own ? own->error : target_sensor(sensor).error;
     if (!place) place.emplace();
+    if (error.option == "--free" && (*place).*constant.sigma > 0) return;  // as the scenario says
     (*place).*constant.sigma = sigma[0];
   }
   static std::span<double> span(Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }

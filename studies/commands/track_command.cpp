@@ -175,7 +175,12 @@ class OnDisk {
   const std::optional<TrackBefore>& before() const { return before_; }
 
   void add(const TrackRecord& record) {
-    if (partial_) partial_->add(record);
+    try {
+      if (partial_) partial_->add(record);
+    } catch (const Error& error) {  // it could not be begun
+      partial_.reset();
+      tell_(std::string(error.what()) + "; the track goes on, its results are written at its end alone");
+    }
     if (!disk_) return;
     if (const std::string why = disk_->failure(); !why.empty()) tell_(why + "; the track goes on");
   }
@@ -183,9 +188,9 @@ class OnDisk {
     if (partial_) snapshot.partial = partial_->place();
     disk_->replace(*snapshot_, bytes_of(snapshot));
   }
-  /// The results are where they are to be; nobody goes on from an end.
+  /// The results are where they are to be. Nobody goes on from an end; from another stop, by the snapshot, the next run.
   void remove(bool ended) {
-    if (partial_) partial_->remove();
+    if (partial_ && (ended || !snapshot_)) partial_->remove();
     if (!ended || !snapshot_) return;
     disk_->flush();
     std::filesystem::remove(*snapshot_);

@@ -61,7 +61,9 @@ PartialTrack::PartialTrack(std::filesystem::path folder, const TrackRows& rows, 
 }
 
 PartialTrack::~PartialTrack() {
-  if (lock_ >= 0) close(lock_);
+  if (lock_ < 0) return;
+  disk_.flush();  // before another process may go on from what is there
+  close(lock_);
 }
 
 std::filesystem::path PartialTrack::file(std::size_t i) const {

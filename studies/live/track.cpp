@@ -241,8 +241,10 @@ class Tracker {
   }
 
   void take(const OnlineUpdate& update) {
-    if (options_.on_snapshot && log_.wants_state(update.t))
-      log_.note(estimator_.newest_start().value_or(Alignment{.t = update.t}));
+    if (options_.on_snapshot && log_.wants_state(update.t)) {
+      const std::optional<Alignment> start = estimator_.newest_start();
+      if (start || result_.by_odometry) log_.note(start.value_or(Alignment{.t = update.t}));
+    }
     if (replays_ || update.t <= known_until_) return;
     TrackRecord record{
         update.t, update.type,           update.new_keyframe, update.seconds, processor_seconds() - mark_,

@@ -142,7 +142,9 @@ RendezvousStudy study_rendezvous(const Vehicle& vehicle, const RendezvousOptions
       RendezvousOptions one = options;
       one.method = method;
       one.seed = options.seed + std::uint64_t(i);
-      runs.push_back(run_rendezvous(vehicle, one));
+      RendezvousRun run = run_rendezvous(vehicle, one);
+      if (run.outcome == RendezvousOutcome::interrupted) return study;
+      runs.push_back(std::move(run));
       if (!each(method, runs.back())) return study;
     }
   }

@@ -57,7 +57,10 @@ class Recorded {
       return fmt::format("lines of {} are {:.3g} s apart: times are in seconds, are these in nano- or microseconds?",
                          names_[densest], step[densest]);
     if (!has_motion_ || times[0].size() < 2) return "";
-    const double moved = step[0] * double(times[0].size());
+    std::vector<double>& motion = times[0];  // whose stamps may be rounded, so that most steps are none
+    std::sort(motion.begin(), motion.end());
+    const double most = motion[motion.size() * 19 / 20] - motion[motion.size() / 20];
+    const double moved = std::max(step[0] * double(motion.size()), most);
     for (std::size_t i = 1; i < n; ++i)
       if (step[i] * double(times[i].size()) > kLonger * moved + kStep)
         return fmt::format(

@@ -47,6 +47,10 @@ void check_options(const DiveOptions& options) {
   if (!(options.dvl_outage >= 0 && options.dvl_outage < options.dvl_outage_period))
     throw Error(fmt::format("dvl_outage, {:g} s, is not from 0 to dvl_outage_period, {:g} s", options.dvl_outage,
                             options.dvl_outage_period));
+  if (options.dvl_outage > 0 && options.dvl_outage_period / 2 + options.dvl_outage > 60 * options.minutes)
+    throw Error(fmt::format("the first dvl_outage would be from {:g} to {:g} s, after the end of {:g} minutes",
+                            options.dvl_outage_period / 2, options.dvl_outage_period / 2 + options.dvl_outage,
+                            options.minutes));
 }
 
 /// One of the vehicle's sensors: what it is said to be, and what it does.

@@ -38,15 +38,19 @@ std::vector<OwnState> batch_states(const SimulatedDive& dive, const NavigationDa
 
   NavigationProblem solved = make_navigation_problem(navigation.data, navigation.states, navigation.start, options.ego);
   if (solved.dvl_scale) solved.problem.set_value(*solved.dvl_scale, Rn<1>(Vector<1>(*navigation.dvl_scale)));
-  const Marginals marginals(solved.problem, {}, Stop(options.solver));
-  for (std::size_t k = 0; k < states.size(); ++k) {
-    const EgoKeyframe& keyframe = solved.keyframes[k];
-    EgoCovariance& covariance = states[k].covariance.emplace();
-    covariance.pose = marginals.covariance(keyframe.pose);
-    covariance.velocity = marginals.covariance(keyframe.velocity);
-    if (keyframe.bias) covariance.bias = marginals.covariance(*keyframe.bias);
+  try {
+    const Marginals marginals(solved.problem, {}, Stop(options.solver));
+    for (std::size_t k = 0; k < states.size(); ++k) {
+      const EgoKeyframe& keyframe = solved.keyframes[k];
+      EgoCovariance& covariance = states[k].covariance.emplace();
+      covariance.pose = marginals.covariance(keyframe.pose);
+      covariance.velocity = marginals.covariance(keyframe.velocity);
+      if (keyframe.bias) covariance.bias = marginals.covariance(*keyframe.bias);
+    }
+    add_own_nis(solved.problem, marginals, navigation.data.sensors, solved.measurements, result);
+  } catch (const Error& error) {  // the estimate is there all the same
+    result.message = fmt::format("no covariances: {}", error.what());
   }
-  add_own_nis(solved.problem, marginals, navigation.data.sensors, solved.measurements, result);
   return states;
 }
 
@@ -59,9 +63,11 @@ std::vector<OwnState> newest_own_states(const NavigationData& data, const Naviga
   online.lag.stop = options.solver.stop;
   OnlineEstimator estimator(TrackingData(), online_settings(data), online);
   std::vector<OwnState> states;
-  int iterations = 0;
+  int iterations = 0, updates = 0, converged = 0;
   double seconds = 0;
   estimator.on_update = [&](const OnlineUpdate& update) {
+    ++updates;
+    converged += update.summary.converged();
     iterations += update.summary.iterations;
     seconds += update.seconds;
     if (!update.new_keyframe) return;
@@ -76,6 +82,8 @@ std::vector<OwnState> newest_own_states(const NavigationData& data, const Naviga
   const Stop stop(options.solver);
   replay(data, HUGE_VAL, estimator, stop);
   result.status = name(stop.reached() ? Status::interrupted : Status::converged);
+  if (converged < updates)
+    result.message = fmt::format("{} of {} updates did not converge", updates - converged, updates);
   result.set("keyframes", double(states.size()));
   result.set("iterations", iterations);
   result.set("solve_s", seconds);

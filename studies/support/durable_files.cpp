@@ -166,11 +166,13 @@ void DurableFiles::write_all(std::unique_lock<std::mutex>& lock) {
     if (file.pending.size() > kMostPending) file.pending.clear();
   }
   if (!all) return replacements_.merge(replacements);  // later, unless there is a newer one
-  for (const auto& [path, text] : replacements) {
+  for (auto& [path, text] : replacements) {
     lock.unlock();
     const int reason = replace_file(path, text);
     lock.lock();
-    if (reason != 0) failure_ = why_not_written(path, reason);
+    if (reason == 0) continue;
+    failure_ = why_not_written(path, reason);
+    replacements_.try_emplace(path, std::move(text));  // later, unless there is a newer one
   }
 }
 

@@ -134,8 +134,9 @@ TEST_F(JointCommand, AnInterruptWhileItNavigatesIsHeeded) {
     EXPECT_TRUE(told);
     EXPECT_EQ(exit_status(child), 2) << errors;
     // How far it has come when the signal arrives is the machine's affair.
-    EXPECT_THAT(errors, ContainsRegex("interrupted after [0-9]+ of"));
-    EXPECT_FALSE(Json::parse(read_file(scratch.path() / "output")).is_discarded());
+    EXPECT_THAT(errors, ContainsRegex("interrupted after [0-9]+ of|navigation: interrupted"));
+    const std::string output = read_file(scratch.path() / "output");
+    EXPECT_TRUE(output.empty() || Json::accept(output)) << output;
   }
 }
 
