@@ -75,8 +75,11 @@ TEST(CutShort, ReadingIs) {
     const pid_t child = start_tandem({command, scratch.path().string()}, scratch.path() / "output", error_fd);
     close(error_fd);
     // Once it hears: before, a signal ends the process.
-    const std::string status = fmt::format("/proc/{}/status", child);
-    while (read_file(status).find("SigCgt:\t0000000000000000") != std::string::npos) usleep(1000);
+    const auto hears = [status = fmt::format("/proc/{}/status", child)] {
+      const std::string text = read_file(status), caught = "SigCgt:\t";
+      return (std::stoull(text.substr(text.find(caught) + caught.size(), 16), nullptr, 16) >> (SIGTERM - 1) & 1) != 0;
+    };
+    while (!hears()) usleep(1000);
     kill(child, SIGTERM);
     EXPECT_EQ(exit_status(child), 2) << command;
     EXPECT_THAT(read_file(scratch.path() / "errors"), HasSubstr("interrupted")) << command;
