@@ -56,7 +56,6 @@ void ceres_solve(benchmark::State& state, bool to_reference) {
 template <class Options>
 void tandem_solve(benchmark::State& state, bool to_reference) {
   Summary summary;
-  double lowest = 0;
   for (auto _ : state) {
     state.PauseTiming();
     TrackingProblem mode_a = make_tracking_problem(docking_a());
@@ -64,10 +63,7 @@ void tandem_solve(benchmark::State& state, bool to_reference) {
     Options options;
     if (to_reference) {
       options.stop = &stop;
-      options.progress = [&](const Progress& p) {
-        lowest = p.cost;
-        stop = p.cost <= kReferenceCost;
-      };
+      options.progress = [&](const Progress& p) { stop = p.cost <= kReferenceCost; };
     }
     state.ResumeTiming();
     summary = solve(mode_a.problem, options);
