@@ -26,9 +26,7 @@ class HardPoolBase : public PoolBase {
   /// Rows, where `c` is not null, and nonzeros at the point: of each block its states' Jacobians one after the other,
   /// each column by column.
   virtual void jacobian(const PoolPlacement& place, double* c, double* values) const = 0;
-  /// Adds Jᵀ diag(weights) J to the Hessian.
-  virtual void accumulate(const PoolPlacement& place, const double* weights, double* H) const = 0;
-  /// The same with J as jacobian() gave it.
+  /// Adds Jᵀ diag(weights) J to the Hessian, J as jacobian() gave it.
   virtual void accumulate(const PoolPlacement& place, const double* weights, const double* jacobian,
                           double* H) const = 0;
 
@@ -38,6 +36,9 @@ class HardPoolBase : public PoolBase {
                      double& scale) const final;
 
  protected:
+  /// Those of remove() and add_copy() that are the residual's.
+  virtual void remove_residual(int i) = 0;
+  virtual void add_residual_of(const PoolBase& from, int i, const int* slots) = 0;
   /// Of the block that was added last.
   void add_bounds(const double* lower, const double* upper);
 
@@ -85,19 +86,6 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
     }
   }
 
-  void accumulate(const PoolPlacement& place, const double* weights, double* H) const override {
-    Row r;
-    Jacobians J;
-    Pool::set_zero(J);
-    for (std::size_t i = 0; i < this->blocks_.size(); ++i) {
-      const int* offset = &place.offset[i * kArity];
-      double root[kDim];
-      if (!square_roots(weights + i * kDim, root)) continue;
-      this->linearize(i, offset, r, J);
-      static_for<kArity>([&]<int A>() { scale_rows<kDim, Pool::kDofs[A]>(root, std::get<A>(J).data()); });
-      this->add_products(offset, &place.hessian[i * kPairs], J, H);
-    }
-  }
   void accumulate(const PoolPlacement& place, const double* weights, const double* jacobian, double* H) const override {
     Jacobians J;
     Pool::set_zero(J);

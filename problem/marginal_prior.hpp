@@ -56,10 +56,6 @@ class MarginalPrior final : public SoftPoolBase {
   double weight(int) const override { return 1.0; }
   std::optional<double> convex_widening() const override { return {}; }
 
- protected:
-  void remove_residual(int) override {}
-  void add_residual_of(const PoolBase&, int, const int*) override {}
-
  private:
   using Jacobian = Eigen::Map<Eigen::MatrixXd>;
   Jacobian jacobian(std::size_t s) const { return {J_.data() + first_jacobian_[s], states_[s].dof, states_[s].dof}; }

@@ -64,9 +64,6 @@ class PoolBase {
                                  const double* multipliers, double* gradient, double* H) const = 0;
 
  protected:
-  /// Those of remove() and add_copy() that are the residual's.
-  virtual void remove_residual(int i) = 0;
-  virtual void add_residual_of(const PoolBase& from, int i, const int* slots) = 0;
   /// The last takes the place of entry `i`.
   template <class T>
   static void remove_from(std::vector<T>& v, int i) {

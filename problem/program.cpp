@@ -175,16 +175,6 @@ void Program::linearize_constraints(Eigen::VectorXd& c, Eigen::VectorXd& jacobia
     }
 }
 
-void Program::add_constraint_hessian(const Eigen::VectorXd& weights, Eigen::VectorXd& hessian) {
-  chart_if_moved();
-  const double* w = weights.data();
-  for (std::size_t p = 0; p < problem_.pools_.size(); ++p)
-    if (const auto* pool = problem_.pools_[p].hard.get()) {
-      pool->accumulate(placement_[p], w, hessian.data());
-      w += pool->size() * pool->dim();
-    }
-}
-
 void Program::add_constraint_hessian(const Eigen::VectorXd& weights, const Eigen::VectorXd& jacobian,
                                      Eigen::VectorXd& hessian) const {
   const double* w = weights.data();

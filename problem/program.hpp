@@ -75,9 +75,8 @@ class Program {
   void constraint_jacobian(Eigen::VectorXd& values);
   /// Both in one evaluation.
   void linearize_constraints(Eigen::VectorXd& c, Eigen::VectorXd& jacobian);
-  /// Adds Jᵀ diag(weights) J of the constraint Jacobian to a Hessian; weights not below zero.
-  void add_constraint_hessian(const Eigen::VectorXd& weights, Eigen::VectorXd& hessian);
-  /// The same with the values that constraint_jacobian() gave, wherever the point is now.
+  /// Adds Jᵀ diag(weights) J to a Hessian, J as constraint_jacobian() gave it, wherever the point is now; weights not
+  /// below zero.
   void add_constraint_hessian(const Eigen::VectorXd& weights, const Eigen::VectorXd& jacobian,
                               Eigen::VectorXd& hessian) const;
   /// The exact Hessian of factor·cost + multipliersᵀ c: in closed form where residuals give their second derivatives, by

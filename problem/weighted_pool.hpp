@@ -49,6 +49,9 @@ class WeightedPool : public SoftPoolBase {
                      double& scale) const final;
 
  protected:
+  /// Those of remove() and add_copy() that are the residual's.
+  virtual void remove_residual(int i) = 0;
+  virtual void add_residual_of(const PoolBase& from, int i, const int* slots) = 0;
   /// Of the block that was added last.
   void add_weight(const Gaussian& noise, const Loss& loss);
   /// 1/σ of each row of block i, with the pool's dim() at compile time; or, where it is not null, its W by columns.

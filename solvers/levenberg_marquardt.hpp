@@ -20,8 +20,8 @@ struct LevenbergMarquardtOptions : SolverOptions {
 
 namespace detail {
 
-/// Minimises the cost, and where there are hard constraints the augmented Lagrangian. Patterns, analysis and memory are those of one problem, and serve as long as its
-/// variables and blocks stay.
+/// Minimises the cost, and where there are hard constraints the augmented Lagrangian. Patterns, analysis and memory are
+/// those of one problem, and serve as long as its variables and blocks stay.
 class LevenbergMarquardt {
  public:
   /// `solver` is the name for the summary. Problem and options must live as long.

@@ -177,8 +177,12 @@ class NloptRun {
   void factorize(BlockCholesky& cholesky, double constraint_weight) {
     program_.linearize(gradient_, hessian_);
     check_finite_gradient();
-    if (constraint_weight > 0)
-      program_.add_constraint_hessian(Eigen::VectorXd::Constant(program_.num_rows(), constraint_weight), hessian_);
+    if (constraint_weight > 0) {
+      program_.constraint_jacobian(jacobian_);
+      has_jacobian_ = false;  // of the point
+      program_.add_constraint_hessian(Eigen::VectorXd::Constant(program_.num_rows(), constraint_weight), jacobian_,
+                                      hessian_);
+    }
     Eigen::VectorXd shift(program_.num_unknowns());
     detail::hessian_diagonal(program_.hessian_pattern(), hessian_, shift);
     for (double& d : shift) d = d > 0 ? kPreconditionerDamping * d : 1.0;

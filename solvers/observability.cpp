@@ -37,7 +37,9 @@ std::string free_directions(Program& program, bool inequalities) {
     program.linearize(gradient, hessian);
     const double mean = hessian.cwiseAbs().sum() / double(program.num_unknowns());
     weights = active_rows(program, mean > 0 ? mean : 1.0, inequalities);
-    program.add_constraint_hessian(weights, hessian);
+    Eigen::VectorXd jacobian(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
+    program.constraint_jacobian(jacobian);
+    program.add_constraint_hessian(weights, jacobian, hessian);
   } catch (const Error&) {
     return {};
   }

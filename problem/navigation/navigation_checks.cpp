@@ -4,6 +4,7 @@
 #include <functional>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/median.hpp>
 #include <tandem/problem/navigation/navigation_checks.hpp>
 #include <tandem/problem/navigation/navigation_plausible.hpp>
 
@@ -205,12 +206,7 @@ void check_coverage(const std::string& name, const std::vector<double>& times, d
     return;
   }
   double silence = kLongSilence;
-  if (times.size() > 1) {
-    std::vector<double> intervals;
-    for (std::size_t i = 1; i < times.size(); ++i) intervals.push_back(times[i] - times[i - 1]);
-    std::nth_element(intervals.begin(), intervals.begin() + std::ptrdiff_t(intervals.size() / 2), intervals.end());
-    silence = std::max(silence, kSilentIntervals * intervals[intervals.size() / 2]);
-  }
+  if (times.size() > 1) silence = std::max(silence, kSilentIntervals * detail::median_step(times));
   if (times.front() - first > silence) findings.push_back({Kind::late, name, 1, first, times.front()});
   NavigationFinding silent{Kind::silent, name};
   for (std::size_t i = 1; in_between && i < times.size(); ++i) {
@@ -252,9 +248,7 @@ double scatter(const std::vector<ImuSample>& samples, double rate, Reading readi
     for (std::size_t i = 0; i < differences.size(); ++i)
       differences[i] =
           std::abs(reading(samples[i])[axis] - 2 * reading(samples[i + 1])[axis] + reading(samples[i + 2])[axis]);
-    const auto middle = differences.begin() + std::ptrdiff_t(differences.size() / 2);
-    std::nth_element(differences.begin(), middle, differences.end());
-    density[std::size_t(axis)] = *middle / 0.6745 / std::sqrt(6.0 * rate);
+    density[std::size_t(axis)] = detail::median(differences) / 0.6745 / std::sqrt(6.0 * rate);
   }
   std::sort(density.begin(), density.end());
   return density[1];

@@ -3,6 +3,7 @@
 #include <numbers>
 #include <optional>
 
+#include <tandem/problem/median.hpp>
 #include <tandem/problem/tracking/outliers.hpp>
 #include <tandem/problem/tracking/position_fixes.hpp>
 #include <tandem/residuals/direction.hpp>
@@ -31,15 +32,7 @@ double unexplained(const TargetSensor& sensor, bool planar, double range) {
   const StayingError& error = *sensor.error;
   const double constants = range * std::hypot(error.scale, error.misalignment);
   if (!error.has_bias()) return lever + constants * constants;
-  TargetSensor staying = sensor;
-  staying.sigma = error.sigma;
-  return lever + constants * constants + detail::position_variance(staying, planar, range);
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return lever + constants * constants + detail::position_variance(sensor.type, error.sigma, planar, range);
 }
 
 /// A sensor that is less exact far away would make a position that is far off a vague one: as if seen no further than
@@ -48,11 +41,12 @@ void judge_as_near(const TrackingData& data, const std::vector<SE3>& chaser, std
   std::vector<double> ranges;
   for (const PositionFix& fix : fixes)
     ranges.push_back((fix.position - chaser[fix.keyframe].translation()).stableNorm());
-  const double most = 3 * median(ranges);
+  const double most = 3 * detail::median(ranges);
   for (std::size_t i = 0; i < fixes.size(); ++i) {
     const TargetSensor& sensor = data.sensors[fixes[i].sensor];
     const double near = std::min(ranges[i], most);
-    fixes[i].variance = detail::position_variance(sensor, data.planar, near) + unexplained(sensor, data.planar, near);
+    fixes[i].variance = detail::position_variance(sensor.type, sensor.sigma, data.planar, near) +
+                        unexplained(sensor, data.planar, near);
   }
 }
 
@@ -65,7 +59,7 @@ double turning_density(const std::vector<Keyframe>& keyframes, const std::vector
     if (dt() > 0) speeds.push_back((fixes[to].position - fixes[from].position).stableNorm() / dt());
   }
   if (speeds.empty()) return 0;
-  const double change = 2 * median(speeds);
+  const double change = 2 * detail::median(speeds);
   return change * change / kTurnsRound;
 }
 
@@ -104,7 +98,8 @@ class OutlierSearch {
   std::vector<Outlier> run() {
     for (const TargetSensor& sensor : data_.sensors) worst_.emplace_back(sensor.measurements.size());
     search_positions();
-    for (std::size_t s = 0; s < data_.sensors.size(); ++s) search_others(s);
+    const std::vector<detail::UsableMeasurement> usable = detail::usable_measurements(data_, keyframes_);
+    for (std::size_t s = 0; s < data_.sensors.size(); ++s) search_others(s, usable);
     std::vector<Outlier> found;
     for (const auto& sensor : worst_)
       for (const std::optional<Outlier>& outlier : sensor)
@@ -187,14 +182,14 @@ class OutlierSearch {
   }
 
   /// Ranges and directions of a sensor that gives no positions.
-  void search_others(std::size_t s) {
+  void search_others(std::size_t s, const std::vector<detail::UsableMeasurement>& usable) {
     const TargetSensor& sensor = data_.sensors[s];
     if (sensor.type->has(measured::position)) return;
     const bool range = sensor.type->has(measured::range),
                turn = sensor.type->has(measured::direction | measured::angles);
     if (range == turn) return;
     std::vector<detail::UsableMeasurement> own;
-    for (const auto& m : detail::usable_measurements(data_, keyframes_))
+    for (const auto& m : usable)
       if (m.sensor == s) own.push_back(m);
     std::stable_sort(own.begin(), own.end(), [](const auto& a, const auto& b) { return a.keyframe < b.keyframe; });
     std::vector<Vector<3>> values;
@@ -233,7 +228,7 @@ class OutlierSearch {
     }
     std::vector<double> distances;
     for (std::size_t a = from; a < to; ++a) distances.push_back((values[a] - values[medoid]).stableNorm());
-    return {distances[i - from], 1.48 * median(distances)};
+    return {distances[i - from], 1.48 * detail::median(distances)};
   }
 
   const TrackingData& data_;

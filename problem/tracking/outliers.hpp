@@ -19,12 +19,14 @@ struct Outlier {
 /// keyframes.
 ///
 /// Positions by data snooping: while some are too far from a smoothed track of all, the one whose residual is the most
-/// standard deviations of its own is taken out, and at the end those that then agree are let in again. One outlier, however
-/// far, is always the first to go. The track is of constant velocity, but for what the data's noise lets it change by and
-/// what a target takes that turns round within ten seconds: a tight turn is no outlier, however stiff the motion's prior.
+/// standard deviations of its own is taken out, and at the end those that then agree are let in again. One outlier,
+/// however far, is always the first to go. The track is of constant velocity, but for what the data's noise lets it
+/// change by and what a target takes that turns round within ten seconds: a tight turn is no outlier, however stiff the
+/// motion's prior.
 ///
 /// A range or a direction without the other by that track, where it is told, and by the sensor's own measurements around
-/// it: eight each way within ten seconds, their L1 medoid, and their median distance from that as the scale, where it is above the noise.
+/// it: eight each way within ten seconds, their L1 medoid, and their median distance from that as the scale, where it is
+/// above the noise.
 ///
 /// Sources: Baarda 1968, "A testing procedure for use in geodetic networks"; Davies & Gather 1993, "The identification of
 /// multiple outliers" (the Hampel identifier).

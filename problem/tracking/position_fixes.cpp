@@ -16,13 +16,13 @@ std::vector<UsableMeasurement> usable_measurements(const TrackingData& data, con
   return usable;
 }
 
-double position_variance(const TargetSensor& sensor, bool planar, double range) {
-  if (sensor.type->has(measured::range)) {
-    const double across = range * sensor.sigma.tail(sensor.sigma.size() - 1).norm();
-    return (sensor.sigma[0] * sensor.sigma[0] + across * across) / double(sensor.sigma.size());
+double position_variance(SensorType type, const Eigen::VectorXd& sigma, bool planar, double range) {
+  if (type->has(measured::range)) {
+    const double across = range * sigma.tail(sigma.size() - 1).norm();
+    return (sigma[0] * sigma[0] + across * across) / double(sigma.size());
   }
   const int n = planar ? 2 : 3;
-  return sensor.sigma.head(n).squaredNorm() / double(n);
+  return sigma.head(n).squaredNorm() / double(n);
 }
 
 std::vector<PositionFix> measured_positions(const TrackingData& data, const std::vector<Keyframe>& keyframes,
@@ -36,8 +36,8 @@ std::vector<PositionFix> measured_positions(const TrackingData& data, const std:
     Vector<3> lever = Vector<3>::Zero();
     if (target && !sensor.type->has(measured::rotation))
       lever = (*target)[k].rotation().act(sensor.marker.translation());
-    fixes.push_back(
-        {k, chaser[k].act(*position) - lever, position_variance(sensor, data.planar, position->stableNorm()), s, i});
+    fixes.push_back({k, chaser[k].act(*position) - lever,
+                     position_variance(sensor.type, sensor.sigma, data.planar, position->stableNorm()), s, i});
   }
   std::stable_sort(fixes.begin(), fixes.end(), [](const auto& a, const auto& b) { return a.keyframe < b.keyframe; });
   return fixes;

@@ -20,8 +20,8 @@ struct UsableMeasurement {
 std::vector<UsableMeasurement> usable_measurements(const TrackingData& data, const std::vector<Keyframe>& keyframes,
                                                    const std::vector<std::vector<bool>>& skip = {});
 
-/// Mean variance along the axes of what the sensor sees at a range [m²].
-double position_variance(const TargetSensor& sensor, bool planar, double range);
+/// Mean variance along the axes of what a sensor of these sigmas sees at a range [m²].
+double position_variance(SensorType type, const Eigen::VectorXd& sigma, bool planar, double range);
 
 /// Measured positions of the target in keyframe order; `target`: its poses, by which a marker's lever arm is taken off.
 std::vector<PositionFix> measured_positions(const TrackingData& data, const std::vector<Keyframe>& keyframes,

@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <utility>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/median.hpp>
 #include <tandem/solvers/online/stream_clocks.hpp>
 
 namespace tandem {
@@ -35,8 +37,7 @@ double unit_of(const std::vector<double>& stamps, double longest_period) {
   for (std::size_t i = 1; i < stamps.size(); ++i)
     if (stamps[i] > stamps[i - 1]) steps.push_back(stamps[i] - stamps[i - 1]);
   if (steps.empty()) return 1;
-  std::nth_element(steps.begin(), steps.begin() + std::ptrdiff_t(steps.size() / 2), steps.end());
-  const double step = steps[steps.size() / 2];
+  const double step = detail::median(std::move(steps));
   if (step > longest_period)
     for (const Unit& unit : kUnits)
       if (step * unit.seconds >= kUsualPeriod[0] && step * unit.seconds <= kUsualPeriod[1]) return unit.seconds;

@@ -68,11 +68,11 @@ struct ScenarioCalibration {
   std::vector<NoiseEntry> given_noise;
 };
 
-/// Calibrates the noise that scenarios share out of their measurements alone: no truth is read. What the first one gives is
-/// taken as given for all. White noise that is made smaller while errors stay claims a certainty that grows with every
-/// measurement, and is not there: such a parameter is kept, and the others are found again beside it. Throws Error on scenarios whose sensors differ, names that are not there, parameters without
-/// data, fewer data than parameters, and as the builders of problems and calibrate() do. Constants of errors that stay are
-/// found in each scenario by itself.
+/// Calibrates the noise that scenarios share out of their measurements alone: no truth is read. What the first one gives
+/// is taken as given for all. White noise that is made smaller while errors stay claims a certainty that grows with
+/// every measurement, and is not there: such a parameter is kept, and the others are found again beside it. Constants of
+/// errors that stay are found in each scenario by itself. Throws Error on scenarios whose sensors differ, names that are
+/// not there, parameters without data, fewer data than parameters, and as the builders of problems and calibrate() do.
 ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const ScenarioCalibrationOptions& options);
 
 }  // namespace tandem

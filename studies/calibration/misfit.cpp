@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <tandem/problem/median.hpp>
 #include <tandem/solvers/marginals.hpp>
 #include <tandem/studies/calibration/misfit.hpp>
 #include <tandem/studies/support/down_weighted.hpp>
@@ -43,13 +44,7 @@ double Misfit::correlation() const {
   for (std::size_t i = 1; i < value.size(); ++i) sum += (value[i] - mean) * (value[i - 1] - mean);
   return sum / double(value.size() - 1) / variance;
 }
-double Misfit::spacing() const {
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < t.size(); ++i) steps.push_back(t[i] - t[i - 1]);
-  if (steps.empty()) return 0;
-  std::nth_element(steps.begin(), steps.begin() + std::ptrdiff_t(steps.size() / 2), steps.end());
-  return steps[steps.size() / 2];
-}
+double Misfit::spacing() const { return detail::median_step(t); }
 double Misfit::correlation_time() const {
   const double rho = correlation();
   if (value.size() < kFewest || rho < std::max(kCorrelation, 3 / std::sqrt(double(value.size())))) return 0;

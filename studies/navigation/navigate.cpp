@@ -77,12 +77,7 @@ void add_covariance(NavigationProblem& built, const NavigationData& placed, cons
   try {
     const Marginals marginals(built.problem, {}, stop);
     add_constants(built, placed, &marginals, result);
-    for (const EgoKeyframe& k : built.keyframes) {
-      EgoCovariance& c = result.covariance.emplace_back();
-      c.pose = marginals.covariance(k.pose);
-      c.velocity = marginals.covariance(k.velocity);
-      if (k.bias) c.bias = marginals.covariance(*k.bias);
-    }
+    for (const EgoKeyframe& k : built.keyframes) result.covariance.push_back(ego_covariance(marginals, k));
   } catch (const Error& error) {
     result.covariance.clear();
     result.why_no_covariance = error.what();

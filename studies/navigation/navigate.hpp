@@ -7,18 +7,11 @@
 #include <tandem/problem/navigation/navigation_checks.hpp>
 #include <tandem/problem/navigation/navigation_problem.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
+#include <tandem/studies/navigation/ego_covariance.hpp>
 #include <tandem/studies/navigation/found_constants.hpp>
 #include <tandem/studies/scenario/scenario.hpp>
 
 namespace tandem {
-
-/// Covariances at a keyframe; the pose's in the tangent space of right perturbations (x y z [m], then rotation about the
-/// body's x y z [rad]), the others' in their own units.
-struct EgoCovariance {
-  Matrix<6, 6> pose = Matrix<6, 6>::Zero();
-  Matrix<3, 3> velocity = Matrix<3, 3>::Zero();
-  Matrix<6, 6> bias = Matrix<6, 6>::Zero();
-};
 
 /// What navigating a scenario by the chaser's own sensors gave, all in ENU-FLU.
 struct Navigation {

@@ -42,12 +42,7 @@ std::vector<EgoNees> nees_of_fixed_lag(const SimulatedDive& dive, const std::vec
     if (result.size() == instants.size() || !update.new_keyframe) return;
     const double t = instants[result.size()];
     if (std::abs(update.t - t) > kSameInstant) return;
-    const OnlineEstimator::Covariance c = estimator.covariance();
-    EgoCovariance covariance;
-    covariance.pose = c.chaser;
-    covariance.velocity = c.velocity;
-    covariance.bias = c.bias;
-    result.push_back(nees(at(dive.truth, t), at(dive.biases, t), estimator.chaser(), covariance));
+    result.push_back(nees(at(dive.truth, t), at(dive.biases, t), estimator.chaser(), ego_covariance(estimator)));
   };
   replay(dive.data, HUGE_VAL, estimator);
   if (result.size() < instants.size())

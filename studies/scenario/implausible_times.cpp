@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <tandem/problem/median.hpp>
 #include <tandem/studies/scenario/implausible_times.hpp>
 
 namespace tandem {
@@ -50,23 +51,23 @@ class Recorded {
     std::vector<double> step;
     std::size_t densest = 0;
     for (std::size_t i = 0; i < n; ++i) {
-      step.push_back(middle_step(times[i]));
+      std::sort(times[i].begin(), times[i].end());
+      step.push_back(detail::median_step(times[i]));
       if (times[i].size() > times[densest].size()) densest = i;
     }
     if (step[densest] >= kStep)
       return fmt::format("lines of {} are {:.3g} s apart: times are in seconds, are these in nano- or microseconds?",
                          names_[densest], step[densest]);
     if (!has_motion_ || times[0].size() < 2) return "";
-    std::vector<double>& motion = times[0];  // whose stamps may be rounded, so that most steps are none
-    std::sort(motion.begin(), motion.end());
+    const std::vector<double>& motion = times[0];  // whose stamps may be rounded, so that most steps are none
     const double most = motion[motion.size() * 19 / 20] - motion[motion.size() / 20];
     const double moved = std::max(step[0] * double(motion.size()), most);
     for (std::size_t i = 1; i < n; ++i)
       if (step[i] * double(times[i].size()) > kLonger * moved + kStep)
         return fmt::format(
             "{} lines of {} are {:.3g} s apart, and {} covers {:.3g} s: times are in seconds, are these in milli-, "
-            "micro- "
-            "or nanoseconds?",
+            "micro- or "
+            "nanoseconds?",
             times[i].size(), names_[i], step[i], names_[0], moved);
     return "";
   }
@@ -93,17 +94,6 @@ class Recorded {
   void add(const std::string& name, const Stream& stream, double delay) {
     for (const auto& entry : stream) lines_.push_back({entry.t - delay, names_.size()});
     names_.push_back(name);
-  }
-
-  /// Of the times of one stream; 0 where there are none.
-  static double middle_step(std::vector<double> times) {
-    std::sort(times.begin(), times.end());
-    std::vector<double> steps;
-    for (std::size_t i = 1; i < times.size(); ++i) steps.push_back(times[i] - times[i - 1]);
-    if (steps.empty()) return 0;
-    const auto middle = steps.begin() + std::ptrdiff_t(steps.size() / 2);
-    std::nth_element(steps.begin(), middle, steps.end());
-    return *middle;
   }
 
   std::vector<std::string> names_;

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include <tandem/studies/study/study.hpp>
-#include <tandem/studies/study/study_statistics.hpp>
 #include <tandem/studies/study/trial_metrics.hpp>
+#include <tandem/studies/support/statistics.hpp>
 
 namespace tandem {
 

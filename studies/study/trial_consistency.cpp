@@ -57,10 +57,6 @@ void add_keyframe(const G& c, const T& t, const Eigen::MatrixXd& joint, const G&
   }
 }
 
-void set_mean(TrialResult& result, std::string_view metric, const Moments& of) {
-  if (const auto spread = of.spread()) result.set(metric, spread->mean);
-}
-
 }  // namespace
 
 void add_own_nis(const Problem& problem, const Marginals& marginals, const std::vector<EgoSensor>& sensors,
@@ -70,7 +66,7 @@ void add_own_nis(const Problem& problem, const Marginals& marginals, const std::
     if (m.block && whole_weight(problem, *m.block))
       means[fmt::format("nis_{}", name(sensors[m.sensor].type))].add(
           nis(problem, marginals, *m.block, problem.noise(*m.block).covariance_matrix()));
-  for (const auto& [metric, mean] : means) set_mean(result, metric, mean);
+  for (const auto& [metric, mean] : means) result.set_mean(metric, mean);
 }
 
 void add_consistency(TrackingProblem& tracking, const Scenario& scenario, TrialResult& result) {
@@ -101,13 +97,13 @@ void add_consistency(TrackingProblem& tracking, const Scenario& scenario, TrialR
     const Eigen::MatrixXd R = sensor.sigma.cwiseAbs2().asDiagonal();
     of->add(nis(problem, marginals, *m.block, R));
   }
-  set_mean(result, "nees_chaser", sums.chaser);
-  set_mean(result, "nees_target", sums.target);
-  set_mean(result, "nees_relative_pose", sums.relative_pose);
-  set_mean(result, "nees_relative_position", sums.relative_position);
-  set_mean(result, "inside_three_sigma", sums.inside);
-  set_mean(result, "nis_usbl", sums.usbl);
-  set_mean(result, "nis_optical", sums.optical);
+  result.set_mean("nees_chaser", sums.chaser);
+  result.set_mean("nees_target", sums.target);
+  result.set_mean("nees_relative_pose", sums.relative_pose);
+  result.set_mean("nees_relative_position", sums.relative_position);
+  result.set_mean("inside_three_sigma", sums.inside);
+  result.set_mean("nis_usbl", sums.usbl);
+  result.set_mean("nis_optical", sums.optical);
   if (scenario.data.ego)
     add_own_nis(problem, marginals, scenario.data.ego->data.sensors, tracking.ego_measurements, result);
 }

@@ -9,15 +9,11 @@
 #include <tandem/studies/navigation/nees.hpp>
 #include <tandem/studies/study/trial_consistency.hpp>
 #include <tandem/studies/study/trial_dive.hpp>
+#include <tandem/studies/study/trial_online.hpp>
 #include <tandem/studies/support/units.hpp>
 
 namespace tandem {
 namespace {
-
-void add_means(TrialResult& result, std::initializer_list<std::pair<const char*, const Moments*>> means) {
-  for (const auto& [metric, moments] : means)
-    if (const auto spread = moments->spread()) result.set(metric, spread->mean);
-}
 
 bool inside_three_sigma(double error, double variance) { return error * error <= 9 * variance; }
 
@@ -40,13 +36,8 @@ std::vector<OwnState> batch_states(const SimulatedDive& dive, const NavigationDa
   if (solved.dvl_scale) solved.problem.set_value(*solved.dvl_scale, Rn<1>(Vector<1>(*navigation.dvl_scale)));
   try {
     const Marginals marginals(solved.problem, {}, Stop(options.solver));
-    for (std::size_t k = 0; k < states.size(); ++k) {
-      const EgoKeyframe& keyframe = solved.keyframes[k];
-      EgoCovariance& covariance = states[k].covariance.emplace();
-      covariance.pose = marginals.covariance(keyframe.pose);
-      covariance.velocity = marginals.covariance(keyframe.velocity);
-      if (keyframe.bias) covariance.bias = marginals.covariance(*keyframe.bias);
-    }
+    for (std::size_t k = 0; k < states.size(); ++k)
+      states[k].covariance = ego_covariance(marginals, solved.keyframes[k]);
     add_own_nis(solved.problem, marginals, navigation.data.sensors, solved.measurements, result);
   } catch (const Error& error) {  // the estimate is there all the same
     result.message = fmt::format("no covariances: {}", error.what());
@@ -63,30 +54,16 @@ std::vector<OwnState> newest_own_states(const NavigationData& data, const Naviga
   online.lag.stop = options.solver.stop;
   OnlineEstimator estimator(TrackingData(), online_settings(data), online);
   std::vector<OwnState> states;
-  int iterations = 0, updates = 0, converged = 0;
-  double seconds = 0;
+  UpdateSums sums;
   estimator.on_update = [&](const OnlineUpdate& update) {
-    ++updates;
-    converged += update.summary.converged();
-    iterations += update.summary.iterations;
-    seconds += update.seconds;
+    sums.add(update);
     if (!update.new_keyframe) return;
     OwnState& newest = states.emplace_back(OwnState{update.t, estimator.chaser()});
-    if (!covariances) return;
-    const OnlineEstimator::Covariance now = estimator.covariance();
-    EgoCovariance& covariance = newest.covariance.emplace();
-    covariance.pose = now.chaser;
-    covariance.velocity = now.velocity;
-    if (data.imu) covariance.bias = now.bias;
+    if (covariances) newest.covariance = ego_covariance(estimator);
   };
   const Stop stop(options.solver);
   replay(data, HUGE_VAL, estimator, stop);
-  result.status = name(stop.reached() ? Status::interrupted : Status::converged);
-  if (converged < updates)
-    result.message = fmt::format("{} of {} updates did not converge", updates - converged, updates);
-  result.set("keyframes", double(states.size()));
-  result.set("iterations", iterations);
-  result.set("solve_s", seconds);
+  add_updates(sums, states.size(), stop.reached(), result);
   return states;
 }
 
@@ -156,14 +133,14 @@ void add_own_errors(const SimulatedDive& dive, const std::vector<OwnState>& stat
     for (int i = 0; i < 3; ++i)
       inside.add(inside_three_sigma(state.pose.translation()[i] - x.translation()[i], S(i, i)));
   }
-  add_means(result, {{"chaser_position_m", &position},
-                     {"chaser_outage_position_m", &in_outage},
-                     {"chaser_orientation_deg", &orientation},
-                     {"chaser_velocity_mps", &velocity},
-                     {"nees_chaser", &pose_nees},
-                     {"nees_velocity", &velocity_nees},
-                     {"nees_bias", &bias_nees},
-                     {"chaser_inside_three_sigma", &inside}});
+  result.set_mean("chaser_position_m", position);
+  result.set_mean("chaser_outage_position_m", in_outage);
+  result.set_mean("chaser_orientation_deg", orientation);
+  result.set_mean("chaser_velocity_mps", velocity);
+  result.set_mean("nees_chaser", pose_nees);
+  result.set_mean("nees_velocity", velocity_nees);
+  result.set_mean("nees_bias", bias_nees);
+  result.set_mean("chaser_inside_three_sigma", inside);
   if (position.n() > 0) result.set("chaser_worst_m", worst);
 }
 

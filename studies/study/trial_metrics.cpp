@@ -123,6 +123,10 @@ void TrialResult::set(std::string_view metric, std::optional<double> value) {
   metrics[metric_index(metric)] = value;
 }
 
+void TrialResult::set_mean(std::string_view metric, const Moments& of) {
+  if (const auto spread = of.spread()) set(metric, spread->mean);
+}
+
 void add_errors(const std::vector<KeyframeError>& errors, TrialResult& result) {
   for (const auto& [name, type] : error_types()) {
     const ErrorSummary of = summarise(errors, type);

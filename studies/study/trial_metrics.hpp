@@ -38,6 +38,8 @@ struct TrialResult {
   TrialResult() : metrics(trial_metrics().size()) {}
   bool converged() const { return status == "converged"; }
   void set(std::string_view metric, std::optional<double> value);
+  /// Nothing, where nothing was added.
+  void set_mean(std::string_view metric, const Moments& of);
   std::optional<double> get(std::string_view metric) const { return metrics[metric_index(metric)]; }
 };
 

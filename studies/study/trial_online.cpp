@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/solvers/online/online_estimator.hpp>
 #include <tandem/solvers/online/target_fix.hpp>
 #include <tandem/studies/study/trial_online.hpp>
 
@@ -32,6 +31,22 @@ std::vector<OnlineLine> lines_of(const TrackingData& data) {
 
 }  // namespace
 
+void UpdateSums::add(const OnlineUpdate& update) {
+  ++updates;
+  converged += update.summary.converged();
+  iterations += update.summary.iterations;
+  seconds += update.seconds;
+}
+
+void add_updates(const UpdateSums& sums, std::size_t keyframes, bool stopped, TrialResult& result) {
+  result.status = name(stopped ? Status::interrupted : Status::converged);
+  if (sums.converged < sums.updates)
+    result.message = fmt::format("{} of {} updates did not converge", sums.updates - sums.converged, sums.updates);
+  result.set("keyframes", double(keyframes));
+  result.set("iterations", sums.iterations);
+  result.set("solve_s", sums.seconds);
+}
+
 NewestStates newest_states(const Scenario& scenario, const TrackingOptions& options, double window, bool hypotheses,
                            const std::atomic<bool>* stop) {
   OnlineOptions online;
@@ -45,10 +60,7 @@ NewestStates newest_states(const Scenario& scenario, const TrackingOptions& opti
   const std::vector<Keyframe> offline = make_keyframes(scenario.data);
   NewestStates newest;
   estimator.on_update = [&](const OnlineUpdate& update) {
-    ++newest.updates;
-    newest.converged += update.summary.converged();
-    newest.iterations += update.summary.iterations;
-    newest.seconds += update.seconds;
+    newest.sums.add(update);
     const auto k = keyframe_at(offline, update.t);
     const auto state = estimator.target();
     if (!k || !state) return;
@@ -107,8 +119,7 @@ NewestStates filtered_states(const Scenario& scenario, const TrackingOptions& op
     const auto all_here = [&](const OnlineLine& line) { return line.t <= now + kSameInstant; };
     while (settled <= k && std::all_of(fixes[settled].begin(), fixes[settled].end(), all_here))
       advance(filter, settled++, now);
-    ConstantVelocityFilter by =
-        filter;  // and those that have come since: late ones change what was filtered after them
+    ConstantVelocityFilter by = filter;  // late ones change what was filtered after them
     for (std::size_t j = settled; j <= k; ++j) advance(by, j, now);
     const auto chaser = pose_at(data.odometry, now);
     if (!chaser || !by.started()) continue;
@@ -118,7 +129,6 @@ NewestStates filtered_states(const Scenario& scenario, const TrackingOptions& op
     auto& ahead = newest.ahead.emplace_back();
     for (std::size_t i = 0; i < kAhead.size(); ++i) ahead[i] = chaser->inverse().act(by.position(kAhead[i]));
   }
-  newest.updates = newest.converged = static_cast<int>(newest.keyframes.size());
   return newest;
 }
 
@@ -130,13 +140,7 @@ std::vector<KeyframeError> newest_errors(const Scenario& scenario, const Trackin
       by.kind == NewestBy::Kind::kalman
           ? filtered_states(scenario, options, ConstantVelocityFilter(by.acceleration, by.velocity_time))
           : newest_states(scenario, options, settings.window, by.kind == NewestBy::Kind::hypotheses, stop);
-  result.set("keyframes", double(newest.keyframes.size()));
-  result.set("iterations", newest.iterations);
-  result.set("solve_s", newest.seconds);
-  result.status = name(stop && *stop ? Status::interrupted : Status::converged);
-  if (newest.converged < newest.updates)
-    result.message =
-        fmt::format("{} of {} updates did not converge", newest.updates - newest.converged, newest.updates);
+  add_updates(newest.sums, newest.keyframes.size(), stop && *stop, result);
   for (std::size_t i = 0; i < kAhead.size(); ++i) {
     Moments errors;
     for (std::size_t k = 0; k < newest.keyframes.size(); ++k) {
@@ -146,7 +150,7 @@ std::vector<KeyframeError> newest_errors(const Scenario& scenario, const Trackin
       if (from && there && newest.ahead[k][i])
         errors.add((*newest.ahead[k][i] - from->inverse().act(there->translation())).norm());
     }
-    if (const auto spread = errors.spread()) result.set(ahead_metric(kAhead[i]), spread->mean);
+    result.set_mean(ahead_metric(kAhead[i]), errors);
   }
   return keyframe_errors(scenario, newest.keyframes, newest.chaser, newest.target);
 }

@@ -50,7 +50,6 @@ TEST(NoAllocation, EvaluationAsksTheHeapForNothing) {
     program.constraints(c);
     sum += program.violation(c).size;
     program.constraint_jacobian(J);
-    program.add_constraint_hessian(weights, H);
     program.linearize_constraints(c, J);
     program.add_constraint_hessian(weights, J, H);
     sum += program.stiffness(delta, weights).along;

@@ -3,9 +3,9 @@
 
 #include <tandem/studies/scenario/scenario.hpp>
 #include <tandem/studies/simulation/simulate_dive_files.hpp>
-#include <tandem/studies/study/study_statistics.hpp>
 #include <tandem/studies/study/trial.hpp>
 #include <tandem/studies/study/trial_dive.hpp>
+#include <tandem/studies/support/statistics.hpp>
 
 #include "studies/scratch.hpp"
 

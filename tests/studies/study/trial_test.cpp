@@ -5,9 +5,9 @@
 
 #include <tandem/studies/scenario/scenario.hpp>
 #include <tandem/studies/simulation/simulate_docking_files.hpp>
-#include <tandem/studies/study/study_statistics.hpp>
 #include <tandem/studies/study/trial.hpp>
 #include <tandem/studies/study/trial_online.hpp>
+#include <tandem/studies/support/statistics.hpp>
 
 #include "small_study.hpp"
 #include "studies/scratch.hpp"

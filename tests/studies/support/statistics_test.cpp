@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <tandem/studies/study/study_statistics.hpp>
+#include <tandem/studies/support/statistics.hpp>
 
 namespace tandem {
 namespace {

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numbers>
 
-#include <tandem/studies/study/study_statistics.hpp>
+#include <tandem/studies/support/statistics.hpp>
 
 namespace tandem {
 namespace {
