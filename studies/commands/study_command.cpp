@@ -200,6 +200,24 @@ int show_study(const StudyRequest& request) {
   return kDone;
 }
 
+/// That estimates a trial's folder as the study did.
+std::string command_of_trial(const Study& study, const TrialPlace& place, const TrialSettings& settings,
+                             const std::string& folder) {
+  std::string options;
+  const auto add = [&](const std::string& option) { options += " " + option; };
+  if (settings.loss.kind != Loss::Kind::none) add("--loss " + loss_text(settings.loss));
+  if (settings.own.without) add("--without " + *settings.own.without);
+  if (settings.own.dvl_scale) add("--dvl-scale");
+  if (settings.own.preintegrated) add("--preintegrated-dvl");
+  if (settings.window > 0) return fmt::format("track {} --window {:g}{}", folder, settings.window, options);
+  if (!study.has_target()) return fmt::format("navigate {}{}", folder, options);
+  if (!settings.level) add("--roll-pitch off");
+  if (settings.junction == Junction::direct) add("--junction direct");
+  if (settings.max_keyframes > 0) add(fmt::format("--max-keyframes {:g}", settings.max_keyframes));
+  if (const std::string& solver = study.solvers[place.solver]; solver != Study::kAutomatic) add("--solver " + solver);
+  return fmt::format("models {} --models '{}'{}", folder, study.models[place.model], options);
+}
+
 int write_trial(const StudyRequest& request) {
   const std::string& of = request.paths[0];
   const Study study = StudyDatabase::is_in(of) ? StudyDatabase::read(of).study() : read_study(study_file(of));
@@ -218,13 +236,9 @@ int write_trial(const StudyRequest& request) {
       write_docking(trial_docking(settings), settings.docking, fresh);
   });
   if (request.quiet) return kDone;
-  const std::string see = study.has_target()
-                              ? fmt::format("models {} --models '{}'", request.out, study.models[place.model])
-                              : fmt::format("navigate {}{}", request.out,
-                                            settings.own.without ? " --without " + *settings.own.without : "");
   fmt::print("{}{}\nWritten to {}; see tandem {}\n", study.cell_text(place),
              study.cell_text(place).empty() ? study.models[place.model] : ", " + study.models[place.model], request.out,
-             see);
+             command_of_trial(study, place, settings, request.out));
   return kDone;
 }
 

@@ -6,6 +6,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/estimation/estimate_files.hpp>
+#include <tandem/studies/navigation/navigation_files.hpp>
 #include <tandem/studies/report/html_page.hpp>
 #include <tandem/studies/report/plot_parts.hpp>
 #include <tandem/studies/report/plotly_library.hpp>
@@ -15,6 +16,7 @@
 #include <tandem/studies/study/study_database.hpp>
 #include <tandem/studies/study/study_report.hpp>
 #include <tandem/studies/study/trial.hpp>
+#include <tandem/studies/study/trial_dive.hpp>
 
 namespace tandem {
 namespace {
@@ -34,10 +36,15 @@ std::string run_page(const std::filesystem::path& folder) {
   page.paragraph(what);
   if (!run.table.empty()) {
     page.heading("Errors");
-    page.paragraph(
-        "Of the target relative to the chaser, mean ± standard deviation over keyframes, by what was "
-        "measured there; raw: of the measurement itself.");
-    page.table({"keyframes", "n", "position [m]", "orientation [°]", "raw position [m]"}, run.table);
+    if (run.has_target()) {
+      page.paragraph(
+          "Of the target relative to the chaser, mean ± standard deviation over keyframes, by what was "
+          "measured there; raw: of the measurement itself.");
+      page.table({"keyframes", "n", "position [m]", "orientation [°]", "raw position [m]"}, run.table);
+    } else {
+      page.paragraph("Of the chaser, mean over keyframes.");
+      page.table({"keyframes", "n", "position [m]", "orientation [°]"}, run.table);
+    }
   }
   page.heading("Figures");
   add_run(run, page);
@@ -64,7 +71,22 @@ class PassingFolder {
   std::filesystem::path path_;
 };
 
+RunRecord run_of_dive(const Study& study, std::size_t trial) {
+  const TrialSettings settings = study.settings(study.place(trial));
+  NavigationOptions options = dive_navigation(study, settings, nullptr);
+  options.covariance = true;
+  NavigationStudy of;
+  of.scenario = dive_scenario(trial_dive(settings), settings.own);
+  of.options = options.ego;
+  of.navigation = navigate(*of.scenario.navigation, options);
+  of.comparison = compare_with_truth(of.navigation, of.scenario);
+  const PassingFolder folder;
+  write_navigation(of, folder.path());
+  return read_run(folder.path());
+}
+
 RunRecord run_of_trial(const Study& study, std::size_t trial) {
+  if (!study.has_target()) return run_of_dive(study, trial);
   const TrialProblem problem = trial_problem(study, trial);
   const Estimate estimated = estimate(problem.scenario, problem.options, problem.solver, problem.settings.graduated);
   const PassingFolder folder;
@@ -199,9 +221,12 @@ void add_worst(const Study& study, const std::vector<TrialResult>& results,
   for (std::size_t i = 0; i < std::min(kWorst, sorted.size()); ++i)
     rows.push_back({fmt::format("{}", sorted[i]->trial), fmt::format("{:.3f}", *sorted[i]->get(rank_metric(study))),
                     place_of(study, sorted[i]->trial)});
-  page.table({"trial", "mean error [m]", "what"}, rows);
-  page.paragraph("Each can be had as a scenario folder, to be estimated again:");
-  page.code("tandem study trial FOLDER-OF-THE-STUDY NUMBER --out trial");
+  const bool rendezvous = study.settings(study.place(0)).rendezvous.has_value();
+  page.table({"trial", rendezvous ? "least distance from the docked position [m]" : "mean error [m]", "what"}, rows);
+  if (!rendezvous) {
+    page.paragraph("Each can be had as a scenario folder, to be estimated again:");
+    page.code("tandem study trial FOLDER-OF-THE-STUDY NUMBER --out trial");
+  }
   rows.clear();
   std::size_t failures = 0;
   for (const TrialResult& result : results)
@@ -231,8 +256,8 @@ std::string study_page(const std::filesystem::path& folder) {
   if (sorted.empty()) return page.text(plotly_library());
   const std::size_t middle = sorted[sorted.size() / 2]->trial;
   const TrialSettings settings = study.settings(study.place(middle));
-  if (study.has_target() && !settings.rendezvous && settings.window == 0) {
-    add_convergence(study, middle, page);
+  if (!settings.rendezvous && settings.window == 0) {
+    if (study.has_target()) add_convergence(study, middle, page);
     for (const auto& [name, trial] : {std::pair{"middle", middle}, {"worst", sorted.front()->trial}}) {
       page.heading(fmt::format("The trial with the {} error: {}", name, trial));
       page.paragraph(place_of(study, trial));
@@ -250,7 +275,8 @@ std::string report_page(const std::filesystem::path& folder) {
   if (StudyDatabase::is_in(folder)) return study_page(folder);
   if (is_run(folder)) return run_page(folder);
   throw Error(
-      fmt::format("{} is neither a study's folder nor one that tandem estimate --out has written", folder.string()));
+      fmt::format("{} is neither a study's folder nor one that tandem estimate, navigate or track --out has written",
+                  folder.string()));
 }
 
 }  // namespace tandem

@@ -75,7 +75,7 @@ HtmlFigure figure_from_above(const RunRecord& run) {
     trace["line"]["dash"] = p.dash;
     traces.push_back(std::move(trace));
   }
-  for (const char* type : {"usbl", "optical"}) {
+  for (const char* type : {"usbl", "optical", "gps"}) {
     std::vector<double> x, y;
     for (std::size_t i = 0; i < run.fix_types.size(); ++i)
       if (run.fix_types[i] == type) {
@@ -85,13 +85,16 @@ HtmlFigure figure_from_above(const RunRecord& run) {
     if (x.empty()) continue;
     Json trace = plot::line(fmt::format("{} measurements", type), x, y, plot::kGrey);
     trace["mode"] = "markers";
-    trace["marker"] = {{"size", 4}, {"color", type[0] == 'u' ? plot::kGrey : plot::colour(2)}, {"opacity", 0.6}};
+    trace["marker"] = {{"size", 4}, {"color", type[0] == 'o' ? plot::colour(2) : plot::kGrey}, {"opacity", 0.6}};
     traces.push_back(std::move(trace));
   }
   Json layout = plot::layout("x [m]", "y [m]");
   layout["yaxis"]["scaleanchor"] = "x";
-  return {"From above", "Measurements are placed where the estimated chaser would have seen the target.", traces,
-          layout, 520};
+  return {"From above",
+          run.has_target() && !run.fix_types.empty()
+              ? "Measurements are placed where the estimated chaser would have seen the target."
+              : "",
+          traces, layout, 520};
 }
 
 /// Strips at the foot of a figure: when each sensor measured something.
@@ -114,6 +117,16 @@ void add_strips(const RunRecord& run, Json& traces, const std::string& axis) {
   }
 }
 
+/// What 99 of 100 are below, and a little more.
+double most_errors(std::vector<double> errors) {
+  std::erase_if(errors, [](double e) { return !std::isfinite(e); });
+  if (errors.empty()) return 0;
+  for (double& e : errors) e = std::abs(e);
+  const auto most = errors.begin() + std::ptrdiff_t(errors.size() * 99 / 100);
+  std::nth_element(errors.begin(), most, errors.end());
+  return 1.1 * *most;
+}
+
 HtmlFigure figure_of_errors(const RunRecord& run) {
   Json traces = Json::array();
   Json layout = plot::layout("t [s]", "");
@@ -134,7 +147,7 @@ HtmlFigure figure_of_errors(const RunRecord& run) {
     y["domain"] = {foot + double(2 - i) * height + 0.02, foot + double(3 - i) * height};
     if (!sigmas.empty()) {  // a few huge bounds, before anything is seen, would flatten all others
       std::nth_element(sigmas.begin(), sigmas.begin() + std::ptrdiff_t(sigmas.size() * 95 / 100), sigmas.end());
-      const double most = 1.5 * sigmas[sigmas.size() * 95 / 100];
+      const double most = std::max(1.5 * sigmas[sigmas.size() * 95 / 100], most_errors(run.error[i]));
       y["range"] = {-most, most};
     }
     layout[i == 0 ? "yaxis" : fmt::format("yaxis{}", i + 1)] = std::move(y);
@@ -146,11 +159,29 @@ HtmlFigure figure_of_errors(const RunRecord& run) {
         {"domain", {0, foot - 0.02}}, {"range", {-0.7, 1.7}}, {"tickvals", {0, 1}}, {"ticktext", {"usbl", "optical"}},
         {"showgrid", false},          {"zeroline", false},    {"automargin", true}};
   }
+  if (!run.has_target())
+    return {"Errors of the position over time",
+            "Estimate minus truth along the world's axes, in the ±3 σ of its covariance (shaded).", traces, layout,
+            600};
   return {
       "Errors of the relative position over time",
       "Estimate minus truth along the chaser's axes, in the ±3 σ of its covariance (shaded); at the foot, when each "
       "sensor measured.",
       traces, layout, 640};
+}
+
+HtmlFigure figure_of_innovations(const RunRecord& run) {
+  Json traces = Json::array();
+  for (std::size_t i = 0; i < run.innovations.size(); ++i) {
+    const RunRecord::Innovations& of = run.innovations[i];
+    Json trace = plot::line(html_escaped(of.sensor), of.t, of.sigmas, plot::colour(i));
+    trace["mode"] = "markers";
+    trace["marker"] = {{"size", 4}, {"color", plot::colour(i)}};
+    traces.push_back(std::move(trace));
+  }
+  return {"Innovations",
+          "How far each measurement was from what the track foretold, in standard deviations: what the gate goes by.",
+          traces, plot::layout("t [s]", "σ"), 320};
 }
 
 HtmlFigure figure_of_shares(const RunRecord& run) {
@@ -179,6 +210,7 @@ std::vector<HtmlFigure> run_figures(const RunRecord& run) {
   std::vector<HtmlFigure> figures = {figure_in_space(run), figure_from_above(run)};
   if (any_finite(run.error[0])) figures.push_back(figure_of_errors(run));
   if (any_finite(run.position_error) && !run.types.empty()) figures.push_back(figure_of_shares(run));
+  if (!run.innovations.empty()) figures.push_back(figure_of_innovations(run));
   return figures;
 }
 

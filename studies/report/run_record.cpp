@@ -39,6 +39,7 @@ class CsvColumns {
       cells.push_back(rows_[i][std::size_t(column - names_.begin())]);
     return cells;
   }
+  const std::vector<std::string>& names() const { return names_; }
   std::vector<double> numbers(const std::string& name) const {
     std::vector<double> values;
     for (const std::string& cell : texts(name)) values.push_back(parse_number(cell).value_or(kNone));
@@ -56,7 +57,7 @@ class CsvColumns {
   std::size_t step_ = 1;
 };
 
-RunRecord::Path read_truth_path(const std::filesystem::path& file) {
+RunRecord::Path read_path(const std::filesystem::path& file) {
   RunRecord::Path path;
   std::ifstream stream(file);
   std::vector<std::vector<double>> rows;
@@ -76,6 +77,26 @@ RunRecord::Path read_truth_path(const std::filesystem::path& file) {
   return path;
 }
 
+/// Of each sensor, those of updates at which there is another than before.
+std::vector<RunRecord::Innovations> read_innovations(const std::filesystem::path& file) {
+  constexpr std::string_view kSigmas = "_sigmas";
+  const CsvColumns track(file);
+  const std::vector<double> t = track.numbers("t");
+  std::vector<RunRecord::Innovations> all;
+  for (const std::string& name : track.names()) {
+    if (!name.ends_with(kSigmas)) continue;
+    RunRecord::Innovations& of = all.emplace_back();
+    of.sensor = name.substr(0, name.size() - kSigmas.size());
+    const std::vector<double> sigmas = track.numbers(name);
+    for (std::size_t i = 0; i < sigmas.size(); ++i) {
+      if (!std::isfinite(sigmas[i]) || (i > 0 && sigmas[i] == sigmas[i - 1])) continue;
+      of.t.push_back(t[i]);
+      of.sigmas.push_back(sigmas[i]);
+    }
+  }
+  return all;
+}
+
 void shift(std::vector<double>& t, double by) {
   for (double& value : t) value -= by;
 }
@@ -83,7 +104,8 @@ void shift(std::vector<double>& t, double by) {
 std::string spread_of(const nlohmann::json& of, const std::string& key, const std::string& unit) {
   const std::string mean = key + "_mean_" + unit, std = key + "_std_" + unit;
   if (!of.contains(mean)) return "–";
-  return fmt::format("{:.3f} ± {:.3f}", of[mean].get<double>(), of.value(std, 0.0));
+  const std::string text = fmt::format("{:.3f}", of[mean].get<double>());
+  return of.contains(std) ? fmt::format("{} ± {:.3f}", text, of[std].get<double>()) : text;
 }
 
 void read_summary(const std::filesystem::path& file, RunRecord& run) try {
@@ -109,7 +131,7 @@ void read_summary(const std::filesystem::path& file, RunRecord& run) try {
 }  // namespace
 
 bool is_run(const std::filesystem::path& folder) {
-  for (const char* file : {"summary.json", "chaser_full.csv", "errors.csv"})
+  for (const char* file : {"summary.json", "chaser.tum", "errors.csv"})
     if (!std::filesystem::exists(folder / file)) return false;
   return true;
 }
@@ -117,22 +139,33 @@ bool is_run(const std::filesystem::path& folder) {
 RunRecord read_run(const std::filesystem::path& folder) {
   RunRecord run;
   read_summary(folder / "summary.json", run);
-  run.chaser = CsvColumns(folder / "chaser_full.csv").path();
-  if (std::filesystem::exists(folder / "target_full.csv")) run.target = CsvColumns(folder / "target_full.csv").path();
-  if (std::filesystem::exists(folder / "chaser_truth.tum"))
-    run.chaser_truth = read_truth_path(folder / "chaser_truth.tum");
-  if (std::filesystem::exists(folder / "target_truth.tum"))
-    run.target_truth = read_truth_path(folder / "target_truth.tum");
+  for (const auto& [name, path] : {std::pair{"chaser", &run.chaser},
+                                   {"target", &run.target},
+                                   {"chaser_truth", &run.chaser_truth},
+                                   {"target_truth", &run.target_truth}}) {
+    const auto tum = folder / fmt::format("{}.tum", name), full = folder / fmt::format("{}_full.csv", name);
+    if (std::filesystem::exists(full))  // points, too
+      *path = CsvColumns(full).path();
+    else if (std::filesystem::exists(tum))
+      *path = read_path(tum);
+  }
   if (std::filesystem::exists(folder / "target_fixes.csv")) {
     const CsvColumns fixes(folder / "target_fixes.csv");
     run.fixes = fixes.path("_m");
     run.fix_types = fixes.texts("type");
+  } else if (std::filesystem::exists(folder / "chaser_fixes.csv")) {
+    run.fixes = CsvColumns(folder / "chaser_fixes.csv").path("_m");
+    run.fix_types.assign(run.fixes.t.size(), "gps");
   }
+  if (std::filesystem::exists(folder / "track.csv")) run.innovations = read_innovations(folder / "track.csv");
   const CsvColumns errors(folder / "errors.csv");
   run.t = errors.numbers("t");
   run.position_error = errors.numbers("position_error_m");
   run.orientation_error = errors.numbers("orientation_error_deg");
-  if (!run.target.t.empty()) run.types = errors.texts("type");
+  if (run.has_target())
+    run.types = errors.texts("type");
+  else  // nothing measures an error of the chaser's by itself
+    for (std::vector<std::string>& row : run.table) row.pop_back();
   for (std::size_t i = 0; i < 3; ++i) {
     const char axis = "xyz"[i];
     run.error[i] = errors.numbers(fmt::format("error_{}_m", axis));
@@ -142,6 +175,7 @@ RunRecord read_run(const std::filesystem::path& folder) {
   for (std::vector<double>* t :
        {&run.t, &run.chaser.t, &run.target.t, &run.chaser_truth.t, &run.target_truth.t, &run.fixes.t})
     shift(*t, begin);
+  for (RunRecord::Innovations& of : run.innovations) shift(of.t, begin);
   return run;
 }
 

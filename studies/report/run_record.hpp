@@ -14,15 +14,22 @@ struct RunRecord {
     std::vector<double> t, x, y, z;  ///< s, m
   };
   Path chaser, target, chaser_truth, target_truth, fixes;
-  std::vector<std::string> fix_types;                     ///< usbl or optical, one each a fix
+  std::vector<std::string> fix_types;                     ///< usbl, optical or gps, one each a fix
   std::vector<double> t;                                  ///< of errors
   std::vector<std::string> types;                         ///< of keyframes
   std::vector<double> position_error, orientation_error;  ///< m, deg; nan where there is none
-  std::vector<double> error[3], three_sigma[3];           ///< m, along the chaser's axes
+  std::vector<double> error[3], three_sigma[3];           ///< m, along the chaser's axes; without a target the world's
   std::vector<std::vector<std::string>> table;            ///< errors by type: of summary.json
+  struct Innovations {                                    ///< of a sensor of `tandem track`
+    std::string sensor;
+    std::vector<double> t, sigmas;
+  };
+  std::vector<Innovations> innovations;
+
+  bool has_target() const { return !target.t.empty(); }
 };
 
-/// Whether the folder is one of `tandem estimate`, or of another command that writes summary.json and errors.csv.
+/// Whether the folder is one of `tandem estimate`, `navigate` or `track`.
 bool is_run(const std::filesystem::path& folder);
 /// Throws Error, naming the file, where one is missing or malformed.
 RunRecord read_run(const std::filesystem::path& folder);

@@ -13,7 +13,6 @@ namespace tandem {
 namespace {
 
 constexpr double kMostTrials = 1e7;
-const char* const kAutomatic = "automatic";
 
 /// SplitMix64's finalizer and increment. Steele, Lea & Flood 2014, "Fast splittable pseudorandom number generators".
 constexpr std::uint64_t kGamma = 0x9e3779b97f4a7c15u;
@@ -160,7 +159,7 @@ NamedModel Study::model(const TrialPlace& place) const { return parse_model_spec
 
 Solver Study::solver(const TrialPlace& place) const {
   const std::string& named = solvers[place.solver];
-  Solver solver = named == kAutomatic ? solver_for(model(place)) : parse_solver("solvers", named);
+  Solver solver = named == Study::kAutomatic ? solver_for(model(place)) : parse_solver("solvers", named);
   if (time_limit > 0) common(solver).time_limit = time_limit;
   return solver;
 }
@@ -185,7 +184,7 @@ Study parse_study(const std::string& text, const std::filesystem::path& file) {
   if (yaml.has("simulation")) study.simulation = parse_simulation(yaml);
   if (yaml.has("parameters")) study.axes = read_axes(yaml.section("parameters"), study.simulation);
   study.models = {Study::kOwnSensors};
-  study.solvers = {kAutomatic};
+  study.solvers = {Study::kAutomatic};
   if (!study.has_target()) {
     for (const char* key : {"models", "solvers"})
       if (yaml.has(key)) yaml.fail(key, fmt::format("{} are of a target, and this dive has none: leave it out", key));
@@ -197,7 +196,7 @@ Study parse_study(const std::string& text, const std::filesystem::path& file) {
   }
   if (yaml.has("solvers"))
     study.solvers = values_of(yaml, "solvers", [](const std::string& solver) {
-      if (solver != kAutomatic) parse_solver("solvers", solver);
+      if (solver != Study::kAutomatic) parse_solver("solvers", solver);
       return solver;
     });
   study.seeds = whole(yaml, "seeds");

@@ -55,6 +55,7 @@ struct Study {
   double time_limit = 0;  ///< s; 0: none
 
   static constexpr const char* kOwnSensors = "own-sensors";  ///< what stands for a model without a target
+  static constexpr const char* kAutomatic = "automatic";     ///< the solver that suits the model
 
   bool has_target() const;
   std::size_t cells() const;  ///< combinations of values

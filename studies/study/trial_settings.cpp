@@ -12,17 +12,6 @@
 namespace tandem {
 namespace {
 
-std::string loss_text(const Loss& loss) {
-  using Kind = Loss::Kind;
-  for (const auto& [kind, name] : {std::pair{Kind::huber, "huber"},
-                                   {Kind::cauchy, "cauchy"},
-                                   {Kind::geman_mcclure, "geman-mcclure"},
-                                   {Kind::tukey, "tukey"},
-                                   {Kind::student_t, "student-t"}})
-    if (loss.kind == kind) return fmt::format("{}:{}", name, loss.scale);
-  return "none";
-}
-
 NewestBy parse_newest(const std::string& where, const std::string& text) {
   using Kind = NewestBy::Kind;
   if (text == "window") return {Kind::window};

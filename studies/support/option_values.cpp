@@ -27,6 +27,14 @@ T choose(const std::string& option, const std::string& text, const std::vector<C
   throw Error(fmt::format("{} is {}, not {}{}", option, listed(names, "or"), quote(text), did_you_mean(text, names)));
 }
 
+const std::vector<Choice<Loss::Kind>>& losses() {
+  using Kind = Loss::Kind;
+  static const std::vector<Choice<Kind>> all = {{"none", Kind::none},     {"huber", Kind::huber},
+                                                {"cauchy", Kind::cauchy}, {"geman-mcclure", Kind::geman_mcclure},
+                                                {"tukey", Kind::tukey},   {"student-t", Kind::student_t}};
+  return all;
+}
+
 double parse_number(const std::string& option, std::string_view text) {
   const auto value = tandem::parse_number(text);
   if (!value || std::isnan(*value)) throw Error(fmt::format("{}: {} is not a number", option, quote(text)));
@@ -102,18 +110,18 @@ Bounds<1> parse_interval(const std::string& option, const std::string& text) {
 Loss parse_loss(const std::string& option, const std::string& text) {
   const std::size_t colon = text.find(':');
   Loss loss;
-  loss.kind = choose<Loss::Kind>(option, text.substr(0, colon),
-                                 {{"none", Loss::Kind::none},
-                                  {"huber", Loss::Kind::huber},
-                                  {"cauchy", Loss::Kind::cauchy},
-                                  {"geman-mcclure", Loss::Kind::geman_mcclure},
-                                  {"tukey", Loss::Kind::tukey},
-                                  {"student-t", Loss::Kind::student_t}});
+  loss.kind = choose<Loss::Kind>(option, text.substr(0, colon), losses());
   if (colon == std::string::npos) return loss;
   loss.scale = parse_number(option, std::string_view(text).substr(colon + 1));
   if (!std::isfinite(loss.scale) || loss.scale <= 0.0)
     throw Error(fmt::format("{}: the scale {} must be above zero and finite", option, loss.scale));
   return loss;
+}
+
+std::string loss_text(const Loss& loss) {
+  const auto named =
+      std::find_if(losses().begin(), losses().end(), [&](const auto& of) { return of.value == loss.kind; });
+  return loss.kind == Loss::Kind::none ? named->name : fmt::format("{}:{}", named->name, loss.scale);
 }
 
 Solver parse_solver(const std::string& option, const std::string& text) {

@@ -28,6 +28,7 @@ std::optional<PlotFormat> parse_plots(const std::string& option,
 Bounds<1> parse_interval(const std::string& option,
                          const std::string& text);                    ///< MIN,MAX or MIN; inf is a bound
 Loss parse_loss(const std::string& option, const std::string& text);  ///< NAME or NAME:SCALE
+std::string loss_text(const Loss& loss);                              ///< as parse_loss() takes it
 Solver parse_solver(const std::string& option,
                     const std::string& text);  ///< gauss-newton, augmented-lagrangian, ipopt or nlopt:ALGORITHM
 

@@ -97,7 +97,8 @@ TEST(ReportCommand, OfADive) {
   const std::string page = read_file(out + "/report.html");
   EXPECT_THAT(page, HasSubstr("Simulated dives"));
   EXPECT_THAT(page, HasSubstr("The worst trials"));
-  expect_figures(page, {"Errors of the chaser's position", "Distribution over trials", "Consistency"});
+  expect_figures(page, {"Errors of the chaser's position", "Distribution over trials", "Consistency", "From above",
+                        "Errors of the position over time"});
 }
 
 TEST(ReportCommand, OfARun) {
@@ -116,17 +117,45 @@ TEST(ReportCommand, OfARun) {
   if (there_is_a_browser()) expect_opens(page, scratch);
 }
 
+TEST(ReportCommand, OfATrack) {
+  const ScratchFolder scratch;
+  const std::string out = scratch.path() / "out";
+  ASSERT_EQ(run_tandem({"track", "docking_a", "--plots", "off", "--quiet", "--out", out}).status, 0);
+  const Outcome run = run_tandem({"report", out});
+  TANDEM_NEEDS(!library_is_missing(run), "plotly.js", "reports");
+  ASSERT_EQ(run.status, 0) << run.errors;
+  expect_figures(read_file(out + "/report.html"),
+                 {"Trajectories in space", "From above", "Errors of the relative position over time",
+                  "Distribution of errors", "Innovations"});
+}
+
+TEST(ReportCommand, OfADiveThatWasNavigated) {
+  const ScratchFolder scratch;
+  const std::string dive = scratch.path() / "dive", out = scratch.path() / "out";
+  ASSERT_EQ(run_tandem({"simulate", "dive", "--minutes", "1", "--out", dive}).status, 0);
+  ASSERT_EQ(run_tandem({"navigate", dive, "--plots", "off", "--quiet", "--out", out}).status, 0);
+  const Outcome run = run_tandem({"report", out});
+  TANDEM_NEEDS(!library_is_missing(run), "plotly.js", "reports");
+  ASSERT_EQ(run.status, 0) << run.errors;
+  const std::string page = read_file(out + "/report.html");
+  expect_figures(page, {"Trajectories in space", "From above", "Errors of the position over time"});
+  EXPECT_THAT(page, HasSubstr("Of the chaser, mean over keyframes"));
+  EXPECT_THAT(page, testing::Not(HasSubstr("relative to the chaser")));
+}
+
 TEST(ReportCommand, WhatIsWrongIsOneSentence) {
   const ScratchFolder scratch;
   EXPECT_THAT(refusal_as_given({"report", "no_such_folder"}), HasSubstr("no_such_folder is not a folder"));
   EXPECT_THAT(refusal_as_given({"report", scratch.path()}), HasSubstr("is neither a study's folder nor one that"));
   scratch.write("summary.json", "{");
+  scratch.write("chaser.tum", "");
   scratch.write("chaser_full.csv", "t,x\n");
   scratch.write("errors.csv", "t\n");
   EXPECT_THAT(refusal_as_given({"report", scratch.path()}), HasSubstr("summary.json is not as tandem writes it"));
   scratch.write("summary.json", "{}");
   EXPECT_THAT(refusal_as_given({"report", scratch.path()}), HasSubstr("chaser_full.csv has no column y"));
-  EXPECT_THAT(files(scratch.path()), testing::UnorderedElementsAre("summary.json", "chaser_full.csv", "errors.csv"));
+  EXPECT_THAT(files(scratch.path()),
+              testing::UnorderedElementsAre("summary.json", "chaser.tum", "chaser_full.csv", "errors.csv"));
 }
 
 }  // namespace

@@ -53,6 +53,7 @@ TEST(StudyCommand, RunsExportsAndShows) {
   const Outcome again = run_tandem({"study", "trial", out, "39", "--out", trial});
   ASSERT_EQ(again.status, 0) << again.errors;
   EXPECT_THAT(again.output, HasSubstr("gap=10, mode-b"));
+  EXPECT_THAT(again.output, HasSubstr("; see tandem models " + trial + " --models 'mode-b'\n"));
   EXPECT_EQ(run_tandem({"models", trial, "--models", "mode-b", "--quiet"}).status, 0);
 }
 
@@ -203,9 +204,10 @@ TEST(StudyCommand, RunsRendezvous) {
 /// A dive without a target and with one: run, resumed, shown, exported, and a trial of it as a folder that navigates.
 TEST(StudyCommand, RunsDives) {
   const ScratchFolder scratch;
-  const std::string alone = scratch.write("alone.yaml",
-                                          "name: alone\nsimulation: dive\nparameters: {minutes: 1, grade: [mems, "
-                                          "tactical]}\nseeds: 3\n");
+  const std::string alone =
+      scratch.write("alone.yaml",
+                    "name: alone\nsimulation: dive\nparameters: {minutes: 1, estimate_dvl_scale: 1, loss: huber:3, "
+                    "grade: [mems, tactical]}\nseeds: 3\n");
   const std::string out = scratch.path() / "out", threads = scratch.path() / "threads";
   const Outcome run = run_tandem({"study", "run", alone, "--out", out, "--threads", "1"});
   ASSERT_EQ(run.status, 0) << run.errors;
@@ -215,8 +217,8 @@ TEST(StudyCommand, RunsDives) {
   ASSERT_EQ(run_tandem({"study", "run", alone, "--out", threads, "--threads", "3", "--quiet"}).status, 0);
   EXPECT_EQ(all_tables(threads), all_tables(out));
   const Outcome trial = run_tandem({"study", "trial", out, "1", "--out", scratch.path() / "trial"});
-  EXPECT_THAT(trial.output, HasSubstr("see tandem navigate"));
-  EXPECT_EQ(run_tandem({"navigate", scratch.path() / "trial"}).status, 0);
+  EXPECT_THAT(trial.output, ContainsRegex("see tandem navigate .*/trial --loss huber:3 --dvl-scale\n"));
+  EXPECT_EQ(run_tandem({"navigate", scratch.path() / "trial", "--loss", "huber:3", "--dvl-scale"}).status, 0);
 
   const std::string joint = scratch.write("joint.yaml",
                                           "name: joint\nsimulation: dive\nparameters: {minutes: 1, target: 1}\n"
