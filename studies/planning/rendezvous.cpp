@@ -289,10 +289,8 @@ class Simulation {
     };
     const TargetPrediction prediction = predicted({});
     if (!(options_.chance > 0)) return prediction;
-    std::vector<SE3> chaser;
-    for (const VehicleState<N>& s : planner().guess(state, current_estimate_, prediction).states)
-      chaser.push_back(s.pose);
-    return predicted(expected_fixes(expected_sensors(data_), 1.0, chaser, prediction.pose));
+    const Plan<N> along = planner().guess(state, current_estimate_, prediction);
+    return predicted(expected_fixes(expected_sensors(data_), 1.0, along.states, prediction.pose));
   }
 
   PlanResult<N> plan(const VehicleState<N>& state, const TargetBelief& target) {

@@ -57,14 +57,15 @@ SpaceLine keep_out_rings(const RendezvousStep& step, double radius) {
   return line;
 }
 
-std::array<double, 3> extent_of(const std::array<const SpaceLine*, 2>& lines) {
+/// Each side is at least `least`, for what goes along with the lines.
+std::array<double, 3> extent_of(const std::array<const SpaceLine*, 2>& lines, double least) {
   std::array<double, 3> extent;
   for (std::size_t i = 0; i < 3; ++i) {
     double low = HUGE_VAL, high = -HUGE_VAL;
     for (const SpaceLine* line : lines)
       for (const double v : i == 0 ? line->x : i == 1 ? line->y : line->z)
         low = std::min(low, v), high = std::max(high, v);
-    extent[i] = high - low;
+    extent[i] = std::max(high - low, least);
   }
   return extent;
 }
@@ -154,7 +155,7 @@ HtmlFigure figure_of_manoeuvre(const std::string& method, const RendezvousRun& r
                      {"yaxis", axis("y")},
                      {"zaxis", axis("z")},
                      {"aspectmode", "data"},
-                     {"camera", plot::camera(extent_of({&chaser, &target}))}};
+                     {"camera", plot::camera(extent_of({&chaser, &target}, 2.0 * std::max(keep_out, kHalfLength)))}};
   layout["legend"] = {{"x", 1}, {"xanchor", "right"}, {"y", 1}};
   add_controls(run, layout);
   HtmlFigure figure(
