@@ -12,6 +12,7 @@ constexpr int kMostActiveSets = 10;    // tried for one step; two or three are u
 constexpr double kUsualPenalty = 1e4;  // grown to while steps are good: more makes the model ill-conditioned
 constexpr double kMostPenalty = 1e10;  // grown to while the constraints do not come closer; √ of what doubles hold
 constexpr double kPenaltyGrowth = 10;
+constexpr double kSoftest = 1e-8;     // of the stiffest unknown
 constexpr int kMostRelaxations = 20;  // of the weights, after which they only grow
 constexpr int kStalledSteps = 3;      // with hardly less violation, before the penalty grows
 constexpr int kHopelessSteps = 15;    // and before the constraints are given up
@@ -38,6 +39,11 @@ void AugmentedModel::restart(double penalty) {
   secant_.clear();
   curvature_.resize(0);
   next_multipliers_.setZero();
+}
+
+void AugmentedModel::drop_multipliers() {
+  next_multipliers_.setZero();
+  term_.set_multipliers(next_multipliers_);
 }
 
 void AugmentedModel::add_curvature() {
@@ -167,6 +173,20 @@ void AugmentedModel::learn() {
   if (exact_) return;
   lagrangian_gradient(total_);
   secant_.add(step_, last_lagrangian_, total_);
+}
+
+/// An unknown that the cost does not curve is taken to be as soft as the softest one that it does, so that it is damped,
+/// and what the constraints do to it counts; none is infinitely so.
+void AugmentedModel::find_scale() {
+  SoftModel::find_scale();
+  const double stiffest = scale_.maxCoeff();
+  if (all_curved_ || !(stiffest > 0)) return;
+  double softest = stiffest;
+  for (const double s : scale_)
+    if (s > 0) softest = std::min(softest, s);
+  softest = std::max(softest, kSoftest * stiffest);
+  for (double& s : scale_)
+    if (!(s > 0)) s = softest;
 }
 
 void AugmentedModel::arrive() {

@@ -20,6 +20,19 @@ class AugmentedModel final : public SoftModel {
   /// From now on the Hessian is Gauss-Newton's and, besides, what that lacks of the Lagrangian's exact one at X̄, by the
   /// multipliers of the last step: evaluated once, kept over the steps that follow. It costs some twenty linearisations.
   void add_curvature();
+  /// What a filter weighs against each other: the cost, and how far the hard constraints are violated, √Σ w⁰ᵢ vᵢ²
+  /// [standard deviations]. At X̄ and at the program's point, where merit_at_step() was the last to go.
+  struct Progress {
+    double cost, violation;
+  };
+  Progress progress() const { return {session_.summary.cost, term_.violation_size()}; }
+  Progress progress_at_step() const { return {trial_cost_, term_.violation_size_at_point()}; }
+  /// What the cost changes by along the step, to first order.
+  double cost_slope() const { return gradient_.dot(step_); }
+  /// Takes `step` in place of the model's own.
+  void set_step(const Eigen::VectorXd& step) { step_ = step; }
+  /// From now on merit() has nothing but the cost and the violation, weighted.
+  void drop_multipliers();
   void restart(double penalty) override;
 
   double linearize() override;
@@ -52,6 +65,7 @@ class AugmentedModel final : public SoftModel {
 
  private:
   void linearize_constraints() override { term_.linearize(); }
+  void find_scale() override;
   void arrive() override;
   void evaluate_exact_hessian();
   double best_fraction() const;

@@ -20,7 +20,7 @@ void AugmentedTerm::linearize() {
 }
 
 void AugmentedTerm::start(const Eigen::VectorXd& scale) {
-  // An unknown that the cost does not curve is soft, but not infinitely so.
+  // An unknown that the cost hardly curves is soft, but not infinitely so.
   const double stiffest = scale.maxCoeff(), softest = stiffest > 0 ? 1e-8 * stiffest : 1.0;
   const auto& pattern = program_.jacobian_pattern();
   stiffness_.setZero();
@@ -52,6 +52,15 @@ double AugmentedTerm::value_of(const Eigen::VectorXd& c) const {
     total += 0.5 * w_[i] * d * d;
   }
   return total;
+}
+
+double AugmentedTerm::violation_size_of(const Eigen::VectorXd& c) const {
+  double total = 0;
+  for (Eigen::Index i = 0; i < c.size(); ++i) {
+    const double v = outside(i, c[i]);
+    total += stiffness_[i] * v * v;
+  }
+  return std::sqrt(total);
 }
 
 double AugmentedTerm::value_at_point() {

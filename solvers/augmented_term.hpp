@@ -35,6 +35,9 @@ class AugmentedTerm {
   void add_row_gradients(const Eigen::VectorXd& y, Eigen::VectorXd& g) const { add_transposed(y, g); }
 
   Program::Violation violation() const { return program_.violation(c_); }
+  /// √Σ w⁰ᵢ vᵢ² of the violations v: at X̄, and where value_at_point() was asked for last.
+  double violation_size() const { return violation_size_of(c_); }
+  double violation_size_at_point() const { return violation_size_of(trial_); }
   /// The largest √w⁰ᵢ |cᵢ − P(cᵢ + yᵢ/w⁰ᵢ)|: how far y and c are from complementarity and c from its bounds,
   /// in standard deviations.
   double complementarity(const Eigen::VectorXd& y) const;
@@ -72,6 +75,7 @@ class AugmentedTerm {
  private:
   double outside(Eigen::Index i, double z) const;
   double value_of(const Eigen::VectorXd& c) const;
+  double violation_size_of(const Eigen::VectorXd& c) const;
   void estimate_at(double step, Eigen::VectorXd& y) const;
   void activate();
   bool is_active(Eigen::Index i, double z) const;

@@ -21,8 +21,13 @@ double SoftModel::linearize() {
   const Session::Timer timer(session_.summary.evaluation_seconds);
   ++session_.summary.evaluations;
   const double cost = program_.linearize(gradient_, hessian_);
-  hessian_diagonal(program_.hessian_pattern(), hessian_, scale_);
+  find_scale();
   return cost;
+}
+
+void SoftModel::find_scale() {
+  hessian_diagonal(program_.hessian_pattern(), hessian_, scale_);
+  all_curved_ = scale_.minCoeff() > 0;
 }
 
 std::string SoftModel::not_finite() {
@@ -39,9 +44,8 @@ double SoftModel::scaled(const Eigen::VectorXd& gradient) const {
 }
 
 bool SoftModel::factorize(const Eigen::VectorXd& hessian, double damping) {
-  const bool all_curved = scale_.minCoeff() > 0;
-  if (!all_curved) hessian_diagonal(program_.hessian_pattern(), hessian, diagonal_);
-  damping_shift(damping, scale_, all_curved ? scale_ : diagonal_, shift_);
+  if (!all_curved_) hessian_diagonal(program_.hessian_pattern(), hessian, diagonal_);
+  damping_shift(damping, scale_, all_curved_ ? scale_ : diagonal_, shift_);
   return cholesky_.factorize(hessian, shift_);
 }
 
@@ -90,7 +94,7 @@ bool SoftModel::move_on() {
   last_gradient_.swap(gradient_);
   gradient_.swap(trial_gradient_);
   hessian_.swap(trial_hessian_);
-  hessian_diagonal(program_.hessian_pattern(), hessian_, scale_);
+  find_scale();
   arrive();
   return true;
 }

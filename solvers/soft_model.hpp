@@ -85,6 +85,8 @@ class SoftModel {
  protected:
   /// Derivatives besides the cost's at X̄, the cost's own being in trial_gradient_ and trial_hessian_.
   virtual void linearize_constraints() {}
+  /// Sets scale_ by the Hessian at X̄.
+  virtual void find_scale();
   /// X̄ and all its derivatives are new.
   virtual void arrive() {}
   bool factorize(const Eigen::VectorXd& hessian, double damping);
@@ -101,6 +103,7 @@ class SoftModel {
   Eigen::VectorXd step_;
   double predicted_ = 0, trial_cost_ = 0;
   bool trial_has_derivatives_ = false;
+  bool all_curved_ = false;  // each unknown, by the Hessian's diagonal
 };
 
 }  // namespace tandem::detail

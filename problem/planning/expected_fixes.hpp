@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <tandem/residuals/vehicle/unseen.hpp>
+#include <tandem/residuals/vehicle/vehicle_step.hpp>
 
 namespace tandem {
 
@@ -22,5 +23,14 @@ struct ExpectedSensor {
 /// (the inverse is convex). `chaser` and `target` are now and after each step, of equal length: throws Error else.
 std::vector<Matrix<6, 6>> expected_fixes(const std::vector<ExpectedSensor>& sensors, double dt,
                                          const std::vector<SE3>& chaser, const std::vector<SE3>& target);
+
+/// The same along a vehicle's states.
+template <int N>
+std::vector<Matrix<6, 6>> expected_fixes(const std::vector<ExpectedSensor>& sensors, double dt,
+                                         const std::vector<VehicleState<N>>& chaser, const std::vector<SE3>& target) {
+  std::vector<SE3> poses;
+  for (const VehicleState<N>& state : chaser) poses.push_back(state.pose);
+  return expected_fixes(sensors, dt, poses, target);
+}
 
 }  // namespace tandem

@@ -8,15 +8,16 @@
 namespace tandem {
 
 /// From near a solution to where a plan is good enough: a few sequential quadratic programs with Gauss-Newton's Hessian,
-/// each solved by the augmented Lagrangian's semismooth Newton iteration, full steps without a line search. What
-/// Gauss-Newton leaves out, the curvature of the constraints, would make undamped steps diverge; the first ones are
-/// nearly free, later ones damped by the cost's own stiffness, the more the less the violation falls. Where that has not
-/// converged in a few steps, the curvature is evaluated and kept over the next few. The program is analysed once, so that
-/// the next solve of the same problem only computes.
+/// each solved by the augmented Lagrangian's semismooth Newton iteration, which is elastic: constraints that contradict
+/// each other once linearised still give a step. What Gauss-Newton leaves out, the curvature of the constraints, would make
+/// undamped steps diverge; the first ones are nearly free, later ones damped by the cost's own stiffness, the more the less
+/// the violation falls. Where that has not converged in a few steps, the curvature is evaluated and kept over the next few.
 ///
-/// It gives up when steps do not lead to a feasible point at once: then a solver that globalises has to take over, from
-/// another start than the last iterate. Source of the scheme: Diehl et al. 2005, real-time iterations; Wright 1998 for
-/// the stabilised program.
+/// A filter line search globalises it (solvers/planning/filter.hpp): a step is taken whole, corrected to second order, or
+/// in part; where none of it is accepted, damping grows, and then a restoration lessens the violation alone. The program is
+/// analysed once, so that the next solve of the same problem only computes. Iterations, and trials within each, are
+/// bounded. Source of the scheme: Diehl et al. 2005, real-time iterations; Wright 1998, the stabilised program; Wächter &
+/// Biegler 2006, filter and restoration.
 class DampedSqp {
  public:
   struct Options {
@@ -32,11 +33,13 @@ class DampedSqp {
   ~DampedSqp();
 
   /// The variables have a solution when converged; with max_iterations or time_limit the best iterate, feasible when
-  /// max_violation is within `feasible`; else what a solver that globalises had better not start from.
+  /// max_violation is within `feasible`; infeasible where no small step lessens the violation; failed, with the last
+  /// iterate, where the numerics gave out.
   Summary solve(const Options& options);
 
  private:
   struct Analysed;
+  class Loop;
   Problem& problem_;
   std::unique_ptr<Analysed> analysed_;
 };

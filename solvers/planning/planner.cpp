@@ -102,7 +102,9 @@ PlanResult<N> Planner<N>::decoupled(const VehicleState<N>& start, const Vector<3
   const Plan<N> from = guess(start, current, target);
   if (options_.refine) {
     const Summary refined = refine(sqp_, from, kCostTolerance);
-    if (refined.converged() || refined.status == Status::time_limit) return finish(refined, start, current);
+    // What cannot be met is not met by another solver either, and there is a plan to fall back on.
+    const bool hopeless = refined.status == Status::infeasible && last_;
+    if (refined.converged() || refined.status == Status::time_limit || hopeless) return finish(refined, start, current);
     left -= refined.seconds;
   }
   return finish(globalise(from, left), start, current);

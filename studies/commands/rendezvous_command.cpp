@@ -5,7 +5,9 @@
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/planning_options.hpp>
 #include <tandem/studies/planning/rendezvous_study.hpp>
+#include <tandem/studies/report/rendezvous_page.hpp>
 #include <tandem/studies/support/option_values.hpp>
+#include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -24,6 +26,18 @@ std::vector<RendezvousMethod> parse_methods(const std::string& option, const std
   for (const std::string_view word : split(text, ','))
     methods.push_back(parse_rendezvous_method(option, std::string(word)));
   return methods;
+}
+
+/// Where the library that draws it is missing, a simulation's other results are there without it.
+void write_page(const RendezvousStudy& study, const std::filesystem::path& folder) {
+  std::string page;
+  try {
+    page = rendezvous_page(study);
+  } catch (const Error& error) {
+    complain(fmt::format("rendezvous.html is not written: {}", error.what()));
+    return;
+  }
+  write_file(folder / "rendezvous.html", page);
 }
 
 int run_rendezvous_command(const RendezvousRequest& request) {
@@ -45,7 +59,10 @@ int run_rendezvous_command(const RendezvousRequest& request) {
   results.table = [&] { return report(study); };
   results.json = [&] { return rendezvous_json(study); };
   results.plots_of = "rendezvous";
-  results.write = [&](const std::filesystem::path& folder) { write_rendezvous(study, folder); };
+  results.write = [&](const std::filesystem::path& folder) {
+    write_rendezvous(study, folder);
+    if (request.output.plots) write_page(study, folder);
+  };
   if (done < request.methods.size() * std::size_t(request.seeds))
     results.not_done = "interrupted; what there is, counts";
   return finish(request.output, results);

@@ -2,6 +2,7 @@
 
 #include <tandem/problem/planning/expected_fixes.hpp>
 #include <tandem/problem/tracking/tracking_problem.hpp>
+#include <tandem/studies/simulation/normal_noise.hpp>
 #include <tandem/studies/support/units.hpp>
 
 namespace tandem {
@@ -13,11 +14,6 @@ inline constexpr int kUsblEvery = 20;  // ticks
 inline constexpr int kOpticalEvery = 5;
 inline constexpr double kOpticalRange = 9.0;      // m
 inline constexpr double kView = 45.0 / kDegrees;  // half angle of the camera [rad]
-
-/// A standard deviation of each linear component, and one of each angular one.
-inline Vector<6> six(double linear, double angular) {
-  return (Vector<6>() << Vector<3>::Constant(linear), Vector<3>::Constant(angular)).finished();
-}
 
 /// Sensors and noise, as the chaser knows them: USBL first, then the camera.
 inline TrackingData sensors_of_chaser() {

@@ -53,13 +53,14 @@ Matrix<12, 12> seen_from_chaser(const Eigen::MatrixXd& joint, const SE3& chaser,
 
 /// Of the sensors that measure positions and poses; what others would tell is left out, which makes plans more careful.
 std::vector<ExpectedSensor> sensors_to_come(const TrackingData& past, double now) {
+  const double over = past.odometry.empty() ? kRateOver : std::clamp(now - past.odometry.front().t, 1.0, kRateOver);
   std::vector<ExpectedSensor> sensors;
   for (const TargetSensor& sensor : past.sensors) {
     const bool pose = sensor.type == SensorType::pose;
     if (!pose && sensor.type != SensorType::position) continue;
     const auto recent = std::count_if(sensor.measurements.begin(), sensor.measurements.end(),
-                                      [&](const Measurement& m) { return sensor.valid_at(m) > now - kRateOver; });
-    ExpectedSensor expected{double(recent) / kRateOver, Vector<3>(sensor.sigma.head<3>()), {}, {}};
+                                      [&](const Measurement& m) { return sensor.valid_at(m) > now - over; });
+    ExpectedSensor expected{double(recent) / over, Vector<3>(sensor.sigma.head<3>()), {}, {}};
     if (pose) expected.rotation = Vector<3>(sensor.sigma.tail<3>());
     sensors.push_back(expected);
   }
@@ -73,10 +74,8 @@ TargetPrediction predict_along(const std::vector<VehicleState<N>>& states, const
   std::vector<ExpectedSensor> sensors = start.sensors;
   for (ExpectedSensor& sensor : sensors)
     if (sensor.rotation) sensor.sight = options.sight;
-  std::vector<SE3> chaser;
-  for (const VehicleState<N>& s : states) chaser.push_back(s.pose);
   return predict_target(start.target, start.target_noise, options.dt, options.steps, start.target_time,
-                        expected_fixes(sensors, options.dt, chaser, target.pose));
+                        expected_fixes(sensors, options.dt, states, target.pose));
 }
 
 /// The estimate that a plan starts from.

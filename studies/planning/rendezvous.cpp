@@ -100,10 +100,10 @@ class Simulation {
       o.sight.half_angle = kView;
       o.fix = data_.sensors[1].sigma;
     }
-    o.running_position = docking ? 1.0 : 4.0;
-    o.running_attitude = docking ? 0.3 : 1.0;
+    o.running_position = docking ? 0.5 : 4.0;  // docking: not far above what docked is
+    o.running_attitude = docking ? 0.15 : 1.0;
     o.terminal_position = docking ? 0.2 : 1.0;
-    o.terminal_attitude = docking ? 0.1 : 0.3;
+    o.terminal_attitude = docking ? 0.05 : 0.3;
     o.running_speed = docking ? 0.3 : 1.0;
     if (docking) {
       o.approach = Cone{kCorridor, SE3(SO3::Exp({0.0, 0.0, std::numbers::pi}), Vector<3>(Vector<3>::Zero()))};
@@ -289,10 +289,8 @@ class Simulation {
     };
     const TargetPrediction prediction = predicted({});
     if (!(options_.chance > 0)) return prediction;
-    std::vector<SE3> chaser;
-    for (const VehicleState<N>& s : planner().guess(state, current_estimate_, prediction).states)
-      chaser.push_back(s.pose);
-    return predicted(expected_fixes(expected_sensors(data_), 1.0, chaser, prediction.pose));
+    const Plan<N> along = planner().guess(state, current_estimate_, prediction);
+    return predicted(expected_fixes(expected_sensors(data_), 1.0, along.states, prediction.pose));
   }
 
   PlanResult<N> plan(const VehicleState<N>& state, const TargetBelief& target) {

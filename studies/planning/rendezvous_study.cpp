@@ -8,6 +8,7 @@
 #include <tandem/studies/planning/rendezvous_study.hpp>
 #include <tandem/studies/support/json_text.hpp>
 #include <tandem/studies/support/output_file.hpp>
+#include <tandem/studies/support/statistics.hpp>
 #include <tandem/studies/support/text_table.hpp>
 
 namespace tandem {
@@ -27,7 +28,7 @@ struct MethodFigures {
   double seconds = 0, miss = 0, effort = 0, three_sigma = 0;  ///< median of those that docked; medians of all
   double keep_out = 0, violation = 0;                         ///< worst
   double solve_median = 0, solve_99 = 0;                      ///< ms
-  RateInterval rate{};
+  Interval rate{};
 };
 
 MethodFigures figures(const std::vector<RendezvousRun>& runs) {
@@ -57,7 +58,7 @@ MethodFigures figures(const std::vector<RendezvousRun>& runs) {
   f.three_sigma = quantile_of(sigma, 0.5);
   f.solve_median = quantile_of(ms, 0.5);
   f.solve_99 = quantile_of(ms, 0.99);
-  f.rate = wilson_interval(f.docked, f.runs);
+  f.rate = share_interval(std::size_t(f.docked), std::size_t(f.runs)).value_or(Interval{0.0, 0.0, 1.0, 0});
   return f;
 }
 
@@ -149,14 +150,6 @@ RendezvousStudy study_rendezvous(const Vehicle& vehicle, const RendezvousOptions
     }
   }
   return study;
-}
-
-RateInterval wilson_interval(int successes, int runs) {
-  if (runs == 0) return {0.0, 1.0};
-  const double z = 1.959964, n = runs, p = successes / n, d = 1.0 + z * z / n;
-  const double middle = (p + z * z / (2.0 * n)) / d;
-  const double half = z / d * std::sqrt(p * (1.0 - p) / n + z * z / (4.0 * n * n));
-  return {std::max(0.0, middle - half), std::min(1.0, middle + half)};
 }
 
 std::string report(const RendezvousStudy& study) {

@@ -23,12 +23,6 @@ RendezvousStudy study_rendezvous(const Vehicle& vehicle, const RendezvousOptions
                                  const std::vector<RendezvousMethod>& methods, int seeds,
                                  const std::function<bool(RendezvousMethod, const RendezvousRun&)>& each);
 
-/// The 95 % interval of a rate of `successes` in `runs` (Wilson 1927).
-struct RateInterval {
-  double low, high;
-};
-RateInterval wilson_interval(int successes, int runs);
-
 /// The value below which a share q of them lies; nan of none.
 double quantile_of(std::vector<double> values, double q);
 /// Times of a run's plans, by the clock [s].

@@ -39,7 +39,7 @@ const char* const kScript = R"(
     Plotly.newPlot(element, figure.traces, figure.layout, {
       responsive: true, displaylogo: false, displayModeBar: window.innerWidth < 700 ? false : "hover",
       toImageButtonOptions: { format: "svg", filename: element.dataset.name }
-    });
+    }).then(() => { if (figure.frames.length) Plotly.addFrames(element, figure.frames); });
   };
   const near = new IntersectionObserver(entries => {
     for (const entry of entries) if (entry.isIntersecting) { near.unobserve(entry.target); draw(entry.target); }
@@ -73,6 +73,8 @@ HtmlFigure::HtmlFigure(std::string title, std::string caption, const nlohmann::o
       traces(json_of(traces)),
       layout(json_of(layout)),
       height(height) {}
+
+void HtmlFigure::set_frames(const nlohmann::ordered_json& all) { frames = json_of(all); }
 
 std::string html_escaped(const std::string& text) {
   std::string result;
@@ -127,8 +129,9 @@ void HtmlPage::figure(const HtmlFigure& figure) {
       "<figure><div class=\"plot\" id=\"{0}\" data-name=\"{1}\" style=\"height:{2}px\"></div>"
       "<figcaption><b>{1}.</b> {3}</figcaption></figure>\n",
       id, html_escaped(figure.title), figure.height, html_escaped(figure.caption));
-  figures_ += fmt::format("<script type=\"application/json\" id=\"{}-data\">{{\"traces\":{},\"layout\":{}}}</script>\n",
-                          id, in_script(figure.traces), in_script(figure.layout));
+  figures_ += fmt::format(
+      "<script type=\"application/json\" id=\"{}-data\">{{\"traces\":{},\"layout\":{},\"frames\":{}}}</script>\n", id,
+      in_script(figure.traces), in_script(figure.layout), in_script(figure.frames));
 }
 
 std::string HtmlPage::text(const std::string& library) const {

@@ -11,10 +11,12 @@ namespace tandem {
 struct HtmlFigure {
   std::string title, caption;
   std::string traces, layout;  ///< JSON
+  std::string frames = "[]";   ///< JSON: of an animation, which the layout's buttons and sliders play
   int height = 420;            ///< pixels
 
   HtmlFigure(std::string title, std::string caption, const nlohmann::ordered_json& traces,
              const nlohmann::ordered_json& layout, int height);
+  void set_frames(const nlohmann::ordered_json& all);
 };
 
 /// One self-contained page of HTML: everything is in it, nothing is fetched. Texts are escaped.

@@ -58,6 +58,16 @@ Json layout(const std::string& x, const std::string& y) {
           {"paper_bgcolor", "#fff"}};
 }
 
+Json camera(const std::array<double, 3>& extent) {
+  double product = 1, squares = 0;  // such a scene is scaled to sides whose product is one
+  for (const double e : extent) {
+    product *= std::max(e, 1e-3);
+    squares += e * e;
+  }
+  const double distance = 1.4 * std::sqrt(squares) / std::cbrt(product);
+  return {{"eye", {{"x", 0.35 * distance}, {"y", -0.7 * distance}, {"z", 0.6 * distance}}}};
+}
+
 Json line(const std::string& name, const std::vector<double>& x, const std::vector<double>& y,
           const std::string& colour, double width) {
   return {{"type", "scatter"},

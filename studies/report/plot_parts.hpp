@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,10 @@ inline const char* const kGrey = "#7b8794";
 
 /// The common ground of all layouts, with titles of the axes.
 Json layout(const std::string& x, const std::string& y);
+
+/// Of a scene whose sides have the data's ratio: from the south-east and above, so far away that all is in view. `extent`
+/// of the data along x, y and z.
+Json camera(const std::array<double, 3>& extent);
 
 /// A line through points; `name` empty: not in the legend.
 Json line(const std::string& name, const std::vector<double>& x, const std::vector<double>& y,

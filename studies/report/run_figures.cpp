@@ -29,21 +29,16 @@ std::vector<NamedPath> paths_of(const RunRecord& run) {
   return all;
 }
 
-/// From the south-east and above, so far away that all is in view: a scene whose sides have the data's ratio is
-/// scaled to sides whose product is one.
 Json camera_of(const std::vector<NamedPath>& paths) {
-  double extent[3], product = 1, squares = 0;
+  std::array<double, 3> extent;
   for (std::size_t i = 0; i < 3; ++i) {
     double low = HUGE_VAL, high = -HUGE_VAL;
     for (const NamedPath& p : paths)
       for (const double v : i == 0 ? p.path->x : i == 1 ? p.path->y : p.path->z)
         if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
-    extent[i] = std::max(high - low, 1e-3);
-    product *= extent[i];
+    extent[i] = high - low;
   }
-  for (const double e : extent) squares += e * e;
-  const double distance = 1.4 * std::sqrt(squares) / std::cbrt(product);
-  return {{"eye", {{"x", 0.35 * distance}, {"y", -0.7 * distance}, {"z", 0.6 * distance}}}};
+  return plot::camera(extent);
 }
 
 HtmlFigure figure_in_space(const RunRecord& run) {

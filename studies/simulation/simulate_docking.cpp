@@ -125,9 +125,6 @@ class Sight {
 };
 
 /// Sigmas of a pose, in space or x, y and heading.
-Vector<6> six(double position, double angle) {
-  return (Vector<6>() << Vector<3>::Constant(position), Vector<3>::Constant(angle)).finished();
-}
 Eigen::VectorXd of_group(const Vector<6>& sigma, bool planar) {
   if (!planar) return sigma;
   return Vector<3>(sigma[0], sigma[1], sigma[5]);

@@ -93,5 +93,44 @@ TEST(DampedSqp, SaysSoWhenItDoesNotGetThere) {
   EXPECT_EQ(sqp.solve({}).status, Status::failed);
 }
 
+/// A range residual far from where it is straight: whole steps go out of its cone to and fro.
+TEST(DampedSqp, ComesFromFarAwayWhereWholeStepsDoNot) {
+  Problem problem;
+  const auto pole = problem.add(SE3(), "pole"), other = problem.add(SE3(SO3(), {0.2, 0.0, 0.0}), "other");
+  problem.fix(pole);
+  problem.fix(other);
+  const auto x = problem.add(R3({0.1, 1e-2, 0.0}), "x");
+  problem.minimize(Prior<R3>{R3({0.0, 0.0, 1.0})}, Gaussian{1.0, 1.0, 1.0}, {x});
+  problem.subject_to(Range<SE3, R3>{5.0}, equal_to(0), {pole, x});
+  problem.subject_to(Range<SE3, R3>{5.0}, equal_to(0), {other, x});
+  DampedSqp sqp(problem);
+  DampedSqp::Options options;
+  options.max_iterations = 100;
+  const Summary s = sqp.solve(options);
+  ASSERT_TRUE(s.converged()) << s.message;
+  EXPECT_LE(s.max_violation, options.feasible);
+  EXPECT_NEAR(problem.value(x).vector()[0], 0.1, 1e-6);
+  EXPECT_NEAR(problem.value(x).vector()[2], std::sqrt(25.0 - 0.01), 1e-2);
+}
+
+TEST(DampedSqp, SaysWhichConstraintsContradictEachOther) {
+  Problem problem;
+  const auto pole = problem.add(SE3(), "pole"), other = problem.add(SE3(SO3(), {10.0, 0.0, 0.0}), "other");
+  problem.fix(pole);
+  problem.fix(other);
+  const auto x = problem.add(R3({2.0, 2.0, 0.5}), "x");
+  problem.minimize(Prior<R3>{}, Gaussian{1.0, 1.0, 1.0}, {x});
+  problem.subject_to(Range<SE3, R3>{3.0}, at_most(0), {pole, x});
+  problem.subject_to(Range<SE3, R3>{3.0}, at_most(0), {other, x});
+  DampedSqp sqp(problem);
+  DampedSqp::Options options;
+  options.max_iterations = 200;
+  const Summary s = sqp.solve(options);
+  EXPECT_EQ(s.status, Status::infeasible) << s.message;
+  EXPECT_NEAR(s.max_violation, 2.0, 0.1) << "half way";
+  EXPECT_FALSE(s.worst_constraint.empty());
+  EXPECT_LE(s.iterations, 100);
+}
+
 }  // namespace
 }  // namespace tandem::testing

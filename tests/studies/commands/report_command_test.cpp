@@ -85,6 +85,23 @@ TEST(ReportCommand, OfAStudy) {
   if (there_is_a_browser()) expect_opens(out + "/report.html", scratch);
 }
 
+TEST(ReportCommand, ARendezvousIsPlayedBack) {
+  const ScratchFolder scratch;
+  const auto out = scratch.path() / "out";
+  const Outcome run =
+      run_tandem({"rendezvous", "--methods", "decoupled,pursuit", "--time-limit", "15", "--out", out, "--quiet"});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  const bool missing = run.errors.find("rendezvous.html is not written: a report needs plotly.js") != std::string::npos;
+  if (missing) EXPECT_EQ(std::getenv("TANDEM_REQUIRE_SHARED"), nullptr) << run.errors;
+  TANDEM_NEEDS(!missing, "plotly.js", "reports");
+  const std::string page = read_file(out / "rendezvous.html");
+  EXPECT_THAT(page, HasSubstr("<h1>Rendezvous of a REMUS 100</h1>"));
+  expect_figures(page, {"The manoeuvre, decoupled, seed 1", "Over time, decoupled, seed 1",
+                        "The manoeuvre, pursuit, seed 1", "Over time, pursuit, seed 1"});
+  EXPECT_THAT(page, HasSubstr("\"name\":\"14\""));  // a frame a second
+  if (there_is_a_browser()) expect_opens(out / "rendezvous.html", scratch);
+}
+
 TEST(ReportCommand, OfADive) {
   const ScratchFolder scratch;
   const std::string file = scratch.write(

@@ -3,6 +3,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/ipopt.hpp>
 #include <tandem/studies/planning/rendezvous_study.hpp>
+#include <tandem/studies/support/statistics.hpp>
 
 namespace tandem {
 namespace {
@@ -70,11 +71,11 @@ TEST(Rendezvous, OptionsThatClashAreNamed) {
 
 TEST(Rendezvous, RatesHaveWilsonsInterval) {
   // Wilson 1927; 95 of 100: 0.888 to 0.978.
-  const RateInterval rate = wilson_interval(95, 100);
-  EXPECT_NEAR(rate.low, 0.8882, 1e-4);
-  EXPECT_NEAR(rate.high, 0.9785, 1e-4);
-  EXPECT_EQ(wilson_interval(0, 20).low, 0.0);
-  EXPECT_EQ(wilson_interval(20, 20).high, 1.0);
+  const std::optional<Interval> rate = share_interval(95, 100);
+  EXPECT_NEAR(rate->low, 0.8882, 1e-4);
+  EXPECT_NEAR(rate->high, 0.9785, 1e-4);
+  EXPECT_EQ(share_interval(0, 20)->low, 0.0);
+  EXPECT_EQ(share_interval(20, 20)->high, 1.0);
 }
 
 }  // namespace
