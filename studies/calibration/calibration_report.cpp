@@ -16,7 +16,14 @@ using Align = TextTable::Align;
 
 std::string verdict(const CalibratedParameter& p) {
   const CalibratedNoise& r = p.result;
-  if (p.distrusted) return "not noise alone (below), and no less of it is believed; kept";
+  switch (p.distrust) {
+    case Distrust::misfit:
+      return "not noise alone (below), and no less of it is believed; kept";
+    case Distrust::untried:
+      return "less is not tried over times without fixes (below); kept";
+    case Distrust::none:
+      break;
+  }
   if (r.at_bound) return fmt::format("ran to the end of what is allowed, {:.3g} times as given", r.factor);
   if (r.determined) return "found";
   if (r.bounded)
@@ -68,7 +75,7 @@ std::string report(const ScenarioCalibration& c) {
                                  fmt::join(c.scenarios, ", "), name(c.summary.status), c.summary.solves, c.seconds);
   TextTable table({{"parameter", Align::left}, {"given"}, {"found"}, {"±"}, {"gain"}, {"verdict", Align::left}});
   for (const CalibratedParameter& p : c.parameters) {
-    const bool told = !p.distrusted && (p.result.determined || p.result.bounded || p.result.at_bound);
+    const bool told = p.distrust == Distrust::none && (p.result.determined || p.result.bounded || p.result.at_bound);
     table.row({p.name, fmt::format("{:.4g}", p.given), told ? fmt::format("{:.4g}", p.found()) : "–",
                told ? fmt::format("{:.2g}", p.found() * p.result.log_error) : "–",
                told ? fmt::format("{:.1f}", p.result.gain) : "–", verdict(p)});
@@ -135,7 +142,7 @@ std::string calibration_json(const ScenarioCalibration& c) {
                            {"gain", p.result.gain},
                            {"determined", p.result.determined},
                            {"bounded", p.result.bounded},
-                           {"distrusted", p.distrusted},
+                           {"distrusted", p.distrust != Distrust::none},
                            {"at_bound", p.result.at_bound},
                            {"rows", p.result.rows},
                            {"effective_rows", p.result.effective_rows}};
