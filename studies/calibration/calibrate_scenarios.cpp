@@ -162,19 +162,22 @@ std::vector<std::vector<LeftOut>> folds_of(const Problems& problems, int n) {
   return folds;
 }
 
-std::vector<NoiseEntry> entries_with(const Problems& problems, const Parameters& parameters, const Calibration* found) {
+std::vector<NoiseEntry> given_entries(const Problems& problems, const Parameters& parameters) {
   std::vector<NoiseEntry> result;
-  std::vector<std::size_t> place;
-  const std::vector<CalibratedEntry>& entries = problems.front()->entries;
-  for (std::size_t g = 0; g < parameters.groups.size(); ++g) {
-    const std::size_t e = parameters.entry[g];
-    if (place.empty() || place.back() != e) {
-      result.push_back({entries[e].name, entries[e].sigmas});
-      place.push_back(e);
-    }
-    if (found) result.back().sigmas[parameters.component[g]] *= found->noise[g].factor;
+  for (const std::size_t e : parameters.entry) {
+    const CalibratedEntry& entry = problems.front()->entries[e];
+    if (result.empty() || result.back().name != entry.name) result.push_back({entry.name, entry.sigmas});
   }
   return result;
+}
+
+void scale(const Problems& problems, const Parameters& parameters, const Calibration& found,
+           std::vector<NoiseEntry>& noise) {
+  for (std::size_t g = 0; g < parameters.groups.size(); ++g) {
+    const std::string& name = problems.front()->entries[parameters.entry[g]].name;
+    for (NoiseEntry& entry : noise)
+      if (entry.name == name) entry.sigmas[parameters.component[g]] *= found.noise[g].factor;
+  }
 }
 
 /// Those that are known when it is to stop.
@@ -289,6 +292,7 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
   }
   result.before = misfits_of_all(problems, options.stop);
   const bool untried = options.noise && reckons_untried(problems, options.folds, result.held);
+  result.given_noise = given_entries(problems, parameters);  // with what is kept later
   std::vector<CalibratedParameter> distrusted;
   while (options.noise) {
     result.summary = calibrate(plain, parameters.groups, calibration);
@@ -329,8 +333,8 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
     result.after = result.before;
   }
   result.parameters.insert(result.parameters.end(), distrusted.rbegin(), distrusted.rend());
-  result.given_noise = entries_with(problems, parameters, nullptr);
-  result.noise = entries_with(problems, parameters, &result.summary);
+  result.noise = result.given_noise;
+  scale(problems, parameters, result.summary, result.noise);
   result.cut_short = options.stop.reached();
   if (!result.cut_short) find_constants(problems, options.stop, result);
   if (options.folds > 0 && !parameters.groups.empty() && !options.stop.reached()) {

@@ -142,6 +142,8 @@ TEST(CalibrateScenarios, LessNoiseOfDeadReckoningNeedsFixesToBeTriedBy) {
   }
   EXPECT_EQ(find(kept, "gps.x").distrust, Distrust::none) << "fixes are tried by each other";
   EXPECT_THAT(report(kept), HasSubstr("without a fix of the position"));
+  ASSERT_THAT(kept.noise, SizeIs(2)) << "what is kept is in the file, as given";
+  EXPECT_THAT(kept.noise[0].sigmas, testing::Each(find(kept, "dvl.x").given));
 
   // The same velocities with fixes all along, made of what the dive without them comes to.
   Scenario fixed = dive;
@@ -169,6 +171,7 @@ TEST(CalibrateScenarios, AStopKeepsWhatThereIs) {
   EXPECT_FALSE(found.summary.converged());
   EXPECT_FALSE(found.parameters.empty());
   EXPECT_EQ(found.folds, 0);
+  EXPECT_THAT(report(found), testing::AllOf(HasSubstr("cut short"), testing::Not(HasSubstr("do not tell it"))));
 }
 
 }  // namespace
