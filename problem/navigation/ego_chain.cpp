@@ -5,6 +5,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/navigation/ego_chain.hpp>
 #include <tandem/problem/navigation/ego_placing.hpp>
+#include <tandem/problem/navigation/staying_error_checks.hpp>
 #include <tandem/residuals/coasting.hpp>
 #include <tandem/residuals/gauss_markov.hpp>
 #include <tandem/residuals/imu_prediction.hpp>
@@ -58,7 +59,8 @@ EgoChain::EgoChain(Problem& problem, const NavigationData& data, const EgoOption
       throw Error(sensor.name + ".error: a " + std::string(name(sensor.type)) + " needs " +
                   std::to_string(rows(sensor.type)) + " standard deviations, not " +
                   std::to_string(sensor.error->sigma.size()));
-    if (sensor.error && !(sensor.error->time > 0)) throw Error(sensor.name + ".error: its time must be above zero");
+    if (sensor.error)
+      if (const std::string why = why_invalid(*sensor.error); !why.empty()) throw Error(sensor.name + ".error: " + why);
     if (const std::string why = why_not(sensor, data.imu.has_value()); !why.empty())
       throw Error(sensor.name + ".error: " + why);
     if (sensor.error && options.preintegrated_dvl && sensor.type == EgoSensorType::dvl)

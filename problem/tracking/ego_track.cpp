@@ -61,9 +61,11 @@ Variable<SE3> EgoTrackBuild::add(std::size_t k) {
       ++out_.ego_left_out[event_->sensor];
     }
   }
-  out_.constants = chain_.constants();
-  out_.dvl_scale = chain_.dvl_scale();
-  out_.splits = chain_.splits();
+  if (last) {
+    out_.constants = chain_.constants();
+    out_.dvl_scale = chain_.dvl_scale();
+    out_.splits = chain_.splits();
+  }
   return out_.ego.back().pose;
 }
 

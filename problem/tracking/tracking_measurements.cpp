@@ -1,4 +1,5 @@
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/navigation/staying_error_checks.hpp>
 #include <tandem/problem/tracking/tracking_build.hpp>
 
 namespace tandem::detail {
@@ -9,6 +10,8 @@ void place_by_type(TrackingBuild<G>& build, const Placing& at) {
   const TargetSensor& sensor = build.data.sensors[at.sensor];
   const auto place = sensor.type->place.of<G>();
   if (!place) throw Error(sensor.name + ": a planar problem takes no sensor of type " + std::string(name(sensor.type)));
+  if (sensor.error)
+    if (const std::string why = why_invalid(*sensor.error); !why.empty()) throw Error(sensor.name + ".error: " + why);
   place(build, at);
 }
 

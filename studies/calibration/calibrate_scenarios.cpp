@@ -122,18 +122,37 @@ class Parameters {
   }
 };
 
+/// Of a problem's measurements, the first time [s] and how long each stretch is that is held out at once.
+std::pair<double, double> stretches_of(const CalibrationProblem& built, int n) {
+  double from = HUGE_VAL, to = -HUGE_VAL;
+  for (const EntryBlock& b : built.blocks)
+    if (b.measured_at) {
+      from = std::min(from, *b.measured_at);
+      to = std::max(to, *b.measured_at);
+    }
+  return {from, std::min(kStretch, std::max((to - from) / (2 * n), 1e-3))};
+}
+
+/// Whether held-out stretches are too short to show what less noise of dead reckoning would do; says so in `held`.
+bool reckons_untried(const Problems& problems, int folds, std::vector<std::string>& held) {
+  bool any = false;
+  for (const auto& problem : problems) {
+    if (folds == 0 || problem->longest_without_fix <= stretches_of(*problem, folds).second) continue;
+    any = true;
+    held.push_back(
+        fmt::format("{}: {:.0f} s without a fix of the position, when {:.0f} s are held out at once, which do not show "
+                    "errors that stay: less noise than given is not believed of what the position rests on meanwhile",
+                    problem->scenario, problem->longest_without_fix, stretches_of(*problem, folds).second));
+  }
+  return any;
+}
+
 /// All measurements, in stretches that take turns.
 std::vector<std::vector<LeftOut>> folds_of(const Problems& problems, int n) {
   std::vector<std::vector<LeftOut>> folds(static_cast<std::size_t>(n));
   for (std::size_t p = 0; p < problems.size(); ++p) {
     CalibrationProblem& built = *problems[p];
-    double from = HUGE_VAL, to = -HUGE_VAL;
-    for (const EntryBlock& b : built.blocks)
-      if (b.measured_at) {
-        from = std::min(from, *b.measured_at);
-        to = std::max(to, *b.measured_at);
-      }
-    const double stretch = std::min(kStretch, std::max((to - from) / (2 * n), 1e-3));
+    const auto [from, stretch] = stretches_of(built, n);
     for (const EntryBlock& b : built.blocks)
       if (b.measured_at) {
         const auto fold = std::size_t((*b.measured_at - from) / stretch) % folds.size();
@@ -143,19 +162,22 @@ std::vector<std::vector<LeftOut>> folds_of(const Problems& problems, int n) {
   return folds;
 }
 
-std::vector<NoiseEntry> entries_with(const Problems& problems, const Parameters& parameters, const Calibration* found) {
+std::vector<NoiseEntry> given_entries(const Problems& problems, const Parameters& parameters) {
   std::vector<NoiseEntry> result;
-  std::vector<std::size_t> place;
-  const std::vector<CalibratedEntry>& entries = problems.front()->entries;
-  for (std::size_t g = 0; g < parameters.groups.size(); ++g) {
-    const std::size_t e = parameters.entry[g];
-    if (place.empty() || place.back() != e) {
-      result.push_back({entries[e].name, entries[e].sigmas});
-      place.push_back(e);
-    }
-    if (found) result.back().sigmas[parameters.component[g]] *= found->noise[g].factor;
+  for (const std::size_t e : parameters.entry) {
+    const CalibratedEntry& entry = problems.front()->entries[e];
+    if (result.empty() || result.back().name != entry.name) result.push_back({entry.name, entry.sigmas});
   }
   return result;
+}
+
+void scale(const Problems& problems, const Parameters& parameters, const Calibration& found,
+           std::vector<NoiseEntry>& noise) {
+  for (std::size_t g = 0; g < parameters.groups.size(); ++g) {
+    const std::string& name = problems.front()->entries[parameters.entry[g]].name;
+    for (NoiseEntry& entry : noise)
+      if (entry.name == name) entry.sigmas[parameters.component[g]] *= found.noise[g].factor;
+  }
 }
 
 /// Those that are known when it is to stop.
@@ -269,6 +291,8 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
           fmt::format("{}: it cannot be solved with the noise as given: {}", result.scenarios[p], summary.message));
   }
   result.before = misfits_of_all(problems, options.stop);
+  const bool untried = options.noise && reckons_untried(problems, options.folds, result.held);
+  result.given_noise = given_entries(problems, parameters);  // with what is kept later
   std::vector<CalibratedParameter> distrusted;
   while (options.noise) {
     result.summary = calibrate(plain, parameters.groups, calibration);
@@ -281,8 +305,13 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
     if (options.stop.reached()) break;
     const std::size_t before = distrusted.size();
     for (std::size_t g = parameters.groups.size(); g-- > 0;)
-      if (CalibratedParameter& p = result.parameters[g]; p.result.factor < 1 && has_diagnosis(result.after, p.name)) {
-        p.distrusted = true;
+      if (CalibratedParameter& p = result.parameters[g]; p.result.factor < 1) {
+        if (has_diagnosis(result.after, p.name))
+          p.distrust = Distrust::misfit;
+        else if (untried && problems.front()->entries[parameters.entry[g]].carries)
+          p.distrust = Distrust::untried;
+        else
+          continue;
         p.result.factor = 1;
         distrusted.push_back(p);
         parameters.keep_given(g);
@@ -304,8 +333,8 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
     result.after = result.before;
   }
   result.parameters.insert(result.parameters.end(), distrusted.rbegin(), distrusted.rend());
-  result.given_noise = entries_with(problems, parameters, nullptr);
-  result.noise = entries_with(problems, parameters, &result.summary);
+  result.noise = result.given_noise;
+  scale(problems, parameters, result.summary, result.noise);
   result.cut_short = options.stop.reached();
   if (!result.cut_short) find_constants(problems, options.stop, result);
   if (options.folds > 0 && !parameters.groups.empty() && !options.stop.reached()) {

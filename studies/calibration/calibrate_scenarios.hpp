@@ -23,13 +23,19 @@ struct ScenarioCalibrationOptions {
   std::function<void(const std::string& what)> progress;  ///< "iteration 3, evidence +12.3"
 };
 
+/// Why less noise than given, though found, is not believed.
+enum class Distrust {
+  none,
+  misfit,   ///< residuals have a mean or stay, which noise does not explain
+  untried,  ///< dead reckoning rests on it for longer than stretches are held out: nothing tells what stays for as long
+};
+
 /// A standard deviation that was calibrated, or found to be beyond it.
 struct CalibratedParameter {
   std::string name;  ///< "usbl.x"
   double given = 0;  ///< in the units of the scenario's files
   CalibratedNoise result;
-  /// Its residuals have a mean or stay, which noise does not explain, and yet less noise was found: kept as given.
-  bool distrusted = false;
+  Distrust distrust = Distrust::none;  ///< else it is kept as given
 
   double found() const { return given * result.factor; }
 };
@@ -70,7 +76,8 @@ struct ScenarioCalibration {
 
 /// Calibrates the noise that scenarios share out of their measurements alone: no truth is read. What the first one gives
 /// is taken as given for all. White noise that is made smaller while errors stay claims a certainty that grows with
-/// every measurement, and is not there: such a parameter is kept, and the others are found again beside it. Constants of
+/// every measurement, and is not there: such a parameter is kept, and the others are found again beside it. So is, where something is held out, less noise
+/// of own sensors that the position rests on for longer than any stretch that is held out. Constants of
 /// errors that stay are found in each scenario by itself. Throws Error on scenarios whose sensors differ, names that are
 /// not there, parameters without data, fewer data than parameters, and as the builders of problems and calibrate() do.
 ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const ScenarioCalibrationOptions& options);

@@ -68,7 +68,22 @@ CalibratedEntry own_entry(const EgoSensor& sensor, const Frame& frame, bool erro
                                    std::move(sigmas), turned);
   entry.kind = name(sensor.type);
   entry.sensor = !error;
+  entry.carries = !world && (error || !sensor.error || !sensor.error->has_bias());
   return entry;
+}
+
+/// Between fixes of the position; before the first and after the last, too.
+double longest_gap(const NavigationData& data, const std::vector<PlacedEgoMeasurement>& placed) {
+  if (placed.empty()) return 0;
+  const auto [first, last] =
+      std::minmax_element(placed.begin(), placed.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
+  std::vector<double> times = {first->t, last->t};
+  for (const PlacedEgoMeasurement& m : placed)
+    if (data.sensors[m.sensor].type->reading == EgoReading::world_vector) times.push_back(m.t);
+  std::sort(times.begin(), times.end());
+  double longest = 0;
+  for (std::size_t i = 1; i < times.size(); ++i) longest = std::max(longest, times[i] - times[i - 1]);
+  return longest;
 }
 
 std::size_t place_of(const std::vector<CalibratedEntry>& entries, std::string_view name) {
@@ -167,6 +182,7 @@ void CalibrationProblem::add_target(const Scenario& scenario, const TrackingOpti
 }
 
 void CalibrationProblem::add_own(const NavigationData& data, const std::vector<PlacedEgoMeasurement>& placed) {
+  longest_without_fix = longest_gap(data, placed);
   for (const PlacedEgoMeasurement& m : placed) {
     const std::string& sensor = data.sensors[m.sensor].name;
     if (m.block) blocks.push_back({place_of(entries, sensor), *m.block, 0, m.t});

@@ -20,6 +20,8 @@ struct CalibratedEntry {
   std::vector<double> sigmas;           ///< as given, in the axes of the scenario's files, as components are
   std::vector<int> row;                 ///< of each component, its place among the entry's rows in the problem
   bool sensor = false;
+  /// Of the chaser's own, what its position rests on between fixes: an error that stays would be in this noise alone.
+  bool carries = false;
 
   /// "usbl.x", or "depth" where there is one component alone.
   std::string parameter(std::size_t component) const;
@@ -46,6 +48,8 @@ class CalibrationProblem {
   std::string scenario;
   std::vector<CalibratedEntry> entries;
   std::vector<EntryBlock> blocks;
+  double longest_without_fix =
+      0;  ///< s, of the chaser's position, the recording's ends included; 0: it does not navigate
 
   /// Of sensors with errors that stay, at the problem's values. Throws Error where they have no covariance, and
   /// Stopped.

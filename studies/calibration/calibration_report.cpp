@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -14,9 +15,20 @@ namespace {
 using CalibrationJson = nlohmann::ordered_json;
 using Align = TextTable::Align;
 
+/// Whether the range over which the evidence is flat was looked for.
+bool has_range(const CalibratedNoise& noise) { return noise.flat_from < noise.flat_to; }
+
 std::string verdict(const CalibratedParameter& p) {
   const CalibratedNoise& r = p.result;
-  if (p.distrusted) return "not noise alone (below), and no less of it is believed; kept";
+  switch (p.distrust) {
+    case Distrust::misfit:
+      return "not noise alone (below), and no less of it is believed; kept";
+    case Distrust::untried:
+      return "less is not tried over times without fixes (below); kept";
+    case Distrust::none:
+      break;
+  }
+  if (!has_range(r)) return "cut short: not known how well the data tell it";
   if (r.at_bound) return fmt::format("ran to the end of what is allowed, {:.3g} times as given", r.factor);
   if (r.determined) return "found";
   if (r.bounded)
@@ -28,6 +40,9 @@ std::string verdict(const CalibratedParameter& p) {
 
 std::string held_out_sentence(const ScenarioCalibration& c) {
   if (c.parameters.empty()) return "No noise was calibrated: nothing was held out.";
+  if (std::all_of(c.parameters.begin(), c.parameters.end(),
+                  [](const CalibratedParameter& p) { return p.distrust != Distrust::none; }))
+    return "Less noise is believed of none, and nothing else was found: keep what you had.";
   if (c.folds == 0) return "Nothing was held out (--folds): whether this noise predicts better is not known.";
   if (!c.why_not_validated.empty())
     return fmt::format("Held-out measurements have no answer ({}): what was given is kept.", c.why_not_validated);
@@ -68,10 +83,11 @@ std::string report(const ScenarioCalibration& c) {
                                  fmt::join(c.scenarios, ", "), name(c.summary.status), c.summary.solves, c.seconds);
   TextTable table({{"parameter", Align::left}, {"given"}, {"found"}, {"±"}, {"gain"}, {"verdict", Align::left}});
   for (const CalibratedParameter& p : c.parameters) {
-    const bool told = !p.distrusted && (p.result.determined || p.result.bounded || p.result.at_bound);
+    const bool told = p.distrust == Distrust::none &&
+                      (p.result.determined || p.result.bounded || p.result.at_bound || !has_range(p.result));
     table.row({p.name, fmt::format("{:.4g}", p.given), told ? fmt::format("{:.4g}", p.found()) : "–",
-               told ? fmt::format("{:.2g}", p.found() * p.result.log_error) : "–",
-               told ? fmt::format("{:.1f}", p.result.gain) : "–", verdict(p)});
+               told && has_range(p.result) ? fmt::format("{:.2g}", p.found() * p.result.log_error) : "–",
+               told && has_range(p.result) ? fmt::format("{:.1f}", p.result.gain) : "–", verdict(p)});
   }
   if (!c.parameters.empty()) text += table.str();
   text += constants_table(c);
@@ -135,7 +151,7 @@ std::string calibration_json(const ScenarioCalibration& c) {
                            {"gain", p.result.gain},
                            {"determined", p.result.determined},
                            {"bounded", p.result.bounded},
-                           {"distrusted", p.distrusted},
+                           {"distrusted", p.distrust != Distrust::none},
                            {"at_bound", p.result.at_bound},
                            {"rows", p.result.rows},
                            {"effective_rows", p.result.effective_rows}};

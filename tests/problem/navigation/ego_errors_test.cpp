@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -147,6 +148,13 @@ TEST(EgoErrors, WhatCannotWorkIsRefused) {
   EXPECT_THAT(refusal(), HasSubstr("is its bias"));
   run.sensor(EgoSensorType::heading).error = StayingError{.delay = 0.1};
   EXPECT_EQ(refusal(), "");
+  run.sensor(EgoSensorType::heading).error = StayingError{.delay = std::numeric_limits<double>::quiet_NaN()};
+  EXPECT_THAT(refusal(), HasSubstr("of its delay must be finite"));
+  run.sensor(EgoSensorType::heading).error = StayingError{Vector<3>(1, std::numeric_limits<double>::quiet_NaN(), 1)};
+  EXPECT_THAT(refusal(), HasSubstr("heading.error: standard deviations must be finite and above zero"));
+  run.sensor(EgoSensorType::heading).error = StayingError{Vector<3>::Constant(1), -1};
+  EXPECT_THAT(refusal(), HasSubstr("its time must be above zero"));
+  run.sensor(EgoSensorType::heading).error = StayingError{.delay = 0.1};
   run.data.imu.reset();
   EXPECT_THAT(refusal(), HasSubstr("beside an imu alone"));
 }

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include <gmock/gmock.h>
@@ -92,6 +93,12 @@ TEST(StayingError, SaysWhereItCannotBe) {
   refused(data, {}, "off.error needs 3 standard deviations");
   data.sensors[0].error->sigma = Vector<3>(1, 1, 0);
   refused(data, {}, "above zero");
+  data.sensors[0].error = StayingError{.scale = std::numeric_limits<double>::quiet_NaN()};
+  refused(data, {}, "off.error: the standard deviation of its scale must be finite");
+  data.sensors[0].error = StayingError{.misalignment = -0.1};
+  refused(data, {}, "of its misalignment");
+  data.sensors[0].error = StayingError{Vector<3>::Constant(2), std::numeric_limits<double>::quiet_NaN()};
+  refused(data, {}, "its time must be above zero");
 }
 
 }  // namespace

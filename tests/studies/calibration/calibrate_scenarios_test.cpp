@@ -6,6 +6,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/calibration/calibrate_scenarios.hpp>
 #include <tandem/studies/calibration/calibration_report.hpp>
+#include <tandem/studies/simulation/simulate_dive_files.hpp>
 #include <tandem/studies/simulation/simulate_docking_files.hpp>
 
 #include "studies/scratch.hpp"
@@ -117,6 +118,51 @@ TEST(CalibrateScenarios, SaysWhatIsWrong) {
   EXPECT_THAT(refusal({}, options), HasSubstr("no scenario"));
 }
 
+/// A dive whose noise is half of what is stated.
+Scenario careful_dive() {
+  const ScratchFolder scratch;
+  DiveOptions options;
+  options.minutes = 3;
+  options.dvl_scale = false;
+  write_dive(simulate_dive(options), options, scratch.path());
+  Scenario scenario = read_scenario(scratch.path());
+  for (EgoSensor& sensor : scenario.navigation->sensors) sensor.sigma *= 2;
+  return scenario;
+}
+
+TEST(CalibrateScenarios, LessNoiseOfDeadReckoningNeedsFixesToBeTriedBy) {
+  ScenarioCalibrationOptions options;
+  options.free = {"dvl", "gps"};
+  options.folds = 2;
+  const Scenario dive = careful_dive();
+  const ScenarioCalibration kept = calibrate_scenarios({dive}, options);
+  for (const char* name : {"dvl.x", "dvl.y", "dvl.z"}) {
+    EXPECT_EQ(find(kept, name).distrust, Distrust::untried) << name;
+    EXPECT_EQ(find(kept, name).found(), find(kept, name).given) << name;
+  }
+  EXPECT_EQ(find(kept, "gps.x").distrust, Distrust::none) << "fixes are tried by each other";
+  EXPECT_THAT(report(kept), HasSubstr("without a fix of the position"));
+  ASSERT_THAT(kept.noise, SizeIs(2)) << "what is kept is in the file, as given";
+  EXPECT_THAT(kept.noise[0].sigmas, testing::Each(find(kept, "dvl.x").given));
+
+  // The same velocities with fixes all along, made of what the dive without them comes to.
+  Scenario fixed = dive;
+  const Navigation path = navigate(*dive.navigation);
+  for (EgoSensor& sensor : fixed.navigation->sensors)
+    if (sensor.type == EgoSensorType::gps) {
+      sensor.measurements.clear();
+      for (const Stamped<EgoState>& k : path.states)
+        sensor.measurements.push_back({k.t, (k.value.pose * sensor.mount).translation()});
+    }
+  options.free = {"dvl"};
+  EXPECT_EQ(find(calibrate_scenarios({fixed}, options), "dvl.x").distrust, Distrust::none);
+
+  options.folds = 0;
+  const CalibratedParameter untested = find(calibrate_scenarios({dive}, options), "dvl.x");
+  EXPECT_EQ(untested.distrust, Distrust::none) << "nothing is said of what was not tried";
+  EXPECT_NEAR(untested.result.factor, 0.5, 0.1);
+}
+
 TEST(CalibrateScenarios, AStopKeepsWhatThereIs) {
   const std::atomic<bool> stop = true;
   ScenarioCalibrationOptions options;
@@ -125,6 +171,7 @@ TEST(CalibrateScenarios, AStopKeepsWhatThereIs) {
   EXPECT_FALSE(found.summary.converged());
   EXPECT_FALSE(found.parameters.empty());
   EXPECT_EQ(found.folds, 0);
+  EXPECT_THAT(report(found), testing::AllOf(HasSubstr("cut short"), testing::Not(HasSubstr("do not tell it"))));
 }
 
 }  // namespace
