@@ -140,10 +140,19 @@ double Program::linearize(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian) {
   return accumulate(gradient, &hessian);
 }
 
-double Program::linearize_at_point(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian) {
+void Program::leave_charts() {
   take_point();
   for (auto& [type, store] : problem_.stores_) store->charted = false;
   moved_ = true;
+}
+
+double Program::gradient_at_point(Eigen::VectorXd& gradient) {
+  leave_charts();
+  return accumulate(gradient, nullptr);
+}
+
+double Program::linearize_at_point(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian) {
+  leave_charts();
   return accumulate(gradient, &hessian);
 }
 

@@ -73,7 +73,8 @@ class Program {
   double gradient(Eigen::VectorXd& gradient);
   /// Cost, gradient and the Gauss-Newton Hessian's values in the order of its pattern.
   double linearize(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian);
-  /// The same with respect to right perturbations of the point, as if it had been recentred.
+  /// Both with respect to right perturbations of the point, as if it had been recentred.
+  double gradient_at_point(Eigen::VectorXd& gradient);
   double linearize_at_point(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian);
   void constraints(Eigen::VectorXd& c);
   void constraint_jacobian(Eigen::VectorXd& values);
@@ -136,6 +137,7 @@ class Program {
   void take_point();
   void values_changed();
   void chart_if_moved();
+  void leave_charts();
   double accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian);
   /// Runs f(p, begin, end) of every pool's blocks, by their order of evaluation; the sum of what it returns. Blocks of
   /// several lanes, which may run at once, have no unknown in common, nor an entry of the Hessian.
