@@ -104,10 +104,7 @@ void set_options(Ipopt::IpoptApplication& app, const IpoptOptions& options) {
   app.Options()->SetNumericValue("bound_relax_factor", 0.0);  // relaxed bounds would let solutions violate theirs
   app.Options()->SetNumericValue("acceptable_constr_viol_tol", detail::kConstraintTolerance);
   app.Options()->SetIntegerValue("max_iter", options.max_iterations);
-  if (options.hessian == Hessian::limited_memory) {
-    set("hessian_approximation", "limited-memory");
-    app.Options()->SetIntegerValue("limited_memory_max_history", 12);  // with Ipopt's 6, long chains may creep for ever
-  }
+  if (options.hessian == Hessian::limited_memory) set("hessian_approximation", "limited-memory");
   for (const auto& [key, value] : options.options) set_option(app, key, value);
 }
 

@@ -12,27 +12,9 @@ void subtract_columns(int m, int n_, const double* __restrict A, int stride, con
                       double* __restrict y) {
   const int n = N > 0 ? N : n_;
   for (int i = 0; i < m; ++i) {
-    double sum = 0;
-    for (int c = 0; c < n; ++c) sum += A[i + std::ptrdiff_t(c) * stride] * x[c];
-    y[i] -= sum;
-  }
-}
-
-/// x −= Aᵀ y, sums of even and odd rows apart so that two columns' worth of them fill a register.
-template <int N>
-void subtract_rows(int m, int n_, const double* __restrict A, int stride, const double* __restrict y,
-                   double* __restrict x) {
-  const int n = N > 0 ? N : n_;
-  for (int c = 0; c < n; ++c) {
-    const double* column = A + std::ptrdiff_t(c) * stride;
-    double even = 0, odd = 0;
-    int i = 0;
-    for (; i + 1 < m; i += 2) {
-      even += column[i] * y[i];
-      odd += column[i + 1] * y[i + 1];
-    }
-    if (i < m) even += column[i] * y[i];
-    x[c] -= even + odd;
+    double left = y[i];
+    for (int c = 0; c < n; ++c) left -= A[i + std::ptrdiff_t(c) * stride] * x[c];
+    y[i] = left;
   }
 }
 
@@ -68,19 +50,15 @@ void BlockCholesky::backward(Eigen::VectorXd& y, int to) const {
     const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
     const double* P = values_.data() + panel_[std::size_t(k)];
     double* x = y.data() + first_unknown_[std::size_t(k)];
-    for (int b = below_start_[std::size_t(k)]; b < below_start_[std::size_t(k) + 1]; ++b) {
-      const Below& below = below_[std::size_t(b)];
-      const double* source = y.data() + below.unknown;
-      if (n == 6) {
-        subtract_rows<6>(below.rows, n, P + below.row, m, source, x);
-      } else {
-        subtract_rows<0>(below.rows, n, P + below.row, m, source, x);
-      }
-    }
     for (int c = n - 1; c >= 0; --c) {
       const double* column = P + std::ptrdiff_t(c) * m;
       double sum = x[c];
       for (int i = c + 1; i < n; ++i) sum -= column[i] * x[i];
+      for (int b = below_start_[std::size_t(k)]; b < below_start_[std::size_t(k) + 1]; ++b) {
+        const Below& below = below_[std::size_t(b)];
+        const double* source = y.data() + below.unknown;
+        for (int i = 0; i < below.rows; ++i) sum -= column[below.row + i] * source[i];
+      }
       x[c] = sum / column[c];
     }
   }
