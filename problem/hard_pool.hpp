@@ -21,13 +21,15 @@ class HardPoolBase : public PoolBase {
   const std::vector<double>& multipliers() const { return multipliers_; }
   void set_multipliers(int i, const double* multipliers);
   void set_bounds(int i, const double* lower, const double* upper);
+  // Of the begin-th to the last before the end-th block in the placement's order; the arrays are of all rows.
+
   /// Rows at the point.
-  virtual void values(double* c) const = 0;
+  virtual void values(const PoolPlacement& place, int begin, int end, double* c) const = 0;
   /// Rows, where `c` is not null, and nonzeros at the point: of each block its states' Jacobians one after the other,
   /// each column by column.
-  virtual void jacobian(const PoolPlacement& place, double* c, double* values) const = 0;
+  virtual void jacobian(const PoolPlacement& place, int begin, int end, double* c, double* values) const = 0;
   /// Adds Jᵀ diag(weights) J to the Hessian, J as jacobian() gave it.
-  virtual void accumulate(const PoolPlacement& place, const double* weights, const double* jacobian,
+  virtual void accumulate(const PoolPlacement& place, int begin, int end, const double* weights, const double* jacobian,
                           double* H) const = 0;
 
   void remove(int i) final;
@@ -64,21 +66,23 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
   std::unique_ptr<HardPoolBase> another(const StoreInstead& instead) const override {
     return std::make_unique<HardPool>(this->stores_of(instead));
   }
-  void values(double* c) const override {
+  void values(const PoolPlacement& place, int begin, int end, double* c) const override {
     Row r;
-    for (std::size_t i = 0; i < this->blocks_.size(); ++i) {
+    for (int k = begin; k < end; ++k) {
+      const std::size_t i = std::size_t(place.at(k));
       this->value(i, r);
-      c = std::copy_n(r.data(), kDim, c);
+      std::copy_n(r.data(), kDim, c + i * kDim);
     }
   }
-  void jacobian(const PoolPlacement& place, double* c, double* values) const override {
+  void jacobian(const PoolPlacement& place, int begin, int end, double* c, double* values) const override {
     Row r;
     Jacobians J;
     Pool::set_zero(J);  // GCC 12 does not see that linearize sets it
-    for (std::size_t i = 0; i < this->blocks_.size(); ++i) {
+    for (int k = begin; k < end; ++k) {
+      const std::size_t i = std::size_t(place.at(k));
       const int* offset = &place.offset[i * kArity];
       this->linearize(i, offset, r, J);
-      if (c) c = std::copy_n(r.data(), kDim, c);
+      if (c) std::copy_n(r.data(), kDim, c + i * kDim);
       double* out = values + place.jacobian[i];
       static_for<kArity>([&]<int S>() {
         if (offset[S] >= 0) out = std::copy_n(std::get<S>(J).data(), kDim * Pool::kDofs[S], out);
@@ -86,10 +90,12 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
     }
   }
 
-  void accumulate(const PoolPlacement& place, const double* weights, const double* jacobian, double* H) const override {
+  void accumulate(const PoolPlacement& place, int begin, int end, const double* weights, const double* jacobian,
+                  double* H) const override {
     Jacobians J;
     Pool::set_zero(J);
-    for (std::size_t i = 0; i < this->blocks_.size(); ++i) {
+    for (int k = begin; k < end; ++k) {
+      const std::size_t i = std::size_t(place.at(k));
       const int* offset = &place.offset[i * kArity];
       double root[kDim];
       if (!square_roots(weights + i * kDim, root)) continue;
@@ -109,11 +115,12 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
     Row r;
     Jacobians J;
     Pool::set_zero(J);
-    for (std::size_t i = std::size_t(begin); i < std::size_t(end); ++i) {
+    for (int k = begin; k < end; ++k) {
+      const std::size_t i = std::size_t(place.at(k));
       const double* lambda = multipliers + i * kDim;
       if (std::all_of(lambda, lambda + kDim, [](double l) { return l == 0; })) continue;
       const auto dual = [&](const Row&, Row& w) {
-        for (int k = 0; k < kDim; ++k) w.data()[k] = factor * lambda[k];
+        for (int row = 0; row < kDim; ++row) w.data()[row] = factor * lambda[row];
       };
       const int* offset = &place.offset[i * kArity];
       this->add_second_derivatives(i, offset, &place.hessian[i * kPairs], dual, r, J, gradient, H);

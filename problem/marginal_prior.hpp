@@ -50,7 +50,7 @@ class MarginalPrior final : public SoftPoolBase {
                      double& scale) const override;
   void add_exact_hessian(const PoolPlacement& place, int begin, int end, double factor, const double* multipliers,
                          double* gradient, double* H) const override;
-  double cost(int begin, int end) const override { return begin < end ? block_cost(begin) : 0.0; }
+  double cost(const PoolPlacement&, int begin, int end) const override { return begin < end ? block_cost(begin) : 0.0; }
   double block_cost(int i) const override;
   double accumulate(const PoolPlacement& place, int begin, int end, double* gradient, double* H) const override;
   double weight(int) const override { return 1.0; }

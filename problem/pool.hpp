@@ -30,6 +30,10 @@ struct PoolPlacement {
   std::vector<int> offset;            ///< blocks × arity: the state's first unknown, −1 when it is fixed
   std::vector<HessianPlace> hessian;  ///< blocks × arity (arity + 1) / 2: pairs (a, b ≤ a) at a (a + 1) / 2 + b
   std::vector<int> jacobian;          ///< blocks: first entry in the values of the constraint Jacobian (hard pools)
+  std::vector<int> order;             ///< blocks, in the order of evaluation; empty where that is their own
+
+  /// The block that is evaluated k-th.
+  int at(int k) const { return order.empty() ? k : order[static_cast<std::size_t>(k)]; }
 };
 
 /// All blocks of one residual type and role, evaluated in one loop: one virtual call a pool.
@@ -56,7 +60,7 @@ class PoolBase {
   /// `row_weights`, soft ones have their own.
   virtual void add_stiffness(const PoolPlacement& place, const double* v, const double* row_weights, double& along,
                              double& scale) const = 0;
-  /// Adds the exact second derivatives of blocks begin … end − 1 to the Hessian, of `factor` times the cost (soft pools) or
+  /// Adds the exact second derivatives of the begin-th to the last before the end-th block to the Hessian, of `factor` times the cost (soft pools) or
   /// of multipliersᵀ c (hard pools). Where the residual gives its own, they lack what the charts' curvature makes of the
   /// gradient by perturbations of the point, which is added to `gradient`; else they are central differences of the
   /// closed-form gradient, charts and all.

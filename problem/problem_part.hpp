@@ -18,10 +18,11 @@ class ProblemPart {
 
   Problem& problem() { return part_; }
 
-  /// All variables, fixed ones too, take the values that they have in the whole, and blocks their noise and losses.
+  /// All variables, fixed ones too, take the values that they have in the whole, and blocks their measurements, noise,
+  /// losses, bounds and multipliers.
   void take_values();
-  /// Those that are free here give theirs to the whole. Both throw Error when variables or blocks have joined or left
-  /// the whole or were fixed since the part was made.
+  /// The variables that are free here give their values to the whole; multipliers stay here. Both throw Error when
+  /// variables or blocks have joined or left the whole or were fixed since the part was made.
   void give_values();
 
  private:

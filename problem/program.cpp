@@ -1,13 +1,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <numeric>
 #include <string>
 
 #include <tandem/problem/program.hpp>
-
-#ifdef TANDEM_HAS_TBB
-#include <tbb/parallel_invoke.h>
-#endif
 
 namespace tandem {
 
@@ -28,7 +26,9 @@ void Program::take_point() {
 void Program::move_to(const Eigen::VectorXd& delta) {
   check_unchanged();
   delta_ = delta;
-  for (auto& [type, store] : problem_.stores_) store->move(delta_.data(), offset_);
+  for (auto& [type, store] : problem_.stores_) store->charted = false;
+  over_states(
+      [&](detail::StateStoreBase& store, int begin, int end) { store.move(delta_.data(), offset_, begin, end); });
   problem_.point_of_ = this;
   moved_ = true;
 }
@@ -75,31 +75,58 @@ double Program::largest_angle() const {
 void Program::chart_if_moved() {
   take_point();
   if (!moved_) return;
-  for (auto& [type, store] : problem_.stores_) store->chart_point();
+  for (auto& [type, store] : problem_.stores_) store->begin_charts();
+  over_states([](detail::StateStoreBase& store, int begin, int end) { store.chart_point(begin, end); });
   moved_ = false;
 }
 
 template <class F>
-double Program::in_lanes(F f) {
-  if (!two_lanes_) return f(0);
-#ifdef TANDEM_HAS_TBB
-  // Work stealing, not a barrier: on a busy machine this thread takes the second lane too instead of waiting.
-  double first = 0, second = 0;
-  tbb::parallel_invoke([&] { first = f(0); }, [&] { second = f(1); });
-  return first + second;
-#else
-  const double first = f(0);
-  return first + f(1);
-#endif
+double Program::over_blocks(F f) const {
+  const auto of_lane = [&](int lane) {
+    double sum = 0;
+    const int* first = first_of_lane_.data() + lane;
+    for (std::size_t p = 0; p < problem_.pools_.size(); ++p, first += num_lanes_ + 2)
+      if (first[0] < first[1]) sum += f(p, first[0], first[1]);
+    return sum;
+  };
+  std::array<double, detail::kMostLanes> sums;
+  lanes_.run(num_lanes_, [&](int lane) { sums[std::size_t(lane)] = of_lane(lane); });
+  return std::accumulate(sums.begin(), sums.begin() + num_lanes_, 0.0) + of_lane(num_lanes_);
+}
+
+template <class F>
+double Program::over_hard_blocks(F f) const {
+  return over_blocks([&](std::size_t p, int begin, int end) {
+    const auto* pool = problem_.pools_[p].hard.get();
+    if (pool) f(*pool, p, begin, end);
+    return 0.0;
+  });
+}
+
+template <class F>
+void Program::over_states(F f) {
+  lanes_.run(num_lanes_, [&](int lane) {
+    for (auto& [type, store] : problem_.stores_) {
+      const std::int64_t slots = store->size();
+      f(*store, int(slots * lane / num_lanes_), int(slots * (lane + 1) / num_lanes_));
+    }
+  });
+}
+
+void Program::set_zero(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian) {
+  gradient.setZero();
+  if (!hessian) return;
+  lanes_.run(num_lanes_, [&](int lane) {
+    const auto first = [&](int part) { return hessian->size() * part / num_lanes_; };
+    hessian->segment(first(lane), first(lane + 1) - first(lane)).setZero();
+  });
 }
 
 double Program::cost() {
   take_point();
-  return in_lanes([this](int lane) {
-    double total = 0;
-    for (const auto& p : problem_.pools_)
-      if (p.soft) total += p.soft->cost(first_of_lane(*p.soft, lane), first_of_lane(*p.soft, lane + 1));
-    return total;
+  return over_blocks([this](std::size_t p, int begin, int end) {
+    const auto* pool = problem_.pools_[p].soft.get();
+    return pool ? pool->cost(placement_[p], begin, end) : 0.0;
   });
 }
 
@@ -113,76 +140,57 @@ double Program::linearize(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian) {
   return accumulate(gradient, &hessian);
 }
 
-double Program::linearize_at_point(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian) {
+void Program::leave_charts() {
   take_point();
   for (auto& [type, store] : problem_.stores_) store->charted = false;
   moved_ = true;
+}
+
+double Program::gradient_at_point(Eigen::VectorXd& gradient) {
+  leave_charts();
+  return accumulate(gradient, nullptr);
+}
+
+double Program::linearize_at_point(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian) {
+  leave_charts();
   return accumulate(gradient, &hessian);
 }
 
-template <class F>
-double Program::sum_in_lanes(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian, F f) {
-  const double sum = in_lanes([&](int lane) {
-    Eigen::VectorXd& g = lane == 0 ? gradient : second_gradient_;
-    Eigen::VectorXd* H = lane == 0 || !hessian ? hessian : &second_hessian_;
-    g.setZero();
-    if (H) H->setZero();
-    // Positions count from the whole arrays' beginning; no block of the second lane has one before its tails.
-    double* g_data = g.data() + g.size() - gradient.size();
-    double* H_data = H ? H->data() + H->size() - hessian->size() : nullptr;
-    double total = 0;
-    for (std::size_t p = 0; p < problem_.pools_.size(); ++p) total += f(p, lane, g_data, H_data);
-    return total;
-  });
-  if (two_lanes_) {
-    gradient.tail(second_gradient_.size()) += second_gradient_;
-    if (hessian) hessian->tail(second_hessian_.size()) += second_hessian_;
-  }
-  return sum;
-}
-
 double Program::accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian) {
-  return sum_in_lanes(gradient, hessian, [this](std::size_t p, int lane, double* g, double* H) {
+  set_zero(gradient, hessian);
+  return over_blocks([&](std::size_t p, int begin, int end) {
     const auto* pool = problem_.pools_[p].soft.get();
-    return pool ? pool->accumulate(placement_[p], first_of_lane(*pool, lane), first_of_lane(*pool, lane + 1), g, H)
+    return pool ? pool->accumulate(placement_[p], begin, end, gradient.data(), hessian ? hessian->data() : nullptr)
                 : 0.0;
   });
 }
 
 void Program::constraints(Eigen::VectorXd& c) {
   take_point();
-  double* out = c.data();
-  for (const auto& p : problem_.pools_) {
-    if (!p.hard) continue;
-    p.hard->values(out);
-    out += p.hard->size() * p.hard->dim();
-  }
+  over_hard_blocks([&](const detail::HardPoolBase& pool, std::size_t p, int begin, int end) {
+    pool.values(placement_[p], begin, end, c.data() + first_row_[p]);
+  });
 }
 
 void Program::constraint_jacobian(Eigen::VectorXd& values) {
   chart_if_moved();
-  for (std::size_t p = 0; p < problem_.pools_.size(); ++p)
-    if (problem_.pools_[p].hard) problem_.pools_[p].hard->jacobian(placement_[p], nullptr, values.data());
+  over_hard_blocks([&](const detail::HardPoolBase& pool, std::size_t p, int begin, int end) {
+    pool.jacobian(placement_[p], begin, end, nullptr, values.data());
+  });
 }
 
 void Program::linearize_constraints(Eigen::VectorXd& c, Eigen::VectorXd& jacobian) {
   chart_if_moved();
-  double* out = c.data();
-  for (std::size_t p = 0; p < problem_.pools_.size(); ++p)
-    if (const auto* pool = problem_.pools_[p].hard.get()) {
-      pool->jacobian(placement_[p], out, jacobian.data());
-      out += pool->size() * pool->dim();
-    }
+  over_hard_blocks([&](const detail::HardPoolBase& pool, std::size_t p, int begin, int end) {
+    pool.jacobian(placement_[p], begin, end, c.data() + first_row_[p], jacobian.data());
+  });
 }
 
 void Program::add_constraint_hessian(const Eigen::VectorXd& weights, const Eigen::VectorXd& jacobian,
                                      Eigen::VectorXd& hessian) const {
-  const double* w = weights.data();
-  for (std::size_t p = 0; p < problem_.pools_.size(); ++p)
-    if (const auto* pool = problem_.pools_[p].hard.get()) {
-      pool->accumulate(placement_[p], w, jacobian.data(), hessian.data());
-      w += pool->size() * pool->dim();
-    }
+  over_hard_blocks([&](const detail::HardPoolBase& pool, std::size_t p, int begin, int end) {
+    pool.accumulate(placement_[p], begin, end, weights.data() + first_row_[p], jacobian.data(), hessian.data());
+  });
 }
 
 void Program::multipliers(Eigen::VectorXd& y) const {
@@ -211,15 +219,17 @@ Program::Stiffness Program::stiffness(const Eigen::VectorXd& v, const Eigen::Vec
 
 void Program::exact_hessian(double factor, const Eigen::VectorXd& multipliers, Eigen::VectorXd& hessian) {
   chart_if_moved();
-  sum_in_lanes(point_gradient_, &hessian, [&](std::size_t p, int lane, double* g, double* H) {
+  set_zero(point_gradient_, &hessian);
+  over_blocks([&](std::size_t p, int begin, int end) {
     const auto& pool = problem_.pools_[p];
     const double* lambda = pool.hard ? multipliers.data() + first_row_[p] : nullptr;
-    pool.base().add_exact_hessian(placement_[p], first_of_lane(pool.base(), lane), first_of_lane(pool.base(), lane + 1),
-                                  pool.hard ? 1.0 : factor, lambda, g, H);
+    pool.base().add_exact_hessian(placement_[p], begin, end, pool.hard ? 1.0 : factor, lambda, point_gradient_.data(),
+                                  hessian.data());
     return 0.0;
   });
-  for (const auto& [type, store] : problem_.stores_)
-    store->add_chart_curvature(point_gradient_.data(), offset_, hessian_.column_start, hessian.data());
+  over_states([&](const detail::StateStoreBase& store, int begin, int end) {
+    store.add_chart_curvature(point_gradient_.data(), offset_, hessian_.column_start, begin, end, hessian.data());
+  });
 }
 
 Program::Violation Program::violation(const Eigen::VectorXd& c) const {
@@ -255,8 +265,9 @@ std::string Program::describe_bad_block() {
   chart_if_moved();
   for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
     const auto* pool = problem_.pools_[p].soft.get();
-    for (int i = 0; pool && i < pool->size(); ++i) {
-      const double cost = pool->accumulate(placement_[p], i, i + 1, gradient.data(), nullptr);
+    for (int k = 0; pool && k < pool->size(); ++k) {
+      const int i = placement_[p].at(k);
+      const double cost = pool->accumulate(placement_[p], k, k + 1, gradient.data(), nullptr);
       bool finite = std::isfinite(cost);
       for (int s = 0; s < pool->arity(); ++s)
         if (const int id = pool->variables(i)[s]; offset_[std::size_t(id)] >= 0)

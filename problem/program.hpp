@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include <tandem/problem/lanes.hpp>
 #include <tandem/problem/problem.hpp>
 
 namespace tandem {
@@ -38,6 +39,9 @@ class Program {
   explicit Program(Problem& problem);
   ~Program();
 
+  /// Threads that evaluate, at most; 0, the default: one each core. No result depends on it. Throws Error below zero.
+  void use_threads(int threads) { lanes_.use_threads(threads); }
+
   /// Whether the problem's variables and blocks are those that it was compiled for.
   bool is_current() const;
 
@@ -69,7 +73,8 @@ class Program {
   double gradient(Eigen::VectorXd& gradient);
   /// Cost, gradient and the Gauss-Newton Hessian's values in the order of its pattern.
   double linearize(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian);
-  /// The same with respect to right perturbations of the point, as if it had been recentred.
+  /// Both with respect to right perturbations of the point, as if it had been recentred.
+  double gradient_at_point(Eigen::VectorXd& gradient);
   double linearize_at_point(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian);
   void constraints(Eigen::VectorXd& c);
   void constraint_jacobian(Eigen::VectorXd& values);
@@ -132,14 +137,18 @@ class Program {
   void take_point();
   void values_changed();
   void chart_if_moved();
+  void leave_charts();
   double accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian);
-  /// Sums over blocks into both arrays, in lanes: f(pool, lane, gradient, hessian) returns its pool's part of the result.
+  /// Runs f(p, begin, end) of every pool's blocks, by their order of evaluation; the sum of what it returns. Blocks of
+  /// several lanes, which may run at once, have no unknown in common, nor an entry of the Hessian.
   template <class F>
-  double sum_in_lanes(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian, F f);
-  /// Runs f(lane) for both lanes, at once where threads are to be had; the sum of what they return.
+  double over_blocks(F f) const;
   template <class F>
-  double in_lanes(F f);
-  int first_of_lane(const detail::PoolBase& pool, int lane) const;
+  double over_hard_blocks(F f) const;
+  /// Runs f(store, begin, end) of all states, in lanes.
+  template <class F>
+  void over_states(F f);
+  void set_zero(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian);
 
   Problem& problem_;
   std::vector<int> offset_;             // of each variable, −1 when fixed
@@ -155,13 +164,13 @@ class Program {
     double lower, upper;
   };
   std::vector<FixedRow> fixed_rows_;
-  // The first half of every pool goes into the solver's arrays, the second into these, which hold no more than their
-  // tails from where it begins. The split, and so the rounding, is the same whatever the number of threads. Empty for
-  // small problems, which one lane serves faster.
-  Eigen::VectorXd second_gradient_, second_hessian_;
+  // Each lane has the blocks that read unknowns of its own part of them alone, and so writes its own part of the solver's
+  // arrays; those that read unknowns of several come after all lanes. One lane for small problems.
+  detail::Lanes lanes_;
+  int num_lanes_ = 1;
+  std::vector<int> first_of_lane_;  // of each pool, the lanes' first blocks, then those of several parts, then the end
   Eigen::VectorXd point_gradient_;  // of exact_hessian()
-  bool two_lanes_ = false;
-  Eigen::VectorXd delta_;  // the point, against X̄
+  Eigen::VectorXd delta_;           // the point, against X̄
   long long revision_, value_revision_, bounds_revision_;
   bool moved_ = false;  // since the charts were last computed
 };

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include <tandem/problem/program.hpp>
@@ -10,7 +11,7 @@
 namespace tandem {
 namespace {
 
-constexpr int kTwoLanesFrom = 500;  // soft blocks; some 0.2 ms of work, well above what starting a thread costs
+constexpr int kBlocksOfLane = 250;  // at least; some 0.1 ms of work, well above what handing it to a thread costs
 
 }  // namespace
 
@@ -178,23 +179,40 @@ void Program::read_bounds() {
   bounds_revision_ = problem_.bounds_revision_;
 }
 
+/// Parts of equally many variables, each one lane's.
 void Program::compile_lanes() {
-  two_lanes_ = problem_.num_soft_blocks() >= kTwoLanesFrom;
-  if (!two_lanes_) return;
-  int first_unknown = num_unknowns() - 1;  // one element at the least, so that the tails have an address
+  int blocks = 0;
+  for (const auto& p : problem_.pools_) blocks += p.base().size();
+  num_lanes_ = std::clamp(blocks / kBlocksOfLane, 1, detail::kMostLanes);
+  const auto part_of = [&](int id) {  // −1 where the variable is fixed
+    const std::int64_t block = block_of_variable_[std::size_t(id)];
+    return block < 0 ? -1 : static_cast<int>(block * num_lanes_ / hessian_.num_blocks());
+  };
+
+  std::vector<int> lane;
   for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
     const auto& pool = problem_.pools_[p].base();
-    for (int i = first_of_lane(pool, 1) * pool.arity(); i < pool.size() * pool.arity(); ++i)
-      if (const int offset = placement_[p].offset[std::size_t(i)]; offset >= 0)
-        first_unknown = std::min(first_unknown, offset);
+    lane.assign(std::size_t(pool.size()), 0);
+    for (int i = 0; i < pool.size() && num_lanes_ > 1; ++i) {
+      int first = num_lanes_, last = -1;
+      for (int s = 0; s < pool.arity(); ++s)
+        if (const int part = part_of(pool.variables(i)[s]); part >= 0) {
+          first = std::min(first, part);
+          last = std::max(last, part);
+        }
+      lane[std::size_t(i)] = first < last ? num_lanes_ : std::max(last, 0);
+    }
+    std::vector<int>& order = placement_[p].order;
+    if (!std::is_sorted(lane.begin(), lane.end())) {
+      order.resize(lane.size());
+      std::iota(order.begin(), order.end(), 0);
+      std::stable_sort(order.begin(), order.end(),
+                       [&](int a, int b) { return lane[std::size_t(a)] < lane[std::size_t(b)]; });
+      std::sort(lane.begin(), lane.end());
+    }
+    for (int l = 0; l <= num_lanes_ + 1; ++l)
+      first_of_lane_.push_back(static_cast<int>(std::lower_bound(lane.begin(), lane.end(), l) - lane.begin()));
   }
-  second_gradient_.setZero(num_unknowns() - first_unknown);
-  second_hessian_.setZero(static_cast<Eigen::Index>(hessian_.row.size()) -
-                          hessian_.column_start[std::size_t(first_unknown)]);
-}
-
-int Program::first_of_lane(const detail::PoolBase& pool, int lane) const {
-  return two_lanes_ ? pool.size() * lane / 2 : pool.size() * lane;
 }
 
 }  // namespace tandem

@@ -26,10 +26,11 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
     return pool;
   }
 
-  double cost(int begin, int end) const override {
+  double cost(const PoolPlacement& place, int begin, int end) const override {
     double total = 0;
     Row r;
-    for (std::size_t i = std::size_t(begin); i < std::size_t(end); ++i) {
+    for (int k = begin; k < end; ++k) {
+      const std::size_t i = std::size_t(place.at(k));
       this->value(i, r);
       whiten<1>(i, r.data());
       total += 0.5 * this->loss_of(i, squared_norm<kDim>(r.data())).rho;
@@ -42,7 +43,8 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
     Jacobians J;
     Pool::set_zero(J);  // GCC 12 does not see that linearize sets it
     typename Pool::Transposed transposed;
-    for (std::size_t i = std::size_t(begin); i < std::size_t(end); ++i) {
+    for (int k = begin; k < end; ++k) {
+      const std::size_t i = std::size_t(place.at(k));
       const int* offset = &place.offset[i * kArity];
       this->linearize(i, offset, r, J);
       whiten<1>(i, r.data());
@@ -66,13 +68,14 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
     Row r;
     Jacobians J;
     Pool::set_zero(J);
-    for (std::size_t i = std::size_t(begin); i < std::size_t(end); ++i) {
+    for (int k = begin; k < end; ++k) {
+      const std::size_t i = std::size_t(place.at(k));
       const auto dual = [&](const Row& at_point, Row& w) {  // factor ρ' Wᵀ W r
         std::copy_n(at_point.data(), kDim, w.data());
         whiten<1>(i, w.data());
         const double d1 = factor * this->loss_of(i, squared_norm<kDim>(w.data())).d1;
         unwhiten(i, w.data());
-        for (int k = 0; k < kDim; ++k) w.data()[k] *= d1;
+        for (int row = 0; row < kDim; ++row) w.data()[row] *= d1;
       };
       const int* offset = &place.offset[i * kArity];
       const HessianPlace* at = &place.hessian[i * kPairs];

@@ -18,18 +18,25 @@ namespace tandem::detail {
 class StateStoreBase {
  public:
   virtual ~StateStoreBase() = default;
+  /// Slots, taken or free.
+  virtual int size() const = 0;
+  // Of slots begin … end − 1.
+
   /// point = value ⊕ delta, each variable's part of `delta` standing at its offset; fixed ones have a negative offset.
-  virtual void move(const double* delta, const std::vector<int>& offsets) = 0;
-  /// Fills `chart` for the delta of the last move.
-  virtual void chart_point() = 0;
+  virtual void move(const double* delta, const std::vector<int>& offsets, int begin, int end) = 0;
+  /// Fills `chart` for the delta of the last move, after begin_charts().
+  virtual void chart_point(int begin, int end) = 0;
+  /// Adds to the diagonal blocks of a Hessian by delta what the charts' second derivatives make of `gradient`, which is by
+  /// perturbations of the point; blocks by the pattern's columns, as SymmetricPattern has them.
+  virtual void add_chart_curvature(const double* gradient, const std::vector<int>& offsets,
+                                   const std::vector<int>& column_start, int begin, int end, double* H) const = 0;
+
+  /// Room for all charts; derivatives are by delta from now on.
+  virtual void begin_charts() = 0;
   /// value = point: the chart is centred there.
   virtual void recenter() = 0;
   /// point = value.
   virtual void reset() = 0;
-  /// Adds to the diagonal blocks of a Hessian by delta what the charts' second derivatives make of `gradient`, which is by
-  /// perturbations of the point; blocks by the pattern's columns, as SymmetricPattern has them.
-  virtual void add_chart_curvature(const double* gradient, const std::vector<int>& offsets,
-                                   const std::vector<int>& column_start, double* H) const = 0;
   /// Remembers `value`, and gives it back.
   virtual void keep() = 0;
   virtual void restore() = 0;
@@ -92,24 +99,26 @@ class StateStore final : public StateStoreBase {
         static_cast<const StateStore&>(from).value[std::size_t(from_slot)];
   }
 
-  void move(const double* d, const std::vector<int>& offsets) override {
-    charted = false;
-    for (std::size_t i = 0; i < value.size(); ++i) {
+  int size() const override { return static_cast<int>(value.size()); }
+  void move(const double* d, const std::vector<int>& offsets, int begin, int end) override {
+    for (std::size_t i = std::size_t(begin); i < std::size_t(end); ++i) {
       const int offset = id[i] < 0 ? -1 : offsets[static_cast<std::size_t>(id[i])];
       if (offset < 0) continue;
       delta[i] = Eigen::Map<const typename G::Tangent>(d + offset);
       point[i] = value[i] * G::Exp(delta[i]);
     }
   }
-  void chart_point() override {
+  void begin_charts() override {
     chart.resize(value.size());
-    for (std::size_t i = 0; i < value.size(); ++i) chart[i] = G::Jr(delta[i]);
     charted = true;
   }
+  void chart_point(int begin, int end) override {
+    for (std::size_t i = std::size_t(begin); i < std::size_t(end); ++i) chart[i] = G::Jr(delta[i]);
+  }
   void add_chart_curvature(const double* gradient, const std::vector<int>& offsets,
-                           const std::vector<int>& column_start, double* H) const override {
+                           const std::vector<int>& column_start, int begin, int end, double* H) const override {
     if constexpr (HasExpCurvature<G>) {
-      for (std::size_t i = 0; i < value.size() && charted; ++i) {
+      for (std::size_t i = std::size_t(begin); i < std::size_t(end) && charted; ++i) {
         const int offset = id[i] < 0 ? -1 : offsets[std::size_t(id[i])];
         if (offset < 0) continue;
         const typename G::Tangent g = Eigen::Map<const typename G::Tangent>(gradient + offset);

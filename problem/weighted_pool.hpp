@@ -15,8 +15,8 @@ class SoftPoolBase : public PoolBase {
  public:
   /// An empty pool of the same residual, over other stores.
   virtual std::unique_ptr<SoftPoolBase> another(const StoreInstead& instead) const = 0;
-  /// Cost of blocks begin … end − 1 at the point.
-  virtual double cost(int begin, int end) const = 0;
+  /// Cost at the point of the begin-th to the last before the end-th block in the placement's order.
+  virtual double cost(const PoolPlacement& place, int begin, int end) const = 0;
   /// Cost of one block at the point.
   virtual double block_cost(int i) const = 0;
   /// The same; adds the gradient and, where H is not null, the Gauss-Newton Hessian ρ' Jᵀ WᵀW J.

@@ -283,6 +283,7 @@ bool LevenbergMarquardt::is_current() const { return parts_->program.is_current(
 
 Summary LevenbergMarquardt::solve(double penalty) {
   if (std::exchange(parts_->used, true)) parts_->session.restart();  // the analysis is of the first solve's time
+  parts_->program.use_threads(parts_->options.threads);
   parts_->program.reset();
   parts_->model->restart(penalty);
   DampedSteps(parts_->program, parts_->session, *parts_->model, parts_->options).run();

@@ -386,6 +386,7 @@ Summary solve(Problem& problem, const NloptOptions& options) {
     return session.summary;
   }
   Program program(problem);
+  program.use_threads(options.threads);
   if (!session.start(program, [&] { return program.cost(); })) return session.summary;
   NloptRun run(program, session, options);
   while (run.run(algorithm)) {

@@ -55,6 +55,8 @@ struct SolverOptions {
   int max_iterations = 1000;                                    ///< the status is then max_iterations
   double time_limit = std::numeric_limits<double>::infinity();  ///< s
   const std::atomic<bool>* stop = nullptr;                      ///< set it from anywhere to end at the best point
+  /// That evaluate at once, at most; 0: one each core. The result is the same for any number, to the last bit.
+  int threads = 0;
   /// Start from the multipliers that the hard blocks have (Problem::multipliers), as an earlier solve left them: of a
   /// problem whose values, measurements or bounds have changed a little since. For the solvers that have multipliers.
   bool from_multipliers = false;

@@ -76,12 +76,14 @@ void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern, const Sym
   values_.resize(static_cast<Eigen::Index>(entries));
   diagonal_.resize(n_);
 
-  // Where block row r of block column k stands in its panel.
-  const auto find = [&](int k, int r) {
+  // Which of all block rows is r of block column k, and where it stands in the panel.
+  const auto entry = [&](int k, int r) {
     const auto begin = row_block_.begin() + row_start_[std::size_t(k)],
                end = row_block_.begin() + row_start_[std::size_t(k) + 1];
-    return row_in_panel[std::size_t(std::lower_bound(begin, end, r) - row_block_.begin())];
+    return std::size_t(std::lower_bound(begin, end, r) - row_block_.begin());
   };
+  const auto find = [&](int k, int r) { return row_in_panel[entry(k, r)]; };
+  std::vector<char> is_fill(row_block_.size(), 1);
   for (int block = 0; block < blocks_; ++block) {
     const int columns = pattern.first[std::size_t(block) + 1] - pattern.first[std::size_t(block)];
     const std::size_t column = std::size_t(pattern.first[std::size_t(block)]);
@@ -92,10 +94,37 @@ void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern, const Sym
       const int rows = pattern.first[std::size_t(other) + 1] - pattern.first[std::size_t(other)];
       const int p = place[std::size_t(block)], q = place[std::size_t(other)];
       const int k = std::min(p, q), r = std::max(p, q);
-      copies_.push_back(
-          {source, stride, panel_[std::size_t(k)] + find(k, r), panel_rows_[std::size_t(k)], rows, columns, p > q});
+      const std::size_t to = entry(k, r);
+      is_fill[to] = 0;
+      const Copy copy{source,  stride, panel_[std::size_t(k)] + row_in_panel[to], panel_rows_[std::size_t(k)], rows,
+                      columns, p > q};
+      const bool goes_on = !copies_.empty() && !copy.transposed && !copies_.back().transposed &&
+                           copies_.back().target + copies_.back().rows == copy.target &&
+                           copies_.back().source + copies_.back().rows == copy.source;
+      if (goes_on && copies_.back().columns == columns) {
+        copies_.back().rows += rows;
+      } else {
+        copies_.push_back(copy);
+      }
       source += rows;
     }
+  }
+  below_start_.push_back(0);
+  for (int k = 0; k < blocks_; ++k) {
+    const auto begin = std::size_t(row_start_[std::size_t(k)]), end = std::size_t(row_start_[std::size_t(k) + 1]);
+    for (std::size_t b = begin; b < end; ++b) {
+      const int rows = size_[std::size_t(row_block_[b])], row = row_in_panel[b];
+      if (is_fill[b])
+        fill_.push_back({panel_[std::size_t(k)] + row, panel_rows_[std::size_t(k)], rows, size_[std::size_t(k)]});
+      if (b == begin) continue;
+      const int unknown = first_unknown_[std::size_t(row_block_[b])];
+      if (b > begin + 1 && below_.back().unknown + below_.back().rows == unknown) {
+        below_.back().rows += rows;
+      } else {
+        below_.push_back({row, unknown, rows});
+      }
+    }
+    below_start_.push_back(static_cast<int>(below_.size()));
   }
 
   update_start_.push_back(0);
@@ -122,13 +151,17 @@ void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern, const Sym
 }
 
 void BlockCholesky::load(const Eigen::VectorXd& values, const Eigen::VectorXd& shift) {
-  values_.setZero();
+  for (const Fill& f : fill_)
+    for (int j = 0; j < f.columns; ++j) std::fill_n(values_.data() + f.target + j * f.stride, f.rows, 0.0);
   for (const Copy& c : copies_) {
     const double* from = values.data() + c.source;
     double* to = values_.data() + c.target;
-    for (int j = 0; j < c.columns; ++j)
-      for (int i = 0; i < c.rows; ++i)
-        to[c.transposed ? j + i * c.target_stride : i + j * c.target_stride] = from[i + j * c.source_stride];
+    for (int j = 0; j < c.columns; ++j, from += c.source_stride) {
+      if (!c.transposed)
+        std::copy_n(from, c.rows, to + j * c.target_stride);
+      else
+        for (int i = 0; i < c.rows; ++i) to[j + i * c.target_stride] = from[i];
+    }
   }
   for (int k = 0, place = 0; k < blocks_; ++k) {
     double* panel = values_.data() + panel_[std::size_t(k)];
@@ -215,81 +248,6 @@ std::vector<Eigen::VectorXd> BlockCholesky::null_space(const Eigen::VectorXd& va
     basis.push_back(v.normalized());
   }
   return basis;
-}
-
-/// Both in the pattern's order of unknowns, in place: each block's are consecutive there too.
-void BlockCholesky::forward(Eigen::VectorXd& y, int from) const {
-  for (int k = from; k < blocks_; ++k) {
-    const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
-    const double* P = values_.data() + panel_[std::size_t(k)];
-    double* x = y.data() + first_unknown_[std::size_t(k)];
-    for (int c = 0; c < n; ++c) {
-      const double* column = P + std::ptrdiff_t(c) * m;
-      x[c] /= column[c];
-      for (int i = c + 1; i < n; ++i) x[i] -= column[i] * x[c];
-      int row = n;
-      for (int b = row_start_[std::size_t(k)] + 1; b < row_start_[std::size_t(k) + 1]; ++b) {
-        const std::size_t block = std::size_t(row_block_[std::size_t(b)]);
-        double* target = y.data() + first_unknown_[block];
-        for (int i = 0; i < size_[block]; ++i) target[i] -= column[row + i] * x[c];
-        row += size_[block];
-      }
-    }
-  }
-}
-
-void BlockCholesky::backward(Eigen::VectorXd& y, int to) const {
-  for (int k = blocks_ - 1; k >= to; --k) {
-    const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
-    const double* P = values_.data() + panel_[std::size_t(k)];
-    double* x = y.data() + first_unknown_[std::size_t(k)];
-    for (int c = n - 1; c >= 0; --c) {
-      const double* column = P + std::ptrdiff_t(c) * m;
-      double sum = x[c];
-      for (int i = c + 1; i < n; ++i) sum -= column[i] * x[i];
-      int row = n;
-      for (int b = row_start_[std::size_t(k)] + 1; b < row_start_[std::size_t(k) + 1]; ++b) {
-        const std::size_t block = std::size_t(row_block_[std::size_t(b)]);
-        const double* source = y.data() + first_unknown_[block];
-        for (int i = 0; i < size_[block]; ++i) sum -= column[row + i] * source[i];
-        row += size_[block];
-      }
-      x[c] = sum / column[c];
-    }
-  }
-}
-
-void BlockCholesky::solve(Eigen::VectorXd& x) const {
-  forward(x);
-  backward(x);
-}
-
-Eigen::MatrixXd BlockCholesky::inverse_of(const std::vector<int>& blocks) const {
-  int first = blocks_, n = 0;
-  for (const int block : blocks) {
-    const int place = place_of_block_[std::size_t(block)];
-    first = std::min(first, place);
-    n += size_[std::size_t(place)];
-  }
-  Eigen::MatrixXd S(n, n);
-  Eigen::VectorXd x(n_);
-  int column = 0;
-  for (const int block : blocks) {
-    const int place = place_of_block_[std::size_t(block)];
-    for (int i = 0; i < size_[std::size_t(place)]; ++i, ++column) {
-      x.setZero();
-      x[first_unknown_[std::size_t(place)] + i] = 1;
-      forward(x, place);
-      backward(x, first);
-      int row = 0;
-      for (const int other : blocks) {
-        const std::size_t at = std::size_t(place_of_block_[std::size_t(other)]);
-        S.col(column).segment(row, size_[at]) = x.segment(first_unknown_[at], size_[at]);
-        row += size_[at];
-      }
-    }
-  }
-  return S;
 }
 
 }  // namespace tandem

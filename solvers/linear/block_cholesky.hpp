@@ -43,9 +43,15 @@ class BlockCholesky {
   /// The factor has room for all blocks of `structure`, which holds those of the pattern.
   BlockCholesky(const SymmetricPattern& pattern, const SymmetricPattern& structure);
 
-  struct Copy {  // a block of H into a panel
+  struct Copy {  // a block of H, or several one below the other, into a panel
     int source, source_stride, target, target_stride, rows, columns;
     bool transposed;
+  };
+  struct Fill {  // what of a panel H has no block for
+    int target, stride, rows, columns;
+  };
+  struct Below {  // consecutive rows of a panel below its top, and their unknowns
+    int row, unknown, rows;
   };
   struct Run {  // consecutive rows of an update: source row in the panel, target entry, number of rows
     int source_row, target, rows;
@@ -74,6 +80,9 @@ class BlockCholesky {
   std::vector<int> unknown_;                // unknown at each eliminated place
   std::vector<int> place_of_block_;         // of each block of the pattern
   std::vector<Copy> copies_;
+  std::vector<Fill> fill_;
+  std::vector<int> below_start_;  // of each block column
+  std::vector<Below> below_;
   std::vector<int> update_start_;
   std::vector<Update> updates_;
   std::vector<Run> runs_;

@@ -28,7 +28,6 @@ CondensedKkt::CondensedKkt(const Program& program)
     (is_equality(jacobian_pattern_.row[k]) ? of_equality_ : of_inequality_).push_back(static_cast<int>(k));
 
   hessian_.resize(static_cast<Eigen::Index>(hessian_pattern_.row.size()));
-  condensed_.resize(hessian_.size());
   jacobian_.resize(static_cast<Eigen::Index>(jacobian_pattern_.row.size()));
   coupling_.resize(inequalities_);
   for (Vector* v : {&curvature_, &x_}) v->resize(unknowns_);
@@ -48,6 +47,14 @@ bool CondensedKkt::analyze(int size, int entries, const int* row, const int* col
   return next_equality_ == of_equality_.size() && next_inequality_ == of_inequality_.size();
 }
 
+void CondensedKkt::add(std::vector<Run>& runs, int from, int to) {
+  if (!runs.empty() && runs.back().from + runs.back().size == from && runs.back().to + runs.back().size == to) {
+    ++runs.back().size;
+  } else {
+    runs.push_back({from, to, 1});
+  }
+}
+
 /// An entry of the lower triangle.
 bool CondensedKkt::note(int entry, int row, int column) {
   const int slack = unknowns_, equality = slack + inequalities_, inequality = equality + equalities_;
@@ -56,11 +63,11 @@ bool CondensedKkt::note(int entry, int row, int column) {
                end = hessian_pattern_.row.begin() + hessian_pattern_.column_start[std::size_t(column) + 1];
     const auto at = std::lower_bound(begin, end, row);
     if (at == end || *at != row) return false;
-    to_hessian_.push_back({entry, static_cast<int>(at - hessian_pattern_.row.begin())});
+    add(to_hessian_, entry, static_cast<int>(at - hessian_pattern_.row.begin()));
     return true;
   }
   if (row == column) {
-    to_diagonal_.push_back({entry, row});
+    add(to_diagonal_, entry, row);
     return true;
   }
   if (row >= equality && column < slack) {
@@ -68,19 +75,23 @@ bool CondensedKkt::note(int entry, int row, int column) {
     std::size_t& next = row < inequality ? next_equality_ : next_inequality_;
     if (next == order.size()) return false;
     const std::size_t to = std::size_t(order[next++]);
-    to_jacobian_.push_back({entry, static_cast<int>(to)});
+    add(to_jacobian_, entry, static_cast<int>(to));
     return jacobian_pattern_.column[to] == column &&
            equality + multiplier_[std::size_t(jacobian_pattern_.row[to])] == row;
   }
   if (row - inequality != column - slack) return false;
-  to_coupling_.push_back({entry, column - slack});
+  add(to_coupling_, entry, column - slack);
   return true;
 }
 
 void CondensedKkt::load(const double* values) {
-  const auto fill = [&](const std::vector<Entry>& entries, Vector& into) {
+  const auto fill = [&](const std::vector<Run>& runs, Vector& into) {
     into.setZero();
-    for (const Entry& e : entries) into[e.to] += values[e.from];
+    for (const Run& run : runs) {
+      const double* from = values + run.from;
+      double* to = into.data() + run.to;
+      for (int k = 0; k < run.size; ++k) to[k] += from[k];
+    }
   };
   fill(to_hessian_, hessian_);
   fill(to_jacobian_, jacobian_);
@@ -122,9 +133,8 @@ bool CondensedKkt::factorize(const double* values, double regularization) {
   }
   factorized_ = false;
   if (!sound) return false;
-  condensed_ = hessian_;
-  program_.add_constraint_hessian(weights_, jacobian_, condensed_);
-  factorized_ = factor_.factorize(condensed_);
+  program_.add_constraint_hessian(weights_, jacobian_, hessian_);
+  factorized_ = factor_.factorize(hessian_);
   return factorized_;
 }
 

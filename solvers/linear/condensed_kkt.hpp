@@ -49,9 +49,10 @@ class CondensedKkt {
   void load(const double* values);
   void regularize(double relative);
 
-  struct Entry {  // a triplet's value, and where it is added
-    int from, to;
+  struct Run {  // consecutive triplets' values, and where they are added
+    int from, to, size;
   };
+  static void add(std::vector<Run>& runs, int from, int to);
 
   const Program& program_;
   const SymmetricPattern& hessian_pattern_;
@@ -60,9 +61,10 @@ class CondensedKkt {
   std::vector<int> multiplier_;                   // of each row of the program, its place from the first multiplier on
   std::vector<int> of_equality_, of_inequality_;  // entries of the program's Jacobian, in order
   std::size_t next_equality_ = 0, next_inequality_ = 0;
-  std::vector<Entry> to_hessian_, to_jacobian_, to_diagonal_, to_coupling_;
+  std::vector<Run> to_hessian_, to_jacobian_, to_diagonal_, to_coupling_;
 
-  Vector hessian_, condensed_, jacobian_;
+  Vector hessian_;  // H, and then M
+  Vector jacobian_;
   Vector diagonal_;     // S, −C, −D
   Vector coupling_;     // B
   Vector regularized_;  // C, D, raised

@@ -121,6 +121,7 @@ bool FixedLag::relinearize() {
 Summary FixedLag::solve_window() {
   const auto begin = std::chrono::steady_clock::now();
   Program program(problem_);
+  program.use_threads(options_.threads);
   expect_factor_of(program);
   detail::WarmSolve solve(program, *factor_, options_);
   Summary summary = solve.run();

@@ -97,7 +97,7 @@ double WarmSolve::cost_at_step(With with) {
   try {
     program_.move_to(step_);
     if (with == With::hessian) return program_.linearize_at_point(trial_gradient_, trial_hessian_);
-    return with == With::gradient ? program_.gradient(trial_gradient_) : program_.cost();
+    return with == With::gradient ? program_.gradient_at_point(trial_gradient_) : program_.cost();
   } catch (const Error&) {
     return kInfinity;  // undefined there: shorten the step
   }

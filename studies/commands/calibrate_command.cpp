@@ -8,6 +8,7 @@
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
+#include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/text.hpp>
@@ -145,6 +146,7 @@ Command calibrate_command() {
                    request->folds, parse_count_or_none);
             option("--time-limit", "SECONDS", "Stop after so long, with the best noise by then", request->time_limit,
                    parse_magnitude);
+            add_threads(option);
             add_output(option, request->output,
                        {.writes = "Write residuals, evidence and plots to DIR", .folder = "--pictures"});
             option("--out", "FILE", "Write the noise for --noise-from: found where recommended, else as given",

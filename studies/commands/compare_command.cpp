@@ -7,6 +7,7 @@
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
+#include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/comparison/compare_report.hpp>
 #include <tandem/studies/navigation/navigated.hpp>
 #include <tandem/studies/support/option_values.hpp>
@@ -168,6 +169,7 @@ Command compare_command() {
                    request->dense_keyframes, [](const std::string& name, const std::string& text) {
                      return static_cast<std::size_t>(parse_count(name, text));
                    });
+            add_threads(option);
             option.hidden("--one", request->one);
             option.hidden("--line", request->line);
             add_output(option, request->output,

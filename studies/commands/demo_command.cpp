@@ -143,6 +143,7 @@ Command demo_command() {
               help += fmt::format("{}{}: {}", help.empty() ? "" : "; ", demo.name, demo.help);
             option.argument("name", "NAME", help, request->name);
             add_solver(option, request->solver);
+            add_threads(option);
             add_output(option, request->output, {.writes = "Write the table and a picture to DIR", .prints = false});
             return [request] { return run_demo(*request); };
           }};

@@ -83,6 +83,7 @@ Command estimate_command() {
                         request->graduated);
             add_ipopt(option, request->solver);
             add_stops(option, [request]() -> SolverOptions& { return common(request->solver); });
+            add_threads(option);
             option.flag("--no-covariance", "No covariances, to save their time", request->no_covariance);
             add_output(option, request->output,
                        {.writes = "Write trajectories, errors, summary.json and plots to DIR"});

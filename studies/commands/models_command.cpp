@@ -93,6 +93,7 @@ Command models_command() {
             add_solver(option, request->solver, "gauss-newton, augmented-lagrangian for hard constraints");
             option("--time-limit", "SECONDS", "Stop each model after so long, and what is navigated first",
                    request->time_limit, parse_magnitude);
+            add_threads(option);
             add_output(option, request->output, {.writes = "Write models.csv and a plot to DIR"});
             return [request, &option] { return run_models(*request, option); };
           },

@@ -106,6 +106,7 @@ Command navigate_command() {
             add_own_sensors(option, request->own, true);
             option.group("Solver");
             add_stops(option, [request]() -> SolverOptions& { return request->own.navigation.solver; });
+            add_threads(option);
             option.flag("--no-covariance", "No covariances, to save their time",
                         [request] { request->own.navigation.covariance = false; });
             add_output(option, request->output, {.writes = "Write trajectory, errors, summary.json and plots to DIR"});

@@ -7,6 +7,7 @@
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/planning_options.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
+#include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/planning/plan_files.hpp>
 #include <tandem/studies/planning/plan_report.hpp>
 #include <tandem/studies/support/option_values.hpp>
@@ -51,6 +52,7 @@ Command plan_command() {
         option.group("Plan");
         option.required("--at", "T", "Estimate until T [s], and plan from there", request->at, parse_finite);
         add_planning(option, request->planning);
+        add_threads(option);
         add_output(option, request->output,
                    {.writes = "Write the plan, the predicted target, commands and active constraints to DIR"});
         return [request, &option] { return run_plan(*request, option); };

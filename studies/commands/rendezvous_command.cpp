@@ -4,6 +4,7 @@
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/planning_options.hpp>
+#include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/planning/rendezvous_study.hpp>
 #include <tandem/studies/report/rendezvous_page.hpp>
 #include <tandem/studies/support/option_values.hpp>
@@ -97,6 +98,7 @@ Command rendezvous_command() {
             option("--information", "WEIGHT", "Of a nat that is expected to be missed, by that method (default 0.1)",
                    o.information, parse_magnitude);
             add_plan_solver(option, o.planner);
+            add_threads(option);
             add_output(option, request->output, {.writes = "Write every run and plots to DIR"});
             return [request] { return run_rendezvous_command(*request); };
           },

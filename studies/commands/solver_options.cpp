@@ -1,6 +1,9 @@
+#include <memory>
+
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/lanes.hpp>
 #include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/support/option_values.hpp>
 
@@ -50,6 +53,15 @@ void add_stops(CommandOptions& option, std::function<SolverOptions&()> options) 
   option.set("--time-limit", "SECONDS", "Stop after so long, with what there is by then",
              [options](const std::string& name, const std::string& text) {
                options().time_limit = parse_magnitude(name, text);
+             });
+}
+
+void add_threads(CommandOptions& option) {
+  const auto limit = std::make_shared<std::unique_ptr<ThreadLimit>>();  // for as long as there is the option
+  option.set("--threads", "N", "That evaluate at once, whatever the number to the same result (default 0: all cores)",
+             [limit](const std::string& name, const std::string& text) {
+               const int threads = parse_count_or_none(name, text);
+               *limit = threads > 0 ? std::make_unique<ThreadLimit>(threads) : nullptr;
              });
 }
 

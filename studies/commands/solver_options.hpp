@@ -16,5 +16,7 @@ void add_solver(CommandOptions& option, Solver& solver, const std::string& other
 void add_ipopt(CommandOptions& option, Solver& solver);
 /// --max-iterations and --time-limit of the solver that was chosen.
 void add_stops(CommandOptions& option, std::function<SolverOptions&()> options);
+/// --threads, which bounds those of all that the command evaluates.
+void add_threads(CommandOptions& option);
 
 }  // namespace tandem

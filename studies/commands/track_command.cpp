@@ -9,6 +9,7 @@
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
+#include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/live/partial_track.hpp>
 #include <tandem/studies/live/track.hpp>
 #include <tandem/studies/live/track_files.hpp>
@@ -283,6 +284,7 @@ Command track_command() {
                live.online.lag.max_keyframes, parse_window_keyframes);
         option("--max-iterations", "N", "Stop an update after N iterations (default 12)",
                live.online.lag.max_iterations, parse_count);
+        add_threads(option);
         option("--predict", "LIST", "Seconds ahead to predict the target (default 5,10)", live.ahead, parse_ahead);
         option.group("Trust");
         ResetOptions& reset = live.online.reset;

@@ -1,0 +1,116 @@
+#include <array>
+#include <atomic>
+
+#include <gtest/gtest.h>
+
+#include <tandem/problem/lanes.hpp>
+
+#include "mixed_problem.hpp"
+
+namespace tandem::testing {
+namespace {
+
+TEST(Lanes, RunEachOnceAndTellTheFirstError) {
+  const ThreadLimit more_than_cores(7);
+  for (const int threads : {0, 1, 2, 3, 7}) {
+    detail::Lanes lanes;
+    lanes.use_threads(threads);
+    std::array<std::atomic<int>, detail::kMostLanes> runs{};
+    lanes.run(detail::kMostLanes, [&](int lane) { ++runs[std::size_t(lane)]; });
+    for (const auto& n : runs) EXPECT_EQ(n, 1);
+    try {
+      lanes.run(detail::kMostLanes, [](int lane) {
+        if (lane % 5 == 3) throw Error("lane " + std::to_string(lane));
+      });
+      FAIL() << "nothing was thrown";
+    } catch (const Error& e) {
+      EXPECT_STREQ(e.what(), "lane 3");
+    }
+  }
+  EXPECT_THROW(detail::Lanes().use_threads(-1), Error);
+  EXPECT_THROW(ThreadLimit(0), Error);
+}
+
+/// A long chain whose blocks join in an order that `stride`, prime to their number, shuffles; a constant that many blocks
+/// read; robust, full and diagonal noise; equalities and inequalities.
+struct LongChain {
+  static constexpr int kPoses = 900;
+
+  explicit LongChain(int stride) {
+    const Gaussian noise{0.3, 0.2, 0.4, 0.05, 0.04, 0.1};
+    const SE3 step = SE3::Exp(Vector<6>(1.0, 0.05, -0.02, 0.02, -0.03, 0.1));
+    for (int k = 0; k < kPoses; ++k) x.push_back(problem.add(SE3::Exp(0.3 * random_vector(6, 1.0, unsigned(k)))));
+    beacon = problem.add(R3(Vector<3>(4.0, -2.0, 1.0)));
+    problem.minimize(Prior<SE3>{SE3()}, noise, {x[0]});
+    for (int n = 0; n < kPoses; ++n) {
+      const std::size_t k = std::size_t(n * stride % kPoses);
+      problem.minimize(RollPitch<SE3>{}, Gaussian{0.1, 0.1}, {x[k]});
+      if (k % 4 == 0)
+        problem.minimize(UsblPosition<SE3, R3>{Vector<3>(1.0, 2.0, 3.0)}, kUnit3, {x[k], beacon}, Huber(1.0));
+      if (k < 1) continue;
+      problem.minimize(RelativePose<SE3>{step}, noise, {x[k - 1], x[k]}, Cauchy(2.0));
+      if (k % 3 == 0) problem.subject_to(TwistComponents<SE3, sway | heave>{1.0}, equal_to(0.0), {x[k - 1], x[k]});
+      problem.subject_to(TwistComponents<SE3, surge>{1.0}, between(0.0, 2.0), {x[k - 1], x[k]});
+      if (k > 1) problem.minimize(ConstantTwist<SE3>{1.0, 1.1}, noise, {x[k - 2], x[k - 1], x[k]});
+    }
+  }
+
+  Problem problem;
+  std::vector<Variable<SE3>> x;
+  Variable<R3> beacon;
+};
+
+/// All that a Program evaluates, beside X̄ and through the charts.
+struct Evaluated {
+  double cost, linearized_cost;
+  Eigen::VectorXd gradient, hessian, rows, jacobian, with_constraints, exact;
+
+  explicit Evaluated(Problem& problem, int threads) {
+    Program program(problem);
+    program.use_threads(threads);
+    const int n = program.num_unknowns(), m = program.num_rows();
+    program.move_to(random_vector(n, 0.2, 1));
+    cost = program.cost();
+    hessian = exact = Eigen::VectorXd(Eigen::Index(program.hessian_pattern().row.size()));
+    gradient.resize(n);
+    linearized_cost = program.linearize(gradient, hessian);
+    rows.resize(m);
+    jacobian.resize(Eigen::Index(program.jacobian_pattern().row.size()));
+    program.constraints(rows);
+    program.constraint_jacobian(jacobian);
+    with_constraints = hessian;
+    program.add_constraint_hessian(random_vector(m, 2.0, 2).cwiseAbs(), jacobian, with_constraints);
+    program.exact_hessian(1.5, random_vector(m, 3.0, 3), exact);
+  }
+};
+
+TEST(Lanes, GiveTheSameToTheBitWhateverTheThreads) {
+  const ThreadLimit more_than_cores(7);
+  for (const int stride : {1, 257}) {
+    LongChain chain(stride);
+    const Evaluated one(chain.problem, 1);
+    EXPECT_EQ(one.cost, one.linearized_cost);
+    for (const int threads : {0, 2, 3, 7}) {
+      const Evaluated many(chain.problem, threads);
+      EXPECT_EQ(many.cost, one.cost);
+      EXPECT_EQ(many.linearized_cost, one.linearized_cost);
+      EXPECT_EQ(many.gradient, one.gradient);
+      EXPECT_EQ(many.hessian, one.hessian);
+      EXPECT_EQ(many.rows, one.rows);
+      EXPECT_EQ(many.jacobian, one.jacobian);
+      EXPECT_EQ(many.with_constraints, one.with_constraints);
+      EXPECT_EQ(many.exact, one.exact);
+    }
+  }
+}
+
+TEST(Lanes, TakeBlocksInAnyOrder) {
+  LongChain in_order(1), shuffled(257);
+  const Evaluated a(in_order.problem, 2), b(shuffled.problem, 2);
+  EXPECT_NEAR(a.cost, b.cost, 1e-12 * a.cost);
+  EXPECT_LE((a.gradient - b.gradient).norm(), 1e-12 * a.gradient.norm());
+  EXPECT_LE((a.hessian - b.hessian).norm(), 1e-12 * a.hessian.norm());
+}
+
+}  // namespace
+}  // namespace tandem::testing

@@ -1,0 +1,80 @@
+#include <bit>
+#include <cstdint>
+
+#include <gtest/gtest.h>
+
+#include <tandem/lie/rn.hpp>
+#include <tandem/problem/lanes.hpp>
+#include <tandem/residuals/prior.hpp>
+#include <tandem/solvers/augmented_lagrangian.hpp>
+#include <tandem/solvers/gauss_newton.hpp>
+#include <tandem/solvers/ipopt.hpp>
+
+#include "../problem/tracking/simulated_tracking.hpp"
+
+namespace tandem::testing {
+namespace {
+
+/// A track of four minutes, solved: its cost and all its poses.
+struct Solved {
+  Summary summary;
+  std::vector<double> numbers;
+};
+
+template <class Options>
+Solved solved(Options options, Role constraints, int threads) {
+  TrackingOptions model;
+  model.non_holonomic = constraints;
+  if (constraints == Role::hard) model.surge = between(0.0, 2.5);
+  TrackingProblem tracking = make_tracking_problem(noisy(240.0).data(), model);
+  EXPECT_GE(tracking.problem.num_soft_blocks(), 1000) << "enough for several lanes";
+  options.threads = threads;
+  Solved result{solve(tracking.problem, options), {}};
+  result.numbers = {result.summary.initial_cost, result.summary.cost, result.summary.max_violation};
+  for (const auto& variables : {poses(tracking.chaser), poses(tracking.target)})
+    for (const Variable<SE3>& x : variables) {
+      const Eigen::Matrix4d T = tracking.problem.value(x).matrix();
+      result.numbers.insert(result.numbers.end(), T.data(), T.data() + T.size());
+    }
+  return result;
+}
+
+template <class Options>
+void expect_same_for_any_threads(const Options& options, Role constraints) {
+  const ThreadLimit more_than_cores(7);
+  const Solved one = solved(options, constraints, 1);
+  EXPECT_TRUE(one.summary.converged()) << one.summary.message;
+  for (const int threads : {0, 2, 3, 7}) {
+    const Solved many = solved(options, constraints, threads);
+    EXPECT_EQ(many.summary.message, one.summary.message);
+    EXPECT_EQ(many.summary.iterations, one.summary.iterations);
+    EXPECT_EQ(many.summary.evaluations, one.summary.evaluations);
+    ASSERT_EQ(many.numbers.size(), one.numbers.size());
+    for (std::size_t i = 0; i < one.numbers.size(); ++i)
+      ASSERT_EQ(std::bit_cast<std::uint64_t>(many.numbers[i]), std::bit_cast<std::uint64_t>(one.numbers[i]))
+          << threads << " threads, number " << i;
+  }
+}
+
+TEST(Threads, DoNotChangeASoftSolve) { expect_same_for_any_threads(GaussNewtonOptions{}, Role::soft); }
+
+TEST(Threads, DoNotChangeAConstrainedSolve) { expect_same_for_any_threads(AugmentedLagrangianOptions{}, Role::hard); }
+
+TEST(Threads, DoNotChangeAnInteriorPointSolveWithExactHessians) {
+  if (!ipopt_available()) GTEST_SKIP() << "Tandem was built without Ipopt";
+  IpoptOptions options;
+  options.hessian = Hessian::exact;
+  expect_same_for_any_threads(options, Role::hard);
+}
+
+TEST(Threads, BelowZeroAreRefused) {
+  GaussNewtonOptions options;
+  options.threads = -1;
+  Problem problem;
+  const auto x = problem.add(R3());
+  problem.minimize(Prior<R3>{R3()}, Gaussian{1.0, 1.0, 1.0}, {x});
+  EXPECT_THROW(solve(problem, options), Error);
+}
+
+}  // namespace
+}  // namespace tandem::testing

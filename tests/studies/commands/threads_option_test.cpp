@@ -1,0 +1,37 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "run_tandem.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::HasSubstr;
+using Json = nlohmann::json;
+
+/// What estimate prints, but for the time that it took.
+Json estimated(const std::string& threads) {
+  const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "400", "--solver", "augmented-lagrangian",
+                                  "--non-holonomic", "hard", "--threads", threads, "--json"});
+  EXPECT_EQ(run.status, 0) << run.errors;
+  Json json = Json::parse(run.output);
+  EXPECT_EQ(json.erase("solve_seconds"), 1u);
+  return json;
+}
+
+TEST(ThreadsOption, TheResultIsTheSameForAnyNumber) {
+  const Json one = estimated("1");
+  for (const char* threads : {"0", "2", "3"}) EXPECT_EQ(estimated(threads), one) << threads;
+}
+
+TEST(ThreadsOption, EveryCommandThatSolvesHasIt) {
+  for (const char* command :
+       {"estimate", "navigate", "track", "models", "compare", "calibrate", "plan", "rendezvous", "demo"})
+    EXPECT_THAT(run_tandem({command, "--help"}).output, HasSubstr("--threads N")) << command;
+  EXPECT_THAT(refusal({"estimate", "docking_a", "--threads", "-1"}), HasSubstr("--threads"));
+  EXPECT_THAT(refusal({"estimate", "docking_a", "--threads", "some"}), HasSubstr("--threads"));
+}
+
+}  // namespace
+}  // namespace tandem
