@@ -60,10 +60,10 @@ class PoolBase {
   /// `row_weights`, soft ones have their own.
   virtual void add_stiffness(const PoolPlacement& place, const double* v, const double* row_weights, double& along,
                              double& scale) const = 0;
-  /// Adds the exact second derivatives of the begin-th to the last before the end-th block to the Hessian, of `factor` times the cost (soft pools) or
-  /// of multipliersᵀ c (hard pools). Where the residual gives its own, they lack what the charts' curvature makes of the
-  /// gradient by perturbations of the point, which is added to `gradient`; else they are central differences of the
-  /// closed-form gradient, charts and all.
+  /// Adds the exact second derivatives of the begin-th to the last before the end-th block to the Hessian, of `factor`
+  /// times the cost (soft pools) or of multipliersᵀ c (hard pools). Where the residual gives its own, they lack what the
+  /// charts' curvature makes of the gradient by perturbations of the point, which is added to `gradient`; else they are
+  /// central differences of the closed-form gradient, charts and all.
   virtual void add_exact_hessian(const PoolPlacement& place, int begin, int end, double factor,
                                  const double* multipliers, double* gradient, double* H) const = 0;
 

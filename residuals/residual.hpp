@@ -47,7 +47,8 @@ struct CurvatureOf<R, std::tuple<Xs...>> {
 ///   void operator()(const X&…, Vector<dim>& r, Matrix<dim, X::dof>* J… = nullptr) const;
 ///
 /// which sets r and each J that is not null, the Jacobian with respect to a right perturbation of that state. It does
-/// not allocate, and it may be called from two threads at once. Where the residual is undefined it throws Error: solvers then shorten the step.
+/// not allocate, and it may be called from several threads at once. Where the residual is undefined it throws Error:
+/// solvers then shorten the step.
 ///
 /// It may also give its second derivatives, contracted with w, by right perturbations of all states together (symmetric,
 /// in the order of States): Σ w_k ∂²r_k, of Σ dof × Σ dof. Exact Hessians are made by differences of the gradient without:

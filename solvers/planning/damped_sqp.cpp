@@ -128,9 +128,9 @@ bool DampedSqp::Loop::accepts(double fraction, double slope, bool with_derivativ
   return filter_.accept(here(), {cost, violation}, fraction, slope);
 }
 
-/// Goes a fraction of the step that was found, the largest of 1, ½, ¼ … that the filter accepts; 0 where none is. Rows that bend make a
-/// whole one cost more than the Lagrangian's curvature foretells, whichever side of them it ends on: near a solution it
-/// is corrected first (Maratos 1978).
+/// Goes a fraction of the step that was found, the largest of 1, ½, ¼ … that the filter accepts; 0 where none is. Rows
+/// that bend make a whole one cost more than the Lagrangian's curvature foretells, whichever side of them it ends on:
+/// near a solution it is corrected first (Maratos 1978).
 double DampedSqp::Loop::search(double damped) {
   const double slope = model_.cost_slope();
   step_ = model_.step();

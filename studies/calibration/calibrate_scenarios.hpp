@@ -76,10 +76,11 @@ struct ScenarioCalibration {
 
 /// Calibrates the noise that scenarios share out of their measurements alone: no truth is read. What the first one gives
 /// is taken as given for all. White noise that is made smaller while errors stay claims a certainty that grows with
-/// every measurement, and is not there: such a parameter is kept, and the others are found again beside it. So is, where something is held out, less noise
-/// of own sensors that the position rests on for longer than any stretch that is held out. Constants of
-/// errors that stay are found in each scenario by itself. Throws Error on scenarios whose sensors differ, names that are
-/// not there, parameters without data, fewer data than parameters, and as the builders of problems and calibrate() do.
+/// every measurement, and is not there: such a parameter is kept, and the others are found again beside it. So is, where
+/// something is held out, less noise of own sensors that the position rests on for longer than any stretch that is held
+/// out. Constants of errors that stay are found in each scenario by itself. Throws Error on scenarios whose sensors
+/// differ, names that are not there, parameters without data, fewer data than parameters, and as the builders of problems
+/// and calibrate() do.
 ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const ScenarioCalibrationOptions& options);
 
 }  // namespace tandem
