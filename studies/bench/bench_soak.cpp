@@ -1,12 +1,16 @@
-/// Tracking for as long as asked: a chaser and a target that circle for ever, simulated with docking_a's noise (odometry at
-/// 2 Hz, a USBL fix each 5 s, optical poses for a minute in each ten), as lines of text through the feed into the tracker, a
-/// snapshot each 10 s. Prints, by equal parts of the run, how long updates took, errors, and memory.
+/// Tracking for as long as asked: a chaser and a target that circle for ever, simulated with docking_a's noise (odometry, whose
+/// roll and pitch do not drift, at 2 Hz, a USBL fix each 5 s, optical poses for a minute in each ten), as lines of text through
+/// the feed into the tracker, a snapshot each 10 s. Prints, by equal parts of the run, how long updates took, errors, memory.
 ///   bench_soak [KEYFRAMES]       (default 100,000; prints each part once it is done)
 
 #include <algorithm>
+#include <atomic>
+#include <cmath>
 #include <cstdio>
+#include <optional>
 #include <random>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -37,8 +41,7 @@ class Simulation {
     const double before = t_;
     t_ = kOdometry * double(++steps_);
     Vector<6> slip;
-    slip << noise(0.01), 0, 0,
-        0.0006 * normal_(random_);  // gravity tells a vehicle's roll and pitch: they do not drift
+    slip << noise(0.01), 0, 0, 0.0006 * normal_(random_);  // gravity tells a vehicle its roll and pitch
     odometry_ = odometry_ * (chaser_at(before).inverse() * chaser_at(t_)) * SE3::Exp(std::sqrt(kOdometry) * slip);
     odometry_ = SE3(SO3::Exp({0, 0, odometry_.rotation().Log().z()}), odometry_.translation());  // rounding likewise
     to += "odometry," + pose_text(odometry_);
