@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -71,6 +72,12 @@ StudyJson json_of(double value) { return std::isfinite(value) ? StudyJson(value)
 struct RunRow {
   RendezvousMethod method;
   const RendezvousRun& run;
+
+  /// Of what its plans took [ms]; nothing where it made none.
+  std::optional<double> solve_quantile(double q) const {
+    const std::vector<double> times = solve_milliseconds(run);
+    return times.empty() ? std::nullopt : std::optional(quantile_of(times, q));
+  }
 };
 
 CsvTable<RunRow> run_columns() {
@@ -94,10 +101,9 @@ CsvTable<RunRow> run_columns() {
       .add("plans", "how many", [](const RunRow& r) { return r.run.plans; })
       .add("not_accepted", "of them, with a violation above 1e-6", [](const RunRow& r) { return r.run.not_accepted; })
       .add("shifted", "of them, the plan before a step later", [](const RunRow& r) { return r.run.shifted; })
-      .add("solve_median_ms", "of a plan [ms]",
-           [](const RunRow& r) { return CsvCell(quantile_of(solve_milliseconds(r.run), 0.5)); })
-      .add("solve_99_ms", "99th percentile [ms]",
-           [](const RunRow& r) { return CsvCell(quantile_of(solve_milliseconds(r.run), 0.99)); });
+      .add("solve_median_ms", "of a plan, where there was one [ms]",
+           [](const RunRow& r) { return r.solve_quantile(0.5); })
+      .add("solve_99_ms", "99th percentile, likewise [ms]", [](const RunRow& r) { return r.solve_quantile(0.99); });
 }
 
 CsvTable<RendezvousStep> step_columns() {

@@ -13,7 +13,6 @@ struct Folder {
   std::string yaml;
   std::map<std::string, std::vector<std::string>> files;  ///< lines of each, without their ends
   std::string motion, sensor;  ///< files: what the chaser moves by, and the sensor that tells most of the errors
-  bool own = false;            ///< the sensor is the chaser's own: its times are checked later, and may be in any order
 
   /// Rows that are later than `until` s after the first of `motion` are left out, of truth too.
   Folder(const std::filesystem::path& from, std::string motion, std::string sensor, double until);

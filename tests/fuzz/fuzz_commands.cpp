@@ -26,10 +26,10 @@
 /// 4 GB, end with another status than 0, 1 and 2, print what a terminal would obey, or call a result done (status 0) that
 /// has a number that is none.
 ///
-///     fuzz_commands TANDEM SCENARIO COUNT [SEED [SECONDS]]
+///     fuzz_commands TANDEM SCENARIO VEHICLE COUNT [SEED [SECONDS]]
 ///
-/// SCENARIO: docking_a's folder. Run i is made of SEED + i alone; it ends after SECONDS. What a find was made of is kept in
-/// finds/SEED+i in the working directory. The exit status is 1 when there is one.
+/// SCENARIO: docking_a's folder; VEHICLE: a vehicle's file. Run i is made of SEED + i alone; it ends after SECONDS. What a
+/// find was made of is kept in finds/SEED+i in the working directory. The exit status is 1 when there is one.
 namespace tandem::fuzz {
 namespace {
 
@@ -118,7 +118,7 @@ Files own_sensors() {
 std::string feed_of(const Files& files) {
   std::multimap<double, std::string> lines;
   for (const auto& [file, text] : files) {
-    if (file == "scenario.yaml" || file.starts_with("truth")) continue;
+    if (file.ends_with(".yaml") || file.starts_with("truth")) continue;
     const std::string name = file == "chaser_odometry.tum" ? "odometry" : file.substr(0, file.find('.'));
     std::istringstream stream(text);
     for (std::string line; std::getline(stream, line);) {
@@ -146,11 +146,12 @@ const T& one_of(const std::vector<T>& all, Random& random) {
 
 /// Which command, how; `own`: of a chaser by its own sensors alone.
 Run some_run(bool own, const fs::path& folder, Random& random) {
-  const std::string run = (folder / "run").string(), out = (folder / "out").string();
+  const std::string run = (folder / "run").string(), out = (folder / "out").string(),
+                    vehicle = (folder / "run/vehicle.yaml").string();
   const auto maybe = [&](Words& words, const Words& more) {
     if (random() % 3 == 0) words.insert(words.end(), more.begin(), more.end());
   };
-  const unsigned kind = static_cast<unsigned>(random() % 10);
+  const unsigned kind = static_cast<unsigned>(random() % 16);
   Run result;
   Words& words = result.words;
   if (kind < 3) {  // live
@@ -174,10 +175,25 @@ Run some_run(bool own, const fs::path& folder, Random& random) {
     maybe(words, {"--surge", "0,2.5"});
   } else if (kind == 8) {
     words = {"models", run, "--models", "constant-twist,constant-velocity", "--time-limit", "2", "--plots", "off"};
-  } else {
+  } else if (kind == 9) {
     words = {"calibrate", run, "--folds", "0", "--time-limit", "3"};
     maybe(words, {"--json"});
     return result;
+  } else if (kind < 12) {
+    words = {"compare", run, "--time-limit", "0.3", "--max-keyframes", "8", "--plots", "off"};
+    maybe(words, {"--solvers", "gauss-newton,augmented-lagrangian,ipopt"});
+    maybe(words, {"--constraints", "hard"});
+    maybe(words, {"--robust"});
+  } else if (kind < 14) {
+    words = {"plan", run, "--at", "15", "--horizon", "5", "--deadline", "300", "--plots", "off"};
+    maybe(words, {"--vehicle", vehicle});
+    maybe(words, {"--keep-out", "3", "--chance", "2"});
+    maybe(words, {"--view", "60"});
+    maybe(words, {"--coupled"});
+  } else {
+    words = {"rendezvous", "--vehicle",  vehicle, "--time-limit", "12", "--horizon",
+             "4",          "--deadline", "200",   "--plots",      "off"};
+    maybe(words, {"--methods", "information,coupled,pursuit"});
   }
   if (random() % 2) words.insert(words.end(), {"--out", out});
   maybe(words, {"--json"});
@@ -259,8 +275,10 @@ std::string judged(int status, const fs::path& folder) {
   return "";
 }
 
-int run_all(const std::string& tandem, const fs::path& scenario, long count, unsigned long seed, double seconds) {
-  const std::vector<Files> bases = {docking(scenario), planar(), own_sensors()};
+int run_all(const std::string& tandem, const fs::path& scenario, const fs::path& vehicle, long count,
+            unsigned long seed, double seconds) {
+  std::vector<Files> bases = {docking(scenario), planar(), own_sensors()};
+  for (Files& files : bases) files["vehicle.yaml"] = read(vehicle);
   std::string name = (fs::temp_directory_path() / "tandem-fuzz-XXXXXX").string();
   const fs::path folder = mkdtemp(name.data());
   const auto start = std::chrono::steady_clock::now();
@@ -276,14 +294,16 @@ int run_all(const std::string& tandem, const fs::path& scenario, long count, uns
     Files files = bases[base];
     files["feed"] = feed_of(files);
     const Run run = some_run(base == 2, folder, random);
-    const bool live = run.input.has_value();
+    const bool live = run.input.has_value(),
+               by_vehicle = std::find(run.words.begin(), run.words.end(), "--vehicle") != run.words.end();
     for (auto n = random() % 2 ? 1 : 1 + random() % 3; n > 0; --n) {
       auto file = std::next(files.begin(), std::ptrdiff_t(random() % files.size()));
       if (live && random() % 4) file = files.find("feed");
+      if (by_vehicle && random() % 2) file = files.find("vehicle.yaml");
       const std::string before = file->second;
       mutate(file->second, random);
       // A name "nan", which is printed, is none of what is looked for; a number is written .nan there.
-      if (file->first == "scenario.yaml" && has_no_number(file->second)) file->second = before;
+      if (file->first.ends_with(".yaml") && has_no_number(file->second)) file->second = before;
     }
     for (const auto& [file, text] : files)
       std::ofstream(file == "feed" ? folder / "feed" : folder / "run" / file, std::ios::binary) << text;
@@ -312,11 +332,11 @@ int run_all(const std::string& tandem, const fs::path& scenario, long count, uns
 }  // namespace tandem::fuzz
 
 int main(int argc, char** argv) {
-  if (argc < 4 || argc > 6) {
-    std::fprintf(stderr, "Usage: fuzz_commands TANDEM SCENARIO COUNT [SEED [SECONDS]]\n");
+  if (argc < 5 || argc > 7) {
+    std::fprintf(stderr, "Usage: fuzz_commands TANDEM SCENARIO VEHICLE COUNT [SEED [SECONDS]]\n");
     return 2;
   }
-  const unsigned long seed = argc > 4 ? std::strtoul(argv[4], nullptr, 10) : 1;
-  return tandem::fuzz::run_all(argv[1], argv[2], std::strtol(argv[3], nullptr, 10), seed,
-                               argc > 5 ? std::strtod(argv[5], nullptr) : HUGE_VAL);
+  const unsigned long seed = argc > 5 ? std::strtoul(argv[5], nullptr, 10) : 1;
+  return tandem::fuzz::run_all(argv[1], argv[2], argv[3], std::strtol(argv[4], nullptr, 10), seed,
+                               argc > 6 ? std::strtod(argv[6], nullptr) : HUGE_VAL);
 }

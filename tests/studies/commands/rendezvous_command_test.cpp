@@ -7,6 +7,7 @@
 namespace tandem {
 namespace {
 
+using testing::EndsWith;
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
 
@@ -21,6 +22,13 @@ TEST(RendezvousCommand, RunsEachMethodOverTheSeeds) {
   const auto summary = nlohmann::json::parse(read_file(out / "summary.json"));
   EXPECT_EQ(summary["methods"]["pursuit"]["runs"], 3);
   EXPECT_THAT(read_file(out / "runs.csv"), HasSubstr("pursuit,7,"));
+}
+
+TEST(RendezvousCommand, ARunWithoutAPlanHasNoTimesOfPlans) {
+  const ScratchFolder scratch;
+  const auto out = scratch.path() / "out";  // no fix comes in 3 s: it still searches
+  ASSERT_EQ(run_tandem({"rendezvous", "--time-limit", "3", "--out", out, "--plots", "off"}).status, 0);
+  EXPECT_THAT(read_file(out / "runs.csv"), EndsWith(",0,0,0,,\n"));
 }
 
 TEST(RendezvousCommand, WhatIsWrongIsOneSentence) {
