@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <optional>
 #include <utility>
 
@@ -10,21 +9,22 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/calibration/calibrate.hpp>
 #include <tandem/solvers/calibration/evidence.hpp>
+#include <tandem/solvers/calibration/flat_range.hpp>
 
 namespace tandem {
 namespace {
 
+using detail::Along;
 using detail::Evidence;
+using detail::kFall;
+using detail::kWidest;
 
 constexpr double kLongestStep = 1.5;  // of a logarithm: a factor of 4.5 at once
-constexpr double kFall = 2.0;         // of the log evidence, beyond which a factor is told from another (95 %, χ²/2)
 constexpr double kDifference = 0.3;   // of a standard error, for the curvature
 constexpr double kNear = 0.3;         // of a logarithm, where the evidence is a parabola
-constexpr double kWidest = 2.31;      // of a logarithm: what is told to a factor of 10 either way at worst, is told
-constexpr double kLevel = 0.05;       // of the log evidence, by which it changes as a factor does by e
 constexpr double kSharp = 0.25;       // of a logarithm
 constexpr double kHigher = 1.0;       // of the log evidence, by which another maximum is worth a climb
-constexpr int kRestarts = 2, kShorter = 8, kHalvings = 3;
+constexpr int kRestarts = 2, kShorter = 8;
 constexpr int kRounds = 5;  // of counting rows anew under robust losses
 
 class Search {
@@ -81,6 +81,11 @@ class Search {
     out_.gain = taken_.size() > 0 ? taken_value_.log_evidence - start_ : 0;
     out_.log_covariance = Eigen::MatrixXd::Zero(theta_.size(), theta_.size());
     out_.noise.assign(groups_.size(), {});
+    tell(taken_.size() > 0 ? taken_value_.effective_rows : evidence_.rows());
+    out_.solves = evidence_.solves();
+  }
+  /// The factors, and how much there is behind each.
+  void tell(const Eigen::VectorXd& effective_rows) {
     for (std::size_t g = 0; g < groups_.size(); ++g) {
       const auto at = Eigen::Index(g);
       CalibratedNoise& noise = out_.noise[g];
@@ -88,9 +93,8 @@ class Search {
       noise.factor = std::exp(theta_[at]);
       noise.at_bound = is_at_bound(at);
       noise.rows = evidence_.rows()[at];
-      noise.effective_rows = taken_.size() > 0 ? taken_value_.effective_rows[at] : noise.rows;
+      noise.effective_rows = effective_rows[at];
     }
-    out_.solves = evidence_.solves();
   }
   void take() {
     taken_ = theta_;
@@ -216,9 +220,6 @@ class Search {
     return value.log_evidence + (prior > 0 ? 0.5 * log_factor * log_factor / (prior * prior) : 0.0);
   }
   /// The same where the factor is, and its slope there.
-  struct Along {
-    double value, slope;
-  };
   Along along(Eigen::Index g, const Evidence::Value& value, double log_factor) const {
     const double prior = groups_[std::size_t(g)].prior;
     return {without_prior(g, value, log_factor), value.gradient[g] + (prior > 0 ? log_factor / (prior * prior) : 0.0)};
@@ -245,65 +246,12 @@ class Search {
     const double reach = std::sqrt(2 * kFall / data_curvature(g));
     return {theta_[g] - reach, theta_[g] + reach};
   }
-  /// Between which logarithms of a factor the data alone speak no clearer than kFall against it, the others as found;
-  /// infinite where no bound ends them near enough to tell anything, or the evidence has become level.
+  /// Of the data alone, the other factors as found.
   std::pair<double, double> flat_range(Eigen::Index g) {
-    std::map<double, Along> seen{{theta_[g], along(g, now_, theta_[g])}};
-    // A prior may have kept the factor from where the data have their most: both ways until they fall below that.
-    double most = seen.begin()->second.value;
-    for (const double direction : {-1.0, 1.0}) {
-      Along at{most, -HUGE_VAL};
-      double x = theta_[g];
-      const double end = std::clamp(theta_[g] + direction * kWidest, -bound_, bound_);
-      const double c = data_curvature(g);
-      for (double reach = c > 1 / (kWidest * kWidest) ? 1.2 * std::sqrt(2 * kFall / c) : 2 * std::sqrt(first_scale(g));
-           x != end && at.value >= most - kFall && !(std::abs(at.slope) < kLevel);
-           reach = std::min(3 * reach, reach + 1)) {
-        x = direction * std::min(direction * (theta_[g] + direction * reach), direction * end);
-        at = elsewhere(g, x);
-        seen.emplace(x, at);
-        most = std::max(most, at.value);
-      }
-    }
-    if (std::abs(theta_[g]) > kWidest) seen.emplace(0.0, elsewhere(g, 0.0));  // whether it excludes what was given
-    const auto edge = [&](double direction) {
-      const auto best =
-          std::max_element(seen.begin(), seen.end(), [](auto& a, auto& b) { return a.second.value < b.second.value; });
-      double inside = best->first, outside = direction * HUGE_VAL;
-      for (const auto& [x, at] : seen) {
-        if ((x - best->first) * direction <= 0) continue;
-        if (at.value >= most - kFall) {
-          if ((x - inside) * direction > 0) inside = x;
-        } else if ((outside - x) * direction > 0) {
-          outside = x;
-        }
-      }
-      if (!std::isfinite(outside)) return outside;
-      for (int k = 0; k < kHalvings && !std::isfinite(seen.at(outside).value); ++k) {
-        const double middle = 0.5 * (inside + outside);
-        const Along at = elsewhere(g, middle);
-        seen.emplace(middle, at);
-        (at.value >= most - kFall ? inside : outside) = middle;
-      }
-      return crossing(inside, seen.at(inside), outside, seen.at(outside), most - kFall);
-    };
-    const double low = edge(-1);
-    return {low, edge(1)};
-  }
-  /// Where between two points the cubic through their values and slopes falls to a level; halfway where one is no number.
-  static double crossing(double inside, const Along& a, double outside, const Along& b, double level) {
-    const double width = outside - inside;
-    if (!std::isfinite(b.value)) return inside + 0.5 * width;
-    const auto cubic = [&](double t) {
-      return (1 + 2 * t) * (1 - t) * (1 - t) * a.value + t * (1 - t) * (1 - t) * width * a.slope +
-             t * t * (3 - 2 * t) * b.value + t * t * (t - 1) * width * b.slope;
-    };
-    double above = 0, below = 1;
-    for (int k = 0; k < 40; ++k) {
-      const double t = 0.5 * (above + below);
-      (cubic(t) >= level ? above : below) = t;
-    }
-    return inside + above * width;
+    const double c = data_curvature(g);
+    const double reach = c > 1 / (kWidest * kWidest) ? 1.2 * std::sqrt(2 * kFall / c) : 2 * std::sqrt(first_scale(g));
+    return detail::flat_range(theta_[g], along(g, now_, theta_[g]), reach, bound_,
+                              [&](double log_factor) { return elsewhere(g, log_factor); });
   }
   bool hold_undetermined() {
     bool any = false;
@@ -328,19 +276,12 @@ class Search {
   void report() {
     const auto free = this->free();
     out_.log_covariance = Eigen::MatrixXd::Zero(theta_.size(), theta_.size());
-    const bool curved = curvature_.size() > 0;
-    if (curved && !free.empty()) {
-      out_.log_covariance(free, free) = covariance(free);
-    }
+    if (curvature_.size() > 0 && !free.empty()) out_.log_covariance(free, free) = covariance(free);
+    tell(now_.effective_rows);
     for (std::size_t g = 0; g < groups_.size(); ++g) {
       const auto at = Eigen::Index(g);
       CalibratedNoise& noise = out_.noise[g];
-      noise.name = groups_[g].name;
-      noise.factor = std::exp(theta_[at]);
       noise.log_error = std::sqrt(std::max(0.0, out_.log_covariance(at, at)));
-      noise.at_bound = is_at_bound(at);
-      noise.rows = evidence_.rows()[at];
-      noise.effective_rows = now_.effective_rows[at];
       if (options_.ranges && theta_[at] != 0 && !interrupted()) noise.gain = gain_of(at);
       if (options_.ranges) add_profile(at, noise);
     }

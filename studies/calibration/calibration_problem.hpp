@@ -48,8 +48,8 @@ class CalibrationProblem {
   std::string scenario;
   std::vector<CalibratedEntry> entries;
   std::vector<EntryBlock> blocks;
-  double longest_without_fix =
-      0;  ///< s, of the chaser's position, the recording's ends included; 0: it does not navigate
+  /// Of the chaser's position, the recording's ends included [s]; 0: it does not navigate.
+  double longest_without_fix = 0;
 
   /// Of sensors with errors that stay, at the problem's values. Throws Error where they have no covariance, and
   /// Stopped.

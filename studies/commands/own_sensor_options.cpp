@@ -14,6 +14,9 @@ void add_own_sensors(CommandOptions& option, OwnSensorOptions& own, bool recordi
   option.flag("--dvl-scale", "Estimate the DVL's scale factor", ego.dvl_scale);
   if (!recording) return;
   option.flag("--preintegrated-dvl", "To compare: DVL velocities summed up between keyframes", ego.preintegrated_dvl);
+  option.flag("--vibration",
+              "Where the IMU's samples scatter far more than its noise would, the noise is what they show",
+              own.navigation.vibration);
   option.flag("--no-earth-rotation", "Take the world as inertial", own.no_earth_rotation);
 }
 

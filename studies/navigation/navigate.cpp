@@ -85,6 +85,14 @@ void add_covariance(NavigationProblem& built, const NavigationData& placed, cons
   }
 }
 
+void take_vibration(const std::vector<NavigationFinding>& findings, NavigationData& data) {
+  for (const NavigationFinding& finding : findings)
+    if (finding.kind == NavigationFinding::Kind::vibration) {
+      data.imu->noise.accelerometer = finding.accelerometer;
+      data.imu->noise.gyroscope = finding.gyroscope;
+    }
+}
+
 }  // namespace
 
 Navigation navigate(const NavigationData& data, const NavigationOptions& options) {
@@ -93,6 +101,7 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
   Navigation result;
   result.data = data;
   result.findings = check(result.data);
+  if (options.vibration) take_vibration(result.findings, result.data);
   OnlineOptions online;
   online.ego = options.ego;
   const Alignment start = options.start ? *options.start : align(result.data, options.alignment, online, stop);

@@ -41,6 +41,8 @@ struct NavigationOptions {
   double first_pass = 20.0;          ///< s, window of the fixed-lag pass that gives the first guess
   bool covariance = true;            ///< else `why_no_covariance` says so
   std::optional<Alignment> start{};  ///< in place of an alignment
+  /// The IMU's white noise is what its samples show, where that is far more than stated (NavigationFinding::vibration).
+  bool vibration = false;
 };
 
 /// Checks the data, finds a first guess by a fixed-lag pass, and solves the batch problem. Throws Error when the scenario

@@ -48,6 +48,8 @@ class Simulation {
         current_noise_(options.seed, 5) {
     OnlineOptions online;
     online.tracking.non_holonomic = Role::soft;
+    double& sway = data_.noise.non_holonomic[0];
+    sway = std::hypot(sway, options.current);  // the water carries the target sideways
     online.lag.window = kEstimatorWindow;
     estimator_ = std::make_unique<OnlineEstimator>(data_, std::nullopt, online);
     if (options.method == RendezvousMethod::coupled) window_.emplace(data_, online.tracking, kCoupledWindow);
@@ -81,6 +83,12 @@ class Simulation {
  private:
   double now() const { return kTick * double(ticks_); }
   double distance() const { return (truth_.pose.translation() - target_.translation()).norm(); }
+  /// Against the world, of which the water that carries it is a part.
+  Vector<6> target_twist() const {
+    Vector<6> twist = motion_.twist(now());
+    twist.head<3>() += target_.rotation().inverse().act(current_);
+    return twist;
+  }
   SE3 goal(double behind) const { return SE3(SO3(), {-behind, 0.0, 0.0}); }
   double miss(double behind) const {
     return (truth_.pose.translation() - target_.act(goal(behind).translation())).norm();
@@ -166,7 +174,7 @@ class Simulation {
   void advance(const Vector<N>& command) {
     truth_ = tick_(truth_, command, current_);
     actuators_ = tick_of_lag(command);
-    target_ = target_ * SE3::Exp(kTick * motion_.twist(now()));
+    target_ = target_ * SE3::Exp(kTick * target_twist());
     ++ticks_;
     sense();
   }
@@ -311,7 +319,7 @@ class Simulation {
     const DockedWithin within;
     const SE3 docked = target_ * goal(options_.dock);
     const SE3 off = docked.inverse() * truth_.pose;
-    const Vector<6> along = goal(options_.dock).inverse().Ad() * motion_.twist(now());
+    const Vector<6> along = goal(options_.dock).inverse().Ad() * target_twist();
     const Vector<3> velocity = off.rotation().act(Vector<3>(truth_.twist.template head<3>())) - along.head<3>();
     const Matrix<3, 3> R = off.rotation().matrix();
     const double heading = std::abs(std::atan2(R(1, 0), R(0, 0)));

@@ -28,7 +28,7 @@ RendezvousMethod parse_rendezvous_method(const std::string& option, const std::s
 
 /// A simulated rendezvous. The target goes on a course that swings to and fro; the chaser starts some way behind it, knows
 /// of it by USBL fixes and, near by and in view, optical poses, closes up to a standoff outside the keep-out distance, and
-/// docks from there.
+/// docks from there. A current carries both.
 struct RendezvousOptions {
   RendezvousMethod method = RendezvousMethod::decoupled;
   std::uint64_t seed = 1;

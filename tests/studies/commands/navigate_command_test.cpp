@@ -266,5 +266,15 @@ TEST(RecordedNavigation, AFlyingVehicleFindsItsHeadingByFixesThatAreLate) {
   EXPECT_THAT(errors["orientation_within_3_sigma_percent"], Each(testing::Ge(95.0)));
 }
 
+/// The same with no number that is not in the folder but how late the fixes may be.
+TEST(RecordedNavigation, AFlyingVehicleThatShakesIsNavigatedWithTheNoiseThatItsSamplesShow) {
+  TANDEM_NEEDS_SHARED(2);
+  const Json summary = navigate_real("mav_euroc_mh01", {"--after", "20", "--vibration", "--error", "gps.delay=0.3"});
+  for (const char* of : {"all", "after_20s"}) {
+    EXPECT_LE(summary["errors"][of]["position_mean_m"], 0.02) << of;
+    EXPECT_LE(summary["errors"][of]["orientation_mean_deg"], 0.4) << of;
+  }
+}
+
 }  // namespace
 }  // namespace tandem
