@@ -8,7 +8,6 @@
 #include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/navigation/navigation_files.hpp>
 #include <tandem/studies/navigation/navigation_report.hpp>
-#include <tandem/studies/scenario/builtin_scenarios.hpp>
 #include <tandem/studies/scenario/scenario_ego.hpp>
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/text.hpp>
@@ -34,7 +33,7 @@ double parse_keyframe_interval(const std::string& option, const std::string& tex
 }
 
 Scenario read_navigation(const NavigateRequest& request, const Stop& stop) {
-  Scenario scenario = read_scenario(find_scenario(request.scenario, builtin_scenarios()), stop_of_reading(stop));
+  Scenario scenario = read_asked(request.scenario, stop);
   if (!scenario.navigation)
     throw Error(
         fmt::format("{} has no sensor of the chaser's own: sensors in scenario.yaml of the types {}; for chaser "

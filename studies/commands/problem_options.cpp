@@ -105,13 +105,13 @@ NavigationOptions navigation_options(const ProblemRequest& request) {
   return options;
 }
 
-Stop stop_of_reading(const Stop& stop) {
+Scenario read_asked(const std::string& scenario, const Stop& stop) {
   constexpr double kGrace = 1.0;  // s
-  return stop.later(kGrace);
+  return read_scenario(find_scenario(scenario, builtin_scenarios()), stop.later(kGrace));
 }
 
 Scenario read_problem(const ProblemRequest& request, const CommandOptions& option, const Stop& stop) {
-  Scenario scenario = read_scenario(find_scenario(request.scenario, builtin_scenarios()), stop_of_reading(stop));
+  Scenario scenario = read_asked(request.scenario, stop);
   if (scenario.navigation && scenario.data.sensors.empty())
     throw Error(fmt::format("{} has no sensor that sees a target: for its own trajectory use tandem navigate",
                             request.scenario));
@@ -121,7 +121,7 @@ Scenario read_problem(const ProblemRequest& request, const CommandOptions& optio
 }
 
 Scenario read_any_problem(const ProblemRequest& request, const CommandOptions& option, const Stop& stop) {
-  Scenario scenario = read_scenario(find_scenario(request.scenario, builtin_scenarios()), stop_of_reading(stop));
+  Scenario scenario = read_asked(request.scenario, stop);
   apply_options(request, option, !moves_by_odometry(scenario), scenario);
   refuse_implausible_times(scenario, request.scenario, request.force);
   return scenario;

@@ -26,8 +26,9 @@ struct ProblemRequest {
 
 /// SCENARIO.
 void add_scenario(CommandOptions& option, std::string& scenario, const std::string& help);
-/// The stop of reading what is then solved within `stop`.
-Stop stop_of_reading(const Stop& stop);
+/// The scenario of that name or folder as it is. Reading stops (Stopped) at an interrupt, or a second after the time limit of
+/// `stop`: what is solved next says where a limit was too short for it.
+Scenario read_asked(const std::string& scenario, const Stop& stop);
 /// What every command with a target has: SCENARIO, how the target moves, sensors. `limits`: --limits, too.
 void add_problem(CommandOptions& option, ProblemRequest& request, bool limits);
 /// --force: a recording whose times look like a mistake (implausible_times()) is taken all the same.
@@ -44,8 +45,7 @@ TrackingOptions tracking_options(const ProblemRequest& request, bool hard_limits
 NavigationOptions navigation_options(const ProblemRequest& request);
 
 /// The scenario, its sensors as the options say. Throws Error, also when it has no target, and on options about the
-/// chaser's own sensors when it moves by odometry. `option`: to name the option that does not fit. Reading stops (Stopped)
-/// at an interrupt, or a second after a time limit: what is solved next says where a limit was too short for it.
+/// chaser's own sensors when it moves by odometry. `option`: to name the option that does not fit. Stops as read_asked().
 Scenario read_problem(const ProblemRequest& request, const CommandOptions& option, const Stop& stop = {});
 /// The same where a chaser alone will do.
 Scenario read_any_problem(const ProblemRequest& request, const CommandOptions& option, const Stop& stop);

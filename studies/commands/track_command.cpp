@@ -214,6 +214,8 @@ int run_track(const TrackRequest& request, const CommandOptions& option) {
   choose_newest(request, scenario, !option.given(kTarget).empty(), options.online);
   const std::unique_ptr<LiveFeed> feed = feed_of(scenario, request.standard_input);
   if (request.stamp_unit) feed->set_unit(*request.stamp_unit);
+  if (!request.standard_input && !request.output.quiet)
+    if (const std::string why = spans_apart(scenario); !why.empty()) complain(why);
 
   const bool print = !request.output.quiet && !request.output.json && !request.json_lines;
   const std::vector<std::string> sensors = watched_sensors(scenario);

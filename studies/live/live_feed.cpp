@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 
 #include <fmt/format.h>
@@ -11,6 +12,7 @@
 #include <tandem/studies/live/live_feed.hpp>
 #include <tandem/studies/scenario/sensor_rows.hpp>
 #include <tandem/studies/support/csv.hpp>
+#include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -54,7 +56,48 @@ StreamFeed::Source reader(int descriptor, const std::string& name, const std::at
   };
 }
 
+/// The first and the last stamp in a file, in order; nothing where there are no lines, or the first is malformed.
+std::optional<std::pair<double, double>> span_of(const FeedStream& stream) try {
+  RowFile rows(stream.file, stream.of_file, TimeOrder::any);
+  if (!rows.next()) return {};
+  const double first = rows.row().front();
+  double last = first;
+  std::ifstream file = open_input(stream.file);
+  file.seekg(0, std::ios::end);
+  file.seekg(std::max(std::streamoff(0), std::streamoff(file.tellg()) - std::streamoff(kLongestLine)));
+  RowFormat format = stream.of_file;
+  for (std::string line; std::getline(file, line);) {
+    try {
+      last = format.parse(trimmed(line)).front();
+    } catch (const Error&) {  // a header, or cut
+    }
+  }
+  return std::minmax({first, last});
+} catch (const Error&) {  // which the feed says, when it comes to it
+  return {};
+}
+
+std::string text_of(const std::pair<double, double>& span) {
+  const bool few = std::max(std::abs(span.first), std::abs(span.second)) < 1e12;
+  return few ? fmt::format("{:.3f} to {:.3f}", span.first, span.second)
+             : fmt::format("{:.9g} to {:.9g}", span.first, span.second);
+}
+
 }  // namespace
+
+std::string spans_apart(const Scenario& settings) {
+  const FeedStreams streams(settings);
+  if (streams.all().empty()) return "";
+  const FeedStream& motion = streams.all().front();
+  const auto moved = span_of(motion);
+  for (const FeedStream& stream : streams.all()) {
+    const auto span = moved ? span_of(stream) : std::nullopt;
+    if (!span || (span->first <= moved->second && moved->first <= span->second)) continue;
+    return fmt::format("{}: its stamps, {}, do not overlap those of {}, {}: is one of them on another clock?",
+                       printable(stream.name), text_of(*span), printable(motion.name), text_of(*moved));
+  }
+  return "";
+}
 
 FeedStreams::FeedStreams(const Scenario& settings) : frame_(settings.frame), planar_(settings.data.planar) {
   const auto add = [&](Kind kind, std::size_t sensor, const std::string& name, const std::filesystem::path& file,

@@ -139,6 +139,10 @@ class FolderFeed : public LiveFeed {
   std::vector<std::size_t> rows_;               // of each that read() has given
 };
 
+/// A sensor of a scenario's folder all of whose stamps, by the first and the last line of its file, are before or after those
+/// of what the chaser moves by: a sentence, or nothing. Takes no longer for long files.
+std::string spans_apart(const Scenario& settings);
+
 /// Lines "NAME,<the row of that sensor's csv>" out of a file descriptor, as they come; chaser poses are
 /// "odometry,t,x,y,z,qx,qy,qz,qw". Empty lines and those that begin with # are passed over. A malformed line is told to
 /// `complain` (one sentence with its number), counted and left out.

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <random>
@@ -16,6 +17,8 @@
 namespace tandem {
 namespace {
 
+const std::string kRecords = "records-";  // and the name of the run
+
 /// No other run's.
 std::string name_of_run() {
   std::random_device random;
@@ -29,6 +32,23 @@ int locked(const std::filesystem::path& folder) {
   if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) return descriptor;
   close(descriptor);
   throw Error(fmt::format("another track is writing to {}: give this one a folder of its own", folder.string()));
+}
+
+/// What is in a folder that no track has left so, or nothing. One that was killed early has left some files, empty ones.
+std::optional<std::filesystem::path> foreign(const std::filesystem::path& folder) {
+  std::size_t own = 0;
+  std::uintmax_t bytes = 0;
+  std::optional<std::filesystem::path> last;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    last = entry.path();
+    const std::string name = last->filename().string();
+    const bool rows = std::find(TrackRows::files.begin(), TrackRows::files.end(), name) != TrackRows::files.end();
+    if (!std::filesystem::is_regular_file(entry.symlink_status()) || (!rows && !name.starts_with(kRecords)))
+      return last;
+    own += rows;
+    bytes += entry.file_size();
+  }
+  return own == TrackRows::files.size() || bytes == 0 ? std::nullopt : last;
 }
 
 /// Moves what a run has left there out of the way, its half lines cut. Returns where it is.
@@ -50,10 +70,16 @@ PartialTrack::PartialTrack(std::filesystem::path folder, const TrackRows& rows, 
     : folder_(std::move(folder)), rows_(rows), disk_(disk) {
   if (std::filesystem::exists(folder_)) {
     lock_ = locked(folder_);
+    if (const auto file = foreign(folder_)) {
+      close(std::exchange(lock_, -1));
+      throw Error(fmt::format("{} is for what a track has found so far, and {} is not of one: move it or change --out",
+                              printable(folder_.string()), quote(file->filename().string())));
+    }
     if (continues && go_on(*continues)) return;
-    const std::filesystem::path aside = keep_aside(folder_);
+    const bool is_empty = std::filesystem::is_empty(folder_);
+    const std::filesystem::path aside = is_empty ? std::filesystem::path() : keep_aside(folder_);
     close(std::exchange(lock_, -1));
-    tell("a track that was cut short has left what it had found: it is kept in " + aside.string());
+    if (!is_empty) tell("a track that was cut short has left what it had found: it is kept in " + aside.string());
   }
   if (continues) run_ = name_of_run();
 } catch (const std::filesystem::filesystem_error& error) {
@@ -65,6 +91,8 @@ PartialTrack::~PartialTrack() {
   disk_.flush();  // before another process may go on from what is there
   close(lock_);
 }
+
+std::filesystem::path PartialTrack::records_file() const { return folder_ / (kRecords + run_); }
 
 std::filesystem::path PartialTrack::file(std::size_t i) const {
   return i < TrackRows::files.size() ? folder_ / TrackRows::files[i] : records_file();

@@ -28,7 +28,8 @@ class PartialTrack {
   };
 
   /// Goes on in `folder` (see OutputFolder::partial()) where that is what `continues` speaks of; what is there otherwise is
-  /// kept under another name, which `tell` is told. Throws Error where another process is writing there.
+  /// kept under another name, which `tell` is told. Throws Error where another process is writing there, or where there is
+  /// what no track has left.
   PartialTrack(std::filesystem::path folder, const TrackRows& rows, DurableFiles& disk,
                const std::optional<Continues>& continues, const std::function<void(const std::string&)>& tell);
   ~PartialTrack();
@@ -39,7 +40,7 @@ class PartialTrack {
   PartialPlace place() const;
   /// The first so many records of the track, where it goes on, and the file that has them.
   std::size_t earlier() const { return earlier_; }
-  std::filesystem::path records_file() const { return folder_ / ("records-" + run_); }
+  std::filesystem::path records_file() const;
   /// Nobody needs it any more.
   void remove();
 

@@ -77,6 +77,19 @@ TEST(TrackCommand, TracksAFolderAndStandardInputAlike) {
   EXPECT_EQ(with_truth["predictions"][1]["seconds_ahead"], 10);
 }
 
+TEST(TrackCommand, ASensorOfAnotherDayIsSaidAtTheStart) {
+  const ScratchFolder scratch;
+  write_small_scenario(scratch);
+  const Outcome good = run_tandem({"track", scratch.path()});
+  EXPECT_THAT(good.errors, testing::Not(HasSubstr("do not overlap")));
+  scratch.write("usbl.csv", "t,x,y,z\r\n86401,5,0,0\r\n86404.5,5,0,0\r\n");
+  const Outcome run = run_tandem({"track", scratch.path()});
+  EXPECT_EQ(run.status, good.status) << run.errors;
+  EXPECT_THAT(run.errors, ContainsRegex("usbl: its stamps, 86401.000 to 86404.500, do not overlap those of odometry, "
+                                        "0.000 to [0-9.]+: is one of them on another clock"));
+  EXPECT_THAT(run_tandem({"track", scratch.path(), "--quiet"}).errors, testing::Not(HasSubstr("do not overlap")));
+}
+
 TEST(TrackCommand, TakesTrackingOptions) {
   const auto errors = [](const std::vector<std::string>& options) {
     std::vector<std::string> arguments = {"track", "docking_a", "--until", "170", "--newest", "window", "--json"};
