@@ -84,9 +84,9 @@ template <class F>
 double Program::over_blocks(F f) const {
   const auto of_lane = [&](int lane) {
     double sum = 0;
-    const int* first = first_of_lane_.data() + lane;
-    for (std::size_t p = 0; p < problem_.pools_.size(); ++p, first += num_lanes_ + 2)
-      if (first[0] < first[1]) sum += f(p, first[0], first[1]);
+    std::size_t at = std::size_t(lane);
+    for (std::size_t p = 0; p < problem_.pools_.size(); ++p, at += std::size_t(num_lanes_) + 2)
+      if (first_of_lane_[at] < first_of_lane_[at + 1]) sum += f(p, first_of_lane_[at], first_of_lane_[at + 1]);
     return sum;
   };
   std::array<double, detail::kMostLanes> sums;
