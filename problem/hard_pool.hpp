@@ -78,36 +78,38 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
     Row r;
     Jacobians J;
     Pool::set_zero(J);  // GCC 12 does not see that linearize sets it
+    const auto columns = Pool::data(J);
     for (int k = begin; k < end; ++k) {
       const std::size_t i = std::size_t(place.at(k));
       const int* offset = &place.offset[i * kArity];
       this->linearize(i, offset, r, J);
       if (c) std::copy_n(r.data(), kDim, c + i * kDim);
       double* out = values + place.jacobian[i];
-      static_for<kArity>([&]<int S>() {
-        if (offset[S] >= 0) out = std::copy_n(std::get<S>(J).data(), kDim * Pool::kDofs[S], out);
-      });
+      for (std::size_t s = 0; s < kArity; ++s)
+        if (offset[s] >= 0) out = std::copy_n(columns[s], kDim * Pool::kDofs[s], out);
     }
   }
 
   void accumulate(const PoolPlacement& place, int begin, int end, const double* weights, const double* jacobian,
                   double* H) const override {
-    Jacobians J;
-    Pool::set_zero(J);
+    typename Pool::Transposed transposed;
+    std::array<const double*, std::size_t(kArity)> columns{};  // as jacobian() left them
     for (int k = begin; k < end; ++k) {
       const std::size_t i = std::size_t(place.at(k));
-      const int* offset = &place.offset[i * kArity];
-      double root[kDim];
-      if (!square_roots(weights + i * kDim, root)) continue;
+      const double* w = weights + i * kDim;
+      if (std::all_of(w, w + kDim, [](double x) { return x == 0; })) continue;
+      const BlockShape shape = Pool::shape(&place.offset[i * kArity]);
       const double* from = jacobian + place.jacobian[i];
-      static_for<kArity>([&]<int A>() {
-        if (offset[A] < 0) return;
-        constexpr int size = kDim * Pool::kDofs[A];
-        std::copy_n(from, size, std::get<A>(J).data());
-        scale_rows<kDim, Pool::kDofs[A]>(root, std::get<A>(J).data());
-        from += size;
-      });
-      this->add_products(offset, &place.hessian[i * kPairs], J, H);
+      double* T = transposed.data();
+      for (int s = 0; s < kArity; T += kDim * Pool::kDofs[s], ++s) {
+        if (shape.offset[s] < 0) continue;
+        const int dof = Pool::kDofs[s];
+        columns[s] = from;
+        for (int row = 0; row < kDim; ++row)
+          for (int j = 0; j < dof; ++j) T[row * dof + j] = w[row] * from[j * kDim + row];
+        from += kDim * dof;
+      }
+      add_products<kDim>(shape, &place.hessian[i * kPairs], transposed.data(), columns.data(), H);
     }
   }
   void add_exact_hessian(const PoolPlacement& place, int begin, int end, double factor, const double* multipliers,
@@ -125,17 +127,6 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
       const int* offset = &place.offset[i * kArity];
       this->add_second_derivatives(i, offset, &place.hessian[i * kPairs], dual, r, J, gradient, H);
     }
-  }
-
- private:
-  /// False when all are zero.
-  static bool square_roots(const double* weights, double* root) {
-    bool any = false;
-    for (int k = 0; k < kDim; ++k) {
-      root[k] = std::sqrt(weights[k]);
-      any |= weights[k] != 0;
-    }
-    return any;
   }
 };
 

@@ -3,15 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <functional>
-#include <numeric>
 #include <string_view>
 #include <tuple>
 #include <vector>
 
 #include <tandem/lie/exp_curvature.hpp>
 #include <tandem/lie/static_for.hpp>
-#include <tandem/problem/block_kernels.hpp>
-#include <tandem/problem/function_ref.hpp>
+#include <tandem/problem/block.hpp>
 #include <tandem/problem/state_store.hpp>
 #include <tandem/residuals/gaussian.hpp>
 #include <tandem/residuals/residual.hpp>
@@ -22,10 +20,6 @@ namespace tandem::detail {
 using StoreInstead = std::function<StateStoreBase*(const StateStoreBase*)>;
 
 /// Where a block's contributions go in the solver's arrays: compiled once from the pattern (see Program).
-struct HessianPlace {
-  int position = -1;  ///< of the block's first entry in the CSC values
-  int stride = 0;     ///< from one column of it to the next
-};
 struct PoolPlacement {
   std::vector<int> offset;            ///< blocks × arity: the state's first unknown, −1 when it is fixed
   std::vector<HessianPlace> hessian;  ///< blocks × arity (arity + 1) / 2: pairs (a, b ≤ a) at a (a + 1) / 2 + b
@@ -76,35 +70,6 @@ class PoolBase {
   }
 };
 
-/// Step of a central difference of first derivatives: balances h² truncation and 1e-16/h rounding.
-inline constexpr double kGradientStep = 1e-5;
-/// Of one state, and of one residual.
-inline constexpr int kMostDofs = 64, kMostRows = 64, kMostStates = 16;
-
-/// The sizes of a block, for what is not worth compiling for each residual.
-struct BlockShape {
-  int dim, arity;
-  const int *dofs, *offset;  ///< of each state; offset: its first unknown, negative when it is fixed
-
-  int first(int state) const {  ///< of the state's entries in the block's own gradient
-    int sum = 0;
-    for (int s = 0; s < state; ++s) sum += dofs[s];
-    return sum;
-  }
-};
-/// Jᵀ w over the states that are not fixed, J with respect to perturbations of the point and through the charts.
-void block_gradient(const BlockShape& shape, const double* const* J, const double* const* charts, const double* w,
-                    double* gradient);
-/// Adds the block's Hessian, by central differences of its gradient: `near(state, k, step, gradient)` gives the gradient
-/// where entry k of the state's δ has moved by `step`.
-void add_difference_hessian(const BlockShape& shape, const HessianPlace* place,
-                            FunctionRef<void(int state, int k, double step, double* gradient)> near, double* H);
-/// A ← W A, W a diagonal or, where it is not null, full.
-void whiten(int rows, int columns, const double* diagonal, const double* full, double* A);
-/// Adds weight ‖J v‖² and weight ‖J diag(v)‖²; J as PoolBase::linearize_block() gives it.
-void add_block_stiffness(const BlockShape& shape, const double* J, const double* v, double weight, double& along,
-                         double& scale);
-
 /// What every pool of residual R has: the blocks' residuals and states, and their evaluation at the point.
 template <Residual R, class Base>
 class BlockPool : public Base {
@@ -133,7 +98,7 @@ class BlockPool : public Base {
     set_zero(jacobians);
     linearize(std::size_t(i), offset ? offset : wanted.data(), row, jacobians);
     std::copy_n(row.data(), kDim, r);
-    static_for<kArity>([&]<int S>() { J = std::copy_n(std::get<S>(jacobians).data(), kDim * kDofs[S], J); });
+    for (int s = 0; s < kArity; ++s) J = std::copy_n(data(jacobians)[std::size_t(s)], kDim * kDofs[std::size_t(s)], J);
   }
 
  protected:
@@ -146,7 +111,6 @@ class BlockPool : public Base {
     using Values = std::tuple<State<S>...>;
     using Charts = std::tuple<typename State<S>::Jacobian...>;
     using Jacobians = std::tuple<Matrix<kDim, State<S>::dof>...>;
-    using Transposed = std::tuple<std::array<double, std::size_t(kDim* State<S>::dof)>...>;
     static constexpr std::array<int, std::size_t(kArity)> dofs{State<S>::dof...};
     static constexpr int sum_of_dofs = (State<S>::dof + ...);
     static constexpr bool curved = (HasExpCurvature<State<S>> && ...);
@@ -154,11 +118,11 @@ class BlockPool : public Base {
   using Types = Tuples<std::make_integer_sequence<int, kArity>>;
   using Stores = typename Types::Stores;
   using Jacobians = typename Types::Jacobians;
-  using Transposed = typename Types::Transposed;
+  /// Of all states' Jacobians, one after the other.
+  using Transposed = std::array<double, std::size_t(kDim* Types::sum_of_dofs)>;
   static constexpr auto kDofs = Types::dofs;
   /// Whether the residual's own second derivatives are used.
   static constexpr bool kCurvature = HasCurvature<R> && Types::curved;
-  static constexpr int first_dof(int state) { return std::accumulate(kDofs.begin(), kDofs.begin() + state, 0); }
   static_assert(*std::max_element(kDofs.begin(), kDofs.end()) <= kMostDofs && kDim <= kMostRows &&
                 kArity <= kMostStates);
   using Row = Vector<kDim>;
@@ -199,41 +163,22 @@ class BlockPool : public Base {
     through_charts(i, offset, J);
   }
   void through_charts(std::size_t i, const int* offset, Jacobians& J) const {
-    static_for<kArity>([&]<int S>() {
-      const auto& store = *std::get<S>(stores_);
-      if (offset[S] >= 0 && store.charted)  // the chain through Jr(δ), here and nowhere else
-        multiply_right<kDim, kDofs[S]>(std::get<S>(J).data(), store.chart[std::size_t(blocks_[i].slots[S])].data());
-    });
+    detail::through_charts<kDim>(shape(offset), charts(i).data(), data(J).data());
   }
   static void set_zero(Jacobians& J) {
     static_for<kArity>([&]<int A>() { std::fill_n(std::get<A>(J).data(), kDim * kDofs[A], 0.0); });
   }
 
-  /// H += Jaᵀ Jb for every pair of free states, straight into the solver's matrix; `transposed`: of each state, w Jᵀ.
-  static void add_products(const int* offset, const HessianPlace* place, const Transposed& transposed,
-                           const Jacobians& J, double* H) {
-    static_for<kArity>([&]<int A>() {
-      if (offset[A] < 0) return;
-      const double* JaT = std::get<A>(transposed).data();
-      static_for<A + 1>([&]<int B>() {
-        if (offset[B] < 0) return;
-        constexpr int a = kDofs[A], b = kDofs[B];
-        const HessianPlace& at = place[A * (A + 1) / 2 + B];
-        const double* Jb = std::get<B>(J).data();
-        if (offset[A] >= offset[B]) add_product<a, kDim, b>(JaT, Jb, H + at.position, at.stride);
-        if (A != B && offset[A] <= offset[B])  // both when a block reads one variable twice
-          add_product_transposed<a, kDim, b>(JaT, Jb, H + at.position, at.stride);
-      });
+  static BlockShape shape(const int* offset) { return {kDim, kArity, kDofs.data(), offset}; }
+  /// Of each state; null where there is none.
+  std::array<const double*, std::size_t(kArity)> charts(std::size_t i) const {
+    std::array<const double*, std::size_t(kArity)> result{};
+    static_for<kArity>([&]<int S>() {
+      const auto& store = *std::get<S>(stores_);
+      if (store.charted) result[S] = store.chart[std::size_t(blocks_[i].slots[S])].data();
     });
+    return result;
   }
-  static void add_products(const int* offset, const HessianPlace* place, const Jacobians& J, double* H) {
-    Transposed transposed;
-    static_for<kArity>([&]<int A>() {
-      if (offset[A] >= 0) transpose<kDim, kDofs[A]>(1.0, std::get<A>(J).data(), std::get<A>(transposed).data());
-    });
-    add_products(offset, place, transposed, J, H);
-  }
-
   /// Where each state's Jacobian is.
   static std::array<double*, std::size_t(kArity)> data(Jacobians& J) {
     std::array<double*, std::size_t(kArity)> result;
@@ -243,36 +188,11 @@ class BlockPool : public Base {
 
   /// Adds Σ w_k ∂²r_k to the Hessian, through the charts to first order, and Jᵀ w to the gradient that their second order
   /// applies to; J with respect to perturbations of the point.
-  void add_curvature(std::size_t i, const int* offset, const HessianPlace* place, const Row& w, const Jacobians& J,
+  void add_curvature(std::size_t i, const int* offset, const HessianPlace* place, const Row& w, Jacobians& J,
                      double* gradient, double* H) const {
-    constexpr int n = Types::sum_of_dofs;
-    Matrix<n, n> C;
+    Matrix<Types::sum_of_dofs, Types::sum_of_dofs> C;
     std::apply([&](const auto*... x) { blocks_[i].residual.curvature(*x..., w, C); }, points(i));
-    static_for<kArity>([&]<int A>() {
-      if (offset[A] < 0) return;
-      constexpr int a = kDofs[A], first_a = first_dof(A);
-      double of_state[a];
-      multiply_transposed<kDim, a>(std::get<A>(J).data(), w.data(), of_state);
-      for (int k = 0; k < a; ++k) gradient[offset[A] + k] += of_state[k];
-      static_for<A + 1>([&]<int B>() {
-        if (offset[B] < 0) return;
-        constexpr int b = kDofs[B], first_b = first_dof(B);
-        double block[a * b], transposed[a * b];  // of rows A and columns B, and the other way round
-        for (int k = 0; k < a; ++k)
-          for (int m = 0; m < b; ++m) transposed[k * b + m] = C(first_b + m, first_a + k);
-        const auto& of_A = *std::get<A>(stores_);
-        const auto& of_B = *std::get<B>(stores_);
-        if (of_A.charted) multiply_right<b, a>(transposed, of_A.chart[std::size_t(blocks_[i].slots[A])].data());
-        transpose<b, a>(1.0, transposed, block);
-        if (of_B.charted) multiply_right<a, b>(block, of_B.chart[std::size_t(blocks_[i].slots[B])].data());
-        const HessianPlace& at = place[A * (A + 1) / 2 + B];
-        for (int m = 0; m < b; ++m)
-          for (int k = 0; k < a; ++k) {
-            if (offset[A] >= offset[B]) H[at.position + m * at.stride + k] += block[m * a + k];
-            if (A != B && offset[A] <= offset[B]) H[at.position + k * at.stride + m] += block[m * a + k];
-          }
-      });
-    });
+    add_block_curvature(shape(offset), place, data(J).data(), charts(i).data(), w.data(), C.data(), gradient, H);
   }
 
   /// Adds the second derivatives of wᵀ r, w held: dual(r, w) gives it. The residual's own where it gives them (see
@@ -294,10 +214,10 @@ class BlockPool : public Base {
   /// Central differences of the block's gradient, Jᵀ w, over all its unknowns; dual(r, w) gives w.
   template <class Dual>
   void difference_gradient(std::size_t i, const int* offset, const HessianPlace* place, Dual dual, double* H) const {
-    const BlockShape shape{kDim, kArity, kDofs.data(), offset};
+    const BlockShape shape = this->shape(offset);
     const auto near = [&](int state, int k, double step, double* gradient) {
       auto p = points(i);
-      std::array<const double*, std::size_t(kArity)> charts{};  // null where there is none
+      auto charts = this->charts(i);
       typename Types::Values moved;
       typename Types::Charts moved_chart;
       static_for<kArity>([&]<int S>() {
@@ -306,8 +226,6 @@ class BlockPool : public Base {
           store.near_point(blocks_[i].slots[S], k, step, std::get<S>(moved), std::get<S>(moved_chart));
           std::get<S>(p) = &std::get<S>(moved);
           charts[S] = std::get<S>(moved_chart).data();
-        } else if (store.charted) {
-          charts[S] = store.chart[std::size_t(blocks_[i].slots[S])].data();
         }
       });
       Row r, w;

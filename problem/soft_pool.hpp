@@ -32,7 +32,7 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
     for (int k = begin; k < end; ++k) {
       const std::size_t i = std::size_t(place.at(k));
       this->value(i, r);
-      whiten<1>(i, r.data());
+      whiten(i, r.data());
       total += 0.5 * this->loss_of(i, squared_norm<kDim>(r.data())).rho;
     }
     return total;
@@ -42,23 +42,16 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
     Row r;
     Jacobians J;
     Pool::set_zero(J);  // GCC 12 does not see that linearize sets it
+    const auto columns = Pool::data(J);
     typename Pool::Transposed transposed;
     for (int k = begin; k < end; ++k) {
       const std::size_t i = std::size_t(place.at(k));
-      const int* offset = &place.offset[i * kArity];
-      this->linearize(i, offset, r, J);
-      whiten<1>(i, r.data());
-      const Loss::Value value = this->loss_of(i, squared_norm<kDim>(r.data()));
+      const BlockShape shape = Pool::shape(&place.offset[i * kArity]);
+      this->linearize(i, shape.offset, r, J);
+      const Loss::Value value = whiten(i, shape, r.data(), columns.data());
       total += 0.5 * value.rho;
-      static_for<kArity>([&]<int A>() {
-        if (offset[A] < 0) return;
-        constexpr int dof = Pool::kDofs[A];
-        double *Ja = std::get<A>(J).data(), *JaT = std::get<A>(transposed).data();
-        whiten<dof>(i, Ja);
-        transpose<kDim, dof>(value.d1, Ja, JaT);
-        add_multiplied<dof, kDim>(JaT, r.data(), gradient + offset[A]);
-      });
-      if (H) this->add_products(offset, &place.hessian[i * kPairs], transposed, J, H);
+      add_gradient<kDim>(shape, value.d1, columns.data(), r.data(), transposed.data(), gradient);
+      if (H) add_products<kDim>(shape, &place.hessian[i * kPairs], transposed.data(), columns.data(), H);
     }
     return total;
   }
@@ -72,7 +65,7 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
       const std::size_t i = std::size_t(place.at(k));
       const auto dual = [&](const Row& at_point, Row& w) {  // factor ρ' Wᵀ W r
         std::copy_n(at_point.data(), kDim, w.data());
-        whiten<1>(i, w.data());
+        whiten(i, w.data());
         const double d1 = factor * this->loss_of(i, squared_norm<kDim>(w.data())).d1;
         unwhiten(i, w.data());
         for (int row = 0; row < kDim; ++row) w.data()[row] *= d1;
@@ -91,35 +84,39 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
   /// Adds factor (ρ' Jᵀ J + 2ρ'' Jᵀ r rᵀ J), r and J whitened: the curvature that is not the residual's own.
   void add_first_order(std::size_t i, const int* offset, const HessianPlace* place, double factor, Row& r, Jacobians& J,
                        double* H) const {
-    whiten<1>(i, r.data());
-    const Loss::Value value = this->loss_of(i, squared_norm<kDim>(r.data()));
+    const BlockShape shape = Pool::shape(offset);
+    const auto columns = Pool::data(J);
+    const Loss::Value value = whiten(i, shape, r.data(), columns.data());
     typename Pool::Transposed transposed;
-    static_for<kArity>([&]<int A>() {
-      if (offset[A] < 0) return;
-      constexpr int dof = Pool::kDofs[A];
-      double *Ja = std::get<A>(J).data(), *JaT = std::get<A>(transposed).data();
-      whiten<dof>(i, Ja);
-      double g[dof];
-      multiply_transposed<kDim, dof>(Ja, r.data(), g);
-      transpose<kDim, dof>(factor * value.d1, Ja, JaT);
+    double* T = transposed.data();
+    for (int s = 0; s < kArity; T += kDim * Pool::kDofs[s], ++s) {
+      if (offset[s] < 0) continue;
+      const int dof = Pool::kDofs[s];
+      double g[kMostDofs];
+      multiply_transposed<kDim>(dof, columns[s], r.data(), g);
+      transpose<kDim>(dof, factor * value.d1, columns[s], T);
       for (int k = 0; k < kDim; ++k)
-        for (int j = 0; j < dof; ++j) JaT[k * dof + j] += 2 * factor * value.d2 * g[j] * r.data()[k];
-    });
-    this->add_products(offset, place, transposed, J, H);
+        for (int j = 0; j < dof; ++j) T[k * dof + j] += 2 * factor * value.d2 * g[j] * r.data()[k];
+    }
+    add_products<kDim>(shape, place, transposed.data(), columns.data(), H);
   }
 
-  template <int columns>
-  void whiten(std::size_t i, double* A) const {  // A ← W A
-    if (const double* W = this->full(i))
-      multiply_left<kDim, columns>(W, A);
-    else
-      scale_rows<kDim, columns>(this->template diagonal<kDim>(i), A);
+  /// r ← W r, J ← W J of the free states; the loss there.
+  Loss::Value whiten(std::size_t i, const BlockShape& shape, double* r, double* const* J) const {
+    const double *diagonal = this->template diagonal<kDim>(i), *full = this->full(i);
+    detail::whiten<kDim>(1, diagonal, full, r);
+    shape.for_free(
+        [&](int s) { with_size(shape.dofs[s], [&](auto dof) { detail::whiten<kDim>(dof, diagonal, full, J[s]); }); });
+    return this->loss_of(i, squared_norm<kDim>(r));
+  }
+  void whiten(std::size_t i, double* r) const {
+    detail::whiten<kDim>(1, this->template diagonal<kDim>(i), this->full(i), r);
   }
   void unwhiten(std::size_t i, double* r) const {  // r ← Wᵀ r
     const double* W = this->full(i);
-    if (!W) return scale_rows<kDim, 1>(this->template diagonal<kDim>(i), r);
+    if (!W) return scale_rows<kDim>(1, this->template diagonal<kDim>(i), r);
     double product[kDim];
-    multiply_transposed<kDim, kDim>(W, r, product);
+    multiply_transposed<kDim>(kDim, W, r, product);
     std::copy_n(product, kDim, r);
   }
 };

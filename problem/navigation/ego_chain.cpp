@@ -28,12 +28,12 @@ std::string why_not(const EgoSensor& sensor, bool imu) {
   const StayingError& error = *sensor.error;
   const EgoReading reading = sensor.type->reading;
   const std::string kind = "a " + std::string(name(sensor.type));
-  if (error.scale > 0 && reading != EgoReading::body_vector && reading != EgoReading::world_height)
-    return kind + " has no scale; leave it out";
   if (error.misalignment > 0 && reading == EgoReading::orientation)
     return "a misalignment of " + kind + " is its bias: give that (sigma)";
-  if (error.misalignment > 0 && reading != EgoReading::body_vector)
-    return kind + " does not tell how it is turned; leave its misalignment out";
+  const bool vector = reading == EgoReading::body_vector;
+  if (const std::string why = tandem::why_not(error, kind, vector || reading == EgoReading::world_height, vector);
+      !why.empty())
+    return why;
   if (error.delay > 0 && !imu) return "its delay is estimated beside an imu alone; leave it out";
   return "";
 }

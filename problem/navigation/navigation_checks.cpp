@@ -310,7 +310,7 @@ std::string NavigationFinding::text() const {
       return sensor + ": neighbouring samples scatter as noise of " + short_number(accelerometer) + " m/s²/√Hz and " +
              short_number(gyroscope) +
              " rad/s/√Hz would, far more than is stated: where that is vibration, these are " +
-             "the densities to navigate with";
+             "the densities to navigate with (--vibration)";
     case Kind::above_water:
       break;
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <string>
 
 #include <Eigen/Core>
 
@@ -19,5 +20,9 @@ struct StayingError {
   bool has_bias() const { return sigma.size() > 0; }
   bool has_constants() const { return scale > 0 || misalignment > 0 || delay > 0; }
 };
+
+/// Empty, or why a sensor of this kind ("a range") cannot have these, by what its measurements tell: a length, how it is
+/// turned.
+std::string why_not(const StayingError& error, const std::string& kind, bool tells_length, bool tells_turn);
 
 }  // namespace tandem

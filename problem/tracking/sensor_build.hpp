@@ -105,7 +105,7 @@ class SensorBuild {
                                          const Loss& loss) {
     using Whole = Miscalibrated<R>;
     const StayingError& error = *sensor_.error;
-    if (const std::string why = why_not(error); !why.empty()) throw Error(sensor_.name + ".error: " + why);
+    if (const std::string why = why_not(sensor_); !why.empty()) throw Error(sensor_.name + ".error: " + why);
     const std::size_t k = placed_.keyframe;
     const std::size_t other =
         error.delay > 0 ? another_of<T>(k, kDelays * error.delay) : k;  // k itself: at its instant
@@ -119,16 +119,6 @@ class SensorBuild {
                        constants.get<typename Whole::Turn>(problem, sensor_.name, "misalignment", error.misalignment),
                        constants.get<Rn<1>>(problem, sensor_.name, "delay", error.delay)},
                       noise, loss);
-  }
-  /// Empty, or why the sensor cannot have these.
-  std::string why_not(const StayingError& error) const {
-    const std::string kind = "a " + std::string(name(sensor_.type));
-    if (error.scale > 0 && !sensor_.type->has(measured::position | measured::range))
-      return kind + " has no scale; leave it out";
-    if (error.misalignment > 0 &&
-        !sensor_.type->has(measured::position | measured::rotation | measured::direction | measured::angles))
-      return kind + " does not tell how it is turned; leave its misalignment out";
-    return "";
   }
   /// The keyframe that tells, with keyframe k, how chaser and target move there: of those where the target is of the same
   /// kind the last that is so many seconds earlier, or else the first that is as much later, or the farthest.

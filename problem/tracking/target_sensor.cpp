@@ -61,4 +61,11 @@ std::optional<Vector<3>> TargetSensor::position_in_chaser(const Measurement& m) 
   return mount.act(*seen);
 }
 
+std::string why_not(const TargetSensor& sensor) {
+  if (!sensor.error) return "";
+  return why_not(*sensor.error, "a " + std::string(name(sensor.type)),
+                 sensor.type->has(measured::position | measured::range),
+                 sensor.type->has(measured::position | measured::rotation | measured::direction | measured::angles));
+}
+
 }  // namespace tandem

@@ -132,5 +132,7 @@ struct TargetSensor {
   /// since the others do not tell where it points.
   std::optional<Vector<3>> position_in_chaser(const Measurement& m) const;
 };
+/// Empty, or why the sensor cannot have the errors that stay which it is given.
+std::string why_not(const TargetSensor& sensor);
 
 }  // namespace tandem

@@ -1,0 +1,119 @@
+#pragma once
+
+#include <algorithm>
+
+#include <tandem/problem/block_kernels.hpp>
+#include <tandem/problem/function_ref.hpp>
+
+namespace tandem::detail {
+
+/// Where a pair of states' second derivatives go in the solver's matrix.
+struct HessianPlace {
+  int position = -1;  ///< of the block's first entry in the CSC values
+  int stride = 0;     ///< from one column of it to the next
+};
+
+/// Of one state, of one residual, and of one block.
+inline constexpr int kMostDofs = 64, kMostRows = 64, kMostStates = 16;
+
+/// The sizes of a block. What needs no more of a residual is compiled once, or, in the solvers' loops, once for each number
+/// of rows: it is most of what there is to compile. J: of each state its Jacobian, rows × its dofs, by columns; charts: of
+/// each state Jr(δ), or null where it is the identity; place: of each pair of states (a, b ≤ a) at a (a + 1) / 2 + b.
+struct BlockShape {
+  int dim, arity;
+  const int *dofs, *offset;  ///< of each state; offset: its first unknown, negative when it is fixed
+
+  int first(int state) const {  ///< of the state's entries in the block's own gradient
+    int sum = 0;
+    for (int s = 0; s < state; ++s) sum += dofs[s];
+    return sum;
+  }
+  /// f(s) for each state that is not fixed.
+  template <class F>
+  void for_free(F f) const {
+    for (int s = 0; s < arity; ++s)
+      if (offset[s] >= 0) f(s);
+  }
+};
+
+/// J ← J Jr(δ), the chain through the charts, here and nowhere else in a solver's loop.
+template <int dim>
+void through_charts(const BlockShape& shape, const double* const* charts, double* const* J) {
+  double product[dim * kMostDofs];
+  shape.for_free([&](int s) {
+    if (charts[s]) with_size(shape.dofs[s], [&](auto dof) { multiply_right<dim>(dof, J[s], charts[s], product); });
+  });
+}
+
+/// A ← W A of so many columns, W a diagonal or, where it is not null, full.
+template <int dim, class N>
+inline void whiten(N columns, const double* diagonal, const double* full, double* A) {
+  if (full)
+    multiply_left<dim>(columns, full, A);
+  else
+    scale_rows<dim>(columns, diagonal, A);
+}
+
+/// T ← w Jᵀ of each free state, one after the other, and gradient += T r.
+template <int dim>
+void add_gradient(const BlockShape& shape, double w, const double* const* J, const double* r, double* T,
+                  double* gradient) {
+  for (int s = 0; s < shape.arity; T += dim * shape.dofs[s], ++s) {
+    if (shape.offset[s] < 0) continue;
+    double* at = gradient + shape.offset[s];
+    with_size(shape.dofs[s], [&](auto dof) {
+      transpose<dim>(dof, w, J[s], T);
+      for (int k = 0; k < dim; ++k)
+        for (int j = 0; j < dof; ++j) at[j] += T[k * dof + j] * r[k];
+    });
+  }
+}
+
+/// H += T_A J_B for every pair of free states, straight into the solver's matrix; T as add_gradient() leaves it.
+template <int dim>
+void add_products(const BlockShape& shape, const HessianPlace* place, const double* T, const double* const* J,
+                  double* H) {
+  const int* offset = shape.offset;
+  for (int A = 0; A < shape.arity; T += dim * shape.dofs[A], ++A) {
+    const int a = shape.dofs[A];
+    for (int B = 0; B <= A; ++B, ++place) {
+      if (offset[A] < 0 || offset[B] < 0) continue;
+      const int b = shape.dofs[B];
+      double* to = H + place->position;
+      if (offset[A] >= offset[B]) {
+        with_size(b, [&](auto columns) {
+          if (a == 6)
+            add_product<6, dim>(columns, T, J[B], to, place->stride);
+          else if (a == 3)
+            add_product<3, dim>(columns, T, J[B], to, place->stride);
+          else
+            add_product<dim>(a, columns, T, J[B], to, place->stride);
+        });
+      }
+      if (A != B && offset[A] <= offset[B])  // both when a block reads one variable twice
+        add_product_transposed<dim>(a, b, T, J[B], to, place->stride);
+    }
+  }
+}
+
+/// Jᵀ w over the states that are not fixed, J with respect to perturbations of the point and through the charts.
+void block_gradient(const BlockShape& shape, const double* const* J, const double* const* charts, const double* w,
+                    double* gradient);
+/// Step of a central difference of first derivatives: balances h² truncation and 1e-16/h rounding.
+inline constexpr double kGradientStep = 1e-5;
+/// Adds the block's Hessian, by central differences of its gradient: `near(state, k, step, gradient)` gives the gradient
+/// where entry k of the state's δ has moved by `step`.
+void add_difference_hessian(const BlockShape& shape, const HessianPlace* place,
+                            FunctionRef<void(int state, int k, double step, double* gradient)> near, double* H);
+/// Adds a block's own second derivatives C, of all its states' dofs and symmetric, to the Hessian, through the charts to
+/// first order, and Jᵀ w to the gradient that the charts' second order applies to, J with respect to perturbations of the
+/// point.
+void add_block_curvature(const BlockShape& shape, const HessianPlace* place, const double* const* J,
+                         const double* const* charts, const double* w, const double* C, double* gradient, double* H);
+/// A ← W A, as the template.
+void whiten(int rows, int columns, const double* diagonal, const double* full, double* A);
+/// Adds weight ‖J v‖² and weight ‖J diag(v)‖²; J as PoolBase::linearize_block() gives it.
+void add_block_stiffness(const BlockShape& shape, const double* J, const double* v, double weight, double& along,
+                         double& scale);
+
+}  // namespace tandem::detail

@@ -1,0 +1,124 @@
+#include <array>
+#include <random>
+#include <vector>
+
+#include <Eigen/Core>
+#include <gtest/gtest.h>
+
+#include <tandem/problem/block.hpp>
+
+namespace tandem::detail {
+namespace {
+
+using Eigen::MatrixXd, Eigen::VectorXd;
+
+/// A block of four states, some of a size that the compiler knows, the others not: the second is fixed, the first is read
+/// twice, the last comes before it in the matrix.
+template <int dim>
+struct BlockOf {
+  static constexpr int kStates = 5, kUnknowns = 6 + 2 + 9;
+  std::array<int, kStates> dofs{6, 3, 9, 6, 2};
+  std::array<int, kStates> offset{2, -1, 8, 2, 0};
+  BlockShape shape{dim, kStates, dofs.data(), offset.data()};
+  std::vector<MatrixXd> J, charts;
+  std::vector<HessianPlace> place;
+  MatrixXd H = MatrixXd::Zero(kUnknowns, kUnknowns);
+  VectorXd gradient = VectorXd::Zero(kUnknowns);
+  VectorXd r;
+
+  BlockOf() : r(random(dim, 1)) {
+    for (int s = 0; s < kStates; ++s) {
+      J.push_back(random(dim, dofs[std::size_t(s)]));
+      charts.push_back(random(dofs[std::size_t(s)], dofs[std::size_t(s)]));
+    }
+    for (int a = 0; a < kStates; ++a)  // the lower triangle of a dense matrix
+      for (int b = 0; b <= a; ++b) {
+        const int at_a = offset[std::size_t(a)], at_b = offset[std::size_t(b)];
+        const int row = std::max(at_a, at_b), column = std::min(at_a, at_b);
+        place.push_back(column < 0 ? HessianPlace{} : HessianPlace{column * kUnknowns + row, kUnknowns});
+      }
+  }
+  static MatrixXd random(int rows, int columns) {
+    static std::mt19937 engine(1);
+    std::normal_distribution<double> normal;
+    return MatrixXd::NullaryExpr(rows, columns, [&] { return normal(engine); });
+  }
+  std::vector<const double*> pointers(const std::vector<MatrixXd>& of) const {
+    std::vector<const double*> result;
+    for (const MatrixXd& m : of) result.push_back(m.data());
+    return result;
+  }
+  std::vector<double*> columns() {
+    std::vector<double*> result;
+    for (MatrixXd& m : J) result.push_back(m.data());
+    return result;
+  }
+  /// Of all unknowns, with each state's Jacobian times what `chart` gives.
+  MatrixXd dense(const std::vector<MatrixXd>* through = nullptr) const {
+    MatrixXd sum = MatrixXd::Zero(dim, kUnknowns);
+    for (std::size_t s = 0; s < kStates; ++s)
+      if (offset[s] >= 0) sum.middleCols(offset[s], dofs[s]) += through ? J[s] * (*through)[s] : J[s];
+    return sum;
+  }
+  /// H as it was summed up, its upper triangle from the lower one.
+  MatrixXd symmetric() const { return H.selfadjointView<Eigen::Lower>(); }
+};
+
+template <class T>
+class Block : public testing::Test {};
+using Rows =
+    testing::Types<std::integral_constant<int, 1>, std::integral_constant<int, 3>, std::integral_constant<int, 6>>;
+TYPED_TEST_SUITE(Block, Rows);
+
+TYPED_TEST(Block, GradientAndProductsAreTheDenseOnes) {
+  constexpr int dim = TypeParam::value;
+  BlockOf<dim> b;
+  std::vector<double> T(std::size_t(dim * b.shape.first(b.shape.arity)));
+  add_gradient<dim>(b.shape, 0.7, b.columns().data(), b.r.data(), T.data(), b.gradient.data());
+  add_products<dim>(b.shape, b.place.data(), T.data(), b.columns().data(), b.H.data());
+  const MatrixXd J = b.dense();
+  EXPECT_LT((b.gradient - 0.7 * J.transpose() * b.r).norm(), 1e-12);
+  EXPECT_LT((b.symmetric() - 0.7 * J.transpose() * J).norm(), 1e-11);
+}
+
+TYPED_TEST(Block, ChartsMultiplyFromTheRight) {
+  constexpr int dim = TypeParam::value;
+  BlockOf<dim> b;
+  const MatrixXd expected = b.dense(&b.charts);
+  auto charts = b.pointers(b.charts);
+  through_charts<dim>(b.shape, charts.data(), b.columns().data());
+  EXPECT_LT((b.dense() - expected).norm(), 1e-12);
+}
+
+TYPED_TEST(Block, CurvatureGoesThroughTheCharts) {
+  constexpr int dim = TypeParam::value;
+  BlockOf<dim> b;
+  const int n = b.shape.first(b.shape.arity);
+  const MatrixXd half = b.random(n, n), C = half + half.transpose();
+  auto charts = b.pointers(b.charts);
+  charts[2] = nullptr;
+  b.charts[2].setIdentity();
+  add_block_curvature(b.shape, b.place.data(), b.columns().data(), charts.data(), b.r.data(), C.data(),
+                      b.gradient.data(), b.H.data());
+  MatrixXd all = MatrixXd::Zero(n, b.kUnknowns);  // from the unknowns to the block's own
+  for (int s = 0; s < b.kStates; ++s)
+    if (b.offset[std::size_t(s)] >= 0)
+      all.block(b.shape.first(s), b.offset[std::size_t(s)], b.dofs[std::size_t(s)], b.dofs[std::size_t(s)]) =
+          b.charts[std::size_t(s)];
+  EXPECT_LT((b.symmetric() - all.transpose() * C * all).norm(), 1e-10);
+  EXPECT_LT((b.gradient - b.dense().transpose() * b.r).norm(), 1e-12);
+}
+
+TYPED_TEST(Block, WhitensByADiagonalOrAMatrix) {
+  constexpr int dim = TypeParam::value;
+  const MatrixXd A = BlockOf<dim>::random(dim, 5), W = BlockOf<dim>::random(dim, dim);
+  const VectorXd d = BlockOf<dim>::random(dim, 1);
+  MatrixXd by_matrix = A, by_diagonal = A;
+  whiten<dim>(5, d.data(), W.data(), by_matrix.data());
+  whiten<dim>(5, d.data(), static_cast<const double*>(nullptr), by_diagonal.data());
+  EXPECT_LT((by_matrix - W * A).norm(), 1e-12);
+  EXPECT_LT((by_diagonal - d.asDiagonal() * A).norm(), 1e-12);
+}
+
+}  // namespace
+}  // namespace tandem::detail
