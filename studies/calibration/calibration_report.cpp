@@ -32,8 +32,8 @@ std::string verdict(const CalibratedParameter& p) {
   if (r.at_bound) return fmt::format("ran to the end of what is allowed, {:.3g} times as given", r.factor);
   if (r.determined) return "found";
   if (r.bounded)
-    return r.flat_to < 1 ? fmt::format("no more than {:.2g}, as likely below", p.given * r.flat_to)
-                         : fmt::format("no less than {:.2g}, as likely above", p.given * r.flat_from);
+    return r.flat_to < 1 ? fmt::format("the data alone tell {:.2g} or any less", p.given * r.flat_to)
+                         : fmt::format("the data alone tell {:.2g} or any more", p.given * r.flat_from);
   return fmt::format("the data do not tell it: as likely from {:.2g} to {:.2g}; kept", p.given * r.flat_from,
                      p.given * r.flat_to);
 }

@@ -29,6 +29,7 @@ void apply(const OwnSensorOptions& own, NavigationData& data) {
   if (ego.dvl_scale && !dvl) throw Error("--dvl-scale needs a dvl, and there is none among the sensors in use");
   if (ego.preintegrated_dvl && !(dvl && data.imu))
     throw Error("--preintegrated-dvl needs a dvl and an imu among the sensors in use");
+  if (own.navigation.vibration && !data.imu) throw Error("--vibration needs an imu among the sensors in use");
   if (own.no_earth_rotation) data.earth.rate.setZero();
 }
 

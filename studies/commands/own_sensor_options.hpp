@@ -14,8 +14,8 @@ struct OwnSensorOptions {
 /// The heading of these options.
 inline const char* const kOwnSensors = "Chaser's own sensors";
 
-/// --alignment and --dvl-scale; of a recording, as against what comes in line by line, also --preintegrated-dvl and
-/// --no-earth-rotation.
+/// --alignment and --dvl-scale; of a recording, as against what comes in line by line, also --preintegrated-dvl,
+/// --vibration and --no-earth-rotation.
 void add_own_sensors(CommandOptions& option, OwnSensorOptions& own, bool recording);
 
 /// Throws Error when options ask for sensors that are not in use.

@@ -200,7 +200,7 @@ int show_study(const StudyRequest& request) {
   return kDone;
 }
 
-/// That estimates a trial's folder as the study did.
+/// That estimates a trial's folder as the study did, as far as a command's options can say it.
 std::string command_of_trial(const Study& study, const TrialPlace& place, const TrialSettings& settings,
                              const std::string& folder) {
   std::string options;
@@ -208,14 +208,22 @@ std::string command_of_trial(const Study& study, const TrialPlace& place, const 
   if (settings.loss.kind != Loss::Kind::none) add("--loss " + loss_text(settings.loss));
   if (settings.own.without) add("--without " + *settings.own.without);
   if (settings.own.dvl_scale) add("--dvl-scale");
-  if (settings.own.preintegrated) add("--preintegrated-dvl");
-  if (settings.window > 0) return fmt::format("track {} --window {:g}{}", folder, settings.window, options);
-  if (!study.has_target()) return fmt::format("navigate {}{}", folder, options);
+  if (!study.has_target()) {
+    if (settings.own.preintegrated) add("--preintegrated-dvl");
+    return fmt::format("navigate {}{}", folder, options);
+  }
   if (!settings.level) add("--roll-pitch off");
   if (settings.junction == Junction::direct) add("--junction direct");
+  const std::string& model = study.models[place.model];
+  if (settings.window > 0) {
+    add(settings.newest.kind == NewestBy::Kind::window ? "--newest window" : "--newest hypotheses");
+    const std::string of_model = model == "constant-twist" ? "" : ", with the options of " + model;
+    return fmt::format("track {} --window {:g}{}{}", folder, settings.window, options, of_model);
+  }
+  if (settings.own.preintegrated) add("--preintegrated-dvl");
   if (settings.max_keyframes > 0) add(fmt::format("--max-keyframes {:g}", settings.max_keyframes));
   if (const std::string& solver = study.solvers[place.solver]; solver != Study::kAutomatic) add("--solver " + solver);
-  return fmt::format("models {} --models '{}'{}", folder, study.models[place.model], options);
+  return fmt::format("models {} --models '{}'{}", folder, model, options);
 }
 
 int write_trial(const StudyRequest& request) {

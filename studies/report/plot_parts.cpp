@@ -60,8 +60,9 @@ Json layout(const std::string& x, const std::string& y) {
 
 Json camera(const std::array<double, 3>& extent) {
   double product = 1, squares = 0;  // such a scene is scaled to sides whose product is one
-  for (const double e : extent) {
-    product *= std::max(e, 1e-3);
+  for (const double side : extent) {
+    const double e = std::max(side, 1e-3);  // also of a path without a finite point
+    product *= e;
     squares += e * e;
   }
   const double distance = 1.4 * std::sqrt(squares) / std::cbrt(product);

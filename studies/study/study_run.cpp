@@ -2,13 +2,9 @@
 #include <chrono>
 #include <exception>
 #include <mutex>
-#include <optional>
 #include <thread>
 
 #include <fmt/format.h>
-#ifdef TANDEM_HAS_TBB
-#include <tbb/global_control.h>
-#endif
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/study/study_run.hpp>
@@ -38,11 +34,6 @@ StudyProgress run_study(StudyDatabase& database, const StudyRunOptions& options)
   const std::size_t cores = std::max(1u, std::thread::hardware_concurrency());
   const std::size_t threads =
       std::min(options.threads > 0 ? std::size_t(options.threads) : cores, std::max<std::size_t>(1, to_do.size()));
-#ifdef TANDEM_HAS_TBB
-  // A core has a trial of its own: evaluations need not share it.
-  std::optional<tbb::global_control> one_lane;
-  if (threads > 1) one_lane.emplace(tbb::global_control::max_allowed_parallelism, 1);
-#endif
 
   StudyProgress progress;
   progress.all = size_of(options.shard, study.trials());

@@ -6,6 +6,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/lie/operations.hpp>
+#include <tandem/problem/lanes.hpp>
 #include <tandem/solvers/tracking/solve_tracking.hpp>
 #include <tandem/studies/calibration/calibrate_scenarios.hpp>
 #include <tandem/studies/navigation/navigated.hpp>
@@ -181,6 +182,7 @@ TrialProblem trial_problem(const Study& study, std::size_t trial, const std::ato
 }
 
 TrialResult run_trial(const Study& study, std::size_t trial, const std::atomic<bool>* stop) {
+  const ThreadLimit one_core(1);  // trials are what runs at once; and the thread's processor time is all of it
   const double begun = thread_seconds();
   TrialResult result;
   result.trial = trial;

@@ -24,7 +24,7 @@ TrialProblem trial_problem(const Study& study, std::size_t trial, const std::ato
 /// Simulates and estimates a trial: a target with its chaser, a chaser alone, or a rendezvous. What is refused, or ends
 /// with an error, is in the result with its reason. The result depends on the study and the number alone, but for times.
 /// `stop`: set it from anywhere to end early; the result is then not that of the trial. Any number of threads may call
-/// it.
+/// it; a trial is evaluated in one (ThreadLimit).
 TrialResult run_trial(const Study& study, std::size_t trial, const std::atomic<bool>* stop = nullptr);
 
 }  // namespace tandem

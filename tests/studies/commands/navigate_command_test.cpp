@@ -208,6 +208,7 @@ TEST_F(Navigate, SaysWhatIsWrongWithAnOption) {
   EXPECT_THAT(refusal_of({"--dvl-scale", "--without", "dvl"}), HasSubstr("--dvl-scale needs a dvl"));
   EXPECT_THAT(refusal_of({"--dvl-scale", "--preintegrated-dvl"}), HasSubstr("--preintegrated-dvl"));
   EXPECT_THAT(refusal_of({"--preintegrated-dvl", "--without", "imu"}), HasSubstr("--preintegrated-dvl needs"));
+  EXPECT_THAT(refusal_of({"--vibration", "--without", "imu"}), HasSubstr("--vibration needs an imu"));
   EXPECT_THAT(refusal_of({"--dvl-scal"}), HasSubstr("did you mean --dvl-scale?"));
   EXPECT_THAT(refusal_of({"--without", "imu", "--without", "heading"}), HasSubstr("needs a source of motion"));
 }
