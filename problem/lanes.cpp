@@ -69,7 +69,7 @@ void Lanes::run(int count, FunctionRef<void(int lane)> f) const {
     if (arena_)
       arena_->arena.execute(all);
     else
-      all();
+      tbb::this_task_arena::isolate(all);  // a thread that waits here takes no task of who called
     for (const std::exception_ptr& error : errors)
       if (error) std::rethrow_exception(error);
     return;

@@ -66,7 +66,7 @@ class DampedSqp::Loop {
   Summary given_up();
   bool find_step(double& damped);
   double search(double damped);
-  bool accepts(double fraction, double slope, bool with_derivatives);
+  bool accepts(const detail::Filter::Point& from, double fraction, double slope, bool with_derivatives);
   bool restore();
   bool restoring_step(double& damping);
 
@@ -122,10 +122,10 @@ bool DampedSqp::Loop::find_step(double& damped) {
   return true;
 }
 
-bool DampedSqp::Loop::accepts(double fraction, double slope, bool with_derivatives) {
+bool DampedSqp::Loop::accepts(const detail::Filter::Point& from, double fraction, double slope, bool with_derivatives) {
   if (!std::isfinite(model_.merit_at_step(with_derivatives))) return false;
   const auto [cost, violation] = model_.progress_at_step();
-  return filter_.accept(here(), {cost, violation}, fraction, slope);
+  return filter_.accept(from, {cost, violation}, fraction, slope);
 }
 
 /// Goes a fraction of the step that was found, the largest of 1, ½, ¼ … that the filter accepts; 0 where none is. Rows
@@ -133,19 +133,20 @@ bool DampedSqp::Loop::accepts(double fraction, double slope, bool with_derivativ
 /// near a solution it is corrected first (Maratos 1978).
 double DampedSqp::Loop::search(double damped) {
   const double slope = model_.cost_slope();
+  const detail::Filter::Point from = here();  // a correction changes the model's rows
   step_ = model_.step();
   model_.estimate_multipliers_at_step();  // before the move, which linearises anew
-  if (accepts(1.0, slope, true)) return model_.move_on() ? 1.0 : 0.0;
+  if (accepts(from, 1.0, slope, true)) return model_.move_on() ? 1.0 : 0.0;
   if (model_.violation().size < kNearby) {
     const double merit = model_.merit_at_corrected_step(damped);
     const auto [cost, violation] = model_.progress_at_step();
-    if (std::isfinite(merit) && filter_.accept(here(), {cost, violation}, 1.0, slope))
+    if (std::isfinite(merit) && filter_.accept(from, {cost, violation}, 1.0, slope))
       return model_.move_on() ? 1.0 : 0.0;
     model_.drop_correction();
   }
   for (double fraction = 0.5; fraction >= kShortest; fraction *= 0.5) {
     model_.set_step(fraction * step_);
-    if (accepts(fraction, slope, false)) return model_.move_on() ? fraction : 0.0;
+    if (accepts(from, fraction, slope, false)) return model_.move_on() ? fraction : 0.0;
   }
   program_.reset();
   return 0.0;
@@ -172,9 +173,10 @@ bool DampedSqp::Loop::restore() {
   for (double damping = kMostDamping;
        summary_.iterations < options_.max_iterations && seconds() < options_.time_limit;) {
     ++summary_.iterations;
-    if (!restoring_step(damping) || model_.locally_infeasible()) return false;
+    if (!restoring_step(damping)) return false;
     const detail::Filter::Point to = here();
     if (feasible() || (to.violation <= kRestored * from.violation && filter_.admits(to))) return true;
+    if (model_.locally_infeasible()) return false;
   }
   return true;
 }

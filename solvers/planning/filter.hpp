@@ -20,7 +20,8 @@ class Filter {
   bool accept(const Point& from, const Point& to, double fraction, double slope) {
     if (!std::isfinite(to.cost) || !std::isfinite(to.violation) || !admits(to)) return false;
     const double gain = -fraction * slope, noise = kNoise * (1.0 + std::abs(from.cost));
-    if (gain > 0 && std::pow(gain, kCostPower) > fraction * std::pow(from.violation, kViolationPower))
+    const double foretold = std::pow(gain, kCostPower) * std::pow(fraction, 1.0 - kCostPower);  // their (19)
+    if (gain > 0 && foretold > std::pow(from.violation, kViolationPower))
       return to.cost <= from.cost - kArmijo * gain + noise;
     if (to.violation > (1.0 - kMargin) * from.violation && to.cost > from.cost - kMargin * from.violation + noise)
       return false;

@@ -80,8 +80,8 @@ TEST(Miscalibrated, has_the_right_jacobians_at_plausible_errors) {
   for (const double size : {0.0, 1e-9, 1e-3, 0.1})
     for (const Vector<6>& e : residual_sizes<SE3>()) {
       const RelativePose<> pose{(c * mounted).inverse() * t * SE3::Exp(-e), mounted};
-      expect_right_jacobians(Miscalibrated<RelativePose<>>{pose, mounted, Vector<3>::Zero(), -1.0}, c, c_before, t, t_before,
-                             Rn<6>(Vector<6>(size * Vector<6>::Ones())), Rn<1>(Vector<1>(size)),
+      expect_right_jacobians(Miscalibrated<RelativePose<>>{pose, mounted, Vector<3>::Zero(), -1.0}, c, c_before, t,
+                             t_before, Rn<6>(Vector<6>(size * Vector<6>::Ones())), Rn<1>(Vector<1>(size)),
                              SO3::Exp({size, -size, size}), Rn<1>(Vector<1>(2 * size)));
     }
 }
