@@ -328,18 +328,23 @@ class Search {
     for (const Eigen::Index i : free)
       if (const double prior = groups_[std::size_t(i)].prior; prior > 0) curvature_(i, i) += 1 / (prior * prior);
   }
-  /// The same by differences of its gradient, made symmetric.
+  /// The same by differences of its gradient, made symmetric; what can be solved on one side alone by that one, on none as
+  /// it was.
   void find_curvature() {
     const auto free = this->free();
+    const Eigen::MatrixXd estimated = curvature_;
     curvature_ = Eigen::MatrixXd::Identity(theta_.size(), theta_.size());
     for (const Eigen::Index i : free) {
       const double step = kDifference * std::sqrt(first_scale(i));
       Eigen::VectorXd theta = theta_;
       theta[i] += step;
-      const Eigen::VectorXd above = evidence_.at(theta).gradient;
+      const Evidence::Value above = evidence_.at(theta);
       theta[i] -= 2 * step;
-      const Eigen::VectorXd below = evidence_.at(theta).gradient;
-      for (const Eigen::Index j : free) curvature_(j, i) = (below[j] - above[j]) / (2 * step);
+      const Evidence::Value below = evidence_.at(theta);
+      const Eigen::VectorXd& high = above.usable ? above.gradient : now_.gradient;
+      const Eigen::VectorXd& low = below.usable ? below.gradient : now_.gradient;
+      const double apart = (int(above.usable) + int(below.usable)) * step;
+      for (const Eigen::Index j : free) curvature_(j, i) = apart > 0 ? (low[j] - high[j]) / apart : estimated(j, i);
     }
     curvature_ = (0.5 * (curvature_ + curvature_.transpose())).eval();
   }

@@ -78,24 +78,26 @@ class Part {
   void add(const TrackRecord& r) {
     times_.push_back(1e3 * r.processor_seconds);
     unconverged_ += !r.health.converged;
-    if (r.target) error_ += (r.relative() - chaser_at(r.t).inverse().act(target_at(r.t).translation())).norm();
+    if (!r.target) return;
+    error_ += (r.relative() - chaser_at(r.t).inverse().act(target_at(r.t).translation())).norm();
+    ++known_;
   }
   std::size_t size() const { return times_.size(); }
   void print(double t, std::size_t window, std::size_t snapshot) {
     std::sort(times_.begin(), times_.end());
     const auto at = [&](double share) { return times_[std::size_t(share * double(times_.size() - 1))]; };
     std::printf("%9.1f  %8.3f %8.3f %8.3f  %9zu  %7.3f  %6zu  %8.1f  %8.1f\n", t / 3600, at(0.5), at(0.99), at(1),
-                unconverged_, error_ / double(times_.size()), window, resident_megabytes().value_or(NAN),
+                unconverged_, error_ / double(known_), window, resident_megabytes().value_or(NAN),
                 double(snapshot) / 1e3);
     std::fflush(stdout);
     times_.clear();
-    unconverged_ = 0;
+    unconverged_ = known_ = 0;
     error_ = 0;
   }
 
  private:
-  std::vector<double> times_;  // ms
-  std::size_t unconverged_ = 0;
+  std::vector<double> times_;                // ms
+  std::size_t unconverged_ = 0, known_ = 0;  // of records: whose target is known
   double error_ = 0;
 };
 

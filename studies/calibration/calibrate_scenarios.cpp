@@ -252,9 +252,11 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
       if (scenario.navigation->imu)
         result.held.push_back(scenario.navigation->imu->name +
                               ": its densities stay as given, since they are summed up between keyframes");
-      result.held.push_back(
-          "What drifts for minutes, as by the scale or the misalignment of a dvl, is not tried: held-out stretches are "
-          "short");
+      if (options.noise && options.folds > 0)
+        result.held.push_back(
+            "What drifts for minutes, as by the scale or the misalignment of a dvl, is not tried: held-out stretches "
+            "are "
+            "short");
     }
     NavigationOptions own = options.own;
     options.stop.limit(own.solver);
