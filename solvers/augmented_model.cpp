@@ -9,6 +9,7 @@ namespace tandem::detail {
 namespace {
 
 constexpr int kMostActiveSets = 10;    // tried for one step; two or three are usual
+constexpr double kLittleGain = 0.1;    // of a step's foretold decrease, what one more set has to add
 constexpr double kUsualPenalty = 1e4;  // grown to while steps are good: more makes the model ill-conditioned
 constexpr double kMostPenalty = 1e10;  // grown to while the constraints do not come closer; √ of what doubles hold
 constexpr double kPenaltyGrowth = 10;
@@ -93,10 +94,14 @@ double AugmentedModel::gradient_size() {
 bool AugmentedModel::find_step(double damping) {
   const Session::Timer timer(session_.summary.linear_solver_seconds);
   total_ = gradient_;
-  term_.begin_step();
+  if (inexact_steps_)
+    term_.begin_step_as_foreseen();
+  else
+    term_.begin_step();
   term_.add_gradient(total_);
   step_.setZero();
   hessian_step_.setZero();
+  predicted_ = 0.0;
   for (int set = 1;; ++set) {
     augmented_hessian_ = hessian_;
     term_.add_hessian(augmented_hessian_);
@@ -112,12 +117,18 @@ bool AugmentedModel::find_step(double damping) {
     step_ += fraction * (newton_step_ - step_);
     hessian_step_ += fraction * (hessian_newton_ - hessian_step_);
     term_.advance(fraction);
+    const double before = predicted_;
+    predicted_ = model_decrease();
     if (same || set == kMostActiveSets) break;
+    if (inexact_steps_ && set > 1 && predicted_ - before < kLittleGain * predicted_) break;
     total_ = gradient_;
     term_.add_gradient(total_);
   }
-  predicted_ = -(gradient_.dot(step_) + 0.5 * hessian_step_.dot(step_) + term_.model_value() - term_.value());
   return true;
+}
+
+double AugmentedModel::model_decrease() const {
+  return -(gradient_.dot(step_) + 0.5 * hessian_step_.dot(step_) + term_.model_value() - term_.value());
 }
 
 /// Where the convex model is least on the segment from step_ to newton_step_.

@@ -33,6 +33,9 @@ class AugmentedModel final : public SoftModel {
   void set_step(const Eigen::VectorXd& step) { step_ = step; }
   /// From now on merit() has nothing but the cost and the violation, weighted.
   void drop_multipliers();
+  /// From now on find_step() begins with the rows active that the multipliers foresee, and ends where another set of them
+  /// gains little: for who linearises anew after each step.
+  void use_inexact_steps() { inexact_steps_ = true; }
   void restart(double penalty) override;
 
   double linearize() override;
@@ -69,6 +72,7 @@ class AugmentedModel final : public SoftModel {
   void arrive() override;
   void evaluate_exact_hessian();
   double best_fraction() const;
+  double model_decrease() const;
   void set_penalty(double penalty);
   /// gradient = the Lagrangian's at X̄ with next_multipliers_.
   void lagrangian_gradient(Eigen::VectorXd& gradient) const;
@@ -81,6 +85,7 @@ class AugmentedModel final : public SoftModel {
   double minimized_ = std::numeric_limits<double>::infinity();  // the gradient at the last classical update
   std::array<double, 5> recent_optimality_;                     // of the multipliers taken last
   int taken_ = 0, stalled_ = 0, relaxed_ = 0, strongly_damped_ = 0, free_ = 0;
+  bool inexact_steps_ = false;
   bool exact_ = false;         // hessian_ is the Lagrangian's own
   Eigen::VectorXd curvature_;  // of add_curvature(), in hessian_ too; empty without
   Eigen::VectorXd augmented_hessian_, total_, last_lagrangian_, next_multipliers_;

@@ -119,6 +119,17 @@ void AugmentedTerm::begin_step() {
   activate();
 }
 
+void AugmentedTerm::begin_step_as_foreseen() {
+  begin_step();
+  for (Eigen::Index i = 0; i < c_.size(); ++i) {
+    if (active_[i] > 0 || y_[i] == 0) continue;
+    const double z = c_[i] + y_[i] / stiffness_[i];
+    if (!is_active(i, z)) continue;
+    active_[i] = w_[i];
+    bound_[i] = z - outside(i, z);
+  }
+}
+
 void AugmentedTerm::activate() {
   for (Eigen::Index i = 0; i < c_.size(); ++i) {
     const double z = c_[i] + jacobian_step_[i] + y_[i] / w_[i];

@@ -49,6 +49,9 @@ class AugmentedTerm {
   /// The term's model at a step p has c + J p in the place of c. Its least value is sought over p along segments:
   /// p = 0; the active rows are those there.
   void begin_step();
+  /// The same, but that rows count as active, too, whose multipliers outweigh how far they are from their bounds by w⁰: by
+  /// weights as stiff as w, a row that bends by more than y/w would drop out at every new X̄, and come back within the step.
+  void begin_step_as_foreseen();
   /// c becomes c(X̄ ⊕ s) − J s, the program's point being X̄ ⊕ s: a model of the rows that is exact there; and X̄'s again.
   void correct(const Eigen::VectorXd& s);
   void drop_correction();

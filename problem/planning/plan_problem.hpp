@@ -64,6 +64,11 @@ class PlanProblem {
   /// At the variables' values.
   Plan<N> plan() const;
 
+  /// Lagrange's multipliers of each step's hard constraints, over share(): as a solver left them, and for the next one to
+  /// start from (Problem::multipliers). Throws Error where they are not as many as the constraints.
+  std::vector<Eigen::VectorXd> multipliers() const;
+  void set_multipliers(const std::vector<Eigen::VectorXd>& multipliers);
+
   Problem& problem() { return problem_; }
   const PlanOptions& options() const { return options_; }
   /// What the plan's costs are multiplied by: CoupledEstimate::share, else 1.
@@ -83,6 +88,8 @@ class PlanProblem {
   void add_motion(int k);
   void add_costs(int k);
   void add_bounds(int k);
+  template <Residual R, class B>
+  void constrain(const R& residual, const B& bounds, const VariablesOf<R>& x);
   /// constraint ≥ margin. Its states: of the one that it is measured from, and the other.
   template <Residual R>
   void keep_inside(const R& constraint, Margins& margins, const Variable<SE3>& from, const Variable<SE3>& other);
@@ -98,6 +105,7 @@ class PlanProblem {
   std::vector<Variable<SE3>> chaser_, target_;
   std::vector<Twist> twist_, target_twist_;  // the target's as seen from the goal, which goes with it
   std::vector<Actuators> actuators_, command_;
+  std::vector<std::vector<Block>> hard_;  // of each step
   Margins keep_out_margin_, approach_margin_, view_margin_;
   std::vector<Variable<Rn<1>>> gain_;  // of Unseen, after each step; fixed
   std::vector<Matrix<6, 6>> target_covariance_;

@@ -74,6 +74,7 @@ PlanProblem<N>::PlanProblem(const VehicleModel<N>& vehicle, const PlanOptions& o
     throw Error("a coupled plan needs a share of its costs and a time between the target's poses that are positive");
   add_variables();
   for (int k = 0; k < options.steps; ++k) {
+    hard_.emplace_back();
     add_motion(k);
     if (estimate_) add_target_motion(k);
     add_costs(k);
@@ -122,15 +123,21 @@ Gaussian PlanProblem<N>::cost(const Eigen::VectorXd& sigma) const {
   return Gaussian(Eigen::VectorXd(sigma / std::sqrt(share())));
 }
 
+/// A hard constraint of the step that is being added.
+template <int N>
+template <Residual R, class B>
+void PlanProblem<N>::constrain(const R& residual, const B& bounds, const VariablesOf<R>& x) {
+  hard_.back().push_back(problem_.subject_to(residual, bounds, x));
+}
+
 template <int N>
 void PlanProblem<N>::add_motion(int k) {
   const std::size_t now = std::size_t(k), next = now + 1;
   const double dt = options_.dt;
-  problem_.subject_to(TwistKinematics<SE3>{dt}, equal_to(0), {chaser_[now], twist_[now], chaser_[next], twist_[next]});
-  problem_.subject_to(VehicleDynamics<N>(vehicle_, dt), equal_to(0),
-                      {chaser_[now], twist_[now], twist_[next], actuators_[now], command_[now], current_});
-  problem_.subject_to(ActuatorLag<N>(vehicle_.lag, dt), equal_to(0),
-                      {actuators_[now], command_[now], actuators_[next]});
+  constrain(TwistKinematics<SE3>{dt}, equal_to(0), {chaser_[now], twist_[now], chaser_[next], twist_[next]});
+  constrain(VehicleDynamics<N>(vehicle_, dt), equal_to(0),
+            {chaser_[now], twist_[now], twist_[next], actuators_[now], command_[now], current_});
+  constrain(ActuatorLag<N>(vehicle_.lag, dt), equal_to(0), {actuators_[now], command_[now], actuators_[next]});
 }
 
 template <int N>
@@ -166,12 +173,11 @@ void PlanProblem<N>::add_bounds(int k) {
   const std::size_t now = std::size_t(k), next = now + 1;
   const PlanOptions& o = options_;
   constexpr double none = std::numeric_limits<double>::infinity();
-  problem_.subject_to(Prior<Rn<N>>{}, Bounds<N>{vehicle_.lower, vehicle_.upper}, {command_[now]});
-  if (o.twist) problem_.subject_to(Prior<Rn<6>>{}, *o.twist, {twist_[next]});
+  constrain(Prior<Rn<N>>{}, Bounds<N>{vehicle_.lower, vehicle_.upper}, {command_[now]});
+  if (o.twist) constrain(Prior<Rn<6>>{}, *o.twist, {twist_[next]});
   if (o.lowest || o.highest)
-    problem_.subject_to(Depth{0.0}, between(o.lowest.value_or(-none), o.highest.value_or(none)), {chaser_[next]});
-  if (o.most_roll_pitch)
-    problem_.subject_to(RollPitch<>{}, between(-*o.most_roll_pitch, *o.most_roll_pitch), {chaser_[next]});
+    constrain(Depth{0.0}, between(o.lowest.value_or(-none), o.highest.value_or(none)), {chaser_[next]});
+  if (o.most_roll_pitch) constrain(RollPitch<>{}, between(-*o.most_roll_pitch, *o.most_roll_pitch), {chaser_[next]});
   if (o.keep_out > 0) keep_inside(detail::keep_out_of(o), keep_out_margin_, chaser_[next], target_[next]);
   if (o.approach) keep_inside(detail::inside_of(*o.approach), approach_margin_, target_[next], chaser_[next]);
   if (o.view) keep_inside(detail::inside_of(*o.view), view_margin_, chaser_[next], target_[next]);
@@ -183,7 +189,7 @@ void PlanProblem<N>::keep_inside(const R& constraint, Margins& margins, const Va
                                  const Variable<SE3>& other) {
   margins.push_back(problem_.add(Rn<1>(), "margin at step " + std::to_string(margins.size() + 1)));
   problem_.fix(margins.back());
-  problem_.subject_to(Biased<R>{constraint}, at_least(0), {from, other, margins.back()});
+  constrain(Biased<R>{constraint}, at_least(0), {from, other, margins.back()});
 }
 
 /// What a fix would tell if none came before it.
@@ -263,6 +269,35 @@ Plan<N> PlanProblem<N>::plan() const {
         {problem_.value(chaser_[k]), problem_.value(twist_[k]).vector(), problem_.value(actuators_[k]).vector()});
   for (const auto& u : command_) plan.commands.push_back(problem_.value(u).vector());
   return plan;
+}
+
+template <int N>
+std::vector<Eigen::VectorXd> PlanProblem<N>::multipliers() const {
+  std::vector<Eigen::VectorXd> steps;
+  for (const std::vector<Block>& blocks : hard_) {
+    std::vector<double> rows;
+    for (const Block& block : blocks) {
+      const Eigen::VectorXd y = problem_.multipliers(block);
+      rows.insert(rows.end(), y.begin(), y.end());
+    }
+    steps.push_back(Eigen::Map<const Eigen::VectorXd>(rows.data(), Eigen::Index(rows.size())) / share());
+  }
+  return steps;
+}
+
+template <int N>
+void PlanProblem<N>::set_multipliers(const std::vector<Eigen::VectorXd>& multipliers) {
+  if (multipliers.size() != hard_.size()) throw Error("the multipliers of a plan are not as many as its steps");
+  for (std::size_t k = 0; k < hard_.size(); ++k) {
+    Eigen::Index row = 0;
+    for (const Block& block : hard_[k]) {
+      const Eigen::Index rows = problem_.multipliers(block).size();
+      if (row + rows > multipliers[k].size())
+        throw Error("the multipliers of a plan are not as many as its constraints");
+      problem_.set_multipliers(block, share() * multipliers[k].segment(row, rows));
+      row += rows;
+    }
+  }
 }
 
 }  // namespace tandem

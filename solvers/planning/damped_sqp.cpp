@@ -17,6 +17,7 @@ constexpr double kSqpPenalty = 1e7;             // over the cost's stiffness: a 
 constexpr std::array kDampings{0.1, 0.3, 1.0};  // of the cost's curvature, in the first steps
 constexpr double kLeastDamping = 1.0, kMostDamping = 1e3;  // in later ones, as the violation falls or not
 constexpr double kCurvedDamping = 0.1;                  // the least once the constraints' curvature is in the Hessian
+constexpr double kNearbyDamping = 0.01;                 // from multipliers, near a solution
 constexpr int kCurvatureAfter = 6, kCurvatureKept = 4;  // iterations until then, and until it is evaluated anew
 constexpr double kNearby = 1e-3;                        // the violation from which on its multipliers are good
 constexpr int kFarAway = 10;                            // iterations after which they have to do
@@ -24,6 +25,7 @@ constexpr double kStiffer = 10;                         // factor of the damping
 constexpr double kStiffest = 1e8;                       // which no matrix withstands but by rounding
 constexpr double kFalls = 0.1, kHardlyFalls = 0.5;      // of the violation before the step
 constexpr double kFaster = 0.5, kSlower = 3.0;          // factors of the damping then
+constexpr double kMuchFaster = 0.1;                     // near a solution
 constexpr double kShortest = 1.0 / 64.0;                // fraction of a step that is tried
 constexpr double kRestored = 0.5;                       // of the violation, what a restoration leaves at most
 constexpr double kRestores = 1e-4;                      // of what a restoring step foretells, for it to be taken
@@ -32,7 +34,9 @@ constexpr double kRestores = 1e-4;                      // of what a restoring s
 
 struct DampedSqp::Analysed {
   explicit Analysed(Problem& problem)
-      : session("damped-sqp", options), program(problem), model(program, session, options, kSqpPenalty) {}
+      : session("damped-sqp", options), program(problem), model(program, session, options, kSqpPenalty) {
+    model.use_inexact_steps();
+  }
 
   LevenbergMarquardtOptions options;
   detail::Session session;
@@ -61,6 +65,7 @@ class DampedSqp::Loop {
   detail::Filter::Point here() const { return {model_.progress().cost, model_.progress().violation}; }
 
   Summary end(Status status, std::string why);
+  void speed_up(double& damping, double violation) const;
   void violated(const Program::Violation& worst);
   Summary stopped(Status status, const char* why);
   Summary given_up();
@@ -83,6 +88,7 @@ class DampedSqp::Loop {
 Summary DampedSqp::Loop::end(Status status, std::string why) {
   summary_.status = status;
   summary_.message = std::move(why);
+  model_.leave_multipliers();
   violated(model_.violation());
   summary_.seconds = seconds();
   return summary_;
@@ -152,6 +158,13 @@ double DampedSqp::Loop::search(double damped) {
   return 0.0;
 }
 
+void DampedSqp::Loop::speed_up(double& damping, double violation) const {
+  if (options_.from_multipliers && violation < kNearby)
+    damping = std::max(kNearbyDamping, kMuchFaster * damping);
+  else
+    damping = std::max(curved_ ? kCurvedDamping : kLeastDamping, kFaster * damping);
+}
+
 /// One step of Levenberg and Marquardt's on the violation.
 bool DampedSqp::Loop::restoring_step(double& damping) {
   for (; damping <= kSqpPenalty * kStiffest; damping *= kStiffer) {
@@ -190,12 +203,17 @@ Summary DampedSqp::Loop::run() {
   summary_.initial_cost = summary_.cost = model_.linearize();
   if (!std::isfinite(summary_.cost)) return end(Status::failed, "the cost is not finite at the start");
   model_.begin();
-  double damping = kLeastDamping;
+  if (options_.from_multipliers) {
+    model_.add_curvature();
+    curved_ = 1;
+  }
+  double damping = curved_ ? kCurvedDamping : kLeastDamping;
   bool refused = false;
   while (summary_.iterations < options_.max_iterations) {
     const int k = summary_.iterations++;
     if (seconds() > options_.time_limit) return stopped(Status::time_limit, "the limit of time was reached");
-    double damped = !refused && std::size_t(k) < kDampings.size() ? kDampings[std::size_t(k)] : damping;
+    const bool free = !refused && !options_.from_multipliers && std::size_t(k) < kDampings.size();
+    double damped = free ? kDampings[std::size_t(k)] : damping;
     if (!find_step(damped)) return end(Status::failed, "the quadratic program's matrix is not positive definite");
     damping = std::max(damping, damped);
     const double predicted = model_.predicted(), before = model_.violation().size;
@@ -223,7 +241,7 @@ Summary DampedSqp::Loop::run() {
     else if (violation > kHardlyFalls * std::max(before, options_.feasible))
       damping = std::min(kMostDamping, kSlower * damping);
     else if (violation < kFalls * before || violation <= options_.feasible)
-      damping = std::max(curved_ ? kCurvedDamping : kLeastDamping, kFaster * damping);
+      speed_up(damping, violation);
     const int done = k + 1;
     if (done >= (curved_ ? curved_ + kCurvatureKept : kCurvatureAfter) && (violation < kNearby || done > kFarAway)) {
       model_.add_curvature();
@@ -239,6 +257,7 @@ DampedSqp::~DampedSqp() = default;
 
 Summary DampedSqp::solve(const Options& options) try {
   if (!analysed_) analysed_ = std::make_unique<Analysed>(problem_);
+  analysed_->options.from_multipliers = options.from_multipliers;
   return Loop(*analysed_, options).run();
 } catch (const Error& error) {
   Summary summary;

@@ -26,6 +26,9 @@ class DampedSqp {
     int patience = 20;             ///< iterations after which any feasible point will do
     int max_iterations = 40;
     double time_limit = std::numeric_limits<double>::infinity();  ///< s
+    /// Start from the multipliers that the hard blocks have (Problem::multipliers), which every solve leaves there: the
+    /// constraints' curvature is then known from the first step on.
+    bool from_multipliers = false;
   };
 
   /// The problem must live as long, and keep its variables and blocks.

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -14,6 +15,8 @@ namespace {
 /// The cost of a plan leaves most unknowns slack, and its constraints are stiff: weights that do not let go of them.
 constexpr double kPlanPenalty = 1e7;
 constexpr double kCostTolerance = 1e-4;  // of DampedSqp, over 1 + cost
+constexpr double kWithTarget = 2.0;      // how much sooner than at its end a plan goes with the target as a whole
+constexpr double kNearTarget = 5.0;      // m from the target, where it goes with that wholly
 constexpr double kAtBound = 1e-6;        // in the row's units, over its size
 
 }  // namespace
@@ -50,12 +53,31 @@ Plan<N> Planner<N>::pursuit(const VehicleState<N>& start, const Vector<3>& curre
   return plan;
 }
 
+/// By a share that grows from 0, since the chaser is where it is, and falls with the distance: far away, how the target
+/// turns does not matter.
+template <int N>
+Plan<N> Planner<N>::moved_with(const TargetPrediction& target) const {
+  Plan<N> plan = *last_;
+  const std::size_t steps = plan.commands.size();
+  for (std::size_t k = 1; k < std::min(plan.states.size(), target.pose.size()); ++k) {
+    SE3& pose = plan.states[k].pose;
+    const SE3 with_target = target.pose[k] * (last_target_[k].inverse() * pose);
+    const double distance = (pose.translation() - last_target_[k].translation()).norm();
+    const double share = std::min(1.0, kWithTarget * double(k) / double(steps)) * std::min(1.0, kNearTarget / distance);
+    pose = pose * SE3::Exp(Vector<6>(share * (pose.inverse() * with_target).Log()));
+  }
+  return plan;
+}
+
 template <int N>
 Summary Planner<N>::refine(DampedSqp& sqp, const Plan<N>& guess, double cost_tolerance) {
   problem().set_guess(guess);
   DampedSqp::Options options;
   options.time_limit = options_.deadline;
   options.cost_tolerance = cost_tolerance;
+  if (last_) options.max_iterations = options_.max_warm_refinements;
+  options.from_multipliers = !multipliers_.empty();
+  if (options.from_multipliers) problem().set_multipliers(multipliers_);
   return sqp.solve(options);
 }
 
@@ -104,10 +126,15 @@ PlanResult<N> Planner<N>::decoupled(const VehicleState<N>& start, const Vector<3
     const Summary refined = refine(sqp_, from, kCostTolerance);
     // What cannot be met is not met by another solver either, and there is a plan to fall back on.
     const bool hopeless = refined.status == Status::infeasible && last_;
-    if (refined.converged() || refined.status == Status::time_limit || hopeless) return finish(refined, start, current);
+    const bool ended = refined.converged() || refined.status == Status::time_limit || hopeless;
+    if (ended || last_) {
+      PlanResult<N> result = outcome(refined, start, current);
+      const bool again = result.origin == PlanOrigin::shifted && was_shifted_;
+      if (ended || (result.accepted() && !again)) return remembered(std::move(result), current, target);
+    }
     left -= refined.seconds;
   }
-  return finish(globalise(from, left), start, current);
+  return remembered(outcome(globalise(from, left), start, current), current, target);
 }
 
 template <int N>
@@ -118,11 +145,11 @@ PlanResult<N> Planner<N>::replan(const VehicleState<N>& start, const Vector<3>& 
   coupled_->set_start(start, current);
   coupled_->set_target(target);
   const Plan<N> from = guess(start, current, target);
-  if (!options_.refine) return finish(globalise(from, options_.deadline), start, current);
+  if (!options_.refine) return remembered(outcome(globalise(from, options_.deadline), start, current), current, target);
   DampedSqp sqp(coupled_->problem());
   const Summary refined = refine(sqp, from, kCostTolerance * estimate.share);
   if (refined.converged() || refined.status == Status::time_limit) {
-    PlanResult<N> result = finish(refined, start, current);
+    PlanResult<N> result = remembered(outcome(refined, start, current), current, target);
     check_.reset();  // of the estimate's problem, which need not outlive this plan
     return result;
   }
@@ -130,7 +157,7 @@ PlanResult<N> Planner<N>::replan(const VehicleState<N>& start, const Vector<3>& 
 }
 
 template <int N>
-PlanResult<N> Planner<N>::finish(Summary summary, const VehicleState<N>& start, const Vector<3>& current) {
+PlanResult<N> Planner<N>::outcome(Summary summary, const VehicleState<N>& start, const Vector<3>& current) {
   PlanResult<N> result;
   result.summary = std::move(summary);
   result.coupled = coupled_ != nullptr;
@@ -145,7 +172,25 @@ PlanResult<N> Planner<N>::finish(Summary summary, const VehicleState<N>& start, 
     result.origin = PlanOrigin::shifted;
     result.max_violation = violation_at_values(result.worst_constraint);
   }
-  if (result.accepted() || last_) last_ = result.plan.shifted(step_, current);
+  return result;
+}
+
+/// The next one begins with it, a step later.
+template <int N>
+PlanResult<N> Planner<N>::remembered(PlanResult<N> result, const Vector<3>& current, const TargetPrediction& target) {
+  multipliers_.clear();
+  if (!result.accepted() && !last_) return result;
+  last_ = result.plan.shifted(step_, current);
+  was_shifted_ = result.origin == PlanOrigin::shifted;
+  const auto& poses = target.pose;
+  const std::size_t end = poses.size() - 1;
+  last_target_.assign(poses.begin() + 1, poses.end());
+  last_target_.push_back(poses[end] * (poses[end - 1].inverse() * poses[end]));
+  if (result.origin == PlanOrigin::solved && options_.refine) {
+    multipliers_ = problem().multipliers();
+    multipliers_.erase(multipliers_.begin());
+    multipliers_.push_back(multipliers_.back());
+  }
   return result;
 }
 

@@ -24,7 +24,9 @@ struct PlannerOptions {
       std::numeric_limits<double>::infinity();  ///< s for a plan, after which the best feasible one counts
   int max_iterations = 300;                     ///< of the solver
   int max_warm_iterations = 60;  ///< the same for a plan that has one before it, which there is to fall back on
-  PursuitOptions pursuit{};      ///< the roll-out that a first plan starts from
+  int max_warm_refinements =
+      25;  ///< of DampedSqp, likewise: then a feasible iterate counts, or the plan before, shifted once
+  PursuitOptions pursuit{};  ///< the roll-out that a first plan starts from
 };
 
 /// A hard constraint may be violated by this much in a plan that is accepted, in its own units.
@@ -73,27 +75,35 @@ class Planner {
   PlanResult<N> replan(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target,
                        const CoupledEstimate& estimate);
 
-  /// What the next replan() starts from: the last plan, shifted, or, first of all, a roll-out of pure pursuit.
+  /// What the next replan() starts from: the last plan, shifted, which goes with the target where that is now predicted to be
+  /// elsewhere; or, first of all, a roll-out of pure pursuit.
   Plan<N> guess(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target) const {
-    return last_ ? *last_ : pursuit(start, current, target);
+    return last_ ? moved_with(target) : pursuit(start, current, target);
   }
 
   /// The hard inequalities that the last solve's plan is at the bound of, with least-squares multipliers of its
   /// optimality conditions.
   std::vector<ActiveConstraint> active_constraints();
 
+  /// Whether the next replan() has a plan before it.
+  bool has_plan() const { return last_.has_value(); }
   void set_deadline(double seconds) { options_.deadline = seconds; }
   /// The next replan() starts as the first did.
-  void forget() { last_.reset(); }
+  void forget() {
+    last_.reset();
+    multipliers_.clear();
+  }
   /// The last replan's; before it, that of plans which are not coupled.
   PlanProblem<N>& problem() { return coupled_ ? *coupled_ : problem_; }
   const VehicleStep<N>& step() const { return step_; }
 
  private:
+  Plan<N> moved_with(const TargetPrediction& target) const;
   Plan<N> pursuit(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target) const;
   PlanResult<N> decoupled(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target,
                           double deadline);
-  PlanResult<N> finish(Summary summary, const VehicleState<N>& start, const Vector<3>& current);
+  PlanResult<N> outcome(Summary summary, const VehicleState<N>& start, const Vector<3>& current);
+  PlanResult<N> remembered(PlanResult<N> result, const Vector<3>& current, const TargetPrediction& target);
   Summary refine(DampedSqp& sqp, const Plan<N>& guess, double cost_tolerance);
   Summary globalise(const Plan<N>& guess, double time_limit);
   double violation_at_values(std::string& worst);
@@ -104,7 +114,10 @@ class Planner {
   std::unique_ptr<Program> check_;  ///< of what no solver has seen
   std::unique_ptr<PlanProblem<N>> coupled_;
   VehicleStep<N> step_;
-  std::optional<Plan<N>> last_;  ///< shifted to the instant that comes next
+  std::optional<Plan<N>> last_;   ///< shifted to the instant that comes next
+  std::vector<SE3> last_target_;  ///< that it was against, likewise
+  bool was_shifted_ = false;
+  std::vector<Eigen::VectorXd> multipliers_;  ///< likewise, of each step; none where it is not optimal
 };
 
 extern template class Planner<3>;

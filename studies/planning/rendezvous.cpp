@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/lanes.hpp>
 #include <tandem/solvers/online/online_estimator.hpp>
 #include <tandem/solvers/relative_covariance.hpp>
 #include <tandem/studies/planning/chaser_sensors.hpp>
@@ -14,6 +15,7 @@
 #include <tandem/studies/planning/rendezvous.hpp>
 #include <tandem/studies/planning/swinging_target.hpp>
 #include <tandem/studies/simulation/normal_noise.hpp>
+#include <tandem/studies/support/resources.hpp>
 #include <tandem/studies/support/units.hpp>
 
 namespace tandem {
@@ -64,6 +66,7 @@ class Simulation {
   RendezvousRun run() {
     RendezvousRun run{options_.seed, RendezvousOutcome::timed_out, "time", 0, 0, HUGE_VAL, 0, 0, {}, 0, 0, 0, 0, {}};
     const Vector<N> half = 0.5 * (model_.upper - model_.lower);
+    const ThreadLimit one(1);  // so that this thread's processor time is all that a plan takes
     for (int second = 0; second < int(options_.time_limit); ++second) {
       if (options_.stop && *options_.stop) return ended(run, RendezvousOutcome::interrupted, "stopped");
       Vector<N> command = decide(run);
@@ -229,7 +232,9 @@ class Simulation {
                         0.0,
                         "",
                         0.0,
-                        {}};
+                        {},
+                        0.0,
+                        false};
     const VehicleState<N> state = believed();
     Vector<N> command = command_for(model_, state, current_estimate_, Vector<6>(Vector<6>::Zero()));
     if (estimator_->has_target() && now() >= kSearching) {
@@ -277,9 +282,12 @@ class Simulation {
     if (options_.method == RendezvousMethod::pursuit)
       return pursue(model_, state, current_estimate_, SE3(target.now * goal(behind)),
                     Vector<6>(goal(behind).inverse().Ad() * target_twist), options_.planner.pursuit);
+    step.first = !planner().has_plan();
+    const double processor = thread_seconds();
     const auto start = std::chrono::steady_clock::now();
     const PlanResult<N> result = plan(state, target);
     step.solve_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    step.processor_seconds = thread_seconds() - processor;
     step.origin =
         fmt::format("{} by {}{}", name(result.origin), result.summary.solver, result.coupled ? ", coupled" : "");
     step.violation = result.max_violation;

@@ -63,10 +63,12 @@ struct RendezvousStep {
   SE3 relative, estimated;  ///< C⁻¹ T: as it is, and as the estimate has it
   Vector<3> three_sigma;    ///< of the estimated relative position, along the chaser's axes [m]
   double distance, miss;    ///< m: of the two, and from the phase's goal
-  double solve_seconds;     ///< 0 where nothing was planned
+  double solve_seconds;     ///< by the clock; 0 where nothing was planned
   std::string origin;       ///< of the plan, and its solver
   double violation;         ///< of the plan's hard constraints
   Eigen::VectorXd command;
+  double processor_seconds = 0.0;  ///< of this thread, that the plan took
+  bool first = false;              ///< of its phase: no plan before it to begin with
 };
 
 enum class RendezvousOutcome { docked, failed, timed_out, interrupted };

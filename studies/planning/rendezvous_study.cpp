@@ -28,13 +28,13 @@ struct MethodFigures {
   int runs = 0, docked = 0, plans = 0, not_accepted = 0, shifted = 0, keep_out_violations = 0;
   double seconds = 0, miss = 0, effort = 0, three_sigma = 0;  ///< median of those that docked; medians of all
   double keep_out = 0, violation = 0;                         ///< worst
-  double solve_median = 0, solve_99 = 0;                      ///< ms
+  double solve_median = 0, solve_99 = 0, first_99 = 0;        ///< ms
   Interval rate{};
 };
 
 MethodFigures figures(const std::vector<RendezvousRun>& runs) {
   MethodFigures f;
-  std::vector<double> seconds, miss, effort, sigma, ms;
+  std::vector<double> seconds, miss, effort, sigma, ms, first;
   for (const RendezvousRun& run : runs) {
     ++f.runs;
     if (run.outcome == RendezvousOutcome::docked) {
@@ -52,6 +52,8 @@ MethodFigures figures(const std::vector<RendezvousRun>& runs) {
     f.violation = std::max(f.violation, run.worst_violation);
     const std::vector<double> of_run = solve_milliseconds(run);
     ms.insert(ms.end(), of_run.begin(), of_run.end());
+    for (const RendezvousStep& step : run.steps)
+      if (step.first) first.push_back(1e3 * step.processor_seconds);
   }
   f.seconds = quantile_of(seconds, 0.5);
   f.miss = quantile_of(miss, 0.5);
@@ -59,6 +61,7 @@ MethodFigures figures(const std::vector<RendezvousRun>& runs) {
   f.three_sigma = quantile_of(sigma, 0.5);
   f.solve_median = quantile_of(ms, 0.5);
   f.solve_99 = quantile_of(ms, 0.99);
+  f.first_99 = quantile_of(first, 0.99);
   f.rate = share_interval(std::size_t(f.docked), std::size_t(f.runs)).value_or(Interval{0.0, 0.0, 1.0, 0});
   return f;
 }
@@ -101,7 +104,7 @@ CsvTable<RunRow> run_columns() {
       .add("plans", "how many", [](const RunRow& r) { return r.run.plans; })
       .add("not_accepted", "of them, with a violation above 1e-6", [](const RunRow& r) { return r.run.not_accepted; })
       .add("shifted", "of them, the plan before a step later", [](const RunRow& r) { return r.run.shifted; })
-      .add("solve_median_ms", "of a plan, where there was one [ms]",
+      .add("solve_median_ms", "processor time of a plan that had one before it [ms]",
            [](const RunRow& r) { return r.solve_quantile(0.5); })
       .add("solve_99_ms", "99th percentile, likewise [ms]", [](const RunRow& r) { return r.solve_quantile(0.99); });
 }
@@ -121,7 +124,10 @@ CsvTable<RendezvousStep> step_columns() {
                [](const RendezvousStep& s) { return s.three_sigma; })
       .add("plan", "how the plan came about, and by which solver", [](const RendezvousStep& s) { return s.origin; })
       .add("violation", "of its hard constraints", [](const RendezvousStep& s) { return s.violation; })
-      .add("solve_ms", "that it took [ms]", [](const RendezvousStep& s) { return 1e3 * s.solve_seconds; });
+      .add("solve_ms", "that it took by the clock [ms]", [](const RendezvousStep& s) { return 1e3 * s.solve_seconds; })
+      .add("processor_ms", "of the processor [ms]", [](const RendezvousStep& s) { return 1e3 * s.processor_seconds; })
+      .add("first_plan", "1: none before it in its phase to begin with, else 0",
+           [](const RendezvousStep& s) { return int(s.first); });
 }
 
 }  // namespace
@@ -135,7 +141,7 @@ double quantile_of(std::vector<double> values, double q) {
 std::vector<double> solve_seconds(const RendezvousRun& run) {
   std::vector<double> seconds;
   for (const RendezvousStep& step : run.steps)
-    if (!step.origin.empty()) seconds.push_back(step.solve_seconds);
+    if (!step.origin.empty() && !step.first) seconds.push_back(step.processor_seconds);
   return seconds;
 }
 
@@ -170,15 +176,17 @@ std::string report(const RendezvousStudy& study) {
                    {"3 σ [m]"},
                    {"kept out"},
                    {"violation"},
-                   {"plan [ms]"},
-                   {"99 % [ms]"}});
+                   {"replan [ms]"},
+                   {"99 % [ms]"},
+                   {"first, 99 %"}});
   for (std::size_t i = 0; i < study.runs.size(); ++i) {
     const MethodFigures f = figures(study.runs[i]);
     table.row({std::string(name(study.methods[i])), std::to_string(f.runs), shown(100.0 * f.docked / f.runs, 0),
                fmt::format("{:.0f}–{:.0f}", 100 * f.rate.low, 100 * f.rate.high), shown(f.seconds, 1), shown(f.miss, 2),
                shown(f.effort, 1), shown(f.three_sigma, 2),
                f.keep_out_violations ? fmt::format("-{:.2f} m", f.keep_out) : std::string("yes"),
-               f.plans ? fmt::format("{:.1e}", f.violation) : "–", shown(f.solve_median, 1), shown(f.solve_99, 1)});
+               f.plans ? fmt::format("{:.1e}", f.violation) : "–", shown(f.solve_median, 1), shown(f.solve_99, 1),
+               shown(f.first_99, 1)});
   }
   return table.str();
 }
@@ -206,6 +214,7 @@ std::string rendezvous_json(const RendezvousStudy& study) {
     m["plans_shifted"] = f.shifted;
     m["solve_median_ms"] = json_of(f.solve_median);
     m["solve_99_ms"] = json_of(f.solve_99);
+    m["first_99_ms"] = json_of(f.first_99);
   }
   return json_text(json);
 }

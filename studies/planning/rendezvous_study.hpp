@@ -25,7 +25,7 @@ RendezvousStudy study_rendezvous(const Vehicle& vehicle, const RendezvousOptions
 
 /// The value below which a share q of them lies; nan of none.
 double quantile_of(std::vector<double> values, double q);
-/// Times of a run's plans, by the clock [s].
+/// Processor time of a run's plans [s], but for those that had none before them to begin with.
 std::vector<double> solve_seconds(const RendezvousRun& run);
 
 /// A table for a terminal; all figures as JSON.

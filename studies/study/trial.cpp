@@ -2,7 +2,6 @@
 #include <numbers>
 
 #include <fmt/format.h>
-#include <time.h>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/lie/operations.hpp>
@@ -17,6 +16,7 @@
 #include <tandem/studies/study/trial_dive.hpp>
 #include <tandem/studies/study/trial_online.hpp>
 #include <tandem/studies/study/trial_rendezvous.hpp>
+#include <tandem/studies/support/resources.hpp>
 
 namespace tandem {
 namespace {
@@ -24,12 +24,6 @@ namespace {
 constexpr double kAfterGap = 10.0;         // s
 constexpr double kWander = 60.0;           // s
 constexpr std::uint32_t kStartStream = 7;  // beside the streams of the simulation
-
-double thread_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
-}
 
 Summary solve_trial(const Solver& solver, bool graduated, TrackingProblem& tracking) {
   return std::visit(

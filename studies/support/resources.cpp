@@ -6,12 +6,18 @@
 #include <tandem/studies/support/resources.hpp>
 
 namespace tandem {
+namespace {
 
-double processor_seconds() {
+double seconds_of(clockid_t clock) {
   timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  clock_gettime(clock, &now);
   return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
 }
+
+}  // namespace
+
+double processor_seconds() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
+double thread_seconds() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
 
 std::optional<double> resident_megabytes() {
   std::FILE* const file = std::fopen("/proc/self/statm", "r");

@@ -46,6 +46,25 @@ TEST(DampedSqp, SolvesTheSameProblemAgainFromOtherValues) {
   EXPECT_NEAR(first.cost, second.cost, 1e-4 * first.cost);
 }
 
+/// A little away from a solution, and with its multipliers, the curvature that counts is known from the first step on.
+TEST(DampedSqp, StartsFromMultipliers) {
+  const auto iterations = [](bool from_multipliers) {
+    Chain chain(3.1);
+    DampedSqp sqp(chain.problem);
+    DampedSqp::Options options;
+    options.cost_tolerance = 1e-8;
+    const double cost = sqp.solve(options).cost;
+    for (const auto& x : chain.points)
+      chain.problem.set_value(x, R3(Vector<3>(chain.problem.value(x).vector() + Vector<3>(0.05, -0.02, 0.03))));
+    options.from_multipliers = from_multipliers;
+    const Summary again = sqp.solve(options);
+    EXPECT_TRUE(again.converged()) << again.message;
+    EXPECT_NEAR(again.cost, cost, 1e-6 * cost);
+    return again.iterations;
+  };
+  EXPECT_LT(iterations(true), iterations(false));
+}
+
 /// Along the sphere, the Lagrangian has a tenth of the curvature that Gauss-Newton takes it to have, whose steps would
 /// each leave nine tenths of the way.
 TEST(DampedSqp, TakesInTheConstraintsCurvature) {

@@ -89,6 +89,38 @@ TEST(Planner, ReplansFromThePlanBefore) {
   }
 }
 
+TEST(Planner, TheNextOneStartsWhereTheTargetIsPredictedToBeThen) {
+  const auto vehicle = hoverer();
+  const PlanOptions plan = some_plan(15);
+  Planner<8> planner(vehicle, plan);
+  const PlanResult<8> first = planner.replan(at_start(), kCurrent, target_at(0.0, plan.steps));
+  ASSERT_TRUE(first.accepted()) << first.summary.message;
+  const VehicleState<8>& now = first.plan.states[1];
+  TargetPrediction target = target_at(1.0, plan.steps);
+  const Plan<8> same = planner.guess(now, kCurrent, target);
+  for (std::size_t k = 0; k + 1 < first.plan.states.size(); ++k)
+    EXPECT_LE((same.states[k].pose.inverse() * first.plan.states[k + 1].pose).Log().norm(), 1e-9) << k;
+  const SE3 aside(SO3::Exp({0.0, 0.0, 0.1}), {0.5, -0.4, 0.2});
+  for (SE3& pose : target.pose) pose = aside * pose;
+  const Plan<8> moved = planner.guess(now, kCurrent, target);
+  EXPECT_LE((moved.states.front().pose.inverse() * now.pose).Log().norm(), 1e-12);  // it is where it is
+  EXPECT_LE((moved.states.back().pose.inverse() * aside * same.states.back().pose).Log().norm(), 1e-9);
+}
+
+TEST(Planner, MultipliersGoFromOneProblemToTheNext) {
+  const auto vehicle = hoverer();
+  const PlanOptions plan = some_plan(15);
+  Planner<8> planner(vehicle, plan);
+  ASSERT_TRUE(planner.replan(at_start(), kCurrent, target_at(0.0, plan.steps)).accepted());
+  const std::vector<Eigen::VectorXd> y = planner.problem().multipliers();
+  ASSERT_EQ(y.size(), std::size_t(plan.steps));
+  EXPECT_GT(y.front().norm(), 0.0);
+  PlanProblem<8> other(vehicle, plan);
+  other.set_multipliers(y);
+  EXPECT_EQ(other.multipliers(), y);
+  EXPECT_THROW(other.set_multipliers({}), Error);
+}
+
 TEST(Planner, WithoutTimeTheLastPlanIsShifted) {
   const auto vehicle = hoverer();
   const PlanOptions plan = some_plan(10);
