@@ -332,7 +332,8 @@ class Search {
   /// it was.
   void find_curvature() {
     const auto free = this->free();
-    const Eigen::MatrixXd estimated = curvature_;
+    const Eigen::MatrixXd estimated =
+        curvature_.size() > 0 ? curvature_ : Eigen::MatrixXd::Identity(theta_.size(), theta_.size());
     curvature_ = Eigen::MatrixXd::Identity(theta_.size(), theta_.size());
     for (const Eigen::Index i : free) {
       const double step = kDifference * std::sqrt(first_scale(i));
