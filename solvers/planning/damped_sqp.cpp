@@ -27,6 +27,7 @@ constexpr double kFalls = 0.1, kHardlyFalls = 0.5;      // of the violation befo
 constexpr double kFaster = 0.5, kSlower = 3.0;          // factors of the damping then
 constexpr double kMuchFaster = 0.1;                     // near a solution
 constexpr double kShortest = 1.0 / 64.0;                // fraction of a step that is tried
+constexpr double kGreatest = 1e4;                       // violation, over the first
 constexpr double kRestored = 0.5;                       // of the violation, what a restoration leaves at most
 constexpr double kRestores = 1e-4;                      // of what a restoring step foretells, for it to be taken
 
@@ -203,6 +204,7 @@ Summary DampedSqp::Loop::run() {
   summary_.initial_cost = summary_.cost = model_.linearize();
   if (!std::isfinite(summary_.cost)) return end(Status::failed, "the cost is not finite at the start");
   model_.begin();
+  filter_.leave({-HUGE_VAL, kGreatest * std::max(1.0, here().violation)});
   if (options_.from_multipliers) {
     model_.add_curvature();
     curved_ = 1;

@@ -70,10 +70,10 @@ Plan<N> Planner<N>::moved_with(const TargetPrediction& target) const {
 }
 
 template <int N>
-Summary Planner<N>::refine(DampedSqp& sqp, const Plan<N>& guess, double cost_tolerance) {
+Summary Planner<N>::refine(DampedSqp& sqp, const Plan<N>& guess, double cost_tolerance, double time_limit) {
   problem().set_guess(guess);
   DampedSqp::Options options;
-  options.time_limit = options_.deadline;
+  options.time_limit = time_limit;
   options.cost_tolerance = cost_tolerance;
   if (last_) options.max_iterations = options_.max_warm_refinements;
   options.from_multipliers = !multipliers_.empty();
@@ -123,7 +123,7 @@ PlanResult<N> Planner<N>::decoupled(const VehicleState<N>& start, const Vector<3
   problem_.set_target(target);
   const Plan<N> from = guess(start, current, target);
   if (options_.refine) {
-    const Summary refined = refine(sqp_, from, kCostTolerance);
+    const Summary refined = refine(sqp_, from, kCostTolerance, left);
     // What cannot be met is not met by another solver either, and there is a plan to fall back on.
     const bool hopeless = refined.status == Status::infeasible && last_;
     const bool ended = refined.converged() || refined.status == Status::time_limit || hopeless;
@@ -147,7 +147,7 @@ PlanResult<N> Planner<N>::replan(const VehicleState<N>& start, const Vector<3>& 
   const Plan<N> from = guess(start, current, target);
   if (!options_.refine) return remembered(outcome(globalise(from, options_.deadline), start, current), current, target);
   DampedSqp sqp(coupled_->problem());
-  const Summary refined = refine(sqp, from, kCostTolerance * estimate.share);
+  const Summary refined = refine(sqp, from, kCostTolerance * estimate.share, options_.deadline);
   if (refined.converged() || refined.status == Status::time_limit) {
     PlanResult<N> result = remembered(outcome(refined, start, current), current, target);
     check_.reset();  // of the estimate's problem, which need not outlive this plan

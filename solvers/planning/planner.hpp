@@ -104,7 +104,7 @@ class Planner {
                           double deadline);
   PlanResult<N> outcome(Summary summary, const VehicleState<N>& start, const Vector<3>& current);
   PlanResult<N> remembered(PlanResult<N> result, const Vector<3>& current, const TargetPrediction& target);
-  Summary refine(DampedSqp& sqp, const Plan<N>& guess, double cost_tolerance);
+  Summary refine(DampedSqp& sqp, const Plan<N>& guess, double cost_tolerance, double time_limit);
   Summary globalise(const Plan<N>& guess, double time_limit);
   double violation_at_values(std::string& worst);
 
