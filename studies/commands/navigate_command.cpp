@@ -59,16 +59,16 @@ int run_navigate(const NavigateRequest& request) {
   NavigationData& data = *in_use.navigation;
   apply(request.own, data);
   refuse_implausible_times(in_use, request.scenario, request.force);
-  std::vector<std::size_t> late;
-  for (const NamedByOption& sensor : request.fit_delay) late.push_back(delayed_sensor(data, sensor));
+  for (const NamedByOption& sensor : request.fit_delay)
+    if (!data.imu || data.imu->name != sensor.name) delayed_sensor(data, sensor);  // throws where there is none
 
   if (const auto loss = request.sensors.loss()) options.ego.loss = *loss;
   study.options = options.ego;
   study.after = request.after;
-  for (const std::size_t sensor : late) {  // one after the other, each with those before
+  for (const NamedByOption& sensor : request.fit_delay) {  // one after the other, each with those before
     stop.limit(options.solver);
-    study.delays.push_back(fit_delay(data, sensor, options));
-    data.sensors[sensor].delay = study.delays.back().delay;
+    study.delays.push_back(fit_delay(data, sensor.name, options));
+    set_delay(data, sensor.name, study.delays.back().delay);
   }
   {
     stop.limit(options.solver);
@@ -96,9 +96,10 @@ Command navigate_command() {
             option.footer("Exit status: 0 converged, 1 wrong input or usage, 2 not converged or cut short.");
             add_scenario(option, request->scenario, "A scenario folder with an imu, dvl, depth, gps, heading");
             add_sensors(option, request->sensors);
-            option.repeatable("--fit-delay", "SENSOR",
-                              "Find the delay, up to 1 s, that makes the data likeliest, first", request->fit_delay,
-                              parse_name);
+            option.repeatable(
+                "--fit-delay", "SENSOR",
+                "Find the delay that makes the data likeliest, first: up to 1 s; of an imu within 0.1 s of the others",
+                request->fit_delay, parse_name);
             option("--keyframe-interval", "SECONDS", "In place of the scenario's", request->keyframe_interval,
                    parse_keyframe_interval);
             add_force(option, request->force);

@@ -304,7 +304,10 @@ void apply(const SensorOptions& options, SensorsInUse in_use, Scenario& scenario
 
 std::size_t delayed_sensor(const NavigationData& data, const NamedByOption& what) {
   if (data.imu && data.imu->name == what.name)
-    throw Error(fmt::format("{} {}: delays are against the imu's own time", what.option, what.name));
+    throw Error(
+        fmt::format("{} {}: delays are against the imu's own time; what its stamps are late by is found by navigate "
+                    "--fit-delay {}",
+                    what.option, what.name, what.name));
   const EgoSensor* const sensor = find(data.sensors, what.name);
   if (!sensor) {
     std::vector<std::string> names;

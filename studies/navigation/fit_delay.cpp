@@ -3,38 +3,71 @@
 #include <map>
 #include <string>
 
+#include <tandem/lie/error.hpp>
 #include <tandem/solvers/stop.hpp>
 #include <tandem/studies/navigation/fit_delay.hpp>
 
 namespace tandem {
 namespace {
 
-constexpr int kFinest = 5;   // ms
-constexpr int kCoarse = 80;  // ms: the first steps, halved until the finest
+/// What is tried: ms.
+struct Grid {
+  int least, most;
+  int coarse;  // the first steps, halved until the finest
+  int finest;
+};
+constexpr Grid kOfOthers{0, 1000, 80, 5}, kOfImu{-96, 96, 16, 1};
+
+bool is_imu(const NavigationData& data, const std::string& sensor) { return data.imu && data.imu->name == sensor; }
+
+EgoSensor& own_sensor(NavigationData& data, const std::string& name) {
+  for (EgoSensor& sensor : data.sensors)
+    if (sensor.name == name) return sensor;
+  throw Error("there is no sensor " + name + " of the chaser's own whose delay could be found");
+}
+
+/// Leaves out what not every delay of the grid has a start and, of the inertial sensor, samples for.
+void keep_common(const Grid& grid, double start, double end, EgoSensor& sensor) {
+  const double first = start + 1e-3 * grid.most, last = end - 1e-3 * grid.most;
+  std::erase_if(sensor.measurements, [&](const EgoMeasurement& m) { return m.t < first || m.t > last; });
+}
 
 }  // namespace
 
-DelayFit fit_delay(const NavigationData& data, std::size_t sensor, const NavigationOptions& options, double most) {
+void set_delay(NavigationData& data, const std::string& sensor, double delay) {
+  if (!is_imu(data, sensor))
+    own_sensor(data, sensor).delay = delay;
+  else
+    for (ImuSample& sample : data.imu->samples) sample.t -= delay;
+}
+
+DelayFit fit_delay(const NavigationData& data, const std::string& sensor, const NavigationOptions& options) {
   NavigationData tried = data;
+  const bool of_imu = is_imu(data, sensor);
+  const Grid grid = of_imu ? kOfImu : kOfOthers;
+  const double before = of_imu ? 0 : own_sensor(tried, sensor).delay;
   NavigationOptions own = options;
   own.covariance = false;
   DelayFit fit;
-  fit.sensor = data.sensors[sensor].name;
+  fit.sensor = sensor;
   const Stop stop(options.solver);
-  const std::string what = "fitting the delay of " + fit.sensor;
+  const std::string what = "fitting the delay of " + sensor;
   const auto navigated = [&](double delay) {
     stop.check(what);
     stop.limit(own.solver);
-    tried.sensors[sensor].delay = delay;
+    if (of_imu) tried.imu->samples = data.imu->samples;
+    set_delay(tried, sensor, delay);
     ++fit.solves;
     return navigate(tried, own);
   };
-  own.start = navigated(data.sensors[sensor].delay).start;
-  std::erase_if(tried.sensors[sensor].measurements, [&](const EgoMeasurement& m) { return m.t < own.start->t + most; });
+  own.start = navigated(before).start;
+  const double end = of_imu ? data.imu->samples.back().t : HUGE_VAL;
+  for (EgoSensor& s : tried.sensors)
+    if (of_imu || s.name == sensor) keep_common(grid, own.start->t, end, s);
 
   std::map<int, double> known;  // by ms
   const auto cost = [&](int ms) {
-    if (ms < 0 || ms > 1000 * most) return HUGE_VAL;
+    if (ms < grid.least || ms > grid.most) return HUGE_VAL;
     const auto [it, isnew] = known.try_emplace(ms);
     if (isnew) {
       const Summary summary = navigated(1e-3 * ms).summary;
@@ -43,15 +76,18 @@ DelayFit fit_delay(const NavigationData& data, std::size_t sensor, const Navigat
     }
     return it->second;
   };
-  fit.cost_before = cost(int(std::lround(1000 * data.sensors[sensor].delay)));
+  fit.cost_before = cost(int(std::lround(1000 * before)));
   int best = 0;
-  for (int ms = 0; ms <= 1000 * most; ms += kCoarse)
+  for (int ms = grid.least; ms <= grid.most; ms += grid.coarse)
     if (cost(ms) < cost(best)) best = ms;
-  for (int step = kCoarse / 2; step >= kFinest; step /= 2)
+  for (int step = grid.coarse / 2; step >= grid.finest; step /= 2)
     for (const int ms : {best - step, best + step})
       if (cost(ms) < cost(best)) best = ms;
   fit.delay = 1e-3 * best;
   fit.cost = known.at(best);
+  const int step = grid.coarse / 4;  // wide enough to rise above where solves end, and within the parabola
+  const double rise = cost(best - step) + cost(best + step) - 2 * fit.cost;  // step²/σ²
+  if (std::isfinite(rise) && rise > 0) fit.deviation = 1e-3 * step / std::sqrt(rise);
   return fit;
 }
 

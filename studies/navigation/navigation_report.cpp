@@ -195,8 +195,9 @@ std::string calibration(const NavigationStudy& study) {
                         with_sigmas(biases->gyroscope, biases->gyroscope_sigma, kDegreesAnHour));
   }
   for (const DelayFit& fit : study.delays)
-    text += fmt::format("{} lags by {:.3f} s, by likelihood: the cost is {:.2f}, {:.2f} as given ({} solves).\n",
-                        fit.sensor, fit.delay, fit.cost, fit.cost_before, fit.solves);
+    text += fmt::format("{} lags by {:.3f}{} s, by likelihood: the cost is {:.2f}, {:.2f} as given ({} solves).\n",
+                        fit.sensor, fit.delay, fit.deviation ? fmt::format(" ± {:.2g}", *fit.deviation) : "", fit.cost,
+                        fit.cost_before, fit.solves);
   if (study.navigation.dvl_scale)
     text += fmt::format("{}the DVL reads {:.5f} times the velocity\n", text.empty() ? "\n" : "",
                         1 + *study.navigation.dvl_scale);
@@ -350,9 +351,11 @@ std::string navigation_json(const NavigationStudy& study) {
   if (!comparison.alignment.empty()) json["truth_aligned"] = comparison.alignment;
   json["gps_outages"] = outages_json(comparison);
   if (const auto biases = last_biases(study)) json["bias_at_the_end"] = biases_json(*biases);
-  for (const DelayFit& fit : study.delays)
-    json["fitted_delays"][fit.sensor] = {
-        {"seconds", fit.delay}, {"cost", fit.cost}, {"cost_as_given", fit.cost_before}};
+  for (const DelayFit& fit : study.delays) {
+    Json& of = json["fitted_delays"][fit.sensor];
+    of = {{"seconds", fit.delay}, {"cost", fit.cost}, {"cost_as_given", fit.cost_before}};
+    if (fit.deviation) of["sigma"] = *fit.deviation;
+  }
   for (const FoundConstant& c : navigation.constants)
     json["staying_errors"][c.name] = {{"value", c.value}, {"sigma", c.deviation}, {"given_sigma", c.given}};
   if (navigation.dvl_scale) json["dvl_scale"] = 1 + *navigation.dvl_scale;

@@ -1,0 +1,45 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/studies/navigation/fit_delay.hpp>
+#include <tandem/studies/simulation/simulate_dive.hpp>
+
+#include "studies/scratch.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::HasSubstr;
+
+class FitDelay : public testing::Test {
+ protected:
+  static NavigationData dive() { return simulate_dive({.grade = Grade::tactical, .minutes = 1}).data; }
+};
+
+TEST_F(FitDelay, OfTheInertialSensorMayBeBelowZero) {
+  NavigationData data = dive();
+  for (ImuSample& sample : data.imu->samples) sample.t -= 0.03;
+  const DelayFit fit = fit_delay(data, data.imu->name);
+  ASSERT_TRUE(fit.deviation);
+  EXPECT_LT(*fit.deviation, 0.01);
+  EXPECT_NEAR(fit.delay, -0.03, 3 * *fit.deviation + 1e-3);  // the grid is of 1 ms
+  EXPECT_LT(fit.cost, fit.cost_before);
+}
+
+TEST_F(FitDelay, IsSetWhereItsSensorHasOne) {
+  NavigationData data = dive();
+  const NavigationData before = data;
+  set_delay(data, data.imu->name, -0.02);
+  EXPECT_EQ(data.imu->samples[7].t, before.imu->samples[7].t + 0.02);
+  set_delay(data, data.sensors[0].name, 0.1);
+  EXPECT_EQ(data.sensors[0].delay, 0.1);
+  EXPECT_EQ(data.sensors[0].measurements[0].t, before.sensors[0].measurements[0].t);
+}
+
+TEST_F(FitDelay, OfNoSensorIsRefused) {
+  const NavigationData data = dive();
+  EXPECT_THAT(error_of([&] { fit_delay(data, "dlv"); }), HasSubstr("there is no sensor dlv"));
+}
+
+}  // namespace
+}  // namespace tandem
