@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/lie/exp_curvature.hpp>
 #include <tandem/lie/sek3.hpp>
 #include <tandem/residuals/residual.hpp>
 
@@ -39,6 +40,29 @@ struct RollPitch {
       J->setZero();
       J->template rightCols<3>() = by_rotation.template topRows<2>();
     }
+  }
+
+  /// With E = Rᵀ Rz(ψ) and R moved by θ: e = Log(E Exp(a) Exp(b)), a = −Eᵀ θ, b = ẑ (ψ' θ + ½ θᵀ ψ'' θ). Log, the product
+  /// ½ a × b and ψ'' have a part each. E is Rx(−φ) Ry(−p) by roll φ and pitch p.
+  void curvature(const G& x, const Vector<2>& w, Matrix<G::dof, G::dof>& H) const {
+    const Matrix<3, 3> R = rotation_of(x).matrix();
+    const double cos_pitch = std::hypot(R(0, 0), R(1, 0)), sin_pitch = -R(2, 0);
+    const double cos_roll = R(2, 2) / cos_pitch, sin_roll = R(2, 1) / cos_pitch;
+    const Vector<3> up(0.0, sin_roll, cos_roll), side(0.0, cos_roll, -sin_roll);  // of the body, before it pitches
+    const SO3 level = SO3::Exp(Vector<3>(0.0, 0.0, std::atan2(R(1, 0), R(0, 0)))), E = rotation_of(x).inverse() * level;
+    const Vector<3> e = E.Log();
+    const Matrix<3, 3> at_e = SO3::Jr_inverse(e);
+    const Vector<3> lambda = at_e.topRows<2>().transpose() * w, slope = up / cos_pitch;  // ψ'
+
+    Matrix<3, 3> by_rotation = -E.inverse().matrix();
+    by_rotation.row(2) += slope.transpose();
+    const Matrix<3, 3> J = at_e * by_rotation;
+    const Vector<3> product = E.act(Vector<3>::UnitZ().cross(lambda));
+    Matrix<3, 3> half = (-0.5 * product) * slope.transpose();  // what is added to its transpose
+    half += (lambda[2] / cos_pitch) * side * (0.5 * Vector<3>::UnitX() + (sin_pitch / cos_pitch) * up).transpose();
+    H.setZero();
+    H.template bottomRightCorner<3, 3>() =
+        half + half.transpose() - J.transpose() * ExpCurvature<BasicSEK3<0, double>>::of(e, lambda) * J;
   }
 
  private:

@@ -2,7 +2,7 @@
 
 #include <tandem/lie/rn.hpp>
 #include <tandem/lie/sek3.hpp>
-#include <tandem/residuals/sensor_frame.hpp>
+#include <tandem/residuals/sensor_frame_curvature.hpp>
 
 namespace tandem {
 
@@ -24,6 +24,11 @@ requires(Chaser::point_dim == Target::point_dim) struct UsblPosition {
   void operator()(const C& c, const T& t, Rows<dim, C>& r, RowsBy<dim, C>* Jc = nullptr,
                   RowsBy<dim, T>* Jt = nullptr) const {
     r = in_sensor_frame(c, t, B, beacon, Jc, Jt) - z.template cast<typename C::Scalar>();
+  }
+
+  void curvature(const Chaser& c, const Target& t, const Vector<dim>& w,
+                 Matrix<Chaser::dof + Target::dof, Chaser::dof + Target::dof>& H) const requires(dim == 3) {
+    detail::curvature_in_sensor_frame(c, t, B, beacon, w, H);
   }
 };
 

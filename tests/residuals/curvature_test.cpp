@@ -5,9 +5,13 @@
 #include <tandem/residuals/constant_twist.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
+#include <tandem/residuals/roll_pitch.hpp>
 #include <tandem/residuals/twist_components.hpp>
+#include <tandem/residuals/usbl_position.hpp>
 
-/// Second derivatives that residuals give, against central differences of their first.
+#include "residuals/curvature_autodiff.hpp"
+
+/// Second derivatives that residuals give, against central differences of their first and automatic differentiation.
 namespace tandem {
 namespace {
 
@@ -87,7 +91,35 @@ TEST(Curvature, AgreesWithDifferencesOfTheJacobians) {
       expect_curvature(ConstantTwist<SE3>{0.7, 1.1}, size);
       expect_curvature(TwistComponents<SE3, sway | heave | yaw_rate>{0.7}, size);
       expect_curvature(ConstantTwist<R3>{0.7, 1.1}, size);
+      expect_curvature(RollPitch<SE3>{}, size);
+      expect_curvature(RollPitch<SO3>{}, size);
+      expect_curvature(UsblPosition<SE3>{random_tangent<3>(size), random_state<SE3>(1.0), random_tangent<3>(1.0)},
+                       size);
     }
+}
+
+TEST(Curvature, OfUsblPositionsIsRightForAllTargetsAndLargeResiduals) {
+  for (const double size : {0.0, 1e-7, 0.4, 3.0})
+    for (int trial = 0; trial < 5; ++trial) {
+      const SE3 chaser = random_state<SE3>(size), mount = random_state<SE3>(1.0);
+      const Vector<3> w = random_tangent<3>(1.0), fix = random_tangent<3>(50.0), beacon = random_tangent<3>(1.0);
+      testing::expect_right_curvature(UsblPosition<SE3>{fix, mount, beacon}, w, chaser, random_state<SE3>(size));
+      testing::expect_right_curvature(UsblPosition<SE3, R3>{fix, mount}, w, chaser, R3(random_tangent<3>(30.0)));
+      testing::expect_right_curvature(UsblPosition<SE3, SE23>{fix, mount, beacon}, w, chaser, random_state<SE23>(size));
+    }
+}
+
+/// Level, on the side, upside down to nearly half a turn, and close to the pitch where roll is undefined.
+TEST(Curvature, OfRollPitchIsRightAtAnyAttitude) {
+  for (const double roll : {0.0, 1e-9, 1e-5, 0.3, -1.5, 2.5, 3.1, 3.14159})
+    for (const double pitch : {0.0, 1e-9, 0.3, -0.8, 1.4})
+      for (const double yaw : {0.0, 2.0, 3.1}) {
+        const SO3 R = SO3::Exp({0, 0, yaw}) * SO3::Exp({0, pitch, 0}) * SO3::Exp({roll, 0, 0});
+        const Vector<2> w = random_tangent<2>(1.0);
+        testing::expect_right_curvature(RollPitch<SO3>{}, w, R);
+        testing::expect_right_curvature(RollPitch<SE3>{}, w, SE3(R, random_tangent<3>(5.0)));
+        testing::expect_right_curvature(RollPitch<SE23>{}, w, SE23(R, Matrix<3, 2>::Random()));
+      }
 }
 
 /// Residuals that turn by nearly π, where Log is steepest.
