@@ -12,7 +12,8 @@ namespace {
 using detail::EventQueue;
 using detail::seconds_text;
 
-constexpr double kSure = 1e-6;  // m, rad, m/s: nothing is surer, or a start would be held for exact
+constexpr double kSure = 1e-6;      // m, rad, m/s: nothing is surer, or a start would be held for exact
+constexpr double kSureBias = 1e-9;  // m/s², rad/s
 
 }  // namespace
 
@@ -33,6 +34,7 @@ void OnlineEstimator::Streams::restart(TrackReset::Kind kind, std::string why, c
   new_keyframe_ = unsolved_ = false;
   if (!window_->has_chain()) return make_window();
   Alignment start{.t = t, .state = window_->chaser(), .spread = newest_spread(doubt).value_or(doubt)};
+  start.spread.bias.reset();  // what is given up may have bent them
   const bool goes_on = chaser == Chaser::goes_on && detail::is_plausible(start.state.pose) &&
                        start.state.velocity.allFinite() && start.state.bias.allFinite();
   std::vector<Stamped<EgoState>> states = window_->states();
@@ -65,10 +67,12 @@ std::optional<EgoSpread> OnlineEstimator::Streams::newest_spread(const EgoSpread
   const auto sigma = [](const Matrix<3, 3>& S, const Vector<3>& floor) {
     return Vector<3>(S.diagonal().cwiseMax(0).cwiseSqrt().cwiseMax(floor));
   };
-  return EgoSpread{sigma(R * c.chaser.topLeftCorner<3, 3>() * R.transpose(), least.position),
+  EgoSpread spread{sigma(R * c.chaser.topLeftCorner<3, 3>() * R.transpose(), least.position),
                    sigma(R * c.chaser.bottomRightCorner<3, 3>() * R.transpose(), least.rotation),
                    sigma(c.velocity, least.velocity)};
 } catch (const Error&) {
+  if (c.bias.size() > 0) spread.bias = c.bias.diagonal().cwiseMax(kSureBias * kSureBias).cwiseSqrt();
+  return spread;
   return {};
 }
 
