@@ -92,7 +92,8 @@ const EgoKeyframe& EgoChain::start(double t, const EgoState& prior, const EgoSpr
   if (k.bias) {
     Vector<6> sigma;
     sigma << Vector<3>::Constant(initial_accelerometer_bias_), Vector<3>::Constant(initial_gyroscope_bias_);
-    problem_->minimize(Prior<Rn<6>>{Rn<6>()}, Gaussian(Eigen::VectorXd(sigma)), {*k.bias});
+    problem_->minimize(Prior<Rn<6>>{spread.bias ? Rn<6>(prior.bias) : Rn<6>()},
+                       Gaussian(Eigen::VectorXd(spread.bias.value_or(sigma))), {*k.bias});
   }
   if (options_.dvl_scale) {
     scale_ = problem_->add(Rn<1>(), "DVL scale");

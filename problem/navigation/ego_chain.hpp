@@ -26,6 +26,8 @@ struct EgoSpread {
   Vector<3> position = Vector<3>::Constant(1e-3);  ///< m
   Vector<3> rotation = Vector<3>(0.3, 0.3, 1e-3);  ///< rad, about world axes: tilt, and heading
   Vector<3> velocity = Vector<3>::Constant(1.0);   ///< m/s
+  /// Of the biases about those of the state [m/s², rad/s]; none: they are about zero, by what the IMU is said to have.
+  std::optional<Vector<6>> bias{};
 };
 
 /// How the chaser's own sensors become a problem.

@@ -16,7 +16,11 @@ constexpr int kHalvings = 3;  // of the way to factors that steps do not lead to
 
 Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
                    const CalibrationOptions& options)
-    : problems_(problems), groups_(groups), rows_(Eigen::VectorXd::Zero(Eigen::Index(groups.size()))), counted_(rows_) {
+    : problems_(problems),
+      options_(options),
+      groups_(groups),
+      rows_(Eigen::VectorXd::Zero(Eigen::Index(groups.size()))),
+      counted_(rows_) {
   if (problems.empty()) throw Error("calibrate: there is no problem");
   if (groups.empty()) throw Error("calibrate: there is no noise group");
   std::map<std::tuple<int, int, int>, std::size_t> known;  // members by problem and block
@@ -53,8 +57,8 @@ Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGr
   }
   counted_ = Eigen::VectorXd::Zero(rows_.size());
   of_beliefs_ = Eigen::VectorXd::Ones(rows_.size());
-  std::vector<std::vector<Block>> measured(problems.size());
-  for (const MeasuredBlock& m : options.measured) measured.at(std::size_t(m.problem)).push_back(m.block);
+  measured_.resize(problems.size());
+  for (const MeasuredBlock& m : options.measured) measured_.at(std::size_t(m.problem)).push_back(m.block);
   std::set<std::tuple<int, int, int>> is_measured;
   for (const MeasuredBlock& m : options.measured) is_measured.emplace(m.problem, m.block.pool, m.block.id);
   for (Member& m : members_) {
@@ -65,10 +69,15 @@ Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGr
       of_beliefs_[m.group[i]] = 0;
     }
   }
-  for (std::size_t p = 0; p < problems.size(); ++p)
-    settled_.push_back(std::make_unique<SettledProblem>(*problems[p], options, measured[p]));
   settled_at_.assign(problems.size(), Eigen::VectorXd::Zero(rows_.size()));
   pull_.resize(problems.size());
+}
+
+void Evidence::lay_out() {
+  for (std::size_t p = settled_.size(); p < problems_.size(); ++p) {
+    options_.stop.check("calibrate");
+    settled_.push_back(std::make_unique<SettledProblem>(*problems_[p], options_, measured_[p]));
+  }
 }
 
 bool Evidence::count_rows() {
@@ -205,6 +214,7 @@ std::optional<Eigen::MatrixXd> Evidence::information() {
 }
 
 Evidence::Value Evidence::at(const Eigen::VectorXd& log_factors) {
+  lay_out();
   Value value;
   value.gradient = -counted_;
   value.effective_rows = counted_;

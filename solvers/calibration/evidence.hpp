@@ -24,7 +24,8 @@ class Evidence {
     bool usable = false;  ///< every problem could be solved, and its Hessian inverted
     std::string why;      ///< it is not
   };
-  /// Solves from where the problems are, and leaves them solved. Throws Stopped where it is to stop.
+  /// Solves from where the problems are, and leaves them solved. Throws Stopped where it is to stop, also while it lays the
+  /// problems out, the first time.
   Value at(const Eigen::VectorXd& log_factors);
   /// The average information of the factors' logarithms at the last point: the mean of the evidence's observed and
   /// expected curvature, of the data alone (Gilmour, Thompson & Cullis 1995, eq. 7). Nothing where it is not known: with
@@ -50,6 +51,7 @@ class Evidence {
     std::vector<double> share;  // of a datum, each row
     bool measured = true;
   };
+  void lay_out();
   void set_noise(std::size_t problem, const Eigen::VectorXd& log_factors);
   bool settle(std::size_t problem, const Eigen::VectorXd& log_factors);
   bool settle_by_steps(std::size_t problem, const Eigen::VectorXd& from, const Eigen::VectorXd& to, int halvings);
@@ -57,6 +59,8 @@ class Evidence {
   void add_information(const Member& member, const Problem::Linearization& at, const Eigen::MatrixXd& W, double weight);
 
   std::span<Problem* const> problems_;
+  const CalibrationOptions& options_;
+  std::vector<std::vector<Block>> measured_;  // of each problem
   std::vector<std::unique_ptr<SettledProblem>> settled_;
   std::vector<Eigen::VectorXd> settled_at_;  // of each problem
   const std::vector<NoiseGroup>& groups_;

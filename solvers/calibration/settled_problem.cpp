@@ -22,13 +22,19 @@ SettledProblem::SettledProblem(Problem& problem, const CalibrationOptions& optio
       measured_(std::move(measured)),
       by_steps_(!options.solve && problem.num_hard_blocks() == 0),
       program_(problem),
-      cholesky_(program_.hessian_pattern()),
-      inverse_(program_.hessian_pattern()),
-      beliefs_inverse_(program_.hessian_pattern()),
+      cholesky_(pattern()),
+      inverse_(pattern()),
+      beliefs_inverse_(pattern()),
       gradient_(program_.num_unknowns()),
       beliefs_hessian_(static_cast<Eigen::Index>(measured_.empty() ? 0 : program_.hessian_pattern().row.size())),
       hessian_(static_cast<Eigen::Index>(program_.hessian_pattern().row.size())),
       step_(program_.num_unknowns()) {}
+
+/// To be analysed, which takes long where there are many keyframes.
+const SymmetricPattern& SettledProblem::pattern() const {
+  options_.stop.check(kWhat);
+  return program_.hessian_pattern();
+}
 
 bool SettledProblem::settle() {
   why_.clear();
@@ -82,7 +88,8 @@ bool SettledProblem::settle_by_steps() {
 bool SettledProblem::find_covariances() {
   marginals_.reset();
   beliefs_marginals_.reset();
-  options_.stop.check(kWhat);
+  const auto check = [this] { options_.stop.check(kWhat); };
+  check();
   try {
     if (by_steps_ && !linearized_) {
       program_.reset();
@@ -90,7 +97,7 @@ bool SettledProblem::find_covariances() {
       linearized_ = true;
     }
     // Marginals say why not, or can where a pivot was weak.
-    if (!by_steps_ || !inverse_.compute(hessian_))
+    if (!by_steps_ || !inverse_.compute(hessian_, {}, check))
       marginals_.emplace(problem_, std::span<const Marginals::Pair>(), options_.stop);
     if (measured_.empty()) return true;
     scale_measured(kFaint);
@@ -99,7 +106,7 @@ bool SettledProblem::find_covariances() {
         program_.linearize(step_, beliefs_hessian_);
         hold_loosely();
       }
-      if (!by_steps_ || !beliefs_inverse_.compute(beliefs_hessian_))
+      if (!by_steps_ || !beliefs_inverse_.compute(beliefs_hessian_, {}, check))
         beliefs_marginals_.emplace(problem_, std::span<const Marginals::Pair>(), options_.stop);
     } catch (...) {
       scale_measured(1 / kFaint);

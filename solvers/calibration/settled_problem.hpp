@@ -15,7 +15,7 @@ inline constexpr double kFaint = 1e3;
 
 /// A problem that is solved again and again as its noise changes, and the covariances at its solution: patterns and
 /// symbolic analyses once. Near the last solution Gauss-Newton steps do, but not where there are hard blocks, or where
-/// CalibrationOptions::solve says how. Each of its functions throws Stopped where it is to stop.
+/// CalibrationOptions::solve says how. Its constructor and functions throw Stopped where it is to stop.
 class SettledProblem {
  public:
   /// `measured`: blocks of the problem; none: there is no second kind of covariance.
@@ -53,6 +53,7 @@ class SettledProblem {
   }
 
  private:
+  const SymmetricPattern& pattern() const;
   void scale_measured(double factor);
   void hold_loosely();
 

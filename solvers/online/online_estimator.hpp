@@ -93,7 +93,7 @@ class OnlineEstimator {
   /// Its counts go on from those of another estimator with the same sensors, whose latest lines this one was given.
   void go_on_from(const TrackHealth& health);
   /// OnlineOptions::start of an estimator that begins where this one is: the newest state, as sure as it is along world
-  /// axes, component by component; biases begin anew. Nothing where the chaser moves by odometry, or there is none.
+  /// axes, and of its biases, component by component. Nothing where the chaser moves by odometry, or there is none.
   std::optional<Alignment> newest_start() const;
 
   bool started() const;  ///< there is a chaser

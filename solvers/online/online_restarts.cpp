@@ -12,7 +12,8 @@ namespace {
 using detail::EventQueue;
 using detail::seconds_text;
 
-constexpr double kSure = 1e-6;  // m, rad, m/s: nothing is surer, or a start would be held for exact
+constexpr double kSure = 1e-6;      // m, rad, m/s: nothing is surer, or a start would be held for exact
+constexpr double kSureBias = 1e-9;  // m/s², rad/s
 
 }  // namespace
 
@@ -33,6 +34,7 @@ void OnlineEstimator::Streams::restart(TrackReset::Kind kind, std::string why, c
   new_keyframe_ = unsolved_ = false;
   if (!window_->has_chain()) return make_window();
   Alignment start{.t = t, .state = window_->chaser(), .spread = newest_spread(doubt).value_or(doubt)};
+  start.spread.bias.reset();  // what is given up may have bent them
   const bool goes_on = chaser == Chaser::goes_on && detail::is_plausible(start.state.pose) &&
                        start.state.velocity.allFinite() && start.state.bias.allFinite();
   std::vector<Stamped<EgoState>> states = window_->states();
@@ -56,6 +58,7 @@ void OnlineEstimator::Streams::begin_anew() {
   jumped_.clear();
   recent_samples_.clear();
   last_imu_ = aligned_ = -HUGE_VAL;
+  note_outputs();
 }
 
 /// Along world axes, of the chaser's newest state, no less than this; empty when the last update had no covariance.
@@ -65,9 +68,11 @@ std::optional<EgoSpread> OnlineEstimator::Streams::newest_spread(const EgoSpread
   const auto sigma = [](const Matrix<3, 3>& S, const Vector<3>& floor) {
     return Vector<3>(S.diagonal().cwiseMax(0).cwiseSqrt().cwiseMax(floor));
   };
-  return EgoSpread{sigma(R * c.chaser.topLeftCorner<3, 3>() * R.transpose(), least.position),
+  EgoSpread spread{sigma(R * c.chaser.topLeftCorner<3, 3>() * R.transpose(), least.position),
                    sigma(R * c.chaser.bottomRightCorner<3, 3>() * R.transpose(), least.rotation),
                    sigma(c.velocity, least.velocity)};
+  if (c.bias.size() > 0) spread.bias = c.bias.diagonal().cwiseMax(kSureBias * kSureBias).cwiseSqrt();
+  return spread;
 } catch (const Error&) {
   return {};
 }
@@ -78,6 +83,27 @@ std::optional<Alignment> OnlineEstimator::Streams::newest_start() const {
   const auto spread = newest_spread({sure, sure, sure});
   if (!spread) return {};
   return Alignment{.t = window_->newest(), .state = window_->chaser(), .spread = *spread};
+}
+
+/// Whatever came last, also where no update follows: what ages is what is given out.
+void OnlineEstimator::Streams::note_outputs() {
+  const std::size_t own = watched_target(0);
+  std::optional<double> target;
+  if (window_->has_target()) target = health_.last_used(own, own + settings_.sensors.size());
+  health_.at(queue_.clock(), chaser_aided(), target);
+}
+
+/// By what keeps its place or velocity from drifting [s]; nothing without a chaser.
+std::optional<double> OnlineEstimator::Streams::chaser_aided() const {
+  if (!window_->started()) return {};
+  if (!ego_) return odometry_.back().t;
+  double t = aligned_;
+  for (std::size_t i = 0; i < ego_->sensors.size(); ++i) {
+    const EgoReading reading = ego_->sensors[i].type->reading;
+    if (reading == EgoReading::body_vector || reading == EgoReading::world_vector)
+      t = std::max(t, health_.last_used(i, i + 1));
+  }
+  return t;
 }
 
 /// Before a step at t: whether the estimate is suspended because nothing has been measured for too long.

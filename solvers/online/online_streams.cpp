@@ -142,6 +142,7 @@ MaybeRefusal OnlineEstimator::Streams::come(double stamp) {
   queue_.advance(stamp);
   process();
   forget_old();
+  note_outputs();
   return std::exchange(refused_, {});
 }
 
@@ -322,6 +323,7 @@ void OnlineEstimator::Streams::update() {
   const Summary summary = window_->update();
   unsolved_ = false;
   health_.updated(window_->newest(), summary.converged());
+  note_outputs();
   const double seconds = std::chrono::duration<double>(Clock::now() - begun).count();
   const bool new_keyframe = std::exchange(new_keyframe_, false);
   if (hooks_.on_update) hooks_.on_update({window_->newest(), window_->newest_type(), new_keyframe, seconds, summary});

@@ -32,7 +32,10 @@ class OnlineEstimator::Streams {
   Summary settle() { return window_->settle(); }
   const detail::OnlineWindow& window() const { return *window_; }
   const TrackHealth& health() const { return health_.health(); }
-  void go_on_from(const TrackHealth& health) { health_.go_on_from(health); }
+  void go_on_from(const TrackHealth& health) {
+    health_.go_on_from(health);
+    note_outputs();
+  }
   std::optional<Alignment> newest_start() const;
 
  private:
@@ -59,6 +62,8 @@ class OnlineEstimator::Streams {
   void restart(TrackReset::Kind kind, std::string why, const EgoSpread& doubt = {}, Chaser chaser = Chaser::goes_on);
   std::optional<EgoSpread> newest_spread(const EgoSpread& least) const;
   bool suspend_before(double t);
+  void note_outputs();
+  std::optional<double> chaser_aided() const;
   void forget_old();
   std::size_t watched_target(std::size_t sensor) const { return (ego_ ? ego_->sensors.size() : 0) + sensor; }
   bool judge(std::size_t watched, const std::string& name, double t, const detail::OnlineWindow::Outcome& outcome);

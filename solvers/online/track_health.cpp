@@ -11,6 +11,22 @@ void check(const ResetOptions& o) {
     throw Error("a new truth is so many rejections of as many or more measurements (ResetOptions)");
   if (!(o.reset_after >= 0) || !(o.max_gap > 0) || !(o.unconverged_after > 0))
     throw Error("the times after which an estimate is given up (ResetOptions) must be above zero");
+  if (!(o.lost_after > 0) || !(o.invalid_after > 0))
+    throw Error("the times after which an output is lost or invalid (ResetOptions) must be above zero");
+}
+
+std::string_view name(OutputState state) {
+  switch (state) {
+    case OutputState::aided:
+      return "aided";
+    case OutputState::lost:
+      return "lost";
+    case OutputState::invalid:
+      return "invalid";
+    case OutputState::none:
+      break;
+  }
+  return "none";
 }
 
 namespace detail {
@@ -86,6 +102,21 @@ void HealthMonitor::updated(double t, bool converged) {
 
 bool HealthMonitor::is_stuck(double t) const {
   return unconverged_ >= kFewUpdates && t - *health_.unconverged_since >= options_.unconverged_after;
+}
+
+void HealthMonitor::at(double t, std::optional<double> chaser_aided, std::optional<double> target_aided) {
+  health_.chaser = output(t, chaser_aided);
+  health_.target = output(t, target_aided);
+}
+
+OutputHealth HealthMonitor::output(double t, std::optional<double> aided) const {
+  if (!aided) return {};
+  const double age = std::max(0.0, t - *aided);
+  const double bad = std::max(age, t - health_.unconverged_since.value_or(t));
+  const OutputState state = bad > options_.invalid_after ? OutputState::invalid
+                            : age > options_.lost_after  ? OutputState::lost
+                                                         : OutputState::aided;
+  return {state, age};
 }
 
 double HealthMonitor::last_used(std::size_t first, std::size_t last) const {

@@ -5,6 +5,7 @@
 #include <deque>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <tandem/lie/error.hpp>
@@ -22,10 +23,18 @@ struct ResetOptions {
   double reset_after = 7.0;
   double max_gap = 60.0;            ///< without a measurement for longer, the estimate is suspended until the next one
   double unconverged_after = 30.0;  ///< updates that end unconverged for so long, ten or more: begins anew
+  // What is told of an output meanwhile (OutputHealth):
+  double lost_after = 20.0;     ///< without a measurement for longer, its aiding is lost
+  double invalid_after = 40.0;  ///< likewise, or with no update that converged, it is invalid
 
-  /// All that is a finite number is used, and the estimate kept.
+  /// All that is a finite number is used, and the estimate kept and called good.
   static ResetOptions never() {
-    return {.gate = HUGE_VAL, .reset_after = HUGE_VAL, .max_gap = HUGE_VAL, .unconverged_after = HUGE_VAL};
+    return {.gate = HUGE_VAL,
+            .reset_after = HUGE_VAL,
+            .max_gap = HUGE_VAL,
+            .unconverged_after = HUGE_VAL,
+            .lost_after = HUGE_VAL,
+            .invalid_after = HUGE_VAL};
   }
 };
 
@@ -41,7 +50,26 @@ struct SensorHealth {
   std::optional<double> sigmas;            ///< innovation of the newest, in standard deviations; none while it has none
 };
 
+/// How far the newest state is to be relied on.
+enum class OutputState {
+  none,     ///< there is none
+  aided,    ///< by measurements that are used
+  lost,     ///< aiding is lost: dead reckoned, predicted
+  invalid,  ///< for too long, or no update converges: not to be used
+};
+
+/// "none", "aided", "lost", "invalid".
+std::string_view name(OutputState state);
+
+struct OutputHealth {
+  OutputState state = OutputState::none;
+  /// s of data since it was aided last: the chaser by odometry, or by a sensor that measures where it is or how fast it moves
+  /// (gps, DVL; not depth or heading alone); the target by any sensor. What was rejected aids nothing.
+  double age = 0;
+};
+
 struct TrackHealth {
+  OutputHealth chaser, target;
   std::vector<SensorHealth> sensors;        ///< the chaser's own, then those of the target
   std::size_t resets = 0;                   ///< to a new truth, or out of a window that did not converge
   std::size_t suspensions = 0;              ///< for want of measurements
@@ -82,6 +110,9 @@ class HealthMonitor {
   /// Whether the window has been unconverged for too long.
   bool is_stuck(double t) const;
 
+  /// It is t; when chaser and target were aided last [s], nothing where there is none.
+  void at(double t, std::optional<double> chaser_aided, std::optional<double> target_aided);
+
   /// When the last measurement of these sensors was used [s]; −∞ before the first.
   double last_used(std::size_t first, std::size_t last) const;
 
@@ -101,6 +132,7 @@ class HealthMonitor {
     bool rejected;
   };
   void judge(std::size_t sensor, double t, bool rejected);
+  OutputHealth output(double t, std::optional<double> aided) const;
 
   ResetOptions options_;
   std::vector<int> subject_;

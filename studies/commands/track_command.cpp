@@ -302,6 +302,10 @@ Command track_command() {
                reset.unconverged_after, parse_positive);
         option("--max-gap", "SECONDS", "Suspend the track when nothing is measured for longer (default 60)",
                reset.max_gap, parse_positive);
+        option("--lost-after", "SECONDS", "Call chaser or target lost when nothing aids it for longer (default 20)",
+               reset.lost_after, parse_positive);
+        option("--invalid-after", "SECONDS", "And invalid then, or when no update converges (default 40)",
+               reset.invalid_after, parse_positive);
         option("--bad-after", "SECONDS", "Exit 2 when it was bad for so long (default 60)", live.bad_after,
                parse_positive);
         option.group("After a kill");

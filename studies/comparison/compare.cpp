@@ -158,6 +158,7 @@ ComparedSolve compare_one(const Scenario& scenario, const ComparedProblem& compa
         },
         solver);
     fill(summary, result);
+    result.solved = result.solved && std::isfinite(result.cost);  // else there are no numbers, but a sentence
     if (!result.solved) return result;
     const ConstraintCheck outside = check(tracking, scenario.data.noise, compared.constraints);
     result.violation = outside.violation;

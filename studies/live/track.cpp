@@ -232,7 +232,7 @@ class Tracker {
 
   RecordHealth health_now() const {
     const TrackHealth& health = estimator_.health();
-    RecordHealth now{health.converged, health.resets, health.suspensions, {}};
+    RecordHealth now{health.converged, health.resets, health.suspensions, {}, health.chaser, health.target};
     for (const SensorHealth& sensor : health.sensors) {
       SensorRecord& record = now.sensors.emplace_back(SensorRecord{sensor.used, sensor.rejected, sensor.sigmas, {}});
       if (sensor.last_used) record.age = estimator_.newest() - *sensor.last_used;

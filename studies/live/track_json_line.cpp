@@ -21,6 +21,7 @@ std::string track_json_line(const TrackRecord& r, const Frame& frame, const std:
                    {"converged", r.health.converged},
                    {"resets", r.health.resets},
                    {"suspensions", r.health.suspensions},
+                   {"outputs", {{"chaser", name(r.health.chaser.state)}, {"target", name(r.health.target.state)}}},
                    {"chaser_m", array(frame.world(r.chaser).translation())}};
   if (r.chaser_sigma) json["chaser_sigma_m"] = *r.chaser_sigma;
   if (r.target) json["relative_m"] = array(frame.body(r.relative()));

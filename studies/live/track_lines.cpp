@@ -9,7 +9,6 @@ namespace tandem {
 namespace {
 
 constexpr int kLinesAHeader = 25;
-constexpr double kLongAgo = 10;  // s
 constexpr int kPrediction = 15;  // columns of one
 constexpr double kStill = 0.01;  // m/s: slower than this, a course means nothing
 
@@ -68,11 +67,19 @@ std::string TrackLines::of_target(const TrackRecord& r) const {
 
 std::string TrackLines::health(const TrackRecord& r) {
   const std::size_t before = std::exchange(rejected_, r.health.rejected());
+  const auto outputs_in = [&](OutputState state) {
+    std::string text;
+    for (const auto& [what, output] : {std::pair{"target", r.health.target}, {"chaser", r.health.chaser}})
+      if (output.state == state)
+        text += fmt::format("{}{} {}, {}", text.empty() ? "" : "; ", what, name(state),
+                            r.health.converged ? fmt::format("no fix for {:.0f} s", output.age) : "unconverged");
+    return text;
+  };
+  if (const std::string invalid = outputs_in(OutputState::invalid); !invalid.empty()) return invalid;
   if (!r.health.converged) return "unconverged";
   if (rejected_ > before) return fmt::format("{} rejected", rejected_ - before);
-  double age = HUGE_VAL;
-  for (const SensorRecord& sensor : r.health.sensors) age = std::min(age, sensor.age.value_or(HUGE_VAL));
-  return age > kLongAgo && std::isfinite(age) ? fmt::format("no fix for {:.0f} s", age) : "ok";
+  const std::string lost = outputs_in(OutputState::lost);
+  return lost.empty() ? "ok" : lost;
 }
 
 std::string TrackLines::of_chaser(const TrackRecord& r) const {

@@ -15,7 +15,7 @@ namespace tandem {
 /// Of the target: range, bearing from the chaser's bow, to starboard positive, elevation; speed and heading, clockwise from
 /// north (the world's y; of NED-FRD x); σ, the root of the summed variances of its position relative to the chaser; range
 /// and σ of each prediction. Of the chaser alone: position in the scenario's frame, heading, speed and σ of the position.
-/// Health: ok; unconverged; so many measurements rejected since the line before; for so long no fix that was used.
+/// Health: ok; unconverged; so many measurements rejected since the line before; what is lost or invalid (OutputState).
 class TrackLines {
  public:
   /// `target`: whether there is one to tell of.

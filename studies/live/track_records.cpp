@@ -104,6 +104,10 @@ void pack(const TrackRecord& r, std::vector<double>& buffer) {
   write(double(r.health.converged));
   write(double(r.health.resets));
   write(double(r.health.suspensions));
+  for (const OutputHealth& output : {r.health.chaser, r.health.target}) {
+    write(double(output.state));
+    write(output.age);
+  }
   for (const SensorRecord& sensor : r.health.sensors) {
     write(double(sensor.used));
     write(double(sensor.rejected));
@@ -186,6 +190,7 @@ void TrackRecords::each(const std::function<void(const TrackRecord&)>& f) const 
     r.health.converged = number() != 0;
     r.health.resets = std::size_t(number());
     r.health.suspensions = std::size_t(number());
+    for (OutputHealth* output : {&r.health.chaser, &r.health.target}) *output = {OutputState(int(number())), number()};
     r.health.sensors.resize(sensors_);
     for (SensorRecord& sensor : r.health.sensors) {
       sensor.used = std::size_t(number());

@@ -25,6 +25,7 @@ struct RecordHealth {
   bool converged = true;
   std::size_t resets = 0, suspensions = 0;
   std::vector<SensorRecord> sensors{};
+  OutputHealth chaser{}, target{};
 
   std::size_t rejected() const {
     std::size_t n = 0;

@@ -58,7 +58,11 @@ CsvTable<TrackRow> track_columns(const std::vector<double>& ahead, const std::ve
       .add("rejected", "measurements by the gate, so far", [](const TrackRow& r) { return r.record.health.rejected(); })
       .add("resets", "times that the track has begun anew", [](const TrackRow& r) { return r.record.health.resets; })
       .add("suspensions", "times that it was suspended for want of measurements",
-           [](const TrackRow& r) { return r.record.health.suspensions; });
+           [](const TrackRow& r) { return r.record.health.suspensions; })
+      .add("chaser_output", "aided; lost, its aiding for --lost-after; invalid, for --invalid-after",
+           [](const TrackRow& r) { return name(r.record.health.chaser.state); })
+      .add("target_output", "likewise, and none while there is no target",
+           [](const TrackRow& r) { return name(r.record.health.target.state); });
   for (std::size_t i = 0; i < sensors.size(); ++i)
     table
         .add(column_name(sensors[i]) + "_sigmas",

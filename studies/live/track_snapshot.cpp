@@ -17,7 +17,7 @@ using Packed = nlohmann::json;
 
 // A file is this line, one with the checksum of what follows, and a CBOR document.
 constexpr std::string_view kKind = "tandem track snapshot ";
-constexpr std::string_view kVersion = "1\n";
+constexpr std::string_view kVersion = "2\n";
 constexpr std::size_t kDigits = 16;  // of the checksum, hexadecimal, and a line end
 
 /// FNV-1a, 64 bits: finds what was cut or turned over, not who means ill.
@@ -174,6 +174,7 @@ void start_fields(F& f, Start& start) {
   f(start.spread.position);
   f(start.spread.rotation);
   f(start.spread.velocity);
+  maybe(f, start.spread.bias, [](auto& g, auto& bias) { g(bias); });
 }
 
 template <class F, class Clock>

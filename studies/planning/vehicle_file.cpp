@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -14,6 +15,7 @@ namespace tandem {
 namespace {
 
 constexpr int kMostActuators = 8;
+constexpr double kMost = 1e15;  // in any unit: more than a ship has, and its powers do not overflow
 
 /// Between the axes of a file and the project's: a vector, a twist or wrench, and what maps one to another.
 struct Axes {
@@ -32,6 +34,15 @@ struct Axes {
   }
   Matrix<6, 6> turned(const Matrix<6, 6>& M) const { return signs().asDiagonal() * M * signs().asDiagonal(); }
 };
+
+/// Refuses numbers that no vehicle has: plans would come out of them with violations that are no numbers.
+void check_sizes(const YamlSection& yaml, const std::vector<std::string>& keys) {
+  for (const std::string& key : keys) {
+    if (!yaml.has(key)) continue;
+    for (const double x : yaml.numbers(key))
+      if (!(std::abs(x) <= kMost)) yaml.fail(key, fmt::format("{}: no vehicle has {:g} of it", key, x));
+  }
+}
 
 Matrix<6, 6> matrix(const YamlSection& yaml, const std::string& key, const Axes& axes) {
   if (!yaml.has(key)) return Matrix<6, 6>::Zero();
@@ -69,6 +80,7 @@ struct Actuator {
 
 Actuator read_actuator(const YamlSection& yaml, const Axes& axes) {
   yaml.allow_only({"thrust", "fin", "position", "direction", "range", "lag"});
+  check_sizes(yaml, {"thrust", "fin", "position", "direction", "range", "lag"});
   Actuator a{};
   if (yaml.has("thrust")) a.thrust = axes.turned6(yaml.numbers("thrust", 6));
   if (yaml.has("fin")) a.fin = axes.turned6(yaml.numbers("fin", 6));
@@ -136,6 +148,8 @@ Vehicle read_vehicle(const std::string& name_or_file) {
   if (word != "FRD" && word != "FLU") yaml.fail("axes", fmt::format("axes are FLU or FRD, not {}", quote(word)));
   const Axes axes{word == "FRD"};
 
+  check_sizes(yaml, {"mass", "inertia", "centre_of_mass", "centre_of_buoyancy", "weight", "buoyancy", "added_mass",
+                     "linear_damping", "quadratic_damping", "lift", "most_twist"});
   VehicleBody body;
   body.centre_of_mass = axes.turned(yaml.numbers("centre_of_mass", 3));
   body.centre_of_buoyancy = axes.turned(yaml.numbers("centre_of_buoyancy", 3));

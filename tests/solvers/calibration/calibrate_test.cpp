@@ -379,5 +379,19 @@ TEST(Calibrate, StopsWithTheBestSoFar) {
   EXPECT_NE(found.noise[0].factor, 1);
 }
 
+TEST(Calibrate, StoppedBeforeItBeganIsAsGiven) {
+  Walk walk(2);
+  walk.build();
+  const std::atomic<bool> stop = true;
+  CalibrationOptions options;
+  options.stop = Stop(&stop);
+  const Calibration found = calibrate(walk.problem, {walk.steps, walk.fixes}, options);
+  EXPECT_EQ(found.status, Status::interrupted);
+  EXPECT_EQ(found.gain, 0);
+  EXPECT_EQ(found.solves, 0);
+  ASSERT_EQ(found.noise.size(), 2u);
+  for (const CalibratedNoise& noise : found.noise) EXPECT_EQ(noise.factor, 1);
+}
+
 }  // namespace
 }  // namespace tandem::testing

@@ -148,6 +148,50 @@ TEST(OnlineGate, CoastingHasAnEnd) {
   EXPECT_EQ(run.estimator().health().suspensions, 1u);
 }
 
+TEST(OnlineGate, OutputsAreLostThenInvalidThenNone) {
+  const auto nothing = [](const Measurement&) { return std::optional<Measurement>(); };
+  GatedRun run;
+  const TrackHealth& health = run.estimator().health();
+  EXPECT_EQ(health.target.state, OutputState::none);
+  run.run(0, 30);
+  run.run(30, 49.25, nothing);
+  EXPECT_EQ(health.target.state, OutputState::aided) << "the last fix was at 29 s";
+  run.run(49.25, 49.75, nothing);
+  EXPECT_EQ(health.target.state, OutputState::lost);
+  EXPECT_NEAR(health.target.age, 20.5, 1e-9);
+  run.run(49.75, 69.75, nothing);
+  EXPECT_EQ(health.target.state, OutputState::invalid);
+  EXPECT_EQ(health.chaser.state, OutputState::aided) << "there is odometry";
+  run.run(69.75, 100, nothing);
+  EXPECT_EQ(health.target.state, OutputState::none) << "it is suspended";
+  run.run(100, 110);
+  EXPECT_EQ(health.target.state, OutputState::aided);
+}
+
+TEST(OnlineGate, WhatIsRejectedAidsNothing) {
+  OnlineOptions options;
+  options.reset.lost_after = 5;
+  GatedRun run(options);
+  run.run(0, 30);
+  run.run(30, 36, displaced);
+  EXPECT_EQ(run.health().heard, 35.0);
+  EXPECT_EQ(run.estimator().health().target.state, OutputState::lost);
+}
+
+TEST(OnlineGate, OdometryThatEndsAgesByWhatElseComes) {
+  GatedRun run;
+  run.run(0, 30);
+  Measurement fix{};
+  fix.position = {10, 0, 0};
+  for (fix.t = 31; fix.t <= 71; ++fix.t) {
+    run.estimator().add_target(0, fix);
+    const OutputState expected = fix.t - 29.75 > 40   ? OutputState::invalid
+                                 : fix.t - 29.75 > 20 ? OutputState::lost
+                                                      : OutputState::aided;
+    ASSERT_EQ(run.estimator().health().chaser.state, expected) << fix.t;
+  }
+}
+
 TEST(OnlineGate, OdometryThatGoesOnFromElsewhereBeginsAnew) {
   GatedRun run;
   run.run(0, 30);

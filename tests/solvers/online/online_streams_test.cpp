@@ -56,6 +56,54 @@ TEST(OnlineEgo, RefusesWhatIsTooLateOrRunsBackwards) {
   EXPECT_THAT(text_of(estimator.add_odometry({21, SE3()})), HasSubstr("moves by its own sensors here"));
 }
 
+TEST(OnlineEgo, DepthAndHeadingAloneDoNotAidAChaser) {
+  const LevelTurn turn;
+  NavigationData data = turn.data();
+  for (EgoSensor& sensor : data.sensors)
+    if (sensor.type == EgoSensorType::dvl || sensor.type == EgoSensorType::gps)
+      std::erase_if(sensor.measurements, [](const EgoMeasurement& m) { return m.t > 10; });
+  OnlineOptions options = exactly(turn);
+  options.reset.lost_after = 5;
+  OnlineEstimator estimator(TrackingData(), data, options);
+  replay(data, 14, estimator);
+  EXPECT_EQ(estimator.health().chaser.state, OutputState::aided);
+  OnlineEstimator longer(TrackingData(), data, options);
+  replay(data, HUGE_VAL, longer);
+  EXPECT_EQ(longer.health().chaser.state, OutputState::lost);
+  EXPECT_NEAR(longer.health().chaser.age, 10, 0.5);
+  EXPECT_EQ(longer.health().target.state, OutputState::none);
+}
+
+/// One that goes on where another was knows the biases as that one did.
+TEST(OnlineEgo, AStartHasTheBiasesAndHowSureTheyAre) {
+  LevelTurn turn;
+  turn.duration = 40;
+  turn.bias << 0.05, -0.03, 0.02, 0.004, -0.003, 0.002;
+  const NavigationData data = turn.data();
+  OnlineEstimator first(TrackingData(), data, exactly(turn, 10));
+  replay(data, 30, first);
+  OnlineOptions options = exactly(10);
+  options.start = first.newest_start();
+  ASSERT_TRUE(options.start && options.start->spread.bias);
+  const Matrix<6, 6> known = first.covariance().bias;
+  EXPECT_TRUE(options.start->spread.bias->isApprox(Vector<6>(known.diagonal().cwiseSqrt()), 1e-9));
+
+  NavigationData rest = data;
+  const double t = options.start->t;
+  std::erase_if(rest.imu->samples, [&](const ImuSample& s) { return s.t < t - 0.05; });
+  for (EgoSensor& sensor : rest.sensors)
+    std::erase_if(sensor.measurements, [&](const EgoMeasurement& m) { return m.t <= t; });
+  const auto bias_error = [&](const OnlineOptions& from) {
+    OnlineEstimator estimator(TrackingData(), rest, from);
+    replay(rest, t + 1.2, estimator);
+    EXPECT_GE(estimator.newest(), t + 1);
+    return (estimator.chaser().bias - turn.bias).norm();
+  };
+  const double carried = bias_error(options);
+  options.start->spread.bias.reset();
+  EXPECT_LT(5 * carried, bias_error(options)) << "by what the IMU is said to have";
+}
+
 /// A measurement late by less than the window says the same as in time.
 TEST(OnlineEgo, ALateOneCounts) {
   const LevelTurn turn;

@@ -79,12 +79,43 @@ TEST(TrackHealth, AWindowThatStaysUnconvergedIsStuck) {
   EXPECT_FALSE(m.is_stuck(31));
 }
 
+TEST(TrackHealth, OutputsAreAidedLostAndInvalidByTheirAge) {
+  HealthMonitor m({{"usbl", 1}}, {.lost_after = 5, .invalid_after = 10});
+  m.at(3, {}, {});
+  EXPECT_EQ(m.health().target.state, OutputState::none);
+  m.at(8, 8, 3);
+  EXPECT_EQ(m.health().chaser.state, OutputState::aided);
+  EXPECT_EQ(m.health().target.state, OutputState::aided) << "for five seconds";
+  m.at(8.1, 8, 3);
+  EXPECT_EQ(m.health().target.state, OutputState::lost);
+  EXPECT_NEAR(m.health().target.age, 5.1, 1e-12);
+  m.at(13.1, 13, 3);
+  EXPECT_EQ(m.health().target.state, OutputState::invalid);
+  EXPECT_EQ(m.health().chaser.state, OutputState::aided);
+  m.at(14, 14, 13.5);
+  EXPECT_EQ(m.health().target.state, OutputState::aided) << "a measurement that is used brings it back";
+}
+
+TEST(TrackHealth, WhatDoesNotConvergeForLongIsInvalidHoweverFresh) {
+  HealthMonitor m({{"usbl", 1}}, {.lost_after = 5, .invalid_after = 10});
+  for (int t = 0; t <= 11; ++t) {
+    m.updated(t, false);
+    m.at(t, t, t);
+    EXPECT_EQ(m.health().target.state, t > 10 ? OutputState::invalid : OutputState::aided) << t;
+  }
+  m.updated(12, true);
+  m.at(12, 12, 12);
+  EXPECT_EQ(m.health().chaser.state, OutputState::aided);
+}
+
 TEST(TrackHealth, OptionsThatCannotWork) {
   EXPECT_NO_THROW(check({}));
   EXPECT_NO_THROW(check(ResetOptions::never()));
   EXPECT_THROW(check({.gate = 0}), Error);
   EXPECT_THROW(check({.rejected_of = 2, .rejections = 3}), Error);
   EXPECT_THROW(check({.max_gap = 0}), Error);
+  EXPECT_THROW(check({.lost_after = 0}), Error);
+  EXPECT_THROW(check({.invalid_after = std::nan("")}), Error);
 }
 
 }  // namespace

@@ -104,6 +104,19 @@ TEST(CompareCommand, AnInterruptKeepsWhatIsThere) {
   EXPECT_GT(solves[1]["iterations"], 0) << "its best point is kept";
 }
 
+TEST(CompareCommand, AProblemThatIsNotFiniteHasASentenceAndNoNumbers) {
+  const ScratchFolder scratch;
+  write_small_scenario(scratch);
+  scratch.write("usbl.csv", "t,x,y,z\n1,1e-12,1e308,4\n4.5,5,0,0\n");
+  const std::string out = (scratch.path() / "out").string();
+  const Outcome run = run_tandem({"compare", scratch.path().string(), "--solvers", "gauss-newton,augmented-lagrangian",
+                                  "--constraints", "none", "--plots", "off", "--out", out});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  EXPECT_THAT(run.output, ContainsRegex("gauss-newton +failed +not finite at the start"));
+  EXPECT_THAT(run.output + read_file(out + "/compare.csv") + read_file(out + "/compare_progress.csv"),
+              testing::Not(HasSubstr("nan")));
+}
+
 TEST(CompareCommand, RefusesWhatMakesNoSense) {
   EXPECT_THAT(refusal_as_given({"compare", "docking_a", "--solvers", "gauss-newtn"}),
               HasSubstr("did you mean gauss-newton?"));

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <csignal>
+#include <map>
 #include <sstream>
 #include <thread>
 
@@ -232,6 +233,47 @@ TEST(TrackCommand, EachUpdateAsALineOfJson) {
   EXPECT_GT(n, 30);
 }
 
+/// docking_a until 100 s, whose fixes end at 40 s.
+std::string lines_without_fixes_after_40_s() {
+  std::istringstream lines(docking_lines(100));
+  std::string kept;
+  for (std::string line; std::getline(lines, line);)
+    if (line.starts_with("odometry,") || std::stod(line.substr(line.find(',') + 1)) <= 40) kept += line + "\n";
+  return kept;
+}
+
+TEST(TrackCommand, TellsWhatIsLostAndInvalid) {
+  const std::string feed = lines_without_fixes_after_40_s();
+  const Outcome run = track_lines(feed, {"--json-lines", "--lost-after", "12", "--invalid-after", "25"});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  std::istringstream lines(run.output);
+  std::map<std::string, int> seen;
+  for (std::string line; std::getline(lines, line);) {
+    const Json update = Json::parse(line);
+    if (update["t"] < 45) continue;
+    const double age = update["sensors"]["usbl"]["age_s"], optical = update["sensors"]["optical"].value("age_s", 1e9);
+    const std::string target = update["outputs"]["target"];
+    // The clock of all lines goes up to a second before the newest keyframe.
+    if (const double of_target = std::min(age, optical); of_target < 11)
+      EXPECT_EQ(target, "aided") << line;
+    else if (of_target > 12 && of_target < 24)
+      EXPECT_EQ(target, "lost") << line;
+    else if (of_target > 25)
+      EXPECT_EQ(target, "invalid") << line;
+    EXPECT_EQ(update["outputs"]["chaser"], "aided") << line;
+    ++seen[target];
+  }
+  EXPECT_GT(seen["lost"], 5);
+  EXPECT_GT(seen["invalid"], 5);
+  const ScratchFolder scratch;
+  const Outcome table = track_lines(feed, {"--out", scratch.path() / "out", "--plots", "off"});
+  ASSERT_EQ(table.status, 0) << table.errors;
+  EXPECT_THAT(table.output, ContainsRegex("  target lost, no fix for 2[0-9] s\n"));
+  EXPECT_THAT(table.output, ContainsRegex("  target invalid, no fix for 4[0-9] s\n"));
+  const std::string rows = read_file(scratch.path() / "out" / "track.csv");
+  for (const char* state : {",aided,aided,", ",aided,lost,", ",aided,invalid,"}) EXPECT_THAT(rows, HasSubstr(state));
+}
+
 TEST(TrackCommand, GarbageIsToldOfNowAndThen) {
   std::string garbage;
   for (int i = 0; i < 20'000; ++i) garbage += "sonar,1,2,3\n";
@@ -269,6 +311,8 @@ TEST(TrackCommand, WhatIsWrongIsOneSentence) {
   EXPECT_THAT(refusal({"docking_a", "--predict", "5,x"}), HasSubstr("--predict"));
   EXPECT_THAT(refusal({"docking_a", "--gate", "-1"}), HasSubstr("--gate takes a finite number"));
   EXPECT_THAT(refusal({"docking_a", "--gate-reset", "5/4"}), HasSubstr("--gate-reset is M/N"));
+  EXPECT_THAT(refusal({"docking_a", "--lost-after", "0"}), HasSubstr("--lost-after is above zero, not '0'"));
+  EXPECT_THAT(refusal({"docking_a", "--invalid-after", "x"}), HasSubstr("--invalid-after"));
   EXPECT_THAT(refusal({"docking_a", "--stamps", "h"}), HasSubstr("--stamps is auto, s, ms, us or ns"));
   EXPECT_THAT(refusal({"docking_a", "--json", "--json-lines"}), HasSubstr("give one of them"));
   EXPECT_THAT(refusal({"docking_a", "--alignment", "5"}), HasSubstr("it moves by odometry"));

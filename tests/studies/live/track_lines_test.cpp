@@ -98,11 +98,20 @@ TEST(TrackLines, TellOfTheirHealth) {
   r.t = 2;
   EXPECT_THAT(lines(r), testing::EndsWith("  ok\n"));
   r.t = 3;
-  r.health.sensors[0].age = 12;
-  EXPECT_THAT(lines(r), testing::EndsWith("  no fix for 12 s\n"));
+  r.health.chaser = {OutputState::aided, 0};
+  r.health.target = {OutputState::lost, 22.4};
+  EXPECT_THAT(lines(r), testing::EndsWith("  target lost, no fix for 22 s\n"));
   r.t = 4;
   r.health.converged = false;
   EXPECT_THAT(lines(r), testing::EndsWith("  unconverged\n"));
+  r.t = 5;
+  r.health.target = {OutputState::invalid, 3};
+  EXPECT_THAT(lines(r), testing::EndsWith("  target invalid, unconverged\n"));
+  r.t = 6;
+  r.health.converged = true;
+  r.health.target.age = r.health.chaser.age = 45;
+  r.health.chaser.state = OutputState::invalid;
+  EXPECT_THAT(lines(r), testing::EndsWith("  target invalid, no fix for 45 s; chaser invalid, no fix for 45 s\n"));
   EXPECT_THAT(lines(record(1)), HasSubstr("      1.00 ")) << "time has begun anew";
 }
 

@@ -17,7 +17,7 @@ TrackRecord full_record() {
   r.measured = Vector<3>(7, 8, 9);
   r.measured_rotation = SO3::Exp({0.3, 0, 0});
   r.ahead = {RelativeTarget{{10, 11, 12}, *r.covariance}, RelativeTarget{{1, 2, 3}}, std::nullopt};
-  r.health = {false, 2, 1, {{7, 3, 4.5, 0.25}, {0, 0, {}, {}}}};
+  r.health = {false, 2, 1, {{7, 3, 4.5, 0.25}, {0, 0, {}, {}}}, {OutputState::aided, 0.5}, {OutputState::invalid, 41}};
   return r;
 }
 
@@ -53,6 +53,10 @@ void expect_same(const TrackRecord& a, const TrackRecord& b) {
   EXPECT_EQ(a.health.converged, b.health.converged);
   EXPECT_EQ(a.health.resets, b.health.resets);
   EXPECT_EQ(a.health.suspensions, b.health.suspensions);
+  EXPECT_EQ(a.health.chaser.state, b.health.chaser.state);
+  EXPECT_EQ(a.health.chaser.age, b.health.chaser.age);
+  EXPECT_EQ(a.health.target.state, b.health.target.state);
+  EXPECT_EQ(a.health.target.age, b.health.target.age);
   ASSERT_EQ(a.health.sensors.size(), b.health.sensors.size());
   for (std::size_t i = 0; i < a.health.sensors.size(); ++i) {
     EXPECT_EQ(a.health.sensors[i].used, b.health.sensors[i].used);

@@ -21,7 +21,7 @@ TrackSnapshot full_snapshot() {
   s.chaser = SE3(turned(1), {1, 2, 3});
   s.start = Alignment{.t = 3.25};
   s.start->state = {SE3(turned(2), {4, 5, 6}), {0.1, 0.2, 0.3}, (Vector<6>() << 1, 2, 3, 4, 5, 6).finished()};
-  s.start->spread = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}};
+  s.start->spread = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, (Vector<6>() << 6, 5, 4, 3, 2, 1).finished()};
   s.lines = {{1.5, 0, true, Stamped<SE3>{1.5, SE3(turned(0.5), {0.1, 1e300, -1e-300})}},
              {2.5, 1, false, ImuSample{2.5, {1, 2, 9.81}, {0.1, 0.2, 0.3}}},
              {3.5, 2, false, EgoMeasurement{3.5, {3, 2, 1}, turned(0.25)}},
@@ -54,6 +54,7 @@ TEST(TrackSnapshot, ComesBackAsItWent) {
   ASSERT_TRUE(back.start);
   EXPECT_EQ(back.chaser.translation(), s.chaser.translation());
   EXPECT_EQ(back.start->state.bias, s.start->state.bias);
+  EXPECT_EQ(back.start->spread.bias, s.start->spread.bias);
   ASSERT_EQ(back.lines.size(), s.lines.size());
   for (std::size_t i = 0; i < s.lines.size(); ++i) {
     EXPECT_EQ(back.lines[i].t, s.lines[i].t);

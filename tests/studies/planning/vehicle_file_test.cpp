@@ -100,6 +100,8 @@ TEST(ReadVehicle, WhatIsWrongIsOneSentenceWithFileAndLine) {
   EXPECT_THAT(refused(with("buoyancy: 99", "boyancy: 99")), HasSubstr("vehicle.yaml:9: unknown key 'boyancy'"));
   EXPECT_THAT(refused(with("range: [-5, 10]", "range: [5, -10]")), HasSubstr("the first below"));
   EXPECT_THAT(refused(with("lag: 0.3", "lag: -1")), HasSubstr("lag must not be negative"));
+  EXPECT_THAT(refused(with("lag: 0.3", "lag: 1e308")), HasSubstr("lag: no vehicle has 1e+308 of it"));
+  EXPECT_THAT(refused(with("buoyancy: 99", "buoyancy: -1e200")), HasSubstr("vehicle.yaml:9: buoyancy: no vehicle has"));
   EXPECT_THAT(refused(with("lag: 0.3", "lagg: 1")), HasSubstr("unknown key 'lagg' in actuators push"));
   EXPECT_THAT(refused(with("direction: [1, 0, 0]", "direction: [0, 0, 0]")), HasSubstr("an actuator pushes by"));
   EXPECT_THROW(read_vehicle("remus_10"), Error);
