@@ -98,14 +98,19 @@ void Program::compile_hessian() {
   h.column_start.reserve(std::size_t(h.first.back()) + 1);
   h.column_start.push_back(0);
   int* out = h.row.data();
-  for (std::size_t k = 0; k < n; ++k)
-    for (int column = h.first[k]; column < h.first[k + 1]; ++column) {
-      for (int b = h.block_start[k]; b < h.block_start[k + 1]; ++b) {
-        const std::size_t r = std::size_t(h.block_row[std::size_t(b)]);
-        for (int row = h.first[r]; row < h.first[r + 1]; ++row) *out++ = row;
-      }
+  for (std::size_t k = 0; k < n; ++k) {
+    const int* column = out;  // the first of the block; its others have the same rows
+    for (int b = h.block_start[k]; b < h.block_start[k + 1]; ++b) {
+      const std::size_t r = std::size_t(h.block_row[std::size_t(b)]);
+      for (int row = h.first[r]; row < h.first[r + 1]; ++row) *out++ = row;
+    }
+    const std::ptrdiff_t height = out - column;
+    h.column_start.push_back(static_cast<int>(out - h.row.data()));
+    for (int c = h.first[k] + 1; c < h.first[k + 1]; ++c) {
+      out = std::copy_n(column, height, out);
       h.column_start.push_back(static_cast<int>(out - h.row.data()));
     }
+  }
 
   for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
     const auto& pool = problem_.pools_[p].base();

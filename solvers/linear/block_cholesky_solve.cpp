@@ -18,6 +18,15 @@ void subtract_columns(int m, int n_, const double* __restrict A, int stride, con
   }
 }
 
+/// y −= Aᵀ x, A and n as above: a sum of its own for each column, so that none waits for another.
+template <int N>
+void subtract_dot_products(int m, int n_, const double* __restrict A, int stride, const double* __restrict x,
+                           double* __restrict y) {
+  const int n = N > 0 ? N : n_;
+  for (int i = 0; i < m; ++i)
+    for (int c = 0; c < n; ++c) y[c] -= A[i + std::ptrdiff_t(c) * stride] * x[i];
+}
+
 }  // namespace
 
 /// Both in the pattern's order of unknowns, in place: each block's are consecutive there too.
@@ -50,16 +59,21 @@ void BlockCholesky::backward(Eigen::VectorXd& y, int to) const {
     const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
     const double* P = values_.data() + panel_[std::size_t(k)];
     double* x = y.data() + first_unknown_[std::size_t(k)];
+    for (int b = below_start_[std::size_t(k)]; b < below_start_[std::size_t(k) + 1]; ++b) {
+      const Below& below = below_[std::size_t(b)];
+      const double* source = y.data() + below.unknown;
+      if (n == 6) {
+        subtract_dot_products<6>(below.rows, n, P + below.row, m, source, x);
+      } else if (n == 3) {
+        subtract_dot_products<3>(below.rows, n, P + below.row, m, source, x);
+      } else {
+        subtract_dot_products<0>(below.rows, n, P + below.row, m, source, x);
+      }
+    }
     for (int c = n - 1; c >= 0; --c) {
       const double* column = P + std::ptrdiff_t(c) * m;
-      double sum = x[c];
-      for (int i = c + 1; i < n; ++i) sum -= column[i] * x[i];
-      for (int b = below_start_[std::size_t(k)]; b < below_start_[std::size_t(k) + 1]; ++b) {
-        const Below& below = below_[std::size_t(b)];
-        const double* source = y.data() + below.unknown;
-        for (int i = 0; i < below.rows; ++i) sum -= column[below.row + i] * source[i];
-      }
-      x[c] = sum / column[c];
+      for (int i = c + 1; i < n; ++i) x[c] -= column[i] * x[i];
+      x[c] /= column[c];
     }
   }
 }

@@ -148,8 +148,8 @@ void WarmSolve::accept(double cost) {
 double WarmSolve::left_to_gain() {
   const Session::Timer timer(session_.summary.linear_solver_seconds);
   next_ = trial_gradient_;
-  cholesky_.solve(next_);
-  return 0.5 * next_.dot(trial_gradient_);
+  cholesky_.solve_lower(next_);  // gᵀ (L Lᵀ)⁻¹ g = ‖L⁻¹ g‖²
+  return 0.5 * next_.squaredNorm();
 }
 
 }  // namespace tandem::detail
