@@ -2,7 +2,7 @@
 
 #include <tandem/problem/planning/expected_fixes.hpp>
 #include <tandem/problem/tracking/tracking_problem.hpp>
-#include <tandem/studies/simulation/normal_noise.hpp>
+#include <tandem/studies/simulation/pose_sigmas.hpp>
 #include <tandem/studies/support/units.hpp>
 
 namespace tandem {
@@ -18,8 +18,8 @@ inline constexpr double kView = 45.0 / kDegrees;  // half angle of the camera [r
 /// Sensors and noise, as the chaser knows them: USBL first, then the camera.
 inline TrackingData sensors_of_chaser() {
   TrackingData data;
-  data.noise.prior = six(1e-3, 1e-3);
-  data.noise.odometry = six(0.01, 6e-4);
+  data.noise.prior = pose_sigmas(1e-3, 1e-3);
+  data.noise.odometry = pose_sigmas(0.01, 6e-4);
   data.noise.constant_twist = (Vector<6>() << 0.03, 0.01, 0.01, 4e-3, 4e-3, 0.015).finished();
   data.noise.constant_velocity = Vector<3>(0.05, 0.05, 0.02);
   TargetSensor usbl, optical;
@@ -27,7 +27,7 @@ inline TrackingData sensors_of_chaser() {
   usbl.sigma = Vector<3>::Constant(0.5);
   optical.name = "optical";
   optical.type = SensorType::pose;
-  optical.sigma = six(0.05, 0.03);
+  optical.sigma = pose_sigmas(0.05, 0.03);
   data.sensors = {usbl, optical};
   return data;
 }

@@ -15,6 +15,7 @@
 #include <tandem/studies/planning/rendezvous.hpp>
 #include <tandem/studies/planning/swinging_target.hpp>
 #include <tandem/studies/simulation/normal_noise.hpp>
+#include <tandem/studies/simulation/pose_sigmas.hpp>
 #include <tandem/studies/support/resources.hpp>
 #include <tandem/studies/support/units.hpp>
 
@@ -195,7 +196,7 @@ class Simulation {
     const auto at = std::find_if(odometry_log_.begin(), odometry_log_.end(),
                                  [&](const Stamped<SE3>& o) { return o.t >= since - 0.5 * kTick; });
     s.pose = estimator_->chaser().pose * at->value.inverse() * odometry_;
-    s.twist = truth_.twist + twist_noise_.vector<6>(six(kSpeedSigma, kRateSigma));
+    s.twist = truth_.twist + twist_noise_.vector<6>(pose_sigmas(kSpeedSigma, kRateSigma));
     s.actuators = actuators_;
     return s;
   }

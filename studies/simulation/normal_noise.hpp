@@ -9,11 +9,6 @@
 
 namespace tandem {
 
-/// A standard deviation of each linear component of a pose, and one of each angular one.
-inline Vector<6> six(double linear, double angular) {
-  return (Vector<6>() << Vector<3>::Constant(linear), Vector<3>::Constant(angular)).finished();
-}
-
 /// Normally distributed numbers that are the same for one seed wherever they are drawn, which std::normal_distribution
 /// does not promise. Streams of one seed are independent: a sensor more leaves the others as they were.
 class NormalNoise {

@@ -9,6 +9,7 @@
 #include <tandem/problem/tracking/planar.hpp>
 #include <tandem/studies/simulation/docking_parameters.hpp>
 #include <tandem/studies/simulation/normal_noise.hpp>
+#include <tandem/studies/simulation/pose_sigmas.hpp>
 #include <tandem/studies/simulation/simulate_docking.hpp>
 
 namespace tandem {
@@ -194,8 +195,8 @@ std::vector<std::pair<double, double>> gaps_of(const DockingOptions& options) {
 void add_noise(const DockingOptions& options, TrackingNoise& noise) {
   const bool planar = options.planar;
   noise = TrackingNoise(planar);
-  noise.prior = of_group(six(1e-3, 1e-3), planar);
-  noise.odometry = of_group(six(options.odometry_sigma, options.odometry_angle_sigma), planar);
+  noise.prior = of_group(pose_sigmas(1e-3, 1e-3), planar);
+  noise.odometry = of_group(pose_sigmas(options.odometry_sigma, options.odometry_angle_sigma), planar);
   noise.constant_twist = of_group((Vector<6>() << 0.15, 0.05, 0.05, 0.02, 0.02, 0.06).finished(), planar);
   noise.constant_velocity = Vector<3>(0.15, 0.15, 0.05).head(planar ? 2 : 3);
 }
@@ -216,7 +217,7 @@ TargetSensor optical_sensor(const DockingOptions& options) {
   TargetSensor optical;
   optical.name = "optical";
   optical.type = SensorType::pose;
-  optical.sigma = of_group(six(options.optical_sigma, options.optical_angle_sigma), options.planar);
+  optical.sigma = of_group(pose_sigmas(options.optical_sigma, options.optical_angle_sigma), options.planar);
   return optical;
 }
 
@@ -247,8 +248,8 @@ SimulatedDocking simulate_docking(const DockingOptions& options) {
   const int usbl_every = Sight::whole_steps(options.usbl_period);
   const int optical_every = Sight::whole_steps(options.optical_period);
   const double least_cosine = std::cos(options.optical_view / 2 * std::numbers::pi / 180);
-  const Vector<6> sigma = std::sqrt(kStep) * six(options.odometry_sigma, options.odometry_angle_sigma);
-  const Vector<6> optical_sigma = six(options.optical_sigma, options.optical_angle_sigma);
+  const Vector<6> sigma = std::sqrt(kStep) * pose_sigmas(options.odometry_sigma, options.odometry_angle_sigma);
+  const Vector<6> optical_sigma = pose_sigmas(options.optical_sigma, options.optical_angle_sigma);
   auto gap = docking.gaps.begin();
   SE3 reckoned;
   for (int k = 0; k <= steps; ++k) {
