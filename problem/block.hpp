@@ -63,8 +63,10 @@ void add_gradient(const BlockShape& shape, double w, const double* const* J, con
     double* at = gradient + shape.offset[s];
     with_size(shape.dofs[s], [&](auto dof) {
       transpose<dim>(dof, w, J[s], T);
-      for (int k = 0; k < dim; ++k)
-        for (int j = 0; j < dof; ++j) at[j] += T[k * dof + j] * r[k];
+      if constexpr (std::is_same_v<decltype(dof), int>)
+        add_multiplied(dof, dim, T, r, at);
+      else
+        add_multiplied<dof()>(std::integral_constant<int, dim>(), T, r, at);
     });
   }
 }
@@ -74,24 +76,25 @@ template <int dim>
 void add_products(const BlockShape& shape, const HessianPlace* place, const double* T, const double* const* J,
                   double* H) {
   const int* offset = shape.offset;
-  for (int A = 0; A < shape.arity; T += dim * shape.dofs[A], ++A) {
+  for (int A = 0; A < shape.arity; T += dim * shape.dofs[A], place += A + 1, ++A) {
+    if (offset[A] < 0) continue;
     const int a = shape.dofs[A];
-    for (int B = 0; B <= A; ++B, ++place) {
-      if (offset[A] < 0 || offset[B] < 0) continue;
-      const int b = shape.dofs[B];
-      double* to = H + place->position;
+    for (int B = 0; B <= A; ++B) {
+      if (offset[B] < 0) continue;
+      const int b = shape.dofs[B], stride = place[B].stride;
+      double* to = H + place[B].position;
       if (offset[A] >= offset[B]) {
-        with_size(b, [&](auto columns) {
-          if (a == 6)
-            add_product<6, dim>(columns, T, J[B], to, place->stride);
-          else if (a == 3)
-            add_product<3, dim>(columns, T, J[B], to, place->stride);
-          else
-            add_product<dim>(a, columns, T, J[B], to, place->stride);
-        });
+        if (a == 6 && b == 6)  // of two poses, in space: most of what there is
+          add_product<6, dim>(std::integral_constant<int, 6>(), T, J[B], to, stride);
+        else if (a == 6)
+          add_product<6, dim>(b, T, J[B], to, stride);
+        else if (a == 3)
+          add_product<3, dim>(b, T, J[B], to, stride);
+        else
+          add_product<dim>(a, b, T, J[B], to, stride);
       }
       if (A != B && offset[A] <= offset[B])  // both when a block reads one variable twice
-        add_product_transposed<dim>(a, b, T, J[B], to, place->stride);
+        add_product_transposed<dim>(a, b, T, J[B], to, stride);
     }
   }
 }

@@ -29,6 +29,12 @@ inline void add_multiplied(N columns, const double* A, const double* x, double* 
   for (int i = 0; i < rows; ++i) y[i] = sum[i];
 }
 
+/// The same of any number of rows.
+inline void add_multiplied(int rows, int columns, const double* A, const double* x, double* y) {
+  for (int k = 0; k < columns; ++k)
+    for (int i = 0; i < rows; ++i) y[i] += A[k * rows + i] * x[k];
+}
+
 /// y = Aᵀ x
 template <int rows, class N>
 inline void multiply_transposed(N columns, const double* A, const double* x, double* y) {
@@ -83,8 +89,8 @@ inline void add_product(N columns, const double* A, const double* B, double* H, 
     add_multiplied<rows>(std::integral_constant<int, inner>(), A, B + j * inner, H + j * stride);
 }
 /// The same of any number of rows.
-template <int inner, class N>
-inline void add_product(int rows, N columns, const double* A, const double* B, double* H, int stride) {
+template <int inner>
+inline void add_product(int rows, int columns, const double* A, const double* B, double* H, int stride) {
   for (int j = 0; j < columns; ++j)
     for (int i = 0; i < rows; ++i) {
       double sum = 0;
