@@ -62,15 +62,18 @@ TEST(Miscalibrated, moves_a_pose_along_the_line_of_sight_alone) {
 TEST(Miscalibrated, has_the_right_jacobians) {
   const Vector<3> z(1.0, 2.3, 3.0);
   expect_right_jacobians_at_random(Miscalibrated<UsblPosition<>>{{z, mounted, beacon}, mounted, beacon, -1.2}, 3);
-  expect_right_jacobians_at_random(Miscalibrated<UsblPosition<SE3, R3>>{{z, mounted}, mounted, {}, 0.8}, 4);
+  expect_right_jacobians_at_random(Miscalibrated<UsblPosition<SE3, R3>>{{z, mounted}, mounted, Vector<3>::Zero(), 0.8},
+                                   4);
   expect_right_jacobians_at_random(
-      Miscalibrated<RelativePose<>>{{SE3::Exp(0.3 * Vector<6>::Ones()), mounted}, mounted, {}, -0.5}, 5);
+      Miscalibrated<RelativePose<>>{{SE3::Exp(0.3 * Vector<6>::Ones()), mounted}, mounted, Vector<3>::Zero(), -0.5}, 5);
 }
 
 TEST(Miscalibrated, has_the_right_jacobians_in_the_plane) {
   const SE2 mount(SO2(0.4), {0.3, 0.1});
-  expect_right_jacobians_at_random(Miscalibrated<RangeBearing<SE2>>{{5.0, Direction<2>(0.1), mount}, mount, {}, -1}, 6);
-  expect_right_jacobians_at_random(Miscalibrated<Bearing<SE2, R2>>{{Direction<2>(0.1), mount}, mount, {}, -1}, 7);
+  expect_right_jacobians_at_random(
+      Miscalibrated<RangeBearing<SE2>>{{5.0, Direction<2>(0.1), mount}, mount, Vector<2>::Zero(), -1}, 6);
+  expect_right_jacobians_at_random(
+      Miscalibrated<Bearing<SE2, R2>>{{Direction<2>(0.1), mount}, mount, Vector<2>::Zero(), -1}, 7);
 }
 
 /// Errors as they are: of per cents, degrees and tenths of a second, residuals near nothing and near half a turn.
@@ -80,8 +83,8 @@ TEST(Miscalibrated, has_the_right_jacobians_at_plausible_errors) {
   for (const double size : {0.0, 1e-9, 1e-3, 0.1})
     for (const Vector<6>& e : residual_sizes<SE3>()) {
       const RelativePose<> pose{(c * mounted).inverse() * t * SE3::Exp(-e), mounted};
-      expect_right_jacobians(Miscalibrated<RelativePose<>>{pose, mounted, {}, -1.0}, c, c_before, t, t_before,
-                             Rn<6>(Vector<6>(size * Vector<6>::Ones())), Rn<1>(Vector<1>(size)),
+      expect_right_jacobians(Miscalibrated<RelativePose<>>{pose, mounted, Vector<3>::Zero(), -1.0}, c, c_before, t,
+                             t_before, Rn<6>(Vector<6>(size * Vector<6>::Ones())), Rn<1>(Vector<1>(size)),
                              SO3::Exp({size, -size, size}), Rn<1>(Vector<1>(2 * size)));
     }
 }
