@@ -1,5 +1,6 @@
 #pragma once
 
+#include <tandem/lie/exp_curvature.hpp>
 #include <tandem/lie/rn.hpp>
 #include <tandem/lie/sek3.hpp>
 #include <tandem/residuals/sensor_frame_curvature.hpp>
@@ -27,7 +28,8 @@ requires(Chaser::point_dim == Target::point_dim) struct UsblPosition {
   }
 
   void curvature(const Chaser& c, const Target& t, const Vector<dim>& w,
-                 Matrix<Chaser::dof + Target::dof, Chaser::dof + Target::dof>& H) const requires(dim == 3) {
+                 Matrix<Chaser::dof + Target::dof, Chaser::dof + Target::dof>& H) const
+      requires(dim == 3 && HasExpCurvature<Chaser> && HasExpCurvature<Target>) {
     detail::curvature_in_sensor_frame(c, t, B, beacon, w, H);
   }
 };

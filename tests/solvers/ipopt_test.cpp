@@ -82,7 +82,7 @@ TEST_F(IpoptTest, TwoLinearSolversAreOneTooMany) {
 /// Chains whose curvatures span many decades, of which the last steps tell little.
 TEST_F(IpoptTest, LimitedMemoryConvergesOnTrackingProblems) {
   Simulation simulation;
-  simulation.duration = 60.0;
+  simulation.duration = 300.0;
   simulation.noise = 1.0;
   std::map<Hessian, Summary> summaries;
   for (const auto hessian : {Hessian::gauss_newton, Hessian::limited_memory}) {
