@@ -297,6 +297,7 @@ void PlanProblem<N>::set_multipliers(const std::vector<Eigen::VectorXd>& multipl
       problem_.set_multipliers(block, share() * multipliers[k].segment(row, rows));
       row += rows;
     }
+    if (row != multipliers[k].size()) throw Error("the multipliers of a plan are more than its constraints");
   }
 }
 

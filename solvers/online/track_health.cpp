@@ -13,6 +13,9 @@ void check(const ResetOptions& o) {
     throw Error("the times after which an estimate is given up (ResetOptions) must be above zero");
   if (!(o.lost_after > 0) || !(o.invalid_after > 0))
     throw Error("the times after which an output is lost or invalid (ResetOptions) must be above zero");
+  if (o.invalid_after < o.lost_after)
+    throw Error(
+        "--invalid-after (ResetOptions::invalid_after) must not be below --lost-after: outputs are lost before");
 }
 
 std::string_view name(OutputState state) {

@@ -84,12 +84,13 @@ class DampedSqp::Loop {
   Eigen::VectorXd& step_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   int curved_ = 0;  // the iteration whose curvature the Hessian has
+  bool begun_ = false;
 };
 
 Summary DampedSqp::Loop::end(Status status, std::string why) {
   summary_.status = status;
   summary_.message = std::move(why);
-  model_.leave_multipliers();
+  if (begun_) model_.leave_multipliers();
   violated(model_.violation());
   summary_.seconds = seconds();
   return summary_;
@@ -204,6 +205,7 @@ Summary DampedSqp::Loop::run() {
   summary_.initial_cost = summary_.cost = model_.linearize();
   if (!std::isfinite(summary_.cost)) return end(Status::failed, "the cost is not finite at the start");
   model_.begin();
+  begun_ = true;
   filter_.leave({-HUGE_VAL, kGreatest * std::max(1.0, here().violation)});
   if (options_.from_multipliers) {
     model_.add_curvature();

@@ -188,8 +188,8 @@ PlanResult<N> Planner<N>::remembered(PlanResult<N> result, const Vector<3>& curr
   last_target_.push_back(poses[end] * (poses[end - 1].inverse() * poses[end]));
   if (result.origin == PlanOrigin::solved && options_.refine) {
     multipliers_ = problem().multipliers();
-    multipliers_.erase(multipliers_.begin());
     multipliers_.push_back(multipliers_.back());
+    multipliers_.erase(multipliers_.begin());
   }
   return result;
 }

@@ -1,3 +1,5 @@
+#include <set>
+
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
@@ -59,8 +61,11 @@ int run_navigate(const NavigateRequest& request) {
   NavigationData& data = *in_use.navigation;
   apply(request.own, data);
   refuse_implausible_times(in_use, request.scenario, request.force);
-  for (const NamedByOption& sensor : request.fit_delay)
+  std::set<std::string> fitted;
+  for (const NamedByOption& sensor : request.fit_delay) {
     if (!data.imu || data.imu->name != sensor.name) delayed_sensor(data, sensor);  // throws where there is none
+    if (!fitted.insert(sensor.name).second) throw Error("--fit-delay " + sensor.name + " is given twice");
+  }
 
   if (const auto loss = request.sensors.loss()) options.ego.loss = *loss;
   study.options = options.ego;

@@ -217,7 +217,7 @@ std::string command_of_trial(const Study& study, const TrialPlace& place, const 
   const std::string& model = study.models[place.model];
   if (settings.window > 0) {
     add(settings.newest.kind == NewestBy::Kind::window ? "--newest window" : "--newest hypotheses");
-    const std::string of_model = model == "constant-twist" ? "" : ", with the options of " + model;
+    const std::string of_model = model == "constant-twist" ? "" : " (and the options of " + model + ")";
     return fmt::format("track {} --window {:g}{}{}", folder, settings.window, options, of_model);
   }
   if (settings.own.preintegrated) add("--preintegrated-dvl");

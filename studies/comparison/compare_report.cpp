@@ -137,7 +137,7 @@ CsvTable<SolveRow> solve_columns() {
       .add("keyframes", "of the problem", [](const SolveRow& r) { return r.solve.keyframes; })
       .add("constraints", "none, soft or hard", [](const SolveRow& r) { return constraints_name(r.solve.role); })
       .add("solver", "its name", [](const SolveRow& r) { return r.solve.solver; })
-      .add("status", "converged or why it ended; unsupported, crashed and not finite have no numbers",
+      .add("status", "converged or why it ended; without numbers if unsupported, crashed, or not finite",
            [](const SolveRow& r) { return r.solve.status; })
       .add("initial_cost", "at the start, which all have in common", if_solved(&ComparedSolve::initial_cost))
       .add("cost", "at the end, soft constraints included", if_solved(&ComparedSolve::cost))

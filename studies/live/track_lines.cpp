@@ -71,8 +71,8 @@ std::string TrackLines::health(const TrackRecord& r) {
     std::string text;
     for (const auto& [what, output] : {std::pair{"target", r.health.target}, {"chaser", r.health.chaser}})
       if (output.state == state)
-        text += fmt::format("{}{} {}, {}", text.empty() ? "" : "; ", what, name(state),
-                            r.health.converged ? fmt::format("no fix for {:.0f} s", output.age) : "unconverged");
+        text += fmt::format("{}{} {}, no fix for {:.0f} s{}", text.empty() ? "" : "; ", what, name(state), output.age,
+                            r.health.converged ? "" : ", unconverged");
     return text;
   };
   if (const std::string invalid = outputs_in(OutputState::invalid); !invalid.empty()) return invalid;

@@ -26,10 +26,12 @@ EgoSensor& own_sensor(NavigationData& data, const std::string& name) {
   throw Error("there is no sensor " + name + " of the chaser's own whose delay could be found");
 }
 
-/// Leaves out what not every delay of the grid has a start and, of the inertial sensor, samples for.
-void keep_common(const Grid& grid, double start, double end, EgoSensor& sensor) {
+/// Leaves out what not every delay of the grid has a start and, of the inertial sensor, samples for; measurements are valid
+/// `delay` before their stamps.
+void keep_common(const Grid& grid, double start, double end, double delay, EgoSensor& sensor) {
   const double first = start + 1e-3 * grid.most, last = end - 1e-3 * grid.most;
-  std::erase_if(sensor.measurements, [&](const EgoMeasurement& m) { return m.t < first || m.t > last; });
+  std::erase_if(sensor.measurements,
+                [&](const EgoMeasurement& m) { return m.t - delay < first || m.t - delay > last; });
 }
 
 }  // namespace
@@ -63,7 +65,7 @@ DelayFit fit_delay(const NavigationData& data, const std::string& sensor, const 
   own.start = navigated(before).start;
   const double end = of_imu ? data.imu->samples.back().t : HUGE_VAL;
   for (EgoSensor& s : tried.sensors)
-    if (of_imu || s.name == sensor) keep_common(grid, own.start->t, end, s);
+    if (of_imu || s.name == sensor) keep_common(grid, own.start->t, end, of_imu ? s.delay : 0.0, s);
 
   std::map<int, double> known;  // by ms
   const auto cost = [&](int ms) {

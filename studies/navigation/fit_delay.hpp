@@ -12,7 +12,8 @@ struct DelayFit {
   std::string sensor;
   double delay = 0;                  ///< s; of the inertial one what its stamps are late by
   double cost_before = 0, cost = 0;  ///< of navigating with the delay as it was, and with this one
-  /// s, its standard error by the curvature of the cost; none where the best is at the end of what was tried.
+  /// s, its standard error by the curvature of the cost; none where the best is at the end of what was
+  /// tried or next to it, or where navigating beside it does not converge.
   std::optional<double> deviation{};
   int solves = 0;
 };

@@ -53,7 +53,7 @@ Matrix<12, 12> seen_from_chaser(const Eigen::MatrixXd& joint, const SE3& chaser,
 
 /// Of the sensors that measure positions and poses; what others would tell is left out, which makes plans more careful.
 std::vector<ExpectedSensor> sensors_to_come(const TrackingData& past, double now) {
-  const double over = std::clamp(now - past.odometry.front().t, 1.0, kRateOver);
+  const double over = past.odometry.empty() ? kRateOver : std::clamp(now - past.odometry.front().t, 1.0, kRateOver);
   std::vector<ExpectedSensor> sensors;
   for (const TargetSensor& sensor : past.sensors) {
     const bool pose = sensor.type == SensorType::pose;

@@ -313,6 +313,7 @@ TEST(TrackCommand, WhatIsWrongIsOneSentence) {
   EXPECT_THAT(refusal({"docking_a", "--gate-reset", "5/4"}), HasSubstr("--gate-reset is M/N"));
   EXPECT_THAT(refusal({"docking_a", "--lost-after", "0"}), HasSubstr("--lost-after is above zero, not '0'"));
   EXPECT_THAT(refusal({"docking_a", "--invalid-after", "x"}), HasSubstr("--invalid-after"));
+  EXPECT_THAT(refusal({"docking_a", "--lost-after", "60"}), HasSubstr("--invalid-after"));
   EXPECT_THAT(refusal({"docking_a", "--stamps", "h"}), HasSubstr("--stamps is auto, s, ms, us or ns"));
   EXPECT_THAT(refusal({"docking_a", "--json", "--json-lines"}), HasSubstr("give one of them"));
   EXPECT_THAT(refusal({"docking_a", "--alignment", "5"}), HasSubstr("it moves by odometry"));

@@ -106,7 +106,7 @@ TEST(TrackLines, TellOfTheirHealth) {
   EXPECT_THAT(lines(r), testing::EndsWith("  unconverged\n"));
   r.t = 5;
   r.health.target = {OutputState::invalid, 3};
-  EXPECT_THAT(lines(r), testing::EndsWith("  target invalid, unconverged\n"));
+  EXPECT_THAT(lines(r), testing::EndsWith("  target invalid, no fix for 3 s, unconverged\n"));
   r.t = 6;
   r.health.converged = true;
   r.health.target.age = r.health.chaser.age = 45;
