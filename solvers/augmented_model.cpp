@@ -27,7 +27,7 @@ AugmentedModel::AugmentedModel(Program& program, Session& session, const Levenbe
     : SoftModel(program, session, options, true), options_(options), term_(program), penalty_(penalty) {
   for (Eigen::VectorXd* v : {&total_, &last_lagrangian_, &newton_step_, &hessian_step_, &hessian_newton_})
     v->setZero(program.num_unknowns());
-  augmented_hessian_ = hessian_;
+  augmented_hessian_.resize(hessian_.size());
   next_multipliers_.setZero(program.num_rows());
 }
 

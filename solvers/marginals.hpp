@@ -5,8 +5,8 @@
 #include <vector>
 
 #include <tandem/problem/problem.hpp>
+#include <tandem/problem/stop.hpp>
 #include <tandem/solvers/linear/selected_inverse.hpp>
-#include <tandem/solvers/stop.hpp>
 
 namespace tandem {
 

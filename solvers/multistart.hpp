@@ -5,7 +5,7 @@
 #include <span>
 
 #include <tandem/problem/problem_part.hpp>
-#include <tandem/solvers/stop.hpp>
+#include <tandem/problem/stop.hpp>
 
 namespace tandem {
 

@@ -13,8 +13,9 @@ SoftModel::SoftModel(Program& program, Session& session, const LevenbergMarquard
       secant_(program.num_unknowns(), options.secant_pairs, with_constraints) {
   for (Eigen::VectorXd* v : {&gradient_, &trial_gradient_, &last_gradient_, &scale_, &shift_, &diagonal_, &step_})
     v->setZero(program.num_unknowns());
-  hessian_.setZero(static_cast<Eigen::Index>(program.hessian_pattern().row.size()));
-  trial_hessian_ = hessian_;
+  // Not touched before they are written, in lanes: zeros would take as long as a linearization.
+  for (Eigen::VectorXd* v : {&hessian_, &trial_hessian_})
+    v->resize(static_cast<Eigen::Index>(program.hessian_pattern().row.size()));
 }
 
 double SoftModel::linearize() {

@@ -24,10 +24,19 @@ struct ImuSensor {
   /// σ of what is not known of the biases at the start, m/s² and rad/s. Where nothing is said, by the grade that the
   /// noise shows: a hundred and a thousand s^½ times that, at most 0.5 m/s² and 0.1 rad/s.
   std::optional<double> initial_accelerometer_bias{}, initial_gyroscope_bias{};
-  double max_gap = 0.5;              ///< s without a sample: longer ones split the chain
-  double max_specific_force = 0;     ///< m/s², |axis| at or above which a sample is saturated; 0: no limit known
-  double max_angular_rate = 0;       ///< rad/s, likewise
+  double max_gap = 0.5;           ///< s without a sample: longer ones split the chain
+  double max_specific_force = 0;  ///< m/s², |axis| at or above which a sample is saturated; 0: no limit known
+  double max_angular_rate = 0;    ///< rad/s, likewise
+  /// s that stamps were late by, and that the times below are without already. Below zero where stamps are early: by half
+  /// a sample where a line is the mean over the interval that follows its stamp.
+  double delay = 0;
   std::vector<ImuSample> samples{};  ///< in time order
+
+  /// Moves the samples to when they were valid by this delay.
+  void set_delay(double seconds) {
+    for (ImuSample& sample : samples) sample.t += delay - seconds;
+    delay = seconds;
+  }
 
   double accelerometer_bias_spread() const {
     return initial_accelerometer_bias.value_or(std::min(100 * noise.accelerometer, 0.5));

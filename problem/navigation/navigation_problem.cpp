@@ -16,7 +16,7 @@ std::vector<EgoEvent> in_time_order(const std::vector<EgoSensor>& sensors) {
 }
 
 NavigationProblem make_navigation_problem(const NavigationData& data, const std::vector<Stamped<EgoState>>& guess,
-                                          const Alignment& start, const EgoOptions& options) {
+                                          const Alignment& start, const EgoOptions& options, const Stop& stop) {
   if (guess.size() < 2) throw Error("a navigation problem needs two keyframes or more");
   NavigationProblem out;
   EgoChain chain(out.problem, data, options);
@@ -27,6 +27,7 @@ NavigationProblem make_navigation_problem(const NavigationData& data, const std:
   const std::vector<EgoEvent> events = in_time_order(data.sensors);
   auto event = events.begin();
   for (std::size_t k = 0; k < guess.size(); ++k) {
+    stop.check("building the problem");
     k == 0 ? chain.start(guess[0].t, start.state, start.spread, guess[0].value)
            : chain.extend(guess[k].t, guess[k].value);
     const double until = k + 1 < guess.size() ? guess[k + 1].t - kSameInstant : HUGE_VAL;

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include <tandem/problem/navigation/coarse_alignment.hpp>
+#include <tandem/problem/stop.hpp>
 
 namespace tandem {
 
@@ -21,9 +22,10 @@ struct NavigationProblem {
 
 /// Keyframes at the times of `guess`, two or more and in time order, starting from its states; the samples in between are
 /// summed up at its biases. `start`: what is known of the first of them beforehand. Throws Error when the data cannot
-/// make a problem.
+/// make a problem, and Stopped when it is to stop.
 NavigationProblem make_navigation_problem(const NavigationData& data, const std::vector<Stamped<EgoState>>& guess,
-                                          const Alignment& start, const EgoOptions& options = {});
+                                          const Alignment& start, const EgoOptions& options = {},
+                                          const Stop& stop = {});
 
 /// Measurements of all sensors by the time when they were valid.
 struct EgoEvent {

@@ -23,6 +23,7 @@ constexpr double kJudged = 1e-6;      // of a fix's variance: a residual of less
 constexpr int kMostSnooping = 100;
 constexpr double kTurnsRound = 10;  // s
 constexpr double kApart = 5;        // s, of fixes that tell a speed
+constexpr std::string_view kSearching = "looking for outliers";
 
 /// What a fix may be off by beside its noise, for good or for a while [m²]: a marker's place on a target whose orientation is
 /// not known, and an error that stays.
@@ -92,8 +93,9 @@ bool snoop(const std::vector<Keyframe>& keyframes, double q, std::vector<Positio
 
 class OutlierSearch {
  public:
-  OutlierSearch(const TrackingData& data, const std::vector<Keyframe>& keyframes, const std::vector<SE3>& chaser)
-      : data_(data), keyframes_(keyframes), chaser_(chaser) {}
+  OutlierSearch(const TrackingData& data, const std::vector<Keyframe>& keyframes, const std::vector<SE3>& chaser,
+                const Stop& stop)
+      : data_(data), keyframes_(keyframes), chaser_(chaser), stop_(stop) {}
 
   std::vector<Outlier> run() {
     for (const TargetSensor& sensor : data_.sensors) worst_.emplace_back(sensor.measurements.size());
@@ -128,7 +130,7 @@ class OutlierSearch {
     if (fixes.size() < 3 || !(stiff > 0)) return;  // of two that disagree none is it; nor where any motion may be
     judge_as_near(data_, chaser_, fixes);
     const double q = stiff + turning_density(keyframes_, fixes);
-    for (int i = 0; i < kMostSnooping && snoop(keyframes_, q, fixes, taken_out);) ++i;
+    for (int i = 0; i < kMostSnooping && snoop(keyframes_, q, fixes, taken_out); ++i) stop_.check(kSearching);
     track_ = smooth(keyframes_, fixes, q);
     for (const PositionFix& fix : taken_out) {
       const double distance = (fix.position - track_->position[fix.keyframe]).stableNorm();
@@ -199,6 +201,7 @@ class OutlierSearch {
       if (track_) range ? judge_range(s, m.index, m.keyframe) : judge_direction(s, m.index, m.keyframe);
     }
     for (std::size_t i = 0; i < own.size(); ++i) {
+      stop_.check(kSearching);
       const auto [off, scale] = from_neighbours(own, values, i);
       const double of_noise = noise(sensor, range);  // constants are those of the neighbours, too
       if (scale) judge(s, own[i].index, off, std::max(*scale, of_noise), of_noise, turn);
@@ -234,6 +237,7 @@ class OutlierSearch {
   const TrackingData& data_;
   const std::vector<Keyframe>& keyframes_;
   const std::vector<SE3>& chaser_;
+  const Stop& stop_;
   std::vector<std::vector<std::optional<Outlier>>> worst_;  // of each measurement
   std::optional<SmoothedTrack> track_;                      // of positions without the outlying ones
 };
@@ -241,13 +245,13 @@ class OutlierSearch {
 }  // namespace
 
 std::vector<Outlier> outliers(const TrackingData& data, const std::vector<Keyframe>& keyframes,
-                              const std::vector<SE3>& chaser) {
+                              const std::vector<SE3>& chaser, const Stop& stop) {
   for (const TargetSensor& sensor : data.sensors) {  // whose sigmas are not those of its rows: the builder says so
     const int n = rows(sensor.type, data.planar);
     if (sensor.sigma.size() != n || (sensor.error && sensor.error->has_bias() && sensor.error->sigma.size() != n))
       return {};
   }
-  return OutlierSearch(data, keyframes, chaser).run();
+  return OutlierSearch(data, keyframes, chaser, stop).run();
 }
 
 std::vector<std::vector<bool>> marked(const TrackingData& data, const std::vector<Outlier>& outliers, bool gross) {

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <vector>
 
+#include <tandem/problem/stop.hpp>
 #include <tandem/problem/tracking/keyframes.hpp>
 #include <tandem/problem/tracking/tracking_data.hpp>
 
@@ -29,9 +30,9 @@ struct Outlier {
 /// above the noise.
 ///
 /// Sources: Baarda 1968, "A testing procedure for use in geodetic networks"; Davies & Gather 1993, "The identification of
-/// multiple outliers" (the Hampel identifier).
+/// multiple outliers" (the Hampel identifier). Throws Stopped when it is to stop.
 std::vector<Outlier> outliers(const TrackingData& data, const std::vector<Keyframe>& keyframes,
-                              const std::vector<SE3>& chaser);
+                              const std::vector<SE3>& chaser, const Stop& stop = {});
 
 /// Whether each measurement of each sensor is among them; `gross`: among the gross ones.
 std::vector<std::vector<bool>> marked(const TrackingData& data, const std::vector<Outlier>& outliers,

@@ -87,6 +87,8 @@ template void TrackingBuild<SE2>::add_odometry(std::size_t);
 
 namespace {
 
+constexpr std::string_view kBuilding = "building the problem";
+
 void check(const TrackingOptions& options) {
   const bool points_only = without_orientation(options.model);
   if (options.mode == Mode::B && !takes_points(options.model))
@@ -127,13 +129,14 @@ std::vector<std::vector<bool>> gross_outliers(const detail::TrackingBuild<G>& bu
 }
 
 template <LieGroup G>
-void add_measurements(detail::TrackingBuild<G>& build) {
+void add_measurements(detail::TrackingBuild<G>& build, const Stop& stop) {
   const std::vector<Keyframe>& keyframes = build.out.keyframes;
   const std::vector<std::vector<bool>> gross = gross_outliers(build);
   for (std::size_t s = 0; s < build.data.sensors.size(); ++s) {
     const TargetSensor& sensor = build.data.sensors[s];
     std::size_t left_out = 0;
     for (std::size_t i = 0; i < sensor.measurements.size(); ++i) {
+      stop.check(kBuilding);
       const double t = sensor.valid_at(sensor.measurements[i]);
       if (const auto k = keyframe_at(keyframes, t)) {
         if (gross[s][i])
@@ -149,10 +152,10 @@ void add_measurements(detail::TrackingBuild<G>& build) {
 }
 
 template <LieGroup G>
-void build(const TrackingData& data, const TrackingOptions& options, TrackingProblem& out) {
+void build(const TrackingData& data, const TrackingOptions& options, const Stop& stop, TrackingProblem& out) {
   std::vector<SE3> odometry = odometry_at(data.odometry, out.keyframes);
   for (SE3& pose : odometry) pose = in_space(in_group<G>(pose));
-  TargetStart start = initial_target(data, out.keyframes, odometry, options.robust_start);
+  TargetStart start = initial_target(data, out.keyframes, odometry, options.robust_start, stop);
   out.outliers = start.outliers;
   if (options.model == MotionModel::steady_course) start = straightened(start, out.keyframes);
   detail::TrackingBuild<G> build{data, options, out.problem, out, std::move(odometry), std::move(start)};
@@ -161,6 +164,7 @@ void build(const TrackingData& data, const TrackingOptions& options, TrackingPro
   if (data.ego) ego.emplace(*data.ego, out);
   const bool course = options.model == MotionModel::steady_course;
   for (std::size_t k = 0; k < n; ++k) {  // in turns: the Hessian stays narrow-banded
+    stop.check(kBuilding);
     if constexpr (std::same_as<G, SE3>)
       if (ego) build.chaser.push_back(ego->add(k));
     if (!course) build.add_variables(k);
@@ -171,9 +175,12 @@ void build(const TrackingData& data, const TrackingOptions& options, TrackingPro
   for (const auto& x : build.target) std::visit([&](const auto& v) { out.target.emplace_back(v); }, x);
   if (!ego)
     for (std::size_t k = 0; k < n; ++k) build.add_odometry(k);
-  add_measurements(build);
+  add_measurements(build, stop);
   out.constants.insert(out.constants.end(), build.constants.all().begin(), build.constants.all().end());
-  for (std::size_t k = 0; k < n; ++k) build.add_motion(k);
+  for (std::size_t k = 0; k < n; ++k) {
+    stop.check(kBuilding);
+    build.add_motion(k);
+  }
   for (std::size_t k = 0; k < n; ++k) build.add_constraints(k);
 }
 
@@ -222,13 +229,13 @@ bool takes_points(MotionModel model) {
   return model == MotionModel::constant_twist || model == MotionModel::damped_twist;
 }
 
-TrackingProblem make_tracking_problem(const TrackingData& data, const TrackingOptions& options) {
+TrackingProblem make_tracking_problem(const TrackingData& data, const TrackingOptions& options, const Stop& stop) {
   check(options);
   if (data.ego && data.planar)
     throw Error("a planar problem takes odometry: the chaser's own sensors are estimated in space (group SE3)");
   TrackingProblem out;
   out.keyframes = make_keyframes(data, options.max_keyframes);
-  data.planar ? build<SE2>(data, options, out) : build<SE3>(data, options, out);
+  data.planar ? build<SE2>(data, options, stop, out) : build<SE3>(data, options, stop, out);
   return out;
 }
 

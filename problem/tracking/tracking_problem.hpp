@@ -13,6 +13,7 @@
 #include <tandem/problem/navigation/ego_chain.hpp>
 #include <tandem/problem/navigation/sensor_constants.hpp>
 #include <tandem/problem/problem.hpp>
+#include <tandem/problem/stop.hpp>
 #include <tandem/problem/tracking/keyframes.hpp>
 #include <tandem/problem/tracking/outliers.hpp>
 #include <tandem/residuals/bounds.hpp>
@@ -171,7 +172,9 @@ void make_robust(TrackingOptions& options);
 
 /// Keyframes, residuals and the initial guess out of the data. Throws Error when the data cannot make a problem (no
 /// odometry, no measurements, a measurement outside the odometry's time span, noise that is missing) or the options
-/// exclude each other. With TrackingData::ego, prior and odometry give way to the chaser's own sensors.
-TrackingProblem make_tracking_problem(const TrackingData& data, const TrackingOptions& options = {});
+/// exclude each other, and Stopped when it is to stop. With TrackingData::ego, prior and odometry give way to the
+/// chaser's own sensors.
+TrackingProblem make_tracking_problem(const TrackingData& data, const TrackingOptions& options = {},
+                                      const Stop& stop = {});
 
 }  // namespace tandem

@@ -146,10 +146,11 @@ SmoothedTrack along_bearings(const TrackingData& data, const std::vector<Keyfram
 }  // namespace
 
 TargetStart initial_target(const TrackingData& data, const std::vector<Keyframe>& keyframes,
-                           const std::vector<SE3>& chaser, bool robust) {
+                           const std::vector<SE3>& chaser, bool robust, const Stop& stop) {
   const auto measured = measured_orientations(data, keyframes, chaser);
   const double near = kNearIntervals * data.keyframe_interval;
   const auto start_on = [&](const SmoothedTrack& track) {
+    stop.check("guessing the start");
     std::vector<OrientationFix> orientations = measured;
     if (robust) {
       for (OrientationFix& fix : orientations) fix.travel = along(track.velocity[*keyframe_at(keyframes, fix.t)]);
@@ -162,7 +163,7 @@ TargetStart initial_target(const TrackingData& data, const std::vector<Keyframe>
                               track.position[k]);
     return start;
   };
-  const std::vector<Outlier> found = robust ? outliers(data, keyframes, chaser) : std::vector<Outlier>();
+  const std::vector<Outlier> found = robust ? outliers(data, keyframes, chaser, stop) : std::vector<Outlier>();
   const Marks skip = marked(data, found);
   const auto fixes = detail::measured_positions(data, keyframes, chaser, skip);
   const double q = detail::travel_density(data);

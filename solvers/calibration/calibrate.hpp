@@ -6,8 +6,9 @@
 #include <utility>
 #include <vector>
 
+#include <tandem/problem/stop.hpp>
 #include <tandem/solvers/calibration/noise_group.hpp>
-#include <tandem/solvers/stop.hpp>
+#include <tandem/solvers/summary.hpp>
 
 namespace tandem {
 

@@ -1,7 +1,8 @@
 #pragma once
 
 #include <tandem/problem/problem.hpp>
-#include <tandem/solvers/stop.hpp>
+#include <tandem/problem/stop.hpp>
+#include <tandem/solvers/summary.hpp>
 
 namespace tandem::detail {
 

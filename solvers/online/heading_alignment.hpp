@@ -1,7 +1,7 @@
 #pragma once
 
+#include <tandem/problem/stop.hpp>
 #include <tandem/solvers/online/online_estimator.hpp>
-#include <tandem/solvers/stop.hpp>
 
 namespace tandem {
 

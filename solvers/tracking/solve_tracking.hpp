@@ -3,10 +3,10 @@
 #include <cmath>
 #include <concepts>
 
+#include <tandem/problem/stop.hpp>
 #include <tandem/problem/tracking/tracking_problem.hpp>
 #include <tandem/solvers/graduated.hpp>
 #include <tandem/solvers/sequence.hpp>
-#include <tandem/solvers/stop.hpp>
 
 namespace tandem {
 

@@ -260,8 +260,10 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
     }
     NavigationOptions own = options.own;
     options.stop.limit(own.solver);
-    problems.push_back(std::make_unique<CalibrationProblem>(std::move(scenario), options.target, own));
+    problems.push_back(
+        std::make_unique<CalibrationProblem>(std::move(scenario), options.target, own, options.stop.with_grace()));
     plain.push_back(&problems.back()->problem());
+    options.stop.check("calibrate");
   }
   Parameters parameters(problems, options);
   int rows = 0;
@@ -288,7 +290,8 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
   const detail::SavedNoise given(plain, parameters.groups);
   for (std::size_t p = 0; p < plain.size(); ++p) {
     const Summary summary = detail::solve_plainly(*plain[p], options.stop);
-    if (!summary.converged() && !options.stop.reached())
+    if (!summary.converged()) options.stop.check("calibrate, at the noise as given");
+    if (!summary.converged())
       throw Error(
           fmt::format("{}: it cannot be solved with the noise as given: {}", result.scenarios[p], summary.message));
   }

@@ -128,7 +128,8 @@ std::vector<CalibratedEntry> calibrated_entries(const Scenario& scenario) {
   return entries;
 }
 
-CalibrationProblem::CalibrationProblem(Scenario scenario, const TrackingOptions& target, const NavigationOptions& own)
+CalibrationProblem::CalibrationProblem(Scenario scenario, const TrackingOptions& target, const NavigationOptions& own,
+                                       const Stop& stop)
     : scenario(scenario.name), entries(calibrated_entries(scenario)) {
   if (scenario.data.sensors.empty()) {
     if (!scenario.navigation)
@@ -136,13 +137,13 @@ CalibrationProblem::CalibrationProblem(Scenario scenario, const TrackingOptions&
     NavigationOptions options = own;
     options.covariance = false;
     const Navigation found = navigate(*scenario.navigation, options);
-    NavigationProblem& built =
-        built_.emplace<NavigationProblem>(make_navigation_problem(found.data, found.states, found.start, own.ego));
+    NavigationProblem& built = built_.emplace<NavigationProblem>(
+        make_navigation_problem(found.data, found.states, found.start, own.ego, stop));
     add_own(found.data, built.measurements);
     return;
   }
   if (needs_navigation(scenario)) scenario = navigated(std::move(scenario), own).scenario;
-  TrackingProblem& built = built_.emplace<TrackingProblem>(make_tracking_problem(scenario.data, target));
+  TrackingProblem& built = built_.emplace<TrackingProblem>(make_tracking_problem(scenario.data, target, stop));
   add_target(scenario, target, built);
   if (scenario.data.ego) add_own(scenario.data.ego->data, built.ego_measurements);
 }

@@ -42,8 +42,9 @@ struct EntryBlock {
 class CalibrationProblem {
  public:
   /// With a target: as make_tracking_problem, a chaser that moves by its own sensors navigated first; else the chaser's
-  /// own problem, from where navigate() has led. Throws Error as these do.
-  CalibrationProblem(Scenario scenario, const TrackingOptions& target, const NavigationOptions& own);
+  /// own problem, from where navigate() has led. Throws Error as these do, and Stopped when it is to stop.
+  CalibrationProblem(Scenario scenario, const TrackingOptions& target, const NavigationOptions& own,
+                     const Stop& stop = {});
 
   std::string scenario;
   std::vector<CalibratedEntry> entries;

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include <tandem/solvers/stop.hpp>
+#include <tandem/problem/stop.hpp>
 #include <tandem/studies/calibration/calibration_problem.hpp>
 
 namespace tandem {

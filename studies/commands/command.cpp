@@ -7,7 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <tandem/solvers/stop.hpp>
+#include <tandem/problem/stop.hpp>
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/scenario/sensor_file.hpp>
 #include <tandem/studies/support/console.hpp>

@@ -43,7 +43,10 @@ TargetConstraints constraints_meant(const ProblemRequest& request, const Trackin
 
 /// The problem's own errors before anything is run.
 void check_problem(const Scenario& scenario, const ComparedProblem& problem) try {
-  make_tracking_problem(scenario.data, with_constraints(problem.tracking, problem.constraints, problem.role));
+  make_tracking_problem(scenario.data, with_constraints(problem.tracking, problem.constraints, problem.role),
+                        Stop(&interrupted()));
+} catch (const Stopped&) {
+  throw;
 } catch (const Error& error) {
   if (problem.role == Role::off) throw;
   throw Error(fmt::format("with {} constraints: {}", constraints_name(problem.role), error.what()));

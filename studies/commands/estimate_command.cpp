@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/solvers/stop.hpp>
+#include <tandem/problem/stop.hpp>
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/problem_options.hpp>

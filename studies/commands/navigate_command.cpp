@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/solvers/stop.hpp>
+#include <tandem/problem/stop.hpp>
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
@@ -63,7 +63,7 @@ int run_navigate(const NavigateRequest& request) {
   refuse_implausible_times(in_use, request.scenario, request.force);
   std::set<std::string> fitted;
   for (const NamedByOption& sensor : request.fit_delay) {
-    if (!data.imu || data.imu->name != sensor.name) delayed_sensor(data, sensor);  // throws where there is none
+    check_delayed(data, sensor);
     if (!fitted.insert(sensor.name).second) throw Error("--fit-delay " + sensor.name + " is given twice");
   }
 

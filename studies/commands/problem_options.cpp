@@ -106,8 +106,7 @@ NavigationOptions navigation_options(const ProblemRequest& request) {
 }
 
 Scenario read_asked(const std::string& scenario, const Stop& stop) {
-  constexpr double kGrace = 1.0;  // s
-  return read_scenario(find_scenario(scenario, builtin_scenarios()), stop.later(kGrace));
+  return read_scenario(find_scenario(scenario, builtin_scenarios()), stop.with_grace());
 }
 
 Scenario read_problem(const ProblemRequest& request, const CommandOptions& option, const Stop& stop) {

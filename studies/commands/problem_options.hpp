@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include <tandem/solvers/stop.hpp>
+#include <tandem/problem/stop.hpp>
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/own_sensor_options.hpp>
 #include <tandem/studies/commands/sensor_options.hpp>

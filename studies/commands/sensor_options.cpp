@@ -121,10 +121,16 @@ class Sensors {
   }
 
   void set(const SetByOption<double>& delay) {
-    if (is_imu(delay.name) || find_own(delay.name))
-      own_->sensors[delayed_sensor(*own_, delay)].delay = delay.value;
-    else
-      target_sensor(delay).delay = delay.value;
+    if (is_imu(delay.name)) {
+      own_->imu->set_delay(delay.value);
+      return;
+    }
+    if (delay.value < 0)
+      throw Error(
+          fmt::format("{} {} takes a finite number, zero or above, not {:g}: an imu's stamps alone may be early",
+                      delay.option, delay.name, delay.value));
+    EgoSensor* const own = find_own(delay.name);
+    (own ? own->delay : target_sensor(delay).delay) = delay.value;
   }
 
   void set(const SetByOption<StayingError>& error) {
@@ -186,7 +192,9 @@ class Sensors {
     EgoSensor* const own = find_own(constant.sensor);
     if (is_imu(constant.sensor))
       throw Error(
-          fmt::format("{} {}: an imu has biases alone, and they are estimated anyway", error.option, error.name));
+          fmt::format("{} {}: of an imu the biases are estimated anyway; its delay is given by --delay {} or found "
+                      "by navigate --fit-delay {}",
+                      error.option, error.name, constant.sensor, constant.sensor));
     auto& place = own ? own->error : target_sensor(sensor).error;
     if (!place) place.emplace();
     if (error.option == "--free" && (*place).*constant.sigma > 0) return;  // as the scenario says
@@ -266,10 +274,10 @@ void add_sensors(CommandOptions& option, SensorOptions& sensors) {
                       return parse_setting_of_all<Loss>(
                           name, text, [&](const std::string&, const std::string& t) { return parse_loss(name, t); });
                     });
-  option.repeatable("--delay", "SENSOR=SECONDS", "A line stamped t was valid so long before", sensors.delays,
-                    [](const std::string& name, const std::string& text) {
-                      return parse_setting<double>(name, text, parse_magnitude);
-                    });
+  option.repeatable(
+      "--delay", "SENSOR=SECONDS", "A line stamped t was valid so long before, or, of an imu below zero, after",
+      sensors.delays,
+      [](const std::string& name, const std::string& text) { return parse_setting<double>(name, text, parse_finite); });
   option.repeatable(
       "--error", "SENSOR[.scale|.misalignment|.delay]=v,v,...[:SECONDS]",
       "An error that stays, of these standard deviations, estimated beside the noise: a bias, forgotten after so many "
@@ -302,19 +310,11 @@ void apply(const SensorOptions& options, SensorsInUse in_use, Scenario& scenario
   for (const auto& sensor : options.without) sensors.leave_out(sensor);
 }
 
-std::size_t delayed_sensor(const NavigationData& data, const NamedByOption& what) {
-  if (data.imu && data.imu->name == what.name)
-    throw Error(
-        fmt::format("{} {}: delays are against the imu's own time; what its stamps are late by is found by navigate "
-                    "--fit-delay {}",
-                    what.option, what.name, what.name));
-  const EgoSensor* const sensor = find(data.sensors, what.name);
-  if (!sensor) {
-    std::vector<std::string> names;
-    for (const EgoSensor& s : data.sensors) names.push_back(s.name);
-    fail_unknown(what, "sensor ", names);
-  }
-  return static_cast<std::size_t>(sensor - data.sensors.data());
+void check_delayed(const NavigationData& data, const NamedByOption& what) {
+  std::vector<std::string> names;
+  if (data.imu) names.push_back(data.imu->name);
+  for (const EgoSensor& sensor : data.sensors) names.push_back(sensor.name);
+  if (std::find(names.begin(), names.end(), what.name) == names.end()) fail_unknown(what, "sensor ", names);
 }
 
 }  // namespace tandem

@@ -46,8 +46,8 @@ struct SensorsInUse {
 /// said. Throws Error on names that there are not among the sensors in use, and on values that do not fit them.
 void apply(const SensorOptions& sensors, SensorsInUse in_use, Scenario& scenario);
 
-/// The place of one of the chaser's own sensors whose clock may differ from the inertial one's. Throws Error.
-std::size_t delayed_sensor(const NavigationData& data, const NamedByOption& sensor);
+/// Throws Error, with the names that there are, where it is none of the chaser's own sensors.
+void check_delayed(const NavigationData& data, const NamedByOption& sensor);
 /// Parses a sensor's name.
 NamedByOption parse_name(const std::string& option, const std::string& text);
 

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/stop.hpp>
 #include <tandem/problem/tracking/ego_track.hpp>
 #include <tandem/problem/tracking/tracking_start.hpp>
-#include <tandem/solvers/stop.hpp>
 #include <tandem/solvers/tracking/solve_tracking.hpp>
 #include <tandem/studies/estimation/estimate.hpp>
 #include <tandem/studies/estimation/target_constraints.hpp>
@@ -37,9 +37,12 @@ std::vector<MeasurementOutcome> outcomes_with_all(Scenario scenario, const Track
                                                   const Solver& solver, bool graduated, const Stop& stop) {
   for (TargetSensor& sensor : scenario.data.sensors)
     for (Measurement& m : sensor.measurements) m.held_out = false;
-  TrackingProblem tracking = make_tracking_problem(scenario.data, options);
-  if (!solve_with(solver, graduated, stop, tracking).converged()) return {};
-  return measurement_outcomes(scenario, tracking);
+  try {
+    TrackingProblem tracking = make_tracking_problem(scenario.data, options, stop);
+    if (solve_with(solver, graduated, stop, tracking).converged()) return measurement_outcomes(scenario, tracking);
+  } catch (const Stopped&) {
+  }
+  return {};
 }
 
 void add_uncertainty(const Scenario& scenario, const Solver& solver, bool graduated, const Stop& stop,
@@ -102,11 +105,13 @@ void add_ego(const TrackingData& data, const TrackingProblem& tracking, Estimate
   if (tracking.dvl_scale) result.dvl_scale = tracking.problem.value(*tracking.dvl_scale).vector()[0];
 }
 
-std::vector<Suspect> suspects(const TrackingData& data, const TrackingProblem& tracking, bool robust_start) {
+std::vector<Suspect> suspects(const TrackingData& data, const TrackingProblem& tracking, bool robust_start,
+                              const Stop& stop) {
+  const std::vector<Outlier> found =
+      robust_start ? tracking.outliers
+                   : outliers(data, tracking.keyframes, odometry_at(data.odometry, tracking.keyframes), stop);
   std::vector<Suspect> result;
-  for (const Outlier& o : robust_start
-                              ? tracking.outliers
-                              : outliers(data, tracking.keyframes, odometry_at(data.odometry, tracking.keyframes))) {
+  for (const Outlier& o : found) {
     const TargetSensor& sensor = data.sensors[o.sensor];
     result.push_back({sensor.name, sensor.measurements[o.index].t, o.sigmas});
   }
@@ -124,7 +129,7 @@ std::string contradiction(const TrackingData& data, TrackingOptions options, con
   options.max_yaw_rate.reset();
   if (options.non_holonomic == Role::hard) options.non_holonomic = Role::soft;
   if (options.roll_pitch == Role::hard) options.roll_pitch = Role::soft;
-  TrackingProblem free = make_tracking_problem(data, options);
+  TrackingProblem free = make_tracking_problem(data, options, stop);
   GaussNewtonOptions solver;
   stop.limit(solver);
   const Summary summary = solve(free.problem, solver);
@@ -153,7 +158,7 @@ Estimate estimate(const Scenario& scenario, const TrackingOptions& options, cons
   if (needs_navigation(scenario))
     return navigate_and_estimate(scenario, options, solver, graduated, navigation, covariance);
   const Stop stop(common(solver));
-  TrackingProblem tracking = make_tracking_problem(scenario.data, options);
+  TrackingProblem tracking = make_tracking_problem(scenario.data, options, stop.with_grace());
   const Problem& problem = tracking.problem;
 
   Estimate result;
@@ -177,8 +182,8 @@ Estimate estimate(const Scenario& scenario, const TrackingOptions& options, cons
   result.errors = keyframe_errors(scenario, tracking.keyframes, result.chaser, result.target);
   result.measurements = measurement_outcomes(scenario, tracking);
   result.sensors = sensor_outcomes(scenario, options, tracking, result.measurements);
-  result.suspects = suspects(scenario.data, tracking, options.robust_start);
   try {
+    result.suspects = suspects(scenario.data, tracking, options.robust_start, stop.with_grace());
     result.contradiction = contradiction(scenario.data, options, stop);
   } catch (const Stopped& stopped) {
     result.cut_short = stopped.what();

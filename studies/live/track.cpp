@@ -189,9 +189,12 @@ class Tracker {
       case FeedStream::Kind::odometry:
         refused = estimator_.add_odometry(std::get<Stamped<SE3>>(line.data));
         break;
-      case FeedStream::Kind::imu:
-        refused = estimator_.add_imu(std::get<ImuSample>(line.data));
+      case FeedStream::Kind::imu: {
+        ImuSample sample = std::get<ImuSample>(line.data);
+        sample.t -= settings_.navigation->imu->delay;
+        refused = estimator_.add_imu(sample);
         break;
+      }
       case FeedStream::Kind::ego:
         refused = estimator_.add_ego(stream.sensor, std::get<EgoMeasurement>(line.data));
         break;

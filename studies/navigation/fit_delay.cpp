@@ -4,7 +4,7 @@
 #include <string>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/solvers/stop.hpp>
+#include <tandem/problem/stop.hpp>
 #include <tandem/studies/navigation/fit_delay.hpp>
 
 namespace tandem {
@@ -40,14 +40,14 @@ void set_delay(NavigationData& data, const std::string& sensor, double delay) {
   if (!is_imu(data, sensor))
     own_sensor(data, sensor).delay = delay;
   else
-    for (ImuSample& sample : data.imu->samples) sample.t -= delay;
+    data.imu->set_delay(delay);
 }
 
 DelayFit fit_delay(const NavigationData& data, const std::string& sensor, const NavigationOptions& options) {
   NavigationData tried = data;
   const bool of_imu = is_imu(data, sensor);
   const Grid grid = of_imu ? kOfImu : kOfOthers;
-  const double before = of_imu ? 0 : own_sensor(tried, sensor).delay;
+  const double before = of_imu ? data.imu->delay : own_sensor(tried, sensor).delay;
   NavigationOptions own = options;
   own.covariance = false;
   DelayFit fit;
@@ -57,13 +57,12 @@ DelayFit fit_delay(const NavigationData& data, const std::string& sensor, const 
   const auto navigated = [&](double delay) {
     stop.check(what);
     stop.limit(own.solver);
-    if (of_imu) tried.imu->samples = data.imu->samples;
     set_delay(tried, sensor, delay);
     ++fit.solves;
     return navigate(tried, own);
   };
   own.start = navigated(before).start;
-  const double end = of_imu ? data.imu->samples.back().t : HUGE_VAL;
+  const double end = of_imu ? data.imu->samples.back().t + before : HUGE_VAL;  // as stamped
   for (EgoSensor& s : tried.sensors)
     if (of_imu || s.name == sensor) keep_common(grid, own.start->t, end, of_imu ? s.delay : 0.0, s);
 

@@ -24,7 +24,7 @@ struct DelayFit {
 /// sensor, and Stopped at the solver's limits, which are of all this together.
 DelayFit fit_delay(const NavigationData& data, const std::string& sensor, const NavigationOptions& options = {});
 
-/// Sets the delay of a sensor; of the inertial one, which has none of its own, takes it off the stamps of its samples.
+/// Sets the delay of one of the chaser's own sensors, the inertial one included.
 void set_delay(NavigationData& data, const std::string& sensor, double delay);
 
 }  // namespace tandem

@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/stop.hpp>
 #include <tandem/solvers/marginals.hpp>
 #include <tandem/solvers/online/heading_alignment.hpp>
-#include <tandem/solvers/stop.hpp>
 #include <tandem/studies/navigation/navigate.hpp>
 
 namespace tandem {
@@ -113,7 +113,7 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
 
   NavigationData placed = result.data;  // with delays as found by now; their priors go along, which are weak
   while (true) {
-    NavigationProblem built = make_navigation_problem(placed, result.states, start, options.ego);
+    NavigationProblem built = make_navigation_problem(placed, result.states, start, options.ego, stop.with_grace());
     GaussNewtonOptions solver = options.solver;
     stop.limit(solver);
     result.summary = solve(built.problem, solver);

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include <tandem/problem/navigation/navigation_data.hpp>
+#include <tandem/problem/stop.hpp>
 #include <tandem/problem/tracking/tracking_problem.hpp>
-#include <tandem/solvers/stop.hpp>
 #include <tandem/studies/scenario/frame.hpp>
 
 namespace tandem {

@@ -44,7 +44,7 @@ ImuSensor read_imu(const std::string& name, const YamlSection& entry, const std:
                    const Frame& frame, bool rows, const Stop& stop) {
   entry.allow_only({"type", "file", "position", "orientation", "accelerometer", "gyroscope", "accelerometer_bias_walk",
                     "gyroscope_bias_walk", "integration", "initial_accelerometer_bias", "initial_gyroscope_bias",
-                    "max_gap", "max_specific_force", "max_angular_rate"});
+                    "max_gap", "max_specific_force", "max_angular_rate", "delay"});
   ImuSensor imu;
   imu.name = name;
   imu.mount = read_extrinsics(entry, frame);
@@ -58,13 +58,18 @@ ImuSensor read_imu(const std::string& name, const YamlSection& entry, const std:
   read_positive(entry, "max_gap", imu.max_gap);
   read_positive(entry, "max_specific_force", imu.max_specific_force);
   read_positive(entry, "max_angular_rate", imu.max_angular_rate);
+  const double delay = read_delay(entry, true);
 
   const std::filesystem::path file = sensor_file(entry, folder);
-  if (!rows) return imu;
+  if (!rows) {
+    imu.set_delay(delay);
+    return imu;
+  }
   const Table table = read_csv(file, imu_columns, TimeOrder::any, stop);
   if (table.rows() < 2) throw Error(fmt::format("{} needs two samples or more", table.file.string()));
   imu.samples.reserve(table.rows());
   for (std::size_t i = 0; i < table.rows(); ++i) imu.samples.push_back(imu_sample(table.row(i), frame));
+  imu.set_delay(delay);
   return imu;
 }
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include <tandem/problem/navigation/navigation_data.hpp>
-#include <tandem/solvers/stop.hpp>
+#include <tandem/problem/stop.hpp>
 #include <tandem/studies/scenario/frame.hpp>
 #include <tandem/studies/scenario/yaml_section.hpp>
 

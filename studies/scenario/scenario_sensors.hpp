@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <string>
 
+#include <tandem/problem/stop.hpp>
 #include <tandem/problem/tracking/target_sensor.hpp>
-#include <tandem/solvers/stop.hpp>
 #include <tandem/studies/scenario/frame.hpp>
 #include <tandem/studies/scenario/yaml_section.hpp>
 

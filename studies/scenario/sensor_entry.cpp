@@ -22,10 +22,10 @@ SE3 read_extrinsics(const YamlSection& sensor, const Frame& frame, const std::st
   return frame.body(SE3(R, t));
 }
 
-double read_delay(const YamlSection& sensor) {
+double read_delay(const YamlSection& sensor, bool may_be_early) {
   if (!sensor.has("delay")) return 0;
   const double delay = sensor.number("delay");
-  if (delay < 0) sensor.fail("delay", fmt::format("delay {:g} s is negative", delay));
+  if (delay < 0 && !may_be_early) sensor.fail("delay", fmt::format("delay {:g} s is negative", delay));
   return delay;
 }
 

@@ -16,8 +16,8 @@ namespace tandem {
 
 /// A sensor in a body, out of the keys `position` and `orientation`, both optional, with a prefix before each.
 SE3 read_extrinsics(const YamlSection& sensor, const Frame& frame, const std::string& prefix = "");
-/// Seconds, zero where none is given.
-double read_delay(const YamlSection& sensor);
+/// Seconds, zero where none is given; below zero, stamps being early, where that may be.
+double read_delay(const YamlSection& sensor, bool may_be_early = false);
 /// Out of the key `error`: {sigma: […], time: 20, scale: 0.01, misalignment: 0.02, delay: 0.1}, a bias of so many rows,
 /// constant without a time, and the standard deviations of constants; one or more of them.
 std::optional<StayingError> read_error(const YamlSection& sensor, int rows);

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include <tandem/problem/navigation/trajectory.hpp>
-#include <tandem/solvers/stop.hpp>
+#include <tandem/problem/stop.hpp>
 
 namespace tandem {
 

@@ -113,7 +113,7 @@ void parse(std::size_t which, const std::string& text) {
     case 18:
       return set_sensor(&SensorOptions::losses, "--loss", text, parse_loss);
     case 19:
-      return set_sensor(&SensorOptions::delays, "--delay", text, parse_magnitude);
+      return set_sensor(&SensorOptions::delays, "--delay", text, parse_finite);
     case 20:
       return set_sensor(&SensorOptions::hold_out, "--hold-out", text, parse_count);
     case 21: {

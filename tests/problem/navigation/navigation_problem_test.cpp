@@ -29,6 +29,12 @@ TEST(Navigation, ExactDataLandsOnTheTruth) {
   EXPECT_TRUE(problem.splits.empty());
 }
 
+TEST(Navigation, BuildingEndsWhereItIsToStop) {
+  const LevelTurn turn;
+  const std::atomic<bool> stop = true;
+  EXPECT_THROW(make_navigation_problem(turn.data(), turn.guess(), turn.start(), {}, Stop(&stop)), Stopped);
+}
+
 /// Each measurement at a keyframe of its own says the same as carried there from the keyframe before.
 TEST(Navigation, BetweenKeyframesAsAtKeyframes) {
   LevelTurn turn;

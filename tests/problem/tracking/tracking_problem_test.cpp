@@ -226,6 +226,16 @@ TEST(Tracking, TheStartIsNearTheTruth) {
   }
 }
 
+TEST(Tracking, BuildingEndsWhereItIsToStop) {
+  const TrackingData data = Simulation().data();
+  std::atomic<bool> stop = true;
+  EXPECT_THROW(make_tracking_problem(data, {}, Stop(&stop)), Stopped);
+  EXPECT_THROW(make_tracking_problem(data, {.robust_start = true}, Stop(nullptr, 0)), Stopped);
+  stop = false;
+  EXPECT_EQ(make_tracking_problem(data, {}, Stop(&stop)).problem.num_soft_blocks(),
+            make_tracking_problem(data).problem.num_soft_blocks());
+}
+
 TEST(Tracking, WithoutOpticalTheTargetHeadsWhereItGoes) {
   Simulation simulation;
   simulation.optical = false;

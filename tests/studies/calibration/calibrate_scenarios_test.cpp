@@ -163,10 +163,18 @@ TEST(CalibrateScenarios, LessNoiseOfDeadReckoningNeedsFixesToBeTriedBy) {
   EXPECT_NEAR(untested.result.factor, 0.5, 0.1);
 }
 
-TEST(CalibrateScenarios, AStopKeepsWhatThereIs) {
+TEST(CalibrateScenarios, AStopBeforeAnythingIsSolvedLeavesNothing) {
   const std::atomic<bool> stop = true;
   ScenarioCalibrationOptions options;
   options.stop = Stop(&stop);
+  EXPECT_THROW(calibrate_scenarios({simulated(5, 60)}, options), Stopped);
+}
+
+TEST(CalibrateScenarios, AStopKeepsWhatThereIs) {
+  std::atomic<bool> stop = false;
+  ScenarioCalibrationOptions options;
+  options.stop = Stop(&stop);
+  options.progress = [&stop](const std::string&) { stop = true; };
   const ScenarioCalibration found = calibrate_scenarios({simulated(5, 60)}, options);
   EXPECT_FALSE(found.summary.converged());
   EXPECT_FALSE(found.parameters.empty());

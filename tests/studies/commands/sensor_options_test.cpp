@@ -99,6 +99,15 @@ TEST(SensorOptions, DelaysAndSensorsLeftOutWithTheirFiles) {
   EXPECT_FALSE(a.scenario.navigation->imu || a.scenario.files.imu);
 }
 
+TEST(SensorOptions, AnImusStampsMayBeEarly) {
+  const Applied plain = apply_words({}, true), a = apply_words({"--delay", "imu=-0.005"}, true);
+  EXPECT_EQ(a.error, "");
+  const ImuSensor &before = *plain.scenario.navigation->imu, &imu = *a.scenario.navigation->imu;
+  EXPECT_EQ(imu.delay, -0.005);
+  ASSERT_EQ(imu.samples.size(), before.samples.size());
+  for (std::size_t i = 0; i < imu.samples.size(); ++i) EXPECT_EQ(imu.samples[i].t, before.samples[i].t + 0.005);
+}
+
 TEST(SensorOptions, ErrorsThatStay) {
   const Applied a = apply_words({"--error", "dvl.scale=0.01", "--error", "dvl=0.1,0.2,0.3:20", "--error",
                                  "usbl.delay=0.2", "--error", "usbl.misalignment=0.03"},
@@ -118,7 +127,7 @@ TEST(SensorOptions, ErrorsThatStay) {
   EXPECT_THAT(error("usbl.scale=0"), HasSubstr("above zero"));
   EXPECT_THAT(error("usb.scale=0.1"), HasSubstr("knows no sensor 'usb'"));
   EXPECT_THAT(error("usbl.size=0.1"), HasSubstr("knows no sensor 'usbl.size'"));
-  EXPECT_THAT(error("imu.scale=0.1"), HasSubstr("biases alone"));
+  EXPECT_THAT(error("imu.scale=0.1"), HasSubstr("its delay is given by --delay imu"));
 }
 
 TEST(SensorOptions, EveryNthMeasurementIsHeldOut) {
@@ -156,8 +165,9 @@ TEST(SensorOptions, SayWhatIsWrong) {
   EXPECT_THAT(error("--loss", "dlv=huber", true),
               HasSubstr("did you mean dvl? (here: usbl, camera, imu, dvl and gps)"));
   EXPECT_THAT(error("--loss", "orientation=huber", true, false), HasSubstr("--loss knows no sensor 'orientation'"));
-  EXPECT_THAT(error("--delay", "imu=1", true), HasSubstr("delays are against the imu's own time"));
-  EXPECT_THAT(error("--delay", "gps=-1", true), HasSubstr("--delay gps takes a finite number"));
+  EXPECT_THAT(error("--delay", "imu=soon", true), HasSubstr("--delay"));
+  EXPECT_THAT(error("--delay", "gps=-1", true), HasSubstr("--delay gps takes a finite number, zero or above"));
+  EXPECT_THAT(error("--delay", "usbl=-1", true), HasSubstr("an imu's stamps alone may be early"));
   EXPECT_THAT(error("--without", "camra"), HasSubstr("--without knows no sensor 'camra'; did you mean camera?"));
   EXPECT_THAT(error("--hold-out", "1"), HasSubstr("--hold-out 1 would leave no measurement"));
   EXPECT_THAT(error("--hold-out", "camra=2"), HasSubstr("did you mean camera?"));

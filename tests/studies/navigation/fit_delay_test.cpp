@@ -19,7 +19,10 @@ class FitDelay : public testing::Test {
 TEST_F(FitDelay, OfTheInertialSensorMayBeBelowZero) {
   NavigationData data = dive();
   for (ImuSample& sample : data.imu->samples) sample.t -= 0.03;
-  const DelayFit fit = fit_delay(data, data.imu->name);
+  NavigationData told = data;  // that stamps are late by 20 ms, which changes when samples were valid
+  told.imu->delay = 0.02;
+  const DelayFit fit = fit_delay(data, data.imu->name), again = fit_delay(told, told.imu->name);
+  EXPECT_NEAR(again.delay, fit.delay + 0.02, 1e-3);
   ASSERT_TRUE(fit.deviation);
   EXPECT_LT(*fit.deviation, 0.01);
   EXPECT_NEAR(fit.delay, -0.03, 3 * *fit.deviation + 1e-3);  // the grid is of 1 ms
@@ -31,6 +34,9 @@ TEST_F(FitDelay, IsSetWhereItsSensorHasOne) {
   const NavigationData before = data;
   set_delay(data, data.imu->name, -0.02);
   EXPECT_EQ(data.imu->samples[7].t, before.imu->samples[7].t + 0.02);
+  EXPECT_EQ(data.imu->delay, -0.02);
+  set_delay(data, data.imu->name, 0);
+  EXPECT_NEAR(data.imu->samples[7].t, before.imu->samples[7].t, 1e-12);
   set_delay(data, data.sensors[0].name, 0.1);
   EXPECT_EQ(data.sensors[0].delay, 0.1);
   EXPECT_EQ(data.sensors[0].measurements[0].t, before.sensors[0].measurements[0].t);

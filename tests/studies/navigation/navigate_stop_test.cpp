@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <tandem/solvers/stop.hpp>
+#include <tandem/problem/stop.hpp>
 #include <tandem/studies/navigation/fit_delay.hpp>
 #include <tandem/studies/simulation/simulate_dive.hpp>
 

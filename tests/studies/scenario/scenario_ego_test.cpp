@@ -68,7 +68,7 @@ TEST_F(ScenarioEgo, InertialSensor) {
 TEST_F(ScenarioEgo, EveryKeyOfAnInertialSensor) {
   const ImuSensor imu = *read(std::string(kImu) +
                                   ", integration: 0.1, initial_accelerometer_bias: 0.2, initial_gyroscope_bias: 0.3, "
-                                  "max_gap: 0.4, max_specific_force: 50, max_angular_rate: 6",
+                                  "max_gap: 0.4, max_specific_force: 50, max_angular_rate: 6, delay: -0.005",
                               kSamples)
                              .imu;
   EXPECT_EQ(imu.noise.integration, 0.1);
@@ -77,6 +77,8 @@ TEST_F(ScenarioEgo, EveryKeyOfAnInertialSensor) {
   EXPECT_EQ(imu.max_gap, 0.4);
   EXPECT_EQ(imu.max_specific_force, 50.0);
   EXPECT_EQ(imu.max_angular_rate, 6.0);
+  EXPECT_EQ(imu.delay, -0.005);
+  EXPECT_EQ(imu.samples[1].t, 0.01 + 0.005);
 }
 
 TEST_F(ScenarioEgo, TheOtherSensors) {

@@ -8,7 +8,6 @@
 #include <string_view>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/solvers/summary.hpp>
 
 namespace tandem {
 
@@ -28,8 +27,10 @@ class Stop {
     if (limit < std::chrono::hours(24 * 365))
       deadline_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(limit);
   }
-  /// The limits of a solve, from now on, for all that is to be done with it.
-  explicit Stop(const SolverOptions& options) : Stop(options.stop, options.time_limit) {}
+  /// The limits of a solve's options, from now on, for all that is to be done with it.
+  template <class Options>
+  requires requires(const Options& o) { Stop(o.stop, o.time_limit); }
+  explicit Stop(const Options& options) : Stop(options.stop, options.time_limit) {}
 
   bool interrupted() const { return flag_ && flag_->load(std::memory_order_relaxed); }
   bool reached() const { return interrupted() || (deadline_ < Clock::time_point::max() && Clock::now() >= deadline_); }
@@ -38,11 +39,10 @@ class Stop {
     if (!reached()) return;
     throw Stopped(std::string(what) + (interrupted() ? ": interrupted" : ": the time limit was reached"));
   }
-  /// The same with so many seconds more.
-  Stop later(double seconds) const {
+  /// The same with a second more: of reading and building, without which there is nothing to give.
+  Stop with_grace() const {
     Stop stop = *this;
-    if (deadline_ < Clock::time_point::max())
-      stop.deadline_ += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+    if (deadline_ < Clock::time_point::max()) stop.deadline_ += std::chrono::seconds(1);
     return stop;
   }
   /// The limits of the next solve: what is left of the time.
