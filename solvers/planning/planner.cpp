@@ -7,6 +7,7 @@
 #include <tandem/problem/program.hpp>
 #include <tandem/solvers/augmented_lagrangian.hpp>
 #include <tandem/solvers/ipopt.hpp>
+#include <tandem/solvers/nlopt.hpp>
 #include <tandem/solvers/planning/planner.hpp>
 
 namespace tandem {
@@ -21,7 +22,17 @@ constexpr double kAtBound = 1e-6;        // in the row's units, over its size
 
 }  // namespace
 
-std::string_view name(PlanSolver solver) { return solver == PlanSolver::ipopt ? "ipopt" : "augmented-lagrangian"; }
+std::string_view name(PlanSolver solver) {
+  switch (solver) {
+    case PlanSolver::augmented_lagrangian:
+      return "augmented-lagrangian";
+    case PlanSolver::ipopt:
+      return "ipopt";
+    case PlanSolver::slsqp:
+      break;
+  }
+  return "nlopt:slsqp";
+}
 
 std::string_view name(PlanOrigin origin) {
   switch (origin) {
@@ -37,7 +48,16 @@ std::string_view name(PlanOrigin origin) {
 
 template <int N>
 Planner<N>::Planner(const VehicleModel<N>& vehicle, const PlanOptions& plan, const PlannerOptions& options)
-    : options_(options), problem_(vehicle, plan), sqp_(problem_.problem()), step_(vehicle, plan.dt) {}
+    : options_(options), problem_(vehicle, plan), sqp_(problem_.problem()), step_(vehicle, plan.dt) {
+  if (options.solver != PlanSolver::slsqp) return;
+  options_.refine = false;
+  const int unknowns = Program(problem_.problem()).num_unknowns();
+  if (unknowns > kMostDenseUnknowns)
+    throw Error("a plan of " + std::to_string(plan.steps) + " steps has " + std::to_string(unknowns) +
+                " unknowns, and nlopt:slsqp, whose matrices are dense, is for " + std::to_string(kMostDenseUnknowns) +
+                " at most: plan " + std::to_string(plan.steps * kMostDenseUnknowns / unknowns) +
+                " steps, or take ipopt or augmented-lagrangian");
+}
 
 template <int N>
 Plan<N> Planner<N>::pursuit(const VehicleState<N>& start, const Vector<3>& current,
@@ -89,6 +109,13 @@ Summary Planner<N>::globalise(const Plan<N>& guess, double time_limit) {
     ipopt.max_iterations = last_ ? options_.max_warm_iterations : options_.max_iterations;
     ipopt.time_limit = time_limit;
     return tandem::solve(problem().problem(), ipopt);
+  }
+  if (options_.solver == PlanSolver::slsqp) {
+    NloptOptions slsqp;
+    slsqp.algorithm = "slsqp";
+    slsqp.max_iterations = last_ ? options_.max_warm_iterations : options_.max_iterations;
+    slsqp.time_limit = time_limit;
+    return tandem::solve(problem().problem(), slsqp);
   }
   AugmentedLagrangianOptions lagrangian;
   lagrangian.initial_penalty = kPlanPenalty;
@@ -164,6 +191,7 @@ PlanResult<N> Planner<N>::outcome(Summary summary, const VehicleState<N>& start,
   result.plan = problem().plan();
   result.max_violation = result.summary.max_violation;
   result.worst_constraint = result.summary.worst_constraint;
+  if (result.summary.status == Status::unsupported) result.max_violation = violation_at_values(result.worst_constraint);
   result.origin = result.summary.converged() ? PlanOrigin::solved : PlanOrigin::stopped;
   if (!result.accepted() && last_) {
     const Plan<N> shifted = last_->from(start, step_, current);

@@ -13,8 +13,10 @@
 
 namespace tandem {
 
-/// What solves plans: both solve the same program.
-enum class PlanSolver { augmented_lagrangian, ipopt };
+/// What solves plans: all solve the same program. NLopt's SLSQP is there to compare with, alone (without DampedSqp); it
+/// keeps dense matrices.
+enum class PlanSolver { augmented_lagrangian, ipopt, slsqp };
+/// "augmented-lagrangian", "ipopt", "nlopt:slsqp".
 std::string_view name(PlanSolver solver);
 
 struct PlannerOptions {
@@ -28,6 +30,9 @@ struct PlannerOptions {
       25;  ///< of DampedSqp, likewise: then a feasible iterate counts, or the plan before, shifted once
   PursuitOptions pursuit{};  ///< the roll-out that a first plan starts from
 };
+
+/// As many unknowns as SLSQP takes, whose time grows with their cube.
+inline constexpr int kMostDenseUnknowns = 300;
 
 /// A hard constraint may be violated by this much in a plan that is accepted, in its own units.
 inline constexpr double kPlanTolerance = 1e-6;
@@ -62,7 +67,7 @@ struct PlanResult {
 template <int N>
 class Planner {
  public:
-  /// Throws Error when vehicle or options are impossible.
+  /// Throws Error when vehicle or options are impossible, or have too many steps for the solver.
   Planner(const VehicleModel<N>& vehicle, const PlanOptions& plan, const PlannerOptions& options = {});
 
   /// The next plan: `target` has H + 1 instants. A first one starts from a roll-out of pure pursuit. When the solve ends

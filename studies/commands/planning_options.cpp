@@ -30,7 +30,7 @@ double parse_half_angle(const std::string& option, const std::string& text) {
 
 PlanSolver parse_plan_solver(const std::string& option, const std::string& text) {
   std::vector<std::string> names;
-  for (const PlanSolver solver : {PlanSolver::augmented_lagrangian, PlanSolver::ipopt}) {
+  for (const PlanSolver solver : {PlanSolver::augmented_lagrangian, PlanSolver::ipopt, PlanSolver::slsqp}) {
     if (name(solver) == text) return solver;
     names.emplace_back(name(solver));
   }
@@ -83,7 +83,8 @@ void add_chance(CommandOptions& option, double& sigmas) {
 }
 
 void add_plan_solver(CommandOptions& option, PlannerOptions& planner) {
-  option("--solver", "NAME", "ipopt (default) or augmented-lagrangian", planner.solver, parse_plan_solver);
+  option("--solver", "NAME", "ipopt (default), augmented-lagrangian, or, on short horizons, nlopt:slsqp",
+         planner.solver, parse_plan_solver);
   option.set("--deadline", "MS", "For a plan; then the best feasible one counts",
              [&planner](const std::string& name, const std::string& text) {
                planner.deadline = 1e-3 * parse_positive(name, text);

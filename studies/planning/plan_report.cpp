@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <tandem/residuals/roll_pitch.hpp>
 #include <tandem/studies/planning/plan_report.hpp>
 #include <tandem/studies/support/json_text.hpp>
+#include <tandem/studies/support/text.hpp>
 #include <tandem/studies/support/units.hpp>
 
 namespace tandem {
@@ -27,6 +29,41 @@ std::map<std::string, int> count_by_kind(const std::vector<ActiveConstraint>& ac
   std::map<std::string, int> count;
   for (const ActiveConstraint& a : active) ++count[kind(a.constraint)];
   return count;
+}
+
+/// What was asked for, and where the chaser is now.
+std::string described(PlanLimit limit, const PlannedRun& run) {
+  const PlanOptions& o = run.request.plan;
+  const SE3 &chaser = run.start.chaser, &target = run.start.target.now;
+  const auto off_axis = [](const Cone& cone, const SE3& carrier, const SE3& other) {
+    const Vector<3> p = (carrier * cone.apex).inverse().act(other.act(cone.point));
+    return fmt::format("{:.3g}° (now {:.3g}°)", kDegrees * cone.half_angle,
+                       kDegrees * std::atan2(p.tail<2>().norm(), p.x()));
+  };
+  switch (limit) {
+    case PlanLimit::commands:
+      return fmt::format("the ranges of {}'s actuators", run.vehicle.name);
+    case PlanLimit::twist:
+      break;
+    case PlanLimit::depth:
+      return fmt::format("--depth {:g},{:g} (now {:.2f} m)", -o.highest.value_or(HUGE_VAL),
+                         -o.lowest.value_or(-HUGE_VAL), -chaser.translation().z());
+    case PlanLimit::roll_pitch: {
+      Vector<2> r;
+      RollPitch<>{}(chaser, r);
+      return fmt::format("--most-roll-pitch {:g} (now {:.2g}° and {:.2g}°)", kDegrees * *o.most_roll_pitch,
+                         kDegrees * r[0], kDegrees * r[1]);
+    }
+    case PlanLimit::keep_out:
+      return fmt::format("--keep-out {:g} (now {:.2f} m)", o.keep_out,
+                         (chaser.translation() - target.translation()).norm());
+    case PlanLimit::approach:
+      return "--approach " + off_axis(*o.approach, target, chaser);
+    case PlanLimit::view:
+      return "--view " + off_axis(*o.view, chaser, target);
+  }
+  return fmt::format("{}'s most_twist (now {:.2f} m/s and {:.2f} rad/s)", run.vehicle.name,
+                     run.start.chaser_twist.head<3>().norm(), run.start.chaser_twist.tail<3>().norm());
 }
 
 /// Position [m], largest of three axes.
@@ -74,6 +111,7 @@ std::string plan_json(const PlannedRun& run) {
   json["cost"] = run.summary.cost;
   json["max_violation"] = run.max_violation;
   if (!run.worst_constraint.empty()) json["worst_constraint"] = run.worst_constraint;
+  for (const PlanLimit limit : run.clash) json["clash"].push_back(described(limit, run));
   json["iterations"] = run.summary.iterations;
   json["seconds"] = run.summary.seconds;
   json["end"] = {{"position_m", miss.position}, {"attitude_deg", kDegrees * miss.attitude}, {"speed_m_s", miss.speed}};
@@ -87,8 +125,15 @@ std::string plan_json(const PlannedRun& run) {
 
 std::string why_not_accepted(const PlannedRun& run) {
   if (run.accepted()) return "";
-  return fmt::format("no plan meets the hard constraints ({}: {}); the worst is {}, by {:.2g}", run.summary.solver,
-                     run.summary.message, run.worst_constraint, run.max_violation);
+  const std::string found = fmt::format("{}: {}; the worst is {}, by {:.2g}", run.summary.solver, run.summary.message,
+                                        run.worst_constraint, run.max_violation);
+  if (run.clash.empty()) return fmt::format("no plan meets the hard constraints ({})", found);
+  std::vector<std::string> clash;
+  for (const PlanLimit limit : run.clash) clash.push_back(described(limit, run));
+  const bool one = clash.size() == 1;
+  return fmt::format("no plan meets the hard constraints: {}; widen {} ({})",
+                     one ? clash.front() + " cannot be kept from here" : listed(clash) + " clash",
+                     one ? "it" : "one of them", found);
 }
 
 }  // namespace tandem

@@ -117,7 +117,10 @@ PlannedRun plan_with(const VehicleModel<N>& model, const PlanRequest& request, E
   run.coupled = result.coupled;
   run.max_violation = result.max_violation;
   run.worst_constraint = result.worst_constraint;
-  if (result.accepted()) run.active = planner.active_constraints();
+  if (result.accepted())
+    run.active = planner.active_constraints();
+  else if (result.summary.status != Status::time_limit)
+    run.clash = clashing_limits(model, options, request.planner, state, request.current, known);
   const Eigen::Index actuators = Eigen::Index(run.vehicle.actuators.size());
   std::vector<Matrix<6, 6>> fixes;
   for (std::size_t k = 1; k < result.plan.states.size(); ++k)

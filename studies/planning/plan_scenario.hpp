@@ -4,7 +4,7 @@
 #include <vector>
 
 #include <tandem/problem/planning/expected_fixes.hpp>
-#include <tandem/solvers/planning/planner.hpp>
+#include <tandem/solvers/planning/clashing_limits.hpp>
 #include <tandem/studies/planning/vehicle_file.hpp>
 #include <tandem/studies/scenario/scenario.hpp>
 
@@ -57,6 +57,7 @@ struct PlannedRun {
   std::string worst_constraint;
   std::vector<PlannedInstant> instants;
   std::vector<ActiveConstraint> active;
+  std::vector<PlanLimit> clash;  ///< where no plan was found, though not for want of time
 
   bool accepted() const { return max_violation <= kPlanTolerance; }
 };

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include <tandem/solvers/ipopt.hpp>
+#include <tandem/solvers/nlopt.hpp>
 
 #include "needs_program.hpp"
 #include "run_tandem.hpp"
@@ -10,8 +11,10 @@
 namespace tandem {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsSupersetOf;
+using testing::Not;
 
 /// Some 5 m behind the target, which the chaser is to stay 4 m from.
 std::vector<std::string> plan(std::vector<std::string> more) {
@@ -127,7 +130,41 @@ TEST(PlanCommand, ABoundTooTightForTheStartIsNamed) {
   const Outcome run = run_tandem(
       {"plan", "docking_a", "--at", "60", "--goal", "-6,0,-16", "--depth", "15,20", "--horizon", "10", "--quiet"});
   EXPECT_EQ(run.status, 2);
-  EXPECT_THAT(run.errors, HasSubstr("no plan meets the hard constraints"));
+  EXPECT_THAT(run.errors, HasSubstr("no plan meets the hard constraints: --depth 15,20 (now 3.38 m)"));
+}
+
+/// What was asked for is named with where the chaser is now, and what has nothing to do with it is not.
+TEST(PlanCommand, LimitsThatClashAreNamed) {
+  const auto said = [](std::vector<std::string> more) {
+    std::vector<std::string> words{"plan", "docking_a", "--at", "400", "--goal", "-6,0,-3.4", "--horizon", "8"};
+    words.insert(words.end(), more.begin(), more.end());
+    if (!ipopt_available()) words.insert(words.end(), {"--solver", "augmented-lagrangian"});
+    const Outcome run = run_tandem(words);
+    EXPECT_EQ(run.status, 2) << run.errors;
+    return run.errors;
+  };
+  EXPECT_THAT(
+      said({"--depth", "0,1", "--keep-out", "2"}),
+      AllOf(HasSubstr("--depth 0,1 (now 3.10 m) cannot be kept from here; widen it"), Not(HasSubstr("--keep-out"))));
+  EXPECT_THAT(said({"--most-roll-pitch", "0.5"}), HasSubstr("--most-roll-pitch 0.5 (now 1.9° and 2.1°)"));
+  EXPECT_THAT(said({"--view", "60"}), HasSubstr("--view 60° (now 144°) cannot be kept"));
+  EXPECT_THAT(said({"--approach", "20"}), HasSubstr("--approach 20° (now 117°) cannot be kept"));
+}
+
+TEST(PlanCommand, NloptFindsTheSamePlanOnAShortHorizon) {
+  if (nlopt_algorithms().empty()) GTEST_SKIP() << "this build has no NLopt";
+  const auto planned = [](const std::string& solver) {
+    const Outcome run = run_tandem({"plan", "docking_a", "--at", "400", "--goal", "-6,0,-3.4", "--horizon", "6",
+                                    "--keep-out", "3", "--solver", solver, "--json"});
+    EXPECT_EQ(run.status, 0) << run.errors;
+    return nlohmann::json::parse(run.output);
+  };
+  const auto slsqp = planned("nlopt:slsqp"), other = planned("augmented-lagrangian");
+  EXPECT_EQ(slsqp["solver"], "nlopt:slsqp");
+  EXPECT_NEAR(slsqp["cost"].get<double>(), other["cost"].get<double>(), 1e-4 * (1 + other["cost"].get<double>()));
+  EXPECT_LE(slsqp["max_violation"].get<double>(), 1e-6);
+  EXPECT_THAT(refusal({"plan", "docking_a", "--at", "400", "--goal", "-6,0,-3.4", "--solver", "nlopt:slsqp"}),
+              HasSubstr("a plan of 50 steps has 900 unknowns"));
 }
 
 }  // namespace
