@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include <tandem/problem/planning/plan_blocks.hpp>
 #include <tandem/problem/planning/plan_options.hpp>
 #include <tandem/problem/planning/target_prediction.hpp>
 #include <tandem/problem/problem.hpp>
@@ -78,21 +79,17 @@ class PlanProblem {
  private:
   using Twist = Variable<Rn<6>>;
   using Actuators = Variable<Rn<N>>;
-  using Margins = std::vector<Variable<Rn<1>>>;  ///< of a constraint, after each step: less the margin [m]; fixed
 
   PlanProblem(const VehicleModel<N>& vehicle, const PlanOptions& options, std::optional<CoupledEstimate> estimate,
               std::unique_ptr<Problem> own);
+  detail::PlanStep at(int k) const;  ///< after k steps
   Gaussian cost(const Eigen::VectorXd& sigma) const;
   void add_variables();
-  void add_target_motion(int k);
   void add_motion(int k);
   void add_costs(int k);
   void add_bounds(int k);
   template <Residual R, class B>
   void constrain(const R& residual, const B& bounds, const VariablesOf<R>& x);
-  /// constraint ≥ margin. Its states: of the one that it is measured from, and the other.
-  template <Residual R>
-  void keep_inside(const R& constraint, Margins& margins, const Variable<SE3>& from, const Variable<SE3>& other);
   void set_margins();
   void set_gains();
 
@@ -106,7 +103,7 @@ class PlanProblem {
   std::vector<Twist> twist_, target_twist_;  // the target's as seen from the goal, which goes with it
   std::vector<Actuators> actuators_, command_;
   std::vector<std::vector<Block>> hard_;  // of each step
-  Margins keep_out_margin_, approach_margin_, view_margin_;
+  detail::PlanMargins margins_;
   std::vector<Variable<Rn<1>>> gain_;  // of Unseen, after each step; fixed
   std::vector<Matrix<6, 6>> target_covariance_;
 };

@@ -7,34 +7,11 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/planning/plan_problem.hpp>
-#include <tandem/residuals/biased.hpp>
-#include <tandem/residuals/constant_twist.hpp>
-#include <tandem/residuals/damped_twist.hpp>
-#include <tandem/residuals/depth.hpp>
 #include <tandem/residuals/prior.hpp>
-#include <tandem/residuals/range.hpp>
 #include <tandem/residuals/relative_pose.hpp>
-#include <tandem/residuals/relative_rotation.hpp>
-#include <tandem/residuals/roll_pitch.hpp>
-#include <tandem/residuals/usbl_position.hpp>
-#include <tandem/residuals/vehicle/inside_cone.hpp>
-#include <tandem/residuals/vehicle/twist_kinematics.hpp>
-#include <tandem/residuals/vehicle/unseen.hpp>
 
 // The members of plan_problem.hpp's templates, for the sources that instantiate them.
 namespace tandem {
-namespace detail {
-
-inline Range<> keep_out_of(const PlanOptions& o) { return Range<>{o.keep_out}; }
-inline InsideCone<> inside_of(const Cone& cone) { return {cone.half_angle, cone.apex, cone.point}; }
-
-/// √(J Σ Jᵀ)
-inline double standard_deviation(const Matrix<1, 6>& J, const Matrix<6, 6>& covariance) {
-  return std::sqrt(std::max(0.0, (J * covariance * J.transpose())(0, 0)));
-}
-
-}  // namespace detail
-
 template <int N>
 Plan<N> Plan<N>::shifted(const VehicleStep<N>& step, const Vector<3>& current) const {
   Plan later = *this;
@@ -76,7 +53,6 @@ PlanProblem<N>::PlanProblem(const VehicleModel<N>& vehicle, const PlanOptions& o
   for (int k = 0; k < options.steps; ++k) {
     hard_.emplace_back();
     add_motion(k);
-    if (estimate_) add_target_motion(k);
     add_costs(k);
     add_bounds(k);
   }
@@ -102,21 +78,6 @@ void PlanProblem<N>::add_variables() {
   if (!estimate_) problem_.fix(chaser_.front());
 }
 
-/// As predict_target has it, with its noise.
-template <int N>
-void PlanProblem<N>::add_target_motion(int k) {
-  const CoupledEstimate& e = *estimate_;
-  const std::size_t now = std::size_t(k);
-  const double last = k == 0 ? e.dt : options_.dt, dt = options_.dt;
-  const std::tuple poses{k == 0 ? e.before : target_[now - 1], target_[now], target_[now + 1]};
-  if (e.time_constants) {
-    const Vector<6> sigma = e.noise.cwiseProduct(DampedTwist<SE3>::spread(last, dt, *e.time_constants));
-    problem_.minimize(DampedTwist<SE3>::over(last, dt, *e.time_constants), Gaussian(Eigen::VectorXd(sigma)), poses);
-  } else {
-    problem_.minimize(ConstantTwist<SE3>{last, dt}, Gaussian(Eigen::VectorXd(std::sqrt(dt) * e.noise)), poses);
-  }
-}
-
 /// A standard deviation counts for less where the cost is a share.
 template <int N>
 Gaussian PlanProblem<N>::cost(const Eigen::VectorXd& sigma) const {
@@ -131,36 +92,29 @@ void PlanProblem<N>::constrain(const R& residual, const B& bounds, const Variabl
 }
 
 template <int N>
+detail::PlanStep PlanProblem<N>::at(int k) const {
+  const std::size_t i = std::size_t(k);
+  return {chaser_[i], target_[i], twist_[i], target_twist_[i]};
+}
+
+template <int N>
 void PlanProblem<N>::add_motion(int k) {
   const std::size_t now = std::size_t(k), next = now + 1;
   const double dt = options_.dt;
-  constrain(TwistKinematics<SE3>{dt}, equal_to(0), {chaser_[now], twist_[now], chaser_[next], twist_[next]});
+  hard_.back().push_back(detail::tie_kinematics(problem_, dt, at(k), at(k + 1)));
   constrain(VehicleDynamics<N>(vehicle_, dt), equal_to(0),
             {chaser_[now], twist_[now], twist_[next], actuators_[now], command_[now], current_});
   constrain(ActuatorLag<N>(vehicle_.lag, dt), equal_to(0), {actuators_[now], command_[now], actuators_[next]});
+  if (estimate_)
+    detail::tie_target(problem_, *estimate_, k == 0 ? estimate_->dt : dt, dt,
+                       k == 0 ? estimate_->before : target_[now - 1], target_[now], target_[next]);
 }
 
 template <int N>
 void PlanProblem<N>::add_costs(int k) {
   const std::size_t now = std::size_t(k), next = now + 1;
   const PlanOptions& o = options_;
-  const bool last = k + 1 == o.steps;
-  const double position = last ? o.terminal_position : o.running_position;
-  const double attitude = last ? o.terminal_attitude : o.running_attitude;
-  problem_.minimize(UsblPosition<>{o.goal.translation()}, cost(Eigen::Vector3d::Constant(position)),
-                    {target_[next], chaser_[next]});
-  problem_.minimize(RelativeRotation<>{o.goal.rotation()}, cost(Eigen::Vector3d::Constant(attitude)),
-                    {target_[next], chaser_[next]});
-  if (o.information > 0) {
-    gain_.push_back(problem_.add(Rn<1>(), "information at step " + std::to_string(next)));
-    problem_.fix(gain_.back());
-    problem_.minimize(Unseen{o.sight}, cost(Vector<1>(1.0 / std::sqrt(o.information))),
-                      {chaser_[next], target_[next], gain_.back()});
-  }
-  Vector<6> speed;
-  speed << Vector<3>::Constant(o.running_speed), Vector<3>::Constant(o.running_turn_rate);
-  problem_.minimize(RelativePose<Rn<6>>{}, cost(speed), {target_twist_[next], twist_[next]});
-
+  if (const auto gain = detail::add_goal(problem_, o, k + 1, share(), at(k + 1))) gain_.push_back(*gain);
   const Vector<N> half = 0.5 * (vehicle_.upper - vehicle_.lower);
   const Rn<N> neutral(Vector<N>(Vector<N>::Zero().cwiseMax(vehicle_.lower).cwiseMin(vehicle_.upper)));
   problem_.minimize(Prior<Rn<N>>{neutral}, cost(o.effort * half), {actuators_[next]});
@@ -170,26 +124,8 @@ void PlanProblem<N>::add_costs(int k) {
 
 template <int N>
 void PlanProblem<N>::add_bounds(int k) {
-  const std::size_t now = std::size_t(k), next = now + 1;
-  const PlanOptions& o = options_;
-  constexpr double none = std::numeric_limits<double>::infinity();
-  constrain(Prior<Rn<N>>{}, Bounds<N>{vehicle_.lower, vehicle_.upper}, {command_[now]});
-  if (o.twist) constrain(Prior<Rn<6>>{}, *o.twist, {twist_[next]});
-  if (o.lowest || o.highest)
-    constrain(Depth{0.0}, between(o.lowest.value_or(-none), o.highest.value_or(none)), {chaser_[next]});
-  if (o.most_roll_pitch) constrain(RollPitch<>{}, between(-*o.most_roll_pitch, *o.most_roll_pitch), {chaser_[next]});
-  if (o.keep_out > 0) keep_inside(detail::keep_out_of(o), keep_out_margin_, chaser_[next], target_[next]);
-  if (o.approach) keep_inside(detail::inside_of(*o.approach), approach_margin_, target_[next], chaser_[next]);
-  if (o.view) keep_inside(detail::inside_of(*o.view), view_margin_, chaser_[next], target_[next]);
-}
-
-template <int N>
-template <Residual R>
-void PlanProblem<N>::keep_inside(const R& constraint, Margins& margins, const Variable<SE3>& from,
-                                 const Variable<SE3>& other) {
-  margins.push_back(problem_.add(Rn<1>(), "margin at step " + std::to_string(margins.size() + 1)));
-  problem_.fix(margins.back());
-  constrain(Biased<R>{constraint}, at_least(0), {from, other, margins.back()});
+  constrain(Prior<Rn<N>>{}, Bounds<N>{vehicle_.lower, vehicle_.upper}, {command_[std::size_t(k)]});
+  detail::add_limits(problem_, options_, at(k + 1), margins_, hard_.back());
 }
 
 /// What a fix would tell if none came before it.
@@ -207,21 +143,7 @@ template <int N>
 void PlanProblem<N>::set_margins() {
   if (!(options_.chance > 0)) return;
   if (target_covariance_.size() != target_.size()) throw Error("a plan by chance needs the target's covariances");
-  const auto set = [&](const auto& margins, std::size_t k, const auto& constraint, const SE3& from, const SE3& other,
-                       bool from_target) {
-    if (margins.empty()) return;
-    Vector<1> c;
-    Matrix<1, 6> by_target;
-    constraint(from, other, c, from_target ? &by_target : nullptr, from_target ? nullptr : &by_target);
-    const double sigma = detail::standard_deviation(by_target, target_covariance_[k]);
-    problem_.set_value(margins[k - 1], Rn<1>(Vector<1>(-options_.chance * sigma)));
-  };
-  for (std::size_t k = 1; k < target_.size(); ++k) {
-    const SE3 &chaser = problem_.value(chaser_[k]), &target = problem_.value(target_[k]);
-    set(keep_out_margin_, k, detail::keep_out_of(options_), chaser, target, false);
-    if (options_.approach) set(approach_margin_, k, detail::inside_of(*options_.approach), target, chaser, true);
-    if (options_.view) set(view_margin_, k, detail::inside_of(*options_.view), chaser, target, false);
-  }
+  detail::set_margins(problem_, options_, chaser_, target_, target_covariance_, margins_);
 }
 
 template <int N>
