@@ -87,13 +87,11 @@ void add_limits(Problem& problem, const PlanOptions& o, const PlanStep& step, Pl
   constexpr double none = std::numeric_limits<double>::infinity();
   if (o.twist) hard.push_back(problem.subject_to(Prior<Rn<6>>{}, *o.twist, {step.twist}));
   if (o.lowest || o.highest)
-    hard.push_back(problem.subject_to(Depth{0.0}, between(o.lowest.value_or(-none), o.highest.value_or(none)),
-                                      {step.chaser}));
-  if (o.most_roll_pitch)
     hard.push_back(
-        problem.subject_to(RollPitch<>{}, between(-*o.most_roll_pitch, *o.most_roll_pitch), {step.chaser}));
-  if (o.keep_out > 0)
-    hard.push_back(keep_inside(problem, keep_out_of(o), margins.keep_out, step.chaser, step.target));
+        problem.subject_to(Depth{0.0}, between(o.lowest.value_or(-none), o.highest.value_or(none)), {step.chaser}));
+  if (o.most_roll_pitch)
+    hard.push_back(problem.subject_to(RollPitch<>{}, between(-*o.most_roll_pitch, *o.most_roll_pitch), {step.chaser}));
+  if (o.keep_out > 0) hard.push_back(keep_inside(problem, keep_out_of(o), margins.keep_out, step.chaser, step.target));
   if (o.approach)
     hard.push_back(keep_inside(problem, inside_of(*o.approach), margins.approach, step.target, step.chaser));
   if (o.view) hard.push_back(keep_inside(problem, inside_of(*o.view), margins.view, step.chaser, step.target));

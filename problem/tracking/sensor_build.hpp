@@ -8,11 +8,9 @@
 #include <tandem/problem/tracking/planar.hpp>
 #include <tandem/problem/tracking/tracking_build.hpp>
 #include <tandem/residuals/direction.hpp>
-#include <tandem/residuals/gauss_markov.hpp>
 #include <tandem/residuals/interpolated.hpp>
 #include <tandem/residuals/miscalibrated.hpp>
 #include <tandem/residuals/on_course.hpp>
-#include <tandem/residuals/prior.hpp>
 
 namespace tandem::detail {
 
@@ -112,7 +110,11 @@ class SensorBuild {
     const double dt = other == k ? -1 : build_.out.keyframes[other].t - build_.out.keyframes[k].t;
     SensorConstants& constants = build_.constants;
     Problem& problem = build_.problem;
-    const auto bias = error.has_bias() ? this->bias<R::dim>() : constants.none<Rn<R::dim>>(problem);
+    using Bias = Rn<R::dim>;
+    const auto bias =
+        error.has_bias()
+            ? std::get<Variable<Bias>>(build_.bias_at(placed_.sensor, sensor_.valid_at(measurement_)).state)
+            : constants.none<Bias>(problem);
     return put<Whole>({residual, mount(), beacon(), dt},
                       {build_.chaser[k], build_.chaser[other], target, std::get<Variable<T>>(build_.target[other]),
                        bias, constants.get<Rn<1>>(problem, sensor_.name, "scale", error.scale),
@@ -142,30 +144,6 @@ class SensorBuild {
     return *farthest;
   }
   static constexpr double kDelays = 2;  ///< that motion is known over, in standard deviations
-
-  /// The sensor's bias at the measurement's time, tied to the one before.
-  template <int N>
-  Variable<Rn<N>> bias() {
-    const StayingError& staying = *sensor_.error;
-    const std::string entry = sensor_.name + ".error";
-    const Gaussian spread = noise_of(entry, staying.sigma, N);
-    const double t = sensor_.valid_at(measurement_);
-    const auto [at, is_first] = build_.errors.try_emplace(placed_.sensor);
-    if (!is_first) {
-      const auto last = std::get<Variable<Rn<N>>>(at->second.error);
-      const auto step = GaussMarkov<N>::after(std::abs(t - at->second.t), staying.time);
-      if (!(step.spread() > kNoStep)) return last;  // constant, or of one instant
-      const auto next = build_.problem.add(Rn<N>(), entry);
-      build_.minimize(step, entry, spread.scaled(step.spread()), {last, next});
-      at->second = {t, next};
-      return next;
-    }
-    const auto first = build_.problem.add(Rn<N>(), entry);
-    build_.minimize(Prior<Rn<N>>{Rn<N>()}, entry, spread, {first});
-    at->second = {t, first};
-    return first;
-  }
-  static constexpr double kNoStep = 1e-6;
 
   template <Residual R, LieGroup... Xs>
   static Innovation innovation(const R& residual, const Xs&... x) {

@@ -121,7 +121,7 @@ struct TargetSensor {
   std::optional<Loss> loss{};              ///< in place of the problem's; with orientation_loss, on the position alone
   std::optional<Loss> orientation_loss{};  ///< of a pose's orientation: position and orientation are then two residuals
   std::vector<Measurement> measurements{};
-  std::optional<StayingError> error{};  ///< beside its noise; of whole recordings
+  std::optional<StayingError> error{};  ///< beside its noise
 
   double valid_at(const Measurement& m) const { return m.t - delay; }
   /// The measured position of the target's marker in the sensor's frame [m], where one measurement gives it.

@@ -40,12 +40,7 @@ void drop_front(std::vector<T>& v, std::size_t n) {
 template <LieGroup G>
 TargetWindow<G>::TargetWindow(Problem& problem, const TrackingData& settings, const TrackingOptions& options)
     : problem_(problem), data_(without_measurements(settings)), options_(options), build_{data_, options_, problem_,
-                                                                                          out_,  {},       {}} {
-  for (const TargetSensor& sensor : data_.sensors)
-    if (sensor.error)
-      throw Error(sensor.name +
-                  ": an error that stays is estimated from whole recordings alone, not as lines come; leave it out");
-}
+                                                                                          out_,  {},       {}} {}
 
 template <LieGroup G>
 void TargetWindow<G>::add_keyframe(double t, const SE3& dead_reckoned, const Variable<G>* chaser, std::size_t sensor,
@@ -87,6 +82,22 @@ void TargetWindow<G>::add_keyframe(double t, const SE3& dead_reckoned, const Var
   }
   build_.add_motion(k);
   build_.add_constraints(k);
+}
+
+template <LieGroup G>
+bool TargetWindow<G>::prepare(std::size_t sensor, const Measurement& m) {
+  const TargetSensor& by = data_.sensors[sensor];
+  const double t = by.valid_at(m);
+  if (!by.error || !by.error->has_bias() || !keyframe_at(out_.keyframes, t)) return false;
+  const auto known = build_.biases.find(sensor);
+  if (known == build_.biases.end()) {
+    build_.bias_at(sensor, t);
+    return true;
+  }
+  const auto before = known->second;
+  if (build_.bias_at(sensor, t).t == before.t) return false;
+  left_biases_.push_back(before);
+  return true;
 }
 
 template <LieGroup G>

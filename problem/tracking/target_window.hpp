@@ -1,5 +1,7 @@
 #pragma once
 
+#include <utility>
+
 #include <tandem/problem/tracking/planar.hpp>
 #include <tandem/problem/tracking/tracking_build.hpp>
 
@@ -25,6 +27,13 @@ class TargetWindow {
   /// sees it.
   void add_keyframe(double t, const SE3& dead_reckoned, const Variable<G>* chaser, std::size_t sensor,
                     const Measurement* first);
+  /// Makes ready what a measurement needs beside poses: the bias of its sensor's StayingError at its instant. Returns
+  /// whether there is something new, whose covariance is not known yet.
+  bool prepare(std::size_t sensor, const Measurement& m);
+  /// Calls f(t, variable) for each bias that a newer one has taken the place of since the last call, t when it was measured
+  /// with. The newest of each sensor stays in the problem, however long ago that was.
+  template <class F>
+  void each_left_bias(F f);
   /// Adds a measurement: at the keyframe of its instant, or between the two around it. Returns why not: a sentence when
   /// it is before the window or after the last keyframe.
   std::optional<std::string> add_measurement(std::size_t sensor, const Measurement& m);
@@ -68,9 +77,16 @@ class TargetWindow {
   TrackingOptions options_;
   TrackingProblem out_;
   TrackingBuild<G> build_;
+  std::vector<typename TrackingBuild<G>::SensorBias> left_biases_;
   bool chaser_given_ = false;
   bool new_twin_ = false;  // of the keyframe before the last: a point has joined a pose there
 };
+
+template <LieGroup G>
+template <class F>
+void TargetWindow<G>::each_left_bias(F f) {
+  for (const auto& bias : std::exchange(left_biases_, {})) std::visit([&](const auto& x) { f(bias.t, x); }, bias.state);
+}
 
 template <LieGroup G>
 template <class F>

@@ -30,12 +30,12 @@ struct TrackingBuild {
   std::vector<State> target{};
   std::vector<std::optional<Variable<Point>>> twin{};  ///< Mode B: the point at a pose that is next to one
   std::vector<Variable<Rn<G::dof>>> twist{};           ///< white noise on acceleration
-  /// The newest error that stays of a sensor, by its place in the data.
-  struct LastError {
-    double t;
-    std::variant<Variable<Rn<1>>, Variable<Rn<2>>, Variable<Rn<3>>, Variable<Rn<6>>> error;
+  /// The bias of a sensor's StayingError, of as many rows as its residual has.
+  struct SensorBias {
+    double t;  ///< s, when it was measured with
+    std::variant<Variable<Rn<1>>, Variable<Rn<2>>, Variable<Rn<3>>, Variable<Rn<6>>> state;
   };
-  std::map<std::size_t, LastError> errors{};
+  std::map<std::size_t, SensorBias> biases{};  ///< the newest of each sensor that has one, by its place in the data
   SensorConstants constants{};
 
   std::size_t size() const { return out.keyframes.size(); }
@@ -52,6 +52,8 @@ struct TrackingBuild {
   void add_measurement(std::size_t sensor, std::size_t i, std::size_t k);
   /// The same, of an instant between k and the keyframe after it.
   void add_measurement_after(std::size_t sensor, std::size_t i, std::size_t k);
+  /// The bias of a sensor at t, tied to the one before, unless that is of this instant or constant.
+  const SensorBias& bias_at(std::size_t sensor, double t);
   /// The motion up to k.
   void add_motion(std::size_t k);
   /// Constant or damped twist over three poses, constant or damped velocity over any other triple, at each of the
@@ -66,6 +68,9 @@ struct TrackingBuild {
     return !without_orientation(options.model) &&
            (options.mode == Mode::A || out.keyframes[k].type == KeyframeType::optical);
   }
+
+  template <int N>
+  void add_bias(std::size_t sensor, double t);
 
   /// Adds a cost whose noise is that of an entry of TrackingNoise.
   template <Residual R>

@@ -1,6 +1,8 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/navigation/staying_error_checks.hpp>
 #include <tandem/problem/tracking/tracking_build.hpp>
+#include <tandem/residuals/gauss_markov.hpp>
+#include <tandem/residuals/prior.hpp>
 
 namespace tandem::detail {
 namespace {
@@ -28,6 +30,47 @@ void TrackingBuild<G>::add_measurement_after(std::size_t sensor, std::size_t i, 
   place_by_type(*this, {sensor, i, k, (t - out.keyframes[k].t) / dt(k, k + 1)});
 }
 
+template <LieGroup G>
+template <int N>
+void TrackingBuild<G>::add_bias(std::size_t sensor, double t) {
+  constexpr double kNoStep = 1e-6;  // of its standard deviation
+  const StayingError& staying = *data.sensors[sensor].error;
+  const std::string entry = data.sensors[sensor].name + ".error";
+  const Gaussian spread = noise_of(entry, staying.sigma, N);
+  const auto last = biases.find(sensor);
+  if (last == biases.end()) {
+    const auto first = problem.add(Rn<N>(), entry);
+    minimize(Prior<Rn<N>>{Rn<N>()}, entry, spread, {first});
+    biases.insert({sensor, {t, first}});
+    return;
+  }
+  const auto step = GaussMarkov<N>::after(std::abs(t - last->second.t), staying.time);
+  if (!(step.spread() > kNoStep)) return;
+  const auto next = problem.add(Rn<N>(), entry);
+  minimize(step, entry, spread.scaled(step.spread()), {std::get<Variable<Rn<N>>>(last->second.state), next});
+  last->second = {t, next};
+}
+
+template <LieGroup G>
+const typename TrackingBuild<G>::SensorBias& TrackingBuild<G>::bias_at(std::size_t sensor, double t) {
+  switch (rows(data.sensors[sensor].type, planar)) {
+    case 1:
+      add_bias<1>(sensor, t);
+      break;
+    case 2:
+      add_bias<2>(sensor, t);
+      break;
+    case 3:
+      add_bias<3>(sensor, t);
+      break;
+    default:
+      add_bias<6>(sensor, t);
+  }
+  return biases.at(sensor);
+}
+
+template const TrackingBuild<SE3>::SensorBias& TrackingBuild<SE3>::bias_at(std::size_t, double);
+template const TrackingBuild<SE2>::SensorBias& TrackingBuild<SE2>::bias_at(std::size_t, double);
 template void TrackingBuild<SE3>::add_measurement(std::size_t, std::size_t, std::size_t);
 template void TrackingBuild<SE2>::add_measurement(std::size_t, std::size_t, std::size_t);
 template void TrackingBuild<SE3>::add_measurement_after(std::size_t, std::size_t, std::size_t);

@@ -1,4 +1,5 @@
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/navigation/staying_error_checks.hpp>
 #include <tandem/solvers/online/online_estimator.hpp>
 #include <tandem/solvers/online/online_streams.hpp>
 
@@ -18,6 +19,14 @@ void check(const TrackingData& tracking, const std::optional<NavigationData>& eg
     throw Error("online estimation takes soft constraints only");
   if (ego && tracking.planar)
     throw Error("a planar problem takes odometry: the chaser's own sensors are estimated in space (group SE3)");
+  for (const TargetSensor& sensor : tracking.sensors) {
+    if (!sensor.error) continue;
+    const std::string what = sensor.name + ".error: ";
+    if (sensor.error->delay > 0)
+      throw Error(what + "a delay is estimated from whole recordings alone, not as lines come; leave it out");
+    if (const std::string why = why_invalid(*sensor.error); !why.empty()) throw Error(what + why);
+    if (const std::string why = why_not(sensor); !why.empty()) throw Error(what + why);
+  }
   if (ego)
     for (const EgoSensor& sensor : ego->sensors)
       if (sensor.error)

@@ -112,6 +112,10 @@ bool OnlineWindow::settles_first() {
 
 OnlineWindow::Outcome OnlineWindow::add_measurement(std::size_t sensor, const Measurement& m) {
   Outcome outcome;
+  with_target([&](auto& window) {
+    if (window.prepare(sensor, m)) covariance_ = Covariance::stale;
+    window.each_left_bias([&](double t, const auto& x) { lag_.track(std::max(t, lag_.oldest()), x); });
+  });
   const bool gated = predicts();
   with_target([&](auto& window) {
     outcome.why_not = window.add_measurement(sensor, m);

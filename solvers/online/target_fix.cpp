@@ -67,6 +67,7 @@ std::string why_no_hypotheses(const TrackingData& tracking, bool by_odometry) {
         sensor.type->has(measured::position) ||
         (sensor.type->has(measured::range) && sensor.type->has(measured::direction | measured::angles));
     if (!position) return sensor.name + " does not give a position";
+    if (sensor.error) return sensor.name + " has an error that stays, which the window estimates";
     if (!sensor.type->has(measured::rotation) && !sensor.marker.translation().isZero())
       return sensor.name + " sees a place on the target that its orientation tells";
   }

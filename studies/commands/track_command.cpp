@@ -93,13 +93,16 @@ Newest parse_newest(const std::string& option, const std::string& text) {
 }
 
 /// Hypotheses where they can serve and nothing was said of how the target moves. Then the window need not guess an
-/// orientation where none was measured.
+/// orientation where none was measured; nor where an error that stays alone is why they cannot.
 void choose_newest(const TrackRequest& request, const Scenario& scenario, bool model_given, OnlineOptions& online) {
   const std::string why_not = why_no_hypotheses(scenario.data, moves_by_odometry(scenario));
   if (request.newest == Newest::hypotheses && !why_not.empty())
     throw Error(fmt::format("--newest hypotheses cannot serve in {}: {}", request.problem.scenario, why_not));
   online.hypotheses = request.newest ? *request.newest == Newest::hypotheses : why_not.empty() && !model_given;
-  if (online.hypotheses && !model_given) online.tracking.mode = Mode::B;
+  TrackingData without_errors = scenario.data;
+  for (TargetSensor& sensor : without_errors.sensors) sensor.error.reset();
+  const bool could = why_no_hypotheses(without_errors, moves_by_odometry(scenario)).empty() && !request.newest;
+  if ((online.hypotheses || could) && !model_given) online.tracking.mode = Mode::B;
 }
 
 LiveOptions live_options(const TrackRequest& request) {

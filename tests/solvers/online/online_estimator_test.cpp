@@ -128,6 +128,69 @@ TEST(OnlineTarget, AWindowLongerThanTheRunIsTheBatchEstimate) {
   }
 }
 
+TEST(OnlineTarget, ErrorsThatStayAreThoseOfTheBatchEstimate) {
+  Simulation simulation;
+  simulation.noise = 1.0;
+  TrackingData d = cropped(simulation.data());
+  d.noise.constant_velocity.setConstant(0.1);
+  for (TargetSensor& sensor : d.sensors) {
+    const bool pose = sensor.type->has(measured::rotation);
+    StayingError& error = sensor.error.emplace();
+    error.sigma = Eigen::VectorXd::Constant(sensor.sigma.size(), pose ? 0.05 : 1.0);
+    error.time = pose ? 5.0 : HUGE_VAL;
+    error.misalignment = pose ? 0.0 : 0.05;
+    error.scale = pose ? 0.02 : 0.0;
+  }
+  for (const Mode mode : {Mode::A, Mode::B}) {
+    OnlineEstimator estimator(d, {}, exactly({.mode = mode}));
+    run(d, estimator);
+    expect_same(estimator, batch(d, {.mode = mode}));
+  }
+}
+
+/// Poses that are right and positions that are 2 m off, over windows that no pose before the last was in.
+struct OffPositions {
+  TrackingData data;
+  SimulatedRun simulation;
+
+  explicit OffPositions(double time) {
+    simulation.duration = 120;
+    data =
+        simulation.data({{.name = "camera", .type = SensorType::pose}, {.name = "usbl", .type = SensorType::position}},
+                        every(1.0, 0.0, 120.0));
+    std::erase_if(data.sensors[0].measurements,
+                  [](const Measurement& m) { return std::fmod(m.t, 20.0) > 2.0 || m.t > 110; });
+    for (Measurement& m : data.sensors[1].measurements) m.position += Vector<3>(2, 0, 0);
+    data.sensors[1].sigma.setConstant(0.3);
+    StayingError& error = data.sensors[1].error.emplace();
+    error.sigma = Eigen::VectorXd::Constant(3, 3.0);
+    error.time = time;
+    data = cropped(data);
+  }
+  double error_at_the_end() const {
+    OnlineOptions options;
+    options.lag.window = 8;
+    options.reset.gate = HUGE_VAL;
+    OnlineEstimator estimator(data, {}, options);
+    std::size_t most = 0;
+    estimator.on_update = [&](const OnlineUpdate& u) {
+      EXPECT_NE(u.summary.status, Status::failed);
+      most = std::max(most, estimator.keyframes());
+    };
+    run(data, estimator);
+    EXPECT_LE(most, 10u);
+    return (estimator.target()->position - simulation.target(estimator.newest()).translation()).norm();
+  }
+};
+
+TEST(OnlineTarget, AnErrorThatStaysIsRememberedBeyondTheWindow) {
+  OffPositions constant(HUGE_VAL), slow(600);
+  EXPECT_LE(constant.error_at_the_end(), 0.3);
+  EXPECT_LE(slow.error_at_the_end(), 0.6);
+  constant.data.sensors[1].error.reset();
+  EXPECT_GE(constant.error_at_the_end(), 1.0);
+}
+
 TEST(OnlineTarget, InThePlane) {
   SimulatedRun simulation;
   simulation.planar = true;
@@ -281,6 +344,9 @@ TEST(OnlineTarget, HypothesesNeedFixesOfPositions) {
   d.noise.constant_velocity.setConstant(0.1);
   EXPECT_EQ(why_no_hypotheses(d, true), "");
   EXPECT_THAT(why_no_hypotheses(d, false), HasSubstr("own sensors"));
+  d.sensors[0].error.emplace().scale = 0.01;
+  EXPECT_THAT(why_no_hypotheses(d, true), HasSubstr("an error that stays"));
+  d.sensors[0].error.reset();
   d.sensors[0].type = SensorType::bearing;
   EXPECT_THAT(why_no_hypotheses(d, true), HasSubstr("does not give a position"));
   OnlineOptions options;
@@ -323,6 +389,10 @@ TEST(OnlineTarget, OptionsThatCannotWork) {
   EXPECT_THAT(refusal({.max_yaw_rate = 0.1}), HasSubstr("takes soft constraints only"));
   EXPECT_EQ(refusal({.max_yaw_rate = 0.1, .limits = Role::soft}), "nothing");
   EXPECT_THROW(OnlineEstimator(TrackingData(), {}, {}), Error);
+  TrackingData late = d;
+  late.sensors[0].error.emplace().delay = 0.1;
+  EXPECT_THAT([&] { OnlineEstimator(late, {}, {}); },
+              ::testing::ThrowsMessage<Error>(HasSubstr("a delay is estimated from whole recordings alone")));
   TrackingData planar = d;
   planar.planar = true;
   EXPECT_THROW(OnlineEstimator(planar, NavigationData(), {}), Error);
