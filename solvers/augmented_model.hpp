@@ -59,6 +59,7 @@ class AugmentedModel final : public SoftModel {
   void update_multipliers(double ratio) override;
   bool update_penalty(bool no_closer) override;
   bool relax_penalty() override;
+  void begin_afresh() override { relaxed_ = stalled_ = 0; }
   bool locally_infeasible() override;
   void restore_best() override { program_.restore(); }
   double best_cost() const override {

@@ -23,7 +23,7 @@ constexpr double kAccepted = 1e-4;        // of the gain foretold, for a step to
 constexpr double kGood = 0.1;             // of it, for the next step to be tried with derivatives at once
 constexpr double kSecantBelow = 1e-2;     // relative drop of the cost in one step
 constexpr double kOptimality = 1e-5;      // residual of a solution's first-order conditions [standard deviations]
-constexpr double kPolishBelow = 1e-10;    // relative change of the merit that may be rounding, multipliers being large
+constexpr double kPolishBelow = 1e-9;     // relative change of the merit that may be rounding, multipliers being large
 constexpr int kMostPolishing = 5;         // steps that leave more than half of that residual
 constexpr double kHardlyLess = 0.9;       // violation after a step over that before it
 constexpr int kMostRefused = 10, kOftenRefused = 3;  // steps, more than were taken of late
@@ -101,7 +101,10 @@ class DampedSteps {
   /// One trial step; false when it is refused.
   bool try_step() {
     auto& s = session_.summary;
-    if (!model_.find_step(damping_.value)) return refuse();
+    while (!model_.find_step(damping_.value)) {
+      refuse();
+      if (damping_.value > kUselessDamping) return false;
+    }
     const double merit = model_.merit(), predicted = model_.predicted();
     double trial = model_.merit_at_step(last_step_good_);
     if (predicted <= kRounding * merit) return rest(merit, trial);  // at a solution, or damped until nothing moves
@@ -146,6 +149,8 @@ class DampedSteps {
 
   /// The model foretells no gain but rounding.
   bool rest(double merit, double trial) {
+    // The weights are so large that the factor has lost the step.
+    if (model_.predicted() < -kPolishBelow * merit) return refuse();
     if (model_.feasible()) {
       if (model_.constrained() && std::isfinite(trial)) return polish();
       if (trial <= merit) model_.move();
@@ -221,6 +226,9 @@ class DampedSteps {
   /// less: a long step, whatever it costs, and at each attempt a shorter one. The best point before is kept, under hard
   /// constraints by the model.
   bool cross_jump(const std::string& message) {
+    const double cost = session_.summary.cost;
+    if (cost < least_at_jump_ * (1 - kWorthAJump)) jumps_ = 0;
+    least_at_jump_ = std::min(least_at_jump_, cost);
     if (!model_.constrained())
       keep_before_jump(message);
     else if (at_jump_.empty())
@@ -230,15 +238,15 @@ class DampedSteps {
     for (int i = 1; i < jumps_; ++i) damping *= 10;
     if (!model_.find_step(damping) || !std::isfinite(model_.merit_at_step(true)) || !model_.move_on()) return false;
     damping_ = fresh_damping();
+    model_.begin_afresh();
+    refused_ = 0;
     last_step_good_ = false;
     return true;
   }
 
   void keep_before_jump(const std::string& message) {
-    const double cost = session_.summary.cost;
-    if (cost < before_jump_ * (1 - kWorthAJump)) jumps_ = 0;
-    if (cost >= before_jump_) return;
-    before_jump_ = cost;
+    if (session_.summary.cost >= before_jump_) return;
+    before_jump_ = session_.summary.cost;
     at_jump_ = message;
     program_.keep();
   }
@@ -252,8 +260,9 @@ class DampedSteps {
   int polished_ = 0;
   int refused_ = 0;  // steps, less those that were taken since
   int jumps_ = 0;
-  double before_jump_ = std::numeric_limits<double>::infinity();  // the least cost at which one was crossed
-  std::string at_jump_;                                           // what there is to say there
+  double least_at_jump_ = std::numeric_limits<double>::infinity();  // the least cost at which one was crossed
+  double before_jump_ = std::numeric_limits<double>::infinity();    // the same, of the point the program keeps: no rows
+  std::string at_jump_;                                             // what there is to say there
 };
 
 }  // namespace

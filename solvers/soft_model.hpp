@@ -73,6 +73,8 @@ class SoftModel {
   /// Where steps are refused again and again, less weight, for which less of a bend in a row is too much. False when they
   /// have no more than is usual, or it was done too often.
   virtual bool relax_penalty() { return false; }
+  /// X̄ is far from where it was: what was counted there of weights raised and relaxed is forgotten.
+  virtual void begin_afresh() {}
   /// Whether no small step lessens the constraints' violation, whatever it costs.
   virtual bool locally_infeasible() { return false; }
   /// X̄ becomes the best point so far.

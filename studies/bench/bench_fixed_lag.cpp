@@ -133,6 +133,10 @@ class Generated {
 
 int main(int argc, char** argv) {
   const int keyframes = argc > 1 ? std::atoi(argv[1]) : 75, updates = argc > 2 ? std::atoi(argv[2]) : 2000;
+  if (keyframes < 3 || updates < 1) {
+    std::fprintf(stderr, "bench_fixed_lag [KEYFRAMES] [UPDATES]: whole numbers, 3 or more and 1 or more\n");
+    return 1;
+  }
   Generated run(keyframes);
   std::vector<double> update, processor, marginalising, linear, evaluation, covariance, marginals;
   double iterations = 0, error = 0;
@@ -156,7 +160,7 @@ int main(int argc, char** argv) {
     const Matrix<12, 12> S = run.covariance();
     covariance.push_back(milliseconds_since(begin_covariance));
     if (!S.allFinite()) ++failed;
-    if (k % 20 == 0) {
+    if ((k - keyframes) % 20 == 0) {
       const auto begin_marginals = Clock::now();
       run.slow_covariance();
       marginals.push_back(milliseconds_since(begin_marginals));

@@ -97,5 +97,29 @@ TEST(RecordedHardConstraints, AllTogether) {
   expect_feasible(hard(true, true, true));
 }
 
+/// Cars held far below the speed that they drove at, with and without hard non-holonomic motion: weights grow until little
+/// of the cost is left beside them, and where detections turn by 180 degrees one jump after the other is to be crossed.
+TEST(RecordedHardConstraints, LimitsThatPullFar) {
+  TANDEM_NEEDS_SHARED(10);
+  AugmentedLagrangianOptions solver;
+  solver.max_iterations = 2000;  // kitti_0020_012 takes some 1,150
+  int cars = 0;
+  for (const Reference& c : references()) {
+    if (!c.scenario.starts_with("kitti_")) continue;
+    ++cars;
+    const Scenario scenario = scenario_of(c);
+    for (const bool non_holonomic : {false, true}) {
+      SCOPED_TRACE(c.scenario + (non_holonomic ? ", non-holonomic" : ""));
+      TrackingOptions options = hard(false, non_holonomic, false);
+      options.surge = between(0.0, 2.5);
+      options.max_yaw_rate = 0.3;
+      const Summary s = estimate(scenario, options, solver).summary;
+      EXPECT_TRUE(s.converged()) << s.message;
+      EXPECT_LE(s.max_violation, 1e-8) << s.worst_constraint;
+    }
+  }
+  EXPECT_EQ(cars, 9);
+}
+
 }  // namespace
 }  // namespace tandem
