@@ -193,6 +193,15 @@ bool EgoChain::reaches(double t) const {
   return k && (t - k->t <= kSameInstant || (imu_ && imu_->covers(k->t, t)));
 }
 
+bool EgoChain::prepare(std::size_t sensor, double t) {
+  const std::optional<EgoError> last = errors_[sensor];
+  if (!error_at(sensor, t)) return false;
+  if (!last) return true;
+  const EgoKeyframe* const with = before(last->t);
+  left_errors_.push_back({with ? with->t : keyframes_.front().t, last->state});
+  return true;
+}
+
 PlacedEgoMeasurement EgoChain::attach(std::size_t index, const EgoMeasurement& m, double t) {
   const EgoSensor& sensor = sensors_[index];
   const EgoKeyframe* k = before(t);

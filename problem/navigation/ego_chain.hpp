@@ -3,6 +3,7 @@
 #include <deque>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -86,6 +87,16 @@ class EgoChain {
   const EgoKeyframe& extend(double t, const std::optional<EgoState>& guess = {});
   /// Whether a measurement at t can join a keyframe, or needs one of its own.
   bool reaches(double t) const;
+  /// Makes ready what a measurement at t needs beside the state: the bias of its sensor's StayingError. Returns whether there
+  /// is something new, whose covariance is not known yet.
+  bool prepare(std::size_t sensor, double t);
+  /// Calls f(t, variable) for each bias that a newer one has taken the place of since the last call, t of the keyframe that
+  /// it was measured from; of those that prepare() made. The newest of each sensor stays in the problem, however old.
+  template <class F>
+  void each_left_bias(F f) {
+    for (const EgoError& bias : std::exchange(left_errors_, {}))
+      std::visit([&](const auto& x) { f(bias.t, x); }, bias.state);
+  }
   /// Adds a measurement at the instant t; throws Error when it is before the first keyframe or out of reach.
   PlacedEgoMeasurement attach(std::size_t sensor, const EgoMeasurement& m, double t);
 
@@ -131,6 +142,7 @@ class EgoChain {
   std::optional<ImuRecord> imu_;
   std::optional<Variable<Rn<1>>> scale_;
   std::vector<std::optional<EgoError>> errors_;  // of each sensor, where it has one: the newest
+  std::vector<EgoError> left_errors_;
   SensorConstants constants_;
   std::deque<EgoKeyframe> keyframes_;
   mutable std::optional<Sum> sum_;

@@ -8,6 +8,9 @@ namespace {
 
 using MaybeRefusal = std::optional<Refusal>;
 
+constexpr const char* kNoDelay =
+    ".error: a delay is estimated from whole recordings alone, not as lines come; leave it out";
+
 void check(const TrackingData& tracking, const std::optional<NavigationData>& ego, const OnlineOptions& options) {
   const TrackingOptions& o = options.tracking;
   if (o.model == MotionModel::steady_course)
@@ -22,16 +25,16 @@ void check(const TrackingData& tracking, const std::optional<NavigationData>& eg
   for (const TargetSensor& sensor : tracking.sensors) {
     if (!sensor.error) continue;
     const std::string what = sensor.name + ".error: ";
-    if (sensor.error->delay > 0)
-      throw Error(what + "a delay is estimated from whole recordings alone, not as lines come; leave it out");
+    if (sensor.error->delay > 0) throw Error(sensor.name + kNoDelay);
     if (const std::string why = why_invalid(*sensor.error); !why.empty()) throw Error(what + why);
     if (const std::string why = why_not(sensor); !why.empty()) throw Error(what + why);
   }
-  if (ego)
+  if (ego) {
     for (const EgoSensor& sensor : ego->sensors)
-      if (sensor.error)
-        throw Error(sensor.name +
-                    ": an error that stays is estimated from whole recordings alone, not as lines come; leave it out");
+      if (sensor.error && sensor.error->delay > 0) throw Error(sensor.name + kNoDelay);
+    Problem scratch;
+    EgoChain(scratch, *ego, options.ego);  // throws where these cannot be
+  }
   check(options.reset);
   if (const std::string why = why_no_hypotheses(tracking, !ego); options.hypotheses && !why.empty())
     throw Error("motion hypotheses cannot serve here: " + why);

@@ -87,6 +87,13 @@ void OnlineWindow::join_newest(const TargetWindow<G>& window) {
   window.each_new_variable([&](double t, const auto& x) { lag_.track(t, x); });
 }
 
+/// Biases that newer ones have taken the place of may leave from now on.
+template <class Sensors>
+void OnlineWindow::join_biases(Sensors& sensors, bool is_new) {
+  if (is_new) covariance_ = Covariance::stale;
+  sensors.each_left_bias([&](double t, const auto& x) { lag_.track(std::max(t, lag_.oldest()), x); });
+}
+
 /// Whether there is a covariance of what is expected, before it is measured.
 bool OnlineWindow::predicts() {
   if (!std::isfinite(options_.reset.gate)) return false;
@@ -112,10 +119,7 @@ bool OnlineWindow::settles_first() {
 
 OnlineWindow::Outcome OnlineWindow::add_measurement(std::size_t sensor, const Measurement& m) {
   Outcome outcome;
-  with_target([&](auto& window) {
-    if (window.prepare(sensor, m)) covariance_ = Covariance::stale;
-    window.each_left_bias([&](double t, const auto& x) { lag_.track(std::max(t, lag_.oldest()), x); });
-  });
+  with_target([&](auto& window) { join_biases(window, window.prepare(sensor, m)); });
   const bool gated = predicts();
   with_target([&](auto& window) {
     outcome.why_not = window.add_measurement(sensor, m);
@@ -133,6 +137,7 @@ OnlineWindow::Outcome OnlineWindow::add_measurement(std::size_t sensor, const Me
 
 OnlineWindow::Outcome OnlineWindow::attach(std::size_t sensor, const EgoMeasurement& m, double t) {
   Outcome outcome;
+  join_biases(*chain_, chain_->prepare(sensor, t));
   const bool gated = predicts();
   const PlacedEgoMeasurement placed = chain_->attach(sensor, m, t);
   if (placed.block && !passes(*placed.block, lag_.problem().noise(*placed.block).dim(), gated, outcome))

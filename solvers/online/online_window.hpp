@@ -108,6 +108,8 @@ class OnlineWindow {
   bool settles_first();
   bool passes(const Block& block, Eigen::Index rows, bool gated, Outcome& outcome) const;
   void join(const EgoKeyframe& keyframe);
+  template <class Sensors>
+  void join_biases(Sensors& sensors, bool is_new);
   void make_target();
   template <LieGroup G>
   void join_newest(const TargetWindow<G>& window);

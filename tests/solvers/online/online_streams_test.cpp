@@ -30,6 +30,33 @@ TEST(OnlineEgo, AWindowLongerThanTheRunIsTheBatchEstimate) {
   EXPECT_GE(turn.largest_error(batch), 5e-3) << "the noise counts";
 }
 
+/// Two logs that are off for a while, one that reads too much and is turned; within a window and beyond it.
+TEST(OnlineEgo, ErrorsThatStayAreThoseOfTheBatchEstimate) {
+  const LevelTurn turn;
+  NavigationData data = noisy(turn);
+  for (EgoSensor& sensor : data.sensors)
+    if (sensor.name == "dvl" || sensor.name == "depth") {
+      StayingError& error = sensor.error.emplace();
+      error.sigma = 3 * sensor.sigma;
+      error.time = 20;
+      if (sensor.name == "dvl") error.scale = error.misalignment = 0.05;
+    }
+  OnlineEstimator whole(TrackingData(), data, exactly(turn)), brief(TrackingData(), data, exactly(turn, 3));
+  std::size_t most = 0;
+  brief.on_update = [&](const OnlineUpdate& u) {
+    EXPECT_NE(u.summary.status, Status::failed);
+    most = std::max(most, brief.keyframes());
+  };
+  replay(data, HUGE_VAL, whole);
+  replay(data, HUGE_VAL, brief);
+  NavigationProblem batch = make_navigation_problem(data, whole.window(), turn.start());
+  EXPECT_TRUE(solve(batch.problem, GaussNewtonOptions{}).converged());
+  EXPECT_LE(most, 5u);
+  const SE3 at_end = batch.state(batch.keyframes.size() - 1).pose;
+  EXPECT_LE((at_end.inverse() * whole.chaser().pose).Log().norm(), 1e-3);  // samples are summed up at other biases
+  EXPECT_LE((at_end.inverse() * brief.chaser().pose).Log().norm(), 2e-2);
+}
+
 TEST(OnlineEgo, AnImuThatStopsIsCoastedOn) {
   LevelTurn turn;
   turn.duration = 30;
