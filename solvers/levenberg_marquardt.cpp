@@ -103,7 +103,7 @@ class DampedSteps {
     auto& s = session_.summary;
     while (!model_.find_step(damping_.value)) {
       refuse();
-      if (damping_.value > kUselessDamping) return false;
+      if (damping_.value > kUselessDamping || session_.should_stop()) return false;
     }
     const double merit = model_.merit(), predicted = model_.predicted();
     double trial = model_.merit_at_step(last_step_good_);

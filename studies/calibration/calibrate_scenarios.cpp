@@ -184,8 +184,10 @@ void scale(const Problems& problems, const Parameters& parameters, const Calibra
 std::vector<Misfit> misfits_of_all(const Problems& problems, const Stop& stop) {
   std::vector<Misfit> all;
   try {
-    for (const auto& problem : problems)
+    for (const auto& problem : problems) {
+      stop.check("misfits");
       for (Misfit& m : misfits(*problem, stop)) all.push_back(std::move(m));
+    }
   } catch (const Stopped&) {
   }
   return all;
@@ -263,7 +265,6 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
     problems.push_back(
         std::make_unique<CalibrationProblem>(std::move(scenario), options.target, own, options.stop.with_grace()));
     plain.push_back(&problems.back()->problem());
-    options.stop.check("calibrate");
   }
   Parameters parameters(problems, options);
   int rows = 0;
@@ -288,10 +289,9 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
   };
   follow("");
   const detail::SavedNoise given(plain, parameters.groups);
-  for (std::size_t p = 0; p < plain.size(); ++p) {
+  for (std::size_t p = 0; p < plain.size() && !options.stop.reached(); ++p) {
     const Summary summary = detail::solve_plainly(*plain[p], options.stop);
-    if (!summary.converged()) options.stop.check("calibrate, at the noise as given");
-    if (!summary.converged())
+    if (!summary.converged() && !options.stop.reached())
       throw Error(
           fmt::format("{}: it cannot be solved with the noise as given: {}", result.scenarios[p], summary.message));
   }
