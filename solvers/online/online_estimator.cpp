@@ -28,6 +28,9 @@ void check(const TrackingData& tracking, const std::optional<NavigationData>& eg
     if (sensor.error->delay > 0) throw Error(sensor.name + kNoDelay);
     if (const std::string why = why_invalid(*sensor.error); !why.empty()) throw Error(what + why);
     if (const std::string why = why_not(sensor); !why.empty()) throw Error(what + why);
+    if (const int n = rows(sensor.type, tracking.planar); sensor.error->has_bias() && sensor.error->sigma.size() != n)
+      throw Error(what + "its bias needs " + std::to_string(n) + " standard deviations, not " +
+                  std::to_string(sensor.error->sigma.size()));
   }
   if (ego) {
     for (const EgoSensor& sensor : ego->sensors)

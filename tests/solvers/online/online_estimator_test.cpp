@@ -393,6 +393,9 @@ TEST(OnlineTarget, OptionsThatCannotWork) {
   late.sensors[0].error.emplace().delay = 0.1;
   EXPECT_THAT([&] { OnlineEstimator(late, {}, {}); },
               ::testing::ThrowsMessage<Error>(HasSubstr("a delay is estimated from whole recordings alone")));
+  late.sensors[0].error = StayingError{.sigma = Eigen::VectorXd::Constant(5, 1.0)};
+  EXPECT_THAT([&] { OnlineEstimator(late, {}, {}); },
+              ::testing::ThrowsMessage<Error>(HasSubstr("standard deviations, not 5")));
   TrackingData planar = d;
   planar.planar = true;
   EXPECT_THROW(OnlineEstimator(planar, NavigationData(), {}), Error);
