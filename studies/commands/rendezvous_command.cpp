@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
@@ -27,6 +29,11 @@ std::vector<RendezvousMethod> parse_methods(const std::string& option, const std
   for (const std::string_view word : split(text, ','))
     methods.push_back(parse_rendezvous_method(option, std::string(word)));
   return methods;
+}
+
+/// Above zero; inf too.
+double parse_time_constant(const std::string& option, const std::string& text) {
+  return text == "inf" ? HUGE_VAL : parse_positive(option, text);
 }
 
 /// Where the library that draws it is missing, a simulation's other results are there without it.
@@ -93,6 +100,9 @@ Command rendezvous_command() {
             option("--start-distance", "M", "Of the two (default 30)", o.start_distance, parse_positive);
             option.group("Plan");
             option("--horizon", "S", "How far ahead to plan [s] (default 20)", o.horizon, parse_positive);
+            option("--turn-time", "S",
+                   "In which the target's turn rate is forgotten: damped twist (default 10; inf: constant twist)",
+                   o.turn_time, parse_time_constant);
             option("--keep-out", "M", "Least distance until docking (default 3)", o.keep_out, parse_magnitude);
             add_chance(option, o.chance);
             option("--information", "WEIGHT", "Of a nat that is expected to be missed, by that method (default 0.1)",

@@ -32,6 +32,7 @@ constexpr double kCollision = 0.6;                          // m between the ori
 constexpr double kCurrentSigma = 0.03, kCurrentGain = 0.1;  // of what the Doppler log tells of the current [m/s]
 constexpr double kEstimatorWindow = 40.0;                   // s
 constexpr double kCoupledWindow = 20.0;                     // s of measurements that a coupled plan joins
+constexpr double kSpeedTime = 1e4;                          // s, in which the target's speed is forgotten: it is kept
 constexpr double kSpeedSigma = 5e-3, kRateSigma = 1e-3;     // of the measured twist [m/s, rad/s]
 
 template <int N>
@@ -53,6 +54,10 @@ class Simulation {
     online.tracking.non_holonomic = Role::soft;
     double& sway = data_.noise.non_holonomic[0];
     sway = std::hypot(sway, options.current);  // the water carries the target sideways
+    if (std::isfinite(options.turn_time)) {
+      online.tracking.model = MotionModel::damped_twist;
+      data_.noise.twist_time = turn_forgotten();
+    }
     online.lag.window = kEstimatorWindow;
     estimator_ = std::make_unique<OnlineEstimator>(data_, std::nullopt, online);
     if (options.method == RendezvousMethod::coupled) window_.emplace(data_, online.tracking, kCoupledWindow);
@@ -92,6 +97,13 @@ class Simulation {
     Vector<6> twist = motion_.twist(now());
     twist.head<3>() += target_.rotation().inverse().act(current_);
     return twist;
+  }
+  Vector<6> turn_forgotten() const {
+    return (Vector<6>() << Vector<3>::Constant(kSpeedTime), Vector<3>::Constant(options_.turn_time)).finished();
+  }
+  /// Of the target's twist [s]; none: it is constant.
+  std::optional<Vector<6>> motion_time() const {
+    return std::isfinite(options_.turn_time) ? std::optional(turn_forgotten()) : std::nullopt;
   }
   SE3 goal(double behind) const { return SE3(SO3(), {-behind, 0.0, 0.0}); }
   double miss(double behind) const {
@@ -302,7 +314,8 @@ class Simulation {
   /// With --chance by the fixes, too, that are expected along the plan that this one starts from.
   TargetPrediction predict(const VehicleState<N>& state, const TargetBelief& belief) {
     const auto predicted = [&](const std::vector<Matrix<6, 6>>& fixes) {
-      return predict_target(belief, data_.noise.constant_twist, 1.0, int(std::lround(options_.horizon)), {}, fixes);
+      return predict_target(belief, data_.noise.constant_twist, 1.0, int(std::lround(options_.horizon)), motion_time(),
+                            fixes);
     };
     const TargetPrediction prediction = predicted({});
     if (!(options_.chance > 0)) return prediction;
@@ -320,6 +333,7 @@ class Simulation {
     belief.now = joint->problem.value(joint->now);
     belief.dt = joint->dt;
     const TargetPrediction prediction = predict(start, belief);
+    joint->time_constants = motion_time();
     joint->share = coupled_share(planner().problem().options(), prediction.covariance.back());
     return planner().replan(start, current_estimate_, prediction, *joint);
   }
@@ -371,6 +385,7 @@ class Simulation {
 RendezvousRun run_rendezvous(const Vehicle& vehicle, const RendezvousOptions& options) {
   if (!(options.horizon >= 2.0 && options.horizon <= 500.0))
     throw Error(fmt::format("a rendezvous plans 2 to 500 s ahead, not {:g}", options.horizon));
+  if (!(options.turn_time > 0)) throw Error("the target's turn rate is forgotten in a time above zero");
   if (!(options.time_limit >= 1.0)) throw Error("a rendezvous needs a second at least");
   if (!(options.standoff > options.keep_out + options.margin))
     throw Error(fmt::format("the standoff, {:g} m, is inside the keep-out distance of {:g} m and its margin of {:g} m",

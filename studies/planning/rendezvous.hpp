@@ -2,6 +2,7 @@
 
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -35,8 +36,11 @@ struct RendezvousOptions {
   double time_limit = 300.0;  ///< s
   double horizon = 20.0;      ///< s, in steps of 1 s
   PlannerOptions planner{};
-  double keep_out = 3.0;       ///< m, until the docking phase
-  double margin = 0.5;         ///< m that plans keep off besides
+  double keep_out = 3.0;  ///< m, until the docking phase
+  double margin = 0.5;    ///< m that plans keep off besides
+  /// s, after which a third of the target's turn rate is left, as the chaser takes it (damped twist; infinite: constant
+  /// twist). By default where the autocorrelation of SwingingTarget's falls to that.
+  double turn_time = 10.0;
   double information = 0.1;    ///< PlanOptions::information, of the method of that name
   double chance = 0.0;         ///< PlanOptions::chance
   double standoff = 4.5;       ///< m behind the target

@@ -65,6 +65,9 @@ TEST(Rendezvous, OptionsThatClashAreNamed) {
   options.horizon = 1.0;
   EXPECT_THROW(run_rendezvous(vehicle, options), Error);
   options = {};
+  options.turn_time = 0.0;
+  EXPECT_THROW(run_rendezvous(vehicle, options), Error);
+  options = {};
   options.time_limit = 0.0;
   EXPECT_THROW(run_rendezvous(vehicle, options), Error);
 }
