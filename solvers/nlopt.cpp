@@ -41,7 +41,6 @@ const std::array kAlgorithms{
     Algorithm{"auglag-tnewton", nlopt::AUGLAG, nlopt::LD_TNEWTON_PRECOND_RESTART, true, true, false},
 };
 
-constexpr int kMostDenseUnknowns = 300;         // SLSQP: 4 ms an evaluation at 200, 219 ms at 800
 constexpr double kMostConstraintEntries = 2e7;  // NLopt wants constraint gradients as one dense matrix
 constexpr double kStationary = 1e-5;            // whitened gradient, in standard deviations: rounding leaves no less
 constexpr double kCostChanges = 100;    // that a point that creeps to its minimum may be off, by one of the last change

@@ -11,7 +11,7 @@ enum class PlanLimit { commands, twist, depth, roll_pitch, keep_out, approach, v
 
 /// Of a request that no plan meets, limits that clash: all of these, with the vehicle's motion from this start, leave no
 /// plan that the planner finds, and without any one of them it finds one. Empty where it finds none without any limit, and
-/// where it finds one with all. Plans against the prediction, up to seven times, without a deadline. Throws Error as
+/// where it finds one with all. Plans against the prediction, up to eight times, without a deadline. Throws Error as
 /// Planner.
 /// Source: the deletion filter of Chinneck & Dravnieks 1991, "Locating minimal infeasible constraint sets in linear
 /// programs".

@@ -31,9 +31,6 @@ struct PlannerOptions {
   PursuitOptions pursuit{};  ///< the roll-out that a first plan starts from
 };
 
-/// As many unknowns as SLSQP takes, whose time grows with their cube.
-inline constexpr int kMostDenseUnknowns = 300;
-
 /// A hard constraint may be violated by this much in a plan that is accepted, in its own units.
 inline constexpr double kPlanTolerance = 1e-6;
 
@@ -52,6 +49,12 @@ enum class PlanOrigin {
 };
 std::string_view name(PlanOrigin origin);
 
+/// Whether a plan that came about like this, by a solve that ended like that, is one to go by. What no solver took is not,
+/// unless it is the last plan, shifted.
+inline bool accepted(PlanOrigin origin, Status status, double max_violation) {
+  return max_violation <= kPlanTolerance && (origin == PlanOrigin::shifted || status != Status::unsupported);
+}
+
 template <int N>
 struct PlanResult {
   Plan<N> plan;
@@ -60,7 +63,7 @@ struct PlanResult {
   std::string worst_constraint;  ///< the one, when it is above kPlanTolerance
   Summary summary;               ///< of the solve
   bool coupled = false;          ///< with the target's estimate in the program
-  bool accepted() const { return max_violation <= kPlanTolerance; }
+  bool accepted() const { return tandem::accepted(origin, summary.status, max_violation); }
 };
 
 /// Plans again and again, each time from the plan before, shifted by a step. The vehicle must live as long.

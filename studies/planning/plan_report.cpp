@@ -125,6 +125,7 @@ std::string plan_json(const PlannedRun& run) {
 
 std::string why_not_accepted(const PlannedRun& run) {
   if (run.accepted()) return "";
+  if (run.summary.status == Status::unsupported) return fmt::format("nothing was planned: {}", run.summary.message);
   const std::string found = fmt::format("{}: {}; the worst is {}, by {:.2g}", run.summary.solver, run.summary.message,
                                         run.worst_constraint, run.max_violation);
   if (run.clash.empty()) return fmt::format("no plan meets the hard constraints ({})", found);

@@ -119,7 +119,7 @@ PlannedRun plan_with(const VehicleModel<N>& model, const PlanRequest& request, E
   run.worst_constraint = result.worst_constraint;
   if (result.accepted())
     run.active = planner.active_constraints();
-  else if (result.summary.status != Status::time_limit)
+  else if (result.summary.status != Status::time_limit && result.summary.status != Status::unsupported)
     run.clash = clashing_limits(model, options, request.planner, state, request.current, known);
   const Eigen::Index actuators = Eigen::Index(run.vehicle.actuators.size());
   std::vector<Matrix<6, 6>> fixes;

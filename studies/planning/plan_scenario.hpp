@@ -59,7 +59,7 @@ struct PlannedRun {
   std::vector<ActiveConstraint> active;
   std::vector<PlanLimit> clash;  ///< where no plan was found, though not for want of time
 
-  bool accepted() const { return max_violation <= kPlanTolerance; }
+  bool accepted() const { return tandem::accepted(origin, summary.status, max_violation); }
 };
 
 /// Estimates chaser and target out of what was measured until `request.at`, and plans the chaser's motion from there on.

@@ -165,6 +165,10 @@ TEST(PlanCommand, NloptFindsTheSamePlanOnAShortHorizon) {
   EXPECT_LE(slsqp["max_violation"].get<double>(), 1e-6);
   EXPECT_THAT(refusal({"plan", "docking_a", "--at", "400", "--goal", "-6,0,-3.4", "--solver", "nlopt:slsqp"}),
               HasSubstr("a plan of 50 steps has 900 unknowns"));
+  const Outcome coupled = run_tandem({"plan", "docking_a", "--at", "400", "--goal", "-6,0,-3.4", "--horizon", "6",
+                                      "--coupled", "--solver", "nlopt:slsqp"});
+  EXPECT_EQ(coupled.status, 2);
+  EXPECT_THAT(coupled.errors, HasSubstr("nothing was planned: nlopt:slsqp works on dense matrices"));
 }
 
 }  // namespace
