@@ -197,7 +197,7 @@ bool EgoChain::prepare(std::size_t sensor, double t) {
   const std::optional<EgoError> last = errors_[sensor];
   if (!error_at(sensor, t)) return false;
   if (!last) return true;
-  const EgoKeyframe* const with = before(last->t);
+  const EgoKeyframe* const with = before(last->last);
   left_errors_.push_back({with ? with->t : keyframes_.front().t, last->state});
   return true;
 }
@@ -222,6 +222,7 @@ PlacedEgoMeasurement EgoChain::attach(std::size_t index, const EgoMeasurement& m
     }
   }
   const std::optional<Block> tie = error_at(index, t);
+  if (errors_[index]) errors_[index]->last = std::max(errors_[index]->last, t);
   std::optional<ImuSample> motion;
   if (sensor.error && sensor.error->delay > 0) motion = motion_about(t, 2 * sensor.error->delay, k->integrated_at);
   const Block block = sensor.type->place(
@@ -257,7 +258,7 @@ template <int N>
 Block EgoChain::tie_error(const EgoSensor& sensor, double t, std::optional<EgoError>& newest) {
   const auto next = problem_->add(Rn<N>(), sensor.name + ".error at " + std::to_string(t) + " s");
   const Gaussian sigma(sensor.error->sigma);
-  const std::optional<EgoError> last = std::exchange(newest, EgoError{t, next});
+  const std::optional<EgoError> last = std::exchange(newest, EgoError{.t = t, .state = next});
   if (!last) return problem_->minimize(Prior<Rn<N>>{Rn<N>()}, sigma, {next});
   const auto step = GaussMarkov<N>::after(std::abs(t - last->t), sensor.error->time);
   return problem_->minimize(step, sigma.scaled(step.spread()), {std::get<Variable<Rn<N>>>(last->state), next});

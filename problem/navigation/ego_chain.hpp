@@ -57,6 +57,8 @@ struct EgoKeyframe {
 struct EgoError {
   double t;  ///< s, when it was measured with
   std::variant<Variable<Rn<1>>, Variable<Rn<3>>> state;
+  double last =
+      t;  ///< s, when it was measured with last: changes of less than noise can tell have no state of their own
 };
 
 /// A measurement of the chaser's own sensors in the problem.

@@ -94,8 +94,9 @@ bool TargetWindow<G>::prepare(std::size_t sensor, const Measurement& m) {
     build_.bias_at(sensor, t);
     return true;
   }
-  const auto before = known->second;
+  auto before = known->second;
   if (build_.bias_at(sensor, t).t == before.t) return false;
+  if (const auto k = keyframe_at(out_.keyframes, before.t)) before.t = out_.keyframes[*k].t;  // with which it leaves
   left_biases_.push_back(before);
   return true;
 }

@@ -9,8 +9,8 @@ namespace tandem {
 /// finishes it. It ends early when it is to stop.
 void replay(const NavigationData& data, double until, OnlineEstimator& estimator, const Stop& stop = {});
 
-/// What replay() of `data` gives an estimator's constructor: its settings, without errors that stay, which so few
-/// seconds do not tell, and without what is not read there.
+/// What replay() of `data` gives an estimator's constructor: its settings, without errors that stay, of which a
+/// first guess has none, and without what is not read there.
 NavigationData online_settings(const NavigationData& data);
 
 /// The alignment of `data`'s first `seconds`: coarse, and where that leaves the heading open, the best of several

@@ -28,6 +28,11 @@ void check(const TrackingData& tracking, const std::optional<NavigationData>& eg
     if (sensor.error->delay > 0) throw Error(sensor.name + kNoDelay);
     if (const std::string why = why_invalid(*sensor.error); !why.empty()) throw Error(what + why);
     if (const std::string why = why_not(sensor); !why.empty()) throw Error(what + why);
+    const bool split = o.position_share > 0 || orientation_loss_of(sensor, o);
+    if (split && sensor.type->has(measured::rotation) && sensor.type->has(measured::position))
+      throw Error(what +
+                  "it is of a whole pose: not with a loss of the orientation alone, nor a share of the position, "
+                  "which --robust has");
     if (const int n = rows(sensor.type, tracking.planar); sensor.error->has_bias() && sensor.error->sigma.size() != n)
       throw Error(what + "its bias needs " + std::to_string(n) + " standard deviations, not " +
                   std::to_string(sensor.error->sigma.size()));

@@ -79,6 +79,7 @@ class OnlineEstimator {
 
   // Each returns why the line was refused; nothing when it was taken.
   std::optional<Refusal> add_odometry(const Stamped<SE3>& pose);
+  /// Stamped with when it was valid: ImuSensor::delay is to be taken off, as of the sensor's own samples.
   std::optional<Refusal> add_imu(const ImuSample& sample);
   std::optional<Refusal> add_ego(std::size_t sensor, const EgoMeasurement& m);
   std::optional<Refusal> add_target(std::size_t sensor, const Measurement& m);

@@ -117,20 +117,27 @@ bool OnlineWindow::settles_first() {
   return true;
 }
 
+/// The first of a sensor with errors that stay makes the constants among these, which the gate has to have covariances of:
+/// it is added once more then.
 OnlineWindow::Outcome OnlineWindow::add_measurement(std::size_t sensor, const Measurement& m) {
   Outcome outcome;
   with_target([&](auto& window) { join_biases(window, window.prepare(sensor, m)); });
   const bool gated = predicts();
+  const int known = lag_.problem().num_variables();
+  bool unknown = false;
   with_target([&](auto& window) {
     outcome.why_not = window.add_measurement(sensor, m);
     if (outcome.why_not) return;
+    unknown = gated && lag_.problem().num_variables() > known;
+    if (unknown) return window.withdraw_last();
     const bool pose = settings_.sensors[sensor].type->has(measured::rotation);
     const Block& block = window.last_block();
     const Eigen::Index dim = lag_.problem().noise(block).dim();
     if (!passes(block, pose ? std::min<Eigen::Index>(dim, settings_.planar ? 2 : 3) : dim, gated, outcome))
       window.withdraw_last();
   });
-  if (outcome.rejected && gated && settles_first()) return add_measurement(sensor, m);
+  if (unknown) covariance_ = Covariance::stale;
+  if (unknown || (outcome.rejected && gated && settles_first())) return add_measurement(sensor, m);
   if (hypotheses_ && !outcome.rejected && !outcome.why_not) note_fix(sensor, m);
   return outcome;
 }
@@ -139,7 +146,13 @@ OnlineWindow::Outcome OnlineWindow::attach(std::size_t sensor, const EgoMeasurem
   Outcome outcome;
   join_biases(*chain_, chain_->prepare(sensor, t));
   const bool gated = predicts();
+  const int known = lag_.problem().num_variables();
   const PlacedEgoMeasurement placed = chain_->attach(sensor, m, t);
+  if (placed.block && gated && lag_.problem().num_variables() > known) {  // as above
+    lag_.problem().remove(*placed.block);
+    covariance_ = Covariance::stale;
+    return attach(sensor, m, t);
+  }
   if (placed.block && !passes(*placed.block, lag_.problem().noise(*placed.block).dim(), gated, outcome))
     lag_.problem().remove(*placed.block);
   return outcome.rejected && gated && settles_first() ? attach(sensor, m, t) : outcome;

@@ -10,7 +10,7 @@
 namespace tandem {
 namespace {
 
-/// What is tried: ms.
+/// What is tried: ms, of the IMU about the delay that it is said to have.
 struct Grid {
   int least, most;
   int coarse;  // the first steps, halved until the finest
@@ -61,6 +61,7 @@ DelayFit fit_delay(const NavigationData& data, const std::string& sensor, const 
     ++fit.solves;
     return navigate(tried, own);
   };
+  const double about = of_imu ? before : 0.0;  // of the grid
   own.start = navigated(before).start;
   const double end = of_imu ? data.imu->samples.back().t + before : HUGE_VAL;  // as stamped
   for (EgoSensor& s : tried.sensors)
@@ -71,20 +72,20 @@ DelayFit fit_delay(const NavigationData& data, const std::string& sensor, const 
     if (ms < grid.least || ms > grid.most) return HUGE_VAL;
     const auto [it, isnew] = known.try_emplace(ms);
     if (isnew) {
-      const Summary summary = navigated(1e-3 * ms).summary;
+      const Summary summary = navigated(about + 1e-3 * ms).summary;
       stop.check(what);  // a navigation that was cut short says nothing about the delay
       it->second = summary.converged() ? summary.cost : HUGE_VAL;
     }
     return it->second;
   };
-  fit.cost_before = cost(int(std::lround(1000 * before)));
+  fit.cost_before = cost(int(std::lround(1000 * (before - about))));
   int best = 0;
   for (int ms = grid.least; ms <= grid.most; ms += grid.coarse)
     if (cost(ms) < cost(best)) best = ms;
   for (int step = grid.coarse / 2; step >= grid.finest; step /= 2)
     for (const int ms : {best - step, best + step})
       if (cost(ms) < cost(best)) best = ms;
-  fit.delay = 1e-3 * best;
+  fit.delay = about + 1e-3 * best;
   fit.cost = known.at(best);
   const int step = grid.coarse / 4;  // wide enough to rise above where solves end, and within the parabola
   const double rise = cost(best - step) + cost(best + step) - 2 * fit.cost;  // step²/σ²

@@ -113,7 +113,9 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
 
   NavigationData placed = result.data;  // with delays as found by now; their priors go along, which are weak
   while (true) {
-    NavigationProblem built = make_navigation_problem(placed, result.states, start, options.ego, stop.with_grace());
+    // What a pass has found is not given up for the next one, which begins at its values: that ends at once.
+    const Stop building = result.solves == 0 ? stop.with_grace() : Stop();
+    NavigationProblem built = make_navigation_problem(placed, result.states, start, options.ego, building);
     GaussNewtonOptions solver = options.solver;
     stop.limit(solver);
     result.summary = solve(built.problem, solver);

@@ -103,6 +103,26 @@ TEST(OnlineGate, LeavesOutAndCountsWhatIsFarFromTheExpected) {
   EXPECT_TRUE(run.resets.empty());
 }
 
+TEST(OnlineGate, TheFirstMeasurementOfASensorWithErrorsThatStayIsGatedToo) {
+  SimulatedRun run;
+  run.duration = 60;
+  TrackingData data =
+      run.data({{.name = "usbl", .type = SensorType::position}, {.name = "late", .type = SensorType::position}}, {});
+  StayingError& error = data.sensors[1].error.emplace();
+  error.sigma = Eigen::VectorXd::Constant(3, 0.5);
+  error.scale = error.misalignment = 0.02;
+  OnlineEstimator estimator(data, {}, {});
+  for (double t = 0; t < 40; t += 0.25) {
+    estimator.add_odometry({t, run.chaser(t)});
+    if (std::fmod(t, 1.0) != 0) continue;
+    estimator.add_target(0, run.measure(data.sensors[0], t));
+    if (t == 30) estimator.add_target(1, *displaced(run.measure(data.sensors[1], t)));
+    if (t > 32) estimator.add_target(1, run.measure(data.sensors[1], t));
+  }
+  EXPECT_EQ(estimator.health().sensors.at(1).rejected, 1u);
+  EXPECT_GE(estimator.health().sensors.at(1).used, 6u);
+}
+
 TEST(OnlineGate, WhatIsLeftOutForLongIsANewTruth) {
   GatedRun run;
   run.run(0, 30);

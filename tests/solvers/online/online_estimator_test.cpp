@@ -396,6 +396,13 @@ TEST(OnlineTarget, OptionsThatCannotWork) {
   late.sensors[0].error = StayingError{.sigma = Eigen::VectorXd::Constant(5, 1.0)};
   EXPECT_THAT([&] { OnlineEstimator(late, {}, {}); },
               ::testing::ThrowsMessage<Error>(HasSubstr("standard deviations, not 5")));
+  TrackingData turned = d;
+  OnlineOptions robust;
+  robust.tracking.position_share = 0.5;
+  for (TargetSensor& sensor : turned.sensors)
+    if (sensor.type->has(measured::rotation)) sensor.error.emplace().misalignment = 0.02;
+  EXPECT_THAT([&] { OnlineEstimator(turned, {}, robust); },
+              ::testing::ThrowsMessage<Error>(HasSubstr("nor a share of the position")));
   TrackingData planar = d;
   planar.planar = true;
   EXPECT_THROW(OnlineEstimator(planar, NavigationData(), {}), Error);
