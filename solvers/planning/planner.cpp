@@ -18,7 +18,8 @@ constexpr double kPlanPenalty = 1e7;
 constexpr double kCostTolerance = 1e-4;  // of DampedSqp, over 1 + cost
 constexpr double kWithTarget = 2.0;      // how much sooner than at its end a plan goes with the target as a whole
 constexpr double kNearTarget = 5.0;      // m from the target, where it goes with that wholly
-constexpr double kAtBound = 1e-6;        // in the row's units, over its size
+constexpr int kStale = 3;          // times that a plan is shifted before a fresh start is tried, every so many times
+constexpr double kAtBound = 1e-6;  // in the row's units, over its size
 
 }  // namespace
 
@@ -73,6 +74,11 @@ Plan<N> Planner<N>::pursuit(const VehicleState<N>& start, const Vector<3>& curre
   return plan;
 }
 
+template <int N>
+bool Planner<N>::starts_afresh() const {
+  return !last_ || (shifts_ > 0 && shifts_ % kStale == 0);
+}
+
 /// By a share that grows from 0, since the chaser is where it is, and falls with the distance: far away, how the target
 /// turns does not matter.
 template <int N>
@@ -95,7 +101,7 @@ Summary Planner<N>::refine(DampedSqp& sqp, const Plan<N>& guess, double cost_tol
   DampedSqp::Options options;
   options.time_limit = time_limit;
   options.cost_tolerance = cost_tolerance;
-  if (last_) options.max_iterations = options_.max_warm_refinements;
+  if (!starts_afresh()) options.max_iterations = options_.max_warm_refinements;
   options.from_multipliers = !multipliers_.empty();
   if (options.from_multipliers) problem().set_multipliers(multipliers_);
   return sqp.solve(options);
@@ -104,22 +110,23 @@ Summary Planner<N>::refine(DampedSqp& sqp, const Plan<N>& guess, double cost_tol
 template <int N>
 Summary Planner<N>::globalise(const Plan<N>& guess, double time_limit) {
   problem().set_guess(guess);
+  const int iterations = starts_afresh() ? options_.max_iterations : options_.max_warm_iterations;
   if (options_.solver == PlanSolver::ipopt) {
     IpoptOptions ipopt;
-    ipopt.max_iterations = last_ ? options_.max_warm_iterations : options_.max_iterations;
+    ipopt.max_iterations = iterations;
     ipopt.time_limit = time_limit;
     return tandem::solve(problem().problem(), ipopt);
   }
   if (options_.solver == PlanSolver::slsqp) {
     NloptOptions slsqp;
     slsqp.algorithm = "slsqp";
-    slsqp.max_iterations = last_ ? options_.max_warm_iterations : options_.max_iterations;
+    slsqp.max_iterations = iterations;
     slsqp.time_limit = time_limit;
     return tandem::solve(problem().problem(), slsqp);
   }
   AugmentedLagrangianOptions lagrangian;
   lagrangian.initial_penalty = kPlanPenalty;
-  lagrangian.max_iterations = last_ ? options_.max_warm_iterations : options_.max_iterations;
+  lagrangian.max_iterations = iterations;
   lagrangian.time_limit = time_limit;
   return tandem::solve(problem().problem(), lagrangian);
 }
@@ -152,11 +159,11 @@ PlanResult<N> Planner<N>::decoupled(const VehicleState<N>& start, const Vector<3
   if (options_.refine) {
     const Summary refined = refine(sqp_, from, kCostTolerance, left);
     // What cannot be met is not met by another solver either, and there is a plan to fall back on.
-    const bool hopeless = refined.status == Status::infeasible && last_;
+    const bool hopeless = refined.status == Status::infeasible && !starts_afresh();
     const bool ended = refined.converged() || refined.status == Status::time_limit || hopeless;
     if (ended || last_) {
       PlanResult<N> result = outcome(refined, start, current);
-      const bool again = result.origin == PlanOrigin::shifted && was_shifted_;
+      const bool again = result.origin == PlanOrigin::shifted && shifts_ > 0;
       if (ended || (result.accepted() && !again)) return remembered(std::move(result), current, target);
     }
     left -= refined.seconds;
@@ -209,7 +216,7 @@ PlanResult<N> Planner<N>::remembered(PlanResult<N> result, const Vector<3>& curr
   multipliers_.clear();
   if (!result.accepted() && !last_) return result;
   last_ = result.plan.shifted(step_, current);
-  was_shifted_ = result.origin == PlanOrigin::shifted;
+  shifts_ = result.origin == PlanOrigin::shifted ? shifts_ + 1 : 0;
   const auto& poses = target.pose;
   const std::size_t end = poses.size() - 1;
   last_target_.assign(poses.begin() + 1, poses.end());

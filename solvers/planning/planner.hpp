@@ -84,9 +84,9 @@ class Planner {
                        const CoupledEstimate& estimate);
 
   /// What the next replan() starts from: the last plan, shifted, which goes with the target where that is now predicted to be
-  /// elsewhere; or, first of all, a roll-out of pure pursuit.
+  /// elsewhere; or, first of all and where it has been shifted a few times in a row, a roll-out of pure pursuit.
   Plan<N> guess(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target) const {
-    return last_ ? moved_with(target) : pursuit(start, current, target);
+    return starts_afresh() ? pursuit(start, current, target) : moved_with(target);
   }
 
   /// The hard inequalities that the last solve's plan is at the bound of, with least-squares multipliers of its
@@ -100,12 +100,14 @@ class Planner {
   void forget() {
     last_.reset();
     multipliers_.clear();
+    shifts_ = 0;
   }
   /// The last replan's; before it, that of plans which are not coupled.
   PlanProblem<N>& problem() { return coupled_ ? *coupled_ : problem_; }
   const VehicleStep<N>& step() const { return step_; }
 
  private:
+  bool starts_afresh() const;
   Plan<N> moved_with(const TargetPrediction& target) const;
   Plan<N> pursuit(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target) const;
   PlanResult<N> decoupled(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target,
@@ -122,9 +124,9 @@ class Planner {
   std::unique_ptr<Program> check_;  ///< of what no solver has seen
   std::unique_ptr<PlanProblem<N>> coupled_;
   VehicleStep<N> step_;
-  std::optional<Plan<N>> last_;   ///< shifted to the instant that comes next
-  std::vector<SE3> last_target_;  ///< that it was against, likewise
-  bool was_shifted_ = false;
+  std::optional<Plan<N>> last_;               ///< shifted to the instant that comes next
+  std::vector<SE3> last_target_;              ///< that it was against, likewise
+  int shifts_ = 0;                            ///< of it, in a row
   std::vector<Eigen::VectorXd> multipliers_;  ///< likewise, of each step; none where it is not optimal
 };
 

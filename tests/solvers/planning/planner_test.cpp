@@ -138,6 +138,33 @@ TEST(Planner, WithoutTimeTheLastPlanIsShifted) {
   EXPECT_TRUE(next.accepted()) << next.worst_constraint;
 }
 
+/// A plan that is shifted for ever leads nowhere in the end.
+TEST(Planner, APlanThatWasShiftedThriceIsBegunAfresh) {
+  const auto vehicle = hoverer();
+  const PlanOptions plan = some_plan(10);
+  Planner<8> planner(vehicle, plan), unplanned(vehicle, plan);
+  PlanResult<8> result = planner.replan(at_start(), kCurrent, target_at(0.0, plan.steps));
+  ASSERT_TRUE(result.accepted()) << result.summary.message;
+  const auto starts_afresh = [&](double t) {
+    const VehicleState<8>& state = result.plan.states[1];
+    const TargetPrediction target = target_at(t, plan.steps);
+    return planner.guess(state, kCurrent, target).commands == unplanned.guess(state, kCurrent, target).commands;
+  };
+  planner.set_deadline(0.0);
+  for (double t = 1.0; t <= 3.0; ++t) {
+    EXPECT_FALSE(starts_afresh(t)) << t;
+    VehicleState<8> state = result.plan.states[1];
+    state.twist[0] += 0.02;
+    result = planner.replan(state, kCurrent, target_at(t, plan.steps));
+    ASSERT_EQ(result.origin, PlanOrigin::shifted) << t;
+  }
+  EXPECT_TRUE(starts_afresh(4.0));
+  planner.set_deadline(HUGE_VAL);
+  result = planner.replan(result.plan.states[1], kCurrent, target_at(4.0, plan.steps));
+  EXPECT_EQ(result.origin, PlanOrigin::solved) << result.summary.message;
+  EXPECT_FALSE(starts_afresh(5.0));
+}
+
 /// What is expected to be known of the target's position when a plan ends, 3 σ [m]: the chaser, turned by `yaw`, is to stay
 /// turned by that from the target.
 double three_sigma_at_end(double yaw, double information) {
