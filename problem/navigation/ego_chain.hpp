@@ -106,6 +106,15 @@ class EgoChain {
   const ImuRecord* imu() const { return imu_ ? &*imu_ : nullptr; }
   /// The DVL's scale factor, when estimated.
   const std::optional<Variable<Rn<1>>>& dvl_scale() const { return scale_; }
+  /// Calls f(name, variable, standard deviations given) for each error that stays, a bias as it was measured with last.
+  template <class F>
+  void each_error(F f) const {
+    constants_.each(f);
+    for (std::size_t i = 0; i < errors_.size(); ++i)
+      if (errors_[i])
+        std::visit([&](const auto& x) { f(sensors_[i].name + ".bias", x, sensors_[i].error->sigma); },
+                   errors_[i]->state);
+  }
   /// The constants of sensors, when estimated.
   const std::vector<SensorConstant>& constants() const { return constants_.all(); }
   /// At the variables' values.

@@ -32,6 +32,13 @@ class SensorConstants {
   template <LieGroup G>
   Variable<G> none(Problem& problem);
   const std::vector<SensorConstant>& all() const { return all_; }
+  /// Calls f(name, variable, standard deviations given) for each.
+  template <class F>
+  void each(F f) const {
+    for (const SensorConstant& c : all_)
+      std::visit([&]<LieGroup G>(const Variable<G>& x) { f(c.name, x, Eigen::VectorXd::Constant(G::dof, c.sigma)); },
+                 c.state);
+  }
 
  private:
   std::vector<SensorConstant> all_;

@@ -34,6 +34,9 @@ class TargetWindow {
   /// with. The newest of each sensor stays in the problem, however long ago that was.
   template <class F>
   void each_left_bias(F f);
+  /// Calls f(name, variable, standard deviations given) for each error that stays, a bias as it was measured with last.
+  template <class F>
+  void each_error(F f) const;
   /// Adds a measurement: at the keyframe of its instant, or between the two around it. Returns why not: a sentence when
   /// it is before the window or after the last keyframe.
   std::optional<std::string> add_measurement(std::size_t sensor, const Measurement& m);
@@ -86,6 +89,16 @@ template <LieGroup G>
 template <class F>
 void TargetWindow<G>::each_left_bias(F f) {
   for (const auto& bias : std::exchange(left_biases_, {})) std::visit([&](const auto& x) { f(bias.t, x); }, bias.state);
+}
+
+template <LieGroup G>
+template <class F>
+void TargetWindow<G>::each_error(F f) const {
+  build_.constants.each(f);
+  for (const auto& [sensor, bias] : build_.biases) {
+    const TargetSensor& by = data_.sensors[sensor];
+    std::visit([&](const auto& x) { f(by.name + ".bias", x, by.error->sigma); }, bias.state);
+  }
 }
 
 template <LieGroup G>

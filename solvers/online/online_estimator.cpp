@@ -91,6 +91,9 @@ std::optional<RelativeTarget> OnlineEstimator::relative_target(double h) const {
   return streams_->window().relative_target(h);
 }
 OnlineEstimator::Covariance OnlineEstimator::covariance() const { return streams_->window().covariance(); }
+std::vector<OnlineEstimator::SensorError> OnlineEstimator::sensor_errors() const {
+  return streams_->window().sensor_errors();
+}
 std::vector<Stamped<EgoState>> OnlineEstimator::window() const { return streams_->window().states(); }
 std::vector<std::pair<double, double>> OnlineEstimator::splits() const { return streams_->window().splits(); }
 

@@ -127,6 +127,15 @@ class OnlineEstimator {
   };
   Covariance covariance() const;
 
+  /// An error that stays, of a sensor, as it was measured with last.
+  struct SensorError {
+    std::string name;           ///< "usbl.scale", "camera.misalignment", "dvl.bias"
+    Eigen::VectorXd value;      ///< 1; rad about the sensor's axes; one a row of the sensor's residual, in its units
+    Eigen::VectorXd given;      ///< standard deviations before
+    Eigen::VectorXd deviation;  ///< and after; empty where covariances are not known
+  };
+  std::vector<SensorError> sensor_errors() const;
+
   /// All chaser states in the window.
   std::vector<Stamped<EgoState>> window() const;
   /// Gaps of the IMU that split the chain so far: from, to [s].

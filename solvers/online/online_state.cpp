@@ -128,6 +128,20 @@ OnlineEstimator::Covariance OnlineWindow::covariance() const {
   return c;
 }
 
+std::vector<OnlineEstimator::SensorError> OnlineWindow::sensor_errors() const {
+  std::vector<OnlineEstimator::SensorError> errors;
+  const auto add = [&](const std::string& name, const auto& x, const Eigen::VectorXd& given) {
+    errors.push_back({name, lag_.problem().value(x).Log(), given, {}});
+    try {
+      errors.back().deviation = lag_.covariance(x).diagonal().cwiseMax(0).cwiseSqrt();
+    } catch (const Error&) {  // it has joined since the last update, or that had none to give
+    }
+  };
+  if (chain_) chain_->each_error(add);
+  with_target([&](const auto& window) { window.each_error(add); });
+  return errors;
+}
+
 std::vector<Stamped<EgoState>> OnlineWindow::states() const {
   std::vector<Stamped<EgoState>> states;
   if (chain_) {

@@ -68,6 +68,7 @@ class OnlineWindow {
   std::optional<TargetState> predicted_target(double h) const;
   std::optional<RelativeTarget> relative_target(double h) const;
   OnlineEstimator::Covariance covariance() const;
+  std::vector<OnlineEstimator::SensorError> sensor_errors() const;
   std::vector<Stamped<EgoState>> states() const;
   std::vector<std::pair<double, double>> splits() const;
 

@@ -7,6 +7,7 @@
 
 #include <tandem/studies/estimation/estimate_report.hpp>
 #include <tandem/studies/estimation/spread_text.hpp>
+#include <tandem/studies/navigation/found_constants_json.hpp>
 #include <tandem/studies/support/json_text.hpp>
 #include <tandem/studies/support/squared_distance.hpp>
 
@@ -266,8 +267,7 @@ std::string summary_json(const Estimate& estimate) {
   if (estimate.dvl_scale) json["dvl_scale"] = 1 + *estimate.dvl_scale;
   for (const auto& [from, to] : estimate.splits) json["splits"].push_back({from, to});
   if (!estimate.held_out.empty()) json["held_out"] = coverage_json(estimate);
-  for (const FoundConstant& c : estimate.constants)
-    json["staying_errors"][c.name] = {{"value", c.value}, {"sigma", c.deviation}, {"given_sigma", c.given}};
+  add_staying_errors(json, estimate.constants);
   for (const Suspect& s : estimate.suspects)
     json["suspects"].push_back({{"sensor", s.sensor}, {"t", s.t}, {"sigmas", s.sigmas}});
   if (!estimate.contradiction.empty()) json["contradiction"] = estimate.contradiction;

@@ -90,6 +90,7 @@ class Tracker {
     estimator_.finish();
     result_.interrupted = stopped();
     result_.health = estimator_.health();
+    result_.errors = found_errors(estimator_.sensor_errors());
     result_.bad = bad_.longest();
     result_.seconds += std::chrono::duration<double>(Clock::now() - begun_).count();
     for (const auto& [what, n] : feed_.refused().counts()) result_.refused.add(what.first, what.second, n);

@@ -10,6 +10,7 @@
 #include <tandem/studies/live/live_feed.hpp>
 #include <tandem/studies/live/track_records.hpp>
 #include <tandem/studies/live/track_snapshot.hpp>
+#include <tandem/studies/navigation/found_constants.hpp>
 
 namespace tandem {
 
@@ -42,6 +43,7 @@ struct Track {
   bool ended = false;  ///< the feed has
   RefusedLines refused;
   TrackHealth health;                  ///< at the end
+  std::vector<FoundConstant> errors;   ///< that stay, of sensors: as they were measured with last
   std::optional<BadSpell::Spell> bad;  ///< the longest, where there was one
   TrackRecords records;                ///< one an update, in order
 };

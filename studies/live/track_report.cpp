@@ -6,6 +6,7 @@
 #include <tandem/problem/navigation/trajectory.hpp>
 #include <tandem/studies/estimation/spread_text.hpp>
 #include <tandem/studies/live/track_report.hpp>
+#include <tandem/studies/navigation/found_constants_json.hpp>
 #include <tandem/studies/support/json_text.hpp>
 #include <tandem/studies/support/squared_distance.hpp>
 #include <tandem/studies/support/text.hpp>
@@ -206,6 +207,7 @@ std::string track_report(const Track& track, const TrackSummary& s) {
     for (const auto& [what, n] : track.refused.counts()) refused.row({what.first, fmt::format("{}", n), what.second});
     text += "\n" + refused.str();
   }
+  if (!track.errors.empty()) text += "\n" + constants_text(track.errors);
   return text + error_tables(track, s);
 }
 
@@ -226,6 +228,7 @@ std::string track_json(const Track& track, const TrackSummary& s) {
     if (sensor.last_used) json["sensors"].back()["last_used"] = *sensor.last_used;
   }
   if (track.bad) json["bad"] = {{"since", track.bad->since}, {"until", track.bad->until}};
+  add_staying_errors(json, track.errors);
   json["refused"] = Json::array();
   for (const auto& [what, n] : track.refused.counts())
     json["refused"].push_back({{"sensor", what.first}, {"why", what.second}, {"lines", n}});

@@ -27,9 +27,22 @@ std::vector<FoundConstant> found_constants(const Problem& problem, const std::ve
   return found;
 }
 
+std::vector<FoundConstant> found_errors(const std::vector<OnlineEstimator::SensorError>& errors) {
+  std::vector<FoundConstant> found;
+  for (const OnlineEstimator::SensorError& e : errors)
+    for (Eigen::Index i = 0; i < e.value.size(); ++i) {
+      const bool turn = e.name.ends_with(".misalignment") && e.value.size() == 3;
+      const std::string row = turn                        ? fmt::format(".r{:c}", "xyz"[i])
+                              : e.name.ends_with(".bias") ? fmt::format(".{}", i + 1)
+                                                          : std::string();
+      found.push_back({e.name + row, e.value[i], e.given[i], e.deviation.size() ? e.deviation[i] : 0.0});
+    }
+  return found;
+}
+
 std::string constants_text(const std::vector<FoundConstant>& constants) {
   if (constants.empty()) return "";
-  std::string text = "Errors that stay (scale 1, misalignment rad, delay s):\n";
+  std::string text = "Errors that stay (scale 1, misalignment rad, delay s, bias in the units of its rows):\n";
   std::vector<std::string> untold;
   for (const FoundConstant& c : constants) {
     text += fmt::format("  {}\n", c.text());

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include <tandem/studies/navigation/found_constants_json.hpp>
 #include <tandem/studies/navigation/navigation_report.hpp>
 #include <tandem/studies/support/down_weighted.hpp>
 #include <tandem/studies/support/json_text.hpp>
@@ -356,8 +357,7 @@ std::string navigation_json(const NavigationStudy& study) {
     of = {{"seconds", fit.delay}, {"cost", fit.cost}, {"cost_as_given", fit.cost_before}};
     if (fit.deviation) of["sigma"] = *fit.deviation;
   }
-  for (const FoundConstant& c : navigation.constants)
-    json["staying_errors"][c.name] = {{"value", c.value}, {"sigma", c.deviation}, {"given_sigma", c.given}};
+  add_staying_errors(json, navigation.constants);
   if (navigation.dvl_scale) json["dvl_scale"] = 1 + *navigation.dvl_scale;
   if (!navigation.why_no_covariance.empty()) json["no_covariance"] = navigation.why_no_covariance;
   return json_text(json);

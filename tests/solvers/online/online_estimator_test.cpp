@@ -144,7 +144,22 @@ TEST(OnlineTarget, ErrorsThatStayAreThoseOfTheBatchEstimate) {
   for (const Mode mode : {Mode::A, Mode::B}) {
     OnlineEstimator estimator(d, {}, exactly({.mode = mode}));
     run(d, estimator);
-    expect_same(estimator, batch(d, {.mode = mode}));
+    TrackingProblem whole = batch(d, {.mode = mode});
+    expect_same(estimator, whole);
+    const auto told = estimator.sensor_errors();
+    for (const SensorConstant& c : whole.constants) {
+      const auto same = std::find_if(told.begin(), told.end(), [&](const auto& e) { return e.name == c.name; });
+      ASSERT_NE(same, told.end()) << c.name;
+      const Eigen::VectorXd value =
+          std::visit([&](const auto& x) { return Eigen::VectorXd(whole.problem.value(x).Log()); }, c.state);
+      EXPECT_LE((same->value - value).norm(), 1e-6) << c.name;
+      EXPECT_TRUE((same->given.array() == c.sigma).all());
+      ASSERT_EQ(same->deviation.size(), value.size());
+      EXPECT_TRUE((same->deviation.array() > 0).all() && (same->deviation.array() <= same->given.array()).all());
+    }
+    for (const TargetSensor& sensor : d.sensors)
+      EXPECT_TRUE(
+          std::any_of(told.begin(), told.end(), [&](const auto& e) { return e.name == sensor.name + ".bias"; }));
   }
 }
 

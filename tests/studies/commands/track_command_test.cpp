@@ -33,6 +33,21 @@ TEST(TrackCommand, IsListedAndExplained) {
     EXPECT_THAT(help.output, HasSubstr(text));
 }
 
+TEST(TrackCommand, TellsWhatErrorsThatStayItHasFound) {
+  const std::vector<std::string> words{"track",   "docking_a",       "--until", "300",
+                                       "--error", "usbl.scale=0.02", "--error", "usbl=1,1,1:60"};
+  EXPECT_THAT(run_tandem(words).output, ContainsRegex("Errors that stay.*\n  usbl.scale -?0\\.[0-9]+ ± 0\\.0"));
+  std::vector<std::string> as_json = words;
+  as_json.push_back("--json");
+  const Json errors = Json::parse(run_tandem(as_json).output)["staying_errors"];
+  ASSERT_EQ(errors.size(), 4u) << errors;
+  EXPECT_EQ(errors["usbl.scale"]["given_sigma"], 0.02);
+  for (const char* row : {"usbl.bias.1", "usbl.bias.2", "usbl.bias.3"}) {
+    EXPECT_GT(errors[row]["sigma"], 0.0);
+    EXPECT_LT(errors[row]["sigma"], 1.0) << "fixes have told something";
+  }
+}
+
 TEST(TrackCommand, TracksAFolderAndStandardInputAlike) {
   const ScratchFolder scratch;
   const auto out = scratch.path() / "folder", live = scratch.path() / "live";
