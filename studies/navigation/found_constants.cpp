@@ -12,16 +12,29 @@ std::string FoundConstant::text() const {
                        : fmt::format("{} {:.5f}", name, value);
 }
 
+namespace {
+
+/// Each row of an error by the name it has in tables.
+void add_rows(const std::string& name, const Eigen::VectorXd& value, const Eigen::VectorXd& given,
+              const Eigen::VectorXd& deviation, std::vector<FoundConstant>& found) {
+  for (Eigen::Index i = 0; i < value.size(); ++i) {
+    const std::string row = name.ends_with(".bias") ? fmt::format(".{}", i + 1)
+                            : value.size() == 3     ? fmt::format(".r{:c}", "xyz"[i])
+                                                    : std::string();
+    found.push_back({name + row, value[i], given[i], deviation.size() ? deviation[i] : 0.0});
+  }
+}
+
+}  // namespace
+
 std::vector<FoundConstant> found_constants(const Problem& problem, const std::vector<SensorConstant>& constants,
                                            const Marginals* marginals) {
   std::vector<FoundConstant> found;
   const auto add = [&]<LieGroup G>(const SensorConstant& constant, const Variable<G>& x) {
-    const typename G::Tangent value = problem.value(x).Log();
-    constexpr const char* axes[] = {".rx", ".ry", ".rz"};
-    typename G::Tangent deviation = G::Tangent::Zero();
+    Eigen::VectorXd deviation;
     if (marginals) deviation = marginals->covariance(x).diagonal().cwiseSqrt();
-    for (int i = 0; i < G::dof; ++i)
-      found.push_back({constant.name + (G::dof == 3 ? axes[i] : ""), value[i], constant.sigma, deviation[i]});
+    add_rows(constant.name, problem.value(x).Log(), Eigen::VectorXd::Constant(G::dof, constant.sigma), deviation,
+             found);
   };
   for (const SensorConstant& constant : constants) std::visit([&](const auto& x) { add(constant, x); }, constant.state);
   return found;
@@ -29,14 +42,7 @@ std::vector<FoundConstant> found_constants(const Problem& problem, const std::ve
 
 std::vector<FoundConstant> found_errors(const std::vector<OnlineEstimator::SensorError>& errors) {
   std::vector<FoundConstant> found;
-  for (const OnlineEstimator::SensorError& e : errors)
-    for (Eigen::Index i = 0; i < e.value.size(); ++i) {
-      const bool turn = e.name.ends_with(".misalignment") && e.value.size() == 3;
-      const std::string row = turn                        ? fmt::format(".r{:c}", "xyz"[i])
-                              : e.name.ends_with(".bias") ? fmt::format(".{}", i + 1)
-                                                          : std::string();
-      found.push_back({e.name + row, e.value[i], e.given[i], e.deviation.size() ? e.deviation[i] : 0.0});
-    }
+  for (const OnlineEstimator::SensorError& e : errors) add_rows(e.name, e.value, e.given, e.deviation, found);
   return found;
 }
 

@@ -54,9 +54,9 @@ class Simulation {
     online.tracking.non_holonomic = Role::soft;
     double& sway = data_.noise.non_holonomic[0];
     sway = std::hypot(sway, options.current);  // the water carries the target sideways
-    if (std::isfinite(options.turn_time)) {
+    if (const auto time = motion_time()) {
       online.tracking.model = MotionModel::damped_twist;
-      data_.noise.twist_time = turn_forgotten();
+      data_.noise.twist_time = *time;
     }
     online.lag.window = kEstimatorWindow;
     estimator_ = std::make_unique<OnlineEstimator>(data_, std::nullopt, online);
@@ -98,12 +98,10 @@ class Simulation {
     twist.head<3>() += target_.rotation().inverse().act(current_);
     return twist;
   }
-  Vector<6> turn_forgotten() const {
-    return (Vector<6>() << Vector<3>::Constant(kSpeedTime), Vector<3>::Constant(options_.turn_time)).finished();
-  }
-  /// Of the target's twist [s]; none: it is constant.
+  /// In which the target's twist is forgotten [s]; none: it is constant.
   std::optional<Vector<6>> motion_time() const {
-    return std::isfinite(options_.turn_time) ? std::optional(turn_forgotten()) : std::nullopt;
+    if (!std::isfinite(options_.turn_time)) return {};
+    return (Vector<6>() << Vector<3>::Constant(kSpeedTime), Vector<3>::Constant(options_.turn_time)).finished();
   }
   SE3 goal(double behind) const { return SE3(SO3(), {-behind, 0.0, 0.0}); }
   double miss(double behind) const {
