@@ -21,12 +21,14 @@ struct ExpCurvature<Rn<N>> {
   static Matrix<N, N> bracket(const Vector<N>&) { return Matrix<N, N>::Zero(); }
 };
 
+namespace detail {
+
 /// Jrᵀ λ is J(θ) a_k in the rows of ρ_k, and Σ Q(ρ_k, θ) a_k + J(θ) m in those of θ, with λ = [a_1; …; m], J the left
 /// Jacobian of SO(3) and Q Barfoot's (2017, eq. 7.86). Differentiated term by term; the coefficients' derivatives by θ²
 /// are B' = E − C/2, C' = −F and two more.
-template <int K>
-struct ExpCurvature<BasicSEK3<K, double>> {
-  using G = BasicSEK3<K, double>;
+/// SO(3) has no ρ.
+template <class G, int K>
+struct ExpCurvatureWithRotation {
   using Mat3 = Matrix<3, 3>;
   using Vec3 = Vector<3>;
 
@@ -113,6 +115,13 @@ struct ExpCurvature<BasicSEK3<K, double>> {
     return M;
   }
 };
+
+}  // namespace detail
+
+template <>
+struct ExpCurvature<SO3> : detail::ExpCurvatureWithRotation<SO3, 0> {};
+template <int K>
+struct ExpCurvature<BasicSEK3<K, double>> : detail::ExpCurvatureWithRotation<BasicSEK3<K, double>, K> {};
 
 /// Groups whose ExpCurvature is known.
 template <class G>

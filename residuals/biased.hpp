@@ -36,6 +36,22 @@ struct Biased {
     }
     std::get<r>(refs) += std::get<inner>(refs).vector();
   }
+
+  /// The residual's own: the states, w, and H of all of them. b is linear.
+  template <class... Args>
+  requires(HasCurvature<R> && sizeof...(Args) == std::tuple_size_v<States> + 2) void curvature(Args&&... args) const {
+    constexpr std::size_t inner = std::tuple_size_v<States> - 1;
+    constexpr int n = detail::CurvatureOf<R, typename R::States>::size;
+    const auto refs = std::tie(args...);
+    Matrix<n, n> of_residual;
+    [&]<std::size_t... X>(std::index_sequence<X...>) {
+      residual.curvature(std::get<X>(refs)..., std::get<inner + 1>(refs), of_residual);
+    }
+    (std::make_index_sequence<inner>());
+    auto& H = std::get<inner + 2>(refs);
+    H.setZero();
+    H.template topLeftCorner<n, n>() = of_residual;
+  }
 };
 
 }  // namespace tandem

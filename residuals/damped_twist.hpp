@@ -1,6 +1,7 @@
 #pragma once
 
 #include <tandem/lie/operations.hpp>
+#include <tandem/residuals/carried_twist_curvature.hpp>
 #include <tandem/residuals/ornstein_uhlenbeck.hpp>
 #include <tandem/residuals/residual.hpp>
 
@@ -49,8 +50,7 @@ struct DampedTwist {
                   RowsBy<dim, X>* J1 = nullptr, RowsBy<dim, X>* J2 = nullptr) const {
     using S = typename X::Scalar;
     using Diagonal = Vector<G::dof, S>;
-    const Diagonal share = (dt2 / dt1 * kept).template cast<S>();
-    const Diagonal drift = (dt2 * (mean - kept.cwiseProduct(mean))).template cast<S>();
+    const Diagonal share = this->share().template cast<S>(), drift = this->drift().template cast<S>();
     const typename X::Tangent d1 = (t0.inverse() * t1).Log(), d2 = share.cwiseProduct(d1) + drift;
     const X back = X::Exp(-d2);
     r = (back * t1.inverse() * t2).Log();
@@ -67,6 +67,15 @@ struct DampedTwist {
     }
     if (J2) *J2 = at_r.right;
   }
+
+  void curvature(const G& t0, const G& t1, const G& t2, const Vector<dim>& w,
+                 Matrix<3 * G::dof, 3 * G::dof>& H) const requires HasExpCurvature<G> {
+    detail::curvature_of_carried_twist<G, false>(t0, t1, t2, share(), drift(), w, H);
+  }
+
+ private:
+  Vector<G::dof> share() const { return dt2 / dt1 * kept; }
+  Vector<G::dof> drift() const { return dt2 * (mean - kept.cwiseProduct(mean)); }
 };
 
 }  // namespace tandem

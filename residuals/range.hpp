@@ -1,7 +1,8 @@
 #pragma once
 
+#include <tandem/lie/exp_curvature.hpp>
 #include <tandem/lie/sek3.hpp>
-#include <tandem/residuals/sensor_frame.hpp>
+#include <tandem/residuals/sensor_frame_curvature.hpp>
 
 namespace tandem {
 
@@ -30,6 +31,18 @@ requires(Chaser::point_dim == Target::point_dim) struct Range {
       return Rows<dim, C>(distance - range);
     };
     observe<dim>(c, t, B, beacon, measure, r, Jc, Jt);
+  }
+
+  void curvature(const Chaser& c, const Target& t, const Vector<dim>& w,
+                 Matrix<Chaser::dof + Target::dof, Chaser::dof + Target::dof>& H) const
+      requires(Chaser::point_dim == 3 && HasExpCurvature<Chaser> && HasExpCurvature<Target>) {
+    const auto of_range = [&](const Vector<3>& p, Vector<3>& by_p, Matrix<3, 3>& of_p) {
+      check_apart(p, name);
+      const double distance = p.norm();
+      by_p = w[0] / distance * p;
+      of_p = w[0] / distance * (Matrix<3, 3>::Identity() - p * p.transpose() / (distance * distance));
+    };
+    detail::curvature_of_observed(c, t, B, beacon, of_range, H);
   }
 };
 

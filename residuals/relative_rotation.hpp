@@ -26,6 +26,17 @@ struct RelativeRotation {
     if (Jx) *Jx << Matrix<dim, X::dof - dim, typename X::Scalar>::Zero(), by_x;
     if (Jy) *Jy << Matrix<dim, X::dof - dim, typename X::Scalar>::Zero(), by_y;
   }
+
+  void curvature(const G& x, const G& y, const Vector<dim>& w,
+                 Matrix<2 * G::dof, 2 * G::dof>& H) const requires HasExpCurvature<Rotation> {
+    Matrix<2 * dim, 2 * dim> of_rotations;
+    RelativePose<Rotation>{z, B, F}.curvature(x.rotation(), y.rotation(), w, of_rotations);
+    H.setZero();
+    for (int i = 0; i < 2; ++i)
+      for (int j = 0; j < 2; ++j)
+        H.template block<dim, dim>((i + 1) * G::dof - dim, (j + 1) * G::dof - dim) =
+            of_rotations.template block<dim, dim>(i * dim, j * dim);
+  }
 };
 
 }  // namespace tandem

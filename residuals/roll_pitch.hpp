@@ -62,7 +62,7 @@ struct RollPitch {
     half += (lambda[2] / cos_pitch) * side * (0.5 * Vector<3>::UnitX() + (sin_pitch / cos_pitch) * up).transpose();
     H.setZero();
     H.template bottomRightCorner<3, 3>() =
-        half + half.transpose() - J.transpose() * ExpCurvature<BasicSEK3<0, double>>::of(e, lambda) * J;
+        half + half.transpose() - J.transpose() * ExpCurvature<SO3>::of(e, lambda) * J;
   }
 
  private:

@@ -42,4 +42,20 @@ void curvature_in_sensor_frame(const BasicSEK3<K, double>& c, const T& t, const 
   H.template bottomRightCorner<m, m>() = curvature_of_target(t, c.rotation().act(u), beacon);
 }
 
+/// Those of wᵀ h(p), as observe() has it: of_h(p, by_p, of_p) sets the gradient of wᵀ h by p and its second derivatives.
+template <int K, LieGroup T, class OfH>
+void curvature_of_observed(const BasicSEK3<K, double>& c, const T& t, const BasicSEK3<K, double>& B,
+                           const Vector<3>& beacon, const OfH& of_h,
+                           Matrix<3 * K + 3 + T::dof, 3 * K + 3 + T::dof>& H) {
+  Matrix<3, 3 * K + 3> by_c;
+  Matrix<3, T::dof> by_t;
+  Vector<3> by_p;
+  Matrix<3, 3> of_p;
+  of_h(in_sensor_frame(c, t, B, beacon, &by_c, &by_t), by_p, of_p);
+  curvature_in_sensor_frame(c, t, B, beacon, by_p, H);
+  Matrix<3, 3 * K + 3 + T::dof> J;
+  J << by_c, by_t;
+  H.noalias() += J.transpose() * (of_p * J);
+}
+
 }  // namespace tandem::detail

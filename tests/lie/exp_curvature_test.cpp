@@ -20,7 +20,7 @@ class ExpCurvatureTest : public ::testing::Test {
   std::mt19937_64 random_{3};
   std::normal_distribution<double> normal_;
 };
-using Groups = ::testing::Types<SE3, SE23, R3>;
+using Groups = ::testing::Types<SO3, SE3, SE23, R3>;
 TYPED_TEST_SUITE(ExpCurvatureTest, Groups);
 
 /// From 0 across the seam of the series (0.5 rad) to beyond π.

@@ -2,12 +2,17 @@
 
 #include <gtest/gtest.h>
 
+#include <tandem/residuals/biased.hpp>
 #include <tandem/residuals/constant_twist.hpp>
+#include <tandem/residuals/damped_twist.hpp>
 #include <tandem/residuals/prior.hpp>
+#include <tandem/residuals/range.hpp>
 #include <tandem/residuals/relative_pose.hpp>
+#include <tandem/residuals/relative_rotation.hpp>
 #include <tandem/residuals/roll_pitch.hpp>
 #include <tandem/residuals/twist_components.hpp>
 #include <tandem/residuals/usbl_position.hpp>
+#include <tandem/residuals/vehicle/inside_cone.hpp>
 
 #include "residuals/curvature_autodiff.hpp"
 
@@ -89,6 +94,11 @@ TEST(Curvature, AgreesWithDifferencesOfTheJacobians) {
       expect_curvature(RelativePose<SE3>{random_state<SE3>(size), random_state<SE3>(1.0), random_state<SE3>(1.0)},
                        size);
       expect_curvature(ConstantTwist<SE3>{0.7, 1.1}, size);
+      const Vector<6> times{0.4, 1.0, 30.0, 1e9, 2.0, 0.7};
+      expect_curvature(DampedTwist<SE3>::over(0.7, 1.1, times, random_tangent<6>(size)), size);
+      expect_curvature(DampedTwist<R3>::over(0.7, 1.1, times.head<3>(), random_tangent<3>(1.0)), size);
+      expect_curvature(RelativeRotation<SE3>{random_state<SO3>(size), random_state<SO3>(1.0), random_state<SO3>(1.0)},
+                       size);
       expect_curvature(TwistComponents<SE3, sway | heave | yaw_rate>{0.7}, size);
       expect_curvature(ConstantTwist<R3>{0.7, 1.1}, size);
       expect_curvature(RollPitch<SE3>{}, size);
@@ -106,6 +116,33 @@ TEST(Curvature, OfUsblPositionsIsRightForAllTargetsAndLargeResiduals) {
       testing::expect_right_curvature(UsblPosition<SE3>{fix, mount, beacon}, w, chaser, random_state<SE3>(size));
       testing::expect_right_curvature(UsblPosition<SE3, R3>{fix, mount}, w, chaser, R3(random_tangent<3>(30.0)));
       testing::expect_right_curvature(UsblPosition<SE3, SE23>{fix, mount, beacon}, w, chaser, random_state<SE23>(size));
+    }
+}
+
+TEST(Curvature, OfDampedTwistIsThatOfConstantTwistWhereNothingIsForgotten) {
+  const SE3 t0 = random_state<SE3>(1.0), t1 = random_state<SE3>(1.0), t2 = random_state<SE3>(1.0);
+  const Vector<6> w = random_tangent<6>(1.0);
+  Matrix<18, 18> damped, constant;
+  DampedTwist<SE3>{0.7, 1.1, Vector<6>::Ones(), random_tangent<6>(1.0)}.curvature(t0, t1, t2, w, damped);
+  ConstantTwist<SE3>{0.7, 1.1}.curvature(t0, t1, t2, w, constant);
+  EXPECT_LE((damped - constant).cwiseAbs().maxCoeff(), 1e-12 * constant.cwiseAbs().maxCoeff());
+}
+
+/// Far and near, on the cone's axis but for its rounding, and with an error that stays.
+TEST(Curvature, OfRangesAndConesIsRightForAllTargets) {
+  for (const double size : {1e-3, 0.4, 3.0, 30.0})
+    for (int trial = 0; trial < 5; ++trial) {
+      const SE3 chaser = random_state<SE3>(1.0), mount = random_state<SE3>(1.0);
+      const SE3 target = chaser * SE3(random_state<SO3>(1.0), Vector<3>(size, 0.3 * size, -0.5 * size));
+      const Vector<1> w = random_tangent<1>(1.0);
+      const Vector<3> beacon = random_tangent<3>(1.0), off_axis = random_tangent<3>(1e-3);
+      testing::expect_right_curvature(Range<SE3>{2.0, mount, beacon}, w, chaser, target);
+      testing::expect_right_curvature(Range<SE3, R3>{2.0, mount}, w, chaser, R3(target.translation()));
+      testing::expect_right_curvature(InsideCone<SE3>{0.6, mount, beacon}, w, chaser, target);
+      const SE3 ahead = chaser * mount * SE3(SO3(), Vector<3>(size * Vector<3>::UnitX() + off_axis));
+      testing::expect_right_curvature(InsideCone<SE3>{0.6, mount}, w, chaser, ahead);
+      testing::expect_right_curvature(InsideCone<R3>{0.6, mount}, w, chaser, R3(target.translation()));
+      testing::expect_right_curvature(Biased<Range<SE3>>{{2.0, mount, beacon}}, w, chaser, target, Rn<1>(w));
     }
 }
 
