@@ -8,8 +8,9 @@
 namespace tandem::detail {
 namespace {
 
-constexpr int kMostActiveSets = 10;    // tried for one step; two or three are usual
-constexpr double kLittleGain = 0.1;    // of a step's foretold decrease, what one more set has to add
+constexpr int kMostActiveSets = 10;   // tried for one step; two or three are usual
+constexpr double kLittleGain = 0.01;  // of a step's foretold decrease, what one more set has to add
+constexpr double kLessCurvature = 0.3;
 constexpr double kUsualPenalty = 1e4;  // grown to while steps are good: more makes the model ill-conditioned
 constexpr double kMostPenalty = 1e10;  // grown to while the constraints do not come closer; √ of what doubles hold
 constexpr double kPenaltyGrowth = 10;
@@ -57,6 +58,22 @@ void AugmentedModel::add_curvature() {
     hessian_ = before;
     curvature_.setZero(hessian_.size());
   }
+  curvature_share_ = 1.0;
+}
+
+bool AugmentedModel::lessen_curvature() {
+  if (!has_curvature()) return false;
+  if (exact_) {
+    const Session::Timer timer(session_.summary.evaluation_seconds);
+    program_.linearize(gradient_, hessian_);
+    curvature_share_ = 0.0;
+    return true;
+  }
+  const double share = curvature_share_ == 1.0 ? kLessCurvature : 0.0, kept = share / curvature_share_;
+  hessian_ -= (1.0 - kept) * curvature_;
+  curvature_ *= kept;
+  curvature_share_ = share;
+  return true;
 }
 
 double AugmentedModel::linearize() {
@@ -225,6 +242,7 @@ void AugmentedModel::choose_hessian(bool strongly_damped, bool free) {
 }
 
 void AugmentedModel::evaluate_exact_hessian() {
+  curvature_share_ = 1.0;
   try {
     program_.exact_hessian(1.0, next_multipliers_, hessian_);
   } catch (const Error&) {  // a residual is undefined nearby, where differences are taken

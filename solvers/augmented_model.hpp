@@ -20,6 +20,7 @@ class AugmentedModel final : public SoftModel {
   /// From now on the Hessian is Gauss-Newton's and, besides, what that lacks of the Lagrangian's exact one at X̄, by the
   /// multipliers of the last step: evaluated once, kept over the steps that follow. It costs some twenty linearisations.
   void add_curvature();
+  bool has_curvature() const { return (exact_ || curvature_.size()) && curvature_share_ > 0.0; }
   /// What a filter weighs against each other: the cost, and how far the hard constraints are violated, √Σ w⁰ᵢ vᵢ²
   /// [standard deviations]. At X̄ and at the program's point, where merit_at_step() was the last to go.
   struct Progress {
@@ -52,6 +53,7 @@ class AugmentedModel final : public SoftModel {
   Program::Violation violation() const override { return violation_; }
   void begin() override;
   void choose_hessian(bool strongly_damped, bool free) override;
+  bool lessen_curvature() override;
   void estimate_multipliers() override { term_.estimate(next_multipliers_); }
   void estimate_multipliers_at_step() override;
   double optimality() override;
@@ -87,8 +89,9 @@ class AugmentedModel final : public SoftModel {
   std::array<double, 5> recent_optimality_;                     // of the multipliers taken last
   int taken_ = 0, stalled_ = 0, relaxed_ = 0, strongly_damped_ = 0, free_ = 0;
   bool inexact_steps_ = false;
-  bool exact_ = false;         // hessian_ is the Lagrangian's own
-  Eigen::VectorXd curvature_;  // of add_curvature(), in hessian_ too; empty without
+  bool exact_ = false;            // hessian_ is the Lagrangian's own
+  Eigen::VectorXd curvature_;     // of add_curvature(), in hessian_ too; empty without
+  double curvature_share_ = 0.0;  // that was kept, of this or the exact Hessian's
   Eigen::VectorXd augmented_hessian_, total_, last_lagrangian_, next_multipliers_;
   Eigen::VectorXd newton_step_;                    // to the model's minimum while the same rows are active
   Eigen::VectorXd hessian_step_, hessian_newton_;  // Hessian times step_ and newton_step_, by the equations they solve

@@ -102,6 +102,7 @@ class DampedSteps {
   bool try_step() {
     auto& s = session_.summary;
     while (!model_.find_step(damping_.value)) {
+      if (model_.lessen_curvature()) continue;  // rather than damp what curves downwards
       refuse();
       if (damping_.value > kUselessDamping || session_.should_stop()) return false;
     }
@@ -187,6 +188,23 @@ class DampedSteps {
     return true;
   }
 
+  /// The same by free steps, where damped ones were refused for rounding: whether they end at a solution.
+  bool last_polish() {
+    for (int step = 0; step < kMostPolishing; ++step) {
+      if (!model_.find_step(free_damping()) || std::abs(model_.predicted()) > kPolishBelow * model_.merit())
+        return false;
+      if (!std::isfinite(model_.merit_at_step(true))) return false;
+      model_.estimate_multipliers_at_step();
+      if (!model_.move_on()) return false;
+      if (model_.feasible() && optimal()) {
+        session_.end(Status::converged, "no step lowers the cost any further");
+        return true;
+      }
+      model_.take_multipliers();
+    }
+    return false;
+  }
+
   void update_penalty(bool no_closer) {
     if (model_.update_penalty(no_closer)) end_infeasible();
   }
@@ -206,6 +224,7 @@ class DampedSteps {
       return session_.end(Status::failed, std::string("a residual's derivatives are undefined: ") + e.what());
     }
     if (model_.locally_infeasible()) return end_infeasible();
+    if (model_.constrained() && last_polish()) return;
     const double least = std::max(options_.cost_tolerance, kRounding) * session_.summary.cost;
     std::string message = "no step lowers the cost, however short";
     if (model_.constrained()) message = "no step brings the optimality conditions closer";

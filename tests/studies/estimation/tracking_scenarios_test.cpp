@@ -102,7 +102,7 @@ TEST(RecordedHardConstraints, AllTogether) {
 TEST(RecordedHardConstraints, LimitsThatPullFar) {
   TANDEM_NEEDS_SHARED(10);
   AugmentedLagrangianOptions solver;
-  solver.max_iterations = 2000;  // kitti_0020_012 takes some 1,150
+  solver.max_iterations = 2000;  // kitti_0020_012 takes some 1,100
   int cars = 0;
   for (const Reference& c : references()) {
     if (!c.scenario.starts_with("kitti_")) continue;
