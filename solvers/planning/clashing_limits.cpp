@@ -8,6 +8,7 @@ namespace {
 
 constexpr int kMostTrialIterations = 100;
 constexpr double kFarWider = 100;  // than the range of the commands, where that is no limit
+constexpr double kFarFaster = 10;  // than a pursuit usually goes and turns, where no limit is on the twist
 
 bool is_asked(const PlanOptions& plan, PlanLimit limit) {
   switch (limit) {
@@ -55,6 +56,15 @@ void lift(PlanLimit limit, VehicleModel<N>& vehicle, PlanOptions& plan) {
   }
 }
 
+/// The start of a plan whose twist has no limit makes use of that: it is at the goal in few steps.
+PursuitOptions unlimited(PursuitOptions pursuit, double dt) {
+  pursuit.speed *= kFarFaster;
+  pursuit.turn_rate *= kFarFaster;
+  pursuit.attitude_gain = pursuit.position_gain = 1.0 / dt;
+  pursuit.response = 0.5 * dt;
+  return pursuit;
+}
+
 }  // namespace
 
 template <int N>
@@ -67,7 +77,9 @@ std::vector<PlanLimit> clashing_limits(const VehicleModel<N>& vehicle, const Pla
   VehicleModel<N> without_vehicle = vehicle;  // without what is not needed for the clash
   PlanOptions without_plan = plan;
   const auto possible = [&](const VehicleModel<N>& v, const PlanOptions& p) {
-    return Planner<N>(v, p, trial).replan(start, current, target).accepted();
+    PlannerOptions o = trial;
+    if (!p.twist) o.pursuit = unlimited(o.pursuit, p.dt);
+    return Planner<N>(v, p, o).replan(start, current, target).accepted();
   };
   std::vector<PlanLimit> clash;
   // What was asked for last, so that it is what is left where one of two would do.

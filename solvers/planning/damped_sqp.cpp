@@ -16,9 +16,9 @@ namespace {
 constexpr double kSqpPenalty = 1e7;             // over the cost's stiffness: a step meets the linearised constraints
 constexpr std::array kDampings{0.1, 0.3, 1.0};  // of the cost's curvature, in the first steps
 constexpr double kLeastDamping = 1.0, kMostDamping = 1e3;  // in later ones, as the violation falls or not
-constexpr double kCurvedDamping = 0.1;                  // the least once the constraints' curvature is in the Hessian
+constexpr double kCurvedDamping = 0.05;                 // the least once the constraints' curvature is in the Hessian
 constexpr double kNearbyDamping = 0.01;                 // from multipliers, near a solution
-constexpr int kCurvatureAfter = 6, kCurvatureKept = 4;  // iterations until then, and until it is evaluated anew
+constexpr int kCurvatureAfter = 4, kCurvatureKept = 4;  // iterations until then, and until it is evaluated anew
 constexpr double kNearby = 1e-3;                        // the violation from which on its multipliers are good
 constexpr int kFarAway = 10;                            // iterations after which they have to do
 constexpr double kStiffer = 10;                         // factor of the damping of a matrix that is not definite
@@ -124,6 +124,10 @@ Summary DampedSqp::Loop::given_up() {
 
 bool DampedSqp::Loop::find_step(double& damped) {
   while (!model_.find_step(damped)) {
+    if (model_.lessen_curvature()) {
+      if (!model_.has_curvature()) damped = std::max(damped, kLeastDamping);
+      continue;
+    }
     if (damped > kStiffest) return false;
     damped *= kStiffer;
   }

@@ -96,15 +96,15 @@ Plan<N> Planner<N>::moved_with(const TargetPrediction& target) const {
 }
 
 template <int N>
-Summary Planner<N>::refine(DampedSqp& sqp, const Plan<N>& guess, double cost_tolerance, double time_limit) {
-  problem().set_guess(guess);
+Summary Planner<N>::refine(const Plan<N>& guess, double time_limit) {
+  problem_.set_guess(guess);
   DampedSqp::Options options;
   options.time_limit = time_limit;
-  options.cost_tolerance = cost_tolerance;
+  options.cost_tolerance = kCostTolerance;
   if (!starts_afresh()) options.max_iterations = options_.max_warm_refinements;
   options.from_multipliers = !multipliers_.empty();
-  if (options.from_multipliers) problem().set_multipliers(multipliers_);
-  return sqp.solve(options);
+  if (options.from_multipliers) problem_.set_multipliers(multipliers_);
+  return sqp_.solve(options);
 }
 
 template <int N>
@@ -145,49 +145,66 @@ double Planner<N>::violation_at_values(std::string& worst) {
 template <int N>
 PlanResult<N> Planner<N>::replan(const VehicleState<N>& start, const Vector<3>& current,
                                  const TargetPrediction& target) {
-  return decoupled(start, current, target, options_.deadline);
+  return remembered(decoupled(start, current, target), current, target);
 }
 
 template <int N>
 PlanResult<N> Planner<N>::decoupled(const VehicleState<N>& start, const Vector<3>& current,
-                                    const TargetPrediction& target, double left) {
+                                    const TargetPrediction& target) {
   if (coupled_) check_.reset();
   coupled_.reset();
   problem_.set_start(start, current);
   problem_.set_target(target);
   const Plan<N> from = guess(start, current, target);
+  double left = options_.deadline;
   if (options_.refine) {
-    const Summary refined = refine(sqp_, from, kCostTolerance, left);
+    const Summary refined = refine(from, left);
     // What cannot be met is not met by another solver either, and there is a plan to fall back on.
     const bool hopeless = refined.status == Status::infeasible && !starts_afresh();
     const bool ended = refined.converged() || refined.status == Status::time_limit || hopeless;
     if (ended || last_) {
       PlanResult<N> result = outcome(refined, start, current);
       const bool again = result.origin == PlanOrigin::shifted && shifts_ > 0;
-      if (ended || (result.accepted() && !again)) return remembered(std::move(result), current, target);
+      if (ended || (result.accepted() && !again)) return result;
     }
     left -= refined.seconds;
   }
-  return remembered(outcome(globalise(from, left), start, current), current, target);
+  return outcome(globalise(from, left), start, current);
 }
 
+/// The plan against the prediction is next to the coupled one, and its solver, analysed once, is the faster.
 template <int N>
 PlanResult<N> Planner<N>::replan(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target,
                                  const CoupledEstimate& estimate) {
-  check_.reset();
-  coupled_ = std::make_unique<PlanProblem<N>>(problem_.vehicle(), problem_.options(), estimate);
-  coupled_->set_start(start, current);
-  coupled_->set_target(target);
-  const Plan<N> from = guess(start, current, target);
-  if (!options_.refine) return remembered(outcome(globalise(from, options_.deadline), start, current), current, target);
-  DampedSqp sqp(coupled_->problem());
-  const Summary refined = refine(sqp, from, kCostTolerance * estimate.share, options_.deadline);
-  if (refined.converged() || refined.status == Status::time_limit) {
-    PlanResult<N> result = remembered(outcome(refined, start, current), current, target);
-    check_.reset();  // of the estimate's problem, which need not outlive this plan
-    return result;
+  const auto couple = [&] {
+    check_.reset();
+    coupled_ = std::make_unique<PlanProblem<N>>(problem_.vehicle(), problem_.options(), estimate);
+    coupled_->set_start(start, current);
+    coupled_->set_target(target);
+  };
+  if (!options_.refine) {
+    couple();
+    return remembered(outcome(globalise(guess(start, current, target), options_.deadline), start, current), current,
+                      target);
   }
-  return decoupled(start, current, target, options_.deadline - refined.seconds);
+  PlanResult<N> alone = decoupled(start, current, target);
+  if (alone.origin != PlanOrigin::solved) return remembered(std::move(alone), current, target);
+  couple();
+  coupled_->set_guess(alone.plan);
+  coupled_->set_multipliers(problem_.multipliers());
+  DampedSqp::Options options;
+  options.time_limit = options_.deadline - alone.summary.seconds;
+  options.cost_tolerance = kCostTolerance * estimate.share;
+  options.max_iterations = options_.max_warm_refinements;
+  options.from_multipliers = true;
+  const Summary refined = DampedSqp(coupled_->problem()).solve(options);
+  if (!refined.converged()) {
+    coupled_.reset();
+    return remembered(std::move(alone), current, target);
+  }
+  PlanResult<N> result = remembered(outcome(refined, start, current), current, target);
+  check_.reset();  // of the estimate's problem, which need not outlive this plan
+  return result;
 }
 
 template <int N>

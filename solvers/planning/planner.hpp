@@ -110,11 +110,10 @@ class Planner {
   bool starts_afresh() const;
   Plan<N> moved_with(const TargetPrediction& target) const;
   Plan<N> pursuit(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target) const;
-  PlanResult<N> decoupled(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target,
-                          double deadline);
+  PlanResult<N> decoupled(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target);
   PlanResult<N> outcome(Summary summary, const VehicleState<N>& start, const Vector<3>& current);
   PlanResult<N> remembered(PlanResult<N> result, const Vector<3>& current, const TargetPrediction& target);
-  Summary refine(DampedSqp& sqp, const Plan<N>& guess, double cost_tolerance, double time_limit);
+  Summary refine(const Plan<N>& guess, double time_limit);
   Summary globalise(const Plan<N>& guess, double time_limit);
   double violation_at_values(std::string& worst);
 

@@ -60,8 +60,10 @@ TEST_F(ClashingLimits, AKeepOutThatBeginsBehindTheChaser) {
 }
 
 TEST_F(ClashingLimits, AViewThatTheTargetIsFarOutOf) {
-  start.pose = SE3(SO3::Exp({0.0, 0.0, 3.0}), start.pose.translation());
-  EXPECT_THAT(clash(), UnorderedElementsAre(PlanLimit::twist, PlanLimit::view));
+  for (const double yaw : {2.0, 2.8, 3.0, 3.1}) {
+    start.pose = SE3(SO3::Exp({0.0, 0.0, yaw}), start.pose.translation());
+    EXPECT_THAT(clash(), UnorderedElementsAre(PlanLimit::twist, PlanLimit::view)) << yaw;
+  }
 }
 
 }  // namespace
