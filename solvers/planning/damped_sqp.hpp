@@ -11,7 +11,8 @@ namespace tandem {
 /// each solved by the augmented Lagrangian's semismooth Newton iteration, which is elastic: constraints that contradict
 /// each other once linearised still give a step. What Gauss-Newton leaves out, the curvature of the constraints, would make
 /// undamped steps diverge; the first ones are nearly free, later ones damped by the cost's own stiffness, the more the less
-/// the violation falls. Where that has not converged in a few steps, the curvature is evaluated and kept over the next few.
+/// the violation falls. Where that has not converged in a few steps, the curvature is evaluated and kept over the next few,
+/// or a part of it where the Hessian is not positive definite with all.
 ///
 /// A filter line search globalises it (solvers/planning/filter.hpp): a step is taken whole, corrected to second order, or
 /// in part; where none of it is accepted, damping grows, and then a restoration lessens the violation alone. The program is

@@ -78,8 +78,9 @@ class Planner {
   PlanResult<N> replan(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target);
 
   /// The same with the target's estimate in one program: `target` is the prediction that it starts from, `start` has the
-  /// estimate's pose. The estimate's problem has the plan in it from then on, and must live until the next one. Where
-  /// DampedSqp, if it tries at all, does not end, the plan is one against the prediction, as above.
+  /// estimate's pose. It begins with the plan against the prediction, as above, and is that one where DampedSqp does not go
+  /// on from there to the end; unless `refine` is off. The estimate's problem has the plan in it from then on, and must live
+  /// until the next one.
   PlanResult<N> replan(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target,
                        const CoupledEstimate& estimate);
 
