@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <set>
@@ -147,33 +148,31 @@ bool Evidence::settle(std::size_t p, const Eigen::VectorXd& log_factors) {
 }
 
 /// A block's rows in the gradient. With W = W₀ D⁻¹, D the factors, ∂(W r)/∂log D_i = −w_i r_i, w_i the column of W.
-void Evidence::add(const Member& member, const SettledProblem& settled, Value& value) {
+void Evidence::add(const Member& member, const SettledProblem& settled, Value& value) const {
   const Problem& problem = *problems_[std::size_t(member.problem)];
   const Problem::Linearization at = problem.linearization(member.block);
-  const Gaussian noise = problem.noise(member.block);
+  const Eigen::MatrixXd W = problem.noise(member.block).sqrt_information();
   const double weight = problem.weight(member.block);
   const Eigen::MatrixXd& J = at.jacobian;
-  const Eigen::MatrixXd spread = J * settled.covariances().joint(at.variable_ids, at.dofs) * J.transpose();
-  Eigen::MatrixXd of_beliefs = Eigen::MatrixXd::Zero(spread.rows(), spread.rows());
-  if (settled.has_beliefs()) {
-    of_beliefs = J * settled.of_beliefs().joint(at.variable_ids, at.dofs) * J.transpose();
-    if (member.measured) of_beliefs /= detail::kFaint * detail::kFaint;
-  }
-  const Eigen::MatrixXd W = noise.sqrt_information();
+  Eigen::MatrixXd S = settled.covariances().joint(at.variable_ids, at.dofs);
+  if (settled.has_beliefs())
+    S -= (member.measured ? 1 / (kFaint * kFaint) : 1.0) * settled.of_beliefs().joint(at.variable_ids, at.dofs);
   const Eigen::MatrixXd information = W.transpose() * W;
+  const Eigen::VectorXd shares = (information * J * S).cwiseProduct(J).rowwise().sum();
+  const Eigen::VectorXd squares = (information * at.residual).cwiseProduct(at.residual);
   for (Eigen::Index i = 0; i < at.residual.size(); ++i) {
     const int g = member.group[std::size_t(i)];
     if (g < 0) continue;
-    const double squares = information.row(i).dot(at.residual) * at.residual[i];
-    const double share = information.row(i).dot(spread.col(i) - of_beliefs.col(i));
-    value.gradient[g] += weight * (squares + share);
-    value.effective_rows[g] -= weight * share;
+    value.gradient[g] += weight * (squares[i] + shares[i]);
+    value.effective_rows[g] -= weight * shares[i];
   }
-  add_information(member, at, W, weight);
 }
 
-void Evidence::add_information(const Member& member, const Problem::Linearization& at, const Eigen::MatrixXd& W,
-                               double weight) {
+void Evidence::add_information(const Member& member) {
+  const Problem& problem = *problems_[std::size_t(member.problem)];
+  const Problem::Linearization at = problem.linearization(member.block);
+  const Eigen::MatrixXd W = problem.noise(member.block).sqrt_information();
+  const double weight = problem.weight(member.block);
   const auto& program = settled_[std::size_t(member.problem)]->program();
   Eigen::MatrixXd& pull = pull_[std::size_t(member.problem)];
   const Eigen::MatrixXd WJ = W * at.jacobian, rows = W * at.residual.asDiagonal();  // r̃_g: the sum of g's columns
@@ -198,6 +197,10 @@ void Evidence::add_information(const Member& member, const Problem::Linearizatio
 /// 2 J H_b⁻¹ J̃ᵀ r̃_g of beliefs, which leaves 2 (S − Cᵀ H⁻¹ C), C the columns J̃ᵀ r̃_g and S = r̃_gᵀ r̃_h of what is measured,
 /// c_gᵀ H_b⁻¹ c_h of beliefs.
 std::optional<Eigen::MatrixXd> Evidence::information() {
+  squares_ = Eigen::MatrixXd::Zero(rows_.size(), rows_.size());
+  for (std::size_t p = 0; p < problems_.size(); ++p)
+    pull_[p] = Eigen::MatrixXd::Zero(settled_[p]->program().num_unknowns(), rows_.size());
+  for (const Member& m : members_) add_information(m);
   Eigen::MatrixXd sum = squares_;
   for (std::size_t p = 0; p < problems_.size(); ++p) {
     SettledProblem& settled = *settled_[p];
@@ -213,12 +216,27 @@ std::optional<Eigen::MatrixXd> Evidence::information() {
   return Eigen::MatrixXd(sum + sum.transpose());
 }
 
+/// In lanes whose parts are added in their order.
+void Evidence::add_members(Value& value) const {
+  std::array<Value, kMostLanes> parts;
+  lanes_.run(kMostLanes, [&](int lane) {
+    Value& part = parts[std::size_t(lane)];
+    part.gradient = part.effective_rows = Eigen::VectorXd::Zero(rows_.size());
+    const std::size_t begin = members_.size() * std::size_t(lane) / kMostLanes;
+    const std::size_t end = members_.size() * std::size_t(lane + 1) / kMostLanes;
+    for (std::size_t i = begin; i < end; ++i) add(members_[i], *settled_[std::size_t(members_[i].problem)], part);
+  });
+  for (const Value& part : parts) {
+    value.gradient += part.gradient;
+    value.effective_rows += part.effective_rows;
+  }
+}
+
 Evidence::Value Evidence::at(const Eigen::VectorXd& log_factors) {
   lay_out();
   Value value;
   value.gradient = -counted_;
   value.effective_rows = counted_;
-  squares_ = Eigen::MatrixXd::Zero(rows_.size(), rows_.size());
   for (std::size_t p = 0; p < problems_.size(); ++p) {
     SettledProblem& settled = *settled_[p];
     if (!settle(p, log_factors)) {
@@ -227,10 +245,8 @@ Evidence::Value Evidence::at(const Eigen::VectorXd& log_factors) {
     }
     value.log_evidence -= settled.cost() + 0.5 * settled.covariances().log_determinant();
     if (settled.has_beliefs()) value.log_evidence += 0.5 * settled.of_beliefs().log_determinant();
-    pull_[p] = Eigen::MatrixXd::Zero(settled.program().num_unknowns(), rows_.size());
-    for (const Member& m : members_)
-      if (std::size_t(m.problem) == p) add(m, settled, value);
   }
+  add_members(value);
   for (Eigen::Index g = 0; g < rows_.size(); ++g) {
     value.log_evidence -= counted_[g] * log_factors[g];
     const double prior = groups_[std::size_t(g)].prior;

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include <tandem/problem/lanes.hpp>
 #include <tandem/solvers/calibration/calibrate.hpp>
 #include <tandem/solvers/calibration/settled_problem.hpp>
 
@@ -55,8 +56,9 @@ class Evidence {
   void set_noise(std::size_t problem, const Eigen::VectorXd& log_factors);
   bool settle(std::size_t problem, const Eigen::VectorXd& log_factors);
   bool settle_by_steps(std::size_t problem, const Eigen::VectorXd& from, const Eigen::VectorXd& to, int halvings);
-  void add(const Member& member, const SettledProblem& settled, Value& value);
-  void add_information(const Member& member, const Problem::Linearization& at, const Eigen::MatrixXd& W, double weight);
+  void add_members(Value& value) const;
+  void add(const Member& member, const SettledProblem& settled, Value& value) const;
+  void add_information(const Member& member);
 
   std::span<Problem* const> problems_;
   const CalibrationOptions& options_;
@@ -66,7 +68,8 @@ class Evidence {
   const std::vector<NoiseGroup>& groups_;
   std::vector<Member> members_;
   Eigen::VectorXd rows_, counted_;  // of each group; of what is measured, under the losses (counted_rows)
-  // At the last point, J̃ᵀ r̃_g of each problem, J̃ and r̃ whitened, r̃_g its rows in group g; and r̃_gᵀ r̃_h of what is measured.
+  Lanes lanes_;
+  // At the last information(), J̃ᵀ r̃_g of each problem, J̃ and r̃ whitened, r̃_g its rows in group g; and r̃_gᵀ r̃_h of what is measured.
   std::vector<Eigen::MatrixXd> pull_;
   Eigen::MatrixXd squares_;
   Eigen::VectorXd of_beliefs_;  // of each group, 1 where none of its rows is measured, else 0

@@ -85,34 +85,41 @@ bool SettledProblem::settle_by_steps() {
   return false;
 }
 
+/// What is measured counts next to nothing while it lives.
+class SettledProblem::Faint {
+ public:
+  explicit Faint(SettledProblem& settled) : settled_(settled) { settled_.scale_measured(kFaint); }
+  ~Faint() { settled_.scale_measured(1 / kFaint); }
+  Faint(const Faint&) = delete;
+
+ private:
+  SettledProblem& settled_;
+};
+
 bool SettledProblem::find_covariances() {
   marginals_.reset();
   beliefs_marginals_.reset();
   const auto check = [this] { options_.stop.check(kWhat); };
   check();
+  const bool beliefs = has_beliefs();
+  bool found = false, found_of_beliefs = false;
   try {
-    if (by_steps_ && !linearized_) {
-      program_.reset();
-      program_.linearize(gradient_, hessian_);
-      linearized_ = true;
+    if (by_steps_) {
+      linearize();
+      const auto invert = [&](int which) {
+        if (which == 0)
+          found = inverse_.compute(hessian_, {}, check);
+        else
+          found_of_beliefs = beliefs_inverse_.compute(beliefs_hessian_, {}, check);
+      };
+      lanes_.run(beliefs ? 2 : 1, invert);
     }
     // Marginals say why not, or can where a pivot was weak.
-    if (!by_steps_ || !inverse_.compute(hessian_, {}, check))
-      marginals_.emplace(problem_, std::span<const Marginals::Pair>(), options_.stop);
-    if (measured_.empty()) return true;
-    scale_measured(kFaint);
-    try {
-      if (by_steps_) {
-        program_.linearize(step_, beliefs_hessian_);
-        hold_loosely();
-      }
-      if (!by_steps_ || !beliefs_inverse_.compute(beliefs_hessian_, {}, check))
-        beliefs_marginals_.emplace(problem_, std::span<const Marginals::Pair>(), options_.stop);
-    } catch (...) {
-      scale_measured(1 / kFaint);
-      throw;
+    if (!found) marginals_.emplace(problem_, std::span<const Marginals::Pair>(), options_.stop);
+    if (beliefs && !found_of_beliefs) {
+      const Faint faint(*this);
+      beliefs_marginals_.emplace(problem_, std::span<const Marginals::Pair>(), options_.stop);
     }
-    scale_measured(1 / kFaint);
     return true;
   } catch (const Stopped&) {
     throw;
@@ -120,6 +127,19 @@ bool SettledProblem::find_covariances() {
     why_ = error.what();
     return false;
   }
+}
+
+/// Both Hessians at the solution, where they are not yet known.
+void SettledProblem::linearize() {
+  if (!linearized_) {
+    program_.reset();
+    program_.linearize(gradient_, hessian_);
+    linearized_ = true;
+  }
+  if (!has_beliefs()) return;
+  const Faint faint(*this);
+  program_.linearize(step_, beliefs_hessian_);
+  hold_loosely();
 }
 
 bool SettledProblem::solve(Eigen::MatrixXd& columns, bool of_beliefs) {
@@ -159,9 +179,12 @@ Eigen::MatrixXd SettledProblem::Covariances::joint(const std::vector<int>& varia
   const int n = std::accumulate(dofs.begin(), dofs.end(), 0);
   Eigen::MatrixXd S = Eigen::MatrixXd::Zero(n, n);  // of fixed variables
   for (std::size_t a = 0, row = 0; a < dofs.size(); row += std::size_t(dofs[a++]))
-    for (std::size_t b = 0, column = 0; b < dofs.size(); column += std::size_t(dofs[b++])) {
+    for (std::size_t b = 0, column = 0; b <= a; column += std::size_t(dofs[b++])) {
       const int p = program->block_of(variable_ids[a]), q = program->block_of(variable_ids[b]);
-      if (p >= 0 && q >= 0) inverse->block(p, q, S.block(Eigen::Index(row), Eigen::Index(column), dofs[a], dofs[b]));
+      if (p < 0 || q < 0) continue;
+      auto block = S.block(Eigen::Index(row), Eigen::Index(column), dofs[a], dofs[b]);
+      inverse->block(p, q, block);
+      if (a != b) S.block(Eigen::Index(column), Eigen::Index(row), dofs[b], dofs[a]) = block.transpose();
     }
   return S;
 }

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include <tandem/problem/lanes.hpp>
 #include <tandem/solvers/calibration/calibrate.hpp>
 #include <tandem/solvers/linear/selected_inverse.hpp>
 #include <tandem/solvers/marginals.hpp>
@@ -54,7 +55,9 @@ class SettledProblem {
 
  private:
   const SymmetricPattern& pattern() const;
+  class Faint;
   void scale_measured(double factor);
+  void linearize();
   void hold_loosely();
 
   Problem& problem_;
@@ -63,6 +66,7 @@ class SettledProblem {
   bool by_steps_;  // whether undamped steps may do
   bool near_ = false;
   Program program_;
+  Lanes lanes_;
   BlockCholesky cholesky_;
   SelectedInverse inverse_, beliefs_inverse_;
   std::optional<Marginals> marginals_, beliefs_marginals_;  // where not by steps

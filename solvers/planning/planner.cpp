@@ -197,7 +197,9 @@ PlanResult<N> Planner<N>::replan(const VehicleState<N>& start, const Vector<3>& 
   options.cost_tolerance = kCostTolerance * estimate.share;
   options.max_iterations = options_.max_warm_refinements;
   options.from_multipliers = true;
-  const Summary refined = DampedSqp(coupled_->problem()).solve(options);
+  Summary refined = DampedSqp(coupled_->problem()).solve(options);
+  refined.seconds += alone.summary.seconds;
+  refined.iterations += alone.summary.iterations;
   if (!refined.converged()) {
     coupled_.reset();
     return remembered(std::move(alone), current, target);
