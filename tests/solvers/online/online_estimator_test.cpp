@@ -5,97 +5,28 @@
 #include <gtest/gtest.h>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/solvers/online/online_estimator.hpp>
 
-#include "online_cases.hpp"
 #include "problem/tracking/simulated_run.hpp"
+#include "target_lines.hpp"
 
 /// A target by odometry and measurements that come in line by line, against the batch problem of all of them.
 namespace tandem {
 namespace {
 
+using testing::batch;
+using testing::cropped;
 using testing::every;
+using testing::exactly_tracking;
+using testing::expect_same;
+using testing::give;
 using ::testing::HasSubstr;
+using testing::Line;
+using testing::lines;
+using testing::run;
 using testing::SimulatedRun;
 using testing::Simulation;
 using testing::text_of;
-
-/// Odometry from the first to the last measurement alone, where a window begins and ends too.
-TrackingData cropped(TrackingData d) {
-  double first = HUGE_VAL, last = -HUGE_VAL;
-  for (const TargetSensor& sensor : d.sensors)
-    for (const Measurement& m : sensor.measurements) {
-      first = std::min(first, sensor.valid_at(m));
-      last = std::max(last, m.t);
-    }
-  std::vector<Stamped<SE3>> odometry = {{first, *pose_at(d.odometry, first)}};
-  for (const Stamped<SE3>& x : d.odometry)
-    if (x.t > first + kSameInstant && x.t < last - kSameInstant) odometry.push_back(x);
-  odometry.push_back({last, *pose_at(d.odometry, last)});
-  d.odometry = odometry;
-  return d;
-}
-
-struct Line {
-  double t;
-  int sensor;  ///< -1: odometry
-  std::size_t index;
-};
-
-/// In the order of the stamps; of one stamp, odometry first or last.
-std::vector<Line> lines(const TrackingData& d, bool odometry_first = true) {
-  std::vector<Line> result;
-  for (std::size_t i = 0; i < d.odometry.size(); ++i) result.push_back({d.odometry[i].t, -1, i});
-  for (std::size_t s = 0; s < d.sensors.size(); ++s)
-    for (std::size_t i = 0; i < d.sensors[s].measurements.size(); ++i)
-      result.push_back({d.sensors[s].measurements[i].t, int(s), i});
-  std::stable_sort(result.begin(), result.end(), [&](const Line& a, const Line& b) {
-    if (a.t != b.t) return a.t < b.t;
-    return odometry_first ? a.sensor < b.sensor : a.sensor > b.sensor;
-  });
-  return result;
-}
-
-std::optional<Refusal> give(const TrackingData& d, const Line& line, OnlineEstimator& estimator) {
-  if (line.sensor < 0) return estimator.add_odometry(d.odometry[line.index]);
-  const auto s = std::size_t(line.sensor);
-  return estimator.add_target(s, d.sensors[s].measurements[line.index]);
-}
-
-OnlineOptions exactly(const TrackingOptions& tracking, double window = 1e3) {
-  OnlineOptions options = testing::exactly(window);
-  options.tracking = tracking;
-  return options;
-}
-
-void run(const TrackingData& d, OnlineEstimator& estimator, bool odometry_first = true) {
-  for (const Line& line : lines(d, odometry_first)) {
-    const auto refused = give(d, line, estimator);
-    EXPECT_FALSE(refused) << refused->text;
-  }
-  estimator.finish();
-}
-
-TrackingProblem batch(const TrackingData& d, const TrackingOptions& options) {
-  TrackingProblem problem = make_tracking_problem(d, options);
-  const Summary summary = solve(problem.problem, GaussNewtonOptions{});
-  EXPECT_TRUE(summary.converged()) << summary.message;
-  return problem;
-}
-
-void expect_same(const OnlineEstimator& estimator, const TrackingProblem& all, double tolerance = 1e-4) {
-  const std::size_t last = all.keyframes.size() - 1;
-  ASSERT_NEAR(estimator.newest(), all.keyframes[last].t, 1e-9);
-  EXPECT_EQ(estimator.keyframes(), all.keyframes.size());
-  EXPECT_LE((estimator.chaser().pose.inverse() * all.chaser_pose(last)).Log().norm(), tolerance);
-  const TargetState a = estimator.target().value(), b = all.target_state(last);
-  EXPECT_LE((a.position - b.position).norm(), tolerance);
-  ASSERT_EQ(a.rotation.has_value(), b.rotation.has_value());
-  if (a.rotation) {
-    EXPECT_LE((a.rotation->inverse() * *b.rotation).Log().norm(), tolerance);
-  }
-}
 
 TEST(OnlineTarget, AWindowLongerThanTheRunIsTheBatchEstimate) {
   Simulation simulation;
@@ -122,88 +53,10 @@ TEST(OnlineTarget, AWindowLongerThanTheRunIsTheBatchEstimate) {
   noisy.noise.constant_velocity.setConstant(0.1);
   for (const auto& [name, options] : cases) {
     SCOPED_TRACE(name);
-    OnlineEstimator estimator(noisy, {}, exactly(options));
+    OnlineEstimator estimator(noisy, {}, exactly_tracking(options));
     run(noisy, estimator);
     expect_same(estimator, batch(noisy, options));
   }
-}
-
-TEST(OnlineTarget, ErrorsThatStayAreThoseOfTheBatchEstimate) {
-  Simulation simulation;
-  simulation.noise = 1.0;
-  TrackingData d = cropped(simulation.data());
-  d.noise.constant_velocity.setConstant(0.1);
-  for (TargetSensor& sensor : d.sensors) {
-    const bool pose = sensor.type->has(measured::rotation);
-    StayingError& error = sensor.error.emplace();
-    error.sigma = Eigen::VectorXd::Constant(sensor.sigma.size(), pose ? 0.05 : 1.0);
-    error.time = pose ? 5.0 : HUGE_VAL;
-    error.misalignment = pose ? 0.0 : 0.05;
-    error.scale = pose ? 0.02 : 0.0;
-  }
-  for (const Mode mode : {Mode::A, Mode::B}) {
-    OnlineEstimator estimator(d, {}, exactly({.mode = mode}));
-    run(d, estimator);
-    TrackingProblem whole = batch(d, {.mode = mode});
-    expect_same(estimator, whole);
-    const auto told = estimator.sensor_errors();
-    for (const SensorConstant& c : whole.constants) {
-      const auto same = std::find_if(told.begin(), told.end(), [&](const auto& e) { return e.name == c.name; });
-      ASSERT_NE(same, told.end()) << c.name;
-      const Eigen::VectorXd value =
-          std::visit([&](const auto& x) { return Eigen::VectorXd(whole.problem.value(x).Log()); }, c.state);
-      EXPECT_LE((same->value - value).norm(), 1e-6) << c.name;
-      EXPECT_TRUE((same->given.array() == c.sigma).all());
-      ASSERT_EQ(same->deviation.size(), value.size());
-      EXPECT_TRUE((same->deviation.array() > 0).all() && (same->deviation.array() <= same->given.array()).all());
-    }
-    for (const TargetSensor& sensor : d.sensors)
-      EXPECT_TRUE(
-          std::any_of(told.begin(), told.end(), [&](const auto& e) { return e.name == sensor.name + ".bias"; }));
-  }
-}
-
-/// Poses that are right and positions that are 2 m off, over windows that no pose before the last was in.
-struct OffPositions {
-  TrackingData data;
-  SimulatedRun simulation;
-
-  explicit OffPositions(double time) {
-    simulation.duration = 120;
-    data =
-        simulation.data({{.name = "camera", .type = SensorType::pose}, {.name = "usbl", .type = SensorType::position}},
-                        every(1.0, 0.0, 120.0));
-    std::erase_if(data.sensors[0].measurements,
-                  [](const Measurement& m) { return std::fmod(m.t, 20.0) > 2.0 || m.t > 110; });
-    for (Measurement& m : data.sensors[1].measurements) m.position += Vector<3>(2, 0, 0);
-    data.sensors[1].sigma.setConstant(0.3);
-    StayingError& error = data.sensors[1].error.emplace();
-    error.sigma = Eigen::VectorXd::Constant(3, 3.0);
-    error.time = time;
-    data = cropped(data);
-  }
-  double error_at_the_end() const {
-    OnlineOptions options;
-    options.lag.window = 8;
-    options.reset.gate = HUGE_VAL;
-    OnlineEstimator estimator(data, {}, options);
-    std::size_t most = 0;
-    estimator.on_update = [&](const OnlineUpdate& u) {
-      EXPECT_NE(u.summary.status, Status::failed);
-      most = std::max(most, estimator.keyframes());
-    };
-    run(data, estimator);
-    EXPECT_LE(most, 10u);
-    return (estimator.target()->position - simulation.target(estimator.newest()).translation()).norm();
-  }
-};
-
-TEST(OnlineTarget, AnErrorThatStaysIsRememberedBeyondTheWindow) {
-  OffPositions constant(HUGE_VAL), slow(600);
-  EXPECT_LE(constant.error_at_the_end(), 0.3);
-  EXPECT_LE(slow.error_at_the_end(), 0.6);
-  constant.data.sensors[1].error.reset();
-  EXPECT_GE(constant.error_at_the_end(), 1.0);
 }
 
 TEST(OnlineTarget, InThePlane) {
@@ -213,7 +66,7 @@ TEST(OnlineTarget, InThePlane) {
   for (Measurement& m : d.sensors[0].measurements)
     m.position.head<2>() += 0.1 * Vector<2>(std::sin(m.t), std::cos(2 * m.t));
   d = cropped(d);
-  OnlineEstimator estimator(d, {}, exactly({}));
+  OnlineEstimator estimator(d, {}, exactly_tracking({}));
   run(d, estimator);
   expect_same(estimator, batch(d, {}));
 }
@@ -221,7 +74,7 @@ TEST(OnlineTarget, InThePlane) {
 TEST(OnlineTarget, CovariancesAreThoseOfTheBatchEstimate) {
   Simulation simulation;
   const TrackingData d = cropped(simulation.data());
-  OnlineEstimator estimator(d, {}, exactly({}));
+  OnlineEstimator estimator(d, {}, exactly_tracking({}));
   run(d, estimator);
   const auto c = estimator.covariance();
   ASSERT_EQ(c.joint.rows(), 12);
@@ -251,7 +104,7 @@ struct Late {
 
 TEST(OnlineTarget, ALateMeasurementAtAKeyframeCountsAsInTheBatch) {
   Late run_with(7.0);
-  OnlineEstimator estimator(run_with.data, {}, exactly({}));
+  OnlineEstimator estimator(run_with.data, {}, exactly_tracking({}));
   for (const Line& line : lines(run_with.data)) give(run_with.data, line, estimator);
   const Vector<3> before = estimator.target()->position;
   const auto refused = estimator.add_target(1, run_with.late);
@@ -265,7 +118,7 @@ TEST(OnlineTarget, ALateMeasurementAtAKeyframeCountsAsInTheBatch) {
 
 TEST(OnlineTarget, ALateMeasurementBetweenKeyframes) {
   Late run_with(7.4);
-  OnlineEstimator estimator(run_with.data, {}, exactly({}));
+  OnlineEstimator estimator(run_with.data, {}, exactly_tracking({}));
   for (const Line& line : lines(run_with.data)) give(run_with.data, line, estimator);
   const Vector<3> before = estimator.target()->position;
   const std::size_t keyframes = estimator.keyframes();
@@ -282,7 +135,7 @@ TEST(OnlineTarget, ALateMeasurementBetweenKeyframes) {
 
 TEST(OnlineTarget, OneOlderThanTheWindowIsRefused) {
   Late run_with(2.0);
-  OnlineEstimator estimator(run_with.data, {}, exactly({}, 4.0));
+  OnlineEstimator estimator(run_with.data, {}, exactly_tracking({}, 4.0));
   for (const Line& line : lines(run_with.data)) give(run_with.data, line, estimator);
   const double cost = estimator.cost();
   EXPECT_EQ(estimator.add_target(1, run_with.late)->kind, Refusal::Kind::too_late);
@@ -296,7 +149,7 @@ TEST(OnlineTarget, WithinTheWindowTheOrderOfOneInstantsLinesDoesNotMatter) {
   simulation.noise = 1.0;
   simulation.usbl_period = 1.85;  // some at the same stamps as odometry
   const TrackingData d = cropped(simulation.data());
-  OnlineEstimator a(d, {}, exactly({}, 8.0)), b(d, {}, exactly({}, 8.0));
+  OnlineEstimator a(d, {}, exactly_tracking({}, 8.0)), b(d, {}, exactly_tracking({}, 8.0));
   run(d, a, true);
   run(d, b, false);
   EXPECT_EQ(a.newest(), b.newest());

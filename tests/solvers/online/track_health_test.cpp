@@ -109,13 +109,13 @@ TEST(TrackHealth, WhatDoesNotConvergeForLongIsInvalidHoweverFresh) {
 }
 
 TEST(TrackHealth, OptionsThatCannotWork) {
-  EXPECT_NO_THROW(check({}));
-  EXPECT_NO_THROW(check(ResetOptions::never()));
-  EXPECT_THROW(check({.gate = 0}), Error);
-  EXPECT_THROW(check({.rejected_of = 2, .rejections = 3}), Error);
-  EXPECT_THROW(check({.max_gap = 0}), Error);
-  EXPECT_THROW(check({.lost_after = 0}), Error);
-  EXPECT_THROW(check({.invalid_after = std::nan("")}), Error);
+  EXPECT_NO_THROW(tandem::check({}));
+  EXPECT_NO_THROW(tandem::check(ResetOptions::never()));
+  EXPECT_THROW(tandem::check({.gate = 0}), Error);
+  EXPECT_THROW(tandem::check({.rejected_of = 2, .rejections = 3}), Error);
+  EXPECT_THROW(tandem::check({.max_gap = 0}), Error);
+  EXPECT_THROW(tandem::check({.lost_after = 0}), Error);
+  EXPECT_THROW(tandem::check({.invalid_after = std::nan("")}), Error);
 }
 
 }  // namespace

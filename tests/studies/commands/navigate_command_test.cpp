@@ -228,7 +228,7 @@ TEST_F(Navigate, SaysWhatIsWrongWithAnOption) {
   EXPECT_THAT(refusal_of({"--loss", "imu=cauchy"}), HasSubstr("--without imu"));
   EXPECT_THAT(refusal_of({"--delay", "gsp=0.1"}), HasSubstr("did you mean gps?"));
   EXPECT_THAT(refusal_of({"--delay", "gps=-0.1"}), HasSubstr("--delay"));
-  EXPECT_THAT(refusal_of({"--delay", "imu=1e6"}), HasSubstr("imu"));
+  EXPECT_THAT(refusal_of({"--delay", "imu=1e6"}), AllOf(HasSubstr("s (the imu) and"), HasSubstr("on another clock?")));
   EXPECT_THAT(refusal_of({"--fit-delay", "dvl", "--fit-delay", "dvl"}), HasSubstr("--fit-delay dvl is given twice"));
   EXPECT_THAT(refusal_of({"--fit-delay", "dlv"}), HasSubstr("did you mean dvl?"));
   EXPECT_THAT(refusal_of({"--keyframe-interval", "0"}), HasSubstr("--keyframe-interval"));

@@ -1,0 +1,100 @@
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "problem/tracking/simulated_run.hpp"
+#include "target_lines.hpp"
+
+/// Errors of target sensors that stay, online.
+namespace tandem {
+namespace {
+
+using testing::batch;
+using testing::cropped;
+using testing::every;
+using testing::exactly_tracking;
+using testing::expect_same;
+using testing::run;
+using testing::SimulatedRun;
+using testing::Simulation;
+
+TEST(OnlineTarget, ErrorsThatStayAreThoseOfTheBatchEstimate) {
+  Simulation simulation;
+  simulation.noise = 1.0;
+  TrackingData d = cropped(simulation.data());
+  d.noise.constant_velocity.setConstant(0.1);
+  for (TargetSensor& sensor : d.sensors) {
+    const bool pose = sensor.type->has(measured::rotation);
+    StayingError& error = sensor.error.emplace();
+    error.sigma = Eigen::VectorXd::Constant(sensor.sigma.size(), pose ? 0.05 : 1.0);
+    error.time = pose ? 5.0 : HUGE_VAL;
+    error.misalignment = pose ? 0.0 : 0.05;
+    error.scale = pose ? 0.02 : 0.0;
+  }
+  for (const Mode mode : {Mode::A, Mode::B}) {
+    OnlineEstimator estimator(d, {}, exactly_tracking({.mode = mode}));
+    run(d, estimator);
+    TrackingProblem whole = batch(d, {.mode = mode});
+    expect_same(estimator, whole);
+    const auto told = estimator.sensor_errors();
+    for (const SensorConstant& c : whole.constants) {
+      const auto same = std::find_if(told.begin(), told.end(), [&](const auto& e) { return e.name == c.name; });
+      ASSERT_NE(same, told.end()) << c.name;
+      const Eigen::VectorXd value =
+          std::visit([&](const auto& x) { return Eigen::VectorXd(whole.problem.value(x).Log()); }, c.state);
+      EXPECT_LE((same->value - value).norm(), 1e-6) << c.name;
+      EXPECT_TRUE((same->given.array() == c.sigma).all());
+      ASSERT_EQ(same->deviation.size(), value.size());
+      EXPECT_TRUE((same->deviation.array() > 0).all() && (same->deviation.array() <= same->given.array()).all());
+    }
+    for (const TargetSensor& sensor : d.sensors)
+      EXPECT_TRUE(
+          std::any_of(told.begin(), told.end(), [&](const auto& e) { return e.name == sensor.name + ".bias"; }));
+  }
+}
+
+/// Poses that are right and positions that are 2 m off, over windows that no pose before the last was in.
+struct OffPositions {
+  TrackingData data;
+  SimulatedRun simulation;
+
+  explicit OffPositions(double time) {
+    simulation.duration = 120;
+    data =
+        simulation.data({{.name = "camera", .type = SensorType::pose}, {.name = "usbl", .type = SensorType::position}},
+                        every(1.0, 0.0, 120.0));
+    std::erase_if(data.sensors[0].measurements,
+                  [](const Measurement& m) { return std::fmod(m.t, 20.0) > 2.0 || m.t > 110; });
+    for (Measurement& m : data.sensors[1].measurements) m.position += Vector<3>(2, 0, 0);
+    data.sensors[1].sigma.setConstant(0.3);
+    StayingError& error = data.sensors[1].error.emplace();
+    error.sigma = Eigen::VectorXd::Constant(3, 3.0);
+    error.time = time;
+    data = cropped(data);
+  }
+  double error_at_the_end() const {
+    OnlineOptions options;
+    options.lag.window = 8;
+    options.reset.gate = HUGE_VAL;
+    OnlineEstimator estimator(data, {}, options);
+    std::size_t most = 0;
+    estimator.on_update = [&](const OnlineUpdate& u) {
+      EXPECT_NE(u.summary.status, Status::failed);
+      most = std::max(most, estimator.keyframes());
+    };
+    run(data, estimator);
+    EXPECT_LE(most, 10u);
+    return (estimator.target()->position - simulation.target(estimator.newest()).translation()).norm();
+  }
+};
+
+TEST(OnlineTarget, AnErrorThatStaysIsRememberedBeyondTheWindow) {
+  OffPositions constant(HUGE_VAL), slow(600);
+  EXPECT_LE(constant.error_at_the_end(), 0.3);
+  EXPECT_LE(slow.error_at_the_end(), 0.6);
+  constant.data.sensors[1].error.reset();
+  EXPECT_GE(constant.error_at_the_end(), 1.0);
+}
+
+}  // namespace
+}  // namespace tandem
