@@ -193,13 +193,13 @@ bool EgoChain::reaches(double t) const {
   return k && (t - k->t <= kSameInstant || (imu_ && imu_->covers(k->t, t)));
 }
 
-bool EgoChain::prepare(std::size_t sensor, double t) {
+std::optional<Block> EgoChain::prepare(std::size_t sensor, double t) {
   const std::optional<EgoError> last = errors_[sensor];
-  if (!error_at(sensor, t)) return false;
-  if (!last) return true;
+  const std::optional<Block> tie = error_at(sensor, t);
+  if (!tie || !last) return tie;
   const EgoKeyframe* const with = before(last->last);
   left_errors_.push_back({with ? with->t : keyframes_.front().t, last->state});
-  return true;
+  return tie;
 }
 
 PlacedEgoMeasurement EgoChain::attach(std::size_t index, const EgoMeasurement& m, double t) {
@@ -261,7 +261,9 @@ Block EgoChain::tie_error(const EgoSensor& sensor, double t, std::optional<EgoEr
   const std::optional<EgoError> last = std::exchange(newest, EgoError{.t = t, .state = next});
   if (!last) return problem_->minimize(Prior<Rn<N>>{Rn<N>()}, sigma, {next});
   const auto step = GaussMarkov<N>::after(std::abs(t - last->t), sensor.error->time);
-  return problem_->minimize(step, sigma.scaled(step.spread()), {std::get<Variable<Rn<N>>>(last->state), next});
+  const auto before = std::get<Variable<Rn<N>>>(last->state);
+  problem_->set_value(next, Rn<N>(Vector<N>(step.kept * problem_->value(before).vector())));
+  return problem_->minimize(step, sigma.scaled(step.spread()), {before, next});
 }
 
 void EgoChain::drop_before(double t) {

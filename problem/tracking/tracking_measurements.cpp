@@ -46,8 +46,9 @@ void TrackingBuild<G>::add_bias(std::size_t sensor, double t) {
   }
   const auto step = GaussMarkov<N>::after(std::abs(t - last->second.t), staying.time);
   if (!(step.spread() > kNoStep)) return;
-  const auto next = problem.add(Rn<N>(), entry);
-  minimize(step, entry, spread.scaled(step.spread()), {std::get<Variable<Rn<N>>>(last->second.state), next});
+  const auto before = std::get<Variable<Rn<N>>>(last->second.state);
+  const auto next = problem.add(Rn<N>(Vector<N>(step.kept * problem.value(before).vector())), entry);
+  minimize(step, entry, spread.scaled(step.spread()), {before, next});
   last->second = {t, next};
 }
 

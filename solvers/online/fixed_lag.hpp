@@ -71,6 +71,10 @@ class FixedLag {
   /// large one. False, and then there is no covariance, where nothing at all is said of a variable or a residual is
   /// undefined.
   bool relinearize();
+  /// Brings covariance() up to one variable that has been added since, next to nothing done, by the block that alone says so
+  /// far what it is: its prior, or what ties it to others. Counts until the next update or relinearize(), for one such
+  /// variable at a time. False, and nothing changes, where the block does not determine one, and one alone.
+  bool extend(const Block& block);
   /// Whether the last update, or relinearize(), has left a covariance.
   bool has_covariance() const { return !block_of_variable_.empty(); }
 
@@ -123,6 +127,8 @@ class FixedLag {
   double window_begin(double stretch) const;
   void marginalize_before(double limit);
   void check_known(const std::vector<int>& ids) const;
+  struct Extension;
+  const Extension* extension_of(int id) const;
   Eigen::MatrixXd joint(const std::vector<int>& ids, const std::vector<int>& sizes) const;
   Summary solve_window();
   /// A factor to come, of the program's Hessian, and which block of it is each variable's.
@@ -137,6 +143,12 @@ class FixedLag {
   static constexpr int kFixed = -1, kUnknown = -2;
   std::optional<BlockCholesky> factor_;  // of the last update
   std::vector<int> block_of_variable_;   // in it, or kFixed, or kUnknown; by id
+  struct Extension {                     // of the covariance, to a variable x = by (those of blocks) + noise
+    int id;
+    std::vector<int> blocks, dofs;
+    Eigen::MatrixXd by, noise;
+  };
+  std::vector<Extension> extensions_;
 };
 
 /// Empty, or a sentence that says why fixed-lag smoothing cannot take the problem.

@@ -144,7 +144,8 @@ OnlineWindow::Outcome OnlineWindow::add_measurement(std::size_t sensor, const Me
 
 OnlineWindow::Outcome OnlineWindow::attach(std::size_t sensor, const EgoMeasurement& m, double t) {
   Outcome outcome;
-  join_biases(*chain_, chain_->prepare(sensor, t));
+  const std::optional<Block> tie = chain_->prepare(sensor, t);
+  join_biases(*chain_, tie && !(covariance_ == Covariance::there && lag_.extend(*tie)));
   const bool gated = predicts();
   const int known = lag_.problem().num_variables();
   const PlacedEgoMeasurement placed = chain_->attach(sensor, m, t);

@@ -7,7 +7,9 @@
 
 #include <tandem/lie/rn.hpp>
 #include <tandem/lie/sek3.hpp>
+#include <tandem/residuals/biased.hpp>
 #include <tandem/residuals/constant_twist.hpp>
+#include <tandem/residuals/gauss_markov.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
 #include <tandem/residuals/usbl_position.hpp>
@@ -306,6 +308,41 @@ TEST(FixedLag, CovarianceKnowsWhatItKnows) {
   EXPECT_EQ(lag.newest(), 3.0);
   EXPECT_TRUE(lag.update().converged());
   EXPECT_NEAR(lag.covariance(y)(0, 0), 0.5, 1e-6);
+}
+
+/// A chain of two errors that are new, and one that has nothing before it, against the covariance of a whole linearisation.
+TEST(FixedLag, CovarianceIsExtendedByWhatTiesANewVariable) {
+  FixedLag lag(seconds_of(100.0));
+  auto& problem = lag.problem();
+  const SE3 turned = SE3::Exp((Vector<6>() << 1, 2, 3, 0.3, -0.2, 0.5).finished());
+  const auto x = lag.add(0.0, SE3(), "x"), y = lag.add(1.0, turned, "y");
+  const auto b0 = problem.add(Rn<3>(), "b0");
+  problem.minimize(Prior<SE3>{SE3()}, noise(6, 0.5), {x});
+  problem.minimize(RelativePose<SE3>{turned}, noise(6, 0.1), {x, y});
+  problem.minimize(Prior<Rn<3>>{Rn<3>()}, noise(3, 2.0), {b0});
+  problem.minimize(Biased<UsblPosition<SE3>>{{Vector<3>(1, 2, 3)}}, noise(3, 0.2), {x, y, b0});
+  ASSERT_TRUE(lag.update().converged());
+
+  const auto b1 = problem.add(Rn<3>(), "b1"), b2 = problem.add(Rn<3>(), "b2"), other = problem.add(Rn<3>(), "other");
+  const GaussMarkov<3> step{0.8};
+  const Block first = problem.minimize(step, noise(3, 0.7), {b0, b1});
+  const Block second = problem.minimize(step, noise(3, 0.7), {b1, b2});
+  const Block prior = problem.minimize(Prior<Rn<3>>{Rn<3>()}, noise(3, 0.4), {other});
+  EXPECT_FALSE(lag.extend(second)) << "of two that are not known";
+  ASSERT_TRUE(lag.extend(first));
+  EXPECT_FALSE(lag.extend(first)) << "of none";
+  lag.track(2.0, b0);  // may leave from now on
+  ASSERT_TRUE(lag.extend(second));
+  ASSERT_TRUE(lag.extend(prior));
+  const Matrix<9, 9> of_first = lag.covariance(x, b1), of_second = lag.covariance(b2, y),
+                     of_other = lag.covariance(y, other);
+  EXPECT_THAT([&] { lag.covariance(b1, b2); }, ThrowsMessage<Error>(HasSubstr("one of two variables at a time")));
+
+  ASSERT_TRUE(lag.relinearize());
+  EXPECT_LE((of_first - lag.covariance(x, b1)).norm(), 1e-6 * of_first.norm());
+  EXPECT_LE((of_second - lag.covariance(b2, y)).norm(), 1e-6 * of_second.norm());
+  EXPECT_LE((of_other - lag.covariance(y, other)).norm(), 1e-6 * of_other.norm());
+  EXPECT_GT(of_second.topRightCorner(3, 6).norm(), 1e-3) << "tied to the pose by what was measured";
 }
 
 TEST(FixedLag, FarStartsAreReachedOverSeveralUpdates) {
