@@ -27,7 +27,7 @@ class BlockCholesky {
   void solve_transposed(Eigen::VectorXd& x) const { backward(x); }
   void solve_lower(Eigen::VectorXd& x) const { forward(x); }
   /// Rows and columns of (L Lᵀ)⁻¹ that belong to these blocks of the pattern, in the order given. A solve for each
-  /// column, through the blocks from the earliest eliminated one of them on.
+  /// column, through the blocks that one of these is eliminated before, in the tree of elimination.
   Eigen::MatrixXd inverse_of(const std::vector<int>& blocks) const;
 
   /// Unknown at which the last factorisation failed.
@@ -67,8 +67,12 @@ class BlockCholesky {
   /// Subtracts A Bᵀ from the columns of the panel's block rows below its top. A and B have the panel's rows (those of
   /// its top are not read) and `inner` columns.
   void subtract_below(int k, int inner, const double* A, const double* B);
-  void forward(Eigen::VectorXd& y, int from = 0) const;
-  void backward(Eigen::VectorXd& y, int to = 0) const;
+  // Both in the pattern's order of unknowns, in place: each block's are consecutive there too.
+  void forward(Eigen::VectorXd& y) const;
+  void backward(Eigen::VectorXd& y) const;
+  void forward_by(int k, double* y) const;  // block column k alone
+  void backward_by(int k, double* y) const;
+  std::vector<int> ancestry_of(const std::vector<int>& blocks) const;
 
   int n_ = 0, blocks_ = 0, failed_ = -1;
   double nonzeros_ = 0;
