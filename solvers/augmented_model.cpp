@@ -8,11 +8,11 @@
 namespace tandem::detail {
 namespace {
 
-constexpr int kMostActiveSets = 10;   // tried for one step; two or three are usual
-constexpr double kLittleGain = 0.01;  // of a step's foretold decrease, what one more set has to add
-constexpr double kLessCurvature = 0.3;
-constexpr double kUsualPenalty = 1e4;  // grown to while steps are good: more makes the model ill-conditioned
-constexpr double kMostPenalty = 1e10;  // grown to while the constraints do not come closer; √ of what doubles hold
+constexpr int kMostActiveSets = 10;     // tried for one step; two or three are usual
+constexpr double kLittleGain = 0.01;    // of a step's foretold decrease, what one more set has to add
+constexpr double kLessCurvature = 0.3;  // of the curvature, what is tried before none
+constexpr double kUsualPenalty = 1e4;   // grown to while steps are good: more makes the model ill-conditioned
+constexpr double kMostPenalty = 1e10;   // grown to while the constraints do not come closer; √ of what doubles hold
 constexpr double kPenaltyGrowth = 10;
 constexpr double kSoftest = 1e-8;     // of the stiffest unknown
 constexpr int kMostRelaxations = 20;  // of the weights, after which they only grow
@@ -54,11 +54,12 @@ void AugmentedModel::add_curvature() {
   try {
     program_.exact_hessian(1.0, next_multipliers_, hessian_);
     curvature_ = hessian_ - before;
+    curvature_share_ = 1.0;
   } catch (const Error&) {  // a residual is undefined beside the point, where differences look
     hessian_ = before;
     curvature_.setZero(hessian_.size());
+    curvature_share_ = 0.0;
   }
-  curvature_share_ = 1.0;
 }
 
 bool AugmentedModel::lessen_curvature() {
@@ -78,6 +79,7 @@ bool AugmentedModel::lessen_curvature() {
 
 double AugmentedModel::linearize() {
   const double cost = SoftModel::linearize();
+  curvature_share_ = 0.0;  // Gauss-Newton's, until X̄ is arrived at
   term_.linearize();
   return cost;
 }
@@ -242,11 +244,12 @@ void AugmentedModel::choose_hessian(bool strongly_damped, bool free) {
 }
 
 void AugmentedModel::evaluate_exact_hessian() {
-  curvature_share_ = 1.0;
   try {
     program_.exact_hessian(1.0, next_multipliers_, hessian_);
+    curvature_share_ = 1.0;
   } catch (const Error&) {  // a residual is undefined nearby, where differences are taken
     program_.linearize(gradient_, hessian_);
+    curvature_share_ = 0.0;
   }
 }
 

@@ -191,9 +191,10 @@ class DampedSteps {
   /// The same by free steps, where damped ones were refused for rounding: whether they end at a solution.
   bool last_polish() {
     for (int step = 0; step < kMostPolishing; ++step) {
-      if (!model_.find_step(free_damping()) || std::abs(model_.predicted()) > kPolishBelow * model_.merit())
-        return false;
-      if (!std::isfinite(model_.merit_at_step(true))) return false;
+      while (!model_.find_step(free_damping()))
+        if (!model_.lessen_curvature()) return false;
+      const double merit = model_.merit(), rounding = kPolishBelow * merit;
+      if (std::abs(model_.predicted()) > rounding || !(model_.merit_at_step(true) - merit <= rounding)) return false;
       model_.estimate_multipliers_at_step();
       if (!model_.move_on()) return false;
       if (model_.feasible() && optimal()) {
@@ -203,6 +204,19 @@ class DampedSteps {
       model_.take_multipliers();
     }
     return false;
+  }
+
+  /// At X̄, by Gauss and Newton's Hessian alone; false, and the solve has failed, where that is not defined.
+  bool linearize_plainly() {
+    program_.reset();
+    model_.forget_curvature();
+    try {
+      model_.linearize();
+      return true;
+    } catch (const Error& e) {
+      session_.end(Status::failed, std::string("a residual's derivatives are undefined: ") + e.what());
+      return false;
+    }
   }
 
   void update_penalty(bool no_closer) {
@@ -216,15 +230,9 @@ class DampedSteps {
 
   /// Converged when a Gauss-Newton step would gain nothing either, failed when it would.
   void end_when_nothing_is_left() {
-    program_.reset();
-    model_.forget_curvature();
-    try {
-      model_.linearize();
-    } catch (const Error& e) {
-      return session_.end(Status::failed, std::string("a residual's derivatives are undefined: ") + e.what());
-    }
+    if (!linearize_plainly()) return;
     if (model_.locally_infeasible()) return end_infeasible();
-    if (model_.constrained() && last_polish()) return;
+    if (model_.constrained() && (last_polish() || !linearize_plainly())) return;
     const double least = std::max(options_.cost_tolerance, kRounding) * session_.summary.cost;
     std::string message = "no step lowers the cost, however short";
     if (model_.constrained()) message = "no step brings the optimality conditions closer";

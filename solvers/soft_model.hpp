@@ -57,8 +57,8 @@ class SoftModel {
   virtual void begin() {}
   /// Before each step: whether the Hessian is to be Gauss-Newton's or the Lagrangian's exact one.
   virtual void choose_hessian(bool /*strongly_damped*/, bool /*free*/) {}
-  /// Keeps only a part of what the Hessian has besides Gauss-Newton's, and then nothing: for one that is not positive
-  /// definite. False where there was nothing.
+  /// Keeps less of what the Hessian has besides Gauss-Newton's, in the end nothing: for one that is not positive definite.
+  /// False where there was nothing.
   virtual bool lessen_curvature() { return false; }
   /// Multipliers for what follows: those of the first-order update at X̄, or of the model's minimum at the step.
   virtual void estimate_multipliers() {}

@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include <Eigen/LU>
 
@@ -230,10 +231,10 @@ bool FixedLag::extend(const Block& block) {
 }
 
 void FixedLag::check_known(const std::vector<int>& ids) const {
-  int extended = 0;
+  bool extended = false;
   for (const int id : ids) {
     if (extension_of(id)) {
-      if (++extended > 1)
+      if (std::exchange(extended, true))
         throw Error("fixed-lag: one of two variables at a time that were added since the last update");
       continue;
     }

@@ -93,10 +93,10 @@ class FixedLag {
 
   /// Joint covariance of the variables, in the order given, in the tangent space of right perturbations (as Marginals):
   /// by the factor of the last update's last linearisation, so that of the newest ones it takes microseconds; it grows
-  /// with how far from these the order of elimination has the others. Fixed variables have none; a direction that nothing observes has a
-  /// meaningless large one. Throws Error for a variable that is not there any more, for one that was not there at the
-  /// last update, and after an update that failed or whose Hessian is singular. Any number of threads may ask at once,
-  /// as long as none changes the problem or updates meanwhile.
+  /// with how far from these the order of elimination has the others. Fixed variables have none; a direction that nothing
+  /// observes has a meaningless large one. Throws Error for a variable that is not there any more, for one that neither was
+  /// there at the last update nor is known by extend(), and after an update that failed or whose Hessian is singular. Any
+  /// number of threads may ask at once, as long as none changes the problem or updates meanwhile.
   template <LieGroup... Gs>
   Matrix<(Gs::dof + ...), (Gs::dof + ...)> covariance(const Variable<Gs>&... x) const {
     check_known({(problem_.has(x) ? problem_.id(x) : -1)...});

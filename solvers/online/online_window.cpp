@@ -89,8 +89,8 @@ void OnlineWindow::join_newest(const TargetWindow<G>& window) {
 
 /// Biases that newer ones have taken the place of may leave from now on.
 template <class Sensors>
-void OnlineWindow::join_biases(Sensors& sensors, bool is_new) {
-  if (is_new) covariance_ = Covariance::stale;
+void OnlineWindow::join_biases(Sensors& sensors, bool unknown) {
+  if (unknown) covariance_ = Covariance::stale;
   sensors.each_left_bias([&](double t, const auto& x) { lag_.track(std::max(t, lag_.oldest()), x); });
 }
 
@@ -145,7 +145,9 @@ OnlineWindow::Outcome OnlineWindow::add_measurement(std::size_t sensor, const Me
 OnlineWindow::Outcome OnlineWindow::attach(std::size_t sensor, const EgoMeasurement& m, double t) {
   Outcome outcome;
   const std::optional<Block> tie = chain_->prepare(sensor, t);
-  join_biases(*chain_, tie && !(covariance_ == Covariance::there && lag_.extend(*tie)));
+  // While the one before is known: it may leave from then on.
+  const bool tells = tie && covariance_ == Covariance::there && lag_.extend(*tie);
+  join_biases(*chain_, tie && !tells);
   const bool gated = predicts();
   const int known = lag_.problem().num_variables();
   const PlacedEgoMeasurement placed = chain_->attach(sensor, m, t);

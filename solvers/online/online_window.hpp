@@ -110,7 +110,7 @@ class OnlineWindow {
   bool passes(const Block& block, Eigen::Index rows, bool gated, Outcome& outcome) const;
   void join(const EgoKeyframe& keyframe);
   template <class Sensors>
-  void join_biases(Sensors& sensors, bool is_new);
+  void join_biases(Sensors& sensors, bool unknown);
   void make_target();
   template <LieGroup G>
   void join_newest(const TargetWindow<G>& window);

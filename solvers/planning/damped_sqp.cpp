@@ -50,13 +50,16 @@ struct DampedSqp::Analysed {
 /// One solve.
 class DampedSqp::Loop {
  public:
-  Loop(Analysed& analysed, const Options& options)
+  using Instant = std::chrono::steady_clock::time_point;
+
+  Loop(Analysed& analysed, const Options& options, Instant start)
       : options_(options),
         program_(analysed.program),
         model_(analysed.model),
         filter_(analysed.filter),
         summary_(analysed.session.summary),
-        step_(analysed.step) {}
+        step_(analysed.step),
+        start_(start) {}
 
   Summary run();
 
@@ -82,7 +85,7 @@ class DampedSqp::Loop {
   detail::Filter& filter_;
   Summary& summary_;
   Eigen::VectorXd& step_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  Instant start_;
   int curved_ = 0;  // the iteration whose curvature the Hessian has
   bool begun_ = false;
 };
@@ -168,7 +171,7 @@ void DampedSqp::Loop::speed_up(double& damping, double violation) const {
   if (options_.from_multipliers && violation < kNearby)
     damping = std::max(kNearbyDamping, kMuchFaster * damping);
   else
-    damping = std::max(curved_ ? kCurvedDamping : kLeastDamping, kFaster * damping);
+    damping = std::max(model_.has_curvature() ? kCurvedDamping : kLeastDamping, kFaster * damping);
 }
 
 /// One step of Levenberg and Marquardt's on the violation.
@@ -264,9 +267,10 @@ DampedSqp::DampedSqp(Problem& problem) : problem_(problem) {}
 DampedSqp::~DampedSqp() = default;
 
 Summary DampedSqp::solve(const Options& options) try {
+  const Loop::Instant start = std::chrono::steady_clock::now();
   if (!analysed_) analysed_ = std::make_unique<Analysed>(problem_);
   analysed_->options.from_multipliers = options.from_multipliers;
-  return Loop(*analysed_, options).run();
+  return Loop(*analysed_, options, start).run();
 } catch (const Error& error) {
   Summary summary;
   summary.solver = "damped-sqp";

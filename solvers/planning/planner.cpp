@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -176,6 +177,10 @@ PlanResult<N> Planner<N>::decoupled(const VehicleState<N>& start, const Vector<3
 template <int N>
 PlanResult<N> Planner<N>::replan(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target,
                                  const CoupledEstimate& estimate) {
+  const auto begin = std::chrono::steady_clock::now();
+  const auto left = [&] {
+    return options_.deadline - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
   const auto couple = [&] {
     check_.reset();
     coupled_ = std::make_unique<PlanProblem<N>>(problem_.vehicle(), problem_.options(), estimate);
@@ -184,28 +189,30 @@ PlanResult<N> Planner<N>::replan(const VehicleState<N>& start, const Vector<3>& 
   };
   if (!options_.refine) {
     couple();
-    return remembered(outcome(globalise(guess(start, current, target), options_.deadline), start, current), current,
-                      target);
+    PlanResult<N> result =
+        remembered(outcome(globalise(guess(start, current, target), left()), start, current), current, target);
+    check_.reset();  // of the estimate's problem, as below
+    return result;
   }
   PlanResult<N> alone = decoupled(start, current, target);
-  if (alone.origin != PlanOrigin::solved) return remembered(std::move(alone), current, target);
+  if (alone.origin != PlanOrigin::solved || left() <= 0) return remembered(std::move(alone), current, target);
   couple();
   coupled_->set_guess(alone.plan);
   coupled_->set_multipliers(problem_.multipliers());
   DampedSqp::Options options;
-  options.time_limit = options_.deadline - alone.summary.seconds;
+  options.time_limit = left();
   options.cost_tolerance = kCostTolerance * estimate.share;
   options.max_iterations = options_.max_warm_refinements;
   options.from_multipliers = true;
   Summary refined = DampedSqp(coupled_->problem()).solve(options);
-  refined.seconds += alone.summary.seconds;
-  refined.iterations += alone.summary.iterations;
+  alone.summary.iterations = refined.iterations += alone.summary.iterations;
+  alone.summary.seconds = refined.seconds = options_.deadline - left();
   if (!refined.converged()) {
     coupled_.reset();
     return remembered(std::move(alone), current, target);
   }
   PlanResult<N> result = remembered(outcome(refined, start, current), current, target);
-  check_.reset();  // of the estimate's problem, which need not outlive this plan
+  check_.reset();  // of the estimate's problem, which is gone when the next plan is made
   return result;
 }
 

@@ -27,7 +27,8 @@ struct PlannerOptions {
   int max_iterations = 300;                     ///< of the solver
   int max_warm_iterations = 60;  ///< the same for a plan that has one before it, which there is to fall back on
   int max_warm_refinements =
-      25;  ///< of DampedSqp, likewise: then a feasible iterate counts, or the plan before, shifted once
+      25;  ///< of DampedSqp, likewise: then a feasible iterate counts, or the plan before, shifted once; and of any coupled
+           ///< one, which has the plan against the prediction to fall back on
   PursuitOptions pursuit{};  ///< the roll-out that a first plan starts from
 };
 
@@ -79,8 +80,8 @@ class Planner {
 
   /// The same with the target's estimate in one program: `target` is the prediction that it starts from, `start` has the
   /// estimate's pose. It begins with the plan against the prediction, as above, and is that one where DampedSqp does not go
-  /// on from there to the end; unless `refine` is off. The estimate's problem has the plan in it from then on, and must live
-  /// until the next one.
+  /// on from there to the end; unless `refine` is off. The estimate's problem, which must live until the next plan, is not
+  /// to be gone on with: it may have the plan in it, and the poses that were tried.
   PlanResult<N> replan(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target,
                        const CoupledEstimate& estimate);
 
