@@ -102,6 +102,7 @@ Plan<8> coupled_plan(Window& window, double share, const PlannerOptions& options
   const PlanResult<8> result =
       planner.replan(window.start(), kNoCurrent, window.prediction(plan.steps), window.estimate(share));
   EXPECT_TRUE(result.accepted()) << result.summary.message;
+  EXPECT_TRUE(result.coupled);
   return result.plan;
 }
 
@@ -136,6 +137,21 @@ TEST(CoupledPlan, TheFirstSolverFindsItToo) {
   PlannerOptions quick;
   const Plan<8> first = coupled_plan(window, 1e-4, quick);
   EXPECT_LE(difference(first, coupled_plan(other, 1e-4, exactly())), 0.5);  // N, of 40
+}
+
+TEST(CoupledPlan, WithoutTimeIsThePlanBeforeShifted) {
+  const auto vehicle = hoverer();
+  const PlanOptions plan = to_the_standoff();
+  Window first, second;
+  Planner<8> planner(vehicle, plan);
+  ASSERT_TRUE(planner.replan(first.start(), kNoCurrent, first.prediction(plan.steps), first.estimate(1e-4)).coupled);
+  planner.set_deadline(0.0);
+  const PlanResult<8> result =
+      planner.replan(second.start(), kNoCurrent, second.prediction(plan.steps), second.estimate(1e-4));
+  EXPECT_EQ(result.origin, PlanOrigin::shifted);
+  EXPECT_FALSE(result.coupled);
+  EXPECT_EQ(result.summary.status, Status::time_limit);
+  EXPECT_NE(&planner.problem().problem(), &second.problem);
 }
 
 TEST(CoupledPlan, HasTheRightDerivativesAsAWhole) {
