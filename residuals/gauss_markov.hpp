@@ -21,6 +21,8 @@ struct GaussMarkov {
   static GaussMarkov after(double dt, double time_constant) { return {std::exp(-dt / time_constant)}; }
   /// Times σ: the standard deviation of e.
   double spread() const { return std::sqrt(1 - kept * kept); }
+  /// Where b₀ leads.
+  Rn<N> expected(const Rn<N>& b0) const { return Rn<N>(Vector<N>(kept * b0.vector())); }
 
   template <Over<Rn<N>> B>
   void operator()(const B& b0, const B& b1, Rows<dim, B>& r, RowsBy<dim, B>* J0 = nullptr,

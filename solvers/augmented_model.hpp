@@ -18,7 +18,8 @@ class AugmentedModel final : public SoftModel {
   AugmentedModel(Program& program, Session& session, const LevenbergMarquardtOptions& options, double penalty);
 
   /// From now on the Hessian is Gauss-Newton's and, besides, what that lacks of the Lagrangian's exact one at X̄, by the
-  /// multipliers of the last step: evaluated once, kept over the steps that follow but for lessen_curvature(). It costs some twenty linearisations.
+  /// multipliers of the last step: evaluated once, kept over the steps that follow but for lessen_curvature(). It costs some
+  /// twenty linearisations.
   void add_curvature();
   bool has_curvature() const { return (exact_ || curvature_.size()) && curvature_share_ > 0.0; }
   /// What a filter weighs against each other: the cost, and how far the hard constraints are violated, √Σ w⁰ᵢ vᵢ²

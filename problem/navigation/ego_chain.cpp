@@ -262,7 +262,7 @@ Block EgoChain::tie_error(const EgoSensor& sensor, double t, std::optional<EgoEr
   if (!last) return problem_->minimize(Prior<Rn<N>>{Rn<N>()}, sigma, {next});
   const auto step = GaussMarkov<N>::after(std::abs(t - last->t), sensor.error->time);
   const auto before = std::get<Variable<Rn<N>>>(last->state);
-  problem_->set_value(next, Rn<N>(Vector<N>(step.kept * problem_->value(before).vector())));
+  problem_->set_value(next, step.expected(problem_->value(before)));
   return problem_->minimize(step, sigma.scaled(step.spread()), {before, next});
 }
 

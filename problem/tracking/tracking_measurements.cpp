@@ -47,7 +47,7 @@ void TrackingBuild<G>::add_bias(std::size_t sensor, double t) {
   const auto step = GaussMarkov<N>::after(std::abs(t - last->second.t), staying.time);
   if (!(step.spread() > kNoStep)) return;
   const auto before = std::get<Variable<Rn<N>>>(last->second.state);
-  const auto next = problem.add(Rn<N>(Vector<N>(step.kept * problem.value(before).vector())), entry);
+  const auto next = problem.add(step.expected(problem.value(before)), entry);
   minimize(step, entry, spread.scaled(step.spread()), {before, next});
   last->second = {t, next};
 }

@@ -71,7 +71,6 @@ Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGr
     }
   }
   settled_at_.assign(problems.size(), Eigen::VectorXd::Zero(rows_.size()));
-  pull_.resize(problems.size());
 }
 
 void Evidence::lay_out() {
@@ -168,13 +167,12 @@ void Evidence::add(const Member& member, const SettledProblem& settled, Value& v
   }
 }
 
-void Evidence::add_information(const Member& member) {
+void Evidence::add_information(const Member& member, Eigen::MatrixXd& pull, Eigen::MatrixXd& measured) const {
   const Problem& problem = *problems_[std::size_t(member.problem)];
   const Problem::Linearization at = problem.linearization(member.block);
   const Eigen::MatrixXd W = problem.noise(member.block).sqrt_information();
   const double weight = problem.weight(member.block);
   const auto& program = settled_[std::size_t(member.problem)]->program();
-  Eigen::MatrixXd& pull = pull_[std::size_t(member.problem)];
   const Eigen::MatrixXd WJ = W * at.jacobian, rows = W * at.residual.asDiagonal();  // r̃_g: the sum of g's columns
   const Eigen::MatrixXd pulls = weight * WJ.transpose() * rows, squares = weight * rows.transpose() * rows;
   for (Eigen::Index i = 0; i < at.residual.size(); ++i) {
@@ -188,7 +186,7 @@ void Evidence::add_information(const Member& member) {
     }
     if (!member.measured) continue;
     for (Eigen::Index j = 0; j < at.residual.size(); ++j)
-      if (const int h = member.group[std::size_t(j)]; h >= 0) squares_(g, h) += squares(i, j);
+      if (const int h = member.group[std::size_t(j)]; h >= 0) measured(g, h) += squares(i, j);
   }
 }
 
@@ -197,18 +195,18 @@ void Evidence::add_information(const Member& member) {
 /// 2 J H_b⁻¹ J̃ᵀ r̃_g of beliefs, which leaves 2 (S − Cᵀ H⁻¹ C), C the columns J̃ᵀ r̃_g and S = r̃_gᵀ r̃_h of what is measured,
 /// c_gᵀ H_b⁻¹ c_h of beliefs.
 std::optional<Eigen::MatrixXd> Evidence::information() {
-  squares_ = Eigen::MatrixXd::Zero(rows_.size(), rows_.size());
-  for (std::size_t p = 0; p < problems_.size(); ++p)
-    pull_[p] = Eigen::MatrixXd::Zero(settled_[p]->program().num_unknowns(), rows_.size());
-  for (const Member& m : members_) add_information(m);
-  Eigen::MatrixXd sum = squares_;
+  std::vector<Eigen::MatrixXd> pull;  // J̃ᵀ r̃_g of each problem
+  for (const auto& settled : settled_)
+    pull.push_back(Eigen::MatrixXd::Zero(settled->program().num_unknowns(), rows_.size()));
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(rows_.size(), rows_.size());
+  for (const Member& m : members_) add_information(m, pull[std::size_t(m.problem)], sum);
   for (std::size_t p = 0; p < problems_.size(); ++p) {
     SettledProblem& settled = *settled_[p];
-    Eigen::MatrixXd solved = pull_[p];
+    Eigen::MatrixXd solved = pull[p];
     if (!settled.solve(solved, false)) return {};
-    sum -= pull_[p].transpose() * solved;
+    sum -= pull[p].transpose() * solved;
     if (!settled.has_beliefs()) continue;
-    const Eigen::MatrixXd of_beliefs = pull_[p] * of_beliefs_.asDiagonal();
+    const Eigen::MatrixXd of_beliefs = pull[p] * of_beliefs_.asDiagonal();
     solved = of_beliefs;
     if (!settled.solve(solved, true)) return {};
     sum += of_beliefs.transpose() * solved;

@@ -58,7 +58,9 @@ class Evidence {
   bool settle_by_steps(std::size_t problem, const Eigen::VectorXd& from, const Eigen::VectorXd& to, int halvings);
   void add_members(Value& value) const;
   void add(const Member& member, const SettledProblem& settled, Value& value) const;
-  void add_information(const Member& member);
+  /// Adds J̃ᵀ r̃_g of the member, J̃ and r̃ whitened, r̃_g its rows in group g, to `pull`; r̃_gᵀ r̃_h, where it is measured, to
+  /// `measured`.
+  void add_information(const Member& member, Eigen::MatrixXd& pull, Eigen::MatrixXd& measured) const;
 
   std::span<Problem* const> problems_;
   const CalibrationOptions& options_;
@@ -69,9 +71,6 @@ class Evidence {
   std::vector<Member> members_;
   Eigen::VectorXd rows_, counted_;  // of each group; of what is measured, under the losses (counted_rows)
   Lanes lanes_;
-  // At the last information(), J̃ᵀ r̃_g of each problem, J̃ and r̃ whitened, r̃_g its rows in group g; and r̃_gᵀ r̃_h of what is measured.
-  std::vector<Eigen::MatrixXd> pull_;
-  Eigen::MatrixXd squares_;
   Eigen::VectorXd of_beliefs_;  // of each group, 1 where none of its rows is measured, else 0
   int solves_ = 0;
 };

@@ -178,9 +178,7 @@ template <int N>
 PlanResult<N> Planner<N>::replan(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target,
                                  const CoupledEstimate& estimate) {
   const auto begin = std::chrono::steady_clock::now();
-  const auto left = [&] {
-    return options_.deadline - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  };
+  const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
   const auto couple = [&] {
     check_.reset();
     coupled_ = std::make_unique<PlanProblem<N>>(problem_.vehicle(), problem_.options(), estimate);
@@ -190,23 +188,25 @@ PlanResult<N> Planner<N>::replan(const VehicleState<N>& start, const Vector<3>& 
   if (!options_.refine) {
     couple();
     PlanResult<N> result =
-        remembered(outcome(globalise(guess(start, current, target), left()), start, current), current, target);
+        remembered(outcome(globalise(guess(start, current, target), options_.deadline - elapsed()), start, current),
+                   current, target);
     check_.reset();  // of the estimate's problem, as below
     return result;
   }
   PlanResult<N> alone = decoupled(start, current, target);
-  if (alone.origin != PlanOrigin::solved || left() <= 0) return remembered(std::move(alone), current, target);
+  if (alone.origin != PlanOrigin::solved || elapsed() >= options_.deadline)
+    return remembered(std::move(alone), current, target);
   couple();
   coupled_->set_guess(alone.plan);
   coupled_->set_multipliers(problem_.multipliers());
   DampedSqp::Options options;
-  options.time_limit = left();
+  options.time_limit = options_.deadline - elapsed();
   options.cost_tolerance = kCostTolerance * estimate.share;
   options.max_iterations = options_.max_warm_refinements;
   options.from_multipliers = true;
   Summary refined = DampedSqp(coupled_->problem()).solve(options);
   alone.summary.iterations = refined.iterations += alone.summary.iterations;
-  alone.summary.seconds = refined.seconds = options_.deadline - left();
+  alone.summary.seconds = refined.seconds = elapsed();
   if (!refined.converged()) {
     coupled_.reset();
     return remembered(std::move(alone), current, target);

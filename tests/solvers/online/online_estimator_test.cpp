@@ -11,22 +11,10 @@
 #include "target_lines.hpp"
 
 /// A target by odometry and measurements that come in line by line, against the batch problem of all of them.
-namespace tandem {
+namespace tandem::testing {
 namespace {
 
-using testing::batch;
-using testing::cropped;
-using testing::every;
-using testing::exactly_tracking;
-using testing::expect_same;
-using testing::give;
 using ::testing::HasSubstr;
-using testing::Line;
-using testing::lines;
-using testing::run;
-using testing::SimulatedRun;
-using testing::Simulation;
-using testing::text_of;
 
 TEST(OnlineTarget, AWindowLongerThanTheRunIsTheBatchEstimate) {
   Simulation simulation;
@@ -277,4 +265,4 @@ TEST(OnlineTarget, OptionsThatCannotWork) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::testing

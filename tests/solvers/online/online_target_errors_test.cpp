@@ -6,17 +6,8 @@
 #include "target_lines.hpp"
 
 /// Errors of target sensors that stay, online.
-namespace tandem {
+namespace tandem::testing {
 namespace {
-
-using testing::batch;
-using testing::cropped;
-using testing::every;
-using testing::exactly_tracking;
-using testing::expect_same;
-using testing::run;
-using testing::SimulatedRun;
-using testing::Simulation;
 
 TEST(OnlineTarget, ErrorsThatStayAreThoseOfTheBatchEstimate) {
   Simulation simulation;
@@ -97,4 +88,4 @@ TEST(OnlineTarget, AnErrorThatStaysIsRememberedBeyondTheWindow) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::testing

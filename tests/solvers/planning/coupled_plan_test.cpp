@@ -103,6 +103,7 @@ Plan<8> coupled_plan(Window& window, double share, const PlannerOptions& options
       planner.replan(window.start(), kNoCurrent, window.prediction(plan.steps), window.estimate(share));
   EXPECT_TRUE(result.accepted()) << result.summary.message;
   EXPECT_TRUE(result.coupled);
+  EXPECT_GT(result.summary.seconds, 0.0);
   return result.plan;
 }
 
