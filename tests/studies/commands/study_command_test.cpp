@@ -1,3 +1,4 @@
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
@@ -120,28 +121,32 @@ TEST(StudyCommand, RanksGiveTheSameTables) {
   TANDEM_NEEDS_PROGRAM("mpirun", "ranks of a study");
   const ScratchFolder scratch;
   const std::string file = scratch.write("small.yaml", kStudy), log = scratch.path() / "log";
-  const auto mpirun = [&](int ranks, const std::string& out, const std::string& more) {
+  const auto mpirun = [&](int ranks, const std::string& study, const std::string& out, const std::string& more) {
     // What Open MPI leaves behind is no leak of ours.
     return std::system(fmt::format("ASAN_OPTIONS=detect_leaks=0 timeout 200 mpirun --allow-run-as-root --oversubscribe "
                                    "-n {} '{}' study run '{}' "
                                    "--out '{}' --quiet {} > '{}' 2>&1",
-                                   ranks, paths::executable, file, out, more, log)
+                                   ranks, paths::executable, study, out, more, log)
                            .c_str());
   };
   const std::string alone = scratch.path() / "alone";
   ASSERT_EQ(run_tandem({"study", "run", file, "--out", alone, "--quiet"}).status, 0);
   for (const int ranks : {1, 2, 4}) {
     const std::string out = scratch.path() / std::to_string(ranks);
-    if (mpirun(ranks, out, "") != 0 && read_file(log).find("this build has no MPI") != std::string::npos)
+    if (mpirun(ranks, file, out, "") != 0 && read_file(log).find("this build has no MPI") != std::string::npos)
       GTEST_SKIP() << "a build without MPI";
     EXPECT_EQ(all_tables(out), all_tables(alone)) << ranks << read_file(log);
   }
-  EXPECT_NE(mpirun(2, scratch.path() / "2", ""), 0) << "there is a study already";
+  EXPECT_NE(mpirun(2, file, scratch.path() / "2", ""), 0) << "there is a study already";
   EXPECT_THAT(read_file(log), HasSubstr("has a study already"));
-  EXPECT_NE(mpirun(2, scratch.path() / "x", "--threads 2"), 0);
+  EXPECT_NE(mpirun(2, file, scratch.path() / "x", "--threads 2"), 0);
   EXPECT_THAT(read_file(log), HasSubstr("--threads and --shard are for runs without it"));
 
-  const std::string killed = scratch.path() / "killed";
+  // One long enough that it cannot end before its worker does.
+  std::string longer = kStudy;
+  const std::string many = scratch.write("many.yaml", longer.replace(longer.find("seeds: 10"), 9, "seeds: 60"));
+  const std::string whole = scratch.path() / "whole", killed = scratch.path() / "killed";
+  ASSERT_EQ(run_tandem({"study", "run", many, "--out", whole, "--quiet"}).status, 0);
   std::vector<std::string> words = {"mpirun",
                                     "--allow-run-as-root",
                                     "--oversubscribe",
@@ -150,7 +155,7 @@ TEST(StudyCommand, RanksGiveTheSameTables) {
                                     paths::executable,
                                     "study",
                                     "run",
-                                    file,
+                                    many,
                                     "--out",
                                     killed,
                                     "--quiet"};
@@ -171,15 +176,20 @@ TEST(StudyCommand, RanksGiveTheSameTables) {
       return 0;
     }
   };
-  while (count() < 5) std::this_thread::yield();
-  std::ifstream children(fmt::format("/proc/{0}/task/{0}/children", launcher));
-  const std::vector<pid_t> ranks{std::istream_iterator<pid_t>(children), {}};
-  ASSERT_EQ(ranks.size(), 3u);
+  // The kernel's list is whole only while no child of the launcher comes or ends.
+  std::vector<pid_t> ranks;
+  while (ranks.size() < 3 || count() < 5) {
+    std::ifstream children(fmt::format("/proc/{0}/task/{0}/children", launcher));
+    ranks.assign(std::istream_iterator<pid_t>(children), {});
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    ASSERT_EQ(waitpid(launcher, nullptr, WNOHANG), 0) << "ended before a worker was killed";
+  }
   kill(ranks.back(), SIGKILL);  // a worker
   waitpid(launcher, nullptr, 0);
   EXPECT_GE(count(), 5u);
-  EXPECT_EQ(mpirun(2, killed, "--resume"), 0) << read_file(log);
-  EXPECT_EQ(all_tables(killed), all_tables(alone));
+  EXPECT_LT(count(), 240u);
+  EXPECT_EQ(mpirun(2, many, killed, "--resume"), 0) << read_file(log);
+  EXPECT_EQ(all_tables(killed), all_tables(whole));
 }
 
 TEST(StudyCommand, RunsRendezvous) {
