@@ -4,5 +4,7 @@ namespace tandem {
 
 template struct Plan<3>;
 template class PlanProblem<3>;
+template struct Plan<8>;
+template class PlanProblem<8>;
 
 }  // namespace tandem

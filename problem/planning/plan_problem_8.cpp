@@ -1,8 +1,0 @@
-#include <tandem/problem/planning/plan_problem_impl.hpp>
-
-namespace tandem {
-
-template struct Plan<8>;
-template class PlanProblem<8>;
-
-}  // namespace tandem
