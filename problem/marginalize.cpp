@@ -7,25 +7,14 @@
 #include <tandem/problem/problem.hpp>
 
 namespace tandem {
-namespace {
-
-/// Whether a block reads a variable that is marked.
-bool reads_marked(const detail::PoolBase& pool, int block, const std::vector<char>& marked) {
-  const int* ids = pool.variables(block);
-  for (int s = 0; s < pool.arity(); ++s)
-    if (marked[std::size_t(ids[s])]) return true;
-  return false;
-}
-
-}  // namespace
 
 /// Of each pool, in ascending order. Throws Error where a hard block reads one.
-std::vector<std::vector<int>> Problem::soft_blocks_reading(const std::vector<char>& marked) const {
+std::vector<std::vector<int>> Problem::blocks_to_marginalize(const std::vector<char>& marked) const {
   std::vector<std::vector<int>> touched(pools_.size());
   for (std::size_t p = 0; p < pools_.size(); ++p) {
     const auto& pool = pools_[p].base();
     for (int i = 0; i < pool.size(); ++i) {
-      if (static_cast<int>(p) != prior_pool_ && !reads_marked(pool, i, marked)) continue;
+      if (static_cast<int>(p) != prior_pool_ && !pool.reads(i, marked)) continue;
       if (pools_[p].hard)
         throw Error("marginalize: a hard block reads a variable to go, the " + describe(pool, i) +
                     "; only soft ones can be marginalized");
@@ -43,7 +32,7 @@ void Problem::marginalize(std::span<const int> variable_ids) {
       throw Error("marginalize: there is no variable " + std::to_string(id) + " (any more), or it is given twice");
     marked[std::size_t(id)] = 1;
   }
-  const std::vector<std::vector<int>> touched = soft_blocks_reading(marked);
+  const std::vector<std::vector<int>> touched = blocks_to_marginalize(marked);
 
   // Unknowns of the small dense system: those to go, then the others that the blocks read, by creation.
   std::vector<int> order(variable_ids.begin(), variable_ids.end());

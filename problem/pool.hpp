@@ -40,6 +40,11 @@ class PoolBase {
   virtual int size() const = 0;
   /// Ids of the variables that block `i` reads, `arity()` of them.
   virtual const int* variables(int i) const = 0;
+  /// Whether block `i` reads a variable that is marked, by id.
+  bool reads(int i, const std::vector<char>& marked) const {
+    const int* ids = variables(i);
+    return std::any_of(ids, ids + arity(), [&](int id) { return marked[static_cast<std::size_t>(id)] != 0; });
+  }
   /// The last block takes the place of block `i`.
   virtual void remove(int i) = 0;
   /// Adds block `i` of `from`, a pool of the same residual and role, reading other slots.

@@ -128,6 +128,20 @@ Problem::Linearization Problem::linearization(const Block& block) const {
   return result;
 }
 
+std::vector<Block> Problem::soft_blocks_reading(std::span<const int> variable_ids) const {
+  std::vector<char> marked(variables_.size(), 0);
+  for (const int id : variable_ids) marked.at(std::size_t(id)) = 1;
+  std::vector<Block> blocks;
+  for (std::size_t p = 0; p < pools_.size(); ++p) {
+    const Pool& pool = pools_[p];
+    if (!pool.soft || static_cast<int>(p) == prior_pool_) continue;
+    for (int i = 0; i < pool.soft->size(); ++i)
+      if (const int id = pool.id_of_index[std::size_t(i)]; pool.soft->reads(i, marked))
+        blocks.push_back({static_cast<int>(p), id, pool.ids.generation(id)});
+  }
+  return blocks;
+}
+
 void Problem::widen_losses(double factor) {
   if (!(factor > 0) || !std::isfinite(factor))
     throw Error("widen_losses: the factor " + std::to_string(factor) + " is not positive and finite");

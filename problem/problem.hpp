@@ -203,6 +203,8 @@ class Problem {
     std::vector<int> dofs;
   };
   Linearization linearization(const Block& block) const;
+  /// The soft blocks that read one of these variables, ids below id_bound(), but for the marginal prior.
+  std::vector<Block> soft_blocks_reading(std::span<const int> variable_ids) const;
   /// From now on every robust loss, also of blocks to come, has `factor` times its own scale; 1 is as it was given.
   /// Throws Error when the factor is not positive and finite.
   void widen_losses(double factor);
@@ -215,6 +217,9 @@ class Problem {
   /// Ids are below this. Some may be of no variable now: their names are empty.
   int id_bound() const { return static_cast<int>(variables_.size()); }
   const std::string& name(int variable_id) const { return variables_[std::size_t(variable_id)].name; }
+  /// The how-manieth of the problem's variables it is: ids are given again, these numbers never. −1 where the id is of none.
+  long long creation(int variable_id) const { return variables_[std::size_t(variable_id)].sequence; }
+  bool is_fixed(int variable_id) const { return variables_[std::size_t(variable_id)].fixed; }
   /// Below id_bound(). Throws Error when the variable has been removed, or never was.
   template <LieGroup G>
   int id(const Variable<G>& x) const {
@@ -240,7 +245,7 @@ class Problem {
     int slot = -1, dof = 0;
     int readers = 0;  // how often blocks read it
     bool fixed = false;
-    long long sequence = 0;  // solvers keep the variables in order of creation, which ids are not
+    long long sequence = -1;  // solvers keep the variables in order of creation, which ids are not
     std::string name;
 
     bool is_free() const { return store && !fixed; }
@@ -317,7 +322,7 @@ class Problem {
   Block new_block(int pool);
   void remove_block_at(int pool, int index);
   std::string describe(const detail::PoolBase& pool, int block) const;
-  std::vector<std::vector<int>> soft_blocks_reading(const std::vector<char>& marked) const;
+  std::vector<std::vector<int>> blocks_to_marginalize(const std::vector<char>& marked) const;
   int index_of(const Block& block, const char* asked) const;
   detail::SoftPoolBase& soft_pool_of(const Block& block, const char* asked) const;
   detail::HardPoolBase& hard_pool_of(const Block& block, const char* asked) const;

@@ -193,13 +193,14 @@ bool EgoChain::reaches(double t) const {
   return k && (t - k->t <= kSameInstant || (imu_ && imu_->covers(k->t, t)));
 }
 
-std::optional<Block> EgoChain::prepare(std::size_t sensor, double t) {
+bool EgoChain::prepare(std::size_t sensor, double t) {
   const std::optional<EgoError> last = errors_[sensor];
-  const std::optional<Block> tie = error_at(sensor, t);
-  if (!tie || !last) return tie;
-  const EgoKeyframe* const with = before(last->last);
-  left_errors_.push_back({with ? with->t : keyframes_.front().t, last->state});
-  return tie;
+  if (!error_at(sensor, t)) return false;
+  if (last) {
+    const EgoKeyframe* const with = before(last->last);
+    left_errors_.push_back({with ? with->t : keyframes_.front().t, last->state});
+  }
+  return true;
 }
 
 PlacedEgoMeasurement EgoChain::attach(std::size_t index, const EgoMeasurement& m, double t) {

@@ -89,9 +89,9 @@ class EgoChain {
   const EgoKeyframe& extend(double t, const std::optional<EgoState>& guess = {});
   /// Whether a measurement at t can join a keyframe, or needs one of its own.
   bool reaches(double t) const;
-  /// Makes ready what a measurement at t needs beside the state: the bias of its sensor's StayingError. Where that is new,
-  /// returns what ties it to the one before, or holds the first.
-  std::optional<Block> prepare(std::size_t sensor, double t);
+  /// Makes ready what a measurement at t needs beside the state: the bias of its sensor's StayingError. Returns whether that
+  /// is new.
+  bool prepare(std::size_t sensor, double t);
   /// Calls f(t, variable) for each bias that a newer one has taken the place of since the last call, t of the keyframe that
   /// it was measured from; of those that prepare() made. The newest of each sensor stays in the problem, however old.
   template <class F>

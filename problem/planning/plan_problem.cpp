@@ -1,3 +1,4 @@
+#include <tandem/problem/planning/plan_problem.hpp>
 #include <tandem/problem/planning/plan_problem_impl.hpp>
 
 namespace tandem {

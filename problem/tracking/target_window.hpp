@@ -28,7 +28,7 @@ class TargetWindow {
   void add_keyframe(double t, const SE3& dead_reckoned, const Variable<G>* chaser, std::size_t sensor,
                     const Measurement* first);
   /// Makes ready what a measurement needs beside poses: the bias of its sensor's StayingError at its instant. Returns
-  /// whether there is something new, whose covariance is not known yet.
+  /// whether there is something new.
   bool prepare(std::size_t sensor, const Measurement& m);
   /// Calls f(t, variable) for each bias that a newer one has taken the place of since the last call, t when it was measured
   /// with. The newest of each sensor stays in the problem, however long ago that was.

@@ -4,8 +4,6 @@
 #include <cstdio>
 #include <utility>
 
-#include <Eigen/LU>
-
 #include <tandem/problem/program.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
 #include <tandem/solvers/online/fixed_lag.hpp>
@@ -65,22 +63,11 @@ void FixedLag::insert(Timed variable) {
   const auto at =
       std::upper_bound(timed_.begin(), timed_.end(), variable.t, [](double a, const Timed& b) { return a < b.t; });
   timed_.insert(at, std::move(variable));
-  forget(id);
-}
-
-/// The id is of no variable of the last update.
-void FixedLag::forget(int id) {
-  if (std::size_t(id) < block_of_variable_.size()) block_of_variable_[std::size_t(id)] = kUnknown;
-  std::erase_if(extensions_, [&](const Extension& x) { return x.id == id; });
 }
 
 /// What has left the problem otherwise than by an update.
 void FixedLag::drop_removed() {
-  std::erase_if(timed_, [&](const Timed& v) {
-    const bool removed = !v.is_there(problem_);
-    if (removed) forget(v.id);
-    return removed;
-  });
+  std::erase_if(timed_, [&](const Timed& v) { return !v.is_there(problem_); });
 }
 
 Summary FixedLag::update() {
@@ -97,13 +84,20 @@ Summary FixedLag::update() {
 
 void FixedLag::expect_factor_of(const Program& program) {
   factor_.emplace(program.hessian_pattern());
-  extensions_.clear();
-  block_of_variable_.assign(std::size_t(problem_.id_bound()), kUnknown);
+  extension_.clear();
+  known_.assign(std::size_t(problem_.id_bound()), {});
   for (int id = 0; id < problem_.id_bound(); ++id)
     if (!problem_.name(id).empty()) {
       const int block = program.block_of(id);
-      block_of_variable_[std::size_t(id)] = block < 0 ? kFixed : block;
+      known_[std::size_t(id)] = {block < 0 ? kFixed : block, problem_.creation(id)};
     }
+}
+
+/// What the covariance has the variable as that has this id now: its block of the factor, kFixed, kAdded or kUnknown.
+int FixedLag::block_of(int id) const {
+  if (id < 0 || std::size_t(id) >= known_.size()) return kUnknown;
+  const Known& known = known_[std::size_t(id)];
+  return known.creation == problem_.creation(id) ? known.block : kUnknown;
 }
 
 bool FixedLag::relinearize() {
@@ -119,7 +113,7 @@ bool FixedLag::relinearize() {
     there = there && factor_->factorize(hessian, shift);
   } catch (const Error&) {  // undefined there
   }
-  if (!there) block_of_variable_.clear();
+  if (!there) known_.clear();
   return there;
 }
 
@@ -130,7 +124,7 @@ Summary FixedLag::solve_window() {
   expect_factor_of(program);
   detail::WarmSolve solve(program, *factor_, options_);
   Summary summary = solve.run();
-  if (summary.status == Status::failed || solve.damped()) block_of_variable_.clear();  // no covariance
+  if (summary.status == Status::failed || solve.damped()) known_.clear();  // no covariance
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return summary;
 }
@@ -172,120 +166,49 @@ void FixedLag::marginalize_before(double limit) {
     for (auto v = first; v != last; ++v) ids.push_back(v->id);
     problem_.marginalize(ids);
     slid_ = true;
-    for (auto v = first; v != last; ++v) {
-      gone_.push_back({v->t, v->id});
-      forget(v->id);
-    }
+    for (auto v = first; v != last; ++v) gone_.push_back({v->t, v->id});
     timed_.erase(first, last);
   }
 }
 
-const FixedLag::Extension* FixedLag::extension_of(int id) const {
-  const auto at = std::find_if(extensions_.begin(), extensions_.end(), [&](const Extension& x) { return x.id == id; });
-  return at == extensions_.end() ? nullptr : &*at;
-}
-
-/// With the block's residual r = J_x δx + J δ + ε: x = −J_x⁻¹ (J δ + ε).
-bool FixedLag::extend(const Block& block) {
+bool FixedLag::extend() {
   if (!has_covariance()) return false;
-  const Problem::Linearization at = problem_.linearization(block);
-  const auto block_of = [&](int id) {
-    return std::size_t(id) < block_of_variable_.size() ? block_of_variable_[std::size_t(id)] : kUnknown;
-  };
-  Extension x{.id = -1, .blocks = {}, .dofs = {}, .by = {}, .noise = {}};
-  Eigen::Index first = 0, dof = 0;
-  for (std::size_t k = 0, row = 0; k < at.dofs.size(); row += std::size_t(at.dofs[k++])) {
-    const int id = at.variable_ids[k];
-    if (block_of(id) != kUnknown || extension_of(id)) continue;
-    if (x.id >= 0) return false;
-    x.id = id;
-    first = Eigen::Index(row);
-    dof = at.dofs[k];
+  known_.resize(std::size_t(problem_.id_bound()));
+  std::vector<int> added;
+  for (int id = 0; id < problem_.id_bound(); ++id) {
+    if (block_of(id) >= kFixed || problem_.name(id).empty()) continue;
+    known_[std::size_t(id)] = {problem_.is_fixed(id) ? kFixed : kUnknown, problem_.creation(id)};
+    if (!problem_.is_fixed(id)) added.push_back(id);
   }
-  if (x.id < 0 || at.residual.size() != dof) return false;
-  const Eigen::FullPivLU<Eigen::MatrixXd> own(-at.jacobian.middleCols(first, dof));
-  if (!own.isInvertible()) return false;
-  const Eigen::MatrixXd inverse = own.inverse();
-  x.noise = inverse * problem_.noise(block).covariance_matrix() * inverse.transpose();
-  x.by.resize(dof, 0);
-  const auto append = [&](int of_block, int columns, const Eigen::MatrixXd& by) {
-    x.blocks.push_back(of_block);
-    x.dofs.push_back(columns);
-    x.by.conservativeResize(Eigen::NoChange, x.by.cols() + columns);
-    x.by.rightCols(columns) = by;
-  };
-  for (std::size_t k = 0, row = 0; k < at.dofs.size(); row += std::size_t(at.dofs[k++])) {
-    const int id = at.variable_ids[k];
-    if (id == x.id || block_of(id) == kFixed) continue;
-    const Eigen::MatrixXd by = inverse * at.jacobian.middleCols(Eigen::Index(row), at.dofs[k]);
-    if (const Extension* from = extension_of(id)) {
-      x.noise += by * from->noise * by.transpose();
-      for (std::size_t i = 0, column = 0; i < from->dofs.size(); column += std::size_t(from->dofs[i++]))
-        append(from->blocks[i], from->dofs[i], by * from->by.middleCols(Eigen::Index(column), from->dofs[i]));
-    } else {
-      append(block_of(id), at.dofs[k], by);
-    }
-  }
-  extensions_.push_back(std::move(x));
+  if (!extension_.extend(problem_, added, [this](const auto& ids, const auto& dofs) { return joint(ids, dofs); }))
+    return false;
+  for (const int id : added) known_[std::size_t(id)].block = kAdded;
   return true;
 }
 
 void FixedLag::check_known(const std::vector<int>& ids) const {
-  bool extended = false;
   for (const int id : ids) {
-    if (extension_of(id)) {
-      if (std::exchange(extended, true))
-        throw Error("fixed-lag: one of two variables at a time that were added since the last update");
-      continue;
-    }
-    if (id < 0) throw Error("fixed-lag: covariance of a variable that is not in the problem (any more)");
-    const bool reused =
-        std::any_of(timed_.begin(), timed_.end(), [&](const Timed& v) { return v.id == id && !v.is_there(problem_); });
-    if (reused || std::size_t(id) >= block_of_variable_.size() || block_of_variable_[std::size_t(id)] == kUnknown)
+    if (id < 0 || id >= problem_.id_bound() || problem_.name(id).empty())
+      throw Error("fixed-lag: covariance of a variable that is not in the problem (any more)");
+    if (block_of(id) == kUnknown)
       throw Error("fixed-lag: " + problem_.name(id) + " was not in the last update, or that had no factor to give");
   }
 }
 
-Eigen::MatrixXd FixedLag::joint(const std::vector<int>& ids, const std::vector<int>& sizes) const {
-  std::vector<int> blocks, widths, rows;  // of the factor, their unknowns, and where each of these goes
-  const Extension* extension = nullptr;
-  Eigen::Index extended_at = 0;
+Eigen::MatrixXd FixedLag::joint(const std::vector<int>& ids, const std::vector<int>& dofs) const {
+  check_known(ids);
+  if (std::any_of(ids.begin(), ids.end(), [&](int id) { return block_of(id) == kAdded; }))
+    return extension_.joint(ids, dofs, [this](const auto& known, const auto& sizes) { return joint(known, sizes); });
+  std::vector<int> blocks, rows;  // of the factor, and where each of their unknowns goes
   int n = 0;
-  for (std::size_t k = 0; k < ids.size(); n += sizes[k++]) {
-    if (const Extension* x = extension_of(ids[k])) {
-      extension = x;
-      extended_at = n;
-      continue;
-    }
-    const int block = block_of_variable_[std::size_t(ids[k])];
+  for (std::size_t k = 0; k < ids.size(); n += dofs[k++]) {
+    const int block = block_of(ids[k]);
     if (block < 0) continue;
     blocks.push_back(block);
-    widths.push_back(sizes[k]);
-    for (int i = 0; i < sizes[k]; ++i) rows.push_back(n + i);
+    for (int i = 0; i < dofs[k]; ++i) rows.push_back(n + i);
   }
   Eigen::MatrixXd S = Eigen::MatrixXd::Zero(n, n);
-  if (!extension) {
-    S(rows, rows) = factor_->inverse_of(blocks);
-    return S;
-  }
-  const Eigen::Index known = Eigen::Index(rows.size());
-  Eigen::MatrixXd by = Eigen::MatrixXd::Zero(n, known);  // what is asked for, of the factor's unknowns
-  for (Eigen::Index i = 0; i < known; ++i) by(rows[std::size_t(i)], i) = 1.0;
-  for (std::size_t i = 0, column = 0; i < extension->dofs.size(); column += std::size_t(extension->dofs[i++])) {
-    const int block = extension->blocks[i], dof = extension->dofs[i];
-    Eigen::Index at = 0;
-    std::size_t k = 0;
-    for (; k < blocks.size() && blocks[k] != block; ++k) at += widths[k];
-    if (k == blocks.size()) {
-      blocks.push_back(block);
-      widths.push_back(dof);
-      by.conservativeResize(Eigen::NoChange, by.cols() + dof);
-      by.rightCols(dof).setZero();
-    }
-    by.block(extended_at, at, extension->by.rows(), dof) += extension->by.middleCols(Eigen::Index(column), dof);
-  }
-  S.noalias() = by * factor_->inverse_of(blocks) * by.transpose();
-  S.block(extended_at, extended_at, extension->noise.rows(), extension->noise.rows()) += extension->noise;
+  if (!blocks.empty()) S(rows, rows) = factor_->inverse_of(blocks);
   return S;
 }
 

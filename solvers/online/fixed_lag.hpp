@@ -7,6 +7,7 @@
 
 #include <tandem/problem/problem.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
+#include <tandem/solvers/online/covariance_extension.hpp>
 #include <tandem/solvers/online/fixed_lag_options.hpp>
 
 namespace tandem {
@@ -71,12 +72,13 @@ class FixedLag {
   /// large one. False, and then there is no covariance, where nothing at all is said of a variable or a residual is
   /// undefined.
   bool relinearize();
-  /// Brings covariance() up to one variable that has been added since, next to nothing done, by the block that alone says so
-  /// far what it is: its prior, or what ties it to others. Counts until the next update or relinearize(), for one such
-  /// variable at a time. False, and nothing changes, where the block does not determine one, and one alone.
-  bool extend(const Block& block);
+  /// Brings covariance() up to the variables that have been added since the last update, or relinearize(), next to nothing
+  /// done: by the blocks that read one of them, as long as these are there. What these say of the others counts beside an
+  /// added one alone. False where there is no covariance, or these blocks do not determine each, or by a direction that nothing
+  /// observes; then none is known.
+  bool extend();
   /// Whether the last update, or relinearize(), has left a covariance.
-  bool has_covariance() const { return !block_of_variable_.empty(); }
+  bool has_covariance() const { return !known_.empty(); }
 
   /// The earliest and the latest time of a variable in the window [s]; −infinity before anything was added.
   double oldest() const;
@@ -99,12 +101,10 @@ class FixedLag {
   /// number of threads may ask at once, as long as none changes the problem or updates meanwhile.
   template <LieGroup... Gs>
   Matrix<(Gs::dof + ...), (Gs::dof + ...)> covariance(const Variable<Gs>&... x) const {
-    check_known({(problem_.has(x) ? problem_.id(x) : -1)...});
-    return joint({problem_.id(x)...}, {Gs::dof...});
+    return joint({(problem_.has(x) ? problem_.id(x) : -1)...}, {Gs::dof...});
   }
   /// The same of variables by id (Problem::id) and tangent dimensions.
   Eigen::MatrixXd covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const {
-    check_known(ids);
     return joint(ids, dofs);
   }
 
@@ -122,14 +122,12 @@ class FixedLag {
   }
   void check_time(double t) const;
   void insert(Timed variable);
-  void forget(int id);
   void drop_removed();
   double window_begin(double stretch) const;
   void marginalize_before(double limit);
   void check_known(const std::vector<int>& ids) const;
-  struct Extension;
-  const Extension* extension_of(int id) const;
-  Eigen::MatrixXd joint(const std::vector<int>& ids, const std::vector<int>& sizes) const;
+  int block_of(int id) const;
+  Eigen::MatrixXd joint(const std::vector<int>& ids, const std::vector<int>& dofs) const;
   Summary solve_window();
   /// A factor to come, of the program's Hessian, and which block of it is each variable's.
   void expect_factor_of(const Program& program);
@@ -140,15 +138,14 @@ class FixedLag {
   std::vector<Gone> gone_;
   bool slid_ = false;  // something has been marginalized
 
-  static constexpr int kFixed = -1, kUnknown = -2;
-  std::optional<BlockCholesky> factor_;  // of the last update
-  std::vector<int> block_of_variable_;   // in it, or kFixed, or kUnknown; by id
-  struct Extension {                     // of the covariance, to a variable x = by (those of blocks) + noise
-    int id;
-    std::vector<int> blocks, dofs;
-    Eigen::MatrixXd by, noise;
+  static constexpr int kFixed = -1, kAdded = -2, kUnknown = -3;
+  struct Known {
+    int block = kUnknown;  // of the factor, or one of the above
+    long long creation = -1;
   };
-  std::vector<Extension> extensions_;
+  std::optional<BlockCholesky> factor_;  // of the last update
+  std::vector<Known> known_;             // by id; empty where there is no covariance
+  detail::CovarianceExtension extension_;
 };
 
 /// Empty, or a sentence that says why fixed-lag smoothing cannot take the problem.

@@ -49,7 +49,7 @@ void OnlineWindow::join(const EgoKeyframe& k) {
 }
 
 void OnlineWindow::add_keyframe(double t, const SE3& dead_reckoned, std::size_t sensor, const Measurement* first) {
-  covariance_ = Covariance::stale;
+  fall_behind();
   const EgoKeyframe* ego = nullptr;
   if (chain_) {
     ego = &chain_->extend(t);
@@ -90,13 +90,19 @@ void OnlineWindow::join_newest(const TargetWindow<G>& window) {
 /// Biases that newer ones have taken the place of may leave from now on.
 template <class Sensors>
 void OnlineWindow::join_biases(Sensors& sensors, bool unknown) {
-  if (unknown) covariance_ = Covariance::stale;
+  if (unknown) fall_behind();
   sensors.each_left_bias([&](double t, const auto& x) { lag_.track(std::max(t, lag_.oldest()), x); });
+}
+
+/// What has been added says by itself what is expected of it; nothing is taken out meanwhile.
+void OnlineWindow::fall_behind() {
+  if (covariance_ == Covariance::there) covariance_ = Covariance::behind;
 }
 
 /// Whether there is a covariance of what is expected, before it is measured.
 bool OnlineWindow::predicts() {
   if (!std::isfinite(options_.reset.gate)) return false;
+  if (covariance_ == Covariance::behind) covariance_ = lag_.extend() ? Covariance::there : Covariance::stale;
   if (covariance_ == Covariance::stale) covariance_ = lag_.relinearize() ? Covariance::there : Covariance::none;
   return covariance_ == Covariance::there;
 }
@@ -136,7 +142,7 @@ OnlineWindow::Outcome OnlineWindow::add_measurement(std::size_t sensor, const Me
     if (!passes(block, pose ? std::min<Eigen::Index>(dim, settings_.planar ? 2 : 3) : dim, gated, outcome))
       window.withdraw_last();
   });
-  if (unknown) covariance_ = Covariance::stale;
+  if (unknown) fall_behind();
   if (unknown || (outcome.rejected && gated && settles_first())) return add_measurement(sensor, m);
   if (hypotheses_ && !outcome.rejected && !outcome.why_not) note_fix(sensor, m);
   return outcome;
@@ -144,16 +150,13 @@ OnlineWindow::Outcome OnlineWindow::add_measurement(std::size_t sensor, const Me
 
 OnlineWindow::Outcome OnlineWindow::attach(std::size_t sensor, const EgoMeasurement& m, double t) {
   Outcome outcome;
-  const std::optional<Block> tie = chain_->prepare(sensor, t);
-  // While the one before is known: it may leave from then on.
-  const bool tells = tie && covariance_ == Covariance::there && lag_.extend(*tie);
-  join_biases(*chain_, tie && !tells);
+  join_biases(*chain_, chain_->prepare(sensor, t));
   const bool gated = predicts();
   const int known = lag_.problem().num_variables();
   const PlacedEgoMeasurement placed = chain_->attach(sensor, m, t);
   if (placed.block && gated && lag_.problem().num_variables() > known) {  // as above
     lag_.problem().remove(*placed.block);
-    covariance_ = Covariance::stale;
+    fall_behind();
     return attach(sensor, m, t);
   }
   if (placed.block && !passes(*placed.block, lag_.problem().noise(*placed.block).dim(), gated, outcome))

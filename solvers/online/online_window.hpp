@@ -105,6 +105,7 @@ class OnlineWindow {
   void note_fix(std::size_t sensor, const Measurement& m);
 
   FixedLagOptions with_hook(FixedLagOptions options);
+  void fall_behind();
   bool predicts();
   bool settles_first();
   bool passes(const Block& block, Eigen::Index rows, bool gated, Outcome& outcome) const;
@@ -129,7 +130,7 @@ class OnlineWindow {
   RestartSchedule restarts_;
   double cost_ = 0;
   // Whether lag_'s covariance is of all that has joined; not, because something is not observed yet.
-  enum class Covariance { stale, there, none };
+  enum class Covariance { stale, behind, there, none };  // behind: but for what has been added
   Covariance covariance_ = Covariance::stale;
   bool converged_ = true;  // at the last update, or solved to the minimum since
 };

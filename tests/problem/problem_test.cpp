@@ -10,8 +10,10 @@
 namespace tandem::testing {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
+using ::testing::UnorderedElementsAre;
 
 const Gaussian kUnit6{1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
 
@@ -203,6 +205,29 @@ TEST(Problem, RefusesToRemoveWhatIsNotThere) {
   EXPECT_THROW(problem.remove(block), Error);
   EXPECT_EQ(problem.num_soft_blocks(), 0);
   EXPECT_EQ(Program(problem).cost(), 0.0);
+}
+
+TEST(Problem, ListsTheSoftBlocksThatReadAVariable) {
+  Problem problem;
+  const auto x = problem.add(SE3(), "x"), y = problem.add(SE3(), "y"), z = problem.add(SE3(), "z");
+  const Block of_x = problem.minimize(Prior<SE3>{SE3()}, kUnit6, {x});
+  const Block of_z = problem.minimize(Prior<SE3>{SE3()}, kUnit6, {z});
+  const Block of_both = problem.minimize(RelativePose<SE3>{SE3()}, kUnit6, {y, z});
+  problem.subject_to(RollPitch<SE3>{}, between(-0.2, 0.2), {x});
+  const auto handle = [](const Block& block) { return std::pair(block.pool, block.id); };
+  const auto reading = [&](const std::vector<int>& ids) {
+    std::vector<std::pair<int, int>> handles;
+    for (const Block& block : problem.soft_blocks_reading(ids)) handles.push_back(handle(block));
+    return handles;
+  };
+  EXPECT_THAT(reading({problem.id(x)}), ElementsAre(handle(of_x)));
+  EXPECT_THAT(reading({problem.id(y)}), ElementsAre(handle(of_both)));
+  EXPECT_THAT(reading({problem.id(x), problem.id(z)}),
+              UnorderedElementsAre(handle(of_x), handle(of_z), handle(of_both)));
+  problem.remove(of_x);  // the last takes its place in the pool
+  EXPECT_THAT(reading({problem.id(z)}), UnorderedElementsAre(handle(of_z), handle(of_both)));
+  problem.marginalize(std::vector{problem.id(y)});
+  EXPECT_THAT(reading({problem.id(z)}), ElementsAre(handle(of_z))) << "and the marginal prior";
 }
 
 TEST(Problem, OneResidualServesBothRoles) {

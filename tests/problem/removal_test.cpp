@@ -71,6 +71,19 @@ TEST(Removal, AHandleDoesNotBecomeAnotherVariables) {
   EXPECT_FALSE(other.has(y));
 }
 
+TEST(Removal, CreationTellsVariablesOfOneIdApart) {
+  Problem problem;
+  const auto x = problem.add(R3()), y = problem.add(R3());
+  const int id = problem.id(x);
+  EXPECT_EQ(problem.creation(id), 0);
+  EXPECT_EQ(problem.creation(problem.id(y)), 1);
+  problem.remove(x);
+  EXPECT_EQ(problem.creation(id), -1);
+  const auto z = problem.add(R3());
+  ASSERT_EQ(problem.id(z), id);
+  EXPECT_EQ(problem.creation(id), 2);
+}
+
 TEST(Removal, SolversKeepTheOrderOfCreation) {
   Problem problem;
   std::deque<Variable<R3>> x;

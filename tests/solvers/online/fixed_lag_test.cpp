@@ -1,6 +1,8 @@
 #include <cmath>
 #include <map>
 #include <random>
+#include <tuple>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,6 +14,7 @@
 #include <tandem/residuals/gauss_markov.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
+#include <tandem/residuals/roll_pitch.hpp>
 #include <tandem/residuals/usbl_position.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/solvers/marginals.hpp>
@@ -310,8 +313,9 @@ TEST(FixedLag, CovarianceKnowsWhatItKnows) {
   EXPECT_NEAR(lag.covariance(y)(0, 0), 0.5, 1e-6);
 }
 
-/// A chain of two errors that are new, and one that has nothing before it, against the covariance of a whole linearisation.
-TEST(FixedLag, CovarianceIsExtendedByWhatTiesANewVariable) {
+/// A pose, a point and a chain of errors that are new, and one with nothing before it; some of them said twice. Against the
+/// covariance of a whole linearisation.
+TEST(FixedLag, CovarianceIsExtendedByWhatIsSaidOfNewVariables) {
   FixedLag lag(seconds_of(100.0));
   auto& problem = lag.problem();
   const SE3 turned = SE3::Exp((Vector<6>() << 1, 2, 3, 0.3, -0.2, 0.5).finished());
@@ -322,27 +326,63 @@ TEST(FixedLag, CovarianceIsExtendedByWhatTiesANewVariable) {
   problem.minimize(Prior<Rn<3>>{Rn<3>()}, noise(3, 2.0), {b0});
   problem.minimize(Biased<UsblPosition<SE3>>{{Vector<3>(1, 2, 3)}}, noise(3, 0.2), {x, y, b0});
   ASSERT_TRUE(lag.update().converged());
+  const Matrix<6, 6> of_y = lag.covariance(y);
+  ASSERT_TRUE(lag.extend()) << "by nothing";
 
-  const auto b1 = problem.add(Rn<3>(), "b1"), b2 = problem.add(Rn<3>(), "b2"), other = problem.add(Rn<3>(), "other");
+  const auto z = lag.add(2.0, turned * turned, "z");
+  const auto b1 = problem.add(Rn<3>(), "b1"), b2 = problem.add(Rn<3>(), "b2"), other = problem.add(Rn<3>(), "other"),
+             held = problem.add(Rn<3>(), "held");
+  problem.fix(held);
   const GaussMarkov<3> step{0.8};
-  const Block first = problem.minimize(step, noise(3, 0.7), {b0, b1});
-  const Block second = problem.minimize(step, noise(3, 0.7), {b1, b2});
-  const Block prior = problem.minimize(Prior<Rn<3>>{Rn<3>()}, noise(3, 0.4), {other});
-  EXPECT_FALSE(lag.extend(second)) << "of two that are not known";
-  ASSERT_TRUE(lag.extend(first));
-  EXPECT_FALSE(lag.extend(first)) << "of none";
-  lag.track(2.0, b0);  // may leave from now on
-  ASSERT_TRUE(lag.extend(second));
-  ASSERT_TRUE(lag.extend(prior));
-  const Matrix<9, 9> of_first = lag.covariance(x, b1), of_second = lag.covariance(b2, y),
-                     of_other = lag.covariance(y, other);
-  EXPECT_THAT([&] { lag.covariance(b1, b2); }, ThrowsMessage<Error>(HasSubstr("one of two variables at a time")));
+  problem.minimize(step, noise(3, 0.7), {b1, b2});
+  EXPECT_FALSE(lag.extend()) << "of two that are not known, of a third one nothing";
+  EXPECT_THAT([&] { lag.covariance(b1); }, ThrowsMessage<Error>(HasSubstr("b1 was not in the last update")));
+  problem.minimize(step, noise(3, 0.7), {b0, b1});
+  problem.minimize(RelativePose<Rn<3>>{Rn<3>()}, noise(3, 3.0), {held, b1});
+  problem.minimize(Prior<Rn<3>>{Rn<3>()}, noise(3, 0.4), {other});
+  problem.minimize(RollPitch<SE3>{}, noise(2, 0.2), {z});
+  problem.minimize(ConstantTwist<SE3>{1.0, 1.0}, noise(6, 0.3), {x, y, z});
+  problem.minimize(Biased<UsblPosition<SE3>>{{Vector<3>(1, 2, 3)}}, noise(3, 0.9), {x, z, b2});
+  problem.minimize(ConstantTwist<SE3>{1.0, 1.0}, noise(6, 2.0), {y, z, z});  // reads one twice
+  ASSERT_TRUE(lag.extend());
+  lag.track(2.0, b0);  // may leave from now on, and is known still
 
+  const auto all = [&] {
+    return std::tuple(lag.covariance(x, y, z), lag.covariance(z, b0, b2), lag.covariance(b2, b1, held),
+                      lag.covariance(y, other));
+  };
+  const auto extended = all();
+  EXPECT_EQ((lag.covariance(y) - of_y).norm(), 0) << "without an added one";
   ASSERT_TRUE(lag.relinearize());
-  EXPECT_LE((of_first - lag.covariance(x, b1)).norm(), 1e-6 * of_first.norm());
-  EXPECT_LE((of_second - lag.covariance(b2, y)).norm(), 1e-6 * of_second.norm());
-  EXPECT_LE((of_other - lag.covariance(y, other)).norm(), 1e-6 * of_other.norm());
-  EXPECT_GT(of_second.topRightCorner(3, 6).norm(), 1e-3) << "tied to the pose by what was measured";
+  const auto whole = all();
+  const auto expect_same = [](const auto& a, const auto& b) { EXPECT_LE((a - b).norm(), 1e-6 * b.norm()); };
+  [&]<std::size_t... I>(std::index_sequence<I...>) { (expect_same(std::get<I>(extended), std::get<I>(whole)), ...); }
+  (std::make_index_sequence<4>());
+  EXPECT_GT((lag.covariance(z, b2).topRightCorner<6, 3>()).norm(), 1e-3) << "tied by what was measured";
+}
+
+/// As it is where an added variable goes before it was ever solved, and the next has its id.
+TEST(FixedLag, AnExtendedCovarianceIsOfTheVariableAndNotOfItsId) {
+  FixedLag lag(seconds_of(100.0));
+  auto& problem = lag.problem();
+  const auto x = lag.add(0.0, R3(), "x");
+  problem.minimize(Prior<R3>{R3()}, noise(3, 0.5), {x});
+  ASSERT_TRUE(lag.update().converged());
+  const auto y = lag.add(1.0, R3(), "y");
+  const Block tie = problem.minimize(RelativePose<R3>{R3()}, noise(3, 1.0), {x, y});
+  ASSERT_TRUE(lag.extend());
+  EXPECT_NEAR(lag.covariance(y)(0, 0), 1.25, 1e-9);
+  const int id = problem.id(y);
+  problem.remove(tie);
+  lag.remove(y);
+  EXPECT_THAT([&] { lag.covariance(y); }, ThrowsMessage<Error>(HasSubstr("not in the problem (any more)")));
+  const auto z = lag.add(1.0, R3(), "z");
+  ASSERT_EQ(problem.id(z), id);
+  EXPECT_THAT([&] { lag.covariance(z); }, ThrowsMessage<Error>(HasSubstr("z was not in the last update")));
+  EXPECT_FALSE(lag.extend()) << "nothing is said of it";
+  problem.minimize(RelativePose<R3>{R3()}, noise(3, 2.0), {x, z});
+  ASSERT_TRUE(lag.extend());
+  EXPECT_NEAR(lag.covariance(z)(0, 0), 4.25, 1e-9);
 }
 
 TEST(FixedLag, FarStartsAreReachedOverSeveralUpdates) {

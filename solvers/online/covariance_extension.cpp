@@ -1,0 +1,149 @@
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/online/covariance_extension.hpp>
+
+namespace tandem::detail {
+namespace {
+
+bool contains(const std::vector<int>& ids, int id) { return std::find(ids.begin(), ids.end(), id) != ids.end(); }
+
+/// Of the largest of the terms that make a variance: they are of values that have moved on since, and what that leaves of
+/// terms that should cancel is this times that relative difference squared.
+constexpr double kMostCancelled = 1e4;
+
+}  // namespace
+
+void CovarianceExtension::Joint::append(int id, int dof) {
+  if (contains(ids, id)) return;
+  ids.push_back(id);
+  dofs.push_back(dof);
+  at.push_back(size);
+  size += dof;
+}
+
+int CovarianceExtension::Joint::of(int id) const {
+  return at[std::size_t(std::find(ids.begin(), ids.end(), id) - ids.begin())];
+}
+
+void CovarianceExtension::clear() {
+  added_.clear();
+  steps_.clear();
+  near_ = {};
+}
+
+bool CovarianceExtension::has(int id) const { return contains(added_, id); }
+
+bool CovarianceExtension::extend(const Problem& problem, const std::vector<int>& added, const Known& known) {
+  clear();
+  added_ = added;
+  try {
+    if (find_steps(problem)) near_ = carry_on({}, known);
+  } catch (const Error&) {  // a residual is undefined there
+  }
+  if (near_.covariance.size() > 0 || added.empty()) return true;
+  clear();
+  return false;
+}
+
+bool CovarianceExtension::find_steps(const Problem& problem) {
+  std::vector<Block> blocks = problem.soft_blocks_reading(added_);
+  std::vector<int> missing = added_;
+  // A block says of what is missing in it where that is, when it has as many rows; later ones say more of it.
+  const auto take = [&](const Block& block) {
+    const Problem::Linearization at = problem.linearization(block);
+    Step step;
+    for (std::size_t k = 0; k < at.dofs.size(); ++k) {
+      const int id = at.variable_ids[k];
+      if (contains(step.added, id) || contains(step.others, id)) continue;  // a block may read one twice
+      const bool is_missing = contains(missing, id);
+      (is_missing ? step.added : step.others).push_back(id);
+      (is_missing ? step.added_dofs : step.other_dofs).push_back(at.dofs[k]);
+    }
+    const auto jacobian_of = [&](const std::vector<int>& ids, const std::vector<int>& dofs) {
+      Eigen::MatrixXd J = Eigen::MatrixXd::Zero(at.residual.size(), std::accumulate(dofs.begin(), dofs.end(), 0));
+      for (std::size_t i = 0, to = 0; i < ids.size(); to += std::size_t(dofs[i++])) {
+        if (problem.is_fixed(ids[i])) continue;
+        for (std::size_t k = 0, from = 0; k < at.dofs.size(); from += std::size_t(at.dofs[k++]))
+          if (at.variable_ids[k] == ids[i])
+            J.middleCols(Eigen::Index(to), dofs[i]) += at.jacobian.middleCols(Eigen::Index(from), dofs[i]);
+      }
+      return J;
+    };
+    step.by = jacobian_of(step.others, step.other_dofs);
+    step.noise = problem.noise(block).covariance_matrix();
+    if (!step.added.empty()) {
+      const Eigen::MatrixXd own = jacobian_of(step.added, step.added_dofs);
+      if (own.rows() != own.cols()) return false;
+      const Eigen::FullPivLU<Eigen::MatrixXd> lu(-own);
+      if (!lu.isInvertible()) return false;
+      const Eigen::MatrixXd inverse = lu.inverse();
+      step.by = inverse * step.by;
+      step.noise = inverse * step.noise * inverse.transpose();
+      std::erase_if(missing, [&](int id) { return contains(step.added, id); });
+    }
+    steps_.push_back(std::move(step));
+    return true;
+  };
+  while (std::erase_if(blocks, take) > 0) {
+  }
+  return blocks.empty() && missing.empty();
+}
+
+/// The covariance is empty where it would be by what nothing observes.
+CovarianceExtension::Joint CovarianceExtension::carry_on(Joint joint, const Known& known) const {
+  for (const Step& step : steps_)
+    for (std::size_t k = 0; k < step.others.size(); ++k)
+      if (!has(step.others[k])) joint.append(step.others[k], step.other_dofs[k]);
+  int n = joint.size;  // that are there already
+  const Eigen::MatrixXd before = known(joint.ids, joint.dofs);
+  for (const Step& step : steps_)
+    for (std::size_t k = 0; k < step.added.size(); ++k) joint.append(step.added[k], step.added_dofs[k]);
+
+  Eigen::MatrixXd& P = joint.covariance;
+  P.setZero(joint.size, joint.size);
+  P.topLeftCorner(n, n) = before;
+  for (const Step& step : steps_) {
+    Eigen::MatrixXd by = Eigen::MatrixXd::Zero(step.by.rows(), n);
+    for (std::size_t k = 0, from = 0; k < step.others.size(); from += std::size_t(step.other_dofs[k++]))
+      by.middleCols(joint.of(step.others[k]), step.other_dofs[k]) =
+          step.by.middleCols(Eigen::Index(from), step.other_dofs[k]);
+    const Eigen::MatrixXd cross = by * P.topLeftCorner(n, n);
+    const Eigen::MatrixXd own = cross * by.transpose() + step.noise;
+    if (step.added.empty()) {
+      P.topLeftCorner(n, n) -= cross.transpose() * own.ldlt().solve(cross);
+      continue;
+    }
+    const Eigen::VectorXd terms = by.cwiseAbs2() * P.diagonal().head(n);
+    if (!(terms.array() <= kMostCancelled * own.diagonal().array()).all()) return {};
+    const auto m = static_cast<int>(own.rows());
+    P.block(n, 0, m, n) = cross;
+    P.block(0, n, n, m) = cross.transpose();
+    P.block(n, n, m, m) = own;
+    n += m;
+  }
+  return joint;
+}
+
+Eigen::MatrixXd CovarianceExtension::joint(const std::vector<int>& ids, const std::vector<int>& dofs,
+                                           const Known& known) const {
+  Joint wider;
+  const bool is_near = std::all_of(ids.begin(), ids.end(), [&](int id) { return contains(near_.ids, id); });
+  if (!is_near) {
+    for (std::size_t k = 0; k < ids.size(); ++k)
+      if (!has(ids[k])) wider.append(ids[k], dofs[k]);
+    wider = carry_on(std::move(wider), known);
+  }
+  const Joint& all = is_near ? near_ : wider;
+  std::vector<int> rows;
+  for (std::size_t k = 0; k < ids.size(); ++k)
+    for (int i = 0; i < dofs[k]; ++i) rows.push_back(all.of(ids[k]) + i);
+  return all.covariance(rows, rows);
+}
+
+}  // namespace tandem::detail
