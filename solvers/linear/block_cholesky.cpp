@@ -34,13 +34,16 @@ void subtract_product_any(int m, int n, int k, double* C, int ldc, const double*
 
 }  // namespace
 
-BlockCholesky::BlockCholesky(const SymmetricPattern& pattern) { order_and_analyze(pattern, pattern); }
+BlockCholesky::BlockCholesky(const SymmetricPattern& pattern, double natural_flops) {
+  order_and_analyze(pattern, pattern, natural_flops);
+}
 BlockCholesky::BlockCholesky(const SymmetricPattern& pattern, const SymmetricPattern& structure) {
-  order_and_analyze(pattern, structure);
+  order_and_analyze(pattern, structure, kALittleMore);
 }
 
-void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern, const SymmetricPattern& structure) {
-  detail::BlockSymbolic s = detail::analyze(structure);
+void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern, const SymmetricPattern& structure,
+                                      double natural_flops) {
+  detail::BlockSymbolic s = detail::analyze(structure, natural_flops);
   n_ = pattern.size();
   blocks_ = pattern.num_blocks();
   nonzeros_ = s.nonzeros;

@@ -16,7 +16,11 @@ namespace tandem {
 /// blocks that the problem has anyway are faster (docs/results.md) and free of both.
 class BlockCholesky {
  public:
-  explicit BlockCholesky(const SymmetricPattern& pattern);
+  static constexpr double kALittleMore = 1.2;
+  /// `natural_flops`: how many times the arithmetic of AMD's order the variables' own may take. It walks through memory as the
+  /// problem lies there, which is worth a little more; and where what comes last is what inverse_of() is asked for, of which
+  /// it is next to the root, a lot.
+  explicit BlockCholesky(const SymmetricPattern& pattern, double natural_flops = kALittleMore);
 
   /// Factorises H + diag(shift); `shift` may be empty. False when a pivot is not positive: see failed_unknown().
   bool factorize(const Eigen::VectorXd& values, const Eigen::VectorXd& shift = {});
@@ -60,7 +64,7 @@ class BlockCholesky {
     int first_row, columns, target_stride, run_begin, run_end;
   };
 
-  void order_and_analyze(const SymmetricPattern& pattern, const SymmetricPattern& structure);
+  void order_and_analyze(const SymmetricPattern& pattern, const SymmetricPattern& structure, double natural_flops);
   void load(const Eigen::VectorXd& values, const Eigen::VectorXd& shift);
   bool factor_panel(int k, double relative, std::vector<int>* weak);
   void update_from(int k);

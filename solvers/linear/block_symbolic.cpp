@@ -87,7 +87,7 @@ SymmetricPattern blocks_with(const SymmetricPattern& pattern, std::span<const st
   return blocks;
 }
 
-BlockSymbolic analyze(const SymmetricPattern& pattern) {
+BlockSymbolic analyze(const SymmetricPattern& pattern, double natural_flops) {
   constexpr double any = std::numeric_limits<double>::infinity();
   std::vector<int> natural(static_cast<std::size_t>(pattern.num_blocks()));
   std::iota(natural.begin(), natural.end(), 0);
@@ -95,8 +95,7 @@ BlockSymbolic analyze(const SymmetricPattern& pattern) {
   BlockSymbolic band = symbolic(pattern, natural, any, 1.5 * double(pattern.block_row.size()));
   if (band.flops < any) return band;
   BlockSymbolic amd = symbolic(pattern, amd_order_of(pattern), any, any);
-  // The natural order walks through memory as the problem lies there: worth a little more arithmetic.
-  BlockSymbolic own = symbolic(pattern, std::move(natural), 1.2 * amd.flops, any);
+  BlockSymbolic own = symbolic(pattern, std::move(natural), natural_flops * amd.flops, any);
   return own.flops < any ? own : amd;
 }
 

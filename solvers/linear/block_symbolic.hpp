@@ -18,7 +18,7 @@ struct BlockSymbolic {
 /// The blocks of a pattern (first, block_start and block_row alone) and those of further pairs of its variables.
 SymmetricPattern blocks_with(const SymmetricPattern& pattern, std::span<const std::pair<int, int>> pairs);
 
-/// SuiteSparse's AMD order, or the natural one where that costs hardly more to factorise.
-BlockSymbolic analyze(const SymmetricPattern& pattern);
+/// SuiteSparse's AMD order, or the natural one where that takes at most `natural_flops` times the arithmetic to factorise.
+BlockSymbolic analyze(const SymmetricPattern& pattern, double natural_flops);
 
 }  // namespace tandem::detail

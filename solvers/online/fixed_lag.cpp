@@ -17,6 +17,10 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Of the diagonal, for a direction that nothing observes, such as the heading of a target of which only positions are
 /// measured: far above rounding, and a standard deviation of a million.
 constexpr double kLeastInformation = 1e-12;
+/// How much more the order of time may cost to factorise: the newest variables, which come last in it, are those whose
+/// covariance is asked for.
+constexpr double kOrderOfTime = 4;
+
 std::string seconds(double t) {
   std::array<char, 32> text;
   std::snprintf(text.data(), text.size(), "%.9g s", t);
@@ -83,7 +87,7 @@ Summary FixedLag::update() {
 }
 
 void FixedLag::expect_factor_of(const Program& program) {
-  factor_.emplace(program.hessian_pattern());
+  factor_.emplace(program.hessian_pattern(), kOrderOfTime);
   extension_.clear();
   known_.assign(std::size_t(problem_.id_bound()), {});
   for (int id = 0; id < problem_.id_bound(); ++id)
