@@ -120,7 +120,7 @@ TEST(BlockCholesky, SolvesAsDenseLltDoes) {
 
 TEST(BlockCholesky, ChainsKeepTheirOrderAndStarsDoNot) {
   const BlockMatrix band = chain(30, 2, 1), wheel = star(30, 0, 2);
-  const detail::BlockSymbolic a = detail::analyze(band.pattern), b = detail::analyze(wheel.pattern);
+  const detail::BlockSymbolic a = detail::analyze(band.pattern, 1.2), b = detail::analyze(wheel.pattern, 1.2);
   EXPECT_TRUE(std::is_sorted(a.order.begin(), a.order.end()));
   EXPECT_EQ(a.row.size(), band.pattern.block_row.size()) << "no fill";
   EXPECT_FALSE(std::is_sorted(b.order.begin(), b.order.end()));
@@ -128,6 +128,17 @@ TEST(BlockCholesky, ChainsKeepTheirOrderAndStarsDoNot) {
   std::vector<int> sorted = b.order;
   std::sort(sorted.begin(), sorted.end());
   for (int i = 0; i < 30; ++i) EXPECT_EQ(sorted[std::size_t(i)], i);
+}
+
+TEST(BlockCholesky, KeepsTheOrderThatMayCostMore) {
+  const BlockMatrix wheel = star(30, 0, 2);
+  const double dense = double(wheel.pattern.size()) * (wheel.pattern.size() + 1) / 2;
+  BlockCholesky amd(wheel.pattern), natural(wheel.pattern, 1e9);
+  EXPECT_LT(amd.nonzeros(), 0.5 * dense);
+  EXPECT_EQ(natural.nonzeros(), dense) << "with the hub first";
+  ASSERT_TRUE(amd.factorize(wheel.values) && natural.factorize(wheel.values));
+  const Eigen::MatrixXd S = amd.inverse_of({29, 0, 7});
+  EXPECT_LE((natural.inverse_of({29, 0, 7}) - S).norm(), 1e-10 * S.norm());
 }
 
 TEST(BlockCholesky, CountsTheFactorsEntries) {
