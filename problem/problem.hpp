@@ -217,7 +217,7 @@ class Problem {
   /// Ids are below this. Some may be of no variable now: their names are empty.
   int id_bound() const { return static_cast<int>(variables_.size()); }
   const std::string& name(int variable_id) const { return variables_[std::size_t(variable_id)].name; }
-  /// The how-manieth of the problem's variables it is: ids are given again, these numbers never. −1 where the id is of none.
+  /// How many variables had been made before it: ids are given again, these numbers never. −1 where the id is of none.
   long long creation(int variable_id) const { return variables_[std::size_t(variable_id)].sequence; }
   bool is_fixed(int variable_id) const { return variables_[std::size_t(variable_id)].fixed; }
   /// Below id_bound(). Throws Error when the variable has been removed, or never was.

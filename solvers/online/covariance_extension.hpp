@@ -23,7 +23,6 @@ class CovarianceExtension {
   bool extend(const Problem& problem, const std::vector<int>& added, const Known& known);
   void clear();
 
-  bool has(int id) const;
   /// Joint covariance of variables, added ones and others.
   Eigen::MatrixXd joint(const std::vector<int>& ids, const std::vector<int>& dofs, const Known& known) const;
 
@@ -42,6 +41,7 @@ class CovarianceExtension {
     void append(int id, int dof);
     int of(int id) const;
   };
+  bool has(int id) const;
   bool find_steps(const Problem& problem);
   Joint carry_on(Joint joint, const Known& known) const;
 

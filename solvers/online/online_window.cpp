@@ -42,7 +42,8 @@ void OnlineWindow::start_chaser(const Alignment& alignment, const std::vector<Im
 }
 
 void OnlineWindow::join(const EgoKeyframe& k) {
-  covariance_ = Covariance::stale;
+  fall_behind();
+  if (options_.ego.preintegrated_dvl) covariance_ = Covariance::stale;  // its sums may have been made anew
   lag_.track(k.t, k.pose);
   lag_.track(k.t, k.velocity);
   if (k.bias) lag_.track(k.t, *k.bias);
@@ -66,7 +67,7 @@ void OnlineWindow::add_keyframe(double t, const SE3& dead_reckoned, std::size_t 
 }
 
 void OnlineWindow::start_target(std::size_t sensor, const Measurement& m) {
-  covariance_ = Covariance::stale;
+  fall_behind();
   make_target();
   const EgoKeyframe& ego = chain_->keyframes().back();
   TargetWindow<SE3>& window = *std::get<Target<SE3>>(target_);

@@ -361,6 +361,21 @@ TEST(FixedLag, CovarianceIsExtendedByWhatIsSaidOfNewVariables) {
   EXPECT_GT((lag.covariance(z, b2).topRightCorner<6, 3>()).norm(), 1e-3) << "tied by what was measured";
 }
 
+/// What is known of a difference is lost in two positions that nothing observes, as soon as they have moved on.
+TEST(FixedLag, CovarianceIsNotExtendedByWhatNothingObserves) {
+  FixedLag lag(seconds_of(100.0));
+  auto& problem = lag.problem();
+  const auto x = lag.add(0.0, R3(), "x"), y = lag.add(1.0, R3(), "y");
+  problem.minimize(Prior<R3>{R3()}, noise(3, 1e4), {x});
+  problem.minimize(RelativePose<R3>{R3()}, noise(3, 0.1), {x, y});
+  ASSERT_TRUE(lag.update().converged());
+  const auto between = problem.add(R3(), "between");
+  problem.minimize(BiasedStep{Vector<3>::Zero()}, noise(3, 0.1), {x, y, between});
+  EXPECT_FALSE(lag.extend());
+  ASSERT_TRUE(lag.relinearize());
+  EXPECT_NEAR(lag.covariance(between)(0, 0), 0.02, 1e-4);
+}
+
 /// As it is where an added variable goes before it was ever solved, and the next has its id.
 TEST(FixedLag, AnExtendedCovarianceIsOfTheVariableAndNotOfItsId) {
   FixedLag lag(seconds_of(100.0));
