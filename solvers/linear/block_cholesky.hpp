@@ -10,7 +10,7 @@ namespace tandem {
 
 /// Sparse Cholesky H = L Lᵀ by blocks of one variable each, on the pattern of a Program's Hessian: symbolic analysis
 /// once, then any number of numeric factorisations without allocation. The order is the variables' own where that
-/// fills in least (a chain that keeps each keyframe's variables together is narrow-banded), else SuiteSparse's AMD.
+/// costs little more (a chain that keeps each keyframe's variables together is narrow-banded), else SuiteSparse's AMD.
 ///
 /// Why not CHOLMOD: its supernodal kernel is GPL, its simplicial one works entry by entry; dense kernels over the
 /// blocks that the problem has anyway are faster (docs/results.md) and free of both.

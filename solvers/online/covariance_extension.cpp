@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 #include <utility>
 
@@ -13,9 +14,10 @@ namespace {
 
 bool contains(const std::vector<int>& ids, int id) { return std::find(ids.begin(), ids.end(), id) != ids.end(); }
 
-/// Of the largest of the terms that make a variance: they are of values that have moved on since, and what that leaves of
-/// terms that should cancel is this times that relative difference squared.
+/// Of the terms that make a variance: they are of values that have moved on since, and what that leaves of terms that should
+/// cancel is this times that relative difference squared.
 constexpr double kMostCancelled = 1e4;
+constexpr double kMostLearnt = 1e10;  // of a variance that an update takes away, for rounding to leave the rest
 
 }  // namespace
 
@@ -40,20 +42,31 @@ void CovarianceExtension::clear() {
 bool CovarianceExtension::has(int id) const { return contains(added_, id); }
 
 bool CovarianceExtension::extend(const Problem& problem, const std::vector<int>& added, const Known& known) {
-  clear();
-  added_ = added;
+  if (added.empty()) return true;
+  std::optional<std::vector<Step>> steps;
   try {
-    if (find_steps(problem)) near_ = carry_on({}, known);
+    steps = steps_to(problem, added);
   } catch (const Error&) {  // a residual is undefined there
   }
-  if (near_.covariance.size() > 0 || added.empty()) return true;
-  clear();
+  if (!steps) return false;
+  const std::size_t steps_before = steps_.size(), added_before = added_.size();
+  std::move(steps->begin(), steps->end(), std::back_inserter(steps_));
+  added_.insert(added_.end(), added.begin(), added.end());
+  Joint near = carry_on({}, known);
+  if (near.covariance.size() > 0) {
+    near_ = std::move(near);
+    return true;
+  }
+  steps_.resize(steps_before);
+  added_.resize(added_before);
   return false;
 }
 
-bool CovarianceExtension::find_steps(const Problem& problem) {
-  std::vector<Block> blocks = problem.soft_blocks_reading(added_);
-  std::vector<int> missing = added_;
+std::optional<std::vector<CovarianceExtension::Step>> CovarianceExtension::steps_to(
+    const Problem& problem, const std::vector<int>& added) const {
+  std::vector<Step> steps;
+  std::vector<Block> blocks = problem.soft_blocks_reading(added);
+  std::vector<int> missing = added;
   // A block says of what is missing in it where that is, when it has as many rows; later ones say more of it.
   const auto take = [&](const Block& block) {
     const Problem::Linearization at = problem.linearization(block);
@@ -87,15 +100,16 @@ bool CovarianceExtension::find_steps(const Problem& problem) {
       step.noise = inverse * step.noise * inverse.transpose();
       std::erase_if(missing, [&](int id) { return contains(step.added, id); });
     }
-    steps_.push_back(std::move(step));
+    steps.push_back(std::move(step));
     return true;
   };
   while (std::erase_if(blocks, take) > 0) {
   }
-  return blocks.empty() && missing.empty();
+  if (!blocks.empty() || !missing.empty()) return {};
+  return steps;
 }
 
-/// The covariance is empty where it would be by what nothing observes.
+/// The covariance is empty where what nothing observes hides it.
 CovarianceExtension::Joint CovarianceExtension::carry_on(Joint joint, const Known& known) const {
   for (const Step& step : steps_)
     for (std::size_t k = 0; k < step.others.size(); ++k)
@@ -116,7 +130,9 @@ CovarianceExtension::Joint CovarianceExtension::carry_on(Joint joint, const Know
     const Eigen::MatrixXd cross = by * P.topLeftCorner(n, n);
     const Eigen::MatrixXd own = cross * by.transpose() + step.noise;
     if (step.added.empty()) {
+      const Eigen::VectorXd least = P.diagonal().head(n) / kMostLearnt;
       P.topLeftCorner(n, n) -= cross.transpose() * own.ldlt().solve(cross);
+      if (!(P.diagonal().head(n).array() >= least.array()).all()) return {};
       continue;
     }
     const Eigen::VectorXd terms = by.cwiseAbs2() * P.diagonal().head(n);
@@ -138,6 +154,7 @@ Eigen::MatrixXd CovarianceExtension::joint(const std::vector<int>& ids, const st
     for (std::size_t k = 0; k < ids.size(); ++k)
       if (!has(ids[k])) wider.append(ids[k], dofs[k]);
     wider = carry_on(std::move(wider), known);
+    if (wider.covariance.size() == 0) throw Error("a covariance is hidden by one of what nothing observes");
   }
   const Joint& all = is_near ? near_ : wider;
   std::vector<int> rows;

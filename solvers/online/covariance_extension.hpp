@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -17,13 +18,13 @@ class CovarianceExtension {
   /// Joint covariance of variables that are not added ones.
   using Known = std::function<Eigen::MatrixXd(const std::vector<int>& ids, const std::vector<int>& dofs)>;
 
-  /// From now on of these variables of the problem, none of them fixed, and the blocks that read one; no longer of any
-  /// before. False, and then of none, where the blocks do not determine each, where one is undefined, and where what nothing
-  /// observes would hide all else.
+  /// By more variables of the problem, none of them fixed, and the blocks that read one of these; what else has been said
+  /// of those before does not count. False, and nothing changes, where the blocks do not determine each, where one is
+  /// undefined, and where what nothing observes would hide all else.
   bool extend(const Problem& problem, const std::vector<int>& added, const Known& known);
   void clear();
 
-  /// Joint covariance of variables, added ones and others.
+  /// Joint covariance of variables, added ones and others. Throws Error where what nothing observes hides it.
   Eigen::MatrixXd joint(const std::vector<int>& ids, const std::vector<int>& dofs, const Known& known) const;
 
  private:
@@ -42,7 +43,7 @@ class CovarianceExtension {
     int of(int id) const;
   };
   bool has(int id) const;
-  bool find_steps(const Problem& problem);
+  std::optional<std::vector<Step>> steps_to(const Problem& problem, const std::vector<int>& added) const;
   Joint carry_on(Joint joint, const Known& known) const;
 
   std::vector<int> added_;

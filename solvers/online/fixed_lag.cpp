@@ -105,6 +105,8 @@ int FixedLag::block_of(int id) const {
 }
 
 bool FixedLag::relinearize() {
+  known_.clear();
+  if (!why_unsupported(problem_, options_).empty()) return false;
   Program program(problem_);
   expect_factor_of(program);
   Eigen::VectorXd gradient(program.num_unknowns()), shift(program.num_unknowns());
@@ -127,7 +129,13 @@ Summary FixedLag::solve_window() {
   program.use_threads(options_.threads);
   expect_factor_of(program);
   detail::WarmSolve solve(program, *factor_, options_);
-  Summary summary = solve.run();
+  Summary summary;
+  try {
+    summary = solve.run();
+  } catch (...) {  // of a callback
+    known_.clear();
+    throw;
+  }
   if (summary.status == Status::failed || solve.damped()) known_.clear();  // no covariance
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return summary;
@@ -170,7 +178,10 @@ void FixedLag::marginalize_before(double limit) {
     for (auto v = first; v != last; ++v) ids.push_back(v->id);
     problem_.marginalize(ids);
     slid_ = true;
-    for (auto v = first; v != last; ++v) gone_.push_back({v->t, v->id});
+    for (auto v = first; v != last; ++v) {
+      gone_.push_back({v->t, v->id});
+      if (std::size_t(v->id) < known_.size()) known_[std::size_t(v->id)] = {};
+    }
     timed_.erase(first, last);
   }
 }
@@ -180,13 +191,19 @@ bool FixedLag::extend() {
   known_.resize(std::size_t(problem_.id_bound()));
   std::vector<int> added;
   for (int id = 0; id < problem_.id_bound(); ++id) {
-    if (block_of(id) >= kFixed || problem_.name(id).empty()) continue;
-    known_[std::size_t(id)] = {problem_.is_fixed(id) ? kFixed : kUnknown, problem_.creation(id)};
-    if (!problem_.is_fixed(id)) added.push_back(id);
+    const int block = block_of(id);
+    const bool is_there = !problem_.name(id).empty(), fixed = is_there && problem_.is_fixed(id);
+    if (block == kUnknown) {
+      if (known_[std::size_t(id)].block != kUnknown) return false;  // of one that has gone
+      if (fixed) known_[std::size_t(id)] = {kFixed, problem_.creation(id)};
+      if (is_there && !fixed) added.push_back(id);
+    } else if (fixed != (block == kFixed)) {
+      return false;
+    }
   }
-  if (!extension_.extend(problem_, added, [this](const auto& ids, const auto& dofs) { return joint(ids, dofs); }))
+  if (!extension_.extend(problem_, added, [this](const auto& ids, const auto& dofs) { return covariance(ids, dofs); }))
     return false;
-  for (const int id : added) known_[std::size_t(id)].block = kAdded;
+  for (const int id : added) known_[std::size_t(id)] = {kAdded, problem_.creation(id)};
   return true;
 }
 
@@ -199,20 +216,29 @@ void FixedLag::check_known(const std::vector<int>& ids) const {
   }
 }
 
-Eigen::MatrixXd FixedLag::joint(const std::vector<int>& ids, const std::vector<int>& dofs) const {
+Eigen::MatrixXd FixedLag::covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const {
   check_known(ids);
-  if (std::any_of(ids.begin(), ids.end(), [&](int id) { return block_of(id) == kAdded; }))
-    return extension_.joint(ids, dofs, [this](const auto& known, const auto& sizes) { return joint(known, sizes); });
-  std::vector<int> blocks, rows;  // of the factor, and where each of their unknowns goes
+  std::vector<int> free, widths, rows;  // that are not fixed, and where each of their unknowns goes
+  bool extended = false;
   int n = 0;
   for (std::size_t k = 0; k < ids.size(); n += dofs[k++]) {
     const int block = block_of(ids[k]);
-    if (block < 0) continue;
-    blocks.push_back(block);
+    if (block == kFixed) continue;
+    extended = extended || block == kAdded;
+    free.push_back(ids[k]);
+    widths.push_back(dofs[k]);
     for (int i = 0; i < dofs[k]; ++i) rows.push_back(n + i);
   }
   Eigen::MatrixXd S = Eigen::MatrixXd::Zero(n, n);
-  if (!blocks.empty()) S(rows, rows) = factor_->inverse_of(blocks);
+  if (free.empty()) return S;
+  if (extended) {
+    S(rows, rows) = extension_.joint(
+        free, widths, [this](const auto& known, const auto& known_dofs) { return covariance(known, known_dofs); });
+  } else {
+    std::vector<int> blocks;
+    for (const int id : free) blocks.push_back(block_of(id));
+    S(rows, rows) = factor_->inverse_of(blocks);
+  }
   return S;
 }
 

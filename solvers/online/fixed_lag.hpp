@@ -72,12 +72,14 @@ class FixedLag {
   /// large one. False, and then there is no covariance, where nothing at all is said of a variable or a residual is
   /// undefined.
   bool relinearize();
-  /// Brings covariance() up to the variables that have been added since the last update, or relinearize(), next to nothing
-  /// done: by the blocks that read one of them, as long as these are there. What these say of the others counts beside an
-  /// added one alone. False where there is no covariance, or these blocks do not determine each, or by a direction that nothing
-  /// observes; then none is known.
+  /// Brings covariance() up to the variables that have been added since the last update, relinearize() or extend(), next to
+  /// nothing done: by the blocks that read one of them, whose say of other variables counts beside an added one alone. Of
+  /// what else has been said meanwhile it knows nothing: values are as they were before that. False where there is no
+  /// covariance, these blocks do not determine each variable or do so by a direction that nothing observes, and where known
+  /// variables have been fixed, freed or taken out; then they stay unknown. It does not notice blocks that are not there any
+  /// more: relinearize().
   bool extend();
-  /// Whether the last update, or relinearize(), has left a covariance.
+  /// Whether there is a covariance, of the last update or relinearize().
   bool has_covariance() const { return !known_.empty(); }
 
   /// The earliest and the latest time of a variable in the window [s]; −infinity before anything was added.
@@ -97,16 +99,14 @@ class FixedLag {
   /// by the factor of the last update's last linearisation, so that of the newest ones it takes microseconds; it grows
   /// with how far from these the order of elimination has the others. Fixed variables have none; a direction that nothing
   /// observes has a meaningless large one. Throws Error for a variable that is not there any more, for one that neither was
-  /// there at the last update nor is known by extend(), and after an update that failed or whose Hessian is singular. Any
+  /// there at the last update or relinearize() nor is known by extend(), and after an update that failed or whose Hessian is singular. Any
   /// number of threads may ask at once, as long as none changes the problem or updates meanwhile.
   template <LieGroup... Gs>
   Matrix<(Gs::dof + ...), (Gs::dof + ...)> covariance(const Variable<Gs>&... x) const {
-    return joint({(problem_.has(x) ? problem_.id(x) : -1)...}, {Gs::dof...});
+    return covariance(std::vector<int>{(problem_.has(x) ? problem_.id(x) : -1)...}, std::vector<int>{Gs::dof...});
   }
   /// The same of variables by id (Problem::id) and tangent dimensions.
-  Eigen::MatrixXd covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const {
-    return joint(ids, dofs);
-  }
+  Eigen::MatrixXd covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const;
 
  private:
   struct Timed {
@@ -127,7 +127,6 @@ class FixedLag {
   void marginalize_before(double limit);
   void check_known(const std::vector<int>& ids) const;
   int block_of(int id) const;
-  Eigen::MatrixXd joint(const std::vector<int>& ids, const std::vector<int>& dofs) const;
   Summary solve_window();
   /// A factor to come, of the program's Hessian, and which block of it is each variable's.
   void expect_factor_of(const Program& program);

@@ -9,7 +9,7 @@ namespace tandem::detail {
 /// How far a measurement is from what is expected of it, in standard deviations of that difference: the largest
 /// |νᵢ| / √Sᵢᵢ of the first `rows` rows of its residual ν, S = J P Jᵀ + R with R the measurement's noise and P the
 /// covariance of the variables it reads without it.
-/// `block` has just been added, after lag's last update or relinearize(). Infinite where ν is not finite, or its square is
+/// `block` has just been added, after lag's last update, relinearize() or extend(). Infinite where ν is not finite, or its square is
 /// not; nothing when there is no covariance.
 std::optional<double> innovation_sigmas(const FixedLag& lag, const Block& block, Eigen::Index rows);
 

@@ -95,9 +95,10 @@ void OnlineWindow::join_biases(Sensors& sensors, bool unknown) {
   sensors.each_left_bias([&](double t, const auto& x) { lag_.track(std::max(t, lag_.oldest()), x); });
 }
 
-/// What has been added says by itself what is expected of it; nothing is taken out meanwhile.
+/// What has been added says by itself what is expected of it; but for what comes right before, nothing is taken out.
 void OnlineWindow::fall_behind() {
   if (covariance_ == Covariance::there) covariance_ = Covariance::behind;
+  if (covariance_ == Covariance::none) covariance_ = Covariance::stale;
 }
 
 /// Whether there is a covariance of what is expected, before it is measured.
@@ -155,6 +156,7 @@ OnlineWindow::Outcome OnlineWindow::attach(std::size_t sensor, const EgoMeasurem
   const bool gated = predicts();
   const int known = lag_.problem().num_variables();
   const PlacedEgoMeasurement placed = chain_->attach(sensor, m, t);
+  if (!placed.block && t < newest()) covariance_ = Covariance::stale;     // sums of velocities were made anew
   if (placed.block && gated && lag_.problem().num_variables() > known) {  // as above
     lag_.problem().remove(*placed.block);
     fall_behind();
@@ -233,12 +235,13 @@ Summary OnlineWindow::restart(const Summary& before) {
   Summary best = before;
   with_target([&](auto& window) {
     const auto kept = window.values();
+    auto fresh = kept;
     try {
-      window.set_values(window.fresh_start());
+      fresh = window.fresh_start();
     } catch (const Error&) {  // too little to start from
-      window.set_values(kept);
       return;
     }
+    window.set_values(fresh);
     if (!(minimize() < cost_)) {
       window.set_values(kept);
       minimize();

@@ -129,8 +129,9 @@ class OnlineWindow {
   std::optional<MotionHypotheses> hypotheses_;  // of the target, where they are on
   RestartSchedule restarts_;
   double cost_ = 0;
-  // Whether lag_'s covariance is of all that has joined; not, because something is not observed yet.
-  enum class Covariance { stale, behind, there, none };  // behind: but for what has been added
+  // Whether lag_'s covariance is of all that has joined: not any more, but for what has been added, yes, or not, because
+  // something is not observed yet.
+  enum class Covariance { stale, behind, there, none };
   Covariance covariance_ = Covariance::stale;
   bool converged_ = true;  // at the last update, or solved to the minimum since
 };

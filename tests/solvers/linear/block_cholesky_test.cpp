@@ -120,7 +120,8 @@ TEST(BlockCholesky, SolvesAsDenseLltDoes) {
 
 TEST(BlockCholesky, ChainsKeepTheirOrderAndStarsDoNot) {
   const BlockMatrix band = chain(30, 2, 1), wheel = star(30, 0, 2);
-  const detail::BlockSymbolic a = detail::analyze(band.pattern, 1.2), b = detail::analyze(wheel.pattern, 1.2);
+  const detail::BlockSymbolic a = detail::analyze(band.pattern, BlockCholesky::kALittleMore),
+                              b = detail::analyze(wheel.pattern, BlockCholesky::kALittleMore);
   EXPECT_TRUE(std::is_sorted(a.order.begin(), a.order.end()));
   EXPECT_EQ(a.row.size(), band.pattern.block_row.size()) << "no fill";
   EXPECT_FALSE(std::is_sorted(b.order.begin(), b.order.end()));

@@ -20,7 +20,7 @@ namespace tandem::testing {
 
 /// Calls on a FixedLag as a string of bytes says, whatever they are: variables come, with a time, without, or given one
 /// later, go, are fixed and marginalised by the caller; blocks come and go; the window is updated, interrupted, asked for
-/// covariances; its hook throws. After each call the window is compared with a plain list of what should be there.
+/// covariances, of new variables, too; its hook throws. After each call the window is compared with a plain list of what should be there.
 class FixedLagCalls {
  public:
   explicit FixedLagCalls(std::span<const std::uint8_t> bytes) : bytes_(bytes), lag_(options()) {}
@@ -84,7 +84,7 @@ class FixedLagCalls {
   }
 
   void call() {
-    switch (byte() % 12) {
+    switch (byte() % 13) {
       case 0:
       case 1:
       case 2:
@@ -104,6 +104,8 @@ class FixedLagCalls {
         return marginalize();
       case 10:
         return covariance();
+      case 11:
+        return extend();
       default:
         return update();
     }
@@ -214,6 +216,19 @@ class FixedLagCalls {
     attempt(known.there ? std::nullopt : std::optional(false), [&] {
       with(known, [&](const auto& x) { expect(lag_.covariance(x).allFinite(), "a covariance is finite"); });
     });
+  }
+
+  void extend() {
+    const bool anew = byte() & 1;
+    call_ = anew ? "relinearize" : "extend";
+    bool knows = false;
+    attempt(true, [&] { knows = anew ? lag_.relinearize() : lag_.extend(); });
+    if (!knows) return;
+    for (const Known& known : known_)
+      if (known.there)
+        attempt(true, [&] {
+          with(known, [&](const auto& x) { expect(lag_.covariance(x).allFinite(), "a covariance is finite"); });
+        });
   }
 
   double newest() const {

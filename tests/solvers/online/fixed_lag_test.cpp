@@ -394,10 +394,33 @@ TEST(FixedLag, AnExtendedCovarianceIsOfTheVariableAndNotOfItsId) {
   const auto z = lag.add(1.0, R3(), "z");
   ASSERT_EQ(problem.id(z), id);
   EXPECT_THAT([&] { lag.covariance(z); }, ThrowsMessage<Error>(HasSubstr("z was not in the last update")));
-  EXPECT_FALSE(lag.extend()) << "nothing is said of it";
   problem.minimize(RelativePose<R3>{R3()}, noise(3, 2.0), {x, z});
-  ASSERT_TRUE(lag.extend());
+  EXPECT_FALSE(lag.extend()) << "y has gone, by which others might be known";
+  ASSERT_TRUE(lag.relinearize());
   EXPECT_NEAR(lag.covariance(z)(0, 0), 4.25, 1e-9);
+}
+
+/// A measurement that has been taken has not moved the values yet: the next one's innovation is without it.
+TEST(FixedLag, AnExtendedCovarianceKnowsNothingOfWhatIsSaidLater) {
+  FixedLag lag(seconds_of(100.0));
+  auto& problem = lag.problem();
+  const auto x = lag.add(0.0, R3(), "x"), held = lag.add(0.0, R3(), "held");
+  problem.fix(held);
+  problem.minimize(Prior<R3>{R3()}, noise(3, 0.5), {x});
+  ASSERT_TRUE(lag.update().converged());
+  const auto y = lag.add(1.0, R3(), "y");
+  problem.minimize(RelativePose<R3>{R3()}, noise(3, 1.0), {x, y});
+  ASSERT_TRUE(lag.extend());
+  problem.minimize(Prior<R3>{R3()}, noise(3, 0.1), {y});
+  const auto bias = problem.add(R3(), "bias");
+  problem.minimize(Prior<R3>{R3()}, noise(3, 0.4), {bias});
+  ASSERT_TRUE(lag.extend());
+  const Matrix<9, 9> S = lag.covariance(y, bias, held);
+  EXPECT_NEAR(S(0, 0), 1.25, 1e-9);
+  EXPECT_NEAR(S(3, 3), 0.16, 1e-9);
+  EXPECT_EQ(S(6, 6), 0);
+  problem.fix(held, false);
+  EXPECT_FALSE(lag.extend()) << "by a factor that had it fixed";
 }
 
 TEST(FixedLag, FarStartsAreReachedOverSeveralUpdates) {

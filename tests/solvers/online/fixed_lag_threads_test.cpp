@@ -22,6 +22,9 @@ TEST(FixedLagThreads, MayAskForCovariancesAtOnce) {
     if (k > 0) lag.problem().minimize(RelativePose<SE3>{step}, sigma, {x[std::size_t(k) - 1], x.back()});
   }
   ASSERT_TRUE(lag.update().converged());
+  x.push_back(lag.add(40, lag.problem().value(x.back()) * step));
+  lag.problem().minimize(RelativePose<SE3>{step}, sigma, {x[39], x[40]});
+  ASSERT_TRUE(lag.extend());
   std::vector<Matrix<12, 12>> alone;
   const auto last = x.back();
   x.pop_back();
