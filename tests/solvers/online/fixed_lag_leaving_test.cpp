@@ -7,6 +7,7 @@
 #include <tandem/residuals/prior.hpp>
 #include <tandem/solvers/online/fixed_lag.hpp>
 
+#include "biased_step.hpp"
 #include "seconds_of.hpp"
 
 /// What leaves the window, and when: nothing that should stay, and nothing before its estimate has settled.
@@ -17,12 +18,10 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-Gaussian noise(double sigma) { return Gaussian(Eigen::VectorXd::Constant(3, sigma)); }
-
 /// A point at time t, known from a fix.
 Variable<R3> add_point(FixedLag& lag, double t, const char* name = "") {
   const auto x = lag.add(t, R3(), name);
-  lag.problem().minimize(Prior<R3>{R3({t, 0, 0})}, noise(1.0), {x});
+  lag.problem().minimize(Prior<R3>{R3({t, 0, 0})}, noise(3, 1.0), {x});
   return x;
 }
 
@@ -73,7 +72,7 @@ TEST(FixedLagLeaving, WhatCannotBeMarginalizedStays) {
   FixedLag lag(options);
   const auto a = add_point(lag, 0.0), b = add_point(lag, 1.0);
   add_point(lag, 5.0);
-  lag.problem().minimize(Spoilt{&spoilt}, noise(1.0), {b});
+  lag.problem().minimize(Spoilt{&spoilt}, noise(3, 1.0), {b});
   EXPECT_THROW(lag.update(), Error);
   EXPECT_FALSE(lag.problem().has(a));
   EXPECT_TRUE(lag.problem().has(b));

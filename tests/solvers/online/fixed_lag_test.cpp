@@ -1,7 +1,6 @@
 #include <cmath>
 #include <map>
 #include <random>
-#include <tuple>
 #include <utility>
 
 #include <gmock/gmock.h>
@@ -9,17 +8,14 @@
 
 #include <tandem/lie/rn.hpp>
 #include <tandem/lie/sek3.hpp>
-#include <tandem/residuals/biased.hpp>
 #include <tandem/residuals/constant_twist.hpp>
-#include <tandem/residuals/gauss_markov.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
-#include <tandem/residuals/roll_pitch.hpp>
-#include <tandem/residuals/usbl_position.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/solvers/marginals.hpp>
 #include <tandem/solvers/online/fixed_lag.hpp>
 
+#include "biased_step.hpp"
 #include "seconds_of.hpp"
 
 namespace tandem::testing {
@@ -28,23 +24,6 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Optional;
 using ::testing::ThrowsMessage;
-
-Gaussian noise(int n, double sigma) { return Gaussian(Eigen::VectorXd::Constant(n, sigma)); }
-
-/// Odometry that drifts by the same in every step:  r = y − x − b − step.
-struct BiasedStep {
-  static constexpr std::string_view name = "biased step";
-  static constexpr int dim = 3;
-  using States = std::tuple<R3, R3, R3>;
-  Vector<3> step;
-  void operator()(const R3& x, const R3& y, const R3& b, Vector<3>& r, Matrix<3, 3>* Jx = nullptr,
-                  Matrix<3, 3>* Jy = nullptr, Matrix<3, 3>* Jb = nullptr) const {
-    r = y.vector() - x.vector() - b.vector() - step;
-    if (Jx) *Jx = -Matrix<3, 3>::Identity();
-    if (Jy) *Jy = Matrix<3, 3>::Identity();
-    if (Jb) *Jb = -Matrix<3, 3>::Identity();
-  }
-};
 
 /// The same stream of data, for a window and for a batch of all of it: points that move at nearly constant velocity, by
 /// odometry with a bias that has no time, seen now and then and sometimes late.
@@ -290,137 +269,6 @@ TEST(FixedLag, AFailedSolveLosesNothing) {
   lag.problem().minimize(Prior<R3>{R3({1, 0, 0})}, noise(3, 1.0), {x});
   EXPECT_TRUE(lag.update().converged());
   EXPECT_NEAR(lag.problem().value(y).vector()[0], 2.0, 1e-9);
-}
-
-TEST(FixedLag, CovarianceKnowsWhatItKnows) {
-  FixedLag lag(seconds_of(2.0));
-  auto& problem = lag.problem();
-  const auto x = lag.add(0.0, R3(), "x"), y = lag.add(3.0, R3(), "y"), held = lag.add(3.0, R3(), "held");
-  problem.fix(held);
-  problem.minimize(Prior<R3>{R3()}, noise(3, 0.5), {x});
-  problem.minimize(RelativePose<R3>{R3()}, noise(3, 0.5), {x, y});
-  problem.minimize(RelativePose<R3>{R3()}, noise(3, 1e3), {held, y});
-  lag.update();
-  const Matrix<6, 6> S = lag.covariance(held, y);
-  EXPECT_EQ(S.topRows(3).norm(), 0.0);
-  EXPECT_NEAR(S(3, 3), 0.5, 1e-6);
-  EXPECT_THAT([&] { lag.covariance(x); }, ThrowsMessage<Error>(HasSubstr("not in the problem (any more)")));
-  const auto z = lag.add(4.0, R3(), "z");  // takes x's id
-  EXPECT_THAT([&] { lag.covariance(y, z); }, ThrowsMessage<Error>(HasSubstr("z was not in the last update")));
-  lag.remove(z);
-  EXPECT_EQ(lag.newest(), 3.0);
-  EXPECT_TRUE(lag.update().converged());
-  EXPECT_NEAR(lag.covariance(y)(0, 0), 0.5, 1e-6);
-}
-
-/// A pose, a point and a chain of errors that are new, and one with nothing before it; some of them said twice. Against the
-/// covariance of a whole linearisation.
-TEST(FixedLag, CovarianceIsExtendedByWhatIsSaidOfNewVariables) {
-  FixedLag lag(seconds_of(100.0));
-  auto& problem = lag.problem();
-  const SE3 turned = SE3::Exp((Vector<6>() << 1, 2, 3, 0.3, -0.2, 0.5).finished());
-  const auto x = lag.add(0.0, SE3(), "x"), y = lag.add(1.0, turned, "y");
-  const auto b0 = problem.add(Rn<3>(), "b0");
-  problem.minimize(Prior<SE3>{SE3()}, noise(6, 0.5), {x});
-  problem.minimize(RelativePose<SE3>{turned}, noise(6, 0.1), {x, y});
-  problem.minimize(Prior<Rn<3>>{Rn<3>()}, noise(3, 2.0), {b0});
-  problem.minimize(Biased<UsblPosition<SE3>>{{Vector<3>(1, 2, 3)}}, noise(3, 0.2), {x, y, b0});
-  ASSERT_TRUE(lag.update().converged());
-  const Matrix<6, 6> of_y = lag.covariance(y);
-  ASSERT_TRUE(lag.extend()) << "by nothing";
-
-  const auto z = lag.add(2.0, turned * turned, "z");
-  const auto b1 = problem.add(Rn<3>(), "b1"), b2 = problem.add(Rn<3>(), "b2"), other = problem.add(Rn<3>(), "other"),
-             held = problem.add(Rn<3>(), "held");
-  problem.fix(held);
-  const GaussMarkov<3> step{0.8};
-  problem.minimize(step, noise(3, 0.7), {b1, b2});
-  EXPECT_FALSE(lag.extend()) << "of two that are not known, of a third one nothing";
-  EXPECT_THAT([&] { lag.covariance(b1); }, ThrowsMessage<Error>(HasSubstr("b1 was not in the last update")));
-  problem.minimize(step, noise(3, 0.7), {b0, b1});
-  problem.minimize(RelativePose<Rn<3>>{Rn<3>()}, noise(3, 3.0), {held, b1});
-  problem.minimize(Prior<Rn<3>>{Rn<3>()}, noise(3, 0.4), {other});
-  problem.minimize(RollPitch<SE3>{}, noise(2, 0.2), {z});
-  problem.minimize(ConstantTwist<SE3>{1.0, 1.0}, noise(6, 0.3), {x, y, z});
-  problem.minimize(Biased<UsblPosition<SE3>>{{Vector<3>(1, 2, 3)}}, noise(3, 0.9), {x, z, b2});
-  problem.minimize(ConstantTwist<SE3>{1.0, 1.0}, noise(6, 2.0), {y, z, z});  // reads one twice
-  ASSERT_TRUE(lag.extend());
-  lag.track(2.0, b0);  // may leave from now on, and is known still
-
-  const auto all = [&] {
-    return std::tuple(lag.covariance(x, y, z), lag.covariance(z, b0, b2), lag.covariance(b2, b1, held),
-                      lag.covariance(y, other));
-  };
-  const auto extended = all();
-  EXPECT_EQ((lag.covariance(y) - of_y).norm(), 0) << "without an added one";
-  ASSERT_TRUE(lag.relinearize());
-  const auto whole = all();
-  const auto expect_same = [](const auto& a, const auto& b) { EXPECT_LE((a - b).norm(), 1e-6 * b.norm()); };
-  [&]<std::size_t... I>(std::index_sequence<I...>) { (expect_same(std::get<I>(extended), std::get<I>(whole)), ...); }
-  (std::make_index_sequence<4>());
-  EXPECT_GT((lag.covariance(z, b2).topRightCorner<6, 3>()).norm(), 1e-3) << "tied by what was measured";
-}
-
-/// What is known of a difference is lost in two positions that nothing observes, as soon as they have moved on.
-TEST(FixedLag, CovarianceIsNotExtendedByWhatNothingObserves) {
-  FixedLag lag(seconds_of(100.0));
-  auto& problem = lag.problem();
-  const auto x = lag.add(0.0, R3(), "x"), y = lag.add(1.0, R3(), "y");
-  problem.minimize(Prior<R3>{R3()}, noise(3, 1e4), {x});
-  problem.minimize(RelativePose<R3>{R3()}, noise(3, 0.1), {x, y});
-  ASSERT_TRUE(lag.update().converged());
-  const auto between = problem.add(R3(), "between");
-  problem.minimize(BiasedStep{Vector<3>::Zero()}, noise(3, 0.1), {x, y, between});
-  EXPECT_FALSE(lag.extend());
-  ASSERT_TRUE(lag.relinearize());
-  EXPECT_NEAR(lag.covariance(between)(0, 0), 0.02, 1e-4);
-}
-
-/// As it is where an added variable goes before it was ever solved, and the next has its id.
-TEST(FixedLag, AnExtendedCovarianceIsOfTheVariableAndNotOfItsId) {
-  FixedLag lag(seconds_of(100.0));
-  auto& problem = lag.problem();
-  const auto x = lag.add(0.0, R3(), "x");
-  problem.minimize(Prior<R3>{R3()}, noise(3, 0.5), {x});
-  ASSERT_TRUE(lag.update().converged());
-  const auto y = lag.add(1.0, R3(), "y");
-  const Block tie = problem.minimize(RelativePose<R3>{R3()}, noise(3, 1.0), {x, y});
-  ASSERT_TRUE(lag.extend());
-  EXPECT_NEAR(lag.covariance(y)(0, 0), 1.25, 1e-9);
-  const int id = problem.id(y);
-  problem.remove(tie);
-  lag.remove(y);
-  EXPECT_THAT([&] { lag.covariance(y); }, ThrowsMessage<Error>(HasSubstr("not in the problem (any more)")));
-  const auto z = lag.add(1.0, R3(), "z");
-  ASSERT_EQ(problem.id(z), id);
-  EXPECT_THAT([&] { lag.covariance(z); }, ThrowsMessage<Error>(HasSubstr("z was not in the last update")));
-  problem.minimize(RelativePose<R3>{R3()}, noise(3, 2.0), {x, z});
-  EXPECT_FALSE(lag.extend()) << "y has gone, by which others might be known";
-  ASSERT_TRUE(lag.relinearize());
-  EXPECT_NEAR(lag.covariance(z)(0, 0), 4.25, 1e-9);
-}
-
-/// A measurement that has been taken has not moved the values yet: the next one's innovation is without it.
-TEST(FixedLag, AnExtendedCovarianceKnowsNothingOfWhatIsSaidLater) {
-  FixedLag lag(seconds_of(100.0));
-  auto& problem = lag.problem();
-  const auto x = lag.add(0.0, R3(), "x"), held = lag.add(0.0, R3(), "held");
-  problem.fix(held);
-  problem.minimize(Prior<R3>{R3()}, noise(3, 0.5), {x});
-  ASSERT_TRUE(lag.update().converged());
-  const auto y = lag.add(1.0, R3(), "y");
-  problem.minimize(RelativePose<R3>{R3()}, noise(3, 1.0), {x, y});
-  ASSERT_TRUE(lag.extend());
-  problem.minimize(Prior<R3>{R3()}, noise(3, 0.1), {y});
-  const auto bias = problem.add(R3(), "bias");
-  problem.minimize(Prior<R3>{R3()}, noise(3, 0.4), {bias});
-  ASSERT_TRUE(lag.extend());
-  const Matrix<9, 9> S = lag.covariance(y, bias, held);
-  EXPECT_NEAR(S(0, 0), 1.25, 1e-9);
-  EXPECT_NEAR(S(3, 3), 0.16, 1e-9);
-  EXPECT_EQ(S(6, 6), 0);
-  problem.fix(held, false);
-  EXPECT_FALSE(lag.extend()) << "by a factor that had it fixed";
 }
 
 TEST(FixedLag, FarStartsAreReachedOverSeveralUpdates) {

@@ -28,6 +28,12 @@ const char* const kStudy =
     "name: small\nquestion: Does it run?\nparameters: {minutes: 2, gap: [0, 10], gap_period: 40}\n"
     "models: [constant-twist, mode-b]\nseeds: 10\n";
 
+/// The same of so many seeds.
+std::string study_of(int seeds) {
+  std::string study = kStudy;
+  return study.replace(study.find("seeds: 10"), 9, fmt::format("seeds: {}", seeds));
+}
+
 std::string all_tables(const std::filesystem::path& folder) {
   std::string all;
   for (const char* file : {"tables.txt", "summary.csv", "pairs.csv", "consistency.csv"})
@@ -143,8 +149,7 @@ TEST(StudyCommand, RanksGiveTheSameTables) {
   EXPECT_THAT(read_file(log), HasSubstr("--threads and --shard are for runs without it"));
 
   // One long enough that it cannot end before its worker does.
-  std::string longer = kStudy;
-  const std::string many = scratch.write("many.yaml", longer.replace(longer.find("seeds: 10"), 9, "seeds: 60"));
+  const std::string many = scratch.write("many.yaml", study_of(60));
   const std::string whole = scratch.path() / "whole", killed = scratch.path() / "killed";
   ASSERT_EQ(run_tandem({"study", "run", many, "--out", whole, "--quiet"}).status, 0);
   std::vector<std::string> words = {"mpirun",
@@ -270,9 +275,7 @@ TEST(StudyCommand, WhatIsWrongIsOneSentence) {
 
   ASSERT_EQ(run_tandem({"study", "run", file, "--out", out, "--quiet"}).status, 0);
   EXPECT_THAT(refusal_as_given({"study", "run", file, "--out", out}), HasSubstr("has a study already"));
-  std::string other = kStudy;
-  other.replace(other.find("seeds: 10"), 9, "seeds: 11");
-  EXPECT_THAT(refusal_as_given({"study", "run", scratch.write("o.yaml", other), "--out", out, "--resume"}),
+  EXPECT_THAT(refusal_as_given({"study", "run", scratch.write("o.yaml", study_of(11)), "--out", out, "--resume"}),
               HasSubstr("has trials of another study: its hash is"));
   std::ofstream(out + "/study.sqlite", std::ios::trunc)
       << "this is no database, but a text that is long enough to be one";
@@ -282,9 +285,7 @@ TEST(StudyCommand, WhatIsWrongIsOneSentence) {
 /// As on a full disk: no file may grow beyond this.
 TEST(StudyCommand, NoRoomIsSaidAtTheStart) {
   const ScratchFolder scratch;
-  std::string many = kStudy;
-  many.replace(many.find("seeds: 10"), 9, "seeds: 1000");
-  const std::string file = scratch.write("many.yaml", many);
+  const std::string file = scratch.write("many.yaml", study_of(1000));
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
   rlimit little = before;
