@@ -9,6 +9,8 @@ namespace tandem::detail {
 namespace {
 
 constexpr int kMostActiveSets = 10;     // tried for one step; two or three are usual
+constexpr int kMostFractions = 40;      // tried for the least value along a segment
+constexpr double kFlat = 1e-9;          // of the slope at its start, and of its length
 constexpr double kLittleGain = 0.01;    // of a step's foretold decrease, what one more set has to add
 constexpr double kLessCurvature = 0.3;  // of the curvature, what is tried before none
 constexpr double kUsualPenalty = 1e4;   // grown to while steps are good: more makes the model ill-conditioned
@@ -121,9 +123,10 @@ bool AugmentedModel::find_step(double damping) {
   step_.setZero();
   hessian_step_.setZero();
   predicted_ = 0.0;
+  augmented_hessian_ = hessian_;
+  term_.add_hessian(augmented_hessian_);
   for (int set = 1;; ++set) {
-    augmented_hessian_ = hessian_;
-    term_.add_hessian(augmented_hessian_);
+    if (set > 1) term_.change_hessian(augmented_hessian_);
     if (!factorize(augmented_hessian_, damping)) return false;
     newton_step_ = -total_;
     secant_.refresh([&](const auto& s, auto&& y) { term_.add_hessian_product(s, y); });
@@ -155,13 +158,28 @@ double AugmentedModel::best_fraction() const {
   const double at_start = (newton_step_ - step_).dot(gradient_ + hessian_step_);
   const double growth = (newton_step_ - step_).dot(hessian_newton_ - hessian_step_);
   const auto slope = [&](double t) { return at_start + t * growth + term_.slope(t); };
-  if (slope(1.0) <= 0) return 1.0;
-  double low = 0, high = 1;
-  for (int i = 0; i < 30; ++i) {
-    const double middle = 0.5 * (low + high);
-    (slope(middle) <= 0 ? low : high) = middle;
+  double low = 0, high = 1, at_low = slope(low), at_high = slope(high);
+  if (at_high <= 0) return 1.0;
+  // The slope grows, straight between the rows' bounds: regula falsi, an end that stays counting half (Illinois).
+  const double flat = kFlat * std::abs(at_low);
+  double middle = 0;
+  for (int i = 0, side = 0; i < kMostFractions && high - low > kFlat; ++i) {
+    middle = at_low < 0 ? low + (high - low) * at_low / (at_low - at_high) : 0.5 * (low + high);
+    const double s = slope(middle);
+    if (std::abs(s) <= flat) break;
+    if (s <= 0) {
+      low = middle;
+      at_low = s;
+      if (side < 0) at_high *= 0.5;
+      side = -1;
+    } else {
+      high = middle;
+      at_high = s;
+      if (side > 0) at_low *= 0.5;
+      side = 1;
+    }
   }
-  return 0.5 * (low + high);
+  return middle;
 }
 
 double AugmentedModel::merit_at_step(bool with_derivatives) {

@@ -8,10 +8,18 @@ namespace tandem::detail {
 AugmentedTerm::AugmentedTerm(Program& program) : program_(program) {
   const int rows = program.num_rows();
   for (Eigen::VectorXd* v : {&c_, &y_, &w_, &stiffness_, &jacobian_step_, &jacobian_segment_, &active_, &bound_,
-                             &trial_, &row_, &uncorrected_})
+                             &in_hessian_, &trial_, &row_, &uncorrected_})
     v->setZero(rows);
   jacobian_.setZero(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
   tangent_.setZero(program.num_unknowns());
+  const auto& pattern = program.jacobian_pattern();
+  for (int k = 0; k < static_cast<int>(pattern.row.size()); ++k) {
+    const int row = pattern.row[std::size_t(k)], column = pattern.column[std::size_t(k)];
+    if (!columns_.empty() && columns_.back().column == column && columns_.back().row + columns_.back().rows == row)
+      ++columns_.back().rows;
+    else
+      columns_.push_back({k, row, 1, column});
+  }
 }
 
 void AugmentedTerm::linearize() {
@@ -142,6 +150,17 @@ void AugmentedTerm::add_gradient(Eigen::VectorXd& g) {
   for (Eigen::Index i = 0; i < c_.size(); ++i)
     row_[i] = active_[i] > 0 ? active_[i] * (c_[i] - bound_[i]) + y_[i] : 0.0;
   add_transposed(row_, g);
+}
+
+void AugmentedTerm::add_hessian(Eigen::VectorXd& hessian) {
+  in_hessian_ = active_;
+  program_.add_constraint_hessian(active_, jacobian_, hessian);
+}
+
+void AugmentedTerm::change_hessian(Eigen::VectorXd& hessian) {
+  row_ = active_ - in_hessian_;
+  in_hessian_ = active_;
+  program_.add_constraint_hessian(row_, jacobian_, hessian);
 }
 
 void AugmentedTerm::set_segment(const Eigen::VectorXd& next, Eigen::VectorXd& g) {

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <type_traits>
+#include <vector>
+
 #include <tandem/problem/program.hpp>
 
 namespace tandem::detail {
@@ -57,7 +60,9 @@ class AugmentedTerm {
   void drop_correction();
   /// g += Jᵀ ŷ at p = 0 and H += J_Aᵀ W J_A, as if the active rows were so for any p.
   void add_gradient(Eigen::VectorXd& g);
-  void add_hessian(Eigen::VectorXd& hessian) const { program_.add_constraint_hessian(active_, jacobian_, hessian); }
+  void add_hessian(Eigen::VectorXd& hessian);
+  /// The same for the Hessian that add_hessian() was last called with: by the rows alone that are active since, or no longer.
+  void change_hessian(Eigen::VectorXd& hessian);
   /// y += J_Aᵀ W J_A s.
   template <class S, class Y>
   void add_hessian_product(const S& s, Y&& y) {
@@ -83,18 +88,35 @@ class AugmentedTerm {
   void activate();
   bool is_active(Eigen::Index i, double z) const;
 
+  /// Consecutive entries of the Jacobian, of consecutive rows in one column.
+  struct Column {
+    int entry, row, rows, column;
+  };
+  template <class F>
+  static void over_rows(int rows, F f) {  // f(n), a constant where it is usual
+    if (rows == 6)
+      f(std::integral_constant<int, 6>());
+    else if (rows == 3)
+      f(std::integral_constant<int, 3>());
+    else
+      f(rows);
+  }
   template <class S>
   void multiply(const S& s, Eigen::VectorXd& rows) const {
     rows.setZero();
-    const auto& pattern = program_.jacobian_pattern();
-    for (std::size_t k = 0; k < pattern.row.size(); ++k)
-      rows[pattern.row[k]] += jacobian_[Eigen::Index(k)] * s[pattern.column[k]];
+    for (const Column& c : columns_)
+      over_rows(c.rows, [&, J = jacobian_.data() + c.entry, to = rows.data() + c.row, x = s[c.column]](auto n) {
+        for (int i = 0; i < n; ++i) to[i] += J[i] * x;
+      });
   }
   template <class Y>
   void add_transposed(const Eigen::VectorXd& rows, Y&& y) const {
-    const auto& pattern = program_.jacobian_pattern();
-    for (std::size_t k = 0; k < pattern.row.size(); ++k)
-      y[pattern.column[k]] += jacobian_[Eigen::Index(k)] * rows[pattern.row[k]];
+    for (const Column& c : columns_)
+      over_rows(c.rows, [&, J = jacobian_.data() + c.entry, from = rows.data() + c.row](auto n) {
+        double sum = 0;
+        for (int i = 0; i < n; ++i) sum += J[i] * from[i];
+        y[c.column] += sum;
+      });
   }
 
   Program& program_;
@@ -103,7 +125,9 @@ class AugmentedTerm {
   bool corrected_ = false;
   Eigen::VectorXd jacobian_step_, jacobian_segment_;  // J p, and J (next − p)
   Eigen::VectorXd active_, bound_;  // weights of the active rows, 0 of the others; the bound that each is held to
+  Eigen::VectorXd in_hessian_;      // the weights that add_hessian() took
   Eigen::VectorXd trial_, row_, tangent_;
+  std::vector<Column> columns_;
 };
 
 }  // namespace tandem::detail

@@ -19,8 +19,15 @@ struct PursuitOptions {
   double least_speed = 0.5;    ///< of a vehicle whose fins need it to turn [m/s]
 };
 
+/// Whether it can push sideways, up and down, not only ahead.
+template <int N>
+bool is_holonomic(const VehicleModel<N>& vehicle) {
+  return vehicle.thrust.row(1).norm() > 0 && vehicle.thrust.row(2).norm() > 0;
+}
+
 /// The command that comes nearest to an acceleration of the body [m/s², rad/s²], by damped least squares over the
-/// vehicle's own equations of motion, cut to its bounds. Zero: it holds its twist.
+/// vehicle's own equations of motion, cut to its bounds. Zero: it holds its twist. Of a vehicle that is not holonomic, in
+/// surge, pitch and yaw: the propeller of a torpedo turns the hull, too, and would be spent on holding its roll.
 template <int N>
 Vector<N> command_for(const VehicleModel<N>& vehicle, const VehicleState<N>& state, const Vector<3>& current,
                       const Vector<6>& acceleration) {
@@ -33,7 +40,9 @@ Vector<N> command_for(const VehicleModel<N>& vehicle, const VehicleState<N>& sta
   const Matrix<6, N> push = vehicle.thrust + surge * std::abs(surge) * vehicle.fin;
   const Vector<N> half = 0.5 * (vehicle.upper - vehicle.lower);
   const Matrix<6, 6> mass_inverse = vehicle.mass.inverse();
-  const Matrix<6, N> gain = mass_inverse * push * half.asDiagonal();
+  Vector<6> counts = Vector<6>::Ones();
+  if (!is_holonomic(vehicle)) counts << 1.0, 0.0, 0.0, 0.0, 1.0, 1.0;
+  const Matrix<6, N> gain = counts.asDiagonal() * mass_inverse * push * half.asDiagonal();
   const Matrix<N, N> normal = gain.transpose() * gain + damping * Matrix<N, N>::Identity();
   const Vector<N> share = normal.ldlt().solve(Vector<N>(gain.transpose() * (acceleration - without_push)));
   return half.cwiseProduct(share).cwiseMax(vehicle.lower).cwiseMin(vehicle.upper);
@@ -47,22 +56,26 @@ Vector<N> pursue(const VehicleModel<N>& vehicle, const VehicleState<N>& state, c
                  const SE3& goal, const Vector<6>& goal_twist, const PursuitOptions& o) {
   const SE3 to_goal = state.pose.inverse() * goal;
   const Vector<3> p = to_goal.translation();
-  const bool holonomic = vehicle.thrust.row(1).norm() > 0 && vehicle.thrust.row(2).norm() > 0;
   const auto within = [](const Vector<3>& v, double most) {
     return Vector<3>(v.norm() > most ? Vector<3>(v * (most / v.norm())) : v);
   };
   Vector<6> wanted = to_goal.Ad() * goal_twist;
-  if (holonomic) {
+  if (is_holonomic(vehicle)) {
     wanted.head<3>() += within(o.position_gain * p, o.speed);
     wanted.tail<3>() += within(o.attitude_gain * to_goal.rotation().Log(), o.turn_rate);
   } else {
     const double ahead = goal_twist.head<3>().norm();
-    wanted.setZero();
+    wanted = state.twist;  // sideways it moves as it will
     wanted[0] = std::clamp(ahead + o.position_gain * p[0], o.least_speed, ahead + o.speed);
     wanted[4] = std::clamp(-o.attitude_gain * std::atan2(p[2], std::hypot(p[0], p[1])), -o.turn_rate, o.turn_rate);
     wanted[5] = std::clamp(o.attitude_gain * std::atan2(p[1], p[0]), -o.turn_rate, o.turn_rate);
   }
-  return command_for(vehicle, state, current, Vector<6>((wanted - state.twist) / o.response));
+  const Vector<6> change = (wanted - state.twist) / o.response;
+  if (is_holonomic(vehicle)) return command_for(vehicle, state, current, change);
+  // By what damps the wanted twist: pushed against what damps the one it has, it would stop by itself no longer.
+  VehicleState<N> there = state;
+  there.twist = wanted;
+  return command_for(vehicle, there, current, change);
 }
 
 extern template Vector<3> command_for(const VehicleModel<3>&, const VehicleState<3>&, const Vector<3>&,

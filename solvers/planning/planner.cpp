@@ -61,6 +61,17 @@ Planner<N>::Planner(const VehicleModel<N>& vehicle, const PlanOptions& plan, con
                 " steps, or take ipopt or augmented-lagrangian");
 }
 
+/// Where no motion obeys the dynamics over so long a step, it goes on as it moves: a guess need not obey them.
+template <int N>
+VehicleState<N> Planner<N>::step_or_drift(const VehicleState<N>& from, const Vector<N>& command,
+                                          const Vector<3>& current) const try {
+  return step_(from, command, current);
+} catch (const Error&) {
+  VehicleState<N> to = from;
+  to.pose = from.pose * SE3::Exp(Vector<6>(problem_.options().dt * from.twist));
+  return to;
+}
+
 template <int N>
 Plan<N> Planner<N>::pursuit(const VehicleState<N>& start, const Vector<3>& current,
                             const TargetPrediction& target) const {
@@ -70,7 +81,7 @@ Plan<N> Planner<N>::pursuit(const VehicleState<N>& start, const Vector<3>& curre
   for (std::size_t k = 0; k + 1 < target.pose.size(); ++k) {
     plan.commands.push_back(pursue(problem_.vehicle(), plan.states.back(), current, target.pose[k] * goal,
                                    Vector<6>(to_goal * target.twist[k]), options_.pursuit));
-    plan.states.push_back(step_(plan.states.back(), plan.commands.back(), current));
+    plan.states.push_back(step_or_drift(plan.states.back(), plan.commands.back(), current));
   }
   return plan;
 }
@@ -167,10 +178,13 @@ PlanResult<N> Planner<N>::decoupled(const VehicleState<N>& start, const Vector<3
       PlanResult<N> result = outcome(refined, start, current);
       const bool again = result.origin == PlanOrigin::shifted && shifts_ > 0;
       if (ended || (result.accepted() && !again)) return result;
+      if (in_vain_ > 0 && ++in_vain_ <= kStale) return result;
     }
     left -= refined.seconds;
   }
-  return outcome(globalise(from, left), start, current);
+  PlanResult<N> result = outcome(globalise(from, left), start, current);
+  in_vain_ = result.origin == PlanOrigin::shifted;
+  return result;
 }
 
 /// The plan against the prediction is next to the coupled one, and its solver, analysed once, is the faster.
@@ -243,6 +257,7 @@ PlanResult<N> Planner<N>::remembered(PlanResult<N> result, const Vector<3>& curr
   if (!result.accepted() && !last_) return result;
   last_ = result.plan.shifted(step_, current);
   shifts_ = result.origin == PlanOrigin::shifted ? shifts_ + 1 : 0;
+  if (shifts_ == 0) in_vain_ = 0;
   const auto& poses = target.pose;
   const std::size_t end = poses.size() - 1;
   last_target_.assign(poses.begin() + 1, poses.end());

@@ -102,7 +102,7 @@ class Planner {
   void forget() {
     last_.reset();
     multipliers_.clear();
-    shifts_ = 0;
+    shifts_ = in_vain_ = 0;
   }
   /// The last replan's; before it, that of plans which are not coupled.
   PlanProblem<N>& problem() { return coupled_ ? *coupled_ : problem_; }
@@ -111,6 +111,7 @@ class Planner {
  private:
   bool starts_afresh() const;
   Plan<N> moved_with(const TargetPrediction& target) const;
+  VehicleState<N> step_or_drift(const VehicleState<N>& from, const Vector<N>& command, const Vector<3>& current) const;
   Plan<N> pursuit(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target) const;
   PlanResult<N> decoupled(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target);
   PlanResult<N> outcome(Summary summary, const VehicleState<N>& start, const Vector<3>& current);
@@ -125,9 +126,10 @@ class Planner {
   std::unique_ptr<Program> check_;  ///< of what no solver has seen
   std::unique_ptr<PlanProblem<N>> coupled_;
   VehicleStep<N> step_;
-  std::optional<Plan<N>> last_;               ///< shifted to the instant that comes next
-  std::vector<SE3> last_target_;              ///< that it was against, likewise
-  int shifts_ = 0;                            ///< of it, in a row
+  std::optional<Plan<N>> last_;   ///< shifted to the instant that comes next
+  std::vector<SE3> last_target_;  ///< that it was against, likewise
+  int shifts_ = 0;                ///< of it, in a row
+  int in_vain_ = 0;  ///< plans since the solver behind DampedSqp found none: it is not asked again the next second
   std::vector<Eigen::VectorXd> multipliers_;  ///< likewise, of each step; none where it is not optimal
 };
 

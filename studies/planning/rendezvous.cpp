@@ -77,6 +77,7 @@ class Simulation {
       if (options_.stop && *options_.stop) return ended(run, RendezvousOutcome::interrupted, "stopped");
       Vector<N> command = decide(run);
       for (int i = 0; i < kTicks; ++i) {
+        if (!planning_) command = hold_way();
         advance(command);
         run.least_miss = std::min(run.least_miss, miss(options_.dock));
         if (phase_ == RendezvousPhase::searching || phase_ == RendezvousPhase::approach)
@@ -144,7 +145,8 @@ class Simulation {
                            2.0 * draw());
     const Vector<3> position = target_.act(behind), ahead = target_.translation() - position;
     truth_.pose = SE3(SO3::Exp({0.0, 0.0, std::atan2(ahead.y(), ahead.x()) + 0.3 * draw()}), position);
-    truth_.twist[0] = options_.target_speed;
+    launched_ = truth_.pose.rotation();
+    truth_.twist.template head<3>() = way();
     current_ = options_.current * Vector<3>(draw(), draw(), 0.0);
     actuators_.setZero();
     sense(true);
@@ -199,6 +201,8 @@ class Simulation {
     return lag.left.cwiseProduct(actuators_) + (Vector<N>::Ones() - lag.left).cwiseProduct(command);
   }
 
+  Vector<6> measured_twist() { return truth_.twist + twist_noise_.vector<6>(pose_sigmas(kSpeedSigma, kRateSigma)); }
+
   /// The chaser's state as it believes it to be.
   VehicleState<N> believed() {
     VehicleState<N> s;
@@ -206,7 +210,7 @@ class Simulation {
     const auto at = std::find_if(odometry_log_.begin(), odometry_log_.end(),
                                  [&](const Stamped<SE3>& o) { return o.t >= since - 0.5 * kTick; });
     s.pose = estimator_->chaser().pose * at->value.inverse() * odometry_;
-    s.twist = truth_.twist + twist_noise_.vector<6>(pose_sigmas(kSpeedSigma, kRateSigma));
+    s.twist = measured_twist();
     s.actuators = actuators_;
     return s;
   }
@@ -247,8 +251,9 @@ class Simulation {
                         0.0,
                         false};
     const VehicleState<N> state = believed();
-    Vector<N> command = command_for(model_, state, current_estimate_, Vector<6>(Vector<6>::Zero()));
-    if (estimator_->has_target() && now() >= kSearching) {
+    Vector<N> command = Vector<N>::Zero();
+    planning_ = estimator_->has_target() && now() >= kSearching;
+    if (planning_) {
       const OnlineEstimator::Covariance covariance = estimator_->covariance();
       const Matrix<12, 12> joint = covariance.joint;
       const TargetBelief target = belief(joint, state.pose);
@@ -266,6 +271,19 @@ class Simulation {
     run.steps.push_back(std::move(step));
     while (odometry_log_.size() > 3 * kTicks) odometry_log_.erase(odometry_log_.begin());
     return command;
+  }
+
+  Vector<3> way() const { return {options_.target_speed, 0.0, 0.0}; }
+  /// Until it plans, its autopilot keeps the way that it is launched with, by dead reckoning: at rest, a torpedo's fins turn
+  /// nothing. By what damps the wanted twist, since it hardly knows the current yet.
+  Vector<N> hold_way() {
+    const PursuitOptions& gains = options_.planner.pursuit;
+    const SO3 to_course = odometry_.rotation().inverse() * launched_;
+    VehicleState<N> wanted{odometry_, Vector<6>(), actuators_};
+    wanted.twist << to_course.act(way()), gains.attitude_gain * to_course.Log();
+    const Vector<6> twist = measured_twist();
+    if (!is_holonomic(model_)) wanted.twist.template segment<3>(1) = twist.template segment<3>(1);
+    return command_for(model_, wanted, current_estimate_, Vector<6>((wanted.twist - twist) / gains.response));
   }
 
   Planner<N>& planner() {
@@ -370,6 +388,8 @@ class Simulation {
   std::unique_ptr<Planner<N>> approach_, docking_, retreat_;
   VehicleState<N> truth_;
   SE3 target_, odometry_, last_pose_;
+  SO3 launched_;
+  bool planning_ = false;
   std::vector<Stamped<SE3>> odometry_log_;
   Vector<3> current_ = Vector<3>::Zero(), current_estimate_ = Vector<3>::Zero();
   Vector<N> actuators_;

@@ -165,6 +165,27 @@ TEST(Planner, APlanThatWasShiftedThriceIsBegunAfresh) {
   EXPECT_FALSE(starts_afresh(5.0));
 }
 
+TEST(Planner, WhatFoundNoPlanIsNotAskedAgainTheNextSecond) {
+  if (!ipopt_available()) GTEST_SKIP() << "this build has no Ipopt";
+  const auto vehicle = hoverer();
+  const PlanOptions plan = some_plan(10);
+  PlannerOptions options;  // that no solver is done with
+  options.max_warm_refinements = 1;
+  options.max_warm_iterations = 1;
+  Planner<8> planner(vehicle, plan, options);
+  PlanResult<8> result = planner.replan(at_start(), kCurrent, target_at(0.0, plan.steps));
+  ASSERT_TRUE(result.accepted()) << result.summary.message;
+  std::vector<std::string> solvers;
+  for (double t = 1.0; t <= 3.0; ++t) {
+    VehicleState<8> state = result.plan.states[1];
+    state.twist[0] += 0.02;
+    result = planner.replan(state, kCurrent, target_at(t, plan.steps));
+    ASSERT_EQ(result.origin, PlanOrigin::shifted) << t;
+    solvers.push_back(result.summary.solver);
+  }
+  EXPECT_EQ(solvers, (std::vector<std::string>{"damped-sqp", "ipopt", "damped-sqp"}));
+}
+
 /// What is expected to be known of the target's position when a plan ends, 3 σ [m]: the chaser, turned by `yaw`, is to stay
 /// turned by that from the target.
 double three_sigma_at_end(double yaw, double information) {

@@ -30,6 +30,22 @@ TEST(Rendezvous, DocksKeepsOutAndIsTheSameAgain) {
   EXPECT_TRUE(docking);
 }
 
+/// A torpedo without way has fins that turn nothing; a hovering vehicle that nothing holds level turns over.
+TEST(Rendezvous, SearchingItHoldsTheWayItWasLaunchedWith) {
+  for (const char* name : {"remus_100", "bluerov2_heavy"}) {
+    RendezvousOptions options;
+    options.time_limit = 9.0;
+    const RendezvousRun run = run_rendezvous(read_vehicle(name), options);
+    ASSERT_EQ(run.steps.size(), 9u);
+    for (std::size_t k = 5; k < run.steps.size(); ++k) {
+      ASSERT_EQ(run.steps[k].phase, RendezvousPhase::searching);
+      const SE3 moved = run.steps[k - 1].chaser.inverse() * run.steps[k].chaser;
+      EXPECT_NEAR(moved.translation().x(), options.target_speed, 0.1) << name << ", " << k << " s";
+      EXPECT_NEAR(run.steps[k].chaser.rotation().matrix()(2, 2), 1.0, 0.02) << name << ", " << k << " s";
+    }
+  }
+}
+
 TEST(Rendezvous, CoupledDocksAsWell) {
   if (!ipopt_available()) GTEST_SKIP() << "this build has no Ipopt";
   RendezvousOptions options;
