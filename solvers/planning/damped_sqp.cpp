@@ -227,7 +227,7 @@ Summary DampedSqp::Loop::run() {
     double damped = free ? kDampings[std::size_t(k)] : damping;
     if (!find_step(damped)) return end(Status::failed, "the quadratic program's matrix is not positive definite");
     damping = std::max(damping, damped);
-    const double predicted = model_.predicted(), before = model_.violation().size;
+    const double predicted = model_.predicted(), before = model_.violation().size, cost = summary_.cost;
     const double fraction = search(damped);
     refused = refused || fraction < 1.0;
     if (fraction == 0.0) {
@@ -242,8 +242,11 @@ Summary DampedSqp::Loop::run() {
     }
     model_.take_multipliers();
     const double violation = model_.violation().size;
-    // A step that was damped by d foretells some 1/(1 + d) of what there is to gain.
-    if (feasible() && (1.0 + damped) * predicted <= options_.cost_tolerance * (1.0 + summary_.cost))
+    // A step that was damped by d foretells some 1/(1 + d) of what there is to gain; after a Newton step near a solution there
+    // is less to gain than what it did.
+    const double little = options_.cost_tolerance * (1.0 + summary_.cost);
+    const bool newton = model_.has_curvature() && damped <= kCurvedDamping && fraction == 1.0 && before < kNearby;
+    if (feasible() && ((1.0 + damped) * predicted <= little || (newton && std::abs(cost - summary_.cost) <= little)))
       return end(Status::converged, "a step gains no more than it has to");
     if (k + 1 >= options_.patience && feasible())
       return end(Status::max_iterations, "a feasible point, from which steps still gain a little");

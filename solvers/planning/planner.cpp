@@ -16,11 +16,12 @@ namespace {
 
 /// The cost of a plan leaves most unknowns slack, and its constraints are stiff: weights that do not let go of them.
 constexpr double kPlanPenalty = 1e7;
-constexpr double kCostTolerance = 1e-4;  // of DampedSqp, over 1 + cost
-constexpr double kWithTarget = 2.0;      // how much sooner than at its end a plan goes with the target as a whole
-constexpr double kNearTarget = 5.0;      // m from the target, where it goes with that wholly
-constexpr int kStale = 3;          // times that a plan is shifted before a fresh start is tried, every so many times
-constexpr double kAtBound = 1e-6;  // in the row's units, over its size
+constexpr double kFeasible = 0.9 * kPlanTolerance;  // of DampedSqp
+constexpr double kCostTolerance = 1e-4;             // of DampedSqp, over 1 + cost
+constexpr double kWithTarget = 2.0;  // how much sooner than at its end a plan goes with the target as a whole
+constexpr double kNearTarget = 5.0;  // m from the target, where it goes with that wholly
+constexpr int kStale = 3;            // times that a plan is shifted before a fresh start is tried, every so many times
+constexpr double kAtBound = 1e-6;    // in the row's units, over its size
 
 }  // namespace
 
@@ -112,6 +113,7 @@ Summary Planner<N>::refine(const Plan<N>& guess, double time_limit) {
   problem_.set_guess(guess);
   DampedSqp::Options options;
   options.time_limit = time_limit;
+  options.feasible = kFeasible;
   options.cost_tolerance = kCostTolerance;
   if (!starts_afresh()) options.max_iterations = options_.max_warm_refinements;
   options.from_multipliers = !multipliers_.empty();
@@ -215,6 +217,7 @@ PlanResult<N> Planner<N>::replan(const VehicleState<N>& start, const Vector<3>& 
   coupled_->set_multipliers(problem_.multipliers());
   DampedSqp::Options options;
   options.time_limit = options_.deadline - elapsed();
+  options.feasible = kFeasible;
   options.cost_tolerance = kCostTolerance * estimate.share;
   options.max_iterations = options_.max_warm_refinements;
   options.from_multipliers = true;
