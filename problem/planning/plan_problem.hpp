@@ -18,7 +18,8 @@ struct Plan {
   std::vector<VehicleState<N>> states;  ///< now, and after each step
   std::vector<Vector<N>> commands;      ///< of each step, held over it
 
-  /// One step later: the first one is gone, the last command is held one step more.
+  /// One step later: the first one is gone, the last command is held one step more. Where no motion obeys the dynamics over a
+  /// step, it goes on as it moves, here and below (VehicleStep::or_drift).
   Plan shifted(const VehicleStep<N>& step, const Vector<3>& current) const;
   /// The same commands from another start.
   Plan from(const VehicleState<N>& start, const VehicleStep<N>& step, const Vector<3>& current) const;

@@ -18,14 +18,15 @@ Plan<N> Plan<N>::shifted(const VehicleStep<N>& step, const Vector<3>& current) c
   later.states.erase(later.states.begin());
   later.commands.erase(later.commands.begin());
   later.commands.push_back(commands.back());
-  later.states.push_back(step(later.states.back(), commands.back(), current));
+  later.states.push_back(step.or_drift(later.states.back(), commands.back(), current));
   return later;
 }
 
 template <int N>
 Plan<N> Plan<N>::from(const VehicleState<N>& start, const VehicleStep<N>& step, const Vector<3>& current) const {
   Plan moved{{start}, commands};
-  for (const Vector<N>& command : commands) moved.states.push_back(step(moved.states.back(), command, current));
+  for (const Vector<N>& command : commands)
+    moved.states.push_back(step.or_drift(moved.states.back(), command, current));
   return moved;
 }
 

@@ -26,8 +26,15 @@ class VehicleStep {
   /// A step later, with the command held, in a current [m/s] along the world's axes. Throws Error where Newton's
   /// iteration for the implicit rule does not converge: a step far too long for the forces.
   VehicleState<N> operator()(const VehicleState<N>& from, const Vector<N>& command, const Vector<3>& current) const;
+  /// The same, but that it goes on as it moves, its actuators as they are, where operator() throws: for guesses, which need
+  /// not obey the dynamics.
+  VehicleState<N> or_drift(const VehicleState<N>& from, const Vector<N>& command, const Vector<3>& current) const;
 
  private:
+  bool find_twist(const VehicleState<N>& from, const Vector<N>& command, const Vector<3>& current,
+                  Vector<6>& twist) const;
+  VehicleState<N> with_twist(const VehicleState<N>& from, const Vector<N>& command, const Vector<6>& twist) const;
+
   static constexpr int kMostIterations = 50, kMostHalvings = 30;
   static constexpr double kTolerance = 1e-13, kRounding = 1e-10;
 
@@ -41,11 +48,30 @@ VehicleStep<N>::VehicleStep(const VehicleModel<N>& model, double dt) : dynamics_
 template <int N>
 VehicleState<N> VehicleStep<N>::operator()(const VehicleState<N>& from, const Vector<N>& command,
                                            const Vector<3>& current) const {
-  const double dt = dynamics_.dt;
+  Vector<6> twist;
+  if (!find_twist(from, command, current, twist))
+    throw Error("vehicle dynamics: no motion over this step obeys them; take shorter steps");
+  return with_twist(from, command, twist);
+}
+
+template <int N>
+VehicleState<N> VehicleStep<N>::or_drift(const VehicleState<N>& from, const Vector<N>& command,
+                                         const Vector<3>& current) const {
+  Vector<6> twist;
+  if (find_twist(from, command, current, twist)) return with_twist(from, command, twist);
+  VehicleState<N> to = from;
+  to.pose = from.pose * SE3::Exp(dynamics_.dt * from.twist);
+  return to;
+}
+
+template <int N>
+bool VehicleStep<N>::find_twist(const VehicleState<N>& from, const Vector<N>& command, const Vector<3>& current,
+                                Vector<6>& w1) const {
   const Rn<6> w0(from.twist);
   const Rn<N> a0(from.actuators), u(command);
   const R3 water(current);
-  Vector<6> w1 = from.twist, e;
+  w1 = from.twist;
+  Vector<6> e;
   Matrix<6, 6> J;
   const auto residual = [&](const Vector<6>& w) {
     dynamics_(from.pose, w0, Rn<6>(w), a0, u, water, e, nullptr, nullptr, &J);
@@ -59,15 +85,18 @@ VehicleState<N> VehicleStep<N>::operator()(const VehicleState<N>& from, const Ve
       w1 = start - fraction * newton;
       if ((next = residual(w1)) < error) break;
     }
-    if (!(next < error)) {  // rounding, or no solution
-      if (error <= kRounding * (1.0 + w1.norm())) break;
-      throw Error("vehicle dynamics: no motion over this step obeys them; take shorter steps");
-    }
+    if (!(next < error)) return error <= kRounding * (1.0 + w1.norm());  // rounding, or no solution
     error = next;
   }
+  return true;
+}
+
+template <int N>
+VehicleState<N> VehicleStep<N>::with_twist(const VehicleState<N>& from, const Vector<N>& command,
+                                           const Vector<6>& twist) const {
   VehicleState<N> to;
-  to.twist = w1;
-  to.pose = from.pose * SE3::Exp(0.5 * dt * (from.twist + w1));
+  to.twist = twist;
+  to.pose = from.pose * SE3::Exp(0.5 * dynamics_.dt * (from.twist + twist));
   to.actuators = lag_.left.cwiseProduct(from.actuators) + (Vector<N>::Ones() - lag_.left).cwiseProduct(command);
   return to;
 }

@@ -62,17 +62,6 @@ Planner<N>::Planner(const VehicleModel<N>& vehicle, const PlanOptions& plan, con
                 " steps, or take ipopt or augmented-lagrangian");
 }
 
-/// Where no motion obeys the dynamics over so long a step, it goes on as it moves: a guess need not obey them.
-template <int N>
-VehicleState<N> Planner<N>::step_or_drift(const VehicleState<N>& from, const Vector<N>& command,
-                                          const Vector<3>& current) const try {
-  return step_(from, command, current);
-} catch (const Error&) {
-  VehicleState<N> to = from;
-  to.pose = from.pose * SE3::Exp(Vector<6>(problem_.options().dt * from.twist));
-  return to;
-}
-
 template <int N>
 Plan<N> Planner<N>::pursuit(const VehicleState<N>& start, const Vector<3>& current,
                             const TargetPrediction& target) const {
@@ -82,7 +71,7 @@ Plan<N> Planner<N>::pursuit(const VehicleState<N>& start, const Vector<3>& curre
   for (std::size_t k = 0; k + 1 < target.pose.size(); ++k) {
     plan.commands.push_back(pursue(problem_.vehicle(), plan.states.back(), current, target.pose[k] * goal,
                                    Vector<6>(to_goal * target.twist[k]), options_.pursuit));
-    plan.states.push_back(step_or_drift(plan.states.back(), plan.commands.back(), current));
+    plan.states.push_back(step_.or_drift(plan.states.back(), plan.commands.back(), current));
   }
   return plan;
 }

@@ -111,7 +111,6 @@ class Planner {
  private:
   bool starts_afresh() const;
   Plan<N> moved_with(const TargetPrediction& target) const;
-  VehicleState<N> step_or_drift(const VehicleState<N>& from, const Vector<N>& command, const Vector<3>& current) const;
   Plan<N> pursuit(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target) const;
   PlanResult<N> decoupled(const VehicleState<N>& start, const Vector<3>& current, const TargetPrediction& target);
   PlanResult<N> outcome(Summary summary, const VehicleState<N>& start, const Vector<3>& current);

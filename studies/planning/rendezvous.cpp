@@ -77,7 +77,7 @@ class Simulation {
       if (options_.stop && *options_.stop) return ended(run, RendezvousOutcome::interrupted, "stopped");
       Vector<N> command = decide(run);
       for (int i = 0; i < kTicks; ++i) {
-        if (!planning_) command = hold_way();
+        if (i > 0 && !planning_) command = hold_way();
         advance(command);
         run.least_miss = std::min(run.least_miss, miss(options_.dock));
         if (phase_ == RendezvousPhase::searching || phase_ == RendezvousPhase::approach)
@@ -145,7 +145,7 @@ class Simulation {
                            2.0 * draw());
     const Vector<3> position = target_.act(behind), ahead = target_.translation() - position;
     truth_.pose = SE3(SO3::Exp({0.0, 0.0, std::atan2(ahead.y(), ahead.x()) + 0.3 * draw()}), position);
-    launched_ = truth_.pose.rotation();
+    course_ = truth_.pose.rotation();
     truth_.twist.template head<3>() = way();
     current_ = options_.current * Vector<3>(draw(), draw(), 0.0);
     actuators_.setZero();
@@ -251,7 +251,7 @@ class Simulation {
                         0.0,
                         false};
     const VehicleState<N> state = believed();
-    Vector<N> command = Vector<N>::Zero();
+    Vector<N> command;
     planning_ = estimator_->has_target() && now() >= kSearching;
     if (planning_) {
       const OnlineEstimator::Covariance covariance = estimator_->covariance();
@@ -266,6 +266,10 @@ class Simulation {
       step.phase = phase_;
       step.miss = miss(phase_ == RendezvousPhase::docking ? options_.dock : options_.standoff);
       command = follow(state, target, step, run);
+      const Vector<3> bow = odometry_.rotation().act({1.0, 0.0, 0.0});
+      course_ = SO3::Exp({0.0, 0.0, std::atan2(bow.y(), bow.x())});
+    } else {
+      command = hold_way();
     }
     step.command = command.head(Eigen::Index(vehicle_.actuators.size()));
     run.steps.push_back(std::move(step));
@@ -274,11 +278,11 @@ class Simulation {
   }
 
   Vector<3> way() const { return {options_.target_speed, 0.0, 0.0}; }
-  /// Until it plans, its autopilot keeps the way that it is launched with, by dead reckoning: at rest, a torpedo's fins turn
-  /// nothing. By what damps the wanted twist, since it hardly knows the current yet.
+  /// While it does not plan, its autopilot keeps its course and the way that it is launched with, by dead reckoning: at
+  /// rest, a torpedo's fins turn nothing. By what damps the wanted twist, since it hardly knows the current yet.
   Vector<N> hold_way() {
     const PursuitOptions& gains = options_.planner.pursuit;
-    const SO3 to_course = odometry_.rotation().inverse() * launched_;
+    const SO3 to_course = odometry_.rotation().inverse() * course_;
     VehicleState<N> wanted{odometry_, Vector<6>(), actuators_};
     wanted.twist << to_course.act(way()), gains.attitude_gain * to_course.Log();
     const Vector<6> twist = measured_twist();
@@ -388,7 +392,7 @@ class Simulation {
   std::unique_ptr<Planner<N>> approach_, docking_, retreat_;
   VehicleState<N> truth_;
   SE3 target_, odometry_, last_pose_;
-  SO3 launched_;
+  SO3 course_;
   bool planning_ = false;
   std::vector<Stamped<SE3>> odometry_log_;
   Vector<3> current_ = Vector<3>::Zero(), current_estimate_ = Vector<3>::Zero();

@@ -97,6 +97,19 @@ TEST(VehicleStep, is_what_the_residuals_ask_for) {
   EXPECT_LE(lag.norm(), 1e-15);
 }
 
+TEST(VehicleStep, a_guess_drifts_over_a_step_that_no_motion_obeys) {
+  const auto vehicle = some_vehicle<3>();
+  VehicleState<3> from = some_state();
+  const Vector<3> none = Vector<3>::Zero();
+  const VehicleStep<3> step(vehicle, 0.1);
+  EXPECT_EQ(step.or_drift(from, none, none).twist, step(from, none, none).twist);
+  from.twist.tail<3>() *= 1e4;
+  EXPECT_THROW(step(from, none, none), Error);
+  const VehicleState<3> to = step.or_drift(from, none, none);
+  EXPECT_EQ(to.twist, from.twist);
+  EXPECT_LE((to.pose.inverse() * from.pose * SE3::Exp(0.1 * from.twist)).Log().norm(), 1e-9);
+}
+
 TEST(VehicleModel, what_cannot_be_is_refused) {
   const auto good = some_vehicle<3>();
   EXPECT_EQ(why_impossible(good), "");
