@@ -70,4 +70,10 @@ using R2 = Rn<2>;
 using R3 = Rn<3>;
 static_assert(LieGroup<R2> && LieGroup<R3>);
 
+/// Groups that are vector spaces.
+template <class G>
+inline constexpr bool is_vector_space = false;
+template <int N, class S>
+inline constexpr bool is_vector_space<BasicRn<N, S>> = true;
+
 }  // namespace tandem

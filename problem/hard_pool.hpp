@@ -112,8 +112,9 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
       add_products<kDim>(shape, &place.hessian[i * kPairs], transposed.data(), columns.data(), H);
     }
   }
-  void add_exact_hessian(const PoolPlacement& place, int begin, int end, double factor, const double* multipliers,
-                         double* gradient, double* H) const override {
+  void add_exact_hessian(const PoolPlacement& place, int begin, int end, Curvature, double factor,
+                         const double* multipliers, double* gradient, double* H) const override {
+    if constexpr (IsLinear<R>) return;
     Row r;
     Jacobians J;
     Pool::set_zero(J);

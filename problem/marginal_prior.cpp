@@ -5,14 +5,15 @@
 namespace tandem::detail {
 namespace {
 
-/// to += Jaᵀ M Jb, or its transpose, for column-major blocks; the size is a template parameter where it is a common one.
+/// to += factor Jaᵀ M Jb, or its transpose, for column-major blocks; the size is a template parameter where it is a common one.
 /// `scratch` has room for two blocks.
 template <int N, class Ja, class M, class Jb>
-void add_product(const Ja& a, const M& m, const Jb& b, double* to, int stride, bool transposed, double* scratch) {
+void add_product(const Ja& a, const M& m, const Jb& b, double factor, double* to, int stride, bool transposed,
+                 double* scratch) {
   using Block = Eigen::Matrix<double, N, N>;
   Eigen::Map<Block> half(scratch, m.rows(), m.cols()), product(scratch + m.size(), m.rows(), m.cols());
   half = m.lazyProduct(b);
-  product = a.transpose().lazyProduct(half);
+  product = factor * a.transpose().lazyProduct(half);
   const Eigen::OuterStride<> by(stride);
   if (transposed) {
     Eigen::Map<Block, 0, Eigen::OuterStride<>>(to, m.cols(), m.rows(), by) += product.transpose();
@@ -97,12 +98,12 @@ double MarginalPrior::accumulate(const PoolPlacement& place, int begin, int end,
     if (const int offset = place.offset[s]; offset >= 0)
       Eigen::Map<Eigen::VectorXd>(gradient + offset, states_[s].dof).noalias() +=
           jacobian(s).transpose() * g_.segment(first_[s], states_[s].dof);
-  if (H) add_products(place, H);
+  if (H) add_products(place, 1.0, H);
   return cost;
 }
 
-/// H += Jᵀ AᵀA J by pairs of free states.
-void MarginalPrior::add_products(const PoolPlacement& place, double* H) const {
+/// H += factor Jᵀ AᵀA J by pairs of free states.
+void MarginalPrior::add_products(const PoolPlacement& place, double factor, double* H) const {
   std::size_t pair = 0;
   for (std::size_t a = 0; a < states_.size(); ++a)
     for (std::size_t b = 0; b <= a; ++b, ++pair) {
@@ -113,11 +114,12 @@ void MarginalPrior::add_products(const PoolPlacement& place, double* H) const {
       double* to = H + place.hessian[pair].position;
       const int stride = place.hessian[pair].stride;
       if (m == 6 && n == 6) {
-        add_product<6>(jacobian(a), information, jacobian(b), to, stride, at_a < at_b, scratch_.data());
+        add_product<6>(jacobian(a), information, jacobian(b), factor, to, stride, at_a < at_b, scratch_.data());
       } else if (m == 3 && n == 3) {
-        add_product<3>(jacobian(a), information, jacobian(b), to, stride, at_a < at_b, scratch_.data());
+        add_product<3>(jacobian(a), information, jacobian(b), factor, to, stride, at_a < at_b, scratch_.data());
       } else {
-        add_product<Eigen::Dynamic>(jacobian(a), information, jacobian(b), to, stride, at_a < at_b, scratch_.data());
+        add_product<Eigen::Dynamic>(jacobian(a), information, jacobian(b), factor, to, stride, at_a < at_b,
+                                    scratch_.data());
       }
     }
 }
@@ -143,11 +145,14 @@ void MarginalPrior::add_stiffness(const PoolPlacement& place, const double* v, c
   along += r_.squaredNorm();
 }
 
-void MarginalPrior::add_exact_hessian(const PoolPlacement& place, int begin, int end, double factor, const double*,
-                                      double*, double* H) const {
-  constexpr double h = 1e-5;  // as difference_gradient of BlockPool has it
+void MarginalPrior::add_exact_hessian(const PoolPlacement& place, int begin, int end, Curvature wanted, double factor,
+                                      const double*, double*, double* H) const {
+  constexpr double h = kGradientStep;
   if (begin == end) return;
-  residual(place.offset.data());
+  if (wanted == Curvature::beyond_gauss_newton) {
+    residual(place.offset.data());
+    add_products(place, -factor, H);
+  }
   for (std::size_t b = 0; b < states_.size(); ++b) {
     if (place.offset[b] < 0) continue;
     const State& moved = states_[b];

@@ -48,8 +48,8 @@ class MarginalPrior final : public SoftPoolBase {
   void set_loss(int, const Loss&) override { throw Error("set_loss: a marginal prior has none"); }
   void add_stiffness(const PoolPlacement& place, const double* v, const double* row_weights, double& along,
                      double& scale) const override;
-  void add_exact_hessian(const PoolPlacement& place, int begin, int end, double factor, const double* multipliers,
-                         double* gradient, double* H) const override;
+  void add_exact_hessian(const PoolPlacement& place, int begin, int end, Curvature wanted, double factor,
+                         const double* multipliers, double* gradient, double* H) const override;
   double cost(const PoolPlacement&, int begin, int end) const override { return begin < end ? block_cost(begin) : 0.0; }
   double block_cost(int i) const override;
   double accumulate(const PoolPlacement& place, int begin, int end, double* gradient, double* H) const override;
@@ -60,7 +60,7 @@ class MarginalPrior final : public SoftPoolBase {
   using Jacobian = Eigen::Map<Eigen::MatrixXd>;
   Jacobian jacobian(std::size_t s) const { return {J_.data() + first_jacobian_[s], states_[s].dof, states_[s].dof}; }
   double residual(const int* offset) const;
-  void add_products(const PoolPlacement& place, double* H) const;
+  void add_products(const PoolPlacement& place, double factor, double* H) const;
 
   bool there_ = false;
   std::vector<State> states_;

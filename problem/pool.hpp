@@ -30,6 +30,9 @@ struct PoolPlacement {
   int at(int k) const { return order.empty() ? k : order[static_cast<std::size_t>(k)]; }
 };
 
+/// Of exact second derivatives: all, or what the Gauss-Newton Hessian of the cost lacks of them.
+enum class Curvature { all, beyond_gauss_newton };
+
 /// All blocks of one residual type and role, evaluated in one loop: one virtual call a pool.
 class PoolBase {
  public:
@@ -63,7 +66,7 @@ class PoolBase {
   /// times the cost (soft pools) or of multipliersᵀ c (hard pools). Where the residual gives its own, they lack what the
   /// charts' curvature makes of the gradient by perturbations of the point, which is added to `gradient`; else they are
   /// central differences of the closed-form gradient, charts and all.
-  virtual void add_exact_hessian(const PoolPlacement& place, int begin, int end, double factor,
+  virtual void add_exact_hessian(const PoolPlacement& place, int begin, int end, Curvature wanted, double factor,
                                  const double* multipliers, double* gradient, double* H) const = 0;
 
  protected:

@@ -181,6 +181,15 @@ void Program::constraint_jacobian(Eigen::VectorXd& values) {
 
 void Program::linearize_constraints(Eigen::VectorXd& c, Eigen::VectorXd& jacobian) {
   chart_if_moved();
+  evaluate_constraints(c, jacobian);
+}
+
+void Program::linearize_constraints_at_point(Eigen::VectorXd& c, Eigen::VectorXd& jacobian) {
+  leave_charts();
+  evaluate_constraints(c, jacobian);
+}
+
+void Program::evaluate_constraints(Eigen::VectorXd& c, Eigen::VectorXd& jacobian) {
   over_hard_blocks([&](const detail::HardPoolBase& pool, std::size_t p, int begin, int end) {
     pool.jacobian(placement_[p], begin, end, c.data() + first_row_[p], jacobian.data());
   });
@@ -218,13 +227,22 @@ Program::Stiffness Program::stiffness(const Eigen::VectorXd& v, const Eigen::Vec
 }
 
 void Program::exact_hessian(double factor, const Eigen::VectorXd& multipliers, Eigen::VectorXd& hessian) {
+  second_derivatives(detail::Curvature::all, factor, multipliers, hessian);
+}
+
+void Program::curvature(const Eigen::VectorXd& multipliers, Eigen::VectorXd& hessian) {
+  second_derivatives(detail::Curvature::beyond_gauss_newton, 1.0, multipliers, hessian);
+}
+
+void Program::second_derivatives(detail::Curvature wanted, double factor, const Eigen::VectorXd& multipliers,
+                                 Eigen::VectorXd& hessian) {
   chart_if_moved();
   set_zero(point_gradient_, &hessian);
   over_blocks([&](std::size_t p, int begin, int end) {
     const auto& pool = problem_.pools_[p];
     const double* lambda = pool.hard ? multipliers.data() + first_row_[p] : nullptr;
-    pool.base().add_exact_hessian(placement_[p], begin, end, pool.hard ? 1.0 : factor, lambda, point_gradient_.data(),
-                                  hessian.data());
+    pool.base().add_exact_hessian(placement_[p], begin, end, wanted, pool.hard ? 1.0 : factor, lambda,
+                                  point_gradient_.data(), hessian.data());
     return 0.0;
   });
   over_states([&](const detail::StateStoreBase& store, int begin, int end) {

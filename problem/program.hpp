@@ -80,6 +80,8 @@ class Program {
   void constraint_jacobian(Eigen::VectorXd& values);
   /// Both in one evaluation.
   void linearize_constraints(Eigen::VectorXd& c, Eigen::VectorXd& jacobian);
+  /// The same with respect to right perturbations of the point, as if it had been recentred.
+  void linearize_constraints_at_point(Eigen::VectorXd& c, Eigen::VectorXd& jacobian);
   /// Adds Jᵀ diag(weights) J to a Hessian, J as constraint_jacobian() gave it, wherever the point is now; weights not
   /// below zero.
   void add_constraint_hessian(const Eigen::VectorXd& weights, const Eigen::VectorXd& jacobian,
@@ -87,6 +89,8 @@ class Program {
   /// The exact Hessian of factor·cost + multipliersᵀ c: in closed form where residuals give their second derivatives, by
   /// central differences of the closed-form gradient of those that do not.
   void exact_hessian(double factor, const Eigen::VectorXd& multipliers, Eigen::VectorXd& hessian);
+  /// What the Gauss-Newton Hessian, as linearize() gives it, lacks of the exact one of cost + multipliersᵀ c.
+  void curvature(const Eigen::VectorXd& multipliers, Eigen::VectorXd& hessian);
 
   /// Those of the problem's hard blocks (Problem::multipliers), one a row.
   void multipliers(Eigen::VectorXd& y) const;
@@ -139,6 +143,9 @@ class Program {
   void chart_if_moved();
   void leave_charts();
   double accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian);
+  void second_derivatives(detail::Curvature wanted, double factor, const Eigen::VectorXd& multipliers,
+                          Eigen::VectorXd& hessian);
+  void evaluate_constraints(Eigen::VectorXd& c, Eigen::VectorXd& jacobian);
   /// Runs f(p, begin, end) of every pool's blocks, by their order of evaluation; the sum of what it returns. Blocks of
   /// several lanes, which may run at once, have no unknown in common, nor an entry of the Hessian.
   template <class F>
@@ -169,7 +176,7 @@ class Program {
   detail::Lanes lanes_;
   int num_lanes_ = 1;
   std::vector<int> first_of_lane_;  // of each pool, the lanes' first blocks, then those of several parts, then the end
-  Eigen::VectorXd point_gradient_;  // of exact_hessian()
+  Eigen::VectorXd point_gradient_;  // of second_derivatives()
   Eigen::VectorXd delta_;           // the point, against X̄
   long long revision_, value_revision_, bounds_revision_;
   bool moved_ = false;  // since the charts were last computed

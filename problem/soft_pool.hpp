@@ -56,8 +56,8 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
     return total;
   }
 
-  void add_exact_hessian(const PoolPlacement& place, int begin, int end, double factor, const double*, double* gradient,
-                         double* H) const override {
+  void add_exact_hessian(const PoolPlacement& place, int begin, int end, Curvature wanted, double factor, const double*,
+                         double* gradient, double* H) const override {
     Row r;
     Jacobians J;
     Pool::set_zero(J);
@@ -72,18 +72,31 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
       };
       const int* offset = &place.offset[i * kArity];
       const HessianPlace* at = &place.hessian[i * kPairs];
-      this->add_second_derivatives(i, offset, at, dual, r, J, gradient, H);
-      if constexpr (Pool::kCurvature) {
-        this->through_charts(i, offset, J);
-        add_first_order(i, offset, at, factor, r, J, H);
+      double squares = wanted == Curvature::all ? factor : 0.0, of_loss = factor;
+      const bool first_order = squares != 0 || this->loss(int(i)).kind != Loss::Kind::none;
+      if constexpr (IsLinear<R>) {
+        if (!first_order) continue;
+        this->linearize(i, offset, r, J);
+      } else {
+        this->add_second_derivatives(i, offset, at, dual, r, J, gradient, H);
+        if constexpr (Pool::kCurvature) {
+          if (!first_order) continue;
+          this->through_charts(i, offset, J);
+        } else {  // differences have it all
+          if (wanted == Curvature::all) continue;
+          this->linearize(i, offset, r, J);
+          squares = -factor;
+          of_loss = 0.0;
+        }
       }
+      add_first_order(i, offset, at, squares, of_loss, r, J, H);
     }
   }
 
  private:
-  /// Adds factor (ρ' Jᵀ J + 2ρ'' Jᵀ r rᵀ J), r and J whitened: the curvature that is not the residual's own.
-  void add_first_order(std::size_t i, const int* offset, const HessianPlace* place, double factor, Row& r, Jacobians& J,
-                       double* H) const {
+  /// Adds squares ρ' Jᵀ J + of_loss 2ρ'' Jᵀ r rᵀ J, r and J whitened: the curvature that is not the residual's own.
+  void add_first_order(std::size_t i, const int* offset, const HessianPlace* place, double squares, double of_loss,
+                       Row& r, Jacobians& J, double* H) const {
     const BlockShape shape = Pool::shape(offset);
     const auto columns = Pool::data(J);
     const Loss::Value value = whiten(i, shape, r.data(), columns.data());
@@ -94,9 +107,9 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
       const int dof = Pool::kDofs[s];
       double g[kMostDofs];
       multiply_transposed<kDim>(dof, columns[s], r.data(), g);
-      transpose<kDim>(dof, factor * value.d1, columns[s], T);
+      transpose<kDim>(dof, squares * value.d1, columns[s], T);
       for (int k = 0; k < kDim; ++k)
-        for (int j = 0; j < dof; ++j) T[k * dof + j] += 2 * factor * value.d2 * g[j] * r.data()[k];
+        for (int j = 0; j < dof; ++j) T[k * dof + j] += 2 * of_loss * value.d2 * g[j] * r.data()[k];
     }
     add_products<kDim>(shape, place, transposed.data(), columns.data(), H);
   }

@@ -14,6 +14,7 @@ template <int N>
 struct GaussMarkov {
   static constexpr std::string_view name = "Gauss-Markov";
   static constexpr int dim = N;
+  static constexpr bool linear = true;
   using States = std::tuple<Rn<N>, Rn<N>>;
 
   double kept;  ///< φ, in [0, 1)

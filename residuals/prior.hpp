@@ -10,6 +10,7 @@ template <LieGroup G>
 struct Prior {
   static constexpr std::string_view name = "prior";
   static constexpr int dim = G::dof;
+  static constexpr bool linear = is_vector_space<G>;
   using States = std::tuple<G>;
 
   G z;  ///< what is known

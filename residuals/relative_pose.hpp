@@ -15,6 +15,7 @@ template <LieGroup G = SE3>
 struct RelativePose {
   static constexpr std::string_view name = "relative pose";
   static constexpr int dim = G::dof;
+  static constexpr bool linear = is_vector_space<G>;
   using States = std::tuple<G, G>;
 
   G z;    ///< pose of the frame Y F in the frame X B

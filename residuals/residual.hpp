@@ -55,6 +55,10 @@ struct CurvatureOf<R, std::tuple<Xs...>> {
 ///
 ///   void curvature(const X&…, const Vector<dim>& w, Matrix<n, n>& H) const;
 ///
+/// or say that it has none, being linear in states that are all vectors:
+///
+///   static constexpr bool linear = true;
+///
 /// Residuals of this library also take their states over any scalar (`Over<X, SE3>`), which automatic differentiation
 /// needs and nothing else; a residual of your own may be written for double alone.
 template <class R>
@@ -68,5 +72,11 @@ concept Residual = requires {
 /// A residual that gives its second derivatives.
 template <class R>
 concept HasCurvature = Residual<R> && detail::CurvatureOf<R, typename R::States>::known;
+
+/// A residual that says it is linear.
+template <class R>
+concept IsLinear = Residual<R> && requires {
+  requires R::linear;
+};
 
 }  // namespace tandem

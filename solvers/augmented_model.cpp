@@ -30,7 +30,7 @@ AugmentedModel::AugmentedModel(Program& program, Session& session, const Levenbe
     : SoftModel(program, session, options, true), options_(options), term_(program), penalty_(penalty) {
   for (Eigen::VectorXd* v : {&total_, &last_lagrangian_, &newton_step_, &hessian_step_, &hessian_newton_})
     v->setZero(program.num_unknowns());
-  augmented_hessian_.resize(hessian_.size());
+  for (Eigen::VectorXd* v : {&augmented_hessian_, &curvature_}) v->resize(hessian_.size());
   next_multipliers_.setZero(program.num_rows());
 }
 
@@ -41,7 +41,7 @@ void AugmentedModel::restart(double penalty) {
   taken_ = stalled_ = relaxed_ = strongly_damped_ = free_ = 0;
   exact_ = false;
   secant_.clear();
-  curvature_.resize(0);
+  curvature_share_ = 0.0;
   next_multipliers_.setZero();
 }
 
@@ -52,30 +52,17 @@ void AugmentedModel::drop_multipliers() {
 
 void AugmentedModel::add_curvature() {
   const Session::Timer timer(session_.summary.evaluation_seconds);
-  const Eigen::VectorXd before = curvature_.size() ? Eigen::VectorXd(hessian_ - curvature_) : hessian_;
   try {
-    program_.exact_hessian(1.0, next_multipliers_, hessian_);
-    curvature_ = hessian_ - before;
+    program_.curvature(next_multipliers_, curvature_);
     curvature_share_ = 1.0;
   } catch (const Error&) {  // a residual is undefined beside the point, where differences look
-    hessian_ = before;
-    curvature_.setZero(hessian_.size());
     curvature_share_ = 0.0;
   }
 }
 
 bool AugmentedModel::lessen_curvature() {
   if (!has_curvature()) return false;
-  if (exact_) {
-    const Session::Timer timer(session_.summary.evaluation_seconds);
-    program_.linearize(gradient_, hessian_);
-    curvature_share_ = 0.0;
-    return true;
-  }
-  const double share = curvature_share_ == 1.0 ? kLessCurvature : 0.0, kept = share / curvature_share_;
-  hessian_ -= (1.0 - kept) * curvature_;
-  curvature_ *= kept;
-  curvature_share_ = share;
+  curvature_share_ = curvature_share_ == 1.0 && !exact_ ? kLessCurvature : 0.0;
   return true;
 }
 
@@ -123,10 +110,12 @@ bool AugmentedModel::find_step(double damping) {
   step_.setZero();
   hessian_step_.setZero();
   predicted_ = 0.0;
-  augmented_hessian_ = hessian_;
+  if (has_curvature())
+    augmented_hessian_ = hessian_ + curvature_share_ * curvature_;
+  else
+    augmented_hessian_ = hessian_;
   term_.add_hessian(augmented_hessian_);
   for (int set = 1;; ++set) {
-    if (set > 1) term_.change_hessian(augmented_hessian_);
     if (!factorize(augmented_hessian_, damping)) return false;
     newton_step_ = -total_;
     secant_.refresh([&](const auto& s, auto&& y) { term_.add_hessian_product(s, y); });
@@ -145,6 +134,7 @@ bool AugmentedModel::find_step(double damping) {
     if (inexact_steps_ && set > 1 && predicted_ - before < kLittleGain * predicted_) break;
     total_ = gradient_;
     term_.add_gradient(total_);
+    term_.change_hessian(augmented_hessian_);
   }
   return true;
 }
@@ -187,7 +177,7 @@ double AugmentedModel::merit_at_step(bool with_derivatives) {
   if (!std::isfinite(cost)) return cost;
   const Session::Timer timer(session_.summary.evaluation_seconds);
   try {
-    return cost + term_.value_at_point();
+    return cost + term_.value_at_point(with_derivatives);
   } catch (const Error&) {
     return std::numeric_limits<double>::infinity();
   }
@@ -214,7 +204,7 @@ void AugmentedModel::lagrangian_gradient(Eigen::VectorXd& gradient) const {
 
 void AugmentedModel::estimate_multipliers_at_step() {
   term_.estimate_at_step(next_multipliers_);
-  lagrangian_gradient(last_lagrangian_);
+  if (options_.secant_pairs > 0) lagrangian_gradient(last_lagrangian_);  // for learn()
 }
 
 void AugmentedModel::learn() {
@@ -237,36 +227,31 @@ void AugmentedModel::find_scale() {
     if (!(s > 0)) s = softest;
 }
 
+void AugmentedModel::linearize_constraints() {
+  if (trial_has_derivatives_)
+    term_.take_point();
+  else
+    term_.linearize();
+}
+
 void AugmentedModel::arrive() {
   violation_ = term_.violation();
   if (best_.offer(session_.summary.cost, violation_.size)) program_.keep();
-  if (exact_) evaluate_exact_hessian();
-  if (curvature_.size()) hessian_ += curvature_;
+  if (exact_) add_curvature();
 }
 
 /// Far from feasible, multipliers are large and so is the curvature of the constraints, which a few secant pairs do not
-/// make up for: the Lagrangian's exact Hessian while steps must be damped strongly. It costs some twenty linearisations.
+/// make up for: the Lagrangian's exact Hessian while steps must be damped strongly. It costs a few linearisations.
 void AugmentedModel::choose_hessian(bool strongly_damped, bool free) {
   strongly_damped_ = strongly_damped ? strongly_damped_ + 1 : 0;
   free_ = free ? free_ + 1 : 0;
   if (!exact_ && strongly_damped_ > kHessianSteps) {
-    const Session::Timer timer(session_.summary.evaluation_seconds);
     exact_ = true;
     secant_.clear();
     estimate_multipliers();
-    evaluate_exact_hessian();
+    add_curvature();
   } else if (exact_ && free_ > kHessianSteps) {
     exact_ = false;
-    SoftModel::linearize();
-  }
-}
-
-void AugmentedModel::evaluate_exact_hessian() {
-  try {
-    program_.exact_hessian(1.0, next_multipliers_, hessian_);
-    curvature_share_ = 1.0;
-  } catch (const Error&) {  // a residual is undefined nearby, where differences are taken
-    program_.linearize(gradient_, hessian_);
     curvature_share_ = 0.0;
   }
 }

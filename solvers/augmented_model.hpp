@@ -17,11 +17,11 @@ class AugmentedModel final : public SoftModel {
   /// The weights start at `penalty` times the cost's own stiffness.
   AugmentedModel(Program& program, Session& session, const LevenbergMarquardtOptions& options, double penalty);
 
-  /// From now on the Hessian is Gauss-Newton's and, besides, what that lacks of the Lagrangian's exact one at X̄, by the
-  /// multipliers of the last step: evaluated once, kept over the steps that follow but for lessen_curvature(). It costs some
-  /// twenty linearisations.
+  /// From now on the model's Hessian is Gauss-Newton's and, besides, what that lacks of the Lagrangian's exact one at X̄, by
+  /// the multipliers of the last step: evaluated once, kept over the steps that follow but for lessen_curvature(). It costs
+  /// a few linearisations.
   void add_curvature();
-  bool has_curvature() const { return (exact_ || curvature_.size()) && curvature_share_ > 0.0; }
+  bool has_curvature() const { return curvature_share_ > 0.0; }
   /// What a filter weighs against each other: the cost, and how far the hard constraints are violated, √Σ w⁰ᵢ vᵢ²
   /// [standard deviations]. At X̄ and at the program's point, where merit_at_step() was the last to go.
   struct Progress {
@@ -71,10 +71,9 @@ class AugmentedModel final : public SoftModel {
   void leave_multipliers() override { program_.set_multipliers(next_multipliers_); }
 
  private:
-  void linearize_constraints() override { term_.linearize(); }
+  void linearize_constraints() override;
   void find_scale() override;
   void arrive() override;
-  void evaluate_exact_hessian();
   double best_fraction() const;
   double model_decrease() const;
   void set_penalty(double penalty);
@@ -90,9 +89,9 @@ class AugmentedModel final : public SoftModel {
   std::array<double, 5> recent_optimality_;                     // of the multipliers taken last
   int taken_ = 0, stalled_ = 0, relaxed_ = 0, strongly_damped_ = 0, free_ = 0;
   bool inexact_steps_ = false;
-  bool exact_ = false;            // hessian_ is the Lagrangian's own
-  Eigen::VectorXd curvature_;     // of add_curvature(), in hessian_ too; empty without
-  double curvature_share_ = 0.0;  // that was kept, of this or the exact Hessian's
+  bool exact_ = false;            // the curvature is added anew at each X̄
+  Eigen::VectorXd curvature_;     // what hessian_ lacks of the Lagrangian's exact one
+  double curvature_share_ = 0.0;  // that the model has of it
   Eigen::VectorXd augmented_hessian_, total_, last_lagrangian_, next_multipliers_;
   Eigen::VectorXd newton_step_;                    // to the model's minimum while the same rows are active
   Eigen::VectorXd hessian_step_, hessian_newton_;  // Hessian times step_ and newton_step_, by the equations they solve

@@ -10,7 +10,8 @@ AugmentedTerm::AugmentedTerm(Program& program) : program_(program) {
   for (Eigen::VectorXd* v : {&c_, &y_, &w_, &stiffness_, &jacobian_step_, &jacobian_segment_, &active_, &bound_,
                              &in_hessian_, &trial_, &row_, &uncorrected_})
     v->setZero(rows);
-  jacobian_.setZero(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
+  for (Eigen::VectorXd* v : {&jacobian_, &trial_jacobian_})
+    v->setZero(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
   tangent_.setZero(program.num_unknowns());
   const auto& pattern = program.jacobian_pattern();
   for (int k = 0; k < static_cast<int>(pattern.row.size()); ++k) {
@@ -24,6 +25,12 @@ AugmentedTerm::AugmentedTerm(Program& program) : program_(program) {
 
 void AugmentedTerm::linearize() {
   program_.linearize_constraints(c_, jacobian_);
+  corrected_ = false;
+}
+
+void AugmentedTerm::take_point() {
+  c_.swap(trial_);
+  jacobian_.swap(trial_jacobian_);
   corrected_ = false;
 }
 
@@ -71,8 +78,11 @@ double AugmentedTerm::violation_size_of(const Eigen::VectorXd& c) const {
   return std::sqrt(total);
 }
 
-double AugmentedTerm::value_at_point() {
-  program_.constraints(trial_);
+double AugmentedTerm::value_at_point(bool with_derivatives) {
+  if (with_derivatives)
+    program_.linearize_constraints_at_point(trial_, trial_jacobian_);
+  else
+    program_.constraints(trial_);
   return value_of(trial_);
 }
 

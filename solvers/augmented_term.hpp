@@ -1,8 +1,8 @@
 #pragma once
 
-#include <type_traits>
 #include <vector>
 
+#include <tandem/problem/block_kernels.hpp>
 #include <tandem/problem/program.hpp>
 
 namespace tandem::detail {
@@ -33,7 +33,9 @@ class AugmentedTerm {
 
   /// ψ at X̄ and at the program's point.
   double value() const { return value_of(c_); }
-  double value_at_point();
+  double value_at_point(bool with_derivatives);
+  /// The program's point, evaluated last and with derivatives, has become X̄.
+  void take_point();
   /// g += Jᵀ y.
   void add_row_gradients(const Eigen::VectorXd& y, Eigen::VectorXd& g) const { add_transposed(y, g); }
 
@@ -92,27 +94,18 @@ class AugmentedTerm {
   struct Column {
     int entry, row, rows, column;
   };
-  template <class F>
-  static void over_rows(int rows, F f) {  // f(n), a constant where it is usual
-    if (rows == 6)
-      f(std::integral_constant<int, 6>());
-    else if (rows == 3)
-      f(std::integral_constant<int, 3>());
-    else
-      f(rows);
-  }
   template <class S>
   void multiply(const S& s, Eigen::VectorXd& rows) const {
     rows.setZero();
     for (const Column& c : columns_)
-      over_rows(c.rows, [&, J = jacobian_.data() + c.entry, to = rows.data() + c.row, x = s[c.column]](auto n) {
+      with_size(c.rows, [&, J = jacobian_.data() + c.entry, to = rows.data() + c.row, x = s[c.column]](auto n) {
         for (int i = 0; i < n; ++i) to[i] += J[i] * x;
       });
   }
   template <class Y>
   void add_transposed(const Eigen::VectorXd& rows, Y&& y) const {
     for (const Column& c : columns_)
-      over_rows(c.rows, [&, J = jacobian_.data() + c.entry, from = rows.data() + c.row](auto n) {
+      with_size(c.rows, [&, J = jacobian_.data() + c.entry, from = rows.data() + c.row](auto n) {
         double sum = 0;
         for (int i = 0; i < n; ++i) sum += J[i] * from[i];
         y[c.column] += sum;
@@ -126,7 +119,8 @@ class AugmentedTerm {
   Eigen::VectorXd jacobian_step_, jacobian_segment_;  // J p, and J (next − p)
   Eigen::VectorXd active_, bound_;  // weights of the active rows, 0 of the others; the bound that each is held to
   Eigen::VectorXd in_hessian_;      // the weights that add_hessian() took
-  Eigen::VectorXd trial_, row_, tangent_;
+  Eigen::VectorXd trial_, trial_jacobian_;  // at the point
+  Eigen::VectorXd row_, tangent_;
   std::vector<Column> columns_;
 };
 

@@ -70,12 +70,22 @@ Vector<N> pursue(const VehicleModel<N>& vehicle, const VehicleState<N>& state, c
     wanted[4] = std::clamp(-o.attitude_gain * std::atan2(p[2], std::hypot(p[0], p[1])), -o.turn_rate, o.turn_rate);
     wanted[5] = std::clamp(o.attitude_gain * std::atan2(p[1], p[0]), -o.turn_rate, o.turn_rate);
   }
-  const Vector<6> change = (wanted - state.twist) / o.response;
-  if (is_holonomic(vehicle)) return command_for(vehicle, state, current, change);
+  VehicleState<N> damped = state;
   // By what damps the wanted twist: pushed against what damps the one it has, it would stop by itself no longer.
-  VehicleState<N> there = state;
-  there.twist = wanted;
-  return command_for(vehicle, there, current, change);
+  if (!is_holonomic(vehicle)) damped.twist = wanted;
+  return command_for(vehicle, damped, current, Vector<6>((wanted - state.twist) / o.response));
+}
+
+/// A command that keeps a course with a way through the world [m/s], both in the world's frame. By what damps the wanted
+/// twist, for who hardly knows the current.
+template <int N>
+Vector<N> keep_course(const VehicleModel<N>& vehicle, const VehicleState<N>& state, const Vector<3>& current,
+                      const SO3& course, double speed, const PursuitOptions& o) {
+  const SO3 to_course = state.pose.rotation().inverse() * course;
+  VehicleState<N> damped = state;
+  damped.twist << to_course.act({speed, 0.0, 0.0}), o.attitude_gain * to_course.Log();
+  if (!is_holonomic(vehicle)) damped.twist.template segment<3>(1) = state.twist.template segment<3>(1);
+  return command_for(vehicle, damped, current, Vector<6>((damped.twist - state.twist) / o.response));
 }
 
 extern template Vector<3> command_for(const VehicleModel<3>&, const VehicleState<3>&, const Vector<3>&,
@@ -86,5 +96,9 @@ extern template Vector<3> pursue(const VehicleModel<3>&, const VehicleState<3>&,
                                  const Vector<6>&, const PursuitOptions&);
 extern template Vector<8> pursue(const VehicleModel<8>&, const VehicleState<8>&, const Vector<3>&, const SE3&,
                                  const Vector<6>&, const PursuitOptions&);
+extern template Vector<3> keep_course(const VehicleModel<3>&, const VehicleState<3>&, const Vector<3>&, const SO3&,
+                                      double, const PursuitOptions&);
+extern template Vector<8> keep_course(const VehicleModel<8>&, const VehicleState<8>&, const Vector<3>&, const SO3&,
+                                      double, const PursuitOptions&);
 
 }  // namespace tandem

@@ -16,6 +16,7 @@ template <int N>
 struct ActuatorLag {
   static constexpr std::string_view name = "actuator lag";
   static constexpr int dim = N;
+  static constexpr bool linear = true;
   using Actuators = Rn<N>;
   using States = std::tuple<Actuators, Actuators, Actuators>;
 

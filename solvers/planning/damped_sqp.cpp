@@ -31,6 +31,12 @@ constexpr double kGreatest = 1e4;                       // violation, over the f
 constexpr double kRestored = 0.5;                       // of the violation, what a restoration leaves at most
 constexpr double kRestores = 1e-4;                      // of what a restoring step foretells, for it to be taken
 
+LevenbergMarquardtOptions without_secants() {
+  LevenbergMarquardtOptions options;
+  options.secant_pairs = 0;
+  return options;
+}
+
 }  // namespace
 
 struct DampedSqp::Analysed {
@@ -39,7 +45,7 @@ struct DampedSqp::Analysed {
     model.use_inexact_steps();
   }
 
-  LevenbergMarquardtOptions options;
+  LevenbergMarquardtOptions options = without_secants();
   detail::Session session;
   Program program;
   detail::AugmentedModel model;

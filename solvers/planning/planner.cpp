@@ -16,12 +16,19 @@ namespace {
 
 /// The cost of a plan leaves most unknowns slack, and its constraints are stiff: weights that do not let go of them.
 constexpr double kPlanPenalty = 1e7;
-constexpr double kFeasible = 0.9 * kPlanTolerance;  // of DampedSqp
-constexpr double kCostTolerance = 1e-4;             // of DampedSqp, over 1 + cost
 constexpr double kWithTarget = 2.0;  // how much sooner than at its end a plan goes with the target as a whole
 constexpr double kNearTarget = 5.0;  // m from the target, where it goes with that wholly
 constexpr int kStale = 3;            // times that a plan is shifted before a fresh start is tried, every so many times
 constexpr double kAtBound = 1e-6;    // in the row's units, over its size
+
+/// `share` of the plan in the cost.
+DampedSqp::Options refinement(double time_limit, double share) {
+  DampedSqp::Options options;
+  options.time_limit = time_limit;
+  options.feasible = 0.9 * kPlanTolerance;
+  options.cost_tolerance = 1e-4 * share;
+  return options;
+}
 
 }  // namespace
 
@@ -100,10 +107,7 @@ Plan<N> Planner<N>::moved_with(const TargetPrediction& target) const {
 template <int N>
 Summary Planner<N>::refine(const Plan<N>& guess, double time_limit) {
   problem_.set_guess(guess);
-  DampedSqp::Options options;
-  options.time_limit = time_limit;
-  options.feasible = kFeasible;
-  options.cost_tolerance = kCostTolerance;
+  DampedSqp::Options options = refinement(time_limit, 1.0);
   if (!starts_afresh()) options.max_iterations = options_.max_warm_refinements;
   options.from_multipliers = !multipliers_.empty();
   if (options.from_multipliers) problem_.set_multipliers(multipliers_);
@@ -204,10 +208,7 @@ PlanResult<N> Planner<N>::replan(const VehicleState<N>& start, const Vector<3>& 
   couple();
   coupled_->set_guess(alone.plan);
   coupled_->set_multipliers(problem_.multipliers());
-  DampedSqp::Options options;
-  options.time_limit = options_.deadline - elapsed();
-  options.feasible = kFeasible;
-  options.cost_tolerance = kCostTolerance * estimate.share;
+  DampedSqp::Options options = refinement(options_.deadline - elapsed(), estimate.share);
   options.max_iterations = options_.max_warm_refinements;
   options.from_multipliers = true;
   Summary refined = DampedSqp(coupled_->problem()).solve(options);
@@ -248,8 +249,10 @@ PlanResult<N> Planner<N>::remembered(PlanResult<N> result, const Vector<3>& curr
   multipliers_.clear();
   if (!result.accepted() && !last_) return result;
   last_ = result.plan.shifted(step_, current);
-  shifts_ = result.origin == PlanOrigin::shifted ? shifts_ + 1 : 0;
-  if (shifts_ == 0) in_vain_ = 0;
+  if (result.origin == PlanOrigin::shifted)
+    ++shifts_;
+  else
+    shifts_ = in_vain_ = 0;
   const auto& poses = target.pose;
   const std::size_t end = poses.size() - 1;
   last_target_.assign(poses.begin() + 1, poses.end());

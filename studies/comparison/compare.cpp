@@ -26,8 +26,12 @@ class Curve {
  public:
   void add(const Progress& p) {
     if (!points.empty() && p.seconds < next_) return;
-    points.push_back({p.seconds, p.cost, p.violation});
+    keep({p.seconds, p.cost, p.violation});
     next_ = p.seconds * std::pow(10.0, 1.0 / kPointsADecade);
+  }
+  /// But where a solver was at a point at which a residual is undefined.
+  void keep(const CurvePoint& p) {
+    if (std::isfinite(p.cost) && std::isfinite(p.violation)) points.push_back(p);
   }
   std::vector<CurvePoint> points;
 
@@ -164,7 +168,7 @@ ComparedSolve compare_one(const Scenario& scenario, const ComparedProblem& compa
     result.violation = outside.violation;
     if (compared.role == Role::soft) result.constraint_cost = outside.cost;
     compare_with_truth(scenario, tracking, result);
-    curve.points.push_back({summary.seconds, summary.cost, summary.max_violation});
+    curve.keep({summary.seconds, summary.cost, summary.max_violation});
     result.curve = std::move(curve.points);
   } catch (const std::exception& error) {
     result.status = name(Status::failed);

@@ -146,7 +146,7 @@ class Simulation {
     const Vector<3> position = target_.act(behind), ahead = target_.translation() - position;
     truth_.pose = SE3(SO3::Exp({0.0, 0.0, std::atan2(ahead.y(), ahead.x()) + 0.3 * draw()}), position);
     course_ = truth_.pose.rotation();
-    truth_.twist.template head<3>() = way();
+    truth_.twist[0] = options_.target_speed;
     current_ = options_.current * Vector<3>(draw(), draw(), 0.0);
     actuators_.setZero();
     sense(true);
@@ -277,17 +277,11 @@ class Simulation {
     return command;
   }
 
-  Vector<3> way() const { return {options_.target_speed, 0.0, 0.0}; }
   /// While it does not plan, its autopilot keeps its course and the way that it is launched with, by dead reckoning: at
-  /// rest, a torpedo's fins turn nothing. By what damps the wanted twist, since it hardly knows the current yet.
+  /// rest, a torpedo's fins turn nothing.
   Vector<N> hold_way() {
-    const PursuitOptions& gains = options_.planner.pursuit;
-    const SO3 to_course = odometry_.rotation().inverse() * course_;
-    VehicleState<N> wanted{odometry_, Vector<6>(), actuators_};
-    wanted.twist << to_course.act(way()), gains.attitude_gain * to_course.Log();
-    const Vector<6> twist = measured_twist();
-    if (!is_holonomic(model_)) wanted.twist.template segment<3>(1) = twist.template segment<3>(1);
-    return command_for(model_, wanted, current_estimate_, Vector<6>((wanted.twist - twist) / gains.response));
+    return keep_course(model_, {odometry_, measured_twist(), actuators_}, current_estimate_, course_,
+                       options_.target_speed, options_.planner.pursuit);
   }
 
   Planner<N>& planner() {

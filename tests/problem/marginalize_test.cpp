@@ -195,6 +195,11 @@ TEST(Marginalize, ThePriorsDerivativesAreExactFarAway) {
   program.gradient(g);
   Eigen::VectorXd exact(Eigen::Index(program.hessian_pattern().row.size()));
   program.exact_hessian(1.0, {}, exact);
+  Eigen::VectorXd first_order(exact.size()), curvature(exact.size());
+  program.linearize(ahead, first_order);
+  program.curvature({}, curvature);
+  // By differences with h = 1e-5: rounding 1e-16 / h.
+  EXPECT_LE((first_order + curvature - exact).cwiseAbs().maxCoeff(), 1e-10 * exact.cwiseAbs().maxCoeff());
   for (int i = 0; i < n; ++i) {
     constexpr double h = 1e-5;
     Eigen::VectorXd moved = delta;

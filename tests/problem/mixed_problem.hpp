@@ -105,6 +105,7 @@ void each_mixed_cost(const MixedVariables& v, F f) {
   f(Below{{0.5, -0.3}}, Gaussian{0.4, 0.7}, std::tuple(v.q, v.p), Loss{});
   f(Carried{}, Gaussian{0.7, 0.6, 0.5}, std::tuple(v.s, v.p), Loss{});
   f(Prior<Body>{Body()}, full, std::tuple(v.s), Loss{});
+  f(Prior<R3>{R3({0.1, -0.3, 0.9})}, Gaussian{0.4, 0.3, 0.5}, std::tuple(v.p), Cauchy(0.8));  // linear but for its loss
 }
 
 /// Calls f(residual, bounds, variables) for each constraint. Residuals of one type follow each other, so this

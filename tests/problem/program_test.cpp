@@ -163,6 +163,18 @@ TEST_F(ProgramTest, ConstraintsAndJacobianInOneEvaluationAreTheSame) {
   EXPECT_EQ(J, both_J);
 }
 
+TEST_F(ProgramTest, ConstraintsByPerturbationsOfThePointAreThoseOnceItIsTheCentre) {
+  const int rows = program.num_rows();
+  Eigen::VectorXd c(rows), c_there(rows);
+  Eigen::VectorXd J(static_cast<Eigen::Index>(program.jacobian_pattern().row.size())), J_there(J.size());
+  program.move_to(delta);
+  program.linearize_constraints_at_point(c, J);
+  program.recenter();
+  program.linearize_constraints(c_there, J_there);
+  EXPECT_EQ(c, c_there);
+  EXPECT_EQ(J, J_there);
+}
+
 TEST_F(ProgramTest, RestoresWhatItKept) {
   const double cost = program.cost();
   program.keep();
@@ -195,6 +207,19 @@ TEST_F(ProgramTest, ExactHessianAtTheCentreAgreesWithDifferences) {
   Eigen::VectorXd H = hessian_values(program);
   program.exact_hessian(1.0, multipliers, H);
   expect_equal(dense(program.hessian_pattern(), H), expected, 1e-8);
+}
+
+TEST_F(ProgramTest, CurvatureIsWhatGaussNewtonsLacksOfTheExactHessian) {
+  const Eigen::VectorXd multipliers = random_vector(program.num_rows(), 2.0, 7);
+  Eigen::VectorXd g(program.num_unknowns()), H = hessian_values(program), exact = H, curvature = H;
+  for (const double far : {0.0, 1.0}) {
+    program.move_to(far * delta);
+    program.linearize(g, H);
+    program.exact_hessian(1.0, multipliers, exact);
+    program.curvature(multipliers, curvature);
+    EXPECT_LE((H + curvature - exact).cwiseAbs().maxCoeff(), 1e-13 * exact.cwiseAbs().maxCoeff());
+    EXPECT_GE(curvature.cwiseAbs().maxCoeff(), 1e-3 * exact.cwiseAbs().maxCoeff());
+  }
 }
 
 TEST_F(ProgramTest, PatternIsSortedWithFullDiagonalBlocks) {
