@@ -151,10 +151,10 @@ void IpoptNlp::need_cost() {
 
 void IpoptNlp::need_derivatives() {
   if (has_derivatives_) return;
-  if (!exact_now_ && options_.hessian != Hessian::limited_memory) {
-    program_.linearize(gradient_, hessian_);
-  } else {
+  if (options_.hessian == Hessian::limited_memory) {
     program_.gradient(gradient_);
+  } else {
+    program_.linearize(gradient_, hessian_);
   }
   has_derivatives_ = true;
 }
@@ -163,6 +163,14 @@ void IpoptNlp::need_constraints() {
   if (has_constraints_) return;
   program_.constraints(constraints_);
   has_constraints_ = true;
+}
+
+/// In the usual case, unlike Ipopt's restoration, the gradient has been asked for, and with it came Gauss-Newton's part.
+void IpoptNlp::need_exact(double factor) {
+  if (factor != 1.0) return program_.exact_hessian(factor, multipliers_, exact_);
+  need_derivatives();
+  program_.curvature(multipliers_, exact_);
+  exact_ += hessian_;
 }
 
 bool IpoptNlp::eval_f(Index, const Number* x, bool new_x, Number& value) {
@@ -223,7 +231,7 @@ bool IpoptNlp::eval_h(Index, const Number* x, bool new_x, Number factor, Index m
     const Eigen::VectorXd* h = &hessian_;
     if (exact_now_) {
       multipliers_ = Eigen::Map<const Eigen::VectorXd>(lambda, m);
-      program_.exact_hessian(factor, multipliers_, exact_);
+      need_exact(factor);
       factor = 1.0;
       h = &exact_;
     } else {
@@ -270,10 +278,7 @@ bool IpoptNlp::intermediate_callback(Ipopt::AlgorithmMode, Index iteration, Numb
                           : damping_ * 0.2;
     if (damping_ < kLeastDamping) damping_ = 0;
     const bool cut_near_solution = trials > 1 && std::abs(value - last_cost_) <= kNearSolution * std::abs(value);
-    if (options_.hessian == Hessian::automatic && !exact_now_ && (cut_near_solution || iteration > kPatience)) {
-      exact_now_ = true;
-      has_derivatives_ = false;
-    }
+    if (options_.hessian == Hessian::automatic && (cut_near_solution || iteration > kPatience)) exact_now_ = true;
     last_cost_ = value;
     session_.summary.iterations = first_iteration_ + iteration;
     // GetCurrIterate came with Ipopt 3.14; the adapter knows the iterate in all versions, but not in restoration.

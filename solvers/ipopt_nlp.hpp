@@ -69,6 +69,8 @@ class IpoptNlp final : public Ipopt::TNLP {
   void need_cost();
   void need_derivatives();
   void need_constraints();
+  /// exact_ becomes the Hessian of factor·cost + multipliers_ᵀ c.
+  void need_exact(double factor);
   /// Of an iterate in Ipopt's unknowns, which becomes current_ as δ.
   void consider_best(const Eigen::VectorXd& iterate);
   void choose_unknowns();
