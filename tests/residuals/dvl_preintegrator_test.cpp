@@ -63,7 +63,7 @@ TEST(DvlPreintegrator, PartsOfOneReadingAddUpToIt) {
 }
 
 /// Readings with errors, a gyroscope with errors: their sums scatter as is said.
-TEST(DvlPreintegrator, MonteCarlo) {
+TEST(StatisticalDvlPreintegrator, ScattersAsItSays) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
   const auto draw = [&](const Vector<3>& s) {

@@ -141,7 +141,7 @@ TEST(ImuPreintegration, has_a_covariance_that_composes_as_the_residual_does) {
   }
 }
 
-TEST(ImuPreintegration, has_the_covariance_of_its_residuals) {
+TEST(StatisticalImuPreintegration, has_the_covariance_of_its_residuals) {
   // Readings with white noise of variance σ²/dt and biases that walk: in an interval by u', by u in its mean.
   constexpr int count = 20000;
   const auto readings = random_readings(8, 40, 0.02);
