@@ -108,12 +108,14 @@ void Problem::set_noise(const Block& block, const Gaussian& noise) {
   detail::SoftPoolBase& pool = soft_pool_of(block, "set_noise");
   check_noise(pool.name(), pool.dim(), noise, {});
   pool.set_noise(index_of(block, "set_noise"), noise);
+  ++bounds_revision_;
 }
 
 Loss Problem::loss(const Block& block) const { return soft_pool_of(block, "loss").loss(index_of(block, "loss")); }
 
 void Problem::set_loss(const Block& block, const Loss& loss) {
   soft_pool_of(block, "set_loss").set_loss(index_of(block, "set_loss"), loss);
+  ++bounds_revision_;
 }
 
 Problem::Linearization Problem::linearization(const Block& block) const {

@@ -178,6 +178,7 @@ class Problem {
       hard_pool<R>().pool.set_residual(index, residual);
     else
       throw Error("set_residual: the block is no " + std::string(R::name));
+    ++bounds_revision_;
   }
   /// Other bounds of a hard block; a Program goes by them from its next reset() on. Throws Error for a soft block, one that is
   /// not there (any more), and bounds that subject_to() or the block's rows do not allow.
@@ -338,8 +339,8 @@ class Problem {
   std::map<std::type_index, int> pool_of_type_;
   int prior_pool_ = -1;    // of the marginal prior, once there has been one
   double widening_ = 1.0;  // also in every soft pool
-  // Programs notice by these that variables or blocks, or values, are no longer what they were compiled for, and that
-  // another Program has moved the point.
+  // Programs notice by these that variables or blocks, values, or bounds (with noises, losses and residuals, of which soft
+  // bounds are made) are no longer what they were compiled for, and that another Program has moved the point.
   long long revision_ = 0, value_revision_ = 0, bounds_revision_ = 0;
   const Program* point_of_ = nullptr;
 };

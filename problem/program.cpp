@@ -9,11 +9,24 @@
 
 namespace tandem {
 
-bool Program::is_current() const { return problem_.revision_ == revision_; }
+bool Program::is_current() const {
+  if (problem_.revision_ != revision_) return false;
+  if (problem_.bounds_revision_ == bounds_revision_) return true;
+  for (std::size_t p = 0; p < soft_bounds_.size(); ++p)
+    if (soft_bounds_[p] && !problem_.pools_[p].soft->bounded_rows()) return false;
+  return true;
+}
 
 void Program::check_unchanged() const {
   if (!is_current())
-    throw Error("variables or blocks have joined or left the problem since its Program was made: make a new one");
+    throw Error(
+        "variables or blocks have joined or left the problem, or soft bounds have got a loss, since its Program was "
+        "made: "
+        "make a new one");
+}
+
+const detail::PoolBase& Program::pool(std::size_t p) const {
+  return costs_[p] ? static_cast<const detail::PoolBase&>(*costs_[p]) : *rows_[p];
 }
 
 void Program::take_point() {
@@ -97,8 +110,7 @@ double Program::over_blocks(F f) const {
 template <class F>
 double Program::over_hard_blocks(F f) const {
   return over_blocks([&](std::size_t p, int begin, int end) {
-    const auto* pool = problem_.pools_[p].hard.get();
-    if (pool) f(*pool, p, begin, end);
+    if (rows_[p]) f(*rows_[p], p, begin, end);
     return 0.0;
   });
 }
@@ -125,9 +137,17 @@ void Program::set_zero(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian) {
 double Program::cost() {
   take_point();
   return over_blocks([this](std::size_t p, int begin, int end) {
-    const auto* pool = problem_.pools_[p].soft.get();
-    return pool ? pool->cost(placement_[p], begin, end) : 0.0;
+    return costs_[p] ? costs_[p]->cost(placement_[p], begin, end) : 0.0;
   });
+}
+
+double Program::cost_of_rows(const Eigen::VectorXd& c) const {
+  double total = 0;
+  for (Eigen::Index i = 0; i < c.size(); ++i) {
+    const double d = std::max({lower_[i] - c[i], c[i] - upper_[i], 0.0});
+    total += 0.5 * soft_weights_[i] * d * d;
+  }
+  return total;
 }
 
 double Program::gradient(Eigen::VectorXd& gradient) {
@@ -159,9 +179,9 @@ double Program::linearize_at_point(Eigen::VectorXd& gradient, Eigen::VectorXd& h
 double Program::accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian) {
   set_zero(gradient, hessian);
   return over_blocks([&](std::size_t p, int begin, int end) {
-    const auto* pool = problem_.pools_[p].soft.get();
-    return pool ? pool->accumulate(placement_[p], begin, end, gradient.data(), hessian ? hessian->data() : nullptr)
-                : 0.0;
+    return costs_[p]
+               ? costs_[p]->accumulate(placement_[p], begin, end, gradient.data(), hessian ? hessian->data() : nullptr)
+               : 0.0;
   });
 }
 
@@ -203,26 +223,23 @@ void Program::add_constraint_hessian(const Eigen::VectorXd& weights, const Eigen
 }
 
 void Program::multipliers(Eigen::VectorXd& y) const {
-  double* out = y.data();
-  for (const auto& p : problem_.pools_)
-    if (p.hard) out = std::copy(p.hard->multipliers().begin(), p.hard->multipliers().end(), out);
+  for (std::size_t p = 0; p < rows_.size(); ++p)
+    if (rows_[p]) std::copy(rows_[p]->multipliers().begin(), rows_[p]->multipliers().end(), y.data() + first_row_[p]);
 }
 
 void Program::set_multipliers(const Eigen::VectorXd& y) {
-  const double* from = y.data();
-  for (const auto& p : problem_.pools_)
-    for (int i = 0; p.hard && i < p.hard->size(); ++i, from += p.hard->dim()) p.hard->set_multipliers(i, from);
+  for (std::size_t p = 0; p < rows_.size(); ++p) {
+    detail::HardPoolBase* hard = problem_.pools_[p].hard.get();
+    const double* from = y.data() + first_row_[p];
+    for (int i = 0; hard && i < hard->size(); ++i, from += hard->dim()) hard->set_multipliers(i, from);
+  }
 }
 
 Program::Stiffness Program::stiffness(const Eigen::VectorXd& v, const Eigen::VectorXd& row_weights) {
   chart_if_moved();
   Stiffness total{0, 0};
-  const double* w = row_weights.data();
-  for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
-    const auto& pool = problem_.pools_[p];
-    pool.base().add_stiffness(placement_[p], v.data(), w, total.along, total.scale);
-    if (pool.hard) w += pool.hard->size() * pool.hard->dim();
-  }
+  for (std::size_t p = 0; p < placement_.size(); ++p)
+    pool(p).add_stiffness(placement_[p], v.data(), row_weights.data() + first_row_[p], total.along, total.scale);
   return total;
 }
 
@@ -239,10 +256,9 @@ void Program::second_derivatives(detail::Curvature wanted, double factor, const 
   chart_if_moved();
   set_zero(point_gradient_, &hessian);
   over_blocks([&](std::size_t p, int begin, int end) {
-    const auto& pool = problem_.pools_[p];
-    const double* lambda = pool.hard ? multipliers.data() + first_row_[p] : nullptr;
-    pool.base().add_exact_hessian(placement_[p], begin, end, wanted, pool.hard ? 1.0 : factor, lambda,
-                                  point_gradient_.data(), hessian.data());
+    const double* lambda = rows_[p] ? multipliers.data() + first_row_[p] : nullptr;
+    pool(p).add_exact_hessian(placement_[p], begin, end, wanted, rows_[p] ? 1.0 : factor, lambda,
+                              point_gradient_.data(), hessian.data());
     return 0.0;
   });
   over_states([&](const detail::StateStoreBase& store, int begin, int end) {
@@ -253,6 +269,7 @@ void Program::second_derivatives(detail::Curvature wanted, double factor, const 
 Program::Violation Program::violation(const Eigen::VectorXd& c) const {
   Violation worst{0.0, -1};
   for (int i = 0; i < num_rows(); ++i) {
+    if (soft_weights_[i] > 0 && std::isfinite(c[i])) continue;
     const double v = std::max(lower_[i] - c[i], c[i] - upper_[i]);
     if (v > worst.size || !std::isfinite(c[i])) worst = {std::isfinite(c[i]) ? v : HUGE_VAL, i};
   }
@@ -269,10 +286,10 @@ Program::Violation Program::fixed_violation(const Eigen::VectorXd& c) const {
 }
 
 std::string Program::describe_row(int row) const {
-  for (const auto& p : problem_.pools_) {
-    if (!p.hard) continue;
-    const int rows = p.hard->size() * p.hard->dim();
-    if (row < rows) return problem_.describe(*p.hard, row / p.hard->dim());
+  for (const auto* pool : rows_) {
+    if (!pool) continue;
+    const int rows = pool->size() * pool->dim();
+    if (row < rows) return problem_.describe(*pool, row / pool->dim());
     row -= rows;
   }
   return {};
@@ -282,7 +299,7 @@ std::string Program::describe_bad_block() {
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(num_unknowns());
   chart_if_moved();
   for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
-    const auto* pool = problem_.pools_[p].soft.get();
+    const auto* pool = costs_[p];
     for (int k = 0; pool && k < pool->size(); ++k) {
       const int i = placement_[p].at(k);
       const double cost = pool->accumulate(placement_[p], k, k + 1, gradient.data(), nullptr);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,10 @@ struct TripletPattern {
   std::vector<int> row, column;
 };
 
+/// Where soft bounds stand in a Program, Outside without a loss and with independent noise: in the cost, as all soft blocks;
+/// or as rows beside the hard ones, for solvers whose model of the cost is to know of a bound before it is reached.
+enum class SoftBounds { in_cost, as_rows };
+
 /// A problem as solvers see it: rows, bounds and fixed patterns in tangent coordinates, X = X̄ ⊕ δ with X̄ the
 /// variables' values, never residuals or groups. Compiled once; the problem must outlive it. Evaluation does not
 /// allocate. Each Program of a problem has its own point, while X̄ is the problem's. Throws Error where a residual is
@@ -36,7 +41,7 @@ struct TripletPattern {
 class Program {
  public:
   /// Throws Error when the problem has no free variable.
-  explicit Program(Problem& problem);
+  explicit Program(Problem& problem, SoftBounds soft_bounds = SoftBounds::in_cost);
   ~Program();
 
   /// Threads that evaluate, at most; 0, the default: one each core. No result depends on it. Throws Error below zero.
@@ -51,6 +56,8 @@ class Program {
   const Eigen::VectorXd& upper() const { return upper_; }
   const SymmetricPattern& hessian_pattern() const { return hessian_; }
   const TripletPattern& jacobian_pattern() const { return jacobian_; }
+  /// With SoftBounds::as_rows, of each row: w = 1/σ² of a soft bound, 0 of a hard one.
+  const Eigen::VectorXd& soft_weights() const { return soft_weights_; }
   /// The Hessian's block that a variable is, −1 when it is fixed. Blocks are in the order in which the variables were
   /// added to the problem.
   int block_of(int variable_id) const { return block_of_variable_[std::size_t(variable_id)]; }
@@ -68,8 +75,10 @@ class Program {
   /// so that no chart is left.
   double largest_angle() const;
 
-  /// All at the point, with respect to δ.
+  /// All at the point, with respect to δ. Of soft bounds that are rows the cost is ½ w d² of the distance d outside, which
+  /// cost() and what is with it do not have.
   double cost();
+  double cost_of_rows(const Eigen::VectorXd& c) const;
   double gradient(Eigen::VectorXd& gradient);
   /// Cost, gradient and the Gauss-Newton Hessian's values in the order of its pattern.
   double linearize(Eigen::VectorXd& gradient, Eigen::VectorXd& hessian);
@@ -92,11 +101,11 @@ class Program {
   /// What the Gauss-Newton Hessian, as linearize() gives it, lacks of the exact one of cost + multipliersᵀ c.
   void curvature(const Eigen::VectorXd& multipliers, Eigen::VectorXd& hessian);
 
-  /// Those of the problem's hard blocks (Problem::multipliers), one a row.
+  /// Those of the problem's hard blocks (Problem::multipliers), one a row; 0 of soft bounds.
   void multipliers(Eigen::VectorXd& y) const;
   void set_multipliers(const Eigen::VectorXd& y);
 
-  /// Largest distance of c outside its bounds, and its row (−1: none outside).
+  /// Largest distance of c outside its hard bounds, and its row (−1: none outside).
   struct Violation {
     double size;
     int row;
@@ -133,11 +142,14 @@ class Program {
 
  private:
   void compile_hessian();
+  void choose_rows(SoftBounds soft_bounds);
   void compile_constraints();
   void read_bounds();
+  void read_soft_bounds(std::size_t pool);
   void compile_lanes();
   detail::HessianPlace place(int block_a, int block_b) const;
   void check_unchanged() const;
+  const detail::PoolBase& pool(std::size_t p) const;  // whichever of the two it is
   void take_point();
   void values_changed();
   void chart_if_moved();
@@ -162,10 +174,13 @@ class Program {
   std::vector<int> block_of_variable_;  // the same
   std::vector<int> variable_of_block_;  // ids of the free variables, in order
   std::vector<detail::PoolPlacement> placement_;
-  std::vector<int> first_row_;  // of each pool's constraints
+  std::vector<const detail::SoftPoolBase*> costs_;                  // of each pool, null where it is rows
+  std::vector<const detail::HardPoolBase*> rows_;                   // of each pool, null where it is a cost
+  std::vector<std::unique_ptr<detail::HardPoolBase>> soft_bounds_;  // of each pool, those that are rows
+  std::vector<int> first_row_;                                      // of each pool's rows
   SymmetricPattern hessian_;
   TripletPattern jacobian_;
-  Eigen::VectorXd lower_, upper_;
+  Eigen::VectorXd lower_, upper_, soft_weights_;
   struct FixedRow {
     int row;
     double lower, upper;

@@ -29,7 +29,7 @@ void sort_pairs(std::vector<std::uint64_t>& pairs, std::size_t n) {
 
 }  // namespace
 
-Program::Program(Problem& problem)
+Program::Program(Problem& problem, SoftBounds soft_bounds)
     : problem_(problem),
       revision_(problem.revision_),
       value_revision_(problem.value_revision_),
@@ -51,6 +51,7 @@ Program::Program(Problem& problem)
     hessian_.first.push_back(hessian_.first.back() + variables[id].dof);
   }
   placement_.resize(problem.pools_.size());
+  choose_rows(soft_bounds);
   compile_hessian();
   compile_constraints();
   compile_lanes();
@@ -155,17 +156,25 @@ detail::HessianPlace Program::place(int block_a, int block_b) const {
   return {start + hessian_.block_offset[std::size_t(block)], hessian_.column_start[unknown + 1] - start};
 }
 
+void Program::choose_rows(SoftBounds soft_bounds) {
+  for (const auto& pool : problem_.pools_) {
+    const bool as_rows = pool.soft && soft_bounds == SoftBounds::as_rows;
+    soft_bounds_.push_back(as_rows ? pool.soft->bounded_rows() : nullptr);
+    rows_.push_back(pool.hard ? pool.hard.get() : soft_bounds_.back().get());
+    costs_.push_back(rows_.back() ? nullptr : pool.soft.get());
+  }
+}
+
 void Program::compile_constraints() {
   int rows = 0;
-  for (const auto& p : problem_.pools_) rows += p.hard ? p.hard->size() * p.hard->dim() : 0;
-  lower_.resize(rows);
-  upper_.resize(rows);
+  for (const auto* pool : rows_) rows += pool ? pool->size() * pool->dim() : 0;
+  for (Eigen::VectorXd* v : {&lower_, &upper_, &soft_weights_}) v->setZero(rows);
   int row = 0;
   first_row_.assign(problem_.pools_.size(), 0);
   for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
     first_row_[p] = row;
-    if (!problem_.pools_[p].hard) continue;
-    const auto& pool = *problem_.pools_[p].hard;
+    if (!rows_[p]) continue;
+    const auto& pool = *rows_[p];
     for (int i = 0; i < pool.size(); ++i) {
       placement_[p].jacobian.push_back(static_cast<int>(jacobian_.row.size()));
       for (int s = 0; s < pool.arity(); ++s) {
@@ -177,7 +186,8 @@ void Program::compile_constraints() {
             jacobian_.column.push_back(offset + c);
           }
       }
-      if (static_cast<int>(jacobian_.row.size()) == placement_[p].jacobian.back())  // no free variable
+      const bool fixed = static_cast<int>(jacobian_.row.size()) == placement_[p].jacobian.back();
+      if (fixed && !soft_bounds_[p])
         for (int r = row; r < row + pool.dim(); ++r) fixed_rows_.push_back({r, 0, 0});
       row += pool.dim();
     }
@@ -186,17 +196,25 @@ void Program::compile_constraints() {
 }
 
 void Program::read_bounds() {
-  double *lower = lower_.data(), *upper = upper_.data();
-  for (const auto& p : problem_.pools_) {
-    if (!p.hard) continue;
-    lower = std::copy(p.hard->lower().begin(), p.hard->lower().end(), lower);
-    upper = std::copy(p.hard->upper().begin(), p.hard->upper().end(), upper);
+  for (std::size_t p = 0; p < rows_.size(); ++p) {
+    if (soft_bounds_[p]) read_soft_bounds(p);
+    if (!rows_[p]) continue;
+    std::copy(rows_[p]->lower().begin(), rows_[p]->lower().end(), lower_.begin() + first_row_[p]);
+    std::copy(rows_[p]->upper().begin(), rows_[p]->upper().end(), upper_.begin() + first_row_[p]);
   }
   for (FixedRow& f : fixed_rows_) {
     f.lower = std::exchange(lower_[f.row], -HUGE_VAL);
     f.upper = std::exchange(upper_[f.row], HUGE_VAL);
   }
   bounds_revision_ = problem_.bounds_revision_;
+}
+
+void Program::read_soft_bounds(std::size_t p) {
+  const detail::SoftPoolBase& pool = *problem_.pools_[p].soft;
+  soft_bounds_[p] = pool.bounded_rows();
+  rows_[p] = soft_bounds_[p].get();
+  for (int i = 0; i < pool.size(); ++i)
+    soft_weights_.segment(first_row_[p] + i * pool.dim(), pool.dim()) = pool.noise(i).diagonal().cwiseAbs2();
 }
 
 /// Parts of equally many variables, each one lane's.

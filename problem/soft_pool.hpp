@@ -2,7 +2,9 @@
 
 #include <memory>
 
+#include <tandem/problem/hard_pool.hpp>
 #include <tandem/problem/weighted_pool.hpp>
+#include <tandem/residuals/outside.hpp>
 
 namespace tandem::detail {
 
@@ -24,6 +26,16 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
     auto pool = std::make_unique<SoftPool>(this->stores_of(instead));
     pool->widening = this->widening;
     return pool;
+  }
+
+  std::unique_ptr<HardPoolBase> bounded_rows() const override {
+    if constexpr (is_outside<R>) {
+      if (!this->is_plain()) return {};
+      auto rows = std::make_unique<HardPool<decltype(R::residual)>>(this->stores_);
+      for (const auto& block : this->blocks_) rows->add(block.residual.residual, block.slots, block.residual.bounds);
+      return rows;
+    }
+    return {};
   }
 
   double cost(const PoolPlacement& place, int begin, int end) const override {

@@ -53,6 +53,11 @@ void WeightedPool::set_noise(int i, const Gaussian& noise) {
   matrices_.at(full).assign(W.data(), W.data() + W.size());
 }
 
+bool WeightedPool::is_plain() const {
+  return std::all_of(full_.begin(), full_.end(), [](int full) { return full < 0; }) &&
+         std::all_of(losses_.begin(), losses_.end(), [](const Loss& loss) { return loss.kind == Loss::Kind::none; });
+}
+
 double WeightedPool::squared_norm_at_point(int i) const {
   double r[kMostRows];
   evaluate_block(i, r);

@@ -10,6 +10,8 @@
 
 namespace tandem::detail {
 
+class HardPoolBase;
+
 /// Blocks that are costs: ½ Σ ρ(‖W r‖²).
 class SoftPoolBase : public PoolBase {
  public:
@@ -27,6 +29,9 @@ class SoftPoolBase : public PoolBase {
   virtual void set_noise(int i, const Gaussian& noise) = 0;
   virtual Loss loss(int i) const = 0;  ///< as given, not widened
   virtual void set_loss(int i, const Loss& loss) = 0;
+  /// The rows whose distance outside their bounds the blocks are, as those of a hard pool: of Outside without a loss, rows
+  /// of independent noise. Null where a block is something else.
+  virtual std::unique_ptr<HardPoolBase> bounded_rows() const { return {}; }
   /// The least factor on the scales of the losses with which all are convex at the point; empty when none is robust.
   virtual std::optional<double> convex_widening() const = 0;
 
@@ -54,6 +59,8 @@ class WeightedPool : public SoftPoolBase {
   virtual void add_residual_of(const PoolBase& from, int i, const int* slots) = 0;
   /// Of the block that was added last.
   void add_weight(const Gaussian& noise, const Loss& loss);
+  /// Whether no block has a loss or rows of noise that are not independent.
+  bool is_plain() const;
   /// 1/σ of each row of block i, with the pool's dim() at compile time; or, where it is not null, its W by columns.
   template <int dim>
   const double* diagonal(std::size_t i) const {

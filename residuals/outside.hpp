@@ -54,4 +54,9 @@ Outside(const R&, UniformBounds) -> Outside<R>;
 template <class R, int N>
 Outside(const R&, Bounds<N>) -> Outside<R>;
 
+template <class R>
+inline constexpr bool is_outside = false;
+template <class R>
+inline constexpr bool is_outside<Outside<R>> = true;
+
 }  // namespace tandem

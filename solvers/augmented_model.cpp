@@ -27,11 +27,15 @@ constexpr int kHessianSteps = 3;  // strongly damped ones in a row turn the exac
 
 AugmentedModel::AugmentedModel(Program& program, Session& session, const LevenbergMarquardtOptions& options,
                                double penalty)
-    : SoftModel(program, session, options, true), options_(options), term_(program), penalty_(penalty) {
+    : SoftModel(program, session, options, true),
+      options_(options),
+      constrained_((program.soft_weights().array() == 0).any()),
+      term_(program),
+      penalty_(penalty) {
   for (Eigen::VectorXd* v : {&total_, &last_lagrangian_, &newton_step_, &hessian_step_, &hessian_newton_})
     v->setZero(program.num_unknowns());
   for (Eigen::VectorXd* v : {&augmented_hessian_, &curvature_}) v->resize(hessian_.size());
-  next_multipliers_.setZero(program.num_rows());
+  for (Eigen::VectorXd* v : {&next_multipliers_, &multipliers_here_}) v->setZero(program.num_rows());
 }
 
 void AugmentedModel::restart(double penalty) {
@@ -43,6 +47,7 @@ void AugmentedModel::restart(double penalty) {
   secant_.clear();
   curvature_share_ = 0.0;
   next_multipliers_.setZero();
+  term_.set_penalty(penalty);
 }
 
 void AugmentedModel::drop_multipliers() {
@@ -70,7 +75,7 @@ double AugmentedModel::linearize() {
   const double cost = SoftModel::linearize();
   curvature_share_ = 0.0;  // Gauss-Newton's, until X̄ is arrived at
   term_.linearize();
-  return cost;
+  return cost + term_.value().soft;
 }
 
 void AugmentedModel::begin() {
@@ -140,7 +145,8 @@ bool AugmentedModel::find_step(double damping) {
 }
 
 double AugmentedModel::model_decrease() const {
-  return -(gradient_.dot(step_) + 0.5 * hessian_step_.dot(step_) + term_.model_value() - term_.value());
+  const AugmentedTerm::Value here = term_.value();
+  return -(gradient_.dot(step_) + 0.5 * hessian_step_.dot(step_) + term_.model_value() - here.hard - here.soft);
 }
 
 /// Where the convex model is least on the segment from step_ to newton_step_.
@@ -177,7 +183,9 @@ double AugmentedModel::merit_at_step(bool with_derivatives) {
   if (!std::isfinite(cost)) return cost;
   const Session::Timer timer(session_.summary.evaluation_seconds);
   try {
-    return cost + term_.value_at_point(with_derivatives);
+    const AugmentedTerm::Value value = term_.value_at_point(with_derivatives);
+    trial_cost_ += value.soft;
+    return trial_cost_ + value.hard;
   } catch (const Error&) {
     return std::numeric_limits<double>::infinity();
   }
@@ -197,19 +205,19 @@ double AugmentedModel::merit_at_corrected_step(double damping) {
   return found ? merit_at_step(false) : std::numeric_limits<double>::infinity();
 }
 
-void AugmentedModel::lagrangian_gradient(Eigen::VectorXd& gradient) const {
+void AugmentedModel::lagrangian_gradient(const Eigen::VectorXd& multipliers, Eigen::VectorXd& gradient) const {
   gradient = gradient_;
-  term_.add_row_gradients(next_multipliers_, gradient);
+  term_.add_row_gradients(multipliers, gradient);
 }
 
 void AugmentedModel::estimate_multipliers_at_step() {
   term_.estimate_at_step(next_multipliers_);
-  if (options_.secant_pairs > 0) lagrangian_gradient(last_lagrangian_);  // for learn()
+  if (options_.secant_pairs > 0) lagrangian_gradient(next_multipliers_, last_lagrangian_);  // for learn()
 }
 
 void AugmentedModel::learn() {
   if (exact_) return;
-  lagrangian_gradient(total_);
+  lagrangian_gradient(next_multipliers_, total_);
   secant_.add(step_, last_lagrangian_, total_);
 }
 
@@ -257,7 +265,10 @@ void AugmentedModel::choose_hessian(bool strongly_damped, bool free) {
 }
 
 double AugmentedModel::optimality() {
-  lagrangian_gradient(total_);
+  if (!constrained_) return 0.0;
+  multipliers_here_ = next_multipliers_;
+  term_.set_soft_multipliers(multipliers_here_);
+  lagrangian_gradient(multipliers_here_, total_);
   return std::max(scaled(total_), term_.complementarity(next_multipliers_));
 }
 
@@ -277,7 +288,7 @@ void AugmentedModel::update_multipliers(double ratio) {
     recent_optimality_[std::size_t(taken_++) % recent_optimality_.size()] = residual;
   } else {
     estimate_multipliers();
-    lagrangian_gradient(total_);
+    lagrangian_gradient(next_multipliers_, total_);
     if (scaled(total_) > minimized_) return;
     minimized_ = 0.5 * scaled(total_);
   }

@@ -10,7 +10,7 @@
 
 namespace tandem::detail {
 
-/// What damped steps minimise under hard constraints: the augmented Lagrangian F + ψ (solvers/augmented_term.hpp), by a
+/// What damped steps minimise under hard constraints and soft bounds that are rows: the augmented Lagrangian F + ψ (solvers/augmented_term.hpp), by a
 /// convex piecewise quadratic model about X̄; and how multipliers and weights follow the iterates.
 class AugmentedModel final : public SoftModel {
  public:
@@ -44,13 +44,13 @@ class AugmentedModel final : public SoftModel {
   std::string not_finite() override;
   double gradient_size() override;
   bool find_step(double damping) override;
-  double merit() const override { return session_.summary.cost + term_.value(); }
+  double merit() const override { return session_.summary.cost + term_.value().hard; }
   double merit_at_step(bool with_derivatives) override;
   double merit_at_corrected_step(double damping) override;
   void drop_correction() override { term_.drop_correction(); }
   void learn() override;
 
-  bool constrained() const override { return true; }
+  bool constrained() const override { return constrained_; }
   Program::Violation violation() const override { return violation_; }
   void begin() override;
   void choose_hessian(bool strongly_damped, bool free) override;
@@ -77,10 +77,11 @@ class AugmentedModel final : public SoftModel {
   double best_fraction() const;
   double model_decrease() const;
   void set_penalty(double penalty);
-  /// gradient = the Lagrangian's at X̄ with next_multipliers_.
-  void lagrangian_gradient(Eigen::VectorXd& gradient) const;
+  /// gradient = the Lagrangian's at X̄.
+  void lagrangian_gradient(const Eigen::VectorXd& multipliers, Eigen::VectorXd& gradient) const;
 
   const LevenbergMarquardtOptions& options_;
+  const bool constrained_;  // by hard rows, not soft bounds alone
   AugmentedTerm term_;
   Program::Violation violation_{0.0, -1};
   BestPoint best_{kConstraintTolerance};
@@ -92,7 +93,7 @@ class AugmentedModel final : public SoftModel {
   bool exact_ = false;            // the curvature is added anew at each X̄
   Eigen::VectorXd curvature_;     // what hessian_ lacks of the Lagrangian's exact one
   double curvature_share_ = 0.0;  // that the model has of it
-  Eigen::VectorXd augmented_hessian_, total_, last_lagrangian_, next_multipliers_;
+  Eigen::VectorXd augmented_hessian_, total_, last_lagrangian_, next_multipliers_, multipliers_here_;
   Eigen::VectorXd newton_step_;                    // to the model's minimum while the same rows are active
   Eigen::VectorXd hessian_step_, hessian_newton_;  // Hessian times step_ and newton_step_, by the equations they solve
 };

@@ -43,8 +43,18 @@ void AugmentedTerm::start(const Eigen::VectorXd& scale) {
     const double J = jacobian_[Eigen::Index(k)];
     stiffness_[pattern.row[k]] += J * J / std::max(scale[pattern.column[k]], softest);
   }
-  for (double& s : stiffness_) s = s > 0 ? 1.0 / s : 1.0;
+  for (Eigen::Index i = 0; i < stiffness_.size(); ++i)
+    stiffness_[i] = is_soft(i) ? 0.0 : stiffness_[i] > 0 ? 1.0 / stiffness_[i] : 1.0;
   y_.setZero();
+}
+
+void AugmentedTerm::set_multipliers(const Eigen::VectorXd& y) {
+  y_ = (program_.soft_weights().array() > 0).select(0.0, y);
+}
+
+void AugmentedTerm::set_soft_multipliers(Eigen::VectorXd& y) const {
+  for (Eigen::Index i = 0; i < y.size(); ++i)
+    if (is_soft(i)) y[i] = w_[i] * outside(i, c_[i]);
 }
 
 double AugmentedTerm::outside(Eigen::Index i, double z) const {
@@ -60,13 +70,14 @@ void AugmentedTerm::estimate_at(double step, Eigen::VectorXd& y) const {
     y[i] = w_[i] * outside(i, c_[i] + step * jacobian_step_[i] + y_[i] / w_[i]);
 }
 
-double AugmentedTerm::value_of(const Eigen::VectorXd& c) const {
-  double total = 0;
+AugmentedTerm::Value AugmentedTerm::value_of(const Eigen::VectorXd& c) const {
+  Value value{0, 0};
   for (Eigen::Index i = 0; i < c.size(); ++i) {
-    const double d = outside(i, c[i] + y_[i] / w_[i]);
-    total += 0.5 * w_[i] * d * d;
+    const bool soft = is_soft(i);
+    const double d = outside(i, soft ? c[i] : c[i] + y_[i] / w_[i]);
+    (soft ? value.soft : value.hard) += 0.5 * w_[i] * d * d;
   }
-  return total;
+  return value;
 }
 
 double AugmentedTerm::violation_size_of(const Eigen::VectorXd& c) const {
@@ -78,7 +89,7 @@ double AugmentedTerm::violation_size_of(const Eigen::VectorXd& c) const {
   return std::sqrt(total);
 }
 
-double AugmentedTerm::value_at_point(bool with_derivatives) {
+AugmentedTerm::Value AugmentedTerm::value_at_point(bool with_derivatives) {
   if (with_derivatives)
     program_.linearize_constraints_at_point(trial_, trial_jacobian_);
   else
@@ -89,6 +100,7 @@ double AugmentedTerm::value_at_point(bool with_derivatives) {
 double AugmentedTerm::complementarity(const Eigen::VectorXd& y) const {
   double largest = 0;
   for (Eigen::Index i = 0; i < c_.size(); ++i) {
+    if (is_soft(i)) continue;
     const double projected = std::clamp(c_[i] + y[i] / stiffness_[i], program_.lower()[i], program_.upper()[i]);
     largest = std::max(largest, std::sqrt(stiffness_[i]) * std::abs(c_[i] - projected));
   }

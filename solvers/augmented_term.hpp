@@ -15,7 +15,8 @@ namespace tandem::detail {
 /// with multipliers y (above zero at an upper bound, below it at a lower one) and weights w. Its Gauss-Newton Hessian
 /// is J_Aᵀ W J_A over the active rows A: the equalities, and those with zᵢ outside its bounds. Weights are multiples of
 /// wᵢ⁰ = (Jᵢ D⁻¹ Jᵢᵀ)⁻¹, D the diagonal of the cost's Hessian: the stiffness that the cost has along the row, so that
-/// units do not matter.
+/// units do not matter. Rows of soft bounds (SoftBounds::as_rows) have weights of their own and no multipliers: ψ is their
+/// cost.
 class AugmentedTerm {
  public:
   explicit AugmentedTerm(Program& program);
@@ -24,16 +25,22 @@ class AugmentedTerm {
   void linearize();
   /// Sets w⁰ by the curvature `scale` of each unknown, y = 0.
   void start(const Eigen::VectorXd& scale);
-  void set_penalty(double penalty) { w_ = penalty * stiffness_; }
+  void set_penalty(double penalty) { w_ = penalty * stiffness_ + program_.soft_weights(); }
 
-  void set_multipliers(const Eigen::VectorXd& y) { y_ = y; }
+  void set_multipliers(const Eigen::VectorXd& y);
   /// ŷ at X̄, and at the step by the model below.
   void estimate(Eigen::VectorXd& y) const { estimate_at(0.0, y); }
   void estimate_at_step(Eigen::VectorXd& y) const { estimate_at(1.0, y); }
 
-  /// ψ at X̄ and at the program's point.
-  double value() const { return value_of(c_); }
-  double value_at_point(bool with_derivatives);
+  /// ψ of the hard rows and of the soft bounds.
+  struct Value {
+    double hard, soft;
+  };
+  /// At X̄ and at the program's point.
+  Value value() const { return value_of(c_); }
+  Value value_at_point(bool with_derivatives);
+  /// The derivative of soft bounds' cost by c takes its place in y.
+  void set_soft_multipliers(Eigen::VectorXd& y) const;
   /// The program's point, evaluated last and with derivatives, has become X̄.
   void take_point();
   /// g += Jᵀ y.
@@ -83,8 +90,9 @@ class AugmentedTerm {
   double model_value() const;
 
  private:
+  bool is_soft(Eigen::Index i) const { return program_.soft_weights()[i] > 0; }
   double outside(Eigen::Index i, double z) const;
-  double value_of(const Eigen::VectorXd& c) const;
+  Value value_of(const Eigen::VectorXd& c) const;
   double violation_size_of(const Eigen::VectorXd& c) const;
   void estimate_at(double step, Eigen::VectorXd& y) const;
   void activate();

@@ -296,7 +296,7 @@ class DampedSteps {
 
 struct LevenbergMarquardt::Parts {
   Parts(Problem& problem, const char* solver, const LevenbergMarquardtOptions& given)
-      : options(given), session(solver, given), program(problem) {
+      : options(given), session(solver, given), program(problem, SoftBounds::as_rows) {
     if (program.num_rows() > 0) {
       model = std::make_unique<AugmentedModel>(program, session, options, 0.0);
     } else {

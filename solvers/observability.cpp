@@ -15,12 +15,16 @@ constexpr double kActive = 1e-6;  // how close to its bound an inequality is one
 constexpr int kDirections = 6;    // enough to tell what is free
 constexpr std::size_t kNamed = 3;
 
-/// Weights of the hard rows: those that hold the point, as stiff as the soft residuals are on average. An inequality
+/// Weights of the rows. Hard ones: those that hold the point, as stiff as the soft residuals are on average. An inequality
 /// that is not at its bound tells nothing.
 Eigen::VectorXd active_rows(Program& program, double stiffness, bool inequalities) {
   Eigen::VectorXd c(program.num_rows());
   program.constraints(c);
   for (Eigen::Index i = 0; i < c.size(); ++i) {
+    if (const double w = program.soft_weights()[i]; w > 0) {  // a soft bound: what it adds to the cost
+      c[i] = c[i] < program.lower()[i] || c[i] > program.upper()[i] ? w : 0.0;
+      continue;
+    }
     const double away = std::min(c[i] - program.lower()[i], program.upper()[i] - c[i]);
     c[i] = away <= kActive && (inequalities || program.lower()[i] == program.upper()[i]) ? stiffness : 0.0;
   }

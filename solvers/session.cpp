@@ -90,9 +90,9 @@ void Session::end(Status status, std::string message) {
 void Session::conclude(Program& program, double feasible) {
   program.reset();
   try {
-    summary.cost = program.cost();
     Eigen::VectorXd c(program.num_rows());
     program.constraints(c);
+    summary.cost = program.cost() + program.cost_of_rows(c);
     const Program::Violation worst = program.violation(c);
     summary.max_violation = worst.size;
     if (worst.row >= 0 && worst.size > feasible) summary.worst_constraint = program.describe_row(worst.row);

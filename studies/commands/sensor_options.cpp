@@ -128,7 +128,7 @@ class Sensors {
     if (delay.value < 0)
       throw Error(
           fmt::format("{} {} takes a finite number, zero or above, not {:g}: an imu's stamps alone may be early",
-                      delay.option, delay.name, delay.value));
+                      delay.option, printable(delay.name), delay.value));
     EgoSensor* const own = find_own(delay.name);
     (own ? own->delay : target_sensor(delay).delay) = delay.value;
   }

@@ -53,7 +53,7 @@ Role take_role(const std::string& option, Part& part) {
   const std::string last = part.values.back();
   if (last.empty() || parse_number(std::string_view(last).substr(0, last.find(',')))) return Role::hard;
   part.values.pop_back();
-  return parse_limits(fmt::format("{} {}: the role", option, part.text), last);
+  return parse_limits(fmt::format("{} {}: the role", option, printable(part.text)), last);
 }
 
 void no_more(const std::string& option, const Part& part) {

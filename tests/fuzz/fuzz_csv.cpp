@@ -41,7 +41,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fuzz::Input input(data, size);
   const std::size_t kind = input.below(kKinds);
   const std::uint8_t flags = input.byte();
-  const bool planar = flags & 1, with_header = flags & 4;
+  // A folder of group SE2 is refused with a sensor that there is in space alone.
+  const bool planar = flags & 1 && (kind >= kTarget.size() || kTarget[kind].place.in_plane), with_header = flags & 4;
   const Frame frame = flags & 2 ? Frame::ned_frd() : Frame::enu_flu();
   const auto order = std::array{TimeOrder::increasing, TimeOrder::repeating, TimeOrder::any}[flags / 8 % 3];
   const std::string names = columns_of(kind, planar);
