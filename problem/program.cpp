@@ -20,9 +20,8 @@ bool Program::is_current() const {
 void Program::check_unchanged() const {
   if (!is_current())
     throw Error(
-        "variables or blocks have joined or left the problem, or soft bounds have got a loss, since its Program was "
-        "made: "
-        "make a new one");
+        "variables or blocks have joined or left the problem, or a soft bound has got a loss, "
+        "since its Program was made: make a new one");
 }
 
 const detail::PoolBase& Program::pool(std::size_t p) const {

@@ -36,8 +36,8 @@ enum class SoftBounds { in_cost, as_rows };
 /// A problem as solvers see it: rows, bounds and fixed patterns in tangent coordinates, X = X̄ ⊕ δ with X̄ the
 /// variables' values, never residuals or groups. Compiled once; the problem must outlive it. Evaluation does not
 /// allocate. Each Program of a problem has its own point, while X̄ is the problem's. Throws Error where a residual is
-/// undefined at the point, where variables or blocks have joined or left or were fixed since it was made, and where
-/// another one, or set_value(), has changed X̄: until the next reset().
+/// undefined at the point, where variables or blocks have joined or left or were fixed since it was made, or a soft bound
+/// that is a row has got a loss, and where another one, or set_value(), has changed X̄: until the next reset().
 class Program {
  public:
   /// Throws Error when the problem has no free variable.

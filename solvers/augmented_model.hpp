@@ -10,8 +10,9 @@
 
 namespace tandem::detail {
 
-/// What damped steps minimise under hard constraints and soft bounds that are rows: the augmented Lagrangian F + ψ (solvers/augmented_term.hpp), by a
-/// convex piecewise quadratic model about X̄; and how multipliers and weights follow the iterates.
+/// What damped steps minimise under hard constraints and soft bounds that are rows: the augmented Lagrangian F + ψ
+/// (solvers/augmented_term.hpp), by a convex piecewise quadratic model about X̄; and how multipliers and weights follow the
+/// iterates.
 class AugmentedModel final : public SoftModel {
  public:
   /// The weights start at `penalty` times the cost's own stiffness.
