@@ -143,6 +143,7 @@ double Program::cost() {
 double Program::cost_of_rows(const Eigen::VectorXd& c) const {
   double total = 0;
   for (Eigen::Index i = 0; i < c.size(); ++i) {
+    if (soft_weights_[i] == 0) continue;  // a hard row, finite or not
     const double d = std::max({lower_[i] - c[i], c[i] - upper_[i], 0.0});
     total += 0.5 * soft_weights_[i] * d * d;
   }

@@ -211,8 +211,10 @@ void Program::read_bounds() {
 
 void Program::read_soft_bounds(std::size_t p) {
   const detail::SoftPoolBase& pool = *problem_.pools_[p].soft;
-  soft_bounds_[p] = pool.bounded_rows();
-  rows_[p] = soft_bounds_[p].get();
+  if (bounds_revision_ != problem_.bounds_revision_) {
+    soft_bounds_[p] = pool.bounded_rows();
+    rows_[p] = soft_bounds_[p].get();
+  }
   for (int i = 0; i < pool.size(); ++i)
     soft_weights_.segment(first_row_[p] + i * pool.dim(), pool.dim()) = pool.noise(i).diagonal().cwiseAbs2();
 }

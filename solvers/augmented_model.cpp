@@ -75,7 +75,7 @@ double AugmentedModel::linearize() {
   const double cost = SoftModel::linearize();
   curvature_share_ = 0.0;  // Gauss-Newton's, until X̄ is arrived at
   term_.linearize();
-  return cost + term_.value().soft;
+  return cost + term_.soft_value();
 }
 
 void AugmentedModel::begin() {
@@ -145,8 +145,8 @@ bool AugmentedModel::find_step(double damping) {
 }
 
 double AugmentedModel::model_decrease() const {
-  const AugmentedTerm::Value here = term_.value();
-  return -(gradient_.dot(step_) + 0.5 * hessian_step_.dot(step_) + term_.model_value() - here.hard - here.soft);
+  const double here = term_.value() + term_.soft_value();
+  return -(gradient_.dot(step_) + 0.5 * hessian_step_.dot(step_) + term_.model_value() - here);
 }
 
 /// Where the convex model is least on the segment from step_ to newton_step_.
@@ -183,9 +183,9 @@ double AugmentedModel::merit_at_step(bool with_derivatives) {
   if (!std::isfinite(cost)) return cost;
   const Session::Timer timer(session_.summary.evaluation_seconds);
   try {
-    const AugmentedTerm::Value value = term_.value_at_point(with_derivatives);
-    trial_cost_ += value.soft;
-    return trial_cost_ + value.hard;
+    const double of_hard = term_.value_at_point(with_derivatives);
+    trial_cost_ += term_.soft_value_at_point();
+    return trial_cost_ + of_hard;
   } catch (const Error&) {
     return std::numeric_limits<double>::infinity();
   }

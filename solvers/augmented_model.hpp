@@ -45,7 +45,7 @@ class AugmentedModel final : public SoftModel {
   std::string not_finite() override;
   double gradient_size() override;
   bool find_step(double damping) override;
-  double merit() const override { return session_.summary.cost + term_.value().hard; }
+  double merit() const override { return session_.summary.cost + term_.value(); }
   double merit_at_step(bool with_derivatives) override;
   double merit_at_corrected_step(double damping) override;
   void drop_correction() override { term_.drop_correction(); }

@@ -70,14 +70,14 @@ void AugmentedTerm::estimate_at(double step, Eigen::VectorXd& y) const {
     y[i] = w_[i] * outside(i, c_[i] + step * jacobian_step_[i] + y_[i] / w_[i]);
 }
 
-AugmentedTerm::Value AugmentedTerm::value_of(const Eigen::VectorXd& c) const {
-  Value value{0, 0};
+double AugmentedTerm::value_of(const Eigen::VectorXd& c) const {
+  double total = 0;
   for (Eigen::Index i = 0; i < c.size(); ++i) {
-    const bool soft = is_soft(i);
-    const double d = outside(i, soft ? c[i] : c[i] + y_[i] / w_[i]);
-    (soft ? value.soft : value.hard) += 0.5 * w_[i] * d * d;
+    if (is_soft(i)) continue;
+    const double d = outside(i, c[i] + y_[i] / w_[i]);
+    total += 0.5 * w_[i] * d * d;
   }
-  return value;
+  return total;
 }
 
 double AugmentedTerm::violation_size_of(const Eigen::VectorXd& c) const {
@@ -89,7 +89,7 @@ double AugmentedTerm::violation_size_of(const Eigen::VectorXd& c) const {
   return std::sqrt(total);
 }
 
-AugmentedTerm::Value AugmentedTerm::value_at_point(bool with_derivatives) {
+double AugmentedTerm::value_at_point(bool with_derivatives) {
   if (with_derivatives)
     program_.linearize_constraints_at_point(trial_, trial_jacobian_);
   else

@@ -32,13 +32,12 @@ class AugmentedTerm {
   void estimate(Eigen::VectorXd& y) const { estimate_at(0.0, y); }
   void estimate_at_step(Eigen::VectorXd& y) const { estimate_at(1.0, y); }
 
-  /// ψ of the hard rows and of the soft bounds.
-  struct Value {
-    double hard, soft;
-  };
-  /// At X̄ and at the program's point.
-  Value value() const { return value_of(c_); }
-  Value value_at_point(bool with_derivatives);
+  /// ψ of the hard rows at X̄ and at the program's point.
+  double value() const { return value_of(c_); }
+  double value_at_point(bool with_derivatives);
+  /// The same of soft bounds, at the point as value_at_point() was last asked for.
+  double soft_value() const { return program_.cost_of_rows(c_); }
+  double soft_value_at_point() const { return program_.cost_of_rows(trial_); }
   /// The derivative of soft bounds' cost by c takes its place in y.
   void set_soft_multipliers(Eigen::VectorXd& y) const;
   /// The program's point, evaluated last and with derivatives, has become X̄.
@@ -92,7 +91,7 @@ class AugmentedTerm {
  private:
   bool is_soft(Eigen::Index i) const { return program_.soft_weights()[i] > 0; }
   double outside(Eigen::Index i, double z) const;
-  Value value_of(const Eigen::VectorXd& c) const;
+  double value_of(const Eigen::VectorXd& c) const;
   double violation_size_of(const Eigen::VectorXd& c) const;
   void estimate_at(double step, Eigen::VectorXd& y) const;
   void activate();

@@ -1,4 +1,6 @@
-#include <gmock/gmock.h>
+#include <algorithm>
+
+#include <gtest/gtest.h>
 
 #include <tandem/residuals/outside.hpp>
 
@@ -7,7 +9,6 @@
 namespace tandem::testing {
 namespace {
 
-using ::testing::HasSubstr;
 using Surge = TwistComponents<SE3, surge>;
 using Turns = TwistComponents<SE3, roll_rate | yaw_rate>;
 
@@ -69,6 +70,11 @@ TEST_F(SoftBoundsTest, AreNoHardConstraints) {
   EXPECT_EQ(rows.violation(c).size, whole.violation(hard).size);
   EXPECT_EQ(rows.describe_row(rows.violation(c).row), whole.describe_row(whole.violation(hard).row));
   EXPECT_EQ(rows.describe_row(rows.num_rows() - 1), "twist components of c, b");
+
+  const double cost = rows.cost_of_rows(c);
+  for (Eigen::Index i = 0; i < c.size(); ++i)
+    if (rows.soft_weights()[i] == 0) c[i] = HUGE_VAL;
+  EXPECT_EQ(rows.cost_of_rows(c), cost) << "whatever the hard rows are";
 
   whole.set_multipliers(random_vector(whole.num_rows(), 1.0, 7));
   Eigen::VectorXd y(whole.num_rows()), of_rows(rows.num_rows());

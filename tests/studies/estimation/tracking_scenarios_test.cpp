@@ -57,7 +57,7 @@ TrackingOptions hard(bool roll_pitch, bool non_holonomic, bool surge) {
 
 /// Bearings pull this boat below a surge of zero: a step's model that does not see the bound before it is reached creeps.
 TEST(RecordedSoftBounds, OfSurgeEndWhereHardOnesDo) {
-  TANDEM_NEEDS_SHARED(3);
+  TANDEM_NEEDS_SHARED(4);
   const Scenario scenario = read_scenario(std::filesystem::path(paths::shared) / "data" / "ferry_22_1");
   for (const Role others : {Role::off, Role::soft}) {
     TrackingOptions options{.non_holonomic = others, .surge = at_least(0.0), .limits = Role::soft};
