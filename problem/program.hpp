@@ -14,14 +14,17 @@ namespace tandem {
 /// Compressed columns of the symmetric Hessian: the lower triangle, with the diagonal blocks in full so that every
 /// column of a block has the same rows. 32-bit indices; rows ascend within a column.
 struct SymmetricPattern {
-  std::vector<int> column_start, row;
-  /// The same by blocks: the unknowns of variable k are first[k] … first[k + 1] − 1, and block column k has the
+  std::vector<int> column_start;
+  /// By blocks: the unknowns of variable k are first[k] … first[k + 1] − 1, and block column k has the
   /// block rows block_row[block_start[k]] … in ascending order, k itself first; block_offset is the first of a block
   /// row's entries within a column.
   std::vector<int> first, block_start, block_row, block_offset;
 
   int size() const { return first.back(); }
   int num_blocks() const { return static_cast<int>(first.size()) - 1; }
+  /// Of all columns; and the row of each: solvers by blocks do without, for whom they would be a third of the Hessian again.
+  Eigen::Index nonzeros() const { return column_start.back(); }
+  std::vector<int> rows() const;
 };
 
 /// Row and column of each nonzero of the constraint Jacobian. A pair may occur twice; its values then add up.

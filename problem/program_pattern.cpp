@@ -29,6 +29,18 @@ void sort_pairs(std::vector<std::uint64_t>& pairs, std::size_t n) {
 
 }  // namespace
 
+std::vector<int> SymmetricPattern::rows() const {
+  std::vector<int> row;
+  row.reserve(std::size_t(nonzeros()));
+  for (int k = 0; k < num_blocks(); ++k)
+    for (int c = first[std::size_t(k)]; c < first[std::size_t(k) + 1]; ++c)
+      for (int b = block_start[std::size_t(k)]; b < block_start[std::size_t(k) + 1]; ++b) {
+        const std::size_t other = std::size_t(block_row[std::size_t(b)]);
+        for (int r = first[other]; r < first[other + 1]; ++r) row.push_back(r);
+      }
+  return row;
+}
+
 Program::Program(Problem& problem, SoftBounds soft_bounds)
     : problem_(problem),
       revision_(problem.revision_),
@@ -102,30 +114,16 @@ void Program::compile_hessian() {
       h.block_offset.push_back(rows);
       rows += h.first[std::size_t(h.block_row[std::size_t(b)]) + 1] - h.first[std::size_t(h.block_row[std::size_t(b)])];
     }
-  double nonzeros = 0;
+  h.column_start.reserve(std::size_t(h.first.back()) + 1);
+  h.column_start.push_back(0);
   for (std::size_t k = 0; k < n; ++k) {
     const int last = h.block_start[k + 1] - 1;
     const auto bottom = std::size_t(h.block_row[std::size_t(last)]);
-    const int height = h.block_offset[std::size_t(last)] + h.first[bottom + 1] - h.first[bottom];
-    nonzeros += double(height) * (h.first[k + 1] - h.first[k]);
-  }
-  if (nonzeros > std::numeric_limits<int>::max()) throw Error("the problem's Hessian has more than 2^31 nonzeros");
-  h.row.resize(std::size_t(nonzeros));
-  h.column_start.reserve(std::size_t(h.first.back()) + 1);
-  h.column_start.push_back(0);
-  int* out = h.row.data();
-  for (std::size_t k = 0; k < n; ++k) {
-    const int* column = out;  // the first of the block; its others have the same rows
-    for (int b = h.block_start[k]; b < h.block_start[k + 1]; ++b) {
-      const std::size_t r = std::size_t(h.block_row[std::size_t(b)]);
-      for (int row = h.first[r]; row < h.first[r + 1]; ++row) *out++ = row;
-    }
-    const std::ptrdiff_t height = out - column;
-    h.column_start.push_back(static_cast<int>(out - h.row.data()));
-    for (int c = h.first[k] + 1; c < h.first[k + 1]; ++c) {
-      out = std::copy_n(column, height, out);
-      h.column_start.push_back(static_cast<int>(out - h.row.data()));
-    }
+    const std::int64_t height = h.block_offset[std::size_t(last)] + h.first[bottom + 1] - h.first[bottom];
+    if (h.column_start.back() + height * (h.first[k + 1] - h.first[k]) > std::numeric_limits<int>::max())
+      throw Error("the problem's Hessian has more than 2^31 nonzeros");
+    for (int c = h.first[k]; c < h.first[k + 1]; ++c)
+      h.column_start.push_back(h.column_start.back() + static_cast<int>(height));
   }
 
   for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {

@@ -32,18 +32,19 @@ IpoptNlp::IpoptNlp(Program& program, Session& session, const IpoptOptions& optio
       exact_now_(options.hessian == Hessian::exact) {
   const int n = program.num_unknowns(), m = program.num_rows();
   const auto& h = program.hessian_pattern();
+  const std::vector<int> rows = h.rows();
   lower_start_.push_back(0);
   for (int column = 0; column < n; ++column) {
     for (int k = h.column_start[std::size_t(column)]; k < h.column_start[std::size_t(column) + 1]; ++k)
-      if (h.row[std::size_t(k)] >= column) {
-        if (h.row[std::size_t(k)] == column) diagonal_.push_back(lower_triangle_.size());
-        lower_triangle_.push_back(k);
+      if (rows[std::size_t(k)] >= column) {
+        if (rows[std::size_t(k)] == column) diagonal_.push_back(lower_triangle_.size());
+        lower_triangle_.push_back({k, rows[std::size_t(k)]});
       }
     lower_start_.push_back(static_cast<int>(lower_triangle_.size()));
   }
   for (Eigen::VectorXd* v : {&x_, &current_, &best_, &gradient_, &unknowns_, &iterate_, &unit_}) v->setZero(n);
   for (Eigen::VectorXd* v : {&multipliers_, &constraints_, &lambda_}) v->setZero(m);
-  hessian_.setZero(static_cast<Eigen::Index>(h.row.size()));
+  hessian_.setZero(h.nonzeros());
   if (options.hessian == Hessian::exact || options.hessian == Hessian::automatic) exact_ = hessian_;
   jacobian_.setZero(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
   if (options.hessian == Hessian::limited_memory) white_.emplace(h);
@@ -218,13 +219,11 @@ bool IpoptNlp::eval_h(Index, const Number* x, bool new_x, Number factor, Index m
                       Index* row, Index* column, Number* values) {
   const auto& pattern = program_.hessian_pattern();
   if (!values) {
-    std::size_t next = 0;
-    for (int c = 0; c < pattern.size(); ++c)
-      for (int k = pattern.column_start[std::size_t(c)]; k < pattern.column_start[std::size_t(c) + 1]; ++k)
-        if (pattern.row[std::size_t(k)] >= c) {
-          row[next] = pattern.row[std::size_t(k)];
-          column[next++] = c;
-        }
+    for (int c = 0, k = 0; c < pattern.size(); ++c)
+      for (; k < lower_start_[std::size_t(c) + 1]; ++k) {
+        row[k] = lower_triangle_[std::size_t(k)].row;
+        column[k] = c;
+      }
     return true;
   }
   return evaluate(x, new_x, [&] {
@@ -239,8 +238,8 @@ bool IpoptNlp::eval_h(Index, const Number* x, bool new_x, Number factor, Index m
     }
     for (int c = 0, k = 0; c < pattern.size(); ++c)
       for (const double unit = factor * unit_[c]; k < lower_start_[std::size_t(c) + 1]; ++k) {
-        const int at = lower_triangle_[std::size_t(k)];
-        values[k] = unit * unit_[pattern.row[std::size_t(at)]] * (*h)[at];
+        const auto [at, row_of] = lower_triangle_[std::size_t(k)];
+        values[k] = unit * unit_[row_of] * (*h)[at];
       }
     if (!exact_now_)
       for (const std::size_t k : diagonal_) values[k] *= 1 + damping_;

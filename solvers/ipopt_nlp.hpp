@@ -79,7 +79,10 @@ class IpoptNlp final : public Ipopt::TNLP {
   Program& program_;
   Session& session_;
   const IpoptOptions& options_;
-  std::vector<int> lower_triangle_;    // of the pattern's values, those on and below the diagonal
+  struct Entry {
+    int at, row;  // of the pattern's values
+  };
+  std::vector<Entry> lower_triangle_;  // those on and below the diagonal
   std::vector<int> lower_start_;       // of each column in lower_triangle_
   std::vector<std::size_t> diagonal_;  // of each unknown, in lower_triangle_
   Eigen::VectorXd x_, current_, best_, gradient_, hessian_, exact_, multipliers_, constraints_, jacobian_, lambda_;

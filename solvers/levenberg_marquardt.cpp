@@ -78,7 +78,8 @@ class DampedSteps {
       s.message = at_jump_;
     }
     if (s.status == Status::converged) model_.leave_multipliers();
-    session_.conclude(program_, kConstraintTolerance);
+    const Workspace work = model_.workspace();
+    session_.conclude(program_, kConstraintTolerance, &work);
   }
 
  private:

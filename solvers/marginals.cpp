@@ -61,7 +61,7 @@ Marginals::Parts Marginals::compute(Problem& problem, std::span<const Pair> pair
   for (int id = 0; id < problem.id_bound(); ++id) parts.block_of_variable[std::size_t(id)] = program.block_of(id);
 
   Eigen::VectorXd gradient(program.num_unknowns());
-  Eigen::VectorXd hessian(static_cast<Eigen::Index>(program.hessian_pattern().row.size()));
+  Eigen::VectorXd hessian(program.hessian_pattern().nonzeros());
   program.linearize(gradient, hessian);
   if (!hessian.allFinite()) {
     const std::string block = program.describe_bad_block();

@@ -87,7 +87,7 @@ class NloptRun {
     entries_of_row_.resize(std::size_t(program.num_rows()));
     for (std::size_t k = 0; k < program.jacobian_pattern().row.size(); ++k)
       entries_of_row_[std::size_t(program.jacobian_pattern().row[k])].push_back(k);
-    hessian_.setZero(static_cast<Eigen::Index>(program.hessian_pattern().row.size()));
+    hessian_.setZero(program.hessian_pattern().nonzeros());
     if (options.precondition) cholesky_.emplace(program.hessian_pattern());
   }
 

@@ -2,7 +2,6 @@
 #include <map>
 #include <vector>
 
-#include <tandem/solvers/linear/block_cholesky.hpp>
 #include <tandem/solvers/observability.hpp>
 
 namespace tandem::detail {
@@ -34,11 +33,17 @@ Eigen::VectorXd active_rows(Program& program, double stiffness, bool inequalitie
 }  // namespace
 
 std::string free_directions(Program& program, bool inequalities) {
+  BlockCholesky cholesky(program.hessian_pattern());
   Eigen::VectorXd gradient(program.num_unknowns());
-  Eigen::VectorXd hessian(static_cast<Eigen::Index>(program.hessian_pattern().row.size()));
+  Eigen::VectorXd hessian(program.hessian_pattern().nonzeros());
+  return free_directions(program, {cholesky, gradient, hessian}, inequalities);
+}
+
+std::string free_directions(Program& program, const Workspace& work, bool inequalities) {
+  Eigen::VectorXd& hessian = work.hessian;
   Eigen::VectorXd weights;
   try {
-    program.linearize(gradient, hessian);
+    program.linearize(work.gradient, hessian);
     const double mean = hessian.cwiseAbs().sum() / double(program.num_unknowns());
     weights = active_rows(program, mean > 0 ? mean : 1.0, inequalities);
     Eigen::VectorXd jacobian(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
@@ -48,8 +53,7 @@ std::string free_directions(Program& program, bool inequalities) {
     return {};
   }
   if (!hessian.allFinite()) return {};
-  BlockCholesky cholesky(program.hessian_pattern());
-  auto basis = cholesky.null_space(hessian, kRelativePivot, kDirections);
+  auto basis = work.cholesky.null_space(hessian, kRelativePivot, kDirections);
   // A weak pivot is a suspicion: a long chain or a loose prior has them too. The residuals' own answer to a step along
   // the direction decides, which keeps all its digits.
   std::erase_if(basis, [&](const Eigen::VectorXd& v) {

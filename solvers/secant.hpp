@@ -4,6 +4,8 @@
 
 #include <Eigen/Core>
 
+#include <tandem/problem/populate.hpp>
+
 namespace tandem::detail {
 
 /// The curvature that a Gauss-Newton Hessian B leaves out, learned from past steps: limited-memory BFGS with B, fresh
@@ -29,6 +31,8 @@ class SecantPairs {
   void add(const Eigen::VectorXd& step, const Eigen::VectorXd& gradient_before, const Eigen::VectorXd& gradient_after) {
     if (rho_.size() == 0) return;
     const Eigen::Index i = count_ % rho_.size();
+    if (count_ < rho_.size())
+      for (Eigen::MatrixXd* pairs : {&s_, &y_}) populate(pairs->col(i).data(), std::size_t(step.size()) * sizeof(double));
     s_.col(i) = step;
     y_.col(i) = gradient_after - gradient_before;
     rho_[i] = inverse_curvature(i, y_);

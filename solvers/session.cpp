@@ -87,7 +87,7 @@ void Session::end(Status status, std::string message) {
   summary.seconds = seconds();
 }
 
-void Session::conclude(Program& program, double feasible) {
+void Session::conclude(Program& program, double feasible, const Workspace* work) {
   program.reset();
   try {
     Eigen::VectorXd c(program.num_rows());
@@ -105,7 +105,7 @@ void Session::conclude(Program& program, double feasible) {
     summary.message = "the hard constraints are not met, worst " + summary.worst_constraint;
   }
   if (summary.status == Status::converged) {
-    if (const std::string free = free_directions(program); !free.empty()) {
+    if (const std::string free = work ? free_directions(program, *work) : free_directions(program); !free.empty()) {
       summary.status = Status::unconstrained;
       summary.message = free;
     }

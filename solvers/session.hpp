@@ -10,6 +10,8 @@ namespace tandem::detail {
 /// Hard constraints hold when no row is outside its bounds by more than this, in the row's own units.
 inline constexpr double kConstraintTolerance = 1e-8;
 
+struct Workspace;
+
 /// What every solver does around its iterations: it keeps the time, asks whether to stop, reports, and ends a solve.
 class Session {
  public:
@@ -31,8 +33,9 @@ class Session {
   void end(Status status, std::string message = {});
   bool ended() const { return ended_; }
   /// Measures the solution, X̄ of the program: cost, violation of the hard constraints, and whether a solve that
-  /// converged left a variable free or a constraint violated by more than `feasible`. The last thing a solver does.
-  void conclude(Program& program, double feasible);
+  /// converged left a variable free or a constraint violated by more than `feasible`. The last thing a solver does, so
+  /// that it may lend what it has of memory.
+  void conclude(Program& program, double feasible, const Workspace* work = nullptr);
 
   /// Adds the time until it goes out of scope to a figure of the summary.
   class Timer {

@@ -1,4 +1,5 @@
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/populate.hpp>
 #include <tandem/solvers/damped_step.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
 #include <tandem/solvers/soft_model.hpp>
@@ -11,11 +12,15 @@ SoftModel::SoftModel(Program& program, Session& session, const LevenbergMarquard
       session_(session),
       cholesky_(program.hessian_pattern()),
       secant_(program.num_unknowns(), options.secant_pairs, with_constraints) {
-  for (Eigen::VectorXd* v : {&gradient_, &trial_gradient_, &last_gradient_, &scale_, &shift_, &diagonal_, &step_})
-    v->setZero(program.num_unknowns());
-  // Not touched before they are written, in lanes: zeros would take as long as a linearization.
-  for (Eigen::VectorXd* v : {&hessian_, &trial_hessian_})
-    v->resize(static_cast<Eigen::Index>(program.hessian_pattern().row.size()));
+  for (Eigen::VectorXd* v : {&gradient_, &trial_gradient_, &last_gradient_, &scale_, &shift_, &diagonal_, &step_}) {
+    v->resize(program.num_unknowns());
+    populate(*v, std::size_t(v->size()));
+    v->setZero();
+  }
+  for (Eigen::VectorXd* v : {&hessian_, &trial_hessian_}) {
+    v->resize(program.hessian_pattern().nonzeros());
+    populate(*v, std::size_t(v->size()));
+  }
 }
 
 double SoftModel::linearize() {

@@ -6,6 +6,7 @@
 #include <tandem/problem/program.hpp>
 #include <tandem/solvers/levenberg_marquardt.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
+#include <tandem/solvers/observability.hpp>
 #include <tandem/solvers/secant.hpp>
 #include <tandem/solvers/session.hpp>
 
@@ -47,6 +48,8 @@ class SoftModel {
   /// Learns curvature from the step that was taken.
   virtual void learn();
   void forget_curvature() { secant_.clear(); }
+  /// For what comes after the last step.
+  Workspace workspace() { return {cholesky_, gradient_, hessian_}; }
 
   // Of the hard constraints, where there are any.
 

@@ -26,8 +26,8 @@ SettledProblem::SettledProblem(Problem& problem, const CalibrationOptions& optio
       inverse_(pattern()),
       beliefs_inverse_(pattern()),
       gradient_(program_.num_unknowns()),
-      beliefs_hessian_(static_cast<Eigen::Index>(measured_.empty() ? 0 : program_.hessian_pattern().row.size())),
-      hessian_(static_cast<Eigen::Index>(program_.hessian_pattern().row.size())),
+      beliefs_hessian_(static_cast<Eigen::Index>(measured_.empty() ? 0 : program_.hessian_pattern().nonzeros())),
+      hessian_(program_.hessian_pattern().nonzeros()),
       step_(program_.num_unknowns()) {}
 
 /// To be analysed, which takes long where there are many keyframes.

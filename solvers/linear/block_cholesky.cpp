@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/populate.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
 #include <tandem/solvers/linear/block_symbolic.hpp>
 
@@ -77,6 +78,7 @@ void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern, const Sym
     if (entries > 2147483647.0) throw Error("the Cholesky factor would have more than 2^31 entries");
   }
   values_.resize(static_cast<Eigen::Index>(entries));
+  detail::populate(values_, std::size_t(values_.size()));
   diagonal_.resize(n_);
 
   // Which of all block rows is r of block column k, and where it stands in the panel.

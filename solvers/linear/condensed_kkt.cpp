@@ -27,7 +27,7 @@ CondensedKkt::CondensedKkt(const Program& program)
   for (std::size_t k = 0; k < jacobian_pattern_.row.size(); ++k)
     (is_equality(jacobian_pattern_.row[k]) ? of_equality_ : of_inequality_).push_back(static_cast<int>(k));
 
-  hessian_.resize(static_cast<Eigen::Index>(hessian_pattern_.row.size()));
+  hessian_.resize(hessian_pattern_.nonzeros());
   jacobian_.resize(static_cast<Eigen::Index>(jacobian_pattern_.row.size()));
   coupling_.resize(inequalities_);
   for (Vector* v : {&curvature_, &x_}) v->resize(unknowns_);
@@ -40,9 +40,10 @@ bool CondensedKkt::analyze(int size, int entries, const int* row, const int* col
   next_equality_ = next_inequality_ = 0;
   factorized_ = false;
   if (size != this->size()) return false;
+  const std::vector<int> hessian_rows = hessian_pattern_.rows();
   for (int k = 0; k < entries; ++k) {
     const auto [low, high] = std::minmax({row[k] - base, column[k] - base});
-    if (!note(k, high, low)) return false;
+    if (!note(k, high, low, hessian_rows)) return false;
   }
   return next_equality_ == of_equality_.size() && next_inequality_ == of_inequality_.size();
 }
@@ -56,14 +57,14 @@ void CondensedKkt::add(std::vector<Run>& runs, int from, int to) {
 }
 
 /// An entry of the lower triangle.
-bool CondensedKkt::note(int entry, int row, int column) {
+bool CondensedKkt::note(int entry, int row, int column, const std::vector<int>& hessian_rows) {
   const int slack = unknowns_, equality = slack + inequalities_, inequality = equality + equalities_;
   if (row < slack) {
-    const auto begin = hessian_pattern_.row.begin() + hessian_pattern_.column_start[std::size_t(column)],
-               end = hessian_pattern_.row.begin() + hessian_pattern_.column_start[std::size_t(column) + 1];
+    const auto begin = hessian_rows.begin() + hessian_pattern_.column_start[std::size_t(column)],
+               end = hessian_rows.begin() + hessian_pattern_.column_start[std::size_t(column) + 1];
     const auto at = std::lower_bound(begin, end, row);
     if (at == end || *at != row) return false;
-    add(to_hessian_, entry, static_cast<int>(at - hessian_pattern_.row.begin()));
+    add(to_hessian_, entry, static_cast<int>(at - hessian_rows.begin()));
     return true;
   }
   if (row == column) {

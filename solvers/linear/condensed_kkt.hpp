@@ -45,7 +45,7 @@ class CondensedKkt {
  private:
   using Vector = Eigen::VectorXd;
 
-  bool note(int entry, int row, int column);
+  bool note(int entry, int row, int column, const std::vector<int>& hessian_rows);
   void load(const double* values);
   void regularize(double relative);
 

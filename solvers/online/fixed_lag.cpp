@@ -110,7 +110,7 @@ bool FixedLag::relinearize() {
   Program program(problem_);
   expect_factor_of(program);
   Eigen::VectorXd gradient(program.num_unknowns()), shift(program.num_unknowns());
-  Eigen::VectorXd hessian(static_cast<Eigen::Index>(program.hessian_pattern().row.size()));
+  Eigen::VectorXd hessian(program.hessian_pattern().nonzeros());
   bool there = false;
   try {
     there = std::isfinite(program.linearize(gradient, hessian));

@@ -23,7 +23,7 @@ WarmSolve::WarmSolve(Program& program, BlockCholesky& cholesky, const FixedLagOp
       session_("fixed-lag", options),
       damping_{options.initial_damping, options.initial_damping, kRefusedDamping, 10, 4},
       gradient_(program.num_unknowns()),
-      hessian_(static_cast<Eigen::Index>(program.hessian_pattern().row.size())),
+      hessian_(program.hessian_pattern().nonzeros()),
       scale_(program.num_unknowns()),
       shift_(program.num_unknowns()),
       step_(Eigen::VectorXd::Zero(program.num_unknowns())),

@@ -148,7 +148,7 @@ class Calls {
   void evaluate() {
     fuzz::accepts([&] {
       Program program(problem_);
-      const Eigen::Index n = program.num_unknowns(), nonzeros = Eigen::Index(program.hessian_pattern().row.size());
+      const Eigen::Index n = program.num_unknowns(), nonzeros = program.hessian_pattern().nonzeros();
       const double step = fuzz::number(input_);
       Eigen::VectorXd delta = Eigen::VectorXd::Constant(n, step), gradient(n), hessian(nonzeros);
       Eigen::VectorXd rows(program.num_rows()), jacobian(Eigen::Index(program.jacobian_pattern().row.size()));
@@ -192,7 +192,7 @@ class Calls {
   void use_program() {
     if (!program_) return;
     const Eigen::Index n = program_->num_unknowns();
-    Eigen::VectorXd gradient(n), hessian(Eigen::Index(program_->hessian_pattern().row.size()));
+    Eigen::VectorXd gradient(n), hessian(program_->hessian_pattern().nonzeros());
     Eigen::VectorXd rows(program_->num_rows()), jacobian(Eigen::Index(program_->jacobian_pattern().row.size()));
     const double step = fuzz::number(input_);
     const std::uint8_t what = input_.byte();

@@ -71,7 +71,7 @@ struct Evaluated {
     const int n = program.num_unknowns(), m = program.num_rows();
     program.move_to(random_vector(n, 0.2, 1));
     cost = program.cost();
-    hessian = exact = Eigen::VectorXd(Eigen::Index(program.hessian_pattern().row.size()));
+    hessian = exact = Eigen::VectorXd(program.hessian_pattern().nonzeros());
     gradient.resize(n);
     linearized_cost = program.linearize(gradient, hessian);
     rows.resize(m);

@@ -41,11 +41,12 @@ struct Model {
 Model model_of(Program& program) {
   const SymmetricPattern& pattern = program.hessian_pattern();
   Model m{0, Eigen::VectorXd(pattern.size()), Eigen::MatrixXd::Zero(pattern.size(), pattern.size())};
-  Eigen::VectorXd values(Eigen::Index(pattern.row.size()));
+  const std::vector<int> row = pattern.rows();
+  Eigen::VectorXd values(pattern.nonzeros());
   m.cost = program.linearize(m.g, values);
   for (int j = 0; j < pattern.size(); ++j)
     for (int k = pattern.column_start[std::size_t(j)]; k < pattern.column_start[std::size_t(j) + 1]; ++k)
-      m.H(pattern.row[std::size_t(k)], j) = m.H(j, pattern.row[std::size_t(k)]) = values[k];
+      m.H(row[std::size_t(k)], j) = m.H(j, row[std::size_t(k)]) = values[k];
   return m;
 }
 Model model_of(Problem& problem) {
@@ -193,7 +194,7 @@ TEST(Marginalize, ThePriorsDerivativesAreExactFarAway) {
   for (int i = 0; i < n; ++i) delta[i] = 1.1 * std::sin(1.0 + 3.0 * i);
   program.move_to(delta);
   program.gradient(g);
-  Eigen::VectorXd exact(Eigen::Index(program.hessian_pattern().row.size()));
+  Eigen::VectorXd exact(program.hessian_pattern().nonzeros());
   program.exact_hessian(1.0, {}, exact);
   Eigen::VectorXd first_order(exact.size()), curvature(exact.size());
   program.linearize(ahead, first_order);
@@ -212,8 +213,9 @@ TEST(Marginalize, ThePriorsDerivativesAreExactFarAway) {
     EXPECT_NEAR(g[i], (up - down) / (2 * h), 1e-6 * (1 + g.norm())) << i;
     const Eigen::VectorXd column = (ahead - behind) / (2 * h);
     const auto& pattern = program.hessian_pattern();
+    const std::vector<int> row = pattern.rows();
     for (int k = pattern.column_start[std::size_t(i)]; k < pattern.column_start[std::size_t(i) + 1]; ++k)
-      EXPECT_NEAR(exact[k], column[pattern.row[std::size_t(k)]], 1e-5 * column.norm());
+      EXPECT_NEAR(exact[k], column[row[std::size_t(k)]], 1e-5 * column.norm());
   }
 }
 
@@ -299,7 +301,7 @@ TEST(Marginalize, EvaluationOfThePriorAsksTheHeapForNothing) {
   Program program(chain.problem);
   const int n = program.num_unknowns();
   const Eigen::VectorXd delta = Eigen::VectorXd::Constant(n, 0.1), none;
-  Eigen::VectorXd g(n), H(Eigen::Index(program.hessian_pattern().row.size()));
+  Eigen::VectorXd g(n), H(program.hessian_pattern().nonzeros());
   double sum = 0;
   const auto evaluate = [&] {
     program.move_to(delta);

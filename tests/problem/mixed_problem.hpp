@@ -159,14 +159,15 @@ Eigen::MatrixXd differences(const Eigen::VectorXd& at, F f) {
 }
 
 inline Eigen::VectorXd hessian_values(const Program& program) {
-  return Eigen::VectorXd::Zero(static_cast<Eigen::Index>(program.hessian_pattern().row.size()));
+  return Eigen::VectorXd::Zero(program.hessian_pattern().nonzeros());
 }
 
 inline Eigen::MatrixXd dense(const SymmetricPattern& pattern, const Eigen::VectorXd& values) {
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(pattern.size(), pattern.size());
+  const std::vector<int> rows = pattern.rows();
   for (int column = 0; column < pattern.size(); ++column)
     for (int k = pattern.column_start[std::size_t(column)]; k < pattern.column_start[std::size_t(column) + 1]; ++k) {
-      const int row = pattern.row[std::size_t(k)];
+      const int row = rows[std::size_t(k)];
       H(row, column) = values[k];
       if (row > column) H(column, row) = values[k];
     }

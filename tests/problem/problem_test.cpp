@@ -177,7 +177,7 @@ TEST(Problem, RemovingManyBlocksEqualsNeverHavingHadThem) {
   ASSERT_EQ(full.problem.num_hard_blocks(), few.problem.num_hard_blocks());
   Program a(full.problem), b(few.problem);
   Eigen::VectorXd ga(60), gb(60), Ha = hessian_values(a), Hb = hessian_values(b);
-  EXPECT_EQ(a.hessian_pattern().row, b.hessian_pattern().row);
+  EXPECT_EQ(a.hessian_pattern().rows(), b.hessian_pattern().rows());
   EXPECT_NEAR(a.linearize(ga, Ha), b.linearize(gb, Hb), 1e-12);  // summed in another order
   EXPECT_TRUE(ga.isApprox(gb, 1e-13));
   EXPECT_TRUE(Ha.isApprox(Hb, 1e-13));

@@ -225,11 +225,13 @@ TEST_F(ProgramTest, CurvatureIsWhatGaussNewtonsLacksOfTheExactHessian) {
 TEST_F(ProgramTest, PatternIsSortedWithFullDiagonalBlocks) {
   const SymmetricPattern& h = program.hessian_pattern();
   ASSERT_EQ(h.num_blocks(), 6);
+  const std::vector<int> rows = h.rows();
+  ASSERT_EQ(h.nonzeros(), Eigen::Index(rows.size()));
   for (int block = 0; block < h.num_blocks(); ++block) {
     EXPECT_EQ(h.block_row[std::size_t(h.block_start[std::size_t(block)])], block);
     for (int c = h.first[std::size_t(block)]; c < h.first[std::size_t(block) + 1]; ++c) {
-      const auto begin = h.row.begin() + h.column_start[std::size_t(c)];
-      const auto end = h.row.begin() + h.column_start[std::size_t(c) + 1];
+      const auto begin = rows.begin() + h.column_start[std::size_t(c)];
+      const auto end = rows.begin() + h.column_start[std::size_t(c) + 1];
       EXPECT_EQ(*begin, h.first[std::size_t(block)]);
       EXPECT_TRUE(std::adjacent_find(begin, end, std::greater_equal<>()) == end);
     }

@@ -20,7 +20,7 @@ TEST_F(SparseProgramTest, is_the_program_at_its_point) {
   const SparseProgram s = sparse(program);
   EXPECT_EQ(s.cost, program.cost());
   EXPECT_EQ(s.gradient, gradient(program));
-  Eigen::VectorXd values(Eigen::Index(program.hessian_pattern().row.size())), g(program.num_unknowns());
+  Eigen::VectorXd values(program.hessian_pattern().nonzeros()), g(program.num_unknowns());
   program.linearize(g, values);
   const Eigen::MatrixXd H = s.hessian, expected = dense(program.hessian_pattern(), values);
   EXPECT_EQ(H, H.transpose());

@@ -118,7 +118,7 @@ struct Optimality {
 inline Optimality optimality(Problem& problem, double at_bound = 1e-4) {
   Program program(problem);
   const Eigen::Index n = program.num_unknowns(), m = program.num_rows();
-  Eigen::VectorXd g(n), hessian(Eigen::Index(program.hessian_pattern().row.size())), c(m), root(n);
+  Eigen::VectorXd g(n), hessian(program.hessian_pattern().nonzeros()), c(m), root(n);
   Eigen::VectorXd values(Eigen::Index(program.jacobian_pattern().row.size()));
   program.linearize(g, hessian);
   program.linearize_constraints(c, values);

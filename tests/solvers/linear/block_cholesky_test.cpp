@@ -59,11 +59,10 @@ BlockMatrix make_matrix(const std::vector<int>& sizes, const std::vector<std::pa
       for (int k = p.block_start[b]; k < p.block_start[b + 1]; ++k) {
         const std::size_t other = std::size_t(p.block_row[std::size_t(k)]);
         for (int r = p.first[other]; r < p.first[other + 1]; ++r) {
-          p.row.push_back(r);
           values.push_back(m.dense(r, c));
         }
       }
-      p.column_start.push_back(static_cast<int>(p.row.size()));
+      p.column_start.push_back(static_cast<int>(values.size()));
     }
   m.values = Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
   return m;
@@ -211,11 +210,12 @@ TEST(BlockCholesky, FindsPlantedNullDirections) {
     EXPECT_TRUE(cholesky.null_space(m.values, 1e-12, 6).empty());
     // A congruence by D that scales unknowns keeps the pattern; zeros in it plant axis-parallel null
     // directions.
+    const std::vector<int> row = m.pattern.rows();
     for (const int planted : {3, 11}) {
       for (int column = 0; column < m.pattern.size(); ++column)
         for (int k = m.pattern.column_start[std::size_t(column)]; k < m.pattern.column_start[std::size_t(column) + 1];
              ++k)
-          if (column == planted || m.pattern.row[std::size_t(k)] == planted) m.values[k] = 0.0;
+          if (column == planted || row[std::size_t(k)] == planted) m.values[k] = 0.0;
       m.dense.row(planted).setZero();
       m.dense.col(planted).setZero();
     }
@@ -244,9 +244,10 @@ TEST(BlockCholesky, FindsDirectionsThatSpanBlocks) {
     row[i + 3] = 1.0 + i % 5;
     m.dense += row * row.transpose();
   }
+  const std::vector<int> rows = m.pattern.rows();
   for (int c = 0; c < 3 * blocks; ++c)
     for (int k = m.pattern.column_start[std::size_t(c)]; k < m.pattern.column_start[std::size_t(c) + 1]; ++k)
-      m.values[k] = m.dense(m.pattern.row[std::size_t(k)], c);
+      m.values[k] = m.dense(rows[std::size_t(k)], c);
   const auto basis = BlockCholesky(m.pattern).null_space(m.values, 1e-12, 6);
   ASSERT_EQ(basis.size(), 3u);
   for (const auto& v : basis) EXPECT_LE((m.dense * v).norm(), 1e-12 * m.dense.norm());
