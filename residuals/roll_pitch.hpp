@@ -22,14 +22,17 @@ struct RollPitch {
   void operator()(const X& x, Rows<2, X>& r, RowsBy<2, X>* J = nullptr) const {
     using S = typename X::Scalar;
     using Rotation = BasicSO3<S>;
-    using std::atan2;
+    using std::sqrt;
     const Rotation& rotation = rotation_of(x);
     const Matrix<3, 3, S> R = rotation.matrix();
     const S cos_pitch2 = R(0, 0) * R(0, 0) + R(1, 0) * R(1, 0);
     if (cos_pitch2 < 1e-16)
       throw Error("roll-pitch: undefined at a pitch of 90 degrees (heading has no meaning there)");
-    const S psi = atan2(R(1, 0), R(0, 0));
-    const Rotation level = Rotation::Exp(Vector<3, S>(S(0.), S(0.), psi));
+    // Rz(ψ) by half angles: of cos and sin of ψ the one whose half has no cancellation.
+    const S cos_pitch = sqrt(cos_pitch2), c = R(0, 0) / cos_pitch, s = R(1, 0) / cos_pitch;
+    const bool ahead = c > 0.;
+    const S larger = sqrt(0.5 * (ahead ? S(1. + c) : S(1. - c))), smaller = 0.5 * s / larger;
+    const Rotation level = Rotation::from_unit({ahead ? larger : smaller, S(0.), S(0.), ahead ? smaller : larger});
     const Vector<3, S> e = (rotation.inverse() * level).Log();
     r = e.template head<2>();
     if (J) {
