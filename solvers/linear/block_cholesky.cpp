@@ -1,40 +1,12 @@
 #include <algorithm>
-#include <cmath>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/populate.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
 #include <tandem/solvers/linear/block_symbolic.hpp>
+#include <tandem/solvers/linear/panel_kernels.hpp>
 
 namespace tandem {
-namespace {
-
-/// C −= A Bᵀ for C of m × n, A of m × k, B of n × k, all column-major. The widths are template parameters where they
-/// are the common ones, so that the compiler unrolls.
-template <int N, int K>
-void subtract_product(int m, int n_, int k_, double* __restrict C, int ldc, const double* __restrict A, int lda,
-                      const double* __restrict B, int ldb) {
-  const int n = N > 0 ? N : n_, k = K > 0 ? K : k_;
-  for (int j = 0; j < n; ++j) {
-    double* c = C + std::ptrdiff_t(j) * ldc;
-    for (int i = 0; i < m; ++i) {
-      double sum = 0;
-      for (int p = 0; p < k; ++p) sum += A[i + std::ptrdiff_t(p) * lda] * B[j + std::ptrdiff_t(p) * ldb];
-      c[i] -= sum;
-    }
-  }
-}
-
-void subtract_product_any(int m, int n, int k, double* C, int ldc, const double* A, int lda, const double* B, int ldb) {
-  if (n == 6 && k == 6) return subtract_product<6, 6>(m, n, k, C, ldc, A, lda, B, ldb);
-  if (n == 3 && k == 3) return subtract_product<3, 3>(m, n, k, C, ldc, A, lda, B, ldb);
-  if (k == 6) return subtract_product<0, 6>(m, n, k, C, ldc, A, lda, B, ldb);
-  if (k == 3) return subtract_product<0, 3>(m, n, k, C, ldc, A, lda, B, ldb);
-  return subtract_product<0, 0>(m, n, k, C, ldc, A, lda, B, ldb);
-}
-
-}  // namespace
-
 BlockCholesky::BlockCholesky(const SymmetricPattern& pattern, double natural_flops) {
   order_and_analyze(pattern, pattern, natural_flops);
 }
@@ -156,18 +128,20 @@ void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern, const Sym
 }
 
 void BlockCholesky::load(const Eigen::VectorXd& values, const Eigen::VectorXd& shift) {
-  for (const Fill& f : fill_)
-    for (int j = 0; j < f.columns; ++j) std::fill_n(values_.data() + f.target + j * f.stride, f.rows, 0.0);
-  for (const Copy& c : copies_) {
-    const double* from = values.data() + c.source;
-    double* to = values_.data() + c.target;
-    for (int j = 0; j < c.columns; ++j, from += c.source_stride) {
-      if (!c.transposed)
-        std::copy_n(from, c.rows, to + j * c.target_stride);
-      else
-        for (int i = 0; i < c.rows; ++i) to[j + i * c.target_stride] = from[i];
+  detail::at_best([&]() TANDEM_INLINED_HERE {
+    for (const Fill& f : fill_)
+      for (int j = 0; j < f.columns; ++j) detail::set_zero(f.rows, values_.data() + f.target + j * f.stride);
+    for (const Copy& c : copies_) {
+      const double* from = values.data() + c.source;
+      double* to = values_.data() + c.target;
+      for (int j = 0; j < c.columns; ++j, from += c.source_stride) {
+        if (!c.transposed)
+          detail::copy(c.rows, from, to + j * c.target_stride);
+        else
+          for (int i = 0; i < c.rows; ++i) to[j + i * c.target_stride] = from[i];
+      }
     }
-  }
+  });
   for (int k = 0, place = 0; k < blocks_; ++k) {
     double* panel = values_.data() + panel_[std::size_t(k)];
     for (int i = 0; i < size_[std::size_t(k)]; ++i, ++place) {
@@ -178,72 +152,57 @@ void BlockCholesky::load(const Eigen::VectorXd& values, const Eigen::VectorXd& s
   }
 }
 
-/// Cholesky of the panel's square top and, in the same sweep, the solve of what is below it. With `weak`, pivots below
-/// `relative` times their diagonal entry are noted and replaced by one, their column cut off.
-bool BlockCholesky::factor_panel(int k, double relative, std::vector<int>* weak) {
-  const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
-  double* P = values_.data() + panel_[std::size_t(k)];
-  for (int c = 0; c < n; ++c) {
-    double* column = P + std::ptrdiff_t(c) * m;
-    for (int p = 0; p < c; ++p) {
-      const double* left = P + std::ptrdiff_t(p) * m;
-      const double factor = left[c];
-      for (int i = c; i < m; ++i) column[i] -= factor * left[i];
+bool BlockCholesky::eliminate(int begin, int end, double relative, std::vector<int>* weak) {
+  return detail::at_best([&]() TANDEM_INLINED_HERE {
+    double inverse[detail::kMostDofs];
+    int failed = 0;
+    for (int k = begin; k < end; ++k) {
+      const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)], first = start_[std::size_t(k)];
+      double* P = values_.data() + panel_[std::size_t(k)];
+      const auto is_weak = [&](int c, double pivot) TANDEM_INLINED_HERE {
+        if (!weak || pivot > relative * diagonal_[first + c]) return false;
+        weak->push_back(first + c);
+        return true;
+      };
+      const bool positive = n == 6   ? detail::factor_panel<6>(n, m, P, inverse, failed, is_weak)
+                            : n == 3 ? detail::factor_panel<3>(n, m, P, inverse, failed, is_weak)
+                                     : detail::factor_panel<0>(n, m, P, inverse, failed, is_weak);
+      if (!positive) {
+        failed_ = unknown_[std::size_t(first + failed)];
+        return false;
+      }
+      subtract_inlined(k, n, P, P);
     }
-    const int place = start_[std::size_t(k)] + c;
-    double pivot = column[c];
-    if (weak && !(pivot > relative * diagonal_[place])) {
-      weak->push_back(place);
-      for (int i = c; i < m; ++i) column[i] = 0;
-      column[c] = 1;
-      continue;
-    }
-    if (!(pivot > 0) || !std::isfinite(pivot)) {
-      failed_ = unknown_[std::size_t(place)];
-      return false;
-    }
-    pivot = std::sqrt(pivot);
-    const double inverse = 1.0 / pivot;
-    column[c] = pivot;
-    for (int i = c + 1; i < m; ++i) column[i] *= inverse;
-  }
-  return true;
+    return true;
+  });
 }
 
-void BlockCholesky::update_from(int k) {
-  const double* P = values_.data() + panel_[std::size_t(k)];
-  subtract_below(k, size_[std::size_t(k)], P, P);
-}
-
-void BlockCholesky::subtract_below(int k, int inner, const double* A, const double* B) {
+inline void BlockCholesky::subtract_inlined(int k, int inner, const double* A, const double* B) {
   const int m = panel_rows_[std::size_t(k)];
   for (int u = update_start_[std::size_t(k)]; u < update_start_[std::size_t(k) + 1]; ++u) {
     const Update& update = updates_[std::size_t(u)];
     for (int r = update.run_begin; r < update.run_end; ++r) {
       const Run& run = runs_[std::size_t(r)];
-      subtract_product_any(run.rows, update.columns, inner, values_.data() + run.target, update.target_stride,
-                           A + run.source_row, m, B + update.first_row, m);
+      detail::subtract_product_any(run.rows, update.columns, inner, values_.data() + run.target, update.target_stride,
+                                   A + run.source_row, m, B + update.first_row, m);
     }
   }
+}
+
+void BlockCholesky::subtract_below(int k, int inner, const double* A, const double* B) {
+  detail::at_best([&]() TANDEM_INLINED_HERE { subtract_inlined(k, inner, A, B); });
 }
 
 bool BlockCholesky::factorize(const Eigen::VectorXd& values, const Eigen::VectorXd& shift) {
   failed_ = -1;
   load(values, shift);
-  for (int k = 0; k < blocks_; ++k) {
-    if (!factor_panel(k, 0.0, nullptr)) return false;
-    update_from(k);
-  }
-  return true;
+  return eliminate(0, blocks_, 0.0, nullptr);
 }
 
 std::vector<Eigen::VectorXd> BlockCholesky::null_space(const Eigen::VectorXd& values, double relative, int most) {
   load(values, {});
   std::vector<int> weak;
-  for (int k = 0; k < blocks_; ++k) {
-    factor_panel(k, relative, &weak);
-    update_from(k);
-  }
+  eliminate(0, blocks_, relative, &weak);
   std::vector<Eigen::VectorXd> basis;
   for (const int place : weak) {
     if (static_cast<int>(basis.size()) >= most) break;

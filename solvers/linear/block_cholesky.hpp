@@ -66,16 +66,19 @@ class BlockCholesky {
 
   void order_and_analyze(const SymmetricPattern& pattern, const SymmetricPattern& structure, double natural_flops);
   void load(const Eigen::VectorXd& values, const Eigen::VectorXd& shift);
-  bool factor_panel(int k, double relative, std::vector<int>* weak);
-  void update_from(int k);
+  /// Block columns of what is loaded, in the order of elimination, and what they change of those to come. With `weak`, pivots
+  /// not above `relative` times their diagonal entry are noted and replaced by one, their column cut off.
+  bool eliminate(int begin, int end, double relative, std::vector<int>* weak);
   /// Subtracts A Bᵀ from the columns of the panel's block rows below its top. A and B have the panel's rows (those of
   /// its top are not read) and `inner` columns.
   void subtract_below(int k, int inner, const double* A, const double* B);
+  [[gnu::always_inline]] void subtract_inlined(int k, int inner, const double* A, const double* B);
   // Both in the pattern's order of unknowns, in place: each block's are consecutive there too.
   void forward(Eigen::VectorXd& y) const;
   void backward(Eigen::VectorXd& y) const;
-  void forward_by(int k, double* y) const;  // block column k alone
-  void backward_by(int k, double* y) const;
+  // Block column k alone, for at_best().
+  [[gnu::always_inline]] void forward_by(int k, double* y) const;
+  [[gnu::always_inline]] void backward_by(int k, double* y) const;
   std::vector<int> ancestry_of(const std::vector<int>& blocks) const;
 
   int n_ = 0, blocks_ = 0, failed_ = -1;

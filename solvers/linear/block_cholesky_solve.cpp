@@ -1,35 +1,12 @@
 #include <algorithm>
 
 #include <tandem/solvers/linear/block_cholesky.hpp>
+#include <tandem/solvers/linear/panel_kernels.hpp>
 
 // Triangular solves, and what is made of them.
 namespace tandem {
-namespace {
 
-/// y −= A x for A of m × n, its columns `stride` apart; n at compile time where it is above zero.
-template <int N>
-void subtract_columns(int m, int n_, const double* __restrict A, int stride, const double* __restrict x,
-                      double* __restrict y) {
-  const int n = N > 0 ? N : n_;
-  for (int i = 0; i < m; ++i) {
-    double left = y[i];
-    for (int c = 0; c < n; ++c) left -= A[i + std::ptrdiff_t(c) * stride] * x[c];
-    y[i] = left;
-  }
-}
-
-/// y −= Aᵀ x, A and n as above: a sum of its own for each column, so that none waits for another.
-template <int N>
-void subtract_dot_products(int m, int n_, const double* __restrict A, int stride, const double* __restrict x,
-                           double* __restrict y) {
-  const int n = N > 0 ? N : n_;
-  for (int i = 0; i < m; ++i)
-    for (int c = 0; c < n; ++c) y[c] -= A[i + std::ptrdiff_t(c) * stride] * x[i];
-}
-
-}  // namespace
-
-void BlockCholesky::forward_by(int k, double* y) const {
+inline void BlockCholesky::forward_by(int k, double* y) const {
   const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
   const double* P = values_.data() + panel_[std::size_t(k)];
   double* x = y + first_unknown_[std::size_t(k)];
@@ -42,16 +19,16 @@ void BlockCholesky::forward_by(int k, double* y) const {
     const Below& below = below_[std::size_t(b)];
     double* target = y + below.unknown;
     if (n == 6) {
-      subtract_columns<6>(below.rows, n, P + below.row, m, x, target);
+      detail::subtract_columns<6>(below.rows, n, P + below.row, m, x, target);
     } else if (n == 3) {
-      subtract_columns<3>(below.rows, n, P + below.row, m, x, target);
+      detail::subtract_columns<3>(below.rows, n, P + below.row, m, x, target);
     } else {
-      subtract_columns<0>(below.rows, n, P + below.row, m, x, target);
+      detail::subtract_columns<0>(below.rows, n, P + below.row, m, x, target);
     }
   }
 }
 
-void BlockCholesky::backward_by(int k, double* y) const {
+inline void BlockCholesky::backward_by(int k, double* y) const {
   const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
   const double* P = values_.data() + panel_[std::size_t(k)];
   double* x = y + first_unknown_[std::size_t(k)];
@@ -59,11 +36,11 @@ void BlockCholesky::backward_by(int k, double* y) const {
     const Below& below = below_[std::size_t(b)];
     const double* source = y + below.unknown;
     if (n == 6) {
-      subtract_dot_products<6>(below.rows, n, P + below.row, m, source, x);
+      detail::subtract_dot_products<6>(below.rows, n, P + below.row, m, source, x);
     } else if (n == 3) {
-      subtract_dot_products<3>(below.rows, n, P + below.row, m, source, x);
+      detail::subtract_dot_products<3>(below.rows, n, P + below.row, m, source, x);
     } else {
-      subtract_dot_products<0>(below.rows, n, P + below.row, m, source, x);
+      detail::subtract_dot_products<0>(below.rows, n, P + below.row, m, source, x);
     }
   }
   for (int c = n - 1; c >= 0; --c) {
@@ -74,11 +51,15 @@ void BlockCholesky::backward_by(int k, double* y) const {
 }
 
 void BlockCholesky::forward(Eigen::VectorXd& y) const {
-  for (int k = 0; k < blocks_; ++k) forward_by(k, y.data());
+  detail::at_best([&]() TANDEM_INLINED_HERE {
+    for (int k = 0; k < blocks_; ++k) forward_by(k, y.data());
+  });
 }
 
 void BlockCholesky::backward(Eigen::VectorXd& y) const {
-  for (int k = blocks_ - 1; k >= 0; --k) backward_by(k, y.data());
+  detail::at_best([&]() TANDEM_INLINED_HERE {
+    for (int k = blocks_ - 1; k >= 0; --k) backward_by(k, y.data());
+  });
 }
 
 void BlockCholesky::solve(Eigen::VectorXd& x) const {
@@ -113,9 +94,11 @@ Eigen::MatrixXd BlockCholesky::inverse_of(const std::vector<int>& blocks) const 
     for (int i = 0; i < size_[std::size_t(place)]; ++i, ++column) {
       for (const int k : ancestry) x.segment(first_unknown_[std::size_t(k)], size_[std::size_t(k)]).setZero();
       x[first_unknown_[std::size_t(place)] + i] = 1;
-      for (auto k = std::lower_bound(ancestry.begin(), ancestry.end(), place); k != ancestry.end(); ++k)
-        forward_by(*k, x.data());
-      for (auto k = ancestry.rbegin(); k != ancestry.rend(); ++k) backward_by(*k, x.data());
+      const auto first = std::lower_bound(ancestry.begin(), ancestry.end(), place) - ancestry.begin();
+      detail::at_best([&]() TANDEM_INLINED_HERE {
+        for (std::size_t k = std::size_t(first); k < ancestry.size(); ++k) forward_by(ancestry[k], x.data());
+        for (std::size_t k = ancestry.size(); k-- > 0;) backward_by(ancestry[k], x.data());
+      });
       int row = 0;
       for (const int other : blocks) {
         const std::size_t at = std::size_t(place_of_block_[std::size_t(other)]);

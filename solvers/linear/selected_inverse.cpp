@@ -122,8 +122,7 @@ bool SelectedInverse::compute(const Eigen::VectorXd& hessian, const LinearEquati
 }
 
 bool SelectedInverse::eliminate_free(int k) {
-  if (!factor_panel(k, 0.0, nullptr)) return false;
-  update_from(k);
+  if (!eliminate(k, k + 1, 0.0, nullptr)) return false;
   const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
   double* P = panel(k);
   double* I = identity_.data();

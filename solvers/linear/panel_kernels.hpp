@@ -1,0 +1,135 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <type_traits>
+
+#include <tandem/problem/instruction_set.hpp>
+
+/// The dense arithmetic of a block Cholesky, column-major, for at_best(). Tiles of six rows, of a pose, and of three stay in
+/// registers; widths are template parameters where they are the common ones, else 0 and given besides.
+namespace tandem::detail {
+
+/// Calls f(rows, i) for tiles of constant rows that make up m of them, i the first of each.
+template <class F>
+TANDEM_INLINED void in_tiles(int m, F f) {
+  int i = 0;
+  for (; i + 6 <= m; i += 6) f(std::integral_constant<int, 6>(), i);
+  for (; i + 3 <= m; i += 3) f(std::integral_constant<int, 3>(), i);
+  for (; i < m; ++i) f(std::integral_constant<int, 1>(), i);
+}
+
+/// Of a few numbers, for which a call takes longer.
+TANDEM_INLINED void copy(int m, const double* from, double* to) {
+  in_tiles(m, [&](auto rows, int first) TANDEM_INLINED_HERE {
+    for (int i = 0; i < rows; ++i) to[first + i] = from[first + i];
+  });
+}
+TANDEM_INLINED void set_zero(int m, double* to) {
+  in_tiles(m, [&](auto rows, int first) TANDEM_INLINED_HERE {
+    for (int i = 0; i < rows; ++i) to[first + i] = 0.0;
+  });
+}
+
+/// C −= A Bᵀ of so many rows, B of N rows, both of K columns.
+template <int rows, int N, int K>
+TANDEM_INLINED void subtract_tile(int n_, int k_, double* __restrict C, std::ptrdiff_t ldc, const double* __restrict A,
+                                  std::ptrdiff_t lda, const double* __restrict B, std::ptrdiff_t ldb) {
+  const int n = N > 0 ? N : n_, k = K > 0 ? K : k_;
+  for (int j = 0; j < n; ++j) {
+    double sum[rows];
+    for (int i = 0; i < rows; ++i) sum[i] = C[i + j * ldc];
+    for (int p = 0; p < k; ++p)
+      for (int i = 0; i < rows; ++i) sum[i] -= A[i + p * lda] * B[j + p * ldb];
+    for (int i = 0; i < rows; ++i) C[i + j * ldc] = sum[i];
+  }
+}
+
+/// The same of m rows.
+template <int N, int K>
+TANDEM_INLINED void subtract_product(int m, int n, int k, double* C, int ldc, const double* A, int lda, const double* B,
+                                     int ldb) {
+  in_tiles(m, [&](auto rows, int i)
+                  TANDEM_INLINED_HERE { subtract_tile<rows(), N, K>(n, k, C + i, ldc, A + i, lda, B, ldb); });
+}
+
+TANDEM_INLINED void subtract_product_any(int m, int n, int k, double* C, int ldc, const double* A, int lda,
+                                         const double* B, int ldb) {
+  if (n == 6 && k == 6) return subtract_product<6, 6>(m, n, k, C, ldc, A, lda, B, ldb);
+  if (n == 3 && k == 3) return subtract_product<3, 3>(m, n, k, C, ldc, A, lda, B, ldb);
+  subtract_product<0, 0>(m, n, k, C, ldc, A, lda, B, ldb);
+}
+
+/// X ← X L⁻ᵀ of so many rows, L the panel's top; `inverse` of its diagonal.
+template <int rows, int N>
+TANDEM_INLINED void solve_tile(int n_, const double* __restrict L, double* __restrict X, std::ptrdiff_t ld,
+                               const double* inverse) {
+  const int n = N > 0 ? N : n_;
+  for (int c = 0; c < n; ++c) {
+    double sum[rows];
+    for (int i = 0; i < rows; ++i) sum[i] = X[i + c * ld];
+    for (int p = 0; p < c; ++p)
+      for (int i = 0; i < rows; ++i) sum[i] -= X[i + p * ld] * L[c + p * ld];
+    for (int i = 0; i < rows; ++i) X[i + c * ld] = sum[i] * inverse[c];
+  }
+}
+
+/// Cholesky of a panel's square top, N × N, and the solve of what is below it, down to row m. A column whose pivot is refused by
+/// weak(c, pivot) is cut off. False at the first, `failed`, that is not positive all the same.
+template <int N, class Weak>
+TANDEM_INLINED bool factor_panel(int n_, int m, double* P, double* inverse, int& failed, Weak weak) {
+  const int n = N > 0 ? N : n_;
+  const std::ptrdiff_t ld = m;
+  for (int c = 0; c < n; ++c) {
+    double* column = P + c * ld;
+    for (int p = 0; p < c; ++p)
+      for (int i = c; i < n; ++i) column[i] -= P[c + p * ld] * P[i + p * ld];
+    const double pivot = column[c];
+    if (weak(c, pivot)) {
+      for (int i = c + 1; i < n; ++i) column[i] = 0.0;
+      column[c] = 1.0;
+      inverse[c] = 0.0;
+      continue;
+    }
+    if (!(pivot > 0) || !std::isfinite(pivot)) {
+      failed = c;
+      return false;
+    }
+    column[c] = std::sqrt(pivot);
+    inverse[c] = 1.0 / column[c];
+    for (int i = c + 1; i < n; ++i) column[i] *= inverse[c];
+  }
+  in_tiles(m - n, [&](auto rows, int i) TANDEM_INLINED_HERE { solve_tile<rows(), N>(n, P, P + n + i, ld, inverse); });
+  return true;
+}
+
+/// y −= A x of so many rows, N columns.
+template <int N>
+TANDEM_INLINED void subtract_columns(int m, int n_, const double* A, std::ptrdiff_t lda, const double* x, double* y) {
+  const int n = N > 0 ? N : n_;
+  in_tiles(m, [&](auto rows, int first) TANDEM_INLINED_HERE {
+    double sum[rows()];
+    for (int i = 0; i < rows; ++i) sum[i] = y[first + i];
+    for (int c = 0; c < n; ++c)
+      for (int i = 0; i < rows; ++i) sum[i] -= A[first + i + c * lda] * x[c];
+    for (int i = 0; i < rows; ++i) y[first + i] = sum[i];
+  });
+}
+
+/// y −= Aᵀ x, A and N as above: sums of a tile's products with a column stay beside each other until the end.
+template <int N>
+TANDEM_INLINED void subtract_dot_products(int m, int n_, const double* A, std::ptrdiff_t lda, const double* x,
+                                          double* y) {
+  const int n = N > 0 ? N : n_;
+  in_tiles(m, [&](auto rows, int first) TANDEM_INLINED_HERE {
+    double at[rows()];
+    for (int i = 0; i < rows; ++i) at[i] = x[first + i];
+    for (int c = 0; c < n; ++c) {
+      double sum = 0;
+      for (int i = 0; i < rows; ++i) sum += A[first + i + c * lda] * at[i];
+      y[c] -= sum;
+    }
+  });
+}
+
+}  // namespace tandem::detail
