@@ -1,6 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cmath>
+
+#include <tandem/lie/piecewise.hpp>
 
 namespace tandem {
 
@@ -21,29 +24,28 @@ struct AngleCoefficients {
 
   // Inlined, so that what a caller does not use is not computed.
   [[gnu::always_inline]] explicit AngleCoefficients(const S& theta2) {
-    using std::cos, std::sin, std::sqrt;
-    if (theta2 < kSeriesBelow) {
+    const auto series = [&]() -> std::array<S, 6> {
       const S& x = theta2;
       // clang-format off
-      A = 1. + x*(-1./6 + x*(1./120 + x*(-1./5040 + x*(1./362880 + x*(-1./39916800 + x*(1./6227020800.))))));
-      B = 1./2 + x*(-1./24 + x*(1./720 + x*(-1./40320 + x*(1./3628800 + x*(-1./479001600 + x*(1./87178291200.))))));
-      C = 1./6 + x*(-1./120 + x*(1./5040 + x*(-1./362880 + x*(1./39916800 + x*(-1./6227020800.)))));
-      D = 1./12 + x*(1./720 + x*(1./30240 + x*(1./1209600 + x*(1./47900160 + x*(691./1307674368000. +
-          x*(1./74724249600.))))));
-      E = 1./24 + x*(-1./720 + x*(1./40320 + x*(-1./3628800 + x*(1./479001600 + x*(-1./87178291200.)))));
-      F = 1./120 + x*(-1./2520 + x*(1./120960 + x*(-1./9979200 + x*(1./1245404160 + x*(-1./217945728000.)))));
+      return {
+          1. + x*(-1./6 + x*(1./120 + x*(-1./5040 + x*(1./362880 + x*(-1./39916800 + x*(1./6227020800.)))))),
+          1./2 + x*(-1./24 + x*(1./720 + x*(-1./40320 + x*(1./3628800 + x*(-1./479001600 + x*(1./87178291200.)))))),
+          1./6 + x*(-1./120 + x*(1./5040 + x*(-1./362880 + x*(1./39916800 + x*(-1./6227020800.))))),
+          1./12 + x*(1./720 + x*(1./30240 + x*(1./1209600 + x*(1./47900160 + x*(691./1307674368000. +
+          x*(1./74724249600.)))))),
+          1./24 + x*(-1./720 + x*(1./40320 + x*(-1./3628800 + x*(1./479001600 + x*(-1./87178291200.))))),
+          1./120 + x*(-1./2520 + x*(1./120960 + x*(-1./9979200 + x*(1./1245404160 + x*(-1./217945728000.)))))};
       // clang-format on
-    } else {
+    };
+    const auto closed = [&]() -> std::array<S, 6> {
+      using std::cos, std::sin, std::sqrt;
       const S theta = sqrt(theta2);
-      const S s = sin(0.5 * theta);
-      const S c = cos(0.5 * theta);
-      A = 2. * s * c / theta;
-      B = 2. * s * s / theta2;
-      C = (1. - A) / theta2;
-      D = (1. - 0.5 * theta * c / s) / theta2;
-      E = (0.5 - B) / theta2;
-      F = (3. * C - B) / (2. * theta2);
-    }
+      const S s = sin(0.5 * theta), c = cos(0.5 * theta);
+      const S a = 2. * s * c / theta, b = 2. * s * s / theta2, k = (1. - a) / theta2;
+      return {a, b, k, (1. - 0.5 * theta * c / s) / theta2, (0.5 - b) / theta2, (3. * k - b) / (2. * theta2)};
+    };
+    const std::array<S, 6> all = detail::piecewise(theta2, kSeriesBelow, series, closed);
+    A = all[0], B = all[1], C = all[2], D = all[3], E = all[4], F = all[5];
   }
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 
 #include <Eigen/Geometry>
@@ -39,20 +40,26 @@ class BasicSO3 {
   explicit BasicSO3(const Matrix<3, 3, S>& R) : q_(R) { q_.normalize(); }
 
   static BasicSO3 identity() { return {}; }
+  /// `q` of unit length, taken as it is.
+  static BasicSO3 from_unit(const Quaternion& q) {
+    BasicSO3 X;
+    X.q_ = q;
+    return X;
+  }
 
   static BasicSO3 Exp(const Tangent& v) {
-    using std::cos, std::sin, std::sqrt;
     const S theta2 = v.squaredNorm();
-    S w, scale;  // cos(θ/2), sin(θ/2)/θ
-    if (theta2 < kSeriesBelow) {
+    const auto series = [&]() -> std::array<S, 2> {
       const S x = 0.25 * theta2;
-      w = 1. + x * (-1. / 2 + x * (1. / 24 + x * (-1. / 720 + x * (1. / 40320))));
-      scale = 0.5 + x * (-1. / 12 + x * (1. / 240 + x * (-1. / 10080 + x * (1. / 725760))));
-    } else {
+      return {1. + x * (-1. / 2 + x * (1. / 24 + x * (-1. / 720 + x * (1. / 40320)))),
+              0.5 + x * (-1. / 12 + x * (1. / 240 + x * (-1. / 10080 + x * (1. / 725760))))};
+    };
+    const auto closed = [&]() -> std::array<S, 2> {
+      using std::cos, std::sin, std::sqrt;
       const S theta = sqrt(theta2);
-      w = cos(0.5 * theta);
-      scale = sin(0.5 * theta) / theta;
-    }
+      return {cos(0.5 * theta), sin(0.5 * theta) / theta};
+    };
+    const auto [w, scale] = detail::piecewise(theta2, kSeriesBelow, series, closed);  // cos(θ/2), sin(θ/2)/θ
     BasicSO3 X;
     X.q_ = Quaternion(w, scale * v[0], scale * v[1], scale * v[2]);
     return X;
@@ -60,18 +67,23 @@ class BasicSO3 {
 
   /// Rotation vector of length at most π; at exactly π either sign is right.
   Tangent Log() const {
-    using std::atan2, std::sqrt;
     const S n2 = q_.vec().squaredNorm();
-    const S w = q_.w() < 0. ? S(-q_.w()) : q_.w();
-    S scale;  // θ / |vec|, with θ = 2 atan2(|vec|, |w|): accurate from 0 to π
-    if (n2 < kSeriesBelow) {
+    const auto signed_as_w = [&](const S& x) {
+      return detail::piecewise(
+          q_.w(), 0.0, [&] { return S(-x); }, [&] { return x; });
+    };
+    const S w = signed_as_w(q_.w());
+    const auto series = [&]() -> S {
       const S x = n2 / (w * w);
-      scale = 2. / w * (1. + x * (-1. / 3 + x * (1. / 5 + x * (-1. / 7 + x * (1. / 9)))));
-    } else {
+      return 2. / w * (1. + x * (-1. / 3 + x * (1. / 5 + x * (-1. / 7 + x * (1. / 9)))));
+    };
+    const auto closed = [&]() -> S {
+      using std::atan2, std::sqrt;
       const S n = sqrt(n2);
-      scale = 2. * atan2(n, w) / n;
-    }
-    return (q_.w() < 0. ? S(-scale) : scale) * q_.vec();
+      return 2. * atan2(n, w) / n;
+    };
+    // θ / |vec|, with θ = 2 atan2(|vec|, |w|): accurate from 0 to π
+    return signed_as_w(detail::piecewise(n2, kSeriesBelow, series, closed)) * q_.vec();
   }
 
   const Quaternion& quaternion() const { return q_; }

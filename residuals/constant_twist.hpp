@@ -17,7 +17,7 @@ struct ConstantTwist {
   static constexpr int dim = G::dof;
   using States = std::tuple<G, G, G>;
 
-  double dt1, dt2;  ///< t1 − t0 and t2 − t1 [s], both > 0
+  typename G::Scalar dt1, dt2;  ///< t1 − t0 and t2 − t1 [s], both > 0
 
   template <Over<G> X>
   void operator()(const X& t0, const X& t1, const X& t2, Rows<dim, X>& r, RowsBy<dim, X>* J0 = nullptr,

@@ -21,7 +21,8 @@ struct Loss {
     double rho, d1, d2;  ///< ρ(s), ρ'(s), ρ''(s)
   };
 
-  Value operator()(double s) const {
+  [[gnu::always_inline]] Value operator()(
+      double s) const {  // with what asks, for whichever instructions that is compiled
     const double c2 = scale * scale;
     switch (kind) {
       case Kind::none:

@@ -1,0 +1,17 @@
+# cmake -DNM=nm -DOBJECTS="a.o;b.o" -P batched_symbols.cmake: no function of batched.cpp, which is compiled for a processor's
+# wider vectors, may stand in for the same function of other files.
+foreach(object IN LISTS OBJECTS)
+  if(object MATCHES "/batched\\.cpp\\.o(bj)?$")
+    execute_process(COMMAND "${NM}" --demangle --defined-only "${object}" OUTPUT_VARIABLE symbols COMMAND_ERROR_IS_FATAL ANY)
+    string(REGEX MATCHALL "[^\n]* [uvVwW] [^\n]*" shared "${symbols}")
+    list(FILTER shared EXCLUDE REGEX "tandem::detail::BatchedInSpace<")
+    if(shared)
+      list(JOIN shared "\n  " shared)
+      message(FATAL_ERROR "shared with files that are compiled for any processor:\n  ${shared}")
+    endif()
+    set(found TRUE)
+  endif()
+endforeach()
+if(NOT found)
+  message(FATAL_ERROR "no batched.cpp among ${OBJECTS}")
+endif()
