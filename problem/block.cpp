@@ -58,6 +58,23 @@ void congruence(int a_, int b_, const double* C, int n, const double* of_A, cons
 
 }  // namespace
 
+template void add_products<1>(const BlockShape&, const HessianPlace*, const double*, const double* const*, double*);
+template void add_products<2>(const BlockShape&, const HessianPlace*, const double*, const double* const*, double*);
+template void add_products<3>(const BlockShape&, const HessianPlace*, const double*, const double* const*, double*);
+template void add_products<6>(const BlockShape&, const HessianPlace*, const double*, const double* const*, double*);
+template double soft_block_cost<1>(const BlockWeight&, double*);
+template double soft_block_cost<2>(const BlockWeight&, double*);
+template double soft_block_cost<3>(const BlockWeight&, double*);
+template double soft_block_cost<6>(const BlockWeight&, double*);
+template double add_soft_block<1>(const BlockShape&, const HessianPlace*, const BlockWeight&, const LinearizedBlock&,
+                                  double*, double*);
+template double add_soft_block<2>(const BlockShape&, const HessianPlace*, const BlockWeight&, const LinearizedBlock&,
+                                  double*, double*);
+template double add_soft_block<3>(const BlockShape&, const HessianPlace*, const BlockWeight&, const LinearizedBlock&,
+                                  double*, double*);
+template double add_soft_block<6>(const BlockShape&, const HessianPlace*, const BlockWeight&, const LinearizedBlock&,
+                                  double*, double*);
+
 void block_gradient(const BlockShape& shape, const double* const* J, const double* const* charts, const double* w,
                     double* gradient) {
   for (int s = 0; s < shape.arity; gradient += shape.dofs[s], ++s) {

@@ -4,6 +4,7 @@
 
 #include <tandem/problem/block_kernels.hpp>
 #include <tandem/problem/function_ref.hpp>
+#include <tandem/residuals/loss.hpp>
 
 namespace tandem::detail {
 
@@ -47,7 +48,7 @@ void through_charts(const BlockShape& shape, const double* const* charts, double
 
 /// A ← W A of so many columns, W a diagonal or, where it is not null, full.
 template <int dim, class N>
-inline void whiten(N columns, const double* diagonal, const double* full, double* A) {
+TANDEM_INLINED void whiten(N columns, const double* diagonal, const double* full, double* A) {
   if (full)
     multiply_left<dim>(columns, full, A);
   else
@@ -56,12 +57,12 @@ inline void whiten(N columns, const double* diagonal, const double* full, double
 
 /// T ← w Jᵀ of each free state, one after the other, and gradient += T r.
 template <int dim>
-void add_gradient(const BlockShape& shape, double w, const double* const* J, const double* r, double* T,
-                  double* gradient) {
+TANDEM_INLINED void add_gradient(const BlockShape& shape, double w, const double* const* J, const double* r, double* T,
+                                 double* gradient) {
   for (int s = 0; s < shape.arity; T += dim * shape.dofs[s], ++s) {
     if (shape.offset[s] < 0) continue;
     double* at = gradient + shape.offset[s];
-    with_size(shape.dofs[s], [&](auto dof) {
+    with_size(shape.dofs[s], [&](auto dof) TANDEM_INLINED_HERE {
       transpose<dim>(dof, w, J[s], T);
       if constexpr (std::is_same_v<decltype(dof), int>)
         add_multiplied(dof, dim, T, r, at);
@@ -73,8 +74,8 @@ void add_gradient(const BlockShape& shape, double w, const double* const* J, con
 
 /// H += T_A J_B for every pair of free states, straight into the solver's matrix; T as add_gradient() leaves it.
 template <int dim>
-void add_products(const BlockShape& shape, const HessianPlace* place, const double* T, const double* const* J,
-                  double* H) {
+TANDEM_INLINED void add_products_inlined(const BlockShape& shape, const HessianPlace* place, const double* T,
+                                         const double* const* J, double* H) {
   const int* offset = shape.offset;
   for (int A = 0; A < shape.arity; T += dim * shape.dofs[A], place += A + 1, ++A) {
     if (offset[A] < 0) continue;
@@ -98,6 +99,97 @@ void add_products(const BlockShape& shape, const HessianPlace* place, const doub
     }
   }
 }
+
+/// The numbers of rows for which a block's arithmetic is compiled for each instruction set: not for seldom ones, since that
+/// would be once more for each residual.
+template <int dim>
+inline constexpr bool kDispatched = dim == 1 || dim == 2 || dim == 3 || dim == 6;
+
+template <int dim>
+void add_products(const BlockShape& shape, const HessianPlace* place, const double* T, const double* const* J,
+                  double* H) {
+  const auto add = [&]() TANDEM_INLINED_HERE { add_products_inlined<dim>(shape, place, T, J, H); };
+  if constexpr (kDispatched<dim>)
+    at_best(add);
+  else
+    add();
+}
+
+/// A block's noise, 1/σ of each row or, where it is not null, W by columns, and its loss.
+struct BlockWeight {
+  const double* diagonal;
+  const double* full;
+  Loss loss;
+};
+
+/// A soft block's cost, of its rows, which are whitened in their place: to the last bit what add_soft_block() gives.
+template <int dim>
+TANDEM_INLINED Loss::Value loss_of_rows(const BlockWeight& weight, double* r) {
+  whiten<dim>(1, weight.diagonal, weight.full, r);
+  return weight.loss(squared_norm<dim>(r));
+}
+template <int dim>
+double soft_block_cost(const BlockWeight& weight, double* r) {
+  const auto cost = [&]() TANDEM_INLINED_HERE { return 0.5 * loss_of_rows<dim>(weight, r).rho; };
+  if constexpr (kDispatched<dim>)
+    return at_best(cost);
+  else
+    return cost();
+}
+
+/// A block's rows, its states' Jacobians, and room for these once more.
+struct LinearizedBlock {
+  double* r;
+  double* const* J;
+  double* transposed;
+};
+
+template <int dim>
+TANDEM_INLINED double add_soft_block_inlined(const BlockShape& shape, const HessianPlace* place,
+                                             const BlockWeight& weight, const LinearizedBlock& block, double* gradient,
+                                             double* H) {
+  const Loss::Value value = loss_of_rows<dim>(weight, block.r);
+  for (int s = 0; s < shape.arity; ++s) {
+    if (shape.offset[s] < 0) continue;
+    double* J = block.J[s];
+    with_size(shape.dofs[s], [&](auto dof) TANDEM_INLINED_HERE { whiten<dim>(dof, weight.diagonal, weight.full, J); });
+  }
+  add_gradient<dim>(shape, value.d1, block.J, block.r, block.transposed, gradient);
+  if (H) add_products_inlined<dim>(shape, place, block.transposed, block.J, H);
+  return 0.5 * value.rho;
+}
+/// Adds a soft block to the gradient and, where it is not null, to the Hessian; r and J are whitened in their place. Its cost.
+template <int dim>
+double add_soft_block(const BlockShape& shape, const HessianPlace* place, const BlockWeight& weight,
+                      const LinearizedBlock& block, double* gradient, double* H) {
+  const auto add = [&]() TANDEM_INLINED_HERE {
+    return add_soft_block_inlined<dim>(shape, place, weight, block, gradient, H);
+  };
+  if constexpr (kDispatched<dim>)
+    return at_best(add);
+  else
+    return add();
+}
+extern template void add_products<1>(const BlockShape&, const HessianPlace*, const double*, const double* const*,
+                                     double*);
+extern template void add_products<2>(const BlockShape&, const HessianPlace*, const double*, const double* const*,
+                                     double*);
+extern template void add_products<3>(const BlockShape&, const HessianPlace*, const double*, const double* const*,
+                                     double*);
+extern template void add_products<6>(const BlockShape&, const HessianPlace*, const double*, const double* const*,
+                                     double*);
+extern template double soft_block_cost<1>(const BlockWeight&, double*);
+extern template double soft_block_cost<2>(const BlockWeight&, double*);
+extern template double soft_block_cost<3>(const BlockWeight&, double*);
+extern template double soft_block_cost<6>(const BlockWeight&, double*);
+extern template double add_soft_block<1>(const BlockShape&, const HessianPlace*, const BlockWeight&,
+                                         const LinearizedBlock&, double*, double*);
+extern template double add_soft_block<2>(const BlockShape&, const HessianPlace*, const BlockWeight&,
+                                         const LinearizedBlock&, double*, double*);
+extern template double add_soft_block<3>(const BlockShape&, const HessianPlace*, const BlockWeight&,
+                                         const LinearizedBlock&, double*, double*);
+extern template double add_soft_block<6>(const BlockShape&, const HessianPlace*, const BlockWeight&,
+                                         const LinearizedBlock&, double*, double*);
 
 /// Jᵀ w over the states that are not fixed, J with respect to perturbations of the point and through the charts.
 void block_gradient(const BlockShape& shape, const double* const* J, const double* const* charts, const double* w,

@@ -11,6 +11,7 @@
 #include <tandem/lie/static_for.hpp>
 #include <tandem/problem/block.hpp>
 #include <tandem/problem/state_store.hpp>
+#include <tandem/residuals/batched.hpp>
 #include <tandem/residuals/gaussian.hpp>
 #include <tandem/residuals/residual.hpp>
 
@@ -129,6 +130,7 @@ class BlockPool : public Base {
   /// Of all states' Jacobians, one after the other.
   using Transposed = std::array<double, std::size_t(kDim* Types::sum_of_dofs)>;
   static constexpr auto kDofs = Types::dofs;
+  static constexpr int kSumOfDofs = Types::sum_of_dofs;
   /// Whether the residual's own second derivatives are used.
   static constexpr bool kCurvature = HasCurvature<R> && Types::curved;
   static_assert(*std::max_element(kDofs.begin(), kDofs.end()) <= kMostDofs && kDim <= kMostRows &&
@@ -169,6 +171,27 @@ class BlockPool : public Base {
   void linearize(std::size_t i, const int* offset, Row& r, Jacobians& J) const {
     linearize_at(i, points(i), offset, r, J);
     through_charts(i, offset, J);
+  }
+  /// Whether several blocks are evaluated at once.
+  static bool batches() { return instruction_set() != InstructionSet::baseline; }
+  using Blocks = std::array<std::size_t, kBatch>;
+  /// The k-th block in the order of evaluation and those after it, before the end; the last again and again where it ends.
+  static Blocks batch(const PoolPlacement& place, int k, int end) {
+    Blocks blocks;
+    for (int b = 0; b < kBatch; ++b) blocks[std::size_t(b)] = std::size_t(place.at(std::min(k + b, end - 1)));
+    return blocks;
+  }
+  /// r, and J with respect to perturbations of the point, of these; see Batched.
+  void linearize_batch(const Blocks& blocks, double* r, double* J) const {
+    std::array<double*, std::size_t(kArity)> jacobians;
+    static_for<kArity>([&]<int S>() {
+      jacobians[S] = J;
+      J += kBatch * kDim * kDofs[S];
+    });
+    Batched<R>::linearize(residuals(blocks), states(blocks), r, jacobians);
+  }
+  void evaluate_batch(const Blocks& blocks, double* r) const {
+    Batched<R>::evaluate(residuals(blocks), states(blocks), r);
   }
   void through_charts(std::size_t i, const int* offset, Jacobians& J) const {
     detail::through_charts<kDim>(shape(offset), charts(i).data(), data(J).data());
@@ -243,6 +266,19 @@ class BlockPool : public Base {
       block_gradient(shape, data(J).data(), charts.data(), w.data(), gradient);
     };
     add_difference_hessian(shape, place, near, H);
+  }
+
+  std::array<const R*, kBatch> residuals(const Blocks& blocks) const {
+    std::array<const R*, kBatch> result;
+    for (std::size_t b = 0; b < kBatch; ++b) result[b] = &blocks_[blocks[b]].residual;
+    return result;
+  }
+  auto states(const Blocks& blocks) const {
+    typename Batched<R>::States result;
+    static_for<kArity>([&]<int S>() {
+      for (std::size_t b = 0; b < kBatch; ++b) result[S][b] = std::get<S>(points(blocks[b]));
+    });
+    return result;
   }
 
   struct Placed {

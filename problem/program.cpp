@@ -94,6 +94,11 @@ void Program::chart_if_moved() {
 
 template <class F>
 double Program::over_blocks(F f) const {
+  return over_blocks(f, [](int) {});
+}
+
+template <class F, class Begin>
+double Program::over_blocks(F f, Begin begin) const {
   const auto of_lane = [&](int lane) {
     double sum = 0;
     std::size_t at = std::size_t(lane);
@@ -102,7 +107,10 @@ double Program::over_blocks(F f) const {
     return sum;
   };
   std::array<double, detail::kMostLanes> sums;
-  lanes_.run(num_lanes_, [&](int lane) { sums[std::size_t(lane)] = of_lane(lane); });
+  lanes_.run(num_lanes_, [&](int lane) {
+    begin(lane);
+    sums[std::size_t(lane)] = of_lane(lane);
+  });
   return std::accumulate(sums.begin(), sums.begin() + num_lanes_, 0.0) + of_lane(num_lanes_);
 }
 
@@ -124,13 +132,12 @@ void Program::over_states(F f) {
   });
 }
 
-void Program::set_zero(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian) {
-  gradient.setZero();
-  if (!hessian) return;
-  lanes_.run(num_lanes_, [&](int lane) {
-    const auto first = [&](int part) { return hessian->size() * part / num_lanes_; };
-    hessian->segment(first(lane), first(lane + 1) - first(lane)).setZero();
-  });
+void Program::set_zero_part(int lane, Eigen::VectorXd& hessian) const {
+  const auto first = [&](int part) {  // the columns of its variables
+    const std::int64_t block = (std::int64_t(part) * hessian_.num_blocks() + num_lanes_ - 1) / num_lanes_;
+    return hessian_.column_start[std::size_t(hessian_.first[std::size_t(block)])];
+  };
+  hessian.segment(first(lane), first(lane + 1) - first(lane)).setZero();
 }
 
 double Program::cost() {
@@ -177,12 +184,15 @@ double Program::linearize_at_point(Eigen::VectorXd& gradient, Eigen::VectorXd& h
 }
 
 double Program::accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian) {
-  set_zero(gradient, hessian);
-  return over_blocks([&](std::size_t p, int begin, int end) {
-    return costs_[p]
-               ? costs_[p]->accumulate(placement_[p], begin, end, gradient.data(), hessian ? hessian->data() : nullptr)
-               : 0.0;
-  });
+  gradient.setZero();
+  double* H = hessian ? hessian->data() : nullptr;
+  return over_blocks(
+      [&](std::size_t p, int begin, int end) {
+        return costs_[p] ? costs_[p]->accumulate(placement_[p], begin, end, gradient.data(), H) : 0.0;
+      },
+      [&](int lane) {
+        if (H) set_zero_part(lane, *hessian);
+      });
 }
 
 void Program::constraints(Eigen::VectorXd& c) {
@@ -254,13 +264,15 @@ void Program::curvature(const Eigen::VectorXd& multipliers, Eigen::VectorXd& hes
 void Program::second_derivatives(detail::Curvature wanted, double factor, const Eigen::VectorXd& multipliers,
                                  Eigen::VectorXd& hessian) {
   chart_if_moved();
-  set_zero(point_gradient_, &hessian);
-  over_blocks([&](std::size_t p, int begin, int end) {
-    const double* lambda = rows_[p] ? multipliers.data() + first_row_[p] : nullptr;
-    pool(p).add_exact_hessian(placement_[p], begin, end, wanted, rows_[p] ? 1.0 : factor, lambda,
-                              point_gradient_.data(), hessian.data());
-    return 0.0;
-  });
+  point_gradient_.setZero();
+  over_blocks(
+      [&](std::size_t p, int begin, int end) {
+        const double* lambda = rows_[p] ? multipliers.data() + first_row_[p] : nullptr;
+        pool(p).add_exact_hessian(placement_[p], begin, end, wanted, rows_[p] ? 1.0 : factor, lambda,
+                                  point_gradient_.data(), hessian.data());
+        return 0.0;
+      },
+      [&](int lane) { set_zero_part(lane, hessian); });
   over_states([&](const detail::StateStoreBase& store, int begin, int end) {
     store.add_chart_curvature(point_gradient_.data(), offset_, hessian_.column_start, begin, end, hessian.data());
   });

@@ -165,12 +165,15 @@ class Program {
   /// several lanes, which may run at once, have no unknown in common, nor an entry of the Hessian.
   template <class F>
   double over_blocks(F f) const;
+  /// The same; each lane calls begin(lane) before.
+  template <class F, class Begin>
+  double over_blocks(F f, Begin begin) const;
   template <class F>
   double over_hard_blocks(F f) const;
   /// Runs f(store, begin, end) of all states, in lanes.
   template <class F>
   void over_states(F f);
-  void set_zero(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian);
+  void set_zero_part(int lane, Eigen::VectorXd& hessian) const;  // what a lane's own blocks write
 
   Problem& problem_;
   std::vector<int> offset_;             // of each variable, −1 when fixed

@@ -40,30 +40,36 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
 
   double cost(const PoolPlacement& place, int begin, int end) const override {
     double total = 0;
+    int k = begin;
+    if constexpr (Batched<R>::exists)
+      for (; end - k > 1 && this->batches(); k += kBatch) {
+        double r[kBatch * kDim];
+        const auto blocks = this->batch(place, k, end);
+        this->evaluate_batch(blocks, r);
+        for (int b = 0; b < std::min(kBatch, end - k); ++b)
+          total += soft_block_cost<kDim>(weight_of(blocks[std::size_t(b)]), r + b * kDim);
+      }
     Row r;
-    for (int k = begin; k < end; ++k) {
+    for (; k < end; ++k) {
       const std::size_t i = std::size_t(place.at(k));
       this->value(i, r);
-      whiten(i, r.data());
-      total += 0.5 * this->loss_of(i, squared_norm<kDim>(r.data())).rho;
+      total += soft_block_cost<kDim>(weight_of(i), r.data());
     }
     return total;
   }
   double accumulate(const PoolPlacement& place, int begin, int end, double* gradient, double* H) const override {
     double total = 0;
+    int k = begin;
+    if constexpr (Batched<R>::exists)
+      for (; end - k > 1 && this->batches(); k += kBatch) accumulate_batch(place, k, end, total, gradient, H);
     Row r;
     Jacobians J;
     Pool::set_zero(J);  // GCC 12 does not see that linearize sets it
     const auto columns = Pool::data(J);
-    typename Pool::Transposed transposed;
-    for (int k = begin; k < end; ++k) {
+    for (; k < end; ++k) {
       const std::size_t i = std::size_t(place.at(k));
-      const BlockShape shape = Pool::shape(&place.offset[i * kArity]);
-      this->linearize(i, shape.offset, r, J);
-      const Loss::Value value = whiten(i, shape, r.data(), columns.data());
-      total += 0.5 * value.rho;
-      add_gradient<kDim>(shape, value.d1, columns.data(), r.data(), transposed.data(), gradient);
-      if (H) add_products<kDim>(shape, &place.hessian[i * kPairs], transposed.data(), columns.data(), H);
+      this->linearize(i, &place.offset[i * kArity], r, J);
+      total += add(place, i, r.data(), columns.data(), gradient, H);
     }
     return total;
   }
@@ -106,6 +112,30 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
   }
 
  private:
+  BlockWeight weight_of(std::size_t i) const {
+    return {this->template diagonal<kDim>(i), this->full(i), this->widened_loss(i)};
+  }
+  double add(const PoolPlacement& place, std::size_t i, double* r, double* const* J, double* gradient,
+             double* H) const {
+    typename Pool::Transposed transposed;
+    return add_soft_block<kDim>(Pool::shape(&place.offset[i * kArity]), &place.hessian[i * kPairs], weight_of(i),
+                                {r, J, transposed.data()}, gradient, H);
+  }
+  /// The k-th to the last before the end, as many as there are of a batch. Their costs are added to `total` one after the other,
+  /// as cost() does.
+  void accumulate_batch(const PoolPlacement& place, int k, int end, double& total, double* gradient, double* H) const {
+    const auto blocks = this->batch(place, k, end);
+    double r[kBatch * kDim], J[kBatch * kDim * Pool::kSumOfDofs];
+    this->linearize_batch(blocks, r, J);
+    for (int b = 0; b < std::min(kBatch, end - k); ++b) {
+      const std::size_t i = blocks[std::size_t(b)];
+      std::array<double*, std::size_t(kArity)> columns;
+      for (int s = 0, first = 0; s < kArity; first += kBatch * kDim * Pool::kDofs[std::size_t(s)], ++s)
+        columns[std::size_t(s)] = J + first + b * kDim * Pool::kDofs[std::size_t(s)];
+      detail::through_charts<kDim>(Pool::shape(&place.offset[i * kArity]), this->charts(i).data(), columns.data());
+      total += add(place, i, r + b * kDim, columns.data(), gradient, H);
+    }
+  }
   /// Adds squares ρ' Jᵀ J + of_loss 2ρ'' Jᵀ r rᵀ J, r and J whitened: the curvature that is not the residual's own.
   void add_first_order(std::size_t i, const int* offset, const HessianPlace* place, double squares, double of_loss,
                        Row& r, Jacobians& J, double* H) const {

@@ -68,7 +68,8 @@ class WeightedPool : public SoftPoolBase {
   }
   const double* full(std::size_t i) const { return full_[i] < 0 ? nullptr : matrices_.at(full_[i]).data(); }
   /// ρ, ρ', ρ'' at s = ‖r‖² of a whitened residual.
-  Loss::Value loss_of(std::size_t i, double s) const { return Loss{losses_[i].kind, widening * losses_[i].scale}(s); }
+  Loss::Value loss_of(std::size_t i, double s) const { return widened_loss(i)(s); }
+  Loss widened_loss(std::size_t i) const { return {losses_[i].kind, widening * losses_[i].scale}; }
 
  private:
   Loss::Value loss_at_point(int i) const;

@@ -32,7 +32,8 @@ class SecantPairs {
     if (rho_.size() == 0) return;
     const Eigen::Index i = count_ % rho_.size();
     if (count_ < rho_.size())
-      for (Eigen::MatrixXd* pairs : {&s_, &y_}) populate(pairs->col(i).data(), std::size_t(step.size()) * sizeof(double));
+      for (Eigen::MatrixXd* pairs : {&s_, &y_})
+        populate(pairs->col(i).data(), std::size_t(step.size()) * sizeof(double));
     s_.col(i) = step;
     y_.col(i) = gradient_after - gradient_before;
     rho_[i] = inverse_curvature(i, y_);

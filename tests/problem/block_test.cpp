@@ -81,6 +81,32 @@ TYPED_TEST(Block, GradientAndProductsAreTheDenseOnes) {
   EXPECT_LT((b.symmetric() - 0.7 * J.transpose() * J).norm(), 1e-11);
 }
 
+/// By the widest vectors that there are, and for five rows by none.
+template <int dim>
+void expect_a_soft_block() {
+  const VectorXd d = BlockOf<dim>::random(dim, 1).cwiseAbs();
+  const MatrixXd full = BlockOf<dim>::random(dim, dim);
+  for (const bool diagonal : {true, false})
+    for (const Loss& loss : {Loss{}, Loss{Loss::Kind::cauchy, 1.5}}) {
+      BlockOf<dim> b;
+      const MatrixXd W = diagonal ? MatrixXd(d.asDiagonal()) : full, J = W * b.dense();
+      const VectorXd r = W * b.r;
+      const Loss::Value value = loss(r.squaredNorm());
+      std::vector<double> T(std::size_t(dim * b.shape.first(b.shape.arity)));
+      const BlockWeight weight{d.data(), diagonal ? nullptr : full.data(), loss};
+      const double cost = add_soft_block<dim>(
+          b.shape, b.place.data(), weight, {b.r.data(), b.columns().data(), T.data()}, b.gradient.data(), b.H.data());
+      EXPECT_NEAR(cost, 0.5 * value.rho, 1e-13 * (1 + cost));
+      EXPECT_LT((b.gradient - value.d1 * J.transpose() * r).norm(), 1e-12 * (1 + J.norm() * r.norm()));
+      EXPECT_LT((b.symmetric() - value.d1 * J.transpose() * J).norm(), 1e-12 * (1 + J.squaredNorm()));
+    }
+}
+TYPED_TEST(Block, IsAddedWhitenedAndWeighed) { expect_a_soft_block<TypeParam::value>(); }
+TEST(BlockOfAnySize, IsAddedWhitenedAndWeighed) {
+  expect_a_soft_block<2>();
+  expect_a_soft_block<5>();
+}
+
 TYPED_TEST(Block, ChartsMultiplyFromTheRight) {
   constexpr int dim = TypeParam::value;
   BlockOf<dim> b;

@@ -6,6 +6,7 @@
 #include <tandem/problem/planning/plan_problem.hpp>
 #include <tandem/problem/program.hpp>
 #include <tandem/problem/testing.hpp>
+#include <tandem/residuals/prior.hpp>
 
 #include "residuals/vehicle/some_vehicle.hpp"
 
@@ -88,8 +89,11 @@ TEST(CheckDerivatives, NamesWhatIsWrong) {
   const auto x = problem.add(R3({1.0, 2.0, 3.0}), "x");
   problem.minimize(Wrong{}, Gaussian{1.0, 1.0, 1.0}, {x});
   EXPECT_GE(check_derivatives(problem, 1).relative, 0.5);
-  problem.subject_to(Wrong{}, at_least(0), {x});
-  EXPECT_NE(check_derivatives(problem, 1).text.find("wrong of x"), std::string::npos);
+  Problem constrained;  // whose cost is right
+  const auto y = constrained.add(R3({1.0, 2.0, 3.0}), "y");
+  constrained.minimize(Prior<R3>{R3({0.0, 1.0, 0.0})}, Gaussian{1.0, 1.0, 1.0}, {y});
+  constrained.subject_to(Wrong{}, at_least(0), {y});
+  EXPECT_NE(check_derivatives(constrained, 1).text.find("wrong of y"), std::string::npos);
 }
 
 TEST(PlanProblem, GivesBackWhatItWasGiven) {
