@@ -38,17 +38,18 @@ const std::map<std::string, std::vector<std::string>> kBelow = {
     {"studies/support", {"solvers", "problem/tracking"}},
     {"studies/scenario", {"studies/support"}},
     {"studies/simulation", {"studies/scenario"}},
-    {"studies/navigation", {"studies/simulation", "solvers/online", "solvers/tracking"}},
+    {"studies/navigation", {"studies/scenario", "solvers/online", "solvers/tracking"}},
     {"studies/estimation", {"studies/navigation"}},
     {"studies/calibration", {"studies/navigation", "solvers/calibration"}},
     {"studies/live", {"studies/estimation"}},
     {"studies/comparison", {"studies/estimation"}},
-    {"studies/planning", {"studies/estimation", "solvers/planning"}},
+    {"studies/planning", {"studies/estimation", "studies/simulation", "solvers/planning"}},
     {"studies/demo", {"studies/study"}},
     {"studies/study", {"studies/comparison", "studies/calibration", "studies/planning"}},
     {"studies/report", {"studies/study"}},
-    {"studies/commands", {"studies/calibration", "studies/live", "studies/report", "studies/planning", "studies/demo"}},
-    {"studies/bench", {"studies/commands"}},
+    {"studies/commands", {"studies/estimation"}},
+    {"studies/commands/more", {"studies/commands", "studies/live", "studies/report", "studies/demo"}},
+    {"studies/bench", {"studies/commands/more"}},
 };
 const std::vector<std::string> kLayers = {"lie", "residuals", "problem", "solvers", "studies"};
 /// Of every library, for its users: a name that is the same on purpose.
