@@ -2,13 +2,12 @@
 
 #include <tandem/studies/commands/command.hpp>
 
-/// Every command, in the order of `tandem --help`: its name, which is that of the file that defines it, and what it does. Of
-/// `tandem` itself are those that make an estimate of a recording; `tandem-more` has all others, so that the first estimate
-/// need not wait until they are compiled.
+/// Every command, in the order of `tandem --help`: its name, which is that of the file that defines it, and what it does. `tandem`
+/// itself has the first estimate, which need not wait until all the others are compiled: `tandem-more` has these.
 // clang-format off
 #define TANDEM_COMMANDS(tandem, more)                                                                     \
   tandem(estimate, "Estimate the trajectories of chaser and target of a scenario")                        \
-  tandem(navigate, "Estimate the chaser's own trajectory from its own raw sensors")                       \
+  more(navigate, "Estimate the chaser's own trajectory from its own raw sensors")                         \
   more(track, "Track chaser and target line by line, as data come, over a sliding window")                \
   more(compare, "Run every solver on a scenario: no, soft and hard constraints")                          \
   more(models, "Compare motion models of the target on a scenario, in one table")                         \

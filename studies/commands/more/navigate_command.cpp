@@ -8,8 +8,8 @@
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
 #include <tandem/studies/commands/solver_options.hpp>
-#include <tandem/studies/navigation/navigation_files.hpp>
-#include <tandem/studies/navigation/navigation_report.hpp>
+#include <tandem/studies/navigation/more/navigation_files.hpp>
+#include <tandem/studies/navigation/more/navigation_report.hpp>
 #include <tandem/studies/scenario/scenario_ego.hpp>
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/text.hpp>
