@@ -2,8 +2,8 @@
 
 #include <tandem/studies/commands/command.hpp>
 
-/// Every command, in the order of `tandem --help`: its name, which is that of the file that defines it, and what it does. `tandem`
-/// itself has the first estimate, which need not wait until all the others are compiled: `tandem-more` has these.
+/// Every command, in the order of `tandem --help`: its name, which is that of the file that defines it, and what it does.
+/// `tandem` itself has what a first estimate takes; `tandem-more` has the others, which it need not wait for.
 // clang-format off
 #define TANDEM_COMMANDS(tandem, more)                                                                     \
   tandem(estimate, "Estimate the trajectories of chaser and target of a scenario")                        \
