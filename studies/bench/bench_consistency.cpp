@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include <tandem/studies/navigation/nees.hpp>
+#include <tandem/studies/study/nees.hpp>
 
 namespace {
 

@@ -9,6 +9,7 @@
 
 #include <tandem/problem/stop.hpp>
 #include <tandem/studies/commands/command.hpp>
+#include <tandem/studies/commands/hand_over.hpp>
 #include <tandem/studies/scenario/sensor_file.hpp>
 #include <tandem/studies/support/console.hpp>
 #include <tandem/studies/support/text.hpp>
@@ -36,6 +37,14 @@ std::string message(const CLI::ParseError& error, const CLI::App& app) {
                        help);
   }
   return fmt::format("{} (see {})", text, help);
+}
+
+/// The command that the words name, which is the first that is one; null where none is.
+const ListedCommand* named(const std::vector<ListedCommand>& commands, int argc, const char* const* argv) {
+  for (const char* const* word = argv + 1; word < argv + argc; ++word)
+    for (const ListedCommand& command : commands)
+      if (command.name == *word) return &command;
+  return nullptr;
 }
 
 }  // namespace
@@ -92,8 +101,10 @@ void CommandOptions::read(std::vector<std::string> words) {
   for (const std::function<void()>& read : reads_) read();
 }
 
-int run_commands(const std::vector<Command>& commands, int argc, const char* const* argv,
+int run_commands(const std::vector<ListedCommand>& commands, int argc, const char* const* argv,
                  const std::string& version) try {
+  if (const ListedCommand* const command = named(commands, argc, argv); command && !command->program.empty())
+    hand_over(command->name, command->program, argv);
   CLI::App app("Joint estimation of a vehicle and the moving target it observes", "tandem");
   app.set_version_flag("--version", "tandem " + version);
   app.require_subcommand(1);
@@ -104,14 +115,14 @@ int run_commands(const std::vector<Command>& commands, int argc, const char* con
     CommandOptions options;
     std::function<int()> run;
     bool stops;
-    Entry(CLI::App& parent, const Command& command)
-        : app(parent.add_subcommand(command.name, command.summary)),
+    Entry(CLI::App& parent, const ListedCommand& listed)
+        : app(parent.add_subcommand(listed.name, listed.summary)),
           options(*app),
-          run(command.prepare(options)),
-          stops(command.stops) {}
+          run(listed.program.empty() ? listed.command.prepare(options) : nullptr),
+          stops(listed.command.stops) {}
   };
   std::deque<Entry> entries;
-  for (const Command& command : commands) entries.emplace_back(app, command);
+  for (const ListedCommand& command : commands) entries.emplace_back(app, command);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -68,8 +68,7 @@ int run_estimate(const EstimateRequest& request, const CommandOptions& option) {
 }  // namespace
 
 Command estimate_command() {
-  return {"estimate", "Estimate the trajectories of chaser and target of a scenario",
-          [](CommandOptions& option) {
+  return {[](CommandOptions& option) {
             const auto request = std::make_shared<EstimateRequest>();
             option.footer("Exit status: 0 converged, 1 wrong input or usage, 2 not converged or cut short.");
             add_problem(option, request->problem, true);

@@ -2,7 +2,6 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
-#include <tandem/studies/live/track.hpp>
 #include <tandem/studies/navigation/navigated.hpp>
 #include <tandem/studies/scenario/builtin_scenarios.hpp>
 #include <tandem/studies/scenario/implausible_times.hpp>

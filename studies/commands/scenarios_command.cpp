@@ -7,15 +7,15 @@
 namespace tandem {
 
 Command scenarios_command() {
-  return {"scenarios", "List the built-in scenarios", [](CommandOptions&) {
-            return [] {
-              for (const std::string& name : scenario_names(builtin_scenarios())) {
-                const YamlSection yaml = YamlSection::load(builtin_scenarios() / name / "scenario.yaml");
-                fmt::print("{:<20} {}\n", name, yaml.has("description") ? yaml.text("description") : "");
-              }
-              return kDone;
-            };
-          }};
+  return {[](CommandOptions&) {
+    return [] {
+      for (const std::string& name : scenario_names(builtin_scenarios())) {
+        const YamlSection yaml = YamlSection::load(builtin_scenarios() / name / "scenario.yaml");
+        fmt::print("{:<20} {}\n", name, yaml.has("description") ? yaml.text("description") : "");
+      }
+      return kDone;
+    };
+  }};
 }
 
 }  // namespace tandem

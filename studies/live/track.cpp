@@ -4,6 +4,7 @@
 
 #include <tandem/studies/live/replay_log.hpp>
 #include <tandem/studies/live/track.hpp>
+#include <tandem/studies/navigation/navigated.hpp>
 #include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/resources.hpp>
 
@@ -303,10 +304,6 @@ class Tracker {
 };
 
 }  // namespace
-
-bool moves_by_odometry(const Scenario& settings) {
-  return !settings.navigation || (settings.files.odometry && !settings.data.sensors.empty());
-}
 
 std::vector<std::string> watched_sensors(const Scenario& settings) {
   std::vector<std::string> names;

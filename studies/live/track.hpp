@@ -48,9 +48,6 @@ struct Track {
   TrackRecords records;                ///< one an update, in order
 };
 
-/// Whether the chaser moves by odometry: where there is some, and a target; else by its own sensors.
-bool moves_by_odometry(const Scenario& settings);
-
 /// The sensors that a track's health is of, in its order.
 std::vector<std::string> watched_sensors(const Scenario& settings);
 

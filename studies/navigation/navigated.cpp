@@ -19,6 +19,10 @@ void carry_on(const NavigationData& data, std::vector<Stamped<EgoState>>& states
 
 }  // namespace
 
+bool moves_by_odometry(const Scenario& settings) {
+  return !settings.navigation || (settings.files.odometry && !settings.data.sensors.empty());
+}
+
 bool needs_navigation(const Scenario& scenario) {
   return scenario.navigation && scenario.data.odometry.empty() && !scenario.data.sensors.empty();
 }

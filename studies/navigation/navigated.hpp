@@ -13,6 +13,9 @@ struct NavigatedScenario {
   std::vector<NavigationFinding> findings;  ///< about the own sensors
 };
 
+/// Whether the chaser moves by odometry: where there is some, and a target; else by its own sensors.
+bool moves_by_odometry(const Scenario& settings);
+
 /// Whether the scenario has to be navigated first: it has own sensors, sensors of a target, and no odometry.
 bool needs_navigation(const Scenario& scenario);
 

@@ -6,7 +6,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/estimation/estimate_files.hpp>
-#include <tandem/studies/navigation/navigation_files.hpp>
+#include <tandem/studies/navigation/more/navigation_files.hpp>
 #include <tandem/studies/report/html_page.hpp>
 #include <tandem/studies/report/plot_parts.hpp>
 #include <tandem/studies/report/plotly_library.hpp>

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include <tandem/studies/navigation/nees.hpp>
+#include <tandem/studies/study/nees.hpp>
 #include <tandem/studies/study/study_tables.hpp>
 
 namespace tandem {

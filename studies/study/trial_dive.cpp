@@ -6,7 +6,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/marginals.hpp>
 #include <tandem/solvers/online/heading_alignment.hpp>
-#include <tandem/studies/navigation/nees.hpp>
+#include <tandem/studies/study/nees.hpp>
 #include <tandem/studies/study/trial_consistency.hpp>
 #include <tandem/studies/study/trial_dive.hpp>
 #include <tandem/studies/study/trial_online.hpp>

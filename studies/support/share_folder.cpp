@@ -2,10 +2,12 @@
 
 namespace tandem {
 
-std::filesystem::path share_folder() {
+std::filesystem::path installation_folder() {
   std::error_code error;
   const std::filesystem::path executable = std::filesystem::read_symlink("/proc/self/exe", error);
-  return executable.parent_path().parent_path() / "share" / "tandem";
+  return executable.parent_path().parent_path();
 }
+
+std::filesystem::path share_folder() { return installation_folder() / "share" / "tandem"; }
 
 }  // namespace tandem

@@ -4,7 +4,11 @@
 
 namespace tandem {
 
-/// share/tandem beside the folder that the executable is in: of an installation or of a build directory, which has its layout.
+/// The folder with bin, libexec and share that the executable is in: of an installation, or a build directory, which has its
+/// layout.
+std::filesystem::path installation_folder();
+
+/// share/tandem there.
 std::filesystem::path share_folder();
 
 }  // namespace tandem

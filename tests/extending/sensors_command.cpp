@@ -35,16 +35,15 @@ int run_sensors(const SensorsRequest& request, const CommandOptions& option) {
 }  // namespace
 
 Command sensors_command() {
-  return {"sensors", "Count the measurements of each sensor", [](CommandOptions& option) {
-            const auto request = std::make_shared<SensorsRequest>();
-            add_scenario(option, request->problem.scenario, "A scenario folder, or the name of a built-in scenario");
-            add_sensors(option, request->problem.sensors);  // --without, --noise, --loss, --delay
-            option.group("Table");
-            option("--least", "N", "Sensors with N measurements or more", request->least, parse_count);
-            add_output(option, request->output,
-                       {.writes = "Write sensors.csv to DIR", .plots = false, .prints = false});
-            return [request, &option] { return run_sensors(*request, option); };
-          }};
+  return {[](CommandOptions& option) {
+    const auto request = std::make_shared<SensorsRequest>();
+    add_scenario(option, request->problem.scenario, "A scenario folder, or the name of a built-in scenario");
+    add_sensors(option, request->problem.sensors);  // --without, --noise, --loss, --delay
+    option.group("Table");
+    option("--least", "N", "Sensors with N measurements or more", request->least, parse_count);
+    add_output(option, request->output, {.writes = "Write sensors.csv to DIR", .plots = false, .prints = false});
+    return [request, &option] { return run_sensors(*request, option); };
+  }};
 }
 
 }  // namespace tandem

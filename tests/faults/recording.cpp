@@ -8,6 +8,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/live/live_feed.hpp>
 #include <tandem/studies/live/track.hpp>
+#include <tandem/studies/navigation/navigated.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem::faults {

@@ -36,10 +36,17 @@ endforeach()
 
 if(STUDIES)
   # No library with a GPL module may come in, directly or through another.
-  execute_process(COMMAND ldd "${prefix}/bin/tandem" OUTPUT_VARIABLE libraries COMMAND_ERROR_IS_FATAL ANY)
-  if(libraries MATCHES "lib(cholmod|spqr|umfpack|ceres)")
-    message(FATAL_ERROR "tandem links ${CMAKE_MATCH_0}, which holds code under the GPL:\n${libraries}")
-  endif()
+  foreach(program bin/tandem libexec/tandem-more)
+    execute_process(COMMAND ldd "${prefix}/${program}" OUTPUT_VARIABLE libraries COMMAND_ERROR_IS_FATAL ANY)
+    if(libraries MATCHES "lib(cholmod|spqr|umfpack|ceres)")
+      message(FATAL_ERROR "${program} links ${CMAKE_MATCH_0}, which holds code under the GPL:\n${libraries}")
+    endif()
+  endforeach()
   execute_process(COMMAND "${prefix}/bin/tandem" estimate docking_a --max-keyframes 20 --quiet --out "${work}/out"
                   COMMAND_ERROR_IS_FATAL ANY)
+  # The other program is found, and finds what it needs, in the installation.
+  execute_process(COMMAND "${prefix}/bin/tandem" study list OUTPUT_VARIABLE studies COMMAND_ERROR_IS_FATAL ANY)
+  if(NOT studies MATCHES "table1")
+    message(FATAL_ERROR "tandem study list does not list the studies that are installed:\n${studies}")
+  endif()
 endif()

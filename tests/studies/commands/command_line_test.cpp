@@ -9,6 +9,7 @@
 
 #include <tandem/studies/estimation/estimate.hpp>
 #include <tandem/studies/scenario/table.hpp>
+#include <tandem/studies/support/text.hpp>
 
 #include "run_tandem.hpp"
 #include "shared_data.hpp"
@@ -31,8 +32,48 @@ TEST(CommandLine, SaysWhatItIsAndHas) {
                              "--loss", "--noise", "--ipopt", "--max-keyframes", "--out", "--quiet", "--json",
                              "Exit status", "Target:", "Sensors:", "Chaser's own sensors:", "Solver:", "Output:"})
     EXPECT_THAT(help.output, HasSubstr(option));
-  for (const char* command : {"navigate", "track", "compare", "models", "demo", "simulate", "scenarios"})
-    EXPECT_THAT(run_tandem({"--help"}).output, ContainsRegex(std::string("\n  ") + command + " +[A-Z]"));
+  const std::string commands = run_tandem({"--help"}).output;
+  for (const char* command : {"estimate", "navigate", "track", "compare", "models", "calibrate", "plan", "rendezvous",
+                              "study", "report", "demo", "simulate", "scenarios"}) {
+    EXPECT_THAT(commands, ContainsRegex(std::string("\n  ") + command + " +[A-Z]"));
+    const Outcome its_help = run_tandem({command, "--help"});
+    EXPECT_EQ(its_help.status, 0) << its_help.errors;
+    EXPECT_THAT(its_help.output, ContainsRegex(std::string("\nUsage: tandem ") + command + " "));
+  }
+}
+
+/// Another program has most commands: it reads the same words, and what is wrong with them is said in the same way.
+TEST(CommandLine, ACommandOfTheOtherProgramIsOneAsAnyOther) {
+  EXPECT_THAT(refusal_as_given({"study", "--version"}), HasSubstr("unknown option '--version'"));
+  EXPECT_EQ(run_tandem({"--version", "study"}).output, run_tandem({"--version"}).output);
+  EXPECT_EQ(run_tandem({"--help", "study"}).output, run_tandem({"study", "--help"}).output);
+  EXPECT_THAT(refusal({"studdy", "list"}), HasSubstr("unknown command 'studdy'; did you mean study?"));
+  EXPECT_THAT(refusal({"studdy", "study", "list"}), HasSubstr("unknown argument 'studdy'"));
+  EXPECT_THAT(refusal({"study"}), HasSubstr("tandem: action is required (see tandem study --help)\n"));
+  EXPECT_THAT(refusal({"estimate", "study"}), HasSubstr("there is no folder 'study'")) << "a scenario may be called so";
+  EXPECT_EQ(run_tandem({"--allow-outside", "compare", "docking_a", "--max-keyframes", "5", "--quiet"}).status, 0);
+}
+
+TEST(CommandLine, ACommandThatIsNotThereSaysWhatToDo) {
+  const ScratchFolder scratch;
+  const auto program = scratch.path() / "bin/tandem", other = scratch.path() / "libexec/tandem-more";
+  std::filesystem::create_directory(scratch.path() / "bin");
+  std::filesystem::create_directory(scratch.path() / "libexec");
+  std::filesystem::copy_file(paths::executable, program);
+  const auto asked = [&] {
+    const Outcome run = run_program(program, {"study", "list"});
+    EXPECT_EQ(run.status, 1);
+    EXPECT_EQ(run.output, "");
+    return run.errors;
+  };
+  EXPECT_EQ(asked(),
+            "tandem: " + quote(other.string()) + ", which has tandem study, is missing: install tandem again\n");
+  scratch.write("CMakeCache.txt", "");  // a build directory
+  EXPECT_EQ(asked(), "tandem: tandem study is not built yet: cmake --build " +
+                         std::filesystem::proximate(scratch.path()).string() + " --target tandem-more\n");
+  scratch.write("libexec/tandem-more", "no program");
+  EXPECT_EQ(asked(), "tandem: " + quote(other.string()) + " cannot be run: Permission denied\n");
+  EXPECT_EQ(run_program(program, {"--version"}).status, 0);
 }
 
 TEST(CommandLine, EstimatesTheBuiltInScenario) {

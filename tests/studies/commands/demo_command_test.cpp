@@ -27,7 +27,9 @@ std::vector<std::pair<double, double>> off_the_arc(const std::string& table) {
 }
 
 TEST(DemoCommand, IsListed) {
-  EXPECT_THAT(run_tandem({"--help"}).output, ContainsRegex("demo +Run a small example, of the paper's pictures: fig3"));
+  EXPECT_THAT(run_tandem({"--help"}).output,
+              ContainsRegex("demo +Run a small example, of the paper's pictures: fig3, table1, fig1, fig6 or fig7\n"));
+  EXPECT_THAT(refusal({"demo", "fig"}), HasSubstr("(there are: fig3, table1, fig1, fig6 and fig7)")) << "the same";
   const Outcome help = run_tandem({"demo", "--help"});
   EXPECT_EQ(help.status, 0);
   for (const char* text : {"NAME", "fig3", "--solver", "augmented-lagrangian", "--out", "--plots", "Exit status"})

@@ -12,7 +12,7 @@
 #include <tandem/studies/estimation/estimate_files.hpp>
 #include <tandem/studies/live/track.hpp>
 #include <tandem/studies/live/track_files.hpp>
-#include <tandem/studies/navigation/navigation_files.hpp>
+#include <tandem/studies/navigation/more/navigation_files.hpp>
 #include <tandem/studies/support/text.hpp>
 
 #include "paths.hpp"

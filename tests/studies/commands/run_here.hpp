@@ -22,7 +22,7 @@ inline RunHere run_here(std::function<std::function<int()>(CommandOptions&)> pre
   for (const std::string& word : words) argv.push_back(word.c_str());
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
-  RunHere run{run_commands({{"probe", "To test options with", std::move(prepare)}}, static_cast<int>(argv.size()),
+  RunHere run{run_commands({{"probe", "To test options with", {std::move(prepare)}, ""}}, static_cast<int>(argv.size()),
                            argv.data(), "0"),
               {},
               {}};

@@ -16,11 +16,11 @@ extern char** environ;
 
 namespace tandem {
 
-/// Starts the real executable, its standard error going to `error_fd`; without a shell. Its standard input is the file
-/// `input`, where one is given.
-inline pid_t start_tandem(std::vector<std::string> arguments, const std::filesystem::path& output, int error_fd,
-                          const std::filesystem::path& input = {}) {
-  arguments.insert(arguments.begin(), paths::executable);
+/// Starts a program, its standard error going to `error_fd`; without a shell. Its standard input is the file `input`, where
+/// one is given.
+inline pid_t start_program(const std::string& program, std::vector<std::string> arguments,
+                           const std::filesystem::path& output, int error_fd, const std::filesystem::path& input = {}) {
+  arguments.insert(arguments.begin(), program);
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
@@ -30,10 +30,16 @@ inline pid_t start_tandem(std::vector<std::string> arguments, const std::filesys
   if (!input.empty()) posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, input.c_str(), O_RDONLY, 0);
   posix_spawn_file_actions_adddup2(&actions, error_fd, STDERR_FILENO);
   pid_t child = -1;
-  EXPECT_EQ(posix_spawn(&child, paths::executable, &actions, nullptr, argv.data(), environ), 0)
-      << paths::executable << " does not start";
+  EXPECT_EQ(posix_spawn(&child, program.c_str(), &actions, nullptr, argv.data(), environ), 0)
+      << program << " does not start";
   posix_spawn_file_actions_destroy(&actions);
   return child;
+}
+
+/// The real executable.
+inline pid_t start_tandem(std::vector<std::string> arguments, const std::filesystem::path& output, int error_fd,
+                          const std::filesystem::path& input = {}) {
+  return start_program(paths::executable, std::move(arguments), output, error_fd, input);
 }
 
 /// The exit status of a child, or -1 where a signal ended it.
@@ -48,12 +54,17 @@ struct Outcome {
   std::string output, errors;
 };
 
-inline Outcome run_tandem(const std::vector<std::string>& arguments, const std::filesystem::path& input = {}) {
+inline Outcome run_program(const std::string& program, const std::vector<std::string>& arguments,
+                           const std::filesystem::path& input = {}) {
   const ScratchFolder scratch;
   const int error_fd = open((scratch.path() / "errors").c_str(), O_WRONLY | O_CREAT, 0600);
-  const int status = exit_status(start_tandem(arguments, scratch.path() / "output", error_fd, input));
+  const int status = exit_status(start_program(program, arguments, scratch.path() / "output", error_fd, input));
   close(error_fd);
   return {status, read_file(scratch.path() / "output"), read_file(scratch.path() / "errors")};
+}
+
+inline Outcome run_tandem(const std::vector<std::string>& arguments, const std::filesystem::path& input = {}) {
+  return run_program(paths::executable, arguments, input);
 }
 
 /// One sentence on standard error, nothing on standard output.

@@ -16,7 +16,8 @@ using testing::UnorderedElementsAre;
 
 TEST(SimulateCommand, IsListed) {
   EXPECT_THAT(run_tandem({"--help"}).output,
-              ContainsRegex("simulate +Write a made-up scenario folder: dive or docking"));
+              ContainsRegex("simulate +Write a made-up scenario folder: dive or docking\n"));
+  EXPECT_THAT(refusal({"simulate", "div"}), HasSubstr("(there are: dive and docking)")) << "the same";
   const Outcome help = run_tandem({"simulate", "--help"});
   EXPECT_EQ(help.status, 0);
   for (const char* text : {"NAME", "--out", "--grade", "--minutes", "--seed", "--latitude", "--keyframe-interval",

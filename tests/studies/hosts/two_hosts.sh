@@ -81,7 +81,7 @@ on_hosts "$work/killed" &
 run=$!
 wait_for_trials "$work/killed" 10
 for rank in $(ip netns pids two); do
-  grep -q "$work/study.yaml" "/proc/$rank/cmdline" 2> /dev/null && [ "$(cat "/proc/$rank/comm")" = tandem ] && kill -9 "$rank"
+  grep -q "$work/study.yaml" "/proc/$rank/cmdline" 2> /dev/null && [ "$(cat "/proc/$rank/comm")" = tandem-more ] && kill -9 "$rank"
 done
 wait $run && fail "a killed rank went unnoticed"
 [ "$(trials "$work/killed")" -lt 120 ] || fail "the run was over before a rank was killed"

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <tandem/studies/navigation/fit_delay.hpp>
+#include <tandem/studies/navigation/more/fit_delay.hpp>
 #include <tandem/studies/simulation/simulate_dive.hpp>
 
 #include "studies/scratch.hpp"

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <tandem/problem/stop.hpp>
-#include <tandem/studies/navigation/fit_delay.hpp>
+#include <tandem/studies/navigation/more/fit_delay.hpp>
 #include <tandem/studies/simulation/simulate_dive.hpp>
 
 #include "studies/scratch.hpp"

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <tandem/studies/navigation/navigation_metrics.hpp>
+#include <tandem/studies/navigation/more/navigation_metrics.hpp>
 
 namespace tandem {
 namespace {

@@ -148,8 +148,7 @@ int run_compare(const CompareRequest& request, const CommandOptions& option) {
 }  // namespace
 
 Command compare_command() {
-  return {"compare", "Run every solver on a scenario: no, soft and hard constraints",
-          [](CommandOptions& option) {
+  return {[](CommandOptions& option) {
             const auto request = std::make_shared<CompareRequest>();
             option.footer(
                 "The constraints are those that the options above name, whichever way; without any, no sway or heave "

@@ -102,53 +102,47 @@ int run_simulate(const SimulateRequest& request, const CommandOptions& option) {
 }  // namespace
 
 Command simulate_command() {
-  std::vector<std::string> names, helps;
-  for (const Simulation& simulation : simulations()) {
-    names.push_back(simulation.name);
-    helps.push_back(simulation.name + ": " + simulation.help);
-  }
-  return {"simulate", "Write a made-up scenario folder: " + listed(names, "or"), [helps](CommandOptions& option) {
-            const auto request = std::make_shared<SimulateRequest>();
-            std::string footer =
-                "The same options give the same numbers. Exit status: 0 written, 1 wrong input or usage.";
-            footer += "\nParameters of a docking, of --set and --settings:";
-            footer += parameter_help(docking_parameters());
-            footer += "\nParameters of a dive, of --set:";
-            footer += parameter_help(dive_parameters());
-            option.footer(footer);
-            option.argument("name", "NAME", fmt::format("{}", fmt::join(helps, "; ")), request->name);
-            option.group(kOfDockings);
-            option.set("--settings", "FILE", "Parameters, NAME: VALUE lines of yaml; other options count after it",
-                       [&r = *request](const std::string&, const std::string& text) {
-                         read_docking_description(text, r.docking);
-                       });
-            option.group("Options");
-            option.set_repeatedly("--set", "NAME=VALUE", "A parameter, see below",
-                                  [&r = *request](const std::string& name, const std::string& text) {
-                                    r.set.push_back(parse_assignment(name, text));
-                                  });
-            option.set("--minutes", "N", "How long it takes (default 20)",
-                       [&r = *request](const std::string& name, const std::string& text) {
-                         r.dive.minutes = r.docking.minutes = parse_finite(name, text);
-                       });
-            option.set("--seed", "N", "Of all noise, a whole number above zero (default 1)",
-                       [&r = *request](const std::string& name, const std::string& text) {
-                         r.dive.seed = r.docking.seed = static_cast<std::uint64_t>(parse_count(name, text));
-                       });
-            option.group(kOfDives);
-            DiveOptions& dive = request->dive;
-            option("--grade", "NAME", "Its sensors, mems (default) or tactical", dive.grade, parse_grade);
-            option("--latitude", "DEG", "Where, for the Earth's rotation and gravity (default 60)", dive.latitude,
-                   parse_finite);
-            option("--keyframe-interval", "S", "As written to scenario.yaml (default 1)", dive.keyframe_interval,
-                   parse_finite);
-            option("--surfacings", "N", "How often it comes up for GPS on the way (default never)", dive.surfacings,
-                   parse_count);
-            add_output(option, request->output,
-                       {.writes = "The folder to write", .required = true, .plots = false, .prints = false});
-            option.flag("--force", "Write into DIR though it is not empty", request->force);
-            return [request, &option] { return run_simulate(*request, option); };
-          }};
+  std::vector<std::string> helps;
+  for (const Simulation& simulation : simulations()) helps.push_back(simulation.name + ": " + simulation.help);
+  return {[helps](CommandOptions& option) {
+    const auto request = std::make_shared<SimulateRequest>();
+    std::string footer = "The same options give the same numbers. Exit status: 0 written, 1 wrong input or usage.";
+    footer += "\nParameters of a docking, of --set and --settings:";
+    footer += parameter_help(docking_parameters());
+    footer += "\nParameters of a dive, of --set:";
+    footer += parameter_help(dive_parameters());
+    option.footer(footer);
+    option.argument("name", "NAME", fmt::format("{}", fmt::join(helps, "; ")), request->name);
+    option.group(kOfDockings);
+    option.set(
+        "--settings", "FILE", "Parameters, NAME: VALUE lines of yaml; other options count after it",
+        [&r = *request](const std::string&, const std::string& text) { read_docking_description(text, r.docking); });
+    option.group("Options");
+    option.set_repeatedly("--set", "NAME=VALUE", "A parameter, see below",
+                          [&r = *request](const std::string& name, const std::string& text) {
+                            r.set.push_back(parse_assignment(name, text));
+                          });
+    option.set("--minutes", "N", "How long it takes (default 20)",
+               [&r = *request](const std::string& name, const std::string& text) {
+                 r.dive.minutes = r.docking.minutes = parse_finite(name, text);
+               });
+    option.set("--seed", "N", "Of all noise, a whole number above zero (default 1)",
+               [&r = *request](const std::string& name, const std::string& text) {
+                 r.dive.seed = r.docking.seed = static_cast<std::uint64_t>(parse_count(name, text));
+               });
+    option.group(kOfDives);
+    DiveOptions& dive = request->dive;
+    option("--grade", "NAME", "Its sensors, mems (default) or tactical", dive.grade, parse_grade);
+    option("--latitude", "DEG", "Where, for the Earth's rotation and gravity (default 60)", dive.latitude,
+           parse_finite);
+    option("--keyframe-interval", "S", "As written to scenario.yaml (default 1)", dive.keyframe_interval, parse_finite);
+    option("--surfacings", "N", "How often it comes up for GPS on the way (default never)", dive.surfacings,
+           parse_count);
+    add_output(option, request->output,
+               {.writes = "The folder to write", .required = true, .plots = false, .prints = false});
+    option.flag("--force", "Write into DIR though it is not empty", request->force);
+    return [request, &option] { return run_simulate(*request, option); };
+  }};
 }
 
 }  // namespace tandem

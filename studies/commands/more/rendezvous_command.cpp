@@ -4,8 +4,8 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/commands/command.hpp>
+#include <tandem/studies/commands/more/planning_options.hpp>
 #include <tandem/studies/commands/output.hpp>
-#include <tandem/studies/commands/planning_options.hpp>
 #include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/planning/rendezvous_study.hpp>
 #include <tandem/studies/report/rendezvous_page.hpp>
@@ -79,8 +79,7 @@ int run_rendezvous_command(const RendezvousRequest& request) {
 }  // namespace
 
 Command rendezvous_command() {
-  return {"rendezvous", "Simulate rendezvous: sense, estimate, plan, act, until docked",
-          [](CommandOptions& option) {
+  return {[](CommandOptions& option) {
             const auto request = std::make_shared<RendezvousRequest>();
             RendezvousOptions& o = request->options;
             option.footer("Exit status: 0 simulated, whatever the outcome, 1 wrong input or usage, 2 interrupted.");

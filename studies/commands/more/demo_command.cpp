@@ -134,19 +134,17 @@ int run_demo(const DemoRequest& request) {
 }  // namespace
 
 Command demo_command() {
-  return {"demo", "Run a small example, of the paper's pictures: " + listed(demo_names(), "or"),
-          [](CommandOptions& option) {
-            const auto request = std::make_shared<DemoRequest>();
-            option.footer("Exit status: 0 converged, 1 wrong input or usage, 2 not converged.");
-            std::string help;
-            for (const Demo& demo : demos())
-              help += fmt::format("{}{}: {}", help.empty() ? "" : "; ", demo.name, demo.help);
-            option.argument("name", "NAME", help, request->name);
-            add_solver(option, request->solver);
-            add_threads(option);
-            add_output(option, request->output, {.writes = "Write the table and a picture to DIR", .prints = false});
-            return [request] { return run_demo(*request); };
-          }};
+  return {[](CommandOptions& option) {
+    const auto request = std::make_shared<DemoRequest>();
+    option.footer("Exit status: 0 converged, 1 wrong input or usage, 2 not converged.");
+    std::string help;
+    for (const Demo& demo : demos()) help += fmt::format("{}{}: {}", help.empty() ? "" : "; ", demo.name, demo.help);
+    option.argument("name", "NAME", help, request->name);
+    add_solver(option, request->solver);
+    add_threads(option);
+    add_output(option, request->output, {.writes = "Write the table and a picture to DIR", .prints = false});
+    return [request] { return run_demo(*request); };
+  }};
 }
 
 }  // namespace tandem

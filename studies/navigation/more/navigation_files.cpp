@@ -1,7 +1,7 @@
 #include <cmath>
 
 #include <tandem/problem/navigation/trajectory.hpp>
-#include <tandem/studies/navigation/navigation_files.hpp>
+#include <tandem/studies/navigation/more/navigation_files.hpp>
 #include <tandem/studies/support/down_weighted.hpp>
 #include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/state_columns.hpp>

@@ -4,8 +4,8 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/commands/command.hpp>
+#include <tandem/studies/commands/more/planning_options.hpp>
 #include <tandem/studies/commands/output.hpp>
-#include <tandem/studies/commands/planning_options.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
 #include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/planning/plan_files.hpp>
@@ -42,21 +42,20 @@ int run_plan(const PlanCommandRequest& request, const CommandOptions& option) {
 }  // namespace
 
 Command plan_command() {
-  return {
-      "plan", "Plan the chaser's motion against the target's predicted one", [](CommandOptions& option) {
-        const auto request = std::make_shared<PlanCommandRequest>();
-        option.footer(
-            "Exit status: 0 planned, 1 wrong input or usage, 2 no plan that meets every hard constraint was found.");
-        add_problem(option, request->problem, false);
-        add_force(option, request->problem.force);
-        option.group("Plan");
-        option.required("--at", "T", "Estimate until T [s], and plan from there", request->at, parse_finite);
-        add_planning(option, request->planning);
-        add_threads(option);
-        add_output(option, request->output,
-                   {.writes = "Write the plan, the predicted target, commands and active constraints to DIR"});
-        return [request, &option] { return run_plan(*request, option); };
-      }};
+  return {[](CommandOptions& option) {
+    const auto request = std::make_shared<PlanCommandRequest>();
+    option.footer(
+        "Exit status: 0 planned, 1 wrong input or usage, 2 no plan that meets every hard constraint was found.");
+    add_problem(option, request->problem, false);
+    add_force(option, request->problem.force);
+    option.group("Plan");
+    option.required("--at", "T", "Estimate until T [s], and plan from there", request->at, parse_finite);
+    add_planning(option, request->planning);
+    add_threads(option);
+    add_output(option, request->output,
+               {.writes = "Write the plan, the predicted target, commands and active constraints to DIR"});
+    return [request, &option] { return run_plan(*request, option); };
+  }};
 }
 
 }  // namespace tandem

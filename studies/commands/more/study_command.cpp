@@ -303,7 +303,6 @@ int run_study_command(const StudyRequest& request, const CommandOptions& option)
 
 Command study_command() {
   return {
-      "study", "Monte Carlo over a grid of parameters, models, solvers and seeds",
       [](CommandOptions& option) {
         const auto request = std::make_shared<StudyRequest>();
         std::string footer;

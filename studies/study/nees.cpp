@@ -5,7 +5,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/lie/operations.hpp>
 #include <tandem/solvers/online/heading_alignment.hpp>
-#include <tandem/studies/navigation/nees.hpp>
+#include <tandem/studies/study/nees.hpp>
 #include <tandem/studies/support/squared_distance.hpp>
 
 namespace tandem {

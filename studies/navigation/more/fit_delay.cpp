@@ -5,7 +5,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/stop.hpp>
-#include <tandem/studies/navigation/fit_delay.hpp>
+#include <tandem/studies/navigation/more/fit_delay.hpp>
 
 namespace tandem {
 namespace {

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include <tandem/residuals/imu_prediction.hpp>
-#include <tandem/studies/navigation/navigation_metrics.hpp>
+#include <tandem/studies/navigation/more/navigation_metrics.hpp>
 #include <tandem/studies/support/squared_distance.hpp>
 
 namespace tandem {

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/studies/commands/planning_options.hpp>
+#include <tandem/studies/commands/more/planning_options.hpp>
 #include <tandem/studies/planning/rendezvous.hpp>
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/text.hpp>

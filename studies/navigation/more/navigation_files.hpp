@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include <tandem/studies/navigation/navigation_report.hpp>
+#include <tandem/studies/navigation/more/navigation_report.hpp>
 #include <tandem/studies/support/csv.hpp>
 
 namespace tandem {

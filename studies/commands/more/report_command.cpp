@@ -34,16 +34,15 @@ int run_report(const ReportRequest& request) {
 }  // namespace
 
 Command report_command() {
-  return {"report", "A page about a study or a run, to be opened in a browser", [](CommandOptions& option) {
-            const auto request = std::make_shared<ReportRequest>();
-            option.footer("Self-contained: it needs no network. Exit status: 0 written, 1 wrong input or usage.");
-            option.argument("folder", "DIR",
-                            "A study's folder, or what tandem estimate, navigate or track --out has written",
-                            request->folder);
-            option("--out", "FILE", "The page (default DIR/report.html)", request->out,
-                   [](const std::string&, const std::string& text) { return text; });
-            return [request] { return run_report(*request); };
-          }};
+  return {[](CommandOptions& option) {
+    const auto request = std::make_shared<ReportRequest>();
+    option.footer("Self-contained: it needs no network. Exit status: 0 written, 1 wrong input or usage.");
+    option.argument("folder", "DIR", "A study's folder, or what tandem estimate, navigate or track --out has written",
+                    request->folder);
+    option("--out", "FILE", "The page (default DIR/report.html)", request->out,
+           [](const std::string&, const std::string& text) { return text; });
+    return [request] { return run_report(*request); };
+  }};
 }
 
 }  // namespace tandem

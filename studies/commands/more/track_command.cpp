@@ -17,6 +17,7 @@
 #include <tandem/studies/live/track_lines.hpp>
 #include <tandem/studies/live/track_report.hpp>
 #include <tandem/studies/live/track_snapshot.hpp>
+#include <tandem/studies/navigation/navigated.hpp>
 #include <tandem/studies/support/limited_complaints.hpp>
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/text.hpp>
@@ -256,7 +257,6 @@ int run_track(const TrackRequest& request, const CommandOptions& option) {
 
 Command track_command() {
   return {
-      "track", "Track chaser and target line by line, as data come, over a sliding window",
       [](CommandOptions& option) {
         const auto request = std::make_shared<TrackRequest>();
         LiveOptions& live = request->live;

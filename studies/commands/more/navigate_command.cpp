@@ -8,8 +8,8 @@
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
 #include <tandem/studies/commands/solver_options.hpp>
-#include <tandem/studies/navigation/navigation_files.hpp>
-#include <tandem/studies/navigation/navigation_report.hpp>
+#include <tandem/studies/navigation/more/navigation_files.hpp>
+#include <tandem/studies/navigation/more/navigation_report.hpp>
 #include <tandem/studies/scenario/scenario_ego.hpp>
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/text.hpp>
@@ -95,8 +95,7 @@ int run_navigate(const NavigateRequest& request) {
 }  // namespace
 
 Command navigate_command() {
-  return {"navigate", "Estimate the chaser's own trajectory from its own raw sensors",
-          [](CommandOptions& option) {
+  return {[](CommandOptions& option) {
             const auto request = std::make_shared<NavigateRequest>();
             option.footer("Exit status: 0 converged, 1 wrong input or usage, 2 not converged or cut short.");
             add_scenario(option, request->scenario, "A scenario folder with an imu, dvl, depth, gps, heading");

@@ -121,8 +121,7 @@ int run_calibrate(const CalibrateRequest& request, const CommandOptions& option)
 }  // namespace
 
 Command calibrate_command() {
-  return {"calibrate", "Learn the noise of sensors and of motion from recordings, without truth",
-          [](CommandOptions& option) {
+  return {[](CommandOptions& option) {
             const auto request = std::make_shared<CalibrateRequest>();
             option.footer(
                 "Noise is found by the evidence of the measurements and tried on held-out ones; truth is never read.\n"

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <tandem/studies/navigation/nees.hpp>
+#include <tandem/studies/study/nees.hpp>
 
 #include "studies/scratch.hpp"
 

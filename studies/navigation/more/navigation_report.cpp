@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include <tandem/studies/navigation/found_constants_json.hpp>
-#include <tandem/studies/navigation/navigation_report.hpp>
+#include <tandem/studies/navigation/more/navigation_report.hpp>
 #include <tandem/studies/support/down_weighted.hpp>
 #include <tandem/studies/support/json_text.hpp>
 #include <tandem/studies/support/text_table.hpp>

@@ -3,8 +3,8 @@
 #include <optional>
 #include <string>
 
-#include <tandem/studies/navigation/fit_delay.hpp>
-#include <tandem/studies/navigation/navigation_metrics.hpp>
+#include <tandem/studies/navigation/more/fit_delay.hpp>
+#include <tandem/studies/navigation/more/navigation_metrics.hpp>
 
 namespace tandem {
 

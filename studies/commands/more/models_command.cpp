@@ -74,8 +74,7 @@ int run_models(const ModelsRequest& request, const CommandOptions& option) {
 }  // namespace
 
 Command models_command() {
-  return {"models", "Compare motion models of the target on a scenario, in one table",
-          [](CommandOptions& option) {
+  return {[](CommandOptions& option) {
             const auto request = std::make_shared<ModelsRequest>();
             option.footer(
                 "A model is [MODEL][+CONSTRAINT[:VALUES][:soft|hard]]…, e.g. "
