@@ -102,7 +102,8 @@ double Program::over_blocks(F f, Begin begin) const {
   const auto of_lane = [&](int lane) {
     double sum = 0;
     std::size_t at = std::size_t(lane);
-    for (std::size_t p = 0; p < problem_.pools_.size(); ++p, at += std::size_t(num_lanes_) + 2)
+    // As many pools as there were: a block that was refused since may have left one more, empty.
+    for (std::size_t p = 0; p < placement_.size(); ++p, at += std::size_t(num_lanes_) + 2)
       if (first_of_lane_[at] < first_of_lane_[at + 1]) sum += f(p, first_of_lane_[at], first_of_lane_[at + 1]);
     return sum;
   };
@@ -310,7 +311,7 @@ std::string Program::describe_row(int row) const {
 std::string Program::describe_bad_block() {
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(num_unknowns());
   chart_if_moved();
-  for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
+  for (std::size_t p = 0; p < costs_.size(); ++p) {
     const auto* pool = costs_[p];
     for (int k = 0; pool && k < pool->size(); ++k) {
       const int i = placement_[p].at(k);

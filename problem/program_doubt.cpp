@@ -35,7 +35,7 @@ Program::Doubt Program::doubt(const Eigen::VectorXd& direction) {
       const detail::PoolBase& pool = p.base();
       jacobian.resize(pool.dim() * std::accumulate(pool.dofs(), pool.dofs() + pool.arity(), 0));
       for (int i = 0; i < pool.size(); ++i, row += pool.dim()) {
-        pool.linearize_block(i, nullptr, &rows.value[row], jacobian.data());
+        pool.linearize_block(i, nullptr, rows.value.data() + row, jacobian.data());
         const double* entry = jacobian.data();
         for (int s = 0; s < pool.arity(); entry += pool.dim() * pool.dofs()[s], ++s) {
           const int offset = offset_[std::size_t(pool.variables(i)[s])];

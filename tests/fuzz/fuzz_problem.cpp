@@ -15,14 +15,25 @@ using namespace tandem;
 
 constexpr int kMostCalls = 100;
 
+/// A problem whose handles every other one is to refuse. Nothing changes it: all executions have the same.
+struct Foreign {
+  Problem problem;
+  Variable<fuzz::R1> r1 = problem.add(fuzz::R1());
+  Variable<SE2> se2 = problem.add(SE2());
+  Block block = problem.minimize(Prior<fuzz::R1>{fuzz::R1()}, Gaussian({1.0}), {r1});
+};
+const Foreign& foreign() {
+  static const Foreign made;
+  return made;
+}
+
 /// Calls on a Problem in the order that the input says, each checked against what should be there.
 class Calls {
  public:
   explicit Calls(fuzz::Input& input) : input_(input) {
     // Handles that this problem has never given out.
-    world_.r1.add_foreign(other_.add(fuzz::R1()));
-    world_.se2.add_foreign(other_.add(SE2()));
-    foreign_.push_back(other_.minimize(Prior<fuzz::R1>{fuzz::R1()}, Gaussian({1.0}), {world_.r1[1].handle}));
+    world_.r1.add_foreign(foreign().r1);
+    world_.se2.add_foreign(foreign().se2);
   }
 
   void run() {
@@ -110,7 +121,7 @@ class Calls {
   Block block() {
     const std::size_t i = input_.byte();
     if (i == 255) return {int(input_.byte()) - 3, int(input_.byte()) - 3, input_.byte()};
-    if (i == 254) return foreign_.front();
+    if (i == 254) return foreign().block;
     return world_.blocks[i % world_.blocks.size()];
   }
   void remove_block() {
@@ -227,9 +238,8 @@ class Calls {
 
   fuzz::Input& input_;
   fuzz::World world_;
-  Problem other_, problem_;
+  Problem problem_;
   std::optional<Program> program_;
-  std::vector<Block> foreign_;
 };
 
 }  // namespace

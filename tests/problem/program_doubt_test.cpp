@@ -54,6 +54,16 @@ TEST(Doubt, ARotationByPiJumps) {
   EXPECT_EQ(program.doubt(direction).kind, Kind::none);
 }
 
+TEST(Doubt, NoneOfAMarginalPriorWithoutRows) {
+  Problem problem;
+  const auto x = problem.add(R2({0.3, 0.7})), alone = problem.add(R2());
+  problem.minimize(Prior<R2>{R2()}, Gaussian{1.0, 1.0}, {x});
+  problem.minimize(Prior<R2>{R2()}, Gaussian{1.0, 1.0}, {alone});
+  problem.marginalize(alone);
+  Program program(problem);
+  EXPECT_EQ(program.doubt(Eigen::VectorXd::Ones(2)).kind, Kind::none);
+}
+
 TEST(Doubt, AWrongJacobianIsNamed) {
   Problem problem;
   const auto a = problem.add(R2({0.3, 0.7}), "a");

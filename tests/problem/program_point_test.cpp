@@ -47,6 +47,15 @@ TEST_F(ProgramPoint, RefusesAProblemThatHasChangedSince) {
   EXPECT_THAT([&] { without_block.cost(); }, changed);
 }
 
+TEST_F(ProgramPoint, BlocksThatWereRefusedAreNoChange) {
+  const double cost = program.cost();
+  const Variable<Rn<5>> none;  // of types that the problem has not had
+  EXPECT_THROW(mixed.problem.minimize(Prior<Rn<5>>{Rn<5>()}, Gaussian({1, 1, 1, 1, 1}), {none}), Error);
+  EXPECT_THROW(mixed.problem.subject_to(Prior<Rn<5>>{Rn<5>()}, equal_to(0), {none}), Error);
+  EXPECT_EQ(program.cost(), cost);
+  EXPECT_EQ(program.describe_bad_block(), "");
+}
+
 TEST_F(ProgramPoint, ValuesThatChangeUnderItAreTakenByAReset) {
   program.move_to(delta);
   mixed.problem.set_value(mixed.v.b, mixed.problem.value(mixed.v.b));
