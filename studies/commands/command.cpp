@@ -12,6 +12,7 @@
 #include <tandem/studies/commands/hand_over.hpp>
 #include <tandem/studies/scenario/sensor_file.hpp>
 #include <tandem/studies/support/console.hpp>
+#include <tandem/studies/support/freed_memory.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -105,6 +106,7 @@ int run_commands(const std::vector<ListedCommand>& commands, int argc, const cha
                  const std::string& version) try {
   if (const ListedCommand* const command = named(commands, argc, argv); command && !command->program.empty())
     hand_over(command->name, command->program, argv);
+  keep_freed_memory();
   CLI::App app("Joint estimation of a vehicle and the moving target it observes", "tandem");
   app.set_version_flag("--version", "tandem " + version);
   app.require_subcommand(1);
