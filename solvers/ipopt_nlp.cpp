@@ -17,10 +17,13 @@ constexpr double kRecenterAngle = 2.0;   // rad: a restart costs Ipopt its histo
 constexpr double kIpoptInfinity = 1e20;  // beyond Ipopt's nlp_upper_bound_inf
 constexpr double kNearSolution = 1e-2;   // relative change of the cost in an iteration
 constexpr int kPatience = 50;  // iterations that Gauss-Newton alone is given; it needs 10 to 30 where it works
-constexpr double kLeastDamping = 1e-12;  // less is lost against a diagonal that rounding has passed over
-constexpr double kWhiteDamping = 1e-10;  // of the diagonal: what whitens need not be exact
-constexpr double kWarmBarrier = 1e-6;    // with multipliers of an earlier solve, which belong to bounds close by
-constexpr double kMostDamping = 1e3;     // more only shortens a gradient step, which Ipopt's line search does as well
+constexpr double kLeastDamping = 1e-12;    // less is lost against a diagonal that rounding has passed over
+constexpr double kWhiteDamping = 1e-10;    // of the diagonal: what whitens need not be exact
+constexpr double kWarmBarrier = 1e-6;      // with multipliers of an earlier solve, which belong to bounds close by
+constexpr int kRestingIterations = 15;     // without gain
+constexpr double kRestingGradient = 1e-5;  // in white coordinates: standard deviations
+constexpr double kRestingGain = 1e-12;     // of the cost, in so many iterations
+constexpr double kMostDamping = 1e3;       // more only shortens a gradient step, which Ipopt's line search does as well
 
 }  // namespace
 
@@ -266,9 +269,20 @@ void IpoptNlp::consider_best(const Eigen::VectorXd& iterate) {
   if (valid && best_point_.offer(cost, violation)) best_ = x_;
 }
 
-bool IpoptNlp::intermediate_callback(Ipopt::AlgorithmMode, Index iteration, Number value, Number, Number, Number mu,
-                                     Number step, Number, Number, Number, Index trials, const Ipopt::IpoptData* data,
-                                     Ipopt::IpoptCalculatedQuantities* quantities) {
+/// Whether limited-memory steps have come to where rounding hides what is left to gain: Ipopt's own tolerances then are met by
+/// chance, or never.
+bool IpoptNlp::rests(double cost, double gradient) {
+  if (options_.hessian != Hessian::limited_memory) return false;
+  if (cost < resting_cost_ * (1 - kRestingGain)) {
+    resting_cost_ = cost;
+    resting_ = 0;
+  }
+  return ++resting_ >= kRestingIterations && gradient <= kRestingGradient;
+}
+
+bool IpoptNlp::intermediate_callback(Ipopt::AlgorithmMode, Index iteration, Number value, Number, Number gradient,
+                                     Number mu, Number step, Number, Number, Number, Index trials,
+                                     const Ipopt::IpoptData* data, Ipopt::IpoptCalculatedQuantities* quantities) {
   try {
     if (error_) return false;
     barrier_ = mu;
@@ -293,7 +307,8 @@ bool IpoptNlp::intermediate_callback(Ipopt::AlgorithmMode, Index iteration, Numb
       x_ = current_;
       has_cost_ = has_derivatives_ = has_constraints_ = false;
     }
-    return !session_.should_stop() && !recenter_;
+    if (rests(value, gradient)) session_.end(Status::converged, "the cost changes no more");
+    return !session_.ended() && !session_.should_stop() && !recenter_;
   } catch (...) {
     error_ = std::current_exception();
     return false;

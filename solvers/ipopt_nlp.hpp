@@ -1,6 +1,7 @@
 #pragma once
 
 #include <exception>
+#include <limits>
 #include <optional>
 
 #include <IpTNLP.hpp>
@@ -75,6 +76,8 @@ class IpoptNlp final : public Ipopt::TNLP {
   void consider_best(const Eigen::VectorXd& iterate);
   void choose_unknowns();
 
+  bool rests(double cost, double gradient);
+
   double feasible_;
   Program& program_;
   Session& session_;
@@ -90,6 +93,8 @@ class IpoptNlp final : public Ipopt::TNLP {
   Eigen::VectorXd unknowns_, iterate_, own_gradient_;  // Ipopt's; x_ is δ of unknowns_
   Eigen::VectorXd unit_;                               // δ of one of each unknown
   BestPoint best_point_{};
+  int resting_ = 0;  // iterations since the cost was no more than this
+  double resting_cost_ = std::numeric_limits<double>::infinity();
   double cost_ = 0, last_cost_ = 0, barrier_ = 0, damping_ = kInitialDamping;
   bool has_cost_ = false, has_derivatives_ = false, has_constraints_ = false, recenter_ = false, exact_now_;
   int first_iteration_ = 0;

@@ -49,6 +49,7 @@ constexpr double kMostWork = 1e10;      // of the check for stationarity [multip
 constexpr double kRecenterAngle = 1.0;  // rad: well before a chart ends at π
 constexpr double kPreconditionerDamping = 1e-9;  // what rounding may take from a pivot
 constexpr double kFeasible = 10;                 // constraint tolerances that a solution may be off: NLopt's own slack
+constexpr double kNoCost = 1e-16;                // less is rounding, of rows within their standard deviations
 constexpr double kSameCost = 1e-7;               // two runs that end this close, relatively, ended at one point
 constexpr double kPenaltyWeight = 100;           // of Jᵀ J in AUGLAG's preconditioner: what its penalty grows to
 
@@ -113,10 +114,12 @@ class NloptRun {
     if (algorithm.inner) {
       nlopt::opt inner(*algorithm.inner, n);
       inner.set_ftol_rel(options_.cost_tolerance);
+      inner.set_ftol_abs(kNoCost);
       opt.set_local_optimizer(inner);
     }
     opt_ = &opt;
     opt.set_ftol_rel(options_.cost_tolerance);
+    opt.set_ftol_abs(kNoCost);
     opt.set_maxeval(std::max(1, options_.max_iterations - session_.summary.evaluations));
     opt.set_min_objective(&objective, this);
     const auto tolerances = [&](std::size_t size) { return std::vector<double>(size, options_.constraint_tolerance); };

@@ -79,22 +79,25 @@ TEST_F(IpoptTest, TwoLinearSolversAreOneTooMany) {
   EXPECT_EQ(solve(problem, options).status, Status::unsupported);
 }
 
-/// Chains whose curvatures span many decades, of which the last steps tell little.
+/// Chains whose curvatures span many decades, of which the last steps tell little: a change of the data by 1e-4 takes between
+/// 66 and 313 iterations.
 TEST_F(IpoptTest, LimitedMemoryConvergesOnTrackingProblems) {
-  Simulation simulation;
-  simulation.duration = 300.0;
-  simulation.noise = 1.0;
-  std::map<Hessian, Summary> summaries;
-  for (const auto hessian : {Hessian::gauss_newton, Hessian::limited_memory}) {
-    TrackingProblem tracking = make_tracking_problem(simulation.data(), {});
-    IpoptOptions options;
-    options.hessian = hessian;
-    options.max_iterations = 300;
-    summaries[hessian] = solve(tracking.problem, options);
-    EXPECT_TRUE(summaries[hessian].converged()) << summaries[hessian].message;
+  for (const double noise : {1.0, 1.0001, 1.0003, 1.0005}) {
+    Simulation simulation;
+    simulation.duration = 300.0;
+    simulation.noise = noise;
+    std::map<Hessian, Summary> summaries;
+    for (const auto hessian : {Hessian::gauss_newton, Hessian::limited_memory}) {
+      TrackingProblem tracking = make_tracking_problem(simulation.data(), {});
+      IpoptOptions options;
+      options.hessian = hessian;
+      options.max_iterations = 500;
+      summaries[hessian] = solve(tracking.problem, options);
+      EXPECT_TRUE(summaries[hessian].converged()) << summaries[hessian].message;
+    }
+    EXPECT_NEAR(summaries[Hessian::limited_memory].cost, summaries[Hessian::gauss_newton].cost,
+                1e-8 * summaries[Hessian::gauss_newton].cost);
   }
-  EXPECT_NEAR(summaries[Hessian::limited_memory].cost, summaries[Hessian::gauss_newton].cost,
-              1e-8 * summaries[Hessian::gauss_newton].cost);
 }
 
 TEST_F(IpoptTest, LimitedMemoryRefusesHardConstraints) {
