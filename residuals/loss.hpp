@@ -21,8 +21,8 @@ struct Loss {
     double rho, d1, d2;  ///< ρ(s), ρ'(s), ρ''(s)
   };
 
-  [[gnu::always_inline]] Value operator()(
-      double s) const {  // with what asks, for whichever instructions that is compiled
+  // Inlined, so that it is compiled for the instructions of what asks: costs alone and with derivatives round alike.
+  [[gnu::always_inline]] Value operator()(double s) const {
     const double c2 = scale * scale;
     switch (kind) {
       case Kind::none:
