@@ -49,6 +49,7 @@ class Program {
 
   /// Threads that evaluate, at most; 0, the default: one each core. No result depends on it. Throws Error below zero.
   void use_threads(int threads) { lanes_.use_threads(threads); }
+  const detail::Lanes& lanes() const { return lanes_; }
 
   /// Whether the problem's variables and blocks are those that it was compiled for.
   bool is_current() const;

@@ -105,6 +105,7 @@ double AugmentedModel::gradient_size() {
 /// The step to the least value of the model, the active rows found by a semismooth Newton iteration. Where the first
 /// guess of the active ones is right, that is one linear solve.
 bool AugmentedModel::find_step(double damping) {
+  bring_hessian_here();
   const Session::Timer timer(session_.summary.linear_solver_seconds);
   total_ = gradient_;
   if (inexact_steps_)

@@ -12,23 +12,33 @@ SoftModel::SoftModel(Program& program, Session& session, const LevenbergMarquard
       session_(session),
       cholesky_(program.hessian_pattern()),
       secant_(program.num_unknowns(), options.secant_pairs, with_constraints) {
+  cholesky_.use(program.lanes());
   for (Eigen::VectorXd* v : {&gradient_, &trial_gradient_, &last_gradient_, &scale_, &shift_, &diagonal_, &step_}) {
     v->resize(program.num_unknowns());
     populate(*v, std::size_t(v->size()));
     v->setZero();
   }
-  for (Eigen::VectorXd* v : {&hessian_, &trial_hessian_}) {
-    v->resize(program.hessian_pattern().nonzeros());
-    populate(*v, std::size_t(v->size()));
-  }
+  hessian_.resize(program.hessian_pattern().nonzeros());
+  populate(hessian_, std::size_t(hessian_.size()));
 }
 
 double SoftModel::linearize() {
   const Session::Timer timer(session_.summary.evaluation_seconds);
   ++session_.summary.evaluations;
+  hessian_is_here_ = false;
   const double cost = program_.linearize(gradient_, hessian_);
+  hessian_is_here_ = true;
   find_scale();
   return cost;
+}
+
+void SoftModel::bring_hessian_here() {
+  if (hessian_is_here_) return;
+  const Session::Timer timer(session_.summary.evaluation_seconds);
+  ++session_.summary.evaluations;
+  program_.reset();
+  program_.linearize(trial_gradient_, hessian_);
+  hessian_is_here_ = true;
 }
 
 void SoftModel::find_scale() {
@@ -56,6 +66,7 @@ bool SoftModel::factorize(const Eigen::VectorXd& hessian, double damping) {
 }
 
 bool SoftModel::find_step(double damping) {
+  bring_hessian_here();
   const Session::Timer timer(session_.summary.linear_solver_seconds);
   if (!factorize(hessian_, damping)) return false;
   step_ = -gradient_;
@@ -70,7 +81,8 @@ double SoftModel::merit_at_step(bool with_derivatives) {
   trial_has_derivatives_ = with_derivatives;
   try {
     program_.move_to(step_);
-    trial_cost_ = with_derivatives ? program_.linearize_at_point(trial_gradient_, trial_hessian_) : program_.cost();
+    hessian_is_here_ = hessian_is_here_ && !with_derivatives;
+    trial_cost_ = with_derivatives ? program_.linearize_at_point(trial_gradient_, hessian_) : program_.cost();
     return trial_cost_;
   } catch (const Error&) {
     return std::numeric_limits<double>::infinity();
@@ -87,7 +99,8 @@ bool SoftModel::move_on() {
   const double cost_before = session_.summary.cost;
   move();
   try {
-    if (!trial_has_derivatives_) program_.linearize(trial_gradient_, trial_hessian_);
+    hessian_is_here_ = false;
+    if (!trial_has_derivatives_) program_.linearize(trial_gradient_, hessian_);
     linearize_constraints();
   } catch (const Error&) {
     last_gradient_ = -step_;
@@ -99,7 +112,7 @@ bool SoftModel::move_on() {
   }
   last_gradient_.swap(gradient_);
   gradient_.swap(trial_gradient_);
-  hessian_.swap(trial_hessian_);
+  hessian_is_here_ = true;
   find_scale();
   arrive();
   return true;

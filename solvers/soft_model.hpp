@@ -49,7 +49,10 @@ class SoftModel {
   virtual void learn();
   void forget_curvature() { secant_.clear(); }
   /// For what comes after the last step.
-  Workspace workspace() { return {cholesky_, gradient_, hessian_}; }
+  Workspace workspace() {
+    hessian_is_here_ = false;
+    return {cholesky_, gradient_, hessian_};
+  }
 
   // Of the hard constraints, where there are any.
 
@@ -91,8 +94,11 @@ class SoftModel {
   virtual void leave_multipliers() {}
 
  protected:
-  /// Derivatives besides the cost's at X̄, the cost's own being in trial_gradient_ and trial_hessian_.
+  /// Derivatives besides the cost's at X̄, the cost's own being in trial_gradient_ and hessian_.
   virtual void linearize_constraints() {}
+  /// The Hessian is the one at X̄ again, after a step that was tried with derivatives and refused: rarely, and one of them
+  /// takes half the memory of two.
+  void bring_hessian_here();
   /// Sets scale_ by the Hessian at X̄.
   virtual void find_scale();
   /// X̄ and all its derivatives are new.
@@ -104,7 +110,9 @@ class SoftModel {
   Session& session_;
   BlockCholesky cholesky_;
   SecantPairs secant_;
-  Eigen::VectorXd gradient_, hessian_, trial_gradient_, trial_hessian_;
+  Eigen::VectorXd gradient_, trial_gradient_;
+  Eigen::VectorXd hessian_;  // at X̄, or where the last step led
+  bool hessian_is_here_ = false;
   Eigen::VectorXd last_gradient_;     // at the last X̄
   Eigen::VectorXd scale_;             // curvature of each unknown
   Eigen::VectorXd shift_, diagonal_;  // of what is factorised

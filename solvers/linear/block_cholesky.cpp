@@ -16,12 +16,16 @@ BlockCholesky::BlockCholesky(const SymmetricPattern& pattern, const SymmetricPat
 
 void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern, const SymmetricPattern& structure,
                                       double natural_flops) {
-  detail::BlockSymbolic s = detail::analyze(structure, natural_flops);
+  detail::BlockSymbolic s = detail::analyze(structure, natural_flops, natural_flops <= kALittleMore);
   n_ = pattern.size();
   blocks_ = pattern.num_blocks();
   nonzeros_ = s.nonzeros;
   row_start_ = std::move(s.row_start);
   row_block_ = std::move(s.row);
+  parts_[0].end = parts_[1].begin = s.first_part;
+  parts_[1].end = parts_[2].begin = s.second_part;
+  parts_[2].end = blocks_;
+  const auto part_of = [&](int k) -> Section& { return parts_[k < s.first_part ? 0 : k < s.second_part ? 1 : 2]; };
 
   std::vector<int>& place = place_of_block_;
   place.resize(s.order.size());
@@ -61,6 +65,13 @@ void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern, const Sym
   };
   const auto find = [&](int k, int r) { return row_in_panel[entry(k, r)]; };
   std::vector<char> is_fill(row_block_.size(), 1);
+  const std::size_t below_tops = row_block_.size() - std::size_t(blocks_);
+  below_.reserve(below_tops);
+  updates_.reserve(below_tops);
+  runs_.reserve(below_tops);
+  detail::populate(below_, below_tops);
+  detail::populate(updates_, below_tops);
+  detail::populate(runs_, below_tops);
   for (int block = 0; block < blocks_; ++block) {
     const int columns = pattern.first[std::size_t(block) + 1] - pattern.first[std::size_t(block)];
     const std::size_t column = std::size_t(pattern.first[std::size_t(block)]);
@@ -75,13 +86,14 @@ void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern, const Sym
       is_fill[to] = 0;
       const Copy copy{source,  stride, panel_[std::size_t(k)] + row_in_panel[to], panel_rows_[std::size_t(k)], rows,
                       columns, p > q};
-      const bool goes_on = !copies_.empty() && !copy.transposed && !copies_.back().transposed &&
-                           copies_.back().target + copies_.back().rows == copy.target &&
-                           copies_.back().source + copies_.back().rows == copy.source;
-      if (goes_on && copies_.back().columns == columns) {
-        copies_.back().rows += rows;
+      std::vector<Copy>& copies = part_of(k).copies;
+      const bool goes_on = !copies.empty() && !copy.transposed && !copies.back().transposed &&
+                           copies.back().target + copies.back().rows == copy.target &&
+                           copies.back().source + copies.back().rows == copy.source;
+      if (goes_on && copies.back().columns == columns) {
+        copies.back().rows += rows;
       } else {
-        copies_.push_back(copy);
+        copies.push_back(copy);
       }
       source += rows;
     }
@@ -89,19 +101,26 @@ void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern, const Sym
   below_start_.push_back(0);
   for (int k = 0; k < blocks_; ++k) {
     const auto begin = std::size_t(row_start_[std::size_t(k)]), end = std::size_t(row_start_[std::size_t(k) + 1]);
+    const int reach = k < s.second_part ? s.second_part : blocks_;
+    int joint = -1;
     for (std::size_t b = begin; b < end; ++b) {
       const int rows = size_[std::size_t(row_block_[b])], row = row_in_panel[b];
       if (is_fill[b])
-        fill_.push_back({panel_[std::size_t(k)] + row, panel_rows_[std::size_t(k)], rows, size_[std::size_t(k)]});
+        part_of(k).fill.push_back(
+            {panel_[std::size_t(k)] + row, panel_rows_[std::size_t(k)], rows, size_[std::size_t(k)]});
       if (b == begin) continue;
+      const bool is_joint = joint < 0 && row_block_[b] >= reach;
+      if (is_joint) joint = static_cast<int>(below_.size());
       const int unknown = first_unknown_[std::size_t(row_block_[b])];
-      if (b > begin + 1 && below_.back().unknown + below_.back().rows == unknown) {
+      if (b > begin + 1 && !is_joint && below_.back().unknown + below_.back().rows == unknown) {
         below_.back().rows += rows;
       } else {
         below_.push_back({row, unknown, rows});
       }
     }
     below_start_.push_back(static_cast<int>(below_.size()));
+    below_joint_.push_back(joint < 0 ? below_start_.back() : joint);
+    if (joint >= 0) joints_.push_back(k);
   }
 
   update_start_.push_back(0);
@@ -127,11 +146,22 @@ void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern, const Sym
   }
 }
 
+void BlockCholesky::for_both(detail::FunctionRef<void(int part)> f) const {
+  if (parts_[1].end == 0) return;
+  if (lanes_ && nonzeros_ >= detail::kWorthThreads) return lanes_->run(2, f);
+  f(0);
+  f(1);
+}
+
 void BlockCholesky::load(const Eigen::VectorXd& values, const Eigen::VectorXd& shift) {
+  for (const Section& part : parts_) load(part, values, shift);
+}
+
+void BlockCholesky::load(const Section& part, const Eigen::VectorXd& values, const Eigen::VectorXd& shift) {
   detail::at_best([&]() TANDEM_INLINED_HERE {
-    for (const Fill& f : fill_)
+    for (const Fill& f : part.fill)
       for (int j = 0; j < f.columns; ++j) detail::set_zero(f.rows, values_.data() + f.target + j * f.stride);
-    for (const Copy& c : copies_) {
+    for (const Copy& c : part.copies) {
       const double* from = values.data() + c.source;
       double* to = values_.data() + c.target;
       for (int j = 0; j < c.columns; ++j, from += c.source_stride) {
@@ -142,7 +172,7 @@ void BlockCholesky::load(const Eigen::VectorXd& values, const Eigen::VectorXd& s
       }
     }
   });
-  for (int k = 0, place = 0; k < blocks_; ++k) {
+  for (int k = part.begin, place = start_[std::size_t(k)]; k < part.end; ++k) {
     double* panel = values_.data() + panel_[std::size_t(k)];
     for (int i = 0; i < size_[std::size_t(k)]; ++i, ++place) {
       double& d = panel[i * (panel_rows_[std::size_t(k)] + 1)];
@@ -152,7 +182,7 @@ void BlockCholesky::load(const Eigen::VectorXd& values, const Eigen::VectorXd& s
   }
 }
 
-bool BlockCholesky::eliminate(int begin, int end, double relative, std::vector<int>* weak) {
+int BlockCholesky::eliminate(int begin, int end, int reach, WeakPivots* weak) {
   return detail::at_best([&]() TANDEM_INLINED_HERE {
     double inverse[detail::kMostDofs];
     int failed = 0;
@@ -160,26 +190,29 @@ bool BlockCholesky::eliminate(int begin, int end, double relative, std::vector<i
       const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)], first = start_[std::size_t(k)];
       double* P = values_.data() + panel_[std::size_t(k)];
       const auto is_weak = [&](int c, double pivot) TANDEM_INLINED_HERE {
-        if (!weak || pivot > relative * diagonal_[first + c]) return false;
-        weak->push_back(first + c);
+        if (!weak || pivot > weak->relative * diagonal_[first + c]) return false;
+        weak->places.push_back(first + c);
         return true;
       };
       const bool positive = n == 6   ? detail::factor_panel<6>(n, m, P, inverse, failed, is_weak)
                             : n == 3 ? detail::factor_panel<3>(n, m, P, inverse, failed, is_weak)
                                      : detail::factor_panel<0>(n, m, P, inverse, failed, is_weak);
-      if (!positive) {
-        failed_ = unknown_[std::size_t(first + failed)];
-        return false;
-      }
-      subtract_inlined(k, n, P, P);
+      if (!positive) return unknown_[std::size_t(first + failed)];
+      subtract_updates(update_start_[std::size_t(k)], first_update(k, reach), k, n, P, P);
     }
-    return true;
+    return -1;
   });
 }
 
-inline void BlockCholesky::subtract_inlined(int k, int inner, const double* A, const double* B) {
+inline int BlockCholesky::first_update(int k, int reach) const {  // one for each block row below the top
+  int update = update_start_[std::size_t(k) + 1], row = row_start_[std::size_t(k) + 1];
+  for (; update > update_start_[std::size_t(k)] && row_block_[std::size_t(row) - 1] >= reach; --row) --update;
+  return update;
+}
+
+inline void BlockCholesky::subtract_updates(int begin, int end, int k, int inner, const double* A, const double* B) {
   const int m = panel_rows_[std::size_t(k)];
-  for (int u = update_start_[std::size_t(k)]; u < update_start_[std::size_t(k) + 1]; ++u) {
+  for (int u = begin; u < end; ++u) {
     const Update& update = updates_[std::size_t(u)];
     for (int r = update.run_begin; r < update.run_end; ++r) {
       const Run& run = runs_[std::size_t(r)];
@@ -190,19 +223,42 @@ inline void BlockCholesky::subtract_inlined(int k, int inner, const double* A, c
 }
 
 void BlockCholesky::subtract_below(int k, int inner, const double* A, const double* B) {
-  detail::at_best([&]() TANDEM_INLINED_HERE { subtract_inlined(k, inner, A, B); });
+  detail::at_best([&]() TANDEM_INLINED_HERE {
+    subtract_updates(update_start_[std::size_t(k)], update_start_[std::size_t(k) + 1], k, inner, A, B);
+  });
 }
 
 bool BlockCholesky::factorize(const Eigen::VectorXd& values, const Eigen::VectorXd& shift) {
-  failed_ = -1;
-  load(values, shift);
-  return eliminate(0, blocks_, 0.0, nullptr);
+  return factorize(values, shift, nullptr);
+}
+
+bool BlockCholesky::factorize(const Eigen::VectorXd& values, const Eigen::VectorXd& shift, WeakPivots* weak) {
+  const int joint = parts_[2].begin;
+  std::array<int, 2> failed{-1, -1};
+  for_both([&](int p) {
+    const Section& section = parts_[std::size_t(p)];
+    load(section, values, shift);
+    failed[std::size_t(p)] = eliminate(section.begin, section.end, joint, weak ? &weak[p] : nullptr);
+  });
+  failed_ = failed[0] >= 0 ? failed[0] : failed[1];
+  if (failed_ >= 0) return false;
+  load(parts_[2], values, shift);
+  // What both parts change of the third, one after the other: sums are those of one thread.
+  detail::at_best([&]() TANDEM_INLINED_HERE {
+    for (const int k : joints_) {
+      const double* P = values_.data() + panel_[std::size_t(k)];
+      subtract_updates(first_update(k, joint), update_start_[std::size_t(k) + 1], k, size_[std::size_t(k)], P, P);
+    }
+  });
+  failed_ = eliminate(joint, blocks_, blocks_, weak ? &weak[2] : nullptr);
+  return failed_ < 0;
 }
 
 std::vector<Eigen::VectorXd> BlockCholesky::null_space(const Eigen::VectorXd& values, double relative, int most) {
-  load(values, {});
+  std::array<WeakPivots, 3> of_parts{{{relative, {}}, {relative, {}}, {relative, {}}}};
+  factorize(values, {}, of_parts.data());
   std::vector<int> weak;
-  eliminate(0, blocks_, relative, &weak);
+  for (const WeakPivots& part : of_parts) weak.insert(weak.end(), part.places.begin(), part.places.end());
   std::vector<Eigen::VectorXd> basis;
   for (const int place : weak) {
     if (static_cast<int>(basis.size()) >= most) break;

@@ -1,16 +1,19 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include <tandem/problem/function_ref.hpp>
 #include <tandem/problem/program.hpp>
 
 namespace tandem {
 
 /// Sparse Cholesky H = L Lᵀ by blocks of one variable each, on the pattern of a Program's Hessian: symbolic analysis
 /// once, then any number of numeric factorisations without allocation. The order is the variables' own where that
-/// costs little more (a chain that keeps each keyframe's variables together is narrow-banded), else SuiteSparse's AMD.
+/// costs little more (a chain that keeps each keyframe's variables together is narrow-banded; a long one is eliminated from
+/// both ends towards its middle, by two threads where there are), else SuiteSparse's AMD.
 ///
 /// Why not CHOLMOD: its supernodal kernel is GPL, its simplicial one works entry by entry; dense kernels over the
 /// blocks that the problem has anyway are faster (docs/results.md) and free of both.
@@ -19,8 +22,11 @@ class BlockCholesky {
   static constexpr double kALittleMore = 1.2;
   /// `natural_flops`: how many times the arithmetic of AMD's order the variables' own may take. It walks through memory as the
   /// problem lies there, which is worth a little more; and where what comes last is what inverse_of() is asked for, of which
-  /// it is next to the root, a lot.
+  /// it is next to the root, a lot: with more than a little, a chain is eliminated from its beginning to its end.
   explicit BlockCholesky(const SymmetricPattern& pattern, double natural_flops = kALittleMore);
+
+  /// Takes these threads from now on; they outlive the factor. What comes out is the same without.
+  void use(const detail::Lanes& lanes) { lanes_ = &lanes; }
 
   /// Factorises H + diag(shift); `shift` may be empty. False when a pivot is not positive: see failed_unknown().
   bool factorize(const Eigen::VectorXd& values, const Eigen::VectorXd& shift = {});
@@ -65,21 +71,43 @@ class BlockCholesky {
   };
 
   void order_and_analyze(const SymmetricPattern& pattern, const SymmetricPattern& structure, double natural_flops);
+  /// Consecutive block columns in the order of elimination, and what is loaded into their panels.
+  struct Section {
+    int begin = 0, end = 0;
+    std::vector<Copy> copies;
+    std::vector<Fill> fill;
+  };
+  struct WeakPivots {  // not above `relative` times their diagonal entry
+    double relative;
+    std::vector<int> places;
+  };
+
+  /// f(0) and f(1), of the two parts that do not touch, at once where there are threads.
+  void for_both(detail::FunctionRef<void(int part)> f) const;
   void load(const Eigen::VectorXd& values, const Eigen::VectorXd& shift);
-  /// Block columns of what is loaded, in the order of elimination, and what they change of those to come. With `weak`, pivots
-  /// not above `relative` times their diagonal entry are noted and replaced by one, their column cut off.
-  bool eliminate(int begin, int end, double relative, std::vector<int>* weak);
+  /// With `weak`, those of the first, second and third part are noted there.
+  bool factorize(const Eigen::VectorXd& values, const Eigen::VectorXd& shift, WeakPivots* weak);
+  void load(const Section& part, const Eigen::VectorXd& values, const Eigen::VectorXd& shift);
+  /// Block columns of what is loaded, in the order of elimination, and what they change of those to come before `reach`. Weak
+  /// pivots are noted, where they are asked for, and replaced by one, their column cut off. The unknown at which it
+  /// failed, or −1.
+  int eliminate(int begin, int end, int reach, WeakPivots* weak = nullptr);
   /// Subtracts A Bᵀ from the columns of the panel's block rows below its top. A and B have the panel's rows (those of
   /// its top are not read) and `inner` columns.
   void subtract_below(int k, int inner, const double* A, const double* B);
-  [[gnu::always_inline]] void subtract_inlined(int k, int inner, const double* A, const double* B);
   // Both in the pattern's order of unknowns, in place: each block's are consecutive there too.
   void forward(Eigen::VectorXd& y) const;
   void backward(Eigen::VectorXd& y) const;
-  // Block column k alone, for at_best().
-  [[gnu::always_inline]] void forward_by(int k, double* y) const;
-  [[gnu::always_inline]] void backward_by(int k, double* y) const;
   std::vector<int> ancestry_of(const std::vector<int>& blocks) const;
+
+  // Of block column k alone, for at_best().
+  [[gnu::always_inline]] void subtract_updates(int begin, int end, int k, int inner, const double* A, const double* B);
+  /// The first of its updates, or their end, that is of a block column from `reach` on.
+  [[gnu::always_inline]] int first_update(int k, int reach) const;
+  [[gnu::always_inline]] void forward_by(int k, double* y) const;
+  [[gnu::always_inline]] void forward_top(int k, double* y) const;
+  [[gnu::always_inline]] void forward_below(int begin, int end, int k, double* y) const;
+  [[gnu::always_inline]] void backward_by(int k, double* y) const;
 
   int n_ = 0, blocks_ = 0, failed_ = -1;
   double nonzeros_ = 0;
@@ -90,14 +118,17 @@ class BlockCholesky {
   std::vector<int> first_unknown_;          // of each block column
   std::vector<int> unknown_;                // unknown at each eliminated place
   std::vector<int> place_of_block_;         // of each block of the pattern
-  std::vector<Copy> copies_;
-  std::vector<Fill> fill_;
+  // Two that do not touch, each before what both are below of; or none and all.
+  std::array<Section, 3> parts_;
+  std::vector<int> joints_;       // block columns of the first two with rows in the third
   std::vector<int> below_start_;  // of each block column
+  std::vector<int> below_joint_;  // the first, or the end, of those in the third part
   std::vector<Below> below_;
   std::vector<int> update_start_;
   std::vector<Update> updates_;
   std::vector<Run> runs_;
   Eigen::VectorXd values_, diagonal_;
+  const detail::Lanes* lanes_ = nullptr;
 };
 
 }  // namespace tandem

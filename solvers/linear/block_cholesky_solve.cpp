@@ -6,7 +6,7 @@
 // Triangular solves, and what is made of them.
 namespace tandem {
 
-inline void BlockCholesky::forward_by(int k, double* y) const {
+inline void BlockCholesky::forward_top(int k, double* y) const {
   const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
   const double* P = values_.data() + panel_[std::size_t(k)];
   double* x = y + first_unknown_[std::size_t(k)];
@@ -15,7 +15,13 @@ inline void BlockCholesky::forward_by(int k, double* y) const {
     x[c] /= column[c];
     for (int i = c + 1; i < n; ++i) x[i] -= column[i] * x[c];
   }
-  for (int b = below_start_[std::size_t(k)]; b < below_start_[std::size_t(k) + 1]; ++b) {
+}
+
+inline void BlockCholesky::forward_below(int begin, int end, int k, double* y) const {
+  const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
+  const double* P = values_.data() + panel_[std::size_t(k)];
+  const double* x = y + first_unknown_[std::size_t(k)];
+  for (int b = begin; b < end; ++b) {
     const Below& below = below_[std::size_t(b)];
     double* target = y + below.unknown;
     if (n == 6) {
@@ -26,6 +32,11 @@ inline void BlockCholesky::forward_by(int k, double* y) const {
       detail::subtract_columns<0>(below.rows, n, P + below.row, m, x, target);
     }
   }
+}
+
+inline void BlockCholesky::forward_by(int k, double* y) const {
+  forward_top(k, y);
+  forward_below(below_start_[std::size_t(k)], below_start_[std::size_t(k) + 1], k, y);
 }
 
 inline void BlockCholesky::backward_by(int k, double* y) const {
@@ -51,15 +62,30 @@ inline void BlockCholesky::backward_by(int k, double* y) const {
 }
 
 void BlockCholesky::forward(Eigen::VectorXd& y) const {
+  for_both([&](int p) {
+    const Section& part = parts_[std::size_t(p)];
+    detail::at_best([&]() TANDEM_INLINED_HERE {
+      for (int k = part.begin; k < part.end; ++k) {
+        forward_top(k, y.data());
+        forward_below(below_start_[std::size_t(k)], below_joint_[std::size_t(k)], k, y.data());
+      }
+    });
+  });
   detail::at_best([&]() TANDEM_INLINED_HERE {
-    for (int k = 0; k < blocks_; ++k) forward_by(k, y.data());
+    for (const int k : joints_)
+      forward_below(below_joint_[std::size_t(k)], below_start_[std::size_t(k) + 1], k, y.data());
+    for (int k = parts_[2].begin; k < blocks_; ++k) forward_by(k, y.data());
   });
 }
 
 void BlockCholesky::backward(Eigen::VectorXd& y) const {
-  detail::at_best([&]() TANDEM_INLINED_HERE {
-    for (int k = blocks_ - 1; k >= 0; --k) backward_by(k, y.data());
-  });
+  const auto backward_through = [&](const Section& part) {
+    detail::at_best([&]() TANDEM_INLINED_HERE {
+      for (int k = part.end - 1; k >= part.begin; --k) backward_by(k, y.data());
+    });
+  };
+  backward_through(parts_[2]);
+  for_both([&](int p) { backward_through(parts_[std::size_t(p)]); });
 }
 
 void BlockCholesky::solve(Eigen::VectorXd& x) const {

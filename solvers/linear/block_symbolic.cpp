@@ -67,6 +67,25 @@ std::vector<int> amd_order_of(const SymmetricPattern& pattern) {
   return order;
 }
 
+/// The first half in its order, the rest from its end, but for those of it that the first half has to do with, which come last.
+BlockSymbolic from_both_ends(const SymmetricPattern& pattern, double most_rows) {
+  const int n = pattern.num_blocks(), half = n / 2;
+  std::vector<char> between(std::size_t(n), 0);
+  for (int b = 0; b < pattern.block_start[std::size_t(half)]; ++b)
+    if (pattern.block_row[std::size_t(b)] >= half) between[std::size_t(pattern.block_row[std::size_t(b)])] = 1;
+  std::vector<int> order;
+  for (int k = 0; k < half; ++k) order.push_back(k);
+  for (int k = n - 1; k >= half; --k)
+    if (!between[std::size_t(k)]) order.push_back(k);
+  const int second_part = static_cast<int>(order.size());
+  for (int k = half; k < n; ++k)
+    if (between[std::size_t(k)]) order.push_back(k);
+  BlockSymbolic s = symbolic(pattern, std::move(order), std::numeric_limits<double>::infinity(), most_rows);
+  s.first_part = half;
+  s.second_part = second_part;
+  return s;
+}
+
 }  // namespace
 
 SymmetricPattern blocks_with(const SymmetricPattern& pattern, std::span<const std::pair<int, int>> pairs) {
@@ -87,12 +106,17 @@ SymmetricPattern blocks_with(const SymmetricPattern& pattern, std::span<const st
   return blocks;
 }
 
-BlockSymbolic analyze(const SymmetricPattern& pattern, double natural_flops) {
+BlockSymbolic analyze(const SymmetricPattern& pattern, double natural_flops, bool both_ends) {
   constexpr double any = std::numeric_limits<double>::infinity();
+  // A band: no order does much better than one with hardly any fill.
+  const double hardly_any_fill = 1.5 * double(pattern.block_row.size());
+  if (both_ends && pattern.num_blocks() >= kLongChain) {
+    BlockSymbolic band = from_both_ends(pattern, hardly_any_fill);
+    if (band.flops < any) return band;
+  }
   std::vector<int> natural(static_cast<std::size_t>(pattern.num_blocks()));
   std::iota(natural.begin(), natural.end(), 0);
-  // A band: no order does much better than one with hardly any fill.
-  BlockSymbolic band = symbolic(pattern, natural, any, 1.5 * double(pattern.block_row.size()));
+  BlockSymbolic band = symbolic(pattern, natural, any, hardly_any_fill);
   if (band.flops < any) return band;
   BlockSymbolic amd = symbolic(pattern, amd_order_of(pattern), any, any);
   BlockSymbolic own = symbolic(pattern, std::move(natural), natural_flops * amd.flops, any);

@@ -19,6 +19,7 @@ CondensedKkt::CondensedKkt(const Program& program)
       jacobian_pattern_(program.jacobian_pattern()),
       unknowns_(program.num_unknowns()),
       factor_(program.hessian_pattern()) {
+  factor_.use(program.lanes());
   const int rows = program.num_rows();
   const auto is_equality = [&](int row) { return program.lower()[row] == program.upper()[row]; };
   for (int row = 0; row < rows; ++row) ++(is_equality(row) ? equalities_ : inequalities_);

@@ -122,7 +122,8 @@ bool SelectedInverse::compute(const Eigen::VectorXd& hessian, const LinearEquati
 }
 
 bool SelectedInverse::eliminate_free(int k) {
-  if (!eliminate(k, k + 1, 0.0, nullptr)) return false;
+  failed_ = eliminate(k, k + 1, blocks_);
+  if (failed_ >= 0) return false;
   const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
   double* P = panel(k);
   double* I = identity_.data();

@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
+#include <tandem/problem/lanes.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
 #include <tandem/solvers/linear/block_symbolic.hpp>
 
@@ -32,11 +33,13 @@ BlockMatrix make_matrix(const std::vector<int>& sizes, const std::vector<std::pa
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   const auto add = [&](std::vector<int> blocks) {  // JᵀJ of a residual with three rows that reads these blocks
-    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, n);
-    for (const int b : blocks)
-      for (int u = p.first[std::size_t(b)]; u < p.first[std::size_t(b) + 1]; ++u)
-        for (int r = 0; r < 3; ++r) J(r, u) = normal(random);
-    m.dense += J.transpose() * J;
+    const auto size = [&](int b) { return p.first[std::size_t(b) + 1] - p.first[std::size_t(b)]; };
+    std::vector<Eigen::MatrixXd> J;
+    for (const int b : blocks) J.push_back(Eigen::MatrixXd::NullaryExpr(3, size(b), [&] { return normal(random); }));
+    for (std::size_t i = 0; i < J.size(); ++i)
+      for (std::size_t k = 0; k < J.size(); ++k)
+        m.dense.block(p.first[std::size_t(blocks[i])], p.first[std::size_t(blocks[k])], size(blocks[i]),
+                      size(blocks[k])) += J[i].transpose() * J[k];
   };
   for (const auto& [column, row] : pairs) add({column, row});
   for (int b = 0; b < static_cast<int>(sizes.size()); ++b)
@@ -82,6 +85,18 @@ BlockMatrix chain(int blocks, int reach, unsigned seed) {
   return make_matrix(random_sizes(blocks, random), pairs, seed);
 }
 
+/// Long enough to be eliminated from both ends, and with a last block that each of the others has to do with, if wanted.
+BlockMatrix long_chain(int reach, bool hub, unsigned seed) {
+  constexpr int blocks = detail::kLongChain + 31;
+  std::mt19937 random(seed);
+  std::vector<std::pair<int, int>> pairs;
+  for (int b = 0; b < blocks; ++b) {
+    for (int k = 1; k <= reach && b + k < blocks; ++k) pairs.emplace_back(b, b + k);
+    if (hub && b + reach < blocks - 1) pairs.emplace_back(b, blocks - 1);
+  }
+  return make_matrix(random_sizes(blocks, random), pairs, seed);
+}
+
 /// A star whose hub comes first (the natural order fills it in completely), with some more pairs at random.
 BlockMatrix star(int blocks, int extra, unsigned seed) {
   std::mt19937 random(seed);
@@ -96,7 +111,8 @@ BlockMatrix star(int blocks, int extra, unsigned seed) {
 
 std::vector<BlockMatrix> matrices() {
   std::vector<BlockMatrix> all{make_matrix({1}, {}, 1),       make_matrix({6}, {}, 2), make_matrix({3, 3}, {{0, 1}}, 3),
-                               make_matrix({6, 3, 2}, {}, 4), chain(40, 1, 5),         chain(40, 4, 6)};
+                               make_matrix({6, 3, 2}, {}, 4), chain(40, 1, 5),         chain(40, 4, 6),
+                               long_chain(1, false, 7),       long_chain(3, true, 8)};
   for (unsigned seed = 10; seed < 30; ++seed) all.push_back(star(12, int(seed), seed));
   return all;
 }
@@ -119,8 +135,8 @@ TEST(BlockCholesky, SolvesAsDenseLltDoes) {
 
 TEST(BlockCholesky, ChainsKeepTheirOrderAndStarsDoNot) {
   const BlockMatrix band = chain(30, 2, 1), wheel = star(30, 0, 2);
-  const detail::BlockSymbolic a = detail::analyze(band.pattern, BlockCholesky::kALittleMore),
-                              b = detail::analyze(wheel.pattern, BlockCholesky::kALittleMore);
+  const detail::BlockSymbolic a = detail::analyze(band.pattern, BlockCholesky::kALittleMore, true),
+                              b = detail::analyze(wheel.pattern, BlockCholesky::kALittleMore, true);
   EXPECT_TRUE(std::is_sorted(a.order.begin(), a.order.end()));
   EXPECT_EQ(a.row.size(), band.pattern.block_row.size()) << "no fill";
   EXPECT_FALSE(std::is_sorted(b.order.begin(), b.order.end()));
@@ -128,6 +144,55 @@ TEST(BlockCholesky, ChainsKeepTheirOrderAndStarsDoNot) {
   std::vector<int> sorted = b.order;
   std::sort(sorted.begin(), sorted.end());
   for (int i = 0; i < 30; ++i) EXPECT_EQ(sorted[std::size_t(i)], i);
+}
+
+TEST(BlockCholesky, LongChainsAreEliminatedFromBothEnds) {
+  for (const bool hub : {false, true}) {
+    const SymmetricPattern pattern = long_chain(2, hub, 1).pattern;
+    const int n = pattern.num_blocks(), half = n / 2, joint = hub ? 3 : 2;
+    const detail::BlockSymbolic s = detail::analyze(pattern, BlockCholesky::kALittleMore, true);
+    ASSERT_EQ(s.first_part, half);
+    ASSERT_EQ(s.second_part, n - joint);
+    std::vector<int> expected;
+    for (int b = 0; b < half; ++b) expected.push_back(b);
+    for (int b = n - 1 - hub; b > half + 1; --b) expected.push_back(b);
+    expected.insert(expected.end(), {half, half + 1});
+    if (hub) expected.push_back(n - 1);
+    EXPECT_EQ(s.order, expected);
+    EXPECT_LE(s.row.size(), pattern.block_row.size() + 2) << "no fill but where the halves meet";
+    for (int k = 0; k < s.second_part; ++k)
+      for (int b = s.row_start[std::size_t(k)]; b < s.row_start[std::size_t(k) + 1]; ++b)
+        if (const int row = s.row[std::size_t(b)]; row < s.second_part)
+          EXPECT_EQ(row < s.first_part, k < s.first_part) << "neither half has to do with the other";
+    const detail::BlockSymbolic in_order = detail::analyze(pattern, BlockCholesky::kALittleMore, false);
+    EXPECT_EQ(in_order.second_part, 0);
+    EXPECT_TRUE(std::is_sorted(in_order.order.begin(), in_order.order.end()));
+  }
+}
+
+TEST(BlockCholesky, ThreadsChangeNothing) {
+  const BlockMatrix m = long_chain(12, true, 3);
+  BlockCholesky alone(m.pattern), shared(m.pattern);
+  ASSERT_GT(alone.nonzeros(), detail::kWorthThreads);
+  detail::Lanes lanes;
+  lanes.use_threads(2);
+  shared.use(lanes);
+  const Eigen::VectorXd b = right_side(m.dense.rows()), shift = b.cwiseAbs();
+  for (const bool shifted : {false, true}) {
+    ASSERT_TRUE(alone.factorize(m.values, shifted ? shift : Eigen::VectorXd()));
+    ASSERT_TRUE(shared.factorize(m.values, shifted ? shift : Eigen::VectorXd()));
+    Eigen::VectorXd x = b, y = b;
+    alone.solve(x);
+    shared.solve(y);
+    EXPECT_EQ(x, y);
+    EXPECT_EQ(alone.inverse_of({3, 200}), shared.inverse_of({3, 200}));
+  }
+  Eigen::VectorXd fails = Eigen::VectorXd::Zero(m.dense.rows());
+  fails[40] = fails[m.dense.rows() - 40] = -1e6;  // in both halves: the first one is told
+  EXPECT_FALSE(alone.factorize(m.values, fails));
+  EXPECT_FALSE(shared.factorize(m.values, fails));
+  EXPECT_EQ(alone.failed_unknown(), 40);
+  EXPECT_EQ(shared.failed_unknown(), 40);
 }
 
 TEST(BlockCholesky, KeepsTheOrderThatMayCostMore) {
@@ -164,8 +229,8 @@ TEST(BlockCholesky, AddsTheShiftToTheDiagonal) {
 }
 
 TEST(BlockCholesky, NamesTheUnknownOfAFailedPivot) {
-  for (const BlockMatrix& m : {chain(10, 2, 3), star(10, 5, 4)}) {
-    for (const int unknown : {0, 7, m.pattern.size() - 1}) {
+  for (const BlockMatrix& m : {chain(10, 2, 3), star(10, 5, 4), long_chain(2, true, 5)}) {
+    for (const int unknown : {0, 7, m.pattern.size() / 2, m.pattern.size() - 1}) {
       Eigen::VectorXd shift = Eigen::VectorXd::Zero(m.dense.rows());
       shift[unknown] = -1e6;
       BlockCholesky cholesky(m.pattern);
@@ -203,15 +268,16 @@ TEST(BlockCholesky, ItsHalvesWhitenTheMatrix) {
 }
 
 TEST(BlockCholesky, FindsPlantedNullDirections) {
-  for (const BlockMatrix& full : {chain(10, 2, 3), star(10, 8, 4)}) {
+  for (const BlockMatrix& full : {chain(10, 2, 3), star(10, 8, 4), long_chain(2, true, 6)}) {
     BlockMatrix m = full;
     const Eigen::Index n = m.dense.rows();
+    const int late = n > 100 ? int(n) - 20 : 11;
     BlockCholesky cholesky(m.pattern);
     EXPECT_TRUE(cholesky.null_space(m.values, 1e-12, 6).empty());
     // A congruence by D that scales unknowns keeps the pattern; zeros in it plant axis-parallel null
     // directions.
     const std::vector<int> row = m.pattern.rows();
-    for (const int planted : {3, 11}) {
+    for (const int planted : {3, late}) {
       for (int column = 0; column < m.pattern.size(); ++column)
         for (int k = m.pattern.column_start[std::size_t(column)]; k < m.pattern.column_start[std::size_t(column) + 1];
              ++k)
@@ -224,7 +290,7 @@ TEST(BlockCholesky, FindsPlantedNullDirections) {
     for (const auto& v : basis) {
       EXPECT_NEAR(v.norm(), 1.0, 1e-14);
       EXPECT_LE((m.dense * v).norm(), 1e-12 * m.dense.norm());
-      EXPECT_NEAR(v[3] * v[3] + v[11] * v[11], 1.0, 1e-12);
+      EXPECT_NEAR(v[3] * v[3] + v[late] * v[late], 1.0, 1e-12);
     }
     EXPECT_EQ(cholesky.null_space(m.values, 1e-12, 1).size(), 1u);
     ASSERT_EQ(m.dense.rows(), n);
@@ -278,7 +344,7 @@ TEST(BlockCholesky, ServesAnyNumberOfThreads) {
 }
 
 TEST(BlockCholesky, FactorisesAndSolvesWithoutAllocating) {
-  for (const BlockMatrix& m : {chain(30, 2, 3), star(20, 8, 4)}) {
+  for (const BlockMatrix& m : {chain(30, 2, 3), star(20, 8, 4), long_chain(3, true, 2)}) {
     BlockCholesky cholesky(m.pattern);
     Eigen::VectorXd x = right_side(m.dense.rows());
     const Eigen::VectorXd shift = x.cwiseAbs();
