@@ -1,0 +1,55 @@
+#include <fstream>
+#include <iterator>
+#include <system_error>
+
+#include <tandem/problem/file/problem_file.hpp>
+#include <tandem/problem/file/problem_json.hpp>
+
+namespace tandem {
+
+std::string problem_text(const Problem& problem) { return detail::json_text(detail::ProblemData(problem)); }
+
+Problem parse_problem(const std::string& text, const std::string& name) try {
+  return detail::parse_json(text).problem();
+} catch (const Error& error) {
+  throw Error(name + ": " + error.what());
+}
+
+void write_problem(const Problem& problem, const std::filesystem::path& file) {
+  const auto refuse = [&](const std::string& why) {
+    throw Error("the problem is not written to " + file.string() + ": " + why);
+  };
+  std::string text;
+  try {
+    text = problem_text(problem);
+  } catch (const Error& error) {
+    refuse(error.what());
+  }
+  std::error_code error;
+  if (std::filesystem::is_directory(file, error)) refuse("that is a folder; name a file");
+  // Beside it, and then in its place: who reads it meanwhile, or finds it after a crash, has a whole one.
+  std::filesystem::path part = file;
+  part += ".part";
+  std::ofstream out(part, std::ios::binary);
+  out << text << std::flush;
+  const bool written = out.good();
+  out.close();
+  if (written) std::filesystem::rename(part, file, error);
+  if (written && !error) return;
+  std::error_code ignored;
+  std::filesystem::remove(part, ignored);
+  refuse(error ? error.message() : "the folder is not there, cannot be written to, or is full");
+}
+
+Problem read_problem(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) throw Error(file.string() + ": there is no such file");
+  if (std::filesystem::is_directory(file, error))
+    throw Error(file.string() + ": is a folder; name the file of a problem");
+  std::ifstream in(file, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  if (!in.good() && !in.eof()) throw Error(file.string() + ": cannot be read");
+  return parse_problem(text, file.string());
+}
+
+}  // namespace tandem
