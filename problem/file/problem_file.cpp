@@ -6,13 +6,27 @@
 #include <tandem/problem/file/problem_json.hpp>
 
 namespace tandem {
+namespace {
+
+/// A message on one line that is safe on a terminal, whatever the file's own words are: its text is UTF-8, of which the
+/// control characters are one byte, or two that begin with 0xc2.
+std::string printable(std::string text) {
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto c = static_cast<unsigned char>(text[i]);
+    const bool pair = c == 0xc2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xa0;
+    if (c < 0x20 || c == 0x7f || pair) text.replace(i, pair ? 2 : 1, "?");
+  }
+  return text;
+}
+
+}  // namespace
 
 std::string problem_text(const Problem& problem) { return detail::json_text(detail::ProblemData(problem)); }
 
 Problem parse_problem(const std::string& text, const std::string& name) try {
   return detail::parse_json(text).problem();
 } catch (const Error& error) {
-  throw Error(name + ": " + error.what());
+  throw Error(name + ": " + printable(error.what()));
 }
 
 void write_problem(const Problem& problem, const std::filesystem::path& file) {
@@ -44,8 +58,8 @@ void write_problem(const Problem& problem, const std::filesystem::path& file) {
 Problem read_problem(const std::filesystem::path& file) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) throw Error(file.string() + ": there is no such file");
-  if (std::filesystem::is_directory(file, error))
-    throw Error(file.string() + ": is a folder; name the file of a problem");
+  if (!std::filesystem::is_regular_file(file, error))
+    throw Error(file.string() + ": is a folder, a pipe or a device; name the file of a problem");
   std::ifstream in(file, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   if (!in.good() && !in.eof()) throw Error(file.string() + ": cannot be read");

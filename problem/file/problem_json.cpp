@@ -102,6 +102,12 @@ std::string lines(const List& list, F as_json) {
 
 // Reading.
 
+/// Short, for a message.
+std::string shown(const Json& json) {
+  if (json.is_structured()) return json.is_array() ? "a list" : "an object";
+  return json.dump(-1, ' ', true, Json::error_handler_t::replace).substr(0, 40);
+}
+
 /// An entry of the file, and where it is.
 struct Entry {
   const Json& json;
@@ -136,15 +142,14 @@ struct Entry {
   }
   int whole(const Json& x) const {
     if (!x.is_number_integer() || x.get<double>() < 0 || x.get<double>() > std::numeric_limits<int>::max())
-      fail("takes whole numbers from 0, not " + text_of(x).substr(0, 40));
+      fail("takes whole numbers from 0, not " + shown(x));
     return x.get<int>();
   }
   double number(const Json& x, bool bound = false) const {
     if (bound && x == "inf") return std::numeric_limits<double>::infinity();
     if (bound && x == "-inf") return -std::numeric_limits<double>::infinity();
     if (!x.is_number() || !std::isfinite(x.get<double>()))
-      fail(std::string("takes finite numbers") + (bound ? ", \"inf\" and \"-inf\"" : "") + ", not " +
-           text_of(x.is_structured() ? Json(x.type_name()) : x).substr(0, 40));
+      fail(std::string("takes finite numbers") + (bound ? ", \"inf\" and \"-inf\"" : "") + ", not " + shown(x));
     return x.get<double>();
   }
   std::vector<double> numbers(bool bounds = false) const {
@@ -244,9 +249,8 @@ ProblemData parse_json(const std::string& text) {
   if (!json.is_object() || !file.has("format") || json["format"] != kFormat)
     throw Error(std::string("is not the file of a problem: that has \"format\": \"") + kFormat + "\"");
   if (const Entry version = file.at("version"); version.json != kVersion)
-    throw Error("is of version " + text_of(version.json).substr(0, 40) +
-                " of the format, and this program reads version " + std::to_string(kVersion) +
-                ": use the Tandem that wrote it, or write it with this one");
+    throw Error("is of version " + shown(version.json) + " of the format, and this program reads version " +
+                std::to_string(kVersion) + ": use the Tandem that wrote it, or write it with this one");
   Entry{json, "it"}.object({"format", "version", "widening", "variables", "blocks"});
   ProblemData data;
   if (file.has("widening")) data.widening = file.at("widening").number(json["widening"]);

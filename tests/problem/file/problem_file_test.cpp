@@ -13,6 +13,8 @@
 #include <tandem/solvers/augmented_lagrangian.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 
+#include "fuzz/input.hpp"
+#include "fuzz/text_mutation.hpp"
 #include "problem/mixed_problem.hpp"
 #include "studies/scratch.hpp"
 
@@ -307,6 +309,24 @@ TEST(ProblemFile, HasNumbersThatDoublesHold) {
   std::string text = small().dump();
   text.replace(text.find("\"widening\":1"), 12, "\"widening\":1e999");
   EXPECT_THAT([&] { parse_problem(text, "bug.json"); }, ThrowsMessage<Error>(HasSubstr("beyond the range of numbers")));
+}
+
+TEST(ProblemFile, OfAnyTextIsReadOrRefused) {
+  const std::string right = small().dump(1);
+  fuzz::Random random(1);
+  int read = 0;
+  constexpr int kTexts = 3000;
+  for (int i = 0; i < kTexts; ++i) {
+    std::string text = right;
+    for (unsigned long n = 1 + random() % 3; n > 0; --n) fuzz::mutate(text, random);
+    fuzz::accepts([&] {
+      const std::string once = problem_text(parse_problem(text, "it"));
+      ++read;
+      EXPECT_EQ(problem_text(parse_problem(once, "it")), once) << text;
+    });
+  }
+  EXPECT_GT(read, kTexts / 100);
+  EXPECT_LT(read, kTexts / 2);
 }
 
 TEST(ProblemFile, NestedDeeply) { EXPECT_THROW(parse_problem(std::string(1000000, '['), "bug.json"), Error); }
