@@ -39,8 +39,8 @@ void write_problem(const Problem& problem, const std::filesystem::path& file) {
   } catch (const Error& error) {
     refuse(error.what());
   }
-  std::error_code error;
-  if (std::filesystem::is_directory(file, error)) refuse("that is a folder; name a file");
+  std::error_code error, ignored;
+  if (std::filesystem::is_directory(file, ignored)) refuse("that is a folder; name a file");
   // Beside it, and then in its place: who reads it meanwhile, or finds it after a crash, has a whole one.
   std::filesystem::path part = file;
   part += ".part";
@@ -50,7 +50,6 @@ void write_problem(const Problem& problem, const std::filesystem::path& file) {
   out.close();
   if (written) std::filesystem::rename(part, file, error);
   if (written && !error) return;
-  std::error_code ignored;
   std::filesystem::remove(part, ignored);
   refuse(error ? error.message() : "the folder is not there, cannot be written to, or is full");
 }
