@@ -40,7 +40,8 @@ void write_problem(const Problem& problem, const std::filesystem::path& file) {
     refuse(error.what());
   }
   std::error_code error, ignored;
-  if (std::filesystem::is_directory(file, ignored)) refuse("that is a folder; name a file");
+  if (std::filesystem::exists(file, ignored) && !std::filesystem::is_regular_file(file, ignored))
+    refuse("that is a folder, a pipe or a device; name a file");
   // Beside it, and then in its place: who reads it meanwhile, or finds it after a crash, has a whole one.
   std::filesystem::path part = file;
   part += ".part";

@@ -84,7 +84,9 @@ int run_solve(const SolveRequest& request, const CommandOptions& option) {
   choose_solver(problem, solver, std::find(given.begin(), given.end(), "--solver") != given.end());
   common(solver).from_multipliers = request.from_multipliers;
 
-  Solved solved{request.file, problem.num_variables()};
+  Solved solved;
+  solved.file = request.file;
+  solved.variables = problem.num_variables();
   for (int id = 0; id < problem.id_bound(); ++id) solved.fixed += problem.is_fixed(id);
   solved.costs = problem.num_soft_blocks();
   solved.constraints = problem.num_hard_blocks();
