@@ -78,7 +78,7 @@ TEST(ProblemOnFile, OfTrackingIsExact) {
       options.max_keyframes = 250;
       TrackingProblem tracking = make_tracking_problem(scenario.data, options);
       ASSERT_GT(tracking.problem.num_hard_blocks(), 0);
-      ASSERT_EQ(tracking.problem.variables<R3>().empty(), mode == Mode::A);
+      ASSERT_EQ(problem_text(tracking.problem).find("Boundary<") != std::string::npos, mode == Mode::B);
       ASSERT_FALSE(tracking.constants.empty());
       AugmentedLagrangianOptions solver;
       solver.max_iterations = 25;
@@ -153,7 +153,9 @@ TEST_F(Solve, DoesSoOfDockingA) {
                "--max-keyframes", "300", "--no-covariance", "--max-iterations", "200", "--write-problem", file()});
   const Json solved = json_of({"solve", file(), "--max-iterations", "200"});
   EXPECT_EQ(solved["solver"], "augmented-lagrangian");
-  EXPECT_EQ(estimated["initial_cost"], solved["initial_cost"]);
+  expect_same_solve(estimated, solved);
+  EXPECT_GT(solved["equalities"], 0);
+  EXPECT_GT(solved["inequalities"], 0);
 }
 
 TEST_F(Solve, PrintsASummary) {
