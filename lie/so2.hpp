@@ -26,6 +26,8 @@ class BasicSO2 {
   }
 
   static BasicSO2 identity() { return {}; }
+  /// cos and sin of the angle, taken as they are.
+  static BasicSO2 from_unit(const S& c, const S& s) { return BasicSO2(c, s); }
   static BasicSO2 Exp(const Tangent& v) { return BasicSO2(v[0]); }
   Tangent Log() const { return Tangent(angle()); }
 

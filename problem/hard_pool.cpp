@@ -11,7 +11,7 @@ void HardPoolBase::add_bounds(const double* lower, const double* upper) {
 }
 
 void HardPoolBase::add_copy(const PoolBase& from, int i, const int* slots) {
-  add_residual_of(from, i, slots);
+  add_residual(from.residual(i), slots);
   const auto& other = static_cast<const HardPoolBase&>(from);
   const auto first = std::ptrdiff_t(i) * dim();
   add_bounds(other.lower_.data() + first, other.upper_.data() + first);

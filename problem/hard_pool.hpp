@@ -21,6 +21,8 @@ class HardPoolBase : public PoolBase {
   const std::vector<double>& multipliers() const { return multipliers_; }
   void set_multipliers(int i, const double* multipliers);
   void set_bounds(int i, const double* lower, const double* upper);
+  /// Of the block that was added last.
+  void add_bounds(const double* lower, const double* upper);
   // Of the begin-th to the last before the end-th block in the placement's order; the arrays are of all rows.
 
   /// Rows at the point.
@@ -38,11 +40,8 @@ class HardPoolBase : public PoolBase {
                      double& scale) const final;
 
  protected:
-  /// Those of remove() and add_copy() that are the residual's.
+  /// That of remove() which is the residual's.
   virtual void remove_residual(int i) = 0;
-  virtual void add_residual_of(const PoolBase& from, int i, const int* slots) = 0;
-  /// Of the block that was added last.
-  void add_bounds(const double* lower, const double* upper);
 
  private:
   std::vector<double> lower_, upper_, multipliers_;  // of each block dim() entries

@@ -53,6 +53,12 @@ void MarginalPrior::set(std::vector<State> states, Eigen::MatrixXd A, Eigen::Vec
   scratch_.resize(2 * widest * widest);
 }
 
+std::unique_ptr<SoftPoolBase> MarginalPrior::copy(const StoreInstead& instead) const {
+  auto prior = std::make_unique<MarginalPrior>(*this);
+  for (State& s : prior->states_) s.store = instead(s.store);
+  return prior;
+}
+
 void MarginalPrior::remove(int) {
   there_ = false;
   states_.clear();

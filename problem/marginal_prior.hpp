@@ -40,6 +40,12 @@ class MarginalPrior final : public SoftPoolBase {
   void add_copy(const PoolBase&, int, const int*) override {
     throw Error("a marginal prior belongs to the problem that was marginalized: no part of one has it");
   }
+  const void* residual(int) const override { return this; }
+  void add_residual(const void*, const int*) override { throw Error("a marginal prior takes no residuals"); }
+  /// The same over the stores of a copy of the problem, anchors included: places there are the same.
+  std::unique_ptr<SoftPoolBase> copy(const StoreInstead& instead) const;
+  const std::vector<State>& states() const { return states_; }
+  double constant() const { return constant_; }
   void evaluate_block(int i, double* r) const override;
   void linearize_block(int i, const int* offset, double* r, double* J) const override;
   Gaussian noise(int) const override { return Gaussian(Eigen::VectorXd::Ones(b_.size())); }

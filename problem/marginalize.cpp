@@ -99,7 +99,7 @@ void Problem::marginalize(std::span<const int> variable_ids) {
   for (const int id : variable_ids) remove_variable(id);
   if (prior_pool_ < 0) {
     prior_pool_ = static_cast<int>(pools_.size());
-    pools_.push_back({std::make_unique<detail::MarginalPrior>(), nullptr, {}, {}, {}});
+    pools_.push_back({std::make_unique<detail::MarginalPrior>(), nullptr, {}, {}, {}, nullptr});
     pools_.back().soft->widening = widening_;
   }
   static_cast<detail::MarginalPrior&>(*pools_[std::size_t(prior_pool_)].soft)

@@ -17,7 +17,7 @@
 
 namespace tandem::detail {
 
-/// The store of another problem that is of the same group as the given one.
+/// The store of another problem that is of the same group as the given one. A pool asks for that of each state, in order.
 using StoreInstead = std::function<StateStoreBase*(const StateStoreBase*)>;
 
 /// Where a block's contributions go in the solver's arrays: compiled once from the pattern (see Program).
@@ -53,6 +53,9 @@ class PoolBase {
   virtual void remove(int i) = 0;
   /// Adds block `i` of `from`, a pool of the same residual and role, reading other slots.
   virtual void add_copy(const PoolBase& from, int i, const int* slots) = 0;
+  /// Block `i`'s residual, and one more block of such a one: what else a block has, the role's pool adds.
+  virtual const void* residual(int i) const = 0;
+  virtual void add_residual(const void* residual, const int* slots) = 0;
   /// Of block `i` at the point, in the residual's own units: its rows; and with them its states' Jacobians one after the
   /// other, of those whose offset is not negative, 0 of the others, or, where `offset` is null, of all.
   virtual void evaluate_block(int i, double* r) const = 0;
@@ -99,6 +102,12 @@ class BlockPool : public Base {
     value(std::size_t(i), row);
     std::copy_n(row.data(), kDim, r);
   }
+  const void* residual(int i) const override { return &blocks_[std::size_t(i)].residual; }
+  void add_residual(const void* residual, const int* slots) override {
+    std::array<int, kArity> own;
+    std::copy_n(slots, kArity, own.begin());
+    add_block(*static_cast<const R*>(residual), own);
+  }
   void set_residual(int i, const R& residual) { blocks_[std::size_t(i)].residual = residual; }
   void linearize_block(int i, const int* offset, double* r, double* J) const override {
     constexpr std::array<int, std::size_t(kArity)> wanted{};
@@ -144,15 +153,10 @@ class BlockPool : public Base {
     static_for<kArity>([&]<int S>() { ids[S] = std::get<S>(stores_)->id[std::size_t(slots[S])]; });
     blocks_.push_back({residual, slots, ids});
   }
-  void add_residual_of(const PoolBase& from, int i, const int* slots) override {
-    std::array<int, kArity> own;
-    std::copy_n(slots, kArity, own.begin());
-    add_block(static_cast<const BlockPool&>(from).blocks_[std::size_t(i)].residual, own);
-  }
   void remove_residual(int i) override { this->remove_from(blocks_, i); }
   Stores stores_of(const StoreInstead& instead) const {
     return std::apply(
-        [&]<class... Xs>(StateStore<Xs>*... store) { return Stores(static_cast<StateStore<Xs>*>(instead(store))...); },
+        [&]<class... Xs>(StateStore<Xs>*... store) { return Stores{static_cast<StateStore<Xs>*>(instead(store))...}; },
         stores_);
   }
 

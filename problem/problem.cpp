@@ -239,11 +239,11 @@ int Problem::pool_of(std::type_index type) const {
   return it == pool_of_type_.end() ? -1 : it->second;
 }
 
-int Problem::add_pool(std::type_index type, std::unique_ptr<detail::SoftPoolBase> soft,
-                      std::unique_ptr<detail::HardPoolBase> hard) {
+int Problem::add_pool(std::type_index type, const detail::ResidualType& residual,
+                      std::unique_ptr<detail::SoftPoolBase> soft, std::unique_ptr<detail::HardPoolBase> hard) {
   if (soft) soft->widening = widening_;
   const int index = static_cast<int>(pools_.size());
-  pools_.push_back({std::move(soft), std::move(hard), {}, {}, {}});
+  pools_.push_back({std::move(soft), std::move(hard), {}, {}, {}, &residual});
   pool_of_type_.emplace(type, index);
   return index;
 }

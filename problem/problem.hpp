@@ -10,7 +10,9 @@
 #include <vector>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/handles.hpp>
 #include <tandem/problem/hard_pool.hpp>
+#include <tandem/problem/residual_type.hpp>
 #include <tandem/problem/soft_pool.hpp>
 
 namespace tandem {
@@ -19,29 +21,8 @@ class Program;
 class ProblemPart;
 
 namespace detail {
-template <class States>
-struct HandlesOf;
-}  // namespace detail
-
-/// A typed handle of a variable; valid until the variable is removed (Problem::has tells), at most as long as its
-/// problem, which may be moved meanwhile.
-template <LieGroup G>
-struct Variable {
-  detail::StateStore<G>* store = nullptr;
-  int slot = -1;
-  unsigned generation = 0;  ///< slots are used again
-};
-
-/// The handles that residual R is given: one Variable for each state it reads.
-template <Residual R>
-using VariablesOf = typename detail::HandlesOf<typename R::States>::type;
-
-/// A handle of a residual block, soft or hard; valid until the block is removed, by Problem::marginalize too.
-struct Block {
-  int pool = -1;
-  int id = -1;
-  unsigned generation = 0;  ///< ids are used again
-};
+class ProblemData;
+}
 
 /// A nonlinear program over Lie groups:
 ///
@@ -55,6 +36,19 @@ class Problem {
   Problem() = default;
   Problem(Problem&&) = default;
   Problem& operator=(Problem&&) = default;
+  /// Another problem of the same variables and blocks, to be solved from another start, for example: solves of both are the
+  /// same to the last bit, and what is done to one leaves the other as it is. Blocks' handles and variables' ids hold in
+  /// both; a variable's handle is of one problem, see counterpart().
+  Problem copy() const;
+  /// The variable where `x` is in the problem that this is a copy of, or a copy of this. Throws Error when there is none.
+  template <LieGroup G>
+  Variable<G> counterpart(const Variable<G>& x) const {
+    const auto it = stores_.find(typeid(G));
+    const Variable<G> own{it == stores_.end() ? nullptr : static_cast<detail::StateStore<G>*>(it->second.get()), x.slot,
+                          x.generation};
+    if (!is_current(own)) throw_no_counterpart();
+    return own;
+  }
 
   /// A new variable at `initial`. `name` is what messages call it.
   template <LieGroup G>
@@ -214,6 +208,20 @@ class Problem {
   /// variables' values, whatever the widening now. Empty when no loss is robust.
   std::optional<double> convex_widening() const;
 
+  /// Handles of all variables of a group, in order of creation.
+  template <LieGroup G>
+  std::vector<Variable<G>> variables() const {
+    std::vector<Variable<G>> result;
+    const auto it = stores_.find(typeid(G));
+    if (it == stores_.end()) return result;
+    auto* store = static_cast<detail::StateStore<G>*>(it->second.get());
+    for (const int slot : slots_by_creation(*store)) result.push_back({store, slot, store->slots.generation(slot)});
+    return result;
+  }
+  /// Handles of all blocks, the marginal prior too, in the order of evaluation: pool by pool.
+  std::vector<Block> blocks() const;
+  /// "prior of x0": the residual's name and what it reads. Throws Error when the block is not there (any more).
+  std::string describe(const Block& block) const;
   int num_variables() const { return ids_.size(); }
   /// Ids are below this. Some may be of no variable now: their names are empty.
   int id_bound() const { return static_cast<int>(variables_.size()); }
@@ -238,6 +246,7 @@ class Problem {
  private:
   friend class Program;
   friend class ProblemPart;
+  friend class detail::ProblemData;
   template <Residual R>
   static constexpr int arity = std::tuple_size_v<typename R::States>;
 
@@ -256,6 +265,7 @@ class Problem {
     std::unique_ptr<detail::HardPoolBase> hard;
     detail::Slots ids;  // blocks keep their id when others are removed
     std::vector<int> index_of_id, id_of_index;
+    const detail::ResidualType* type = nullptr;  // null of the marginal prior
 
     detail::PoolBase& base() const { return soft ? static_cast<detail::PoolBase&>(*soft) : *hard; }
   };
@@ -267,10 +277,17 @@ class Problem {
 
   template <LieGroup G>
   [[gnu::noinline]] detail::StateStore<G>& store() {
+    static_cast<void>(&group_type<G>);  // is made, and registers, with what uses it
     auto& s = stores_[typeid(G)];
     if (!s) s = std::make_unique<detail::StateStore<G>>();
     return static_cast<detail::StateStore<G>&>(*s);
   }
+  template <LieGroup G>
+  static detail::StateStoreBase* store_of(Problem& p) {
+    return &p.store<G>();
+  }
+  template <LieGroup G>
+  inline static const detail::GroupType group_type{typeid(G), &store_of<G>};
   template <Residual R>
   auto stores() {
     return []<class... Xs>(Problem& p, std::tuple<Xs...>*) {
@@ -300,23 +317,39 @@ class Problem {
     if (!is_current(x)) throw_stale(x.store != nullptr);
   }
   [[noreturn]] static void throw_stale(bool removed);
+  [[noreturn]] static void throw_no_counterpart();
+  std::vector<int> slots_by_creation(const detail::StateStoreBase& store) const;
 
   template <Residual R>
   Found<detail::SoftPool<R>> soft_pool() {
     int index = pool_of(typeid(detail::SoftPool<R>));
     if (index < 0)
-      index = add_pool(typeid(detail::SoftPool<R>), std::make_unique<detail::SoftPool<R>>(stores<R>()), nullptr);
+      index = add_pool(typeid(detail::SoftPool<R>), soft_type<R>, std::make_unique<detail::SoftPool<R>>(stores<R>()),
+                       nullptr);
     return {index, static_cast<detail::SoftPool<R>&>(*pools_[std::size_t(index)].soft)};
   }
   template <Residual R>
   Found<detail::HardPool<R>> hard_pool() {
     int index = pool_of(typeid(detail::HardPool<R>));
     if (index < 0)
-      index = add_pool(typeid(detail::HardPool<R>), nullptr, std::make_unique<detail::HardPool<R>>(stores<R>()));
+      index = add_pool(typeid(detail::HardPool<R>), hard_type<R>, nullptr,
+                       std::make_unique<detail::HardPool<R>>(stores<R>()));
     return {index, static_cast<detail::HardPool<R>&>(*pools_[std::size_t(index)].hard)};
   }
+  template <Residual R>
+  static int index_of_soft(Problem& p) {
+    return p.soft_pool<R>().index;
+  }
+  template <Residual R>
+  static int index_of_hard(Problem& p) {
+    return p.hard_pool<R>().index;
+  }
+  template <Residual R>
+  inline static const detail::ResidualType soft_type{typeid(R), false, &detail::pass_residual<R>, &index_of_soft<R>};
+  template <Residual R>
+  inline static const detail::ResidualType hard_type{typeid(R), true, &detail::pass_residual<R>, &index_of_hard<R>};
   int pool_of(std::type_index type) const;  // −1: none yet
-  int add_pool(std::type_index type, std::unique_ptr<detail::SoftPoolBase> soft,
+  int add_pool(std::type_index type, const detail::ResidualType& residual, std::unique_ptr<detail::SoftPoolBase> soft,
                std::unique_ptr<detail::HardPoolBase> hard);  // one of the two
   int new_variable_id();
   void remove_variable(int id);
@@ -344,12 +377,5 @@ class Problem {
   long long revision_ = 0, value_revision_ = 0, bounds_revision_ = 0;
   const Program* point_of_ = nullptr;
 };
-
-namespace detail {
-template <class... Xs>
-struct HandlesOf<std::tuple<Xs...>> {
-  using type = std::tuple<Variable<Xs>...>;
-};
-}  // namespace detail
 
 }  // namespace tandem

@@ -57,6 +57,7 @@ ProblemPart::ProblemPart(Problem& whole, std::span<const int> variable_ids)
   for (std::size_t p = 0; p < whole.pools_.size(); ++p) {
     const Problem::Pool& from = whole.pools_[p];
     Problem::Pool& to = part_.pools_.emplace_back();
+    to.type = from.type;
     if (from.soft) to.soft = from.soft->another(instead);
     if (from.hard) to.hard = from.hard->another(instead);
     for (const int i : blocks_[p].in_whole) {

@@ -10,6 +10,7 @@
 #include <tandem/lie/se2.hpp>
 #include <tandem/lie/sek3.hpp>
 #include <tandem/problem/slots.hpp>
+#include <tandem/residuals/fields.hpp>
 
 namespace tandem::detail {
 
@@ -20,6 +21,7 @@ class StateStoreBase {
   virtual ~StateStoreBase() = default;
   /// Slots, taken or free.
   virtual int size() const = 0;
+  virtual int dof() const = 0;
   // Of slots begin … end − 1.
 
   /// point = value ⊕ delta, each variable's part of `delta` standing at its offset; fixed ones have a negative offset.
@@ -50,6 +52,13 @@ class StateStoreBase {
   virtual std::unique_ptr<StateStoreBase> another() const = 0;
   /// A variable at the value that one of `from`, a store of the same group, has; its slot.
   virtual int add_copy(const StateStoreBase& from, int slot, int variable_id) = 0;
+  /// A store with the same variables in the same places, free ones included, at their values.
+  virtual std::unique_ptr<StateStoreBase> copy() const = 0;
+  /// One more variable, at the identity.
+  virtual int add_identity(int variable_id) = 0;
+  /// A variable's value, or its anchor, goes through `fields`, to which the value also becomes its point.
+  virtual void pass_value(int slot, Fields& fields) = 0;
+  virtual void pass_anchor(int slot, Fields& fields) = 0;
   /// A variable's value becomes that of one of `from`, a store of the same group.
   virtual void copy_value(const StateStoreBase& from, int from_slot, int slot) = 0;
   /// The variable's anchor becomes its value.
@@ -94,12 +103,27 @@ class StateStore final : public StateStoreBase {
   int add_copy(const StateStoreBase& from, int slot, int variable_id) override {
     return add(static_cast<const StateStore&>(from).value[std::size_t(slot)], variable_id);
   }
+  std::unique_ptr<StateStoreBase> copy() const override {
+    auto store = std::make_unique<StateStore>(*this);
+    store->reset();
+    return store;
+  }
+  int add_identity(int variable_id) override { return add(G::identity(), variable_id); }
+  void pass_value(int slot, Fields& fields) override {
+    pass_fields(value[std::size_t(slot)], fields);
+    if (fields.reads()) point[std::size_t(slot)] = value[std::size_t(slot)];
+  }
+  void pass_anchor(int slot, Fields& fields) override {
+    anchor.resize(value.size());
+    pass_fields(anchor[std::size_t(slot)], fields);
+  }
   void copy_value(const StateStoreBase& from, int from_slot, int slot) override {
     value[std::size_t(slot)] = point[std::size_t(slot)] =
         static_cast<const StateStore&>(from).value[std::size_t(from_slot)];
   }
 
   int size() const override { return static_cast<int>(value.size()); }
+  int dof() const override { return G::dof; }
   void move(const double* d, const std::vector<int>& offsets, int begin, int end) override {
     for (std::size_t i = std::size_t(begin); i < std::size_t(end); ++i) {
       const int offset = id[i] < 0 ? -1 : offsets[static_cast<std::size_t>(id[i])];

@@ -15,13 +15,19 @@ void WeightedPool::add_weight(const Gaussian& noise, const Loss& loss) {
 }
 
 void WeightedPool::add_copy(const PoolBase& from, int i, const int* slots) {
-  add_residual_of(from, i, slots);
-  const auto& other = static_cast<const WeightedPool&>(from);
-  const auto first = other.diagonal_.begin() + std::ptrdiff_t(i) * dim();
-  diagonal_.insert(diagonal_.end(), first, first + dim());
-  const int full = other.full_[std::size_t(i)];
-  full_.push_back(full < 0 ? -1 : matrices_.add(other.matrices_.at(full)));
-  losses_.push_back(other.losses_[std::size_t(i)]);
+  add_residual(from.residual(i), slots);
+  add_weight_as_it_is(static_cast<const WeightedPool&>(from).weight_as_it_is(i));
+}
+
+void WeightedPool::add_weight_as_it_is(const Weight& weight) {
+  const int rows = dim();
+  diagonal_.insert(diagonal_.end(), weight.diagonal, weight.diagonal + rows);
+  full_.push_back(-1);
+  if (weight.full) {
+    full_.back() = matrices_.add();
+    matrices_.at(full_.back()).assign(weight.full, weight.full + rows * rows);
+  }
+  losses_.push_back(weight.loss);
 }
 
 void WeightedPool::remove(int i) {

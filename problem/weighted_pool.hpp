@@ -41,6 +41,16 @@ class SoftPoolBase : public PoolBase {
 /// The blocks' noises and losses, and all of their costs that is not worth compiling for each residual.
 class WeightedPool : public SoftPoolBase {
  public:
+  /// A block's W, 1/σ of each row or, where `full` is not null, by columns, and its loss, to the last bit: noise() may round.
+  struct Weight {
+    const double *diagonal, *full;
+    Loss loss;
+  };
+  Weight weight_as_it_is(int i) const {
+    return {diagonal_.data() + std::ptrdiff_t(i) * dim(), full(std::size_t(i)), losses_[std::size_t(i)]};
+  }
+  /// Of the block that was added last.
+  void add_weight_as_it_is(const Weight& weight);
   void remove(int i) final;
   void add_copy(const PoolBase& from, int i, const int* slots) final;
   double block_cost(int i) const final { return 0.5 * loss_at_point(i).rho; }
@@ -54,9 +64,8 @@ class WeightedPool : public SoftPoolBase {
                      double& scale) const final;
 
  protected:
-  /// Those of remove() and add_copy() that are the residual's.
+  /// That of remove() which is the residual's.
   virtual void remove_residual(int i) = 0;
-  virtual void add_residual_of(const PoolBase& from, int i, const int* slots) = 0;
   /// Of the block that was added last.
   void add_weight(const Gaussian& noise, const Loss& loss);
   /// Whether no block has a loss or rows of noise that are not independent.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <tuple>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/lie/types.hpp>
@@ -31,6 +32,7 @@ class Direction;
 template <>
 class Direction<3> {
  public:
+  Direction() : Direction(0.0, 0.0) {}
   /// Angles in rad. Throws Error when one is not finite.
   Direction(double azimuth, double elevation) {
     if (!std::isfinite(azimuth) || !std::isfinite(elevation))
@@ -46,6 +48,7 @@ class Direction<3> {
   const Vector<3>& unit() const { return unit_; }
   /// e1 and e2, the columns.
   const Matrix<3, 2>& axes() const { return axes_; }
+  auto fields() { return std::tie(unit_, axes_); }
 
   /// Log on S² of the direction of p ≠ 0 at this one, along e1 and e2 [rad], of length 0 to π; and its derivative by p.
   /// Throws Error where p points within 1e-8 rad of the opposite direction, to which all ways are equally long.
@@ -92,6 +95,7 @@ class Direction<3> {
 template <>
 class Direction<2> {
  public:
+  Direction() : Direction(0.0) {}
   /// Throws Error when the angle is not finite.
   Direction(double angle) : unit_(std::cos(angle), std::sin(angle)) {
     if (!std::isfinite(angle)) throw Error("direction: the angle must be finite; leave the measurement out");
@@ -100,6 +104,7 @@ class Direction<2> {
   explicit Direction(const Vector<2>& v) : Direction(std::atan2(detail::pointing(v)[1], v[0])) {}
 
   const Vector<2>& unit() const { return unit_; }
+  auto fields() { return std::tie(unit_); }
 
   /// The angle from this direction to that of p ≠ 0 [rad], in (−π, π]; and its derivative by p.
   template <class S>

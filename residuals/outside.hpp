@@ -16,7 +16,10 @@ struct Outside {
   R residual;
   Bounds<dim> bounds;
 
+  Outside() = default;
   Outside(const R& f, const Bounds<dim>& b) : residual(f), bounds(b) {}
+
+  auto fields() { return std::tie(residual, bounds); }
 
   /// The arguments of the residual: states, r, and no Jacobian pointers or one for each state, any of them null.
   template <class... Args>

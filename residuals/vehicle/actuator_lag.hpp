@@ -22,10 +22,13 @@ struct ActuatorLag {
 
   Vector<N> left;  ///< f, of what was there before
 
+  ActuatorLag() = default;
   /// `lag` and `dt` in s; a lag of 0: no delay.
   ActuatorLag(const Vector<N>& lag, double dt) {
     for (int i = 0; i < N; ++i) left[i] = lag[i] > 0 ? std::exp(-dt / lag[i]) : 0.0;
   }
+
+  auto fields() { return std::tie(left); }
 
   template <Over<Actuators> A>
   void operator()(const A& a0, const A& u, const A& a1, Rows<N, A>& r, RowsBy<N, A>* J0 = nullptr,

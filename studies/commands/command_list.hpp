@@ -15,6 +15,7 @@
   more(plan, "Plan the chaser's motion against the target's predicted one")                               \
   more(rendezvous, "Simulate rendezvous: sense, estimate, plan, act, until docked")                       \
   more(study, "Monte Carlo over a grid of parameters, models, solvers and seeds")                         \
+  more(solve, "Solve a problem that estimate or navigate has written, or a program")                      \
   more(report, "A page about a study or a run, to be opened in a browser")                                \
   more(demo, "Run a small example, of the paper's pictures: fig3, table1, fig1, fig6 or fig7")            \
   more(simulate, "Write a made-up scenario folder: dive or docking")                                      \

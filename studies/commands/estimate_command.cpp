@@ -18,6 +18,7 @@ struct EstimateRequest {
   ProblemRequest problem;
   Solver solver;
   bool graduated = false, no_covariance = false;
+  std::function<void(const Problem&)> built;
   Output output;
 };
 
@@ -53,7 +54,7 @@ int run_estimate(const EstimateRequest& request, const CommandOptions& option) {
   const Estimate result = [&] {
     const WatchedSolve watched(common(solver), request.output);
     return estimate(scenario, options, solver, request.graduated, navigation_options(request.problem),
-                    !request.no_covariance);
+                    !request.no_covariance, request.built);
   }();
 
   Results results;
@@ -84,6 +85,7 @@ Command estimate_command() {
             add_stops(option, [request]() -> SolverOptions& { return common(request->solver); });
             add_threads(option);
             option.flag("--no-covariance", "No covariances, to save their time", request->no_covariance);
+            add_write_problem(option, request->built);
             add_output(option, request->output,
                        {.writes = "Write trajectories, errors, summary.json and plots to DIR"});
             return [request, &option] { return run_estimate(*request, option); };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/file/problem_file.hpp>
 #include <tandem/problem/lanes.hpp>
 #include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/support/option_values.hpp>
@@ -53,6 +54,13 @@ void add_stops(CommandOptions& option, std::function<SolverOptions&()> options) 
   option.set("--time-limit", "SECONDS", "Stop after so long, with what there is by then",
              [options](const std::string& name, const std::string& text) {
                options().time_limit = parse_magnitude(name, text);
+             });
+}
+
+void add_write_problem(CommandOptions& option, std::function<void(const Problem&)>& built) {
+  option.set("--write-problem", "FILE", "Write the problem as the solver gets it to FILE, for tandem solve",
+             [&built](const std::string&, const std::string& text) {
+               built = [file = text](const Problem& problem) { write_problem(problem, file); };
              });
 }
 

@@ -16,6 +16,8 @@ void add_solver(CommandOptions& option, Solver& solver, const std::string& other
 void add_ipopt(CommandOptions& option, Solver& solver);
 /// --max-iterations and --time-limit of the solver that was chosen.
 void add_stops(CommandOptions& option, std::function<SolverOptions&()> options);
+/// --write-problem, of a problem that is about to be solved: `built` is what writes it, where it is asked for.
+void add_write_problem(CommandOptions& option, std::function<void(const Problem&)>& built);
 /// --threads, which bounds those of all that the command evaluates.
 void add_threads(CommandOptions& option);
 

@@ -82,13 +82,14 @@ void add_uncertainty(const Scenario& scenario, const Solver& solver, bool gradua
 }
 
 Estimate navigate_and_estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver,
-                               bool graduated, NavigationOptions navigation, bool covariance) {
+                               bool graduated, NavigationOptions navigation, bool covariance,
+                               const std::function<void(const Problem&)>& built) {
   const Stop stop(common(solver));
   stop.limit(navigation.solver);
   NavigatedScenario with_chaser = navigated(scenario, navigation);
   Solver rest = solver;
   stop.limit(common(rest));
-  Estimate result = estimate(with_chaser.scenario, options, rest, graduated, {}, covariance);
+  Estimate result = estimate(with_chaser.scenario, options, rest, graduated, {}, covariance, built);
   result.findings = std::move(with_chaser.findings);
   return result;
 }
@@ -154,9 +155,10 @@ std::string Suspect::text() const {
 }
 
 Estimate estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver, bool graduated,
-                  const NavigationOptions& navigation, bool covariance) {
+                  const NavigationOptions& navigation, bool covariance,
+                  const std::function<void(const Problem&)>& built) {
   if (needs_navigation(scenario))
-    return navigate_and_estimate(scenario, options, solver, graduated, navigation, covariance);
+    return navigate_and_estimate(scenario, options, solver, graduated, navigation, covariance, built);
   const Stop stop(common(solver));
   TrackingProblem tracking = make_tracking_problem(scenario.data, options, stop.with_grace());
   const Problem& problem = tracking.problem;
@@ -168,6 +170,7 @@ Estimate estimate(const Scenario& scenario, const TrackingOptions& options, cons
   result.residual_blocks = problem.num_soft_blocks();
   result.hard_blocks = problem.num_hard_blocks();
   result.without_extrinsics = scenario.without_extrinsics;
+  if (built) built(problem);
   result.summary = solve_with(solver, graduated, stop, tracking);
   if (const std::string turned = turned_detections(scenario.data, tracking);
       !result.summary.converged() && !turned.empty() && !options.robust_start)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -73,8 +74,9 @@ struct Estimate {
 /// held out and losses robust, solves once more with all of them in, to tell the inliers. A chaser without odometry is
 /// navigated by its own sensors first, as `navigation` says, and then estimated together with the target.
 /// `graduated`: by graduated non-convexity around the solver (solvers/graduated.hpp). The solver's limits are of all this
-/// together: what is there by then is given.
+/// together: what is there by then is given. `built` is called with the problem before it is solved.
 Estimate estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver,
-                  bool graduated = false, const NavigationOptions& navigation = {}, bool covariance = true);
+                  bool graduated = false, const NavigationOptions& navigation = {}, bool covariance = true,
+                  const std::function<void(const Problem&)>& built = {});
 
 }  // namespace tandem

@@ -118,6 +118,7 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
     NavigationProblem built = make_navigation_problem(placed, result.states, start, options.ego, building);
     GaussNewtonOptions solver = options.solver;
     stop.limit(solver);
+    if (options.built) options.built(built.problem);
     result.summary = solve(built.problem, solver);
     ++result.solves;
     for (std::size_t k = 0; k < built.keyframes.size(); ++k) result.states[k].value = built.state(k);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,6 +44,8 @@ struct NavigationOptions {
   std::optional<Alignment> start{};  ///< in place of an alignment
   /// The IMU's white noise is what its samples show, where that is far more than stated (NavigationFinding::vibration).
   bool vibration = false;
+  /// Called with the batch problem before it is solved, once each solve: with other delays or biases it is another one.
+  std::function<void(const Problem&)> built{};
 };
 
 /// Checks the data, finds a first guess by a fixed-lag pass, and solves the batch problem. Throws Error when the scenario

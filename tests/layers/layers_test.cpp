@@ -26,6 +26,7 @@ const std::map<std::string, std::vector<std::string>> kBelow = {
     {"residuals", {"lie"}},
     {"residuals/vehicle", {"residuals"}},
     {"problem", {"residuals"}},
+    {"problem/file", {"problem"}},
     {"problem/navigation", {"problem"}},
     {"problem/tracking", {"problem/navigation"}},
     {"problem/planning", {"problem", "residuals/vehicle"}},
@@ -48,7 +49,7 @@ const std::map<std::string, std::vector<std::string>> kBelow = {
     {"studies/demo", {"studies/study"}},
     {"studies/study", {"studies/comparison", "studies/calibration", "studies/planning"}},
     {"studies/report", {"studies/study", "studies/navigation/more"}},
-    {"studies/commands", {"studies/estimation"}},
+    {"studies/commands", {"studies/estimation", "problem/file"}},
     {"studies/commands/more", {"studies/commands", "studies/live", "studies/report", "studies/demo"}},
     {"studies/bench", {"studies/commands/more"}},
 };

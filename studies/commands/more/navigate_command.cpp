@@ -24,6 +24,7 @@ struct NavigateRequest {
   std::optional<double> keyframe_interval, after;
   OwnSensorOptions own;
   bool force = false;
+  std::function<void(const Problem&)> built;
   Output output;
 };
 
@@ -77,6 +78,7 @@ int run_navigate(const NavigateRequest& request) {
   }
   {
     stop.limit(options.solver);
+    options.built = request.built;  // not of what finds the delays
     const WatchedSolve watched(options.solver, request.output);
     study.navigation = navigate(data, options);
   }
@@ -113,6 +115,7 @@ Command navigate_command() {
             add_threads(option);
             option.flag("--no-covariance", "No covariances, to save their time",
                         [request] { request->own.navigation.covariance = false; });
+            add_write_problem(option, request->built);
             add_output(option, request->output, {.writes = "Write trajectory, errors, summary.json and plots to DIR"});
             option("--after", "SECONDS", "Summarise the errors after the first so many seconds, too", request->after,
                    parse_magnitude);

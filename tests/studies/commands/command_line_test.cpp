@@ -34,7 +34,7 @@ TEST(CommandLine, SaysWhatItIsAndHas) {
     EXPECT_THAT(help.output, HasSubstr(option));
   const std::string commands = run_tandem({"--help"}).output;
   for (const char* command : {"estimate", "navigate", "track", "compare", "models", "calibrate", "plan", "rendezvous",
-                              "study", "report", "demo", "simulate", "scenarios"}) {
+                              "study", "solve", "report", "demo", "simulate", "scenarios"}) {
     EXPECT_THAT(commands, ContainsRegex(std::string("\n  ") + command + " +[A-Z]"));
     const Outcome its_help = run_tandem({command, "--help"});
     EXPECT_EQ(its_help.status, 0) << its_help.errors;

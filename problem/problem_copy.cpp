@@ -1,0 +1,79 @@
+#include <algorithm>
+
+#include <tandem/problem/marginal_prior.hpp>
+#include <tandem/problem/problem.hpp>
+
+namespace tandem {
+
+Problem Problem::copy() const {
+  Problem copy;
+  std::map<const detail::StateStoreBase*, detail::StateStoreBase*> counterparts;
+  for (const auto& [type, store] : stores_) counterparts[store.get()] = (copy.stores_[type] = store->copy()).get();
+
+  copy.variables_ = variables_;
+  for (VariableInfo& variable : copy.variables_)
+    if (variable.store) variable.store = counterparts.at(variable.store);
+  copy.ids_ = ids_;
+  copy.next_sequence_ = next_sequence_;
+
+  const detail::StoreInstead instead = [&](const detail::StateStoreBase* store) { return counterparts.at(store); };
+  for (std::size_t p = 0; p < pools_.size(); ++p) {
+    const Pool& from = pools_[p];
+    Pool& to = copy.pools_.emplace_back();
+    to.ids = from.ids;
+    to.index_of_id = from.index_of_id;
+    to.id_of_index = from.id_of_index;
+    to.type = from.type;
+    if (static_cast<int>(p) == prior_pool_) {
+      to.soft = static_cast<const detail::MarginalPrior&>(*from.soft).copy(instead);
+      continue;
+    }
+    if (from.soft) to.soft = from.soft->another(instead);
+    if (from.hard) to.hard = from.hard->another(instead);
+    std::vector<int> slots(std::size_t(from.base().arity()));
+    for (int i = 0; i < from.base().size(); ++i) {
+      const int* ids = from.base().variables(i);
+      for (std::size_t s = 0; s < slots.size(); ++s) slots[s] = variables_[std::size_t(ids[s])].slot;
+      to.base().add_copy(from.base(), i, slots.data());
+    }
+  }
+  copy.pool_of_type_ = pool_of_type_;
+  copy.prior_pool_ = prior_pool_;
+  copy.widening_ = widening_;
+  copy.revision_ = revision_;
+  copy.value_revision_ = value_revision_;
+  copy.bounds_revision_ = bounds_revision_;
+  return copy;
+}
+
+void Problem::throw_no_counterpart() {
+  throw Error(
+      "counterpart: the problem has no variable of this group in that place (any more); it is of variables of the "
+      "problem that this one was copied from");
+}
+
+std::vector<int> Problem::slots_by_creation(const detail::StateStoreBase& store) const {
+  std::vector<const VariableInfo*> found;
+  for (const VariableInfo& variable : variables_)
+    if (variable.store == &store) found.push_back(&variable);
+  std::sort(found.begin(), found.end(),
+            [](const VariableInfo* a, const VariableInfo* b) { return a->sequence < b->sequence; });
+  std::vector<int> slots;
+  for (const VariableInfo* variable : found) slots.push_back(variable->slot);
+  return slots;
+}
+
+std::vector<Block> Problem::blocks() const {
+  std::vector<Block> result;
+  for (std::size_t p = 0; p < pools_.size(); ++p)
+    for (const int id : pools_[p].id_of_index)
+      result.push_back({static_cast<int>(p), id, pools_[p].ids.generation(id)});
+  return result;
+}
+
+std::string Problem::describe(const Block& block) const {
+  const int index = index_of(block, "describe");
+  return describe(pools_[std::size_t(block.pool)].base(), index);
+}
+
+}  // namespace tandem

@@ -1,0 +1,278 @@
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include <tandem/problem/marginal_prior.hpp>
+#include <tandem/problem/problem_data.hpp>
+
+namespace tandem::detail {
+namespace {
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+std::vector<double> by_rows(const Eigen::MatrixXd& M) {
+  const RowMajor rows = M;
+  return {rows.data(), rows.data() + rows.size()};
+}
+
+std::vector<double> part_of(const std::vector<double>& all, int i, int n) {
+  return {all.begin() + std::ptrdiff_t(i) * n, all.begin() + std::ptrdiff_t(i + 1) * n};
+}
+
+/// By name; null where two of the same name are different types.
+std::map<std::pair<std::string, bool>, const ResidualType*> residual_types_by_name() {
+  std::map<std::pair<std::string, bool>, const ResidualType*> result;
+  for (const ResidualType* type : residual_types()) {
+    const auto [at, is_new] = result.try_emplace({type_name(type->type), type->hard}, type);
+    if (!is_new && at->second && at->second->type != type->type) at->second = nullptr;
+  }
+  return result;
+}
+
+std::map<std::string, const GroupType*> group_types_by_name() {
+  std::map<std::string, const GroupType*> result;
+  for (const GroupType* type : group_types()) {
+    const auto [at, is_new] = result.try_emplace(type_name(type->type), type);
+    if (!is_new && at->second && at->second->type != type->type) at->second = nullptr;
+  }
+  return result;
+}
+
+/// Of each state that the pool's blocks read.
+std::vector<const StateStoreBase*> stores_of(const SoftPoolBase* soft, const HardPoolBase* hard) {
+  std::vector<const StateStoreBase*> stores;
+  const StoreInstead ask = [&](const StateStoreBase* store) {
+    stores.push_back(store);
+    return const_cast<StateStoreBase*>(store);  // of a pool that is not used
+  };
+  if (soft) soft->another(ask);
+  if (hard) hard->another(ask);
+  return stores;
+}
+
+std::string count(std::size_t n, const std::string& of) { return std::to_string(n) + " " + of + (n == 1 ? "" : "s"); }
+
+const char* const kOfTheProgram = "this program has none: read it with one that is compiled with it";
+
+}  // namespace
+
+ProblemData::ProblemData(const Problem& problem) : widening(problem.widening_) {
+  const auto types = residual_types_by_name();
+  std::vector<int> place(problem.variables_.size(), -1), ids;
+  for (std::size_t id = 0; id < place.size(); ++id)
+    if (problem.variables_[id].store) ids.push_back(static_cast<int>(id));
+  std::sort(ids.begin(), ids.end(), [&](int a, int b) { return problem.creation(a) < problem.creation(b); });
+  std::map<const StateStoreBase*, std::string> groups;
+  for (const auto& [type, store] : problem.stores_)
+    for (const GroupType* group : group_types())
+      if (type == group->type) groups[store.get()] = type_name(group->type);
+  for (const int id : ids) {
+    const auto& from = problem.variables_[std::size_t(id)];
+    Fields fields;
+    from.store->pass_value(from.slot, fields);
+    if (!fields.complete())
+      throw Error("variable " + from.name + " is a " + groups[from.store] + ": " + fields.why_not());
+    place[std::size_t(id)] = static_cast<int>(variables.size());
+    variables.push_back({groups[from.store], from.name, fields.taken(), from.fixed});
+  }
+
+  for (const auto& pool : problem.pools_) {
+    const PoolBase& base = pool.base();
+    const int rows = base.dim();
+    for (int i = 0; i < base.size(); ++i) {
+      Block& block = blocks.emplace_back();
+      for (int s = 0; s < base.arity(); ++s) block.variables.push_back(place[std::size_t(base.variables(i)[s])]);
+      if (!pool.type) {
+        const auto& prior = static_cast<const MarginalPrior&>(base);
+        block.role = Role::marginal_prior;
+        block.A = by_rows(prior.A());
+        block.b.assign(prior.b().data(), prior.b().data() + prior.b().size());
+        block.constant = prior.constant();
+        Fields anchors;
+        for (const MarginalPrior::State& s : prior.states()) s.store->pass_anchor(s.slot, anchors);
+        block.anchors = anchors.taken();
+        continue;
+      }
+      block.residual = type_name(pool.type->type);
+      const auto refuse = [&](const std::string& why) {
+        throw Error("the block " + problem.describe(base, i) + " is a " + block.residual + ": " + why);
+      };
+      if (!types.at({block.residual, pool.type->hard}))
+        refuse("there are several of that name, which a file would not tell apart");
+      Fields fields;
+      pool.type->pass(base.residual(i), fields, nullptr, nullptr);
+      if (!fields.complete()) refuse(fields.why_not());
+      block.data = fields.taken();
+      if (pool.hard) {
+        block.role = Role::constraint;
+        block.lower = part_of(pool.hard->lower(), i, rows);
+        block.upper = part_of(pool.hard->upper(), i, rows);
+        block.multipliers = part_of(pool.hard->multipliers(), i, rows);
+      } else {
+        const auto weight = static_cast<const WeightedPool&>(base).weight_as_it_is(i);
+        if (weight.full) {
+          block.full = by_rows(Eigen::Map<const Eigen::MatrixXd>(weight.full, rows, rows));
+        } else {
+          block.diagonal.assign(weight.diagonal, weight.diagonal + rows);
+        }
+        block.loss = weight.loss;
+      }
+    }
+  }
+}
+
+struct ProblemData::Maker {
+  const ProblemData& data;
+  Problem problem{};
+  std::map<std::pair<std::string, bool>, const ResidualType*> types = residual_types_by_name();
+  std::map<std::string, const GroupType*> groups = group_types_by_name();
+  std::map<const PoolBase*, std::vector<const StateStoreBase*>> stores_of_pool{};
+
+  void add_variable(const Variable& variable);
+  void add_block(const Block& block);
+  void add_cost(const Block& block, WeightedPool& pool);
+  void add_constraint(const Block& block, HardPoolBase& pool);
+  void add_marginal_prior(const Block& block);
+  std::vector<int> slots_of(const Block& block) const;
+};
+
+void ProblemData::Maker::add_variable(const Variable& variable) {
+  const auto group = groups.find(variable.group);
+  if (group == groups.end()) throw Error("its group is " + variable.group + ", and " + kOfTheProgram);
+  if (!group->second) throw Error("several groups of this program are called " + variable.group);
+  if (variable.name.empty()) throw Error("it needs a name");
+  StateStoreBase* store = group->second->store_of(problem);
+  const int id = problem.new_variable_id(), slot = store->add_identity(id);
+  Fields fields(variable.value);
+  store->pass_value(slot, fields);
+  if (!fields.why_not().empty()) throw Error(fields.why_not());
+  if (!fields.complete())
+    throw Error("a " + variable.group + " is " + count(fields.count(), "number") + ", not " +
+                std::to_string(variable.value.size()));
+  problem.variables_[std::size_t(id)] = {store,        slot, store->dof(), 0, variable.fixed, problem.next_sequence_++,
+                                         variable.name};
+  ++problem.revision_;
+}
+
+std::vector<int> ProblemData::Maker::slots_of(const Block& block) const {
+  std::vector<int> slots;
+  for (const int v : block.variables) {
+    if (v < 0 || v >= problem.id_bound())
+      throw Error("there is no variable " + std::to_string(v) + ": they are numbered from 0 to " +
+                  std::to_string(problem.id_bound() - 1));
+    slots.push_back(problem.variables_[std::size_t(v)].slot);
+  }
+  return slots;
+}
+
+void ProblemData::Maker::add_block(const Block& block) {
+  if (block.role == Role::marginal_prior) return add_marginal_prior(block);
+  const bool hard = block.role == Role::constraint;
+  const auto type = types.find({block.residual, hard});
+  if (type == types.end())
+    throw Error(std::string("its residual is a ") + (hard ? "constraint " : "cost ") + block.residual + ", and " +
+                kOfTheProgram);
+  if (!type->second) throw Error("several residuals of this program are called " + block.residual);
+  const std::vector<int> slots = slots_of(block);
+  const int index = type->second->pool_of(problem);
+  PoolBase& pool = problem.pools_[std::size_t(index)].base();
+  if (int(slots.size()) != pool.arity())
+    throw Error("it reads " + count(std::size_t(pool.arity()), "variable") + ", not " + std::to_string(slots.size()));
+  std::vector<const StateStoreBase*>& stores = stores_of_pool[&pool];
+  if (stores.empty())
+    stores = stores_of(problem.pools_[std::size_t(index)].soft.get(), problem.pools_[std::size_t(index)].hard.get());
+  for (std::size_t s = 0; s < slots.size(); ++s) {
+    const auto& variable = problem.variables_[std::size_t(block.variables[s])];
+    if (variable.store != stores[s])
+      throw Error("it does not read a " + data.variables[std::size_t(block.variables[s])].group + " as " +
+                  variable.name + " in place " + std::to_string(s));
+  }
+  Fields fields(block.data);
+  type->second->pass(nullptr, fields, &pool, slots.data());
+  if (!fields.why_not().empty()) throw Error(fields.why_not());
+  if (!fields.complete())
+    throw Error("its data are " + count(fields.count(), "number") + ", not " + std::to_string(block.data.size()));
+  if (hard) {
+    add_constraint(block, static_cast<HardPoolBase&>(pool));
+  } else {
+    add_cost(block, static_cast<WeightedPool&>(pool));
+  }
+  problem.new_block(index);
+}
+
+void ProblemData::Maker::add_cost(const Block& block, WeightedPool& pool) {
+  const std::size_t n = std::size_t(pool.dim());
+  const bool full = !block.full.empty();
+  if (full ? block.full.size() != n * n : block.diagonal.size() != n)
+    throw Error("its noise has " + count(full ? block.full.size() : block.diagonal.size(), "number") + ", where " +
+                std::to_string(n) + (n == 1 ? " row takes " : " rows take ") + std::to_string(full ? n * n : n));
+  Eigen::MatrixXd W;
+  if (full) {
+    W = Eigen::Map<const RowMajor>(block.full.data(), pool.dim(), pool.dim());
+    Gaussian::square_root(W);  // throws where it is none
+  } else if (std::any_of(block.diagonal.begin(), block.diagonal.end(), [](double w) { return !(w > 0); })) {
+    throw Error("its noise is not above 0");
+  }
+  if (!(block.loss.scale > 0)) throw Error("the scale of its loss is not above 0");
+  const std::vector<double> none(n, 0.0);
+  pool.add_weight_as_it_is({full ? none.data() : block.diagonal.data(), full ? W.data() : nullptr, block.loss});
+}
+
+void ProblemData::Maker::add_constraint(const Block& block, HardPoolBase& pool) {
+  const std::size_t n = std::size_t(pool.dim());
+  for (const auto& [name, rows] : {std::pair("lower bounds", &block.lower), std::pair("upper bounds", &block.upper),
+                                   std::pair("multipliers", &block.multipliers)})
+    if (rows->size() != n)
+      throw Error(std::string("its ") + name + " are " + count(rows->size(), "number") + ", not " + std::to_string(n));
+  Problem::check_bounds(pool.name(), pool.dim(), block.lower.data(), block.upper.data());
+  pool.add_bounds(block.lower.data(), block.upper.data());
+  pool.set_multipliers(pool.size() - 1, block.multipliers.data());
+}
+
+void ProblemData::Maker::add_marginal_prior(const Block& block) {
+  if (problem.prior_pool_ >= 0) throw Error("a problem has one marginal prior at most");
+  const std::vector<int> slots = slots_of(block);
+  std::vector<MarginalPrior::State> states;
+  std::size_t columns = 0;
+  std::vector<char> seen(std::size_t(problem.id_bound()), 0);
+  for (const int id : block.variables) {
+    const auto& variable = problem.variables_[std::size_t(id)];
+    if (std::exchange(seen[std::size_t(id)], 1)) throw Error("it reads " + variable.name + " twice");
+    states.push_back({variable.store, variable.slot, id, variable.dof});
+    columns += std::size_t(variable.dof);
+  }
+  const std::size_t rows = block.b.size();
+  if (block.A.size() != rows * columns)
+    throw Error("A has " + count(block.A.size(), "number") + ", where " + std::to_string(rows) + " rows of " +
+                std::to_string(columns) + " take " + std::to_string(rows * columns));
+  const Eigen::MatrixXd A = Eigen::Map<const RowMajor>(block.A.data(), Eigen::Index(rows), Eigen::Index(columns));
+  auto prior = std::make_unique<MarginalPrior>();
+  prior->set(states, A, Eigen::Map<const Eigen::VectorXd>(block.b.data(), Eigen::Index(rows)), block.constant);
+  Fields anchors(block.anchors);
+  for (const MarginalPrior::State& s : states) s.store->pass_anchor(s.slot, anchors);
+  if (!anchors.why_not().empty()) throw Error(anchors.why_not());
+  if (!anchors.complete())
+    throw Error("its anchors are " + count(anchors.count(), "number") + ", not " +
+                std::to_string(block.anchors.size()));
+  problem.prior_pool_ = static_cast<int>(problem.pools_.size());
+  problem.pools_.push_back({std::move(prior), nullptr, {}, {}, {}, nullptr});
+  problem.new_block(problem.prior_pool_);
+}
+
+Problem ProblemData::problem() const {
+  Maker maker{*this};
+  for (std::size_t i = 0; i < variables.size(); ++i) try {
+      maker.add_variable(variables[i]);
+    } catch (const Error& error) {
+      throw Error("variable " + std::to_string(i) + " (" + variables[i].name + "): " + error.what());
+    }
+  for (std::size_t i = 0; i < blocks.size(); ++i) try {
+      maker.add_block(blocks[i]);
+    } catch (const Error& error) {
+      throw Error("block " + std::to_string(i) + ": " + error.what());
+    }
+  maker.problem.widen_losses(widening);
+  return std::move(maker.problem);
+}
+
+}  // namespace tandem::detail

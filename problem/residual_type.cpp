@@ -1,0 +1,29 @@
+#include <vector>
+
+#include <tandem/problem/residual_type.hpp>
+
+namespace tandem::detail {
+namespace {
+
+// In functions: they are asked for by what is made before main(), in any order.
+template <class Type>
+std::vector<const Type*>& registered() {
+  static std::vector<const Type*> types;
+  return types;
+}
+
+}  // namespace
+
+ResidualType::ResidualType(const std::type_info& t, bool is_hard, Pass p, PoolOf of)
+    : type(t), hard(is_hard), pass(p), pool_of(of) {
+  registered<ResidualType>().push_back(this);
+}
+
+GroupType::GroupType(const std::type_info& t, StoreOf of) : type(t), store_of(of) {
+  registered<GroupType>().push_back(this);
+}
+
+std::span<const ResidualType* const> residual_types() { return registered<ResidualType>(); }
+std::span<const GroupType* const> group_types() { return registered<GroupType>(); }
+
+}  // namespace tandem::detail
