@@ -39,9 +39,16 @@ function(tandem_library name)
   endif()
 endfunction()
 
-# tandem_precompile(name header ...): third-party and standard headers that most of its sources read, parsed once; Tandem's
-# own are not among them, so that what a change reaches is what includes it.  tandem_precompile(name REUSE other): those of
-# another library.
+# What most sources read.
+set(TANDEM_COMMON_HEADERS
+    <algorithm> <array> <cmath> <deque> <filesystem> <fstream> <functional> <map> <memory> <numbers> <optional> <span>
+    <string> <string_view> <tuple> <typeindex> <utility> <variant> <vector>
+    <Eigen/Core> <Eigen/Cholesky> <Eigen/Geometry>
+)
+
+# tandem_precompile(name header ...): headers that most of its sources read, parsed once; Tandem's own only where nearly all
+# read them, so that what a change reaches is what includes it.  tandem_precompile(name REUSE other): those of another
+# library.
 function(tandem_precompile name)
   if(NOT TANDEM_PRECOMPILE)
     return()

@@ -23,8 +23,8 @@ Matrix<3, 3> position_covariance(const TargetSensor& sensor, const Measurement& 
     sigma = sensor.sigma.head<3>();
     if (sensor.type->has(measured::rotation)) axes *= m.rotation.matrix();
   } else {  // range along the line of sight, bearings across
-    const Vector<3> sight = Direction<3>(m.azimuth, m.elevation).unit();
-    axes *= Eigen::Quaterniond::FromTwoVectors(Vector<3>::UnitX(), sight).toRotationMatrix();
+    const Direction<3> sight(m.azimuth, m.elevation);
+    axes *= (Matrix<3, 3>() << sight.unit(), sight.axes()).finished();
     sigma << sensor.sigma[0], m.range * sensor.sigma[1], m.range * sensor.sigma[2];
   }
   return axes * sigma.cwiseAbs2().asDiagonal() * axes.transpose();
