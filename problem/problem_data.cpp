@@ -19,23 +19,24 @@ std::vector<double> part_of(const std::vector<double>& all, int i, int n) {
   return {all.begin() + std::ptrdiff_t(i) * n, all.begin() + std::ptrdiff_t(i + 1) * n};
 }
 
-/// By name; null where two of the same name are different types.
-std::map<std::pair<std::string, bool>, const ResidualType*> residual_types_by_name() {
-  std::map<std::pair<std::string, bool>, const ResidualType*> result;
-  for (const ResidualType* type : residual_types()) {
-    const auto [at, is_new] = result.try_emplace({type_name(type->type), type->hard}, type);
+/// Under the key that key(type) gives; null where different types have the same.
+template <class Type, class Key>
+auto by_key(std::span<const Type* const> types, Key key) {
+  std::map<decltype(key(*types[0])), const Type*> result;
+  for (const Type* type : types) {
+    const auto [at, is_new] = result.try_emplace(key(*type), type);
     if (!is_new && at->second && at->second->type != type->type) at->second = nullptr;
   }
   return result;
 }
 
-std::map<std::string, const GroupType*> group_types_by_name() {
-  std::map<std::string, const GroupType*> result;
-  for (const GroupType* type : group_types()) {
-    const auto [at, is_new] = result.try_emplace(type_name(type->type), type);
-    if (!is_new && at->second && at->second->type != type->type) at->second = nullptr;
-  }
-  return result;
+/// By name and whether they are constraints.
+auto residual_types_by_name() {
+  return by_key(residual_types(), [](const ResidualType& type) { return std::pair(type_name(type.type), type.hard); });
+}
+
+auto group_types_by_name() {
+  return by_key(group_types(), [](const GroupType& type) { return type_name(type.type); });
 }
 
 /// Of each state that the pool's blocks read.

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include <tandem/problem/file/problem_json.hpp>
+#include <tandem/residuals/loss_names.hpp>
 
 namespace tandem::detail {
 namespace {
@@ -20,11 +21,6 @@ using Role = ProblemData::Role;
 constexpr const char* kFormat = "tandem problem";
 constexpr int kVersion = 1;
 
-const std::pair<Loss::Kind, std::string_view> kLosses[] = {
-    {Loss::Kind::none, "none"},     {Loss::Kind::huber, "huber"},
-    {Loss::Kind::cauchy, "cauchy"}, {Loss::Kind::geman_mcclure, "geman-mcclure"},
-    {Loss::Kind::tukey, "tukey"},   {Loss::Kind::student_t, "student-t"},
-};
 const std::pair<Role, std::string_view> kRoles[] = {
     {Role::cost, "cost"}, {Role::constraint, "constraint"}, {Role::marginal_prior, "marginal prior"}};
 
@@ -86,7 +82,7 @@ Json as_json(const Block& block, const std::string& what) {
     json["noise"]["full"] = matrix(block.full, std::size_t(std::lround(std::sqrt(double(block.full.size())))), what);
   }
   if (block.loss.kind != Loss::Kind::none)
-    json["loss"] = {{"kind", name_of(kLosses, block.loss.kind)}, {"scale", number(block.loss.scale, false, what)}};
+    json["loss"] = {{"kind", name_of(kLossNames, block.loss.kind)}, {"scale", number(block.loss.scale, false, what)}};
   return json;
 }
 
@@ -214,7 +210,7 @@ Block block_of(const Entry& entry) {
   if (entry.has("loss")) {
     const Entry loss = entry.at("loss");
     loss.object({"kind", "scale"});
-    block.loss = {loss.at("kind").one_of(kLosses), loss.at("scale").number(loss.at("scale").json)};
+    block.loss = {loss.at("kind").one_of(kLossNames), loss.at("scale").number(loss.at("scale").json)};
   }
   return block;
 }

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/residuals/loss_names.hpp>
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/text.hpp>
 
@@ -28,10 +29,11 @@ T choose(const std::string& option, const std::string& text, const std::vector<C
 }
 
 const std::vector<Choice<Loss::Kind>>& losses() {
-  using Kind = Loss::Kind;
-  static const std::vector<Choice<Kind>> all = {{"none", Kind::none},     {"huber", Kind::huber},
-                                                {"cauchy", Kind::cauchy}, {"geman-mcclure", Kind::geman_mcclure},
-                                                {"tukey", Kind::tukey},   {"student-t", Kind::student_t}};
+  static const std::vector<Choice<Loss::Kind>> all = [] {
+    std::vector<Choice<Loss::Kind>> choices;
+    for (const auto& [kind, name] : kLossNames) choices.push_back({std::string(name), kind});
+    return choices;
+  }();
   return all;
 }
 
