@@ -74,6 +74,31 @@ template double add_soft_block<3>(const BlockShape&, const HessianPlace*, const 
                                   double*, double*);
 template double add_soft_block<6>(const BlockShape&, const HessianPlace*, const BlockWeight&, const LinearizedBlock&,
                                   double*, double*);
+template void add_first_order<1>(const BlockShape&, const HessianPlace*, const BlockWeight&, const LinearizedBlock&,
+                                 double, double, double*);
+template void add_first_order<2>(const BlockShape&, const HessianPlace*, const BlockWeight&, const LinearizedBlock&,
+                                 double, double, double*);
+template void add_first_order<3>(const BlockShape&, const HessianPlace*, const BlockWeight&, const LinearizedBlock&,
+                                 double, double, double*);
+template void add_first_order<6>(const BlockShape&, const HessianPlace*, const BlockWeight&, const LinearizedBlock&,
+                                 double, double, double*);
+
+void soft_block_dual(int dim, const BlockWeight& weight, double factor, const double* r, double* w) {
+  std::array<double, kMostRows> whitened;
+  std::copy_n(r, dim, whitened.begin());
+  whiten(dim, 1, weight.diagonal, weight.full, whitened.data());
+  double squares = 0;
+  for (int i = 0; i < dim; ++i) squares += whitened[std::size_t(i)] * whitened[std::size_t(i)];
+  const double d1 = factor * weight.loss(squares).d1;
+  for (int i = 0; i < dim; ++i) {
+    if (weight.full) {
+      w[i] = 0;
+      for (int k = 0; k < dim; ++k) w[i] += d1 * weight.full[i * dim + k] * whitened[std::size_t(k)];
+    } else {
+      w[i] = d1 * weight.diagonal[i] * whitened[std::size_t(i)];
+    }
+  }
+}
 
 void block_gradient(const BlockShape& shape, const double* const* J, const double* const* charts, const double* w,
                     double* gradient) {

@@ -170,6 +170,41 @@ double add_soft_block(const BlockShape& shape, const HessianPlace* place, const 
   else
     return add();
 }
+
+/// Of a soft block's exact second derivatives those that are not its rows' own: adds squares ρ' Jᵀ J + of_loss 2ρ'' Jᵀ r rᵀ J;
+/// r and J are whitened in their place.
+template <int dim>
+TANDEM_INLINED void add_first_order_inlined(const BlockShape& shape, const HessianPlace* place,
+                                            const BlockWeight& weight, const LinearizedBlock& block, double squares,
+                                            double of_loss, double* H) {
+  const Loss::Value value = loss_of_rows<dim>(weight, block.r);
+  double* T = block.transposed;
+  for (int s = 0; s < shape.arity; T += dim * shape.dofs[s], ++s) {
+    if (shape.offset[s] < 0) continue;
+    double* J = block.J[s];
+    with_size(shape.dofs[s], [&](auto dof) TANDEM_INLINED_HERE {
+      whiten<dim>(dof, weight.diagonal, weight.full, J);
+      double g[kMostDofs];
+      multiply_transposed<dim>(dof, J, block.r, g);
+      transpose<dim>(dof, squares * value.d1, J, T);
+      for (int k = 0; k < dim; ++k)
+        for (int j = 0; j < dof; ++j) T[k * dof + j] += 2 * of_loss * value.d2 * g[j] * block.r[k];
+    });
+  }
+  add_products_inlined<dim>(shape, place, block.transposed, block.J, H);
+}
+template <int dim>
+void add_first_order(const BlockShape& shape, const HessianPlace* place, const BlockWeight& weight,
+                     const LinearizedBlock& block, double squares, double of_loss, double* H) {
+  const auto add = [&]() TANDEM_INLINED_HERE {
+    add_first_order_inlined<dim>(shape, place, weight, block, squares, of_loss, H);
+  };
+  if constexpr (kDispatched<dim>)
+    at_best(add);
+  else
+    add();
+}
+
 extern template void add_products<1>(const BlockShape&, const HessianPlace*, const double*, const double* const*,
                                      double*);
 extern template void add_products<2>(const BlockShape&, const HessianPlace*, const double*, const double* const*,
@@ -190,7 +225,17 @@ extern template double add_soft_block<3>(const BlockShape&, const HessianPlace*,
                                          const LinearizedBlock&, double*, double*);
 extern template double add_soft_block<6>(const BlockShape&, const HessianPlace*, const BlockWeight&,
                                          const LinearizedBlock&, double*, double*);
+extern template void add_first_order<1>(const BlockShape&, const HessianPlace*, const BlockWeight&,
+                                        const LinearizedBlock&, double, double, double*);
+extern template void add_first_order<2>(const BlockShape&, const HessianPlace*, const BlockWeight&,
+                                        const LinearizedBlock&, double, double, double*);
+extern template void add_first_order<3>(const BlockShape&, const HessianPlace*, const BlockWeight&,
+                                        const LinearizedBlock&, double, double, double*);
+extern template void add_first_order<6>(const BlockShape&, const HessianPlace*, const BlockWeight&,
+                                        const LinearizedBlock&, double, double, double*);
 
+/// w = factor ρ' Wᵀ W r, which a soft block's rows are weighted with in the cost's gradient.
+void soft_block_dual(int dim, const BlockWeight& weight, double factor, const double* r, double* w);
 /// Jᵀ w over the states that are not fixed, J with respect to perturbations of the point and through the charts.
 void block_gradient(const BlockShape& shape, const double* const* J, const double* const* charts, const double* w,
                     double* gradient);

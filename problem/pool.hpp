@@ -126,8 +126,6 @@ class BlockPool : public Base {
   struct Tuples<std::integer_sequence<int, S...>> {
     using Stores = std::tuple<StateStore<State<S>>*...>;
     using Points = std::tuple<const State<S>*...>;
-    using Values = std::tuple<State<S>...>;
-    using Charts = std::tuple<typename State<S>::Jacobian...>;
     using Jacobians = std::tuple<Matrix<kDim, State<S>::dof>...>;
     static constexpr std::array<int, std::size_t(kArity)> dofs{State<S>::dof...};
     static constexpr int sum_of_dofs = (State<S>::dof + ...);
@@ -249,27 +247,29 @@ class BlockPool : public Base {
   /// Central differences of the block's gradient, Jᵀ w, over all its unknowns; dual(r, w) gives w.
   template <class Dual>
   void difference_gradient(std::size_t i, const int* offset, const HessianPlace* place, Dual dual, double* H) const {
-    const BlockShape shape = this->shape(offset);
     const auto near = [&](int state, int k, double step, double* gradient) {
       auto p = points(i);
       auto charts = this->charts(i);
-      typename Types::Values moved;
-      typename Types::Charts moved_chart;
       static_for<kArity>([&]<int S>() {
-        const auto& store = *std::get<S>(stores_);
-        if (S == state) {
-          store.near_point(blocks_[i].slots[S], k, step, std::get<S>(moved), std::get<S>(moved_chart));
-          std::get<S>(p) = &std::get<S>(moved);
-          charts[S] = std::get<S>(moved_chart).data();
-        }
+        if (S != state) return;
+        State<S> moved;
+        typename State<S>::Jacobian chart;
+        std::get<S>(stores_)->near_point(blocks_[i].slots[S], k, step, moved, chart);
+        std::get<S>(p) = &moved;
+        charts[S] = chart.data();
+        gradient_at(i, p, charts.data(), offset, dual, gradient);
       });
-      Row r, w;
-      Jacobians J;
-      linearize_at(i, p, offset, r, J);
-      dual(r, w);
-      block_gradient(shape, data(J).data(), charts.data(), w.data(), gradient);
     };
-    add_difference_hessian(shape, place, near, H);
+    add_difference_hessian(shape(offset), place, near, H);
+  }
+  template <class Dual>
+  [[gnu::noinline]] void gradient_at(std::size_t i, const typename Types::Points& p, const double* const* charts,
+                                     const int* offset, Dual& dual, double* gradient) const {
+    Row r, w;
+    Jacobians J;
+    linearize_at(i, p, offset, r, J);
+    dual(r, w);
+    block_gradient(shape(offset), data(J).data(), charts, w.data(), gradient);
   }
 
   std::array<const R*, kBatch> residuals(const Blocks& blocks) const {

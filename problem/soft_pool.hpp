@@ -81,17 +81,14 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
     Pool::set_zero(J);
     for (int k = begin; k < end; ++k) {
       const std::size_t i = std::size_t(place.at(k));
-      const auto dual = [&](const Row& at_point, Row& w) {  // factor ρ' Wᵀ W r
-        std::copy_n(at_point.data(), kDim, w.data());
-        whiten(i, w.data());
-        const double d1 = factor * this->loss_of(i, squared_norm<kDim>(w.data())).d1;
-        unwhiten(i, w.data());
-        for (int row = 0; row < kDim; ++row) w.data()[row] *= d1;
+      const BlockWeight weight = weight_of(i);
+      const auto dual = [&](const Row& at_point, Row& w) {
+        soft_block_dual(kDim, weight, factor, at_point.data(), w.data());
       };
       const int* offset = &place.offset[i * kArity];
       const HessianPlace* at = &place.hessian[i * kPairs];
       double squares = wanted == Curvature::all ? factor : 0.0, of_loss = factor;
-      const bool first_order = squares != 0 || this->loss(int(i)).kind != Loss::Kind::none;
+      const bool first_order = squares != 0 || weight.loss.kind != Loss::Kind::none;
       if constexpr (IsLinear<R>) {
         if (!first_order) continue;
         this->linearize(i, offset, r, J);
@@ -107,7 +104,10 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
           of_loss = 0.0;
         }
       }
-      add_first_order(i, offset, at, squares, of_loss, r, J, H);
+      typename Pool::Transposed transposed;
+      const auto columns = Pool::data(J);
+      detail::add_first_order<kDim>(Pool::shape(offset), at, weight, {r.data(), columns.data(), transposed.data()},
+                                    squares, of_loss, H);
     }
   }
 
@@ -135,44 +135,6 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
       detail::through_charts<kDim>(Pool::shape(&place.offset[i * kArity]), this->charts(i).data(), columns.data());
       total += add(place, i, r + b * kDim, columns.data(), gradient, H);
     }
-  }
-  /// Adds squares ρ' Jᵀ J + of_loss 2ρ'' Jᵀ r rᵀ J, r and J whitened: the curvature that is not the residual's own.
-  void add_first_order(std::size_t i, const int* offset, const HessianPlace* place, double squares, double of_loss,
-                       Row& r, Jacobians& J, double* H) const {
-    const BlockShape shape = Pool::shape(offset);
-    const auto columns = Pool::data(J);
-    const Loss::Value value = whiten(i, shape, r.data(), columns.data());
-    typename Pool::Transposed transposed;
-    double* T = transposed.data();
-    for (int s = 0; s < kArity; T += kDim * Pool::kDofs[s], ++s) {
-      if (offset[s] < 0) continue;
-      const int dof = Pool::kDofs[s];
-      double g[kMostDofs];
-      multiply_transposed<kDim>(dof, columns[s], r.data(), g);
-      transpose<kDim>(dof, squares * value.d1, columns[s], T);
-      for (int k = 0; k < kDim; ++k)
-        for (int j = 0; j < dof; ++j) T[k * dof + j] += 2 * of_loss * value.d2 * g[j] * r.data()[k];
-    }
-    add_products<kDim>(shape, place, transposed.data(), columns.data(), H);
-  }
-
-  /// r ← W r, J ← W J of the free states; the loss there.
-  Loss::Value whiten(std::size_t i, const BlockShape& shape, double* r, double* const* J) const {
-    const double *diagonal = this->template diagonal<kDim>(i), *full = this->full(i);
-    detail::whiten<kDim>(1, diagonal, full, r);
-    shape.for_free(
-        [&](int s) { with_size(shape.dofs[s], [&](auto dof) { detail::whiten<kDim>(dof, diagonal, full, J[s]); }); });
-    return this->loss_of(i, squared_norm<kDim>(r));
-  }
-  void whiten(std::size_t i, double* r) const {
-    detail::whiten<kDim>(1, this->template diagonal<kDim>(i), this->full(i), r);
-  }
-  void unwhiten(std::size_t i, double* r) const {  // r ← Wᵀ r
-    const double* W = this->full(i);
-    if (!W) return scale_rows<kDim>(1, this->template diagonal<kDim>(i), r);
-    double product[kDim];
-    multiply_transposed<kDim>(kDim, W, r, product);
-    std::copy_n(product, kDim, r);
   }
 };
 

@@ -200,7 +200,7 @@ class StateStore final : public StateStoreBase {
   }
 
   /// The point with an entry of delta larger by `step`, and Jr there.
-  void near_point(int slot, int entry, double step, G& moved, typename G::Jacobian& by_delta) const {
+  [[gnu::noinline]] void near_point(int slot, int entry, double step, G& moved, typename G::Jacobian& by_delta) const {
     typename G::Tangent d = delta[std::size_t(slot)];
     d[entry] += step;
     moved = value[std::size_t(slot)] * G::Exp(d);
@@ -211,6 +211,7 @@ class StateStore final : public StateStoreBase {
 extern template class StateStore<SE3>;
 extern template class StateStore<SE2>;
 extern template class StateStore<SO3>;
+extern template class StateStore<SO2>;
 extern template class StateStore<Rn<1>>;
 extern template class StateStore<Rn<2>>;
 extern template class StateStore<Rn<3>>;

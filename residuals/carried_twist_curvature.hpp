@@ -53,5 +53,10 @@ void curvature_of_carried_twist(const G& t0, const G& t1, const G& t2, const typ
   put(1, 2, log(J1, at_e) + p1.transpose() * bracket_M - from_B.transpose() * bracket_M);
   put(2, 2, log(at_e, at_e));
 }
+// Compiled once, in log_curvature.cpp.
+extern template void curvature_of_carried_twist<SE3, true>(const SE3&, const SE3&, const SE3&, const SE3::Tangent&,
+                                                           const SE3::Tangent&, const SE3::Tangent&, Matrix<18, 18>&);
+extern template void curvature_of_carried_twist<SE3, false>(const SE3&, const SE3&, const SE3&, const SE3::Tangent&,
+                                                            const SE3::Tangent&, const SE3::Tangent&, Matrix<18, 18>&);
 
 }  // namespace tandem::detail

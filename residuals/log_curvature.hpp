@@ -2,6 +2,7 @@
 
 #include <tandem/lie/exp_curvature.hpp>
 #include <tandem/lie/operations.hpp>
+#include <tandem/lie/se3.hpp>
 
 namespace tandem::detail {
 
@@ -42,5 +43,9 @@ void curvature_of_between(const G& E, const typename G::Tangent& e, const typena
   H.template bottomLeftCorner<n, n>() = mixed.transpose();
   H.template bottomRightCorner<n, n>() = log(Jy, Jy);
 }
+// Compiled once, in log_curvature.cpp.
+extern template void curvature_of_between<SE3>(const SE3&, const SE3::Tangent&, const SE3::Tangent&,
+                                               const SE3::Tangent&, const SE3::Jacobian&, const SE3::Jacobian&,
+                                               Matrix<12, 12>&);
 
 }  // namespace tandem::detail

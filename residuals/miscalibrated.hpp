@@ -32,6 +32,54 @@ Matrix<X::dof, X::point_dim, typename X::Scalar> by_move(const X& x) {
   return P;
 }
 
+/// What becomes of chaser and target before such a sensor (see Miscalibrated) reads them, whatever it measures.
+template <LieGroup C, LieGroup T, LieGroup M>
+struct Displaced {
+  using S = typename C::Scalar;
+
+  C chaser;  ///< C(t − τ) A
+  T target;  ///< T'
+
+  /// Derivatives, where they are wanted: of these by C and T at t − τ, and of those by the states.
+  typename C::Jacobian chaser_by_then, then_by_c, then_by_other;
+  typename T::Jacobian target_by_seen, seen_by_t, seen_by_other;
+  Matrix<T::dof, C::dof, S> target_by_then;
+  Matrix<C::dof, M::dof, S> chaser_by_turn;
+  Vector<T::dof, S> target_by_scale, seen_by_delay;
+  Vector<C::dof, S> then_by_delay;
+
+  Displaced(const typename C::template Rebind<double>& B, const Vector<C::point_dim>& beacon, double dt, const C& c,
+            const C& c_other, const T& t, const T& t_other, const S& s, const M& turn, const S& delay, bool wanted);
+};
+template <LieGroup C, LieGroup T, LieGroup M>
+Displaced<C, T, M>::Displaced(const typename C::template Rebind<double>& B, const Vector<C::point_dim>& beacon,
+                              double dt, const C& c, const C& c_other, const T& t, const T& t_other, const S& s,
+                              const M& turn, const S& delay, bool wanted) {
+  constexpr int n = C::point_dim;
+  const S way = delay / S(-dt);
+  const C then = interpolate(c, c_other, way, wanted ? &then_by_c : nullptr, wanted ? &then_by_other : nullptr);
+  const T seen = interpolate(t, t_other, way, wanted ? &seen_by_t : nullptr, wanted ? &seen_by_other : nullptr);
+  const C mount = B.template cast<S>(), turned = mount * C(turn, Vector<n, S>::Zero()) * mount.inverse();
+  const Vector<n, S> sensor = mount.translation(), marker = beacon.template cast<S>();
+  const Vector<n, S> sight = seen.act(marker) - then.act(sensor);
+  chaser = then * turned;
+  target = moved(seen, Vector<n, S>(s * sight));
+  if (!wanted) return;
+  const Matrix<T::dof, n, S> move = by_move(seen);
+  chaser_by_then = turned.inverse().Ad();
+  target_by_then = -s * move * then.act_jacobian(sensor);
+  target_by_seen = T::Jacobian::Identity() + s * move * seen.act_jacobian(marker);
+  target_by_scale = move * sight;
+  chaser_by_turn = mount.Ad().template rightCols<M::dof>();
+  then_by_delay = minus(c_other, c) / S(-dt);
+  seen_by_delay = minus(t_other, t) / S(-dt);
+}
+// Compiled once, in miscalibrated.cpp.
+extern template struct Displaced<SE3, SE3, SO3>;
+extern template struct Displaced<SE3, R3, SO3>;
+extern template struct Displaced<SE2, SE2, SO2>;
+extern template struct Displaced<SE2, Rn<2>, SO2>;
+
 }  // namespace detail
 
 /// A residual f(C, T) = h − z of a sensor on a chaser that observes a target, by a sensor that is not as it was taken to be:
@@ -63,36 +111,24 @@ struct Miscalibrated {
                   RowsBy<dim, C>* Jc_other = nullptr, RowsBy<dim, T>* Jt = nullptr, RowsBy<dim, T>* Jt_other = nullptr,
                   RowsBy<dim, E>* Jbias = nullptr, RowsBy<dim, F>* Jscale = nullptr, RowsBy<dim, M>* Jturn = nullptr,
                   RowsBy<dim, F>* Jdelay = nullptr) const {
-    using S = typename C::Scalar;
-    constexpr int n = Chaser::point_dim;
     const bool wanted = Jc || Jc_other || Jt || Jt_other || Jscale || Jturn || Jdelay;
-    const S way = delay.vector()[0] / S(-dt), s = scale.vector()[0];
-    typename C::Jacobian c_by_c, c_by_other;
-    typename T::Jacobian t_by_t, t_by_other;
-    const C then = interpolate(c, c_other, way, wanted ? &c_by_c : nullptr, wanted ? &c_by_other : nullptr);
-    const T seen = interpolate(t, t_other, way, wanted ? &t_by_t : nullptr, wanted ? &t_by_other : nullptr);
-
-    const C mount = B.template cast<S>(), turned = mount * C(turn, Vector<n, S>::Zero()) * mount.inverse();
-    const Vector<n, S> sensor = mount.translation(), marker = beacon.template cast<S>();
-    const Vector<n, S> sight = seen.act(marker) - then.act(sensor);
-    const C chaser = then * turned;
-    const T target = detail::moved(seen, Vector<n, S>(s * sight));
+    const detail::Displaced<C, T, M> at(B, beacon, dt, c, c_other, t, t_other, scale.vector()[0], turn,
+                                        delay.vector()[0], wanted);
     if (wanted) {
       RowsBy<dim, C> by_chaser;
       RowsBy<dim, T> by_target;
-      residual(chaser, target, r, &by_chaser, &by_target);
-      const Matrix<dim, n, S> by_move = by_target * detail::by_move(seen);
-      const RowsBy<dim, C> by_then = by_chaser * turned.inverse().Ad() - s * by_move * then.act_jacobian(sensor);
-      const RowsBy<dim, T> by_seen = by_target + s * by_move * seen.act_jacobian(marker);
-      if (Jc) Jc->noalias() = by_then * c_by_c;
-      if (Jc_other) Jc_other->noalias() = by_then * c_by_other;
-      if (Jt) Jt->noalias() = by_seen * t_by_t;
-      if (Jt_other) Jt_other->noalias() = by_seen * t_by_other;
-      if (Jscale) Jscale->noalias() = by_move * sight;
-      if (Jturn) Jturn->noalias() = by_chaser * mount.Ad().template rightCols<Turn::dof>();
-      if (Jdelay) *Jdelay = (by_then * minus(c_other, c) + by_seen * minus(t_other, t)) / S(-dt);
+      residual(at.chaser, at.target, r, &by_chaser, &by_target);
+      const RowsBy<dim, C> by_then = by_chaser * at.chaser_by_then + by_target * at.target_by_then;
+      const RowsBy<dim, T> by_seen = by_target * at.target_by_seen;
+      if (Jc) Jc->noalias() = by_then * at.then_by_c;
+      if (Jc_other) Jc_other->noalias() = by_then * at.then_by_other;
+      if (Jt) Jt->noalias() = by_seen * at.seen_by_t;
+      if (Jt_other) Jt_other->noalias() = by_seen * at.seen_by_other;
+      if (Jscale) Jscale->noalias() = by_target * at.target_by_scale;
+      if (Jturn) Jturn->noalias() = by_chaser * at.chaser_by_turn;
+      if (Jdelay) *Jdelay = by_then * at.then_by_delay + by_seen * at.seen_by_delay;
     } else {
-      residual(chaser, target, r);
+      residual(at.chaser, at.target, r);
     }
     r += bias.vector();
     if (Jbias) Jbias->setIdentity();

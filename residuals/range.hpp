@@ -36,13 +36,11 @@ requires(Chaser::point_dim == Target::point_dim) struct Range {
   void curvature(const Chaser& c, const Target& t, const Vector<dim>& w,
                  Matrix<Chaser::dof + Target::dof, Chaser::dof + Target::dof>& H) const
       requires(Chaser::point_dim == 3 && HasExpCurvature<Chaser> && HasExpCurvature<Target>) {
-    const auto of_range = [&](const Vector<3>& p, Vector<3>& by_p, Matrix<3, 3>& of_p) {
-      check_apart(p, name);
-      const double distance = p.norm();
-      by_p = w[0] / distance * p;
-      of_p = w[0] / distance * (Matrix<3, 3>::Identity() - p * p.transpose() / (distance * distance));
-    };
-    detail::curvature_of_observed(c, t, B, beacon, of_range, H);
+    const Vector<3> p = in_sensor_frame(c, t, B, beacon);
+    check_apart(p, name);
+    const double distance = p.norm(), scale = w[0] / distance;
+    const Matrix<3, 3> of_p = scale * (Matrix<3, 3>::Identity() - p * p.transpose() / (distance * distance));
+    detail::curvature_of_observed(c, t, B, beacon, Vector<3>(scale * p), of_p, H);
   }
 };
 

@@ -42,20 +42,28 @@ void curvature_in_sensor_frame(const BasicSEK3<K, double>& c, const T& t, const 
   H.template bottomRightCorner<m, m>() = curvature_of_target(t, c.rotation().act(u), beacon);
 }
 
-/// Those of wᵀ h(p), as observe() has it: of_h(p, by_p, of_p) sets the gradient of wᵀ h by p and its second derivatives.
-template <int K, LieGroup T, class OfH>
+/// Those of wᵀ h(p), as observe() has it, of the gradient of wᵀ h by p and its second derivatives there.
+template <int K, LieGroup T>
 void curvature_of_observed(const BasicSEK3<K, double>& c, const T& t, const BasicSEK3<K, double>& B,
-                           const Vector<3>& beacon, const OfH& of_h,
+                           const Vector<3>& beacon, const Vector<3>& by_p, const Matrix<3, 3>& of_p,
                            Matrix<3 * K + 3 + T::dof, 3 * K + 3 + T::dof>& H) {
-  Matrix<3, 3 * K + 3> by_c;
-  Matrix<3, T::dof> by_t;
-  Vector<3> by_p;
-  Matrix<3, 3> of_p;
-  of_h(in_sensor_frame(c, t, B, beacon, &by_c, &by_t), by_p, of_p);
+  constexpr int n = 3 * K + 3, m = T::dof;
+  Matrix<3, n> by_c;
+  Matrix<3, m> by_t;
+  in_sensor_frame(c, t, B, beacon, &by_c, &by_t);
   curvature_in_sensor_frame(c, t, B, beacon, by_p, H);
-  Matrix<3, 3 * K + 3 + T::dof> J;
+  Matrix<3, n + m> J;
   J << by_c, by_t;
-  H.noalias() += J.transpose() * (of_p * J);
+  H += J.transpose().lazyProduct((of_p * J).eval());
 }
+// Compiled once, in sensor_frame.cpp.
+extern template void curvature_in_sensor_frame(const SE3&, const SE3&, const SE3&, const Vector<3>&, const Vector<3>&,
+                                               Matrix<12, 12>&);
+extern template void curvature_in_sensor_frame(const SE3&, const R3&, const SE3&, const Vector<3>&, const Vector<3>&,
+                                               Matrix<9, 9>&);
+extern template void curvature_of_observed(const SE3&, const SE3&, const SE3&, const Vector<3>&, const Vector<3>&,
+                                           const Matrix<3, 3>&, Matrix<12, 12>&);
+extern template void curvature_of_observed(const SE3&, const R3&, const SE3&, const Vector<3>&, const Vector<3>&,
+                                           const Matrix<3, 3>&, Matrix<9, 9>&);
 
 }  // namespace tandem::detail

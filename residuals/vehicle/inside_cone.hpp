@@ -41,14 +41,13 @@ struct InsideCone {
 
   void curvature(const SE3& c, const Target& t, const Vector<dim>& w,
                  Matrix<SE3::dof + Target::dof, SE3::dof + Target::dof>& H) const requires HasExpCurvature<Target> {
-    const auto of_depth = [&](const Vector<3>& p, Vector<3>& by_p, Matrix<3, 3>& of_p) {
-      const double off_axis = std::sqrt(p[1] * p[1] + p[2] * p[2] + kRounding * kRounding);
-      const double along = w[0] * std::sin(half_angle), across = -w[0] * std::cos(half_angle) / off_axis;
-      const Vector<3> q(0.0, p[1], p[2]);
-      by_p = across * q + along * Vector<3>::UnitX();
-      of_p = across * (Matrix<3, 3>(Vector<3>(0, 1, 1).asDiagonal()) - q * q.transpose() / (off_axis * off_axis));
-    };
-    detail::curvature_of_observed(c, t, B, beacon, of_depth, H);
+    const Vector<3> p = in_sensor_frame(c, t, B, beacon), q(0.0, p[1], p[2]);
+    const double off_axis = std::sqrt(p[1] * p[1] + p[2] * p[2] + kRounding * kRounding);
+    const double along = w[0] * std::sin(half_angle), across = -w[0] * std::cos(half_angle) / off_axis;
+    const Vector<3> by_p = across * q + along * Vector<3>::UnitX();
+    const Matrix<3, 3> of_p =
+        across * (Matrix<3, 3>(Vector<3>(0, 1, 1).asDiagonal()) - q * q.transpose() / (off_axis * off_axis));
+    detail::curvature_of_observed(c, t, B, beacon, by_p, of_p, H);
   }
 };
 

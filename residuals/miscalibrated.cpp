@@ -1,0 +1,10 @@
+#include <tandem/residuals/miscalibrated.hpp>
+
+namespace tandem::detail {
+
+template struct Displaced<SE3, SE3, SO3>;
+template struct Displaced<SE3, R3, SO3>;
+template struct Displaced<SE2, SE2, SO2>;
+template struct Displaced<SE2, Rn<2>, SO2>;
+
+}  // namespace tandem::detail
