@@ -5,18 +5,11 @@
 #include <new>
 
 #include "allocation_count.hpp"
+#include "sanitized.hpp"
 
 /// Counts what the heap is asked for in the whole executable, C++ or C. Include it in exactly one source of
 /// it.
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define TANDEM_SANITIZER_HAS_THE_HEAP
-#endif
-#elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define TANDEM_SANITIZER_HAS_THE_HEAP
-#endif
-
-#ifdef TANDEM_SANITIZER_HAS_THE_HEAP
+#ifdef TANDEM_SANITIZED
 
 // The sanitizer has replaced malloc, and tells.
 extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*)(const volatile void*, std::size_t),

@@ -6,6 +6,7 @@
 #include <tandem/problem/lanes.hpp>
 
 #include "mixed_problem.hpp"
+#include "sanitized.hpp"
 
 namespace tandem::testing {
 namespace {
@@ -90,7 +91,8 @@ TEST(Lanes, GiveTheSameToTheBitWhateverTheThreads) {
     LongChain chain(stride);
     const Evaluated one(chain.problem, 1);
     EXPECT_EQ(one.cost, one.linearized_cost);
-    for (const int threads : {0, 2, 3, 7}) {
+    for (const int threads : {3, 0, 2, 7}) {
+      if (kSanitized && threads != 3) break;
       const Evaluated many(chain.problem, threads);
       EXPECT_EQ(many.cost, one.cost);
       EXPECT_EQ(many.linearized_cost, one.linearized_cost);

@@ -16,7 +16,7 @@ const Vector<3> still = Vector<3>::Zero(), velocity(1.5, 0.2, -0.1), sigma(0.01,
 DvlReading reading(double held = 0) { return {velocity, sigma, held}; }
 
 /// Largest entry's difference, relative.
-double difference(const Matrix<3, 3>& a, const Matrix<3, 3>& b) {
+double relative_difference(const Matrix<3, 3>& a, const Matrix<3, 3>& b) {
   return (a - b).cwiseAbs().maxCoeff() / b.cwiseAbs().maxCoeff();
 }
 
@@ -26,7 +26,7 @@ TEST(DvlPreintegrator, UnequalStepsWeighByTheirSquares) {
   sum.measure(reading());
   for (int i = 0; i < 97; ++i) sum.advance(still, 0.01);  // one reading, however finely its time is cut
   const Vector<3> expected = (0.03 * 0.03 + 0.97 * 0.97) * sigma.cwiseAbs2();
-  EXPECT_LE(difference(sum.covariance(), expected.asDiagonal()), 1e-12) << sum.covariance();
+  EXPECT_LE(relative_difference(sum.covariance(), expected.asDiagonal()), 1e-12) << sum.covariance();
 }
 
 TEST(DvlPreintegrator, ErrorsTurnWithTheBody) {
@@ -38,7 +38,7 @@ TEST(DvlPreintegrator, ErrorsTurnWithTheBody) {
   sum.measure(reading());
   sum.advance(still, 2.0);
   const Vector<3> expected = sigma.cwiseAbs2() + 4.0 * Vector<3>(sigma.y(), sigma.x(), sigma.z()).cwiseAbs2();
-  EXPECT_LE(difference(sum.covariance(), expected.asDiagonal()), 1e-6) << sum.covariance();
+  EXPECT_LE(relative_difference(sum.covariance(), expected.asDiagonal()), 1e-6) << sum.covariance();
 }
 
 TEST(DvlPreintegrator, PartsOfOneReadingAddUpToIt) {
@@ -46,9 +46,9 @@ TEST(DvlPreintegrator, PartsOfOneReadingAddUpToIt) {
   first.advance(still, 0.7);
   second.advance(still, 0.3);
   whole.advance(still, 1.0);
-  EXPECT_LE(difference(first.covariance() + second.covariance(), whole.covariance()), 1e-14);
-  EXPECT_LE(difference(first.covariance(), Vector<3>(0.7 * sigma.cwiseAbs2()).asDiagonal()), 1e-14);
-  EXPECT_LE(difference(whole.covariance(), Vector<3>(sigma.cwiseAbs2()).asDiagonal()), 1e-14);
+  EXPECT_LE(relative_difference(first.covariance() + second.covariance(), whole.covariance()), 1e-14);
+  EXPECT_LE(relative_difference(first.covariance(), Vector<3>(0.7 * sigma.cwiseAbs2()).asDiagonal()), 1e-14);
+  EXPECT_LE(relative_difference(whole.covariance(), Vector<3>(sigma.cwiseAbs2()).asDiagonal()), 1e-14);
 
   // Where the body turns between the parts, together they are not surer than the reading is.
   const Vector<3> turn(0.1, -0.2, 0.9);

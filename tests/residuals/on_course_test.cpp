@@ -12,8 +12,8 @@ namespace {
 
 template <class G>
 class OnCourseTest : public ::testing::Test {};
-using Groups = ::testing::Types<SE2, SE3>;
-TYPED_TEST_SUITE(OnCourseTest, Groups);
+using OnCourseGroups = ::testing::Types<SE2, SE3>;
+TYPED_TEST_SUITE(OnCourseTest, OnCourseGroups);
 
 TYPED_TEST(OnCourseTest, is_the_residual_at_the_place_along_the_course) {
   using G = TypeParam;

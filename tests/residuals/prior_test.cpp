@@ -13,8 +13,8 @@ namespace {
 
 template <class G>
 class PriorTest : public ::testing::Test {};
-using Groups = ::testing::Types<SE3, SE2, SO3, SO2, SE23, Rn<3>>;
-TYPED_TEST_SUITE(PriorTest, Groups);
+using PriorGroups = ::testing::Types<SE3, SE2, SO3, SO2, SE23, Rn<3>>;
+TYPED_TEST_SUITE(PriorTest, PriorGroups);
 
 TYPED_TEST(PriorTest, is_the_logarithm_of_the_difference) {
   using G = TypeParam;

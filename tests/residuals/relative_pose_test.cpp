@@ -14,8 +14,8 @@ class RelativePoseTest : public ::testing::Test {
   const G z = G::Exp(tangent<G>(0.8, 4.0)), B = G::Exp(tangent<G>(2.1, 0.6)), F = G::Exp(tangent<G>(-1.4, 1.1)),
           x = G::Exp(tangent<G>(1.9, 30.0));
 };
-using Groups = ::testing::Types<SE3, SE2, SO3>;
-TYPED_TEST_SUITE(RelativePoseTest, Groups);
+using RelativePoseGroups = ::testing::Types<SE3, SE2, SO3>;
+TYPED_TEST_SUITE(RelativePoseTest, RelativePoseGroups);
 
 TYPED_TEST(RelativePoseTest, is_the_logarithm_of_its_definition) {
   using G = TypeParam;

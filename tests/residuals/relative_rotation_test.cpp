@@ -16,8 +16,8 @@ class RelativeRotationTest : public ::testing::Test {
                                      R::Exp(tangent<R>(-1.4, 1.0))};
   const G x = G::Exp(tangent<G>(1.9, 30.0));
 };
-using Groups = ::testing::Types<SE3, SE2, SE23>;
-TYPED_TEST_SUITE(RelativeRotationTest, Groups);
+using RelativeRotationGroups = ::testing::Types<SE3, SE2, SE23>;
+TYPED_TEST_SUITE(RelativeRotationTest, RelativeRotationGroups);
 
 TYPED_TEST(RelativeRotationTest, is_the_logarithm_of_its_definition) {
   using R = typename TypeParam::Rotation;

@@ -32,8 +32,8 @@ Vector<2> value(const SO3& R) {
 
 template <class G>
 class RollPitchTest : public ::testing::Test {};
-using Groups = ::testing::Types<SE3, SO3>;
-TYPED_TEST_SUITE(RollPitchTest, Groups);
+using RollPitchGroups = ::testing::Types<SE3, SO3>;
+TYPED_TEST_SUITE(RollPitchTest, RollPitchGroups);
 
 TYPED_TEST(RollPitchTest, is_the_rotation_to_level) {
   for (const double heading : {-3.0, 0.0, 0.4, 2.0})

@@ -11,6 +11,7 @@
 #include <tandem/solvers/ipopt.hpp>
 
 #include "../problem/tracking/simulated_tracking.hpp"
+#include "sanitized.hpp"
 
 namespace tandem::testing {
 namespace {
@@ -44,7 +45,8 @@ void expect_same_for_any_threads(const Options& options, Role constraints) {
   const ThreadLimit more_than_cores(7);
   const Solved one = solved(options, constraints, 1);
   EXPECT_TRUE(one.summary.converged()) << one.summary.message;
-  for (const int threads : {0, 2, 3, 7}) {
+  for (const int threads : {3, 0, 2, 7}) {
+    if (kSanitized && threads != 3) break;
     const Solved many = solved(options, constraints, threads);
     EXPECT_EQ(many.summary.message, one.summary.message);
     EXPECT_EQ(many.summary.iterations, one.summary.iterations);

@@ -51,7 +51,10 @@ TEST(CommandLine, ACommandOfTheOtherProgramIsOneAsAnyOther) {
   EXPECT_THAT(refusal({"studdy", "study", "list"}), HasSubstr("unknown argument 'studdy'"));
   EXPECT_THAT(refusal({"study"}), HasSubstr("tandem: action is required (see tandem study --help)\n"));
   EXPECT_THAT(refusal({"estimate", "study"}), HasSubstr("there is no folder 'study'")) << "a scenario may be called so";
-  EXPECT_EQ(run_tandem({"--allow-outside", "compare", "docking_a", "--max-keyframes", "5", "--quiet"}).status, 0);
+  EXPECT_EQ(run_tandem({"--allow-outside", "compare", "docking_a", "--max-keyframes", "5", "--solvers", "gauss-newton",
+                        "--quiet"})
+                .status,
+            0);
 }
 
 TEST(CommandLine, ACommandThatIsNotThereSaysWhatToDo) {

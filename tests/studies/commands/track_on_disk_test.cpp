@@ -15,6 +15,7 @@
 
 #include "docking_lines.hpp"
 #include "run_tandem.hpp"
+#include "sanitized.hpp"
 
 namespace tandem {
 namespace {
@@ -176,7 +177,7 @@ double apart(const std::map<std::string, std::string>& a, const std::map<std::st
 /// TANDEM_KILLS in the environment says how many; docs/results.md has what a hundred gave.
 TEST(TrackOnDisk, KilledAtRandomMomentsItGoesOnAsThoughNothingHadBeen) {
   const char* asked = std::getenv("TANDEM_KILLS");
-  const int kills = asked ? std::stoi(asked) : 4;
+  const int kills = asked ? std::stoi(asked) : kSanitized ? 2 : 4;
   const ScratchFolder scratch;
   const auto out = scratch.path() / "out", whole = scratch.path() / "whole", snapshot = scratch.path() / "snapshot";
   const auto track = [](const std::filesystem::path& to) {
