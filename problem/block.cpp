@@ -58,30 +58,10 @@ void congruence(int a_, int b_, const double* C, int n, const double* of_A, cons
 
 }  // namespace
 
-template void add_products<1>(const BlockShape&, const HessianPlace*, const double*, const double* const*, double*);
-template void add_products<2>(const BlockShape&, const HessianPlace*, const double*, const double* const*, double*);
-template void add_products<3>(const BlockShape&, const HessianPlace*, const double*, const double* const*, double*);
-template void add_products<6>(const BlockShape&, const HessianPlace*, const double*, const double* const*, double*);
-template double soft_block_cost<1>(const BlockWeight&, double*);
-template double soft_block_cost<2>(const BlockWeight&, double*);
-template double soft_block_cost<3>(const BlockWeight&, double*);
-template double soft_block_cost<6>(const BlockWeight&, double*);
-template double add_soft_block<1>(const BlockShape&, const HessianPlace*, const BlockWeight&, const LinearizedBlock&,
-                                  double*, double*);
-template double add_soft_block<2>(const BlockShape&, const HessianPlace*, const BlockWeight&, const LinearizedBlock&,
-                                  double*, double*);
-template double add_soft_block<3>(const BlockShape&, const HessianPlace*, const BlockWeight&, const LinearizedBlock&,
-                                  double*, double*);
-template double add_soft_block<6>(const BlockShape&, const HessianPlace*, const BlockWeight&, const LinearizedBlock&,
-                                  double*, double*);
-template void add_first_order<1>(const BlockShape&, const HessianPlace*, const BlockWeight&, const LinearizedBlock&,
-                                 double, double, double*);
-template void add_first_order<2>(const BlockShape&, const HessianPlace*, const BlockWeight&, const LinearizedBlock&,
-                                 double, double, double*);
-template void add_first_order<3>(const BlockShape&, const HessianPlace*, const BlockWeight&, const LinearizedBlock&,
-                                 double, double, double*);
-template void add_first_order<6>(const BlockShape&, const HessianPlace*, const BlockWeight&, const LinearizedBlock&,
-                                 double, double, double*);
+TANDEM_BLOCK_KERNELS(template, 1);
+TANDEM_BLOCK_KERNELS(template, 2);
+TANDEM_BLOCK_KERNELS(template, 3);
+TANDEM_BLOCK_KERNELS(template, 6);
 
 void soft_block_dual(int dim, const BlockWeight& weight, double factor, const double* r, double* w) {
   std::array<double, kMostRows> whitened;

@@ -205,34 +205,20 @@ void add_first_order(const BlockShape& shape, const HessianPlace* place, const B
     add();
 }
 
-extern template void add_products<1>(const BlockShape&, const HessianPlace*, const double*, const double* const*,
-                                     double*);
-extern template void add_products<2>(const BlockShape&, const HessianPlace*, const double*, const double* const*,
-                                     double*);
-extern template void add_products<3>(const BlockShape&, const HessianPlace*, const double*, const double* const*,
-                                     double*);
-extern template void add_products<6>(const BlockShape&, const HessianPlace*, const double*, const double* const*,
-                                     double*);
-extern template double soft_block_cost<1>(const BlockWeight&, double*);
-extern template double soft_block_cost<2>(const BlockWeight&, double*);
-extern template double soft_block_cost<3>(const BlockWeight&, double*);
-extern template double soft_block_cost<6>(const BlockWeight&, double*);
-extern template double add_soft_block<1>(const BlockShape&, const HessianPlace*, const BlockWeight&,
-                                         const LinearizedBlock&, double*, double*);
-extern template double add_soft_block<2>(const BlockShape&, const HessianPlace*, const BlockWeight&,
-                                         const LinearizedBlock&, double*, double*);
-extern template double add_soft_block<3>(const BlockShape&, const HessianPlace*, const BlockWeight&,
-                                         const LinearizedBlock&, double*, double*);
-extern template double add_soft_block<6>(const BlockShape&, const HessianPlace*, const BlockWeight&,
-                                         const LinearizedBlock&, double*, double*);
-extern template void add_first_order<1>(const BlockShape&, const HessianPlace*, const BlockWeight&,
-                                        const LinearizedBlock&, double, double, double*);
-extern template void add_first_order<2>(const BlockShape&, const HessianPlace*, const BlockWeight&,
-                                        const LinearizedBlock&, double, double, double*);
-extern template void add_first_order<3>(const BlockShape&, const HessianPlace*, const BlockWeight&,
-                                        const LinearizedBlock&, double, double, double*);
-extern template void add_first_order<6>(const BlockShape&, const HessianPlace*, const BlockWeight&,
-                                        const LinearizedBlock&, double, double, double*);
+/// All of these of so many rows, which block.cpp instantiates for what is kDispatched.
+#define TANDEM_BLOCK_KERNELS(instantiation, dim)                                                                    \
+  instantiation void add_products<dim>(const BlockShape&, const HessianPlace*, const double*, const double* const*, \
+                                       double*);                                                                    \
+  instantiation double soft_block_cost<dim>(const BlockWeight&, double*);                                           \
+  instantiation double add_soft_block<dim>(const BlockShape&, const HessianPlace*, const BlockWeight&,              \
+                                           const LinearizedBlock&, double*, double*);                               \
+  instantiation void add_first_order<dim>(const BlockShape&, const HessianPlace*, const BlockWeight&,               \
+                                          const LinearizedBlock&, double, double, double*)
+
+TANDEM_BLOCK_KERNELS(extern template, 1);
+TANDEM_BLOCK_KERNELS(extern template, 2);
+TANDEM_BLOCK_KERNELS(extern template, 3);
+TANDEM_BLOCK_KERNELS(extern template, 6);
 
 /// w = factor ρ' Wᵀ W r, which a soft block's rows are weighted with in the cost's gradient.
 void soft_block_dual(int dim, const BlockWeight& weight, double factor, const double* r, double* w);

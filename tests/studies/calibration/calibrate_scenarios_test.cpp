@@ -130,7 +130,7 @@ Scenario careful_dive() {
   return scenario;
 }
 
-TEST(CalibrateScenarios, LessNoiseOfDeadReckoningNeedsFixesToBeTriedBy) {
+TEST(LongCalibrateScenarios, LessNoiseOfDeadReckoningNeedsFixesToBeTriedBy) {
   ScenarioCalibrationOptions options;
   options.free = {"dvl", "gps"};
   options.folds = 2;

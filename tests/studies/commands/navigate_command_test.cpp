@@ -133,14 +133,18 @@ TEST_F(Navigate, WritesWhatItSays) {
     EXPECT_THAT(read_file(out / plot), HasSubstr("</svg>"));
 }
 
-TEST_F(Navigate, OptionsReachTheProblem) {
-  const Json plain = navigate({});
+using LongNavigate = Navigate;
+TEST_F(LongNavigate, WithoutAGlobalSensorTheTruthIsAligned) {
   // A valley of some 1,000 steps, the default limit: rounding decides on which side of it.
   const Json without = navigate({"--without", "gps", "--without", "heading", "--max-iterations", "2000"});
   EXPECT_FALSE(without["sensors"].contains("gps"));
   EXPECT_FALSE(without["sensors"].contains("heading"));
   EXPECT_TRUE(without.contains("truth_aligned"));
   EXPECT_THAT(without["gps_outages"], IsEmpty());
+}
+
+TEST_F(Navigate, OptionsReachTheProblem) {
+  const Json plain = navigate({});
   const std::size_t seldom = navigate({"--keyframe-interval", "2"})["keyframes"], often = plain["keyframes"];
   EXPECT_NEAR(2.0 * double(seldom), double(often), 3);
   EXPECT_NE(navigate({"--noise", "dvl=0.5,0.5,0.5"})["cost"], plain["cost"]);

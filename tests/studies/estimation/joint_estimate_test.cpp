@@ -58,7 +58,7 @@ Estimate in_two_steps(const Scenario& scenario) {
   return estimate(with_odometry, {}, GaussNewtonOptions{});
 }
 
-TEST(JointEstimate, IsNoWorseThanTwoSteps) {
+TEST(StatisticalJointEstimate, IsNoWorseThanTwoSteps) {
   double joint = 0, two_steps = 0;
   for (const std::uint64_t seed : {1, 2, 3}) {
     const Scenario scenario = dive_with_target({.grade = Grade::mems, .minutes = 2, .seed = seed}, 0.3);

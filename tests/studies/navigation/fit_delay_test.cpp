@@ -16,7 +16,8 @@ class FitDelay : public testing::Test {
   static NavigationData dive() { return simulate_dive({.grade = Grade::tactical, .minutes = 1}).data; }
 };
 
-TEST_F(FitDelay, OfTheInertialSensorMayBeBelowZero) {
+using LongFitDelay = FitDelay;
+TEST_F(LongFitDelay, OfTheInertialSensorMayBeBelowZero) {
   NavigationData data = dive();
   for (ImuSample& sample : data.imu->samples) sample.t -= 0.03;
   NavigationData told = data;  // that stamps are late by 20 ms, which changes when samples were valid

@@ -49,7 +49,7 @@ TEST(DiveTrial, TheNewestStateKnowsLess) {
 }
 
 /// The estimator goes without a sensor, or is told other noise; what was simulated is the same.
-TEST(DiveTrial, SettingsOfItsSensors) {
+TEST(LongDiveTrial, SettingsOfItsSensors) {
   const Study study =
       dive_study("parameters: {minutes: 2, without: [none, dvl, imu, gps], dvl_sigma_factor: [1, 3]}\n");
   std::vector<TrialResult> results;
@@ -65,7 +65,7 @@ TEST(DiveTrial, SettingsOfItsSensors) {
   EXPECT_GT(metric_of(results[2], "chaser_position_m"), metric_of(results[0], "chaser_position_m"));
 }
 
-TEST(DiveTrial, TheScaleOfTheDvlIsFound) {
+TEST(LongDiveTrial, TheScaleOfTheDvlIsFound) {
   const Study study = dive_study("parameters: {minutes: 6, estimate_dvl_scale: 1, surfacings: 0}\n");
   const TrialResult result = run_trial(study, 0);
   ASSERT_EQ(result.status, "converged") << result.message;
