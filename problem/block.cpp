@@ -31,9 +31,11 @@ void add_hessian_column(const BlockShape& shape, const HessianPlace* place, int 
 /// block ← chartAᵀ C chartB of a pair of states; either chart may be null. C has `n` rows; A and B are the sizes where they
 /// are known when this is compiled.
 template <int A, int B>
-void congruence(int a_, int b_, const double* C, int n, const double* of_A, const double* of_B, double* block) {
+TANDEM_INLINED void congruence(int a_, int b_, const double* C, int n, const double* of_A, const double* of_B,
+                               double* block) {
   const int a = A ? A : a_, b = B ? B : b_;
-  double right[kMostDofs * kMostDofs];  // C chartB
+  constexpr int most_a = A ? A : kMostDofs, most_b = B ? B : kMostDofs;
+  double right[most_a * most_b];  // C chartB
   for (int m = 0; m < b; ++m) {
     double* column = right + m * a;
     if (!of_B) {
@@ -48,12 +50,45 @@ void congruence(int a_, int b_, const double* C, int n, const double* of_A, cons
     std::copy_n(right, a * b, block);
     return;
   }
-  for (int m = 0; m < b; ++m)
-    for (int k = 0; k < a; ++k) {
-      double sum = 0;
-      for (int j = 0; j < a; ++j) sum += of_A[k * a + j] * right[m * a + j];
-      block[m * a + k] = sum;
+  double left[most_a * most_a];  // chartAᵀ
+  for (int k = 0; k < a; ++k)
+    for (int j = 0; j < a; ++j) left[j * a + k] = of_A[k * a + j];
+  for (int m = 0; m < b; ++m) {
+    double* column = block + m * a;
+    std::fill_n(column, a, 0.0);
+    for (int j = 0; j < a; ++j)
+      for (int k = 0; k < a; ++k) column[k] += left[j * a + k] * right[m * a + j];
+  }
+}
+
+TANDEM_INLINED void add_block_curvature_inlined(const BlockShape& shape, const HessianPlace* place,
+                                                const double* const* J, const double* const* charts, const double* w,
+                                                const double* C, double* gradient, double* H) {
+  const int* offset = shape.offset;
+  const int n = shape.first(shape.arity);
+  for (int A = 0, first_a = 0; A < shape.arity; first_a += shape.dofs[A], ++A) {
+    if (offset[A] < 0) continue;
+    const int a = shape.dofs[A];
+    for (int k = 0; k < a; ++k)
+      for (int row = 0; row < shape.dim; ++row) gradient[offset[A] + k] += J[A][k * shape.dim + row] * w[row];
+    for (int B = 0, first_b = 0; B <= A; first_b += shape.dofs[B], ++B) {
+      if (offset[B] < 0) continue;
+      const int b = shape.dofs[B];
+      double block[kMostDofs * kMostDofs];
+      const double* at_C = C + first_b * n + first_a;
+      if (a == 6 && b == 6)  // SE(3)
+        congruence<6, 6>(a, b, at_C, n, charts[A], charts[B], block);
+      else
+        congruence<0, 0>(a, b, at_C, n, charts[A], charts[B], block);
+      const HessianPlace& at = place[A * (A + 1) / 2 + B];
+      if (offset[A] >= offset[B])
+        for (int m = 0; m < b; ++m)
+          for (int k = 0; k < a; ++k) H[at.position + m * at.stride + k] += block[m * a + k];
+      if (A != B && offset[A] <= offset[B])
+        for (int m = 0; m < b; ++m)
+          for (int k = 0; k < a; ++k) H[at.position + k * at.stride + m] += block[m * a + k];
     }
+  }
 }
 
 }  // namespace
@@ -115,30 +150,7 @@ void add_difference_hessian(const BlockShape& shape, const HessianPlace* place,
 
 void add_block_curvature(const BlockShape& shape, const HessianPlace* place, const double* const* J,
                          const double* const* charts, const double* w, const double* C, double* gradient, double* H) {
-  const int* offset = shape.offset;
-  const int n = shape.first(shape.arity);
-  for (int A = 0, first_a = 0; A < shape.arity; first_a += shape.dofs[A], ++A) {
-    if (offset[A] < 0) continue;
-    const int a = shape.dofs[A];
-    for (int k = 0; k < a; ++k)
-      for (int row = 0; row < shape.dim; ++row) gradient[offset[A] + k] += J[A][k * shape.dim + row] * w[row];
-    for (int B = 0, first_b = 0; B <= A; first_b += shape.dofs[B], ++B) {
-      if (offset[B] < 0) continue;
-      const int b = shape.dofs[B];
-      double block[kMostDofs * kMostDofs];
-      const double* at_C = C + first_b * n + first_a;
-      if (a == 6 && b == 6)  // SE(3)
-        congruence<6, 6>(a, b, at_C, n, charts[A], charts[B], block);
-      else
-        congruence<0, 0>(a, b, at_C, n, charts[A], charts[B], block);
-      const HessianPlace& at = place[A * (A + 1) / 2 + B];
-      for (int m = 0; m < b; ++m)
-        for (int k = 0; k < a; ++k) {
-          if (offset[A] >= offset[B]) H[at.position + m * at.stride + k] += block[m * a + k];
-          if (A != B && offset[A] <= offset[B]) H[at.position + k * at.stride + m] += block[m * a + k];
-        }
-    }
-  }
+  at_best([&]() TANDEM_INLINED_HERE { add_block_curvature_inlined(shape, place, J, charts, w, C, gradient, H); });
 }
 
 void whiten(int rows, int columns, const double* diagonal, const double* full, double* A) {
