@@ -1,5 +1,6 @@
 #pragma once
 
+#include <tandem/lie/coefficients.hpp>
 #include <tandem/lie/rn.hpp>
 #include <tandem/lie/sek3.hpp>
 
@@ -29,8 +30,9 @@ namespace detail {
 /// SO(3) has no ρ.
 template <class G, int K>
 struct ExpCurvatureWithRotation {
-  using Mat3 = Matrix<3, 3>;
-  using Vec3 = Vector<3>;
+  using S = typename G::Scalar;
+  using Mat3 = Matrix<3, 3, S>;
+  using Vec3 = Vector<3, S>;
 
   static typename G::Jacobian of(const typename G::Tangent& v, const typename G::Tangent& lambda) {
     const Vec3 theta = v.template tail<3>(), m = lambda.template tail<3>();
@@ -39,12 +41,12 @@ struct ExpCurvatureWithRotation {
     Mat3 by_theta = jacobian_by_angle(theta, m, k);
     for (int i = 0; i < K; ++i) {
       const Vec3 rho = v.template segment<3>(3 * i), a = lambda.template segment<3>(3 * i);
-      const Mat3 mixed = 0.5 * (jacobian_by_angle(theta, a, k) + Q_by_rho(theta, a, k).transpose());
+      const Mat3 mixed = S(0.5) * (jacobian_by_angle(theta, a, k) + Q_by_rho(theta, a, k).transpose());
       H.template block<3, 3>(3 * i, 3 * K) = mixed;
       H.template block<3, 3>(3 * K, 3 * i) = mixed.transpose();
       by_theta += Q_by_angle(rho, theta, a, k);
     }
-    H.template bottomRightCorner<3, 3>() = 0.5 * (by_theta + by_theta.transpose());
+    H.template bottomRightCorner<3, 3>() = S(0.5) * (by_theta + by_theta.transpose());
     return H;
   }
 
@@ -60,32 +62,36 @@ struct ExpCurvatureWithRotation {
   }
 
  private:
-  struct Coefficients : AngleCoefficients<double> {
-    double dB, dC, dE, dF;  ///< by θ²
+  struct Coefficients : AngleCoefficients<S> {
+    S dB, dC, dE, dF;  ///< by θ²
 
-    explicit Coefficients(double x) : AngleCoefficients<double>(x) {
+    [[gnu::always_inline]] explicit Coefficients(const S& x) : AngleCoefficients<S>(x) {
+      const S &C = this->C, &E = this->E, &F = this->F;
+      const auto series = [&]() -> std::array<S, 2> {
+        return {
+            -1. / 720 + x * (2. / 40320 + x * (-3. / 3628800 + x * (4. / 479001600 - x * (5. / 87178291200.)))),
+            -1. / 2520 + x * (2. / 120960 + x * (-3. / 9979200 + x * (4. / 1245404160 - x * (5. / 217945728000.))))};
+      };
+      const auto closed = [&]() -> std::array<S, 2> {
+        return {(0.5 * C - 2. * E) / x, (0.5 * C - E - 5. * F) / (2. * x)};
+      };
+      const std::array<S, 2> both = piecewise(x, AngleCoefficients<S>::kSeriesBelow, series, closed);
       dB = E - 0.5 * C;
       dC = -F;
-      if (x < kSeriesBelow) {
-        dE = -1. / 720 + x * (2. / 40320 + x * (-3. / 3628800 + x * (4. / 479001600 - x * (5. / 87178291200.))));
-        dF = -1. / 2520 + x * (2. / 120960 + x * (-3. / 9979200 + x * (4. / 1245404160 - x * (5. / 217945728000.))));
-      } else {
-        dE = (0.5 * C - 2 * E) / x;
-        dF = (0.5 * C - E - 5 * F) / (2 * x);
-      }
+      dE = both[0], dF = both[1];
     }
   };
 
   /// ∂([θ]×² y)/∂θ
   static Mat3 square_by_angle(const Vec3& theta, const Vec3& y) {
-    return theta * y.transpose() + theta.dot(y) * Mat3::Identity() - 2 * y * theta.transpose();
+    return theta * y.transpose() + theta.dot(y) * Mat3::Identity() - S(2) * y * theta.transpose();
   }
   static Vec3 square(const Vec3& theta, const Vec3& y) { return theta.cross(theta.cross(y)); }
 
   /// ∂(J(θ) a)/∂θ, J = I + B [θ]× + C [θ]×²
   static Mat3 jacobian_by_angle(const Vec3& theta, const Vec3& a, const Coefficients& k) {
     const Vec3 slope = k.dB * theta.cross(a) + k.dC * square(theta, a);
-    return k.C * square_by_angle(theta, a) - k.B * skew(a) + 2 * slope * theta.transpose();
+    return k.C * square_by_angle(theta, a) - k.B * skew(a) + S(2) * slope * theta.transpose();
   }
 
   /// ∂(Q(ρ, θ) a)/∂ρ
@@ -93,8 +99,8 @@ struct ExpCurvatureWithRotation {
     const Mat3 W = skew(theta), A = skew(a);
     const Vec3 turned = theta.cross(a), twice = theta.cross(turned);
     const Mat3 WA = W * A;
-    Mat3 M = -0.5 * A - k.C * (WA + skew(turned)) - k.E * (W * WA + skew(twice));
-    M += ((3 * k.E - k.C) * turned - 2 * k.F * twice) * theta.transpose();
+    Mat3 M = S(-0.5) * A - k.C * (WA + skew(turned)) - k.E * (W * WA + skew(twice));
+    M += ((3. * k.E - k.C) * turned - 2. * k.F * twice) * theta.transpose();
     return M;
   }
 
@@ -102,26 +108,26 @@ struct ExpCurvatureWithRotation {
   static Mat3 Q_by_angle(const Vec3& rho, const Vec3& theta, const Vec3& a, const Coefficients& k) {
     const Mat3 P = skew(rho), A = skew(a);
     const Vec3 p = rho.cross(a), turned = theta.cross(a), twice = theta.cross(turned);
-    const double c = theta.dot(rho);
+    const S c = theta.dot(rho);
     const Mat3 square_a = square_by_angle(theta, a);
     // Q a = ½ ρ×a + C q1 + E q2 + F q3
     const Vec3 q1 = theta.cross(p) + rho.cross(turned) - c * turned;
-    const Vec3 q2 = square(theta, p) + rho.cross(twice) + 3 * c * turned;
-    const Vec3 q3 = -2 * c * twice;
+    const Vec3 q2 = square(theta, p) + rho.cross(twice) + 3. * c * turned;
+    const Vec3 q3 = -2. * c * twice;
     Mat3 M = k.C * (c * A - skew(p) - P * A - turned * rho.transpose());
-    M += k.E * (square_by_angle(theta, p) + P * square_a + 3 * turned * rho.transpose() - 3 * c * A);
-    M -= 2 * k.F * (twice * rho.transpose() + c * square_a);
-    M += 2 * (k.dC * q1 + k.dE * q2 + k.dF * q3) * theta.transpose();
+    M += k.E * (square_by_angle(theta, p) + P * square_a + S(3) * turned * rho.transpose() - 3. * c * A);
+    M -= 2. * k.F * (twice * rho.transpose() + c * square_a);
+    M += S(2) * (k.dC * q1 + k.dE * q2 + k.dF * q3) * theta.transpose();
     return M;
   }
 };
 
 }  // namespace detail
 
-template <>
-struct ExpCurvature<SO3> : detail::ExpCurvatureWithRotation<SO3, 0> {};
-template <int K>
-struct ExpCurvature<BasicSEK3<K, double>> : detail::ExpCurvatureWithRotation<BasicSEK3<K, double>, K> {};
+template <class S>
+struct ExpCurvature<BasicSO3<S>> : detail::ExpCurvatureWithRotation<BasicSO3<S>, 0> {};
+template <int K, class S>
+struct ExpCurvature<BasicSEK3<K, S>> : detail::ExpCurvatureWithRotation<BasicSEK3<K, S>, K> {};
 
 /// Groups whose ExpCurvature is known.
 template <class G>

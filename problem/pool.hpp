@@ -195,6 +195,16 @@ class BlockPool : public Base {
   void evaluate_batch(const Blocks& blocks, double* r) const {
     Batched<R>::evaluate(residuals(blocks), states(blocks), r);
   }
+  void curvature_batch(const Blocks& blocks, const double* w, double* C) const {
+    Batched<R>::curvature(residuals(blocks), states(blocks), w, C);
+  }
+  /// Where each state's Jacobian of the b-th of a batch is, as linearize_batch() leaves them.
+  static std::array<double*, std::size_t(kArity)> of_batch(double* J, int b) {
+    std::array<double*, std::size_t(kArity)> columns;
+    for (int s = 0, first = 0; s < kArity; first += kBatch * kDim * kDofs[std::size_t(s)], ++s)
+      columns[std::size_t(s)] = J + first + b * kDim * kDofs[std::size_t(s)];
+    return columns;
+  }
   void through_charts(std::size_t i, const int* offset, Jacobians& J) const {
     detail::through_charts<kDim>(shape(offset), charts(i).data(), data(J).data());
   }

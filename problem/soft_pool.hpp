@@ -76,10 +76,14 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
 
   void add_exact_hessian(const PoolPlacement& place, int begin, int end, Curvature wanted, double factor, const double*,
                          double* gradient, double* H) const override {
+    int k = begin;
+    if constexpr (Batched<R>::exists)
+      for (; end - k > 1 && this->batches(); k += kBatch)
+        add_exact_hessian_of_batch(place, k, end, wanted, factor, gradient, H);
     Row r;
     Jacobians J;
     Pool::set_zero(J);
-    for (int k = begin; k < end; ++k) {
+    for (; k < end; ++k) {
       const std::size_t i = std::size_t(place.at(k));
       const BlockWeight weight = weight_of(i);
       const auto dual = [&](const Row& at_point, Row& w) {
@@ -104,10 +108,8 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
           of_loss = 0.0;
         }
       }
-      typename Pool::Transposed transposed;
       const auto columns = Pool::data(J);
-      detail::add_first_order<kDim>(Pool::shape(offset), at, weight, {r.data(), columns.data(), transposed.data()},
-                                    squares, of_loss, H);
+      add_first_order(place, i, weight, squares, of_loss, r.data(), columns.data(), H);
     }
   }
 
@@ -129,12 +131,40 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
     this->linearize_batch(blocks, r, J);
     for (int b = 0; b < std::min(kBatch, end - k); ++b) {
       const std::size_t i = blocks[std::size_t(b)];
-      std::array<double*, std::size_t(kArity)> columns;
-      for (int s = 0, first = 0; s < kArity; first += kBatch * kDim * Pool::kDofs[std::size_t(s)], ++s)
-        columns[std::size_t(s)] = J + first + b * kDim * Pool::kDofs[std::size_t(s)];
+      const auto columns = Pool::of_batch(J, b);
       detail::through_charts<kDim>(Pool::shape(&place.offset[i * kArity]), this->charts(i).data(), columns.data());
       total += add(place, i, r + b * kDim, columns.data(), gradient, H);
     }
+  }
+  /// What add_exact_hessian() does of each of these.
+  void add_exact_hessian_of_batch(const PoolPlacement& place, int k, int end, Curvature wanted, double factor,
+                                  double* gradient, double* H) const {
+    constexpr int n = Pool::kSumOfDofs;
+    const auto blocks = this->batch(place, k, end);
+    double r[kBatch * kDim], w[kBatch * kDim], J[kBatch * kDim * n], C[kBatch * n * n];
+    this->linearize_batch(blocks, r, J);
+    for (int b = 0; b < kBatch; ++b)
+      soft_block_dual(kDim, weight_of(blocks[std::size_t(b)]), factor, r + b * kDim, w + b * kDim);
+    this->curvature_batch(blocks, w, C);
+    const double squares = wanted == Curvature::all ? factor : 0.0;
+    for (int b = 0; b < std::min(kBatch, end - k); ++b) {
+      const std::size_t i = blocks[std::size_t(b)];
+      const BlockWeight weight = weight_of(i);
+      const BlockShape shape = Pool::shape(&place.offset[i * kArity]);
+      const auto columns = Pool::of_batch(J, b);
+      const auto charts = this->charts(i);
+      add_block_curvature(shape, &place.hessian[i * kPairs], columns.data(), charts.data(), w + b * kDim, C + b * n * n,
+                          gradient, H);
+      if (squares == 0 && weight.loss.kind == Loss::Kind::none) continue;
+      detail::through_charts<kDim>(shape, charts.data(), columns.data());
+      add_first_order(place, i, weight, squares, factor, r + b * kDim, columns.data(), H);
+    }
+  }
+  void add_first_order(const PoolPlacement& place, std::size_t i, const BlockWeight& weight, double squares,
+                       double of_loss, double* r, double* const* J, double* H) const {
+    typename Pool::Transposed transposed;
+    detail::add_first_order<kDim>(Pool::shape(&place.offset[i * kArity]), &place.hessian[i * kPairs], weight,
+                                  {r, J, transposed.data()}, squares, of_loss, H);
   }
 };
 

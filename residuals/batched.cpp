@@ -75,6 +75,17 @@ void BatchedInSpace<R>::evaluate(const std::array<const R*, kBatch>& residual, c
   scatter(rows, r);
 }
 
+template <class R>
+void BatchedInSpace<R>::curvature(const std::array<const R*, kBatch>& residual, const States& x, const double* w,
+                                  double* H) {
+  Vector<6, B> weights;
+  for (int k = 0; k < 6; ++k)
+    for (int i = 0; i < kBatch; ++i) weights[k].set(i, w[i * 6 + k]);
+  Matrix<6 * kArity, 6 * kArity, B> curvature;
+  std::apply([&](const auto&... state) { over_batch(residual).curvature(gather(state)..., weights, curvature); }, x);
+  scatter(curvature, H);
+}
+
 template struct BatchedInSpace<RelativePose<SE3>>;
 template struct BatchedInSpace<ConstantTwist<SE3>>;
 

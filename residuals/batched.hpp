@@ -29,6 +29,8 @@ struct BatchedInSpace {
                         const std::array<double*, std::size_t(kArity)>& J);
   /// The rows alone, to the last bit the same.
   static void evaluate(const std::array<const R*, kBatch>& residual, const States& x, double* r);
+  /// Their second derivatives, each contracted with its six of `w`: to kBatch times R's curvature, by columns.
+  static void curvature(const std::array<const R*, kBatch>& residual, const States& x, const double* w, double* H);
 };
 
 template <>

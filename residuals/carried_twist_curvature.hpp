@@ -14,7 +14,7 @@ namespace tandem::detail {
 template <LieGroup G, bool kAlike>
 void curvature_of_carried_twist(const G& t0, const G& t1, const G& t2, const typename G::Tangent& share,
                                 const typename G::Tangent& drift, const typename G::Tangent& w,
-                                Matrix<3 * G::dof, 3 * G::dof>& H) {
+                                Matrix<3 * G::dof, 3 * G::dof, typename G::Scalar>& H) {
   using Tangent = typename G::Tangent;
   using Jacobian = typename G::Jacobian;
   constexpr int n = G::dof;
@@ -33,7 +33,8 @@ void curvature_of_carried_twist(const G& t0, const G& t1, const G& t2, const typ
   // The gradient of φ by the perturbations of the product, of Exp(v), and of A.
   const Tangent of_M = at_e.transpose() * w, of_v = from_B.transpose() * of_M;
   const Tangent of_A = -at_d1.right.transpose() * share.cwiseProduct(Jr_v.transpose() * of_v);
-  const Jacobian bracket_M = 0.5 * ExpCurvature<G>::bracket(of_M), bracket_A = 0.5 * ExpCurvature<G>::bracket(of_A);
+  const typename G::Scalar half(0.5);
+  const Jacobian bracket_M = half * ExpCurvature<G>::bracket(of_M), bracket_A = half * ExpCurvature<G>::bracket(of_A);
   const LogCurvature<G> log(e, of_M);
   const Jacobian of_Exp = share.asDiagonal() * ExpCurvature<G>::of(v, of_v) * share.asDiagonal();
   const Jacobian S = of_Exp - ExpCurvature<G>::of(d1, of_A);

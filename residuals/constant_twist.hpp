@@ -38,8 +38,8 @@ struct ConstantTwist {
     if (J2) *J2 = at_r.right;
   }
 
-  void curvature(const G& t0, const G& t1, const G& t2, const Vector<dim>& w,
-                 Matrix<3 * G::dof, 3 * G::dof>& H) const requires HasExpCurvature<G> {
+  void curvature(const G& t0, const G& t1, const G& t2, const Rows<dim, G>& w,
+                 Matrix<3 * G::dof, 3 * G::dof, typename G::Scalar>& H) const requires HasExpCurvature<G> {
     using Tangent = typename G::Tangent;
     detail::curvature_of_carried_twist<G, true>(t0, t1, t2, Tangent::Constant(dt2 / dt1), Tangent::Zero(), w, H);
   }

@@ -31,11 +31,11 @@ class LogCurvature {
 template <LieGroup G>
 void curvature_of_between(const G& E, const typename G::Tangent& e, const typename G::Tangent& lambda,
                           const typename G::Tangent& gradient_y, const typename G::Jacobian& Jx,
-                          const typename G::Jacobian& Jy, Matrix<2 * G::dof, 2 * G::dof>& H) {
+                          const typename G::Jacobian& Jy, Matrix<2 * G::dof, 2 * G::dof, typename G::Scalar>& H) {
   using Jacobian = typename G::Jacobian;
   constexpr int n = G::dof;
   const LogCurvature<G> log(e, lambda);
-  const Jacobian bracket = 0.5 * ExpCurvature<G>::bracket(gradient_y), moved = E.inverse().Ad();
+  const Jacobian bracket = typename G::Scalar(0.5) * ExpCurvature<G>::bracket(gradient_y), moved = E.inverse().Ad();
   Jacobian mixed = log(Jx, Jy);
   mixed.noalias() -= moved.transpose() * bracket;
   H.template topLeftCorner<n, n>() = log(Jx, Jx);

@@ -34,8 +34,8 @@ struct RelativePose {
     if (Jy) *Jy = multiply<X>(at_r.right, marker.inverse().Ad());
   }
 
-  void curvature(const G& x, const G& y, const Vector<dim>& w,
-                 Matrix<2 * G::dof, 2 * G::dof>& H) const requires HasExpCurvature<G> {
+  void curvature(const G& x, const G& y, const Rows<dim, G>& w,
+                 Matrix<2 * G::dof, 2 * G::dof, typename G::Scalar>& H) const requires HasExpCurvature<G> {
     const G from = (B * z).inverse(), E = x.inverse() * y;
     const typename G::Tangent e = (from * E * F).Log();
     const InverseJacobians<G> at_e(e);

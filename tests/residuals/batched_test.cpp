@@ -1,3 +1,4 @@
+#include <cmath>
 #include <numbers>
 #include <random>
 
@@ -24,7 +25,7 @@ class Tangents {
   std::mt19937_64 random_{1};
 };
 
-/// Rows and Jacobians of the four are those of each.
+/// Rows, Jacobians and second derivatives of the four are those of each.
 template <class R, class... Xs>
 void expect_each(const std::array<R, kBatch>& residual, const std::array<Xs, kBatch>&... x) {
   constexpr std::size_t arity = sizeof...(Xs);
@@ -43,7 +44,15 @@ void expect_each(const std::array<R, kBatch>& residual, const std::array<Xs, kBa
   std::array<double, kBatch * 6> rows;
   Batched<R>::evaluate(residuals, {pointers(x)...}, rows.data());
   EXPECT_EQ(rows, r);
+  constexpr int n = 6 * int(arity);
+  std::array<double, kBatch * 6> w;
+  std::array<double, kBatch * n * n> C;
+  for (std::size_t k = 0; k < w.size(); ++k) w[k] = std::sin(1.0 + 2.0 * double(k));
+  Batched<R>::curvature(residuals, {pointers(x)...}, w.data(), C.data());
   for (std::size_t i = 0; i < kBatch; ++i) {
+    Matrix<n, n> of_each;
+    residual[i].curvature(x[i]..., Vector<6>(w.data() + 6 * i), of_each);
+    EXPECT_LE((Eigen::Map<Matrix<n, n>>(C.data() + n * n * i) - of_each).norm(), 1e-13 * (1 + of_each.norm()));
     Vector<6> one;
     std::array<Matrix<6, 6>, arity> of_one;
     std::apply([&](auto&... Ji) { residual[i](x[i]..., one, &Ji...); }, of_one);
