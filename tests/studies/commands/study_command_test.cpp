@@ -223,7 +223,7 @@ TEST(StudyCommand, RunsDives) {
   const std::string alone =
       scratch.write("alone.yaml",
                     "name: alone\nsimulation: dive\nparameters: {minutes: 1, estimate_dvl_scale: 1, loss: huber:3, "
-                    "grade: [mems, tactical]}\nseeds: 2\n");
+                    "grade: [mems, tactical]}\nseeds: 3\n");
   const std::string out = scratch.path() / "out", threads = scratch.path() / "threads";
   const Outcome run = run_tandem({"study", "run", alone, "--out", out, "--threads", "1"});
   ASSERT_EQ(run.status, 0) << run.errors;
