@@ -64,10 +64,10 @@ std::optional<Variable<Rn<1>>> add_goal(Problem& problem, const PlanOptions& o, 
   };
   const bool last = k == o.steps;
   const double position = last ? o.terminal_position : o.running_position;
-  const double attitude = last ? o.terminal_attitude : o.running_attitude;
+  const double orientation = last ? o.terminal_orientation : o.running_orientation;
   problem.minimize(UsblPosition<>{o.goal.translation()}, cost(Eigen::Vector3d::Constant(position)),
                    {step.target, step.chaser});
-  problem.minimize(RelativeRotation<>{o.goal.rotation()}, cost(Eigen::Vector3d::Constant(attitude)),
+  problem.minimize(RelativeRotation<>{o.goal.rotation()}, cost(Eigen::Vector3d::Constant(orientation)),
                    {step.target, step.chaser});
   std::optional<Variable<Rn<1>>> gain;
   if (o.information > 0) {

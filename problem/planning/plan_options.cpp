@@ -49,7 +49,7 @@ Matrix<6, 6> expected_information(const PlanOptions& options, const SE3& chaser,
 std::string why_impossible(const PlanOptions& o) {
   if (o.steps < 1) return "a plan needs one step at least";
   if (!(o.dt > 0) || !std::isfinite(o.dt)) return "the step of a plan must be positive [s]";
-  for (const double sigma : {o.running_position, o.running_attitude, o.terminal_position, o.terminal_attitude,
+  for (const double sigma : {o.running_position, o.running_orientation, o.terminal_position, o.terminal_orientation,
                              o.running_speed, o.running_turn_rate, o.effort, o.rate})
     if (!(sigma > 0)) return "the standard deviations of a plan's costs must be positive";
   if (!(o.information >= 0) || !std::isfinite(o.information))

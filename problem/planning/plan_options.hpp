@@ -22,13 +22,13 @@ struct PlanOptions {
   int steps = 50;   ///< H
   double dt = 1.0;  ///< s a step
 
-  SE3 goal{};                                               ///< wanted pose of the chaser in the target's frame
-  double running_position = 10;                             ///< m from the goal, at each step
-  double running_attitude = 1.0;                            ///< rad
-  double terminal_position = 1.0, terminal_attitude = 0.2;  ///< at the last step
-  double running_speed = 1.0, running_turn_rate = 0.3;      ///< m/s and rad/s from the target's motion, at each step
-  double effort = 1.0;                                      ///< commands, as a share of half their range
-  double rate = 0.5;                                        ///< their change from step to step, likewise
+  SE3 goal{};                                                  ///< wanted pose of the chaser in the target's frame
+  double running_position = 10;                                ///< m from the goal, at each step
+  double running_orientation = 1.0;                            ///< rad
+  double terminal_position = 1.0, terminal_orientation = 0.2;  ///< at the last step
+  double running_speed = 1.0, running_turn_rate = 0.3;         ///< m/s and rad/s from the target's motion, at each step
+  double effort = 1.0;                                         ///< commands, as a share of half their range
+  double rate = 0.5;                                           ///< their change from step to step, likewise
 
   /// Seeing as a goal: what is expected to be missed of a fix's information at a step, bounded from above (Unseen), costs
   /// as much a nat. 0: no goal.

@@ -11,12 +11,12 @@ namespace tandem {
 
 /// Gains and limits of pure pursuit.
 struct PursuitOptions {
-  double speed = 1.5;          ///< most, over that of the goal [m/s]
-  double turn_rate = 0.4;      ///< most [rad/s]
-  double position_gain = 0.3;  ///< 1/s
-  double attitude_gain = 0.6;  ///< 1/s
-  double response = 2.0;       ///< s in which a wanted twist is to be reached
-  double least_speed = 0.5;    ///< of a vehicle whose fins need it to turn [m/s]
+  double speed = 1.5;             ///< most, over that of the goal [m/s]
+  double turn_rate = 0.4;         ///< most [rad/s]
+  double position_gain = 0.3;     ///< 1/s
+  double orientation_gain = 0.6;  ///< 1/s
+  double response = 2.0;          ///< s in which a wanted twist is to be reached
+  double least_speed = 0.5;       ///< of a vehicle whose fins need it to turn [m/s]
 };
 
 /// Whether it can push sideways, up and down, not only ahead.
@@ -62,13 +62,13 @@ Vector<N> pursue(const VehicleModel<N>& vehicle, const VehicleState<N>& state, c
   Vector<6> wanted = to_goal.Ad() * goal_twist;
   if (is_holonomic(vehicle)) {
     wanted.head<3>() += within(o.position_gain * p, o.speed);
-    wanted.tail<3>() += within(o.attitude_gain * to_goal.rotation().Log(), o.turn_rate);
+    wanted.tail<3>() += within(o.orientation_gain * to_goal.rotation().Log(), o.turn_rate);
   } else {
     const double ahead = goal_twist.head<3>().norm();
     wanted = state.twist;  // sideways it moves as it will
     wanted[0] = std::clamp(ahead + o.position_gain * p[0], o.least_speed, ahead + o.speed);
-    wanted[4] = std::clamp(-o.attitude_gain * std::atan2(p[2], std::hypot(p[0], p[1])), -o.turn_rate, o.turn_rate);
-    wanted[5] = std::clamp(o.attitude_gain * std::atan2(p[1], p[0]), -o.turn_rate, o.turn_rate);
+    wanted[4] = std::clamp(-o.orientation_gain * std::atan2(p[2], std::hypot(p[0], p[1])), -o.turn_rate, o.turn_rate);
+    wanted[5] = std::clamp(o.orientation_gain * std::atan2(p[1], p[0]), -o.turn_rate, o.turn_rate);
   }
   VehicleState<N> damped = state;
   // By what damps the wanted twist: pushed against what damps the one it has, it would stop by itself no longer.
@@ -83,7 +83,7 @@ Vector<N> keep_course(const VehicleModel<N>& vehicle, const VehicleState<N>& sta
                       const SO3& course, double speed, const PursuitOptions& o) {
   const SO3 to_course = state.pose.rotation().inverse() * course;
   VehicleState<N> damped = state;
-  damped.twist << to_course.act({speed, 0.0, 0.0}), o.attitude_gain * to_course.Log();
+  damped.twist << to_course.act({speed, 0.0, 0.0}), o.orientation_gain * to_course.Log();
   if (!is_holonomic(vehicle)) damped.twist.template segment<3>(1) = state.twist.template segment<3>(1);
   return command_for(vehicle, damped, current, Vector<6>((damped.twist - state.twist) / o.response));
 }

@@ -60,7 +60,7 @@ void lift(PlanLimit limit, VehicleModel<N>& vehicle, PlanOptions& plan) {
 PursuitOptions unlimited(PursuitOptions pursuit, double dt) {
   pursuit.speed *= kFarFaster;
   pursuit.turn_rate *= kFarFaster;
-  pursuit.attitude_gain = pursuit.position_gain = 1.0 / dt;
+  pursuit.orientation_gain = pursuit.position_gain = 1.0 / dt;
   pursuit.response = 0.5 * dt;
   return pursuit;
 }

@@ -149,7 +149,8 @@ CsvTable<Instant> instant_columns() {
                  [m](const Instant& i) { return i.*m ? std::optional((i.*m)->target) : std::nullopt; })
         .add(of + "error_m", "of the mode's relative position [m]", error_of_mode(m, &ModeState::error))
         .add(of + "three_sigma_m", "3 √trace of its covariance [m]", error_of_mode(m, &ModeState::three_sigma))
-        .add(of + "angle_deg", "error of the mode's relative orientation [deg]", error_of_mode(m, &ModeState::angle));
+        .add(of + "orientation_error_deg", "error of the mode's relative orientation [deg]",
+             error_of_mode(m, &ModeState::angle));
   }
   return table;
 }

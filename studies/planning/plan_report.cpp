@@ -82,7 +82,7 @@ std::string report(const PlannedRun& run) {
                       run.coupled ? ", coupled" : "", name(run.origin), run.summary.iterations,
                       1e3 * run.summary.seconds, run.summary.cost, run.max_violation);
   text += fmt::format("at the end        {:.2f} m and {:.1f}° from the goal, at {:.2f} m/s along with it\n",
-                      miss.position, kDegrees * miss.attitude, miss.speed);
+                      miss.position, kDegrees * miss.orientation, miss.speed);
   text += fmt::format("least distance    {:.2f} m\n", least_distance(run));
   text += fmt::format("target, 3 σ       {:.2f} m now, {:.2f} m at the end, {:.2f} m by what is seen until then\n",
                       three_sigma(run.instants.front().target_covariance),
@@ -114,7 +114,8 @@ std::string plan_json(const PlannedRun& run) {
   for (const PlanLimit limit : run.clash) json["clash"].push_back(described(limit, run));
   json["iterations"] = run.summary.iterations;
   json["seconds"] = run.summary.seconds;
-  json["end"] = {{"position_m", miss.position}, {"attitude_deg", kDegrees * miss.attitude}, {"speed_m_s", miss.speed}};
+  json["end"] = {
+      {"position_m", miss.position}, {"orientation_deg", kDegrees * miss.orientation}, {"speed_m_s", miss.speed}};
   json["least_distance_m"] = least_distance(run);
   json["target_three_sigma_m"] = {{"start", three_sigma(run.instants.front().target_covariance)},
                                   {"end", three_sigma(run.instants.back().target_covariance)},

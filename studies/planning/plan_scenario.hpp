@@ -71,7 +71,7 @@ PlannedRun plan_scenario(const Scenario& scenario, const TrackingOptions& tracki
 /// The plan's last instant against the goal.
 struct MissAtEnd {
   double position;  ///< m
-  double attitude;  ///< rad
+  double orientation;  ///< rad
   double speed;     ///< of the chaser against what goes along with the target [m/s]
 };
 MissAtEnd miss_at_end(const PlannedRun& run);

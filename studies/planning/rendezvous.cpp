@@ -124,9 +124,9 @@ class Simulation {
       o.fix = data_.sensors[1].sigma;
     }
     o.running_position = docking ? 0.5 : 4.0;  // docking: not far above what docked is
-    o.running_attitude = docking ? 0.15 : 1.0;
+    o.running_orientation = docking ? 0.15 : 1.0;
     o.terminal_position = docking ? 0.2 : 1.0;
-    o.terminal_attitude = docking ? 0.05 : 0.3;
+    o.terminal_orientation = docking ? 0.05 : 0.3;
     o.running_speed = docking ? 0.3 : 1.0;
     if (docking) {
       o.approach = Cone{kCorridor, SE3(SO3::Exp({0.0, 0.0, std::numbers::pi}), Vector<3>(Vector<3>::Zero()))};
