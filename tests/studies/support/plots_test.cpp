@@ -1,9 +1,14 @@
+#include <algorithm>
 #include <csignal>
+#include <map>
+#include <regex>
+#include <set>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <tandem/studies/commands/command_list.hpp>
 #include <tandem/studies/support/gnuplot.hpp>
 #include <tandem/studies/support/plots.hpp>
 
@@ -39,16 +44,31 @@ TEST(Plots, AScriptSaysWhatItDrawsAndNeeds) {
   EXPECT_THAT(plots[1].needs, ElementsAre("a.csv", "b.tum"));
 }
 
-TEST(Plots, EveryScriptOfTheHouseHasAHead) {
-  std::vector<std::string> names;
+/// The commands, by the list that makes them.
+std::vector<std::string> commands() {
+#define TANDEM_NAME(name, summary) #name,
+  return {TANDEM_COMMANDS(TANDEM_NAME, TANDEM_NAME)};
+#undef TANDEM_NAME
+}
+
+/// A script draws runs of commands that there are, or is what others call.
+TEST(Plots, EveryScriptOfTheHouseIsOfUse) {
+  std::map<std::string, std::string> scripts;
+  for (const auto& entry : std::filesystem::directory_iterator(plot_scripts()))
+    if (entry.path().extension() == ".gp") scripts[entry.path().filename()] = read_file(entry.path());
+  std::set<std::string> drawn;
   for (const PlotScript& plot : plots_in(plot_scripts())) {
-    names.push_back(plot.file.stem());
+    drawn.insert(plot.file.filename());
     EXPECT_THAT(plot.needs, testing::Not(IsEmpty())) << plot.file;
+    for (const std::string& command : plot.of) EXPECT_THAT(commands(), testing::Contains(command)) << plot.file;
   }
-  EXPECT_THAT(names,
-              ElementsAre("compare", "error_norms", "errors", "evidence", "fig1", "fig3", "fig6", "fig7", "models",
-                          "navigation", "navigation_errors", "plan", "plan_commands", "rendezvous", "residual_noise",
-                          "study_consistency", "study_distribution", "study_means", "trajectories"));
+  EXPECT_THAT(drawn, testing::Not(IsEmpty()));
+  for (const auto& [name, text] : scripts) {
+    const bool called = std::any_of(scripts.begin(), scripts.end(), [&, name = name](const auto& other) {
+      return other.first != name && std::regex_search(other.second, std::regex("call [^\n]*['\"]" + name + "['\"]"));
+    });
+    EXPECT_NE(drawn.contains(name), called) << name << " draws no command's runs and no other script calls it, or both";
+  }
 }
 
 TEST(Plots, AFolderGetsThePlotsOfItsCommand) {
