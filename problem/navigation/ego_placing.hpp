@@ -70,10 +70,4 @@ Block place(const EgoPlacing& at, const R& residual) {
   }
 }
 
-// One a kind, in a file of its own: place_dvl.cpp, …
-Block place_dvl(const EgoPlacing& at, const EgoMeasurement& m);
-Block place_depth(const EgoPlacing& at, const EgoMeasurement& m);
-Block place_gps(const EgoPlacing& at, const EgoMeasurement& m);
-Block place_heading(const EgoPlacing& at, const EgoMeasurement& m);
-
 }  // namespace tandem::detail

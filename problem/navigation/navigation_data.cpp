@@ -4,6 +4,15 @@
 #include <tandem/problem/navigation/navigation_data.hpp>
 
 namespace tandem {
+namespace detail {
+
+// A placement is a file of its own: place_dvl.cpp, …
+Block place_dvl(const EgoPlacing& at, const EgoMeasurement& m);
+Block place_depth(const EgoPlacing& at, const EgoMeasurement& m);
+Block place_gps(const EgoPlacing& at, const EgoMeasurement& m);
+Block place_heading(const EgoPlacing& at, const EgoMeasurement& m);
+
+}  // namespace detail
 namespace {
 
 EgoMeasurement ideal_dvl(const EgoSensor&, double t, const SE3& pose, const Vector<3>& velocity) {
