@@ -6,6 +6,7 @@
 #include <tandem/studies/scenario/builtin_scenarios.hpp>
 #include <tandem/studies/scenario/implausible_times.hpp>
 #include <tandem/studies/support/option_values.hpp>
+#include <tandem/studies/support/text.hpp>
 
 namespace tandem {
 namespace {
@@ -37,11 +38,9 @@ void add_problem(CommandOptions& option, ProblemRequest& request, bool limits) {
   option.group(kTarget);
   option("--mode", "A|B", "Target as poses (A, default) or poses where one was measured, else points (B)", target.mode,
          parse_mode);
-  option(
-      "--model", "NAME",
-      "Motion: constant-twist (default), constant-velocity, damped-twist, damped-velocity, white-noise-acceleration, "
-      "steady-course or no-motion",
-      target.model, parse_model);
+  option("--model", "NAME",
+         fmt::format("Motion: {} (default {})", listed(model_names(), "or"), name(MotionModel::constant_twist)),
+         target.model, parse_model);
   option("--junction", "boundary|direct", "How mode B ties points to poses (default boundary)", target.junction,
          parse_junction);
   option("--horizons", "LIST",

@@ -266,14 +266,15 @@ void add_sensors(CommandOptions& option, SensorOptions& sensors) {
                     sensors.noise, [](const std::string& name, const std::string& text) {
                       return parse_setting<std::vector<double>>(name, text, parse_numbers);
                     });
-  option.repeatable("--loss", "[WHICH=]NAME[:SCALE]",
-                    "Robust loss of the measurements: huber, cauchy, geman-mcclure, tukey or student-t, scale in "
-                    "sigmas (default 1); of "
-                    "WHICH = a sensor, its orientation apart (SENSOR.orientation) or that of all (orientation)",
-                    sensors.losses, [](const std::string& name, const std::string& text) {
-                      return parse_setting_of_all<Loss>(
-                          name, text, [&](const std::string&, const std::string& t) { return parse_loss(name, t); });
-                    });
+  option.repeatable(
+      "--loss", "[WHICH=]NAME[:SCALE]",
+      fmt::format("Robust loss of the measurements: {}, scale in sigmas (default 1); of WHICH = a sensor, "
+                  "its orientation apart (SENSOR.orientation) or that of all (orientation)",
+                  listed(loss_names(), "or")),
+      sensors.losses, [](const std::string& name, const std::string& text) {
+        return parse_setting_of_all<Loss>(
+            name, text, [&](const std::string&, const std::string& t) { return parse_loss(name, t); });
+      });
   option.repeatable(
       "--delay", "SENSOR=SECONDS", "A line stamped t was valid so long before, or, of an imu below zero, after",
       sensors.delays,

@@ -7,6 +7,7 @@
 #include <tandem/problem/lanes.hpp>
 #include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/support/option_values.hpp>
+#include <tandem/studies/support/text.hpp>
 
 namespace tandem {
 namespace {
@@ -17,7 +18,12 @@ IpoptOptions& ipopt(const std::string& option, Solver& solver) {
 }
 
 std::string help(const std::string& otherwise) {
-  return fmt::format("gauss-newton, augmented-lagrangian, ipopt or nlopt:ALGORITHM (default {})", otherwise);
+  std::vector<std::string> names;
+  for (const std::string& name : solver_names()) {
+    const std::string shown = name.starts_with("nlopt:") ? "nlopt:ALGORITHM" : name;
+    if (names.empty() || names.back() != shown) names.push_back(shown);
+  }
+  return fmt::format("{} (default {})", listed(names, "or"), otherwise);
 }
 
 }  // namespace

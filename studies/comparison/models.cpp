@@ -12,6 +12,23 @@ namespace {
 
 constexpr double kYawRate = 0.3;  // rad/s
 
+/// Words that set more than the motion model of the same name.
+const std::string kModeB = "mode-b", kMultiHorizon = "multi-horizon";
+
+/// What a model's parts after its first are called, and the values that they take besides a role.
+struct PartName {
+  std::string name, values{};
+};
+const std::vector<PartName> kParts = {{"non-holonomic"},   {"roll-pitch"}, {"surge", "MIN,MAX"},
+                                      {"yaw-rate", "MAX"}, {"all"},        {"horizons", "LIST"}};
+
+/// What may stand first.
+std::vector<std::string> first_parts() {
+  std::vector<std::string> names = model_names();
+  names.insert(names.end(), {kModeB, kMultiHorizon});
+  return names;
+}
+
 /// "name:a:b" as name, a, b.
 struct Part {
   std::string text, name;
@@ -28,12 +45,12 @@ Part part_of(std::string_view text) {
 
 /// The motion model that a part names, if it does.
 bool set_motion(const Part& part, TrackingOptions& options) {
-  if (part.name == "mode-b") {
+  if (part.name == kModeB) {
     options.mode = Mode::B;
     options.model = MotionModel::constant_twist;
     return true;
   }
-  if (part.name == "multi-horizon") {
+  if (part.name == kMultiHorizon) {
     options.model = MotionModel::constant_twist;
     options.horizons = {{1, 1}, {2, 2}, {4, 4}};
     return true;
@@ -57,12 +74,11 @@ Role take_role(const std::string& option, Part& part) {
 }
 
 void no_more(const std::string& option, const Part& part) {
-  if (!part.values.empty())
-    throw Error(fmt::format("{}: {} takes {}, not {}", option, part.name,
-                            part.name == "surge"      ? "MIN,MAX and soft or hard"
-                            : part.name == "yaw-rate" ? "MAX and soft or hard"
-                                                      : "soft or hard alone",
-                            quote(part.text)));
+  if (part.values.empty()) return;
+  const auto known = std::find_if(kParts.begin(), kParts.end(), [&](const PartName& p) { return p.name == part.name; });
+  const std::string values = known == kParts.end() ? "" : known->values;
+  throw Error(fmt::format("{}: {} takes {}, not {}", option, part.name,
+                          values.empty() ? "soft or hard alone" : values + " and soft or hard", quote(part.text)));
 }
 
 /// Adds constraints and horizons to a model.
@@ -78,16 +94,14 @@ class ModelParts {
                                          colon == std::string::npos ? "" : part.text.substr(colon + 1));
       return;
     }
-    static const std::vector<std::string> known = {"non-holonomic", "roll-pitch", "surge",
-                                                   "yaw-rate",      "all",        "horizons"};
+    std::vector<std::string> known;
+    for (const PartName& p : kParts) known.push_back(p.name);
     if (std::find(known.begin(), known.end(), part.name) == known.end()) {
+      const std::vector<std::string> first = first_parts();
       std::vector<std::string> words = known;
-      for (const MotionModel model : motion_models) words.emplace_back(name(model));
-      words.emplace_back("mode-b");
-      words.emplace_back("multi-horizon");
-      throw Error(fmt::format(
-          "{} knows no {}{} (models begin: {}; then +{})", option_, quote(part.name), did_you_mean(part.name, words),
-          fmt::join(words.begin() + std::ptrdiff_t(known.size()), words.end(), ", "), fmt::join(known, ", +")));
+      words.insert(words.end(), first.begin(), first.end());
+      throw Error(fmt::format("{} knows no {}{} (models begin: {}; then +{})", option_, quote(part.name),
+                              did_you_mean(part.name, words), fmt::join(first, ", "), fmt::join(known, ", +")));
     }
     const Role role = take_role(option_, part);
     const bool all = part.name == "all";
@@ -133,6 +147,13 @@ std::vector<std::string> default_models() {
     for (const char* role : {"soft", "hard"}) names.push_back(fmt::format("{}:{}", constraint, role));
   for (const char* last : {"roll-pitch:hard", "all:soft", "all:hard"}) names.emplace_back(last);
   return names;
+}
+
+std::string model_spec_words() {
+  std::vector<std::string> parts;
+  for (const auto& [name, values] : kParts) parts.push_back(values.empty() ? name : name + ":" + values);
+  return fmt::format("MODEL: {} (default {}). CONSTRAINT: {}.", listed(first_parts(), "or"),
+                     name(MotionModel::constant_twist), listed(parts, "or"));
 }
 
 NamedModel parse_model_spec(const std::string& option, const std::string& spec, const TrackingOptions& base) {

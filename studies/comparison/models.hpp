@@ -19,15 +19,17 @@ struct NamedModel {
 std::vector<std::string> default_models();
 
 /// A model out of parts joined by '+', e.g. "constant-twist+non-holonomic:hard+surge:0,2.5+horizons:1,2", on top of
-/// `base`. The first part may be a model: constant-twist (where none is given), mode-b, constant-velocity, multi-horizon
-/// (constant twist with horizons 1,2,4), white-noise-acceleration, steady-course or no-motion. The others, hard where no role is
-/// said:
+/// `base`. The first part may be a motion model by its name (constant-twist where none is given), mode-b or multi-horizon
+/// (constant twist with horizons 1,2,4). The others, hard where no role is said:
 ///
 ///     non-holonomic[:ROLE]  roll-pitch[:ROLE]  surge[:MIN,MAX][:ROLE]  yaw-rate[:MAX][:ROLE]  all[:ROLE]  horizons:LIST
 ///
 /// with ROLE soft or hard; limits without numbers are those of `base`, else surge ≥ 0 m/s and yaw rate ±0.3 rad/s; `all`
 /// is the first four. Throws Error that says what is taken and, where one is near, what may have been meant.
 NamedModel parse_model_spec(const std::string& option, const std::string& spec, const TrackingOptions& base);
+
+/// What parse_model_spec takes, for help: "MODEL: constant-twist, …. CONSTRAINT: non-holonomic, …."
+std::string model_spec_words();
 
 /// A list of them by commas; a comma before a number belongs to the model before it.
 std::vector<NamedModel> parse_model_list(const std::string& option, const std::string& text,

@@ -63,6 +63,12 @@ MotionModel parse_model(const std::string& option, const std::string& text) {
   return choose<MotionModel>(option, text, choices);
 }
 
+std::vector<std::string> model_names() {
+  std::vector<std::string> names;
+  for (const MotionModel model : motion_models) names.emplace_back(name(model));
+  return names;
+}
+
 Junction parse_junction(const std::string& option, const std::string& text) {
   return choose<Junction>(option, text, {{"boundary", Junction::boundary}, {"direct", Junction::direct}});
 }
@@ -118,6 +124,12 @@ Loss parse_loss(const std::string& option, const std::string& text) {
   if (!std::isfinite(loss.scale) || loss.scale <= 0.0)
     throw Error(fmt::format("{}: the scale {} must be above zero and finite", option, loss.scale));
   return loss;
+}
+
+std::vector<std::string> loss_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, kind] : losses()) names.push_back(name);
+  return names;
 }
 
 std::string loss_text(const Loss& loss) {

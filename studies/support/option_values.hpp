@@ -17,6 +17,7 @@ Role parse_role(const std::string& option, const std::string& text);          //
 Role parse_limits(const std::string& option, const std::string& text);        ///< hard or soft
 Mode parse_mode(const std::string& option, const std::string& text);          ///< A or B
 MotionModel parse_model(const std::string& option, const std::string& text);  ///< constant-twist, …
+std::vector<std::string> model_names();                                       ///< that it takes, the default first
 Junction parse_junction(const std::string& option, const std::string& text);  ///< boundary or direct
 std::vector<Horizon> parse_horizons(const std::string& option,
                                     const std::string& text);  ///< e.g. 1,2,5:3: each BACK:AHEAD or both
@@ -28,6 +29,7 @@ std::optional<PlotFormat> parse_plots(const std::string& option,
 Bounds<1> parse_interval(const std::string& option,
                          const std::string& text);                    ///< MIN,MAX or MIN; inf is a bound
 Loss parse_loss(const std::string& option, const std::string& text);  ///< NAME or NAME:SCALE
+std::vector<std::string> loss_names();                                ///< that it takes
 std::string loss_text(const Loss& loss);                              ///< as parse_loss() takes it
 Solver parse_solver(const std::string& option,
                     const std::string& text);  ///< gauss-newton, augmented-lagrangian, ipopt or nlopt:ALGORITHM

@@ -76,13 +76,12 @@ int run_models(const ModelsRequest& request, const CommandOptions& option) {
 Command models_command() {
   return {[](CommandOptions& option) {
             const auto request = std::make_shared<ModelsRequest>();
-            option.footer(
+            option.footer(fmt::format(
                 "A model is [MODEL][+CONSTRAINT[:VALUES][:soft|hard]]…, e.g. "
-                "constant-twist+non-holonomic:hard+surge:0,2.5:soft or all:hard. MODEL: constant-twist (default), "
-                "mode-b, constant-velocity, multi-horizon, white-noise-acceleration, steady-course. CONSTRAINT: "
-                "non-holonomic, roll-pitch, surge:MIN,MAX, yaw-rate:MAX, all; also horizons:LIST. --surge and "
-                "--yaw-rate give the limits of models that name none.\nExit status: 0 converged, 1 wrong input or "
-                "usage, 2 some model did not converge or interrupted.");
+                "constant-twist+non-holonomic:hard+surge:0,2.5:soft or all:hard. {} --surge and --yaw-rate give the "
+                "limits of models that name none.\nExit status: 0 converged, 1 wrong input or usage, 2 some model did "
+                "not converge or interrupted.",
+                model_spec_words()));
             add_problem(option, request->problem, false);
             add_max_keyframes(option, request->problem);
             add_own_sensors(option, request->problem.own, true);

@@ -54,6 +54,13 @@ TEST(ModelSpec, HardIsTheDefaultAndLimitsComeFromTheCommandLine) {
   EXPECT_EQ(all.roll_pitch, Role::soft);
 }
 
+TEST(ModelSpec, HelpNamesWhatIsTaken) {
+  const std::string help = model_spec_words();
+  for (const MotionModel model : motion_models) EXPECT_THAT(help, HasSubstr(std::string(name(model))));
+  for (const char* word : {"mode-b", "multi-horizon", "non-holonomic", "roll-pitch", "surge:MIN,MAX", "yaw-rate:MAX"})
+    EXPECT_THAT(help, HasSubstr(word));
+}
+
 TEST(ModelSpec, ListsKeepTheCommasOfNumbers) {
   std::vector<std::string> names;
   for (const NamedModel& model :
