@@ -12,29 +12,42 @@
 namespace tandem {
 namespace {
 
-using Names = std::vector<std::string>;
+struct Component {
+  std::string name;
+  bool angle = false;
+};
+using Components = std::vector<Component>;
 
-Names of_pose(bool planar) { return planar ? Names{"x", "y", "yaw"} : Names{"x", "y", "z", "rx", "ry", "rz"}; }
-Names of_point(bool planar) { return planar ? Names{"x", "y"} : Names{"x", "y", "z"}; }
+const Component kYaw{"yaw", true}, kAzimuth{"azimuth", true}, kElevation{"elevation", true};
 
-Names of_sensor(SensorType type, bool planar) {
-  Names names;
-  const auto add = [&](unsigned part, const Names& more) {
-    if (type->has(part)) names.insert(names.end(), more.begin(), more.end());
-  };
-  add(measured::position, of_point(planar));
-  add(measured::rotation, planar ? Names{"yaw"} : Names{"rx", "ry", "rz"});
-  add(measured::range, {"range"});
-  add(measured::direction, planar ? Names{"bearing"} : Names{"azimuth", "elevation"});
-  add(measured::angles, {"azimuth", "elevation"});
-  add(measured::height, {"height"});
-  return names;
+Components of_point(bool planar) { return planar ? Components{{"x"}, {"y"}} : Components{{"x"}, {"y"}, {"z"}}; }
+Components of_rotation(bool planar) {
+  return planar ? Components{kYaw} : Components{{"rx", true}, {"ry", true}, {"rz", true}};
+}
+Components of_pose(bool planar) {
+  Components components = of_point(planar);
+  for (Component& angle : of_rotation(planar)) components.push_back(std::move(angle));
+  return components;
 }
 
-Names of_noise(const std::string& noise, bool planar) {
+Components of_sensor(SensorType type, bool planar) {
+  Components components;
+  const auto add = [&](unsigned part, const Components& more) {
+    if (type->has(part)) components.insert(components.end(), more.begin(), more.end());
+  };
+  add(measured::position, of_point(planar));
+  add(measured::rotation, of_rotation(planar));
+  add(measured::range, {{"range"}});
+  add(measured::direction, planar ? Components{{"bearing", true}} : Components{kAzimuth, kElevation});
+  add(measured::angles, {kAzimuth, kElevation});
+  add(measured::height, {{"height"}});
+  return components;
+}
+
+Components of_noise(const std::string& noise, bool planar) {
   if (noise == "constant_velocity") return of_point(planar);
-  if (noise == "roll_pitch") return {"roll", "pitch"};
-  if (noise == "non_holonomic") return planar ? Names{"sway"} : Names{"sway", "heave"};
+  if (noise == "roll_pitch") return {{"roll", true}, {"pitch", true}};
+  if (noise == "non_holonomic") return planar ? Components{{"sway"}} : Components{{"sway"}, {"heave"}};
   return of_pose(planar);
 }
 
@@ -44,8 +57,12 @@ bool is_assumed(const std::string& noise) {
          noise == "velocity_time";
 }
 
-CalibratedEntry entry_of(std::string name, Names components, std::vector<double> sigmas, bool turned) {
-  CalibratedEntry entry{std::move(name), "", std::move(components), std::move(sigmas), {}};
+CalibratedEntry entry_of(std::string name, const Components& components, std::vector<double> sigmas, bool turned) {
+  CalibratedEntry entry{std::move(name), "", {}, {}, std::move(sigmas), {}};
+  for (const auto& [component, angle] : components) {
+    entry.components.push_back(component);
+    entry.angle.push_back(angle);
+  }
   entry.row.resize(entry.components.size());
   std::iota(entry.row.begin(), entry.row.end(), 0);
   if (turned) std::swap(entry.row[0], entry.row[1]);  // a file's north and east
@@ -62,8 +79,8 @@ CalibratedEntry own_entry(const EgoSensor& sensor, const Frame& frame, bool erro
   const bool turned = world && frame.is_ned();
   if (turned) std::swap(sigmas[0], sigmas[1]);
   CalibratedEntry entry = entry_of(error ? sensor.name + ".error" : sensor.name,
-                                   height     ? Names{"height"}
-                                   : rotation ? Names{"rx", "ry", "rz"}
+                                   height     ? Components{{"height"}}
+                                   : rotation ? of_rotation(false)
                                               : of_point(false),
                                    std::move(sigmas), turned);
   entry.kind = name(sensor.type);
@@ -111,9 +128,9 @@ std::vector<CalibratedEntry> calibrated_entries(const Scenario& scenario) {
         return s.name == noise.name || (s.error && s.error->has_bias() && s.name + ".error" == noise.name);
       });
       const bool is_sensor = sensor != data.sensors.end();
-      Names components = is_sensor ? of_sensor(sensor->type, planar) : of_noise(noise.name, planar);
+      const Components components = is_sensor ? of_sensor(sensor->type, planar) : of_noise(noise.name, planar);
       std::vector<double> sigmas(noise.sigmas.begin(), noise.sigmas.begin() + std::ptrdiff_t(components.size()));
-      entries.push_back(entry_of(noise.name, std::move(components), std::move(sigmas),
+      entries.push_back(entry_of(noise.name, components, std::move(sigmas),
                                  noise.name == "constant_velocity" && scenario.frame.is_ned()));
       entries.back().sensor = is_sensor && sensor->name == noise.name;
       if (is_sensor) entries.back().kind = name(sensor->type);

@@ -17,6 +17,7 @@ struct CalibratedEntry {
   std::string name;                     ///< of a sensor, or of another entry: "usbl", "constant_twist"
   std::string kind;                     ///< of the sensor, "" of other entries: what has to agree between scenarios
   std::vector<std::string> components;  ///< "x", "roll", "range", …; "" where there is one alone
+  std::vector<bool> angle;              ///< of each, whether it is one [rad]
   std::vector<double> sigmas;           ///< as given, in the axes of the scenario's files, as components are
   std::vector<int> row;                 ///< of each component, its place among the entry's rows in the problem
   bool sensor = false;

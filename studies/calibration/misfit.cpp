@@ -25,12 +25,6 @@ double variance_about_mean(const Misfit& m) {
   return m.value.empty() ? 0 : sum / double(m.value.size());
 }
 
-bool is_angle(const std::string& component) {
-  return component.starts_with("r") ? component != "range"
-                                    : component == "yaw" || component == "bearing" || component == "azimuth" ||
-                                          component == "elevation" || component == "pitch";
-}
-
 }  // namespace
 
 double Misfit::mean() const {
@@ -58,7 +52,7 @@ bool Misfit::mean_is_off() const {
 }
 
 std::string Misfit::diagnosis() const {
-  const bool angle = is_angle(component), range = component == "range";
+  const bool range = component == "range";
   const double tau = correlation_time();
   std::string text;
   if (mean_is_off())
@@ -119,6 +113,7 @@ std::vector<Misfit> misfits(CalibrationProblem& built, const Stop& stop) {
         m.scenario = built.scenario;
         m.parameter = entry.parameter(c);
         m.component = entry.components[c].empty() ? entry.kind : entry.components[c];
+        m.angle = entry.angle[c];
       }
       if (!counts) {
         ++m.down_weighted;

@@ -13,6 +13,7 @@ namespace tandem {
 struct Misfit {
   std::string scenario, parameter;  ///< "usbl.x"
   std::string component;            ///< "x"
+  bool angle = false;               ///< it is one
   std::vector<double> t,
       value;  ///< in time order; those that a robust loss leaves a weight below kDownWeighted are out
   int down_weighted = 0;

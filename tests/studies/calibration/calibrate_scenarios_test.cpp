@@ -87,6 +87,9 @@ TEST(CalibrateScenarios, EntriesNameTheirComponentsAsFilesHaveThem) {
   ASSERT_FALSE(entries.empty());
   EXPECT_EQ(entries[0].name, "usbl");
   EXPECT_THAT(entries[0].components, ElementsAre("x", "y", "z"));
+  EXPECT_THAT(entries[0].angle, ElementsAre(false, false, false));
+  EXPECT_EQ(entries[1].name, "optical");
+  EXPECT_THAT(entries[1].angle, ElementsAre(false, false, false, true, true, true));
   for (const CalibratedEntry& e : entries) EXPECT_NE(e.name, "prior");
   scenario.frame = Frame::ned_frd();
   scenario.data.noise.constant_velocity = Vector<3>(1, 2, 3);  // east, north, up

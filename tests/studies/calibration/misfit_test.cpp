@@ -12,8 +12,9 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-Misfit made_of(double staying, double time_constant, double offset, const std::string& component = "rz") {
-  Misfit m{"here", "camera." + component, component, {}, {}};
+Misfit made_of(double staying, double time_constant, double offset, const std::string& component = "rz",
+               bool angle = true) {
+  Misfit m{"here", "camera." + component, component, angle, {}, {}};
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal;
   const double keep = time_constant > 0 ? std::exp(-0.5 / time_constant) : 0;
@@ -46,8 +47,8 @@ TEST(Misfit, AnErrorThatStaysHasATimeConstant) {
 
 TEST(Misfit, AMeanNamesTheTermThatWouldExplainIt) {
   EXPECT_THAT(made_of(0, 0, 1.5).diagnosis(), HasSubstr("+1.5 sigmas on average: a mounting misalignment"));
-  EXPECT_THAT(made_of(0, 0, -1.5, "range").diagnosis(), HasSubstr("sound speed"));
-  EXPECT_THAT(made_of(0, 0, 1.5, "x").diagnosis(), HasSubstr("another place of the sensor"));
+  EXPECT_THAT(made_of(0, 0, -1.5, "range", false).diagnosis(), HasSubstr("sound speed"));
+  EXPECT_THAT(made_of(0, 0, 1.5, "x", false).diagnosis(), HasSubstr("another place of the sensor"));
 }
 
 TEST(Misfit, AutocorrelationsPoolScenarios) {
