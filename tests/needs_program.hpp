@@ -8,6 +8,8 @@
 
 #include <gtest/gtest.h>
 
+#include "required.hpp"
+
 namespace tandem {
 
 inline bool program_present(const std::string& program) {
@@ -24,13 +26,13 @@ inline bool gnuplot_present() { return program_present("gnuplot"); }
 
 /// First line of a test of what is optional. Where it is absent, the test is reported as skipped and says what was not
 /// checked; where TANDEM_REQUIRE_SHARED asks for every check, it fails.
-#define TANDEM_NEEDS(present, name, what)                                                               \
-  do {                                                                                                  \
-    if (!(present)) {                                                                                   \
-      if (std::getenv("TANDEM_REQUIRE_SHARED")) FAIL() << (name) << " absent: not checked: " << (what); \
-      std::cerr << (name) << " absent: not checked: " << (what) << "\n";                                \
-      GTEST_SKIP() << (name) << " absent: not checked: " << (what);                                     \
-    }                                                                                                   \
+#define TANDEM_NEEDS(present, name, what)                                                        \
+  do {                                                                                           \
+    if (!(present)) {                                                                            \
+      if (tandem::everything_required()) FAIL() << (name) << " absent: not checked: " << (what); \
+      std::cerr << (name) << " absent: not checked: " << (what) << "\n";                         \
+      GTEST_SKIP() << (name) << " absent: not checked: " << (what);                              \
+    }                                                                                            \
   } while (false)
 #define TANDEM_NEEDS_PROGRAM(name, what) TANDEM_NEEDS(tandem::program_present(name), name, what)
 #define TANDEM_NEEDS_GNUPLOT(what) TANDEM_NEEDS_PROGRAM("gnuplot", what)

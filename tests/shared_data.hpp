@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <string>
@@ -8,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "paths.hpp"
+#include "required.hpp"
 
 /// Reference values and recordings kept beside the repository, in ../shared, because they may not be copied
 /// into it.
@@ -19,12 +19,6 @@ inline std::filesystem::path shared_path(const std::string& relative) {
 
 inline bool shared_present() { return std::filesystem::is_directory(paths::shared); }
 
-/// Whether the absence of ../shared is a failure, as in continuous integration: TANDEM_REQUIRE_SHARED=1.
-inline bool shared_required() {
-  const char* value = std::getenv("TANDEM_REQUIRE_SHARED");
-  return value && *value && std::string(value) != "0";
-}
-
 }  // namespace tandem
 
 /// First line of a test that reads ../shared. Where the folder is absent the test says how many checks did not run, and
@@ -33,7 +27,7 @@ inline bool shared_required() {
 #define TANDEM_NEEDS_SHARED(checks)                                               \
   do {                                                                            \
     if (!tandem::shared_present()) {                                              \
-      if (tandem::shared_required())                                              \
+      if (tandem::everything_required())                                          \
         FAIL() << tandem::paths::shared << " is absent, and is required here: "   \
                << "put the reference data there, or unset TANDEM_REQUIRE_SHARED"; \
       std::cerr << "../shared absent: " << (checks) << " checks not run\n";       \

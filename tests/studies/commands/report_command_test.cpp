@@ -21,11 +21,11 @@ const char* const kGapStudy =
     "name: 'gaps <i>'\nquestion: How far?\nparameters: {minutes: 2, gap: [0, 5, 10], gap_period: 40}\n"
     "models: [constant-twist, mode-b]\nseeds: 4\n";
 
-/// Without plotly.js, which is optional, there is no page; the message says so. Where TANDEM_REQUIRE_SHARED asks for every
-/// check, it has to be there.
+/// Without plotly.js, which is optional, there is no page; the message says so. Where everything is required, it has
+/// to be there.
 bool library_is_missing(const Outcome& run) {
   if (run.errors.find("a report needs plotly.js") == std::string::npos) return false;
-  EXPECT_EQ(std::getenv("TANDEM_REQUIRE_SHARED"), nullptr) << run.errors;
+  EXPECT_FALSE(everything_required()) << run.errors;
   EXPECT_EQ(run.status, 1);
   return true;
 }
@@ -92,7 +92,7 @@ TEST(ReportCommand, ARendezvousIsPlayedBack) {
       run_tandem({"rendezvous", "--methods", "decoupled,pursuit", "--time-limit", "15", "--out", out, "--quiet"});
   ASSERT_EQ(run.status, 0) << run.errors;
   const bool missing = run.errors.find("rendezvous.html is not written: a report needs plotly.js") != std::string::npos;
-  if (missing) EXPECT_EQ(std::getenv("TANDEM_REQUIRE_SHARED"), nullptr) << run.errors;
+  if (missing) EXPECT_FALSE(everything_required()) << run.errors;
   TANDEM_NEEDS(!missing, "plotly.js", "reports");
   const std::string page = read_file(out / "rendezvous.html");
   EXPECT_THAT(page, HasSubstr("<h1>Rendezvous of a REMUS 100</h1>"));
