@@ -104,12 +104,31 @@ TEST(StudyDatabase, WhatIsWrongIsOneSentence) {
   EXPECT_THAT(error_of([&] { StudyDatabase::read(folder.path()); }), HasSubstr("study.sqlite"));
 }
 
+/// Root as somebody to whom a folder can be read-only, its owner, for as long as this lives.
+class Unprivileged {
+ public:
+  explicit Unprivileged(const std::filesystem::path& folder) {
+    constexpr uid_t kNobody = 65534;
+    if (before_ == 0 && chown(folder.c_str(), kNobody, gid_t(-1)) == 0) changed_ = seteuid(kNobody) == 0;
+  }
+  ~Unprivileged() {
+    if (changed_) EXPECT_EQ(seteuid(before_), 0);
+  }
+  Unprivileged(const Unprivileged&) = delete;
+  Unprivileged& operator=(const Unprivileged&) = delete;
+
+ private:
+  const uid_t before_ = geteuid();
+  bool changed_ = false;
+};
+
 TEST(StudyDatabase, AFolderThatCannotBeWrittenIsSaidAtTheStart) {
   EXPECT_THAT(error_of([] { StudyDatabase::create("/proc/study", small_study(), kSmallStudy); }),
               HasSubstr("/proc/study cannot be made"));
-  if (geteuid() == 0) return;  // to whom nothing is read-only
   const ScratchFolder folder;
   std::filesystem::permissions(folder.path(), std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+  const Unprivileged somebody(folder.path());
+  if (geteuid() == 0) GTEST_SKIP() << "root, to whom nothing is read-only, and who may not become anybody else here";
   EXPECT_THAT(error_of([&] { StudyDatabase::create(folder.path(), small_study(), kSmallStudy); }),
               HasSubstr("cannot be written: Permission denied"));
 }
