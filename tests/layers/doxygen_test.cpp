@@ -1,0 +1,24 @@
+#include <cstdlib>
+
+#include <gtest/gtest.h>
+
+#include "needs_program.hpp"
+#include "paths.hpp"
+#include "studies/scratch.hpp"
+
+namespace tandem {
+namespace {
+
+/// As the target docs makes them, where a warning is an error.
+TEST(Doxygen, MakesTheReferencePagesWithoutAWarning) {
+  TANDEM_NEEDS_PROGRAM("doxygen", "what it makes of the comments in public headers");
+  const ScratchFolder scratch;
+  const std::string command = "cd '" + std::string(paths::source) +
+                              "' && (cat cmake/Doxyfile.in; echo OUTPUT_DIRECTORY=" + scratch.path().string() +
+                              ") | doxygen - > '" + (scratch.path() / "log").string() + "' 2>&1";
+  EXPECT_EQ(std::system(command.c_str()), 0) << read_file(scratch.path() / "log");
+  EXPECT_TRUE(std::filesystem::exists(scratch.path() / "html/index.html"));
+}
+
+}  // namespace
+}  // namespace tandem
