@@ -2,6 +2,7 @@
 
 #include <tandem/residuals/constant_twist.hpp>
 #include <tandem/residuals/usbl_position.hpp>
+#include <tandem/solvers/marginals.hpp>
 
 #include "cases.hpp"
 #include "problem/tracking/simulated_tracking.hpp"
@@ -186,6 +187,21 @@ TEST_P(EverySolver, ShowsTheIterateInTheVariablesWhileItReports) {
   const Summary other = solver()(silent);
   EXPECT_EQ(reporting.cost, other.cost) << "who looks changes nothing";
   EXPECT_EQ(reporting.evaluations, other.evaluations);
+}
+
+TEST_P(EverySolver, MarginalsFromItsReportsChangeNothing) {
+  const auto solved = [&](bool looks) {
+    Problem problem;
+    const auto x = problem.add(R2({-1.2, 1.0}));
+    problem.minimize(Rosenbrock{}, Gaussian{1.0, 1.0}, {x});
+    return solver()(problem, {.progress = [&](const Progress&) {
+                      if (looks) EXPECT_GT(Marginals(problem).covariance(x).trace(), 0.0);
+                    }});
+  };
+  const Summary alone = solved(false), watched = solved(true);
+  EXPECT_TRUE(watched.converged()) << watched.message;
+  EXPECT_EQ(watched.iterations, alone.iterations);
+  EXPECT_EQ(watched.cost, alone.cost);
 }
 
 /// A full Gauss-Newton step from 10 lands at −36.

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <tandem/solvers/marginals.hpp>
+
 #include "cases.hpp"
 #include "problem/tracking/simulated_tracking.hpp"
 #include "sanitized.hpp"
@@ -176,6 +178,35 @@ TEST_F(IpoptTest, SolvesFromACallback) {
   EXPECT_EQ(s.iterations, alone.iterations);
   EXPECT_EQ(s.cost, alone.cost);
   EXPECT_GT(inner_solved, s.iterations - 1);
+}
+
+/// Covariances of the very problem that is being solved, out of its callback: their Program takes the variables to another
+/// point, and Ipopt's own has to find its way back, in whatever order it evaluates.
+TEST_F(IpoptTest, MarginalsFromACallback) {
+  Simulation simulation;
+  simulation.duration = 8.0;
+  simulation.noise = 4.0;
+  for (const Hessian hessian : {Hessian::exact, Hessian::gauss_newton, Hessian::limited_memory}) {
+    const auto solved = [&](bool looks) {
+      TrackingProblem tracking = make_tracking_problem(simulation.data(), {.non_holonomic = Role::soft});
+      IpoptOptions options;
+      options.hessian = hessian;
+      int reports = 0;
+      if (looks)
+        options.progress = [&](const Progress&) {
+          const Marginals marginals(tracking.problem);
+          EXPECT_GT(marginals.covariance(std::get<Variable<SE3>>(tracking.chaser.back())).trace(), 0.0);
+          ++reports;
+        };
+      const Summary s = solve(tracking.problem, options);
+      EXPECT_EQ(reports > 0, looks);
+      return s;
+    };
+    const Summary alone = solved(false), watched = solved(true);
+    EXPECT_TRUE(watched.converged()) << watched.message;
+    EXPECT_EQ(watched.iterations, alone.iterations);
+    EXPECT_EQ(watched.cost, alone.cost);
+  }
 }
 
 TEST_F(IpoptTest, PrintsNothing) {
