@@ -14,17 +14,6 @@
 namespace tandem {
 namespace detail {
 
-Gaussian noise_of(std::string_view name, const Eigen::VectorXd& sigma, int size) {
-  const std::string subject = "the noise " + std::string(name);
-  if (sigma.size() != size)
-    throw Error(subject + " needs " + std::to_string(size) + " standard deviations, not " +
-                std::to_string(sigma.size()));
-  for (const double s : sigma)
-    if (!(s > 0 && std::isfinite(s)))
-      throw Error(subject + " is needed here: give standard deviations above zero (it has " + std::to_string(s) + ")");
-  return Gaussian(sigma);
-}
-
 template <LieGroup G>
 void TrackingBuild<G>::add_variables(std::size_t k) {
   const bool junction = k > 0 && is_pose(k) != is_pose(k - 1) && options.junction == Junction::boundary;

@@ -2,8 +2,7 @@
 #include <tandem/solvers/online/online_estimator.hpp>
 #include <tandem/solvers/online/target_fix.hpp>
 
-namespace tandem {
-namespace detail {
+namespace tandem::detail {
 namespace {
 
 // Against the scenario's noise; chosen by ten simulated dockings (docs/results.md).
@@ -56,22 +55,4 @@ HypothesesNoise hypotheses_noise(const TrackingNoise& noise) {
           .climb = kClimb * noise.constant_velocity[2]};
 }
 
-}  // namespace detail
-
-std::string why_no_hypotheses(const TrackingData& tracking, bool by_odometry) {
-  if (!by_odometry) return "the chaser moves by its own sensors";
-  if (tracking.planar) return "the problem is planar";
-  if (tracking.noise.constant_velocity.isZero(0)) return "the noise constant_velocity is not given";
-  for (const TargetSensor& sensor : tracking.sensors) {
-    const bool position =
-        sensor.type->has(measured::position) ||
-        (sensor.type->has(measured::range) && sensor.type->has(measured::direction | measured::angles));
-    if (!position) return sensor.name + " does not give a position";
-    if (sensor.error) return sensor.name + " has an error that stays, which the window estimates";
-    if (!sensor.type->has(measured::rotation) && !sensor.marker.translation().isZero())
-      return sensor.name + " sees a place on the target that its orientation tells";
-  }
-  return tracking.sensors.empty() ? "no sensor observes a target" : "";
-}
-
-}  // namespace tandem
+}  // namespace tandem::detail

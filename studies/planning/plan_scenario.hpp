@@ -62,6 +62,9 @@ struct PlannedRun {
   bool accepted() const { return tandem::accepted(origin, summary.status, max_violation); }
 };
 
+/// Pursuit, and the start of first plans, within what the vehicle can do.
+void pursue_within(PlannerOptions& planner, const Vehicle& vehicle);
+
 /// Estimates chaser and target out of what was measured until `request.at`, and plans the chaser's motion from there on.
 /// Throws Error where the recording has not begun by then, the target is not a pose at every keyframe (planar, Mode B, or
 /// models without orientation), the estimate does not converge, or the vehicle or the options make no plan.
@@ -70,9 +73,9 @@ PlannedRun plan_scenario(const Scenario& scenario, const TrackingOptions& tracki
 
 /// The plan's last instant against the goal.
 struct MissAtEnd {
-  double position;  ///< m
+  double position;     ///< m
   double orientation;  ///< rad
-  double speed;     ///< of the chaser against what goes along with the target [m/s]
+  double speed;        ///< of the chaser against what goes along with the target [m/s]
 };
 MissAtEnd miss_at_end(const PlannedRun& run);
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstdint>
@@ -9,23 +8,10 @@
 #include <vector>
 
 #include <tandem/solvers/planning/planner.hpp>
+#include <tandem/studies/planning/rendezvous_names.hpp>
 #include <tandem/studies/planning/vehicle_file.hpp>
 
 namespace tandem {
-
-/// How the chaser's commands come about.
-enum class RendezvousMethod {
-  decoupled,    ///< plans against the target's prediction, which is given
-  information,  ///< as decoupled, with seeing the target as a goal
-  coupled,      ///< what was measured in the last seconds, the target's future and the plan are one program
-  pursuit,      ///< pure pursuit of where the target's estimate puts the goal: the baseline
-};
-inline constexpr std::array rendezvous_methods = {RendezvousMethod::decoupled, RendezvousMethod::information,
-                                                  RendezvousMethod::coupled, RendezvousMethod::pursuit};
-std::string_view name(RendezvousMethod method);
-
-/// Throws Error, naming the option and the nearest.
-RendezvousMethod parse_rendezvous_method(const std::string& option, const std::string& text);
 
 /// A simulated rendezvous. The target goes on a course that swings to and fro; the chaser starts some way behind it, knows
 /// of it by USBL fixes and, near by and in view, optical poses, closes up to a standoff outside the keep-out distance, and
@@ -52,13 +38,6 @@ struct RendezvousOptions {
   const std::atomic<bool>* stop = nullptr;
 };
 
-/// Pursuit, and the start of first plans, within what the vehicle can do.
-void pursue_within(PlannerOptions& planner, const Vehicle& vehicle);
-
-/// Searching: nothing is known yet. Retreat: docking was given up, and the chaser leaves the keep-out distance.
-enum class RendezvousPhase { searching, approach, docking, retreat };
-std::string_view name(RendezvousPhase phase);
-
 /// One second of it: the truth, what the chaser believes and what it does.
 struct RendezvousStep {
   double t;
@@ -74,9 +53,6 @@ struct RendezvousStep {
   double processor_seconds = 0.0;  ///< of this thread, that the plan took
   bool first = false;              ///< of its phase: no plan before it to begin with
 };
-
-enum class RendezvousOutcome { docked, failed, timed_out, interrupted };
-std::string_view name(RendezvousOutcome outcome);
 
 struct RendezvousRun {
   std::uint64_t seed;

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/studies/planning/rendezvous.hpp>
+#include <tandem/studies/planning/rendezvous_names.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -19,11 +19,6 @@ RendezvousMethod parse_rendezvous_method(const std::string& option, const std::s
   }
   throw Error(
       fmt::format("{} takes {}, not {}{}", option, listed(names, "or"), quote(text), did_you_mean(text, names)));
-}
-
-void pursue_within(PlannerOptions& planner, const Vehicle& vehicle) {
-  planner.pursuit.speed = 0.6 * vehicle.most_twist[0];
-  planner.pursuit.turn_rate = 0.7 * vehicle.most_twist[5];
 }
 
 std::string_view name(RendezvousPhase phase) {

@@ -1,4 +1,5 @@
 #include <tandem/solvers/summary.hpp>
+#include <tandem/studies/planning/plan_scenario.hpp>
 #include <tandem/studies/planning/rendezvous_study.hpp>
 #include <tandem/studies/study/trial_rendezvous.hpp>
 

@@ -7,6 +7,7 @@
 #include <tandem/studies/commands/more/planning_options.hpp>
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/solver_options.hpp>
+#include <tandem/studies/planning/plan_scenario.hpp>
 #include <tandem/studies/planning/rendezvous_study.hpp>
 #include <tandem/studies/report/rendezvous_page.hpp>
 #include <tandem/studies/support/option_values.hpp>
