@@ -230,4 +230,8 @@ void write_rendezvous(const RendezvousStudy& study, const std::filesystem::path&
   write_file(folder / "summary.json", rendezvous_json(study));
 }
 
+std::vector<CsvDescription> rendezvous_file_columns() {
+  return {run_columns().describe("runs.csv"), step_columns().describe("rendezvous.csv")};
+}
+
 }  // namespace tandem

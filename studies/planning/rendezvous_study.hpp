@@ -34,5 +34,7 @@ std::string rendezvous_json(const RendezvousStudy& study);
 
 /// Writes runs.csv, rendezvous.csv (the first run, second by second) and summary.json. Throws Error.
 void write_rendezvous(const RendezvousStudy& study, const std::filesystem::path& folder);
+/// The columns of the first two.
+std::vector<CsvDescription> rendezvous_file_columns();
 
 }  // namespace tandem

@@ -9,10 +9,15 @@
 #include <tandem/studies/calibration/calibration_files.hpp>
 #include <tandem/studies/comparison/compare_report.hpp>
 #include <tandem/studies/comparison/models_report.hpp>
+#include <tandem/studies/demo/demo_fig3_files.hpp>
+#include <tandem/studies/demo/demo_modes.hpp>
 #include <tandem/studies/estimation/estimate_files.hpp>
 #include <tandem/studies/live/track.hpp>
 #include <tandem/studies/live/track_files.hpp>
 #include <tandem/studies/navigation/more/navigation_files.hpp>
+#include <tandem/studies/planning/plan_files.hpp>
+#include <tandem/studies/planning/rendezvous_study.hpp>
+#include <tandem/studies/study/study_report.hpp>
 #include <tandem/studies/support/text.hpp>
 
 #include "paths.hpp"
@@ -32,10 +37,10 @@ std::string section_of(const std::string& command) {
 }
 
 /// A column's name without what the page writes as a range or as a word in capitals: c11 … c66, ahead_H_x_m,
-/// TYPE_position_error_m.
+/// TYPE_position_error_m, MODE_error_m.
 std::string general(std::string name) {
   for (const auto& [one, any] :
-       {std::pair{"^(usbl|optical|gated|all|[A-Z]+)_", "#_"}, {"_[A-Z]+_", "_#_"}, {"[0-9]+", "#"}})
+       {std::pair{"^(usbl|optical|gated|all|a|b|[A-Z]+)_", "#_"}, {"_(usbl|optical|[A-Z]+)_", "_#_"}, {"[0-9]+", "#"}})
     name = std::regex_replace(name, std::regex(one), any);
   return name;
 }
@@ -68,6 +73,11 @@ TEST(FileFormats, EveryColumnThatACommandWritesIsDocumented) {
   expect_documented("compare", compare_file_columns());
   expect_documented("models", models_file_columns());
   expect_documented("calibrate", calibration_file_columns());
+  expect_documented("study", study_file_columns());
+  expect_documented("plan", plan_file_columns({"NAME"}));
+  expect_documented("rendezvous", rendezvous_file_columns());
+  expect_documented("demo fig3", fig3::file_columns());
+  expect_documented("demo table1", {modes::file_columns("NAME.csv")});
 }
 
 }  // namespace
