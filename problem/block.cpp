@@ -14,15 +14,16 @@ void add_hessian_column(const BlockShape& shape, const HessianPlace* place, int 
     if (offset[A] < 0) continue;
     const int a = std::max(A, B), b = std::min(A, B), first = shape.first(A);
     const HessianPlace& at = place[a * (a + 1) / 2 + b];
+    const int stride = int(at.stride);
     for (int m = 0; m < shape.dofs[A]; ++m) {
       const double column = (plus[first + m] - minus[first + m]) / (2 * kGradientStep);
       // Every ordered pair is met once from each side: half from each keeps the Hessian symmetric.
       if (A == B) {
-        H[at.position + k * at.stride + m] += 0.5 * column;
-        H[at.position + m * at.stride + k] += 0.5 * column;
+        H[at.position + k * stride + m] += 0.5 * column;
+        H[at.position + m * stride + k] += 0.5 * column;
       } else {
-        const double v = offset[A] == offset[B] ? column : 0.5 * column;
-        H[offset[A] >= offset[B] ? at.position + k * at.stride + m : at.position + m * at.stride + k] += v;
+        const bool same = offset[A] == offset[B], rows_of_A = same || (A == a) != bool(at.transposed);
+        H[at.position + (rows_of_A ? k * stride + m : m * stride + k)] += same ? column : 0.5 * column;
       }
     }
   }
@@ -81,12 +82,14 @@ TANDEM_INLINED void add_block_curvature_inlined(const BlockShape& shape, const H
       else
         congruence<0, 0>(a, b, at_C, n, charts[A], charts[B], block);
       const HessianPlace& at = place[A * (A + 1) / 2 + B];
-      if (offset[A] >= offset[B])
+      double* to = H + at.position;
+      const int stride = int(at.stride);
+      if (!at.transposed)
         for (int m = 0; m < b; ++m)
-          for (int k = 0; k < a; ++k) H[at.position + m * at.stride + k] += block[m * a + k];
-      if (A != B && offset[A] <= offset[B])
+          for (int k = 0; k < a; ++k) to[m * stride + k] += block[m * a + k];
+      if (A != B && (at.transposed || offset[A] == offset[B]))
         for (int m = 0; m < b; ++m)
-          for (int k = 0; k < a; ++k) H[at.position + k * at.stride + m] += block[m * a + k];
+          for (int k = 0; k < a; ++k) to[k * stride + m] += block[m * a + k];
     }
   }
 }

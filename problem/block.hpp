@@ -8,10 +8,15 @@
 
 namespace tandem::detail {
 
-/// Where a pair of states' second derivatives go in the solver's matrix.
+/// Where the second derivatives of a pair of states (a, b) go in the solver's matrix.
 struct HessianPlace {
-  int position = -1;  ///< of the block's first entry in the CSC values
-  int stride = 0;     ///< from one column of it to the next
+  HessianPlace() = default;
+  HessianPlace(int position, int stride, bool transposed)
+      : position(position), stride(static_cast<unsigned>(stride)), transposed(transposed) {}
+
+  int position = -1;            ///< of the block's first entry in the Hessian's values
+  unsigned stride : 31 = 0;     ///< from one column of it to the next
+  unsigned transposed : 1 = 0;  ///< whether its rows are those of b, not a
 };
 
 /// Of one state, of one residual, and of one block.
@@ -77,25 +82,29 @@ template <int dim>
 TANDEM_INLINED void add_products_inlined(const BlockShape& shape, const HessianPlace* place, const double* T,
                                          const double* const* J, double* H) {
   const int* offset = shape.offset;
-  for (int A = 0; A < shape.arity; T += dim * shape.dofs[A], place += A + 1, ++A) {
+  const double* T_A = T;
+  for (int A = 0; A < shape.arity; T_A += dim * shape.dofs[A], place += A + 1, ++A) {
     if (offset[A] < 0) continue;
-    const int a = shape.dofs[A];
-    for (int B = 0; B <= A; ++B) {
+    const double* T_B = T;
+    for (int B = 0; B <= A; T_B += dim * shape.dofs[B], ++B) {
       if (offset[B] < 0) continue;
-      const int b = shape.dofs[B], stride = place[B].stride;
+      const int stride = int(place[B].stride);
       double* to = H + place[B].position;
-      if (offset[A] >= offset[B]) {
-        if (a == 6 && b == 6)  // of two poses, in space: most of what there is
-          add_product<6, dim>(std::integral_constant<int, 6>(), T, J[B], to, stride);
-        else if (a == 6)
-          add_product<6, dim>(b, T, J[B], to, stride);
-        else if (a == 3)
-          add_product<3, dim>(b, T, J[B], to, stride);
+      const bool twice = A != B && offset[A] == offset[B];  // where a block reads one variable twice, both
+      for (int turn = 0; turn <= int(twice); ++turn) {
+        const bool transposed = place[B].transposed || turn > 0;
+        const int rows = shape.dofs[transposed ? B : A], columns = shape.dofs[transposed ? A : B];
+        const double* of_rows = transposed ? T_B : T_A;
+        const double* of_columns = J[transposed ? A : B];
+        if (rows == 6 && columns == 6)  // of two poses, in space: most of what there is
+          add_product<6, dim>(std::integral_constant<int, 6>(), of_rows, of_columns, to, stride);
+        else if (rows == 6)
+          add_product<6, dim>(columns, of_rows, of_columns, to, stride);
+        else if (rows == 3)
+          add_product<3, dim>(columns, of_rows, of_columns, to, stride);
         else
-          add_product<dim>(a, b, T, J[B], to, stride);
+          add_product<dim>(rows, columns, of_rows, of_columns, to, stride);
       }
-      if (A != B && offset[A] <= offset[B])  // both when a block reads one variable twice
-        add_product_transposed<dim>(a, b, T, J[B], to, stride);
     }
   }
 }

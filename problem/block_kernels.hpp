@@ -101,18 +101,6 @@ TANDEM_INLINED void add_product(int rows, int columns, const double* A, const do
     }
 }
 
-/// H += (A B)ᵀ, the columns of H `stride` apart.
-template <int inner>
-TANDEM_INLINED void add_product_transposed(int rows, int columns, const double* A, const double* B, double* H,
-                                           int stride) {
-  for (int i = 0; i < rows; ++i)
-    for (int j = 0; j < columns; ++j) {
-      double sum = 0;
-      for (int k = 0; k < inner; ++k) sum += A[k * rows + i] * B[j * inner + k];
-      H[i * stride + j] += sum;
-    }
-}
-
 template <int size>
 TANDEM_INLINED double squared_norm(const double* x) {
   double sum = 0;

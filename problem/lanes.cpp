@@ -65,7 +65,7 @@ void Lanes::run(int count, FunctionRef<void(int lane)> f) const {
       }
     };
     // Work stealing, not a barrier: on a busy machine this thread takes the other lanes too instead of waiting.
-    const auto all = [&] { tbb::parallel_for(0, count, guarded, tbb::simple_partitioner()); };
+    const auto all = [&] { tbb::parallel_for(0, count, guarded, tbb::static_partitioner()); };
     if (arena_)
       arena_->arena.execute(all);
     else

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cstdint>
 #include <memory>
 
 #include <tandem/problem/function_ref.hpp>
@@ -41,6 +44,47 @@ class Lanes {
 
   int threads_ = 0;
   std::unique_ptr<Arena> arena_;  // where the number is given, and more than one
+};
+
+/// Consecutive parts of what is `size` long, as many whatever the number of threads, each in a lane. Of a program's unknowns
+/// they are about those that its own lanes write: what a processor has just written, it has at hand.
+class LaneParts {
+ public:
+  /// Each of `least` at least: well above what handing it to a thread costs.
+  LaneParts(const Lanes& lanes, std::int64_t size, int least = 500)
+      : lanes_(&lanes), size_(size), parts_(int(std::clamp<std::int64_t>(size / least, 1, kMostLanes))) {}
+
+  int count() const { return parts_; }
+  /// f(part, begin, size) of each.
+  template <class F>
+  void each(F f) const {
+    lanes_->run(parts_, [&](int part) { f(part, begin(part), begin(part + 1) - begin(part)); });
+  }
+  /// The sum of what f(begin, size) returns, in the order of the parts.
+  template <class F>
+  double sum(F f) const {
+    return combine(f, [](double a, double b) { return a + b; });
+  }
+  /// The largest.
+  template <class F>
+  double max(F f) const {
+    return combine(f, [](double a, double b) { return std::max(a, b); });
+  }
+
+ private:
+  std::int64_t begin(int part) const { return size_ * part / parts_; }
+  template <class F, class Combine>
+  double combine(F f, Combine combine) const {
+    std::array<double, kMostLanes> results;
+    each([&](int part, std::int64_t begin, std::int64_t size) { results[std::size_t(part)] = f(begin, size); });
+    double result = results[0];
+    for (int part = 1; part < parts_; ++part) result = combine(result, results[std::size_t(part)]);
+    return result;
+  }
+
+  const Lanes* lanes_;
+  std::int64_t size_;
+  int parts_;
 };
 
 }  // namespace detail

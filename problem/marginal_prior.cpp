@@ -118,13 +118,14 @@ void MarginalPrior::add_products(const PoolPlacement& place, double factor, doub
       const int m = states_[a].dof, n = states_[b].dof;
       const auto information = information_.block(first_[a], first_[b], m, n);
       double* to = H + place.hessian[pair].position;
-      const int stride = place.hessian[pair].stride;
+      const int stride = int(place.hessian[pair].stride);
+      const bool transposed = place.hessian[pair].transposed;
       if (m == 6 && n == 6) {
-        add_product<6>(jacobian(a), information, jacobian(b), factor, to, stride, at_a < at_b, scratch_.data());
+        add_product<6>(jacobian(a), information, jacobian(b), factor, to, stride, transposed, scratch_.data());
       } else if (m == 3 && n == 3) {
-        add_product<3>(jacobian(a), information, jacobian(b), factor, to, stride, at_a < at_b, scratch_.data());
+        add_product<3>(jacobian(a), information, jacobian(b), factor, to, stride, transposed, scratch_.data());
       } else {
-        add_product<Eigen::Dynamic>(jacobian(a), information, jacobian(b), factor, to, stride, at_a < at_b,
+        add_product<Eigen::Dynamic>(jacobian(a), information, jacobian(b), factor, to, stride, transposed,
                                     scratch_.data());
       }
     }
@@ -177,11 +178,12 @@ void MarginalPrior::add_exact_hessian(const PoolPlacement& place, int begin, int
           column *= 0.5 * factor / (2 * step);
           const std::size_t high = std::max(a, b), low = std::min(a, b);
           const HessianPlace& at = place.hessian[high * (high + 1) / 2 + low];
-          const bool row_is_a = place.offset[a] >= place.offset[b];
+          const int stride = int(at.stride);
+          const bool row_is_a = (high == a) != bool(at.transposed);
           // Every ordered pair is met once from each side: half from each keeps the Hessian symmetric.
           for (int m = 0; m < n; ++m) {
-            if (row_is_a) H[at.position + k * at.stride + m] += column[m];
-            if (!row_is_a || a == b) H[at.position + m * at.stride + k] += column[m];
+            if (row_is_a) H[at.position + k * stride + m] += column[m];
+            if (!row_is_a || a == b) H[at.position + m * stride + k] += column[m];
           }
         }
       }

@@ -81,7 +81,7 @@ void Problem::marginalize(std::span<const int> variable_ids) {
         place.offset[std::size_t(i) * arity + a] = row;
         for (std::size_t b = 0; b <= a; ++b, ++pair) {
           const int column = offset[std::size_t(ids[b])];
-          place.hessian[pair] = {std::min(row, column) * n + std::max(row, column), n};
+          place.hessian[pair] = {std::min(row, column) * n + std::max(row, column), n, row < column};
         }
       }
       cost += pool.accumulate(place, i, i + 1, g.data(), H.data());

@@ -37,18 +37,26 @@ void Program::take_point() {
 
 void Program::move_to(const Eigen::VectorXd& delta) {
   check_unchanged();
-  delta_ = delta;
   for (auto& [type, store] : problem_.stores_) store->charted = false;
-  over_states(
-      [&](detail::StateStoreBase& store, int begin, int end) { store.move(delta_.data(), offset_, begin, end); });
+  over_states([&](detail::StateStoreBase& store, int begin, int end) { store.move(delta.data(), offset_, begin, end); },
+              [&](int lane) {
+                const auto [first, size] = unknowns_of(lane);
+                delta_.segment(first, size) = delta.segment(first, size);
+              });
   problem_.point_of_ = this;
   moved_ = true;
 }
 
 void Program::recenter() {
   take_point();
-  for (auto& [type, store] : problem_.stores_) store->recenter();
-  values_changed();
+  for (auto& [type, store] : problem_.stores_) store->charted = false;
+  over_states([](detail::StateStoreBase& store, int begin, int end) { store.recenter(begin, end); },
+              [this](int lane) {
+                const auto [first, size] = unknowns_of(lane);
+                delta_.segment(first, size).setZero();
+              });
+  value_revision_ = ++problem_.value_revision_;
+  moved_ = false;
 }
 
 void Program::keep() {
@@ -58,14 +66,8 @@ void Program::keep() {
 void Program::restore() {
   check_unchanged();
   for (auto& [type, store] : problem_.stores_) store->restore();
-  values_changed();
+  ++problem_.value_revision_;
   reset();
-}
-
-void Program::values_changed() {
-  value_revision_ = ++problem_.value_revision_;
-  delta_.setZero();
-  moved_ = false;
 }
 
 void Program::reset() {
@@ -125,7 +127,13 @@ double Program::over_hard_blocks(F f) const {
 
 template <class F>
 void Program::over_states(F f) {
+  over_states(f, [](int) {});
+}
+
+template <class F, class Begin>
+void Program::over_states(F f, Begin begin) {
   lanes_.run(num_lanes_, [&](int lane) {
+    begin(lane);
     for (auto& [type, store] : problem_.stores_) {
       const std::int64_t slots = store->size();
       f(*store, int(slots * lane / num_lanes_), int(slots * (lane + 1) / num_lanes_));
@@ -133,12 +141,23 @@ void Program::over_states(F f) {
   });
 }
 
-void Program::set_zero_part(int lane, Eigen::VectorXd& hessian) const {
-  const auto first = [&](int part) {  // the columns of its variables
-    const std::int64_t block = (std::int64_t(part) * hessian_.num_blocks() + num_lanes_ - 1) / num_lanes_;
-    return hessian_.column_start[std::size_t(hessian_.first[std::size_t(block)])];
+std::pair<int, int> Program::blocks_of(int lane) const {
+  const auto first = [&](int part) {
+    return int((std::int64_t(part) * hessian_.num_blocks() + num_lanes_ - 1) / num_lanes_);
   };
-  hessian.segment(first(lane), first(lane + 1) - first(lane)).setZero();
+  return {first(lane), first(lane + 1)};
+}
+
+std::pair<int, int> Program::unknowns_of(int lane) const {
+  const auto [first, end] = blocks_of(lane);
+  const int unknown = hessian_.first[std::size_t(first)];
+  return {unknown, hessian_.first[std::size_t(end)] - unknown};
+}
+
+void Program::set_zero_part(int lane, Eigen::VectorXd& hessian) const {
+  const auto [first, end] = blocks_of(lane);
+  for (int block = first; block < end; ++block)
+    hessian.segment(hessian_.value_start[std::size_t(block)], hessian_.height(block) * hessian_.width(block)).setZero();
 }
 
 double Program::cost() {
@@ -185,13 +204,14 @@ double Program::linearize_at_point(Eigen::VectorXd& gradient, Eigen::VectorXd& h
 }
 
 double Program::accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian) {
-  gradient.setZero();
   double* H = hessian ? hessian->data() : nullptr;
   return over_blocks(
       [&](std::size_t p, int begin, int end) {
         return costs_[p] ? costs_[p]->accumulate(placement_[p], begin, end, gradient.data(), H) : 0.0;
       },
       [&](int lane) {
+        const auto [first, size] = unknowns_of(lane);
+        gradient.segment(first, size).setZero();
         if (H) set_zero_part(lane, *hessian);
       });
 }
@@ -275,7 +295,7 @@ void Program::second_derivatives(detail::Curvature wanted, double factor, const 
       },
       [&](int lane) { set_zero_part(lane, hessian); });
   over_states([&](const detail::StateStoreBase& store, int begin, int end) {
-    store.add_chart_curvature(point_gradient_.data(), offset_, hessian_.column_start, begin, end, hessian.data());
+    store.add_chart_curvature(point_gradient_.data(), block_of_variable_, hessian_, begin, end, hessian.data());
   });
 }
 

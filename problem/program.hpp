@@ -2,30 +2,16 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include <tandem/problem/lanes.hpp>
 #include <tandem/problem/problem.hpp>
+#include <tandem/problem/symmetric_pattern.hpp>
 
 namespace tandem {
-
-/// Compressed columns of the symmetric Hessian: the lower triangle, with the diagonal blocks in full so that every
-/// column of a block has the same rows. 32-bit indices; rows ascend within a column.
-struct SymmetricPattern {
-  std::vector<int> column_start;
-  /// By blocks: the unknowns of variable k are first[k] … first[k + 1] − 1, and block column k has the
-  /// block rows block_row[block_start[k]] … in ascending order, k itself first; block_offset is the first of a block
-  /// row's entries within a column.
-  std::vector<int> first, block_start, block_row, block_offset;
-
-  int size() const { return first.back(); }
-  int num_blocks() const { return static_cast<int>(first.size()) - 1; }
-  /// Of all columns; and the row of each: solvers by blocks do without, for whom they would be a third of the Hessian again.
-  Eigen::Index nonzeros() const { return column_start.back(); }
-  std::vector<int> rows() const;
-};
 
 /// Row and column of each nonzero of the constraint Jacobian. A pair may occur twice; its values then add up.
 struct TripletPattern {
@@ -43,8 +29,10 @@ enum class SoftBounds { in_cost, as_rows };
 /// that is a row has got a loss, and where another one, or set_value(), has changed X̄: until the next reset().
 class Program {
  public:
+  /// `layout`, of the Hessian's pattern, gives one with all of its blocks, and maybe more, in which its values are to stand.
   /// Throws Error when the problem has no free variable.
-  explicit Program(Problem& problem, SoftBounds soft_bounds = SoftBounds::in_cost);
+  using HessianLayout = SymmetricPattern (*)(const SymmetricPattern&);
+  explicit Program(Problem& problem, SoftBounds soft_bounds = SoftBounds::in_cost, HessianLayout layout = nullptr);
   ~Program();
 
   /// Threads that evaluate, at most; 0, the default: one each core. No result depends on it. Throws Error below zero.
@@ -146,6 +134,7 @@ class Program {
 
  private:
   void compile_hessian();
+  void compile_places();
   void choose_rows(SoftBounds soft_bounds);
   void compile_constraints();
   void read_bounds();
@@ -155,7 +144,6 @@ class Program {
   void check_unchanged() const;
   const detail::PoolBase& pool(std::size_t p) const;  // whichever of the two it is
   void take_point();
-  void values_changed();
   void chart_if_moved();
   void leave_charts();
   double accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian);
@@ -174,6 +162,12 @@ class Program {
   /// Runs f(store, begin, end) of all states, in lanes.
   template <class F>
   void over_states(F f);
+  /// The same; each lane calls begin(lane) before.
+  template <class F, class Begin>
+  void over_states(F f, Begin begin);
+  /// A lane's own blocks of the Hessian, first and end; its unknowns, first and number.
+  std::pair<int, int> blocks_of(int lane) const;
+  std::pair<int, int> unknowns_of(int lane) const;
   void set_zero_part(int lane, Eigen::VectorXd& hessian) const;  // what a lane's own blocks write
 
   Problem& problem_;

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -29,19 +28,7 @@ void sort_pairs(std::vector<std::uint64_t>& pairs, std::size_t n) {
 
 }  // namespace
 
-std::vector<int> SymmetricPattern::rows() const {
-  std::vector<int> row;
-  row.reserve(std::size_t(nonzeros()));
-  for (int k = 0; k < num_blocks(); ++k)
-    for (int c = first[std::size_t(k)]; c < first[std::size_t(k) + 1]; ++c)
-      for (int b = block_start[std::size_t(k)]; b < block_start[std::size_t(k) + 1]; ++b) {
-        const std::size_t other = std::size_t(block_row[std::size_t(b)]);
-        for (int r = first[other]; r < first[other + 1]; ++r) row.push_back(r);
-      }
-  return row;
-}
-
-Program::Program(Problem& problem, SoftBounds soft_bounds)
+Program::Program(Problem& problem, SoftBounds soft_bounds, HessianLayout layout)
     : problem_(problem),
       revision_(problem.revision_),
       value_revision_(problem.value_revision_),
@@ -65,9 +52,12 @@ Program::Program(Problem& problem, SoftBounds soft_bounds)
   placement_.resize(problem.pools_.size());
   choose_rows(soft_bounds);
   compile_hessian();
+  if (layout) hessian_ = layout(hessian_);
+  compile_places();
   compile_constraints();
   compile_lanes();
-  for (Eigen::VectorXd* v : {&delta_, &point_gradient_}) v->setZero(num_unknowns());
+  delta_.setZero(num_unknowns());
+  point_gradient_.resize(num_unknowns());
   reset();
 }
 
@@ -109,23 +99,10 @@ void Program::compile_hessian() {
   }
   for (std::size_t k = 0; k < n; ++k) h.block_start[k + 1] += h.block_start[k];
 
-  for (std::size_t k = 0; k < n; ++k)
-    for (int b = h.block_start[k], rows = 0; b < h.block_start[k + 1]; ++b) {
-      h.block_offset.push_back(rows);
-      rows += h.first[std::size_t(h.block_row[std::size_t(b)]) + 1] - h.first[std::size_t(h.block_row[std::size_t(b)])];
-    }
-  h.column_start.reserve(std::size_t(h.first.back()) + 1);
-  h.column_start.push_back(0);
-  for (std::size_t k = 0; k < n; ++k) {
-    const int last = h.block_start[k + 1] - 1;
-    const auto bottom = std::size_t(h.block_row[std::size_t(last)]);
-    const std::int64_t height = h.block_offset[std::size_t(last)] + h.first[bottom + 1] - h.first[bottom];
-    if (h.column_start.back() + height * (h.first[k + 1] - h.first[k]) > std::numeric_limits<int>::max())
-      throw Error("the problem's Hessian has more than 2^31 nonzeros");
-    for (int c = h.first[k]; c < h.first[k + 1]; ++c)
-      h.column_start.push_back(h.column_start.back() + static_cast<int>(height));
-  }
+  h.place_values("the problem's Hessian");
+}
 
+void Program::compile_places() {
   for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
     const auto& pool = problem_.pools_[p].base();
     auto& to = placement_[p];
@@ -137,7 +114,7 @@ void Program::compile_hessian() {
       for (int a = 0; a < pool.arity(); ++a) {
         to.offset.push_back(offset_[std::size_t(ids[a])]);
         for (int b = 0; b <= a; ++b)
-          to.hessian.push_back(place(block_of_variable[std::size_t(ids[a])], block_of_variable[std::size_t(ids[b])]));
+          to.hessian.push_back(place(block_of_variable_[std::size_t(ids[a])], block_of_variable_[std::size_t(ids[b])]));
       }
     }
   }
@@ -145,13 +122,15 @@ void Program::compile_hessian() {
 
 detail::HessianPlace Program::place(int block_a, int block_b) const {
   if (block_a < 0 || block_b < 0) return {};
-  const auto [column, row] = std::minmax(block_a, block_b);
-  const auto begin = hessian_.block_row.begin() + hessian_.block_start[std::size_t(column)];
-  const auto end = hessian_.block_row.begin() + hessian_.block_start[std::size_t(column) + 1];
-  const std::size_t unknown = std::size_t(hessian_.first[std::size_t(column)]);
-  const int start = hessian_.column_start[unknown];
-  const auto block = std::lower_bound(begin, end, row) - hessian_.block_row.begin();
-  return {start + hessian_.block_offset[std::size_t(block)], hessian_.column_start[unknown + 1] - start};
+  const SymmetricPattern& h = hessian_;
+  const auto place = [&](int block) { return h.place.empty() ? block : h.place[std::size_t(block)]; };
+  const bool transposed = place(block_a) < place(block_b);
+  const int column = transposed ? block_a : block_b, row = transposed ? block_b : block_a;
+  const auto begin = h.block_row.begin() + h.block_start[std::size_t(column)];
+  const auto end = h.block_row.begin() + h.block_start[std::size_t(column) + 1];
+  const auto block = std::lower_bound(begin, end, row, [&](int a, int b) { return place(a) < place(b); });
+  return {h.value_start[std::size_t(column)] + h.block_offset[std::size_t(block - h.block_row.begin())],
+          h.height(column), transposed};
 }
 
 void Program::choose_rows(SoftBounds soft_bounds) {

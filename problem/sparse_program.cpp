@@ -8,12 +8,12 @@ SparseProgram sparse(Program& program) {
   const int n = program.num_unknowns(), m = program.num_rows();
   SparseProgram result{0, Eigen::VectorXd(n), {n, n}, Eigen::VectorXd(m), {m, n}, program.lower(), program.upper()};
   const SymmetricPattern& h = program.hessian_pattern();
-  const std::vector<int> rows = h.rows();
+  const std::vector<int> start = h.column_starts(), rows = h.rows();
   Eigen::VectorXd values(h.nonzeros());
   result.cost = program.linearize(result.gradient, values);
   std::vector<Eigen::Triplet<double>> triplets;
   for (int column = 0; column < n; ++column)
-    for (int k = h.column_start[std::size_t(column)]; k < h.column_start[std::size_t(column) + 1]; ++k) {
+    for (int k = start[std::size_t(column)]; k < start[std::size_t(column) + 1]; ++k) {
       const int row = rows[std::size_t(k)];
       if (row < column) continue;  // diagonal blocks are there in full
       triplets.emplace_back(row, column, values[k]);

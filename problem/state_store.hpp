@@ -10,6 +10,7 @@
 #include <tandem/lie/se2.hpp>
 #include <tandem/lie/sek3.hpp>
 #include <tandem/problem/slots.hpp>
+#include <tandem/problem/symmetric_pattern.hpp>
 #include <tandem/residuals/fields.hpp>
 
 namespace tandem::detail {
@@ -29,14 +30,14 @@ class StateStoreBase {
   /// Fills `chart` for the delta of the last move, after begin_charts().
   virtual void chart_point(int begin, int end) = 0;
   /// Adds to the diagonal blocks of a Hessian by delta what the charts' second derivatives make of `gradient`, which is by
-  /// perturbations of the point; blocks by the pattern's columns, as SymmetricPattern has them.
-  virtual void add_chart_curvature(const double* gradient, const std::vector<int>& offsets,
-                                   const std::vector<int>& column_start, int begin, int end, double* H) const = 0;
+  /// perturbations of the point; each variable's block of the pattern, negative where it is fixed.
+  virtual void add_chart_curvature(const double* gradient, const std::vector<int>& blocks,
+                                   const SymmetricPattern& pattern, int begin, int end, double* H) const = 0;
 
   /// Room for all charts; derivatives are by delta from now on.
   virtual void begin_charts() = 0;
-  /// value = point: the chart is centred there.
-  virtual void recenter() = 0;
+  /// value = point, of slots begin … end − 1 again: the chart is centred there.
+  virtual void recenter(int begin, int end) = 0;
   /// point = value.
   virtual void reset() = 0;
   /// Remembers `value`, and gives it back.
@@ -139,23 +140,25 @@ class StateStore final : public StateStoreBase {
   void chart_point(int begin, int end) override {
     for (std::size_t i = std::size_t(begin); i < std::size_t(end); ++i) chart[i] = G::Jr(delta[i]);
   }
-  void add_chart_curvature(const double* gradient, const std::vector<int>& offsets,
-                           const std::vector<int>& column_start, int begin, int end, double* H) const override {
+  void add_chart_curvature(const double* gradient, const std::vector<int>& blocks, const SymmetricPattern& pattern,
+                           int begin, int end, double* H) const override {
     if constexpr (HasExpCurvature<G>) {
       for (std::size_t i = std::size_t(begin); i < std::size_t(end) && charted; ++i) {
-        const int offset = id[i] < 0 ? -1 : offsets[std::size_t(id[i])];
-        if (offset < 0) continue;
-        const typename G::Tangent g = Eigen::Map<const typename G::Tangent>(gradient + offset);
+        const int block = id[i] < 0 ? -1 : blocks[std::size_t(id[i])];
+        if (block < 0) continue;
+        const typename G::Tangent g =
+            Eigen::Map<const typename G::Tangent>(gradient + pattern.first[std::size_t(block)]);
         const typename G::Jacobian C = ExpCurvature<G>::of(delta[i], g);
         for (int k = 0; k < G::dof; ++k)
-          for (int j = 0; j < G::dof; ++j) H[column_start[std::size_t(offset + k)] + j] += C(j, k);
+          for (int j = 0; j < G::dof; ++j) H[pattern.diagonal(block, k) - k + j] += C(j, k);
       }
     }
   }
-  void recenter() override {
-    value = point;
-    for (auto& d : delta) d.setZero();
-    charted = false;
+  void recenter(int begin, int end) override {
+    for (std::size_t i = std::size_t(begin); i < std::size_t(end); ++i) {
+      value[i] = point[i];
+      delta[i].setZero();
+    }
   }
   void reset() override {
     point = value;

@@ -34,7 +34,7 @@ AugmentedModel::AugmentedModel(Program& program, Session& session, const Levenbe
       penalty_(penalty) {
   for (Eigen::VectorXd* v : {&total_, &last_lagrangian_, &newton_step_, &hessian_step_, &hessian_newton_})
     v->setZero(program.num_unknowns());
-  for (Eigen::VectorXd* v : {&augmented_hessian_, &curvature_}) v->resize(hessian_.size());
+  for (Eigen::VectorXd* v : {&augmented_hessian_, &damped_hessian_, &curvature_}) v->resize(hessian_.size());
   for (Eigen::VectorXd* v : {&next_multipliers_, &multipliers_here_}) v->setZero(program.num_rows());
 }
 
@@ -73,7 +73,7 @@ bool AugmentedModel::lessen_curvature() {
 
 double AugmentedModel::linearize() {
   const double cost = SoftModel::linearize();
-  curvature_share_ = 0.0;  // Gauss-Newton's, until X̄ is arrived at
+  curvature_share_ = 0.0;  // Gauss-Newton's, until the first step
   term_.linearize();
   return cost + term_.soft_value();
 }
@@ -85,7 +85,7 @@ void AugmentedModel::begin() {
     program_.multipliers(next_multipliers_);
     term_.set_multipliers(next_multipliers_);
   }
-  arrive();
+  on_new_point();
   // Far from feasible, the multipliers of a linear model may be worse than none.
   recent_optimality_.fill(optimality());
 }
@@ -122,9 +122,10 @@ bool AugmentedModel::find_step(double damping) {
     augmented_hessian_ = hessian_;
   term_.add_hessian(augmented_hessian_);
   for (int set = 1;; ++set) {
-    if (!factorize(augmented_hessian_, damping)) return false;
+    damp(augmented_hessian_, damping, damped_hessian_);
+    if (!cholesky_.factorize_in_place(damped_hessian_)) return false;
     newton_step_ = -total_;
-    secant_.refresh([&](const auto& s, auto&& y) { term_.add_hessian_product(s, y); });
+    secant_.refresh([&](const Eigen::VectorXd& s, Eigen::VectorXd& y) { term_.add_hessian_product(s, y); });
     secant_.apply(newton_step_, [&](Eigen::VectorXd& d) { cholesky_.solve(d); });
     hessian_newton_ = gradient_;
     term_.set_segment(newton_step_, hessian_newton_);
@@ -243,7 +244,7 @@ void AugmentedModel::linearize_constraints() {
     term_.linearize();
 }
 
-void AugmentedModel::arrive() {
+void AugmentedModel::on_new_point() {
   violation_ = term_.violation();
   if (best_.offer(session_.summary.cost, violation_.size)) program_.keep();
   if (exact_) add_curvature();

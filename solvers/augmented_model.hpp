@@ -74,7 +74,7 @@ class AugmentedModel final : public SoftModel {
  private:
   void linearize_constraints() override;
   void find_scale() override;
-  void arrive() override;
+  void on_new_point() override;
   double best_fraction() const;
   double model_decrease() const;
   void set_penalty(double penalty);
@@ -91,10 +91,11 @@ class AugmentedModel final : public SoftModel {
   std::array<double, 5> recent_optimality_;                     // of the multipliers taken last
   int taken_ = 0, stalled_ = 0, relaxed_ = 0, strongly_damped_ = 0, free_ = 0;
   bool inexact_steps_ = false;
-  bool exact_ = false;            // the curvature is added anew at each X̄
-  Eigen::VectorXd curvature_;     // what hessian_ lacks of the Lagrangian's exact one
-  double curvature_share_ = 0.0;  // that the model has of it
-  Eigen::VectorXd augmented_hessian_, total_, last_lagrangian_, next_multipliers_, multipliers_here_;
+  bool exact_ = false;                                  // the curvature is added anew at each X̄
+  Eigen::VectorXd curvature_;                           // what hessian_ lacks of the Lagrangian's exact one
+  double curvature_share_ = 0.0;                        // that the model has of it
+  Eigen::VectorXd augmented_hessian_, damped_hessian_;  // the second becomes the factor
+  Eigen::VectorXd total_, last_lagrangian_, next_multipliers_, multipliers_here_;
   Eigen::VectorXd newton_step_;                    // to the model's minimum while the same rows are active
   Eigen::VectorXd hessian_step_, hessian_newton_;  // Hessian times step_ and newton_step_, by the equations they solve
 };

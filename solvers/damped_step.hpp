@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Core>
-
 namespace tandem::detail {
 
 /// The damping of Levenberg–Marquardt steps, a multiple of the Hessian's diagonal, by Nielsen's rule (1999): it falls by
@@ -30,11 +28,9 @@ struct Damping {
 };
 
 /// What damping adds to the diagonal of the matrix that is factorised. An unknown that nothing curves still gets a
-/// pivot, and then no step. `scale` is the cost's curvature of each unknown, `diagonal` that of the whole matrix.
-inline void damping_shift(double damping, const Eigen::VectorXd& scale, const Eigen::VectorXd& diagonal,
-                          Eigen::VectorXd& shift) {
-  for (Eigen::Index i = 0; i < shift.size(); ++i)
-    shift[i] = diagonal[i] > 0 ? std::max(damping * scale[i], std::numeric_limits<double>::min()) : 1.0;
+/// pivot, and then no step. `scale` is the cost's curvature of the unknown, `diagonal` that of the whole matrix.
+inline double damping_shift(double damping, double scale, double diagonal) {
+  return diagonal > 0 ? std::max(damping * scale, std::numeric_limits<double>::min()) : 1.0;
 }
 
 }  // namespace tandem::detail

@@ -35,10 +35,10 @@ IpoptNlp::IpoptNlp(Program& program, Session& session, const IpoptOptions& optio
       exact_now_(options.hessian == Hessian::exact) {
   const int n = program.num_unknowns(), m = program.num_rows();
   const auto& h = program.hessian_pattern();
-  const std::vector<int> rows = h.rows();
+  const std::vector<int> start = h.column_starts(), rows = h.rows();
   lower_start_.push_back(0);
   for (int column = 0; column < n; ++column) {
-    for (int k = h.column_start[std::size_t(column)]; k < h.column_start[std::size_t(column) + 1]; ++k)
+    for (int k = start[std::size_t(column)]; k < start[std::size_t(column) + 1]; ++k)
       if (rows[std::size_t(k)] >= column) {
         if (rows[std::size_t(k)] == column) diagonal_.push_back(lower_triangle_.size());
         lower_triangle_.push_back({k, rows[std::size_t(k)]});

@@ -41,7 +41,8 @@ class DampedSteps {
     if (!session_.start(program_, [this] { return model_.linearize(); })) return;
     model_.begin();
     while (!session_.ended()) {
-      session_.report(s.iterations, s.cost, s.iterations ? model_.step().norm() : 0.0, model_.violation().size);
+      if (options_.progress)
+        session_.report(s.iterations, s.cost, s.iterations ? model_.step().norm() : 0.0, model_.violation().size);
       if (session_.should_stop()) break;
       if (s.iterations >= options_.max_iterations) {
         session_.end(Status::max_iterations);
@@ -135,7 +136,7 @@ class DampedSteps {
     if (free() && model_.feasible()) {
       if (drop <= least && predicted <= least && optimal()) {
         session_.end(Status::converged, "the cost changes no more");
-      } else if (model_.step().cwiseAbs().maxCoeff() <= options_.step_tolerance && optimal()) {
+      } else if (model_.step_size() <= options_.step_tolerance && optimal()) {
         session_.end(Status::converged, "the steps have become too small to matter");
       }
     }
@@ -297,7 +298,7 @@ class DampedSteps {
 
 struct LevenbergMarquardt::Parts {
   Parts(Problem& problem, const char* solver, const LevenbergMarquardtOptions& given)
-      : options(given), session(solver, given), program(problem, SoftBounds::as_rows) {
+      : options(given), session(solver, given), program(problem, SoftBounds::as_rows, in_order_of_elimination) {
     if (program.num_rows() > 0) {
       model = std::make_unique<AugmentedModel>(program, session, options, 0.0);
     } else {

@@ -42,9 +42,13 @@ std::string free_directions(Program& program, bool inequalities) {
 std::string free_directions(Program& program, const Workspace& work, bool inequalities) {
   Eigen::VectorXd& hessian = work.hessian;
   Eigen::VectorXd weights;
+  const LaneParts parts(program.lanes(), hessian.size());
+  const auto sum_of_sizes = [&] {
+    return parts.sum([&](Eigen::Index begin, Eigen::Index size) { return hessian.segment(begin, size).lpNorm<1>(); });
+  };
   try {
     program.linearize(work.gradient, hessian);
-    const double mean = hessian.cwiseAbs().sum() / double(program.num_unknowns());
+    const double mean = sum_of_sizes() / double(program.num_unknowns());
     weights = active_rows(program, mean > 0 ? mean : 1.0, inequalities);
     Eigen::VectorXd jacobian(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
     program.constraint_jacobian(jacobian);
@@ -52,7 +56,7 @@ std::string free_directions(Program& program, const Workspace& work, bool inequa
   } catch (const Error&) {
     return {};
   }
-  if (!hessian.allFinite()) return {};
+  if (!std::isfinite(sum_of_sizes())) return {};
   auto basis = work.cholesky.null_space(hessian, kRelativePivot, kDirections);
   // A weak pivot is a suspicion: a long chain or a loose prior has them too. The residuals' own answer to a step along
   // the direction decides, which keeps all its digits.

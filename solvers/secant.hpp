@@ -1,10 +1,9 @@
 #pragma once
 
-#include <algorithm>
-
 #include <Eigen/Core>
 
-#include <tandem/problem/populate.hpp>
+#include <tandem/problem/function_ref.hpp>
+#include <tandem/problem/lanes.hpp>
 
 namespace tandem::detail {
 
@@ -15,70 +14,40 @@ namespace tandem::detail {
 ///
 /// Where B has a term of its own that changes from one iterate to the next, such as an augmented Lagrangian's penalty,
 /// add() is given the gradients without that term, and refresh() its present Hessian.
+///
+/// Pairs are kept with single precision, rounded once and for all: what is learned is no better than that, and of a long
+/// chain they are the most that a solve remembers.
 class SecantPairs {
  public:
-  SecantPairs(Eigen::Index unknowns, int capacity, bool with_term = false)
-      : with_term_(with_term),
-        s_(unknowns, capacity),
-        y_(unknowns, capacity),
-        total_(unknowns, with_term ? capacity : 0),
-        rho_(capacity),
-        weight_(capacity) {}
+  SecantPairs(const LaneParts& parts, Eigen::Index unknowns, int capacity, bool with_term = false);
 
   void clear() { count_ = 0; }
 
   /// Step and change of the gradient along it; left out when they show no positive curvature.
-  void add(const Eigen::VectorXd& step, const Eigen::VectorXd& gradient_before, const Eigen::VectorXd& gradient_after) {
-    if (rho_.size() == 0) return;
-    const Eigen::Index i = count_ % rho_.size();
-    if (count_ < rho_.size())
-      for (Eigen::MatrixXd* pairs : {&s_, &y_})
-        populate(pairs->col(i).data(), std::size_t(step.size()) * sizeof(double));
-    s_.col(i) = step;
-    y_.col(i) = gradient_after - gradient_before;
-    rho_[i] = inverse_curvature(i, y_);
-    if (rho_[i] > 0 || with_term_) ++count_;
-  }
+  void add(const Eigen::VectorXd& step, const Eigen::VectorXd& gradient_before, const Eigen::VectorXd& gradient_after);
 
   /// add_product(s, y) adds the term's Hessian times s to y.
-  template <class AddProduct>
-  void refresh(AddProduct add_product) {
-    for (Eigen::Index i = 0; i < std::min(count_, rho_.size()); ++i) {
-      total_.col(i) = y_.col(i);
-      add_product(s_.col(i), total_.col(i));
-      rho_[i] = inverse_curvature(i, total_);
-    }
-  }
+  void refresh(FunctionRef<void(const Eigen::VectorXd& s, Eigen::VectorXd& y)> add_product);
 
-  /// d = H d, where solve(d) applies the inverse of B.
-  template <class Solve>
-  void apply(Eigen::VectorXd& d, Solve solve) {
-    const Eigen::MatrixXd& y = with_term_ ? total_ : y_;
-    const Eigen::Index capacity = rho_.size(), first = std::max<Eigen::Index>(0, count_ - capacity);
-    for (Eigen::Index k = count_; k-- > first;) {
-      const Eigen::Index i = k % capacity;
-      if (rho_[i] == 0) continue;
-      weight_[i] = rho_[i] * s_.col(i).dot(d);
-      d -= weight_[i] * y.col(i);
-    }
-    solve(d);
-    for (Eigen::Index k = first; k < count_; ++k) {
-      const Eigen::Index i = k % capacity;
-      if (rho_[i] == 0) continue;
-      d += (weight_[i] - rho_[i] * y.col(i).dot(d)) * s_.col(i);
-    }
-  }
+  /// d = H d, where solve(d) applies the inverse of B. The two loops over the pairs, whose products of vectors are made from
+  /// Sᵀd, Yᵀd and SᵀY: four passes through the pairs.
+  void apply(Eigen::VectorXd& d, FunctionRef<void(Eigen::VectorXd& d)> solve);
 
  private:
-  /// 1 / sᵀy of pair i, or 0, which leaves the pair out.
-  double inverse_curvature(Eigen::Index i, const Eigen::MatrixXd& y) const {
-    const double sy = s_.col(i).dot(y.col(i));
-    return sy > 1e-8 * s_.col(i).norm() * y.col(i).norm() ? 1.0 / sy : 0.0;
-  }
+  Eigen::Index capacity() const { return rho_.size(); }
+  Eigen::Index oldest() const { return count_ > capacity() ? count_ - capacity() : 0; }
+  void find_curvature(Eigen::Index k, const Eigen::MatrixXf& y);
+  void multiply_transposed(const Eigen::MatrixXf& A, const Eigen::VectorXd& d);
+  void add_multiplied(const Eigen::MatrixXf& A, Eigen::VectorXd& d) const;
 
+  LaneParts parts_;
   bool with_term_;
-  Eigen::MatrixXd s_, y_, total_;
-  Eigen::VectorXd rho_, weight_;
+  Eigen::MatrixXf s_, y_, total_;
+  Eigen::MatrixXd sy_;  // sᵢᵀ yⱼ of pairs i not newer than j
+  Eigen::VectorXd rho_, alpha_, weight_;
+  Eigen::VectorXd product_;          // of each pair, and two more
+  Eigen::MatrixXd products_;         // the same of each part
+  Eigen::VectorXd wide_s_, wide_y_;  // of refresh()
   Eigen::Index count_ = 0;
 };
 

@@ -5,15 +5,22 @@
 #include <tandem/solvers/soft_model.hpp>
 
 namespace tandem::detail {
+namespace {
+
+constexpr int kLeastBlocks = 100;  // of a lane
+
+}  // namespace
 
 SoftModel::SoftModel(Program& program, Session& session, const LevenbergMarquardtOptions& options,
                      bool with_constraints)
     : program_(program),
       session_(session),
+      parts_(program.lanes(), program.num_unknowns()),
+      blocks_(program.lanes(), program.hessian_pattern().num_blocks(), kLeastBlocks),
       cholesky_(program.hessian_pattern()),
-      secant_(program.num_unknowns(), options.secant_pairs, with_constraints) {
+      secant_(parts_, program.num_unknowns(), options.secant_pairs, with_constraints) {
   cholesky_.use(program.lanes());
-  for (Eigen::VectorXd* v : {&gradient_, &trial_gradient_, &last_gradient_, &scale_, &shift_, &diagonal_, &step_}) {
+  for (Eigen::VectorXd* v : {&gradient_, &trial_gradient_, &last_gradient_, &scale_, &step_}) {
     v->resize(program.num_unknowns());
     populate(*v, std::size_t(v->size()));
     v->setZero();
@@ -42,36 +49,65 @@ void SoftModel::bring_hessian_here() {
 }
 
 void SoftModel::find_scale() {
-  hessian_diagonal(program_.hessian_pattern(), hessian_, scale_);
-  all_curved_ = scale_.minCoeff() > 0;
+  const SymmetricPattern& pattern = program_.hessian_pattern();
+  const double flattest = -blocks_.max([&](Eigen::Index first, Eigen::Index blocks) {
+    const int end = int(first + blocks), unknown = pattern.first[std::size_t(first)];
+    hessian_diagonal(pattern, int(first), end, hessian_, scale_);
+    return -scale_.segment(unknown, pattern.first[std::size_t(end)] - unknown).minCoeff();
+  });
+  all_curved_ = flattest > 0;
 }
 
 std::string SoftModel::not_finite() {
-  if (std::isfinite(gradient_.sum()) && std::isfinite(scale_.sum())) return {};
+  const double sum = parts_.sum([this](Eigen::Index begin, Eigen::Index size) {
+    return gradient_.segment(begin, size).sum() + scale_.segment(begin, size).sum();
+  });
+  if (std::isfinite(sum)) return {};
   program_.reset();
   return program_.describe_bad_block();
 }
 
 double SoftModel::scaled(const Eigen::VectorXd& gradient) const {
-  double largest = 0;
-  for (Eigen::Index i = 0; i < gradient.size(); ++i)
-    if (scale_[i] > 0) largest = std::max(largest, std::abs(gradient[i]) / std::sqrt(scale_[i]));
-  return largest;
+  return std::sqrt(parts_.max([&](Eigen::Index begin, Eigen::Index size) {
+    double largest = 0;
+    for (Eigen::Index i = begin; i < begin + size; ++i)
+      if (scale_[i] > 0) largest = std::max(largest, gradient[i] * gradient[i] / scale_[i]);
+    return largest;
+  }));
 }
 
-bool SoftModel::factorize(const Eigen::VectorXd& hessian, double damping) {
-  if (!all_curved_) hessian_diagonal(program_.hessian_pattern(), hessian, diagonal_);
-  damping_shift(damping, scale_, all_curved_ ? scale_ : diagonal_, shift_);
-  return cholesky_.factorize(hessian, shift_);
+double SoftModel::step_size() const {
+  return parts_.max(
+      [this](Eigen::Index begin, Eigen::Index size) { return step_.segment(begin, size).cwiseAbs().maxCoeff(); });
+}
+
+void SoftModel::damp(const Eigen::VectorXd& hessian, double damping, Eigen::VectorXd& damped) const {
+  const SymmetricPattern& pattern = program_.hessian_pattern();
+  blocks_.each([&](int, Eigen::Index first, Eigen::Index blocks) {
+    for (int k = int(first); k < first + blocks; ++k) {
+      const int begin = pattern.value_start[std::size_t(k)], height = pattern.height(k), width = pattern.width(k);
+      if (&hessian != &damped) damped.segment(begin, height * width) = hessian.segment(begin, height * width);
+      for (int i = 0, unknown = pattern.first[std::size_t(k)]; i < width; ++i, ++unknown) {
+        double& d = damped[begin + i * (height + 1)];
+        d += damping_shift(damping, scale_[unknown], all_curved_ ? scale_[unknown] : d);
+      }
+    }
+  });
 }
 
 bool SoftModel::find_step(double damping) {
   bring_hessian_here();
   const Session::Timer timer(session_.summary.linear_solver_seconds);
-  if (!factorize(hessian_, damping)) return false;
-  step_ = -gradient_;
+  damp(hessian_, damping, hessian_);
+  hessian_is_here_ = false;
+  if (!cholesky_.factorize_in_place(hessian_)) return false;
+  parts_.each([this](int, Eigen::Index begin, Eigen::Index size) {
+    step_.segment(begin, size) = -gradient_.segment(begin, size);
+  });
   secant_.apply(step_, [&](Eigen::VectorXd& d) { cholesky_.solve(d); });
-  predicted_ = -0.5 * gradient_.dot(step_);  // (H + D) p = −g
+  predicted_ = -0.5 * parts_.sum([this](Eigen::Index begin, Eigen::Index size) {  // (H + D) p = −g
+    return gradient_.segment(begin, size).dot(step_.segment(begin, size));
+  });
   return true;
 }
 
@@ -114,7 +150,7 @@ bool SoftModel::move_on() {
   gradient_.swap(trial_gradient_);
   hessian_is_here_ = true;
   find_scale();
-  arrive();
+  on_new_point();
   return true;
 }
 

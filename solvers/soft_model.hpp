@@ -32,6 +32,8 @@ class SoftModel {
   /// The damped step from X̄ and what it gains by the model. False when the damped Hessian is not positive definite.
   virtual bool find_step(double damping);
   const Eigen::VectorXd& step() const { return step_; }
+  /// Its largest entry.
+  double step_size() const;
   double predicted() const { return predicted_; }
   /// What is minimised, at X̄ and after the step, infinite where it is undefined. `with_derivatives` evaluates the
   /// cost's there at once, which costs less than later.
@@ -96,26 +98,27 @@ class SoftModel {
  protected:
   /// Derivatives besides the cost's at X̄, the cost's own being in trial_gradient_ and hessian_.
   virtual void linearize_constraints() {}
-  /// The Hessian is the one at X̄ again, after a step that was tried with derivatives and refused: rarely, and one of them
-  /// takes half the memory of two.
+  /// The Hessian is the one at X̄ again, where the factor took its place, and then a step was refused: rarely, and one of
+  /// them takes half the memory of two.
   void bring_hessian_here();
   /// Sets scale_ by the Hessian at X̄.
   virtual void find_scale();
-  /// X̄ and all its derivatives are new.
-  virtual void arrive() {}
-  bool factorize(const Eigen::VectorXd& hessian, double damping);
+  /// What there is to do where X̄ and all its derivatives are new.
+  virtual void on_new_point() {}
+  /// What is factorised for a damped step: a Hessian, in its place or copied, with more on its diagonal.
+  void damp(const Eigen::VectorXd& hessian, double damping, Eigen::VectorXd& damped) const;
   double scaled(const Eigen::VectorXd& gradient) const;
 
   Program& program_;
   Session& session_;
+  LaneParts parts_, blocks_;  // of the unknowns, and of the Hessian's blocks
   BlockCholesky cholesky_;
   SecantPairs secant_;
   Eigen::VectorXd gradient_, trial_gradient_;
-  Eigen::VectorXd hessian_;  // at X̄, or where the last step led
+  Eigen::VectorXd hessian_;  // at X̄, or the factor there, or where the last step led
   bool hessian_is_here_ = false;
-  Eigen::VectorXd last_gradient_;     // at the last X̄
-  Eigen::VectorXd scale_;             // curvature of each unknown
-  Eigen::VectorXd shift_, diagonal_;  // of what is factorised
+  Eigen::VectorXd last_gradient_;  // at the last X̄
+  Eigen::VectorXd scale_;          // curvature of each unknown
   Eigen::VectorXd step_;
   double predicted_ = 0, trial_cost_ = 0;
   bool trial_has_derivatives_ = false;

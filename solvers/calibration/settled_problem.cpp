@@ -161,8 +161,8 @@ void SettledProblem::hold_loosely() {
     hold_ *= kHold;
   }
   for (int k = 0; k < pattern.num_blocks(); ++k)
-    for (int u = pattern.first[std::size_t(k)]; u < pattern.first[std::size_t(k) + 1]; ++u)
-      beliefs_hessian_[pattern.column_start[std::size_t(u)] + u - pattern.first[std::size_t(k)]] += hold_[u];
+    for (int i = 0; i < pattern.width(k); ++i)
+      beliefs_hessian_[pattern.diagonal(k, i)] += hold_[pattern.first[std::size_t(k)] + i];
 }
 
 void SettledProblem::scale_measured(double factor) {

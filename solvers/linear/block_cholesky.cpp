@@ -7,64 +7,62 @@
 #include <tandem/solvers/linear/panel_kernels.hpp>
 
 namespace tandem {
+SymmetricPattern in_order_of_elimination(const SymmetricPattern& pattern) {
+  return detail::in_order_of_elimination(pattern, detail::analyze(pattern, BlockCholesky::kALittleMore, true));
+}
+
 BlockCholesky::BlockCholesky(const SymmetricPattern& pattern, double natural_flops) {
-  order_and_analyze(pattern, pattern, natural_flops);
+  if (pattern.place.empty())
+    compile(pattern, detail::analyze(pattern, natural_flops, natural_flops <= kALittleMore));
+  else
+    compile(pattern);
 }
-BlockCholesky::BlockCholesky(const SymmetricPattern& pattern, const SymmetricPattern& structure) {
-  order_and_analyze(pattern, structure, kALittleMore);
+BlockCholesky::BlockCholesky(const SymmetricPattern& pattern, const SymmetricPattern& blocks) {
+  compile(pattern, detail::analyze(blocks, kALittleMore, true));
 }
 
-void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern, const SymmetricPattern& structure,
-                                      double natural_flops) {
-  detail::BlockSymbolic s = detail::analyze(structure, natural_flops, natural_flops <= kALittleMore);
-  n_ = pattern.size();
-  blocks_ = pattern.num_blocks();
-  nonzeros_ = s.nonzeros;
-  row_start_ = std::move(s.row_start);
-  row_block_ = std::move(s.row);
-  parts_[0].end = parts_[1].begin = s.first_part;
-  parts_[1].end = parts_[2].begin = s.second_part;
+void BlockCholesky::compile(const SymmetricPattern& pattern, detail::BlockSymbolic structure) {
+  const SymmetricPattern factor = detail::in_order_of_elimination(pattern, std::move(structure));
+  compile(factor);
+  laid_out_ = false;
+  take_own_memory();
+  compile_loading(pattern, factor);
+}
+
+void BlockCholesky::compile(const SymmetricPattern& factor) {
+  n_ = factor.size();
+  blocks_ = factor.num_blocks();
+  place_of_block_ = factor.place;
+  parts_[0].end = parts_[1].begin = factor.first_part;
+  parts_[1].end = parts_[2].begin = factor.second_part;
   parts_[2].end = blocks_;
-  const auto part_of = [&](int k) -> Section& { return parts_[k < s.first_part ? 0 : k < s.second_part ? 1 : 2]; };
-
-  std::vector<int>& place = place_of_block_;
-  place.resize(s.order.size());
-  start_.push_back(0);
-  for (std::size_t k = 0; k < s.order.size(); ++k) {
-    const std::size_t block = std::size_t(s.order[k]);
-    place[block] = static_cast<int>(k);
-    size_.push_back(pattern.first[block + 1] - pattern.first[block]);
-    start_.push_back(start_.back() + size_.back());
-    first_unknown_.push_back(pattern.first[block]);
-    for (int u = pattern.first[block]; u < pattern.first[block + 1]; ++u) unknown_.push_back(u);
-  }
-
-  // Panels: block column k with its block rows stacked; first row of each within the panel.
-  std::vector<int> row_in_panel(row_block_.size());
-  double entries = 0;
-  for (std::size_t k = 0; k < size_.size(); ++k) {
-    int height = 0;
-    for (int b = row_start_[k]; b < row_start_[k + 1]; ++b) {
-      row_in_panel[std::size_t(b)] = height;
-      height += size_[std::size_t(row_block_[std::size_t(b)])];
-    }
-    panel_rows_.push_back(height);
-    panel_.push_back(static_cast<int>(entries));
-    entries += double(height) * size_[k];
-    if (entries > 2147483647.0) throw Error("the Cholesky factor would have more than 2^31 entries");
-  }
-  values_.resize(static_cast<Eigen::Index>(entries));
-  detail::populate(values_, std::size_t(values_.size()));
   diagonal_.resize(n_);
 
-  // Which of all block rows is r of block column k, and where it stands in the panel.
-  const auto entry = [&](int k, int r) {
-    const auto begin = row_block_.begin() + row_start_[std::size_t(k)],
-               end = row_block_.begin() + row_start_[std::size_t(k) + 1];
-    return std::size_t(std::lower_bound(begin, end, r) - row_block_.begin());
-  };
-  const auto find = [&](int k, int r) { return row_in_panel[entry(k, r)]; };
-  std::vector<char> is_fill(row_block_.size(), 1);
+  std::vector<int> order(factor.place.size());
+  for (std::size_t block = 0; block < order.size(); ++block)
+    order[std::size_t(factor.place[block])] = static_cast<int>(block);
+  for (auto* of_blocks : {&size_, &panel_rows_, &first_unknown_}) of_blocks->reserve(order.size());
+  for (auto* of_ends : {&panel_, &row_start_, &below_start_, &below_joint_, &update_start_})
+    of_ends->reserve(order.size() + 1);
+  row_block_.reserve(factor.block_row.size());
+  std::vector<int> row_in_panel;
+  row_in_panel.reserve(factor.block_row.size());
+  row_start_.push_back(0);
+  for (const int block : order) {
+    const int width = factor.width(block), height = factor.height(block);
+    size_.push_back(width);
+    panel_rows_.push_back(height);
+    panel_.push_back(factor.value_start[std::size_t(block)]);
+    first_unknown_.push_back(factor.first[std::size_t(block)]);
+    for (int b = factor.block_start[std::size_t(block)]; b < factor.block_start[std::size_t(block) + 1]; ++b) {
+      row_block_.push_back(factor.place[std::size_t(factor.block_row[std::size_t(b)])]);
+      row_in_panel.push_back(factor.block_offset[std::size_t(b)]);
+    }
+    row_start_.push_back(static_cast<int>(row_block_.size()));
+    nonzeros_ += 0.5 * width * (width + 1) + double(width) * (height - width);
+  }
+
+  panel_.push_back(factor.value_start.back());
   const std::size_t below_tops = row_block_.size() - std::size_t(blocks_);
   below_.reserve(below_tops);
   updates_.reserve(below_tops);
@@ -72,42 +70,65 @@ void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern, const Sym
   detail::populate(below_, below_tops);
   detail::populate(updates_, below_tops);
   detail::populate(runs_, below_tops);
+  compile_rows(row_in_panel);
+  compile_updates(row_in_panel);
+}
+
+/// Where in a panel the blocks of H go, and what has none.
+void BlockCholesky::compile_loading(const SymmetricPattern& pattern, const SymmetricPattern& factor) {
+  const auto part_of = [&](int k) -> Section& {
+    return parts_[k < factor.first_part ? 0 : k < factor.second_part ? 1 : 2];
+  };
+  std::vector<char> is_fill(factor.block_row.size(), 1);
   for (int block = 0; block < blocks_; ++block) {
-    const int columns = pattern.first[std::size_t(block) + 1] - pattern.first[std::size_t(block)];
-    const std::size_t column = std::size_t(pattern.first[std::size_t(block)]);
-    int source = pattern.column_start[column];
-    const int stride = pattern.column_start[column + 1] - source;
+    const int columns = pattern.width(block), stride = pattern.height(block),
+              place = place_of_block_[std::size_t(block)];
     for (int b = pattern.block_start[std::size_t(block)]; b < pattern.block_start[std::size_t(block) + 1]; ++b) {
-      const int other = pattern.block_row[std::size_t(b)];
-      const int rows = pattern.first[std::size_t(other) + 1] - pattern.first[std::size_t(other)];
-      const int p = place[std::size_t(block)], q = place[std::size_t(other)];
-      const int k = std::min(p, q), r = std::max(p, q);
-      const std::size_t to = entry(k, r);
+      const int other = pattern.block_row[std::size_t(b)], place_of_other = place_of_block_[std::size_t(other)];
+      const bool transposed = place > place_of_other;
+      const int column = transposed ? other : block, row = transposed ? block : other;
+      const auto begin = factor.block_row.begin() + factor.block_start[std::size_t(column)],
+                 end = factor.block_row.begin() + factor.block_start[std::size_t(column) + 1];
+      const auto at = std::lower_bound(begin, end, row, [&](int a, int c) {
+        return place_of_block_[std::size_t(a)] < place_of_block_[std::size_t(c)];
+      });
+      const std::size_t to = std::size_t(at - factor.block_row.begin());
       is_fill[to] = 0;
-      const Copy copy{source,  stride, panel_[std::size_t(k)] + row_in_panel[to], panel_rows_[std::size_t(k)], rows,
-                      columns, p > q};
-      std::vector<Copy>& copies = part_of(k).copies;
+      const Copy copy{pattern.value_start[std::size_t(block)] + pattern.block_offset[std::size_t(b)],
+                      stride,
+                      factor.value_start[std::size_t(column)] + factor.block_offset[to],
+                      factor.height(column),
+                      pattern.width(other),
+                      columns,
+                      transposed};
+      std::vector<Copy>& copies = part_of(std::min(place, place_of_other)).copies;
       const bool goes_on = !copies.empty() && !copy.transposed && !copies.back().transposed &&
                            copies.back().target + copies.back().rows == copy.target &&
                            copies.back().source + copies.back().rows == copy.source;
       if (goes_on && copies.back().columns == columns) {
-        copies.back().rows += rows;
+        copies.back().rows += copy.rows;
       } else {
         copies.push_back(copy);
       }
-      source += rows;
     }
   }
+  for (int block = 0; block < blocks_; ++block)
+    for (int b = factor.block_start[std::size_t(block)]; b < factor.block_start[std::size_t(block) + 1]; ++b)
+      if (is_fill[std::size_t(b)])
+        part_of(place_of_block_[std::size_t(block)])
+            .fill.push_back({factor.value_start[std::size_t(block)] + factor.block_offset[std::size_t(b)],
+                             factor.height(block), factor.width(factor.block_row[std::size_t(b)]),
+                             factor.width(block)});
+}
+
+void BlockCholesky::compile_rows(const std::vector<int>& row_in_panel) {
   below_start_.push_back(0);
   for (int k = 0; k < blocks_; ++k) {
     const auto begin = std::size_t(row_start_[std::size_t(k)]), end = std::size_t(row_start_[std::size_t(k) + 1]);
-    const int reach = k < s.second_part ? s.second_part : blocks_;
+    const int reach = k < parts_[2].begin ? parts_[2].begin : blocks_;
     int joint = -1;
     for (std::size_t b = begin; b < end; ++b) {
       const int rows = size_[std::size_t(row_block_[b])], row = row_in_panel[b];
-      if (is_fill[b])
-        part_of(k).fill.push_back(
-            {panel_[std::size_t(k)] + row, panel_rows_[std::size_t(k)], rows, size_[std::size_t(k)]});
       if (b == begin) continue;
       const bool is_joint = joint < 0 && row_block_[b] >= reach;
       if (is_joint) joint = static_cast<int>(below_.size());
@@ -122,7 +143,14 @@ void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern, const Sym
     below_joint_.push_back(joint < 0 ? below_start_.back() : joint);
     if (joint >= 0) joints_.push_back(k);
   }
+}
 
+void BlockCholesky::compile_updates(const std::vector<int>& row_in_panel) {
+  const auto row_of = [&](int k, int r) {  // of block row r in the panel of k
+    const auto begin = row_block_.begin() + row_start_[std::size_t(k)],
+               end = row_block_.begin() + row_start_[std::size_t(k) + 1];
+    return row_in_panel[std::size_t(std::lower_bound(begin, end, r) - row_block_.begin())];
+  };
   update_start_.push_back(0);
   for (int k = 0; k < blocks_; ++k) {
     const int begin = row_start_[std::size_t(k)], end = row_start_[std::size_t(k) + 1];
@@ -131,7 +159,7 @@ void BlockCholesky::order_and_analyze(const SymmetricPattern& pattern, const Sym
       Update u{row_in_panel[std::size_t(b)], size_[std::size_t(target)], panel_rows_[std::size_t(target)],
                static_cast<int>(runs_.size()), 0};
       for (int a = b; a < end; ++a) {
-        const int to = panel_[std::size_t(target)] + find(target, row_block_[std::size_t(a)]);
+        const int to = panel_[std::size_t(target)] + row_of(target, row_block_[std::size_t(a)]);
         const int rows = size_[std::size_t(row_block_[std::size_t(a)])];
         if (static_cast<int>(runs_.size()) > u.run_begin && runs_.back().target + runs_.back().rows == to) {
           runs_.back().rows += rows;
@@ -153,31 +181,40 @@ void BlockCholesky::for_both(detail::FunctionRef<void(int part)> f) const {
   f(1);
 }
 
-void BlockCholesky::load(const Eigen::VectorXd& values, const Eigen::VectorXd& shift) {
-  for (const Section& part : parts_) load(part, values, shift);
+void BlockCholesky::load(const Eigen::VectorXd& values) {
+  for (const Section& part : parts_) load(part, values, {}, true);
 }
 
-void BlockCholesky::load(const Section& part, const Eigen::VectorXd& values, const Eigen::VectorXd& shift) {
-  detail::at_best([&]() TANDEM_INLINED_HERE {
-    for (const Fill& f : part.fill)
-      for (int j = 0; j < f.columns; ++j) detail::set_zero(f.rows, values_.data() + f.target + j * f.stride);
-    for (const Copy& c : part.copies) {
-      const double* from = values.data() + c.source;
-      double* to = values_.data() + c.target;
-      for (int j = 0; j < c.columns; ++j, from += c.source_stride) {
-        if (!c.transposed)
-          detail::copy(c.rows, from, to + j * c.target_stride);
-        else
-          for (int i = 0; i < c.rows; ++i) to[j + i * c.target_stride] = from[i];
+/// Nothing is to be copied where the values are the factor's own.
+void BlockCholesky::load(const Section& part, const Eigen::VectorXd& values, const Eigen::VectorXd& shift,
+                         bool with_diagonal) {
+  if (part.begin == part.end) return;
+  if (laid_out_ && values.data() != entries_) {
+    const int first = panel_[std::size_t(part.begin)];
+    std::copy_n(values.data() + first, panel_[std::size_t(part.end)] - first, entries_ + first);
+  }
+  if (!laid_out_)
+    detail::at_best([&]() TANDEM_INLINED_HERE {
+      for (const Fill& f : part.fill)
+        for (int j = 0; j < f.columns; ++j) detail::set_zero(f.rows, entries_ + f.target + j * f.stride);
+      for (const Copy& c : part.copies) {
+        const double* from = values.data() + c.source;
+        double* to = entries_ + c.target;
+        for (int j = 0; j < c.columns; ++j, from += c.source_stride) {
+          if (!c.transposed)
+            detail::copy(c.rows, from, to + j * c.target_stride);
+          else
+            for (int i = 0; i < c.rows; ++i) to[j + i * c.target_stride] = from[i];
+        }
       }
-    }
-  });
-  for (int k = part.begin, place = start_[std::size_t(k)]; k < part.end; ++k) {
-    double* panel = values_.data() + panel_[std::size_t(k)];
-    for (int i = 0; i < size_[std::size_t(k)]; ++i, ++place) {
+    });
+  if (shift.size() == 0 && !with_diagonal) return;
+  for (int k = part.begin; k < part.end; ++k) {
+    double* panel = entries_ + panel_[std::size_t(k)];
+    for (int i = 0, unknown = first_unknown_[std::size_t(k)]; i < size_[std::size_t(k)]; ++i, ++unknown) {
       double& d = panel[i * (panel_rows_[std::size_t(k)] + 1)];
-      if (shift.size() > 0) d += shift[unknown_[std::size_t(place)]];
-      diagonal_[place] = d;
+      if (shift.size() > 0) d += shift[unknown];
+      if (with_diagonal) diagonal_[unknown] = d;
     }
   }
 }
@@ -187,17 +224,17 @@ int BlockCholesky::eliminate(int begin, int end, int reach, WeakPivots* weak) {
     double inverse[detail::kMostDofs];
     int failed = 0;
     for (int k = begin; k < end; ++k) {
-      const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)], first = start_[std::size_t(k)];
-      double* P = values_.data() + panel_[std::size_t(k)];
+      const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)], first = first_unknown_[std::size_t(k)];
+      double* P = entries_ + panel_[std::size_t(k)];
       const auto is_weak = [&](int c, double pivot) TANDEM_INLINED_HERE {
         if (!weak || pivot > weak->relative * diagonal_[first + c]) return false;
-        weak->places.push_back(first + c);
+        weak->unknowns.push_back(first + c);
         return true;
       };
       const bool positive = n == 6   ? detail::factor_panel<6>(n, m, P, inverse, failed, is_weak)
                             : n == 3 ? detail::factor_panel<3>(n, m, P, inverse, failed, is_weak)
                                      : detail::factor_panel<0>(n, m, P, inverse, failed, is_weak);
-      if (!positive) return unknown_[std::size_t(first + failed)];
+      if (!positive) return first + failed;
       subtract_updates(update_start_[std::size_t(k)], first_update(k, reach), k, n, P, P);
     }
     return -1;
@@ -216,7 +253,7 @@ inline void BlockCholesky::subtract_updates(int begin, int end, int k, int inner
     const Update& update = updates_[std::size_t(u)];
     for (int r = update.run_begin; r < update.run_end; ++r) {
       const Run& run = runs_[std::size_t(r)];
-      detail::subtract_product_any(run.rows, update.columns, inner, values_.data() + run.target, update.target_stride,
+      detail::subtract_product_any(run.rows, update.columns, inner, entries_ + run.target, update.target_stride,
                                    A + run.source_row, m, B + update.first_row, m);
     }
   }
@@ -229,7 +266,22 @@ void BlockCholesky::subtract_below(int k, int inner, const double* A, const doub
 }
 
 bool BlockCholesky::factorize(const Eigen::VectorXd& values, const Eigen::VectorXd& shift) {
+  take_own_memory();
   return factorize(values, shift, nullptr);
+}
+
+bool BlockCholesky::factorize_in_place(Eigen::VectorXd& values) {
+  if (!laid_out_) return factorize(values);
+  entries_ = values.data();
+  return factorize(values, {}, nullptr);
+}
+
+void BlockCholesky::take_own_memory() {
+  if (values_.size() == 0) {
+    values_.resize(panel_.back());
+    detail::populate(values_, std::size_t(values_.size()));
+  }
+  entries_ = values_.data();
 }
 
 bool BlockCholesky::factorize(const Eigen::VectorXd& values, const Eigen::VectorXd& shift, WeakPivots* weak) {
@@ -237,16 +289,16 @@ bool BlockCholesky::factorize(const Eigen::VectorXd& values, const Eigen::Vector
   std::array<int, 2> failed{-1, -1};
   for_both([&](int p) {
     const Section& section = parts_[std::size_t(p)];
-    load(section, values, shift);
+    load(section, values, shift, weak != nullptr);
     failed[std::size_t(p)] = eliminate(section.begin, section.end, joint, weak ? &weak[p] : nullptr);
   });
   failed_ = failed[0] >= 0 ? failed[0] : failed[1];
   if (failed_ >= 0) return false;
-  load(parts_[2], values, shift);
+  load(parts_[2], values, shift, weak != nullptr);
   // What both parts change of the third, one after the other: sums are those of one thread.
   detail::at_best([&]() TANDEM_INLINED_HERE {
     for (const int k : joints_) {
-      const double* P = values_.data() + panel_[std::size_t(k)];
+      const double* P = entries_ + panel_[std::size_t(k)];
       subtract_updates(first_update(k, joint), update_start_[std::size_t(k) + 1], k, size_[std::size_t(k)], P, P);
     }
   });
@@ -254,16 +306,20 @@ bool BlockCholesky::factorize(const Eigen::VectorXd& values, const Eigen::Vector
   return failed_ < 0;
 }
 
-std::vector<Eigen::VectorXd> BlockCholesky::null_space(const Eigen::VectorXd& values, double relative, int most) {
+std::vector<Eigen::VectorXd> BlockCholesky::null_space(Eigen::VectorXd& values, double relative, int most) {
+  if (laid_out_)
+    entries_ = values.data();
+  else
+    take_own_memory();
   std::array<WeakPivots, 3> of_parts{{{relative, {}}, {relative, {}}, {relative, {}}}};
   factorize(values, {}, of_parts.data());
   std::vector<int> weak;
-  for (const WeakPivots& part : of_parts) weak.insert(weak.end(), part.places.begin(), part.places.end());
+  for (const WeakPivots& part : of_parts) weak.insert(weak.end(), part.unknowns.begin(), part.unknowns.end());
   std::vector<Eigen::VectorXd> basis;
-  for (const int place : weak) {
+  for (const int unknown : weak) {
     if (static_cast<int>(basis.size()) >= most) break;
     Eigen::VectorXd v = Eigen::VectorXd::Zero(n_);
-    v[unknown_[std::size_t(place)]] = 1;
+    v[unknown] = 1;
     backward(v);
     basis.push_back(v.normalized());
   }

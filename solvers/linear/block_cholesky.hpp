@@ -9,6 +9,9 @@
 #include <tandem/problem/program.hpp>
 
 namespace tandem {
+namespace detail {
+struct BlockSymbolic;
+}
 
 /// Sparse Cholesky H = L Lᵀ by blocks of one variable each, on the pattern of a Program's Hessian: symbolic analysis
 /// once, then any number of numeric factorisations without allocation. The order is the variables' own where that
@@ -24,12 +27,16 @@ class BlockCholesky {
   /// problem lies there, which is worth a little more; and where what comes last is what inverse_of() is asked for, of which
   /// it is next to the root, a lot: with more than a little, a chain is eliminated from its beginning to its end.
   explicit BlockCholesky(const SymmetricPattern& pattern, double natural_flops = kALittleMore);
+  BlockCholesky(BlockCholesky&&) = default;
+  BlockCholesky& operator=(BlockCholesky&&) = default;
 
   /// Takes these threads from now on; they outlive the factor. What comes out is the same without.
   void use(const detail::Lanes& lanes) { lanes_ = &lanes; }
 
   /// Factorises H + diag(shift); `shift` may be empty. False when a pivot is not positive: see failed_unknown().
   bool factorize(const Eigen::VectorXd& values, const Eigen::VectorXd& shift = {});
+  /// The same of H alone; of a pattern that is in_order_of_elimination() the factor takes the values' place, and solves read it there.
+  bool factorize_in_place(Eigen::VectorXd& values);
   /// x = (L Lᵀ)⁻¹ x. Solves do not allocate, and any number of threads may share a factor.
   void solve(Eigen::VectorXd& x) const;
   /// x = Lᵀ⁻¹ x and x = L⁻¹ x, up to the permutation of unknowns: maps white coordinates to tangent ones, and gradients
@@ -46,12 +53,12 @@ class BlockCholesky {
   double nonzeros() const { return nonzeros_; }
 
   /// A basis of the directions v with H v ≈ 0, at most `most` of them: pivots below `relative` times the diagonal
-  /// entry they started from. Destroys the factor.
-  std::vector<Eigen::VectorXd> null_space(const Eigen::VectorXd& values, double relative, int most);
+  /// entry they started from. Destroys the factor, and values that it can take the place of.
+  std::vector<Eigen::VectorXd> null_space(Eigen::VectorXd& values, double relative, int most);
 
  protected:  // for detail::SelectedInverse, which eliminates on the same structure
-  /// The factor has room for all blocks of `structure`, which holds those of the pattern.
-  BlockCholesky(const SymmetricPattern& pattern, const SymmetricPattern& structure);
+  /// The factor has room for all of `blocks`, among which are those of the pattern.
+  BlockCholesky(const SymmetricPattern& pattern, const SymmetricPattern& blocks);
 
   struct Copy {  // a block of H, or several one below the other, into a panel
     int source, source_stride, target, target_stride, rows, columns;
@@ -70,7 +77,11 @@ class BlockCholesky {
     int first_row, columns, target_stride, run_begin, run_end;
   };
 
-  void order_and_analyze(const SymmetricPattern& pattern, const SymmetricPattern& structure, double natural_flops);
+  void compile(const SymmetricPattern& pattern, detail::BlockSymbolic structure);
+  void compile(const SymmetricPattern& factor);
+  void compile_loading(const SymmetricPattern& pattern, const SymmetricPattern& factor);
+  void compile_rows(const std::vector<int>& row_in_panel);
+  void compile_updates(const std::vector<int>& row_in_panel);
   /// Consecutive block columns in the order of elimination, and what is loaded into their panels.
   struct Section {
     int begin = 0, end = 0;
@@ -79,15 +90,16 @@ class BlockCholesky {
   };
   struct WeakPivots {  // not above `relative` times their diagonal entry
     double relative;
-    std::vector<int> places;
+    std::vector<int> unknowns;
   };
 
   /// f(0) and f(1), of the two parts that do not touch, at once where there are threads.
   void for_both(detail::FunctionRef<void(int part)> f) const;
-  void load(const Eigen::VectorXd& values, const Eigen::VectorXd& shift);
+  void take_own_memory();
+  void load(const Eigen::VectorXd& values);
   /// With `weak`, those of the first, second and third part are noted there.
   bool factorize(const Eigen::VectorXd& values, const Eigen::VectorXd& shift, WeakPivots* weak);
-  void load(const Section& part, const Eigen::VectorXd& values, const Eigen::VectorXd& shift);
+  void load(const Section& part, const Eigen::VectorXd& values, const Eigen::VectorXd& shift, bool with_diagonal);
   /// Block columns of what is loaded, in the order of elimination, and what they change of those to come before `reach`. Weak
   /// pivots are noted, where they are asked for, and replaced by one, their column cut off. The unknown at which it
   /// failed, or −1.
@@ -111,12 +123,11 @@ class BlockCholesky {
 
   int n_ = 0, blocks_ = 0, failed_ = -1;
   double nonzeros_ = 0;
-  std::vector<int> size_, start_;           // of each block column, in elimination order
+  std::vector<int> size_;                   // of each block column, in elimination order
   std::vector<int> row_start_, row_block_;  // block rows of each block column, itself first
   std::vector<int> panel_rows_;             // height of each panel
-  std::vector<int> panel_;                  // first entry of each panel in values_, column-major
+  std::vector<int> panel_;                  // first entry of each panel, column-major, and their end
   std::vector<int> first_unknown_;          // of each block column
-  std::vector<int> unknown_;                // unknown at each eliminated place
   std::vector<int> place_of_block_;         // of each block of the pattern
   // Two that do not touch, each before what both are below of; or none and all.
   std::array<Section, 3> parts_;
@@ -127,8 +138,15 @@ class BlockCholesky {
   std::vector<int> update_start_;
   std::vector<Update> updates_;
   std::vector<Run> runs_;
-  Eigen::VectorXd values_, diagonal_;
+  bool laid_out_ = true;  // the pattern's values stand as the factor's entries do
+  Eigen::VectorXd values_;
+  double* entries_ = nullptr;  // those, or the values of factorize_in_place()
+  Eigen::VectorXd diagonal_;   // of each unknown what its pivot started from, where that may be weak
   const detail::Lanes* lanes_ = nullptr;
 };
+
+/// The pattern in which values stand where the factor's entries do, by BlockCholesky's order: for Programs whose Hessian is
+/// to be factorised in its place. Throws Error where the factor has more than 2^31 entries.
+SymmetricPattern in_order_of_elimination(const SymmetricPattern& pattern);
 
 }  // namespace tandem

@@ -8,7 +8,7 @@ namespace tandem {
 
 inline void BlockCholesky::forward_top(int k, double* y) const {
   const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
-  const double* P = values_.data() + panel_[std::size_t(k)];
+  const double* P = entries_ + panel_[std::size_t(k)];
   double* x = y + first_unknown_[std::size_t(k)];
   for (int c = 0; c < n; ++c) {
     const double* column = P + std::ptrdiff_t(c) * m;
@@ -19,7 +19,7 @@ inline void BlockCholesky::forward_top(int k, double* y) const {
 
 inline void BlockCholesky::forward_below(int begin, int end, int k, double* y) const {
   const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
-  const double* P = values_.data() + panel_[std::size_t(k)];
+  const double* P = entries_ + panel_[std::size_t(k)];
   const double* x = y + first_unknown_[std::size_t(k)];
   for (int b = begin; b < end; ++b) {
     const Below& below = below_[std::size_t(b)];
@@ -41,7 +41,7 @@ inline void BlockCholesky::forward_by(int k, double* y) const {
 
 inline void BlockCholesky::backward_by(int k, double* y) const {
   const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
-  const double* P = values_.data() + panel_[std::size_t(k)];
+  const double* P = entries_ + panel_[std::size_t(k)];
   double* x = y + first_unknown_[std::size_t(k)];
   for (int b = below_start_[std::size_t(k)]; b < below_start_[std::size_t(k) + 1]; ++b) {
     const Below& below = below_[std::size_t(b)];

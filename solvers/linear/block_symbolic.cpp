@@ -123,4 +123,24 @@ BlockSymbolic analyze(const SymmetricPattern& pattern, double natural_flops, boo
   return own.flops < any ? own : amd;
 }
 
+SymmetricPattern in_order_of_elimination(const SymmetricPattern& pattern, BlockSymbolic structure) {
+  const BlockSymbolic& s = structure;
+  SymmetricPattern result;
+  result.first = pattern.first;
+  result.first_part = s.first_part;
+  result.second_part = s.second_part;
+  result.place.resize(s.order.size());
+  for (std::size_t k = 0; k < s.order.size(); ++k) result.place[std::size_t(s.order[k])] = static_cast<int>(k);
+  result.block_start.reserve(s.order.size() + 1);
+  result.block_row.reserve(s.row.size());
+  for (const int place : result.place) {
+    result.block_start.push_back(static_cast<int>(result.block_row.size()));
+    for (int r = s.row_start[std::size_t(place)]; r < s.row_start[std::size_t(place) + 1]; ++r)
+      result.block_row.push_back(s.order[std::size_t(s.row[std::size_t(r)])]);
+  }
+  result.block_start.push_back(static_cast<int>(result.block_row.size()));
+  result.place_values("the Cholesky factor");
+  return result;
+}
+
 }  // namespace tandem::detail

@@ -29,4 +29,8 @@ inline constexpr double kWorthThreads = 5e4;
 /// long chain, where `both_ends` allows, from both its ends towards the middle, in two parts for as many threads.
 BlockSymbolic analyze(const SymmetricPattern& pattern, double natural_flops, bool both_ends);
 
+/// The pattern of the factor that has this structure: of the given one's values, each in its place there. Throws Error where
+/// that has more than 2^31.
+SymmetricPattern in_order_of_elimination(const SymmetricPattern& pattern, BlockSymbolic structure);
+
 }  // namespace tandem::detail

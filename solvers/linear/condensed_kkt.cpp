@@ -41,10 +41,10 @@ bool CondensedKkt::analyze(int size, int entries, const int* row, const int* col
   next_equality_ = next_inequality_ = 0;
   factorized_ = false;
   if (size != this->size()) return false;
-  const std::vector<int> hessian_rows = hessian_pattern_.rows();
+  const HessianEntries hessian{hessian_pattern_.column_starts(), hessian_pattern_.rows()};
   for (int k = 0; k < entries; ++k) {
     const auto [low, high] = std::minmax({row[k] - base, column[k] - base});
-    if (!note(k, high, low, hessian_rows)) return false;
+    if (!note(k, high, low, hessian)) return false;
   }
   return next_equality_ == of_equality_.size() && next_inequality_ == of_inequality_.size();
 }
@@ -58,14 +58,14 @@ void CondensedKkt::add(std::vector<Run>& runs, int from, int to) {
 }
 
 /// An entry of the lower triangle.
-bool CondensedKkt::note(int entry, int row, int column, const std::vector<int>& hessian_rows) {
+bool CondensedKkt::note(int entry, int row, int column, const HessianEntries& hessian) {
   const int slack = unknowns_, equality = slack + inequalities_, inequality = equality + equalities_;
   if (row < slack) {
-    const auto begin = hessian_rows.begin() + hessian_pattern_.column_start[std::size_t(column)],
-               end = hessian_rows.begin() + hessian_pattern_.column_start[std::size_t(column) + 1];
+    const auto begin = hessian.row.begin() + hessian.column_start[std::size_t(column)],
+               end = hessian.row.begin() + hessian.column_start[std::size_t(column) + 1];
     const auto at = std::lower_bound(begin, end, row);
     if (at == end || *at != row) return false;
-    add(to_hessian_, entry, static_cast<int>(at - hessian_rows.begin()));
+    add(to_hessian_, entry, static_cast<int>(at - hessian.row.begin()));
     return true;
   }
   if (row == column) {

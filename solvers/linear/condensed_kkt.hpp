@@ -45,7 +45,10 @@ class CondensedKkt {
  private:
   using Vector = Eigen::VectorXd;
 
-  bool note(int entry, int row, int column, const std::vector<int>& hessian_rows);
+  struct HessianEntries {  // of the pattern, by columns
+    std::vector<int> column_start, row;
+  };
+  bool note(int entry, int row, int column, const HessianEntries& hessian);
   void load(const double* values);
   void regularize(double relative);
 

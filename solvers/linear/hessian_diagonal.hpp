@@ -4,12 +4,19 @@
 
 namespace tandem::detail {
 
-/// The diagonal of a Hessian given by its pattern's values: the curvature of each unknown.
+/// The diagonal of a Hessian given by its pattern's values, of these blocks: the curvature of each unknown.
+inline void hessian_diagonal(const SymmetricPattern& pattern, int first, int end, const Eigen::VectorXd& values,
+                             Eigen::VectorXd& diagonal) {
+  for (int k = first; k < end; ++k)
+    for (int i = 0, at = pattern.diagonal(k, 0), stride = pattern.height(k) + 1; i < pattern.width(k);
+         ++i, at += stride)
+      diagonal[pattern.first[std::size_t(k)] + i] = values[at];
+}
+
+/// The same of all.
 inline void hessian_diagonal(const SymmetricPattern& pattern, const Eigen::VectorXd& values,
                              Eigen::VectorXd& diagonal) {
-  for (int k = 0; k < pattern.num_blocks(); ++k)
-    for (int u = pattern.first[std::size_t(k)]; u < pattern.first[std::size_t(k) + 1]; ++u)
-      diagonal[u] = values[pattern.column_start[std::size_t(u)] + u - pattern.first[std::size_t(k)]];
+  hessian_diagonal(pattern, 0, pattern.num_blocks(), values, diagonal);
 }
 
 }  // namespace tandem::detail

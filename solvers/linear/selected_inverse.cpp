@@ -53,8 +53,8 @@ SelectedInverse::SelectedInverse(const SymmetricPattern& pattern, std::span<cons
   place_of_unknown_.resize(std::size_t(n_));
   place_.resize(std::size_t(blocks_));
   for (int k = 0; k < blocks_; ++k)
-    for (int i = start_[std::size_t(k)]; i < start_[std::size_t(k) + 1]; ++i)
-      place_of_unknown_[std::size_t(unknown_[std::size_t(i)])] = k;
+    for (int i = 0; i < size_[std::size_t(k)]; ++i)
+      place_of_unknown_[std::size_t(first_unknown_[std::size_t(k)] + i)] = k;
   int tallest = 0, widest = 0;
   for (int b = 0; b < blocks_; ++b) {
     const int k = place_of_unknown_[std::size_t(pattern.first[std::size_t(b)])];
@@ -62,7 +62,7 @@ SelectedInverse::SelectedInverse(const SymmetricPattern& pattern, std::span<cons
     tallest = std::max(tallest, below(k));
     widest = std::max(widest, size_[std::size_t(k)]);
   }
-  inverse_.resize(values_.size());
+  inverse_.resize(panel_.back());
   S_ss_.resize(Eigen::Index(tallest) * tallest);
   identity_.resize(Eigen::Index(widest) * widest);
 }
@@ -92,8 +92,7 @@ void SelectedInverse::start_equations(const LinearEquations& equations) {
 
   std::vector<int> entry(place_of_unknown_.size());  // of each unknown in its block
   for (int k = 0; k < blocks_; ++k)
-    for (int i = 0; i < size_[std::size_t(k)]; ++i)
-      entry[std::size_t(unknown_[std::size_t(start_[std::size_t(k)] + i)])] = i;
+    for (int i = 0; i < size_[std::size_t(k)]; ++i) entry[std::size_t(first_unknown_[std::size_t(k)] + i)] = i;
   for (std::size_t e = 0; e < equations.row.size(); ++e) {
     const std::size_t row = std::size_t(equations.row[e]), column = std::size_t(equations.column[e]);
     equations_[std::size_t(place[row])](at[row], panel_row(place[row], place_of_unknown_[column]) + entry[column]) +=
@@ -108,7 +107,7 @@ bool SelectedInverse::compute(const Eigen::VectorXd& hessian, const LinearEquati
   failed_ = -1;
   weak_ = false;
   log_determinant_ = 0;
-  load(hessian, {});
+  load(hessian);
   start_equations(equations);
   for (int k = 0; k < blocks_; ++k) {
     if (check) check();
@@ -130,7 +129,7 @@ bool SelectedInverse::eliminate_free(int k) {
   for (int c = 0; c < n; ++c) {
     for (int i = 0; i < n; ++i) I[i + c * n] = i == c;
     const double pivot = P[c + std::ptrdiff_t(c) * m];
-    weak_ = weak_ || !(pivot * pivot > kRelativePivot * diagonal_[start_[std::size_t(k)] + c]);
+    weak_ = weak_ || !(pivot * pivot > kRelativePivot * diagonal_[first_unknown_[std::size_t(k)] + c]);
     log_determinant_ += 2 * std::log(pivot);
     for (int i = n; i < m; ++i) P[i + std::ptrdiff_t(c) * m] = -P[i + std::ptrdiff_t(c) * m];
   }
@@ -146,7 +145,7 @@ bool SelectedInverse::eliminate_free(int k) {
 }
 
 bool SelectedInverse::eliminate_constrained(int k) {
-  const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)], start = start_[std::size_t(k)];
+  const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)], start = first_unknown_[std::size_t(k)];
   Part P(panel(k), m, n, Eigen::OuterStride<>(m));
   const ConstrainedFront front(P, std::exchange(equations_[std::size_t(k)], {}));
   const auto scale = diagonal_.segment(start, n);
@@ -177,7 +176,7 @@ bool SelectedInverse::eliminate_constrained(int k) {
   // What pivots are measured against, as the diagonal of H: only sums, whose digits do not cancel.
   for (int b = row_start_[std::size_t(k)] + 1, row = 0; b < row_start_[std::size_t(k) + 1]; ++b) {
     const std::size_t later = std::size_t(row_block_[std::size_t(b)]);
-    diagonal_.segment(start_[later], size_[later]) += front.added.segment(row, size_[later]);
+    diagonal_.segment(first_unknown_[later], size_[later]) += front.added.segment(row, size_[later]);
     row += size_[later];
   }
   return true;
@@ -186,7 +185,7 @@ bool SelectedInverse::eliminate_constrained(int k) {
 bool SelectedInverse::fail(int k, const Eigen::VectorXd& direction) {
   Eigen::Index largest = 0;
   direction.cwiseAbs().maxCoeff(&largest);
-  failed_ = unknown_[std::size_t(start_[std::size_t(k)] + largest)];
+  failed_ = static_cast<int>(first_unknown_[std::size_t(k)] + largest);
   return false;
 }
 
@@ -238,9 +237,9 @@ void SelectedInverse::block(int a, int b, Eigen::Ref<Eigen::MatrixXd> S) const {
   Eigen::VectorXd x(n_);
   for (int c = 0; c < size_[std::size_t(high)]; ++c) {
     x.setZero();
-    x[start_[std::size_t(high)] + c] = 1;
+    x[first_unknown_[std::size_t(high)] + c] = 1;
     solve_column(high, low, x);
-    const auto part = x.segment(start_[std::size_t(low)], size_[std::size_t(low)]);
+    const auto part = x.segment(first_unknown_[std::size_t(low)], size_[std::size_t(low)]);
     if (p == low) {
       S.col(c) = part;
     } else {
@@ -255,11 +254,11 @@ void SelectedInverse::solve_column(int from, int to, Eigen::VectorXd& x) const {
     for (int b = row_start_[std::size_t(k)] + 1, row = size_[std::size_t(k)]; b < row_start_[std::size_t(k) + 1]; ++b) {
       const std::size_t r = std::size_t(row_block_[std::size_t(b)]);
       f(ConstPart(panel(k) + row, size_[r], size_[std::size_t(k)], Eigen::OuterStride<>(panel_rows_[std::size_t(k)])),
-        x.segment(start_[r], size_[r]));
+        x.segment(first_unknown_[r], size_[r]));
       row += size_[r];
     }
   };
-  const auto of = [&](int k) { return x.segment(start_[std::size_t(k)], size_[std::size_t(k)]); };
+  const auto of = [&](int k) { return x.segment(first_unknown_[std::size_t(k)], size_[std::size_t(k)]); };
   for (int k = from; k < blocks_; ++k)
     each_row(k, [&](const ConstPart& Tt, auto later) { later.noalias() += Tt.lazyProduct(of(k)); });
   for (int k = blocks_ - 1; k >= to; --k) {

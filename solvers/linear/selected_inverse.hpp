@@ -59,8 +59,8 @@ class SelectedInverse : private BlockCholesky {
   void invert(int k);
   void solve_column(int from, int to, Eigen::VectorXd& x) const;
   int panel_row(int k, int row_block) const;
-  double* panel(int k) { return values_.data() + panel_[std::size_t(k)]; }
-  const double* panel(int k) const { return values_.data() + panel_[std::size_t(k)]; }
+  double* panel(int k) { return entries_ + panel_[std::size_t(k)]; }
+  const double* panel(int k) const { return entries_ + panel_[std::size_t(k)]; }
   int below(int k) const { return panel_rows_[std::size_t(k)] - size_[std::size_t(k)]; }
 
   std::vector<int> place_;                  // of each block of the pattern
@@ -68,7 +68,7 @@ class SelectedInverse : private BlockCholesky {
   std::vector<Eigen::MatrixXd> equations_;  // waiting at each place, columns as the panel's rows
   bool weak_ = false;
   double log_determinant_ = 0;
-  // The factor's own values_ become [D_k; T_kᵀ]; inverse_ is [S_kk; S_sk] in the same layout.
+  // The factor's entries become [D_k; T_kᵀ]; inverse_ is [S_kk; S_sk] in the same layout.
   Eigen::VectorXd inverse_, S_ss_, identity_;
 };
 

@@ -87,7 +87,7 @@ bool WarmSolve::find_step() {
 }
 
 bool WarmSolve::factorize() {
-  damping_shift(damping_.value, scale_, scale_, shift_);
+  for (Eigen::Index i = 0; i < shift_.size(); ++i) shift_[i] = damping_shift(damping_.value, scale_[i], scale_[i]);
   return cholesky_.factorize(hessian_, shift_);
 }
 

@@ -35,7 +35,7 @@ struct BlockOf {
       for (int b = 0; b <= a; ++b) {
         const int at_a = offset[std::size_t(a)], at_b = offset[std::size_t(b)];
         const int row = std::max(at_a, at_b), column = std::min(at_a, at_b);
-        place.push_back(column < 0 ? HessianPlace{} : HessianPlace{column * kUnknowns + row, kUnknowns});
+        place.push_back(column < 0 ? HessianPlace{} : HessianPlace{column * kUnknowns + row, kUnknowns, at_a < at_b});
       }
   }
   static MatrixXd random(int rows, int columns) {

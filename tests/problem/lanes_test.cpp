@@ -32,6 +32,32 @@ TEST(Lanes, RunEachOnceAndTellTheFirstError) {
   EXPECT_THROW(ThreadLimit(0), Error);
 }
 
+TEST(Lanes, PartsCoverAllAndDoNotDependOnThreads) {
+  const ThreadLimit more_than_cores(7);
+  for (const std::int64_t size : {0, 1, 9, 10, 33, 1000}) {
+    const Eigen::VectorXd x = random_vector(int(size), 1.0, 3);
+    double first = 0;
+    for (const int threads : {1, 2, 7}) {
+      detail::Lanes lanes;
+      lanes.use_threads(threads);
+      const detail::LaneParts parts(lanes, size, 5);
+      EXPECT_EQ(parts.count(), size < 10 ? 1 : std::min<int>(int(size) / 5, detail::kMostLanes));
+      std::vector<int> met(std::size_t(size), 0);
+      parts.each([&](int, Eigen::Index begin, Eigen::Index n) {
+        for (Eigen::Index i = begin; i < begin + n; ++i) ++met[std::size_t(i)];
+      });
+      EXPECT_EQ(met, std::vector<int>(std::size_t(size), 1));
+      const double sum = parts.sum([&](Eigen::Index begin, Eigen::Index n) { return x.segment(begin, n).sum(); });
+      EXPECT_NEAR(sum, x.sum(), 1e-12);
+      if (threads == 1) first = sum;
+      EXPECT_EQ(sum, first) << "to the bit";
+      EXPECT_EQ(
+          parts.max([&](Eigen::Index begin, Eigen::Index n) { return n ? x.segment(begin, n).maxCoeff() : -9.0; }),
+          size ? x.maxCoeff() : -9.0);
+    }
+  }
+}
+
 /// A long chain whose blocks join in an order that `stride`, prime to their number, shuffles; a constant that many blocks
 /// read; robust, full and diagonal noise; equalities and inequalities.
 struct LongChain {

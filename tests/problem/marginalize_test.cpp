@@ -41,11 +41,11 @@ struct Model {
 Model model_of(Program& program) {
   const SymmetricPattern& pattern = program.hessian_pattern();
   Model m{0, Eigen::VectorXd(pattern.size()), Eigen::MatrixXd::Zero(pattern.size(), pattern.size())};
-  const std::vector<int> row = pattern.rows();
+  const std::vector<int> start = pattern.column_starts(), row = pattern.rows();
   Eigen::VectorXd values(pattern.nonzeros());
   m.cost = program.linearize(m.g, values);
   for (int j = 0; j < pattern.size(); ++j)
-    for (int k = pattern.column_start[std::size_t(j)]; k < pattern.column_start[std::size_t(j) + 1]; ++k)
+    for (int k = start[std::size_t(j)]; k < start[std::size_t(j) + 1]; ++k)
       m.H(row[std::size_t(k)], j) = m.H(j, row[std::size_t(k)]) = values[k];
   return m;
 }
@@ -213,8 +213,8 @@ TEST(Marginalize, ThePriorsDerivativesAreExactFarAway) {
     EXPECT_NEAR(g[i], (up - down) / (2 * h), 1e-6 * (1 + g.norm())) << i;
     const Eigen::VectorXd column = (ahead - behind) / (2 * h);
     const auto& pattern = program.hessian_pattern();
-    const std::vector<int> row = pattern.rows();
-    for (int k = pattern.column_start[std::size_t(i)]; k < pattern.column_start[std::size_t(i) + 1]; ++k)
+    const std::vector<int> start = pattern.column_starts(), row = pattern.rows();
+    for (int k = start[std::size_t(i)]; k < start[std::size_t(i) + 1]; ++k)
       EXPECT_NEAR(exact[k], column[row[std::size_t(k)]], 1e-5 * column.norm());
   }
 }

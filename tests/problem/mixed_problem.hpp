@@ -164,12 +164,15 @@ inline Eigen::VectorXd hessian_values(const Program& program) {
 
 inline Eigen::MatrixXd dense(const SymmetricPattern& pattern, const Eigen::VectorXd& values) {
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(pattern.size(), pattern.size());
-  const std::vector<int> rows = pattern.rows();
-  for (int column = 0; column < pattern.size(); ++column)
-    for (int k = pattern.column_start[std::size_t(column)]; k < pattern.column_start[std::size_t(column) + 1]; ++k) {
-      const int row = rows[std::size_t(k)];
-      H(row, column) = values[k];
-      if (row > column) H(column, row) = values[k];
+  for (int block = 0; block < pattern.num_blocks(); ++block)
+    for (int b = pattern.block_start[std::size_t(block)]; b < pattern.block_start[std::size_t(block) + 1]; ++b) {
+      const int other = pattern.block_row[std::size_t(b)], row = pattern.first[std::size_t(other)];
+      const int column = pattern.first[std::size_t(block)], m = pattern.width(other), n = pattern.width(block);
+      const double* from =
+          values.data() + pattern.value_start[std::size_t(block)] + pattern.block_offset[std::size_t(b)];
+      H.block(row, column, m, n) = Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>(
+          from, m, n, Eigen::OuterStride<>(pattern.height(block)));
+      if (other != block) H.block(column, row, n, m) = H.block(row, column, m, n).transpose();
     }
   return H;
 }

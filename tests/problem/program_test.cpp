@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -225,13 +226,13 @@ TEST_F(ProgramTest, CurvatureIsWhatGaussNewtonsLacksOfTheExactHessian) {
 TEST_F(ProgramTest, PatternIsSortedWithFullDiagonalBlocks) {
   const SymmetricPattern& h = program.hessian_pattern();
   ASSERT_EQ(h.num_blocks(), 6);
-  const std::vector<int> rows = h.rows();
+  const std::vector<int> start = h.column_starts(), rows = h.rows();
   ASSERT_EQ(h.nonzeros(), Eigen::Index(rows.size()));
   for (int block = 0; block < h.num_blocks(); ++block) {
     EXPECT_EQ(h.block_row[std::size_t(h.block_start[std::size_t(block)])], block);
     for (int c = h.first[std::size_t(block)]; c < h.first[std::size_t(block) + 1]; ++c) {
-      const auto begin = rows.begin() + h.column_start[std::size_t(c)];
-      const auto end = rows.begin() + h.column_start[std::size_t(c) + 1];
+      const auto begin = rows.begin() + start[std::size_t(c)];
+      const auto end = rows.begin() + start[std::size_t(c) + 1];
       EXPECT_EQ(*begin, h.first[std::size_t(block)]);
       EXPECT_TRUE(std::adjacent_find(begin, end, std::greater_equal<>()) == end);
     }
@@ -242,6 +243,51 @@ TEST_F(ProgramTest, PatternIsSortedWithFullDiagonalBlocks) {
   const Eigen::MatrixXd full = dense(h, H);
   EXPECT_LE((full - full.transpose()).cwiseAbs().maxCoeff(), 1e-13 * full.cwiseAbs().maxCoeff())
       << "both triangles of the diagonal blocks are filled";
+}
+
+/// The blocks in reverse, and one more: what a factor that fills in would have.
+SymmetricPattern reversed(const SymmetricPattern& natural) {
+  SymmetricPattern h;
+  h.first = natural.first;
+  const int n = natural.num_blocks();
+  for (int k = 0; k < n; ++k) h.place.push_back(n - 1 - k);
+  for (int k = 0; k < n; ++k) {
+    h.block_start.push_back(int(h.block_row.size()));
+    h.block_row.push_back(k);
+    for (int other = k - 1; other >= 0; --other) {
+      const auto begin = natural.block_row.begin() + natural.block_start[std::size_t(other)],
+                 end = natural.block_row.begin() + natural.block_start[std::size_t(other) + 1];
+      if (std::find(begin, end, k) != end || (k == n - 1 && other == 0)) h.block_row.push_back(other);
+    }
+  }
+  h.block_start.push_back(int(h.block_row.size()));
+  h.place_values("the matrix");
+  return h;
+}
+
+TEST_F(ProgramTest, ValuesMayStandInAnotherLayout) {
+  Program other(mixed.problem, SoftBounds::in_cost, reversed);
+  const Eigen::VectorXd multipliers = random_vector(program.num_rows(), 2.0, 5);
+  const auto all = [&](Program& p) {
+    p.move_to(delta);
+    const SymmetricPattern& pattern = p.hessian_pattern();
+    Eigen::VectorXd g(p.num_unknowns()), H = hessian_values(p), jacobian(Eigen::Index(p.jacobian_pattern().row.size()));
+    std::vector<Eigen::MatrixXd> matrices;
+    p.linearize(g, H);
+    matrices.push_back(dense(pattern, H));
+    p.constraint_jacobian(jacobian);
+    p.add_constraint_hessian(multipliers.cwiseAbs(), jacobian, H);
+    matrices.push_back(dense(pattern, H));
+    p.exact_hessian(1.3, multipliers, H);
+    matrices.push_back(dense(pattern, H));
+    p.curvature(multipliers, H);
+    matrices.push_back(dense(pattern, H));
+    return matrices;
+  };
+  const auto natural = all(program), laid_out = all(other);
+  EXPECT_NE(program.hessian_pattern().nonzeros(), other.hessian_pattern().nonzeros());
+  for (std::size_t i = 0; i < natural.size(); ++i)
+    EXPECT_LE((natural[i] - laid_out[i]).cwiseAbs().maxCoeff(), 1e-14 * natural[i].cwiseAbs().maxCoeff()) << i;
 }
 
 TEST_F(ProgramTest, PatternHasNoPairThatNoBlockReads) {

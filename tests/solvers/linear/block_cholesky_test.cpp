@@ -55,18 +55,14 @@ BlockMatrix make_matrix(const std::vector<int>& sizes, const std::vector<std::pa
     p.block_row.push_back(row);
   }
   std::partial_sum(p.block_start.begin(), p.block_start.end(), p.block_start.begin());
+  p.place_values("the matrix");
   std::vector<double> values;
-  p.column_start = {0};
   for (std::size_t b = 0; b < sizes.size(); ++b)
-    for (int c = p.first[b]; c < p.first[b + 1]; ++c) {
+    for (int c = p.first[b]; c < p.first[b + 1]; ++c)
       for (int k = p.block_start[b]; k < p.block_start[b + 1]; ++k) {
         const std::size_t other = std::size_t(p.block_row[std::size_t(k)]);
-        for (int r = p.first[other]; r < p.first[other + 1]; ++r) {
-          values.push_back(m.dense(r, c));
-        }
+        for (int r = p.first[other]; r < p.first[other + 1]; ++r) values.push_back(m.dense(r, c));
       }
-      p.column_start.push_back(static_cast<int>(values.size()));
-    }
   m.values = Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
   return m;
 }
@@ -287,11 +283,10 @@ TEST(BlockCholesky, FindsPlantedNullDirections) {
     EXPECT_TRUE(cholesky.null_space(m.values, 1e-12, 6).empty());
     // A congruence by D that scales unknowns keeps the pattern; zeros in it plant axis-parallel null
     // directions.
-    const std::vector<int> row = m.pattern.rows();
+    const std::vector<int> start = m.pattern.column_starts(), row = m.pattern.rows();
     for (const int planted : {3, late}) {
       for (int column = 0; column < m.pattern.size(); ++column)
-        for (int k = m.pattern.column_start[std::size_t(column)]; k < m.pattern.column_start[std::size_t(column) + 1];
-             ++k)
+        for (int k = start[std::size_t(column)]; k < start[std::size_t(column) + 1]; ++k)
           if (column == planted || row[std::size_t(k)] == planted) m.values[k] = 0.0;
       m.dense.row(planted).setZero();
       m.dense.col(planted).setZero();
@@ -308,6 +303,41 @@ TEST(BlockCholesky, FindsPlantedNullDirections) {
   }
 }
 
+/// Where the values stand in the order of elimination, the factor takes their place: the same to the last bit.
+TEST(BlockCholesky, FactorisesInPlace) {
+  for (const BlockMatrix& m : {chain(40, 2, 3), long_chain(2, true, 1), long_chain(3, false, 2), star(40, 20, 4)}) {
+    BlockMatrix laid_out{in_order_of_elimination(m.pattern), m.dense, {}};
+    const SymmetricPattern& p = laid_out.pattern;
+    Eigen::VectorXd values(p.nonzeros());
+    for (int k = 0; k < p.num_blocks(); ++k)
+      for (int b = p.block_start[std::size_t(k)]; b < p.block_start[std::size_t(k) + 1]; ++b)
+        for (int c = 0; c < p.width(k); ++c)
+          for (int r = 0, other = p.block_row[std::size_t(b)]; r < p.width(other); ++r)
+            values[p.value_start[std::size_t(k)] + c * p.height(k) + p.block_offset[std::size_t(b)] + r] =
+                m.dense(p.first[std::size_t(other)] + r, p.first[std::size_t(k)] + c);
+    BlockCholesky copying(m.pattern), from_copy(p), in_place(p);
+    ASSERT_TRUE(copying.factorize(m.values));
+    ASSERT_TRUE(from_copy.factorize(values));
+    Eigen::VectorXd taken = values;
+    ASSERT_TRUE(in_place.factorize_in_place(taken));
+    EXPECT_EQ(in_place.nonzeros(), copying.nonzeros());
+    EXPECT_NE(taken, values);
+    const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(m.dense.rows(), -1.0, 2.0);
+    Eigen::VectorXd x = b, y = b, z = b;
+    copying.solve(x);
+    from_copy.solve(y);
+    in_place.solve(z);
+    EXPECT_LE((m.dense * x - b).norm(), 1e-10 * b.norm());
+    EXPECT_EQ(x, y);
+    EXPECT_EQ(x, z);
+    taken = values;
+    EXPECT_TRUE(in_place.null_space(taken, 1e-12, 6).empty());
+    EXPECT_NE(taken, values);
+    taken = m.values;
+    EXPECT_TRUE(copying.factorize_in_place(taken)) << "as it comes where the pattern is the variables'";
+  }
+}
+
 /// Differences along a chain and nothing else: moving all blocks together is free.
 TEST(BlockCholesky, FindsDirectionsThatSpanBlocks) {
   constexpr int blocks = 20;
@@ -321,9 +351,9 @@ TEST(BlockCholesky, FindsDirectionsThatSpanBlocks) {
     row[i + 3] = 1.0 + i % 5;
     m.dense += row * row.transpose();
   }
-  const std::vector<int> rows = m.pattern.rows();
+  const std::vector<int> start = m.pattern.column_starts(), rows = m.pattern.rows();
   for (int c = 0; c < 3 * blocks; ++c)
-    for (int k = m.pattern.column_start[std::size_t(c)]; k < m.pattern.column_start[std::size_t(c) + 1]; ++k)
+    for (int k = start[std::size_t(c)]; k < start[std::size_t(c) + 1]; ++k)
       m.values[k] = m.dense(rows[std::size_t(k)], c);
   const auto basis = BlockCholesky(m.pattern).null_space(m.values, 1e-12, 6);
   ASSERT_EQ(basis.size(), 3u);

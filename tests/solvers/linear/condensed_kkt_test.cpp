@@ -37,9 +37,9 @@ class CondensedKktTest : public ::testing::Test {
     VectorXd gradient(n), values(program->hessian_pattern().nonzeros());
     program->linearize(gradient, values);
     const SymmetricPattern& pattern = program->hessian_pattern();
-    const std::vector<int> row = pattern.rows();
+    const std::vector<int> start = pattern.column_starts(), row = pattern.rows();
     for (int c = 0; c < n; ++c)
-      for (int k = pattern.column_start[std::size_t(c)]; k < pattern.column_start[std::size_t(c) + 1]; ++k)
+      for (int k = start[std::size_t(c)]; k < start[std::size_t(c) + 1]; ++k)
         H(row[std::size_t(k)], c) = H(c, row[std::size_t(k)]) = values[k];
     // Any Jacobian of the pattern.
     J = Matrix::Zero(program->num_rows(), n);
@@ -59,9 +59,9 @@ class CondensedKktTest : public ::testing::Test {
   Matrix assemble(double coupling = -1.0) {
     rows.clear(), columns.clear(), values.clear();
     const SymmetricPattern& pattern = program->hessian_pattern();
-    const std::vector<int> row = pattern.rows();
+    const std::vector<int> start = pattern.column_starts(), row = pattern.rows();
     for (int c = 0; c < n; ++c)
-      for (int k = pattern.column_start[std::size_t(c)]; k < pattern.column_start[std::size_t(c) + 1]; ++k)
+      for (int k = start[std::size_t(c)]; k < start[std::size_t(c) + 1]; ++k)
         if (const int r = row[std::size_t(k)]; r >= c) entry(r, c, H(r, c) - (r == c ? 0.25 : 0.0));
     for (int i = 0; i < n; ++i) entry(i, i, 0.25);  // Σ of its own
     for (int k = 0; k < q; ++k) entry(n + k, n + k, S[k]);
