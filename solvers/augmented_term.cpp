@@ -54,27 +54,30 @@ void AugmentedTerm::set_multipliers(const Eigen::VectorXd& y) {
 
 void AugmentedTerm::set_soft_multipliers(Eigen::VectorXd& y) const {
   for (Eigen::Index i = 0; i < y.size(); ++i)
-    if (is_soft(i)) y[i] = w_[i] * outside(i, c_[i]);
+    if (is_soft(i)) y[i] = w_[i] * outside(i, c_[i], 0.0);
 }
 
-double AugmentedTerm::outside(Eigen::Index i, double z) const {
-  return z - std::clamp(z, program_.lower()[i], program_.upper()[i]);
+double AugmentedTerm::outside(Eigen::Index i, double c, double by) const {
+  const double above = (c - program_.upper()[i]) + by, below = (c - program_.lower()[i]) + by;
+  return above > 0 ? above : below < 0 ? below : 0.0;
 }
 
-bool AugmentedTerm::is_active(Eigen::Index i, double z) const {
-  return z < program_.lower()[i] || z > program_.upper()[i] || program_.lower()[i] == program_.upper()[i];
+void AugmentedTerm::activate(Eigen::Index i, double by) {
+  const double d = outside(i, c_[i], by);
+  active_[i] = d != 0 || program_.lower()[i] == program_.upper()[i] ? w_[i] : 0.0;
+  bound_[i] = d < 0 ? program_.lower()[i] : program_.upper()[i];
 }
 
 void AugmentedTerm::estimate_at(double step, Eigen::VectorXd& y) const {
   for (Eigen::Index i = 0; i < c_.size(); ++i)
-    y[i] = w_[i] * outside(i, c_[i] + step * jacobian_step_[i] + y_[i] / w_[i]);
+    y[i] = w_[i] * outside(i, c_[i], step * jacobian_step_[i] + y_[i] / w_[i]);
 }
 
 double AugmentedTerm::value_of(const Eigen::VectorXd& c) const {
   double total = 0;
   for (Eigen::Index i = 0; i < c.size(); ++i) {
     if (is_soft(i)) continue;
-    const double d = outside(i, c[i] + y_[i] / w_[i]);
+    const double d = outside(i, c[i], y_[i] / w_[i]);
     total += 0.5 * w_[i] * d * d;
   }
   return total;
@@ -83,7 +86,7 @@ double AugmentedTerm::value_of(const Eigen::VectorXd& c) const {
 double AugmentedTerm::violation_size_of(const Eigen::VectorXd& c) const {
   double total = 0;
   for (Eigen::Index i = 0; i < c.size(); ++i) {
-    const double v = outside(i, c[i]);
+    const double v = outside(i, c[i], 0.0);
     total += stiffness_[i] * v * v;
   }
   return std::sqrt(total);
@@ -110,7 +113,7 @@ double AugmentedTerm::complementarity(const Eigen::VectorXd& y) const {
 double AugmentedTerm::infeasibility_slope(const Eigen::VectorXd& scale) {
   double size = 0;
   for (Eigen::Index i = 0; i < c_.size(); ++i) {
-    const double v = outside(i, c_[i]);
+    const double v = outside(i, c_[i], 0.0);
     row_[i] = stiffness_[i] * v;
     size += stiffness_[i] * v * v;
   }
@@ -152,20 +155,12 @@ void AugmentedTerm::begin_step() {
 void AugmentedTerm::begin_step_as_foreseen() {
   begin_step();
   for (Eigen::Index i = 0; i < c_.size(); ++i) {
-    if (active_[i] > 0 || y_[i] == 0) continue;
-    const double z = c_[i] + y_[i] / stiffness_[i];
-    if (!is_active(i, z)) continue;
-    active_[i] = w_[i];
-    bound_[i] = z - outside(i, z);
+    if (active_[i] == 0 && y_[i] != 0) activate(i, y_[i] / stiffness_[i]);
   }
 }
 
 void AugmentedTerm::activate() {
-  for (Eigen::Index i = 0; i < c_.size(); ++i) {
-    const double z = c_[i] + jacobian_step_[i] + y_[i] / w_[i];
-    active_[i] = is_active(i, z) ? w_[i] : 0.0;
-    bound_[i] = z - outside(i, z);
-  }
+  for (Eigen::Index i = 0; i < c_.size(); ++i) activate(i, jacobian_step_[i] + y_[i] / w_[i]);
 }
 
 void AugmentedTerm::add_gradient(Eigen::VectorXd& g) {
@@ -188,15 +183,17 @@ void AugmentedTerm::change_hessian(Eigen::VectorXd& hessian) {
 void AugmentedTerm::set_segment(const Eigen::VectorXd& next, Eigen::VectorXd& g) {
   multiply(next, jacobian_segment_);
   for (Eigen::Index i = 0; i < c_.size(); ++i)
-    row_[i] = active_[i] > 0 ? active_[i] * (c_[i] + jacobian_segment_[i] - bound_[i]) + y_[i] : 0.0;
+    row_[i] = active_[i] > 0 ? active_[i] * ((c_[i] - bound_[i]) + jacobian_segment_[i]) + y_[i] : 0.0;
   add_transposed(row_, g);
   jacobian_segment_ -= jacobian_step_;
 }
 
 bool AugmentedTerm::same_active_rows_at_end() const {
   for (Eigen::Index i = 0; i < c_.size(); ++i) {
-    const double z = c_[i] + jacobian_step_[i] + jacobian_segment_[i] + y_[i] / w_[i];
-    if (is_active(i, z) != (active_[i] > 0) || (active_[i] > 0 && z - outside(i, z) != bound_[i])) return false;
+    const double d = outside(i, c_[i], jacobian_step_[i] + jacobian_segment_[i] + y_[i] / w_[i]);
+    const bool equality = program_.lower()[i] == program_.upper()[i];
+    if ((d != 0 || equality) != (active_[i] > 0)) return false;
+    if (d != 0 && bound_[i] != (d < 0 ? program_.lower()[i] : program_.upper()[i])) return false;
   }
   return true;
 }
@@ -204,7 +201,7 @@ bool AugmentedTerm::same_active_rows_at_end() const {
 double AugmentedTerm::slope(double fraction) const {
   double total = 0;
   for (Eigen::Index i = 0; i < c_.size(); ++i)
-    total += w_[i] * outside(i, c_[i] + jacobian_step_[i] + fraction * jacobian_segment_[i] + y_[i] / w_[i]) *
+    total += w_[i] * outside(i, c_[i], jacobian_step_[i] + fraction * jacobian_segment_[i] + y_[i] / w_[i]) *
              jacobian_segment_[i];
   return total;
 }
@@ -217,7 +214,7 @@ void AugmentedTerm::advance(double fraction) {
 double AugmentedTerm::model_value() const {
   double total = 0;
   for (Eigen::Index i = 0; i < c_.size(); ++i) {
-    const double d = outside(i, c_[i] + jacobian_step_[i] + y_[i] / w_[i]);
+    const double d = outside(i, c_[i], jacobian_step_[i] + y_[i] / w_[i]);
     total += 0.5 * w_[i] * d * d;
   }
   return total;

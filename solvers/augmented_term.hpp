@@ -90,12 +90,14 @@ class AugmentedTerm {
 
  private:
   bool is_soft(Eigen::Index i) const { return program_.soft_weights()[i] > 0; }
-  double outside(Eigen::Index i, double z) const;
+  /// How far c + by is outside of row i's bounds: first c, which is close to one where weights are large, and `by` is of the
+  /// order of its rounding there.
+  double outside(Eigen::Index i, double c, double by) const;
   double value_of(const Eigen::VectorXd& c) const;
   double violation_size_of(const Eigen::VectorXd& c) const;
   void estimate_at(double step, Eigen::VectorXd& y) const;
   void activate();
-  bool is_active(Eigen::Index i, double z) const;
+  void activate(Eigen::Index i, double by);
 
   /// Consecutive entries of the Jacobian, of consecutive rows in one column.
   struct Column {

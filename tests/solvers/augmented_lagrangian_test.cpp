@@ -61,6 +61,28 @@ TEST(AugmentedLagrangian, KnowsWhichBoundsHold) {
   EXPECT_LE(s.iterations, 10);
 }
 
+/// Where weights are so large that y / w is next to the rounding of c, a multiplier is what it was all the same.
+TEST(AugmentedLagrangian, MultipliersDoNotDrownInTheRoundingOfTheirRows) {
+  Problem problem;
+  const auto x = problem.add(R3({0.3, -0.3, 2.5}));
+  problem.minimize(Prior<R3>{R3()}, Gaussian{1.0, 1.0, 1.0}, {x});
+  problem.subject_to(Prior<R3>{R3()}, Bounds<3>{{-0.3, -0.3, 2.5}, {0.3, 0.3, 2.5}}, {x});
+  Program program(problem);
+  detail::AugmentedTerm term(program);
+  term.linearize();
+  term.start(Vector<3>::Constant(1e3));
+  term.set_penalty(1e10);
+  const Eigen::VectorXd y = Vector<3>(1403.012345678, -488.512345678, 74.612345678);
+  term.set_multipliers(y);
+  Eigen::VectorXd estimated(3);
+  term.estimate(estimated);
+  EXPECT_LE((estimated - y).norm(), 1e-12 * y.norm());
+  term.begin_step();
+  Eigen::VectorXd g = Eigen::VectorXd::Zero(3);
+  term.add_gradient(g);
+  EXPECT_LE((g - y).norm(), 1e-12 * y.norm());
+}
+
 TEST(AugmentedLagrangian, HasTheExactHessianOnlyWhileStepsMustBeDampedStrongly) {
   Problem problem;
   const auto x = problem.add(R3({2.0, 2.0, 2.0}));
