@@ -17,7 +17,7 @@ constexpr double kUsualPenalty = 1e4;   // grown to while steps are good: more m
 constexpr double kMostPenalty = 1e10;   // grown to while the constraints do not come closer; √ of what doubles hold
 constexpr double kPenaltyGrowth = 10;
 constexpr double kSoftest = 1e-8;     // of the stiffest unknown
-constexpr int kMostRelaxations = 20;  // of the weights, after which they only grow
+constexpr int kMostRelaxations = 60;  // of the weights, after which they only grow
 constexpr int kStalledSteps = 3;      // with hardly less violation, before the penalty grows
 constexpr int kHopelessSteps = 15;    // and before the constraints are given up
 constexpr double kHopelessSlope = 1e-2;
@@ -31,6 +31,7 @@ AugmentedModel::AugmentedModel(Program& program, Session& session, const Levenbe
       options_(options),
       constrained_((program.soft_weights().array() == 0).any()),
       term_(program),
+      lagrangian_secant_(parts_, program.num_unknowns(), options.secant_pairs, true),
       penalty_(penalty) {
   for (Eigen::VectorXd* v : {&total_, &last_lagrangian_, &newton_step_, &hessian_step_, &hessian_newton_})
     v->setZero(program.num_unknowns());
@@ -44,7 +45,7 @@ void AugmentedModel::restart(double penalty) {
   minimized_ = std::numeric_limits<double>::infinity();
   taken_ = stalled_ = relaxed_ = strongly_damped_ = free_ = 0;
   exact_ = false;
-  secant_.clear();
+  forget_curvature();
   curvature_share_ = 0.0;
   next_multipliers_.setZero();
   term_.set_penalty(penalty);
@@ -125,8 +126,8 @@ bool AugmentedModel::find_step(double damping) {
     damp(augmented_hessian_, damping, damped_hessian_);
     if (!cholesky_.factorize_in_place(damped_hessian_)) return false;
     newton_step_ = -total_;
-    secant_.refresh([&](const Eigen::VectorXd& s, Eigen::VectorXd& y) { term_.add_hessian_product(s, y); });
-    secant_.apply(newton_step_, [&](Eigen::VectorXd& d) { cholesky_.solve(d); });
+    lagrangian_secant_.refresh([&](const Eigen::VectorXd& s, Eigen::VectorXd& y) { term_.add_hessian_product(s, y); });
+    lagrangian_secant_.apply(newton_step_, [&](Eigen::VectorXd& d) { cholesky_.solve(d); });
     hessian_newton_ = gradient_;
     term_.set_segment(newton_step_, hessian_newton_);
     hessian_newton_ = -hessian_newton_;
@@ -220,7 +221,7 @@ void AugmentedModel::estimate_multipliers_at_step() {
 void AugmentedModel::learn() {
   if (exact_) return;
   lagrangian_gradient(next_multipliers_, total_);
-  secant_.add(step_, last_lagrangian_, total_);
+  lagrangian_secant_.add(step_, last_lagrangian_, total_);
 }
 
 /// An unknown that the cost does not curve is taken to be as soft as the softest one that it does, so that it is damped,
@@ -257,7 +258,7 @@ void AugmentedModel::choose_hessian(bool strongly_damped, bool free) {
   free_ = free ? free_ + 1 : 0;
   if (!exact_ && strongly_damped_ > kHessianSteps) {
     exact_ = true;
-    secant_.clear();
+    forget_curvature();
     estimate_multipliers();
     add_curvature();
   } else if (exact_ && free_ > kHessianSteps) {

@@ -50,6 +50,7 @@ class AugmentedModel final : public SoftModel {
   double merit_at_corrected_step(double damping) override;
   void drop_correction() override { term_.drop_correction(); }
   void learn() override;
+  void forget_curvature() override { lagrangian_secant_.clear(); }
 
   bool constrained() const override { return constrained_; }
   Program::Violation violation() const override { return violation_; }
@@ -84,6 +85,7 @@ class AugmentedModel final : public SoftModel {
   const LevenbergMarquardtOptions& options_;
   const bool constrained_;  // by hard rows, not soft bounds alone
   AugmentedTerm term_;
+  SecantPairs<double> lagrangian_secant_;  // of the Lagrangian, in place of the cost's
   Program::Violation violation_{0.0, -1};
   BestPoint best_{kConstraintTolerance};
   double penalty_;

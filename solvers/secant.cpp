@@ -9,8 +9,8 @@ namespace tandem::detail {
 namespace {
 
 /// aᵀ b, by eight sums, so that it goes by vectors.
-template <class B>
-TANDEM_INLINED double dot(Eigen::Index n, const float* a, const B* b) {
+template <class A, class B>
+TANDEM_INLINED double dot(Eigen::Index n, const A* a, const B* b) {
   double sums[8] = {};
   Eigen::Index i = 0;
   for (; i + 8 <= n; i += 8)
@@ -20,118 +20,100 @@ TANDEM_INLINED double dot(Eigen::Index n, const float* a, const B* b) {
   return sum;
 }
 
+/// d += w a, and then bᵀ d; `a` may be null, and `b`.
+template <class Scalar>
+TANDEM_INLINED double add_and_multiply(Eigen::Index n, double w, const Scalar* a, const Scalar* b, double* d) {
+  if (a)
+    for (Eigen::Index i = 0; i < n; ++i) d[i] += w * double(a[i]);
+  return b ? dot(n, b, d) : 0.0;
+}
+
 }  // namespace
 
-SecantPairs::SecantPairs(const LaneParts& parts, Eigen::Index unknowns, int capacity, bool with_term)
+template <class Scalar>
+SecantPairs<Scalar>::SecantPairs(const LaneParts& parts, Eigen::Index unknowns, int capacity, bool with_term)
     : parts_(parts),
       with_term_(with_term),
       s_(unknowns, capacity),
       y_(unknowns, capacity),
       total_(unknowns, with_term ? capacity : 0),
-      sy_(capacity, capacity),
       rho_(capacity),
-      alpha_(capacity),
       weight_(capacity),
-      product_(capacity + 2),
-      products_(Eigen::MatrixXd::Zero(capacity + 2, kMostLanes)),
       wide_s_(with_term ? unknowns : 0),
       wide_y_(with_term ? unknowns : 0) {}
 
-void SecantPairs::add(const Eigen::VectorXd& step, const Eigen::VectorXd& gradient_before,
-                      const Eigen::VectorXd& gradient_after) {
+template <class Scalar>
+void SecantPairs<Scalar>::add(const Eigen::VectorXd& step, const Eigen::VectorXd& gradient_before,
+                              const Eigen::VectorXd& gradient_after) {
   if (capacity() == 0) return;
   const Eigen::Index i = count_ % capacity();
   if (count_ < capacity())
-    for (Eigen::MatrixXf* pairs : {&s_, &y_}) populate(pairs->col(i).data(), std::size_t(step.size()) * sizeof(float));
+    for (Matrix* pairs : {&s_, &y_}) populate(pairs->col(i).data(), std::size_t(step.size()) * sizeof(Scalar));
   parts_.each([&](int, Eigen::Index begin, Eigen::Index size) {
-    s_.col(i).segment(begin, size) = step.segment(begin, size).cast<float>();
+    s_.col(i).segment(begin, size) = step.segment(begin, size).template cast<Scalar>();
     y_.col(i).segment(begin, size) =
-        (gradient_after.segment(begin, size) - gradient_before.segment(begin, size)).cast<float>();
+        (gradient_after.segment(begin, size) - gradient_before.segment(begin, size)).template cast<Scalar>();
   });
-  ++count_;
-  find_curvature(count_ - 1, y_);
-  if (rho_[i] > 0 || with_term_) return;
-  for (Eigen::MatrixXf* pairs : {&s_, &y_}) pairs->col(i).setZero();  // whatever it was
-  --count_;
+  rho_[i] = inverse_curvature(i, y_);
+  if (rho_[i] > 0 || with_term_) ++count_;
 }
 
-void SecantPairs::refresh(FunctionRef<void(const Eigen::VectorXd& s, Eigen::VectorXd& y)> add_product) {
+template <class Scalar>
+void SecantPairs<Scalar>::refresh(FunctionRef<void(const Eigen::VectorXd& s, Eigen::VectorXd& y)> add_product) {
   for (Eigen::Index k = oldest(); k < count_; ++k) {
     const Eigen::Index i = k % capacity();
-    wide_s_ = s_.col(i).cast<double>();
-    wide_y_ = y_.col(i).cast<double>();
+    wide_s_ = s_.col(i).template cast<double>();
+    wide_y_ = y_.col(i).template cast<double>();
     add_product(wide_s_, wide_y_);
-    total_.col(i) = wide_y_.cast<float>();
-    find_curvature(k, total_);
+    total_.col(i) = wide_y_.template cast<Scalar>();
+    rho_[i] = inverse_curvature(i, total_);
   }
 }
 
-void SecantPairs::apply(Eigen::VectorXd& d, FunctionRef<void(Eigen::VectorXd& d)> solve) {
-  if (count_ == 0) return solve(d);
-  const Eigen::MatrixXf& y = with_term_ ? total_ : y_;
-  multiply_transposed(s_, d);
+template <class Scalar>
+void SecantPairs<Scalar>::apply(Eigen::VectorXd& d, FunctionRef<void(Eigen::VectorXd& d)> solve) {
+  const Matrix& y = with_term_ ? total_ : y_;
+  Eigen::Index last = -1;  // what is to be added yet
   for (Eigen::Index k = count_; k-- > oldest();) {
     const Eigen::Index i = k % capacity();
-    for (Eigen::Index newer = k + 1; newer < count_; ++newer)
-      product_[i] -= alpha_[newer % capacity()] * sy_(i, newer % capacity());
-    alpha_[i] = rho_[i] > 0 ? rho_[i] * product_[i] : 0.0;
-    weight_[i] = -alpha_[i];
+    if (rho_[i] == 0) continue;
+    weight_[i] = rho_[i] * add_and_multiply(last < 0 ? 0.0 : -weight_[last], y, last, s_, i, d);
+    last = i;
   }
-  add_multiplied(y, d);
+  if (last >= 0) add_and_multiply(-weight_[last], y, last, s_, -1, d);
   solve(d);
-  multiply_transposed(y, d);
+  last = -1;
   for (Eigen::Index k = oldest(); k < count_; ++k) {
     const Eigen::Index i = k % capacity();
-    for (Eigen::Index older = oldest(); older < k; ++older)
-      product_[i] += weight_[older % capacity()] * sy_(older % capacity(), i);
-    weight_[i] = rho_[i] > 0 ? alpha_[i] - rho_[i] * product_[i] : 0.0;
+    if (rho_[i] == 0) continue;
+    weight_[i] -= rho_[i] * add_and_multiply(last < 0 ? 0.0 : weight_[last], s_, last, y, i, d);
+    last = i;
   }
-  add_multiplied(s_, d);
+  if (last >= 0) add_and_multiply(weight_[last], s_, last, y, -1, d);
 }
 
-/// The k-th pair's 1 / sᵀy, or 0, which leaves the pair out, and the products of its y with the steps up to its own.
-void SecantPairs::find_curvature(Eigen::Index k, const Eigen::MatrixXf& y) {
-  const Eigen::Index i = k % capacity(), squares = capacity();
-  parts_.each([&](int part, Eigen::Index begin, Eigen::Index size) {
-    at_best([&]() TANDEM_INLINED_HERE {
-      const float *y_i = y.col(i).data() + begin, *s_i = s_.col(i).data() + begin;
-      for (Eigen::Index older = oldest(); older <= k; ++older) {
-        const Eigen::Index j = older % capacity();
-        products_(j, part) = dot(size, s_.col(j).data() + begin, y_i);
-      }
-      products_(squares, part) = dot(size, s_i, s_i);
-      products_(squares + 1, part) = dot(size, y_i, y_i);
+template <class Scalar>
+double SecantPairs<Scalar>::inverse_curvature(Eigen::Index i, const Matrix& y) const {
+  const auto product = [&](const Matrix& a, const Matrix& b) {
+    return parts_.sum([&](Eigen::Index begin, Eigen::Index size) {
+      return at_best([&]() TANDEM_INLINED_HERE { return dot(size, a.col(i).data() + begin, b.col(i).data() + begin); });
     });
-  });
-  product_ = products_.leftCols(parts_.count()).rowwise().sum();
-  sy_.col(i) = product_.head(capacity());
-  const double sy = sy_(i, i), scale = std::sqrt(product_[squares]) * std::sqrt(product_[squares + 1]);
-  rho_[i] = sy > 1e-8 * scale ? 1.0 / sy : 0.0;
+  };
+  const double sy = product(s_, y);
+  return sy > 1e-8 * std::sqrt(product(s_, s_)) * std::sqrt(product(y, y)) ? 1.0 / sy : 0.0;
 }
 
-void SecantPairs::multiply_transposed(const Eigen::MatrixXf& A, const Eigen::VectorXd& d) {
-  const Eigen::Index pairs = std::min(count_, capacity());
-  parts_.each([&](int part, Eigen::Index begin, Eigen::Index size) {
-    at_best([&]() TANDEM_INLINED_HERE {
-      for (Eigen::Index i = 0; i < pairs; ++i)
-        products_(i, part) = dot(size, A.col(i).data() + begin, d.data() + begin);
-    });
+template <class Scalar>
+double SecantPairs<Scalar>::add_and_multiply(double w, const Matrix& A, Eigen::Index a, const Matrix& B, Eigen::Index b,
+                                             Eigen::VectorXd& d) const {
+  return parts_.sum([&](Eigen::Index begin, Eigen::Index size) {
+    const Scalar *of_A = a < 0 ? nullptr : A.col(a).data() + begin, *of_B = b < 0 ? nullptr : B.col(b).data() + begin;
+    return at_best(
+        [&]() TANDEM_INLINED_HERE { return tandem::detail::add_and_multiply(size, w, of_A, of_B, d.data() + begin); });
   });
-  product_ = products_.leftCols(parts_.count()).rowwise().sum();
 }
 
-void SecantPairs::add_multiplied(const Eigen::MatrixXf& A, Eigen::VectorXd& d) const {
-  const Eigen::Index pairs = std::min(count_, capacity());
-  parts_.each([&](int, Eigen::Index begin, Eigen::Index size) {
-    at_best([&]() TANDEM_INLINED_HERE {
-      double* to = d.data() + begin;
-      for (Eigen::Index i = 0; i < pairs; ++i) {
-        const float* from = A.col(i).data() + begin;
-        const double weight = weight_[i];
-        for (Eigen::Index k = 0; k < size; ++k) to[k] += weight * double(from[k]);
-      }
-    });
-  });
-}
+template class SecantPairs<float>;
+template class SecantPairs<double>;
 
 }  // namespace tandem::detail

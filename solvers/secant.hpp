@@ -15,8 +15,10 @@ namespace tandem::detail {
 /// Where B has a term of its own that changes from one iterate to the next, such as an augmented Lagrangian's penalty,
 /// add() is given the gradients without that term, and refresh() its present Hessian.
 ///
-/// Pairs are kept with single precision, rounded once and for all: what is learned is no better than that, and of a long
-/// chain they are the most that a solve remembers.
+/// Scalar: as what pairs are kept. Of a long chain they are the most that a solve remembers, and what they tell of a cost is
+/// no better than single precision. Not so under constraints of large weight, which hardly curve along a step because
+/// it keeps to them, and would along its rounding.
+template <class Scalar>
 class SecantPairs {
  public:
   SecantPairs(const LaneParts& parts, Eigen::Index unknowns, int capacity, bool with_term = false);
@@ -29,26 +31,29 @@ class SecantPairs {
   /// add_product(s, y) adds the term's Hessian times s to y.
   void refresh(FunctionRef<void(const Eigen::VectorXd& s, Eigen::VectorXd& y)> add_product);
 
-  /// d = H d, where solve(d) applies the inverse of B. The two loops over the pairs, whose products of vectors are made from
-  /// Sᵀd, Yᵀd and SᵀY: four passes through the pairs.
+  /// d = H d, where solve(d) applies the inverse of B.
   void apply(Eigen::VectorXd& d, FunctionRef<void(Eigen::VectorXd& d)> solve);
 
  private:
+  using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+
   Eigen::Index capacity() const { return rho_.size(); }
   Eigen::Index oldest() const { return count_ > capacity() ? count_ - capacity() : 0; }
-  void find_curvature(Eigen::Index k, const Eigen::MatrixXf& y);
-  void multiply_transposed(const Eigen::MatrixXf& A, const Eigen::VectorXd& d);
-  void add_multiplied(const Eigen::MatrixXf& A, Eigen::VectorXd& d) const;
+  /// 1 / sᵀy of pair i, or 0, which leaves the pair out.
+  double inverse_curvature(Eigen::Index i, const Matrix& y) const;
+  /// d += w times A's column a, and then B's column b times d, in one pass; neither where it is negative.
+  double add_and_multiply(double w, const Matrix& A, Eigen::Index a, const Matrix& B, Eigen::Index b,
+                          Eigen::VectorXd& d) const;
 
   LaneParts parts_;
   bool with_term_;
-  Eigen::MatrixXf s_, y_, total_;
-  Eigen::MatrixXd sy_;  // sᵢᵀ yⱼ of pairs i not newer than j
-  Eigen::VectorXd rho_, alpha_, weight_;
-  Eigen::VectorXd product_;          // of each pair, and two more
-  Eigen::MatrixXd products_;         // the same of each part
+  Matrix s_, y_, total_;
+  Eigen::VectorXd rho_, weight_;
   Eigen::VectorXd wide_s_, wide_y_;  // of refresh()
   Eigen::Index count_ = 0;
 };
+
+extern template class SecantPairs<float>;
+extern template class SecantPairs<double>;
 
 }  // namespace tandem::detail

@@ -18,7 +18,7 @@ SoftModel::SoftModel(Program& program, Session& session, const LevenbergMarquard
       parts_(program.lanes(), program.num_unknowns()),
       blocks_(program.lanes(), program.hessian_pattern().num_blocks(), kLeastBlocks),
       cholesky_(program.hessian_pattern()),
-      secant_(parts_, program.num_unknowns(), options.secant_pairs, with_constraints) {
+      secant_(parts_, program.num_unknowns(), with_constraints ? 0 : options.secant_pairs) {
   cholesky_.use(program.lanes());
   for (Eigen::VectorXd* v : {&gradient_, &trial_gradient_, &last_gradient_, &scale_, &step_}) {
     v->resize(program.num_unknowns());

@@ -49,7 +49,7 @@ class SoftModel {
   bool move_on();
   /// Learns curvature from the step that was taken.
   virtual void learn();
-  void forget_curvature() { secant_.clear(); }
+  virtual void forget_curvature() { secant_.clear(); }
   /// For what comes after the last step.
   Workspace workspace() {
     hessian_is_here_ = false;
@@ -113,7 +113,7 @@ class SoftModel {
   Session& session_;
   LaneParts parts_, blocks_;  // of the unknowns, and of the Hessian's blocks
   BlockCholesky cholesky_;
-  SecantPairs secant_;
+  SecantPairs<float> secant_;
   Eigen::VectorXd gradient_, trial_gradient_;
   Eigen::VectorXd hessian_;  // at X̄, or the factor there, or where the last step led
   bool hessian_is_here_ = false;
