@@ -2,6 +2,8 @@
 
 #include <tandem/lie/batch.hpp>
 #include <tandem/residuals/batched.hpp>
+#include <tandem/residuals/constant_twist.hpp>
+#include <tandem/residuals/relative_pose.hpp>
 
 // Compiled for AVX2 where the compiler knows it, and called where the processor has it. What of this is no template over B is
 // shared with the rest of the program, and so must be inlined here: tests/residuals/batched_symbols.cmake looks.
@@ -55,9 +57,9 @@ void scatter(const Matrix<rows, columns, B>& from, double* to) {
 
 }  // namespace
 
-template <class R>
-void BatchedInSpace<R>::linearize(const std::array<const R*, kBatch>& residual, const States& x, double* r,
-                                  const std::array<double*, std::size_t(kArity)>& J) {
+template <class R, int kArity>
+void BatchedInSpace<R, kArity>::linearize(const std::array<const R*, kBatch>& residual, const States& x, double* r,
+                                          const std::array<double*, std::size_t(kArity)>& J) {
   [&]<std::size_t... S>(std::index_sequence<S...>) {
     Vector<6, B> rows;
     std::array<Matrix<6, 6, B>, std::size_t(kArity)> jacobian;
@@ -68,16 +70,16 @@ void BatchedInSpace<R>::linearize(const std::array<const R*, kBatch>& residual, 
   (std::make_index_sequence<std::size_t(kArity)>());
 }
 
-template <class R>
-void BatchedInSpace<R>::evaluate(const std::array<const R*, kBatch>& residual, const States& x, double* r) {
+template <class R, int kArity>
+void BatchedInSpace<R, kArity>::evaluate(const std::array<const R*, kBatch>& residual, const States& x, double* r) {
   Vector<6, B> rows;
   std::apply([&](const auto&... state) { over_batch(residual)(gather(state)..., rows); }, x);
   scatter(rows, r);
 }
 
-template <class R>
-void BatchedInSpace<R>::curvature(const std::array<const R*, kBatch>& residual, const States& x, const double* w,
-                                  double* H) {
+template <class R, int kArity>
+void BatchedInSpace<R, kArity>::curvature(const std::array<const R*, kBatch>& residual, const States& x,
+                                          const double* w, double* H) {
   Vector<6, B> weights;
   for (int k = 0; k < 6; ++k)
     for (int i = 0; i < kBatch; ++i) weights[k].set(i, w[i * 6 + k]);
@@ -86,7 +88,7 @@ void BatchedInSpace<R>::curvature(const std::array<const R*, kBatch>& residual, 
   scatter(curvature, H);
 }
 
-template struct BatchedInSpace<RelativePose<SE3>>;
-template struct BatchedInSpace<ConstantTwist<SE3>>;
+template struct BatchedInSpace<RelativePose<SE3>, 2>;
+template struct BatchedInSpace<ConstantTwist<SE3>, 3>;
 
 }  // namespace tandem::detail

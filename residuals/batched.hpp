@@ -1,9 +1,17 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 
-#include <tandem/residuals/constant_twist.hpp>
-#include <tandem/residuals/relative_pose.hpp>
+#include <tandem/lie/sek3.hpp>
+
+// By their names alone: every pool reads this, and would be compiled anew with each of them.
+namespace tandem {
+template <LieGroup G>
+struct RelativePose;
+template <LieGroup G>
+struct ConstantTwist;
+}  // namespace tandem
 
 namespace tandem::detail {
 
@@ -17,12 +25,11 @@ struct Batched {
   static constexpr bool exists = false;
 };
 
-/// Of kBatch blocks: their residuals; of each state in turn, its values in these blocks; to kBatch times the rows, and, of each
+/// Of kBatch blocks of residual R, of so many states: their residuals; of each state in turn, its values in these blocks; to kBatch times the rows, and, of each
 /// state in turn, to kBatch times its Jacobian, by columns.
-template <class R>
+template <class R, int kArity>
 struct BatchedInSpace {
   static constexpr bool exists = true;
-  static constexpr int kArity = std::tuple_size_v<typename R::States>;
   using States = std::array<std::array<const SE3*, kBatch>, std::size_t(kArity)>;
 
   static void linearize(const std::array<const R*, kBatch>& residual, const States& x, double* r,
@@ -34,8 +41,8 @@ struct BatchedInSpace {
 };
 
 template <>
-struct Batched<RelativePose<SE3>> : BatchedInSpace<RelativePose<SE3>> {};
+struct Batched<RelativePose<SE3>> : BatchedInSpace<RelativePose<SE3>, 2> {};
 template <>
-struct Batched<ConstantTwist<SE3>> : BatchedInSpace<ConstantTwist<SE3>> {};
+struct Batched<ConstantTwist<SE3>> : BatchedInSpace<ConstantTwist<SE3>, 3> {};
 
 }  // namespace tandem::detail
