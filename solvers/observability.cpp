@@ -47,7 +47,7 @@ std::string free_directions(Program& program, const Workspace& work, bool inequa
     return parts.sum([&](Eigen::Index begin, Eigen::Index size) { return hessian.segment(begin, size).lpNorm<1>(); });
   };
   try {
-    program.linearize(work.gradient, hessian);
+    if (!work.has_hessian) program.linearize(work.gradient, hessian);
     const double mean = sum_of_sizes() / double(program.num_unknowns());
     weights = active_rows(program, mean > 0 ? mean : 1.0, inequalities);
     Eigen::VectorXd jacobian(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));

@@ -12,6 +12,7 @@ struct Workspace {
   BlockCholesky& cholesky;
   Eigen::VectorXd& gradient;
   Eigen::VectorXd& hessian;
+  bool has_hessian = false;  ///< Gauss-Newton's of the cost where the variables are
 };
 
 /// Empty when the point determines every unknown to second order, else a sentence that names the free variables and

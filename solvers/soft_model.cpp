@@ -126,6 +126,7 @@ double SoftModel::merit_at_step(bool with_derivatives) {
 }
 
 void SoftModel::move() {
+  hessian_is_here_ = false;
   program_.recenter();
   session_.summary.cost = trial_cost_;
 }

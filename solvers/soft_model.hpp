@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <string>
+#include <utility>
 
 #include <tandem/problem/program.hpp>
 #include <tandem/solvers/levenberg_marquardt.hpp>
@@ -51,10 +52,7 @@ class SoftModel {
   virtual void learn();
   virtual void forget_curvature() { secant_.clear(); }
   /// For what comes after the last step.
-  Workspace workspace() {
-    hessian_is_here_ = false;
-    return {cholesky_, gradient_, hessian_};
-  }
+  Workspace workspace() { return {cholesky_, gradient_, hessian_, std::exchange(hessian_is_here_, false)}; }
 
   // Of the hard constraints, where there are any.
 
