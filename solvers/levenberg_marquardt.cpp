@@ -299,6 +299,7 @@ class DampedSteps {
 struct LevenbergMarquardt::Parts {
   Parts(Problem& problem, const char* solver, const LevenbergMarquardtOptions& given)
       : options(given), session(solver, given), program(problem, SoftBounds::as_rows, in_order_of_elimination) {
+    program.use_threads(given.threads);
     if (program.num_rows() > 0) {
       model = std::make_unique<AugmentedModel>(program, session, options, 0.0);
     } else {

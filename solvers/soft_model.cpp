@@ -1,3 +1,5 @@
+#include <optional>
+
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/populate.hpp>
 #include <tandem/solvers/damped_step.hpp>
@@ -17,16 +19,28 @@ SoftModel::SoftModel(Program& program, Session& session, const LevenbergMarquard
       session_(session),
       parts_(program.lanes(), program.num_unknowns()),
       blocks_(program.lanes(), program.hessian_pattern().num_blocks(), kLeastBlocks),
-      cholesky_(program.hessian_pattern()),
+      cholesky_(compile()),
       secant_(parts_, program.num_unknowns(), with_constraints ? 0 : options.secant_pairs) {
   cholesky_.use(program.lanes());
-  for (Eigen::VectorXd* v : {&gradient_, &trial_gradient_, &last_gradient_, &scale_, &step_}) {
-    v->resize(program.num_unknowns());
-    populate(*v, std::size_t(v->size()));
-    v->setZero();
-  }
-  hessian_.resize(program.hessian_pattern().nonzeros());
-  populate(hessian_, std::size_t(hessian_.size()));
+}
+
+/// The factor, and memory for the rest at the same time.
+BlockCholesky SoftModel::compile() {
+  std::optional<BlockCholesky> cholesky;
+  program_.lanes().run(2, [&](int lane) {
+    if (lane == 0) {
+      cholesky.emplace(program_.hessian_pattern());
+      return;
+    }
+    hessian_.resize(program_.hessian_pattern().nonzeros());
+    populate(hessian_, std::size_t(hessian_.size()));
+    for (Eigen::VectorXd* v : {&gradient_, &trial_gradient_, &last_gradient_, &scale_, &step_}) {
+      v->resize(program_.num_unknowns());
+      populate(*v, std::size_t(v->size()));
+      v->setZero();
+    }
+  });
+  return std::move(*cholesky);
 }
 
 double SoftModel::linearize() {

@@ -106,18 +106,19 @@ class SoftModel {
   /// What is factorised for a damped step: a Hessian, in its place or copied, with more on its diagonal.
   void damp(const Eigen::VectorXd& hessian, double damping, Eigen::VectorXd& damped) const;
   double scaled(const Eigen::VectorXd& gradient) const;
+  BlockCholesky compile();
 
   Program& program_;
   Session& session_;
   LaneParts parts_, blocks_;  // of the unknowns, and of the Hessian's blocks
-  BlockCholesky cholesky_;
-  SecantPairs<float> secant_;
   Eigen::VectorXd gradient_, trial_gradient_;
   Eigen::VectorXd hessian_;  // at X̄, or the factor there, or where the last step led
   bool hessian_is_here_ = false;
   Eigen::VectorXd last_gradient_;  // at the last X̄
   Eigen::VectorXd scale_;          // curvature of each unknown
   Eigen::VectorXd step_;
+  BlockCholesky cholesky_;  // after what is made with it
+  SecantPairs<float> secant_;
   double predicted_ = 0, trial_cost_ = 0;
   bool trial_has_derivatives_ = false;
   bool all_curved_ = false;  // each unknown, by the Hessian's diagonal
