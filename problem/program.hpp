@@ -29,9 +29,10 @@ enum class SoftBounds { in_cost, as_rows };
 /// that is a row has got a loss, and where another one, or set_value(), has changed X̄: until the next reset().
 class Program {
  public:
-  /// `layout`, of the Hessian's pattern, gives one with all of its blocks, and maybe more, in which its values are to stand.
-  /// Throws Error when the problem has no free variable.
+  /// Of the Hessian's pattern, one with all of its blocks, and maybe more, in which the values are to stand.
   using HessianLayout = SymmetricPattern (*)(const SymmetricPattern&);
+
+  /// Throws Error when the problem has no free variable.
   explicit Program(Problem& problem, SoftBounds soft_bounds = SoftBounds::in_cost, HessianLayout layout = nullptr);
   ~Program();
 
