@@ -64,7 +64,8 @@ void Lanes::run(int count, FunctionRef<void(int lane)> f) const {
         errors[std::size_t(lane)] = std::current_exception();
       }
     };
-    // Work stealing, not a barrier: on a busy machine this thread takes the other lanes too instead of waiting.
+    // A lane goes to the same thread each time, whose cache has what it wrote there; on a busy machine, whose other threads
+    // do not come, this one takes theirs too instead of waiting.
     const auto all = [&] { tbb::parallel_for(0, count, guarded, tbb::static_partitioner()); };
     if (arena_)
       arena_->arena.execute(all);
