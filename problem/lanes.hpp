@@ -46,13 +46,13 @@ class Lanes {
   std::unique_ptr<Arena> arena_;  // where the number is given, and more than one
 };
 
-/// Consecutive parts of what is `size` long, as many whatever the number of threads, each in a lane. Of a program's unknowns
-/// they are about those that its own lanes write: what a processor has just written, it has at hand.
+/// Consecutive parts of what is `size` long, as many whatever the number of threads, each in a lane. Of a long program's
+/// unknowns they are about those that its own lanes write: what a processor has just written, it has at hand.
 class LaneParts {
  public:
-  /// Each of `least` at least: well above what handing it to a thread costs.
-  LaneParts(const Lanes& lanes, std::int64_t size, int least = 500)
-      : lanes_(&lanes), size_(size), parts_(int(std::clamp<std::int64_t>(size / least, 1, kMostLanes))) {}
+  /// One, unless there is `worth` of it: a pass through a shorter vector costs less than to hand it to a thread.
+  LaneParts(const Lanes& lanes, std::int64_t size, int worth = 8000)
+      : lanes_(&lanes), size_(size), parts_(size < worth ? 1 : kMostLanes) {}
 
   int count() const { return parts_; }
   /// f(part, begin, size) of each.

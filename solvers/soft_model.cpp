@@ -9,7 +9,7 @@
 namespace tandem::detail {
 namespace {
 
-constexpr int kLeastBlocks = 100;  // of a lane
+constexpr int kManyBlocks = 1300;  // for lanes
 
 }  // namespace
 
@@ -18,7 +18,7 @@ SoftModel::SoftModel(Program& program, Session& session, const LevenbergMarquard
     : program_(program),
       session_(session),
       parts_(program.lanes(), program.num_unknowns()),
-      blocks_(program.lanes(), program.hessian_pattern().num_blocks(), kLeastBlocks),
+      blocks_(program.lanes(), program.hessian_pattern().num_blocks(), kManyBlocks),
       cholesky_(compile()),
       secant_(parts_, program.num_unknowns(), with_constraints ? 0 : options.secant_pairs) {
   cholesky_.use(program.lanes());
@@ -26,20 +26,27 @@ SoftModel::SoftModel(Program& program, Session& session, const LevenbergMarquard
 
 /// The factor, and memory for the rest at the same time.
 BlockCholesky SoftModel::compile() {
+  const SymmetricPattern& pattern = program_.hessian_pattern();
   std::optional<BlockCholesky> cholesky;
-  program_.lanes().run(2, [&](int lane) {
+  const auto make = [&](int lane) {
     if (lane == 0) {
-      cholesky.emplace(program_.hessian_pattern());
+      cholesky.emplace(pattern);
       return;
     }
-    hessian_.resize(program_.hessian_pattern().nonzeros());
+    hessian_.resize(pattern.nonzeros());
     populate(hessian_, std::size_t(hessian_.size()));
     for (Eigen::VectorXd* v : {&gradient_, &trial_gradient_, &last_gradient_, &scale_, &step_}) {
-      v->resize(program_.num_unknowns());
+      v->resize(pattern.size());
       populate(*v, std::size_t(v->size()));
       v->setZero();
     }
-  });
+  };
+  if (pattern.num_blocks() >= kManyBlocks) {
+    program_.lanes().run(2, make);
+  } else {
+    make(0);
+    make(1);
+  }
   return std::move(*cholesky);
 }
 

@@ -26,7 +26,7 @@ class SecantTest : public ::testing::Test {
   Eigen::MatrixXd B = positive_definite(n, 0.7), H = B + positive_definite(n, 1.9);
   Eigen::LLT<Eigen::MatrixXd> llt{B};
   Lanes lanes;
-  LaneParts parts{lanes, n, 2};  // three
+  LaneParts parts{lanes, n, 2};  // more than there are numbers
 
   template <class Scalar>
   Eigen::VectorXd apply(SecantPairs<Scalar>& pairs, Eigen::VectorXd d) const {
