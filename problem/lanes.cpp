@@ -64,9 +64,9 @@ void Lanes::run(int count, FunctionRef<void(int lane)> f) const {
         errors[std::size_t(lane)] = std::current_exception();
       }
     };
-    // A lane goes to the same thread each time, whose cache has what it wrote there; on a busy machine, whose other threads
-    // do not come, this one takes theirs too instead of waiting.
-    const auto all = [&] { tbb::parallel_for(0, count, guarded, tbb::static_partitioner()); };
+    // Work stealing, not a barrier: where another thread is late, on a busy machine or since it slept, this one takes its
+    // lanes too instead of waiting. Mostly each half goes to the same thread again, whose cache has what it wrote there.
+    const auto all = [&] { tbb::parallel_for(0, count, guarded, tbb::simple_partitioner()); };
     if (arena_)
       arena_->arena.execute(all);
     else

@@ -117,10 +117,10 @@ bool AugmentedModel::find_step(double damping) {
   step_.setZero();
   hessian_step_.setZero();
   predicted_ = 0.0;
-  if (has_curvature())
-    augmented_hessian_ = hessian_ + curvature_share_ * curvature_;
-  else
-    augmented_hessian_ = hessian_;
+  each_block_column([this](Eigen::Index begin, Eigen::Index size) {
+    augmented_hessian_.segment(begin, size) = hessian_.segment(begin, size);
+    if (has_curvature()) augmented_hessian_.segment(begin, size) += curvature_share_ * curvature_.segment(begin, size);
+  });
   term_.add_hessian(augmented_hessian_);
   for (int set = 1;; ++set) {
     damp(augmented_hessian_, damping, damped_hessian_);

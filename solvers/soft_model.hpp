@@ -105,6 +105,15 @@ class SoftModel {
   virtual void on_new_point() {}
   /// What is factorised for a damped step: a Hessian, in its place or copied, with more on its diagonal.
   void damp(const Eigen::VectorXd& hessian, double damping, Eigen::VectorXd& damped) const;
+  /// f(begin, size) of the values of each block column, in the lanes that write them.
+  template <class F>
+  void each_block_column(F f) const {
+    const SymmetricPattern& pattern = program_.hessian_pattern();
+    blocks_.each([&](int, Eigen::Index first, Eigen::Index blocks) {
+      for (int k = int(first); k < first + blocks; ++k)
+        f(Eigen::Index(pattern.value_start[std::size_t(k)]), Eigen::Index(pattern.height(k)) * pattern.width(k));
+    });
+  }
   double scaled(const Eigen::VectorXd& gradient) const;
   BlockCholesky compile();
 
