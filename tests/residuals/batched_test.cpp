@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <tandem/residuals/batched.hpp>
+#include <tandem/residuals/constant_twist.hpp>
+#include <tandem/residuals/relative_pose.hpp>
 
 namespace tandem::detail {
 namespace {
