@@ -41,7 +41,7 @@ void Program::move_to(const Eigen::VectorXd& delta) {
   over_states([&](detail::StateStoreBase& store, int begin, int end) { store.move(delta.data(), offset_, begin, end); },
               [&](int lane) {
                 const auto [first, size] = unknowns_of(lane);
-                delta_.segment(first, size) = delta.segment(first, size);
+                if (&delta != &delta_) delta_.segment(first, size) = delta.segment(first, size);
               });
   problem_.point_of_ = this;
   moved_ = true;

@@ -29,7 +29,8 @@ enum class SoftBounds { in_cost, as_rows };
 /// that is a row has got a loss, and where another one, or set_value(), has changed X̄: until the next reset().
 class Program {
  public:
-  /// Of the Hessian's pattern, one with all of its blocks, and maybe more, in which the values are to stand.
+  /// Of the Hessian's pattern, which has the variables' order, another one that has all of its blocks, and in which the values are
+  /// to stand: in_order_of_elimination() of solvers/linear.
   using HessianLayout = SymmetricPattern (*)(const SymmetricPattern&);
 
   /// Throws Error when the problem has no free variable.

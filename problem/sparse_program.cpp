@@ -8,16 +8,20 @@ SparseProgram sparse(Program& program) {
   const int n = program.num_unknowns(), m = program.num_rows();
   SparseProgram result{0, Eigen::VectorXd(n), {n, n}, Eigen::VectorXd(m), {m, n}, program.lower(), program.upper()};
   const SymmetricPattern& h = program.hessian_pattern();
-  const std::vector<int> start = h.column_starts(), rows = h.rows();
   Eigen::VectorXd values(h.nonzeros());
   result.cost = program.linearize(result.gradient, values);
   std::vector<Eigen::Triplet<double>> triplets;
-  for (int column = 0; column < n; ++column)
-    for (int k = start[std::size_t(column)]; k < start[std::size_t(column) + 1]; ++k) {
-      const int row = rows[std::size_t(k)];
-      if (row < column) continue;  // diagonal blocks are there in full
-      triplets.emplace_back(row, column, values[k]);
-      if (row != column) triplets.emplace_back(column, row, values[k]);
+  for (int block = 0; block < h.num_blocks(); ++block)
+    for (int b = h.block_start[std::size_t(block)]; b < h.block_start[std::size_t(block) + 1]; ++b) {
+      const int other = h.block_row[std::size_t(b)];
+      const int at = h.value_start[std::size_t(block)] + h.block_offset[std::size_t(b)];
+      for (int j = 0; j < h.width(block); ++j)
+        for (int i = 0; i < h.width(other); ++i) {
+          if (other == block && i < j) continue;  // diagonal blocks are there in full
+          const int row = h.first[std::size_t(other)] + i, column = h.first[std::size_t(block)] + j;
+          triplets.emplace_back(row, column, values[at + j * h.height(block) + i]);
+          if (row != column) triplets.emplace_back(column, row, triplets.back().value());
+        }
     }
   result.hessian.setFromTriplets(triplets.begin(), triplets.end());
 

@@ -18,7 +18,8 @@ struct SymmetricPattern {
   std::vector<int> value_start;
 
   /// Of a pattern that has all blocks of its own Cholesky factor, in the order of elimination: each block's place in that.
-  /// Empty of one with nothing but what the problem has, whose columns come in the order of the variables.
+  /// Empty of one with nothing but what the problem has, whose columns come in the order of the variables: solvers entry by
+  /// entry take such a one.
   std::vector<int> place;
   /// Ends of two parts at the beginning of that order of which neither has a row in the other; 0 where there are none.
   int first_part = 0, second_part = 0;

@@ -3,7 +3,6 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/augmented_model.hpp>
-#include <tandem/solvers/linear/hessian_diagonal.hpp>
 
 namespace tandem::detail {
 namespace {

@@ -66,7 +66,7 @@ class AugmentedModel final : public SoftModel {
   bool relax_penalty() override;
   void begin_afresh() override { relaxed_ = stalled_ = 0; }
   bool locally_infeasible() override;
-  void restore_best() override { program_.restore(); }
+  void restore_best() override { restore(); }
   double best_cost() const override {
     return best_.violation <= best_.feasible ? best_.cost : std::numeric_limits<double>::infinity();
   }

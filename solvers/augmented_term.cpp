@@ -59,7 +59,9 @@ void AugmentedTerm::set_soft_multipliers(Eigen::VectorXd& y) const {
 
 double AugmentedTerm::outside(Eigen::Index i, double c, double by) const {
   const double above = (c - program_.upper()[i]) + by, below = (c - program_.lower()[i]) + by;
-  return above > 0 ? above : below < 0 ? below : 0.0;
+  if (above > 0) return above;
+  if (below < 0) return below;
+  return above <= 0 && below >= 0 ? 0.0 : above + below;  // not finite
 }
 
 void AugmentedTerm::activate(Eigen::Index i, double by) {

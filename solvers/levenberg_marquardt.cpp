@@ -66,7 +66,7 @@ class DampedSteps {
     }
     if (s.status != Status::converged) model_.restore_best();
     if (s.cost > before_jump_) {  // what lies beyond is worse
-      program_.restore();
+      model_.restore();
       if (s.status == Status::converged || s.status == Status::failed) {
         s.status = Status::failed;
         s.message = at_jump_;

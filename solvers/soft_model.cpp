@@ -157,7 +157,6 @@ bool SoftModel::move_on() {
   const double cost_before = session_.summary.cost;
   move();
   try {
-    hessian_is_here_ = false;
     if (!trial_has_derivatives_) program_.linearize(trial_gradient_, hessian_);
     linearize_constraints();
   } catch (const Error&) {

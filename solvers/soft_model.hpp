@@ -86,6 +86,11 @@ class SoftModel {
   virtual void begin_afresh() {}
   /// Whether no small step lessens the constraints' violation, whatever it costs.
   virtual bool locally_infeasible() { return false; }
+  /// X̄ becomes what the program keeps.
+  void restore() {
+    hessian_is_here_ = false;
+    program_.restore();
+  }
   /// X̄ becomes the best point so far.
   virtual void restore_best() {}
   /// The cost of the best feasible one.

@@ -14,7 +14,7 @@ struct BlockSymbolic;
 }
 
 /// Sparse Cholesky H = L Lᵀ by blocks of one variable each, on the pattern of a Program's Hessian: symbolic analysis
-/// once, then any number of numeric factorisations without allocation. The order is the variables' own where that
+/// once, then any number of numeric factorisations, which do not allocate after the first. The order is the variables' own where that
 /// costs little more (a chain that keeps each keyframe's variables together is narrow-banded; a long one is eliminated from
 /// both ends towards its middle, by two threads where there are), else SuiteSparse's AMD.
 ///
@@ -25,7 +25,8 @@ class BlockCholesky {
   static constexpr double kALittleMore = 1.2;
   /// `natural_flops`: how many times the arithmetic of AMD's order the variables' own may take. It walks through memory as the
   /// problem lies there, which is worth a little more; and where what comes last is what inverse_of() is asked for, of which
-  /// it is next to the root, a lot: with more than a little, a chain is eliminated from its beginning to its end.
+  /// it is next to the root, a lot: with more than a little, a chain is eliminated from its beginning to its end. A pattern
+  /// that is in_order_of_elimination() has its order.
   explicit BlockCholesky(const SymmetricPattern& pattern, double natural_flops = kALittleMore);
   BlockCholesky(BlockCholesky&&) = default;
   BlockCholesky& operator=(BlockCholesky&&) = default;
@@ -35,7 +36,8 @@ class BlockCholesky {
 
   /// Factorises H + diag(shift); `shift` may be empty. False when a pivot is not positive: see failed_unknown().
   bool factorize(const Eigen::VectorXd& values, const Eigen::VectorXd& shift = {});
-  /// The same of H alone; of a pattern that is in_order_of_elimination() the factor takes the values' place, and solves read it there.
+  /// The same of H alone; of a pattern that is in_order_of_elimination() the factor takes the values' place, where solves read
+  /// it: they are to stay as they are until the next factorisation.
   bool factorize_in_place(Eigen::VectorXd& values);
   /// x = (L Lᵀ)⁻¹ x. Solves do not allocate, and any number of threads may share a factor.
   void solve(Eigen::VectorXd& x) const;

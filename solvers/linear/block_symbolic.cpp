@@ -47,7 +47,6 @@ BlockSymbolic symbolic(const SymmetricPattern& pattern, std::vector<int> order, 
     double height = 0;
     for (const int r : rows) height += width(std::size_t(r));
     const double w = width(k);
-    s.nonzeros += w * (w + 1) / 2 + w * height;
     s.flops += w * w * w / 3 + w * w * height + w * height * (height + 1) / 2;
     if (s.flops > most_flops || double(s.row.size()) > most_rows) {
       s.flops = std::numeric_limits<double>::infinity();

@@ -12,7 +12,7 @@ namespace tandem::detail {
 struct BlockSymbolic {
   std::vector<int> order;           ///< block of the pattern at each place
   std::vector<int> row_start, row;  ///< block rows (places) of each block column, ascending, itself first
-  double nonzeros = 0, flops = 0;
+  double flops = 0;
   /// Ends of two parts at the beginning of the order of which neither has a row in the other; 0 where there are none.
   int first_part = 0, second_part = 0;
 };

@@ -41,7 +41,9 @@ LevenbergMarquardtOptions without_secants() {
 
 struct DampedSqp::Analysed {
   explicit Analysed(Problem& problem)
-      : session("damped-sqp", options), program(problem), model(program, session, options, kSqpPenalty) {
+      : session("damped-sqp", options),
+        program(problem, SoftBounds::in_cost, in_order_of_elimination),
+        model(program, session, options, kSqpPenalty) {
     model.use_inexact_steps();
   }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <random>
 #include <tuple>
 
@@ -175,6 +176,26 @@ inline Eigen::MatrixXd dense(const SymmetricPattern& pattern, const Eigen::Vecto
       if (other != block) H.block(column, row, n, m) = H.block(row, column, m, n).transpose();
     }
   return H;
+}
+
+/// The blocks in reverse, and one more: what a factor that fills in would have.
+inline SymmetricPattern reversed(const SymmetricPattern& natural) {
+  SymmetricPattern h;
+  h.first = natural.first;
+  const int n = natural.num_blocks();
+  for (int k = 0; k < n; ++k) h.place.push_back(n - 1 - k);
+  for (int k = 0; k < n; ++k) {
+    h.block_start.push_back(int(h.block_row.size()));
+    h.block_row.push_back(k);
+    for (int other = k - 1; other >= 0; --other) {
+      const auto begin = natural.block_row.begin() + natural.block_start[std::size_t(other)],
+                 end = natural.block_row.begin() + natural.block_start[std::size_t(other) + 1];
+      if (std::find(begin, end, k) != end || (k == n - 1 && other == 0)) h.block_row.push_back(other);
+    }
+  }
+  h.block_start.push_back(int(h.block_row.size()));
+  h.place_values("the matrix");
+  return h;
 }
 
 inline Eigen::MatrixXd dense_jacobian(Program& program) {

@@ -245,26 +245,6 @@ TEST_F(ProgramTest, PatternIsSortedWithFullDiagonalBlocks) {
       << "both triangles of the diagonal blocks are filled";
 }
 
-/// The blocks in reverse, and one more: what a factor that fills in would have.
-SymmetricPattern reversed(const SymmetricPattern& natural) {
-  SymmetricPattern h;
-  h.first = natural.first;
-  const int n = natural.num_blocks();
-  for (int k = 0; k < n; ++k) h.place.push_back(n - 1 - k);
-  for (int k = 0; k < n; ++k) {
-    h.block_start.push_back(int(h.block_row.size()));
-    h.block_row.push_back(k);
-    for (int other = k - 1; other >= 0; --other) {
-      const auto begin = natural.block_row.begin() + natural.block_start[std::size_t(other)],
-                 end = natural.block_row.begin() + natural.block_start[std::size_t(other) + 1];
-      if (std::find(begin, end, k) != end || (k == n - 1 && other == 0)) h.block_row.push_back(other);
-    }
-  }
-  h.block_start.push_back(int(h.block_row.size()));
-  h.place_values("the matrix");
-  return h;
-}
-
 TEST_F(ProgramTest, ValuesMayStandInAnotherLayout) {
   Program other(mixed.problem, SoftBounds::in_cost, reversed);
   const Eigen::VectorXd multipliers = random_vector(program.num_rows(), 2.0, 5);
@@ -288,6 +268,30 @@ TEST_F(ProgramTest, ValuesMayStandInAnotherLayout) {
   EXPECT_NE(program.hessian_pattern().nonzeros(), other.hessian_pattern().nonzeros());
   for (std::size_t i = 0; i < natural.size(); ++i)
     EXPECT_LE((natural[i] - laid_out[i]).cwiseAbs().maxCoeff(), 1e-14 * natural[i].cwiseAbs().maxCoeff()) << i;
+}
+
+TEST(ProgramLayout, HoldsForMarginalPriors) {
+  Problem problem;
+  std::vector<Variable<SE3>> x;
+  for (unsigned k = 0; k < 4; ++k) x.push_back(problem.add(SE3::Exp(random_vector(6, 0.4, k))));
+  problem.minimize(Prior<SE3>{SE3()}, Gaussian(Vector<6>::Constant(0.3)), {x[0]});
+  for (std::size_t k = 1; k < x.size(); ++k)
+    problem.minimize(RelativePose<SE3>{SE3()}, Gaussian(Vector<6>::Constant(0.1)), {x[0], x[k]});
+  problem.marginalize(x[0]);
+  Program natural(problem), other(problem, SoftBounds::in_cost, reversed);
+  std::vector<Eigen::MatrixXd> matrices;
+  for (Program* p : {&natural, &other}) {
+    p->move_to(random_vector(p->num_unknowns(), 0.2, 9));
+    Eigen::VectorXd g(p->num_unknowns()), H = hessian_values(*p);
+    p->linearize(g, H);
+    matrices.push_back(dense(p->hessian_pattern(), H));
+    p->exact_hessian(1.0, Eigen::VectorXd(0), H);
+    matrices.push_back(dense(p->hessian_pattern(), H));
+  }
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_GT(matrices[i].block(0, 6, 6, 6).norm(), 1.0) << "what they all knew of the first ties them to each other";
+    EXPECT_LE((matrices[i] - matrices[i + 2]).norm(), 1e-8 * matrices[i].norm());
+  }
 }
 
 TEST_F(ProgramTest, PatternHasNoPairThatNoBlockReads) {

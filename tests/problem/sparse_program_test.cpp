@@ -33,6 +33,14 @@ TEST_F(SparseProgramTest, is_the_program_at_its_point) {
   EXPECT_EQ(s.upper, program.upper());
 }
 
+TEST_F(SparseProgramTest, has_all_entries_whatever_the_layout) {
+  Program other(mixed.problem, SoftBounds::in_cost, reversed);
+  program.move_to(delta);
+  const Eigen::MatrixXd H = sparse(program).hessian;
+  other.move_to(delta);
+  EXPECT_LE((Eigen::MatrixXd(sparse(other).hessian) - H).norm(), 1e-14 * H.norm());
+}
+
 TEST_F(SparseProgramTest, serves_a_solver_of_ones_own) {
   Problem problem;
   const auto x = problem.add(R3({4.0, -2.0, 1.0})), y = problem.add(R3());

@@ -83,6 +83,17 @@ TEST(AugmentedLagrangian, MultipliersDoNotDrownInTheRoundingOfTheirRows) {
   EXPECT_LE((g - y).norm(), 1e-12 * y.norm());
 }
 
+TEST(AugmentedLagrangian, TurnsBackWhereAConstraintIsNotFinite) {
+  Problem problem;
+  const auto x = problem.add(R1(Vector<1>(10.0)));
+  problem.minimize(Prior<R1>{R1(Vector<1>(100.0))}, Gaussian{1.0}, {x});
+  problem.subject_to(Wall{30.0}, between(-1e3, 200.0), {x});
+  const Summary s = solve(problem, AugmentedLagrangianOptions{});
+  EXPECT_LT(s.cost, s.initial_cost);
+  EXPECT_GT(problem.value(x).vector()[0], 25.0);
+  EXPECT_LE(problem.value(x).vector()[0], 30.0);
+}
+
 TEST(AugmentedLagrangian, HasTheExactHessianOnlyWhileStepsMustBeDampedStrongly) {
   Problem problem;
   const auto x = problem.add(R3({2.0, 2.0, 2.0}));

@@ -333,6 +333,20 @@ TEST(BlockCholesky, FactorisesInPlace) {
     taken = values;
     EXPECT_TRUE(in_place.null_space(taken, 1e-12, 6).empty());
     EXPECT_NE(taken, values);
+    const int late = p.size() - 3;  // in none of the first block's rows
+    for (const int planted : {1, late}) {
+      taken = values;
+      for (int k = 0; k < p.num_blocks(); ++k)
+        if (planted >= p.first[std::size_t(k)] && planted < p.first[std::size_t(k) + 1])
+          taken[p.diagonal(k, planted - p.first[std::size_t(k)])] = -1.0;
+      EXPECT_FALSE(in_place.factorize_in_place(taken));
+      EXPECT_EQ(in_place.failed_unknown(), planted);
+    }
+    taken = values;
+    ASSERT_TRUE(in_place.factorize_in_place(taken)) << "after one that failed";
+    z = b;
+    in_place.solve(z);
+    EXPECT_EQ(x, z);
     taken = m.values;
     EXPECT_TRUE(copying.factorize_in_place(taken)) << "as it comes where the pattern is the variables'";
   }
