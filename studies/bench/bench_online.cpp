@@ -28,7 +28,8 @@ std::vector<Variant> variants() {
   const auto window = [](TrackingOptions tracking) {
     OnlineOptions options;
     options.tracking = std::move(tracking);
-    options.lag.max_iterations = 12;  // as the command has it
+    options.lag.max_iterations = 12;   // as the command has it
+    options.reset.max_gap = HUGE_VAL;  // as the filter: every keyframe counts
     return options;
   };
   OnlineOptions hypotheses = window({.mode = Mode::B});
