@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 
+#include <tandem/lie/error.hpp>
 #include <tandem/residuals/ornstein_uhlenbeck.hpp>
 #include <tandem/solvers/online/motion_hypotheses.hpp>
 
@@ -13,7 +14,10 @@ namespace {
 constexpr double kSameTime = 1e-3;      // s
 constexpr double kStep = 1.0;           // s: of a course that turns, at most
 constexpr double kFirstSpeed = 5.0;     // m/s: deviation of the velocity at the first fix
-constexpr double kMemory = 0.8;         // of a likelihood, from one fix to the next
+constexpr double kFirstSlope = 0.01;    // rad: deviation of the frame's tilt then
+constexpr double kMemory = 0.85;        // of a hypothesis's likelihood, from one fix to the next
+constexpr double kMostAgainst = 30;     // in log-likelihood, what is held against a guess: habits change
+constexpr double kCounts = 1e-4;        // share of a pair below which its prediction is not worth its time
 constexpr double kFailed = 20;          // log-likelihood ratio at which a course is given up
 constexpr double kHandicap = 3;         // in log-likelihood, of a course that has just begun
 constexpr double kUnderWay = 2.5;       // speed against its deviation across, from which on there is a course
@@ -22,142 +26,192 @@ constexpr double kLargestTurn = 0.1;    // rad/s: deviation of the yaw rate wher
 constexpr double kSway = 0.05;          // m/s
 constexpr double kLeastWeight = 1e-6;   // of a fix that a loss leaves nothing of
 
-/// A Kalman update by the rows H x = z, whose innovation is e; returns twice the negative log-likelihood but for a constant.
-template <int N>
-double update_by(Vector<6>& x, Matrix<6, 6>& P, const Matrix<N, 6>& H, const Vector<N>& e, const Matrix<N, N>& R) {
-  const Matrix<6, N> PH = P * H.transpose();
-  const Matrix<N, N> S = H * PH + R;
-  const Matrix<N, N> inverse = S.inverse();
-  const Matrix<6, N> K = PH * inverse;
+/// A Kalman update by the rows H x = z, whose innovation is e and whose noise R a loss makes larger; returns the
+/// log-likelihood but for a constant.
+template <int D, int N>
+double update_by(Vector<D>& x, Matrix<D, D>& P, const Matrix<N, D>& H, const Vector<N>& e, const Matrix<N, N>& R,
+                 const Loss& loss) {
+  const Matrix<D, N> PH = P * H.transpose();
+  Matrix<N, N> S = H * PH + R;
+  Matrix<N, N> inverse = S.inverse();
+  const double weight = std::max(loss(e.dot(inverse * e)).d1, kLeastWeight);
+  if (weight != 1) {
+    S += (1 / weight - 1) * R;
+    inverse = S.inverse();
+  }
+  const Matrix<D, N> K = PH * inverse;
   x += K * e;
   P -= (K * PH.transpose()).eval();
   P = (0.5 * (P + P.transpose())).eval();
-  return e.dot(inverse * e) + std::log(S.determinant());
+  return -0.5 * (e.dot(inverse * e) + std::log(S.determinant()));
 }
+
+/// log(exp(a) + exp(b))
+double log_sum(double a, double b) { return std::max(a, b) + std::log1p(std::exp(-std::abs(a - b))); }
 
 double wrapped(double angle) { return std::remainder(angle, 2 * std::numbers::pi); }
 
 }  // namespace
 
+double MotionHypotheses::Pair::log_weight() const {
+  return course ? log_sum(drift.log_weight, course->log_weight) : drift.log_weight;
+}
+
 MotionHypotheses::State MotionHypotheses::start(const TargetFix& fix) const {
-  State state{};
-  state.drift.x << fix.position, Vector<3>::Zero();
-  state.drift.P.setZero();
-  state.drift.P.topLeftCorner<3, 3>() = fix.covariance;
-  state.drift.P.diagonal().segment<2>(3).setConstant(kFirstSpeed * kFirstSpeed);
+  Filter drift;
+  drift.x.setZero();
+  drift.x.head<3>() = fix.position;
+  drift.P.setZero();
+  drift.P.topLeftCorner<3, 3>() = fix.covariance;
+  drift.P.diagonal().segment<2>(3).setConstant(kFirstSpeed * kFirstSpeed);
+  drift.P.diagonal().tail<2>().setConstant(kFirstSlope * kFirstSlope);
+  State state;
+  for (std::size_t i = 0; i < state.size(); ++i) state[i] = {.guess = kGuesses[i], .drift = drift, .course = {}};
   return state;
 }
 
-/// Steps are taken as short against what is forgotten: noise gathers as if nothing were within one.
-void MotionHypotheses::move_drift(Filter& f, double dt) const {
+/// Steps are taken as short against what is forgotten: noise gathers as if nothing were within one. A drifting point is
+/// never calmer than the noise says: it is what is left where a course fails.
+void MotionHypotheses::move_drift(Filter& f, double agility, double dt) const {
   const OrnsteinUhlenbeck velocity{noise_.drift_time};
-  Matrix<6, 6> F = Matrix<6, 6>::Identity();
-  F(0, 3) = F(1, 4) = -noise_.drift_time * std::expm1(-dt / noise_.drift_time);
+  const double gone = -noise_.drift_time * std::expm1(-dt / noise_.drift_time);  // by a velocity of 1
+  const auto v = f.x.segment<2>(3), slope = f.x.tail<2>();
+  Matrix<kDim, kDim> F = Matrix<kDim, kDim>::Identity();
+  F(0, 3) = F(1, 4) = gone;
+  F.block<1, 2>(2, 3) = gone * slope.transpose();
+  F.block<1, 2>(2, 6) = gone * v.transpose();
   F(3, 3) = F(4, 4) = velocity.kept(dt);
-  f.x = (F * f.x).eval();
+  f.x.head<3>() += (gone * Vector<3>(v.x(), v.y(), slope.dot(v))).eval();
+  f.x.segment<2>(3) *= F(3, 3);
   f.P = (F * f.P * F.transpose()).eval();
-  const double q = noise_.drift * noise_.drift;
+  const double root = std::max(agility, 1.0) * noise_.drift, q = root * root;
   for (const int i : {0, 1}) {
     f.P(i, i) += q * dt * dt * dt / 3;
     f.P(i, i + 3) += q * dt * dt / 2;
     f.P(i + 3, i) += q * dt * dt / 2;
     f.P(i + 3, i + 3) += q * dt;
   }
-  f.P(2, 2) += noise_.climb * noise_.climb * dt;
 }
 
-void MotionHypotheses::move_course(Filter& f, double dt) const {
+void MotionHypotheses::move_course(Filter& f, double agility, double dt) const {
   const double turned = -noise_.yaw_time * std::expm1(-dt / noise_.yaw_time);  // by a yaw rate of 1
   const double middle = f.x[3] + 0.5 * turned * f.x[5], way = f.x[4] * dt;
-  const Vector<2> along(std::cos(middle), std::sin(middle)), across(-along.y(), along.x());
-  Matrix<6, 6> F = Matrix<6, 6>::Identity();
-  F.block<2, 1>(0, 3) = way * across;
-  F.block<2, 1>(0, 4) = dt * along;
-  F.block<2, 1>(0, 5) = 0.5 * turned * way * across;
+  const auto slope = f.x.tail<2>();
+  const Vector<2> forward(std::cos(middle), std::sin(middle));
+  const Vector<3> along(forward.x(), forward.y(), slope.dot(forward));
+  const Vector<3> across(-forward.y(), forward.x(), slope.x() * -forward.y() + slope.y() * forward.x());
+  Matrix<kDim, kDim> F = Matrix<kDim, kDim>::Identity();
+  F.block<3, 1>(0, 3) = way * across;
+  F.block<3, 1>(0, 4) = dt * along;
+  F.block<3, 1>(0, 5) = 0.5 * turned * way * across;
+  F.block<1, 2>(2, 6) = way * forward.transpose();
   F(3, 5) = turned;
   F(5, 5) = OrnsteinUhlenbeck{noise_.yaw_time}.kept(dt);
   f.P = (F * f.P * F.transpose()).eval();
-  f.x.head<2>() += way * along;
+  f.x.head<3>() += way * along;
   f.x[3] += turned * f.x[5];
   f.x[5] *= F(5, 5);
   // White noise on the speed and once integrated along; on the yaw rate, integrated to the heading, and to the way across.
-  const double qs = noise_.surge * noise_.surge, qr = noise_.yaw_rate * noise_.yaw_rate;
+  const double surge = agility * noise_.surge, yaw = agility * noise_.yaw_rate, qs = surge * surge, qr = yaw * yaw;
   const double dt2 = dt * dt, dt3 = dt2 * dt;
   Matrix<6, 6> Q = Matrix<6, 6>::Zero();
-  Q.topLeftCorner<2, 2>() =
+  Q.topLeftCorner<3, 3>() =
       qs * dt3 / 3 * along * along.transpose() + qr * dt3 / 20 * way * way * across * across.transpose();
-  Q.block<2, 1>(0, 4) = qs * dt2 / 2 * along;
-  Q.block<2, 1>(0, 3) = qr * dt3 / 8 * way * across;
-  Q.block<2, 1>(0, 5) = qr * dt2 / 6 * way * across;
+  Q.block<3, 1>(0, 4) = qs * dt2 / 2 * along;
+  Q.block<3, 1>(0, 3) = qr * dt3 / 8 * way * across;
+  Q.block<3, 1>(0, 5) = qr * dt2 / 6 * way * across;
   Q(3, 5) = qr * dt2 / 2;
-  Q = Matrix<6, 6>(Q.selfadjointView<Eigen::Upper>());
   Q.diagonal().tail<3>() << qr * dt3 / 3, qs * dt, qr * dt;
-  Q(2, 2) = noise_.climb * noise_.climb * dt;
-  f.P += Q;
+  f.P.topLeftCorner<6, 6>() += Matrix<6, 6>(Q.selfadjointView<Eigen::Upper>());
 }
 
-void MotionHypotheses::move(State& state, double dt) const {
+void MotionHypotheses::move(Pair& pair, double dt) const {
+  const auto wander = [&](Filter& f) {
+    f.P(2, 2) += noise_.climb * noise_.climb * dt;
+    f.P.diagonal().tail<2>().array() += noise_.tilt * noise_.tilt * dt;
+  };
   for (double left = dt; left > 0; left -= kStep) {
-    move_drift(state.drift, std::min(left, kStep));
-    if (state.course) move_course(*state.course, std::min(left, kStep));
+    const double step = std::min(left, kStep);
+    move_drift(pair.drift, pair.guess.motion, step);
+    if (pair.course) move_course(*pair.course, pair.guess.motion, step);
   }
+  wander(pair.drift);
+  if (pair.course) wander(*pair.course);
 }
 
-void MotionHypotheses::update(State& state, const TargetFix& fix) const {
-  const auto take = [&]<int N>(Filter& f, const Matrix<N, 6>& H, const Vector<N>& e, const Matrix<N, N>& R) {
-    const Matrix<N, N> S = H * f.P * H.transpose() + R;
-    const double weight = std::max(fix.loss(e.dot(S.inverse() * e)).d1, kLeastWeight);  // what a loss leaves of it
-    f.log_weight -= 0.5 * update_by<N>(f.x, f.P, H, e, R / weight);
+void MotionHypotheses::update(Pair& pair, const TargetFix& fix) const {
+  const auto by = [&]<int N>(Filter& f, const Matrix<N, kDim>& H, const Vector<N>& e, const Matrix<N, N>& R) {
+    f.log_weight += update_by<kDim, N>(f.x, f.P, H, e, R, fix.loss);
   };
-  const auto take_position = [&](Filter& f) {
-    Matrix<3, 6> H = Matrix<3, 6>::Zero();
+  const Matrix<3, 3> covariance = pair.guess.fixes * pair.guess.fixes * fix.covariance;
+  const auto by_position = [&](Filter& f) {
+    Matrix<3, kDim> H = Matrix<3, kDim>::Zero();
     H.leftCols<3>().setIdentity();
-    take.template operator()<3>(f, H, fix.position - f.x.head<3>(), fix.covariance);
+    by.template operator()<3>(f, H, fix.position - f.x.head<3>(), covariance);
   };
-  state.drift.log_weight *= kMemory;
   if (fix.heading) {  // no sway: the drifting point goes where the target faces
-    Filter& f = state.drift;
+    Filter& f = pair.drift;
     const Vector<2> along(std::cos(*fix.heading), std::sin(*fix.heading));
-    Matrix<1, 6> H = Matrix<1, 6>::Zero();
+    Matrix<1, kDim> H = Matrix<1, kDim>::Zero();
     H.segment<2>(3) << -along.y(), along.x();
     const double slip = fix.heading_sigma * along.dot(f.x.segment<2>(3));
-    take.template operator()<1>(f, H, -H * f.x, Matrix<1, 1>(kSway * kSway + slip * slip));
+    by.template operator()<1>(f, H, -H * f.x, Matrix<1, 1>(kSway * kSway + slip * slip));
   }
-  take_position(state.drift);
-  if (!state.course) return;
-  Filter& f = *state.course;
-  f.log_weight *= kMemory;
+  by_position(pair.drift);
+  if (!pair.course) return;
+  Filter& f = *pair.course;
   if (fix.heading) {
-    Matrix<1, 6> H = Matrix<1, 6>::Zero();
+    Matrix<1, kDim> H = Matrix<1, kDim>::Zero();
     H[3] = 1;
-    take.template operator()<1>(f, H, Vector<1>(wrapped(*fix.heading - f.x[3])),
-                                Matrix<1, 1>(fix.heading_sigma * fix.heading_sigma));
+    by.template operator()<1>(f, H, Vector<1>(wrapped(*fix.heading - f.x[3])),
+                              Matrix<1, 1>(fix.heading_sigma * fix.heading_sigma));
   }
-  take_position(f);
+  by_position(f);
 }
 
 /// Begins a course where there is none, or where the fixes have told against it, and the drifting point is under way.
-void MotionHypotheses::set_out(State& state) const {
-  const Filter& drift = state.drift;
-  if (state.course && state.course->log_weight > drift.log_weight - kFailed) return;
-  state.course.reset();
+void MotionHypotheses::set_out(Pair& pair) const {
+  const Filter& drift = pair.drift;
+  if (pair.course && pair.course->log_weight > drift.log_weight - kFailed) return;
+  pair.course.reset();
   const Vector<2> velocity = drift.x.segment<2>(3);
   const double speed = velocity.norm();
   const Vector<2> along = velocity / std::max(speed, 1e-9), across(-along.y(), along.x());
   const double deviation = std::sqrt(across.dot(drift.P.block<2, 2>(3, 3) * across));
   if (!(speed > kUnderWay * deviation)) return;
-  Matrix<6, 6> J = Matrix<6, 6>::Zero();
+  Matrix<kDim, kDim> J = Matrix<kDim, kDim>::Zero();
   J.topLeftCorner<3, 3>().setIdentity();
+  J.bottomRightCorner<2, 2>().setIdentity();
   J.block<1, 2>(3, 3) = across.transpose() / speed;
   J.block<1, 2>(4, 3) = along.transpose();
   Filter course;
-  course.x << drift.x.head<3>(), std::atan2(velocity.y(), velocity.x()), speed, 0;
+  course.x << drift.x.head<3>(), std::atan2(velocity.y(), velocity.x()), speed, 0, drift.x.tail<2>();
   course.P = J * drift.P * J.transpose();
-  const double turn = std::min(kLargestTurn, 3 * noise_.yaw_rate * std::sqrt(0.5 * noise_.yaw_time));
+  const double turn =
+      std::min(kLargestTurn, 3 * pair.guess.motion * noise_.yaw_rate * std::sqrt(0.5 * noise_.yaw_time));
   course.P(3, 3) += kCourseSpread * kCourseSpread;
   course.P(5, 5) = turn * turn;
   course.log_weight = drift.log_weight - kHandicap;
-  state.course = course;
+  pair.course = course;
+}
+
+/// A fix by all, weighed: within a pair the past fades, between guesses it counts as a whole.
+void MotionHypotheses::take(State& state, const TargetFix& fix) const {
+  double best = -HUGE_VAL;
+  for (Pair& pair : state) {
+    pair.drift.log_weight *= kMemory;
+    if (pair.course) pair.course->log_weight *= kMemory;
+    const double before = pair.log_weight();
+    update(pair, fix);
+    const double gain = pair.log_weight() - before;
+    pair.log_evidence += std::isfinite(gain) ? gain : -kMostAgainst;
+    best = std::max(best, pair.log_evidence);
+    const double most = std::max(pair.drift.log_weight, pair.course ? pair.course->log_weight : -HUGE_VAL);
+    pair.drift.log_weight -= most;
+    if (pair.course) pair.course->log_weight -= most;
+    set_out(pair);
+  }
+  for (Pair& pair : state) pair.log_evidence = std::max(pair.log_evidence - best, -kMostAgainst);
 }
 
 /// The states from `from` on, out of the one before.
@@ -165,14 +219,9 @@ void MotionHypotheses::run(std::size_t from) {
   for (std::size_t i = from; i < history_.size(); ++i) {
     Instant& now = history_[i];
     State state = i > 0 ? history_[i - 1].after : start(now.fixes.front());
-    if (i > 0) move(state, now.t - history_[i - 1].t);
-    for (std::size_t k = i > 0 ? 0 : 1; k < now.fixes.size(); ++k) {
-      update(state, now.fixes[k]);
-      set_out(state);
-    }
-    const double most = std::max(state.drift.log_weight, state.course ? state.course->log_weight : -HUGE_VAL);
-    state.drift.log_weight -= most;
-    if (state.course) state.course->log_weight -= most;
+    if (i > 0)
+      for (Pair& pair : state) move(pair, now.t - history_[i - 1].t);
+    for (std::size_t k = i > 0 ? 0 : 1; k < now.fixes.size(); ++k) take(state, now.fixes[k]);
     now.after = state;
   }
 }
@@ -187,8 +236,7 @@ void MotionHypotheses::add(double t, const std::optional<TargetFix>& fix) {
   // The first instant kept stands for all before it: a fix there is one more on top of its state.
   if (from == 0 && forgotten_) {
     if (!fix) return;
-    update(at->after, *fix);
-    set_out(at->after);
+    take(at->after, *fix);
     return run(1);
   }
   if (fix) at->fixes.push_back(*fix);
@@ -202,24 +250,92 @@ void MotionHypotheses::forget_before(double t) {
   }
 }
 
+MotionHypotheses::Memory MotionHypotheses::memory() const {
+  Memory memory{history_.front().t, {}};
+  std::vector<double>& to = memory.numbers;
+  const auto put = [&](const Filter& f) {
+    to.insert(to.end(), f.x.begin(), f.x.end());
+    for (int i = 0; i < kDim; ++i) to.insert(to.end(), f.P.col(i).begin(), f.P.col(i).begin() + i + 1);
+    to.push_back(f.log_weight);
+  };
+  for (const Pair& pair : history_.front().after) {
+    to.push_back(pair.log_evidence);
+    put(pair.drift);
+    to.push_back(pair.course.has_value());
+    if (pair.course) put(*pair.course);
+  }
+  return memory;
+}
+
+void MotionHypotheses::go_on_from(const Memory& memory) {
+  auto next = memory.numbers.begin();
+  const auto take = [&] {
+    if (next == memory.numbers.end()) throw Error("motion hypotheses cannot go on from a memory that ends too early");
+    return *next++;
+  };
+  const auto get = [&](Filter& f) {
+    for (double& x : f.x) x = take();
+    for (int i = 0; i < kDim; ++i)
+      for (int j = 0; j <= i; ++j) f.P(i, j) = f.P(j, i) = take();
+    f.log_weight = take();
+  };
+  State state = start({});
+  for (Pair& pair : state) {
+    pair.log_evidence = take();
+    get(pair.drift);
+    if (take() == 0) continue;
+    Filter course;
+    get(course);
+    pair.course = course;
+  }
+  if (next != memory.numbers.end()) throw Error("motion hypotheses cannot go on from a memory that goes on too long");
+  while (started() && history_.front().t <= memory.t + kSameTime) history_.pop_front();
+  history_.push_front({memory.t, {}, state});
+  forgotten_ = true;
+  run(1);
+}
+
 TargetMoments MotionHypotheses::at(double t) const {
-  State state = history_.back().after;
-  move(state, t - newest());
-  const Filter& drift = state.drift;
-  const double odds = state.course ? std::exp(state.course->log_weight - drift.log_weight) : 0;
-  const double share = std::isfinite(odds) ? odds / (1 + odds) : 1;  // of the course
-  TargetMoments m{drift.x.head<3>(), drift.P.topLeftCorner<3, 3>(), {drift.x[3], drift.x[4], 0}, {}};
-  if (!state.course) return m;
-  const Filter& course = *state.course;
-  const Vector<3> ahead(course.x[4] * std::cos(course.x[3]), course.x[4] * std::sin(course.x[3]), 0);
-  const Vector<3> apart = course.x.head<3>() - m.position;
-  m.heading = course.x[3];
-  if (share < 0.5) m.heading = std::atan2(m.velocity.y(), m.velocity.x());
-  m.covariance = ((1 - share) * m.covariance + share * course.P.topLeftCorner<3, 3>() +
-                  share * (1 - share) * apart * apart.transpose())
-                     .eval();
-  m.position += share * apart;
-  m.velocity += (share * (ahead - m.velocity)).eval();
+  struct Guess {
+    double share;
+    Vector<3> position, velocity;
+    Matrix<3, 3> covariance;
+    double heading;
+  };
+  std::vector<Guess> guesses;
+  bool under_way = false;
+  for (Pair pair : history_.back().after) {
+    const double share = std::exp(pair.log_evidence);
+    if (share < kCounts) continue;
+    move(pair, t - newest());
+    const double both = pair.log_weight();
+    const Filter& drift = pair.drift;
+    const Vector<3> v(drift.x[3], drift.x[4], drift.x.tail<2>().dot(drift.x.segment<2>(3)));
+    guesses.push_back({share * std::exp(drift.log_weight - both), drift.x.head<3>(), v, drift.P.topLeftCorner<3, 3>(),
+                       std::atan2(v.y(), v.x())});
+    if (!pair.course) continue;
+    under_way = true;
+    const Filter& course = *pair.course;
+    const Vector<2> forward(std::cos(course.x[3]), std::sin(course.x[3]));
+    guesses.push_back({share * std::exp(course.log_weight - both), course.x.head<3>(),
+                       course.x[4] * Vector<3>(forward.x(), forward.y(), course.x.tail<2>().dot(forward)),
+                       course.P.topLeftCorner<3, 3>(), course.x[3]});
+  }
+  double sum = 0;
+  for (const Guess& g : guesses) sum += g.share;
+  TargetMoments m{Vector<3>::Zero(), Matrix<3, 3>::Zero(), Vector<3>::Zero(), {}};
+  const Guess* likeliest = &guesses.front();
+  for (Guess& g : guesses) {
+    g.share /= sum;
+    m.position += g.share * g.position;
+    m.velocity += g.share * g.velocity;
+    if (g.share > likeliest->share) likeliest = &g;
+  }
+  for (const Guess& g : guesses) {
+    const Vector<3> apart = g.position - m.position;
+    m.covariance += g.share * (g.covariance + apart * apart.transpose());
+  }
+  if (under_way) m.heading = likeliest->heading;
   return m;
 }
 

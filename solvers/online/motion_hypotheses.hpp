@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <deque>
 #include <optional>
 #include <vector>
@@ -34,6 +35,7 @@ struct HypothesesNoise {
   double yaw_rate;    ///< rad s^-3/2
   double yaw_time;    ///< s: in which a turn is forgotten
   double climb;       ///< m/√s: how the height walks, of both
+  double tilt;        ///< rad/√s: how the frame that fixes are in tilts, about either horizontal axis
 };
 
 /// Where a target is now and in some seconds, by two hypotheses of how it moves, each a Kalman filter:
@@ -45,10 +47,16 @@ struct HypothesesNoise {
 ///
 /// Each counts by how likely it made the fixes, those of long ago less and less; the estimate is the mean of their
 /// mixture, so that between them it hedges. A course begins, and after it has failed begins again, where the drifting
-/// point is clearly under way. It sees the newest state alone: what measurements say of the past is the smoother's to
-/// tell. Fixes may come in any order within what is kept. Deterministic.
+/// point is clearly under way.
+///
+/// Nobody knows the noise: a target may be calmer than said or many times as lively, fixes twice as good. Both hypotheses
+/// are there for several such guesses, which count by how likely they made all the fixes so far.
+///
+/// A target keeps its height above a level plane, from which the frame, dead reckoned, tilts away: how the plane slopes is
+/// a state, too. Only the newest is seen; what measurements say of the past is the smoother's to tell. Fixes may come in
+/// any order within what is kept. Deterministic.
 /// Source: Bar-Shalom, Li & Kirubarajan 2001, Estimation with Applications to Tracking and Navigation, ch. 11: static
-/// multiple models, here of likelihoods that fade, and nearly constant turns.
+/// multiple models, here of likelihoods that fade between hypotheses but not between guesses, and nearly constant turns.
 class MotionHypotheses {
  public:
   explicit MotionHypotheses(const HypothesesNoise& noise) : noise_(noise) {}
@@ -64,17 +72,44 @@ class MotionHypotheses {
   /// At t, no earlier than the newest instant. started() is required.
   TargetMoments at(double t) const;
 
- private:
-  /// Drift: position, velocity in x and y, and nothing. Course: position, heading, speed, yaw rate.
-  struct Filter {
-    Vector<6> x;
-    Matrix<6, 6> P;
-    double log_weight = 0;
+  /// All that was learned until an instant [s], the oldest that is kept.
+  struct Memory {
+    double t;
+    std::vector<double> numbers;  ///< go_on_from() reads them
   };
-  struct State {
+  /// started() is required.
+  Memory memory() const;
+  /// What was before that instant is as another one had it, whose fixes from there on this one was given. Throws Error
+  /// where it is no memory of this version.
+  void go_on_from(const Memory& memory);
+
+ private:
+  static constexpr int kDim = 8;
+
+  /// Times the noise that is given: of the motion, and the deviations of fixes. Why these: docs/results.md.
+  struct NoiseGuess {
+    double motion, fixes;
+  };
+  static constexpr std::array<NoiseGuess, 8> kGuesses{
+      {{1.0 / 3, 1}, {1, 1}, {3, 1}, {9, 1}, {1.0 / 3, 0.5}, {1, 0.5}, {3, 0.5}, {9, 0.5}}};
+
+  /// Drift: position, velocity in x and y, and nothing. Course: position, heading, speed, yaw rate. Then, of both, the
+  /// height gained for each metre along x and along y.
+  struct Filter {
+    Vector<kDim> x;
+    Matrix<kDim, kDim> P;
+    double log_weight = 0;  // against the other of the two
+  };
+  /// The two hypotheses by one guess of the noise.
+  struct Pair {
+    NoiseGuess guess;
     Filter drift;
     std::optional<Filter> course;
+    double log_evidence = 0;  // against the other guesses
+
+    double log_weight() const;  // of both together
   };
+  using State = std::array<Pair, kGuesses.size()>;
   struct Instant {
     double t;
     std::vector<TargetFix> fixes;
@@ -82,11 +117,12 @@ class MotionHypotheses {
   };
 
   State start(const TargetFix& fix) const;
-  void move(State& state, double dt) const;
-  void move_drift(Filter& f, double dt) const;
-  void move_course(Filter& f, double dt) const;
-  void update(State& state, const TargetFix& fix) const;
-  void set_out(State& state) const;
+  void move(Pair& pair, double dt) const;
+  void move_drift(Filter& f, double agility, double dt) const;
+  void move_course(Filter& f, double agility, double dt) const;
+  void take(State& state, const TargetFix& fix) const;
+  void update(Pair& pair, const TargetFix& fix) const;
+  void set_out(Pair& pair) const;
   void run(std::size_t from);
 
   HypothesesNoise noise_;

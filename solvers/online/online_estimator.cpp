@@ -90,7 +90,10 @@ Summary OnlineEstimator::settle() { return streams_->settle(); }
 bool OnlineEstimator::started() const { return streams_->window().started(); }
 bool OnlineEstimator::has_target() const { return streams_->window().has_target(); }
 const TrackHealth& OnlineEstimator::health() const { return streams_->health(); }
-void OnlineEstimator::go_on_from(const TrackHealth& health) { streams_->go_on_from(health); }
+std::optional<MotionHypotheses::Memory> OnlineEstimator::hypotheses() const { return streams_->window().hypotheses(); }
+void OnlineEstimator::go_on_from(const TrackHealth& health, const std::optional<MotionHypotheses::Memory>& hypotheses) {
+  streams_->go_on_from(health, hypotheses);
+}
 std::optional<Alignment> OnlineEstimator::newest_start() const { return streams_->newest_start(); }
 double OnlineEstimator::newest() const { return streams_->window().newest(); }
 double OnlineEstimator::oldest() const { return streams_->window().oldest(); }

@@ -9,6 +9,7 @@
 #include <tandem/problem/navigation/coarse_alignment.hpp>
 #include <tandem/problem/tracking/tracking_problem.hpp>
 #include <tandem/solvers/online/fixed_lag_options.hpp>
+#include <tandem/solvers/online/motion_hypotheses.hpp>
 #include <tandem/solvers/online/refusal.hpp>
 #include <tandem/solvers/online/track_health.hpp>
 
@@ -91,8 +92,11 @@ class OnlineEstimator {
   Summary settle();
 
   const TrackHealth& health() const;
-  /// Its counts go on from those of another estimator with the same sensors, whose latest lines this one was given.
-  void go_on_from(const TrackHealth& health);
+  /// Of the target, what lines that have left the window told the motion hypotheses; nothing without these, or a target.
+  std::optional<MotionHypotheses::Memory> hypotheses() const;
+  /// It goes on from the counts of another estimator with the same sensors, and from its hypotheses, whose latest lines
+  /// this one was given. Throws Error as MotionHypotheses::go_on_from().
+  void go_on_from(const TrackHealth& health, const std::optional<MotionHypotheses::Memory>& hypotheses);
   /// OnlineOptions::start of an estimator that begins where this one is: the newest state, as sure as it is along world
   /// axes, and of its biases, component by component. Nothing where the chaser moves by odometry, or there is none.
   std::optional<Alignment> newest_start() const;

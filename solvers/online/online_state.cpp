@@ -43,6 +43,14 @@ TargetState OnlineWindow::hypothetical_target(double h) const {
   return state;
 }
 
+std::optional<MotionHypotheses::Memory> OnlineWindow::hypotheses() const {
+  return hypothesise() ? std::optional(hypotheses_->memory()) : std::nullopt;
+}
+
+void OnlineWindow::go_on_from(const MotionHypotheses::Memory& memory) {
+  if (hypotheses_) hypotheses_->go_on_from(memory);
+}
+
 std::optional<TargetState> OnlineWindow::target() const {
   if (hypothesise()) return hypothetical_target(0);
   return of_target([](const auto& w) { return std::optional(w.target(w.size() - 1)); }, std::optional<TargetState>());

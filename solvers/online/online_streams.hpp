@@ -32,8 +32,9 @@ class OnlineEstimator::Streams {
   Summary settle() { return window_->settle(); }
   const detail::OnlineWindow& window() const { return *window_; }
   const TrackHealth& health() const { return health_.health(); }
-  void go_on_from(const TrackHealth& health) {
+  void go_on_from(const TrackHealth& health, const std::optional<MotionHypotheses::Memory>& hypotheses) {
     health_.go_on_from(health);
+    if (hypotheses) window_->go_on_from(*hypotheses);
     note_outputs();
   }
   std::optional<Alignment> newest_start() const;

@@ -69,6 +69,8 @@ class OnlineWindow {
   std::optional<RelativeTarget> relative_target(double h) const;
   OnlineEstimator::Covariance covariance() const;
   std::vector<OnlineEstimator::SensorError> sensor_errors() const;
+  std::optional<MotionHypotheses::Memory> hypotheses() const;
+  void go_on_from(const MotionHypotheses::Memory& memory);
   std::vector<Stamped<EgoState>> states() const;
   std::vector<std::pair<double, double>> splits() const;
 

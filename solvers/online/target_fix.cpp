@@ -6,7 +6,7 @@ namespace tandem::detail {
 namespace {
 
 // Against the scenario's noise; chosen by ten simulated dockings (docs/results.md).
-constexpr double kDrift = 5.0 / 3, kClimb = 1.5, kSurge = 1.0 / 4, kYawRate = 1.0 / 8;
+constexpr double kDrift = 5.0 / 3, kSurge = 1.0 / 4, kYawRate = 1.0 / 8;
 constexpr double kYawTime = 60;  // s: in which a turn is forgotten
 
 double heading_of(const SO3& R) {
@@ -52,7 +52,8 @@ HypothesesNoise hypotheses_noise(const TrackingNoise& noise) {
           .surge = kSurge * noise.constant_twist[0],
           .yaw_rate = kYawRate * noise.constant_twist[5],
           .yaw_time = kYawTime,
-          .climb = kClimb * noise.constant_velocity[2]};
+          .climb = noise.constant_velocity[2],
+          .tilt = noise.odometry.segment<2>(3).norm() / std::sqrt(2.0)};
 }
 
 }  // namespace tandem::detail

@@ -110,7 +110,7 @@ class Tracker {
     replays_ = false;
     if (result_.by_odometry && estimator_.started()) to_world_ = then.chaser * estimator_.chaser().pose.inverse();
     feed_.go_on_from(then.feed);
-    estimator_.go_on_from(then.health);
+    estimator_.go_on_from(then.health, then.hypotheses);
     bad_.go_on_from(then.bad);
     result_.refused.go_on_from(then.refused);
     result_.lines = then.came;
@@ -148,6 +148,7 @@ class Tracker {
                           .lines = {log_.lines().begin(), log_.lines().end()},
                           .feed = std::move(*place),
                           .health = estimator_.health(),
+                          .hypotheses = estimator_.hypotheses(),
                           .bad = bad_.memory(),
                           .came = result_.lines,
                           .not_converged = result_.not_converged,

@@ -17,7 +17,7 @@ using Packed = nlohmann::json;
 
 // A file is this line, one with the checksum of what follows, and a CBOR document.
 constexpr std::string_view kKind = "tandem track snapshot ";
-constexpr std::string_view kVersion = "2\n";
+constexpr std::string_view kVersion = "3\n";
 constexpr std::size_t kDigits = 16;  // of the checksum, hexadecimal, and a line end
 
 /// FNV-1a, 64 bits: finds what was cut or turned over, not who means ill.
@@ -227,6 +227,10 @@ void snapshot_fields(F& f, Snapshot& s) {
   f(s.feed.clocks.base);
   f.each(s.feed.clocks.streams, [](auto& g, auto& clock) { clock_fields(g, clock); });
   health_fields(f, s.health);
+  maybe(f, s.hypotheses, [](auto& g, auto& memory) {
+    g(memory.t);
+    g(memory.numbers);
+  });
   f(s.bad.used);
   f(s.bad.rejected);
   f(s.bad.rejecting);

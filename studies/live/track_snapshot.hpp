@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <tandem/problem/navigation/coarse_alignment.hpp>
+#include <tandem/solvers/online/motion_hypotheses.hpp>
 #include <tandem/solvers/online/track_health.hpp>
 #include <tandem/studies/live/bad_spell.hpp>
 #include <tandem/studies/live/live_feed.hpp>
@@ -23,7 +24,8 @@ struct PartialPlace {
 };
 
 /// What another process goes on from: not the estimator's state, but the lines that it depends on (see ReplayLog), out of
-/// which it is made again; and what lines do not tell any more, the streams' clocks and all that is counted.
+/// which it is made again; and what lines do not tell any more: what the motion hypotheses have learned, the streams' clocks
+/// and all that is counted.
 struct TrackSnapshot {
   std::string scenario;
   std::vector<std::string> streams;  ///< and what each is of: see streams_of()
@@ -33,6 +35,7 @@ struct TrackSnapshot {
   std::vector<FeedLine> lines;
   FeedPlace feed;
   TrackHealth health;
+  std::optional<MotionHypotheses::Memory> hypotheses{};
   BadSpell::Memory bad;
   std::size_t came = 0, not_converged = 0;  ///< lines, updates; see Track
   double first = 0, last = 0, seconds = 0;

@@ -5,13 +5,14 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
+#include <tandem/lie/error.hpp>
 #include <tandem/solvers/online/motion_hypotheses.hpp>
 
 namespace tandem::testing {
 namespace {
 
 constexpr HypothesesNoise kNoise{
-    .drift = 0.2, .drift_time = 60, .surge = 0.04, .yaw_rate = 0.0075, .yaw_time = 60, .climb = 0.07};
+    .drift = 0.2, .drift_time = 60, .surge = 0.04, .yaw_rate = 0.0075, .yaw_time = 60, .climb = 0.05, .tilt = 6e-4};
 
 /// A vessel at 1.2 m/s that goes straight for 100 s and then turns by 0.04 rad/s.
 struct Vessel {
@@ -117,6 +118,97 @@ TEST(StatisticalMotionHypotheses, ItsErrorsAreWhatItsCovarianceSays) {
   EXPECT_LT(ahead, 3 * 1.5);  // the vessel goes straight all the while: better than noise foresees
 }
 
+/// Of the vessel seen every 2 s, in the mean over runs: position error now and 12 s ahead, trace of its covariance.
+struct Seen {
+  double error = 0, ahead = 0, trace = 0;
+};
+Seen seen(const HypothesesNoise& noise, double sigma, double told) {
+  Seen mean;
+  const int runs = 40;
+  for (int run = 0; run < runs; ++run) {
+    Fixes fixes(300 + std::uint64_t(run));
+    MotionHypotheses target(noise);
+    for (double t = 0; t <= 160; t += 2) {
+      TargetFix fix = fixes.position(t, sigma);
+      fix.covariance = told * told * Matrix<3, 3>::Identity();
+      target.add(t, fix);
+    }
+    const TargetMoments m = target.at(160);
+    mean.error += (m.position - Vessel::position(160)).norm() / runs;
+    mean.ahead += (target.at(172).position - Vessel::position(172)).norm() / runs;
+    mean.trace += m.covariance.trace() / runs;
+  }
+  return mean;
+}
+
+HypothesesNoise times(double factor) {
+  HypothesesNoise noise = kNoise;
+  noise.surge *= factor;
+  noise.yaw_rate *= factor;
+  noise.drift *= std::max(factor, 1.0);
+  return noise;
+}
+
+TEST(StatisticalMotionHypotheses, HowLivelyATargetIsNeedNotBeKnown) {
+  const double known = seen(kNoise, 0.2, 0.2).ahead;
+  EXPECT_LE(seen(times(1.0 / 3), 0.2, 0.2).ahead, 1.25 * known);
+  EXPECT_LE(seen(times(3), 0.2, 0.2).ahead, 1.25 * known) << "3.7 times, if it was believed what is said";
+}
+
+TEST(StatisticalMotionHypotheses, FixesThatAreBetterThanSaidAreFoundOut) {
+  const Seen said = seen(kNoise, 0.3, 0.3), better = seen(kNoise, 0.3, 0.6);
+  EXPECT_LE(better.error, 1.1 * said.error);
+  EXPECT_LE(better.trace, 1.3 * said.trace) << "four times, if it was believed what is said";
+}
+
+TEST(MotionHypotheses, ACalmTargetMayTurnAllTheSame) {
+  Fixes fixes(7);
+  MotionHypotheses target(kNoise);
+  // For long it goes straight; then, sharply, in a circle of 3 m.
+  const double rate = 0.4, radius = Vessel::speed / rate;
+  const auto heading = [&](double t) { return 0.5 + rate * std::max(0.0, t - 600); };
+  const auto position = [&](double t) {
+    Vector<3> p = Vessel::speed * std::min(t, 600.0) * Vector<3>(std::cos(0.5), std::sin(0.5), 0);
+    const double h = heading(t);
+    return Vector<3>(p + radius * Vector<3>(std::sin(h) - std::sin(0.5), std::cos(0.5) - std::cos(h), 0));
+  };
+  for (double t = 0; t <= 620; t += 0.5) {
+    TargetFix fix = fixes.position(0, 0.1);
+    fix.position += position(t) - Vessel::position(0);
+    fix.heading = std::remainder(heading(t), 2 * std::numbers::pi);
+    fix.heading_sigma = 0.03;
+    target.add(t, fix);
+  }
+  EXPECT_LE((target.at(620).position - position(620)).norm(), 0.3);
+  EXPECT_LE((target.at(622).position - position(622)).norm(), 0.6);
+}
+
+/// Where the frame tilts more and more the vessel climbs over its planes and, on the other side of its circle, dives.
+TEST(StatisticalMotionHypotheses, AFrameThatTiltsIsFollowed) {
+  const auto rms_of_height = [](double tilt) {
+    HypothesesNoise noise = kNoise;
+    noise.tilt = tilt;
+    double sum = 0;
+    int n = 0;
+    for (std::uint64_t run = 0; run < 20; ++run) {
+      Fixes fixes(500 + run);
+      MotionHypotheses target(noise);
+      double climbed = 0;
+      for (double t = 0; t <= 900; t += 4) {
+        TargetFix fix = fixes.position(t, 1.0);
+        fix.position.z() += climbed;
+        target.add(t, fix);
+        const Vector<3> way = Vessel::position(t + 4) - Vessel::position(t);
+        if (t > 300) sum += std::pow(target.at(t).position.z() - Vessel::position(t).z() - climbed, 2), ++n;
+        climbed += 5e-5 * t * (way.x() + way.y());
+      }
+    }
+    return std::sqrt(sum / n);
+  };
+  EXPECT_LE(rms_of_height(kNoise.tilt), 0.45);
+  EXPECT_LE(rms_of_height(kNoise.tilt), 0.7 * rms_of_height(0));
+}
+
 bool same(const TargetMoments& a, const TargetMoments& b, double within) {
   return (a.position - b.position).norm() <= within && (a.covariance - b.covariance).norm() <= within &&
          (a.velocity - b.velocity).norm() <= within;
@@ -148,6 +240,29 @@ TEST(MotionHypotheses, WhatIsForgottenIsKeptInTheState) {
   const TargetMoments before = window.at(60);
   window.add(20, one.position(20, 0.01));  // of a time that is gone
   EXPECT_TRUE(same(before, window.at(60), 0));
+}
+
+/// As a process does that goes on from a snapshot: the last fixes come again.
+TEST(MotionHypotheses, GoesOnFromWhatAnotherHasLearned) {
+  Fixes one(8), other(8);
+  MotionHypotheses first(kNoise), second(kNoise);
+  for (int t = 0; t <= 120; ++t) {
+    first.add(t, one.pose(t));
+    first.forget_before(t - 10);
+    const TargetFix fix = other.pose(t);
+    if (t >= 100) second.add(t, fix);
+  }
+  EXPECT_FALSE(same(first.at(125), second.at(125), 1e-3));
+  const MotionHypotheses::Memory memory = first.memory();
+  EXPECT_EQ(memory.t, 109);
+  second.go_on_from(memory);
+  EXPECT_TRUE(same(first.at(125), second.at(125), 0));
+  MotionHypotheses::Memory cut = memory, longer = memory;
+  cut.numbers.pop_back();
+  longer.numbers.push_back(0);
+  EXPECT_THROW(second.go_on_from(cut), Error);
+  EXPECT_THROW(second.go_on_from(longer), Error);
+  EXPECT_TRUE(same(first.at(125), second.at(125), 0)) << "nothing is lost by a memory that is refused";
 }
 
 TEST(MotionHypotheses, ALossLeavesLittleOfAnOutlier) {
