@@ -122,15 +122,8 @@ void Program::compile_places() {
 
 detail::HessianPlace Program::place(int block_a, int block_b) const {
   if (block_a < 0 || block_b < 0) return {};
-  const SymmetricPattern& h = hessian_;
-  const auto place = [&](int block) { return h.place.empty() ? block : h.place[std::size_t(block)]; };
-  const bool transposed = place(block_a) < place(block_b);
-  const int column = transposed ? block_a : block_b, row = transposed ? block_b : block_a;
-  const auto begin = h.block_row.begin() + h.block_start[std::size_t(column)];
-  const auto end = h.block_row.begin() + h.block_start[std::size_t(column) + 1];
-  const auto block = std::lower_bound(begin, end, row, [&](int a, int b) { return place(a) < place(b); });
-  return {h.value_start[std::size_t(column)] + h.block_offset[std::size_t(block - h.block_row.begin())],
-          h.height(column), transposed};
+  const SymmetricPattern::BlockPlace at = hessian_.find(block_a, block_b);
+  return {at.first_value, at.stride, at.transposed};
 }
 
 void Program::choose_rows(SoftBounds soft_bounds) {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <numeric>
@@ -7,6 +8,17 @@
 #include <tandem/problem/symmetric_pattern.hpp>
 
 namespace tandem {
+
+SymmetricPattern::BlockPlace SymmetricPattern::find(int block_of_rows, int block_of_columns) const {
+  const auto place_of = [&](int block) { return place.empty() ? block : place[std::size_t(block)]; };
+  const bool transposed = place_of(block_of_rows) < place_of(block_of_columns);
+  const int column = transposed ? block_of_rows : block_of_columns, row = transposed ? block_of_columns : block_of_rows;
+  const auto begin = block_row.begin() + block_start[std::size_t(column)],
+             end = block_row.begin() + block_start[std::size_t(column) + 1];
+  const auto at = std::lower_bound(begin, end, row, [&](int a, int b) { return place_of(a) < place_of(b); });
+  const std::size_t entry = std::size_t(at - block_row.begin());
+  return {static_cast<int>(entry), value_start[std::size_t(column)] + block_offset[entry], height(column), transposed};
+}
 
 std::vector<int> SymmetricPattern::column_starts() const {
   std::vector<int> starts;

@@ -35,6 +35,15 @@ struct SymmetricPattern {
   }
   /// Where the i-th entry of a block's diagonal stands.
   int diagonal(int block, int i) const { return value_start[std::size_t(block)] + i * (height(block) + 1); }
+  /// Where a block of the matrix stands, or its transpose where that is what the pattern has.
+  struct BlockPlace {
+    int entry;        ///< of block_row and block_offset
+    int first_value;  ///< of the block there
+    int stride;       ///< from one column of it to the next
+    bool transposed;
+  };
+  /// Of the block with these rows and columns, each the unknowns of one block. The pattern has it.
+  BlockPlace find(int block_of_rows, int block_of_columns) const;
   /// Where the first value of each unknown's column is, and the number of values at the end; and the row of each value.
   /// Without `place`, as compressed columns: solvers by blocks do without, for whom they would be a third of the Hessian again.
   std::vector<int> column_starts() const;

@@ -85,22 +85,15 @@ void BlockCholesky::compile_loading(const SymmetricPattern& pattern, const Symme
               place = place_of_block_[std::size_t(block)];
     for (int b = pattern.block_start[std::size_t(block)]; b < pattern.block_start[std::size_t(block) + 1]; ++b) {
       const int other = pattern.block_row[std::size_t(b)], place_of_other = place_of_block_[std::size_t(other)];
-      const bool transposed = place > place_of_other;
-      const int column = transposed ? other : block, row = transposed ? block : other;
-      const auto begin = factor.block_row.begin() + factor.block_start[std::size_t(column)],
-                 end = factor.block_row.begin() + factor.block_start[std::size_t(column) + 1];
-      const auto at = std::lower_bound(begin, end, row, [&](int a, int c) {
-        return place_of_block_[std::size_t(a)] < place_of_block_[std::size_t(c)];
-      });
-      const std::size_t to = std::size_t(at - factor.block_row.begin());
-      is_fill[to] = 0;
+      const SymmetricPattern::BlockPlace to = factor.find(other, block);
+      is_fill[std::size_t(to.entry)] = 0;
       const Copy copy{pattern.value_start[std::size_t(block)] + pattern.block_offset[std::size_t(b)],
                       stride,
-                      factor.value_start[std::size_t(column)] + factor.block_offset[to],
-                      factor.height(column),
+                      to.first_value,
+                      to.stride,
                       pattern.width(other),
                       columns,
-                      transposed};
+                      to.transposed};
       std::vector<Copy>& copies = part_of(std::min(place, place_of_other)).copies;
       const bool goes_on = !copies.empty() && !copy.transposed && !copies.back().transposed &&
                            copies.back().target + copies.back().rows == copy.target &&
