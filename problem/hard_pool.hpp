@@ -13,7 +13,7 @@ namespace tandem::detail {
 class HardPoolBase : public PoolBase {
  public:
   /// An empty pool of the same residual, over other stores.
-  virtual std::unique_ptr<HardPoolBase> another(const StoreInstead& instead) const = 0;
+  virtual std::unique_ptr<HardPoolBase> new_empty(const StoreInstead& instead) const = 0;
   /// Of each row.
   const std::vector<double>& lower() const { return lower_; }
   const std::vector<double>& upper() const { return upper_; }
@@ -62,7 +62,7 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
     this->add_bounds(bounds.lower.data(), bounds.upper.data());
   }
 
-  std::unique_ptr<HardPoolBase> another(const StoreInstead& instead) const override {
+  std::unique_ptr<HardPoolBase> new_empty(const StoreInstead& instead) const override {
     return std::make_unique<HardPool>(this->stores_of(instead));
   }
   void values(const PoolPlacement& place, int begin, int end, double* c) const override {

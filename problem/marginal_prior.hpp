@@ -34,7 +34,7 @@ class MarginalPrior final : public SoftPoolBase {
   const int* variables(int) const override { return ids_.data(); }
   const int* dofs() const override { return dofs_.data(); }
   void remove(int) override;
-  std::unique_ptr<SoftPoolBase> another(const StoreInstead&) const override {
+  std::unique_ptr<SoftPoolBase> new_empty(const StoreInstead&) const override {
     return std::make_unique<MarginalPrior>();
   }
   void add_copy(const PoolBase&, int, const int*) override {

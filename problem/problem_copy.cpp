@@ -28,8 +28,8 @@ Problem Problem::copy() const {
       to.soft = static_cast<const detail::MarginalPrior&>(*from.soft).copy(instead);
       continue;
     }
-    if (from.soft) to.soft = from.soft->another(instead);
-    if (from.hard) to.hard = from.hard->another(instead);
+    if (from.soft) to.soft = from.soft->new_empty(instead);
+    if (from.hard) to.hard = from.hard->new_empty(instead);
     std::vector<int> slots(std::size_t(from.base().arity()));
     for (int i = 0; i < from.base().size(); ++i) {
       const int* ids = from.base().variables(i);

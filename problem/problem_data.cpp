@@ -46,8 +46,8 @@ std::vector<const StateStoreBase*> stores_of(const SoftPoolBase* soft, const Har
     stores.push_back(store);
     return const_cast<StateStoreBase*>(store);  // of a pool that is not used
   };
-  if (soft) soft->another(ask);
-  if (hard) hard->another(ask);
+  if (soft) soft->new_empty(ask);
+  if (hard) hard->new_empty(ask);
   return stores;
 }
 

@@ -25,7 +25,7 @@ ProblemPart::ProblemPart(Problem& whole, std::span<const int> variable_ids)
     }
   }
 
-  for (const auto& [type, store] : whole.stores_) part_.stores_[type] = store->another();
+  for (const auto& [type, store] : whole.stores_) part_.stores_[type] = store->new_empty();
   for (int id = 0; id < whole.id_bound(); ++id)
     if (role[std::size_t(id)] != outside) copied_.push_back({id, -1});
   std::sort(copied_.begin(), copied_.end(), [&](const Copied& a, const Copied& b) {
@@ -58,8 +58,8 @@ ProblemPart::ProblemPart(Problem& whole, std::span<const int> variable_ids)
     const Problem::Pool& from = whole.pools_[p];
     Problem::Pool& to = part_.pools_.emplace_back();
     to.type = from.type;
-    if (from.soft) to.soft = from.soft->another(instead);
-    if (from.hard) to.hard = from.hard->another(instead);
+    if (from.soft) to.soft = from.soft->new_empty(instead);
+    if (from.hard) to.hard = from.hard->new_empty(instead);
     for (const int i : blocks_[p].in_whole) {
       const int* const ids = from.base().variables(i);
       for (int s = 0; s < from.base().arity(); ++s) blocks_[p].slots.push_back(slot[std::size_t(ids[s])]);

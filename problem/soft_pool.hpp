@@ -22,7 +22,7 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
     this->add_block(residual, slots);
     this->add_weight(noise, loss);
   }
-  std::unique_ptr<SoftPoolBase> another(const StoreInstead& instead) const override {
+  std::unique_ptr<SoftPoolBase> new_empty(const StoreInstead& instead) const override {
     auto pool = std::make_unique<SoftPool>(this->stores_of(instead));
     pool->widening = this->widening;
     return pool;

@@ -50,7 +50,7 @@ class StateStoreBase {
   /// Gives a slot back: the next variable to be added takes it.
   virtual void remove(int slot) = 0;
   /// An empty store of the same group.
-  virtual std::unique_ptr<StateStoreBase> another() const = 0;
+  virtual std::unique_ptr<StateStoreBase> new_empty() const = 0;
   /// A variable at the value that one of `from`, a store of the same group, has; its slot.
   virtual int add_copy(const StateStoreBase& from, int slot, int variable_id) = 0;
   /// A store with the same variables in the same places, free ones included, at their values.
@@ -100,7 +100,7 @@ class StateStore final : public StateStoreBase {
     slots.give_back(slot);
   }
 
-  std::unique_ptr<StateStoreBase> another() const override { return std::make_unique<StateStore>(); }
+  std::unique_ptr<StateStoreBase> new_empty() const override { return std::make_unique<StateStore>(); }
   int add_copy(const StateStoreBase& from, int slot, int variable_id) override {
     return add(static_cast<const StateStore&>(from).value[std::size_t(slot)], variable_id);
   }

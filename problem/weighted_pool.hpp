@@ -15,8 +15,8 @@ class HardPoolBase;
 /// Blocks that are costs: ½ Σ ρ(‖W r‖²).
 class SoftPoolBase : public PoolBase {
  public:
-  /// An empty pool of the same residual, over other stores.
-  virtual std::unique_ptr<SoftPoolBase> another(const StoreInstead& instead) const = 0;
+  /// An empty pool of the same residual and widening, over other stores.
+  virtual std::unique_ptr<SoftPoolBase> new_empty(const StoreInstead& instead) const = 0;
   /// Cost at the point of the begin-th to the last before the end-th block in the placement's order.
   virtual double cost(const PoolPlacement& place, int begin, int end) const = 0;
   /// Cost of one block at the point.
