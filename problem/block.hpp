@@ -153,16 +153,24 @@ struct LinearizedBlock {
   double* transposed;
 };
 
+/// Whitens a soft block's rows and the Jacobians of its free states in their place; its loss.
 template <int dim>
-TANDEM_INLINED double add_soft_block_inlined(const BlockShape& shape, const HessianPlace* place,
-                                             const BlockWeight& weight, const LinearizedBlock& block, double* gradient,
-                                             double* H) {
+TANDEM_INLINED Loss::Value whiten_block(const BlockShape& shape, const BlockWeight& weight,
+                                        const LinearizedBlock& block) {
   const Loss::Value value = loss_of_rows<dim>(weight, block.r);
   for (int s = 0; s < shape.arity; ++s) {
     if (shape.offset[s] < 0) continue;
     double* J = block.J[s];
     with_size(shape.dofs[s], [&](auto dof) TANDEM_INLINED_HERE { whiten<dim>(dof, weight.diagonal, weight.full, J); });
   }
+  return value;
+}
+
+template <int dim>
+TANDEM_INLINED double add_soft_block_inlined(const BlockShape& shape, const HessianPlace* place,
+                                             const BlockWeight& weight, const LinearizedBlock& block, double* gradient,
+                                             double* H) {
+  const Loss::Value value = whiten_block<dim>(shape, weight, block);
   add_gradient<dim>(shape, value.d1, block.J, block.r, block.transposed, gradient);
   if (H) add_products_inlined<dim>(shape, place, block.transposed, block.J, H);
   return 0.5 * value.rho;
@@ -186,13 +194,12 @@ template <int dim>
 TANDEM_INLINED void add_first_order_inlined(const BlockShape& shape, const HessianPlace* place,
                                             const BlockWeight& weight, const LinearizedBlock& block, double squares,
                                             double of_loss, double* H) {
-  const Loss::Value value = loss_of_rows<dim>(weight, block.r);
+  const Loss::Value value = whiten_block<dim>(shape, weight, block);
   double* T = block.transposed;
   for (int s = 0; s < shape.arity; T += dim * shape.dofs[s], ++s) {
     if (shape.offset[s] < 0) continue;
-    double* J = block.J[s];
+    const double* J = block.J[s];
     with_size(shape.dofs[s], [&](auto dof) TANDEM_INLINED_HERE {
-      whiten<dim>(dof, weight.diagonal, weight.full, J);
       double g[kMostDofs];
       multiply_transposed<dim>(dof, J, block.r, g);
       transpose<dim>(dof, squares * value.d1, J, T);
