@@ -64,10 +64,15 @@ double AugmentedTerm::outside(Eigen::Index i, double c, double by) const {
   return above <= 0 && below >= 0 ? 0.0 : above + below;  // not finite
 }
 
+AugmentedTerm::Holding AugmentedTerm::holding(Eigen::Index i, double by) const {
+  const double d = outside(i, c_[i], by), lower = program_.lower()[i], upper = program_.upper()[i];
+  return {d != 0 || lower == upper, d < 0 ? lower : upper};
+}
+
 void AugmentedTerm::activate(Eigen::Index i, double by) {
-  const double d = outside(i, c_[i], by);
-  active_[i] = d != 0 || program_.lower()[i] == program_.upper()[i] ? w_[i] : 0.0;
-  bound_[i] = d < 0 ? program_.lower()[i] : program_.upper()[i];
+  const Holding row = holding(i, by);
+  active_[i] = row.active ? w_[i] : 0.0;
+  bound_[i] = row.bound;
 }
 
 void AugmentedTerm::estimate_at(double step, Eigen::VectorXd& y) const {
@@ -192,10 +197,9 @@ void AugmentedTerm::set_segment(const Eigen::VectorXd& next, Eigen::VectorXd& g)
 
 bool AugmentedTerm::same_active_rows_at_end() const {
   for (Eigen::Index i = 0; i < c_.size(); ++i) {
-    const double d = outside(i, c_[i], jacobian_step_[i] + jacobian_segment_[i] + y_[i] / w_[i]);
-    const bool equality = program_.lower()[i] == program_.upper()[i];
-    if ((d != 0 || equality) != (active_[i] > 0)) return false;
-    if (d != 0 && bound_[i] != (d < 0 ? program_.lower()[i] : program_.upper()[i])) return false;
+    const Holding row = holding(i, jacobian_step_[i] + jacobian_segment_[i] + y_[i] / w_[i]);
+    if (row.active != (active_[i] > 0)) return false;
+    if (row.active && row.bound != bound_[i]) return false;
   }
   return true;
 }

@@ -96,6 +96,13 @@ class AugmentedTerm {
   double value_of(const Eigen::VectorXd& c) const;
   double violation_size_of(const Eigen::VectorXd& c) const;
   void estimate_at(double step, Eigen::VectorXd& y) const;
+  /// Whether a row is active, and the bound that it is held to then.
+  struct Holding {
+    bool active;
+    double bound;
+  };
+  /// Of row i with c + by in the place of c, as of outside().
+  Holding holding(Eigen::Index i, double by) const;
   void activate();
   void activate(Eigen::Index i, double by);
 
