@@ -13,16 +13,17 @@ SymmetricPattern in_order_of_elimination(const SymmetricPattern& pattern) {
 
 BlockCholesky::BlockCholesky(const SymmetricPattern& pattern, double natural_flops) {
   if (pattern.place.empty())
-    compile(pattern, detail::analyze(pattern, natural_flops, natural_flops <= kALittleMore));
+    compile(pattern, pattern, natural_flops);
   else
     compile(pattern);
 }
 BlockCholesky::BlockCholesky(const SymmetricPattern& pattern, const SymmetricPattern& blocks) {
-  compile(pattern, detail::analyze(blocks, kALittleMore, true));
+  compile(pattern, blocks, kALittleMore);
 }
 
-void BlockCholesky::compile(const SymmetricPattern& pattern, detail::BlockSymbolic structure) {
-  const SymmetricPattern factor = detail::in_order_of_elimination(pattern, std::move(structure));
+void BlockCholesky::compile(const SymmetricPattern& pattern, const SymmetricPattern& blocks, double natural_flops) {
+  const SymmetricPattern factor =
+      detail::in_order_of_elimination(pattern, detail::analyze(blocks, natural_flops, natural_flops <= kALittleMore));
   compile(factor);
   laid_out_ = false;
   take_own_memory();

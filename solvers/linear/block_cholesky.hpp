@@ -9,9 +9,6 @@
 #include <tandem/problem/program.hpp>
 
 namespace tandem {
-namespace detail {
-struct BlockSymbolic;
-}
 
 /// Sparse Cholesky H = L Lᵀ by blocks of one variable each, on the pattern of a Program's Hessian: symbolic analysis
 /// once, then any number of numeric factorisations, which do not allocate after the first. The order is the variables' own where that
@@ -79,7 +76,7 @@ class BlockCholesky {
     int first_row, columns, target_stride, run_begin, run_end;
   };
 
-  void compile(const SymmetricPattern& pattern, detail::BlockSymbolic structure);
+  void compile(const SymmetricPattern& pattern, const SymmetricPattern& blocks, double natural_flops);
   void compile(const SymmetricPattern& factor);
   void compile_loading(const SymmetricPattern& pattern, const SymmetricPattern& factor);
   void compile_rows(const std::vector<int>& row_in_panel);

@@ -2,6 +2,7 @@
 #include <limits>
 #include <numeric>
 #include <stdexcept>
+#include <utility>
 
 #include <amd.h>
 
@@ -119,23 +120,23 @@ BlockSymbolic analyze(const SymmetricPattern& pattern, double natural_flops, boo
   if (band.flops < any) return band;
   BlockSymbolic amd = symbolic(pattern, amd_order_of(pattern), any, any);
   BlockSymbolic own = symbolic(pattern, std::move(natural), natural_flops * amd.flops, any);
-  return own.flops < any ? own : amd;
+  return own.flops < any ? std::move(own) : std::move(amd);
 }
 
-SymmetricPattern in_order_of_elimination(const SymmetricPattern& pattern, BlockSymbolic structure) {
-  const BlockSymbolic& s = structure;
+SymmetricPattern in_order_of_elimination(const SymmetricPattern& pattern, const BlockSymbolic& structure) {
   SymmetricPattern result;
   result.first = pattern.first;
-  result.first_part = s.first_part;
-  result.second_part = s.second_part;
-  result.place.resize(s.order.size());
-  for (std::size_t k = 0; k < s.order.size(); ++k) result.place[std::size_t(s.order[k])] = static_cast<int>(k);
-  result.block_start.reserve(s.order.size() + 1);
-  result.block_row.reserve(s.row.size());
+  result.first_part = structure.first_part;
+  result.second_part = structure.second_part;
+  result.place.resize(structure.order.size());
+  for (std::size_t k = 0; k < structure.order.size(); ++k)
+    result.place[std::size_t(structure.order[k])] = static_cast<int>(k);
+  result.block_start.reserve(structure.order.size() + 1);
+  result.block_row.reserve(structure.row.size());
   for (const int place : result.place) {
     result.block_start.push_back(static_cast<int>(result.block_row.size()));
-    for (int r = s.row_start[std::size_t(place)]; r < s.row_start[std::size_t(place) + 1]; ++r)
-      result.block_row.push_back(s.order[std::size_t(s.row[std::size_t(r)])]);
+    for (int r = structure.row_start[std::size_t(place)]; r < structure.row_start[std::size_t(place) + 1]; ++r)
+      result.block_row.push_back(structure.order[std::size_t(structure.row[std::size_t(r)])]);
   }
   result.block_start.push_back(static_cast<int>(result.block_row.size()));
   result.place_values("the Cholesky factor");

@@ -31,6 +31,6 @@ BlockSymbolic analyze(const SymmetricPattern& pattern, double natural_flops, boo
 
 /// The pattern of the factor that has this structure: of the given one's values, each in its place there. Throws Error where
 /// that has more than 2^31.
-SymmetricPattern in_order_of_elimination(const SymmetricPattern& pattern, BlockSymbolic structure);
+SymmetricPattern in_order_of_elimination(const SymmetricPattern& pattern, const BlockSymbolic& structure);
 
 }  // namespace tandem::detail
