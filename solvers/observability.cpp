@@ -42,21 +42,26 @@ std::string free_directions(Program& program, bool inequalities) {
 std::string free_directions(Program& program, const Workspace& work, bool inequalities) {
   Eigen::VectorXd& hessian = work.hessian;
   Eigen::VectorXd weights;
+  double size = 0.0;
   const LaneParts parts(program.lanes(), hessian.size());
   const auto sum_of_sizes = [&] {
     return parts.sum([&](Eigen::Index begin, Eigen::Index size) { return hessian.segment(begin, size).lpNorm<1>(); });
   };
   try {
     if (!work.has_hessian) program.linearize(work.gradient, hessian);
-    const double mean = sum_of_sizes() / double(program.num_unknowns());
-    weights = active_rows(program, mean > 0 ? mean : 1.0, inequalities);
-    Eigen::VectorXd jacobian(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
-    program.constraint_jacobian(jacobian);
-    program.add_constraint_hessian(weights, jacobian, hessian);
+    size = sum_of_sizes();
+    if (program.num_rows() > 0) {
+      const double mean = size / double(program.num_unknowns());
+      weights = active_rows(program, mean > 0 ? mean : 1.0, inequalities);
+      Eigen::VectorXd jacobian(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
+      program.constraint_jacobian(jacobian);
+      program.add_constraint_hessian(weights, jacobian, hessian);
+      size = sum_of_sizes();
+    }
   } catch (const Error&) {
     return {};
   }
-  if (!std::isfinite(sum_of_sizes())) return {};
+  if (!std::isfinite(size)) return {};
   auto basis = work.cholesky.null_space(hessian, kRelativePivot, kDirections);
   // A weak pivot is a suspicion: a long chain or a loose prior has them too. The residuals' own answer to a step along
   // the direction decides, which keeps all its digits.
