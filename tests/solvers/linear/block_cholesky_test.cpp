@@ -1,6 +1,4 @@
 #include <atomic>
-#include <numeric>
-#include <random>
 #include <thread>
 
 #include <Eigen/Dense>
@@ -11,99 +9,10 @@
 #include <tandem/solvers/linear/block_symbolic.hpp>
 
 #include "allocations.hpp"
+#include "block_matrix.hpp"
 
 namespace tandem::testing {
 namespace {
-
-/// A symmetric matrix by blocks, dense and in the pattern's order.
-struct BlockMatrix {
-  SymmetricPattern pattern;
-  Eigen::MatrixXd dense;
-  Eigen::VectorXd values;
-};
-
-/// Blocks of these sizes; `pairs` (column < row) are the blocks below the diagonal. Positive definite.
-BlockMatrix make_matrix(const std::vector<int>& sizes, const std::vector<std::pair<int, int>>& pairs, unsigned seed) {
-  BlockMatrix m;
-  auto& p = m.pattern;
-  p.first = {0};
-  for (const int size : sizes) p.first.push_back(p.first.back() + size);
-  const int n = p.size();
-  m.dense = Eigen::MatrixXd::Zero(n, n);
-  std::mt19937_64 random(seed);
-  std::normal_distribution<double> normal;
-  const auto add = [&](std::vector<int> blocks) {  // JᵀJ of a residual with three rows that reads these blocks
-    const auto size = [&](int b) { return p.first[std::size_t(b) + 1] - p.first[std::size_t(b)]; };
-    std::vector<Eigen::MatrixXd> J;
-    for (const int b : blocks) J.push_back(Eigen::MatrixXd::NullaryExpr(3, size(b), [&] { return normal(random); }));
-    for (std::size_t i = 0; i < J.size(); ++i)
-      for (std::size_t k = 0; k < J.size(); ++k)
-        m.dense.block(p.first[std::size_t(blocks[i])], p.first[std::size_t(blocks[k])], size(blocks[i]),
-                      size(blocks[k])) += J[i].transpose() * J[k];
-  };
-  for (const auto& [column, row] : pairs) add({column, row});
-  for (int b = 0; b < static_cast<int>(sizes.size()); ++b)
-    for (int i = 0; i < 4; ++i) add({b});
-
-  std::vector<std::pair<int, int>> all(pairs);
-  for (int b = 0; b < static_cast<int>(sizes.size()); ++b) all.emplace_back(b, b);
-  std::sort(all.begin(), all.end());
-  all.erase(std::unique(all.begin(), all.end()), all.end());
-  p.block_start.assign(sizes.size() + 1, 0);
-  for (const auto& [column, row] : all) {
-    ++p.block_start[std::size_t(column) + 1];
-    p.block_row.push_back(row);
-  }
-  std::partial_sum(p.block_start.begin(), p.block_start.end(), p.block_start.begin());
-  p.place_values("the matrix");
-  std::vector<double> values;
-  for (std::size_t b = 0; b < sizes.size(); ++b)
-    for (int c = p.first[b]; c < p.first[b + 1]; ++c)
-      for (int k = p.block_start[b]; k < p.block_start[b + 1]; ++k) {
-        const std::size_t other = std::size_t(p.block_row[std::size_t(k)]);
-        for (int r = p.first[other]; r < p.first[other + 1]; ++r) values.push_back(m.dense(r, c));
-      }
-  m.values = Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-  return m;
-}
-
-std::vector<int> random_sizes(int blocks, std::mt19937& random) {
-  std::vector<int> sizes;
-  for (int b = 0; b < blocks; ++b) sizes.push_back(std::vector{6, 3, 1, 2, 6, 9}[random() % 6]);
-  return sizes;
-}
-
-BlockMatrix chain(int blocks, int reach, unsigned seed) {
-  std::mt19937 random(seed);
-  std::vector<std::pair<int, int>> pairs;
-  for (int b = 0; b < blocks; ++b)
-    for (int k = 1; k <= reach && b + k < blocks; ++k) pairs.emplace_back(b, b + k);
-  return make_matrix(random_sizes(blocks, random), pairs, seed);
-}
-
-/// Long enough to be eliminated from both ends, and with a last block that each of the others has to do with, if wanted.
-BlockMatrix long_chain(int reach, bool hub, unsigned seed) {
-  constexpr int blocks = detail::kLongChain + 31;
-  std::mt19937 random(seed);
-  std::vector<std::pair<int, int>> pairs;
-  for (int b = 0; b < blocks; ++b) {
-    for (int k = 1; k <= reach && b + k < blocks; ++k) pairs.emplace_back(b, b + k);
-    if (hub && b + reach < blocks - 1) pairs.emplace_back(b, blocks - 1);
-  }
-  return make_matrix(random_sizes(blocks, random), pairs, seed);
-}
-
-/// A star whose hub comes first (the natural order fills it in completely), with some more pairs at random.
-BlockMatrix star(int blocks, int extra, unsigned seed) {
-  std::mt19937 random(seed);
-  std::vector<std::pair<int, int>> pairs;
-  for (int b = 1; b < blocks; ++b) pairs.emplace_back(0, b);
-  for (int i = 0; i < extra; ++i) {
-    const int a = static_cast<int>(random() % unsigned(blocks)), b = static_cast<int>(random() % unsigned(blocks));
-    if (a != b) pairs.emplace_back(std::min(a, b), std::max(a, b));
-  }
-  return make_matrix(random_sizes(blocks, random), pairs, seed);
-}
 
 std::vector<BlockMatrix> matrices() {
   std::vector<BlockMatrix> all{make_matrix({1}, {}, 1),       make_matrix({6}, {}, 2), make_matrix({3, 3}, {{0, 1}}, 3),
@@ -111,10 +20,6 @@ std::vector<BlockMatrix> matrices() {
                                long_chain(1, false, 7),       long_chain(3, true, 8)};
   for (unsigned seed = 10; seed < 30; ++seed) all.push_back(star(12, int(seed), seed));
   return all;
-}
-
-Eigen::VectorXd right_side(Eigen::Index n) {
-  return Eigen::VectorXd::NullaryExpr(n, [](Eigen::Index i) { return std::sin(1.0 + 3.0 * double(i)); });
 }
 
 /// The condition number of A = L Lᵀ, or a little less, by power iterations.
@@ -300,55 +205,6 @@ TEST(BlockCholesky, FindsPlantedNullDirections) {
     }
     EXPECT_EQ(cholesky.null_space(m.values, 1e-12, 1).size(), 1u);
     ASSERT_EQ(m.dense.rows(), n);
-  }
-}
-
-/// Where the values stand in the order of elimination, the factor takes their place: the same to the last bit.
-TEST(BlockCholesky, FactorisesInPlace) {
-  for (const BlockMatrix& m : {chain(40, 2, 3), long_chain(2, true, 1), long_chain(3, false, 2), star(40, 20, 4)}) {
-    BlockMatrix laid_out{in_order_of_elimination(m.pattern), m.dense, {}};
-    const SymmetricPattern& p = laid_out.pattern;
-    Eigen::VectorXd values(p.nonzeros());
-    for (int k = 0; k < p.num_blocks(); ++k)
-      for (int b = p.block_start[std::size_t(k)]; b < p.block_start[std::size_t(k) + 1]; ++b)
-        for (int c = 0; c < p.width(k); ++c)
-          for (int r = 0, other = p.block_row[std::size_t(b)]; r < p.width(other); ++r)
-            values[p.value_start[std::size_t(k)] + c * p.height(k) + p.block_offset[std::size_t(b)] + r] =
-                m.dense(p.first[std::size_t(other)] + r, p.first[std::size_t(k)] + c);
-    BlockCholesky copying(m.pattern), from_copy(p), in_place(p);
-    ASSERT_TRUE(copying.factorize(m.values));
-    ASSERT_TRUE(from_copy.factorize(values));
-    Eigen::VectorXd taken = values;
-    ASSERT_TRUE(in_place.factorize_in_place(taken));
-    EXPECT_EQ(in_place.nonzeros(), copying.nonzeros());
-    EXPECT_NE(taken, values);
-    const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(m.dense.rows(), -1.0, 2.0);
-    Eigen::VectorXd x = b, y = b, z = b;
-    copying.solve(x);
-    from_copy.solve(y);
-    in_place.solve(z);
-    EXPECT_LE((m.dense * x - b).norm(), 1e-10 * b.norm());
-    EXPECT_EQ(x, y);
-    EXPECT_EQ(x, z);
-    taken = values;
-    EXPECT_TRUE(in_place.null_space(taken, 1e-12, 6).empty());
-    EXPECT_NE(taken, values);
-    const int late = p.size() - 3;  // in none of the first block's rows
-    for (const int planted : {1, late}) {
-      taken = values;
-      for (int k = 0; k < p.num_blocks(); ++k)
-        if (planted >= p.first[std::size_t(k)] && planted < p.first[std::size_t(k) + 1])
-          taken[p.diagonal(k, planted - p.first[std::size_t(k)])] = -1.0;
-      EXPECT_FALSE(in_place.factorize_in_place(taken));
-      EXPECT_EQ(in_place.failed_unknown(), planted);
-    }
-    taken = values;
-    ASSERT_TRUE(in_place.factorize_in_place(taken)) << "after one that failed";
-    z = b;
-    in_place.solve(z);
-    EXPECT_EQ(x, z);
-    taken = m.values;
-    EXPECT_TRUE(copying.factorize_in_place(taken)) << "as it comes where the pattern is the variables'";
   }
 }
 
