@@ -34,7 +34,7 @@ template <class F>
 template <class F>
 auto at_best(F f) {
 #ifdef TANDEM_DISPATCHES
-  static const InstructionSet best = instruction_set();
+  const InstructionSet best = instruction_set();
   if (best == InstructionSet::avx512) return at_avx512(f);
   if (best == InstructionSet::avx2) return at_avx2(f);
 #endif
