@@ -72,7 +72,7 @@ MotionHypotheses::State MotionHypotheses::start(const TargetFix& fix) const {
 
 /// Steps are taken as short against what is forgotten: noise gathers as if nothing were within one. A drifting point is
 /// never calmer than the noise says: it is what is left where a course fails.
-void MotionHypotheses::move_drift(Filter& f, double agility, double dt) const {
+void MotionHypotheses::move_drift(Filter& f, double motion, double dt) const {
   const OrnsteinUhlenbeck velocity{noise_.drift_time};
   const double gone = -noise_.drift_time * std::expm1(-dt / noise_.drift_time);  // by a velocity of 1
   const auto v = f.x.segment<2>(3), slope = f.x.tail<2>();
@@ -84,7 +84,7 @@ void MotionHypotheses::move_drift(Filter& f, double agility, double dt) const {
   f.x.head<3>() += (gone * Vector<3>(v.x(), v.y(), slope.dot(v))).eval();
   f.x.segment<2>(3) *= F(3, 3);
   f.P = (F * f.P * F.transpose()).eval();
-  const double root = std::max(agility, 1.0) * noise_.drift, q = root * root;
+  const double root = std::max(motion, 1.0) * noise_.drift, q = root * root;
   for (const int i : {0, 1}) {
     f.P(i, i) += q * dt * dt * dt / 3;
     f.P(i, i + 3) += q * dt * dt / 2;
@@ -93,7 +93,7 @@ void MotionHypotheses::move_drift(Filter& f, double agility, double dt) const {
   }
 }
 
-void MotionHypotheses::move_course(Filter& f, double agility, double dt) const {
+void MotionHypotheses::move_course(Filter& f, double motion, double dt) const {
   const double turned = -noise_.yaw_time * std::expm1(-dt / noise_.yaw_time);  // by a yaw rate of 1
   const double middle = f.x[3] + 0.5 * turned * f.x[5], way = f.x[4] * dt;
   const auto slope = f.x.tail<2>();
@@ -112,7 +112,7 @@ void MotionHypotheses::move_course(Filter& f, double agility, double dt) const {
   f.x[3] += turned * f.x[5];
   f.x[5] *= F(5, 5);
   // White noise on the speed and once integrated along; on the yaw rate, integrated to the heading, and to the way across.
-  const double surge = agility * noise_.surge, yaw = agility * noise_.yaw_rate, qs = surge * surge, qr = yaw * yaw;
+  const double surge = motion * noise_.surge, yaw = motion * noise_.yaw_rate, qs = surge * surge, qr = yaw * yaw;
   const double dt2 = dt * dt, dt3 = dt2 * dt;
   Matrix<6, 6> Q = Matrix<6, 6>::Zero();
   Q.topLeftCorner<3, 3>() =

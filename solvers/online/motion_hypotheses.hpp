@@ -118,8 +118,8 @@ class MotionHypotheses {
 
   State start(const TargetFix& fix) const;
   void move(Pair& pair, double dt) const;
-  void move_drift(Filter& f, double agility, double dt) const;
-  void move_course(Filter& f, double agility, double dt) const;
+  void move_drift(Filter& f, double motion, double dt) const;
+  void move_course(Filter& f, double motion, double dt) const;
   void take(State& state, const TargetFix& fix) const;
   void update(Pair& pair, const TargetFix& fix) const;
   void set_out(Pair& pair) const;
