@@ -55,6 +55,7 @@ NewestStates newest_states(const Scenario& scenario, const TrackingOptions& opti
   online.lag.window = window;
   online.lag.max_iterations = kIterations;
   online.lag.stop = stop;
+  online.reset.max_gap = HUGE_VAL;  // as a filter, so that errors are of the same keyframes
   OnlineEstimator estimator(scenario.data, {}, online);
 
   const std::vector<Keyframe> offline = make_keyframes(scenario.data);
