@@ -14,9 +14,9 @@ namespace {
 constexpr double kSameTime = 1e-3;      // s
 constexpr double kStep = 1.0;           // s: of a course that turns, at most
 constexpr double kFirstSpeed = 5.0;     // m/s: deviation of the velocity at the first fix
-constexpr double kFirstSlope = 0.01;    // rad: deviation of the frame's tilt then
+constexpr double kFirstSlope = 0.01;    // deviation of the frame's slopes then
 constexpr double kMemory = 0.85;        // of a hypothesis's likelihood, from one fix to the next
-constexpr double kMostAgainst = 30;     // in log-likelihood, what is held against a guess: habits change
+constexpr double kMostAgainst = 30;     // in log-likelihood, what is held against a guess, which may be right one day
 constexpr double kCounts = 1e-4;        // share of a pair below which its prediction is not worth its time
 constexpr double kFailed = 20;          // log-likelihood ratio at which a course is given up
 constexpr double kHandicap = 3;         // in log-likelihood, of a course that has just begun
@@ -25,25 +25,27 @@ constexpr double kCourseSpread = 0.05;  // rad: of the heading about the directi
 constexpr double kLargestTurn = 0.1;    // rad/s: deviation of the yaw rate where a course begins
 constexpr double kSway = 0.05;          // m/s
 constexpr double kLeastWeight = 1e-6;   // of a fix that a loss leaves nothing of
+constexpr double kOutlier = 12;         // squared deviations beyond those expected, from which on a fix tells nothing
+constexpr double kSilence = 100;        // s: after which, without a fix, what was found of the noise tells little
+constexpr double kMostSteps = 1000;     // of one move
 
 /// A Kalman update by the rows H x = z, whose innovation is e and whose noise R a loss makes larger; returns the
-/// log-likelihood but for a constant.
+/// log-likelihood but for a constant, by R as it is: made larger it would reward whoever calls a fix an outlier. One that
+/// a loss weighs counts for no more than an outlier.
 template <int D, int N>
 double update_by(Vector<D>& x, Matrix<D, D>& P, const Matrix<N, D>& H, const Vector<N>& e, const Matrix<N, N>& R,
                  const Loss& loss) {
   const Matrix<D, N> PH = P * H.transpose();
-  Matrix<N, N> S = H * PH + R;
+  const Matrix<N, N> S = H * PH + R;
   Matrix<N, N> inverse = S.inverse();
-  const double weight = std::max(loss(e.dot(inverse * e)).d1, kLeastWeight);
-  if (weight != 1) {
-    S += (1 / weight - 1) * R;
-    inverse = S.inverse();
-  }
+  const double squares = e.dot(inverse * e), weight = std::max(loss(squares).d1, kLeastWeight);
+  if (weight != 1) inverse = (S + (1 / weight - 1) * R).inverse();
   const Matrix<D, N> K = PH * inverse;
   x += K * e;
-  P -= (K * PH.transpose()).eval();
+  const Matrix<D, D> left = Matrix<D, D>::Identity() - K * H;  // Joseph's form: stays positive after long silence
+  P = (left * P * left.transpose() + K * (R / weight) * K.transpose()).eval();
   P = (0.5 * (P + P.transpose())).eval();
-  return -0.5 * (e.dot(inverse * e) + std::log(S.determinant()));
+  return -0.5 * ((weight != 1 ? std::min(squares, kOutlier + N) : squares) + std::log(S.determinant()));
 }
 
 /// log(exp(a) + exp(b))
@@ -57,7 +59,7 @@ double MotionHypotheses::Pair::log_weight() const {
   return course ? log_sum(drift.log_weight, course->log_weight) : drift.log_weight;
 }
 
-MotionHypotheses::State MotionHypotheses::start(const TargetFix& fix) const {
+MotionHypotheses::Pair MotionHypotheses::begin(const TargetFix& fix, const NoiseGuess& guess) {
   Filter drift;
   drift.x.setZero();
   drift.x.head<3>() = fix.position;
@@ -65,8 +67,12 @@ MotionHypotheses::State MotionHypotheses::start(const TargetFix& fix) const {
   drift.P.topLeftCorner<3, 3>() = fix.covariance;
   drift.P.diagonal().segment<2>(3).setConstant(kFirstSpeed * kFirstSpeed);
   drift.P.diagonal().tail<2>().setConstant(kFirstSlope * kFirstSlope);
+  return {.guess = guess, .drift = drift, .course = {}};
+}
+
+MotionHypotheses::State MotionHypotheses::start(const TargetFix& fix) {
   State state;
-  for (std::size_t i = 0; i < state.size(); ++i) state[i] = {.guess = kGuesses[i], .drift = drift, .course = {}};
+  for (std::size_t i = 0; i < state.size(); ++i) state[i] = begin(fix, kGuesses[i]);
   return state;
 }
 
@@ -85,12 +91,12 @@ void MotionHypotheses::move_drift(Filter& f, double motion, double dt) const {
   f.x.segment<2>(3) *= F(3, 3);
   f.P = (F * f.P * F.transpose()).eval();
   const double root = std::max(motion, 1.0) * noise_.drift, q = root * root;
-  for (const int i : {0, 1}) {
-    f.P(i, i) += q * dt * dt * dt / 3;
-    f.P(i, i + 3) += q * dt * dt / 2;
-    f.P(i + 3, i) += q * dt * dt / 2;
-    f.P(i + 3, i + 3) += q * dt;
-  }
+  Matrix<3, 2> plane;  // its x and y
+  plane << 1, 0, 0, 1, slope.x(), slope.y();
+  Matrix<5, 5> Q;
+  Q << q * dt * dt * dt / 3 * plane * plane.transpose(), q * dt * dt / 2 * plane,  //
+      q * dt * dt / 2 * plane.transpose(), q * dt * Matrix<2, 2>::Identity();
+  f.P.topLeftCorner<5, 5>() += Q;
 }
 
 void MotionHypotheses::move_course(Filter& f, double motion, double dt) const {
@@ -126,17 +132,20 @@ void MotionHypotheses::move_course(Filter& f, double motion, double dt) const {
 }
 
 void MotionHypotheses::move(Pair& pair, double dt) const {
-  const auto wander = [&](Filter& f) {
-    f.P(2, 2) += noise_.climb * noise_.climb * dt;
-    f.P.diagonal().tail<2>().array() += noise_.tilt * noise_.tilt * dt;
+  const auto wander = [&](Filter& f, double step) {
+    f.P(2, 2) += noise_.climb * noise_.climb * step;
+    f.P.diagonal().tail<2>().array() += noise_.tilt * noise_.tilt * step;
   };
-  for (double left = dt; left > 0; left -= kStep) {
-    const double step = std::min(left, kStep);
+  const double longest = std::max(kStep, dt / kMostSteps);
+  for (double left = dt; left > 0; left -= longest) {
+    const double step = std::min(left, longest);
     move_drift(pair.drift, pair.guess.motion, step);
-    if (pair.course) move_course(*pair.course, pair.guess.motion, step);
+    wander(pair.drift, step);
+    if (!pair.course) continue;
+    move_course(*pair.course, pair.guess.motion, step);
+    wander(*pair.course, step);
   }
-  wander(pair.drift);
-  if (pair.course) wander(*pair.course);
+  pair.silence += dt;
 }
 
 void MotionHypotheses::update(Pair& pair, const TargetFix& fix) const {
@@ -187,6 +196,7 @@ void MotionHypotheses::set_out(Pair& pair) const {
   Filter course;
   course.x << drift.x.head<3>(), std::atan2(velocity.y(), velocity.x()), speed, 0, drift.x.tail<2>();
   course.P = J * drift.P * J.transpose();
+  // Three deviations that it has in the long run.
   const double turn =
       std::min(kLargestTurn, 3 * pair.guess.motion * noise_.yaw_rate * std::sqrt(0.5 * noise_.yaw_time));
   course.P(3, 3) += kCourseSpread * kCourseSpread;
@@ -203,8 +213,13 @@ void MotionHypotheses::take(State& state, const TargetFix& fix) const {
     if (pair.course) pair.course->log_weight *= kMemory;
     const double before = pair.log_weight();
     update(pair, fix);
-    const double gain = pair.log_weight() - before;
-    pair.log_evidence += std::isfinite(gain) ? gain : -kMostAgainst;
+    pair.silence = 0;
+    if (const double gain = pair.log_weight() - before; std::isfinite(gain)) {
+      pair.log_evidence += gain;
+    } else {  // too far for its numbers: begins again
+      pair = begin(fix, pair.guess);
+      pair.log_evidence = -kMostAgainst;
+    }
     best = std::max(best, pair.log_evidence);
     const double most = std::max(pair.drift.log_weight, pair.course ? pair.course->log_weight : -HUGE_VAL);
     pair.drift.log_weight -= most;
@@ -260,6 +275,7 @@ MotionHypotheses::Memory MotionHypotheses::memory() const {
   };
   for (const Pair& pair : history_.front().after) {
     to.push_back(pair.log_evidence);
+    to.push_back(pair.silence);
     put(pair.drift);
     to.push_back(pair.course.has_value());
     if (pair.course) put(*pair.course);
@@ -268,9 +284,12 @@ MotionHypotheses::Memory MotionHypotheses::memory() const {
 }
 
 void MotionHypotheses::go_on_from(const Memory& memory) {
+  const auto refuse = [](bool wrong) {
+    if (wrong) throw Error("motion hypotheses cannot go on from these numbers: they are no memory of this version");
+  };
   auto next = memory.numbers.begin();
   const auto take = [&] {
-    if (next == memory.numbers.end()) throw Error("motion hypotheses cannot go on from a memory that ends too early");
+    refuse(next == memory.numbers.end() || !std::isfinite(*next));
     return *next++;
   };
   const auto get = [&](Filter& f) {
@@ -278,17 +297,22 @@ void MotionHypotheses::go_on_from(const Memory& memory) {
     for (int i = 0; i < kDim; ++i)
       for (int j = 0; j <= i; ++j) f.P(i, j) = f.P(j, i) = take();
     f.log_weight = take();
+    refuse(f.P.diagonal().minCoeff() < 0);
   };
+  refuse(!std::isfinite(memory.t));
   State state = start({});
+  double best = -kMostAgainst;
   for (Pair& pair : state) {
     pair.log_evidence = take();
+    pair.silence = take();
+    best = std::max(best, pair.log_evidence);
     get(pair.drift);
     if (take() == 0) continue;
     Filter course;
     get(course);
     pair.course = course;
   }
-  if (next != memory.numbers.end()) throw Error("motion hypotheses cannot go on from a memory that goes on too long");
+  refuse(best != 0 || next != memory.numbers.end());
   while (started() && history_.front().t <= memory.t + kSameTime) history_.pop_front();
   history_.push_front({memory.t, {}, state});
   forgotten_ = true;
@@ -305,7 +329,8 @@ TargetMoments MotionHypotheses::at(double t) const {
   std::vector<Guess> guesses;
   bool under_way = false;
   for (Pair pair : history_.back().after) {
-    const double share = std::exp(pair.log_evidence);
+    const double silence = pair.silence + t - newest();
+    const double share = std::exp(pair.log_evidence * std::exp(-silence / kSilence));
     if (share < kCounts) continue;
     move(pair, t - newest());
     const double both = pair.log_weight();

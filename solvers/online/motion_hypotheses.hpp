@@ -10,7 +10,7 @@
 
 namespace tandem {
 
-/// What a measurement says of a target, in a frame that does not turn, z up.
+/// What a measurement says of a target, in a frame that does not turn, z up but for the tilt that odometry gathers.
 struct TargetFix {
   Vector<3> position;               ///< m
   Matrix<3, 3> covariance;          ///< m²
@@ -27,7 +27,7 @@ struct TargetMoments {
   std::optional<double> heading;  ///< rad; none before a course is known
 };
 
-/// How a target may move; densities are root spectral densities.
+/// How a target may move; densities are root spectral densities. All finite.
 struct HypothesesNoise {
   double drift;       ///< m s^-3/2: of a drifting point's acceleration, along x and y
   double drift_time;  ///< s: in which its velocity is forgotten
@@ -50,10 +50,12 @@ struct HypothesesNoise {
 /// point is clearly under way.
 ///
 /// Nobody knows the noise: a target may be calmer than said or many times as lively, fixes twice as good. Both hypotheses
-/// are there for several such guesses, which count by how likely they made all the fixes so far.
+/// are there for several such guesses, which count by how likely they made all the fixes so far; in a long silence all
+/// count again.
 ///
 /// A target keeps its height above a level plane, from which the frame, dead reckoned, tilts away: how the plane slopes is
-/// a state, too. Only the newest is seen; what measurements say of the past is the smoother's to tell. Fixes may come in
+/// a state, too. That the way to the target tilts as well is left to `climb`, which covers it for some 80 m by an
+/// odometry of 0.0006 rad/√s. Only the newest is seen; what measurements say of the past is the smoother's to tell. Fixes may come in
 /// any order within what is kept. Deterministic.
 /// Source: Bar-Shalom, Li & Kirubarajan 2001, Estimation with Applications to Tracking and Navigation, ch. 11: static
 /// multiple models, here of likelihoods that fade between hypotheses but not between guesses, and nearly constant turns.
@@ -69,7 +71,7 @@ class MotionHypotheses {
 
   bool started() const { return !history_.empty(); }
   double newest() const { return history_.back().t; }
-  /// At t, no earlier than the newest instant. started() is required.
+  /// At t, finite and no earlier than the newest instant. started() is required.
   TargetMoments at(double t) const;
 
   /// All that was learned until an instant [s], the oldest that is kept.
@@ -79,8 +81,8 @@ class MotionHypotheses {
   };
   /// started() is required.
   Memory memory() const;
-  /// What was before that instant is as another one had it, whose fixes from there on this one was given. Throws Error
-  /// where it is no memory of this version.
+  /// What was before that instant is as another one had it, but for rounding, whose fixes from there on this one was given.
+  /// Throws Error where it is no memory of this version.
   void go_on_from(const Memory& memory);
 
  private:
@@ -106,6 +108,7 @@ class MotionHypotheses {
     Filter drift;
     std::optional<Filter> course;
     double log_evidence = 0;  // against the other guesses
+    double silence = 0;       // s, since the last fix
 
     double log_weight() const;  // of both together
   };
@@ -116,7 +119,8 @@ class MotionHypotheses {
     State after;  ///< all of them
   };
 
-  State start(const TargetFix& fix) const;
+  static Pair begin(const TargetFix& fix, const NoiseGuess& guess);
+  static State start(const TargetFix& fix);
   void move(Pair& pair, double dt) const;
   void move_drift(Filter& f, double motion, double dt) const;
   void move_course(Filter& f, double motion, double dt) const;

@@ -44,11 +44,11 @@ TargetState OnlineWindow::hypothetical_target(double h) const {
 }
 
 std::optional<MotionHypotheses::Memory> OnlineWindow::hypotheses() const {
-  return hypothesise() ? std::optional(hypotheses_->memory()) : std::nullopt;
+  return hypotheses_ && hypotheses_->started() ? std::optional(hypotheses_->memory()) : std::nullopt;
 }
 
 void OnlineWindow::go_on_from(const MotionHypotheses::Memory& memory) {
-  if (hypotheses_) hypotheses_->go_on_from(memory);
+  if (hypotheses_ && started() && memory.t <= newest() + kSameInstant) hypotheses_->go_on_from(memory);
 }
 
 std::optional<TargetState> OnlineWindow::target() const {

@@ -33,8 +33,8 @@ class OnlineEstimator::Streams {
   const detail::OnlineWindow& window() const { return *window_; }
   const TrackHealth& health() const { return health_.health(); }
   void go_on_from(const TrackHealth& health, const std::optional<MotionHypotheses::Memory>& hypotheses) {
-    health_.go_on_from(health);
     if (hypotheses) window_->go_on_from(*hypotheses);
+    health_.go_on_from(health);
     note_outputs();
   }
   std::optional<Alignment> newest_start() const;

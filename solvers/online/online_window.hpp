@@ -100,7 +100,7 @@ class OnlineWindow {
         target_);
   }
 
-  bool hypothesise() const { return hypotheses_ && hypotheses_->started(); }
+  bool hypothesise() const { return has_target() && hypotheses_ && hypotheses_->started(); }
   SE3 out_of_dead_reckoning() const;
   TargetState hypothetical_target(double h) const;
   std::optional<Matrix<3, 3>> relative_covariance() const;

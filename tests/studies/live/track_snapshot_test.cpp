@@ -34,6 +34,7 @@ TrackSnapshot full_snapshot() {
   s.health.suspensions = 1;
   s.health.converged = false;
   s.health.unconverged_since = 11;
+  s.hypotheses = {7.5, {1, -0.5, 1e-300, 1e300}};
   s.bad = {5, 2, true, BadSpell::Spell{10, 12, true}, {}};
   s.came = 1234;
   s.not_converged = 7;
@@ -72,6 +73,9 @@ TEST(TrackSnapshot, ComesBackAsItWent) {
   EXPECT_EQ(back.feed.clocks.streams[0].offset, -3600);
   EXPECT_FALSE(back.feed.clocks.streams[1].last);
   EXPECT_EQ(back.feed.refused, s.feed.refused);
+  ASSERT_TRUE(back.hypotheses);
+  EXPECT_EQ(back.hypotheses->t, 7.5);
+  EXPECT_EQ(back.hypotheses->numbers, s.hypotheses->numbers);
   EXPECT_EQ(back.health.sensors[0].sigmas, 0.75);
   EXPECT_EQ(back.bad.now->since, 10);
   EXPECT_FALSE(back.bad.longest);
