@@ -64,7 +64,9 @@ std::string constants_table(const ScenarioCalibration& c) {
     const FoundConstant& f = constant.found;
     table.row({several ? fmt::format("{} of {}", f.name, constant.scenario) : f.name, fmt::format("{:.4g}", f.given),
                fmt::format("{:.5f}", f.value), fmt::format("{:.2g}", f.deviation),
-               f.determined() ? "found" : "not told apart from motion and other errors: held at what was given"});
+               f.at_odds()      ? "at odds with what was given: may stand for a misfit elsewhere, not to be trusted"
+               : f.determined() ? "found"
+                                : "not told apart from motion and other errors: held at what was given"});
   }
   return (c.parameters.empty() ? "" : "\n") + table.str() +
          "A scale is what is read too much of 1; misalignments are in rad, delays in s.\n";
@@ -165,7 +167,8 @@ std::string calibration_json(const ScenarioCalibration& c) {
                                       {"given_sigma", constant.found.given},
                                       {"value", constant.found.value},
                                       {"sigma", constant.found.deviation},
-                                      {"determined", constant.found.determined()}});
+                                      {"determined", constant.found.determined()},
+                                      {"at_odds", constant.found.at_odds()}});
   json["residuals"] = CalibrationJson::array();
   for (std::size_t i = 0; i < c.after.size() && i < c.before.size(); ++i) {
     CalibrationJson row = {{"scenario", c.after[i].scenario}, {"parameter", c.after[i].parameter}};

@@ -12,8 +12,8 @@ void add_own_sensors(CommandOptions& option, OwnSensorOptions& own, bool recordi
   option("--alignment", "SECONDS", "Data that decide a heading that none measures (default 30)",
          own.navigation.alignment, recording ? parse_magnitude : parse_positive);
   option.flag("--dvl-scale", "Estimate the DVL's scale factor", ego.dvl_scale);
-  if (!recording) return;
   option.flag("--preintegrated-dvl", "To compare: DVL velocities summed up between keyframes", ego.preintegrated_dvl);
+  if (!recording) return;
   option.flag("--vibration",
               "Where the IMU's samples scatter far more than its noise would, the noise is what they show",
               own.navigation.vibration);

@@ -14,7 +14,7 @@ struct OwnSensorOptions {
 /// The heading of these options.
 inline const char* const kOwnSensors = "Chaser's own sensors";
 
-/// --alignment and --dvl-scale; of a recording, as against what comes in line by line, also --preintegrated-dvl,
+/// --alignment, --dvl-scale and --preintegrated-dvl; of a recording, as against what comes in line by line, also
 /// --vibration and --no-earth-rotation.
 void add_own_sensors(CommandOptions& option, OwnSensorOptions& own, bool recording);
 

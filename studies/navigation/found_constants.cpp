@@ -49,11 +49,20 @@ std::vector<FoundConstant> found_errors(const std::vector<OnlineEstimator::Senso
 std::string constants_text(const std::vector<FoundConstant>& constants) {
   if (constants.empty()) return "";
   std::string text = "Errors that stay (scale 1, misalignment rad, delay s, bias in the units of its rows):\n";
-  std::vector<std::string> untold;
+  std::vector<std::string> untold, at_odds;
   for (const FoundConstant& c : constants) {
     text += fmt::format("  {}\n", c.text());
-    if (c.deviation > 0 && !c.determined()) untold.push_back(c.name);
+    if (c.at_odds())
+      at_odds.push_back(c.name);
+    else if (c.deviation > 0 && !c.determined())
+      untold.push_back(c.name);
   }
+  if (!at_odds.empty())
+    text += fmt::format(
+        "{} is more than two of its standard deviations from none: it may stand for a misfit elsewhere, of the "
+        "target's "
+        "motion above all. Try another --model, or leave it out.\n",
+        fmt::join(at_odds, ", "));
   if (!untold.empty())
     text += fmt::format("The data do not tell {} apart from the motion and the other errors: held at what was given.\n",
                         fmt::join(untold, ", "));

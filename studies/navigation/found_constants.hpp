@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,8 @@ struct FoundConstant {
   double deviation = 0;  ///< the standard deviation after; 0 where covariances are not known
   /// Whether the data tell it apart from the motion and the other errors. One that they do not stays where its prior has it.
   bool determined() const { return deviation < 0.9 * given; }
+  /// Whether it is farther from none than two of the deviations before: a model that is wrong elsewhere may move it.
+  bool at_odds() const { return std::abs(value) > 2 * given; }
   /// "usbl.scale 0.0213 ± 0.0012"
   std::string text() const;
 };

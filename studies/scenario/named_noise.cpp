@@ -28,7 +28,7 @@ std::vector<NamedNoise> named_noise(TrackingData& data) {
                                  {"velocity_time", span(noise.velocity_time)},
                                  {"boundary", span(noise.boundary)},
                                  {"roll_pitch", span(noise.roll_pitch)},
-                                 {"non_holonomic", span(noise.non_holonomic)},
+                                 {"non_holonomic", span(noise.non_holonomic).first(data.planar ? 1 : 2)},
                                  {"surge", {&noise.surge, 1}},
                                  {"yaw_rate", {&noise.yaw_rate, 1}}};
   for (TargetSensor& sensor : data.sensors) {

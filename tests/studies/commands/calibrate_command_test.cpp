@@ -60,6 +60,19 @@ TEST_F(CalibrateCommand, WritesNoiseThatOtherCommandsTake) {
   }
 }
 
+TEST_F(CalibrateCommand, WritesNoiseThatOtherCommandsTakeInThePlaneToo) {
+  const std::string plane = (scratch_.path() / "plane").string();
+  ASSERT_EQ(run_tandem({"simulate", "docking", "--minutes", "3", "--set", "planar=1", "--out", plane}).status, 0);
+  const Outcome outcome = run_tandem(
+      {"calibrate", plane, "--non-holonomic", "soft", "--free", "usbl,non_holonomic", "--folds", "0", "--out", noise_});
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_THAT(read_file(noise_), ContainsRegex("non_holonomic: \\[[^,]*\\]"));
+  for (const char* command : {"estimate", "track"}) {
+    const Outcome taken = run_tandem({command, plane, "--non-holonomic", "soft", "--noise-from", noise_, "--json"});
+    EXPECT_EQ(taken.status, 0) << taken.errors;
+  }
+}
+
 TEST_F(CalibrateCommand, ANoiseFileChangesWhatItNames) {
   const auto cost = [&](const std::vector<std::string>& more) {
     std::vector<std::string> words = {"estimate", run(), "--json"};

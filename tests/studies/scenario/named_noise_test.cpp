@@ -23,6 +23,14 @@ TEST(NamedNoise, NamesThePlacesOfStandardDeviations) {
   EXPECT_EQ(data.noise.odometry[5], 6.0);
 }
 
+TEST(NamedNoise, InThePlaneThereIsNoHeave) {
+  TrackingData planar;
+  planar.planar = true;
+  planar.noise = TrackingNoise(true);
+  for (const NamedNoise& noise : named_noise(planar))
+    if (noise.name == "non_holonomic") EXPECT_EQ(noise.sigmas.size(), 1u);
+}
+
 TEST(NamedNoise, StandardDeviationsAreAboveZeroFiniteAndAsManyAsRows) {
   const auto reason = [](std::vector<double> values) { return why_not_sigmas(values, 2); };
   EXPECT_EQ(reason({1, 2}), "");
