@@ -160,7 +160,10 @@ int parse_count(const std::string& option, const std::string& text) {
 }
 
 int parse_count_or_none(const std::string& option, const std::string& text) {
-  return text == "0" ? 0 : parse_count(option, text);
+  if (text == "0") return 0;
+  const auto value = whole_number(text);
+  if (!value) throw Error(fmt::format("{} takes a whole number, zero or above, not {}", option, quote(text)));
+  return *value;
 }
 
 double parse_magnitude(const std::string& option, const std::string& text) {

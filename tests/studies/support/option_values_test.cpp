@@ -69,6 +69,9 @@ TEST(OptionValues, Numbers) {
   EXPECT_EQ(parse_count("--max-keyframes", "20"), 20);
   EXPECT_EQ(error_of([] { parse_count("--max-keyframes", "0"); }),
             "--max-keyframes takes a whole number above zero, not '0'");
+  EXPECT_EQ(parse_count_or_none("--folds", "0"), 0);
+  EXPECT_EQ(error_of([] { parse_count_or_none("--folds", "-2"); }),
+            "--folds takes a whole number, zero or above, not '-2'");
   EXPECT_EQ(parse_magnitude("--yaw-rate", "0.2"), 0.2);
   EXPECT_EQ(error_of([] { parse_magnitude("--yaw-rate", "-1"); }),
             "--yaw-rate takes a finite number, zero or above, not '-1'");
