@@ -43,7 +43,9 @@ std::string held_out_sentence(const ScenarioCalibration& c) {
   if (std::all_of(c.parameters.begin(), c.parameters.end(),
                   [](const CalibratedParameter& p) { return p.distrust != Distrust::none; }))
     return "Less noise is believed of none, and nothing else was found: keep what you had.";
-  if (c.folds == 0) return "Nothing was held out (--folds): whether this noise predicts better is not known.";
+  if (c.folds == 0)
+    return c.cut_short ? "It was stopped before all was held out: whether this noise predicts better is not known."
+                       : "Nothing was held out (--folds): whether this noise predicts better is not known.";
   if (!c.why_not_validated.empty())
     return fmt::format("Held-out measurements have no answer ({}): what was given is kept.", c.why_not_validated);
   int n = 0;

@@ -79,6 +79,9 @@ TEST(CalibrateScenarios, SeveralShareWhatTheFirstOneGives) {
   const auto n = both[0].data.sensors[0].measurements.size() + both[1].data.sensors[0].measurements.size();
   EXPECT_EQ(found.parameters[0].result.rows, double(n));
   EXPECT_THAT(report(found), HasSubstr("Nothing was held out"));
+  ScenarioCalibration stopped = found;
+  stopped.cut_short = true;
+  EXPECT_THAT(report(stopped), HasSubstr("It was stopped before all was held out"));
 }
 
 TEST(CalibrateScenarios, EntriesNameTheirComponentsAsFilesHaveThem) {
