@@ -145,7 +145,6 @@ void MotionHypotheses::move(Pair& pair, double dt) const {
     move_course(*pair.course, pair.guess.motion, step);
     wander(*pair.course, step);
   }
-  pair.silence += dt;
 }
 
 void MotionHypotheses::update(Pair& pair, const TargetFix& fix) const {
@@ -213,7 +212,6 @@ void MotionHypotheses::take(State& state, const TargetFix& fix) const {
     if (pair.course) pair.course->log_weight *= kMemory;
     const double before = pair.log_weight();
     update(pair, fix);
-    pair.silence = 0;
     if (const double gain = pair.log_weight() - before; std::isfinite(gain)) {
       pair.log_evidence += gain;
     } else {  // too far for its numbers: begins again
@@ -238,6 +236,7 @@ void MotionHypotheses::run(std::size_t from) {
       for (Pair& pair : state) move(pair, now.t - history_[i - 1].t);
     for (std::size_t k = i > 0 ? 0 : 1; k < now.fixes.size(); ++k) take(state, now.fixes[k]);
     now.after = state;
+    now.seen = now.fixes.empty() ? history_[i - 1].seen : now.t;
   }
 }
 
@@ -252,6 +251,7 @@ void MotionHypotheses::add(double t, const std::optional<TargetFix>& fix) {
   if (from == 0 && forgotten_) {
     if (!fix) return;
     take(at->after, *fix);
+    at->seen = at->t;
     return run(1);
   }
   if (fix) at->fixes.push_back(*fix);
@@ -265,21 +265,35 @@ void MotionHypotheses::forget_before(double t) {
   }
 }
 
-MotionHypotheses::Memory MotionHypotheses::memory() const {
-  Memory memory{history_.front().t, {}};
-  std::vector<double>& to = memory.numbers;
-  const auto put = [&](const Filter& f) {
-    to.insert(to.end(), f.x.begin(), f.x.end());
-    for (int i = 0; i < kDim; ++i) to.insert(to.end(), f.P.col(i).begin(), f.P.col(i).begin() + i + 1);
-    to.push_back(f.log_weight);
+/// f(number) of each that a memory has, in its order; what f leaves there is then the instant's.
+template <class F>
+void MotionHypotheses::each_number(Instant& instant, F f) {
+  const auto each_of = [&](Filter& filter) {
+    for (double& x : filter.x) f(x);
+    for (int i = 0; i < kDim; ++i)
+      for (int j = 0; j <= i; ++j) {
+        f(filter.P(j, i));
+        filter.P(i, j) = filter.P(j, i);
+      }
+    f(filter.log_weight);
   };
-  for (const Pair& pair : history_.front().after) {
-    to.push_back(pair.log_evidence);
-    to.push_back(pair.silence);
-    put(pair.drift);
-    to.push_back(pair.course.has_value());
-    if (pair.course) put(*pair.course);
+  f(instant.seen);
+  for (Pair& pair : instant.after) {
+    f(pair.log_evidence);
+    each_of(pair.drift);
+    double under_way = pair.course.has_value();
+    f(under_way);
+    if (under_way == 0) continue;
+    Filter course = pair.course.value_or(Filter());
+    each_of(course);
+    pair.course = course;
   }
+}
+
+MotionHypotheses::Memory MotionHypotheses::memory() const {
+  Instant oldest = history_.front();
+  Memory memory{oldest.t, {}};
+  each_number(oldest, [&](double x) { memory.numbers.push_back(x); });
   return memory;
 }
 
@@ -288,33 +302,21 @@ void MotionHypotheses::go_on_from(const Memory& memory) {
     if (wrong) throw Error("motion hypotheses cannot go on from these numbers: they are no memory of this version");
   };
   auto next = memory.numbers.begin();
-  const auto take = [&] {
-    refuse(next == memory.numbers.end() || !std::isfinite(*next));
-    return *next++;
-  };
-  const auto get = [&](Filter& f) {
-    for (double& x : f.x) x = take();
-    for (int i = 0; i < kDim; ++i)
-      for (int j = 0; j <= i; ++j) f.P(i, j) = f.P(j, i) = take();
-    f.log_weight = take();
-    refuse(f.P.diagonal().minCoeff() < 0);
-  };
+  Instant oldest{memory.t, {}, start({})};
   refuse(!std::isfinite(memory.t));
-  State state = start({});
-  double best = -kMostAgainst;
-  for (Pair& pair : state) {
-    pair.log_evidence = take();
-    pair.silence = take();
+  each_number(oldest, [&](double& x) {
+    refuse(next == memory.numbers.end() || !std::isfinite(*next));
+    x = *next++;
+  });
+  double best = -kMostAgainst, least = 0;
+  for (const Pair& pair : oldest.after) {
     best = std::max(best, pair.log_evidence);
-    get(pair.drift);
-    if (take() == 0) continue;
-    Filter course;
-    get(course);
-    pair.course = course;
+    least = std::min(least, pair.drift.P.diagonal().minCoeff());
+    if (pair.course) least = std::min(least, pair.course->P.diagonal().minCoeff());
   }
-  refuse(best != 0 || next != memory.numbers.end());
+  refuse(best != 0 || least < 0 || next != memory.numbers.end());
   while (started() && history_.front().t <= memory.t + kSameTime) history_.pop_front();
-  history_.push_front({memory.t, {}, state});
+  history_.push_front(std::move(oldest));
   forgotten_ = true;
   run(1);
 }
@@ -328,9 +330,9 @@ TargetMoments MotionHypotheses::at(double t) const {
   };
   std::vector<Guess> guesses;
   bool under_way = false;
+  const double trusted = std::exp((history_.back().seen - t) / kSilence);
   for (Pair pair : history_.back().after) {
-    const double silence = pair.silence + t - newest();
-    const double share = std::exp(pair.log_evidence * std::exp(-silence / kSilence));
+    const double share = std::exp(pair.log_evidence * trusted);
     if (share < kCounts) continue;
     move(pair, t - newest());
     const double both = pair.log_weight();

@@ -108,7 +108,6 @@ class MotionHypotheses {
     Filter drift;
     std::optional<Filter> course;
     double log_evidence = 0;  // against the other guesses
-    double silence = 0;       // s, since the last fix
 
     double log_weight() const;  // of both together
   };
@@ -116,7 +115,8 @@ class MotionHypotheses {
   struct Instant {
     double t;
     std::vector<TargetFix> fixes;
-    State after;  ///< all of them
+    State after;      ///< all of them
+    double seen = t;  ///< s, the last fix until then
   };
 
   static Pair begin(const TargetFix& fix, const NoiseGuess& guess);
@@ -128,6 +128,8 @@ class MotionHypotheses {
   void update(Pair& pair, const TargetFix& fix) const;
   void set_out(Pair& pair) const;
   void run(std::size_t from);
+  template <class F>
+  static void each_number(Instant& instant, F f);
 
   HypothesesNoise noise_;
   std::deque<Instant> history_;  // by time
