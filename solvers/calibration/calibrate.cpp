@@ -31,6 +31,10 @@ class Search {
  public:
   Search(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups, const CalibrationOptions& options)
       : groups_(groups), options_(options), evidence_(problems, groups, options), bound_(std::log(options.most)) {
+    if (groups.empty()) throw Error("calibrate: there is no noise group");
+    for (const Eigen::VectorXd* of_groups : {&options.start, &options.counted_rows})
+      if (of_groups->size() > 0 && of_groups->size() != Eigen::Index(groups.size()))
+        throw Error("calibrate: `start` and `counted_rows` have one entry a group");
     if (!(options.most > 1)) throw Error("calibrate: `most` must be above 1");
     if (!(options.tolerance > 0)) throw Error("calibrate: the tolerance must be positive");
   }
@@ -46,11 +50,12 @@ class Search {
 
  private:
   void search() {
-    theta_ = Eigen::VectorXd::Zero(Eigen::Index(groups_.size()));
+    theta_ = first();
     held_.assign(groups_.size(), false);
     now_ = evidence_.at(theta_);
     if (!now_.usable) throw Error("calibrate: the problem cannot be solved as it is given: " + now_.why);
-    for (int round = 0; round < kRounds && (evidence_.count_rows() || round == 0); ++round) {
+    const bool counted = options_.counted_rows.size() > 0;
+    for (int round = 0; round < kRounds && ((!counted && evidence_.count_rows()) || round == 0); ++round) {
       now_ = evidence_.at(theta_);
       start_ = now_.log_evidence;
       climb();
@@ -70,12 +75,23 @@ class Search {
       if (held) break;
     }
     if (options_.ranges && !interrupted()) find_curvature();
+    out_.log_evidence = now_.log_evidence;
+    out_.counted_rows = evidence_.counted();
+    if (!options_.ranges && options_.start.size() > 0) {  // one of many: as short as can be
+      out_.gain = now_.log_evidence - start_;
+      out_.solves = evidence_.solves();
+      return tell(now_.effective_rows);
+    }
     out_.gain = now_.log_evidence - evidence_.at(Eigen::VectorXd::Zero(theta_.size())).log_evidence;
     report();
   }
+  Eigen::VectorXd first() const {
+    return options_.start.size() > 0 ? options_.start
+                                     : Eigen::VectorXd(Eigen::VectorXd::Zero(Eigen::Index(groups_.size())));
+  }
   /// Stopped: at the factors that were taken last.
   void leave() {
-    theta_ = taken_.size() > 0 ? taken_ : Eigen::VectorXd::Zero(Eigen::Index(groups_.size()));
+    theta_ = taken_.size() > 0 ? taken_ : first();
     evidence_.set_noise(theta_);
     finish(options_.stop.interrupted() ? Status::interrupted : Status::time_limit, "stopped: the best factors so far");
     out_.gain = taken_.size() > 0 ? taken_value_.log_evidence - start_ : 0;

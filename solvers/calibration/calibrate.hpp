@@ -24,11 +24,19 @@ struct CalibrationOptions {
   bool ranges = true;       ///< false: factors alone, without standard errors or what the data do not determine
   int profile = 0;          ///< points of CalibratedNoise::profile, where `ranges`
   Stop stop{};              ///< ends it at the best factors so far, also within a solve
+  /// Logarithms of factors to begin at, where they are known about; empty: as given.
+  Eigen::VectorXd start{};
+  /// What the rows of each group count for under their losses (Calibration::counted_rows), where that is to stay; empty: found.
+  Eigen::VectorXd counted_rows{};
   /// What was measured. All other soft blocks are beliefs about the states, which may say one thing twice (a level target that
   /// also turns little) and then are no density of so many rows: their own integral is divided by. It is found with the
   /// measurements at a millionth of their information, so that it exists (fractional Bayes factors, O'Hagan 1995). Empty:
   /// every row is a datum or, as in a chain of motion, a density.
   std::vector<MeasuredBlock> measured;
+  /// That integral as it is: with what is measured at 1e-10 of its information and no more, and with the integrand's greatest
+  /// value, by a Newton step from the solution. For evidence that compares between problems (calibrate_built()); under hard
+  /// constraints without that value.
+  bool whole_integral = false;
   /// Solves a problem from its variables' values, which it leaves at the solution; throws Error, or reports a status that
   /// is not converged, where it cannot. gauss_newton without one, or augmented_lagrangian where there are hard blocks.
   std::function<Summary(Problem&)> solve;
@@ -60,6 +68,8 @@ struct Calibration {
   std::vector<CalibratedNoise> noise;  ///< in the groups' order
   Eigen::MatrixXd log_covariance;      ///< of the factors' logarithms; zero where not determined
   double gain = 0;                     ///< in the logarithm of the evidence
+  double log_evidence = 0;             ///< with the priors, but for log_constants() of the problems as given
+  Eigen::VectorXd counted_rows;        ///< of each group, under the losses
   int iterations = 0, solves = 0;
 
   bool converged() const { return status == Status::converged; }

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include <tandem/residuals/loss.hpp>
-#include <tandem/solvers/calibration/calibrate.hpp>
+#include <tandem/solvers/calibration/calibrate_built.hpp>
 
 namespace tandem {
 
@@ -20,6 +20,9 @@ struct LeftOutPrediction {
   std::size_t fold, index;
   Eigen::VectorXd residual;    ///< in the measurement's units
   Eigen::MatrixXd covariance;  ///< of the residual: the prediction's and the noise's together
+  double log_likelihood =
+      0;  ///< log_density() under the block's loss; of one that was built anew, with the change in its
+          ///< loss's log_constant()
 
   /// log N(residual; 0, covariance); under a loss with ρ in place of the square and its rows as counted_rows() has them, so
   /// that it is greatest on average at the covariance of what is no outlier.
@@ -42,5 +45,10 @@ struct CrossValidation {
 /// noise 10⁵ times its own. The problems are left as they came, solved. Throws Error as calibrate() does.
 CrossValidation cross_validate(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
                                const std::vector<std::vector<LeftOut>>& folds, const CalibrationOptions& options = {});
+/// The same where parameters of calibrate_built() are found without a fold, too. `problems` are as built by the values given, and
+/// `build`'s have the same measured blocks.
+CrossValidation cross_validate(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
+                               const std::vector<std::vector<LeftOut>>& folds, const BuildProblems& build,
+                               const std::vector<BuiltParameter>& parameters, const CalibrationOptions& options = {});
 
 }  // namespace tandem

@@ -7,11 +7,22 @@
 
 #include <tandem/solvers/calibration/counted_rows.hpp>
 #include <tandem/solvers/calibration/evidence.hpp>
+#include <tandem/solvers/calibration/log_constants.hpp>
 
 namespace tandem::detail {
 namespace {
 
 constexpr int kHalvings = 3;  // of the way to factors that steps do not lead to at once
+
+/// The part of SettledProblem::beliefs_step() that is of what a block reads.
+Eigen::VectorXd step_of(const SettledProblem& settled, const Problem::Linearization& at) {
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(at.jacobian.cols());
+  for (std::size_t v = 0, row = 0; v < at.variable_ids.size(); row += std::size_t(at.dofs[v++]))
+    if (const int block = settled.program().block_of(at.variable_ids[v]); block >= 0)
+      step.segment(Eigen::Index(row), at.dofs[v]) =
+          settled.beliefs_step().segment(settled.program().hessian_pattern().first[std::size_t(block)], at.dofs[v]);
+  return step;
+}
 
 }  // namespace
 
@@ -23,7 +34,6 @@ Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGr
       rows_(Eigen::VectorXd::Zero(Eigen::Index(groups.size()))),
       counted_(rows_) {
   if (problems.empty()) throw Error("calibrate: there is no problem");
-  if (groups.empty()) throw Error("calibrate: there is no noise group");
   std::map<std::tuple<int, int, int>, std::size_t> known;  // members by problem and block
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const NoiseGroup& group = groups[g];
@@ -70,6 +80,7 @@ Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGr
       of_beliefs_[m.group[i]] = 0;
     }
   }
+  if (options.counted_rows.size() > 0) counted_ = options.counted_rows;
   settled_at_.assign(problems.size(), Eigen::VectorXd::Zero(rows_.size()));
 }
 
@@ -155,10 +166,19 @@ void Evidence::add(const Member& member, const SettledProblem& settled, Value& v
   const Eigen::MatrixXd& J = at.jacobian;
   Eigen::MatrixXd S = settled.covariances().joint(at.variable_ids, at.dofs);
   if (settled.has_beliefs())
-    S -= (member.measured ? 1 / (kFaint * kFaint) : 1.0) * settled.of_beliefs().joint(at.variable_ids, at.dofs);
+    S -= (!member.measured          ? 1.0
+          : options_.whole_integral ? 0.0
+                                    : 1 / (kFaint * kFaint)) *
+         settled.of_beliefs().joint(at.variable_ids, at.dofs);
   const Eigen::MatrixXd information = W.transpose() * W;
-  const Eigen::VectorXd shares = (information * J * S).cwiseProduct(J).rowwise().sum();
-  const Eigen::VectorXd squares = (information * at.residual).cwiseProduct(at.residual);
+  Eigen::VectorXd shares = (information * J * S).cwiseProduct(J).rowwise().sum();
+  Eigen::VectorXd squares = (information * at.residual).cwiseProduct(at.residual);
+  if (!member.measured && settled.beliefs_step().size() > 0) {
+    const Eigen::VectorXd of_beliefs = at.residual + J * step_of(settled, at);
+    squares -= (information * of_beliefs).cwiseProduct(of_beliefs);
+  }
+  if (const Loss loss = problem.loss(member.block); options_.whole_integral && loss.kind == Loss::Kind::student_t)
+    shares = expected_curvature(loss) * (shares - weight / (loss.scale * loss.scale) * shares.sum() * squares);
   for (Eigen::Index i = 0; i < at.residual.size(); ++i) {
     const int g = member.group[std::size_t(i)];
     if (g < 0) continue;
@@ -242,7 +262,8 @@ Evidence::Value Evidence::at(const Eigen::VectorXd& log_factors) {
       return value;
     }
     value.log_evidence -= settled.cost() + 0.5 * settled.covariances().log_determinant();
-    if (settled.has_beliefs()) value.log_evidence += 0.5 * settled.of_beliefs().log_determinant();
+    if (settled.has_beliefs())
+      value.log_evidence += 0.5 * settled.of_beliefs().log_determinant() + settled.beliefs_cost();
   }
   add_members(value);
   for (Eigen::Index g = 0; g < rows_.size(); ++g) {

@@ -41,6 +41,8 @@ class Evidence {
   }
   /// Of each group.
   const Eigen::VectorXd& rows() const { return rows_; }
+  /// Of each group, what its rows count for under their losses.
+  const Eigen::VectorXd& counted() const { return counted_; }
   int solves() const { return solves_; }
 
  private:

@@ -2,6 +2,7 @@
 #include <numeric>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/solvers/calibration/log_constants.hpp>
 #include <tandem/solvers/calibration/settled_problem.hpp>
 #include <tandem/solvers/calibration/solve_plainly.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
@@ -9,7 +10,8 @@
 namespace tandem::detail {
 namespace {
 
-constexpr double kHold = 1e-9;  // of the Hessian's diagonal
+constexpr double kHold = 1e-9;        // of the Hessian's diagonal
+constexpr double kHoldWhole = 1e-12;  // of that by the noise as given: above rounding, and no more
 constexpr const char* kWhat = "calibrate";
 constexpr int kMostSteps = 20, kShorter = 4;
 constexpr double kAtRest = 2e-9;  // of the cost, that a step would still gain: 1e-4 of what evidence is told by
@@ -28,7 +30,15 @@ SettledProblem::SettledProblem(Problem& problem, const CalibrationOptions& optio
       gradient_(program_.num_unknowns()),
       beliefs_hessian_(static_cast<Eigen::Index>(measured_.empty() ? 0 : program_.hessian_pattern().nonzeros())),
       hessian_(program_.hessian_pattern().nonzeros()),
-      step_(program_.num_unknowns()) {}
+      step_(program_.num_unknowns()) {
+  if (!options.whole_integral) return;
+  for (const Block& block : measured_) {
+    faint_.push_back(problem.noise(block).scaled(kFaintWhole));
+    if (problem.loss(block).kind == Loss::Kind::student_t) student_t_.push_back(block);
+  }
+  program_.linearize(gradient_, hessian_);
+  take_hold(kHoldWhole);
+}
 
 /// To be analysed, which takes long where there are many keyframes.
 const SymmetricPattern& SettledProblem::pattern() const {
@@ -88,12 +98,53 @@ bool SettledProblem::settle_by_steps() {
 /// What is measured counts next to nothing while it lives.
 class SettledProblem::Faint {
  public:
-  explicit Faint(SettledProblem& settled) : settled_(settled) { settled_.scale_measured(kFaint); }
-  ~Faint() { settled_.scale_measured(1 / kFaint); }
+  explicit Faint(SettledProblem& settled) : settled_(settled) {
+    const bool whole = !settled.faint_.empty();
+    for (std::size_t i = 0; i < settled.measured_.size(); ++i) {
+      const Block& block = settled.measured_[i];
+      const Gaussian noise = settled.problem_.noise(block);
+      if (whole) noise_.push_back(noise);
+      settled.problem_.set_noise(block, whole ? settled.faint_[i] : noise.scaled(kFaint));
+    }
+  }
+  ~Faint() {
+    for (std::size_t i = 0; i < settled_.measured_.size(); ++i) {
+      const Block& block = settled_.measured_[i];
+      settled_.problem_.set_noise(block,
+                                  noise_.empty() ? settled_.problem_.noise(block).scaled(1 / kFaint) : noise_[i]);
+    }
+  }
   Faint(const Faint&) = delete;
 
  private:
   SettledProblem& settled_;
+  std::vector<Gaussian> noise_;
+};
+
+/// Blocks under Student's t have the curvature that is expected of them while it lives.
+class SettledProblem::AsExpected {
+ public:
+  explicit AsExpected(SettledProblem& settled) : settled_(settled) {
+    Problem& problem = settled.problem_;
+    for (const Block& block : settled.student_t_) {
+      saved_.emplace_back(problem.noise(block), problem.loss(block));
+      const auto& [noise, loss] = saved_.back();
+      const double weight = problem.weight(block) * expected_curvature(loss);
+      problem.set_noise(block, noise.scaled(1 / std::sqrt(weight)));
+      problem.set_loss(block, {});
+    }
+  }
+  ~AsExpected() {
+    for (std::size_t i = 0; i < saved_.size(); ++i) {
+      settled_.problem_.set_noise(settled_.student_t_[i], saved_[i].first);
+      settled_.problem_.set_loss(settled_.student_t_[i], saved_[i].second);
+    }
+  }
+  AsExpected(const AsExpected&) = delete;
+
+ private:
+  SettledProblem& settled_;
+  std::vector<std::pair<Gaussian, Loss>> saved_;
 };
 
 bool SettledProblem::find_covariances() {
@@ -136,10 +187,24 @@ void SettledProblem::linearize() {
     program_.linearize(gradient_, hessian_);
     linearized_ = true;
   }
+  if (!student_t_.empty()) {
+    const AsExpected curvature(*this);
+    program_.linearize(step_, hessian_);
+  }
   if (!has_beliefs()) return;
   const Faint faint(*this);
-  program_.linearize(step_, beliefs_hessian_);
+  const double cost = program_.linearize(step_, beliefs_hessian_);
   hold_loosely();
+  if (options_.whole_integral) step_to_beliefs(cost);
+}
+
+void SettledProblem::step_to_beliefs(double cost) {
+  beliefs_cost_ = 0;
+  beliefs_step_.resize(0);
+  if (!cholesky_.factorize(beliefs_hessian_)) return;
+  beliefs_step_ = -step_;
+  cholesky_.solve(beliefs_step_);
+  beliefs_cost_ = cost + 0.5 * step_.dot(beliefs_step_);
 }
 
 bool SettledProblem::solve(Eigen::MatrixXd& columns, bool of_beliefs) {
@@ -152,21 +217,19 @@ bool SettledProblem::solve(Eigen::MatrixXd& columns, bool of_beliefs) {
   return true;
 }
 
+void SettledProblem::take_hold(double share) {
+  hold_.resize(program_.hessian_pattern().size());
+  hessian_diagonal(program_.hessian_pattern(), hessian_, hold_);
+  hold_ *= share;
+}
+
 /// Directions that beliefs leave free, and faint measurements do not hold for doubles, either, by the same for all noise.
 void SettledProblem::hold_loosely() {
   const SymmetricPattern& pattern = program_.hessian_pattern();
-  if (hold_.size() == 0) {
-    hold_.resize(pattern.size());
-    hessian_diagonal(pattern, hessian_, hold_);
-    hold_ *= kHold;
-  }
+  if (hold_.size() == 0) take_hold(kHold);
   for (int k = 0; k < pattern.num_blocks(); ++k)
     for (int i = 0; i < pattern.width(k); ++i)
       beliefs_hessian_[pattern.diagonal(k, i)] += hold_[pattern.first[std::size_t(k)] + i];
-}
-
-void SettledProblem::scale_measured(double factor) {
-  for (const Block& block : measured_) problem_.set_noise(block, problem_.noise(block).scaled(factor));
 }
 
 double SettledProblem::Covariances::log_determinant() const {

@@ -11,8 +11,9 @@
 
 namespace tandem::detail {
 
-/// Times the noise of what is measured, beside beliefs all but alone: a millionth of its information.
-inline constexpr double kFaint = 1e3;
+/// Times the noise of what is measured, beside beliefs all but alone: a millionth of its information. Where the integral is to
+/// be whole, the noise is that as given, so that no factor tells on it, and the information less.
+inline constexpr double kFaint = 1e3, kFaintWhole = 1e5;
 
 /// A problem that is solved again and again as its noise changes, and the covariances at its solution: patterns and
 /// symbolic analyses once. Near the last solution Gauss-Newton steps do, but not where there are hard blocks, or where
@@ -45,6 +46,10 @@ class SettledProblem {
   };
   Covariances covariances() const { return {&program_, &inverse_, marginals_ ? &*marginals_ : nullptr}; }
   bool has_beliefs() const { return !measured_.empty(); }
+  /// CalibrationOptions::whole_integral: the least cost of beliefs, what is measured all but alone, and the step to it from the
+  /// solution, of all unknowns; empty, and 0, where that is not asked for or known.
+  double beliefs_cost() const { return beliefs_cost_; }
+  const Eigen::VectorXd& beliefs_step() const { return beliefs_step_; }
   const Program& program() const { return program_; }
   /// The inverse of the last find_covariances()'s Hessian, or of its beliefs', times columns; false where there are hard
   /// blocks, or it cannot be factorised.
@@ -56,14 +61,18 @@ class SettledProblem {
  private:
   const SymmetricPattern& pattern() const;
   class Faint;
-  void scale_measured(double factor);
+  class AsExpected;
   void linearize();
+  void take_hold(double share);
   void hold_loosely();
+  void step_to_beliefs(double cost);
 
   Problem& problem_;
   const CalibrationOptions& options_;
   std::vector<Block> measured_;
-  bool by_steps_;  // whether undamped steps may do
+  std::vector<Gaussian> faint_;   // of each, where its noise as given says it
+  std::vector<Block> student_t_;  // where their curvature counts as expected
+  bool by_steps_;                 // whether undamped steps may do
   bool near_ = false;
   Program program_;
   Lanes lanes_;
@@ -72,7 +81,8 @@ class SettledProblem {
   std::optional<Marginals> marginals_, beliefs_marginals_;  // where not by steps
   Eigen::VectorXd gradient_, beliefs_hessian_, hessian_, step_, hold_;
   bool linearized_ = false;  // hessian_ is that at the solution
-  double cost_ = 0;
+  double cost_ = 0, beliefs_cost_ = 0;
+  Eigen::VectorXd beliefs_step_;
   std::string why_;
 };
 

@@ -1,0 +1,203 @@
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/lie/rn.hpp>
+#include <tandem/lie/se2.hpp>
+#include <tandem/lie/sek3.hpp>
+#include <tandem/lie/so2.hpp>
+#include <tandem/solvers/calibration/built_evidence.hpp>
+#include <tandem/solvers/calibration/evidence.hpp>
+#include <tandem/solvers/calibration/log_constants.hpp>
+
+namespace tandem::detail {
+namespace {
+
+constexpr double kStep = 0.05;  // of a logarithm, for differences
+
+template <LieGroup... Gs>
+void take_values_of(const Problem& from, Problem& to) {
+  const auto take = [&]<LieGroup G>(std::type_identity<G>) {
+    const auto theirs = from.variables<G>(), own = to.variables<G>();
+    for (std::size_t i = 0; theirs.size() == own.size() && i < own.size(); ++i)
+      to.set_value(own[i], from.value(theirs[i]));
+  };
+  (take(std::type_identity<Gs>()), ...);
+}
+
+std::vector<NoiseGroup> some_of(const std::vector<NoiseGroup>& all, const std::vector<Eigen::Index>& which) {
+  std::vector<NoiseGroup> some;
+  for (const Eigen::Index g : which) some.push_back(all[std::size_t(g)]);
+  return some;
+}
+
+Eigen::VectorXd log_factors(const Calibration& found) {
+  Eigen::VectorXd logs(Eigen::Index(found.noise.size()));
+  for (std::size_t g = 0; g < found.noise.size(); ++g) logs[Eigen::Index(g)] = std::log(found.noise[g].factor);
+  return logs;
+}
+
+}  // namespace
+
+void take_values(const Problem& from, Problem& to) {
+  take_values_of<SO2, SE2, SO3, SE3, SE23, Rn<1>, Rn<2>, Rn<3>, Rn<6>>(from, to);
+}
+
+BuiltEvidence::BuiltEvidence(const BuildProblems& build, const std::vector<BuiltParameter>& parameters,
+                             const CalibrationOptions& options)
+    : build_(build), parameters_(parameters), options_(options) {
+  if (parameters.empty()) throw Error("calibrate: there is no parameter that problems are built by");
+  if (!(options.most > 1)) throw Error("calibrate: `most` must be above 1");
+  const auto n = Eigen::Index(parameters.size());
+  given_.resize(n);
+  low_.resize(n);
+  high_.resize(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const BuiltParameter& p = parameters[std::size_t(i)];
+    if (!(p.given > 0 && std::isfinite(p.given) && p.least <= p.given && p.given <= p.most && p.prior >= 0))
+      throw Error("calibrate: " + p.name + " is not given as a finite number above zero, within its bounds");
+    given_[i] = p.given;
+    low_[i] = std::max(std::log(p.least / p.given), -std::log(options.most));
+    high_[i] = std::min(std::log(p.most / p.given), std::log(options.most));
+  }
+}
+
+BuiltEvidence::Built BuiltEvidence::make(const Eigen::VectorXd& x, const Point* from) {
+  options_.stop.check("calibrate");
+  ++builds_;
+  Built built{build_(values(x)), {}, 0};
+  for (const auto& problem : built.of.problems) built.raw.push_back(problem.get());
+  built.constants = log_constants(built.raw, built.of.measured);
+  for (std::size_t p = 0; from && p < built.raw.size(); ++p) take_values(*from->solved[p], *built.raw[p]);
+  return built;
+}
+
+CalibrationOptions BuiltEvidence::inner(const Built& built) const {
+  CalibrationOptions options = options_;
+  options.measured = built.of.measured;
+  options.whole_integral = true;
+  options.progress = {};
+  options.ranges = false;
+  options.start = {};
+  options.counted_rows = {};
+  return options;
+}
+
+std::vector<Eigen::Index> BuiltEvidence::free_groups() const {
+  std::vector<Eigen::Index> free;
+  for (std::size_t g = 0; g < free_noise_.size(); ++g)
+    if (free_noise_[g]) free.push_back(Eigen::Index(g));
+  return free;
+}
+
+double BuiltEvidence::prior(Eigen::Index i, double x) const {
+  const double prior = parameters_[std::size_t(i)].prior;
+  return prior > 0 ? -0.5 * x * x / (prior * prior) : 0.0;
+}
+double BuiltEvidence::priors(const Eigen::VectorXd& x) const {
+  double sum = 0;
+  for (Eigen::Index i = 0; i < x.size(); ++i) sum += prior(i, x[i]);
+  return sum;
+}
+
+BuiltEvidence::Point BuiltEvidence::first(Calibration& found, double& as_given) {
+  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(given_.size());
+  Built built = make(zero, nullptr);
+  const double constants = built.constants;
+  if (built.of.groups.empty()) {
+    const Point point = profile_of(built, {});
+    as_given = point.value;
+    return point;
+  }
+  CalibrationOptions options = inner(built);
+  options.progress = options_.progress;
+  options.ranges = options_.ranges;
+  options.profile = 0;
+  found = calibrate(built.raw, built.of.groups, options);
+  options_.stop.check("calibrate");
+  counted_ = found.counted_rows;
+  for (const CalibratedNoise& noise : found.noise)
+    free_noise_.push_back(!options_.ranges || noise.determined || noise.bounded);
+  as_given = found.log_evidence - found.gain + constants;
+  return {true, found.log_evidence + constants, log_factors(found), std::move(built.of.problems)};
+}
+
+BuiltEvidence::Point BuiltEvidence::profile_of(const Built& built, const Eigen::VectorXd& factors) {
+  const auto free = free_groups();
+  const auto groups = some_of(built.of.groups, free);
+  CalibrationOptions options = inner(built);
+  Point point{true, 0, Eigen::VectorXd::Zero(Eigen::Index(free_noise_.size()))};
+  if (free.empty()) {
+    Evidence evidence(built.raw, groups, options);
+    const Evidence::Value value = evidence.at(Eigen::VectorXd());
+    if (!value.usable) throw Error("calibrate: the problem cannot be solved as it is given: " + value.why);
+    point.value = value.log_evidence;
+  } else {
+    options.start = factors(free);
+    options.counted_rows = counted_(free);
+    const Calibration found = calibrate(built.raw, groups, options);
+    options_.stop.check("calibrate");
+    point.value = found.log_evidence;
+    point.factors(free) = log_factors(found);
+  }
+  point.value += built.constants;
+  point.solved = built.of.problems;
+  return point;
+}
+
+BuiltEvidence::Point BuiltEvidence::profile(const Eigen::VectorXd& x, const Point& from) {
+  try {
+    Point point = profile_of(make(x, &from), from.factors);
+    point.value += priors(x);
+    return point;
+  } catch (const Stopped&) {
+    throw;
+  } catch (const Error&) {  // there is no such problem
+    return {};
+  }
+}
+
+double BuiltEvidence::at(const Eigen::VectorXd& x, const Point& point) {
+  try {
+    const Built built = make(x, &point);
+    const auto free = free_groups();
+    const auto groups = some_of(built.of.groups, free);
+    CalibrationOptions options = inner(built);
+    if (!free.empty()) options.counted_rows = counted_(free);
+    Evidence evidence(built.raw, groups, options);
+    const Evidence::Value value = evidence.at(free.empty() ? Eigen::VectorXd() : Eigen::VectorXd(point.factors(free)));
+    return value.usable ? value.log_evidence + built.constants + priors(x) : -HUGE_VAL;
+  } catch (const Stopped&) {
+    throw;
+  } catch (const Error&) {
+    return -HUGE_VAL;
+  }
+}
+
+std::pair<double, double> BuiltEvidence::derivatives(const Eigen::VectorXd& x, const Point& point, Eigen::Index i) {
+  Eigen::VectorXd near = x;
+  near[i] = x[i] + kStep;
+  const double above = at(near, point);
+  near[i] = x[i] - kStep;
+  const double below = at(near, point);
+  if (std::isfinite(above) && std::isfinite(below))
+    return {(above - below) / (2 * kStep), (above - 2 * point.value + below) / (kStep * kStep)};
+  if (std::isfinite(above)) return {(above - point.value) / kStep, 0};
+  if (std::isfinite(below)) return {(point.value - below) / kStep, 0};
+  return {0, 0};
+}
+
+Calibration BuiltEvidence::noise(const Eigen::VectorXd& x, const Point& at, double& value) {
+  const Built built = make(x, &at);
+  CalibrationOptions options = inner(built);
+  options.ranges = options_.ranges;
+  options.start = at.factors;
+  options.counted_rows = counted_;
+  Calibration found = calibrate(built.raw, built.of.groups, options);
+  options_.stop.check("calibrate");
+  value = found.log_evidence + built.constants + priors(x);
+  return found;
+}
+
+}  // namespace tandem::detail

@@ -1,0 +1,300 @@
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+
+#include <tandem/solvers/calibration/built_evidence.hpp>
+#include <tandem/solvers/calibration/flat_range.hpp>
+
+namespace tandem {
+namespace {
+
+using detail::Along;
+using detail::BuiltEvidence;
+using detail::kWidest;
+using Point = BuiltEvidence::Point;
+
+class BuiltSearch {
+ public:
+  BuiltSearch(const BuildProblems& build, const std::vector<BuiltParameter>& parameters,
+              const CalibrationOptions& options)
+      : parameters_(parameters), options_(options), evidence_(build, parameters, options) {
+    const auto n = Eigen::Index(parameters.size());
+    x_ = Eigen::VectorXd::Zero(n);
+    held_.assign(parameters.size(), false);
+    out_.parameters.resize(parameters.size());
+    out_.log_covariance = Eigen::MatrixXd::Zero(n, n);
+  }
+
+  BuiltCalibration run() {
+    try {
+      search();
+    } catch (const Stopped&) {
+      out_.status = options_.stop.interrupted() ? Status::interrupted : Status::time_limit;
+      out_.message = "stopped: the best parameters so far";
+      leave();
+    }
+    out_.values = evidence_.values(x_);
+    out_.builds = evidence_.builds();
+    for (std::size_t i = 0; i < parameters_.size(); ++i) {
+      const auto at = Eigen::Index(i);
+      CalibratedNoise& p = out_.parameters[i];
+      p.name = parameters_[i].name;
+      p.factor = std::exp(x_[at]);
+      p.at_bound = x_[at] != 0 && (x_[at] <= low(at) + kAtBound || x_[at] >= high(at) - kAtBound);
+    }
+    return std::move(out_);
+  }
+
+ private:
+  static constexpr double kAtBound = 1e-9;     // of a logarithm
+  static constexpr double kLongestStep = 1.0;  // of a logarithm
+  static constexpr double kEnough = 1e-3;      // of the log evidence, that a step would still gain
+  static constexpr double kOfError = 0.5;      // of a standard error, for the curvature
+  static constexpr int kShorter = 6;
+
+  void search() {
+    now_ = evidence_.first(out_.noise, start_);
+    climb();
+    if (options_.ranges) {
+      if (hold_undetermined()) climb();
+      find_curvature();
+      tell();
+    }
+    finish_noise();
+  }
+
+  double low(Eigen::Index i) const { return evidence_.low()[i]; }
+  double high(Eigen::Index i) const { return evidence_.high()[i]; }
+  Point profile(const Eigen::VectorXd& x) { return evidence_.profile(x, now_); }
+  Eigen::VectorXd with(Eigen::Index i, double value) const {
+    Eigen::VectorXd x = x_;
+    x[i] = value;
+    return x;
+  }
+  std::vector<Eigen::Index> free() const {
+    std::vector<Eigen::Index> free;
+    for (std::size_t i = 0; i < held_.size(); ++i)
+      if (!held_[i]) free.push_back(Eigen::Index(i));
+    return free;
+  }
+  Eigen::VectorXd gradient(const Eigen::VectorXd& x, const Point& point, const std::vector<Eigen::Index>& free,
+                           Eigen::VectorXd* curvature = nullptr) {
+    Eigen::VectorXd g(Eigen::Index(free.size()));
+    if (curvature) curvature->resize(g.size());
+    for (std::size_t i = 0; i < free.size(); ++i) {
+      const auto [first, second] = evidence_.derivatives(x, point, free[i]);
+      g[Eigen::Index(i)] = first;
+      if (curvature) (*curvature)[Eigen::Index(i)] = -second;
+    }
+    return g;
+  }
+
+  void climb() {
+    const auto free = this->free();
+    out_.status = Status::converged;
+    out_.message = "the parameters change no more";
+    if (free.empty()) {
+      out_.message = "no parameter is free";
+      return;
+    }
+    Eigen::VectorXd curvature;
+    Eigen::VectorXd g = gradient(x_, now_, free, &curvature);
+    Eigen::MatrixXd inverse = curvature.cwiseMax(0.5).cwiseInverse().asDiagonal();
+    for (int k = 0; k < options_.max_iterations; ++k) {
+      Eigen::VectorXd step = inverse * g;
+      for (std::size_t i = 0; i < free.size(); ++i) {  // what pushes against a bound stays
+        const Eigen::Index at = free[i];
+        if ((x_[at] <= low(at) && step[Eigen::Index(i)] < 0) || (x_[at] >= high(at) && step[Eigen::Index(i)] > 0))
+          step[Eigen::Index(i)] = 0;
+      }
+      if (!(0.5 * g.dot(step) > kEnough)) return;
+      const double longest = step.cwiseAbs().maxCoeff();
+      if (longest > kLongestStep) step *= kLongestStep / longest;
+      const Eigen::VectorXd from = x_;
+      Eigen::VectorXd taken;
+      Point next;
+      double share = 1;
+      int h = 0;
+      for (; h <= kShorter; ++h, share /= 2) {
+        x_ = from;
+        for (std::size_t i = 0; i < free.size(); ++i)
+          x_[free[i]] = std::clamp(from[free[i]] + share * step[Eigen::Index(i)], low(free[i]), high(free[i]));
+        taken = (x_ - from)(free);
+        const Eigen::VectorXd to = x_;
+        x_ = from;  // where a stop leaves it
+        next = profile(to);
+        if (next.usable && next.value >= now_.value + 1e-4 * g.dot(taken)) {
+          x_ = to;
+          break;
+        }
+      }
+      if (h > kShorter) return;
+      now_ = next;
+      ++out_.iterations;
+      if (options_.progress) {
+        Eigen::VectorXd factors(now_.factors.size() + x_.size());
+        factors << now_.factors.array().exp().matrix(), x_.array().exp().matrix();
+        options_.progress(out_.iterations, factors, now_.value - start_);
+      }
+      const Eigen::VectorXd g_next = gradient(x_, now_, free);
+      const Eigen::VectorXd change = g - g_next;
+      const double along = taken.dot(change);
+      if (along > 1e-9 * taken.norm() * change.norm()) {
+        const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(g.size(), g.size()) - taken * change.transpose() / along;
+        inverse = A * inverse * A.transpose() + taken * taken.transpose() / along;
+      }
+      g = g_next;
+    }
+    out_.status = Status::max_iterations;
+    out_.message = "the limit of iterations was reached";
+  }
+
+  /// The data's own evidence along one parameter, factors found again, the other parameters as found.
+  Along along(Eigen::Index i, double x, const Point& point, double slope) const {
+    const double prior = parameters_[std::size_t(i)].prior;
+    return {point.value - evidence_.prior(i, x), slope + (prior > 0 ? x / (prior * prior) : 0.0)};
+  }
+  Along elsewhere(Eigen::Index i, double x) {
+    const Point point = profile(with(i, x));
+    if (!point.usable) return {-HUGE_VAL, 0};
+    return along(i, x, point, evidence_.derivatives(with(i, x), point, i).first);
+  }
+  bool hold_undetermined() {
+    bool any = false;
+    for (Eigen::Index i = 0; i < x_.size(); ++i) {
+      CalibratedNoise& p = out_.parameters[std::size_t(i)];
+      const auto [slope, second] = evidence_.derivatives(x_, now_, i);
+      const double prior = parameters_[std::size_t(i)].prior;
+      const double curvature = std::max(-second - (prior > 0 ? 1 / (prior * prior) : 0.0), 0.5);
+      const auto [from, to] = detail::flat_range(
+          x_[i], along(i, x_[i], now_, slope), 1.2 * std::sqrt(2 * detail::kFall / curvature),
+          std::max(-low(i), high(i)), [&](double x) { return elsewhere(i, std::clamp(x, low(i), high(i))); });
+      p.flat_from = std::exp(std::max(from, x_[i] - kWidest));
+      p.flat_to = std::exp(std::min(to, x_[i] + kWidest));
+      p.determined = std::isfinite(from) && std::isfinite(to);
+      p.bounded = !p.determined && (from > 0 || to < 0);
+      if (p.determined || p.bounded) continue;
+      const Point point = profile(with(i, 0));
+      if (!point.usable) continue;
+      held_[std::size_t(i)] = any = true;
+      x_[i] = 0;
+      now_ = point;
+    }
+    return any;
+  }
+
+  /// By differences of the profile's gradient; of the factors, too, what a parameter moves them by.
+  void find_curvature() {
+    const auto free = this->free();
+    if (free.empty()) return;
+    const auto n = Eigen::Index(free.size());
+    Eigen::MatrixXd curvature(n, n);
+    moved_ = Eigen::MatrixXd::Zero(now_.factors.size(), n);
+    Eigen::VectorXd rough;
+    const Eigen::VectorXd here = gradient(x_, now_, free, &rough);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const double step = std::clamp(kOfError / std::sqrt(std::max(rough[k], 0.5)), 0.1, 0.5);
+      const auto side = [&](double by, Eigen::VectorXd& g, Eigen::VectorXd& factors) {
+        Eigen::VectorXd to = x_;
+        to[free[std::size_t(k)]] += by;
+        const Point point = profile(to);
+        g = point.usable ? gradient(to, point, free) : here;
+        factors = point.usable ? point.factors : now_.factors;
+        return point.usable ? step : 0.0;
+      };
+      Eigen::VectorXd g_high, g_low, high, low;
+      const double apart = side(step, g_high, high) + side(-step, g_low, low);
+      if (apart > 0) {
+        curvature.col(k) = (g_low - g_high) / apart;
+        moved_.col(k) = (high - low) / apart;
+      } else {
+        curvature.col(k) = rough[k] * Eigen::VectorXd::Unit(n, k);
+      }
+    }
+    curvature = (0.5 * (curvature + curvature.transpose())).eval();
+    // In units of the priors, in which data do not take away.
+    Eigen::VectorXd unit(n);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const double prior = parameters_[std::size_t(free[std::size_t(k)])].prior;
+      unit[k] = prior > 0 ? prior : std::log(options_.most);
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit.asDiagonal() * curvature * unit.asDiagonal());
+    const Eigen::VectorXd spread = eigen.eigenvalues().cwiseMax(1).cwiseInverse();
+    out_.log_covariance(free, free) = unit.asDiagonal() * eigen.eigenvectors() * spread.asDiagonal() *
+                                      eigen.eigenvectors().transpose() * unit.asDiagonal();
+  }
+  /// Errors, gains and profiles of the parameters.
+  void tell() {
+    for (Eigen::Index i = 0; i < x_.size(); ++i) {
+      CalibratedNoise& p = out_.parameters[std::size_t(i)];
+      p.log_error = std::sqrt(std::max(0.0, out_.log_covariance(i, i)));
+      const double here = now_.value - evidence_.prior(i, x_[i]);
+      if (x_[i] != 0) p.gain = here - value_of_data(i, 0);
+      const double from = std::log(p.flat_from), to = std::log(p.flat_to);
+      const double middle = 0.5 * (from + to), half = 0.8 * (to - from);
+      for (int k = 0; k < options_.profile; ++k) {
+        const double x = middle + half * (options_.profile > 1 ? 2.0 * k / (options_.profile - 1) - 1 : 0.0);
+        if (x >= low(i) && x <= high(i)) p.profile.emplace_back(std::exp(x), value_of_data(i, x) - here);
+      }
+    }
+  }
+  double value_of_data(Eigen::Index i, double x) { return profile(with(i, x)).value - evidence_.prior(i, x); }
+
+  /// The noise beside the parameters as found; they have a share in its errors.
+  void finish_noise() {
+    out_.gain = now_.value - start_;
+    if (!evidence_.has_noise()) {
+      out_.noise.status = Status::converged;
+      out_.noise.message = "no noise was asked for";
+      return;
+    }
+    double value = 0;
+    Calibration found = evidence_.noise(x_, now_, value);
+    out_.gain = value - start_;
+    const auto free = this->free();
+    for (std::size_t g = 0; g < found.noise.size() && moved_.cols() > 0; ++g) {
+      CalibratedNoise& noise = found.noise[g];
+      if (!noise.determined && !noise.bounded) continue;
+      const Eigen::VectorXd by = moved_.row(Eigen::Index(g));
+      noise.log_error = std::sqrt(noise.log_error * noise.log_error + by.dot(out_.log_covariance(free, free) * by));
+    }
+    found.iterations += out_.noise.iterations;
+    found.solves += out_.noise.solves;
+    out_.noise = std::move(found);
+  }
+  /// Stopped: at what was taken last.
+  void leave() {
+    for (CalibratedNoise& p : out_.parameters) p = {};
+    out_.log_covariance.setZero();
+    if (now_.usable) out_.gain = now_.value - start_;
+    if (!now_.usable) return;  // by the first calibrate() as it ended
+    for (std::size_t g = 0; g < out_.noise.noise.size(); ++g) {
+      CalibratedNoise& noise = out_.noise.noise[g];
+      noise.factor = std::exp(now_.factors[Eigen::Index(g)]);
+      noise.flat_from = noise.flat_to = 1;
+      noise.determined = noise.bounded = false;
+      noise.log_error = noise.gain = 0;
+      noise.profile.clear();
+    }
+  }
+
+  const std::vector<BuiltParameter>& parameters_;
+  const CalibrationOptions& options_;
+  BuiltEvidence evidence_;
+  std::vector<bool> held_;
+  Eigen::VectorXd x_;
+  Point now_;
+  double start_ = 0;
+  Eigen::MatrixXd moved_;  // factors' logarithms by those of the parameters that are free
+  BuiltCalibration out_;
+};
+
+}  // namespace
+
+BuiltCalibration calibrate_built(const BuildProblems& build, const std::vector<BuiltParameter>& parameters,
+                                 const CalibrationOptions& options) {
+  return BuiltSearch(build, parameters, options).run();
+}
+
+}  // namespace tandem

@@ -1,0 +1,47 @@
+#include <cmath>
+#include <numbers>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/calibration/log_constants.hpp>
+
+namespace tandem {
+namespace {
+
+const double kLogTwoPi = std::log(2 * std::numbers::pi);
+
+double of_block(const Problem& problem, const Block& block) {
+  const Gaussian noise = problem.noise(block);
+  return noise.log_determinant() + log_constant(problem.loss(block), static_cast<int>(noise.dim()));
+}
+
+}  // namespace
+
+double expected_curvature(const Loss& loss) {
+  const double c2 = loss.scale * loss.scale;
+  return loss.kind == Loss::Kind::student_t ? c2 / (c2 + 2) : 1.0;
+}
+
+double log_constant(const Loss& loss, int rows) {
+  if (loss.kind != Loss::Kind::student_t) return -0.5 * rows * kLogTwoPi;
+  const double dof = degrees_of_freedom(loss, rows);
+  if (!(dof > 0))
+    throw Error("student-t: the scale " + std::to_string(loss.scale) + " of " + std::to_string(rows) +
+                " rows is no density's; it is the square root of degrees of freedom and rows together");
+  return std::lgamma(0.5 * (dof + rows)) - std::lgamma(0.5 * dof) -
+         0.5 * rows * std::log(std::numbers::pi * (dof + rows));
+}
+
+double log_constants(std::span<Problem* const> problems, const std::vector<MeasuredBlock>& measured) {
+  double sum = 0;
+  for (const MeasuredBlock& m : measured) sum += of_block(*problems[std::size_t(m.problem)], m.block);
+  if (!measured.empty()) return sum;
+  for (const Problem* problem : problems) {
+    if (problem->num_hard_blocks() > 0)
+      throw Error("calibrate: with hard constraints it has to be said what is measured");
+    for (const Block& block : problem->blocks()) sum += of_block(*problem, block);
+    sum += 0.5 * problem->size().unknowns * kLogTwoPi;
+  }
+  return sum;
+}
+
+}  // namespace tandem
