@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <map>
 #include <memory>
 
 #include <fmt/format.h>
@@ -9,16 +8,19 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/calibration/cross_validation.hpp>
 #include <tandem/solvers/calibration/saved_noise.hpp>
+#include <tandem/solvers/calibration/scale_noise.hpp>
 #include <tandem/solvers/calibration/solve_plainly.hpp>
 #include <tandem/studies/calibration/calibrate_scenarios.hpp>
-#include <tandem/studies/support/text.hpp>
+#include <tandem/studies/calibration/noise_parameters.hpp>
+#include <tandem/studies/calibration/scenario_numbers.hpp>
 
 namespace tandem {
 namespace {
 
 constexpr double kStretch = 10.0;  // s that are held out at once: predictions across a gap count as those at hand do
 
-using Problems = std::vector<std::unique_ptr<CalibrationProblem>>;
+using Problems = CalibrationProblems;
+using Parameters = NoiseParameters;
 
 /// Throws Error where `other` has not the sensors of `first`.
 void check_alike(const Scenario& first, const Scenario& other) {
@@ -51,76 +53,6 @@ void copy_noise(const Scenario& from, Scenario& to) {
       for (const EgoSensor& s : from.navigation->sensors)
         if (s.name == sensor.name) sensor.sigma = s.sigma;
 }
-
-/// The parameters that are meant, with their groups; those of `held` have no data.
-class Parameters {
- public:
-  Parameters(const Problems& problems, const ScenarioCalibrationOptions& options) {
-    const std::vector<CalibratedEntry>& entries = problems.front()->entries;
-    check_names(entries, options.free);
-    for (std::size_t e = 0; e < entries.size(); ++e)
-      for (std::size_t c = 0; c < entries[e].components.size(); ++c) {
-        const std::string name = entries[e].parameter(c);
-        const bool named = is_among(name, options.free) || is_among(entries[e].name, options.free);
-        if (!options.noise || (!named && !options.free.empty())) continue;
-        NoiseGroup group{name, {}, options.prior};
-        add_rows(problems, e, c, group);
-        if (group.rows.empty()) {
-          if (named)
-            throw Error(fmt::format("--free {}: no residual of {} has this noise", name, problems.front()->scenario));
-          continue;
-        }
-        groups.push_back(std::move(group));
-        entry.push_back(e);
-        component.push_back(c);
-      }
-    if (groups.empty() && options.noise) throw Error("calibrate: there is no noise with residuals of its own");
-  }
-
-  /// Takes one out.
-  void keep_given(std::size_t g) {
-    const auto at = std::ptrdiff_t(g);
-    groups.erase(groups.begin() + at);
-    entry.erase(entry.begin() + at);
-    component.erase(component.begin() + at);
-  }
-
-  std::vector<NoiseGroup> groups;
-  std::vector<std::size_t> entry, component;  ///< of each group
-
- private:
-  static bool is_among(const std::string& name, const std::vector<std::string>& names) {
-    return std::find(names.begin(), names.end(), name) != names.end();
-  }
-  static void check_names(const std::vector<CalibratedEntry>& entries, const std::vector<std::string>& free) {
-    std::vector<std::string> known;
-    for (const CalibratedEntry& e : entries) {
-      known.push_back(e.name);
-      for (std::size_t c = 0; c < e.components.size(); ++c)
-        if (!e.components[c].empty()) known.push_back(e.parameter(c));
-    }
-    for (const std::string& name : free)
-      if (!is_among(name, known))
-        throw Error(
-            fmt::format("--free knows no {}{} (here: {})", quote(name), did_you_mean(name, known), listed(known)));
-  }
-  static void add_rows(const Problems& problems, std::size_t e, std::size_t c, NoiseGroup& group) {
-    for (std::size_t p = 0; p < problems.size(); ++p) {
-      CalibrationProblem& built = *problems[p];
-      const auto& entries = built.entries;
-      const CalibratedEntry& wanted = problems.front()->entries[e];
-      for (const EntryBlock& b : built.blocks) {
-        const CalibratedEntry& entry = entries[b.entry];
-        if (entry.name != wanted.name) continue;
-        const int rows = static_cast<int>(built.problem().noise(b.block).dim());
-        const int n = static_cast<int>(entry.components.size());
-        for (int i = entry.row[c] - b.first; i < rows; i += n)
-          if (i >= 0)
-            group.rows.push_back({b.block, i, 1, static_cast<int>(p), b.shared < 0 || i < b.shared ? b.share : 1.0});
-      }
-    }
-  }
-};
 
 /// Of a problem's measurements, the first time [s] and how long each stretch is that is held out at once.
 std::pair<double, double> stretches_of(const CalibrationProblem& built, int n) {
@@ -172,7 +104,11 @@ std::vector<NoiseEntry> given_entries(const Problems& problems, const Parameters
 }
 
 void scale(const Problems& problems, const Parameters& parameters, const Calibration& found,
+           const std::vector<ScenarioNumber>& numbers, const std::vector<CalibratedNoise>& of_numbers,
            std::vector<NoiseEntry>& noise) {
+  for (std::size_t i = 0; i < of_numbers.size(); ++i)
+    for (NoiseEntry& entry : noise)
+      if (entry.name == numbers[i].entry) entry.sigmas[numbers[i].component] *= of_numbers[i].factor;
   for (std::size_t g = 0; g < parameters.groups.size(); ++g) {
     const std::string& name = problems.front()->entries[parameters.entry[g]].name;
     for (NoiseEntry& entry : noise)
@@ -211,10 +147,37 @@ void find_constants(const Problems& problems, const Stop& stop, ScenarioCalibrat
     }
 }
 
-void validate(const Problems& problems, const std::vector<Problem*>& plain, const Parameters& parameters, int folds,
-              const CalibrationOptions& options, ScenarioCalibration& result) {
+/// What scenarios' problems are built by, beside noise.
+struct Numbers {
+  std::vector<ScenarioNumber> all;
+  std::vector<BuiltParameter> parameters;
+  Eigen::VectorXd given;
+
+  Numbers(std::vector<ScenarioNumber> numbers, double prior)
+      : all(std::move(numbers)), given(Eigen::Index(all.size())) {
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      given[Eigen::Index(i)] = all[i].given;
+      parameters.push_back({all[i].name, all[i].given, prior});
+    }
+  }
+  bool empty() const { return all.empty(); }
+};
+
+std::vector<MeasuredBlock> measured_of(const Problems& problems) {
+  std::vector<MeasuredBlock> measured;
+  for (std::size_t p = 0; p < problems.size(); ++p)
+    for (const EntryBlock& b : problems[p]->blocks)
+      if (b.measured_at) measured.push_back({b.block, static_cast<int>(p)});
+  return measured;
+}
+
+void validate(const Problems& problems, const std::vector<Problem*>& plain, const Parameters& parameters,
+              const BuildProblems& build, const Numbers& numbers, int folds, const CalibrationOptions& options,
+              ScenarioCalibration& result) {
   const auto left_out = folds_of(problems, folds);
-  const CrossValidation cv = cross_validate(plain, parameters.groups, left_out, options);
+  const CrossValidation cv =
+      numbers.empty() ? cross_validate(plain, parameters.groups, left_out, options)
+                      : cross_validate(plain, parameters.groups, left_out, build, numbers.parameters, options);
   result.folds = folds;
   result.why_not_validated = cv.why;
   if (!cv.complete) return;
@@ -225,7 +188,7 @@ void validate(const Problems& problems, const std::vector<Problem*>& plain, cons
     for (const LeftOutPrediction& p : found ? cv.found : cv.given) {
       const LeftOut& m = left_out[p.fold][p.index];
       HeldOutScore& score = result.scores[std::size_t(m.problem)];
-      (found ? score.found : score.given) += p.log_density(m.loss);
+      (found ? score.found : score.given) += p.log_likelihood;
       if (found) ++score.measurements;
     }
   for (HeldOutScore& score : result.scores) {
@@ -246,9 +209,13 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
     if (&scenario != &scenarios.front()) copy_noise(scenarios.front(), scenario);
     result.scenarios.push_back(scenario.name);
   }
-  Problems problems;
-  std::vector<Problem*> plain;
-  for (Scenario& scenario : scenarios) {
+  ScenarioCalibrationOptions of_noise = options;
+  const Numbers numbers(options.free.empty()
+                            ? std::vector<ScenarioNumber>()
+                            : take_numbers(scenarios.front(), options.target, options.own, of_noise.free),
+                        options.prior);
+  if (!numbers.empty() && of_noise.free.empty()) of_noise.noise = false;
+  for (const Scenario& scenario : scenarios)
     if (scenario.navigation && result.held.empty() &&
         (scenario.data.sensors.empty() || scenario.data.odometry.empty())) {
       if (scenario.navigation->imu)
@@ -260,27 +227,58 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
             "are "
             "short");
     }
-    NavigationOptions own = options.own;
-    options.stop.limit(own.solver);
-    problems.push_back(
-        std::make_unique<CalibrationProblem>(std::move(scenario), options.target, own, options.stop.with_grace()));
-    plain.push_back(&problems.back()->problem());
-  }
-  Parameters parameters(problems, options);
+  const std::vector<std::string> others =
+      options.free.empty() ? std::vector<std::string>() : number_names(scenarios.front(), options.target, options.own);
+  const auto entries_of_numbers = entries_of(numbers.all, scenarios.front());
+  const auto build_by = [&](std::vector<Scenario> of, const Eigen::VectorXd& values) {
+    Problems built;
+    for (Scenario& scenario : of) {
+      for (std::size_t i = 0; i < numbers.all.size(); ++i) numbers.all[i].set(scenario, values[Eigen::Index(i)]);
+      NavigationOptions own = options.own;
+      options.stop.limit(own.solver);
+      built.push_back(
+          std::make_unique<CalibrationProblem>(std::move(scenario), options.target, own, options.stop.with_grace()));
+    }
+    return built;
+  };
+  const std::vector<Scenario> kept = numbers.empty() ? std::vector<Scenario>() : scenarios;
+  Problems problems = build_by(std::move(scenarios), numbers.given);
+  std::vector<Problem*> plain;
+  for (const auto& problem : problems) plain.push_back(&problem->problem());
+  Parameters parameters(problems, of_noise, others);
+  const BuildProblems build = [&](const Eigen::VectorXd& values) {
+    const auto all = std::make_shared<Problems>(build_by(kept, values));
+    BuiltProblems built;
+    for (const auto& problem : *all) built.problems.emplace_back(all, &problem->problem());
+    for (NoiseGroup& group : Parameters(*all, of_noise, others).groups)
+      if (parameters.has(group.name)) built.groups.push_back(std::move(group));
+    built.measured = measured_of(*all);
+    return built;
+  };
+  // To problems by other numbers, from where these are solved; not once it is to stop.
+  const auto move_to = [&](const Eigen::VectorXd& values) {
+    try {
+      Problems moved = build_by(kept, values);
+      for (std::size_t p = 0; p < plain.size(); ++p) {
+        detail::take_values(*plain[p], moved[p]->problem());
+        plain[p] = &moved[p]->problem();
+      }
+      problems = std::move(moved);
+    } catch (const Stopped&) {
+    }
+  };
   int rows = 0;
   for (const auto& problem : problems)
     for (const EntryBlock& b : problem->blocks)
       if (b.measured_at) rows += static_cast<int>(problem->problem().noise(b.block).dim());
-  if (rows < static_cast<int>(parameters.groups.size()))
+  if (rows < static_cast<int>(parameters.groups.size() + numbers.all.size()))
     throw Error(fmt::format("{} measured values cannot tell {} parameters: name fewer with --free", rows,
-                            parameters.groups.size()));
+                            parameters.groups.size() + numbers.all.size()));
 
   CalibrationOptions calibration;
   calibration.stop = options.stop;
   calibration.profile = options.profile;
-  for (std::size_t p = 0; p < problems.size(); ++p)
-    for (const EntryBlock& b : problems[p]->blocks)
-      if (b.measured_at) calibration.measured.push_back({b.block, static_cast<int>(p)});
+  calibration.measured = measured_of(problems);
   const auto follow = [&](const std::string& what) {
     if (!options.progress) return;
     calibration.progress = [what, &options](int iteration, const Eigen::VectorXd&, double gain) {
@@ -298,15 +296,40 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
   result.before = misfits_of_all(problems, options.stop);
   const bool untried = options.noise && reckons_untried(problems, options.folds, result.held);
   result.given_noise = given_entries(problems, parameters);  // with what is kept later
+  result.given_noise.insert(result.given_noise.end(), entries_of_numbers.begin(), entries_of_numbers.end());
+  std::vector<CalibratedNoise> of_numbers;
+  const auto search = [&] {
+    if (numbers.empty()) {
+      result.summary = calibrate(plain, parameters.groups, calibration);
+      return;
+    }
+    BuiltCalibration found = calibrate_built(build, numbers.parameters, calibration);
+    result.summary = std::move(found.noise);
+    result.summary.status = found.status;
+    result.summary.message = found.message;
+    result.summary.gain = found.gain;
+    result.summary.noise.resize(parameters.groups.size());
+    of_numbers = std::move(found.parameters);
+    move_to(found.values);
+    detail::scale_noise(plain, parameters.groups, result.summary);
+    for (std::size_t p = 0; p < plain.size() && !options.stop.reached(); ++p)
+      detail::solve_plainly(*plain[p], options.stop);
+  };
+  const auto put_back = [&] {
+    numbers.empty() ? given.restore() : move_to(numbers.given);
+    for (Problem* problem : plain) detail::solve_plainly(*problem, options.stop);
+  };
   std::vector<CalibratedParameter> distrusted;
   while (options.noise) {
-    result.summary = calibrate(plain, parameters.groups, calibration);
+    search();
     result.after = misfits_of_all(problems, options.stop);
     result.parameters.clear();
     for (std::size_t g = 0; g < parameters.groups.size(); ++g)
       result.parameters.push_back({parameters.groups[g].name,
                                    problems.front()->entries[parameters.entry[g]].sigmas[parameters.component[g]],
                                    result.summary.noise[g]});
+    for (std::size_t i = 0; i < numbers.all.size(); ++i)
+      result.parameters.push_back({numbers.all[i].name, numbers.all[i].given, of_numbers[i]});
     if (options.stop.reached()) break;
     const std::size_t before = distrusted.size();
     for (std::size_t g = parameters.groups.size(); g-- > 0;)
@@ -322,9 +345,8 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
         parameters.keep_given(g);
       }
     if (distrusted.size() == before) break;
-    given.restore();
-    for (Problem* problem : plain) detail::solve_plainly(*problem, options.stop);
-    if (!parameters.groups.empty()) continue;
+    put_back();
+    if (!parameters.groups.empty() || !numbers.empty()) continue;
     result.summary = {};
     result.summary.status = Status::converged;
     result.summary.message = "no parameter is left that noise explains";
@@ -339,14 +361,13 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
   }
   result.parameters.insert(result.parameters.end(), distrusted.rbegin(), distrusted.rend());
   result.noise = result.given_noise;
-  scale(problems, parameters, result.summary, result.noise);
+  scale(problems, parameters, result.summary, numbers.all, of_numbers, result.noise);
   result.cut_short = options.stop.reached();
   if (!result.cut_short) find_constants(problems, options.stop, result);
-  if (options.folds > 0 && !parameters.groups.empty() && !options.stop.reached()) {
-    given.restore();
-    for (Problem* problem : plain) detail::solve_plainly(*problem, options.stop);
+  if (options.folds > 0 && !(parameters.groups.empty() && numbers.empty()) && !options.stop.reached()) {
+    put_back();
     follow("held out: ");
-    validate(problems, plain, parameters, options.folds, calibration, result);
+    validate(problems, plain, parameters, build, numbers, options.folds, calibration, result);
     result.cut_short = options.stop.reached();
     if (result.cut_short) {  // not tried to the end: what was found stands, untried
       result.folds = 0;
@@ -354,8 +375,7 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
       result.scores.clear();
     } else if (result.folds > 0 && !result.recommended()) {
       result.noise = result.given_noise;
-      given.restore();
-      for (Problem* problem : plain) detail::solve_plainly(*problem, options.stop);
+      put_back();
       find_constants(problems, options.stop, result);
     }
   }

@@ -9,6 +9,7 @@
 #include <tandem/studies/commands/sensor_options.hpp>
 #include <tandem/studies/scenario/named_noise.hpp>
 #include <tandem/studies/scenario/noise_file.hpp>
+#include <tandem/studies/scenario/sensor_numbers.hpp>
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/text.hpp>
 
@@ -68,7 +69,8 @@ class Sensors {
     }
   }
 
-  void set(const SetByOption<std::vector<double>>& noise) {
+  void set(const SetByOption<std::vector<double>>& noise, bool orientation_apart) {
+    if (set_number(noise, orientation_apart)) return;
     std::vector<NamedNoise> known;
     if (target_) known = named_noise(*target_);
     if (own_)
@@ -101,6 +103,19 @@ class Sensors {
     if (!own_) return;
     for (const EgoSensor& own : own_->sensors)
       if (own.name == noise.name || own.name + ".error" == noise.name) turn(own, place->sigmas);
+  }
+
+  /// The time of an error or degrees of freedom; false where it is none.
+  bool set_number(const SetByOption<std::vector<double>>& noise, bool orientation_apart) {
+    for (const SensorNumber& number : sensor_numbers(scenario_, {.orientation_apart = orientation_apart})) {
+      if (number.name != noise.name) continue;
+      if (!number.settable) throw Error(fmt::format("{} {}: {}", noise.option, noise.name, number.why_not));
+      if (noise.value.size() != 1 || !(noise.value[0] > 0) || !std::isfinite(noise.value[0]))
+        throw Error(fmt::format("{} {} takes one finite number above zero", noise.option, noise.name));
+      number.set(noise.value[0]);
+      return true;
+    }
+    return false;
   }
 
   void set(const SetByOption<Loss>& loss) {
@@ -298,14 +313,14 @@ void add_hold_out(CommandOptions& option, SensorOptions& sensors) {
 void apply(const SensorOptions& options, SensorsInUse in_use, Scenario& scenario) {
   Sensors sensors(scenario, in_use);
   for (const auto& error : options.errors) sensors.set(error);
-  // Everything is set first, so that what is said of a sensor that is left out is checked, too.
-  turn_noise(scenario.data.noise, scenario.frame);  // along the files' axes, as in scenario.yaml
-  for (const auto& noise : options.noise) sensors.set(noise);
-  turn_noise(scenario.data.noise, scenario.frame);
   for (const auto& loss : options.losses) {
     const bool of_all = loss.name.empty() || (in_use.target && loss.name == kOrientation);
     if (!of_all) sensors.set(loss);
   }
+  // Everything is set first, so that what is said of a sensor that is left out is checked, too.
+  turn_noise(scenario.data.noise, scenario.frame);  // along the files' axes, as in scenario.yaml
+  for (const auto& noise : options.noise) sensors.set(noise, options.orientation_loss().has_value());
+  turn_noise(scenario.data.noise, scenario.frame);
   for (const auto& delay : options.delays) sensors.set(delay);
   for (const auto& every : options.hold_out) sensors.hold_out(every);
   for (const auto& sensor : options.without) sensors.leave_out(sensor);
