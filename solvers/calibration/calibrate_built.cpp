@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 
 #include <tandem/solvers/calibration/built_evidence.hpp>
+#include <tandem/solvers/calibration/calibrate_built.hpp>
 #include <tandem/solvers/calibration/flat_range.hpp>
 
 namespace tandem {

@@ -54,8 +54,8 @@ BuiltCalibration calibrate_built(const BuildProblems& build, const std::vector<B
 
 namespace detail {
 
-/// Variables take the values of those of another problem, built alike by other numbers; those of groups that have not as many
-/// there keep theirs.
+/// Variables take the values of those of another problem, built alike by other numbers. Those of groups that have not as many
+/// there keep theirs, and those of groups that no recording's problem has.
 void take_values(const Problem& from, Problem& to);
 
 }  // namespace detail

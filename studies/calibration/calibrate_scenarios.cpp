@@ -11,6 +11,7 @@
 #include <tandem/solvers/calibration/scale_noise.hpp>
 #include <tandem/solvers/calibration/solve_plainly.hpp>
 #include <tandem/studies/calibration/calibrate_scenarios.hpp>
+#include <tandem/studies/calibration/followed_tails.hpp>
 #include <tandem/studies/calibration/noise_parameters.hpp>
 #include <tandem/studies/calibration/scenario_numbers.hpp>
 
@@ -293,6 +294,7 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
       throw Error(
           fmt::format("{}: it cannot be solved with the noise as given: {}", result.scenarios[p], summary.message));
   }
+  refuse_followed_tails(problems, numbers.all, options.stop);
   result.before = misfits_of_all(problems, options.stop);
   const bool untried = options.noise && reckons_untried(problems, options.folds, result.held);
   result.given_noise = given_entries(problems, parameters);  // with what is kept later

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <tandem/solvers/calibration/log_constants.hpp>
 #include <tandem/studies/scenario/sensor_numbers.hpp>
 #include <tandem/studies/support/option_values.hpp>
 
@@ -23,14 +22,14 @@ SensorNumber time_of(const std::string& sensor, std::optional<StayingError>& err
 SensorNumber dof_of(const std::string& sensor, std::optional<Loss>& loss, const Loss& otherwise, int rows) {
   SensorNumber number{sensor + ".dof", 0, "", true, [&loss, rows](double dof) { loss = StudentT(dof, rows); }};
   const Loss now = loss.value_or(otherwise);
-  const double dof = degrees_of_freedom(now, rows);
+  const double dof = now.scale * now.scale - rows;  // see StudentT()
   if (now.kind == Loss::Kind::none)
     number.why_not =
         fmt::format("{} has no loss with degrees of freedom: give it one, by --loss {}=student-t:3", sensor, sensor);
   else if (now.kind != Loss::Kind::student_t)
     number.why_not = fmt::format(
-        "the loss of {}, {}, is no density of its errors, whose tails the evidence could tell: --loss {}=student-t:3 "
-        "is",
+        "the loss of {}, {}, stands for normal noise but for outliers, and has no tails that the evidence could tell: "
+        "--loss {}=student-t:3 has",
         sensor, loss_text(now), sensor);
   else if (!(dof > 0))
     number.why_not = fmt::format("student-t:{:g} of {} is no density: the scale of {} rows has to be above {:.3g}",

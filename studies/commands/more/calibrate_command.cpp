@@ -132,12 +132,12 @@ Command calibrate_command() {
             add_own_sensors(option, request->problem.own, true);
             option.arguments("scenarios", "SCENARIO...", "More of them, with the same sensors", request->more);
             option.group("Calibration");
-            option(
-                "--free", "LIST",
-                "What is calibrated, by commas: sensors and other noise (usbl), or their components (usbl.x), and "
-                "constants of "
-                "errors that stay (usbl.scale, camera.misalignment, dvl.delay); default all noise that has residuals",
-                request->free, parse_names);
+            option("--free", "LIST",
+                   "What is calibrated, by commas: sensors and other noise (usbl), or their components (usbl.x), and "
+                   "constants of "
+                   "errors that stay (usbl.scale, camera.misalignment, dvl.delay), time constants (twist_time, "
+                   "velocity_time, lidar.time) and degrees of freedom (usbl.dof); default all noise that has residuals",
+                   request->free, parse_names);
             option("--within", "FACTOR",
                    "What the given values are held to be right to: a factor, one standard deviation of their prior",
                    request->within, parse_factor);

@@ -86,6 +86,44 @@ TEST_F(CalibrateCommand, ANoiseFileChangesWhatItNames) {
       << "what is typed counts, wherever it stands";
 }
 
+TEST_F(CalibrateCommand, FindsTimesThatOtherCommandsTake) {
+  const std::vector<std::string> error = {"--error", "usbl=1,1,1:10"};
+  std::vector<std::string> words = {"calibrate", run(), "--free", "usbl.time", "--folds", "2", "--out", noise_};
+  words.insert(words.end(), error.begin(), error.end());
+  const Outcome outcome = run_tandem(words);
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_THAT(outcome.output, HasSubstr("usbl.time"));
+  EXPECT_THAT(read_file(noise_), ContainsRegex("noise:\n  usbl.time: \\[.*\\]\n$"));
+  const auto file = scratch_.write("time.yaml", "noise:\n  usbl.time: [1]\n").string();
+  for (const char* command : {"estimate", "track", "models", "compare"}) {
+    words = {command, run(), "--noise-from", file, "--json"};
+    words.insert(words.end(), error.begin(), error.end());
+    if (command == std::string("models")) words.insert(words.end(), {"--models", "constant-twist"});
+    if (command == std::string("compare"))
+      words.insert(words.end(), {"--dense-keyframes", "10", "--solvers", "gauss-newton"});
+    EXPECT_EQ(run_tandem(words).status, 0) << command << run_tandem(words).errors;
+  }
+  const auto cost = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> all = {"estimate", run(), "--json"};
+    all.insert(all.end(), more.begin(), more.end());
+    return nlohmann::json::parse(run_tandem(all).output)["cost"].get<double>();
+  };
+  EXPECT_EQ(cost({"--error", "usbl=1,1,1:10", "--noise-from", file}), cost({"--error", "usbl=1,1,1:1"}));
+  EXPECT_NE(cost({"--error", "usbl=1,1,1:10"}), cost({"--error", "usbl=1,1,1:1"}));
+  const auto tails = scratch_.write("dof.yaml", "noise:\n  usbl.dof: [6]\n").string();
+  EXPECT_EQ(cost({"--noise-from", tails}), cost({"--loss", "usbl=student-t:3"}));
+}
+
+TEST_F(CalibrateCommand, RefusesTimesAndTailsThatThereAreNot) {
+  EXPECT_THAT(refusal({"calibrate", run(), "--free", "twist_time"}), HasSubstr("--model damped-twist"));
+  EXPECT_THAT(refusal({"calibrate", run(), "--free", "usbl.time"}), HasSubstr("--error usbl="));
+  EXPECT_THAT(refusal({"calibrate", run(), "--free", "usbl.dof"}), HasSubstr("--loss usbl=student-t:3"));
+  const auto file = scratch_.write("time.yaml", "noise:\n  usbl.time: [1]\n").string();
+  EXPECT_THAT(refusal({"estimate", run(), "--noise-from", file}), HasSubstr("has no error that is forgotten"));
+  const auto two = scratch_.write("two.yaml", "noise:\n  usbl.dof: [1, 2]\n").string();
+  EXPECT_THAT(refusal({"estimate", run(), "--noise-from", two}), HasSubstr("takes one finite number"));
+}
+
 TEST_F(CalibrateCommand, WritesPictures) {
   TANDEM_NEEDS_GNUPLOT("calibrate's pictures");
   const auto pictures = scratch_.path() / "pictures";
