@@ -34,5 +34,7 @@ template Variable<Rn<3>> SensorConstants::none(Problem&);
 template Variable<Rn<6>> SensorConstants::none(Problem&);
 template Variable<SO3> SensorConstants::none(Problem&);
 template Variable<SO2> SensorConstants::none(Problem&);
+template Variable<SE3> SensorConstants::none(Problem&);
+template Variable<SE2> SensorConstants::none(Problem&);
 
 }  // namespace tandem

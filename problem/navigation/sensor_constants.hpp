@@ -6,8 +6,8 @@
 #include <variant>
 #include <vector>
 
-#include <tandem/lie/so2.hpp>
-#include <tandem/lie/so3.hpp>
+#include <tandem/lie/se2.hpp>
+#include <tandem/lie/se3.hpp>
 #include <tandem/problem/navigation/staying_error.hpp>
 #include <tandem/problem/problem.hpp>
 
@@ -28,7 +28,7 @@ class SensorConstants {
   /// Of Rn<1>, SO3 and SO2.
   template <LieGroup G>
   Variable<G> get(Problem& problem, const std::string& sensor, const char* what, double sigma);
-  /// Of these, and of a bias.
+  /// Of these, of a bias, and of a pose or point that a residual does not read.
   template <LieGroup G>
   Variable<G> none(Problem& problem);
   const std::vector<SensorConstant>& all() const { return all_; }
@@ -43,7 +43,8 @@ class SensorConstants {
  private:
   std::vector<SensorConstant> all_;
   std::tuple<std::optional<Variable<Rn<1>>>, std::optional<Variable<Rn<2>>>, std::optional<Variable<Rn<3>>>,
-             std::optional<Variable<Rn<6>>>, std::optional<Variable<SO3>>, std::optional<Variable<SO2>>>
+             std::optional<Variable<Rn<6>>>, std::optional<Variable<SO3>>, std::optional<Variable<SO2>>,
+             std::optional<Variable<SE3>>, std::optional<Variable<SE2>>>
       none_;
 };
 
