@@ -33,8 +33,7 @@ std::vector<FoundConstant> found_constants(const Problem& problem, const std::ve
   const auto add = [&]<LieGroup G>(const SensorConstant& constant, const Variable<G>& x) {
     Eigen::VectorXd deviation;
     if (marginals) deviation = marginals->covariance(x).diagonal().cwiseSqrt();
-    add_rows(constant.name, problem.value(x).Log(), Eigen::VectorXd::Constant(G::dof, constant.sigma), deviation,
-             found);
+    add_rows(constant.name, problem.value(x).Log(), constant.sigma, deviation, found);
   };
   for (const SensorConstant& constant : constants) std::visit([&](const auto& x) { add(constant, x); }, constant.state);
   return found;

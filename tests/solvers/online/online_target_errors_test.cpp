@@ -34,7 +34,7 @@ TEST(OnlineTarget, ErrorsThatStayAreThoseOfTheBatchEstimate) {
       const Eigen::VectorXd value =
           std::visit([&](const auto& x) { return Eigen::VectorXd(whole.problem.value(x).Log()); }, c.state);
       EXPECT_LE((same->value - value).norm(), 1e-6) << c.name;
-      EXPECT_TRUE((same->given.array() == c.sigma).all());
+      EXPECT_EQ(same->given, c.sigma);
       ASSERT_EQ(same->deviation.size(), value.size());
       EXPECT_TRUE((same->deviation.array() > 0).all() && (same->deviation.array() <= same->given.array()).all());
     }
