@@ -5,6 +5,7 @@
 #include <memory>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/calibration/cross_validation.hpp>
@@ -93,16 +94,24 @@ class Parameters {
     return std::find(names.begin(), names.end(), name) != names.end();
   }
   static void check_names(const std::vector<CalibratedEntry>& entries, const std::vector<std::string>& free) {
-    std::vector<std::string> known;
+    std::vector<std::string> known, near, shown;  // near: constants, too, which are taken out before
     for (const CalibratedEntry& e : entries) {
       known.push_back(e.name);
+      std::vector<std::string> components;
       for (std::size_t c = 0; c < e.components.size(); ++c)
-        if (!e.components[c].empty()) known.push_back(e.parameter(c));
+        if (!e.components[c].empty()) known.push_back(e.parameter(c)), components.push_back(e.components[c]);
+      shown.push_back(components.empty() ? e.name : fmt::format("{} ({})", e.name, fmt::join(components, ", ")));
     }
+    near = known;
+    for (const CalibratedEntry& e : entries)
+      if (e.sensor)
+        for (const char* constant : {".scale", ".misalignment", ".delay"}) near.push_back(e.name + constant);
     for (const std::string& name : free)
       if (!is_among(name, known))
-        throw Error(
-            fmt::format("--free knows no {}{} (here: {})", quote(name), did_you_mean(name, known), listed(known)));
+        throw Error(fmt::format(
+            "--free knows no {}{} (here, in brackets components as in usbl.x: {}; of sensors scale, misalignment and "
+            "delay, too)",
+            quote(name), did_you_mean(name, near), listed(shown)));
   }
   static void add_rows(const Problems& problems, std::size_t e, std::size_t c, NoiseGroup& group) {
     for (std::size_t p = 0; p < problems.size(); ++p) {

@@ -107,7 +107,11 @@ TEST(CalibrateScenarios, SaysWhatIsWrong) {
   const Scenario scenario = simulated(5, 60);
   ScenarioCalibrationOptions options;
   options.free = {"usbL.x"};
-  EXPECT_THAT(refusal({scenario}, options), testing::AllOf(HasSubstr("'usbL.x'"), HasSubstr("usbl.x")));
+  EXPECT_THAT(refusal({scenario}, options),
+              testing::AllOf(HasSubstr("--free knows no 'usbL.x'; did you mean usbl.x?"),
+                             HasSubstr("usbl (x, y, z), optical (x, y, z, rx, ry, rz), odometry (")));
+  options.free = {"usbl.scal"};
+  EXPECT_THAT(refusal({scenario}, options), HasSubstr("'usbl.scal'; did you mean usbl.scale?"));
   options.free = {"acceleration"};
   EXPECT_THAT(refusal({scenario}, options), HasSubstr("no residual"));
   options.free = {};
