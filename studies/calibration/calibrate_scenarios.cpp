@@ -12,14 +12,13 @@
 #include <tandem/solvers/calibration/saved_noise.hpp>
 #include <tandem/solvers/calibration/solve_plainly.hpp>
 #include <tandem/studies/calibration/calibrate_scenarios.hpp>
+#include <tandem/studies/calibration/calibrated_constants.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
 namespace {
 
 constexpr double kStretch = 10.0;  // s that are held out at once: predictions across a gap count as those at hand do
-
-using Problems = std::vector<std::unique_ptr<CalibrationProblem>>;
 
 /// Throws Error where `other` has not the sensors of `first`.
 void check_alike(const Scenario& first, const Scenario& other) {
@@ -207,19 +206,6 @@ bool has_diagnosis(const std::vector<Misfit>& misfits, const std::string& parame
                      [&](const Misfit& m) { return m.parameter == parameter && !m.diagnosis().empty(); });
 }
 
-/// None where it is to stop before all are known.
-void find_constants(const Problems& problems, const Stop& stop, ScenarioCalibration& result) {
-  result.constants.clear();
-  for (const auto& problem : problems) try {
-      for (FoundConstant& c : problem->constants(stop)) result.constants.push_back({problem->scenario, std::move(c)});
-    } catch (const Stopped&) {
-      result.constants.clear();
-      return;
-    } catch (const Error& error) {
-      result.held.push_back(fmt::format("{}: no standard errors of constants: {}", problem->scenario, error.what()));
-    }
-}
-
 void validate(const Problems& problems, const std::vector<Problem*>& plain, const Parameters& parameters, int folds,
               const CalibrationOptions& options, ScenarioCalibration& result) {
   const auto left_out = folds_of(problems, folds);
@@ -350,7 +336,18 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
   result.noise = result.given_noise;
   scale(problems, parameters, result.summary, result.noise);
   result.cut_short = options.stop.reached();
-  if (!result.cut_short) find_constants(problems, options.stop, result);
+  HeldOutStretches held_out;
+  if (options.folds > 0) held_out.folds = folds_of(problems, options.folds);
+  for (std::size_t p = 0; p < problems.size() && options.folds > 0; ++p)
+    held_out.seconds.push_back(stretches_of(*problems[p], options.folds).second);
+  const auto constants = [&] {
+    if (options.progress && options.folds > 0 && !problems.front()->sensor_constants().empty())
+      options.progress("constants on held-out measurements");
+    find_constants(problems, held_out, calibration, result);
+    result.cut_short = options.stop.reached();
+  };
+  const std::vector<std::string> held = result.held;
+  if (!result.cut_short) constants();
   if (options.folds > 0 && !parameters.groups.empty() && !options.stop.reached()) {
     given.restore();
     for (Problem* problem : plain) detail::solve_plainly(*problem, options.stop);
@@ -365,13 +362,14 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
       result.noise = result.given_noise;
       given.restore();
       for (Problem* problem : plain) detail::solve_plainly(*problem, options.stop);
-      find_constants(problems, options.stop, result);
+      result.held = held;
+      constants();
     }
   }
-  if (!options.noise && result.constants.empty() && options.stop.reached()) {
-    result.cut_short = true;
+  if (!options.noise && result.cut_short) {
     result.summary.status = Status::interrupted;
-    result.summary.message = "stopped before the constants were known";
+    result.summary.message = result.constants.empty() ? "stopped before the constants were known"
+                                                      : "stopped before the constants were tried";
   }
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;

@@ -53,25 +53,34 @@ std::string held_out_sentence(const ScenarioCalibration& c) {
   return fmt::format(
       "{} measurements held out in {} folds: their log likelihood is {:+.1f} ± {:.1f} against the noise as given. {}",
       n, c.folds, c.gain, c.gain_error,
-      c.recommended() ? "What was found predicts better: recommended."
-                      : "What was found predicts no better: keep what you had.");
+      c.recommended() ? "The noise that was found predicts better: recommended."
+                      : "The noise that was found predicts no better: keep what you had.");
 }
 
 /// A constant's own prior is 0 ± given.
 std::string constants_table(const ScenarioCalibration& c) {
   if (c.constants.empty()) return "";
   const bool several = c.scenarios.size() > 1;
-  TextTable table({{"error that stays", Align::left}, {"given ±"}, {"found"}, {"±"}, {"verdict", Align::left}});
+  TextTable table(
+      {{"error that stays", Align::left}, {"given ±"}, {"found"}, {"±"}, {"held out"}, {"verdict", Align::left}});
+  std::vector<ConstantVerdict> verdicts;
+  bool tried = false;
   for (const CalibratedConstant& constant : c.constants) {
     const FoundConstant& f = constant.found;
+    verdicts.push_back(f.verdict());
+    tried = tried || f.held_out;
     table.row({several ? fmt::format("{} of {}", f.name, constant.scenario) : f.name, fmt::format("{:.4g}", f.given),
                fmt::format("{:.5f}", f.value), fmt::format("{:.2g}", f.deviation),
-               f.at_odds()      ? "at odds with what was given: may stand for a misfit elsewhere, not to be trusted"
-               : f.determined() ? "found"
-                                : "not told apart from motion and other errors: held at what was given"});
+               f.held_out ? fmt::format("{:+.1f} ± {:.1f}", f.held_out->gain, f.held_out->error) : "–",
+               std::string(text(verdicts.back()))});
   }
   return (c.parameters.empty() ? "" : "\n") + table.str() +
-         "A scale is what is read too much of 1; misalignments are in rad, delays in s.\n";
+         "Scales are what is read too much of 1; misalignments in rad, delays in s, biases in the units of their "
+         "rows.\n" +
+         (tried ? "Held out: the gain in the log likelihood of held-out measurements, by the constant as found on the "
+                  "others.\n"
+                : "") +
+         constants_advice(verdicts);
 }
 
 CalibrationJson entries_json(const std::vector<NoiseEntry>& entries) {
@@ -163,14 +172,16 @@ std::string calibration_json(const ScenarioCalibration& c) {
     row["flat_to"] = p.given * p.result.flat_to;
     json["parameters"].push_back(row);
   }
-  for (const CalibratedConstant& constant : c.constants)
+  for (const CalibratedConstant& constant : c.constants) {
     json["staying_errors"].push_back({{"scenario", constant.scenario},
                                       {"name", constant.found.name},
                                       {"given_sigma", constant.found.given},
                                       {"value", constant.found.value},
                                       {"sigma", constant.found.deviation},
-                                      {"determined", constant.found.determined()},
-                                      {"at_odds", constant.found.at_odds()}});
+                                      {"verdict", text(constant.found.verdict())}});
+    if (const auto& held_out = constant.found.held_out)
+      json["staying_errors"].back()["held_out"] = {{"gain", held_out->gain}, {"gain_error", held_out->error}};
+  }
   json["residuals"] = CalibrationJson::array();
   for (std::size_t i = 0; i < c.after.size() && i < c.before.size(); ++i) {
     CalibrationJson row = {{"scenario", c.after[i].scenario}, {"parameter", c.after[i].parameter}};
