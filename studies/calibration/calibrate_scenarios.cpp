@@ -305,8 +305,10 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
     if (options.stop.reached()) break;
     const std::size_t before = distrusted.size();
     for (std::size_t g = parameters.groups.size(); g-- > 0;)
-      if (CalibratedParameter& p = result.parameters[g]; p.result.factor < 1) {
-        if (has_diagnosis(result.after, p.name))
+      if (CalibratedParameter& p = result.parameters[g]; p.result.at_bound || p.result.factor < 1) {
+        if (p.result.at_bound)
+          p.distrust = Distrust::at_bound;
+        else if (has_diagnosis(result.after, p.name))
           p.distrust = Distrust::misfit;
         else if (untried && problems.front()->entries[parameters.entry[g]].carries)
           p.distrust = Distrust::untried;
@@ -317,6 +319,7 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
         parameters.keep_given(g);
       }
     if (distrusted.size() == before) break;
+    follow(fmt::format("{} kept as given: ", distrusted.size()));
     given.restore();
     for (Problem* problem : plain) detail::solve_plainly(*problem, options.stop);
     if (!parameters.groups.empty()) continue;

@@ -25,15 +25,18 @@ std::string verdict(const CalibratedParameter& p) {
       return "not noise alone (below), and no less of it is believed; kept";
     case Distrust::untried:
       return "less is not tried over times without fixes (below); kept";
+    case Distrust::at_bound:
+      return "ran a thousandfold from what was given, as far as is allowed; kept: give a nearer one (--noise)";
     case Distrust::none:
       break;
   }
   if (!has_range(r)) return "cut short: not known how well the data tell it";
-  if (r.at_bound) return fmt::format("ran to the end of what is allowed, {:.3g} times as given", r.factor);
   if (r.determined) return "found";
   if (r.bounded)
-    return r.flat_to < 1 ? fmt::format("the data alone tell {:.2g} or any less", p.given * r.flat_to)
-                         : fmt::format("the data alone tell {:.2g} or any more", p.given * r.flat_from);
+    return r.flat_to < 1 ? fmt::format("the data say no more than {:.2g}; how much less, what was given says",
+                                       p.given * r.flat_to)
+                         : fmt::format("the data say no less than {:.2g}; how much more, what was given says",
+                                       p.given * r.flat_from);
   return fmt::format("the data do not tell it: as likely from {:.2g} to {:.2g}; kept", p.given * r.flat_from,
                      p.given * r.flat_to);
 }
@@ -42,7 +45,7 @@ std::string held_out_sentence(const ScenarioCalibration& c) {
   if (c.parameters.empty()) return "No noise was calibrated: nothing was held out.";
   if (std::all_of(c.parameters.begin(), c.parameters.end(),
                   [](const CalibratedParameter& p) { return p.distrust != Distrust::none; }))
-    return "Less noise is believed of none, and nothing else was found: keep what you had.";
+    return "Nothing that was found is believed: keep what you had.";
   if (c.folds == 0)
     return c.cut_short ? "It was stopped before all was held out: whether this noise predicts better is not known."
                        : "Nothing was held out (--folds): whether this noise predicts better is not known.";
@@ -96,8 +99,7 @@ std::string report(const ScenarioCalibration& c) {
                                  fmt::join(c.scenarios, ", "), name(c.summary.status), c.summary.solves, c.seconds);
   TextTable table({{"parameter", Align::left}, {"given"}, {"found"}, {"±"}, {"gain"}, {"verdict", Align::left}});
   for (const CalibratedParameter& p : c.parameters) {
-    const bool told = p.distrust == Distrust::none &&
-                      (p.result.determined || p.result.bounded || p.result.at_bound || !has_range(p.result));
+    const bool told = p.distrust == Distrust::none && (p.result.determined || p.result.bounded || !has_range(p.result));
     table.row({p.name, fmt::format("{:.4g}", p.given), told ? fmt::format("{:.4g}", p.found()) : "–",
                told && has_range(p.result) ? fmt::format("{:.2g}", p.found() * p.result.log_error) : "–",
                told && has_range(p.result) ? fmt::format("{:.1f}", p.result.gain) : "–", verdict(p)});
