@@ -19,6 +19,8 @@ std::string_view text(ConstantVerdict verdict) {
       return "not told by the data: held at what was given";
     case ConstantVerdict::at_odds:
       return "at odds with what was given: not to be trusted";
+    case ConstantVerdict::too_little_given:
+      return "at odds with what was given, but predicts held-out data better: give it more";
     case ConstantVerdict::unknown:
       break;
   }
@@ -27,11 +29,12 @@ std::string_view text(ConstantVerdict verdict) {
 
 ConstantVerdict FoundConstant::verdict() const {
   constexpr double kFar = 2, kNarrower = 0.9;  // of the deviation before
-  if (std::abs(value) > kFar * given) return ConstantVerdict::at_odds;
+  const bool better = held_out && held_out->gain > held_out->error;
+  if (std::abs(value) > kFar * given) return better ? ConstantVerdict::too_little_given : ConstantVerdict::at_odds;
   if (!(deviation > 0)) return ConstantVerdict::unknown;
   if (!(deviation < kNarrower * given)) return ConstantVerdict::untold;
   if (!held_out) return ConstantVerdict::found;
-  return held_out->gain > held_out->error ? ConstantVerdict::predicts_better : ConstantVerdict::predicts_no_better;
+  return better ? ConstantVerdict::predicts_better : ConstantVerdict::predicts_no_better;
 }
 
 std::string FoundConstant::text() const {

@@ -31,7 +31,11 @@ TEST(FoundConstants, AreRecommendedWhereHeldOutDataArePredictedBetter) {
   EXPECT_EQ(c.verdict(), ConstantVerdict::predicts_better);
   c.held_out = {0.9, 1.0};
   EXPECT_EQ(c.verdict(), ConstantVerdict::predicts_no_better);
-  c.deviation = 0.05;
+  c.value = 0.2;
+  EXPECT_EQ(c.verdict(), ConstantVerdict::at_odds);
+  c.held_out = {3.0, 1.0};
+  EXPECT_EQ(c.verdict(), ConstantVerdict::too_little_given) << "held-out data side with it, not with what was given";
+  c.value = 0.02, c.deviation = 0.05;
   EXPECT_EQ(c.verdict(), ConstantVerdict::untold) << "what the data do not tell is not found";
 }
 
