@@ -10,8 +10,9 @@ Variable<G> SensorConstants::get(Problem& problem, const std::string& sensor, co
   for (const SensorConstant& c : all_)
     if (c.name == name) return std::get<Variable<G>>(c.state);
   const Variable<G> x = problem.add(G(), name);
-  problem.minimize(Prior<G>{G()}, Gaussian(Eigen::VectorXd::Constant(G::dof, sigma)), {x});
-  all_.push_back({name, x, sigma});
+  const Eigen::VectorXd sigmas = Eigen::VectorXd::Constant(G::dof, sigma);
+  problem.minimize(Prior<G>{G()}, Gaussian(sigmas), {x});
+  all_.push_back({name, x, sigmas});
   return x;
 }
 

@@ -97,6 +97,7 @@ void TargetWindow<G>::each_error(F f) const {
   build_.constants.each(f);
   for (const auto& [sensor, bias] : build_.biases) {
     const TargetSensor& by = data_.sensors[sensor];
+    if (by.error->has_constant_bias()) continue;  // one of the constants
     std::visit([&](const auto& x) { f(by.name + ".bias", x, by.error->sigma); }, bias.state);
   }
 }

@@ -50,9 +50,9 @@ class Search {
     held_.assign(groups_.size(), false);
     now_ = evidence_.at(theta_);
     if (!now_.usable) throw Error("calibrate: the problem cannot be solved as it is given: " + now_.why);
+    start_ = now_.log_evidence;  // how rows count is no part of it: all factors are 1
     for (int round = 0; round < kRounds && (evidence_.count_rows() || round == 0); ++round) {
       now_ = evidence_.at(theta_);
-      start_ = now_.log_evidence;
       climb();
     }
     // What the data do not tell keeps what was given, and the others are found again beside it.

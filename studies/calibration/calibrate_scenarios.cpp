@@ -5,20 +5,20 @@
 #include <memory>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/calibration/cross_validation.hpp>
 #include <tandem/solvers/calibration/saved_noise.hpp>
 #include <tandem/solvers/calibration/solve_plainly.hpp>
 #include <tandem/studies/calibration/calibrate_scenarios.hpp>
+#include <tandem/studies/calibration/calibrated_constants.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
 namespace {
 
 constexpr double kStretch = 10.0;  // s that are held out at once: predictions across a gap count as those at hand do
-
-using Problems = std::vector<std::unique_ptr<CalibrationProblem>>;
 
 /// Throws Error where `other` has not the sensors of `first`.
 void check_alike(const Scenario& first, const Scenario& other) {
@@ -93,16 +93,24 @@ class Parameters {
     return std::find(names.begin(), names.end(), name) != names.end();
   }
   static void check_names(const std::vector<CalibratedEntry>& entries, const std::vector<std::string>& free) {
-    std::vector<std::string> known;
+    std::vector<std::string> known, near, shown;  // near: constants, too, which are taken out before
     for (const CalibratedEntry& e : entries) {
       known.push_back(e.name);
+      std::vector<std::string> components;
       for (std::size_t c = 0; c < e.components.size(); ++c)
-        if (!e.components[c].empty()) known.push_back(e.parameter(c));
+        if (!e.components[c].empty()) known.push_back(e.parameter(c)), components.push_back(e.components[c]);
+      shown.push_back(components.empty() ? e.name : fmt::format("{} ({})", e.name, fmt::join(components, ", ")));
     }
+    near = known;
+    for (const CalibratedEntry& e : entries)
+      if (e.sensor)
+        for (const char* constant : {".scale", ".misalignment", ".delay"}) near.push_back(e.name + constant);
     for (const std::string& name : free)
       if (!is_among(name, known))
-        throw Error(
-            fmt::format("--free knows no {}{} (here: {})", quote(name), did_you_mean(name, known), listed(known)));
+        throw Error(fmt::format(
+            "--free knows no {}{} (here, in brackets components as in usbl.x: {}; of sensors scale, misalignment and "
+            "delay, too)",
+            quote(name), did_you_mean(name, near), listed(shown)));
   }
   static void add_rows(const Problems& problems, std::size_t e, std::size_t c, NoiseGroup& group) {
     for (std::size_t p = 0; p < problems.size(); ++p) {
@@ -196,19 +204,6 @@ std::vector<Misfit> misfits_of_all(const Problems& problems, const Stop& stop) {
 bool has_diagnosis(const std::vector<Misfit>& misfits, const std::string& parameter) {
   return std::any_of(misfits.begin(), misfits.end(),
                      [&](const Misfit& m) { return m.parameter == parameter && !m.diagnosis().empty(); });
-}
-
-/// None where it is to stop before all are known.
-void find_constants(const Problems& problems, const Stop& stop, ScenarioCalibration& result) {
-  result.constants.clear();
-  for (const auto& problem : problems) try {
-      for (FoundConstant& c : problem->constants(stop)) result.constants.push_back({problem->scenario, std::move(c)});
-    } catch (const Stopped&) {
-      result.constants.clear();
-      return;
-    } catch (const Error& error) {
-      result.held.push_back(fmt::format("{}: no standard errors of constants: {}", problem->scenario, error.what()));
-    }
 }
 
 void validate(const Problems& problems, const std::vector<Problem*>& plain, const Parameters& parameters, int folds,
@@ -310,8 +305,10 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
     if (options.stop.reached()) break;
     const std::size_t before = distrusted.size();
     for (std::size_t g = parameters.groups.size(); g-- > 0;)
-      if (CalibratedParameter& p = result.parameters[g]; p.result.factor < 1) {
-        if (has_diagnosis(result.after, p.name))
+      if (CalibratedParameter& p = result.parameters[g]; p.result.at_bound || p.result.factor < 1) {
+        if (p.result.at_bound)
+          p.distrust = Distrust::at_bound;
+        else if (has_diagnosis(result.after, p.name))
           p.distrust = Distrust::misfit;
         else if (untried && problems.front()->entries[parameters.entry[g]].carries)
           p.distrust = Distrust::untried;
@@ -322,6 +319,7 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
         parameters.keep_given(g);
       }
     if (distrusted.size() == before) break;
+    follow(fmt::format("{} kept as given: ", distrusted.size()));
     given.restore();
     for (Problem* problem : plain) detail::solve_plainly(*problem, options.stop);
     if (!parameters.groups.empty()) continue;
@@ -341,7 +339,18 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
   result.noise = result.given_noise;
   scale(problems, parameters, result.summary, result.noise);
   result.cut_short = options.stop.reached();
-  if (!result.cut_short) find_constants(problems, options.stop, result);
+  HeldOutStretches held_out;
+  if (options.folds > 0) held_out.folds = folds_of(problems, options.folds);
+  for (std::size_t p = 0; p < problems.size() && options.folds > 0; ++p)
+    held_out.seconds.push_back(stretches_of(*problems[p], options.folds).second);
+  const auto constants = [&] {
+    if (options.progress && options.folds > 0 && !problems.front()->sensor_constants().empty())
+      options.progress("constants on held-out measurements");
+    find_constants(problems, held_out, calibration, result);
+    result.cut_short = options.stop.reached();
+  };
+  const std::vector<std::string> held = result.held;
+  if (!result.cut_short) constants();
   if (options.folds > 0 && !parameters.groups.empty() && !options.stop.reached()) {
     given.restore();
     for (Problem* problem : plain) detail::solve_plainly(*problem, options.stop);
@@ -356,13 +365,14 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
       result.noise = result.given_noise;
       given.restore();
       for (Problem* problem : plain) detail::solve_plainly(*problem, options.stop);
-      find_constants(problems, options.stop, result);
+      result.held = held;
+      constants();
     }
   }
-  if (!options.noise && result.constants.empty() && options.stop.reached()) {
-    result.cut_short = true;
+  if (!options.noise && result.cut_short) {
     result.summary.status = Status::interrupted;
-    result.summary.message = "stopped before the constants were known";
+    result.summary.message = result.constants.empty() ? "stopped before the constants were known"
+                                                      : "stopped before the constants were tried";
   }
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;

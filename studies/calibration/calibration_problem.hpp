@@ -56,6 +56,11 @@ class CalibrationProblem {
   /// Of sensors with errors that stay, at the problem's values. Throws Error where they have no covariance, and
   /// Stopped.
   std::vector<FoundConstant> constants(const Stop& stop);
+  const std::vector<SensorConstant>& sensor_constants() const {
+    return std::visit([](const auto& p) -> const std::vector<SensorConstant>& { return p.constants; }, built_);
+  }
+  /// Whether a constant, by its name, is one of the chaser's own sensors.
+  bool is_own(const std::string& constant) const;
   Problem& problem() {
     return std::visit([](auto& p) -> Problem& { return p.problem; }, built_);
   }
@@ -63,6 +68,8 @@ class CalibrationProblem {
  private:
   void add_target(const Scenario& scenario, const TrackingOptions& options, const TrackingProblem& built);
   void add_own(const NavigationData& data, const std::vector<PlacedEgoMeasurement>& placed);
+
+  std::vector<std::string> own_sensors_;  // that measure
 
   std::variant<TrackingProblem, NavigationProblem> built_;
 };
