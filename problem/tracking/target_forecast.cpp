@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
@@ -58,11 +60,15 @@ class Carried {
   Matrix<C + T, C + T> P_;
 };
 
-/// f(dt) for each step until h [s], until it says false. The last is no sliver that rounding leaves.
+constexpr double kSliver = 1e-6;  // s: what rounding may leave of the last step, and no step
+constexpr double kMostSteps = 1000;
+
+/// f(dt) for each step until h [s], until it says false; longer ones than the interval where there would be too many.
 template <class F>
 bool each_step(double h, double interval, F f) {
-  for (double left = h; left > 1e-9 * interval; left -= interval)
-    if (!f(std::min(left, interval))) return false;
+  const double step = std::max(interval, h / kMostSteps);
+  for (double left = h; left > kSliver; left -= step)
+    if (!f(std::min(left, step))) return false;
   return true;
 }
 

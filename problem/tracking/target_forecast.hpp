@@ -45,9 +45,10 @@ struct PointForecastStart {
   Matrix<N, N> covariance;  ///< as of poses
 };
 
-/// `h` [s], finite, ahead by steps of `interval` [s] and what is left of the last. Nothing where rounding would hide the
-/// covariance, as of a target that moves along an axis that nothing observes. Throws Error where noise that the model
-/// needs is not given, or a residual is undefined.
+/// `h` [s], finite, ahead by steps of `interval` [s], a thousand at most, and what is left of the last. Nothing where
+/// rounding would hide the covariance: what the position has to do with a direction that nothing observes, such as that
+/// in which the target faces, cancels in theory. Throws Error where noise that the model needs is not given, or a residual
+/// is undefined.
 template <LieGroup G>
 std::optional<TargetForecast<G>> forecast(const PoseForecastStart<G>& start, const TrackingOptions& options,
                                           const TrackingNoise& noise, double interval, double h);
