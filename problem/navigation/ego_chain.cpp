@@ -260,7 +260,10 @@ Block EgoChain::tie_error(const EgoSensor& sensor, double t, std::optional<EgoEr
   const auto next = problem_->add(Rn<N>(), sensor.name + ".error at " + std::to_string(t) + " s");
   const Gaussian sigma(sensor.error->sigma);
   const std::optional<EgoError> last = std::exchange(newest, EgoError{.t = t, .state = next});
-  if (!last) return problem_->minimize(Prior<Rn<N>>{Rn<N>()}, sigma, {next});
+  if (!last) {
+    if (sensor.error->has_constant_bias()) constants_.add_bias(sensor.name, next, sensor.error->sigma);
+    return problem_->minimize(Prior<Rn<N>>{Rn<N>()}, sigma, {next});
+  }
   const auto step = GaussMarkov<N>::after(std::abs(t - last->t), sensor.error->time);
   const auto before = std::get<Variable<Rn<N>>>(last->state);
   problem_->set_value(next, step.expected(problem_->value(before)));

@@ -111,7 +111,7 @@ class EgoChain {
   void each_error(F f) const {
     constants_.each(f);
     for (std::size_t i = 0; i < errors_.size(); ++i)
-      if (errors_[i])
+      if (errors_[i] && !sensors_[i].error->has_constant_bias())
         std::visit([&](const auto& x) { f(sensors_[i].name + ".bias", x, sensors_[i].error->sigma); },
                    errors_[i]->state);
   }

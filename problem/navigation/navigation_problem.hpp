@@ -14,7 +14,7 @@ struct NavigationProblem {
   std::vector<PlacedEgoMeasurement> measurements;
   std::vector<std::size_t> left_out;  ///< of each sensor: measurements before the first keyframe, or out of reach
   std::optional<Variable<Rn<1>>> dvl_scale;       ///< scale factor error, where EgoOptions asks for it
-  std::vector<SensorConstant> constants;          ///< of the sensors that have some: scale, misalignment, delay
+  std::vector<SensorConstant> constants;          ///< of the sensors that have some: scale, misalignment, delay, bias
   std::vector<std::pair<double, double>> splits;  ///< where keyframes are not tied by the IMU: from, to [s]
 
   EgoState state(std::size_t k) const;  ///< of keyframe k, at the variables' values

@@ -10,8 +10,9 @@ Variable<G> SensorConstants::get(Problem& problem, const std::string& sensor, co
   for (const SensorConstant& c : all_)
     if (c.name == name) return std::get<Variable<G>>(c.state);
   const Variable<G> x = problem.add(G(), name);
-  problem.minimize(Prior<G>{G()}, Gaussian(Eigen::VectorXd::Constant(G::dof, sigma)), {x});
-  all_.push_back({name, x, sigma});
+  const Eigen::VectorXd sigmas = Eigen::VectorXd::Constant(G::dof, sigma);
+  problem.minimize(Prior<G>{G()}, Gaussian(sigmas), {x});
+  all_.push_back({name, x, sigmas});
   return x;
 }
 
@@ -34,5 +35,7 @@ template Variable<Rn<3>> SensorConstants::none(Problem&);
 template Variable<Rn<6>> SensorConstants::none(Problem&);
 template Variable<SO3> SensorConstants::none(Problem&);
 template Variable<SO2> SensorConstants::none(Problem&);
+template Variable<SE3> SensorConstants::none(Problem&);
+template Variable<SE2> SensorConstants::none(Problem&);
 
 }  // namespace tandem

@@ -18,6 +18,7 @@ struct StayingError {
   double delay = 0;         ///< s, of the time by which measurements are older than the sensor's `delay` says
 
   bool has_bias() const { return sigma.size() > 0; }
+  bool has_constant_bias() const { return has_bias() && std::isinf(time); }
   bool has_constants() const { return scale > 0 || misalignment > 0 || delay > 0; }
 };
 

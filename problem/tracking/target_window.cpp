@@ -199,6 +199,63 @@ TargetState TargetWindow<G>::predicted(double t) const {
 }
 
 template <LieGroup G>
+std::optional<TargetForecast<G>> TargetWindow<G>::forecast(double h, const JointCovariance& of) const {
+  const std::size_t last = size() - 1;
+  if (last == 0) return {};
+  const double interval = data_.keyframe_interval;
+  const auto joint = [&](const auto& x, const auto& y) {
+    return of({problem_.id(build_.chaser[last]), problem_.id(x), problem_.id(y)}, {G::dof, G::dof, G::dof});
+  };
+  if (options_.model == MotionModel::white_noise_acceleration) {
+    const Variable<G>& pose = *build_.pose(last);
+    const auto& twist = build_.twist[last];
+    const TwistForecastStart<G> start{problem_.value(pose), problem_.value(twist), joint(pose, twist)};
+    return detail::forecast(start, options_, data_.noise, interval, h);
+  }
+  if (options_.mode == Mode::B || without_orientation(options_.model)) {
+    auto ahead = detail::forecast(start_as_points(of), options_, data_.noise, interval, h);
+    if (ahead) ahead->state.rotation = predicted(out_.keyframes[last].t + h).rotation;
+    return ahead;
+  }
+  const auto &before = *build_.pose(last - 1), &now = *build_.pose(last);
+  const PoseForecastStart<G> start{problem_.value(before), problem_.value(now), build_.dt(last - 1, last),
+                                   joint(before, now)};
+  return detail::forecast(start, options_, data_.noise, interval, h);
+}
+
+/// The point that is to stand at the last keyframe's pose, when the next has one, is not there yet: what ties it to the pose
+/// is noise here.
+template <LieGroup G>
+PointForecastStart<G> TargetWindow<G>::start_as_points(const JointCovariance& of) const {
+  using Point = typename TrackingBuild<G>::Point;
+  constexpr int P = G::point_dim;
+  const std::size_t last = size() - 1;
+  PointForecastStart<G> start;
+  start.dt = build_.dt(last - 1, last);
+  std::visit(
+      [&]<LieGroup A, LieGroup B>(const Variable<A>& before, const Variable<B>& now) {
+        const Vector<P> origin = Vector<P>::Zero();
+        const A& from = problem_.value(before);
+        const B& to = problem_.value(now);
+        start.before = Point(from.act(origin));
+        start.now = Point(to.act(origin));
+        Matrix<G::dof + 2 * P, G::dof + A::dof + B::dof> J;
+        J.setZero();
+        J.template topLeftCorner<G::dof, G::dof>().setIdentity();
+        J.template block<P, A::dof>(G::dof, G::dof) = from.act_jacobian(origin);
+        J.template bottomRightCorner<P, B::dof>() = to.act_jacobian(origin);
+        start.covariance =
+            J *
+            of({problem_.id(build_.chaser[last]), problem_.id(before), problem_.id(now)}, {G::dof, A::dof, B::dof}) *
+            J.transpose();
+        if (std::same_as<B, G> && options_.junction == Junction::boundary)
+          start.covariance.diagonal().template tail<P>() += data_.noise.boundary.cwiseAbs2();
+      },
+      build_.pose_or_point(last - 1), build_.pose_or_point(last));
+  return start;
+}
+
+template <LieGroup G>
 SE3 TargetWindow<G>::predicted_chaser(double t) const {
   const std::size_t last = size() - 1, from = reference();
   const double dt = build_.dt(from, last);

@@ -2,7 +2,9 @@
 
 #include <utility>
 
+#include <tandem/problem/function_ref.hpp>
 #include <tandem/problem/tracking/planar.hpp>
+#include <tandem/problem/tracking/target_forecast.hpp>
 #include <tandem/problem/tracking/tracking_build.hpp>
 
 namespace tandem::detail {
@@ -56,6 +58,11 @@ class TargetWindow {
   SE3 predicted_chaser(double t) const;
   /// Where the target is at t, after the last keyframe, at the twist (a point: velocity) of the last second.
   TargetState predicted(double t) const;
+  /// Joint covariance of variables by id and tangent dimensions, in the order given.
+  using JointCovariance = FunctionRef<Eigen::MatrixXd(const std::vector<int>& ids, const std::vector<int>& dofs)>;
+  /// Where the target is h > 0 [s] after the last keyframe, by its model of the motion. Nothing at a
+  /// first keyframe, and where rounding would hide the covariance; throws Error as TargetForecast does, and what `of` throws.
+  std::optional<TargetForecast<G>> forecast(double h, const JointCovariance& of) const;
   /// World velocity over the last second [m/s].
   Vector<3> velocity() const;
   const Variable<G>& chaser_variable(std::size_t k) const { return build_.chaser[k]; }
@@ -74,6 +81,7 @@ class TargetWindow {
 
  private:
   std::size_t reference() const;
+  PointForecastStart<G> start_as_points(const JointCovariance& of) const;
 
   Problem& problem_;
   TrackingData data_;  // the window's measurements, to start afresh from
@@ -97,6 +105,7 @@ void TargetWindow<G>::each_error(F f) const {
   build_.constants.each(f);
   for (const auto& [sensor, bias] : build_.biases) {
     const TargetSensor& by = data_.sensors[sensor];
+    if (by.error->has_constant_bias()) continue;  // one of the constants
     std::visit([&](const auto& x) { f(by.name + ".bias", x, by.error->sigma); }, bias.state);
   }
 }

@@ -3,17 +3,23 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/tracking/tracking_build.hpp>
+#include <tandem/problem/tracking/tracking_motion.hpp>
 
 namespace tandem::detail {
 
-Gaussian noise_of(std::string_view name, const Eigen::VectorXd& sigma, int size) {
-  const std::string subject = "the noise " + std::string(name);
+void check_noise(std::string_view name, const Eigen::VectorXd& sigma, int size) {
+  const auto subject = [&] { return "the noise " + std::string(name); };
   if (sigma.size() != size)
-    throw Error(subject + " needs " + std::to_string(size) + " standard deviations, not " +
+    throw Error(subject() + " needs " + std::to_string(size) + " standard deviations, not " +
                 std::to_string(sigma.size()));
   for (const double s : sigma)
     if (!(s > 0 && std::isfinite(s)))
-      throw Error(subject + " is needed here: give standard deviations above zero (it has " + std::to_string(s) + ")");
+      throw Error(subject() + " is needed here: give standard deviations above zero (it has " + std::to_string(s) +
+                  ")");
+}
+
+Gaussian noise_of(std::string_view name, const Eigen::VectorXd& sigma, int size) {
+  check_noise(name, sigma, size);
   return Gaussian(sigma);
 }
 

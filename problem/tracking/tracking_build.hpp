@@ -41,6 +41,12 @@ struct TrackingBuild {
   std::size_t size() const { return out.keyframes.size(); }
   double dt(std::size_t from, std::size_t to) const { return out.keyframes[to].t - out.keyframes[from].t; }
   const Variable<G>* pose(std::size_t k) const { return std::get_if<Variable<G>>(&target[k]); }
+  /// What a velocity reads of the target at k: its point, where there is one.
+  std::variant<Variable<G>, Variable<Point>> pose_or_point(std::size_t k) const {
+    if (twin[k]) return *twin[k];
+    if (pose(k)) return *pose(k);
+    return std::get<Variable<Point>>(target[k]);
+  }
 
   /// The chaser's variable, unless it has one already, and the target's.
   void add_variables(std::size_t k);

@@ -1,31 +1,28 @@
 #include <tandem/problem/tracking/tracking_build.hpp>
-#include <tandem/residuals/roll_pitch.hpp>
-#include <tandem/residuals/twist_components.hpp>
+#include <tandem/problem/tracking/tracking_constraints.hpp>
 
 namespace tandem::detail {
 
 template <LieGroup G>
 void TrackingBuild<G>::add_constraints(std::size_t k) {
-  using Surge = TwistComponents<G, surge>;
-  using YawRate = TwistComponents<G, yaw_rate>;
-  if constexpr (!planar) {  // a planar target is level
-    const Gaussian noise = noise_of("roll_pitch", this->data.noise.roll_pitch, 2);
-    if (const auto* course = std::get_if<CourseVariable<G>>(&target[k]); course && k == 0)
-      hold_zero(RollPitch<G>{}, options.roll_pitch, "roll_pitch", noise, {course->first});
-    if (pose(k)) hold_zero(RollPitch<G>{}, options.roll_pitch, "roll_pitch", noise, {*pose(k)});
-  }
+  const auto hold_of = [&](const Variable<G>& x) {
+    each_attitude_constraint<G>(options, data.noise,
+                                [&](const auto& residual, Role role, auto entry, const auto& sigma) {
+                                  hold_zero(residual, role, entry, noise_of(entry, sigma, int(sigma.size())), {x});
+                                });
+  };
+  if (const auto* course = std::get_if<CourseVariable<G>>(&target[k]); course && k == 0) hold_of(course->first);
+  if (pose(k)) hold_of(*pose(k));
   if (k == 0 || !pose(k - 1) || !pose(k)) return;
-  constexpr TwistAxes sideways_axes = planar ? sway : sway | heave;
-  using NonHolonomic = TwistComponents<G, sideways_axes>;
-  const Gaussian sideways(Eigen::VectorXd(data.noise.non_holonomic.head(NonHolonomic::dim)));
-  const Gaussian along{data.noise.surge}, turning{data.noise.yaw_rate};
-  const double step = dt(k - 1, k);
-  const VariablesOf<Surge> pair{*pose(k - 1), *pose(k)};
-  hold_zero(NonHolonomic{step}, options.non_holonomic, "non_holonomic", sideways, pair);
-  if (options.surge) hold_between(Surge{step}, options.limits, *options.surge, "surge", along, pair);
-  if (options.max_yaw_rate)
-    hold_between(YawRate{step}, options.limits, between(-*options.max_yaw_rate, *options.max_yaw_rate), "yaw_rate",
-                 turning, pair);
+  const VariablesOf<TwistComponents<G, surge>> pair{*pose(k - 1), *pose(k)};
+  each_twist_constraint<G>(
+      options, data.noise, dt(k - 1, k),
+      [&](const auto& residual, Role role, auto entry, const auto& sigma) {
+        hold_zero(residual, role, entry, Gaussian(sigma), pair);
+      },
+      [&](const auto& residual, Role role, const auto& bounds, auto entry, const auto& sigma) {
+        hold_between(residual, role, bounds, entry, Gaussian(sigma), pair);
+      });
 }
 
 template void TrackingBuild<SE3>::add_constraints(std::size_t);

@@ -42,6 +42,7 @@ void TrackingBuild<G>::add_bias(std::size_t sensor, double t) {
     const auto first = problem.add(Rn<N>(), entry);
     minimize(Prior<Rn<N>>{Rn<N>()}, entry, spread, {first});
     biases.insert({sensor, {t, first}});
+    if (staying.has_constant_bias()) constants.add_bias(data.sensors[sensor].name, first, staying.sigma);
     return;
   }
   const auto step = GaussMarkov<N>::after(std::abs(t - last->second.t), staying.time);

@@ -1,6 +1,5 @@
-#include <tandem/lie/error.hpp>
 #include <tandem/problem/tracking/tracking_build.hpp>
-#include <tandem/residuals/white_noise_acceleration.hpp>
+#include <tandem/problem/tracking/tracking_motion.hpp>
 
 namespace tandem::detail {
 namespace {
@@ -8,15 +7,11 @@ namespace {
 template <LieGroup G>
 void add_white_noise_acceleration(TrackingBuild<G>& build, std::size_t k) {
   if (k == 0) return;
-  const auto& noise = build.data.noise;
-  const bool by_twist = noise.acceleration.isZero(0);
-  const Eigen::VectorXd& sigma = by_twist ? noise.constant_twist : noise.acceleration;
-  noise_of("acceleration (or constant_twist)", sigma, G::dof);
-  const Vector<G::dof> densities = sigma.cwiseAbs2();
-  const double dt = build.dt(k - 1, k);
-  const Gaussian spread = Gaussian::covariance(WhiteNoiseAcceleration<G>::covariance(densities, dt));
-  build.minimize(WhiteNoiseAcceleration<G>{dt}, by_twist ? "constant_twist" : "acceleration", spread,
-                 {*build.pose(k - 1), build.twist[k - 1], *build.pose(k), build.twist[k]});
+  with_rate_motion<G>(build.data.noise, build.dt(k - 1, k),
+                      [&](const auto& motion, const NoiseEntry& entry, const auto& covariance) {
+                        build.minimize(motion, entry.name, Gaussian::covariance(covariance),
+                                       {*build.pose(k - 1), build.twist[k - 1], *build.pose(k), build.twist[k]});
+                      });
 }
 
 }  // namespace

@@ -152,7 +152,7 @@ struct TrackingProblem {
   std::vector<PlacedMeasurement> measurements;
   std::vector<Outlier> outliers;          ///< with a robust start: those found, of which gross ones have no block
   std::vector<NoisedBlock> noised;        ///< motion, odometry and what is known of the target
-  std::vector<SensorConstant> constants;  ///< that are estimated, of all sensors: scale, misalignment, delay
+  std::vector<SensorConstant> constants;  ///< of all sensors: scale, misalignment, delay, constant bias
   std::vector<std::size_t> left_out;      ///< of each sensor: measurements that its delay puts before the odometry
 
   // Where the chaser moves by its own sensors (TrackingData::ego):

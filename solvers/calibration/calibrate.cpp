@@ -35,6 +35,8 @@ class Search {
     for (const Eigen::VectorXd* of_groups : {&options.start, &options.counted_rows})
       if (of_groups->size() > 0 && of_groups->size() != Eigen::Index(groups.size()))
         throw Error("calibrate: `start` and `counted_rows` have one entry a group");
+    if (options.start.size() > 0 && options.counted_rows.size() == 0)
+      throw Error("calibrate: `start` needs `counted_rows`");
     if (!(options.most > 1)) throw Error("calibrate: `most` must be above 1");
     if (!(options.tolerance > 0)) throw Error("calibrate: the tolerance must be positive");
   }
@@ -54,10 +56,10 @@ class Search {
     held_.assign(groups_.size(), false);
     now_ = evidence_.at(theta_);
     if (!now_.usable) throw Error("calibrate: the problem cannot be solved as it is given: " + now_.why);
+    start_ = now_.log_evidence;  // how rows count is no part of it where all factors are 1, or it stays
     const bool counted = options_.counted_rows.size() > 0;
     for (int round = 0; round < kRounds && ((!counted && evidence_.count_rows()) || round == 0); ++round) {
       now_ = evidence_.at(theta_);
-      start_ = now_.log_evidence;
       climb();
     }
     // What the data do not tell keeps what was given, and the others are found again beside it.

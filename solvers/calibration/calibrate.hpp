@@ -24,7 +24,7 @@ struct CalibrationOptions {
   bool ranges = true;       ///< false: factors alone, without standard errors or what the data do not determine
   int profile = 0;          ///< points of CalibratedNoise::profile, where `ranges`
   Stop stop{};              ///< ends it at the best factors so far, also within a solve
-  /// Logarithms of factors to begin at, where they are known about; empty: as given.
+  /// Logarithms of factors to begin at, where they are known about, with counted_rows; empty: as given.
   Eigen::VectorXd start{};
   /// What the rows of each group count for under their losses (Calibration::counted_rows), where that is to stay; empty: found.
   Eigen::VectorXd counted_rows{};

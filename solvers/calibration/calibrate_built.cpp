@@ -268,7 +268,7 @@ class BuiltSearch {
   void leave() {
     for (CalibratedNoise& p : out_.parameters) p = {};
     out_.log_covariance.setZero();
-    if (now_.usable) out_.gain = now_.value - start_;
+    out_.gain = now_.usable ? now_.value - start_ : out_.noise.gain;
     if (!now_.usable) return;  // by the first calibrate() as it ended
     for (std::size_t g = 0; g < out_.noise.noise.size(); ++g) {
       CalibratedNoise& noise = out_.noise.noise[g];

@@ -113,12 +113,15 @@ class OnlineEstimator {
   std::optional<TargetState> target() const;
   /// World velocity of the target [m/s] over the last second or so of the window.
   std::optional<Vector<3>> target_velocity() const;
-  /// h seconds after the newest keyframe, at constant twist (a point: constant velocity); the target by motion hypotheses
-  /// where these are on.
+  /// h seconds, finite, after the newest keyframe: the chaser at its twist of the last second; the target by motion
+  /// hypotheses where these are on, else as the window would have it if nothing were measured meanwhile, by its model of the
+  /// motion and what is known of the target. (At its twist of the last second, where there is no covariance to say how far
+  /// to believe that: at a first keyframe, and after an update that failed.)
   SE3 predicted_chaser(double h) const;
   std::optional<TargetState> predicted_target(double h) const;
-  /// Where the target is h seconds after the newest keyframe, seen from where the chaser is at it. Its covariance is there
-  /// by motion hypotheses for any h (of which the chaser's own motion since the last fix is no part), else for 0 alone.
+  /// Where the target is h seconds after the newest keyframe, seen from where the chaser is at it, with its covariance. The
+  /// chaser's own motion since the last fix is no part of the hypotheses', but of the window's, which has none after an
+  /// update that failed, nor, but for h = 0, at a first keyframe or where an axis that nothing observes would hide it.
   std::optional<RelativeTarget> relative_target(double h) const;
 
   /// Covariances of the newest keyframe, right perturbations of the poses [m, rad], planar ones as 3 × 3; the window's, also

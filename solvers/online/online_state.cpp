@@ -63,6 +63,12 @@ std::optional<Vector<3>> OnlineWindow::target_velocity() const {
 
 std::optional<TargetState> OnlineWindow::predicted_target(double h) const {
   if (hypothesise()) return hypothetical_target(h);
+  if (const auto ahead = forecast(h)) return ahead->state;
+  return carried_target(h);
+}
+
+/// Where nothing tells how sure that is.
+std::optional<TargetState> OnlineWindow::carried_target(double h) const {
   return of_target([&](const auto& w) { return std::optional(w.predicted(newest() + h)); },
                    std::optional<TargetState>());
 }
@@ -88,6 +94,25 @@ std::optional<Matrix<3, 3>> OnlineWindow::relative_covariance() const try {
   return {};
 }
 
+/// By the window's model of the motion. None of now and the past, at a first keyframe, and after an update that failed.
+std::optional<OnlineWindow::Forecast> OnlineWindow::forecast(double h) const try {
+  std::optional<Forecast> ahead;
+  if (!(h > 0)) return ahead;
+  with_target([&]<LieGroup G>(const TargetWindow<G>& window) {
+    const auto joint = [&](const auto& ids, const auto& dofs) { return lag_.covariance(ids, dofs); };
+    const auto there = window.forecast(h, joint);
+    if (!there) return;
+    const G& seen_from = lag_.problem().value(window.chaser_variable(window.size() - 1));
+    const Rn<G::point_dim> point(in_group<G>(there->state.position));
+    ahead.emplace(Forecast{there->state, Matrix<3, 3>::Zero()});
+    ahead->covariance.topLeftCorner<G::point_dim, G::point_dim>() =
+        relative_position_covariance(seen_from, point, there->covariance);
+  });
+  return ahead;
+} catch (const Error&) {
+  return {};
+}
+
 std::optional<RelativeTarget> OnlineWindow::relative_target(double h) const {
   const SE3 seen_from = chaser().pose;
   if (hypothesise()) {
@@ -96,7 +121,9 @@ std::optional<RelativeTarget> OnlineWindow::relative_target(double h) const {
     const Matrix<3, 3> R = to_body.rotation().matrix();
     return RelativeTarget{to_body.act(m.position), R * m.covariance * R.transpose()};
   }
-  const auto there = h == 0 ? target() : predicted_target(h);
+  if (const auto ahead = forecast(h))
+    return RelativeTarget{seen_from.inverse().act(ahead->state.position), ahead->covariance};
+  const auto there = h == 0 ? target() : carried_target(h);
   if (!there) return {};
   RelativeTarget relative{seen_from.inverse().act(there->position)};
   if (h == 0) relative.covariance = relative_covariance();

@@ -104,6 +104,13 @@ class OnlineWindow {
   SE3 out_of_dead_reckoning() const;
   TargetState hypothetical_target(double h) const;
   std::optional<Matrix<3, 3>> relative_covariance() const;
+  /// Of the target in the world, and as seen from the newest chaser.
+  struct Forecast {
+    TargetState state;
+    Matrix<3, 3> covariance;
+  };
+  std::optional<Forecast> forecast(double h) const;
+  std::optional<TargetState> carried_target(double h) const;
   void note_fix(std::size_t sensor, const Measurement& m);
 
   FixedLagOptions with_hook(FixedLagOptions options);

@@ -1,27 +1,18 @@
 #include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <memory>
 
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/calibration/cross_validation.hpp>
-#include <tandem/solvers/calibration/saved_noise.hpp>
-#include <tandem/solvers/calibration/scale_noise.hpp>
 #include <tandem/solvers/calibration/solve_plainly.hpp>
 #include <tandem/studies/calibration/calibrate_scenarios.hpp>
+#include <tandem/studies/calibration/calibrated_constants.hpp>
 #include <tandem/studies/calibration/followed_tails.hpp>
-#include <tandem/studies/calibration/noise_parameters.hpp>
-#include <tandem/studies/calibration/scenario_numbers.hpp>
+#include <tandem/studies/calibration/scenario_problems.hpp>
 
 namespace tandem {
 namespace {
-
-constexpr double kStretch = 10.0;  // s that are held out at once: predictions across a gap count as those at hand do
-
-using Problems = CalibrationProblems;
-using Parameters = NoiseParameters;
 
 /// Throws Error where `other` has not the sensors of `first`.
 void check_alike(const Scenario& first, const Scenario& other) {
@@ -55,70 +46,8 @@ void copy_noise(const Scenario& from, Scenario& to) {
         if (s.name == sensor.name) sensor.sigma = s.sigma;
 }
 
-/// Of a problem's measurements, the first time [s] and how long each stretch is that is held out at once.
-std::pair<double, double> stretches_of(const CalibrationProblem& built, int n) {
-  double from = HUGE_VAL, to = -HUGE_VAL;
-  for (const EntryBlock& b : built.blocks)
-    if (b.measured_at) {
-      from = std::min(from, *b.measured_at);
-      to = std::max(to, *b.measured_at);
-    }
-  return {from, std::min(kStretch, std::max((to - from) / (2 * n), 1e-3))};
-}
-
-/// Whether held-out stretches are too short to show what less noise of dead reckoning would do; says so in `held`.
-bool reckons_untried(const Problems& problems, int folds, std::vector<std::string>& held) {
-  bool any = false;
-  for (const auto& problem : problems) {
-    if (folds == 0 || problem->longest_without_fix <= stretches_of(*problem, folds).second) continue;
-    any = true;
-    held.push_back(
-        fmt::format("{}: {:.0f} s without a fix of the position, when {:.0f} s are held out at once, which do not show "
-                    "errors that stay: less noise than given is not believed of what the position rests on meanwhile",
-                    problem->scenario, problem->longest_without_fix, stretches_of(*problem, folds).second));
-  }
-  return any;
-}
-
-/// All measurements, in stretches that take turns.
-std::vector<std::vector<LeftOut>> folds_of(const Problems& problems, int n) {
-  std::vector<std::vector<LeftOut>> folds(static_cast<std::size_t>(n));
-  for (std::size_t p = 0; p < problems.size(); ++p) {
-    CalibrationProblem& built = *problems[p];
-    const auto [from, stretch] = stretches_of(built, n);
-    for (const EntryBlock& b : built.blocks)
-      if (b.measured_at) {
-        const auto fold = std::size_t((*b.measured_at - from) / stretch) % folds.size();
-        folds[fold].push_back({b.block, static_cast<int>(p), built.problem().loss(b.block), b.whole});
-      }
-  }
-  return folds;
-}
-
-std::vector<NoiseEntry> given_entries(const Problems& problems, const Parameters& parameters) {
-  std::vector<NoiseEntry> result;
-  for (const std::size_t e : parameters.entry) {
-    const CalibratedEntry& entry = problems.front()->entries[e];
-    if (result.empty() || result.back().name != entry.name) result.push_back({entry.name, entry.sigmas});
-  }
-  return result;
-}
-
-void scale(const Problems& problems, const Parameters& parameters, const Calibration& found,
-           const std::vector<ScenarioNumber>& numbers, const std::vector<CalibratedNoise>& of_numbers,
-           std::vector<NoiseEntry>& noise) {
-  for (std::size_t i = 0; i < of_numbers.size(); ++i)
-    for (NoiseEntry& entry : noise)
-      if (entry.name == numbers[i].entry) entry.sigmas[numbers[i].component] *= of_numbers[i].factor;
-  for (std::size_t g = 0; g < parameters.groups.size(); ++g) {
-    const std::string& name = problems.front()->entries[parameters.entry[g]].name;
-    for (NoiseEntry& entry : noise)
-      if (entry.name == name) entry.sigmas[parameters.component[g]] *= found.noise[g].factor;
-  }
-}
-
 /// Those that are known when it is to stop.
-std::vector<Misfit> misfits_of_all(const Problems& problems, const Stop& stop) {
+std::vector<Misfit> misfits_of_all(const CalibrationProblems& problems, const Stop& stop) {
   std::vector<Misfit> all;
   try {
     for (const auto& problem : problems) {
@@ -135,59 +64,28 @@ bool has_diagnosis(const std::vector<Misfit>& misfits, const std::string& parame
                      [&](const Misfit& m) { return m.parameter == parameter && !m.diagnosis().empty(); });
 }
 
-/// None where it is to stop before all are known.
-void find_constants(const Problems& problems, const Stop& stop, ScenarioCalibration& result) {
-  result.constants.clear();
-  for (const auto& problem : problems) try {
-      for (FoundConstant& c : problem->constants(stop)) result.constants.push_back({problem->scenario, std::move(c)});
-    } catch (const Stopped&) {
-      result.constants.clear();
-      return;
-    } catch (const Error& error) {
-      result.held.push_back(fmt::format("{}: no standard errors of constants: {}", problem->scenario, error.what()));
-    }
+/// Of a parameter as found.
+Distrust distrust(const ScenarioProblems& problems, std::size_t i, const ScenarioCalibration& result, bool untried) {
+  const CalibratedParameter& p = result.parameters[i];
+  if (p.result.at_bound) return Distrust::at_bound;
+  const NoiseParameters& noise = problems.noise();
+  if (i >= noise.groups.size() || p.result.factor >= 1) return Distrust::none;
+  if (has_diagnosis(result.after, p.name)) return Distrust::misfit;
+  return untried && problems.all().front()->entries[noise.entry[i]].carries ? Distrust::untried : Distrust::none;
 }
 
-/// What scenarios' problems are built by, beside noise.
-struct Numbers {
-  std::vector<ScenarioNumber> all;
-  std::vector<BuiltParameter> parameters;
-  Eigen::VectorXd given;
-
-  Numbers(std::vector<ScenarioNumber> numbers, double prior)
-      : all(std::move(numbers)), given(Eigen::Index(all.size())) {
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      given[Eigen::Index(i)] = all[i].given;
-      parameters.push_back({all[i].name, all[i].given, prior});
-    }
-  }
-  bool empty() const { return all.empty(); }
-};
-
-std::vector<MeasuredBlock> measured_of(const Problems& problems) {
-  std::vector<MeasuredBlock> measured;
-  for (std::size_t p = 0; p < problems.size(); ++p)
-    for (const EntryBlock& b : problems[p]->blocks)
-      if (b.measured_at) measured.push_back({b.block, static_cast<int>(p)});
-  return measured;
-}
-
-void validate(const Problems& problems, const std::vector<Problem*>& plain, const Parameters& parameters,
-              const BuildProblems& build, const Numbers& numbers, int folds, const CalibrationOptions& options,
+void validate(ScenarioProblems& problems, const HeldOutStretches& held_out, const CalibrationOptions& options,
               ScenarioCalibration& result) {
-  const auto left_out = folds_of(problems, folds);
-  const CrossValidation cv =
-      numbers.empty() ? cross_validate(plain, parameters.groups, left_out, options)
-                      : cross_validate(plain, parameters.groups, left_out, build, numbers.parameters, options);
-  result.folds = folds;
+  const CrossValidation cv = problems.cross_validate(held_out.folds, options);
+  result.folds = static_cast<int>(held_out.folds.size());
   result.why_not_validated = cv.why;
   if (!cv.complete) return;
   result.gain = cv.gain;
   result.gain_error = cv.gain_error;
-  for (const auto& problem : problems) result.scores.push_back({problem->scenario});
+  for (const auto& problem : problems.all()) result.scores.push_back({problem->scenario});
   for (const bool found : {false, true})
     for (const LeftOutPrediction& p : found ? cv.found : cv.given) {
-      const LeftOut& m = left_out[p.fold][p.index];
+      const LeftOut& m = held_out.folds[p.fold][p.index];
       HeldOutScore& score = result.scores[std::size_t(m.problem)];
       (found ? score.found : score.given) += p.log_likelihood;
       if (found) ++score.measurements;
@@ -210,12 +108,6 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
     if (&scenario != &scenarios.front()) copy_noise(scenarios.front(), scenario);
     result.scenarios.push_back(scenario.name);
   }
-  ScenarioCalibrationOptions of_noise = options;
-  const Numbers numbers(options.free.empty()
-                            ? std::vector<ScenarioNumber>()
-                            : take_numbers(scenarios.front(), options.target, options.own, of_noise.free),
-                        options.prior);
-  if (!numbers.empty() && of_noise.free.empty()) of_noise.noise = false;
   for (const Scenario& scenario : scenarios)
     if (scenario.navigation && result.held.empty() &&
         (scenario.data.sensors.empty() || scenario.data.odometry.empty())) {
@@ -228,58 +120,15 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
             "are "
             "short");
     }
-  const std::vector<std::string> others =
-      options.free.empty() ? std::vector<std::string>() : number_names(scenarios.front(), options.target, options.own);
-  const auto entries_of_numbers = entries_of(numbers.all, scenarios.front());
-  const auto build_by = [&](std::vector<Scenario> of, const Eigen::VectorXd& values) {
-    Problems built;
-    for (Scenario& scenario : of) {
-      for (std::size_t i = 0; i < numbers.all.size(); ++i) numbers.all[i].set(scenario, values[Eigen::Index(i)]);
-      NavigationOptions own = options.own;
-      options.stop.limit(own.solver);
-      built.push_back(
-          std::make_unique<CalibrationProblem>(std::move(scenario), options.target, own, options.stop.with_grace()));
-    }
-    return built;
-  };
-  const std::vector<Scenario> kept = numbers.empty() ? std::vector<Scenario>() : scenarios;
-  Problems problems = build_by(std::move(scenarios), numbers.given);
-  std::vector<Problem*> plain;
-  for (const auto& problem : problems) plain.push_back(&problem->problem());
-  Parameters parameters(problems, of_noise, others);
-  const BuildProblems build = [&](const Eigen::VectorXd& values) {
-    const auto all = std::make_shared<Problems>(build_by(kept, values));
-    BuiltProblems built;
-    for (const auto& problem : *all) built.problems.emplace_back(all, &problem->problem());
-    for (NoiseGroup& group : Parameters(*all, of_noise, others).groups)
-      if (parameters.has(group.name)) built.groups.push_back(std::move(group));
-    built.measured = measured_of(*all);
-    return built;
-  };
-  // To problems by other numbers, from where these are solved; not once it is to stop.
-  const auto move_to = [&](const Eigen::VectorXd& values) {
-    try {
-      Problems moved = build_by(kept, values);
-      for (std::size_t p = 0; p < plain.size(); ++p) {
-        detail::take_values(*plain[p], moved[p]->problem());
-        plain[p] = &moved[p]->problem();
-      }
-      problems = std::move(moved);
-    } catch (const Stopped&) {
-    }
-  };
-  int rows = 0;
-  for (const auto& problem : problems)
-    for (const EntryBlock& b : problem->blocks)
-      if (b.measured_at) rows += static_cast<int>(problem->problem().noise(b.block).dim());
-  if (rows < static_cast<int>(parameters.groups.size() + numbers.all.size()))
+  ScenarioProblems problems(std::move(scenarios), options);
+  if (const int rows = problems.measured_rows(); rows < static_cast<int>(problems.num_parameters()))
     throw Error(fmt::format("{} measured values cannot tell {} parameters: name fewer with --free", rows,
-                            parameters.groups.size() + numbers.all.size()));
+                            problems.num_parameters()));
 
   CalibrationOptions calibration;
   calibration.stop = options.stop;
   calibration.profile = options.profile;
-  calibration.measured = measured_of(problems);
+  calibration.measured = problems.measured();
   const auto follow = [&](const std::string& what) {
     if (!options.progress) return;
     calibration.progress = [what, &options](int iteration, const Eigen::VectorXd&, double gain) {
@@ -287,68 +136,34 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
     };
   };
   follow("");
-  const detail::SavedNoise given(plain, parameters.groups);
-  for (std::size_t p = 0; p < plain.size() && !options.stop.reached(); ++p) {
-    const Summary summary = detail::solve_plainly(*plain[p], options.stop);
+  for (std::size_t p = 0; p < result.scenarios.size() && !options.stop.reached(); ++p) {
+    const Summary summary = detail::solve_plainly(*problems.plain()[p], options.stop);
     if (!summary.converged() && !options.stop.reached())
       throw Error(
           fmt::format("{}: it cannot be solved with the noise as given: {}", result.scenarios[p], summary.message));
   }
-  refuse_followed_tails(problems, numbers.all, options.stop);
-  result.before = misfits_of_all(problems, options.stop);
-  const bool untried = options.noise && reckons_untried(problems, options.folds, result.held);
-  result.given_noise = given_entries(problems, parameters);  // with what is kept later
-  result.given_noise.insert(result.given_noise.end(), entries_of_numbers.begin(), entries_of_numbers.end());
-  std::vector<CalibratedNoise> of_numbers;
-  const auto search = [&] {
-    if (numbers.empty()) {
-      result.summary = calibrate(plain, parameters.groups, calibration);
-      return;
-    }
-    BuiltCalibration found = calibrate_built(build, numbers.parameters, calibration);
-    result.summary = std::move(found.noise);
-    result.summary.status = found.status;
-    result.summary.message = found.message;
-    result.summary.gain = found.gain;
-    result.summary.noise.resize(parameters.groups.size());
-    of_numbers = std::move(found.parameters);
-    move_to(found.values);
-    detail::scale_noise(plain, parameters.groups, result.summary);
-    for (std::size_t p = 0; p < plain.size() && !options.stop.reached(); ++p)
-      detail::solve_plainly(*plain[p], options.stop);
-  };
-  const auto put_back = [&] {
-    numbers.empty() ? given.restore() : move_to(numbers.given);
-    for (Problem* problem : plain) detail::solve_plainly(*problem, options.stop);
-  };
+  refuse_followed_tails(problems.all(), problems.numbers(), options.stop);
+  result.before = misfits_of_all(problems.all(), options.stop);
+  const HeldOutStretches held_out = held_out_stretches(problems.all(), options.folds);
+  const bool untried = options.noise && reckons_untried(problems.all(), held_out, result.held);
+  result.given_noise = result.noise = problems.given_entries();  // with what is kept later
   std::vector<CalibratedParameter> distrusted;
   while (options.noise) {
-    search();
-    result.after = misfits_of_all(problems, options.stop);
-    result.parameters.clear();
-    for (std::size_t g = 0; g < parameters.groups.size(); ++g)
-      result.parameters.push_back({parameters.groups[g].name,
-                                   problems.front()->entries[parameters.entry[g]].sigmas[parameters.component[g]],
-                                   result.summary.noise[g]});
-    for (std::size_t i = 0; i < numbers.all.size(); ++i)
-      result.parameters.push_back({numbers.all[i].name, numbers.all[i].given, of_numbers[i]});
+    result.summary = problems.calibrate(calibration, result.parameters);
+    result.after = misfits_of_all(problems.all(), options.stop);
     if (options.stop.reached()) break;
     const std::size_t before = distrusted.size();
-    for (std::size_t g = parameters.groups.size(); g-- > 0;)
-      if (CalibratedParameter& p = result.parameters[g]; p.result.factor < 1) {
-        if (has_diagnosis(result.after, p.name))
-          p.distrust = Distrust::misfit;
-        else if (untried && problems.front()->entries[parameters.entry[g]].carries)
-          p.distrust = Distrust::untried;
-        else
-          continue;
+    for (std::size_t i = result.parameters.size(); i-- > 0;)
+      if (const Distrust why = distrust(problems, i, result, untried); why != Distrust::none) {
+        CalibratedParameter& p = distrusted.emplace_back(result.parameters[i]);
+        p.distrust = why;
         p.result.factor = 1;
-        distrusted.push_back(p);
-        parameters.keep_given(g);
+        problems.keep_given(i);
       }
     if (distrusted.size() == before) break;
-    put_back();
-    if (!parameters.groups.empty() || !numbers.empty()) continue;
+    follow(fmt::format("{} kept as given: ", distrusted.size()));
+    problems.put_back();
+    if (problems.num_parameters() > 0) continue;
     result.summary = {};
     result.summary.status = Status::converged;
     result.summary.message = "no parameter is left that noise explains";
@@ -361,15 +176,21 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
     result.summary.message = "no noise was asked for";
     result.after = result.before;
   }
+  problems.put(result.parameters, result.noise);
   result.parameters.insert(result.parameters.end(), distrusted.rbegin(), distrusted.rend());
-  result.noise = result.given_noise;
-  scale(problems, parameters, result.summary, numbers.all, of_numbers, result.noise);
   result.cut_short = options.stop.reached();
-  if (!result.cut_short) find_constants(problems, options.stop, result);
-  if (options.folds > 0 && !(parameters.groups.empty() && numbers.empty()) && !options.stop.reached()) {
-    put_back();
+  const auto constants = [&] {
+    if (options.progress && options.folds > 0 && !problems.all().front()->sensor_constants().empty())
+      options.progress("constants on held-out measurements");
+    find_constants(problems.all(), held_out, calibration, result);
+    result.cut_short = options.stop.reached();
+  };
+  const std::vector<std::string> held = result.held;
+  if (!result.cut_short) constants();
+  if (options.folds > 0 && problems.num_parameters() > 0 && !options.stop.reached()) {
+    problems.put_back();
     follow("held out: ");
-    validate(problems, plain, parameters, build, numbers, options.folds, calibration, result);
+    validate(problems, held_out, calibration, result);
     result.cut_short = options.stop.reached();
     if (result.cut_short) {  // not tried to the end: what was found stands, untried
       result.folds = 0;
@@ -377,14 +198,15 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
       result.scores.clear();
     } else if (result.folds > 0 && !result.recommended()) {
       result.noise = result.given_noise;
-      put_back();
-      find_constants(problems, options.stop, result);
+      problems.put_back();
+      result.held = held;
+      constants();
     }
   }
-  if (!options.noise && result.constants.empty() && options.stop.reached()) {
-    result.cut_short = true;
+  if (!options.noise && result.cut_short) {
     result.summary.status = Status::interrupted;
-    result.summary.message = "stopped before the constants were known";
+    result.summary.message = result.constants.empty() ? "stopped before the constants were known"
+                                                      : "stopped before the constants were tried";
   }
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;

@@ -23,11 +23,12 @@ struct ScenarioCalibrationOptions {
   std::function<void(const std::string& what)> progress;  ///< "iteration 3, evidence +12.3"
 };
 
-/// Why less noise than given, though found, is not believed.
+/// Why noise other than given, though found, is not believed.
 enum class Distrust {
   none,
-  misfit,   ///< residuals have a mean or stay, which noise does not explain
-  untried,  ///< dead reckoning rests on it for longer than stretches are held out: nothing tells what stays for as long
+  at_bound,  ///< it came to the end of what is allowed, and would go on
+  misfit,    ///< less of it: residuals have a mean or stay, which noise does not explain
+  untried,  ///< less of it: dead reckoning rests on it for longer than is held out at once, and nothing tells what stays so long
 };
 
 /// A standard deviation that was calibrated, or found to be beyond it.
@@ -76,9 +77,11 @@ struct ScenarioCalibration {
 
 /// Calibrates the noise that scenarios share out of their measurements alone: no truth is read. What the first one gives
 /// is taken as given for all. White noise that is made smaller while errors stay claims a certainty that grows with
-/// every measurement, and is not there: such a parameter is kept, and the others are found again beside it. So is, where
-/// something is held out, less noise of own sensors that the position rests on for longer than any stretch that is held
-/// out. Constants of errors that stay are found in each scenario by itself. Throws Error on scenarios whose sensors
+/// every measurement, and is not there: such a parameter is kept, and the others are found again beside it. So is one that
+/// came to the end of what is allowed, which is no number to go by; and, where something is held out, less noise of own
+/// sensors that the position rests on for longer than any stretch that is held out. Constants of errors that stay are found in
+/// each scenario by itself and, where something is held out, tried on that; of own sensors those that gain nothing over such
+/// stretches are not judged where the position goes without a fix for longer. Throws Error on scenarios whose sensors
 /// differ, names that are not there, parameters without data, fewer data than parameters, and as the builders of problems
 /// and calibrate() do.
 ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const ScenarioCalibrationOptions& options);

@@ -174,6 +174,11 @@ std::vector<FoundConstant> CalibrationProblem::constants(const Stop& stop) {
   return std::visit(of, built_);
 }
 
+bool CalibrationProblem::is_own(const std::string& constant) const {
+  return std::any_of(own_sensors_.begin(), own_sensors_.end(),
+                     [&](const std::string& sensor) { return constant.starts_with(sensor + "."); });
+}
+
 void CalibrationProblem::add_target(const Scenario& scenario, const TrackingOptions& options,
                                     const TrackingProblem& built) {
   for (const NoisedBlock& noised : built.noised) {
@@ -201,6 +206,7 @@ void CalibrationProblem::add_target(const Scenario& scenario, const TrackingOpti
 
 void CalibrationProblem::add_own(const NavigationData& data, const std::vector<PlacedEgoMeasurement>& placed) {
   longest_without_fix = longest_gap(data, placed);
+  for (const EgoSensor& sensor : data.sensors) own_sensors_.push_back(sensor.name);
   for (const PlacedEgoMeasurement& m : placed) {
     const std::string& sensor = data.sensors[m.sensor].name;
     if (m.block) blocks.push_back({place_of(entries, sensor), *m.block, 0, m.t});

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -56,6 +57,11 @@ class CalibrationProblem {
   /// Of sensors with errors that stay, at the problem's values. Throws Error where they have no covariance, and
   /// Stopped.
   std::vector<FoundConstant> constants(const Stop& stop);
+  const std::vector<SensorConstant>& sensor_constants() const {
+    return std::visit([](const auto& p) -> const std::vector<SensorConstant>& { return p.constants; }, built_);
+  }
+  /// Whether a constant, by its name, is one of the chaser's own sensors.
+  bool is_own(const std::string& constant) const;
   Problem& problem() {
     return std::visit([](auto& p) -> Problem& { return p.problem; }, built_);
   }
@@ -64,8 +70,12 @@ class CalibrationProblem {
   void add_target(const Scenario& scenario, const TrackingOptions& options, const TrackingProblem& built);
   void add_own(const NavigationData& data, const std::vector<PlacedEgoMeasurement>& placed);
 
+  std::vector<std::string> own_sensors_;  // that measure
+
   std::variant<TrackingProblem, NavigationProblem> built_;
 };
+
+using CalibrationProblems = std::vector<std::unique_ptr<CalibrationProblem>>;
 
 /// The entries of a scenario's noise that calibration knows, sensors' first; of a scenario that is not built yet, too.
 std::vector<CalibratedEntry> calibrated_entries(const Scenario& scenario);

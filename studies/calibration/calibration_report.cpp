@@ -25,15 +25,18 @@ std::string verdict(const CalibratedParameter& p) {
       return "not noise alone (below), and no less of it is believed; kept";
     case Distrust::untried:
       return "less is not tried over times without fixes (below); kept";
+    case Distrust::at_bound:
+      return "ran a thousandfold from what was given, as far as is allowed; kept: give a nearer one (--noise)";
     case Distrust::none:
       break;
   }
   if (!has_range(r)) return "cut short: not known how well the data tell it";
-  if (r.at_bound) return fmt::format("ran to the end of what is allowed, {:.3g} times as given", r.factor);
   if (r.determined) return "found";
   if (r.bounded)
-    return r.flat_to < 1 ? fmt::format("the data alone tell {:.2g} or any less", p.given * r.flat_to)
-                         : fmt::format("the data alone tell {:.2g} or any more", p.given * r.flat_from);
+    return r.flat_to < 1 ? fmt::format("the data say no more than {:.2g}; how much less, what was given says",
+                                       p.given * r.flat_to)
+                         : fmt::format("the data say no less than {:.2g}; how much more, what was given says",
+                                       p.given * r.flat_from);
   return fmt::format("the data do not tell it: as likely from {:.2g} to {:.2g}; kept", p.given * r.flat_from,
                      p.given * r.flat_to);
 }
@@ -42,7 +45,7 @@ std::string held_out_sentence(const ScenarioCalibration& c) {
   if (c.parameters.empty()) return "No noise was calibrated: nothing was held out.";
   if (std::all_of(c.parameters.begin(), c.parameters.end(),
                   [](const CalibratedParameter& p) { return p.distrust != Distrust::none; }))
-    return "Less noise is believed of none, and nothing else was found: keep what you had.";
+    return "Nothing that was found is believed: keep what you had.";
   if (c.folds == 0)
     return c.cut_short ? "It was stopped before all was held out: whether this noise predicts better is not known."
                        : "Nothing was held out (--folds): whether this noise predicts better is not known.";
@@ -53,25 +56,34 @@ std::string held_out_sentence(const ScenarioCalibration& c) {
   return fmt::format(
       "{} measurements held out in {} folds: their log likelihood is {:+.1f} ± {:.1f} against the noise as given. {}",
       n, c.folds, c.gain, c.gain_error,
-      c.recommended() ? "What was found predicts better: recommended."
-                      : "What was found predicts no better: keep what you had.");
+      c.recommended() ? "The noise that was found predicts better: recommended."
+                      : "The noise that was found predicts no better: keep what you had.");
 }
 
 /// A constant's own prior is 0 ± given.
 std::string constants_table(const ScenarioCalibration& c) {
   if (c.constants.empty()) return "";
   const bool several = c.scenarios.size() > 1;
-  TextTable table({{"error that stays", Align::left}, {"given ±"}, {"found"}, {"±"}, {"verdict", Align::left}});
+  TextTable table(
+      {{"error that stays", Align::left}, {"given ±"}, {"found"}, {"±"}, {"held out"}, {"verdict", Align::left}});
+  std::vector<ConstantVerdict> verdicts;
+  bool tried = false;
   for (const CalibratedConstant& constant : c.constants) {
     const FoundConstant& f = constant.found;
+    verdicts.push_back(f.verdict());
+    tried = tried || f.held_out;
     table.row({several ? fmt::format("{} of {}", f.name, constant.scenario) : f.name, fmt::format("{:.4g}", f.given),
                fmt::format("{:.5f}", f.value), fmt::format("{:.2g}", f.deviation),
-               f.at_odds()      ? "at odds with what was given: may stand for a misfit elsewhere, not to be trusted"
-               : f.determined() ? "found"
-                                : "not told apart from motion and other errors: held at what was given"});
+               f.held_out ? fmt::format("{:+.1f} ± {:.1f}", f.held_out->gain, f.held_out->error) : "–",
+               std::string(text(verdicts.back()))});
   }
   return (c.parameters.empty() ? "" : "\n") + table.str() +
-         "A scale is what is read too much of 1; misalignments are in rad, delays in s.\n";
+         "Scales are what is read too much of 1; misalignments in rad, delays in s, biases in the units of their "
+         "rows.\n" +
+         (tried ? "Held out: the gain in the log likelihood of held-out measurements, by the constant as found on the "
+                  "others.\n"
+                : "") +
+         constants_advice(verdicts);
 }
 
 CalibrationJson entries_json(const std::vector<NoiseEntry>& entries) {
@@ -87,8 +99,7 @@ std::string report(const ScenarioCalibration& c) {
                                  fmt::join(c.scenarios, ", "), name(c.summary.status), c.summary.solves, c.seconds);
   TextTable table({{"parameter", Align::left}, {"given"}, {"found"}, {"±"}, {"gain"}, {"verdict", Align::left}});
   for (const CalibratedParameter& p : c.parameters) {
-    const bool told = p.distrust == Distrust::none &&
-                      (p.result.determined || p.result.bounded || p.result.at_bound || !has_range(p.result));
+    const bool told = p.distrust == Distrust::none && (p.result.determined || p.result.bounded || !has_range(p.result));
     table.row({p.name, fmt::format("{:.4g}", p.given), told ? fmt::format("{:.4g}", p.found()) : "–",
                told && has_range(p.result) ? fmt::format("{:.2g}", p.found() * p.result.log_error) : "–",
                told && has_range(p.result) ? fmt::format("{:.1f}", p.result.gain) : "–", verdict(p)});
@@ -163,14 +174,16 @@ std::string calibration_json(const ScenarioCalibration& c) {
     row["flat_to"] = p.given * p.result.flat_to;
     json["parameters"].push_back(row);
   }
-  for (const CalibratedConstant& constant : c.constants)
+  for (const CalibratedConstant& constant : c.constants) {
     json["staying_errors"].push_back({{"scenario", constant.scenario},
                                       {"name", constant.found.name},
                                       {"given_sigma", constant.found.given},
                                       {"value", constant.found.value},
                                       {"sigma", constant.found.deviation},
-                                      {"determined", constant.found.determined()},
-                                      {"at_odds", constant.found.at_odds()}});
+                                      {"verdict", text(constant.found.verdict())}});
+    if (const auto& held_out = constant.found.held_out)
+      json["staying_errors"].back()["held_out"] = {{"gain", held_out->gain}, {"gain_error", held_out->error}};
+  }
   json["residuals"] = CalibrationJson::array();
   for (std::size_t i = 0; i < c.after.size() && i < c.before.size(); ++i) {
     CalibrationJson row = {{"scenario", c.after[i].scenario}, {"parameter", c.after[i].parameter}};

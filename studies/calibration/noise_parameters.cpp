@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/calibration/noise_parameters.hpp>
@@ -13,19 +14,35 @@ bool is_among(const std::string& name, const std::vector<std::string>& names) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
+/// Numbers and constants are taken out of `free` before.
 void check_names(const std::vector<CalibratedEntry>& entries, const std::vector<std::string>& free,
-                 const std::vector<std::string>& others) {
-  std::vector<std::string> known;
+                 const std::vector<NumberEntry>& numbers) {
+  std::vector<std::string> known, near, shown;
+  const auto show = [&](const std::string& name, const std::vector<std::string>& components) {
+    shown.push_back(components.empty() ? name : fmt::format("{} ({})", name, fmt::join(components, ", ")));
+  };
   for (const CalibratedEntry& e : entries) {
     known.push_back(e.name);
+    std::vector<std::string> components;
     for (std::size_t c = 0; c < e.components.size(); ++c)
-      if (!e.components[c].empty()) known.push_back(e.parameter(c));
+      if (!e.components[c].empty()) known.push_back(e.parameter(c)), components.push_back(e.components[c]);
+    show(e.name, components);
   }
-  known.insert(known.end(), others.begin(), others.end());
+  near = known;
+  for (const CalibratedEntry& e : entries)
+    if (e.sensor)
+      for (const char* constant : {".scale", ".misalignment", ".delay"}) near.push_back(e.name + constant);
+  for (const NumberEntry& number : numbers) {
+    near.push_back(number.name);
+    for (const std::string& component : number.components) near.push_back(number.name + "." + component);
+    if (number.there && !number.components.empty()) show(number.name, number.components);
+  }
   for (const std::string& name : free)
     if (!is_among(name, known))
-      throw Error(
-          fmt::format("--free knows no {}{} (here: {})", quote(name), did_you_mean(name, known), listed(known)));
+      throw Error(fmt::format(
+          "--free knows no {}{} (here, in brackets components as in usbl.x: {}; of sensors scale, misalignment, delay, "
+          "time and dof, too)",
+          quote(name), did_you_mean(name, near), listed(shown)));
 }
 
 void add_rows(const CalibrationProblems& problems, std::size_t e, std::size_t c, NoiseGroup& group) {
@@ -48,9 +65,9 @@ void add_rows(const CalibrationProblems& problems, std::size_t e, std::size_t c,
 }  // namespace
 
 NoiseParameters::NoiseParameters(const CalibrationProblems& problems, const ScenarioCalibrationOptions& options,
-                                 const std::vector<std::string>& others) {
+                                 const std::vector<NumberEntry>& numbers) {
   const std::vector<CalibratedEntry>& entries = problems.front()->entries;
-  check_names(entries, options.free, others);
+  check_names(entries, options.free, numbers);
   for (std::size_t e = 0; e < entries.size(); ++e)
     for (std::size_t c = 0; c < entries[e].components.size(); ++c) {
       const std::string name = entries[e].parameter(c);

@@ -1,23 +1,22 @@
 #pragma once
 
-#include <memory>
 #include <string>
 #include <vector>
 
 #include <tandem/solvers/calibration/noise_group.hpp>
 #include <tandem/studies/calibration/calibrate_scenarios.hpp>
 #include <tandem/studies/calibration/calibration_problem.hpp>
+#include <tandem/studies/calibration/scenario_numbers.hpp>
 
 namespace tandem {
-
-using CalibrationProblems = std::vector<std::unique_ptr<CalibrationProblem>>;
 
 /// The standard deviations that are meant, with their groups.
 class NoiseParameters {
  public:
-  /// Throws Error on names of `free` that are neither noise nor in `others`, and on noise that is named and has no residuals.
+  /// Throws Error, with the nearest name also of `numbers`, on names of `free` that are no noise, and on noise that is named and
+  /// has no residuals.
   NoiseParameters(const CalibrationProblems& problems, const ScenarioCalibrationOptions& options,
-                  const std::vector<std::string>& others = {});
+                  const std::vector<NumberEntry>& numbers = {});
 
   /// Takes one out.
   void keep_given(std::size_t g);

@@ -103,16 +103,14 @@ std::vector<NoiseEntry> entries_of(const std::vector<ScenarioNumber>& numbers, c
   return entries;
 }
 
-std::vector<std::string> number_names(const Scenario& scenario, const TrackingOptions& target,
-                                      const NavigationOptions& own) {
-  std::vector<std::string> names;
-  for (const NumberOrNone& one : all_numbers(scenario, target, own)) {
-    if (!one.why_not.empty()) continue;
-    if (one.number.entry != one.number.name && (names.empty() || names.back() != one.number.entry))
-      if (std::find(names.begin(), names.end(), one.number.entry) == names.end()) names.push_back(one.number.entry);
-    names.push_back(one.number.name);
+std::vector<NumberEntry> number_entries(const Scenario& scenario, const TrackingOptions& target,
+                                        const NavigationOptions& own) {
+  std::vector<NumberEntry> entries;
+  for (const auto& [number, why_not] : all_numbers(scenario, target, own)) {
+    if (entries.empty() || entries.back().name != number.entry) entries.push_back({number.entry, {}, why_not.empty()});
+    if (number.name != number.entry) entries.back().components.push_back(number.name.substr(number.entry.size() + 1));
   }
-  return names;
+  return entries;
 }
 
 }  // namespace tandem

@@ -27,8 +27,14 @@ std::vector<ScenarioNumber> take_numbers(const Scenario& scenario, const Trackin
                                          const NavigationOptions& own, std::vector<std::string>& free);
 /// Their entries as given, whole.
 std::vector<NoiseEntry> entries_of(const std::vector<ScenarioNumber>& numbers, const Scenario& scenario);
-/// The names that there are, but for those whose sensors have none.
-std::vector<std::string> number_names(const Scenario& scenario, const TrackingOptions& target,
-                                      const NavigationOptions& own);
+
+/// What `--free` knows such numbers by.
+struct NumberEntry {
+  std::string name;                     ///< "twist_time", "lidar.time"
+  std::vector<std::string> components;  ///< "x", …; of sensors none
+  bool there = false;                   ///< the scenario, or its problem, has it
+};
+std::vector<NumberEntry> number_entries(const Scenario& scenario, const TrackingOptions& target,
+                                        const NavigationOptions& own);
 
 }  // namespace tandem

@@ -16,7 +16,7 @@
 namespace tandem {
 namespace {
 
-const std::string kOrientation = "orientation";
+const std::string kOrientation = "orientation", kNoiseFrom = "--noise-from";
 
 template <class T, class Parse>
 SetByOption<T> parse_setting(const std::string& option, const std::string& text, Parse parse) {
@@ -83,6 +83,7 @@ class Sensors {
     if (own_ && own_->imu) known.push_back({own_->imu->name, imu});
     const NamedNoise* const place = find(known, noise.name);
     if (!place) {
+      if (noise.option.starts_with(kNoiseFrom) && is_of_folder(noise.name)) return;  // of what is left aside here
       std::vector<std::string> names;
       for (const NamedNoise& n : known) names.push_back(n.name);
       fail_unknown(noise, "", names);
@@ -105,10 +106,12 @@ class Sensors {
       if (own.name == noise.name || own.name + ".error" == noise.name) turn(own, place->sigmas);
   }
 
-  /// The time of an error or degrees of freedom; false where it is none.
+  /// The time of an error or degrees of freedom; false where it is none of a sensor in use.
   bool set_number(const SetByOption<std::vector<double>>& noise, bool orientation_apart) {
     for (const SensorNumber& number : sensor_numbers(scenario_, {.orientation_apart = orientation_apart})) {
       if (number.name != noise.name) continue;
+      const std::string sensor = number.name.substr(0, number.name.rfind('.'));
+      if (!find_own(sensor) && !(target_ && find(target_->sensors, sensor))) return false;
       if (!number.settable) throw Error(fmt::format("{} {}: {}", noise.option, noise.name, number.why_not));
       if (noise.value.size() != 1 || !(noise.value[0] > 0) || !std::isfinite(noise.value[0]))
         throw Error(fmt::format("{} {} takes one finite number above zero", noise.option, noise.name));
@@ -184,6 +187,19 @@ class Sensors {
   }
 
  private:
+  /// Whether it is the noise of one of the folder's sensors, in use or not, or another entry of its noise.
+  bool is_of_folder(const std::string& name) const {
+    std::vector<std::string> names;
+    if (!scenario_.data.sensors.empty())
+      for (const NamedNoise& n : named_noise(scenario_.data)) names.push_back(n.name);
+    if (scenario_.navigation)
+      for (const EgoSensor& sensor : scenario_.navigation->sensors) {
+        names.push_back(sensor.name);
+        if (sensor.error && sensor.error->has_bias()) names.push_back(sensor.name + ".error");
+      }
+    for (const SensorNumber& number : sensor_numbers(scenario_, {})) names.push_back(number.name);
+    return std::find(names.begin(), names.end(), name) != names.end();
+  }
   /// "usbl.scale": the sensor's name, and which of its constants.
   struct Constant {
     std::string sensor;
@@ -270,7 +286,7 @@ NamedByOption parse_name(const std::string& option, const std::string& text) { r
 void add_sensors(CommandOptions& option, SensorOptions& sensors) {
   option.group("Sensors");
   option.repeatable("--without", "SENSOR", "Leave a sensor out", sensors.without, parse_name);
-  option.set_repeatedly("--noise-from", "FILE", "Standard deviations that tandem calibrate has written to FILE",
+  option.set_repeatedly(kNoiseFrom, "FILE", "Standard deviations that tandem calibrate has written to FILE",
                         [&sensors](const std::string& name, const std::string& text) {
                           for (NoiseEntry& entry : read_noise_file(text))
                             sensors.noise.push_back({{fmt::format("{} {}", name, text), entry.name}, entry.sigmas});

@@ -43,7 +43,8 @@ struct SensorsInUse {
 };
 
 /// Leaves sensors out and sets noises, losses, delays and held-out measurements of a scenario, as its files would have
-/// said. Throws Error on names that there are not among the sensors in use, and on values that do not fit them.
+/// said. Throws Error on names that there are not among the sensors in use, or, of --noise-from, in the folder, and on values
+/// that do not fit them.
 void apply(const SensorOptions& sensors, SensorsInUse in_use, Scenario& scenario);
 
 /// Throws Error, with the names that there are, where it is none of the chaser's own sensors.

@@ -1,11 +1,41 @@
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <tandem/studies/navigation/found_constants.hpp>
 
 namespace tandem {
+
+std::string_view text(ConstantVerdict verdict) {
+  switch (verdict) {
+    case ConstantVerdict::found:
+      return "found";
+    case ConstantVerdict::predicts_better:
+      return "found; predicts held-out data better: recommended";
+    case ConstantVerdict::predicts_no_better:
+      return "found, but predicts held-out data no better: leave it out";
+    case ConstantVerdict::untold:
+      return "not told by the data: held at what was given";
+    case ConstantVerdict::at_odds:
+      return "at odds with what was given: not to be trusted";
+    case ConstantVerdict::too_little_given:
+      return "at odds with what was given, but predicts held-out data better: give it more";
+    case ConstantVerdict::unknown:
+      break;
+  }
+  return "without a standard error: not known how well the data tell it";
+}
+
+ConstantVerdict FoundConstant::verdict() const {
+  constexpr double kFar = 2, kNarrower = 0.9;  // of the deviation before
+  const bool better = held_out && held_out->gain > held_out->error;
+  if (std::abs(value) > kFar * given) return better ? ConstantVerdict::too_little_given : ConstantVerdict::at_odds;
+  if (!(deviation > 0)) return ConstantVerdict::unknown;
+  if (!(deviation < kNarrower * given)) return ConstantVerdict::untold;
+  if (!held_out) return ConstantVerdict::found;
+  return better ? ConstantVerdict::predicts_better : ConstantVerdict::predicts_no_better;
+}
 
 std::string FoundConstant::text() const {
   return deviation > 0 ? fmt::format("{} {:.5f} ± {:.5f}", name, value, deviation)
@@ -33,8 +63,7 @@ std::vector<FoundConstant> found_constants(const Problem& problem, const std::ve
   const auto add = [&]<LieGroup G>(const SensorConstant& constant, const Variable<G>& x) {
     Eigen::VectorXd deviation;
     if (marginals) deviation = marginals->covariance(x).diagonal().cwiseSqrt();
-    add_rows(constant.name, problem.value(x).Log(), Eigen::VectorXd::Constant(G::dof, constant.sigma), deviation,
-             found);
+    add_rows(constant.name, problem.value(x).Log(), constant.sigma, deviation, found);
   };
   for (const SensorConstant& constant : constants) std::visit([&](const auto& x) { add(constant, x); }, constant.state);
   return found;
@@ -48,25 +77,19 @@ std::vector<FoundConstant> found_errors(const std::vector<OnlineEstimator::Senso
 
 std::string constants_text(const std::vector<FoundConstant>& constants) {
   if (constants.empty()) return "";
-  std::string text = "Errors that stay (scale 1, misalignment rad, delay s, bias in the units of its rows):\n";
-  std::vector<std::string> untold, at_odds;
+  std::string lines = "Errors that stay (scale 1, misalignment rad, delay s, bias in the units of its rows):\n";
+  std::vector<ConstantVerdict> verdicts;
   for (const FoundConstant& c : constants) {
-    text += fmt::format("  {}\n", c.text());
-    if (c.at_odds())
-      at_odds.push_back(c.name);
-    else if (c.deviation > 0 && !c.determined())
-      untold.push_back(c.name);
+    verdicts.push_back(c.verdict());
+    lines += fmt::format("  {}: {}\n", c.text(), text(verdicts.back()));
   }
-  if (!at_odds.empty())
-    text += fmt::format(
-        "{} is more than two of its standard deviations from none: it may stand for a misfit elsewhere, of the "
-        "target's "
-        "motion above all. Try another --model, or leave it out.\n",
-        fmt::join(at_odds, ", "));
-  if (!untold.empty())
-    text += fmt::format("The data do not tell {} apart from the motion and the other errors: held at what was given.\n",
-                        fmt::join(untold, ", "));
-  return text;
+  return lines + constants_advice(verdicts);
+}
+
+std::string constants_advice(const std::vector<ConstantVerdict>& verdicts) {
+  if (std::find(verdicts.begin(), verdicts.end(), ConstantVerdict::at_odds) == verdicts.end()) return "";
+  return "At odds is what is more than two of its given standard deviations from none: it may stand for a misfit "
+         "elsewhere, of\nthe target's motion above all. Try another --model, or leave it out.\n";
 }
 
 }  // namespace tandem

@@ -20,20 +20,26 @@ stats parameters using (i = i + 1, title[i] = strcol('parameter'), given[i] = co
 
 columns = 4
 rows = (n + columns - 1) / columns
-call here.'figure.gp' sprintf('%d', 90 + 175 * rows) 'Evidence along each standard deviation, against what was found'
+call here.'figure.gp' sprintf('%d', 100 + 175 * rows) 'Evidence along each standard deviation, against what was found'
 set multiplot
+# The legend by itself, as wide as all panels.
+unset border; unset tics
+plot [0:1] [0:1] NaN with lines lw 2 lc rgb blue title 'evidence', NaN with lines lc rgb vermilion dt 2 title 'as given', \
+  NaN with lines lc rgb blue title 'as found'
+unset label 1
+set key off
+set border 3
 set yrange [-8:*]
-set ytics font ',10'
-set xtics font ',10' offset 0,0.3
+set ytics nomirror font ',10' tc rgb '#333333'
+set xtics nomirror font ',10' tc rgb '#333333' offset 0,0.3
 set logscale x
 set format x '%.2g'
-set key off
 do for [k = 1:n] {
   row = (k - 1) / columns; place = (k - 1) % columns
   set lmargin at screen (45.0 + 215 * place) / 900
   set rmargin at screen (45.0 + 215 * place + 180) / 900
-  set tmargin at screen (1 - (75.0 + 175 * row) / height)
-  set bmargin at screen (1 - (75.0 + 175 * row + 115) / height)
+  set tmargin at screen (1 - (85.0 + 175 * row) / height)
+  set bmargin at screen (1 - (85.0 + 175 * row + 115) / height)
   set title title[k].(told[k] == 1 ? '' : ' (not told)') noenhanced offset 0,-0.7 font ',11'
   undefine s_*
   stats evidence using (strcol('parameter') eq title[k] ? column('sigma') : NaN) name 's' nooutput
@@ -46,6 +52,5 @@ do for [k = 1:n] {
     set arrow 2 from found[k], graph 0 to found[k], graph 1 nohead lc rgb blue
     plot evidence using (strcol('parameter') eq title[k] ? column('sigma') : NaN):'log_evidence' with lines lw 2 lc rgb blue
   }
-  unset label 1
 }
 unset multiplot

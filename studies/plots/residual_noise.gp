@@ -16,7 +16,7 @@ stats correlations using (names = strstrt(' '.names, ' '.strcol('parameter').' '
 n = words(names)
 if (n == 0) { exit }
 
-call here.'figure.gp' sprintf('%d', 90 + 175 * n) 'Standardised residuals: histograms, and correlation of neighbours'
+call here.'figure.gp' sprintf('%d', 100 + 175 * n) 'Standardised residuals: histograms, and correlation of neighbours'
 set multiplot
 bin = 0.25
 placed(x) = bin * (floor(x / bin) + 0.5)
@@ -25,14 +25,13 @@ grey_box = "lc rgb '".pale."'"
 set samples 200
 do for [k = 1:n] {
   this = word(names, k)
-  set tmargin at screen (1 - (70.0 + 175 * (k - 1)) / height)
-  set bmargin at screen (1 - (70.0 + 175 * (k - 1) + 118) / height)
+  set tmargin at screen (1 - (80.0 + 175 * (k - 1)) / height)
+  set bmargin at screen (1 - (80.0 + 175 * (k - 1) + 118) / height)
   set lmargin at screen 0.08
   set rmargin at screen 0.50
   set title this noenhanced offset 0,-0.7 font ',11'
   set xrange [-5:5]; set yrange [0:*]; set xtics 1 font ',10' offset 0,0.4; set ytics autofreq font ',10'
-  unset key
-  if (k == 1) { set key at screen 0.98,screen (1 - 10.0 / height) right top horizontal samplen 1.5 font ',12' }
+  if (k > 1) { unset key }
   array count[2] = [0, 0]
   stats residuals using (strcol('parameter') eq this ? (strcol('noise') eq 'given' ? (count[1] = count[1] + 1) : (count[2] = count[2] + 1), 1) : NaN) nooutput
   plot residuals using (strcol('parameter') eq this && strcol('noise') eq 'given' ? placed(column('standardised')) : NaN):(1.0 / (bin * max(count[1], 1))) smooth frequency with histeps lw 1.5 lc rgb vermilion title 'as given', \
@@ -44,7 +43,7 @@ do for [k = 1:n] {
   set rmargin at screen 0.98
   set title 'neighbours apart' font ',10' offset 0,-0.8
   if (k > 1) { unset title }
-  set xrange [0:25]; set yrange [-0.5:1]; set xtics 5; set ytics 0.5 font ',10'
+  set xrange [0:25]; set yrange [-1:1]; set xtics 5; set ytics 0.5 font ',10'
   plot correlations using (strcol('parameter') eq this && strcol('noise') eq 'given' ? column('lag') : NaN):'correlation' with linespoints pt 7 ps 0.3 lc rgb vermilion, \
     '' using (strcol('parameter') eq this && strcol('noise') eq 'found' ? column('lag') : NaN):'correlation' with linespoints pt 7 ps 0.3 lc rgb blue, \
     0 with lines lc rgb '#555555' dt 2

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <tandem/problem/tracking/target_forecast.hpp>
+
 #include "allocations.hpp"
 #include "mixed_problem.hpp"
 
@@ -63,6 +65,38 @@ TEST(NoAllocation, EvaluationAsksTheHeapForNothing) {
   evaluate();
   EXPECT_EQ(allocations_of(evaluate), 0);
   EXPECT_TRUE(std::isfinite(sum));
+}
+
+template <template <LieGroup> class Start, LieGroup G>
+void look_ahead(Start<G> start, const TrackingOptions& options) {
+  TrackingNoise noise(G::point_dim == 2);
+  noise.constant_twist.setConstant(0.05);
+  noise.constant_velocity.setConstant(0.05);
+  start.covariance.setIdentity();
+  std::optional<detail::TargetForecast<G>> there;
+  EXPECT_EQ(allocations_of([&] { there = forecast(start, options, noise, 1.0, 4.5); }), 0);
+  EXPECT_TRUE(there.has_value());
+}
+
+TEST(NoAllocation, AForecastAsksTheHeapForNothing) {
+  const auto of_both = []<LieGroup G>(const G& before) {
+    using Point = Rn<G::point_dim>;
+    typename G::Tangent way = G::Tangent::Zero();
+    way[0] = 0.8;
+    const G now = before * G::Exp(way);
+    const Bounds<1> slow = between(0.0, 0.5);
+    for (const Role role : {Role::off, Role::soft}) {
+      TrackingOptions options{.non_holonomic = role, .surge = slow, .max_yaw_rate = 0.1, .limits = role};
+      look_ahead(detail::PoseForecastStart<G>{before, now, 1.0, {}}, options);
+      look_ahead(detail::TwistForecastStart<G>{now, Rn<G::dof>(way), {}}, options);
+      look_ahead(detail::PointForecastStart<G>{Point(before.translation()), Point(now.translation()), 1.0, {}},
+                 options);
+      options.model = MotionModel::damped_twist;
+      look_ahead(detail::PoseForecastStart<G>{before, now, 1.0, {}}, options);
+    }
+  };
+  of_both(SE3());
+  of_both(SE2());
 }
 
 }  // namespace

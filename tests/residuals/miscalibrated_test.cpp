@@ -25,11 +25,11 @@ TEST(Miscalibrated, is_zero_where_the_errors_are_those_of_the_sensor) {
   const double now = 3.0, delay = 0.4, scale = 0.05;
   const SE3 sensor = chaser(now - delay) * mounted * SE3(turn, Vector<3>::Zero());
   const Vector<3> z = (1 + scale) * sensor.inverse().act(target(now - delay).act(beacon)) + bias;
-  for (const double dt : {-1.0, 0.7}) {
+  for (const Neighbours& apart : {Neighbours{1.0, 0.7}, Neighbours{1.0, 0}, Neighbours{0, 0.7}}) {
     Vector<3> r;
-    Miscalibrated<UsblPosition<>>{{z, mounted, beacon}, mounted, beacon, dt}(
-        chaser(now), chaser(now + dt), target(now), target(now + dt), R3(bias), Rn<1>(Vector<1>(scale)), turn,
-        Rn<1>(Vector<1>(delay)), r);
+    Miscalibrated<UsblPosition<>>{{z, mounted, beacon}, mounted, beacon, apart}(
+        chaser(now), chaser(now - apart.before), chaser(now + apart.after), target(now), target(now - apart.before),
+        target(now + apart.after), R3(bias), Rn<1>(Vector<1>(scale)), turn, Rn<1>(Vector<1>(delay)), r);
     EXPECT_LT(r.norm(), 1e-13);
   }
 }
@@ -38,13 +38,13 @@ TEST(Miscalibrated, without_errors_is_what_it_wraps) {
   const UsblPosition<> plain{Vector<3>(1, 2, 3), mounted, beacon};
   const SE3 c = SE3::Exp(tangent<SE3>(0.9, 2.0)), t = SE3::Exp(tangent<SE3>(2.6, 9.0));
   Vector<3> r, with;
-  Matrix<3, 6> Jc, Jt, with_Jc, with_Jt, other;
+  Matrix<3, 6> Jc, Jt, with_Jc, with_Jt, before, after;
   plain(c, t, r, &Jc, &Jt);
-  Miscalibrated<UsblPosition<>>{plain, mounted, beacon}(c, SE3(), t, SE3(), R3(), Rn<1>(), SO3(), Rn<1>(), with,
-                                                        &with_Jc, &other, &with_Jt);
+  Miscalibrated<UsblPosition<>>{plain, mounted, beacon}(c, SE3(), SE3(), t, SE3(), SE3(), R3(), Rn<1>(), SO3(), Rn<1>(),
+                                                        with, &with_Jc, &before, &after, &with_Jt);
   EXPECT_LT((r - with).norm(), 1e-13);
   EXPECT_LT((Jc - with_Jc).norm() + (Jt - with_Jt).norm(), 1e-12);
-  EXPECT_LT(other.norm(), 1e-13);
+  EXPECT_EQ(before.norm() + after.norm(), 0);
 }
 
 TEST(Miscalibrated, moves_a_pose_along_the_line_of_sight_alone) {
@@ -52,40 +52,44 @@ TEST(Miscalibrated, moves_a_pose_along_the_line_of_sight_alone) {
   Vector<6> r;
   Matrix<6, 1> by_scale;
   const SE3 c, t = mounted * plain.z;
-  Miscalibrated<RelativePose<>>{plain, mounted}(c, c, t, t, Rn<6>(), Rn<1>(), SO3(), Rn<1>(), r, nullptr, nullptr,
-                                                nullptr, nullptr, nullptr, &by_scale);
+  Miscalibrated<RelativePose<>>{plain, mounted}(c, c, c, t, t, t, Rn<6>(), Rn<1>(), SO3(), Rn<1>(), r, nullptr, nullptr,
+                                                nullptr, nullptr, nullptr, nullptr, nullptr, &by_scale);
   EXPECT_LT(r.norm(), 1e-13);
   EXPECT_LT(by_scale.tail<3>().norm(), 1e-13);
   EXPECT_NEAR(by_scale.norm(), plain.z.translation().norm(), 1e-12);
 }
 
+/// Delays at random are of up to 100 s: keyframes are as far apart, so that motion is not extrapolated over many turns.
 TEST(Miscalibrated, has_the_right_jacobians) {
   const Vector<3> z(1.0, 2.3, 3.0);
-  expect_right_jacobians_at_random(Miscalibrated<UsblPosition<>>{{z, mounted, beacon}, mounted, beacon, -1.2}, 3);
-  expect_right_jacobians_at_random(Miscalibrated<UsblPosition<SE3, R3>>{{z, mounted}, mounted, Vector<3>::Zero(), 0.8},
-                                   4);
+  expect_right_jacobians_at_random(Miscalibrated<UsblPosition<>>{{z, mounted, beacon}, mounted, beacon, {120, 90}}, 3);
   expect_right_jacobians_at_random(
-      Miscalibrated<RelativePose<>>{{SE3::Exp(0.3 * Vector<6>::Ones()), mounted}, mounted, Vector<3>::Zero(), -0.5}, 5);
+      Miscalibrated<UsblPosition<SE3, R3>>{{z, mounted}, mounted, Vector<3>::Zero(), {0, 80}}, 4);
+  expect_right_jacobians_at_random(
+      Miscalibrated<RelativePose<>>{{SE3::Exp(0.3 * Vector<6>::Ones()), mounted}, mounted, Vector<3>::Zero(), {0.5, 0}},
+      5);
 }
 
 TEST(Miscalibrated, has_the_right_jacobians_in_the_plane) {
   const SE2 mount(SO2(0.4), {0.3, 0.1});
   expect_right_jacobians_at_random(
-      Miscalibrated<RangeBearing<SE2>>{{5.0, Direction<2>(0.1), mount}, mount, Vector<2>::Zero(), -1}, 6);
+      Miscalibrated<RangeBearing<SE2>>{{5.0, Direction<2>(0.1), mount}, mount, Vector<2>::Zero(), {100, 200}}, 6);
   expect_right_jacobians_at_random(
-      Miscalibrated<Bearing<SE2, R2>>{{Direction<2>(0.1), mount}, mount, Vector<2>::Zero(), -1}, 7);
+      Miscalibrated<Bearing<SE2, R2>>{{Direction<2>(0.1), mount}, mount, Vector<2>::Zero(), {200, 100}}, 7);
 }
 
 /// Errors as they are: of per cents, degrees and tenths of a second, residuals near nothing and near half a turn.
 TEST(Miscalibrated, has_the_right_jacobians_at_plausible_errors) {
-  const SE3 c = SE3::Exp(tangent<SE3>(0.9, 2.0)), c_before = c * SE3::Exp(tangent<SE3>(-0.1, -0.5));
-  const SE3 t = SE3::Exp(tangent<SE3>(2.0, 9.0)), t_before = t * SE3::Exp(tangent<SE3>(0.2, -0.8));
+  const SE3 c = SE3::Exp(tangent<SE3>(0.9, 2.0)), c_before = c * SE3::Exp(tangent<SE3>(-0.1, -0.5)),
+            c_after = c * SE3::Exp(tangent<SE3>(0.2, 0.6));
+  const SE3 t = SE3::Exp(tangent<SE3>(2.0, 9.0)), t_before = t * SE3::Exp(tangent<SE3>(0.2, -0.8)),
+            t_after = t * SE3::Exp(tangent<SE3>(-0.2, 0.9));
   for (const double size : {0.0, 1e-9, 1e-3, 0.1})
     for (const Vector<6>& e : residual_sizes<SE3>()) {
       const RelativePose<> pose{(c * mounted).inverse() * t * SE3::Exp(-e), mounted};
-      expect_right_jacobians(Miscalibrated<RelativePose<>>{pose, mounted, Vector<3>::Zero(), -1.0}, c, c_before, t,
-                             t_before, Rn<6>(Vector<6>(size * Vector<6>::Ones())), Rn<1>(Vector<1>(size)),
-                             SO3::Exp({size, -size, size}), Rn<1>(Vector<1>(2 * size)));
+      expect_right_jacobians(Miscalibrated<RelativePose<>>{pose, mounted, Vector<3>::Zero(), {1.0, 1.1}}, c, c_before,
+                             c_after, t, t_before, t_after, Rn<6>(Vector<6>(size * Vector<6>::Ones())),
+                             Rn<1>(Vector<1>(size)), SO3::Exp({size, -size, size}), Rn<1>(Vector<1>(2 * size)));
     }
 }
 

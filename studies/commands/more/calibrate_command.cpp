@@ -112,7 +112,9 @@ int run_calibrate(const CalibrateRequest& request, const CommandOptions& option)
   results.write = [&](const std::filesystem::path& folder) { write_results(found, folder); };
   if (found.cut_short)
     results.not_done = fmt::format("{}: {}", interrupted() ? "interrupted" : "the time limit was reached",
-                                   options.noise ? "the best noise so far" : "no constant is known yet");
+                                   options.noise             ? "the best noise so far"
+                                   : found.constants.empty() ? "no constant is known yet"
+                                                             : "constants are not tried on held-out data");
   else if (!found.summary.converged())
     results.not_done = "calibrate did not converge: " + found.summary.message;
   return finish(request.output, results);

@@ -43,7 +43,12 @@ TEST(EgoErrors, AnOffsetIsFoundWhereOthersTellIt) {
   const NavigationProblem constant = run.solved();
   EXPECT_LE(run.turn.largest_error(constant), 0.02);
   EXPECT_GT(plain, 5 * run.turn.largest_error(constant));
+  ASSERT_EQ(constant.constants.size(), 1u) << "one for the whole run";
+  EXPECT_EQ(constant.constants[0].name, "dvl.bias");
+  EXPECT_EQ(constant.constants[0].sigma, dvl.error->sigma);
+  EXPECT_NEAR(constant.problem.value(std::get<Variable<R3>>(constant.constants[0].state)).vector().x(), 0.1, 0.01);
   dvl.error->time = 100;
+  EXPECT_TRUE(run.solved().constants.empty()) << "a bias that is forgotten is no constant";
   EXPECT_LE(run.turn.largest_error(run.solved()), 0.03);
 }
 
@@ -81,7 +86,8 @@ TEST(EgoErrors, TheDvlsScaleIsOneNumber) {
   run.sensor(EgoSensorType::dvl).error = StayingError{Vector<3>::Constant(0.001)};
   NavigationProblem built = make_navigation_problem(run.data, run.turn.guess(), run.turn.start(), {.dvl_scale = true});
   EXPECT_TRUE(solve(built.problem, GaussNewtonOptions{}).converged());
-  EXPECT_TRUE(built.constants.empty());
+  ASSERT_EQ(built.constants.size(), 1u);
+  EXPECT_EQ(built.constants[0].name, "dvl.bias") << "the scale is --dvl-scale's";
   EXPECT_NEAR(built.problem.value(*built.dvl_scale).vector()[0], 0.05, 0.005);
 }
 

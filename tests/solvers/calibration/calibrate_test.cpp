@@ -378,6 +378,39 @@ TEST(Calibrate, StopsWithTheBestSoFar) {
   EXPECT_NE(found.noise[0].factor, 1);
 }
 
+/// Rows count anew under a loss as the noise changes; what is told all along is the gain over what was given.
+TEST(Calibrate, GainsAreToldAgainstWhatWasGivenAlsoAsRowsCountAnew) {
+  const auto run = [](std::vector<double>& told, int stop_after) {
+    Walk walk(5, 300, 0.05);
+    walk.given_seen = 5, walk.given_walk = 3;
+    walk.build(Cauchy(2));
+    std::atomic<bool> stop = false;
+    CalibrationOptions options;
+    options.ranges = false;
+    options.stop = Stop(&stop);
+    options.progress = [&](int, const Eigen::VectorXd&, double gain) {
+      told.push_back(gain);
+      stop = static_cast<int>(told.size()) == stop_after;
+    };
+    return calibrate(walk.problem, {walk.steps, walk.fixes}, options);
+  };
+  std::vector<double> told;
+  const Calibration found = run(told, 0);
+  ASSERT_TRUE(found.converged()) << found.message;
+  ASSERT_GT(found.gain, 100);
+  EXPECT_NEAR(told.back(), found.gain, 0.01 * found.gain);
+  int falls = 0;
+  for (std::size_t i = 1; i < told.size(); ++i) {
+    falls += told[i] < told[i - 1] - 1e-6;
+    EXPECT_GT(told[i], 0.8 * told[i - 1]) << "iteration " << i << ": it does not begin again";
+  }
+  EXPECT_GE(falls, 1) << "as rows count anew, which is what is to be seen here";
+  for (int n = 1; n <= static_cast<int>(told.size()); ++n) {
+    std::vector<double> some;
+    EXPECT_EQ(run(some, n).gain, told[std::size_t(n) - 1]) << "stopped after iteration " << n;
+  }
+}
+
 TEST(Calibrate, StoppedBeforeItBeganIsAsGiven) {
   Walk walk(2);
   walk.build();

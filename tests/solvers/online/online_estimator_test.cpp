@@ -187,12 +187,6 @@ TEST(OnlineTarget, HypothesesTellTheNewestStateAndWhatComes) {
   }
   EXPECT_GT(estimator.relative_target(3)->covariance->trace(), estimator.relative_target(0)->covariance->trace());
   EXPECT_TRUE(estimator.target()->rotation.has_value()) << "the course tells it";
-
-  options.hypotheses = false;
-  OnlineEstimator window(d, {}, options);
-  run(d, window);
-  EXPECT_TRUE(window.relative_target(0)->covariance.has_value());
-  EXPECT_FALSE(window.relative_target(3)->covariance.has_value());
 }
 
 TEST(OnlineTarget, HypothesesNeedFixesOfPositions) {

@@ -1,3 +1,4 @@
+#include <Eigen/LU>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -218,6 +219,10 @@ TEST(OnlineEgo, WithATargetItIsTheJointBatchEstimate) {
   EXPECT_LE((batch.chaser_pose(last).inverse() * estimator.chaser().pose).Log().norm(), 1e-3);
   EXPECT_LE((batch.target_state(last).position - estimator.target()->position).norm(), 1e-3);
   EXPECT_LE((batch.target_state(last).position - vessel(20).translation()).norm(), 0.5);
+  const RelativeTarget now = estimator.relative_target(0).value(), ahead = estimator.relative_target(2).value();
+  const Vector<3> e = ahead.position - LevelTurn::pose(20).inverse().act(vessel(22).translation());
+  EXPECT_LE(e.dot(ahead.covariance.value().inverse() * e), 14.2) << "0.3 % of three degrees of freedom";
+  EXPECT_GT(ahead.covariance->trace(), now.covariance.value().trace());
 }
 
 }  // namespace

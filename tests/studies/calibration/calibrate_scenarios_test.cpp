@@ -67,6 +67,68 @@ TEST(CalibrateScenarios, FindsTheNoiseOfASensorFromAWrongOne) {
     }
 }
 
+/// What comes to the end of what is allowed is no number to go by.
+TEST(CalibrateScenarios, WhatRunsToTheEndOfWhatIsAllowedIsKept) {
+  Scenario scenario = simulated(5, 240);
+  const double truth = scenario.data.sensors[1].sigma[0];
+  scenario.data.sensors[0].sigma[0] *= 1e5;
+  scenario.data.sensors[1].sigma[0] *= 2;
+  ScenarioCalibrationOptions options;
+  options.free = {"usbl.x", "optical.x"};
+  options.prior = 100;
+  options.folds = 0;
+  const ScenarioCalibration found = calibrate_scenarios({scenario}, options);
+  const CalibratedParameter& kept = find(found, "usbl.x");
+  EXPECT_TRUE(kept.result.at_bound);
+  EXPECT_EQ(kept.distrust, Distrust::at_bound);
+  EXPECT_EQ(kept.found(), kept.given);
+  for (const NoiseEntry& entry : found.noise)
+    if (entry.name == "usbl") {
+      EXPECT_EQ(entry.sigmas[0], kept.given);
+    }
+  EXPECT_NEAR(find(found, "optical.x").found() / truth, 1, 0.2) << "the others are found beside it";
+  EXPECT_THAT(report(found), HasSubstr("as far as is allowed; kept"));
+}
+
+/// Beside the USBL another one that reads 5 m too much ahead, and nothing to either side.
+TEST(CalibrateScenarios, ConstantsAreRecommendedIfHeldOutDataArePredictedBetter) {
+  Scenario scenario = simulated(5, 240);
+  TargetSensor sonar = scenario.data.sensors[0];
+  sonar.name = "sonar";
+  for (Measurement& m : sonar.measurements) m.position.x() += 5;
+  sonar.error = StayingError{Vector<3>::Constant(5.0)};
+  scenario.data.sensors.push_back(sonar);
+  scenario.data.sensors[0].error = StayingError{.misalignment = 0.1};
+  ScenarioCalibrationOptions options;
+  options.noise = false;
+  const ScenarioCalibration found = calibrate_scenarios({scenario}, options);
+  const auto of = [&](const std::string& name) {
+    const auto at = std::find_if(found.constants.begin(), found.constants.end(),
+                                 [&](const CalibratedConstant& c) { return c.found.name == name; });
+    return at == found.constants.end() ? FoundConstant{} : at->found;
+  };
+  EXPECT_EQ(of("sonar.bias.1").verdict(), ConstantVerdict::predicts_better);
+  EXPECT_NEAR(of("sonar.bias.1").value, 5, 3 * of("sonar.bias.1").deviation);
+  ASSERT_TRUE(of("usbl.misalignment.rz").held_out.has_value());
+  EXPECT_LT(of("usbl.misalignment.rz").held_out->gain, 0.2 * of("sonar.bias.1").held_out->gain);
+  EXPECT_THAT(report(found), HasSubstr("found; predicts held-out data better: recommended"));
+  options.folds = 0;
+  for (const CalibratedConstant& c : calibrate_scenarios({scenario}, options).constants)
+    EXPECT_FALSE(c.found.held_out.has_value()) << c.found.name;
+}
+
+TEST(CalibrateScenarios, WhatTheDataBoundToOneSideIsSaidPlainly) {
+  ScenarioCalibration c;
+  CalibratedParameter low{"usbl.x", 2.0, {.name = "usbl.x", .factor = 0.2, .bounded = true}};
+  low.result.flat_from = 0.1, low.result.flat_to = 0.5;
+  CalibratedParameter high = low;
+  high.name = "usbl.y";
+  high.result.flat_from = 3, high.result.flat_to = 30;
+  c.parameters = {low, high};
+  EXPECT_THAT(report(c), testing::AllOf(HasSubstr("the data say no more than 1; how much less, what was given says"),
+                                        HasSubstr("the data say no less than 6; how much more, what was given says")));
+}
+
 TEST(CalibrateScenarios, SeveralShareWhatTheFirstOneGives) {
   std::vector<Scenario> both = {simulated(5, 90), simulated(6, 90)};
   both[1].data.sensors[0].sigma *= 5;
@@ -107,7 +169,11 @@ TEST(CalibrateScenarios, SaysWhatIsWrong) {
   const Scenario scenario = simulated(5, 60);
   ScenarioCalibrationOptions options;
   options.free = {"usbL.x"};
-  EXPECT_THAT(refusal({scenario}, options), testing::AllOf(HasSubstr("'usbL.x'"), HasSubstr("usbl.x")));
+  EXPECT_THAT(refusal({scenario}, options),
+              testing::AllOf(HasSubstr("--free knows no 'usbL.x'; did you mean usbl.x?"),
+                             HasSubstr("usbl (x, y, z), optical (x, y, z, rx, ry, rz), odometry (")));
+  options.free = {"usbl.scal"};
+  EXPECT_THAT(refusal({scenario}, options), HasSubstr("'usbl.scal'; did you mean usbl.scale?"));
   options.free = {"acceleration"};
   EXPECT_THAT(refusal({scenario}, options), HasSubstr("no residual"));
   options.free = {};

@@ -166,6 +166,45 @@ TEST(ScenarioNumbers, TimesOfAVelocityAreAlongTheFilesAxes) {
   EXPECT_EQ(scenario.data.noise.velocity_time, Eigen::VectorXd(Vector<3>(1, 7, 3)));
 }
 
+/// As noise that does: it is no number to go by, and the noise is found again beside what was given.
+TEST(ScenarioNumbers, ATimeThatRunsToTheEndOfWhatIsAllowedIsKept) {
+  Scenario scenario = damped_target(4, 400);
+  scenario.data.noise.twist_time[2] = kTime / 4000;
+  ScenarioCalibrationOptions options = options_for({"camera", "twist_time.yaw"}, 2);
+  options.prior = 0;
+  const ScenarioCalibration found = calibrate_scenarios({scenario}, options);
+  ASSERT_THAT(found.parameters, SizeIs(4));
+  EXPECT_EQ(found.parameters[3].name, "twist_time.yaw");
+  EXPECT_EQ(found.parameters[3].distrust, Distrust::at_bound);
+  EXPECT_EQ(found.parameters[3].found(), kTime / 4000);
+  EXPECT_THAT(report(found), HasSubstr("as far as is allowed; kept"));
+  EXPECT_EQ(found.noise.back().sigmas[2], kTime / 4000);
+  EXPECT_EQ(found.summary.noise.size(), 3u);
+}
+
+/// A constant's trial and a time's row in one run: the constant is that beside the time which is recommended.
+TEST(ScenarioNumbers, ConstantsAreTriedBesideATime) {
+  Scenario scenario = damped_target(6, 200);
+  scenario.data.sensors[0].error.emplace().delay = 0.3;
+  for (const double given : {kTime, 0.5}) {
+    scenario.data.noise.twist_time[0] = given;
+    const ScenarioCalibration found = calibrate_scenarios({scenario}, options_for({"twist_time.x"}, 2));
+    ASSERT_THAT(found.parameters, SizeIs(1));
+    EXPECT_EQ(found.recommended(), given != kTime) << report(found);
+    scenario.data.noise.twist_time[0] = found.noise[0].sigmas[0];
+    ScenarioCalibrationOptions alone = options_for({}, 2);
+    alone.noise = false;
+    const ScenarioCalibration constants = calibrate_scenarios({scenario}, alone);
+    ASSERT_THAT(found.constants, SizeIs(1)) << report(found);
+    const FoundConstant &a = found.constants[0].found, &b = constants.constants.at(0).found;
+    EXPECT_EQ(a.name, "camera.delay");
+    EXPECT_NEAR(a.value, b.value, 1e-5);
+    ASSERT_TRUE(a.held_out && b.held_out);
+    EXPECT_NEAR(a.held_out->gain, b.held_out->gain, 1e-3);
+    EXPECT_NEAR(a.held_out->error, b.held_out->error, 1e-3);
+  }
+}
+
 TEST(ScenarioNumbers, AStopKeepsTheBestSoFar) {
   Scenario scenario = damped_target(4, 200);
   scenario.data.noise.twist_time.setConstant(30);
@@ -191,7 +230,8 @@ TEST(ScenarioNumbers, SaysWhatIsMissing) {
   EXPECT_THAT(refusal(scenario, options_for({"camera.time"})), HasSubstr("--error camera="));
   EXPECT_THAT(refusal(scenario, options_for({"camera.dof"})), HasSubstr("--loss camera=student-t:3"));
   EXPECT_THAT(refusal(scenario, options_for({"camera.tim"})),
-              AllOf(HasSubstr("'camera.tim'"), HasSubstr("twist_time.yaw")));
+              AllOf(HasSubstr("'camera.tim'; did you mean camera.time?"), HasSubstr("twist_time (x, y, yaw)")));
+  EXPECT_THAT(refusal(scenario, options_for({"twst_time.x"})), HasSubstr("did you mean twist_time.x?"));
   Scenario robust = scenario;
   robust.data.sensors[0].loss = Cauchy(2);
   EXPECT_THAT(refusal(robust, options_for({"camera.dof"})),

@@ -33,8 +33,10 @@ TEST_F(CalibrateCommand, FindsConstantsOfErrorsThatStay) {
   const auto json = nlohmann::json::parse(outcome.output);
   EXPECT_TRUE(json["parameters"].empty());
   ASSERT_EQ(json["staying_errors"].size(), 2u);
-  for (const auto& found : json["staying_errors"])  // none in the simulation
+  for (const auto& found : json["staying_errors"]) {  // none in the simulation
     EXPECT_LT(std::abs(found["value"].get<double>()), 4 * found["sigma"].get<double>()) << found;
+    EXPECT_LE(found["held_out"]["gain"], found["held_out"]["gain_error"]) << "nor do they predict better";
+  }
   const Outcome table = run_tandem({"calibrate", run(), "--free", "usbl.scale"});
   EXPECT_THAT(table.output, HasSubstr("error that stays"));
   EXPECT_THAT(run_tandem({"calibrate", run(), "--free", "usbl.scale", "--out", noise_}).errors,
@@ -42,6 +44,29 @@ TEST_F(CalibrateCommand, FindsConstantsOfErrorsThatStay) {
   EXPECT_THAT(run_tandem({"calibrate", run(), "--free", "usb.scale"}).errors, HasSubstr("knows no sensor 'usb'"));
   const Outcome estimate = run_tandem({"estimate", run(), "--error", "usbl.scale=0.05", "--json"});
   EXPECT_TRUE(nlohmann::json::parse(estimate.output)["staying_errors"].contains("usbl.scale")) << estimate.errors;
+}
+
+/// A bias of the whole recording is told as other constants are, by every command, in space and in the plane.
+TEST_F(CalibrateCommand, TellsConstantBiases) {
+  const auto errors = [](const std::vector<std::string>& words) {
+    const Outcome outcome = run_tandem(words);
+    EXPECT_EQ(outcome.status, 0) << outcome.errors;
+    return nlohmann::json::parse(outcome.output)["staying_errors"];
+  };
+  const auto told = errors({"estimate", run(), "--error", "usbl=3,3,3", "--json"});
+  ASSERT_EQ(told.size(), 3u) << told;
+  EXPECT_LT(told["usbl.bias.3"]["sigma"], 3.0);
+  EXPECT_GT(told["usbl.bias.3"]["sigma"], 0.0);
+  EXPECT_EQ(errors({"estimate", run(), "--error", "usbl=3,3,3:60", "--json"}).size(), 0u) << "it changes";
+  EXPECT_THAT(run_tandem({"estimate", run(), "--error", "usbl=3,3,3"}).output,
+              ContainsRegex("Errors that stay .*\n  usbl.bias.1 -?[0-9.]+ ± [0-9.]+: "));
+  EXPECT_THAT(run_tandem({"calibrate", run(), "--free", "usbl.scale", "--error", "usbl=3,3,3", "--folds", "0"}).output,
+              ContainsRegex("usbl.bias.1 +3 "));
+  const std::string plane = (scratch_.path() / "plane").string(), dive = (scratch_.path() / "dive").string();
+  ASSERT_EQ(run_tandem({"simulate", "docking", "--minutes", "3", "--set", "planar=1", "--out", plane}).status, 0);
+  EXPECT_EQ(errors({"estimate", plane, "--error", "usbl=3,3", "--json"}).size(), 2u);
+  ASSERT_EQ(run_tandem({"simulate", "dive", "--minutes", "1", "--out", dive}).status, 0);
+  EXPECT_TRUE(errors({"navigate", dive, "--error", "depth=1", "--json"}).contains("depth.bias.1"));
 }
 
 TEST_F(CalibrateCommand, WritesNoiseThatOtherCommandsTake) {

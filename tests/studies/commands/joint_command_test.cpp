@@ -53,6 +53,25 @@ TEST_F(JointCommand, TheReportSaysSo) {
               HasSubstr("The chaser by its own sensors, together with the target; measurements used: dvl "));
 }
 
+/// A noise file for the whole folder serves a command that leaves the target aside, too; one with names of another does not.
+TEST_F(JointCommand, NavigateTakesANoiseFileThatKnowsTheTargetsSensorsToo) {
+  const ScratchFolder scratch;
+  const auto file = scratch.write("n.yaml",
+                                  "noise:\n  usbl: [2, 2, 2]\n  usbl.time: [20]\n  constant_twist: [1, 1, 1, 1, 1, 1]\n"
+                                  "  dvl: [0.5, 0.5, 0.5]\n");
+  const auto cost = [](std::vector<std::string> words) {
+    words.insert(words.begin(), {"navigate", dive(), "--no-covariance", "--json"});
+    const Outcome outcome = run_tandem(words);
+    EXPECT_EQ(outcome.status, 0) << outcome.errors;
+    return Json::parse(outcome.output, nullptr, false)["cost"];
+  };
+  EXPECT_EQ(cost({"--noise-from", file.string()}), cost({"--noise", "dvl=0.5,0.5,0.5"}));
+  const auto other = scratch.write("o.yaml", "noise:\n  sonar: [2, 2, 2]\n  dvl: [0.5, 0.5, 0.5]\n").string();
+  EXPECT_THAT(refusal({"navigate", dive(), "--noise-from", other}), HasSubstr("o.yaml knows no 'sonar'"));
+  EXPECT_THAT(refusal({"navigate", dive(), "--noise", "usbl=2,2,2"}), HasSubstr("knows no 'usbl'"))
+      << "what is typed is meant";
+}
+
 TEST_F(JointCommand, ModelsAreComparedOnItToo) {
   const Outcome outcome =
       run_tandem({"models", dive(), "--models", "constant-twist,white-noise-acceleration", "--json"});

@@ -146,7 +146,11 @@ TEST(TrackCommand, TheNewestStateIsByHypothesesUnlessAModelIsAskedFor) {
   EXPECT_THAT(window.at("model"), testing::Not(HasSubstr("motion hypotheses")));
   EXPECT_LT(newest["errors"]["usbl"]["orientation_mean_deg"], window["errors"]["usbl"]["orientation_mean_deg"]);
   EXPECT_LT(newest["predictions"][1]["position_mean_m"], window["predictions"][1]["position_mean_m"]);
-  EXPECT_TRUE(newest["predictions"][0].contains("position_nees_mean"));
+  for (const Json& told : {newest, window})
+    for (const Json& prediction : told["predictions"]) {
+      EXPECT_GT(prediction["position_nees_mean"], 0.5) << prediction;
+      EXPECT_LT(prediction["position_nees_mean"], 9) << prediction;
+    }
   EXPECT_TRUE(newest["errors"]["optical"].contains("position_nees_mean"));
 }
 

@@ -9,16 +9,34 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
+/// One vocabulary: that of text(ConstantVerdict), in every line.
 TEST(FoundConstants, AreFoundOrNotToldOrAtOddsWithWhatWasGiven) {
   const FoundConstant found{"usbl.scale", 0.02, 0.05, 0.003}, untold{"camera.delay", 0.1, 0.3, 0.29},
       at_odds{"optical.delay", -5.7, 0.3, 0.2};
-  EXPECT_TRUE(found.determined() && !found.at_odds());
-  EXPECT_TRUE(!untold.determined() && !untold.at_odds());
-  EXPECT_TRUE(at_odds.at_odds());
-  const std::string text = constants_text({found, untold, at_odds});
-  EXPECT_THAT(text, HasSubstr("The data do not tell camera.delay apart"));
-  EXPECT_THAT(text, HasSubstr("optical.delay is more than two of its standard deviations from none"));
-  EXPECT_THAT(constants_text({found}), Not(HasSubstr("none")));
+  const FoundConstant without_errors{"dvl.scale", 0.02, 0.05};
+  EXPECT_EQ(found.verdict(), ConstantVerdict::found);
+  EXPECT_EQ(untold.verdict(), ConstantVerdict::untold);
+  EXPECT_EQ(at_odds.verdict(), ConstantVerdict::at_odds);
+  EXPECT_EQ(without_errors.verdict(), ConstantVerdict::unknown);
+  const std::string all = constants_text({found, untold, at_odds, without_errors});
+  for (const FoundConstant& c : {found, untold, at_odds, without_errors})
+    EXPECT_THAT(all, HasSubstr(c.text() + ": " + std::string(text(c.verdict())) + "\n"));
+  EXPECT_THAT(all, HasSubstr("more than two of its given standard deviations from none"));
+  EXPECT_THAT(constants_text({found, untold}), Not(HasSubstr("from none"))) << "no advice that nobody needs";
+}
+
+TEST(FoundConstants, AreRecommendedWhereHeldOutDataArePredictedBetter) {
+  FoundConstant c{"usbl.scale", 0.02, 0.05, 0.003};
+  c.held_out = {3.0, 1.0};
+  EXPECT_EQ(c.verdict(), ConstantVerdict::predicts_better);
+  c.held_out = {0.9, 1.0};
+  EXPECT_EQ(c.verdict(), ConstantVerdict::predicts_no_better);
+  c.value = 0.2;
+  EXPECT_EQ(c.verdict(), ConstantVerdict::at_odds);
+  c.held_out = {3.0, 1.0};
+  EXPECT_EQ(c.verdict(), ConstantVerdict::too_little_given) << "held-out data side with it, not with what was given";
+  c.value = 0.02, c.deviation = 0.05;
+  EXPECT_EQ(c.verdict(), ConstantVerdict::untold) << "what the data do not tell is not found";
 }
 
 }  // namespace
