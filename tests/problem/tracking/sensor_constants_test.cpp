@@ -116,7 +116,7 @@ Recovery recover(const Recording& recording) {
   return all;
 }
 
-TEST(SensorConstants, TrueOnesAreFoundWithinTheirStandardErrors) {
+TEST(StatisticalSensorConstants, TrueOnesAreFoundWithinTheirStandardErrors) {
   const Recovery of = recover({});
   EXPECT_LT(of.worst, 0.15);
   EXPECT_LT((of.mean.array() / of.truth.array()).abs().maxCoeff(), 0.05) << of.mean.transpose();
@@ -125,14 +125,14 @@ TEST(SensorConstants, TrueOnesAreFoundWithinTheirStandardErrors) {
 }
 
 /// Standard errors are of a thousandth of a second here, less than what motion between keyframes is known to.
-TEST(SensorConstants, TrueOnesAreFoundWhereMotionChangesBetweenKeyframes) {
+TEST(StatisticalSensorConstants, TrueOnesAreFoundWhereMotionChangesBetweenKeyframes) {
   const Recovery of = recover({.as_modelled = false});
   EXPECT_LT(of.worst, 0.15);
   EXPECT_LT((of.mean.array() / of.truth.array()).abs().maxCoeff(), 0.05) << of.mean.transpose();
 }
 
 /// Noise does not draw it to one side: a camera in time, alone.
-TEST(SensorConstants, ADelayIsNotDrawnToOneSide) {
+TEST(StatisticalSensorConstants, ADelayIsNotDrawnToOneSide) {
   double mean = 0, variance = 0;
   constexpr int seeds = 20;
   for (unsigned seed = 1; seed <= seeds; ++seed) {
