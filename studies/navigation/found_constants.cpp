@@ -19,8 +19,8 @@ std::string_view text(ConstantVerdict verdict) {
       return "not told by the data: held at what was given";
     case ConstantVerdict::at_odds:
       return "at odds with what was given: not to be trusted";
-    case ConstantVerdict::too_little_given:
-      return "at odds with what was given, but predicts held-out data better: give it more";
+    case ConstantVerdict::at_odds_yet_better:
+      return "at odds with what was given, but predicts held-out data better: true, or another misfit";
     case ConstantVerdict::unknown:
       break;
   }
@@ -30,7 +30,7 @@ std::string_view text(ConstantVerdict verdict) {
 ConstantVerdict FoundConstant::verdict() const {
   constexpr double kFar = 2, kNarrower = 0.9;  // of the deviation before
   const bool better = held_out && held_out->gain > held_out->error;
-  if (std::abs(value) > kFar * given) return better ? ConstantVerdict::too_little_given : ConstantVerdict::at_odds;
+  if (std::abs(value) > kFar * given) return better ? ConstantVerdict::at_odds_yet_better : ConstantVerdict::at_odds;
   if (!(deviation > 0)) return ConstantVerdict::unknown;
   if (!(deviation < kNarrower * given)) return ConstantVerdict::untold;
   if (!held_out) return ConstantVerdict::found;

@@ -20,7 +20,7 @@ enum class ConstantVerdict {
   predicts_no_better,  ///< found, and they are not
   untold,   ///< the data do not tell it apart from the motion and the other errors: it stays where its prior has it
   at_odds,  ///< farther from none than two of the deviations before: a model that is wrong elsewhere may move it
-  too_little_given,  ///< so far, and held-out measurements are predicted better with it
+  at_odds_yet_better,  ///< so far, and held-out measurements are predicted better with it
 };
 /// The words of every table, text and file.
 std::string_view text(ConstantVerdict verdict);

@@ -34,7 +34,7 @@ TEST(FoundConstants, AreRecommendedWhereHeldOutDataArePredictedBetter) {
   c.value = 0.2;
   EXPECT_EQ(c.verdict(), ConstantVerdict::at_odds);
   c.held_out = {3.0, 1.0};
-  EXPECT_EQ(c.verdict(), ConstantVerdict::too_little_given) << "held-out data side with it, not with what was given";
+  EXPECT_EQ(c.verdict(), ConstantVerdict::at_odds_yet_better) << "held-out data side with it, not with what was given";
   c.value = 0.02, c.deviation = 0.05;
   EXPECT_EQ(c.verdict(), ConstantVerdict::untold) << "what the data do not tell is not found";
 }
