@@ -78,6 +78,8 @@ namespace {
 
 constexpr std::string_view kBuilding = "building the problem";
 
+}  // namespace
+
 void check(const TrackingOptions& options) {
   const bool points_only = without_orientation(options.model);
   if (options.mode == Mode::B && !takes_points(options.model))
@@ -105,6 +107,8 @@ void check(const TrackingOptions& options) {
     throw Error("horizons are of constant or damped twist and velocity: the " + std::string(name(options.model)) +
                 " model ties no triples");
 }
+
+namespace {
 
 /// Whether each measurement of each sensor is a gross outlier, which is left out: whatever a loss still gave it would be
 /// rounding, and losses that begin wide begin with it. A keyframe of Mode B whose pose was measured stays one.

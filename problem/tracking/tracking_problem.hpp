@@ -170,6 +170,9 @@ struct TrackingProblem {
 /// One setting for real detections: Cauchy losses at two sigmas, a share of a ninth, the robust start.
 void make_robust(TrackingOptions& options);
 
+/// Throws Error, saying which, where options exclude each other, whatever the data.
+void check(const TrackingOptions& options);
+
 /// Keyframes, residuals and the initial guess out of the data. Throws Error when the data cannot make a problem (no
 /// odometry, no measurements, a measurement outside the odometry's time span, noise that is missing) or the options
 /// exclude each other, and Stopped when it is to stop. With TrackingData::ego, prior and odometry give way to the

@@ -80,8 +80,9 @@ struct Calibration {
 ///
 ///   log p(z | θ) ≈ −F(x*(θ); θ) − ½ log det H(x*(θ); θ) + Σ log det W(θ) − log Z(θ) + log p(θ),
 ///
-/// F the cost, x* its minimum, Z the integral of what is no measurement (CalibrationOptions::measured), H the Gauss-Newton Hessian there, under hard equalities confined to them; robust losses by
-/// their weights ρ′, and log det W by what their rows count for (counted_rows), so that outliers do not count as noise. Its derivative by log θ of a group,
+/// F the cost, x* its minimum, Z the integral of what is no measurement (CalibrationOptions::measured), H the Gauss-Newton
+/// Hessian there, under hard equalities confined to them; robust losses by their weights ρ′, and log det W by what their rows
+/// count for (counted_rows), so that outliers do not count as noise. Its derivative by log θ of a group,
 ///
 ///   Σ ρ′ (r² + (J Σ Jᵀ)) − n   over the group's n whitened rows, as losses count them,
 ///

@@ -13,6 +13,7 @@ constexpr const char* kNoDelay =
 
 void check(const TrackingData& tracking, const std::optional<NavigationData>& ego, const OnlineOptions& options) {
   const TrackingOptions& o = options.tracking;
+  check(o);
   if (o.model == MotionModel::steady_course)
     throw Error("the steady-course model is over a whole run: it has no window to estimate in as measurements come");
   if (o.model == MotionModel::none)

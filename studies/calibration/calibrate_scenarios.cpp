@@ -22,17 +22,29 @@ void check_alike(const Scenario& first, const Scenario& other) {
                         [&](const CalibratedEntry& e) { return e.name == one.name && e.kind == one.kind; });
   };
   const auto check = [&](const auto& with, const Scenario& in, const auto& lacking, const Scenario& out) {
-    for (const CalibratedEntry& e : with)
-      if (without(lacking, e))
-        throw Error(
-            fmt::format("{} has no {}{}, which {} has: calibrate scenarios with the same sensors together, or "
-                        "leave it out with --without {}",
-                        out.name, e.sensor ? e.kind + " sensor " : "noise ", e.name, in.name, e.name));
+    for (const CalibratedEntry& e : with) {
+      if (!without(lacking, e)) continue;
+      const bool error = e.name.ends_with(".error");
+      throw Error(
+          fmt::format("{} has no {}{}, which {} has: calibrate scenarios with the same sensors together, or {}",
+                      out.name, e.sensor ? e.kind + " sensor " : "noise ", e.name, in.name,
+                      e.sensor ? "leave it out with --without " + e.name
+                      : error  ? fmt::format("give all this error by --error {}", e.name.substr(0, e.name.rfind('.')))
+                               : "each by itself"));
+    }
   };
   check(a, first, b, other);
   check(b, other, a, first);
   if (first.data.planar != other.data.planar)
     throw Error(fmt::format("{} and {}: one is planar, the other is not", first.name, other.name));
+}
+
+/// Throws Error where a number that is meant is of no residual of `other`, whose errors or losses are of another kind.
+void check_numbers(const ScenarioCalibrationOptions& options, const Scenario& other) try {
+  std::vector<std::string> free = options.free;
+  take_numbers(other, options.target, options.own, free);
+} catch (const Error& error) {
+  throw Error(fmt::format("{}: {}", other.name, error.what()));
 }
 
 void copy_noise(const Scenario& from, Scenario& to) {
@@ -105,7 +117,10 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
   ScenarioCalibration result;
   for (Scenario& scenario : scenarios) {
     check_alike(scenarios.front(), scenario);
-    if (&scenario != &scenarios.front()) copy_noise(scenarios.front(), scenario);
+    if (&scenario != &scenarios.front()) {
+      copy_noise(scenarios.front(), scenario);
+      check_numbers(options, scenario);
+    }
     result.scenarios.push_back(scenario.name);
   }
   for (const Scenario& scenario : scenarios)

@@ -8,9 +8,9 @@
 namespace tandem {
 namespace {
 
-/// Tells each of a problem's constants, by its trial, how it predicts held-out measurements.
-void add_trials(const CalibrationProblem& problem, const std::vector<ConstantTrial>& trials, bool short_stretches,
-                ScenarioCalibration& result) {
+/// Tells each of a problem's constants, the result's from `first` on, by its trial, how it predicts held-out measurements.
+void add_trials(const CalibrationProblem& problem, std::size_t first, const std::vector<ConstantTrial>& trials,
+                bool short_stretches, ScenarioCalibration& result) {
   std::vector<std::string> untried;
   for (const ConstantTrial& trial : trials) {
     // Over longer than is held out an error of dead reckoning may well show.
@@ -18,9 +18,10 @@ void add_trials(const CalibrationProblem& problem, const std::vector<ConstantTri
       untried.push_back(trial.name);
       continue;
     }
-    for (CalibratedConstant& c : result.constants)
-      if (c.scenario == problem.scenario && (c.found.name == trial.name || c.found.name.starts_with(trial.name + ".")))
-        c.found.held_out = {trial.gain, trial.gain_error};
+    for (std::size_t i = first; i < result.constants.size(); ++i) {
+      FoundConstant& c = result.constants[i].found;
+      if (c.name == trial.name || c.name.starts_with(trial.name + ".")) c.held_out = {trial.gain, trial.gain_error};
+    }
   }
   if (!untried.empty())
     result.held.push_back(
@@ -36,6 +37,7 @@ void find_constants(const CalibrationProblems& problems, const HeldOutStretches&
   result.constants.clear();
   for (std::size_t p = 0; p < problems.size(); ++p) {
     CalibrationProblem& problem = *problems[p];
+    const std::size_t first = result.constants.size();
     const auto say_not = [&](const char* what, const std::string& why) {
       result.held.push_back(fmt::format("{}: {}: {}", problem.scenario, what, why));
     };
@@ -55,7 +57,7 @@ void find_constants(const CalibrationProblems& problems, const HeldOutStretches&
     try {
       const ConstantTrials tried = try_constants(problem.problem(), problem.sensor_constants(), folds, options);
       if (!tried.why.empty()) say_not("constants are not tried on held-out data", tried.why);
-      add_trials(problem, tried.trials, problem.longest_without_fix > held_out.seconds[p], result);
+      add_trials(problem, first, tried.trials, problem.longest_without_fix > held_out.seconds[p], result);
     } catch (const Stopped&) {  // found, and not tried
       return;
     }

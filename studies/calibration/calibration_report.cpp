@@ -32,11 +32,14 @@ std::string verdict(const CalibratedParameter& p) {
   }
   if (!has_range(r)) return "cut short: not known how well the data tell it";
   if (r.determined) return "found";
-  if (r.bounded)
-    return r.flat_to < 1 ? fmt::format("the data say no more than {:.2g}; how much less, what was given says",
-                                       p.given * r.flat_to)
-                         : fmt::format("the data say no less than {:.2g}; how much more, what was given says",
-                                       p.given * r.flat_from);
+  if (r.bounded) {
+    const bool less = r.flat_to < 1;
+    const double bound = less ? r.flat_to : r.flat_from;
+    const bool beyond = less ? r.factor > bound : r.factor < bound;  // where its prior holds it
+    return fmt::format("the data say no {} than {:.2g}; {}", less ? "more" : "less", p.given * bound,
+                       beyond ? "what was given holds it nearer"
+                              : fmt::format("how much {}, what was given says", less ? "less" : "more"));
+  }
   return fmt::format("the data do not tell it: as likely from {:.2g} to {:.2g}; kept", p.given * r.flat_from,
                      p.given * r.flat_to);
 }

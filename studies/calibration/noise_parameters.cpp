@@ -37,12 +37,17 @@ void check_names(const std::vector<CalibratedEntry>& entries, const std::vector<
     for (const std::string& component : number.components) near.push_back(number.name + "." + component);
     if (number.there && !number.components.empty()) show(number.name, number.components);
   }
-  for (const std::string& name : free)
+  for (const std::string& name : free) {
+    for (const CalibratedEntry& e : entries)
+      if (e.sensor && name == e.name + ".bias")
+        throw Error(fmt::format(
+            "--free {}: a constant bias is found where it is given a deviation: --error {}=SIGMA,...", name, e.name));
     if (!is_among(name, known))
       throw Error(fmt::format(
           "--free knows no {}{} (here, in brackets components as in usbl.x: {}; of sensors scale, misalignment, delay, "
           "time and dof, too)",
           quote(name), did_you_mean(name, near), listed(shown)));
+  }
 }
 
 void add_rows(const CalibrationProblems& problems, std::size_t e, std::size_t c, NoiseGroup& group) {

@@ -286,11 +286,13 @@ NamedByOption parse_name(const std::string& option, const std::string& text) { r
 void add_sensors(CommandOptions& option, SensorOptions& sensors) {
   option.group("Sensors");
   option.repeatable("--without", "SENSOR", "Leave a sensor out", sensors.without, parse_name);
-  option.set_repeatedly(kNoiseFrom, "FILE", "Standard deviations that tandem calibrate has written to FILE",
-                        [&sensors](const std::string& name, const std::string& text) {
-                          for (NoiseEntry& entry : read_noise_file(text))
-                            sensors.noise.push_back({{fmt::format("{} {}", name, text), entry.name}, entry.sigmas});
-                        });
+  option.set_repeatedly(
+      kNoiseFrom, "FILE",
+      "What tandem calibrate has written to FILE: counts before --error and --loss, and after --noise",
+      [&sensors](const std::string& name, const std::string& text) {
+        for (NoiseEntry& entry : read_noise_file(text))
+          sensors.noise.push_back({{fmt::format("{} {}", name, text), entry.name}, entry.sigmas});
+      });
   option.repeatable("--noise", "NAME=v,v,...",
                     "Standard deviations in place of the scenario's, of a sensor or another entry of its noise; of an "
                     "imu its accelerometer, gyroscope and their bias walks",
@@ -299,8 +301,9 @@ void add_sensors(CommandOptions& option, SensorOptions& sensors) {
                     });
   option.repeatable(
       "--loss", "[WHICH=]NAME[:SCALE]",
-      fmt::format("Robust loss of the measurements: {}, scale in sigmas (default 1); of WHICH = a sensor, "
-                  "its orientation apart (SENSOR.orientation) or that of all (orientation)",
+      fmt::format("Robust loss of the measurements: {}, scale in sigmas (default 1; that of student-t squared is its "
+                  "degrees of freedom and rows together); of WHICH = a sensor, its orientation apart "
+                  "(SENSOR.orientation) or that of all (orientation)",
                   listed(loss_names(), "or")),
       sensors.losses, [](const std::string& name, const std::string& text) {
         return parse_setting_of_all<Loss>(

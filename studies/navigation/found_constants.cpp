@@ -29,7 +29,10 @@ std::string_view text(ConstantVerdict verdict) {
 
 ConstantVerdict FoundConstant::verdict() const {
   constexpr double kFar = 2, kNarrower = 0.9;  // of the deviation before
-  const bool better = held_out && held_out->gain > held_out->error;
+  // Several are tried at once, of which one in six gains more than one standard error by chance; and what gains less than
+  // its own degree of freedom costs tells nothing.
+  constexpr double kErrors = 2, kLeast = 2;
+  const bool better = held_out && held_out->gain > std::max(kErrors * held_out->error, kLeast);
   if (std::abs(value) > kFar * given) return better ? ConstantVerdict::at_odds_yet_better : ConstantVerdict::at_odds;
   if (!(deviation > 0)) return ConstantVerdict::unknown;
   if (!(deviation < kNarrower * given)) return ConstantVerdict::untold;

@@ -13,7 +13,8 @@ struct NoiseEntry {
 };
 
 /// What `tandem calibrate --out` writes and `--noise-from` reads: a yaml file whose one key, `noise`, holds standard
-/// deviations as a scenario's does, those of sensors under the sensors' names, and numbers of sensors (SensorNumber). Throws Error naming file and line.
+/// deviations as a scenario's does, those of sensors under the sensors' names, and numbers of sensors (SensorNumber).
+/// Throws Error naming file and line.
 std::vector<NoiseEntry> read_noise_file(const std::filesystem::path& file);
 /// The same as text, under a comment of whole lines.
 std::string noise_file_text(const std::vector<NoiseEntry>& entries, const std::string& comment);

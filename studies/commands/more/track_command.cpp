@@ -52,6 +52,10 @@ int parse_window_keyframes(const std::string& option, const std::string& text) {
 std::vector<double> parse_ahead(const std::string& option, const std::string& text) {
   std::vector<double> seconds;
   for (const std::string_view part : split(text, ',')) seconds.push_back(parse_positive(option, std::string(part)));
+  constexpr double kDay = 86400;
+  for (const double s : seconds)
+    if (s > kDay)
+      throw Error(fmt::format("{}: {:g} s ahead, nothing is told: a day, {:g} s, is the farthest", option, s, kDay));
   return seconds;
 }
 

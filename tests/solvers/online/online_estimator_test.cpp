@@ -234,6 +234,8 @@ TEST(OnlineTarget, OptionsThatCannotWork) {
     return "nothing";
   };
   EXPECT_THAT(refusal({.model = MotionModel::steady_course}), HasSubstr("no window to estimate in"));
+  EXPECT_THAT(refusal({.model = MotionModel::white_noise_acceleration, .mode = Mode::B}),
+              HasSubstr("mode B is for the"));
   EXPECT_THAT(refusal({.roll_pitch = Role::hard}), HasSubstr("takes soft constraints only"));
   EXPECT_THAT(refusal({.non_holonomic = Role::hard}), HasSubstr("takes soft constraints only"));
   EXPECT_THAT(refusal({.max_yaw_rate = 0.1}), HasSubstr("takes soft constraints only"));

@@ -109,7 +109,7 @@ TEST(TrackHealth, WhatDoesNotConvergeForLongIsInvalidHoweverFresh) {
 }
 
 TEST(TrackHealth, OptionsThatCannotWork) {
-  EXPECT_NO_THROW(tandem::check({}));
+  EXPECT_NO_THROW(tandem::check(ResetOptions{}));
   EXPECT_NO_THROW(tandem::check(ResetOptions::never()));
   EXPECT_THROW(tandem::check({.gate = 0}), Error);
   EXPECT_THROW(tandem::check({.rejected_of = 2, .rejections = 3}), Error);

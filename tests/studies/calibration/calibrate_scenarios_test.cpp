@@ -117,6 +117,21 @@ TEST(CalibrateScenarios, ConstantsAreRecommendedIfHeldOutDataArePredictedBetter)
     EXPECT_FALSE(c.found.held_out.has_value()) << c.found.name;
 }
 
+TEST(CalibrateScenarios, ConstantsOfRecordingsOfOneNameAreTriedEachOnItsOwn) {
+  std::vector<Scenario> scenarios = {simulated(5, 240), simulated(6, 240)};
+  for (Scenario& scenario : scenarios) {
+    scenario.name = "run";
+    scenario.data.sensors[0].error = StayingError{.scale = 0.05};
+  }
+  ScenarioCalibrationOptions options;
+  options.noise = false;
+  options.folds = 3;
+  const auto both = calibrate_scenarios(scenarios, options).constants;
+  ASSERT_EQ(both.size(), 2u);
+  ASSERT_TRUE(both[0].found.held_out && both[1].found.held_out);
+  EXPECT_NE(both[0].found.held_out->gain, both[1].found.held_out->gain);
+}
+
 TEST(CalibrateScenarios, WhatTheDataBoundToOneSideIsSaidPlainly) {
   ScenarioCalibration c;
   CalibratedParameter low{"usbl.x", 2.0, {.name = "usbl.x", .factor = 0.2, .bounded = true}};
@@ -124,9 +139,12 @@ TEST(CalibrateScenarios, WhatTheDataBoundToOneSideIsSaidPlainly) {
   CalibratedParameter high = low;
   high.name = "usbl.y";
   high.result.flat_from = 3, high.result.flat_to = 30;
-  c.parameters = {low, high};
+  CalibratedParameter held = low;
+  held.result.factor = 0.7;
+  c.parameters = {low, high, held};
   EXPECT_THAT(report(c), testing::AllOf(HasSubstr("the data say no more than 1; how much less, what was given says"),
-                                        HasSubstr("the data say no less than 6; how much more, what was given says")));
+                                        HasSubstr("the data say no less than 6; how much more, what was given says"),
+                                        HasSubstr("the data say no more than 1; what was given holds it nearer")));
 }
 
 TEST(CalibrateScenarios, SeveralShareWhatTheFirstOneGives) {

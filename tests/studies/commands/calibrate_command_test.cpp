@@ -163,6 +163,7 @@ TEST_F(CalibrateCommand, WritesPictures) {
 
 TEST_F(CalibrateCommand, RefusesWhatMakesNoSense) {
   EXPECT_THAT(refusal({"calibrate", run(), "--free", "sonar"}), HasSubstr("--free knows no 'sonar'"));
+  EXPECT_THAT(refusal({"calibrate", run(), "--free", "usbl.bias"}), HasSubstr("--error usbl=SIGMA"));
   EXPECT_THAT(refusal({"calibrate", run(), "--folds", "1"}), HasSubstr("--folds 1"));
   EXPECT_THAT(refusal({"calibrate", run(), "--within", "1"}), HasSubstr("--within takes a factor above 1"));
   EXPECT_THAT(refusal_as_given({"calibrate", run(), "--out", (scratch_.path() / "no" / "noise.yaml").string()}),

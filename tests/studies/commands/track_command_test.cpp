@@ -328,6 +328,7 @@ TEST(TrackCommand, WhatIsWrongIsOneSentence) {
   EXPECT_THAT(refusal({"docking_a", "--window", "0"}), HasSubstr("--window is above zero, not '0'"));
   EXPECT_THAT(refusal({"docking_a", "--window-keyframes", "2"}), HasSubstr("--window-keyframes is 3 or more"));
   EXPECT_THAT(refusal({"docking_a", "--predict", "5,x"}), HasSubstr("--predict"));
+  EXPECT_THAT(refusal({"docking_a", "--predict", "5,1e300"}), HasSubstr("1e+300 s ahead, nothing is told"));
   EXPECT_THAT(refusal({"docking_a", "--gate", "-1"}), HasSubstr("--gate takes a finite number"));
   EXPECT_THAT(refusal({"docking_a", "--gate-reset", "5/4"}), HasSubstr("--gate-reset is M/N"));
   EXPECT_THAT(refusal({"docking_a", "--lost-after", "0"}), HasSubstr("--lost-after is above zero, not '0'"));

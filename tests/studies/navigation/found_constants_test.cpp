@@ -29,7 +29,9 @@ TEST(FoundConstants, AreRecommendedWhereHeldOutDataArePredictedBetter) {
   FoundConstant c{"usbl.scale", 0.02, 0.05, 0.003};
   c.held_out = {3.0, 1.0};
   EXPECT_EQ(c.verdict(), ConstantVerdict::predicts_better);
-  c.held_out = {0.9, 1.0};
+  c.held_out = {3.0, 1.6};
+  EXPECT_EQ(c.verdict(), ConstantVerdict::predicts_no_better) << "within two standard errors of nothing";
+  c.held_out = {0.9, 0.1};
   EXPECT_EQ(c.verdict(), ConstantVerdict::predicts_no_better);
   c.value = 0.2;
   EXPECT_EQ(c.verdict(), ConstantVerdict::at_odds);
