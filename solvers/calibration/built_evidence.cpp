@@ -38,6 +38,19 @@ Eigen::VectorXd log_factors(const Calibration& found) {
   return logs;
 }
 
+/// For differences, with so much room on either side: to both where there is that, else two to one side; 0 without any.
+std::pair<double, double> steps(double below, double above) {
+  if (above < std::min(below, 0.5 * kStep)) {
+    const double step = std::min(kStep, 0.5 * below);
+    return {-2 * step, -step};
+  }
+  if (below < 0.5 * kStep) {
+    const double step = std::min(kStep, 0.5 * above);
+    return {2 * step, step};
+  }
+  return {std::min(kStep, above), -std::min(kStep, below)};
+}
+
 }  // namespace
 
 void take_values(const Problem& from, Problem& to) {
@@ -61,6 +74,15 @@ BuiltEvidence::BuiltEvidence(const BuildProblems& build, const std::vector<Built
     low_[i] = std::max(std::log(p.least / p.given), -std::log(options.most));
     high_[i] = std::min(std::log(p.most / p.given), std::log(options.most));
   }
+}
+
+Eigen::VectorXd BuiltEvidence::values(const Eigen::VectorXd& x) const {
+  Eigen::VectorXd values(x.size());
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    const BuiltParameter& p = parameters_[std::size_t(i)];
+    values[i] = std::clamp(given_[i] * std::exp(x[i]), p.least, p.most);  // logarithms round
+  }
+  return values;
 }
 
 BuiltEvidence::Built BuiltEvidence::make(const Eigen::VectorXd& x, const Point* from) {
@@ -176,15 +198,20 @@ double BuiltEvidence::at(const Eigen::VectorXd& x, const Point& point) {
 }
 
 std::pair<double, double> BuiltEvidence::derivatives(const Eigen::VectorXd& x, const Point& point, Eigen::Index i) {
-  Eigen::VectorXd near = x;
-  near[i] = x[i] + kStep;
-  const double above = at(near, point);
-  near[i] = x[i] - kStep;
-  const double below = at(near, point);
-  if (std::isfinite(above) && std::isfinite(below))
-    return {(above - below) / (2 * kStep), (above - 2 * point.value + below) / (kStep * kStep)};
-  if (std::isfinite(above)) return {(above - point.value) / kStep, 0};
-  if (std::isfinite(below)) return {(point.value - below) / kStep, 0};
+  const auto [a, b] = steps(x[i] - low_[i], high_[i] - x[i]);
+  const auto slope = [&](double step) {  // of the chord
+    if (step == 0) return std::nan("");
+    Eigen::VectorXd near = x;
+    near[i] = std::clamp(x[i] + step, low_[i], high_[i]);
+    return (at(near, point) - point.value) / step;
+  };
+  const double to_a = slope(a), to_b = slope(b);
+  if (std::isfinite(to_a) && std::isfinite(to_b)) {
+    const double second = 2 * (to_a - to_b) / (a - b);
+    return {to_a - 0.5 * a * second, second};
+  }
+  if (std::isfinite(to_a)) return {to_a, 0};
+  if (std::isfinite(to_b)) return {to_b, 0};
   return {0, 0};
 }
 

@@ -25,7 +25,7 @@ class BuiltEvidence {
   Point first(Calibration& found, double& as_given);
   /// From the factors and states of another.
   Point profile(const Eigen::VectorXd& x, const Point& from);
-  /// First and second derivative along one parameter at a point, whose factors stay.
+  /// First and second derivative along one parameter at a point, whose factors stay; from one side where a bound is near.
   std::pair<double, double> derivatives(const Eigen::VectorXd& x, const Point& point, Eigen::Index i);
   /// All that is to be told of the noise beside parameters at a point; the evidence there in `value`.
   Calibration noise(const Eigen::VectorXd& x, const Point& at, double& value);
@@ -33,7 +33,7 @@ class BuiltEvidence {
   /// Limits of x.
   const Eigen::VectorXd& low() const { return low_; }
   const Eigen::VectorXd& high() const { return high_; }
-  Eigen::VectorXd values(const Eigen::VectorXd& x) const { return given_.cwiseProduct(x.array().exp().matrix()); }
+  Eigen::VectorXd values(const Eigen::VectorXd& x) const;
   /// The prior's part in the evidence, of one.
   double prior(Eigen::Index i, double x) const;
   bool has_noise() const { return !free_noise_.empty(); }

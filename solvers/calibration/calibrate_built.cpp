@@ -197,12 +197,12 @@ class BuiltSearch {
     for (Eigen::Index k = 0; k < n; ++k) {
       const double step = std::clamp(kOfError / std::sqrt(std::max(rough[k], 0.5)), 0.1, 0.5);
       const auto side = [&](double by, Eigen::VectorXd& g, Eigen::VectorXd& factors) {
-        Eigen::VectorXd to = x_;
-        to[free[std::size_t(k)]] += by;
-        const Point point = profile(to);
+        const Eigen::Index i = free[std::size_t(k)];
+        const Eigen::VectorXd to = with(i, std::clamp(x_[i] + by, low(i), high(i)));
+        const Point point = to[i] != x_[i] ? profile(to) : Point();
         g = point.usable ? gradient(to, point, free) : here;
         factors = point.usable ? point.factors : now_.factors;
-        return point.usable ? step : 0.0;
+        return point.usable ? std::abs(to[i] - x_[i]) : 0.0;
       };
       Eigen::VectorXd g_high, g_low, high, low;
       const double apart = side(step, g_high, high) + side(-step, g_low, low);

@@ -1,17 +1,21 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <tuple>
+#include <utility>
 
 #include <Eigen/Dense>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <tandem/lie/error.hpp>
 #include <tandem/lie/rn.hpp>
 #include <tandem/residuals/biased.hpp>
 #include <tandem/residuals/damped_twist.hpp>
 #include <tandem/residuals/gauss_markov.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
+#include <tandem/solvers/calibration/built_evidence.hpp>
 #include <tandem/solvers/calibration/calibrate_built.hpp>
 #include <tandem/solvers/calibration/evidence.hpp>
 #include <tandem/solvers/calibration/log_constants.hpp>
@@ -338,6 +342,59 @@ TEST(CalibrateBuilt, WhatTheDataDoNotTellKeepsWhatWasGiven) {
   EXPECT_LT(found.parameters[0].flat_from, 0.2);
   EXPECT_GT(found.parameters[0].flat_to, 5);
   EXPECT_TRUE(found.noise.noise.empty());
+}
+
+/// Built by times of the velocity and of the error, the noise as given.
+BuiltProblems without_groups(const DampedPoint& point, const Eigen::VectorXd& values) {
+  BuiltProblems built = point.build(values, true);
+  built.groups.clear();
+  return built;
+}
+BuiltProblems by_twist_time(const DampedPoint& point, double time) {
+  return without_groups(point, Eigen::Vector2d(time, point.error_time));
+}
+
+TEST(CalibrateBuilt, NeverBuildsBeyondBounds) {
+  const DampedPoint point(3, 200);
+  for (const auto& [given, least, most] : {std::tuple(10.0, 9.8, 10.2), {60.0, 25.0, 61.0}, {7.0, 7.0, 7.3}}) {
+    double lowest = HUGE_VAL, highest = 0;
+    CalibrationOptions options;
+    options.profile = 5;
+    const auto found = calibrate_built(
+        [&](const Eigen::VectorXd& values) {
+          lowest = std::min(lowest, values[0]);
+          highest = std::max(highest, values[0]);
+          return by_twist_time(point, values[0]);
+        },
+        {{"twist_time", given, 0, least, most}}, options);
+    EXPECT_TRUE(found.converged()) << found.message;
+    EXPECT_GE(lowest, least);
+    EXPECT_LE(highest, most);
+    EXPECT_GT(highest, lowest);
+  }
+}
+
+TEST(CalibrateBuilt, SlopesAtABoundAreThoseWithoutIt) {
+  const DampedPoint point(3, 200);
+  const BuildProblems build = [&](const Eigen::VectorXd& values) { return by_twist_time(point, values[0]); };
+  const CalibrationOptions options;
+  const auto slopes = [&](double least, double given, double most) {
+    const std::vector<BuiltParameter> parameters = {{"twist_time", given, 0, least, most}};
+    detail::BuiltEvidence evidence(build, parameters, options);
+    Calibration noise;
+    double as_given;
+    const auto here = evidence.first(noise, as_given);
+    return evidence.derivatives(Eigen::VectorXd::Zero(1), here, 0);
+  };
+  const double h = 0.05, up = 20 * std::exp(h), down = 20 * std::exp(-h);  // the differences' step
+  const double first = slopes(0, 20, HUGE_VAL).first;
+  ASSERT_GT(std::abs(first), 1);
+  EXPECT_NEAR(slopes(20, 20, HUGE_VAL).first, first, 0.01 * std::abs(first));
+  EXPECT_NEAR(slopes(0, 20, 20).first, first, 0.01 * std::abs(first));
+  EXPECT_NEAR(slopes(19.9, 20, 21).first, first, 0.01 * std::abs(first));
+  EXPECT_EQ(slopes(20, 20, 20).first, 0);
+  EXPECT_NEAR(slopes(20, 20, HUGE_VAL).second, slopes(0, up, HUGE_VAL).second, 1e-3) << "of the same three points";
+  EXPECT_NEAR(slopes(0, 20, 20).second, slopes(0, down, HUGE_VAL).second, 1e-3);
 }
 
 TEST(CalibrateBuilt, StopsWithTheBestSoFar) {
