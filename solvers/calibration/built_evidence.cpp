@@ -172,6 +172,7 @@ BuiltEvidence::Point BuiltEvidence::profile(const Eigen::VectorXd& x, const Poin
   try {
     Point point = profile_of(make(x, &from), from.factors);
     point.value += priors(x);
+    point.usable = std::isfinite(point.value);
     return point;
   } catch (const Stopped&) {
     throw;

@@ -354,6 +354,53 @@ BuiltProblems by_twist_time(const DampedPoint& point, double time) {
   return without_groups(point, Eigen::Vector2d(time, point.error_time));
 }
 
+TEST(CalibrateBuilt, SaysWhereProblemsEnd) {
+  const DampedPoint point(3, 400);  // of 10 s
+  const auto found = calibrate_built(
+      [&](const Eigen::VectorXd& values) {
+        if (values[0] < 25) throw Error("too short");
+        return by_twist_time(point, values[0]);
+      },
+      {{"twist_time", 60, 0}});
+  EXPECT_EQ(found.status, Status::failed);
+  EXPECT_THAT(found.message, HasSubstr("problems cannot be built or solved beyond twist_time = 2"));
+  EXPECT_FALSE(found.parameters[0].determined) << "no datum ends its range below";
+  EXPECT_TRUE(found.parameters[0].bounded);
+  EXPECT_NEAR(found.values[0], 25, 1);
+  EXPECT_GE(found.parameters[0].flat_from * 60, 25 - 1e-9);
+}
+
+TEST(CalibrateBuilt, TheEndOfProblemsFarFromTheMaximumMattersNotUnlessItEndsTheRange) {
+  const DampedPoint point(3, 400);
+  double least = 1;
+  const auto find = [&] {
+    return calibrate_built(
+        [&](const Eigen::VectorXd& values) {
+          if (values[0] < least) throw Error("too short");
+          return by_twist_time(point, values[0]);
+        },
+        {{"twist_time", 20, 0}});
+  };
+  const auto free = find();
+  ASSERT_TRUE(free.converged()) << free.message;
+  ASSERT_TRUE(free.parameters[0].determined);
+  least = 0.5 * (free.values[0] + 20 * free.parameters[0].flat_from);
+  const auto cut = find();
+  EXPECT_TRUE(cut.converged()) << cut.message;
+  EXPECT_FALSE(cut.parameters[0].determined);
+}
+
+TEST(CalibrateBuilt, KeepsTheStatusOfASearchThatWasCutShort) {
+  DampedPoint point(3, 200);
+  point.error = 1e-3;  // its time is not told, and held
+  CalibrationOptions options;
+  options.max_iterations = 1;
+  const auto found = calibrate_built([&](const Eigen::VectorXd& values) { return without_groups(point, values); },
+                                     {{"twist_time", 200, 0}, {"error_time", 6, 1}}, options);
+  EXPECT_FALSE(found.parameters[1].determined || found.parameters[1].bounded);
+  EXPECT_EQ(found.status, Status::max_iterations) << found.message;
+}
+
 TEST(CalibrateBuilt, NeverBuildsBeyondBounds) {
   const DampedPoint point(3, 200);
   for (const auto& [given, least, most] : {std::tuple(10.0, 9.8, 10.2), {60.0, 25.0, 61.0}, {7.0, 7.0, 7.3}}) {
@@ -395,6 +442,42 @@ TEST(CalibrateBuilt, SlopesAtABoundAreThoseWithoutIt) {
   EXPECT_EQ(slopes(20, 20, 20).first, 0);
   EXPECT_NEAR(slopes(20, 20, HUGE_VAL).second, slopes(0, up, HUGE_VAL).second, 1e-3) << "of the same three points";
   EXPECT_NEAR(slopes(0, 20, 20).second, slopes(0, down, HUGE_VAL).second, 1e-3);
+}
+
+/// There are no problems with one of the parameters as given, the other elsewhere.
+BuildProblems not_one_as_given(const DampedPoint& point, const Eigen::Vector2d& given) {
+  return [&point, given](const Eigen::VectorXd& values) {
+    const Eigen::Vector2d off = (values.array() / given.array()).log().abs();
+    if (off.minCoeff() < 0.01 && off.maxCoeff() > 0.2) throw Error("no such problem");
+    return without_groups(point, values);
+  };
+}
+
+TEST(CalibrateBuilt, AnUntoldParameterIsAsGivenAlsoWhereTheOthersCannotBeAsFoundThen) {
+  DampedPoint point(5, 200);
+  point.error = 0.05;
+  const auto found = calibrate_built(not_one_as_given(point, {60, 12}), {{"twist_time", 60, 0}, {"error_time", 12, 0}});
+  ASSERT_FALSE(found.parameters[0].determined || found.parameters[0].bounded);
+  EXPECT_EQ(found.values[0], 60);
+  EXPECT_EQ(found.parameters[0].factor, 1);
+  EXPECT_TRUE(found.parameters[1].bounded);
+  EXPECT_LT(found.values[1], 12);
+  EXPECT_GE(found.values[1], 12 * std::exp(-0.2) - 1e-9) << "there are others with that one";
+  EXPECT_THAT(found.message, HasSubstr("beyond error_time = 9.9"));
+}
+
+TEST(CalibrateBuilt, AGainThatCannotBeToldIsNone) {
+  const DampedPoint point(3, 400);
+  CalibrationOptions options;
+  options.profile = 21;
+  const auto found =
+      calibrate_built(not_one_as_given(point, {30, 9}), {{"twist_time", 30, 0}, {"error_time", 9, 0}}, options);
+  for (const CalibratedNoise& p : found.parameters) {
+    EXPECT_NE(p.factor, 1);
+    EXPECT_EQ(p.gain, 0);
+    EXPECT_FALSE(p.profile.empty());
+    for (const auto& [factor, fall] : p.profile) EXPECT_TRUE(std::isfinite(fall)) << factor;
+  }
 }
 
 TEST(CalibrateBuilt, StopsWithTheBestSoFar) {
