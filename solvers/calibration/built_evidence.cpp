@@ -8,7 +8,6 @@
 #include <tandem/lie/sek3.hpp>
 #include <tandem/lie/so2.hpp>
 #include <tandem/solvers/calibration/built_evidence.hpp>
-#include <tandem/solvers/calibration/evidence.hpp>
 #include <tandem/solvers/calibration/log_constants.hpp>
 
 namespace tandem::detail {
@@ -136,7 +135,7 @@ BuiltEvidence::Point BuiltEvidence::first(Calibration& found, double& as_given) 
   options.progress = options_.progress;
   options.ranges = options_.ranges;
   options.profile = 0;
-  found = calibrate(built.raw, built.of.groups, options);
+  found = calibrate(built, built.of.groups, options);
   options_.stop.check("calibrate");
   counted_ = found.counted_rows;
   for (const CalibratedNoise& noise : found.noise)
@@ -145,20 +144,40 @@ BuiltEvidence::Point BuiltEvidence::first(Calibration& found, double& as_given) 
   return {true, found.log_evidence + constants, log_factors(found), std::move(built.of.problems)};
 }
 
-BuiltEvidence::Point BuiltEvidence::profile_of(const Built& built, const Eigen::VectorXd& factors) {
+Calibration BuiltEvidence::calibrate(const Built& built, const std::vector<NoiseGroup>& groups,
+                                     const CalibrationOptions& options) {
+  Calibration found = tandem::calibrate(built.raw, groups, options);
+  solves_ += found.solves;
+  return found;
+}
+
+/// By all factors, of which those that are held are as given.
+Evidence::Value BuiltEvidence::evidence(const Built& built, const Eigen::VectorXd& factors) {
   const auto free = free_groups();
   const auto groups = some_of(built.of.groups, free);
   CalibrationOptions options = inner(built);
+  if (!free.empty()) options.counted_rows = counted_(free);
+  Evidence evidence(built.raw, groups, options);
+  struct Count {
+    const Evidence& of;
+    int& to;
+    ~Count() { to += of.solves(); }
+  } const count{evidence, solves_};
+  return evidence.at(free.empty() ? Eigen::VectorXd() : Eigen::VectorXd(factors(free)));
+}
+
+BuiltEvidence::Point BuiltEvidence::profile_of(const Built& built, const Eigen::VectorXd& factors) {
+  const auto free = free_groups();
   Point point{true, 0, Eigen::VectorXd::Zero(Eigen::Index(free_noise_.size()))};
   if (free.empty()) {
-    Evidence evidence(built.raw, groups, options);
-    const Evidence::Value value = evidence.at(Eigen::VectorXd());
+    const Evidence::Value value = evidence(built, factors);
     if (!value.usable) throw Error("calibrate: the problem cannot be solved as it is given: " + value.why);
     point.value = value.log_evidence;
   } else {
+    CalibrationOptions options = inner(built);
     options.start = factors(free);
     options.counted_rows = counted_(free);
-    const Calibration found = calibrate(built.raw, groups, options);
+    const Calibration found = calibrate(built, some_of(built.of.groups, free), options);
     options_.stop.check("calibrate");
     point.value = found.log_evidence;
     point.factors(free) = log_factors(found);
@@ -184,12 +203,7 @@ BuiltEvidence::Point BuiltEvidence::profile(const Eigen::VectorXd& x, const Poin
 double BuiltEvidence::at(const Eigen::VectorXd& x, const Point& point) {
   try {
     const Built built = make(x, &point);
-    const auto free = free_groups();
-    const auto groups = some_of(built.of.groups, free);
-    CalibrationOptions options = inner(built);
-    if (!free.empty()) options.counted_rows = counted_(free);
-    Evidence evidence(built.raw, groups, options);
-    const Evidence::Value value = evidence.at(free.empty() ? Eigen::VectorXd() : Eigen::VectorXd(point.factors(free)));
+    const Evidence::Value value = evidence(built, point.factors);
     return value.usable ? value.log_evidence + built.constants + priors(x) : -HUGE_VAL;
   } catch (const Stopped&) {
     throw;
@@ -222,7 +236,7 @@ Calibration BuiltEvidence::noise(const Eigen::VectorXd& x, const Point& at, doub
   options.ranges = options_.ranges;
   options.start = at.factors;
   options.counted_rows = counted_;
-  Calibration found = calibrate(built.raw, built.of.groups, options);
+  Calibration found = calibrate(built, built.of.groups, options);
   options_.stop.check("calibrate");
   value = found.log_evidence + built.constants + priors(x);
   return found;

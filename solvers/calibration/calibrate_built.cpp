@@ -40,6 +40,7 @@ class BuiltSearch {
     }
     out_.values = evidence_.values(x_);
     out_.builds = evidence_.builds();
+    out_.solves = evidence_.solves();
     for (std::size_t i = 0; i < parameters_.size(); ++i) {
       const auto at = Eigen::Index(i);
       CalibratedNoise& p = out_.parameters[i];

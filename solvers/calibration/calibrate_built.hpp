@@ -35,7 +35,9 @@ struct BuiltCalibration {
   Calibration noise;       ///< beside the parameters as found; standard errors include what these are unsure of
   Eigen::VectorXd values;  ///< of the parameters
   double gain = 0;         ///< in the logarithm of the evidence, by parameters and noise
-  int iterations = 0, builds = 0;
+  int iterations = 0;      ///< steps of the parameters
+  int builds = 0;          ///< how often all problems were built, also to no avail
+  int solves = 0;          ///< of a problem each, by all calibrations and evaluations of the evidence
 
   bool converged() const { return status == Status::converged; }
 };

@@ -356,14 +356,19 @@ BuiltProblems by_twist_time(const DampedPoint& point, double time) {
 
 TEST(CalibrateBuilt, SaysWhereProblemsEnd) {
   const DampedPoint point(3, 400);  // of 10 s
+  int builds = 0, solvable = 0;
   const auto found = calibrate_built(
       [&](const Eigen::VectorXd& values) {
+        ++builds;
         if (values[0] < 25) throw Error("too short");
+        ++solvable;
         return by_twist_time(point, values[0]);
       },
       {{"twist_time", 60, 0}});
   EXPECT_EQ(found.status, Status::failed);
   EXPECT_THAT(found.message, HasSubstr("problems cannot be built or solved beyond twist_time = 2"));
+  EXPECT_EQ(found.builds, builds);
+  EXPECT_GE(found.solves, solvable) << "each is solved at least once";
   EXPECT_FALSE(found.parameters[0].determined) << "no datum ends its range below";
   EXPECT_TRUE(found.parameters[0].bounded);
   EXPECT_NEAR(found.values[0], 25, 1);
