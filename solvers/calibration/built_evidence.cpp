@@ -76,10 +76,10 @@ BuiltEvidence::BuiltEvidence(const BuildProblems& build, const std::vector<Built
 }
 
 Eigen::VectorXd BuiltEvidence::values(const Eigen::VectorXd& x) const {
-  Eigen::VectorXd values(x.size());
+  Eigen::VectorXd values = given_.cwiseProduct(x.array().exp().matrix());
   for (Eigen::Index i = 0; i < x.size(); ++i) {
     const BuiltParameter& p = parameters_[std::size_t(i)];
-    values[i] = std::clamp(given_[i] * std::exp(x[i]), p.least, p.most);  // logarithms round
+    values[i] = std::clamp(values[i], p.least, p.most);  // logarithms round
   }
   return values;
 }
@@ -214,19 +214,20 @@ double BuiltEvidence::at(const Eigen::VectorXd& x, const Point& point) {
 
 std::pair<double, double> BuiltEvidence::derivatives(const Eigen::VectorXd& x, const Point& point, Eigen::Index i) {
   const auto [a, b] = steps(x[i] - low_[i], high_[i] - x[i]);
-  const auto slope = [&](double step) {  // of the chord
-    if (step == 0) return std::nan("");
+  const auto value = [&](double step) {
+    if (step == 0) return -HUGE_VAL;
     Eigen::VectorXd near = x;
     near[i] = std::clamp(x[i] + step, low_[i], high_[i]);
-    return (at(near, point) - point.value) / step;
+    return at(near, point);
   };
-  const double to_a = slope(a), to_b = slope(b);
-  if (std::isfinite(to_a) && std::isfinite(to_b)) {
-    const double second = 2 * (to_a - to_b) / (a - b);
-    return {to_a - 0.5 * a * second, second};
+  const double at_a = value(a), at_b = value(b);
+  if (std::isfinite(at_a) && std::isfinite(at_b)) {  // of the parabola
+    if (a == -b) return {(at_a - at_b) / (2 * a), (at_a - 2 * point.value + at_b) / (a * a)};
+    const double second = 2 * ((at_a - point.value) / a - (at_b - point.value) / b) / (a - b);
+    return {(at_a - at_b) / (a - b) - 0.5 * (a + b) * second, second};
   }
-  if (std::isfinite(to_a)) return {to_a, 0};
-  if (std::isfinite(to_b)) return {to_b, 0};
+  if (std::isfinite(at_a)) return {(at_a - point.value) / a, 0};
+  if (std::isfinite(at_b)) return {(at_b - point.value) / b, 0};
   return {0, 0};
 }
 
