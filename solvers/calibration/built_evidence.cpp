@@ -8,7 +8,6 @@
 #include <tandem/lie/sek3.hpp>
 #include <tandem/lie/so2.hpp>
 #include <tandem/solvers/calibration/built_evidence.hpp>
-#include <tandem/solvers/calibration/evidence.hpp>
 #include <tandem/solvers/calibration/log_constants.hpp>
 
 namespace tandem::detail {
@@ -38,6 +37,19 @@ Eigen::VectorXd log_factors(const Calibration& found) {
   return logs;
 }
 
+/// For differences, with so much room on either side: to both where there is that, else two to one side; 0 without any.
+std::pair<double, double> steps(double below, double above) {
+  if (above < std::min(below, 0.5 * kStep)) {
+    const double step = std::min(kStep, 0.5 * below);
+    return {-2 * step, -step};
+  }
+  if (below < 0.5 * kStep) {
+    const double step = std::min(kStep, 0.5 * above);
+    return {2 * step, step};
+  }
+  return {std::min(kStep, above), -std::min(kStep, below)};
+}
+
 }  // namespace
 
 void take_values(const Problem& from, Problem& to) {
@@ -61,6 +73,15 @@ BuiltEvidence::BuiltEvidence(const BuildProblems& build, const std::vector<Built
     low_[i] = std::max(std::log(p.least / p.given), -std::log(options.most));
     high_[i] = std::min(std::log(p.most / p.given), std::log(options.most));
   }
+}
+
+Eigen::VectorXd BuiltEvidence::values(const Eigen::VectorXd& x) const {
+  Eigen::VectorXd values = given_.cwiseProduct(x.array().exp().matrix());
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    const BuiltParameter& p = parameters_[std::size_t(i)];
+    values[i] = std::clamp(values[i], p.least, p.most);  // logarithms round
+  }
+  return values;
 }
 
 BuiltEvidence::Built BuiltEvidence::make(const Eigen::VectorXd& x, const Point* from) {
@@ -114,7 +135,7 @@ BuiltEvidence::Point BuiltEvidence::first(Calibration& found, double& as_given) 
   options.progress = options_.progress;
   options.ranges = options_.ranges;
   options.profile = 0;
-  found = calibrate(built.raw, built.of.groups, options);
+  found = calibrate(built, built.of.groups, options);
   options_.stop.check("calibrate");
   counted_ = found.counted_rows;
   for (const CalibratedNoise& noise : found.noise)
@@ -123,20 +144,40 @@ BuiltEvidence::Point BuiltEvidence::first(Calibration& found, double& as_given) 
   return {true, found.log_evidence + constants, log_factors(found), std::move(built.of.problems)};
 }
 
-BuiltEvidence::Point BuiltEvidence::profile_of(const Built& built, const Eigen::VectorXd& factors) {
+Calibration BuiltEvidence::calibrate(const Built& built, const std::vector<NoiseGroup>& groups,
+                                     const CalibrationOptions& options) {
+  Calibration found = tandem::calibrate(built.raw, groups, options);
+  solves_ += found.solves;
+  return found;
+}
+
+/// By all factors, of which those that are held are as given.
+Evidence::Value BuiltEvidence::evidence(const Built& built, const Eigen::VectorXd& factors) {
   const auto free = free_groups();
   const auto groups = some_of(built.of.groups, free);
   CalibrationOptions options = inner(built);
+  if (!free.empty()) options.counted_rows = counted_(free);
+  Evidence evidence(built.raw, groups, options);
+  struct Count {
+    const Evidence& of;
+    int& to;
+    ~Count() { to += of.solves(); }
+  } const count{evidence, solves_};
+  return evidence.at(free.empty() ? Eigen::VectorXd() : Eigen::VectorXd(factors(free)));
+}
+
+BuiltEvidence::Point BuiltEvidence::profile_of(const Built& built, const Eigen::VectorXd& factors) {
+  const auto free = free_groups();
   Point point{true, 0, Eigen::VectorXd::Zero(Eigen::Index(free_noise_.size()))};
   if (free.empty()) {
-    Evidence evidence(built.raw, groups, options);
-    const Evidence::Value value = evidence.at(Eigen::VectorXd());
+    const Evidence::Value value = evidence(built, factors);
     if (!value.usable) throw Error("calibrate: the problem cannot be solved as it is given: " + value.why);
     point.value = value.log_evidence;
   } else {
+    CalibrationOptions options = inner(built);
     options.start = factors(free);
     options.counted_rows = counted_(free);
-    const Calibration found = calibrate(built.raw, groups, options);
+    const Calibration found = calibrate(built, some_of(built.of.groups, free), options);
     options_.stop.check("calibrate");
     point.value = found.log_evidence;
     point.factors(free) = log_factors(found);
@@ -150,6 +191,7 @@ BuiltEvidence::Point BuiltEvidence::profile(const Eigen::VectorXd& x, const Poin
   try {
     Point point = profile_of(make(x, &from), from.factors);
     point.value += priors(x);
+    point.usable = std::isfinite(point.value);
     return point;
   } catch (const Stopped&) {
     throw;
@@ -161,12 +203,7 @@ BuiltEvidence::Point BuiltEvidence::profile(const Eigen::VectorXd& x, const Poin
 double BuiltEvidence::at(const Eigen::VectorXd& x, const Point& point) {
   try {
     const Built built = make(x, &point);
-    const auto free = free_groups();
-    const auto groups = some_of(built.of.groups, free);
-    CalibrationOptions options = inner(built);
-    if (!free.empty()) options.counted_rows = counted_(free);
-    Evidence evidence(built.raw, groups, options);
-    const Evidence::Value value = evidence.at(free.empty() ? Eigen::VectorXd() : Eigen::VectorXd(point.factors(free)));
+    const Evidence::Value value = evidence(built, point.factors);
     return value.usable ? value.log_evidence + built.constants + priors(x) : -HUGE_VAL;
   } catch (const Stopped&) {
     throw;
@@ -176,15 +213,21 @@ double BuiltEvidence::at(const Eigen::VectorXd& x, const Point& point) {
 }
 
 std::pair<double, double> BuiltEvidence::derivatives(const Eigen::VectorXd& x, const Point& point, Eigen::Index i) {
-  Eigen::VectorXd near = x;
-  near[i] = x[i] + kStep;
-  const double above = at(near, point);
-  near[i] = x[i] - kStep;
-  const double below = at(near, point);
-  if (std::isfinite(above) && std::isfinite(below))
-    return {(above - below) / (2 * kStep), (above - 2 * point.value + below) / (kStep * kStep)};
-  if (std::isfinite(above)) return {(above - point.value) / kStep, 0};
-  if (std::isfinite(below)) return {(point.value - below) / kStep, 0};
+  const auto [a, b] = steps(x[i] - low_[i], high_[i] - x[i]);
+  const auto value = [&](double step) {
+    if (step == 0) return -HUGE_VAL;
+    Eigen::VectorXd near = x;
+    near[i] = std::clamp(x[i] + step, low_[i], high_[i]);
+    return at(near, point);
+  };
+  const double at_a = value(a), at_b = value(b);
+  if (std::isfinite(at_a) && std::isfinite(at_b)) {  // of the parabola
+    if (a == -b) return {(at_a - at_b) / (2 * a), (at_a - 2 * point.value + at_b) / (a * a)};
+    const double second = 2 * ((at_a - point.value) / a - (at_b - point.value) / b) / (a - b);
+    return {(at_a - at_b) / (a - b) - 0.5 * (a + b) * second, second};
+  }
+  if (std::isfinite(at_a)) return {(at_a - point.value) / a, 0};
+  if (std::isfinite(at_b)) return {(at_b - point.value) / b, 0};
   return {0, 0};
 }
 
@@ -194,7 +237,7 @@ Calibration BuiltEvidence::noise(const Eigen::VectorXd& x, const Point& at, doub
   options.ranges = options_.ranges;
   options.start = at.factors;
   options.counted_rows = counted_;
-  Calibration found = calibrate(built.raw, built.of.groups, options);
+  Calibration found = calibrate(built, built.of.groups, options);
   options_.stop.check("calibrate");
   value = found.log_evidence + built.constants + priors(x);
   return found;

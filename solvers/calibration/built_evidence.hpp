@@ -3,6 +3,7 @@
 #include <vector>
 
 #include <tandem/solvers/calibration/calibrate_built.hpp>
+#include <tandem/solvers/calibration/evidence.hpp>
 
 namespace tandem::detail {
 
@@ -25,7 +26,7 @@ class BuiltEvidence {
   Point first(Calibration& found, double& as_given);
   /// From the factors and states of another.
   Point profile(const Eigen::VectorXd& x, const Point& from);
-  /// First and second derivative along one parameter at a point, whose factors stay.
+  /// First and second derivative along one parameter at a point, whose factors stay; from one side where a bound is near.
   std::pair<double, double> derivatives(const Eigen::VectorXd& x, const Point& point, Eigen::Index i);
   /// All that is to be told of the noise beside parameters at a point; the evidence there in `value`.
   Calibration noise(const Eigen::VectorXd& x, const Point& at, double& value);
@@ -33,11 +34,12 @@ class BuiltEvidence {
   /// Limits of x.
   const Eigen::VectorXd& low() const { return low_; }
   const Eigen::VectorXd& high() const { return high_; }
-  Eigen::VectorXd values(const Eigen::VectorXd& x) const { return given_.cwiseProduct(x.array().exp().matrix()); }
+  Eigen::VectorXd values(const Eigen::VectorXd& x) const;
   /// The prior's part in the evidence, of one.
   double prior(Eigen::Index i, double x) const;
   bool has_noise() const { return !free_noise_.empty(); }
   int builds() const { return builds_; }
+  int solves() const { return solves_; }
 
  private:
   struct Built {
@@ -49,6 +51,8 @@ class BuiltEvidence {
   CalibrationOptions inner(const Built& built) const;
   std::vector<Eigen::Index> free_groups() const;
   double priors(const Eigen::VectorXd& x) const;
+  Calibration calibrate(const Built& built, const std::vector<NoiseGroup>& groups, const CalibrationOptions& options);
+  Evidence::Value evidence(const Built& built, const Eigen::VectorXd& factors);
   Point profile_of(const Built& built, const Eigen::VectorXd& factors);
   double at(const Eigen::VectorXd& x, const Point& point);
 
@@ -58,7 +62,7 @@ class BuiltEvidence {
   Eigen::VectorXd given_, low_, high_;
   std::vector<bool> free_noise_;  // of each group
   Eigen::VectorXd counted_;
-  int builds_ = 0;
+  int builds_ = 0, solves_ = 0;
 };
 
 }  // namespace tandem::detail

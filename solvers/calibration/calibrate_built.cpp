@@ -1,5 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <map>
+#include <sstream>
 
 #include <Eigen/Eigenvalues>
 
@@ -37,6 +40,7 @@ class BuiltSearch {
     }
     out_.values = evidence_.values(x_);
     out_.builds = evidence_.builds();
+    out_.solves = evidence_.solves();
     for (std::size_t i = 0; i < parameters_.size(); ++i) {
       const auto at = Eigen::Index(i);
       CalibratedNoise& p = out_.parameters[i];
@@ -56,9 +60,16 @@ class BuiltSearch {
 
   void search() {
     now_ = evidence_.first(out_.noise, start_);
+    if (options_.ranges) as_given_ = now_;
     climb();
     if (options_.ranges) {
-      if (hold_undetermined()) climb();
+      if (hold_undetermined()) {
+        const Status status = out_.status;
+        const std::string message = out_.message;
+        climb();
+        if (status != Status::converged) end(status, message);  // what is held was told there
+      }
+      as_given_ = {};
       find_curvature();
       tell();
     }
@@ -93,12 +104,7 @@ class BuiltSearch {
 
   void climb() {
     const auto free = this->free();
-    out_.status = Status::converged;
-    out_.message = "the parameters change no more";
-    if (free.empty()) {
-      out_.message = "no parameter is free";
-      return;
-    }
+    if (free.empty()) return end(Status::converged, "no parameter is free");
     Eigen::VectorXd curvature;
     Eigen::VectorXd g = gradient(x_, now_, free, &curvature);
     Eigen::MatrixXd inverse = curvature.cwiseMax(0.5).cwiseInverse().asDiagonal();
@@ -109,7 +115,7 @@ class BuiltSearch {
         if ((x_[at] <= low(at) && step[Eigen::Index(i)] < 0) || (x_[at] >= high(at) && step[Eigen::Index(i)] > 0))
           step[Eigen::Index(i)] = 0;
       }
-      if (!(0.5 * g.dot(step) > kEnough)) return;
+      if (!(0.5 * g.dot(step) > kEnough)) return end(Status::converged, "the parameters change no more");
       const double longest = step.cwiseAbs().maxCoeff();
       if (longest > kLongestStep) step *= kLongestStep / longest;
       const Eigen::VectorXd from = x_;
@@ -130,7 +136,9 @@ class BuiltSearch {
           break;
         }
       }
-      if (h > kShorter) return;
+      if (h > kShorter)
+        return end(Status::failed, next.usable ? "no step along the gradient raises the evidence, though it should"
+                                               : "problems cannot be built or solved beyond " + moved(free, taken));
       now_ = next;
       ++out_.iterations;
       if (options_.progress) {
@@ -147,8 +155,21 @@ class BuiltSearch {
       }
       g = g_next;
     }
-    out_.status = Status::max_iterations;
-    out_.message = "the limit of iterations was reached";
+    end(Status::max_iterations, "the limit of iterations was reached");
+  }
+  void end(Status status, const std::string& message) {
+    out_.status = status;
+    out_.message = message;
+  }
+  /// The parameters of a step, as they are without it.
+  std::string moved(const std::vector<Eigen::Index>& free, const Eigen::VectorXd& step) const {
+    const Eigen::VectorXd values = evidence_.values(x_);
+    std::ostringstream text;
+    text.precision(4);
+    for (std::size_t i = 0; i < free.size(); ++i)
+      if (step[Eigen::Index(i)] != 0)
+        text << (text.tellp() > 0 ? ", " : "") << parameters_[std::size_t(free[i])].name << " = " << values[free[i]];
+    return text.str();
   }
 
   /// The data's own evidence along one parameter, factors found again, the other parameters as found.
@@ -162,24 +183,50 @@ class BuiltSearch {
     return along(i, x, point, evidence_.derivatives(with(i, x), point, i).first);
   }
   bool hold_undetermined() {
-    bool any = false;
+    bool any = false, apart = false;
     for (Eigen::Index i = 0; i < x_.size(); ++i) {
       CalibratedNoise& p = out_.parameters[std::size_t(i)];
       const auto [slope, second] = evidence_.derivatives(x_, now_, i);
       const double prior = parameters_[std::size_t(i)].prior;
       const double curvature = std::max(-second - (prior > 0 ? 1 / (prior * prior) : 0.0), 0.5);
-      const auto [from, to] = detail::flat_range(
-          x_[i], along(i, x_[i], now_, slope), 1.2 * std::sqrt(2 * detail::kFall / curvature),
-          std::max(-low(i), high(i)), [&](double x) { return elsewhere(i, std::clamp(x, low(i), high(i))); });
+      std::map<double, bool> is_there{{x_[i], true}};  // a problem, where one was looked for
+      auto [from, to] =
+          detail::flat_range(x_[i], along(i, x_[i], now_, slope), 1.2 * std::sqrt(2 * detail::kFall / curvature),
+                             std::max(-low(i), high(i)), [&](double x) {
+                               const Along at = elsewhere(i, std::clamp(x, low(i), high(i)));
+                               is_there[x] = std::isfinite(at.value);
+                               return at;
+                             });
+      // Where problems end, no datum has ended the range: it is as far as there were any.
+      const auto below = is_there.upper_bound(from), above = is_there.lower_bound(to);
+      const bool told_below = std::isfinite(from) && (below == is_there.begin() || std::prev(below)->second);
+      const bool told_above = std::isfinite(to) && (above == is_there.end() || above->second);
+      if (std::isfinite(from) && !told_below) from = below->first;
+      if (std::isfinite(to) && !told_above) to = std::prev(above)->first;
       p.flat_from = std::exp(std::max(from, x_[i] - kWidest));
       p.flat_to = std::exp(std::min(to, x_[i] + kWidest));
-      p.determined = std::isfinite(from) && std::isfinite(to);
-      p.bounded = !p.determined && (from > 0 || to < 0);
+      p.determined = told_below && told_above;
+      p.bounded = !p.determined && ((told_below && from > 0) || (told_above && to < 0));
       if (p.determined || p.bounded) continue;
-      const Point point = profile(with(i, 0));
-      if (!point.usable) continue;
       held_[std::size_t(i)] = any = true;
+      const Point point = profile(with(i, 0));
+      if (!point.usable) {
+        apart = true;
+        continue;
+      }
       x_[i] = 0;
+      now_ = point;
+    }
+    if (apart) {  // there are none with that one as given and the others as found: together, or all as given
+      Eigen::VectorXd x = x_;
+      for (Eigen::Index i = 0; i < x.size(); ++i)
+        if (held_[std::size_t(i)]) x[i] = 0;
+      Point point = profile(x);
+      if (!point.usable) {
+        x.setZero();
+        point = as_given_;
+      }
+      x_ = x;
       now_ = point;
     }
     return any;
@@ -197,12 +244,12 @@ class BuiltSearch {
     for (Eigen::Index k = 0; k < n; ++k) {
       const double step = std::clamp(kOfError / std::sqrt(std::max(rough[k], 0.5)), 0.1, 0.5);
       const auto side = [&](double by, Eigen::VectorXd& g, Eigen::VectorXd& factors) {
-        Eigen::VectorXd to = x_;
-        to[free[std::size_t(k)]] += by;
-        const Point point = profile(to);
+        const Eigen::Index i = free[std::size_t(k)];
+        const Eigen::VectorXd to = with(i, std::clamp(x_[i] + by, low(i), high(i)));
+        const Point point = to[i] != x_[i] ? profile(to) : Point();
         g = point.usable ? gradient(to, point, free) : here;
         factors = point.usable ? point.factors : now_.factors;
-        return point.usable ? step : 0.0;
+        return point.usable ? std::abs(to[i] - x_[i]) : 0.0;
       };
       Eigen::VectorXd g_high, g_low, high, low;
       const double apart = side(step, g_high, high) + side(-step, g_low, low);
@@ -231,15 +278,19 @@ class BuiltSearch {
       CalibratedNoise& p = out_.parameters[std::size_t(i)];
       p.log_error = std::sqrt(std::max(0.0, out_.log_covariance(i, i)));
       const double here = now_.value - evidence_.prior(i, x_[i]);
-      if (x_[i] != 0) p.gain = here - value_of_data(i, 0);
+      const double given = x_[i] != 0 ? value_of_data(i, 0) : here;
+      if (std::isfinite(given)) p.gain = here - given;
       const double from = std::log(p.flat_from), to = std::log(p.flat_to);
       const double middle = 0.5 * (from + to), half = 0.8 * (to - from);
       for (int k = 0; k < options_.profile; ++k) {
         const double x = middle + half * (options_.profile > 1 ? 2.0 * k / (options_.profile - 1) - 1 : 0.0);
-        if (x >= low(i) && x <= high(i)) p.profile.emplace_back(std::exp(x), value_of_data(i, x) - here);
+        if (x < low(i) || x > high(i)) continue;
+        if (const double value = value_of_data(i, x); std::isfinite(value))
+          p.profile.emplace_back(std::exp(x), value - here);
       }
     }
   }
+  /// −∞ where there is no problem.
   double value_of_data(Eigen::Index i, double x) { return profile(with(i, x)).value - evidence_.prior(i, x); }
 
   /// The noise beside the parameters as found; they have a share in its errors.
@@ -285,7 +336,7 @@ class BuiltSearch {
   BuiltEvidence evidence_;
   std::vector<bool> held_;
   Eigen::VectorXd x_;
-  Point now_;
+  Point now_, as_given_;
   double start_ = 0;
   Eigen::MatrixXd moved_;  // factors' logarithms by those of the parameters that are free
   BuiltCalibration out_;

@@ -35,7 +35,9 @@ struct BuiltCalibration {
   Calibration noise;       ///< beside the parameters as found; standard errors include what these are unsure of
   Eigen::VectorXd values;  ///< of the parameters
   double gain = 0;         ///< in the logarithm of the evidence, by parameters and noise
-  int iterations = 0, builds = 0;
+  int iterations = 0;      ///< steps of the parameters
+  int builds = 0;          ///< how often all problems were built, also to no avail
+  int solves = 0;          ///< of a problem each, by all calibrations and evaluations of the evidence
 
   bool converged() const { return status == Status::converged; }
 };
@@ -45,7 +47,8 @@ struct BuiltCalibration {
 /// absolute, log_constants() included: problems that are built by different values compare. Robust losses count rows as at the
 /// values given. Steps are quasi-Newton's (BFGS), by differences of the evidence at those factors, which are its
 /// derivatives there (the envelope theorem); standard errors by differences of these. A parameter that the data do not tell keeps what
-/// was given (CalibratedNoise).
+/// was given (CalibratedNoise); so it is where its range ends because there are no problems beyond, not by the data. Where the
+/// evidence still grows towards those, the status is `failed` and the message names the parameters and where they were left.
 ///
 /// `build` is called for each value; what it returns is let go before long. Throws Error where that fails at the given values, and as
 /// calibrate() does. `options.measured`, `start` and `counted_rows` are not read. Stopped, it gives the best so far.

@@ -1,5 +1,7 @@
 #include <memory>
 
+#include <fmt/format.h>
+
 #include <tandem/solvers/calibration/scale_noise.hpp>
 #include <tandem/solvers/calibration/solve_plainly.hpp>
 #include <tandem/studies/calibration/scenario_problems.hpp>
@@ -113,14 +115,18 @@ Calibration ScenarioProblems::calibrate(const CalibrationOptions& options,
         calibrate_built([this](const Eigen::VectorXd& values) { return build(values); }, built_parameters(), options);
     found = std::move(built.noise);
     found.status = built.status;
-    found.message = built.message;
+    found.message = fmt::format("{}; problems were built {} times", built.message, built.builds);
     found.gain = built.gain;
+    found.iterations = built.iterations;
+    found.solves = built.solves;
     found.noise.resize(noise_.groups.size());
     of_numbers = std::move(built.parameters);
     move_to(built.values);
     detail::scale_noise(plain_, noise_.groups, found);
     solve();
   }
+  found.iterations = iterations_ += found.iterations;
+  found.solves = solves_ += found.solves;
   parameters.clear();
   for (std::size_t g = 0; g < noise_.groups.size(); ++g)
     parameters.push_back({noise_.groups[g].name,

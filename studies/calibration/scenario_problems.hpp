@@ -28,6 +28,8 @@ class ScenarioProblems {
   int measured_rows() const;
 
   /// Finds the parameters, from problems that are solved as given; the problems are then solved by them, unless it is to stop.
+  /// Iterations (with numbers, steps of these) and solves are those of all calls so far, since some parameters may be kept and
+  /// the rest found again; with numbers, the message tells how often problems were built.
   Calibration calibrate(const CalibrationOptions& options, std::vector<CalibratedParameter>& parameters);
   /// From problems as given.
   CrossValidation cross_validate(const std::vector<std::vector<LeftOut>>& folds, const CalibrationOptions& options);
@@ -58,6 +60,7 @@ class ScenarioProblems {
   std::vector<Problem*> plain_;              // of problems_
   NoiseParameters noise_;
   detail::SavedNoise given_;
+  int iterations_ = 0, solves_ = 0;  // of all calibrations
 };
 
 }  // namespace tandem

@@ -1,17 +1,21 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <tuple>
+#include <utility>
 
 #include <Eigen/Dense>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <tandem/lie/error.hpp>
 #include <tandem/lie/rn.hpp>
 #include <tandem/residuals/biased.hpp>
 #include <tandem/residuals/damped_twist.hpp>
 #include <tandem/residuals/gauss_markov.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
+#include <tandem/solvers/calibration/built_evidence.hpp>
 #include <tandem/solvers/calibration/calibrate_built.hpp>
 #include <tandem/solvers/calibration/evidence.hpp>
 #include <tandem/solvers/calibration/log_constants.hpp>
@@ -338,6 +342,147 @@ TEST(CalibrateBuilt, WhatTheDataDoNotTellKeepsWhatWasGiven) {
   EXPECT_LT(found.parameters[0].flat_from, 0.2);
   EXPECT_GT(found.parameters[0].flat_to, 5);
   EXPECT_TRUE(found.noise.noise.empty());
+}
+
+/// Built by times of the velocity and of the error, the noise as given.
+BuiltProblems without_groups(const DampedPoint& point, const Eigen::VectorXd& values) {
+  BuiltProblems built = point.build(values, true);
+  built.groups.clear();
+  return built;
+}
+BuiltProblems by_twist_time(const DampedPoint& point, double time) {
+  return without_groups(point, Eigen::Vector2d(time, point.error_time));
+}
+
+TEST(CalibrateBuilt, SaysWhereProblemsEnd) {
+  const DampedPoint point(3, 400);  // of 10 s
+  int builds = 0, solvable = 0;
+  const auto found = calibrate_built(
+      [&](const Eigen::VectorXd& values) {
+        ++builds;
+        if (values[0] < 25) throw Error("too short");
+        ++solvable;
+        return by_twist_time(point, values[0]);
+      },
+      {{"twist_time", 60, 0}});
+  EXPECT_EQ(found.status, Status::failed);
+  EXPECT_THAT(found.message, HasSubstr("problems cannot be built or solved beyond twist_time = 2"));
+  EXPECT_EQ(found.builds, builds);
+  EXPECT_GE(found.solves, solvable) << "each is solved at least once";
+  EXPECT_FALSE(found.parameters[0].determined) << "no datum ends its range below";
+  EXPECT_TRUE(found.parameters[0].bounded);
+  EXPECT_NEAR(found.values[0], 25, 1);
+  EXPECT_GE(found.parameters[0].flat_from * 60, 25 - 1e-9);
+}
+
+TEST(CalibrateBuilt, TheEndOfProblemsFarFromTheMaximumMattersNotUnlessItEndsTheRange) {
+  const DampedPoint point(3, 400);
+  double least = 1;
+  const auto find = [&] {
+    return calibrate_built(
+        [&](const Eigen::VectorXd& values) {
+          if (values[0] < least) throw Error("too short");
+          return by_twist_time(point, values[0]);
+        },
+        {{"twist_time", 20, 0}});
+  };
+  const auto free = find();
+  ASSERT_TRUE(free.converged()) << free.message;
+  ASSERT_TRUE(free.parameters[0].determined);
+  least = 0.5 * (free.values[0] + 20 * free.parameters[0].flat_from);
+  const auto cut = find();
+  EXPECT_TRUE(cut.converged()) << cut.message;
+  EXPECT_FALSE(cut.parameters[0].determined);
+}
+
+TEST(CalibrateBuilt, KeepsTheStatusOfASearchThatWasCutShort) {
+  DampedPoint point(3, 200);
+  point.error = 1e-3;  // its time is not told, and held
+  CalibrationOptions options;
+  options.max_iterations = 1;
+  const auto found = calibrate_built([&](const Eigen::VectorXd& values) { return without_groups(point, values); },
+                                     {{"twist_time", 200, 0}, {"error_time", 6, 1}}, options);
+  EXPECT_FALSE(found.parameters[1].determined || found.parameters[1].bounded);
+  EXPECT_EQ(found.status, Status::max_iterations) << found.message;
+}
+
+TEST(CalibrateBuilt, NeverBuildsBeyondBounds) {
+  const DampedPoint point(3, 200);
+  for (const auto& [given, least, most] : {std::tuple(10.0, 9.8, 10.2), {60.0, 25.0, 61.0}, {7.0, 7.0, 7.3}}) {
+    double lowest = HUGE_VAL, highest = 0;
+    CalibrationOptions options;
+    options.profile = 5;
+    const auto found = calibrate_built(
+        [&](const Eigen::VectorXd& values) {
+          lowest = std::min(lowest, values[0]);
+          highest = std::max(highest, values[0]);
+          return by_twist_time(point, values[0]);
+        },
+        {{"twist_time", given, 0, least, most}}, options);
+    EXPECT_TRUE(found.converged()) << found.message;
+    EXPECT_GE(lowest, least);
+    EXPECT_LE(highest, most);
+    EXPECT_GT(highest, lowest);
+  }
+}
+
+TEST(CalibrateBuilt, SlopesAtABoundAreThoseWithoutIt) {
+  const DampedPoint point(3, 200);
+  const BuildProblems build = [&](const Eigen::VectorXd& values) { return by_twist_time(point, values[0]); };
+  const CalibrationOptions options;
+  const auto slopes = [&](double least, double given, double most) {
+    const std::vector<BuiltParameter> parameters = {{"twist_time", given, 0, least, most}};
+    detail::BuiltEvidence evidence(build, parameters, options);
+    Calibration noise;
+    double as_given;
+    const auto here = evidence.first(noise, as_given);
+    return evidence.derivatives(Eigen::VectorXd::Zero(1), here, 0);
+  };
+  const double h = 0.05, up = 20 * std::exp(h), down = 20 * std::exp(-h);  // the differences' step
+  const double first = slopes(0, 20, HUGE_VAL).first;
+  ASSERT_GT(std::abs(first), 1);
+  EXPECT_NEAR(slopes(20, 20, HUGE_VAL).first, first, 0.01 * std::abs(first));
+  EXPECT_NEAR(slopes(0, 20, 20).first, first, 0.01 * std::abs(first));
+  EXPECT_NEAR(slopes(19.9, 20, 21).first, first, 0.01 * std::abs(first));
+  EXPECT_EQ(slopes(20, 20, 20).first, 0);
+  EXPECT_NEAR(slopes(20, 20, HUGE_VAL).second, slopes(0, up, HUGE_VAL).second, 1e-3) << "of the same three points";
+  EXPECT_NEAR(slopes(0, 20, 20).second, slopes(0, down, HUGE_VAL).second, 1e-3);
+}
+
+/// There are no problems with one of the parameters as given, the other elsewhere.
+BuildProblems not_one_as_given(const DampedPoint& point, const Eigen::Vector2d& given) {
+  return [&point, given](const Eigen::VectorXd& values) {
+    const Eigen::Vector2d off = (values.array() / given.array()).log().abs();
+    if (off.minCoeff() < 0.01 && off.maxCoeff() > 0.2) throw Error("no such problem");
+    return without_groups(point, values);
+  };
+}
+
+TEST(CalibrateBuilt, AnUntoldParameterIsAsGivenAlsoWhereTheOthersCannotBeAsFoundThen) {
+  DampedPoint point(5, 200);
+  point.error = 0.05;
+  const auto found = calibrate_built(not_one_as_given(point, {60, 12}), {{"twist_time", 60, 0}, {"error_time", 12, 0}});
+  ASSERT_FALSE(found.parameters[0].determined || found.parameters[0].bounded);
+  EXPECT_EQ(found.values[0], 60);
+  EXPECT_EQ(found.parameters[0].factor, 1);
+  EXPECT_TRUE(found.parameters[1].bounded);
+  EXPECT_LT(found.values[1], 12);
+  EXPECT_GE(found.values[1], 12 * std::exp(-0.2) - 1e-9) << "there are others with that one";
+  EXPECT_THAT(found.message, HasSubstr("beyond error_time = 9.9"));
+}
+
+TEST(CalibrateBuilt, AGainThatCannotBeToldIsNone) {
+  const DampedPoint point(3, 400);
+  CalibrationOptions options;
+  options.profile = 21;
+  const auto found =
+      calibrate_built(not_one_as_given(point, {30, 9}), {{"twist_time", 30, 0}, {"error_time", 9, 0}}, options);
+  for (const CalibratedNoise& p : found.parameters) {
+    EXPECT_NE(p.factor, 1);
+    EXPECT_EQ(p.gain, 0);
+    EXPECT_FALSE(p.profile.empty());
+    for (const auto& [factor, fall] : p.profile) EXPECT_TRUE(std::isfinite(fall)) << factor;
+  }
 }
 
 TEST(CalibrateBuilt, StopsWithTheBestSoFar) {

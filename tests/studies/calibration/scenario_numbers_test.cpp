@@ -143,6 +143,11 @@ TEST(ScenarioNumbers, OneComponentLeavesTheOthersOfItsEntry) {
   EXPECT_EQ(found.noise[0].name, "twist_time");
   EXPECT_THAT(found.noise[0].sigmas, ElementsAre(4, 5, found.parameters[0].found()));
   EXPECT_NE(found.parameters[0].found(), 9);
+  // What it took is told.
+  EXPECT_GT(found.summary.iterations, 0);
+  EXPECT_GT(found.summary.solves, 10);
+  EXPECT_THAT(report(found), HasSubstr(", " + std::to_string(found.summary.solves) + " solves"));
+  EXPECT_THAT(found.summary.message, HasSubstr("problems were built"));
 }
 
 TEST(ScenarioNumbers, TimesOfAVelocityAreAlongTheFilesAxes) {
@@ -180,6 +185,8 @@ TEST(ScenarioNumbers, ATimeThatRunsToTheEndOfWhatIsAllowedIsKept) {
   EXPECT_THAT(report(found), HasSubstr("as far as is allowed; kept"));
   EXPECT_EQ(found.noise.back().sigmas[2], kTime / 4000);
   EXPECT_EQ(found.summary.noise.size(), 3u);
+  const ScenarioCalibration again = calibrate_scenarios({scenario}, options_for({"camera"}));
+  EXPECT_GT(found.summary.solves, again.summary.solves + 10) << "the search for the time counts, too";
 }
 
 /// A constant's trial and a time's row in one run: the constant is that beside the time which is recommended.
