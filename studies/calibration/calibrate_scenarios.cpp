@@ -179,9 +179,10 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
     follow(fmt::format("{} kept as given: ", distrusted.size()));
     problems.put_back();
     if (problems.num_parameters() > 0) continue;
-    result.summary = {};
-    result.summary.status = Status::converged;
-    result.summary.message = "no parameter is left that noise explains";
+    result.summary = {.status = Status::converged,
+                      .message = "no parameter is left that noise explains",
+                      .iterations = result.summary.iterations,
+                      .solves = result.summary.solves};
     result.parameters.clear();
     result.after = result.before;
     break;

@@ -138,6 +138,7 @@ TEST(CalibrateScenarios, WhatTheDataBoundToOneSideIsSaidPlainly) {
   low.result.flat_from = 0.1, low.result.flat_to = 0.5;
   CalibratedParameter high = low;
   high.name = "usbl.y";
+  high.result.factor = 5;
   high.result.flat_from = 3, high.result.flat_to = 30;
   CalibratedParameter held = low;
   held.result.factor = 0.7;
