@@ -107,7 +107,7 @@ TEST(StatisticalScenarioNumbers, TimesOfADampedTargetAreFound) {
   RecordProperty("times", std::to_string(mean) + " " + std::to_string(furthest) + " " + std::to_string(within));
 }
 
-TEST(ScenarioNumbers, ATimeThatIsRightPredictsBetterAndIsInTheFile) {
+TEST(LongScenarioNumbers, ATimeThatIsRightPredictsBetterAndIsInTheFile) {
   Scenario scenario = damped_target(1, 400, 0.03, true);
   scenario.data.sensors[0].error->time = 1.5;
   const ScenarioCalibration found = calibrate_scenarios({scenario}, options_for({"camera.time"}, 3));
@@ -122,7 +122,7 @@ TEST(ScenarioNumbers, ATimeThatIsRightPredictsBetterAndIsInTheFile) {
   EXPECT_THAT(report(found), HasSubstr("camera.time"));
 }
 
-TEST(ScenarioNumbers, DegreesOfFreedomAreFoundBesideTheNoise) {
+TEST(LongScenarioNumbers, DegreesOfFreedomAreFoundBesideTheNoise) {
   Scenario scenario = damped_target(2, 600, 0.03, false, 3);
   scenario.data.sensors[0].loss = StudentT(20, 3);
   const ScenarioCalibration found = calibrate_scenarios({scenario}, options_for({"camera", "camera.dof"}, 2));
@@ -172,7 +172,7 @@ TEST(ScenarioNumbers, TimesOfAVelocityAreAlongTheFilesAxes) {
 }
 
 /// As noise that does: it is no number to go by, and the noise is found again beside what was given.
-TEST(ScenarioNumbers, ATimeThatRunsToTheEndOfWhatIsAllowedIsKept) {
+TEST(LongScenarioNumbers, ATimeThatRunsToTheEndOfWhatIsAllowedIsKept) {
   Scenario scenario = damped_target(4, 400);
   scenario.data.noise.twist_time[2] = kTime / 4000;
   ScenarioCalibrationOptions options = options_for({"camera", "twist_time.yaw"}, 2);
@@ -190,7 +190,7 @@ TEST(ScenarioNumbers, ATimeThatRunsToTheEndOfWhatIsAllowedIsKept) {
 }
 
 /// A constant's trial and a time's row in one run: the constant is that beside the time which is recommended.
-TEST(ScenarioNumbers, ConstantsAreTriedBesideATime) {
+TEST(LongScenarioNumbers, ConstantsAreTriedBesideATime) {
   Scenario scenario = damped_target(6, 200);
   scenario.data.sensors[0].error.emplace().delay = 0.3;
   for (const double given : {kTime, 0.5}) {
