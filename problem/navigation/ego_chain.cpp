@@ -56,17 +56,18 @@ EgoChain::EgoChain(Problem& problem, const NavigationData& data, const EgoOption
                   std::to_string(rows(sensor.type)) + " standard deviations, not " +
                   std::to_string(sensor.sigma.size()));
     if (sensor.error && sensor.error->has_bias() && sensor.error->sigma.size() != rows(sensor.type))
-      throw Error(sensor.name + ".error: a " + std::string(name(sensor.type)) + " needs " +
+      throw Error(error_name(sensor.name) + ": a " + std::string(name(sensor.type)) + " needs " +
                   std::to_string(rows(sensor.type)) + " standard deviations, not " +
                   std::to_string(sensor.error->sigma.size()));
     if (sensor.error)
-      if (const std::string why = why_invalid(*sensor.error); !why.empty()) throw Error(sensor.name + ".error: " + why);
+      if (const std::string why = why_invalid(*sensor.error); !why.empty())
+        throw Error(error_name(sensor.name) + ": " + why);
     if (const std::string why = why_not(sensor, data.imu.has_value()); !why.empty())
-      throw Error(sensor.name + ".error: " + why);
+      throw Error(error_name(sensor.name) + ": " + why);
     if (sensor.error && options.preintegrated_dvl && sensor.type == EgoSensorType::dvl)
       throw Error(sensor.name + ": velocities that are summed up have no error that stays; leave one of both out");
     if (sensor.error && sensor.error->scale > 0 && options.dvl_scale && sensor.type == EgoSensorType::dvl)
-      throw Error(sensor.name + ".error: its scale is estimated already, by --dvl-scale; leave one of both out");
+      throw Error(error_name(sensor.name) + ": its scale is estimated already, by --dvl-scale; leave one of both out");
     EgoSensor& own = sensors_.emplace_back(sensor);
     own.measurements.clear();
   }
@@ -257,7 +258,7 @@ std::optional<Block> EgoChain::error_at(std::size_t index, double t) {
 
 template <int N>
 Block EgoChain::tie_error(const EgoSensor& sensor, double t, std::optional<EgoError>& newest) {
-  const auto next = problem_->add(Rn<N>(), sensor.name + ".error at " + std::to_string(t) + " s");
+  const auto next = problem_->add(Rn<N>(), error_name(sensor.name) + " at " + std::to_string(t) + " s");
   const Gaussian sigma(sensor.error->sigma);
   const std::optional<EgoError> last = std::exchange(newest, EgoError{.t = t, .state = next});
   if (!last) {

@@ -22,6 +22,9 @@ struct StayingError {
   bool has_constants() const { return scale > 0 || misalignment > 0 || delay > 0; }
 };
 
+/// How a sensor's errors are called in noise files and messages.
+inline std::string error_name(const std::string& sensor) { return sensor + ".error"; }
+
 /// Empty, or why a sensor of this kind ("a range") cannot have these, by what its measurements tell: a length, how it is
 /// turned.
 std::string why_not(const StayingError& error, const std::string& kind, bool tells_length, bool tells_turn);

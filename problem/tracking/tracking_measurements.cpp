@@ -13,7 +13,8 @@ void place_by_type(TrackingBuild<G>& build, const Placing& at) {
   const auto place = sensor.type->place.of<G>();
   if (!place) throw Error(sensor.name + ": a planar problem takes no sensor of type " + std::string(name(sensor.type)));
   if (sensor.error)
-    if (const std::string why = why_invalid(*sensor.error); !why.empty()) throw Error(sensor.name + ".error: " + why);
+    if (const std::string why = why_invalid(*sensor.error); !why.empty())
+      throw Error(error_name(sensor.name) + ": " + why);
   place(build, at);
 }
 
@@ -35,7 +36,7 @@ template <int N>
 void TrackingBuild<G>::add_bias(std::size_t sensor, double t) {
   constexpr double kNoStep = 1e-6;  // of its standard deviation
   const StayingError& staying = *data.sensors[sensor].error;
-  const std::string entry = data.sensors[sensor].name + ".error";
+  const std::string entry = error_name(data.sensors[sensor].name);
   const Gaussian spread = noise_of(entry, staying.sigma, N);
   const auto last = biases.find(sensor);
   if (last == biases.end()) {

@@ -78,7 +78,7 @@ CalibratedEntry own_entry(const EgoSensor& sensor, const Frame& frame, bool erro
   std::vector<double> sigmas(sigma.data(), sigma.data() + sigma.size());
   const bool turned = world && frame.is_ned();
   if (turned) std::swap(sigmas[0], sigmas[1]);
-  CalibratedEntry entry = entry_of(error ? sensor.name + ".error" : sensor.name,
+  CalibratedEntry entry = entry_of(error ? error_name(sensor.name) : sensor.name,
                                    height     ? Components{{"height"}}
                                    : rotation ? of_rotation(false)
                                               : of_point(false),
@@ -125,7 +125,7 @@ std::vector<CalibratedEntry> calibrated_entries(const Scenario& scenario) {
     for (const NamedNoise& noise : named_noise(data)) {
       if (is_assumed(noise.name)) continue;
       const auto sensor = std::find_if(data.sensors.begin(), data.sensors.end(), [&](const TargetSensor& s) {
-        return s.name == noise.name || (s.error && s.error->has_bias() && s.name + ".error" == noise.name);
+        return s.name == noise.name || (s.error && s.error->has_bias() && error_name(s.name) == noise.name);
       });
       const bool is_sensor = sensor != data.sensors.end();
       const Components components = is_sensor ? of_sensor(sensor->type, planar) : of_noise(noise.name, planar);
@@ -210,7 +210,7 @@ void CalibrationProblem::add_own(const NavigationData& data, const std::vector<P
   for (const PlacedEgoMeasurement& m : placed) {
     const std::string& sensor = data.sensors[m.sensor].name;
     if (m.block) blocks.push_back({place_of(entries, sensor), *m.block, 0, m.t});
-    if (m.error) blocks.push_back({place_of(entries, sensor + ".error"), *m.error, 0, {}});
+    if (m.error) blocks.push_back({place_of(entries, error_name(sensor)), *m.error, 0, {}});
   }
 }
 

@@ -77,7 +77,7 @@ class Sensors {
       for (EgoSensor& sensor : own_->sensors) {
         known.push_back({sensor.name, span(sensor.sigma)});
         if (sensor.error && sensor.error->has_bias())
-          known.push_back({sensor.name + ".error", span(sensor.error->sigma)});
+          known.push_back({error_name(sensor.name), span(sensor.error->sigma)});
       }
     std::array<double, 4> imu{};
     if (own_ && own_->imu) known.push_back({own_->imu->name, imu});
@@ -103,7 +103,7 @@ class Sensors {
     }
     if (!own_) return;
     for (const EgoSensor& own : own_->sensors)
-      if (own.name == noise.name || own.name + ".error" == noise.name) turn(own, place->sigmas);
+      if (own.name == noise.name || error_name(own.name) == noise.name) turn(own, place->sigmas);
   }
 
   /// The time of an error or degrees of freedom; false where it is none of a sensor in use.
@@ -195,7 +195,7 @@ class Sensors {
     if (scenario_.navigation)
       for (const EgoSensor& sensor : scenario_.navigation->sensors) {
         names.push_back(sensor.name);
-        if (sensor.error && sensor.error->has_bias()) names.push_back(sensor.name + ".error");
+        if (sensor.error && sensor.error->has_bias()) names.push_back(error_name(sensor.name));
       }
     for (const SensorNumber& number : sensor_numbers(scenario_, {})) names.push_back(number.name);
     return std::find(names.begin(), names.end(), name) != names.end();

@@ -33,7 +33,7 @@ std::vector<NamedNoise> named_noise(TrackingData& data) {
                                  {"yaw_rate", {&noise.yaw_rate, 1}}};
   for (TargetSensor& sensor : data.sensors) {
     all.push_back({sensor.name, span(sensor.sigma)});
-    if (sensor.error && sensor.error->has_bias()) all.push_back({sensor.name + ".error", span(sensor.error->sigma)});
+    if (sensor.error && sensor.error->has_bias()) all.push_back({error_name(sensor.name), span(sensor.error->sigma)});
   }
   return all;
 }
