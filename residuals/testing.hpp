@@ -1,16 +1,17 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <random>
-#include <sstream>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/residuals/residual.hpp>
@@ -74,30 +75,20 @@ typename G::Tangent random_tangent(std::mt19937_64& random, Spread spread) {
 /// that agrees best with its neighbours in all rows (Ridders 1982). Steps that cross a jump disagree; very
 /// short ones may agree by chance, so rounding counts too: some tens of units in the last place of `scale`
 /// over the step.
-template <int N, class F>
-std::pair<Vector<N>, double> differentiate(const F& f, double scale) {
-  constexpr int columns = 5, steps = 24;
-  std::pair best(Vector<N>(Vector<N>::Constant(std::numeric_limits<double>::infinity())),
-                 std::numeric_limits<double>::infinity());
-  std::array<Vector<N>, columns> now, before;
-  double h = 0.125;
-  for (int step = 0; step < steps; ++step, h *= 0.5, before = now) {
-    const Vector<N> ahead = f(h), behind = f(-h);
-    const double rounding = 4e-15 * std::max(scale, ahead.cwiseAbs().maxCoeff()) / h;
-    now[0] = (ahead - behind) / (2.0 * h);
-    for (int m = 1; m <= std::min(step, columns - 1); ++m) {
-      now[m] = now[m - 1] + (now[m - 1] - before[m - 1]) / (std::pow(4.0, m) - 1.0);
-      const double change = std::max((now[m] - now[m - 1]).norm(), (now[m] - before[m - 1]).norm());
-      if (rounding + change < best.second) best = {now[m], rounding + change};
-    }
-  }
-  return best;
-}
+std::pair<Eigen::VectorXd, double> differentiate(int rows, const std::function<void(double h, double* f)>& f,
+                                                 double scale);
 
-template <class A, class B>
-bool same(const A& a, const B& b) {
-  return (a - b).norm() <= 1e-12 * (1.0 + b.norm());  // false for NaN
-}
+/// A residual at some states, whatever its types are: what is checked of it is compiled once.
+struct ResidualAt {
+  std::string_view name;
+  int rows;
+  std::vector<int> dofs;  ///< of its states
+  /// r, and, of the states of these bits, the Jacobians, one after the other by columns; what is not set is NaN.
+  std::function<void(unsigned wanted, double* r, double* J)> evaluate;
+  /// r with one of the states moved by h along direction k; NaN where it is undefined.
+  std::function<void(int state, int k, double h, double* r)> along;
+};
+JacobianReport check_jacobians(const ResidualAt& residual);
 
 }  // namespace detail
 
@@ -120,61 +111,31 @@ template <Residual R, class... Xs>
 JacobianReport check_jacobians(const R& residual, const Xs&... states) {
   static_assert(std::is_same_v<std::tuple<Xs...>, typename R::States>, "these are not the states it reads");
   constexpr int N = R::dim, count = sizeof...(Xs);
-  using Jacobians = std::tuple<RowsBy<N, Xs>...>;
-  const auto evaluate = [&](unsigned wanted, Jacobians& J) {
-    Vector<N> r = Vector<N>::Constant(detail::kNaN);
+  const auto evaluate = [&](unsigned wanted, double* r, double* J) {
+    Vector<N> value = Vector<N>::Constant(detail::kNaN);
+    std::tuple<RowsBy<N, Xs>...> jacobians;
+    std::apply([](auto&... Ji) { (Ji.setConstant(detail::kNaN), ...); }, jacobians);
     [&]<std::size_t... i>(std::index_sequence<i...>) {
-      (std::get<i>(J).setConstant(detail::kNaN), ...);
-      residual(states..., r, (wanted >> i & 1u ? &std::get<i>(J) : nullptr)...);
+      residual(states..., value, (wanted >> i & 1u ? &std::get<i>(jacobians) : nullptr)...);
     }
     (std::index_sequence_for<Xs...>{});
-    return r;
+    std::copy_n(value.data(), N, r);
+    std::apply([&](const auto&... Ji) { ((J = std::copy_n(Ji.data(), Ji.size(), J)), ...); }, jacobians);
   };
-
-  JacobianReport report;
-  Jacobians J, some;
-  constexpr unsigned all = (1u << count) - 1u;
-  const Vector<N> r = evaluate(all, J);
-  for (unsigned wanted = 0; wanted <= all; ++wanted) {
-    const char* culprit = detail::same(evaluate(wanted, some), r) ? nullptr : ": the value";
+  const auto along = [&](int state, int k, double h, double* r) {
+    std::tuple<Xs...> moved(states...);
     detail::each<count>([&](auto i) {
-      if (wanted >> i & 1u && !detail::same(std::get<i>(some), std::get<i>(J))) culprit = ": a Jacobian";
+      using X = std::tuple_element_t<i, std::tuple<Xs...>>;
+      if (int(i) == state) std::get<i>(moved) = std::get<i>(moved) * X::Exp(h * X::Tangent::Unit(k));
     });
-    if (!culprit) continue;
-    report.relative = report.absolute = std::numeric_limits<double>::infinity();
-    report.text = std::string(R::name) + culprit + " is not finite, or depends on what else is asked for";
-    return report;
-  }
-  double scale = std::numeric_limits<double>::min();
-  detail::each<count>([&](auto i) { scale = std::max(scale, std::get<i>(J).cwiseAbs().maxCoeff()); });
-  const auto value_at = [&](const Xs&... x) {
     Vector<N> value = Vector<N>::Constant(detail::kNaN);
     try {
-      residual(x..., value, static_cast<RowsBy<N, Xs>*>(nullptr)...);
+      std::apply([&](const auto&... x) { residual(x..., value, static_cast<RowsBy<N, Xs>*>(nullptr)...); }, moved);
     } catch (const Error&) {  // undefined so far away: shorter steps will do
     }
-    return value;
+    std::copy_n(value.data(), N, r);
   };
-  detail::each<count>([&](auto state) {
-    using X = std::tuple_element_t<state, typename R::States>;
-    for (int k = 0; k < X::dof; ++k) {
-      const auto along = [&](double h) {
-        std::tuple<Xs...> moved(states...);
-        std::get<state>(moved) = std::get<state>(moved) * X::Exp(h * X::Tangent::Unit(k));
-        return std::apply(value_at, moved);
-      };
-      const auto [slope, uncertainty] = detail::differentiate<N>(along, scale);
-      for (int i = 0; i < N; ++i) {
-        const double given = std::get<state>(J)(i, k), error = std::abs(given - slope[i]);
-        if (error <= report.relative * scale) continue;
-        std::ostringstream text;
-        text << R::name << ": state " << state << ", row " << i << ", column " << k << ": Jacobian " << given
-             << ", differences " << slope[i] << " (to " << uncertainty << ")";
-        report = {error / scale, error, uncertainty / scale, 0, int(state), i, k, text.str()};
-      }
-    }
-  });
-  return report;
+  return detail::check_jacobians({R::name, N, {Xs::dof...}, evaluate, along});
 }
 
 /// Checks them at `count` random states, of each Spread in turn; states at which the residual throws are

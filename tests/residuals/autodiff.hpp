@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <tuple>
@@ -19,35 +20,51 @@ namespace tandem::testing {
 /// Dual numbers of one direction, whatever the states: each residual is compiled over one scalar of them.
 using Jet = ceres::Jet<double, 1>;
 
-/// The largest error of all Jacobians against forward automatic differentiation, over their largest entry; and
-/// infinity where the value differs over dual numbers.
-template <class R, class... Xs>
-double autodiff_error(const R& residual, const Xs&... x) {
-  Vector<R::dim> r;
-  std::tuple<RowsBy<R::dim, Xs>...> J;
-  double scale = 1e-300, worst = 0.0;
-  std::apply([&](auto&... Ji) { residual(x..., r, &Ji...); }, J);
-  std::apply([&](auto&... Ji) { ((scale = std::max(scale, Ji.cwiseAbs().maxCoeff())), ...); }, J);
-
-  const std::tuple states(x.template cast<Jet>()...);
-  detail::each<sizeof...(Xs)>([&](auto i) {
-    using X = typename std::tuple_element_t<i, std::tuple<Xs...>>::template Rebind<Jet>;
-    for (int k = 0; k < X::dof; ++k) {
-      typename X::Tangent direction = X::Tangent::Zero();
-      direction[k].v[0] = 1.0;
-      auto moved = states;
-      std::get<i>(moved) = std::get<i>(states) * X::Exp(direction);
-      Vector<R::dim, Jet> dual;
-      std::apply([&](const auto&... y) { residual(y..., dual); }, moved);
-      for (int row = 0; row < R::dim; ++row) {
-        const bool same = std::abs(dual[row].a - r[row]) <= 1e-13 * (1.0 + r.norm());
-        const double error = std::abs(dual[row].v[0] - std::get<i>(J)(row, k)) / scale;
+/// The largest error of all Jacobians against forward automatic differentiation, over their largest entry; and infinity
+/// where the value differs over dual numbers: along(state, k, dual) gives that with the state moved along k. Compiled once.
+inline double autodiff_error(const Eigen::VectorXd& r, const Eigen::MatrixXd& J, const std::vector<int>& dofs,
+                             const std::function<void(int state, int k, Jet* dual)>& along) {
+  const double scale = std::max(1e-300, J.cwiseAbs().maxCoeff());
+  std::vector<Jet> dual(std::size_t(r.size()));
+  double worst = 0.0;
+  for (int state = 0, column = 0; state < int(dofs.size()); ++state)
+    for (int k = 0; k < dofs[std::size_t(state)]; ++k, ++column) {
+      along(state, k, dual.data());
+      for (int row = 0; row < r.size(); ++row) {
+        const Jet& d = dual[std::size_t(row)];
+        const bool same = std::abs(d.a - r[row]) <= 1e-13 * (1.0 + r.norm());
+        const double error = std::abs(d.v[0] - J(row, column)) / scale;
         if (!same || !(error <= worst))
           worst = same && !std::isnan(error) ? error : std::numeric_limits<double>::infinity();
       }
     }
-  });
   return worst;
+}
+
+template <class R, class... Xs>
+double autodiff_error(const R& residual, const Xs&... x) {
+  Vector<R::dim> r;
+  std::tuple<RowsBy<R::dim, Xs>...> J;
+  std::apply([&](auto&... Ji) { residual(x..., r, &Ji...); }, J);
+  Eigen::MatrixXd all(R::dim, (Xs::dof + ...));
+  double* to = all.data();
+  std::apply([&](const auto&... Ji) { ((to = std::copy_n(Ji.data(), Ji.size(), to)), ...); }, J);
+
+  const std::tuple states(x.template cast<Jet>()...);
+  const auto along = [&](int state, int k, Jet* dual) {
+    auto moved = states;
+    detail::each<sizeof...(Xs)>([&](auto i) {
+      using X = typename std::tuple_element_t<i, std::tuple<Xs...>>::template Rebind<Jet>;
+      if (int(i) != state) return;
+      typename X::Tangent direction = X::Tangent::Zero();
+      direction[k].v[0] = 1.0;
+      std::get<i>(moved) = std::get<i>(moved) * X::Exp(direction);
+    });
+    Vector<R::dim, Jet> value;
+    std::apply([&](const auto&... y) { residual(y..., value); }, moved);
+    std::copy_n(value.data(), R::dim, dual);
+  };
+  return autodiff_error(r, all, {Xs::dof...}, along);
 }
 
 /// Relative errors allowed. Automatic differentiation rounds like the Jacobians themselves, some tens of

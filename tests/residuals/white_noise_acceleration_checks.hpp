@@ -42,10 +42,11 @@ TYPED_TEST_P(WhiteNoiseAccelerationTest, compares_the_rates_of_the_logarithm) {
   using G = TypeParam;
   constexpr int n = G::dof;
   const G t1 = this->t0 * G::Exp(tangent<G>(1.9, 3.0));
-  const auto log_at = [&](double h) {
-    return typename G::Tangent((this->t0.inverse() * t1 * G::Exp(h * this->w1.vector())).Log());
+  const auto log_at = [&](double h, double* v) {
+    const typename G::Tangent log = (this->t0.inverse() * t1 * G::Exp(h * this->w1.vector())).Log();
+    std::copy_n(log.data(), n, v);
   };
-  const auto [rate, uncertainty] = detail::differentiate<n>(log_at, 10.0);
+  const auto [rate, uncertainty] = detail::differentiate(n, log_at, 10.0);
   Vector<2 * n> r;
   WhiteNoiseAcceleration<G>{0.8}(this->t0, this->w0, t1, this->w1, r);
   EXPECT_LE((r.template tail<n>() + this->w0.vector() - rate).norm(), 1e-10 + uncertainty);
