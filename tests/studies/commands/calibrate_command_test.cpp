@@ -71,9 +71,9 @@ TEST_F(CalibrateCommand, TellsConstantBiases) {
 
 TEST_F(CalibrateCommand, WritesNoiseThatOtherCommandsTake) {
   const Outcome outcome =
-      run_tandem({"calibrate", run(), "--free", "usbl,constant_twist.x", "--folds", "3", "--out", noise_});
+      run_tandem({"calibrate", run(), "--free", "usbl,constant_twist.x", "--folds", "2", "--out", noise_});
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
-  for (const char* text : {"parameter", "usbl.x", "constant_twist.x", "held out in 3 folds", "Noise in"})
+  for (const char* text : {"parameter", "usbl.x", "constant_twist.x", "held out in 2 folds", "Noise in"})
     EXPECT_THAT(outcome.output, HasSubstr(text));
   EXPECT_THAT(read_file(noise_), ContainsRegex("noise:\n  usbl: \\[.*\\]\n  constant_twist: \\[.*\\]\n$"));
   for (const char* command : {"estimate", "track", "models", "compare"}) {

@@ -119,7 +119,7 @@ TEST(DemoCommand, Table1IsOfBothModes) {
   EXPECT_THAT(files(out), UnorderedElementsAre("table1.txt", "table1.csv"));
 }
 
-TEST(DemoCommand, FiguresOfBothModes) {
+TEST(LongDemoCommand, FiguresOfBothModes) {
   TANDEM_NEEDS_GNUPLOT("figures of both modes");
   for (const std::string figure : {"fig1", "fig6", "fig7"}) {
     const ScratchFolder scratch;

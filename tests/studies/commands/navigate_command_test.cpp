@@ -157,7 +157,7 @@ TEST_F(Navigate, OptionsReachTheProblem) {
   EXPECT_EQ(plain["sensors"]["dvl"]["down_weighted"], 0) << "no loss but when it is asked for";
 }
 
-TEST_F(Navigate, FindsHowLateASensorIs) {
+TEST_F(LongNavigate, FindsHowLateASensorIs) {
   const ScratchFolder scratch;
   const auto late = scratch.path() / "late";
   std::filesystem::copy(dive(), late);

@@ -218,7 +218,7 @@ TEST(StudyCommand, RunsRendezvous) {
 }
 
 /// A dive without a target and with one: run, resumed, shown, exported, and a trial of it as a folder that navigates.
-TEST(StudyCommand, RunsDives) {
+TEST(LongStudyCommand, RunsDives) {
   const ScratchFolder scratch;
   const std::string alone =
       scratch.write("alone.yaml",

@@ -106,7 +106,7 @@ TEST(TrackCommand, ASensorOfAnotherDayIsSaidAtTheStart) {
   EXPECT_THAT(run_tandem({"track", scratch.path(), "--quiet"}).errors, testing::Not(HasSubstr("do not overlap")));
 }
 
-TEST(TrackCommand, TakesTrackingOptions) {
+TEST(LongTrackCommand, TakesTrackingOptions) {
   const auto errors = [](const std::vector<std::string>& options) {
     std::vector<std::string> arguments = {"track", "docking_a", "--until", "170", "--newest", "window", "--json"};
     arguments.insert(arguments.end(), options.begin(), options.end());

@@ -23,7 +23,7 @@ double metric_of(const TrialResult& result, const char* name) {
   return result.get(name).value_or(std::nan(""));
 }
 
-TEST(DiveTrial, AnOutageOfTheDvlIsFelt) {
+TEST(LongDiveTrial, AnOutageOfTheDvlIsFelt) {
   const Study study = dive_study("parameters: {minutes: 3, dvl_outage: [0, 40], dvl_outage_period: 90}\n");
   EXPECT_FALSE(study.has_target());
   const TrialResult whole = run_trial(study, 0), out = run_trial(study, 1);

@@ -1,0 +1,143 @@
+#include <cmath>
+#include <random>
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include <tandem/residuals/bounds.hpp>
+#include <tandem/solvers/calibration/evidence.hpp>
+
+#include "walk.hpp"
+
+namespace tandem::testing {
+namespace {
+
+using R2 = Rn<2>;
+
+TEST(Evidence, IsExactWhereTheProblemIsLinear) {
+  Walk walk(1, 60);
+  walk.build();
+  Problem* const one[] = {&walk.problem};
+  const std::vector<NoiseGroup> groups = {walk.steps, walk.fixes};
+  const CalibrationOptions options;
+  detail::Evidence evidence(one, groups, options);
+  const double constant = evidence.at(Eigen::Vector2d::Zero()).log_evidence - walk.exact(0, 0);
+  for (const Eigen::Vector2d& at : {Eigen::Vector2d(0.5, -0.3), Eigen::Vector2d(-1, 0.2), Eigen::Vector2d(2, 1)}) {
+    const auto value = evidence.at(at);
+    ASSERT_TRUE(value.usable) << value.why;
+    EXPECT_NEAR(value.log_evidence - constant, walk.exact(at[0], at[1]), 1e-8 * std::abs(value.log_evidence));
+    const double h = 1e-4;
+    EXPECT_NEAR(value.gradient[0], (walk.exact(at[0] + h, at[1]) - walk.exact(at[0] - h, at[1])) / (2 * h), 1e-4);
+    EXPECT_NEAR(value.gradient[1], (walk.exact(at[0], at[1] + h) - walk.exact(at[0], at[1] - h)) / (2 * h), 1e-4);
+  }
+}
+
+TEST(Evidence, BeliefsThatOverlapAreDividedByTheirIntegral) {
+  // A walk that also keeps near 0: the two together are one density, of which neither sigma has so many rows.
+  Walk walk(4, 60);
+  walk.build();
+  NoiseGroup level{"level", {}, 0};
+  CalibrationOptions options;
+  for (const NoiseRows& fix : walk.fixes.rows) {
+    options.measured.push_back({fix.block});
+    const int x = walk.problem.linearization(fix.block).variable_ids[0];
+    level.rows.push_back({walk.problem.minimize(Prior<Number>{Number()}, {2.0}, {walk.variables[std::size_t(x)]})});
+  }
+  const auto exact = [&](double log_steps, double log_level) {
+    const double q = std::exp(2 * log_steps), l = 4 * std::exp(2 * log_level);
+    Eigen::MatrixXd information = Eigen::MatrixXd::Identity(walk.n, walk.n) / l;
+    information(0, 0) += 1 / (walk.begun * walk.begun);
+    for (int i = 1; i < walk.n; ++i) {
+      information(i, i) += 1 / q;
+      information(i - 1, i - 1) += 1 / q;
+      information(i, i - 1) -= 1 / q;
+      information(i - 1, i) -= 1 / q;
+    }
+    const Eigen::MatrixXd S = information.inverse() + Eigen::MatrixXd::Identity(walk.n, walk.n);
+    const Eigen::LLT<Eigen::MatrixXd> llt(S);
+    const Eigen::Map<const Eigen::VectorXd> d(walk.z.data(), walk.n);
+    return -0.5 * d.dot(llt.solve(d)) - llt.matrixLLT().diagonal().array().log().sum();
+  };
+  Problem* const one[] = {&walk.problem};
+  const std::vector<NoiseGroup> groups = {walk.steps, level};
+  detail::Evidence evidence(one, groups, options);
+  const double constant = evidence.at(Eigen::Vector2d::Zero()).log_evidence - exact(0, 0);
+  for (const Eigen::Vector2d& at : {Eigen::Vector2d(-0.7, 0.4), Eigen::Vector2d(0.5, -1), Eigen::Vector2d(-3, 1)}) {
+    const auto value = evidence.at(at);
+    ASSERT_TRUE(value.usable) << value.why;
+    EXPECT_NEAR(value.log_evidence - constant, exact(at[0], at[1]), 0.02);
+    const double h = 1e-5;
+    EXPECT_NEAR(value.gradient[0], (exact(at[0] + h, at[1]) - exact(at[0] - h, at[1])) / (2 * h), 0.02);
+    EXPECT_NEAR(value.gradient[1], (exact(at[0], at[1] + h) - exact(at[0], at[1] - h)) / (2 * h), 0.02);
+  }
+}
+
+TEST(Evidence, ItsInformationIsTheAverageOfObservedAndExpected) {
+  for (const bool beliefs : {false, true}) {
+    Walk walk(5, 40);
+    walk.build();
+    CalibrationOptions options;
+    if (beliefs)
+      for (const NoiseRows& fix : walk.fixes.rows) options.measured.push_back({fix.block});
+    Problem* const one[] = {&walk.problem};
+    const std::vector<NoiseGroup> groups = {walk.steps, walk.fixes};
+    detail::Evidence evidence(one, groups, options);
+    const Eigen::Vector2d at(-0.4, 0.3);
+    ASSERT_TRUE(evidence.at(at).usable);
+    const auto information = evidence.information();
+    ASSERT_TRUE(information);
+
+    // ½ (P z)ᵀ V_g P V_h P z, P = V⁻¹, by the covariance of z and its derivatives.
+    const double q = std::exp(2 * at[0]), r = std::exp(2 * at[1]);
+    Eigen::MatrixXd of_steps(walk.n, walk.n);
+    for (int i = 0; i < walk.n; ++i)
+      for (int j = 0; j < walk.n; ++j) of_steps(i, j) = q * std::min(i, j);
+    const Eigen::MatrixXd of_fixes = r * Eigen::MatrixXd::Identity(walk.n, walk.n);
+    const Eigen::MatrixXd begun = Eigen::MatrixXd::Constant(walk.n, walk.n, walk.begun * walk.begun);
+    const Eigen::LLT<Eigen::MatrixXd> V(begun + of_steps + of_fixes);
+    const Eigen::VectorXd Pz = V.solve(Eigen::Map<const Eigen::VectorXd>(walk.z.data(), walk.n));
+    Eigen::MatrixXd pulled(walk.n, 2);
+    pulled << 2 * of_steps * Pz, 2 * of_fixes * Pz;
+    const Eigen::Matrix2d expected = 0.5 * pulled.transpose() * V.solve(pulled);
+    EXPECT_LE((*information - expected).cwiseAbs().maxCoeff(), (beliefs ? 1e-3 : 1e-7) * expected.maxCoeff())
+        << *information << "\n\n"
+        << expected;
+  }
+}
+
+/// Rows of a full covariance in different groups, under a hard equality: against differences of the evidence, which is
+/// exact for a problem that is linear.
+TEST(Evidence, ItsGradientIsRightForFullNoiseAndUnderEqualities) {
+  Problem problem;
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  Eigen::Matrix2d S;
+  S << 2, 0.8, 0.8, 1;
+  NoiseGroup first{"first", {}, 0.7}, second{"second", {}, 0}, steps{"steps", {}, 0};
+  std::vector<Variable<R2>> x;
+  for (int i = 0; i < 12; ++i) {
+    x.push_back(problem.add(R2(Vector<2>(0, 0))));
+    const Block fix = problem.minimize(Prior<R2>{R2(Vector<2>(2 * normal(random), normal(random)))},
+                                       Gaussian::covariance(S), {x.back()});
+    first.rows.push_back({fix, 0, 1});
+    second.rows.push_back({fix, 1, 1});
+    if (i > 0)
+      steps.rows.push_back({problem.minimize(RelativePose<R2>{R2()}, {0.7, 0.4}, {x[std::size_t(i) - 1], x.back()})});
+  }
+  problem.subject_to(RelativePose<R2>{R2(Vector<2>(0.3, 0.1))}, equal_to(0), {x[2], x[9]});
+  Problem* const one[] = {&problem};
+  const std::vector<NoiseGroup> groups = {first, second, steps};
+  const CalibrationOptions options;
+  detail::Evidence evidence(one, groups, options);
+  const Eigen::Vector3d at(0.3, -0.2, 0.4);
+  const Eigen::VectorXd gradient = evidence.at(at).gradient;
+  for (int g = 0; g < 3; ++g) {
+    const double h = 1e-4;
+    const Eigen::Vector3d up = at + h * Eigen::Vector3d::Unit(g), down = at - h * Eigen::Vector3d::Unit(g);
+    const double by = (evidence.at(up).log_evidence - evidence.at(down).log_evidence) / (2 * h);
+    EXPECT_NEAR(gradient[g], by, 1e-5 * (1 + std::abs(by))) << groups[std::size_t(g)].name;
+  }
+}
+
+}  // namespace
+}  // namespace tandem::testing
