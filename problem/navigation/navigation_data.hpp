@@ -121,7 +121,7 @@ struct EgoSensor {
   double delay = 0;                            ///< s: a measurement stamped t was valid at t − delay
   std::optional<Loss> loss{};                  ///< in place of the problem's
   std::vector<EgoMeasurement> measurements{};  ///< in time order
-  std::optional<StayingError> error{};         ///< beside its noise; a delay, of whole recordings
+  std::optional<StayingError> error{};         ///< beside its noise
 
   double valid_at(const EgoMeasurement& m) const { return m.t - delay; }  ///< s
 };

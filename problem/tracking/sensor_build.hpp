@@ -56,7 +56,8 @@ class SensorBuild {
   std::optional<Block> put(const R& residual, const VariablesOf<R>& x, const Gaussian& noise, const Loss& loss) {
     if (!measurement_.held_out) return build_.problem.minimize(residual, noise, x, loss);
     placed_.innovation = [residual, x](const Problem& problem) {
-      return std::apply([&](const auto&... v) { return innovation(residual, problem.value(v)...); }, x);
+      return std::apply([&](const auto&... v) { return innovation(residual, {problem.id(v)...}, problem.value(v)...); },
+                        x);
     };
     return {};
   }
@@ -90,8 +91,6 @@ class SensorBuild {
   template <Residual R, class Target>
   std::optional<Block> put_whole(const R& residual, const Target& target, const Gaussian& noise, const Loss& loss) {
     if (!sensor_.error) return put(residual, target, noise, loss);
-    if (measurement_.held_out)
-      throw Error(sensor_.name + ": measurements of a sensor with errors that stay cannot be held out");
     if constexpr (between || std::same_as<Target, CourseVariable<G>>) {
       throw Error(sensor_.name + ": errors that stay are not estimated on a steady course, nor between keyframes");
     } else {
@@ -103,9 +102,9 @@ class SensorBuild {
                                          const Loss& loss) {
     using Whole = Miscalibrated<R>;
     const StayingError& error = *sensor_.error;
-    if (const std::string why = why_not(sensor_); !why.empty()) throw Error(sensor_.name + ".error: " + why);
+    if (const std::string why = why_not(sensor_); !why.empty()) throw Error(error_name(sensor_.name) + ": " + why);
     const std::size_t k = placed_.keyframe;
-    const auto [before, after] = error.delay > 0 ? neighbours_of<T>(k, kDelays * error.delay) : std::pair(k, k);
+    const auto [before, after] = error.delay > 0 ? neighbours_of<T>(k, delay_reach(error)) : std::pair(k, k);
     SensorConstants& constants = build_.constants;
     Problem& problem = build_.problem;
     // What it does not read is a constant, so that blocks of the problem's matrix are not filled with zeros.
@@ -118,12 +117,13 @@ class SensorBuild {
         error.has_bias()
             ? std::get<Variable<Bias>>(build_.bias_at(placed_.sensor, sensor_.valid_at(measurement_)).state)
             : constants.none<Bias>(problem);
-    return put<Whole>({residual, mount(), beacon(), {build_.dt(before, k), build_.dt(k, after)}},
-                      {build_.chaser[k], chaser_at(before), chaser_at(after), target, target_at(before),
-                       target_at(after), bias, constants.get<Rn<1>>(problem, sensor_.name, "scale", error.scale),
-                       constants.get<typename Whole::Turn>(problem, sensor_.name, "misalignment", error.misalignment),
-                       constants.get<Rn<1>>(problem, sensor_.name, "delay", error.delay)},
-                      noise, loss);
+    return put<Whole>(
+        {residual, mount(), beacon(), {build_.dt(before, k), build_.dt(k, after)}},
+        {build_.chaser[k], chaser_at(before), chaser_at(after), target, target_at(before), target_at(after), bias,
+         constants.get<Rn<1>>(problem, sensor_.name, "scale", error.scale),
+         constants.get<typename Whole::Turn>(problem, sensor_.name, "misalignment", error.misalignment),
+         build_.held_delay ? *build_.held_delay : constants.get<Rn<1>>(problem, sensor_.name, "delay", error.delay)},
+        noise, loss);
   }
   /// The keyframes before and after k that tell how chaser and target move about it: the nearest that are so many seconds
   /// away and where the target is of the same kind, or else the farthest; k itself where there is none.
@@ -135,23 +135,19 @@ class SensorBuild {
       if (same(i)) before = i;
     for (std::size_t i = k + 1; i < build_.target.size() && build_.dt(k, after) < seconds; ++i)
       if (same(i)) after = i;
-    if (before == after)
+    if (before == after && !build_.held_delay)
       throw Error(sensor_.name +
                   ": its delay needs a second keyframe where the target is of the same kind, a pose or a "
                   "point; leave it out");
     return {before, after};
   }
-  /// That motion is known over, in standard deviations of the delay. Longer, turns between keyframes are not seen; shorter,
-  /// their noise stands for motion, and a delay that fixes do not tell seems told: two made a standard error of 0.08 s out of
-  /// nothing (simulated dockings), where twelve make a true delay 3 % too long (SensorConstants).
-  static constexpr double kDelays = 6;
 
   template <Residual R, LieGroup... Xs>
-  static Innovation innovation(const R& residual, const Xs&... x) {
+  static Innovation innovation(const R& residual, std::vector<int> variables, const Xs&... x) {
     Vector<R::dim> r;
     std::tuple<Matrix<R::dim, Xs::dof>...> J;
     std::apply([&](auto&... j) { residual(x..., r, &j...); }, J);
-    Innovation result{r, Eigen::MatrixXd(R::dim, (Xs::dof + ...))};
+    Innovation result{r, Eigen::MatrixXd(R::dim, (Xs::dof + ...)), std::move(variables), {Xs::dof...}};
     double* column = result.jacobian.data();
     std::apply([&](const auto&... j) { ((column = std::copy_n(j.data(), j.size(), column)), ...); }, J);
     return result;

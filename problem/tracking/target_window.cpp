@@ -109,6 +109,15 @@ std::optional<std::string> TargetWindow<G>::add_measurement(std::size_t sensor, 
   if (!at && (t < out_.keyframes.front().t || t > out_.keyframes.back().t))
     return by.name + ": the measurement valid at " + std::to_string(t) + " s is outside the window, " +
            std::to_string(out_.keyframes.front().t) + " to " + std::to_string(out_.keyframes.back().t) + " s";
+  const bool delayed = by.error && by.error->delay > 0;
+  if (delayed) {
+    auto held = held_delays_.find(sensor);
+    if (held == held_delays_.end()) {
+      held = held_delays_.emplace(sensor, problem_.add(Rn<1>(), by.name + ".delay as it is held")).first;
+      problem_.fix(held->second);
+    }
+    build_.held_delay = held->second;
+  }
   by.measurements.push_back(m);
   const std::size_t i = by.measurements.size() - 1;
   try {
@@ -120,8 +129,15 @@ std::optional<std::string> TargetWindow<G>::add_measurement(std::size_t sensor, 
       build_.add_measurement_after(sensor, i, std::size_t(after - out_.keyframes.begin()) - 1);
     }
   } catch (const Error& error) {
+    build_.held_delay.reset();
     by.measurements.pop_back();
     return error.what();
+  }
+  build_.held_delay.reset();
+  if (delayed) {
+    const auto bias = build_.biases.find(sensor);
+    untold_.push_back({sensor, m, last_block(), {}});
+    if (bias != build_.biases.end()) untold_.back().bias = bias->second;
   }
   if (at) mark(out_.keyframes[*at], by, m);
   return std::nullopt;
@@ -130,6 +146,7 @@ std::optional<std::string> TargetWindow<G>::add_measurement(std::size_t sensor, 
 template <LieGroup G>
 void TargetWindow<G>::withdraw_last() {
   const PlacedMeasurement placed = out_.measurements.back();
+  if (const auto& error = data_.sensors[placed.sensor].error; error && error->delay > 0) untold_.pop_back();
   for (const auto& block : {placed.block, placed.orientation, placed.position})
     if (block) problem_.remove(*block);
   out_.measurements.pop_back();
@@ -139,6 +156,44 @@ void TargetWindow<G>::withdraw_last() {
   for (const TargetSensor& sensor : data_.sensors)
     for (const Measurement& m : sensor.measurements)
       if (std::abs(sensor.valid_at(m) - keyframe.t) <= kSameInstant) mark(keyframe, sensor, m);
+}
+
+template <LieGroup G>
+void TargetWindow<G>::tell_delays(double reach) {
+  for (const auto& [sensor, held] : held_delays_)
+    for (const SensorConstant& c : build_.constants.all())
+      if (c.name == data_.sensors[sensor].name + ".delay")
+        problem_.set_value(held, problem_.value(std::get<Variable<Rn<1>>>(c.state)));
+  std::erase_if(untold_, [&](const Untold& untold) {
+    const TargetSensor& by = data_.sensors[untold.sensor];
+    const auto k = keyframe_at(out_.keyframes, by.valid_at(untold.measurement));
+    if (!k) return true;
+    const std::size_t last = size() - 1;
+    bool enough = build_.dt(*k, last) >= reach;
+    for (std::size_t i = last; !enough && i > *k && build_.dt(*k, i) >= delay_reach(*by.error); --i)
+      enough = build_.target[i].index() == build_.target[*k].index();
+    return enough && tell(untold, *k);
+  });
+}
+
+/// Whether there was a keyframe of the same kind, a pose or a point, to tell it by.
+template <LieGroup G>
+bool TargetWindow<G>::tell(const Untold& untold, std::size_t k) {
+  TargetSensor& by = data_.sensors[untold.sensor];
+  by.measurements.push_back(untold.measurement);
+  std::optional<typename TrackingBuild<G>::SensorBias> newest;  // which later ones are measured with
+  if (untold.bias) newest = std::exchange(build_.biases.at(untold.sensor), *untold.bias);
+  bool told = true;
+  try {
+    build_.add_measurement(untold.sensor, by.measurements.size() - 1, k);
+    out_.measurements.pop_back();
+    problem_.remove(untold.block);
+  } catch (const Error&) {  // no keyframe beside this one
+    told = false;
+  }
+  if (newest) build_.biases.at(untold.sensor) = *newest;
+  by.measurements.pop_back();
+  return told;
 }
 
 template <LieGroup G>
@@ -156,6 +211,9 @@ void TargetWindow<G>::drop_before(double t) {
   drop_front(build_.twist, n);
   out_.measurements.clear();
   out_.noised.clear();
+  std::erase_if(untold_, [&](const Untold& untold) {
+    return data_.sensors[untold.sensor].valid_at(untold.measurement) < out_.keyframes.front().t - kSameInstant;
+  });
   for (TargetSensor& sensor : data_.sensors)
     std::erase_if(sensor.measurements,
                   [&](const Measurement& m) { return sensor.valid_at(m) < out_.keyframes.front().t - kSameInstant; });

@@ -47,6 +47,10 @@ class TargetWindow {
   const Block& last_block() const { return out_.measurements.back().block.value(); }
   /// Takes the measurement that was added last out again; while no keyframe has left since.
   void withdraw_last();
+  /// A delay that is estimated needs keyframes after a measurement, too (delay_reach): until there are enough, it is read at
+  /// what the delay is taken to be, and tells nothing of it. From now on that is the estimate so far; and what has enough,
+  /// or was measured `reach` [s] or more before the newest keyframe, tells of it.
+  void tell_delays(double reach);
   /// Forgets the keyframes before t, whose variables have left the problem.
   void drop_before(double t);
 
@@ -89,6 +93,16 @@ class TargetWindow {
   TrackingProblem out_;
   TrackingBuild<G> build_;
   std::vector<typename TrackingBuild<G>::SensorBias> left_biases_;
+  /// A measurement that does not tell of its sensor's delay yet.
+  struct Untold {
+    std::size_t sensor;
+    Measurement measurement;
+    Block block;
+    std::optional<typename TrackingBuild<G>::SensorBias> bias;
+  };
+  bool tell(const Untold& untold, std::size_t k);
+  std::vector<Untold> untold_;
+  std::map<std::size_t, Variable<Rn<1>>> held_delays_;  // by sensor
   bool chaser_given_ = false;
   bool new_twin_ = false;  // of the keyframe before the last: a point has joined a pose there
 };

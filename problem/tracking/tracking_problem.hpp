@@ -118,11 +118,12 @@ struct TargetState {
   explicit TargetState(const Vector<3>& point) : position(point) {}
 };
 
-/// The residual of a measurement that was held out, at the problem's values, and its Jacobian by the tangents of what the
-/// chaser's and the target's entry of that keyframe consist of, one after the other.
+/// The residual of a measurement that was held out, at the problem's values, and its Jacobian by the tangents of the
+/// variables that it reads, one after the other.
 struct Innovation {
   Eigen::VectorXd r;  ///< in the sensor's units
   Eigen::MatrixXd jacobian;
+  std::vector<int> variables, dofs;  ///< their ids and tangent dimensions
 };
 
 /// A measurement in the problem.

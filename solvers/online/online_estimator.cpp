@@ -8,9 +8,6 @@ namespace {
 
 using MaybeRefusal = std::optional<Refusal>;
 
-constexpr const char* kNoDelay =
-    ".error: a delay is estimated from whole recordings alone, not as lines come; leave it out";
-
 void check(const TrackingData& tracking, const std::optional<NavigationData>& ego, const OnlineOptions& options) {
   const TrackingOptions& o = options.tracking;
   check(o);
@@ -25,8 +22,7 @@ void check(const TrackingData& tracking, const std::optional<NavigationData>& eg
     throw Error("a planar problem takes odometry: the chaser's own sensors are estimated in space (group SE3)");
   for (const TargetSensor& sensor : tracking.sensors) {
     if (!sensor.error) continue;
-    const std::string what = sensor.name + ".error: ";
-    if (sensor.error->delay > 0) throw Error(sensor.name + kNoDelay);
+    const std::string what = error_name(sensor.name) + ": ";
     if (const std::string why = why_invalid(*sensor.error); !why.empty()) throw Error(what + why);
     if (const std::string why = why_not(sensor); !why.empty()) throw Error(what + why);
     const bool split = o.position_share > 0 || orientation_loss_of(sensor, o);
@@ -39,8 +35,6 @@ void check(const TrackingData& tracking, const std::optional<NavigationData>& eg
                   std::to_string(sensor.error->sigma.size()));
   }
   if (ego) {
-    for (const EgoSensor& sensor : ego->sensors)
-      if (sensor.error && sensor.error->delay > 0) throw Error(sensor.name + kNoDelay);
     Problem scratch;
     EgoChain(scratch, *ego, options.ego);  // throws where these cannot be
   }

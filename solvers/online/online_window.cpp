@@ -197,6 +197,8 @@ Summary OnlineWindow::slide() {
     with_target([&](auto& window) { window.drop_before(oldest); });
     if (hypotheses_) hypotheses_->forget_before(oldest);
   };
+  // A measurement is to have told of its sensor's delay long before it leaves.
+  with_target([&](auto& window) { window.tell_delays(0.5 * options_.lag.window); });
   Summary summary;
   covariance_ = Covariance::stale;
   try {
@@ -220,6 +222,7 @@ double OnlineWindow::minimize() {
 }
 
 Summary OnlineWindow::settle() {
+  with_target([](auto& window) { window.tell_delays(0); });
   minimize();
   return slide();
 }

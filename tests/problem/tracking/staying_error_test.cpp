@@ -86,9 +86,6 @@ TEST(StayingError, SaysWhereItCannotBe) {
   };
   TrackingData data = two_sensors(0);
   data.sensors[0].error = StayingError{Vector<3>::Constant(2)};
-  data.sensors[0].measurements[3].held_out = true;
-  refused(data, {}, "cannot be held out");
-  data.sensors[0].measurements[3].held_out = false;
   data.sensors[0].error->sigma = Vector<2>(1, 1);
   refused(data, {}, "off.error needs 3 standard deviations");
   data.sensors[0].error->sigma = Vector<3>(1, 1, 0);

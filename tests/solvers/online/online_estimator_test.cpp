@@ -242,9 +242,6 @@ TEST(OnlineTarget, OptionsThatCannotWork) {
   EXPECT_EQ(refusal({.max_yaw_rate = 0.1, .limits = Role::soft}), "nothing");
   EXPECT_THROW(OnlineEstimator(TrackingData(), {}, {}), Error);
   TrackingData late = d;
-  late.sensors[0].error.emplace().delay = 0.1;
-  EXPECT_THAT([&] { OnlineEstimator(late, {}, {}); },
-              ::testing::ThrowsMessage<Error>(HasSubstr("a delay is estimated from whole recordings alone")));
   late.sensors[0].error = StayingError{.sigma = Eigen::VectorXd::Constant(5, 1.0)};
   EXPECT_THAT([&] { OnlineEstimator(late, {}, {}); },
               ::testing::ThrowsMessage<Error>(HasSubstr("standard deviations, not 5")));

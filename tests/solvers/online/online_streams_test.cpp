@@ -60,6 +60,34 @@ TEST(OnlineEgo, ErrorsThatStayAreThoseOfTheBatchEstimate) {
   EXPECT_LE((apart.array() / sigma.array()).abs().maxCoeff(), 0.15) << (apart.array() / sigma.array()).transpose();
 }
 
+/// The body's motion about a fix is that of the samples until then.
+TEST(OnlineEgo, ADelayIsFoundAndThePlaceIsRight) {
+  LevelTurn turn;
+  turn.duration = 60;
+  NavigationData data = noisy(turn);
+  const auto gps = std::find_if(data.sensors.begin(), data.sensors.end(),
+                                [](const EgoSensor& s) { return s.type == EgoSensorType::gps; });
+  ASSERT_NE(gps, data.sensors.end());
+  gps->sigma.setConstant(0.02);
+  for (EgoMeasurement& m : gps->measurements) m.value = turn.measure(*gps, m.t - 0.2).value;
+  const auto error_at_the_end = [&](const OnlineEstimator& estimator) {
+    return (LevelTurn::pose(estimator.newest()).inverse() * estimator.chaser().pose).translation().norm();
+  };
+  OnlineOptions options = exactly(turn, 8);
+  options.reset.gate = HUGE_VAL;
+  OnlineEstimator blind(TrackingData(), data, options);
+  replay(data, HUGE_VAL, blind);
+  gps->error = StayingError{.delay = 0.3};
+  OnlineEstimator estimator(TrackingData(), data, options);
+  replay(data, HUGE_VAL, estimator);
+  const auto found = estimator.sensor_errors();
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].name, "gps.delay");
+  EXPECT_NEAR(found[0].value[0], 0.2, 0.02);
+  EXPECT_LE(error_at_the_end(estimator), 0.05);
+  EXPECT_GE(error_at_the_end(blind), 0.15);
+}
+
 TEST(OnlineEgo, AnImuThatStopsIsCoastedOn) {
   LevelTurn turn;
   turn.duration = 30;

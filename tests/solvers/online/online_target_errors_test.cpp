@@ -45,6 +45,79 @@ TEST(OnlineTarget, ErrorsThatStayAreThoseOfTheBatchEstimate) {
   }
 }
 
+OnlineEstimator::SensorError found(const OnlineEstimator& estimator, const std::string& name) {
+  for (const OnlineEstimator::SensorError& error : estimator.sensor_errors())
+    if (error.name == name) return error;
+  ADD_FAILURE() << "there is no " << name;
+  return {};
+}
+
+TEST(OnlineTarget, ADelayIsThatOfTheBatchEstimate) {
+  Simulation simulation;
+  simulation.noise = 1.0;
+  TrackingData d = cropped(simulation.data());
+  d.noise.constant_velocity.setConstant(0.1);
+  for (TargetSensor& sensor : d.sensors) {
+    sensor.error.emplace().delay = 0.3;
+    if (sensor.type->has(measured::rotation)) {
+      sensor.error->sigma = Eigen::VectorXd::Constant(6, 0.05);
+      sensor.error->time = 5;
+    }
+  }
+  for (const Mode mode : {Mode::A, Mode::B}) {
+    OnlineOptions options = exactly_tracking({.mode = mode});
+    options.reset.gate = HUGE_VAL;
+    OnlineEstimator estimator(d, {}, options);
+    run(d, estimator);
+    EXPECT_TRUE(estimator.settle().converged());
+    TrackingProblem whole = batch(d, {.mode = mode});
+    expect_same(estimator, whole);
+    ASSERT_EQ(whole.constants.size(), 2u);
+    for (const SensorConstant& c : whole.constants) {
+      const double value = whole.problem.value(std::get<Variable<Rn<1>>>(c.state)).vector()[0];
+      const OnlineEstimator::SensorError online = found(estimator, c.name);
+      EXPECT_NEAR(online.value[0], value, 1e-5) << c.name;
+      EXPECT_EQ(online.given, c.sigma);
+      EXPECT_TRUE(online.deviation[0] > 0 && online.deviation[0] < 0.3) << c.name;
+    }
+  }
+}
+
+/// Poses now and then, and positions that are stamped 0.4 s late, over windows of 8 s.
+TEST(OnlineTarget, ADelayIsFoundAndThePositionIsRight) {
+  SimulatedRun simulation;
+  simulation.duration = 120;
+  TrackingData data = simulation.data(
+      {{.name = "camera", .type = SensorType::pose}, {.name = "usbl", .type = SensorType::position, .delay = 0.4}},
+      every(1.0, 1.0, 120.0));
+  std::erase_if(data.sensors[0].measurements,
+                [](const Measurement& m) { return std::fmod(m.t, 20.0) > 2.0 || m.t > 110; });
+  data.sensors[1].delay = 0;
+  data = cropped(data);
+  const auto error_at_the_end = [&](const OnlineEstimator& estimator) {
+    return (estimator.target()->position - simulation.target(estimator.newest()).translation()).norm();
+  };
+  OnlineOptions options;
+  options.lag.window = 8;
+  options.reset.gate = HUGE_VAL;
+  OnlineEstimator blind(data, {}, options);
+  run(data, blind);
+  data.sensors[1].error.emplace().delay = 0.5;
+  OnlineEstimator estimator(data, {}, options);
+  std::size_t most = 0;
+  estimator.on_update = [&](const OnlineUpdate& u) {
+    EXPECT_TRUE(u.summary.converged()) << u.summary.message;
+    most = std::max(most, estimator.keyframes());
+  };
+  run(data, estimator);
+  EXPECT_LE(most, 10u);
+  const OnlineEstimator::SensorError delay = found(estimator, "usbl.delay");
+  EXPECT_NEAR(delay.value[0], 0.4, 0.02);
+  EXPECT_LE(delay.deviation[0], 0.1);
+  EXPECT_LE(error_at_the_end(estimator), 0.1);
+  EXPECT_GE(error_at_the_end(blind), 0.4);
+}
+
 /// Poses that are right and positions that are 2 m off, over windows that no pose before the last was in.
 struct OffPositions {
   TrackingData data;
