@@ -46,34 +46,26 @@ Eigen::MatrixXd block_diagonal(const Eigen::MatrixXd& a, const Eigen::MatrixXd& 
   return D;
 }
 
-/// The covariance of what chaser and target consist of, and of [δC; δT] in space.
-struct Joint {
-  Eigen::MatrixXd raw, in_space;
-};
-
+/// The covariance of [δC; δT] in space.
 class JointOf {
  public:
   JointOf(const Marginals& marginals, const Problem& problem) : marginals_(marginals), problem_(problem) {}
 
   template <LieGroup C, LieGroup T>
-  Joint operator()(const Variable<C>& c, const Variable<T>& t) const {
-    return lifted(joint(marginals_, c, t), block_diagonal(into_space<C>(), into_space<T>()));
+  Eigen::MatrixXd operator()(const Variable<C>& c, const Variable<T>& t) const {
+    return detail::propagated(block_diagonal(into_space<C>(), into_space<T>()), joint(marginals_, c, t));
   }
   /// T = first Exp(t [speed 0 …]): δT = Ad(Exp(…)⁻¹) δfirst + t e₁ δspeed, since that Exp turns nothing.
   template <LieGroup C, LieGroup G>
-  Joint operator()(const Variable<C>& c, const CourseVariable<G>& course) const {
+  Eigen::MatrixXd operator()(const Variable<C>& c, const CourseVariable<G>& course) const {
     const G way = way_on_course<G>(course.t, problem_.value(course.speed).vector()[0]);
     Matrix<G::dof, G::dof + 1> J;
     J << way.inverse().Ad(), course.t * G::Tangent::Unit(0);
-    return lifted(joint(marginals_, c, course.first, course.speed),
-                  block_diagonal(into_space<C>(), into_space<G>() * J));
+    return detail::propagated(block_diagonal(into_space<C>(), into_space<G>() * J),
+                              joint(marginals_, c, course.first, course.speed));
   }
 
  private:
-  static Joint lifted(const Eigen::MatrixXd& raw, const Eigen::MatrixXd& E) {
-    return {raw, detail::propagated(E, raw)};
-  }
-
   const Marginals& marginals_;
   const Problem& problem_;
 };
@@ -122,6 +114,12 @@ std::vector<Marginals::Pair> pairs_at_keyframes(const TrackingProblem& tracking)
     }
   };
   for (std::size_t k = 0; k < tracking.keyframes.size(); ++k) std::visit(add, tracking.chaser[k], tracking.target[k]);
+  for (const PlacedMeasurement& m : tracking.measurements) {
+    if (!m.innovation) continue;
+    const std::vector<int> read = m.innovation(problem).variables;
+    for (auto b = read.begin(); b != read.end(); ++b)
+      for (auto a = read.begin(); a != b; ++a) pairs.emplace_back(*a, *b);
+  }
   return pairs;
 }
 
@@ -129,17 +127,16 @@ Uncertainty uncertainty(TrackingProblem& tracking, const TrackingData& data, con
   const Marginals marginals(tracking.problem, pairs_at_keyframes(tracking), stop);
   Uncertainty result;
   result.constants = found_constants(tracking.problem, tracking.constants, &marginals);
-  std::vector<Eigen::MatrixXd> raw;
   for (std::size_t k = 0; k < tracking.keyframes.size(); ++k) {
     stop.check("covariances");
-    Joint both = std::visit(JointOf(marginals, tracking.problem), tracking.chaser[k], tracking.target[k]);
-    result.keyframes.push_back(at_keyframe(tracking.chaser_pose(k), tracking.target_state(k), both.in_space));
-    raw.push_back(std::move(both.raw));
+    const Eigen::MatrixXd both =
+        std::visit(JointOf(marginals, tracking.problem), tracking.chaser[k], tracking.target[k]);
+    result.keyframes.push_back(at_keyframe(tracking.chaser_pose(k), tracking.target_state(k), both));
   }
   for (const PlacedMeasurement& m : tracking.measurements) {
     if (!m.innovation) continue;
-    const auto [r, J] = m.innovation(tracking.problem);
-    Eigen::MatrixXd S = detail::propagated(J, raw[m.keyframe]);
+    const auto [r, J, variables, dofs] = m.innovation(tracking.problem);
+    Eigen::MatrixXd S = detail::propagated(J, marginals.joint(variables, dofs));
     S.diagonal() += data.sensors[m.sensor].sigma.head(r.size()).cwiseAbs2();
     result.held_out.push_back({m.sensor, m.index, r, S});
   }

@@ -21,6 +21,12 @@ double compass(const Vector<3>& direction) {
 Vector<3> forward(const SO3& R) { return R.act(Vector<3>(1, 0, 0)); }
 
 std::string shown(double value, int width, int decimals) { return fmt::format("{:>{}.{}f}", value, width, decimals); }
+/// Of a position [m]; ∞ where nothing has observed an axis yet, whose number would mean nothing.
+std::string deviation(const Matrix<3, 3>& covariance) {
+  constexpr double kUnobserved = 1e4;
+  const double sigma = sigmas(covariance).norm();
+  return sigma < kUnobserved ? fmt::format("{:.2f}", sigma) : "∞";
+}
 std::string absent(int width) { return fmt::format("{:>{}}", "–", width); }
 
 }  // namespace
@@ -44,7 +50,7 @@ std::string TrackLines::of_predictions(const TrackRecord& r) const {
   for (std::size_t i = 0; i < ahead_.size(); ++i) {
     const auto& there = r.ahead[i];
     std::string cell = there ? fmt::format("{:.2f}", there->position.norm()) : "–";
-    if (there && there->covariance) cell += fmt::format(" ± {:.2f}", sigmas(*there->covariance).norm());
+    if (there && there->covariance) cell += " ± " + deviation(*there->covariance);
     text += fmt::format(" {:>{}}", cell, kPrediction);
   }
   return text;
@@ -62,7 +68,7 @@ std::string TrackLines::of_target(const TrackRecord& r) const {
     text += shown(compass(forward(*r.target->rotation)), 11, 1);
   else
     text += speed > kStill ? shown(compass(r.target_velocity), 11, 1) : absent(11);
-  return text + " " + (r.covariance ? shown(sigmas(*r.covariance).norm(), 8, 2) : absent(8));
+  return text + " " + (r.covariance ? fmt::format("{:>8}", deviation(*r.covariance)) : absent(8));
 }
 
 std::string TrackLines::health(const TrackRecord& r) {

@@ -90,9 +90,14 @@ std::string constants_text(const std::vector<FoundConstant>& constants) {
 }
 
 std::string constants_advice(const std::vector<ConstantVerdict>& verdicts) {
-  if (std::find(verdicts.begin(), verdicts.end(), ConstantVerdict::at_odds) == verdicts.end()) return "";
-  return "At odds is what is more than two of its given standard deviations from none: it may stand for a misfit "
-         "elsewhere, of\nthe target's motion above all. Try another --model, or leave it out.\n";
+  const auto has = [&](ConstantVerdict v) { return std::find(verdicts.begin(), verdicts.end(), v) != verdicts.end(); };
+  if (has(ConstantVerdict::at_odds))
+    return "At odds is what is more than two of its given standard deviations from none: it may stand for a misfit "
+           "elsewhere, of\nthe target's motion above all. Try another --model, or leave it out.\n";
+  if (has(ConstantVerdict::found))
+    return "Found is what fits these measurements; whether it predicts others, or stands for a misfit elsewhere, "
+           "tandem calibrate\n--free tells (in its folds, by default).\n";
+  return "";
 }
 
 }  // namespace tandem

@@ -218,6 +218,42 @@ TEST(Uncertainty, OfALevelTargetHasNoRollAndPitch) {
   for (const KeyframeUncertainty& u : found.keyframes) EXPECT_LE((u.target.block<2, 2>(3, 3).norm()), 1e-12);
 }
 
+/// A measurement that its sensor's errors explain is predicted with them, and by as much as they are known; what an error is
+/// at that instant is told by measurements beside it.
+TEST(HeldOut, MeasurementsOfASensorWithErrorsThatStay) {
+  Simulation simulation;
+  simulation.duration = 60.0;
+  simulation.noise = 1.0;
+  TrackingData d = simulation.data();
+  TargetSensor& usbl = d.sensors[0];
+  ASSERT_FALSE(usbl.type->has(measured::rotation));
+  for (std::size_t i = 0; i < usbl.measurements.size(); ++i) {
+    usbl.measurements[i].position = 1.3 * usbl.measurements[i].position + Vector<3>(0, 0, 3);
+    usbl.measurements[i].held_out = i % 4 == 2;
+  }
+  const auto mean_of = [&](const Uncertainty& u, auto f) {
+    double sum = 0;
+    for (const HeldOut& h : u.held_out) sum += f(h) / double(u.held_out.size());
+    return sum;
+  };
+  const auto distance = [](const HeldOut& h) { return h.squared_distance() / 3; };
+  const auto variance = [](const HeldOut& h) { return h.covariance.trace(); };
+  const auto found_with = [&](const std::optional<StayingError>& error) {
+    usbl.error = error;
+    TrackingProblem tracking = make_tracking_problem(d);
+    EXPECT_TRUE(solve(tracking.problem, GaussNewtonOptions{}).converged());
+    return uncertainty(tracking, d);
+  };
+  const Uncertainty without = found_with({}),
+                    constant = found_with(StayingError{Vector<3>::Constant(5), HUGE_VAL, 0.5}),
+                    forgotten = found_with(StayingError{Vector<3>::Constant(5), 20, 0.5, 0, 0.1});
+  for (const Uncertainty* u : {&without, &constant, &forgotten}) EXPECT_GE(u->held_out.size(), 5u);
+  EXPECT_GT(mean_of(without, distance), 3);
+  EXPECT_LT(mean_of(constant, distance), 2);
+  EXPECT_LT(mean_of(forgotten, distance), 2);
+  EXPECT_GT(mean_of(forgotten, variance), 1.02 * mean_of(constant, variance));
+}
+
 TEST(HeldOut, RowsAloneAndTogether) {
   const auto held_out = [](const Eigen::VectorXd& r) {
     return HeldOut{0, 0, r, Vector<2>(4.0, 1.0).asDiagonal().toDenseMatrix()};

@@ -40,6 +40,10 @@ TEST(TrackLines, TellPredictionsWithTheirDeviation) {
   r.t = 81.2;
   r.ahead[0].reset();
   EXPECT_THAT(lines(r), HasSubstr("    3.00               –           10.00      42"));
+  r.t = 82.2;
+  r.ahead[0] = RelativeTarget{{3, 4, 0}, Matrix<3, 3>(Vector<3>(1, 4, 1e12).asDiagonal())};
+  r.covariance = Vector<3>(1e12, 1, 1).asDiagonal();
+  EXPECT_THAT(lines(r), HasSubstr("       ∞        5.00 ± ∞           10.00      42")) << "nothing observes an axis";
 }
 
 TEST(TrackLines, ComeOnceASecondWithTheLongestUpdateSince) {
