@@ -166,9 +166,11 @@ CalibrationProblem::CalibrationProblem(Scenario scenario, const TrackingOptions&
 }
 
 std::vector<FoundConstant> CalibrationProblem::constants(const Stop& stop) {
-  const auto of = [&stop](auto& built) -> std::vector<FoundConstant> {
+  const auto of = [&stop]<class Built>(Built& built) -> std::vector<FoundConstant> {
     if (built.constants.empty()) return {};
     const Marginals marginals(built.problem, {}, stop);
+    if constexpr (std::same_as<Built, TrackingProblem>)
+      return found_constants_by_evidence(built.problem, built.constants, marginals, stop);
     return found_constants(built.problem, built.constants, &marginals);
   };
   return std::visit(of, built_);

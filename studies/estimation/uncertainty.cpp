@@ -126,7 +126,7 @@ std::vector<Marginals::Pair> pairs_at_keyframes(const TrackingProblem& tracking)
 Uncertainty uncertainty(TrackingProblem& tracking, const TrackingData& data, const Stop& stop) {
   const Marginals marginals(tracking.problem, pairs_at_keyframes(tracking), stop);
   Uncertainty result;
-  result.constants = found_constants(tracking.problem, tracking.constants, &marginals);
+  result.constants = found_constants_by_evidence(tracking.problem, tracking.constants, marginals, stop);
   for (std::size_t k = 0; k < tracking.keyframes.size(); ++k) {
     stop.check("covariances");
     const Eigen::MatrixXd both =

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <tandem/solvers/evidence_deviation.hpp>
 #include <tandem/studies/navigation/found_constants.hpp>
 
 namespace tandem {
@@ -69,6 +70,20 @@ std::vector<FoundConstant> found_constants(const Problem& problem, const std::ve
     add_rows(constant.name, problem.value(x).Log(), constant.sigma, deviation, found);
   };
   for (const SensorConstant& constant : constants) std::visit([&](const auto& x) { add(constant, x); }, constant.state);
+  return found;
+}
+
+std::vector<FoundConstant> found_constants_by_evidence(const Problem& problem,
+                                                       const std::vector<SensorConstant>& constants,
+                                                       const Marginals& marginals, const Stop& stop) {
+  std::vector<FoundConstant> found = found_constants(problem, constants, &marginals);
+  for (const SensorConstant& c : constants) {
+    if (!c.name.ends_with(".delay")) continue;
+    const auto told =
+        std::find_if(found.begin(), found.end(), [&](const FoundConstant& f) { return f.name == c.name; });
+    const auto deviation = evidence_deviation(problem, std::get<Variable<Rn<1>>>(c.state), told->deviation, stop);
+    if (deviation) told->deviation = std::min(*deviation, told->given);
+  }
   return found;
 }
 

@@ -47,6 +47,11 @@ struct FoundConstant {
 std::vector<FoundConstant> found_constants(const Problem& problem, const std::vector<SensorConstant>& constants,
                                            const Marginals* marginals);
 
+/// The same of a tracking problem that is solved: how well delays are told is by evidence_deviation(), at most as given.
+std::vector<FoundConstant> found_constants_by_evidence(const Problem& problem,
+                                                       const std::vector<SensorConstant>& constants,
+                                                       const Marginals& marginals, const Stop& stop);
+
 /// Of an estimator's window: biases as they were measured with last.
 std::vector<FoundConstant> found_errors(const std::vector<OnlineEstimator::SensorError>& errors);
 
