@@ -55,11 +55,14 @@ Block Problem::new_block(int index) {
   return {index, id, pool.ids.generation(id)};
 }
 
+bool Problem::has(const Block& block) const {
+  return std::size_t(block.pool) < pools_.size() &&
+         pools_[std::size_t(block.pool)].ids.is_current(block.id, block.generation);
+}
+
 int Problem::index_of(const Block& block, const char* asked) const {
-  const Pool* pool = std::size_t(block.pool) < pools_.size() ? &pools_[std::size_t(block.pool)] : nullptr;
-  if (!pool || !pool->ids.is_current(block.id, block.generation))
-    throw Error(std::string(asked) + ": the problem has no such block (any more)");
-  return pool->index_of_id[std::size_t(block.id)];
+  if (!has(block)) throw Error(std::string(asked) + ": the problem has no such block (any more)");
+  return pools_[std::size_t(block.pool)].index_of_id[std::size_t(block.id)];
 }
 
 void Problem::remove(const Block& block) { remove_block_at(block.pool, index_of(block, "remove")); }

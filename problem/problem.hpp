@@ -126,6 +126,8 @@ class Problem {
 
   /// Takes a block out. Throws Error when it is not there (any more).
   void remove(const Block& block);
+  /// Whether it is there.
+  bool has(const Block& block) const;
 
   /// Replaces all soft blocks that read any of these variables, and with them the problem's marginal prior if there is
   /// one, by one new marginal prior on the other free variables that they read, and removes these variables.

@@ -92,8 +92,8 @@ extern template struct Displaced<SE2, Rn<2>, SO2>;
 ///
 /// It is turned by M on its mount B, a rotation; it sees the target 1 + s times as far away as it is, in the same
 /// direction; its measurement is older by τ [s] than t; and z has b too much, in f's rows and units. How both move about t
-/// is told by keyframes before and after (MotionAbout). States: C and T at t, before and after, then b, s, M, τ. With
-/// b = s = τ = 0, M = I it is f.
+/// is told by keyframes before and after (MotionAbout); so it may have been measured some seconds later than t. States: C and
+/// T at t, before and after, then b, s, M, τ. With b = s = τ = 0, M = I it is f.
 template <class R>
 struct Miscalibrated {
   using Chaser = std::tuple_element_t<0, typename R::States>;
@@ -108,6 +108,7 @@ struct Miscalibrated {
   Chaser B{};                                                            ///< sensor in the chaser's body
   Vector<Chaser::point_dim> beacon = Vector<Chaser::point_dim>::Zero();  ///< t(F) [m], in the target's body
   Neighbours apart{};
+  double later = 0;  ///< s, than the states at t
 
   template <Over<Chaser> C, Over<Target> T, Over<Rn<dim>> E, Over<Rn<1>> F, Over<Turn> M>
   void operator()(const C& c, const C& c_before, const C& c_after, const T& t, const T& t_before, const T& t_after,
@@ -118,7 +119,7 @@ struct Miscalibrated {
                   RowsBy<dim, F>* Jdelay = nullptr) const {
     const bool wanted = Jc || Jc_before || Jc_after || Jt || Jt_before || Jt_after || Jscale || Jturn || Jdelay;
     const detail::Displaced<C, T, M> at(B, beacon, apart, c, c_before, c_after, t, t_before, t_after, scale.vector()[0],
-                                        turn, delay.vector()[0], wanted);
+                                        turn, delay.vector()[0] - typename C::Scalar(later), wanted);
     if (wanted) {
       RowsBy<dim, C> by_chaser;
       RowsBy<dim, T> by_target;

@@ -15,6 +15,9 @@ std::string why_invalid(const StayingError& error) {
     if (!(sigma >= 0 && std::isfinite(sigma)))
       return std::string("the standard deviation of its ") + what + " must be finite and zero or more, not " +
              std::to_string(sigma);
+  constexpr double kMostDelay = 60;  // s: motion is read over six of them to either side of a measurement
+  if (error.delay > kMostDelay)
+    return "the standard deviation of its delay must be 60 s at most, not " + std::to_string(error.delay);
   return "";
 }
 

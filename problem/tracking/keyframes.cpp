@@ -62,6 +62,14 @@ std::optional<std::size_t> keyframe_at(const std::vector<Keyframe>& keyframes, d
   return static_cast<std::size_t>(nearest - keyframes.begin());
 }
 
+std::optional<std::size_t> keyframe_until(const std::vector<Keyframe>& keyframes, double t) {
+  if (const auto at = keyframe_at(keyframes, t)) return at;
+  if (t < keyframes.front().t || t > keyframes.back().t) return {};
+  const auto after =
+      std::lower_bound(keyframes.begin(), keyframes.end(), t, [](const Keyframe& k, double x) { return k.t < x; });
+  return static_cast<std::size_t>(after - keyframes.begin()) - 1;
+}
+
 std::vector<Keyframe> make_keyframes(const TrackingData& data, std::size_t most) {
   if (data.odometry.size() < 2) throw Error("a tracking problem needs odometry: two poses or more");
   if (!(data.keyframe_interval > kSameInstant)) throw Error("keyframe_interval must be above 1 ms");

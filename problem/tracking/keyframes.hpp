@@ -30,6 +30,8 @@ std::vector<Keyframe> make_keyframes(const TrackingData& data, std::size_t most 
 
 /// Index of the keyframe at time t, to 1 ms.
 std::optional<std::size_t> keyframe_at(const std::vector<Keyframe>& keyframes, double t);
+/// That of this instant, or the last before it; none before the first and after the last.
+std::optional<std::size_t> keyframe_until(const std::vector<Keyframe>& keyframes, double t);
 
 /// The odometry stream interpolated on SE(3) at the keyframes.
 std::vector<SE3> odometry_at(const std::vector<Stamped<SE3>>& odometry, const std::vector<Keyframe>& keyframes);

@@ -66,10 +66,7 @@ class SensorBuild {
     const std::size_t k = placed_.keyframe;
     if constexpr (between) {
       const auto* next = std::get_if<Variable<T>>(&build_.target[k + 1]);
-      if (!next)
-        throw Error(sensor_.name +
-                    ": a measurement between a keyframe where the target is a pose and one where it is a " +
-                    "point cannot be placed");
+      if (!next) throw_between_kinds();
       return put<Interpolated<R>>({residual, fraction_}, {build_.chaser[k], build_.chaser[k + 1], target, *next}, noise,
                                   loss);
     } else {
@@ -91,8 +88,8 @@ class SensorBuild {
   template <Residual R, class Target>
   std::optional<Block> put_whole(const R& residual, const Target& target, const Gaussian& noise, const Loss& loss) {
     if (!sensor_.error) return put(residual, target, noise, loss);
-    if constexpr (between || std::same_as<Target, CourseVariable<G>>) {
-      throw Error(sensor_.name + ": errors that stay are not estimated on a steady course, nor between keyframes");
+    if constexpr (std::same_as<Target, CourseVariable<G>>) {
+      throw Error(sensor_.name + ": errors that stay are not estimated on a steady course");
     } else {
       return put_miscalibrated(residual, target, noise, loss);
     }
@@ -104,7 +101,10 @@ class SensorBuild {
     const StayingError& error = *sensor_.error;
     if (const std::string why = why_not(sensor_); !why.empty()) throw Error(error_name(sensor_.name) + ": " + why);
     const std::size_t k = placed_.keyframe;
-    const auto [before, after] = error.delay > 0 ? neighbours_of<T>(k, delay_reach(error)) : std::pair(k, k);
+    if (between && !std::holds_alternative<Variable<T>>(build_.target[k + 1])) throw_between_kinds();
+    const auto [before, after] =
+        error.delay > 0 ? neighbours_of<T>(k, delay_reach(error)) : std::pair(k, between ? k + 1 : k);
+    const double later = between ? fraction_ * build_.dt(k, k + 1) : 0;
     SensorConstants& constants = build_.constants;
     Problem& problem = build_.problem;
     // What it does not read is a constant, so that blocks of the problem's matrix are not filled with zeros.
@@ -118,7 +118,7 @@ class SensorBuild {
             ? std::get<Variable<Bias>>(build_.bias_at(placed_.sensor, sensor_.valid_at(measurement_)).state)
             : constants.none<Bias>(problem);
     return put<Whole>(
-        {residual, mount(), beacon(), {build_.dt(before, k), build_.dt(k, after)}},
+        {residual, mount(), beacon(), {build_.dt(before, k), build_.dt(k, after)}, later},
         {build_.chaser[k], chaser_at(before), chaser_at(after), target, target_at(before), target_at(after), bias,
          constants.get<Rn<1>>(problem, sensor_.name, "scale", error.scale),
          constants.get<typename Whole::Turn>(problem, sensor_.name, "misalignment", error.misalignment),
@@ -140,6 +140,11 @@ class SensorBuild {
                   ": its delay needs a second keyframe where the target is of the same kind, a pose or a "
                   "point; leave it out");
     return {before, after};
+  }
+
+  [[noreturn]] void throw_between_kinds() const {
+    throw Error(sensor_.name + ": a measurement between a keyframe where the target is a pose and one where it is a " +
+                "point cannot be placed");
   }
 
   template <Residual R, LieGroup... Xs>

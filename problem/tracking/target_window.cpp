@@ -88,7 +88,7 @@ template <LieGroup G>
 bool TargetWindow<G>::prepare(std::size_t sensor, const Measurement& m) {
   const TargetSensor& by = data_.sensors[sensor];
   const double t = by.valid_at(m);
-  if (!by.error || !by.error->has_bias() || !keyframe_at(out_.keyframes, t)) return false;
+  if (!by.error || !by.error->has_bias() || !keyframe_until(out_.keyframes, t)) return false;
   const auto known = build_.biases.find(sensor);
   if (known == build_.biases.end()) {
     build_.bias_at(sensor, t);
@@ -96,7 +96,7 @@ bool TargetWindow<G>::prepare(std::size_t sensor, const Measurement& m) {
   }
   auto before = known->second;
   if (build_.bias_at(sensor, t).t == before.t) return false;
-  if (const auto k = keyframe_at(out_.keyframes, before.t)) before.t = out_.keyframes[*k].t;  // with which it leaves
+  if (const auto k = keyframe_until(out_.keyframes, before.t)) before.t = out_.keyframes[*k].t;  // with which it leaves
   left_biases_.push_back(before);
   return true;
 }
@@ -105,8 +105,8 @@ template <LieGroup G>
 std::optional<std::string> TargetWindow<G>::add_measurement(std::size_t sensor, const Measurement& m) {
   TargetSensor& by = data_.sensors[sensor];
   const double t = by.valid_at(m);
-  const auto at = keyframe_at(out_.keyframes, t);
-  if (!at && (t < out_.keyframes.front().t || t > out_.keyframes.back().t))
+  const auto k = keyframe_until(out_.keyframes, t);
+  if (!k)
     return by.name + ": the measurement valid at " + std::to_string(t) + " s is outside the window, " +
            std::to_string(out_.keyframes.front().t) + " to " + std::to_string(out_.keyframes.back().t) + " s";
   const bool delayed = by.error && by.error->delay > 0;
@@ -119,15 +119,8 @@ std::optional<std::string> TargetWindow<G>::add_measurement(std::size_t sensor, 
     build_.held_delay = held->second;
   }
   by.measurements.push_back(m);
-  const std::size_t i = by.measurements.size() - 1;
   try {
-    if (at) {
-      build_.add_measurement(sensor, i, *at);
-    } else {
-      const auto after = std::lower_bound(out_.keyframes.begin(), out_.keyframes.end(), t,
-                                          [](const Keyframe& k, double x) { return k.t < x; });
-      build_.add_measurement_after(sensor, i, std::size_t(after - out_.keyframes.begin()) - 1);
-    }
+    place_newest(sensor, *k);
   } catch (const Error& error) {
     build_.held_delay.reset();
     by.measurements.pop_back();
@@ -139,8 +132,20 @@ std::optional<std::string> TargetWindow<G>::add_measurement(std::size_t sensor, 
     untold_.push_back({sensor, m, last_block(), {}});
     if (bias != build_.biases.end()) untold_.back().bias = bias->second;
   }
-  if (at) mark(out_.keyframes[*at], by, m);
+  if (const auto at = keyframe_at(out_.keyframes, t)) mark(out_.keyframes[*at], by, m);
   return std::nullopt;
+}
+
+/// The sensor's newest measurement, of the instant of keyframe k or between that and the next.
+template <LieGroup G>
+void TargetWindow<G>::place_newest(std::size_t sensor, std::size_t k) {
+  const TargetSensor& by = data_.sensors[sensor];
+  const std::size_t i = by.measurements.size() - 1;
+  if (std::abs(by.valid_at(by.measurements[i]) - out_.keyframes[k].t) <= kSameInstant) {
+    build_.add_measurement(sensor, i, k);
+  } else {
+    build_.add_measurement_after(sensor, i, k);
+  }
 }
 
 template <LieGroup G>
@@ -166,8 +171,8 @@ void TargetWindow<G>::tell_delays(double reach) {
         problem_.set_value(held, problem_.value(std::get<Variable<Rn<1>>>(c.state)));
   std::erase_if(untold_, [&](const Untold& untold) {
     const TargetSensor& by = data_.sensors[untold.sensor];
-    const auto k = keyframe_at(out_.keyframes, by.valid_at(untold.measurement));
-    if (!k) return true;
+    const auto k = keyframe_until(out_.keyframes, by.valid_at(untold.measurement));
+    if (!k || !problem_.has(untold.block)) return true;  // it has left with a keyframe that it reads
     const std::size_t last = size() - 1;
     bool enough = build_.dt(*k, last) >= reach;
     for (std::size_t i = last; !enough && i > *k && build_.dt(*k, i) >= delay_reach(*by.error); --i)
@@ -185,7 +190,7 @@ bool TargetWindow<G>::tell(const Untold& untold, std::size_t k) {
   if (untold.bias) newest = std::exchange(build_.biases.at(untold.sensor), *untold.bias);
   bool told = true;
   try {
-    build_.add_measurement(untold.sensor, by.measurements.size() - 1, k);
+    place_newest(untold.sensor, k);
     out_.measurements.pop_back();
     problem_.remove(untold.block);
   } catch (const Error&) {  // no keyframe beside this one

@@ -100,6 +100,7 @@ class TargetWindow {
     Block block;
     std::optional<typename TrackingBuild<G>::SensorBias> bias;
   };
+  void place_newest(std::size_t sensor, std::size_t k);
   bool tell(const Untold& untold, std::size_t k);
   std::vector<Untold> untold_;
   std::map<std::size_t, Variable<Rn<1>>> held_delays_;  // by sensor

@@ -14,9 +14,6 @@ namespace tandem {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Of the diagonal, for a direction that nothing observes, such as the heading of a target of which only positions are
-/// measured: far above rounding, and a standard deviation of a million.
-constexpr double kLeastInformation = 1e-12;
 /// How much more the order of time may cost to factorise: the newest variables, which come last in it, are those whose
 /// covariance is asked for.
 constexpr double kOrderOfTime = 4;
@@ -115,7 +112,7 @@ bool FixedLag::relinearize() {
   try {
     there = std::isfinite(program.linearize(gradient, hessian));
     detail::hessian_diagonal(program.hessian_pattern(), hessian, shift);
-    shift *= kLeastInformation;
+    for (double& s : shift) s = s > 0 ? s * detail::kLeastInformation : detail::kLeastInformation;
     there = there && factor_->factorize(hessian, shift);
   } catch (const Error&) {  // undefined there
   }

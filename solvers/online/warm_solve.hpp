@@ -8,6 +8,10 @@
 
 namespace tandem::detail {
 
+/// Of an unknown that nothing observes, or of the diagonal where that is combinations of unknowns, such as the heading of a target
+/// of which only positions are measured: far above rounding, and a standard deviation of a million.
+inline constexpr double kLeastInformation = 1e-12;
+
 /// Levenberg–Marquardt for a problem of soft residuals that is nearly solved when it begins and done after a step or
 /// two: what costs no less than a step (observability, curvature learned from past steps, a last linearisation) is left
 /// out.

@@ -201,7 +201,10 @@ TEST(Problem, RefusesToRemoveWhatIsNotThere) {
   EXPECT_THROW(problem.remove(Block{}), Error);
   EXPECT_THROW(problem.remove(Block{5, 0}), Error);
   EXPECT_THROW(problem.remove(Block{block.pool, 1}), Error);
+  EXPECT_FALSE(problem.has(Block{}) || problem.has(Block{5, 0}) || problem.has(Block{block.pool, 1}));
+  EXPECT_TRUE(problem.has(block));
   problem.remove(block);
+  EXPECT_FALSE(problem.has(block));
   EXPECT_THROW(problem.remove(block), Error);
   EXPECT_EQ(problem.num_soft_blocks(), 0);
   EXPECT_EQ(Program(problem).cost(), 0.0);

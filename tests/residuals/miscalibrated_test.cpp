@@ -25,13 +25,15 @@ TEST(Miscalibrated, is_zero_where_the_errors_are_those_of_the_sensor) {
   const double now = 3.0, delay = 0.4, scale = 0.05;
   const SE3 sensor = chaser(now - delay) * mounted * SE3(turn, Vector<3>::Zero());
   const Vector<3> z = (1 + scale) * sensor.inverse().act(target(now - delay).act(beacon)) + bias;
-  for (const Neighbours& apart : {Neighbours{1.0, 0.7}, Neighbours{1.0, 0}, Neighbours{0, 0.7}}) {
-    Vector<3> r;
-    Miscalibrated<UsblPosition<>>{{z, mounted, beacon}, mounted, beacon, apart}(
-        chaser(now), chaser(now - apart.before), chaser(now + apart.after), target(now), target(now - apart.before),
-        target(now + apart.after), R3(bias), Rn<1>(Vector<1>(scale)), turn, Rn<1>(Vector<1>(delay)), r);
-    EXPECT_LT(r.norm(), 1e-13);
-  }
+  for (const double later : {0.0, 0.3})  // than the states
+    for (const Neighbours& apart : {Neighbours{1.0, 0.7}, Neighbours{1.0, 0}, Neighbours{0, 0.7}}) {
+      const double at = now - later;
+      Vector<3> r;
+      Miscalibrated<UsblPosition<>>{{z, mounted, beacon}, mounted, beacon, apart, later}(
+          chaser(at), chaser(at - apart.before), chaser(at + apart.after), target(at), target(at - apart.before),
+          target(at + apart.after), R3(bias), Rn<1>(Vector<1>(scale)), turn, Rn<1>(Vector<1>(delay)), r);
+      EXPECT_LT(r.norm(), 1e-13);
+    }
 }
 
 TEST(Miscalibrated, without_errors_is_what_it_wraps) {

@@ -156,6 +156,8 @@ TEST(EgoErrors, WhatCannotWorkIsRefused) {
   EXPECT_EQ(refusal(), "");
   run.sensor(EgoSensorType::heading).error = StayingError{.delay = std::numeric_limits<double>::quiet_NaN()};
   EXPECT_THAT(refusal(), HasSubstr("of its delay must be finite"));
+  run.sensor(EgoSensorType::heading).error = StayingError{.delay = 61};
+  EXPECT_THAT(refusal(), HasSubstr("of its delay must be 60 s at most"));
   run.sensor(EgoSensorType::heading).error = StayingError{Vector<3>(1, std::numeric_limits<double>::quiet_NaN(), 1)};
   EXPECT_THAT(refusal(), HasSubstr("heading.error: standard deviations must be finite and above zero"));
   run.sensor(EgoSensorType::heading).error = StayingError{Vector<3>::Constant(1), -1};

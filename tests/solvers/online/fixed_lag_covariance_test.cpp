@@ -24,6 +24,17 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
+TEST(FixedLag, OfAVariableThatNothingReadsNothingIsKnown) {
+  FixedLag lag(seconds_of(2.0));
+  const auto x = lag.add(0.0, R3(), "x"), alone = lag.add(1.0, R3(), "alone");
+  lag.problem().minimize(Prior<R3>{R3()}, noise(3, 0.5), {x});
+  ASSERT_TRUE(lag.update().converged());
+  EXPECT_NEAR(lag.covariance(alone)(0, 0), 1e12, 1e6);
+  EXPECT_NEAR(lag.covariance(x)(0, 0), 0.25, 1e-9);
+  ASSERT_TRUE(lag.relinearize());
+  EXPECT_NEAR(lag.covariance(alone)(0, 0), 1e12, 1e6);
+}
+
 TEST(FixedLag, CovarianceKnowsWhatItKnows) {
   FixedLag lag(seconds_of(2.0));
   auto& problem = lag.problem();

@@ -118,6 +118,60 @@ TEST(OnlineTarget, ADelayIsFoundAndThePositionIsRight) {
   EXPECT_GE(error_at_the_end(blind), 0.4);
 }
 
+/// Lines that come when the keyframes around their instant are there already, without one of their own.
+TEST(OnlineTarget, LateMeasurementsOfSensorsWithErrorsThatStayCount) {
+  SimulatedRun simulation;
+  simulation.duration = 60;
+  TrackingData data = cropped(
+      simulation.data({{.name = "camera", .type = SensorType::pose}, {.name = "usbl", .type = SensorType::position}},
+                      every(1.0, 1.0, 60.0)));
+  std::erase_if(data.sensors[0].measurements, [](const Measurement& m) { return std::fmod(m.t, 20.0) > 2.0; });
+  for (Measurement& m : data.sensors[1].measurements) m = simulation.measure(data.sensors[1], m.t - 0.4);
+  for (Measurement& m : data.sensors[1].measurements) m.position = 1.1 * m.position + Vector<3>(0, 0, 2);
+  const StayingError kinds[] = {{.scale = 0.2},
+                                {Vector<3>::Constant(3), HUGE_VAL, 0.2},
+                                {Vector<3>::Constant(3), 60, 0.2},
+                                {Vector<3>::Constant(3), HUGE_VAL, 0.2, 0, 0.3}};
+  for (const StayingError& kind : kinds) {
+    data.sensors[1].error = kind;
+    OnlineOptions options;
+    options.lag.window = 20;
+    options.reset.gate = HUGE_VAL;
+    OnlineEstimator estimator(data, {}, options);
+    std::vector<Line> all = lines(data);
+    for (Line& line : all)
+      if (line.sensor == 1) line.t += 1.3;  // when it comes, not its stamp
+    std::stable_sort(all.begin(), all.end(), [](const Line& a, const Line& b) { return a.t < b.t; });
+    for (const Line& line : all)
+      if (const auto refused = give(data, line, estimator)) {
+        EXPECT_LT(line.t, 3) << refused->text;
+      }
+    estimator.finish();
+    EXPECT_NEAR(found(estimator, "usbl.scale").value[0], 0.1, kind.has_bias() ? 0.02 : 0.1);
+    const SE3 truth = simulation.target(estimator.newest());
+    EXPECT_LE((estimator.target()->position - truth.translation()).norm(), kind.has_bias() ? 0.5 : 2.5);
+  }
+}
+
+/// Windows that are shorter than what motion is read over: measurements leave, with the keyframes before them, before they tell.
+TEST(OnlineTarget, ADelayIsTriedInAShortWindowToo) {
+  SimulatedRun simulation;
+  simulation.duration = 60;
+  TrackingData data = cropped(simulation.data({{.name = "camera", .type = SensorType::pose}}, every(0.5, 0.5, 60.0)));
+  data.sensors[0].error.emplace().delay = 2;
+  for (const double window : {1.0, 2.0, 5.0}) {
+    OnlineOptions options;
+    options.lag.window = window;
+    OnlineEstimator estimator(data, {}, options);
+    int failed = 0;
+    estimator.on_update = [&](const OnlineUpdate& u) { failed += !u.summary.converged(); };
+    run(data, estimator);
+    EXPECT_EQ(failed, 0) << window;
+    const SE3 truth = simulation.target(estimator.newest());
+    EXPECT_LE((estimator.target()->position - truth.translation()).norm(), 0.5) << window;
+  }
+}
+
 /// Poses that are right and positions that are 2 m off, over windows that no pose before the last was in.
 struct OffPositions {
   TrackingData data;
