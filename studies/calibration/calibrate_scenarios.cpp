@@ -21,14 +21,15 @@ void check_alike(const Scenario& first, const Scenario& other) {
     return std::none_of(all.begin(), all.end(),
                         [&](const CalibratedEntry& e) { return e.name == one.name && e.kind == one.kind; });
   };
+  const auto called = [&](const Scenario& s) { return first.name != other.name ? s.name : s.folder.string(); };
   const auto check = [&](const auto& with, const Scenario& in, const auto& lacking, const Scenario& out) {
     for (const CalibratedEntry& e : with) {
       if (!without(lacking, e)) continue;
       const bool error = e.name.ends_with(".error");
       throw Error(
           fmt::format("{} has no {}{}, which {} has: calibrate scenarios with the same sensors together, or {}",
-                      out.name, e.sensor ? e.kind + " sensor " : "noise ", e.name, in.name,
-                      e.sensor ? "leave it out with --without " + e.name
+                      called(out), e.sensor ? e.kind + " sensor " : "noise ", e.name, called(in),
+                      e.sensor ? "each by itself"
                       : error  ? fmt::format("give all this error by --error {}", e.name.substr(0, e.name.rfind('.')))
                                : "each by itself"));
     }

@@ -41,6 +41,9 @@ void find_constants(const CalibrationProblems& problems, const HeldOutStretches&
     const auto say_not = [&](const char* what, const std::string& why) {
       result.held.push_back(fmt::format("{}: {}: {}", problem.scenario, what, why));
     };
+    for (const std::string& sensor : problem.without_measurements)
+      result.held.push_back(
+          fmt::format("{}: {} has no measurements that its errors would be told by", problem.scenario, sensor));
     try {
       for (FoundConstant& c : problem.constants(options.stop))
         result.constants.push_back({problem.scenario, std::move(c)});

@@ -181,6 +181,13 @@ bool CalibrationProblem::is_own(const std::string& constant) const {
                      [&](const std::string& sensor) { return constant.starts_with(sensor + "."); });
 }
 
+template <class Sensors, class Placed>
+void CalibrationProblem::note_unmeasured(const Sensors& sensors, const Placed& placed) {
+  for (std::size_t i = 0; i < sensors.size(); ++i)
+    if (sensors[i].error && std::none_of(placed.begin(), placed.end(), [&](const auto& m) { return m.sensor == i; }))
+      without_measurements.push_back(sensors[i].name);
+}
+
 void CalibrationProblem::add_target(const Scenario& scenario, const TrackingOptions& options,
                                     const TrackingProblem& built) {
   for (const NoisedBlock& noised : built.noised) {
@@ -189,6 +196,7 @@ void CalibrationProblem::add_target(const Scenario& scenario, const TrackingOpti
     blocks.push_back(
         {place_of(entries, noised.noise), noised.block, 0, {}, triple ? 1.0 / double(options.horizons.size()) : 1.0});
   }
+  note_unmeasured(scenario.data.sensors, built.measurements);
   const int rotation = scenario.data.planar ? 2 : 3;  // the first row of a pose's orientation
   for (const PlacedMeasurement& m : built.measurements) {
     const TargetSensor& sensor = scenario.data.sensors[m.sensor];
@@ -208,6 +216,7 @@ void CalibrationProblem::add_target(const Scenario& scenario, const TrackingOpti
 
 void CalibrationProblem::add_own(const NavigationData& data, const std::vector<PlacedEgoMeasurement>& placed) {
   longest_without_fix = longest_gap(data, placed);
+  note_unmeasured(data.sensors, placed);
   for (const EgoSensor& sensor : data.sensors) own_sensors_.push_back(sensor.name);
   for (const PlacedEgoMeasurement& m : placed) {
     const std::string& sensor = data.sensors[m.sensor].name;

@@ -53,6 +53,8 @@ class CalibrationProblem {
   std::vector<EntryBlock> blocks;
   /// Of the chaser's position, the recording's ends included [s]; 0: it does not navigate.
   double longest_without_fix = 0;
+  /// Sensors with errors that stay of which nothing is measured.
+  std::vector<std::string> without_measurements{};
 
   /// Of sensors with errors that stay, at the problem's values. Throws Error where they have no covariance, and
   /// Stopped.
@@ -67,6 +69,8 @@ class CalibrationProblem {
   }
 
  private:
+  template <class Sensors, class Placed>
+  void note_unmeasured(const Sensors& sensors, const Placed& placed);
   void add_target(const Scenario& scenario, const TrackingOptions& options, const TrackingProblem& built);
   void add_own(const NavigationData& data, const std::vector<PlacedEgoMeasurement>& placed);
 

@@ -35,7 +35,7 @@ StayingError parse_staying_error(const std::string& option, const std::string& t
   const std::size_t colon = text.find(':');
   const std::vector<double> sigmas = parse_numbers(option, text.substr(0, colon));
   StayingError error{Eigen::Map<const Eigen::VectorXd>(sigmas.data(), Eigen::Index(sigmas.size()))};
-  if (colon != std::string::npos) error.time = parse_positive(option, text.substr(colon + 1));
+  if (colon != std::string::npos) error.time = parse_positive(option + ": the time after ':'", text.substr(colon + 1));
   return error;
 }
 
@@ -212,6 +212,10 @@ class Sensors {
                                       {".misalignment", &StayingError::misalignment},
                                       {".delay", &StayingError::delay}})
       if (name.substr(dot) == what) return Constant{name.substr(0, dot), sigma};
+    const std::string sensor = name.substr(0, dot);
+    if (find_own(sensor) || (target_ && find(target_->sensors, sensor)))
+      throw Error(fmt::format("{}: the constant errors of a sensor are {}.scale, .misalignment and .delay",
+                              printable(name), sensor));
     return {};
   }
   void set_constant(const SetByOption<StayingError>& error, const Constant& constant) {

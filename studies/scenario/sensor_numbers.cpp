@@ -9,9 +9,9 @@ namespace tandem {
 namespace {
 
 SensorNumber time_of(const std::string& sensor, std::optional<StayingError>& error) {
-  SensorNumber number{sensor + ".time", 0, "", error && error->has_bias(),
+  SensorNumber number{sensor + ".time", 0, "", error && error->has_bias() && !error->has_constant_bias(),
                       [&error](double time) { error->time = time; }};
-  if (!number.settable || std::isinf(error->time))
+  if (!number.settable)
     number.why_not =
         fmt::format("{} has no error that is forgotten: give it one, by --error {}=SIGMA,...:SECONDS", sensor, sensor);
   else

@@ -165,6 +165,10 @@ TEST_F(CalibrateCommand, RefusesWhatMakesNoSense) {
   EXPECT_THAT(refusal({"calibrate", run(), "--free", "sonar"}), HasSubstr("--free knows no 'sonar'"));
   EXPECT_THAT(refusal({"calibrate", run(), "--free", "usbl.bias"}), HasSubstr("--error usbl=SIGMA"));
   EXPECT_THAT(refusal({"calibrate", run(), "--folds", "1"}), HasSubstr("--folds 1"));
+  EXPECT_THAT(refusal({"calibrate", run(), "--free", "usbl", "--folds", "100000"}), HasSubstr("measurements to hold out"));
+  const std::string time = scratch_.write("time.yaml", "noise:\n  usbl.time: [5]\n").string();
+  EXPECT_THAT(refusal({"estimate", run(), "--error", "usbl=1,1,1", "--noise-from", time}),
+              HasSubstr("usbl has no error that is forgotten"));
   EXPECT_THAT(refusal({"calibrate", run(), "--within", "1"}), HasSubstr("--within takes a factor above 1"));
   EXPECT_THAT(refusal_as_given({"calibrate", run(), "--out", (scratch_.path() / "no" / "noise.yaml").string()}),
               HasSubstr("there is no folder"));

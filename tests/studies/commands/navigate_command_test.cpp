@@ -234,6 +234,7 @@ TEST_F(Navigate, SaysWhatIsWrongWithAnOption) {
   EXPECT_THAT(refusal_of({"--delay", "gps=-0.1"}), HasSubstr("--delay"));
   EXPECT_THAT(refusal_of({"--delay", "imu=1e6"}), AllOf(HasSubstr("s (the imu) and"), HasSubstr("on another clock?")));
   EXPECT_THAT(refusal_of({"--fit-delay", "dvl", "--fit-delay", "dvl"}), HasSubstr("--fit-delay dvl is given twice"));
+  EXPECT_THAT(refusal_of({"--fit-delay", "dvl", "--error", "dvl.delay=0.3"}), HasSubstr("estimated already"));
   EXPECT_THAT(refusal_of({"--fit-delay", "dlv"}), HasSubstr("did you mean dvl?"));
   EXPECT_THAT(refusal_of({"--keyframe-interval", "0"}), HasSubstr("--keyframe-interval"));
   EXPECT_THAT(refusal_of({"--keyframe-interval", "soon"}), HasSubstr("--keyframe-interval"));

@@ -126,7 +126,8 @@ TEST(SensorOptions, ErrorsThatStay) {
   EXPECT_THAT(error("usbl.scale=0.1:20"), HasSubstr("it is constant"));
   EXPECT_THAT(error("usbl.scale=0"), HasSubstr("above zero"));
   EXPECT_THAT(error("usb.scale=0.1"), HasSubstr("knows no sensor 'usb'"));
-  EXPECT_THAT(error("usbl.size=0.1"), HasSubstr("knows no sensor 'usbl.size'"));
+  EXPECT_THAT(error("usbl.size=0.1"),
+              HasSubstr("usbl.size: the constant errors of a sensor are usbl.scale, .misalignment and .delay"));
   EXPECT_THAT(error("imu.scale=0.1"), HasSubstr("its delay is given by --delay imu"));
 }
 
