@@ -66,7 +66,7 @@ class PoseBuild : private SensorBuild<G, between> {
 
 template <LieGroup G>
 void place_pose(TrackingBuild<G>& build, const Placing& at) {
-  if (at.fraction) {
+  if (interpolates(build, at)) {
     PoseBuild<G, true>(build, at).add();
   } else {
     PoseBuild<G, false>(build, at).add();

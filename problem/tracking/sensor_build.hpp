@@ -87,10 +87,10 @@ class SensorBuild {
   /// All of a measurement: with the sensor's errors that stay, where it has some.
   template <Residual R, class Target>
   std::optional<Block> put_whole(const R& residual, const Target& target, const Gaussian& noise, const Loss& loss) {
-    if (!sensor_.error) return put(residual, target, noise, loss);
+    if (between || !sensor_.error) return put(residual, target, noise, loss);
     if constexpr (std::same_as<Target, CourseVariable<G>>) {
       throw Error(sensor_.name + ": errors that stay are not estimated on a steady course");
-    } else {
+    } else if constexpr (!between) {  // see interpolates()
       return put_miscalibrated(residual, target, noise, loss);
     }
   }
@@ -101,10 +101,10 @@ class SensorBuild {
     const StayingError& error = *sensor_.error;
     if (const std::string why = why_not(sensor_); !why.empty()) throw Error(error_name(sensor_.name) + ": " + why);
     const std::size_t k = placed_.keyframe;
-    if (between && !std::holds_alternative<Variable<T>>(build_.target[k + 1])) throw_between_kinds();
-    const auto [before, after] =
-        error.delay > 0 ? neighbours_of<T>(k, delay_reach(error)) : std::pair(k, between ? k + 1 : k);
-    const double later = between ? fraction_ * build_.dt(k, k + 1) : 0;
+    const std::size_t until = fraction_ > 0 ? k + 1 : k;
+    if (!std::holds_alternative<Variable<T>>(build_.target[until])) throw_between_kinds();
+    const auto [before, after] = error.delay > 0 ? neighbours_of<T>(k, delay_reach(error)) : std::pair(k, until);
+    const double later = fraction_ * build_.dt(k, until);
     SensorConstants& constants = build_.constants;
     Problem& problem = build_.problem;
     // What it does not read is a constant, so that blocks of the problem's matrix are not filled with zeros.
@@ -179,9 +179,16 @@ class SensorBuild {
   PlacedMeasurement placed_;
 };
 
+/// Whether a measurement reads poses between keyframes, interpolated; one of a sensor with errors that stay is read so much later
+/// than the first of them (Miscalibrated).
+template <LieGroup G>
+bool interpolates(const TrackingBuild<G>& build, const Placing& at) {
+  return at.fraction && !build.data.sensors[at.sensor].error;
+}
+
 template <class P, LieGroup G>
 void place(TrackingBuild<G>& build, const Placing& at) {
-  if (at.fraction) {
+  if (interpolates(build, at)) {
     SensorBuild<G, true>(build, at).template add<P>();
   } else {
     SensorBuild<G, false>(build, at).template add<P>();
