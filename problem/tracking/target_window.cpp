@@ -110,14 +110,13 @@ std::optional<std::string> TargetWindow<G>::add_measurement(std::size_t sensor, 
     return by.name + ": the measurement valid at " + std::to_string(t) + " s is outside the window, " +
            std::to_string(out_.keyframes.front().t) + " to " + std::to_string(out_.keyframes.back().t) + " s";
   const bool delayed = by.error && by.error->delay > 0;
-  if (delayed) {
-    auto held = held_delays_.find(sensor);
-    if (held == held_delays_.end()) {
-      held = held_delays_.emplace(sensor, problem_.add(Rn<1>(), by.name + ".delay as it is held")).first;
-      problem_.fix(held->second);
-    }
-    build_.held_delay = held->second;
+  auto held = held_delays_.find(sensor);
+  if (delayed && held == held_delays_.end()) {
+    const Variable<Rn<1>> value = problem_.add(Rn<1>(), by.name + ".delay as it is held");
+    problem_.fix(value);
+    held = held_delays_.emplace(sensor, HeldDelay{value, by.error->delay}).first;
   }
+  if (delayed) build_.held_delay = held->second.value;
   by.measurements.push_back(m);
   try {
     place_newest(sensor, *k);
@@ -128,12 +127,24 @@ std::optional<std::string> TargetWindow<G>::add_measurement(std::size_t sensor, 
   }
   build_.held_delay.reset();
   if (delayed) {
+    add_noise_of(held->second, last_block());
     const auto bias = build_.biases.find(sensor);
     untold_.push_back({sensor, m, last_block(), {}});
     if (bias != build_.biases.end()) untold_.back().bias = bias->second;
   }
   if (const auto at = keyframe_at(out_.keyframes, t)) mark(out_.keyframes[*at], by, m);
   return std::nullopt;
+}
+
+template <LieGroup G>
+void TargetWindow<G>::add_noise_of(const HeldDelay& delay, const Block& block) {
+  const Problem::Linearization at = problem_.linearization(block);
+  for (std::size_t v = 0, column = 0; v < at.dofs.size(); column += std::size_t(at.dofs[v++])) {
+    if (at.variable_ids[v] != problem_.id(delay.value)) continue;
+    const Eigen::VectorXd by = delay.deviation * at.jacobian.col(Eigen::Index(column));
+    if (!(by.norm() > 0)) return;  // nothing moves yet
+    problem_.set_noise(block, Gaussian::covariance(problem_.noise(block).covariance_matrix() + by * by.transpose()));
+  }
 }
 
 /// The sensor's newest measurement, of the instant of keyframe k or between that and the next.
@@ -164,11 +175,15 @@ void TargetWindow<G>::withdraw_last() {
 }
 
 template <LieGroup G>
-void TargetWindow<G>::tell_delays(double reach) {
-  for (const auto& [sensor, held] : held_delays_)
-    for (const SensorConstant& c : build_.constants.all())
-      if (c.name == data_.sensors[sensor].name + ".delay")
-        problem_.set_value(held, problem_.value(std::get<Variable<Rn<1>>>(c.state)));
+void TargetWindow<G>::tell_delays(double reach, Deviation deviation) {
+  for (auto& [sensor, held] : held_delays_)
+    for (const SensorConstant& c : build_.constants.all()) {
+      const TargetSensor& by = data_.sensors[sensor];
+      if (c.name != by.name + ".delay") continue;
+      const auto& x = std::get<Variable<Rn<1>>>(c.state);
+      problem_.set_value(held.value, problem_.value(x));
+      held.deviation = std::min(deviation(x).value_or(held.deviation), by.error->delay);
+    }
   std::erase_if(untold_, [&](const Untold& untold) {
     const TargetSensor& by = data_.sensors[untold.sensor];
     const auto k = keyframe_until(out_.keyframes, by.valid_at(untold.measurement));
@@ -193,6 +208,7 @@ bool TargetWindow<G>::tell(const Untold& untold, std::size_t k) {
     place_newest(untold.sensor, k);
     out_.measurements.pop_back();
     problem_.remove(untold.block);
+    std::erase_if(out_.measurements, [&](const PlacedMeasurement& m) { return m.block && !problem_.has(*m.block); });
   } catch (const Error&) {  // no keyframe beside this one
     told = false;
   }

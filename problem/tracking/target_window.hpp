@@ -47,10 +47,12 @@ class TargetWindow {
   const Block& last_block() const { return out_.measurements.back().block.value(); }
   /// Takes the measurement that was added last out again; while no keyframe has left since.
   void withdraw_last();
+  /// The standard deviation of a constant of the problem, where it is known.
+  using Deviation = FunctionRef<std::optional<double>(const Variable<Rn<1>>& x)>;
   /// A delay that is estimated needs keyframes after a measurement, too (delay_reach): until there are enough, it is read at
-  /// what the delay is taken to be, and tells nothing of it. From now on that is the estimate so far; and what has enough,
-  /// or was measured `reach` [s] or more before the newest keyframe, tells of it.
-  void tell_delays(double reach);
+  /// what the delay is taken to be, with noise for how sure that is, and has no say in it. From now on that is the estimate so
+  /// far; and what has enough, or was measured `reach` [s] or more before the newest keyframe, tells of it.
+  void tell_delays(double reach, Deviation deviation);
   /// Forgets the keyframes before t, whose variables have left the problem.
   void drop_before(double t);
 
@@ -102,8 +104,13 @@ class TargetWindow {
   };
   void place_newest(std::size_t sensor, std::size_t k);
   bool tell(const Untold& untold, std::size_t k);
+  struct HeldDelay {
+    Variable<Rn<1>> value;  // fixed
+    double deviation;
+  };
+  void add_noise_of(const HeldDelay& delay, const Block& block);
   std::vector<Untold> untold_;
-  std::map<std::size_t, Variable<Rn<1>>> held_delays_;  // by sensor
+  std::map<std::size_t, HeldDelay> held_delays_;  // by sensor
   bool chaser_given_ = false;
   bool new_twin_ = false;  // of the keyframe before the last: a point has joined a pose there
 };

@@ -69,8 +69,7 @@ class FixedLag {
 
   /// Brings covariance() up to what has been added since the last update, at the variables' values as they are: the
   /// covariance of a prediction, before what is measured of it is added. A direction that nothing observes has a
-  /// large one. False, and then there is no covariance, where nothing at all is said of a variable or a residual is
-  /// undefined.
+  /// large one. False, and then there is no covariance, where a residual is undefined.
   bool relinearize();
   /// Brings covariance() up to the variables that have been added since the last update, relinearize() or extend(), next to
   /// nothing done: by the blocks that read one of them, whose say of other variables counts beside an added one alone. Of

@@ -189,6 +189,25 @@ Summary OnlineWindow::update() {
   return has_target() && restart_due() ? restart(summary) : summary;
 }
 
+/// Of a window that is bounded by the number of keyframes [s]; infinite while it grows.
+double OnlineWindow::span() const {
+  const int most = options_.lag.max_keyframes;
+  return most > 0 && keyframes() >= std::size_t(most) ? newest() - oldest() : HUGE_VAL;
+}
+
+/// Those that were measured so long ago, too: a measurement is to have told of its sensor's delay long before it leaves.
+void OnlineWindow::tell_delays(double reach) {
+  with_target([&](auto& window) {
+    window.tell_delays(reach, [&](const Variable<Rn<1>>& x) -> std::optional<double> {
+      try {
+        return std::sqrt(lag_.covariance(x)(0, 0));
+      } catch (const Error&) {  // none since it came
+        return {};
+      }
+    });
+  });
+}
+
 /// Chain and target forget what leaves, also when not all that is old does.
 Summary OnlineWindow::slide() {
   const auto forget = [&] {
@@ -197,8 +216,7 @@ Summary OnlineWindow::slide() {
     with_target([&](auto& window) { window.drop_before(oldest); });
     if (hypotheses_) hypotheses_->forget_before(oldest);
   };
-  // A measurement is to have told of its sensor's delay long before it leaves.
-  with_target([&](auto& window) { window.tell_delays(0.5 * options_.lag.window); });
+  tell_delays(0.5 * std::min(options_.lag.window, span()));
   Summary summary;
   covariance_ = Covariance::stale;
   try {
@@ -222,7 +240,7 @@ double OnlineWindow::minimize() {
 }
 
 Summary OnlineWindow::settle() {
-  with_target([](auto& window) { window.tell_delays(0); });
+  tell_delays(0);
   minimize();
   return slide();
 }

@@ -124,6 +124,8 @@ class OnlineWindow {
   void make_target();
   template <LieGroup G>
   void join_newest(const TargetWindow<G>& window);
+  double span() const;
+  void tell_delays(double reach);
   Summary slide();
   double minimize();
   bool restart_due();
@@ -139,7 +141,7 @@ class OnlineWindow {
   RestartSchedule restarts_;
   double cost_ = 0;
   // Whether lag_'s covariance is of all that has joined: not any more, but for what has been added, yes, or not, because
-  // something is not observed yet.
+  // a residual is undefined.
   enum class Covariance { stale, behind, there, none };
   Covariance covariance_ = Covariance::stale;
   bool converged_ = true;  // at the last update, or solved to the minimum since

@@ -81,8 +81,9 @@ std::vector<FoundConstant> found_constants_by_evidence(const Problem& problem,
     if (!c.name.ends_with(".delay")) continue;
     const auto told =
         std::find_if(found.begin(), found.end(), [&](const FoundConstant& f) { return f.name == c.name; });
-    const auto deviation = evidence_deviation(problem, std::get<Variable<Rn<1>>>(c.state), told->deviation, stop);
-    if (deviation) told->deviation = std::min(*deviation, told->given);
+    const auto deviation =
+        evidence_deviation(problem, std::get<Variable<Rn<1>>>(c.state), told->deviation, told->given, stop);
+    told->deviation = std::min(deviation.value_or(0), told->given);
   }
   return found;
 }

@@ -47,7 +47,8 @@ struct FoundConstant {
 std::vector<FoundConstant> found_constants(const Problem& problem, const std::vector<SensorConstant>& constants,
                                            const Marginals* marginals);
 
-/// The same of a tracking problem that is solved: how well delays are told is by evidence_deviation(), at most as given.
+/// The same of a tracking problem that is solved: how well delays are told is by evidence_deviation(), at most as given;
+/// not known where that is not.
 std::vector<FoundConstant> found_constants_by_evidence(const Problem& problem,
                                                        const std::vector<SensorConstant>& constants,
                                                        const Marginals& marginals, const Stop& stop);

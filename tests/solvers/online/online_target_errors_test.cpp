@@ -99,23 +99,31 @@ TEST(OnlineTarget, ADelayIsFoundAndThePositionIsRight) {
   };
   OnlineOptions options;
   options.lag.window = 8;
+  const double gate = options.reset.gate;
   options.reset.gate = HUGE_VAL;
   OnlineEstimator blind(data, {}, options);
   run(data, blind);
-  data.sensors[1].error.emplace().delay = 0.5;
-  OnlineEstimator estimator(data, {}, options);
-  std::size_t most = 0;
-  estimator.on_update = [&](const OnlineUpdate& u) {
-    EXPECT_TRUE(u.summary.converged()) << u.summary.message;
-    most = std::max(most, estimator.keyframes());
-  };
-  run(data, estimator);
-  EXPECT_LE(most, 10u);
-  const OnlineEstimator::SensorError delay = found(estimator, "usbl.delay");
-  EXPECT_NEAR(delay.value[0], 0.4, 0.02);
-  EXPECT_LE(delay.deviation[0], 0.1);
-  EXPECT_LE(error_at_the_end(estimator), 0.1);
   EXPECT_GE(error_at_the_end(blind), 0.4);
+  for (const double given : {0.5, 0.2})  // as far from none as is to be expected, and two deviations
+    for (const bool by_keyframes : {false, true}) {
+      options.reset.gate = gate;
+      options.lag.window = by_keyframes ? HUGE_VAL : 8;
+      options.lag.max_keyframes = by_keyframes ? 9 : 0;
+      data.sensors[1].error.emplace().delay = given;
+      OnlineEstimator estimator(data, {}, options);
+      std::size_t most = 0;
+      estimator.on_update = [&](const OnlineUpdate& u) {
+        EXPECT_TRUE(u.summary.converged()) << u.summary.message;
+        most = std::max(most, estimator.keyframes());
+      };
+      run(data, estimator);
+      EXPECT_LE(most, 10u);
+      for (const SensorHealth& sensor : estimator.health().sensors) EXPECT_EQ(sensor.rejected, 0u) << given;
+      const OnlineEstimator::SensorError delay = found(estimator, "usbl.delay");
+      EXPECT_NEAR(delay.value[0], 0.4, 0.03) << given;
+      EXPECT_LE(delay.deviation[0], 0.1);
+      EXPECT_LE(error_at_the_end(estimator), 0.1);
+    }
 }
 
 /// Lines that come when the keyframes around their instant are there already, without one of their own.
