@@ -175,14 +175,12 @@ void TargetWindow<G>::withdraw_last() {
 }
 
 template <LieGroup G>
-void TargetWindow<G>::tell_delays(double reach, Deviation deviation) {
+void TargetWindow<G>::tell_delays(double reach) {
   for (auto& [sensor, held] : held_delays_)
     for (const SensorConstant& c : build_.constants.all()) {
-      const TargetSensor& by = data_.sensors[sensor];
-      if (c.name != by.name + ".delay") continue;
-      const auto& x = std::get<Variable<Rn<1>>>(c.state);
-      problem_.set_value(held.value, problem_.value(x));
-      held.deviation = std::min(deviation(x).value_or(held.deviation), by.error->delay);
+      if (c.name != data_.sensors[sensor].name + ".delay") continue;
+      problem_.set_value(held.value, problem_.value(std::get<Variable<Rn<1>>>(c.state)));
+      held.deviation = 0;
     }
   std::erase_if(untold_, [&](const Untold& untold) {
     const TargetSensor& by = data_.sensors[untold.sensor];

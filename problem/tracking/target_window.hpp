@@ -47,12 +47,11 @@ class TargetWindow {
   const Block& last_block() const { return out_.measurements.back().block.value(); }
   /// Takes the measurement that was added last out again; while no keyframe has left since.
   void withdraw_last();
-  /// The standard deviation of a constant of the problem, where it is known.
-  using Deviation = FunctionRef<std::optional<double>(const Variable<Rn<1>>& x)>;
   /// A delay that is estimated needs keyframes after a measurement, too (delay_reach): until there are enough, it is read at
-  /// what the delay is taken to be, with noise for how sure that is, and has no say in it. From now on that is the estimate so
-  /// far; and what has enough, or was measured `reach` [s] or more before the newest keyframe, tells of it.
-  void tell_delays(double reach, Deviation deviation);
+  /// what the delay is taken to be: none, with noise for its deviation, or, once it has been told of, the estimate so far as
+  /// though that were right. From now on that is the estimate as it is; and what has enough, or was measured `reach` [s] or
+  /// more before the newest keyframe, tells of it.
+  void tell_delays(double reach);
   /// Forgets the keyframes before t, whose variables have left the problem.
   void drop_before(double t);
 
@@ -106,7 +105,7 @@ class TargetWindow {
   bool tell(const Untold& untold, std::size_t k);
   struct HeldDelay {
     Variable<Rn<1>> value;  // fixed
-    double deviation;
+    double deviation;  // 0 once it is told of
   };
   void add_noise_of(const HeldDelay& delay, const Block& block);
   std::vector<Untold> untold_;

@@ -197,15 +197,7 @@ double OnlineWindow::span() const {
 
 /// Those that were measured so long ago, too: a measurement is to have told of its sensor's delay long before it leaves.
 void OnlineWindow::tell_delays(double reach) {
-  with_target([&](auto& window) {
-    window.tell_delays(reach, [&](const Variable<Rn<1>>& x) -> std::optional<double> {
-      try {
-        return std::sqrt(lag_.covariance(x)(0, 0));
-      } catch (const Error&) {  // none since it came
-        return {};
-      }
-    });
-  });
+  with_target([&](auto& window) { window.tell_delays(reach); });
 }
 
 /// Chain and target forget what leaves, also when not all that is old does.
