@@ -105,7 +105,7 @@ class TargetWindow {
   bool tell(const Untold& untold, std::size_t k);
   struct HeldDelay {
     Variable<Rn<1>> value;  // fixed
-    double deviation;  // 0 once it is told of
+    double deviation;       // 0 once it is told of
   };
   void add_noise_of(const HeldDelay& delay, const Block& block);
   std::vector<Untold> untold_;
