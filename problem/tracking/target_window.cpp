@@ -230,9 +230,6 @@ void TargetWindow<G>::drop_before(double t) {
   drop_front(build_.twist, n);
   out_.measurements.clear();
   out_.noised.clear();
-  std::erase_if(untold_, [&](const Untold& untold) {
-    return data_.sensors[untold.sensor].valid_at(untold.measurement) < out_.keyframes.front().t - kSameInstant;
-  });
   for (TargetSensor& sensor : data_.sensors)
     std::erase_if(sensor.measurements,
                   [&](const Measurement& m) { return sensor.valid_at(m) < out_.keyframes.front().t - kSameInstant; });

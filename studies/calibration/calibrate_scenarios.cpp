@@ -25,13 +25,12 @@ void check_alike(const Scenario& first, const Scenario& other) {
   const auto check = [&](const auto& with, const Scenario& in, const auto& lacking, const Scenario& out) {
     for (const CalibratedEntry& e : with) {
       if (!without(lacking, e)) continue;
-      const bool error = e.name.ends_with(".error");
+      const bool error = !e.sensor && e.name.ends_with(".error");
       throw Error(
           fmt::format("{} has no {}{}, which {} has: calibrate scenarios with the same sensors together, or {}",
                       called(out), e.sensor ? e.kind + " sensor " : "noise ", e.name, called(in),
-                      e.sensor ? "each by itself"
-                      : error  ? fmt::format("give all this error by --error {}", e.name.substr(0, e.name.rfind('.')))
-                               : "each by itself"));
+                      error ? fmt::format("give all this error by --error {}", e.name.substr(0, e.name.rfind('.')))
+                            : "each by itself"));
     }
   };
   check(a, first, b, other);

@@ -354,6 +354,11 @@ void check_delayed(const NavigationData& data, const NamedByOption& what) {
   if (data.imu) names.push_back(data.imu->name);
   for (const EgoSensor& sensor : data.sensors) names.push_back(sensor.name);
   if (std::find(names.begin(), names.end(), what.name) == names.end()) fail_unknown(what, "sensor ", names);
+  for (const EgoSensor& sensor : data.sensors)
+    if (sensor.name == what.name && sensor.error && sensor.error->delay > 0)
+      throw Error(fmt::format(
+          "{} {}: its delay is estimated already, as an error that stays (--error {}.delay); leave one of both out",
+          what.option, what.name, what.name));
 }
 
 }  // namespace tandem

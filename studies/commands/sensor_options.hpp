@@ -47,7 +47,8 @@ struct SensorsInUse {
 /// that do not fit them.
 void apply(const SensorOptions& sensors, SensorsInUse in_use, Scenario& scenario);
 
-/// Throws Error, with the names that there are, where it is none of the chaser's own sensors.
+/// Throws Error, with the names that there are, where it is none of the chaser's own sensors, or where its delay is estimated as an
+/// error that stays.
 void check_delayed(const NavigationData& data, const NamedByOption& sensor);
 /// Parses a sensor's name.
 NamedByOption parse_name(const std::string& option, const std::string& text);

@@ -65,12 +65,6 @@ int run_navigate(const NavigateRequest& request) {
   std::set<std::string> fitted;
   for (const NamedByOption& sensor : request.fit_delay) {
     check_delayed(data, sensor);
-    for (const EgoSensor& own : data.sensors)
-      if (own.name == sensor.name && own.error && own.error->delay > 0)
-        throw Error(fmt::format(
-            "--fit-delay {0}: its delay is estimated already, as an error that stays (--error {0}.delay); leave "
-            "one of both out",
-            sensor.name));
     if (!fitted.insert(sensor.name).second) throw Error("--fit-delay " + sensor.name + " is given twice");
   }
 

@@ -9,11 +9,16 @@
 namespace tandem::testing {
 namespace {
 
-TEST(OnlineTarget, ErrorsThatStayAreThoseOfTheBatchEstimate) {
+TrackingData noisy_run() {
   Simulation simulation;
   simulation.noise = 1.0;
   TrackingData d = cropped(simulation.data());
   d.noise.constant_velocity.setConstant(0.1);
+  return d;
+}
+
+TEST(OnlineTarget, ErrorsThatStayAreThoseOfTheBatchEstimate) {
+  TrackingData d = noisy_run();
   for (TargetSensor& sensor : d.sensors) {
     const bool pose = sensor.type->has(measured::rotation);
     StayingError& error = sensor.error.emplace();
@@ -53,10 +58,7 @@ OnlineEstimator::SensorError found(const OnlineEstimator& estimator, const std::
 }
 
 TEST(OnlineTarget, ADelayIsThatOfTheBatchEstimate) {
-  Simulation simulation;
-  simulation.noise = 1.0;
-  TrackingData d = cropped(simulation.data());
-  d.noise.constant_velocity.setConstant(0.1);
+  TrackingData d = noisy_run();
   for (TargetSensor& sensor : d.sensors) {
     sensor.error.emplace().delay = 0.3;
     if (sensor.type->has(measured::rotation)) {
