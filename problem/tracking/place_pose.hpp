@@ -34,22 +34,23 @@ class PoseBuild : private SensorBuild<G, between> {
     const Measurement& m = measurement_;
     const SE3 measured(m.rotation, m.position);
     const std::optional<Loss> orientation_loss = orientation_loss_of(sensor_, build_.options);
+    const bool point = std::same_as<Target, Variable<Point>>;
     if (sensor_.error &&
-        (orientation_loss || build_.options.position_share > 0 || std::same_as<Target, Variable<Point>>))
+        (orientation_loss || build_.options.position_share > 0 || (point && sensor_.error->has_bias())))
       throw Error(sensor_.name +
                   ": errors that stay are of a whole pose: not with a loss of the orientation alone, a share of the " +
-                  "position (--robust has one), or where mode B has a point");
+                  "position (--robust has one), or, a bias, where mode B has a point");
     const Gaussian position(Eigen::VectorXd(sensor_.sigma.head(G::point_dim)));
     if constexpr (std::same_as<Target, Variable<Point>>) {  // the marker's lever arm turns with the measured pose
       const SE3 body = measured * sensor_.marker.inverse();
-      placed_.block =
-          put(UsblPosition<G, Point>{in_group<G>(body.translation()), mount()}, target, position, position_loss_);
+      placed_.block = put_whole(UsblPosition<G, Point>{in_group<G>(body.translation()), mount()},
+                                Vector<G::point_dim>::Zero(), target, position, position_loss_);
     } else if (!orientation_loss || m.held_out) {
       const double share = m.held_out ? 0.0 : build_.options.position_share;
       Eigen::VectorXd sigma = sensor_.sigma;
       sigma.head(G::point_dim) /= std::sqrt(1 - share);
-      placed_.block = put_whole(RelativePose<G>{in_group<G>(measured), mount(), in_group<G>(sensor_.marker)}, target,
-                                Gaussian(sigma), position_loss_);
+      placed_.block = put_whole(RelativePose<G>{in_group<G>(measured), mount(), in_group<G>(sensor_.marker)}, beacon(),
+                                target, Gaussian(sigma), position_loss_);
       if (share > 0)
         placed_.position = put(UsblPosition<G>{in_group<G>(m.position), mount(), beacon()}, target,
                                position.scaled(1 / std::sqrt(share)), position_loss_);

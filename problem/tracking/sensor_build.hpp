@@ -42,11 +42,24 @@ class SensorBuild {
   }
 
  protected:
-  /// add(target): of whichever kind the target is at the keyframe.
+  /// add(target): of whichever kind the target is at the keyframe; a point between a pose and a point, where both have one.
   template <class F>
   void add_with(F add) {
-    std::visit(add, build_.target[placed_.keyframe]);
+    const std::size_t k = placed_.keyframe;
+    const bool between_kinds = fraction_ > 0 && build_.target[k].index() != build_.target[k + 1].index();
+    if (between_kinds && seen_at<Point>(k) && seen_at<Point>(k + 1)) {
+      add(*seen_at<Point>(k));
+    } else {
+      std::visit(add, build_.target[k]);
+    }
     build_.out.measurements.push_back(placed_);
+  }
+  /// The target at a keyframe as a pose or as a point; a pose next to a point has both. Nothing where it is not.
+  template <LieGroup T>
+  const Variable<T>* seen_at(std::size_t k) const {
+    if constexpr (std::same_as<T, Point>)
+      if (build_.twin[k]) return &*build_.twin[k];
+    return std::get_if<Variable<T>>(&build_.target[k]);
   }
   G mount() const { return in_group<G>(sensor_.mount); }
   Vector<G::point_dim> beacon() const { return in_group<G>(sensor_.marker.translation()); }
@@ -65,7 +78,7 @@ class SensorBuild {
   std::optional<Block> put(const R& residual, const Variable<T>& target, const Gaussian& noise, const Loss& loss) {
     const std::size_t k = placed_.keyframe;
     if constexpr (between) {
-      const auto* next = std::get_if<Variable<T>>(&build_.target[k + 1]);
+      const auto* next = seen_at<T>(k + 1);
       if (!next) throw_between_kinds();
       return put<Interpolated<R>>({residual, fraction_}, {build_.chaser[k], build_.chaser[k + 1], target, *next}, noise,
                                   loss);
@@ -84,41 +97,40 @@ class SensorBuild {
     }
   }
 
-  /// All of a measurement: with the sensor's errors that stay, where it has some.
+  /// All of a measurement: with the sensor's errors that stay, where it has some; what is seen at `beacon` on the target.
   template <Residual R, class Target>
-  std::optional<Block> put_whole(const R& residual, const Target& target, const Gaussian& noise, const Loss& loss) {
+  std::optional<Block> put_whole(const R& residual, const Vector<G::point_dim>& beacon, const Target& target,
+                                 const Gaussian& noise, const Loss& loss) {
     if (between || !sensor_.error) return put(residual, target, noise, loss);
     if constexpr (std::same_as<Target, CourseVariable<G>>) {
       throw Error(sensor_.name + ": errors that stay are not estimated on a steady course");
     } else if constexpr (!between) {  // see interpolates()
-      return put_miscalibrated(residual, target, noise, loss);
+      return put_miscalibrated(residual, beacon, target, noise, loss);
     }
   }
   template <Residual R, LieGroup T>
-  std::optional<Block> put_miscalibrated(const R& residual, const Variable<T>& target, const Gaussian& noise,
-                                         const Loss& loss) {
+  std::optional<Block> put_miscalibrated(const R& residual, const Vector<G::point_dim>& beacon,
+                                         const Variable<T>& target, const Gaussian& noise, const Loss& loss) {
     using Whole = Miscalibrated<R>;
     const StayingError& error = *sensor_.error;
     if (const std::string why = why_not(sensor_); !why.empty()) throw Error(error_name(sensor_.name) + ": " + why);
     const std::size_t k = placed_.keyframe;
     const std::size_t until = fraction_ > 0 ? k + 1 : k;
-    if (!std::holds_alternative<Variable<T>>(build_.target[until])) throw_between_kinds();
+    if (!seen_at<T>(until)) throw_between_kinds();
     const auto [before, after] = error.delay > 0 ? neighbours_of<T>(k, delay_reach(error)) : std::pair(k, until);
     const double later = fraction_ * build_.dt(k, until);
     SensorConstants& constants = build_.constants;
     Problem& problem = build_.problem;
     // What it does not read is a constant, so that blocks of the problem's matrix are not filled with zeros.
     const auto chaser_at = [&](std::size_t i) { return i == k ? constants.none<G>(problem) : build_.chaser[i]; };
-    const auto target_at = [&](std::size_t i) {
-      return i == k ? constants.none<T>(problem) : std::get<Variable<T>>(build_.target[i]);
-    };
+    const auto target_at = [&](std::size_t i) { return i == k ? constants.none<T>(problem) : *seen_at<T>(i); };
     using Bias = Rn<R::dim>;
     const auto bias =
         error.has_bias()
             ? std::get<Variable<Bias>>(build_.bias_at(placed_.sensor, sensor_.valid_at(measurement_)).state)
             : constants.none<Bias>(problem);
     return put<Whole>(
-        {residual, mount(), beacon(), {build_.dt(before, k), build_.dt(k, after)}, later},
+        {residual, mount(), beacon, {build_.dt(before, k), build_.dt(k, after)}, later},
         {build_.chaser[k], chaser_at(before), chaser_at(after), target, target_at(before), target_at(after), bias,
          constants.get<Rn<1>>(problem, sensor_.name, "scale", error.scale),
          constants.get<typename Whole::Turn>(problem, sensor_.name, "misalignment", error.misalignment),
@@ -130,11 +142,10 @@ class SensorBuild {
   template <LieGroup T>
   std::pair<std::size_t, std::size_t> neighbours_of(std::size_t k, double seconds) const {
     std::size_t before = k, after = k;
-    const auto same = [&](std::size_t i) { return std::holds_alternative<Variable<T>>(build_.target[i]); };
     for (std::size_t i = k; i-- > 0 && build_.dt(before, k) < seconds;)
-      if (same(i)) before = i;
+      if (seen_at<T>(i)) before = i;
     for (std::size_t i = k + 1; i < build_.target.size() && build_.dt(k, after) < seconds; ++i)
-      if (same(i)) after = i;
+      if (seen_at<T>(i)) after = i;
     if (before == after && !build_.held_delay)
       throw Error(sensor_.name +
                   ": its delay needs a second keyframe where the target is of the same kind, a pose or a "
@@ -166,8 +177,8 @@ class SensorBuild {
                   ": its place on the target (target_position) needs the target's orientation, which this mode or "
                   "model does not estimate where it measures");
     using T = std::conditional_t<point, Point, G>;
-    placed_.block =
-        put_whole(P::template residual<G, T>(measurement_, mount(), beacon()), target, noise_, position_loss_);
+    placed_.block = put_whole(P::template residual<G, T>(measurement_, mount(), beacon()), beacon(), target, noise_,
+                              position_loss_);
   }
 
   Build& build_;

@@ -163,6 +163,50 @@ TEST(OnlineTarget, LateMeasurementsOfSensorsWithErrorsThatStayCount) {
   }
 }
 
+/// Poses that come late, between points of mode B, or, where one in five was in time, between a pose and a point.
+TEST(OnlineTarget, LatePosesOfASensorWithErrorsThatStayCountAmongPoints) {
+  SimulatedRun simulation;
+  simulation.duration = 60;
+  TrackingData data = cropped(
+      simulation.data({{.name = "camera", .type = SensorType::pose}, {.name = "usbl", .type = SensorType::position}},
+                      every(1.0, 1.0, 60.0)));
+  data.sensors[1].sigma.setConstant(0.5);
+  TargetSensor& camera = data.sensors[0];
+  camera.measurements.clear();
+  for (const double t : every(0.2, 0.6, 59.8))
+    if (std::fmod(t, 1.0) > 0.5) camera.measurements.push_back(simulation.measure(camera, t));
+  for (Measurement& m : camera.measurements) m.position *= 1.1;
+  const StayingError kinds[] = {{.scale = 0.2}, {.scale = 0.2, .misalignment = 0.05, .delay = 0.2}};
+  for (const Junction junction : {Junction::boundary, Junction::direct})
+    for (const StayingError& kind : kinds) {
+      camera.error = kind;
+      OnlineOptions options;
+      options.tracking.mode = Mode::B;
+      options.tracking.junction = junction;
+      options.lag.window = 20;
+      options.reset.gate = HUGE_VAL;
+      OnlineEstimator estimator(data, {}, options);
+      std::vector<Line> all = lines(data);
+      for (Line& line : all)
+        if (line.sensor == 0 && std::abs(std::fmod(line.t, 5.0) - 2.6) > 0.1) line.t += 1.3;
+      std::stable_sort(all.begin(), all.end(), [](const Line& a, const Line& b) { return a.t < b.t; });
+      int refused = 0;
+      for (const Line& line : all) refused += give(data, line, estimator).has_value();
+      estimator.finish();
+      if (junction == Junction::boundary) {
+        EXPECT_LE(refused, 2);  // before the target was seen
+      } else {
+        EXPECT_NEAR(refused, 12, 2);  // beside poses, which are no points
+      }
+      EXPECT_NEAR(found(estimator, "camera.scale").value[0], 0.1, 0.03);
+      const double t = estimator.newest();
+      EXPECT_LE((estimator.chaser().pose.inverse().act(estimator.target()->position) -
+                 simulation.chaser(t).inverse().act(simulation.target(t).translation()))
+                    .norm(),
+                0.3);
+    }
+}
+
 /// Windows that are shorter than what motion is read over: measurements leave, with the keyframes before them, before they tell.
 TEST(OnlineTarget, ADelayIsTriedInAShortWindowToo) {
   SimulatedRun simulation;
