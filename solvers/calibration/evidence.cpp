@@ -14,14 +14,14 @@ namespace {
 
 constexpr int kHalvings = 3;  // of the way to factors that steps do not lead to at once
 
-/// The part of SettledProblem::beliefs_step() that is of what a block reads.
-Eigen::VectorXd step_of(const SettledProblem& settled, const Problem::Linearization& at) {
-  Eigen::VectorXd step = Eigen::VectorXd::Zero(at.jacobian.cols());
+/// The part of a step of all unknowns that is of what a block reads.
+Eigen::VectorXd part_of(const Eigen::VectorXd& step, const Program& program, const Problem::Linearization& at) {
+  Eigen::VectorXd part = Eigen::VectorXd::Zero(at.jacobian.cols());
   for (std::size_t v = 0, row = 0; v < at.variable_ids.size(); row += std::size_t(at.dofs[v++]))
-    if (const int block = settled.program().block_of(at.variable_ids[v]); block >= 0)
-      step.segment(Eigen::Index(row), at.dofs[v]) =
-          settled.beliefs_step().segment(settled.program().hessian_pattern().first[std::size_t(block)], at.dofs[v]);
-  return step;
+    if (const int block = program.block_of(at.variable_ids[v]); block >= 0)
+      part.segment(Eigen::Index(row), at.dofs[v]) =
+          step.segment(program.hessian_pattern().first[std::size_t(block)], at.dofs[v]);
+  return part;
 }
 
 }  // namespace
@@ -158,7 +158,7 @@ bool Evidence::settle(std::size_t p, const Eigen::VectorXd& log_factors) {
 }
 
 /// A block's rows in the gradient. With W = W₀ D⁻¹, D the factors, ∂(W r)/∂log D_i = −w_i r_i, w_i the column of W.
-void Evidence::add(const Member& member, const SettledProblem& settled, Value& value) const {
+void Evidence::add(const Member& member, const SettledProblem& settled, const Tails& tails, Value& value) const {
   const Problem& problem = *problems_[std::size_t(member.problem)];
   const Problem::Linearization at = problem.linearization(member.block);
   const Eigen::MatrixXd W = problem.noise(member.block).sqrt_information();
@@ -171,18 +171,34 @@ void Evidence::add(const Member& member, const SettledProblem& settled, Value& v
                                     : 1 / (kFaint * kFaint)) *
          settled.of_beliefs().joint(at.variable_ids, at.dofs);
   const Eigen::MatrixXd information = W.transpose() * W;
+  Eigen::VectorXd squares = (information * at.residual).cwiseProduct(at.residual),
+                  tail = Eigen::VectorXd::Zero(squares.size());
+  if (tails.any()) {
+    S -= 2 * tails.by_hessian(at.variable_ids, at.dofs);
+    const double by_weight = problem.loss(member.block)(squares.sum()).d2;
+    const Eigen::VectorXd pulled = information * at.residual,
+                          v = J * part_of(tails.by_solution(), settled.program(), at);
+    tail = weight * ((information * v).cwiseProduct(at.residual) + v.cwiseProduct(pulled)) +
+           2 * by_weight * v.dot(pulled) * squares;
+    if (const TailTerm* term = tails.of(member.block)) {
+      const Eigen::MatrixXd C = J * settled.covariances().joint(at.variable_ids, at.dofs) * J.transpose();
+      tail -= (W.transpose() * term->by_residual).cwiseProduct(at.residual);
+      tail -= 2 * (W.transpose() * term->by_covariance * W).cwiseProduct(C).rowwise().sum();
+    }
+  }
   Eigen::VectorXd shares = (information * J * S).cwiseProduct(J).rowwise().sum();
-  Eigen::VectorXd squares = (information * at.residual).cwiseProduct(at.residual);
   if (!member.measured && settled.beliefs_step().size() > 0) {
-    const Eigen::VectorXd of_beliefs = at.residual + J * step_of(settled, at);
+    const Eigen::VectorXd of_beliefs = at.residual + J * part_of(settled.beliefs_step(), settled.program(), at);
     squares -= (information * of_beliefs).cwiseProduct(of_beliefs);
   }
-  if (const Loss loss = problem.loss(member.block); options_.whole_integral && loss.kind == Loss::Kind::student_t)
+  if (tails.of(member.block)) {
+    const Loss loss = problem.loss(member.block);
     shares = expected_curvature(loss) * (shares - weight / (loss.scale * loss.scale) * shares.sum() * squares);
+  }
   for (Eigen::Index i = 0; i < at.residual.size(); ++i) {
     const int g = member.group[std::size_t(i)];
     if (g < 0) continue;
-    value.gradient[g] += weight * (squares[i] + shares[i]);
+    value.gradient[g] += weight * (squares[i] + shares[i]) + tail[i];
     value.effective_rows[g] -= weight * shares[i];
   }
 }
@@ -242,7 +258,10 @@ void Evidence::add_members(Value& value) const {
     part.gradient = part.effective_rows = Eigen::VectorXd::Zero(rows_.size());
     const std::size_t begin = members_.size() * std::size_t(lane) / kMostLanes;
     const std::size_t end = members_.size() * std::size_t(lane + 1) / kMostLanes;
-    for (std::size_t i = begin; i < end; ++i) add(members_[i], *settled_[std::size_t(members_[i].problem)], part);
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto p = std::size_t(members_[i].problem);
+      add(members_[i], *settled_[p], tails_[p], part);
+    }
   });
   for (const Value& part : parts) {
     value.gradient += part.gradient;
@@ -252,6 +271,7 @@ void Evidence::add_members(Value& value) const {
 
 Evidence::Value Evidence::at(const Eigen::VectorXd& log_factors) {
   lay_out();
+  tails_.resize(problems_.size());
   Value value;
   value.gradient = -counted_;
   value.effective_rows = counted_;
@@ -262,6 +282,8 @@ Evidence::Value Evidence::at(const Eigen::VectorXd& log_factors) {
       return value;
     }
     value.log_evidence -= settled.cost() + 0.5 * settled.covariances().log_determinant();
+    tails_[p].find(settled);
+    value.log_evidence += tails_[p].value();
     if (settled.has_beliefs())
       value.log_evidence += 0.5 * settled.of_beliefs().log_determinant() + settled.beliefs_cost();
   }

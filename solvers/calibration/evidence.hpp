@@ -8,6 +8,7 @@
 #include <tandem/problem/lanes.hpp>
 #include <tandem/solvers/calibration/calibrate.hpp>
 #include <tandem/solvers/calibration/settled_problem.hpp>
+#include <tandem/solvers/calibration/tails.hpp>
 
 namespace tandem::detail {
 
@@ -59,7 +60,7 @@ class Evidence {
   bool settle(std::size_t problem, const Eigen::VectorXd& log_factors);
   bool settle_by_steps(std::size_t problem, const Eigen::VectorXd& from, const Eigen::VectorXd& to, int halvings);
   void add_members(Value& value) const;
-  void add(const Member& member, const SettledProblem& settled, Value& value) const;
+  void add(const Member& member, const SettledProblem& settled, const Tails& tails, Value& value) const;
   /// Adds J̃ᵀ r̃_g of the member, J̃ and r̃ whitened, r̃_g its rows in group g, to `pull`; r̃_gᵀ r̃_h, where it is measured, to
   /// `measured`.
   void add_information(const Member& member, Eigen::MatrixXd& pull, Eigen::MatrixXd& measured) const;
@@ -68,6 +69,7 @@ class Evidence {
   const CalibrationOptions& options_;
   std::vector<std::vector<Block>> measured_;  // of each problem
   std::vector<std::unique_ptr<SettledProblem>> settled_;
+  std::vector<Tails> tails_;                 // of each problem
   std::vector<Eigen::VectorXd> settled_at_;  // of each problem
   const std::vector<NoiseGroup>& groups_;
   std::vector<Member> members_;

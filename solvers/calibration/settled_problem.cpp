@@ -1,6 +1,8 @@
 #include <cmath>
 #include <numeric>
 
+#include <Eigen/Cholesky>
+
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/calibration/log_constants.hpp>
 #include <tandem/solvers/calibration/settled_problem.hpp>
@@ -14,7 +16,8 @@ constexpr double kHold = 1e-9;        // of the Hessian's diagonal
 constexpr double kHoldWhole = 1e-12;  // of that by the noise as given: above rounding, and no more
 constexpr const char* kWhat = "calibrate";
 constexpr int kMostSteps = 20, kShorter = 4;
-constexpr double kAtRest = 2e-9;  // of the cost, that a step would still gain: 1e-4 of what evidence is told by
+constexpr double kAtRest = 2e-9;          // of the cost, that a step would still gain: 1e-4 of what evidence is told by
+constexpr double kAtRestByTails = 1e-13;  // where the Hessian depends on the solution, to first order
 
 }  // namespace
 
@@ -31,11 +34,10 @@ SettledProblem::SettledProblem(Problem& problem, const CalibrationOptions& optio
       beliefs_hessian_(static_cast<Eigen::Index>(measured_.empty() ? 0 : program_.hessian_pattern().nonzeros())),
       hessian_(program_.hessian_pattern().nonzeros()),
       step_(program_.num_unknowns()) {
+  for (const Block& block : measured_)
+    if (by_steps_ && problem.loss(block).kind == Loss::Kind::student_t) student_t_.push_back(block);
   if (!options.whole_integral) return;
-  for (const Block& block : measured_) {
-    faint_.push_back(problem.noise(block).scaled(kFaintWhole));
-    if (problem.loss(block).kind == Loss::Kind::student_t) student_t_.push_back(block);
-  }
+  for (const Block& block : measured_) faint_.push_back(problem.noise(block).scaled(kFaintWhole));
   program_.linearize(gradient_, hessian_);
   take_hold(kHoldWhole);
 }
@@ -73,7 +75,7 @@ bool SettledProblem::settle_by_steps() {
       cholesky_.solve(step_);
       const double gain = -0.5 * gradient_.dot(step_);
       if (!(gain >= 0)) break;
-      if (gain <= kAtRest * (1 + cost_)) return linearized_ = true;
+      if (gain <= (student_t_.empty() ? kAtRest : kAtRestByTails) * (1 + cost_)) return linearized_ = true;
       program_.move_to(step_);
       for (int shorter = 0; !(program_.cost() < cost_); ++shorter) {
         if (shorter == kShorter) {
@@ -121,16 +123,24 @@ class SettledProblem::Faint {
   std::vector<Gaussian> noise_;
 };
 
-/// Blocks under Student's t have the curvature that is expected of them while it lives.
+/// Blocks under Student's t have the curvature that is expected of them while it lives, and a tilt beside it.
 class SettledProblem::AsExpected {
  public:
-  explicit AsExpected(SettledProblem& settled) : settled_(settled) {
+  explicit AsExpected(SettledProblem& settled, const std::vector<Eigen::MatrixXd>* tilts = nullptr)
+      : settled_(settled) {
     Problem& problem = settled.problem_;
     for (const Block& block : settled.student_t_) {
       saved_.emplace_back(problem.noise(block), problem.loss(block));
       const auto& [noise, loss] = saved_.back();
       const double weight = problem.weight(block) * expected_curvature(loss);
-      problem.set_noise(block, noise.scaled(1 / std::sqrt(weight)));
+      if (tilts) {
+        Eigen::MatrixXd curvature = (*tilts)[saved_.size() - 1];
+        curvature.diagonal().array() += weight;
+        const Eigen::MatrixXd root = curvature.llt().matrixU();
+        problem.set_noise(block, Gaussian::square_root(root * noise.sqrt_information()));
+      } else {
+        problem.set_noise(block, noise.scaled(1 / std::sqrt(weight)));
+      }
       problem.set_loss(block, {});
     }
   }
@@ -207,8 +217,21 @@ void SettledProblem::step_to_beliefs(double cost) {
   beliefs_cost_ = cost + 0.5 * step_.dot(beliefs_step_);
 }
 
+bool SettledProblem::invert_tilted(const std::vector<Eigen::MatrixXd>& tilts, SelectedInverse& inverse) {
+  Eigen::VectorXd hessian(hessian_.size());
+  {
+    const AsExpected curvature(*this, &tilts);
+    program_.linearize(step_, hessian);
+  }
+  return inverse.compute(hessian, {}, [this] { options_.stop.check(kWhat); });
+}
+
+bool SettledProblem::factorize(bool of_beliefs) {
+  return by_steps_ && cholesky_.factorize(of_beliefs ? beliefs_hessian_ : hessian_);
+}
+
 bool SettledProblem::solve(Eigen::MatrixXd& columns, bool of_beliefs) {
-  if (!by_steps_ || !cholesky_.factorize(of_beliefs ? beliefs_hessian_ : hessian_)) return false;
+  if (!factorize(of_beliefs)) return false;
   for (Eigen::Index i = 0; i < columns.cols(); ++i) {
     step_ = columns.col(i);
     cholesky_.solve(step_);

@@ -54,6 +54,15 @@ class SettledProblem {
   /// The inverse of the last find_covariances()'s Hessian, or of its beliefs', times columns; false where there are hard
   /// blocks, or it cannot be factorised.
   bool solve(Eigen::MatrixXd& columns, bool of_beliefs);
+  /// The same in two parts: of one column after the other.
+  bool factorize(bool of_beliefs);
+  void solve_factorized(Eigen::VectorXd& column) { cholesky_.solve(column); }
+  /// What is measured under Student's t, whose curvature counts as is to be expected of it (expected_curvature); none where there
+  /// are hard blocks, or CalibrationOptions::solve.
+  const std::vector<Block>& student_t() const { return student_t_; }
+  /// Of the last find_covariances()'s Hessian with Σ (W J)ᵀ T (W J) beside it, T of each of these and W its noise's; false where it
+  /// cannot be inverted.
+  bool invert_tilted(const std::vector<Eigen::MatrixXd>& tilts, SelectedInverse& inverse);
   Covariances of_beliefs() const {
     return {&program_, &beliefs_inverse_, beliefs_marginals_ ? &*beliefs_marginals_ : nullptr};
   }
@@ -70,9 +79,9 @@ class SettledProblem {
   Problem& problem_;
   const CalibrationOptions& options_;
   std::vector<Block> measured_;
-  std::vector<Gaussian> faint_;   // of each, where its noise as given says it
-  std::vector<Block> student_t_;  // where their curvature counts as expected
-  bool by_steps_;                 // whether undamped steps may do
+  std::vector<Gaussian> faint_;  // of each, where its noise as given says it
+  std::vector<Block> student_t_;
+  bool by_steps_;  // whether undamped steps may do
   bool near_ = false;
   Program program_;
   Lanes lanes_;
