@@ -92,6 +92,23 @@ function(tandem_unite target)
   endif()
 endfunction()
 
+# tandem_libraries_of(RESULT target ...): the tandem:: libraries among these, and all that they link, each once.
+function(tandem_libraries_of result)
+  set(found "")
+  set(open ${ARGN})
+  while(open)
+    list(POP_FRONT open target)
+    string(REGEX REPLACE "^tandem::" "tandem_" target "${target}")
+    if(NOT target MATCHES "^tandem_" OR target IN_LIST found)
+      continue()
+    endif()
+    list(APPEND found ${target})
+    get_target_property(linked ${target} LINK_LIBRARIES)
+    list(APPEND open ${linked})
+  endwhile()
+  set(${result} ${found} PARENT_SCOPE)
+endfunction()
+
 # tandem_install_headers(folder): of this folder and those below it.
 function(tandem_install_headers folder)
   install(

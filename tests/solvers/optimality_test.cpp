@@ -4,6 +4,7 @@
 
 #include "cases.hpp"
 #include "random_programs.hpp"
+#include "sanitized.hpp"
 
 /// What augmented-lagrangian calls converged meets the first-order conditions, and Ipopt finds nothing better nearby.
 /// TANDEM_FUZZ_PROGRAMS says how many random programs; 10,000 take about a minute.
@@ -12,7 +13,7 @@ namespace {
 
 std::uint64_t num_programs() {
   const char* text = std::getenv("TANDEM_FUZZ_PROGRAMS");
-  return text ? std::strtoull(text, nullptr, 10) : 400;
+  return text ? std::strtoull(text, nullptr, 10) : kSanitized ? 100 : 400;
 }
 
 TEST(Optimality, WhatConvergedMeetsTheFirstOrderConditions) {

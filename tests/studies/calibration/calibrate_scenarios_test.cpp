@@ -47,7 +47,7 @@ TEST(CalibrateScenarios, FindsTheNoiseOfASensorFromAWrongOne) {
   scenario.data.sensors[1].sigma *= 2;
   ScenarioCalibrationOptions options;
   options.free = {"optical"};
-  options.folds = 4;
+  options.folds = 2;
   const ScenarioCalibration found = calibrate_scenarios({scenario}, options);
   ASSERT_THAT(found.parameters, SizeIs(6));
   for (int i = 0; i < 6; ++i) {
@@ -149,7 +149,7 @@ TEST(CalibrateScenarios, WhatTheDataBoundToOneSideIsSaidPlainly) {
 }
 
 TEST(CalibrateScenarios, SeveralShareWhatTheFirstOneGives) {
-  std::vector<Scenario> both = {simulated(5, 90), simulated(6, 90)};
+  std::vector<Scenario> both = {simulated(5, 60), simulated(6, 60)};
   both[1].data.sensors[0].sigma *= 5;
   ScenarioCalibrationOptions options;
   options.free = {"usbl.x"};

@@ -17,7 +17,7 @@ class CalibrateCommand : public testing::Test {
  protected:
   void SetUp() override {
     run_ = scratch_.path() / "run";
-    ASSERT_EQ(run_tandem({"simulate", "docking", "--seed", "3", "--minutes", "2", "--out", run_.string()}).status, 0);
+    ASSERT_EQ(run_tandem({"simulate", "docking", "--seed", "3", "--minutes", "1", "--out", run_.string()}).status, 0);
     noise_ = (scratch_.path() / "noise.yaml").string();
   }
   std::string run() const { return run_.string(); }
@@ -71,7 +71,7 @@ TEST_F(CalibrateCommand, TellsConstantBiases) {
 
 TEST_F(CalibrateCommand, WritesNoiseThatOtherCommandsTake) {
   const Outcome outcome =
-      run_tandem({"calibrate", run(), "--free", "usbl,constant_twist.x", "--folds", "2", "--out", noise_});
+      run_tandem({"calibrate", run(), "--free", "usbl.x,constant_twist.x", "--folds", "2", "--out", noise_});
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
   for (const char* text : {"parameter", "usbl.x", "constant_twist.x", "held out in 2 folds", "Noise in"})
     EXPECT_THAT(outcome.output, HasSubstr(text));
@@ -153,7 +153,7 @@ TEST_F(CalibrateCommand, WritesPictures) {
   TANDEM_NEEDS_GNUPLOT("calibrate's pictures");
   const auto pictures = scratch_.path() / "pictures";
   const Outcome outcome =
-      run_tandem({"calibrate", run(), "--free", "usbl", "--folds", "0", "--pictures", pictures.string(), "--quiet"});
+      run_tandem({"calibrate", run(), "--free", "usbl.x", "--folds", "0", "--pictures", pictures.string(), "--quiet"});
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
   EXPECT_EQ(outcome.errors, "");
   for (const char* file : {"summary.json", "parameters.csv", "evidence.csv", "residuals.csv", "autocorrelation.csv",

@@ -6,6 +6,7 @@
 #include <pty.h>
 
 #include "run_tandem.hpp"
+#include "sanitized.hpp"
 #include "studies/simulation/target_of_dive.hpp"
 
 /// `tandem estimate` on a folder with raw ego sensors, a target's fixes and no odometry, through the real executable.
@@ -133,7 +134,7 @@ TEST_F(JointCommand, OptionsAboutSensorsThatAreNotThereAreRefused) {
 /// While the chaser is navigated, too, before the first model is tried or the first solver run.
 TEST_F(JointCommand, AnInterruptWhileItNavigatesIsHeeded) {
   const ScratchFolder scratch;
-  const DiveOptions options{.grade = Grade::tactical, .minutes = 10};
+  const DiveOptions options{.grade = Grade::tactical, .minutes = kSanitized ? 3.0 : 10.0};  // navigating takes a while
   write_dive(simulate_dive(options), options, scratch.path());
   write_target_of_dive(dive_with_target(options, 0.3), scratch.path());
   for (const char* command : {"models", "compare"}) {

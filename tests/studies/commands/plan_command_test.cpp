@@ -138,7 +138,7 @@ TEST(PlanCommand, ABoundTooTightForTheStartIsNamed) {
 /// What was asked for is named with where the chaser is now, and what has nothing to do with it is not.
 TEST(PlanCommand, LimitsThatClashAreNamed) {
   const auto said = [](std::vector<std::string> more) {
-    std::vector<std::string> words{"plan", "docking_a", "--at", "400", "--goal", "-6,0,-3.4", "--horizon", "8"};
+    std::vector<std::string> words{"plan", "docking_a", "--at", "400", "--goal", "-6,0,-3.4", "--horizon", "4"};
     words.insert(words.end(), more.begin(), more.end());
     if (!ipopt_available()) words.insert(words.end(), {"--solver", "augmented-lagrangian"});
     const Outcome run = run_tandem(words);

@@ -105,7 +105,7 @@ TEST(ReportCommand, ARendezvousIsPlayedBack) {
 TEST(ReportCommand, OfADive) {
   const ScratchFolder scratch;
   const std::string file = scratch.write(
-      "dive.yaml", "name: dive\nsimulation: dive\nparameters: {minutes: 1, grade: [mems, tactical]}\nseeds: 3\n");
+      "dive.yaml", "name: dive\nsimulation: dive\nparameters: {minutes: 1, grade: [mems, tactical]}\nseeds: 2\n");
   const std::string out = scratch.path() / "out";
   ASSERT_EQ(run_tandem({"study", "run", file, "--out", out, "--quiet"}).status, 0);
   const Outcome run = run_tandem({"report", out});
@@ -137,7 +137,7 @@ TEST(ReportCommand, OfARun) {
 TEST(ReportCommand, OfATrack) {
   const ScratchFolder scratch;
   const std::string out = scratch.path() / "out";
-  ASSERT_EQ(run_tandem({"track", "docking_a", "--plots", "off", "--quiet", "--out", out}).status, 0);
+  ASSERT_EQ(run_tandem({"track", "docking_a", "--until", "300", "--plots", "off", "--quiet", "--out", out}).status, 0);
   const Outcome run = run_tandem({"report", out});
   TANDEM_NEEDS(!library_is_missing(run), "plotly.js", "reports");
   ASSERT_EQ(run.status, 0) << run.errors;

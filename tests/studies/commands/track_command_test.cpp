@@ -34,7 +34,7 @@ TEST(TrackCommand, IsListedAndExplained) {
 }
 
 TEST(TrackCommand, TellsWhatErrorsThatStayItHasFound) {
-  const std::vector<std::string> words{"track",   "docking_a",       "--until", "300",
+  const std::vector<std::string> words{"track",   "docking_a",       "--until", "150",
                                        "--error", "usbl.scale=0.02", "--error", "usbl=1,1,1:60"};
   EXPECT_THAT(run_tandem(words).output, ContainsRegex("Errors that stay.*\n  usbl.scale -?0\\.[0-9]+ ± 0\\.0"));
   std::vector<std::string> as_json = words;
@@ -156,13 +156,13 @@ TEST(TrackCommand, TheNewestStateIsByHypothesesUnlessAModelIsAskedFor) {
 
 TEST(TrackCommand, TracksTheChaserByItsOwnSensors) {
   const ScratchFolder scratch;
-  ASSERT_EQ(run_tandem({"simulate", "dive", "--out", scratch.path(), "--minutes", "2"}).status, 0);
+  ASSERT_EQ(run_tandem({"simulate", "dive", "--out", scratch.path(), "--minutes", "1"}).status, 0);
   const Outcome run = run_tandem({"track", scratch.path(), "--dvl-scale", "--alignment", "20", "--json"});
   ASSERT_EQ(run.status, 0) << run.errors;
   const Json summary = Json::parse(run.output);
   EXPECT_LT(summary["chaser"]["position_mean_m"], 3.0);
   EXPECT_FALSE(summary.contains("predictions"));
-  EXPECT_THAT(run_tandem({"track", scratch.path(), "--until", "60"}).output, HasSubstr("x [m]"));
+  EXPECT_THAT(run_tandem({"track", scratch.path(), "--until", "30"}).output, HasSubstr("x [m]"));
   const Outcome newest = run_tandem({"track", scratch.path(), "--newest", "hypotheses"});
   EXPECT_EQ(newest.status, 1);
   EXPECT_THAT(newest.errors, HasSubstr("--newest hypotheses cannot serve"));

@@ -30,7 +30,7 @@ double mean_target_error(const Estimate& estimate, const Scenario& scenario) {
 }
 
 TEST(JointEstimate, WithoutNoiseItIsTheTruth) {
-  DiveOptions options{.grade = Grade::tactical, .minutes = 2};
+  DiveOptions options{.grade = Grade::tactical, .minutes = 1};
   options.noise = false;
   const Scenario scenario = dive_with_target(options, 0.0);
   const Estimate joint = estimate(scenario, {}, GaussNewtonOptions{});
@@ -72,20 +72,20 @@ TEST(StatisticalJointEstimate, IsNoWorseThanTwoSteps) {
 }
 
 TEST(JointEstimate, AGapOfTheImuSplitsTheChainAndTheEstimateGoesOn) {
-  Scenario scenario = dive_with_target({.grade = Grade::tactical, .minutes = 2}, 0.3);
-  std::erase_if(scenario.navigation->imu->samples, [](const ImuSample& s) { return s.t > 60.3 && s.t < 63.8; });
+  Scenario scenario = dive_with_target({.grade = Grade::tactical, .minutes = 1}, 0.3);
+  std::erase_if(scenario.navigation->imu->samples, [](const ImuSample& s) { return s.t > 30.3 && s.t < 33.8; });
   const Estimate joint = estimate(scenario, {}, GaussNewtonOptions{});
   ASSERT_TRUE(joint.summary.converged());
   ASSERT_FALSE(joint.splits.empty());
-  EXPECT_LE(joint.splits.front().first, 60.3);
-  EXPECT_GE(joint.splits.back().second, 63.8 - 0.5);
+  EXPECT_LE(joint.splits.front().first, 30.3);
+  EXPECT_GE(joint.splits.back().second, 33.8 - 0.5);
   for (const EgoSensorUse& sensor : joint.ego_sensors) EXPECT_EQ(sensor.left_out, 0u) << sensor.name;
   EXPECT_THAT(joint.findings.front().text(), HasSubstr("imu"));
   EXPECT_LE(mean_position_error(joint), 0.48) << "one fix is as far off, on average";
 }
 
 TEST(JointEstimate, DvlAndHeadingWithoutImu) {
-  Scenario scenario = dive_with_target({.grade = Grade::tactical, .minutes = 2}, 0.3);
+  Scenario scenario = dive_with_target({.grade = Grade::tactical, .minutes = 1}, 0.3);
   scenario.navigation->imu.reset();
   const Estimate joint = estimate(scenario, {}, GaussNewtonOptions{});
   ASSERT_TRUE(joint.summary.converged());

@@ -40,7 +40,7 @@ TEST(LongDiveTrial, AnOutageOfTheDvlIsFelt) {
 }
 
 TEST(DiveTrial, TheNewestStateKnowsLess) {
-  const Study study = dive_study("parameters: {minutes: 3, window: [0, 10]}\n");
+  const Study study = dive_study("parameters: {minutes: 1, window: [0, 10]}\n");
   const TrialResult all = run_trial(study, 0), newest = run_trial(study, 1);
   EXPECT_EQ(newest.status, "converged") << newest.message;
   EXPECT_NEAR(metric_of(newest, "keyframes"), metric_of(all, "keyframes"), 1);
@@ -75,7 +75,7 @@ TEST(LongDiveTrial, TheScaleOfTheDvlIsFound) {
 
 TEST(DiveTrial, ATargetIsEstimatedTogetherWithTheChaser) {
   const Study study =
-      dive_study("parameters: {minutes: 2, target: 1}\nmodels: [constant-twist, mode-b, 'non-holonomic:soft']\n");
+      dive_study("parameters: {minutes: 1, target: 1}\nmodels: [constant-twist, mode-b, 'non-holonomic:soft']\n");
   for (std::size_t i = 0; i < 3; ++i) {
     const TrialResult result = run_trial(study, i);
     ASSERT_EQ(result.status, "converged") << result.message;
@@ -87,7 +87,7 @@ TEST(DiveTrial, ATargetIsEstimatedTogetherWithTheChaser) {
 }
 
 TEST(DiveTrial, ItsFolderGivesTheSameErrors) {
-  const Study study = dive_study("parameters: {minutes: 2, grade: tactical, imu_sigma_factor: 2}\n");
+  const Study study = dive_study("parameters: {minutes: 1, grade: tactical, imu_sigma_factor: 2}\n");
   const TrialResult result = run_trial(study, 1);
   const TrialSettings settings = study.settings(study.place(1));
   const ScratchFolder folder;

@@ -79,7 +79,7 @@ TEST(Trial, AWindowSeesLessThanTheWhole) {
 
 TEST(Trial, TheNewestStateIsOfTheWindowOfHypothesesOrOfATextbookFilter) {
   const Study study = study_of(
-      "parameters: {minutes: 6, window: [0, 30], newest: [window, hypotheses, 'kalman:0.2', 'kalman:0.2:60']}\n");
+      "parameters: {minutes: 4, window: [0, 30], newest: [window, hypotheses, 'kalman:0.2', 'kalman:0.2:60']}\n");
   const std::size_t online = 4;
   std::vector<TrialResult> results;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -115,11 +115,11 @@ TEST(Trial, WithoutAPriorOfTheMotionWhatIsFreeIsNamed) {
 }
 
 TEST(Trial, EveryKindOfProblemIsTaken) {
-  for (const char* rest : {"parameters: {minutes: 3, usbl: range-bearing, usbl_latency: 1}\n",
-                           "parameters: {minutes: 3, loss: 'cauchy:2', graduated: 1, usbl_outliers: 0.2}\n",
-                           "parameters: {minutes: 3, roll_pitch: off, junction: direct}\n",
-                           "parameters: {minutes: 3, target_motion: helix, max_keyframes: 40}\n",
-                           "solvers: [ipopt]\nparameters: {minutes: 3}\n"}) {
+  for (const char* rest : {"parameters: {minutes: 2, usbl: range-bearing, usbl_latency: 1}\n",
+                           "parameters: {minutes: 2, loss: 'cauchy:2', graduated: 1, usbl_outliers: 0.2}\n",
+                           "parameters: {minutes: 2, roll_pitch: off, junction: direct}\n",
+                           "parameters: {minutes: 2, target_motion: helix, max_keyframes: 40}\n",
+                           "solvers: [ipopt]\nparameters: {minutes: 2}\n"}) {
     SCOPED_TRACE(rest);
     if (std::string(rest).find("ipopt") != std::string::npos && !ipopt_available()) continue;
     const TrialResult result = run_trial(study_of(rest), 0);
