@@ -6,6 +6,7 @@
 
 #include "needs_program.hpp"
 #include "run_tandem.hpp"
+#include "shared_data.hpp"
 
 namespace tandem {
 namespace {
@@ -159,6 +160,23 @@ TEST_F(CalibrateCommand, WritesPictures) {
   for (const char* file : {"summary.json", "parameters.csv", "evidence.csv", "residuals.csv", "autocorrelation.csv",
                            "evidence.svg", "residual_noise.svg"})
     EXPECT_TRUE(std::filesystem::exists(pictures / file)) << file;
+}
+
+/// Of hardly any readings nothing is found: 7 standard deviations were, of no effective rows, as wide as their prior.
+TEST(RecordedCalibration, OfFewKeyframesOnlyWhatTheyTellIsFound) {
+  TANDEM_NEEDS_SHARED(1);
+  const Outcome outcome = run_tandem(
+      {"calibrate", shared_path("data/ferry_22_1").string(), "--max-keyframes", "60", "--folds", "0", "--json"});
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  int found = 0;
+  const auto json = nlohmann::json::parse(outcome.output);
+  for (const auto& p : json["parameters"]) {
+    if (!p["determined"].get<bool>()) continue;
+    ++found;
+    EXPECT_LT(p["standard_error"].get<double>(), 0.55 * p["found"].get<double>()) << p;
+    EXPECT_GT(p["effective_rows"], 1) << p;
+  }
+  EXPECT_GE(found, 1) << "the camera's bearings";
 }
 
 TEST_F(CalibrateCommand, RefusesWhatMakesNoSense) {
