@@ -3,6 +3,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/calibration/calibrated_constants.hpp>
 #include <tandem/studies/calibration/constant_trials.hpp>
+#include <tandem/studies/calibration/undetermined.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -39,7 +40,7 @@ void find_constants(const CalibrationProblems& problems, const HeldOutStretches&
     CalibrationProblem& problem = *problems[p];
     const std::size_t first = result.constants.size();
     const auto say_not = [&](const char* what, const std::string& why) {
-      result.held.push_back(fmt::format("{}: {}: {}", problem.scenario, what, why));
+      result.held.push_back(fmt::format("{}: {}: {}", problem.scenario, what, told_of_states(why)));
     };
     for (const std::string& sensor : problem.without_measurements)
       result.held.push_back(

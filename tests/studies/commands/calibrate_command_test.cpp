@@ -179,6 +179,14 @@ TEST(RecordedCalibration, OfFewKeyframesOnlyWhatTheyTellIsFound) {
   EXPECT_GE(found, 1) << "the camera's bearings";
 }
 
+/// The boat falls onto the chaser, where a bearing is infinitely sharp.
+TEST(RecordedCalibration, SaysWhatMeasurementsDoNotDetermine) {
+  TANDEM_NEEDS_SHARED(1);
+  EXPECT_THAT(refusal({"calibrate", shared_path("data/ferry_16_1").string(), "--mode", "B", "--folds", "0"}),
+              testing::AllOf(HasSubstr("ferry_16_1: the measurements do not determine "), HasSubstr("--robust"),
+                             testing::Not(HasSubstr("Hessian")), testing::Not(HasSubstr("add a residual"))));
+}
+
 TEST_F(CalibrateCommand, RefusesWhatMakesNoSense) {
   EXPECT_THAT(refusal({"calibrate", run(), "--free", "sonar"}), HasSubstr("--free knows no 'sonar'"));
   EXPECT_THAT(refusal({"calibrate", run(), "--free", "usbl.bias"}), HasSubstr("--error usbl=SIGMA"));
