@@ -162,6 +162,15 @@ TEST_F(CalibrateCommand, WritesPictures) {
     EXPECT_TRUE(std::filesystem::exists(pictures / file)) << file;
 }
 
+TEST_F(CalibrateCommand, RefusesTheSameMeasurementsTwice) {
+  EXPECT_THAT(refusal({"calibrate", run(), run()}), HasSubstr(run() + " is given twice, and its"));
+  const std::string other = run() + "/../run/";
+  EXPECT_THAT(refusal({"calibrate", run(), other}), HasSubstr(other + " is given twice, also as " + run()));
+  const auto link = scratch_.path() / "link";
+  std::filesystem::create_directory_symlink(run_, link);
+  EXPECT_THAT(refusal({"calibrate", link.string(), run()}), HasSubstr("also as " + link.string()));
+}
+
 /// Of hardly any readings nothing is found: 7 standard deviations were, of no effective rows, as wide as their prior.
 TEST(RecordedCalibration, OfFewKeyframesOnlyWhatTheyTellIsFound) {
   TANDEM_NEEDS_SHARED(1);
