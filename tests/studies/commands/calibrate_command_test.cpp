@@ -171,6 +171,17 @@ TEST_F(CalibrateCommand, RefusesTheSameMeasurementsTwice) {
   EXPECT_THAT(refusal({"calibrate", link.string(), run()}), HasSubstr("also as " + link.string()));
 }
 
+TEST_F(CalibrateCommand, RefusesDegreesOfFreedomBesideALossWithoutAny) {
+  const auto tails = scratch_.write("dof.yaml", "noise:\n  usbl.dof: [6]\n").string();
+  for (const char* loss : {"usbl=cauchy", "usbl=none"})
+    EXPECT_THAT(
+        refusal({"estimate", run(), "--noise-from", tails, "--loss", loss}),
+        testing::AllOf(HasSubstr("--noise-from " + tails + " usbl.dof: degrees of freedom are of a loss student-t"),
+                       HasSubstr(std::string("--loss ") + loss)));
+  for (const char* loss : {"usbl=student-t:3", "cauchy:2", "optical=cauchy:2"})
+    EXPECT_EQ(run_tandem({"estimate", run(), "--noise-from", tails, "--loss", loss, "--quiet"}).status, 0) << loss;
+}
+
 /// Of hardly any readings nothing is found: 7 standard deviations were, of no effective rows, as wide as their prior.
 TEST(RecordedCalibration, OfFewKeyframesOnlyWhatTheyTellIsFound) {
   TANDEM_NEEDS_SHARED(1);
