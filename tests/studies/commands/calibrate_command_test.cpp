@@ -34,6 +34,7 @@ TEST_F(CalibrateCommand, FindsConstantsOfErrorsThatStay) {
   const auto json = nlohmann::json::parse(outcome.output);
   EXPECT_TRUE(json["parameters"].empty());
   ASSERT_EQ(json["staying_errors"].size(), 2u);
+  EXPECT_EQ(json["staying_errors"]["usbl.scale"]["scenario"], "docking_3") << "by name, as of other commands";
   for (const auto& found : json["staying_errors"]) {  // none in the simulation
     EXPECT_LT(std::abs(found["value"].get<double>()), 4 * found["sigma"].get<double>()) << found;
     EXPECT_LE(found["held_out"]["gain"], found["held_out"]["gain_error"]) << "nor do they predict better";
@@ -76,6 +77,7 @@ TEST_F(CalibrateCommand, WritesNoiseThatOtherCommandsTake) {
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
   for (const char* text : {"parameter", "usbl.x", "constant_twist.x", "held out in 2 folds", "Noise in"})
     EXPECT_THAT(outcome.output, HasSubstr(text));
+  EXPECT_THAT(outcome.output, ContainsRegex("\n  docking_3: -?[0-9.]+ a measurement as given, -?[0-9.]+ as found\n"));
   EXPECT_THAT(read_file(noise_), ContainsRegex("noise:\n  usbl: \\[.*\\]\n  constant_twist: \\[.*\\]\n$"));
   for (const char* command : {"estimate", "track", "models", "compare"}) {
     std::vector<std::string> words = {command, run(), "--noise-from", noise_, "--json"};
