@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <gmock/gmock.h>
@@ -155,13 +156,26 @@ TEST_F(CalibrateCommand, RefusesTimesAndTailsThatThereAreNot) {
 TEST_F(CalibrateCommand, WritesPictures) {
   TANDEM_NEEDS_GNUPLOT("calibrate's pictures");
   const auto pictures = scratch_.path() / "pictures";
-  const Outcome outcome =
-      run_tandem({"calibrate", run(), "--free", "usbl", "--folds", "0", "--pictures", pictures.string(), "--quiet"});
+  const Outcome outcome = run_tandem(
+      {"calibrate", run(), "--free", "usbl,usbl.delay", "--folds", "0", "--pictures", pictures.string(), "--quiet"});
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
   EXPECT_EQ(outcome.errors, "");
   for (const char* file : {"summary.json", "parameters.csv", "evidence.csv", "residuals.csv", "autocorrelation.csv",
-                           "evidence.svg", "residual_noise.svg"})
+                           "evidence.svg", "constants_evidence.svg", "residual_noise.svg"})
     EXPECT_TRUE(std::filesystem::exists(pictures / file)) << file;
+}
+
+TEST_F(CalibrateCommand, TellsTheEvidenceAlongConstants) {
+  const auto pictures = scratch_.path() / "pictures";
+  const Outcome outcome = run_tandem({"calibrate", run(), "--free", "usbl.delay,usbl.scale,usbl.misalignment",
+                                      "--folds", "0", "--pictures", pictures.string(), "--plots", "off", "--quiet"});
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const std::string constants = read_file(pictures / "constants.csv"),
+                    along = read_file(pictures / "constants_evidence.csv");
+  EXPECT_THAT(constants, HasSubstr("docking_3,usbl.misalignment.rz,0.1,"));
+  EXPECT_EQ(std::count(along.begin(), along.end(), '\n'), 1 + 2 * 7) << along;
+  EXPECT_THAT(along, ContainsRegex("docking_3,usbl.scale,[^,]*,0\n")) << "where it was found";
+  EXPECT_THAT(along, HasSubstr("docking_3,usbl.delay,"));
 }
 
 TEST_F(CalibrateCommand, RefusesTheSameMeasurementsTwice) {
