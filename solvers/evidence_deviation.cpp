@@ -50,4 +50,22 @@ std::optional<double> evidence_deviation(const Problem& solved, const Variable<R
   }
 }
 
+std::vector<double> evidence_along(const Problem& solved, const Variable<Rn<1>>& x, const std::vector<double>& values,
+                                   const Stop& stop) {
+  if (solved.num_hard_blocks() > 0) return {};
+  const auto at = [&](double value) {
+    try {
+      return evidence(solved, x, value, stop);
+    } catch (const Stopped&) {
+      throw;
+    } catch (const Error&) {
+      return double(NAN);
+    }
+  };
+  const double here = at(solved.value(x).vector()[0]);
+  std::vector<double> along;
+  for (const double value : values) along.push_back(at(value) - here);
+  return along;
+}
+
 }  // namespace tandem

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include <tandem/lie/rn.hpp>
 #include <tandem/problem/problem.hpp>
@@ -16,5 +17,10 @@ namespace tandem {
 /// either side does not converge or leaves a direction free; throws Stopped where it is to stop.
 std::optional<double> evidence_deviation(const Problem& solved, const Variable<Rn<1>>& x, double step, double most,
                                          const Stop& stop = {});
+
+/// That evidence at other values of the variable, against the one where it is; NaN where a solve there does not converge or
+/// leaves a direction free. Empty where there are hard blocks; throws Stopped where it is to stop.
+std::vector<double> evidence_along(const Problem& solved, const Variable<Rn<1>>& x, const std::vector<double>& values,
+                                   const Stop& stop = {});
 
 }  // namespace tandem

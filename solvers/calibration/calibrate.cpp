@@ -4,7 +4,6 @@
 #include <utility>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/calibration/calibrate.hpp>
@@ -16,6 +15,7 @@ namespace {
 
 using detail::Along;
 using detail::Evidence;
+using detail::FlatRange;
 using detail::kFall;
 using detail::kWidest;
 
@@ -67,7 +67,7 @@ class Search {
     for (int restart = 0; options_.ranges && !interrupted(); ++restart) {
       estimate_curvature();
       best_seen_ = {now_.log_evidence, theta_};
-      const bool held = hold_undetermined();
+      const bool held = hold_undetermined(false);
       const bool higher = !held && best_seen_.first > now_.log_evidence + kHigher && restart < kRestarts;
       if (!held && !higher) break;
       if (higher) theta_ = best_seen_.second;
@@ -77,6 +77,11 @@ class Search {
       if (held) break;
     }
     if (options_.ranges && !interrupted()) find_curvature();
+    while (options_.ranges && !interrupted() && hold_undetermined(true)) {
+      now_ = evidence_.at(theta_);
+      climb();
+      if (!interrupted()) find_curvature();
+    }
     out_.log_evidence = now_.log_evidence;
     out_.counted_rows = evidence_.counted();
     if (!options_.ranges && options_.start.size() > 0) {  // one of many: as short as can be
@@ -152,6 +157,8 @@ class Search {
       const std::optional<Evidence::Value> next = line_search(free, step, gradient, taken);
       if (!next) {
         evidence_.at(theta_);
+        if (!unusable_.empty() && out_.noise.empty())  // however near: there is no maximum to be found
+          throw Error("calibrate: the problem cannot be solved by noise near that: " + unusable_);
         return finish(Status::converged, "no step along the gradient raises the evidence");
       }
       Eigen::VectorXd change(n);
@@ -216,6 +223,7 @@ class Search {
         taken[Eigen::Index(i)] = x - from[free[i]];
       }
       const Evidence::Value next = evidence_.at(theta_);
+      unusable_ = next.why;
       // The gradient leaves out how H changes with the point: a step as short as that is lost in it is taken.
       const double slack = 1e-9 * (1 + std::abs(now_.log_evidence));
       if (next.usable && next.log_evidence >= now_.log_evidence + 1e-4 * gradient.dot(taken) - slack) return next;
@@ -260,35 +268,37 @@ class Search {
     const double pulled = prior > 0 && c > 0 ? std::abs(theta_[g]) / (prior * prior * c) : 0.0;
     return c > 1 / (kSharp * kSharp) && pulled < kSharp && std::abs(theta_[g]) < bound_ * (1 - 1e-9);
   }
-  std::pair<double, double> parabola(Eigen::Index g) const {
+  FlatRange parabola(Eigen::Index g) const {
     const double reach = std::sqrt(2 * kFall / data_curvature(g));
-    return {theta_[g] - reach, theta_[g] + reach};
+    return {theta_[g] - reach, theta_[g] + reach, true, true};
   }
   /// Of the data alone, the other factors as found.
-  std::pair<double, double> flat_range(Eigen::Index g) {
+  FlatRange flat_range(Eigen::Index g) {
     const double c = data_curvature(g);
     const double reach = c > 1 / (kWidest * kWidest) ? 1.2 * std::sqrt(2 * kFall / c) : 2 * std::sqrt(first_scale(g));
     return detail::flat_range(theta_[g], along(g, now_, theta_[g]), reach, bound_,
                               [&](double log_factor) { return elsewhere(g, log_factor); });
   }
-  bool hold_undetermined() {
+  /// Of those that are free; `again`: that the data do not tell where all is found, whatever it looked like on the way.
+  bool hold_undetermined(bool again) {
     bool any = false;
-    for (std::size_t g = 0; g < groups_.size(); ++g) {
+    for (const Eigen::Index g : free()) {
       if (interrupted()) break;
-      CalibratedNoise& noise = out_.noise[g];
-      const auto [low, high] = is_sharp(Eigen::Index(g)) ? parabola(Eigen::Index(g)) : flat_range(Eigen::Index(g));
-      noise.flat_from = std::exp(std::max(low, theta_[Eigen::Index(g)] - kWidest));
-      noise.flat_to = std::exp(std::min(high, theta_[Eigen::Index(g)] + kWidest));
-      noise.determined = std::isfinite(low) && std::isfinite(high);
-      noise.bounded = !noise.determined && (low > 0 || high < 0);
+      if (again && detail::is_told(data_curvature(g), groups_[std::size_t(g)].prior)) continue;
+      CalibratedNoise& noise = out_.noise[std::size_t(g)];
+      (!again && is_sharp(g) ? parabola(g) : flat_range(g)).tell(noise, theta_[g]);
       if (noise.determined || noise.bounded) continue;
-      held_[g] = any = true;
-      theta_[Eigen::Index(g)] = 0;
+      held_[std::size_t(g)] = any = true;
+      theta_[g] = 0;
       now_ = evidence_.at(theta_);  // those that follow are told with this one as given
-      if (!now_.usable) break;
+      if (!now_.usable) {           // there is none with the others as found: with all as given
+        theta_.setZero();
+        now_ = evidence_.at(theta_);
+      }
+      if (!now_.usable) throw Error("calibrate: the problem cannot be solved as it is given: " + now_.why);
       take();
     }
-    return any && now_.usable;
+    return any;
   }
 
   void report() {
@@ -321,19 +331,13 @@ class Search {
       if (std::abs(x) <= bound_) noise.profile.emplace_back(std::exp(x), elsewhere(g, x).value - here);
     }
   }
-  /// The inverse of the curvature, in units of the priors, in which data do not take away: a direction along which they seem
-  /// to, by what Laplace's approximation leaves out, is as wide as its prior.
   Eigen::MatrixXd covariance(const std::vector<Eigen::Index>& free) const {
-    Eigen::VectorXd unit(static_cast<Eigen::Index>(free.size()));
+    Eigen::VectorXd before(static_cast<Eigen::Index>(free.size()));
     for (std::size_t i = 0; i < free.size(); ++i) {
       const double prior = groups_[std::size_t(free[i])].prior;
-      unit[Eigen::Index(i)] = prior > 0 ? prior : bound_;
+      before[Eigen::Index(i)] = prior > 0 ? prior : bound_;
     }
-    const Eigen::MatrixXd scaled = unit.asDiagonal() * curvature_(free, free) * unit.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
-    const Eigen::VectorXd spread = eigen.eigenvalues().cwiseMax(1).cwiseInverse();
-    return unit.asDiagonal() * eigen.eigenvectors() * spread.asDiagonal() * eigen.eigenvectors().transpose() *
-           unit.asDiagonal();
+    return detail::covariance_within(before, curvature_(free, free));
   }
   /// −∂² log p at the factors as they are, for those that are free, about: the average information, where that is known.
   void estimate_curvature() {
@@ -377,6 +381,7 @@ class Search {
   std::vector<bool> held_;
   Evidence::Value now_;
   Eigen::MatrixXd curvature_;
+  std::string unusable_;                                        // why the last step could not be tried
   std::pair<double, Eigen::VectorXd> best_seen_{HUGE_VAL, {}};  // while ranges are looked for: another maximum, perhaps
   Calibration out_;
 };

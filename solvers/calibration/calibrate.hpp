@@ -47,14 +47,16 @@ struct CalibrationOptions {
 /// What was found of a group.
 struct CalibratedNoise {
   std::string name;
-  double factor = 1;        ///< on the standard deviations as they were given
-  double log_error = 0;     ///< standard error of its logarithm, about that of the factor itself where it is small
-  bool determined = false;  ///< by the data, from both sides
+  double factor = 1;     ///< on the standard deviations as they were given
+  double log_error = 0;  ///< standard error of its logarithm, about that of the factor itself where it is small
+  /// By the data, from both sides: beside the others as found either their evidence falls to both sides, or they tell the
+  /// factor at least as well as its prior does.
+  bool determined = false;
   bool bounded = false;  ///< by the data from one side alone, which excludes what was given; what its prior makes of it
   bool at_bound = false;  ///< it came to the end of what was allowed, `most`
   // None of these: it keeps what was given.
   /// Factors between which the evidence of the data alone falls by less than 2 from its most, the others as found; where no
-  /// such factor ends it, 10 times from the one found.
+  /// such factor ends it, 10 times from the one found, or as far as the problems can be solved.
   double flat_from = 1, flat_to = 1;
   double gain = 0;  ///< in the logarithm of the evidence, by this factor alone, against what was given
   /// Factors around the one found, and the logarithm of the data's evidence there against it, the others as found.
@@ -91,7 +93,7 @@ struct Calibration {
 /// differences of the derivative. The problems are left solved, with the noise that was found. Groups must not share rows.
 ///
 /// Throws Error on a group without rows, rows that are not there or in two groups, a hard block, no problem or group,
-/// or a problem that cannot be solved as it is given. Stopped, it gives the best factors so far, without their errors.
+/// or a problem that cannot be solved as it is given, or by any noise near that on the way up. Stopped, it gives the best factors so far, without their errors.
 Calibration calibrate(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
                       const CalibrationOptions& options = {});
 inline Calibration calibrate(Problem& problem, const std::vector<NoiseGroup>& groups,

@@ -1,10 +1,6 @@
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-#include <map>
 #include <sstream>
-
-#include <Eigen/Eigenvalues>
 
 #include <tandem/solvers/calibration/built_evidence.hpp>
 #include <tandem/solvers/calibration/calibrate_built.hpp>
@@ -63,7 +59,7 @@ class BuiltSearch {
     if (options_.ranges) as_given_ = now_;
     climb();
     if (options_.ranges) {
-      if (hold_undetermined()) {
+      for (bool again = false; hold_undetermined(again); again = true) {
         const Status status = out_.status;
         const std::string message = out_.message;
         climb();
@@ -182,31 +178,19 @@ class BuiltSearch {
     if (!point.usable) return {-HUGE_VAL, 0};
     return along(i, x, point, evidence_.derivatives(with(i, x), point, i).first);
   }
-  bool hold_undetermined() {
+  /// Of those that are free; `again`: that the data do not tell where all is found, whatever it looked like on the way.
+  bool hold_undetermined(bool again) {
     bool any = false, apart = false;
-    for (Eigen::Index i = 0; i < x_.size(); ++i) {
+    for (const Eigen::Index i : free()) {
       CalibratedNoise& p = out_.parameters[std::size_t(i)];
       const auto [slope, second] = evidence_.derivatives(x_, now_, i);
       const double prior = parameters_[std::size_t(i)].prior;
-      const double curvature = std::max(-second - (prior > 0 ? 1 / (prior * prior) : 0.0), 0.5);
-      std::map<double, bool> is_there{{x_[i], true}};  // a problem, where one was looked for
-      auto [from, to] =
-          detail::flat_range(x_[i], along(i, x_[i], now_, slope), 1.2 * std::sqrt(2 * detail::kFall / curvature),
-                             std::max(-low(i), high(i)), [&](double x) {
-                               const Along at = elsewhere(i, std::clamp(x, low(i), high(i)));
-                               is_there[x] = std::isfinite(at.value);
-                               return at;
-                             });
-      // Where problems end, no datum has ended the range: it is as far as there were any.
-      const auto below = is_there.upper_bound(from), above = is_there.lower_bound(to);
-      const bool told_below = std::isfinite(from) && (below == is_there.begin() || std::prev(below)->second);
-      const bool told_above = std::isfinite(to) && (above == is_there.end() || above->second);
-      if (std::isfinite(from) && !told_below) from = below->first;
-      if (std::isfinite(to) && !told_above) to = std::prev(above)->first;
-      p.flat_from = std::exp(std::max(from, x_[i] - kWidest));
-      p.flat_to = std::exp(std::min(to, x_[i] + kWidest));
-      p.determined = told_below && told_above;
-      p.bounded = !p.determined && ((told_below && from > 0) || (told_above && to < 0));
+      const double of_data = -second - (prior > 0 ? 1 / (prior * prior) : 0.0);
+      if (again && detail::is_told(of_data, prior)) continue;
+      detail::flat_range(x_[i], along(i, x_[i], now_, slope),
+                         1.2 * std::sqrt(2 * detail::kFall / std::max(of_data, 0.5)), std::max(-low(i), high(i)),
+                         [&](double x) { return elsewhere(i, std::clamp(x, low(i), high(i))); })
+          .tell(p, x_[i]);
       if (p.determined || p.bounded) continue;
       held_[std::size_t(i)] = any = true;
       const Point point = profile(with(i, 0));
@@ -261,16 +245,12 @@ class BuiltSearch {
       }
     }
     curvature = (0.5 * (curvature + curvature.transpose())).eval();
-    // In units of the priors, in which data do not take away.
-    Eigen::VectorXd unit(n);
+    Eigen::VectorXd before(n);
     for (Eigen::Index k = 0; k < n; ++k) {
       const double prior = parameters_[std::size_t(free[std::size_t(k)])].prior;
-      unit[k] = prior > 0 ? prior : std::log(options_.most);
+      before[k] = prior > 0 ? prior : std::log(options_.most);
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit.asDiagonal() * curvature * unit.asDiagonal());
-    const Eigen::VectorXd spread = eigen.eigenvalues().cwiseMax(1).cwiseInverse();
-    out_.log_covariance(free, free) = unit.asDiagonal() * eigen.eigenvectors() * spread.asDiagonal() *
-                                      eigen.eigenvectors().transpose() * unit.asDiagonal();
+    out_.log_covariance(free, free) = detail::covariance_within(before, curvature);
   }
   /// Errors, gains and profiles of the parameters.
   void tell() {

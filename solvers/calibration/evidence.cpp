@@ -146,15 +146,24 @@ bool Evidence::settle_by_steps(std::size_t p, const Eigen::VectorXd& from, const
   return settle_by_steps(p, from, between, halvings - 1) && settle_by_steps(p, between, to, halvings - 1);
 }
 
+/// Where it cannot, the problem is where it was.
 bool Evidence::settle(std::size_t p, const Eigen::VectorXd& log_factors) {
-  const bool by_steps = settle_by_steps(p, settled_at_[p], log_factors, kHalvings);
-  if (!by_steps) {
-    set_noise(p, log_factors);
-    ++solves_;
-    if (!settled_[p]->settle()) return false;
+  SettledProblem& settled = *settled_[p];
+  const auto settle_and_find = [&] {
+    if (!settle_by_steps(p, settled_at_[p], log_factors, kHalvings)) {
+      set_noise(p, log_factors);
+      ++solves_;
+      if (!settled.settle()) return false;
+    }
+    return settled.find_covariances();
+  };
+  if (!settle_and_find()) {
+    settled.go_back();
+    return false;
   }
+  settled.keep_place();
   settled_at_[p] = log_factors;
-  return settled_[p]->find_covariances();
+  return true;
 }
 
 /// A block's rows in the gradient. With W = W₀ D⁻¹, D the factors, ∂(W r)/∂log D_i = −w_i r_i, w_i the column of W.

@@ -2,6 +2,8 @@
 #include <cmath>
 #include <map>
 
+#include <Eigen/Eigenvalues>
+
 #include <tandem/solvers/calibration/flat_range.hpp>
 
 namespace tandem::detail {
@@ -10,10 +12,9 @@ namespace {
 constexpr double kLevel = 0.05;  // of the log evidence, by which it changes as a factor does by e
 constexpr int kMiddles = 3;      // tried towards a point where it is no number
 
-/// Where between two points the cubic through their values and slopes falls to a level; halfway where one is no number.
+/// Where between two points the cubic through their values and slopes falls to a level.
 double crossing(double inside, const Along& a, double outside, const Along& b, double level) {
   const double width = outside - inside;
-  if (!std::isfinite(b.value)) return inside + 0.5 * width;
   const auto cubic = [&](double t) {
     return (1 + 2 * t) * (1 - t) * (1 - t) * a.value + t * (1 - t) * (1 - t) * width * a.slope +
            t * t * (3 - 2 * t) * b.value + t * t * (t - 1) * width * b.slope;
@@ -28,8 +29,8 @@ double crossing(double inside, const Along& a, double outside, const Along& b, d
 
 }  // namespace
 
-std::pair<double, double> flat_range(double from, const Along& here, double first_reach, double bound,
-                                     FunctionRef<Along(double)> elsewhere) {
+FlatRange flat_range(double from, const Along& here, double first_reach, double bound,
+                     FunctionRef<Along(double)> elsewhere) {
   std::map<double, Along> seen{{from, here}};
   // A prior may have kept the factor from where the data have their most: both ways until they fall below that.
   double most = here.value;
@@ -46,7 +47,7 @@ std::pair<double, double> flat_range(double from, const Along& here, double firs
     }
   }
   if (std::abs(from) > kWidest) seen.emplace(0.0, elsewhere(0.0));  // whether it excludes what was given
-  const auto edge = [&](double direction) {
+  const auto edge = [&](double direction, bool& told) {
     const auto best =
         std::max_element(seen.begin(), seen.end(), [](auto& a, auto& b) { return a.second.value < b.second.value; });
     double inside = best->first, outside = direction * HUGE_VAL;
@@ -58,6 +59,7 @@ std::pair<double, double> flat_range(double from, const Along& here, double firs
         outside = x;
       }
     }
+    told = false;
     if (!std::isfinite(outside)) return outside;
     for (int k = 0; k < kMiddles && !std::isfinite(seen.at(outside).value); ++k) {
       const double middle = 0.5 * (inside + outside);
@@ -65,10 +67,21 @@ std::pair<double, double> flat_range(double from, const Along& here, double firs
       seen.emplace(middle, at);
       (at.value >= most - kFall ? inside : outside) = middle;
     }
-    return crossing(inside, seen.at(inside), outside, seen.at(outside), most - kFall);
+    // Where evidence ends, no datum has ended the range: it is as far as there was any.
+    told = std::isfinite(seen.at(outside).value);
+    return told ? crossing(inside, seen.at(inside), outside, seen.at(outside), most - kFall) : inside;
   };
-  const double low = edge(-1);
-  return {low, edge(1)};
+  FlatRange range;
+  range.from = edge(-1, range.told_below);
+  range.to = edge(1, range.told_above);
+  return range;
+}
+
+Eigen::MatrixXd covariance_within(const Eigen::VectorXd& before, const Eigen::MatrixXd& curvature) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(before.asDiagonal() * curvature * before.asDiagonal());
+  const Eigen::VectorXd spread = eigen.eigenvalues().cwiseMax(1).cwiseInverse();
+  return before.asDiagonal() * eigen.eigenvectors() * spread.asDiagonal() * eigen.eigenvectors().transpose() *
+         before.asDiagonal();
 }
 
 }  // namespace tandem::detail

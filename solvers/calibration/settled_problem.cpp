@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/solvers/calibration/calibrate_built.hpp>
 #include <tandem/solvers/calibration/log_constants.hpp>
 #include <tandem/solvers/calibration/settled_problem.hpp>
 #include <tandem/solvers/calibration/solve_plainly.hpp>
@@ -46,6 +47,20 @@ SettledProblem::SettledProblem(Problem& problem, const CalibrationOptions& optio
 const SymmetricPattern& SettledProblem::pattern() const {
   options_.stop.check(kWhat);
   return program_.hessian_pattern();
+}
+
+void SettledProblem::keep_place() {
+  if (place_)
+    take_values(problem_, *place_);
+  else
+    place_.emplace(problem_.copy());
+}
+
+void SettledProblem::go_back() {
+  if (!place_) return;
+  take_values(*place_, problem_);
+  near_ = true;
+  linearized_ = false;
 }
 
 bool SettledProblem::settle() {

@@ -32,6 +32,10 @@ class SettledProblem {
   /// Covariances at the solution, with all blocks and with beliefs all but alone; false, and why(), where there are none.
   bool find_covariances();
   const std::string& why() const { return why_; }
+  /// Where the problem is, for go_back(), from where it is solved next by steps again: another noise may have led to a
+  /// solution without covariances, as a target that falls onto what it is seen from, out of which no solve leads.
+  void keep_place();
+  void go_back();
 
   double cost() const { return cost_; }  ///< of the last solve
   /// Of the last find_covariances().
@@ -77,6 +81,7 @@ class SettledProblem {
   void step_to_beliefs(double cost);
 
   Problem& problem_;
+  std::optional<Problem> place_;
   const CalibrationOptions& options_;
   std::vector<Block> measured_;
   std::vector<Gaussian> faint_;  // of each, where its noise as given says it

@@ -10,6 +10,7 @@
 #include <tandem/studies/calibration/calibrated_constants.hpp>
 #include <tandem/studies/calibration/followed_tails.hpp>
 #include <tandem/studies/calibration/scenario_problems.hpp>
+#include <tandem/studies/calibration/undetermined.hpp>
 
 namespace tandem {
 namespace {
@@ -90,7 +91,7 @@ void validate(ScenarioProblems& problems, const HeldOutStretches& held_out, cons
               ScenarioCalibration& result) {
   const CrossValidation cv = problems.cross_validate(held_out.folds, options);
   result.folds = static_cast<int>(held_out.folds.size());
-  result.why_not_validated = cv.why;
+  result.why_not_validated = told_of_states(cv.why);
   if (!cv.complete) return;
   result.gain = cv.gain;
   result.gain_error = cv.gain_error;
@@ -108,9 +109,7 @@ void validate(ScenarioProblems& problems, const HeldOutStretches& held_out, cons
   }
 }
 
-}  // namespace
-
-ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const ScenarioCalibrationOptions& options) {
+ScenarioCalibration calibrated(std::vector<Scenario> scenarios, const ScenarioCalibrationOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   if (scenarios.empty()) throw Error("calibrate: there is no scenario");
   if (options.folds == 1) throw Error("--folds 1 would hold everything out at once: 2 or more, or 0 for none");
@@ -226,6 +225,20 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
   }
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
+}
+
+}  // namespace
+
+ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const ScenarioCalibrationOptions& options) {
+  std::string names;
+  for (const Scenario& scenario : scenarios) names += (names.empty() ? "" : ", ") + scenario.name;
+  try {
+    return calibrated(std::move(scenarios), options);
+  } catch (const Stopped&) {
+    throw;
+  } catch (const Error& error) {
+    throw Error(told_to_users(error.what(), names));
+  }
 }
 
 }  // namespace tandem

@@ -3,6 +3,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <tandem/solvers/calibration/calibrate.hpp>
@@ -16,7 +17,7 @@ struct ScenarioCalibrationOptions {
   bool noise = true;              ///< false: none; errors that stay are found by the noise as given
   double prior = 1.0;             ///< NoiseGroup::prior of each
   int folds = 5;                  ///< of the cross-validation; 0: none
-  int profile = 0;                ///< CalibrationOptions::profile
+  int profile = 0;                ///< CalibrationOptions::profile; of constants seven points, where any are asked for
   TrackingOptions target{};
   NavigationOptions own{};
   Stop stop{};                                            ///< ends it at the best noise so far
@@ -45,6 +46,9 @@ struct CalibratedParameter {
 struct CalibratedConstant {
   std::string scenario;
   FoundConstant found;
+  /// Values around the one found, of one that is a single number, and the logarithm of the data's evidence there against it,
+  /// all else as likeliest; where ScenarioCalibrationOptions::profile asks for it.
+  std::vector<std::pair<double, double>> profile{};
 };
 
 /// How well held-out measurements were predicted, by noise as given and as found without them.

@@ -3,6 +3,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/calibration/calibrated_constants.hpp>
 #include <tandem/studies/calibration/constant_trials.hpp>
+#include <tandem/studies/calibration/undetermined.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -39,7 +40,7 @@ void find_constants(const CalibrationProblems& problems, const HeldOutStretches&
     CalibrationProblem& problem = *problems[p];
     const std::size_t first = result.constants.size();
     const auto say_not = [&](const char* what, const std::string& why) {
-      result.held.push_back(fmt::format("{}: {}: {}", problem.scenario, what, why));
+      result.held.push_back(fmt::format("{}: {}: {}", problem.scenario, what, told_of_states(why)));
     };
     for (const std::string& sensor : problem.without_measurements)
       result.held.push_back(
@@ -54,10 +55,13 @@ void find_constants(const CalibrationProblems& problems, const HeldOutStretches&
       say_not("no standard errors of constants", error.what());
       continue;
     }
-    if (problem.sensor_constants().empty() || held_out.folds.empty()) continue;
+    if (problem.sensor_constants().empty()) continue;
     std::vector<std::vector<LeftOut>> folds = held_out.folds;
     for (auto& fold : folds) std::erase_if(fold, [&](const LeftOut& m) { return std::size_t(m.problem) != p; });
     try {
+      for (std::size_t i = first; i < result.constants.size() && options.profile > 0; ++i)
+        result.constants[i].profile = problem.evidence_along(result.constants[i].found, options.stop);
+      if (folds.empty()) continue;
       const ConstantTrials tried = try_constants(problem.problem(), problem.sensor_constants(), folds, options);
       if (!tried.why.empty()) say_not("constants are not tried on held-out data", tried.why);
       add_trials(problem, first, tried.trials, problem.longest_without_fix > held_out.seconds[p], result);

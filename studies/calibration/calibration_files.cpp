@@ -9,6 +9,10 @@ struct EvidenceRow {
   const CalibratedParameter& parameter;
   double factor, log_evidence;
 };
+struct ConstantEvidenceRow {
+  const CalibratedConstant& constant;
+  double value, log_evidence;
+};
 struct ResidualRow {
   const Misfit& misfit;
   const char* noise;
@@ -42,7 +46,10 @@ CsvTable<CalibratedParameter> parameter_columns() {
            [](const Row& r) { return r.given; })
       .add("found", "that which makes the data likeliest", [](const Row& r) { return r.found(); })
       .add("standard_error", "of that", [](const Row& r) { return r.found() * r.result.log_error; })
-      .add("determined", "1: by the data; 0: they do not tell it, or bound it to one side alone",
+      .add("determined",
+           "1: by the data, whose evidence falls to both sides or tells it as well as the prior does; 0: they do not "
+           "tell it, or "
+           "bound it to one side alone",
            [](const Row& r) { return int(r.result.determined); })
       .add("flat_from", "from here the evidence is less than 2 below its greatest, the others as found",
            [](const Row& r) { return r.given * r.result.flat_from; })
@@ -58,6 +65,28 @@ CsvTable<EvidenceRow> evidence_columns() {
            [](const EvidenceRow& r) { return r.parameter.given * r.factor; })
       .add("log_evidence", "of the data there, against what was found",
            [](const EvidenceRow& r) { return r.log_evidence; });
+  return table;
+}
+
+CsvTable<CalibratedConstant> constant_columns() {
+  using Row = CalibratedConstant;
+  CsvTable<Row> table;
+  table.add("scenario", "its name", [](const Row& r) { return r.scenario; })
+      .add("constant", "of an error that stays", [](const Row& r) { return r.found.name; })
+      .add("given_sigma", "its standard deviation around 0 as given", [](const Row& r) { return r.found.given; })
+      .add("value", "that was found", [](const Row& r) { return r.found.value; })
+      .add("sigma", "standard error of that", [](const Row& r) { return r.found.deviation; })
+      .add("verdict", "as in the table", [](const Row& r) { return std::string(text(r.found.verdict())); });
+  return table;
+}
+
+CsvTable<ConstantEvidenceRow> constant_evidence_columns() {
+  using Row = ConstantEvidenceRow;
+  CsvTable<Row> table;
+  table.add("scenario", "as in constants.csv", [](const Row& r) { return r.constant.scenario; })
+      .add("constant", "of those that are one number", [](const Row& r) { return r.constant.found.name; })
+      .add("value", "of it, all else as likeliest", [](const Row& r) { return r.value; })
+      .add("log_evidence", "of the data there, against what was found", [](const Row& r) { return r.log_evidence; });
   return table;
 }
 
@@ -81,6 +110,13 @@ void write_results(const ScenarioCalibration& c, const std::filesystem::path& fo
   for (const CalibratedParameter& p : c.parameters)
     for (const auto& [factor, value] : p.result.profile) evidence.push_back({p, factor, value});
   write_file(folder / "evidence.csv", evidence_columns().text(evidence));
+  if (!c.constants.empty()) {
+    write_file(folder / "constants.csv", constant_columns().text(c.constants));
+    std::vector<ConstantEvidenceRow> along;
+    for (const CalibratedConstant& constant : c.constants)
+      for (const auto& [at, value] : constant.profile) along.push_back({constant, at, value});
+    if (!along.empty()) write_file(folder / "constants_evidence.csv", constant_evidence_columns().text(along));
+  }
   std::vector<ResidualRow> residuals;
   for (const auto& [noise, misfits] : {std::pair{"given", &c.before}, {"found", &c.after}})
     for (const Misfit& m : *misfits)
@@ -95,8 +131,10 @@ void write_results(const ScenarioCalibration& c, const std::filesystem::path& fo
 }
 
 std::vector<CsvDescription> calibration_file_columns() {
-  return {parameter_columns().describe("parameters.csv"), evidence_columns().describe("evidence.csv"),
-          residual_columns().describe("residuals.csv"), correlation_columns().describe("autocorrelation.csv")};
+  return {
+      parameter_columns().describe("parameters.csv"), evidence_columns().describe("evidence.csv"),
+      constant_columns().describe("constants.csv"),   constant_evidence_columns().describe("constants_evidence.csv"),
+      residual_columns().describe("residuals.csv"),   correlation_columns().describe("autocorrelation.csv")};
 }
 
 }  // namespace tandem

@@ -1,10 +1,12 @@
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/tracking/ego_track.hpp>
+#include <tandem/solvers/evidence_deviation.hpp>
 #include <tandem/studies/calibration/calibration_problem.hpp>
 #include <tandem/studies/navigation/navigated.hpp>
 #include <tandem/studies/scenario/named_noise.hpp>
@@ -174,6 +176,26 @@ std::vector<FoundConstant> CalibrationProblem::constants(const Stop& stop) {
     return found_constants(built.problem, built.constants, &marginals);
   };
   return std::visit(of, built_);
+}
+
+std::vector<std::pair<double, double>> CalibrationProblem::evidence_along(const FoundConstant& constant,
+                                                                          const Stop& stop) {
+  constexpr int kPoints = 7;
+  constexpr double kReach = 2.4;  // standard errors
+  for (const SensorConstant& c : sensor_constants()) {
+    const auto* const x = std::get_if<Variable<Rn<1>>>(&c.state);
+    if (!x || (c.name != constant.name && c.name + ".1" != constant.name)) continue;
+    const double reach = kReach * (constant.deviation > 0 ? constant.deviation : constant.given);
+    std::vector<double> values;
+    for (int k = 0; k < kPoints; ++k) values.push_back(constant.value + reach * (2.0 * k / (kPoints - 1) - 1));
+    const std::vector<double> along = tandem::evidence_along(problem(), *x, values, stop);
+    const auto prior = [&](double value) { return -0.5 * std::pow(value / constant.given, 2); };
+    std::vector<std::pair<double, double>> of_data;
+    for (std::size_t k = 0; k < along.size(); ++k)
+      if (std::isfinite(along[k])) of_data.emplace_back(values[k], along[k] - prior(values[k]) + prior(constant.value));
+    return of_data;
+  }
+  return {};
 }
 
 bool CalibrationProblem::is_own(const std::string& constant) const {

@@ -59,6 +59,8 @@ class CalibrationProblem {
   /// Of sensors with errors that stay, at the problem's values. Throws Error where they have no covariance, and
   /// Stopped.
   std::vector<FoundConstant> constants(const Stop& stop);
+  /// CalibratedConstant::profile; none where it has several rows, or there are hard constraints. Throws Stopped.
+  std::vector<std::pair<double, double>> evidence_along(const FoundConstant& constant, const Stop& stop);
   const std::vector<SensorConstant>& sensor_constants() const {
     return std::visit([](const auto& p) -> const std::vector<SensorConstant>& { return p.constants; }, built_);
   }

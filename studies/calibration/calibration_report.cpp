@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include <tandem/studies/calibration/calibration_report.hpp>
+#include <tandem/studies/navigation/found_constants_json.hpp>
 #include <tandem/studies/support/json_text.hpp>
 #include <tandem/studies/support/text_table.hpp>
 
@@ -63,10 +64,13 @@ std::string held_out_sentence(const ScenarioCalibration& c) {
                       : "The noise that was found predicts no better: keep what you had.");
 }
 
+std::string told_name(const ScenarioCalibration& c, const CalibratedConstant& constant) {
+  return c.scenarios.size() > 1 ? fmt::format("{} of {}", constant.found.name, constant.scenario) : constant.found.name;
+}
+
 /// A constant's own prior is 0 ± given.
 std::string constants_table(const ScenarioCalibration& c) {
   if (c.constants.empty()) return "";
-  const bool several = c.scenarios.size() > 1;
   TextTable table(
       {{"error that stays", Align::left}, {"given ±"}, {"found"}, {"±"}, {"held out"}, {"verdict", Align::left}});
   std::vector<ConstantVerdict> verdicts;
@@ -75,8 +79,8 @@ std::string constants_table(const ScenarioCalibration& c) {
     const FoundConstant& f = constant.found;
     verdicts.push_back(f.verdict());
     tried = tried || f.held_out;
-    table.row({several ? fmt::format("{} of {}", f.name, constant.scenario) : f.name, fmt::format("{:.4g}", f.given),
-               fmt::format("{:.5f}", f.value), fmt::format("{:.2g}", f.deviation),
+    table.row({told_name(c, constant), fmt::format("{:.4g}", f.given), fmt::format("{:.5f}", f.value),
+               fmt::format("{:.2g}", f.deviation),
                f.held_out ? fmt::format("{:+.1f} ± {:.1f}", f.held_out->gain, f.held_out->error) : "–",
                std::string(text(verdicts.back()))});
   }
@@ -140,9 +144,8 @@ std::string report(const ScenarioCalibration& c) {
   if (!diagnoses.empty()) text += "What noise does not explain:\n" + diagnoses;
 
   text += "\n" + held_out_sentence(c) + "\n";
-  if (c.scores.size() > 1)
-    for (const HeldOutScore& s : c.scores)
-      text += fmt::format("  {}: {:.3f} a measurement as given, {:.3f} as found\n", s.scenario, s.given, s.found);
+  for (const HeldOutScore& s : c.scores)
+    text += fmt::format("  {}: {:.3f} a measurement as given, {:.3f} as found\n", s.scenario, s.given, s.found);
   return text;
 }
 
@@ -178,14 +181,14 @@ std::string calibration_json(const ScenarioCalibration& c) {
     json["parameters"].push_back(row);
   }
   for (const CalibratedConstant& constant : c.constants) {
-    json["staying_errors"].push_back({{"scenario", constant.scenario},
-                                      {"name", constant.found.name},
-                                      {"given_sigma", constant.found.given},
-                                      {"value", constant.found.value},
-                                      {"sigma", constant.found.deviation},
-                                      {"verdict", text(constant.found.verdict())}});
+    CalibrationJson entry = {{"scenario", constant.scenario}};
+    entry.update(staying_error(constant.found));
     if (const auto& held_out = constant.found.held_out)
-      json["staying_errors"].back()["held_out"] = {{"gain", held_out->gain}, {"gain_error", held_out->error}};
+      entry["held_out"] = {{"gain", held_out->gain}, {"gain_error", held_out->error}};
+    std::string key = told_name(c, constant);
+    for (int k = 2; json["staying_errors"].contains(key); ++k)  // of scenarios of one name
+      key = fmt::format("{} ({})", told_name(c, constant), k);
+    json["staying_errors"][key] = std::move(entry);
   }
   json["residuals"] = CalibrationJson::array();
   for (std::size_t i = 0; i < c.after.size() && i < c.before.size(); ++i) {

@@ -272,18 +272,31 @@ class Sensors {
   NavigationData* own_;
 };
 
-/// The last of those that are for all under this name.
-std::optional<Loss> loss_of_all(const std::vector<SetByOption<Loss>>& losses, const std::string& name) {
+/// The last of those under this name: of a sensor, or for all.
+std::optional<Loss> last_loss(const std::vector<SetByOption<Loss>>& losses, const std::string& name) {
   std::optional<Loss> result;
   for (const auto& loss : losses)
     if (loss.name == name) result = loss.value;
   return result;
 }
 
+/// Of degrees of freedom beside a loss of the same sensor that has none, either would be taken silently.
+void refuse_other_tails(const SensorOptions& options) {
+  for (const auto& number : options.noise) {
+    if (!number.name.ends_with(".dof")) continue;
+    const std::string sensor = number.name.substr(0, number.name.size() - 4);
+    const auto loss = last_loss(options.losses, sensor);
+    if (loss && loss->kind != Loss::Kind::student_t)
+      throw Error(fmt::format(
+          "{} {}: degrees of freedom are of a loss student-t, and --loss {}={} is another: leave one of both out",
+          number.option, number.name, sensor, loss_text(*loss)));
+  }
+}
+
 }  // namespace
 
-std::optional<Loss> SensorOptions::loss() const { return loss_of_all(losses, ""); }
-std::optional<Loss> SensorOptions::orientation_loss() const { return loss_of_all(losses, kOrientation); }
+std::optional<Loss> SensorOptions::loss() const { return last_loss(losses, ""); }
+std::optional<Loss> SensorOptions::orientation_loss() const { return last_loss(losses, kOrientation); }
 
 NamedByOption parse_name(const std::string& option, const std::string& text) { return {option, text}; }
 
@@ -335,6 +348,7 @@ void add_hold_out(CommandOptions& option, SensorOptions& sensors) {
 
 void apply(const SensorOptions& options, SensorsInUse in_use, Scenario& scenario) {
   Sensors sensors(scenario, in_use);
+  refuse_other_tails(options);
   for (const auto& error : options.errors) sensors.set(error);
   for (const auto& loss : options.losses) {
     const bool of_all = loss.name.empty() || (in_use.target && loss.name == kOrientation);

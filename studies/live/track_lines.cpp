@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <tandem/studies/live/told_sigma.hpp>
 #include <tandem/studies/live/track_lines.hpp>
 #include <tandem/studies/support/units.hpp>
 
@@ -21,12 +22,8 @@ double compass(const Vector<3>& direction) {
 Vector<3> forward(const SO3& R) { return R.act(Vector<3>(1, 0, 0)); }
 
 std::string shown(double value, int width, int decimals) { return fmt::format("{:>{}.{}f}", value, width, decimals); }
-/// Of a position [m]; ∞ where nothing has observed an axis yet, whose number would mean nothing.
-std::string deviation(const Matrix<3, 3>& covariance) {
-  constexpr double kUnobserved = 1e4;
-  const double sigma = sigmas(covariance).norm();
-  return sigma < kUnobserved ? fmt::format("{:.2f}", sigma) : "∞";
-}
+std::string deviation(double sigma) { return std::isfinite(told_sigma(sigma)) ? fmt::format("{:.2f}", sigma) : "∞"; }
+std::string deviation(const Matrix<3, 3>& covariance) { return deviation(sigmas(covariance).norm()); }
 std::string absent(int width) { return fmt::format("{:>{}}", "–", width); }
 
 }  // namespace
@@ -92,7 +89,7 @@ std::string TrackLines::of_chaser(const TrackRecord& r) const {
   const Vector<3> p = frame_.world(r.chaser).translation();
   return shown(p.x(), 9, 2) + " " + shown(p.y(), 11, 2) + " " + shown(p.z(), 9, 2) + " " +
          shown(r.chaser_velocity.norm(), 11, 2) + " " + shown(compass(forward(r.chaser.rotation())), 11, 1) + " " +
-         (r.chaser_sigma ? shown(*r.chaser_sigma, 8, 2) : absent(8));
+         (r.chaser_sigma ? fmt::format("{:>8}", deviation(*r.chaser_sigma)) : absent(8));
 }
 
 std::string TrackLines::operator()(const TrackRecord& record) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <tandem/studies/live/told_sigma.hpp>
 #include <tandem/studies/live/track_rows.hpp>
 #include <tandem/studies/support/tum.hpp>
 
@@ -39,7 +40,7 @@ CsvTable<TrackRow> track_columns(const std::vector<double>& ahead, const std::ve
       .add_xyz("sigma_{}_m", "its standard deviation along the chaser's axes [m]",
                [](const TrackRow& r) { return body_sigma(r.frame, r.record, 1); })
       .add("chaser_sigma_m", "root of the summed variances of the chaser's position [m]",
-           [](const TrackRow& r) { return r.record.chaser_sigma; });
+           [](const TrackRow& r) { return told_sigma(r.record.chaser_sigma); });
   for (std::size_t i = 0; i < ahead.size(); ++i)
     table
         .add_xyz(fmt::format("ahead_{:g}_{{}}_m", ahead[i]),
@@ -52,7 +53,7 @@ CsvTable<TrackRow> track_columns(const std::vector<double>& ahead, const std::ve
                  "its standard deviation along the chaser's axes, where there is one [m]", [i](const TrackRow& r) {
                    const auto& there = r.record.ahead[i];
                    if (!there || !there->covariance) return OptionalVector();
-                   return OptionalVector(r.frame.body(sigmas(*there->covariance)).cwiseAbs());
+                   return OptionalVector(told_sigmas(r.frame, *there->covariance));
                  });
   table.add("converged", "whether the update did", [](const TrackRow& r) { return r.record.health.converged; })
       .add("rejected", "measurements by the gate, so far", [](const TrackRow& r) { return r.record.health.rejected(); })
@@ -90,7 +91,7 @@ TrackRows::Texts TrackRows::of(const TrackRecord& r) const {
 
 std::optional<Vector<3>> body_sigma(const Frame& frame, const TrackRecord& record, double times) {
   if (!record.covariance) return {};
-  return Vector<3>(times * frame.body(sigmas(*record.covariance)).cwiseAbs());
+  return Vector<3>(times * told_sigmas(frame, *record.covariance));
 }
 
 }  // namespace tandem

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -17,7 +18,7 @@ std::string_view text(ConstantVerdict verdict) {
     case ConstantVerdict::predicts_no_better:
       return "found, but predicts held-out data no better: leave it out";
     case ConstantVerdict::untold:
-      return "not told by the data: held at what was given";
+      return "not told by the data: what was given says more";
     case ConstantVerdict::at_odds:
       return "at odds with what was given: not to be trusted";
     case ConstantVerdict::at_odds_yet_better:
@@ -29,14 +30,15 @@ std::string_view text(ConstantVerdict verdict) {
 }
 
 ConstantVerdict FoundConstant::verdict() const {
-  constexpr double kFar = 2, kNarrower = 0.9;  // of the deviation before
+  // Of the deviation before: far from it, and so narrow that the data say at least as much as was known, as of noise.
+  constexpr double kFar = 2, kNarrower = std::numbers::sqrt2 / 2;
   // Several are tried at once, of which one in six gains more than one standard error by chance; and what gains less than
   // its own degree of freedom costs tells nothing.
   constexpr double kErrors = 2, kLeast = 2;
   const bool better = held_out && held_out->gain > std::max(kErrors * held_out->error, kLeast);
   if (std::abs(value) > kFar * given) return better ? ConstantVerdict::at_odds_yet_better : ConstantVerdict::at_odds;
   if (!(deviation > 0)) return ConstantVerdict::unknown;
-  if (!(deviation < kNarrower * given)) return ConstantVerdict::untold;
+  if (!(deviation <= kNarrower * given)) return ConstantVerdict::untold;
   if (!held_out) return ConstantVerdict::found;
   return better ? ConstantVerdict::predicts_better : ConstantVerdict::predicts_no_better;
 }

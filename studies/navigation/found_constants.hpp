@@ -18,7 +18,7 @@ enum class ConstantVerdict {
   found,
   predicts_better,     ///< found, and held-out measurements are predicted better with it than without
   predicts_no_better,  ///< found, and they are not
-  untold,   ///< the data do not tell it apart from the motion and the other errors: it stays where its prior has it
+  untold,              ///< the data tell less of it, apart from the motion and the other errors, than its prior does
   at_odds,  ///< farther from none than two of the deviations before: a model that is wrong elsewhere may move it
   at_odds_yet_better,  ///< so far, and held-out measurements are predicted better with it
 };

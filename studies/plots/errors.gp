@@ -46,6 +46,9 @@ do for [i = 1:4] {
 }
 if (shown eq '') { exit }
 
+# What nothing has observed is infinite, which gnuplot does not draw.
+shown_bound(i) = column(bound[i]) > 10 * limit[i] ? 10 * limit[i] : column(bound[i])
+
 stats errors using 't' name 'time' nooutput
 call here.'panels.gp' sprintf('%d', words(shown)) '170' scenario.(truth ? ': error of the relative pose, by component' : ': uncertainty of the relative pose')
 set xrange [time_min:time_max]
@@ -78,7 +81,7 @@ do for [n = 1:words(shown)] {
   }
   set yrange [-limit[i]:limit[i]]
   set ylabel note eq '' ? label[i] : label[i]."\n{/*0.8 (".note.")}"
-  band = bands ? "errors using 't':(-column(bound[i])):(column(bound[i])) with filledcurves lc rgb blue title '±3 σ'" : 'NaN notitle'
+  band = bands ? "errors using 't':(-shown_bound(i)):(shown_bound(i)) with filledcurves lc rgb blue title '±3 σ'" : 'NaN notitle'
   points = truth ? ", errors using 't':(strcol('type') eq 'gated' ? column(error[i]) : NaN) with points pt 7 ps 0.3 lc rgb grey notitle, errors using 't':(strcol('type') eq 'usbl' ? column(error[i]) : NaN) with points pt 9 ps 0.55 lc rgb vermilion notitle, errors using 't':(strcol('type') eq 'optical' ? column(error[i]) : NaN) with points pt 7 ps 0.3 lc rgb blue notitle" : ''
   keys = truth && n == 1 ? ", keyentry with points pt 9 ps 0.8 lc rgb vermilion title 'USBL', keyentry with points pt 7 ps 0.6 lc rgb blue title 'optical', keyentry with points pt 7 ps 0.6 lc rgb grey title 'gated'" : ''
   eval 'plot '.band.points.keys

@@ -123,6 +123,7 @@ double most_errors(std::vector<double> errors) {
 }
 
 HtmlFigure figure_of_errors(const RunRecord& run) {
+  constexpr double kBeyond = 1e7;  // m
   Json traces = Json::array();
   Json layout = plot::layout("t [s]", "");
   layout.erase("yaxis");
@@ -130,10 +131,12 @@ HtmlFigure figure_of_errors(const RunRecord& run) {
   const double foot = strips ? 0.1 : 0.0, height = (1 - foot) / 3;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::string axis = i == 0 ? "y" : fmt::format("y{}", i + 1);
-    std::vector<double> low = run.three_sigma[i], high = run.three_sigma[i], sigmas;
-    for (double& v : low) v = -v;
+    std::vector<double> low, high = run.three_sigma[i], sigmas;
     for (const double v : high)
       if (std::isfinite(v)) sigmas.push_back(v);
+    for (double& v : high)  // of what nothing has observed: beyond all others, for JSON has no infinity
+      if (std::isinf(v)) v = kBeyond;
+    for (const double v : high) low.push_back(-v);
     plot::add_band(traces, run.t, low, high, plot::faint(5), axis);
     Json trace = plot::line("", run.t, run.error[i], plot::colour(0), 1);
     trace["yaxis"] = axis;

@@ -74,6 +74,17 @@ TEST(EvidenceDeviation, IsByTheDensityWithAllElseIntegratedOut) {
   EXPECT_EQ(m.value(), x) << "the problem is as it was";
 }
 
+TEST(EvidenceDeviation, TheEvidenceAlongIsThatDensity) {
+  const Magnification m;
+  const double x = m.value();
+  const std::vector<double> values = {x - 0.2, x, x + 0.3};
+  const std::vector<double> along = evidence_along(m.problem, m.by, values);
+  ASSERT_EQ(along.size(), 3u);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    EXPECT_NEAR(along[i], m.exact(values[i]) - m.exact(x), 1e-6 * (1 + std::abs(along[i]))) << values[i];
+  EXPECT_EQ(m.value(), x);
+}
+
 TEST(EvidenceDeviation, IsTheMarginalOneOfALinearProblem) {
   Problem problem;
   const auto x = problem.add(Number());

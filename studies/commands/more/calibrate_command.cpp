@@ -1,4 +1,6 @@
 #include <cmath>
+#include <filesystem>
+#include <map>
 
 #include <fmt/format.h>
 
@@ -9,6 +11,7 @@
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
 #include <tandem/studies/commands/solver_options.hpp>
+#include <tandem/studies/scenario/builtin_scenarios.hpp>
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/text.hpp>
@@ -67,6 +70,18 @@ std::vector<SetByOption<StayingError>> take_constants(std::vector<std::string>& 
   return errors;
 }
 
+/// The same measurements twice would count for twice as many.
+void refuse_repeated(const std::vector<std::string>& scenarios) {
+  std::map<std::filesystem::path, std::string> known;
+  for (const std::string& name : scenarios) {
+    const auto folder = std::filesystem::weakly_canonical(find_scenario(name, builtin_scenarios()));
+    const auto [first, is_new] = known.emplace(folder, name);
+    if (is_new) continue;
+    throw Error(fmt::format("{} is given twice{}, and its measurements would count twice: leave one out", name,
+                            first->second == name ? "" : fmt::format(", also as {}", first->second)));
+  }
+}
+
 /// An interrupt or the time limit ends it with the best noise so far.
 int run_calibrate(const CalibrateRequest& request, const CommandOptions& option) {
   ScenarioCalibrationOptions options;
@@ -86,6 +101,7 @@ int run_calibrate(const CalibrateRequest& request, const CommandOptions& option)
   std::vector<Scenario> scenarios;
   std::vector<std::string> names = {request.problem.scenario};
   names.insert(names.end(), request.more.begin(), request.more.end());
+  refuse_repeated(names);
   for (const std::string& name : names) {
     ProblemRequest one = request.problem;
     one.scenario = name;

@@ -121,6 +121,46 @@ TEST(Calibrate, WhatTheDataDoNotTellKeepsWhatWasGiven) {
   EXPECT_GT(found.noise[2].flat_to, found.noise[2].factor);
 }
 
+/// Where a problem cannot be solved no data have spoken: that ends no range, and what is left there goes back.
+TEST(Calibrate, TheEndOfProblemsIsNotToldByTheData) {
+  Walk walk(6, 100);
+  walk.build();
+  const auto bias = walk.problem.add(Number());
+  const Block row = walk.problem.minimize(Prior<Number>{Number()}, {0.3}, {bias});
+  CalibrationOptions options;
+  options.solve = [&](Problem& problem) {
+    if (std::abs(std::log(problem.noise(row).covariance_matrix()(0, 0) / (0.3 * 0.3))) < 1) return solve(problem, {});
+    problem.set_value(bias, Number(Vector<1>(1e3)));
+    return Summary();
+  };
+  const Calibration found = calibrate(walk.problem, {{"alone", {{row}}, 1.0}, walk.fixes}, options);
+  ASSERT_TRUE(found.converged()) << found.message;
+  EXPECT_FALSE(found.noise[0].determined || found.noise[0].bounded);
+  EXPECT_EQ(found.noise[0].factor, 1);
+  EXPECT_TRUE(found.noise[1].determined);
+  EXPECT_NEAR(walk.problem.value(bias).vector()[0], 0, 1e-9);
+}
+
+/// However near it is tried: as of a target that falls onto what it is seen from.
+TEST(Calibrate, SaysThatThereIsNoMaximumToBeFound) {
+  Walk walk(6, 100);
+  walk.given_seen = 3;
+  walk.build();
+  CalibrationOptions options;
+  int solves = 0;
+  options.solve = [&](Problem& problem) {
+    Summary summary = ++solves == 1 ? solve(problem, {}) : Summary();
+    if (solves > 1) summary.message = "the sky fell";
+    return summary;
+  };
+  try {
+    calibrate(walk.problem, {walk.fixes}, options);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("cannot be solved by noise near that: the sky fell"));
+  }
+}
+
 TEST(Calibrate, AWeakPriorPullsWhereTheDataAreFew) {
   Walk walk(9, 60), pulled(9, 60);
   walk.given_seen = pulled.given_seen = 3;

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <gmock/gmock.h>
@@ -6,6 +7,7 @@
 
 #include "needs_program.hpp"
 #include "run_tandem.hpp"
+#include "shared_data.hpp"
 
 namespace tandem {
 namespace {
@@ -33,6 +35,7 @@ TEST_F(CalibrateCommand, FindsConstantsOfErrorsThatStay) {
   const auto json = nlohmann::json::parse(outcome.output);
   EXPECT_TRUE(json["parameters"].empty());
   ASSERT_EQ(json["staying_errors"].size(), 2u);
+  EXPECT_EQ(json["staying_errors"]["usbl.scale"]["scenario"], "docking_3") << "by name, as of other commands";
   for (const auto& found : json["staying_errors"]) {  // none in the simulation
     EXPECT_LT(std::abs(found["value"].get<double>()), 4 * found["sigma"].get<double>()) << found;
     EXPECT_LE(found["held_out"]["gain"], found["held_out"]["gain_error"]) << "nor do they predict better";
@@ -75,6 +78,7 @@ TEST_F(CalibrateCommand, WritesNoiseThatOtherCommandsTake) {
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
   for (const char* text : {"parameter", "usbl.x", "constant_twist.x", "held out in 2 folds", "Noise in"})
     EXPECT_THAT(outcome.output, HasSubstr(text));
+  EXPECT_THAT(outcome.output, ContainsRegex("\n  docking_3: -?[0-9.]+ a measurement as given, -?[0-9.]+ as found\n"));
   EXPECT_THAT(read_file(noise_), ContainsRegex("noise:\n  usbl: \\[.*\\]\n  constant_twist: \\[.*\\]\n$"));
   for (const char* command : {"estimate", "track", "models", "compare"}) {
     std::vector<std::string> words = {command, run(), "--noise-from", noise_, "--json"};
@@ -152,13 +156,71 @@ TEST_F(CalibrateCommand, RefusesTimesAndTailsThatThereAreNot) {
 TEST_F(CalibrateCommand, WritesPictures) {
   TANDEM_NEEDS_GNUPLOT("calibrate's pictures");
   const auto pictures = scratch_.path() / "pictures";
-  const Outcome outcome =
-      run_tandem({"calibrate", run(), "--free", "usbl.x", "--folds", "0", "--pictures", pictures.string(), "--quiet"});
+  const Outcome outcome = run_tandem(
+      {"calibrate", run(), "--free", "usbl.x,usbl.delay", "--folds", "0", "--pictures", pictures.string(), "--quiet"});
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
   EXPECT_EQ(outcome.errors, "");
   for (const char* file : {"summary.json", "parameters.csv", "evidence.csv", "residuals.csv", "autocorrelation.csv",
-                           "evidence.svg", "residual_noise.svg"})
+                           "evidence.svg", "constants_evidence.svg", "residual_noise.svg"})
     EXPECT_TRUE(std::filesystem::exists(pictures / file)) << file;
+}
+
+TEST_F(CalibrateCommand, TellsTheEvidenceAlongConstants) {
+  const auto pictures = scratch_.path() / "pictures";
+  const Outcome outcome = run_tandem({"calibrate", run(), "--free", "usbl.delay,usbl.scale,usbl.misalignment",
+                                      "--folds", "0", "--pictures", pictures.string(), "--plots", "off", "--quiet"});
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const std::string constants = read_file(pictures / "constants.csv"),
+                    along = read_file(pictures / "constants_evidence.csv");
+  EXPECT_THAT(constants, HasSubstr("docking_3,usbl.misalignment.rz,0.1,"));
+  EXPECT_EQ(std::count(along.begin(), along.end(), '\n'), 1 + 2 * 7) << along;
+  EXPECT_THAT(along, ContainsRegex("docking_3,usbl.scale,[^,]*,0\n")) << "where it was found";
+  EXPECT_THAT(along, HasSubstr("docking_3,usbl.delay,"));
+}
+
+TEST_F(CalibrateCommand, RefusesTheSameMeasurementsTwice) {
+  EXPECT_THAT(refusal({"calibrate", run(), run()}), HasSubstr(run() + " is given twice, and its"));
+  const std::string other = run() + "/../run/";
+  EXPECT_THAT(refusal({"calibrate", run(), other}), HasSubstr(other + " is given twice, also as " + run()));
+  const auto link = scratch_.path() / "link";
+  std::filesystem::create_directory_symlink(run_, link);
+  EXPECT_THAT(refusal({"calibrate", link.string(), run()}), HasSubstr("also as " + link.string()));
+}
+
+TEST_F(CalibrateCommand, RefusesDegreesOfFreedomBesideALossWithoutAny) {
+  const auto tails = scratch_.write("dof.yaml", "noise:\n  usbl.dof: [6]\n").string();
+  for (const char* loss : {"usbl=cauchy", "usbl=none"})
+    EXPECT_THAT(
+        refusal({"estimate", run(), "--noise-from", tails, "--loss", loss}),
+        testing::AllOf(HasSubstr("--noise-from " + tails + " usbl.dof: degrees of freedom are of a loss student-t"),
+                       HasSubstr(std::string("--loss ") + loss)));
+  for (const char* loss : {"usbl=student-t:3", "cauchy:2", "optical=cauchy:2"})
+    EXPECT_EQ(run_tandem({"estimate", run(), "--noise-from", tails, "--loss", loss, "--quiet"}).status, 0) << loss;
+}
+
+/// Of hardly any readings nothing is found: 7 standard deviations were, of no effective rows, as wide as their prior.
+TEST(RecordedCalibration, OfFewKeyframesOnlyWhatTheyTellIsFound) {
+  TANDEM_NEEDS_SHARED(1);
+  const Outcome outcome = run_tandem(
+      {"calibrate", shared_path("data/ferry_22_1").string(), "--max-keyframes", "60", "--folds", "0", "--json"});
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  int found = 0;
+  const auto json = nlohmann::json::parse(outcome.output);
+  for (const auto& p : json["parameters"]) {
+    if (!p["determined"].get<bool>()) continue;
+    ++found;
+    EXPECT_LT(p["standard_error"].get<double>(), 0.55 * p["found"].get<double>()) << p;
+    EXPECT_GT(p["effective_rows"], 1) << p;
+  }
+  EXPECT_GE(found, 1) << "the camera's bearings";
+}
+
+/// The boat falls onto the chaser, where a bearing is infinitely sharp.
+TEST(RecordedCalibration, SaysWhatMeasurementsDoNotDetermine) {
+  TANDEM_NEEDS_SHARED(1);
+  EXPECT_THAT(refusal({"calibrate", shared_path("data/ferry_16_1").string(), "--mode", "B", "--folds", "0"}),
+              testing::AllOf(HasSubstr("ferry_16_1: the measurements do not determine "), HasSubstr("--robust"),
+                             testing::Not(HasSubstr("Hessian")), testing::Not(HasSubstr("add a residual"))));
 }
 
 TEST_F(CalibrateCommand, RefusesWhatMakesNoSense) {

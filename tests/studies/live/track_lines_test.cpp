@@ -1,9 +1,13 @@
+#include <cmath>
 #include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
+#include <tandem/studies/live/track_json_line.hpp>
 #include <tandem/studies/live/track_lines.hpp>
+#include <tandem/studies/live/track_rows.hpp>
 
 namespace tandem {
 namespace {
@@ -44,6 +48,22 @@ TEST(TrackLines, TellPredictionsWithTheirDeviation) {
   r.ahead[0] = RelativeTarget{{3, 4, 0}, Matrix<3, 3>(Vector<3>(1, 4, 1e12).asDiagonal())};
   r.covariance = Vector<3>(1e12, 1, 1).asDiagonal();
   EXPECT_THAT(lines(r), HasSubstr("       ∞        5.00 ± ∞           10.00      42")) << "nothing observes an axis";
+}
+
+TEST(TrackLines, FilesAreInfiniteTooWhereNothingObservesAnAxis) {
+  TrackRecord r = record(80.2);
+  r.covariance = Vector<3>(1e12, 1, 4).asDiagonal();
+  r.ahead = {RelativeTarget{{3, 4, 0}, Matrix<3, 3>(Vector<3>(1e14, 4, 4).asDiagonal())}};
+  r.chaser_sigma = 1e6;
+  const Frame frame = Frame::enu_flu();
+  const std::string row = TrackRows(frame, {5}, {}).of(r)[2];
+  EXPECT_THAT(row, testing::AllOf(HasSubstr(",inf,1,2,inf,3,4,0,inf,2,2,")));
+  const auto json = nlohmann::json::parse(track_json_line(r, frame, {}, {5}));
+  EXPECT_EQ(json["sigma_m"], nlohmann::json::parse("[null, 1.0, 2.0]"));
+  EXPECT_EQ(json["ahead"][0]["sigma_m"], nlohmann::json::parse("[null, 2.0, 2.0]"));
+  EXPECT_TRUE(json["chaser_sigma_m"].is_null());
+  EXPECT_EQ(*body_sigma(frame, r, 3), Vector<3>(HUGE_VAL, 3, 6));
+  EXPECT_THAT(TrackLines(frame, false, false)(r), HasSubstr("        ∞      42"));
 }
 
 TEST(TrackLines, ComeOnceASecondWithTheLongestUpdateSince) {

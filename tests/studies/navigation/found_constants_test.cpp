@@ -14,6 +14,8 @@ TEST(FoundConstants, AreFoundOrNotToldOrAtOddsWithWhatWasGiven) {
   const FoundConstant found{"usbl.scale", 0.02, 0.05, 0.003}, untold{"camera.delay", 0.1, 0.3, 0.29},
       at_odds{"optical.delay", -5.7, 0.3, 0.2};
   const FoundConstant without_errors{"dvl.scale", 0.02, 0.05};
+  EXPECT_EQ((FoundConstant{"usbl.scale", 0.02, 0.05, 0.04}.verdict()), ConstantVerdict::untold)
+      << "its prior tells more";
   EXPECT_EQ(found.verdict(), ConstantVerdict::found);
   EXPECT_EQ(untold.verdict(), ConstantVerdict::untold);
   EXPECT_EQ(at_odds.verdict(), ConstantVerdict::at_odds);
