@@ -9,7 +9,7 @@
 namespace tandem {
 namespace {
 
-constexpr double kMostTaken = 0.5;  // of the noise's variance
+constexpr double kMostTaken = 1.0 / 3;  // of the noise's variance
 
 }  // namespace
 

@@ -8,8 +8,9 @@
 
 namespace tandem {
 
-/// Refuses degrees of freedom of sensors of whose noise the states follow more than a half: what is made of tails then is no
-/// evidence (detail::TailTerm). In simulations they are right to 1 % up to a third, 7 % too few at a half. Of solved problems.
+/// Refuses degrees of freedom of sensors of whose noise the states follow more than a third: the first term for their tails
+/// (detail::TailTerm) is not enough then. In simulations they come out 1 % too few where states follow a tenth, 2 % a fifth, 4 % a
+/// third, 10 % two fifths. Of solved problems.
 /// Throws Error, saying so; not once it is to stop.
 void refuse_followed_tails(const CalibrationProblems& problems, const std::vector<ScenarioNumber>& numbers,
                            const Stop& stop);

@@ -217,10 +217,27 @@ bool has_control_byte(const std::string& text) {
   return std::any_of(text.begin(), text.end(), [](char c) { return (c >= 0 && c < ' ' && c != '\n') || c == '\x7f'; });
 }
 
+/// A table without the standard deviations, which are inf where nothing tells of them.
+std::string without_deviations(std::istream& table) {
+  std::vector<bool> left_out;
+  std::string numbers;
+  for (std::string line, cell; std::getline(table, line);) {
+    std::istringstream row(line);
+    const bool header = left_out.empty();
+    for (std::size_t column = 0; std::getline(row, cell, ','); ++column) {
+      if (header) left_out.push_back(cell.find("sigma") != std::string::npos);
+      if (column >= left_out.size() || !left_out[column]) numbers += cell + ",";
+    }
+    numbers += "\n";
+  }
+  return numbers;
+}
+
 /// What has to be numbers in a file of results: a trajectory's quaternions are nan where nothing tells an orientation.
 std::string numbers_of(const fs::path& file) {
-  if (file.extension() != ".tum") return read(file);
   std::istringstream stream(read(file));
+  if (file.extension() == ".csv") return without_deviations(stream);
+  if (file.extension() != ".tum") return stream.str();
   std::string numbers;
   for (std::string line; std::getline(stream, line);) {
     std::istringstream row(line);
