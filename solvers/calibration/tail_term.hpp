@@ -12,7 +12,7 @@ namespace tandem::detail {
 ///
 /// r the whitened residual at the solution and V its covariance there, t = exp(−½ρ) and s the Gaussian that stands for it in the
 /// Hessian, of information κ I, κ = ρ′(r²) expected_curvature(), and t's value and slope at r. The first term of an
-/// expansion about Laplace's (Opper, Paquet & Winther 2013, eq. 8). t is a mixture of normal densities over their precision
+/// expansion about Laplace's (Opper, Paquet & Winther 2013). t is a mixture of normal densities over their precision
 /// (Andrews & Mallows 1974), so that this is one integral over that, whatever the rows.
 struct TailTerm {
   double value;

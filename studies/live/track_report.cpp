@@ -208,6 +208,12 @@ std::string track_report(const Track& track, const TrackSummary& s) {
     text += "\n" + refused.str();
   }
   if (!track.errors.empty()) text += "\n" + constants_text(track.errors);
+  if (std::any_of(track.errors.begin(), track.errors.end(), [](const FoundConstant& c) {
+        return c.name.ends_with(".delay") && c.verdict() == ConstantVerdict::found;
+      }))
+    text +=
+        "Online a delay's ± is of the cost linearised, several times too small where a target's fixes hardly tell it: "
+        "tandem\nestimate, with the same --error, tells it by the evidence.\n";
   return text + error_tables(track, s);
 }
 

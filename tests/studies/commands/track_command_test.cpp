@@ -46,6 +46,9 @@ TEST(TrackCommand, TellsWhatErrorsThatStayItHasFound) {
     EXPECT_GT(errors[row]["sigma"], 0.0);
     EXPECT_LT(errors[row]["sigma"], 1.0) << "fixes have told something";
   }
+  EXPECT_THAT(
+      run_tandem({"track", "docking_a", "--until", "250", "--error", "optical.delay=0.5"}).output,
+      AllOf(ContainsRegex("optical.delay .*: found\n"), HasSubstr("estimate, with the same --error, tells it")));
 }
 
 TEST(TrackCommand, TracksAFolderAndStandardInputAlike) {
