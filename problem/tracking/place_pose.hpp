@@ -34,14 +34,19 @@ class PoseBuild : private SensorBuild<G, between> {
     const Measurement& m = measurement_;
     const SE3 measured(m.rotation, m.position);
     const std::optional<Loss> orientation_loss = orientation_loss_of(sensor_, build_.options);
-    const bool point = std::same_as<Target, Variable<Point>>;
-    if (sensor_.error &&
-        (orientation_loss || build_.options.position_share > 0 || (point && sensor_.error->has_bias())))
+    constexpr bool point = std::same_as<Target, Variable<Point>>;
+    if (sensor_.error && (orientation_loss || build_.options.position_share > 0))
       throw Error(sensor_.name +
-                  ": errors that stay are of a whole pose: not with a loss of the orientation alone, a share of the " +
-                  "position (--robust has one), or, a bias, where mode B has a point");
+                  ": errors that stay are of a whole pose: leave out a loss of its orientation alone, and --robust, " +
+                  "which has one");
+    if (point && sensor_.error && sensor_.error->has_bias())
+      throw Error(sensor_.name + ": the bias of a pose cannot be estimated where mode B has a point: leave it out");
     const Gaussian position(Eigen::VectorXd(sensor_.sigma.head(G::point_dim)));
-    if constexpr (std::same_as<Target, Variable<Point>>) {  // the marker's lever arm turns with the measured pose
+    if constexpr (
+        std::same_as<
+            Target,
+            Variable<
+                Point>>) {  // the marker's lever arm turns with the measured pose; a scale is of the way to the body
       const SE3 body = measured * sensor_.marker.inverse();
       placed_.block = put_whole(UsblPosition<G, Point>{in_group<G>(body.translation()), mount()},
                                 Vector<G::point_dim>::Zero(), target, position, position_loss_);

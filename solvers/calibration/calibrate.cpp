@@ -76,11 +76,14 @@ class Search {
       climb();
       if (held) break;
     }
-    if (options_.ranges && !interrupted()) find_curvature();
-    while (options_.ranges && !interrupted() && hold_undetermined(true)) {
-      now_ = evidence_.at(theta_);
-      climb();
-      if (!interrupted()) find_curvature();
+    for (int restart = 0; options_.ranges && !interrupted(); ++restart) {
+      find_curvature();
+      while (!interrupted() && hold_undetermined(true)) {
+        now_ = evidence_.at(theta_);
+        climb();
+        if (!interrupted()) find_curvature();
+      }
+      if (restart == kRestarts || !climb_from_given()) break;
     }
     out_.log_evidence = now_.log_evidence;
     out_.counted_rows = evidence_.counted();
@@ -91,6 +94,18 @@ class Search {
     }
     out_.gain = now_.log_evidence - evidence_.at(Eigen::VectorXd::Zero(theta_.size())).log_evidence;
     report();
+  }
+  /// Where the evidence is higher with one factor as given, the others as found: this was another maximum.
+  bool climb_from_given() {
+    best_seen_ = {now_.log_evidence, theta_};
+    for (const Eigen::Index g : free())
+      if (!interrupted() && std::abs(theta_[g]) > kNear) elsewhere(g, 0.0);
+    if (!(best_seen_.first > now_.log_evidence + kHigher)) return false;
+    theta_ = best_seen_.second;
+    now_ = evidence_.at(theta_);
+    take();
+    climb();
+    return true;
   }
   Eigen::VectorXd first() const {
     return options_.start.size() > 0 ? options_.start
@@ -224,7 +239,7 @@ class Search {
       }
       const Evidence::Value next = evidence_.at(theta_);
       unusable_ = next.why;
-      // The gradient leaves out how H changes with the point: a step as short as that is lost in it is taken.
+      // But under Student's t the gradient leaves out how H changes with the point: a step short enough to be lost in that is taken.
       const double slack = 1e-9 * (1 + std::abs(now_.log_evidence));
       if (next.usable && next.log_evidence >= now_.log_evidence + 1e-4 * gradient.dot(taken) - slack) return next;
       if (taken.cwiseAbs().maxCoeff() <= options_.tolerance && next.usable &&

@@ -49,8 +49,8 @@ struct CalibratedNoise {
   std::string name;
   double factor = 1;     ///< on the standard deviations as they were given
   double log_error = 0;  ///< standard error of its logarithm, about that of the factor itself where it is small
-  /// By the data, from both sides: beside the others as found either their evidence falls to both sides, or they tell the
-  /// factor at least as well as its prior does.
+  /// By the data, beside the others as found: their evidence falls to both sides, and does so still where all is found, or they
+  /// tell the factor at least as well as its prior does then.
   bool determined = false;
   bool bounded = false;  ///< by the data from one side alone, which excludes what was given; what its prior makes of it
   bool at_bound = false;  ///< it came to the end of what was allowed, `most`
@@ -88,11 +88,13 @@ struct Calibration {
 ///
 ///   Σ ρ′ (r² + (J Σ Jᵀ)) − n   over the group's n whitened rows, as losses count them,
 ///
-/// is what EM makes zero, with the selected inverse's blocks Σ. Steps are Newton's by the average information (Gilmour,
+/// is what EM makes zero, with the selected inverse's blocks Σ. Of what is measured under Student's t, H has the curvature that is
+/// to be expected, and log p and its derivative what Laplace's approximation leaves out of the tails (detail::TailTerm), but under
+/// hard constraints. Steps are Newton's by the average information (Gilmour,
 /// Thompson & Cullis 1995), under hard constraints quasi-Newton's, halved until the evidence grows. Standard errors are by
 /// differences of the derivative. The problems are left solved, with the noise that was found. Groups must not share rows.
 ///
-/// Throws Error on a group without rows, rows that are not there or in two groups, a hard block, no problem or group,
+/// Throws Error on a measured student_t that is no density (degrees_of_freedom()), a group without rows, rows that are not there or in two groups, a hard block, no problem or group,
 /// or a problem that cannot be solved as it is given, or by any noise near that on the way up. Stopped, it gives the best factors so far, without their errors.
 Calibration calibrate(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
                       const CalibrationOptions& options = {});

@@ -5,6 +5,7 @@
 #include <set>
 #include <tuple>
 
+#include <tandem/solvers/calibration/block_unknowns.hpp>
 #include <tandem/solvers/calibration/counted_rows.hpp>
 #include <tandem/solvers/calibration/evidence.hpp>
 #include <tandem/solvers/calibration/log_constants.hpp>
@@ -13,16 +14,6 @@ namespace tandem::detail {
 namespace {
 
 constexpr int kHalvings = 3;  // of the way to factors that steps do not lead to at once
-
-/// The part of a step of all unknowns that is of what a block reads.
-Eigen::VectorXd part_of(const Eigen::VectorXd& step, const Program& program, const Problem::Linearization& at) {
-  Eigen::VectorXd part = Eigen::VectorXd::Zero(at.jacobian.cols());
-  for (std::size_t v = 0, row = 0; v < at.variable_ids.size(); row += std::size_t(at.dofs[v++]))
-    if (const int block = program.block_of(at.variable_ids[v]); block >= 0)
-      part.segment(Eigen::Index(row), at.dofs[v]) =
-          step.segment(program.hessian_pattern().first[std::size_t(block)], at.dofs[v]);
-  return part;
-}
 
 }  // namespace
 
@@ -70,6 +61,11 @@ Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGr
   of_beliefs_ = Eigen::VectorXd::Ones(rows_.size());
   measured_.resize(problems.size());
   for (const MeasuredBlock& m : options.measured) measured_.at(std::size_t(m.problem)).push_back(m.block);
+  for (const MeasuredBlock& m : options.measured) {
+    const Problem& problem = *problems[std::size_t(m.problem)];
+    log_constant(problem.loss(m.block),
+                 static_cast<int>(problem.noise(m.block).dim()));  // a student_t that is no density
+  }
   std::set<std::tuple<int, int, int>> is_measured;
   for (const MeasuredBlock& m : options.measured) is_measured.emplace(m.problem, m.block.pool, m.block.id);
   for (Member& m : members_) {
@@ -180,24 +176,16 @@ void Evidence::add(const Member& member, const SettledProblem& settled, const Ta
                                     : 1 / (kFaint * kFaint)) *
          settled.of_beliefs().joint(at.variable_ids, at.dofs);
   const Eigen::MatrixXd information = W.transpose() * W;
-  Eigen::VectorXd squares = (information * at.residual).cwiseProduct(at.residual),
-                  tail = Eigen::VectorXd::Zero(squares.size());
+  Eigen::VectorXd squares = (information * at.residual).cwiseProduct(at.residual);
+  Eigen::VectorXd tail = Eigen::VectorXd::Zero(squares.size());
   if (tails.any()) {
     S -= 2 * tails.by_hessian(at.variable_ids, at.dofs);
-    const double by_weight = problem.loss(member.block)(squares.sum()).d2;
-    const Eigen::VectorXd pulled = information * at.residual,
-                          v = J * part_of(tails.by_solution(), settled.program(), at);
-    tail = weight * ((information * v).cwiseProduct(at.residual) + v.cwiseProduct(pulled)) +
-           2 * by_weight * v.dot(pulled) * squares;
-    if (const TailTerm* term = tails.of(member.block)) {
-      const Eigen::MatrixXd C = J * settled.covariances().joint(at.variable_ids, at.dofs) * J.transpose();
-      tail -= (W.transpose() * term->by_residual).cwiseProduct(at.residual);
-      tail -= 2 * (W.transpose() * term->by_covariance * W).cwiseProduct(C).rowwise().sum();
-    }
+    tail = tails.by_noise(settled, member.block, at);
   }
   Eigen::VectorXd shares = (information * J * S).cwiseProduct(J).rowwise().sum();
   if (!member.measured && settled.beliefs_step().size() > 0) {
-    const Eigen::VectorXd of_beliefs = at.residual + J * part_of(settled.beliefs_step(), settled.program(), at);
+    const Eigen::VectorXd of_beliefs =
+        at.residual + J * of_block(settled.program(), at.variable_ids, at.dofs, J.cols(), settled.beliefs_step());
     squares -= (information * of_beliefs).cwiseProduct(of_beliefs);
   }
   if (tails.of(member.block)) {
@@ -223,12 +211,7 @@ void Evidence::add_information(const Member& member, Eigen::MatrixXd& pull, Eige
   for (Eigen::Index i = 0; i < at.residual.size(); ++i) {
     const int g = member.group[std::size_t(i)];
     if (g < 0) continue;
-    for (std::size_t v = 0, row = 0; v < at.variable_ids.size(); row += std::size_t(at.dofs[v++])) {
-      const int block = program.block_of(at.variable_ids[v]);
-      if (block < 0) continue;  // fixed
-      pull.col(g).segment(program.hessian_pattern().first[std::size_t(block)], at.dofs[v]) +=
-          pulls.col(i).segment(Eigen::Index(row), at.dofs[v]);
-    }
+    add_of_block(program, at.variable_ids, at.dofs, pulls.col(i), pull.col(g));
     if (!member.measured) continue;
     for (Eigen::Index j = 0; j < at.residual.size(); ++j)
       if (const int h = member.group[std::size_t(j)]; h >= 0) measured(g, h) += squares(i, j);
@@ -291,7 +274,10 @@ Evidence::Value Evidence::at(const Eigen::VectorXd& log_factors) {
       return value;
     }
     value.log_evidence -= settled.cost() + 0.5 * settled.covariances().log_determinant();
-    tails_[p].find(settled);
+    if (!tails_[p].find(settled)) {
+      value.why = "the Hessian is singular to rounding";
+      return value;
+    }
     value.log_evidence += tails_[p].value();
     if (settled.has_beliefs())
       value.log_evidence += 0.5 * settled.of_beliefs().log_determinant() + settled.beliefs_cost();

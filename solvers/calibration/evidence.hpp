@@ -22,7 +22,8 @@ class Evidence {
     double log_evidence = 0;
     Eigen::VectorXd gradient;  ///< by the factors' logarithms
     Eigen::VectorXd
-        effective_rows;  ///< of each group: n − Σ ρ′ J Σ Jᵀ, n as losses count; of beliefs what they have alone for n
+        effective_rows;  ///< of each group: n − Σ ρ′ J Σ Jᵀ, n as losses count, Σ with what tails make of it; of beliefs
+                         ///< what they have alone for n
     bool usable = false;  ///< every problem could be solved, and its Hessian inverted
     std::string why;      ///< it is not
   };

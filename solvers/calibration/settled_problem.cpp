@@ -71,6 +71,7 @@ bool SettledProblem::settle() {
   cost_ = summary.cost;
   near_ = summary.converged();
   if (!near_) why_ = summary.message;
+  if (near_ && !student_t_.empty()) settle_by_steps();  // nearer than a whole solve ends
   return near_;
 }
 
@@ -82,6 +83,7 @@ bool SettledProblem::settle_by_steps() {
   try {
     program_.reset();
     program_.keep();
+    double last = HUGE_VAL;  // what the step before would gain
     for (int k = 0; k < kMostSteps; ++k) {
       options_.stop.check(kWhat);
       cost_ = program_.linearize(gradient_, hessian_);
@@ -90,9 +92,12 @@ bool SettledProblem::settle_by_steps() {
       cholesky_.solve(step_);
       const double gain = -0.5 * gradient_.dot(step_);
       if (!(gain >= 0)) break;
-      if (gain <= (student_t_.empty() ? kAtRest : kAtRestByTails) * (1 + cost_)) return linearized_ = true;
+      const bool at_rest = gain <= kAtRest * (1 + cost_);
+      if (at_rest && (student_t_.empty() || gain <= kAtRestByTails * (1 + cost_) || gain > 0.5 * last))
+        return linearized_ = true;  // or as near as rounding lets it come
+      last = gain;
       program_.move_to(step_);
-      for (int shorter = 0; !(program_.cost() < cost_); ++shorter) {
+      for (int shorter = 0; !at_rest && !(program_.cost() < cost_); ++shorter) {
         if (shorter == kShorter) {
           program_.restore();
           return false;
@@ -160,7 +165,7 @@ class SettledProblem::AsExpected {
     }
   }
   ~AsExpected() {
-    for (std::size_t i = 0; i < saved_.size(); ++i) {
+    for (std::size_t i = saved_.size(); i-- > 0;) {
       settled_.problem_.set_noise(settled_.student_t_[i], saved_[i].first);
       settled_.problem_.set_loss(settled_.student_t_[i], saved_[i].second);
     }

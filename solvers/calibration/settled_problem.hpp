@@ -25,6 +25,7 @@ class SettledProblem {
   SettledProblem(const SettledProblem&) = delete;
 
   Problem& problem() { return problem_; }
+  const Problem& problem() const { return problem_; }
   /// Solves from where the problem is by steps alone; false when they do not lead there: it is where it was.
   bool settle_by_steps();
   /// The same by a whole solve; false, and why(), when that fails.

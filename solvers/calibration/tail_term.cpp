@@ -40,12 +40,12 @@ Smoothed<Most> smoothed(double c2, const Array<Most>& mean, const Array<Most>& s
   double most = -HUGE_VAL;
   for (int i = 0; i < nodes; ++i) {
     const double x = low + i * step, p = precision[std::size_t(i)] = std::exp(x);
-    double wide = 1, pull = 0;
+    double wide = 0, pull = 0;
     for (Eigen::Index j = 0; j < mean.size(); ++j) {
-      wide *= 1 + p * spread[j];
+      wide += std::log1p(p * spread[j]);
       pull += p * squares[j] / (1 + p * spread[j]);
     }
-    exponent[std::size_t(i)] = a * (x - p) - 0.5 * (std::log(wide) + pull);
+    exponent[std::size_t(i)] = a * (x - p) - 0.5 * (wide + pull);
     most = std::max(most, exponent[std::size_t(i)]);
   }
   const Eigen::Index n = mean.size();
@@ -74,8 +74,8 @@ TailTerm term_of(const Loss& loss, const Eigen::VectorXd& r, const Eigen::Matrix
   const Square<Most>& Q = eigen.eigenvectors();
   const Array<Most> x = Q.transpose() * r;
   // What is known of e by the others alone, N(mean, spread): `left` is what the block leaves to them.
-  const Array<Most> left = (1 - kappa * eigen.eigenvalues().array()).max(kLeastLeft);
-  const Array<Most> variance = (1 - left) / kappa, spread = variance / left;
+  const Array<Most> variance = eigen.eigenvalues().array().max(0.0).min((1 - kLeastLeft) / kappa);
+  const Array<Most> left = 1 - kappa * variance, spread = variance / left;
   const Array<Most> mean = x * (1 + u * spread), d = mean - (1 - 1 / k) * x;  // from the middle of the Gaussian for t
   const Array<Most> pull = kappa * left * d;
   const Smoothed<Most> t = smoothed<Most>(c2, mean, spread);

@@ -3,6 +3,7 @@
 #include <numeric>
 #include <utility>
 
+#include <tandem/solvers/calibration/block_unknowns.hpp>
 #include <tandem/solvers/calibration/log_constants.hpp>
 #include <tandem/solvers/calibration/tails.hpp>
 
@@ -15,7 +16,7 @@ constexpr double kNoMore = 1e-5;
 
 }  // namespace
 
-void Tails::find(SettledProblem& settled) {
+bool Tails::find(SettledProblem& settled) {
   blocks_.clear();
   terms_.clear();
   places_.clear();
@@ -33,15 +34,16 @@ void Tails::find(SettledProblem& settled) {
     value_ += terms_.back().value;
   }
   by_solution_ = Eigen::VectorXd::Zero(program_->num_unknowns());
-  if (!terms_.empty()) find_by_hessian(settled);
+  if (!find_by_hessian(settled)) return false;
   if (apart_ != 0) find_by_solution(settled);
+  return true;
 }
 
-void Tails::find_by_hessian(SettledProblem& settled) {
+bool Tails::find_by_hessian(SettledProblem& settled) {
   double steepest = 0;
   for (std::size_t i = 0; i < terms_.size(); ++i)
     steepest = std::max(steepest, terms_[i].by_covariance.norm() / blocks_[i].loss(blocks_[i].r.squaredNorm()).d1);
-  if (!(steepest > 0)) return;
+  if (!(steepest > 0)) return true;  // nothing changes by it
   const double tilt = kTilt / steepest;
   const auto invert = [&](double by, std::unique_ptr<SelectedInverse>& inverse) {
     if (!inverse) inverse = std::make_unique<SelectedInverse>(program_->hessian_pattern());
@@ -49,7 +51,9 @@ void Tails::find_by_hessian(SettledProblem& settled) {
     for (const TailTerm& term : terms_) tilts.push_back(by * term.by_covariance);
     return settled.invert_tilted(tilts, *inverse);
   };
-  if (invert(tilt, more_) && invert(-tilt, less_)) apart_ = 2 * tilt;
+  if (!invert(tilt, more_) || !invert(-tilt, less_)) return false;
+  apart_ = 2 * tilt;
+  return true;
 }
 
 /// The solution moves by the inverse of the Hessian that there is, H + T, T what the one that is to be expected leaves out.
@@ -82,20 +86,34 @@ void Tails::find_by_solution(SettledProblem& settled) {
 
 /// W J times the part of a step of all unknowns that is the block's.
 Eigen::VectorXd Tails::moved(const Whitened& by, const Eigen::VectorXd& step) const {
-  Eigen::VectorXd rows = Eigen::VectorXd::Zero(by.r.size());
-  for (std::size_t v = 0, column = 0; v < by.variable_ids.size(); column += std::size_t(by.dofs[v++]))
-    if (const int k = program_->block_of(by.variable_ids[v]); k >= 0)
-      rows += by.J.middleCols(Eigen::Index(column), by.dofs[v]) *
-              step.segment(program_->hessian_pattern().first[std::size_t(k)], by.dofs[v]);
-  return rows;
+  return by.J * of_block(*program_, by.variable_ids, by.dofs, by.J.cols(), step);
 }
 
 /// Adds (W J)ᵀ rows.
 void Tails::pull(const Whitened& by, const Eigen::VectorXd& rows, Eigen::VectorXd& gradient) const {
-  for (std::size_t v = 0, column = 0; v < by.variable_ids.size(); column += std::size_t(by.dofs[v++]))
-    if (const int k = program_->block_of(by.variable_ids[v]); k >= 0)
-      gradient.segment(program_->hessian_pattern().first[std::size_t(k)], by.dofs[v]) +=
-          by.J.middleCols(Eigen::Index(column), by.dofs[v]).transpose() * rows;
+  add_of_block(*program_, by.variable_ids, by.dofs, by.J.transpose() * rows, gradient);
+}
+
+/// With W = W₀ D⁻¹, D the factors, ∂W/∂log D_j = −w_j eⱼᵀ, w_j the column of W: so change W r, W J Σ Jᵀ Wᵀ, and the gradient
+/// Jᵀ ρ′ Wᵀ W r of the cost, whose change the solution follows by −H⁻¹.
+Eigen::VectorXd Tails::by_noise(const SettledProblem& settled, const Block& block,
+                                const Problem::Linearization& at) const {
+  const Problem& problem = settled.problem();
+  const Eigen::MatrixXd W = problem.noise(block).sqrt_information(), information = W.transpose() * W;
+  const Eigen::VectorXd& r = at.residual;
+  const Eigen::VectorXd pulled = information * r, squares = pulled.cwiseProduct(r);
+  const auto [rho, weight, change] = problem.loss(block)(squares.sum());
+  const Eigen::VectorXd v =
+      at.jacobian * of_block(*program_, at.variable_ids, at.dofs, at.jacobian.cols(), by_solution_);
+  Eigen::VectorXd by =
+      weight * ((information * v).cwiseProduct(r) + v.cwiseProduct(pulled)) + 2 * change * v.dot(pulled) * squares;
+  if (const TailTerm* term = of(block)) {
+    const Eigen::MatrixXd C =
+        at.jacobian * settled.covariances().joint(at.variable_ids, at.dofs) * at.jacobian.transpose();
+    by -= (W.transpose() * term->by_residual).cwiseProduct(r);
+    by -= 2 * (W.transpose() * term->by_covariance * W).cwiseProduct(C).rowwise().sum();
+  }
+  return by;
 }
 
 const TailTerm* Tails::of(const Block& block) const {

@@ -14,8 +14,9 @@ namespace tandem::detail {
 /// Hessian's determinant beside noise: the Hessian, and the solution, on which both depend by the weights ρ′.
 class Tails {
  public:
-  /// At the last find_covariances(). Nothing where there are hard blocks.
-  void find(SettledProblem& settled);
+  /// At the last find_covariances(); false where the Hessian cannot be inverted beside its own. Nothing, and true, where
+  /// SettledProblem::student_t() is.
+  bool find(SettledProblem& settled);
 
   bool any() const { return !terms_.empty(); }
   /// The sum of the terms.
@@ -24,8 +25,9 @@ class Tails {
   const TailTerm* of(const Block& block) const;
   /// D of variables by their ids, one after the other: a change dH of the Hessian changes the sum by tr(D dH).
   Eigen::MatrixXd by_hessian(const std::vector<int>& variable_ids, const std::vector<int>& dofs) const;
-  /// H⁻¹ h, h the derivative by the solution of the sum and of −½ log det H; of all unknowns.
-  const Eigen::VectorXd& by_solution() const { return by_solution_; }
+  /// What the sum and −½ log det H change by with the logarithm of a factor on each row's standard deviation of a block, under
+  /// Student's t or not, beside what they do by the Hessian: by the solution, and by the block's own term.
+  Eigen::VectorXd by_noise(const SettledProblem& settled, const Block& block, const Problem::Linearization& at) const;
 
  private:
   /// A block as it is linearised, whitened.
@@ -35,7 +37,7 @@ class Tails {
     Eigen::MatrixXd J;
     std::vector<int> variable_ids, dofs;
   };
-  void find_by_hessian(SettledProblem& settled);
+  bool find_by_hessian(SettledProblem& settled);
   void find_by_solution(SettledProblem& settled);
   Eigen::VectorXd moved(const Whitened& by, const Eigen::VectorXd& step) const;
   void pull(const Whitened& by, const Eigen::VectorXd& rows, Eigen::VectorXd& gradient) const;
@@ -48,7 +50,8 @@ class Tails {
   // D is the difference quotient of the inverse along the terms' own derivatives by covariances.
   std::unique_ptr<SelectedInverse> more_, less_;
   double apart_ = 0;  // 0: there is none
-  Eigen::VectorXd by_solution_;
+  Eigen::VectorXd
+      by_solution_;  // H⁻¹ h, h the derivative by the solution of the sum and of −½ log det H; of all unknowns
 };
 
 }  // namespace tandem::detail

@@ -9,7 +9,8 @@
 namespace tandem {
 namespace {
 
-constexpr double kMostTaken = 1.0 / 3;  // of the noise's variance
+constexpr double kMostTaken = 1.0 / 3;       // of the noise's variance
+constexpr double kMostTakenUnderHard = 0.2;  // by Laplace's approximation alone
 
 }  // namespace
 
@@ -17,8 +18,10 @@ void refuse_followed_tails(const CalibrationProblems& problems, const std::vecto
                            const Stop& stop) try {
   if (std::all_of(numbers.begin(), numbers.end(), [](const ScenarioNumber& n) { return n.time; })) return;
   std::vector<double> taken(numbers.size(), 0.0), rows(numbers.size(), 0.0);
+  bool hard = false;
   for (const auto& built : problems) {
     Problem& problem = built->problem();
+    hard = hard || problem.num_hard_blocks() > 0;
     const Marginals marginals(problem, {}, stop);
     for (const EntryBlock& b : built->blocks)
       for (std::size_t i = 0; i < numbers.size(); ++i) {
@@ -30,7 +33,7 @@ void refuse_followed_tails(const CalibrationProblems& problems, const std::vecto
       }
   }
   for (std::size_t i = 0; i < numbers.size(); ++i)
-    if (taken[i] > kMostTaken * rows[i])
+    if (taken[i] > (hard ? kMostTakenUnderHard : kMostTaken) * rows[i])
       throw Error(fmt::format(
           "--free {}: the states follow {:.0f} % of this noise, and its tails with it, by the noise as given: "
           "what is left does not tell them; leave it out",

@@ -28,8 +28,7 @@ std::string told_to_users(const std::string& error, const std::string& scenarios
   if (undetermined(error).empty()) return error;
   return fmt::format(
       "{}: {}, by the noise as given or near it: bound outliers (--robust), tie the motion more (--model, --mode A), "
-      "or "
-      "give more keyframes",
+      "or give more keyframes",
       scenarios, told_of_states(error));
 }
 

@@ -32,7 +32,7 @@ std::string track_json_line(const TrackRecord& r, const Frame& frame, const std:
     const std::optional<RelativeTarget>& there = r.ahead[i];
     if (!there) continue;
     LineJson entry = {{"seconds", ahead[i]}, {"relative_m", array(frame.body(there->position))}};
-    if (there->covariance) entry["sigma_m"] = array(told_sigmas(frame, *there->covariance));
+    if (there->covariance) entry["sigma_m"] = array(told_sigmas(frame, *there->covariance, kUnobservedAhead));
     json["ahead"].push_back(std::move(entry));
   }
   json["sensors"] = LineJson::object();

@@ -53,7 +53,7 @@ CsvTable<TrackRow> track_columns(const std::vector<double>& ahead, const std::ve
                  "its standard deviation along the chaser's axes, where there is one [m]", [i](const TrackRow& r) {
                    const auto& there = r.record.ahead[i];
                    if (!there || !there->covariance) return OptionalVector();
-                   return OptionalVector(told_sigmas(r.frame, *there->covariance));
+                   return OptionalVector(told_sigmas(r.frame, *there->covariance, kUnobservedAhead));
                  });
   table.add("converged", "whether the update did", [](const TrackRow& r) { return r.record.health.converged; })
       .add("rejected", "measurements by the gate, so far", [](const TrackRow& r) { return r.record.health.rejected(); })

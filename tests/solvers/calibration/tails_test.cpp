@@ -2,6 +2,7 @@
 #include <cmath>
 #include <random>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <tandem/solvers/calibration/evidence.hpp>
@@ -97,6 +98,14 @@ TEST(Tails, TheGradientIsThatOfTheEvidence) {
       EXPECT_NEAR(gradient[0], by_steps / (2 * kStep), 5e-3);
       EXPECT_NEAR(gradient[1], by_fixes / (2 * kStep), 5e-3);
     }
+}
+
+TEST(Tails, WhatIsNoDensityIsRefused) {
+  TailedWalk tailed(20, 0.6);
+  tailed.problem.set_loss(tailed.measured[3].block, Loss{Loss::Kind::student_t, 0.9});
+  const std::vector<NoiseGroup> groups{tailed.fixes};
+  EXPECT_THAT([&] { calibrate(tailed.problems, groups, tailed.options); },
+              ::testing::ThrowsMessage<Error>(::testing::HasSubstr("no density")));
 }
 
 }  // namespace
