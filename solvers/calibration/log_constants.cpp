@@ -25,8 +25,9 @@ double log_constant(const Loss& loss, int rows) {
   if (loss.kind != Loss::Kind::student_t) return -0.5 * rows * kLogTwoPi;
   const double dof = degrees_of_freedom(loss, rows);
   if (!(dof > 0))
-    throw Error("student-t: the scale " + std::to_string(loss.scale) + " of " + std::to_string(rows) +
-                " rows is no density's; it is the square root of degrees of freedom and rows together");
+    throw Error("student-t: a scale of " + std::to_string(loss.scale) + " over " + std::to_string(rows) +
+                " rows is no density: it has to be above " + std::to_string(std::sqrt(double(rows))) +
+                ", √(degrees of freedom + rows)");
   return std::lgamma(0.5 * (dof + rows)) - std::lgamma(0.5 * dof) -
          0.5 * rows * std::log(std::numbers::pi * (dof + rows));
 }
