@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -99,8 +100,9 @@ class Search {
   bool climb_from_given() {
     best_seen_ = {now_.log_evidence, theta_};
     for (const Eigen::Index g : free())
-      if (!interrupted() && std::abs(theta_[g]) > kNear) elsewhere(g, 0.0);
+      if (!interrupted() && std::abs(theta_[g]) > kNear) as_given_[g] = elsewhere(g, 0.0).value;
     if (!(best_seen_.first > now_.log_evidence + kHigher)) return false;
+    as_given_.clear();
     theta_ = best_seen_.second;
     now_ = evidence_.at(theta_);
     take();
@@ -333,7 +335,10 @@ class Search {
   }
   double gain_of(Eigen::Index g) {
     const double x = theta_[g], prior = groups_[std::size_t(g)].prior;
-    if (std::abs(x) > kNear) return without_prior(g, now_, x) - elsewhere(g, 0.0).value;
+    if (std::abs(x) > kNear) {
+      const auto known = as_given_.find(g);
+      return without_prior(g, now_, x) - (known != as_given_.end() ? known->second : elsewhere(g, 0.0).value);
+    }
     return x * x *
            (0.5 * data_curvature(g) + (prior > 0 ? 1 / (prior * prior) : 0.0));  // the prior pulls by x / prior²
   }
@@ -396,7 +401,8 @@ class Search {
   std::vector<bool> held_;
   Evidence::Value now_;
   Eigen::MatrixXd curvature_;
-  std::string unusable_;                                        // why the last step could not be tried
+  std::map<Eigen::Index, double> as_given_;  // the data's evidence with one factor as given, the others as found
+  std::string unusable_;                     // why the last step could not be tried
   std::pair<double, Eigen::VectorXd> best_seen_{HUGE_VAL, {}};  // while ranges are looked for: another maximum, perhaps
   Calibration out_;
 };
