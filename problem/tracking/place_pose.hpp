@@ -42,11 +42,8 @@ class PoseBuild : private SensorBuild<G, between> {
     if (point && sensor_.error && sensor_.error->has_bias())
       throw Error(sensor_.name + ": the bias of a pose cannot be estimated where mode B has a point: leave it out");
     const Gaussian position(Eigen::VectorXd(sensor_.sigma.head(G::point_dim)));
-    if constexpr (
-        std::same_as<
-            Target,
-            Variable<
-                Point>>) {  // the marker's lever arm turns with the measured pose; a scale is of the way to the body
+    // Of a point: the marker's lever arm turns with the measured pose, and a scale is of the way to the body.
+    if constexpr (point) {
       const SE3 body = measured * sensor_.marker.inverse();
       placed_.block = put_whole(UsblPosition<G, Point>{in_group<G>(body.translation()), mount()},
                                 Vector<G::point_dim>::Zero(), target, position, position_loss_);

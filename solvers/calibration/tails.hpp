@@ -50,8 +50,8 @@ class Tails {
   // D is the difference quotient of the inverse along the terms' own derivatives by covariances.
   std::unique_ptr<SelectedInverse> more_, less_;
   double apart_ = 0;  // 0: there is none
-  Eigen::VectorXd
-      by_solution_;  // H⁻¹ h, h the derivative by the solution of the sum and of −½ log det H; of all unknowns
+  // H⁻¹ h, h the derivative by the solution of the sum and of −½ log det H; of all unknowns.
+  Eigen::VectorXd by_solution_;
 };
 
 }  // namespace tandem::detail

@@ -47,9 +47,7 @@ CsvTable<CalibratedParameter> parameter_columns() {
       .add("found", "that which makes the data likeliest", [](const Row& r) { return r.found(); })
       .add("standard_error", "of that", [](const Row& r) { return r.found() * r.result.log_error; })
       .add("determined",
-           "1: by the data, whose evidence falls to both sides or tells it as well as the prior does; 0: they do not "
-           "tell it, or "
-           "bound it to one side alone",
+           "1: by the data, whose evidence falls to both sides; 0: they do not tell it, or bound it to one side alone",
            [](const Row& r) { return int(r.result.determined); })
       .add("flat_from", "from here the evidence is less than 2 below its greatest, the others as found",
            [](const Row& r) { return r.given * r.result.flat_from; })
