@@ -60,14 +60,13 @@ Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGr
   counted_ = Eigen::VectorXd::Zero(rows_.size());
   of_beliefs_ = Eigen::VectorXd::Ones(rows_.size());
   measured_.resize(problems.size());
-  for (const MeasuredBlock& m : options.measured) measured_.at(std::size_t(m.problem)).push_back(m.block);
-  for (const MeasuredBlock& m : options.measured) {
-    const Problem& problem = *problems[std::size_t(m.problem)];
-    log_constant(problem.loss(m.block),
-                 static_cast<int>(problem.noise(m.block).dim()));  // a student_t that is no density
-  }
   std::set<std::tuple<int, int, int>> is_measured;
-  for (const MeasuredBlock& m : options.measured) is_measured.emplace(m.problem, m.block.pool, m.block.id);
+  for (const MeasuredBlock& m : options.measured) {
+    measured_.at(std::size_t(m.problem)).push_back(m.block);
+    is_measured.emplace(m.problem, m.block.pool, m.block.id);
+    const Problem& problem = *problems[std::size_t(m.problem)];
+    log_constant(problem.loss(m.block), static_cast<int>(problem.noise(m.block).dim()));  // refuses what is no density
+  }
   for (Member& m : members_) {
     m.measured = is_measured.empty() || is_measured.contains({m.problem, m.block.pool, m.block.id});
     for (std::size_t i = 0; m.measured && i < m.group.size(); ++i) {
