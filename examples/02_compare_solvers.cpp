@@ -1,4 +1,4 @@
-// One constrained problem, every solver that takes it: the same optimum, in different times.
+// Solves one constrained problem with every solver that supports it and compares optimum and time.
 #include <cmath>
 #include <cstdio>
 #include <optional>
@@ -16,8 +16,8 @@
 
 using namespace tandem;
 
-// A planar vehicle between two known poses. Its odometry says that it slipped sideways, which it cannot: sway is zero,
-// and the surge at most 1.1 m/s.
+// Planar vehicle between two known poses. Its odometry reports sideways slip, but the constraints require zero sway and
+// a surge of at most 1.1 m/s.
 Problem make_problem() {
   const SE2 first, last(SO2(0.8), {18.0, 8.0}), step = SE2::Exp(Vector<3>(1.0, 0.05, 0.03));
   constexpr int n = 21;
@@ -35,7 +35,8 @@ Problem make_problem() {
   return problem;
 }
 
-// Whether the solver found the optimum that those before it found, or says why it cannot take the problem.
+// Returns true if the solver finds the same optimum as the previous solvers or reports that it does not support the
+// problem.
 template <class Options>
 bool agrees(const char* name, const Options& options, std::optional<double>& optimum) {
   Problem problem = make_problem();
@@ -54,7 +55,7 @@ int main() {
   NloptOptions slsqp;
   slsqp.algorithm = "slsqp";
   std::optional<double> optimum;
-  const bool gauss_newton = agrees("gauss-newton", GaussNewtonOptions{}, optimum);  // takes soft residuals only
+  const bool gauss_newton = agrees("gauss-newton", GaussNewtonOptions{}, optimum);  // supports soft residuals only
   const bool augmented = agrees("augmented-lagrangian", AugmentedLagrangianOptions{}, optimum);
   const bool ipopt = agrees("ipopt", IpoptOptions{}, optimum);
   const bool nlopt = agrees("nlopt:slsqp", slsqp, optimum);

@@ -1,5 +1,6 @@
-// A sensor of your own: two hydrophones hear one pinger, the later one tells how much farther it is. The residual is one
-// struct, its Jacobian is checked against differences, and it joins a problem like any other.
+// Adds a user-defined sensor: two hydrophones receive the same ping, and the delay gives the difference of their
+// ranges. The residual is one struct. Its Jacobian is checked against differences, and it joins a problem like any
+// other residual.
 #include <cstdio>
 #include <vector>
 
@@ -11,14 +12,14 @@
 
 using namespace tandem;
 
-/// How much farther a point is from hydrophone b than from a [m]:  r = ‖p − b‖ − ‖p − a‖ − z
+/// Range of a point from hydrophone b minus its range from hydrophone a [m]:  r = ‖p − b‖ − ‖p − a‖ − z
 struct RangeDifference {
   static constexpr std::string_view name = "range difference";
   static constexpr int dim = 1;
   using States = std::tuple<R3>;
 
-  double z;        ///< m, the delay times the speed of sound
-  Vector<3> a, b;  ///< m, where the hydrophones are
+  double z;        ///< delay times speed of sound [m]
+  Vector<3> a, b;  ///< positions of the hydrophones [m]
 
   void operator()(const R3& p, Vector<1>& r, Matrix<1, 3>* J = nullptr) const {
     const Vector<3> from_a = p.vector() - a, from_b = p.vector() - b;
@@ -28,13 +29,13 @@ struct RangeDifference {
 };
 
 int main() {
-  // Does the Jacobian agree with the value? This finds a wrong sign, a forgotten term, an entry that is not set.
+  // Checks the Jacobian. This finds wrong signs, missing terms and entries that are not set.
   const RangeDifference example{0.3, Vector<3>(1.0, 2.0, 0.0), Vector<3>(-4.0, 0.5, 1.0)};
   const JacobianReport report = check_jacobians_at_random(example, 1, 100);
-  std::printf("largest error of a Jacobian: %.1e (%s)\n", report.relative, report.text.c_str());
+  std::printf("largest Jacobian error: %.1e (%s)\n", report.relative, report.text.c_str());
   if (report.relative > 1e-8) return 1;
 
-  // Five hydrophones on a frame of 10 m, delays to the first of them, and where the pinger is.
+  // Five hydrophones on a frame of 10 m give the delays to the first one and thus the position of the pinger.
   const std::vector<Vector<3>> hydrophones = {{0, 0, 0}, {10, 0, 0}, {0, 10, 0}, {10, 10, -1}, {5, 5, -4}};
   const Vector<3> truth(12.0, -7.0, -20.0);
   Problem problem;

@@ -1,4 +1,4 @@
-// A scenario folder, read and estimated: what `tandem estimate FOLDER` does, as a program of your own.
+// Reads a scenario folder and estimates both trajectories, like `tandem estimate FOLDER`.
 // Usage: 04_read_a_scenario_and_estimate FOLDER, e.g. share/tandem/scenarios/docking_a of the installation
 #include <cstdio>
 #include <exception>
@@ -16,15 +16,15 @@ int main(int argc, char** argv) try {
     std::fprintf(stderr, "usage: %s FOLDER\n", argv[0]);
     return 1;
   }
-  const Scenario scenario = read_scenario(argv[1]);  // an Error names file and line
+  const Scenario scenario = read_scenario(argv[1]);  // throws an Error with file and line
   TrackingOptions options;
-  options.non_holonomic = Role::soft;  // the target hardly moves sideways, or up and down
+  options.non_holonomic = Role::soft;  // small sway and heave of the target
   TrackingProblem tracking = make_tracking_problem(scenario.data, options);
   const Summary summary = solve(tracking.problem, GaussNewtonOptions{});
   std::printf("%s: %zu keyframes, cost %.1f, %.3f s, %s\n", scenario.name.c_str(), tracking.keyframes.size(),
               summary.cost, summary.seconds, summary.message.c_str());
 
-  // The target's place as the chaser sees it, against the truth, by what was measured at the keyframe.
+  // Compares the target position in the chaser's frame with the truth, by the type of the keyframe.
   struct Mean {
     double sum = 0.0;
     int n = 0;
@@ -40,11 +40,11 @@ int main(int argc, char** argv) try {
     mean.sum += (estimated - seen).norm();
     ++mean.n;
   }
-  for (const auto& [type, what] : {std::pair{KeyframeType::usbl, "a position"}, {KeyframeType::optical, "a pose"}})
+  for (const auto& [type, what] : {std::pair{KeyframeType::position, "a position"}, {KeyframeType::pose, "a pose"}})
     if (const Mean& mean = errors[type]; mean.n > 0)
-      std::printf("%4d keyframes with %s measured: %.3f m off on average\n", mean.n, what, mean.sum / mean.n);
-  const Mean& optical = errors[KeyframeType::optical];
-  return summary.converged() && optical.n > 0 && optical.sum / optical.n < 0.2 ? 0 : 1;
+      std::printf("%4d keyframes with %s measurement: mean error %.3f m\n", mean.n, what, mean.sum / mean.n);
+  const Mean& pose = errors[KeyframeType::pose];
+  return summary.converged() && pose.n > 0 && pose.sum / pose.n < 0.2 ? 0 : 1;
 } catch (const std::exception& error) {
   std::fprintf(stderr, "%s\n", error.what());
   return 1;

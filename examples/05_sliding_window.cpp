@@ -1,4 +1,5 @@
-// Live: measurements come one by one, and the estimate of now is wanted after each, in bounded memory and time.
+// Online estimation with a fixed-lag smoother: estimates the current state after each measurement, in bounded memory
+// and time.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -8,7 +9,7 @@
 #include <tandem/lie/rn.hpp>
 #include <tandem/residuals/constant_twist.hpp>
 #include <tandem/residuals/prior.hpp>
-#include <tandem/solvers/online/fixed_lag.hpp>
+#include <tandem/solvers/fixed_lag/fixed_lag.hpp>
 
 using namespace tandem;
 
@@ -18,14 +19,14 @@ int main() {
   std::normal_distribution<double> normal;
 
   FixedLagOptions options;
-  options.window = 20.0;  // s; what is older stays behind as a prior on what remains
+  options.window = 20.0;  // s; older states are marginalised into a prior
   FixedLag lag(options);
-  std::deque<Variable<R3>> last;  // the newest three
+  std::deque<Variable<R3>> last;  // the three newest states
   double fixed = 0.0, estimated = 0.0, slowest = 0.0;
   std::size_t largest = 0, in_window = 0;
   int compared = 0;
   for (int k = 0; k <= 300; ++k) {
-    // A point on a wide circle, fixed once a second.
+    // A point on a wide circle with one fix per second.
     const double t = k * dt, phase = 0.01 * t;
     const Vector<3> truth(100.0 * std::cos(phase), 100.0 * std::sin(phase), -0.05 * t);
     const Vector<3> fix = truth + sigma * Vector<3>(normal(random), normal(random), normal(random));
@@ -40,7 +41,7 @@ int main() {
       std::printf("at %.0f s: %s\n", t, summary.message.c_str());
       return 1;
     }
-    in_window += 1 - lag.gone().size();
+    in_window += 1 - lag.marginalized().size();
     largest = std::max(largest, in_window);
     slowest = std::max(slowest, summary.seconds);
 
@@ -52,7 +53,8 @@ int main() {
     estimated += (now - truth).norm();
     ++compared;
   }
-  std::printf("fixes %.2f m off on average, estimates %.2f m; %zu points in the window, updates below %.2f ms\n",
-              fixed / compared, estimated / compared, largest, 1e3 * slowest);
+  std::printf(
+      "mean error of the fixes %.2f m, of the estimates %.2f m; %zu points in the window, updates below %.2f ms\n",
+      fixed / compared, estimated / compared, largest, 1e3 * slowest);
   return estimated < 0.75 * fixed && largest <= 23 ? 0 : 1;
 }

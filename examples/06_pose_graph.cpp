@@ -1,4 +1,4 @@
-// A pose graph of any kind: reads a g2o file, in space or in the plane, and solves it. Without a file it makes one first.
+// Solves a pose graph in space or in the plane from a g2o file. Without a file it generates one first.
 //
 //   06_pose_graph [FILE.g2o]
 #include <cmath>
@@ -19,7 +19,7 @@
 
 using namespace tandem;
 
-/// The next numbers of a line as a pose: x y z qx qy qz qw, or x y yaw.
+/// Reads a pose: x y z qx qy qz qw, or x y yaw.
 void read(std::istream& in, SE3& pose) {
   Vector<3> t;
   Eigen::Quaterniond q;
@@ -33,7 +33,7 @@ void read(std::istream& in, SE2& pose) {
   pose = SE2(SO2(yaw), Vector<2>(x, y));
 }
 
-/// Solves the graph of a file; the first pose stands fixed. Information matrices are taken as of the tangent [m, rad].
+/// Solves the graph of a file with the first pose fixed. Information matrices refer to tangent vectors [m, rad].
 template <LieGroup G>
 Summary solve_graph(const std::string& file) {
   const std::string vertex = G::dof == 3 ? "VERTEX_SE2" : "VERTEX_SE3:QUAT";
@@ -51,31 +51,32 @@ Summary solve_graph(const std::string& file) {
     if (tag == vertex) {
       words >> from;
       read(words, pose);
-      if (!words) throw Error(where + "a pose has an id, a position and an orientation (quaternions of length 1)");
-      if (poses.contains(from)) throw Error(where + "there is a pose " + std::to_string(from) + " already");
+      if (!words) throw Error(where + "a vertex needs an id, a position and an orientation (unit quaternion)");
+      if (poses.contains(from)) throw Error(where + "pose " + std::to_string(from) + " is defined twice");
       poses[from] = problem.add(pose, "pose " + std::to_string(from));
       if (poses.size() == 1) problem.fix(poses[from]);
     } else if (tag == edge) {
       words >> from >> to;
       read(words, pose);
-      Eigen::MatrixXd information(G::dof, G::dof);  // its upper triangle, row by row
+      Eigen::MatrixXd information(G::dof, G::dof);  // the file has the upper triangle by rows
       for (int i = 0; i < G::dof; ++i)
         for (int j = i; j < G::dof; ++j) {
           words >> information(i, j);
           information(j, i) = information(i, j);
         }
-      if (!words) throw Error(where + "an edge has two ids, a pose and an information matrix");
-      if (!poses.contains(from) || !poses.contains(to)) throw Error(where + "an edge of a pose that has not come yet");
+      if (!words) throw Error(where + "an edge needs two ids, a pose and an information matrix");
+      if (!poses.contains(from) || !poses.contains(to))
+        throw Error(where + "the edge refers to a pose that is not defined above");
       problem.minimize(RelativePose<G>{pose}, Gaussian::information(information), {poses[from], poses[to]});
     } else {
-      throw Error(where + tag + " is not understood, only " + vertex + " and " + edge);
+      throw Error(where + "unknown tag " + tag + "; expected " + vertex + " or " + edge);
     }
   }
   return solve(problem, GaussNewtonOptions{});
 }
 
-/// A spiral over a globe of 20 m: each pose is measured from the one before and from the one a round below, with noise;
-/// the poses of the file are where the odometry leads.
+/// Writes a spiral on a sphere of radius 20 m. Each pose is measured from the previous pose and from the pose one round
+/// below, with noise. The initial poses come from the odometry.
 void write_globe(const std::string& file, int rounds, int poses_a_round) {
   const Vector<6> sigma(0.05, 0.05, 0.05, 0.01, 0.01, 0.01);  // m, rad
   const int poses = rounds * poses_a_round;
@@ -111,18 +112,18 @@ void write_globe(const std::string& file, int rounds, int poses_a_round) {
     out << '\n';
   }
   out << edges.str();
-  if (!out.flush()) throw Error(file + ": cannot be written");
+  if (!out.flush()) throw Error(file + ": cannot write the file");
 }
 
-/// Whether the first line that is of a graph is of one in the plane.
+/// Returns true if the first vertex of the file is planar.
 bool is_planar(const std::string& file) {
   std::ifstream in(file);
-  if (!in) throw Error(file + ": cannot be read");
+  if (!in) throw Error(file + ": cannot read the file");
   for (std::string tag, rest; in >> tag; std::getline(in, rest)) {
     if (tag == "VERTEX_SE2") return true;
     if (tag == "VERTEX_SE3:QUAT") return false;
   }
-  throw Error(file + ": it has no VERTEX_SE2 and no VERTEX_SE3:QUAT");
+  throw Error(file + ": the file has neither VERTEX_SE2 nor VERTEX_SE3:QUAT");
 }
 
 int main(int count, char** arguments) try {
@@ -133,7 +134,7 @@ int main(int count, char** arguments) try {
   std::printf("%s: %s after %d iterations, cost %.6g (from %.6g), %.3f s\n%s\n", file.c_str(),
               std::string(name(summary.status)).c_str(), summary.iterations, summary.cost, summary.initial_cost,
               summary.seconds, summary.message.c_str());
-  // Noise costs half a unit for each row that the poses are not free to follow: of 974 edges, 499 poses being free.
+  // The expected cost is ½ for each redundant row: there are 974 edges and 499 free poses.
   const bool as_expected = !made || std::abs(summary.cost / (0.5 * 6 * (974 - 499)) - 1) < 0.1;
   return summary.converged() && as_expected ? 0 : 1;
 } catch (const std::exception& error) {

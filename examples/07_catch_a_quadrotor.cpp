@@ -1,5 +1,6 @@
-// Control on SO(3): a quadrotor that tumbles is brought to hover. Every 40 ms a plan over 30 stages of forward Euler, from
-// the plan before, shifted; the first thrusts are applied. The problem is one that fatrop is published with.
+// Model predictive control on SO(3): recovers a tumbling quadrotor to hover. Every 40 ms it plans 30 forward Euler
+// stages, warm-started with the shifted previous plan, and applies the first thrusts. The problem is a published
+// example of fatrop.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -11,7 +12,7 @@
 
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/vehicle/quadrotor.hpp>
-#include <tandem/solvers/planning/damped_sqp.hpp>
+#include <tandem/solvers/replanning/damped_sqp.hpp>
 
 using namespace tandem;
 
@@ -27,25 +28,25 @@ struct State {
   Vector<3> rate, position, velocity;
 };
 
-State after(const State& s, const Vector<4>& thrust) {
+State next_state(const State& s, const Vector<4>& thrust) {
   const Vector<3> torque = kModel.torque() * thrust - s.rate.cross(Vector<3>(kModel.inertia.cwiseProduct(s.rate)));
   const Vector<3> push = s.attitude.matrix().col(2) * (thrust.sum() / kModel.mass);
   return {s.attitude * SO3::Exp(kStep * s.rate), s.rate + kStep * torque.cwiseQuotient(kModel.inertia),
           s.position + kStep * s.velocity, s.velocity + kStep * (push - Vector<3>(0.0, 0.0, kModel.gravity))};
 }
 
-/// A weight w in ½ w x² is a standard deviation of 1/√w.
+/// Returns the noise for a weight w in the cost ½ w x², with standard deviation 1/√w.
 Gaussian weighted(int rows, double w) {
   return Gaussian(Eigen::VectorXd(Eigen::VectorXd::Constant(rows, 1.0 / std::sqrt(w))));
 }
 
-struct Catch {
+struct RecoveryPlan {
   Problem problem;
   std::vector<Variable<SO3>> attitude;
   std::vector<Variable<R3>> rate, position, velocity;
   std::vector<Variable<Rn<4>>> thrust;
 
-  Catch() {
+  RecoveryPlan() {
     const Rn<4> hover(Vector<4>(Vector<4>::Constant(kModel.hover())));
     for (int k = 0; k <= kStages; ++k) {
       const std::string at = " at stage " + std::to_string(k);
@@ -74,7 +75,7 @@ struct Catch {
     for (const auto& x : {rate[0], position[0], velocity[0]}) problem.fix(x);
   }
 
-  /// The motion that these thrusts lead to from `state`.
+  /// Sets the initial guess to the motion from `state` under these thrusts.
   void set(State state, const std::vector<Vector<4>>& thrusts) {
     for (std::size_t k = 0;; ++k) {
       problem.set_value(attitude[k], state.attitude);
@@ -83,7 +84,7 @@ struct Catch {
       problem.set_value(velocity[k], R3(state.velocity));
       if (k == kStages) return;
       problem.set_value(thrust[k], Rn<4>(thrusts[k]));
-      state = after(state, thrusts[k]);
+      state = next_state(state, thrusts[k]);
     }
   }
   std::vector<Vector<4>> thrusts() const {
@@ -96,7 +97,8 @@ struct Catch {
 
 }  // namespace
 
-// 07_catch_a_quadrotor [REPLANS [TOLERANCE]]: the tolerance is the foretold decrease, over 1 + cost, that ends a solve.
+// 07_catch_a_quadrotor [REPLANS [TOLERANCE]]: a solve ends if the predicted decrease of the cost is below TOLERANCE (1
+// + cost).
 int main(int argc, char** argv) {
   const int replans = argc > 1 ? std::max(2, std::atoi(argv[1])) : 150;
   DampedSqp::Options options;
@@ -106,13 +108,13 @@ int main(int argc, char** argv) {
               {5.0, -4.0, 3.0},
               {0.6, -0.4, 0.5},
               {1.2, -1.5, 0.8}};
-  Catch plan;
+  RecoveryPlan plan;
   DampedSqp sqp(plan.problem);
   std::vector<Vector<4>> thrusts(kStages, Vector<4>::Constant(kModel.hover()));
   double first = 0.0, worst = 0.0, total = 0.0, violation = 0.0, cost = 0.0;
   int iterations = 0;
   for (int k = 0; k < replans; ++k) {
-    const std::clock_t start = std::clock();  // of the processor
+    const std::clock_t start = std::clock();  // processor time
     plan.set(state, thrusts);
     const Summary summary = sqp.solve(options);
     thrusts = plan.thrusts();
@@ -126,16 +128,16 @@ int main(int argc, char** argv) {
     total += ms;
     iterations += summary.iterations;
     violation = std::max(violation, summary.max_violation);
-    state = after(state, thrusts.front());
+    state = next_state(state, thrusts.front());
     std::rotate(thrusts.begin(), thrusts.begin() + 1, thrusts.end());
     thrusts.back() = thrusts[kStages - 2];
   }
-  std::printf("%d plans: the first %.2f ms (cost %.3f), all %.2f ms on average, the worst later one %.2f ms\n", replans,
-              first, cost, total / replans, worst);
-  std::printf("%.1f iterations of %.3f ms; no constraint is violated by more than %.1e\n", iterations / double(replans),
-              total / iterations, violation);
+  std::printf("%d plans: first %.2f ms (cost %.3f), mean %.2f ms, slowest after the first %.2f ms\n", replans, first,
+              cost, total / replans, worst);
+  std::printf("%.1f iterations per plan, %.3f ms per iteration; largest constraint violation %.1e\n",
+              iterations / double(replans), total / iterations, violation);
   const double tilt = state.attitude.Log().norm() * 180.0 / std::numbers::pi;
-  std::printf("at the end %.4f m, %.4f m/s, %.3f degrees, %.4f rad/s from hover\n", state.position.norm(),
+  std::printf("final distance from hover: %.4f m, %.4f m/s, %.3f degrees, %.4f rad/s\n", state.position.norm(),
               state.velocity.norm(), tilt, state.rate.norm());
   return violation < 1e-6 && (replans < 150 || (state.position.norm() < 0.05 && tilt < 2.0)) ? 0 : 1;
 }

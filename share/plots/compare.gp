@@ -1,0 +1,111 @@
+# Relative distance of each solver's cost from the best one, against time, with a panel per problem.
+#
+#     gnuplot -c compare.gp FOLDER [svg|png]
+#
+# of: compare
+# needs: compare.csv compare_progress.csv
+
+here = ""; do for [i = 1:strlen(ARG0)] { if (ARG0[i:i] eq "/") { here = ARG0[1:i] } }
+call here."common.gp" ARG0 ARG1 ARG2 ARG3
+
+solves = file('compare.csv'); progress = file('compare_progress.csv')
+none = 1e-10 # smallest relative distance on the logarithmic axis
+set datafile columnheaders
+
+# Problems and solvers in the order of the file. The best cost counts only solves without violated hard constraints.
+problems = ''; solvers = ''; sizes = ''; n_best = 0
+array best[100]
+known(list, word) = strstrt(' '.list, ' '.word.' ') > 0
+problem_of(n, constraints) = sprintf('%d:', n).constraints
+place_of(list, what) = sum [k = 1:words(list)] (word(list, k) eq what ? k : 0)
+counts(constraints, violation) = constraints ne 'hard' || violation <= 1e-6
+stats solves using (scenario = strcol('scenario'), problem = problem_of(column('keyframes'), strcol('constraints')), problems = known(problems, problem) ? problems : problems.problem.' ', solvers = known(solvers, strcol('solver')) ? solvers : solvers.strcol('solver').' ', size = sprintf('%d', column('keyframes')), sizes = known(sizes, size) ? sizes : sizes.size.' ', 1) nooutput
+do for [p = 1:words(problems)] {
+  if (exists('c_records')) { undefine c_* }
+  stats solves using (problem_of(column('keyframes'), strcol('constraints')) eq word(problems, p) && counts(strcol('constraints'), column('violation')) ? column('cost') : NaN) name 'c' nooutput
+  best[p] = exists('c_min') ? c_min : NaN
+}
+if (problems eq '') { exit }
+
+# Each family of solvers has a colour, each member a dash pattern. NLopt has many members and gets thin lines.
+ipopt = 'ipopt ipopt:gauss-newton ipopt:exact ipopt:limited-memory'
+nlopt = ''
+do for [s in solvers] { if (strstrt(s, 'nlopt:') == 1) { nlopt = nlopt.s.' ' } }
+array nlopt_colour[4] = [sky_blue, grey, green, purple]
+nlopt_place(s) = max(place_of(nlopt, s) - 1, 0)
+colour(s) = s eq 'gauss-newton' ? blue : s eq 'augmented-lagrangian' ? vermilion : known(ipopt.' ', s) ? orange : nlopt_colour[nlopt_place(s) % 4 + 1]
+dash(s) = known(ipopt.' ', s) ? place_of(ipopt, s) : strstrt(s, 'nlopt:') == 1 ? nlopt_place(s) / 4 + 1 : 1
+thick(s) = s eq 'gauss-newton' || s eq 'augmented-lagrangian' ? 2.5 : known(ipopt.' ', s) ? 2.0 : 1.2
+
+# End points of the solves, and which of them converged. Curves show the best cost so far; with hard constraints, the
+# current cost, since a lower cost may violate them.
+converged = ''
+stats solves using (strcol('status') eq 'converged' ? (converged = converged.problem_of(column('keyframes'), strcol('constraints')).'|'.strcol('solver').' ', 1) : 0) nooutput
+distance(cost, best) = max(abs(cost - best) / max(abs(best), 1e-12), none)
+so_far(key, constraints, cost) = (least = key ne current || constraints eq 'hard' ? cost : min(least, cost), current = key, least)
+ends = ''; current = ''; last = ''
+stats progress using (problem = problem_of(column('keyframes'), strcol('constraints')), key = problem.'|'.strcol('solver'), ends = key ne current ? ends.last : ends, y = distance(so_far(key, strcol('constraints'), column('cost')), best[max(1, place_of(problems, problem))]), last = sprintf('%s|%.6g|%.6g ', key, max(column('seconds'), 1e-5), y), 1) nooutput
+ends = ends.last
+part(end, n) = word(translated(end), n)
+translated(text) = strstrt(text, '|') == 0 ? text : translated(text[1:strstrt(text, '|') - 1].' '.text[strstrt(text, '|') + 1:*])
+
+rows = words(sizes)
+columns = (words(problems) + rows - 1) / rows
+width = 390 * columns + 320; height = 340 * rows + 40
+eval sprintf("set terminal %s size %d,%d font 'Helvetica,12' background rgb 'white'", format eq 'png' ? 'pngcairo' : format, width, height)
+if (output ne '') { set output output }
+set multiplot
+set label 1 scenario.': relative distance of the cost from the best one, against time' at screen (12.0 / width),screen (1 - 18.0 / height) noenhanced font ',13'
+set border 3 lc rgb '#555555'
+set tics nomirror tc rgb '#333333'
+set grid lc rgb '#e8e8e8' lt 1
+set logscale xy
+set format '10^{%T}'
+set xlabel 'seconds' offset 0,0.4
+set yrange [0.5 * none:*]
+unset key
+
+do for [p = 1:words(problems)] {
+  this = word(problems, p)
+  row = (p - 1) / columns; place = (p - 1) % columns
+  set lmargin at screen ((390.0 * place + 75) / width)
+  set rmargin at screen ((390.0 * (place + 1) - 5) / width)
+  set tmargin at screen (1 - (340.0 * row + 75) / height)
+  set bmargin at screen (1 - (340.0 * (row + 1) - 20) / height)
+  constraints = this[strstrt(this, ':') + 1:*]
+  size = this[1:strstrt(this, ':') - 1]
+  set title size.' keyframes, '.(constraints eq 'off' ? 'no' : constraints).' constraints' noenhanced offset 0,-0.5
+  if (place == 0) { set ylabel '|cost − best| / best' offset 1 } else { unset ylabel }
+  marks = ''
+  do for [end in ends] {
+    if (part(end, 1) eq this) {
+      s = part(end, 2)
+      marks = marks.sprintf(", '+' every ::0::0 using (%s):(%s) with points pt %d ps 0.9 lw 1.5 lc rgb '%s' notitle", part(end, 3), part(end, 4), known(converged, this.'|'.s) ? 7 : 2, colour(s))
+    }
+  }
+  current = ''
+  eval "plot for [s in solvers] progress using (problem_of(column('keyframes'), strcol('constraints')) eq this && strcol('solver') eq s ? max(column('seconds'), 1e-5) : NaN):(problem_of(column('keyframes'), strcol('constraints')) eq this && strcol('solver') eq s ? distance(so_far(s, constraints, column('cost')), best[p]) : NaN) with lines lw thick(s) dt dash(s) lc rgb colour(s) notitle".marks
+  unset label 1
+}
+
+# Common key of all panels.
+set lmargin at screen ((390.0 * columns + 10) / width)
+set rmargin at screen 0.999
+set tmargin at screen (1 - 40.0 / height)
+set bmargin at screen 0.01
+unset border
+unset tics
+unset grid
+unset title
+unset xlabel
+unset ylabel
+unset logscale
+set xrange [0:1]
+set yrange [0:1]
+set key left top Left reverse samplen 2.5 font ',11' noenhanced
+drawn = ''
+do for [s in solvers] { if (strstrt(ends, '|'.s.'|') > 0) { drawn = drawn.s.' ' } }
+plot for [s in drawn] NaN with lines lw thick(s) dt dash(s) lc rgb colour(s) title s, \
+  keyentry with points pt 7 ps 0.9 lc rgb '#555555' title 'converged', \
+  keyentry with points pt 2 ps 0.9 lw 1.5 lc rgb '#555555' title 'not converged'
+unset multiplot
