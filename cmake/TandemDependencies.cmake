@@ -1,12 +1,12 @@
-# The solver libraries that have no dependable CMake package of their own. The build includes this file, and so does
-# the installed package: a static library passes its private dependencies on to whoever links it.
+# Finds the solver libraries that have no reliable CMake package. The build and the installed package include this file,
+# because users of a static library also link its private dependencies.
 #
-# Each function makes imported targets, whose headers count as system headers, and sets <NAME>_FOUND in its caller.
+# Each function creates imported targets, whose headers are system headers, and sets <NAME>_FOUND in its caller.
 
-# tandem_find_suitesparse([REQUIRED]): TandemDeps::amd, SuiteSparse's ordering (BSD-3-Clause).
+# tandem_find_suitesparse([REQUIRED]): TandemDeps::amd, the ordering of SuiteSparse (BSD-3-Clause).
 #
-# CHOLMOD is left out: its cholmod_factorize and cholmod_solve call the Supernodal module, and Debian's libcholmod
-# holds that and other modules under the GPL-2+.
+# CHOLMOD is not used: cholmod_factorize and cholmod_solve call the Supernodal module, which is under the GPL-2+ in
+# Debian's libcholmod.
 function(tandem_find_suitesparse)
   cmake_parse_arguments(ARG "REQUIRED" "" "" ${ARGN})
   find_path(TANDEM_AMD_INCLUDE_DIR amd.h PATH_SUFFIXES suitesparse)
@@ -35,11 +35,8 @@ function(tandem_find_ipopt)
   find_library(TANDEM_IPOPT_LIBRARY ipopt HINTS ${TANDEM_PC_IPOPT_LIBRARY_DIRS})
   mark_as_advanced(TANDEM_IPOPT_INCLUDE_DIR TANDEM_IPOPT_LIBRARY)
   if(TANDEM_IPOPT_INCLUDE_DIR AND TANDEM_IPOPT_LIBRARY)
-    # The headers in coin/ need HAVE_CSTDDEF, which pkg-config knows; without pkg-config the layout tells.
-    set(options ${TANDEM_PC_IPOPT_CFLAGS_OTHER})
-    if(TANDEM_IPOPT_INCLUDE_DIR MATCHES "/coin/?$")
-      list(APPEND options -DHAVE_CSTDDEF)
-    endif()
+    # Ipopt's headers need HAVE_CSTDDEF, which pkg-config may not provide.
+    set(options ${TANDEM_PC_IPOPT_CFLAGS_OTHER} -DHAVE_CSTDDEF)
     list(REMOVE_DUPLICATES options)
     _tandem_imported(ipopt "${TANDEM_IPOPT_LIBRARY}" "${TANDEM_IPOPT_INCLUDE_DIR}" "${options}")
     set(ipopt_FOUND TRUE PARENT_SCOPE)
@@ -58,7 +55,7 @@ function(tandem_find_nlopt)
     pkg_check_modules(TANDEM_PC_NLOPT QUIET nlopt)
   endif()
   find_path(TANDEM_NLOPT_INCLUDE_DIR nlopt.hpp HINTS ${TANDEM_PC_NLOPT_INCLUDE_DIRS})
-  # The header is inline over the C functions, which both of Debian's libraries have.
+  # The header consists of inline wrappers of the C functions, which both Debian libraries contain.
   find_library(TANDEM_NLOPT_LIBRARY NAMES nlopt nlopt_cxx HINTS ${TANDEM_PC_NLOPT_LIBRARY_DIRS})
   mark_as_advanced(TANDEM_NLOPT_INCLUDE_DIR TANDEM_NLOPT_LIBRARY)
   if(TANDEM_NLOPT_INCLUDE_DIR AND TANDEM_NLOPT_LIBRARY)

@@ -1,4 +1,4 @@
-# The target docs: reference pages by Doxygen, under docs/html of the build directory. A warning is an error.
+# Target `docs`: Doxygen reference pages in docs/html of the build folder. Doxygen warnings are errors.
 set(TANDEM_DOCS_DIR "${PROJECT_BINARY_DIR}/docs")
 find_program(TANDEM_DOXYGEN doxygen)
 mark_as_advanced(TANDEM_DOXYGEN)

@@ -1,6 +1,6 @@
-# What the folders' CMakeLists.txt share.
+# Functions shared by the CMakeLists.txt of the folders.
 
-# tandem_find_optional(OPTION name RESULT): looks for an optional library as OPTION (AUTO, ON, OFF) says.
+# tandem_find_optional(OPTION name RESULT): finds an optional library according to OPTION (AUTO, ON, OFF).
 macro(tandem_find_optional option name result)
   set(${result} FALSE)
   if("${${option}}" STREQUAL "AUTO")
@@ -12,17 +12,20 @@ macro(tandem_find_optional option name result)
   endif()
 endmacro()
 
-# tandem_library(name [NO_INSTALL] [SOURCES ...] [PUBLIC libs ...] [PRIVATE libs ...]): the target tandem::<name>.
-# Without sources it is an interface library. Headers are found by their path in the tree, <tandem/problem/problem.hpp>,
-# and need not be listed; they are installed by tandem_install_headers().
+# tandem_library(name [NO_INSTALL] [SOURCES ...] [PUBLIC libs ...] [PRIVATE libs ...]): adds the target tandem::<name>,
+# an interface library if it has no sources. Headers are included by their path in the tree,
+# <tandem/problem/problem.hpp>, and need not be listed; tandem_install_headers() installs them.
 function(tandem_library name)
   cmake_parse_arguments(ARG "NO_INSTALL" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   set(target tandem_${name})
   if(ARG_SOURCES)
-    add_library(${target} STATIC ${ARG_SOURCES})
+    add_library(${target} ${ARG_SOURCES})
     set(scope PUBLIC)
     target_link_libraries(${target} PRIVATE ${ARG_PRIVATE})
-    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    set_target_properties(
+      ${target} PROPERTIES POSITION_INDEPENDENT_CODE ON VERSION "${PROJECT_VERSION}"
+                           SOVERSION "${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}" INSTALL_RPATH "$ORIGIN"
+    )
   else()
     add_library(${target} INTERFACE)
     set(scope INTERFACE)
@@ -35,20 +38,75 @@ function(tandem_library name)
     ${target} ${scope} "$<BUILD_INTERFACE:${TANDEM_BUILD_INCLUDE_DIR}>" "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>"
   )
   if(NOT ARG_NO_INSTALL)
-    install(TARGETS ${target} EXPORT tandem-targets ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}")
+    install(
+      TARGETS ${target} EXPORT tandem-targets
+      ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT library
+      LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT library
+    )
+    set_property(GLOBAL APPEND PROPERTY TANDEM_INSTALLED_LIBRARIES ${target})
+  elseif(BUILD_SHARED_LIBS)
+    install(TARGETS ${target} LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT program)
   endif()
 endfunction()
 
-# What most sources read.
+# tandem_install_pkgconfig(): installs tandem.pc, which links all installed libraries.
+function(tandem_install_pkgconfig)
+  get_property(libraries GLOBAL PROPERTY TANDEM_INSTALLED_LIBRARIES)
+  list(REVERSE libraries) # users before what they use
+  set(TANDEM_PC_LIBS "")
+  foreach(library ${libraries})
+    get_target_property(type ${library} TYPE)
+    if(NOT type STREQUAL "INTERFACE_LIBRARY")
+      string(APPEND TANDEM_PC_LIBS " -l${library}")
+    endif()
+  endforeach()
+  set(TANDEM_PC_REQUIRES "eigen3")
+  set(TANDEM_PC_PRIVATE "-lamd")
+  foreach(optional "TBB;-ltbb" "IPOPT;-lipopt" "NLOPT;-lnlopt")
+    list(POP_FRONT optional name)
+    if(TANDEM_HAS_${name})
+      string(APPEND TANDEM_PC_PRIVATE " ${optional}")
+    endif()
+  endforeach()
+  if(TANDEM_STUDIES)
+    string(APPEND TANDEM_PC_PRIVATE " -lyaml-cpp -lfmt")
+  endif()
+  # Static libraries need the libraries that they use; shared ones bring them.
+  if(NOT BUILD_SHARED_LIBS)
+    string(APPEND TANDEM_PC_LIBS " ${TANDEM_PC_PRIVATE}")
+  endif()
+  configure_file("${PROJECT_SOURCE_DIR}/cmake/tandem.pc.in" "${PROJECT_BINARY_DIR}/cmake/tandem.pc" @ONLY)
+  install(FILES "${PROJECT_BINARY_DIR}/cmake/tandem.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig" COMPONENT library)
+endfunction()
+
+# tandem_print_summary(): prints one line about the build and one line for each optional dependency that is missing.
+function(tandem_print_summary)
+  message(STATUS "Tandem ${TANDEM_VERSION_TEXT}: command line ${TANDEM_STUDIES}, tests ${TANDEM_TESTS}")
+  foreach(
+    entry
+    "TANDEM_HAS_TBB;oneTBB;evaluation uses one thread;libtbb-dev"
+    "TANDEM_HAS_IPOPT;Ipopt;no solver ipopt;coinor-libipopt-dev"
+    "TANDEM_HAS_NLOPT;NLopt;no solver nlopt;libnlopt-dev libnlopt-cxx-dev"
+    "TANDEM_HAS_MPI;MPI;studies run on one computer only;libopenmpi-dev"
+    "TANDEM_HAS_BENCHMARKS;Ceres and Google Benchmark;no target benchmarks;libceres-dev libbenchmark-dev"
+  )
+    list(POP_FRONT entry found name consequence packages)
+    if(NOT ${found})
+      message(STATUS "  without ${name}: ${consequence}. To change this, install ${packages} and configure again.")
+    endif()
+  endforeach()
+endfunction()
+
+# Headers that most sources include.
 set(TANDEM_COMMON_HEADERS
     <algorithm> <array> <cmath> <deque> <filesystem> <fstream> <functional> <map> <memory> <numbers> <optional> <span>
     <string> <string_view> <tuple> <typeindex> <utility> <variant> <vector>
     <Eigen/Core> <Eigen/Cholesky> <Eigen/Geometry>
 )
 
-# tandem_precompile(name header ...): headers that most of its sources read, parsed once; Tandem's own only where nearly all
-# read them, so that what a change reaches is what includes it.  tandem_precompile(name REUSE other): those of another
-# library.
+# tandem_precompile(name header ...): precompiles headers that most sources of the library include. List Tandem's own
+# headers only if nearly all sources include them; otherwise a change would recompile sources that do not use them.
+# tandem_precompile(name REUSE other): reuses the precompiled headers of another library.
 function(tandem_precompile name)
   if(NOT TANDEM_PRECOMPILE)
     return()
@@ -65,10 +123,10 @@ function(tandem_precompile name)
   endif()
 endfunction()
 
-# tandem_unite(target [BATCH n] [APART file ...]): the target's sources in one folder are one unit of compilation, or one for
-# every n of them, since what small sources spend their time on, headers and what they instantiate, is the same in all of
-# them; those that take long by themselves stay apart. Names in a folder's unnamed namespaces have to differ. Without
-# TANDEM_UNITY each source is a unit.
+# tandem_unite(target [BATCH n] [APART file ...]): compiles the target's sources of each folder as one unit, or as one
+# unit for every n sources. Small sources spend most of their compile time on the same headers and instantiations. Keep
+# sources that take long APART. Names in the unnamed namespaces of a folder must differ. Without TANDEM_UNITY each
+# source is a unit.
 function(tandem_unite target)
   if(NOT TANDEM_UNITY)
     return()
@@ -88,11 +146,12 @@ function(tandem_unite target)
   endforeach()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    target_compile_options(${target} PRIVATE -Wno-subobject-linkage) # takes what is included here for a header
+    target_compile_options(${target} PRIVATE -Wno-subobject-linkage) # warns as if the sources were headers
   endif()
 endfunction()
 
-# tandem_libraries_of(RESULT target ...): the tandem:: libraries among these, and all that they link, each once.
+# tandem_libraries_of(RESULT target ...): lists the tandem:: libraries among the targets and in their link dependencies,
+# each once.
 function(tandem_libraries_of result)
   set(found "")
   set(open ${ARGN})
@@ -109,34 +168,35 @@ function(tandem_libraries_of result)
   set(${result} ${found} PARENT_SCOPE)
 endfunction()
 
-# tandem_install_headers(folder): of this folder and those below it.
+# tandem_install_headers(folder): installs the headers of the folder and its subfolders.
 function(tandem_install_headers folder)
   install(
     DIRECTORY "${PROJECT_SOURCE_DIR}/${folder}/" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/tandem/${folder}"
+    COMPONENT library
     FILES_MATCHING PATTERN "*.hpp"
   )
 endfunction()
 
-# tandem_sources(RESULT folder ...): the sources right in these folders, so that a new one is built as soon as it is there.
+# tandem_sources(RESULT folder ...): lists the sources directly in these folders. CMake detects new files automatically.
 function(tandem_sources result)
   list(TRANSFORM ARGN APPEND "/*.cpp" OUTPUT_VARIABLE patterns)
   file(GLOB found CONFIGURE_DEPENDS RELATIVE "${CMAKE_CURRENT_SOURCE_DIR}" ${patterns})
   set(${result} ${found} PARENT_SCOPE)
 endfunction()
 
-# Compile through ccache when it is installed.
+# Uses ccache if it is installed.
 macro(tandem_use_ccache)
   find_program(TANDEM_CCACHE ccache)
   mark_as_advanced(TANDEM_CCACHE)
   if(TANDEM_CCACHE AND PROJECT_IS_TOP_LEVEL AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-    # Where ccache has no folder it can write to, every compilation through it would fail.
+    # Every compilation would fail if ccache cannot write its folder, so one is tried first.
     file(WRITE "${PROJECT_BINARY_DIR}/ccache_probe.cpp" "int probe;\n")
     execute_process(
       COMMAND "${TANDEM_CCACHE}" "${CMAKE_CXX_COMPILER}" -c ccache_probe.cpp -o ccache_probe.o
       WORKING_DIRECTORY "${PROJECT_BINARY_DIR}" RESULT_VARIABLE ccache_result OUTPUT_QUIET ERROR_QUIET
     )
     if(ccache_result EQUAL 0)
-      # What these ignore is what it takes to keep a compilation that reads precompiled headers.
+      # ccache needs these settings to cache compilations with precompiled headers.
       set(CMAKE_CXX_COMPILER_LAUNCHER
           "${CMAKE_COMMAND}" -E env CCACHE_SLOPPINESS=pch_defines,time_macros "${TANDEM_CCACHE}"
       )

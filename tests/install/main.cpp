@@ -15,7 +15,7 @@ namespace {
 using tandem::SE3;
 using tandem::Vector;
 
-// Two equal priors at x = 1 and x = 3: the estimate is half-way, at x = 2.
+// Two equal priors at x = 1 and x = 3 give the estimate x = 2.
 template <class Options>
 bool estimates(const std::string& name, const Options& options, bool present) {
   const auto at = [](double x) { return SE3::Exp(Vector<6>(x * Vector<6>::Unit(0))); };

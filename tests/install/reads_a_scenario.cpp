@@ -1,4 +1,4 @@
-// Reads a scenario of the installation, and refuses what is none in a sentence that names the file.
+// Reads an installed scenario, and checks that the error for an invalid folder names the missing file.
 #include <iostream>
 #include <string>
 

@@ -1,4 +1,4 @@
-// Writes a problem with a residual of its own, reads it back and solves both.
+// Writes a problem with a user-defined residual, reads it back and solves both.
 #include <iostream>
 
 #include <tandem/problem/file/problem_file.hpp>
@@ -7,7 +7,7 @@
 
 namespace {
 
-/// How far a point is from a circle about the origin [m].
+/// Distance of a point from a circle about the origin [m], negative inside.
 struct Circle {
   static constexpr std::string_view name = "circle";
   static constexpr int dim = 1;

@@ -1,0 +1,369 @@
+"""Measurement of the tables of docs/benchmarks.md, for scripts/benchmarks.
+
+Each function measure_NAME runs the commands of one table and returns the lines of its section.
+"""
+
+import csv
+import json
+import os
+import re
+import shlex
+import shutil
+import statistics
+import subprocess
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+DATA = os.path.join("..", "shared", "data")  # recordings, relative to ROOT
+
+CARS = ["kitti_0000_000", "kitti_0002_005", "kitti_0004_002", "kitti_0006_012", "kitti_0008_008", "kitti_0010_000",
+        "kitti_0011_000", "kitti_0018_003", "kitti_0020_012"]
+FERRIES = ["ferry_16_1", "ferry_22_1", "ferry_22_2"]
+NEEDS_DATA = {"cars", "ferries", "dives"}
+
+
+class Failure(Exception):
+    """An error that ends the script and leaves the page as it is."""
+
+
+class Session:
+    """Runs the programs of a build folder and prints each command."""
+
+    def __init__(self, build, temporary, full):
+        self.build, self.temporary, self.full = build, temporary, full
+
+    def run(self, *command, statuses=(0,)):
+        """Runs a program of bin/ with ROOT as the current folder. Returns its standard output."""
+        print("$", shlex.join(command), flush=True)
+        program = os.path.join(self.build, "bin", command[0])
+        try:
+            done = subprocess.run([program, *command[1:]], cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                  stderr=subprocess.PIPE, text=True)
+        except OSError as error:
+            raise Failure(f"cannot run {program}: {error.strerror}; build the targets tandem and benchmarks") from error
+        if done.returncode not in statuses:
+            message = done.stderr.strip() or done.stdout.strip()
+            raise Failure(f"{shlex.join(command)}: exit status {done.returncode}: {message[-500:]}")
+        return done.stdout
+
+    def json(self, *command, statuses=(0,)):
+        """Runs a command of tandem with --json. Returns the parsed output."""
+        return json.loads(self.run("tandem", *command, "--json", statuses=statuses))
+
+    def google(self, name, pattern=".", repetitions=5):
+        """Runs a Google Benchmark program. Returns {benchmark: {field: median over the repetitions}}."""
+        file = os.path.join(self.temporary, name + ".json")
+        self.run(name, f"--benchmark_filter={pattern}", f"--benchmark_repetitions={repetitions}",
+                 "--benchmark_min_time=0.2", f"--benchmark_out={file}", "--benchmark_out_format=json")
+        with open(file, encoding="utf-8") as stream:
+            entries = json.load(stream)["benchmarks"]
+        found = {}
+        for entry in entries:
+            if entry.get("error_occurred"):
+                raise Failure(f"{name}: {entry['name']}: {entry.get('error_message', 'failed')}")
+            if entry.get("run_type") != "aggregate":
+                found.setdefault(re.sub(r"/(real_time|(iterations|repeats):\d+)", "", entry["name"]), []).append(entry)
+        if not found:
+            raise Failure(f"{name} has no benchmark that matches {pattern}")
+        return {key: {field: statistics.median(run[field] for run in runs)
+                      for field, value in runs[0].items() if isinstance(value, (int, float))}
+                for key, runs in found.items()}
+
+    def folder(self, name):
+        """Returns the path of a folder that does not exist yet."""
+        path = os.path.join(self.temporary, name)
+        shutil.rmtree(path, ignore_errors=True)
+        return path
+
+
+def fixed(value, decimals=3):
+    """Returns a number with this many decimals, or a dash if there is none."""
+    return "–" if value is None else f"{value:.{decimals}f}"
+
+
+def significant(value):
+    """Returns a number with two significant digits or all digits before the point."""
+    return f"{value:,.0f}" if value >= 10 else f"{value:.1f}" if value >= 1 else f"{value:.2g}"
+
+
+def scientific(value):
+    """Returns a number as 3e-9."""
+    return "0" if value == 0 else re.sub(r"e([+-])0?", lambda m: "e" + m[1].replace("+", ""), f"{value:.0e}")
+
+
+def table(header, rows):
+    """Returns the lines of a Markdown table. The first column is aligned to the left."""
+    lines = [header, ["---"] + ["---:"] * (len(header) - 1)] + rows
+    return ["| " + " | ".join(str(cell) for cell in line) + " |" for line in lines]
+
+
+def section(commands, header, rows):
+    """Returns the content of a pair of markers: the commands and the table."""
+    return ["    " + command for command in commands] + [""] + table(header, rows)
+
+
+def matched(pattern, text, program):
+    """Returns all matches of a pattern in the output of a program; none is an error."""
+    found = re.findall(pattern, text, re.MULTILINE)
+    if not found:
+        raise Failure(f"cannot read the output of {program}; adapt the pattern in scripts/benchmarks")
+    return found
+
+
+def measure_accuracy(session):
+    best = "white-noise-acceleration+non-holonomic:hard"
+    titles = {"constant-twist": "Mode A: constant twist", "mode-b": "Mode B", "constant-velocity": "constant velocity",
+              "damped-twist": "damped twist", "white-noise-acceleration": "white-noise acceleration",
+              best: "white-noise acceleration, no sway or heave"}
+    commands = [["models", "docking_a"], ["models", "docking_a", "--models", best]]
+    results = {result["model"]: result for command in commands for result in session.json(*command)["models"]}
+    first = results["constant-twist"]["errors"]
+    rows = [["measurements alone", fixed(first["position"]["raw_position_mean_m"]),
+             fixed(first["pose"]["raw_position_mean_m"]), "–", "–",
+             fixed(first["pose"]["raw_orientation_mean_deg"], 2), "–"]]
+    for model, title in titles.items():
+        if results.get(model, {}).get("status") != "converged":
+            raise Failure(f"tandem models docking_a: {model} is missing or did not converge")
+        errors = [results[model]["errors"][kind] for kind in ("position", "pose", "none")]
+        rows.append([title] + [fixed(e.get("position_mean_m")) for e in errors]
+                    + [fixed(e.get("orientation_mean_deg"), 2) for e in errors])
+    return section(["tandem " + shlex.join(command) for command in commands],
+                   ["", "position [m]", "pose [m]", "none [m]", "position [°]", "pose [°]", "none [°]"], rows)
+
+
+def measure_monte_carlo(session):
+    out = session.folder("table1")
+    session.run("tandem", "study", "run", "table1", "--out", out, "--quiet")
+
+    def read(name):
+        with open(os.path.join(out, name), encoding="utf-8", newline="") as stream:
+            return {(row["model"], row["metric"]): row for row in csv.DictReader(stream)}
+
+    means, consistency = read("summary.csv"), read("consistency.csv")
+
+    def mean(model, metric, decimals):
+        row = means.get((model, metric))
+        if not row:
+            return "–"
+        return f"{float(row['mean']):.{decimals}f} ± {(float(row['high']) - float(row['low'])) / 2:.{decimals}f}"
+
+    def row(title, model, prefix):
+        nees = None if prefix else consistency[model, "nees_relative_position"]
+        return [title] + [mean(model, f"{prefix}at_{kind}_error_m", 3) for kind in ("position", "pose", "none")] + [
+            mean(model, f"{prefix}at_pose_orientation_deg", 2), fixed(float(nees["mean"]) if nees else None, 2)]
+
+    trials = means["constant-twist", "at_all_error_m"]["n"]
+    rows = [row("measurements alone", "constant-twist", "raw_"), row("Mode A", "constant-twist", ""),
+            row("Mode B", "mode-b", "")]
+    return section(["tandem study run table1 --out study"],
+                   [f"{trials} seeds", "position [m]", "pose [m]", "none [m]", "pose [°]", "NEES"], rows)
+
+
+def measure_online(session):
+    names = {"motion hypotheses (default)": "motion hypotheses (default)",
+             "constant-twist": "window of 60 s, Mode A", "constant-twist, mode B": "window of 60 s, Mode B"}
+    text = session.run("bench_online", "docking_a")
+    best = matched(r"^docking_a((?: +[\d.]+){5}) +m: best filter settings$", text, "bench_online")[0].split()
+    rows = [["Kalman filter, constant velocity", *best, "–", "–", "–"]]
+    for line in text.splitlines():
+        title = names.get(re.split(r"  +", line)[0])
+        if not title:
+            continue
+        errors = matched(r"  +([\d.]+) \([\d.]+, [\d.]+; +([\d.]+)\)", line, "bench_online")
+        p50, p99 = matched(r"([\d.]+), ([\d.]+)$", line, "bench_online")[0]
+        rows.append([title, *(error for error, _ in errors), errors[0][1], p50, p99])
+    if len(rows) != 1 + len(names):
+        raise Failure("bench_online does not print all of " + "; ".join(names))
+    return section(["bench_online docking_a"],
+                   ["", "position [m]", "pose [m]", "none [m]", "5 s ahead [m]", "10 s ahead [m]", "NEES", "p50 [ms]",
+                    "p99 [ms]"], rows)
+
+
+def estimated(session, scenario, *options):
+    """Estimates a recording. Returns the summary and the mean NEES by axes of the relative position."""
+    out = session.folder("estimate")
+    summary = session.json("estimate", os.path.join(DATA, scenario), *options, "--plots", "off", "--out", out,
+                           statuses=(0, 2))
+    if summary["status"] != "converged":
+        raise Failure(f"tandem estimate {scenario} {shlex.join(options)}: {summary['status']}")
+    sums = []
+    with open(os.path.join(out, "errors.csv"), encoding="utf-8", newline="") as stream:
+        for row in csv.DictReader(stream):
+            axes = [(row[f"error_{a}_m"], row[f"three_sigma_{a}_m"]) for a in "xyz"]
+            if all(error and sigma for error, sigma in axes):
+                sums.append(sum((3 * float(e) / float(s)) ** 2 for e, s in axes if float(s) > 0))
+    return summary, statistics.fmean(sums) if sums else None
+
+
+def measure_cars(session):
+    rows = []
+    for scenario in CARS:
+        plain, plain_nees = estimated(session, scenario)
+        robust, robust_nees = estimated(session, scenario, "--robust")
+        cells = [scenario, plain["keyframes"], fixed(plain["errors"]["all"]["raw_position_mean_m"])]
+        for summary, nees in ((plain, plain_nees), (robust, robust_nees)):
+            errors = summary["errors"]["all"]
+            cells += [fixed(errors["position_mean_m"]), fixed(errors["orientation_mean_deg"], 2), fixed(nees, 1)]
+        rows.append(cells)
+    return section([f"tandem estimate {DATA}/SCENARIO", f"tandem estimate {DATA}/SCENARIO --robust"],
+                   ["", "keyframes", "measured [m]", "[m]", "[°]", "NEES", "robust [m]", "robust [°]", "robust NEES"],
+                   rows)
+
+
+def measure_ferries(session):
+    options = shlex.split("--model white-noise-acceleration --noise acceleration=0.7,0.7,0.05 --non-holonomic soft "
+                          "--surge 0,0 --limits soft --noise surge=21 --noise camera=0.4 --noise lidar=2.5,0.05 "
+                          "--noise radar=2.5,0.05")
+    rows = []
+    for scenario in FERRIES:
+        plain, plain_nees = estimated(session, scenario)
+        tuned, tuned_nees = estimated(session, scenario, *options)
+        cells = [scenario, plain["keyframes"]]
+        cells += [fixed(plain["sensors"][sensor].get("raw_position_mean_m")) for sensor in ("lidar", "radar")]
+        for summary, nees in ((plain, plain_nees), (tuned, tuned_nees)):
+            cells += [fixed(summary["errors"]["all"]["position_mean_m"]), fixed(nees, 1)]
+        rows.append(cells)
+    half = options.index("--limits")
+    return section([f"tandem estimate {DATA}/SCENARIO", f"tandem estimate {DATA}/SCENARIO \\",
+                    "    " + shlex.join(options[:half]) + " \\", "    " + shlex.join(options[half:])],
+                   ["", "keyframes", "lidar [m]", "radar [m]", "[m]", "NEES", "options [m]", "options NEES"], rows)
+
+
+def measure_dives(session):
+    auv = shlex.split("--error dvl=0.02,0.02,0.02:100 --error depth=0.3:100")
+    constants = shlex.split("--error dvl.scale=0.05 --error dvl.misalignment=0.05 --error dvl.delay=0.3 "
+                            "--error gps.delay=0.3")
+    mav = ["--error", "gps.delay=0.3", "--vibration"]
+    runs = {"auv_akit_01": ("a", auv), "auv_akit_03": ("a", auv), "rov_blueye_auto_square": ("b", auv + constants),
+            "rov_blueye_grid": ("b", auv + constants), "mav_euroc_mh01": ("c", mav)}
+
+    def cells(folder, options):
+        result = session.json("navigate", folder, *options)
+        errors, outages = result["errors"]["all"], result.get("gps_outages") or []
+        longest = max(outages, key=lambda outage: outage["to"] - outage["from"], default={})
+        return [fixed(errors["position_mean_m"]), fixed(errors.get("orientation_mean_deg"), 2),
+                fixed(longest.get("drift_percent"), 2), fixed(errors.get("position_nees"), 1)]
+
+    rows = []
+    for grade in ("tactical", "mems"):
+        folder = session.folder("dive_" + grade)
+        session.run("tandem", "simulate", "dive", "--grade", grade, "--seed", "1", "--out", folder)
+        rows.append([f"simulated, {grade}", *cells(folder, []), *["–"] * 5])
+    for name, (letter, options) in runs.items():
+        folder = os.path.join(DATA, name)
+        rows.append([name, *cells(folder, []), letter, *cells(folder, options)])
+    commands = [f"tandem navigate {DATA}/SCENARIO [OPTIONS]", "a: " + shlex.join(auv),
+                "b: a and " + shlex.join(constants), "c: " + shlex.join(mav),
+                "tandem simulate dive --grade tactical --seed 1 --out dive    # or mems"]
+    columns = ["position [m]", "orientation [°]", "drift [%]", "NEES"]
+    return section(commands, ["", *columns, "options", *columns], rows)
+
+
+def measure_solvers(session):
+    command = ["compare", "docking_a", "--solvers", "gauss-newton,augmented-lagrangian,ipopt,nlopt:lbfgs",
+               "--constraints", "off,hard"]
+    runs = [session.json(*command, statuses=(0, 2))["solves"] for _ in range(3)]
+    rows = []
+    for solves in zip(*runs):
+        solve = solves[0]
+        if solve.get("seconds") is None:  # the solver does not support hard constraints
+            continue
+        hard = solve["constraints"] == "hard"
+        rows.append([solve["solver"], solve["constraints"], solve["status"], f"{solve['cost']:.6f}",
+                     scientific(solve["violation"]) if hard else "–", solve["iterations"],
+                     significant(1e3 * statistics.median(run["seconds"] for run in solves)),
+                     fixed(solve["peak_memory_bytes"] * 1e-6, 0)])
+    return section(["tandem " + shlex.join(command)],
+                   ["", "constraints", "status", "cost", "violation [m/s]", "iterations", "time [ms]", "memory [MB]"],
+                   rows)
+
+
+def measure_ceres(session):
+    found = session.google("bench_gauss_newton")
+    rows = []
+
+    def row(title, cost, ours, our_iterations, theirs, their_iterations):
+        rows.append([title, cost, significant(ours), f"{our_iterations:.0f}", significant(theirs),
+                     f"{their_iterations:.0f}", f"{theirs / ours:.1f}"])
+
+    for kind, title in (("to_reference", "`docking_a`, to the reference cost"),
+                        ("to_convergence", "`docking_a`, to convergence")):
+        ours, theirs = found["gauss_newton/" + kind], found["ceres_solve/" + kind]
+        row(title, f"{ours['cost']:.4f}", ours["real_time"], ours["iterations"], theirs["real_time"],
+            theirs["iterations"])
+    texts = [session.run("bench_pose_graph") for _ in range(3)]
+    pattern = (r"^(\w+): (\d+) poses.*\n  gauss-newton +converged +(\S+) in ([\d.]+) s, (\d+) iterations\n"
+               r"  ceres +usable +\S+ in ([\d.]+) s, (\d+) iterations$")
+    for graphs in zip(*(matched(pattern, text, "bench_pose_graph") for text in texts)):
+        name, poses, cost, _, ours_iterations, _, their_iterations = graphs[0]
+        row(f"{name}, {int(poses):,} poses", cost, statistics.median(1e3 * float(g[3]) for g in graphs),
+            int(ours_iterations), statistics.median(1e3 * float(g[5]) for g in graphs), int(their_iterations))
+    return section(["bench_gauss_newton", "bench_pose_graph"],
+                   ["", "cost", "Tandem [ms]", "iterations", "Ceres [ms]", "iterations", "ratio"], rows)
+
+
+def measure_scaling(session):
+    rows = []
+    for keyframes in [1000, 10000, 100000] + ([1000000] if session.full else []):
+        found = session.google("bench_scaling", f"^gauss_newton/{keyframes}/", 1 if keyframes > 100000 else 3)
+        run = found[f"gauss_newton/{keyframes}"]
+        rows.append([f"{keyframes:,}", f"{12 * keyframes:,}", f"{run['iterations']:.0f}",
+                     significant(1e-3 * run["real_time"]), fixed(run["us_per_iteration_and_keyframe"], 2),
+                     fixed(run["peak_MiB"], 0)])
+    return section(["bench_scaling --benchmark_filter=gauss_newton/1000/"],
+                   ["keyframes", "unknowns", "iterations", "time [s]", "µs per iteration and keyframe",
+                    "peak memory [MiB]"], rows)
+
+
+def measure_building_blocks(session):
+    residuals = {"constant_twist_SE3": "constant twist", "relative_pose": "relative pose",
+                 "usbl_position": "USBL position"}
+    found = session.google("bench_residuals", "^evaluate/")
+    rows = [[f"residual and Jacobians: {title}", significant(1e-3 * found["evaluate/" + key]["real_time"]), "–"]
+            for key, title in residuals.items()]
+    found = session.google("bench_marginals", "^marginals/soft")
+    rows.append(["covariances of `docking_a`, 1,538 keyframes", significant(1e3 * found["marginals/soft"]["real_time"]),
+                 "–"])
+    lag = {"processor time": "fixed-lag smoother: update", "marginalising": "of it, marginalisation",
+           "covariance of newest pair": "fixed-lag smoother: newest covariance"}
+    times = {title.strip(): cells for title, *cells in
+             matched(r"^ *(\S.*?)  +p50 +([\d.]+) ms +p99 +([\d.]+) ms", session.run("bench_fixed_lag"),
+                     "bench_fixed_lag")}
+    if not lag.keys() <= times.keys():
+        raise Failure("bench_fixed_lag does not print all of: " + "; ".join(lag))
+    for key, title in lag.items():
+        rows.append([title, *(significant(1e3 * float(value)) for value in times[key])])
+    return section(["bench_residuals", "bench_marginals", "bench_fixed_lag"], ["", "p50 [µs]", "p99 [µs]"], rows)
+
+
+def measure_planning(session):
+    pattern = (r"^(.+?)  +(\S.*?) +(\d+) steps: cold +([\d.]+) ms; warm median +([\d.]+), 99 % +([\d.]+), "
+               r"worst +([\d.]+) ms; +(\d+) iterations; \d+ of (\d+) by damped-sqp, (\d+) accepted, violation \S+$")
+    rows = []
+    for steps in (20, 50):
+        text = session.run("bench_planning", str(steps), "100", "all")
+        for vehicle, solver, n, cold, median, p99, _, iterations, replans, accepted in matched(
+            pattern, text, "bench_planning"):
+            if solver == "damped-sqp first":  # the default of the planner
+                times = [significant(float(value)) for value in (cold, median, p99)]
+                rows.append([vehicle, n, *times, iterations, f"{accepted} of {replans}"])
+    return section(["bench_planning 20 100 all", "bench_planning 50 100 all"],
+                   ["", "steps", "first plan [ms]", "p50 [ms]", "p99 [ms]", "iterations", "accepted"], rows)
+
+
+def measure_rendezvous(session):
+    seeds = "1000" if session.full else "100"
+    command = ["rendezvous", "--seeds", seeds, "--methods", "decoupled,pursuit"]
+    rows = []
+    for name, result in session.json(*command)["methods"].items():
+        low, high = result["rate_95"]
+        rows.append([name, f"{result['docked']} of {result['runs']} ({100 * low:.0f} to {100 * high:.0f} %)",
+                     fixed(result.get("seconds_median"), 0), fixed(result.get("least_miss_median_m"), 2),
+                     result["keep_out_violations"], fixed(result.get("solve_median_ms"), 1),
+                     fixed(result.get("solve_99_ms"), 1)])
+    return section(["tandem " + shlex.join(command)],
+                   ["", "docked (95 %)", "time [s]", "miss [m]", "keep-out violations", "replan p50 [ms]", "p99 [ms]"],
+                   rows)
+
+
+TABLES = {name[len("measure_"):]: function for name, function in list(globals().items())
+          if name.startswith("measure_")}
