@@ -12,32 +12,33 @@ namespace tandem {
 
 namespace detail {
 
-/// The compiler's vectors of W numbers, by the widths there are (GCC takes none that depends on a parameter), aligned as Eigen
-/// aligns its arrays on any processor.
+/// SIMD vector types of W doubles and integers (GCC extension), one specialisation for each supported width. GCC does
+/// not accept a width that depends on a template parameter. The alignment of 16 bytes matches Eigen's on every
+/// processor.
 template <int W>
-struct VectorsOf;
+struct SimdTypes;
 template <>
-struct VectorsOf<4> {
+struct SimdTypes<4> {
   typedef double Values __attribute__((vector_size(32), aligned(16)));
   typedef long long Integers __attribute__((vector_size(32), aligned(16)));
 };
 
 }  // namespace detail
 
-/// W doubles side by side, the scalar of groups and residuals that are evaluated for W blocks at once: each operation is one
-/// instruction where the processor has vectors so wide. What is compiled for other instructions than the rest of a program
-/// takes a `Tag` of its own, in an unnamed namespace, so that it stays apart.
+/// SIMD vector of W doubles. As the scalar of groups and residuals it evaluates W blocks at once, one instruction for
+/// each operation if the processor supports the width. Code compiled with other instruction-set flags than the rest of
+/// the program must use its own `Tag` from an unnamed namespace. This keeps its template instantiations separate.
 template <int W, class Tag = void>
 class Batch {
  public:
-  using Values = typename detail::VectorsOf<W>::Values;
+  using Values = typename detail::SimdTypes<W>::Values;
   struct Mask {
-    typename detail::VectorsOf<W>::Integers lanes;  // −1 where it holds, 0 elsewhere
+    typename detail::SimdTypes<W>::Integers lanes;  // −1 if the condition holds, else 0
   };
   static constexpr int width = W;
 
   Batch() = default;
-  Batch(double x) {  // NOLINT: doubles are batches of one value
+  Batch(double x) {  // NOLINT: implicit, sets all lanes to x
     for (int i = 0; i < W; ++i) v_[i] = x;
   }
   explicit Batch(const Values& v) : v_(v) {}
@@ -97,7 +98,7 @@ std::array<B, N> choose(const Mask& mask, const std::array<B, N>& a, const std::
   return r;
 }
 
-/// Both expressions where the batch is on both sides, or else the one that counts.
+/// Selects below() or above() in each lane. Evaluates only one of them if all lanes are on the same side of the limit.
 template <int W, class Tag, class Below, class Above>
 [[gnu::always_inline]] inline auto piecewise(const Batch<W, Tag>& x, double limit, Below below, Above above)
     -> decltype(below()) {

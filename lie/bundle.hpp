@@ -8,8 +8,8 @@
 
 namespace tandem {
 
-/// The direct product of groups, e.g. Bundle<SE3, R3, Rn<6>> for pose, velocity and biases. Tangents, points and
-/// matrices are the parts' own one after the other; Jacobians are block-diagonal.
+/// Direct product of groups, e.g. Bundle<SE3, R3, Rn<6>> for pose, velocity and biases. Tangents and points are stacked
+/// in the order of the parts; matrices and Jacobians are block-diagonal.
 template <LieGroup... Gs>
 class Bundle {
   static_assert(sizeof...(Gs) > 0);
@@ -39,7 +39,7 @@ class Bundle {
   Part<I>& get() {
     return std::get<I>(parts_);
   }
-  /// First row of part I in a tangent.
+  /// Returns the first row of part I in a tangent.
   template <int I>
   static constexpr int offset() {
     return offsets<Dof>[I];
@@ -105,10 +105,11 @@ class Bundle {
   static Jacobian Jr_inverse(const Tangent& v) {
     return blocks<Jacobian, Dof>([&]<int I>() { return Part<I>::Jr_inverse(tangent<I>(v)); });
   }
-  /// hat(ad(v) w) = hat(v) hat(w) − hat(w) hat(v).
+  /// Returns the matrix of the Lie bracket: hat(ad(v) w) = hat(v) hat(w) − hat(w) hat(v).
   static Jacobian ad(const Tangent& v) {
     return blocks<Jacobian, Dof>([&]<int I>() { return Part<I>::ad(tangent<I>(v)); });
   }
+  /// Returns the largest rotation angle of the parts [rad].
   static Scalar angle(const Tangent& v) {
     Scalar largest(0.);
     each([&]<int I>() {

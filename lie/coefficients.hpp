@@ -7,22 +7,22 @@
 
 namespace tandem {
 
-/// The scalar functions of the rotation angle from which every Exp, Log and Jacobian of the groups is built.
+/// Scalar functions of the rotation angle θ [rad] in Exp, Log and the Jacobians of all groups:
 ///
 ///   A = sin θ / θ            B = (1 − cos θ) / θ²       C = (θ − sin θ) / θ³
-///   E = (1/2 − B) / θ²       F = (3C − B) / (2θ²)       (the two of Barfoot's Q, 2017, eq. 7.86)
-///   D = 1/θ² − cot(θ/2) / (2θ)                           (inverse Jacobian; finite at π, unlike the textbook form)
+///   D = 1/θ² − cot(θ/2) / (2θ)                           (inverse Jacobians; finite at π, unlike the textbook form)
+///   E = (1/2 − B) / θ²       F = (3C − B) / (2θ²)       (Barfoot's Q, 2017, eq. 7.86)
 ///
-/// As functions of θ² they are smooth at 0. Below `kSeriesBelow` they are Taylor polynomials (truncation below 5e-17),
-/// above it closed forms in the half angle, whose cancellation costs at most a few units in the last place of what
-/// they multiply.
+/// They are smooth functions of θ². Taylor polynomials are used below `kSeriesBelow` (truncation error below 5e-17),
+/// closed forms in the half angle above it. Cancellation in the closed forms costs a few units in the last place of the
+/// products that use them.
 template <class S>
 struct AngleCoefficients {
   static constexpr double kSeriesBelow = 0.25;  // θ² [rad²], θ = 0.5
 
   S A, B, C, D, E, F;
 
-  // Inlined, so that what a caller does not use is not computed.
+  // Always inlined, so that the compiler drops the coefficients that a caller does not use.
   [[gnu::always_inline]] explicit AngleCoefficients(const S& theta2) {
     const auto series = [&]() -> std::array<S, 6> {
       const S& x = theta2;

@@ -4,7 +4,7 @@
 
 namespace tandem {
 
-/// What Tandem throws on input it cannot use: one sentence that names the culprit and says what to do.
+/// Exception for invalid input. The message is one sentence that names the input, the problem and the remedy.
 class Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -6,35 +6,37 @@
 
 namespace tandem {
 
-/// Second derivatives of Exp and of the product, contracted with a covector λ (a gradient by right perturbations):
+/// Second derivatives of Exp and of the group product, contracted with a covector λ (a gradient with respect to right
+/// perturbations):
 ///
-///   of(v, λ)       the second derivative of λᵀ Log(Exp(v)⁻¹ Exp(v + δ)) by δ: the symmetric part of ∂(Jr(v)ᵀ λ)/∂v
-///   bracket(λ)     C with aᵀ C b = λᵀ [a, b]: Log(Exp(a) Exp(b)) = a + b + ½ [a, b] + …
+///   hessian(v, λ)   Hessian of λᵀ Log(Exp(v)⁻¹ Exp(v + δ)) at δ = 0: the symmetric part of ∂(Jr(v)ᵀ λ)/∂v
+///   bracket(λ)      matrix C with aᵀ C b = λᵀ [a, b], where Log(Exp(a) Exp(b)) = a + b + ½ [a, b] + …
 ///
-/// Log's is −Jr⁻ᵀ of(v, Jr⁻ᵀ λ) Jr⁻¹ with v = Log(X), Jr = Jr(v), since Log undoes Exp. Specialised for the groups where
-/// it is known.
+/// The corresponding Hessian of Log at X is −Jr⁻ᵀ hessian(v, Jr⁻ᵀ λ) Jr⁻¹, with v = Log(X) and Jr = Jr(v). Specialised
+/// for Rn, SO3 and SE_K(3).
 template <LieGroup G>
 struct ExpCurvature;
 
 template <int N>
 struct ExpCurvature<Rn<N>> {
-  static Matrix<N, N> of(const Vector<N>&, const Vector<N>&) { return Matrix<N, N>::Zero(); }
+  static Matrix<N, N> hessian(const Vector<N>&, const Vector<N>&) { return Matrix<N, N>::Zero(); }
   static Matrix<N, N> bracket(const Vector<N>&) { return Matrix<N, N>::Zero(); }
 };
 
 namespace detail {
 
-/// Jrᵀ λ is J(θ) a_k in the rows of ρ_k, and Σ Q(ρ_k, θ) a_k + J(θ) m in those of θ, with λ = [a_1; …; m], J the left
-/// Jacobian of SO(3) and Q Barfoot's (2017, eq. 7.86). Differentiated term by term; the coefficients' derivatives by θ²
-/// are B' = E − C/2, C' = −F and two more.
-/// SO(3) has no ρ.
+/// Implementation for SO(3) (K = 0) and SE_K(3).
+///
+/// With λ = [a_1; …; a_K; m], the rows of ρ_k in Jrᵀ λ are J(θ) a_k and those of θ are Σ_k Q(ρ_k, θ) a_k + J(θ) m. J is
+/// the left Jacobian of SO(3) and Q is Barfoot's (2017, eq. 7.86). Each term is differentiated. The derivatives of the
+/// coefficients B, C, E, F with respect to θ² are dB, dC, dE, dF.
 template <class G, int K>
 struct ExpCurvatureWithRotation {
   using S = typename G::Scalar;
   using Mat3 = Matrix<3, 3, S>;
   using Vec3 = Vector<3, S>;
 
-  static typename G::Jacobian of(const typename G::Tangent& v, const typename G::Tangent& lambda) {
+  static typename G::Jacobian hessian(const typename G::Tangent& v, const typename G::Tangent& lambda) {
     const Vec3 theta = v.template tail<3>(), m = lambda.template tail<3>();
     const Coefficients k(theta.squaredNorm());
     typename G::Jacobian H = G::Jacobian::Zero();
@@ -63,7 +65,7 @@ struct ExpCurvatureWithRotation {
 
  private:
   struct Coefficients : AngleCoefficients<S> {
-    S dB, dC, dE, dF;  ///< by θ²
+    S dB, dC, dE, dF;  ///< derivatives with respect to θ²
 
     [[gnu::always_inline]] explicit Coefficients(const S& x) : AngleCoefficients<S>(x) {
       const S &C = this->C, &E = this->E, &F = this->F;
@@ -82,19 +84,19 @@ struct ExpCurvatureWithRotation {
     }
   };
 
-  /// ∂([θ]×² y)/∂θ
+  /// Returns ∂([θ]×² y)/∂θ.
   static Mat3 square_by_angle(const Vec3& theta, const Vec3& y) {
     return theta * y.transpose() + theta.dot(y) * Mat3::Identity() - S(2) * y * theta.transpose();
   }
   static Vec3 square(const Vec3& theta, const Vec3& y) { return theta.cross(theta.cross(y)); }
 
-  /// ∂(J(θ) a)/∂θ, J = I + B [θ]× + C [θ]×²
+  /// Returns ∂(J(θ) a)/∂θ, with J = I + B [θ]× + C [θ]×².
   static Mat3 jacobian_by_angle(const Vec3& theta, const Vec3& a, const Coefficients& k) {
     const Vec3 slope = k.dB * theta.cross(a) + k.dC * square(theta, a);
     return k.C * square_by_angle(theta, a) - k.B * skew(a) + S(2) * slope * theta.transpose();
   }
 
-  /// ∂(Q(ρ, θ) a)/∂ρ
+  /// Returns ∂(Q(ρ, θ) a)/∂ρ.
   static Mat3 Q_by_rho(const Vec3& theta, const Vec3& a, const Coefficients& k) {
     const Mat3 W = skew(theta), A = skew(a);
     const Vec3 turned = theta.cross(a), twice = theta.cross(turned);
@@ -104,7 +106,7 @@ struct ExpCurvatureWithRotation {
     return M;
   }
 
-  /// ∂(Q(ρ, θ) a)/∂θ
+  /// Returns ∂(Q(ρ, θ) a)/∂θ.
   static Mat3 Q_by_angle(const Vec3& rho, const Vec3& theta, const Vec3& a, const Coefficients& k) {
     const Mat3 P = skew(rho), A = skew(a);
     const Vec3 p = rho.cross(a), turned = theta.cross(a), twice = theta.cross(turned);
@@ -129,10 +131,10 @@ struct ExpCurvature<BasicSO3<S>> : detail::ExpCurvatureWithRotation<BasicSO3<S>,
 template <int K, class S>
 struct ExpCurvature<BasicSEK3<K, S>> : detail::ExpCurvatureWithRotation<BasicSEK3<K, S>, K> {};
 
-/// Groups whose ExpCurvature is known.
+/// Groups for which ExpCurvature is specialised.
 template <class G>
 concept HasExpCurvature = LieGroup<G> && requires(const typename G::Tangent& v) {
-  ExpCurvature<G>::of(v, v);
+  ExpCurvature<G>::hessian(v, v);
 };
 
 }  // namespace tandem

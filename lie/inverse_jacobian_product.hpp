@@ -10,12 +10,13 @@
 
 namespace tandem {
 
-/// D(x) = 1/θ² − cot(θ/2) / (2θ), x = θ² (as in AngleCoefficients), with its derivatives by x: for x below 4π², where
-/// it has its first pole.
+/// The coefficient D(x) = 1/θ² − cot(θ/2) / (2θ) of AngleCoefficients as a function of x = θ², with its first and
+/// second derivatives. Valid below the first pole, x = 4π².
 ///
-/// By the partial fractions of the cotangent D = 2 Σ_k 1/(4k²π² − x), k ≥ 1. Up to θ = π the first term is taken as it
-/// is and the others as their Taylor series, with coefficients 2 (ζ(2n+2) − 1) / (4π²)^(n+1): all terms are positive,
-/// so that nothing cancels, and what is cut off is below 1e-16. Beyond, 2x D' = 1/4 − 3D + x D² and its derivative.
+/// The partial fractions of the cotangent give D = 2 Σ_k 1/(4k²π² − x), k ≥ 1. Up to x = 10 (just above θ = π) the
+/// first term is evaluated exactly and the others as a Taylor series with coefficients 2 (ζ(2n+2) − 1) / (4π²)^(n+1).
+/// All terms are positive, so nothing cancels; the truncation error is below 1e-16. For larger x the derivatives follow
+/// from the differential equation 2x D' = 1/4 − 3D + x D².
 template <class S>
 struct InverseCoefficient {
   S value, first, second;
@@ -24,7 +25,7 @@ struct InverseCoefficient {
     if (x < 10.) {
       const S pole = 1. / (39.4784176043574345 - x);
       value = first = second = S(0.);
-      for (auto c = series.rbegin(); c != series.rend(); ++c) {  // Horner's rule; second/2 until the end
+      for (auto c = series.rbegin(); c != series.rend(); ++c) {  // Horner's rule; `second` holds D''/2 until the end
         second = first + x * second;
         first = value + x * first;
         value = *c + x * value;
@@ -50,13 +51,13 @@ struct InverseCoefficient {
 
 namespace detail {
 
-/// How many last rows of a tangent are its rotation.
+/// Number of rows at the end of a tangent that are its rotation.
 template <class G>
 inline constexpr int rotation_rows = -1;
 template <int N, class S>
 inline constexpr int rotation_rows<BasicRn<N, S>> = 0;
 template <class S>
-inline constexpr int rotation_rows<BasicSO2<S>> = 0;  // it commutes, which is what counts here
+inline constexpr int rotation_rows<BasicSO2<S>> = 0;  // commutative, so Jr = I
 template <class S>
 inline constexpr int rotation_rows<BasicSE2<S>> = 1;
 template <class S>
@@ -66,15 +67,17 @@ inline constexpr int rotation_rows<BasicSEK3<K, S>> = 3;
 
 }  // namespace detail
 
-/// Jr⁻¹(v) w, and its exact derivatives by v and by w (which is Jr⁻¹(v)), each filled when its pointer is not null.
+/// Returns Jr⁻¹(v) w. Fills `Jv` and `Jw` with the exact derivatives with respect to v and w (`Jw` = Jr⁻¹(v)) if they
+/// are not null.
 ///
-/// With A = ad(v), Jr⁻¹(v) = A / (1 − exp(−A)). On each of the groups A has the eigenvalues 0 and ±iθ, the latter at
-/// most twice: A (A² + θ²)² = 0. So Hermite interpolation there gives it as a polynomial, with D of x = θ²:
+/// With A = ad(v), Jr⁻¹(v) = A / (1 − exp(−A)). In each supported group A has the eigenvalues 0 and ±iθ, the latter at
+/// most double, so A (A² + θ²)² = 0. Hermite interpolation at the eigenvalues therefore gives a polynomial, with D(x)
+/// and x = θ²:
 ///
 ///   Jr⁻¹(v) = I + A/2 + a A² + b A⁴,  a = D − x D',  b = −D';   da/dx = −x D'',  db/dx = −D''
 ///
-/// and the product rule for the powers of A, where dA w = −ad(w) dv, its derivative. That has the form which the group's
-/// `product` takes.
+/// The derivative of the powers of A follows from the product rule and dA w = −ad(w) dv. Its terms have the block
+/// structure that the group's `product` expects.
 template <LieGroup G>
 typename G::Tangent Jr_inverse_times(const typename G::Tangent& v, const typename G::Tangent& w,
                                      typename G::Jacobian* Jv = nullptr, typename G::Jacobian* Jw = nullptr) {
@@ -101,7 +104,7 @@ typename G::Tangent Jr_inverse_times(const typename G::Tangent& v, const typenam
     return w;
   } else {
     constexpr int turn = detail::rotation_rows<G>;
-    static_assert(turn > 0, "Jr_inverse_times: of the groups of this library and their bundles");
+    static_assert(turn > 0, "Jr_inverse_times supports only Tandem's groups and their bundles");
     const Vector<turn, S> theta = v.template tail<turn>();
     const S x = theta.squaredNorm();
     const InverseCoefficient<S> D(x);

@@ -6,16 +6,19 @@
 
 namespace tandem {
 
-/// What every state of a problem must offer. Conventions, for all groups (Solà et al. 2018, "A micro Lie theory"):
+/// Requirements on the state of a variable. Conventions for all groups (Solà et al. 2018, "A micro Lie theory"):
 ///
-///   - tangent vectors put translation first, δ = [ρ; θ] in m and rad;
-///   - perturbations are on the right, X ⊕ δ = X Exp(δ), and so are all Jacobians;
+///   - tangent vectors put translation first: δ = [ρ; θ] in m and rad;
+///   - perturbations are on the right, X ⊕ δ = X Exp(δ), and all Jacobians refer to them;
 ///   - Jl(δ), Jr(δ) are the left and right Jacobians of Exp: Exp(δ + ε) ≈ Exp(Jl(δ) ε) Exp(δ) = Exp(δ) Exp(Jr(δ) ε);
 ///   - Ad(X) v = vee(X hat(v) X⁻¹);
-///   - act_jacobian(p) is d act(X ⊕ δ, p)/dδ, act_point_jacobian() is d act(X, p)/dp (the action is affine in p).
+///   - angle(v) is the rotation angle of a tangent [rad], 0 for groups without rotation;
+///   - act_jacobian(p) is ∂act(X ⊕ δ, p)/∂δ, act_point_jacobian() is ∂act(X, p)/∂p (the action is affine in p).
 ///
-/// Members: `dof` (tangent dimension), `matrix_size` (of matrix(), hat), `point_dim` (of act), `Scalar`, `Tangent`,
-/// `Jacobian` (dof × dof), a default constructor (the identity), `Rebind<S>` and `cast<S>()` (the same group over another scalar, e.g. for automatic differentiation).
+/// Member constants: `dof` (tangent dimension), `matrix_size` (rows of matrix() and hat()), `point_dim` (dimension of
+/// the points that act() takes). Member types: `Scalar`, `Tangent`, `Jacobian` (dof × dof), `AlgebraMatrix`. The
+/// default constructor gives the identity. `Rebind<S>` and `cast<S>()` give the same group over another scalar, e.g.
+/// for automatic differentiation.
 template <class G>
 concept LieGroup = std::default_initializable<G> &&
     requires(const G& x, const typename G::Tangent& v, const typename G::AlgebraMatrix& m,
@@ -41,8 +44,8 @@ concept LieGroup = std::default_initializable<G> &&
   { x.act_point_jacobian() } -> std::same_as<Matrix<G::point_dim, G::point_dim, typename G::Scalar>>;
 };
 
-/// X is the group G, over any scalar: residuals take their states as this, so that the same code serves doubles and
-/// dual numbers.
+/// True if X is the group G over any scalar. Residuals constrain their states by this concept, so that the same code
+/// accepts doubles and dual numbers.
 template <class X, class G>
 concept Over = LieGroup<X> && std::same_as<typename X::template Rebind<typename G::Scalar>, G>;
 

@@ -4,7 +4,7 @@
 
 namespace tandem {
 
-/// Jl⁻¹(v), and Jr⁻¹(v) out of it where the group knows how (`opposite`).
+/// Inverse left and right Jacobians at v. The right one is derived from the left one if the group has `opposite`.
 template <LieGroup G>
 struct InverseJacobians {
   typename G::Jacobian left, right;
@@ -18,7 +18,8 @@ struct InverseJacobians {
   }
 };
 
-/// a b for Jacobians of Exp, inverses and adjoints, with the group's structure where it has one (`product`).
+/// Returns a b, where a and b are Jacobians of Exp, their inverses or adjoints. Uses the group's block structure if the
+/// group has `product`.
 template <LieGroup G>
 typename G::Jacobian multiply(const typename G::Jacobian& a, const typename G::Jacobian& b) {
   if constexpr (requires { G::product(a, b); }) {
@@ -28,7 +29,7 @@ typename G::Jacobian multiply(const typename G::Jacobian& a, const typename G::J
   }
 }
 
-/// The operations of a group with their Jacobians, each filled when its pointer is not null (Solà et al. 2018, §III).
+// Operations of a group (Solà et al. 2018, §III). Each fills the Jacobians whose pointers are not null.
 
 template <LieGroup G>
 G compose(const G& x, const G& y, typename G::Jacobian* Jx = nullptr, typename G::Jacobian* Jy = nullptr) {
@@ -43,7 +44,7 @@ G inverse(const G& x, typename G::Jacobian* Jx = nullptr) {
   return x.inverse();
 }
 
-/// X⁻¹ Y.
+/// Returns X⁻¹ Y.
 template <LieGroup G>
 G between(const G& x, const G& y, typename G::Jacobian* Jx = nullptr, typename G::Jacobian* Jy = nullptr) {
   const G z = x.inverse() * y;
@@ -65,7 +66,7 @@ typename G::Tangent Log(const G& x, typename G::Jacobian* Jx = nullptr) {
   return v;
 }
 
-/// X ⊕ v = X Exp(v): the retraction.
+/// Returns X ⊕ v = X Exp(v), the retraction.
 template <LieGroup G>
 G plus(const G& x, const typename G::Tangent& v, typename G::Jacobian* Jx = nullptr,
        typename G::Jacobian* Jv = nullptr) {
@@ -75,7 +76,7 @@ G plus(const G& x, const typename G::Tangent& v, typename G::Jacobian* Jx = null
   return x * e;
 }
 
-/// Y ⊖ X = Log(X⁻¹ Y).
+/// Returns Y ⊖ X = Log(X⁻¹ Y).
 template <LieGroup G>
 typename G::Tangent minus(const G& y, const G& x, typename G::Jacobian* Jy = nullptr,
                           typename G::Jacobian* Jx = nullptr) {
@@ -85,7 +86,7 @@ typename G::Tangent minus(const G& y, const G& x, typename G::Jacobian* Jy = nul
   return v;
 }
 
-/// The group action on a point.
+/// Applies the group action to a point.
 template <LieGroup G>
 Vector<G::point_dim, typename G::Scalar> act(const G& x, const Vector<G::point_dim, typename G::Scalar>& p,
                                              Matrix<G::point_dim, G::dof, typename G::Scalar>* Jx = nullptr,
@@ -95,7 +96,7 @@ Vector<G::point_dim, typename G::Scalar> act(const G& x, const Vector<G::point_d
   return x.act(p);
 }
 
-/// X ⊕ s (Y ⊖ X): the geodesic from X (s = 0) to Y (s = 1), and beyond.
+/// Returns X ⊕ s (Y ⊖ X), the geodesic from X (s = 0) to Y (s = 1). Values of s outside [0, 1] extrapolate.
 template <LieGroup G>
 G interpolate(const G& x, const G& y, const typename G::Scalar& s, typename G::Jacobian* Jx = nullptr,
               typename G::Jacobian* Jy = nullptr) {

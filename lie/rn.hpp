@@ -4,7 +4,7 @@
 
 namespace tandem {
 
-/// R^N under addition, for points, velocities and biases. The matrix is [I x; 0 1].
+/// R^N under addition, for points, velocities and biases. matrix() is [I x; 0 1].
 template <int N, class S>
 class BasicRn {
  public:
@@ -22,7 +22,7 @@ class BasicRn {
   static BasicRn identity() { return {}; }
   static BasicRn Exp(const Tangent& v) { return BasicRn(v); }
   const Tangent& vector() const { return x_; }
-  /// The point itself, so that a point stands where a pose's position does.
+  /// Returns the vector itself. Points and poses thus have the same interface for their position.
   const Tangent& translation() const { return x_; }
   Tangent Log() const { return x_; }
 
@@ -41,7 +41,7 @@ class BasicRn {
   static Jacobian Jl_inverse(const Tangent&) { return Jacobian::Identity(); }
   static Jacobian Jr_inverse(const Tangent&) { return Jacobian::Identity(); }
 
-  /// hat(ad(v) w) = hat(v) hat(w) − hat(w) hat(v).
+  /// Returns the matrix of the Lie bracket, which is zero.
   static Jacobian ad(const Tangent&) { return Jacobian::Zero(); }
 
   static S angle(const Tangent&) { return S(0.); }
@@ -70,7 +70,7 @@ using R2 = Rn<2>;
 using R3 = Rn<3>;
 static_assert(LieGroup<R2> && LieGroup<R3>);
 
-/// Groups that are vector spaces.
+/// True for groups that are vector spaces.
 template <class G>
 inline constexpr bool is_vector_space = false;
 template <int N, class S>

@@ -59,7 +59,7 @@ class BasicSE2 {
     return A;
   }
 
-  /// Solà et al. 2018, eq. 163, with coefficients that stay accurate at θ = 0.
+  /// Returns the left Jacobian (Solà et al. 2018, eq. 163), with coefficients that are accurate at θ = 0.
   static Jacobian Jl(const Tangent& v) {
     const AngleCoefficients<S> k(v[2] * v[2]);
     Jacobian J = Jacobian::Identity();
@@ -78,7 +78,7 @@ class BasicSE2 {
   }
   static Jacobian Jr_inverse(const Tangent& v) { return Jl_inverse(-v); }
 
-  /// hat(ad(v) w) = hat(v) hat(w) − hat(w) hat(v).
+  /// Returns the matrix of the Lie bracket: hat(ad(v) w) = hat(v) hat(w) − hat(w) hat(v).
   static Jacobian ad(const Tangent& v) {
     return (Jacobian() << S(0.), -v[2], v[1], v[2], S(0.), -v[0], S(0.), S(0.), S(0.)).finished();
   }
@@ -92,7 +92,7 @@ class BasicSE2 {
   }
   static Tangent vee(const AlgebraMatrix& m) { return {m(0, 2), m(1, 2), m(1, 0)}; }
 
-  /// d(R p + t)/dδ, 2 × 3.
+  /// Returns ∂(R p + t)/∂δ, 2 × 3.
   Matrix<2, 3, S> act_jacobian(const Vector<2, S>& p) const {
     Matrix<2, 3, S> J;
     J.template leftCols<2>() = R_.matrix();

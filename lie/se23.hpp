@@ -1,4 +1,4 @@
 #pragma once
 
-/// SE23, extended poses: rotation, position and velocity. They are the case K = 2 of SE_K(3), and written there.
+/// Extended poses SE23: rotation, position and velocity. Implemented as the case K = 2 of SE_K(3).
 #include <tandem/lie/sek3.hpp>

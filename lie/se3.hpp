@@ -1,4 +1,4 @@
 #pragma once
 
-/// SE3, rigid motions of space. They are the case K = 1 of SE_K(3), and written there.
+/// Rigid motions SE3. Implemented as the case K = 1 of SE_K(3).
 #include <tandem/lie/sek3.hpp>

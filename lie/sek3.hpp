@@ -4,8 +4,9 @@
 
 namespace tandem {
 
-/// SE_K(3): a rotation R and K vectors that it turns. K = 1 is the pose group SE(3), K = 2 the extended poses SE₂(3)
-/// (position and velocity). Tangent: [ρ_1; …; ρ_K; θ] in m (m/s) and rad. The matrix is [R t_1 … t_K; 0 I].
+/// SE_K(3): a rotation R and K vectors that rotate with it. K = 1 is the pose group SE(3); K = 2 is the group SE₂(3) of
+/// extended poses (position and velocity). Tangent: [ρ_1; …; ρ_K; θ], ρ in m (or m/s), θ in rad. matrix() is [R t_1 …
+/// t_K; 0 I].
 template <int K, class S>
 class BasicSEK3 {
  public:
@@ -31,9 +32,9 @@ class BasicSEK3 {
   Tangent Log() const;
 
   const Rotation& rotation() const { return R_; }
-  /// Position [m]: the point the group acts about.
+  /// Position [m].
   Vector<3, S> translation() const { return t_.col(0); }
-  /// World velocity [m/s].
+  /// Velocity in the world frame [m/s].
   Vector<3, S> velocity() const requires(K == 2) { return t_.col(1); }
   AlgebraMatrix matrix() const {
     AlgebraMatrix M = AlgebraMatrix::Identity();
@@ -47,7 +48,7 @@ class BasicSEK3 {
     return BasicSEK3(Ri, Ri.matrix() * -t_);
   }
   BasicSEK3 operator*(const BasicSEK3& y) const { return BasicSEK3(R_ * y.R_, R_.matrix() * y.t_ + t_); }
-  /// R p + t_1.
+  /// Returns R p + t_1.
   Vector<3, S> act(const Vector<3, S>& p) const { return R_.act(p) + t_.col(0); }
 
   Jacobian Ad() const {
@@ -57,25 +58,25 @@ class BasicSEK3 {
     return A;
   }
 
-  /// [Jl(θ) Q(ρ, θ); 0 Jl(θ)], with one Q for each ρ_k (Barfoot 2017, eq. 7.85).
+  /// Returns [Jl(θ) Q(ρ, θ); 0 Jl(θ)], with one Q for each ρ_k (Barfoot 2017, eq. 7.85).
   static Jacobian Jl(const Tangent& v);
   static Jacobian Jr(const Tangent& v) { return Jl(-v); }
 
-  /// [Jl⁻¹ −Jl⁻¹ Q Jl⁻¹; 0 Jl⁻¹].
+  /// Returns [Jl⁻¹ −Jl⁻¹ Q Jl⁻¹; 0 Jl⁻¹].
   static Jacobian Jl_inverse(const Tangent& v);
   static Jacobian Jr_inverse(const Tangent& v) { return Jl_inverse(-v); }
 
-  /// A Jacobian of Exp or its inverse at −v, from the same at v: Jr from Jl. Every 3 × 3 block is transposed, since
-  /// Q(−ρ, −θ) = Q(ρ, θ)ᵀ.
+  /// Returns the Jacobian of Exp (or its inverse) at −v from the same Jacobian at v, e.g. Jr(v) from Jl(v). Transposes
+  /// every 3 × 3 block, since Q(−ρ, −θ) = Q(ρ, θ)ᵀ.
   static Jacobian opposite(const Jacobian& J) {
     Jacobian T = diagonal(J.template topLeftCorner<3, 3>().transpose());
     for (int k = 0; k < K; ++k) T.template block<3, 3>(3 * k, 3 * K) = J.template block<3, 3>(3 * k, 3 * K).transpose();
     return T;
   }
-  /// The product of two Jacobians of Exp, inverses or adjoints (Ad, ad), all of the form [D O; 0 D].
+  /// Returns a b, where a and b have the block form [D O; 0 D]: Jacobians of Exp, their inverses, Ad or ad.
   static Jacobian product(const Jacobian& a, const Jacobian& b);
 
-  /// hat(ad(v) w) = hat(v) hat(w) − hat(w) hat(v). Its matrix is [[θ]× [ρ]×; 0 [θ]×].
+  /// Returns the matrix of the Lie bracket, [[θ]× [ρ]×; 0 [θ]×]: hat(ad(v) w) = hat(v) hat(w) − hat(w) hat(v).
   static Jacobian ad(const Tangent& v) {
     Jacobian A = diagonal(skew(v.template tail<3>()));
     for (int k = 0; k < K; ++k) A.template block<3, 3>(3 * k, 3 * K) = skew(v.template segment<3>(3 * k));
@@ -96,7 +97,7 @@ class BasicSEK3 {
     return v;
   }
 
-  /// d(R p + t_1)/dδ = [R 0 −R [p]×], 3 × dof.
+  /// Returns ∂(R p + t_1)/∂δ = [R 0 −R [p]×], 3 × dof.
   Matrix<3, dof, S> act_jacobian(const Vector<3, S>& p) const {
     Matrix<3, dof, S> J = Matrix<3, dof, S>::Zero();
     J.template leftCols<3>() = R_.matrix();
@@ -123,7 +124,7 @@ class BasicSEK3 {
     return J;
   }
 
-  /// Barfoot 2017, eq. 7.86b, with P = [ρ]×, W = [θ]×; (PW)ᵀ = WP and W³ = −θ²W save products.
+  /// Barfoot 2017, eq. 7.86b, with P = [ρ]× and W = [θ]×. The identities (PW)ᵀ = WP and W³ = −θ²W save products.
   static Matrix<3, 3, S> Q(const Vector<3, S>& rho, const Vector<3, S>& theta, const AngleCoefficients<S>& k);
 
   Rotation R_;
@@ -201,7 +202,7 @@ using SE3 = BasicSE3<double>;    ///< poses in space, δ = [ρ; θ] [m, rad]
 using SE23 = BasicSE23<double>;  ///< position, velocity and rotation, in this order
 static_assert(LieGroup<SE3> && LieGroup<SE23>);
 
-// What is long is compiled once, in sek3.cpp.
+// Instantiated once, in sek3.cpp, to reduce compile time.
 extern template class BasicSEK3<1, double>;
 extern template class BasicSEK3<2, double>;
 

@@ -6,7 +6,7 @@
 
 namespace tandem {
 
-/// Planar rotations, kept as a unit complex number. Tangent: the angle [rad].
+/// Planar rotations, stored as a unit complex number. Tangent: the angle [rad].
 template <class S>
 class BasicSO2 {
  public:
@@ -26,7 +26,7 @@ class BasicSO2 {
   }
 
   static BasicSO2 identity() { return {}; }
-  /// cos and sin of the angle, taken as they are.
+  /// Constructs a rotation from the cosine and sine of its angle, without normalising them.
   static BasicSO2 from_unit(const S& c, const S& s) { return BasicSO2(c, s); }
   static BasicSO2 Exp(const Tangent& v) { return BasicSO2(v[0]); }
   Tangent Log() const { return Tangent(angle()); }
@@ -50,14 +50,14 @@ class BasicSO2 {
   static Jacobian Jl_inverse(const Tangent&) { return Jacobian::Identity(); }
   static Jacobian Jr_inverse(const Tangent&) { return Jacobian::Identity(); }
 
-  /// hat(ad(v) w) = hat(v) hat(w) − hat(w) hat(v).
+  /// Returns the matrix of the Lie bracket, which is zero.
   static Jacobian ad(const Tangent&) { return Jacobian::Zero(); }
 
   static S angle(const Tangent& v) { return v[0] < 0. ? S(-v[0]) : v[0]; }
   static AlgebraMatrix hat(const Tangent& v) { return (AlgebraMatrix() << S(0.), -v[0], v[0], S(0.)).finished(); }
   static Tangent vee(const AlgebraMatrix& m) { return Tangent(m(1, 0)); }
 
-  /// d(R p)/dδ, 2 × 1.
+  /// Returns ∂(R p)/∂δ, 2 × 1.
   Matrix<2, 1, S> act_jacobian(const Vector<2, S>& p) const {
     const Vector<2, S> q = act(p);
     return {-q[1], q[0]};

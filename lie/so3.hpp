@@ -10,14 +10,14 @@
 
 namespace tandem {
 
-/// [v]×, the matrix of the cross product with v.
+/// Returns [v]×, the matrix of the cross product with v.
 template <class Derived>
 Matrix<3, 3, typename Derived::Scalar> skew(const Eigen::MatrixBase<Derived>& v) {
   using S = typename Derived::Scalar;
   return (Matrix<3, 3, S>() << S(0.), -v[2], v[1], v[2], S(0.), -v[0], -v[1], v[0], S(0.)).finished();
 }
 
-/// Rotations of space, kept as a unit Hamilton quaternion. Tangent: the rotation vector [rad].
+/// Rotations in space, stored as a unit Hamilton quaternion. Tangent: the rotation vector [rad].
 template <class S>
 class BasicSO3 {
  public:
@@ -30,17 +30,17 @@ class BasicSO3 {
   template <class Other>
   using Rebind = BasicSO3<Other>;
 
-  /// Below this θ² in Exp, and |vec|² in Log, series replace the closed forms (truncation below 1e-16).
+  /// Series replace the closed forms below this value of θ² in Exp and |vec|² in Log (truncation error below 1e-16).
   static constexpr double kSeriesBelow = 1e-3;
 
   BasicSO3() : q_(S(1.), S(0.), S(0.), S(0.)) {}
-  /// `q` need not be exactly of unit length: it is normalised.
+  /// Normalises `q`.
   explicit BasicSO3(const Quaternion& q) : q_(q.normalized()) {}
   /// `R` is a rotation matrix.
   explicit BasicSO3(const Matrix<3, 3, S>& R) : q_(R) { q_.normalize(); }
 
   static BasicSO3 identity() { return {}; }
-  /// `q` of unit length, taken as it is.
+  /// Constructs a rotation from a unit quaternion without normalising it.
   static BasicSO3 from_unit(const Quaternion& q) {
     BasicSO3 X;
     X.q_ = q;
@@ -65,7 +65,7 @@ class BasicSO3 {
     return X;
   }
 
-  /// Rotation vector of length at most π; at exactly π either sign is right.
+  /// Returns the rotation vector, of length at most π. At exactly π both signs are valid.
   Tangent Log() const {
     const S n2 = q_.vec().squaredNorm();
     const auto signed_as_w = [&](const S& x) {
@@ -82,7 +82,7 @@ class BasicSO3 {
       const S n = sqrt(n2);
       return 2. * atan2(n, w) / n;
     };
-    // θ / |vec|, with θ = 2 atan2(|vec|, |w|): accurate from 0 to π
+    // θ / |vec| with θ = 2 atan2(|vec|, |w|) is accurate from 0 to π.
     return signed_as_w(detail::piecewise(n2, kSeriesBelow, series, closed)) * q_.vec();
   }
 
@@ -114,17 +114,17 @@ class BasicSO3 {
   }
   static Jacobian Jr_inverse(const Tangent& v) { return Jl_inverse(-v); }
 
-  /// A Jacobian of Exp or its inverse at −v, from the same at v: Jr from Jl.
+  /// Returns the Jacobian of Exp (or its inverse) at −v from the same Jacobian at v, e.g. Jr(v) from Jl(v).
   static Jacobian opposite(const Jacobian& J) { return J.transpose(); }
 
-  /// hat(ad(v) w) = hat(v) hat(w) − hat(w) hat(v).
+  /// Returns the matrix of the Lie bracket: hat(ad(v) w) = hat(v) hat(w) − hat(w) hat(v).
   static Jacobian ad(const Tangent& v) { return skew(v); }
 
   static S angle(const Tangent& v) { return v.norm(); }
   static AlgebraMatrix hat(const Tangent& v) { return skew(v); }
   static Tangent vee(const AlgebraMatrix& m) { return {m(2, 1), m(0, 2), m(1, 0)}; }
 
-  /// d(R p)/dδ = −R [p]×, 3 × 3.
+  /// Returns ∂(R p)/∂δ = −R [p]×, 3 × 3.
   Matrix<3, 3, S> act_jacobian(const Vector<3, S>& p) const { return matrix() * skew(S(-1.) * p); }
   Matrix<3, 3, S> act_point_jacobian() const { return matrix(); }
 
@@ -135,7 +135,7 @@ class BasicSO3 {
     return X;
   }
 
-  /// I + a [v]× + b [v]×²: Jl with (B, C), its inverse with (−1/2, D).
+  /// Returns I + a [v]× + b [v]×²: Jl for (a, b) = (B, C), its inverse for (−1/2, D).
   static Jacobian polynomial(const Tangent& v, const S& a, const S& b) {
     const S xx = b * v[0] * v[0], yy = b * v[1] * v[1], zz = b * v[2] * v[2];
     const S xy = b * v[0] * v[1], xz = b * v[0] * v[2], yz = b * v[1] * v[2];

@@ -15,23 +15,23 @@
 
 #include <tandem/lie/operations.hpp>
 
-/// Checks that a type which satisfies the LieGroup concept is a Lie group, its Jacobians included. They work
-/// for any group over double and need no test framework:
+/// Checks that a type that models LieGroup is a Lie group and that its Jacobians are correct. The checks work for any
+/// group over double and need no test framework:
 ///
 ///     const tandem::check::GroupErrors errors = tandem::check::group<MyGroup>();
 ///     ASSERT_EQ(errors.report(), "");
 namespace tandem::check {
 
-/// The largest error seen for each identity, by its name.
+/// Largest error of each identity, by name.
 class Errors {
  public:
-  /// Not a number counts as infinite.
+  /// Records an error; NaN counts as infinite.
   void add(const char* identity, double error) {
     double& largest = largest_[identity];
     largest = std::max(largest, std::isfinite(error) ? error : std::numeric_limits<double>::infinity());
   }
-  /// The largest difference of two entries relative to the largest expected entry or `least_scale`, whichever
-  /// is larger; absolute where both are zero.
+  /// Records the largest difference of two entries, divided by the largest expected entry or `least_scale`, whichever
+  /// is larger. The difference is absolute if both are zero.
   void compare(const char* identity, const Eigen::MatrixXd& got, const Eigen::MatrixXd& expected,
                double least_scale = 0.) {
     const double scale = std::max(least_scale, expected.cwiseAbs().maxCoeff());
@@ -44,7 +44,7 @@ class Errors {
     for (const auto& [identity, e] : largest_) error = std::max(error, e);
     return error;
   }
-  /// One line for each identity whose error passes the tolerance: empty when all hold.
+  /// Returns one line for each identity whose error exceeds the tolerance; empty if all hold.
   std::string report(double tolerance) const {
     std::ostringstream out;
     for (const auto& [identity, error] : largest_)
@@ -57,17 +57,17 @@ class Errors {
   std::map<std::string, double> largest_;
 };
 
-// ---- independent of any group
+// ---- helpers that do not depend on a group
 
 using LongMatrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
 
-/// A fixed-size matrix as a dynamic one: what follows is then compiled once, not for each group.
+/// Converts a fixed-size matrix to a dynamic one, so that the functions below are compiled once for all groups.
 template <class M>
 Eigen::MatrixXd dense(const M& m) {
   return Eigen::Map<const Eigen::MatrixXd>(m.data(), m.rows(), m.cols());
 }
 
-/// exp(M) by scaling, its Taylor series and squaring, in long double.
+/// Returns exp(M), computed by scaling, Taylor series and squaring in long double.
 inline Eigen::MatrixXd matrix_exponential(const Eigen::MatrixXd& M) {
   int squarings = 0;
   for (double norm = M.cwiseAbs().rowwise().sum().maxCoeff(); norm > 0.5; norm *= 0.5) ++squarings;
@@ -78,7 +78,7 @@ inline Eigen::MatrixXd matrix_exponential(const Eigen::MatrixXd& M) {
   return sum.cast<double>();
 }
 
-/// Σ (sign·ad)^k / (k+1)!, in long double: the left Jacobian for sign = 1, the right one for −1.
+/// Returns Σ (sign·ad)^k / (k+1)!, computed in long double: the left Jacobian for sign = 1, the right one for −1.
 inline Eigen::MatrixXd jacobian_series(const Eigen::MatrixXd& ad, double sign) {
   const LongMatrix A = (sign * ad).cast<long double>();
   LongMatrix term = LongMatrix::Identity(ad.rows(), ad.cols()), sum = term;
@@ -90,7 +90,8 @@ inline Eigen::MatrixXd jacobian_series(const Eigen::MatrixXd& ad, double sign) {
   return sum.cast<double>();
 }
 
-/// The Jacobian at 0 of f: R^N → R^M by the five-point central formula; error O(step⁴) + O(1e-16 / step).
+/// Returns the Jacobian at 0 of f: R^N → R^M by five-point central differences. The error is O(step⁴) + O(1e-16 /
+/// step).
 template <int M, int N, class F>
 Matrix<M, N> central_differences(const F& f, double step) {
   constexpr std::array<std::pair<double, double>, 4> stencil{{{1., 8.}, {-1., -8.}, {2., -1.}, {-2., 1.}}};
@@ -114,7 +115,7 @@ Eigen::VectorXd vee(const Eigen::MatrixXd& m) {
   return dense(G::vee(typename G::AlgebraMatrix(m.data())));
 }
 
-/// ad(v), the matrix of w ↦ vee(hat(v) hat(w) − hat(w) hat(v)).
+/// Returns ad(v), the matrix of w ↦ vee(hat(v) hat(w) − hat(w) hat(v)).
 template <LieGroup G>
 Eigen::MatrixXd adjoint_of_algebra(const typename G::Tangent& v) {
   const Eigen::MatrixXd V = dense(G::hat(v));
@@ -128,7 +129,7 @@ Eigen::MatrixXd adjoint_of_algebra(const typename G::Tangent& v) {
   return ad;
 }
 
-/// Identity, associativity, inverse, and that matrix(), act and Ad respect the product.
+/// Checks identity, associativity and inverse, and that matrix(), act and Ad respect the product.
 template <LieGroup G>
 void axioms(const G& x, const G& y, const G& z, const typename G::Tangent& v, const Vector<G::point_dim>& p,
             Errors& e) {
@@ -154,9 +155,9 @@ void axioms(const G& x, const G& y, const G& z, const typename G::Tangent& v, co
   e.compare("hat(Ad(x) v) = X hat(v) X^-1", dense(G::hat(typename G::Tangent(Adv.data()))), moved);
 }
 
-/// hat and vee, Exp against the matrix exponential, and Log, for v in the range of Log. Log(Exp(v)) is
-/// compared relative to v or to `least_scale`: 1 suits groups that keep numbers near 1, which know a small
-/// tangent to 1e-16 only.
+/// Checks hat and vee, Exp against the matrix exponential, and Log, for v in the range of Log. The error of Log(Exp(v))
+/// is relative to v or to `least_scale`. Use 1 for groups whose stored numbers are near 1 (for example a scale factor);
+/// these resolve a small tangent only to 1e-16.
 template <LieGroup G>
 void exponential(const typename G::Tangent& v, Errors& e, double least_scale = 0.) {
   const typename G::Tangent minus_v = -v;
@@ -171,7 +172,7 @@ void exponential(const typename G::Tangent& v, Errors& e, double least_scale = 0
   e.compare("Exp(Log(x)) = x", dense(G::Exp(x.Log()).matrix()), X);
 }
 
-/// The Jacobians of Exp and their inverses against the power series and one another.
+/// Checks the Jacobians of Exp and their inverses against the power series and against each other.
 template <LieGroup G>
 void jacobians(const typename G::Tangent& v, Errors& e) {
   const typename G::Tangent minus_v = -v;
@@ -189,7 +190,7 @@ void jacobians(const typename G::Tangent& v, Errors& e) {
   e.compare("Jl_inverse Jl = I", Jli * Jl, I);
 }
 
-/// The values of the operations: plus and minus are inverses of each other, interpolation meets both ends.
+/// Checks the values of the operations: plus and minus are inverse to each other, interpolate() meets both ends.
 template <LieGroup G>
 void operations(const G& x, const typename G::Tangent& v, const Vector<G::point_dim>& p, Errors& e) {
   const typename G::Tangent part = 0.3 * v;
@@ -204,14 +205,14 @@ void operations(const G& x, const typename G::Tangent& v, const Vector<G::point_
   e.compare("interpolate(x, y, 0) = x", dense(interpolate(x, y, 0.).matrix()), X);
   e.compare("interpolate(x, y, 1) = y", dense(interpolate(x, y, 1.).matrix()), Y);
   e.compare("interpolate(x, y, s) = x Exp(s v)", dense(interpolate(x, y, 0.3).matrix()), dense(plus(x, part).matrix()));
-  // x⁻¹ (x Exp(v)) holds v to the precision of x's entries, so the scale here is theirs.
+  // x⁻¹ (x Exp(v)) represents v to the precision of the entries of x, so these set the scale.
   const double scale = std::max({1., dense(v).cwiseAbs().maxCoeff(), X.cwiseAbs().maxCoeff()});
   e.add("minus(plus(x, v), x) = v", (dense(minus(y, x)) - dense(v)).cwiseAbs().maxCoeff() / scale);
 }
 
 // ---- Jacobians of the operations
 
-/// x over the scalar T: itself for double, cast for dual numbers.
+/// Returns x with scalar T: a copy for double, a cast for dual numbers.
 template <class T, class G>
 auto over(const G& x) {
   if constexpr (std::is_same_v<T, typename G::Scalar>) {
@@ -221,16 +222,15 @@ auto over(const G& x) {
   }
 }
 
-/// Calls check(name, J, f) for each Jacobian J of operations.hpp, at x, v and x Exp(v), the point p and the
-/// ratio s: f is the operation's result as a function of a perturbation of one argument, J should be its
-/// derivative at 0. f takes vectors over any scalar that `G::cast` takes, so that dual numbers can be pushed
-/// through it as well as differences.
+/// Calls check(name, J, f) for each Jacobian J of operations.hpp at x, v and x Exp(v), the point p and the ratio s. The
+/// function f maps a perturbation of one argument to the result of the operation; J should be its derivative at 0. It
+/// accepts vectors over any scalar that `G::cast` accepts, such as dual numbers.
 template <LieGroup G, class Check>
 void for_each_jacobian(const G& x, const typename G::Tangent& v, const Vector<G::point_dim>& p, double s,
                        const Check& check) {
   const auto same = []<int N, class T>(const G& a, const Vector<N, T>&) { return over<T>(a); };
   const auto moved = []<int N, class T>(const G& a, const Vector<N, T>& d) { return plus(over<T>(a), d); };
-  // What moves a to b, as a tangent: the chart about the unperturbed result.
+  // Tangent from a to b: the chart around the unperturbed result.
   const auto change = []<class H>(const G& a, const H& b) { return minus(b, over<typename H::Scalar>(a)); };
   const auto over_vector = []<int N, int M, class T>(const Vector<N>& a, const Vector<M, T>&) {
     return Vector<N, T>(a.template cast<T>());
@@ -280,8 +280,8 @@ void for_each_jacobian(const G& x, const typename G::Tangent& v, const Vector<G:
         [&]<int N, class T>(const Vector<N, T>& d) { return change(z, interpolate(same(x, d), moved(y, d), T(s))); });
 }
 
-/// Every Jacobian of operations.hpp against central differences. `step` must keep x Exp(v) ± 2 step off the
-/// cut of Log.
+/// Checks every Jacobian of operations.hpp against central differences. Choose `step` so that x Exp(v) ± 2 step avoids
+/// the discontinuity of Log.
 template <LieGroup G>
 void differences(const G& x, const typename G::Tangent& v, const Vector<G::point_dim>& p, double s, double step,
                  Errors& e) {
@@ -290,22 +290,23 @@ void differences(const G& x, const typename G::Tangent& v, const Vector<G::point
   });
 }
 
-// ---- all at once
+// ---- all checks together
 
-/// What group() found: the largest relative errors over its samples.
+/// Largest errors over the samples of group().
 struct GroupErrors {
-  Errors identities;   ///< hold to rounding
-  Errors differences;  ///< analytic against central differences with step 1e-3
+  Errors identities;   ///< relative errors, of the order of rounding
+  Errors differences;  ///< analytic Jacobians against central differences with step 1e-3
 
-  /// Empty when all hold. The tolerances suit elements of order one: rounding for the identities, and for the
-  /// differences their truncation step⁴/30 f⁽⁵⁾ and rounding 1e-16 / step.
+  /// Returns an empty string if all checks pass, otherwise one line for each failure. The default tolerances suit
+  /// elements of order one: rounding for the identities, truncation step⁴/30 f⁽⁵⁾ and rounding 1e-16 / step for the
+  /// differences.
   std::string report(double identities_within = 1e-13, double differences_within = 1e-10) const {
     return identities.report(identities_within) + differences.report(differences_within);
   }
 };
 
-/// All of the above at random elements, with tangents of norms from 0 to `largest_norm`, which must lie in
-/// the range of Log, 0.01 off its cut.
+/// Runs all checks at random elements, with tangents of norms from 0 to `largest_norm`. The norm must lie in the range
+/// of Log, at least 0.01 from its discontinuity.
 template <LieGroup G>
 GroupErrors group(double largest_norm = 3., unsigned seed = 1) {
   std::mt19937 random(seed);

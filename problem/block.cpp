@@ -6,7 +6,7 @@
 namespace tandem::detail {
 namespace {
 
-/// Adds a column of the block's Hessian, that of entry k of state B, from the gradients on both sides of it.
+/// Adds one column of the block's Hessian, for entry k of state B, from the gradients at both sides of the point.
 void add_hessian_column(const BlockShape& shape, const HessianPlace* place, int B, int k, const double* plus,
                         const double* minus, double* H) {
   const int* offset = shape.offset;
@@ -17,7 +17,7 @@ void add_hessian_column(const BlockShape& shape, const HessianPlace* place, int 
     const int stride = int(at.stride);
     for (int m = 0; m < shape.dofs[A]; ++m) {
       const double column = (plus[first + m] - minus[first + m]) / (2 * kGradientStep);
-      // Every ordered pair is met once from each side: half from each keeps the Hessian symmetric.
+      // Each ordered pair of entries occurs twice. Adding half of each keeps the Hessian symmetric.
       if (A == B) {
         H[at.position + k * stride + m] += 0.5 * column;
         H[at.position + m * stride + k] += 0.5 * column;
@@ -29,14 +29,14 @@ void add_hessian_column(const BlockShape& shape, const HessianPlace* place, int 
   }
 }
 
-/// block ← chartAᵀ C chartB of a pair of states; either chart may be null. C has `n` rows; A and B are the sizes where they
-/// are known when this is compiled.
+/// Computes block = chartAᵀ C chartB; a null chart is the identity. C has `n` rows. A and B are compile-time sizes, or
+/// 0 to use a_ and b_.
 template <int A, int B>
 TANDEM_INLINED void congruence(int a_, int b_, const double* C, int n, const double* of_A, const double* of_B,
                                double* block) {
   const int a = A ? A : a_, b = B ? B : b_;
-  constexpr int most_a = A ? A : kMostDofs, most_b = B ? B : kMostDofs;
-  double right[most_a * most_b];  // C chartB
+  constexpr int max_a = A ? A : kMaxDofs, max_b = B ? B : kMaxDofs;
+  double right[max_a * max_b];  // C chartB
   for (int m = 0; m < b; ++m) {
     double* column = right + m * a;
     if (!of_B) {
@@ -51,7 +51,7 @@ TANDEM_INLINED void congruence(int a_, int b_, const double* C, int n, const dou
     std::copy_n(right, a * b, block);
     return;
   }
-  double left[most_a * most_a];  // chartAᵀ
+  double left[max_a * max_a];  // chartAᵀ
   for (int k = 0; k < a; ++k)
     for (int j = 0; j < a; ++j) left[j * a + k] = of_A[k * a + j];
   for (int m = 0; m < b; ++m) {
@@ -75,7 +75,7 @@ TANDEM_INLINED void add_block_curvature_inlined(const BlockShape& shape, const H
     for (int B = 0, first_b = 0; B <= A; first_b += shape.dofs[B], ++B) {
       if (offset[B] < 0) continue;
       const int b = shape.dofs[B];
-      double block[kMostDofs * kMostDofs];
+      double block[kMaxDofs * kMaxDofs];
       const double* at_C = C + first_b * n + first_a;
       if (a == 6 && b == 6)  // SE(3)
         congruence<6, 6>(a, b, at_C, n, charts[A], charts[B], block);
@@ -102,7 +102,7 @@ TANDEM_BLOCK_KERNELS(template, 3);
 TANDEM_BLOCK_KERNELS(template, 6);
 
 void soft_block_dual(int dim, const BlockWeight& weight, double factor, const double* r, double* w) {
-  std::array<double, kMostRows> whitened;
+  std::array<double, kMaxRows> whitened;
   std::copy_n(r, dim, whitened.begin());
   whiten(dim, 1, weight.diagonal, weight.full, whitened.data());
   double squares = 0;
@@ -129,7 +129,7 @@ void block_gradient(const BlockShape& shape, const double* const* J, const doubl
       gradient[j] = sum;
     }
     if (!charts[s]) continue;
-    double product[kMostDofs];  // chartᵀ (Jᵀ w)
+    double product[kMaxDofs];  // chartᵀ (Jᵀ w)
     for (int j = 0; j < dof; ++j) {
       product[j] = 0;
       for (int k = 0; k < dof; ++k) product[j] += charts[s][j * dof + k] * gradient[k];
@@ -140,7 +140,7 @@ void block_gradient(const BlockShape& shape, const double* const* J, const doubl
 
 void add_difference_hessian(const BlockShape& shape, const HessianPlace* place,
                             FunctionRef<void(int, int, double, double*)> near, double* H) {
-  std::array<double, std::size_t(kMostStates * kMostDofs)> plus, minus;
+  std::array<double, std::size_t(kMaxStates * kMaxDofs)> plus, minus;
   for (int B = 0; B < shape.arity; ++B) {
     if (shape.offset[B] < 0) continue;
     for (int k = 0; k < shape.dofs[B]; ++k) {
@@ -153,7 +153,7 @@ void add_difference_hessian(const BlockShape& shape, const HessianPlace* place,
 
 void add_block_curvature(const BlockShape& shape, const HessianPlace* place, const double* const* J,
                          const double* const* charts, const double* w, const double* C, double* gradient, double* H) {
-  at_best([&]() TANDEM_INLINED_HERE { add_block_curvature_inlined(shape, place, J, charts, w, C, gradient, H); });
+  dispatch_simd([&]() TANDEM_INLINED_HERE { add_block_curvature_inlined(shape, place, J, charts, w, C, gradient, H); });
 }
 
 void whiten(int rows, int columns, const double* diagonal, const double* full, double* A) {
@@ -162,7 +162,7 @@ void whiten(int rows, int columns, const double* diagonal, const double* full, d
       for (int i = 0; i < rows; ++i) A[i] *= diagonal[i];
       continue;
     }
-    std::array<double, kMostRows> column{};
+    std::array<double, kMaxRows> column{};
     for (int k = 0; k < rows; ++k)
       for (int i = 0; i < rows; ++i) column[std::size_t(i)] += full[k * rows + i] * A[k];
     std::copy_n(column.begin(), rows, A);
@@ -171,7 +171,7 @@ void whiten(int rows, int columns, const double* diagonal, const double* full, d
 
 void add_block_stiffness(const BlockShape& shape, const double* J, const double* v, double weight, double& along,
                          double& scale) {
-  std::array<double, kMostRows> Jv{};
+  std::array<double, kMaxRows> Jv{};
   for (int s = 0; s < shape.arity; J += shape.dim * shape.dofs[s], ++s) {
     if (shape.offset[s] < 0) continue;
     const double *part = v + shape.offset[s], *entry = J;

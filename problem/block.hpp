@@ -8,33 +8,37 @@
 
 namespace tandem::detail {
 
-/// Where the second derivatives of a pair of states (a, b) go in the solver's matrix.
+/// Location of the second derivatives of a pair of states (a, b) in the values of the Hessian.
 struct HessianPlace {
   HessianPlace() = default;
   HessianPlace(int position, int stride, bool transposed)
-      : position(position), stride(static_cast<unsigned>(stride)), transposed(transposed) {}
+      : position(position), stride(static_cast<unsigned>(stride) & 0x7fffffffu), transposed(transposed) {}
 
-  int position = -1;            ///< of the block's first entry in the Hessian's values
-  unsigned stride : 31 = 0;     ///< from one column of it to the next
-  unsigned transposed : 1 = 0;  ///< whether its rows are those of b, not a
+  int position = -1;            ///< index of the block's first entry
+  unsigned stride : 31 = 0;     ///< distance between the columns of the block
+  unsigned transposed : 1 = 0;  ///< the rows are those of state b
 };
 
-/// Of one state, of one residual, and of one block.
-inline constexpr int kMostDofs = 64, kMostRows = 64, kMostStates = 16;
+/// Limits: dofs of one state, rows of one residual, states of one block.
+inline constexpr int kMaxDofs = 64, kMaxRows = 64, kMaxStates = 16;
 
-/// The sizes of a block. What needs no more of a residual is compiled once, or, in the solvers' loops, once for each number
-/// of rows: it is most of what there is to compile. J: of each state its Jacobian, rows × its dofs, by columns; charts: of
-/// each state Jr(δ), or null where it is the identity; place: of each pair of states (a, b ≤ a) at a (a + 1) / 2 + b.
+/// Sizes and unknowns of a block. The functions below depend on a residual through this shape only. They are therefore
+/// compiled once, or once per number of rows in the inner loops, which keeps the compile time of a problem low. Their
+/// common arguments are:
+/// - J: Jacobian of each state, dim × dofs of the state, column-major;
+/// - charts: Jr(δ) of each state, null if it is the identity;
+/// - place: location of each pair of states (a, b ≤ a) at index a (a + 1) / 2 + b;
+/// - full: whitening matrix W, column-major, or null if W = diag(diagonal).
 struct BlockShape {
   int dim, arity;
-  const int *dofs, *offset;  ///< of each state; offset: its first unknown, negative when it is fixed
+  const int *dofs, *offset;  ///< of each state; offset is its first unknown, negative if it is fixed
 
-  int first(int state) const {  ///< of the state's entries in the block's own gradient
+  int first(int state) const {  ///< first entry of a state in the block's own gradient
     int sum = 0;
     for (int s = 0; s < state; ++s) sum += dofs[s];
     return sum;
   }
-  /// f(s) for each state that is not fixed.
+  /// Calls f(s) for each free state s.
   template <class F>
   void for_free(F f) const {
     for (int s = 0; s < arity; ++s)
@@ -42,16 +46,16 @@ struct BlockShape {
   }
 };
 
-/// J ← J Jr(δ), the chain through the charts, here and nowhere else in a solver's loop.
+/// Computes J ← J Jr(δ), the chain rule through the charts.
 template <int dim>
-void through_charts(const BlockShape& shape, const double* const* charts, double* const* J) {
-  double product[dim * kMostDofs];
+void apply_charts(const BlockShape& shape, const double* const* charts, double* const* J) {
+  double product[dim * kMaxDofs];
   shape.for_free([&](int s) {
     if (charts[s]) with_size(shape.dofs[s], [&](auto dof) { multiply_right<dim>(dof, J[s], charts[s], product); });
   });
 }
 
-/// A ← W A of so many columns, W a diagonal or, where it is not null, full.
+/// Computes A ← W A for a matrix A of `columns` columns.
 template <int dim, class N>
 TANDEM_INLINED void whiten(N columns, const double* diagonal, const double* full, double* A) {
   if (full)
@@ -60,7 +64,7 @@ TANDEM_INLINED void whiten(N columns, const double* diagonal, const double* full
     scale_rows<dim>(columns, diagonal, A);
 }
 
-/// T ← w Jᵀ of each free state, one after the other, and gradient += T r.
+/// Computes T = w Jᵀ of each free state, one after the other, and adds T r to the gradient.
 template <int dim>
 TANDEM_INLINED void add_gradient(const BlockShape& shape, double w, const double* const* J, const double* r, double* T,
                                  double* gradient) {
@@ -77,7 +81,7 @@ TANDEM_INLINED void add_gradient(const BlockShape& shape, double w, const double
   }
 }
 
-/// H += T_A J_B for every pair of free states, straight into the solver's matrix; T as add_gradient() leaves it.
+/// Adds T_A J_B to the Hessian for each pair of free states (A, B), with T as computed by add_gradient().
 template <int dim>
 TANDEM_INLINED void add_products_inlined(const BlockShape& shape, const HessianPlace* place, const double* T,
                                          const double* const* J, double* H) {
@@ -90,13 +94,13 @@ TANDEM_INLINED void add_products_inlined(const BlockShape& shape, const HessianP
       if (offset[B] < 0) continue;
       const int stride = int(place[B].stride);
       double* to = H + place[B].position;
-      const bool twice = A != B && offset[A] == offset[B];  // where a block reads one variable twice, both
+      const bool twice = A != B && offset[A] == offset[B];  // the block reads one variable twice: both triangles
       for (int turn = 0; turn <= int(twice); ++turn) {
         const bool transposed = place[B].transposed || turn > 0;
         const int rows = shape.dofs[transposed ? B : A], columns = shape.dofs[transposed ? A : B];
         const double* of_rows = transposed ? T_B : T_A;
         const double* of_columns = J[transposed ? A : B];
-        if (rows == 6 && columns == 6)  // of two poses, in space: most of what there is
+        if (rows == 6 && columns == 6)  // two SE(3) states, the most frequent case
           add_product<6, dim>(std::integral_constant<int, 6>(), of_rows, of_columns, to, stride);
         else if (rows == 6)
           add_product<6, dim>(columns, of_rows, of_columns, to, stride);
@@ -109,8 +113,7 @@ TANDEM_INLINED void add_products_inlined(const BlockShape& shape, const HessianP
   }
 }
 
-/// The numbers of rows for which a block's arithmetic is compiled for each instruction set: not for seldom ones, since that
-/// would be once more for each residual.
+/// Numbers of rows whose kernels are compiled for every instruction set. Rare ones are not, to save compile time.
 template <int dim>
 inline constexpr bool kDispatched = dim == 1 || dim == 2 || dim == 3 || dim == 6;
 
@@ -119,41 +122,42 @@ void add_products(const BlockShape& shape, const HessianPlace* place, const doub
                   double* H) {
   const auto add = [&]() TANDEM_INLINED_HERE { add_products_inlined<dim>(shape, place, T, J, H); };
   if constexpr (kDispatched<dim>)
-    at_best(add);
+    dispatch_simd(add);
   else
     add();
 }
 
-/// A block's noise, 1/σ of each row or, where it is not null, W by columns, and its loss.
+/// Noise and loss of a block.
 struct BlockWeight {
-  const double* diagonal;
-  const double* full;
+  const double* diagonal;  ///< 1/σ of each row
+  const double* full;      ///< whitening matrix W, or null if it is diagonal
   Loss loss;
 };
 
-/// A soft block's cost, of its rows, which are whitened in their place: to the last bit what add_soft_block() gives.
+/// Whitens the rows r of a soft block in place and returns its loss. Bitwise equal to that of add_soft_block().
 template <int dim>
 TANDEM_INLINED Loss::Value loss_of_rows(const BlockWeight& weight, double* r) {
   whiten<dim>(1, weight.diagonal, weight.full, r);
   return weight.loss(squared_norm<dim>(r));
 }
+/// Returns the cost of a soft block. Whitens its rows r in place.
 template <int dim>
 double soft_block_cost(const BlockWeight& weight, double* r) {
   const auto cost = [&]() TANDEM_INLINED_HERE { return 0.5 * loss_of_rows<dim>(weight, r).rho; };
   if constexpr (kDispatched<dim>)
-    return at_best(cost);
+    return dispatch_simd(cost);
   else
     return cost();
 }
 
-/// A block's rows, its states' Jacobians, and room for these once more.
+/// Linearization of a block.
 struct LinearizedBlock {
-  double* r;
-  double* const* J;
-  double* transposed;
+  double* r;           ///< rows
+  double* const* J;    ///< Jacobian of each state
+  double* transposed;  ///< scratch of the size of all Jacobians
 };
 
-/// Whitens a soft block's rows and the Jacobians of its free states in their place; its loss.
+/// Whitens the rows and the Jacobians of the free states in place. Returns the loss.
 template <int dim>
 TANDEM_INLINED Loss::Value whiten_block(const BlockShape& shape, const BlockWeight& weight,
                                         const LinearizedBlock& block) {
@@ -175,7 +179,8 @@ TANDEM_INLINED double add_soft_block_inlined(const BlockShape& shape, const Hess
   if (H) add_products_inlined<dim>(shape, place, block.transposed, block.J, H);
   return 0.5 * value.rho;
 }
-/// Adds a soft block to the gradient and, where it is not null, to the Hessian; r and J are whitened in their place. Its cost.
+/// Adds a soft block to the gradient and, if H is not null, to the Gauss-Newton Hessian. Returns its cost. Whitens r
+/// and J in place.
 template <int dim>
 double add_soft_block(const BlockShape& shape, const HessianPlace* place, const BlockWeight& weight,
                       const LinearizedBlock& block, double* gradient, double* H) {
@@ -183,45 +188,45 @@ double add_soft_block(const BlockShape& shape, const HessianPlace* place, const 
     return add_soft_block_inlined<dim>(shape, place, weight, block, gradient, H);
   };
   if constexpr (kDispatched<dim>)
-    return at_best(add);
+    return dispatch_simd(add);
   else
     return add();
 }
 
-/// Of a soft block's exact second derivatives those that are not its rows' own: adds squares ρ' Jᵀ J + of_loss 2ρ'' Jᵀ r rᵀ J;
-/// r and J are whitened in their place.
+/// Adds the part of a soft block's exact Hessian that needs only first derivatives: gauss_newton_factor ρ' JᵀJ + 2
+/// loss_factor ρ'' Jᵀr rᵀJ. Whitens r and J in place.
 template <int dim>
 TANDEM_INLINED void add_first_order_inlined(const BlockShape& shape, const HessianPlace* place,
-                                            const BlockWeight& weight, const LinearizedBlock& block, double squares,
-                                            double of_loss, double* H) {
+                                            const BlockWeight& weight, const LinearizedBlock& block,
+                                            double gauss_newton_factor, double loss_factor, double* H) {
   const Loss::Value value = whiten_block<dim>(shape, weight, block);
   double* T = block.transposed;
   for (int s = 0; s < shape.arity; T += dim * shape.dofs[s], ++s) {
     if (shape.offset[s] < 0) continue;
     const double* J = block.J[s];
     with_size(shape.dofs[s], [&](auto dof) TANDEM_INLINED_HERE {
-      double g[kMostDofs];
+      double g[kMaxDofs];
       multiply_transposed<dim>(dof, J, block.r, g);
-      transpose<dim>(dof, squares * value.d1, J, T);
+      transpose<dim>(dof, gauss_newton_factor * value.d1, J, T);
       for (int k = 0; k < dim; ++k)
-        for (int j = 0; j < dof; ++j) T[k * dof + j] += 2 * of_loss * value.d2 * g[j] * block.r[k];
+        for (int j = 0; j < dof; ++j) T[k * dof + j] += 2 * loss_factor * value.d2 * g[j] * block.r[k];
     });
   }
   add_products_inlined<dim>(shape, place, block.transposed, block.J, H);
 }
 template <int dim>
 void add_first_order(const BlockShape& shape, const HessianPlace* place, const BlockWeight& weight,
-                     const LinearizedBlock& block, double squares, double of_loss, double* H) {
+                     const LinearizedBlock& block, double gauss_newton_factor, double loss_factor, double* H) {
   const auto add = [&]() TANDEM_INLINED_HERE {
-    add_first_order_inlined<dim>(shape, place, weight, block, squares, of_loss, H);
+    add_first_order_inlined<dim>(shape, place, weight, block, gauss_newton_factor, loss_factor, H);
   };
   if constexpr (kDispatched<dim>)
-    at_best(add);
+    dispatch_simd(add);
   else
     add();
 }
 
-/// All of these of so many rows, which block.cpp instantiates for what is kDispatched.
+/// The kernels above for `dim` rows. block.cpp instantiates those that are kDispatched.
 #define TANDEM_BLOCK_KERNELS(instantiation, dim)                                                                    \
   instantiation void add_products<dim>(const BlockShape&, const HessianPlace*, const double*, const double* const*, \
                                        double*);                                                                    \
@@ -236,25 +241,25 @@ TANDEM_BLOCK_KERNELS(extern template, 2);
 TANDEM_BLOCK_KERNELS(extern template, 3);
 TANDEM_BLOCK_KERNELS(extern template, 6);
 
-/// w = factor ρ' Wᵀ W r, which a soft block's rows are weighted with in the cost's gradient.
+/// Computes the gradient of factor · cost with respect to the rows: w = factor ρ' WᵀW r.
 void soft_block_dual(int dim, const BlockWeight& weight, double factor, const double* r, double* w);
-/// Jᵀ w over the states that are not fixed, J with respect to perturbations of the point and through the charts.
+/// Computes Jᵀ w for the free states, through the charts. J is with respect to perturbations of the point.
 void block_gradient(const BlockShape& shape, const double* const* J, const double* const* charts, const double* w,
                     double* gradient);
-/// Step of a central difference of first derivatives: balances h² truncation and 1e-16/h rounding.
+/// Step for central differences of first derivatives; balances truncation h² and rounding 1e-16/h.
 inline constexpr double kGradientStep = 1e-5;
-/// Adds the block's Hessian, by central differences of its gradient: `near(state, k, step, gradient)` gives the gradient
-/// where entry k of the state's δ has moved by `step`.
+/// Adds the Hessian of a block by central differences of its gradient. near(state, k, step, gradient) computes the
+/// gradient with entry k of the state's δ moved by `step`.
 void add_difference_hessian(const BlockShape& shape, const HessianPlace* place,
                             FunctionRef<void(int state, int k, double step, double* gradient)> near, double* H);
-/// Adds a block's own second derivatives C, of all its states' dofs and symmetric, to the Hessian, through the charts to
-/// first order, and Jᵀ w to the gradient that the charts' second order applies to, J with respect to perturbations of the
-/// point.
+/// Adds second derivatives C of a block to the Hessian, through the charts to first order. C is symmetric and covers
+/// the dofs of all states. Also adds Jᵀ w to `gradient`, which the second order of the charts needs. J and C are with
+/// respect to perturbations of the point.
 void add_block_curvature(const BlockShape& shape, const HessianPlace* place, const double* const* J,
                          const double* const* charts, const double* w, const double* C, double* gradient, double* H);
-/// A ← W A, as the template.
+/// Computes A ← W A; sizes at run time.
 void whiten(int rows, int columns, const double* diagonal, const double* full, double* A);
-/// Adds weight ‖J v‖² and weight ‖J diag(v)‖²; J as PoolBase::linearize_block() gives it.
+/// Adds weight ‖J v‖² to `along` and weight ‖J diag(v)‖² to `scale`. J is laid out as by PoolBase::linearize_block().
 void add_block_stiffness(const BlockShape& shape, const double* J, const double* v, double weight, double& along,
                          double& scale);
 

@@ -4,13 +4,13 @@
 
 #include <tandem/problem/instruction_set.hpp>
 
-/// The few products that pools need, over column-major arrays whose number of rows is known when they are compiled. Every
-/// residual has sizes of its own, and as Eigen expressions these products took most of the time that a problem takes to
-/// compile; as plain loops over columns compilers turn them into the same vector code. The number of columns is an int, or a
-/// constant of type std::integral_constant: see with_size(). All are for at_best(), too.
+/// Products of small column-major matrices whose number of rows is a compile-time constant. Each residual has its own
+/// sizes, and Eigen expressions of them dominated the compile time of a problem. Compilers vectorise these plain loops
+/// as well. The number of columns is an int or a std::integral_constant, see with_size(). All functions may be called
+/// within dispatch_simd().
 namespace tandem::detail {
 
-/// f(n), with n a constant where it is a usual size of a state.
+/// Calls f(n), with n as a compile-time constant for the common dofs 6 and 3.
 template <class F>
 TANDEM_INLINED void with_size(int n, F f) {
   if (n == 6)
@@ -31,7 +31,7 @@ TANDEM_INLINED void add_multiplied(N columns, const double* A, const double* x, 
   for (int i = 0; i < rows; ++i) y[i] = sum[i];
 }
 
-/// The same of any number of rows.
+/// y += A x, with the number of rows at run time.
 TANDEM_INLINED void add_multiplied(int rows, int columns, const double* A, const double* x, double* y) {
   for (int k = 0; k < columns; ++k)
     for (int i = 0; i < rows; ++i) y[i] += A[k * rows + i] * x[k];
@@ -47,7 +47,7 @@ TANDEM_INLINED void multiply_transposed(N columns, const double* A, const double
   }
 }
 
-/// A ← A B with B square; `product` has room for A.
+/// A ← A B with square B. `product` is scratch of the size of A.
 template <int rows, class N>
 TANDEM_INLINED void multiply_right(N columns, double* A, const double* B, double* product) {
   for (int j = 0; j < columns; ++j) {
@@ -59,7 +59,7 @@ TANDEM_INLINED void multiply_right(N columns, double* A, const double* B, double
   for (int i = 0; i < rows * columns; ++i) A[i] = product[i];
 }
 
-/// A ← W A with W square.
+/// A ← W A with square W.
 template <int rows, class N>
 TANDEM_INLINED void multiply_left(N columns, const double* W, double* A) {
   for (int j = 0; j < columns; ++j) {
@@ -84,13 +84,13 @@ TANDEM_INLINED void transpose(N columns, double factor, const double* A, double*
     for (int j = 0; j < columns; ++j) T[i * columns + j] = factor * A[j * rows + i];
 }
 
-/// H += A B, the columns of H `stride` apart; B of so many columns.
+/// H += A B, where `columns` is that of B and `stride` the distance between columns of H.
 template <int rows, int inner, class N>
 TANDEM_INLINED void add_product(N columns, const double* A, const double* B, double* H, int stride) {
   for (int j = 0; j < columns; ++j)
     add_multiplied<rows>(std::integral_constant<int, inner>(), A, B + j * inner, H + j * stride);
 }
-/// The same of any number of rows.
+/// H += A B, with the number of rows at run time.
 template <int inner>
 TANDEM_INLINED void add_product(int rows, int columns, const double* A, const double* B, double* H, int stride) {
   for (int j = 0; j < columns; ++j)

@@ -9,8 +9,8 @@ namespace tandem::detail {
 EliminatedQuadratic eliminate(const Eigen::MatrixXd& H, const Eigen::VectorXd& g, double cost, int eliminated) {
   const int n = static_cast<int>(H.rows());
   const double rounding = 10.0 * n * std::numeric_limits<double>::epsilon();
-  // Columns of the factor as they come, rows as in H and that of g last. Nothing is moved: a row whose pivot is done
-  // has zeros from then on.
+  // Columns of the factor in pivot order; rows in the order of H, g last. Rows are not permuted: a row is zero in all
+  // columns after its own pivot.
   Eigen::MatrixXd L(n + 1, n);
   Eigen::VectorXd left = H.diagonal(), column(n + 1);
   std::vector<char> done(std::size_t(n), 0);

@@ -4,20 +4,19 @@
 
 namespace tandem::detail {
 
-/// What is left of the quadratic ½ δᵀ H δ + gᵀ δ + cost, H positive semidefinite, when it is minimised over its first
-/// `eliminated` unknowns: ½‖A δ + b‖² + constant over the others, with AᵀA their Schur complement.
-///
-/// By a Cholesky factorisation of [H g; gᵀ 2 cost] with diagonal pivoting, first among the eliminated unknowns, then
-/// among the others, whose columns are the rows of A and b (Higham 1990, "Analysis of the Cholesky decomposition of a
-/// semi-definite matrix"). A pivot below 10 n ε of its diagonal entry, n unknowns, is rounding: it and its kind end the
-/// elimination or A. So a direction without information leaves none.
+/// The quadratic ½‖A δ + b‖² + constant of the unknowns that eliminate() keeps.
 struct EliminatedQuadratic {
   Eigen::MatrixXd A;
   Eigen::VectorXd b;
   double constant;
 };
 
-/// `H` by its whole symmetric array.
+/// Minimises ½ δᵀ H δ + gᵀ δ + cost over the first `eliminated` of the n unknowns. `H` is positive semidefinite and
+/// given in full. AᵀA is the Schur complement of the remaining unknowns.
+///
+/// Factorises [H g; gᵀ 2 cost] by Cholesky with diagonal pivoting, first over the eliminated unknowns, then over the
+/// others. Source: Higham 1990, "Analysis of the Cholesky decomposition of a semi-definite matrix". Pivots below 10 n ε
+/// of their diagonal entry are treated as zero, so directions without information yield no row of A.
 EliminatedQuadratic eliminate(const Eigen::MatrixXd& H, const Eigen::VectorXd& g, double cost, int eliminated);
 
 }  // namespace tandem::detail

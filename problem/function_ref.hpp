@@ -6,14 +6,14 @@
 
 namespace tandem::detail {
 
-/// A callable that lives elsewhere, for calls from code that is compiled once: two pointers, nothing allocated.
+/// Non-owning reference to a callable, for calls from functions that are not templates. Two pointers; never allocates.
 template <class Signature>
 class FunctionRef;
 template <class Result, class... Args>
 class FunctionRef<Result(Args...)> {
  public:
   template <class F>
-  requires(!std::is_same_v<F, FunctionRef>) FunctionRef(const F& f)  // NOLINT: taken as it is
+  requires(!std::is_same_v<F, FunctionRef>) FunctionRef(const F& f)  // implicit by design
       : object_(std::addressof(f)), call_([](const void* object, Args... args) -> Result {
           return (*static_cast<const F*>(object))(std::forward<Args>(args)...);
         }) {}

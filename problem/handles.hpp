@@ -7,13 +7,13 @@
 
 namespace tandem {
 
-/// A typed handle of a variable; valid until the variable is removed (Problem::has tells), at most as long as its
-/// problem, which may be moved meanwhile.
+/// Handle of a variable, typed by its group and cheap to copy. Valid until the variable is removed (see Problem::has)
+/// or its problem is destroyed. Moving the problem keeps the handle valid.
 template <LieGroup G>
 struct Variable {
   detail::StateStore<G>* store = nullptr;
   int slot = -1;
-  unsigned generation = 0;  ///< slots are used again
+  unsigned generation = 0;  ///< detects that the slot was reused for another variable
 };
 
 namespace detail {
@@ -27,15 +27,16 @@ struct HandlesOf<std::tuple<Xs...>> {
 
 }  // namespace detail
 
-/// The handles that residual R is given: one Variable for each state it reads.
+/// Handles to pass with a residual R: one Variable for each state it reads.
 template <Residual R>
 using VariablesOf = typename detail::HandlesOf<typename R::States>::type;
 
-/// A handle of a residual block, soft or hard; valid until the block is removed, by Problem::marginalize too.
+/// Handle of a residual block, soft or hard. Valid until the block is removed by Problem::remove() or
+/// Problem::marginalize().
 struct Block {
   int pool = -1;
   int id = -1;
-  unsigned generation = 0;  ///< ids are used again
+  unsigned generation = 0;  ///< detects that the ID was reused for another block
 };
 
 }  // namespace tandem

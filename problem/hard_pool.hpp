@@ -9,28 +9,28 @@
 
 namespace tandem::detail {
 
-/// Blocks that are constraints: lower ≤ r ≤ upper. Block i has rows i·dim … (i + 1)·dim − 1 of its pool.
+/// Constraint blocks lower ≤ r ≤ upper of one residual type. Block i has rows i·dim … (i + 1)·dim − 1 of the pool.
 class HardPoolBase : public PoolBase {
  public:
-  /// An empty pool of the same residual, over other stores.
-  virtual std::unique_ptr<HardPoolBase> new_empty(const StoreInstead& instead) const = 0;
-  /// Of each row.
+  /// Returns an empty pool of the same residual type over other stores.
+  virtual std::unique_ptr<HardPoolBase> new_empty(const StoreMapping& mapping) const = 0;
   const std::vector<double>& lower() const { return lower_; }
   const std::vector<double>& upper() const { return upper_; }
-  /// Lagrange's, as the last solve left them; 0 of new blocks.
+  /// Returns the Lagrange multipliers of all rows: those of the last solve, 0 for new blocks.
   const std::vector<double>& multipliers() const { return multipliers_; }
   void set_multipliers(int i, const double* multipliers);
   void set_bounds(int i, const double* lower, const double* upper);
-  /// Of the block that was added last.
+  /// Appends the bounds of the block that was added last.
   void add_bounds(const double* lower, const double* upper);
-  // Of the begin-th to the last before the end-th block in the placement's order; the arrays are of all rows.
 
-  /// Rows at the point.
+  // The following methods process blocks begin … end − 1 in the order of evaluation. Arrays cover all rows of the pool.
+
+  /// Computes the rows at the point.
   virtual void values(const PoolPlacement& place, int begin, int end, double* c) const = 0;
-  /// Rows, where `c` is not null, and nonzeros at the point: of each block its states' Jacobians one after the other,
-  /// each column by column.
+  /// Computes the values of the Jacobian at the point and, if `c` is not null, the rows. Each block stores the
+  /// Jacobians of its free states one after the other, column-major.
   virtual void jacobian(const PoolPlacement& place, int begin, int end, double* c, double* values) const = 0;
-  /// Adds Jᵀ diag(weights) J to the Hessian, J as jacobian() gave it.
+  /// Adds Jᵀ diag(weights) J to the Hessian, with J as computed by jacobian().
   virtual void accumulate(const PoolPlacement& place, int begin, int end, const double* weights, const double* jacobian,
                           double* H) const = 0;
 
@@ -40,12 +40,12 @@ class HardPoolBase : public PoolBase {
                      double& scale) const final;
 
  protected:
-  /// That of remove() which is the residual's.
+  /// Removes the residual of block i.
   virtual void remove_residual(int i) = 0;
 
  private:
-  std::vector<double> lower_, upper_, multipliers_;  // of each block dim() entries
-  mutable Eigen::VectorXd r_, J_, root_;             // of add_stiffness()
+  std::vector<double> lower_, upper_, multipliers_;  // dim() entries per block
+  mutable Eigen::VectorXd r_, J_, root_;             // scratch of add_stiffness()
 };
 
 template <Residual R>
@@ -62,8 +62,8 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
     this->add_bounds(bounds.lower.data(), bounds.upper.data());
   }
 
-  std::unique_ptr<HardPoolBase> new_empty(const StoreInstead& instead) const override {
-    return std::make_unique<HardPool>(this->stores_of(instead));
+  std::unique_ptr<HardPoolBase> new_empty(const StoreMapping& mapping) const override {
+    return std::make_unique<HardPool>(this->stores_of(mapping));
   }
   void values(const PoolPlacement& place, int begin, int end, double* c) const override {
     Row r;
@@ -76,7 +76,7 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
   void jacobian(const PoolPlacement& place, int begin, int end, double* c, double* values) const override {
     Row r;
     Jacobians J;
-    Pool::set_zero(J);  // GCC 12 does not see that linearize sets it
+    Pool::set_zero(J);  // avoids a false warning of GCC 12
     const auto columns = Pool::data(J);
     for (int k = begin; k < end; ++k) {
       const std::size_t i = std::size_t(place.at(k));
@@ -92,7 +92,7 @@ class HardPool final : public BlockPool<R, HardPoolBase> {
   void accumulate(const PoolPlacement& place, int begin, int end, const double* weights, const double* jacobian,
                   double* H) const override {
     typename Pool::Transposed transposed;
-    std::array<const double*, std::size_t(kArity)> columns{};  // as jacobian() left them
+    std::array<const double*, std::size_t(kArity)> columns{};  // as stored by jacobian()
     for (int k = begin; k < end; ++k) {
       const std::size_t i = std::size_t(place.at(k));
       const double* w = weights + i * kDim;

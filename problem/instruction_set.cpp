@@ -8,8 +8,8 @@ namespace {
 
 InstructionSet find() {
 #ifdef TANDEM_DISPATCHES
-  const char* asked = std::getenv("TANDEM_INSTRUCTION_SET");
-  const std::string_view most = asked ? asked : "avx512";
+  const char* selected = std::getenv("TANDEM_INSTRUCTION_SET");
+  const std::string_view most = selected ? selected : "avx512";
   if (most == "baseline" || !__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma"))
     return InstructionSet::baseline;
   if (most == "avx2" || !__builtin_cpu_supports("avx512f") || !__builtin_cpu_supports("avx512dq") ||

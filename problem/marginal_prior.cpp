@@ -5,8 +5,8 @@
 namespace tandem::detail {
 namespace {
 
-/// to += factor Jaᵀ M Jb, or its transpose, for column-major blocks; the size is a template parameter where it is a common one.
-/// `scratch` has room for two blocks.
+/// Adds factor Jaᵀ M Jb, or its transpose, to a column-major block. N is the size if it is a common one. `scratch` has
+/// room for two blocks.
 template <int N, class Ja, class M, class Jb>
 void add_product(const Ja& a, const M& m, const Jb& b, double factor, double* to, int stride, bool transposed,
                  double* scratch) {
@@ -25,7 +25,7 @@ void add_product(const Ja& a, const M& m, const Jb& b, double factor, double* to
 }  // namespace
 
 void MarginalPrior::set(std::vector<State> states, Eigen::MatrixXd A, Eigen::VectorXd b, double constant) {
-  there_ = true;
+  has_block_ = true;
   states_ = std::move(states);
   A_ = std::move(A);
   b_ = std::move(b);
@@ -53,25 +53,26 @@ void MarginalPrior::set(std::vector<State> states, Eigen::MatrixXd A, Eigen::Vec
   scratch_.resize(2 * widest * widest);
 }
 
-std::unique_ptr<SoftPoolBase> MarginalPrior::copy(const StoreInstead& instead) const {
+std::unique_ptr<SoftPoolBase> MarginalPrior::copy(const StoreMapping& mapping) const {
   auto prior = std::make_unique<MarginalPrior>(*this);
-  for (State& s : prior->states_) s.store = instead(s.store);
+  for (State& s : prior->states_) s.store = mapping(s.store);
   return prior;
 }
 
 void MarginalPrior::remove(int) {
-  there_ = false;
+  has_block_ = false;
   states_.clear();
   ids_.clear();
   A_.resize(0, 0);
   b_.resize(0);
 }
 
-/// Cost at the point; the Jacobians of x too, of the states with an offset, where `offset` is given.
+/// Computes x and r and returns the cost at the point. If `offset` is given, also computes the Jacobians of the free
+/// states.
 double MarginalPrior::residual(const int* offset) const {
   for (std::size_t s = 0; s < states_.size(); ++s)
-    states_[s].store->from_anchor(states_[s].slot, x_.data() + first_[s],
-                                  offset && offset[s] >= 0 ? J_.data() + first_jacobian_[s] : nullptr);
+    states_[s].store->anchor_difference(states_[s].slot, x_.data() + first_[s],
+                                        offset && offset[s] >= 0 ? J_.data() + first_jacobian_[s] : nullptr);
   r_ = b_;
   r_.noalias() += A_ * x_;
   return 0.5 * r_.squaredNorm() + constant_;
@@ -108,7 +109,7 @@ double MarginalPrior::accumulate(const PoolPlacement& place, int begin, int end,
   return cost;
 }
 
-/// H += factor Jᵀ AᵀA J by pairs of free states.
+/// Adds factor Jᵀ AᵀA J to the Hessian.
 void MarginalPrior::add_products(const PoolPlacement& place, double factor, double* H) const {
   std::size_t pair = 0;
   for (std::size_t a = 0; a < states_.size(); ++a)
@@ -133,7 +134,7 @@ void MarginalPrior::add_products(const PoolPlacement& place, double factor, doub
 
 void MarginalPrior::add_stiffness(const PoolPlacement& place, const double* v, const double*, double& along,
                                   double& scale) const {
-  if (!there_) return;
+  if (!has_block_) return;
   residual(place.offset.data());
   r_.setZero();  // A J v
   for (std::size_t s = 0; s < states_.size(); ++s) {
@@ -166,7 +167,8 @@ void MarginalPrior::add_exact_hessian(const PoolPlacement& place, int begin, int
     for (int k = 0; k < moved.dof; ++k) {
       for (const double step : {h, -h}) {
         residual(place.offset.data());
-        moved.store->from_anchor_near(moved.slot, k, step, x_.data() + first_[b], J_.data() + first_jacobian_[b]);
+        moved.store->perturbed_anchor_difference(moved.slot, k, step, x_.data() + first_[b],
+                                                 J_.data() + first_jacobian_[b]);
         r_ = b_;
         r_.noalias() += A_ * x_;
         g_.noalias() = A_.transpose() * r_;
@@ -180,7 +182,7 @@ void MarginalPrior::add_exact_hessian(const PoolPlacement& place, int begin, int
           const HessianPlace& at = place.hessian[high * (high + 1) / 2 + low];
           const int stride = int(at.stride);
           const bool row_is_a = (high == a) != bool(at.transposed);
-          // Every ordered pair is met once from each side: half from each keeps the Hessian symmetric.
+          // Each ordered pair of entries occurs twice. Adding half of each keeps the Hessian symmetric.
           for (int m = 0; m < n; ++m) {
             if (row_is_a) H[at.position + k * stride + m] += column[m];
             if (!row_is_a || a == b) H[at.position + m * stride + k] += column[m];

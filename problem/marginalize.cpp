@@ -8,20 +8,20 @@
 
 namespace tandem {
 
-/// Of each pool, in ascending order. Throws Error where a hard block reads one.
+/// Returns the blocks to replace, per pool in ascending order. Throws Error if one is a hard block.
 std::vector<std::vector<int>> Problem::blocks_to_marginalize(const std::vector<char>& marked) const {
-  std::vector<std::vector<int>> touched(pools_.size());
+  std::vector<std::vector<int>> affected(pools_.size());
   for (std::size_t p = 0; p < pools_.size(); ++p) {
     const auto& pool = pools_[p].base();
     for (int i = 0; i < pool.size(); ++i) {
       if (static_cast<int>(p) != prior_pool_ && !pool.reads(i, marked)) continue;
       if (pools_[p].hard)
-        throw Error("marginalize: a hard block reads a variable to go, the " + describe(pool, i) +
-                    "; only soft ones can be marginalized");
-      touched[p].push_back(i);
+        throw Error("marginalize: a hard block (" + describe(pool, i) +
+                    ") reads one of the variables; remove it first, only soft blocks can be marginalized");
+      affected[p].push_back(i);
     }
   }
-  return touched;
+  return affected;
 }
 
 void Problem::marginalize(std::span<const int> variable_ids) {
@@ -29,16 +29,16 @@ void Problem::marginalize(std::span<const int> variable_ids) {
   std::vector<char> marked(variables_.size(), 0);
   for (const int id : variable_ids) {
     if (std::size_t(id) >= variables_.size() || !variables_[std::size_t(id)].store || marked[std::size_t(id)])
-      throw Error("marginalize: there is no variable " + std::to_string(id) + " (any more), or it is given twice");
+      throw Error("marginalize: variable ID " + std::to_string(id) + " does not exist or is given twice");
     marked[std::size_t(id)] = 1;
   }
-  const std::vector<std::vector<int>> touched = blocks_to_marginalize(marked);
+  const std::vector<std::vector<int>> affected = blocks_to_marginalize(marked);
 
-  // Unknowns of the small dense system: those to go, then the others that the blocks read, by creation.
+  // Unknowns of the dense system: the variables to marginalise, then the others that the blocks read, by creation.
   std::vector<int> order(variable_ids.begin(), variable_ids.end());
   std::vector<char> seen = marked;
   for (std::size_t p = 0; p < pools_.size(); ++p)
-    for (const int i : touched[p]) {
+    for (const int i : affected[p]) {
       const auto& pool = pools_[p].base();
       const int* ids = pool.variables(i);
       for (int s = 0; s < pool.arity(); ++s)
@@ -61,20 +61,20 @@ void Problem::marginalize(std::span<const int> variable_ids) {
     }
   }
 
-  // The touched blocks alone, straight into it: only their entries of a placement are read.
+  // Only the affected blocks are accumulated, directly into the dense system. Only their placements are set.
   for (auto& [type, store] : stores_) store->reset();
-  point_of_ = nullptr;
+  point_owner_ = nullptr;
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n);
   Eigen::VectorXd g = Eigen::VectorXd::Zero(n);
   double cost = 0;
   detail::PoolPlacement place;
   for (std::size_t p = 0; p < pools_.size(); ++p) {
-    if (touched[p].empty()) continue;
+    if (affected[p].empty()) continue;
     const auto& pool = *pools_[p].soft;
     const std::size_t arity = std::size_t(pool.arity()), pairs = arity * (arity + 1) / 2;
-    place.offset.resize(std::max(place.offset.size(), std::size_t(touched[p].back() + 1) * arity));
-    place.hessian.resize(std::max(place.hessian.size(), std::size_t(touched[p].back() + 1) * pairs));
-    for (const int i : touched[p]) {
+    place.offset.resize(std::max(place.offset.size(), std::size_t(affected[p].back() + 1) * arity));
+    place.hessian.resize(std::max(place.hessian.size(), std::size_t(affected[p].back() + 1) * pairs));
+    for (const int i : affected[p]) {
       const int* ids = pool.variables(i);
       for (std::size_t a = 0, pair = std::size_t(i) * pairs; a < arity; ++a) {
         const int row = offset[std::size_t(ids[a])];
@@ -86,24 +86,24 @@ void Problem::marginalize(std::span<const int> variable_ids) {
       }
       cost += pool.accumulate(place, i, i + 1, g.data(), H.data());
       if (!std::isfinite(cost) || !g.allFinite())
-        throw Error("marginalize: not finite at the variables' values: " + describe(pool, i));
+        throw Error("marginalize: " + describe(pool, i) + " is not finite at the current values");
     }
   }
-  for (int j = 0; j < n; ++j)  // blocks below the diagonal were filled, those on it in full
+  for (int j = 0; j < n; ++j)  // off-diagonal blocks were added to the lower triangle only
     for (int i = j + 1; i < n; ++i) H(j, i) = H(i, j);
-  if (!H.allFinite()) throw Error("marginalize: a Jacobian is not finite at the variables' values");
-  detail::EliminatedQuadratic left = detail::eliminate(H, g, cost, eliminated);
+  if (!H.allFinite()) throw Error("marginalize: a Jacobian is not finite at the current values");
+  detail::EliminatedQuadratic reduced = detail::eliminate(H, g, cost, eliminated);
 
   for (std::size_t p = 0; p < pools_.size(); ++p)
-    for (auto i = touched[p].rbegin(); i != touched[p].rend(); ++i) remove_block_at(static_cast<int>(p), *i);
+    for (auto i = affected[p].rbegin(); i != affected[p].rend(); ++i) remove_block_at(static_cast<int>(p), *i);
   for (const int id : variable_ids) remove_variable(id);
   if (prior_pool_ < 0) {
     prior_pool_ = static_cast<int>(pools_.size());
     pools_.push_back({std::make_unique<detail::MarginalPrior>(), nullptr, {}, {}, {}, nullptr});
-    pools_.back().soft->widening = widening_;
+    pools_.back().soft->loss_scale = loss_scale_;
   }
   static_cast<detail::MarginalPrior&>(*pools_[std::size_t(prior_pool_)].soft)
-      .set(std::move(states), std::move(left.A), std::move(left.b), left.constant);
+      .set(std::move(states), std::move(reduced.A), std::move(reduced.b), reduced.constant);
   new_block(prior_pool_);
 }
 

@@ -17,24 +17,25 @@
 
 namespace tandem::detail {
 
-/// The store of another problem that is of the same group as the given one. A pool asks for that of each state, in order.
-using StoreInstead = std::function<StateStoreBase*(const StateStoreBase*)>;
+/// Maps a state store to the store of the same group in another problem. A pool calls it for each state in order.
+using StoreMapping = std::function<StateStoreBase*(const StateStoreBase*)>;
 
-/// Where a block's contributions go in the solver's arrays: compiled once from the pattern (see Program).
+/// Locations of the blocks of a pool in the arrays of a solver; computed once by NlpEvaluator.
 struct PoolPlacement {
-  std::vector<int> offset;            ///< blocks × arity: the state's first unknown, −1 when it is fixed
-  std::vector<HessianPlace> hessian;  ///< blocks × arity (arity + 1) / 2: pairs (a, b ≤ a) at a (a + 1) / 2 + b
-  std::vector<int> jacobian;          ///< blocks: first entry in the values of the constraint Jacobian (hard pools)
-  std::vector<int> order;             ///< blocks, in the order of evaluation; empty where that is their own
+  std::vector<int> offset;            ///< blocks × arity: first unknown of the state, −1 if fixed
+  std::vector<HessianPlace> hessian;  ///< blocks × arity (arity + 1) / 2: pair (a, b ≤ a) at a (a + 1) / 2 + b
+  std::vector<int> jacobian;          ///< blocks: first value in the constraint Jacobian (hard pools only)
+  std::vector<int> order;             ///< blocks in the order of evaluation; empty if that is their own order
 
-  /// The block that is evaluated k-th.
+  /// Returns the block at position k in the order of evaluation.
   int at(int k) const { return order.empty() ? k : order[static_cast<std::size_t>(k)]; }
 };
 
-/// Of exact second derivatives: all, or what the Gauss-Newton Hessian of the cost lacks of them.
+/// Selects the exact Hessian, or the exact minus the Gauss-Newton Hessian.
 enum class Curvature { all, beyond_gauss_newton };
 
-/// All blocks of one residual type and role, evaluated in one loop: one virtual call a pool.
+/// All blocks of one residual type and role. They are stored contiguously and evaluated in one loop, with one virtual
+/// call per pool.
 class PoolBase {
  public:
   virtual ~PoolBase() = default;
@@ -42,39 +43,44 @@ class PoolBase {
   virtual int dim() const = 0;
   virtual int arity() const = 0;
   virtual int size() const = 0;
-  /// Ids of the variables that block `i` reads, `arity()` of them.
+  /// Returns the arity() IDs of the variables that block i reads.
   virtual const int* variables(int i) const = 0;
-  /// Whether block `i` reads a variable that is marked, by id.
+  /// Returns whether block i reads a marked variable; `marked` is indexed by ID.
   bool reads(int i, const std::vector<char>& marked) const {
     const int* ids = variables(i);
     return std::any_of(ids, ids + arity(), [&](int id) { return marked[static_cast<std::size_t>(id)] != 0; });
   }
-  /// The last block takes the place of block `i`.
+  /// Removes block i. The last block takes its index.
   virtual void remove(int i) = 0;
-  /// Adds block `i` of `from`, a pool of the same residual and role, reading other slots.
+  /// Adds a copy of block i of `from`, a pool of the same residual type and role, that reads the states at `slots`.
   virtual void add_copy(const PoolBase& from, int i, const int* slots) = 0;
-  /// Block `i`'s residual, and one more block of such a one: what else a block has, the role's pool adds.
+  /// Returns the residual object of block i.
   virtual const void* residual(int i) const = 0;
+  /// Appends a residual without noise, loss or bounds; the caller must add those.
   virtual void add_residual(const void* residual, const int* slots) = 0;
-  /// Of block `i` at the point, in the residual's own units: its rows; and with them its states' Jacobians one after the
-  /// other, of those whose offset is not negative, 0 of the others, or, where `offset` is null, of all.
+  /// Computes the rows of block i at the point, in the units of the residual.
   virtual void evaluate_block(int i, double* r) const = 0;
+  /// Also computes the Jacobians of all states, one after the other. Jacobians of states with a negative offset are 0.
+  /// If `offset` is null, all states count as free.
   virtual void linearize_block(int i, const int* offset, double* r, double* J) const = 0;
-  /// Tangent dimensions of each state.
+  /// Returns the tangent dimension of each state.
   virtual const int* dofs() const = 0;
-  /// Adds ‖W J v‖² and ‖W J diag(v)‖² over the blocks; hard pools take the square root of W's diagonal² from
-  /// `row_weights`, soft ones have their own.
+  /// Adds ‖W J v‖² to `along` and ‖W J diag(v)‖² to `scale` over all blocks. Hard pools use `row_weights` as the
+  /// squares of the diagonal of W; soft pools use their noise and loss.
   virtual void add_stiffness(const PoolPlacement& place, const double* v, const double* row_weights, double& along,
                              double& scale) const = 0;
-  /// Adds the exact second derivatives of the begin-th to the last before the end-th block to the Hessian, of `factor`
-  /// times the cost (soft pools) or of multipliersᵀ c (hard pools). Where the residual gives its own, they lack what the
-  /// charts' curvature makes of the gradient by perturbations of the point, which is added to `gradient`; else they are
-  /// central differences of the closed-form gradient, charts and all.
+  /// Adds the exact Hessian of factor · cost (soft pools) or multipliersᵀ c (hard pools) of the blocks begin … end − 1
+  /// in the order of evaluation.
+  ///
+  /// If the residual implements second derivatives, those of the charts are not included.
+  /// StateStoreBase::add_chart_curvature() computes them from `gradient`, to which this function adds the gradient with
+  /// respect to perturbations of the point. Otherwise the Hessian is a central difference of the closed-form gradient
+  /// and includes the charts.
   virtual void add_exact_hessian(const PoolPlacement& place, int begin, int end, Curvature wanted, double factor,
                                  const double* multipliers, double* gradient, double* H) const = 0;
 
  protected:
-  /// The last takes the place of entry `i`.
+  /// Removes entry i. The last entry takes its index.
   template <class T>
   static void remove_from(std::vector<T>& v, int i) {
     v[static_cast<std::size_t>(i)] = v.back();
@@ -82,7 +88,7 @@ class PoolBase {
   }
 };
 
-/// What every pool of residual R has: the blocks' residuals and states, and their evaluation at the point.
+/// Common part of the soft and hard pools of residual R: residuals, states and their evaluation at the point.
 template <Residual R, class Base>
 class BlockPool : public Base {
  public:
@@ -134,14 +140,13 @@ class BlockPool : public Base {
   using Types = Tuples<std::make_integer_sequence<int, kArity>>;
   using Stores = typename Types::Stores;
   using Jacobians = typename Types::Jacobians;
-  /// Of all states' Jacobians, one after the other.
+  /// Array for the Jacobians of all states.
   using Transposed = std::array<double, std::size_t(kDim* Types::sum_of_dofs)>;
   static constexpr auto kDofs = Types::dofs;
   static constexpr int kSumOfDofs = Types::sum_of_dofs;
-  /// Whether the residual's own second derivatives are used.
+  /// Whether the residual implements second derivatives and all groups support them.
   static constexpr bool kCurvature = HasCurvature<R> && Types::curved;
-  static_assert(*std::max_element(kDofs.begin(), kDofs.end()) <= kMostDofs && kDim <= kMostRows &&
-                kArity <= kMostStates);
+  static_assert(*std::max_element(kDofs.begin(), kDofs.end()) <= kMaxDofs && kDim <= kMaxRows && kArity <= kMaxStates);
   using Row = Vector<kDim>;
 
   explicit BlockPool(const Stores& stores) : stores_(stores) {}
@@ -152,9 +157,9 @@ class BlockPool : public Base {
     blocks_.push_back({residual, slots, ids});
   }
   void remove_residual(int i) override { this->remove_from(blocks_, i); }
-  Stores stores_of(const StoreInstead& instead) const {
+  Stores stores_of(const StoreMapping& mapping) const {
     return std::apply(
-        [&]<class... Xs>(StateStore<Xs>*... store) { return Stores{static_cast<StateStore<Xs>*>(instead(store))...}; },
+        [&]<class... Xs>(StateStore<Xs>*... store) { return Stores{static_cast<StateStore<Xs>*>(mapping(store))...}; },
         stores_);
   }
 
@@ -169,21 +174,22 @@ class BlockPool : public Base {
     std::apply([&](const auto*... x) { blocks_[i].residual(*x..., r); }, points(i));
   }
 
-  /// r, and J with respect to the unknowns of the states whose offset is not negative.
+  /// Computes r, and the Jacobians J with respect to δ of the states whose offset is not negative.
   void linearize(std::size_t i, const int* offset, Row& r, Jacobians& J) const {
     linearize_at(i, points(i), offset, r, J);
-    through_charts(i, offset, J);
+    apply_charts(i, offset, J);
   }
-  /// Whether several blocks are evaluated at once.
+  /// Returns whether blocks are evaluated in batches, several per vector register.
   static bool batches() { return instruction_set() != InstructionSet::baseline; }
   using Blocks = std::array<std::size_t, kBatch>;
-  /// The k-th block in the order of evaluation and those after it, before the end; the last again and again where it ends.
+  /// Returns the blocks at positions k, k + 1, … in the order of evaluation. Positions from `end` on repeat the last
+  /// block.
   static Blocks batch(const PoolPlacement& place, int k, int end) {
     Blocks blocks;
     for (int b = 0; b < kBatch; ++b) blocks[std::size_t(b)] = std::size_t(place.at(std::min(k + b, end - 1)));
     return blocks;
   }
-  /// r, and J with respect to perturbations of the point, of these; see Batched.
+  /// Computes r, and J with respect to perturbations of the point, for a batch; see Batched.
   void linearize_batch(const Blocks& blocks, double* r, double* J) const {
     std::array<double*, std::size_t(kArity)> jacobians;
     static_for<kArity>([&]<int S>() {
@@ -198,22 +204,22 @@ class BlockPool : public Base {
   void curvature_batch(const Blocks& blocks, const double* w, double* C) const {
     Batched<R>::curvature(residuals(blocks), states(blocks), w, C);
   }
-  /// Where each state's Jacobian of the b-th of a batch is, as linearize_batch() leaves them.
+  /// Returns the Jacobian of each state of block b in a batch, within J as computed by linearize_batch().
   static std::array<double*, std::size_t(kArity)> of_batch(double* J, int b) {
     std::array<double*, std::size_t(kArity)> columns;
     for (int s = 0, first = 0; s < kArity; first += kBatch * kDim * kDofs[std::size_t(s)], ++s)
       columns[std::size_t(s)] = J + first + b * kDim * kDofs[std::size_t(s)];
     return columns;
   }
-  void through_charts(std::size_t i, const int* offset, Jacobians& J) const {
-    detail::through_charts<kDim>(shape(offset), charts(i).data(), data(J).data());
+  void apply_charts(std::size_t i, const int* offset, Jacobians& J) const {
+    detail::apply_charts<kDim>(shape(offset), charts(i).data(), data(J).data());
   }
   static void set_zero(Jacobians& J) {
     static_for<kArity>([&]<int A>() { std::fill_n(std::get<A>(J).data(), kDim * kDofs[A], 0.0); });
   }
 
   static BlockShape shape(const int* offset) { return {kDim, kArity, kDofs.data(), offset}; }
-  /// Of each state; null where there is none.
+  /// Returns the chart of each state, null if it is the identity.
   std::array<const double*, std::size_t(kArity)> charts(std::size_t i) const {
     std::array<const double*, std::size_t(kArity)> result{};
     static_for<kArity>([&]<int S>() {
@@ -222,15 +228,15 @@ class BlockPool : public Base {
     });
     return result;
   }
-  /// Where each state's Jacobian is.
+  /// Returns pointers to the Jacobians of the states.
   static std::array<double*, std::size_t(kArity)> data(Jacobians& J) {
     std::array<double*, std::size_t(kArity)> result;
     static_for<kArity>([&]<int S>() { result[S] = std::get<S>(J).data(); });
     return result;
   }
 
-  /// Adds Σ w_k ∂²r_k to the Hessian, through the charts to first order, and Jᵀ w to the gradient that their second order
-  /// applies to; J with respect to perturbations of the point.
+  /// Adds Σ w_k ∂²r_k to the Hessian, through the charts to first order, and Jᵀ w to `gradient`. J is with respect to
+  /// perturbations of the point.
   void add_curvature(std::size_t i, const int* offset, const HessianPlace* place, const Row& w, Jacobians& J,
                      double* gradient, double* H) const {
     Matrix<Types::sum_of_dofs, Types::sum_of_dofs> C;
@@ -238,9 +244,9 @@ class BlockPool : public Base {
     add_block_curvature(shape(offset), place, data(J).data(), charts(i).data(), w.data(), C.data(), gradient, H);
   }
 
-  /// Adds the second derivatives of wᵀ r, w held: dual(r, w) gives it. The residual's own where it gives them (see
-  /// add_curvature; then r and J are set, J with respect to perturbations of the point), or else, w not held, central
-  /// differences of the gradient Jᵀ w.
+  /// Adds the Hessian of wᵀ r, where dual(r, w) computes w. If the residual implements second derivatives, w is held
+  /// constant. r and J are then set, J with respect to perturbations of the point; see add_curvature(). Otherwise uses
+  /// central differences of Jᵀ w(r).
   template <class Dual>
   void add_second_derivatives(std::size_t i, const int* offset, const HessianPlace* place, Dual dual, Row& r,
                               Jacobians& J, double* gradient, double* H) const {
@@ -254,7 +260,7 @@ class BlockPool : public Base {
     }
   }
 
-  /// Central differences of the block's gradient, Jᵀ w, over all its unknowns; dual(r, w) gives w.
+  /// Adds central differences of the block's gradient Jᵀ w with respect to all its unknowns; dual(r, w) computes w.
   template <class Dual>
   void difference_gradient(std::size_t i, const int* offset, const HessianPlace* place, Dual dual, double* H) const {
     const auto near = [&](int state, int k, double step, double* gradient) {
@@ -264,7 +270,7 @@ class BlockPool : public Base {
         if (S != state) return;
         State<S> moved;
         typename State<S>::Jacobian chart;
-        std::get<S>(stores_)->near_point(blocks_[i].slots[S], k, step, moved, chart);
+        std::get<S>(stores_)->perturbed_point(blocks_[i].slots[S], k, step, moved, chart);
         std::get<S>(p) = &moved;
         charts[S] = chart.data();
         gradient_at(i, p, charts.data(), offset, dual, gradient);
@@ -295,16 +301,16 @@ class BlockPool : public Base {
     return result;
   }
 
-  struct Placed {
+  struct BlockData {
     R residual;
-    std::array<int, kArity> slots, ids;  // of its states: where they are stored, and their variables
+    std::array<int, kArity> slots, ids;  // of each state: slot in its store, ID of its variable
   };
   Stores stores_;
-  std::vector<Placed> blocks_;
+  std::vector<BlockData> blocks_;
 
  private:
-  /// One compiled copy of the residual for the pool's several loops: what the call costs is lost in a block's arithmetic,
-  /// what inlining would cost is most of the time that a problem takes to compile.
+  /// One compiled copy of the residual for all loops of the pool. The cost of the call is negligible; inlining would
+  /// dominate the compile time of a problem.
   template <class Points>
   [[gnu::noinline]] void linearize_at(std::size_t i, const Points& p, const int* offset, Row& r, Jacobians& J) const {
     [&]<int... S>(std::integer_sequence<int, S...>) {

@@ -7,14 +7,14 @@
 namespace tandem {
 
 int Problem::new_variable_id() {
-  const int id = ids_.take();
+  const int id = ids_.allocate();
   if (id == static_cast<int>(variables_.size())) variables_.emplace_back();
   return id;
 }
 
 void Problem::throw_stale(bool removed) {
-  throw Error(removed ? "the problem was given a variable that has been removed from it"
-                      : "the problem was given a variable that was never added to one");
+  throw Error(removed ? "the variable has been removed from the problem"
+                      : "the variable was never added to a problem; use a handle returned by Problem::add");
 }
 
 void Problem::remove_variable(int id) {
@@ -26,12 +26,12 @@ void Problem::remove_variable(int id) {
         const int* ids = p.base().variables(i);
         if (std::find(ids, ids + p.base().arity(), id) != ids + p.base().arity()) reader = describe(p.base(), i);
       }
-    throw Error("remove: " + variable.name + " is still read by a block, the " + reader +
-                ": remove that first, or marginalize the variable");
+    throw Error("remove: variable " + variable.name + " is still read by a block (" + reader +
+                "); remove that block first, or marginalize the variable");
   }
   variable.store->remove(variable.slot);
   variable = {};
-  ids_.give_back(id);
+  ids_.release(id);
   ++revision_;
 }
 
@@ -41,10 +41,10 @@ std::string Problem::describe(const detail::PoolBase& pool, int block) const {
   return text;
 }
 
-/// A handle for the last block of a pool.
+/// Returns a handle for the last block of a pool.
 Block Problem::new_block(int index) {
   Pool& pool = pools_[std::size_t(index)];
-  const int id = pool.ids.take();
+  const int id = pool.ids.allocate();
   const int last = static_cast<int>(pool.id_of_index.size());
   if (id == static_cast<int>(pool.index_of_id.size())) pool.index_of_id.push_back(-1);
   pool.index_of_id[std::size_t(id)] = last;
@@ -60,8 +60,9 @@ bool Problem::has(const Block& block) const {
          pools_[std::size_t(block.pool)].ids.is_current(block.id, block.generation);
 }
 
-int Problem::index_of(const Block& block, const char* asked) const {
-  if (!has(block)) throw Error(std::string(asked) + ": the problem has no such block (any more)");
+int Problem::index_of(const Block& block, const char* caller) const {
+  if (!has(block))
+    throw Error(std::string(caller) + ": no such block in the problem; it was removed or belongs to another problem");
   return pools_[std::size_t(block.pool)].index_of_id[std::size_t(block.id)];
 }
 
@@ -77,25 +78,25 @@ void Problem::remove_block_at(int pool_index, int index) {
   pool.id_of_index.pop_back();
   pool.index_of_id[std::size_t(last)] = index;
   pool.index_of_id[std::size_t(id)] = -1;
-  pool.ids.give_back(id);
+  pool.ids.release(id);
   ++revision_;
 }
 
-detail::SoftPoolBase& Problem::soft_pool_of(const Block& block, const char* asked) const {
-  index_of(block, asked);
+detail::SoftPoolBase& Problem::soft_pool_of(const Block& block, const char* caller) const {
+  index_of(block, caller);
   const Pool& pool = pools_[std::size_t(block.pool)];
   if (!pool.soft)
-    throw Error(std::string(asked) + ": " + std::string(pool.hard->name()) +
-                " is a hard block here; only soft ones have one");
+    throw Error(std::string(caller) + ": " + std::string(pool.hard->name()) +
+                " is a hard block (constraint), but a soft block (cost) is needed");
   return *pool.soft;
 }
 
-detail::HardPoolBase& Problem::hard_pool_of(const Block& block, const char* asked) const {
-  index_of(block, asked);
+detail::HardPoolBase& Problem::hard_pool_of(const Block& block, const char* caller) const {
+  index_of(block, caller);
   const Pool& pool = pools_[std::size_t(block.pool)];
   if (!pool.hard)
-    throw Error(std::string(asked) + ": " + std::string(pool.soft->name()) +
-                " is a soft block here; only hard ones have them");
+    throw Error(std::string(caller) + ": " + std::string(pool.soft->name()) +
+                " is a soft block (cost), but a hard block (constraint) is needed");
   return *pool.hard;
 }
 
@@ -147,18 +148,18 @@ std::vector<Block> Problem::soft_blocks_reading(std::span<const int> variable_id
   return blocks;
 }
 
-void Problem::widen_losses(double factor) {
+void Problem::scale_losses(double factor) {
   if (!(factor > 0) || !std::isfinite(factor))
-    throw Error("widen_losses: the factor " + std::to_string(factor) + " is not positive and finite");
-  widening_ = factor;
+    throw Error("scale_losses: the factor " + std::to_string(factor) + " is not positive and finite");
+  loss_scale_ = factor;
   for (const auto& pool : pools_)
-    if (pool.soft) pool.soft->widening = factor;
+    if (pool.soft) pool.soft->loss_scale = factor;
 }
 
-std::optional<double> Problem::convex_widening() const {
-  std::optional<double> largest;  // an empty one is below all others
+std::optional<double> Problem::convex_loss_scale() const {
+  std::optional<double> largest;  // an empty optional compares less than any number
   for (const auto& pool : pools_)
-    if (pool.soft) largest = std::max(largest, pool.soft->convex_widening());
+    if (pool.soft) largest = std::max(largest, pool.soft->convex_loss_scale());
   return largest;
 }
 
@@ -201,8 +202,8 @@ void Problem::set_multipliers(const Block& block, const Eigen::VectorXd& multipl
   const int index = index_of(block, "set_multipliers");
   detail::HardPoolBase& pool = hard_pool_of(block, "set_multipliers");
   if (multipliers.size() != pool.dim() || !multipliers.allFinite())
-    throw Error("set_multipliers: " + std::string(pool.name()) + " has " + std::to_string(pool.dim()) +
-                " rows, each of which takes a finite number");
+    throw Error("set_multipliers: " + std::string(pool.name()) + " needs " + std::to_string(pool.dim()) +
+                " finite multipliers, one per row");
   pool.set_multipliers(index, multipliers.data());
 }
 
@@ -210,8 +211,8 @@ void Problem::set_bounds(const Block& block, int rows, const double* lower, cons
   const int index = index_of(block, "set_bounds");
   detail::HardPoolBase& pool = hard_pool_of(block, "set_bounds");
   if (rows != pool.dim())
-    throw Error("set_bounds: " + std::string(pool.name()) + " has " + std::to_string(pool.dim()) + " rows, not " +
-                std::to_string(rows));
+    throw Error("set_bounds: " + std::string(pool.name()) + " has " + std::to_string(pool.dim()) +
+                " rows, but there are bounds for " + std::to_string(rows));
   check_bounds(pool.name(), rows, lower, upper);
   pool.set_bounds(index, lower, upper);
   ++bounds_revision_;
@@ -225,16 +226,16 @@ void Problem::set_bounds(const Block& block, const UniformBounds& bounds) {
 
 void Problem::check_noise(std::string_view name, int rows, const Gaussian& noise, const Loss& loss) {
   if (noise.dim() != rows)
-    throw Error(std::string(name) + ": the residual has " + std::to_string(rows) + " rows, its noise " +
+    throw Error(std::string(name) + ": the residual has " + std::to_string(rows) + " rows, but the noise has " +
                 std::to_string(noise.dim()));
-  if (!(loss.scale > 0)) throw Error("the scale of a loss must be positive");
+  if (!(loss.scale > 0)) throw Error(std::string(name) + ": the scale of the loss must be positive");
 }
 
 void Problem::check_bounds(std::string_view name, int rows, const double* lower, const double* upper) {
   for (int i = 0; i < rows; ++i)
     if (!(lower[i] <= upper[i]) || lower[i] == HUGE_VAL || upper[i] == -HUGE_VAL)
       throw Error(std::string(name) + ": the lower bound " + std::to_string(lower[i]) + " and the upper bound " +
-                  std::to_string(upper[i]) + " leave no number between them");
+                  std::to_string(upper[i]) + " have no finite number between them");
 }
 
 int Problem::pool_of(std::type_index type) const {
@@ -244,7 +245,7 @@ int Problem::pool_of(std::type_index type) const {
 
 int Problem::add_pool(std::type_index type, const detail::ResidualType& residual,
                       std::unique_ptr<detail::SoftPoolBase> soft, std::unique_ptr<detail::HardPoolBase> hard) {
-  if (soft) soft->widening = widening_;
+  if (soft) soft->loss_scale = loss_scale_;
   const int index = static_cast<int>(pools_.size());
   pools_.push_back({std::move(soft), std::move(hard), {}, {}, {}, &residual});
   pool_of_type_.emplace(type, index);

@@ -17,30 +17,42 @@
 
 namespace tandem {
 
-class Program;
-class ProblemPart;
+class NlpEvaluator;
+class Subproblem;
 
 namespace detail {
 class ProblemData;
 }
 
-/// A nonlinear program over Lie groups:
+/// A nonlinear least-squares problem with constraints, whose variables live on Lie groups:
 ///
 ///   minimize ½ Σ ρ(rᵀ Σ⁻¹ r)   subject to   lower ≤ r ≤ upper
 ///
-/// with one residual object for both roles. Solve it with solve(problem, options) of a solver; the variables then hold
-/// the solution. Not thread-safe; moving keeps handles valid. What is removed leaves its place to what comes: however
-/// long a problem gains and loses variables and blocks, it takes the memory of the most that it had at once.
+/// A residual r has a fixed number of rows and reads one or more variables. It joins the problem as a block. A soft
+/// block, added by minimize(), is a cost with a noise covariance Σ and an optional robust loss ρ. A hard block, added
+/// by subject_to(), is a constraint with bounds. One residual type serves both roles.
+///
+///   Problem problem;
+///   const auto x0 = problem.add(SE3(), "x0"), x1 = problem.add(initial_guess, "x1");
+///   problem.minimize(Prior<SE3>{SE3()}, Gaussian(prior_sigmas), {x0});
+///   problem.minimize(RelativePose<SE3>{odometry}, Gaussian(odometry_sigmas), {x0, x1}, Cauchy(2.0));
+///   problem.subject_to(TwistComponents<SE3, sway | heave>{dt}, equal_to(0), {x0, x1});
+///   const Summary summary = solve(problem, AugmentedLagrangianOptions{});
+///   const SE3 estimate = problem.value(x1);
+///
+/// A solver starts at the values of the variables and replaces them by the best point that it found. Handles stay valid
+/// when the problem is moved. A handle is invalid in other problems, and after its variable or block was removed.
+/// Memory of removed variables and blocks is reused, so a sliding window runs in constant memory. Not thread-safe.
 class Problem {
  public:
   Problem() = default;
   Problem(Problem&&) = default;
   Problem& operator=(Problem&&) = default;
-  /// Another problem of the same variables and blocks, to be solved from another start, for example: solves of both are the
-  /// same to the last bit, and what is done to one leaves the other as it is. Blocks' handles and variables' ids hold in
-  /// both; a variable's handle is of one problem, see counterpart().
+  /// Returns an independent copy. Solving it gives bitwise the same result. Block handles and variable IDs are valid in
+  /// both problems. A Variable handle belongs to one problem only; see counterpart().
   Problem copy() const;
-  /// The variable where `x` is in the problem that this is a copy of, or a copy of this. Throws Error when there is none.
+  /// Returns the handle, in this problem, of a variable `x` of another problem. One of the two problems must be a copy
+  /// of the other. Throws Error if this problem has no such variable.
   template <LieGroup G>
   Variable<G> counterpart(const Variable<G>& x) const {
     const auto it = stores_.find(typeid(G));
@@ -50,7 +62,8 @@ class Problem {
     return own;
   }
 
-  /// A new variable at `initial`. `name` is what messages call it.
+  /// Adds a free variable with the value `initial`, the initial guess of the next solve. `name` is used in messages;
+  /// the default is "variable N".
   template <LieGroup G>
   Variable<G> add(const G& initial, std::string name = {}) {
     auto& states = store<G>();
@@ -67,45 +80,47 @@ class Problem {
     ++revision_;
     return {&states, slot, states.slots.generation(slot)};
   }
-  /// Takes a variable out; its handles are no longer valid, and its id may be given to the next one. Throws Error,
-  /// naming the variable, when a block still reads it.
+  /// Removes a variable and invalidates its handles. Its ID may be reused. Throws Error, naming the variable, if a
+  /// block still reads it.
   template <LieGroup G>
   void remove(const Variable<G>& x) {
     check_owned(x);
     remove_variable(id(x));
   }
-  /// Whether the handle is of a variable of this problem that has not been removed.
+  /// Returns whether `x` is a variable of this problem that has not been removed.
   template <LieGroup G>
   bool has(const Variable<G>& x) const {
     const auto it = stores_.find(typeid(G));
     return it != stores_.end() && it->second.get() == x.store && is_current(x);
   }
-  /// Throws Error when the variable has been removed, or never was.
+  /// Returns the value of a variable: its initial guess, or the result of the last solve. Throws Error if the variable
+  /// was removed or never added.
   template <LieGroup G>
   const G& value(const Variable<G>& x) const {
     check_current(x);
     return x.store->value[std::size_t(x.slot)];
   }
+  /// Sets the value of a variable. Throws Error if the handle is invalid.
   template <LieGroup G>
   void set_value(const Variable<G>& x, const G& value) {
     check_owned(x);
     ++value_revision_;
     x.store->value[std::size_t(x.slot)] = x.store->point[std::size_t(x.slot)] = value;
   }
-  /// A fixed variable keeps its value: solvers do not see it.
+  /// Fixes a variable at its value, or frees it if `fixed` is false. Solvers treat a fixed variable as a constant.
   template <LieGroup G>
   void fix(const Variable<G>& x, bool fixed = true) {
     check_owned(x);
     ++revision_;
     variables_[std::size_t(id(x))].fixed = fixed;
   }
-
   template <LieGroup G>
   bool is_fixed(const Variable<G>& x) const {
     return variables_[std::size_t(id(x))].fixed;
   }
 
-  /// A cost. Throws Error when the noise has not R::dim rows.
+  /// Adds the cost ½ ρ(rᵀ Σ⁻¹ r) of a residual that reads the variables `x`; `noise` is Σ and `loss` is ρ. Throws Error
+  /// if the dimension of the noise is not R::dim, if the scale of the loss is not positive, or if a handle is invalid.
   template <Residual R>
   Block minimize(const R& residual, const Gaussian& noise, const VariablesOf<R>& x, const Loss& loss = {}) {
     check_noise(R::name, R::dim, noise, loss);
@@ -114,8 +129,9 @@ class Problem {
     return new_block(index);
   }
 
-  /// A constraint, in the residual's own units. Throws Error when a lower bound is above its upper bound, or no number
-  /// is between them.
+  /// Adds the constraint lower ≤ r ≤ upper, in the units of the residual. A row may be unbounded on one or both sides
+  /// (±infinity). Throws Error if a lower bound exceeds its upper bound, if a bound is NaN, if no finite number lies
+  /// between the bounds, or if a handle is invalid.
   template <Residual R>
   Block subject_to(const R& residual, const Bounds<R::dim>& bounds, const VariablesOf<R>& x) {
     check_bounds(R::name, R::dim, bounds.lower.data(), bounds.upper.data());
@@ -124,47 +140,54 @@ class Problem {
     return new_block(index);
   }
 
-  /// Takes a block out. Throws Error when it is not there (any more).
+  /// Removes a block. Throws Error if the handle is invalid.
   void remove(const Block& block);
-  /// Whether it is there.
+  /// Returns whether `block` is a block of this problem that has not been removed.
   bool has(const Block& block) const;
 
-  /// Replaces all soft blocks that read any of these variables, and with them the problem's marginal prior if there is
-  /// one, by one new marginal prior on the other free variables that they read, and removes these variables.
+  /// Marginalises variables. Replaces all soft blocks that read any of them by one prior on the other free variables
+  /// that these blocks read, then removes the variables. An existing marginal prior is merged into the new one.
   ///
-  /// The prior is what is left of the blocks' Gauss-Newton model at the variables' values when it is minimised over
-  /// these variables (their Schur complement in the tangent space of right perturbations; robust losses by their weight
-  /// ρ' there):  ½‖A (X ⊖ X̄) + b‖² + c, X̄ the values now, for as long as this prior lasts. c makes its cost here that of
-  /// the minimised model, so that costs before and after compare. Exact where the residuals are linear. See
-  /// detail::MarginalPrior. Its weak point is any linearisation's: fixed X̄ while the estimate moves on.
+  /// The prior is the Schur complement of the Gauss-Newton model of these blocks at the current values X̄, in the
+  /// tangent space of right perturbations:
   ///
-  /// A direction of these variables that no block observes leaves nothing; neither does one of the others on which only
-  /// rounding is left of the information, at some 1e-13 of what the blocks have. What fixed variables have to do with
-  /// the rest is lost: free them before, not after.
+  ///   ½‖A (X ⊖ X̄) + b‖² + c
   ///
-  /// Throws Error, and changes nothing, when a hard block reads one of them, when a residual is undefined or not finite
-  /// at the values, or when one is not there (any more). Do not call it while a Program of this problem lives.
+  /// Robust losses enter with their weight ρ' at X̄. The constant c keeps costs before and after comparable. The prior
+  /// is exact if the residuals are linear. Otherwise it loses accuracy as the estimate moves away from X̄, because X̄
+  /// and A stay fixed. See detail::MarginalPrior.
+  ///
+  /// Unobservable directions of the removed variables contribute nothing. Information below about 1e-13 of that of the
+  /// blocks is rounding error and is dropped. Fixed variables count as constants. If a fixed variable is to be
+  /// estimated later, free it before this call, not after it.
+  ///
+  /// An NlpEvaluator of this problem is no longer valid afterwards. Throws Error and changes nothing in these cases:
+  /// - A hard block reads one of the variables.
+  /// - A residual is undefined or not finite at the current values.
+  /// - An ID is invalid or repeated.
   void marginalize(std::span<const int> variable_ids);
   template <LieGroup... Gs>
   void marginalize(const Variable<Gs>&... x) {
     (check_owned(x), ...);
     marginalize(std::array<int, sizeof...(Gs)>{id(x)...});
   }
-  /// The prior that marginalize() has left; empty when there is none.
+  /// Returns the prior that marginalize() created, or nothing if there is none.
   std::optional<Block> marginal_prior() const;
 
-  /// ρ'(s) of a soft block at the variables' values: what its robust loss leaves of its influence, 1 without a loss.
-  /// Throws Error for a hard block and for one that is not there (any more).
+  /// Returns the weight ρ'(s) that the robust loss gives a soft block at the current values; 1 without a loss. Throws
+  /// Error for a hard block or an invalid handle.
   double weight(const Block& block) const;
-  /// The noise of a soft block, and another in its place, for which no Program needs to be compiled anew. Throw Error for
-  /// a hard block and one that is not there (any more); set_noise, too, when the noise has not as many rows.
+  /// Return and replace the noise of a soft block. An NlpEvaluator stays valid, unless the block is one of its
+  /// constraint rows (SoftBoundRole::as_rows) and the new noise is correlated. Both throw Error for a hard block or an
+  /// invalid handle; set_noise() also if the number of rows differs.
   Gaussian noise(const Block& block) const;
   void set_noise(const Block& block, const Gaussian& noise);
-  /// The robust loss of a soft block, and another in its place. Throw Error as these do.
+  /// Return and replace the robust loss of a soft block, as given, without loss_scale(). An NlpEvaluator stays valid,
+  /// unless the block is one of its constraint rows. Both throw Error for a hard block or an invalid handle.
   Loss loss(const Block& block) const;
   void set_loss(const Block& block, const Loss& loss);
-  /// Another residual of the same type in a block's place, soft or hard: another measurement, for which no Program needs to
-  /// be compiled anew. Throws Error for a block of another type and one that is not there (any more).
+  /// Replaces the residual of a soft or hard block, for example by a new measurement. Keeps an NlpEvaluator valid.
+  /// Throws Error if the block has another residual type or the handle is invalid.
   template <Residual R>
   void set_residual(const Block& block, const R& residual) {
     const int index = index_of(block, "set_residual");
@@ -173,44 +196,48 @@ class Problem {
     else if (block.pool == pool_of(typeid(detail::HardPool<R>)))
       hard_pool<R>().pool.set_residual(index, residual);
     else
-      throw Error("set_residual: the block is no " + std::string(R::name));
+      throw Error("set_residual: the residual of the block is not of type " + std::string(R::name));
     ++bounds_revision_;
   }
-  /// Other bounds of a hard block; a Program goes by them from its next reset() on. Throws Error for a soft block, one that is
-  /// not there (any more), and bounds that subject_to() or the block's rows do not allow.
+  /// Replaces the bounds of a hard block. An NlpEvaluator reads them at its next reset(). Throws Error for a soft
+  /// block, an invalid handle, a wrong number of rows, or bounds that subject_to() rejects.
   template <int N>
   void set_bounds(const Block& block, const Bounds<N>& bounds) {
     set_bounds(block, N, bounds.lower.data(), bounds.upper.data());
   }
   void set_bounds(const Block& block, const UniformBounds& bounds);
-  /// Lagrange's multipliers of a hard block, one a row: by how much the least cost falls when the bound that the row is at
-  /// moves up by a unit. Above zero at an upper bound, below zero at a lower one, 0 where the row is at none. The
-  /// solvers that have them (augmented-lagrangian, ipopt) leave them here once they have converged, and
-  /// start from them when their options say so (`from_multipliers`); 0 of blocks that no solve has seen. Throw Error for a
-  /// soft block and one that is not there (any more); set_multipliers, too, when they are not as many as rows, or not finite.
+  /// Return and set the Lagrange multipliers of a hard block, one per row. A multiplier is the decrease of the minimal
+  /// cost per unit by which the active bound is raised. It is positive at an upper bound, negative at a lower bound,
+  /// and 0 if no bound is active or before the first solve.
+  ///
+  /// The solvers augmented-lagrangian and ipopt store multipliers when they converge. They start from them if their
+  /// option `from_multipliers` is set. Both functions throw Error for a soft block or an invalid handle;
+  /// set_multipliers() also if the size is wrong or a value is not finite.
   Eigen::VectorXd multipliers(const Block& block) const;
   void set_multipliers(const Block& block, const Eigen::VectorXd& multipliers);
-  /// A block at the variables' values, in its residual's own units: its rows, and by right perturbations of the variables
-  /// that it reads, fixed ones too, its Jacobian, whose columns are theirs one after the other. Throws Error when it is not
-  /// there (any more).
+  /// Residual and Jacobian of a block at the current values, in the units of the residual, without noise and loss.
   struct Linearization {
     Eigen::VectorXd residual;
-    Eigen::MatrixXd jacobian;
-    std::vector<int> variable_ids;
-    std::vector<int> dofs;
+    Eigen::MatrixXd jacobian;       ///< with respect to right perturbations of all variables, side by side
+    std::vector<int> variable_ids;  ///< variables that the block reads, fixed ones included
+    std::vector<int> dofs;          ///< tangent dimension of each variable
   };
+  /// Returns the linearization of a soft or hard block. Throws Error if the handle is invalid.
   Linearization linearization(const Block& block) const;
-  /// The soft blocks that read one of these variables, ids below id_bound(), but for the marginal prior.
+  /// Returns the soft blocks that read at least one of these variables, except the marginal prior. Each ID must be
+  /// below id_bound().
   std::vector<Block> soft_blocks_reading(std::span<const int> variable_ids) const;
-  /// From now on every robust loss, also of blocks to come, has `factor` times its own scale; 1 is as it was given.
-  /// Throws Error when the factor is not positive and finite.
-  void widen_losses(double factor);
-  double widening() const { return widening_; }
-  /// The least factor with which every robust block is in its loss's convex region (Loss::convex_until) at the
-  /// variables' values, whatever the widening now. Empty when no loss is robust.
-  std::optional<double> convex_widening() const;
+  /// Multiplies the scale of every robust loss, of existing and future blocks, by `factor`. The factor replaces the
+  /// previous one; 1 restores the given scales. Graduated non-convexity starts with a large factor. Throws Error if the
+  /// factor is not positive and finite.
+  void scale_losses(double factor);
+  double loss_scale() const { return loss_scale_; }
+  /// Returns the smallest factor for scale_losses() with which every block is in the convex region of its robust loss
+  /// (Loss::convexity_limit) at the current values. Does not depend on loss_scale(). Empty if no block has a robust
+  /// loss.
+  std::optional<double> convex_loss_scale() const;
 
-  /// Handles of all variables of a group, in order of creation.
+  /// Returns the handles of all variables of group G in the order in which they were added.
   template <LieGroup G>
   std::vector<Variable<G>> variables() const {
     std::vector<Variable<G>> result;
@@ -220,18 +247,23 @@ class Problem {
     for (const int slot : slots_by_creation(*store)) result.push_back({store, slot, store->slots.generation(slot)});
     return result;
   }
-  /// Handles of all blocks, the marginal prior too, in the order of evaluation: pool by pool.
+  /// Returns the handles of all blocks, including the marginal prior, in the order of evaluation: grouped by residual
+  /// type and role.
   std::vector<Block> blocks() const;
-  /// "prior of x0": the residual's name and what it reads. Throws Error when the block is not there (any more).
+  /// Returns a description for messages, for example "prior of x0": the residual and the variables it reads. Throws
+  /// Error if the handle is invalid.
   std::string describe(const Block& block) const;
   int num_variables() const { return ids_.size(); }
-  /// Ids are below this. Some may be of no variable now: their names are empty.
+  /// Returns a number above all variable IDs, for arrays indexed by ID. IDs below it may be unused; their name is then
+  /// empty.
   int id_bound() const { return static_cast<int>(variables_.size()); }
   const std::string& name(int variable_id) const { return variables_[std::size_t(variable_id)].name; }
-  /// How many variables had been made before it: ids are given again, these numbers never. −1 where the id is of none.
-  long long creation(int variable_id) const { return variables_[std::size_t(variable_id)].sequence; }
+  /// Returns how many variables had been added before this one, −1 for an unused ID. Unlike IDs, these numbers are
+  /// never reused.
+  long long sequence_number(int variable_id) const { return variables_[std::size_t(variable_id)].sequence; }
   bool is_fixed(int variable_id) const { return variables_[std::size_t(variable_id)].fixed; }
-  /// Below id_bound(). Throws Error when the variable has been removed, or never was.
+  /// Returns the ID of a variable, in [0, id_bound()). IDs of removed variables are reused. Throws Error if the
+  /// variable was removed or never added.
   template <LieGroup G>
   int id(const Variable<G>& x) const {
     check_current(x);
@@ -239,47 +271,49 @@ class Problem {
   }
   int num_soft_blocks() const;
   int num_hard_blocks() const;
-  /// Tangent dimensions of the free variables; hard rows with equal bounds, and all others, of blocks that read one.
+  /// Size of the program: `unknowns` is the sum of the tangent dimensions of the free variables. `equalities` and
+  /// `inequalities` count the hard rows with equal and with different bounds. Rows that read only fixed variables do
+  /// not count.
   struct Size {
     int unknowns, equalities, inequalities;
   };
   Size size() const;
 
  private:
-  friend class Program;
-  friend class ProblemPart;
+  friend class NlpEvaluator;
+  friend class Subproblem;
   friend class detail::ProblemData;
   template <Residual R>
   static constexpr int arity = std::tuple_size_v<typename R::States>;
 
   struct VariableInfo {
-    detail::StateStoreBase* store = nullptr;  // null where the id is free
+    detail::StateStoreBase* store = nullptr;  // null if the ID is unused
     int slot = -1, dof = 0;
-    int readers = 0;  // how often blocks read it
+    int readers = 0;  // number of times that blocks read the variable
     bool fixed = false;
-    long long sequence = -1;  // solvers keep the variables in order of creation, which ids are not
+    long long sequence = -1;  // order of creation, in which solvers keep the variables; IDs are reused
     std::string name;
 
     bool is_free() const { return store && !fixed; }
   };
   struct Pool {
-    std::unique_ptr<detail::SoftPoolBase> soft;  // one of the two
+    std::unique_ptr<detail::SoftPoolBase> soft;  // exactly one of soft and hard is set
     std::unique_ptr<detail::HardPoolBase> hard;
-    detail::Slots ids;  // blocks keep their id when others are removed
+    detail::Slots ids;  // a block keeps its ID when other blocks are removed
     std::vector<int> index_of_id, id_of_index;
-    const detail::ResidualType* type = nullptr;  // null of the marginal prior
+    const detail::ResidualType* type = nullptr;  // null for the marginal prior
 
     detail::PoolBase& base() const { return soft ? static_cast<detail::PoolBase&>(*soft) : *hard; }
   };
   template <class P>
-  struct Found {
+  struct PoolRef {
     int index;
     P& pool;
   };
 
   template <LieGroup G>
   [[gnu::noinline]] detail::StateStore<G>& store() {
-    static_cast<void>(&group_type<G>);  // is made, and registers, with what uses it
+    static_cast<void>(&group_type<G>);  // instantiates and thereby registers the group
     auto& s = stores_[typeid(G)];
     if (!s) s = std::make_unique<detail::StateStore<G>>();
     return static_cast<detail::StateStore<G>&>(*s);
@@ -307,7 +341,7 @@ class Problem {
   }
   template <LieGroup G>
   void check_owned(const Variable<G>& x) {
-    if (x.store != &store<G>()) throw Error("the problem was given a variable that is not its own");
+    if (x.store != &store<G>()) throw Error("the variable belongs to another problem; use a handle from this problem");
     check_current(x);
   }
   template <LieGroup G>
@@ -323,7 +357,7 @@ class Problem {
   std::vector<int> slots_by_creation(const detail::StateStoreBase& store) const;
 
   template <Residual R>
-  Found<detail::SoftPool<R>> soft_pool() {
+  PoolRef<detail::SoftPool<R>> soft_pool() {
     int index = pool_of(typeid(detail::SoftPool<R>));
     if (index < 0)
       index = add_pool(typeid(detail::SoftPool<R>), soft_type<R>, std::make_unique<detail::SoftPool<R>>(stores<R>()),
@@ -331,7 +365,7 @@ class Problem {
     return {index, static_cast<detail::SoftPool<R>&>(*pools_[std::size_t(index)].soft)};
   }
   template <Residual R>
-  Found<detail::HardPool<R>> hard_pool() {
+  PoolRef<detail::HardPool<R>> hard_pool() {
     int index = pool_of(typeid(detail::HardPool<R>));
     if (index < 0)
       index = add_pool(typeid(detail::HardPool<R>), hard_type<R>, nullptr,
@@ -350,34 +384,35 @@ class Problem {
   inline static const detail::ResidualType soft_type{typeid(R), false, &detail::pass_residual<R>, &index_of_soft<R>};
   template <Residual R>
   inline static const detail::ResidualType hard_type{typeid(R), true, &detail::pass_residual<R>, &index_of_hard<R>};
-  int pool_of(std::type_index type) const;  // −1: none yet
+  int pool_of(std::type_index type) const;  // −1 if there is none yet
   int add_pool(std::type_index type, const detail::ResidualType& residual, std::unique_ptr<detail::SoftPoolBase> soft,
-               std::unique_ptr<detail::HardPoolBase> hard);  // one of the two
+               std::unique_ptr<detail::HardPoolBase> hard);  // exactly one of soft and hard is set
   int new_variable_id();
   void remove_variable(int id);
   Block new_block(int pool);
   void remove_block_at(int pool, int index);
   std::string describe(const detail::PoolBase& pool, int block) const;
   std::vector<std::vector<int>> blocks_to_marginalize(const std::vector<char>& marked) const;
-  int index_of(const Block& block, const char* asked) const;
-  detail::SoftPoolBase& soft_pool_of(const Block& block, const char* asked) const;
-  detail::HardPoolBase& hard_pool_of(const Block& block, const char* asked) const;
+  int index_of(const Block& block, const char* caller) const;
+  detail::SoftPoolBase& soft_pool_of(const Block& block, const char* caller) const;
+  detail::HardPoolBase& hard_pool_of(const Block& block, const char* caller) const;
   void set_bounds(const Block& block, int rows, const double* lower, const double* upper);
   static void check_noise(std::string_view name, int rows, const Gaussian& noise, const Loss& loss);
   static void check_bounds(std::string_view name, int rows, const double* lower, const double* upper);
 
-  std::vector<VariableInfo> variables_;  // by id
+  std::vector<VariableInfo> variables_;  // indexed by ID
   detail::Slots ids_;
   long long next_sequence_ = 0;
   std::map<std::type_index, std::unique_ptr<detail::StateStoreBase>> stores_;
   std::vector<Pool> pools_;
   std::map<std::type_index, int> pool_of_type_;
-  int prior_pool_ = -1;    // of the marginal prior, once there has been one
-  double widening_ = 1.0;  // also in every soft pool
-  // Programs notice by these that variables or blocks, values, or bounds (with noises, losses and residuals, of which soft
-  // bounds are made) are no longer what they were compiled for, and that another Program has moved the point.
+  int prior_pool_ = -1;      // pool of the marginal prior, −1 before the first marginalize()
+  double loss_scale_ = 1.0;  // copied to every soft pool
+  // Revision counters. Each NlpEvaluator compares them to detect changes of the structure (variables and blocks), of
+  // values, and of bounds, noises, losses and residuals. point_owner_ is the evaluator whose point the state stores
+  // hold.
   long long revision_ = 0, value_revision_ = 0, bounds_revision_ = 0;
-  const Program* point_of_ = nullptr;
+  const NlpEvaluator* point_owner_ = nullptr;
 };
 
 }  // namespace tandem

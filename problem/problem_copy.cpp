@@ -16,7 +16,7 @@ Problem Problem::copy() const {
   copy.ids_ = ids_;
   copy.next_sequence_ = next_sequence_;
 
-  const detail::StoreInstead instead = [&](const detail::StateStoreBase* store) { return counterparts.at(store); };
+  const detail::StoreMapping mapping = [&](const detail::StateStoreBase* store) { return counterparts.at(store); };
   for (std::size_t p = 0; p < pools_.size(); ++p) {
     const Pool& from = pools_[p];
     Pool& to = copy.pools_.emplace_back();
@@ -25,11 +25,11 @@ Problem Problem::copy() const {
     to.id_of_index = from.id_of_index;
     to.type = from.type;
     if (static_cast<int>(p) == prior_pool_) {
-      to.soft = static_cast<const detail::MarginalPrior&>(*from.soft).copy(instead);
+      to.soft = static_cast<const detail::MarginalPrior&>(*from.soft).copy(mapping);
       continue;
     }
-    if (from.soft) to.soft = from.soft->new_empty(instead);
-    if (from.hard) to.hard = from.hard->new_empty(instead);
+    if (from.soft) to.soft = from.soft->new_empty(mapping);
+    if (from.hard) to.hard = from.hard->new_empty(mapping);
     std::vector<int> slots(std::size_t(from.base().arity()));
     for (int i = 0; i < from.base().size(); ++i) {
       const int* ids = from.base().variables(i);
@@ -39,7 +39,7 @@ Problem Problem::copy() const {
   }
   copy.pool_of_type_ = pool_of_type_;
   copy.prior_pool_ = prior_pool_;
-  copy.widening_ = widening_;
+  copy.loss_scale_ = loss_scale_;
   copy.revision_ = revision_;
   copy.value_revision_ = value_revision_;
   copy.bounds_revision_ = bounds_revision_;
@@ -48,8 +48,8 @@ Problem Problem::copy() const {
 
 void Problem::throw_no_counterpart() {
   throw Error(
-      "counterpart: the problem has no variable of this group in that place (any more); it is of variables of the "
-      "problem that this one was copied from");
+      "counterpart: the problem has no variable for this handle; the variable was removed, or neither problem is "
+      "a copy of the other");
 }
 
 std::vector<int> Problem::slots_by_creation(const detail::StateStoreBase& store) const {

@@ -19,7 +19,7 @@ std::vector<double> part_of(const std::vector<double>& all, int i, int n) {
   return {all.begin() + std::ptrdiff_t(i) * n, all.begin() + std::ptrdiff_t(i + 1) * n};
 }
 
-/// Under the key that key(type) gives; null where different types have the same.
+/// Returns the types by key(type); null if different types have the same key.
 template <class Type, class Key>
 auto by_key(std::span<const Type* const> types, Key key) {
   std::map<decltype(key(*types[0])), const Type*> result;
@@ -30,7 +30,7 @@ auto by_key(std::span<const Type* const> types, Key key) {
   return result;
 }
 
-/// By name and whether they are constraints.
+/// Returns the residual types by name and role (true: constraint).
 auto residual_types_by_name() {
   return by_key(residual_types(), [](const ResidualType& type) { return std::pair(type_name(type.type), type.hard); });
 }
@@ -39,30 +39,31 @@ auto group_types_by_name() {
   return by_key(group_types(), [](const GroupType& type) { return type_name(type.type); });
 }
 
-/// Of each state that the pool's blocks read.
+/// Returns the store of each state that the blocks of a pool read.
 std::vector<const StateStoreBase*> stores_of(const SoftPoolBase* soft, const HardPoolBase* hard) {
   std::vector<const StateStoreBase*> stores;
-  const StoreInstead ask = [&](const StateStoreBase* store) {
+  const StoreMapping record_store = [&](const StateStoreBase* store) {
     stores.push_back(store);
-    return const_cast<StateStoreBase*>(store);  // of a pool that is not used
+    return const_cast<StateStoreBase*>(store);  // the new pool is discarded
   };
-  if (soft) soft->new_empty(ask);
-  if (hard) hard->new_empty(ask);
+  if (soft) soft->new_empty(record_store);
+  if (hard) hard->new_empty(record_store);
   return stores;
 }
 
 std::string count(std::size_t n, const std::string& of) { return std::to_string(n) + " " + of + (n == 1 ? "" : "s"); }
 
-const char* const kOfTheProgram = "this program has none: read it with one that is compiled with it";
+const char* const kNotCompiled = " is not compiled into this program; read the file with a program that uses it";
 
 }  // namespace
 
-ProblemData::ProblemData(const Problem& problem) : widening(problem.widening_) {
+ProblemData::ProblemData(const Problem& problem) : loss_scale(problem.loss_scale_) {
   const auto types = residual_types_by_name();
   std::vector<int> place(problem.variables_.size(), -1), ids;
   for (std::size_t id = 0; id < place.size(); ++id)
     if (problem.variables_[id].store) ids.push_back(static_cast<int>(id));
-  std::sort(ids.begin(), ids.end(), [&](int a, int b) { return problem.creation(a) < problem.creation(b); });
+  std::sort(ids.begin(), ids.end(),
+            [&](int a, int b) { return problem.sequence_number(a) < problem.sequence_number(b); });
   std::map<const StateStoreBase*, std::string> groups;
   for (const auto& [type, store] : problem.stores_)
     for (const GroupType* group : group_types())
@@ -72,9 +73,9 @@ ProblemData::ProblemData(const Problem& problem) : widening(problem.widening_) {
     Fields fields;
     from.store->pass_value(from.slot, fields);
     if (!fields.complete())
-      throw Error("variable " + from.name + " is a " + groups[from.store] + ": " + fields.why_not());
+      throw Error("variable " + from.name + " (" + groups[from.store] + ") cannot be stored: " + fields.error());
     place[std::size_t(id)] = static_cast<int>(variables.size());
-    variables.push_back({groups[from.store], from.name, fields.taken(), from.fixed});
+    variables.push_back({groups[from.store], from.name, fields.values(), from.fixed});
   }
 
   for (const auto& pool : problem.pools_) {
@@ -91,26 +92,25 @@ ProblemData::ProblemData(const Problem& problem) : widening(problem.widening_) {
         block.constant = prior.constant();
         Fields anchors;
         for (const MarginalPrior::State& s : prior.states()) s.store->pass_anchor(s.slot, anchors);
-        block.anchors = anchors.taken();
+        block.anchors = anchors.values();
         continue;
       }
       block.residual = type_name(pool.type->type);
-      const auto refuse = [&](const std::string& why) {
-        throw Error("the block " + problem.describe(base, i) + " is a " + block.residual + ": " + why);
+      const auto fail = [&](const std::string& why) {
+        throw Error("block " + problem.describe(base, i) + " (" + block.residual + ") cannot be stored: " + why);
       };
-      if (!types.at({block.residual, pool.type->hard}))
-        refuse("there are several of that name, which a file would not tell apart");
+      if (!types.at({block.residual, pool.type->hard})) fail("several residual types of this program have this name");
       Fields fields;
       pool.type->pass(base.residual(i), fields, nullptr, nullptr);
-      if (!fields.complete()) refuse(fields.why_not());
-      block.data = fields.taken();
+      if (!fields.complete()) fail(fields.error());
+      block.data = fields.values();
       if (pool.hard) {
         block.role = Role::constraint;
         block.lower = part_of(pool.hard->lower(), i, rows);
         block.upper = part_of(pool.hard->upper(), i, rows);
         block.multipliers = part_of(pool.hard->multipliers(), i, rows);
       } else {
-        const auto weight = static_cast<const WeightedPool&>(base).weight_as_it_is(i);
+        const auto weight = static_cast<const WeightedPool&>(base).raw_weight(i);
         if (weight.full) {
           block.full = by_rows(Eigen::Map<const Eigen::MatrixXd>(weight.full, rows, rows));
         } else {
@@ -122,7 +122,7 @@ ProblemData::ProblemData(const Problem& problem) : widening(problem.widening_) {
   }
 }
 
-struct ProblemData::Maker {
+struct ProblemData::Builder {
   const ProblemData& data;
   Problem problem{};
   std::map<std::pair<std::string, bool>, const ResidualType*> types = residual_types_by_name();
@@ -137,62 +137,63 @@ struct ProblemData::Maker {
   std::vector<int> slots_of(const Block& block) const;
 };
 
-void ProblemData::Maker::add_variable(const Variable& variable) {
+void ProblemData::Builder::add_variable(const Variable& variable) {
   const auto group = groups.find(variable.group);
-  if (group == groups.end()) throw Error("its group is " + variable.group + ", and " + kOfTheProgram);
-  if (!group->second) throw Error("several groups of this program are called " + variable.group);
-  if (variable.name.empty()) throw Error("it needs a name");
+  if (group == groups.end()) throw Error("the group " + variable.group + kNotCompiled);
+  if (!group->second) throw Error("several groups of this program are named " + variable.group);
+  if (variable.name.empty()) throw Error("the name must not be empty");
   StateStoreBase* store = group->second->store_of(problem);
   const int id = problem.new_variable_id(), slot = store->add_identity(id);
   Fields fields(variable.value);
   store->pass_value(slot, fields);
-  if (!fields.why_not().empty()) throw Error(fields.why_not());
+  if (!fields.error().empty()) throw Error(fields.error());
   if (!fields.complete())
-    throw Error("a " + variable.group + " is " + count(fields.count(), "number") + ", not " +
+    throw Error("a " + variable.group + " has " + count(fields.count(), "number") + ", not " +
                 std::to_string(variable.value.size()));
   problem.variables_[std::size_t(id)] = {store,        slot, store->dof(), 0, variable.fixed, problem.next_sequence_++,
                                          variable.name};
   ++problem.revision_;
 }
 
-std::vector<int> ProblemData::Maker::slots_of(const Block& block) const {
+std::vector<int> ProblemData::Builder::slots_of(const Block& block) const {
   std::vector<int> slots;
   for (const int v : block.variables) {
     if (v < 0 || v >= problem.id_bound())
-      throw Error("there is no variable " + std::to_string(v) + ": they are numbered from 0 to " +
+      throw Error("variable " + std::to_string(v) + " does not exist; variables are numbered from 0 to " +
                   std::to_string(problem.id_bound() - 1));
     slots.push_back(problem.variables_[std::size_t(v)].slot);
   }
   return slots;
 }
 
-void ProblemData::Maker::add_block(const Block& block) {
+void ProblemData::Builder::add_block(const Block& block) {
   if (block.role == Role::marginal_prior) return add_marginal_prior(block);
   const bool hard = block.role == Role::constraint;
   const auto type = types.find({block.residual, hard});
   if (type == types.end())
-    throw Error(std::string("its residual is a ") + (hard ? "constraint " : "cost ") + block.residual + ", and " +
-                kOfTheProgram);
-  if (!type->second) throw Error("several residuals of this program are called " + block.residual);
+    throw Error(std::string("the residual ") + block.residual + " as a " + (hard ? "constraint" : "cost") +
+                kNotCompiled);
+  if (!type->second) throw Error("several residuals of this program are named " + block.residual);
   const std::vector<int> slots = slots_of(block);
   const int index = type->second->pool_of(problem);
   PoolBase& pool = problem.pools_[std::size_t(index)].base();
   if (int(slots.size()) != pool.arity())
-    throw Error("it reads " + count(std::size_t(pool.arity()), "variable") + ", not " + std::to_string(slots.size()));
+    throw Error("the residual reads " + count(std::size_t(pool.arity()), "variable") + ", not " +
+                std::to_string(slots.size()));
   std::vector<const StateStoreBase*>& stores = stores_of_pool[&pool];
   if (stores.empty())
     stores = stores_of(problem.pools_[std::size_t(index)].soft.get(), problem.pools_[std::size_t(index)].hard.get());
   for (std::size_t s = 0; s < slots.size(); ++s) {
     const auto& variable = problem.variables_[std::size_t(block.variables[s])];
     if (variable.store != stores[s])
-      throw Error("it does not read a " + data.variables[std::size_t(block.variables[s])].group + " as " +
-                  variable.name + " in place " + std::to_string(s));
+      throw Error("the residual cannot read variable " + variable.name + " at position " + std::to_string(s) +
+                  ", because it is a " + data.variables[std::size_t(block.variables[s])].group);
   }
   Fields fields(block.data);
   type->second->pass(nullptr, fields, &pool, slots.data());
-  if (!fields.why_not().empty()) throw Error(fields.why_not());
+  if (!fields.error().empty()) throw Error(fields.error());
   if (!fields.complete())
-    throw Error("its data are " + count(fields.count(), "number") + ", not " + std::to_string(block.data.size()));
+    throw Error("data must be " + count(fields.count(), "number") + ", not " + std::to_string(block.data.size()));
   if (hard) {
     add_constraint(block, static_cast<HardPoolBase&>(pool));
   } else {
@@ -201,59 +202,59 @@ void ProblemData::Maker::add_block(const Block& block) {
   problem.new_block(index);
 }
 
-void ProblemData::Maker::add_cost(const Block& block, WeightedPool& pool) {
+void ProblemData::Builder::add_cost(const Block& block, WeightedPool& pool) {
   const std::size_t n = std::size_t(pool.dim());
   const bool full = !block.full.empty();
   if (full ? block.full.size() != n * n : block.diagonal.size() != n)
-    throw Error("its noise has " + count(full ? block.full.size() : block.diagonal.size(), "number") + ", where " +
-                std::to_string(n) + (n == 1 ? " row takes " : " rows take ") + std::to_string(full ? n * n : n));
+    throw Error("the noise has " + count(full ? block.full.size() : block.diagonal.size(), "number") + ", but " +
+                count(n, "row") + (n == 1 ? " needs " : " need ") + std::to_string(full ? n * n : n));
   Eigen::MatrixXd W;
   if (full) {
     W = Eigen::Map<const RowMajor>(block.full.data(), pool.dim(), pool.dim());
-    Gaussian::square_root(W);  // throws where it is none
+    Gaussian::square_root(W);  // throws if W is singular
   } else if (std::any_of(block.diagonal.begin(), block.diagonal.end(), [](double w) { return !(w > 0); })) {
-    throw Error("its noise is not above 0");
+    throw Error("the noise must be positive");
   }
-  if (!(block.loss.scale > 0)) throw Error("the scale of its loss is not above 0");
+  if (!(block.loss.scale > 0)) throw Error("the scale of the loss must be positive");
   const std::vector<double> none(n, 0.0);
-  pool.add_weight_as_it_is({full ? none.data() : block.diagonal.data(), full ? W.data() : nullptr, block.loss});
+  pool.add_raw_weight({full ? none.data() : block.diagonal.data(), full ? W.data() : nullptr, block.loss});
 }
 
-void ProblemData::Maker::add_constraint(const Block& block, HardPoolBase& pool) {
+void ProblemData::Builder::add_constraint(const Block& block, HardPoolBase& pool) {
   const std::size_t n = std::size_t(pool.dim());
   for (const auto& [name, rows] : {std::pair("lower bounds", &block.lower), std::pair("upper bounds", &block.upper),
                                    std::pair("multipliers", &block.multipliers)})
     if (rows->size() != n)
-      throw Error(std::string("its ") + name + " are " + count(rows->size(), "number") + ", not " + std::to_string(n));
+      throw Error(std::string(name) + " must be " + count(n, "number") + ", not " + std::to_string(rows->size()));
   Problem::check_bounds(pool.name(), pool.dim(), block.lower.data(), block.upper.data());
   pool.add_bounds(block.lower.data(), block.upper.data());
   pool.set_multipliers(pool.size() - 1, block.multipliers.data());
 }
 
-void ProblemData::Maker::add_marginal_prior(const Block& block) {
-  if (problem.prior_pool_ >= 0) throw Error("a problem has one marginal prior at most");
+void ProblemData::Builder::add_marginal_prior(const Block& block) {
+  if (problem.prior_pool_ >= 0) throw Error("a problem has at most one marginal prior");
   const std::vector<int> slots = slots_of(block);
   std::vector<MarginalPrior::State> states;
   std::size_t columns = 0;
   std::vector<char> seen(std::size_t(problem.id_bound()), 0);
   for (const int id : block.variables) {
     const auto& variable = problem.variables_[std::size_t(id)];
-    if (std::exchange(seen[std::size_t(id)], 1)) throw Error("it reads " + variable.name + " twice");
+    if (std::exchange(seen[std::size_t(id)], 1)) throw Error("the marginal prior reads " + variable.name + " twice");
     states.push_back({variable.store, variable.slot, id, variable.dof});
     columns += std::size_t(variable.dof);
   }
   const std::size_t rows = block.b.size();
   if (block.A.size() != rows * columns)
-    throw Error("A has " + count(block.A.size(), "number") + ", where " + std::to_string(rows) + " rows of " +
-                std::to_string(columns) + " take " + std::to_string(rows * columns));
+    throw Error("A has " + count(block.A.size(), "number") + ", but must have " + std::to_string(rows) + " rows of " +
+                std::to_string(columns));
   const Eigen::MatrixXd A = Eigen::Map<const RowMajor>(block.A.data(), Eigen::Index(rows), Eigen::Index(columns));
   auto prior = std::make_unique<MarginalPrior>();
   prior->set(states, A, Eigen::Map<const Eigen::VectorXd>(block.b.data(), Eigen::Index(rows)), block.constant);
   Fields anchors(block.anchors);
   for (const MarginalPrior::State& s : states) s.store->pass_anchor(s.slot, anchors);
-  if (!anchors.why_not().empty()) throw Error(anchors.why_not());
+  if (!anchors.error().empty()) throw Error(anchors.error());
   if (!anchors.complete())
-    throw Error("its anchors are " + count(anchors.count(), "number") + ", not " +
+    throw Error("anchors must be " + count(anchors.count(), "number") + ", not " +
                 std::to_string(block.anchors.size()));
   problem.prior_pool_ = static_cast<int>(problem.pools_.size());
   problem.pools_.push_back({std::move(prior), nullptr, {}, {}, {}, nullptr});
@@ -261,19 +262,19 @@ void ProblemData::Maker::add_marginal_prior(const Block& block) {
 }
 
 Problem ProblemData::problem() const {
-  Maker maker{*this};
+  Builder builder{*this};
   for (std::size_t i = 0; i < variables.size(); ++i) try {
-      maker.add_variable(variables[i]);
+      builder.add_variable(variables[i]);
     } catch (const Error& error) {
       throw Error("variable " + std::to_string(i) + " (" + variables[i].name + "): " + error.what());
     }
   for (std::size_t i = 0; i < blocks.size(); ++i) try {
-      maker.add_block(blocks[i]);
+      builder.add_block(blocks[i]);
     } catch (const Error& error) {
       throw Error("block " + std::to_string(i) + ": " + error.what());
     }
-  maker.problem.widen_losses(widening);
-  return std::move(maker.problem);
+  builder.problem.scale_losses(loss_scale);
+  return std::move(builder.problem);
 }
 
 }  // namespace tandem::detail

@@ -7,7 +7,7 @@
 
 namespace tandem::detail {
 
-/// All of a problem as plain numbers and names, exact to the last bit: between a Problem and a file.
+/// Exact content of a problem as numbers and names: the intermediate form between a Problem and a file.
 class ProblemData {
  public:
   struct Variable {
@@ -16,32 +16,34 @@ class ProblemData {
     bool fixed = false;
   };
   enum class Role { cost, constraint, marginal_prior };
-  /// What a block of its role has; the rest is empty.
+  /// Content of a block. Members that its role does not use are empty.
   struct Block {
     Role role = Role::cost;
     std::string residual;
-    std::vector<int> variables;  ///< places in the list of variables
+    std::vector<int> variables;  ///< indices in ProblemData::variables
     std::vector<double> data;
-    std::vector<double> diagonal, full;  ///< one of the two: 1/σ of each row, or W by rows
+    std::vector<double> diagonal, full;  ///< one of the two: 1/σ of each row, or the whitening matrix W by rows
     Loss loss;
     std::vector<double> lower, upper, multipliers;
-    // Of the marginal prior: ½‖A (X ⊖ X̄) + b‖² + constant, A by rows, X̄ one after the other.
+    // Marginal prior ½‖A (X ⊖ X̄) + b‖² + constant: A by rows; anchors are the values X̄, one after the other.
     std::vector<double> A, b, anchors;
     double constant = 0;
   };
 
   std::vector<Variable> variables;  ///< in order of creation
   std::vector<Block> blocks;        ///< in order of evaluation
-  double widening = 1;
+  double loss_scale = 1;
 
   ProblemData() = default;
-  /// Throws Error naming what numbers do not tell.
+  /// Extracts the content of a problem. Throws Error, naming the block or variable, if a member cannot be stored as
+  /// numbers.
   explicit ProblemData(const Problem& problem);
-  /// A problem of this. Throws Error when it makes none, or one that this program cannot make.
+  /// Builds the problem. Throws Error, naming the variable or block, if the data are inconsistent or a type is not
+  /// compiled into this program.
   Problem problem() const;
 
  private:
-  struct Maker;
+  struct Builder;
 };
 
 }  // namespace tandem::detail

@@ -5,7 +5,7 @@
 namespace tandem::detail {
 namespace {
 
-// In functions: they are asked for by what is made before main(), in any order.
+// A function-local static, because registration happens before main() in unspecified order.
 template <class Type>
 std::vector<const Type*>& registered() {
   static std::vector<const Type*> types;

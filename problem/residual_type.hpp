@@ -14,14 +14,13 @@ class Problem;
 
 namespace detail {
 
-/// A type of residual in a role, or of a group's variables, that this program can make: it is known by name from the
-/// program's start, so that files can be read that have some. There is one for each that is compiled, made when the
-/// program starts, which registers itself.
+/// A residual type in one role that is compiled into this program. Each registers itself by name before main(), so that
+/// problem files with blocks of this type can be read.
 struct ResidualType {
-  /// Passes the numbers of a residual, `from` or, where that is null, one as it is made by default; where `to` is not
-  /// null and all went well, a block of it is added there.
+  /// Passes the members of the residual `from` through `fields`, or of a default-constructed residual if `from` is
+  /// null. If `to` is not null and all fields are complete, adds the residual to that pool.
   using Pass = void (*)(const void* from, Fields& fields, PoolBase* to, const int* slots);
-  using PoolOf = int (*)(Problem& problem);  ///< the pool of such blocks, made where there is none
+  using PoolOf = int (*)(Problem& problem);  ///< returns the pool of such blocks; creates it if needed
 
   ResidualType(const std::type_info& type, bool hard, Pass pass, PoolOf pool_of);
   const std::type_info& type;
@@ -29,13 +28,15 @@ struct ResidualType {
   Pass pass;
   PoolOf pool_of;
 };
+/// A Lie group whose variables are compiled into this program; registered like ResidualType.
 struct GroupType {
-  using StoreOf = StateStoreBase* (*)(Problem& problem);  ///< of such variables
+  using StoreOf = StateStoreBase* (*)(Problem& problem);  ///< returns the store of such variables
 
   GroupType(const std::type_info& type, StoreOf store_of);
   const std::type_info& type;
   StoreOf store_of;
 };
+/// Return all registered types.
 std::span<const ResidualType* const> residual_types();
 std::span<const GroupType* const> group_types();
 

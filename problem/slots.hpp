@@ -4,56 +4,59 @@
 
 namespace tandem::detail {
 
-/// Places that are used again: ids of variables, slots of states, ids of blocks. Whoever keeps a place together with its
-/// generation can tell later whether it is still the same one.
+/// Allocator of reusable indices for variables, states and blocks. Each index has a generation, which changes when the
+/// index is freed. The holder of an index and its generation can detect that the index was reused.
 class Slots {
  public:
-  /// A free place, the one that was given back last, or one more.
-  int take() {
+  /// Returns a free index: the one freed last, or a new one.
+  int allocate() {
     if (free_.empty()) {
       generation_.push_back(0);
-      taken_.push_back(true);
-      return static_cast<int>(taken_.size()) - 1;
+      used_.push_back(true);
+      return static_cast<int>(used_.size()) - 1;
     }
     const int slot = free_.back();
     free_.pop_back();
-    taken_[std::size_t(slot)] = true;
+    used_[std::size_t(slot)] = true;
     return slot;
   }
-  void give_back(int slot) {
+  /// Frees an index.
+  void release(int slot) {
     free_.push_back(slot);
-    taken_[std::size_t(slot)] = false;
+    used_[std::size_t(slot)] = false;
     ++generation_[std::size_t(slot)];
   }
-  /// Places there have been; those that are taken are below.
-  int bound() const { return static_cast<int>(taken_.size()); }
+  /// Returns an upper bound (exclusive) of all indices in use.
+  int bound() const { return static_cast<int>(used_.size()); }
+  /// Returns the number of indices in use.
   int size() const { return bound() - static_cast<int>(free_.size()); }
-  bool is_taken(int slot) const { return slot >= 0 && slot < bound() && taken_[std::size_t(slot)]; }
-  /// How often the place has been given back.
+  bool is_used(int slot) const { return slot >= 0 && slot < bound() && used_[std::size_t(slot)]; }
+  /// Returns how often the index has been freed.
   unsigned generation(int slot) const { return generation_[std::size_t(slot)]; }
+  /// Returns whether the index is in use and has this generation.
   bool is_current(int slot, unsigned generation) const {
-    return is_taken(slot) && generation_[std::size_t(slot)] == generation;
+    return is_used(slot) && generation_[std::size_t(slot)] == generation;
   }
 
  private:
   std::vector<int> free_;
   std::vector<unsigned> generation_;
-  std::vector<char> taken_;
+  std::vector<char> used_;
 };
 
-/// Values in such places.
+/// Array of values at reusable indices.
 template <class T>
 class SlotVector {
  public:
   int add(const T& value = {}) {
-    const int slot = slots_.take();
+    const int slot = slots_.allocate();
     if (slot == static_cast<int>(values_.size()))
       values_.push_back(value);
     else
       values_[std::size_t(slot)] = value;
     return slot;
   }
-  void remove(int slot) { slots_.give_back(slot); }
+  void remove(int slot) { slots_.release(slot); }
   T& at(int slot) { return values_[std::size_t(slot)]; }
   const T& at(int slot) const { return values_[std::size_t(slot)]; }
 

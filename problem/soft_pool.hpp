@@ -4,11 +4,11 @@
 
 #include <tandem/problem/hard_pool.hpp>
 #include <tandem/problem/weighted_pool.hpp>
-#include <tandem/residuals/outside.hpp>
+#include <tandem/residuals/soft_bound.hpp>
 
 namespace tandem::detail {
 
-/// The costs of one residual type: what is evaluated in the solvers' loops.
+/// Cost blocks of one residual type: the functions that run in the loops of solvers.
 template <Residual R>
 class SoftPool final : public BlockPool<R, WeightedPool> {
   using Pool = BlockPool<R, WeightedPool>;
@@ -22,14 +22,14 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
     this->add_block(residual, slots);
     this->add_weight(noise, loss);
   }
-  std::unique_ptr<SoftPoolBase> new_empty(const StoreInstead& instead) const override {
-    auto pool = std::make_unique<SoftPool>(this->stores_of(instead));
-    pool->widening = this->widening;
+  std::unique_ptr<SoftPoolBase> new_empty(const StoreMapping& mapping) const override {
+    auto pool = std::make_unique<SoftPool>(this->stores_of(mapping));
+    pool->loss_scale = this->loss_scale;
     return pool;
   }
 
   std::unique_ptr<HardPoolBase> bounded_rows() const override {
-    if constexpr (is_outside<R>) {
+    if constexpr (is_soft_bound<R>) {
       if (!this->is_plain()) return {};
       auto rows = std::make_unique<HardPool<decltype(R::residual)>>(this->stores_);
       for (const auto& block : this->blocks_) rows->add(block.residual.residual, block.slots, block.residual.bounds);
@@ -64,7 +64,7 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
       for (; end - k > 1 && this->batches(); k += kBatch) accumulate_batch(place, k, end, total, gradient, H);
     Row r;
     Jacobians J;
-    Pool::set_zero(J);  // GCC 12 does not see that linearize sets it
+    Pool::set_zero(J);  // avoids a false warning of GCC 12
     const auto columns = Pool::data(J);
     for (; k < end; ++k) {
       const std::size_t i = std::size_t(place.at(k));
@@ -91,8 +91,8 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
       };
       const int* offset = &place.offset[i * kArity];
       const HessianPlace* at = &place.hessian[i * kPairs];
-      double squares = wanted == Curvature::all ? factor : 0.0, of_loss = factor;
-      const bool first_order = squares != 0 || weight.loss.kind != Loss::Kind::none;
+      double gauss_newton_factor = wanted == Curvature::all ? factor : 0.0, loss_factor = factor;
+      const bool first_order = gauss_newton_factor != 0 || weight.loss.kind != Loss::Kind::none;
       if constexpr (IsLinear<R>) {
         if (!first_order) continue;
         this->linearize(i, offset, r, J);
@@ -100,22 +100,22 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
         this->add_second_derivatives(i, offset, at, dual, r, J, gradient, H);
         if constexpr (Pool::kCurvature) {
           if (!first_order) continue;
-          this->through_charts(i, offset, J);
-        } else {  // differences have it all
+          this->apply_charts(i, offset, J);
+        } else {  // differences include all terms
           if (wanted == Curvature::all) continue;
           this->linearize(i, offset, r, J);
-          squares = -factor;
-          of_loss = 0.0;
+          gauss_newton_factor = -factor;
+          loss_factor = 0.0;
         }
       }
       const auto columns = Pool::data(J);
-      add_first_order(place, i, weight, squares, of_loss, r.data(), columns.data(), H);
+      add_first_order(place, i, weight, gauss_newton_factor, loss_factor, r.data(), columns.data(), H);
     }
   }
 
  private:
   BlockWeight weight_of(std::size_t i) const {
-    return {this->template diagonal<kDim>(i), this->full(i), this->widened_loss(i)};
+    return {this->template diagonal<kDim>(i), this->full(i), this->scaled_loss(i)};
   }
   double add(const PoolPlacement& place, std::size_t i, double* r, double* const* J, double* gradient,
              double* H) const {
@@ -123,8 +123,8 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
     return add_soft_block<kDim>(Pool::shape(&place.offset[i * kArity]), &place.hessian[i * kPairs], weight_of(i),
                                 {r, J, transposed.data()}, gradient, H);
   }
-  /// The k-th to the last before the end, as many as there are of a batch. Their costs are added to `total` one after the other,
-  /// as cost() does.
+  /// Accumulates one batch: blocks k … end − 1 in the order of evaluation, at most kBatch. Adds their costs to `total`
+  /// one by one, like cost(), for a bitwise equal sum.
   void accumulate_batch(const PoolPlacement& place, int k, int end, double& total, double* gradient, double* H) const {
     const auto blocks = this->batch(place, k, end);
     double r[kBatch * kDim], J[kBatch * kDim * Pool::kSumOfDofs];
@@ -132,11 +132,11 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
     for (int b = 0; b < std::min(kBatch, end - k); ++b) {
       const std::size_t i = blocks[std::size_t(b)];
       const auto columns = Pool::of_batch(J, b);
-      detail::through_charts<kDim>(Pool::shape(&place.offset[i * kArity]), this->charts(i).data(), columns.data());
+      detail::apply_charts<kDim>(Pool::shape(&place.offset[i * kArity]), this->charts(i).data(), columns.data());
       total += add(place, i, r + b * kDim, columns.data(), gradient, H);
     }
   }
-  /// What add_exact_hessian() does of each of these.
+  /// Adds the exact Hessian of one batch.
   void add_exact_hessian_of_batch(const PoolPlacement& place, int k, int end, Curvature wanted, double factor,
                                   double* gradient, double* H) const {
     constexpr int n = Pool::kSumOfDofs;
@@ -146,7 +146,7 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
     for (int b = 0; b < kBatch; ++b)
       soft_block_dual(kDim, weight_of(blocks[std::size_t(b)]), factor, r + b * kDim, w + b * kDim);
     this->curvature_batch(blocks, w, C);
-    const double squares = wanted == Curvature::all ? factor : 0.0;
+    const double gauss_newton_factor = wanted == Curvature::all ? factor : 0.0;
     for (int b = 0; b < std::min(kBatch, end - k); ++b) {
       const std::size_t i = blocks[std::size_t(b)];
       const BlockWeight weight = weight_of(i);
@@ -155,16 +155,16 @@ class SoftPool final : public BlockPool<R, WeightedPool> {
       const auto charts = this->charts(i);
       add_block_curvature(shape, &place.hessian[i * kPairs], columns.data(), charts.data(), w + b * kDim, C + b * n * n,
                           gradient, H);
-      if (squares == 0 && weight.loss.kind == Loss::Kind::none) continue;
-      detail::through_charts<kDim>(shape, charts.data(), columns.data());
-      add_first_order(place, i, weight, squares, factor, r + b * kDim, columns.data(), H);
+      if (gauss_newton_factor == 0 && weight.loss.kind == Loss::Kind::none) continue;
+      detail::apply_charts<kDim>(shape, charts.data(), columns.data());
+      add_first_order(place, i, weight, gauss_newton_factor, factor, r + b * kDim, columns.data(), H);
     }
   }
-  void add_first_order(const PoolPlacement& place, std::size_t i, const BlockWeight& weight, double squares,
-                       double of_loss, double* r, double* const* J, double* H) const {
+  void add_first_order(const PoolPlacement& place, std::size_t i, const BlockWeight& weight, double gauss_newton_factor,
+                       double loss_factor, double* r, double* const* J, double* H) const {
     typename Pool::Transposed transposed;
     detail::add_first_order<kDim>(Pool::shape(&place.offset[i * kArity]), &place.hessian[i * kPairs], weight,
-                                  {r, J, transposed.data()}, squares, of_loss, H);
+                                  {r, J, transposed.data()}, gauss_newton_factor, loss_factor, H);
   }
 };
 

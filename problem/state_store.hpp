@@ -15,75 +15,80 @@
 
 namespace tandem::detail {
 
-/// All variables of one group, side by side. A solver moves the `point` in the chart around `value`:
-/// point = value ⊕ delta, with dX/dδ = Jr(delta) in `chart` once `charted`.
+/// All variables of one group, stored contiguously. Each variable has a value X̄ and a point X = X̄ ⊕ δ that a solver
+/// moves. The chart of a variable is dX/dδ = Jr(δ), for right perturbations of X.
 class StateStoreBase {
  public:
   virtual ~StateStoreBase() = default;
-  /// Slots, taken or free.
+  /// Returns the number of slots, used or free.
   virtual int size() const = 0;
   virtual int dof() const = 0;
-  // Of slots begin … end − 1.
 
-  /// point = value ⊕ delta, each variable's part of `delta` standing at its offset; fixed ones have a negative offset.
+  // The following methods process the slots begin … end − 1.
+
+  /// Sets point = value ⊕ δ for each free variable. `offsets` gives the first entry of each variable in `delta`,
+  /// negative if fixed.
   virtual void move(const double* delta, const std::vector<int>& offsets, int begin, int end) = 0;
-  /// Fills `chart` for the delta of the last move, after begin_charts().
+  /// Computes the charts at the current δ. Call begin_charts() first.
   virtual void chart_point(int begin, int end) = 0;
-  /// Adds to the diagonal blocks of a Hessian by delta what the charts' second derivatives make of `gradient`, which is by
-  /// perturbations of the point; each variable's block of the pattern, negative where it is fixed.
+  /// Adds the second derivatives of the charts to the diagonal blocks of a Hessian with respect to δ. `gradient` is
+  /// with respect to perturbations of the point. `blocks` gives the block of each variable in the pattern, negative if
+  /// fixed.
   virtual void add_chart_curvature(const double* gradient, const std::vector<int>& blocks,
                                    const SymmetricPattern& pattern, int begin, int end, double* H) const = 0;
 
-  /// Room for all charts; derivatives are by delta from now on.
-  virtual void begin_charts() = 0;
-  /// value = point, of slots begin … end − 1 again: the chart is centred there.
+  /// Sets value = point and δ = 0.
   virtual void recenter(int begin, int end) = 0;
-  /// point = value.
+
+  /// Allocates the charts. Later derivatives are with respect to δ.
+  virtual void begin_charts() = 0;
+  /// Sets point = value.
   virtual void reset() = 0;
-  /// Remembers `value`, and gives it back.
-  virtual void keep() = 0;
+  /// save() stores a copy of all values. restore() sets them to this copy.
+  virtual void save() = 0;
   virtual void restore() = 0;
-  /// The largest angle that a variable turns between value and point [rad].
+  /// Returns the largest rotation angle between value and point [rad].
   virtual double largest_angle() const = 0;
-  /// Whether an entry of the tangent is a rotation.
-  virtual bool turns(int entry) const = 0;
-  /// Gives a slot back: the next variable to be added takes it.
+  /// Returns whether a tangent entry is a rotation.
+  virtual bool is_rotation(int entry) const = 0;
+  /// Removes a variable. Its slot is reused.
   virtual void remove(int slot) = 0;
-  /// An empty store of the same group.
+  /// Returns an empty store of the same group.
   virtual std::unique_ptr<StateStoreBase> new_empty() const = 0;
-  /// A variable at the value that one of `from`, a store of the same group, has; its slot.
+  /// Adds a variable with the value of a variable of `from`, a store of the same group. Returns its slot.
   virtual int add_copy(const StateStoreBase& from, int slot, int variable_id) = 0;
-  /// A store with the same variables in the same places, free ones included, at their values.
+  /// Returns a copy with the same slots and values; points are reset.
   virtual std::unique_ptr<StateStoreBase> copy() const = 0;
-  /// One more variable, at the identity.
+  /// Adds a variable at the identity. Returns its slot.
   virtual int add_identity(int variable_id) = 0;
-  /// A variable's value, or its anchor, goes through `fields`, to which the value also becomes its point.
+  /// Write a variable's value or anchor to `fields`, or read it from there. Reading a value also sets the point.
   virtual void pass_value(int slot, Fields& fields) = 0;
   virtual void pass_anchor(int slot, Fields& fields) = 0;
-  /// A variable's value becomes that of one of `from`, a store of the same group.
+  /// Sets a value to that of a variable of `from`, a store of the same group.
   virtual void copy_value(const StateStoreBase& from, int from_slot, int slot) = 0;
-  /// The variable's anchor becomes its value.
+  /// Sets the anchor of a variable to its value.
   virtual void set_anchor(int slot) = 0;
-  /// x = Log(anchor⁻¹ point) and, where J is not null, its derivative by the unknowns, dof × dof by columns.
-  virtual void from_anchor(int slot, double* x, double* J) const = 0;
-  /// The same with an entry of delta larger by `step`; the derivative is by delta.
-  virtual void from_anchor_near(int slot, int entry, double step, double* x, double* J) const = 0;
+  /// Computes x = Log(anchor⁻¹ point) and, if J is not null, its Jacobian with respect to the unknowns: dof × dof,
+  /// column-major.
+  virtual void anchor_difference(int slot, double* x, double* J) const = 0;
+  /// Computes the same with one entry of δ increased by `step`. J is with respect to δ.
+  virtual void perturbed_anchor_difference(int slot, int entry, double step, double* x, double* J) const = 0;
 
-  bool charted = false;  ///< derivatives are with respect to delta, else to perturbations of the point
+  bool charted = false;  ///< derivatives are with respect to δ; otherwise to perturbations of the point
 };
 
 template <LieGroup G>
 class StateStore final : public StateStoreBase {
  public:
-  std::vector<G> value, point, kept;
+  std::vector<G> value, point, saved;
   std::vector<typename G::Tangent> delta;
-  std::vector<typename G::Jacobian> chart;  ///< Jr(delta); read only when `charted`
-  std::vector<int> id;                      ///< of the variable in its problem, −1 where there is none now
-  std::vector<G> anchor;                    ///< where a MarginalPrior was linearised; of those it reads
+  std::vector<typename G::Jacobian> chart;  ///< Jr(delta); valid only if `charted`
+  std::vector<int> id;                      ///< variable ID of each slot, −1 if free
+  std::vector<G> anchor;                    ///< linearisation point of each variable that a MarginalPrior reads
   Slots slots;
 
   int add(const G& x, int variable_id) {
-    const int slot = slots.take();
+    const int slot = slots.allocate();
     if (slot == static_cast<int>(value.size())) {
       value.push_back(x);
       point.push_back(x);
@@ -97,7 +102,7 @@ class StateStore final : public StateStoreBase {
   void remove(int slot) override {
     id[std::size_t(slot)] = -1;
     delta[std::size_t(slot)].setZero();
-    slots.give_back(slot);
+    slots.release(slot);
   }
 
   std::unique_ptr<StateStoreBase> new_empty() const override { return std::make_unique<StateStore>(); }
@@ -148,7 +153,7 @@ class StateStore final : public StateStoreBase {
         if (block < 0) continue;
         const typename G::Tangent g =
             Eigen::Map<const typename G::Tangent>(gradient + pattern.first[std::size_t(block)]);
-        const typename G::Jacobian C = ExpCurvature<G>::of(delta[i], g);
+        const typename G::Jacobian C = ExpCurvature<G>::hessian(delta[i], g);
         for (int k = 0; k < G::dof; ++k)
           for (int j = 0; j < G::dof; ++j) H[pattern.diagonal(block, k) - k + j] += C(j, k);
       }
@@ -165,9 +170,9 @@ class StateStore final : public StateStoreBase {
     for (auto& d : delta) d.setZero();
     charted = false;
   }
-  void keep() override { kept = value; }
-  void restore() override { value = kept; }
-  bool turns(int entry) const override { return G::angle(G::Tangent::Unit(entry)) > 0; }
+  void save() override { saved = value; }
+  void restore() override { value = saved; }
+  bool is_rotation(int entry) const override { return G::angle(G::Tangent::Unit(entry)) > 0; }
   double largest_angle() const override {
     double largest = 0;
     for (const auto& d : delta) largest = std::max(largest, G::angle(d));
@@ -178,7 +183,7 @@ class StateStore final : public StateStoreBase {
     anchor.resize(value.size());
     anchor[std::size_t(slot)] = value[std::size_t(slot)];
   }
-  void from_anchor(int slot, double* x, double* J) const override {
+  void anchor_difference(int slot, double* x, double* J) const override {
     const std::size_t i = std::size_t(slot);
     const typename G::Tangent v = (anchor[i].inverse() * point[i]).Log();
     Eigen::Map<typename G::Tangent> to(x);
@@ -191,7 +196,7 @@ class StateStore final : public StateStoreBase {
       by = G::Jr_inverse(v);
     }
   }
-  void from_anchor_near(int slot, int entry, double step, double* x, double* J) const override {
+  void perturbed_anchor_difference(int slot, int entry, double step, double* x, double* J) const override {
     const std::size_t i = std::size_t(slot);
     typename G::Tangent d = delta[i];
     d[entry] += step;
@@ -202,8 +207,9 @@ class StateStore final : public StateStoreBase {
     by = G::Jr_inverse(v) * G::Jr(d);
   }
 
-  /// The point with an entry of delta larger by `step`, and Jr there.
-  [[gnu::noinline]] void near_point(int slot, int entry, double step, G& moved, typename G::Jacobian& by_delta) const {
+  /// Computes the point with one entry of δ increased by `step`, and Jr there.
+  [[gnu::noinline]] void perturbed_point(int slot, int entry, double step, G& moved,
+                                         typename G::Jacobian& by_delta) const {
     typename G::Tangent d = delta[std::size_t(slot)];
     d[entry] += step;
     moved = value[std::size_t(slot)] * G::Exp(d);

@@ -11,41 +11,45 @@
 
 namespace tandem {
 
-/// Work was left before its end, as it was asked to: see Stop.
+/// Thrown if a Stop ended a computation early.
 class Stopped : public Error {
  public:
   using Error::Error;
 };
 
-/// When work of several parts is to end early: at a time, or as soon as a flag is set. Never by default.
+/// Stop condition of a computation in several steps: a flag, a deadline, or both. The default never stops.
 class Stop {
  public:
   Stop() = default;
-  /// As soon as `flag` is set (none: never), or after `time_limit` s from now on.
+  /// Stops when `flag` is true (if it is not null), or `time_limit` seconds from now. The flag must outlive the Stop.
   explicit Stop(const std::atomic<bool>* flag, double time_limit = HUGE_VAL) : flag_(flag) {
     const std::chrono::duration<double> limit(time_limit);
     if (limit < std::chrono::hours(24 * 365))
       deadline_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(limit);
   }
-  /// The limits of a solve's options, from now on, for all that is to be done with it.
+  /// Takes flag and time limit from solver options. The time starts now.
   template <class Options>
   requires requires(const Options& o) { Stop(o.stop, o.time_limit); }
   explicit Stop(const Options& options) : Stop(options.stop, options.time_limit) {}
 
+  /// Returns whether the flag is set.
   bool interrupted() const { return flag_ && flag_->load(std::memory_order_relaxed); }
+  /// Returns whether the flag is set or the deadline has passed.
   bool reached() const { return interrupted() || (deadline_ < Clock::time_point::max() && Clock::now() >= deadline_); }
-  /// Throws Stopped, "WHAT: interrupted" or "WHAT: the time limit was reached", once it is reached.
+  /// Throws Stopped with the message "WHAT: interrupted" or "WHAT: the time limit was reached" if the condition is
+  /// reached.
   void check(std::string_view what) const {
     if (!reached()) return;
     throw Stopped(std::string(what) + (interrupted() ? ": interrupted" : ": the time limit was reached"));
   }
-  /// The same with a second more: of reading and building, without which there is nothing to give.
+  /// Returns the same condition with 1 s more time, for reading and building a problem, without which there is no
+  /// result to return.
   Stop with_grace() const {
     Stop stop = *this;
     if (deadline_ < Clock::time_point::max()) stop.deadline_ += std::chrono::seconds(1);
     return stop;
   }
-  /// The limits of the next solve: what is left of the time.
+  /// Writes the flag and the remaining time to the options of the next solve.
   template <class Options>
   void limit(Options& options) const {
     options.stop = flag_;

@@ -16,10 +16,10 @@ void WeightedPool::add_weight(const Gaussian& noise, const Loss& loss) {
 
 void WeightedPool::add_copy(const PoolBase& from, int i, const int* slots) {
   add_residual(from.residual(i), slots);
-  add_weight_as_it_is(static_cast<const WeightedPool&>(from).weight_as_it_is(i));
+  add_raw_weight(static_cast<const WeightedPool&>(from).raw_weight(i));
 }
 
-void WeightedPool::add_weight_as_it_is(const Weight& weight) {
+void WeightedPool::add_raw_weight(const Weight& weight) {
   const int rows = dim();
   diagonal_.insert(diagonal_.end(), weight.diagonal, weight.diagonal + rows);
   full_.push_back(-1);
@@ -65,7 +65,7 @@ bool WeightedPool::is_plain() const {
 }
 
 double WeightedPool::squared_norm_at_point(int i) const {
-  double r[kMostRows];
+  double r[kMaxRows];
   evaluate_block(i, r);
   whiten(dim(), 1, diagonal_.data() + std::ptrdiff_t(i) * dim(), full(std::size_t(i)), r);
   return std::inner_product(r, r + dim(), r, 0.0);
@@ -73,13 +73,13 @@ double WeightedPool::squared_norm_at_point(int i) const {
 
 Loss::Value WeightedPool::loss_at_point(int i) const { return loss_of(std::size_t(i), squared_norm_at_point(i)); }
 
-std::optional<double> WeightedPool::convex_widening() const {
+std::optional<double> WeightedPool::convex_loss_scale() const {
   std::optional<double> largest;
   for (int i = 0; i < size(); ++i) {
     const Loss& own = losses_[std::size_t(i)];
     if (own.kind == Loss::Kind::none) continue;
     const double norm = std::sqrt(squared_norm_at_point(i));
-    largest = std::max(largest.value_or(0.0), norm / (own.scale * std::sqrt(own.convex_until())));
+    largest = std::max(largest.value_or(0.0), norm / (own.scale * std::sqrt(own.convexity_limit())));
   }
   return largest;
 }

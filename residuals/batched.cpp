@@ -5,16 +5,18 @@
 #include <tandem/residuals/constant_twist.hpp>
 #include <tandem/residuals/relative_pose.hpp>
 
-// Compiled for AVX2 where the compiler knows it, and called where the processor has it. What of this is no template over B is
-// shared with the rest of the program, and so must be inlined here: tests/residuals/batched_symbols.cmake looks.
+// Compiled for AVX2 if the compiler supports it, and called only on processors with AVX2. Functions that are not
+// templates over B would be shared with the rest of the program, so they must be inlined here.
+// tests/residuals/batched_symbols.cmake checks this.
 namespace tandem::detail {
 namespace {
 
-struct OfThisFile;
-using B = Batch<kBatch, OfThisFile>;
+struct FileTag;
+using B = Batch<kBatch, FileTag>;
 using BatchSE3 = BasicSE3<B>;
 
-// An SE3 is a quaternion, x y z w, and a position: read as numbers, so that no member of the group is compiled here for double.
+// An SE3 is stored as quaternion (x y z w) and position. It is read as plain numbers, so that no member function for
+// double is compiled here.
 static_assert(sizeof(SE3) == 8 * sizeof(double) && sizeof(SO3) == 4 * sizeof(double));
 
 BatchSE3 gather(const std::array<const SE3*, kBatch>& x) {
@@ -58,8 +60,8 @@ void scatter(const Matrix<rows, columns, B>& from, double* to) {
 }  // namespace
 
 template <class R, int kArity>
-void BatchedInSpace<R, kArity>::linearize(const std::array<const R*, kBatch>& residual, const States& x, double* r,
-                                          const std::array<double*, std::size_t(kArity)>& J) {
+void BatchedSE3<R, kArity>::linearize(const std::array<const R*, kBatch>& residual, const States& x, double* r,
+                                      const std::array<double*, std::size_t(kArity)>& J) {
   [&]<std::size_t... S>(std::index_sequence<S...>) {
     Vector<6, B> rows;
     std::array<Matrix<6, 6, B>, std::size_t(kArity)> jacobian;
@@ -71,15 +73,15 @@ void BatchedInSpace<R, kArity>::linearize(const std::array<const R*, kBatch>& re
 }
 
 template <class R, int kArity>
-void BatchedInSpace<R, kArity>::evaluate(const std::array<const R*, kBatch>& residual, const States& x, double* r) {
+void BatchedSE3<R, kArity>::evaluate(const std::array<const R*, kBatch>& residual, const States& x, double* r) {
   Vector<6, B> rows;
   std::apply([&](const auto&... state) { over_batch(residual)(gather(state)..., rows); }, x);
   scatter(rows, r);
 }
 
 template <class R, int kArity>
-void BatchedInSpace<R, kArity>::curvature(const std::array<const R*, kBatch>& residual, const States& x,
-                                          const double* w, double* H) {
+void BatchedSE3<R, kArity>::curvature(const std::array<const R*, kBatch>& residual, const States& x, const double* w,
+                                      double* H) {
   Vector<6, B> weights;
   for (int k = 0; k < 6; ++k)
     for (int i = 0; i < kBatch; ++i) weights[k].set(i, w[i * 6 + k]);
@@ -88,7 +90,7 @@ void BatchedInSpace<R, kArity>::curvature(const std::array<const R*, kBatch>& re
   scatter(curvature, H);
 }
 
-template struct BatchedInSpace<RelativePose<SE3>, 2>;
-template struct BatchedInSpace<ConstantTwist<SE3>, 3>;
+template struct BatchedSE3<RelativePose<SE3>, 2>;
+template struct BatchedSE3<ConstantTwist<SE3>, 3>;
 
 }  // namespace tandem::detail

@@ -5,7 +5,8 @@
 
 #include <tandem/lie/sek3.hpp>
 
-// By their names alone: every pool reads this, and would be compiled anew with each of them.
+// Forward declarations only: every pool includes this header and would otherwise be recompiled whenever one of these
+// residuals changes.
 namespace tandem {
 template <LieGroup G>
 struct RelativePose;
@@ -15,34 +16,35 @@ struct ConstantTwist;
 
 namespace tandem::detail {
 
-/// How many blocks are evaluated at once, side by side in vectors (Batch).
+/// Number of blocks that are evaluated at once, one in each lane of a Batch.
 inline constexpr int kBatch = 4;
 
-/// Residuals that are: the same code as for one, compiled for wider vectors (batched.cpp), to the same values but for
-/// rounding. None by itself.
+/// Residuals with a batched evaluation; the primary template has none. The residual's own code is compiled for wider
+/// vectors in batched.cpp. Results equal those of single evaluation up to rounding.
 template <class R>
 struct Batched {
   static constexpr bool exists = false;
 };
 
-/// Of kBatch blocks of residual R, of so many states: their residuals; of each state in turn, its values in these blocks; to kBatch times the rows, and, of each
-/// state in turn, to kBatch times its Jacobian, by columns.
+/// Evaluates kBatch blocks of residual R, which has 6 rows and reads kArity poses. x[s][i] is state s of block i.
+/// Outputs hold the values of one block after the other, matrices by columns.
 template <class R, int kArity>
-struct BatchedInSpace {
+struct BatchedSE3 {
   static constexpr bool exists = true;
   using States = std::array<std::array<const SE3*, kBatch>, std::size_t(kArity)>;
 
+  /// Computes the residuals `r` and, for each state s, the Jacobians `J[s]`.
   static void linearize(const std::array<const R*, kBatch>& residual, const States& x, double* r,
                         const std::array<double*, std::size_t(kArity)>& J);
-  /// The rows alone, to the last bit the same.
+  /// Computes the residuals only, bitwise equal to those of linearize().
   static void evaluate(const std::array<const R*, kBatch>& residual, const States& x, double* r);
-  /// Their second derivatives, each contracted with its six of `w`: to kBatch times R's curvature, by columns.
+  /// Computes R's curvature of each block, contracted with the block's six entries of `w`.
   static void curvature(const std::array<const R*, kBatch>& residual, const States& x, const double* w, double* H);
 };
 
 template <>
-struct Batched<RelativePose<SE3>> : BatchedInSpace<RelativePose<SE3>, 2> {};
+struct Batched<RelativePose<SE3>> : BatchedSE3<RelativePose<SE3>, 2> {};
 template <>
-struct Batched<ConstantTwist<SE3>> : BatchedInSpace<ConstantTwist<SE3>, 3> {};
+struct Batched<ConstantTwist<SE3>> : BatchedSE3<ConstantTwist<SE3>, 3> {};
 
 }  // namespace tandem::detail

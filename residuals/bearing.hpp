@@ -6,11 +6,10 @@
 
 namespace tandem {
 
-/// The direction in which a sensor on the chaser sees the target [rad], p = t((C B)⁻¹ (T F)): in space Log on S² of
-/// the direction of p at the measured one, along growing azimuth and growing elevation; in the plane the angle from the
-/// measured one, in (−π, π].
-/// The target T is a pose or a point (SE3, SE2, R3, R2). Undefined with the target at the sensor, and in space opposite
-/// to the measured direction: there it throws Error.
+/// Direction from a sensor on the chaser to the target [rad], p = t((C B)⁻¹ (T F)). In space: Log on S² of the
+/// direction of p at the measured one, along increasing azimuth and elevation. In the plane: the angle from the
+/// measured direction, in (−π, π]. The target T is a pose or a point (SE3, SE2, R3, R2). Throws Error where the
+/// residual is undefined: with the target at the sensor, and in space opposite to the measured direction.
 template <LieGroup Chaser = SE3, LieGroup Target = Chaser>
 requires(Chaser::point_dim == Target::point_dim) struct Bearing {
   static constexpr std::string_view name = "bearing";
@@ -19,7 +18,7 @@ requires(Chaser::point_dim == Target::point_dim) struct Bearing {
 
   Direction<Chaser::point_dim> bearing;  ///< in the sensor's frame
   Chaser B{};                            ///< sensor in the chaser's body
-  /// t(F) [m], in the target's body; zero when the target is a point
+  /// t(F) [m], in the target's body; zero if the target is a point
   Vector<Chaser::point_dim> beacon = Vector<Chaser::point_dim>::Zero();
 
   template <Over<Chaser> C, Over<Target> T>
@@ -28,7 +27,7 @@ requires(Chaser::point_dim == Target::point_dim) struct Bearing {
     using S = typename C::Scalar;
     constexpr int n = Chaser::point_dim;
     const auto measure = [&](const Vector<n, S>& p, Matrix<dim, n, S>* by_p) {
-      check_apart(p, name);
+      check_not_at_sensor(p, name);
       return bearing.log(p, by_p);
     };
     observe<dim>(c, t, B, beacon, measure, r, Jc, Jt);

@@ -6,9 +6,8 @@
 
 namespace tandem {
 
-/// A pose and a point of the same instant are in one place [m]:  e = t(X) − x.
-/// It ties the two where a trajectory changes from poses to points or back.
-/// Source: Baxter & Teran Espinoza 2025, §V-A, eqs. 9-14 (boundary factor).
+/// Coincidence of a pose and a point at the same instant [m]:  e = t(X) − x. Connects the two where a trajectory
+/// changes from poses to points or back. Source: Baxter & Teran Espinoza 2025, §V-A, eqs. 9-14 (boundary factor).
 template <LieGroup Pose = SE3>
 struct Boundary {
   static constexpr std::string_view name = "boundary";

@@ -6,13 +6,13 @@
 
 namespace tandem {
 
-/// Lower and upper bounds of the N rows of a hard residual, in the residual's units; ±infinity where there is none.
+/// Lower and upper bounds on the N rows of a hard residual, in its units. ±infinity means unbounded.
 template <int N>
 struct Bounds {
   Vector<N> lower, upper;
 };
 
-/// The same for all rows of whatever residual they are given to.
+/// Equal bounds on all rows of a residual of any dimension.
 struct UniformBounds {
   double lower, upper;
 
@@ -22,8 +22,8 @@ struct UniformBounds {
   }
 };
 
-inline UniformBounds equal_to(double value) { return {value, value}; }               ///< every row
-inline UniformBounds between(double lower, double upper) { return {lower, upper}; }  ///< every row, inclusive
+inline UniformBounds equal_to(double value) { return {value, value}; }
+inline UniformBounds between(double lower, double upper) { return {lower, upper}; }  ///< inclusive
 inline UniformBounds at_least(double lower) { return {lower, std::numeric_limits<double>::infinity()}; }
 inline UniformBounds at_most(double upper) { return {-std::numeric_limits<double>::infinity(), upper}; }
 

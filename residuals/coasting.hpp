@@ -10,13 +10,13 @@
 
 namespace tandem {
 
-/// A body between two keyframes of which nothing was measured, as in a gap of its inertial sensor: constant velocity
-/// and orientation but for white noise on acceleration and turn rate [m, m/s, rad],
+/// Motion prior between two keyframes without measurements, for example in a gap of the inertial sensor: constant
+/// velocity and orientation with white noise on acceleration and turn rate [m, m/s, rad],
 ///
 ///   e = [R_jᵀ (p_j − p_i − dt (v_i + v_j)/2);  R_jᵀ (v_j − v_i);  Log(R_iᵀ R_j)]
 ///
-/// along the body's axes at j and in the order of PreintegratedImu's first nine rows. States: pose and velocity in the
-/// world at i, then at j.
+/// The rows are along the body axes at j, in the order of the first nine rows of PreintegratedImu. States: pose and
+/// world velocity at i, then at j.
 struct Coasting {
   static constexpr std::string_view name = "coasting";
   static constexpr int dim = 9;
@@ -48,9 +48,10 @@ struct Coasting {
     if (Jvj) *Jvj << -half * to_body, to_body, Square::Zero();
   }
 
-  /// Its covariance diag(q dt³/12, q dt, w dt), each three times, from the power spectral densities of the acceleration
-  /// q [m²/s³] and of the turn rate w [rad²/s], alike on all axes. By the mean velocity, what the velocity wandered
-  /// does not correlate with what the position did. Throws Error when dt or a density is not positive and finite.
+  /// Returns the covariance diag(q dt³/12, q dt, w dt), three rows each. q [m²/s³] and w [rad²/s³] are the power
+  /// spectral densities of acceleration and turn rate, equal on all axes. Because the position row uses the mean
+  /// velocity, its noise is uncorrelated with that of the velocity row. Throws Error if dt or a density is not positive
+  /// and finite.
   static Matrix<9, 9> covariance(double acceleration_density, double turn_rate_density, double dt) {
     if (!(dt > 0.0) || !std::isfinite(dt)) throw Error(std::string(name) + ": dt must be positive and finite");
     for (const double density : {acceleration_density, turn_rate_density})

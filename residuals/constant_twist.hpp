@@ -6,7 +6,7 @@
 
 namespace tandem {
 
-/// Constant body-frame twist over three consecutive states [units of the group's tangent, e.g. m and rad].
+/// Constant body-frame twist over three consecutive states [units of the group's tangent, e.g. m and rad]:
 ///
 ///   δ1 = T1 ⊖ T0,  δ2 = (dt2/dt1) δ1,  e = T2 ⊖ (T1 ⊕ δ2);   noise: Σ = dt2 Σ̄
 ///
@@ -29,11 +29,11 @@ struct ConstantTwist {
     r = (back * t1.inverse() * t2).Log();
     if (!J0 && !J1 && !J2) return;
     const InverseJacobians<X> at_r(r);
-    if (J0 || J1) {  // through T̂2, whose Jacobian is −Jl⁻¹(e)
+    if (J0 || J1) {  // chain rule through T̂2 = T1 ⊕ δ2; ∂e/∂T̂2 = −Jl⁻¹(e)
       const InverseJacobians<X> at_d1(d1);
       const typename X::Jacobian by_d1 = -alpha * multiply<X>(at_r.left, X::Jr(d2));
       if (J0) *J0 = -multiply<X>(by_d1, at_d1.left);
-      if (J1) *J1 = multiply<X>(by_d1, at_d1.right) - multiply<X>(at_r.left, back.Ad());  // by δ1, and as the base
+      if (J1) *J1 = multiply<X>(by_d1, at_d1.right) - multiply<X>(at_r.left, back.Ad());  // through δ1, and directly
     }
     if (J2) *J2 = at_r.right;
   }

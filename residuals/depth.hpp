@@ -6,9 +6,9 @@
 
 namespace tandem {
 
-/// Height in the world of a sensor on the body [m], below the surface negative:  e = (p + R l)·e_z − z.
-/// Of a pressure sensor z is minus the depth. Source: Groves 2013, Principles of GNSS, Inertial, and Multisensor
-/// Integrated Navigation Systems, §6.2, with the lever arm of eq. 1 of the AUV factor-graph description.
+/// Measured world height of a sensor on the body [m], negative below the surface:  e = (p + R l)·e_z − z. For a
+/// pressure sensor, z is minus the depth. Source: Groves 2013, Principles of GNSS, Inertial, and Multisensor Integrated
+/// Navigation Systems, §6.2, with a lever arm.
 struct Depth {
   static constexpr std::string_view name = "depth";
   static constexpr int dim = 1;

@@ -34,7 +34,7 @@ Matrix<3, 3> DvlPreintegrator::covariance() const {
 Matrix<3, 3> DvlPreintegrator::of_reading() const {
   if (since_ == 0) return Matrix<3, 3>::Zero();
   const Matrix<3, 3> A = by_reading_ * reading_.sigma.asDiagonal();
-  return std::max(1.0, reading_.held / since_) * (A * A.transpose());
+  return std::max(1.0, reading_.hold_time / since_) * (A * A.transpose());
 }
 
 void DvlPreintegrator::add_gyroscope_noise(const Matrix<3, 3>& R, const Matrix<3, 3>& mean, const Vector<3>& step,

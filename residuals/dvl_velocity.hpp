@@ -6,8 +6,8 @@
 
 namespace tandem {
 
-/// Velocity over ground along the body's axes by a Doppler log [m/s]:  e = Rᵀ v − z.
-/// States: the pose and the velocity in the world. Source: Groves 2013, §6.5 (Doppler sonar).
+/// Velocity over ground along the body axes, measured by a Doppler velocity log [m/s]:  e = Rᵀ v − z. States: pose and
+/// world velocity. Source: Groves 2013, §6.5 (Doppler sonar).
 struct DvlVelocity {
   static constexpr std::string_view name = "DVL velocity";
   static constexpr int dim = 3;
@@ -29,8 +29,8 @@ struct DvlVelocity {
   }
 };
 
-/// The same by a log that reads 1 + s times the velocity [m/s]:  e = (1 + s) Rᵀ v − z. Its scale factor error s is the
-/// third state (a wrong speed of sound, or a wrong beam angle).
+/// DvlVelocity with a scale factor error s (wrong speed of sound or beam angle) as third state [m/s]:  e = (1 + s) Rᵀ v
+/// − z.
 struct ScaledDvlVelocity {
   static constexpr std::string_view name = "scaled DVL velocity";
   static constexpr int dim = 3;

@@ -10,36 +10,36 @@ namespace tandem {
 
 void Fields::pass(double* x, std::size_t n) {
   if (!reads_) {
-    taken_.insert(taken_.end(), x, x + n);
+    values_.insert(values_.end(), x, x + n);
   } else {
     for (std::size_t i = 0; i < n && count_ + i < given_.size(); ++i) x[i] = given_[count_ + i];
   }
   count_ += n;
 }
 
-void Fields::pass_whole(double& x, double lowest, double highest) {
+void Fields::pass_integer(double& x, double lowest, double highest) {
   const double before = x;
   pass(&x, 1);
   if (x >= lowest && x <= highest && x == std::floor(x)) return;
-  fail("a member takes whole numbers from " + std::to_string(static_cast<long long>(lowest)) + " to " +
-       std::to_string(static_cast<long long>(highest)) + ", not " + std::to_string(x));
-  x = before;  // what is not of its type must not get there
+  fail("a member must be an integer from " + std::to_string(static_cast<long long>(lowest)) + " to " +
+       std::to_string(static_cast<long long>(highest)) + ", but is " + std::to_string(x));
+  x = before;  // the caller converts x to its integer type
 }
 
 void Fields::fail(std::string why) {
-  if (why_not_.empty()) why_not_ = std::move(why);
+  if (error_.empty()) error_ = std::move(why);
 }
 
 void Fields::fail(const std::type_info& type) {
-  fail("it has a " + type_name(type) + " in it, which numbers do not tell");
+  fail("it contains a " + type_name(type) + ", which cannot be stored as numbers");
 }
 
 namespace {
 
-constexpr double kUnit = 1e-6;  // far beyond what rounding makes of a unit's length, far below what one would see
+constexpr double kUnit = 1e-6;  // far above rounding errors, far below a visible error
 
 void check_unit(double squared_norm, Fields& fields) {
-  if (!(std::abs(squared_norm - 1) < kUnit)) fields.fail("a rotation's numbers are not of unit length");
+  if (!(std::abs(squared_norm - 1) < kUnit)) fields.fail("the numbers of a rotation are not of unit length");
 }
 
 void replace_all(std::string& text, const std::string& what, const std::string& by) {

@@ -20,43 +20,43 @@
 
 namespace tandem {
 
-/// The numbers that a residual or a group consists of, one after the other: to be written to a file and, as they were to
-/// the last bit, to be read from it. One function (pass_fields) goes over a type's members, whichever way they go.
+/// Sequence of the numbers in a residual or a group, for writing it to a file and reading it back bitwise equal. One
+/// function, pass_fields, visits the members of a type in both directions.
 class Fields {
  public:
-  /// Takes what passes.
+  /// Collects the numbers of the visited members.
   Fields() = default;
-  /// Gives these to what passes.
+  /// Assigns these numbers to the visited members.
   explicit Fields(std::span<const double> given) : given_(given), reads_(true) {}
 
   bool reads() const { return reads_; }
-  /// What passed, when they are taken.
-  const std::vector<double>& taken() const { return taken_; }
-  /// How many passed, more than were given where these did not suffice.
+  /// Returns the collected numbers.
+  const std::vector<double>& values() const { return values_; }
+  /// Returns how many numbers the members have; may exceed the number of given ones.
   std::size_t count() const { return count_; }
-  /// Whether all went well: every member can be carried, and what was given is as many numbers as there is room for.
-  bool complete() const { return why_not_.empty() && (!reads_ || count_ == given_.size()); }
-  /// Why a member cannot be carried, or not with this number: a part of a sentence, or empty.
-  const std::string& why_not() const { return why_not_; }
+  /// Returns true if every member is supported and the given numbers fit exactly.
+  bool complete() const { return error_.empty() && (!reads_ || count_ == given_.size()); }
+  /// Returns the reason why a member or its number is not supported (part of a sentence), or an empty string.
+  const std::string& error() const { return error_; }
 
   void pass(double* x, std::size_t n);
-  /// A whole number between these.
-  void pass_whole(double& x, double lowest, double highest);
+  /// Passes an integer in [lowest, highest].
+  void pass_integer(double& x, double lowest, double highest);
   void fail(std::string why);
   void fail(const std::type_info& type);
 
  private:
   std::span<const double> given_;
-  std::vector<double> taken_;
+  std::vector<double> values_;
   std::size_t count_ = 0;
   bool reads_ = false;
-  std::string why_not_;
+  std::string error_;
 };
 
-/// "tandem::RelativePose<tandem::SE3>": what a type is called in files and messages.
+/// Returns the name of a type in files and messages, for example "tandem::RelativePose<tandem::SE3>".
 std::string type_name(const std::type_info& type);
 
-// Groups, exactly as they are: what a group is made of may not be quite what its constructors make of it.
+// Groups are stored by their internal numbers, because constructors may normalise and thus change them.
 void pass_group(SO2& X, Fields& fields);
 void pass_group(SE2& X, Fields& fields);
 void pass_group(SO3& X, Fields& fields);
@@ -101,8 +101,8 @@ struct AnyBase {
   requires(std::is_base_of_v<B, T> && !std::same_as<B, T>) operator B() const;
 };
 
-/// Members of an aggregate, or kUnknown where it has bases, too many, or such as cannot be left to themselves. An empty
-/// pair of braces stands for one member, whatever that is made of.
+/// Returns the number of members of an aggregate. Returns kUnknown if T has bases, more than 12 members or members that
+/// cannot be value-initialised. Each empty pair of braces initialises one member of any type.
 inline constexpr int kUnknown = -1;
 template <class T>
 consteval int count_fields() {
@@ -174,9 +174,9 @@ void pass_members(T& x, Fields& fields) {
 
 }  // namespace detail
 
-/// Numbers, enumerations, fixed-size Eigen, groups, std::array, std::tuple, std::optional, and structs of these: aggregates
-/// of up to 12 members, and others by a member `auto fields() { return std::tie(…); }`. What has something else in it, a
-/// pointer for example, compiles, and fails when it is to pass.
+/// Passes x: numbers, enumerations, fixed-size Eigen types, groups, std::array, std::tuple, std::optional, and structs
+/// of these. Structs are aggregates of up to 12 members or have a member `auto fields() { return std::tie(…); }`. Other
+/// types, such as pointers, compile but fail when passed.
 template <class T>
 void pass_fields(T& x, Fields& fields) {
   if constexpr (std::is_const_v<T>) {
@@ -194,8 +194,8 @@ void pass_fields(T& x, Fields& fields) {
   } else if constexpr (std::is_integral_v<T>) {
     constexpr double kExact = 9007199254740992.0;  // 2^53
     double number = static_cast<double>(x);
-    fields.pass_whole(number, std::max(-kExact, static_cast<double>(std::numeric_limits<T>::lowest())),
-                      std::min(kExact, static_cast<double>(std::numeric_limits<T>::max())));
+    fields.pass_integer(number, std::max(-kExact, static_cast<double>(std::numeric_limits<T>::lowest())),
+                        std::min(kExact, static_cast<double>(std::numeric_limits<T>::max())));
     x = static_cast<T>(number);
   } else if constexpr (std::is_bounded_array_v<T>) {
     for (auto& entry : x) pass_fields(entry, fields);

@@ -20,7 +20,7 @@ Eigen::MatrixXd cholesky_factor(const Eigen::MatrixXd& M, const std::string& wha
   if ((M - M.transpose()).cwiseAbs().maxCoeff() > 1e-9 * scale) throw Error(what + " is not symmetric");
   const Eigen::LLT<Eigen::MatrixXd> llt(0.5 * (M + M.transpose()));
   bool definite = llt.info() == Eigen::Success;
-  if (definite) {  // perhaps by rounding alone: the correlation, free of units, then has an eigenvalue near 0
+  if (definite) {  // rounding can hide singularity: also require that the correlation matrix has no eigenvalue near 0
     const Eigen::VectorXd unit = M.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd correlation = unit.asDiagonal() * M * unit.asDiagonal();
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(correlation, Eigen::EigenvaluesOnly);
@@ -33,7 +33,7 @@ Eigen::MatrixXd cholesky_factor(const Eigen::MatrixXd& M, const std::string& wha
 }  // namespace
 
 Gaussian::Gaussian(const Eigen::VectorXd& sigmas) : diagonal_(sigmas.cwiseInverse()) {
-  if (sigmas.size() == 0) throw Error("Gaussian: no sigmas");
+  if (sigmas.size() == 0) throw Error("Gaussian: the list of standard deviations is empty");
   for (const double s : sigmas)
     if (!(s > 0) || !std::isfinite(s))
       throw Error("Gaussian: sigma " + std::to_string(s) + " is not positive and finite");
@@ -67,8 +67,10 @@ Gaussian Gaussian::scaled(double k) const {
 }
 
 Gaussian Gaussian::square_root(const Eigen::MatrixXd& W) {
-  if (W.rows() != W.cols() || W.rows() == 0) throw Error("Gaussian: a square root that is not square");
-  if (!W.allFinite() || !(std::abs(W.determinant()) > 0)) throw Error("Gaussian: a square root that is singular");
+  if (W.rows() != W.cols() || W.rows() == 0)
+    throw Error("Gaussian: the square root of the information is not a square matrix");
+  if (!W.allFinite() || !(std::abs(W.determinant()) > 0))
+    throw Error("Gaussian: the square root of the information is singular or not finite");
   Gaussian g;
   g.full_ = W;
   g.diagonal_ = W.diagonal();
@@ -77,7 +79,7 @@ Gaussian Gaussian::square_root(const Eigen::MatrixXd& W) {
 
 Gaussian Gaussian::scaled(const Eigen::VectorXd& k) const {
   if (k.size() != dim())
-    throw Error("Gaussian: " + std::to_string(k.size()) + " scales of " + std::to_string(dim()) + " rows");
+    throw Error("Gaussian: " + std::to_string(k.size()) + " scale factors for " + std::to_string(dim()) + " rows");
   for (const double x : k)
     if (!(x > 0) || !std::isfinite(x))
       throw Error("Gaussian: scale " + std::to_string(x) + " is not positive and finite");

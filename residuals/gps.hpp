@@ -6,8 +6,8 @@
 
 namespace tandem {
 
-/// World position of an antenna on the body [m]:  e = p + R l − z.
-/// Source: Groves 2013, §14.3 (loosely coupled position with a lever arm).
+/// Measured world position of an antenna on the body [m]:  e = p + R l − z. Source: Groves 2013, §14.3 (loosely coupled
+/// position with a lever arm).
 struct Gps {
   static constexpr std::string_view name = "GPS";
   static constexpr int dim = 3;

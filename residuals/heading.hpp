@@ -5,15 +5,15 @@
 
 namespace tandem {
 
-/// Orientation by a compass or an attitude sensor on the body [rad]:  e = Log((R_z R_bs⁻¹)⁻¹ R).
-/// The error is along the body's axes; those the sensor does not know are left to large sigmas.
-/// Source: Groves 2013, §6.1, the error on SO(3) as in Solà et al. 2018.
+/// Orientation measured by a compass or an attitude sensor on the body [rad]:  e = Log((R_z R_bs⁻¹)⁻¹ R). The error is
+/// along the body axes. Assign large standard deviations to the axes that the sensor does not measure. Source: Groves
+/// 2013, §6.1, with the error on SO(3) as in Solà et al. 2018.
 struct Heading {
   static constexpr std::string_view name = "heading";
   static constexpr int dim = 3;
   using States = std::tuple<SE3>;
 
-  SO3 measured;  ///< R_z, of the sensor in the world
+  SO3 measured;  ///< R_z, sensor in the world
   SO3 mount{};   ///< R_bs, sensor in the body
 
   template <Over<SE3> X>

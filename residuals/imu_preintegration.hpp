@@ -4,52 +4,55 @@
 
 namespace tandem {
 
-/// What an inertial sensor read, along its own axes.
+/// Measurement of an inertial sensor, along its own axes.
 struct ImuSample {
   double t;                  ///< s
-  Vector<3> specific_force;  ///< m/s²: at rest, upwards, of the size of gravity
+  Vector<3> specific_force;  ///< m/s²; at rest it points upwards with the magnitude of gravity
   Vector<3> angular_rate;    ///< rad/s
 };
 
-/// Noise of an inertial sensor: root spectral densities of the white noise, and of the biases' random walks.
+/// Noise of an inertial sensor: root spectral densities of the white noise and of the random walks of the biases.
 struct ImuNoise {
   double accelerometer = 0;            ///< m/s² /√Hz
   double gyroscope = 0;                ///< rad/s /√Hz
   double accelerometer_bias_walk = 0;  ///< m/s³ /√Hz
   double gyroscope_bias_walk = 0;      ///< rad/s² /√Hz
-  double integration = 0;  ///< m/s /√Hz: of the position beyond what the accelerometer's noise makes of it
+  double integration = 0;              ///< m/s /√Hz: additional white noise of the position
 };
 
-/// The axes along which the specific force stays constant for an interval: the body's as they turn, which suits means
-/// over the interval and makes it exact for a steady turn; or those it has at the start of the interval, which suits
-/// samples taken there and is what GTSAM's preintegration does. The two part by ω × f dt²/2 an interval.
+/// Axes along which the specific force is constant during an interval. `turning`: the axes of the rotating body; suits
+/// means over the interval and is exact for a steady turn. `at_start`: the axes at the start of the interval; suits
+/// samples taken there and equals GTSAM's preintegration. The two differ by ω × f dt²/2 for each interval.
 enum class ImuHold { turning, at_start };
 
-/// Sums up the samples between two keyframes. Each interval is integrated exactly for a specific force and an angular
-/// rate of the body that are constant in it (see ImuHold). The sensor's lever arm l counts by the centripetal and
-/// tangential terms,
+/// Preintegrates the inertial samples between two keyframes. Each interval is integrated exactly for a constant
+/// specific force and angular rate of the body (see ImuHold). The lever arm l of the sensor enters by its centripetal
+/// and tangential terms,
 ///
 ///   ω_body = R_bs ω      f_body = R_bs f − α × l − ω_body × (ω_body × l)
 ///
-/// which bias Jacobians attend to, but not the covariance: what the gyroscope's noise does through them is of the size
-/// of the velocity l σ_g/√dt, next to (t |f| σ_g + σ_a) √t of the rest. White noise and bias hold over an interval.
-/// Source: Forster et al. 2017, "On-Manifold Preintegration for Real-Time Visual-Inertial Odometry".
+/// The bias Jacobians include these terms. The covariance neglects them: through them the gyroscope noise causes a
+/// velocity error of l σ_g/√dt, compared with (t |f| σ_g + σ_a) √t in total. White noise and biases are constant within
+/// an interval. Source: Forster et al. 2017, "On-Manifold Preintegration for Real-Time Visual-Inertial Odometry".
 class ImuPreintegrator {
  public:
-  /// `mount`: sensor in the body. Samples are corrected by `bias` = [accelerometer; gyroscope] [m/s², rad/s].
+  /// `mount` is the pose of the sensor in the body. Subtracts `bias` = [accelerometer; gyroscope] [m/s², rad/s] from
+  /// the samples.
   ImuPreintegrator(const SE3& mount, const ImuNoise& noise, const Vector<6>& bias = Vector<6>::Zero(),
                    ImuHold hold = ImuHold::turning);
 
-  /// Adds dt seconds during which the sensor read this; angular_acceleration [rad/s²] is along its axes too. Throws
-  /// Error when dt is negative or not finite.
+  /// Adds an interval of dt seconds with these constant measurements; angular_acceleration [rad/s²] is along the sensor
+  /// axes too. Throws Error if dt is negative or not finite.
   void integrate(const Vector<3>& specific_force, const Vector<3>& angular_rate, double dt,
                  const Vector<3>& angular_acceleration = Vector<3>::Zero());
-  /// Adds the interval between two samples, by their means; the angular acceleration is their difference over time.
+  /// Adds the interval between two samples, with the mean of their measurements. The angular acceleration is the
+  /// difference of their rates over time. Throws Error unless from.t < to.t.
   void integrate(const ImuSample& from, const ImuSample& to);
 
   const ImuDelta& delta() const { return delta_; }
-  /// Of PreintegratedImu's rows: position, velocity and rotation along the body's axes at the end, biases along the
-  /// sensor's. The biases' walk since the start is in them, and what it did to the other rows.
+  /// Returns the covariance of the rows of PreintegratedImu: position, velocity and rotation along the body axes at the
+  /// end, biases along the sensor axes. Includes the random walk of the biases since the start and its effect on the
+  /// other rows.
   Matrix<15, 15> covariance() const;
 
  private:
@@ -61,10 +64,11 @@ class ImuPreintegrator {
   ImuNoise noise_;
   ImuHold hold_;
   ImuDelta delta_;
-  // Of [position; velocity; rotation] along the body's axes at the start, where errors are carried on by shears alone.
-  ByBias by_sensor_ = ByBias::Zero();  ///< by errors of all samples alike: minus the Jacobian by the biases
+  // Errors of [position; velocity; rotation] along the body axes at the start, where their propagation needs shears
+  // only.
+  ByBias by_sensor_error_ = ByBias::Zero();  ///< effect of an error common to all samples: minus the bias Jacobian
   Matrix<9, 9> covariance_ = Matrix<9, 9>::Zero();
-  ByBias with_sensor_ = ByBias::Zero();  ///< minus the covariance with the biases' walk
+  ByBias minus_bias_covariance_ = ByBias::Zero();  ///< minus the cross-covariance with the bias random walk
 };
 
 }  // namespace tandem

@@ -8,17 +8,19 @@
 
 namespace tandem {
 
-// Compiled once, in interpolated.cpp.
+// Instantiated in interpolated.cpp.
 extern template SE3 interpolate(const SE3&, const SE3&, const double&, SE3::Jacobian*, SE3::Jacobian*);
 extern template SE2 interpolate(const SE2&, const SE2&, const double&, SE2::Jacobian*, SE2::Jacobian*);
 extern template R3 interpolate(const R3&, const R3&, const double&, R3::Jacobian*, R3::Jacobian*);
 extern template Rn<2> interpolate(const Rn<2>&, const Rn<2>&, const double&, Rn<2>::Jacobian*, Rn<2>::Jacobian*);
 
-/// A residual over a chaser and a target, both at an instant between keyframes 0 and 1 (a sensor's latency): R at
+/// A residual R of chaser and target at an instant between the keyframes 0 and 1, for example because of sensor
+/// latency. R is evaluated at
 ///
 ///   C = C0 ⊕ s (C1 ⊖ C0),  T = T0 ⊕ s (T1 ⊖ T0)
 ///
-/// that is, under a constant twist in between. Beyond s in [0, 1] it extrapolates. States: C0, C1, T0, T1.
+/// that is, with a constant twist between the keyframes. Values of s outside [0, 1] extrapolate. States: C0, C1, T0,
+/// T1.
 template <class R>
 requires(std::tuple_size_v<typename R::States> == 2) struct Interpolated {
   using Chaser = std::tuple_element_t<0, typename R::States>;

@@ -6,17 +6,17 @@
 
 namespace tandem::detail {
 
-/// Second derivatives of residuals r = Log(…), contracted with a covector w: of φ = wᵀ r by right perturbations of the
-/// states. What is not linear in them is Log, and the product of perturbations: Exp(a) Exp(b) = Exp(a + b + ½ [a, b] + …).
+/// Second derivatives of φ = wᵀ r for residuals r = Log(…), with respect to right perturbations of the states. Two
+/// parts are nonlinear: Log, and the product of perturbations, Exp(a) Exp(b) = Exp(a + b + ½ [a, b] + …).
 
-/// Log's part of the states whose Jacobians of e are Ja and Jb; λ = Jr⁻¹(e)ᵀ w.
+/// Contribution of Log to the Hessian block of two states with the Jacobians Ja and Jb of e; λ = Jr⁻¹(e)ᵀ w.
 template <LieGroup G>
 class LogCurvature {
  public:
   using Jacobian = typename G::Jacobian;
 
   LogCurvature(const typename G::Tangent& e, const typename G::Tangent& lambda)
-      : minus_(-ExpCurvature<G>::of(e, lambda)) {}
+      : minus_(-ExpCurvature<G>::hessian(e, lambda)) {}
   Jacobian operator()(const Jacobian& Ja, const Jacobian& Jb) const {
     const Jacobian right = minus_ * Jb;
     return Ja.transpose() * right;
@@ -26,8 +26,9 @@ class LogCurvature {
   Jacobian minus_;
 };
 
-/// Puts the part of e = Log(… X⁻¹ Y …) into H, 2 dof × 2 dof: E = X⁻¹ Y; λ = Jr⁻¹(e)ᵀ w; Jx, Jy those of e. The product of
-/// perturbations is E Exp(−Ad(E⁻¹) x) Exp(y), on which the gradient of φ is Jyᵀ w.
+/// Fills H (2 dof × 2 dof) with the Hessian of e = Log(… X⁻¹ Y …) with respect to X and Y. Here E = X⁻¹ Y, λ = Jr⁻¹(e)ᵀ
+/// w, and Jx, Jy are the Jacobians of e. The product of the perturbations x and y is E Exp(−Ad(E⁻¹) x) Exp(y); the
+/// gradient of φ with respect to it is Jyᵀ w.
 template <LieGroup G>
 void curvature_of_between(const G& E, const typename G::Tangent& e, const typename G::Tangent& lambda,
                           const typename G::Tangent& gradient_y, const typename G::Jacobian& Jx,
@@ -43,7 +44,7 @@ void curvature_of_between(const G& E, const typename G::Tangent& e, const typena
   H.template bottomLeftCorner<n, n>() = mixed.transpose();
   H.template bottomRightCorner<n, n>() = log(Jy, Jy);
 }
-// Compiled once, in log_curvature.cpp.
+// Instantiated in log_curvature.cpp.
 extern template void curvature_of_between<SE3>(const SE3&, const SE3::Tangent&, const SE3::Tangent&,
                                                const SE3::Tangent&, const SE3::Jacobian&, const SE3::Jacobian&,
                                                Matrix<12, 12>&);

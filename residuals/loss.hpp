@@ -8,9 +8,8 @@
 
 namespace tandem {
 
-/// Robust loss ρ(s) of the squared whitened norm s = rᵀ Σ⁻¹ r; a residual's cost is ½ ρ(s). Every loss has
-/// ρ(0) = 0 and ρ'(0) = 1; `scale` is in standard deviations (dimensionless). A value, not a class hierarchy:
-/// evaluation is a predictable branch.
+/// Robust loss ρ(s) of the squared whitened norm s = rᵀ Σ⁻¹ r; the cost of a residual is ½ ρ(s). All losses have ρ(0) =
+/// 0 and ρ'(0) = 1. A value type rather than a class hierarchy: evaluation is a predictable branch.
 struct Loss {
   enum class Kind { none, huber, cauchy, geman_mcclure, tukey, student_t };
 
@@ -21,7 +20,8 @@ struct Loss {
     double rho, d1, d2;  ///< ρ(s), ρ'(s), ρ''(s)
   };
 
-  // Inlined, so that it is compiled for the instructions of what asks: costs alone and with derivatives round alike.
+  // Always inlined and thus compiled for the caller's instruction set, so that evaluations with and without derivatives
+  // round alike.
   [[gnu::always_inline]] Value operator()(double s) const {
     const double c2 = scale * scale;
     switch (kind) {
@@ -49,12 +49,13 @@ struct Loss {
     return {s, 1.0, 0.0};
   }
 
-  /// s / scale² below which ρ(r²) is strictly convex in r, ρ' + 2 s ρ'' > 0; infinite without a loss.
-  double convex_until() const {
+  /// Returns the value of s / scale² below which ρ(r²) is strictly convex in r (ρ' + 2 s ρ'' > 0). Infinite without a
+  /// loss.
+  double convexity_limit() const {
     switch (kind) {
       case Kind::none:
         break;
-      case Kind::huber:  // convex beyond, too, but with no curvature along r
+      case Kind::huber:  // also convex above, but without curvature along r
       case Kind::cauchy:
       case Kind::student_t:
         return 1.0;
@@ -77,20 +78,20 @@ inline double checked_scale(double scale) {
 
 }  // namespace detail
 
-// The makers throw Error when the scale is not positive and finite.
+// The functions below throw Error if the scale is not positive and finite.
 
-/// Quadratic up to `scale` standard deviations, linear beyond (Huber 1964).
+/// Loss that is quadratic up to `scale` standard deviations and linear above (Huber 1964).
 inline Loss Huber(double scale) { return {Loss::Kind::huber, detail::checked_scale(scale)}; }
-/// Logarithmic; down-weights, never rejects.
+/// Logarithmic loss; reduces the weight of outliers but never rejects them.
 inline Loss Cauchy(double scale) { return {Loss::Kind::cauchy, detail::checked_scale(scale)}; }
-/// Bounded by scale², reached slowly (Geman & McClure 1985).
+/// Loss that slowly approaches its bound scale² (Geman & McClure 1985).
 inline Loss GemanMcClure(double scale) { return {Loss::Kind::geman_mcclure, detail::checked_scale(scale)}; }
-/// Bounded by scale²/3; beyond `scale` a residual has no influence at all (Beaton & Tukey 1974).
+/// Loss bounded by scale²/3. A residual beyond `scale` has no influence (Beaton & Tukey 1974).
 inline Loss Tukey(double scale) { return {Loss::Kind::tukey, detail::checked_scale(scale)}; }
-/// Minus twice the logarithm of Student's t with `dof` degrees of freedom over so many rows, up to a constant: Cauchy's
-/// loss at √(dof + rows), with the noise of the normal distribution that is as curved at the peak, √(dof / (dof + rows))
-/// times the t's own scale. It says that noise is so distributed, not that it is normal but for outliers: calibration
-/// takes it at its word. Lange, Little & Taylor 1989.
+/// Negative log-density of Student's t distribution with `dof` degrees of freedom over `rows` rows, times two and up to
+/// a constant (Lange, Little & Taylor 1989). It equals Cauchy's loss with the scale √(dof + rows). The Gaussian noise
+/// must match the curvature of the density at its peak: its standard deviations are √(dof / (dof + rows)) times the
+/// scale of the t distribution. Unlike the other losses it is a model of the noise, and calibration uses its density.
 inline Loss StudentT(double dof, int rows) {
   return {Loss::Kind::student_t, std::sqrt(detail::checked_scale(dof) + rows)};
 }

@@ -7,9 +7,9 @@
 
 namespace tandem {
 
-/// What each loss is called in options, scenarios and files.
+/// Names of the losses in options, scenarios and files.
 inline constexpr std::pair<Loss::Kind, std::string_view> kLossNames[] = {
-    {Loss::Kind::none, "none"},     {Loss::Kind::huber, "huber"},
+    {Loss::Kind::none, "off"},      {Loss::Kind::huber, "huber"},
     {Loss::Kind::cauchy, "cauchy"}, {Loss::Kind::geman_mcclure, "geman-mcclure"},
     {Loss::Kind::tukey, "tukey"},   {Loss::Kind::student_t, "student-t"},
 };

@@ -6,15 +6,15 @@
 
 namespace tandem {
 
-/// The way made good between two keyframes, in the body's frame at the first [m]:  e = t(X0⁻¹ X1) − Δp̃, where
-/// Δp̃ = Σ ΔR̃ v dt sums a Doppler log's velocities, turned by a gyroscope (see DvlPreintegrator).
-/// Source: the AUV factor-graph description, eqs. 5-6; rotation increments as in Forster et al. 2017.
+/// Displacement between two keyframes, along the body axes at the first one [m]:  e = t(X0⁻¹ X1) − Δp̃. The measurement
+/// Δp̃ = Σ ΔR̃ v dt integrates the velocities of a Doppler velocity log with the rotation of a gyroscope (see
+/// DvlPreintegrator). The rotation increments are those of Forster et al. 2017.
 struct PreintegratedDvl {
   static constexpr std::string_view name = "preintegrated DVL";
   static constexpr int dim = 3;
   using States = std::tuple<SE3, SE3>;
 
-  Vector<3> displacement;  ///< m, along the body's axes at X0
+  Vector<3> displacement;  ///< m, along the body axes at X0
 
   template <Over<SE3> X>
   void operator()(const X& x0, const X& x1, Rows<3, X>& r, RowsBy<3, X>* J0 = nullptr,

@@ -4,14 +4,14 @@
 
 namespace tandem {
 
-/// What an inertial sensor read between two keyframes: what the state at the second lacks of the one it predicts from
-/// the first, (R̂, p̂, v̂) = predict(X_i, v_i, b_i, delta, earth) [m, m/s, rad, m/s², rad/s],
+/// Preintegrated inertial measurements between two keyframes: difference between the state at j and the state predicted
+/// from i, (R̂, p̂, v̂) = predict(X_i, v_i, b_i, delta, earth) [m, m/s, rad, m/s², rad/s],
 ///
 ///   e = [R_jᵀ (p_j − p̂);  R_jᵀ (v_j − v̂);  Log(R̂ᵀ R_j);  b_j − b_i]
 ///
-/// along the body's axes at j, but for the biases, which are along the sensor's. States: pose, velocity in the world and
-/// biases [accelerometer; gyroscope] at i, then at j. Its covariance is ImuPreintegrator::covariance().
-/// Source: Forster et al. 2017, eqs. 45-47, with position and velocity seen from j.
+/// The rows are along the body axes at j, except for the biases (sensor axes). States: pose, world velocity and biases
+/// [accelerometer; gyroscope] at i, then at j. The covariance is ImuPreintegrator::covariance(). Source: Forster et al.
+/// 2017, eqs. 45-47, with position and velocity errors expressed at j.
 struct PreintegratedImu {
   static constexpr std::string_view name = "preintegrated IMU";
   static constexpr int dim = 15;

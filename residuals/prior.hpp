@@ -5,7 +5,7 @@
 
 namespace tandem {
 
-/// A state known beforehand [units of the group's tangent]:  e = Log(Z⁻¹ X).
+/// Prior on a state [units of the group's tangent]:  e = Log(Z⁻¹ X).
 template <LieGroup G>
 struct Prior {
   static constexpr std::string_view name = "prior";
@@ -13,7 +13,7 @@ struct Prior {
   static constexpr bool linear = is_vector_space<G>;
   using States = std::tuple<G>;
 
-  G z;  ///< what is known
+  G z;  ///< prior mean
 
   template <Over<G> X>
   void operator()(const X& x, Rows<dim, X>& r, RowsBy<dim, X>* J = nullptr) const {

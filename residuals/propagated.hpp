@@ -9,7 +9,7 @@ namespace tandem {
 
 namespace detail {
 
-/// Whether the second state a residual reads is the velocity of the first: it says so by `reads_velocity`.
+/// True if the second state of R is the velocity of its first state: R::reads_velocity.
 template <class R>
 constexpr bool reads_velocity() {
   if constexpr (requires { R::reads_velocity; })
@@ -18,7 +18,7 @@ constexpr bool reads_velocity() {
     return false;
 }
 
-/// How Propagated<R> reads: the extras are the states of R beyond pose and velocity.
+/// States of Propagated<R>. `Extras` are the states of R after pose and velocity.
 template <bool velocity, class States>
 struct PropagatedStates;
 template <class... Extras>
@@ -32,13 +32,14 @@ struct PropagatedStates<true, std::tuple<SE3, R3, Extras...>> {
 
 }  // namespace detail
 
-/// A residual at an instant after a keyframe, where an inertial sensor predicts the state: R at
+/// A residual R at an instant after a keyframe. Inertial measurements predict the state from the keyframe k, and R is
+/// evaluated at
 ///
 ///   (X, v) = predict(X_k, v_k, b_k, delta, earth)
 ///
-/// The sensor's own noise over so short a time counts for nothing: keep delta.dt within a keyframe interval. States:
-/// pose, velocity in the world and biases [accelerometer; gyroscope] at the keyframe, then those of R beyond its pose,
-/// and beyond its velocity if R::reads_velocity.
+/// The noise of the prediction is neglected, so delta.dt should not exceed a keyframe interval. States: pose, world
+/// velocity and biases [accelerometer; gyroscope] at the keyframe, then the states of R after its pose (and after its
+/// velocity if R::reads_velocity).
 template <Residual R>
 struct Propagated {
   static constexpr std::string_view name = R::name;
@@ -50,7 +51,7 @@ struct Propagated {
   ImuDelta delta;
   Earth earth{};
 
-  /// `rest`: the further states, r, and the Jacobians of all states or none, as of any residual.
+  /// `rest`: the remaining states, r, and the Jacobians of either all states or none.
   template <Over<SE3> X, Over<R3> V, Over<Rn<6>> B, class... Rest>
   requires(sizeof...(Rest) == extras + 1 || sizeof...(Rest) == 2 * extras + 4) void operator()(const X& x, const V& v,
                                                                                                const B& b,

@@ -6,8 +6,8 @@
 
 namespace tandem {
 
-/// The target's distance from a sensor on the chaser [m]:  e = ‖p‖ − range,  p = t((C B)⁻¹ (T F)).
-/// The target T is a pose or a point (SE3, SE2, R3, R2). Undefined with the target at the sensor, where it throws Error.
+/// Distance from a sensor on the chaser to the target [m]:  e = ‖p‖ − range,  p = t((C B)⁻¹ (T F)). The target T is a
+/// pose or a point (SE3, SE2, R3, R2). Throws Error with the target at the sensor, where the residual is undefined.
 template <LieGroup Chaser = SE3, LieGroup Target = Chaser>
 requires(Chaser::point_dim == Target::point_dim) struct Range {
   static constexpr std::string_view name = "range";
@@ -16,7 +16,7 @@ requires(Chaser::point_dim == Target::point_dim) struct Range {
 
   double range;  ///< m
   Chaser B{};    ///< sensor in the chaser's body
-  /// t(F) [m], in the target's body; zero when the target is a point
+  /// t(F) [m], in the target's body; zero if the target is a point
   Vector<Chaser::point_dim> beacon = Vector<Chaser::point_dim>::Zero();
 
   template <Over<Chaser> C, Over<Target> T>
@@ -25,7 +25,7 @@ requires(Chaser::point_dim == Target::point_dim) struct Range {
     using S = typename C::Scalar;
     constexpr int n = Chaser::point_dim;
     const auto measure = [&](const Vector<n, S>& p, Matrix<dim, n, S>* by_p) {
-      check_apart(p, name);
+      check_not_at_sensor(p, name);
       const S distance = p.norm();
       if (by_p) *by_p = p.transpose() / distance;
       return Rows<dim, C>(distance - range);
@@ -37,7 +37,7 @@ requires(Chaser::point_dim == Target::point_dim) struct Range {
                  Matrix<Chaser::dof + Target::dof, Chaser::dof + Target::dof>& H) const
       requires(Chaser::point_dim == 3 && HasExpCurvature<Chaser> && HasExpCurvature<Target>) {
     const Vector<3> p = in_sensor_frame(c, t, B, beacon);
-    check_apart(p, name);
+    check_not_at_sensor(p, name);
     const double distance = p.norm(), scale = w[0] / distance;
     const Matrix<3, 3> of_p = scale * (Matrix<3, 3>::Identity() - p * p.transpose() / (distance * distance));
     detail::curvature_of_observed(c, t, B, beacon, Vector<3>(scale * p), of_p, H);

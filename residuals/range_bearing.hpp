@@ -6,11 +6,9 @@
 
 namespace tandem {
 
-/// The target's distance and direction from a sensor on the chaser [m, rad], p = t((C B)⁻¹ (T F)): the row of Range,
-/// ‖p‖ − range, above those of Bearing: in space Log on S² of the direction of p at the measured one, along growing
-/// azimuth and growing elevation; in the plane the angle from the measured one, in (−π, π].
-/// The target T is a pose or a point (SE3, SE2, R3, R2). Undefined with the target at the sensor, and in space opposite
-/// to the measured direction: there it throws Error.
+/// Distance and direction from a sensor on the chaser to the target [m, rad]: the row of Range above those of Bearing,
+/// with p = t((C B)⁻¹ (T F)). The target T is a pose or a point (SE3, SE2, R3, R2). Throws Error where the residual is
+/// undefined: with the target at the sensor, and in space opposite to the measured direction.
 template <LieGroup Chaser = SE3, LieGroup Target = Chaser>
 requires(Chaser::point_dim == Target::point_dim) struct RangeBearing {
   static constexpr std::string_view name = "range-bearing";
@@ -20,7 +18,7 @@ requires(Chaser::point_dim == Target::point_dim) struct RangeBearing {
   double range;                          ///< m
   Direction<Chaser::point_dim> bearing;  ///< in the sensor's frame
   Chaser B{};                            ///< sensor in the chaser's body
-  /// t(F) [m], in the target's body; zero when the target is a point
+  /// t(F) [m], in the target's body; zero if the target is a point
   Vector<Chaser::point_dim> beacon = Vector<Chaser::point_dim>::Zero();
 
   template <Over<Chaser> C, Over<Target> T>
@@ -28,7 +26,7 @@ requires(Chaser::point_dim == Target::point_dim) struct RangeBearing {
                   RowsBy<dim, T>* Jt = nullptr) const {
     using S = typename C::Scalar;
     const auto measure = [&](const Vector<dim, S>& p, Matrix<dim, dim, S>* by_p) {
-      check_apart(p, name);
+      check_not_at_sensor(p, name);
       const S distance = p.norm();
       Matrix<dim - 1, dim, S> direction_by_p;
       Rows<dim, C> e;

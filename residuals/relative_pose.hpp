@@ -7,10 +7,9 @@
 
 namespace tandem {
 
-/// The pose of one frame in another [m, rad]:  e = Log(Z⁻¹ (X B)⁻¹ (Y F)).
-/// Odometry from C0 to C1, or a sensor mounted at B on the chaser that sees a marker at F on the target.
-/// Source: Baxter & Teran Espinoza 2025, §V-A, eqs. 9-14 (odometry, optical); Jacobians after
-/// Solà et al. 2018, eqs. 67-82 (the Log's is kept).
+/// Measured pose of one frame in another [m, rad]:  e = Log(Z⁻¹ (X B)⁻¹ (Y F)). Used for odometry from X to Y, or for a
+/// sensor mounted at B on the chaser X that sees a marker at F on the target Y. Source: Baxter & Teran Espinoza 2025,
+/// §V-A, eqs. 9-14 (odometry, optical); exact Jacobians after Solà et al. 2018, eqs. 67-82.
 template <LieGroup G = SE3>
 struct RelativePose {
   static constexpr std::string_view name = "relative pose";

@@ -4,8 +4,9 @@
 
 namespace tandem {
 
-/// The rotation of one body's frame in another's [rad]:  e = Log(Z⁻¹ (R_x B)⁻¹ (R_y F)), R the rotations of the poses.
-/// The orientation part of RelativePose, for a noise or a robust loss apart from the position's.
+/// Measured rotation of one body's frame in another's [rad]:  e = Log(Z⁻¹ (R_x B)⁻¹ (R_y F)), where R are the rotations
+/// of the poses. It is the orientation part of RelativePose, for a noise or a robust loss separate from that of the
+/// position.
 template <LieGroup G = SE3>
 struct RelativeRotation {
   using Rotation = typename G::Rotation;

@@ -8,7 +8,7 @@
 
 namespace tandem {
 
-/// r and J of a residual with N rows over the state type X, whatever its scalar.
+/// Types of r and J for a residual with N rows and the state type X, over the scalar of X.
 template <int N, class X>
 using Rows = Vector<N, typename X::Scalar>;
 template <int N, class X>
@@ -39,28 +39,29 @@ struct CurvatureOf<R, std::tuple<Xs...>> {
 
 }  // namespace detail
 
-/// What joins a problem: geometry only, no noise, no bounds, no keys. A struct with its measurement and
+/// Requirements on a residual: a struct with a measurement and its geometry. Noise, bounds and loss are given when it
+/// joins a problem. Members:
 ///
-///   static constexpr std::string_view name;   what messages call it
-///   static constexpr int dim;                 rows of the residual
-///   using States = std::tuple<…>;             the groups it reads
+///   static constexpr std::string_view name;   name in messages
+///   static constexpr int dim;                 number of rows
+///   using States = std::tuple<…>;             groups of the states that it reads
 ///   void operator()(const X&…, Vector<dim>& r, Matrix<dim, X::dof>* J… = nullptr) const;
 ///
-/// which sets r and each J that is not null, the Jacobian with respect to a right perturbation of that state. It does
-/// not allocate, and it may be called from several threads at once. Where the residual is undefined it throws Error:
-/// solvers then shorten the step.
+/// The call operator sets r. It sets each J that is not null to the Jacobian with respect to a right perturbation of
+/// that state. It must not allocate and must be safe to call from several threads. It throws Error where the residual
+/// is undefined; solvers then shorten the step.
 ///
-/// It may also give its second derivatives, contracted with w, by right perturbations of all states together (symmetric,
-/// in the order of States): Σ w_k ∂²r_k, of Σ dof × Σ dof. Exact Hessians are made by differences of the gradient without:
+/// Optional second derivatives, Σ w_k ∂²r_k with respect to right perturbations of all states in the order of States
+/// (symmetric, n = Σ dof). Without this member, exact Hessians use differences of the gradient.
 ///
 ///   void curvature(const X&…, const Vector<dim>& w, Matrix<n, n>& H) const;
 ///
-/// or say that it has none, being linear in states that are all vectors:
+/// Optional declaration of a linear residual; all its states must be vectors:
 ///
 ///   static constexpr bool linear = true;
 ///
-/// Residuals of this library also take their states over any scalar (`Over<X, SE3>`), which automatic differentiation
-/// needs and nothing else; a residual of your own may be written for double alone.
+/// Tandem's residuals accept states over any scalar (`Over<X, SE3>`). Only automatic differentiation needs this;
+/// user-defined residuals may support double alone.
 template <class R>
 concept Residual = requires {
   { R::name } -> std::convertible_to<std::string_view>;
@@ -69,11 +70,11 @@ concept Residual = requires {
 }
 &&detail::IsResidual<R, typename R::States>::value;
 
-/// A residual that gives its second derivatives.
+/// Residuals with second derivatives.
 template <class R>
 concept HasCurvature = Residual<R> && detail::CurvatureOf<R, typename R::States>::known;
 
-/// A residual that says it is linear.
+/// Residuals that are declared linear.
 template <class R>
 concept IsLinear = Residual<R> && requires {
   requires R::linear;

@@ -9,9 +9,9 @@
 
 namespace tandem {
 
-/// Roll and pitch of a body that floats level [rad]: the first two rows of Log(Rᵀ Rz(ψ)), ψ = atan2(R10, R00).
-/// The Jacobian goes through ψ. Undefined at pitch ±90°, where it throws Error.
-/// Source: Baxter & Teran Espinoza 2025, §V-A, eqs. 9-14 (roll-pitch prior, of Mode A there).
+/// Roll and pitch of a body that floats level [rad]: the first two rows of Log(Rᵀ Rz(ψ)), ψ = atan2(R10, R00). The
+/// Jacobian includes the dependence on ψ. Throws Error at pitch ±90°, where the residual is undefined. Source: Baxter &
+/// Teran Espinoza 2025, §V-A, eqs. 9-14 (roll-pitch prior of Mode A).
 template <LieGroup G = SE3>
 struct RollPitch {
   static constexpr std::string_view name = "roll-pitch";
@@ -27,8 +27,9 @@ struct RollPitch {
     const Matrix<3, 3, S> R = rotation.matrix();
     const S cos_pitch2 = R(0, 0) * R(0, 0) + R(1, 0) * R(1, 0);
     if (cos_pitch2 < 1e-16)
-      throw Error("roll-pitch: undefined at a pitch of 90 degrees (heading has no meaning there)");
-    // Rz(ψ) by half angles: of cos and sin of ψ the one whose half has no cancellation.
+      throw Error(
+          "roll-pitch: undefined at a pitch of ±90 degrees, where heading is undefined; use another initial guess");
+    // Rz(ψ) from half angles: computes the larger of cos(ψ/2) and sin(ψ/2) first, which avoids cancellation.
     const S cos_pitch = sqrt(cos_pitch2), c = R(0, 0) / cos_pitch, s = R(1, 0) / cos_pitch;
     const bool ahead = c > 0.;
     const S larger = sqrt(0.5 * (ahead ? S(1. + c) : S(1. - c))), smaller = 0.5 * s / larger;
@@ -45,13 +46,14 @@ struct RollPitch {
     }
   }
 
-  /// With E = Rᵀ Rz(ψ) and R moved by θ: e = Log(E Exp(a) Exp(b)), a = −Eᵀ θ, b = ẑ (ψ' θ + ½ θᵀ ψ'' θ). Log, the product
-  /// ½ a × b and ψ'' have a part each. E is Rx(−φ) Ry(−p) by roll φ and pitch p.
+  /// For a perturbation θ of R and E = Rᵀ Rz(ψ): e = Log(E Exp(a) Exp(b)), a = −Eᵀ θ, b = ẑ (ψ' θ + ½ θᵀ ψ'' θ). The
+  /// Hessian is the sum of the contributions of Log, of the product term ½ a × b and of ψ''. For roll φ and pitch p, E
+  /// = Rx(−φ) Ry(−p).
   void curvature(const G& x, const Vector<2>& w, Matrix<G::dof, G::dof>& H) const {
     const Matrix<3, 3> R = rotation_of(x).matrix();
     const double cos_pitch = std::hypot(R(0, 0), R(1, 0)), sin_pitch = -R(2, 0);
     const double cos_roll = R(2, 2) / cos_pitch, sin_roll = R(2, 1) / cos_pitch;
-    const Vector<3> up(0.0, sin_roll, cos_roll), side(0.0, cos_roll, -sin_roll);  // of the body, before it pitches
+    const Vector<3> up(0.0, sin_roll, cos_roll), side(0.0, cos_roll, -sin_roll);  // body axes without pitch
     const SO3 level = SO3::Exp(Vector<3>(0.0, 0.0, std::atan2(R(1, 0), R(0, 0)))), E = rotation_of(x).inverse() * level;
     const Vector<3> e = E.Log();
     const Matrix<3, 3> at_e = SO3::Jr_inverse(e);
@@ -61,11 +63,11 @@ struct RollPitch {
     by_rotation.row(2) += slope.transpose();
     const Matrix<3, 3> J = at_e * by_rotation;
     const Vector<3> product = E.act(Vector<3>::UnitZ().cross(lambda));
-    Matrix<3, 3> half = (-0.5 * product) * slope.transpose();  // what is added to its transpose
+    Matrix<3, 3> half = (-0.5 * product) * slope.transpose();  // the sum with its transpose enters the Hessian
     half += (lambda[2] / cos_pitch) * side * (0.5 * Vector<3>::UnitX() + (sin_pitch / cos_pitch) * up).transpose();
     H.setZero();
     H.template bottomRightCorner<3, 3>() =
-        half + half.transpose() - J.transpose() * ExpCurvature<SO3>::of(e, lambda) * J;
+        half + half.transpose() - J.transpose() * ExpCurvature<SO3>::hessian(e, lambda) * J;
   }
 
  private:

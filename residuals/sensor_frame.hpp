@@ -11,9 +11,9 @@
 
 namespace tandem {
 
-/// Where a sensor on the chaser sees the target [m, in the sensor's frame]:  p = t((C B)⁻¹ (T F)).
-/// C is the chaser's pose, B the sensor in its body; the target T is a pose or a point, `beacon` is t(F) in its body.
-/// Jc and Jt are dp/dC and dp/dT, each filled when not null.
+/// Returns the target's position in the frame of a sensor on the chaser [m]:  p = t((C B)⁻¹ (T F)). C is the pose of
+/// the chaser and B the pose of the sensor in its body. The target T is a pose or a point; `beacon` is t(F) in its
+/// body. Fills Jc = ∂p/∂C and Jt = ∂p/∂T if not null.
 template <LieGroup C, LieGroup T, Over<typename C::template Rebind<double>> Mount>
 Vector<C::point_dim, typename C::Scalar> in_sensor_frame(const C& c, const T& t, const Mount& B,
                                                          const Vector<C::point_dim>& beacon,
@@ -28,7 +28,7 @@ Vector<C::point_dim, typename C::Scalar> in_sensor_frame(const C& c, const T& t,
   if (Jt) Jt->noalias() = (to_sensor.rotation() * to_body.rotation()).matrix() * t.act_jacobian(f);
   return to_sensor.act(in_body);
 }
-// Compiled once, in sensor_frame.cpp.
+// Instantiated in sensor_frame.cpp.
 extern template Vector<3> in_sensor_frame(const SE3&, const SE3&, const SE3&, const Vector<3>&, RowsBy<3, SE3>*,
                                           RowsBy<3, SE3>*);
 extern template Vector<3> in_sensor_frame(const SE3&, const R3&, const SE3&, const Vector<3>&, RowsBy<3, SE3>*,
@@ -38,7 +38,8 @@ extern template Vector<2> in_sensor_frame(const SE2&, const SE2&, const SE2&, co
 extern template Vector<2> in_sensor_frame(const SE2&, const Rn<2>&, const SE2&, const Vector<2>&, RowsBy<2, SE2>*,
                                           RowsBy<2, Rn<2>>*);
 
-/// What a sensor measures of p: r = h(p), where h(p, by_p) fills dh/dp when its pointer is not null, and its Jacobians.
+/// Evaluates r = h(p) and its Jacobians, where p is the position of in_sensor_frame(). h(p, by_p) fills ∂h/∂p if by_p
+/// is not null.
 template <int dim, LieGroup C, LieGroup T, Over<typename C::template Rebind<double>> Mount, class H>
 void observe(const C& c, const T& t, const Mount& B, const Vector<C::point_dim>& beacon, const H& h, Rows<dim, C>& r,
              RowsBy<dim, C>* Jc, RowsBy<dim, T>* Jt) {
@@ -53,11 +54,13 @@ void observe(const C& c, const T& t, const Mount& B, const Vector<C::point_dim>&
   if (Jt) Jt->noalias() = by_p * p_by_t;
 }
 
-/// Throws Error where p is within a nanometre of the sensor: ranges have no slope there, and bearings no direction.
+/// Throws Error if p is within 1 nm of the sensor, where range and bearing are not differentiable. `who` names the
+/// residual.
 template <int n, class S>
-void check_apart(const Vector<n, S>& p, std::string_view who) {
+void check_not_at_sensor(const Vector<n, S>& p, std::string_view who) {
   if (p.squaredNorm() < 1e-18)
-    throw Error(std::string(who) + ": undefined with the target at the sensor; start the two apart");
+    throw Error(std::string(who) +
+                ": undefined if the target is at the sensor; use an initial guess that separates them");
 }
 
 }  // namespace tandem

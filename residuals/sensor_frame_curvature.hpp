@@ -4,8 +4,8 @@
 
 namespace tandem::detail {
 
-/// The second derivative of uᵀ (Exp(θ) p + Jl(θ) ρ) by the perturbation [ρ; …; θ], at 0: of a pose that acts on a point
-/// p, u in its body. That of its inverse, uᵀ (Exp(−θ) p − Jr(θ) ρ), is the same.
+/// Returns the Hessian of uᵀ (Exp(θ) p + Jl(θ) ρ) with respect to the perturbation [ρ; …; θ] at 0. This is the action
+/// of a pose on a point p, with u in body axes. The inverse action uᵀ (Exp(−θ) p − Jr(θ) ρ) has the same Hessian.
 template <int K>
 Matrix<3 * K + 3, 3 * K + 3> curvature_of_action(const Vector<3>& u, const Vector<3>& p) {
   constexpr int theta = 3 * K;
@@ -17,7 +17,7 @@ Matrix<3 * K + 3, 3 * K + 3> curvature_of_action(const Vector<3>& u, const Vecto
   return H;
 }
 
-/// That of a target T, v = R u in the world; points move linearly.
+/// Returns the Hessian for a target T, with v = R u in world axes. It is zero for points, whose motion is linear.
 template <int K>
 Matrix<3 * K + 3, 3 * K + 3> curvature_of_target(const BasicSEK3<K, double>& t, const Vector<3>& v,
                                                  const Vector<3>& beacon) {
@@ -25,7 +25,8 @@ Matrix<3 * K + 3, 3 * K + 3> curvature_of_target(const BasicSEK3<K, double>& t, 
 }
 inline Matrix<3, 3> curvature_of_target(const R3&, const Vector<3>&, const Vector<3>&) { return Matrix<3, 3>::Zero(); }
 
-/// Second derivatives of wᵀ p, p that of in_sensor_frame, by right perturbations of C and T together.
+/// Fills H with the Hessian of wᵀ p with respect to right perturbations of C and T, where p is the position of
+/// in_sensor_frame().
 template <int K, LieGroup T>
 void curvature_in_sensor_frame(const BasicSEK3<K, double>& c, const T& t, const BasicSEK3<K, double>& B,
                                const Vector<3>& beacon, const Vector<3>& w,
@@ -34,7 +35,7 @@ void curvature_in_sensor_frame(const BasicSEK3<K, double>& c, const T& t, const 
   const Matrix<3, 3> from_world = c.rotation().matrix().transpose();
   const Vector<3> in_body = c.inverse().act(t.act(beacon)), u = B.rotation().act(w);
   const Matrix<3, m> by_t = from_world * t.act_jacobian(beacon);
-  Matrix<n, m> mixed = Matrix<n, m>::Zero();  // what C's rotation makes of T's motion: −uᵀ (θ × by_t τ)
+  Matrix<n, m> mixed = Matrix<n, m>::Zero();  // rotation θ of C and motion τ of T: −uᵀ (θ × by_t τ)
   mixed.template bottomRows<3>() = skew(u) * by_t;
   H.template topLeftCorner<n, n>() = curvature_of_action<K>(u, in_body);
   H.template topRightCorner<n, m>() = mixed;
@@ -42,7 +43,8 @@ void curvature_in_sensor_frame(const BasicSEK3<K, double>& c, const T& t, const 
   H.template bottomRightCorner<m, m>() = curvature_of_target(t, c.rotation().act(u), beacon);
 }
 
-/// Those of wᵀ h(p), as observe() has it, of the gradient of wᵀ h by p and its second derivatives there.
+/// Fills H with the Hessian of wᵀ h(p), where h is the measurement of observe(). `by_p` and `of_p` are the gradient and
+/// Hessian of wᵀ h with respect to p.
 template <int K, LieGroup T>
 void curvature_of_observed(const BasicSEK3<K, double>& c, const T& t, const BasicSEK3<K, double>& B,
                            const Vector<3>& beacon, const Vector<3>& by_p, const Matrix<3, 3>& of_p,
@@ -56,7 +58,7 @@ void curvature_of_observed(const BasicSEK3<K, double>& c, const T& t, const Basi
   J << by_c, by_t;
   H += J.transpose().lazyProduct((of_p * J).eval());
 }
-// Compiled once, in sensor_frame.cpp.
+// Instantiated in sensor_frame.cpp.
 extern template void curvature_in_sensor_frame(const SE3&, const SE3&, const SE3&, const Vector<3>&, const Vector<3>&,
                                                Matrix<12, 12>&);
 extern template void curvature_in_sensor_frame(const SE3&, const R3&, const SE3&, const Vector<3>&, const Vector<3>&,

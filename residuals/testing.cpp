@@ -57,7 +57,7 @@ JacobianReport check_jacobians(const ResidualAt& residual) {
     }
     if (!culprit) continue;
     report.relative = report.absolute = std::numeric_limits<double>::infinity();
-    report.text = std::string(residual.name) + culprit + " is not finite, or depends on what else is asked for";
+    report.text = std::string(residual.name) + culprit + " is not finite or depends on which Jacobians are requested";
     return report;
   }
   const double scale = std::max(std::numeric_limits<double>::min(), J.cwiseAbs().maxCoeff());

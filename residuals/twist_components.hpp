@@ -20,9 +20,9 @@ inline constexpr TwistAxes surge = TwistAxes::surge, sway = TwistAxes::sway, hea
                            roll_rate = TwistAxes::roll_rate, pitch_rate = TwistAxes::pitch_rate,
                            yaw_rate = TwistAxes::yaw_rate;
 
-/// Chosen components of the mean body twist between two poses [m/s, rad/s]: rows of Log(X0⁻¹ X1)/dt.
-/// `sway | heave` equal to zero is the non-holonomic constraint; surge and yaw rate between bounds are limits.
-/// The axes are part of the type, since they fix the dimension: TwistComponents<SE3, sway | heave>{dt}.
+/// Selected components of the mean body twist between two poses [m/s, rad/s]: rows of Log(X0⁻¹ X1)/dt. `sway | heave`
+/// equal to zero is the non-holonomic constraint; bounds on surge and yaw rate are limits. The axes are part of the
+/// type, because they determine the dimension: TwistComponents<SE3, sway | heave>{dt}.
 template <LieGroup G, TwistAxes axes>
 struct TwistComponents {
   static constexpr std::string_view name = "twist components";
@@ -57,13 +57,13 @@ struct TwistComponents {
   }
 
  private:
-  /// Rows of the group's tangent that the axes stand for.
+  /// Rows of the group's tangent for the selected axes.
   static constexpr std::array<int, dim> rows = [] {
     constexpr bool planar = Over<G, BasicSE2<typename G::Scalar>>;
     constexpr bool spatial = Over<G, BasicSE3<typename G::Scalar>>;
-    static_assert(planar || spatial, "twist components are those of SE2 and SE3");
+    static_assert(planar || spatial, "TwistComponents supports SE2 and SE3 only");
     constexpr unsigned all = planar ? 0b100011u : 0b111111u;
-    static_assert((static_cast<unsigned>(axes) & ~all) == 0, "the planar group has surge, sway and yaw rate only");
+    static_assert((static_cast<unsigned>(axes) & ~all) == 0, "SE2 has surge, sway and yaw rate only");
     std::array<int, dim> chosen{};
     int n = 0;
     for (int axis = 0; axis < 6; ++axis)

@@ -7,9 +7,9 @@
 
 namespace tandem {
 
-/// The target's position in the frame of a sensor on the chaser [m]:  e = t((C B)⁻¹ (T F)) − z.
-/// The target T is a pose or a point (SE3, SE2, R3, R2); of F only the beacon's position matters.
-/// Source: Baxter & Teran Espinoza 2025, §V-A, eqs. 9-14 (USBL).
+/// Target position in the frame of a sensor on the chaser [m]:  e = t((C B)⁻¹ (T F)) − z. The target T is a pose or a
+/// point (SE3, SE2, R3, R2). Only the position of F (the beacon) matters. Source: Baxter & Teran Espinoza 2025, §V-A,
+/// eqs. 9-14 (USBL).
 template <LieGroup Chaser = SE3, LieGroup Target = Chaser>
 requires(Chaser::point_dim == Target::point_dim) struct UsblPosition {
   static constexpr std::string_view name = "USBL position";
@@ -18,7 +18,7 @@ requires(Chaser::point_dim == Target::point_dim) struct UsblPosition {
 
   Vector<Chaser::point_dim> z;  ///< m, in the sensor's frame
   Chaser B{};                   ///< sensor in the chaser's body
-  /// t(F) [m], in the target's body; zero when the target is a point
+  /// t(F) [m], in the target's body; zero if the target is a point
   Vector<Chaser::point_dim> beacon = Vector<Chaser::point_dim>::Zero();
 
   template <Over<Chaser> C, Over<Target> T>

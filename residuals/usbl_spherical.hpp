@@ -5,13 +5,13 @@
 
 namespace tandem {
 
-/// A USBL fix in spherical coordinates [m, rad], p = t((C B)⁻¹ (T F)):
+/// USBL fix in spherical coordinates [m, rad], p = t((C B)⁻¹ (T F)):
 ///
 ///   e = [‖p‖ − range;  atan2(p_y, p_x) − azimuth, in (−π, π];  atan2(p_z, h) − elevation],  h = √(p_x² + p_y²)
 ///
-/// The azimuth row is an angle about the sensor's z axis, not an arc: near that axis RangeBearing says more.
-/// The target T is a pose or a point (SE3, R3). Undefined with the target at the sensor, and within 1e-8 rad of the z
-/// axis, where it has no azimuth: there it throws Error.
+/// The azimuth row is an angle about the sensor's z axis, not an arc; near that axis RangeBearing is better
+/// conditioned. The target T is a pose or a point (SE3, R3). Throws Error where the residual is undefined: with the
+/// target at the sensor or within 1e-8 rad of the z axis.
 template <LieGroup Chaser = SE3, LieGroup Target = Chaser>
 requires(Chaser::point_dim == 3 && Target::point_dim == 3) struct UsblSpherical {
   static constexpr std::string_view name = "USBL in spherical coordinates";
@@ -22,7 +22,7 @@ requires(Chaser::point_dim == 3 && Target::point_dim == 3) struct UsblSpherical 
   double azimuth;                        ///< rad, from the sensor's x axis towards y
   double elevation;                      ///< rad, from the sensor's xy-plane towards z
   Chaser B{};                            ///< sensor in the chaser's body
-  Vector<3> beacon = Vector<3>::Zero();  ///< t(F) [m], in the target's body; zero when the target is a point
+  Vector<3> beacon = Vector<3>::Zero();  ///< t(F) [m], in the target's body; zero if the target is a point
 
   template <Over<Chaser> C, Over<Target> T>
   void operator()(const C& c, const T& t, Rows<dim, C>& r, RowsBy<dim, C>* Jc = nullptr,
@@ -30,11 +30,12 @@ requires(Chaser::point_dim == 3 && Target::point_dim == 3) struct UsblSpherical 
     using S = typename C::Scalar;
     const auto measure = [&](const Vector<3, S>& p, Matrix<3, 3, S>* by_p) {
       using std::atan2, std::sqrt;
-      check_apart(p, name);
+      check_not_at_sensor(p, name);
       const S distance = p.norm();
       const S h2 = p[0] * p[0] + p[1] * p[1], distance2 = distance * distance;
       if (h2 < 1e-16 * distance2)
-        throw Error(std::string(name) + ": no azimuth with the target above or below the sensor; use range-bearing");
+        throw Error(std::string(name) +
+                    ": azimuth is undefined on the z axis of the sensor; use range-bearing instead");
       const S h = sqrt(h2);
       if (by_p) {
         const S k = -p[2] / (h * distance2);

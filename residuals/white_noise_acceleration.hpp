@@ -10,13 +10,13 @@
 
 namespace tandem {
 
-/// Constant body twist but for white noise on its rate: a Gaussian-process prior on pose and twist ϖ = [ν; ω] at two
-/// times [m, rad; m/s, rad/s on poses],
+/// Constant body twist disturbed by white noise on its rate: a Gaussian-process prior on pose and twist ϖ = [ν; ω] at
+/// two times (on poses m, rad; m/s, rad/s),
 ///
 ///   e = [Log(T0⁻¹ T1) − dt ϖ0;  Jr⁻¹(Log(T0⁻¹ T1)) ϖ1 − ϖ0]
 ///
-/// States: T0, ϖ0, T1, ϖ1. The Jacobians are exact, those of Jr⁻¹ included.
-/// Source: Anderson & Barfoot 2015, "Full STEAM ahead", with left perturbations; on the right after Dong et al. 2018.
+/// States: T0, ϖ0, T1, ϖ1. The Jacobians are exact, including the derivative of Jr⁻¹. Source: Anderson & Barfoot 2015,
+/// "Full STEAM ahead" (left perturbations); Dong et al. 2018 for right perturbations.
 template <LieGroup G>
 struct WhiteNoiseAcceleration {
   static constexpr std::string_view name = "white noise on acceleration";
@@ -43,15 +43,14 @@ struct WhiteNoiseAcceleration {
     if (Jw1) *Jw1 << Matrix<n, n, S>::Zero(), at_d.right;
   }
 
-  /// Its covariance [dt³/3 Q, dt²/2 Q; dt²/2 Q, dt Q], Q the diagonal of the noise's power spectral densities on the
-  /// axes of the twist [m²/s³, rad²/s³]:
+  /// Returns the covariance [dt³/3 Q, dt²/2 Q; dt²/2 Q, dt Q]. Q is the diagonal matrix of the noise's power spectral
+  /// densities on the axes of the twist [m²/s³, rad²/s³]. Throws Error if dt or a density is not positive and finite.
   ///   Gaussian::covariance(WhiteNoiseAcceleration<SE3>::covariance(densities, dt))
-  /// Throws Error when dt or a density is not positive and finite.
   static Matrix<dim, dim> covariance(const Vector<G::dof>& densities, double dt) {
     constexpr int n = G::dof;
     if (!(dt > 0.0) || !std::isfinite(dt)) throw Error(std::string(name) + ": dt must be positive and finite");
     if (!(densities.array() > 0.0).all() || !densities.allFinite())
-      throw Error(std::string(name) + ": spectral densities must be positive and finite, one an axis");
+      throw Error(std::string(name) + ": spectral densities must be positive and finite");
     const Matrix<n, n> Q = densities.asDiagonal();
     Matrix<dim, dim> sigma;
     sigma << dt * dt * dt / 3.0 * Q, dt * dt / 2.0 * Q, dt * dt / 2.0 * Q, dt * Q;

@@ -6,13 +6,13 @@ namespace tandem {
 
 std::string why_unsupported(const Problem& problem, const AugmentedLagrangianOptions& options) {
   detail::check("augmented-lagrangian", options);
-  if (!(options.initial_penalty > 0)) throw Error("augmented-lagrangian: initial_penalty must be above zero");
+  if (!(options.initial_penalty > 0)) throw Error("augmented-lagrangian: initial_penalty must be positive");
   return detail::why_unsolvable(problem);
 }
 
 Summary solve(Problem& problem, const AugmentedLagrangianOptions& options) {
   if (const std::string why = why_unsupported(problem, options); !why.empty())
-    return detail::refusal("augmented-lagrangian", options, why);
+    return detail::rejection("augmented-lagrangian", options, why);
   return detail::LevenbergMarquardt(problem, "augmented-lagrangian", options).solve(options.initial_penalty);
 }
 

@@ -4,22 +4,24 @@
 
 namespace tandem {
 
-/// Hard constraints, equalities and inequalities, by a primal-dual augmented Lagrangian on gauss-newton's steps: for
-/// large problems several times faster than Ipopt, at the same optimum. Without hard constraints it is gauss-newton.
+/// Primal-dual augmented Lagrangian method for hard equalities and inequalities.
 ///
-/// One step minimises the augmented Lagrangian's Gauss-Newton model, a convex piecewise quadratic whose active rows a
-/// semismooth Newton iteration finds, and the multipliers at its minimum are the next ones, as in stabilised SQP: near
-/// a solution that converges as fast as Gauss-Newton does, whatever the penalty. The augmented Lagrangian itself is the
-/// merit by which steps are damped, and multipliers that lead away from the optimality conditions are not taken.
-/// Sources: Gill & Robinson 2012, A primal-dual augmented Lagrangian, §4; Jallet et al. 2023, ProxDDP, §III;
-/// Qi & Sun 1993, A nonsmooth version of Newton's method.
+/// For large problems it is several times faster than Ipopt. Without hard constraints it equals gauss-newton.
+///
+/// Each step minimises the Gauss-Newton model of the augmented Lagrangian, a convex piecewise quadratic. A semismooth
+/// Newton iteration finds the active rows. The multipliers at the minimum are the next ones, as in stabilised SQP. Near
+/// a solution the convergence is thus that of Gauss-Newton, for any penalty. The augmented Lagrangian is also the merit
+/// function of the damping. Multipliers that increase the residual of the optimality conditions are rejected.
+///
+/// Sources: Gill & Robinson 2012, A primal-dual augmented Lagrangian, §4; Jallet et al. 2023, ProxDDP, §III; Qi & Sun
+/// 1993, A nonsmooth version of Newton's method.
 struct AugmentedLagrangianOptions : LevenbergMarquardtOptions {
-  double initial_penalty = 10;  ///< weight of a constraint over the cost's own stiffness along it
+  double initial_penalty = 10;  ///< weight of a constraint over the stiffness of the cost along it
 };
 
-/// Empty, or a sentence that says why this solver cannot take the problem.
+/// Returns the reason why this solver does not support the problem, or "". Throws Error if an option is invalid.
 std::string why_unsupported(const Problem& problem, const AugmentedLagrangianOptions& options);
-/// Leaves the best point found in the problem's variables, whatever the status; `unsupported` where why_unsupported().
+/// Solves the problem; its variables get the best point found. `unsupported` if why_unsupported() gives a reason.
 Summary solve(Problem& problem, const AugmentedLagrangianOptions& options);
 
 }  // namespace tandem

@@ -3,48 +3,49 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/augmented_model.hpp>
+#include <tandem/solvers/linear/hessian_diagonal.hpp>
 
 namespace tandem::detail {
 namespace {
 
-constexpr int kMostActiveSets = 10;     // tried for one step; two or three are usual
-constexpr int kMostFractions = 40;      // tried for the least value along a segment
-constexpr double kFlat = 1e-9;          // of the slope at its start, and of its length
-constexpr double kLittleGain = 0.01;    // of a step's foretold decrease, what one more set has to add
-constexpr double kLessCurvature = 0.3;  // of the curvature, what is tried before none
-constexpr double kUsualPenalty = 1e4;   // grown to while steps are good: more makes the model ill-conditioned
-constexpr double kMostPenalty = 1e10;   // grown to while the constraints do not come closer; √ of what doubles hold
+constexpr int kMaxActiveSets = 10;          // maximum number of active sets per step; two or three are usual
+constexpr int kMaxSegmentTrials = 40;       // maximum number of trial points of the search along a segment
+constexpr double kSegmentTolerance = 1e-9;  // on the slope relative to its initial value, and on the interval length
+constexpr double kMinActiveSetGain = 0.01;  // minimum gain of one more active set, relative to the predicted decrease
+constexpr double kReducedCurvature = 0.3;   // fraction of the curvature that is tried before none
+constexpr double kModeratePenalty = 1e4;    // penalty limit after good steps; more is ill-conditioned
+constexpr double kMaxPenalty = 1e10;        // penalty limit after stalled steps
 constexpr double kPenaltyGrowth = 10;
-constexpr double kSoftest = 1e-8;     // of the stiffest unknown
-constexpr int kMostRelaxations = 60;  // of the weights, after which they only grow
-constexpr int kStalledSteps = 3;      // with hardly less violation, before the penalty grows
-constexpr int kHopelessSteps = 15;    // and before the constraints are given up
-constexpr double kHopelessSlope = 1e-2;
-constexpr int kHessianSteps = 3;  // strongly damped ones in a row turn the exact Hessian on, free ones off
+constexpr int kMaxRelaxations = 60;      // maximum number of penalty reductions
+constexpr int kStalledSteps = 3;         // steps without less violation before the penalty grows
+constexpr int kInfeasibilitySteps = 15;  // steps without less violation before infeasibility is tested
+constexpr double kInfeasibilitySlope = 1e-2;
+// Consecutive damped steps that enable the exact Hessian, undamped ones that disable it.
+constexpr int kHessianSteps = 3;
 
 }  // namespace
 
-AugmentedModel::AugmentedModel(Program& program, Session& session, const LevenbergMarquardtOptions& options,
+AugmentedModel::AugmentedModel(NlpEvaluator& nlp, Session& session, const LevenbergMarquardtOptions& options,
                                double penalty)
-    : SoftModel(program, session, options, true),
+    : SoftModel(nlp, session, options, true),
       options_(options),
-      constrained_((program.soft_weights().array() == 0).any()),
-      term_(program),
-      lagrangian_secant_(parts_, program.num_unknowns(), options.secant_pairs, true),
+      constrained_((nlp.soft_weights().array() == 0).any()),
+      term_(nlp),
+      lagrangian_secant_(parts_, nlp.num_unknowns(), options.secant_pairs, true),
       penalty_(penalty) {
   for (Eigen::VectorXd* v : {&total_, &last_lagrangian_, &newton_step_, &hessian_step_, &hessian_newton_})
-    v->setZero(program.num_unknowns());
+    v->setZero(nlp.num_unknowns());
   for (Eigen::VectorXd* v : {&augmented_hessian_, &damped_hessian_, &curvature_}) v->resize(hessian_.size());
-  for (Eigen::VectorXd* v : {&next_multipliers_, &multipliers_here_}) v->setZero(program.num_rows());
+  for (Eigen::VectorXd* v : {&next_multipliers_, &multipliers_here_}) v->setZero(nlp.num_rows());
 }
 
 void AugmentedModel::restart(double penalty) {
   penalty_ = penalty;
   best_ = BestPoint{kConstraintTolerance};
   minimized_ = std::numeric_limits<double>::infinity();
-  taken_ = stalled_ = relaxed_ = strongly_damped_ = free_ = 0;
+  taken_ = stalled_ = relaxed_ = strongly_damped_ = undamped_ = 0;
   exact_ = false;
-  forget_curvature();
+  clear_curvature();
   curvature_share_ = 0.0;
   next_multipliers_.setZero();
   term_.set_penalty(penalty);
@@ -58,22 +59,22 @@ void AugmentedModel::drop_multipliers() {
 void AugmentedModel::add_curvature() {
   const Session::Timer timer(session_.summary.evaluation_seconds);
   try {
-    program_.curvature(next_multipliers_, curvature_);
+    nlp_.curvature(next_multipliers_, curvature_);
     curvature_share_ = 1.0;
-  } catch (const Error&) {  // a residual is undefined beside the point, where differences look
+  } catch (const Error&) {  // a residual is undefined at a finite-difference point
     curvature_share_ = 0.0;
   }
 }
 
-bool AugmentedModel::lessen_curvature() {
+bool AugmentedModel::reduce_curvature() {
   if (!has_curvature()) return false;
-  curvature_share_ = curvature_share_ == 1.0 && !exact_ ? kLessCurvature : 0.0;
+  curvature_share_ = curvature_share_ == 1.0 && !exact_ ? kReducedCurvature : 0.0;
   return true;
 }
 
 double AugmentedModel::linearize() {
   const double cost = SoftModel::linearize();
-  curvature_share_ = 0.0;  // Gauss-Newton's, until the first step
+  curvature_share_ = 0.0;  // the first step uses Gauss-Newton
   term_.linearize();
   return cost + term_.soft_value();
 }
@@ -82,17 +83,17 @@ void AugmentedModel::begin() {
   term_.start(scale_);
   term_.set_penalty(penalty_);
   if (options_.from_multipliers) {
-    program_.multipliers(next_multipliers_);
+    nlp_.multipliers(next_multipliers_);
     term_.set_multipliers(next_multipliers_);
   }
   on_new_point();
-  // Far from feasible, the multipliers of a linear model may be worse than none.
+  // The multipliers of a linear model may be worse than none if the point is far from feasible.
   recent_optimality_.fill(optimality());
 }
 
-std::string AugmentedModel::not_finite() {
-  const int row = term_.row_not_finite();
-  return row < 0 ? SoftModel::not_finite() : program_.describe_row(row);
+std::string AugmentedModel::nonfinite_block() {
+  const int row = term_.nonfinite_row();
+  return row < 0 ? SoftModel::nonfinite_block() : nlp_.describe_row(row);
 }
 
 double AugmentedModel::gradient_size() {
@@ -102,14 +103,14 @@ double AugmentedModel::gradient_size() {
   return scaled(total_);
 }
 
-/// The step to the least value of the model, the active rows found by a semismooth Newton iteration. Where the first
-/// guess of the active ones is right, that is one linear solve.
+/// Minimises the model. A semismooth Newton iteration finds the active rows. A correct initial active set needs one
+/// linear solve.
 bool AugmentedModel::find_step(double damping) {
-  bring_hessian_here();
+  restore_hessian();
   const Session::Timer timer(session_.summary.linear_solver_seconds);
   total_ = gradient_;
   if (inexact_steps_)
-    term_.begin_step_as_foreseen();
+    term_.begin_step_with_predicted_rows();
   else
     term_.begin_step();
   term_.add_gradient(total_);
@@ -137,8 +138,8 @@ bool AugmentedModel::find_step(double damping) {
     term_.advance(fraction);
     const double before = predicted_;
     predicted_ = model_decrease();
-    if (same || set == kMostActiveSets) break;
-    if (inexact_steps_ && set > 1 && predicted_ - before < kLittleGain * predicted_) break;
+    if (same || set == kMaxActiveSets) break;
+    if (inexact_steps_ && set > 1 && predicted_ - before < kMinActiveSetGain * predicted_) break;
     total_ = gradient_;
     term_.add_gradient(total_);
     term_.change_hessian(augmented_hessian_);
@@ -151,17 +152,17 @@ double AugmentedModel::model_decrease() const {
   return -(gradient_.dot(step_) + 0.5 * hessian_step_.dot(step_) + term_.model_value() - here);
 }
 
-/// Where the convex model is least on the segment from step_ to newton_step_.
+/// Returns the minimiser of the convex model on the segment from step_ to newton_step_, as a fraction of the segment.
 double AugmentedModel::best_fraction() const {
   const double at_start = (newton_step_ - step_).dot(gradient_ + hessian_step_);
   const double growth = (newton_step_ - step_).dot(hessian_newton_ - hessian_step_);
   const auto slope = [&](double t) { return at_start + t * growth + term_.slope(t); };
   double low = 0, high = 1, at_low = slope(low), at_high = slope(high);
   if (at_high <= 0) return 1.0;
-  // The slope grows, straight between the rows' bounds: regula falsi, an end that stays counting half (Illinois).
-  const double flat = kFlat * std::abs(at_low);
+  // The slope is increasing and piecewise linear: regula falsi with halved end values (Illinois method).
+  const double flat = kSegmentTolerance * std::abs(at_low);
   double middle = 0;
-  for (int i = 0, side = 0; i < kMostFractions && high - low > kFlat; ++i) {
+  for (int i = 0, side = 0; i < kMaxSegmentTrials && high - low > kSegmentTolerance; ++i) {
     middle = at_low < 0 ? low + (high - low) * at_low / (at_low - at_high) : 0.5 * (low + high);
     const double s = slope(middle);
     if (std::abs(s) <= flat) break;
@@ -193,8 +194,9 @@ double AugmentedModel::merit_at_step(bool with_derivatives) {
   }
 }
 
-/// Rows that bend make a full step violate them to second order, which the penalty refuses although the step is good
-/// (Maratos 1978): the second-order correction has their values there in the model (Nocedal & Wright 2006, §18.3).
+/// Applies a second-order correction. If rows are curved, a good full step violates them to second order, and the
+/// penalty rejects it (Maratos 1978). The correction uses the row values at the rejected step (Nocedal & Wright 2006,
+/// §18.3).
 double AugmentedModel::merit_at_corrected_step(double damping) {
   const double predicted = predicted_;
   try {
@@ -214,17 +216,17 @@ void AugmentedModel::lagrangian_gradient(const Eigen::VectorXd& multipliers, Eig
 
 void AugmentedModel::estimate_multipliers_at_step() {
   term_.estimate_at_step(next_multipliers_);
-  if (options_.secant_pairs > 0) lagrangian_gradient(next_multipliers_, last_lagrangian_);  // for learn()
+  if (options_.secant_pairs > 0) lagrangian_gradient(next_multipliers_, last_lagrangian_);  // for add_secant_pair()
 }
 
-void AugmentedModel::learn() {
+void AugmentedModel::add_secant_pair() {
   if (exact_) return;
   lagrangian_gradient(next_multipliers_, total_);
   lagrangian_secant_.add(step_, last_lagrangian_, total_);
 }
 
-/// An unknown that the cost does not curve is taken to be as soft as the softest one that it does, so that it is damped,
-/// and what the constraints do to it counts; none is infinitely so.
+/// Raises the scale of unknowns that the cost does not curve to the smallest positive one. Such unknowns are then
+/// damped, and the constraints on them get a finite weight.
 void AugmentedModel::find_scale() {
   SoftModel::find_scale();
   const double stiffest = scale_.maxCoeff();
@@ -232,35 +234,35 @@ void AugmentedModel::find_scale() {
   double softest = stiffest;
   for (const double s : scale_)
     if (s > 0) softest = std::min(softest, s);
-  softest = std::max(softest, kSoftest * stiffest);
+  softest = std::max(softest, min_curvature(scale_));
   for (double& s : scale_)
     if (!(s > 0)) s = softest;
 }
 
 void AugmentedModel::linearize_constraints() {
   if (trial_has_derivatives_)
-    term_.take_point();
+    term_.accept_point();
   else
     term_.linearize();
 }
 
 void AugmentedModel::on_new_point() {
   violation_ = term_.violation();
-  if (best_.offer(session_.summary.cost, violation_.size)) program_.keep();
+  if (best_.offer(session_.summary.cost, violation_.size)) nlp_.save();
   if (exact_) add_curvature();
 }
 
-/// Far from feasible, multipliers are large and so is the curvature of the constraints, which a few secant pairs do not
-/// make up for: the Lagrangian's exact Hessian while steps must be damped strongly. It costs a few linearisations.
-void AugmentedModel::choose_hessian(bool strongly_damped, bool free) {
+/// Enables the exact Hessian of the Lagrangian while steps need strong damping. Far from feasible, multipliers and
+/// constraint curvature are large, and a few secant pairs cannot represent them.
+void AugmentedModel::choose_hessian(bool strongly_damped, bool undamped) {
   strongly_damped_ = strongly_damped ? strongly_damped_ + 1 : 0;
-  free_ = free ? free_ + 1 : 0;
+  undamped_ = undamped ? undamped_ + 1 : 0;
   if (!exact_ && strongly_damped_ > kHessianSteps) {
     exact_ = true;
-    forget_curvature();
+    clear_curvature();
     estimate_multipliers();
     add_curvature();
-  } else if (exact_ && free_ > kHessianSteps) {
+  } else if (exact_ && undamped_ > kHessianSteps) {
     exact_ = false;
     curvature_share_ = 0.0;
   }
@@ -279,9 +281,9 @@ void AugmentedModel::set_penalty(double penalty) {
   term_.set_penalty(penalty);
 }
 
-void AugmentedModel::take_multipliers() {
+void AugmentedModel::accept_multipliers() {
   term_.set_multipliers(next_multipliers_);
-  if (penalty_ < kUsualPenalty) set_penalty(penalty_ * kPenaltyGrowth);
+  if (penalty_ < kModeratePenalty) set_penalty(penalty_ * kPenaltyGrowth);
 }
 
 void AugmentedModel::update_multipliers(double ratio) {
@@ -295,7 +297,7 @@ void AugmentedModel::update_multipliers(double ratio) {
     minimized_ = 0.5 * scaled(total_);
   }
   term_.set_multipliers(next_multipliers_);
-  if (ratio > 0.5 && penalty_ < kUsualPenalty) set_penalty(penalty_ * kPenaltyGrowth);
+  if (ratio > 0.5 && penalty_ < kModeratePenalty) set_penalty(penalty_ * kPenaltyGrowth);
 }
 
 bool AugmentedModel::update_penalty(bool no_closer) {
@@ -303,17 +305,19 @@ bool AugmentedModel::update_penalty(bool no_closer) {
     stalled_ = 0;
     return false;
   }
-  if (++stalled_ % kStalledSteps == 0 && penalty_ < kMostPenalty) set_penalty(penalty_ * kPenaltyGrowth);
-  return stalled_ >= kHopelessSteps && locally_infeasible();
+  if (++stalled_ % kStalledSteps == 0 && penalty_ < kMaxPenalty) set_penalty(penalty_ * kPenaltyGrowth);
+  return stalled_ >= kInfeasibilitySteps && locally_infeasible();
 }
 
 bool AugmentedModel::relax_penalty() {
-  if (penalty_ <= kUsualPenalty || relaxed_ >= kMostRelaxations) return false;
+  if (penalty_ <= kModeratePenalty || relaxed_ >= kMaxRelaxations) return false;
   ++relaxed_;
   set_penalty(penalty_ / kPenaltyGrowth);
   return true;
 }
 
-bool AugmentedModel::locally_infeasible() { return !feasible() && term_.infeasibility_slope(scale_) <= kHopelessSlope; }
+bool AugmentedModel::locally_infeasible() {
+  return !feasible() && term_.infeasibility_slope(scale_) <= kInfeasibilitySlope;
+}
 
 }  // namespace tandem::detail

@@ -2,18 +2,19 @@
 #include <cmath>
 
 #include <tandem/solvers/augmented_term.hpp>
+#include <tandem/solvers/linear/hessian_diagonal.hpp>
 
 namespace tandem::detail {
 
-AugmentedTerm::AugmentedTerm(Program& program) : program_(program) {
-  const int rows = program.num_rows();
+AugmentedTerm::AugmentedTerm(NlpEvaluator& nlp) : nlp_(nlp) {
+  const int rows = nlp.num_rows();
   for (Eigen::VectorXd* v : {&c_, &y_, &w_, &stiffness_, &jacobian_step_, &jacobian_segment_, &active_, &bound_,
                              &in_hessian_, &trial_, &row_, &uncorrected_})
     v->setZero(rows);
   for (Eigen::VectorXd* v : {&jacobian_, &trial_jacobian_})
-    v->setZero(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
-  tangent_.setZero(program.num_unknowns());
-  const auto& pattern = program.jacobian_pattern();
+    v->setZero(static_cast<Eigen::Index>(nlp.jacobian_pattern().row.size()));
+  tangent_.setZero(nlp.num_unknowns());
+  const auto& pattern = nlp.jacobian_pattern();
   for (int k = 0; k < static_cast<int>(pattern.row.size()); ++k) {
     const int row = pattern.row[std::size_t(k)], column = pattern.column[std::size_t(k)];
     if (!columns_.empty() && columns_.back().column == column && columns_.back().row + columns_.back().rows == row)
@@ -24,67 +25,64 @@ AugmentedTerm::AugmentedTerm(Program& program) : program_(program) {
 }
 
 void AugmentedTerm::linearize() {
-  program_.linearize_constraints(c_, jacobian_);
+  nlp_.linearize_constraints(c_, jacobian_);
   corrected_ = false;
 }
 
-void AugmentedTerm::take_point() {
+void AugmentedTerm::accept_point() {
   c_.swap(trial_);
   jacobian_.swap(trial_jacobian_);
   corrected_ = false;
 }
 
 void AugmentedTerm::start(const Eigen::VectorXd& scale) {
-  // An unknown that the cost hardly curves is soft, but not infinitely so.
-  const double stiffest = scale.maxCoeff(), softest = stiffest > 0 ? 1e-8 * stiffest : 1.0;
-  const auto& pattern = program_.jacobian_pattern();
+  const double least = min_curvature(scale);
+  const auto& pattern = nlp_.jacobian_pattern();
   stiffness_.setZero();
   for (std::size_t k = 0; k < pattern.row.size(); ++k) {
     const double J = jacobian_[Eigen::Index(k)];
-    stiffness_[pattern.row[k]] += J * J / std::max(scale[pattern.column[k]], softest);
+    stiffness_[pattern.row[k]] += J * J / std::max(scale[pattern.column[k]], least);
   }
   for (Eigen::Index i = 0; i < stiffness_.size(); ++i)
     stiffness_[i] = is_soft(i) ? 0.0 : stiffness_[i] > 0 ? 1.0 / stiffness_[i] : 1.0;
   y_.setZero();
 }
 
-void AugmentedTerm::set_multipliers(const Eigen::VectorXd& y) {
-  y_ = (program_.soft_weights().array() > 0).select(0.0, y);
-}
+void AugmentedTerm::set_multipliers(const Eigen::VectorXd& y) { y_ = (nlp_.soft_weights().array() > 0).select(0.0, y); }
 
 void AugmentedTerm::set_soft_multipliers(Eigen::VectorXd& y) const {
   for (Eigen::Index i = 0; i < y.size(); ++i)
-    if (is_soft(i)) y[i] = w_[i] * outside(i, c_[i], 0.0);
+    if (is_soft(i)) y[i] = w_[i] * signed_violation(i, c_[i], 0.0);
 }
 
-double AugmentedTerm::outside(Eigen::Index i, double c, double by) const {
-  const double above = (c - program_.upper()[i]) + by, below = (c - program_.lower()[i]) + by;
+double AugmentedTerm::signed_violation(Eigen::Index i, double c, double by) const {
+  const double above = (c - nlp_.upper()[i]) + by, below = (c - nlp_.lower()[i]) + by;
   if (above > 0) return above;
   if (below < 0) return below;
-  return above <= 0 && below >= 0 ? 0.0 : above + below;  // not finite
+  return above <= 0 && below >= 0 ? 0.0 : above + below;  // NaN
 }
 
-AugmentedTerm::Holding AugmentedTerm::holding(Eigen::Index i, double by) const {
-  const double d = outside(i, c_[i], by), lower = program_.lower()[i], upper = program_.upper()[i];
+AugmentedTerm::RowState AugmentedTerm::row_state(Eigen::Index i, double by) const {
+  const double d = signed_violation(i, c_[i], by), lower = nlp_.lower()[i], upper = nlp_.upper()[i];
   return {d != 0 || lower == upper, d < 0 ? lower : upper};
 }
 
 void AugmentedTerm::activate(Eigen::Index i, double by) {
-  const Holding row = holding(i, by);
+  const RowState row = row_state(i, by);
   active_[i] = row.active ? w_[i] : 0.0;
   bound_[i] = row.bound;
 }
 
 void AugmentedTerm::estimate_at(double step, Eigen::VectorXd& y) const {
   for (Eigen::Index i = 0; i < c_.size(); ++i)
-    y[i] = w_[i] * outside(i, c_[i], step * jacobian_step_[i] + y_[i] / w_[i]);
+    y[i] = w_[i] * signed_violation(i, c_[i], step * jacobian_step_[i] + y_[i] / w_[i]);
 }
 
 double AugmentedTerm::value_of(const Eigen::VectorXd& c) const {
   double total = 0;
   for (Eigen::Index i = 0; i < c.size(); ++i) {
     if (is_soft(i)) continue;
-    const double d = outside(i, c[i], y_[i] / w_[i]);
+    const double d = signed_violation(i, c[i], y_[i] / w_[i]);
     total += 0.5 * w_[i] * d * d;
   }
   return total;
@@ -93,7 +91,7 @@ double AugmentedTerm::value_of(const Eigen::VectorXd& c) const {
 double AugmentedTerm::violation_size_of(const Eigen::VectorXd& c) const {
   double total = 0;
   for (Eigen::Index i = 0; i < c.size(); ++i) {
-    const double v = outside(i, c[i], 0.0);
+    const double v = signed_violation(i, c[i], 0.0);
     total += stiffness_[i] * v * v;
   }
   return std::sqrt(total);
@@ -101,9 +99,9 @@ double AugmentedTerm::violation_size_of(const Eigen::VectorXd& c) const {
 
 double AugmentedTerm::value_at_point(bool with_derivatives) {
   if (with_derivatives)
-    program_.linearize_constraints_at_point(trial_, trial_jacobian_);
+    nlp_.linearize_constraints_at_point(trial_, trial_jacobian_);
   else
-    program_.constraints(trial_);
+    nlp_.constraints(trial_);
   return value_of(trial_);
 }
 
@@ -111,7 +109,7 @@ double AugmentedTerm::complementarity(const Eigen::VectorXd& y) const {
   double largest = 0;
   for (Eigen::Index i = 0; i < c_.size(); ++i) {
     if (is_soft(i)) continue;
-    const double projected = std::clamp(c_[i] + y[i] / stiffness_[i], program_.lower()[i], program_.upper()[i]);
+    const double projected = std::clamp(c_[i] + y[i] / stiffness_[i], nlp_.lower()[i], nlp_.upper()[i]);
     largest = std::max(largest, std::sqrt(stiffness_[i]) * std::abs(c_[i] - projected));
   }
   return largest;
@@ -120,29 +118,29 @@ double AugmentedTerm::complementarity(const Eigen::VectorXd& y) const {
 double AugmentedTerm::infeasibility_slope(const Eigen::VectorXd& scale) {
   double size = 0;
   for (Eigen::Index i = 0; i < c_.size(); ++i) {
-    const double v = outside(i, c_[i], 0.0);
+    const double v = signed_violation(i, c_[i], 0.0);
     row_[i] = stiffness_[i] * v;
     size += stiffness_[i] * v * v;
   }
   if (!(size > 0)) return 0.0;
   tangent_.setZero();
   add_transposed(row_, tangent_);
-  const double softest = scale.maxCoeff() > 0 ? 1e-8 * scale.maxCoeff() : 1.0;
+  const double least = min_curvature(scale);
   double steepness = 0;
-  for (Eigen::Index i = 0; i < scale.size(); ++i) steepness += tangent_[i] * tangent_[i] / std::max(scale[i], softest);
+  for (Eigen::Index i = 0; i < scale.size(); ++i) steepness += tangent_[i] * tangent_[i] / std::max(scale[i], least);
   return std::sqrt(steepness / size);
 }
 
-int AugmentedTerm::row_not_finite() const {
+int AugmentedTerm::nonfinite_row() const {
   for (Eigen::Index i = 0; i < c_.size(); ++i)
     if (!std::isfinite(c_[i])) return static_cast<int>(i);
   for (Eigen::Index k = 0; k < jacobian_.size(); ++k)
-    if (!std::isfinite(jacobian_[k])) return program_.jacobian_pattern().row[std::size_t(k)];
+    if (!std::isfinite(jacobian_[k])) return nlp_.jacobian_pattern().row[std::size_t(k)];
   return -1;
 }
 
 void AugmentedTerm::correct(const Eigen::VectorXd& s) {
-  program_.constraints(trial_);
+  nlp_.constraints(trial_);
   multiply(s, row_);
   uncorrected_ = c_;
   c_ = trial_ - row_;
@@ -159,7 +157,7 @@ void AugmentedTerm::begin_step() {
   activate();
 }
 
-void AugmentedTerm::begin_step_as_foreseen() {
+void AugmentedTerm::begin_step_with_predicted_rows() {
   begin_step();
   for (Eigen::Index i = 0; i < c_.size(); ++i) {
     if (active_[i] == 0 && y_[i] != 0) activate(i, y_[i] / stiffness_[i]);
@@ -178,13 +176,13 @@ void AugmentedTerm::add_gradient(Eigen::VectorXd& g) {
 
 void AugmentedTerm::add_hessian(Eigen::VectorXd& hessian) {
   in_hessian_ = active_;
-  program_.add_constraint_hessian(active_, jacobian_, hessian);
+  nlp_.add_constraint_hessian(active_, jacobian_, hessian);
 }
 
 void AugmentedTerm::change_hessian(Eigen::VectorXd& hessian) {
   row_ = active_ - in_hessian_;
   in_hessian_ = active_;
-  program_.add_constraint_hessian(row_, jacobian_, hessian);
+  nlp_.add_constraint_hessian(row_, jacobian_, hessian);
 }
 
 void AugmentedTerm::set_segment(const Eigen::VectorXd& next, Eigen::VectorXd& g) {
@@ -197,7 +195,7 @@ void AugmentedTerm::set_segment(const Eigen::VectorXd& next, Eigen::VectorXd& g)
 
 bool AugmentedTerm::same_active_rows_at_end() const {
   for (Eigen::Index i = 0; i < c_.size(); ++i) {
-    const Holding row = holding(i, jacobian_step_[i] + jacobian_segment_[i] + y_[i] / w_[i]);
+    const RowState row = row_state(i, jacobian_step_[i] + jacobian_segment_[i] + y_[i] / w_[i]);
     if (row.active != (active_[i] > 0)) return false;
     if (row.active && row.bound != bound_[i]) return false;
   }
@@ -207,7 +205,7 @@ bool AugmentedTerm::same_active_rows_at_end() const {
 double AugmentedTerm::slope(double fraction) const {
   double total = 0;
   for (Eigen::Index i = 0; i < c_.size(); ++i)
-    total += w_[i] * outside(i, c_[i], jacobian_step_[i] + fraction * jacobian_segment_[i] + y_[i] / w_[i]) *
+    total += w_[i] * signed_violation(i, c_[i], jacobian_step_[i] + fraction * jacobian_segment_[i] + y_[i] / w_[i]) *
              jacobian_segment_[i];
   return total;
 }
@@ -220,7 +218,7 @@ void AugmentedTerm::advance(double fraction) {
 double AugmentedTerm::model_value() const {
   double total = 0;
   for (Eigen::Index i = 0; i < c_.size(); ++i) {
-    const double d = outside(i, c_[i], jacobian_step_[i] + y_[i] / w_[i]);
+    const double d = signed_violation(i, c_[i], jacobian_step_[i] + y_[i] / w_[i]);
     total += 0.5 * w_[i] * d * d;
   }
   return total;

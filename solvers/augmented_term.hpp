@@ -3,73 +3,76 @@
 #include <vector>
 
 #include <tandem/problem/block_kernels.hpp>
-#include <tandem/problem/program.hpp>
+#include <tandem/problem/nlp_evaluator.hpp>
 
 namespace tandem::detail {
 
-/// The hard constraints l ≤ c(x) ≤ u as one term of an augmented Lagrangian (Rockafellar 1973; Nocedal & Wright 2006,
-/// §17.4),
+/// Augmented Lagrangian term of the hard constraints l ≤ c(x) ≤ u (Rockafellar 1973; Nocedal & Wright 2006, §17.4),
 ///
-///     ψ(x) = ½ Σ wᵢ d(zᵢ)²,   zᵢ = cᵢ(x) + yᵢ/wᵢ,   d(z) = z − P[l,u](z),   ∇ψ = Jᵀ ŷ,   ŷᵢ = wᵢ d(zᵢ),
+///      ψ(x) = ½ Σ wᵢ d(zᵢ)²,   zᵢ = cᵢ(x) + yᵢ/wᵢ,   d(z) = z − P[l,u](z),   ∇ψ = Jᵀ ŷ,   ŷᵢ = wᵢ d(zᵢ),
 ///
-/// with multipliers y (above zero at an upper bound, below it at a lower one) and weights w. Its Gauss-Newton Hessian
-/// is J_Aᵀ W J_A over the active rows A: the equalities, and those with zᵢ outside its bounds. Weights are multiples of
-/// wᵢ⁰ = (Jᵢ D⁻¹ Jᵢᵀ)⁻¹, D the diagonal of the cost's Hessian: the stiffness that the cost has along the row, so that
-/// units do not matter. Rows of soft bounds (SoftBounds::as_rows) have weights of their own and no multipliers: ψ is their
-/// cost.
+/// with multipliers y (positive at an upper bound, negative at a lower one) and weights w. The Gauss-Newton Hessian is
+/// J_Aᵀ W J_A over the active rows A: the equalities, and the rows with zᵢ outside the bounds.
+///
+/// Weights are multiples of the stiffness of the cost along each row, wᵢ⁰ = (Jᵢ D⁻¹ Jᵢᵀ)⁻¹, where D is the diagonal of
+/// the Hessian of the cost. The method is thus invariant to units. Rows of soft bounds (SoftBoundRole::as_rows) have
+/// their own weights and no multipliers: for them ψ is the cost.
 class AugmentedTerm {
  public:
-  explicit AugmentedTerm(Program& program);
+  explicit AugmentedTerm(NlpEvaluator& nlp);
 
-  /// c and J at X̄.
+  /// Evaluates c and J at X̄.
   void linearize();
-  /// Sets w⁰ by the curvature `scale` of each unknown, y = 0.
+  /// Sets w⁰ from the curvature `scale` of each unknown, and y = 0.
   void start(const Eigen::VectorXd& scale);
-  void set_penalty(double penalty) { w_ = penalty * stiffness_ + program_.soft_weights(); }
+  void set_penalty(double penalty) { w_ = penalty * stiffness_ + nlp_.soft_weights(); }
 
   void set_multipliers(const Eigen::VectorXd& y);
-  /// ŷ at X̄, and at the step by the model below.
+  /// Returns the updated multipliers ŷ at X̄.
   void estimate(Eigen::VectorXd& y) const { estimate_at(0.0, y); }
+  /// Returns ŷ of the linear model at the step p.
   void estimate_at_step(Eigen::VectorXd& y) const { estimate_at(1.0, y); }
 
-  /// ψ of the hard rows at X̄ and at the program's point.
+  /// ψ of the hard rows at X̄.
   double value() const { return value_of(c_); }
+  /// Evaluates ψ of the hard rows at the point of the evaluator, on request with J.
   double value_at_point(bool with_derivatives);
-  /// The same of soft bounds, at the point as value_at_point() was last asked for.
-  double soft_value() const { return program_.cost_of_rows(c_); }
-  double soft_value_at_point() const { return program_.cost_of_rows(trial_); }
-  /// The derivative of soft bounds' cost by c takes its place in y.
+  /// Cost of the soft bounds at X̄, and at the last point of value_at_point().
+  double soft_value() const { return nlp_.cost_of_rows(c_); }
+  double soft_value_at_point() const { return nlp_.cost_of_rows(trial_); }
+  /// Overwrites the entries of soft bounds in y by the derivative of their cost with respect to c.
   void set_soft_multipliers(Eigen::VectorXd& y) const;
-  /// The program's point, evaluated last and with derivatives, has become X̄.
-  void take_point();
+  /// Makes the point the new X̄. The last evaluation must have been there, with derivatives.
+  void accept_point();
   /// g += Jᵀ y.
   void add_row_gradients(const Eigen::VectorXd& y, Eigen::VectorXd& g) const { add_transposed(y, g); }
 
-  Program::Violation violation() const { return program_.violation(c_); }
-  /// √Σ w⁰ᵢ vᵢ² of the violations v: at X̄, and where value_at_point() was asked for last.
+  NlpEvaluator::Violation violation() const { return nlp_.violation(c_); }
+  /// Violation √Σ w⁰ᵢ vᵢ² at X̄, and at the last point of value_at_point().
   double violation_size() const { return violation_size_of(c_); }
   double violation_size_at_point() const { return violation_size_of(trial_); }
-  /// The largest √w⁰ᵢ |cᵢ − P(cᵢ + yᵢ/w⁰ᵢ)|: how far y and c are from complementarity and c from its bounds,
-  /// in standard deviations.
+  /// Largest √w⁰ᵢ |cᵢ − P(cᵢ + yᵢ/w⁰ᵢ)|: the complementarity and feasibility residual [standard deviations].
   double complementarity(const Eigen::VectorXd& y) const;
-  /// ‖D^-½ Jᵀ W⁰ v‖ / ‖W⁰^½ v‖ of the violations v, the gradient of their size: near 0 where no step lessens them.
+  /// ‖D^-½ Jᵀ W⁰ v‖ / ‖W⁰^½ v‖ for the violations v: the slope of the violation. It is near 0 at a locally infeasible
+  /// point.
   double infeasibility_slope(const Eigen::VectorXd& scale);
-  /// A row whose value or derivatives are not finite at X̄, or −1.
-  int row_not_finite() const;
+  /// Returns a row whose value or derivatives at X̄ are not finite, or −1.
+  int nonfinite_row() const;
 
-  /// The term's model at a step p has c + J p in the place of c. Its least value is sought over p along segments:
-  /// p = 0; the active rows are those there.
+  /// Starts the minimisation of the model at p = 0 and finds the active rows there. The model replaces c by c + J p; p
+  /// moves along segments.
   void begin_step();
-  /// The same, but that rows count as active, too, whose multipliers outweigh how far they are from their bounds by w⁰: by
-  /// weights as stiff as w, a row that bends by more than y/w would drop out at every new X̄, and come back within the step.
-  void begin_step_as_foreseen();
-  /// c becomes c(X̄ ⊕ s) − J s, the program's point being X̄ ⊕ s: a model of the rows that is exact there; and X̄'s again.
+  /// As begin_step(), but also activates the rows that the multipliers predict with the weights w⁰. With the much
+  /// larger weights w, a curved row would leave the active set at each new X̄ and return within the step.
+  void begin_step_with_predicted_rows();
+  /// Replaces c by c(X̄ ⊕ s) − J s, which makes the model exact at s. The point of the evaluator must be X̄ ⊕ s.
   void correct(const Eigen::VectorXd& s);
+  /// Restores c of X̄.
   void drop_correction();
-  /// g += Jᵀ ŷ at p = 0 and H += J_Aᵀ W J_A, as if the active rows were so for any p.
+  /// g += Jᵀ ŷ at p = 0, and H += J_Aᵀ W J_A, for the present active rows.
   void add_gradient(Eigen::VectorXd& g);
   void add_hessian(Eigen::VectorXd& hessian);
-  /// The same for the Hessian that add_hessian() was last called with: by the rows alone that are active since, or no longer.
+  /// Updates the Hessian of the last add_hessian() for the rows that have entered or left the active set.
   void change_hessian(Eigen::VectorXd& hessian);
   /// y += J_Aᵀ W J_A s.
   template <class S, class Y>
@@ -78,35 +81,35 @@ class AugmentedTerm {
     row_.array() *= active_.array();
     add_transposed(row_, y);
   }
-  /// The segment from p to `next`; adds Jᵀ ŷ there for the same active rows.
+  /// Sets the segment from p to `next`, and adds Jᵀ ŷ at `next` for the present active rows to g.
   void set_segment(const Eigen::VectorXd& next, Eigen::VectorXd& g);
-  /// Whether the active rows at its end are the same.
+  /// Returns whether the active rows at the end of the segment are the present ones.
   bool same_active_rows_at_end() const;
-  /// The slope of the model at a fraction of the segment.
+  /// Slope of the model at a fraction of the segment.
   double slope(double fraction) const;
-  /// p moves by a fraction of the segment, the active rows with it.
+  /// Moves p by a fraction of the segment and updates the active rows.
   void advance(double fraction);
   double model_value() const;
 
  private:
-  bool is_soft(Eigen::Index i) const { return program_.soft_weights()[i] > 0; }
-  /// How far c + by is outside of row i's bounds: first c, which is close to one where weights are large, and `by` is of the
-  /// order of its rounding there.
-  double outside(Eigen::Index i, double c, double by) const;
+  bool is_soft(Eigen::Index i) const { return nlp_.soft_weights()[i] > 0; }
+  /// Distance of c + by from the bounds of row i: positive above, negative below, 0 within. Subtracts the bound from c
+  /// first: with large weights, they are nearly equal, and `by` is as small as their rounding.
+  double signed_violation(Eigen::Index i, double c, double by) const;
   double value_of(const Eigen::VectorXd& c) const;
   double violation_size_of(const Eigen::VectorXd& c) const;
   void estimate_at(double step, Eigen::VectorXd& y) const;
-  /// Whether a row is active, and the bound that it is held to then.
-  struct Holding {
+  /// Whether a row is active, and its active bound.
+  struct RowState {
     bool active;
     double bound;
   };
-  /// Of row i with c + by in the place of c, as of outside().
-  Holding holding(Eigen::Index i, double by) const;
+  /// State of row i if c is replaced by c + by.
+  RowState row_state(Eigen::Index i, double by) const;
   void activate();
   void activate(Eigen::Index i, double by);
 
-  /// Consecutive entries of the Jacobian, of consecutive rows in one column.
+  /// Entries of the Jacobian that are consecutive, in consecutive rows of one column.
   struct Column {
     int entry, row, rows, column;
   };
@@ -128,14 +131,15 @@ class AugmentedTerm {
       });
   }
 
-  Program& program_;
+  NlpEvaluator& nlp_;
   Eigen::VectorXd c_, jacobian_, y_, w_, stiffness_;
   Eigen::VectorXd uncorrected_;  // c at X̄
   bool corrected_ = false;
   Eigen::VectorXd jacobian_step_, jacobian_segment_;  // J p, and J (next − p)
-  Eigen::VectorXd active_, bound_;  // weights of the active rows, 0 of the others; the bound that each is held to
-  Eigen::VectorXd in_hessian_;      // the weights that add_hessian() took
-  Eigen::VectorXd trial_, trial_jacobian_;  // at the point
+  // Weight of each active row, 0 for the others; bound of each active row.
+  Eigen::VectorXd active_, bound_;
+  Eigen::VectorXd in_hessian_;              // weights in the Hessian of add_hessian()
+  Eigen::VectorXd trial_, trial_jacobian_;  // c and J at the point
   Eigen::VectorXd row_, tangent_;
   std::vector<Column> columns_;
 };

@@ -5,14 +5,14 @@
 
 namespace tandem::detail {
 
-/// By what a solver that is stopped knows its best point: the feasible one of least cost; while there is none, that of
-/// least violation. Of equals the later.
+/// Best point so far: the feasible point with the least cost or, without one, the point with the least violation. Later
+/// points win ties.
 struct BestPoint {
-  double feasible;  ///< the largest violation of a point that meets the hard constraints
+  double feasible;  ///< tolerance on the violation of a feasible point
   double cost = std::numeric_limits<double>::infinity();
   double violation = std::numeric_limits<double>::infinity();
 
-  /// Whether this point is the best so far; it is then taken note of.
+  /// Returns whether the point is the best so far, and records it if so.
   bool offer(double new_cost, double new_violation) {
     const bool both = violation <= feasible && new_violation <= feasible;
     if (!std::isfinite(new_cost) || !(both ? new_cost <= cost : new_violation <= violation)) return false;

@@ -6,29 +6,30 @@
 
 namespace tandem::detail {
 
-/// The damping of Levenberg–Marquardt steps, a multiple of the Hessian's diagonal, by Nielsen's rule (1999): it falls by
-/// how well the model foretold a step's gain, and grows ever faster while steps are refused.
+/// Damping of Levenberg–Marquardt steps, as a multiple of the diagonal of the Hessian, by Nielsen's rule (1999).
+/// Accepted steps reduce it, the more so the better the model predicted the gain. Consecutive rejections increase it
+/// ever faster.
 struct Damping {
   double value;
-  double least;          ///< it falls to
-  double least_refused;  ///< it grows from
-  double growth;         ///< at the first refusal, and
-  double acceleration;   ///< how much more at each further one
+  double min_value;     ///< minimum of `value`
+  double min_rejected;  ///< minimum of `value` before the increase at a rejection
+  double growth;        ///< factor at the first rejection
+  double acceleration;  ///< growth of that factor from one rejection to the next
   double next_growth = growth;
 
-  /// After a step that gained `ratio` of what the model foretold.
+  /// Updates the damping after an accepted step with the given step acceptance ratio, actual over predicted gain.
   void accept(double ratio) {
-    value = std::max(least, value * std::max(0.1, 1 - std::pow(2 * ratio - 1, 3)));
+    value = std::max(min_value, value * std::max(0.1, 1 - std::pow(2 * ratio - 1, 3)));
     next_growth = growth;
   }
-  void refuse() {
-    value = std::max(value, least_refused) * next_growth;
+  void reject() {
+    value = std::max(value, min_rejected) * next_growth;
     next_growth *= acceleration;
   }
 };
 
-/// What damping adds to the diagonal of the matrix that is factorised. An unknown that nothing curves still gets a
-/// pivot, and then no step. `scale` is the cost's curvature of the unknown, `diagonal` that of the whole matrix.
+/// Returns the addition to a diagonal entry of the Hessian. `scale` is the curvature of the cost, `diagonal` that of
+/// the whole matrix. An unknown without any curvature gets a unit pivot, hence a zero step.
 inline double damping_shift(double damping, double scale, double diagonal) {
   return diagonal > 0 ? std::max(damping * scale, std::numeric_limits<double>::min()) : 1.0;
 }

@@ -12,7 +12,7 @@ std::string why_unsupported(const Problem& problem, const GaussNewtonOptions& op
 
 Summary solve(Problem& problem, const GaussNewtonOptions& options) {
   if (const std::string why = why_unsupported(problem, options); !why.empty())
-    return detail::refusal("gauss-newton", options, why);
+    return detail::rejection("gauss-newton", options, why);
   return detail::LevenbergMarquardt(problem, "gauss-newton", options).solve();
 }
 

@@ -4,13 +4,13 @@
 
 namespace tandem {
 
-/// Levenberg–Marquardt on a sparse Cholesky factorisation, for problems without hard constraints, with the curvature
-/// that Gauss-Newton leaves out learned from the last few steps (solvers/secant.hpp).
+/// Levenberg–Marquardt method with a sparse Cholesky factorisation, for problems without hard constraints. Secant pairs
+/// of the last steps supply the curvature that Gauss-Newton neglects (solvers/secant.hpp).
 struct GaussNewtonOptions : LevenbergMarquardtOptions {};
 
-/// Empty, or a sentence that says why this solver cannot take the problem.
+/// Returns the reason why this solver does not support the problem, or "". Throws Error if an option is invalid.
 std::string why_unsupported(const Problem& problem, const GaussNewtonOptions& options);
-/// Leaves the best point found in the problem's variables, whatever the status; `unsupported` where why_unsupported().
+/// Solves the problem; its variables get the best point found. `unsupported` if why_unsupported() gives a reason.
 Summary solve(Problem& problem, const GaussNewtonOptions& options);
 
 }  // namespace tandem

@@ -1,25 +1,26 @@
 #include <cmath>
 
-#include <tandem/problem/program.hpp>
+#include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/solvers/graduated.hpp>
 #include <tandem/solvers/sequence.hpp>
 
 namespace tandem::detail {
 namespace {
 
-constexpr double kLeastSquares = 1e6;  // a loss this much wider than its residual is the identity to 1e-12
+// with a scale this much larger than the residual, a loss is the identity to 1e-12
+constexpr double kLeastSquares = 1e6;
 
-/// Gives a problem's losses the widening back that they had.
-class KeepWidening {
+/// Restores the loss scale of a problem at the end of a scope.
+class LossScaleGuard {
  public:
-  explicit KeepWidening(Problem& problem) : problem_(problem), widening_(problem.widening()) {}
-  ~KeepWidening() { problem_.widen_losses(widening_); }
-  KeepWidening(const KeepWidening&) = delete;
-  KeepWidening& operator=(const KeepWidening&) = delete;
+  explicit LossScaleGuard(Problem& problem) : problem_(problem), loss_scale_(problem.loss_scale()) {}
+  ~LossScaleGuard() { problem_.scale_losses(loss_scale_); }
+  LossScaleGuard(const LossScaleGuard&) = delete;
+  LossScaleGuard& operator=(const LossScaleGuard&) = delete;
 
  private:
   Problem& problem_;
-  double widening_;
+  double loss_scale_;
 };
 
 }  // namespace
@@ -27,25 +28,25 @@ class KeepWidening {
 Summary graduate(Problem& problem, const SolverOptions& options, const GraduationOptions& graduation,
                  const SolveOnce& solve) {
   if (!(graduation.divide > 1) || !(graduation.tolerance >= 0))
-    throw Error("graduation: divide must be above 1, and the tolerance not negative");
+    throw Error("solve_graduated: GraduationOptions::divide must be above 1, and tolerance must not be negative");
   double initial_cost = 0;
   std::optional<double> convex;
   try {
-    initial_cost = Program(problem).cost();
-    convex = problem.convex_widening();
-  } catch (const Error&) {  // nothing to solve, or undefined at the start: the solver says which
+    initial_cost = NlpEvaluator(problem).cost();
+    convex = problem.convex_loss_scale();
+  } catch (const Error&) {  // no free variable, or an undefined residual: the solver reports it
   }
   if (!convex) return solve(options, 0.0);
 
   Sequence sequence(options);
   {
-    const KeepWidening keep(problem);
-    const double original = problem.widening();
-    double widening = kLeastSquares * std::max(original, *convex);
-    for (bool over = false; !over && widening > original;) {
-      problem.widen_losses(widening);
-      over = sequence.over(sequence.add(solve(sequence.limits(), graduation.tolerance), initial_cost).status);
-      widening = std::min(widening / std::sqrt(graduation.divide), problem.convex_widening().value_or(0.0));
+    const LossScaleGuard keep(problem);
+    const double original = problem.loss_scale();
+    double loss_scale = kLeastSquares * std::max(original, *convex);
+    for (bool over = false; !over && loss_scale > original;) {
+      problem.scale_losses(loss_scale);
+      over = sequence.is_over(sequence.add(solve(sequence.limits(), graduation.tolerance), initial_cost).status);
+      loss_scale = std::min(loss_scale / std::sqrt(graduation.divide), problem.convex_loss_scale().value_or(0.0));
     }
   }
   return sequence.add(solve(sequence.limits(), 0.0), initial_cost);

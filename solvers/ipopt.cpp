@@ -13,35 +13,35 @@
 #include <tandem/solvers/ipopt.hpp>
 #include <tandem/solvers/ipopt_linear_solver.hpp>
 #include <tandem/solvers/ipopt_nlp.hpp>
-#include <tandem/solvers/near_names.hpp>
+#include <tandem/solvers/name_suggestions.hpp>
 
 namespace tandem {
 namespace {
 
-/// MUMPS keeps global state, which two solves at once in one process corrupt; other linear solvers of Ipopt's may. Held
-/// for the whole solve.
-std::mutex& foreign_solver_mutex() {
+/// Serialises whole solves with MUMPS, which keeps global state. Other linear solvers of Ipopt may do so too.
+std::mutex& mumps_mutex() {
   static std::mutex mutex;
   return mutex;
 }
 
-/// Ipopt keeps global state while an application is made or goes. Held no longer than that.
+/// Serialises the construction and destruction of Ipopt applications, which use global state.
 std::mutex& application_mutex() {
   static std::mutex mutex;
   return mutex;
 }
 
-/// Whether the linear solver is ours.
-bool solves_own_systems(const IpoptOptions& options) {
-  return options.linear_solver != IpoptLinearSolver::mumps && detail::OwnLinearSolver::available() &&
+/// Returns whether Tandem's linear solver is used.
+bool uses_block_cholesky(const IpoptOptions& options) {
+  return options.linear_solver != IpoptLinearSolver::mumps && detail::BlockCholeskyInIpopt::available() &&
          !options.options.contains("linear_solver");
 }
 
-/// Ipopt ends the process when it cannot load the library of a linear solver, so ask first.
+/// Throws Error if the library of a linear solver cannot be loaded. Ipopt would end the process.
 void check_linear_solver(std::string name) {
-  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));  // Ipopt ignores case too
-  if (name == "ma57" && detail::OwnLinearSolver::available())
-    throw Error("ipopt option linear_solver: ma57's place is taken by block-cholesky, the default; or use mumps");
+  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));  // Ipopt ignores case
+  if (name == "ma57" && detail::BlockCholeskyInIpopt::available())
+    throw Error(
+        "ipopt option linear_solver: block-cholesky, the default, replaces ma57; remove the option or use mumps");
   const char* library = name.starts_with("ma") ? "libhsl.so" : name.starts_with("pardiso") ? "libpardiso.so" : nullptr;
   if (name == "wsmp") throw Error("ipopt option linear_solver: wsmp is not part of this build of Ipopt; use mumps");
   if (!library) return;
@@ -59,7 +59,7 @@ void set_option(Ipopt::IpoptApplication& app, const std::string& key, const std:
     for (const auto& [name, registered] : app.RegOptions()->RegisteredOptionsList()) known.push_back(name);
     throw Error("ipopt has no option '" + key + "'" + did_you_mean(key, known));
   }
-  if (value.starts_with("equilibration") && option->Name() == "nlp_scaling_method")  // would end the process likewise
+  if (value.starts_with("equilibration") && option->Name() == "nlp_scaling_method")  // Ipopt would end the process
     throw Error("ipopt option " + key + ": equilibration-based needs libhsl.so; use gradient-based");
   if (option->Name() == "linear_solver") check_linear_solver(value);  // the key may have a prefix, as in resto.tol
   char* end = nullptr;
@@ -81,19 +81,19 @@ void set_option(Ipopt::IpoptApplication& app, const std::string& key, const std:
     default:
       taken = option->IsValidStringSetting(value) && app.Options()->SetStringValue(key, value);
   }
-  if (!taken) throw Error("ipopt option " + key + ": '" + value + "' is not a value it takes");
+  if (!taken) throw Error("ipopt option " + key + ": '" + value + "' is not a valid value");
 }
 
 void set_options(Ipopt::IpoptApplication& app, const IpoptOptions& options) {
   if (!(options.tolerance > 0) || options.max_iterations < 0)
-    throw Error("ipopt: the tolerance must be above zero and max_iterations not below it");
+    throw Error("ipopt: tolerance must be positive, and max_iterations must not be negative");
   app.RethrowNonIpoptException(false);
   const auto set = [&](const char* key, const char* value) { app.Options()->SetStringValue(key, value); };
   set("sb", "yes");
   set("nlp_scaling_method", "none");  // IpoptNlp scales
-  if (solves_own_systems(options)) {
-    detail::OwnLinearSolver::choose(app);
-    // Newton steps exact to so much converge as fast as those to Ipopt's 1e-10; limited-memory ones do not.
+  if (uses_block_cholesky(options)) {
+    detail::BlockCholeskyInIpopt::choose(app);
+    // Newton steps converge as fast with this tolerance as with Ipopt's 1e-10. Limited-memory steps do not.
     if (options.hessian != Hessian::limited_memory) app.Options()->SetNumericValue("residual_ratio_max", 1e-7);
   } else {
     set("linear_solver", "mumps");
@@ -101,14 +101,14 @@ void set_options(Ipopt::IpoptApplication& app, const IpoptOptions& options) {
   app.Options()->SetIntegerValue("print_level", 0);
   app.Options()->SetNumericValue("tol", options.tolerance);
   app.Options()->SetNumericValue("constr_viol_tol", detail::kConstraintTolerance);
-  app.Options()->SetNumericValue("bound_relax_factor", 0.0);  // relaxed bounds would let solutions violate theirs
+  app.Options()->SetNumericValue("bound_relax_factor", 0.0);  // relaxed bounds would allow violations
   app.Options()->SetNumericValue("acceptable_constr_viol_tol", detail::kConstraintTolerance);
   app.Options()->SetIntegerValue("max_iter", options.max_iterations);
   if (options.hessian == Hessian::limited_memory) set("hessian_approximation", "limited-memory");
   for (const auto& [key, value] : options.options) set_option(app, key, value);
 }
 
-/// An application of Ipopt's with these options, made and ended by one thread at a time.
+/// Ipopt application with the given options. Construction and destruction are serialised.
 class Application {
  public:
   explicit Application(const IpoptOptions& options) {
@@ -136,19 +136,19 @@ class Application {
 
 std::string why_no_hessian(const Problem& problem, const IpoptOptions& options) {
   if (options.hessian != Hessian::limited_memory || problem.num_hard_blocks() == 0) return {};
-  return "ipopt's limited-memory Hessian takes no hard constraints: it needs coordinates that whiten the cost, in "
-         "which "
-         "their Jacobians are dense; choose gauss-newton or exact";
+  return "ipopt's limited-memory Hessian takes no hard constraints, because their Jacobian would be dense: use the "
+         "gauss-newton or exact Hessian";
 }
 
 std::string why_no_linear_solver(const IpoptOptions& options) {
-  if (options.linear_solver != IpoptLinearSolver::block_cholesky || solves_own_systems(options)) return {};
+  if (options.linear_solver != IpoptLinearSolver::block_cholesky || uses_block_cholesky(options)) return {};
   if (options.options.contains("linear_solver"))
-    return "ipopt's linear solver is asked for twice: block-cholesky, and by an option of Ipopt's own";
-  return "this version of Ipopt takes no linear solver of ours: choose mumps instead of block-cholesky";
+    return "ipopt's linear solver is given twice, as block-cholesky and by the Ipopt option linear_solver: use one of "
+           "them";
+  return "this version of Ipopt does not support block-cholesky: use mumps";
 }
 
-/// Why the problem is unsupported, or nothing.
+/// Returns an empty string, or the reason why the problem is not supported.
 std::string why_not(const Problem& problem, const IpoptOptions& options) {
   for (const std::string& why :
        {why_no_linear_solver(options), why_no_hessian(problem, options), detail::why_unsolvable(problem)})
@@ -156,7 +156,7 @@ std::string why_not(const Problem& problem, const IpoptOptions& options) {
   return {};
 }
 
-/// But for what `given` has.
+/// Sets the warm-start options, except those in `given`.
 void warm_start(Ipopt::IpoptApplication& app, double barrier, const std::map<std::string, std::string>& given) {
   app.Options()->SetStringValue("warm_start_init_point", "yes");
   for (const char* push : {"warm_start_bound_push", "warm_start_bound_frac", "warm_start_slack_bound_push",
@@ -170,7 +170,7 @@ void end(detail::Session& session, Ipopt::ApplicationReturnStatus status) {
     case Ipopt::Solve_Succeeded:
       return session.end(Status::converged);
     case Ipopt::Solved_To_Acceptable_Level:
-      return session.end(Status::converged, "a local minimum was found to Ipopt's acceptable level");
+      return session.end(Status::converged, "found a local minimum within Ipopt's acceptable tolerances");
     case Ipopt::Infeasible_Problem_Detected:
       return session.end(Status::infeasible);
     case Ipopt::Maximum_Iterations_Exceeded:
@@ -180,27 +180,27 @@ void end(detail::Session& session, Ipopt::ApplicationReturnStatus status) {
     case Ipopt::User_Requested_Stop:
       return session.end(Status::interrupted);
     case Ipopt::Search_Direction_Becomes_Too_Small:
-      return session.end(Status::failed, "Ipopt's steps became too small before its tolerance was met");
+      return session.end(Status::failed, "Ipopt's steps became too small before convergence");
     case Ipopt::Restoration_Failed:
-      return session.end(Status::failed, "Ipopt's restoration phase found no point that violates the constraints less");
+      return session.end(Status::failed, "Ipopt's restoration phase found no point with less violation");
     case Ipopt::Diverging_Iterates:
       return session.end(Status::failed, "the iterates diverge");
     case Ipopt::Invalid_Number_Detected:
       return session.end(Status::failed,
-                         "a residual or Jacobian is undefined or not finite where Ipopt must evaluate it");
+                         "a residual or Jacobian is undefined or not finite at a point that Ipopt evaluates");
     case Ipopt::Invalid_Option:
-      return session.end(Status::failed, "this build of Ipopt cannot do what one of the options passed on asks for");
+      return session.end(Status::failed, "this build of Ipopt does not support one of the Ipopt options");
     case Ipopt::Not_Enough_Degrees_Of_Freedom:
-      return session.end(Status::unsupported, "Ipopt finds fewer unknowns than equality constraints");
+      return session.end(Status::unsupported, "Ipopt reports fewer unknowns than equality constraints");
     default:
-      return session.end(Status::failed, "Ipopt ended with its status " + std::to_string(status));
+      return session.end(Status::failed, "Ipopt ended with status " + std::to_string(status));
   }
 }
 
-/// Whether a block at the best point is why the solve failed.
-void explain(detail::Session& session, Program& program) {
+/// Sets the message if a block at the best point explains the failure.
+void explain(detail::Session& session, NlpEvaluator& nlp) {
   try {
-    if (const std::string bad = program.describe_bad_block(); !bad.empty())
+    if (const std::string bad = nlp.describe_nonfinite_block(); !bad.empty())
       session.summary.message = "a cost or Jacobian is not finite, in " + bad;
   } catch (const Error& e) {
     session.summary.message = std::string("a residual's derivatives are undefined: ") + e.what();
@@ -217,8 +217,8 @@ std::string why_unsupported(const Problem& problem, const IpoptOptions& options)
 }
 
 Summary solve(Problem& problem, const IpoptOptions& options) {
-  const bool own_systems = solves_own_systems(options);
-  std::unique_lock lock(foreign_solver_mutex(), std::defer_lock);
+  const bool own_systems = uses_block_cholesky(options);
+  std::unique_lock lock(mumps_mutex(), std::defer_lock);
   if (!own_systems) lock.lock();
   const Application app(options);
   detail::Session session("ipopt", options);
@@ -226,38 +226,40 @@ Summary solve(Problem& problem, const IpoptOptions& options) {
     session.end(Status::unsupported, why);
     return session.summary;
   }
-  Program program(problem);
-  program.use_threads(options.threads);
-  if (!session.start(program, [&] { return program.cost(); })) return session.summary;
+  NlpEvaluator nlp(problem);
+  nlp.use_threads(options.threads);
+  if (!session.start(nlp, [&] { return nlp.cost(); })) return session.summary;
   double feasible = detail::kConstraintTolerance;
   app->Options()->GetNumericValue("constr_viol_tol", feasible, "");
-  const Ipopt::SmartPtr<detail::IpoptNlp> nlp = new detail::IpoptNlp(program, session, options, feasible);
-  std::optional<detail::OwnLinearSolver> linear_solver;
-  if (own_systems) linear_solver.emplace(program);
+  const Ipopt::SmartPtr<detail::IpoptNlp> tnlp = new detail::IpoptNlp(nlp, session, options, feasible);
+  std::optional<detail::BlockCholeskyInIpopt> linear_solver;
+  if (own_systems) linear_solver.emplace(nlp);
   Ipopt::Index most = options.max_iterations;
-  app->Options()->GetIntegerValue("max_iter", most, "");  // which the caller may have given by that name
-  bool warm = options.from_multipliers && nlp->take_multipliers();
+  app->Options()->GetIntegerValue("max_iter", most, "");  // may be given as an Ipopt option
+  bool warm = options.from_multipliers && tnlp->load_multipliers();
   for (; !session.ended(); warm = true) {
-    nlp->start();
-    if (warm) warm_start(*app, nlp->barrier(), options.options);
+    tnlp->start();
+    if (warm) warm_start(*app, tnlp->barrier(), options.options);
     const int left = most - session.summary.iterations;
     app->Options()->SetIntegerValue("max_iter", std::max(left, 0));
     auto status = app->Initialize("");
     if (status == Ipopt::Solve_Succeeded)
-      status = app->OptimizeTNLP(Ipopt::SmartPtr<Ipopt::TNLP>(Ipopt::GetRawPtr(nlp)));
-    // Without constraints the best point is one to go on from; with them it may be the start, for its
-    // feasibility.
-    const bool again = nlp->wants_recentering() && status == Ipopt::User_Requested_Stop && left > 0 && !session.ended();
+      status = linear_solver ? linear_solver->optimize(*app, Ipopt::GetRawPtr(tnlp))
+                             : app->OptimizeTNLP(Ipopt::SmartPtr<Ipopt::TNLP>(Ipopt::GetRawPtr(tnlp)));
+    // Without constraints, continue from the best point. With constraints it may be the initial guess, if that is
+    // feasible.
+    const bool again =
+        tnlp->wants_recentering() && status == Ipopt::User_Requested_Stop && left > 0 && !session.ended();
     const bool solved = status == Ipopt::Solve_Succeeded || status == Ipopt::Solved_To_Acceptable_Level;
-    program.move_to(solved || (again && program.num_rows() > 0) ? nlp->current() : nlp->best());
-    program.recenter();
-    if (nlp->error()) std::rethrow_exception(nlp->error());
+    nlp.move_to(solved || (again && nlp.num_rows() > 0) ? tnlp->current() : tnlp->best());
+    nlp.recenter();
+    if (tnlp->error()) std::rethrow_exception(tnlp->error());
     if (linear_solver && linear_solver->error()) std::rethrow_exception(linear_solver->error());
     if (!again) end(session, status);
-    if (session.summary.status == Status::failed) explain(session, program);
+    if (session.summary.status == Status::failed) explain(session, nlp);
   }
-  if (session.summary.converged()) nlp->leave_multipliers();
-  session.conclude(program, 10 * feasible);
+  if (session.summary.converged()) tnlp->store_multipliers();
+  session.conclude(nlp, 10 * feasible);
   session.summary.linear_solver_seconds = session.summary.seconds - session.summary.evaluation_seconds;
   return session.summary;
 }

@@ -7,36 +7,36 @@
 
 namespace tandem {
 
-/// Second derivatives for solvers that use them.
+/// Hessian of the Lagrangian that a solver uses.
 enum class Hessian {
-  automatic,       ///< Gauss-Newton, and exact once its steps must be cut near a solution, or it takes long
-  gauss_newton,    ///< JᵀWJ of the soft residuals; hard constraints contribute no curvature
-  exact,           ///< of the Lagrangian
+  automatic,       ///< Gauss-Newton; exact after shortened steps near a solution or after many iterations
+  gauss_newton,    ///< JᵀWJ of the soft residuals, without curvature of the hard constraints
+  exact,           ///< exact Hessian of the Lagrangian
   limited_memory,  ///< Ipopt's quasi-Newton approximation; soft residuals only
 };
 
-/// What solves Ipopt's linear systems.
+/// Linear solver of Ipopt.
 enum class IpoptLinearSolver {
-  automatic,       ///< block_cholesky where this version of Ipopt takes one of ours (3.11, 3.12), else mumps
-  block_cholesky,  ///< Tandem's own factor, on the blocks of the Hessian; any number of solves at once
-  mumps,           ///< Ipopt's own. Solves of one process wait for each other, and one from another's callback for ever
+  automatic,       ///< block_cholesky if this version of Ipopt supports it (3.11, 3.12), otherwise mumps
+  block_cholesky,  ///< Tandem's block factorisation; concurrent solves are allowed
+  /// MUMPS. Solves of one process run one after the other. A solve from the callback of another one never returns.
+  mumps,
 };
 
-/// Ipopt's interior-point method, for any mix of soft and hard residuals.
+/// Options of Ipopt's interior-point method, which supports any mix of soft and hard residuals.
 struct IpoptOptions : SolverOptions {
-  double tolerance = 1e-8;  ///< Ipopt's tol, with each unknown in units of unit curvature at the start
+  double tolerance = 1e-8;  ///< Ipopt's `tol`, with unknowns scaled to unit curvature at the initial guess
   Hessian hessian = Hessian::automatic;
   IpoptLinearSolver linear_solver = IpoptLinearSolver::automatic;
-  std::map<std::string, std::string> options;  ///< passed on by name, e.g. {"mu_strategy", "adaptive"}
+  std::map<std::string, std::string> options;  ///< Ipopt options by name, e.g. {"mu_strategy", "adaptive"}
 };
 
-/// Whether this build of Tandem has Ipopt.
+/// Returns whether this build of Tandem includes Ipopt.
 bool ipopt_available();
 
-/// Empty, or a sentence that says why this solver cannot take the problem.
-/// Throws Error when an option is unknown to Ipopt or its value is not of the option's kind.
+/// Returns the reason why this solver does not support the problem, or "". Throws Error if an option is invalid.
 std::string why_unsupported(const Problem& problem, const IpoptOptions& options);
-/// Leaves the best point found in the problem's variables, whatever the status; `unsupported` where why_unsupported().
+/// Solves the problem; its variables get the best point found. `unsupported` if why_unsupported() gives a reason.
 Summary solve(Problem& problem, const IpoptOptions& options);
 
 }  // namespace tandem

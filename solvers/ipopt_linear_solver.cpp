@@ -1,93 +1,134 @@
 #include <algorithm>
+#include <cmath>
+#include <vector>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/ipopt_linear_solver.hpp>
 
-#if __has_include(<HSLLoader.h>)
-#include <HSLLoader.h>
-#define TANDEM_IPOPT_HAS_HSL_LOADER
+#if __has_include(<IpSparseSymLinearSolverInterface.hpp>) && __has_include(<IpAlgBuilder.hpp>)
+#include <IpAlgBuilder.hpp>
+#include <IpSparseSymLinearSolverInterface.hpp>
+#include <IpTNLPAdapter.hpp>
+#include <IpTSymLinearSolver.hpp>
+#define TANDEM_IPOPT_HAS_SOLVER_INTERFACE
 #endif
 
 namespace tandem::detail {
+
+template <class F>
+bool BlockCholeskyInIpopt::guard(F f) {
+  if (!error_) try {
+      f();
+    } catch (...) {
+      error_ = std::current_exception();
+    }
+  return !error_;
+}
+
+bool BlockCholeskyInIpopt::analyze(int size, int entries, const int* row, const int* column) {
+  return guard([&] {
+    if (!kkt_.analyze(size, entries, row, column, 1))
+      throw Error(
+          "ipopt: an Ipopt option changes the structure of the linear systems, which block-cholesky does not support; "
+          "use mumps");
+  });
+}
+
+bool BlockCholeskyInIpopt::factorize(const double* values, double regularization, bool& inertia) {
+  return guard([&] { inertia = kkt_.factorize(values, regularization); });
+}
+
+bool BlockCholeskyInIpopt::solve(double* rhs) {
+  return guard([&] { kkt_.solve(rhs); });
+}
+
+#ifdef TANDEM_IPOPT_HAS_SOLVER_INTERFACE
 namespace {
 
-thread_local OwnLinearSolver* current = nullptr;
+/// Range of the regularisation, and how fast it grows: those of the pivot tolerance of Ipopt's MA57 interface.
+constexpr double kMinRegularization = 1e-8, kMaxRegularization = 1e-4, kGrowth = 0.75;
+
+class LinearSolver : public Ipopt::SparseSymLinearSolverInterface {
+ public:
+  explicit LinearSolver(BlockCholeskyInIpopt& solver) : solver_(solver) {}
+
+  bool InitializeImpl(const Ipopt::OptionsList&, const std::string&) override {
+    regularization_ = kMinRegularization;
+    return true;
+  }
+
+  Ipopt::ESymSolverStatus InitializeStructure(Ipopt::Index size, Ipopt::Index entries, const Ipopt::Index* row,
+                                              const Ipopt::Index* column) override {
+    size_ = size;
+    values_.resize(std::size_t(entries));
+    return solver_.analyze(size, entries, row, column) ? Ipopt::SYMSOLVER_SUCCESS : Ipopt::SYMSOLVER_FATAL_ERROR;
+  }
+
+  Ipopt::Number* GetValuesArrayPtr() override { return values_.data(); }
+
+  Ipopt::ESymSolverStatus MultiSolve(bool new_matrix, const Ipopt::Index*, const Ipopt::Index*, Ipopt::Index sides,
+                                     Ipopt::Number* rhs, bool check_inertia, Ipopt::Index negative) override {
+    if (new_matrix || regularization_changed_) {
+      regularization_changed_ = false;
+      bool inertia = false;
+      if (!solver_.factorize(values_.data(), regularization_, inertia)) return Ipopt::SYMSOLVER_FATAL_ERROR;
+      // Reports one negative eigenvalue too many if the inertia is wrong. Ipopt then regularises H.
+      negative_ = solver_.num_constraints() + (inertia ? 0 : 1);
+    }
+    if (check_inertia && negative != negative_) return Ipopt::SYMSOLVER_WRONG_INERTIA;
+    for (Ipopt::Index k = 0; k < sides; ++k)
+      if (!solver_.solve(rhs + std::ptrdiff_t(k) * size_)) return Ipopt::SYMSOLVER_FATAL_ERROR;
+    return Ipopt::SYMSOLVER_SUCCESS;
+  }
+
+  Ipopt::Index NumberOfNegEVals() const override { return negative_; }
+
+  bool IncreaseQuality() override {
+    if (regularization_ >= kMaxRegularization) return false;
+    regularization_ = std::min(kMaxRegularization, std::pow(regularization_, kGrowth));
+    regularization_changed_ = true;
+    return true;
+  }
+
+  bool ProvidesInertia() const override { return true; }
+  EMatrixFormat MatrixFormat() const override { return Triplet_Format; }
+
+ private:
+  BlockCholeskyInIpopt& solver_;
+  std::vector<Ipopt::Number> values_;
+  double regularization_ = kMinRegularization;
+  bool regularization_changed_ = false;
+  Ipopt::Index size_ = 0, negative_ = 0;
+};
+
+class Builder : public Ipopt::AlgorithmBuilder {
+ public:
+  explicit Builder(BlockCholeskyInIpopt& solver) : solver_(solver) {}
+
+  Ipopt::SmartPtr<Ipopt::SymLinearSolver> SymLinearSolverFactory(const Ipopt::Journalist&, const Ipopt::OptionsList&,
+                                                                 const std::string&) override {
+    return new Ipopt::TSymLinearSolver(new LinearSolver(solver_), nullptr);
+  }
+
+ private:
+  BlockCholeskyInIpopt& solver_;
+};
 
 }  // namespace
 
-/// Functions with MA57's names and arguments (HSL, MA57 package specification), for what of it Ipopt uses. Arrays are
-/// Fortran's: INFO(k) is info[k − 1].
-struct Ma57 {
-  static constexpr int kFailed = -1;
+bool BlockCholeskyInIpopt::available() { return true; }
 
-  /// Controls: Ipopt sets cntl[0], the pivot tolerance, and raises it when it asks for a better solution.
-  static void initialize(double* cntl, int* icntl) {
-    std::fill_n(cntl, 5, 0.0);
-    std::fill_n(icntl, 20, 0);
-  }
-
-  static void analyze(int* n, int* entries, const int* row, const int* column, int*, int*, int*, int*, int* info,
-                      double*) {
-    std::fill_n(info, 40, 0);
-    info[8] = info[9] = 1;  // what it is to allocate for the factor, which is kept here
-    guard(info, [&](OwnLinearSolver& solver) {
-      if (!solver.kkt_.analyze(*n, *entries, row, column, 1))
-        throw Error(
-            "ipopt: an option that was passed on changes its linear systems, which block-cholesky cannot solve then; "
-            "choose mumps");
-    });
-  }
-
-  static void factorize(int*, int*, double* values, double*, int*, int*, int*, int*, int*, int*, int*, double* cntl,
-                        int* info, double*) {
-    std::fill_n(info, 40, 0);
-    guard(info, [&](OwnLinearSolver& solver) {
-      // One more than there should be where there are too many: Ipopt then adds to H, as it does with MA57.
-      info[23] = solver.kkt_.num_constraints() + (solver.kkt_.factorize(values, cntl[0]) ? 0 : 1);
-    });
-  }
-
-  static void solve(int*, int*, double*, int*, int*, int*, int* sides, double* rhs, int* stride, double*, int*, int*,
-                    int*, int* info) {
-    std::fill_n(info, 40, 0);
-    guard(info, [&](OwnLinearSolver& solver) {
-      for (int k = 0; k < *sides; ++k) solver.kkt_.solve(rhs + std::ptrdiff_t(k) * *stride);
-    });
-  }
-
-  /// Never asked for: the factor has all the room that it needs.
-  static void enlarge(int*, int*, int*, double*, int*, double*, int*, int*, int*, int*, int*, int*) {}
-
- private:
-  template <class F>
-  static void guard(int* info, F f) {
-    OwnLinearSolver& solver = *current;
-    if (!solver.error_) try {
-        f(solver);
-      } catch (...) {
-        solver.error_ = std::current_exception();
-      }
-    if (solver.error_) info[0] = kFailed;
-  }
-};
-
-#ifdef TANDEM_IPOPT_HAS_HSL_LOADER
-bool OwnLinearSolver::available() { return true; }
-
-void OwnLinearSolver::choose(Ipopt::IpoptApplication& app) {
-  LSL_setMA57(Ma57::analyze, Ma57::factorize, Ma57::solve, Ma57::enlarge, Ma57::initialize);
-  app.Options()->SetStringValue("linear_solver", "ma57");
-  app.Options()->SetStringValue("linear_system_scaling", "none");
-  app.Options()->SetIntegerValue("min_refinement_steps", 0);  // only where the residual asks for it
+void BlockCholeskyInIpopt::choose(Ipopt::IpoptApplication& app) {
+  app.Options()->SetIntegerValue("min_refinement_steps", 0);  // refine only if the residual requires it
 }
-#else
-bool OwnLinearSolver::available() { return false; }
 
-void OwnLinearSolver::choose(Ipopt::IpoptApplication&) {}
+Ipopt::ApplicationReturnStatus BlockCholeskyInIpopt::optimize(Ipopt::IpoptApplication& app,
+                                                              const Ipopt::SmartPtr<Ipopt::TNLP>& problem) {
+  const Ipopt::SmartPtr<Ipopt::NLP> nlp =
+      new Ipopt::TNLPAdapter(problem, Ipopt::SmartPtr<const Ipopt::Journalist>(Ipopt::GetRawPtr(app.Jnlst())));
+  Ipopt::SmartPtr<Ipopt::AlgorithmBuilder> builder = new Builder(*this);
+  return app.OptimizeNLP(nlp, builder);
+}
 #endif
-
-OwnLinearSolver::OwnLinearSolver(const Program& program) : kkt_(program), outer_(current) { current = this; }
-
-OwnLinearSolver::~OwnLinearSolver() { current = outer_; }
 
 }  // namespace tandem::detail

@@ -3,34 +3,46 @@
 #include <exception>
 
 #include <IpIpoptApplication.hpp>
+#include <IpTNLP.hpp>
 
 #include <tandem/solvers/linear/condensed_kkt.hpp>
 
 namespace tandem::detail {
 
-/// Ipopt's linear systems by CondensedKkt, in the place of MA57: Ipopt's loader of HSL takes functions of that library's
-/// calling convention. They have no pointer of the caller's; while an object of this class lives, those that Ipopt
-/// calls on its thread are the object's. One made before it takes over again when it goes. Other threads have theirs.
-class OwnLinearSolver {
+/// Solves Ipopt's linear systems by CondensedKkt. Two adapters exist: ipopt_linear_solver.cpp derives from Ipopt's own
+/// interface for linear solvers, whose headers Ipopt 3.13 and newer install; ipopt_ma57.cpp takes the place of MA57 in
+/// Ipopt 3.11 and 3.12.
+class BlockCholeskyInIpopt {
  public:
-  /// Whether this version of Ipopt has the loader (3.11 and 3.12; later ones do not export it).
+  /// Returns whether one of the adapters supports the installed version of Ipopt.
   static bool available();
-  /// Makes an application use it; one at a time.
+  /// Sets the options of an application that optimize() is called for.
   static void choose(Ipopt::IpoptApplication& app);
 
-  explicit OwnLinearSolver(const Program& program);
-  ~OwnLinearSolver();
-  OwnLinearSolver(const OwnLinearSolver&) = delete;
-  OwnLinearSolver& operator=(const OwnLinearSolver&) = delete;
+  explicit BlockCholeskyInIpopt(const NlpEvaluator& nlp) : kkt_(nlp) {}
+  BlockCholeskyInIpopt(const BlockCholeskyInIpopt&) = delete;
+  BlockCholeskyInIpopt& operator=(const BlockCholeskyInIpopt&) = delete;
 
-  /// What a call ended with, which Ipopt sees as a failure of the linear solver.
+  /// Runs app.OptimizeTNLP() with this linear solver. Several threads may call this for different objects.
+  Ipopt::ApplicationReturnStatus optimize(Ipopt::IpoptApplication& app, const Ipopt::SmartPtr<Ipopt::TNLP>& problem);
+
+  /// For the adapters. Analyses the triplets of the lower triangle, whose indices start at 1. Returns false after an
+  /// error.
+  bool analyze(int size, int entries, const int* row, const int* column);
+  /// Returns false after an error. `inertia` tells whether the matrix has one negative eigenvalue per constraint.
+  bool factorize(const double* values, double regularization, bool& inertia);
+  /// Overwrites a right-hand side by the solution. Returns false after an error.
+  bool solve(double* rhs);
+  int num_constraints() const { return kkt_.num_constraints(); }
+
+  /// The first exception of a call, after which Ipopt sees a failed linear solver.
   std::exception_ptr error() const { return error_; }
 
  private:
-  friend struct Ma57;  // the functions
+  template <class F>
+  bool guard(F f);
 
   CondensedKkt kkt_;
-  OwnLinearSolver* outer_;
   std::exception_ptr error_;
 };
 

@@ -13,28 +13,28 @@
 namespace tandem::detail {
 namespace {
 
-constexpr double kRecenterAngle = 2.0;   // rad: a restart costs Ipopt its history, and a chart ends only at π
-constexpr double kIpoptInfinity = 1e20;  // beyond Ipopt's nlp_upper_bound_inf
-constexpr double kNearSolution = 1e-2;   // relative change of the cost in an iteration
-constexpr int kPatience = 50;  // iterations that Gauss-Newton alone is given; it needs 10 to 30 where it works
-constexpr double kLeastDamping = 1e-12;    // less is lost against a diagonal that rounding has passed over
-constexpr double kWhiteDamping = 1e-10;    // of the diagonal: what whitens need not be exact
-constexpr double kWarmBarrier = 1e-6;      // with multipliers of an earlier solve, which belong to bounds close by
-constexpr int kRestingIterations = 15;     // with hardly a gain
-constexpr double kRestingGradient = 1e-5;  // in white coordinates: standard deviations
-constexpr double kRestingGain = 1e-12;     // of the cost, in so many iterations
-constexpr double kMostDamping = 1e3;       // more only shortens a gradient step, which Ipopt's line search does as well
+constexpr double kRecenterAngle = 2.0;         // [rad]; the chart ends at π, and a restart loses Ipopt's history
+constexpr double kIpoptInfinity = 1e20;        // above Ipopt's nlp_upper_bound_inf
+constexpr double kSmallCostChange = 1e-2;      // relative change of the cost per iteration
+constexpr int kMaxGaussNewtonIterations = 50;  // iterations with Gauss-Newton; 10 to 30 are usual if it converges
+constexpr double kMinDamping = 1e-12;          // below, it is not more than the rounding of a diagonal entry
+constexpr double kWhiteningDamping = 1e-10;    // relative to the diagonal; whitening may be inexact
+constexpr double kWarmBarrier = 1e-6;    // barrier for multipliers of an earlier solve, whose active bounds are close
+constexpr int kStagnantIterations = 15;  // iterations without a significant decrease
+constexpr double kStagnantGradient = 1e-5;  // gradient in white coordinates [standard deviations]
+constexpr double kStagnantGain = 1e-12;     // relative decrease of the cost in these iterations
+constexpr double kMaxDamping = 1e3;         // more only shortens a gradient step, as the line search does
 
 }  // namespace
 
-IpoptNlp::IpoptNlp(Program& program, Session& session, const IpoptOptions& options, double feasible)
+IpoptNlp::IpoptNlp(NlpEvaluator& nlp, Session& session, const IpoptOptions& options, double feasible)
     : feasible_(feasible),
-      program_(program),
+      nlp_(nlp),
       session_(session),
       options_(options),
       exact_now_(options.hessian == Hessian::exact) {
-  const int n = program.num_unknowns(), m = program.num_rows();
-  const auto& h = program.hessian_pattern();
+  const int n = nlp.num_unknowns(), m = nlp.num_rows();
+  const auto& h = nlp.hessian_pattern();
   const std::vector<int> start = h.column_starts(), rows = h.rows();
   lower_start_.push_back(0);
   for (int column = 0; column < n; ++column) {
@@ -49,13 +49,13 @@ IpoptNlp::IpoptNlp(Program& program, Session& session, const IpoptOptions& optio
   for (Eigen::VectorXd* v : {&multipliers_, &constraints_, &lambda_}) v->setZero(m);
   hessian_.setZero(h.nonzeros());
   if (options.hessian == Hessian::exact || options.hessian == Hessian::automatic) exact_ = hessian_;
-  jacobian_.setZero(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
+  jacobian_.setZero(static_cast<Eigen::Index>(nlp.jacobian_pattern().row.size()));
   if (options.hessian == Hessian::limited_memory) white_.emplace(h);
 }
 
 void IpoptNlp::start() {
   recenter_ = false;
-  has_cost_ = has_derivatives_ = has_constraints_ = false;  // of the last chart
+  has_cost_ = has_derivatives_ = has_constraints_ = false;  // cached values belong to the last chart
   x_.setZero();
   unknowns_.setZero();
   choose_unknowns();
@@ -64,15 +64,15 @@ void IpoptNlp::start() {
   best_point_ = {feasible_};
 }
 
-bool IpoptNlp::take_multipliers() {
-  program_.multipliers(lambda_);
+bool IpoptNlp::load_multipliers() {
+  nlp_.multipliers(lambda_);
   barrier_ = kWarmBarrier;
   return !lambda_.isZero(0);
 }
 
 bool IpoptNlp::get_nlp_info(Index& n, Index& m, Index& nnz_jac, Index& nnz_hess, IndexStyleEnum& style) {
-  n = program_.num_unknowns();
-  m = program_.num_rows();
+  n = nlp_.num_unknowns();
+  m = nlp_.num_rows();
   nnz_jac = static_cast<Index>(jacobian_.size());
   nnz_hess = static_cast<Index>(lower_triangle_.size());
   style = C_STYLE;
@@ -83,27 +83,22 @@ bool IpoptNlp::get_bounds_info(Index n, Number* lower, Number* upper, Index m, N
   std::fill_n(lower, n, -kIpoptInfinity);
   std::fill_n(upper, n, kIpoptInfinity);
   for (Index i = 0; i < m; ++i) {
-    c_lower[i] = std::max(program_.lower()[i], -kIpoptInfinity);
-    c_upper[i] = std::min(program_.upper()[i], kIpoptInfinity);
+    c_lower[i] = std::max(nlp_.lower()[i], -kIpoptInfinity);
+    c_upper[i] = std::min(nlp_.upper()[i], kIpoptInfinity);
   }
   return true;
 }
 
-/// What Ipopt's unknowns are, by the Hessian at X̄. Where that is undefined, so is Ipopt's first gradient.
+/// Sets the scale of Ipopt's unknowns from the Hessian at X̄. Uses no scaling if the Hessian is undefined; Ipopt then
+/// fails at its first gradient.
 void IpoptNlp::choose_unknowns() try {
   const Session::Timer timer(session_.summary.evaluation_seconds);
   unit_.setOnes();
-  program_.reset();
-  program_.linearize(gradient_, hessian_);
-  hessian_diagonal(program_.hessian_pattern(), hessian_, unit_);
-  if (white_) {
-    Eigen::VectorXd shift = unit_;
-    for (double& d : shift) d = d > 0 ? kWhiteDamping * d : 1.0;
-    while (!white_->factorize(hessian_, shift)) {
-      shift *= 10;
-      if (!shift.allFinite()) throw Error("the Jacobians are too large to be factorised");
-    }
-  }
+  nlp_.reset();
+  nlp_.linearize(gradient_, hessian_);
+  hessian_diagonal(nlp_.hessian_pattern(), hessian_, unit_);
+  if (white_ && !white_->factorize_shifted(hessian_, unit_, kWhiteningDamping))
+    throw Error("the Jacobians are too large to be factorised");
   for (double& u : unit_) u = u > 0 ? 1.0 / std::sqrt(u) : 1.0;
 } catch (const Error&) {
   white_.reset();
@@ -113,7 +108,7 @@ void IpoptNlp::choose_unknowns() try {
 bool IpoptNlp::get_starting_point(Index n, bool init_x, Number* x, bool init_z, Number* z_lower, Number* z_upper,
                                   Index m, bool init_lambda, Number* lambda) {
   if (init_x) std::fill_n(x, n, 0.0);
-  if (init_z) {  // no bounds on δ
+  if (init_z) {  // δ has no bounds
     std::fill_n(z_lower, n, 0.0);
     std::fill_n(z_upper, n, 0.0);
   }
@@ -121,7 +116,8 @@ bool IpoptNlp::get_starting_point(Index n, bool init_x, Number* x, bool init_z, 
   return true;
 }
 
-/// Runs f at x. An undefined residual is an evaluation error, on which Ipopt shortens the step; anything else ends it.
+/// Calls f at x. An undefined residual is an evaluation error, for which Ipopt shortens the step. Other exceptions end
+/// the solve.
 template <class F>
 bool IpoptNlp::evaluate(const Number* x, bool new_x, F f) {
   const Session::Timer timer(session_.summary.evaluation_seconds);
@@ -134,7 +130,7 @@ bool IpoptNlp::evaluate(const Number* x, bool new_x, F f) {
       } else {
         x_.array() *= unit_.array();
       }
-      program_.move_to(x_);
+      nlp_.move_to(x_);
     }
     f();
     return true;
@@ -148,7 +144,7 @@ bool IpoptNlp::evaluate(const Number* x, bool new_x, F f) {
 
 void IpoptNlp::need_cost() {
   if (has_cost_) return;
-  cost_ = program_.cost();
+  cost_ = nlp_.cost();
   ++session_.summary.evaluations;
   has_cost_ = true;
 }
@@ -156,24 +152,24 @@ void IpoptNlp::need_cost() {
 void IpoptNlp::need_derivatives() {
   if (has_derivatives_) return;
   if (options_.hessian == Hessian::limited_memory) {
-    program_.gradient(gradient_);
+    nlp_.gradient(gradient_);
   } else {
-    program_.linearize(gradient_, hessian_);
+    nlp_.linearize(gradient_, hessian_);
   }
   has_derivatives_ = true;
 }
 
 void IpoptNlp::need_constraints() {
   if (has_constraints_) return;
-  program_.constraints(constraints_);
+  nlp_.constraints(constraints_);
   has_constraints_ = true;
 }
 
-/// In the usual case, unlike Ipopt's restoration, the gradient has been asked for, and with it came Gauss-Newton's part.
+/// Outside of Ipopt's restoration, the gradient has already been evaluated, together with the Gauss-Newton Hessian.
 void IpoptNlp::need_exact(double factor) {
-  if (factor != 1.0) return program_.exact_hessian(factor, multipliers_, exact_);
+  if (factor != 1.0) return nlp_.exact_hessian(factor, multipliers_, exact_);
   need_derivatives();
-  program_.curvature(multipliers_, exact_);
+  nlp_.curvature(multipliers_, exact_);
   exact_ += hessian_;
 }
 
@@ -207,20 +203,20 @@ bool IpoptNlp::eval_g(Index, const Number* x, bool new_x, Index m, Number* g) {
 bool IpoptNlp::eval_jac_g(Index, const Number* x, bool new_x, Index, Index nnz, Index* row, Index* column,
                           Number* values) {
   if (!values) {
-    std::copy_n(program_.jacobian_pattern().row.data(), nnz, row);
-    std::copy_n(program_.jacobian_pattern().column.data(), nnz, column);
+    std::copy_n(nlp_.jacobian_pattern().row.data(), nnz, row);
+    std::copy_n(nlp_.jacobian_pattern().column.data(), nnz, column);
     return true;
   }
   return evaluate(x, new_x, [&] {
-    program_.constraint_jacobian(jacobian_);
-    const auto& columns = program_.jacobian_pattern().column;
+    nlp_.constraint_jacobian(jacobian_);
+    const auto& columns = nlp_.jacobian_pattern().column;
     for (Index k = 0; k < nnz; ++k) values[k] = jacobian_[k] * unit_[columns[std::size_t(k)]];
   });
 }
 
 bool IpoptNlp::eval_h(Index, const Number* x, bool new_x, Number factor, Index m, const Number* lambda, bool, Index,
                       Index* row, Index* column, Number* values) {
-  const auto& pattern = program_.hessian_pattern();
+  const auto& pattern = nlp_.hessian_pattern();
   if (!values) {
     for (int c = 0, k = 0; c < pattern.size(); ++c)
       for (; k < lower_start_[std::size_t(c) + 1]; ++k) {
@@ -263,21 +259,21 @@ void IpoptNlp::consider_best(const Eigen::VectorXd& iterate) {
     need_cost();
     need_constraints();
     cost = cost_;
-    violation = program_.violation(constraints_).size;
+    violation = nlp_.violation(constraints_).size;
   });
   current_ = x_;
   if (valid && best_point_.offer(cost, violation)) best_ = x_;
 }
 
-/// Whether limited-memory steps have come to where rounding hides what is left to gain: Ipopt's own tolerances then are met by
-/// chance, or never.
-bool IpoptNlp::rests(double cost, double gradient) {
+/// Returns whether limited-memory steps have reached the level of rounding, where Ipopt's own criteria are met only by
+/// chance.
+bool IpoptNlp::stagnates(double cost, double gradient) {
   if (options_.hessian != Hessian::limited_memory) return false;
-  if (cost < resting_cost_ * (1 - kRestingGain)) {
-    resting_cost_ = cost;
-    resting_ = 0;
+  if (cost < stagnant_cost_ * (1 - kStagnantGain)) {
+    stagnant_cost_ = cost;
+    stagnant_iterations_ = 0;
   }
-  return ++resting_ >= kRestingIterations && gradient <= kRestingGradient;
+  return ++stagnant_iterations_ >= kStagnantIterations && gradient <= kStagnantGradient;
 }
 
 bool IpoptNlp::intermediate_callback(Ipopt::AlgorithmMode, Index iteration, Number value, Number, Number gradient,
@@ -286,28 +282,29 @@ bool IpoptNlp::intermediate_callback(Ipopt::AlgorithmMode, Index iteration, Numb
   try {
     if (error_) return false;
     barrier_ = mu;
-    // Ipopt has no trust region: where Gauss-Newton steps must be cut, damp them as Levenberg and Marquardt would.
-    damping_ = trials > 1 ? std::min(kMostDamping, std::max(damping_, kLeastDamping) * std::pow(10.0, trials - 1))
+    // Ipopt has no trust region. If Gauss-Newton steps are shortened, damp them as Levenberg–Marquardt does.
+    damping_ = trials > 1 ? std::min(kMaxDamping, std::max(damping_, kMinDamping) * std::pow(10.0, trials - 1))
                           : damping_ * 0.2;
-    if (damping_ < kLeastDamping) damping_ = 0;
-    const bool cut_near_solution = trials > 1 && std::abs(value - last_cost_) <= kNearSolution * std::abs(value);
-    if (options_.hessian == Hessian::automatic && (cut_near_solution || iteration > kPatience)) exact_now_ = true;
+    if (damping_ < kMinDamping) damping_ = 0;
+    const bool cut_near_solution = trials > 1 && std::abs(value - last_cost_) <= kSmallCostChange * std::abs(value);
+    if (options_.hessian == Hessian::automatic && (cut_near_solution || iteration > kMaxGaussNewtonIterations))
+      exact_now_ = true;
     last_cost_ = value;
     session_.summary.iterations = first_iteration_ + iteration;
-    // GetCurrIterate came with Ipopt 3.14; the adapter knows the iterate in all versions, but not in restoration.
-    auto* nlp = dynamic_cast<Ipopt::OrigIpoptNLP*>(Ipopt::GetRawPtr(quantities->GetIpoptNLP()));
-    auto* adapter = nlp ? dynamic_cast<Ipopt::TNLPAdapter*>(Ipopt::GetRawPtr(nlp->nlp())) : nullptr;
+    // GetCurrIterate exists from Ipopt 3.14 on. The adapter knows the iterate in all versions, except in restoration.
+    auto* orig = dynamic_cast<Ipopt::OrigIpoptNLP*>(Ipopt::GetRawPtr(quantities->GetIpoptNLP()));
+    auto* adapter = orig ? dynamic_cast<Ipopt::TNLPAdapter*>(Ipopt::GetRawPtr(orig->nlp())) : nullptr;
     if (adapter && Ipopt::IsValid(data->curr())) {
-      adapter->ResortX(*nlp->NLP_scaling()->unapply_vector_scaling_x(data->curr()->x()), iterate_.data());
+      adapter->ResortX(*orig->NLP_scaling()->unapply_vector_scaling_x(data->curr()->x()), iterate_.data());
       consider_best(iterate_);
-      recenter_ = program_.largest_angle() > kRecenterAngle;
+      recenter_ = nlp_.largest_angle() > kRecenterAngle;
     }
-    session_.report_at(program_, current_, session_.summary.iterations, value, step, best_point_.violation);
-    if (options_.progress && current_ != x_) {  // in restoration; the program's point is what was reported
+    session_.report_at(nlp_, current_, session_.summary.iterations, value, step, best_point_.violation);
+    if (options_.progress && current_ != x_) {  // in restoration: report_at() has moved the point
       x_ = current_;
       has_cost_ = has_derivatives_ = has_constraints_ = false;
     }
-    if (rests(value, gradient)) session_.end(Status::converged, "the cost changes no more");
+    if (stagnates(value, gradient)) session_.end(Status::converged, "the cost no longer changes");
     return !session_.ended() && !session_.should_stop() && !recenter_;
   } catch (...) {
     error_ = std::current_exception();

@@ -6,7 +6,7 @@
 
 #include <IpTNLP.hpp>
 
-#include <tandem/problem/program.hpp>
+#include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/solvers/best_point.hpp>
 #include <tandem/solvers/ipopt.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
@@ -14,30 +14,35 @@
 
 namespace tandem::detail {
 
-/// A Program as Ipopt's TNLP. Work is cached per point. Nothing is thrown through Ipopt: `error()` holds what was.
+/// Adapter of an NlpEvaluator to Ipopt's TNLP. Evaluations are cached per point. Exceptions are stored in error(),
+/// because they must not pass through Ipopt.
 ///
-/// The unknowns, started at 0, are δ in units of unit curvature at the start: stiff and slack directions then meet
-/// Ipopt's tolerance and its regularisation alike. (Scaled here, since Ipopt's own scaling copies its matrices over and
-/// over.) With limited-memory they are white, Lᵀ δ of the Hessian's factor L: six steps say little about chains whose
-/// curvatures span many decades. There a constraint's Jacobian would be dense, so there are none.
+/// The unknowns are δ, scaled to unit curvature at the initial guess, and start at 0. Ipopt's tolerance and
+/// regularisation then treat stiff and slack directions alike. Scaling is done here because Ipopt's own scaling copies
+/// its matrices repeatedly.
+///
+/// With the limited-memory Hessian, the unknowns are whitened, Lᵀ δ with the factor L of the Hessian: its six steps
+/// cannot represent a chain whose curvatures span many decades. Constraints are not supported there, because their
+/// Jacobian would be dense.
 class IpoptNlp final : public Ipopt::TNLP {
  public:
-  /// `feasible` is the largest violation of a point that meets the constraints.
-  IpoptNlp(Program& program, Session& session, const IpoptOptions& options, double feasible);
+  /// `feasible` is the tolerance on the violation of a feasible point.
+  IpoptNlp(NlpEvaluator& nlp, Session& session, const IpoptOptions& options, double feasible);
 
-  /// Before a run from the program's X̄. The multipliers of the last one are kept.
+  /// Prepares a run from X̄. Keeps the multipliers of the last run.
   void start();
-  /// The feasible iterate of least cost since the start; while there is none, that of least violation.
+  /// Best iterate since start(): the feasible one with the least cost or, without one, the one with the least
+  /// violation.
   const Eigen::VectorXd& best() const { return best_; }
-  /// The run was stopped because its iterate has gone too far for the chart: go on from there.
+  /// Whether the run was stopped because its iterate had left the valid range of the chart. Continue from current().
   bool wants_recentering() const { return recenter_; }
-  /// The last iterate; once a run is over, its final one.
+  /// Last iterate; after a run, the final one.
   const Eigen::VectorXd& current() const { return current_; }
   double barrier() const { return barrier_; }
-  /// Before the first run: the problem's multipliers. False when all are zero.
-  bool take_multipliers();
-  /// The problem gets those of the last run.
-  void leave_multipliers() { program_.set_multipliers(lambda_); }
+  /// Loads the multipliers of the problem, before the first run. Returns false if all are zero.
+  bool load_multipliers();
+  /// Stores the multipliers of the last run in the problem.
+  void store_multipliers() { nlp_.set_multipliers(lambda_); }
   std::exception_ptr error() const { return error_; }
 
  private:
@@ -70,31 +75,31 @@ class IpoptNlp final : public Ipopt::TNLP {
   void need_cost();
   void need_derivatives();
   void need_constraints();
-  /// exact_ becomes the Hessian of factor·cost + multipliers_ᵀ c.
+  /// Sets exact_ to the Hessian of factor·cost + multipliers_ᵀ c.
   void need_exact(double factor);
-  /// Of an iterate in Ipopt's unknowns, which becomes current_ as δ.
+  /// Compares an iterate in Ipopt's unknowns with the best one, and sets current_ to its δ.
   void consider_best(const Eigen::VectorXd& iterate);
   void choose_unknowns();
 
-  bool rests(double cost, double gradient);
+  bool stagnates(double cost, double gradient);
 
   double feasible_;
-  Program& program_;
+  NlpEvaluator& nlp_;
   Session& session_;
   const IpoptOptions& options_;
   struct Entry {
-    int at, row;  // of the pattern's values
+    int at, row;  // index of the value in the pattern, and row
   };
-  std::vector<Entry> lower_triangle_;  // those on and below the diagonal
-  std::vector<int> lower_start_;       // of each column in lower_triangle_
-  std::vector<std::size_t> diagonal_;  // of each unknown, in lower_triangle_
+  std::vector<Entry> lower_triangle_;  // entries on and below the diagonal
+  std::vector<int> lower_start_;       // start of each column in lower_triangle_
+  std::vector<std::size_t> diagonal_;  // index of each unknown's diagonal entry in lower_triangle_
   Eigen::VectorXd x_, current_, best_, gradient_, hessian_, exact_, multipliers_, constraints_, jacobian_, lambda_;
   std::optional<BlockCholesky> white_;
-  Eigen::VectorXd unknowns_, iterate_, own_gradient_;  // Ipopt's; x_ is δ of unknowns_
-  Eigen::VectorXd unit_;                               // δ of one of each unknown
+  Eigen::VectorXd unknowns_, iterate_, own_gradient_;  // Ipopt's unknowns; x_ is their δ
+  Eigen::VectorXd unit_;                               // δ per unit of each unknown
   BestPoint best_point_{};
-  int resting_ = 0;  // iterations since the cost was no more than this
-  double resting_cost_ = std::numeric_limits<double>::infinity();
+  int stagnant_iterations_ = 0;  // iterations since the cost fell below stagnant_cost_
+  double stagnant_cost_ = std::numeric_limits<double>::infinity();
   double cost_ = 0, last_cost_ = 0, barrier_ = 0, damping_ = kInitialDamping;
   bool has_cost_ = false, has_derivatives_ = false, has_constraints_ = false, recenter_ = false, exact_now_;
   int first_iteration_ = 0;

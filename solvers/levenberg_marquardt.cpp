@@ -14,31 +14,31 @@
 namespace tandem::detail {
 namespace {
 
-constexpr double kUselessDamping = 1e16;  // a step damped so does not move doubles
-constexpr double kNoDamping = 1e-15;      // adds nothing to a diagonal of doubles
-constexpr double kFreeDamping = 1e-5;     // steps damped more than this may be short for that reason alone
-constexpr double kStrongDamping = 1e-3;   // a step so damped shows that curvature is missing
-constexpr double kRounding = 1e-14;       // relative difference of costs that is rounding, summed over many residuals
-constexpr double kAccepted = 1e-4;        // of the gain foretold, for a step to be taken
-constexpr double kGood = 0.1;             // of it, for the next step to be tried with derivatives at once
-constexpr double kSecantBelow = 1e-2;     // relative drop of the cost in one step
-constexpr double kOptimality = 1e-5;      // residual of a solution's first-order conditions [standard deviations]
-constexpr double kPolishBelow = 1e-9;     // relative change of the merit that may be rounding, multipliers being large
-constexpr int kMostPolishing = 5;         // steps that leave more than half of that residual
-constexpr double kHardlyLess = 0.9;       // violation after a step over that before it
-constexpr int kMostRefused = 10, kOftenRefused = 3;  // steps, more than were taken of late
-constexpr int kMostJumps = 5;                        // crossed in a row without the cost falling
-constexpr double kWorthAJump = 1e-3;                 // by this much, relative
+constexpr double kExcessiveDamping = 1e16;    // with more, steps are below the resolution of doubles
+constexpr double kNegligibleDamping = 1e-15;  // adds nothing to a diagonal of doubles
+constexpr double kUndamped = 1e-5;            // maximum damping of a step that counts as undamped
+constexpr double kStrongDamping = 1e-3;       // damping above which the model probably lacks curvature
+constexpr double kRounding = 1e-14;           // relative rounding error of a sum of many costs
+constexpr double kMinAcceptanceRatio = 1e-4;  // minimum actual over predicted gain of an accepted step
+constexpr double kGoodAcceptanceRatio = 0.1;  // ratio above which the next step is evaluated with derivatives
+constexpr double kSecantBelow = 1e-2;  // maximum relative decrease of the cost in a step that gives a secant pair
+constexpr double kOptimality = 1e-5;   // tolerance on the first-order conditions [standard deviations]
+// Relative change of the merit function that may be rounding, as multipliers are large.
+constexpr double kMeritRounding = 1e-9;
+constexpr int kMaxPolishingSteps = 5;                // polishing steps that do not halve the first-order residual
+constexpr double kStalledViolationRatio = 0.9;       // ratio of the violations after and before a step
+constexpr int kMaxRejected = 10, kManyRejected = 3;  // rejected minus accepted steps
+constexpr int kMaxJumps = 5;                         // consecutive jumps without a lower cost
+constexpr double kMinJumpGain = 1e-3;                // minimum relative decrease of the cost by jumps
 
-/// The loop of damped steps, of whichever model.
 class DampedSteps {
  public:
-  DampedSteps(Program& program, Session& session, SoftModel& model, const LevenbergMarquardtOptions& options)
-      : options_(options), program_(program), session_(session), model_(model), damping_(fresh_damping()) {}
+  DampedSteps(NlpEvaluator& nlp, Session& session, SoftModel& model, const LevenbergMarquardtOptions& options)
+      : options_(options), nlp_(nlp), session_(session), model_(model), damping_(fresh_damping()) {}
 
   void run() {
     auto& s = session_.summary;
-    if (!session_.start(program_, [this] { return model_.linearize(); })) return;
+    if (!session_.start(nlp_, [this] { return model_.linearize(); })) return;
     model_.begin();
     while (!session_.ended()) {
       if (options_.progress)
@@ -48,154 +48,158 @@ class DampedSteps {
         session_.end(Status::max_iterations);
         break;
       }
-      if (const std::string bad = model_.not_finite(); !bad.empty()) {
+      if (const std::string bad = model_.nonfinite_block(); !bad.empty()) {
         session_.end(Status::failed, "a Jacobian is not finite, in " + bad);
         break;
       }
       if (model_.gradient_size() <= options_.gradient_tolerance * std::sqrt(1 + s.cost) && model_.feasible()) {
         model_.estimate_multipliers();
         if (optimal()) {
-          session_.end(Status::converged, "the gradient vanished");
+          session_.end(Status::converged, "the gradient is below its tolerance");
           break;
         }
-        model_.take_multipliers();  // they pushed against bounds that X̄ does not touch
+        model_.accept_multipliers();  // they refer to bounds that are not active at X̄
       }
       ++s.iterations;
-      model_.choose_hessian(damping_.value > kStrongDamping, free());
-      if (!try_step() && damping_.value > kUselessDamping) end_when_nothing_is_left();
+      model_.choose_hessian(damping_.value > kStrongDamping, undamped());
+      if (!try_step() && damping_.value > kExcessiveDamping) end_without_progress();
     }
     if (s.status != Status::converged) model_.restore_best();
-    if (s.cost > before_jump_) {  // what lies beyond is worse
+    if (s.cost > cost_before_jump_) {  // the point after the jump is worse
       model_.restore();
       if (s.status == Status::converged || s.status == Status::failed) {
         s.status = Status::failed;
-        s.message = at_jump_;
+        s.message = message_at_jump_;
       }
     }
-    if (!at_jump_.empty() && model_.constrained() && s.status == Status::converged &&
-        model_.best_cost() < s.cost * (1 - kWorthAJump)) {
+    if (!message_at_jump_.empty() && model_.constrained() && s.status == Status::converged &&
+        model_.best_cost() < s.cost * (1 - kMinJumpGain)) {
       model_.restore_best();
       s.status = Status::failed;
-      s.message = at_jump_;
+      s.message = message_at_jump_;
     }
-    if (s.status == Status::converged) model_.leave_multipliers();
+    if (s.status == Status::converged) model_.store_multipliers();
     const Workspace work = model_.workspace();
-    session_.conclude(program_, kConstraintTolerance, &work);
+    session_.conclude(nlp_, kConstraintTolerance, &work);
   }
 
  private:
-  Damping fresh_damping() const { return {options_.initial_damping, kNoDamping, 1e-12, 4, 2}; }
-  double free_damping() const { return std::max(options_.initial_damping, kFreeDamping); }
-  /// Whether it is not the damping that makes steps small.
-  bool free() const { return damping_.value <= free_damping(); }
+  Damping fresh_damping() const { return {options_.initial_damping, kNegligibleDamping, 1e-12, 4, 2}; }
+  double undamped_limit() const { return std::max(options_.initial_damping, kUndamped); }
+  /// Returns whether the damping is too small to shorten steps.
+  bool undamped() const { return damping_.value <= undamped_limit(); }
   bool optimal() { return model_.optimality() <= kOptimality; }
 
-  bool refuse() {
-    program_.reset();
-    damping_.refuse();
-    refused_ = std::min(refused_ + 1, kMostRefused);
-    if (refused_ >= kOftenRefused && model_.relax_penalty()) refused_ = 0;
-    model_.forget_curvature();
+  bool reject() {
+    nlp_.reset();
+    damping_.reject();
+    rejected_ = std::min(rejected_ + 1, kMaxRejected);
+    if (rejected_ >= kManyRejected && model_.relax_penalty()) rejected_ = 0;
+    model_.clear_curvature();
     last_step_good_ = false;
     return false;
   }
 
-  /// One trial step; false when it is refused.
+  /// Tries one step. Returns false if it is rejected.
   bool try_step() {
     auto& s = session_.summary;
     while (!model_.find_step(damping_.value)) {
-      if (model_.lessen_curvature()) continue;  // rather than damp what curves downwards
-      refuse();
-      if (damping_.value > kUselessDamping || session_.should_stop()) return false;
+      if (model_.reduce_curvature()) continue;  // better than to damp negative curvature
+      reject();
+      if (damping_.value > kExcessiveDamping || session_.should_stop()) return false;
     }
     const double merit = model_.merit(), predicted = model_.predicted();
     double trial = model_.merit_at_step(last_step_good_);
-    if (predicted <= kRounding * merit) return rest(merit, trial);  // at a solution, or damped until nothing moves
+    if (predicted <= kRounding * merit)
+      return handle_no_predicted_gain(merit, trial);  // at a solution, or strongly damped
     double ratio = (merit - trial) / predicted;
-    const double least = options_.cost_tolerance * s.cost;
-    if (!(ratio > kAccepted)) {
-      if (free() && model_.feasible()) {
+    const double min_gain = options_.cost_tolerance * s.cost;
+    if (!(ratio > kMinAcceptanceRatio)) {
+      if (undamped() && model_.feasible()) {
         model_.estimate_multipliers_at_step();
-        if (predicted <= least && optimal()) {
-          session_.end(Status::converged, "the cost changes no more");
+        if (predicted <= min_gain && optimal()) {
+          session_.end(Status::converged, "the cost no longer changes");
           return true;
         }
       }
-      if (merit_is_blind(merit, trial)) return polish();
+      if (merit_is_rounding(merit, trial)) return polish();
       trial = model_.merit_at_corrected_step(damping_.value);
       ratio = (merit - trial) / predicted;
-      if (!(ratio > kAccepted)) {
+      if (!(ratio > kMinAcceptanceRatio)) {
         model_.drop_correction();
-        return refuse();
+        return reject();
       }
     }
     const double drop = merit - trial, violation_before = model_.violation().size;
     model_.estimate_multipliers_at_step();
-    if (!model_.move_on()) return refuse();
+    if (!model_.move_on()) return reject();
     polished_ = 0;
-    if (free() && model_.feasible()) {
-      if (drop <= least && predicted <= least && optimal()) {
-        session_.end(Status::converged, "the cost changes no more");
+    if (undamped() && model_.feasible()) {
+      if (drop <= min_gain && predicted <= min_gain && optimal()) {
+        session_.end(Status::converged, "the cost no longer changes");
       } else if (model_.step_size() <= options_.step_tolerance && optimal()) {
-        session_.end(Status::converged, "the steps have become too small to matter");
+        session_.end(Status::converged, "the step is below its tolerance");
       }
     }
-    // Far away, where the cost still falls fast, the curvature of one place says little about the next.
-    if (drop <= kSecantBelow * s.cost) model_.learn();
-    last_step_good_ = ratio > kGood;
+    // While the cost falls fast, curvature changes too much between steps to be reused.
+    if (drop <= kSecantBelow * s.cost) model_.add_secant_pair();
+    last_step_good_ = ratio > kGoodAcceptanceRatio;
     damping_.accept(ratio);
-    refused_ = std::max(refused_ - 1, 0);
+    rejected_ = std::max(rejected_ - 1, 0);
     model_.update_multipliers(ratio);
-    update_penalty(model_.violation().size > kHardlyLess * violation_before && damping_.value <= kStrongDamping);
+    update_penalty(model_.violation().size > kStalledViolationRatio * violation_before &&
+                   damping_.value <= kStrongDamping);
     return true;
   }
 
-  /// The model foretells no gain but rounding.
-  bool rest(double merit, double trial) {
-    // The weights are so large that the factor has lost the step.
-    if (model_.predicted() < -kPolishBelow * merit) return refuse();
+  /// Handles a step without predicted gain beyond rounding.
+  bool handle_no_predicted_gain(double merit, double trial) {
+    // The weights are so large that rounding dominates the factor.
+    if (model_.predicted() < -kMeritRounding * merit) return reject();
     if (model_.feasible()) {
       if (model_.constrained() && std::isfinite(trial)) return polish();
       if (trial <= merit) model_.move();
-      end_when_nothing_is_left();
+      end_without_progress();
       return true;
     }
-    if (!free()) return refuse();
-    program_.reset();
+    if (!undamped()) return reject();
+    nlp_.reset();
     model_.estimate_multipliers();
-    model_.take_multipliers();
+    model_.accept_multipliers();
     update_penalty(true);
     return true;
   }
 
-  /// Whether the merit no longer tells steps apart.
-  bool merit_is_blind(double merit, double trial) const {
-    const double rounding = kPolishBelow * merit;
-    return model_.constrained() && free() && model_.predicted() <= rounding && trial - merit <= rounding;
+  /// Returns whether changes of the merit function are below its rounding error.
+  bool merit_is_rounding(double merit, double trial) const {
+    const double rounding = kMeritRounding * merit;
+    return model_.constrained() && undamped() && model_.predicted() <= rounding && trial - merit <= rounding;
   }
 
-  /// Where it does not tell, they are taken while the residual of the optimality conditions falls.
+  /// Accepts steps while they reduce the residual of the optimality conditions. For use if the merit function cannot
+  /// rank steps.
   bool polish() {
     model_.estimate_multipliers_at_step();
     const double before = model_.optimality();
-    if (!model_.move_on()) return refuse();
+    if (!model_.move_on()) return reject();
     const double after = model_.optimality();
     if (model_.feasible() && after <= kOptimality) {
       session_.end(Status::converged, "no step lowers the cost any further");
-    } else if (after > 0.5 * before && ++polished_ > kMostPolishing) {
-      end_when_nothing_is_left();
+    } else if (after > 0.5 * before && ++polished_ > kMaxPolishingSteps) {
+      end_without_progress();
     } else {
-      model_.take_multipliers();
+      model_.accept_multipliers();
     }
     return true;
   }
 
-  /// The same by free steps, where damped ones were refused for rounding: whether they end at a solution.
-  bool last_polish() {
-    for (int step = 0; step < kMostPolishing; ++step) {
-      while (!model_.find_step(free_damping()))
-        if (!model_.lessen_curvature()) return false;
-      const double merit = model_.merit(), rounding = kPolishBelow * merit;
+  /// Takes undamped steps as polish() does, after rounding has caused rejections of damped ones. Returns whether they
+  /// reach a solution.
+  bool final_polish() {
+    for (int step = 0; step < kMaxPolishingSteps; ++step) {
+      while (!model_.find_step(undamped_limit()))
+        if (!model_.reduce_curvature()) return false;
+      const double merit = model_.merit(), rounding = kMeritRounding * merit;
       if (std::abs(model_.predicted()) > rounding || !(model_.merit_at_step(true) - merit <= rounding)) return false;
       model_.estimate_multipliers_at_step();
       if (!model_.move_on()) return false;
@@ -203,15 +207,15 @@ class DampedSteps {
         session_.end(Status::converged, "no step lowers the cost any further");
         return true;
       }
-      model_.take_multipliers();
+      model_.accept_multipliers();
     }
     return false;
   }
 
-  /// At X̄, by Gauss and Newton's Hessian alone; false, and the solve has failed, where that is not defined.
-  bool linearize_plainly() {
-    program_.reset();
-    model_.forget_curvature();
+  /// Linearises at X̄ without secant pairs. Returns false and ends the solve if the derivatives are undefined.
+  bool linearize_gauss_newton() {
+    nlp_.reset();
+    model_.clear_curvature();
     try {
       model_.linearize();
       return true;
@@ -221,95 +225,97 @@ class DampedSteps {
     }
   }
 
-  void update_penalty(bool no_closer) {
-    if (model_.update_penalty(no_closer)) end_infeasible();
+  void update_penalty(bool stalled) {
+    if (model_.update_penalty(stalled)) end_infeasible();
   }
 
   void end_infeasible() {
-    session_.end(Status::infeasible, "no small step brings the hard constraints closer together; the worst is " +
-                                         program_.describe_row(model_.violation().row));
+    session_.end(Status::infeasible, "no small step reduces the violation of the hard constraints; the worst is " +
+                                         nlp_.describe_row(model_.violation().row));
   }
 
-  /// Converged when a Gauss-Newton step would gain nothing either, failed when it would.
-  void end_when_nothing_is_left() {
-    if (!linearize_plainly()) return;
+  /// Ends as converged if an undamped Gauss-Newton step gains nothing either, otherwise as failed.
+  void end_without_progress() {
+    if (!linearize_gauss_newton()) return;
     if (model_.locally_infeasible()) return end_infeasible();
-    if (model_.constrained() && (last_polish() || !linearize_plainly())) return;
-    const double least = std::max(options_.cost_tolerance, kRounding) * session_.summary.cost;
-    std::string message = "no step lowers the cost, however short";
-    if (model_.constrained()) message = "no step brings the optimality conditions closer";
-    const bool gains_nothing = model_.find_step(free_damping()) && model_.predicted() <= least;
+    if (model_.constrained() && (final_polish() || !linearize_gauss_newton())) return;
+    const double min_gain = std::max(options_.cost_tolerance, kRounding) * session_.summary.cost;
+    std::string message = "no step lowers the cost, not even a short one";
+    if (model_.constrained()) message = "no step reduces the residual of the optimality conditions";
+    const bool gains_nothing = model_.find_step(undamped_limit()) && model_.predicted() <= min_gain;
     if (!model_.feasible()) {
-      message = "no step brings the optimum closer while a hard constraint is violated, worst " +
-                program_.describe_row(model_.violation().row);
+      message = "no step makes progress, and hard constraints are violated; the worst is " +
+                nlp_.describe_row(model_.violation().row);
     } else if (gains_nothing) {
       model_.estimate_multipliers_at_step();
       if (optimal()) return session_.end(Status::converged, "no step lowers the cost any further");
     }
-    const Program::Doubt doubt = program_.doubt(model_.step());
-    message += because(doubt);
-    if (doubt.kind != Program::Doubt::Kind::jump || !cross_jump(message)) session_.end(Status::failed, message);
+    const NlpEvaluator::DerivativeCheck check = nlp_.check_derivatives(model_.step());
+    message += derivative_hint(check);
+    if (check.kind != NlpEvaluator::DerivativeCheck::Kind::jump || !cross_jump(message))
+      session_.end(Status::failed, message);
   }
 
-  /// Where a residual jumps, as that of a rotation does at π, short steps may all cost more while what lies beyond costs
-  /// less: a long step, whatever it costs, and at each attempt a shorter one. The best point before is kept, under hard
-  /// constraints by the model.
+  /// Crosses a discontinuity of a residual, such as that of a rotation at π. There all short steps may increase the
+  /// cost although the cost beyond is lower. The first attempt takes the longest step, each further one a shorter step.
+  /// The best point before is saved here or, with hard constraints, by the model.
   bool cross_jump(const std::string& message) {
     const double cost = session_.summary.cost;
-    if (cost < least_at_jump_ * (1 - kWorthAJump)) jumps_ = 0;
-    least_at_jump_ = std::min(least_at_jump_, cost);
+    if (cost < min_cost_at_jump_ * (1 - kMinJumpGain)) jumps_ = 0;
+    min_cost_at_jump_ = std::min(min_cost_at_jump_, cost);
     if (!model_.constrained())
-      keep_before_jump(message);
-    else if (at_jump_.empty())
-      at_jump_ = message;
-    if (++jumps_ > kMostJumps) return false;
-    double damping = free_damping();  // the longest step of all, at first
+      save_before_jump(message);
+    else if (message_at_jump_.empty())
+      message_at_jump_ = message;
+    if (++jumps_ > kMaxJumps) return false;
+    double damping = undamped_limit();  // the longest step first
     for (int i = 1; i < jumps_; ++i) damping *= 10;
     if (!model_.find_step(damping) || !std::isfinite(model_.merit_at_step(true)) || !model_.move_on()) return false;
     damping_ = fresh_damping();
-    model_.begin_afresh();
-    refused_ = 0;
+    model_.reset_penalty_counters();
+    rejected_ = 0;
     last_step_good_ = false;
     return true;
   }
 
-  void keep_before_jump(const std::string& message) {
-    if (session_.summary.cost >= before_jump_) return;
-    before_jump_ = session_.summary.cost;
-    at_jump_ = message;
-    program_.keep();
+  void save_before_jump(const std::string& message) {
+    if (session_.summary.cost >= cost_before_jump_) return;
+    cost_before_jump_ = session_.summary.cost;
+    message_at_jump_ = message;
+    nlp_.save();
   }
 
   const LevenbergMarquardtOptions& options_;
-  Program& program_;
+  NlpEvaluator& nlp_;
   Session& session_;
   SoftModel& model_;
   Damping damping_;
   bool last_step_good_ = true;
   int polished_ = 0;
-  int refused_ = 0;  // steps, less those that were taken since
+  int rejected_ = 0;  // rejected steps minus later accepted ones
   int jumps_ = 0;
-  double least_at_jump_ = std::numeric_limits<double>::infinity();  // the least cost at which one was crossed
-  double before_jump_ = std::numeric_limits<double>::infinity();    // the same, of the point the program keeps: no rows
-  std::string at_jump_;                                             // what there is to say there
+  double min_cost_at_jump_ = std::numeric_limits<double>::infinity();  // least cost at a jump
+  // Cost of the saved point; only without hard constraints.
+  double cost_before_jump_ = std::numeric_limits<double>::infinity();
+  std::string message_at_jump_;  // failure message at the jump
 };
 
 }  // namespace
 
 struct LevenbergMarquardt::Parts {
   Parts(Problem& problem, const char* solver, const LevenbergMarquardtOptions& given)
-      : options(given), session(solver, given), program(problem, SoftBounds::as_rows, in_order_of_elimination) {
-    program.use_threads(given.threads);
-    if (program.num_rows() > 0) {
-      model = std::make_unique<AugmentedModel>(program, session, options, 0.0);
+      : options(given), session(solver, given), nlp(problem, SoftBoundRole::as_rows, in_elimination_order) {
+    nlp.use_threads(given.threads);
+    if (nlp.num_rows() > 0) {
+      model = std::make_unique<AugmentedModel>(nlp, session, options, 0.0);
     } else {
-      model = std::make_unique<SoftModel>(program, session, options);
+      model = std::make_unique<SoftModel>(nlp, session, options);
     }
   }
 
   const LevenbergMarquardtOptions& options;
   Session session;
-  Program program;
+  NlpEvaluator nlp;
   std::unique_ptr<SoftModel> model;
   bool used = false;
 };
@@ -318,14 +324,14 @@ LevenbergMarquardt::LevenbergMarquardt(Problem& problem, const char* solver, con
     : parts_(std::make_unique<Parts>(problem, solver, options)) {}
 LevenbergMarquardt::~LevenbergMarquardt() = default;
 
-bool LevenbergMarquardt::is_current() const { return parts_->program.is_current(); }
+bool LevenbergMarquardt::is_current() const { return parts_->nlp.is_current(); }
 
 Summary LevenbergMarquardt::solve(double penalty) {
-  if (std::exchange(parts_->used, true)) parts_->session.restart();  // the analysis is of the first solve's time
-  parts_->program.use_threads(parts_->options.threads);
-  parts_->program.reset();
+  if (std::exchange(parts_->used, true)) parts_->session.restart();  // the analysis counts as time of the first solve
+  parts_->nlp.use_threads(parts_->options.threads);
+  parts_->nlp.reset();
   parts_->model->restart(penalty);
-  DampedSteps(parts_->program, parts_->session, *parts_->model, parts_->options).run();
+  DampedSteps(parts_->nlp, parts_->session, *parts_->model, parts_->options).run();
   return parts_->session.summary;
 }
 

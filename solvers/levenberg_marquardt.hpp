@@ -8,36 +8,37 @@
 
 namespace tandem {
 
-/// What gauss-newton and augmented-lagrangian share: Levenberg–Marquardt steps by a sparse Cholesky factorisation, with
-/// the curvature that Gauss-Newton leaves out learned from the last few of them (solvers/secant.hpp).
+/// Options shared by gauss-newton and augmented-lagrangian. Both take Levenberg–Marquardt steps with a sparse Cholesky
+/// factorisation. Secant pairs of the last steps supply the curvature that Gauss-Newton neglects (solvers/secant.hpp).
 struct LevenbergMarquardtOptions : SolverOptions {
-  double cost_tolerance = 1e-10;      ///< relative decrease of the cost below which it has converged
-  double gradient_tolerance = 1e-10;  ///< largest gradient entry over the root of its curvature, against √(1 + cost)
-  double step_tolerance = 1e-12;      ///< largest entry of a step [m, rad]
-  double initial_damping = 1e-5;      ///< of the diagonal, at the first iteration
-  int secant_pairs = 8;               ///< past steps to learn curvature from; 0 is plain Levenberg–Marquardt
+  double cost_tolerance = 1e-10;  ///< relative decrease of the cost below which the solve converges
+  /// Largest gradient entry over the root of its curvature, relative to √(1 + cost).
+  double gradient_tolerance = 1e-10;
+  double step_tolerance = 1e-12;  ///< largest entry of a step [m, rad]
+  double initial_damping = 1e-5;  ///< initial damping, relative to the diagonal of the Hessian
+  int secant_pairs = 8;           ///< number of secant pairs; 0 for plain Levenberg–Marquardt
 };
 
 namespace detail {
 
-/// Minimises the cost, and where there are hard constraints the augmented Lagrangian. Patterns, analysis and memory are
-/// those of one problem, and serve as long as its variables and blocks stay.
+/// Minimises the cost or, with hard constraints, the augmented Lagrangian. The patterns, the symbolic analysis and the
+/// memory belong to one problem. They stay valid while the variables and blocks of the problem stay the same.
 class LevenbergMarquardt {
  public:
-  /// `solver` is the name for the summary. Problem and options must live as long.
+  /// `solver` is the name in the summary. The problem and the options must outlive this object.
   LevenbergMarquardt(Problem& problem, const char* solver, const LevenbergMarquardtOptions& options);
   ~LevenbergMarquardt();
 
-  /// False when variables or blocks have joined or left since: it can then solve no more.
+  /// Returns whether solve() may be called: no variable or block has been added, removed or fixed since construction.
   bool is_current() const;
-  /// The weights of hard constraints start at `penalty` times the cost's own stiffness.
+  /// Solves the problem. `penalty` is the initial weight of hard constraints, relative to the stiffness of the cost.
   Summary solve(double penalty = 0);
 
  private:
   struct Parts;
   std::unique_ptr<Parts> parts_;
 };
-/// Throws Error when an option is out of its range.
+/// Throws Error if an option is out of range.
 void check(const char* solver, const LevenbergMarquardtOptions& options);
 
 }  // namespace detail

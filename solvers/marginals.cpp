@@ -8,14 +8,14 @@
 namespace tandem {
 namespace {
 
-detail::LinearEquations equalities_of(Program& program) {
-  const TripletPattern& pattern = program.jacobian_pattern();
+detail::LinearEquations equalities_of(NlpEvaluator& nlp) {
+  const TripletPattern& pattern = nlp.jacobian_pattern();
   Eigen::VectorXd values(static_cast<Eigen::Index>(pattern.row.size()));
-  program.constraint_jacobian(values);
+  nlp.constraint_jacobian(values);
   detail::LinearEquations equations;
-  std::vector<int> equation(std::size_t(program.num_rows()), -1);
-  for (int row = 0; row < program.num_rows(); ++row)
-    if (program.lower()[row] == program.upper()[row]) equation[std::size_t(row)] = equations.num_rows++;
+  std::vector<int> equation(std::size_t(nlp.num_rows()), -1);
+  for (int row = 0; row < nlp.num_rows(); ++row)
+    if (nlp.lower()[row] == nlp.upper()[row]) equation[std::size_t(row)] = equations.num_rows++;
   for (std::size_t k = 0; k < pattern.row.size(); ++k) {
     const int row = equation[std::size_t(pattern.row[k])];
     if (row < 0) continue;
@@ -23,26 +23,25 @@ detail::LinearEquations equalities_of(Program& program) {
     equations.column.push_back(pattern.column[k]);
     equations.value.push_back(values[Eigen::Index(k)]);
     if (!std::isfinite(values[Eigen::Index(k)]))
-      throw Error("marginals: " + program.describe_row(pattern.row[k]) + " has a derivative that is not finite");
+      throw Error("marginals: " + nlp.describe_row(pattern.row[k]) + " has a derivative that is not finite");
   }
   return equations;
 }
 
-[[noreturn]] void throw_singular(Program& program, int unknown) {
-  const auto u = program.describe_unknown(unknown);
-  throw Error("marginals: the Hessian is singular to rounding, found at " + u.variable + " in " + u.direction +
+[[noreturn]] void throw_singular(NlpEvaluator& nlp, int unknown) {
+  const auto u = nlp.describe_unknown(unknown);
+  throw Error("marginals: the Hessian is numerically singular at " + u.variable + " in " + u.direction +
               " (add a residual that observes it, or fix it)");
 }
 
-/// The Hessian's blocks of pairs of variables, without those of fixed ones.
-std::vector<std::pair<int, int>> blocks_of(const Program& program, int id_bound,
+/// Returns pairs of Hessian blocks for pairs of variables, without those of fixed variables.
+std::vector<std::pair<int, int>> blocks_of(const NlpEvaluator& nlp, int id_bound,
                                            std::span<const Marginals::Pair> pairs) {
   std::vector<std::pair<int, int>> blocks;
   for (const auto& [a, b] : pairs) {
     if (std::min(a, b) < 0 || std::max(a, b) >= id_bound)
       throw Error("marginals: a pair names a variable that is not in the problem");
-    if (program.block_of(a) >= 0 && program.block_of(b) >= 0)
-      blocks.emplace_back(program.block_of(a), program.block_of(b));
+    if (nlp.block_of(a) >= 0 && nlp.block_of(b) >= 0) blocks.emplace_back(nlp.block_of(a), nlp.block_of(b));
   }
   return blocks;
 }
@@ -54,32 +53,32 @@ Marginals::Marginals(Problem& problem, std::span<const Pair> pairs, const Stop& 
 
 Marginals::Parts Marginals::compute(Problem& problem, std::span<const Pair> pairs, const Stop& stop) {
   const auto check = [&stop] { stop.check("marginals"); };
-  Program program(problem);
+  NlpEvaluator nlp(problem);
   check();
   Parts parts{std::vector<int>(std::size_t(problem.id_bound())),
-              detail::SelectedInverse(program.hessian_pattern(), blocks_of(program, problem.id_bound(), pairs))};
-  for (int id = 0; id < problem.id_bound(); ++id) parts.block_of_variable[std::size_t(id)] = program.block_of(id);
+              detail::SelectedInverse(nlp.hessian_pattern(), blocks_of(nlp, problem.id_bound(), pairs))};
+  for (int id = 0; id < problem.id_bound(); ++id) parts.block_of_variable[std::size_t(id)] = nlp.block_of(id);
 
-  Eigen::VectorXd gradient(program.num_unknowns());
-  Eigen::VectorXd hessian(program.hessian_pattern().nonzeros());
-  program.linearize(gradient, hessian);
+  Eigen::VectorXd gradient(nlp.num_unknowns());
+  Eigen::VectorXd hessian(nlp.hessian_pattern().nonzeros());
+  nlp.linearize(gradient, hessian);
   if (!hessian.allFinite()) {
-    const std::string block = program.describe_bad_block();
+    const std::string block = nlp.describe_nonfinite_block();
     throw Error("marginals: " + (block.empty() ? "a residual" : block) + " has derivatives that are not finite");
   }
-  const bool positive = parts.inverse.compute(hessian, equalities_of(program), check);
+  const bool positive = parts.inverse.compute(hessian, equalities_of(nlp), check);
   if (!positive || parts.inverse.weak()) {
-    // A weak pivot is a suspicion only: a long chain or a loose prior has them too.
-    const std::string free = detail::free_directions(program, false);
-    if (!free.empty()) throw Error("marginals: " + free);
-    if (!positive) throw_singular(program, parts.inverse.failed_unknown());
+    // A weak pivot is only an indication. Long chains and loose priors cause it too.
+    const std::string unobservable = detail::unobservable_directions(nlp, false);
+    if (!unobservable.empty()) throw Error("marginals: " + unobservable);
+    if (!positive) throw_singular(nlp, parts.inverse.failed_unknown());
   }
   return parts;
 }
 
 int Marginals::block_of(int variable_id) const {
   if (std::size_t(variable_id) >= parts_.block_of_variable.size())
-    throw Error("marginals: the variable was added to the problem after they were computed, or is not there any more");
+    throw Error("marginals: the variable was removed from the problem, or added after the marginals were computed");
   return parts_.block_of_variable[std::size_t(variable_id)];
 }
 
@@ -103,7 +102,7 @@ Eigen::MatrixXd Marginals::joint(std::span<const int> variable_ids, std::span<co
 
 bool Marginals::in_pattern(int a, int b) const {
   const int p = block_of(a), q = block_of(b);
-  return p < 0 || q < 0 || parts_.inverse.holds(p, q);
+  return p < 0 || q < 0 || parts_.inverse.in_pattern(p, q);
 }
 
 }  // namespace tandem

@@ -10,45 +10,47 @@
 
 namespace tandem {
 
-/// Marginal covariances of a problem's variables at their values, in the tangent space of right perturbations
-/// (X ⊕ δ = X Exp(δ), translation first; m², m rad, rad²): blocks of S = H⁻¹, with H the Gauss-Newton Hessian, robust
-/// losses by their weights ρ′. Solve the problem first: away from the optimum they mean little.
+/// Marginal covariances of the variables of a problem.
+///
+/// They are blocks of S = H⁻¹, where H is the Gauss-Newton Hessian at the values of the variables, with robust losses
+/// weighted by ρ′. Tangent vectors are right perturbations, X ⊕ δ = X Exp(δ), translation first; units are m², m rad
+/// and rad². Solve the problem first: away from the optimum the covariances mean little.
 ///
 /// - Fixed variables have zero covariance.
-/// - Under hard equalities (equal bounds) S is that of the problem confined to them, linearised:
-///   S = H⁻¹ − H⁻¹Aᵀ (A H⁻¹ Aᵀ)⁻¹ A H⁻¹, zero along constrained directions; H alone may be singular, and equalities
-///   may repeat each other. Combinations of rows (scaled to norm 1) below 1e-10 count as repeats. Digits are lost to
-///   two rows that differ by δ, as 1e-16/δ, and to a row that some variable enters ε times as much as another, as
-///   1e-16/ε², where the first is the earlier in the elimination.
-/// - Inequalities are left out, at their bounds or not: conservative.
+/// - Hard equalities (equal bounds) restrict the problem, linearised: S = H⁻¹ − H⁻¹Aᵀ (A H⁻¹ Aᵀ)⁻¹ A H⁻¹. Constrained
+///   directions have zero variance. H alone may be singular.
+/// - Redundant equalities are allowed. Combinations of rows (scaled to norm 1) below 1e-10 count as redundant. Two rows
+///   that differ by δ lose digits as 1e-16/δ. A row in which one variable has ε times the weight of another loses
+///   digits as 1e-16/ε², if the former is eliminated first.
+/// - Inequalities are ignored, active or not. The result is conservative.
 ///
-/// What is kept are the blocks of S on the pattern of H's Cholesky factor, found by selected inversion (see
-/// detail::SelectedInverse): each variable's own, those of pairs that some residual reads together, and some more. Any
-/// other pair costs a sparse solve for each column, time linear in the problem's size, at each call: many such pairs are
-/// better named in advance, and then in the pattern.
+/// Stored are the blocks of S on the pattern of the Cholesky factor of H, found by selected inversion
+/// (detail::SelectedInverse). They include the block of each variable and of each pair that a residual reads. Each
+/// other pair costs one sparse solve per column and call, in time linear in the size of the problem. If many such pairs
+/// are needed, pass them to the constructor.
 ///
-/// A snapshot: the problem may change afterwards. Only, a variable that is removed takes its covariances with it.
+/// The object is a snapshot: later changes of the problem have no effect, but removed variables lose their covariances.
 class Marginals {
  public:
-  /// Two variables by their ids (Problem::id).
+  /// Two variables by id (Problem::id).
   using Pair = std::pair<int, int>;
-  /// With the covariances of all `pairs` at hand, as if some residual read both: linear in time for pairs of a chain that
-  /// are of about the same place in it. Throws Error when residuals leave some direction free (naming the variable and
-  /// it), or have no finite value, and Stopped when it is to stop.
+  /// Computes the covariances, and stores those of all `pairs` too. The time is linear for pairs of neighbours in a
+  /// chain. Throws Error if a direction is unobservable (the message names the variable and the direction) or if a
+  /// residual is not finite. Throws Stopped if `stop` requests it.
   explicit Marginals(Problem& problem, std::span<const Pair> pairs = {}, const Stop& stop = {});
 
   template <LieGroup A>
   Matrix<A::dof, A::dof> covariance(const Variable<A>& a) const {
     return cross_covariance(a, a);
   }
-  /// Rows of a, columns of b.
+  /// Returns the cross-covariance with rows of a and columns of b.
   template <LieGroup A, LieGroup B>
   Matrix<A::dof, B::dof> cross_covariance(const Variable<A>& a, const Variable<B>& b) const {
     Matrix<A::dof, B::dof> S;
     block(id(a), id(b), S);
     return S;
   }
-  /// Of [δa; δb].
+  /// Returns the joint covariance of [δa; δb].
   template <LieGroup A, LieGroup B>
   Matrix<A::dof + B::dof, A::dof + B::dof> joint(const Variable<A>& a, const Variable<B>& b) const {
     Matrix<A::dof + B::dof, A::dof + B::dof> S;
@@ -56,11 +58,13 @@ class Marginals {
     S << covariance(a), ab, ab.transpose(), covariance(b);
     return S;
   }
-  /// Of variables by their ids, one after the other; a pair out of the pattern costs a solve for each column.
+  /// Returns the joint covariance of variables by id, in this order. A pair that is not stored costs one sparse solve
+  /// per column.
   Eigen::MatrixXd joint(std::span<const int> variable_ids, std::span<const int> dofs) const;
-  /// log det H; under hard equalities that of H confined to them, but for a factor of the equations' own.
+  /// Returns log det H. With hard equalities, H is restricted to their null space, and a constant that depends only on
+  /// the equalities is neglected.
   double log_determinant() const { return parts_.inverse.log_determinant(); }
-  /// Whether the pair's covariance is at hand, without a solve.
+  /// Returns whether the covariance of the pair is stored.
   template <LieGroup A, LieGroup B>
   bool in_pattern(const Variable<A>& a, const Variable<B>& b) const {
     return in_pattern(id(a), id(b));
@@ -76,7 +80,7 @@ class Marginals {
   bool in_pattern(int a, int b) const;
 
   struct Parts {
-    std::vector<int> block_of_variable;  // −1 when fixed
+    std::vector<int> block_of_variable;  // −1 for fixed variables
     detail::SelectedInverse inverse;
   };
   static Parts compute(Problem& problem, std::span<const Pair> pairs, const Stop& stop);

@@ -2,7 +2,7 @@
 #include <array>
 #include <cmath>
 
-#include <tandem/problem/program.hpp>
+#include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/solvers/augmented_lagrangian.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/solvers/multistart.hpp>
@@ -11,7 +11,6 @@
 namespace tandem {
 namespace {
 
-/// What values of a part are judged by.
 struct Merit {
   double cost, violation;
 
@@ -19,27 +18,27 @@ struct Merit {
 };
 
 Merit merit_of(Problem& part) {
-  Program program(part);
-  Eigen::VectorXd rows(program.num_rows());
-  program.constraints(rows);
-  return {program.cost(), program.violation(rows).size};
+  NlpEvaluator nlp(part);
+  Eigen::VectorXd rows(nlp.num_rows());
+  nlp.constraints(rows);
+  return {nlp.cost(), nlp.violation(rows).size};
 }
 
-/// Whether a trial is worth its next iteration.
-class Prospects {
+/// Decides whether to continue a trial.
+class TrialProgress {
  public:
-  Prospects(const MultistartOptions& options, const Merit& best) : options_(options), best_(best) {
+  TrialProgress(const MultistartOptions& options, const Merit& best) : options_(options), best_(best) {
     recent_.fill({HUGE_VAL, HUGE_VAL});
   }
 
-  bool hopeless(const Progress& p) {
+  bool should_abandon(const Progress& p) {
     const Merit before = recent_[0], now{p.cost, p.violation};
     std::rotate(recent_.begin(), recent_.begin() + 1, recent_.end());
     recent_.back() = now;
     if (!best_.feasible() || (!now.feasible() && now.violation < 0.5 * before.violation)) return false;
-    const double lacking = now.cost - best_.cost;
-    const double decrease = (before.cost - now.cost) / double(recent_.size());  // in one iteration
-    return lacking > options_.near && lacking > options_.patience * decrease;
+    const double excess = now.cost - best_.cost;
+    const double decrease = (before.cost - now.cost) / double(recent_.size());  // per iteration
+    return excess > options_.cost_margin && excess > options_.patience * decrease;
   }
 
  private:
@@ -55,16 +54,17 @@ Summary solve_with(const SolverOptions& limits, Problem& part) {
   return solve(part, options);
 }
 
-/// Solves from where the trial is, for as long as that is worth it.
-Summary solve_trial(ProblemPart& trial, const Merit& best, const MultistartOptions& options) {
+/// Solves from the values of the trial until it converges or is abandoned.
+Summary solve_trial(Subproblem& trial, const Merit& best, const MultistartOptions& options) {
   std::atomic<bool> stop = false;
-  Prospects prospects(options, best);
+  TrialProgress trial_progress(options, best);
   SolverOptions limits;
   limits.max_iterations = options.max_iterations;
   limits.stop = &stop;
   limits.progress = [&](const Progress& p) {
-    if (options.back) trial.give_values();
-    stop = options.stop.reached() || prospects.hopeless(p) || (options.back && options.back());
+    if (options.has_returned) trial.write_back();
+    stop =
+        options.stop.reached() || trial_progress.should_abandon(p) || (options.has_returned && options.has_returned());
   };
   return trial.problem().num_hard_blocks() > 0 ? solve_with<AugmentedLagrangianOptions>(limits, trial.problem())
                                                : solve_with<GaussNewtonOptions>(limits, trial.problem());
@@ -74,7 +74,7 @@ Summary solve_trial(ProblemPart& trial, const Merit& best, const MultistartOptio
 
 MultistartOutcome solve_part_from(std::span<const std::function<void()>> starts, Problem& problem,
                                   std::span<const int> variable_ids, const MultistartOptions& options) {
-  ProblemPart trial(problem, variable_ids), best(problem, variable_ids);
+  Subproblem trial(problem, variable_ids), best(problem, variable_ids);
   if (!detail::why_unsolvable(best.problem()).empty()) return {};
   const Merit first = merit_of(best.problem());
   Merit lowest = first;
@@ -82,23 +82,23 @@ MultistartOutcome solve_part_from(std::span<const std::function<void()>> starts,
   try {
     for (std::size_t i = 0; i < starts.size() && !options.stop.reached(); ++i) {
       starts[i]();
-      trial.take_values();
+      trial.update_from_whole();
       const Summary s = solve_trial(trial, lowest, options);
       outcome.iterations += s.iterations;
       outcome.evaluations += s.evaluations;
       const Merit reached{s.cost, s.max_violation};
-      const bool better = !lowest.feasible() || reached.cost < lowest.cost - options.least_gain;
+      const bool better = !lowest.feasible() || reached.cost < lowest.cost - options.min_gain;
       if (s.status != Status::interrupted && std::isfinite(s.cost) && reached.feasible() && better) {
         lowest = reached;
         outcome.best = static_cast<int>(i);
-        trial.give_values();
-        best.take_values();
+        trial.write_back();
+        best.update_from_whole();
       } else {
-        best.give_values();
+        best.write_back();
       }
     }
   } catch (...) {
-    best.give_values();
+    best.write_back();
     throw;
   }
   outcome.gain = first.cost - lowest.cost;

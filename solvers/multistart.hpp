@@ -4,39 +4,45 @@
 #include <limits>
 #include <span>
 
-#include <tandem/problem/problem_part.hpp>
 #include <tandem/problem/stop.hpp>
+#include <tandem/problem/subproblem.hpp>
 
 namespace tandem {
 
-/// How a part of a problem is tried from other starts.
+/// Options of solve_part_from().
 struct MultistartOptions {
-  double least_gain = 0;  ///< of cost, for the values of a trial to be taken
-  /// A trial is given up when its cost is above the best by more than `near` and by more than `patience` of its recent
-  /// decreases in one iteration; under hard constraints not while their violation falls, nor before they were met once.
-  double near = 0, patience = 20;
-  int max_iterations = 1000;  ///< of one trial
-  /// Asked once an iteration, while the problem has the trial's values: whether it is back where the part was at first,
-  /// and so not worth solving to the end.
-  std::function<bool()> back{};
-  Stop stop{};  ///< ends a trial, and all that follow
+  double min_gain = 0;  ///< minimum decrease of the cost for the result of a trial to be used
+  /// A trial is abandoned if its cost exceeds the best one by more than `cost_margin` and by more than `patience` times
+  /// its recent decrease per iteration. With hard constraints, it continues while no feasible point is known or while
+  /// its violation decreases.
+  double cost_margin = 0, patience = 20;
+  int max_iterations = 1000;  ///< per trial
+  /// Called once per iteration, while the problem has the values of the trial. Returns whether the trial has returned
+  /// to the original solution and can be abandoned.
+  std::function<bool()> has_returned{};
+  Stop stop{};  ///< ends the present trial and skips the others
 };
 
-/// What the trials gave.
+/// Result of solve_part_from().
 struct MultistartOutcome {
-  int best = -1;       ///< the start that led lowest, −1 where none did
-  double gain = 0;     ///< what it lowered the cost by; below zero where hard constraints were violated and now hold
-  int iterations = 0;  ///< of all trials together
+  int best = -1;       ///< index of the best start; −1 if none is better than the original values
+  double gain = 0;     ///< decrease of the cost; negative if a violated constraint is now met
+  int iterations = 0;  ///< sum over all trials
   int evaluations = 0;
 };
 
-/// Solves a part of a problem, the variables of these ids, from several starts with all others fixed, and leaves the best
-/// values: those of a trial that was not given up, or what was there. Values that meet the hard constraints are better than such
-/// as do not, and of two that do the better cost less. Each start sets values of these variables in `problem`. Trials are
-/// solved by gauss-newton, under hard constraints by augmented-lagrangian, and take the time of a problem of the part's
-/// size. For parts that hang together with the rest by little, after the whole has been solved; solve it again where
-/// something was gained. Where nothing of the part is free there is nothing to try. Throws Error as ProblemPart does; what
-/// a start or `back` throws comes out of it, the best values so far being left.
+/// Solves a part of a problem from several starts and keeps the best values.
+///
+/// The part consists of the variables with the given ids; all others are fixed. Each start sets the values of these
+/// variables in `problem`. The original values are kept if no completed trial is better. Feasible values are better
+/// than infeasible ones; among feasible ones the lower cost is better.
+///
+/// Trials use gauss-newton or, with hard constraints, augmented-lagrangian. Their time is that of a problem of the size
+/// of the part. The method suits parts that are weakly coupled to the rest. Call it after the whole problem has been
+/// solved, and solve the whole again if the cost has decreased.
+///
+/// Does nothing if all variables of the part are fixed. Throws Error as Subproblem does. Exceptions of `starts` and
+/// `has_returned` propagate, and the best values so far are kept.
 MultistartOutcome solve_part_from(std::span<const std::function<void()>> starts, Problem& problem,
                                   std::span<const int> variable_ids, const MultistartOptions& options = {});
 

@@ -13,7 +13,7 @@
 #include <tandem/solvers/best_point.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
-#include <tandem/solvers/near_names.hpp>
+#include <tandem/solvers/name_suggestions.hpp>
 #include <tandem/solvers/nlopt.hpp>
 #include <tandem/solvers/session.hpp>
 
@@ -23,8 +23,8 @@ namespace {
 struct Algorithm {
   const char* name;
   nlopt::algorithm method;
-  std::optional<nlopt::algorithm> inner;  // of AUGLAG
-  bool equalities, inequalities, dense;   // what it takes; whether it keeps a dense matrix of all unknowns
+  std::optional<nlopt::algorithm> inner;  // inner algorithm of AUGLAG
+  bool equalities, inequalities, dense;   // supported constraints; uses a dense matrix of all unknowns
 };
 const std::array kAlgorithms{
     Algorithm{"lbfgs", nlopt::LD_LBFGS, {}, false, false, false},
@@ -41,17 +41,18 @@ const std::array kAlgorithms{
     Algorithm{"auglag-tnewton", nlopt::AUGLAG, nlopt::LD_TNEWTON_PRECOND_RESTART, true, true, false},
 };
 
-constexpr double kMostConstraintEntries = 2e7;  // NLopt wants constraint gradients as one dense matrix
-constexpr double kStationary = 1e-5;            // whitened gradient, in standard deviations: rounding leaves no less
-constexpr double kCostChanges = 100;    // that a point that creeps to its minimum may be off, by one of the last change
-constexpr double kActive = 1e-6;        // how close to its bound an inequality counts as active
-constexpr double kMostWork = 1e10;      // of the check for stationarity [multiplications]: some seconds
-constexpr double kRecenterAngle = 1.0;  // rad: well before a chart ends at π
-constexpr double kPreconditionerDamping = 1e-9;  // what rounding may take from a pivot
-constexpr double kFeasible = 10;                 // constraint tolerances that a solution may be off: NLopt's own slack
-constexpr double kNoCost = 1e-16;                // less is rounding, of rows within their standard deviations
-constexpr double kSameCost = 1e-7;               // two runs that end this close, relatively, ended at one point
-constexpr double kPenaltyWeight = 100;           // of Jᵀ J in AUGLAG's preconditioner: what its penalty grows to
+constexpr double kMaxConstraintEntries = 2e7;  // limit of NLopt's dense constraint Jacobian
+// Gradient in white coordinates [standard deviations]; rounding may leave this much.
+constexpr double kStationary = 1e-5;
+constexpr double kCostErrorFactor = 100;  // error of the cost of a slowly converging run, in units of its last change
+constexpr double kActive = 1e-6;          // distance from its bound below which an inequality counts as active
+constexpr double kMaxStationarityWork = 1e10;  // limit of the stationarity check [multiplications]; takes some seconds
+constexpr double kRecenterAngle = 1.0;         // [rad]; the chart ends at π
+constexpr double kPreconditionerDamping = 1e-9;  // relative to the diagonal; covers rounding of pivots
+constexpr double kToleranceSlack = 10;           // NLopt's own slack, in constraint tolerances
+constexpr double kCostRounding = 1e-16;          // absolute rounding error of a small cost
+constexpr double kSameCost = 1e-7;               // relative difference of the final costs of two runs at the same point
+constexpr double kPenaltyWeight = 100;  // weight of Jᵀ J in the preconditioner of AUGLAG, about its final penalty
 
 const Algorithm& find_algorithm(const std::string& name) {
   const auto it = std::find_if(kAlgorithms.begin(), kAlgorithms.end(), [&](const auto& a) { return a.name == name; });
@@ -60,24 +61,24 @@ const Algorithm& find_algorithm(const std::string& name) {
   return *it;
 }
 
-/// Thrown and caught below: ends the solve with its sentence.
-struct NotFinite : std::runtime_error {
+/// Ends the solve with its message.
+struct NonFinite : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The Program as NLopt's functions, in coordinates z with δ = P z, where P is L⁻ᵀ of the Gauss-Newton Hessian at X̄
-/// or the identity. Nothing is thrown through NLopt: what was is in error_.
+/// Adapter of an NlpEvaluator to NLopt, in coordinates z with δ = P z. P is L⁻ᵀ of the Gauss-Newton Hessian at X̄, or
+/// the identity. Exceptions are stored in error_, because they must not pass through NLopt.
 class NloptRun {
  public:
-  NloptRun(Program& program, detail::Session& session, const NloptOptions& options)
-      : program_(program), session_(session), options_(options) {
-    const int n = program.num_unknowns();
+  NloptRun(NlpEvaluator& nlp, detail::Session& session, const NloptOptions& options)
+      : nlp_(nlp), session_(session), options_(options) {
+    const int n = nlp.num_unknowns();
     for (Eigen::VectorXd* v : {&z_, &delta_, &gradient_, &best_delta_, &row_}) v->setZero(n);
-    constraints_.setZero(program.num_rows());
-    jacobian_.setZero(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
-    const auto& lower = program.lower();
-    const auto& upper = program.upper();
-    for (int i = 0; i < program.num_rows(); ++i) {
+    constraints_.setZero(nlp.num_rows());
+    jacobian_.setZero(static_cast<Eigen::Index>(nlp.jacobian_pattern().row.size()));
+    const auto& lower = nlp.lower();
+    const auto& upper = nlp.upper();
+    for (int i = 0; i < nlp.num_rows(); ++i) {
       if (lower[i] == upper[i]) {
         equalities_.push_back({i, 1.0, lower[i]});
       } else {
@@ -85,41 +86,41 @@ class NloptRun {
         if (std::isfinite(lower[i])) inequalities_.push_back({i, -1.0, -lower[i]});
       }
     }
-    entries_of_row_.resize(std::size_t(program.num_rows()));
-    for (std::size_t k = 0; k < program.jacobian_pattern().row.size(); ++k)
-      entries_of_row_[std::size_t(program.jacobian_pattern().row[k])].push_back(k);
-    hessian_.setZero(program.hessian_pattern().nonzeros());
-    if (options.precondition) cholesky_.emplace(program.hessian_pattern());
+    entries_of_row_.resize(std::size_t(nlp.num_rows()));
+    for (std::size_t k = 0; k < nlp.jacobian_pattern().row.size(); ++k)
+      entries_of_row_[std::size_t(nlp.jacobian_pattern().row[k])].push_back(k);
+    hessian_.setZero(nlp.hessian_pattern().nonzeros());
+    if (options.precondition) cholesky_.emplace(nlp.hessian_pattern());
   }
 
-  /// One run from X̄; true when it must go on from a new centre.
+  /// Runs NLopt once from X̄. Returns true if another run must follow from the new X̄.
   bool run(const Algorithm& algorithm) {
     recenter_ = false;
     best_delta_.setZero();
     best_ = {options_.constraint_tolerance};
-    z_.setConstant(std::numeric_limits<double>::quiet_NaN());  // no point is cached
-    program_.reset();
+    z_.setConstant(std::numeric_limits<double>::quiet_NaN());  // no cached point
+    nlp_.reset();
     try {
       if (cholesky_) factorize(*cholesky_, algorithm.inner ? kPenaltyWeight : 0.0);
-    } catch (const NotFinite& e) {
+    } catch (const NonFinite& e) {
       session_.end(Status::failed, e.what());
       return false;
     } catch (const Error& e) {
-      session_.end(Status::failed, std::string("a residual is undefined where a run starts: ") + e.what());
+      session_.end(Status::failed, std::string("a residual is undefined at the start of a run: ") + e.what());
       return false;
     }
 
-    const auto n = static_cast<unsigned>(program_.num_unknowns());
+    const auto n = static_cast<unsigned>(nlp_.num_unknowns());
     nlopt::opt opt(algorithm.method, n);
     if (algorithm.inner) {
       nlopt::opt inner(*algorithm.inner, n);
       inner.set_ftol_rel(options_.cost_tolerance);
-      inner.set_ftol_abs(kNoCost);
+      inner.set_ftol_abs(kCostRounding);
       opt.set_local_optimizer(inner);
     }
     opt_ = &opt;
     opt.set_ftol_rel(options_.cost_tolerance);
-    opt.set_ftol_abs(kNoCost);
+    opt.set_ftol_abs(kCostRounding);
     opt.set_maxeval(std::max(1, options_.max_iterations - session_.summary.evaluations));
     opt.set_min_objective(&objective, this);
     const auto tolerances = [&](std::size_t size) { return std::vector<double>(size, options_.constraint_tolerance); };
@@ -131,9 +132,9 @@ class NloptRun {
     bool gave_up = false, ended = false;
     try {
       ended = opt.optimize(z, value) != nlopt::MAXEVAL_REACHED;
-      session_end_ = {ended ? Status::converged : Status::max_iterations, ended ? "the cost changes no more" : ""};
+      session_end_ = {ended ? Status::converged : Status::max_iterations, ended ? "the cost no longer changes" : ""};
     } catch (const nlopt::roundoff_limited&) {
-      session_end_ = {Status::failed, "no step lowers the cost, and it is no minimum"};
+      session_end_ = {Status::failed, "no step lowers the cost, but the point is not a minimum"};
       gave_up = true;
     } catch (const nlopt::forced_stop&) {
       session_end_ = {Status::interrupted, {}};
@@ -142,21 +143,20 @@ class NloptRun {
       gave_up = true;
     }
     opt_ = nullptr;
-    program_.move_to(best_delta_);
-    program_.recenter();
+    nlp_.move_to(best_delta_);
+    nlp_.recenter();
     if (error_) std::rethrow_exception(error_);
     if (recenter_) return true;
-    // Line searches fail at a solution too, where the gradient is rounding. It is one when nothing is left of the
-    // gradient but what the active constraints hold; a run that only crawled is given a second chance.
-    // So is one whose cost changes no more.
-    if ((gave_up || ended) && best_.violation <= kFeasible * options_.constraint_tolerance &&
+    // Line searches also fail at a solution, where the gradient is rounding. The point is a solution if the gradient
+    // vanishes along the active constraints. A run that stopped elsewhere is repeated once.
+    if ((gave_up || ended) && best_.violation <= kToleranceSlack * options_.constraint_tolerance &&
         !(ended && stationary(true))) {
       if (!(std::abs(best_.cost - last_cost_) <= kSameCost * (1 + best_.cost))) {
         last_cost_ = best_.cost;
         return std::isfinite(best_.cost);
       }
       if (ended) {
-        session_end_ = {Status::failed, "the cost changes no more, but its gradient has not vanished"};
+        session_end_ = {Status::failed, "the cost no longer changes, but the gradient is above its tolerance"};
       } else if (stationary(false)) {
         session_end_ = {Status::converged, "no step lowers the cost any further"};
       }
@@ -166,67 +166,64 @@ class NloptRun {
   }
 
  private:
-  struct Row {  // sign · c[row] − bound, = 0 or ≤ 0
+  struct Row {  // constraint sign · c[row] − bound, = 0 or ≤ 0
     int row;
     double sign, bound;
   };
-  struct End {
+  struct Ending {
     Status status;
     std::string message;
   };
 
-  /// Of the Hessian at X̄, and that many times the constraints' Jᵀ J.
+  /// Factorises the Hessian at X̄ plus `constraint_weight` times Jᵀ J of the constraints.
   void factorize(BlockCholesky& cholesky, double constraint_weight) {
-    program_.linearize(gradient_, hessian_);
+    nlp_.linearize(gradient_, hessian_);
     check_finite_gradient();
     if (constraint_weight > 0) {
-      program_.constraint_jacobian(jacobian_);
-      has_jacobian_ = false;  // of the point
-      program_.add_constraint_hessian(Eigen::VectorXd::Constant(program_.num_rows(), constraint_weight), jacobian_,
-                                      hessian_);
+      nlp_.constraint_jacobian(jacobian_);
+      has_jacobian_ = false;  // it is not that of the point
+      nlp_.add_constraint_hessian(Eigen::VectorXd::Constant(nlp_.num_rows(), constraint_weight), jacobian_, hessian_);
     }
-    Eigen::VectorXd shift(program_.num_unknowns());
-    detail::hessian_diagonal(program_.hessian_pattern(), hessian_, shift);
-    for (double& d : shift) d = d > 0 ? kPreconditionerDamping * d : 1.0;
-    while (!cholesky.factorize(hessian_, shift)) {
-      shift *= 10;
-      if (!shift.allFinite()) throw NotFinite("the Jacobians are too large to be factorised");
-    }
+    Eigen::VectorXd diagonal(nlp_.num_unknowns());
+    detail::hessian_diagonal(nlp_.hessian_pattern(), hessian_, diagonal);
+    if (!cholesky.factorize_shifted(hessian_, std::move(diagonal), kPreconditionerDamping))
+      throw NonFinite("the Jacobians are too large to be factorised");
   }
 
   void check_finite_gradient() {
     if (!std::isfinite(gradient_.sum()))
-      throw NotFinite("a Jacobian is not finite, in " + program_.describe_bad_block());
+      throw NonFinite("a Jacobian is not finite, in " + nlp_.describe_nonfinite_block());
   }
 
-  /// Whether the gradient at X̄, in the coordinates that whiten the Hessian there and less its part along the active
-  /// constraints, is small: what a step along it would gain is half its square. `unknown` where that is too much work.
+  /// Returns whether the gradient at X̄ is small, in white coordinates and without its part along the active
+  /// constraints. Half its square is the predicted gain of a step. Returns `unknown` if the check would take too long.
   bool stationary(bool unknown) try {
-    program_.reset();
-    BlockCholesky white(program_.hessian_pattern());
+    nlp_.reset();
+    BlockCholesky white(nlp_.hessian_pattern());
     factorize(white, 0.0);
-    program_.linearize_constraints(constraints_, jacobian_);
+    nlp_.linearize_constraints(constraints_, jacobian_);
     white.solve_lower(gradient_);
     Eigen::MatrixXd active(gradient_.size(), 0);
     for (const auto* rows : {&equalities_, &inequalities_})
       for (const Row& r : *rows) {
         if (rows == &inequalities_ && r.sign * constraints_[r.row] - r.bound < -kActive) continue;
-        if (double(active.cols()) * double(active.cols()) * double(active.rows()) > kMostWork) return unknown;
+        if (double(active.cols()) * double(active.cols()) * double(active.rows()) > kMaxStationarityWork)
+          return unknown;
         set_row(r, &white);
         active.conservativeResize(Eigen::NoChange, active.cols() + 1);
         active.rightCols<1>() = row_;
       }
     if (active.cols() > 0) gradient_ -= active * active.colPivHouseholderQr().solve(gradient_);
-    const double small = std::max(kStationary, std::sqrt(kCostChanges * options_.cost_tolerance));
+    const double small = std::max(kStationary, std::sqrt(kCostErrorFactor * options_.cost_tolerance));
     return gradient_.norm() <= small * (1 + std::sqrt(best_.cost));
-  } catch (const Error&) {  // undefined derivatives tell nothing
+  } catch (const Error&) {  // undefined derivatives
     return false;
-  } catch (const NotFinite&) {
+  } catch (const NonFinite&) {
     return false;
   }
 
   void move(const double* z) {
-    if (session_.ended()) return;  // some algorithms notice their stop one evaluation late
+    if (session_.ended()) return;  // some algorithms stop one evaluation late
     if (std::equal(z_.data(), z_.data() + z_.size(), z)) return;
     z_ = Eigen::Map<const Eigen::VectorXd>(z, z_.size());
     delta_ = z_;
@@ -234,23 +231,23 @@ class NloptRun {
     has_gradient_ = has_jacobian_ = false;
     ++session_.summary.evaluations;
     session_.summary.iterations = session_.summary.evaluations;
-    program_.move_to(delta_);
-    cost_ = program_.cost();
-    program_.constraints(constraints_);
-    consider();
+    nlp_.move_to(delta_);
+    cost_ = nlp_.cost();
+    nlp_.constraints(constraints_);
+    update_best();
   }
 
-  /// Keeps the best point and stops where the caller or the chart asks for it.
-  void consider() {
-    const double violation = program_.violation(constraints_).size;
+  /// Updates the best point, and stops NLopt if the caller or the chart requires it.
+  void update_best() {
+    const double violation = nlp_.violation(constraints_).size;
     if (best_.offer(cost_, violation)) {
       best_delta_ = delta_;
-      if (program_.largest_angle() > kRecenterAngle) recenter_ = true;
+      if (nlp_.largest_angle() > kRecenterAngle) recenter_ = true;
     }
     try {
-      session_.report_at(program_, delta_, session_.summary.iterations, cost_, std::numeric_limits<double>::quiet_NaN(),
+      session_.report_at(nlp_, delta_, session_.summary.iterations, cost_, std::numeric_limits<double>::quiet_NaN(),
                          violation);
-    } catch (...) {  // the caller's, whatever its type: no undefined residual
+    } catch (...) {  // an exception of the callback, not an undefined residual
       error_ = std::current_exception();
       opt_->force_stop();
       return;
@@ -259,7 +256,7 @@ class NloptRun {
     if (session_.should_stop() || session_.ended() || recenter_) opt_->force_stop();
   }
 
-  /// Runs f; an undefined residual is an infinite cost, from which line searches turn back.
+  /// Calls f. An undefined residual counts as an infinite cost, which line searches reject.
   template <class F>
   double guarded(F f) {
     const detail::Session::Timer timer(session_.summary.evaluation_seconds);
@@ -269,7 +266,7 @@ class NloptRun {
       z_.setConstant(std::numeric_limits<double>::quiet_NaN());
       if (session_.should_stop()) opt_->force_stop();
       return std::numeric_limits<double>::infinity();
-    } catch (const NotFinite& e) {
+    } catch (const NonFinite& e) {
       session_.end(Status::failed, e.what());
       opt_->force_stop();
       return 0.0;
@@ -282,12 +279,12 @@ class NloptRun {
 
   static double objective(unsigned n, const double* z, double* gradient, void* self) {
     auto& run = *static_cast<NloptRun*>(self);
-    if (gradient) std::fill_n(gradient, n, 0.0);  // where the cost is undefined
+    if (gradient) std::fill_n(gradient, n, 0.0);  // returned if the cost is undefined
     return run.guarded([&] {
       run.move(z);
       if (gradient) {
         if (!run.has_gradient_) {
-          run.program_.gradient(run.gradient_);
+          run.nlp_.gradient(run.gradient_);
           if (std::isfinite(run.cost_)) run.check_finite_gradient();
           if (run.cholesky_) run.cholesky_->solve_lower(run.gradient_);
           run.has_gradient_ = true;
@@ -306,12 +303,12 @@ class NloptRun {
   }
 
   void rows(const std::vector<Row>& rows, double* result, unsigned n, const double* z, double* gradient) {
-    std::fill_n(result, rows.size(), std::numeric_limits<double>::infinity());  // where they are undefined
+    std::fill_n(result, rows.size(), std::numeric_limits<double>::infinity());  // returned if a row is undefined
     if (gradient) std::fill_n(gradient, rows.size() * n, 0.0);
     guarded([&] {
       move(z);
       if (gradient && !has_jacobian_) {
-        program_.constraint_jacobian(jacobian_);
+        nlp_.constraint_jacobian(jacobian_);
         has_jacobian_ = true;
       }
       for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -325,15 +322,15 @@ class NloptRun {
     });
   }
 
-  /// row_ = the gradient of a constraint in the coordinates that are white to a factor, out of jacobian_.
+  /// Sets row_ to the gradient of a constraint from jacobian_, in the white coordinates of the factor if there is one.
   void set_row(const Row& r, const BlockCholesky* white) {
     row_.setZero();
     for (const std::size_t k : entries_of_row_[std::size_t(r.row)])
-      row_[program_.jacobian_pattern().column[k]] += r.sign * jacobian_[Eigen::Index(k)];
+      row_[nlp_.jacobian_pattern().column[k]] += r.sign * jacobian_[Eigen::Index(k)];
     if (white) white->solve_lower(row_);
   }
 
-  Program& program_;
+  NlpEvaluator& nlp_;
   detail::Session& session_;
   const NloptOptions& options_;
   std::optional<BlockCholesky> cholesky_;
@@ -342,9 +339,10 @@ class NloptRun {
   std::vector<std::vector<std::size_t>> entries_of_row_;
   Eigen::VectorXd z_, delta_, gradient_, best_delta_, row_, constraints_, jacobian_, hessian_;
   detail::BestPoint best_{};
-  double cost_ = 0, last_cost_ = std::numeric_limits<double>::infinity();  // the second, where the last run ended
+  // Cost of the present point, and at the end of the last run.
+  double cost_ = 0, last_cost_ = std::numeric_limits<double>::infinity();
   bool has_gradient_ = false, has_jacobian_ = false, recenter_ = false;
-  End session_end_{Status::failed, {}};
+  Ending session_end_{Status::failed, {}};
   std::exception_ptr error_;
 };
 
@@ -369,14 +367,14 @@ std::string why_unsupported(const Problem& problem, const NloptOptions& options)
   if (size.inequalities > 0 && !algorithm.inequalities)
     return name + " takes no hard inequalities, and this problem has " + std::to_string(size.inequalities) +
            ": use nlopt:slsqp, nlopt:auglag-lbfgs or ipopt";
-  if (algorithm.dense && size.unknowns > kMostDenseUnknowns)
-    return name + " works on dense matrices and takes " + std::to_string(kMostDenseUnknowns) +
+  if (algorithm.dense && size.unknowns > kMaxDenseUnknowns)
+    return name + " works on dense matrices and takes " + std::to_string(kMaxDenseUnknowns) +
            " unknowns at most, not " + std::to_string(size.unknowns) +
            ": use nlopt:auglag-lbfgs or ipopt, or fewer keyframes";
-  if (double(size.equalities + size.inequalities) * size.unknowns > kMostConstraintEntries)
-    return name + " keeps a dense constraint Jacobian, which would be of " +
+  if (double(size.equalities + size.inequalities) * size.unknowns > kMaxConstraintEntries)
+    return name + " keeps a dense constraint Jacobian, which would have " +
            std::to_string(size.equalities + size.inequalities) + " rows and " + std::to_string(size.unknowns) +
-           " columns here: use ipopt, or fewer keyframes";
+           " columns: use ipopt, or fewer keyframes";
   return {};
 }
 
@@ -387,15 +385,15 @@ Summary solve(Problem& problem, const NloptOptions& options) {
     session.end(Status::unsupported, why);
     return session.summary;
   }
-  Program program(problem);
-  program.use_threads(options.threads);
-  if (!session.start(program, [&] { return program.cost(); })) return session.summary;
-  NloptRun run(program, session, options);
+  NlpEvaluator nlp(problem);
+  nlp.use_threads(options.threads);
+  if (!session.start(nlp, [&] { return nlp.cost(); })) return session.summary;
+  NloptRun run(nlp, session, options);
   while (run.run(algorithm)) {
     if (session.summary.evaluations >= options.max_iterations) session.end(Status::max_iterations);
     if (session.ended()) break;
   }
-  session.conclude(program, kFeasible * options.constraint_tolerance);
+  session.conclude(nlp, kToleranceSlack * options.constraint_tolerance);
   return session.summary;
 }
 

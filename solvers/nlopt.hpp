@@ -7,25 +7,25 @@
 
 namespace tandem {
 
-/// NLopt's local, gradient-based algorithms by name: see nlopt_algorithms().
+/// Options of NLopt's local, gradient-based algorithms; see nlopt_algorithms().
 struct NloptOptions : SolverOptions {
   NloptOptions() { max_iterations = 100000; }
   std::string algorithm = "lbfgs";
   double cost_tolerance = 1e-10;       ///< relative change of the cost
-  double constraint_tolerance = 1e-8;  ///< of each hard constraint, in its own units
-  bool precondition = true;            ///< solve in the coordinates that whiten the Gauss-Newton Hessian at the start
+  double constraint_tolerance = 1e-8;  ///< tolerance on each hard constraint, in its own units
+  bool precondition = true;  ///< solve in coordinates that whiten the Gauss-Newton Hessian at the initial guess
 };
 
-/// As many unknowns as "slsqp" takes, whose matrices are dense: 4 ms an evaluation at 200, 219 ms at 800.
-inline constexpr int kMostDenseUnknowns = 300;
+/// Maximum number of unknowns of "slsqp", whose matrices are dense. The time grows with the third power of it.
+inline constexpr int kMaxDenseUnknowns = 300;
 
-/// The names NloptOptions::algorithm takes, e.g. "lbfgs", "slsqp", "auglag-lbfgs". Empty in a build without NLopt.
+/// Returns the valid values of NloptOptions::algorithm, e.g. "lbfgs", "slsqp", "auglag-lbfgs". Empty in a build without
+/// NLopt.
 std::vector<std::string> nlopt_algorithms();
 
-/// Empty, or a sentence that says why this solver cannot take the problem.
-/// Throws Error when the algorithm's name is unknown.
+/// Returns the reason why this solver does not support the problem, or "". Throws Error if an option is invalid.
 std::string why_unsupported(const Problem& problem, const NloptOptions& options);
-/// Leaves the best point found in the problem's variables, whatever the status; `unsupported` where why_unsupported().
+/// Solves the problem; its variables get the best point found. `unsupported` if why_unsupported() gives a reason.
 Summary solve(Problem& problem, const NloptOptions& options);
 
 }  // namespace tandem

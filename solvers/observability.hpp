@@ -2,23 +2,25 @@
 
 #include <string>
 
-#include <tandem/problem/program.hpp>
+#include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
 
 namespace tandem::detail {
 
-/// What a solve has at hand of its program's sizes, overwritten where it is lent.
+/// Memory lent by a solver; its content is overwritten.
 struct Workspace {
   BlockCholesky& cholesky;
   Eigen::VectorXd& gradient;
   Eigen::VectorXd& hessian;
-  bool has_hessian = false;  ///< Gauss-Newton's of the cost where the variables are
+  bool has_hessian = false;  ///< whether `hessian` is the Gauss-Newton Hessian of the cost at X̄
 };
 
-/// Empty when the point determines every unknown to second order, else a sentence that names the free variables and
-/// directions, e.g. "the problem leaves free: target 4 in rotation about x (…)". Hard
-/// constraints that hold count as information; inequalities at their bounds only with `inequalities`.
-std::string free_directions(Program& program, const Workspace& work, bool inequalities = true);
-std::string free_directions(Program& program, bool inequalities = true);
+/// Tests whether the problem determines each unknown at X̄ to second order. Returns an empty string if it does.
+/// Otherwise returns a sentence with the unobservable variables and directions, e.g. "the problem is rank deficient;
+/// unobservable: target 4 in rotation about x (…)".
+///
+/// Active hard constraints count as information; active inequalities only if `inequalities` is true.
+std::string unobservable_directions(NlpEvaluator& nlp, const Workspace& work, bool inequalities = true);
+std::string unobservable_directions(NlpEvaluator& nlp, bool inequalities = true);
 
 }  // namespace tandem::detail

@@ -5,12 +5,12 @@
 namespace tandem {
 
 namespace detail {
-/// J S Jᵀ
+/// Returns J S Jᵀ.
 Eigen::MatrixXd propagated(const Eigen::Ref<const Eigen::MatrixXd>& J, const Eigen::Ref<const Eigen::MatrixXd>& S);
 }  // namespace detail
 
-/// Covariance of the relative pose D = C⁻¹ T in right perturbations of D, from the joint covariance of [δC; δT]
-/// (Marginals::joint):  D ⊕ d with d = −Ad(D⁻¹) δC + δT to first order.
+/// Returns the covariance of the relative pose D = C⁻¹ T, in right perturbations of D. `joint` is the covariance of
+/// [δC; δT] (Marginals::joint). To first order, D ⊕ d has d = −Ad(D⁻¹) δC + δT.
 template <LieGroup G>
 Matrix<G::dof, G::dof> relative_pose_covariance(const G& c, const G& t, const Matrix<2 * G::dof, 2 * G::dof>& joint) {
   Matrix<G::dof, 2 * G::dof> J;
@@ -18,8 +18,8 @@ Matrix<G::dof, G::dof> relative_pose_covariance(const G& c, const G& t, const Ma
   return detail::propagated(J, joint);
 }
 
-/// Covariance [m²] of the target's position in the chaser's frame, p = C⁻¹ t(T), from the joint covariance of
-/// [δC; δT]. The target is a pose or a point (SE3 and R3, SE2 and R2).
+/// Returns the covariance [m²] of the target's position in the chaser's frame, p = C⁻¹ t(T). `joint` is the covariance
+/// of [δC; δT]. The target is a pose or a point (SE3 and R3, SE2 and R2).
 template <LieGroup Chaser, LieGroup Target>
 requires(Chaser::point_dim == Target::point_dim)
     Matrix<Chaser::point_dim, Chaser::point_dim> relative_position_covariance(

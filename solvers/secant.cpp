@@ -2,13 +2,13 @@
 #include <cmath>
 
 #include <tandem/problem/instruction_set.hpp>
-#include <tandem/problem/populate.hpp>
+#include <tandem/problem/prefault.hpp>
 #include <tandem/solvers/secant.hpp>
 
 namespace tandem::detail {
 namespace {
 
-/// aᵀ b, by eight sums, so that it goes by vectors.
+/// Returns aᵀ b, by eight partial sums that the compiler can vectorise.
 template <class A, class B>
 TANDEM_INLINED double dot(Eigen::Index n, const A* a, const B* b) {
   double sums[8] = {};
@@ -20,7 +20,7 @@ TANDEM_INLINED double dot(Eigen::Index n, const A* a, const B* b) {
   return sum;
 }
 
-/// d += w a, and then bᵀ d; `a` may be null, and `b`.
+/// Adds w a to d if `a` is not null, then returns bᵀ d if `b` is not null, otherwise 0.
 template <class Scalar>
 TANDEM_INLINED double add_and_multiply(Eigen::Index n, double w, const Scalar* a, const Scalar* b, double* d) {
   if (a)
@@ -31,7 +31,7 @@ TANDEM_INLINED double add_and_multiply(Eigen::Index n, double w, const Scalar* a
 }  // namespace
 
 template <class Scalar>
-SecantPairs<Scalar>::SecantPairs(const LaneParts& parts, Eigen::Index unknowns, int capacity, bool with_term)
+SecantPairs<Scalar>::SecantPairs(const ChunkedLoop& parts, Eigen::Index unknowns, int capacity, bool with_term)
     : parts_(parts),
       with_term_(with_term),
       s_(unknowns, capacity),
@@ -48,7 +48,7 @@ void SecantPairs<Scalar>::add(const Eigen::VectorXd& step, const Eigen::VectorXd
   if (capacity() == 0) return;
   const Eigen::Index i = count_ % capacity();
   if (count_ < capacity())
-    for (Matrix* pairs : {&s_, &y_}) populate(pairs->col(i).data(), std::size_t(step.size()) * sizeof(Scalar));
+    for (Matrix* pairs : {&s_, &y_}) prefault(pairs->col(i).data(), std::size_t(step.size()) * sizeof(Scalar));
   parts_.each([&](int, Eigen::Index begin, Eigen::Index size) {
     s_.col(i).segment(begin, size) = step.segment(begin, size).template cast<Scalar>();
     y_.col(i).segment(begin, size) =
@@ -73,7 +73,7 @@ void SecantPairs<Scalar>::refresh(FunctionRef<void(const Eigen::VectorXd& s, Eig
 template <class Scalar>
 void SecantPairs<Scalar>::apply(Eigen::VectorXd& d, FunctionRef<void(Eigen::VectorXd& d)> solve) {
   const Matrix& y = with_term_ ? total_ : y_;
-  Eigen::Index last = -1;  // what is to be added yet
+  Eigen::Index last = -1;  // pair whose contribution is still to be added
   for (Eigen::Index k = count_; k-- > oldest();) {
     const Eigen::Index i = k % capacity();
     if (rho_[i] == 0) continue;
@@ -96,7 +96,8 @@ template <class Scalar>
 double SecantPairs<Scalar>::inverse_curvature(Eigen::Index i, const Matrix& y) const {
   const auto product = [&](const Matrix& a, const Matrix& b) {
     return parts_.sum([&](Eigen::Index begin, Eigen::Index size) {
-      return at_best([&]() TANDEM_INLINED_HERE { return dot(size, a.col(i).data() + begin, b.col(i).data() + begin); });
+      return dispatch_simd(
+          [&]() TANDEM_INLINED_HERE { return dot(size, a.col(i).data() + begin, b.col(i).data() + begin); });
     });
   };
   const double sy = product(s_, y);
@@ -108,7 +109,7 @@ double SecantPairs<Scalar>::add_and_multiply(double w, const Matrix& A, Eigen::I
                                              Eigen::VectorXd& d) const {
   return parts_.sum([&](Eigen::Index begin, Eigen::Index size) {
     const Scalar *of_A = a < 0 ? nullptr : A.col(a).data() + begin, *of_B = b < 0 ? nullptr : B.col(b).data() + begin;
-    return at_best(
+    return dispatch_simd(
         [&]() TANDEM_INLINED_HERE { return tandem::detail::add_and_multiply(size, w, of_A, of_B, d.data() + begin); });
   });
 }

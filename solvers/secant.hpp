@@ -3,32 +3,34 @@
 #include <Eigen/Core>
 
 #include <tandem/problem/function_ref.hpp>
-#include <tandem/problem/lanes.hpp>
+#include <tandem/problem/parallel_tasks.hpp>
 
 namespace tandem::detail {
 
-/// The curvature that a Gauss-Newton Hessian B leaves out, learned from past steps: limited-memory BFGS with B, fresh
-/// at every iterate, in the place of the usual multiple of the identity (Nocedal & Wright 2006, alg. 7.4). Where
-/// residuals stay large or a chain hangs free, plain Gauss-Newton creeps at a linear rate; with a few pairs it does not.
-/// Steps and gradients of different charts are compared as they are: the frames differ by the order of the step.
+/// Secant pairs that represent the curvature that a Gauss-Newton Hessian B neglects. They are used by limited-memory
+/// BFGS with the present B in place of the usual multiple of the identity (Nocedal & Wright 2006, alg. 7.4).
 ///
-/// Where B has a term of its own that changes from one iterate to the next, such as an augmented Lagrangian's penalty,
-/// add() is given the gradients without that term, and refresh() its present Hessian.
+/// Plain Gauss-Newton converges slowly if residuals stay large or the end of a chain is poorly observed; a few pairs
+/// prevent this. Steps and gradients of different charts are combined without transport. The frames differ by the order
+/// of the step.
 ///
-/// Scalar: as what pairs are kept. Of a long chain they are the most that a solve remembers, and what they tell of a cost is
-/// no better than single precision. Not so under constraints of large weight, which hardly curve along a step because
-/// it keeps to them, and would along its rounding.
+/// B may contain a term that changes between iterates, such as the penalty of an augmented Lagrangian. Then add() needs
+/// gradients without that term, and refresh() needs its present Hessian.
+///
+/// `Scalar` is the type of the stored pairs. Single precision is sufficient for costs, and halves the memory, which
+/// dominates a solve of a long chain. Constraints of large weight need double precision, as a step hardly changes their
+/// rows.
 template <class Scalar>
 class SecantPairs {
  public:
-  SecantPairs(const LaneParts& parts, Eigen::Index unknowns, int capacity, bool with_term = false);
+  SecantPairs(const ChunkedLoop& parts, Eigen::Index unknowns, int capacity, bool with_term = false);
 
   void clear() { count_ = 0; }
 
-  /// Step and change of the gradient along it; left out when they show no positive curvature.
+  /// Adds a step and the change of the gradient along it. Discards them if the curvature is not positive.
   void add(const Eigen::VectorXd& step, const Eigen::VectorXd& gradient_before, const Eigen::VectorXd& gradient_after);
 
-  /// add_product(s, y) adds the term's Hessian times s to y.
+  /// Updates the pairs. add_product(s, y) must add to y the product of the Hessian of the term with s.
   void refresh(FunctionRef<void(const Eigen::VectorXd& s, Eigen::VectorXd& y)> add_product);
 
   /// d = H d, where solve(d) applies the inverse of B.
@@ -39,13 +41,14 @@ class SecantPairs {
 
   Eigen::Index capacity() const { return rho_.size(); }
   Eigen::Index oldest() const { return count_ > capacity() ? count_ - capacity() : 0; }
-  /// 1 / sᵀy of pair i, or 0, which leaves the pair out.
+  /// Returns 1 / sᵀy of pair i, or 0 to skip the pair.
   double inverse_curvature(Eigen::Index i, const Matrix& y) const;
-  /// d += w times A's column a, and then B's column b times d, in one pass; neither where it is negative.
+  /// Adds w times column a of A to d, then returns the product of column b of B with d, in one pass. A negative column
+  /// index skips its part.
   double add_and_multiply(double w, const Matrix& A, Eigen::Index a, const Matrix& B, Eigen::Index b,
                           Eigen::VectorXd& d) const;
 
-  LaneParts parts_;
+  ChunkedLoop parts_;
   bool with_term_;
   Matrix s_, y_, total_;
   Eigen::VectorXd rho_, weight_;

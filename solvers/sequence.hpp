@@ -8,11 +8,12 @@
 
 namespace tandem::detail {
 
-/// Several solves as one: what the limits leave to the next, and the sums.
+/// Combines several solves: remaining limits, and sums of iterations and times.
 class Sequence {
  public:
   explicit Sequence(const SolverOptions& options) : options_(options) {}
 
+  /// Returns the options of the next solve, with what remains of the limits.
   SolverOptions limits() const {
     SolverOptions left = options_;
     left.max_iterations = std::max(0, options_.max_iterations - sum_.iterations);
@@ -25,11 +26,12 @@ class Sequence {
       };
     return left;
   }
-  bool over(Status last) const {
+  /// Returns whether no further solve is allowed after one that ended as `last`.
+  bool is_over(Status last) const {
     return last == Status::interrupted || last == Status::time_limit || last == Status::unsupported ||
            sum_.iterations >= options_.max_iterations;
   }
-  /// The sums so far, in a summary of the last solve.
+  /// Adds the summary of a solve and returns it with the sums so far.
   const Summary& add(Summary s, double initial_cost) {
     s.initial_cost = initial_cost;
     s.iterations += sum_.iterations;
@@ -39,7 +41,6 @@ class Sequence {
     s.seconds = seconds();
     return sum_ = std::move(s);
   }
-  /// Since it was made.
   double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
 
  private:

@@ -11,7 +11,9 @@ Session::Session(std::string solver, const SolverOptions& options) : options_(op
 }
 
 void Session::restart() {
-  summary = {.solver = summary.solver};
+  Summary fresh;
+  fresh.solver = std::move(summary.solver);
+  summary = std::move(fresh);
   start_ = std::chrono::steady_clock::now();
   ended_ = false;
 }
@@ -32,25 +34,25 @@ bool Session::should_stop() {
   return false;
 }
 
-bool Session::start(Program& program, const std::function<double()>& cost) {
+bool Session::start(NlpEvaluator& nlp, const std::function<double()>& cost) {
   std::string culprit;
   try {
     summary.initial_cost = summary.cost = cost();
-    if (!std::isfinite(summary.cost)) culprit = program.describe_bad_block();
-    Eigen::VectorXd c(program.num_rows());
-    program.constraints(c);
-    if (const auto fixed = program.fixed_violation(c); fixed.row >= 0 && fixed.size > kConstraintTolerance) {
+    if (!std::isfinite(summary.cost)) culprit = nlp.describe_nonfinite_block();
+    Eigen::VectorXd c(nlp.num_rows());
+    nlp.constraints(c);
+    if (const auto fixed = nlp.fixed_violation(c); fixed.row >= 0 && fixed.size > kConstraintTolerance) {
       summary.max_violation = fixed.size;
-      summary.worst_constraint = program.describe_row(fixed.row);
-      end(Status::infeasible, "fixed variables alone violate a hard constraint, " + summary.worst_constraint);
+      summary.worst_constraint = nlp.describe_row(fixed.row);
+      end(Status::infeasible, "a hard constraint on fixed variables is violated: " + summary.worst_constraint);
       return false;
     }
-    for (int row = 0; culprit.empty() && row < program.num_rows(); ++row)
-      if (!std::isfinite(c[row])) culprit = program.describe_row(row);
+    for (int row = 0; culprit.empty() && row < nlp.num_rows(); ++row)
+      if (!std::isfinite(c[row])) culprit = nlp.describe_row(row);
     if (std::isfinite(summary.cost) && culprit.empty()) return true;
-    culprit = "not finite at the start: " + culprit;
+    culprit = "not finite at the initial guess: " + culprit;
   } catch (const Error& e) {
-    culprit = std::string("a residual is undefined at the start: ") + e.what();
+    culprit = std::string("a residual is undefined at the initial guess: ") + e.what();
   }
   summary.cost = summary.max_violation = std::numeric_limits<double>::quiet_NaN();
   end(Status::failed, culprit);
@@ -61,21 +63,21 @@ void Session::report(int iteration, double cost, double step, double violation) 
   if (options_.progress) options_.progress({iteration, cost, step, violation, seconds()});
 }
 
-void Session::report_at(Program& program, const Eigen::VectorXd& delta, int iteration, double cost, double step,
+void Session::report_at(NlpEvaluator& nlp, const Eigen::VectorXd& delta, int iteration, double cost, double step,
                         double violation) const {
   if (!options_.progress) return;
-  struct Shown {  // in the variables' values, until the callback returns or throws
-    Program& program;
+  struct RestorePoint {  // moves the values of the variables for the callback
+    NlpEvaluator& nlp;
     const Eigen::VectorXd& delta;
-    ~Shown() {
-      program.restore();
-      program.move_to(delta);
+    ~RestorePoint() {
+      nlp.restore();
+      nlp.move_to(delta);
     }
   };
-  program.keep();
-  program.move_to(delta);
-  program.recenter();
-  const Shown shown{program, delta};
+  nlp.save();
+  nlp.move_to(delta);
+  nlp.recenter();
+  const RestorePoint restore_point{nlp, delta};
   report(iteration, cost, step, violation);
 }
 
@@ -87,45 +89,46 @@ void Session::end(Status status, std::string message) {
   summary.seconds = seconds();
 }
 
-void Session::conclude(Program& program, double feasible, const Workspace* work) {
-  program.reset();
+void Session::conclude(NlpEvaluator& nlp, double feasible, const Workspace* work) {
+  nlp.reset();
   try {
-    Eigen::VectorXd c(program.num_rows());
-    program.constraints(c);
-    summary.cost = program.cost() + program.cost_of_rows(c);
-    const Program::Violation worst = program.violation(c);
+    Eigen::VectorXd c(nlp.num_rows());
+    nlp.constraints(c);
+    summary.cost = nlp.cost() + nlp.cost_of_rows(c);
+    const NlpEvaluator::Violation worst = nlp.violation(c);
     summary.max_violation = worst.size;
-    if (worst.row >= 0 && worst.size > feasible) summary.worst_constraint = program.describe_row(worst.row);
+    if (worst.row >= 0 && worst.size > feasible) summary.worst_constraint = nlp.describe_row(worst.row);
   } catch (const Error& e) {
     summary.cost = summary.max_violation = std::numeric_limits<double>::quiet_NaN();
     end(Status::failed, e.what());
   }
   if (summary.status == Status::converged && !summary.worst_constraint.empty()) {
     summary.status = Status::infeasible;
-    summary.message = "the hard constraints are not met, worst " + summary.worst_constraint;
+    summary.message = "hard constraints are violated; the worst is " + summary.worst_constraint;
   }
   if (summary.status == Status::converged) {
-    if (const std::string free = work ? free_directions(program, *work) : free_directions(program); !free.empty()) {
-      summary.status = Status::unconstrained;
-      summary.message = free;
+    const std::string unobservable = work ? unobservable_directions(nlp, *work) : unobservable_directions(nlp);
+    if (!unobservable.empty()) {
+      summary.status = Status::rank_deficient;
+      summary.message = unobservable;
     }
   }
   summary.seconds = seconds();
 }
 
-std::string because(const Program::Doubt& doubt) {
-  switch (doubt.kind) {
-    case Program::Doubt::Kind::jump:
-      return ": the " + doubt.block + " jumps here, as a rotation by 180 deg does";
-    case Program::Doubt::Kind::jacobian:
-      return ": the Jacobian of the " + doubt.block + " is not what differences say";
-    case Program::Doubt::Kind::none:
+std::string derivative_hint(const NlpEvaluator::DerivativeCheck& check) {
+  switch (check.kind) {
+    case NlpEvaluator::DerivativeCheck::Kind::jump:
+      return ": the " + check.block + " is discontinuous here, like a rotation by 180 deg";
+    case NlpEvaluator::DerivativeCheck::Kind::jacobian:
+      return ": the Jacobian of the " + check.block + " disagrees with finite differences";
+    case NlpEvaluator::DerivativeCheck::Kind::none:
       break;
   }
   return {};
 }
 
-Summary refusal(std::string solver, const SolverOptions& options, std::string why) {
+Summary rejection(std::string solver, const SolverOptions& options, std::string why) {
   Session session(std::move(solver), options);
   session.end(Status::unsupported, std::move(why));
   return std::move(session.summary);
@@ -136,7 +139,7 @@ std::string why_unsolvable(const Problem& problem) {
   if (size.unknowns == 0) return "the problem has no free variable";
   if (size.equalities > size.unknowns)
     return "the problem has more hard equalities (" + std::to_string(size.equalities) + ") than unknowns (" +
-           std::to_string(size.unknowns) + "): take out those that others imply";
+           std::to_string(size.unknowns) + "): remove redundant ones";
   return {};
 }
 

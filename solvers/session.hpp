@@ -2,42 +2,43 @@
 
 #include <chrono>
 
-#include <tandem/problem/program.hpp>
+#include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/solvers/summary.hpp>
 
 namespace tandem::detail {
 
-/// Hard constraints hold when no row is outside its bounds by more than this, in the row's own units.
+/// Tolerance on the violation of a hard constraint, in the units of the row.
 inline constexpr double kConstraintTolerance = 1e-8;
 
 struct Workspace;
 
-/// What every solver does around its iterations: it keeps the time, asks whether to stop, reports, and ends a solve.
+/// Bookkeeping of a solve: time, limits, progress reports, summary.
 class Session {
  public:
   Session(std::string solver, const SolverOptions& options);
 
-  /// As if it were new.
   void restart();
   double seconds() const;
-  /// True when the caller or the clock says so; the status is then set.
+  /// Returns true, and sets the status, if the caller or the time limit requires a stop.
   bool should_stop();
-  /// Measures the start by `cost()`, which evaluates the program's cost. False when a residual is undefined or not
-  /// finite there: the solve has then failed, and the message names the block.
-  bool start(Program& program, const std::function<double()>& cost);
-  /// Tells the caller of an iteration whose iterate is X̄, or X̄ ⊕ delta, which is then the program's point.
+  /// Evaluates `cost()` and the constraints at the initial guess. Returns false if one of them is undefined or not
+  /// finite, or if a constraint on fixed variables is violated. The solve has then ended; the message names the block.
+  bool start(NlpEvaluator& nlp, const std::function<double()>& cost);
+  /// Reports an iteration at X̄ to the caller.
   void report(int iteration, double cost, double step, double violation) const;
-  void report_at(Program& program, const Eigen::VectorXd& delta, int iteration, double cost, double step,
+  /// Reports an iteration at X̄ ⊕ delta, which becomes the point of the evaluator.
+  void report_at(NlpEvaluator& nlp, const Eigen::VectorXd& delta, int iteration, double cost, double step,
                  double violation) const;
-  /// Sets status and message; an empty message is the status's own sentence. The first to call wins.
+  /// Sets the status and the message. An empty message stands for the sentence of the status. Later calls have no
+  /// effect.
   void end(Status status, std::string message = {});
   bool ended() const { return ended_; }
-  /// Measures the solution, X̄ of the program: cost, violation of the hard constraints, and whether a solve that
-  /// converged left a variable free or a constraint violated by more than `feasible`. The last thing a solver does, so
-  /// that it may lend what it has of memory.
-  void conclude(Program& program, double feasible, const Workspace* work = nullptr);
+  /// Evaluates the solution X̄: cost, violation and rank. A converged solve becomes infeasible if a constraint is
+  /// violated by more than `feasible`, and rank deficient if a direction is unobservable. Must be called last, as
+  /// `work` is overwritten.
+  void conclude(NlpEvaluator& nlp, double feasible, const Workspace* work = nullptr);
 
-  /// Adds the time until it goes out of scope to a figure of the summary.
+  /// Adds the time until the end of the scope to `total`.
   class Timer {
    public:
     explicit Timer(double& total) : total_(total), start_(std::chrono::steady_clock::now()) {}
@@ -56,14 +57,14 @@ class Session {
   bool ended_ = false;
 };
 
-/// What follows "no step lowers the cost" in a message; empty where nothing is in doubt.
-std::string because(const Program::Doubt& doubt);
+/// Explains why no step lowers the cost, for use at the end of a message. Empty if the derivatives are consistent.
+std::string derivative_hint(const NlpEvaluator::DerivativeCheck& check);
 
-/// The summary of a solver that cannot take the problem, for the reason given.
-Summary refusal(std::string solver, const SolverOptions& options, std::string why);
+/// Returns the summary of a solver that does not support the problem.
+Summary rejection(std::string solver, const SolverOptions& options, std::string why);
 
-/// Empty, or a sentence that says why no solver can take the problem: nothing is free, or there are more hard
-/// equalities than unknowns.
+/// Returns an empty string, or the reason why no solver supports the problem: no free variable, or more hard equalities
+/// than unknowns.
 std::string why_unsolvable(const Problem& problem);
 
 }  // namespace tandem::detail

@@ -1,7 +1,7 @@
 #include <optional>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/problem/populate.hpp>
+#include <tandem/problem/prefault.hpp>
 #include <tandem/solvers/damped_step.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
 #include <tandem/solvers/soft_model.hpp>
@@ -9,40 +9,40 @@
 namespace tandem::detail {
 namespace {
 
-constexpr int kManyBlocks = 1300;  // for lanes
+constexpr int kMinParallelBlocks = 1300;  // minimum number of blocks for parallel tasks
 
 }  // namespace
 
-SoftModel::SoftModel(Program& program, Session& session, const LevenbergMarquardtOptions& options,
+SoftModel::SoftModel(NlpEvaluator& nlp, Session& session, const LevenbergMarquardtOptions& options,
                      bool with_constraints)
-    : program_(program),
+    : nlp_(nlp),
       session_(session),
-      parts_(program.lanes(), program.num_unknowns()),
-      blocks_(program.lanes(), program.hessian_pattern().num_blocks(), kManyBlocks),
+      parts_(nlp.tasks(), nlp.num_unknowns()),
+      blocks_(nlp.tasks(), nlp.hessian_pattern().num_blocks(), kMinParallelBlocks),
       cholesky_(compile()),
-      secant_(parts_, program.num_unknowns(), with_constraints ? 0 : options.secant_pairs) {
-  cholesky_.use(program.lanes());
+      secant_(parts_, nlp.num_unknowns(), with_constraints ? 0 : options.secant_pairs) {
+  cholesky_.use(nlp.tasks());
 }
 
-/// The factor, and memory for the rest at the same time.
+/// Analyses the Hessian and allocates the other vectors at the same time.
 BlockCholesky SoftModel::compile() {
-  const SymmetricPattern& pattern = program_.hessian_pattern();
+  const SymmetricPattern& pattern = nlp_.hessian_pattern();
   std::optional<BlockCholesky> cholesky;
-  const auto make = [&](int lane) {
-    if (lane == 0) {
+  const auto make = [&](int task) {
+    if (task == 0) {
       cholesky.emplace(pattern);
       return;
     }
     hessian_.resize(pattern.nonzeros());
-    populate(hessian_, std::size_t(hessian_.size()));
+    prefault(hessian_, std::size_t(hessian_.size()));
     for (Eigen::VectorXd* v : {&gradient_, &trial_gradient_, &last_gradient_, &scale_, &step_}) {
       v->resize(pattern.size());
-      populate(*v, std::size_t(v->size()));
+      prefault(*v, std::size_t(v->size()));
       v->setZero();
     }
   };
-  if (pattern.num_blocks() >= kManyBlocks) {
-    program_.lanes().run(2, make);
+  if (pattern.num_blocks() >= kMinParallelBlocks) {
+    nlp_.tasks().run(2, make);
   } else {
     make(0);
     make(1);
@@ -53,24 +53,24 @@ BlockCholesky SoftModel::compile() {
 double SoftModel::linearize() {
   const Session::Timer timer(session_.summary.evaluation_seconds);
   ++session_.summary.evaluations;
-  hessian_is_here_ = false;
-  const double cost = program_.linearize(gradient_, hessian_);
-  hessian_is_here_ = true;
+  hessian_is_current_ = false;
+  const double cost = nlp_.linearize(gradient_, hessian_);
+  hessian_is_current_ = true;
   find_scale();
   return cost;
 }
 
-void SoftModel::bring_hessian_here() {
-  if (hessian_is_here_) return;
+void SoftModel::restore_hessian() {
+  if (hessian_is_current_) return;
   const Session::Timer timer(session_.summary.evaluation_seconds);
   ++session_.summary.evaluations;
-  program_.reset();
-  program_.linearize(trial_gradient_, hessian_);
-  hessian_is_here_ = true;
+  nlp_.reset();
+  nlp_.linearize(trial_gradient_, hessian_);
+  hessian_is_current_ = true;
 }
 
 void SoftModel::find_scale() {
-  const SymmetricPattern& pattern = program_.hessian_pattern();
+  const SymmetricPattern& pattern = nlp_.hessian_pattern();
   const double flattest = -blocks_.max([&](Eigen::Index first, Eigen::Index blocks) {
     const int end = int(first + blocks), unknown = pattern.first[std::size_t(first)];
     hessian_diagonal(pattern, int(first), end, hessian_, scale_);
@@ -79,13 +79,13 @@ void SoftModel::find_scale() {
   all_curved_ = flattest > 0;
 }
 
-std::string SoftModel::not_finite() {
+std::string SoftModel::nonfinite_block() {
   const double sum = parts_.sum([this](Eigen::Index begin, Eigen::Index size) {
     return gradient_.segment(begin, size).sum() + scale_.segment(begin, size).sum();
   });
   if (std::isfinite(sum)) return {};
-  program_.reset();
-  return program_.describe_bad_block();
+  nlp_.reset();
+  return nlp_.describe_nonfinite_block();
 }
 
 double SoftModel::scaled(const Eigen::VectorXd& gradient) const {
@@ -103,7 +103,7 @@ double SoftModel::step_size() const {
 }
 
 void SoftModel::damp(const Eigen::VectorXd& hessian, double damping, Eigen::VectorXd& damped) const {
-  const SymmetricPattern& pattern = program_.hessian_pattern();
+  const SymmetricPattern& pattern = nlp_.hessian_pattern();
   blocks_.each([&](int, Eigen::Index first, Eigen::Index blocks) {
     for (int k = int(first); k < first + blocks; ++k) {
       const int begin = pattern.value_start[std::size_t(k)], height = pattern.height(k), width = pattern.width(k);
@@ -117,16 +117,16 @@ void SoftModel::damp(const Eigen::VectorXd& hessian, double damping, Eigen::Vect
 }
 
 bool SoftModel::find_step(double damping) {
-  bring_hessian_here();
+  restore_hessian();
   const Session::Timer timer(session_.summary.linear_solver_seconds);
   damp(hessian_, damping, hessian_);
-  hessian_is_here_ = false;
+  hessian_is_current_ = false;
   if (!cholesky_.factorize_in_place(hessian_)) return false;
   parts_.each([this](int, Eigen::Index begin, Eigen::Index size) {
     step_.segment(begin, size) = -gradient_.segment(begin, size);
   });
   secant_.apply(step_, [&](Eigen::VectorXd& d) { cholesky_.solve(d); });
-  predicted_ = -0.5 * parts_.sum([this](Eigen::Index begin, Eigen::Index size) {  // (H + D) p = −g
+  predicted_ = -0.5 * parts_.sum([this](Eigen::Index begin, Eigen::Index size) {  // because (H + D) p = −g
     return gradient_.segment(begin, size).dot(step_.segment(begin, size));
   });
   return true;
@@ -137,9 +137,9 @@ double SoftModel::merit_at_step(bool with_derivatives) {
   ++session_.summary.evaluations;
   trial_has_derivatives_ = with_derivatives;
   try {
-    program_.move_to(step_);
-    hessian_is_here_ = hessian_is_here_ && !with_derivatives;
-    trial_cost_ = with_derivatives ? program_.linearize_at_point(trial_gradient_, hessian_) : program_.cost();
+    nlp_.move_to(step_);
+    hessian_is_current_ = hessian_is_current_ && !with_derivatives;
+    trial_cost_ = with_derivatives ? nlp_.linearize_at_point(trial_gradient_, hessian_) : nlp_.cost();
     return trial_cost_;
   } catch (const Error&) {
     return std::numeric_limits<double>::infinity();
@@ -147,8 +147,8 @@ double SoftModel::merit_at_step(bool with_derivatives) {
 }
 
 void SoftModel::move() {
-  hessian_is_here_ = false;
-  program_.recenter();
+  hessian_is_current_ = false;
+  nlp_.recenter();
   session_.summary.cost = trial_cost_;
 }
 
@@ -157,24 +157,24 @@ bool SoftModel::move_on() {
   const double cost_before = session_.summary.cost;
   move();
   try {
-    if (!trial_has_derivatives_) program_.linearize(trial_gradient_, hessian_);
+    if (!trial_has_derivatives_) nlp_.linearize(trial_gradient_, hessian_);
     linearize_constraints();
   } catch (const Error&) {
     last_gradient_ = -step_;
-    program_.move_to(last_gradient_);
-    program_.recenter();
+    nlp_.move_to(last_gradient_);
+    nlp_.recenter();
     session_.summary.cost = cost_before;
     linearize_constraints();
     return false;
   }
   last_gradient_.swap(gradient_);
   gradient_.swap(trial_gradient_);
-  hessian_is_here_ = true;
+  hessian_is_current_ = true;
   find_scale();
   on_new_point();
   return true;
 }
 
-void SoftModel::learn() { secant_.add(step_, last_gradient_, gradient_); }
+void SoftModel::add_secant_pair() { secant_.add(step_, last_gradient_, gradient_); }
 
 }  // namespace tandem::detail

@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include <tandem/problem/program.hpp>
+#include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/solvers/levenberg_marquardt.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
 #include <tandem/solvers/observability.hpp>
@@ -13,107 +13,112 @@
 
 namespace tandem::detail {
 
-/// What damped steps minimise: the cost, by its Gauss-Newton model F + gᵀp + ½ pᵀHp about X̄ with the curvature that
-/// secants have shown. The summary's cost is that of X̄, and each evaluation and its time are counted there.
+/// Merit function and step model of the damped steps without hard constraints.
+///
+/// The merit function is the cost. Its Gauss-Newton model about X̄ is F + gᵀp + ½ pᵀHp, with the curvature of the
+/// secant pairs. The summary of the session has the cost at X̄; evaluations and their times are added to it.
 class SoftModel {
  public:
-  SoftModel(Program& program, Session& session, const LevenbergMarquardtOptions& options,
+  SoftModel(NlpEvaluator& nlp, Session& session, const LevenbergMarquardtOptions& options,
             bool with_constraints = false);
   virtual ~SoftModel() = default;
 
-  /// As if it were new, but for what it has in memory: for another solve of the same program.
-  virtual void restart(double /*penalty*/) { forget_curvature(); }
-  /// Derivatives at X̄, and the cost. Called before anything else; throws Error where a residual is undefined.
+  /// Prepares another solve of the same problem; keeps the memory.
+  virtual void restart(double /*penalty*/) { clear_curvature(); }
+  /// Evaluates the derivatives at X̄ and returns the cost. Must be called first. Throws Error if a residual is
+  /// undefined.
   virtual double linearize();
-  /// Names the block whose derivatives at X̄ are not finite; empty when all are.
-  virtual std::string not_finite();
-  /// Largest entry of what is minimised's gradient at X̄, in units in which each unknown has unit curvature.
+  /// Returns the name of a block whose derivatives at X̄ are not finite, or an empty string.
+  virtual std::string nonfinite_block();
+  /// Largest entry of the gradient of the merit function at X̄, scaled to unit curvature of each unknown.
   virtual double gradient_size() { return scaled(gradient_); }
 
-  /// The damped step from X̄ and what it gains by the model. False when the damped Hessian is not positive definite.
+  /// Computes the damped step from X̄ and its predicted gain. Returns false if the damped Hessian is not positive
+  /// definite.
   virtual bool find_step(double damping);
   const Eigen::VectorXd& step() const { return step_; }
-  /// Its largest entry.
+  /// Largest entry of the step.
   double step_size() const;
   double predicted() const { return predicted_; }
-  /// What is minimised, at X̄ and after the step, infinite where it is undefined. `with_derivatives` evaluates the
-  /// cost's there at once, which costs less than later.
   virtual double merit() const { return session_.summary.cost; }
+  /// Merit function after the step; infinite where it is undefined. With `with_derivatives`, also evaluates the
+  /// derivatives of the cost there, which is cheaper than a later evaluation.
   virtual double merit_at_step(bool with_derivatives);
-  /// The same after a step that is corrected by how the hard constraints bend along the one that was refused; infinite
-  /// where there are none. What it gains by the model stays what it was. drop_correction() where it is refused as well.
+  /// Merit function after a second-order correction of a rejected step, for curved hard constraints. Infinite without
+  /// hard constraints. predicted() is unchanged. Call drop_correction() if the corrected step is rejected too.
   virtual double merit_at_corrected_step(double /*damping*/) { return std::numeric_limits<double>::infinity(); }
   virtual void drop_correction() {}
-  /// X̄ is where the step leads from now on, without derivatives: the last step of all.
+  /// Moves X̄ to the end of the step without derivatives. For the last step only.
   void move();
-  /// The same with them. False, and back again, where a residual's derivatives are undefined.
+  /// Moves X̄ to the end of the step and evaluates the derivatives there. Returns false and moves back if they are
+  /// undefined.
   bool move_on();
-  /// Learns curvature from the step that was taken.
-  virtual void learn();
-  virtual void forget_curvature() { secant_.clear(); }
-  /// For what comes after the last step.
-  Workspace workspace() { return {cholesky_, gradient_, hessian_, std::exchange(hessian_is_here_, false)}; }
+  virtual void add_secant_pair();
+  virtual void clear_curvature() { secant_.clear(); }
+  /// Memory lent to the rank analysis after the last step.
+  Workspace workspace() { return {cholesky_, gradient_, hessian_, std::exchange(hessian_is_current_, false)}; }
 
-  // Of the hard constraints, where there are any.
+  // Whether there are hard constraints, and their violation.
 
   virtual bool constrained() const { return false; }
-  virtual Program::Violation violation() const { return {0.0, -1}; }
+  virtual NlpEvaluator::Violation violation() const { return {0.0, -1}; }
   bool feasible() const { return violation().size <= kConstraintTolerance; }
-  /// Before the first step, once the start is known to be finite.
+  /// Called before the first step, once the initial guess is known to be finite.
   virtual void begin() {}
-  /// Before each step: whether the Hessian is to be Gauss-Newton's or the Lagrangian's exact one.
-  virtual void choose_hessian(bool /*strongly_damped*/, bool /*free*/) {}
-  /// Keeps less of what the Hessian has besides Gauss-Newton's, in the end nothing: for one that is not positive definite.
-  /// False where there was nothing.
-  virtual bool lessen_curvature() { return false; }
-  /// Multipliers for what follows: those of the first-order update at X̄, or of the model's minimum at the step.
+  /// Called before each step: selects the Gauss-Newton or the exact Hessian.
+  virtual void choose_hessian(bool /*strongly_damped*/, bool /*undamped*/) {}
+  /// Reduces the curvature beyond Gauss-Newton, finally to none. For a Hessian that is not positive definite. Returns
+  /// false if there was none.
+  virtual bool reduce_curvature() { return false; }
+  /// Computes the multipliers of the first-order update at X̄.
   virtual void estimate_multipliers() {}
+  /// Computes the multipliers at the minimum of the model.
   virtual void estimate_multipliers_at_step() {}
-  /// Residual of the first-order conditions at X̄ with these, in standard deviations. 0 without hard constraints, where
-  /// the gradient and what a step gains say it all.
+  /// Residual of the first-order conditions at X̄ with the last multipliers [standard deviations]. 0 without hard
+  /// constraints; the gradient and the predicted gain are sufficient there.
   virtual double optimality() { return 0.0; }
-  /// Takes them, with more weight on the constraints while that is small.
-  virtual void take_multipliers() {}
-  /// Takes them after a step that gained `ratio` of what the model foretold, while they bring the optimality conditions
-  /// closer; else those of the classical method, once the augmented Lagrangian is minimised.
+  /// Accepts the last multipliers, and increases a small penalty.
+  virtual void accept_multipliers() {}
+  /// Accepts the last multipliers after a step with the acceptance ratio `ratio` if they reduce the optimality
+  /// residual. Otherwise uses those of the classical method, once the augmented Lagrangian is minimised.
   virtual void update_multipliers(double /*ratio*/) {}
-  /// Where the constraints come no closer, they get more weight. True when they are to be given up.
-  virtual bool update_penalty(bool /*no_closer*/) { return false; }
-  /// Where steps are refused again and again, less weight, for which less of a bend in a row is too much. False when they
-  /// have no more than is usual, or it was done too often.
+  /// Increases the penalty if the violation has stalled. Returns true if the constraints are locally infeasible.
+  virtual bool update_penalty(bool /*stalled*/) { return false; }
+  /// Reduces the penalty after many rejected steps: with a large penalty, a slightly curved row causes rejections.
+  /// Returns false if the penalty is not above its usual value, or after too many reductions.
   virtual bool relax_penalty() { return false; }
-  /// X̄ is far from where it was: what was counted there of weights raised and relaxed is forgotten.
-  virtual void begin_afresh() {}
-  /// Whether no small step lessens the constraints' violation, whatever it costs.
+  /// Resets the counters of penalty updates. For use after a long step.
+  virtual void reset_penalty_counters() {}
+  /// Returns whether no small step reduces the violation of the constraints.
   virtual bool locally_infeasible() { return false; }
-  /// X̄ becomes what the program keeps.
+  /// Moves X̄ to the point that the evaluator has saved.
   void restore() {
-    hessian_is_here_ = false;
-    program_.restore();
+    hessian_is_current_ = false;
+    nlp_.restore();
   }
-  /// X̄ becomes the best point so far.
   virtual void restore_best() {}
-  /// The cost of the best feasible one.
+  /// Cost of the best feasible point.
   virtual double best_cost() const { return std::numeric_limits<double>::infinity(); }
-  /// The problem's hard blocks get the last multipliers.
-  virtual void leave_multipliers() {}
+  /// Stores the last multipliers in the hard blocks of the problem.
+  virtual void store_multipliers() {}
 
  protected:
-  /// Derivatives besides the cost's at X̄, the cost's own being in trial_gradient_ and hessian_.
+  /// Evaluates the constraints and their derivatives at X̄. The derivatives of the cost are in trial_gradient_ and
+  /// hessian_.
   virtual void linearize_constraints() {}
-  /// The Hessian is the one at X̄ again, where the factor took its place, and then a step was refused: rarely, and one of
-  /// them takes half the memory of two.
-  void bring_hessian_here();
-  /// Sets scale_ by the Hessian at X̄.
+  /// Evaluates the Hessian at X̄ again if the factor has overwritten it and the step was rejected. This is rare, and
+  /// one matrix needs half the memory of two.
+  void restore_hessian();
+  /// Sets scale_ to the diagonal of the Hessian at X̄.
   virtual void find_scale();
-  /// What there is to do where X̄ and all its derivatives are new.
+  /// Called when X̄ and all its derivatives are new.
   virtual void on_new_point() {}
-  /// What is factorised for a damped step: a Hessian, in its place or copied, with more on its diagonal.
+  /// Adds the damping to the diagonal of a Hessian, in place or in a copy.
   void damp(const Eigen::VectorXd& hessian, double damping, Eigen::VectorXd& damped) const;
-  /// f(begin, size) of the values of each block column, in the lanes that write them.
+  /// Calls f(begin, size) for the values of each block column, in the tasks that write them.
   template <class F>
   void each_block_column(F f) const {
-    const SymmetricPattern& pattern = program_.hessian_pattern();
+    const SymmetricPattern& pattern = nlp_.hessian_pattern();
     blocks_.each([&](int, Eigen::Index first, Eigen::Index blocks) {
       for (int k = int(first); k < first + blocks; ++k)
         f(Eigen::Index(pattern.value_start[std::size_t(k)]), Eigen::Index(pattern.height(k)) * pattern.width(k));
@@ -122,20 +127,20 @@ class SoftModel {
   double scaled(const Eigen::VectorXd& gradient) const;
   BlockCholesky compile();
 
-  Program& program_;
+  NlpEvaluator& nlp_;
   Session& session_;
-  LaneParts parts_, blocks_;  // of the unknowns, and of the Hessian's blocks
+  ChunkedLoop parts_, blocks_;  // over the unknowns, and over the block columns of the Hessian
   Eigen::VectorXd gradient_, trial_gradient_;
-  Eigen::VectorXd hessian_;  // at X̄, or the factor there, or where the last step led
-  bool hessian_is_here_ = false;
-  Eigen::VectorXd last_gradient_;  // at the last X̄
+  Eigen::VectorXd hessian_;  // at X̄, or its factor, or at the last trial point
+  bool hessian_is_current_ = false;
+  Eigen::VectorXd last_gradient_;  // gradient at the previous X̄
   Eigen::VectorXd scale_;          // curvature of each unknown
   Eigen::VectorXd step_;
-  BlockCholesky cholesky_;  // after what is made with it
+  BlockCholesky cholesky_;  // declared after the members that compile() sets
   SecantPairs<float> secant_;
   double predicted_ = 0, trial_cost_ = 0;
   bool trial_has_derivatives_ = false;
-  bool all_curved_ = false;  // each unknown, by the Hessian's diagonal
+  bool all_curved_ = false;  // each diagonal entry of the Hessian is positive
 };
 
 }  // namespace tandem::detail

@@ -10,9 +10,9 @@ Solver::~Solver() = default;
 Summary Solver::solve() {
   constexpr const char* name = "augmented-lagrangian";
   if (const std::string why = why_unsupported(problem_, options_); !why.empty())
-    return detail::refusal(name, options_, why);
+    return detail::rejection(name, options_, why);
   if (!analysed_ || !analysed_->is_current()) {
-    analysed_.reset();  // before its memory is needed twice
+    analysed_.reset();  // frees its memory first
     analysed_ = std::make_unique<detail::LevenbergMarquardt>(problem_, name, options_);
     ++analyses_;
   }

@@ -6,21 +6,22 @@
 
 namespace tandem {
 
-/// Solves one problem again and again, by augmented-lagrangian, which without hard constraints is gauss-newton. Patterns,
-/// symbolic analysis and memory are kept from solve to solve, while values, measurements (Problem::set_residual), noise,
-/// losses and bounds change; after variables or blocks have joined or left, or were fixed, the next solve analyses anew.
-/// Each solve is what solve(problem, options) is, to the last bit.
+/// Solves one problem repeatedly by augmented-lagrangian, which without hard constraints equals gauss-newton.
+///
+/// Patterns, symbolic analysis and memory are kept while values, measurements (Problem::set_residual), noise, losses or
+/// bounds change. If variables or blocks have been added, removed or fixed, the next solve repeats the analysis. Each
+/// solve is bitwise equal to solve(problem, options).
 class Solver {
  public:
-  /// The problem must live as long.
+  /// The problem must outlive this object.
   explicit Solver(Problem& problem, AugmentedLagrangianOptions options = {});
   ~Solver();
 
-  /// For the next solve, but for secant_pairs; with from_multipliers it starts where the last one ended.
+  /// Options of the next solve; a change of `secant_pairs` has no effect after the first one. With `from_multipliers`,
+  /// a solve starts with the multipliers of the last one.
   AugmentedLagrangianOptions& options() { return options_; }
-  /// Leaves the best point found in the problem's variables, whatever the status; `unsupported` where why_unsupported().
+  /// Solves the problem; its variables get the best point found. `unsupported` if why_unsupported() gives a reason.
   Summary solve();
-  /// How often it has analysed the problem.
   int analyses() const { return analyses_; }
 
  private:

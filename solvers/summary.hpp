@@ -8,60 +8,61 @@
 
 namespace tandem {
 
-/// Why a solve ended.
+/// Reason why a solve ended.
 enum class Status {
-  converged,       ///< a local minimum to the tolerances asked for
-  max_iterations,  ///< stopped at the limit of iterations or evaluations
-  time_limit,      ///< stopped at the limit of time
+  converged,       ///< a local minimum within the tolerances
+  max_iterations,  ///< the limit of iterations or evaluations
+  time_limit,      ///< the time limit
   interrupted,     ///< stopped by the caller
-  infeasible,      ///< the hard constraints cannot be met together, as far as the solver can tell
-  unconstrained,   ///< the problem leaves a direction of some variable free; the message names it
-  unsupported,     ///< the solver cannot take this problem; the message says why
-  failed,          ///< the numerics gave out; the message says where
+  infeasible,      ///< the solver found no point that meets the hard constraints
+  rank_deficient,  ///< a direction of some variable is unobservable; the message names it
+  unsupported,     ///< the solver does not support the problem; the message gives the reason
+  failed,          ///< numerical failure; the message gives the cause
 };
 
-/// "converged", "max-iterations", …
+/// Returns "converged", "max-iterations", …
 std::string_view name(Status status);
-/// One sentence for a person.
+/// Returns one sentence for the user.
 std::string_view sentence(Status status);
 
-/// What a solve did. The problem's variables hold the best point found, whatever the status.
+/// Result of a solve. The variables of the problem have the best point found, whatever the status.
 struct Summary {
   std::string solver;
   Status status = Status::failed;
-  std::string message;  ///< one sentence: why it stopped
+  std::string message;  ///< one sentence: why the solve ended
   double initial_cost = 0, cost = 0;
-  double max_violation = 0;      ///< of the hard constraints, in their own units
-  std::string worst_constraint;  ///< residual and variables of the most violated hard constraint; empty when all hold
-  int iterations = 0, evaluations = 0;  ///< evaluations of the cost; NLopt's iterations are its evaluations
+  double max_violation = 0;      ///< largest violation of a hard constraint, in its own units
+  std::string worst_constraint;  ///< residual and variables of the most violated hard constraint; empty if all are met
+  /// Iterations, and evaluations of the cost. NLopt counts evaluations only; both are then equal.
+  int iterations = 0, evaluations = 0;
   double seconds = 0;
   double evaluation_seconds = 0;     ///< of residuals and Jacobians
-  double linear_solver_seconds = 0;  ///< of Gauss-Newton's factorisation and solves; of all else within Ipopt
+  double linear_solver_seconds = 0;  ///< of factorisations and solves; for Ipopt all time but evaluations
 
   bool converged() const { return status == Status::converged; }
 };
 
-/// One iteration, as reported while solving.
+/// Report of one iteration.
 struct Progress {
   int iteration;
   double cost;
-  double step;       ///< norm of the last step in the tangent space; NaN where the library does not tell
+  double step;       ///< norm of the last step in the tangent space; NaN if the library does not report it
   double violation;  ///< largest violation of a hard constraint
   double seconds;
 };
 
-/// What every solver understands.
+/// Options of all solvers.
 struct SolverOptions {
-  int max_iterations = 1000;                                    ///< the status is then max_iterations
-  double time_limit = std::numeric_limits<double>::infinity();  ///< s
-  const std::atomic<bool>* stop = nullptr;                      ///< set it from anywhere to end at the best point
-  /// That evaluate at once, at most; 0: one each core. The result is the same for any number, to the last bit.
+  int max_iterations = 1000;                                    ///< limit of iterations
+  double time_limit = std::numeric_limits<double>::infinity();  ///< [s]
+  const std::atomic<bool>* stop = nullptr;  ///< ends the solve at the best point once true; any thread may set it
+  /// Maximum number of threads of an evaluation; 0 uses one per core. Results are bitwise independent of it.
   int threads = 0;
-  /// Start from the multipliers that the hard blocks have (Problem::multipliers), as an earlier solve left them: of a
-  /// problem whose values, measurements or bounds have changed a little since. For the solvers that have multipliers.
+  /// Starts from the multipliers of the hard blocks (Problem::multipliers), as left by an earlier solve of a similar
+  /// problem. Only for solvers that have multipliers.
   bool from_multipliers = false;
-  /// Called once an iteration, while the variables' values are the iterate's: it may read them and compute their
-  /// Marginals, but neither change the problem nor solve it. What it throws ends the solve and comes out of it.
+  /// Called once per iteration, while the variables have the values of the iterate. It may read them and compute
+  /// Marginals. It must neither change nor solve the problem. Exceptions end the solve and propagate to its caller.
   std::function<void(const Progress&)> progress;
 };
 

@@ -4,7 +4,7 @@
 
 namespace tandem::testing {
 
-/// What the heap was asked for, in executables one source of which includes allocations.hpp.
+/// Number of heap allocations; counted only if one source of the executable includes allocations.hpp.
 inline std::atomic<long> allocations{0};
 
 }  // namespace tandem::testing

@@ -7,11 +7,10 @@
 #include "allocation_count.hpp"
 #include "sanitized.hpp"
 
-/// Counts what the heap is asked for in the whole executable, C++ or C. Include it in exactly one source of
-/// it.
+/// Counts the C and C++ heap allocations of the executable. Include it in exactly one source.
 #ifdef TANDEM_SANITIZED
 
-// The sanitizer has replaced malloc, and tells.
+// The sanitizer replaces malloc and offers hooks.
 extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*)(const volatile void*, std::size_t),
                                                          void (*)(const volatile void*));
 
@@ -22,8 +21,8 @@ inline const int hooked = __sanitizer_install_malloc_and_free_hooks(
 
 #elif defined(__GLIBC__)
 
-// malloc and its kin are replaced (operator new and Eigen's aligned allocation call them), and pass on to the
-// C library's.
+// Replaces malloc and related functions, which operator new and Eigen's aligned allocation call, and forwards to the C
+// library.
 extern "C" {
 void* __libc_malloc(std::size_t);
 void* __libc_calloc(std::size_t, std::size_t);
@@ -55,7 +54,7 @@ int posix_memalign(void** result, std::size_t alignment, std::size_t size) noexc
 
 #else
 
-// Elsewhere operator new alone is counted.
+// Other platforms: counts operator new only.
 void* operator new(std::size_t size) {
   ++tandem::testing::allocations;
   if (void* p = std::malloc(size)) return p;

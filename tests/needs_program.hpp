@@ -24,8 +24,8 @@ inline bool gnuplot_present() { return program_present("gnuplot"); }
 
 }  // namespace tandem
 
-/// First line of a test of what is optional. Where it is absent, the test is reported as skipped and says what was not
-/// checked; where TANDEM_REQUIRE_SHARED asks for every check, it fails.
+/// First line of a test that needs an optional program or library `name`. If it is not `present`, the test is skipped
+/// and reports `what` was not checked; with TANDEM_REQUIRE_SHARED=1 it fails.
 #define TANDEM_NEEDS(present, name, what)                                                        \
   do {                                                                                           \
     if (!(present)) {                                                                            \

@@ -1,6 +1,6 @@
 #pragma once
 
-// What nearly every test reads, precompiled. A test still includes what it uses.
+// Headers that nearly every test includes, precompiled. Tests still include the headers that they use.
 
 #include <algorithm>
 #include <array>

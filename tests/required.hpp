@@ -5,8 +5,8 @@
 
 namespace tandem {
 
-/// Whether what a test cannot do without, ../shared or a program, has to be there, as in continuous integration:
-/// TANDEM_REQUIRE_SHARED=1.
+/// Returns true if TANDEM_REQUIRE_SHARED=1 is set, as in continuous integration: tests then fail instead of being
+/// skipped if ../shared or a program is missing.
 inline bool everything_required() {
   const char* const value = std::getenv("TANDEM_REQUIRE_SHARED");
   return value && *value && std::string_view(value) != "0";

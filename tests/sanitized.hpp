@@ -10,8 +10,7 @@
 
 namespace tandem {
 
-/// Whether the sanitizers run this, who see all that there is when code has run a few times: what repeats it at random, or
-/// for long, may do less of it.
+/// True in sanitizer builds. Sanitizers find errors in a few executions, so repeated and long tests may do less.
 #ifdef TANDEM_SANITIZED
 inline constexpr bool kSanitized = true;
 #else

@@ -7,15 +7,15 @@
 
 namespace tandem {
 
-/// Writes a problem as it is, with its variables' values, as JSON (docs/file_formats.md): read again, it is solved in the
-/// same iterations to the same cost, to the last bit. Throws Error, and leaves what was there, when the file cannot be
-/// written or numbers do not tell what is in a residual, a pointer for example (see Fields).
+/// Writes a problem with its current values as JSON (docs/file_formats.md). A solve of the problem that is read back
+/// gives bitwise the same result. Throws Error if a residual has a member that cannot be stored as numbers, such as a
+/// pointer (see Fields), or if the file cannot be written. An existing file then stays unchanged.
 void write_problem(const Problem& problem, const std::filesystem::path& file);
-/// Throws Error that says where and what is wrong; also where this program is not compiled with a residual in the role, or a
-/// group, that the file has. Handles are those of Problem::variables() and Problem::blocks().
+/// Reads a problem file. Throws Error with the location of the mistake. A group, or a residual in a role, that this
+/// program does not use is also an error. Problem::variables() and Problem::blocks() return the handles.
 Problem read_problem(const std::filesystem::path& file);
 
-/// The same as text. `name` is what messages call it.
+/// Convert a problem to and from the text of a problem file. `name` is the file name in messages.
 std::string problem_text(const Problem& problem);
 Problem parse_problem(const std::string& text, const std::string& name);
 

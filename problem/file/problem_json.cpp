@@ -26,10 +26,10 @@ const std::pair<Role, std::string_view> kRoles[] = {
 
 // Writing.
 
-/// JSON has no infinity.
+/// Infinite bounds become strings, because JSON has no infinity.
 Json number(double x, bool bound, const std::string& what) {
   if (std::isfinite(x)) return x;
-  if (std::isnan(x) || !bound) throw Error(what + " has a number that is not finite");
+  if (std::isnan(x) || !bound) throw Error(what + " contains a number that is not finite");
   return x > 0 ? "inf" : "-inf";
 }
 
@@ -86,7 +86,7 @@ Json as_json(const Block& block, const std::string& what) {
   return json;
 }
 
-/// Bytes that are no UTF-8, in a name, come out replaced.
+/// Serializes a value on one line. Invalid UTF-8 in names is replaced.
 std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 template <class List, class F>
@@ -98,13 +98,13 @@ std::string lines(const List& list, F as_json) {
 
 // Reading.
 
-/// Short, for a message.
+/// Returns a short text of a value for a message.
 std::string shown(const Json& json) {
   if (json.is_structured()) return json.is_array() ? "a list" : "an object";
   return json.dump(-1, ' ', true, Json::error_handler_t::replace).substr(0, 40);
 }
 
-/// An entry of the file, and where it is.
+/// An entry of the file and its location for messages.
 struct Entry {
   const Json& json;
   std::string where;
@@ -117,35 +117,36 @@ struct Entry {
     if (found == json.end()) throw Error(there + " is missing");
     return {*found, there};
   }
+  /// Checks that the entry is an object with no other keys than these.
   const Entry& object(std::initializer_list<std::string_view> keys) const {
-    if (!json.is_object()) fail("is no object in braces");
+    if (!json.is_object()) fail("must be an object in braces");
     for (const auto& [key, value] : json.items())
       if (std::find(keys.begin(), keys.end(), key) == keys.end())
-        fail("has an entry \"" + key + "\", which it does not take");
+        fail("has an unknown entry \"" + key + "\"; remove it or correct its name");
     return *this;
   }
   const Json& list() const {
-    if (!json.is_array()) fail("is no list in brackets");
+    if (!json.is_array()) fail("must be a list in brackets");
     return json;
   }
   std::string text() const {
-    if (!json.is_string()) fail("is no text");
+    if (!json.is_string()) fail("must be a string");
     return json.get<std::string>();
   }
   bool flag() const {
-    if (!json.is_boolean()) fail("is neither true nor false");
+    if (!json.is_boolean()) fail("must be true or false");
     return json.get<bool>();
   }
   int whole(const Json& x) const {
     if (!x.is_number_integer() || x.get<double>() < 0 || x.get<double>() > std::numeric_limits<int>::max())
-      fail("takes whole numbers from 0, not " + shown(x));
+      fail("accepts only integers from 0 up, not " + shown(x));
     return x.get<int>();
   }
   double number(const Json& x, bool bound = false) const {
     if (bound && x == "inf") return std::numeric_limits<double>::infinity();
     if (bound && x == "-inf") return -std::numeric_limits<double>::infinity();
     if (!x.is_number() || !std::isfinite(x.get<double>()))
-      fail(std::string("takes finite numbers") + (bound ? ", \"inf\" and \"-inf\"" : "") + ", not " + shown(x));
+      fail(std::string("accepts only finite numbers") + (bound ? ", \"inf\" and \"-inf\"" : "") + ", not " + shown(x));
     return x.get<double>();
   }
   std::vector<double> numbers(bool bounds = false) const {
@@ -156,7 +157,8 @@ struct Entry {
   std::vector<double> matrix() const {
     std::vector<double> result;
     for (const Json& row : list()) {
-      if (!row.is_array() || row.size() != json.front().size()) fail("takes rows of one length, each in brackets");
+      if (!row.is_array() || row.size() != json.front().size())
+        fail("must have rows of equal length, each in brackets");
       for (const Json& x : row) result.push_back(number(x));
     }
     return result;
@@ -169,13 +171,13 @@ struct Entry {
       if (name == text) return value;
       known += (known.empty() ? "" : ", ") + std::string(name);
     }
-    fail("is one of " + known);
+    fail("must be one of " + known);
   }
 };
 
 Block block_of(const Entry& entry) {
   Block block;
-  if (!entry.json.is_object()) entry.fail("is no object in braces");
+  if (!entry.json.is_object()) entry.fail("must be an object in braces");
   block.role = entry.at("role").one_of(kRoles);
   const Entry variables = entry.at("variables");
   for (const Json& v : variables.list()) block.variables.push_back(variables.whole(v));
@@ -200,10 +202,10 @@ Block block_of(const Entry& entry) {
   entry.object({"role", "residual", "variables", "data", "noise", "loss"});
   const Entry noise = entry.at("noise");
   noise.object({"diagonal", "full"});
-  if (noise.has("diagonal") == noise.has("full")) noise.fail("takes one of diagonal and full");
+  if (noise.has("diagonal") == noise.has("full")) noise.fail("must have either diagonal or full");
   if (noise.has("full")) {
     block.full = noise.at("full").matrix();
-    if (block.full.empty()) noise.fail("has no number");
+    if (block.full.empty()) noise.fail("has an empty matrix full");
   } else {
     block.diagonal = noise.at("diagonal").numbers();
   }
@@ -216,17 +218,17 @@ Block block_of(const Entry& entry) {
 }
 
 Json parsed(const std::string& text) try { return Json::parse(text); } catch (const Json::parse_error& error) {
-  throw Error("is no JSON from byte " + std::to_string(error.byte) +
-              " on: is it cut short? Write the problem to it once more");
+  throw Error("invalid JSON at byte " + std::to_string(error.byte) +
+              "; the file may be truncated, write the problem again");
 } catch (const Json::exception& error) {
-  throw Error("a number in it is beyond the range of numbers");
+  throw Error("a number exceeds the range of double precision");
 }
 
 }  // namespace
 
 std::string json_text(const ProblemData& data) {
   std::string text = "{\n\"format\": " + text_of(kFormat) + ",\n\"version\": " + text_of(kVersion);
-  text += ",\n\"widening\": " + text_of(data.widening);
+  text += ",\n\"loss_scale\": " + text_of(data.loss_scale);
   text += ",\n\"variables\": " + lines(data.variables, [](const ProblemData::Variable& v, std::size_t i) {
             Json json{{"group", v.group}, {"name", v.name}};
             json["value"] = numbers(v.value, "variable " + std::to_string(i) + " (" + v.name + ")");
@@ -243,13 +245,13 @@ ProblemData parse_json(const std::string& text) {
   const Json json = parsed(text);
   const Entry file{json, ""};
   if (!json.is_object() || !file.has("format") || json["format"] != kFormat)
-    throw Error(std::string("is not the file of a problem: that has \"format\": \"") + kFormat + "\"");
+    throw Error(std::string("not a problem file; \"format\" must be \"") + kFormat + "\"");
   if (const Entry version = file.at("version"); version.json != kVersion)
-    throw Error("is of version " + shown(version.json) + " of the format, and this program reads version " +
-                std::to_string(kVersion) + ": use the Tandem that wrote it, or write it with this one");
-  Entry{json, "it"}.object({"format", "version", "widening", "variables", "blocks"});
+    throw Error("format version " + shown(version.json) + " is not supported, only version " +
+                std::to_string(kVersion) + "; use the Tandem release that wrote the file");
+  Entry{json, "the file"}.object({"format", "version", "loss_scale", "variables", "blocks"});
   ProblemData data;
-  if (file.has("widening")) data.widening = file.at("widening").number(json["widening"]);
+  if (file.has("loss_scale")) data.loss_scale = file.at("loss_scale").number(json["loss_scale"]);
   for (const Json& variable : file.at("variables").list()) {
     const Entry entry{variable, "variable " + std::to_string(data.variables.size())};
     entry.object({"group", "name", "value", "fixed"});

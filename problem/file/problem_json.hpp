@@ -6,7 +6,7 @@
 
 namespace tandem::detail {
 
-/// A problem's numbers and names as JSON, one variable or block a line, and back. Both throw Error.
+/// Convert the content of a problem to and from JSON text, with one variable or block per line. Both throw Error.
 std::string json_text(const ProblemData& data);
 ProblemData parse_json(const std::string& text);
 

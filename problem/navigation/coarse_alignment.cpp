@@ -9,10 +9,10 @@
 namespace tandem {
 namespace {
 
-constexpr double kLevelling = 1.0;        // s of specific force that tell roll and pitch
-constexpr double kFirstSeconds = 5.0;     // within which another sensor's first measurement counts
-constexpr double kLooseHeading = 3.0;     // rad
-constexpr double kLoosePosition = 100.0;  // m
+constexpr double kLevelling = 1.0;        // s; averaging time of the specific force for roll and pitch
+constexpr double kFirstSeconds = 5.0;     // s; the first measurement of a sensor must be this early to be used
+constexpr double kLooseHeading = 3.0;     // rad, standard deviation
+constexpr double kLoosePosition = 100.0;  // m, standard deviation
 
 const EgoSensor* sensor_of(const NavigationData& data, EgoSensorType type) {
   for (const EgoSensor& sensor : data.sensors)
@@ -20,7 +20,7 @@ const EgoSensor* sensor_of(const NavigationData& data, EgoSensorType type) {
   return nullptr;
 }
 
-/// The first measurement from t on, if it is early.
+/// Returns the first measurement at or after t, or null if it is not valid within 5 s.
 const EgoMeasurement* first_of(const EgoSensor* sensor, double t) {
   if (!sensor) return nullptr;
   for (const EgoMeasurement& m : sensor->measurements)
@@ -28,13 +28,13 @@ const EgoMeasurement* first_of(const EgoSensor* sensor, double t) {
   return nullptr;
 }
 
-/// Whether the chaser can move without an inertial sensor.
-bool moves_by_log(const NavigationData& data) {
+/// Returns whether the chaser can navigate without an IMU.
+bool has_dvl_and_heading(const NavigationData& data) {
   return sensor_of(data, EgoSensorType::dvl) && sensor_of(data, EgoSensorType::heading);
 }
 
-/// The least turn that brings the specific force of a body at rest upright.
-SO3 levelled(const NavigationData& data, double t) {
+/// Returns the smallest rotation from body to world axes that makes the mean specific force after t point up.
+SO3 level_orientation(const NavigationData& data, double t) {
   if (!data.imu) return SO3();
   ImuRecord record(*data.imu);
   for (const ImuSample& sample : data.imu->samples) {
@@ -49,8 +49,8 @@ SO3 levelled(const NavigationData& data, double t) {
   return SO3::Exp(axis * (std::atan2(sine, up.z()) / sine));
 }
 
-/// The turn about the vertical that brings `from` nearest to `to`.
-double turn_between(const SO3& from, const SO3& to) {
+/// Returns the rotation about the vertical [rad] that brings `from` closest to `to`.
+double yaw_between(const SO3& from, const SO3& to) {
   const Matrix<3, 3> M = (from * to.inverse()).matrix();
   return std::atan2(M(0, 1) - M(1, 0), M(0, 0) + M(1, 1));
 }
@@ -58,19 +58,19 @@ double turn_between(const SO3& from, const SO3& to) {
 }  // namespace
 
 std::optional<double> start_time(const NavigationData& data) {
-  std::optional<double> by_log, by_imu;
+  std::optional<double> by_dvl, by_imu;
   for (const EgoSensor& sensor : data.sensors)
-    if (!sensor.measurements.empty() && moves_by_log(data))
-      by_log = std::min(by_log.value_or(HUGE_VAL), sensor.valid_at(sensor.measurements.front()));
+    if (!sensor.measurements.empty() && has_dvl_and_heading(data))
+      by_dvl = std::min(by_dvl.value_or(HUGE_VAL), sensor.valid_at(sensor.measurements.front()));
   if (data.imu && !data.imu->samples.empty()) by_imu = data.imu->samples.front().t;
-  return by_imu && !(by_log && *by_log < *by_imu - kFirstSeconds) ? by_imu : by_log;
+  return by_imu && !(by_dvl && *by_dvl < *by_imu - kFirstSeconds) ? by_imu : by_dvl;
 }
 
-EgoState Alignment::turned(double angle) const {
+EgoState Alignment::rotated_about_vertical(double angle) const {
   const SO3 turn = SO3::Exp({0, 0, angle});
   EgoState result = state;
   result.pose = SE3(turn * state.pose.rotation(), state.pose.translation());
-  if (velocity_in_body) result.velocity = turn.act(state.velocity);
+  if (velocity_from_dvl) result.velocity = turn.act(state.velocity);
   return result;
 }
 
@@ -80,33 +80,33 @@ Alignment coarse_alignment(const NavigationData& data) {
   const EgoSensor* gps = sensor_of(data, EgoSensorType::gps);
   const EgoSensor* depth = sensor_of(data, EgoSensorType::depth);
   const std::optional<double> start = start_time(data);
-  if (!start) throw Error("navigation needs a source of motion: an imu, or a dvl together with a heading");
+  if (!start) throw Error("navigation needs a source of motion: add an imu, or a dvl and a heading sensor");
 
   Alignment a;
   a.t = *start;
   const bool inertial = data.imu && !data.imu->samples.empty() && data.imu->samples.front().t <= a.t + kLevelling;
-  SO3 R = levelled(data, a.t);
+  SO3 R = level_orientation(data, a.t);
   if (const EgoMeasurement* m = first_of(heading, a.t)) {
     const SO3 measured = m->rotation * heading->mount.rotation().inverse();
-    R = inertial ? SO3::Exp({0, 0, turn_between(R, measured)}) * R : measured;
-    a.spread.rotation.z() = kLooseHeading;
+    R = inertial ? SO3::Exp({0, 0, yaw_between(R, measured)}) * R : measured;
+    a.sigmas.rotation.z() = kLooseHeading;
   } else if (heading || gps || !data.earth.rate.isZero(0)) {
     a.heading_unknown = true;
-    a.spread.rotation.z() = kLooseHeading;
+    a.sigmas.rotation.z() = kLooseHeading;
   }
   Vector<3> p = Vector<3>::Zero();
   const EgoMeasurement* fix = first_of(gps, a.t);
-  if (gps) a.spread.position.setConstant(kLoosePosition);
+  if (gps) a.sigmas.position.setConstant(kLoosePosition);
   if (fix) p = fix->value - R.act(gps->mount.translation());
   if (const EgoMeasurement* m = first_of(depth, a.t)) {
     p.z() = m->value.z() - R.act(depth->mount.translation()).z();
-    a.spread.position.z() = kLoosePosition;
+    a.sigmas.position.z() = kLoosePosition;
   }
   if (const EgoMeasurement* m = first_of(dvl, a.t)) {
     a.state.velocity = R.act(m->value);
-    a.velocity_in_body = true;
+    a.velocity_from_dvl = true;
   } else {
-    a.spread.velocity.setConstant(3.0);
+    a.sigmas.velocity.setConstant(3.0);
     if (fix && fix != &gps->measurements.back()) {
       const EgoMeasurement& next = *(fix + 1);
       if (next.t - fix->t > 0.5) a.state.velocity = (next.value - fix->value) / (next.t - fix->t);

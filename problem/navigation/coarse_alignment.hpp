@@ -4,27 +4,28 @@
 
 namespace tandem {
 
-/// A first state out of the first seconds of a recording, before anything is estimated.
+/// Initial state of the chaser, computed from the first seconds of a recording before any estimation.
 struct Alignment {
-  double t = 0;                  ///< s, where the first keyframe stands
-  EgoState state{};              ///< there
-  EgoSpread spread{};            ///< how far it may be off
-  bool heading_unknown = false;  ///< something will tell it, but not at once: `state` faces some way
+  double t = 0;                    ///< time of the first keyframe [s]
+  EgoState state{};                ///< state at t
+  EgoStateSigmas sigmas{};         ///< standard deviations of `state`
+  bool heading_unknown = false;    ///< the heading of `state` is arbitrary; later measurements determine it
+  bool velocity_from_dvl = false;  ///< the velocity of `state` was measured along body axes
 
-  /// The same, turned about the vertical by an angle [rad]; a velocity that the DVL gave turns along.
-  EgoState turned(double angle) const;
-
-  bool velocity_in_body = false;  ///< it came from the DVL
+  /// Returns `state`, rotated about the vertical by an angle [rad]. This includes a velocity from the DVL.
+  EgoState rotated_about_vertical(double angle) const;
 };
 
-/// When a chaser can be estimated from on [s]: the inertial sensor's first sample; where that comes late, or never, the
-/// first measurement of the others, with a DVL and a heading to move by. Nothing when there is neither.
+/// Returns the time from which the chaser can be estimated [s]. This is the time of the first IMU sample. If the IMU is
+/// missing or starts more than 5 s after the other sensors, and there is a DVL with a heading sensor, it is the time of
+/// the first measurement. Returns nullopt if the data have neither an IMU nor a DVL with a heading sensor.
 std::optional<double> start_time(const NavigationData& data);
 
-/// Roll and pitch from the mean specific force of the first second, heading from the heading sensor, position from gps
-/// and depth, velocity from the DVL or two fixes, as far as there are any. Without a heading sensor the heading is
-/// unknown when there is gps, or a turning Earth; when nothing can tell it, or the position, they are zero by definition.
-/// Throws Error without an inertial sensor, or a DVL with a heading, to move by.
+/// Computes the initial state from the sensors that are available. Roll and pitch come from the mean specific force of
+/// the first second, heading from the heading sensor, position from GPS and depth, velocity from the DVL or two fixes.
+///
+/// Without a heading sensor, the heading is unknown if GPS or a rotating Earth makes it observable. A heading or
+/// position that no sensor observes is zero by definition. Throws Error if start_time() returns nullopt.
 Alignment coarse_alignment(const NavigationData& data);
 
 }  // namespace tandem

@@ -9,39 +9,41 @@
 
 namespace tandem {
 
-/// One end of a factor.
+/// A keyframe at one end of a factor.
 struct DvlKeyframe {
   double t;  ///< s
   Variable<SE3> pose;
-  Vector<3> gyroscope_bias;  ///< rad/s, along the sensor's axes, taken off the samples after it
+  Vector<3> gyroscope_bias;  ///< rad/s, along the sensor's axes; subtracted from the samples after the keyframe
 };
 
-/// A Doppler log's readings, summed up between keyframes (PreintegratedDvl). A reading holds until the next one, for a
-/// greatest age at most; where none holds, keyframes have no factor between them. Readings may come late: those factors
-/// are made anew that they change, and so is the one before, once it is known how long its last reading holds, since a
-/// reading which two factors share is divided between them by time (see DvlPreintegrator).
+/// Factors that preintegrate DVL velocities between consecutive keyframes (PreintegratedDvl).
+///
+/// A reading holds until the next one, for max_age at most. Two keyframes get a factor only if readings cover the whole
+/// interval between them. Readings may be added in any order: a late reading rebuilds the factors that it changes. This
+/// includes the preceding factor if both share a reading, because a shared reading is split by time (DvlPreintegrator).
 class DvlFactors {
  public:
-  /// `greatest_age` [s] of a reading that still counts. `loss`: of sensors that have none of their own.
-  DvlFactors(double greatest_age, const Loss& loss) : greatest_age_(greatest_age), loss_(loss) {}
+  /// `max_age` is the maximum time that a reading holds [s]. `loss` applies to sensors without their own loss.
+  DvlFactors(double max_age, const Loss& loss) : max_age_(max_age), loss_(loss) {}
 
   struct Reading {
-    double t;            ///< s, when it was valid
-    Vector<3> velocity;  ///< m/s
-    std::size_t sensor;
+    double t;            ///< time of validity [s]
+    Vector<3> velocity;  ///< over ground, along body axes [m/s]
+    std::size_t sensor;  ///< index in Context::sensors
   };
-  /// What factors are made with. `sensors`: by the readings' indices.
-  struct Into {
+  /// Objects that are needed to build factors.
+  struct Context {
     Problem& problem;
     const ImuRecord& imu;
     const std::vector<EgoSensor>& sensors;
   };
 
-  /// In any order.
-  void add(const Reading& reading, const Into& into);
-  /// Two keyframes that inertial samples tie, later than those before them.
-  void tie(const DvlKeyframe& from, const DvlKeyframe& to, const Into& into);
-  /// Forgets factors from before t, whose variables have left the problem, and what only they need.
+  /// Adds a reading and rebuilds the factors that it changes.
+  void add(const Reading& reading, const Context& context);
+  /// Adds a factor between two keyframes. IMU samples must cover the interval, and it must follow all earlier factors.
+  void connect(const DvlKeyframe& from, const DvlKeyframe& to, const Context& context);
+  /// Forgets factors that start before t, and readings that only they need. Does not remove blocks from the problem:
+  /// these must have left it with their variables.
   void drop_before(double t);
 
  private:
@@ -50,14 +52,14 @@ class DvlFactors {
     std::optional<Block> block{};
   };
 
-  std::size_t holding_at(double t) const;
+  std::size_t reading_at(double t) const;
   double end_of(std::size_t reading) const;
-  DvlReading as_held(std::size_t reading, const Into& into) const;
-  bool covered(double from, double to) const;
-  void make_between(double from, double to, const Into& into);
-  void make(Factor& factor, const Into& into) const;
+  DvlReading preintegrator_input(std::size_t reading, const Context& context) const;
+  bool covers(double from, double to) const;
+  void rebuild_between(double from, double to, const Context& context);
+  void rebuild(Factor& factor, const Context& context) const;
 
-  double greatest_age_;
+  double max_age_;
   Loss loss_;
   std::deque<Reading> readings_;  // in time order
   std::deque<Factor> factors_;    // in time order

@@ -15,33 +15,35 @@
 
 namespace tandem {
 
-/// What the chaser is estimated to be at an instant.
+/// State of the chaser at one instant.
 struct EgoState {
   SE3 pose{};                              ///< body in the world
   Vector<3> velocity = Vector<3>::Zero();  ///< m/s, world
-  Vector<6> bias = Vector<6>::Zero();      ///< accelerometer [m/s²], gyroscope [rad/s], along the sensor's axes
+  Vector<6> bias = Vector<6>::Zero();      ///< accelerometer [m/s²], gyroscope [rad/s], along the IMU's axes
 };
 
-/// How far a first state may be from the truth: standard deviations, along world axes.
-struct EgoSpread {
+/// Prior standard deviations of the first state, along world axes.
+struct EgoStateSigmas {
   Vector<3> position = Vector<3>::Constant(1e-3);  ///< m
-  Vector<3> rotation = Vector<3>(0.3, 0.3, 1e-3);  ///< rad, about world axes: tilt, and heading
+  Vector<3> rotation = Vector<3>(0.3, 0.3, 1e-3);  ///< rad, about world axes: tilt about x and y, heading about z
   Vector<3> velocity = Vector<3>::Constant(1.0);   ///< m/s
-  /// Of the biases about those of the state [m/s², rad/s]; none: they are about zero, by what the IMU is said to have.
+  /// Standard deviations of the IMU biases [m/s², rad/s]. If they are given, the prior mean is the bias of the state;
+  /// otherwise the prior has zero mean and the initial standard deviations of the ImuSensor.
   std::optional<Vector<6>> bias{};
 };
 
-/// How the chaser's own sensors become a problem.
+/// Options of the residuals for the chaser's own sensors.
 struct EgoOptions {
-  bool dvl_scale = false;         ///< estimate the DVL's scale factor, one number for the whole run
-  double dvl_scale_sigma = 0.05;  ///< what is not known of it beforehand
-  /// For comparison: DVL velocities summed up between keyframes with the gyroscope's rotation (PreintegratedDvl), in place
-  /// of each being a residual of its own. See DvlFactors.
+  bool dvl_scale = false;         ///< estimate one scale factor error of the DVL for the whole run
+  double dvl_scale_sigma = 0.05;  ///< its prior standard deviation
+  /// Preintegrates DVL velocities between keyframes with the gyroscope's rotation (DvlFactors), instead of one residual
+  /// per velocity. For comparisons.
   bool preintegrated_dvl = false;
-  double dvl_greatest_age = 2.0;  ///< s that a velocity which is summed up holds at most
-  Loss loss{};                    ///< of measurements whose sensor has none of its own
-  /// Root spectral densities that tie keyframes where there is no IMU: m/s² /√Hz and rad/s /√Hz.
-  double coasting_acceleration = 0.3, coasting_turn = 0.1;
+  double dvl_max_age = 2.0;  ///< maximum time that a preintegrated velocity holds [s]
+  Loss loss{};               ///< for sensors without EgoSensor::loss
+  /// Root spectral densities of acceleration [m/s² /√Hz] and turn rate [rad/s /√Hz] for Coasting, which connects
+  /// keyframes without IMU samples between them.
+  double coasting_acceleration = 0.3, coasting_turn_rate = 0.1;
 };
 
 /// Pose, velocity and, with an IMU, biases of the chaser at one keyframe.
@@ -50,100 +52,107 @@ struct EgoKeyframe {
   Variable<SE3> pose;
   Variable<R3> velocity;                ///< m/s, world
   std::optional<Variable<Rn<6>>> bias;  ///< [accelerometer; gyroscope] [m/s², rad/s]; none without an IMU
-  Vector<6> integrated_at;              ///< bias with which the samples after it are summed up
+  Vector<6> preintegration_bias;        ///< bias at which the samples after this keyframe are preintegrated
 };
 
-/// The bias of a sensor's StayingError, of as many rows as its residual has.
-struct EgoError {
-  double t;  ///< s, when it was measured with
+/// Returns the state at a keyframe, from the current values of its variables.
+EgoState state_at(const Problem& problem, const EgoKeyframe& keyframe);
+
+/// State of a sensor's bias (SystematicError). Measurements between which the bias hardly changes share one state.
+struct EgoBias {
+  double t;  ///< time of the first measurement that reads it [s]
   std::variant<Variable<Rn<1>>, Variable<Rn<3>>> state;
-  double last =
-      t;  ///< s, when it was measured with last: changes of less than noise can tell have no state of their own
+  double last_used = t;  ///< time of the last measurement that reads it [s]
 };
 
-/// A measurement of the chaser's own sensors in the problem.
+/// A measurement of the chaser's own sensors in a problem.
 struct PlacedEgoMeasurement {
   std::size_t sensor;
-  double t;                    ///< s, when it was valid
-  std::optional<Block> block;  ///< none where it waits to be summed up with others
-  /// Of the bias of a sensor's StayingError: what ties its state to the one before, or holds the first.
-  std::optional<Block> error{};
+  double t;                    ///< time of validity [s]
+  std::optional<Block> block;  ///< none for DVL readings that are preintegrated
+  /// Block of a new bias state, if the measurement added one: its prior, or the Gauss–Markov step from the one before.
+  std::optional<Block> bias_block{};
 };
 
-/// The chaser's keyframes in a problem, tied by its inertial sensor: preintegrated between keyframes; where that has a
-/// gap, or there is none, by Coasting. Other measurements join the keyframe before them, the state there carried on to
-/// their instant by the inertial samples in between (Propagated); where these do not reach, a keyframe has to stand at
-/// the instant itself. Used for a whole recording and for one that comes in line by line.
+/// Chain of the chaser's keyframes in a problem, for a whole recording or for data that arrive one by one.
+///
+/// IMU preintegration connects consecutive keyframes. Coasting connects them in gaps of the IMU, or without one. Every
+/// other measurement attaches to the last keyframe before it: IMU samples propagate the state from the keyframe to the
+/// time of the measurement (Propagated). If samples do not cover this interval, the measurement needs its own keyframe.
 class EgoChain {
  public:
-  /// `data`: Earth, sensors and their settings; no samples or measurements are read.
+  /// Copies the Earth, the sensors and their settings from `data`. Does not read samples or measurements. Throws Error
+  /// if the settings of a sensor are inconsistent or its systematic errors are not supported.
   EgoChain(Problem& problem, const NavigationData& data, const EgoOptions& options = {});
 
-  /// To be called before the keyframes and measurements that are later. False: not later than the last.
+  /// Adds an IMU sample. Samples must be added before later keyframes and measurements. Returns false if the sample is
+  /// not later than the last one, or if there is no IMU.
   bool add(const ImuSample& sample);
 
-  /// The first keyframe and what is known of it beforehand; starts at `guess`, or at `prior`.
-  const EgoKeyframe& start(double t, const EgoState& prior, const EgoSpread& spread,
+  /// Adds the first keyframe with a prior. The initial guess is `guess`, or else the prior mean.
+  const EgoKeyframe& start(double t, const EgoState& prior, const EgoStateSigmas& sigmas,
                            const std::optional<EgoState>& guess = {});
-  /// A keyframe later than the last one; starts at `guess`, or where the last one's state leads.
+  /// Adds a keyframe later than the last one. The initial guess is `guess`, or else the state predicted at t.
   const EgoKeyframe& extend(double t, const std::optional<EgoState>& guess = {});
-  /// Whether a measurement at t can join a keyframe, or needs one of its own.
-  bool reaches(double t) const;
-  /// Makes ready what a measurement at t needs beside the state: the bias of its sensor's StayingError. Returns whether that
-  /// is new.
-  bool prepare(std::size_t sensor, double t);
-  /// Calls f(t, variable) for each bias that a newer one has taken the place of since the last call, t of the keyframe that
-  /// it was measured from; of those that prepare() made. The newest of each sensor stays in the problem, however old.
+  /// Returns whether attach() accepts a measurement at t. Otherwise the measurement needs a keyframe at t.
+  bool can_attach(double t) const;
+  /// Adds the bias state (SystematicError) that a measurement at t needs. Returns whether a state was added.
+  bool prepare_bias(std::size_t sensor, double t);
+  /// Calls f(t, variable) for each bias state that a newer one has superseded since the last call. t [s] is the time of
+  /// the last keyframe whose measurements read it. Only states from prepare_bias() count. The newest bias state of each
+  /// sensor stays in the problem, regardless of its age.
   template <class F>
-  void each_left_bias(F f) {
-    for (const EgoError& bias : std::exchange(left_errors_, {}))
+  void each_superseded_bias(F f) {
+    for (const EgoBias& bias : std::exchange(superseded_biases_, {}))
       std::visit([&](const auto& x) { f(bias.t, x); }, bias.state);
   }
-  /// Adds a measurement at the instant t; throws Error when it is before the first keyframe or out of reach.
+  /// Adds a measurement that is valid at t. Throws Error unless can_attach(t).
   PlacedEgoMeasurement attach(std::size_t sensor, const EgoMeasurement& m, double t);
 
   const std::deque<EgoKeyframe>& keyframes() const { return keyframes_; }
   const ImuRecord* imu() const { return imu_ ? &*imu_ : nullptr; }
-  /// The DVL's scale factor, when estimated.
+  /// Scale factor error of the DVL, if EgoOptions::dvl_scale is set.
   const std::optional<Variable<Rn<1>>>& dvl_scale() const { return scale_; }
-  /// Calls f(name, variable, standard deviations given) for each error that stays, a bias as it was measured with last.
+  /// Calls f(name, variable, prior standard deviations) for each systematic error. A bias is given by its newest state.
   template <class F>
-  void each_error(F f) const {
+  void each_systematic_error(F f) const {
     constants_.each(f);
-    for (std::size_t i = 0; i < errors_.size(); ++i)
-      if (errors_[i] && !sensors_[i].error->has_constant_bias())
-        std::visit([&](const auto& x) { f(sensors_[i].name + ".bias", x, sensors_[i].error->sigma); },
-                   errors_[i]->state);
+    for (std::size_t i = 0; i < biases_.size(); ++i)
+      if (biases_[i] && !sensors_[i].error->has_constant_bias())
+        std::visit([&](const auto& x) { f(sensors_[i].name + ".bias", x, sensors_[i].error->bias_sigma); },
+                   biases_[i]->state);
   }
-  /// The constants of sensors, when estimated.
+  /// Constant systematic errors of the sensors.
   const std::vector<SensorConstant>& constants() const { return constants_.all(); }
-  /// At the variables' values.
-  EgoState state(const EgoKeyframe& keyframe) const;
-  /// Of the newest keyframe carried on to t.
+  /// Returns state_at() a keyframe.
+  EgoState state(const EgoKeyframe& keyframe) const { return state_at(*problem_, keyframe); }
+  /// Returns the state of the newest keyframe, propagated to t.
   EgoState predicted(double t) const;
-  /// Gaps that split the chain so far: from, to [s].
+  /// Intervals [from, to] in seconds without IMU samples, where Coasting connects the keyframes. Empty without an IMU.
   const std::vector<std::pair<double, double>>& splits() const { return splits_; }
 
-  /// Forgets keyframes and samples before t, whose variables have left the problem.
+  /// Forgets keyframes and samples before t. The variables of these keyframes must have left the problem.
   void drop_before(double t);
 
  private:
-  struct Sum {  // the samples since the newest keyframe
+  struct Sum {  // samples since the newest keyframe
     double t;
     ImuPreintegrator preintegrated;
   };
 
   const EgoKeyframe& add_keyframe(double t, const EgoState& state);
   void coast(const EgoKeyframe& from, const EgoKeyframe& to);
-  DvlFactors::Into into() const { return {*problem_, *imu_, sensors_}; }
+  DvlFactors::Context dvl_context() const { return {*problem_, *imu_, sensors_}; }
+  /// Returns the preintegrated samples from the newest keyframe to t.
   const ImuPreintegrator& sum_to(double t) const;
+  /// Returns the last keyframe at or before t, or null.
   const EgoKeyframe* before(double t) const;
-  /// The mean rate and specific force about t, over so many seconds.
+  /// Returns the mean turn rate and specific force in an interval of this length centred at t, without bias.
   std::optional<ImuSample> motion_about(double t, double seconds, const Vector<6>& bias) const;
-  /// A sensor's error at t, as the newest of its variables, and what holds it, where that is new.
-  std::optional<Block> error_at(std::size_t sensor, double t);
+  /// Makes biases_[sensor] the bias state for a measurement at t. Returns the block of a state that it adds.
+  std::optional<Block> update_bias(std::size_t sensor, double t);
   template <int N>
-  Block tie_error(const EgoSensor& sensor, double t, std::optional<EgoError>& newest);
+  Block add_bias_state(const EgoSensor& sensor, double t, std::optional<EgoBias>& newest);
 
   Problem* problem_;
   Earth earth_;
@@ -152,13 +161,13 @@ class EgoChain {
   EgoOptions options_;
   std::optional<ImuRecord> imu_;
   std::optional<Variable<Rn<1>>> scale_;
-  std::vector<std::optional<EgoError>> errors_;  // of each sensor, where it has one: the newest
-  std::vector<EgoError> left_errors_;
+  std::vector<std::optional<EgoBias>> biases_;  // newest bias state of each sensor
+  std::vector<EgoBias> superseded_biases_;
   SensorConstants constants_;
   std::deque<EgoKeyframe> keyframes_;
   mutable std::optional<Sum> sum_;
   std::vector<std::pair<double, double>> splits_;
-  std::optional<DvlFactors> dvl_;  // where velocities are summed up
+  std::optional<DvlFactors> dvl_;  // if DVL velocities are preintegrated
 };
 
 }  // namespace tandem

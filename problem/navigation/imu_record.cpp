@@ -28,7 +28,7 @@ bool ImuRecord::covers(double from, double to) const {
            (next != samples_.begin() && t - (next - 1)->t <= max_gap_);
   };
   if (!near_sample(from) || !near_sample(to)) return false;
-  // What comes after `to` does not count: a live feed, which does not know of it yet, and a recording decide alike.
+  // Ignores samples after `to`: online data do not have them yet, but must give the same result as a recording.
   double t = from;
   for (auto next = after(from); next != samples_.end() && next->t < to; ++next) {
     if (next->t - t > max_gap_) return false;

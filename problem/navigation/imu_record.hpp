@@ -6,15 +6,15 @@
 
 namespace tandem {
 
-/// An inertial sensor's samples in time order, as far back as they are wanted, to be integrated between any two instants.
+/// Buffer of IMU samples in time order, which integrates them between any two times.
 class ImuRecord {
  public:
-  /// `sensor`: its mount, noise and max_gap; not its samples.
+  /// Copies mount, noise and max_gap of the sensor, but no samples.
   explicit ImuRecord(const ImuSensor& sensor);
 
-  /// Samples that are not later than the last are left out: false.
+  /// Adds a sample. Returns false, without adding it, if it is not later than the last one.
   bool add(const ImuSample& sample);
-  /// Forgets what lies before t, but for the sample that is needed there.
+  /// Removes the samples that are not needed to integrate from t onwards.
   void drop_before(double t);
 
   bool empty() const { return samples_.empty(); }
@@ -22,12 +22,12 @@ class ImuRecord {
   const ImuNoise& noise() const { return noise_; }
   double first() const { return samples_.front().t; }
   double last() const { return samples_.back().t; }
-  /// Whether no two samples in [from, to] are further apart than the sensor's max_gap, nor the ends from a sample.
+  /// Returns whether the samples cover [from, to]: consecutive samples are at most max_gap apart, and there is a sample
+  /// within max_gap of either end.
   bool covers(double from, double to) const;
-  /// Integrates on from one instant to a later one: sample to sample, interpolated at the ends, the first and last one
-  /// held beyond.
+  /// Adds the interval [from, to] to `sum`. Interpolates samples at both ends; holds the first and the last sample.
   void integrate(double from, double to, ImuPreintegrator& sum) const;
-  /// The intervals that takes: f(sample, next sample).
+  /// Calls f(sample, next sample) for each interval that integrate() adds.
   template <class F>
   void each_interval(double from, double to, F f) const {
     if (samples_.empty() || !(to > from)) return;
@@ -39,9 +39,9 @@ class ImuRecord {
     }
     f(start, at(next, to));
   }
-  /// A fresh sum at this bias.
+  /// Returns an empty preintegrator that is linearised at this bias.
   ImuPreintegrator start(const Vector<6>& bias) const;
-  /// The mean reading between two instants, by body axes without lever arm; nothing without a sample there.
+  /// Returns the mean sample in [from, to] along body axes, without lever-arm correction; nullopt if there is none.
   std::optional<ImuSample> mean(double from, double to) const;
 
  private:

@@ -4,27 +4,30 @@
 #include <functional>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/problem/median.hpp>
 #include <tandem/problem/navigation/navigation_checks.hpp>
-#include <tandem/problem/navigation/navigation_plausible.hpp>
+#include <tandem/problem/navigation/navigation_plausibility.hpp>
+#include <tandem/problem/quantile.hpp>
 
 namespace tandem {
 namespace {
 
 using Kind = NavigationFinding::Kind;
 
-constexpr double kStuckFor = 1.0;          // s: an inertial axis
-constexpr std::size_t kStuckSamples = 20;  // that there must be in it
-constexpr std::size_t kStuckLines = 10;    // another sensor
-constexpr double kMayStay = 5.0;           // s
-// A run of equal values is unusual when so many times as long as the mean run, which quantisation makes.
-constexpr double kBeyondImuRuns = 20.0, kBeyondOtherRuns = 8.0;
-constexpr std::size_t kClippedRun = 5;       // samples at the largest magnitude, one after the other
-constexpr double kLeastRangeOfForce = 19.0;  // m/s²: no accelerometer's range is below 2 g, …
-constexpr double kLeastRangeOfRate = 2.1;    // rad/s: … no gyroscope's below 125 °/s
-constexpr double kLongSilence = 5.0;         // s
-constexpr double kSilentIntervals = 20.0;    // times a sensor's usual interval
-constexpr std::size_t kGapsOneByOne = 5;     // more of them are told together
+// A stuck IMU axis repeats one value for more than this time and at least this many samples.
+constexpr double kStuckDuration = 1.0;  // s
+constexpr std::size_t kStuckSamples = 20;
+constexpr std::size_t kStuckLines = 10;  // repeated lines of another sensor that is stuck
+constexpr double kMaxRepeat = 5.0;       // s; normal duration of a repeated value, if EgoSensorTraits::may_repeat
+// A run of equal values is unusual if it exceeds this multiple of the mean run length, which quantisation determines.
+constexpr double kImuRunRatio = 20.0, kOtherRunRatio = 8.0;
+constexpr std::size_t kClippedRun = 5;  // consecutive samples at the largest magnitude that indicate saturation
+// Smallest ranges of sensors on the market: 2 g and 125 °/s.
+constexpr double kMinForceRange = 19.0;  // m/s²
+constexpr double kMinRateRange = 2.1;    // rad/s
+// A sensor is silent if it has no measurement for longer than this time and this multiple of its median interval.
+constexpr double kMinSilence = 5.0;  // s
+constexpr double kSilentIntervals = 20.0;
+constexpr std::size_t kMaxListedGaps = 5;  // more gaps than this are merged into one finding
 
 bool finite(const ImuSample& sample) {
   return std::isfinite(sample.t) && sample.specific_force.allFinite() && sample.angular_rate.allFinite();
@@ -51,16 +54,16 @@ void drop_if(const std::string& sensor, std::vector<T>& lines, Kind kind, const 
   if (finding.count > 0) findings.push_back(finding);
 }
 
-/// Members of a longest strictly increasing subsequence: what stays when as few lines as possible go. A clock that jumps
-/// ahead for one line so costs that line alone, not all that follow.
+/// Marks the members of a longest strictly increasing subsequence of the times. Dropping the other lines drops the
+/// fewest lines: if the clock jumps ahead for one line, only this line is dropped.
 template <class T>
 std::vector<bool> increasing(const std::vector<T>& lines) {
-  std::vector<std::size_t> tails;  // by length: the last line of the subsequence that ends soonest
+  std::vector<std::size_t> tails;  // by length: last line of the subsequence with the earliest end
   std::vector<std::ptrdiff_t> before(lines.size(), -1);
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const auto at = std::lower_bound(tails.begin(), tails.end(), lines[i].t,
                                      [&](std::size_t line, double t) { return lines[line].t < t; });
-    if (at != tails.end() && lines[*at].t == lines[i].t) continue;  // of one time, the first
+    if (at != tails.end() && lines[*at].t == lines[i].t) continue;  // keep the first of equal times
     if (at != tails.begin()) before[i] = static_cast<std::ptrdiff_t>(*(at - 1));
     if (at == tails.end())
       tails.push_back(i);
@@ -79,7 +82,7 @@ void clean_times(const std::string& sensor, std::vector<T>& lines, std::vector<N
   std::transform(lines.begin(), lines.end(), bad.begin(), [](const T& line) { return !finite(line); });
   drop_if(sensor, lines, Kind::not_finite, bad, findings);
 
-  // First lines that repeat the one before, so that they are told from a clock that runs backwards.
+  // Drop repeated times first, to distinguish them from a clock that runs backwards.
   bad.assign(lines.size(), false);
   for (std::size_t i = 1; i < lines.size(); ++i) bad[i] = lines[i].t == lines[i - 1].t;
   drop_if(sensor, lines, Kind::repeated, bad, findings);
@@ -89,7 +92,7 @@ void clean_times(const std::string& sensor, std::vector<T>& lines, std::vector<N
   drop_if(sensor, lines, Kind::backwards, bad, findings);
 }
 
-/// Runs of equal values [begin, end), and how long they are on average.
+/// Runs of equal values [begin, end) and their mean length.
 struct Runs {
   std::vector<std::pair<std::size_t, std::size_t>> all;
   double mean = 0;
@@ -102,34 +105,34 @@ struct Runs {
     }
     if (!all.empty()) mean = double(count) / double(all.size());
   }
-  /// Whether a run is far longer than those that quantisation makes. One that takes up a good part of the recording is
-  /// itself in the mean.
-  bool unusual(std::size_t length, double beyond) const { return double(length) > beyond * mean || all.size() < 20; }
+  /// Returns whether a run is much longer than quantisation explains. With few runs, each long one is unusual, because
+  /// it dominates the mean.
+  bool unusual(std::size_t length, double ratio) const { return double(length) > ratio * mean || all.size() < 20; }
 };
 
 struct Channel {
   const char* name;
   double (*value)(const ImuSample&);
-  double range;  ///< the least that any sensor has
+  double range;  ///< lower limit of the range of any sensor
   double ImuSensor::*limit;
 };
 
 constexpr std::array<Channel, 6> kChannels = {{
-    {"specific force x", [](const ImuSample& s) { return s.specific_force[0]; }, kLeastRangeOfForce,
+    {"specific force x", [](const ImuSample& s) { return s.specific_force[0]; }, kMinForceRange,
      &ImuSensor::max_specific_force},
-    {"specific force y", [](const ImuSample& s) { return s.specific_force[1]; }, kLeastRangeOfForce,
+    {"specific force y", [](const ImuSample& s) { return s.specific_force[1]; }, kMinForceRange,
      &ImuSensor::max_specific_force},
-    {"specific force z", [](const ImuSample& s) { return s.specific_force[2]; }, kLeastRangeOfForce,
+    {"specific force z", [](const ImuSample& s) { return s.specific_force[2]; }, kMinForceRange,
      &ImuSensor::max_specific_force},
-    {"angular rate x", [](const ImuSample& s) { return s.angular_rate[0]; }, kLeastRangeOfRate,
+    {"angular rate x", [](const ImuSample& s) { return s.angular_rate[0]; }, kMinRateRange,
      &ImuSensor::max_angular_rate},
-    {"angular rate y", [](const ImuSample& s) { return s.angular_rate[1]; }, kLeastRangeOfRate,
+    {"angular rate y", [](const ImuSample& s) { return s.angular_rate[1]; }, kMinRateRange,
      &ImuSensor::max_angular_rate},
-    {"angular rate z", [](const ImuSample& s) { return s.angular_rate[2]; }, kLeastRangeOfRate,
+    {"angular rate z", [](const ImuSample& s) { return s.angular_rate[2]; }, kMinRateRange,
      &ImuSensor::max_angular_rate},
 }};
 
-/// Whether another channel changes within [begin, end): an axis is stuck only where the rest lives.
+/// Returns whether another channel changes within [begin, end). If none does, the vehicle is at rest.
 bool others_vary(const ImuSensor& imu, const Channel& stuck, std::size_t begin, std::size_t end) {
   return std::any_of(kChannels.begin(), kChannels.end(), [&](const Channel& channel) {
     if (channel.value == stuck.value) return false;
@@ -159,11 +162,11 @@ void check_channel(const ImuSensor& imu, const Channel& channel, std::vector<Nav
 
   const Runs runs(imu.samples.size(), [&](std::size_t i, std::size_t j) { return value(i) == value(j); });
   for (const auto& [begin, end] : runs.all) {
-    const bool at_the_end = std::abs(value(begin)) == largest && largest > channel.range;
-    if (!(limit > 0) && at_the_end && end - begin >= kClippedRun) {
+    const bool clipped = std::abs(value(begin)) == largest && largest > channel.range;
+    if (!(limit > 0) && clipped && end - begin >= kClippedRun) {
       add_run(saturated, imu, begin, end);
-    } else if (imu.samples[end - 1].t - imu.samples[begin].t > kStuckFor && end - begin >= kStuckSamples &&
-               runs.unusual(end - begin, kBeyondImuRuns) && !(limit > 0 && std::abs(value(begin)) >= limit) &&
+    } else if (imu.samples[end - 1].t - imu.samples[begin].t > kStuckDuration && end - begin >= kStuckSamples &&
+               runs.unusual(end - begin, kImuRunRatio) && !(limit > 0 && std::abs(value(begin)) >= limit) &&
                others_vary(imu, channel, begin, end)) {
       add_run(stuck, imu, begin, end);
     }
@@ -177,11 +180,11 @@ void check_gaps(const ImuSensor& imu, std::vector<NavigationFinding>& findings) 
   for (std::size_t i = 1; i < imu.samples.size(); ++i)
     if (imu.samples[i].t - imu.samples[i - 1].t > imu.max_gap)
       gaps.push_back({Kind::gap, imu.name, 1, imu.samples[i - 1].t, imu.samples[i].t});
-  if (gaps.size() > kGapsOneByOne) gaps = {{Kind::gap, imu.name, gaps.size(), gaps.front().from, gaps.back().to}};
+  if (gaps.size() > kMaxListedGaps) gaps = {{Kind::gap, imu.name, gaps.size(), gaps.front().from, gaps.back().to}};
   findings.insert(findings.end(), gaps.begin(), gaps.end());
 }
 
-/// Of another sensor, lines that repeat a value: once it hangs, what it says is no measurement.
+/// Drops the repeated lines of a sensor that is stuck.
 void drop_stuck(EgoSensor& sensor, std::vector<NavigationFinding>& findings) {
   const auto& m = sensor.measurements;
   const Runs runs(m.size(), [&](std::size_t i, std::size_t j) {
@@ -189,23 +192,24 @@ void drop_stuck(EgoSensor& sensor, std::vector<NavigationFinding>& findings) {
   });
   std::vector<bool> stuck(m.size(), false);
   for (const auto& [begin, end] : runs.all) {
-    const bool says_something = sensor.type->reading == EgoReading::orientation || !m[begin].value.isZero(0);
-    if (end - begin < kStuckLines || !runs.unusual(end - begin, kBeyondOtherRuns) || !says_something) continue;
-    // A vehicle may keep its depth for a while, to the last digit that is written; not its velocity or heading.
-    if (sensor.type->may_stay && (runs.all.size() == 1 || m[end - 1].t - m[begin].t < kMayStay)) continue;
+    const bool at_rest = sensor.type->reading != EgoReading::orientation && m[begin].value.isZero(0);
+    if (end - begin < kStuckLines || !runs.unusual(end - begin, kOtherRunRatio) || at_rest) continue;
+    // A vehicle can keep its depth for a while, to the last digit; not its velocity or heading.
+    if (sensor.type->may_repeat && (runs.all.size() == 1 || m[end - 1].t - m[begin].t < kMaxRepeat)) continue;
     std::fill(stuck.begin() + std::ptrdiff_t(begin) + 1, stuck.begin() + std::ptrdiff_t(end), true);
   }
   drop_if(sensor.name, sensor.measurements, Kind::stuck, stuck, findings);
 }
 
-/// Where a sensor gives nothing while the recording goes on, from first to last.
+/// Finds intervals without measurements of a sensor, in a recording from `first` to `last` [s]. `in_between` includes
+/// those between its measurements.
 void check_coverage(const std::string& name, const std::vector<double>& times, double first, double last,
                     bool in_between, std::vector<NavigationFinding>& findings) {
   if (times.empty()) {
     findings.push_back({Kind::empty, name, 0, first, last});
     return;
   }
-  double silence = kLongSilence;
+  double silence = kMinSilence;
   if (times.size() > 1) silence = std::max(silence, kSilentIntervals * detail::median_step(times));
   if (times.front() - first > silence) findings.push_back({Kind::late, name, 1, first, times.front()});
   NavigationFinding silent{Kind::silent, name};
@@ -239,31 +243,30 @@ void check_coverage(const NavigationData& data, std::vector<NavigationFinding>& 
     check_coverage(sensor.name, times_of(sensor.measurements), first, last, true, findings);
 }
 
-/// The density of white noise with the samples' median second difference, the median of three axes.
+/// Estimates a noise density from the median second difference of the samples. Returns the median of the axes.
 template <class Reading>
-double scatter(const std::vector<ImuSample>& samples, double rate, Reading reading) {
-  std::array<double, 3> density{};
+double noise_density(const std::vector<ImuSample>& samples, double rate, Reading reading) {
+  std::vector<double> density;
   std::vector<double> differences(samples.size() - 2);
   for (int axis = 0; axis < 3; ++axis) {
     for (std::size_t i = 0; i < differences.size(); ++i)
       differences[i] =
           std::abs(reading(samples[i])[axis] - 2 * reading(samples[i + 1])[axis] + reading(samples[i + 2])[axis]);
-    density[std::size_t(axis)] = detail::median(differences) / 0.6745 / std::sqrt(6.0 * rate);
+    density.push_back(detail::median(differences) / 0.6745 / std::sqrt(6.0 * rate));
   }
-  std::sort(density.begin(), density.end());
-  return density[1];
+  return detail::median(std::move(density));
 }
 
 void check_vibration(const ImuSensor& imu, std::vector<NavigationFinding>& findings) {
-  constexpr double far_more = 8.0;
-  constexpr std::size_t enough = 1000;
-  const bool stated = imu.noise.accelerometer > 0 && imu.noise.gyroscope > 0;
-  if (imu.samples.size() < enough || !stated) return;
+  constexpr double kRatio = 8.0;
+  constexpr std::size_t kMinSamples = 1000;
+  const bool noise_given = imu.noise.accelerometer > 0 && imu.noise.gyroscope > 0;
+  if (imu.samples.size() < kMinSamples || !noise_given) return;
   const double from = imu.samples.front().t, to = imu.samples.back().t;
   const double rate = double(imu.samples.size() - 1) / (to - from);
-  const double force = scatter(imu.samples, rate, [](const ImuSample& s) { return s.specific_force; });
-  const double turn = scatter(imu.samples, rate, [](const ImuSample& s) { return s.angular_rate; });
-  if (force < far_more * imu.noise.accelerometer && turn < far_more * imu.noise.gyroscope) return;
+  const double force = noise_density(imu.samples, rate, [](const ImuSample& s) { return s.specific_force; });
+  const double turn = noise_density(imu.samples, rate, [](const ImuSample& s) { return s.angular_rate; });
+  if (force < kRatio * imu.noise.accelerometer && turn < kRatio * imu.noise.gyroscope) return;
   NavigationFinding finding{NavigationFinding::Kind::vibration, imu.name, imu.samples.size(), from, to};
   finding.accelerometer = std::max(force, imu.noise.accelerometer);
   finding.gyroscope = std::max(turn, imu.noise.gyroscope);
@@ -273,55 +276,54 @@ void check_vibration(const ImuSensor& imu, std::vector<NavigationFinding>& findi
 }  // namespace
 
 std::string NavigationFinding::text() const {
-  const std::string n = std::to_string(count), lines = count == 1 ? " line" : " lines";
+  const std::string n = std::to_string(count), plural = count == 1 ? "" : "s";
   const std::string at = from == to ? " at " + short_number(from) + " s"
                                     : " between " + short_number(from) + " and " + short_number(to) + " s";
-  const std::string were = count == 1 ? " is" : " are";
+  const std::string dropped = sensor + ": dropped " + n + " line" + plural + at;
   switch (kind) {
     case Kind::not_finite:
-      return sensor + ": " + n + lines + at + " with numbers that are not finite" + were + " dropped";
+      return dropped + " with NaN or infinite numbers";
     case Kind::backwards:
-      return sensor + ": " + n + lines + at + " whose time runs backwards" + were + " dropped";
+      return dropped + " whose time runs backwards";
     case Kind::repeated:
-      return sensor + ": " + n + lines + at + (count == 1 ? " that repeats" : " that repeat") + " a time" + were +
-             " dropped";
+      return dropped + " with a repeated time";
     case Kind::saturated:
-      return sensor + ": " + n + (count == 1 ? " sample" : " samples") + at + (count == 1 ? " is" : " are") +
-             " at the end of the range of " + channel + " and say too little; they are kept";
+      return sensor + ": " + n + " sample" + plural + " of " + channel + at + (count == 1 ? " is" : " are") +
+             " saturated, but kept";
     case Kind::stuck:
-      if (channel.empty()) return sensor + ": it repeats one value;" + " " + n + lines + at + were + " dropped";
+      if (channel.empty()) return dropped + " with a repeated value; the sensor may be stuck";
       return sensor + ": " + channel + " is stuck at one value for " + n + " samples" + at;
     case Kind::gap:
-      if (count == 1) return sensor + ": no sample" + at + ", longer than max_gap: the estimate is split there";
-      return sensor + ": " + n + " gaps longer than max_gap" + at + ": the estimate is split there";
+      if (count == 1)
+        return sensor + ": no samples" + at + ", which is longer than max_gap; the chain of keyframes is split there";
+      return sensor + ": " + n + " gaps longer than max_gap" + at + "; the chain of keyframes is split there";
     case Kind::silent:
-      return sensor + ": silent" + at + (count == 1 ? "" : ", " + n + " times");
+      return sensor + ": " + (count == 1 ? "no measurements" : n + " long gaps") + at;
     case Kind::late:
-      return sensor + ": begins at " + short_number(to) + " s, when the recording has begun at " + short_number(from) +
+      return sensor + ": starts at " + short_number(to) + " s, but the recording starts at " + short_number(from) +
              " s";
     case Kind::early:
-      return sensor + ": ends at " + short_number(from) + " s, before the recording does at " + short_number(to) + " s";
+      return sensor + ": ends at " + short_number(from) + " s, but the recording ends at " + short_number(to) + " s";
     case Kind::empty:
-      return sensor + ": gives nothing";
+      return sensor + ": no measurements";
     case Kind::upside_down:
-      return sensor + ": reads like an upside-down body" + at +
-             ", since its specific force points down: check its sign, the frame and the orientation if that is not so";
+      return sensor + ": the specific force points down" + at +
+             "; unless the vehicle is upside down, check the sign, the frame and the orientation";
     case Kind::vibration:
-      return sensor + ": neighbouring samples scatter as noise of " + short_number(accelerometer) + " m/s²/√Hz and " +
-             short_number(gyroscope) +
-             " rad/s/√Hz would, far more than is stated: where that is vibration, these are " +
-             "the densities to navigate with (--vibration)";
+      return sensor + ": the samples scatter like noise of " + short_number(accelerometer) + " m/s²/√Hz and " +
+             short_number(gyroscope) + " rad/s/√Hz, far above the given noise; if vibration is the cause, use " +
+             "these densities (--vibration)";
     case Kind::above_water:
       break;
   }
-  return sensor + ": most of it is above the world's origin; z points up (in NED files down)";
+  return sensor + ": most heights are above the world's origin; z points up (in NED files down)";
 }
 
 std::vector<NavigationFinding> check(NavigationData& data) {
   std::vector<NavigationFinding> findings;
   if (data.imu) {
     clean_times(data.imu->name, data.imu->samples, findings);
-    if (data.imu->samples.size() < 2) throw Error(data.imu->name + ": two samples or more are needed");
+    if (data.imu->samples.size() < 2) throw Error(data.imu->name + ": at least two samples are required");
     if (const auto finding = check_specific_force(data)) findings.push_back(*finding);
     for (const Channel& channel : kChannels) check_channel(*data.imu, channel, findings);
     check_gaps(*data.imu, findings);

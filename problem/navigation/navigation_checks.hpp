@@ -7,40 +7,39 @@
 
 namespace tandem {
 
-/// Something about a recording that an estimate can live with, but whoever reads it should know.
+/// A defect of a recording that does not prevent estimation, for the report.
 struct NavigationFinding {
   enum class Kind {
-    not_finite,  ///< lines with a nan or an infinity: dropped
-    backwards,   ///< lines whose time runs backwards: dropped, as few as make the times increase
-    repeated,    ///< lines that repeat a time: dropped, all but the first
-    saturated,   ///< inertial samples at the end of their range: kept, though they say too little
-    stuck,       ///< one value over and over: of an inertial axis kept, of another sensor dropped but for the first
-    gap,         ///< nothing for longer than max_gap: the inertial chain is split there
-    silent,      ///< another sensor gives nothing for long, in between
-    late,
-    early,        ///< a sensor begins after, or ends before, the recording does
-    empty,        ///< a sensor gives nothing at all
-    upside_down,  ///< at the start the specific force points down
-    above_water,  ///< depths that are heights
-    vibration,    ///< of an inertial sensor: neighbouring samples differ by far more than its noise
+    not_finite,   ///< lines with NaN or infinity; dropped
+    backwards,    ///< lines whose time runs backwards; drops the fewest lines that make the times increase
+    repeated,     ///< lines that repeat a time; all but the first are dropped
+    saturated,    ///< IMU samples at the end of their range; kept
+    stuck,        ///< a repeated value; kept for an IMU axis, dropped except for the first line for other sensors
+    gap,          ///< no IMU samples for longer than max_gap; splits the chain of keyframes
+    silent,       ///< no measurements of another sensor for a long time
+    late,         ///< a sensor starts long after the recording
+    early,        ///< a sensor ends long before the recording
+    empty,        ///< a sensor without measurements
+    upside_down,  ///< the specific force points down at the start
+    above_water,  ///< most depths are above the world's origin
+    vibration,    ///< consecutive IMU samples differ by far more than the noise
   };
 
   Kind kind;
   std::string sensor;
-  std::size_t count = 0;    ///< lines, samples or gaps
-  double from = 0, to = 0;  ///< s, as stamped: of the first and the last of them
-  std::string channel{};    ///< of an inertial sensor: "specific force x", …
-  /// vibration: the densities that the samples show, accelerometer [m/s² /√Hz] and gyroscope [rad/s /√Hz]
+  std::size_t count = 0;    ///< number of lines, samples or gaps
+  double from = 0, to = 0;  ///< time stamps of the first and the last of them [s]
+  std::string channel{};    ///< axis of an IMU, e.g. "specific force x"
+  /// Noise densities of the samples for Kind::vibration: m/s² /√Hz and rad/s /√Hz.
   double accelerometer = 0, gyroscope = 0;
 
-  /// One sentence.
+  /// Returns a one-sentence description without a final period.
   std::string text() const;
 };
 
-/// Takes out of the data what no estimate should see, and tells what; afterwards every sensor's times increase. Throws
-/// Error, one sentence that names the sensor and says what to do, where the data makes no sense: units that are not
-/// m/s², rad/s, m/s or m, an acceleration without gravity or of the wrong sign, a gyroscope whose axes are not the
-/// heading's.
+/// Removes unusable lines from the data and returns the findings. Afterwards, the times of each sensor increase. Throws
+/// Error, with the sensor and the remedy, if data are implausible. Examples are wrong units, specific force without
+/// gravity or with the wrong sign, and angular rates that contradict the heading sensor or the specific force.
 std::vector<NavigationFinding> check(NavigationData& data);
 
 }  // namespace tandem

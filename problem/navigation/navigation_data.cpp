@@ -1,12 +1,12 @@
 #include <cmath>
 
-#include <tandem/problem/navigation/ego_placing.hpp>
+#include <tandem/problem/navigation/ego_placement.hpp>
 #include <tandem/problem/navigation/navigation_data.hpp>
 
 namespace tandem {
 namespace detail {
 
-// A placement is a file of its own: place_dvl.cpp, …
+// Each function has its source file, e.g. place_dvl.cpp.
 Block place_dvl(const EgoPlacing& at, const EgoMeasurement& m);
 Block place_depth(const EgoPlacing& at, const EgoMeasurement& m);
 Block place_gps(const EgoPlacing& at, const EgoMeasurement& m);
@@ -29,18 +29,19 @@ EgoMeasurement ideal_heading(const EgoSensor& sensor, double t, const SE3& pose,
 }
 
 constexpr EgoSensorTraits kTable[] = {
-    {"dvl", "t,vx,vy,vz", EgoReading::body_vector, EgoMounting::none, 30, "",
-     " m/s over ground, faster than any vehicle that has one: in mm/s or cm/s?", false, ideal_dvl, detail::place_dvl},
-    {"depth", "t,z", EgoReading::world_height, EgoMounting::position, 11'100, "depths of ",
-     " m, deeper than any sea: in mm, or a pressure?", true, ideal_depth, detail::place_depth},
-    {"gps", "t,x,y,z", EgoReading::world_vector, EgoMounting::position, 1e7, "",  // farther than any map's origin
-     " m from the origin: give x y z along the world's axes, in m, from an origin near by", false, ideal_gps,
+    {"dvl", "t,vx,vy,vz", EgoReading::body_vector, EgoMounting::none, 30, "speed over ground", "m/s",
+     "too fast for a vehicle; if the file is in mm/s or cm/s, convert it to m/s", false, ideal_dvl, detail::place_dvl},
+    {"depth", "t,z", EgoReading::world_height, EgoMounting::position, 11'100, "depth", "m",
+     "deeper than any sea; if the file is in mm or is a pressure, convert it to m", true, ideal_depth,
+     detail::place_depth},
+    {"gps", "t,x,y,z", EgoReading::world_vector, EgoMounting::position, 1e7, "distance from the origin", "m",
+     "too far; give x y z in m along the world's axes, from an origin near the vehicle", false, ideal_gps,
      detail::place_gps},
-    {"heading", "t,qx,qy,qz,qw", EgoReading::orientation, EgoMounting::orientation, HUGE_VAL, "", "", false,
+    {"heading", "t,qx,qy,qz,qw", EgoReading::orientation, EgoMounting::orientation, HUGE_VAL, "", "", "", false,
      ideal_heading, detail::place_heading},
 };
 
-/// A row of the table; one that is not there does not compile.
+/// Returns a row of the table. An unknown name is a compile-time error.
 consteval const EgoSensorTraits& of(std::string_view name) {
   for (const EgoSensorTraits& traits : kTable)
     if (traits.name == name) return traits;

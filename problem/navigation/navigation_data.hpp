@@ -8,7 +8,7 @@
 #include <vector>
 
 #include <tandem/lie/sek3.hpp>
-#include <tandem/problem/navigation/staying_error.hpp>
+#include <tandem/problem/navigation/systematic_error.hpp>
 #include <tandem/problem/navigation/trajectory.hpp>
 #include <tandem/residuals/earth.hpp>
 #include <tandem/residuals/imu_preintegration.hpp>
@@ -16,34 +16,34 @@
 
 namespace tandem {
 
-/// The chaser's own inertial sensor.
+/// Inertial sensor of the chaser.
 struct ImuSensor {
   std::string name = "imu";
   SE3 mount{};  ///< sensor in the body
   ImuNoise noise{};
-  /// σ of what is not known of the biases at the start, m/s² and rad/s. Where nothing is said, by the grade that the
-  /// noise shows: a hundred and a thousand s^½ times that, at most 0.5 m/s² and 0.1 rad/s.
+  /// Prior standard deviations of the initial biases [m/s², rad/s]. If they are not given, accelerometer_bias_sigma()
+  /// and gyroscope_bias_sigma() derive them from the noise.
   std::optional<double> initial_accelerometer_bias{}, initial_gyroscope_bias{};
-  double max_gap = 0.5;           ///< s without a sample: longer ones split the chain
-  double max_specific_force = 0;  ///< m/s², |axis| at or above which a sample is saturated; 0: no limit known
-  double max_angular_rate = 0;    ///< rad/s, likewise
-  /// s that stamps were late by, and that the times below are without already. Below zero where stamps are early: by half
-  /// a sample where a line is the mean over the interval that follows its stamp.
+  double max_gap = 0.5;           ///< maximum time between samples [s]; longer gaps split the chain (EgoChain::splits)
+  double max_specific_force = 0;  ///< saturation limit of each axis [m/s²]; 0: unknown
+  double max_angular_rate = 0;    ///< saturation limit of each axis [rad/s]; 0: unknown
+  /// Delay of the time stamps [s], already subtracted from the times of `samples`. It is negative if stamps are early,
+  /// e.g. by half a sample period if a sample is the mean over the interval after its stamp.
   double delay = 0;
   std::vector<ImuSample> samples{};  ///< in time order
 
-  /// Moves the samples to when they were valid by this delay.
+  /// Sets the delay and shifts the samples accordingly.
   void set_delay(double seconds) {
     for (ImuSample& sample : samples) sample.t += delay - seconds;
     delay = seconds;
   }
 
-  double accelerometer_bias_spread() const {
+  /// Returns the prior sigma of the accelerometer bias: as given, or 100 s^½ times its noise, at most 0.5 m/s².
+  double accelerometer_bias_sigma() const {
     return initial_accelerometer_bias.value_or(std::min(100 * noise.accelerometer, 0.5));
   }
-  double gyroscope_bias_spread() const {
-    return initial_gyroscope_bias.value_or(std::min(1000 * noise.gyroscope, 0.1));
-  }
+  /// Returns the prior sigma of the gyroscope bias: as given, or 1000 s^½ times its noise, at most 0.1 rad/s.
+  double gyroscope_bias_sigma() const { return initial_gyroscope_bias.value_or(std::min(1000 * noise.gyroscope, 0.1)); }
 };
 
 struct Block;
@@ -53,35 +53,35 @@ namespace detail {
 struct EgoPlacing;
 }
 
-/// The numbers of a reading: which field of EgoMeasurement holds them, and how the axes of a file turn them.
+/// Kind of quantity that a sensor measures. Conversions between frames depend on it.
 enum class EgoReading {
-  body_vector,   ///< value, along the body's axes
-  world_vector,  ///< value, along the world's axes
-  world_height,  ///< value.z(), up
-  orientation,   ///< rotation, of the sensor in the world
+  body_vector,   ///< EgoMeasurement::value, along body axes
+  world_vector,  ///< EgoMeasurement::value, along world axes
+  world_height,  ///< EgoMeasurement::value.z(), up
+  orientation,   ///< EgoMeasurement::rotation, sensor in the world
 };
 
-/// What a scenario may say of where such a sensor is in the body.
+/// Extrinsics that a scenario may give for a sensor.
 enum class EgoMounting { none, position, orientation };
 
-/// All that is said of one kind of the chaser's sensors outside of its residual: reading files and live lines, checks,
-/// simulation and the builders go by this. Its rows are a table in navigation_data.cpp.
+/// Properties of one type of the chaser's sensors, except for its residual. File readers, online feeds, checks,
+/// simulation and problem builders use them. The table of all types is in navigation_data.cpp.
 struct EgoSensorTraits {
   std::string_view name;     ///< in scenario.yaml and messages
-  std::string_view columns;  ///< of its rows, t [s] first
+  std::string_view columns;  ///< of its files, the time t [s] first
   EgoReading reading;
   EgoMounting mounting;
-  /// Readings above `most` in size are no reading of such a sensor: "NAME: it measures" 1500 "m/s, …".
-  double most;
-  std::string_view measures, doubt;
-  bool may_stay;  ///< whether a working sensor may read one value for seconds
-  /// What it reads at an instant, exactly, from the body's pose and its velocity in the world [m/s].
+  /// Upper limit of the readings' magnitude. Above it, check() throws "NAME: the QUANTITY is 1500 UNIT, HINT".
+  double max_magnitude;
+  std::string_view quantity, unit, hint;
+  bool may_repeat;  ///< whether a working sensor can repeat the same value for several seconds
+  /// Returns the noise-free measurement at time t, given the body's pose and its velocity in the world [m/s].
   EgoMeasurement (*ideal)(const EgoSensor& sensor, double t, const SE3& pose, const Vector<3>& velocity);
-  /// Adds a measurement to a problem: its placement (see ego_placing.hpp).
+  /// Adds a measurement to a problem (see ego_placement.hpp).
   Block (*place)(const detail::EgoPlacing& at, const EgoMeasurement& m);
 };
 
-/// The kind of a sensor: a handle of one row of traits, of the table or of one's own (which has to outlive it).
+/// Type of a sensor: a reference to traits, either from the table or user-defined. User-defined traits must outlive it.
 class EgoSensorType {
  public:
   constexpr EgoSensorType(const EgoSensorTraits& traits) : traits_(&traits) {}
@@ -89,50 +89,49 @@ class EgoSensorType {
   constexpr const EgoSensorTraits& traits() const { return *traits_; }
   friend constexpr bool operator==(EgoSensorType, EgoSensorType) = default;
 
-  static const EgoSensorType dvl;      ///< velocity over ground along body axes [m/s]; the body frame is the DVL's
-  static const EgoSensorType depth;    ///< height: world z, up, so that depths are negative [m]
-  static const EgoSensorType gps;      ///< world x y z [m]
-  static const EgoSensorType heading;  ///< orientation in the world, unknown axes relaxed by their sigmas [rad]
+  static const EgoSensorType dvl;      ///< velocity over ground along body axes [m/s]; the DVL is at the body's origin
+  static const EgoSensorType depth;    ///< height, i.e. world z [m]; negative under water
+  static const EgoSensorType gps;      ///< position in the world [m]
+  static const EgoSensorType heading;  ///< orientation in the world [rad]; unknown axes have a large standard deviation
 
  private:
   const EgoSensorTraits* traits_;
 };
 
-/// The table: all kinds that a scenario may name.
+/// Returns the table of all types that a scenario may name.
 std::span<const EgoSensorTraits> ego_sensor_types();
-/// "dvl", "depth", "gps", "heading".
+/// Returns "dvl", "depth", "gps" or "heading".
 inline std::string_view name(EgoSensorType type) { return type->name; }
-/// Standard deviations it needs: 3, of a height 1.
+/// Returns the number of residual rows, which is the number of standard deviations.
 inline int rows(EgoSensorType type) { return type->reading == EgoReading::world_height ? 1 : 3; }
 
-/// One measurement of the chaser by itself; the sensor's type says which field counts.
+/// One measurement of the chaser's own sensors. The type of the sensor determines which field is used.
 struct EgoMeasurement {
-  double t = 0;                         ///< s, as stamped
-  Vector<3> value = Vector<3>::Zero();  ///< a vector, or a height: then z alone counts
-  SO3 rotation{};                       ///< an orientation
+  double t = 0;                         ///< time stamp [s]
+  Vector<3> value = Vector<3>::Zero();  ///< vector; a height uses only z
+  SO3 rotation{};                       ///< orientation
 };
 
-/// A sensor of the chaser's own other than the inertial one.
+/// A sensor of the chaser, other than the IMU.
 struct EgoSensor {
   std::string name;
   EgoSensorType type = EgoSensorType::dvl;
-  Eigen::VectorXd sigma{};                     ///< one a row [m/s, m, rad]; heading: about the body's x y z
-  SE3 mount{};                                 ///< sensor in the body: where depth and gps sit, how heading is turned
-  double delay = 0;                            ///< s: a measurement stamped t was valid at t − delay
-  std::optional<Loss> loss{};                  ///< in place of the problem's
+  Eigen::VectorXd sigma{};                     ///< one per residual row [m/s, m, rad]; heading: about body x y z
+  SE3 mount{};                                 ///< sensor in the body; only the part that EgoMounting names is used
+  double delay = 0;                            ///< s; a measurement stamped t was valid at t − delay
+  std::optional<Loss> loss{};                  ///< replaces that of EgoOptions
   std::vector<EgoMeasurement> measurements{};  ///< in time order
-  std::optional<StayingError> error{};         ///< beside its noise
+  std::optional<SystematicError> error{};      ///< systematic errors to estimate
 
-  double valid_at(const EgoMeasurement& m) const { return m.t - delay; }  ///< s
+  double valid_at(const EgoMeasurement& m) const { return m.t - delay; }  ///< time of validity [s]
 };
 
-/// What the chaser knows of itself by its own sensors: the inertial one, or a DVL with a heading, is needed, all else
-/// is optional. Files, simulators and live feeds all end here; all in ENU-FLU.
+/// Data of the chaser's own sensors, in ENU-FLU axes. It needs an IMU, or a DVL and a heading sensor.
 struct NavigationData {
   Earth earth{};
   std::optional<ImuSensor> imu{};
   std::vector<EgoSensor> sensors{};
-  double keyframe_interval = 1.0;  ///< s
+  double keyframe_interval = 1.0;  ///< maximum time between keyframes [s]
 };
 
 }  // namespace tandem

@@ -17,26 +17,26 @@ std::vector<EgoEvent> in_time_order(const std::vector<EgoSensor>& sensors) {
 
 NavigationProblem make_navigation_problem(const NavigationData& data, const std::vector<Stamped<EgoState>>& guess,
                                           const Alignment& start, const EgoOptions& options, const Stop& stop) {
-  if (guess.size() < 2) throw Error("a navigation problem needs two keyframes or more");
+  if (guess.size() < 2) throw Error("a navigation problem needs at least two keyframes");
   NavigationProblem out;
   EgoChain chain(out.problem, data, options);
   if (data.imu)
     for (const ImuSample& sample : data.imu->samples) chain.add(sample);
-  out.left_out.assign(data.sensors.size(), 0);
+  out.num_discarded.assign(data.sensors.size(), 0);
 
   const std::vector<EgoEvent> events = in_time_order(data.sensors);
   auto event = events.begin();
   for (std::size_t k = 0; k < guess.size(); ++k) {
     stop.check("building the problem");
-    k == 0 ? chain.start(guess[0].t, start.state, start.spread, guess[0].value)
+    k == 0 ? chain.start(guess[0].t, start.state, start.sigmas, guess[0].value)
            : chain.extend(guess[k].t, guess[k].value);
     const double until = k + 1 < guess.size() ? guess[k + 1].t - kSameInstant : HUGE_VAL;
     for (; event != events.end() && event->t <= until; ++event) {
-      if (chain.reaches(event->t)) {
+      if (chain.can_attach(event->t)) {
         const EgoMeasurement& m = data.sensors[event->sensor].measurements[event->index];
         out.measurements.push_back(chain.attach(event->sensor, m, event->t));
       } else {
-        ++out.left_out[event->sensor];
+        ++out.num_discarded[event->sensor];
       }
     }
   }
@@ -47,11 +47,6 @@ NavigationProblem make_navigation_problem(const NavigationData& data, const std:
   return out;
 }
 
-EgoState NavigationProblem::state(std::size_t k) const {
-  const EgoKeyframe& at = keyframes[k];
-  EgoState state{problem.value(at.pose), problem.value(at.velocity).vector(), at.integrated_at};
-  if (at.bias) state.bias = problem.value(*at.bias).vector();
-  return state;
-}
+EgoState NavigationProblem::state(std::size_t k) const { return state_at(problem, keyframes[k]); }
 
 }  // namespace tandem

@@ -7,31 +7,34 @@
 
 namespace tandem {
 
-/// The MAP problem of a chaser that navigates by its own sensors.
+/// Maximum-a-posteriori problem of a chaser that navigates with its own sensors.
 struct NavigationProblem {
   Problem problem;
   std::vector<EgoKeyframe> keyframes;
   std::vector<PlacedEgoMeasurement> measurements;
-  std::vector<std::size_t> left_out;  ///< of each sensor: measurements before the first keyframe, or out of reach
-  std::optional<Variable<Rn<1>>> dvl_scale;       ///< scale factor error, where EgoOptions asks for it
-  std::vector<SensorConstant> constants;          ///< of the sensors that have some: scale, misalignment, delay, bias
-  std::vector<std::pair<double, double>> splits;  ///< where keyframes are not tied by the IMU: from, to [s]
+  /// Number of measurements of each sensor that cannot be attached to a keyframe (EgoChain::can_attach).
+  std::vector<std::size_t> num_discarded;
+  std::optional<Variable<Rn<1>>> dvl_scale;       ///< scale factor error, if EgoOptions::dvl_scale is set
+  std::vector<SensorConstant> constants;          ///< constant systematic errors of the sensors
+  std::vector<std::pair<double, double>> splits;  ///< EgoChain::splits()
 
-  EgoState state(std::size_t k) const;  ///< of keyframe k, at the variables' values
+  /// Returns the state at keyframe k, from the current values of the variables.
+  EgoState state(std::size_t k) const;
 };
 
-/// Keyframes at the times of `guess`, two or more and in time order, starting from its states; the samples in between are
-/// summed up at its biases. `start`: what is known of the first of them beforehand. Throws Error when the data cannot
-/// make a problem, and Stopped when it is to stop.
+/// Builds the problem with keyframes at the times of `guess`, which are at least two and increase. The states of
+/// `guess` are the initial guess, and their biases linearise the IMU preintegration. `start` gives the prior of the
+/// first state. Throws Error if the data are inconsistent, and Stopped if `stop` requests it.
 NavigationProblem make_navigation_problem(const NavigationData& data, const std::vector<Stamped<EgoState>>& guess,
                                           const Alignment& start, const EgoOptions& options = {},
                                           const Stop& stop = {});
 
-/// Measurements of all sensors by the time when they were valid.
+/// A measurement in the data, with its time of validity.
 struct EgoEvent {
   double t;                   ///< s
-  std::size_t sensor, index;  ///< in NavigationData::sensors, and in its measurements
+  std::size_t sensor, index;  ///< in NavigationData::sensors, and in EgoSensor::measurements
 };
+/// Returns the measurements of all sensors, sorted by time of validity.
 std::vector<EgoEvent> in_time_order(const std::vector<EgoSensor>& sensors);
 
 }  // namespace tandem

@@ -1,4 +1,4 @@
-#include <tandem/problem/navigation/ego_placing.hpp>
+#include <tandem/problem/navigation/ego_placement.hpp>
 #include <tandem/residuals/heading.hpp>
 
 namespace tandem::detail {

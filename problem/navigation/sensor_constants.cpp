@@ -4,8 +4,8 @@
 namespace tandem {
 
 template <LieGroup G>
-Variable<G> SensorConstants::get(Problem& problem, const std::string& sensor, const char* what, double sigma) {
-  if (!(sigma > 0)) return none<G>(problem);
+Variable<G> SensorConstants::get_or_add(Problem& problem, const std::string& sensor, const char* what, double sigma) {
+  if (!(sigma > 0)) return fixed_identity<G>(problem);
   const std::string name = sensor + "." + what;
   for (const SensorConstant& c : all_)
     if (c.name == name) return std::get<Variable<G>>(c.state);
@@ -17,8 +17,8 @@ Variable<G> SensorConstants::get(Problem& problem, const std::string& sensor, co
 }
 
 template <LieGroup G>
-Variable<G> SensorConstants::none(Problem& problem) {
-  auto& x = std::get<std::optional<Variable<G>>>(none_);
+Variable<G> SensorConstants::fixed_identity(Problem& problem) {
+  auto& x = std::get<std::optional<Variable<G>>>(fixed_);
   if (!x) {
     x = problem.add(G(), "no error");
     problem.fix(*x);
@@ -26,16 +26,16 @@ Variable<G> SensorConstants::none(Problem& problem) {
   return *x;
 }
 
-template Variable<Rn<1>> SensorConstants::get(Problem&, const std::string&, const char*, double);
-template Variable<SO3> SensorConstants::get(Problem&, const std::string&, const char*, double);
-template Variable<SO2> SensorConstants::get(Problem&, const std::string&, const char*, double);
-template Variable<Rn<1>> SensorConstants::none(Problem&);
-template Variable<Rn<2>> SensorConstants::none(Problem&);
-template Variable<Rn<3>> SensorConstants::none(Problem&);
-template Variable<Rn<6>> SensorConstants::none(Problem&);
-template Variable<SO3> SensorConstants::none(Problem&);
-template Variable<SO2> SensorConstants::none(Problem&);
-template Variable<SE3> SensorConstants::none(Problem&);
-template Variable<SE2> SensorConstants::none(Problem&);
+template Variable<Rn<1>> SensorConstants::get_or_add(Problem&, const std::string&, const char*, double);
+template Variable<SO3> SensorConstants::get_or_add(Problem&, const std::string&, const char*, double);
+template Variable<SO2> SensorConstants::get_or_add(Problem&, const std::string&, const char*, double);
+template Variable<Rn<1>> SensorConstants::fixed_identity(Problem&);
+template Variable<Rn<2>> SensorConstants::fixed_identity(Problem&);
+template Variable<Rn<3>> SensorConstants::fixed_identity(Problem&);
+template Variable<Rn<6>> SensorConstants::fixed_identity(Problem&);
+template Variable<SO3> SensorConstants::fixed_identity(Problem&);
+template Variable<SO2> SensorConstants::fixed_identity(Problem&);
+template Variable<SE3> SensorConstants::fixed_identity(Problem&);
+template Variable<SE2> SensorConstants::fixed_identity(Problem&);
 
 }  // namespace tandem

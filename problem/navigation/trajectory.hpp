@@ -7,18 +7,18 @@
 
 namespace tandem {
 
-/// Times closer than this are one [s].
+/// Times closer than this count as equal [s].
 inline constexpr double kSameInstant = 1e-3;
 
-/// A value at an instant [s].
+/// A value with a time t [s].
 template <class T>
 struct Stamped {
   double t;
   T value;
 };
 
-/// The pose at time t of a trajectory in time order, interpolated on SE(3); nothing outside its span (with 1
-/// ms to spare, within which the end holds).
+/// Returns the pose at time t of a trajectory in time order, interpolated on SE(3). Returns nullopt outside of its time
+/// span; within kSameInstant of the span, returns the pose at its end.
 std::optional<SE3> pose_at(const std::vector<Stamped<SE3>>& trajectory, double t);
 
 }  // namespace tandem

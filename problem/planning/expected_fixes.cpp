@@ -6,7 +6,7 @@ namespace tandem {
 std::vector<Matrix<6, 6>> expected_fixes(const std::vector<ExpectedSensor>& sensors, double dt,
                                          const std::vector<SE3>& chaser, const std::vector<SE3>& target) {
   if (chaser.empty() || chaser.size() != target.size())
-    throw Error("expected fixes need chaser and target at the same instants");
+    throw Error("expected_fixes: chaser and target must have the same number of poses, at least one");
   std::vector<Matrix<6, 6>> fixes;
   for (std::size_t k = 1; k < chaser.size(); ++k) {
     Matrix<6, 6> information = Matrix<6, 6>::Zero();
@@ -14,7 +14,7 @@ std::vector<Matrix<6, 6>> expected_fixes(const std::vector<ExpectedSensor>& sens
     for (const ExpectedSensor& sensor : sensors) {
       double fixes_in_step = sensor.rate * dt;
       if (sensor.sight)
-        fixes_in_step *= Unseen{*sensor.sight}.probability(
+        fixes_in_step *= Visibility{*sensor.sight}.probability(
             in_sensor_frame(chaser[k], target[k], sensor.sight->B, sensor.sight->beacon));
       const Vector<3> position = fixes_in_step * sensor.position.cwiseAbs2().cwiseInverse();
       if (sensor.rotation) {

@@ -3,28 +3,32 @@
 #include <optional>
 #include <vector>
 
-#include <tandem/residuals/vehicle/unseen.hpp>
 #include <tandem/residuals/vehicle/vehicle_step.hpp>
+#include <tandem/residuals/vehicle/visibility.hpp>
 
 namespace tandem {
 
-/// A sensor of the chaser whose fixes of the target are still to come.
+/// Sensor of the chaser that is expected to measure the target during a plan.
 struct ExpectedSensor {
-  double rate;         ///< fixes a second while it sees the target [1/s]
-  Vector<3> position;  ///< σ of a fix along the chaser's axes; along the target's if it measures the rotation, too [m]
-  std::optional<Vector<3>> rotation{};  ///< σ [rad]; none: of the position alone
-  std::optional<Sight> sight{};         ///< none: it hears the target all around
+  double rate;         ///< fixes per second while the target is in sight [1/s]
+  Vector<3> position;  ///< σ of a fix [m], along the axes of the chaser; of the target if `rotation` is set
+  std::optional<Vector<3>> rotation{};  ///< σ of the rotation [rad]; empty for position fixes
+  std::optional<FieldOfView> sight{};   ///< field of view; empty for all directions
 };
 
-/// What fixes along a plan are expected to tell of the target's pose [1/m², 1/rad²], by right perturbations, for
-/// predict_target: Σ P rate dt R⁻¹ over the sensors, after each step where the two then are, P as in Unseen. The prediction's
-/// covariance is then that of a Kalman filter along the plan: Σ⁻¹ ← (F Σ Fᵀ + Q)⁻¹ + Σ P rate dt R⁻¹. It counts a fix of
-/// probability P as that share of its information, which is somewhat less covariance than the mean over what may come
-/// (the inverse is convex). `chaser` and `target` are now and after each step, of equal length: throws Error else.
+/// Returns the information that fixes during a plan are expected to add to the target's pose after each step [1/m²,
+/// 1/rad²], in right perturbations, for predict_target(). It is Σ P rate dt R⁻¹ over all sensors, with the detection
+/// probability P (see Visibility) at the poses after the step.
+///
+/// The predicted covariance is that of a Kalman filter along the plan: Σ⁻¹ ← (F Σ Fᵀ + Q)⁻¹ + Σ P rate dt R⁻¹. It is
+/// slightly smaller than the expected covariance, because a fix of probability P counts as a fraction of its
+/// information and the inverse is convex.
+///
+/// `chaser` and `target` are the poses now and after each step. Throws Error if they are empty or differ in length.
 std::vector<Matrix<6, 6>> expected_fixes(const std::vector<ExpectedSensor>& sensors, double dt,
                                          const std::vector<SE3>& chaser, const std::vector<SE3>& target);
 
-/// The same along a vehicle's states.
+/// Overload for the states of a vehicle.
 template <int N>
 std::vector<Matrix<6, 6>> expected_fixes(const std::vector<ExpectedSensor>& sensors, double dt,
                                          const std::vector<VehicleState<N>>& chaser, const std::vector<SE3>& target) {

@@ -5,7 +5,6 @@
 
 #include <tandem/problem/planning/plan_blocks.hpp>
 #include <tandem/problem/planning/plan_problem.hpp>
-#include <tandem/residuals/biased.hpp>
 #include <tandem/residuals/constant_twist.hpp>
 #include <tandem/residuals/damped_twist.hpp>
 #include <tandem/residuals/depth.hpp>
@@ -17,7 +16,8 @@
 #include <tandem/residuals/usbl_position.hpp>
 #include <tandem/residuals/vehicle/inside_cone.hpp>
 #include <tandem/residuals/vehicle/twist_kinematics.hpp>
-#include <tandem/residuals/vehicle/unseen.hpp>
+#include <tandem/residuals/vehicle/visibility.hpp>
+#include <tandem/residuals/with_bias.hpp>
 
 namespace tandem::detail {
 namespace {
@@ -25,31 +25,33 @@ namespace {
 Range<> keep_out_of(const PlanOptions& o) { return Range<>{o.keep_out}; }
 InsideCone<> inside_of(const Cone& cone) { return {cone.half_angle, cone.apex, cone.point}; }
 
-/// √(J Σ Jᵀ)
+/// Returns √(J Σ Jᵀ).
 double standard_deviation(const Matrix<1, 6>& J, const Matrix<6, 6>& covariance) {
   return std::sqrt(std::max(0.0, (J * covariance * J.transpose())(0, 0)));
 }
 
-/// constraint ≥ margin. Its states: of the one that it is measured from, and the other.
+/// Adds constraint ≥ margin, with the margin as a fixed variable. `from` is the body that the constraint is measured
+/// from.
 template <Residual R>
 Block keep_inside(Problem& problem, const R& constraint, std::vector<Variable<Rn<1>>>& margins,
                   const Variable<SE3>& from, const Variable<SE3>& other) {
   margins.push_back(problem.add(Rn<1>(), "margin at step " + std::to_string(margins.size() + 1)));
   problem.fix(margins.back());
-  return problem.subject_to(Biased<R>{constraint}, at_least(0), {from, other, margins.back()});
+  return problem.subject_to(WithBias<R>{constraint}, at_least(0), {from, other, margins.back()});
 }
 
 }  // namespace
 
-Block tie_kinematics(Problem& problem, double dt, const PlanStep& from, const PlanStep& to) {
+Block add_kinematics(Problem& problem, double dt, const PlanStep& from, const PlanStep& to) {
   return problem.subject_to(TwistKinematics<SE3>{dt}, equal_to(0), {from.chaser, from.twist, to.chaser, to.twist});
 }
 
-void tie_target(Problem& problem, const CoupledEstimate& estimate, double last, double dt, const Variable<SE3>& before,
-                const Variable<SE3>& now, const Variable<SE3>& next) {
+void add_target_motion(Problem& problem, const CoupledEstimate& estimate, double last, double dt,
+                       const Variable<SE3>& before, const Variable<SE3>& now, const Variable<SE3>& next) {
   const std::tuple poses{before, now, next};
   if (estimate.time_constants) {
-    const Vector<6> sigma = estimate.noise.cwiseProduct(DampedTwist<SE3>::spread(last, dt, *estimate.time_constants));
+    const Vector<6> sigma =
+        estimate.noise.cwiseProduct(DampedTwist<SE3>::noise_scale(last, dt, *estimate.time_constants));
     problem.minimize(DampedTwist<SE3>::over(last, dt, *estimate.time_constants), Gaussian(Eigen::VectorXd(sigma)),
                      poses);
   } else {
@@ -57,10 +59,10 @@ void tie_target(Problem& problem, const CoupledEstimate& estimate, double last, 
   }
 }
 
-std::optional<Variable<Rn<1>>> add_goal(Problem& problem, const PlanOptions& o, int k, double share,
+std::optional<Variable<Rn<1>>> add_goal(Problem& problem, const PlanOptions& o, int k, double cost_weight,
                                         const PlanStep& step) {
-  const auto cost = [share](const Eigen::VectorXd& sigma) {
-    return Gaussian(Eigen::VectorXd(sigma / std::sqrt(share)));
+  const auto cost = [cost_weight](const Eigen::VectorXd& sigma) {
+    return Gaussian(Eigen::VectorXd(sigma / std::sqrt(cost_weight)));
   };
   const bool last = k == o.steps;
   const double position = last ? o.terminal_position : o.running_position;
@@ -73,7 +75,7 @@ std::optional<Variable<Rn<1>>> add_goal(Problem& problem, const PlanOptions& o, 
   if (o.information > 0) {
     gain = problem.add(Rn<1>(), "information at step " + std::to_string(k));
     problem.fix(*gain);
-    problem.minimize(Unseen{o.sight}, cost(Vector<1>(1.0 / std::sqrt(o.information))),
+    problem.minimize(Visibility{o.sight}, cost(Vector<1>(1.0 / std::sqrt(o.information))),
                      {step.chaser, step.target, *gain});
   }
   Vector<6> speed;
@@ -89,8 +91,8 @@ void add_limits(Problem& problem, const PlanOptions& o, const PlanStep& step, Pl
   if (o.lowest || o.highest)
     hard.push_back(
         problem.subject_to(Depth{0.0}, between(o.lowest.value_or(-none), o.highest.value_or(none)), {step.chaser}));
-  if (o.most_roll_pitch)
-    hard.push_back(problem.subject_to(RollPitch<>{}, between(-*o.most_roll_pitch, *o.most_roll_pitch), {step.chaser}));
+  if (o.max_roll_pitch)
+    hard.push_back(problem.subject_to(RollPitch<>{}, between(-*o.max_roll_pitch, *o.max_roll_pitch), {step.chaser}));
   if (o.keep_out > 0) hard.push_back(keep_inside(problem, keep_out_of(o), margins.keep_out, step.chaser, step.target));
   if (o.approach)
     hard.push_back(keep_inside(problem, inside_of(*o.approach), margins.approach, step.target, step.chaser));

@@ -27,11 +27,11 @@ double inside(const Cone& cone, const SE3& carrier, const SE3& other) {
 
 }  // namespace
 
-double coupled_share(const PlanOptions& options, const Matrix<6, 6>& covariance_at_end) {
-  constexpr double most_pull = 1e-4;
+double coupled_cost_weight(const PlanOptions& options, const Matrix<6, 6>& covariance_at_end) {
+  constexpr double max_pull = 1e-4;  // of the goal, relative to the information of the target
   const double variance = covariance_at_end.diagonal().head<3>().maxCoeff();
   const double goal = options.terminal_position * options.terminal_position;
-  return most_pull * (variance > goal ? goal / variance : 1.0);
+  return max_pull * (variance > goal ? goal / variance : 1.0);
 }
 
 double information_of_fix(const PlanOptions& options, const Matrix<6, 6>& covariance) {
@@ -42,28 +42,29 @@ double information_of_fix(const PlanOptions& options, const Matrix<6, 6>& covari
 
 Matrix<6, 6> expected_information(const PlanOptions& options, const SE3& chaser, const SE3& target) {
   const Vector<3> p = in_sensor_frame(chaser, target, options.sight.B, options.sight.beacon);
-  const double probability = Unseen{options.sight}.probability(p);
+  const double probability = Visibility{options.sight}.probability(p);
   return probability * Matrix<6, 6>(options.fix.cwiseAbs2().cwiseInverse().asDiagonal());
 }
 
-std::string why_impossible(const PlanOptions& o) {
-  if (o.steps < 1) return "a plan needs one step at least";
-  if (!(o.dt > 0) || !std::isfinite(o.dt)) return "the step of a plan must be positive [s]";
+std::string why_invalid(const PlanOptions& o) {
+  if (o.steps < 1) return "a plan needs at least one step, not " + std::to_string(o.steps);
+  if (!(o.dt > 0) || !std::isfinite(o.dt)) return "the time step of a plan must be positive and finite";
   for (const double sigma : {o.running_position, o.running_orientation, o.terminal_position, o.terminal_orientation,
                              o.running_speed, o.running_turn_rate, o.effort, o.rate})
     if (!(sigma > 0)) return "the standard deviations of a plan's costs must be positive";
   if (!(o.information >= 0) || !std::isfinite(o.information))
-    return "what a nat of information counts for must not be negative";
-  const Sight& s = o.sight;
+    return "the cost of missed information must be finite and not negative";
+  const FieldOfView& s = o.sight;
   if (!(s.range > 0 && s.range_fade > 0 && s.cosine_fade > 0 && s.half_angle > 0 && s.half_angle < std::numbers::pi) ||
       !(o.fix.array() > 0).all())
-    return "range, fading and fixes of a sight must be positive, its half angle between 0 and 180 degrees";
+    return "sight: range, fades and fix sigmas must be positive, and the half angle between 0 and 180 degrees";
   if (!(o.keep_out >= 0)) return "the keep-out distance must not be negative";
   if (!(o.chance >= 0) || !std::isfinite(o.chance))
-    return "the standard deviations that a plan's constraints are tightened by must not be negative";
+    return "the number of standard deviations that tighten the constraints must be finite and not negative";
   if (!is_cone(o.approach) || !is_cone(o.view)) return "the half angle of a cone must be between 0 and 90 degrees";
-  if (o.lowest && o.highest && !(*o.lowest < *o.highest)) return "depth: the lower bound is above the upper one";
-  if (o.most_roll_pitch && !(*o.most_roll_pitch > 0 && *o.most_roll_pitch < std::numbers::pi / 2))
+  if (o.lowest && o.highest && !(*o.lowest < *o.highest))
+    return "depth: the minimum height must be below the maximum height";
+  if (o.max_roll_pitch && !(*o.max_roll_pitch > 0 && *o.max_roll_pitch < std::numbers::pi / 2))
     return "the bound of roll and pitch must be between 0 and 90 degrees";
   if (const double distance = o.goal.translation().norm(); distance < o.keep_out)
     return "the wanted relative pose is " + metres(distance) + " from the target, inside the keep-out distance of " +

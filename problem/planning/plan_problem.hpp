@@ -12,69 +12,71 @@
 
 namespace tandem {
 
-/// What a vehicle is told, and where that takes it.
+/// Commands of a vehicle and the states that they lead to.
 template <int N>
 struct Plan {
-  std::vector<VehicleState<N>> states;  ///< now, and after each step
-  std::vector<Vector<N>> commands;      ///< of each step, held over it
+  std::vector<VehicleState<N>> states;  ///< initial state and the state after each step
+  std::vector<Vector<N>> commands;      ///< command of each step, held constant during it
 
-  /// One step later: the first one is gone, the last command is held one step more. Where no motion obeys the dynamics over a
-  /// step, it goes on as it moves, here and below (VehicleStep::or_drift).
+  /// Returns the plan shifted by one step: the first step is dropped and the last command is held for one more step. If
+  /// the dynamics have no solution over a step, the twist is kept (VehicleStep::or_constant_twist), also in from().
   Plan shifted(const VehicleStep<N>& step, const Vector<3>& current) const;
-  /// The same commands from another start.
+  /// Returns the same commands with the states that follow from another initial state.
   Plan from(const VehicleState<N>& start, const VehicleStep<N>& step, const Vector<3>& current) const;
 };
 
-/// An estimate that a plan joins: a problem with what was measured of chaser and target, and its newest variables.
+/// Estimation problem that a plan is coupled with, and its newest variables.
 struct CoupledEstimate {
   Problem& problem;
-  Variable<SE3> chaser, before, now;          ///< the chaser, and the target, now; the target some time before
-  double dt;                                  ///< s between the target's two
-  Vector<6> noise;                            ///< of the target's motion, as predict_target
-  std::optional<Vector<6>> time_constants{};  ///< likewise
-  /// What the plan's costs count for against the measurements: what is wished for is no evidence of where the target will
-  /// be. As it goes to 0, the plan is that against the target's prediction by the measurements alone.
-  double share = 1e-4;
+  Variable<SE3> chaser, before, now;          ///< current chaser pose; previous and current target pose
+  double dt;                                  ///< between the two target poses [s]
+  Vector<6> noise;                            ///< of the motion of the target, as for predict_target()
+  std::optional<Vector<6>> time_constants{};  ///< as for predict_target()
+  /// Weight of the plan's costs relative to the measurements. It is small because a goal is not evidence of where the
+  /// target will be. In the limit 0 the plan is that against the target's prediction from measurements alone.
+  double cost_weight = 1e-4;
 };
 
-/// The nonlinear program of a chaser's motion relative to a target whose motion is given: over H steps the poses,
-/// twists, actuators and commands of the chaser, tied by TwistKinematics, VehicleDynamics and ActuatorLag as hard
-/// equalities, under the bounds and the costs of PlanOptions. It is built once; what changes from one plan to the next,
-/// the start, the current and the target, are fixed variables, whose values are set. A step's variables stay together,
-/// so that the program is banded in time. The vehicle must live as long.
+/// Nonlinear program of the motion of a chaser relative to a moving target. Its variables are the poses, twists,
+/// actuator states and commands of the chaser over H steps. TwistKinematics, VehicleDynamics and ActuatorLag connect
+/// them as hard equalities; PlanOptions defines bounds and costs.
 ///
-/// Coupled, it is part of a CoupledEstimate's problem: the target's future poses are free, tied by the motion prior to what
-/// was measured, the chaser's pose now is the estimate's, and the plan's costs count for a share. The estimate's problem
-/// must live as long, and keeps what the plan has added to it.
+/// The program is built once. The initial state, the water current and the target are fixed variables, whose values
+/// change from plan to plan. Variables of one step are adjacent, so the Hessian is banded. The vehicle model must
+/// outlive the program.
+///
+/// Coupled to a CoupledEstimate, the plan is added to the estimation problem. The future target poses are then free and
+/// tied to the estimate by the motion prior. The current chaser pose is that of the estimate, and the costs are
+/// multiplied by cost_weight(). The estimation problem must outlive the program and keeps its variables and blocks.
 template <int N>
 class PlanProblem {
  public:
-  /// Throws Error, a sentence, when vehicle or options are impossible (why_impossible).
+  /// Throws Error if vehicle or options are impossible (why_impossible).
   PlanProblem(const VehicleModel<N>& vehicle, const PlanOptions& options);
   PlanProblem(const VehicleModel<N>& vehicle, const PlanOptions& options, const CoupledEstimate& estimate);
 
-  /// Where the chaser is, and the current there [m/s], along the world's axes. Coupled, its pose is the estimate's.
+  /// Sets the current state of the chaser, and the water current [m/s] in world axes. If coupled, the pose comes from
+  /// the estimate.
   void set_start(const VehicleState<N>& start, const Vector<3>& current);
-  /// The target now and after each step; coupled, where its poses start from. Throws Error when it has not H + 1 poses,
-  /// or, with PlanOptions::chance or
-  /// information, covariances.
+  /// Sets the poses of the target, now and after each step; if coupled, the initial guess of the future poses. Throws
+  /// Error if there are not H + 1 poses and twists, or if covariances are missing that PlanOptions::information needs.
   void set_target(const TargetPrediction& target);
-  /// Where solvers start from; after set_target(). With PlanOptions::chance the hard constraints c ≥ 0 on the target become
-  /// c ≥ k √(J Σ Jᵀ), J = ∂c/∂target here: the margins are constants until the next guess. Throws Error when it has not H
-  /// steps.
+  /// Sets the initial guess; call it after set_target(). With PlanOptions::chance, also replaces the hard constraints c
+  /// ≥ 0 on the target by c ≥ chance √(J Σ Jᵀ), where J = ∂c/∂target at the guess. These margins are constant until the
+  /// next call. Throws Error if the plan does not have H steps or covariances of the target are missing.
   void set_guess(const Plan<N>& plan);
-  /// At the variables' values.
+  /// Returns the plan at the current values of the variables.
   Plan<N> plan() const;
 
-  /// Lagrange's multipliers of each step's hard constraints, over share(): as a solver left them, and for the next one to
-  /// start from (Problem::multipliers). Throws Error where they are not as many as the constraints.
+  /// Return and set the Lagrange multipliers of the hard constraints of each step, divided by cost_weight(), for a warm
+  /// start (Problem::multipliers). set_multipliers() throws Error if their number is wrong.
   std::vector<Eigen::VectorXd> multipliers() const;
   void set_multipliers(const std::vector<Eigen::VectorXd>& multipliers);
 
   Problem& problem() { return problem_; }
   const PlanOptions& options() const { return options_; }
-  /// What the plan's costs are multiplied by: CoupledEstimate::share, else 1.
-  double share() const { return estimate_ ? estimate_->share : 1.0; }
+  /// Returns the factor of the costs: CoupledEstimate::cost_weight, or 1 if not coupled.
+  double cost_weight() const { return estimate_ ? estimate_->cost_weight : 1.0; }
   const VehicleModel<N>& vehicle() const { return vehicle_; }
 
  private:
@@ -83,7 +85,7 @@ class PlanProblem {
 
   PlanProblem(const VehicleModel<N>& vehicle, const PlanOptions& options, std::optional<CoupledEstimate> estimate,
               std::unique_ptr<Problem> own);
-  detail::PlanStep at(int k) const;  ///< after k steps
+  detail::PlanStep at(int k) const;  ///< variables after k steps
   Gaussian cost(const Eigen::VectorXd& sigma) const;
   void add_variables();
   void add_motion(int k);
@@ -101,11 +103,11 @@ class PlanProblem {
   Problem& problem_;
   Variable<R3> current_;
   std::vector<Variable<SE3>> chaser_, target_;
-  std::vector<Twist> twist_, target_twist_;  // the target's as seen from the goal, which goes with it
+  std::vector<Twist> twist_, target_twist_;  // target_twist_: velocity of the goal, which moves with the target
   std::vector<Actuators> actuators_, command_;
-  std::vector<std::vector<Block>> hard_;  // of each step
+  std::vector<std::vector<Block>> hard_;  // hard blocks of each step
   detail::PlanMargins margins_;
-  std::vector<Variable<Rn<1>>> gain_;  // of Unseen, after each step; fixed
+  std::vector<Variable<Rn<1>>> gain_;  // information gain of Visibility after each step; fixed
   std::vector<Matrix<6, 6>> target_covariance_;
 };
 

@@ -10,7 +10,7 @@
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
 
-// The members of plan_problem.hpp's templates, for the sources that instantiate them.
+// Member definitions of the templates in plan_problem.hpp, for the sources that instantiate them.
 namespace tandem {
 template <int N>
 Plan<N> Plan<N>::shifted(const VehicleStep<N>& step, const Vector<3>& current) const {
@@ -18,7 +18,7 @@ Plan<N> Plan<N>::shifted(const VehicleStep<N>& step, const Vector<3>& current) c
   later.states.erase(later.states.begin());
   later.commands.erase(later.commands.begin());
   later.commands.push_back(commands.back());
-  later.states.push_back(step.or_drift(later.states.back(), commands.back(), current));
+  later.states.push_back(step.or_constant_twist(later.states.back(), commands.back(), current));
   return later;
 }
 
@@ -26,7 +26,7 @@ template <int N>
 Plan<N> Plan<N>::from(const VehicleState<N>& start, const VehicleStep<N>& step, const Vector<3>& current) const {
   Plan moved{{start}, commands};
   for (const Vector<N>& command : commands)
-    moved.states.push_back(step.or_drift(moved.states.back(), command, current));
+    moved.states.push_back(step.or_constant_twist(moved.states.back(), command, current));
   return moved;
 }
 
@@ -46,10 +46,10 @@ PlanProblem<N>::PlanProblem(const VehicleModel<N>& vehicle, const PlanOptions& o
       estimate_(std::move(estimate)),
       own_(std::move(own)),
       problem_(own_ ? *own_ : estimate_->problem) {
-  if (const std::string why = why_impossible(vehicle); !why.empty()) throw Error(why);
-  if (const std::string why = why_impossible(options); !why.empty()) throw Error(why);
-  if (estimate_ && !(estimate_->share > 0 && estimate_->dt > 0))
-    throw Error("a coupled plan needs a share of its costs and a time between the target's poses that are positive");
+  if (const std::string why = why_invalid(vehicle); !why.empty()) throw Error(why);
+  if (const std::string why = why_invalid(options); !why.empty()) throw Error(why);
+  if (estimate_ && !(estimate_->cost_weight > 0 && estimate_->dt > 0))
+    throw Error("CoupledEstimate: cost_weight and dt must be positive");
   add_variables();
   for (int k = 0; k < options.steps; ++k) {
     hard_.emplace_back();
@@ -79,13 +79,13 @@ void PlanProblem<N>::add_variables() {
   if (!estimate_) problem_.fix(chaser_.front());
 }
 
-/// A standard deviation counts for less where the cost is a share.
+/// Returns the noise of a cost with standard deviations `sigma`, weighted by cost_weight().
 template <int N>
 Gaussian PlanProblem<N>::cost(const Eigen::VectorXd& sigma) const {
-  return Gaussian(Eigen::VectorXd(sigma / std::sqrt(share())));
+  return Gaussian(Eigen::VectorXd(sigma / std::sqrt(cost_weight())));
 }
 
-/// A hard constraint of the step that is being added.
+/// Adds a hard constraint to the current step.
 template <int N>
 template <Residual R, class B>
 void PlanProblem<N>::constrain(const R& residual, const B& bounds, const VariablesOf<R>& x) {
@@ -102,24 +102,24 @@ template <int N>
 void PlanProblem<N>::add_motion(int k) {
   const std::size_t now = std::size_t(k), next = now + 1;
   const double dt = options_.dt;
-  hard_.back().push_back(detail::tie_kinematics(problem_, dt, at(k), at(k + 1)));
+  hard_.back().push_back(detail::add_kinematics(problem_, dt, at(k), at(k + 1)));
   constrain(VehicleDynamics<N>(vehicle_, dt), equal_to(0),
             {chaser_[now], twist_[now], twist_[next], actuators_[now], command_[now], current_});
   constrain(ActuatorLag<N>(vehicle_.lag, dt), equal_to(0), {actuators_[now], command_[now], actuators_[next]});
   if (estimate_)
-    detail::tie_target(problem_, *estimate_, k == 0 ? estimate_->dt : dt, dt,
-                       k == 0 ? estimate_->before : target_[now - 1], target_[now], target_[next]);
+    detail::add_target_motion(problem_, *estimate_, k == 0 ? estimate_->dt : dt, dt,
+                              k == 0 ? estimate_->before : target_[now - 1], target_[now], target_[next]);
 }
 
 template <int N>
 void PlanProblem<N>::add_costs(int k) {
   const std::size_t now = std::size_t(k), next = now + 1;
   const PlanOptions& o = options_;
-  if (const auto gain = detail::add_goal(problem_, o, k + 1, share(), at(k + 1))) gain_.push_back(*gain);
+  if (const auto gain = detail::add_goal(problem_, o, k + 1, cost_weight(), at(k + 1))) gain_.push_back(*gain);
   const Vector<N> half = 0.5 * (vehicle_.upper - vehicle_.lower);
   const Rn<N> neutral(Vector<N>(Vector<N>::Zero().cwiseMax(vehicle_.lower).cwiseMin(vehicle_.upper)));
   problem_.minimize(Prior<Rn<N>>{neutral}, cost(o.effort * half), {actuators_[next]});
-  const auto& before = k == 0 ? actuators_[0] : command_[now - 1];  // what they do now is what they were told
+  const auto& before = k == 0 ? actuators_[0] : command_[now - 1];  // the actuators hold the previous command
   problem_.minimize(RelativePose<Rn<N>>{}, cost(o.rate * half), {before, command_[now]});
 }
 
@@ -129,11 +129,12 @@ void PlanProblem<N>::add_bounds(int k) {
   detail::add_limits(problem_, options_, at(k + 1), margins_, hard_.back());
 }
 
-/// What a fix would tell if none came before it.
+/// Sets the information gain of a fix at each step as if it were the only one.
 template <int N>
 void PlanProblem<N>::set_gains() {
   if (gain_.empty()) return;
-  if (target_covariance_.size() != target_.size()) throw Error("a plan that is to see needs the target's covariances");
+  if (target_covariance_.size() != target_.size())
+    throw Error("PlanOptions::information needs the covariances of the predicted target");
   for (std::size_t k = 0; k < gain_.size(); ++k) {
     const double nats = information_of_fix(options_, target_covariance_[k + 1]);
     problem_.set_value(gain_[k], Rn<1>(Vector<1>(std::sqrt(2.0 * nats))));
@@ -143,7 +144,8 @@ void PlanProblem<N>::set_gains() {
 template <int N>
 void PlanProblem<N>::set_margins() {
   if (!(options_.chance > 0)) return;
-  if (target_covariance_.size() != target_.size()) throw Error("a plan by chance needs the target's covariances");
+  if (target_covariance_.size() != target_.size())
+    throw Error("PlanOptions::chance needs the covariances of the predicted target");
   detail::set_margins(problem_, options_, chaser_, target_, target_covariance_, margins_);
 }
 
@@ -158,8 +160,8 @@ void PlanProblem<N>::set_start(const VehicleState<N>& start, const Vector<3>& cu
 template <int N>
 void PlanProblem<N>::set_target(const TargetPrediction& target) {
   if (target.pose.size() != target_.size() || target.twist.size() != target_.size())
-    throw Error("the plan needs the target at " + std::to_string(target_.size()) + " instants, not " +
-                std::to_string(target.pose.size()));
+    throw Error("the plan needs " + std::to_string(target_.size()) + " poses and twists of the target, not " +
+                std::to_string(target.pose.size()) + " and " + std::to_string(target.twist.size()));
   const Matrix<6, 6> to_goal = options_.goal.inverse().Ad();
   for (std::size_t k = 0; k < target_.size(); ++k) {
     if (!estimate_ || k > 0) problem_.set_value(target_[k], target.pose[k]);
@@ -172,7 +174,7 @@ void PlanProblem<N>::set_target(const TargetPrediction& target) {
 template <int N>
 void PlanProblem<N>::set_guess(const Plan<N>& plan) {
   if (plan.commands.size() != command_.size() || plan.states.size() != chaser_.size())
-    throw Error("the plan to start from has " + std::to_string(plan.commands.size()) + " steps, not " +
+    throw Error("the initial guess of the plan has " + std::to_string(plan.commands.size()) + " steps, not " +
                 std::to_string(command_.size()));
   for (std::size_t k = 0; k < command_.size(); ++k) {
     const VehicleState<N>& s = plan.states[k + 1];
@@ -203,24 +205,26 @@ std::vector<Eigen::VectorXd> PlanProblem<N>::multipliers() const {
       const Eigen::VectorXd y = problem_.multipliers(block);
       rows.insert(rows.end(), y.begin(), y.end());
     }
-    steps.push_back(Eigen::Map<const Eigen::VectorXd>(rows.data(), Eigen::Index(rows.size())) / share());
+    steps.push_back(Eigen::Map<const Eigen::VectorXd>(rows.data(), Eigen::Index(rows.size())) / cost_weight());
   }
   return steps;
 }
 
 template <int N>
 void PlanProblem<N>::set_multipliers(const std::vector<Eigen::VectorXd>& multipliers) {
-  if (multipliers.size() != hard_.size()) throw Error("the multipliers of a plan are not as many as its steps");
+  if (multipliers.size() != hard_.size())
+    throw Error("set_multipliers: a plan needs one vector of multipliers per step");
   for (std::size_t k = 0; k < hard_.size(); ++k) {
     Eigen::Index row = 0;
     for (const Block& block : hard_[k]) {
       const Eigen::Index rows = problem_.multipliers(block).size();
       if (row + rows > multipliers[k].size())
-        throw Error("the multipliers of a plan are not as many as its constraints");
-      problem_.set_multipliers(block, share() * multipliers[k].segment(row, rows));
+        throw Error("set_multipliers: there are fewer multipliers than constraints at step " + std::to_string(k + 1));
+      problem_.set_multipliers(block, cost_weight() * multipliers[k].segment(row, rows));
       row += rows;
     }
-    if (row != multipliers[k].size()) throw Error("the multipliers of a plan are more than its constraints");
+    if (row != multipliers[k].size())
+      throw Error("set_multipliers: there are more multipliers than constraints at step " + std::to_string(k + 1));
   }
 }
 

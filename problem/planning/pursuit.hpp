@@ -9,30 +9,31 @@
 
 namespace tandem {
 
-/// Gains and limits of pure pursuit.
+/// Gains and limits of the pure-pursuit controller.
 struct PursuitOptions {
-  double speed = 1.5;             ///< most, over that of the goal [m/s]
-  double turn_rate = 0.4;         ///< most [rad/s]
-  double position_gain = 0.3;     ///< 1/s
-  double orientation_gain = 0.6;  ///< 1/s
-  double response = 2.0;          ///< s in which a wanted twist is to be reached
-  double least_speed = 0.5;       ///< of a vehicle whose fins need it to turn [m/s]
+  double speed = 1.5;             ///< maximum speed relative to the goal [m/s]
+  double turn_rate = 0.4;         ///< maximum turn rate [rad/s]
+  double position_gain = 0.3;     ///< velocity per position error [1/s]
+  double orientation_gain = 0.6;  ///< turn rate per orientation error [1/s]
+  double response = 2.0;          ///< time to reach a commanded twist [s]
+  double min_speed = 0.5;         ///< minimum surge of a vehicle that steers with fins [m/s]
 };
 
-/// Whether it can push sideways, up and down, not only ahead.
+/// Returns whether the actuators can also push the vehicle sideways and vertically.
 template <int N>
 bool is_holonomic(const VehicleModel<N>& vehicle) {
   return vehicle.thrust.row(1).norm() > 0 && vehicle.thrust.row(2).norm() > 0;
 }
 
-/// The command that comes nearest to an acceleration of the body [m/s², rad/s²], by damped least squares over the
-/// vehicle's own equations of motion, cut to its bounds. Zero: it holds its twist. Of a vehicle that is not holonomic, in
-/// surge, pitch and yaw: the propeller of a torpedo turns the hull, too, and would be spent on holding its roll.
+/// Returns the command whose body acceleration is closest to `acceleration` [m/s², rad/s²], clipped to the bounds of
+/// the vehicle. Uses damped least squares on the equations of motion. A zero acceleration holds the twist. For a
+/// vehicle that is not holonomic only surge, pitch and yaw count. Otherwise a torpedo would waste thrust on its roll,
+/// because its propeller also turns the hull.
 template <int N>
 Vector<N> command_for(const VehicleModel<N>& vehicle, const VehicleState<N>& state, const Vector<3>& current,
                       const Vector<6>& acceleration) {
-  constexpr double dt = 1e-6;       // s: a step over which nothing changes but the twist
-  constexpr double damping = 1e-4;  // [m/s², rad/s²]² of a whole command
+  constexpr double dt = 1e-6;       // [s], so short that only the twist changes
+  constexpr double damping = 1e-4;  // [m/s², rad/s²]² per full command
   Vector<6> e;
   VehicleDynamics<N>(vehicle, dt)(state.pose, Rn<6>(state.twist), Rn<6>(state.twist), Rn<N>(), Rn<N>(), R3(current), e);
   const Vector<6> without_push = -e / dt;
@@ -48,9 +49,9 @@ Vector<N> command_for(const VehicleModel<N>& vehicle, const VehicleState<N>& sta
   return half.cwiseProduct(share).cwiseMax(vehicle.lower).cwiseMin(vehicle.upper);
 }
 
-/// A command by pure pursuit of a goal pose that moves with its body twist: a vehicle that can push sideways moves
-/// straight to it and turns with it, another one steers its bow there. A baseline, and the start of a plan: a roll-out of
-/// it obeys the dynamics.
+/// Returns the pure-pursuit command towards a goal pose that moves with the body twist `goal_twist`. A holonomic
+/// vehicle moves straight to the goal and turns with it; another one steers its bow towards it. This is a baseline
+/// controller. Its roll-out obeys the dynamics, so it is also an initial guess for a plan.
 template <int N>
 Vector<N> pursue(const VehicleModel<N>& vehicle, const VehicleState<N>& state, const Vector<3>& current,
                  const SE3& goal, const Vector<6>& goal_twist, const PursuitOptions& o) {
@@ -65,19 +66,19 @@ Vector<N> pursue(const VehicleModel<N>& vehicle, const VehicleState<N>& state, c
     wanted.tail<3>() += within(o.orientation_gain * to_goal.rotation().Log(), o.turn_rate);
   } else {
     const double ahead = goal_twist.head<3>().norm();
-    wanted = state.twist;  // sideways it moves as it will
-    wanted[0] = std::clamp(ahead + o.position_gain * p[0], o.least_speed, ahead + o.speed);
+    wanted = state.twist;  // keeps the sway and heave that it has
+    wanted[0] = std::clamp(ahead + o.position_gain * p[0], o.min_speed, ahead + o.speed);
     wanted[4] = std::clamp(-o.orientation_gain * std::atan2(p[2], std::hypot(p[0], p[1])), -o.turn_rate, o.turn_rate);
     wanted[5] = std::clamp(o.orientation_gain * std::atan2(p[1], p[0]), -o.turn_rate, o.turn_rate);
   }
   VehicleState<N> damped = state;
-  // By what damps the wanted twist: pushed against what damps the one it has, it would stop by itself no longer.
+  // Drag is taken at the wanted twist. Compensating the drag of the current twist would cancel the natural damping.
   if (!is_holonomic(vehicle)) damped.twist = wanted;
   return command_for(vehicle, damped, current, Vector<6>((wanted - state.twist) / o.response));
 }
 
-/// A command that keeps a course with a way through the world [m/s], both in the world's frame. By what damps the wanted
-/// twist, for who hardly knows the current.
+/// Returns the command that turns the body to the orientation `course` (body to world) and moves it over ground at
+/// `speed` [m/s] along the x axis of `course`. Drag is taken at the wanted twist, which suits a poorly known current.
 template <int N>
 Vector<N> keep_course(const VehicleModel<N>& vehicle, const VehicleState<N>& state, const Vector<3>& current,
                       const SO3& course, double speed, const PursuitOptions& o) {

@@ -8,25 +8,13 @@
 namespace tandem {
 namespace {
 
-/// A step of the motion: its Jacobians by the two poses before it (that by the next is I where the residual vanishes),
-/// and the standard deviations of its noise.
-struct MotionStep {
-  Matrix<6, 6> J0, J1;
-  Vector<6> sigma;
-};
-
-template <class Motion>
-void linearize(const Motion& motion, const SE3& before, const SE3& now, const SE3& next, MotionStep& step) {
-  Vector<6> e;
-  motion(before, now, next, e, &step.J0, &step.J1);
-}
-
-/// (S⁻¹ + Eᵀ Λ E)⁻¹ of the two poses' covariance S, E the newer one's: Λ need not be regular.
-void take_in(const Matrix<6, 6>& information, Matrix<12, 12>& both) {
+/// Adds the information Λ on the newer of two poses to their joint covariance S: S ← (S⁻¹ + Eᵀ Λ E)⁻¹. Λ may be
+/// singular.
+void add_information(const Matrix<6, 6>& information, Matrix<12, 12>& both) {
   const Matrix<12, 6> by_now = both.rightCols<6>();
   const Matrix<6, 6> gain = Matrix<6, 6>::Identity() + Matrix<6, 6>(information * by_now.bottomRows<6>());
-  const Matrix<6, 6> kept = gain.partialPivLu().solve(information);
-  both -= (by_now * kept * by_now.transpose()).eval();
+  const Matrix<6, 6> correction = gain.partialPivLu().solve(information);
+  both -= (by_now * correction * by_now.transpose()).eval();
   both = (0.5 * (both + both.transpose())).eval();
 }
 
@@ -36,10 +24,10 @@ TargetPrediction predict_target(const TargetBelief& belief, const Vector<6>& noi
                                 const std::optional<Vector<6>>& time_constants,
                                 const std::vector<Matrix<6, 6>>& fixes) {
   if (!fixes.empty() && fixes.size() != std::size_t(steps))
-    throw Error("a target's prediction needs a fix for each step");
-  if (!(belief.dt > 0) || !(dt > 0)) throw Error("a target's prediction needs times that are positive");
+    throw Error("predict_target: the number of fixes must be 0 or the number of steps");
+  if (!(belief.dt > 0) || !(dt > 0)) throw Error("predict_target: dt and the dt of the belief must be positive");
   if (time_constants && !(time_constants->array() > 0).all())
-    throw Error("a target's prediction needs time constants that are positive");
+    throw Error("predict_target: all time constants must be positive");
   TargetPrediction p;
   SE3 before = belief.before, now = belief.now;
   Matrix<12, 12> both = belief.covariance;
@@ -51,26 +39,29 @@ TargetPrediction predict_target(const TargetBelief& belief, const Vector<6>& noi
     p.covariance.push_back(both.bottomRightCorner<6, 6>());
   };
   add();
-  for (int k = 0; k < steps; ++k) {
-    MotionStep step{{}, {}, std::sqrt(dt) * noise};
-    if (time_constants) {
-      const auto damped = DampedTwist<SE3>::over(last, dt, *time_constants);
-      step.sigma = noise.cwiseProduct(DampedTwist<SE3>::spread(last, dt, *time_constants));
-      twist = twist.cwiseProduct(damped.kept).eval();
-      linearize(damped, before, now, now * SE3::Exp(dt * twist), step);
-    } else {
-      linearize(ConstantTwist<SE3>{last, dt}, before, now, now * SE3::Exp(dt * twist), step);
-    }
+  const auto move = [&](const auto& motion, const Vector<6>& sigma) {
     const SE3 next = now * SE3::Exp(dt * twist);
-    Matrix<12, 12> carried = Matrix<12, 12>::Zero();
-    carried.topRightCorner<6, 6>().setIdentity();
-    carried.bottomLeftCorner<6, 6>() = -step.J0;
-    carried.bottomRightCorner<6, 6>() = -step.J1;
-    both = (carried * both * carried.transpose()).eval();
-    both.bottomRightCorner<6, 6>().diagonal() += step.sigma.cwiseAbs2();
-    if (!fixes.empty()) take_in(fixes[std::size_t(k)], both);
+    Vector<6> e;
+    Matrix<6, 6> J0, J1;  // the Jacobian with respect to `next` is I
+    motion(before, now, next, e, &J0, &J1);
+    Matrix<12, 12> transition = Matrix<12, 12>::Zero();
+    transition.topRightCorner<6, 6>().setIdentity();
+    transition.bottomLeftCorner<6, 6>() = -J0;
+    transition.bottomRightCorner<6, 6>() = -J1;
+    both = (transition * both * transition.transpose()).eval();
+    both.bottomRightCorner<6, 6>().diagonal() += sigma.cwiseAbs2();
     before = now;
     now = next;
+  };
+  for (int k = 0; k < steps; ++k) {
+    if (time_constants) {
+      const auto damped = DampedTwist<SE3>::over(last, dt, *time_constants);
+      twist = twist.cwiseProduct(damped.decay).eval();
+      move(damped, noise.cwiseProduct(DampedTwist<SE3>::noise_scale(last, dt, *time_constants)));
+    } else {
+      move(ConstantTwist<SE3>{last, dt}, std::sqrt(dt) * noise);
+    }
+    if (!fixes.empty()) add_information(fixes[std::size_t(k)], both);
     last = dt;
     add();
   }

@@ -7,27 +7,30 @@
 
 namespace tandem {
 
-/// What is known of a target at two instants: where its motion is predicted from.
+/// Estimate of a target at two instants, from which its motion is predicted.
 struct TargetBelief {
-  SE3 before, now;  ///< poses
-  double dt = 1.0;  ///< s between them
-  /// Of [δ before; δ now], right perturbations [m, rad].
+  SE3 before, now;  ///< previous and current pose
+  double dt = 1.0;  ///< between the two poses [s]
+  /// Joint covariance of [δ before; δ now], right perturbations [m, rad].
   Matrix<12, 12> covariance = Matrix<12, 12>::Zero();
 };
 
-/// Where a target will be.
+/// Predicted motion of a target, now and after each step.
 struct TargetPrediction {
-  std::vector<SE3> pose;                 ///< now, and after each step
-  std::vector<Vector<6>> twist;          ///< body twist at each [m/s, rad/s]
-  std::vector<Matrix<6, 6>> covariance;  ///< of each pose, by right perturbations [m, rad]
+  std::vector<SE3> pose;
+  std::vector<Vector<6>> twist;          ///< body twist [m/s, rad/s]
+  std::vector<Matrix<6, 6>> covariance;  ///< of each pose, right perturbations [m, rad]
 };
 
-/// `steps` steps of dt [s] ahead by constant twist, whose noise grows as `noise`² dt (standard deviations per √s, m and
-/// rad, as TrackingNoise::constant_twist); or, given time constants [s] of the twist's components, by DampedTwist, whose
-/// root spectral densities `noise` then are: the twist's own variance then stays below noise² τ/2. The covariance is
-/// carried on to first order through the Jacobians of either. `fixes`: information [1/m², 1/rad²] on the pose that comes
-/// after each step, by right perturbations, which makes its covariance less; none: nothing is measured. Throws Error when a
-/// time is not positive, or there are not as many fixes as steps.
+/// Predicts a target over `steps` steps of dt [s]. The covariance is propagated to first order.
+///
+/// Without `time_constants` the target keeps its twist up to noise with the variance `noise`² dt per step; `noise` is
+/// in m/√s and rad/√s, as TrackingNoise::constant_twist. With `time_constants` τ [s] of the twist components it follows
+/// DampedTwist, with `noise` as root spectral densities. The variance of the twist then stays below noise² τ/2.
+///
+/// `fixes` is the information that expected measurements add to the pose after each step [1/m², 1/rad²], in right
+/// perturbations; empty if there are none. Throws Error if a time is not positive or the number of fixes is not
+/// `steps`.
 TargetPrediction predict_target(const TargetBelief& belief, const Vector<6>& noise, double dt, int steps,
                                 const std::optional<Vector<6>>& time_constants = {},
                                 const std::vector<Matrix<6, 6>>& fixes = {});

@@ -17,7 +17,7 @@ EgoState EgoTrack::at(double t) const {
   return {interpolate(a.pose, b.pose, s), a.velocity + s * (b.velocity - a.velocity), a.bias + s * (b.bias - a.bias)};
 }
 
-std::vector<double> EgoTrack::untied() const {
+std::vector<double> EgoTrack::required_keyframe_times() const {
   std::vector<double> times;
   std::optional<ImuRecord> imu;
   if (data.imu) {
@@ -40,25 +40,25 @@ EgoTrackBuild::EgoTrackBuild(const EgoTrack& track, TrackingProblem& out)
       chain_(out.problem, track.data, track.options),
       events_(in_time_order(track.data.sensors)),
       event_(events_.cbegin()) {
-  if (track.states.size() < 2) throw Error("a chaser by its own sensors needs a first guess of two states or more");
+  if (track.states.size() < 2) throw Error("EgoTrack::states, the initial guess, needs at least two states");
   if (track.data.imu)
     for (const ImuSample& sample : track.data.imu->samples) chain_.add(sample);
-  out.ego_left_out.assign(track.data.sensors.size(), 0);
+  out.num_discarded_ego.assign(track.data.sensors.size(), 0);
 }
 
 Variable<SE3> EgoTrackBuild::add(std::size_t k) {
   const double t = out_.keyframes[k].t;
   const EgoState guess = track_.at(t);
-  out_.ego.push_back(k == 0 ? chain_.start(t, track_.start.state, track_.start.spread, guess)
+  out_.ego.push_back(k == 0 ? chain_.start(t, track_.start.state, track_.start.sigmas, guess)
                             : chain_.extend(t, guess));
   const bool last = k + 1 == out_.keyframes.size();
   const double until = last ? t + kSameInstant : out_.keyframes[k + 1].t - kSameInstant;
   for (; event_ != events_.cend() && event_->t <= until; ++event_) {
-    if (chain_.reaches(event_->t)) {
+    if (chain_.can_attach(event_->t)) {
       const EgoMeasurement& m = track_.data.sensors[event_->sensor].measurements[event_->index];
       out_.ego_measurements.push_back(chain_.attach(event_->sensor, m, event_->t));
     } else {
-      ++out_.ego_left_out[event_->sensor];
+      ++out_.num_discarded_ego[event_->sensor];
     }
   }
   if (last) {

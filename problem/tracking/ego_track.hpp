@@ -7,28 +7,28 @@
 
 namespace tandem {
 
-/// The chaser of a tracking problem by its own sensors, in place of odometry.
+/// Data of the chaser's own sensors, which replace the odometry of a tracking problem.
 struct EgoTrack {
   NavigationData data;
-  Alignment start;                        ///< what is known of the first state beforehand
-  std::vector<Stamped<EgoState>> states;  ///< first guess: two or more, in time order, the first at start.t
+  Alignment start;                        ///< prior of the first state
+  std::vector<Stamped<EgoState>> states;  ///< initial guess: at least two in time order, the first at start.t
   EgoOptions options;
 
-  /// Interpolated; before the first and after the last, these.
+  /// Returns the initial guess at t, interpolated. Returns the first or the last state outside of their time span.
   EgoState at(double t) const;
-  /// Where keyframes have to stand, since the inertial samples do not tie the states there: both ends of each such
-  /// interval; all of them without an IMU.
-  std::vector<double> untied() const;
+  /// Returns both ends of each interval between consecutive `states` that IMU samples do not cover. Keyframes are
+  /// required at these times.
+  std::vector<double> required_keyframe_times() const;
 };
 
 namespace detail {
 
-/// Adds the chaser's part to a tracking problem, keyframe by keyframe.
+/// Adds the chaser to a tracking problem, keyframe by keyframe.
 class EgoTrackBuild {
  public:
   EgoTrackBuild(const EgoTrack& track, TrackingProblem& out);
 
-  /// Keyframe k, the ties to the one before, and the measurements from there to the next.
+  /// Adds keyframe k, connects it to the previous one, and attaches the measurements up to the next one.
   Variable<SE3> add(std::size_t k);
 
  private:

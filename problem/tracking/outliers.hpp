@@ -9,33 +9,34 @@
 
 namespace tandem {
 
-/// A measurement that the others contradict.
+/// A measurement that contradicts the others.
 struct Outlier {
-  std::size_t sensor, index;  ///< in the data
-  double sigmas;              ///< from what the others say, in standard deviations of that
-  bool gross;                 ///< it is of something else: 100 standard deviations off, or 45° with ten of them
+  std::size_t sensor, index;  ///< in TrackingData::sensors, and in TargetSensor::measurements
+  double sigmas;              ///< distance from the value expected from the others, in standard deviations
+  /// The measurement is unrelated to the target: it deviates by 100 sigmas of its noise or, as a direction, by 45°.
+  bool gross;
 };
 
-/// Measurements more than ten standard deviations from what all others say, the worst first. `chaser`: its poses at the
-/// keyframes.
+/// Returns the measurements that deviate by more than ten standard deviations from the others, worst first. `chaser`
+/// gives the chaser's poses at the keyframes.
 ///
-/// Positions by data snooping: while some are too far from a smoothed track of all, the one whose residual is the most
-/// standard deviations of its own is taken out, and at the end those that then agree are let in again. One outlier,
-/// however far, is always the first to go. The track is of constant velocity, but for what the data's noise lets it
-/// change by and what a target takes that turns round within ten seconds: a tight turn is no outlier, however stiff the
-/// motion's prior.
+/// Positions are tested by data snooping. A smoother computes a track from all positions. The position with the largest
+/// standardised residual in its neighbourhood is removed, and the track is recomputed, until no residual is too large.
+/// Finally, removed positions that agree with the track are accepted again. The track has constant velocity with
+/// process noise from the data's noise, plus the noise of a target that reverses its velocity every ten seconds. Thus a
+/// tight turn is not an outlier, even if the motion prior is stiff.
 ///
-/// A range or a direction without the other by that track, where it is told, and by the sensor's own measurements around
-/// it: eight each way within ten seconds, their L1 medoid, and their median distance from that as the scale, where it is
-/// above the noise.
+/// A sensor that measures only ranges or only directions is compared with this track, if there is one. It is also
+/// compared with its neighbours: up to eight measurements on either side within ten seconds. Their L1 medoid is the
+/// expected value, and their median distance from it is the scale, with the noise as lower bound.
 ///
-/// Sources: Baarda 1968, "A testing procedure for use in geodetic networks"; Davies & Gather 1993, "The identification of
-/// multiple outliers" (the Hampel identifier). Throws Stopped when it is to stop.
+/// Sources: Baarda 1968, "A testing procedure for use in geodetic networks"; Davies & Gather 1993, "The identification
+/// of multiple outliers" (Hampel identifier). Throws Stopped if `stop` requests it.
 std::vector<Outlier> outliers(const TrackingData& data, const std::vector<Keyframe>& keyframes,
                               const std::vector<SE3>& chaser, const Stop& stop = {});
 
-/// Whether each measurement of each sensor is among them; `gross`: among the gross ones.
-std::vector<std::vector<bool>> marked(const TrackingData& data, const std::vector<Outlier>& outliers,
-                                      bool gross = false);
+/// Returns flags by [sensor][index] that mark the outliers. `gross` marks only the gross ones.
+std::vector<std::vector<bool>> outlier_mask(const TrackingData& data, const std::vector<Outlier>& outliers,
+                                            bool gross = false);
 
 }  // namespace tandem

@@ -13,11 +13,11 @@ struct PlacePose;
 
 namespace detail {
 
-/// Position and rotation, which may be residuals of their own.
+/// Adds a pose measurement, as one residual or as separate residuals of position and orientation.
 template <LieGroup G, bool between>
 class PoseBuild : private SensorBuild<G, between> {
   using Base = SensorBuild<G, between>;
-  using Base::add_with, Base::beacon, Base::mount, Base::put, Base::put_whole;
+  using Base::add_with, Base::beacon, Base::mount, Base::add_residual, Base::add_with_errors;
   using Base::build_, Base::sensor_, Base::measurement_, Base::placed_, Base::position_loss_;
   using typename Base::Point;
 
@@ -37,32 +37,33 @@ class PoseBuild : private SensorBuild<G, between> {
     constexpr bool point = std::same_as<Target, Variable<Point>>;
     if (sensor_.error && (orientation_loss || build_.options.position_share > 0))
       throw Error(sensor_.name +
-                  ": errors that stay are of a whole pose: leave out a loss of its orientation alone, and --robust, " +
-                  "which has one");
+                  ": systematic errors of a pose sensor do not support an orientation loss or a position share; " +
+                  "remove these options (or --robust) or the errors");
     if (point && sensor_.error && sensor_.error->has_bias())
-      throw Error(sensor_.name + ": the bias of a pose cannot be estimated where mode B has a point: leave it out");
+      throw Error(sensor_.name + ": the bias of a pose cannot be estimated at a point of mode B; remove `sigma`");
     const Gaussian position(Eigen::VectorXd(sensor_.sigma.head(G::point_dim)));
-    // Of a point: the marker's lever arm turns with the measured pose, and a scale is of the way to the body.
+    // For a point, the measured orientation rotates the marker's lever arm. A scale factor applies to the distance of
+    // the body, not of the marker.
     if constexpr (point) {
       const SE3 body = measured * sensor_.marker.inverse();
-      placed_.block = put_whole(UsblPosition<G, Point>{in_group<G>(body.translation()), mount()},
-                                Vector<G::point_dim>::Zero(), target, position, position_loss_);
+      placed_.block = add_with_errors(UsblPosition<G, Point>{in_group<G>(body.translation()), mount()},
+                                      Vector<G::point_dim>::Zero(), target, position, position_loss_);
     } else if (!orientation_loss || m.held_out) {
       const double share = m.held_out ? 0.0 : build_.options.position_share;
       Eigen::VectorXd sigma = sensor_.sigma;
       sigma.head(G::point_dim) /= std::sqrt(1 - share);
-      placed_.block = put_whole(RelativePose<G>{in_group<G>(measured), mount(), in_group<G>(sensor_.marker)}, beacon(),
-                                target, Gaussian(sigma), position_loss_);
+      placed_.block = add_with_errors(RelativePose<G>{in_group<G>(measured), mount(), in_group<G>(sensor_.marker)},
+                                      beacon(), target, Gaussian(sigma), position_loss_);
       if (share > 0)
-        placed_.position = put(UsblPosition<G>{in_group<G>(m.position), mount(), beacon()}, target,
-                               position.scaled(1 / std::sqrt(share)), position_loss_);
+        placed_.position = add_residual(UsblPosition<G>{in_group<G>(m.position), mount(), beacon()}, target,
+                                        position.scaled(1 / std::sqrt(share)), position_loss_);
     } else {
       placed_.block =
-          put(UsblPosition<G>{in_group<G>(m.position), mount(), beacon()}, target, position, position_loss_);
+          add_residual(UsblPosition<G>{in_group<G>(m.position), mount(), beacon()}, target, position, position_loss_);
       const RelativeRotation<G> rotation{in_group<G>(m.rotation), in_group<G>(sensor_.mount.rotation()),
                                          in_group<G>(sensor_.marker.rotation())};
       const Gaussian noise(Eigen::VectorXd(sensor_.sigma.tail(G::dof - G::point_dim)));
-      placed_.orientation = put(rotation, target, noise, *orientation_loss);
+      placed_.orientation = add_residual(rotation, target, noise, *orientation_loss);
     }
   }
 };

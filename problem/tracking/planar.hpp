@@ -8,8 +8,8 @@
 
 namespace tandem {
 
-/// Files, reports and plots are in space; planar problems live in its xy-plane. `in_space` lifts a planar pose or point
-/// into it, `in_group<G>` drops z, roll and pitch where the group is planar.
+// Conversions between space and plane. Planar problems use the xy-plane; files, reports and plots are in space.
+// `in_space` converts a planar pose or point to space. `in_group<G>` drops z, roll and pitch if G is planar.
 
 inline const SE3& in_space(const SE3& x) { return x; }
 inline SE3 in_space(const SE2& x) {
@@ -18,7 +18,7 @@ inline SE3 in_space(const SE2& x) {
 inline Vector<3> in_space(const R3& x) { return x.vector(); }
 inline Vector<3> in_space(const R2& x) { return {x.vector().x(), x.vector().y(), 0}; }
 
-/// About the world's z from its x axis [rad], in (−π, π].
+/// Returns the heading in (−π, π], about the world's z from its x axis [rad].
 inline double heading(const SO3& R) {
   const Matrix<3, 3> m = R.matrix();
   return std::atan2(m(1, 0), m(0, 0));

@@ -43,7 +43,7 @@ std::vector<PositionFix> measured_positions(const TrackingData& data, const std:
   return fixes;
 }
 
-double travel_density(const TrackingData& data) {
+double target_acceleration_density(const TrackingData& data) {
   const TrackingNoise& noise = data.noise;
   for (const Eigen::VectorXd* sigma : {&noise.constant_twist, &noise.acceleration, &noise.constant_velocity})
     if (const double largest = sigma->head(data.planar ? 2 : 3).maxCoeff(); largest > 0) return largest * largest;

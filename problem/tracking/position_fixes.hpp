@@ -10,26 +10,28 @@
 
 namespace tandem::detail {
 
-/// A measurement that a problem may use.
+/// A measurement that has a keyframe and is not held out.
 struct UsableMeasurement {
-  std::size_t sensor, index;  ///< in the data
+  std::size_t sensor, index;  ///< in TrackingData::sensors, and in TargetSensor::measurements
   std::size_t keyframe;
 };
 
-/// All of them that `skip` does not mark, which is empty or of each measurement of each sensor.
+/// Returns the usable measurements, except for those that `skip` marks by [sensor][index]. `skip` may be empty.
 std::vector<UsableMeasurement> usable_measurements(const TrackingData& data, const std::vector<Keyframe>& keyframes,
                                                    const std::vector<std::vector<bool>>& skip = {});
 
-/// Mean variance along the axes of what a sensor of these sigmas sees at a range [m²].
+/// Returns the mean variance per axis [m²] of a position that a sensor with these sigmas measures at a range [m].
 double position_variance(SensorType type, const Eigen::VectorXd& sigma, bool planar, double range);
 
-/// Measured positions of the target in keyframe order; `target`: its poses, by which a marker's lever arm is taken off.
+/// Returns the measured positions of the target in keyframe order. If `target` gives its poses at the keyframes,
+/// subtracts the lever arm of the marker.
 std::vector<PositionFix> measured_positions(const TrackingData& data, const std::vector<Keyframe>& keyframes,
                                             const std::vector<SE3>& chaser,
                                             const std::vector<std::vector<bool>>& skip = {},
                                             const std::vector<SE3>* target = nullptr);
 
-/// What a target's velocity may change by [m²/s³], from whichever model's noise there is; 0 where there is none.
-double travel_density(const TrackingData& data);
+/// Returns the spectral density of the target's acceleration [m²/s³] from the noise of the motion model. It is the
+/// largest over the axes, and 0 if no noise is given.
+double target_acceleration_density(const TrackingData& data);
 
 }  // namespace tandem::detail

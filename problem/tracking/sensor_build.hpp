@@ -10,17 +10,19 @@
 #include <tandem/residuals/direction.hpp>
 #include <tandem/residuals/interpolated.hpp>
 #include <tandem/residuals/miscalibrated.hpp>
-#include <tandem/residuals/on_course.hpp>
+#include <tandem/residuals/steady_course.hpp>
 
 namespace tandem::detail {
 
-/// Adds a measurement of one sensor: at a keyframe, or, `between`, at an instant between one and the next, where it reads
-/// both poses of chaser and target, interpolated. What it becomes is said by a placement P: a struct with
+/// Adds a measurement of one sensor to a problem, at a keyframe or between two keyframes. If `between` is true, the
+/// residual reads the interpolated poses of chaser and target (Interpolated). A placement P creates the residual; it is
+/// a struct with the function
 ///
-///     template <LieGroup G, LieGroup T>  // the chaser's pose (SE3, SE2); the target's pose, or a point of its dimension
+///     template <LieGroup G, LieGroup T>  // chaser: SE3 or SE2; target: a pose, or a point of the same dimension
 ///     static MyResidual<G, T> residual(const Measurement& m, const G& mount, const Vector<G::point_dim>& beacon);
 ///
-/// with the sensor in the chaser's body and what it sees in the target's. See place_range.cpp.
+/// `mount` is the sensor in the chaser's body, `beacon` the observed point in the target's body. Example:
+/// place_range.cpp.
 template <LieGroup G, bool between>
 class SensorBuild {
  public:
@@ -38,35 +40,36 @@ class SensorBuild {
 
   template <class P>
   void add() {
-    add_with([&](const auto& target) { add_by<P>(target); });
+    add_with([&](const auto& target) { add_placement<P>(target); });
   }
 
  protected:
-  /// add(target): of whichever kind the target is at the keyframe; a point between a pose and a point, where both have one.
+  /// Calls add(target variable) for the keyframe. Between a pose and a point, uses points if both keyframes have one.
   template <class F>
   void add_with(F add) {
     const std::size_t k = placed_.keyframe;
-    const bool between_kinds = fraction_ > 0 && build_.target[k].index() != build_.target[k + 1].index();
-    if (between_kinds && seen_at<Point>(k) && seen_at<Point>(k + 1)) {
-      add(*seen_at<Point>(k));
+    const bool types_differ = fraction_ > 0 && build_.target[k].index() != build_.target[k + 1].index();
+    if (types_differ && target_at<Point>(k) && target_at<Point>(k + 1)) {
+      add(*target_at<Point>(k));
     } else {
       std::visit(add, build_.target[k]);
     }
     build_.out.measurements.push_back(placed_);
   }
-  /// The target at a keyframe as a pose or as a point; a pose next to a point has both. Nothing where it is not.
+  /// Returns the target at keyframe k as a pose or as a point, or null. A pose next to a point has both.
   template <LieGroup T>
-  const Variable<T>* seen_at(std::size_t k) const {
+  const Variable<T>* target_at(std::size_t k) const {
     if constexpr (std::same_as<T, Point>)
-      if (build_.twin[k]) return &*build_.twin[k];
+      if (build_.boundary_point[k]) return &*build_.boundary_point[k];
     return std::get_if<Variable<T>>(&build_.target[k]);
   }
   G mount() const { return in_group<G>(sensor_.mount); }
   Vector<G::point_dim> beacon() const { return in_group<G>(sensor_.marker.translation()); }
 
-  /// As a residual of the problem, or, held out, as one that is only looked at.
+  /// Adds a residual to the problem. For a held-out measurement, it only sets PlacedMeasurement::innovation.
   template <Residual R>
-  std::optional<Block> put(const R& residual, const VariablesOf<R>& x, const Gaussian& noise, const Loss& loss) {
+  std::optional<Block> add_residual(const R& residual, const VariablesOf<R>& x, const Gaussian& noise,
+                                    const Loss& loss) {
     if (!measurement_.held_out) return build_.problem.minimize(residual, noise, x, loss);
     placed_.innovation = [residual, x](const Problem& problem) {
       return std::apply([&](const auto&... v) { return innovation(residual, {problem.id(v)...}, problem.value(v)...); },
@@ -75,87 +78,96 @@ class SensorBuild {
     return {};
   }
   template <Residual R, LieGroup T>
-  std::optional<Block> put(const R& residual, const Variable<T>& target, const Gaussian& noise, const Loss& loss) {
+  std::optional<Block> add_residual(const R& residual, const Variable<T>& target, const Gaussian& noise,
+                                    const Loss& loss) {
     const std::size_t k = placed_.keyframe;
     if constexpr (between) {
-      const auto* next = seen_at<T>(k + 1);
-      if (!next) throw_between_kinds();
-      return put<Interpolated<R>>({residual, fraction_}, {build_.chaser[k], build_.chaser[k + 1], target, *next}, noise,
-                                  loss);
+      const auto* next = target_at<T>(k + 1);
+      if (!next) throw_types_differ();
+      return add_residual<Interpolated<R>>({residual, fraction_},
+                                           {build_.chaser[k], build_.chaser[k + 1], target, *next}, noise, loss);
     } else {
-      return put<R>(residual, {build_.chaser[k], target}, noise, loss);
+      return add_residual<R>(residual, {build_.chaser[k], target}, noise, loss);
     }
   }
   template <Residual R>
-  std::optional<Block> put(const R& residual, const CourseVariable<G>& target, const Gaussian& noise,
-                           const Loss& loss) {
+  std::optional<Block> add_residual(const R& residual, const CourseVariable<G>& target, const Gaussian& noise,
+                                    const Loss& loss) {
     if constexpr (between) {
-      throw Error(sensor_.name + ": on a steady course there is nothing between keyframes");
+      throw Error(sensor_.name + ": the steady-course model does not support measurements between keyframes");
     } else {
-      return put<OnCourse<R>>({residual, target.t}, {build_.chaser[placed_.keyframe], target.first, target.speed},
-                              noise, loss);
+      return add_residual<SteadyCourse<R>>({residual, target.t},
+                                           {build_.chaser[placed_.keyframe], target.first, target.speed}, noise, loss);
     }
   }
 
-  /// All of a measurement: with the sensor's errors that stay, where it has some; what is seen at `beacon` on the target.
+  /// Adds a residual of the point `beacon` on the target, with the systematic errors of the sensor, if there are any.
   template <Residual R, class Target>
-  std::optional<Block> put_whole(const R& residual, const Vector<G::point_dim>& beacon, const Target& target,
-                                 const Gaussian& noise, const Loss& loss) {
-    if (between || !sensor_.error) return put(residual, target, noise, loss);
+  std::optional<Block> add_with_errors(const R& residual, const Vector<G::point_dim>& beacon, const Target& target,
+                                       const Gaussian& noise, const Loss& loss) {
+    if (between || !sensor_.error) return add_residual(residual, target, noise, loss);
     if constexpr (std::same_as<Target, CourseVariable<G>>) {
-      throw Error(sensor_.name + ": errors that stay are not estimated on a steady course");
+      throw Error(sensor_.name + ": the steady-course model does not support systematic errors; remove them");
     } else if constexpr (!between) {  // see interpolates()
-      return put_miscalibrated(residual, beacon, target, noise, loss);
+      return add_miscalibrated(residual, beacon, target, noise, loss);
     }
   }
   template <Residual R, LieGroup T>
-  std::optional<Block> put_miscalibrated(const R& residual, const Vector<G::point_dim>& beacon,
+  std::optional<Block> add_miscalibrated(const R& residual, const Vector<G::point_dim>& beacon,
                                          const Variable<T>& target, const Gaussian& noise, const Loss& loss) {
     using Whole = Miscalibrated<R>;
-    const StayingError& error = *sensor_.error;
-    if (const std::string why = why_not(sensor_); !why.empty()) throw Error(error_name(sensor_.name) + ": " + why);
+    const SystematicError& error = *sensor_.error;
+    if (const std::string why = why_unsupported(sensor_); !why.empty())
+      throw Error(error_name(sensor_.name) + ": " + why);
     const std::size_t k = placed_.keyframe;
     const std::size_t until = fraction_ > 0 ? k + 1 : k;
-    if (!seen_at<T>(until)) throw_between_kinds();
-    const auto [before, after] = error.delay > 0 ? neighbours_of<T>(k, delay_reach(error)) : std::pair(k, until);
+    if (!target_at<T>(until)) throw_types_differ();
+    const auto [before, after] =
+        error.delay_sigma > 0 ? neighbours_of<T>(k, motion_half_window(error)) : std::pair(k, until);
     const double later = fraction_ * build_.dt(k, until);
     SensorConstants& constants = build_.constants;
     Problem& problem = build_.problem;
-    // What it does not read is a constant, so that blocks of the problem's matrix are not filled with zeros.
-    const auto chaser_at = [&](std::size_t i) { return i == k ? constants.none<G>(problem) : build_.chaser[i]; };
-    const auto target_at = [&](std::size_t i) { return i == k ? constants.none<T>(problem) : *seen_at<T>(i); };
+    // Unused states are fixed variables, to keep the Hessian sparse.
+    const auto chaser_variable = [&](std::size_t i) {
+      return i == k ? constants.fixed_identity<G>(problem) : build_.chaser[i];
+    };
+    const auto target_variable = [&](std::size_t i) {
+      return i == k ? constants.fixed_identity<T>(problem) : *target_at<T>(i);
+    };
     using Bias = Rn<R::dim>;
     const auto bias =
         error.has_bias()
             ? std::get<Variable<Bias>>(build_.bias_at(placed_.sensor, sensor_.valid_at(measurement_)).state)
-            : constants.none<Bias>(problem);
-    return put<Whole>(
+            : constants.fixed_identity<Bias>(problem);
+    return add_residual<Whole>(
         {residual, mount(), beacon, {build_.dt(before, k), build_.dt(k, after)}, later},
-        {build_.chaser[k], chaser_at(before), chaser_at(after), target, target_at(before), target_at(after), bias,
-         constants.get<Rn<1>>(problem, sensor_.name, "scale", error.scale),
-         constants.get<typename Whole::Turn>(problem, sensor_.name, "misalignment", error.misalignment),
-         build_.held_delay ? *build_.held_delay : constants.get<Rn<1>>(problem, sensor_.name, "delay", error.delay)},
+        {build_.chaser[k], chaser_variable(before), chaser_variable(after), target, target_variable(before),
+         target_variable(after), bias, constants.get_or_add<Rn<1>>(problem, sensor_.name, "scale", error.scale_sigma),
+         constants.get_or_add<typename Whole::Turn>(problem, sensor_.name, "misalignment", error.misalignment_sigma),
+         build_.fixed_delay ? *build_.fixed_delay
+                            : constants.get_or_add<Rn<1>>(problem, sensor_.name, "delay", error.delay_sigma)},
         noise, loss);
   }
-  /// The keyframes before and after k that tell how chaser and target move about it: the nearest that are so many seconds
-  /// away and where the target is of the same kind, or else the farthest; k itself where there is none.
+  /// Returns the keyframes before and after k that give the motion at k. These are the nearest ones at least `seconds`
+  /// away at which the target has the same type, a pose or a point; else the farthest ones of this type; else k.
   template <LieGroup T>
   std::pair<std::size_t, std::size_t> neighbours_of(std::size_t k, double seconds) const {
     std::size_t before = k, after = k;
     for (std::size_t i = k; i-- > 0 && build_.dt(before, k) < seconds;)
-      if (seen_at<T>(i)) before = i;
+      if (target_at<T>(i)) before = i;
     for (std::size_t i = k + 1; i < build_.target.size() && build_.dt(k, after) < seconds; ++i)
-      if (seen_at<T>(i)) after = i;
-    if (before == after && !build_.held_delay)
+      if (target_at<T>(i)) after = i;
+    if (before == after && !build_.fixed_delay)
       throw Error(sensor_.name +
-                  ": its delay needs a second keyframe where the target is of the same kind, a pose or a "
-                  "point; leave it out");
+                  ": estimating the delay needs a second keyframe at which the target has the same type, a pose or a "
+                  "point; remove `delay`");
     return {before, after};
   }
 
-  [[noreturn]] void throw_between_kinds() const {
-    throw Error(sensor_.name + ": a measurement between a keyframe where the target is a pose and one where it is a " +
-                "point cannot be placed");
+  [[noreturn]] void throw_types_differ() const {
+    throw Error(sensor_.name +
+                ": a measurement between two keyframes is not supported if the target is a pose at one " +
+                "and a point at the other");
   }
 
   template <Residual R, LieGroup... Xs>
@@ -170,15 +182,15 @@ class SensorBuild {
   }
 
   template <class P, class Target>
-  void add_by(const Target& target) {
+  void add_placement(const Target& target) {
     constexpr bool point = std::same_as<Target, Variable<Point>>;
     if (point && !sensor_.marker.translation().isZero())
       throw Error(sensor_.name +
-                  ": its place on the target (target_position) needs the target's orientation, which this mode or "
-                  "model does not estimate where it measures");
+                  ": a lever arm on the target (target_position) needs the target's orientation, which this mode or "
+                  "model does not estimate at the measurement; use mode A and a model of poses");
     using T = std::conditional_t<point, Point, G>;
-    placed_.block = put_whole(P::template residual<G, T>(measurement_, mount(), beacon()), beacon(), target, noise_,
-                              position_loss_);
+    placed_.block = add_with_errors(P::template residual<G, T>(measurement_, mount(), beacon()), beacon(), target,
+                                    noise_, position_loss_);
   }
 
   Build& build_;
@@ -190,8 +202,8 @@ class SensorBuild {
   PlacedMeasurement placed_;
 };
 
-/// Whether a measurement reads poses between keyframes, interpolated; one of a sensor with errors that stay is read so much later
-/// than the first of them (Miscalibrated).
+/// Returns whether a residual reads interpolated poses between two keyframes. A sensor with systematic errors does not:
+/// Miscalibrated evaluates the motion itself.
 template <LieGroup G>
 bool interpolates(const TrackingBuild<G>& build, const Placing& at) {
   return at.fraction && !build.data.sensors[at.sensor].error;
@@ -206,7 +218,7 @@ void place(TrackingBuild<G>& build, const Placing& at) {
   }
 }
 
-/// The direction that azimuth and elevation, or the bearing in the plane, say.
+/// Returns the direction of azimuth and elevation, or of the azimuth in the plane.
 template <LieGroup G>
 Direction<G::point_dim> direction_of(const Measurement& m) {
   if constexpr (G::point_dim == 2) {

@@ -4,37 +4,38 @@
 
 namespace tandem::detail {
 
-/// Where a target will be when nothing is measured of it any more, as its problem would have it: keyframe by keyframe, each
-/// as long after the one before as the longest time without one, the target moves by its model of the motion, whose noise
-/// adds up, and stays what is known of it (level, not sideways, within limits). A Kalman filter's prediction and updates
-/// through the residuals' own Jacobians; with several horizons, which say no more than one, by neighbours. Beside the
-/// target, its covariance has the chaser's newest pose, of which the target is seen.
+/// Predicted target without further measurements, with its covariance.
+///
+/// The prediction is a Kalman filter that uses the Jacobians of the tracking residuals. It steps from keyframe to
+/// keyframe: the motion model predicts the target and adds its noise, and the constraints of the options act as
+/// measurements. Only the horizon (1, 1) is used. The covariance includes the chaser's newest pose, because target and
+/// chaser are correlated.
 template <LieGroup G>
 struct TargetForecast {
   static constexpr int N = G::dof + G::point_dim;
 
   TargetState state;
-  /// Of [the chaser's newest pose, by right perturbations; the target's position then, in the world] [m, rad].
+  /// Covariance of [chaser's newest pose, right perturbation; predicted target position in the world] [m, rad].
   Matrix<N, N> covariance;
 };
 
-/// Of a target that is a pose: at the last two keyframes, `dt` [s] apart.
+/// Initial state of a forecast with poses: the target at the last two keyframes, dt [s] apart.
 template <LieGroup G>
 struct PoseForecastStart {
   G before, now;
   double dt;
-  /// Of [the chaser's newest pose; before; now], right perturbations.
+  /// Covariance of [chaser's newest pose; before; now], right perturbations.
   Matrix<3 * G::dof, 3 * G::dof> covariance;
 };
-/// By its body twist: at the last keyframe alone.
+/// Initial state of a forecast with body twists: pose and twist at the last keyframe.
 template <LieGroup G>
 struct TwistForecastStart {
   G now;
   Rn<G::dof> twist;
-  /// Of [the chaser's newest pose; now; twist].
+  /// Covariance of [chaser's newest pose; now; twist].
   Matrix<3 * G::dof, 3 * G::dof> covariance;
 };
-/// Of a target that is, or is to be, a point.
+/// Initial state of a forecast with points: the target at the last two keyframes, dt [s] apart.
 template <LieGroup G>
 struct PointForecastStart {
   using Point = Rn<G::point_dim>;
@@ -42,13 +43,13 @@ struct PointForecastStart {
 
   Point before, now;
   double dt;
-  Matrix<N, N> covariance;  ///< as of poses
+  Matrix<N, N> covariance;  ///< covariance of [chaser's newest pose; before; now]
 };
 
-/// `h` [s], finite, ahead by steps of `interval` [s], a thousand at most, and what is left of the last. Nothing where
-/// rounding would hide the covariance: what the position has to do with a direction that nothing observes, such as that
-/// in which the target faces, cancels in theory. Throws Error where noise that the model needs is not given, or a residual
-/// is undefined.
+/// Forecasts the target `h` [s] ahead, in steps of `interval` [s]; `h` must be finite. Steps are longer if more than
+/// 1000 would be needed. Returns nullopt if rounding errors dominate the covariance. This happens if an unobservable
+/// direction, such as the target's heading, correlates with the position: its terms cancel only in exact arithmetic.
+/// Throws Error if a required noise is not given or a residual is undefined.
 template <LieGroup G>
 std::optional<TargetForecast<G>> forecast(const PoseForecastStart<G>& start, const TrackingOptions& options,
                                           const TrackingNoise& noise, double interval, double h);

@@ -5,7 +5,7 @@ namespace tandem {
 
 using detail::placed_by, detail::placed_in_space_by;
 
-// How each joins a problem is a file of its own: place_position.cpp, …
+// Each placement is defined in its source file, e.g. place_position.cpp.
 static constexpr SensorTraits kTable[] = {
     {"position", measured::position, placed_by<struct PlacePosition>},
     {"pose", measured::position | measured::rotation, placed_by<struct PlacePose>},
@@ -15,7 +15,7 @@ static constexpr SensorTraits kTable[] = {
     {"usbl_spherical", measured::range | measured::angles, placed_in_space_by<struct PlaceUsblSpherical>},
 };
 
-/// A row of the table; one that is not there does not compile.
+/// Returns a row of the table. An unknown name is a compile-time error.
 static consteval const SensorTraits& of(std::string_view name) {
   for (const SensorTraits& traits : kTable)
     if (traits.name == name) return traits;
@@ -61,11 +61,11 @@ std::optional<Vector<3>> TargetSensor::position_in_chaser(const Measurement& m) 
   return mount.act(*seen);
 }
 
-std::string why_not(const TargetSensor& sensor) {
+std::string why_unsupported(const TargetSensor& sensor) {
   if (!sensor.error) return "";
-  return why_not(*sensor.error, "a " + std::string(name(sensor.type)),
-                 sensor.type->has(measured::position | measured::range),
-                 sensor.type->has(measured::position | measured::rotation | measured::direction | measured::angles));
+  return why_unsupported(
+      *sensor.error, "a " + std::string(name(sensor.type)), sensor.type->has(measured::position | measured::range),
+      sensor.type->has(measured::position | measured::rotation | measured::direction | measured::angles));
 }
 
 }  // namespace tandem

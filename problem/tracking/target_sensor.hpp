@@ -9,7 +9,7 @@
 
 #include <tandem/lie/se2.hpp>
 #include <tandem/lie/sek3.hpp>
-#include <tandem/problem/navigation/staying_error.hpp>
+#include <tandem/problem/navigation/systematic_error.hpp>
 #include <tandem/residuals/loss.hpp>
 
 namespace tandem {
@@ -19,16 +19,16 @@ namespace detail {
 template <LieGroup G>
 struct TrackingBuild;
 
-/// Where a measurement of a target joins its problem.
+/// Location of a measurement in the data and among the keyframes.
 struct Placing {
-  std::size_t sensor, index;  ///< in the data
-  std::size_t keyframe;
-  std::optional<double> fraction{};  ///< of the way to the next keyframe, of an instant in between
+  std::size_t sensor, index;         ///< in TrackingData::sensors, and in TargetSensor::measurements
+  std::size_t keyframe;              ///< last keyframe at or before the measurement
+  std::optional<double> fraction{};  ///< fraction of the interval to the next keyframe; nullopt: at the keyframe
 };
 template <LieGroup G>
 using Place = void(TrackingBuild<G>& build, const Placing& at);
 
-/// How a kind of sensor joins a problem, in space and, where it can, in the plane.
+/// Functions that add a measurement of a sensor type to a problem, in space and in the plane. Null: not supported.
 struct Placement {
   Place<SE3>* in_space = nullptr;
   Place<SE2>* in_plane = nullptr;
@@ -46,7 +46,7 @@ struct Placement {
 template <class P, LieGroup G>
 void place(TrackingBuild<G>& build, const Placing& at);
 
-/// By P, of which sensor_build.hpp tells.
+/// Placement by the residual type that P defines (see SensorBuild), in space and in the plane, or only in space.
 template <class P>
 inline constexpr Placement placed_by{&place<P, SE3>, &place<P, SE2>};
 template <class P>
@@ -54,85 +54,85 @@ inline constexpr Placement placed_in_space_by{&place<P, SE3>, nullptr};
 
 }  // namespace detail
 
-/// What a measurement of a target may consist of: fields of Measurement, in the order of a file's columns.
+/// Bit flags of the fields of Measurement that a sensor measures, in the order of a file's columns.
 namespace measured {
 inline constexpr unsigned position = 1;   ///< x y z [m]; in the plane x y
-inline constexpr unsigned rotation = 2;   ///< in the plane, an angle [rad]
-inline constexpr unsigned range = 4;      ///< [m]
-inline constexpr unsigned direction = 8;  ///< on the sphere, from azimuth and elevation; in the plane, an angle [rad]
-inline constexpr unsigned angles = 16;    ///< azimuth and elevation [rad] themselves, which the pole does not have
-inline constexpr unsigned height = 32;    ///< a value [m] along z, up
+inline constexpr unsigned rotation = 2;   ///< in space, a rotation; in the plane, an angle [rad]
+inline constexpr unsigned range = 4;      ///< m
+inline constexpr unsigned direction = 8;  ///< azimuth and elevation as a point on the sphere; in the plane, an angle
+inline constexpr unsigned angles = 16;    ///< azimuth and elevation as two angles [rad]; singular at the poles
+inline constexpr unsigned height = 32;    ///< z, up [m]
 }  // namespace measured
 
-/// All that is said of one kind of sensor outside of its residual: reading files and live lines, and the builders, go by
-/// this. Its rows are a table in target_sensor.cpp.
+/// Properties of one type of target sensor, except for its residual. File readers, online feeds and problem builders
+/// use them. The table of all types is in target_sensor.cpp.
 struct SensorTraits {
   std::string_view name;  ///< in scenario.yaml and messages
-  unsigned parts;         ///< of `measured`
+  unsigned parts;         ///< flags of namespace `measured`
   detail::Placement place;
 
   constexpr bool has(unsigned any_of) const { return (parts & any_of) != 0; }
 };
 
-/// What a sensor on the chaser measures of the target, seen from the sensor's own frame: a handle of one row of traits,
-/// of the table or of one's own (which has to outlive it).
+/// Type of a sensor on the chaser that observes the target in the sensor's frame: a reference to traits, either from
+/// the table or user-defined. User-defined traits must outlive it.
 class SensorType {
  public:
   constexpr SensorType(const SensorTraits& traits) : traits_(&traits) {}
   constexpr const SensorTraits* operator->() const { return traits_; }
   friend constexpr bool operator==(SensorType, SensorType) = default;
 
-  static const SensorType position;        ///< x y z [m]
-  static const SensorType pose;            ///< x y z [m] and a rotation
+  static const SensorType position;        ///< position [m]
+  static const SensorType pose;            ///< position [m] and rotation
   static const SensorType range_bearing;   ///< range [m] and direction; in the plane, range and angle
   static const SensorType bearing;         ///< direction; in the plane, an angle [rad]
-  static const SensorType range;           ///< [m]
-  static const SensorType usbl_spherical;  ///< range, azimuth and elevation, each with a sigma; not in the plane
+  static const SensorType range;           ///< range [m]
+  static const SensorType usbl_spherical;  ///< range [m], azimuth and elevation [rad]; not in the plane
 
  private:
   const SensorTraits* traits_;
 };
 
-/// The table: all kinds that a scenario may name.
+/// Returns the table of all types that a scenario may name.
 std::span<const SensorTraits> sensor_types();
-/// "position", "pose", "range_bearing", …
+/// Returns "position", "pose", "range_bearing", …
 inline std::string_view name(SensorType type) { return type->name; }
-/// Rows of such a sensor's residual: standard deviations it needs. 0 where the plane has no such sensor.
+/// Returns the number of residual rows and standard deviations; 0 if planar problems do not support the type.
 int rows(SensorType type, bool planar);
 
-/// One measurement; the sensor's type says which fields count.
+/// One measurement of the target. The type of the sensor determines which fields are used.
 struct Measurement {
-  double t = 0;                                  ///< s, as stamped
-  Vector<3> position = Vector<3>::Zero();        ///< m; position and pose
-  SO3 rotation{};                                ///< pose
-  double range = 0, azimuth = 0, elevation = 0;  ///< m, rad: azimuth from x towards y, elevation from there towards z
-  bool held_out = false;                         ///< has a keyframe but no residual: to validate a prediction with
-  double height = 0;                             ///< m, up
+  double t = 0;                                  ///< time stamp [s]
+  Vector<3> position = Vector<3>::Zero();        ///< m
+  SO3 rotation{};                                ///< target in the sensor
+  double range = 0, azimuth = 0, elevation = 0;  ///< m, rad; azimuth from x towards y, elevation from there towards z
+  bool held_out = false;                         ///< gets a keyframe but no residual, for validation
+  double height = 0;                             ///< up [m]
 };
 
 /// A sensor on the chaser that observes the target.
 struct TargetSensor {
   std::string name;
   SensorType type = SensorType::position;
-  Eigen::VectorXd sigma{};                 ///< one a row [m, rad]
+  Eigen::VectorXd sigma{};                 ///< one per residual row [m, rad]
   SE3 mount{};                             ///< B: sensor in the chaser's body
-  SE3 marker{};                            ///< F: what it sees, in the target's body
-  double delay = 0;                        ///< s: a measurement stamped t was valid at t − delay
-  std::optional<Loss> loss{};              ///< in place of the problem's; with orientation_loss, on the position alone
-  std::optional<Loss> orientation_loss{};  ///< of a pose's orientation: position and orientation are then two residuals
+  SE3 marker{};                            ///< F: observed marker in the target's body
+  double delay = 0;                        ///< s; a measurement stamped t was valid at t − delay
+  std::optional<Loss> loss{};              ///< replaces TrackingOptions::loss
+  std::optional<Loss> orientation_loss{};  ///< replaces TrackingOptions::orientation_loss; for pose sensors
   std::vector<Measurement> measurements{};
-  std::optional<StayingError> error{};  ///< beside its noise
+  std::optional<SystematicError> error{};  ///< systematic errors to estimate
 
-  double valid_at(const Measurement& m) const { return m.t - delay; }
-  /// The measured position of the target's marker in the sensor's frame [m], where one measurement gives it.
+  double valid_at(const Measurement& m) const { return m.t - delay; }  ///< time of validity [s]
+  /// Returns the measured position of the marker in the sensor's frame [m]; nullopt if the sensor does not measure it.
   std::optional<Vector<3>> position(const Measurement& m) const;
-  /// The measured pose of the target itself in the chaser's body; of a pose sensor.
+  /// Returns the measured pose of the target's body in the chaser's body, for a pose sensor.
   SE3 pose_in_chaser(const Measurement& m) const;
-  /// The measured position of the target itself in the chaser's body [m]; a marker's lever arm counts for a pose alone,
-  /// since the others do not tell where it points.
+  /// Returns the measured position of the target's body in the chaser's body [m], or nullopt. Only a pose sensor
+  /// accounts for the marker's lever arm, because other sensors do not measure its direction.
   std::optional<Vector<3>> position_in_chaser(const Measurement& m) const;
 };
-/// Empty, or why the sensor cannot have the errors that stay which it is given.
-std::string why_not(const TargetSensor& sensor);
+/// Returns why the sensor cannot have its systematic errors, or an empty string.
+std::string why_unsupported(const TargetSensor& sensor);
 
 }  // namespace tandem

@@ -9,25 +9,13 @@
 namespace tandem::detail {
 namespace {
 
-constexpr double kRecent = 1.0;  // s over which a twist is taken
+constexpr double kTwistInterval = 1.0;  // s; twists and velocities are averages over this time
 
 TrackingData without_measurements(TrackingData data) {
   for (TargetSensor& sensor : data.sensors) sensor.measurements.clear();
   data.odometry.clear();
   data.ego.reset();
   return data;
-}
-
-/// The best that was measured at a keyframe gives its type: a pose before a position.
-void mark(Keyframe& keyframe, const TargetSensor& by, const Measurement& m) {
-  const auto position = by.position_in_chaser(m);
-  if (!position) return;
-  if (by.type->has(measured::rotation)) {
-    keyframe = {keyframe.t, KeyframeType::optical, position, by.pose_in_chaser(m).rotation()};
-  } else if (keyframe.type != KeyframeType::optical) {
-    keyframe.type = KeyframeType::usbl;
-    keyframe.measured_position = position;
-  }
 }
 
 template <class T>
@@ -45,8 +33,8 @@ TargetWindow<G>::TargetWindow(Problem& problem, const TrackingData& settings, co
 template <LieGroup G>
 void TargetWindow<G>::add_keyframe(double t, const SE3& dead_reckoned, const Variable<G>* chaser, std::size_t sensor,
                                    const Measurement* first) {
-  Keyframe keyframe{t, KeyframeType::gated, {}, {}};
-  if (first) mark(keyframe, data_.sensors[sensor], *first);
+  Keyframe keyframe{t, KeyframeType::none, {}, {}};
+  if (first) update_type(keyframe, data_.sensors[sensor], *first);
   const std::size_t k = size();
   const SE3 odometry = in_space(in_group<G>(dead_reckoned));
   SE3 chaser_pose = odometry;
@@ -61,21 +49,21 @@ void TargetWindow<G>::add_keyframe(double t, const SE3& dead_reckoned, const Var
     const TargetState state = predicted(t);
     target = SE3(state.rotation.value_or(keyframe.measured_rotation
                                              ? chaser_pose.rotation() * *keyframe.measured_rotation
-                                             : SO3::Exp({0, 0, heading(build_.start.pose.back().rotation())})),
+                                             : SO3::Exp({0, 0, heading(build_.guess.pose.back().rotation())})),
                  state.position);
   } else {
-    if (!keyframe.measured_position) throw Error("a target starts at a measurement of its position");
+    if (!keyframe.measured_position) throw Error("the first keyframe of a target needs a measured position");
     target = SE3(keyframe.measured_rotation ? chaser_pose.rotation() * *keyframe.measured_rotation : SO3(),
                  chaser_pose.act(*keyframe.measured_position));
   }
   out_.keyframes.push_back(keyframe);
   build_.odometry.push_back(odometry);
-  build_.start.pose.push_back(in_space(in_group<G>(target)));
-  build_.start.velocity.push_back(Vector<3>::Zero());
+  build_.guess.pose.push_back(in_space(in_group<G>(target)));
+  build_.guess.velocity.push_back(Vector<3>::Zero());
   if (chaser) build_.chaser.push_back(*chaser);
-  const bool twin_before = k > 0 && build_.twin[k - 1].has_value();
+  const bool twin_before = k > 0 && build_.boundary_point[k - 1].has_value();
   build_.add_variables(k);
-  new_twin_ = k > 0 && !twin_before && build_.twin[k - 1].has_value();
+  new_boundary_point_ = k > 0 && !twin_before && build_.boundary_point[k - 1].has_value();
   if (!chaser) {
     problem_.set_value(build_.chaser[k], in_group<G>(chaser_pose));
     build_.add_odometry(k);
@@ -85,10 +73,10 @@ void TargetWindow<G>::add_keyframe(double t, const SE3& dead_reckoned, const Var
 }
 
 template <LieGroup G>
-bool TargetWindow<G>::prepare(std::size_t sensor, const Measurement& m) {
+bool TargetWindow<G>::prepare_bias(std::size_t sensor, const Measurement& m) {
   const TargetSensor& by = data_.sensors[sensor];
   const double t = by.valid_at(m);
-  if (!by.error || !by.error->has_bias() || !keyframe_until(out_.keyframes, t)) return false;
+  if (!by.error || !by.error->has_bias() || !keyframe_at_or_before(out_.keyframes, t)) return false;
   const auto known = build_.biases.find(sensor);
   if (known == build_.biases.end()) {
     build_.bias_at(sensor, t);
@@ -96,8 +84,8 @@ bool TargetWindow<G>::prepare(std::size_t sensor, const Measurement& m) {
   }
   auto before = known->second;
   if (build_.bias_at(sensor, t).t == before.t) return false;
-  if (const auto k = keyframe_until(out_.keyframes, before.t)) before.t = out_.keyframes[*k].t;  // with which it leaves
-  left_biases_.push_back(before);
+  if (const auto k = keyframe_at_or_before(out_.keyframes, before.t)) before.t = out_.keyframes[*k].t;
+  superseded_biases_.push_back(before);
   return true;
 }
 
@@ -105,49 +93,51 @@ template <LieGroup G>
 std::optional<std::string> TargetWindow<G>::add_measurement(std::size_t sensor, const Measurement& m) {
   TargetSensor& by = data_.sensors[sensor];
   const double t = by.valid_at(m);
-  const auto k = keyframe_until(out_.keyframes, t);
+  const auto k = keyframe_at_or_before(out_.keyframes, t);
   if (!k)
-    return by.name + ": the measurement valid at " + std::to_string(t) + " s is outside the window, " +
+    return by.name + ": the measurement valid at " + std::to_string(t) + " s is outside of the window, " +
            std::to_string(out_.keyframes.front().t) + " to " + std::to_string(out_.keyframes.back().t) + " s";
-  const bool delayed = by.error && by.error->delay > 0;
-  auto held = held_delays_.find(sensor);
-  if (delayed && held == held_delays_.end()) {
-    const Variable<Rn<1>> value = problem_.add(Rn<1>(), by.name + ".delay as it is held");
+  const bool delayed = by.error && by.error->delay_sigma > 0;
+  auto fixed = fixed_delays_.find(sensor);
+  if (delayed && fixed == fixed_delays_.end()) {
+    const Variable<Rn<1>> value = problem_.add(Rn<1>(), by.name + ".delay (fixed)");
     problem_.fix(value);
-    held = held_delays_.emplace(sensor, HeldDelay{value, by.error->delay}).first;
+    fixed = fixed_delays_.emplace(sensor, FixedDelay{value, by.error->delay_sigma}).first;
   }
-  if (delayed) build_.held_delay = held->second.value;
+  if (delayed) build_.fixed_delay = fixed->second.value;
   by.measurements.push_back(m);
   try {
     place_newest(sensor, *k);
   } catch (const Error& error) {
-    build_.held_delay.reset();
+    build_.fixed_delay.reset();
     by.measurements.pop_back();
     return error.what();
   }
-  build_.held_delay.reset();
+  build_.fixed_delay.reset();
   if (delayed) {
-    add_noise_of(held->second, last_block());
+    add_delay_noise(fixed->second, last_block());
     const auto bias = build_.biases.find(sensor);
-    untold_.push_back({sensor, m, last_block(), {}});
-    if (bias != build_.biases.end()) untold_.back().bias = bias->second;
+    fixed_delay_measurements_.push_back({sensor, m, last_block(), {}});
+    if (bias != build_.biases.end()) fixed_delay_measurements_.back().bias = bias->second;
   }
-  if (const auto at = keyframe_at(out_.keyframes, t)) mark(out_.keyframes[*at], by, m);
+  if (const auto at = keyframe_at(out_.keyframes, t)) update_type(out_.keyframes[*at], by, m);
   return std::nullopt;
 }
 
+/// Adds the uncertainty of a fixed delay to the noise of a block.
 template <LieGroup G>
-void TargetWindow<G>::add_noise_of(const HeldDelay& delay, const Block& block) {
+void TargetWindow<G>::add_delay_noise(const FixedDelay& delay, const Block& block) {
   const Problem::Linearization at = problem_.linearization(block);
   for (std::size_t v = 0, column = 0; v < at.dofs.size(); column += std::size_t(at.dofs[v++])) {
     if (at.variable_ids[v] != problem_.id(delay.value)) continue;
-    const Eigen::VectorXd by = delay.deviation * at.jacobian.col(Eigen::Index(column));
-    if (!(by.norm() > 0)) return;  // nothing moves yet
-    problem_.set_noise(block, Gaussian::covariance(problem_.noise(block).covariance_matrix() + by * by.transpose()));
+    const Eigen::VectorXd noise = delay.sigma * at.jacobian.col(Eigen::Index(column));
+    if (!(noise.norm() > 0)) return;  // no motion yet
+    problem_.set_noise(block,
+                       Gaussian::covariance(problem_.noise(block).covariance_matrix() + noise * noise.transpose()));
   }
 }
 
-/// The sensor's newest measurement, of the instant of keyframe k or between that and the next.
+/// Adds the newest measurement of a sensor to the problem, at keyframe k or between k and k + 1.
 template <LieGroup G>
 void TargetWindow<G>::place_newest(std::size_t sensor, std::size_t k) {
   const TargetSensor& by = data_.sensors[sensor];
@@ -160,59 +150,62 @@ void TargetWindow<G>::place_newest(std::size_t sensor, std::size_t k) {
 }
 
 template <LieGroup G>
-void TargetWindow<G>::withdraw_last() {
+void TargetWindow<G>::remove_last_measurement() {
   const PlacedMeasurement placed = out_.measurements.back();
-  if (const auto& error = data_.sensors[placed.sensor].error; error && error->delay > 0) untold_.pop_back();
+  if (const auto& error = data_.sensors[placed.sensor].error; error && error->delay_sigma > 0)
+    fixed_delay_measurements_.pop_back();
   for (const auto& block : {placed.block, placed.orientation, placed.position})
     if (block) problem_.remove(*block);
   out_.measurements.pop_back();
   data_.sensors[placed.sensor].measurements.pop_back();
   Keyframe& keyframe = out_.keyframes[placed.keyframe];
-  keyframe = {keyframe.t, KeyframeType::gated, {}, {}};
+  keyframe = {keyframe.t, KeyframeType::none, {}, {}};
   for (const TargetSensor& sensor : data_.sensors)
     for (const Measurement& m : sensor.measurements)
-      if (std::abs(sensor.valid_at(m) - keyframe.t) <= kSameInstant) mark(keyframe, sensor, m);
+      if (std::abs(sensor.valid_at(m) - keyframe.t) <= kSameInstant) update_type(keyframe, sensor, m);
 }
 
 template <LieGroup G>
-void TargetWindow<G>::tell_delays(double reach) {
-  for (auto& [sensor, held] : held_delays_)
+void TargetWindow<G>::free_delays(double reach) {
+  for (auto& [sensor, fixed] : fixed_delays_)
     for (const SensorConstant& c : build_.constants.all()) {
       if (c.name != data_.sensors[sensor].name + ".delay") continue;
-      problem_.set_value(held.value, problem_.value(std::get<Variable<Rn<1>>>(c.state)));
-      held.deviation = 0;
+      problem_.set_value(fixed.value, problem_.value(std::get<Variable<Rn<1>>>(c.state)));
+      fixed.sigma = 0;
     }
-  std::erase_if(untold_, [&](const Untold& untold) {
-    const TargetSensor& by = data_.sensors[untold.sensor];
-    const auto k = keyframe_until(out_.keyframes, by.valid_at(untold.measurement));
-    if (!k || !problem_.has(untold.block)) return true;  // it has left with a keyframe that it reads
+  std::erase_if(fixed_delay_measurements_, [&](const FixedDelayMeasurement& m) {
+    const TargetSensor& by = data_.sensors[m.sensor];
+    const auto k = keyframe_at_or_before(out_.keyframes, by.valid_at(m.measurement));
+    if (!k || !problem_.has(m.block)) return true;  // a keyframe that it reads was dropped
     const std::size_t last = size() - 1;
     bool enough = build_.dt(*k, last) >= reach;
-    for (std::size_t i = last; !enough && i > *k && build_.dt(*k, i) >= delay_reach(*by.error); --i)
+    for (std::size_t i = last; !enough && i > *k && build_.dt(*k, i) >= motion_half_window(*by.error); --i)
       enough = build_.target[i].index() == build_.target[*k].index();
-    return enough && tell(untold, *k);
+    return enough && free_delay(m, *k);
   });
 }
 
-/// Whether there was a keyframe of the same kind, a pose or a point, to tell it by.
+/// Replaces the block of a measurement by one that reads the estimated delay. Returns false if there is no second
+/// keyframe at which the target has the same type, a pose or a point.
 template <LieGroup G>
-bool TargetWindow<G>::tell(const Untold& untold, std::size_t k) {
-  TargetSensor& by = data_.sensors[untold.sensor];
-  by.measurements.push_back(untold.measurement);
-  std::optional<typename TrackingBuild<G>::SensorBias> newest;  // which later ones are measured with
-  if (untold.bias) newest = std::exchange(build_.biases.at(untold.sensor), *untold.bias);
-  bool told = true;
+bool TargetWindow<G>::free_delay(const FixedDelayMeasurement& m, std::size_t k) {
+  TargetSensor& by = data_.sensors[m.sensor];
+  by.measurements.push_back(m.measurement);
+  std::optional<typename TrackingBuild<G>::SensorBias> newest;  // restored below
+  if (m.bias) newest = std::exchange(build_.biases.at(m.sensor), *m.bias);
+  bool done = true;
   try {
-    place_newest(untold.sensor, k);
+    place_newest(m.sensor, k);
     out_.measurements.pop_back();
-    problem_.remove(untold.block);
-    std::erase_if(out_.measurements, [&](const PlacedMeasurement& m) { return m.block && !problem_.has(*m.block); });
-  } catch (const Error&) {  // no keyframe beside this one
-    told = false;
+    problem_.remove(m.block);
+    std::erase_if(out_.measurements,
+                  [&](const PlacedMeasurement& placed) { return placed.block && !problem_.has(*placed.block); });
+  } catch (const Error&) {
+    done = false;
   }
-  if (newest) build_.biases.at(untold.sensor) = *newest;
+  if (newest) build_.biases.at(m.sensor) = *newest;
   by.measurements.pop_back();
-  return told;
+  return done;
 }
 
 template <LieGroup G>
@@ -222,14 +215,14 @@ void TargetWindow<G>::drop_before(double t) {
   if (n == 0) return;
   drop_front(out_.keyframes, n);
   drop_front(build_.odometry, n);
-  drop_front(build_.start.pose, n);
-  drop_front(build_.start.velocity, n);
+  drop_front(build_.guess.pose, n);
+  drop_front(build_.guess.velocity, n);
   drop_front(build_.chaser, n);
   drop_front(build_.target, n);
-  drop_front(build_.twin, n);
+  drop_front(build_.boundary_point, n);
   drop_front(build_.twist, n);
   out_.measurements.clear();
-  out_.noised.clear();
+  out_.noise_blocks.clear();
   for (TargetSensor& sensor : data_.sensors)
     std::erase_if(sensor.measurements,
                   [&](const Measurement& m) { return sensor.valid_at(m) < out_.keyframes.front().t - kSameInstant; });
@@ -240,7 +233,7 @@ TargetState TargetWindow<G>::target(std::size_t k) const {
   return std::visit(
       [&]<class X>(const X& x) -> TargetState {
         if constexpr (requires { x.first; }) {
-          throw Error("a steady course has no window");
+          throw Error("the steady-course model does not support sliding windows");
         } else {
           return TargetState(in_space(problem_.value(x)));
         }
@@ -248,12 +241,12 @@ TargetState TargetWindow<G>::target(std::size_t k) const {
       build_.target[k]);
 }
 
-/// The latest keyframe a second or more before the last one.
+/// Returns the latest keyframe that is a second or more before the last one.
 template <LieGroup G>
 std::size_t TargetWindow<G>::reference() const {
   std::size_t k = size() - 1;
   const double last = out_.keyframes[k].t;
-  while (k > 0 && last - out_.keyframes[k].t < kRecent - kSameInstant) --k;
+  while (k > 0 && last - out_.keyframes[k].t < kTwistInterval - kSameInstant) --k;
   return k;
 }
 
@@ -273,12 +266,12 @@ TargetState TargetWindow<G>::predicted(double t) const {
 }
 
 template <LieGroup G>
-std::optional<TargetForecast<G>> TargetWindow<G>::forecast(double h, const JointCovariance& of) const {
+std::optional<TargetForecast<G>> TargetWindow<G>::forecast(double h, const JointCovariance& covariance) const {
   const std::size_t last = size() - 1;
   if (last == 0) return {};
   const double interval = data_.keyframe_interval;
   const auto joint = [&](const auto& x, const auto& y) {
-    return of({problem_.id(build_.chaser[last]), problem_.id(x), problem_.id(y)}, {G::dof, G::dof, G::dof});
+    return covariance({problem_.id(build_.chaser[last]), problem_.id(x), problem_.id(y)}, {G::dof, G::dof, G::dof});
   };
   if (options_.model == MotionModel::white_noise_acceleration) {
     const Variable<G>& pose = *build_.pose(last);
@@ -286,8 +279,8 @@ std::optional<TargetForecast<G>> TargetWindow<G>::forecast(double h, const Joint
     const TwistForecastStart<G> start{problem_.value(pose), problem_.value(twist), joint(pose, twist)};
     return detail::forecast(start, options_, data_.noise, interval, h);
   }
-  if (options_.mode == Mode::B || without_orientation(options_.model)) {
-    auto ahead = detail::forecast(start_as_points(of), options_, data_.noise, interval, h);
+  if (options_.mode == Mode::B || is_point_model(options_.model)) {
+    auto ahead = detail::forecast(point_forecast_start(covariance), options_, data_.noise, interval, h);
     if (ahead) ahead->state.rotation = predicted(out_.keyframes[last].t + h).rotation;
     return ahead;
   }
@@ -297,10 +290,10 @@ std::optional<TargetForecast<G>> TargetWindow<G>::forecast(double h, const Joint
   return detail::forecast(start, options_, data_.noise, interval, h);
 }
 
-/// The point that is to stand at the last keyframe's pose, when the next has one, is not there yet: what ties it to the pose
-/// is noise here.
+/// Returns the initial state of a forecast with points. If the last keyframe is a pose without a boundary point, adds
+/// the noise of the Boundary residual that a next point would need.
 template <LieGroup G>
-PointForecastStart<G> TargetWindow<G>::start_as_points(const JointCovariance& of) const {
+PointForecastStart<G> TargetWindow<G>::point_forecast_start(const JointCovariance& covariance) const {
   using Point = typename TrackingBuild<G>::Point;
   constexpr int P = G::point_dim;
   const std::size_t last = size() - 1;
@@ -318,10 +311,10 @@ PointForecastStart<G> TargetWindow<G>::start_as_points(const JointCovariance& of
         J.template topLeftCorner<G::dof, G::dof>().setIdentity();
         J.template block<P, A::dof>(G::dof, G::dof) = from.act_jacobian(origin);
         J.template bottomRightCorner<P, B::dof>() = to.act_jacobian(origin);
-        start.covariance =
-            J *
-            of({problem_.id(build_.chaser[last]), problem_.id(before), problem_.id(now)}, {G::dof, A::dof, B::dof}) *
-            J.transpose();
+        start.covariance = J *
+                           covariance({problem_.id(build_.chaser[last]), problem_.id(before), problem_.id(now)},
+                                      {G::dof, A::dof, B::dof}) *
+                           J.transpose();
         if (std::same_as<B, G> && options_.junction == Junction::boundary)
           start.covariance.diagonal().template tail<P>() += data_.noise.boundary.cwiseAbs2();
       },
@@ -361,7 +354,7 @@ void TargetWindow<G>::set_values(const std::vector<TargetState>& values) {
     } else {
       problem_.set_value(std::get<Variable<Point>>(build_.target[k]), point);
     }
-    if (build_.twin[k]) problem_.set_value(*build_.twin[k], point);
+    if (build_.boundary_point[k]) problem_.set_value(*build_.boundary_point[k], point);
   }
   for (std::size_t k = 0; k + 1 < size() && k < build_.twist.size(); ++k) {
     const auto twist = [&](std::size_t from) {
@@ -376,22 +369,22 @@ void TargetWindow<G>::set_values(const std::vector<TargetState>& values) {
 }
 
 template <LieGroup G>
-std::vector<TargetState> TargetWindow<G>::fresh_start() const {
+std::vector<TargetState> TargetWindow<G>::initial_guess() const {
   std::vector<SE3> chaser;
   for (std::size_t k = 0; k < size(); ++k) chaser.push_back(this->chaser(k));
-  const TargetStart start = initial_target(data_, out_.keyframes, chaser, options_.robust_start);
+  const TargetGuess guess = initial_target_guess(data_, out_.keyframes, chaser, options_.robust_initial_guess);
   std::vector<TargetState> values;
-  for (const SE3& pose : start.pose) values.emplace_back(pose);
+  for (const SE3& pose : guess.pose) values.emplace_back(pose);
   return values;
 }
 
 template <LieGroup G>
-double TargetWindow<G>::surprise() const {
+double TargetWindow<G>::orientation_innovation() const {
   const std::size_t k = size() - 1;
   const auto& measured = out_.keyframes[k].measured_rotation;
-  const TargetState held = target(k);
-  if (!measured || !held.rotation) return 0;
-  return (held.rotation->inverse() * chaser(k).rotation() * *measured).Log().norm();
+  const TargetState estimated = target(k);
+  if (!measured || !estimated.rotation) return 0;
+  return (estimated.rotation->inverse() * chaser(k).rotation() * *measured).Log().norm();
 }
 
 template class TargetWindow<SE3>;

@@ -6,20 +6,21 @@
 
 namespace tandem::detail {
 
-/// Position and velocity of a point over the keyframes.
+/// Position and velocity of a point at the keyframes.
 struct SmoothedTrack {
-  std::vector<Vector<3>> position, velocity;  // m, m/s
-  std::vector<double> variance;               // of the position along each axis [m²]
+  std::vector<Vector<3>> position, velocity;  ///< world [m, m/s]
+  std::vector<double> variance;               ///< position variance along each axis [m²]
 };
+/// A measured position.
 struct PositionFix {
   std::size_t keyframe;
-  Vector<3> position;                 // m, world
-  double variance;                    // m²
-  std::size_t sensor = 0, index = 0;  // in the data
+  Vector<3> position;                 ///< world [m]
+  double variance;                    ///< along each axis [m²]
+  std::size_t sensor = 0, index = 0;  ///< in TrackingData::sensors, and in TargetSensor::measurements
 };
 
-/// Kalman filter and Rauch-Tung-Striebel smoother of white noise on acceleration with density q [m²/s³], over one fix
-/// or more in keyframe order. All three axes share one 2 × 2 covariance, since the fixes are taken as isotropic.
+/// Smooths at least one fix, in keyframe order, with a Kalman filter and a Rauch-Tung-Striebel smoother. The model is
+/// white noise on acceleration with spectral density q [m²/s³]. All axes share one 2 × 2 covariance.
 SmoothedTrack smooth(const std::vector<Keyframe>& keyframes, const std::vector<PositionFix>& fixes, double q);
 
 }  // namespace tandem::detail

@@ -14,8 +14,7 @@ void check_noise(std::string_view name, const Eigen::VectorXd& sigma, int size) 
                 std::to_string(sigma.size()));
   for (const double s : sigma)
     if (!(s > 0 && std::isfinite(s)))
-      throw Error(subject() + " is needed here: give standard deviations above zero (it has " + std::to_string(s) +
-                  ")");
+      throw Error(subject() + " is required; give positive standard deviations (found " + std::to_string(s) + ")");
 }
 
 Gaussian noise_of(std::string_view name, const Eigen::VectorXd& sigma, int size) {

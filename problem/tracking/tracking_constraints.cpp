@@ -6,10 +6,10 @@ namespace tandem::detail {
 template <LieGroup G>
 void TrackingBuild<G>::add_constraints(std::size_t k) {
   const auto hold_of = [&](const Variable<G>& x) {
-    each_attitude_constraint<G>(options, data.noise,
-                                [&](const auto& residual, Role role, auto entry, const auto& sigma) {
-                                  hold_zero(residual, role, entry, noise_of(entry, sigma, int(sigma.size())), {x});
-                                });
+    each_attitude_constraint<G>(
+        options, data.noise, [&](const auto& residual, Role role, auto entry, const auto& sigma) {
+          constrain_to_zero(residual, role, entry, noise_of(entry, sigma, int(sigma.size())), {x});
+        });
   };
   if (const auto* course = std::get_if<CourseVariable<G>>(&target[k]); course && k == 0) hold_of(course->first);
   if (pose(k)) hold_of(*pose(k));
@@ -18,10 +18,10 @@ void TrackingBuild<G>::add_constraints(std::size_t k) {
   each_twist_constraint<G>(
       options, data.noise, dt(k - 1, k),
       [&](const auto& residual, Role role, auto entry, const auto& sigma) {
-        hold_zero(residual, role, entry, Gaussian(sigma), pair);
+        constrain_to_zero(residual, role, entry, Gaussian(sigma), pair);
       },
       [&](const auto& residual, Role role, const auto& bounds, auto entry, const auto& sigma) {
-        hold_between(residual, role, bounds, entry, Gaussian(sigma), pair);
+        constrain_to_bounds(residual, role, bounds, entry, Gaussian(sigma), pair);
       });
 }
 

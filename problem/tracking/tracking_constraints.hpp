@@ -3,22 +3,22 @@
 #include <string_view>
 
 #include <tandem/problem/tracking/tracking_problem.hpp>
-#include <tandem/residuals/outside.hpp>
 #include <tandem/residuals/roll_pitch.hpp>
+#include <tandem/residuals/soft_bound.hpp>
 #include <tandem/residuals/twist_components.hpp>
 
-/// What is known of a target beside how its motion goes on: for those who add it to a problem, and for those who look ahead.
+/// Constraints on the target, for the problem builder and for forecasts.
 namespace tandem::detail {
 
-/// Of a pose: f(residual, role, entry of TrackingNoise, standard deviations), once or, in the plane, not at all.
+/// Calls f(residual, role, name in TrackingNoise, sigmas) for the constraint on a pose. There is none in the plane.
 template <LieGroup G, class F>
 void each_attitude_constraint(const TrackingOptions& options, const TrackingNoise& noise, F f) {
   if constexpr (G::point_dim == 3)  // a planar target is level
     f(RollPitch<G>{}, options.roll_pitch, "roll_pitch", noise.roll_pitch);
 }
 
-/// Of the twist between two poses dt [s] apart: zero(residual, role, entry, standard deviations) of what is to vanish,
-/// within(residual, role, bounds, entry, standard deviations) of limits.
+/// Visits the constraints on the twist between two poses, dt [s] apart. Calls zero(residual, role, name, sigmas) for
+/// residuals that must vanish. Calls within(residual, role, bounds, name, sigmas) for limits.
 template <LieGroup G, class Zero, class Within>
 void each_twist_constraint(const TrackingOptions& options, const TrackingNoise& noise, double dt, Zero zero,
                            Within within) {

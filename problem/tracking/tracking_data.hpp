@@ -9,25 +9,24 @@
 
 namespace tandem {
 
-/// Standard deviations; pose tangents are ordered x y z [m], then rotation about x y z [rad]; in the plane x y [m] and
-/// heading [rad].
+/// Standard deviations of a tracking problem. Pose tangents are ordered x y z [m], then rotation about x y z [rad]; in
+/// the plane they are x y [m], then heading [rad].
 struct TrackingNoise {
-  static constexpr double kForgotten = 60;  ///< s: of a motion that nothing else is said of
+  static constexpr double kDefaultTimeConstant = 60;  ///< s; of damped motion models
 
-  // To be given where they are read: zeros are refused. All but `prior` per √s.
+  // The builder throws Error if it needs one of these and finds zeros. Odometry and the motion models are per √s.
   Eigen::VectorXd prior, odometry, constant_twist;
-  Eigen::VectorXd constant_velocity;  ///< of a point, along the world's axes [m]; Mode B and constant velocity
-  /// Root spectral density of the acceleration, body axes [m s^-3/2, rad s^-3/2]; zero: the figures of constant_twist,
-  /// which say the same at keyframes 1 s apart.
+  Eigen::VectorXd constant_velocity;  ///< of a point along world axes [m]; for Mode B and constant velocity
+  /// Root spectral density of the acceleration along body axes [m s^-3/2, rad s^-3/2]. Zero: the values of
+  /// constant_twist, which are equivalent for keyframes 1 s apart.
   Eigen::VectorXd acceleration;
-  /// How fast the target's motion is forgotten: time constants of its body twist, and of a point's velocity along the
-  /// world's axes [s]. Damped twist and damped velocity.
+  /// Time constants of the body twist (damped twist) and of a point's velocity along world axes (damped velocity) [s].
   Eigen::VectorXd twist_time, velocity_time;
-  Eigen::VectorXd boundary;             ///< Mode B: between a pose and the point of the same instant [m]
+  Eigen::VectorXd boundary;             ///< Mode B: between a pose and the point at the same keyframe [m]
   Vector<2> roll_pitch{0.04, 0.04};     ///< rad
-  Vector<2> non_holonomic{0.05, 0.05};  ///< sway, heave [m/s], when soft; in the plane the first alone
-  double surge = 0.05;                  ///< m/s outside the limits, when soft
-  double yaw_rate = 0.01;               ///< rad/s outside the limits, when soft
+  Vector<2> non_holonomic{0.05, 0.05};  ///< sway and heave [m/s], if soft; planar problems use only sway
+  double surge = 0.05;                  ///< excess over the surge limits [m/s], if soft
+  double yaw_rate = 0.01;               ///< excess over the yaw-rate limit [rad/s], if soft
 
   explicit TrackingNoise(bool planar = false)
       : prior(Eigen::VectorXd::Zero(planar ? 3 : 6)),
@@ -35,22 +34,22 @@ struct TrackingNoise {
         constant_twist(prior),
         constant_velocity(Eigen::VectorXd::Zero(planar ? 2 : 3)),
         acceleration(prior),
-        twist_time(Eigen::VectorXd::Constant(prior.size(), kForgotten)),
-        velocity_time(Eigen::VectorXd::Constant(planar ? 2 : 3, kForgotten)),
+        twist_time(Eigen::VectorXd::Constant(prior.size(), kDefaultTimeConstant)),
+        velocity_time(Eigen::VectorXd::Constant(planar ? 2 : 3, kDefaultTimeConstant)),
         boundary(Eigen::VectorXd::Constant(planar ? 2 : 3, 1e-3)) {}
 };
 
 struct EgoTrack;
 
-/// What a tracking problem is made of: files, simulators and live feeds all end here.
+/// Input of a tracking problem.
 struct TrackingData {
-  bool planar = false;                 ///< estimate in SE(2): of poses x, y and heading count
-  std::vector<Stamped<SE3>> odometry;  ///< dead-reckoned chaser poses in time order, at their own rate
-  std::vector<TargetSensor> sensors;   ///< what observes the target
-  TrackingNoise noise;                 ///< of the planar sizes when planar
-  double keyframe_interval = 1.0;      ///< s, the longest time without a keyframe
-  /// The chaser's own sensors (problem/ego_track.hpp): chaser and target are then estimated out of these and of
-  /// `sensors` together, and `odometry` is a first guess of the chaser alone. Not when planar.
+  bool planar = false;                 ///< estimate in SE(2), using x, y and heading of the poses
+  std::vector<Stamped<SE3>> odometry;  ///< dead-reckoned chaser poses in time order, at any rate
+  std::vector<TargetSensor> sensors;   ///< sensors that observe the target
+  TrackingNoise noise;                 ///< TrackingNoise(planar)
+  double keyframe_interval = 1.0;      ///< maximum time between keyframes [s]
+  /// The chaser's own sensors (ego_track.hpp), if chaser and target are estimated jointly. Then `odometry` is only the
+  /// initial guess of the chaser. Not supported if planar.
   std::shared_ptr<const EgoTrack> ego{};
 };
 

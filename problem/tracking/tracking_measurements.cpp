@@ -1,5 +1,5 @@
 #include <tandem/lie/error.hpp>
-#include <tandem/problem/navigation/staying_error_checks.hpp>
+#include <tandem/problem/navigation/systematic_error_checks.hpp>
 #include <tandem/problem/tracking/tracking_build.hpp>
 #include <tandem/residuals/gauss_markov.hpp>
 #include <tandem/residuals/prior.hpp>
@@ -11,7 +11,8 @@ template <LieGroup G>
 void place_by_type(TrackingBuild<G>& build, const Placing& at) {
   const TargetSensor& sensor = build.data.sensors[at.sensor];
   const auto place = sensor.type->place.of<G>();
-  if (!place) throw Error(sensor.name + ": a planar problem takes no sensor of type " + std::string(name(sensor.type)));
+  if (!place)
+    throw Error(sensor.name + ": planar problems do not support sensors of type " + std::string(name(sensor.type)));
   if (sensor.error)
     if (const std::string why = why_invalid(*sensor.error); !why.empty())
       throw Error(error_name(sensor.name) + ": " + why);
@@ -34,23 +35,23 @@ void TrackingBuild<G>::add_measurement_after(std::size_t sensor, std::size_t i, 
 template <LieGroup G>
 template <int N>
 void TrackingBuild<G>::add_bias(std::size_t sensor, double t) {
-  constexpr double kNoStep = 1e-6;  // of its standard deviation
-  const StayingError& staying = *data.sensors[sensor].error;
+  constexpr double kMinStep = 1e-6;  // relative to the standard deviation of the bias
+  const SystematicError& error = *data.sensors[sensor].error;
   const std::string entry = error_name(data.sensors[sensor].name);
-  const Gaussian spread = noise_of(entry, staying.sigma, N);
+  const Gaussian noise = noise_of(entry, error.bias_sigma, N);
   const auto last = biases.find(sensor);
   if (last == biases.end()) {
     const auto first = problem.add(Rn<N>(), entry);
-    minimize(Prior<Rn<N>>{Rn<N>()}, entry, spread, {first});
+    minimize(Prior<Rn<N>>{Rn<N>()}, entry, noise, {first});
     biases.insert({sensor, {t, first}});
-    if (staying.has_constant_bias()) constants.add_bias(data.sensors[sensor].name, first, staying.sigma);
+    if (error.has_constant_bias()) constants.add_bias(data.sensors[sensor].name, first, error.bias_sigma);
     return;
   }
-  const auto step = GaussMarkov<N>::after(std::abs(t - last->second.t), staying.time);
-  if (!(step.spread() > kNoStep)) return;
+  const auto step = GaussMarkov<N>::after(std::abs(t - last->second.t), error.correlation_time);
+  if (!(step.noise_scale() > kMinStep)) return;
   const auto before = std::get<Variable<Rn<N>>>(last->second.state);
   const auto next = problem.add(step.expected(problem.value(before)), entry);
-  minimize(step, entry, spread.scaled(step.spread()), {before, next});
+  minimize(step, entry, noise.scaled(step.noise_scale()), {before, next});
   last->second = {t, next};
 }
 

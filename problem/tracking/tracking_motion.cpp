@@ -27,7 +27,7 @@ void TrackingBuild<G>::add_motion(std::size_t k) {
     case MotionModel::white_noise_acceleration:
       return add_white_noise_acceleration(*this, k);
     case MotionModel::steady_course:
-      return;  // the course is in what every measurement reads
+      return;  // each measurement reads the course
     case MotionModel::none:
       return;
   }

@@ -7,9 +7,9 @@
 #include <tandem/problem/tracking/tracking_build.hpp>
 #include <tandem/problem/tracking/tracking_problem.hpp>
 #include <tandem/residuals/boundary.hpp>
-#include <tandem/residuals/on_course.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
+#include <tandem/residuals/steady_course.hpp>
 
 namespace tandem {
 namespace detail {
@@ -17,43 +17,43 @@ namespace detail {
 template <LieGroup G>
 void TrackingBuild<G>::add_variables(std::size_t k) {
   const bool junction = k > 0 && is_pose(k) != is_pose(k - 1) && options.junction == Junction::boundary;
-  if (junction && is_pose(k - 1) && !twin[k - 1]) add_twin(k - 1);
+  if (junction && is_pose(k - 1) && !boundary_point[k - 1]) add_boundary_point(k - 1);
   const std::string number = std::to_string(k);
   if (chaser.size() <= k) chaser.push_back(problem.add(in_group<G>(odometry[k]), "chaser " + number));
-  twin.emplace_back();
+  boundary_point.emplace_back();
   if (is_pose(k)) {
-    target.push_back(problem.add(in_group<G>(start.pose[k]), "target " + number));
-    if (junction) add_twin(k);
+    target.push_back(problem.add(in_group<G>(guess.pose[k]), "target " + number));
+    if (junction) add_boundary_point(k);
   } else {
-    target.push_back(problem.add(Point(in_group<G>(start.pose[k].translation())), "target " + number));
+    target.push_back(problem.add(Point(in_group<G>(guess.pose[k].translation())), "target " + number));
   }
   if (options.model == MotionModel::white_noise_acceleration) {
     Rn<G::dof> w;
     if (size() > 1) {
       const std::size_t from = std::min(k, size() - 2);
-      w = Rn<G::dof>(minus(in_group<G>(start.pose[from + 1]), in_group<G>(start.pose[from])) / dt(from, from + 1));
+      w = Rn<G::dof>(minus(in_group<G>(guess.pose[from + 1]), in_group<G>(guess.pose[from])) / dt(from, from + 1));
     }
     twist.push_back(problem.add(w, "target twist " + number));
   }
 }
 
 template <LieGroup G>
-void TrackingBuild<G>::add_twin(std::size_t k) {
-  const Point point(in_group<G>(start.pose[k].translation()));
-  twin[k] = problem.add(point, "target point " + std::to_string(k));
+void TrackingBuild<G>::add_boundary_point(std::size_t k) {
+  const Point point(in_group<G>(guess.pose[k].translation()));
+  boundary_point[k] = problem.add(point, "target point " + std::to_string(k));
   const Gaussian noise = noise_of("boundary", data.noise.boundary, G::point_dim);
-  minimize(Boundary<G>{}, "boundary", noise, {*pose(k), *twin[k]});
+  minimize(Boundary<G>{}, "boundary", noise, {*pose(k), *boundary_point[k]});
 }
 
 template <LieGroup G>
 void TrackingBuild<G>::add_course_variables() {
   for (std::size_t k = chaser.size(); k < size(); ++k)
     chaser.push_back(problem.add(in_group<G>(odometry[k]), "chaser " + std::to_string(k)));
-  // Last, since all measurements read them: the rest of the Hessian stays narrow-banded.
-  const auto first = problem.add(in_group<G>(start.pose[0]), "target's first pose");
-  const auto speed = problem.add(Rn<1>(Vector<1>(start.velocity[0].norm())), "target's speed");
+  // All measurements read these variables. Adding them last keeps the rest of the Hessian narrow-banded.
+  const auto first = problem.add(in_group<G>(guess.pose[0]), "target's first pose");
+  const auto speed = problem.add(Rn<1>(Vector<1>(guess.velocity[0].norm())), "target's speed");
   for (std::size_t k = 0; k < size(); ++k) target.push_back(CourseVariable<G>{first, speed, dt(0, k)});
-  twin.resize(size());
+  boundary_point.resize(size());
 }
 
 template <LieGroup G>
@@ -81,40 +81,42 @@ constexpr std::string_view kBuilding = "building the problem";
 }  // namespace
 
 void check(const TrackingOptions& options) {
-  const bool points_only = without_orientation(options.model);
-  if (options.mode == Mode::B && !takes_points(options.model))
-    throw Error("mode B is for the constant-twist and damped-twist models");
+  const bool points_only = is_point_model(options.model);
+  if (options.mode == Mode::B && !supports_points(options.model))
+    throw Error("mode B requires the constant-twist or the damped-twist model");
   if (options.surge && !(options.surge->lower[0] <= options.surge->upper[0]))
-    throw Error("the surge's lower bound " + std::to_string(options.surge->lower[0]) + " is above its upper bound " +
+    throw Error("the lower bound of surge " + std::to_string(options.surge->lower[0]) + " is above its upper bound " +
                 std::to_string(options.surge->upper[0]));
   if (options.max_yaw_rate && !(*options.max_yaw_rate >= 0))
-    throw Error("the limit of the yaw rate is a magnitude, zero or above, not " +
-                std::to_string(*options.max_yaw_rate));
+    throw Error("the limit of the yaw rate must be zero or positive, not " + std::to_string(*options.max_yaw_rate));
   const bool course = options.model == MotionModel::steady_course;
   if (course && (options.non_holonomic != Role::off || options.surge || options.max_yaw_rate))
-    throw Error("the steady-course model keeps heading and speed: it takes no further constraints on the twist");
+    throw Error("the steady-course model has constant heading and speed; remove the constraints on the twist");
   if (points_only && (options.non_holonomic != Role::off || options.surge || options.max_yaw_rate))
     throw Error("the " + std::string(name(options.model)) +
-                " model has no orientation for non-holonomic, surge or yaw-rate constraints");
+                " model has no orientation; remove the non-holonomic, surge and yaw-rate constraints");
   if (!(options.position_share >= 0 && options.position_share < 1))
-    throw Error("position_share is a share: 0 or more, and less than 1");
-  if (options.horizons.empty()) throw Error("horizons: at least one is needed, e.g. 1 back and 1 ahead");
+    throw Error("position_share must be in [0, 1), not " + std::to_string(options.position_share));
+  if (options.horizons.empty()) throw Error("horizons: at least one is required, e.g. 1 back and 1 ahead");
   for (const Horizon& h : options.horizons)
-    if (h.back < 1 || h.ahead < 1) throw Error("horizons count keyframes back and ahead: 1 or more");
+    if (h.back < 1 || h.ahead < 1)
+      throw Error("horizons: the numbers of keyframes back and ahead must be at least 1, not " +
+                  std::to_string(h.back) + " and " + std::to_string(h.ahead));
   const bool neighbours =
       options.horizons.size() == 1 && options.horizons[0].back == 1 && options.horizons[0].ahead == 1;
-  if (!ties_triples(options.model) && !neighbours)
-    throw Error("horizons are of constant or damped twist and velocity: the " + std::string(name(options.model)) +
-                " model ties no triples");
+  if (!uses_triples(options.model) && !neighbours)
+    throw Error("the " + std::string(name(options.model)) +
+                " model does not use horizons; remove them, or use a constant or damped model");
 }
 
 namespace {
 
-/// Whether each measurement of each sensor is a gross outlier, which is left out: whatever a loss still gave it would be
-/// rounding, and losses that begin wide begin with it. A keyframe of Mode B whose pose was measured stays one.
+/// Returns flags by [sensor][index] of the gross outliers, which get no residual. Under a robust loss they would
+/// contribute only rounding errors, and they would disturb a graduated loss. Pose sensors are exempt in Mode B, where
+/// they determine the type of a keyframe.
 template <LieGroup G>
 std::vector<std::vector<bool>> gross_outliers(const detail::TrackingBuild<G>& build) {
-  std::vector<std::vector<bool>> gross = marked(build.data, build.out.outliers, true);
+  std::vector<std::vector<bool>> gross = outlier_mask(build.data, build.out.outliers, true);
   for (std::size_t s = 0; s < gross.size(); ++s)
     if (build.options.mode == Mode::B && build.data.sensors[s].type->has(measured::rotation))
       gross[s].assign(gross[s].size(), false);
@@ -127,7 +129,7 @@ void add_measurements(detail::TrackingBuild<G>& build, const Stop& stop) {
   const std::vector<std::vector<bool>> gross = gross_outliers(build);
   for (std::size_t s = 0; s < build.data.sensors.size(); ++s) {
     const TargetSensor& sensor = build.data.sensors[s];
-    std::size_t left_out = 0;
+    std::size_t num_discarded = 0;
     for (std::size_t i = 0; i < sensor.measurements.size(); ++i) {
       stop.check(kBuilding);
       const double t = sensor.valid_at(sensor.measurements[i]);
@@ -137,10 +139,10 @@ void add_measurements(detail::TrackingBuild<G>& build, const Stop& stop) {
         else
           build.add_measurement(s, i, *k);
       } else if (t < keyframes.front().t || (build.data.ego && t > build.data.odometry.back().t + kSameInstant)) {
-        ++left_out;
+        ++num_discarded;
       }
     }
-    build.out.left_out.push_back(left_out);
+    build.out.num_discarded.push_back(num_discarded);
   }
 }
 
@@ -148,15 +150,15 @@ template <LieGroup G>
 void build(const TrackingData& data, const TrackingOptions& options, const Stop& stop, TrackingProblem& out) {
   std::vector<SE3> odometry = odometry_at(data.odometry, out.keyframes);
   for (SE3& pose : odometry) pose = in_space(in_group<G>(pose));
-  TargetStart start = initial_target(data, out.keyframes, odometry, options.robust_start, stop);
-  out.outliers = start.outliers;
-  if (options.model == MotionModel::steady_course) start = straightened(start, out.keyframes);
-  detail::TrackingBuild<G> build{data, options, out.problem, out, std::move(odometry), std::move(start)};
+  TargetGuess guess = initial_target_guess(data, out.keyframes, odometry, options.robust_initial_guess, stop);
+  out.outliers = guess.outliers;
+  if (options.model == MotionModel::steady_course) guess = straight_line_guess(guess, out.keyframes);
+  detail::TrackingBuild<G> build{data, options, out.problem, out, std::move(odometry), std::move(guess)};
   const std::size_t n = out.keyframes.size();
   std::optional<detail::EgoTrackBuild> ego;
   if (data.ego) ego.emplace(*data.ego, out);
   const bool course = options.model == MotionModel::steady_course;
-  for (std::size_t k = 0; k < n; ++k) {  // in turns: the Hessian stays narrow-banded
+  for (std::size_t k = 0; k < n; ++k) {  // alternates chaser and target to keep the Hessian narrow-banded
     stop.check(kBuilding);
     if constexpr (std::same_as<G, SE3>)
       if (ego) build.chaser.push_back(ego->add(k));
@@ -188,44 +190,31 @@ std::optional<Loss> orientation_loss_of(const TargetSensor& sensor, const Tracki
 void make_robust(TrackingOptions& options) {
   options.loss = Cauchy(2.0);
   options.position_share = 1.0 / 9.0;
-  options.robust_start = true;
+  options.robust_initial_guess = true;
 }
 
 std::string_view name(MotionModel model) {
-  switch (model) {
-    case MotionModel::constant_twist:
-      return "constant-twist";
-    case MotionModel::constant_velocity:
-      return "constant-velocity";
-    case MotionModel::damped_twist:
-      return "damped-twist";
-    case MotionModel::damped_velocity:
-      return "damped-velocity";
-    case MotionModel::white_noise_acceleration:
-      return "white-noise-acceleration";
-    case MotionModel::steady_course:
-      return "steady-course";
-    case MotionModel::none:
-      break;
-  }
-  return "no-motion";
+  constexpr std::string_view names[] = {"constant-twist",  "constant-velocity",        "damped-twist",
+                                        "damped-velocity", "white-noise-acceleration", "steady-course",
+                                        "no-motion"};
+  return names[int(model)];
 }
 
-bool ties_triples(MotionModel model) {
+bool uses_triples(MotionModel model) {
   return model != MotionModel::white_noise_acceleration && model != MotionModel::steady_course &&
          model != MotionModel::none;
 }
-bool without_orientation(MotionModel model) {
+bool is_point_model(MotionModel model) {
   return model == MotionModel::constant_velocity || model == MotionModel::damped_velocity;
 }
-bool takes_points(MotionModel model) {
+bool supports_points(MotionModel model) {
   return model == MotionModel::constant_twist || model == MotionModel::damped_twist;
 }
 
 TrackingProblem make_tracking_problem(const TrackingData& data, const TrackingOptions& options, const Stop& stop) {
   check(options);
   if (data.ego && data.planar)
-    throw Error("a planar problem takes odometry: the chaser's own sensors are estimated in space (group SE3)");
+    throw Error("a planar problem requires odometry; the chaser's own sensors are supported only in space (group SE3)");
   TrackingProblem out;
   out.keyframes = make_keyframes(data, options.max_keyframes);
   data.planar ? build<SE2>(data, options, stop, out) : build<SE3>(data, options, stop, out);
@@ -238,7 +227,7 @@ SE3 TrackingProblem::chaser_pose(std::size_t k) const {
 
 TargetState TrackingProblem::target_state(std::size_t k) const {
   const auto on_course = [&]<LieGroup G>(const CourseVariable<G>& x) {
-    return problem.value(x.first) * way_on_course<G>(x.t, problem.value(x.speed).vector()[0]);
+    return problem.value(x.first) * steady_course_motion<G>(x.t, problem.value(x.speed).vector()[0]);
   };
   return std::visit(
       [&]<class X>(const X& x) {

@@ -21,15 +21,15 @@
 
 namespace tandem {
 
-/// How the target moves between keyframes.
+/// Motion model of the target.
 enum class MotionModel {
-  constant_twist,            ///< over three poses: ConstantTwist. Baxter & Teran Espinoza 2025
-  constant_velocity,         ///< over three points, without orientation
-  damped_twist,              ///< over three poses, each component forgotten in its own time: DampedTwist
-  damped_velocity,           ///< over three points: MixedVelocity::damped
-  white_noise_acceleration,  ///< GP prior over poses and body twists: WhiteNoiseAcceleration
-  steady_course,             ///< one heading and one speed over the whole run: OnCourse
-  none,                      ///< nothing ties the poses: what no measurement says of them is free. An ablation
+  constant_twist,            ///< ConstantTwist of three poses (Baxter & Teran Espinoza 2025)
+  constant_velocity,         ///< MixedVelocity::constant of three points, without orientation
+  damped_twist,              ///< DampedTwist of three poses, with one time constant per component
+  damped_velocity,           ///< MixedVelocity::damped of three points
+  white_noise_acceleration,  ///< WhiteNoiseAcceleration, a Gaussian-process prior over poses and body twists
+  steady_course,             ///< SteadyCourse: constant heading and speed over the whole run
+  none,                      ///< no motion model, for ablation studies; the problem may be rank deficient
 };
 
 inline constexpr std::array motion_models = {MotionModel::constant_twist,
@@ -40,144 +40,146 @@ inline constexpr std::array motion_models = {MotionModel::constant_twist,
                                              MotionModel::steady_course,
                                              MotionModel::none};
 
-/// "constant-twist", "constant-velocity", "damped-twist", "damped-velocity", "white-noise-acceleration", "steady-course",
-/// "no-motion".
+/// Returns "constant-twist", "constant-velocity", "damped-twist", "damped-velocity", "white-noise-acceleration",
+/// "steady-course" or "no-motion".
 std::string_view name(MotionModel model);
-/// Whether it ties triples of states, which may stand apart (Horizon).
-bool ties_triples(MotionModel model);
-/// Whether the target is a point throughout.
-bool without_orientation(MotionModel model);
-/// Whether a point may stand in for a pose (Mode::B).
-bool takes_points(MotionModel model);
+/// Returns whether the residuals of the model read three states, whose distance a Horizon gives.
+bool uses_triples(MotionModel model);
+/// Returns whether the target is a point at every keyframe.
+bool is_point_model(MotionModel model);
+/// Returns whether the model supports Mode::B.
+bool supports_points(MotionModel model);
 
-/// Mode A: the target is a pose at every keyframe. Mode B: a pose where a pose was measured, a point elsewhere.
+/// Representation of the target. Mode A: a pose at every keyframe. Mode B: a pose where one is measured, else a point.
 enum class Mode { A, B };
 inline std::string_view name(Mode mode) { return mode == Mode::A ? "A" : "B"; }
 
-/// How Mode B ties the points to the poses beside them: each pose next to a point has a point of the same instant too
-/// and a Boundary residual between them; or none, and constant velocity reads the poses' positions themselves.
-enum class Junction { boundary, direct };
+/// Connection of points to neighbouring poses in Mode B.
+enum class Junction {
+  boundary,  ///< each pose next to a point gets a point at the same keyframe, connected by a Boundary residual
+  direct,    ///< MixedVelocity reads the positions of the poses
+};
 
-/// A triple (k − back, k, k + ahead) of keyframes that a model of the motion ties.
+/// Keyframes k − back, k and k + ahead that a residual of the motion model connects.
 struct Horizon {
   int back = 1, ahead = 1;
 };
 
-/// How something that is known of the target enters the problem: not at all, as a cost, or as a constraint.
+/// Role of a constraint in the problem: none, a cost, or a hard constraint.
 enum class Role { off, soft, hard };
 
-/// Which joint problem is made of a TrackingData.
+/// Options of a tracking problem.
 struct TrackingOptions {
   MotionModel model = MotionModel::constant_twist;
-  Mode mode = Mode::A;  ///< B is for constant and for damped twist
+  Mode mode = Mode::A;  ///< B requires constant or damped twist
   Junction junction = Junction::boundary;
-  std::vector<Horizon> horizons{{1, 1}};  ///< of models that tie triples
-  /// The target is level: RollPitch on every target pose, of Mode A as of Mode B, where the paper has none.
+  std::vector<Horizon> horizons{{1, 1}};  ///< for models with uses_triples()
+  /// Role of RollPitch on each target pose. Unlike in the paper, it also applies to the poses of Mode B.
   Role roll_pitch = Role::soft;
-  Role non_holonomic = Role::off;          ///< sway = heave = 0 between consecutive target poses
-  std::optional<Bounds<1>> surge{};        ///< limits of the mean surge [m/s]
-  std::optional<double> max_yaw_rate{};    ///< limit of the mean yaw rate's magnitude [rad/s]
-  Role limits = Role::hard;                ///< how surge and yaw rate are held
-  Loss loss{};                             ///< on the relative measurements of sensors without one of their own
-  std::optional<Loss> orientation_loss{};  ///< likewise on measured orientations, which are then residuals of their own
-  /// Share of a pose measurement's position information that is a residual of its own: when the pose is rejected as an
-  /// outlier, e.g. turned by 180°, its position is still believed, at σ/√share. Not with an orientation loss.
+  Role non_holonomic = Role::off;        ///< sway = heave = 0 between consecutive target poses
+  std::optional<Bounds<1>> surge{};      ///< limits of the mean surge [m/s]
+  std::optional<double> max_yaw_rate{};  ///< limit of the magnitude of the mean yaw rate [rad/s]
+  Role limits = Role::hard;              ///< role of the surge and yaw-rate limits
+  Loss loss{};                           ///< for target sensors without TargetSensor::loss
+  /// Loss on measured orientations, for sensors without TargetSensor::orientation_loss. If it is set, position and
+  /// orientation of a pose are two residuals, and `loss` applies to the position.
+  std::optional<Loss> orientation_loss{};
+  /// Fraction s of the position information of a pose measurement that becomes a separate residual, with the standard
+  /// deviation σ/√s. If a robust loss rejects the pose, e.g. one turned by 180°, the position still contributes. The
+  /// share has no effect together with an orientation loss.
   double position_share = 0;
-  /// The start leaves out outliers() and measured orientations that disagree with their neighbours and the direction of
-  /// travel; the problem leaves out gross outliers.
-  bool robust_start = false;
-  std::size_t max_keyframes = 0;  ///< keep the first ones only; 0: all
+  /// The initial guess ignores outliers() and inconsistent orientations; the problem ignores gross outliers.
+  bool robust_initial_guess = false;
+  std::size_t max_keyframes = 0;  ///< use only the first keyframes; 0: all
 };
 
-/// The loss of a sensor's measurements: its own, else the problem's.
+/// Returns the loss on a sensor's measurements: that of the sensor, or else that of the options.
 Loss loss_of(const TargetSensor& sensor, const TrackingOptions& options);
-/// Likewise of measured orientations as residuals of their own; nothing where they are not.
+/// Returns the loss on a sensor's measured orientations, or nullopt if they are not separate residuals.
 std::optional<Loss> orientation_loss_of(const TargetSensor& sensor, const TrackingOptions& options);
 
-/// The chaser's pose at a keyframe; SE2 in the plane.
+/// Pose of the chaser at a keyframe; SE2 in the plane.
 using PoseVariable = std::variant<Variable<SE3>, Variable<SE2>>;
-/// A target on a steady course: where it is t seconds after its first pose, at a speed that is the same all along.
+/// Pose of a target on a steady course, t seconds after its first pose.
 template <LieGroup G>
 struct CourseVariable {
-  Variable<G> first;      ///< its first pose
+  Variable<G> first;      ///< first pose
   Variable<Rn<1>> speed;  ///< m/s
   double t;               ///< s
 };
-/// The target at a keyframe: a pose, a point where Mode B has no orientation, or a pose on a steady course.
+/// Target at a keyframe: a pose, a point, or a pose on a steady course.
 using TargetVariable =
     std::variant<Variable<SE3>, Variable<SE2>, Variable<R3>, Variable<R2>, CourseVariable<SE3>, CourseVariable<SE2>>;
-/// A body twist [m/s, rad/s]; 3 rows in the plane.
+/// Body twist [m/s, rad/s]; 3 rows in the plane.
 using TwistVariable = std::variant<Variable<Rn<6>>, Variable<Rn<3>>>;
 
-/// Where the target is: a pose, or a point where nothing tells its orientation.
+/// Position and, if it is estimated, orientation of the target.
 struct TargetState {
-  Vector<3> position;  ///< m
+  Vector<3> position;  ///< world [m]
   std::optional<SO3> rotation;
 
   TargetState(const SE3& pose) : position(pose.translation()), rotation(pose.rotation()) {}
   explicit TargetState(const Vector<3>& point) : position(point) {}
 };
 
-/// The residual of a measurement that was held out, at the problem's values, and its Jacobian by the tangents of the
-/// variables that it reads, one after the other.
+/// Residual of a held-out measurement at the problem's values, and its Jacobian.
 struct Innovation {
-  Eigen::VectorXd r;  ///< in the sensor's units
-  Eigen::MatrixXd jacobian;
-  std::vector<int> variables, dofs;  ///< their ids and tangent dimensions
+  Eigen::VectorXd r;                 ///< in the sensor's units
+  Eigen::MatrixXd jacobian;          ///< one block of columns per variable, with respect to its tangent
+  std::vector<int> variables, dofs;  ///< ids and tangent dimensions of the variables
 };
 
 /// A measurement in the problem.
 struct PlacedMeasurement {
-  std::size_t sensor, index;  ///< in the data
+  std::size_t sensor, index;  ///< in TrackingData::sensors, and in TargetSensor::measurements
   std::size_t keyframe;
-  std::optional<Block> block;                            ///< none when held out, or left out as a gross outlier
-  std::optional<Block> orientation, position;            ///< where these are residuals of their own
-  std::function<Innovation(const Problem&)> innovation;  ///< of one that was held out
+  std::optional<Block> block;                            ///< none for held-out measurements and gross outliers
+  std::optional<Block> orientation, position;            ///< separate residuals of a pose measurement
+  std::function<Innovation(const Problem&)> innovation;  ///< only for held-out measurements
 };
 
-/// A soft block by an entry of TrackingNoise, its prior apart: of two rows of each of its sigmas, where there are as many,
-/// those of one sigma stand one round of all others apart.
-struct NoisedBlock {
-  std::string noise;  ///< "odometry", "constant_twist", …; "camera.error" of a sensor's StayingError
+/// A soft block whose noise is an entry of TrackingNoise, except for `prior`. A block with twice as many rows as the
+/// entry has n sigmas belongs to white noise on acceleration; its rows i and i + n both have sigma i.
+struct NoiseBlock {
+  std::string noise;  ///< "odometry", "constant_twist", …, or e.g. "camera.error" for a systematic error
   Block block;
 };
 
-/// The joint MAP problem of a chaser and its target over keyframes, in SE(3) or, for planar data, SE(2).
-/// Source: Baxter & Teran Espinoza 2025, §V-A, eqs. 9-14; but RollPitch is on every target pose of Mode B too.
+/// Joint maximum-a-posteriori problem of chaser and target at keyframes, in SE(3) or, for planar data, in SE(2).
+/// Source: Baxter & Teran Espinoza 2025, §V-A, eqs. 9-14. Unlike there, RollPitch also applies to the poses of Mode B.
 struct TrackingProblem {
   Problem problem;
   std::vector<Keyframe> keyframes;
-  std::vector<PoseVariable> chaser;    ///< one each a keyframe
-  std::vector<TargetVariable> target;  ///< likewise: a pose, a point where there is no orientation, or on a course
-  std::vector<TwistVariable> twist;    ///< body twists, white_noise_acceleration only
+  std::vector<PoseVariable> chaser;    ///< one per keyframe
+  std::vector<TargetVariable> target;  ///< one per keyframe
+  std::vector<TwistVariable> twist;    ///< one per keyframe; only for white_noise_acceleration
   std::vector<PlacedMeasurement> measurements;
-  std::vector<Outlier> outliers;          ///< with a robust start: those found, of which gross ones have no block
-  std::vector<NoisedBlock> noised;        ///< motion, odometry and what is known of the target
-  std::vector<SensorConstant> constants;  ///< of all sensors: scale, misalignment, delay, constant bias
-  std::vector<std::size_t> left_out;      ///< of each sensor: measurements that its delay puts before the odometry
+  std::vector<Outlier> outliers;           ///< if robust_initial_guess is set
+  std::vector<NoiseBlock> noise_blocks;    ///< motion, odometry, constraints on the target, systematic errors
+  std::vector<SensorConstant> constants;   ///< constant systematic errors of all sensors
+  std::vector<std::size_t> num_discarded;  ///< per target sensor; measurements valid outside of the odometry's span
 
-  // Where the chaser moves by its own sensors (TrackingData::ego):
-  std::vector<EgoKeyframe> ego;  ///< one each a keyframe: its velocity and biases beside the pose
+  // Only with TrackingData::ego:
+  std::vector<EgoKeyframe> ego;  ///< one per keyframe
   std::vector<PlacedEgoMeasurement> ego_measurements;
-  std::vector<std::size_t> ego_left_out;     ///< of each of these sensors: before the first keyframe, or out of reach
-  std::optional<Variable<Rn<1>>> dvl_scale;  ///< scale factor error, where estimated
-  std::vector<std::pair<double, double>> splits;  ///< where keyframes are not tied by the IMU: from, to [s]
+  std::vector<std::size_t> num_discarded_ego;     ///< NavigationProblem::num_discarded
+  std::optional<Variable<Rn<1>>> dvl_scale;       ///< scale factor error, if EgoOptions::dvl_scale is set
+  std::vector<std::pair<double, double>> splits;  ///< EgoChain::splits()
 
-  /// At the variables' values, in space also when planar.
+  /// Return the poses at keyframe k from the current values of the variables, in space even if the problem is planar.
   SE3 chaser_pose(std::size_t k) const;
   TargetState target_state(std::size_t k) const;
 };
 
-/// One setting for real detections: Cauchy losses at two sigmas, a share of a ninth, the robust start.
+/// Sets options for data with outliers: Cauchy losses at two sigmas, position share 1/9, and a robust initial guess.
 void make_robust(TrackingOptions& options);
 
-/// Throws Error, saying which, where options exclude each other, whatever the data.
+/// Throws Error if a combination of options is invalid for all data.
 void check(const TrackingOptions& options);
 
-/// Keyframes, residuals and the initial guess out of the data. Throws Error when the data cannot make a problem (no
-/// odometry, no measurements, a measurement outside the odometry's time span, noise that is missing) or the options
-/// exclude each other, and Stopped when it is to stop. With TrackingData::ego, prior and odometry give way to the
-/// chaser's own sensors.
+/// Builds the problem with its keyframes, residuals and initial guess. With TrackingData::ego, the chaser's own sensors
+/// replace the prior and the odometry. Throws Error if options are incompatible or data are unusable, e.g. without
+/// odometry, measurements or a required noise. Throws Stopped if `stop` requests it.
 TrackingProblem make_tracking_problem(const TrackingData& data, const TrackingOptions& options = {},
                                       const Stop& stop = {});
 

@@ -5,20 +5,20 @@
 
 namespace tandem::detail {
 
-/// Variance per second of a triple against that of neighbours (1, 1), when what disturbs the motion is independent from
-/// one keyframe to the next: the disturbances in between add up. With several horizons, which see the same disturbances
-/// again, each counts for its share, so that together they say no more than one would.
+/// Returns the ratio of the variance per second of a triple to that of the triple (1, 1). The disturbances of the
+/// motion are independent between keyframes, so a wider triple sums several of them.
 inline double variance_ratio(const Horizon& h) {
   const double m = h.back, n = h.ahead;
   return ((n + 1) * (2 * n + 1) + n * (m - 1) * (2 * m - 1) / m) / 6;
 }
 
-/// A triple (first, k, last) that ends a horizon.
+/// Keyframes (first, k, last) of a triple.
 struct Triple {
   std::size_t first, k, last;
   double dt1, dt2;  ///< s
 };
 
+/// Adds triples to a problem. Several horizons see the same disturbances, so they share the information equally.
 template <LieGroup G>
 class TripleBuild {
  public:
@@ -29,10 +29,10 @@ class TripleBuild {
     const auto *x0 = build_.pose(at.first), *x1 = build_.pose(at.k), *x2 = build_.pose(at.last);
     const bool poses = x0 && x1 && x2;
     const MotionModel model = build_.options.model;
-    // What damping leaves of the noise knows of the interval's length already.
-    const double more = std::sqrt(is_damped(model) ? shares : variance_ratio(h) * shares);
+    // The noise of damped models already accounts for the length of the intervals.
+    const double factor = std::sqrt(is_damped(model) ? shares : variance_ratio(h) * shares);
     const auto noise = [&](const NoiseEntry& entry, const auto& scale) {
-      return Gaussian(entry.sigma).scaled(Eigen::VectorXd(more * scale));
+      return Gaussian(entry.sigma).scaled(Eigen::VectorXd(factor * scale));
     };
     if (poses) {
       with_twist_motion<G>(model, noise_, at.dt1, at.dt2,
@@ -50,7 +50,7 @@ class TripleBuild {
  private:
   using Point = typename TrackingBuild<G>::Point;
 
-  /// Over whatever the target is at the three, poses or points.
+  /// Adds MixedVelocity for any combination of poses and points.
   void add_velocity(const Triple& at, const Vector<G::point_dim>& share, std::string_view entry,
                     const Gaussian& noise) {
     std::visit(

@@ -8,13 +8,14 @@
 
 namespace tandem {
 
-/// How far inside a cone a point is, negative outside [m]; p = t((C B)⁻¹ (T F)), the axis is x of the frame C B:
+/// Distance of a point to the surface of a cone, positive inside [m]. The axis of the cone is x of the frame C B, and p
+/// = t((C B)⁻¹ (T F)):
 ///
 ///   e = p_x sin α − (√(p_y² + p_z² + ε²) − ε) cos α
 ///
-/// which is the distance to the cone's surface but for ε = 1 cm, by which the axis has no kink. At least zero, it is a
-/// camera's field of view (C chaser with the camera at B, T target with its lights at `beacon`), or an approach corridor
-/// (C target with the dock at B, T chaser). The target T is a pose or a point.
+/// The distance is exact except for ε = 1 cm, which makes it smooth on the axis. The constraint e ≥ 0 models the field
+/// of view of a camera: C is the chaser with the camera at B, T the target with its lights at `beacon`. It also models
+/// an approach corridor: C is the target with the dock at B, T the chaser. T is a pose or a point.
 template <LieGroup Target = SE3>
 struct InsideCone {
   static constexpr std::string_view name = "inside cone";
@@ -22,9 +23,9 @@ struct InsideCone {
   static constexpr double kRounding = 0.01;  ///< m
   using States = std::tuple<SE3, Target>;
 
-  double half_angle;                     ///< α [rad], above 0 and below π/2
+  double half_angle;                     ///< α [rad], in (0, π/2)
   SE3 B{};                               ///< apex and axis on the body C
-  Vector<3> beacon = Vector<3>::Zero();  ///< t(F) [m], in the body T; zero when it is a point
+  Vector<3> beacon = Vector<3>::Zero();  ///< t(F) [m], in the body T; zero if T is a point
 
   template <Over<SE3> C, Over<Target> T>
   void operator()(const C& c, const T& t, Rows<1, C>& r, RowsBy<1, C>* Jc = nullptr, RowsBy<1, T>* Jt = nullptr) const {

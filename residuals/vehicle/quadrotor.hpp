@@ -5,19 +5,20 @@
 #include <tandem/lie/so3.hpp>
 #include <tandem/residuals/residual.hpp>
 
-/// A quadrotor's motion over one step of forward Euler: attitude R (body in the world, z up), body rate ω [rad/s], position
-/// and velocity in the world [m, m/s], thrusts f of its rotors [N]. As hard equalities they are the dynamics of a plan.
+/// Motion of a quadrotor over one forward Euler step, as hard equalities of a plan. States: attitude R (body in the
+/// world, z up), body rate ω [rad/s], position and velocity in the world [m, m/s], rotor thrusts f [N].
 namespace tandem {
 
-/// Rotors in a plus: 0 ahead, 1 to the left, 2 behind, 3 to the right; 0 and 2 turn against 1 and 3.
+/// Quadrotor in plus configuration: rotor 0 is ahead, 1 to the left, 2 behind, 3 to the right. Rotors 0 and 2 turn
+/// against 1 and 3.
 struct Quadrotor {
-  double mass;        ///< kg
-  Vector<3> inertia;  ///< principal moments [kg m²]
-  double arm;         ///< m from the centre to a rotor
-  double yaw_torque;  ///< m: of a newton of thrust
-  double gravity = 9.81;
+  double mass;            ///< kg
+  Vector<3> inertia;      ///< principal moments [kg m²]
+  double arm;             ///< distance from the centre to a rotor [m]
+  double yaw_torque;      ///< yaw torque per thrust [N m/N]
+  double gravity = 9.81;  ///< m/s²
 
-  /// Torque about the body's axes by the thrusts [m].
+  /// Returns the matrix from thrusts to torque about the body axes [m].
   Matrix<3, 4> torque() const {
     Matrix<3, 4> B;
     B << 0.0, arm, 0.0, -arm, -arm, 0.0, arm, 0.0, yaw_torque, -yaw_torque, yaw_torque, -yaw_torque;
@@ -26,7 +27,7 @@ struct Quadrotor {
   double hover() const { return mass * gravity / 4.0; }  ///< thrust of each rotor [N]
 };
 
-/// X moves by its rate at the begin of the step:  e = Log((X0 Exp(dt ξ0))⁻¹ X1).   States: X0, ξ0, X1.
+/// Kinematics by the rate at the start of the step:  e = Log((X0 Exp(dt ξ0))⁻¹ X1).   States: X0, ξ0, X1.
 template <LieGroup G>
 struct EulerKinematics {
   static constexpr std::string_view name = "Euler kinematics";
@@ -51,7 +52,7 @@ struct EulerKinematics {
   }
 };
 
-/// e = ω1 − ω0 − dt J⁻¹ (τ f − ω0 × J ω0) [rad/s].   States: ω0, f, ω1.
+/// Euler's equation:  e = ω1 − ω0 − dt J⁻¹ (τ f − ω0 × J ω0) [rad/s].   States: ω0, f, ω1.
 struct QuadrotorRate {
   static constexpr std::string_view name = "quadrotor rate";
   static constexpr int dim = 3;
@@ -78,7 +79,7 @@ struct QuadrotorRate {
   }
 };
 
-/// e = v1 − v0 − dt (R0 e_z Σf/m − g e_z) [m/s].   States: v0, R0, f, v1.
+/// Newton's equation:  e = v1 − v0 − dt (R0 e_z Σf/m − g e_z) [m/s].   States: v0, R0, f, v1.
 struct QuadrotorVelocity {
   static constexpr std::string_view name = "quadrotor velocity";
   static constexpr int dim = 3;

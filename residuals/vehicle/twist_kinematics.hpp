@@ -7,12 +7,12 @@
 
 namespace tandem {
 
-/// A body moves by the mean of its twists at two instants [units of the group's tangent, m and rad on poses]:
+/// Motion of a body by the mean of its twists at two instants [units of the group's tangent, m and rad on poses]:
 ///
-///   e = Log((X0 Exp(dt (ξ0 + ξ1)/2))⁻¹ X1),   ξ = [ν; ω] along the body's axes, over the ground
+///   e = Log((X0 Exp(dt (ξ0 + ξ1)/2))⁻¹ X1),   ξ = [ν; ω] over ground, along the body axes
 ///
-/// States: X0, ξ0, X1, ξ1. The trapezoidal rule on the group, of second order in dt; as a hard equality it is the
-/// kinematics of a plan. Source: Iserles et al. 2000, "Lie-group methods", §4 (Magnus series, first term).
+/// This is the trapezoidal rule on the group, of second order in dt. As a hard equality it gives the kinematics of a
+/// plan. States: X0, ξ0, X1, ξ1. Source: Iserles et al. 2000, "Lie-group methods", §4 (Magnus series, first term).
 template <LieGroup G>
 struct TwistKinematics {
   static constexpr std::string_view name = "twist kinematics";
@@ -41,8 +41,8 @@ struct TwistKinematics {
     }
   }
 
-  /// By perturbations of X0, of d = dt (ξ0 + ξ1)/2 and of X1: e is Log of Exp(−d) E, E = X0⁻¹ X1, times the product of three
-  /// perturbations, Exp(Ad(E⁻¹) b) Exp(−Ad(E⁻¹) x0) Exp(x1), with b = −Jr(−d) δd + … of second order.
+  /// Computes the Hessian from perturbations x0 of X0, δd of d = dt (ξ0 + ξ1)/2 and x1 of X1. With E = X0⁻¹ X1, e =
+  /// Log(Exp(−d) E Exp(Ad(E⁻¹) b) Exp(−Ad(E⁻¹) x0) Exp(x1)), where b = −Jr(−d) δd plus second-order terms.
   void curvature(const G& x0, const Twist& w0, const G& x1, const Twist& w1, const Vector<dim>& w,
                  Matrix<4 * G::dof, 4 * G::dof>& H) const requires HasExpCurvature<G> {
     using Tangent = typename G::Tangent;
@@ -54,14 +54,15 @@ struct TwistKinematics {
     const Tangent e = (G::Exp(-d) * E).Log();
     const Jacobian right = G::Jr_inverse(e), moved = E.inverse().Ad();
     const Tangent lambda = right.transpose() * w;
-    // Of the argument of Exp at the end, in this order, and of e.
+    // by_d: derivative of Ad(E⁻¹) b with respect to each twist. Jx0, Jd: Jacobians of e with respect to X0 and each
+    // twist.
     const Jacobian by_d = -half * multiply<G>(moved, G::Jr(-d));
     const Jacobian Jx0 = -multiply<G>(right, moved), Jd = multiply<G>(right, by_d);
     const detail::LogCurvature<G> log(e, lambda);
     const Jacobian bracket = 0.5 * ExpCurvature<G>::bracket(lambda);
     const Jacobian turned = bracket * moved;
     Jacobian of_d = log(Jd, Jd);
-    of_d += half * half * ExpCurvature<G>::of(-d, Tangent(moved.transpose() * lambda));
+    of_d += half * half * ExpCurvature<G>::hessian(-d, Tangent(moved.transpose() * lambda));
     const Jacobian d_x0 = log(Jd, Jx0) - by_d.transpose() * turned;
     const Jacobian d_x1 = log(Jd, right) + by_d.transpose() * bracket;
     const Jacobian x0_x1 = log(Jx0, right) - moved.transpose() * bracket;

@@ -13,20 +13,20 @@
 
 namespace tandem {
 
-/// Below this a speed counts as no speed: |x| is √(x² + ε²), so that damping has a slope everywhere [m/s, rad/s].
+/// Smoothing ε of |x| = √(x² + ε²) in damping terms, which are then differentiable at zero speed [m/s, rad/s].
 inline constexpr double kSmoothSpeed = 1e-3;
 
-/// A vehicle obeys its equations of motion (vehicle_model.hpp) over a step, by the implicit midpoint rule
-/// [m/s, rad/s]:
+/// Equations of motion of a vehicle (vehicle_model.hpp) over one step, discretised by the implicit midpoint rule [m/s,
+/// rad/s]:
 ///
 ///   e = ξ1 − ξ0 + dt ([ω × w; 0] + M⁻¹ (C(ν) ν + D(ν) ν + g(R) − τ))
 ///
-/// all at the midpoint: ξ = (ξ0 + ξ1)/2 = [v; ω] over the ground, R = R0 Exp(dt ω/2), w = Rᵀ c what the current c is
-/// along the body's axes, ν = [v − w; ω] the twist through the water, and the actuators' mean over the step while the
-/// command is held, ā = β a0 + (1 − β) u with β = (lag/dt)(1 − exp(−dt/lag)). The water is an inertial frame of its own:
-/// Coriolis terms and added mass go by ν, and ν' = ξ' + [ω × w; 0].
-/// States: C0 and ξ0, ξ1, a0, u, c (in the world [m/s]). The midpoint rule keeps the kinetic energy of a vehicle that
-/// nothing damps or drives, whatever dt.
+/// All terms refer to the midpoint. The twist over ground is ξ = (ξ0 + ξ1)/2 = [v; ω], and R = R0 Exp(dt ω/2). The
+/// current along the body axes is w = Rᵀ c, so the twist through the water is ν = [v − w; ω]. For a constant command
+/// the mean actuator state is ā = β a0 + (1 − β) u with β = (lag/dt)(1 − exp(−dt/lag)). The water is treated as an
+/// inertial frame: Coriolis terms and added mass depend on ν, and ν' = ξ' + [ω × w; 0]. States: pose X0, ξ0, ξ1, a0, u,
+/// and the current c in the world [m/s]. The midpoint rule conserves the kinetic energy of a vehicle without damping or
+/// forces for any dt.
 template <int N>
 struct VehicleDynamics {
   static constexpr std::string_view name = "vehicle dynamics";
@@ -35,14 +35,15 @@ struct VehicleDynamics {
   using Actuators = Rn<N>;
   using States = std::tuple<SE3, Twist, Twist, Actuators, Actuators, R3>;
 
-  const VehicleModel<N>* vehicle;  ///< lives as long as the residual
+  const VehicleModel<N>* vehicle;  ///< must outlive the residual
   double dt;                       ///< s, > 0
   Matrix<6, 6> mass_inverse;
-  Vector<N> held;  ///< β
+  Vector<N> start_weight;  ///< β, weight of a0 in the mean actuator state
 
   VehicleDynamics(const VehicleModel<N>& model, double step)
       : vehicle(&model), dt(step), mass_inverse(model.mass.inverse()) {
-    for (int i = 0; i < N; ++i) held[i] = model.lag[i] > 0 ? -std::expm1(-dt / model.lag[i]) * model.lag[i] / dt : 0.0;
+    for (int i = 0; i < N; ++i)
+      start_weight[i] = model.lag[i] > 0 ? -std::expm1(-dt / model.lag[i]) * model.lag[i] / dt : 0.0;
   }
 
   template <Over<SE3> X, Over<Twist> W, Over<Actuators> A, Over<R3> V>
@@ -71,7 +72,7 @@ struct VehicleDynamics {
     const Square6 by_mass = step * mass_inverse.template cast<S>();
     const Vector6 momentum = M * nu, lifted = lift * nu;
     const Vector3 p1 = momentum.template head<3>(), p2 = momentum.template tail<3>(), v = nu.template head<3>();
-    const Vector<N, S> beta = held.template cast<S>();
+    const Vector<N, S> beta = start_weight.template cast<S>();
     const Vector<N, S> actuators =
         beta.cwiseProduct(a0.vector()) + (Vector<N, S>::Ones() - beta).cwiseProduct(u.vector());
     const Matrix<6, N, S> fin = vehicle->fin.template cast<S>();
@@ -93,7 +94,7 @@ struct VehicleDynamics {
     if (Ju) *Ju = by_actuators * (Vector<N, S>::Ones() - beta).asDiagonal();
     if (!Jx0 && !Jw0 && !Jw1 && !Jc) return;
 
-    // By ν: −ad(ν)ᵀ M, what its own factor ν adds, and damping.
+    // Derivatives with respect to ν: −ad(ν)ᵀ M, the derivative of its factor ad(ν), and damping.
     Square6 by_nu = vehicle->linear.template cast<S>() + speed[0] * lift;
     const Square3 omega_x = skew(omega), p1_x = skew(p1);
     by_nu.template topRows<3>() += omega_x * M.template topRows<3>();
@@ -112,7 +113,8 @@ struct VehicleDynamics {
       Jc->template topRows<3>() += step * omega_x * to_body;
     }
     if (!Jx0 && !Jw0 && !Jw1) return;
-    // By a turn of the midpoint's attitude: the current and the vertical turn the other way.
+    // Derivatives with respect to a rotation of the midpoint attitude, which rotates current and vertical in the
+    // opposite direction.
     Matrix<6, 3, S> restoring;
     restoring << -lightness * up_x, -skew(lever) * up_x;
     Matrix<6, 3, S> by_turn = by_mass * restoring - by_nu.template leftCols<3>() * water_x;
@@ -125,11 +127,12 @@ struct VehicleDynamics {
     if (Jw1) *Jw1 = by_twist + Square6::Identity();
   }
 
-  static constexpr int kUnknowns = 21 + 2 * N;  ///< of all states
+  static constexpr int kUnknowns = 21 + 2 * N;  ///< tangent dimension of all states
 
-  /// In two steps: by the mean twist ξ, a turn ψ of the midpoint's attitude, the current and the mean actuators ā; then of
-  /// these by the states. What bends are products of two, damping, the turn of what is fixed in the world, and
-  /// ψ = Log(Exp(−dt ω/2) Exp(x) Exp(dt (ω + δω)/2)), x the turn of C0.
+  /// Applies the chain rule in two steps. The first step differentiates with respect to the mean twist ξ, a rotation ψ
+  /// of the midpoint attitude, the current and the mean actuator state ā. The second step differentiates these with
+  /// respect to the states. Nonlinear terms are products, damping, the rotation of world-fixed vectors, and ψ =
+  /// Log(Exp(−dt ω/2) Exp(x) Exp(dt (ω + δω)/2)), where x is the rotation perturbation of X0.
   void curvature(const SE3& x0, const Twist& w0, const Twist& w1, const Actuators& a0, const Actuators& u,
                  const R3& current, const Vector<6>& w, Matrix<kUnknowns, kUnknowns>& H) const;
 };
@@ -147,9 +150,10 @@ void VehicleDynamics<N>::curvature(const SE3& x0, const Twist& w0, const Twist& 
   const Vec3 water = to_body * current.vector(), up = to_body.col(2);
   Vector<6> nu = twist;
   nu.head<3>() -= water;
-  const Vector<N> actuators = held.cwiseProduct(a0.vector()) + (Vector<N>::Ones() - held).cwiseProduct(u.vector());
+  const Vector<N> actuators =
+      start_weight.cwiseProduct(a0.vector()) + (Vector<N>::Ones() - start_weight).cwiseProduct(u.vector());
 
-  // φ = wᵀ e = yᵀ wrench + sᵀ (ω × water) + …; its gradient and second derivatives by ν, the actuators apart.
+  // φ = wᵀ e = yᵀ wrench + sᵀ (ω × water) + …; gradient and Hessian with respect to ν, without the actuators.
   const Vector<6> y = dt * (mass_inverse.transpose() * w);
   const Vec3 y1 = y.head<3>(), y2 = y.tail<3>(), s = dt * w.head<3>();
   Matrix<6, 6> K = Matrix<6, 6>::Zero();  // Coriolis: νᵀ K M ν
@@ -161,7 +165,7 @@ void VehicleDynamics<N>::curvature(const SE3& x0, const Twist& w0, const Twist& 
   const Vector<6> lifted = vehicle->lift.transpose() * y, damped = vehicle->quadratic.transpose() * y;
   const Vector<N> fins = vehicle->fin.transpose() * y;
   const auto smooth = [&](int i) { return std::sqrt(nu[i] * nu[i] + kSmoothSpeed * kSmoothSpeed); };
-  // νᵢ|νᵢ| has the derivatives |νᵢ| (1 + p²) and p (3 − p²), p = νᵢ/|νᵢ| that of |νᵢ|.
+  // νᵢ|νᵢ| has the derivatives |νᵢ| (1 + p²) and p (3 − p²), where p = νᵢ/|νᵢ| is the derivative of |νᵢ|.
   for (int i = 0; i < 6; ++i) {
     const double speed = smooth(i), p = nu[i] / speed;
     const double factor = damped[i] - (i == 0 ? fins.dot(actuators) : 0.0);
@@ -176,7 +180,8 @@ void VehicleDynamics<N>::curvature(const SE3& x0, const Twist& w0, const Twist& 
   by_nu(0, 0) += (1.0 - p * p) / surge * lifted.dot(nu);
   const Vector<N> surge_by_actuators = -surge * (1.0 + p * p) * fins;
 
-  // By [ξ; ψ; current]: ν = ξ − [water; 0] with δwater = water × ψ + to_body δc + ½ ψ × (ψ × water) − ψ × to_body δc.
+  // Derivatives with respect to [ξ; ψ; current]: ν = ξ − [water; 0], where δwater = water × ψ + to_body δc + ½ ψ × (ψ ×
+  // water) − ψ × to_body δc.
   const Vec3 lever = vehicle->buoyancy * vehicle->centre_of_buoyancy - vehicle->weight * vehicle->centre_of_mass;
   const Vec3 by_water = s.cross(omega) - gradient.head<3>();
   const Vec3 by_up = (vehicle->weight - vehicle->buoyancy) * y1 - y2.cross(lever);
@@ -200,7 +205,8 @@ void VehicleDynamics<N>::curvature(const SE3& x0, const Twist& w0, const Twist& 
   };
   add(6, 6, turned(by_water, water) + turned(by_up, up));
 
-  // By the states: ξ = (ξ0 + ξ1)/2, ψ = B x + J δω + ½ (B x) × (J δω) + … with J = Jr(dt ω/2) dt/2.
+  // Derivatives with respect to the states: ξ = (ξ0 + ξ1)/2, ψ = B x + J δω + ½ (B x) × (J δω) + … with J = Jr(dt ω/2)
+  // dt/2.
   const Mat3 back = SO3::Exp(-turn).matrix(), by_omega = half * SO3::Jr(turn);
   Matrix<12, 12> states = Matrix<12, 12>::Zero();  // [ξ; x; current]
   states.topLeftCorner<6, 6>().setIdentity();
@@ -214,22 +220,23 @@ void VehicleDynamics<N>::curvature(const SE3& x0, const Twist& w0, const Twist& 
   Vector<6> v = Vector<6>::Zero(), lambda = Vector<6>::Zero();
   v.tail<3>() = turn;
   lambda.tail<3>() = by_turn;
-  S.block<3, 3>(3, 3) += half * half * ExpCurvature<SE3>::of(v, lambda).template bottomRightCorner<3, 3>();
+  S.block<3, 3>(3, 3) += half * half * ExpCurvature<SE3>::hessian(v, lambda).template bottomRightCorner<3, 3>();
   const Vector<12> surge_by = (nu_by.row(0) * states).transpose();
 
   H.setZero();
   constexpr int kTwist = 6, kActuators = 18, kCurrent = 18 + 2 * N;
   const std::array<std::array<int, 3>, 4> parts{{{0, kTwist, 6}, {0, kTwist + 6, 6}, {6, 3, 3}, {9, kCurrent, 3}}};
-  const auto share = [](int from) { return from == 0 ? 0.5 : 1.0; };
+  const auto twist_weight = [](int from) { return from == 0 ? 0.5 : 1.0; };
   for (const auto& [row, to_row, rows] : parts)
     for (const auto& [column, to_column, columns] : parts)
-      H.block(to_row, to_column, rows, columns) = share(row) * share(column) * S.block(row, column, rows, columns);
+      H.block(to_row, to_column, rows, columns) =
+          twist_weight(row) * twist_weight(column) * S.block(row, column, rows, columns);
   for (const auto& [row, to, rows] : parts)
     for (int i = 0; i < 2; ++i) {
-      const Vector<N> weight = i == 0 ? held : Vector<N>(Vector<N>::Ones() - held);
+      const Vector<N> weight = i == 0 ? start_weight : Vector<N>(Vector<N>::Ones() - start_weight);
       const Vector<N> by = weight.cwiseProduct(surge_by_actuators);
       auto block = H.block(to, kActuators + N * i, rows, N);
-      block = share(row) * surge_by.segment(row, rows) * by.transpose();
+      block = twist_weight(row) * surge_by.segment(row, rows) * by.transpose();
       H.block(kActuators + N * i, to, N, rows) = block.transpose();
     }
 }

@@ -7,7 +7,7 @@
 namespace tandem {
 namespace {
 
-constexpr double kRounding = 1e-9;  // of the largest entry
+constexpr double kRounding = 1e-9;  // relative to the largest entry
 
 double least_eigenvalue(const Matrix<6, 6>& A) {
   const Matrix<6, 6> symmetric = 0.5 * (A + A.transpose());
@@ -16,7 +16,7 @@ double least_eigenvalue(const Matrix<6, 6>& A) {
 
 }  // namespace
 
-std::string why_impossible(const VehicleBody& body) {
+std::string why_invalid(const VehicleBody& body) {
   for (const Matrix<6, 6>* A : {&body.mass, &body.linear, &body.quadratic, &body.lift})
     if (!A->allFinite()) return "a matrix of the vehicle has an entry that is not finite";
   const double largest = body.mass.cwiseAbs().maxCoeff();
@@ -29,7 +29,8 @@ std::string why_impossible(const VehicleBody& body) {
   };
   for (const Damping& d : {Damping{"linear", body.linear}, {"quadratic", body.quadratic}, {"lift", body.lift}})
     if (least_eigenvalue(d.matrix) < -kRounding * d.matrix.cwiseAbs().maxCoeff())
-      return std::string("the ") + d.name + " damping matrix has a direction in which it drives the vehicle";
+      return std::string("the ") + d.name +
+             " damping matrix is not positive semidefinite, so it would drive the vehicle";
   if (!(least_eigenvalue(body.linear + body.quadratic + body.lift) > 0))
     return "the damping matrix is not positive definite";
   return {};

@@ -8,27 +8,29 @@
 
 namespace tandem {
 
-/// Where a vehicle is and how it moves.
+/// Pose, twist and actuator states of a vehicle.
 template <int N>
 struct VehicleState {
   SE3 pose;                                 ///< body in the world
-  Vector<6> twist = Vector<6>::Zero();      ///< over the ground, along the body's axes [m/s, rad/s]
-  Vector<N> actuators = Vector<N>::Zero();  ///< what they do, which follows what they are told
+  Vector<6> twist = Vector<6>::Zero();      ///< over ground, along the body axes [m/s, rad/s]
+  Vector<N> actuators = Vector<N>::Zero();  ///< actuator states, which follow the commands with a lag
 };
 
-/// One vehicle and one length of step, forwards: the states that VehicleDynamics, TwistKinematics and ActuatorLag tie.
+/// Forward simulation of one vehicle with a fixed step: computes states that satisfy VehicleDynamics, TwistKinematics
+/// and ActuatorLag.
 template <int N>
 class VehicleStep {
  public:
-  /// The model must live as long; dt in s.
+  /// Keeps a reference to the model; dt is in s.
   VehicleStep(const VehicleModel<N>& model, double dt);
 
-  /// A step later, with the command held, in a current [m/s] along the world's axes. Throws Error where Newton's
-  /// iteration for the implicit rule does not converge: a step far too long for the forces.
+  /// Returns the state after one step with a constant command, in a current [m/s] along the world axes. Throws Error if
+  /// Newton's iteration for the implicit rule does not converge because the step is too long for the forces.
   VehicleState<N> operator()(const VehicleState<N>& from, const Vector<N>& command, const Vector<3>& current) const;
-  /// The same, but that it goes on as it moves, its actuators as they are, where operator() throws: for guesses, which need
-  /// not obey the dynamics.
-  VehicleState<N> or_drift(const VehicleState<N>& from, const Vector<N>& command, const Vector<3>& current) const;
+  /// Does the same as operator(), but continues with constant twist and actuator states where operator() throws. For
+  /// initial guesses, which need not satisfy the dynamics.
+  VehicleState<N> or_constant_twist(const VehicleState<N>& from, const Vector<N>& command,
+                                    const Vector<3>& current) const;
 
  private:
   bool find_twist(const VehicleState<N>& from, const Vector<N>& command, const Vector<3>& current,
@@ -50,13 +52,13 @@ VehicleState<N> VehicleStep<N>::operator()(const VehicleState<N>& from, const Ve
                                            const Vector<3>& current) const {
   Vector<6> twist;
   if (!find_twist(from, command, current, twist))
-    throw Error("vehicle dynamics: no motion over this step obeys them; take shorter steps");
+    throw Error("vehicle dynamics: the implicit step does not converge; use a shorter time step");
   return with_twist(from, command, twist);
 }
 
 template <int N>
-VehicleState<N> VehicleStep<N>::or_drift(const VehicleState<N>& from, const Vector<N>& command,
-                                         const Vector<3>& current) const {
+VehicleState<N> VehicleStep<N>::or_constant_twist(const VehicleState<N>& from, const Vector<N>& command,
+                                                  const Vector<3>& current) const {
   Vector<6> twist;
   if (find_twist(from, command, current, twist)) return with_twist(from, command, twist);
   VehicleState<N> to = from;
@@ -85,7 +87,7 @@ bool VehicleStep<N>::find_twist(const VehicleState<N>& from, const Vector<N>& co
       w1 = start - fraction * newton;
       if ((next = residual(w1)) < error) break;
     }
-    if (!(next < error)) return error <= kRounding * (1.0 + w1.norm());  // rounding, or no solution
+    if (!(next < error)) return error <= kRounding * (1.0 + w1.norm());  // limited by rounding, or no solution
     error = next;
   }
   return true;
@@ -97,7 +99,7 @@ VehicleState<N> VehicleStep<N>::with_twist(const VehicleState<N>& from, const Ve
   VehicleState<N> to;
   to.twist = twist;
   to.pose = from.pose * SE3::Exp(0.5 * dynamics_.dt * (from.twist + twist));
-  to.actuators = lag_.left.cwiseProduct(from.actuators) + (Vector<N>::Ones() - lag_.left).cwiseProduct(command);
+  to.actuators = lag_.decay.cwiseProduct(from.actuators) + (Vector<N>::Ones() - lag_.decay).cwiseProduct(command);
   return to;
 }
 

@@ -9,14 +9,15 @@
 #include <tandem/lie/so2.hpp>
 #include <tandem/solvers/calibration/built_evidence.hpp>
 #include <tandem/solvers/calibration/log_constants.hpp>
+#include <tandem/solvers/calibration/log_factors.hpp>
 
 namespace tandem::detail {
 namespace {
 
-constexpr double kStep = 0.05;  // of a logarithm, for differences
+constexpr double kStep = 0.05;  // of a log factor, for differences
 
 template <LieGroup... Gs>
-void take_values_of(const Problem& from, Problem& to) {
+void copy_values_of(const Problem& from, Problem& to) {
   const auto take = [&]<LieGroup G>(std::type_identity<G>) {
     const auto theirs = from.variables<G>(), own = to.variables<G>();
     for (std::size_t i = 0; theirs.size() == own.size() && i < own.size(); ++i)
@@ -37,7 +38,8 @@ Eigen::VectorXd log_factors(const Calibration& found) {
   return logs;
 }
 
-/// For differences, with so much room on either side: to both where there is that, else two to one side; 0 without any.
+/// Returns two steps for differences, given the room below and above: one to each side, or two to the side with room.
+/// Steps are 0 without room.
 std::pair<double, double> steps(double below, double above) {
   if (above < std::min(below, 0.5 * kStep)) {
     const double step = std::min(kStep, 0.5 * below);
@@ -52,26 +54,27 @@ std::pair<double, double> steps(double below, double above) {
 
 }  // namespace
 
-void take_values(const Problem& from, Problem& to) {
-  take_values_of<SO2, SE2, SO3, SE3, SE23, Rn<1>, Rn<2>, Rn<3>, Rn<6>>(from, to);
+void copy_values(const Problem& from, Problem& to) {
+  copy_values_of<SO2, SE2, SO3, SE3, SE23, Rn<1>, Rn<2>, Rn<3>, Rn<6>>(from, to);
 }
 
 BuiltEvidence::BuiltEvidence(const BuildProblems& build, const std::vector<BuiltParameter>& parameters,
                              const CalibrationOptions& options)
     : build_(build), parameters_(parameters), options_(options) {
-  if (parameters.empty()) throw Error("calibrate: there is no parameter that problems are built by");
-  if (!(options.most > 1)) throw Error("calibrate: `most` must be above 1");
+  if (parameters.empty()) throw Error("calibrate: no parameter is given");
+  if (!(options.max_factor > 1)) throw Error("calibrate: max_factor must be greater than 1");
   const auto n = Eigen::Index(parameters.size());
   given_.resize(n);
   low_.resize(n);
   high_.resize(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const BuiltParameter& p = parameters[std::size_t(i)];
-    if (!(p.given > 0 && std::isfinite(p.given) && p.least <= p.given && p.given <= p.most && p.prior >= 0))
-      throw Error("calibrate: " + p.name + " is not given as a finite number above zero, within its bounds");
+    if (!(p.given > 0 && std::isfinite(p.given) && p.lower <= p.given && p.given <= p.upper && p.prior >= 0))
+      throw Error("calibrate: parameter " + p.name +
+                  " needs a positive, finite value within its bounds, and a prior that is not negative");
     given_[i] = p.given;
-    low_[i] = std::max(std::log(p.least / p.given), -std::log(options.most));
-    high_[i] = std::min(std::log(p.most / p.given), std::log(options.most));
+    low_[i] = std::max(std::log(p.lower / p.given), -std::log(options.max_factor));
+    high_[i] = std::min(std::log(p.upper / p.given), std::log(options.max_factor));
   }
 }
 
@@ -79,7 +82,7 @@ Eigen::VectorXd BuiltEvidence::values(const Eigen::VectorXd& x) const {
   Eigen::VectorXd values = given_.cwiseProduct(x.array().exp().matrix());
   for (Eigen::Index i = 0; i < x.size(); ++i) {
     const BuiltParameter& p = parameters_[std::size_t(i)];
-    values[i] = std::clamp(values[i], p.least, p.most);  // logarithms round
+    values[i] = std::clamp(values[i], p.lower, p.upper);  // against rounding of the logarithm
   }
   return values;
 }
@@ -90,35 +93,24 @@ BuiltEvidence::Built BuiltEvidence::make(const Eigen::VectorXd& x, const Point* 
   Built built{build_(values(x)), {}, 0};
   for (const auto& problem : built.of.problems) built.raw.push_back(problem.get());
   built.constants = log_constants(built.raw, built.of.measured);
-  for (std::size_t p = 0; from && p < built.raw.size(); ++p) take_values(*from->solved[p], *built.raw[p]);
+  for (std::size_t p = 0; from && p < built.raw.size(); ++p) copy_values(*from->solved[p], *built.raw[p]);
   return built;
 }
 
 CalibrationOptions BuiltEvidence::inner(const Built& built) const {
   CalibrationOptions options = options_;
   options.measured = built.of.measured;
-  options.whole_integral = true;
+  options.absolute_evidence = true;
   options.progress = {};
   options.ranges = false;
-  options.start = {};
+  options.initial_log_factors = {};
   options.counted_rows = {};
   return options;
 }
 
-std::vector<Eigen::Index> BuiltEvidence::free_groups() const {
-  std::vector<Eigen::Index> free;
-  for (std::size_t g = 0; g < free_noise_.size(); ++g)
-    if (free_noise_[g]) free.push_back(Eigen::Index(g));
-  return free;
-}
-
-double BuiltEvidence::prior(Eigen::Index i, double x) const {
-  const double prior = parameters_[std::size_t(i)].prior;
-  return prior > 0 ? -0.5 * x * x / (prior * prior) : 0.0;
-}
 double BuiltEvidence::priors(const Eigen::VectorXd& x) const {
   double sum = 0;
-  for (Eigen::Index i = 0; i < x.size(); ++i) sum += prior(i, x[i]);
+  for (Eigen::Index i = 0; i < x.size(); ++i) sum += LogPrior{parameters_[std::size_t(i)].prior}.value(x[i]);
   return sum;
 }
 
@@ -134,12 +126,12 @@ BuiltEvidence::Point BuiltEvidence::first(Calibration& found, double& as_given) 
   CalibrationOptions options = inner(built);
   options.progress = options_.progress;
   options.ranges = options_.ranges;
-  options.profile = 0;
+  options.profile_points = 0;
   found = calibrate(built, built.of.groups, options);
   options_.stop.check("calibrate");
   counted_ = found.counted_rows;
   for (const CalibratedNoise& noise : found.noise)
-    free_noise_.push_back(!options_.ranges || noise.determined || noise.bounded);
+    free_noise_.push_back(!options_.ranges || noise.identifiable || noise.bounded);
   as_given = found.log_evidence - found.gain + constants;
   return {true, found.log_evidence + constants, log_factors(found), std::move(built.of.problems)};
 }
@@ -151,9 +143,9 @@ Calibration BuiltEvidence::calibrate(const Built& built, const std::vector<Noise
   return found;
 }
 
-/// By all factors, of which those that are held are as given.
+/// Evaluates the evidence with fixed noise factors; `factors` has all groups.
 Evidence::Value BuiltEvidence::evidence(const Built& built, const Eigen::VectorXd& factors) {
-  const auto free = free_groups();
+  const auto free = indices_of(free_noise_, true);
   const auto groups = some_of(built.of.groups, free);
   CalibrationOptions options = inner(built);
   if (!free.empty()) options.counted_rows = counted_(free);
@@ -167,15 +159,15 @@ Evidence::Value BuiltEvidence::evidence(const Built& built, const Eigen::VectorX
 }
 
 BuiltEvidence::Point BuiltEvidence::profile_of(const Built& built, const Eigen::VectorXd& factors) {
-  const auto free = free_groups();
+  const auto free = indices_of(free_noise_, true);
   Point point{true, 0, Eigen::VectorXd::Zero(Eigen::Index(free_noise_.size()))};
   if (free.empty()) {
     const Evidence::Value value = evidence(built, factors);
-    if (!value.usable) throw Error("calibrate: the problem cannot be solved as it is given: " + value.why);
+    if (!value.usable) throw Error("calibrate: the problem cannot be solved with the given noise: " + value.why);
     point.value = value.log_evidence;
   } else {
     CalibrationOptions options = inner(built);
-    options.start = factors(free);
+    options.initial_log_factors = factors(free);
     options.counted_rows = counted_(free);
     const Calibration found = calibrate(built, some_of(built.of.groups, free), options);
     options_.stop.check("calibrate");
@@ -195,7 +187,7 @@ BuiltEvidence::Point BuiltEvidence::profile(const Eigen::VectorXd& x, const Poin
     return point;
   } catch (const Stopped&) {
     throw;
-  } catch (const Error&) {  // there is no such problem
+  } catch (const Error&) {  // cannot be built or solved
     return {};
   }
 }
@@ -221,7 +213,7 @@ std::pair<double, double> BuiltEvidence::derivatives(const Eigen::VectorXd& x, c
     return at(near, point);
   };
   const double at_a = value(a), at_b = value(b);
-  if (std::isfinite(at_a) && std::isfinite(at_b)) {  // of the parabola
+  if (std::isfinite(at_a) && std::isfinite(at_b)) {  // derivatives of the parabola through three points
     if (a == -b) return {(at_a - at_b) / (2 * a), (at_a - 2 * point.value + at_b) / (a * a)};
     const double second = 2 * ((at_a - point.value) / a - (at_b - point.value) / b) / (a - b);
     return {(at_a - at_b) / (a - b) - 0.5 * (a + b) * second, second};
@@ -235,7 +227,7 @@ Calibration BuiltEvidence::noise(const Eigen::VectorXd& x, const Point& at, doub
   const Built built = make(x, &at);
   CalibrationOptions options = inner(built);
   options.ranges = options_.ranges;
-  options.start = at.factors;
+  options.initial_log_factors = at.factors;
   options.counted_rows = counted_;
   Calibration found = calibrate(built, built.of.groups, options);
   options_.stop.check("calibrate");

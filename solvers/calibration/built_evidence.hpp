@@ -7,36 +7,35 @@
 
 namespace tandem::detail {
 
-/// The evidence of problems that are built by parameters, as a function of the logarithms x of factors on what was given of these.
-/// See calibrate_built().
+/// The evidence of problems that are built from parameters, as a function of x, the log factors on the given
+/// parameters. See calibrate_built().
 class BuiltEvidence {
  public:
   BuiltEvidence(const BuildProblems& build, const std::vector<BuiltParameter>& parameters,
                 const CalibrationOptions& options);
 
-  /// The greatest evidence at some parameters, and the noise groups' factors there.
+  /// The profile evidence at some parameters: the maximum over the noise factors.
   struct Point {
     bool usable = false;
-    double value = -HUGE_VAL;  ///< priors included
-    Eigen::VectorXd factors;   ///< logarithms; 0 of what is held
+    double value = -HUGE_VAL;  ///< log evidence, with the priors
+    Eigen::VectorXd factors;   ///< log factors of the noise groups; 0 if fixed
     std::vector<std::shared_ptr<Problem>> solved{};
   };
-  /// Noise as given at first, all groups free, or held where the data do not tell them if `ranges`; throws Error where that
-  /// cannot be. What is told of each is in `found`; `as_given` is the evidence there.
+  /// Calibrates the noise at the given parameters and returns the point. Sets `found` to the calibration, and
+  /// `as_given` to the evidence with the given noise. With CalibrationOptions::ranges, unidentifiable groups are fixed
+  /// from now on. Throws Error if that fails.
   Point first(Calibration& found, double& as_given);
-  /// From the factors and states of another.
+  /// Returns the point at x, starting from the noise factors and the states of `from`.
   Point profile(const Eigen::VectorXd& x, const Point& from);
-  /// First and second derivative along one parameter at a point, whose factors stay; from one side where a bound is near.
+  /// Returns the first and second derivative by x[i] at a point, with fixed noise factors. One-sided near a bound.
   std::pair<double, double> derivatives(const Eigen::VectorXd& x, const Point& point, Eigen::Index i);
-  /// All that is to be told of the noise beside parameters at a point; the evidence there in `value`.
+  /// Calibrates the noise at x with standard errors. Sets `value` to the log evidence.
   Calibration noise(const Eigen::VectorXd& x, const Point& at, double& value);
 
-  /// Limits of x.
-  const Eigen::VectorXd& low() const { return low_; }
-  const Eigen::VectorXd& high() const { return high_; }
+  const Eigen::VectorXd& low() const { return low_; }    ///< lower bounds of x
+  const Eigen::VectorXd& high() const { return high_; }  ///< upper bounds of x
+  /// Returns the parameters at x.
   Eigen::VectorXd values(const Eigen::VectorXd& x) const;
-  /// The prior's part in the evidence, of one.
-  double prior(Eigen::Index i, double x) const;
   bool has_noise() const { return !free_noise_.empty(); }
   int builds() const { return builds_; }
   int solves() const { return solves_; }
@@ -45,11 +44,10 @@ class BuiltEvidence {
   struct Built {
     BuiltProblems of;
     std::vector<Problem*> raw;
-    double constants = 0;
+    double constants = 0;  // log_constants()
   };
   Built make(const Eigen::VectorXd& x, const Point* from);
   CalibrationOptions inner(const Built& built) const;
-  std::vector<Eigen::Index> free_groups() const;
   double priors(const Eigen::VectorXd& x) const;
   Calibration calibrate(const Built& built, const std::vector<NoiseGroup>& groups, const CalibrationOptions& options);
   Evidence::Value evidence(const Built& built, const Eigen::VectorXd& factors);
@@ -60,8 +58,8 @@ class BuiltEvidence {
   const std::vector<BuiltParameter>& parameters_;
   const CalibrationOptions& options_;
   Eigen::VectorXd given_, low_, high_;
-  std::vector<bool> free_noise_;  // of each group
-  Eigen::VectorXd counted_;
+  std::vector<bool> free_noise_;  // of each noise group
+  Eigen::VectorXd counted_;       // Calibration::counted_rows
   int builds_ = 0, solves_ = 0;
 };
 

@@ -12,90 +12,105 @@
 
 namespace tandem {
 
+/// A residual block that holds a measurement, as opposed to a prior or a motion model.
 struct MeasuredBlock {
   Block block;
-  int problem = 0;  ///< of the problems that are calibrated together
+  int problem = 0;  ///< index of its problem among those that are calibrated together
 };
 
 struct CalibrationOptions {
   int max_iterations = 50;
-  double tolerance = 1e-3;  ///< of each factor's logarithm: smaller steps end it
-  double most = 1e3;        ///< no factor leaves [1 / most, most]
-  bool ranges = true;       ///< false: factors alone, without standard errors or what the data do not determine
-  int profile = 0;          ///< points of CalibratedNoise::profile, where `ranges`
-  Stop stop{};              ///< ends it at the best factors so far, also within a solve
-  /// Logarithms of factors to begin at, where they are known about, with counted_rows; empty: as given.
-  Eigen::VectorXd start{};
-  /// What the rows of each group count for under their losses (Calibration::counted_rows), where that is to stay; empty: found.
+  double tolerance = 1e-3;  ///< stops when each step of a log factor is smaller
+  double max_factor = 1e3;  ///< factors are confined to [1 / max_factor, max_factor]
+  bool ranges = true;       ///< false: skips standard errors, evidence ranges and the identifiability test
+  int profile_points = 0;   ///< number of points of CalibratedNoise::profile; needs `ranges`
+  Stop stop{};              ///< ends the calibration with the best factors so far, also within a solve
+  /// Initial log factors, one per group; requires counted_rows. Empty: starts at zero, the given noise.
+  Eigen::VectorXd initial_log_factors{};
+  /// Fixed value of Calibration::counted_rows, one per group. Empty: computed.
   Eigen::VectorXd counted_rows{};
-  /// What was measured. All other soft blocks are beliefs about the states, which may say one thing twice (a level target that
-  /// also turns little) and then are no density of so many rows: their own integral is divided by. It is found with the
-  /// measurements at a millionth of their information, so that it exists (fractional Bayes factors, O'Hagan 1995). Empty:
-  /// every row is a datum or, as in a chain of motion, a density.
+  /// The measurements. All other soft blocks are priors on the states. Priors may overlap (a level target that also
+  /// rotates slowly), so their product is not normalised. The evidence is therefore divided by the integral of the
+  /// priors. That integral is computed with the measurements at 1e-6 of their information, which keeps it finite
+  /// (fractional Bayes factor, O'Hagan 1995). Empty: every block is a measurement or, like a motion model, a normalised
+  /// density.
   std::vector<MeasuredBlock> measured;
-  /// That integral as it is: with what is measured at 1e-10 of its information and no more, and with the integrand's greatest
-  /// value, by a Newton step from the solution. For evidence that compares between problems (calibrate_built()); under hard
-  /// constraints without that value.
-  bool whole_integral = false;
-  /// Solves a problem from its variables' values, which it leaves at the solution; throws Error, or reports a status that
-  /// is not converged, where it cannot. gauss_newton without one, or augmented_lagrangian where there are hard blocks.
+  /// Computes the integral of the priors more accurately, so that log_evidence can be compared between problems
+  /// (calibrate_built()). The measurements keep 1e-10 of their given information, and a Newton step from the solution
+  /// gives the minimal prior cost. With hard constraints, that cost is left out.
+  bool absolute_evidence = false;
+  /// Solves a problem, starting at the current values of its variables. Reports failure by a status that is not
+  /// converged, or throws Error. Default: gauss_newton, or augmented_lagrangian if there are hard blocks.
   std::function<Summary(Problem&)> solve;
-  /// Called once an iteration: factors in the groups' order, and the logarithm of the evidence, above that of the start.
+  /// Called after each iteration with the factors (one per group) and the gain in log evidence over the given noise.
   std::function<void(int iteration, const Eigen::VectorXd& factors, double gain)> progress;
 };
 
-/// What was found of a group.
+/// The calibrated factor of one noise group.
+///
+/// A factor that is neither identifiable nor bounded keeps the given value, 1. "Evidence" below is the profile evidence
+/// of the data alone (without the prior): only this factor varies, the other factors stay at their estimates.
 struct CalibratedNoise {
   std::string name;
-  double factor = 1;     ///< on the standard deviations as they were given
-  double log_error = 0;  ///< standard error of its logarithm, about that of the factor itself where it is small
-  /// By the data, beside the others as found: their evidence falls to both sides, and does so still where all is found, or they
-  /// tell the factor at least as well as its prior does then.
-  bool determined = false;
-  bool bounded = false;  ///< by the data from one side alone, which excludes what was given; what its prior makes of it
-  bool at_bound = false;  ///< it came to the end of what was allowed, `most`
-  // None of these: it keeps what was given.
-  /// Factors between which the evidence of the data alone falls by less than 2 from its most, the others as found; where no
-  /// such factor ends it, 10 times from the one found, or as far as the problems can be solved.
+  double factor = 1;     ///< scales the given standard deviations
+  double log_error = 0;  ///< standard error of log(factor), about the relative standard error of the factor
+  /// The evidence falls on both sides of the estimate. At the final estimate it still does so, or the data constrain
+  /// the factor at least as well as the prior does.
+  bool identifiable = false;
+  /// The evidence falls on one side only and excludes the given value; the prior limits the other side.
+  bool bounded = false;
+  bool at_limit = false;  ///< the factor reached CalibrationOptions::max_factor or its inverse
+  /// Range of factors over which the log evidence stays within 2 of its maximum. A side on which it does not fall ends
+  /// at 10 times the estimate (or a tenth), or at the last factor for which the problems could be solved.
   double flat_from = 1, flat_to = 1;
-  double gain = 0;  ///< in the logarithm of the evidence, by this factor alone, against what was given
-  /// Factors around the one found, and the logarithm of the data's evidence there against it, the others as found.
+  double gain = 0;  ///< increase of the log evidence from the given factor to the estimate
+  /// Profile evidence: factors around the estimate, and the log evidence there minus that at the estimate.
   std::vector<std::pair<double, double>> profile;
-  double rows = 0, effective_rows = 0;  ///< how many, and what is left when states have taken their share
+  double rows = 0;            ///< number of residual rows in the group
+  double effective_rows = 0;  ///< degrees of freedom left after the states are estimated
 };
 
 struct Calibration {
   Status status = Status::failed;
   std::string message;                 ///< one sentence
-  std::vector<CalibratedNoise> noise;  ///< in the groups' order
-  Eigen::MatrixXd log_covariance;      ///< of the factors' logarithms; zero where not determined
-  double gain = 0;                     ///< in the logarithm of the evidence
-  double log_evidence = 0;             ///< with the priors, but for log_constants() of the problems as given
-  Eigen::VectorXd counted_rows;        ///< of each group, under the losses
+  std::vector<CalibratedNoise> noise;  ///< in the order of the groups
+  Eigen::MatrixXd log_covariance;      ///< posterior covariance of the log factors; zero for factors kept as given
+  double gain = 0;                     ///< increase of the log evidence over the given noise
+  /// Includes the priors of the factors, excludes log_constants() of the given problems.
+  double log_evidence = 0;
+  /// Number of rows of each group that the robust losses count (tandem::counted_rows).
+  Eigen::VectorXd counted_rows;
   int iterations = 0, solves = 0;
 
   bool converged() const { return status == Status::converged; }
 };
 
-/// Finds the factors θ on the standard deviations of groups of rows by maximising the Laplace approximation of the data's
-/// evidence (MacKay 1992, "Bayesian interpolation", for factors; Tierney & Kadane 1986 for the approximation),
+/// Estimates the factors θ on the standard deviations of groups of residual rows by maximising the marginal likelihood
+/// (evidence) in Laplace's approximation (Tierney & Kadane 1986; MacKay 1992, "Bayesian interpolation"),
 ///
-///   log p(z | θ) ≈ −F(x*(θ); θ) − ½ log det H(x*(θ); θ) + Σ log det W(θ) − log Z(θ) + log p(θ),
+///   log p(z | θ) ≈ −F(x*(θ); θ) − ½ log det H(x*(θ); θ) + Σ log det W(θ) − log Z(θ) + log p(θ).
 ///
-/// F the cost, x* its minimum, Z the integral of what is no measurement (CalibrationOptions::measured), H the Gauss-Newton
-/// Hessian there, under hard equalities confined to them; robust losses by their weights ρ′, and log det W by what their rows
-/// count for (counted_rows), so that outliers do not count as noise. Its derivative by log θ of a group,
+/// - F is the cost, x* its minimum and H the Gauss-Newton Hessian at x*, confined to the hard equalities if there are
+///   any.
+/// - W whitens a block. Robust losses weight H by ρ′. log det W counts only counted_rows(), so outliers do not inflate
+///   θ.
+/// - Z is the integral of the priors on the states (CalibrationOptions::measured), and p(θ) the prior of the factors.
 ///
-///   Σ ρ′ (r² + (J Σ Jᵀ)) − n   over the group's n whitened rows, as losses count them,
+/// The derivative by the log factor of a group is Σ ρ′ (r² + J Σ Jᵀ) − n over its whitened rows. Here n is the number
+/// of counted rows, and Σ the selected inverse of H.
 ///
-/// is what EM makes zero, with the selected inverse's blocks Σ. Of what is measured under Student's t, H has the curvature that is
-/// to be expected, and log p and its derivative what Laplace's approximation leaves out of the tails (detail::TailTerm), but under
-/// hard constraints. Steps are Newton's by the average information (Gilmour,
-/// Thompson & Cullis 1995), under hard constraints quasi-Newton's, halved until the evidence grows. Standard errors are by
-/// differences of the derivative. The problems are left solved, with the noise that was found. Groups must not share rows.
+/// Student's t: H has the expected curvature of the measured blocks. The evidence and its derivative include the first
+/// correction for the tails (detail::TailTerm), unless there are hard constraints.
 ///
-/// Throws Error on a measured student_t that is no density (degrees_of_freedom()), a group without rows, rows that are not there or in two groups, a hard block, no problem or group,
-/// or a problem that cannot be solved as it is given, or by any noise near that on the way up. Stopped, it gives the best factors so far, without their errors.
+/// Steps are Newton steps with the average information (Gilmour, Thompson & Cullis 1995), or quasi-Newton steps with
+/// hard constraints. Each step is halved until the evidence grows. Standard errors come from differences of the
+/// derivative. The problems are left solved with the calibrated noise. Groups must not share rows.
+///
+/// If stopped, returns the best factors so far, without standard errors. Throws Error if
+/// - there is no problem or no group, or a group has no rows;
+/// - a row does not exist, is in two groups or belongs to a hard block;
+/// - a measured student_t loss is not a density (degrees_of_freedom());
+/// - a problem cannot be solved with the given noise, or with any noise near an iterate.
 Calibration calibrate(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
                       const CalibrationOptions& options = {});
 inline Calibration calibrate(Problem& problem, const std::vector<NoiseGroup>& groups,

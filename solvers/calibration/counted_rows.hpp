@@ -4,13 +4,14 @@
 
 namespace tandem {
 
-/// What so many rows of normal noise count for under a robust loss: E[ρ'(s) s], s = χ² of `rows` degrees of freedom; all
-/// of them without a loss. Scales found where Σ ρ'(s) s is that are right for noise that is normal but for outliers (Huber
-/// 1964, proposal 2), while the density exp(−½ρ) of a redescending loss has no integral and would shrink them. Student's t
-/// is a density, of which all rows count.
+/// Returns the number of rows that a robust loss counts out of `rows` with normal noise: E[ρ′(s) s] for s distributed
+/// as χ² with `rows` degrees of freedom. Without a loss, and for Student's t, all rows count.
 ///
-/// `taken`: the share of the noise's variance that estimated states have taken up, in [0, 1): what is left of a residual r is
-/// smaller by it, and stands for r² + taken · rows.
-double counted_rows(const Loss& loss, int rows, double taken = 0);
+/// Requiring Σ ρ′(s) s to equal this number gives the right scale for normal noise with outliers (Huber 1964, proposal
+/// 2). The density exp(−½ρ) would not: for a redescending loss its integral is infinite.
+///
+/// `leverage` in [0, 1) is the share of the noise variance that the estimated states absorb. The remaining residual r
+/// is smaller by it and stands for r² + leverage · rows.
+double counted_rows(const Loss& loss, int rows, double leverage = 0);
 
 }  // namespace tandem

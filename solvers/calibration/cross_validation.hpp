@@ -7,48 +7,49 @@
 
 namespace tandem {
 
-/// A measurement that a cross-validation leaves out and predicts.
-struct LeftOut {
+/// A measurement that cross-validation holds out and predicts.
+struct HeldOutMeasurement {
   Block block;
-  int problem = 0;     ///< of the problems that are calibrated together, the one whose block it is
-  Loss loss{};         ///< what counts for an outlier; the block's own
-  bool scored = true;  ///< false: it is left out with the others of its fold, and says nothing of its own
+  int problem = 0;     ///< index of its problem among those that are calibrated together
+  Loss loss{};         ///< given loss of the block
+  bool scored = true;  ///< false: held out with its fold, but not part of the score
 };
 
-/// A left-out measurement against its prediction out of all others.
-struct LeftOutPrediction {
-  std::size_t fold, index;
+/// A held-out measurement compared with its prediction from all other folds.
+struct HeldOutPrediction {
+  std::size_t fold, index;     ///< position in the folds
   Eigen::VectorXd residual;    ///< in the measurement's units
-  Eigen::MatrixXd covariance;  ///< of the residual: the prediction's and the noise's together
-  double log_likelihood =
-      0;  ///< log_density() under the block's loss; of one that was built anew, with the change in its
-          ///< loss's log_constant()
+  Eigen::MatrixXd covariance;  ///< of the residual: prediction plus noise
+  /// log_density() under the loss of the block. If calibration changed the loss, includes the difference of
+  /// log_constant().
+  double log_likelihood = 0;
 
-  /// log N(residual; 0, covariance); under a loss with ρ in place of the square and its rows as counted_rows() has them, so
-  /// that it is greatest on average at the covariance of what is no outlier.
+  /// Returns log N(residual; 0, covariance). A robust loss replaces the square by ρ and the number of rows by
+  /// counted_rows(), so that the mean is largest at the covariance of the inliers.
   double log_density(const Loss& loss) const;
-  /// rᵀ S⁻¹ r.
+  /// Returns rᵀ S⁻¹ r with S the covariance.
   double squared_distance() const;
 };
 
 struct CrossValidation {
-  std::vector<LeftOutPrediction> given, found;  ///< by the noise as it was given; as found without the fold
-  double given_log_likelihood = 0, found_log_likelihood = 0;  ///< sums over what is scored
-  double gain = 0;                                            ///< found − given
-  double gain_error = 0;  ///< standard error of the gain, from the differences of the folds' stretches
-  bool complete = false;  ///< false: stopped, or a fold could not be solved
-  std::string why;        ///< it is not
+  std::vector<HeldOutPrediction> given, found;  ///< with the given noise; with the noise calibrated without the fold
+  double given_log_likelihood = 0, found_log_likelihood = 0;  ///< sums over the scored measurements
+  double gain = 0;                                            ///< found_log_likelihood − given_log_likelihood
+  double gain_error = 0;  ///< standard error of the gain, from its variation over the folds
+  bool complete = false;  ///< false if stopped, or if a fold could not be solved
+  std::string why;        ///< the reason if not complete
 };
 
-/// Predicts every fold's measurements out of all other data, once with the noise as it was given and once with factors found
-/// without them, from where the problems are and with the noise that they have now as given. A measurement is left out by a
-/// noise 10⁵ times its own. The problems are left as they came, solved. Throws Error as calibrate() does.
+/// Cross-validates noise calibration. Predicts the measurements of each fold from all other data, with the given noise
+/// and with the noise calibrated on that other data. Measurements are held out by multiplying their noise by 10⁵. The
+/// problems keep their noise and are left solved. Throws Error as calibrate().
 CrossValidation cross_validate(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
-                               const std::vector<std::vector<LeftOut>>& folds, const CalibrationOptions& options = {});
-/// The same where parameters of calibrate_built() are found without a fold, too. `problems` are as built by the values given, and
-/// `build`'s have the same measured blocks.
+                               const std::vector<std::vector<HeldOutMeasurement>>& folds,
+                               const CalibrationOptions& options = {});
+/// Cross-validates calibrate_built(), with parameters and noise estimated without each fold. `problems` are built from
+/// the given values; those of `build` must have the same measured blocks.
 CrossValidation cross_validate(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
-                               const std::vector<std::vector<LeftOut>>& folds, const BuildProblems& build,
+                               const std::vector<std::vector<HeldOutMeasurement>>& folds, const BuildProblems& build,
                                const std::vector<BuiltParameter>& parameters, const CalibrationOptions& options = {});
 
 }  // namespace tandem

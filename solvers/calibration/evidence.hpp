@@ -5,14 +5,14 @@
 #include <span>
 #include <vector>
 
-#include <tandem/problem/lanes.hpp>
+#include <tandem/problem/parallel_tasks.hpp>
 #include <tandem/solvers/calibration/calibrate.hpp>
-#include <tandem/solvers/calibration/settled_problem.hpp>
+#include <tandem/solvers/calibration/laplace_approximation.hpp>
 #include <tandem/solvers/calibration/tails.hpp>
 
 namespace tandem::detail {
 
-/// The Laplace evidence of problems as a function of the logarithms of their noise groups' factors. See calibrate().
+/// The Laplace evidence of problems as a function of the log factors of their noise groups. See calibrate().
 class Evidence {
  public:
   Evidence(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
@@ -20,63 +20,63 @@ class Evidence {
 
   struct Value {
     double log_evidence = 0;
-    Eigen::VectorXd gradient;  ///< by the factors' logarithms
-    Eigen::VectorXd
-        effective_rows;  ///< of each group: n − Σ ρ′ J Σ Jᵀ, n as losses count, Σ with what tails make of it; of beliefs
-                         ///< what they have alone for n
-    bool usable = false;  ///< every problem could be solved, and its Hessian inverted
-    std::string why;      ///< it is not
+    Eigen::VectorXd gradient;  ///< by the log factors
+    /// Degrees of freedom of each group, n − Σ ρ′ J Σ Jᵀ, with n the counted rows and Σ corrected for Student's t. In a
+    /// group without measurements, the trace under the priors alone takes the place of n.
+    Eigen::VectorXd effective_rows;
+    bool usable = false;  ///< every problem could be solved and its Hessian inverted
+    std::string why;      ///< the reason if not usable
   };
-  /// Solves from where the problems are, and leaves them solved. Throws Stopped where it is to stop, also while it lays the
-  /// problems out, the first time.
+  /// Evaluates the evidence. Solves the problems from the current values of their variables and leaves them solved.
+  /// Throws Stopped on a stop request, also during the symbolic analysis of the first call.
   Value at(const Eigen::VectorXd& log_factors);
-  /// The average information of the factors' logarithms at the last point: the mean of the evidence's observed and
-  /// expected curvature, of the data alone (Gilmour, Thompson & Cullis 1995, eq. 7). Nothing where it is not known: with
-  /// hard blocks.
+  /// Returns the average information of the log factors at the last point, n × n: the mean of the observed and the
+  /// expected curvature of the evidence, without priors (Gilmour, Thompson & Cullis 1995, eq. 7). Empty with hard
+  /// blocks.
   std::optional<Eigen::MatrixXd> information();
-  /// Counts the rows of robust blocks anew, by what the states take up of each at the solution where the problems are;
-  /// returns whether that changes any group's count by more than a hundredth.
+  /// Updates counted() from the leverage of the robust blocks at the current solution. Returns whether the count of any
+  /// group changed by more than 1 %.
   bool count_rows();
-  /// Gives the problems the noise of a point, without solving them.
+  /// Sets the noise of the problems without solving them.
   void set_noise(const Eigen::VectorXd& log_factors) {
     for (std::size_t p = 0; p < problems_.size(); ++p) set_noise(p, log_factors);
   }
-  /// Of each group.
-  const Eigen::VectorXd& rows() const { return rows_; }
-  /// Of each group, what its rows count for under their losses.
-  const Eigen::VectorXd& counted() const { return counted_; }
+  const Eigen::VectorXd& rows() const { return rows_; }        ///< number of rows of each group
+  const Eigen::VectorXd& counted() const { return counted_; }  ///< measured rows of each group that the losses count
   int solves() const { return solves_; }
 
  private:
-  struct Member {  // a block, and the group of each of its rows, −1 where it is in none
+  struct Member {  // a block with rows in noise groups
     Block block;
     int problem;
     Gaussian given;
-    std::vector<int> group;
-    std::vector<double> share;  // of a datum, each row
+    std::vector<int> group;     // of each row; −1: none
+    std::vector<double> share;  // NoiseRows::share of each row
     bool measured = true;
   };
-  void lay_out();
+  void create_approximations();
   void set_noise(std::size_t problem, const Eigen::VectorXd& log_factors);
-  bool settle(std::size_t problem, const Eigen::VectorXd& log_factors);
-  bool settle_by_steps(std::size_t problem, const Eigen::VectorXd& from, const Eigen::VectorXd& to, int halvings);
+  bool update(std::size_t problem, const Eigen::VectorXd& log_factors);
+  bool update_by_steps(std::size_t problem, const Eigen::VectorXd& from, const Eigen::VectorXd& to, int halvings);
   void add_members(Value& value) const;
-  void add(const Member& member, const SettledProblem& settled, const Tails& tails, Value& value) const;
-  /// Adds J̃ᵀ r̃_g of the member, J̃ and r̃ whitened, r̃_g its rows in group g, to `pull`; r̃_gᵀ r̃_h, where it is measured, to
-  /// `measured`.
-  void add_information(const Member& member, Eigen::MatrixXd& pull, Eigen::MatrixXd& measured) const;
+  void add(const Member& member, const LaplaceApproximation& laplace, const Tails& tails, Value& value) const;
+  /// Adds J̃ᵀ r̃_g to column g of `gradients` and, for a measurement, r̃_gᵀ r̃_h to `squares`. J̃ and r̃ are the
+  /// whitened Jacobian and residual of the member; r̃_g is r̃ with zeros outside group g.
+  void add_information(const Member& member, Eigen::MatrixXd& gradients, Eigen::MatrixXd& squares) const;
 
   std::span<Problem* const> problems_;
   const CalibrationOptions& options_;
-  std::vector<std::vector<Block>> measured_;  // of each problem
-  std::vector<std::unique_ptr<SettledProblem>> settled_;
-  std::vector<Tails> tails_;                 // of each problem
-  std::vector<Eigen::VectorXd> settled_at_;  // of each problem
+  // One entry per problem:
+  std::vector<std::vector<Block>> measured_;
+  std::vector<std::unique_ptr<LaplaceApproximation>> laplace_;
+  std::vector<Tails> tails_;
+  std::vector<Eigen::VectorXd> solved_at_;  // log factors
   const std::vector<NoiseGroup>& groups_;
   std::vector<Member> members_;
-  Eigen::VectorXd rows_, counted_;  // of each group; of what is measured, under the losses (counted_rows)
-  Lanes lanes_;
-  Eigen::VectorXd of_beliefs_;  // of each group, 1 where none of its rows is measured, else 0
+  // One entry per group:
+  Eigen::VectorXd rows_, counted_;
+  Eigen::VectorXd prior_only_;  // 1 if no row is measured, else 0
+  TaskRunner task_runner_;
   int solves_ = 0;
 };
 

@@ -2,18 +2,16 @@
 #include <cmath>
 #include <map>
 
-#include <Eigen/Eigenvalues>
-
 #include <tandem/solvers/calibration/flat_range.hpp>
 
 namespace tandem::detail {
 namespace {
 
-constexpr double kLevel = 0.05;  // of the log evidence, by which it changes as a factor does by e
-constexpr int kMiddles = 3;      // tried towards a point where it is no number
+constexpr double kFlatSlope = 0.05;  // slope of the log evidence by the log factor, below which it is flat
+constexpr int kBisections = 3;       // between a usable point and one without evidence
 
-/// Where between two points the cubic through their values and slopes falls to a level.
-double crossing(double inside, const Along& a, double outside, const Along& b, double level) {
+/// Returns where the cubic through two points and their slopes falls to `level`.
+double crossing(double inside, const ProfilePoint& a, double outside, const ProfilePoint& b, double level) {
   const double width = outside - inside;
   const auto cubic = [&](double t) {
     return (1 + 2 * t) * (1 - t) * (1 - t) * a.value + t * (1 - t) * (1 - t) * width * a.slope +
@@ -29,59 +27,52 @@ double crossing(double inside, const Along& a, double outside, const Along& b, d
 
 }  // namespace
 
-FlatRange flat_range(double from, const Along& here, double first_reach, double bound,
-                     FunctionRef<Along(double)> elsewhere) {
-  std::map<double, Along> seen{{from, here}};
-  // A prior may have kept the factor from where the data have their most: both ways until they fall below that.
-  double most = here.value;
+FlatRange flat_range(double from, const ProfilePoint& here, double first_reach, double bound,
+                     FunctionRef<ProfilePoint(double)> profile_at) {
+  std::map<double, ProfilePoint> seen{{from, here}};
+  // The prior may have shifted the estimate away from the maximum of the data, so the search goes both ways.
+  double peak = here.value;
   for (const double direction : {-1.0, 1.0}) {
-    Along at{most, -HUGE_VAL};
+    ProfilePoint at{peak, -HUGE_VAL};
     double x = from;
-    const double end = std::clamp(from + direction * kWidest, -bound, bound);
-    for (double reach = first_reach; x != end && at.value >= most - kFall && !(std::abs(at.slope) < kLevel);
+    const double end = std::clamp(from + direction * kMaxHalfWidth, -bound, bound);
+    for (double reach = first_reach; x != end && at.value >= peak - kEvidenceDrop && !(std::abs(at.slope) < kFlatSlope);
          reach = std::min(3 * reach, reach + 1)) {
       x = direction * std::min(direction * (from + direction * reach), direction * end);
-      at = elsewhere(x);
+      at = profile_at(x);
       seen.emplace(x, at);
-      most = std::max(most, at.value);
+      peak = std::max(peak, at.value);
     }
   }
-  if (std::abs(from) > kWidest) seen.emplace(0.0, elsewhere(0.0));  // whether it excludes what was given
-  const auto edge = [&](double direction, bool& told) {
+  if (std::abs(from) > kMaxHalfWidth) seen.emplace(0.0, profile_at(0.0));  // does the range exclude the given value?
+  const auto edge = [&](double direction, bool& bounded) {
     const auto best =
         std::max_element(seen.begin(), seen.end(), [](auto& a, auto& b) { return a.second.value < b.second.value; });
     double inside = best->first, outside = direction * HUGE_VAL;
     for (const auto& [x, at] : seen) {
       if ((x - best->first) * direction <= 0) continue;
-      if (at.value >= most - kFall) {
+      if (at.value >= peak - kEvidenceDrop) {
         if ((x - inside) * direction > 0) inside = x;
       } else if ((outside - x) * direction > 0) {
         outside = x;
       }
     }
-    told = false;
+    bounded = false;
     if (!std::isfinite(outside)) return outside;
-    for (int k = 0; k < kMiddles && !std::isfinite(seen.at(outside).value); ++k) {
+    for (int k = 0; k < kBisections && !std::isfinite(seen.at(outside).value); ++k) {
       const double middle = 0.5 * (inside + outside);
-      const Along at = elsewhere(middle);
+      const ProfilePoint at = profile_at(middle);
       seen.emplace(middle, at);
-      (at.value >= most - kFall ? inside : outside) = middle;
+      (at.value >= peak - kEvidenceDrop ? inside : outside) = middle;
     }
-    // Where evidence ends, no datum has ended the range: it is as far as there was any.
-    told = std::isfinite(seen.at(outside).value);
-    return told ? crossing(inside, seen.at(inside), outside, seen.at(outside), most - kFall) : inside;
+    // If the problem cannot be solved outside, the data do not bound the range there.
+    bounded = std::isfinite(seen.at(outside).value);
+    return bounded ? crossing(inside, seen.at(inside), outside, seen.at(outside), peak - kEvidenceDrop) : inside;
   };
   FlatRange range;
-  range.from = edge(-1, range.told_below);
-  range.to = edge(1, range.told_above);
+  range.from = edge(-1, range.bounded_below);
+  range.to = edge(1, range.bounded_above);
   return range;
-}
-
-Eigen::MatrixXd covariance_within(const Eigen::VectorXd& before, const Eigen::MatrixXd& curvature) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(before.asDiagonal() * curvature * before.asDiagonal());
-  const Eigen::VectorXd spread = eigen.eigenvalues().cwiseMax(1).cwiseInverse();
-  return before.asDiagonal() * eigen.eigenvectors() * spread.asDiagonal() * eigen.eigenvectors().transpose() *
-         before.asDiagonal();
 }
 
 }  // namespace tandem::detail

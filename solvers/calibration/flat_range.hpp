@@ -8,41 +8,41 @@
 
 namespace tandem::detail {
 
-inline constexpr double kFall = 2.0;  // of the log evidence, beyond which a factor is told from another (95 %, χ²/2)
-inline constexpr double kWidest = 2.31;  // of a logarithm: what is told to a factor of 10 either way at worst, is told
+/// Drop of the log evidence that excludes a factor: about half the 95 % quantile of χ² with one degree of freedom.
+inline constexpr double kEvidenceDrop = 2.0;
+/// Largest half width of a range of log factors, a factor of 10. Wider ranges count as flat.
+inline constexpr double kMaxHalfWidth = 2.31;
 
-/// The log evidence along one factor's logarithm, and its slope there; −∞ where it is no number.
-struct Along {
+/// Value and slope of a profile log evidence, as a function of one log factor. The value is −∞ where there is none.
+struct ProfilePoint {
   double value, slope;
 };
 
-/// Between which logarithms of a factor the data speak no clearer than kFall against it.
+/// The range of log factors in which the profile evidence stays within kEvidenceDrop of its maximum.
 struct FlatRange {
-  double from, to;              ///< infinite where nothing ends it near enough to tell anything, or it has become level
-  bool told_below, told_above;  ///< it ends there by the data; not where there is no evidence beyond
+  double from, to;  ///< infinite if the evidence does not fall within kMaxHalfWidth, or becomes flat before
+  /// Whether the evidence falls at this end. False if the range ends because the problem cannot be solved beyond.
+  bool bounded_below, bounded_above;
 
-  /// Into what is told of a factor whose logarithm is `at`.
-  void tell(CalibratedNoise& noise, double at) const {
-    noise.flat_from = std::exp(std::max(from, at - kWidest));
-    noise.flat_to = std::exp(std::min(to, at + kWidest));
-    noise.determined = told_below && told_above;
-    noise.bounded = !noise.determined && ((told_below && from > 0) || (told_above && to < 0));
+  /// Writes the range and the verdict to `noise`, for an estimate `log_factor`.
+  void assign_to(CalibratedNoise& noise, double log_factor) const {
+    noise.flat_from = std::exp(std::max(from, log_factor - kMaxHalfWidth));
+    noise.flat_to = std::exp(std::min(to, log_factor + kMaxHalfWidth));
+    noise.identifiable = bounded_below && bounded_above;
+    noise.bounded = !noise.identifiable && ((bounded_below && from > 0) || (bounded_above && to < 0));
   }
 };
 
-/// Looked for from `from` on, with `here`, in strides that begin with `first_reach`; `bound`: the largest logarithm either way.
-FlatRange flat_range(double from, const Along& here, double first_reach, double bound,
-                     FunctionRef<Along(double)> elsewhere);
+/// Finds the range around the log factor `from`, whose profile evidence is `here`. Evaluates `profile_at` at growing
+/// distances, `first_reach` first, within [−bound, bound].
+FlatRange flat_range(double from, const ProfilePoint& here, double first_reach, double bound,
+                     FunctionRef<ProfilePoint(double)> profile_at);
 
-/// Whether the data tell a logarithm at least as well as what was known before, of this standard deviation (0: nothing), by
-/// their own part in its curvature. What they tell less of is for its prior to say, unless their evidence falls either way.
-inline bool is_told(double data_curvature, double prior) {
-  const double before = prior > 0 ? std::min(prior, kWidest) : kWidest;
-  return data_curvature * before * before >= 1;
+/// Returns whether the data constrain a log factor at least as well as its prior does. `data_curvature` is the
+/// curvature of the profile evidence, `prior` a standard deviation (0: no prior, which counts as kMaxHalfWidth).
+inline bool is_identifiable(double data_curvature, double prior) {
+  const double prior_sigma = prior > 0 ? std::min(prior, kMaxHalfWidth) : kMaxHalfWidth;
+  return data_curvature * prior_sigma * prior_sigma >= 1;
 }
-
-/// The inverse of a curvature in units of what was known `before`, standard deviations, in which data do not take away: a
-/// direction along which they seem to, by what Laplace's approximation leaves out, is as wide as before.
-Eigen::MatrixXd covariance_within(const Eigen::VectorXd& before, const Eigen::MatrixXd& curvature);
 
 }  // namespace tandem::detail

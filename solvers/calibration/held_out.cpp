@@ -2,33 +2,36 @@
 #include <numeric>
 #include <optional>
 
+#include <tandem/solvers/calibration/default_solve.hpp>
 #include <tandem/solvers/calibration/held_out.hpp>
 #include <tandem/solvers/calibration/log_constants.hpp>
-#include <tandem/solvers/calibration/solve_plainly.hpp>
 #include <tandem/solvers/marginals.hpp>
 
 namespace tandem::detail {
 namespace {
 
-constexpr int kEnough = 100;      // iterations
-constexpr double kLeftOut = 1e5;  // times a noise: 1e-10 of its information is none
+constexpr int kMaxIterations = 100;
+constexpr double kHeldOutSigmaFactor = 1e5;  // leaves 1e-10 of the information
 
 }  // namespace
 
-void leave_out(std::span<Problem* const> problems, const std::vector<LeftOut>& fold, std::vector<Gaussian>& noise) {
+void hold_out(std::span<Problem* const> problems, const std::vector<HeldOutMeasurement>& fold,
+              std::vector<Gaussian>& noise) {
   noise.clear();
-  for (const LeftOut& m : fold) {
+  for (const HeldOutMeasurement& m : fold) {
     Problem& problem = *problems[std::size_t(m.problem)];
     noise.push_back(problem.noise(m.block));
-    problem.set_noise(m.block, noise.back().scaled(kLeftOut));
+    problem.set_noise(m.block, noise.back().scaled(kHeldOutSigmaFactor));
   }
 }
 
 bool solve_all(std::span<Problem* const> problems, const CalibrationOptions& options, std::string& why) {
   for (Problem* problem : problems) {
-    const Summary summary = options.solve ? options.solve(*problem) : solve_plainly(*problem, options.stop, kEnough);
-    // Without a fold some direction may be all but free: the best point has a prediction, as uncertain as that.
-    if (!summary.converged()) options.stop.check(kHeldOut);
+    const Summary summary =
+        options.solve ? options.solve(*problem) : solve_with_default(*problem, options.stop, kMaxIterations);
+    // Without a fold, a direction may be nearly unobservable. An unconverged point still predicts, with a large
+    // covariance.
+    if (!summary.converged()) options.stop.check(kHeldOutTask);
     if (!summary.converged() && summary.status != Status::max_iterations) {
       why = summary.message;
       return false;
@@ -37,20 +40,21 @@ bool solve_all(std::span<Problem* const> problems, const CalibrationOptions& opt
   return true;
 }
 
-std::vector<LeftOutPrediction> predictions(std::span<Problem* const> problems, const std::vector<LeftOut>& fold,
-                                           std::size_t f, const std::vector<Gaussian>& noise, const Stop& stop) {
-  std::vector<LeftOutPrediction> all;
+std::vector<HeldOutPrediction> predictions(std::span<Problem* const> problems,
+                                           const std::vector<HeldOutMeasurement>& fold, std::size_t f,
+                                           const std::vector<Gaussian>& noise, const Stop& stop) {
+  std::vector<HeldOutPrediction> all;
   std::vector<std::optional<Marginals>> marginals(problems.size());
   for (std::size_t i = 0; i < fold.size(); ++i) {
-    const LeftOut& m = fold[i];
+    const HeldOutMeasurement& m = fold[i];
     if (!m.scored) continue;
     Problem& problem = *problems[std::size_t(m.problem)];
-    auto& of_problem = marginals[std::size_t(m.problem)];
-    if (!of_problem) of_problem.emplace(problem, std::span<const Marginals::Pair>(), stop);
+    auto& marginal = marginals[std::size_t(m.problem)];
+    if (!marginal) marginal.emplace(problem, std::span<const Marginals::Pair>(), stop);
     const Problem::Linearization at = problem.linearization(m.block);
-    const Eigen::MatrixXd taken = at.jacobian * of_problem->joint(at.variable_ids, at.dofs);
-    LeftOutPrediction& p = all.emplace_back(
-        LeftOutPrediction{f, i, at.residual, noise[i].covariance_matrix() + taken * at.jacobian.transpose()});
+    const Eigen::MatrixXd JP = at.jacobian * marginal->joint(at.variable_ids, at.dofs);
+    HeldOutPrediction& p = all.emplace_back(
+        HeldOutPrediction{f, i, at.residual, noise[i].covariance_matrix() + JP * at.jacobian.transpose()});
     p.log_likelihood = p.log_density(m.loss);
     const Loss loss = problem.loss(m.block);
     if (loss.kind != m.loss.kind || loss.scale == m.loss.scale) continue;
@@ -60,13 +64,13 @@ std::vector<LeftOutPrediction> predictions(std::span<Problem* const> problems, c
   return all;
 }
 
-double gain_of(const std::vector<LeftOutPrediction>& a, const std::vector<LeftOutPrediction>& b) {
+double log_likelihood_gain(const std::vector<HeldOutPrediction>& a, const std::vector<HeldOutPrediction>& b) {
   double gain = 0;
   for (std::size_t i = 0; i < a.size(); ++i) gain += b[i].log_likelihood - a[i].log_likelihood;
   return gain;
 }
 
-double error_of_sum(const std::vector<double>& gains) {
+double standard_error_of_sum(const std::vector<double>& gains) {
   const auto n = double(gains.size());
   if (gains.size() < 2) return 0;
   const double mean = std::accumulate(gains.begin(), gains.end(), 0.0) / n;

@@ -8,23 +8,25 @@
 
 namespace tandem::detail {
 
-inline constexpr const char* kHeldOut = "held-out measurements";  // what is stopped
+inline constexpr const char* kHeldOutTask = "held-out measurements";  // name of the task for Stop
 
-/// Leaves a fold's measurements out, by noise 10⁵ times their own. `noise` gets what they had.
-void leave_out(std::span<Problem* const> problems, const std::vector<LeftOut>& fold, std::vector<Gaussian>& noise);
+/// Holds out the measurements of a fold by multiplying their noise by 10⁵. Sets `noise` to their previous noise.
+void hold_out(std::span<Problem* const> problems, const std::vector<HeldOutMeasurement>& fold,
+              std::vector<Gaussian>& noise);
 
-/// Solves all that are left. False: one could not be, and why. Throws Stopped.
+/// Solves the problems. Returns false and sets `why` if one cannot be solved. Throws Stopped.
 bool solve_all(std::span<Problem* const> problems, const CalibrationOptions& options, std::string& why);
 
-/// Residuals, covariances and likelihoods of what is scored of a fold, the f-th, at the problems' solution; `noise`: what its
-/// measurements have. Throws Stopped.
-std::vector<LeftOutPrediction> predictions(std::span<Problem* const> problems, const std::vector<LeftOut>& fold,
-                                           std::size_t f, const std::vector<Gaussian>& noise, const Stop& stop);
+/// Predicts the scored measurements of fold number f at the solution of the problems. `noise` is the noise of the
+/// measurements before they were held out. Throws Stopped.
+std::vector<HeldOutPrediction> predictions(std::span<Problem* const> problems,
+                                           const std::vector<HeldOutMeasurement>& fold, std::size_t f,
+                                           const std::vector<Gaussian>& noise, const Stop& stop);
 
-/// How much likelier what is scored of a fold is by `b` than by `a`, in the logarithm.
-double gain_of(const std::vector<LeftOutPrediction>& a, const std::vector<LeftOutPrediction>& b);
+/// Returns the log likelihood of the predictions b minus that of a.
+double log_likelihood_gain(const std::vector<HeldOutPrediction>& a, const std::vector<HeldOutPrediction>& b);
 
-/// The standard error of the sum of the folds' gains, by how they differ.
-double error_of_sum(const std::vector<double>& gains);
+/// Returns the standard error of the sum of the gains, from their sample variance; 0 for fewer than two.
+double standard_error_of_sum(const std::vector<double>& gains);
 
 }  // namespace tandem::detail

@@ -7,22 +7,22 @@
 
 namespace tandem {
 
-/// Rows of a block that a noise group scales: `count` of them from `first` on; all that follow where count is negative.
+/// Rows of a block in a noise group: `count` rows from `first` on, or all following rows if count is negative.
 struct NoiseRows {
   Block block;
   int first = 0, count = -1;
-  int problem = 0;  ///< of the problems that are calibrated together, the one whose block it is
-  double share =
-      1;  ///< of a datum, that each of these rows is, where several say one thing at a share of its information
+  int problem = 0;  ///< index of its problem among those that are calibrated together
+  /// Fraction of a measurement that each row counts for, in (0, 1]. Below 1 if several blocks share one measurement.
+  double share = 1;
 };
 
-/// Rows whose standard deviations are known up to one factor that they share: those of a sensor along one axis, or of a
-/// motion prior's component, at all times.
+/// Residual rows whose standard deviations share one unknown factor, e.g. one axis of a sensor, or one component of a
+/// motion prior, at all times.
 struct NoiseGroup {
   std::string name;
   std::vector<NoiseRows> rows;
-  /// Standard deviation of the factor's logarithm around that of the noise as it was given, before the data are seen: by
-  /// default a factor of 20 either way is as likely as not three sigmas off. 0: no prior.
+  /// Standard deviation of the log factor before the data are seen; 0: no prior. With the default, a factor of 20 or
+  /// 1/20 is three standard deviations away.
   double prior = 1.0;
 };
 

@@ -9,16 +9,16 @@
 
 namespace tandem::detail {
 
-/// The noise of blocks as it is now, to be put back.
+/// A copy of the noise of blocks, which restore() writes back.
 class SavedNoise {
  public:
-  /// Of all blocks that groups name. The problems must outlive it.
+  /// Saves all blocks of the groups. The problems must outlive this object.
   SavedNoise(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups) : problems_(problems) {
     for (const NoiseGroup& group : groups)
-      for (const NoiseRows& rows : group.rows) keep(rows.problem, rows.block);
+      for (const NoiseRows& rows : group.rows) save(rows.problem, rows.block);
   }
-  /// Of another one, too, unless it is kept already.
-  void keep(int problem, const Block& block) {
+  /// Saves one more block, unless it is saved already.
+  void save(int problem, const Block& block) {
     if (seen_.insert({problem, block.pool, block.id}).second)
       saved_.emplace_back(problem, block, problems_[std::size_t(problem)]->noise(block));
   }

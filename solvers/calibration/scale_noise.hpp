@@ -7,7 +7,7 @@
 
 namespace tandem::detail {
 
-/// Noise times the factors that were found of its groups.
+/// Multiplies the noise of the problems by the calibrated factors of their groups.
 inline void scale_noise(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
                         const Calibration& found) {
   for (std::size_t g = 0; g < groups.size(); ++g)

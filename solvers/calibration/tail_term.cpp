@@ -10,9 +10,9 @@
 namespace tandem::detail {
 namespace {
 
-constexpr double kLeastLeft = 1e-9;  // of the block's information, that is not all there is about its states
+constexpr double kMinOtherShare = 1e-9;  // smallest share of the information that comes from other blocks
 
-// Rows of a block in V's eigenbasis, without allocation where they are few.
+// Rows of a block in the eigenbasis of V; no allocation up to `Most` rows.
 template <int Most>
 using Array = Eigen::Array<double, Eigen::Dynamic, 1, 0, Most, 1>;
 template <int Most>
@@ -26,18 +26,18 @@ struct Smoothed {
   Square<Most> by_covariance;
 };
 
-/// Over the logarithm of the precision, Γ(c²/2, c²/2) a priori, by the trapezoidal rule: its integrand is smooth, and gone at both
-/// ends.
+/// Integrates over the log of the precision, whose prior is Γ(c²/2, c²/2), by the trapezoidal rule. The rule is
+/// accurate because the integrand is smooth and vanishes at both ends.
 template <int Most>
 Smoothed<Most> smoothed(double c2, const Array<Most>& mean, const Array<Most>& spread) {
-  constexpr double kGone = 32;  // of the integrand's logarithm
-  const double a = 0.5 * c2, far = kGone / a + std::sqrt(2 * kGone / a);
+  constexpr double kNegligible = 32;  // drop of the log integrand at the ends
+  const double a = 0.5 * c2, far = kNegligible / a + std::sqrt(2 * kNegligible / a);
   const double low = -std::log1p(mean.matrix().squaredNorm() / c2) - far, high = std::log1p(far);
   std::array<double, 512> exponent, precision;
   const int nodes = std::min(2 + int((high - low) * std::sqrt(a + 1) / 0.35), int(exponent.size()));
   const double step = (high - low) / (nodes - 1);
   const Array<Most> squares = mean.square();
-  double most = -HUGE_VAL;
+  double peak = -HUGE_VAL;
   for (int i = 0; i < nodes; ++i) {
     const double x = low + i * step, p = precision[std::size_t(i)] = std::exp(x);
     double wide = 0, pull = 0;
@@ -46,20 +46,20 @@ Smoothed<Most> smoothed(double c2, const Array<Most>& mean, const Array<Most>& s
       pull += p * squares[j] / (1 + p * spread[j]);
     }
     exponent[std::size_t(i)] = a * (x - p) - 0.5 * (wide + pull);
-    most = std::max(most, exponent[std::size_t(i)]);
+    peak = std::max(peak, exponent[std::size_t(i)]);
   }
   const Eigen::Index n = mean.size();
   double sum = 0;
   Smoothed<Most> result{0, Array<Most>::Zero(n), Square<Most>::Zero(n, n)};
   for (int i = 0; i < nodes; ++i) {
-    const double density = std::exp(exponent[std::size_t(i)] - most), p = precision[std::size_t(i)];
+    const double density = std::exp(exponent[std::size_t(i)] - peak), p = precision[std::size_t(i)];
     const Array<Most> K = p / (1 + p * spread), pulled = K * mean;
     sum += density;
     result.by_mean -= density * pulled;
     result.by_covariance.noalias() += (density * pulled.matrix()) * pulled.matrix().transpose();
     result.by_covariance.diagonal().array() -= density * K;
   }
-  result.value = most + a * std::log(a) + std::log(sum * step) - std::lgamma(a);
+  result.value = peak + a * std::log(a) + std::log(sum * step) - std::lgamma(a);
   result.by_mean /= sum;
   result.by_covariance *= 0.5 / sum;
   return result;
@@ -73,10 +73,10 @@ TailTerm term_of(const Loss& loss, const Eigen::VectorXd& r, const Eigen::Matrix
   const Eigen::SelfAdjointEigenSolver<Square<Most>> eigen((Square<Most>(V)));
   const Square<Most>& Q = eigen.eigenvectors();
   const Array<Most> x = Q.transpose() * r;
-  // What is known of e by the others alone, N(mean, spread): `left` is what the block leaves to them.
-  const Array<Most> variance = eigen.eigenvalues().array().max(0.0).min((1 - kLeastLeft) / kappa);
+  // The cavity distribution of e, N(mean, spread), given all other blocks; `left` is their share of the information.
+  const Array<Most> variance = eigen.eigenvalues().array().max(0.0).min((1 - kMinOtherShare) / kappa);
   const Array<Most> left = 1 - kappa * variance, spread = variance / left;
-  const Array<Most> mean = x * (1 + u * spread), d = mean - (1 - 1 / k) * x;  // from the middle of the Gaussian for t
+  const Array<Most> mean = x * (1 + u * spread), d = mean - (1 - 1 / k) * x;  // d: distance from the mean of s
   const Array<Most> pull = kappa * left * d;
   const Smoothed<Most> t = smoothed<Most>(c2, mean, spread);
 

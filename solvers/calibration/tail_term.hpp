@@ -6,21 +6,22 @@
 
 namespace tandem::detail {
 
-/// What Laplace's approximation of the evidence leaves out of one block under Student's t, whose tails are no parabola's:
+/// Correction of the Laplace evidence for one block with a Student's t loss, whose tails are heavier than a Gaussian's:
 ///
-///   log E[t(e) / s(e)],   e ~ N(r, V),
+///   log E[t(e) / s(e)],   e ~ N(r, V).
 ///
-/// r the whitened residual at the solution and V its covariance there, t = exp(−½ρ) and s the Gaussian that stands for it in the
-/// Hessian, of information κ I, κ = ρ′(r²) expected_curvature(), and t's value and slope at r. The first term of an
-/// expansion about Laplace's (Opper, Paquet & Winther 2013). t is a mixture of normal densities over their precision
-/// (Andrews & Mallows 1974), so that this is one integral over that, whatever the rows.
+/// Here r is the whitened residual at the solution, V its covariance, and t = exp(−½ρ). The Gaussian s replaces t in
+/// the Hessian: it has the value and slope of t at r, and the information κ I with κ = ρ′(r²) expected_curvature().
+/// This is the first term of the expansion about Laplace's approximation (Opper, Paquet & Winther 2013). As t is a
+/// mixture of normal densities over their precision (Andrews & Mallows 1974), it is a one-dimensional integral for any
+/// number of rows.
 struct TailTerm {
   double value;
-  Eigen::VectorXd by_residual;    ///< at V
-  Eigen::MatrixXd by_covariance;  ///< symmetric, at r
+  Eigen::VectorXd by_residual;    ///< derivative by r
+  Eigen::MatrixXd by_covariance;  ///< derivative by V, symmetric
 };
 
-/// `loss`: of Student's t; V: symmetric, κ V at most I.
+/// Computes the correction. `loss` must be a student_t, V symmetric and positive semidefinite with κ V ≤ I.
 TailTerm tail_term(const Loss& loss, const Eigen::VectorXd& r, const Eigen::MatrixXd& V);
 
 }  // namespace tandem::detail

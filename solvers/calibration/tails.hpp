@@ -5,52 +5,53 @@
 #include <utility>
 #include <vector>
 
-#include <tandem/solvers/calibration/settled_problem.hpp>
+#include <tandem/solvers/calibration/laplace_approximation.hpp>
 #include <tandem/solvers/calibration/tail_term.hpp>
 
 namespace tandem::detail {
 
-/// The tail_term()s of what is measured under Student's t in a problem, and what else changes their sum and the logarithm of the
-/// Hessian's determinant beside noise: the Hessian, and the solution, on which both depend by the weights ρ′.
+/// Sum of the tail_term()s of a problem over its Student's t measurements, and the derivatives of this sum. The sum and
+/// log det H depend on the noise directly, through the Hessian H, and through the solution, which sets the weights ρ′.
 class Tails {
  public:
-  /// At the last find_covariances(); false where the Hessian cannot be inverted beside its own. Nothing, and true, where
-  /// SettledProblem::student_t() is.
-  bool find(SettledProblem& settled);
+  /// Computes the terms at the last find_covariances(). Returns false if the perturbed Hessian cannot be inverted.
+  /// Without student_t_blocks(), there are no terms and the result is true.
+  bool find(LaplaceApproximation& laplace);
 
   bool any() const { return !terms_.empty(); }
-  /// The sum of the terms.
-  double value() const { return value_; }
-  /// Of a block under Student's t; null where it has no term.
+  double value() const { return value_; }  ///< sum of the terms
+  /// Returns the term of a block, or null if it has none.
   const TailTerm* of(const Block& block) const;
-  /// D of variables by their ids, one after the other: a change dH of the Hessian changes the sum by tr(D dH).
-  Eigen::MatrixXd by_hessian(const std::vector<int>& variable_ids, const std::vector<int>& dofs) const;
-  /// What the sum and −½ log det H change by with the logarithm of a factor on each row's standard deviation of a block, under
-  /// Student's t or not, beside what they do by the Hessian: by the solution, and by the block's own term.
-  Eigen::VectorXd by_noise(const SettledProblem& settled, const Block& block, const Problem::Linearization& at) const;
+  /// Returns the block D of variables, stacked in the order of their ids, such that a change dH of the Hessian changes
+  /// the sum by tr(D dH).
+  Eigen::MatrixXd hessian_derivative(const std::vector<int>& variable_ids, const std::vector<int>& dofs) const;
+  /// Returns the derivative of the sum − ½ log det H by the log noise factor of each row of a block, which may have any
+  /// loss. Includes the change of the solution and of the block's own term, but not the change of the Hessian.
+  Eigen::VectorXd noise_derivative(const LaplaceApproximation& laplace, const Block& block,
+                                   const Problem::Linearization& at) const;
 
  private:
-  /// A block as it is linearised, whitened.
-  struct Whitened {
+  /// A linearised, whitened block.
+  struct WhitenedBlock {
     Loss loss;
     Eigen::VectorXd r;
     Eigen::MatrixXd J;
     std::vector<int> variable_ids, dofs;
   };
-  bool find_by_hessian(SettledProblem& settled);
-  void find_by_solution(SettledProblem& settled);
-  Eigen::VectorXd moved(const Whitened& by, const Eigen::VectorXd& step) const;
-  void pull(const Whitened& by, const Eigen::VectorXd& rows, Eigen::VectorXd& gradient) const;
+  bool differentiate_by_hessian(LaplaceApproximation& laplace);
+  void differentiate_by_solution(LaplaceApproximation& laplace);
+  Eigen::VectorXd whitened_step(const WhitenedBlock& by, const Eigen::VectorXd& step) const;
+  void add_gradient(const WhitenedBlock& by, const Eigen::VectorXd& rows, Eigen::VectorXd& gradient) const;
 
-  const Program* program_ = nullptr;
-  std::vector<Whitened> blocks_;                       // SettledProblem::student_t()
-  std::vector<TailTerm> terms_;                        // of these
-  std::map<std::pair<int, int>, std::size_t> places_;  // of these, by pool and id
+  const NlpEvaluator* nlp_ = nullptr;
+  std::vector<WhitenedBlock> blocks_;                         // LaplaceApproximation::student_t_blocks()
+  std::vector<TailTerm> terms_;                               // one per block
+  std::map<std::pair<int, int>, std::size_t> term_of_block_;  // index in terms_ by pool and id
   double value_ = 0;
-  // D is the difference quotient of the inverse along the terms' own derivatives by covariances.
-  std::unique_ptr<SelectedInverse> more_, less_;
-  double apart_ = 0;  // 0: there is none
-  // H⁻¹ h, h the derivative by the solution of the sum and of −½ log det H; of all unknowns.
+  // D is a central difference of the inverse Hessian, perturbed by the derivatives of the terms by the covariances.
+  std::unique_ptr<SelectedInverse> inverse_plus_, inverse_minus_;
+  double step_width_ = 0;  // 0: no difference was taken
+  // H⁻¹ h over all unknowns, where h is the derivative of the sum − ½ log det H by the solution.
   Eigen::VectorXd by_solution_;
 };
 

@@ -1,14 +1,14 @@
 #include <algorithm>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/problem/populate.hpp>
+#include <tandem/problem/prefault.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
 #include <tandem/solvers/linear/block_symbolic.hpp>
 #include <tandem/solvers/linear/panel_kernels.hpp>
 
 namespace tandem {
-SymmetricPattern in_order_of_elimination(const SymmetricPattern& pattern) {
-  return detail::in_order_of_elimination(pattern, detail::analyze(pattern, BlockCholesky::kALittleMore, true));
+SymmetricPattern in_elimination_order(const SymmetricPattern& pattern) {
+  return detail::in_elimination_order(pattern, detail::analyze(pattern, BlockCholesky::kDefaultNaturalFlops, true));
 }
 
 BlockCholesky::BlockCholesky(const SymmetricPattern& pattern, double natural_flops) {
@@ -18,16 +18,16 @@ BlockCholesky::BlockCholesky(const SymmetricPattern& pattern, double natural_flo
     compile(pattern);
 }
 BlockCholesky::BlockCholesky(const SymmetricPattern& pattern, const SymmetricPattern& blocks) {
-  compile(pattern, blocks, kALittleMore);
+  compile(pattern, blocks, kDefaultNaturalFlops);
 }
 
 void BlockCholesky::compile(const SymmetricPattern& pattern, const SymmetricPattern& blocks, double natural_flops) {
-  const SymmetricPattern factor =
-      detail::in_order_of_elimination(pattern, detail::analyze(blocks, natural_flops, natural_flops <= kALittleMore));
+  const SymmetricPattern factor = detail::in_elimination_order(
+      pattern, detail::analyze(blocks, natural_flops, natural_flops <= kDefaultNaturalFlops));
   compile(factor);
-  laid_out_ = false;
-  take_own_memory();
-  compile_loading(pattern, factor);
+  in_factor_order_ = false;
+  use_own_memory();
+  compile_copies(pattern, factor);
 }
 
 void BlockCholesky::compile(const SymmetricPattern& factor) {
@@ -43,7 +43,7 @@ void BlockCholesky::compile(const SymmetricPattern& factor) {
   for (std::size_t block = 0; block < order.size(); ++block)
     order[std::size_t(factor.place[block])] = static_cast<int>(block);
   for (auto* of_blocks : {&size_, &panel_rows_, &first_unknown_}) of_blocks->reserve(order.size());
-  for (auto* of_ends : {&panel_, &row_start_, &below_start_, &below_joint_, &update_start_})
+  for (auto* of_ends : {&panel_, &row_start_, &below_start_, &below_separator_, &update_start_})
     of_ends->reserve(order.size() + 1);
   row_block_.reserve(factor.block_row.size());
   std::vector<int> row_in_panel;
@@ -68,15 +68,15 @@ void BlockCholesky::compile(const SymmetricPattern& factor) {
   below_.reserve(below_tops);
   updates_.reserve(below_tops);
   runs_.reserve(below_tops);
-  detail::populate(below_, below_tops);
-  detail::populate(updates_, below_tops);
-  detail::populate(runs_, below_tops);
+  detail::prefault(below_, below_tops);
+  detail::prefault(updates_, below_tops);
+  detail::prefault(runs_, below_tops);
   compile_rows(row_in_panel);
   compile_updates(row_in_panel);
 }
 
-/// Where in a panel the blocks of H go, and what has none.
-void BlockCholesky::compile_loading(const SymmetricPattern& pattern, const SymmetricPattern& factor) {
+/// Lists the copies of blocks of H into panels, and the parts of panels that are fill.
+void BlockCholesky::compile_copies(const SymmetricPattern& pattern, const SymmetricPattern& factor) {
   const auto part_of = [&](int k) -> Section& {
     return parts_[k < factor.first_part ? 0 : k < factor.second_part ? 1 : 2];
   };
@@ -120,22 +120,22 @@ void BlockCholesky::compile_rows(const std::vector<int>& row_in_panel) {
   for (int k = 0; k < blocks_; ++k) {
     const auto begin = std::size_t(row_start_[std::size_t(k)]), end = std::size_t(row_start_[std::size_t(k) + 1]);
     const int reach = k < parts_[2].begin ? parts_[2].begin : blocks_;
-    int joint = -1;
+    int separator = -1;
     for (std::size_t b = begin; b < end; ++b) {
       const int rows = size_[std::size_t(row_block_[b])], row = row_in_panel[b];
       if (b == begin) continue;
-      const bool is_joint = joint < 0 && row_block_[b] >= reach;
-      if (is_joint) joint = static_cast<int>(below_.size());
+      const bool is_separator = separator < 0 && row_block_[b] >= reach;
+      if (is_separator) separator = static_cast<int>(below_.size());
       const int unknown = first_unknown_[std::size_t(row_block_[b])];
-      if (b > begin + 1 && !is_joint && below_.back().unknown + below_.back().rows == unknown) {
+      if (b > begin + 1 && !is_separator && below_.back().unknown + below_.back().rows == unknown) {
         below_.back().rows += rows;
       } else {
         below_.push_back({row, unknown, rows});
       }
     }
     below_start_.push_back(static_cast<int>(below_.size()));
-    below_joint_.push_back(joint < 0 ? below_start_.back() : joint);
-    if (joint >= 0) joints_.push_back(k);
+    below_separator_.push_back(separator < 0 ? below_start_.back() : separator);
+    if (separator >= 0) separator_columns_.push_back(k);
   }
 }
 
@@ -168,9 +168,9 @@ void BlockCholesky::compile_updates(const std::vector<int>& row_in_panel) {
   }
 }
 
-void BlockCholesky::for_both(detail::FunctionRef<void(int part)> f) const {
+void BlockCholesky::for_both_halves(detail::FunctionRef<void(int part)> f) const {
   if (parts_[1].end == 0) return;
-  if (lanes_ && nonzeros_ >= detail::kWorthThreads) return lanes_->run(2, f);
+  if (task_runner_ && nonzeros_ >= detail::kMinEntriesForThreads) return task_runner_->run(2, f);
   f(0);
   f(1);
 }
@@ -179,16 +179,16 @@ void BlockCholesky::load(const Eigen::VectorXd& values) {
   for (const Section& part : parts_) load(part, values, {}, true);
 }
 
-/// Nothing is to be copied where the values are the factor's own.
+/// Loads the values of H into a part of the factor. Copies nothing if the values are the memory of the factor.
 void BlockCholesky::load(const Section& part, const Eigen::VectorXd& values, const Eigen::VectorXd& shift,
                          bool with_diagonal) {
   if (part.begin == part.end) return;
-  if (laid_out_ && values.data() != entries_) {
+  if (in_factor_order_ && values.data() != entries_) {
     const int first = panel_[std::size_t(part.begin)];
     std::copy_n(values.data() + first, panel_[std::size_t(part.end)] - first, entries_ + first);
   }
-  if (!laid_out_)
-    detail::at_best([&]() TANDEM_INLINED_HERE {
+  if (!in_factor_order_)
+    detail::dispatch_simd([&]() TANDEM_INLINED_HERE {
       for (const Fill& f : part.fill)
         for (int j = 0; j < f.columns; ++j) detail::set_zero(f.rows, entries_ + f.target + j * f.stride);
       for (const Copy& c : part.copies) {
@@ -214,8 +214,8 @@ void BlockCholesky::load(const Section& part, const Eigen::VectorXd& values, con
 }
 
 int BlockCholesky::eliminate(int begin, int end, int reach, WeakPivots* weak) {
-  return detail::at_best([&]() TANDEM_INLINED_HERE {
-    double inverse[detail::kMostDofs];
+  return detail::dispatch_simd([&]() TANDEM_INLINED_HERE {
+    double inverse[detail::kMaxDofs];
     int failed = 0;
     for (int k = begin; k < end; ++k) {
       const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)], first = first_unknown_[std::size_t(k)];
@@ -235,7 +235,7 @@ int BlockCholesky::eliminate(int begin, int end, int reach, WeakPivots* weak) {
   });
 }
 
-inline int BlockCholesky::first_update(int k, int reach) const {  // one for each block row below the top
+inline int BlockCholesky::first_update(int k, int reach) const {  // there is one update per block row below the top
   int update = update_start_[std::size_t(k) + 1], row = row_start_[std::size_t(k) + 1];
   for (; update > update_start_[std::size_t(k)] && row_block_[std::size_t(row) - 1] >= reach; --row) --update;
   return update;
@@ -254,57 +254,64 @@ inline void BlockCholesky::subtract_updates(int begin, int end, int k, int inner
 }
 
 void BlockCholesky::subtract_below(int k, int inner, const double* A, const double* B) {
-  detail::at_best([&]() TANDEM_INLINED_HERE {
+  detail::dispatch_simd([&]() TANDEM_INLINED_HERE {
     subtract_updates(update_start_[std::size_t(k)], update_start_[std::size_t(k) + 1], k, inner, A, B);
   });
 }
 
 bool BlockCholesky::factorize(const Eigen::VectorXd& values, const Eigen::VectorXd& shift) {
-  take_own_memory();
+  use_own_memory();
   return factorize(values, shift, nullptr);
 }
 
+bool BlockCholesky::factorize_shifted(const Eigen::VectorXd& values, Eigen::VectorXd diagonal, double relative) {
+  for (double& d : diagonal) d = d > 0 ? relative * d : 1.0;
+  for (; diagonal.allFinite(); diagonal *= 10)
+    if (factorize(values, diagonal)) return true;
+  return false;
+}
+
 bool BlockCholesky::factorize_in_place(Eigen::VectorXd& values) {
-  if (!laid_out_) return factorize(values);
+  if (!in_factor_order_) return factorize(values);
   entries_ = values.data();
   return factorize(values, {}, nullptr);
 }
 
-void BlockCholesky::take_own_memory() {
+void BlockCholesky::use_own_memory() {
   if (values_.size() == 0) {
     values_.resize(panel_.back());
-    detail::populate(values_, std::size_t(values_.size()));
+    detail::prefault(values_, std::size_t(values_.size()));
   }
   entries_ = values_.data();
 }
 
 bool BlockCholesky::factorize(const Eigen::VectorXd& values, const Eigen::VectorXd& shift, WeakPivots* weak) {
-  const int joint = parts_[2].begin;
+  const int separator = parts_[2].begin;
   std::array<int, 2> failed{-1, -1};
-  for_both([&](int p) {
+  for_both_halves([&](int p) {
     const Section& section = parts_[std::size_t(p)];
     load(section, values, shift, weak != nullptr);
-    failed[std::size_t(p)] = eliminate(section.begin, section.end, joint, weak ? &weak[p] : nullptr);
+    failed[std::size_t(p)] = eliminate(section.begin, section.end, separator, weak ? &weak[p] : nullptr);
   });
   failed_ = failed[0] >= 0 ? failed[0] : failed[1];
   if (failed_ >= 0) return false;
   load(parts_[2], values, shift, weak != nullptr);
-  // What both parts change of the third, one after the other: sums are those of one thread.
-  detail::at_best([&]() TANDEM_INLINED_HERE {
-    for (const int k : joints_) {
+  // Both halves update the separator one after the other, so that sums do not depend on the number of threads.
+  detail::dispatch_simd([&]() TANDEM_INLINED_HERE {
+    for (const int k : separator_columns_) {
       const double* P = entries_ + panel_[std::size_t(k)];
-      subtract_updates(first_update(k, joint), update_start_[std::size_t(k) + 1], k, size_[std::size_t(k)], P, P);
+      subtract_updates(first_update(k, separator), update_start_[std::size_t(k) + 1], k, size_[std::size_t(k)], P, P);
     }
   });
-  failed_ = eliminate(joint, blocks_, blocks_, weak ? &weak[2] : nullptr);
+  failed_ = eliminate(separator, blocks_, blocks_, weak ? &weak[2] : nullptr);
   return failed_ < 0;
 }
 
 std::vector<Eigen::VectorXd> BlockCholesky::null_space(Eigen::VectorXd& values, double relative, int most) {
-  if (laid_out_)
+  if (in_factor_order_)
     entries_ = values.data();
   else
-    take_own_memory();
+    use_own_memory();
   std::array<WeakPivots, 3> of_parts{{{relative, {}}, {relative, {}}, {relative, {}}}};
   factorize(values, {}, of_parts.data());
   std::vector<int> weak;

@@ -3,7 +3,7 @@
 #include <tandem/solvers/linear/block_cholesky.hpp>
 #include <tandem/solvers/linear/panel_kernels.hpp>
 
-// Triangular solves, and what is made of them.
+// Triangular solves of BlockCholesky, and the inverse blocks.
 namespace tandem {
 
 inline void BlockCholesky::forward_top(int k, double* y) const {
@@ -62,30 +62,30 @@ inline void BlockCholesky::backward_by(int k, double* y) const {
 }
 
 void BlockCholesky::forward(Eigen::VectorXd& y) const {
-  for_both([&](int p) {
+  for_both_halves([&](int p) {
     const Section& part = parts_[std::size_t(p)];
-    detail::at_best([&]() TANDEM_INLINED_HERE {
+    detail::dispatch_simd([&]() TANDEM_INLINED_HERE {
       for (int k = part.begin; k < part.end; ++k) {
         forward_top(k, y.data());
-        forward_below(below_start_[std::size_t(k)], below_joint_[std::size_t(k)], k, y.data());
+        forward_below(below_start_[std::size_t(k)], below_separator_[std::size_t(k)], k, y.data());
       }
     });
   });
-  detail::at_best([&]() TANDEM_INLINED_HERE {
-    for (const int k : joints_)
-      forward_below(below_joint_[std::size_t(k)], below_start_[std::size_t(k) + 1], k, y.data());
+  detail::dispatch_simd([&]() TANDEM_INLINED_HERE {
+    for (const int k : separator_columns_)
+      forward_below(below_separator_[std::size_t(k)], below_start_[std::size_t(k) + 1], k, y.data());
     for (int k = parts_[2].begin; k < blocks_; ++k) forward_by(k, y.data());
   });
 }
 
 void BlockCholesky::backward(Eigen::VectorXd& y) const {
   const auto backward_through = [&](const Section& part) {
-    detail::at_best([&]() TANDEM_INLINED_HERE {
+    detail::dispatch_simd([&]() TANDEM_INLINED_HERE {
       for (int k = part.end - 1; k >= part.begin; --k) backward_by(k, y.data());
     });
   };
   backward_through(parts_[2]);
-  for_both([&](int p) { backward_through(parts_[std::size_t(p)]); });
+  for_both_halves([&](int p) { backward_through(parts_[std::size_t(p)]); });
 }
 
 void BlockCholesky::solve(Eigen::VectorXd& x) const {
@@ -93,8 +93,8 @@ void BlockCholesky::solve(Eigen::VectorXd& x) const {
   backward(x);
 }
 
-/// Each block, its parent in the elimination tree, the parent's, and so on to the root; in the order of elimination.
-std::vector<int> BlockCholesky::ancestry_of(const std::vector<int>& blocks) const {
+/// Returns the blocks and all their ancestors in the elimination tree, in elimination order.
+std::vector<int> BlockCholesky::ancestors_of(const std::vector<int>& blocks) const {
   std::vector<int> ancestry;
   std::vector<char> seen(std::size_t(blocks_), 0);
   for (const int block : blocks)
@@ -111,7 +111,7 @@ std::vector<int> BlockCholesky::ancestry_of(const std::vector<int>& blocks) cons
 Eigen::MatrixXd BlockCholesky::inverse_of(const std::vector<int>& blocks) const {
   int n = 0;
   for (const int block : blocks) n += size_[std::size_t(place_of_block_[std::size_t(block)])];
-  const std::vector<int> ancestry = ancestry_of(blocks);
+  const std::vector<int> ancestry = ancestors_of(blocks);
   Eigen::MatrixXd S(n, n);
   Eigen::VectorXd x(n_);
   int column = 0;
@@ -121,7 +121,7 @@ Eigen::MatrixXd BlockCholesky::inverse_of(const std::vector<int>& blocks) const 
       for (const int k : ancestry) x.segment(first_unknown_[std::size_t(k)], size_[std::size_t(k)]).setZero();
       x[first_unknown_[std::size_t(place)] + i] = 1;
       const auto first = std::lower_bound(ancestry.begin(), ancestry.end(), place) - ancestry.begin();
-      detail::at_best([&]() TANDEM_INLINED_HERE {
+      detail::dispatch_simd([&]() TANDEM_INLINED_HERE {
         for (std::size_t k = std::size_t(first); k < ancestry.size(); ++k) forward_by(ancestry[k], x.data());
         for (std::size_t k = ancestry.size(); k-- > 0;) backward_by(ancestry[k], x.data());
       });

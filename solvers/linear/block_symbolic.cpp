@@ -11,10 +11,9 @@
 namespace tandem::detail {
 namespace {
 
-/// Structure of the factor, column by column: a column's rows are its own in H and those of its children in the
-/// elimination tree (George & Liu 1981).
-/// Stops with infinite flops where they pass `most_flops` or the block rows `most_rows`: a bad order would not fit the
-/// memory.
+/// Computes the structure of the factor column by column (George & Liu 1981). The rows of a column are its own rows in
+/// H and those of its children in the elimination tree. Returns infinite flops if they exceed `most_flops` or if the
+/// block rows exceed `most_rows`, as a bad order would not fit into memory.
 BlockSymbolic symbolic(const SymmetricPattern& pattern, std::vector<int> order, double most_flops, double most_rows) {
   const int n = pattern.num_blocks();
   std::vector<int> place(order.size());
@@ -67,7 +66,8 @@ std::vector<int> amd_order_of(const SymmetricPattern& pattern) {
   return order;
 }
 
-/// The first half in its order, the rest from its end, but for those of it that the first half has to do with, which come last.
+/// Orders the first half forwards and the second half backwards. Blocks of the second half that are adjacent to the
+/// first one come last.
 BlockSymbolic from_both_ends(const SymmetricPattern& pattern, double most_rows) {
   const int n = pattern.num_blocks(), half = n / 2;
   std::vector<char> between(std::size_t(n), 0);
@@ -108,9 +108,9 @@ SymmetricPattern blocks_with(const SymmetricPattern& pattern, std::span<const st
 
 BlockSymbolic analyze(const SymmetricPattern& pattern, double natural_flops, bool both_ends) {
   constexpr double any = std::numeric_limits<double>::infinity();
-  // A band: no order does much better than one with hardly any fill.
+  // A band with hardly any fill is close to optimal.
   const double hardly_any_fill = 1.5 * double(pattern.block_row.size());
-  if (both_ends && pattern.num_blocks() >= kLongChain) {
+  if (both_ends && pattern.num_blocks() >= kMinBlocksForBothEnds) {
     BlockSymbolic band = from_both_ends(pattern, hardly_any_fill);
     if (band.flops < any) return band;
   }
@@ -123,7 +123,7 @@ BlockSymbolic analyze(const SymmetricPattern& pattern, double natural_flops, boo
   return own.flops < any ? std::move(own) : std::move(amd);
 }
 
-SymmetricPattern in_order_of_elimination(const SymmetricPattern& pattern, const BlockSymbolic& structure) {
+SymmetricPattern in_elimination_order(const SymmetricPattern& pattern, const BlockSymbolic& structure) {
   SymmetricPattern result;
   result.first = pattern.first;
   result.first_part = structure.first_part;

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <tandem/solvers/linear/condensed_kkt.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
@@ -8,25 +7,24 @@
 namespace tandem::detail {
 namespace {
 
-constexpr double kInequalities = 1e-4;    // of the equalities' regularisation: they have their slacks' as well
-constexpr double kLeastCurvature = 1e-8;  // of the largest: what an unknown without curvature is taken to have
+constexpr double kInequalityFactor = 1e-4;  // regularisation relative to that of equalities; the slacks add to it
 
 }  // namespace
 
-CondensedKkt::CondensedKkt(const Program& program)
-    : program_(program),
-      hessian_pattern_(program.hessian_pattern()),
-      jacobian_pattern_(program.jacobian_pattern()),
-      unknowns_(program.num_unknowns()),
-      factor_(program.hessian_pattern()) {
-  factor_.use(program.lanes());
-  const int rows = program.num_rows();
-  const auto is_equality = [&](int row) { return program.lower()[row] == program.upper()[row]; };
+CondensedKkt::CondensedKkt(const NlpEvaluator& nlp)
+    : nlp_(nlp),
+      hessian_pattern_(nlp.hessian_pattern()),
+      jacobian_pattern_(nlp.jacobian_pattern()),
+      unknowns_(nlp.num_unknowns()),
+      factor_(nlp.hessian_pattern()) {
+  factor_.use(nlp.tasks());
+  const int rows = nlp.num_rows();
+  const auto is_equality = [&](int row) { return nlp.lower()[row] == nlp.upper()[row]; };
   for (int row = 0; row < rows; ++row) ++(is_equality(row) ? equalities_ : inequalities_);
   int equality = 0, inequality = equalities_;
   for (int row = 0; row < rows; ++row) multiplier_.push_back(is_equality(row) ? equality++ : inequality++);
   for (std::size_t k = 0; k < jacobian_pattern_.row.size(); ++k)
-    (is_equality(jacobian_pattern_.row[k]) ? of_equality_ : of_inequality_).push_back(static_cast<int>(k));
+    (is_equality(jacobian_pattern_.row[k]) ? equality_entries_ : inequality_entries_).push_back(static_cast<int>(k));
 
   hessian_.resize(hessian_pattern_.nonzeros());
   jacobian_.resize(static_cast<Eigen::Index>(jacobian_pattern_.row.size()));
@@ -44,9 +42,9 @@ bool CondensedKkt::analyze(int size, int entries, const int* row, const int* col
   const HessianEntries hessian{hessian_pattern_.column_starts(), hessian_pattern_.rows()};
   for (int k = 0; k < entries; ++k) {
     const auto [low, high] = std::minmax({row[k] - base, column[k] - base});
-    if (!note(k, high, low, hessian)) return false;
+    if (!map_entry(k, high, low, hessian)) return false;
   }
-  return next_equality_ == of_equality_.size() && next_inequality_ == of_inequality_.size();
+  return next_equality_ == equality_entries_.size() && next_inequality_ == inequality_entries_.size();
 }
 
 void CondensedKkt::add(std::vector<Run>& runs, int from, int to) {
@@ -57,8 +55,8 @@ void CondensedKkt::add(std::vector<Run>& runs, int from, int to) {
   }
 }
 
-/// An entry of the lower triangle.
-bool CondensedKkt::note(int entry, int row, int column, const HessianEntries& hessian) {
+/// Maps an entry of the lower triangle to its place. Returns false if the matrix has another form.
+bool CondensedKkt::map_entry(int entry, int row, int column, const HessianEntries& hessian) {
   const int slack = unknowns_, equality = slack + inequalities_, inequality = equality + equalities_;
   if (row < slack) {
     const auto begin = hessian.row.begin() + hessian.column_start[std::size_t(column)],
@@ -73,7 +71,7 @@ bool CondensedKkt::note(int entry, int row, int column, const HessianEntries& he
     return true;
   }
   if (row >= equality && column < slack) {
-    const auto& order = row < inequality ? of_equality_ : of_inequality_;
+    const auto& order = row < inequality ? equality_entries_ : inequality_entries_;
     std::size_t& next = row < inequality ? next_equality_ : next_inequality_;
     if (next == order.size()) return false;
     const std::size_t to = std::size_t(order[next++]);
@@ -104,8 +102,7 @@ void CondensedKkt::load(const double* values) {
 void CondensedKkt::regularize(double relative) {
   hessian_diagonal(hessian_pattern_, hessian_, curvature_);
   curvature_ = curvature_.cwiseAbs();
-  const double least = std::max(kLeastCurvature * curvature_.maxCoeff(), std::numeric_limits<double>::min());
-  curvature_ = curvature_.cwiseMax(least);
+  curvature_ = curvature_.cwiseMax(min_curvature(curvature_));
   regularized_.setZero();
   for (std::size_t k = 0; k < jacobian_pattern_.row.size(); ++k) {
     const double J = jacobian_[Eigen::Index(k)];
@@ -114,14 +111,14 @@ void CondensedKkt::regularize(double relative) {
   const auto given = -diagonal_.tail(num_constraints());
   for (int i = 0; i < num_constraints(); ++i) {
     const double size = regularized_[i] > 0 ? regularized_[i] : 1.0;
-    regularized_[i] = std::max(given[i], (i < equalities_ ? relative : kInequalities * relative) * size);
+    regularized_[i] = std::max(given[i], (i < equalities_ ? relative : kInequalityFactor * relative) * size);
   }
 }
 
 bool CondensedKkt::factorize(const double* values, double regularization) {
   load(values);
   regularize(regularization);
-  bool sound = true;
+  bool valid = true;
   for (std::size_t row = 0; row < multiplier_.size(); ++row) {
     const int i = multiplier_[row], k = i - equalities_;
     double& weight = weights_[Eigen::Index(row)];
@@ -131,20 +128,20 @@ bool CondensedKkt::factorize(const double* values, double regularization) {
       const double S = diagonal_[unknowns_ + k], B = coupling_[k];
       weight = S / (B * B + regularized_[i] * S);
     }
-    sound = sound && weight >= 0 && std::isfinite(weight);
+    valid = valid && weight >= 0 && std::isfinite(weight);
   }
   factorized_ = false;
-  if (!sound) return false;
-  program_.add_constraint_hessian(weights_, jacobian_, hessian_);
+  if (!valid) return false;
+  nlp_.add_constraint_hessian(weights_, jacobian_, hessian_);
   factorized_ = factor_.factorize(hessian_);
   return factorized_;
 }
 
-/// Each inequality's slack s and multiplier y are, with its row's J x,
+/// The slack s and the multiplier y of an inequality follow from J x of its row,
 ///
 ///     s = (B (r_d − J x) + D r_s) / (B² + D S)        y = (B r_s − S (r_d − J x)) / (B² + D S)
 ///
-/// and an equality's y = (J x − r_c) / C.
+/// and the multiplier of an equality is y = (J x − r_c) / C.
 void CondensedKkt::solve(double* rhs) {
   Eigen::Map<Vector> v(rhs, size());
   if (!factorized_) {

@@ -8,7 +8,7 @@
 namespace tandem::detail {
 namespace {
 
-/// The rows that are not rounding, no more of them than columns.
+/// Reduces the rows to at most as many as columns, and drops rows below the tolerance.
 Eigen::MatrixXd compressed(Eigen::MatrixXd rows) {
   if (rows.rows() > rows.cols() && rows.cols() > 0) {
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(rows);
@@ -25,20 +25,20 @@ Eigen::MatrixXd compressed(Eigen::MatrixXd rows) {
 ConstrainedFront::ConstrainedFront(const Eigen::Ref<const Eigen::MatrixXd>& panel, const Eigen::MatrixXd& constraints) {
   const Eigen::Index m = panel.rows(), n = panel.cols(), below = m - n;
 
-  // M = Q [R B1; 0 B2] with R of full row rank: R f + B1 s = 0 holds f, B2 s = 0 is left.
+  // M = Q [R B1; 0 B2] with R of full row rank. R f + B1 s = 0 constrains f, and B2 s = 0 remains.
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(constraints.leftCols(n));
   const Eigen::MatrixXd& packed = qr.matrixQR();
   Eigen::Index rank = 0;
   while (rank < std::min(packed.rows(), n) && std::abs(packed(rank, rank)) > tolerance) ++rank;
   Eigen::MatrixXd turned = constraints.rightCols(below);
-  if (below > 0) {  // a block of what has no columns has no address
+  if (below > 0) {  // Eigen fails for blocks without columns
     turned.applyOnTheLeft(qr.householderQ().adjoint());
     remaining = compressed(turned.bottomRows(turned.rows() - rank));
   }
   const Eigen::MatrixXd R =
       Eigen::MatrixXd(packed.topRows(rank).triangularView<Eigen::Upper>()) * qr.colsPermutation().transpose();
 
-  // R = [Uᵀ 0] Vᵀ: f = V₁ (−U⁻ᵀ B1 s) + V₂ y = G s + Z y.
+  // R = [Uᵀ 0] Vᵀ, hence f = V₁ (−U⁻ᵀ B1 s) + V₂ y = G s + Z y.
   Eigen::MatrixXd V = Eigen::MatrixXd::Identity(n, n), held = turned.topRows(rank);
   if (rank > 0) {
     const Eigen::HouseholderQR<Eigen::MatrixXd> range(R.transpose());
@@ -60,13 +60,13 @@ ConstrainedFront::ConstrainedFront(const Eigen::Ref<const Eigen::MatrixXd>& pane
   }
   Eigen::MatrixXd W = Z.transpose() * (HG + C), root = Z.transpose();
   if (reduced.size() > 0) {
-    if (below > 0) llt.matrixL().solveInPlace(W);  // Eigen's solve takes no empty right side
+    if (below > 0) llt.matrixL().solveInPlace(W);  // Eigen fails for an empty right-hand side
     llt.matrixL().solveInPlace(root);
   }
   Tt = G.transpose() - W.transpose() * root;
   D = root.transpose() * root;
 
-  // H of s gains Gᵀ H G + Gᵀ C + Cᵀ G = Gᵀ K + Kᵀ G and loses Wᵀ W.
+  // H of s increases by Gᵀ H G + Gᵀ C + Cᵀ G = Gᵀ K + Kᵀ G and decreases by Wᵀ W.
   const Eigen::MatrixXd K = C + 0.5 * HG;
   const Eigen::Index free = W.rows();
   A.setZero(m, free + 2 * n);

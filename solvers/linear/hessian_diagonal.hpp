@@ -1,10 +1,10 @@
 #pragma once
 
-#include <tandem/problem/program.hpp>
+#include <tandem/problem/nlp_evaluator.hpp>
 
 namespace tandem::detail {
 
-/// The diagonal of a Hessian given by its pattern's values, of these blocks: the curvature of each unknown.
+/// Copies the diagonal of a Hessian, given by the values of its pattern, for the blocks from `first` to before `end`.
 inline void hessian_diagonal(const SymmetricPattern& pattern, int first, int end, const Eigen::VectorXd& values,
                              Eigen::VectorXd& diagonal) {
   for (int k = first; k < end; ++k)
@@ -13,7 +13,13 @@ inline void hessian_diagonal(const SymmetricPattern& pattern, int first, int end
       diagonal[pattern.first[std::size_t(k)] + i] = values[at];
 }
 
-/// The same of all.
+/// Returns the smallest curvature that constraints divide by: 1e-8 of the largest one, or 1 if none is positive.
+inline double min_curvature(const Eigen::VectorXd& curvature) {
+  const double largest = curvature.maxCoeff();
+  return largest > 0 ? 1e-8 * largest : 1.0;
+}
+
+/// Copies the whole diagonal.
 inline void hessian_diagonal(const SymmetricPattern& pattern, const Eigen::VectorXd& values,
                              Eigen::VectorXd& diagonal) {
   hessian_diagonal(pattern, 0, pattern.num_blocks(), values, diagonal);

@@ -6,11 +6,12 @@
 
 #include <tandem/problem/instruction_set.hpp>
 
-/// The dense arithmetic of a block Cholesky, column-major, for at_best(). Tiles of six rows, of a pose, and of three stay in
-/// registers; widths are template parameters where they are the common ones, else 0 and given besides.
+/// Dense kernels of a block Cholesky factorisation, column-major, for use within dispatch_simd(). Tiles of six rows (a
+/// pose) or three rows stay in registers. Common widths are template parameters; 0 stands for a width that is given as
+/// an argument.
 namespace tandem::detail {
 
-/// Calls f(rows, i) for tiles of constant rows that make up m of them, i the first of each.
+/// Calls f(rows, i) for tiles that cover m rows, with a constant number of rows each and i as the first one.
 template <class F>
 TANDEM_INLINED void in_tiles(int m, F f) {
   int i = 0;
@@ -19,7 +20,7 @@ TANDEM_INLINED void in_tiles(int m, F f) {
   for (; i < m; ++i) f(std::integral_constant<int, 1>(), i);
 }
 
-/// Of a few numbers, for which a call takes longer.
+/// Copies a few numbers; faster than a function call.
 TANDEM_INLINED void copy(int m, const double* from, double* to) {
   in_tiles(m, [&](auto rows, int first) TANDEM_INLINED_HERE {
     for (int i = 0; i < rows; ++i) to[first + i] = from[first + i];
@@ -31,7 +32,7 @@ TANDEM_INLINED void set_zero(int m, double* to) {
   });
 }
 
-/// C −= A Bᵀ of so many rows, B of N rows, both of K columns.
+/// C −= A Bᵀ for `rows` rows of C and A; B has N rows, and both have K columns.
 template <int rows, int N, int K>
 TANDEM_INLINED void subtract_tile(int n_, int k_, double* __restrict C, std::ptrdiff_t ldc, const double* __restrict A,
                                   std::ptrdiff_t lda, const double* __restrict B, std::ptrdiff_t ldb) {
@@ -45,7 +46,7 @@ TANDEM_INLINED void subtract_tile(int n_, int k_, double* __restrict C, std::ptr
   }
 }
 
-/// The same of m rows.
+/// C −= A Bᵀ for m rows.
 template <int N, int K>
 TANDEM_INLINED void subtract_product(int m, int n, int k, double* C, int ldc, const double* A, int lda, const double* B,
                                      int ldb) {
@@ -60,7 +61,7 @@ TANDEM_INLINED void subtract_product_any(int m, int n, int k, double* C, int ldc
   subtract_product<0, 0>(m, n, k, C, ldc, A, lda, B, ldb);
 }
 
-/// X ← X L⁻ᵀ of so many rows, L the panel's top; `inverse` of its diagonal.
+/// X ← X L⁻ᵀ for `rows` rows, with L the top of the panel and `inverse` the inverse of its diagonal.
 template <int rows, int N>
 TANDEM_INLINED void solve_tile(int n_, const double* __restrict L, double* __restrict X, std::ptrdiff_t ld,
                                const double* inverse) {
@@ -74,8 +75,8 @@ TANDEM_INLINED void solve_tile(int n_, const double* __restrict L, double* __res
   }
 }
 
-/// Cholesky of a panel's square top, N × N, and the solve of what is below it, down to row m. A column whose pivot is refused by
-/// weak(c, pivot) is cut off. False at the first, `failed`, that is not positive all the same.
+/// Factorises the top of a panel, N × N, and solves for the rows below it, down to row m. Columns for whose pivot
+/// weak(c, pivot) is true are cleared. Returns false at the first other column, `failed`, whose pivot is not positive.
 template <int N, class Weak>
 TANDEM_INLINED bool factor_panel(int n_, int m, double* P, double* inverse, int& failed, Weak weak) {
   const int n = N > 0 ? N : n_;
@@ -103,7 +104,7 @@ TANDEM_INLINED bool factor_panel(int n_, int m, double* P, double* inverse, int&
   return true;
 }
 
-/// y −= A x of so many rows, N columns.
+/// y −= A x for m rows and N columns.
 template <int N>
 TANDEM_INLINED void subtract_columns(int m, int n_, const double* A, std::ptrdiff_t lda, const double* x, double* y) {
   const int n = N > 0 ? N : n_;
@@ -116,7 +117,7 @@ TANDEM_INLINED void subtract_columns(int m, int n_, const double* A, std::ptrdif
   });
 }
 
-/// y −= Aᵀ x, A and N as above: sums of a tile's products with a column stay beside each other until the end.
+/// y −= Aᵀ x for m rows and N columns. The products of a tile with a column are summed in registers.
 template <int N>
 TANDEM_INLINED void subtract_dot_products(int m, int n_, const double* A, std::ptrdiff_t lda, const double* x,
                                           double* y) {

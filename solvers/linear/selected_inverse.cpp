@@ -12,9 +12,6 @@ namespace {
 using Part = Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 using ConstPart = Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
-/// Pivots this small against their diagonal may be rounding (as in observability.cpp).
-constexpr double kRelativePivot = 1e-12;
-
 /// X = X L⁻¹ for X of m × n.
 void solve_right(int m, int n, double* X, int ldx, const double* L, int ldl) {
   for (int c = n - 1; c >= 0; --c) {
@@ -29,14 +26,14 @@ void solve_right(int m, int n, double* X, int ldx, const double* L, int ldl) {
   }
 }
 
-/// Y = S T for symmetric S of h × h, T and Y of h × n.
+/// Y = S T for symmetric S of h × h, and T and Y of h × n.
 void multiply(int h, int n, const double* S, const double* T, int ldt, double* Y, int ldy) {
   for (int c = 0; c < n; ++c) {
     double* __restrict y = Y + std::ptrdiff_t(c) * ldy;
     const double* t = T + std::ptrdiff_t(c) * ldt;
     std::fill_n(y, h, 0.0);
     int j = 0;
-    for (; j + 3 < h; j += 4) {  // four columns a sweep: fewer loads and stores of y
+    for (; j + 3 < h; j += 4) {  // four columns per sweep save loads and stores of y
       const double* s = S + std::ptrdiff_t(j) * h;
       const double a = t[j], b = t[j + 1], p = t[j + 2], q = t[j + 3];
       for (int i = 0; i < h; ++i) y[i] += s[i] * a + s[i + h] * b + s[i + 2 * h] * p + s[i + 3 * h] * q;
@@ -76,8 +73,8 @@ int SelectedInverse::panel_row(int k, int row_block) const {
   return -1;
 }
 
-/// Each equation waits, at norm 1, where the first of its blocks is eliminated.
-void SelectedInverse::start_equations(const LinearEquations& equations) {
+/// Scales each equation to norm 1 and assigns it to the first of its blocks in elimination order.
+void SelectedInverse::distribute_equations(const LinearEquations& equations) {
   equations_.assign(std::size_t(blocks_), {});
   std::vector<int> place(std::size_t(equations.num_rows), blocks_), at(std::size_t(equations.num_rows));
   std::vector<int> waiting(std::size_t(blocks_), 0);
@@ -90,7 +87,7 @@ void SelectedInverse::start_equations(const LinearEquations& equations) {
   for (std::size_t k = 0; k < waiting.size(); ++k)
     if (waiting[k] > 0) equations_[k].setZero(waiting[k], panel_rows_[k]);
 
-  std::vector<int> entry(place_of_unknown_.size());  // of each unknown in its block
+  std::vector<int> entry(place_of_unknown_.size());  // index of each unknown in its block
   for (int k = 0; k < blocks_; ++k)
     for (int i = 0; i < size_[std::size_t(k)]; ++i) entry[std::size_t(first_unknown_[std::size_t(k)] + i)] = i;
   for (std::size_t e = 0; e < equations.row.size(); ++e) {
@@ -108,7 +105,7 @@ bool SelectedInverse::compute(const Eigen::VectorXd& hessian, const LinearEquati
   weak_ = false;
   log_determinant_ = 0;
   load(hessian);
-  start_equations(equations);
+  distribute_equations(equations);
   for (int k = 0; k < blocks_; ++k) {
     if (check) check();
     if (!(equations_[std::size_t(k)].rows() > 0 ? eliminate_constrained(k) : eliminate_free(k))) return false;
@@ -173,7 +170,7 @@ bool SelectedInverse::eliminate_constrained(int k) {
     waiting.bottomRows(front.remaining.rows()).middleCols(run.target - panel_[p], run.rows) =
         front.remaining.middleCols(run.source_row - n, run.rows);
   }
-  // What pivots are measured against, as the diagonal of H: only sums, whose digits do not cancel.
+  // Reference values for weak pivots: only sums, without cancellation.
   for (int b = row_start_[std::size_t(k)] + 1, row = 0; b < row_start_[std::size_t(k) + 1]; ++b) {
     const std::size_t later = std::size_t(row_block_[std::size_t(b)]);
     diagonal_.segment(first_unknown_[later], size_[later]) += front.added.segment(row, size_[later]);
@@ -191,7 +188,8 @@ bool SelectedInverse::fail(int k, const Eigen::VectorXd& direction) {
 
 void SelectedInverse::invert(int k) {
   const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)], h = m - n;
-  for (int u = update_start_[std::size_t(k)]; u < update_start_[std::size_t(k) + 1]; ++u) {  // S_ss, as updates go
+  // S_ss, gathered in the order of the updates.
+  for (int u = update_start_[std::size_t(k)]; u < update_start_[std::size_t(k) + 1]; ++u) {
     const Update& update = updates_[std::size_t(u)];
     const int column = update.first_row - n;
     for (int r = update.run_begin; r < update.run_end; ++r) {
@@ -216,7 +214,7 @@ void SelectedInverse::invert(int k) {
     }
 }
 
-bool SelectedInverse::holds(int a, int b) const {
+bool SelectedInverse::in_pattern(int a, int b) const {
   const auto [low, high] = std::minmax(place_[std::size_t(a)], place_[std::size_t(b)]);
   return panel_row(low, high) >= 0;
 }
@@ -248,7 +246,8 @@ void SelectedInverse::block(int a, int b, Eigen::Ref<Eigen::MatrixXd> S) const {
   }
 }
 
-/// x = S x = (I − T)⁻¹ D (I − T)⁻ᵀ x for x that is zero before the place `from`; found down to the place `to`.
+/// x = S x = (I − T)⁻¹ D (I − T)⁻ᵀ x, where x is zero before the place `from`. Computes the result down to the place
+/// `to`.
 void SelectedInverse::solve_column(int from, int to, Eigen::VectorXd& x) const {
   const auto each_row = [&](int k, auto f) {
     for (int b = row_start_[std::size_t(k)] + 1, row = size_[std::size_t(k)]; b < row_start_[std::size_t(k) + 1]; ++b) {

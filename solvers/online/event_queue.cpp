@@ -6,16 +6,16 @@ namespace tandem::detail {
 
 std::string seconds_text(double t) { return std::to_string(t) + " s"; }
 
-std::optional<std::string> EventQueue::why_not_at(const std::string& name, double stamp, bool started) {
-  if (!std::isfinite(stamp)) return name + ": a time has to be finite";
-  const bool ahead = started && stamp > clock_ + far_;
-  if (!ahead || (ahead_ && std::abs(stamp - *ahead_) <= far_)) {
-    ahead_.reset();  // lines of the same wrong stamp, others between them, are not believed
+std::optional<std::string> EventQueue::why_invalid_stamp(const std::string& name, double stamp, bool started) {
+  if (!std::isfinite(stamp)) return name + ": the time stamp is not finite";
+  const bool ahead = started && stamp > clock_ + max_ahead_;
+  if (!ahead || (ahead_ && std::abs(stamp - *ahead_) <= max_ahead_)) {
+    ahead_.reset();  // a good stamp in between: equal wrong stamps do not confirm each other
     return {};
   }
   ahead_ = stamp;
-  return name + ": the line stamped " + seconds_text(stamp) + " is " + seconds_text(stamp - clock_) +
-         " ahead of all others";
+  return name + ": time stamp " + seconds_text(stamp) + " is " + seconds_text(stamp - clock_) +
+         " ahead of all other streams";
 }
 
 EventQueue::Pending::const_iterator EventQueue::first() const {

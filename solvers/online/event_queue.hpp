@@ -13,7 +13,7 @@
 
 namespace tandem::detail {
 
-/// A measurement of one of the chaser's own sensors, or of one that observes the target.
+/// A measurement of one of the chaser's own sensors, or of a sensor that observes the target.
 struct OnlineEvent {
   std::size_t sensor;
   std::variant<EgoMeasurement, Measurement> measurement;
@@ -21,29 +21,29 @@ struct OnlineEvent {
   bool of_target() const { return std::holds_alternative<Measurement>(measurement); }
 };
 
-/// Measurements that wait for their turn, by the time when they were valid, and the clock of all lines that came.
+/// A queue of measurements, ordered by the time at which they were valid, and a clock: the latest stamp of all streams.
 class EventQueue {
  public:
-  /// `far` [s]: a stamp that is later than all others by more than this is not believed at once.
-  explicit EventQueue(double far) : far_(far) {}
+  /// `max_ahead` [s]: a stamp further ahead of the clock must be confirmed by a second one.
+  explicit EventQueue(double max_ahead) : max_ahead_(max_ahead) {}
 
-  /// A line stamped so has come. Returns why it cannot be used, a sentence: the stamp is not finite, or far ahead of all
-  /// others (where some have been used). One wrong stamp must not carry the estimate off to its time: it takes a second
-  /// line near it.
-  std::optional<std::string> why_not_at(const std::string& name, double stamp, bool started);
+  /// Checks the stamp of a new measurement. Returns the reason if it cannot be used: the stamp is not finite, or too
+  /// far ahead of the clock while `started`. A single wrong stamp must not advance the estimate, so two successive
+  /// stamps far ahead but close to each other are needed.
+  std::optional<std::string> why_invalid_stamp(const std::string& name, double stamp, bool started);
   void advance(double stamp) { clock_ = std::max(clock_, stamp); }
-  /// The latest stamp [s]; −∞ before the first.
+  /// Returns the latest stamp [s]; −∞ before the first.
   double clock() const { return clock_; }
 
   void push(double valid, OnlineEvent event) { pending_.emplace(valid, std::move(event)); }
   struct Next {
-    double t;  ///< s, when it was valid
+    double t;  ///< time at which the measurement was valid [s]
     bool of_target;
   };
-  /// The earliest. Of one instant, the target's measurements come first: they make the keyframe that the chaser's own
-  /// join, so that the order in which the lines came makes no difference.
+  /// Returns the earliest event. At equal times, measurements of the target come first, since they create the keyframe
+  /// that the chaser's measurements attach to. The order of arrival then has no effect.
   std::optional<Next> next() const;
-  /// Takes out what next() is; there is one.
+  /// Removes and returns the event of next(). The queue must not be empty.
   std::pair<double, OnlineEvent> take();
   void drop_before(double t);
 
@@ -51,13 +51,13 @@ class EventQueue {
   using Pending = std::multimap<double, OnlineEvent>;
   Pending::const_iterator first() const;
 
-  double far_;
+  double max_ahead_;
   double clock_ = -HUGE_VAL;
-  std::optional<double> ahead_;  // the stamp of a line that was far ahead of all others
+  std::optional<double> ahead_;  // the last stamp, if it was too far ahead
   Pending pending_;
 };
 
-/// "12.500000 s", as all sentences of the online estimator write a time.
+/// Formats a time for the messages of the online estimator: "12.500000 s".
 std::string seconds_text(double t);
 
 }  // namespace tandem::detail

@@ -9,9 +9,9 @@ namespace tandem {
 namespace {
 
 constexpr int kHeadings = 8;
-constexpr double kLargeBias = 0.02;  // rad/s: turns a body far within an alignment
+constexpr double kLargeBias = 0.02;  // rad/s: causes a large rotation during an alignment
 
-/// The bias of a gyroscope on a body that turns to and fro.
+/// Estimates the gyroscope bias as the mean angular rate, assuming that the rotation averages out.
 Vector<6> mean_rate(const NavigationData& data, double from, double seconds) {
   Vector<6> bias = Vector<6>::Zero();
   double n = 0;
@@ -23,7 +23,7 @@ Vector<6> mean_rate(const NavigationData& data, double from, double seconds) {
   return n > 0 ? Vector<6>(bias / n) : bias;
 }
 
-/// Cost of estimating the data from this start, all of it in one window.
+/// Returns the cost of estimating the data from this start, in one window.
 double cost_from(const NavigationData& data, const Alignment& start, double seconds, const OnlineOptions& options,
                  const Stop& stop) {
   OnlineOptions own;
@@ -31,12 +31,12 @@ double cost_from(const NavigationData& data, const Alignment& start, double seco
   own.lag = options.lag;
   own.lag.window = 2 * seconds;
   own.lag.max_keyframes = 0;
-  own.lag.leaving = {};  // of the estimate itself
+  own.lag.before_marginalize = {};  // hooks are for the actual estimate only
   own.start = start;
   own.reset = ResetOptions::never();
   OnlineEstimator estimator(TrackingData(), online_settings(data), own);
   replay(data, start.t + seconds, estimator, stop);
-  return estimator.started() && !stop.reached() ? estimator.settle().cost : HUGE_VAL;
+  return estimator.started() && !stop.reached() ? estimator.solve_to_convergence().cost : HUGE_VAL;
 }
 
 }  // namespace
@@ -78,13 +78,13 @@ Alignment align(const NavigationData& data, double seconds, const OnlineOptions&
   const Alignment coarse = coarse_alignment(data);
   if (!coarse.heading_unknown) return coarse;
   std::vector<Vector<6>> biases = {coarse.state.bias};
-  if (data.imu && data.imu->gyroscope_bias_spread() > kLargeBias) biases.push_back(mean_rate(data, coarse.t, seconds));
+  if (data.imu && data.imu->gyroscope_bias_sigma() > kLargeBias) biases.push_back(mean_rate(data, coarse.t, seconds));
   Alignment best = coarse;
   double least = HUGE_VAL;
   for (const Vector<6>& bias : biases)
     for (int i = 0; i < kHeadings; ++i) {
       Alignment candidate = coarse;
-      candidate.state = coarse.turned(2 * std::numbers::pi * i / kHeadings);
+      candidate.state = coarse.rotated_about_vertical(2 * std::numbers::pi * i / kHeadings);
       candidate.state.bias = bias;
       const double cost = cost_from(data, candidate, seconds, options, stop);
       if (!(cost < least)) continue;

@@ -5,16 +5,16 @@
 
 namespace tandem {
 
-/// Gives an estimator all that was recorded up to a time [s], in the order in which it came, and
-/// finishes it. It ends early when it is to stop.
+/// Feeds an estimator with all recorded samples and measurements up to time `until` [s], in the order of their stamps,
+/// and calls finish(). Ends early on a stop request.
 void replay(const NavigationData& data, double until, OnlineEstimator& estimator, const Stop& stop = {});
 
-/// What replay() of `data` gives an estimator's constructor: its settings, without errors that stay, of which a
-/// first guess has none, and without what is not read there.
+/// Returns the settings for the constructor of an estimator that replay() feeds: `data` without samples, measurements
+/// and systematic errors.
 NavigationData online_settings(const NavigationData& data);
 
-/// The alignment of `data`'s first `seconds`: coarse, and where that leaves the heading open, the best of several
-/// headings by the cost of estimating these seconds from each; the best of those tried when it is to stop.
+/// Aligns the chaser by the first `seconds` of `data`. If the coarse alignment leaves the heading unknown, estimates
+/// these seconds from several headings and returns the one with the lowest cost. After a stop, returns the best so far.
 Alignment align(const NavigationData& data, double seconds, const OnlineOptions& options, const Stop& stop = {});
 
 }  // namespace tandem

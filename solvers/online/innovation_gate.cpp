@@ -15,7 +15,7 @@ bool has_finite_cost(const Problem& problem, const Block& block) {
   return has_finite_cost(problem.noise(block), problem.linearization(block).residual);
 }
 
-std::optional<double> innovation_sigmas(const FixedLag& lag, const Block& block, Eigen::Index rows) {
+std::optional<double> normalized_innovation(const FixedLag& lag, const Block& block, Eigen::Index rows) {
   const Problem& problem = lag.problem();
   const Gaussian noise = problem.noise(block);
   const Problem::Linearization at = problem.linearization(block);
@@ -23,11 +23,11 @@ std::optional<double> innovation_sigmas(const FixedLag& lag, const Block& block,
   Eigen::MatrixXd P;
   try {
     P = lag.covariance(at.variable_ids, at.dofs);
-  } catch (const Error&) {  // the last update had none to give
+  } catch (const Error&) {  // the last update has no covariance
     return {};
   }
-  const Eigen::MatrixXd by_states = at.jacobian * P;
-  const Eigen::MatrixXd S = noise.covariance_matrix() + by_states * at.jacobian.transpose();
+  const Eigen::MatrixXd JP = at.jacobian * P;
+  const Eigen::MatrixXd S = noise.covariance_matrix() + JP * at.jacobian.transpose();
   const auto variances = S.diagonal().head(rows);
   if (!variances.allFinite() || !(variances.minCoeff() > 0)) return {};
   return (at.residual.head(rows).array().abs() / variances.array().sqrt()).maxCoeff();

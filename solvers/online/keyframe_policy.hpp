@@ -7,27 +7,28 @@
 
 namespace tandem::detail {
 
-/// What decides where the next keyframe stands.
+/// The state of an online estimator that decides where the next keyframe is placed.
 struct OnlineProgress {
-  double newest = -HUGE_VAL;       ///< s, of the keyframes; −∞ before the first
-  double interval = 1.0;           ///< s, from one keyframe to the next where nothing is measured
-  double reached = -HUGE_VAL;      ///< s: how far the chaser's motion is known
-  double last_motion = -HUGE_VAL;  ///< s: how far keyframes go where nothing is measured
-  /// An instant may bring more, a measurement of the target that makes a keyframe there, until the motion is past it.
-  bool target_may_come = false;
-  /// The chaser's own measurements join the keyframe before them, by its IMU; else they stand at keyframes of their own.
-  bool joins_earlier = false;
-  bool finished = false;  ///< nothing more will come
+  double newest = -HUGE_VAL;          ///< newest keyframe [s]; −∞ before the first
+  double interval = 1.0;              ///< time between keyframes without measurements [s]
+  double motion_end = -HUGE_VAL;      ///< end of the known motion of the chaser [s]
+  double keyframe_limit = -HUGE_VAL;  ///< latest time of a keyframe without measurements [s]
+  /// There are sensors of the target. A measurement that creates a keyframe may still arrive until the motion is past
+  /// its time.
+  bool expects_target = false;
+  /// The chaser's own measurements attach to the previous keyframe through the IMU. Otherwise, they create keyframes.
+  bool attaches_to_earlier = false;
+  bool finished = false;  ///< no more data will arrive
 };
 
 enum class NextStep {
-  wait,      ///< for more lines
-  event,     ///< take the next event: at a keyframe that is there, or one of its own
-  keyframe,  ///< one in which nothing is measured, an interval after the newest
+  wait,      ///< wait for more data
+  event,     ///< process the next event, at an existing keyframe or at a new one
+  keyframe,  ///< add a keyframe without measurements, one interval after the newest
 };
 
-/// The same for lines of one instant in any order: a measurement of the chaser's own joins the keyframe of its instant,
-/// if there is ever to be one.
+/// Decides the next step. The decision does not depend on the order of simultaneous measurements: a measurement of the
+/// chaser attaches to the keyframe of its time if there will be one.
 NextStep next_step(const OnlineProgress& now, const std::optional<EventQueue::Next>& event);
 
 }  // namespace tandem::detail

@@ -10,130 +10,130 @@
 
 namespace tandem {
 
-/// What a measurement says of a target, in a frame that does not turn, z up but for the tilt that odometry gathers.
+/// A position fix of a target, in the dead-reckoning frame of the chaser: fixed orientation, z up except for the tilt
+/// that odometry accumulates.
 struct TargetFix {
   Vector<3> position;               ///< m
   Matrix<3, 3> covariance;          ///< m²
-  std::optional<double> heading{};  ///< rad, where a pose was measured
+  std::optional<double> heading{};  ///< rad, if a pose was measured
   double heading_sigma = 0;         ///< rad
-  Loss loss{};                      ///< on the innovation
+  Loss loss{};                      ///< loss on the innovation
 };
 
-/// The first two moments of where a target is.
+/// Mean and covariance of the target's position, and its velocity.
 struct TargetMoments {
   Vector<3> position;             ///< m
   Matrix<3, 3> covariance;        ///< m²
   Vector<3> velocity;             ///< m/s
-  std::optional<double> heading;  ///< rad; none before a course is known
+  std::optional<double> heading;  ///< rad; empty until a course is known
 };
 
-/// How a target may move; densities are root spectral densities. All finite.
+/// Noise of the target's motion, as root spectral densities. All values must be finite.
 struct HypothesesNoise {
-  double drift;       ///< m s^-3/2: of a drifting point's acceleration, along x and y
-  double drift_time;  ///< s: in which its velocity is forgotten
-  double surge;       ///< m s^-3/2: of the speed along a course
-  double yaw_rate;    ///< rad s^-3/2
-  double yaw_time;    ///< s: in which a turn is forgotten
-  double climb;       ///< m/√s: how the height walks, of both
-  double tilt;        ///< rad/√s: how the frame that fixes are in tilts, about either horizontal axis
+  double drift;       ///< acceleration of the drift hypothesis along x and y [m s^-3/2]
+  double drift_time;  ///< time constant of its velocity [s]
+  double surge;       ///< acceleration along a course [m s^-3/2]
+  double yaw_rate;    ///< angular acceleration [rad s^-3/2]
+  double yaw_time;    ///< time constant of the yaw rate [s]
+  double climb;       ///< random walk of the height, for both hypotheses [m/√s]
+  double tilt;        ///< random walk of the tilt of the frame, about each horizontal axis [rad/√s]
 };
 
-/// Where a target is now and in some seconds, by two hypotheses of how it moves, each a Kalman filter:
+/// Estimates and predicts the newest state of a target with a bank of Kalman filters. There are two motion hypotheses:
 ///
-///   drift    a point whose velocity, along the world's axes, is forgotten in time: agile, and linear; where a pose was
-///            measured, it goes where it faces (no sway)
-///   course   a vessel that goes where it faces, at a speed that hardly changes, and turns steadily: an extended Kalman
-///            filter of position, heading, speed and yaw rate, so that in a turn it goes on turning
+///   drift    a point whose velocity in the world decays exponentially: agile and linear. After a pose measurement, its
+///            velocity has the direction of the heading (no sway).
+///   course   a vessel that moves along its heading with a nearly constant speed and yaw rate: an extended Kalman
+///            filter of position, heading, speed and yaw rate, which continues a turn.
 ///
-/// Each counts by how likely it made the fixes, those of long ago less and less; the estimate is the mean of their
-/// mixture, so that between them it hedges. A course begins, and after it has failed begins again, where the drifting
-/// point is clearly under way.
+/// Each hypothesis is weighted by the likelihood of the fixes, with exponential forgetting. The estimate is the mean of
+/// the mixture. A course hypothesis is created, or replaced after a failure, when the drift hypothesis clearly moves.
 ///
-/// Nobody knows the noise: a target may be calmer than said or many times as lively, fixes twice as good. Both hypotheses
-/// are there for several such guesses, which count by how likely they made all the fixes so far; in a long silence all
-/// count again.
+/// The true noise is unknown: a target may be calmer or much more agile than stated, and fixes twice as accurate. Hence
+/// both hypotheses run for several noise scales, which are weighted by the likelihood of all fixes so far, without
+/// forgetting. During a long gap without fixes, the weights of the noise scales return to equal.
 ///
-/// A target keeps its height above a level plane, from which the frame, dead reckoned, tilts away: how the plane slopes is
-/// a state, too. That the way to the target tilts as well is left to `climb`, which covers it for some 80 m by an
-/// odometry of 0.0006 rad/√s. Only the newest is seen; what measurements say of the past is the smoother's to tell. Fixes may come in
-/// any order within what is kept. Deterministic.
-/// Source: Bar-Shalom, Li & Kirubarajan 2001, Estimation with Applications to Tracking and Navigation, ch. 11: static
-/// multiple models, here of likelihoods that fade between hypotheses but not between guesses, and nearly constant turns.
+/// The target stays near a horizontal plane. The dead-reckoning frame tilts slowly, so the slope of the plane is a
+/// state. The tilt of the line of sight is covered by `climb`, up to a distance of 80 m for odometry of 0.0006 rad/√s.
+///
+/// Fixes may arrive in any order within the stored history. Results are deterministic. Only the newest state is
+/// estimated; the smoother estimates the past. Source: Bar-Shalom, Li & Kirubarajan 2001, Estimation with Applications
+/// to Tracking and Navigation, ch. 11 (static multiple models, nearly constant turns).
 class MotionHypotheses {
  public:
   explicit MotionHypotheses(const HypothesesNoise& noise) : noise_(noise) {}
 
-  /// A fix of an instant [s], or none: the instant is then passed. Before the first fix there is nothing to pass; one
-  /// before what is kept is left out.
+  /// Adds a fix at time t [s], or only advances to t without a fix. Does nothing without a fix before the first one,
+  /// and for times before the stored history.
   void add(double t, const std::optional<TargetFix>& fix);
-  /// Forgets what is before t but for the last of it: later fixes cannot be of that time any more.
+  /// Drops the history before t, except for its last state. Fixes before t can no longer be added.
   void forget_before(double t);
 
   bool started() const { return !history_.empty(); }
   double newest() const { return history_.back().t; }
-  /// At t, finite and no earlier than the newest instant. started() is required.
+  /// Predicts the target at time t, which must be finite and not before newest(). Requires started().
   TargetMoments at(double t) const;
 
-  /// All that was learned until an instant [s], the oldest that is kept.
-  struct Memory {
-    double t;
-    std::vector<double> numbers;  ///< go_on_from() reads them
+  /// The state of all filters at the oldest stored time.
+  struct Checkpoint {
+    double t;                     ///< s
+    std::vector<double> numbers;  ///< in the format of restore()
   };
-  /// started() is required.
-  Memory memory() const;
-  /// What was before that instant is as another one had it, but for rounding, whose fixes from there on this one was given.
-  /// Throws Error where it is no memory of this version.
-  void go_on_from(const Memory& memory);
+  /// Returns a checkpoint. Requires started().
+  Checkpoint checkpoint() const;
+  /// Replaces the history up to the time of the checkpoint of another object. If later fixes have been added to both
+  /// objects, both agree up to rounding. Throws Error if the checkpoint is not of this version.
+  void restore(const Checkpoint& checkpoint);
 
  private:
   static constexpr int kDim = 8;
 
-  /// Times the noise that is given: of the motion, and the deviations of fixes. Why these: docs/results.md.
-  struct NoiseGuess {
+  /// Factors on the given noise, of the motion and of the fixes. bench_online measures their effect.
+  struct NoiseScale {
     double motion, fixes;
   };
-  static constexpr std::array<NoiseGuess, 8> kGuesses{
+  static constexpr std::array<NoiseScale, 8> kScales{
       {{1.0 / 3, 1}, {1, 1}, {3, 1}, {9, 1}, {1.0 / 3, 0.5}, {1, 0.5}, {3, 0.5}, {9, 0.5}}};
 
-  /// Drift: position, velocity in x and y, and nothing. Course: position, heading, speed, yaw rate. Then, of both, the
-  /// height gained for each metre along x and along y.
+  /// The state is, for drift: position, velocity in x and y, unused; for course: position, heading, speed, yaw rate.
+  /// Then, for both: the slope of the plane along x and along y.
   struct Filter {
     Vector<kDim> x;
     Matrix<kDim, kDim> P;
-    double log_weight = 0;  // against the other of the two
+    double log_weight = 0;  // relative to the other hypothesis
   };
-  /// The two hypotheses by one guess of the noise.
+  /// The two hypotheses for one noise scale.
   struct Pair {
-    NoiseGuess guess;
+    NoiseScale scale;
     Filter drift;
     std::optional<Filter> course;
-    double log_evidence = 0;  // against the other guesses
+    double log_evidence = 0;  // relative to the other noise scales
 
-    double log_weight() const;  // of both together
+    double log_weight() const;  // of the sum of both
   };
-  using State = std::array<Pair, kGuesses.size()>;
+  using State = std::array<Pair, kScales.size()>;
   struct Instant {
     double t;
     std::vector<TargetFix> fixes;
-    State after;      ///< all of them
-    double seen = t;  ///< s, the last fix until then
+    State after;          ///< after these fixes
+    double last_fix = t;  ///< time of the last fix so far [s]
   };
 
-  static Pair begin(const TargetFix& fix, const NoiseGuess& guess);
+  static Pair begin(const TargetFix& fix, const NoiseScale& scale);
   static State start(const TargetFix& fix);
   void move(Pair& pair, double dt) const;
   void move_drift(Filter& f, double motion, double dt) const;
   void move_course(Filter& f, double motion, double dt) const;
-  void take(State& state, const TargetFix& fix) const;
+  void apply(State& state, const TargetFix& fix) const;
   void update(Pair& pair, const TargetFix& fix) const;
-  void set_out(Pair& pair) const;
+  void begin_course(Pair& pair) const;
   void run(std::size_t from);
   template <class F>
-  static void each_number(Instant& instant, F f);
+  static void for_each_number(Instant& instant, F f);
 
   HypothesesNoise noise_;
-  std::deque<Instant> history_;  // by time
-  bool forgotten_ = false;       // there was something before
+  std::deque<Instant> history_;  // in time order
+  bool truncated_ = false;       // older history was dropped
 };
 
 }  // namespace tandem

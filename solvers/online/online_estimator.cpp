@@ -1,64 +1,65 @@
 #include <tandem/lie/error.hpp>
-#include <tandem/problem/navigation/staying_error_checks.hpp>
+#include <tandem/problem/navigation/systematic_error_checks.hpp>
 #include <tandem/solvers/online/online_estimator.hpp>
 #include <tandem/solvers/online/online_streams.hpp>
 
 namespace tandem {
 namespace {
 
-using MaybeRefusal = std::optional<Refusal>;
+using MaybeRejection = std::optional<Rejection>;
 
 void check(const TrackingData& tracking, const std::optional<NavigationData>& ego, const OnlineOptions& options) {
   const TrackingOptions& o = options.tracking;
   check(o);
   if (o.model == MotionModel::steady_course)
-    throw Error("the steady-course model is over a whole run: it has no window to estimate in as measurements come");
+    throw Error("online estimation does not support the steady-course model, which spans a whole run");
   if (o.model == MotionModel::none)
-    throw Error("online estimation needs a model of the target's motion: without one its newest pose is free");
+    throw Error("online estimation needs a motion model of the target; without one its newest pose is unobservable");
   const bool limited = o.limits == Role::hard && (o.surge || o.max_yaw_rate);
   if (o.roll_pitch == Role::hard || o.non_holonomic == Role::hard || limited)
-    throw Error("online estimation takes soft constraints only");
+    throw Error("online estimation supports soft constraints only");
   if (ego && tracking.planar)
-    throw Error("a planar problem takes odometry: the chaser's own sensors are estimated in space (group SE3)");
+    throw Error("a planar problem requires odometry; the chaser's own sensors are supported only in space (group SE3)");
   for (const TargetSensor& sensor : tracking.sensors) {
     if (!sensor.error) continue;
     const std::string what = error_name(sensor.name) + ": ";
     if (const std::string why = why_invalid(*sensor.error); !why.empty()) throw Error(what + why);
-    if (const std::string why = why_not(sensor); !why.empty()) throw Error(what + why);
+    if (const std::string why = why_unsupported(sensor); !why.empty()) throw Error(what + why);
     const bool split = o.position_share > 0 || orientation_loss_of(sensor, o);
     if (split && sensor.type->has(measured::rotation) && sensor.type->has(measured::position))
       throw Error(what +
-                  "it is of a whole pose: not with a loss of the orientation alone, nor a share of the position, "
-                  "which --robust has");
-    if (const int n = rows(sensor.type, tracking.planar); sensor.error->has_bias() && sensor.error->sigma.size() != n)
-      throw Error(what + "its bias needs " + std::to_string(n) + " standard deviations, not " +
-                  std::to_string(sensor.error->sigma.size()));
+                  "systematic errors of a pose need one residual for the whole pose; remove the separate orientation "
+                  "loss and the position share (--robust sets both)");
+    if (const int n = rows(sensor.type, tracking.planar);
+        sensor.error->has_bias() && sensor.error->bias_sigma.size() != n)
+      throw Error(what + "the bias needs " + std::to_string(n) + " standard deviations, not " +
+                  std::to_string(sensor.error->bias_sigma.size()));
   }
   if (ego) {
     Problem scratch;
-    EgoChain(scratch, *ego, options.ego);  // throws where these cannot be
+    EgoChain(scratch, *ego, options.ego);  // throws on invalid options
   }
   check(options.reset);
-  if (const std::string why = why_no_hypotheses(tracking, !ego); options.hypotheses && !why.empty())
-    throw Error("motion hypotheses cannot serve here: " + why);
+  if (const std::string why = why_hypotheses_unsupported(tracking, !ego); options.hypotheses && !why.empty())
+    throw Error("motion hypotheses are not supported: " + why);
   if (!ego && tracking.sensors.empty())
-    throw Error("there is nothing to estimate: neither the chaser's own sensors nor one that observes a target");
+    throw Error("nothing to estimate: there are no sensors of the chaser and none that observe a target");
 }
 
 }  // namespace
 
-std::string why_no_hypotheses(const TrackingData& tracking, bool by_odometry) {
-  if (!by_odometry) return "the chaser moves by its own sensors";
+std::string why_hypotheses_unsupported(const TrackingData& tracking, bool by_odometry) {
+  if (!by_odometry) return "the chaser moves by its own sensors, not by odometry";
   if (tracking.planar) return "the problem is planar";
-  if (tracking.noise.constant_velocity.isZero(0)) return "the noise constant_velocity is not given";
+  if (tracking.noise.constant_velocity.isZero(0)) return "the noise constant_velocity is zero";
   for (const TargetSensor& sensor : tracking.sensors) {
     const bool position =
         sensor.type->has(measured::position) ||
         (sensor.type->has(measured::range) && sensor.type->has(measured::direction | measured::angles));
-    if (!position) return sensor.name + " does not give a position";
-    if (sensor.error) return sensor.name + " has an error that stays, which the window estimates";
+    if (!position) return sensor.name + " does not measure a position";
+    if (sensor.error) return sensor.name + " has systematic errors, which only the window estimates";
     if (!sensor.type->has(measured::rotation) && !sensor.marker.translation().isZero())
-      return sensor.name + " sees a place on the target that its orientation tells";
+      return sensor.name + " observes a point off the target's origin, whose position depends on the orientation";
   }
   return tracking.sensors.empty() ? "no sensor observes a target" : "";
 }
@@ -70,26 +71,29 @@ OnlineEstimator::OnlineEstimator(const TrackingData& tracking, const std::option
 }
 OnlineEstimator::~OnlineEstimator() = default;
 
-MaybeRefusal OnlineEstimator::add_odometry(const Stamped<SE3>& pose) { return streams_->add_odometry(pose); }
-MaybeRefusal OnlineEstimator::add_imu(const ImuSample& sample) { return streams_->add_imu(sample); }
-MaybeRefusal OnlineEstimator::add_ego(std::size_t sensor, const EgoMeasurement& m) {
+MaybeRejection OnlineEstimator::add_odometry(const Stamped<SE3>& pose) { return streams_->add_odometry(pose); }
+MaybeRejection OnlineEstimator::add_imu(const ImuSample& sample) { return streams_->add_imu(sample); }
+MaybeRejection OnlineEstimator::add_ego(std::size_t sensor, const EgoMeasurement& m) {
   return streams_->add_ego(sensor, m);
 }
-MaybeRefusal OnlineEstimator::add_target(std::size_t sensor, const Measurement& m) {
+MaybeRejection OnlineEstimator::add_target(std::size_t sensor, const Measurement& m) {
   return streams_->add_target(sensor, m);
 }
 void OnlineEstimator::finish() { streams_->finish(); }
-void OnlineEstimator::begin_anew() { streams_->begin_anew(); }
-Summary OnlineEstimator::settle() { return streams_->settle(); }
+void OnlineEstimator::reset() { streams_->reset(); }
+Summary OnlineEstimator::solve_to_convergence() { return streams_->solve_to_convergence(); }
 
 bool OnlineEstimator::started() const { return streams_->window().started(); }
 bool OnlineEstimator::has_target() const { return streams_->window().has_target(); }
 const TrackHealth& OnlineEstimator::health() const { return streams_->health(); }
-std::optional<MotionHypotheses::Memory> OnlineEstimator::hypotheses() const { return streams_->window().hypotheses(); }
-void OnlineEstimator::go_on_from(const TrackHealth& health, const std::optional<MotionHypotheses::Memory>& hypotheses) {
-  streams_->go_on_from(health, hypotheses);
+std::optional<MotionHypotheses::Checkpoint> OnlineEstimator::hypotheses() const {
+  return streams_->window().hypotheses();
 }
-std::optional<Alignment> OnlineEstimator::newest_start() const { return streams_->newest_start(); }
+void OnlineEstimator::restore(const TrackHealth& health,
+                              const std::optional<MotionHypotheses::Checkpoint>& hypotheses) {
+  streams_->restore(health, hypotheses);
+}
+std::optional<Alignment> OnlineEstimator::handover_start() const { return streams_->handover_start(); }
 double OnlineEstimator::newest() const { return streams_->window().newest(); }
 double OnlineEstimator::oldest() const { return streams_->window().oldest(); }
 std::size_t OnlineEstimator::keyframes() const { return streams_->window().keyframes(); }

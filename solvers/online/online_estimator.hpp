@@ -8,144 +8,150 @@
 
 #include <tandem/problem/navigation/coarse_alignment.hpp>
 #include <tandem/problem/tracking/tracking_problem.hpp>
-#include <tandem/solvers/online/fixed_lag_options.hpp>
+#include <tandem/solvers/fixed_lag/fixed_lag_options.hpp>
 #include <tandem/solvers/online/motion_hypotheses.hpp>
-#include <tandem/solvers/online/refusal.hpp>
+#include <tandem/solvers/online/rejection.hpp>
 #include <tandem/solvers/online/track_health.hpp>
 
 namespace tandem {
 
-/// How an OnlineEstimator makes and solves its problem.
+/// Options of an OnlineEstimator.
 struct OnlineOptions {
-  TrackingOptions tracking{};  ///< of the target: any model but steady_course, soft constraints
+  TrackingOptions tracking{};  ///< target model; not steady_course or none, and soft constraints only
   EgoOptions ego{};
   FixedLagOptions lag{};
   ResetOptions reset{};
-  /// s of data to wait for until a heading that no sensor gives at once is decided (see align()).
+  /// Duration of the data used to align a heading that no sensor measures [s] (see align()).
   double alignment = 30.0;
-  std::optional<Alignment> start{};  ///< in place of the first alignment by the estimator itself
-  /// The target's newest state, and where it will be, by MotionHypotheses over its fixes, and not by the window; what was
-  /// measured before the newest keyframe, and all of the chaser, is the window's. See why_no_hypotheses().
+  std::optional<Alignment> start{};  ///< replaces the first alignment
+  /// Estimates the newest state of the target and its predictions by MotionHypotheses, instead of the window. The
+  /// window still estimates the chaser and earlier states of the target. See why_hypotheses_unsupported().
   bool hypotheses = false;
 };
 
-/// Why motion hypotheses cannot serve: empty, or what is in their way (they take fixes of positions in space, from a
-/// chaser that moves by odometry).
-std::string why_no_hypotheses(const TrackingData& tracking, bool by_odometry);
+/// Returns why motion hypotheses are not supported, or an empty string. They need position fixes in space, from a
+/// chaser that moves by odometry.
+std::string why_hypotheses_unsupported(const TrackingData& tracking, bool by_odometry);
 
-/// Where a target is as seen from the chaser.
+/// The position of a target relative to the chaser.
 struct RelativeTarget {
-  Vector<3> position;                        ///< m, in the chaser's body
-  std::optional<Matrix<3, 3>> covariance{};  ///< m², along its axes
+  Vector<3> position;                        ///< in the chaser's body [m]
+  std::optional<Matrix<3, 3>> covariance{};  ///< in the same axes [m²]
 };
 
-/// One update: a keyframe has joined, with all that was measured at its instant and had come by then; or a measurement
-/// of the target that came after that. (The chaser's own that come so wait for the next update.)
+/// One update of the window, caused by a new keyframe with its measurements, or by a late measurement of the target.
+/// Late measurements of the chaser's own sensors wait for the next update.
 struct OnlineUpdate {
-  double t;           ///< s, of the newest keyframe
-  KeyframeType type;  ///< gated where there is no target
-  bool new_keyframe;  ///< once for each keyframe
-  double seconds;     ///< that the update took, from the first residual that called for it
+  double t;           ///< newest keyframe [s]
+  KeyframeType type;  ///< none without a target
+  bool new_keyframe;  ///< true once per keyframe
+  double seconds;     ///< duration from the first new residual to the end of the update [s]
   Summary summary;
 };
 
-/// A chaser and its target as measurements come in: fixed-lag smoothing of the problems of make_tracking_problem and
-/// make_navigation_problem, keyframe by keyframe. The chaser moves by odometry or by its own sensors, where these are
-/// given; the target, where there are sensors that observe it, is estimated from the first measurement of its position
-/// on. Each stream comes in its own time order; streams may be late against each other, and measurements as late as the
-/// window is long. Lines of one instant may come in any order: the problem that they make is the same.
+/// Estimates a chaser and its target while measurements arrive: a fixed-lag smoother for the problems of
+/// make_tracking_problem() and make_navigation_problem(). The chaser moves by odometry, or by its own sensors. The
+/// target is estimated from the first measurement of its position on.
 ///
-/// What is measured is held against what is expected first (ResetOptions::gate). An estimate that measurements keep
-/// contradicting, whose window does not converge or that nothing is measured of for long is given up: window, covariances
-/// and hypotheses are dropped as a whole. A target begins anew at the next measurement of its position; a chaser that
-/// moves by its own sensors goes on from its last state, less sure of it, or aligns anew where there was a gap.
+/// Each stream must be in time order. Streams may lag behind each other, and measurements may be late by up to the
+/// length of the window. The order of simultaneous measurements has no effect on the problem.
+///
+/// Each measurement must pass the gate (ResetOptions::gate). The estimate is reset if measurements keep contradicting
+/// it, if the window does not converge, or after a long gap. A reset discards the window, its covariances and the
+/// hypotheses. The target is then re-initialised by its next position measurement. A chaser with its own sensors
+/// continues from its last state with a larger covariance, or is aligned again after a gap.
 class OnlineEstimator {
  public:
-  /// `tracking`: sensors of the target and noise; its odometry and measurements are not read. `ego`: the chaser's own
-  /// sensors in place of odometry; their measurements are not read either. Throws Error on options that cannot work.
+  /// `tracking`: sensors of the target and noise. `ego`: the chaser's own sensors, which replace odometry. Measurements
+  /// in both are ignored. Throws Error on invalid options.
   OnlineEstimator(const TrackingData& tracking, const std::optional<NavigationData>& ego, const OnlineOptions& options);
   OnlineEstimator(const OnlineEstimator&) = delete;
   ~OnlineEstimator();
 
   /// Called after each update.
   std::function<void(const OnlineUpdate&)> on_update;
-  /// Called with a line that turned out to be of no use when its turn came, which may be while later ones are added: the
-  /// sensor, and why. Without it, the call that is under way returns that.
-  std::function<void(const std::string& sensor, const Refusal& why)> on_refuse;
-  /// Called when the estimate is given up, before it begins anew.
+  /// Called with the sensor and the reason when a queued measurement is rejected, possibly during a later call. Without
+  /// this hook, the current call returns the reason.
+  std::function<void(const std::string& sensor, const Rejection& why)> on_reject;
+  /// Called before the estimate is reset.
   std::function<void(const TrackReset&)> on_reset;
-  /// Called with what leaves the window, at its last estimate, where the chaser moves by its own sensors;
-  /// FixedLagOptions::leaving is called before it.
+  /// Called with the last estimate of each chaser state that leaves the window, after
+  /// FixedLagOptions::before_marginalize. Only if the chaser moves by its own sensors.
   std::function<void(const Stamped<EgoState>&)> on_leave;
 
-  // Each returns why the line was refused; nothing when it was taken.
-  std::optional<Refusal> add_odometry(const Stamped<SE3>& pose);
-  /// Stamped with when it was valid: ImuSensor::delay is to be taken off, as of the sensor's own samples.
-  std::optional<Refusal> add_imu(const ImuSample& sample);
-  std::optional<Refusal> add_ego(std::size_t sensor, const EgoMeasurement& m);
-  std::optional<Refusal> add_target(std::size_t sensor, const Measurement& m);
-  /// Nothing more will come: estimates what was waiting for later lines.
+  // The following functions add a measurement. They return the reason if it is rejected, else nothing.
+
+  std::optional<Rejection> add_odometry(const Stamped<SE3>& pose);
+  /// The time of the sample must be corrected by ImuSensor::delay.
+  std::optional<Rejection> add_imu(const ImuSample& sample);
+  std::optional<Rejection> add_ego(std::size_t sensor, const EgoMeasurement& m);
+  std::optional<Rejection> add_target(std::size_t sensor, const Measurement& m);
+  /// Ends the input: processes the measurements that wait for later data.
   void finish();
-  /// Forgets all that has come, but not the counts of its health: time may run backwards to the next line.
-  void begin_anew();
-  /// Solves the window to its minimum.
-  Summary settle();
+  /// Discards all data and the estimate, but keeps the counts of health(). The next measurement may have an earlier
+  /// time.
+  void reset();
+  /// Solves the window to convergence.
+  Summary solve_to_convergence();
 
   const TrackHealth& health() const;
-  /// Of the target, what lines that have left the window told the motion hypotheses; nothing without these, or a target.
-  std::optional<MotionHypotheses::Memory> hypotheses() const;
-  /// It goes on from the counts of another estimator with the same sensors, and from its hypotheses, whose latest lines
-  /// this one was given. Throws Error as MotionHypotheses::go_on_from().
-  void go_on_from(const TrackHealth& health, const std::optional<MotionHypotheses::Memory>& hypotheses);
-  /// OnlineOptions::start of an estimator that begins where this one is: the newest state, as sure as it is along world
-  /// axes, and of its biases, component by component. Nothing where the chaser moves by odometry, or there is none.
-  std::optional<Alignment> newest_start() const;
+  /// Returns the state of the motion hypotheses at the oldest keyframe; nothing without hypotheses or target.
+  std::optional<MotionHypotheses::Checkpoint> hypotheses() const;
+  /// Takes over the health and the hypotheses of another estimator with the same sensors. The measurements of its
+  /// window must have been added to this one. Throws Error as MotionHypotheses::restore().
+  void restore(const TrackHealth& health, const std::optional<MotionHypotheses::Checkpoint>& hypotheses);
+  /// Returns OnlineOptions::start for an estimator that takes over: the newest state with its standard deviations along
+  /// world axes. Nothing if the chaser moves by odometry, or has no covariance.
+  std::optional<Alignment> handover_start() const;
 
-  bool started() const;  ///< there is a chaser
-  bool has_target() const;
-  double newest() const;          ///< s, of the newest keyframe
-  double oldest() const;          ///< s, of the oldest that is in the window
-  std::size_t keyframes() const;  ///< in the window
-  double cost() const;            ///< of the window, at the last update
+  bool started() const;           ///< the chaser is initialised
+  bool has_target() const;        ///< the target is initialised
+  double newest() const;          ///< time of the newest keyframe [s]
+  double oldest() const;          ///< time of the oldest keyframe in the window [s]
+  std::size_t keyframes() const;  ///< number of keyframes in the window
+  double cost() const;            ///< cost of the window at the last update
 
-  /// Of the newest keyframe; velocity and bias zero where odometry is given.
+  /// Returns the chaser at the newest keyframe; velocity and bias are zero with odometry.
   EgoState chaser() const;
+  /// Returns the target at the newest keyframe.
   std::optional<TargetState> target() const;
-  /// World velocity of the target [m/s] over the last second or so of the window.
+  /// Returns the velocity of the target in the world [m/s], over about the last second of the window.
   std::optional<Vector<3>> target_velocity() const;
-  /// h seconds, finite, after the newest keyframe: the chaser at its twist of the last second; the target by motion
-  /// hypotheses where these are on, else as the window would have it if nothing were measured meanwhile, by its model of the
-  /// motion and what is known of the target. (At its twist of the last second, where there is no covariance to say how far
-  /// to believe that: at a first keyframe, and after an update that failed.)
+  /// Predicts the chaser h seconds after the newest keyframe, with its twist of the last second. h must be finite.
   SE3 predicted_chaser(double h) const;
+  /// Predicts the target h seconds after the newest keyframe, with motion hypotheses if enabled, else with the motion
+  /// model of the window. Without a covariance (at the first keyframe, or after a failed update), extrapolates with the
+  /// twist of the last second.
   std::optional<TargetState> predicted_target(double h) const;
-  /// Where the target is h seconds after the newest keyframe, seen from where the chaser is at it, with its covariance. The
-  /// chaser's own motion since the last fix is no part of the hypotheses', but of the window's, which has none after an
-  /// update that failed, nor, but for h = 0, at a first keyframe or where an axis that nothing observes would hide it.
+  /// Predicts the target h seconds after the newest keyframe, relative to the chaser at that keyframe. The covariance
+  /// from the hypotheses excludes the chaser's motion since the last fix; that from the window includes it. The window
+  /// has none after a failed update. For h > 0 it also has none at the first keyframe, or if an axis of the target is
+  /// unobservable.
   std::optional<RelativeTarget> relative_target(double h) const;
 
-  /// Covariances of the newest keyframe, right perturbations of the poses [m, rad], planar ones as 3 × 3; the window's, also
-  /// where motion hypotheses tell the target (relative_target).
+  /// Covariances of the newest keyframe from the window, for right perturbations [m, rad]; 3 × 3 for planar poses.
+  /// Motion hypotheses do not affect them.
   struct Covariance {
     Eigen::MatrixXd chaser;          ///< pose
     Eigen::MatrixXd velocity, bias;  ///< 3 × 3, 6 × 6; empty with odometry
     Eigen::MatrixXd target;          ///< pose or point; empty without a target
-    Eigen::MatrixXd joint;           ///< of [chaser; target]
+    Eigen::MatrixXd joint;           ///< joint covariance of [chaser; target]
   };
   Covariance covariance() const;
 
-  /// An error that stays, of a sensor, as it was measured with last.
+  /// The current estimate of a systematic error of a sensor.
   struct SensorError {
-    std::string name;           ///< "usbl.scale", "camera.misalignment", "dvl.bias"
-    Eigen::VectorXd value;      ///< 1; rad about the sensor's axes; one a row of the sensor's residual, in its units
-    Eigen::VectorXd given;      ///< standard deviations before
-    Eigen::VectorXd deviation;  ///< and after; empty where covariances are not known
+    std::string name;  ///< "usbl.scale", "camera.misalignment", "dvl.bias"
+    /// Scale [1]; misalignment [rad] about the sensor's axes; delay [s]; bias, one per row.
+    Eigen::VectorXd value;
+    Eigen::VectorXd prior_sigma;  ///< prior standard deviations
+    Eigen::VectorXd sigma;        ///< posterior standard deviations; empty if unknown
   };
   std::vector<SensorError> sensor_errors() const;
 
-  /// All chaser states in the window.
+  /// Returns all chaser states in the window.
   std::vector<Stamped<EgoState>> window() const;
-  /// Gaps of the IMU that split the chain so far: from, to [s].
+  /// Returns the IMU gaps that have split the chain so far: start and end [s].
   std::vector<std::pair<double, double>> splits() const;
 
  private:

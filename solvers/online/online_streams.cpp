@@ -12,13 +12,13 @@ namespace {
 using detail::NextStep;
 using detail::OnlineEvent;
 using detail::seconds_text;
-using MaybeRefusal = std::optional<Refusal>;
-using Kind = Refusal::Kind;
+using MaybeRejection = std::optional<Rejection>;
+using Kind = Rejection::Kind;
 
-constexpr double kCoarse = 5.0;  // s that a coarse alignment looks at
-constexpr std::size_t kMuchOdometry = 4096;
-constexpr std::size_t kNewOrigin = 5;  // poses in a row that follow one another, but not the last one used
-constexpr int kOfTarget = -1;          // subject of the sensors that observe it
+constexpr double kCoarse = 5.0;  // duration of the coarse alignment [s]
+constexpr std::size_t kMaxOdometry = 4096;
+constexpr std::size_t kMinNewOrigin = 5;  // successive displaced poses that establish a new origin
+constexpr int kTargetSubject = -1;        // HealthMonitor subject of target sensors
 
 TrackingData without_measurements(TrackingData data) {
   for (TargetSensor& sensor : data.sensors) sensor.measurements.clear();
@@ -33,15 +33,15 @@ std::optional<NavigationData> without_measurements(std::optional<NavigationData>
   return data;
 }
 
-std::string rejected_text(const std::string& name, double t) {
-  return name + " has kept contradicting the estimate until " + seconds_text(t);
+std::string contradiction_text(const std::string& name, double t) {
+  return name + " contradicts the estimate: it was rejected until " + seconds_text(t);
 }
 
-std::vector<detail::HealthMonitor::Sensor> watched(const TrackingData& tracking, const NavigationData* ego) {
+std::vector<detail::HealthMonitor::Sensor> monitored_sensors(const TrackingData& tracking, const NavigationData* ego) {
   std::vector<detail::HealthMonitor::Sensor> sensors;
   if (ego)
     for (const EgoSensor& sensor : ego->sensors) sensors.push_back({sensor.name, int(sensor.type->reading)});
-  for (const TargetSensor& sensor : tracking.sensors) sensors.push_back({sensor.name, kOfTarget});
+  for (const TargetSensor& sensor : tracking.sensors) sensors.push_back({sensor.name, kTargetSubject});
   return sensors;
 }
 
@@ -53,46 +53,50 @@ OnlineEstimator::Streams::Streams(OnlineEstimator& hooks, const TrackingData& tr
       options_(options),
       settings_(without_measurements(tracking)),
       ego_(without_measurements(ego)),
-      waiting_(ego_.value_or(NavigationData())),
+      alignment_data_(ego_.value_or(NavigationData())),
       start_(options.start),
       interval_(ego_ && settings_.sensors.empty() ? ego_->keyframe_interval : settings_.keyframe_interval),
       queue_(options.lag.window),
-      health_(watched(settings_, ego_ ? &*ego_ : nullptr), options.reset) {
+      health_(monitored_sensors(settings_, ego_ ? &*ego_ : nullptr), options.reset) {
   make_window();
 }
 
-MaybeRefusal OnlineEstimator::Streams::add_odometry(const Stamped<SE3>& pose) {
-  if (ego_) return Refusal{Kind::not_in_use, "odometry: the chaser moves by its own sensors here"};
+MaybeRejection OnlineEstimator::Streams::add_odometry(const Stamped<SE3>& pose) {
+  if (ego_) return Rejection{Kind::not_in_use, "odometry: not in use, the chaser moves by its own sensors"};
   if (!odometry_.empty() && !(pose.t > odometry_.back().t))
-    return Refusal{Kind::backwards,
-                   "odometry: the pose at " + seconds_text(pose.t) + " is not later than the one before"};
-  if (auto why = queue_.why_not_at("odometry", pose.t, window_->started())) return Refusal{Kind::not_a_time, *why};
+    return Rejection{Kind::not_increasing,
+                     "odometry: the pose at " + seconds_text(pose.t) + " is not later than the previous one"};
+  if (auto why = queue_.why_invalid_stamp("odometry", pose.t, window_->started()))
+    return Rejection{Kind::invalid_time, *why};
   if (auto why = why_implausible("odometry", pose.t, detail::is_plausible(pose.value))) return why;
-  if (!odometry_.empty() && !detail::follows(odometry_.back(), pose)) {
-    if (!jumped_.empty() && !detail::follows(jumped_.back(), pose)) jumped_.clear();
-    jumped_.push_back(pose);
-    if (jumped_.size() < kNewOrigin)
-      return Refusal{Kind::implausible, "odometry: the pose at " + seconds_text(pose.t) +
-                                            " does not follow from the one before: no vehicle moves like that"};
+  if (!odometry_.empty() && !detail::is_plausible_motion(odometry_.back(), pose)) {
+    if (!displaced_odometry_.empty() && !detail::is_plausible_motion(displaced_odometry_.back(), pose))
+      displaced_odometry_.clear();
+    displaced_odometry_.push_back(pose);
+    if (displaced_odometry_.size() < kMinNewOrigin)
+      return Rejection{Kind::implausible,
+                       "odometry: the pose at " + seconds_text(pose.t) + " is implausibly far from the previous one"};
     if (window_->started())
-      restart(TrackReset::Kind::new_truth, "odometry goes on from elsewhere at " + seconds_text(jumped_.front().t));
-    odometry_ = std::exchange(jumped_, {});
-    return come(pose.t);
+      reset_window(TrackReset::Kind::contradicted,
+                   "odometry jumped to a new origin at " + seconds_text(displaced_odometry_.front().t));
+    odometry_ = std::exchange(displaced_odometry_, {});
+    return process_until(pose.t);
   }
-  jumped_.clear();
-  if (odometry_.size() > kMuchOdometry && window_->started())
+  displaced_odometry_.clear();
+  if (odometry_.size() > kMaxOdometry && window_->started())
     std::erase_if(odometry_, [&](const Stamped<SE3>& x) { return x.t < window_->newest() - 2 * interval_; });
   odometry_.push_back(pose);
-  return come(pose.t);
+  return process_until(pose.t);
 }
 
-MaybeRefusal OnlineEstimator::Streams::add_imu(const ImuSample& sample) {
-  if (!ego_ || !ego_->imu) return Refusal{Kind::not_in_use, "imu: there is no such sensor here"};
+MaybeRejection OnlineEstimator::Streams::add_imu(const ImuSample& sample) {
+  if (!ego_ || !ego_->imu) return Rejection{Kind::not_in_use, "imu: not in use"};
   const std::string& name = ego_->imu->name;
   if (!(sample.t > last_imu_))
-    return Refusal{Kind::backwards,
-                   name + ": the sample at " + seconds_text(sample.t) + " is not later than the one before"};
-  if (auto why = queue_.why_not_at(name, sample.t, window_->started())) return Refusal{Kind::not_a_time, *why};
+    return Rejection{Kind::not_increasing,
+                     name + ": the sample at " + seconds_text(sample.t) + " is not later than the previous one"};
+  if (auto why = queue_.why_invalid_stamp(name, sample.t, window_->started()))
+    return Rejection{Kind::invalid_time, *why};
   if (auto why = why_implausible(name, sample.t, detail::is_plausible(sample))) return why;
   last_imu_ = sample.t;
   if (window_->has_chain()) {
@@ -100,86 +104,87 @@ MaybeRefusal OnlineEstimator::Streams::add_imu(const ImuSample& sample) {
     while (recent_samples_.size() > 2 && recent_samples_[1].t < window_->newest()) recent_samples_.pop_front();
     window_->add(sample);
   } else {
-    waiting_.imu->samples.push_back(sample);
+    alignment_data_.imu->samples.push_back(sample);
   }
-  return come(sample.t);
+  return process_until(sample.t);
 }
 
-MaybeRefusal OnlineEstimator::Streams::add_ego(std::size_t sensor, const EgoMeasurement& m) {
+MaybeRejection OnlineEstimator::Streams::add_ego(std::size_t sensor, const EgoMeasurement& m) {
   if (!ego_ || sensor >= ego_->sensors.size())
-    return Refusal{Kind::not_in_use, "there is no such sensor of the chaser here"};
+    return Rejection{Kind::not_in_use, "the chaser has no sensor with this index"};
   const EgoSensor& by = ego_->sensors[sensor];
-  if (auto why = queue_.why_not_at(by.name, m.t, window_->started())) return Refusal{Kind::not_a_time, *why};
+  if (auto why = queue_.why_invalid_stamp(by.name, m.t, window_->started())) return Rejection{Kind::invalid_time, *why};
   if (auto why = why_implausible(by.name, m.t, detail::is_plausible(by.type, m))) return why;
-  health_.heard(sensor, by.valid_at(m));
+  health_.received(sensor, by.valid_at(m));
   if (auto late = why_too_late(by.name, by.valid_at(m))) return late;
-  if (!window_->has_chain()) waiting_.sensors[sensor].measurements.push_back(m);
-  return wait(m.t, by.valid_at(m), {sensor, m});
+  if (!window_->has_chain()) alignment_data_.sensors[sensor].measurements.push_back(m);
+  return enqueue(m.t, by.valid_at(m), {sensor, m});
 }
 
-MaybeRefusal OnlineEstimator::Streams::add_target(std::size_t sensor, const Measurement& m) {
-  if (sensor >= settings_.sensors.size()) return Refusal{Kind::not_in_use, "there is no such sensor of a target here"};
+MaybeRejection OnlineEstimator::Streams::add_target(std::size_t sensor, const Measurement& m) {
+  if (sensor >= settings_.sensors.size()) return Rejection{Kind::not_in_use, "no sensor of the target has this index"};
   const TargetSensor& by = settings_.sensors[sensor];
-  if (auto why = queue_.why_not_at(by.name, m.t, window_->started())) return Refusal{Kind::not_a_time, *why};
+  if (auto why = queue_.why_invalid_stamp(by.name, m.t, window_->started())) return Rejection{Kind::invalid_time, *why};
   if (auto why = why_implausible(by.name, m.t, detail::is_plausible(m))) return why;
-  health_.heard(watched_target(sensor), by.valid_at(m));
+  health_.received(target_index(sensor), by.valid_at(m));
   if (auto late = why_too_late(by.name, by.valid_at(m))) return late;
-  return wait(m.t, by.valid_at(m), {sensor, m});
+  return enqueue(m.t, by.valid_at(m), {sensor, m});
 }
 
-MaybeRefusal OnlineEstimator::Streams::why_implausible(const std::string& name, double t, bool plausible) const {
+MaybeRejection OnlineEstimator::Streams::why_implausible(const std::string& name, double t, bool plausible) const {
   if (plausible) return {};
-  return Refusal{Kind::implausible, name + ": no such sensor reads what the line stamped " + seconds_text(t) + " says"};
+  return Rejection{Kind::implausible, name + ": the value stamped " + seconds_text(t) + " is implausible"};
 }
 
-MaybeRefusal OnlineEstimator::Streams::wait(double stamp, double valid, OnlineEvent event) {
+MaybeRejection OnlineEstimator::Streams::enqueue(double stamp, double valid, OnlineEvent event) {
   queue_.push(valid, std::move(event));
-  return come(stamp);
+  return process_until(stamp);
 }
 
-/// A line stamped so has come. Returns why one was refused, also an earlier one whose turn it was.
-MaybeRefusal OnlineEstimator::Streams::come(double stamp) {
+/// Advances the clock and processes the queue. Returns the reason if a measurement was rejected, possibly an earlier
+/// one.
+MaybeRejection OnlineEstimator::Streams::process_until(double stamp) {
   queue_.advance(stamp);
   process();
-  forget_old();
-  note_outputs();
-  return std::exchange(refused_, {});
+  drop_stale();
+  update_output_health();
+  return std::exchange(rejected_, {});
 }
 
 void OnlineEstimator::Streams::finish() {
   finished_ = true;
   process();
-  if (!due_ && !unsolved_) return;
+  if (!due_ && !pending_) return;
   if (!due_) due_ = Clock::now();
   update();
 }
 
-MaybeRefusal OnlineEstimator::Streams::why_too_late(const std::string& name, double t) const {
+MaybeRejection OnlineEstimator::Streams::why_too_late(const std::string& name, double t) const {
   if (!window_->started() || t >= window_->first() - kSameInstant) return {};
-  return Refusal{Kind::too_late, name + ": the measurement valid at " + seconds_text(t) +
-                                     " is older than the window, which begins at " + seconds_text(window_->first())};
+  return Rejection{Kind::too_late, name + ": the measurement valid at " + seconds_text(t) +
+                                       " is older than the window, which begins at " + seconds_text(window_->first())};
 }
 
-/// How far the chaser's motion is known [s].
-double OnlineEstimator::Streams::reached() const {
+/// Returns the end of the known motion of the chaser [s].
+double OnlineEstimator::Streams::motion_end() const {
   if (finished_) return HUGE_VAL;
   if (!ego_) return odometry_.empty() ? -HUGE_VAL : odometry_.back().t;
   if (!ego_->imu) return queue_.clock();
   return queue_.clock() - last_imu_ > ego_->imu->max_gap ? queue_.clock() : last_imu_;
 }
 
-/// How far keyframes go where nothing is measured [s].
-double OnlineEstimator::Streams::last_motion() const {
-  return std::min(reached(), ego_ ? queue_.clock() : odometry_.empty() ? -HUGE_VAL : odometry_.back().t);
+/// Returns the latest time of a keyframe without measurements [s].
+double OnlineEstimator::Streams::keyframe_limit() const {
+  return std::min(motion_end(), ego_ ? queue_.clock() : odometry_.empty() ? -HUGE_VAL : odometry_.back().t);
 }
 
 NextStep OnlineEstimator::Streams::next() const {
   return next_step({.newest = window_->started() ? window_->newest() : -HUGE_VAL,
                     .interval = interval_,
-                    .reached = reached(),
-                    .last_motion = last_motion(),
-                    .target_may_come = !settings_.sensors.empty(),
-                    .joins_earlier = ego_ && ego_->imu,
+                    .motion_end = motion_end(),
+                    .keyframe_limit = keyframe_limit(),
+                    .expects_target = !settings_.sensors.empty(),
+                    .attaches_to_earlier = ego_ && ego_->imu,
                     .finished = finished_},
                    queue_.next());
 }
@@ -190,80 +195,83 @@ void OnlineEstimator::Streams::process() {
     const NextStep step = next();
     if (step == NextStep::wait) return;
     if (suspend_before(step == NextStep::event ? queue_.next()->t : window_->newest() + interval_)) continue;
-    const Clock::time_point begun = Clock::now();
-    bool calls = true;
+    const Clock::time_point begin = Clock::now();
+    bool needs_update = true;
     if (step == NextStep::event) {
-      calls = take_event();
+      needs_update = process_event();
     } else {
       add_keyframe(window_->newest() + interval_);
     }
     if (ego_ && !window_->has_chain()) continue;
-    if (calls && !due_) due_ = begun;
-    // Events of one instant share the solve.
+    if (needs_update && !due_) due_ = begin;
+    // Simultaneous events share one update.
     const bool more = next() == NextStep::event && queue_.next()->t <= window_->newest() + kSameInstant;
     if (due_ && !more) update();
   }
 }
 
+/// Initialises the chaser when there is enough data for the alignment. Returns whether it was initialised.
 bool OnlineEstimator::Streams::start_chaser() {
-  const double first = start_time(waiting_).value_or(HUGE_VAL);
+  const double first = start_time(alignment_data_).value_or(HUGE_VAL);
   if (!std::isfinite(first)) return false;
   Alignment alignment;
   if (start_) {
     alignment = *start_;
-    if (last_motion() < alignment.t) return false;
+    if (keyframe_limit() < alignment.t) return false;
     start_.reset();
   } else {
     if (!finished_ && queue_.clock() - first < kCoarse) return false;
-    alignment = coarse_alignment(waiting_);
+    alignment = coarse_alignment(alignment_data_);
     if (alignment.heading_unknown) {
       if (!finished_ && queue_.clock() - first < options_.alignment) return false;
-      alignment = align(waiting_, options_.alignment, options_);
+      alignment = align(alignment_data_, options_.alignment, options_);
     }
   }
   static const std::vector<ImuSample> none;
-  window_->start_chaser(alignment, waiting_.imu ? waiting_.imu->samples : none);
-  if (waiting_.imu) recent_samples_.assign(waiting_.imu->samples.begin(), waiting_.imu->samples.end());
+  window_->start_chaser(alignment, alignment_data_.imu ? alignment_data_.imu->samples : none);
+  if (alignment_data_.imu)
+    recent_samples_.assign(alignment_data_.imu->samples.begin(), alignment_data_.imu->samples.end());
   aligned_ = alignment.t;
-  waiting_ = {};
+  alignment_data_ = {};
   queue_.drop_before(alignment.t - kSameInstant);
   return true;
 }
 
-/// Whether it calls for an update.
-bool OnlineEstimator::Streams::take_event() {
+/// Processes the next event. Returns whether an update is needed.
+bool OnlineEstimator::Streams::process_event() {
   const auto [t, event] = queue_.take();
-  if (const auto* m = std::get_if<EgoMeasurement>(&event.measurement)) return take_ego(event.sensor, *m, t);
-  return take_target(event.sensor, std::get<Measurement>(event.measurement), t);
+  if (const auto* m = std::get_if<EgoMeasurement>(&event.measurement)) return process_ego(event.sensor, *m, t);
+  return process_target(event.sensor, std::get<Measurement>(event.measurement), t);
 }
 
-/// Joins a keyframe that is there; its own where the inertial samples do not reach.
-bool OnlineEstimator::Streams::take_ego(std::size_t sensor, const EgoMeasurement& m, double t) {
-  const bool own = !window_->reaches(t);
+/// Attaches a measurement of the chaser to an existing keyframe, or to a new one if the IMU samples do not reach its
+/// time.
+bool OnlineEstimator::Streams::process_ego(std::size_t sensor, const EgoMeasurement& m, double t) {
+  const bool own = !window_->can_attach(t);
   if (own && t <= window_->newest()) {
-    refuse(ego_->sensors[sensor].name, t);
+    reject(ego_->sensors[sensor].name, t);
     return false;
   }
   if (own) add_keyframe(t);
   const auto outcome = window_->attach(sensor, m, t);
-  if (!judge(sensor, ego_->sensors[sensor].name, t, outcome)) {
-    if (!health_.is_new_truth(sensor)) return own;
-    restart(TrackReset::Kind::new_truth, rejected_text(ego_->sensors[sensor].name, t),
-            detail::spread_without(ego_->sensors[sensor].type));
-    return window_->has_chain() && take_ego(sensor, m, t);  // or else the chaser aligns anew, out of what comes
+  if (!apply_gate(sensor, ego_->sensors[sensor].name, t, outcome)) {
+    if (!health_.contradicts_estimate(sensor)) return own;
+    reset_window(TrackReset::Kind::contradicted, contradiction_text(ego_->sensors[sensor].name, t),
+                 detail::sigmas_without_sensor(ego_->sensors[sensor].type));
+    return window_->has_chain() && process_ego(sensor, m, t);  // without a chain, the chaser is aligned again
   }
-  unsolved_ = true;
+  pending_ = true;
   return own;
 }
 
-/// At a keyframe of its own, but for a late one.
-bool OnlineEstimator::Streams::take_target(std::size_t sensor, const Measurement& m, double t) {
+/// Adds a measurement of the target, at a new keyframe unless it is late.
+bool OnlineEstimator::Streams::process_target(std::size_t sensor, const Measurement& m, double t) {
   const TargetSensor& by = settings_.sensors[sensor];
   const bool here = window_->started() && std::abs(t - window_->newest()) <= kSameInstant;
   const bool late = window_->started() && !here && t < window_->newest();
   const bool first = !window_->has_target();
   if (first && (!by.position_in_chaser(m) || late || (!ego_ && !pose_at(odometry_, t)))) {
-    refuse(by.name, t);
+    reject(by.name, t);
     return false;
   }
   const bool own = !here && !late;
@@ -274,41 +282,41 @@ bool OnlineEstimator::Streams::take_target(std::size_t sensor, const Measurement
   }
   const auto outcome = window_->add_measurement(sensor, m);
   if (outcome.why_not) {
-    refuse(by.name, {t < window_->first() ? Kind::too_late : Kind::of_no_use, *outcome.why_not});
+    reject(by.name, {t < window_->first() ? Kind::too_late : Kind::unusable, *outcome.why_not});
     return own || first;
   }
-  if (judge(watched_target(sensor), by.name, t, outcome)) return true;
-  if (!health_.is_new_truth(watched_target(sensor))) return own || first;
-  restart(TrackReset::Kind::new_truth, rejected_text(by.name, t));
-  return by.position_in_chaser(m) && take_target(sensor, m, t);
+  if (apply_gate(target_index(sensor), by.name, t, outcome)) return true;
+  if (!health_.contradicts_estimate(target_index(sensor))) return own || first;
+  reset_window(TrackReset::Kind::contradicted, contradiction_text(by.name, t));
+  return by.position_in_chaser(m) && process_target(sensor, m, t);
 }
 
-/// Counts a measurement as used, or refuses it as rejected.
-bool OnlineEstimator::Streams::judge(std::size_t watched, const std::string& name, double t,
-                                     const detail::OnlineWindow::Outcome& outcome) {
+/// Records the outcome of the gate for sensor `index` of the health monitor. Returns whether the measurement passed.
+bool OnlineEstimator::Streams::apply_gate(std::size_t index, const std::string& name, double t,
+                                          const detail::OnlineWindow::Outcome& outcome) {
   if (!outcome.rejected) {
-    health_.used(watched, t, outcome.sigmas);
+    health_.used(index, t, outcome.sigmas);
     return true;
   }
-  health_.rejected(watched, t, *outcome.sigmas);
-  refuse(name, {Kind::rejected, name + ": the measurement valid at " + seconds_text(t) + " is " +
-                                    std::to_string(*outcome.sigmas) + " sigmas from what is expected"});
+  health_.rejected(index, t, *outcome.sigmas);
+  reject(name, {Kind::outside_gate, name + ": the measurement valid at " + seconds_text(t) + " is outside the gate, " +
+                                        std::to_string(*outcome.sigmas) + " standard deviations from its prediction"});
   return false;
 }
 
-void OnlineEstimator::Streams::refuse(const std::string& name, double t) {
-  std::string why = name + ": nothing can be made of the measurement valid at " + seconds_text(t);
+void OnlineEstimator::Streams::reject(const std::string& name, double t) {
+  std::string why = name + ": cannot use the measurement valid at " + seconds_text(t);
   if (!window_->has_target() && !settings_.sensors.empty())
-    why += "; a target starts at a measurement of its position where the chaser's motion is known";
-  refuse(name, {Kind::of_no_use, std::move(why)});
+    why += "; a position measurement is needed to initialise the target, within the chaser's known motion";
+  reject(name, {Kind::unusable, std::move(why)});
 }
 
-/// Told to the hook, where there is one: the line may be an earlier one than that which is just being added.
-void OnlineEstimator::Streams::refuse(const std::string& name, const Refusal& why) {
-  if (hooks_.on_refuse)
-    hooks_.on_refuse(name, why);
+/// Reports a rejection to the hook, or stores it for the return value of the current call.
+void OnlineEstimator::Streams::reject(const std::string& name, const Rejection& why) {
+  if (hooks_.on_reject)
+    hooks_.on_reject(name, why);
   else
-    refused_ = why;
+    rejected_ = why;
 }
 
 void OnlineEstimator::Streams::add_keyframe(double t, std::size_t sensor, const Measurement* first) {
@@ -319,20 +327,20 @@ void OnlineEstimator::Streams::add_keyframe(double t, std::size_t sensor, const 
 }
 
 void OnlineEstimator::Streams::update() {
-  const Clock::time_point begun = *std::exchange(due_, {});
+  const Clock::time_point begin = *std::exchange(due_, {});
   const Summary summary = window_->update();
-  unsolved_ = false;
+  pending_ = false;
   health_.updated(window_->newest(), summary.converged());
-  note_outputs();
-  const double seconds = std::chrono::duration<double>(Clock::now() - begun).count();
+  update_output_health();
+  const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
   const bool new_keyframe = std::exchange(new_keyframe_, false);
   if (hooks_.on_update) hooks_.on_update({window_->newest(), window_->newest_type(), new_keyframe, seconds, summary});
   if (health_.is_stuck(window_->newest()))
-    restart(TrackReset::Kind::unconverged,
-            "the window has not converged since " + seconds_text(health_.health().unconverged_since.value()),
-            {.position = Vector<3>::Constant(10),
-             .rotation = Vector<3>(0.3, 0.3, 0.5),
-             .velocity = Vector<3>::Constant(3)});
+    reset_window(TrackReset::Kind::unconverged,
+                 "the window has not converged since " + seconds_text(health_.health().unconverged_since.value()),
+                 {.position = Vector<3>::Constant(10),
+                  .rotation = Vector<3>(0.3, 0.3, 0.5),
+                  .velocity = Vector<3>::Constant(3)});
 }
 
 }  // namespace tandem

@@ -15,81 +15,83 @@
 
 namespace tandem {
 
-/// The lines that come in, and what is done with each when its turn has come.
+/// The input streams of an OnlineEstimator: checks and queues measurements, and passes them to the window in time
+/// order.
 class OnlineEstimator::Streams {
  public:
-  using MaybeRefusal = std::optional<Refusal>;
+  using MaybeRejection = std::optional<Rejection>;
 
   Streams(OnlineEstimator& hooks, const TrackingData& tracking, const std::optional<NavigationData>& ego,
           const OnlineOptions& options);
 
-  MaybeRefusal add_odometry(const Stamped<SE3>& pose);
-  MaybeRefusal add_imu(const ImuSample& sample);
-  MaybeRefusal add_ego(std::size_t sensor, const EgoMeasurement& m);
-  MaybeRefusal add_target(std::size_t sensor, const Measurement& m);
+  MaybeRejection add_odometry(const Stamped<SE3>& pose);
+  MaybeRejection add_imu(const ImuSample& sample);
+  MaybeRejection add_ego(std::size_t sensor, const EgoMeasurement& m);
+  MaybeRejection add_target(std::size_t sensor, const Measurement& m);
   void finish();
-  void begin_anew();
-  Summary settle() { return window_->settle(); }
+  void reset();
+  Summary solve_to_convergence() { return window_->solve_to_convergence(); }
   const detail::OnlineWindow& window() const { return *window_; }
   const TrackHealth& health() const { return health_.health(); }
-  void go_on_from(const TrackHealth& health, const std::optional<MotionHypotheses::Memory>& hypotheses) {
-    if (hypotheses) window_->go_on_from(*hypotheses);
-    health_.go_on_from(health);
-    note_outputs();
+  void restore(const TrackHealth& health, const std::optional<MotionHypotheses::Checkpoint>& hypotheses) {
+    if (hypotheses) window_->restore(*hypotheses);
+    health_.restore(health);
+    update_output_health();
   }
-  std::optional<Alignment> newest_start() const;
+  std::optional<Alignment> handover_start() const;
 
  private:
   using Clock = std::chrono::steady_clock;
 
-  MaybeRefusal why_too_late(const std::string& name, double t) const;
-  MaybeRefusal wait(double stamp, double valid, detail::OnlineEvent event);
-  MaybeRefusal come(double stamp);
-  MaybeRefusal why_implausible(const std::string& name, double t, bool plausible) const;
-  void refuse(const std::string& name, double t);
-  void refuse(const std::string& name, const Refusal& why);
-  double reached() const;
-  double last_motion() const;
+  MaybeRejection why_too_late(const std::string& name, double t) const;
+  MaybeRejection enqueue(double stamp, double valid, detail::OnlineEvent event);
+  MaybeRejection process_until(double stamp);
+  MaybeRejection why_implausible(const std::string& name, double t, bool plausible) const;
+  void reject(const std::string& name, double t);
+  void reject(const std::string& name, const Rejection& why);
+  double motion_end() const;
+  double keyframe_limit() const;
   detail::NextStep next() const;
   void process();
   bool start_chaser();
-  bool take_event();
-  bool take_ego(std::size_t sensor, const EgoMeasurement& m, double t);
-  bool take_target(std::size_t sensor, const Measurement& m, double t);
+  bool process_event();
+  bool process_ego(std::size_t sensor, const EgoMeasurement& m, double t);
+  bool process_target(std::size_t sensor, const Measurement& m, double t);
   void add_keyframe(double t, std::size_t sensor = 0, const Measurement* first = nullptr);
   void update();
   void make_window();
-  enum class Chaser { goes_on, aligns };
-  void restart(TrackReset::Kind kind, std::string why, const EgoSpread& doubt = {}, Chaser chaser = Chaser::goes_on);
-  std::optional<EgoSpread> newest_spread(const EgoSpread& least) const;
+  enum class Chaser { continues, realigns };  // after a reset
+  void reset_window(TrackReset::Kind kind, std::string why, const EgoStateSigmas& min_sigmas = {},
+                    Chaser chaser = Chaser::continues);
+  std::optional<EgoStateSigmas> newest_state_sigmas(const EgoStateSigmas& min_sigmas) const;
   bool suspend_before(double t);
-  void note_outputs();
+  void update_output_health();
   std::optional<double> chaser_aided() const;
-  void forget_old();
-  std::size_t watched_target(std::size_t sensor) const { return (ego_ ? ego_->sensors.size() : 0) + sensor; }
-  bool judge(std::size_t watched, const std::string& name, double t, const detail::OnlineWindow::Outcome& outcome);
+  void drop_stale();
+  std::size_t target_index(std::size_t sensor) const { return (ego_ ? ego_->sensors.size() : 0) + sensor; }
+  bool apply_gate(std::size_t index, const std::string& name, double t, const detail::OnlineWindow::Outcome& outcome);
 
   OnlineEstimator& hooks_;
   const OnlineOptions options_;
   const TrackingData settings_;
   const std::optional<NavigationData> ego_;
-  NavigationData waiting_;          // for the alignment
-  std::optional<Alignment> start_;  // that was given, until it has been used
+  NavigationData alignment_data_;   // data waiting for the alignment
+  std::optional<Alignment> start_;  // OnlineOptions::start, until it is used
   const double interval_;
   std::unique_ptr<detail::OnlineWindow> window_;
   detail::EventQueue queue_;
   detail::HealthMonitor health_;
   std::vector<Stamped<SE3>> odometry_;
-  std::vector<Stamped<SE3>> jumped_;      // odometry that does not follow from what came before
-  std::deque<ImuSample> recent_samples_;  // since the newest keyframe, to begin anew from there
+  std::vector<Stamped<SE3>> displaced_odometry_;  // poses that are implausibly far from odometry_
+  std::deque<ImuSample> recent_samples_;          // since the newest keyframe, for a reset
   double last_imu_ = -HUGE_VAL;
-  double aligned_ = -HUGE_VAL;  // s, when the chaser's own sensors started it
-  MaybeRefusal refused_;
+  double aligned_ = -HUGE_VAL;  // time of the last alignment [s]
+  MaybeRejection rejected_;     // of the current call
   bool finished_ = false;
-  // Since the last update: when what calls for one began; a keyframe has joined; a measurement of the chaser's own has,
-  // which waits for the next.
-  std::optional<Clock::time_point> due_;
-  bool new_keyframe_ = false, unsolved_ = false;
+  // Since the last update:
+  std::optional<Clock::time_point> due_;  // time of the first change that needs an update
+  bool new_keyframe_ = false;             // a keyframe was added
+  bool pending_ = false;                  // measurements of the chaser wait for the next update
 };
 
 }  // namespace tandem

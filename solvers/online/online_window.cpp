@@ -11,8 +11,8 @@
 namespace tandem::detail {
 namespace {
 
-constexpr int kSettlingIterations = 100;
-constexpr double kSettled = 1e-7;  // relative decrease of the cost
+constexpr int kMaxMinimizeIterations = 100;
+constexpr double kMinimizeTolerance = 1e-7;  // relative decrease of the cost
 
 }  // namespace
 
@@ -24,9 +24,9 @@ OnlineWindow::OnlineWindow(const TrackingData& settings, const NavigationData* e
   if (options.hypotheses) hypotheses_.emplace(hypotheses_noise(settings.noise));
 }
 
-/// The caller's own hook comes first: when it throws, nothing is told to have left.
+/// Calls the caller's hook before on_leave, so that no state is reported if the hook throws.
 FixedLagOptions OnlineWindow::with_hook(FixedLagOptions options) {
-  options.leaving = [this, own = std::move(options.leaving)](double t) {
+  options.before_marginalize = [this, own = std::move(options.before_marginalize)](double t) {
     if (own) own(t);
     if (!on_leave || !chain_) return;
     for (const EgoKeyframe& k : chain_->keyframes())
@@ -38,41 +38,41 @@ FixedLagOptions OnlineWindow::with_hook(FixedLagOptions options) {
 void OnlineWindow::start_chaser(const Alignment& alignment, const std::vector<ImuSample>& samples) {
   chain_.emplace(lag_.problem(), *ego_, options_.ego);
   for (const ImuSample& sample : samples) chain_->add(sample);
-  join(chain_->start(alignment.t, alignment.state, alignment.spread));
+  track_keyframe(chain_->start(alignment.t, alignment.state, alignment.sigmas));
 }
 
-void OnlineWindow::join(const EgoKeyframe& k) {
-  fall_behind();
-  if (options_.ego.preintegrated_dvl) covariance_ = Covariance::stale;  // its sums may have been made anew
+void OnlineWindow::track_keyframe(const EgoKeyframe& k) {
+  mark_covariance_extendable();
+  if (options_.ego.preintegrated_dvl) covariance_ = Covariance::stale;  // velocities may have been preintegrated again
   lag_.track(k.t, k.pose);
   lag_.track(k.t, k.velocity);
   if (k.bias) lag_.track(k.t, *k.bias);
 }
 
 void OnlineWindow::add_keyframe(double t, const SE3& dead_reckoned, std::size_t sensor, const Measurement* first) {
-  fall_behind();
+  mark_covariance_extendable();
   const EgoKeyframe* ego = nullptr;
   if (chain_) {
     ego = &chain_->extend(t);
-    join(*ego);
+    track_keyframe(*ego);
   }
   if (!has_target() && first) make_target();
   with_target([&]<LieGroup G>(TargetWindow<G>& window) {
     const Variable<G>* chaser = nullptr;
     if constexpr (std::same_as<G, SE3>) chaser = ego ? &ego->pose : nullptr;
     window.add_keyframe(t, dead_reckoned, chaser, sensor, first);
-    join_newest(window);
+    track_newest(window);
   });
   if (hypotheses_) hypotheses_->add(t, {});
 }
 
 void OnlineWindow::start_target(std::size_t sensor, const Measurement& m) {
-  fall_behind();
+  mark_covariance_extendable();
   make_target();
   const EgoKeyframe& ego = chain_->keyframes().back();
   TargetWindow<SE3>& window = *std::get<Target<SE3>>(target_);
   window.add_keyframe(ego.t, SE3(), &ego.pose, sensor, &m);
-  join_newest(window);
+  track_newest(window);
 }
 
 void OnlineWindow::make_target() {
@@ -84,91 +84,94 @@ void OnlineWindow::make_target() {
 }
 
 template <LieGroup G>
-void OnlineWindow::join_newest(const TargetWindow<G>& window) {
+void OnlineWindow::track_newest(const TargetWindow<G>& window) {
   window.each_new_variable([&](double t, const auto& x) { lag_.track(t, x); });
 }
 
-/// Biases that newer ones have taken the place of may leave from now on.
+/// Lets biases that newer ones have replaced leave the window.
 template <class Sensors>
-void OnlineWindow::join_biases(Sensors& sensors, bool unknown) {
-  if (unknown) fall_behind();
-  sensors.each_left_bias([&](double t, const auto& x) { lag_.track(std::max(t, lag_.oldest()), x); });
+void OnlineWindow::track_replaced_biases(Sensors& sensors, bool unknown) {
+  if (unknown) mark_covariance_extendable();
+  sensors.each_superseded_bias([&](double t, const auto& x) { lag_.track(std::max(t, lag_.oldest()), x); });
 }
 
-/// What has been added says by itself what is expected of it; but for what comes right before, nothing is taken out.
-void OnlineWindow::fall_behind() {
-  if (covariance_ == Covariance::there) covariance_ = Covariance::behind;
-  if (covariance_ == Covariance::none) covariance_ = Covariance::stale;
+/// To be called when variables are added. The covariance can be extended to them by their own residuals.
+void OnlineWindow::mark_covariance_extendable() {
+  if (covariance_ == Covariance::current) covariance_ = Covariance::extendable;
+  if (covariance_ == Covariance::unavailable) covariance_ = Covariance::stale;
 }
 
-/// Whether there is a covariance of what is expected, before it is measured.
-bool OnlineWindow::predicts() {
+/// Brings the covariance up to date for the gate. Returns whether there is one.
+bool OnlineWindow::update_covariance() {
   if (!std::isfinite(options_.reset.gate)) return false;
-  if (covariance_ == Covariance::behind) covariance_ = lag_.extend() ? Covariance::there : Covariance::stale;
-  if (covariance_ == Covariance::stale) covariance_ = lag_.relinearize() ? Covariance::there : Covariance::none;
-  return covariance_ == Covariance::there;
+  if (covariance_ == Covariance::extendable) covariance_ = lag_.extend() ? Covariance::current : Covariance::stale;
+  if (covariance_ == Covariance::stale)
+    covariance_ = lag_.relinearize() ? Covariance::current : Covariance::unavailable;
+  return covariance_ == Covariance::current;
 }
 
-bool OnlineWindow::passes(const Block& block, Eigen::Index rows, bool gated, Outcome& outcome) const {
-  if (gated) outcome.sigmas = innovation_sigmas(lag_, block, rows);
+bool OnlineWindow::passes(const Block& block, Eigen::Index rows, bool use_gate, Outcome& outcome) const {
+  if (use_gate) outcome.sigmas = normalized_innovation(lag_, block, rows);
   const double gate = options_.reset.gate;
   outcome.rejected = outcome.sigmas ? !(*outcome.sigmas <= gate) : !has_finite_cost(lag_.problem(), block);
   if (outcome.rejected && !outcome.sigmas) outcome.sigmas = HUGE_VAL;
   return !outcome.rejected;
 }
 
-/// An estimate that had not converged has no say yet against a measurement: it is solved to its minimum first, once.
-bool OnlineWindow::settles_first() {
+/// If the last update did not converge, solves the window to its minimum and returns true: the gate is then applied
+/// again.
+bool OnlineWindow::minimize_once() {
   if (std::exchange(converged_, true)) return false;
   minimize();
   covariance_ = Covariance::stale;
   return true;
 }
 
-/// The first of a sensor with errors that stay makes the constants among these, which the gate has to have covariances of:
-/// it is added once more then.
+/// The first measurement of a sensor with systematic errors creates their variables. The gate needs the covariance of
+/// these, so the measurement is then withdrawn, and added again after an update of the covariance.
 OnlineWindow::Outcome OnlineWindow::add_measurement(std::size_t sensor, const Measurement& m) {
   Outcome outcome;
-  with_target([&](auto& window) { join_biases(window, window.prepare(sensor, m)); });
-  const bool gated = predicts();
+  with_target([&](auto& window) { track_replaced_biases(window, window.prepare_bias(sensor, m)); });
+  const bool use_gate = update_covariance();
   const int known = lag_.problem().num_variables();
   bool unknown = false;
   with_target([&](auto& window) {
     outcome.why_not = window.add_measurement(sensor, m);
     if (outcome.why_not) return;
-    unknown = gated && lag_.problem().num_variables() > known;
-    if (unknown) return window.withdraw_last();
+    unknown = use_gate && lag_.problem().num_variables() > known;
+    if (unknown) return window.remove_last_measurement();
     const bool pose = settings_.sensors[sensor].type->has(measured::rotation);
     const Block& block = window.last_block();
     const Eigen::Index dim = lag_.problem().noise(block).dim();
-    if (!passes(block, pose ? std::min<Eigen::Index>(dim, settings_.planar ? 2 : 3) : dim, gated, outcome))
-      window.withdraw_last();
+    if (!passes(block, pose ? std::min<Eigen::Index>(dim, settings_.planar ? 2 : 3) : dim, use_gate, outcome))
+      window.remove_last_measurement();
   });
-  if (unknown) fall_behind();
-  if (unknown || (outcome.rejected && gated && settles_first())) return add_measurement(sensor, m);
-  if (hypotheses_ && !outcome.rejected && !outcome.why_not) note_fix(sensor, m);
+  if (unknown) mark_covariance_extendable();
+  if (unknown || (outcome.rejected && use_gate && minimize_once())) return add_measurement(sensor, m);
+  if (hypotheses_ && !outcome.rejected && !outcome.why_not) add_fix_to_hypotheses(sensor, m);
   return outcome;
 }
 
 OnlineWindow::Outcome OnlineWindow::attach(std::size_t sensor, const EgoMeasurement& m, double t) {
   Outcome outcome;
-  join_biases(*chain_, chain_->prepare(sensor, t));
-  const bool gated = predicts();
+  track_replaced_biases(*chain_, chain_->prepare_bias(sensor, t));
+  const bool use_gate = update_covariance();
   const int known = lag_.problem().num_variables();
   const PlacedEgoMeasurement placed = chain_->attach(sensor, m, t);
-  if (!placed.block && t < newest()) covariance_ = Covariance::stale;     // sums of velocities were made anew
-  if (placed.block && gated && lag_.problem().num_variables() > known) {  // as above
+  if (!placed.block && t < newest()) covariance_ = Covariance::stale;        // velocities were preintegrated again
+  if (placed.block && use_gate && lag_.problem().num_variables() > known) {  // as in add_measurement()
     lag_.problem().remove(*placed.block);
-    fall_behind();
+    mark_covariance_extendable();
     return attach(sensor, m, t);
   }
-  if (placed.block && !passes(*placed.block, lag_.problem().noise(*placed.block).dim(), gated, outcome))
+  if (placed.block && !passes(*placed.block, lag_.problem().noise(*placed.block).dim(), use_gate, outcome))
     lag_.problem().remove(*placed.block);
-  return outcome.rejected && gated && settles_first() ? attach(sensor, m, t) : outcome;
+  return outcome.rejected && use_gate && minimize_once() ? attach(sensor, m, t) : outcome;
 }
 
-/// In the frame of dead reckoning: a smoother moves the chaser too when a target is not where it was expected to be.
-void OnlineWindow::note_fix(std::size_t sensor, const Measurement& m) {
+/// Adds a fix to the hypotheses in the dead-reckoning frame, because an unexpected fix also moves the chaser's
+/// estimate.
+void OnlineWindow::add_fix_to_hypotheses(std::size_t sensor, const Measurement& m) {
   const TargetSensor& by = settings_.sensors[sensor];
   with_target([&](const auto& window) {
     const double t = by.valid_at(m);
@@ -186,21 +189,21 @@ void OnlineWindow::note_fix(std::size_t sensor, const Measurement& m) {
 
 Summary OnlineWindow::update() {
   const Summary summary = slide();
-  return has_target() && restart_due() ? restart(summary) : summary;
+  return has_target() && fresh_start_due() ? solve_from_fresh_start(summary) : summary;
 }
 
-/// Of a window that is bounded by the number of keyframes [s]; infinite while it grows.
+/// Returns the duration of a window that is limited by the number of keyframes [s]; infinite while it grows.
 double OnlineWindow::span() const {
   const int most = options_.lag.max_keyframes;
   return most > 0 && keyframes() >= std::size_t(most) ? newest() - oldest() : HUGE_VAL;
 }
 
-/// Those that were measured so long ago, too: a measurement is to have told of its sensor's delay long before it leaves.
-void OnlineWindow::tell_delays(double reach) {
-  with_target([&](auto& window) { window.tell_delays(reach); });
+/// Lets measurements at least `reach` [s] old depend on the estimated delay, long before they leave the window.
+void OnlineWindow::free_delays(double reach) {
+  with_target([&](auto& window) { window.free_delays(reach); });
 }
 
-/// Chain and target forget what leaves, also when not all that is old does.
+/// Updates the fixed-lag smoother. Chain and target drop the states that have left, also if the update throws.
 Summary OnlineWindow::slide() {
   const auto forget = [&] {
     const double oldest = lag_.oldest() - 0.5 * kSameInstant;
@@ -208,7 +211,7 @@ Summary OnlineWindow::slide() {
     with_target([&](auto& window) { window.drop_before(oldest); });
     if (hypotheses_) hypotheses_->forget_before(oldest);
   };
-  tell_delays(0.5 * std::min(options_.lag.window, span()));
+  free_delays(0.5 * std::min(options_.lag.window, span()));
   Summary summary;
   covariance_ = Covariance::stale;
   try {
@@ -219,44 +222,44 @@ Summary OnlineWindow::slide() {
   }
   forget();
   converged_ = summary.converged();
-  if (converged_ && lag_.has_covariance()) covariance_ = Covariance::there;
+  if (converged_ && lag_.has_covariance()) covariance_ = Covariance::current;
   cost_ = summary.cost;
   return summary;
 }
 
 double OnlineWindow::minimize() {
   GaussNewtonOptions options;
-  options.max_iterations = kSettlingIterations;
-  options.cost_tolerance = kSettled;
+  options.max_iterations = kMaxMinimizeIterations;
+  options.cost_tolerance = kMinimizeTolerance;
   return solve(lag_.problem(), options).cost;
 }
 
-Summary OnlineWindow::settle() {
-  tell_delays(0);
+Summary OnlineWindow::solve_to_convergence() {
+  free_delays(0);
   minimize();
   return slide();
 }
 
-bool OnlineWindow::restart_due() {
+bool OnlineWindow::fresh_start_due() {
   const double age = newest() - of_target([](const auto& w) { return w.keyframes().front().t; }, 0.0);
-  const double surprise = of_target([](const auto& w) { return w.surprise(); }, 0.0);
+  const double surprise = of_target([](const auto& w) { return w.orientation_innovation(); }, 0.0);
   return restarts_.due(newest(), age, age < options_.lag.window - settings_.keyframe_interval, surprise);
 }
 
-/// The better of where the window is and where a fresh start leads.
-Summary OnlineWindow::restart(const Summary& before) {
+/// Solves also from a fresh start, and keeps the solution with the lower cost.
+Summary OnlineWindow::solve_from_fresh_start(const Summary& before) {
   Summary best = before;
   with_target([&](auto& window) {
-    const auto kept = window.values();
-    auto fresh = kept;
+    const auto current = window.values();
+    auto fresh = current;
     try {
-      fresh = window.fresh_start();
-    } catch (const Error&) {  // too little to start from
+      fresh = window.initial_guess();
+    } catch (const Error&) {  // too few measurements for an initial guess
       return;
     }
     window.set_values(fresh);
     if (!(minimize() < cost_)) {
-      window.set_values(kept);
+      window.set_values(current);
       minimize();
     }
     best = slide();

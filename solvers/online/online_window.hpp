@@ -7,58 +7,59 @@
 #include <vector>
 
 #include <tandem/problem/tracking/target_window.hpp>
-#include <tandem/solvers/online/fixed_lag.hpp>
+#include <tandem/solvers/fixed_lag/fixed_lag.hpp>
 #include <tandem/solvers/online/motion_hypotheses.hpp>
 #include <tandem/solvers/online/online_estimator.hpp>
 #include <tandem/solvers/online/restart_schedule.hpp>
 
 namespace tandem::detail {
 
-/// The problem of an OnlineEstimator: the chaser, the target once it has been seen, and the window that slides over both.
+/// The sliding window of an OnlineEstimator: the problem of the chaser and, once it is initialised, the target.
 class OnlineWindow {
  public:
-  /// `ego`: empty where the chaser moves by odometry. Measurements of both are not read.
+  /// `ego`: null if the chaser moves by odometry. Measurements in `settings` and `ego` are ignored.
   OnlineWindow(const TrackingData& settings, const NavigationData* ego, const OnlineOptions& options);
   OnlineWindow(const OnlineWindow&) = delete;
 
-  /// Called with what leaves the window, at its last estimate, where the chaser moves by its own sensors.
+  /// Called with the last estimate of each chaser state that leaves the window; only with own sensors.
   std::function<void(const Stamped<EgoState>&)> on_leave;
 
   bool started() const { return keyframes() > 0; }
-  bool has_chain() const { return chain_.has_value(); }
+  bool has_chain() const { return chain_.has_value(); }  ///< the chaser is initialised and moves by its own sensors
   bool has_target() const { return !std::holds_alternative<std::monostate>(target_); }
   double newest() const { return lag_.newest(); }
   double oldest() const { return lag_.oldest(); }
   std::size_t keyframes() const;
   double cost() const { return cost_; }
-  /// The time of the first keyframe that measurements can join [s].
+  /// Returns the time of the first keyframe to which measurements can attach [s].
   double first() const { return chain_ ? chain_->keyframes().front().t : oldest(); }
 
-  /// The first keyframe of a chaser that moves by its own sensors.
+  /// Adds the first keyframe of a chaser that moves by its own sensors.
   void start_chaser(const Alignment& alignment, const std::vector<ImuSample>& samples);
   void add(const ImuSample& sample) { chain_->add(sample); }
-  /// A keyframe later than the newest. The chaser is at `dead_reckoned` where it moves by odometry. `first`: a target's
-  /// measurement of that instant, if there is one, which is not added yet; it starts a target that is not there, and
-  /// gives the keyframe its kind.
+  /// Adds a keyframe at a time later than the newest. `dead_reckoned` is the chaser's pose if it moves by odometry.
+  /// `first` is a measurement of the target at this time, or null. It initialises the target if necessary, and sets the
+  /// type of the keyframe; its residual is not added.
   void add_keyframe(double t, const SE3& dead_reckoned, std::size_t sensor, const Measurement* first);
-  /// A target is added to the newest keyframe, which the chaser has.
+  /// Initialises the target at the newest keyframe.
   void start_target(std::size_t sensor, const Measurement& m);
-  /// What became of a measurement.
+  /// The result of adding a measurement.
   struct Outcome {
-    std::optional<std::string> why_not{};  ///< a sentence; it is in the window where there is none
-    std::optional<double> sigmas{};        ///< of its innovation, where that has a covariance
-    bool rejected = false;                 ///< by the gate
+    std::optional<std::string> why_not{};  ///< the reason if it cannot be used, a sentence
+    std::optional<double> sigmas{};        ///< its normalised innovation, if that has a covariance
+    bool rejected = false;                 ///< outside the gate
   };
-  /// Adds a measurement of the target, where it passes the gate.
+  /// Adds a measurement of the target if it passes the gate.
   Outcome add_measurement(std::size_t sensor, const Measurement& m);
-  /// Whether a measurement of the chaser's own can join a keyframe; and adds it, where it passes the gate.
-  bool reaches(double t) const { return chain_->reaches(t); }
+  /// Returns whether a measurement of the chaser at time t can attach to an existing keyframe.
+  bool can_attach(double t) const { return chain_->can_attach(t); }
+  /// Adds a measurement of the chaser if it passes the gate.
   Outcome attach(std::size_t sensor, const EgoMeasurement& m, double t);
 
-  /// Solves the window and lets go what is old; now and then from a fresh start too.
+  /// Solves the window and marginalises old states. Sometimes also solves from a fresh start (RestartSchedule).
   Summary update();
-  /// Solves it to its minimum: an update stops once steps do what they should, which is right for a warm start.
-  Summary settle();
+  /// Solves the window to its minimum. (An update ends earlier, which suffices after a warm start.)
+  Summary solve_to_convergence();
 
   KeyframeType newest_type() const;
   EgoState chaser() const;
@@ -69,8 +70,8 @@ class OnlineWindow {
   std::optional<RelativeTarget> relative_target(double h) const;
   OnlineEstimator::Covariance covariance() const;
   std::vector<OnlineEstimator::SensorError> sensor_errors() const;
-  std::optional<MotionHypotheses::Memory> hypotheses() const;
-  void go_on_from(const MotionHypotheses::Memory& memory);
+  std::optional<MotionHypotheses::Checkpoint> hypotheses() const;
+  void restore(const MotionHypotheses::Checkpoint& checkpoint);
   std::vector<Stamped<EgoState>> states() const;
   std::vector<std::pair<double, double>> splits() const;
 
@@ -78,7 +79,7 @@ class OnlineWindow {
   template <LieGroup G>
   using Target = std::unique_ptr<TargetWindow<G>>;
 
-  /// f(window) of the target's window, `none` without one.
+  /// Returns f(window) for the window of the target, or `none` without a target.
   template <class F, class R>
   R of_target(F f, R none) const {
     return std::visit(
@@ -91,6 +92,7 @@ class OnlineWindow {
         },
         target_);
   }
+  /// Calls f(window) for the window of the target, if there is one.
   template <class F>
   void with_target(F f) const {
     std::visit(
@@ -100,36 +102,35 @@ class OnlineWindow {
         target_);
   }
 
-  bool hypothesise() const { return has_target() && hypotheses_ && hypotheses_->started(); }
-  SE3 out_of_dead_reckoning() const;
-  TargetState hypothetical_target(double h) const;
+  bool uses_hypotheses() const { return has_target() && hypotheses_ && hypotheses_->started(); }
+  SE3 world_from_dead_reckoning() const;
+  TargetState target_from_hypotheses(double h) const;
   std::optional<Matrix<3, 3>> relative_covariance() const;
-  /// Of the target in the world, and as seen from the newest chaser.
   struct Forecast {
-    TargetState state;
-    Matrix<3, 3> covariance;
+    TargetState state;        // in the world
+    Matrix<3, 3> covariance;  // of the position relative to the newest chaser pose
   };
   std::optional<Forecast> forecast(double h) const;
-  std::optional<TargetState> carried_target(double h) const;
-  void note_fix(std::size_t sensor, const Measurement& m);
+  std::optional<TargetState> extrapolated_target(double h) const;
+  void add_fix_to_hypotheses(std::size_t sensor, const Measurement& m);
 
   FixedLagOptions with_hook(FixedLagOptions options);
-  void fall_behind();
-  bool predicts();
-  bool settles_first();
-  bool passes(const Block& block, Eigen::Index rows, bool gated, Outcome& outcome) const;
-  void join(const EgoKeyframe& keyframe);
+  void mark_covariance_extendable();
+  bool update_covariance();
+  bool minimize_once();
+  bool passes(const Block& block, Eigen::Index rows, bool use_gate, Outcome& outcome) const;
+  void track_keyframe(const EgoKeyframe& keyframe);
   template <class Sensors>
-  void join_biases(Sensors& sensors, bool unknown);
+  void track_replaced_biases(Sensors& sensors, bool unknown);
   void make_target();
   template <LieGroup G>
-  void join_newest(const TargetWindow<G>& window);
+  void track_newest(const TargetWindow<G>& window);
   double span() const;
-  void tell_delays(double reach);
+  void free_delays(double reach);
   Summary slide();
   double minimize();
-  bool restart_due();
-  Summary restart(const Summary& before);
+  bool fresh_start_due();
+  Summary solve_from_fresh_start(const Summary& before);
 
   const TrackingData settings_;
   const OnlineOptions options_;
@@ -137,14 +138,14 @@ class OnlineWindow {
   FixedLag lag_;
   std::optional<EgoChain> chain_;
   std::variant<std::monostate, Target<SE3>, Target<SE2>> target_;
-  std::optional<MotionHypotheses> hypotheses_;  // of the target, where they are on
+  std::optional<MotionHypotheses> hypotheses_;  // if OnlineOptions::hypotheses
   RestartSchedule restarts_;
   double cost_ = 0;
-  // Whether lag_'s covariance is of all that has joined: not any more, but for what has been added, yes, or not, because
-  // a residual is undefined.
-  enum class Covariance { stale, behind, there, none };
+  // State of the covariance of lag_: outdated; valid except for new variables; valid; or undefined, because a residual
+  // is.
+  enum class Covariance { stale, extendable, current, unavailable };
   Covariance covariance_ = Covariance::stale;
-  bool converged_ = true;  // at the last update, or solved to the minimum since
+  bool converged_ = true;  // the last update converged, or the window was minimised since
 };
 
 }  // namespace tandem::detail

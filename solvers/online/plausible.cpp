@@ -6,10 +6,10 @@
 namespace tandem::detail {
 namespace {
 
-constexpr double kFarthestPose = 1e8, kFarthestTarget = 1e7;    // m
-constexpr double kMostForce = 1e5, kMostRate = 1e4;             // m/s², rad/s
-constexpr double kFastest = 200, kFastestTurn = 50;             // m/s, rad/s
-constexpr double kResolution = 0.05, kResolutionOfTurn = 0.05;  // m, rad
+constexpr double kMaxPoseDistance = 1e8, kMaxTargetDistance = 1e7;  // m
+constexpr double kMaxForce = 1e5, kMaxRate = 1e4;                   // m/s², rad/s
+constexpr double kMaxSpeed = 200, kMaxTurnRate = 50;                // m/s, rad/s
+constexpr double kResolution = 0.05, kAngleResolution = 0.05;       // m, rad
 
 template <class Derived>
 bool within(const Eigen::MatrixBase<Derived>& v, double most) {
@@ -19,32 +19,32 @@ bool within(const Eigen::MatrixBase<Derived>& v, double most) {
 }  // namespace
 
 bool is_plausible(const SE3& pose) {
-  return within(pose.translation(), kFarthestPose) && pose.rotation().quaternion().coeffs().allFinite();
+  return within(pose.translation(), kMaxPoseDistance) && pose.rotation().quaternion().coeffs().allFinite();
 }
 
 bool is_plausible(const ImuSample& sample) {
-  return within(sample.specific_force, kMostForce) && within(sample.angular_rate, kMostRate);
+  return within(sample.specific_force, kMaxForce) && within(sample.angular_rate, kMaxRate);
 }
 
 bool is_plausible(const Measurement& m) {
   const Vector<3> distances(m.range, m.height, 0), angles(m.azimuth, m.elevation, 0);
-  return within(m.position, kFarthestTarget) && within(distances, kFarthestTarget) && within(angles, kMostRate) &&
+  return within(m.position, kMaxTargetDistance) && within(distances, kMaxTargetDistance) && within(angles, kMaxRate) &&
          m.rotation.quaternion().coeffs().allFinite();
 }
 
 bool is_plausible(EgoSensorType type, const EgoMeasurement& m) {
-  return m.value.allFinite() && m.rotation.quaternion().coeffs().allFinite() && m.value.norm() <= type->most;
+  return m.value.allFinite() && m.rotation.quaternion().coeffs().allFinite() && m.value.norm() <= type->max_magnitude;
 }
 
-bool follows(const Stamped<SE3>& before, const Stamped<SE3>& after) {
+bool is_plausible_motion(const Stamped<SE3>& before, const Stamped<SE3>& after) {
   const double dt = after.t - before.t;
   const Vector<6> step = minus(after.value, before.value);
-  return step.head<3>().norm() <= kResolution + kFastest * dt &&
-         step.tail<3>().norm() <= kResolutionOfTurn + kFastestTurn * dt;
+  return step.head<3>().norm() <= kResolution + kMaxSpeed * dt &&
+         step.tail<3>().norm() <= kAngleResolution + kMaxTurnRate * dt;
 }
 
-EgoSpread spread_without(EgoSensorType type) {
-  EgoSpread spread;
+EgoStateSigmas sigmas_without_sensor(EgoSensorType type) {
+  EgoStateSigmas spread;
   switch (type->reading) {
     case EgoReading::body_vector:
       spread.velocity.setConstant(10);

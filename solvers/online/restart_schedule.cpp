@@ -5,7 +5,7 @@
 namespace tandem::detail {
 namespace {
 
-constexpr double kSurprise = std::numbers::pi / 4;  // rad
+constexpr double kSurprise = std::numbers::pi / 4;  // smallest surprise that makes a fresh start due [rad]
 
 }  // namespace
 

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/problem/median.hpp>
+#include <tandem/problem/quantile.hpp>
 #include <tandem/solvers/online/stream_clocks.hpp>
 
 namespace tandem {
@@ -13,23 +13,23 @@ namespace {
 struct Unit {
   double seconds;
   const char* name;
-  double epoch;  // stamps from here on are since 1970, in this unit or a smaller one
+  double epoch;  // stamps of this size count from 1970, in this unit or a smaller one
 };
 constexpr std::array<Unit, 4> kUnits = {
     {{1, "seconds", 0}, {1e-3, "milliseconds", 1e11}, {1e-6, "microseconds", 1e14}, {1e-9, "nanoseconds", 1e17}}};
-constexpr double kLongPeriod = 60;                // s: motion does not come as seldom as that
-constexpr std::array kUsualPeriod = {1e-3, 2.0};  // s: it comes so often
+constexpr std::array kUsualPeriod = {1e-3, 2.0};  // range of usual periods of the motion [s]
 constexpr std::size_t kFirstStamps = 6, kMostWaiting = 1000, kMostHeld = 4096;
-constexpr double kSameStep = 5;      // s: clocks that were set by the same amount, but for that
-constexpr double kSurelyAhead = 10;  // s: further than a motion is told late
-const std::string kAgreesAgain = ": its stamps agree with the others' again";
-const std::string kByArrival = "; it goes on by the order of arrival";
+constexpr double kSameStep = 5;      // largest difference of equal clock steps [s]
+constexpr double kSurelyAhead = 10;  // beyond the usual lag of the motion [s]
+const std::string kAgreesAgain = ": time stamps agree with the other streams again";
+const std::string kByArrival = "; its lines are timed by arrival";
 
 const char* name_of(double unit) {
   return std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.seconds == unit; })->name;
 }
 
-/// By the stamps themselves, where they are since 1970; else by how far they are apart.
+/// Detects the unit from the size of the stamps if they count from 1970, else from their spacing. Returns it in
+/// seconds.
 double unit_of(const std::vector<double>& stamps, double longest_period) {
   for (auto unit = kUnits.rbegin(); unit->epoch > 0; ++unit)
     if (std::abs(stamps.back()) >= unit->epoch) return unit->seconds;
@@ -59,11 +59,11 @@ double StreamClocks::time(std::size_t stream, double stamp) const {
   return stamp * states_[stream].unit + states_[stream].offset;
 }
 
-StreamClocks::Verdict StreamClocks::judge(std::size_t stream, double stamp) {
+StreamClocks::Verdict StreamClocks::classify(std::size_t stream, double stamp) {
   dropped_.clear();
   released_.clear();
-  began_anew_ = false;
-  if (!std::isfinite(stamp)) return Verdict::wrong;
+  time_was_reset_ = false;
+  if (!std::isfinite(stamp)) return Verdict::invalid;
   if (!ready_ && !find_unit(stream, stamp)) return Verdict::wait;
   State& s = states_[stream];
   if (s.offset != 0 && agrees_again(s, stamp)) {
@@ -76,19 +76,19 @@ StreamClocks::Verdict StreamClocks::judge(std::size_t stream, double stamp) {
     }
   }
   const double t = time(stream, stamp);
-  if (s.last && t == *s.last && !streams_[stream].may_repeat) return Verdict::repeats;
+  if (s.last && t == *s.last && !streams_[stream].may_repeat) return Verdict::repeated;
   if (agrees(s, t)) {
     if (!s.held.empty()) drop(stream, s.held.size());
     use(stream, t);
-    release_reached();
+    release_consistent();
     return Verdict::use;
   }
-  if (s.last && t < *s.last && t > *s.last - options_.leap) return Verdict::backwards;
+  if (s.last && t < *s.last && t > *s.last - options_.max_lead) return Verdict::not_increasing;
   hold(stream, stamp);
   return Verdict::hold;
 }
 
-/// Whether the unit of stamps is known with this one.
+/// Detects the unit of the stamps. Returns false if this line must wait, as the line that decides the unit still must.
 bool StreamClocks::find_unit(std::size_t stream, double stamp) {
   if (streams_[stream].motion && (first_stamps_.empty() || stream == first_motion_)) {
     first_motion_ = stream;
@@ -102,9 +102,9 @@ bool StreamClocks::find_unit(std::size_t stream, double stamp) {
   if (!ready_) return false;
   if (const double unit = n > 0 ? unit_of(first_stamps_, longest) : 1; unit != 1) {
     for (State& s : states_) s.unit = unit;
-    notice(std::string("stamps are taken for ") + name_of(unit));
+    notice(std::string("time stamps are in ") + name_of(unit));
   }
-  return false;  // the ones before it come first
+  return false;  // the earlier lines come first
 }
 
 void StreamClocks::set_unit(double seconds) {
@@ -112,75 +112,78 @@ void StreamClocks::set_unit(double seconds) {
   ready_ = true;
 }
 
-StreamClocks::Memory StreamClocks::memory() const {
-  Memory memory{clock_, base_};
-  memory.streams.assign(states_.begin(), states_.end());
-  return memory;
+StreamClocks::Checkpoint StreamClocks::checkpoint() const {
+  Checkpoint checkpoint{clock_, base_};
+  checkpoint.streams.assign(states_.begin(), states_.end());
+  return checkpoint;
 }
 
-void StreamClocks::go_on_from(const Memory& memory) {
-  if (memory.streams.size() != states_.size()) throw Error("the clocks' memory is of other streams");
-  clock_ = memory.clock;
-  base_ = memory.base;
-  for (std::size_t i = 0; i < states_.size(); ++i) states_[i] = {memory.streams[i], {}};
+void StreamClocks::restore(const Checkpoint& checkpoint) {
+  if (checkpoint.streams.size() != states_.size())
+    throw Error("stream clocks: the checkpoint has a different number of streams");
+  clock_ = checkpoint.clock;
+  base_ = checkpoint.base;
+  for (std::size_t i = 0; i < states_.size(); ++i) states_[i] = {checkpoint.streams[i], {}};
   ready_ = true;
 }
 
-double StreamClocks::leap() const {
-  double leap = options_.leap;
+double StreamClocks::max_lead() const {
+  double lead = options_.max_lead;
   for (std::size_t i = 0; i < streams_.size(); ++i)
-    if (streams_[i].motion) leap = std::max(leap, 5 * states_[i].period);
-  return leap;
+    if (streams_[i].motion) lead = std::max(lead, 5 * states_[i].period);
+  return lead;
 }
 
 bool StreamClocks::agrees(const State& s, double t) const {
   if (clock_ == -HUGE_VAL) return true;
-  return t <= clock_ + leap() && t >= clock_ - options_.late && (!s.last || t >= *s.last);
+  return t <= clock_ + max_lead() && t >= clock_ - options_.max_lag && (!s.last || t >= *s.last);
 }
 
-/// Whether two stamps in a row agree as they are.
+/// Counts successive stamps that agree with the common time without the offset. Returns whether there are two.
 bool StreamClocks::agrees_again(State& s, double stamp) const {
   const double t = stamp * s.unit;
-  const bool agrees = std::abs(t - (clock_ - s.lag)) <= options_.leap && (!s.last || t >= *s.last);
+  const bool agrees = std::abs(t - (clock_ - s.lag)) <= options_.max_lead && (!s.last || t >= *s.last);
   s.agreeing = agrees ? s.agreeing + 1 : 0;
   return s.agreeing >= 2;
 }
 
-/// Whether a stamp goes on from one before it, in some unit.
-bool StreamClocks::goes_on(const Held& before, double stamp) const {
+/// Returns whether a stamp continues from a held one at the pace of the common time, in any unit.
+bool StreamClocks::continues(const Held& before, double stamp) const {
   const double passed = clock_ - before.clock, step = stamp - before.stamp;
   return std::any_of(kUnits.begin(), kUnits.end(), [&](const Unit& unit) {
     const double own = step * unit.seconds;
-    return own >= 0 && own >= passed - options_.leap && own <= passed + 10 * leap();
+    return own >= 0 && own >= passed - options_.max_lead && own <= passed + 10 * max_lead();
   });
 }
 
 void StreamClocks::hold(std::size_t stream, double stamp) {
   auto& held = states_[stream].held;
-  if (!held.empty() && !goes_on(held.back(), stamp)) drop(stream, held.size());
+  if (!held.empty() && !continues(held.back(), stamp)) drop(stream, held.size());
   if (held.size() >= kMostHeld) drop(stream, 1);
   held.push_back({stamp, clock_});
   const double own = states_[stream].unit;
   if (adopt_offset(stream)) return;
   if (!streams_[stream].motion)
-    for (const Unit& unit : kUnits)  // its own unit, where another does not bring it to the common time
+    for (const Unit& unit : kUnits)  // does another unit bring it to the common time?
       if (unit.seconds != own &&
-          std::abs(held.front().stamp * unit.seconds - held.front().clock) <= options_.leap + leap() &&
-          std::abs(stamp * unit.seconds - clock_) <= options_.leap + leap() && is_confirmed(stream, unit.seconds))
-        return settle(stream, unit.seconds);
-  if (is_confirmed(stream, own)) settle(stream, own);
+          std::abs(held.front().stamp * unit.seconds - held.front().clock) <= options_.max_lead + max_lead() &&
+          std::abs(stamp * unit.seconds - clock_) <= options_.max_lead + max_lead() &&
+          is_confirmed(stream, unit.seconds))
+        return confirm_shift(stream, unit.seconds);
+  if (is_confirmed(stream, own)) confirm_shift(stream, own);
 }
 
 bool StreamClocks::is_confirmed(std::size_t stream, double unit) const {
   const auto& held = states_[stream].held;
-  if (held.size() < 2 || (held.back().stamp - held.front().stamp) * unit < options_.confirm) return false;
+  if (held.size() < 2 || (held.back().stamp - held.front().stamp) * unit < options_.confirm_time) return false;
   if (streams_[stream].motion || unit != states_[stream].unit) return true;
-  // Ahead of a motion that is told late, or has told nothing since, it may be right.
+  // Lines ahead of the motion may be correct if the motion lags or has paused.
   const double ahead = time(stream, held.front().stamp) - held.front().clock;
   return ahead < 0 || (ahead > kSurelyAhead && clock_ > held.front().clock);
 }
 
-/// Whether the held lines of a stream agree once its clock is taken to be set as another's was.
+/// Releases the held lines of a stream if they agree with the offset of another stream, i.e. if both clocks made the
+/// same step.
 bool StreamClocks::adopt_offset(std::size_t stream) {
   State& s = states_[stream];
   for (const State& other : states_) {
@@ -188,15 +191,15 @@ bool StreamClocks::adopt_offset(std::size_t stream) {
     const auto agree = [&](const Held& line) { return agrees(as_other, line.stamp * s.unit + other.offset); };
     if (other.offset == s.offset || !agree(s.held.front()) || !agree(s.held.back())) continue;
     s.offset = other.offset;
-    notice(streams_[stream].name + (s.offset == 0 ? kAgreesAgain : ": its clock was set likewise" + kByArrival));
+    notice(streams_[stream].name + (s.offset == 0 ? kAgreesAgain : ": clock stepped by the same amount" + kByArrival));
     release(stream);
     return true;
   }
   return false;
 }
 
-/// Held lines that the common time has come to meanwhile.
-void StreamClocks::release_reached() {
+/// Releases held lines that agree with the common time by now.
+void StreamClocks::release_consistent() {
   for (std::size_t i = 0; i < states_.size(); ++i) {
     const auto& held = states_[i].held;
     if (held.size() >= 2 && agrees(states_[i], time(i, held.front().stamp)) &&
@@ -205,8 +208,8 @@ void StreamClocks::release_reached() {
   }
 }
 
-/// The held lines of a stream are right: finds the place of their stamps in the common time.
-void StreamClocks::settle(std::size_t stream, double unit) {
+/// Accepts the held lines of a stream: as a unit, a pause, an earlier start of time, or a clock step.
+void StreamClocks::confirm_shift(std::size_t stream, double unit) {
   State& s = states_[stream];
   const std::string& name = streams_[stream].name;
   const Held first = s.held.front();
@@ -215,33 +218,33 @@ void StreamClocks::settle(std::size_t stream, double unit) {
   if (unit != s.unit) {
     s.unit = unit;
     s.offset = 0;
-    notice(name + ": its stamps are taken for " + name_of(unit));
-  } else if (motion && step > 0 && step <= options_.pause && clock_ == first.clock) {
-    if (step > options_.late) notice("nothing is stamped for " + duration_text(step) + ": taken for a pause");
-  } else if (motion && step < 0 && clock_ - base_ < options_.settled) {
-    notice(name + ": its stamps go on " + duration_text(-step) + " before the first ones; time begins anew there");
+    notice(name + ": time stamps are in " + name_of(unit));
+  } else if (motion && step > 0 && step <= options_.max_pause && clock_ == first.clock) {
+    if (step > options_.max_lag) notice("no time stamps for " + duration_text(step) + ": treated as a pause");
+  } else if (motion && step < 0 && clock_ - base_ < options_.settling_time) {
+    notice(name + ": time stamps continue " + duration_text(-step) + " before the first ones; the time base is reset");
     for (std::size_t i = 0; i < states_.size(); ++i) {
       states_[i].last.reset();
       states_[i].offset = 0;
     }
     clock_ = -HUGE_VAL;
-    began_anew_ = true;
+    time_was_reset_ = true;
   } else {
     const double next = s.last ? *s.last + s.period : first.clock;
     double offset = std::max(first.clock - s.lag, next) - first.stamp * s.unit;
-    if (std::abs(offset) <= options_.leap) offset = 0;
+    if (std::abs(offset) <= options_.max_lead) offset = 0;
     for (const State& other : states_)
       if (&other != &s && std::abs(other.offset - offset) <= kSameStep && other.offset != 0 &&
           first.stamp * s.unit + other.offset > s.last.value_or(-HUGE_VAL))
         offset = other.offset;
     s.offset = offset;
     notice(offset == 0 ? name + kAgreesAgain
-                       : name + ": its clock is " + duration_text(std::abs(offset)) +
-                             (offset < 0 ? " ahead" : " behind") + kByArrival);
+                       : name + ": clock is " + duration_text(std::abs(offset)) + (offset < 0 ? " ahead" : " behind") +
+                             kByArrival);
   }
   s.agreeing = 0;
   release(stream);
-  for (std::size_t i = 0; i < states_.size(); ++i) {  // what was held for the same reason
+  for (std::size_t i = 0; i < states_.size(); ++i) {  // other streams held for the same reason
     const auto& held = states_[i].held;
     if (held.empty()) continue;
     if (agrees(states_[i], time(i, held.front().stamp)) && agrees(states_[i], time(i, held.back().stamp)))

@@ -8,94 +8,98 @@
 
 namespace tandem {
 
-/// When a stamp is believed. All in s of the streams' common time, but for what it says of lines.
+/// Tolerances for time stamps, in seconds of the common time.
 struct ClockOptions {
-  double leap = 2.0;     ///< or five periods of the chaser's motion: what is further ahead of the others is held back
-  double late = 60.0;    ///< what is further behind them likewise
-  double confirm = 1.0;  ///< a leap is believed once lines go on from it for so long, two of them or more
-  double pause = 86400;  ///< a leap of everything up to so far is a pause; beyond, a clock that was set
-  double settled = 10;   ///< a common time that is younger is given up where the chaser's motion goes on before it
+  double max_lead = 2.0;      ///< lines further ahead of the common time are held; at least five periods of the motion
+  double max_lag = 60.0;      ///< lines further behind the common time are held
+  double confirm_time = 1.0;  ///< held lines are released once at least two of them continue over this time
+  double max_pause = 86400;   ///< a longer jump of all streams is a clock step, a shorter one a pause
+  double settling_time = 10;  ///< if the motion jumps back while the common time is younger, it is reset
 };
 
-/// The clocks of streams that come together, line by line, and the common time that they are brought to: in seconds, also
-/// where stamps are in milli-, micro- or nanoseconds; by the order of arrival where a stream's clock has been set, until its
-/// stamps agree with the others' again. A stamp that is far from what the streams have come to is held back until the next
-/// lines of its stream go on from it, or do not: one wrong stamp costs its own line.
+/// Synchronises the clocks of several streams, line by line, to a common time in seconds. Detects stamps in milli-,
+/// micro- or nanoseconds. If the clock of a stream steps, its lines are timed by arrival until its stamps agree with
+/// the others again. A stamp far from the common time is held until later lines of its stream confirm or contradict it,
+/// so a single wrong stamp costs only its own line.
 class StreamClocks {
  public:
   struct Stream {
     std::string name;
-    bool may_repeat;            ///< stamps
-    bool motion;                ///< of the chaser's: what the others are held against
-    double longest_period = 5;  ///< s: a motion that comes more seldom by its stamps has them in another unit
+    bool may_repeat;            ///< several lines may have the same stamp
+    bool motion;                ///< motion of the chaser, the reference for the other streams
+    double longest_period = 5;  ///< a motion with a longer period has stamps in another unit than seconds [s]
   };
   explicit StreamClocks(std::vector<Stream> streams, const ClockOptions& options = {});
 
-  /// Told what has been found out about a clock, a sentence.
+  /// Called with a sentence about each finding, e.g. a clock step.
   std::function<void(const std::string&)> on_notice;
 
   enum class Verdict {
-    use,        ///< at time()
-    wait,       ///< keep it and all that come, in order, until is_ready(), then judge them
-    hold,       ///< keep it until it is in released() or dropped()
-    backwards,  ///< it is of no use: before the stream's last one
-    repeats,    ///< likewise: its stamp again
-    wrong,      ///< likewise: no time
+    use,             ///< use the line at time()
+    wait,            ///< keep this and all following lines until is_ready(), then classify them
+    hold,            ///< keep the line until its stream is in released() or dropped()
+    not_increasing,  ///< discard the line: earlier than the last one of its stream
+    repeated,        ///< discard the line: the same stamp as the last one
+    invalid,         ///< discard the line: the stamp is not finite
   };
-  Verdict judge(std::size_t stream, double stamp);
-  /// The stamp in the common time [s].
+  /// Classifies the next line of a stream by its stamp.
+  Verdict classify(std::size_t stream, double stamp);
+  /// Converts a stamp to the common time [s].
   double time(std::size_t stream, double stamp) const;
 
-  /// Whether the unit of stamps is known; finish() makes it so, when no more lines come.
+  /// Returns whether the unit of the stamps is known.
   bool is_ready() const { return ready_; }
-  /// One stamp is so many seconds: nothing is to be found out.
+  /// Sets the unit of the stamps [s] instead of detecting it.
   void set_unit(double seconds);
+  /// Ends the detection of the unit, because no more lines will arrive.
   void finish() { ready_ = true; }
 
-  /// What the last judge() has decided of held lines, the judged one included: streams all of whose are to be used now, and
-  /// how many of the oldest of a stream are not to be.
+  // The decisions of the last classify() about held lines, including the classified one.
+
   struct Dropped {
     std::size_t stream, lines;
   };
+  /// Returns how many of the oldest held lines of a stream must be discarded.
   const std::vector<Dropped>& dropped() const { return dropped_; }
+  /// Returns the streams whose held lines must be used now.
   const std::vector<std::size_t>& released() const { return released_; }
-  /// Whether the last judge() has begun the common time anew: it may run backwards.
-  bool began_anew() const { return began_anew_; }
+  /// Returns whether the common time was reset, so that it may run backwards.
+  bool time_was_reset() const { return time_was_reset_; }
 
-  /// What is known of one stream's clock. The time of a stamp is stamp · unit + offset.
+  /// The state of a stream's clock. The time of a stamp is stamp · unit + offset.
   struct Clock {
     double unit = 1, offset = 0;   ///< s
-    std::optional<double> last{};  ///< time of the last line that was used [s]
-    double period = 0, lag = 0;    ///< s, between its lines, and behind the others
-    int agreeing = 0;              ///< lines in a row whose stamps agree without the offset
+    std::optional<double> last{};  ///< time of the last used line [s]
+    double period = 0, lag = 0;    ///< time between its lines, and lag behind the common time [s]
+    int agreeing = 0;              ///< number of successive lines that agree without the offset
   };
-  /// All that is known of the clocks, but for the lines that are held: for another object to go on from.
-  struct Memory {
-    double clock = -HUGE_VAL, base = -HUGE_VAL;  ///< s: the common time, and where it began
+  /// The state of all clocks, without held lines.
+  struct Checkpoint {
+    double clock = -HUGE_VAL, base = -HUGE_VAL;  ///< common time and its start [s]
     std::vector<Clock> streams{};
   };
-  Memory memory() const;
-  /// Of the same streams; no line is held then.
-  void go_on_from(const Memory& memory);
+  Checkpoint checkpoint() const;
+  /// Restores a checkpoint of the same streams and discards held lines. Throws Error if the number of streams differs.
+  void restore(const Checkpoint& checkpoint);
 
  private:
   struct Held {
-    double stamp, clock;  // the common time when it came
+    double stamp, clock;  // clock: common time at its arrival
   };
   struct State : Clock {
     std::vector<Held> held{};
   };
 
   bool find_unit(std::size_t stream, double stamp);
-  double leap() const;
+  double max_lead() const;
   bool agrees(const State& s, double t) const;
   bool agrees_again(State& s, double stamp) const;
-  bool goes_on(const Held& before, double stamp) const;
+  bool continues(const Held& before, double stamp) const;
   bool is_confirmed(std::size_t stream, double unit) const;
   void hold(std::size_t stream, double stamp);
   bool adopt_offset(std::size_t stream);
-  void settle(std::size_t stream, double unit);
-  void release_reached();
+  void confirm_shift(std::size_t stream, double unit);
+  void release_consistent();
   void release(std::size_t stream);
   void drop(std::size_t stream, std::size_t lines);
   void use(std::size_t stream, double t);
@@ -109,11 +113,11 @@ class StreamClocks {
   bool ready_ = false;
   std::size_t waiting_ = 0;
   std::size_t first_motion_ = 0;
-  std::vector<double> first_stamps_;  // of that stream
+  std::vector<double> first_stamps_;  // of stream first_motion_
   double clock_ = -HUGE_VAL, base_ = -HUGE_VAL;
   std::vector<Dropped> dropped_;
   std::vector<std::size_t> released_;
-  bool began_anew_ = false;
+  bool time_was_reset_ = false;
 };
 
 }  // namespace tandem

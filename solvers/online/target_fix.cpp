@@ -5,16 +5,16 @@
 namespace tandem::detail {
 namespace {
 
-// Against the scenario's noise; chosen by ten simulated dockings (docs/results.md).
+// Factors on the scenario's noise, chosen with ten simulated dockings (bench_online).
 constexpr double kDrift = 5.0 / 3, kSurge = 1.0 / 4, kYawRate = 1.0 / 8;
-constexpr double kYawTime = 60;  // s: in which a turn is forgotten
+constexpr double kYawTime = 60;  // time constant of a turn [s]
 
 double heading_of(const SO3& R) {
   const Vector<3> forward = R.act(Vector<3>::UnitX());
   return std::atan2(forward.y(), forward.x());
 }
 
-/// Of the measured position [m²], in the chaser's body.
+/// Returns the covariance of a measured position [m²] in the chaser's body.
 Matrix<3, 3> position_covariance(const TargetSensor& sensor, const Measurement& m) {
   Matrix<3, 3> axes = sensor.mount.rotation().matrix();
   Vector<3> sigma;

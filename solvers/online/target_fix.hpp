@@ -7,12 +7,12 @@
 
 namespace tandem::detail {
 
-/// What a measurement that gives a position says of the target in the frame that `chaser` is in.
+/// Converts a measurement that includes a position to a fix of the target, in the frame of the pose `chaser`.
 TargetFix target_fix(const TargetSensor& sensor, const Measurement& m, const SE3& chaser,
                      const TrackingOptions& options);
 
-/// Out of the noise that a scenario gives the target's motion, which is as agile as a smoother needs it to follow any
-/// turn: a point drifts by somewhat more, a course is held far better.
+/// Returns the noise of the hypotheses for a scenario's noise, which is large enough for a smoother to follow any turn.
+/// The drift hypothesis gets somewhat more noise, the course hypothesis much less.
 HypothesesNoise hypotheses_noise(const TrackingNoise& noise);
 
 }  // namespace tandem::detail

@@ -12,22 +12,24 @@
 
 namespace tandem {
 
-/// When an online estimator stops to believe a measurement, or itself. Times are of the data [s].
+/// Thresholds for rejecting measurements and for resetting an online estimator. Times are in seconds of the data.
 struct ResetOptions {
-  /// A measurement whose innovation is more than this many of its own standard deviations is not used: per row, of a
-  /// pose by its position. Infinite: all that are finite are.
+  /// A measurement is rejected if its innovation exceeds this many standard deviations in any row; for a pose, in any
+  /// row of the position. Infinite: uses all finite measurements.
   double gate = 5.0;
-  /// So many of a sensor's last measurements rejected, over `reset_after` or longer, while no other sensor of the same
-  /// thing was used: a new truth, the estimate begins anew from it.
-  int rejected_of = 4, rejections = 3;
+  /// The estimate is reset to a sensor that contradicts it: if at least `rejections` of its last `rejection_window`
+  /// measurements were rejected, over at least `reset_after`, and no other sensor of the same quantity was used
+  /// meanwhile.
+  int rejection_window = 4, rejections = 3;
   double reset_after = 7.0;
-  double max_gap = 60.0;            ///< without a measurement for longer, the estimate is suspended until the next one
-  double unconverged_after = 30.0;  ///< updates that end unconverged for so long, ten or more: begins anew
-  // What is told of an output meanwhile (OutputHealth):
-  double lost_after = 20.0;     ///< without a measurement for longer, its aiding is lost
-  double invalid_after = 40.0;  ///< likewise, or with no update that converged, it is invalid
+  /// After a longer gap in the measurements, the estimate is suspended until the next one.
+  double max_gap = 60.0;
+  double unconverged_after = 30.0;  ///< the estimate is reset after at least 10 unconverged updates over this time
+  // For OutputHealth:
+  double lost_after = 20.0;     ///< an output is lost after a longer gap in the used measurements
+  double invalid_after = 40.0;  ///< an output is invalid after a longer gap, or this time without a converged update
 
-  /// All that is a finite number is used, and the estimate kept and called good.
+  /// Returns options that use all finite measurements, never reset and report all outputs as aided.
   static ResetOptions never() {
     return {.gate = HUGE_VAL,
             .reset_after = HUGE_VAL,
@@ -38,59 +40,65 @@ struct ResetOptions {
   }
 };
 
-/// Throws Error on values that cannot work.
+/// Throws Error on invalid options.
 void check(const ResetOptions& options);
 
-/// How the measurements of one sensor have fared since the start.
+/// Counts of one sensor's measurements since the start.
 struct SensorHealth {
   std::string name;
-  std::size_t used = 0, rejected = 0;  ///< by the gate
+  std::size_t used = 0, rejected = 0;  ///< inside and outside of the gate
   std::size_t rejected_in_a_row = 0;
-  std::optional<double> heard, last_used;  ///< s, when the newest was valid that came, and that was used
-  std::optional<double> sigmas;            ///< innovation of the newest, in standard deviations; none while it has none
+  std::optional<double> last_received, last_used;  ///< time of the newest measurement received, and used [s]
+  std::optional<double> sigmas;                    ///< normalised innovation of the newest; empty if unknown
 };
 
-/// How far the newest state is to be relied on.
+/// Reliability of the newest state.
 enum class OutputState {
-  none,     ///< there is none
-  aided,    ///< by measurements that are used
-  lost,     ///< aiding is lost: dead reckoned, predicted
-  invalid,  ///< for too long, or no update converges: not to be used
+  none,     ///< no state
+  aided,    ///< recent measurements were used
+  lost,     ///< no recent measurement: dead reckoning or prediction
+  invalid,  ///< lost for too long, or updates do not converge: do not use
 };
 
-/// "none", "aided", "lost", "invalid".
+/// Returns "none", "aided", "lost" or "invalid".
 std::string_view name(OutputState state);
 
 struct OutputHealth {
   OutputState state = OutputState::none;
-  /// s of data since it was aided last: the chaser by odometry, or by a sensor that measures where it is or how fast it moves
-  /// (gps, DVL; not depth or heading alone); the target by any sensor. What was rejected aids nothing.
+  /// Time since the last aiding measurement [s]. Odometry, GPS and DVL aid the chaser, but not depth or heading alone.
+  /// Any sensor aids the target. Rejected measurements do not count.
   double age = 0;
 };
 
 struct TrackHealth {
   OutputHealth chaser, target;
-  std::vector<SensorHealth> sensors;        ///< the chaser's own, then those of the target
-  std::size_t resets = 0;                   ///< to a new truth, or out of a window that did not converge
-  std::size_t suspensions = 0;              ///< for want of measurements
-  bool converged = true;                    ///< at the last update
-  std::optional<double> unconverged_since;  ///< s, of the run of unconverged updates that the last one is in
+  std::vector<SensorHealth> sensors;        ///< first those of the chaser, then those of the target
+  std::size_t resets = 0;                   ///< resets, without suspensions
+  std::size_t suspensions = 0;              ///< resets because of missing measurements
+  bool converged = true;                    ///< convergence of the last update
+  std::optional<double> unconverged_since;  ///< start of the current run of unconverged updates [s]
 };
 
-/// An estimate that was given up.
+/// A reset of the estimate.
 struct TrackReset {
-  enum class Kind { new_truth, unconverged, suspended, begun_anew };
+  enum class Kind {
+    contradicted,  ///< by a sensor that was rejected repeatedly, or by a jump of the odometry
+    unconverged,   ///< the window did not converge
+    suspended,     ///< measurements are missing
+    time_reset,    ///< OnlineEstimator::reset()
+  };
   Kind kind;
-  double t;         ///< s
-  std::string why;  ///< a sentence
+  double t;         ///< newest keyframe [s]
+  std::string why;  ///< one sentence
 };
 
 namespace detail {
 
-/// Keeps an OnlineEstimator's health and says when it is to begin anew.
+/// Tracks the health of an OnlineEstimator and decides when to reset it.
 class HealthMonitor {
  public:
-  /// A sensor and what it measures: sensors of one subject confirm one another.
+  /// A sensor and the quantity that it measures. A used measurement of one sensor confirms the estimate against the
+  /// others with the same subject.
   struct Sensor {
     std::string name;
     int subject;
@@ -99,30 +107,31 @@ class HealthMonitor {
 
   const TrackHealth& health() const { return health_; }
 
-  // t: s, when the measurement was valid.
-  void heard(std::size_t sensor, double t);
+  // t: time at which the measurement was valid [s].
+  void received(std::size_t sensor, double t);
   void used(std::size_t sensor, double t, std::optional<double> sigmas);
   void rejected(std::size_t sensor, double t, double sigmas);
-  /// Whether what this sensor says is to be believed in place of the estimate.
-  bool is_new_truth(std::size_t sensor) const;
+  /// Returns whether this sensor contradicts the estimate, so that the estimate must be reset.
+  bool contradicts_estimate(std::size_t sensor) const;
 
   void updated(double t, bool converged);
-  /// Whether the window has been unconverged for too long.
+  /// Returns whether the window has not converged for too long at time t [s].
   bool is_stuck(double t) const;
 
-  /// It is t; when chaser and target were aided last [s], nothing where there is none.
-  void at(double t, std::optional<double> chaser_aided, std::optional<double> target_aided);
+  /// Updates the output states at time t [s], from the times when chaser and target were last aided (empty: no state).
+  void update_outputs(double t, std::optional<double> chaser_aided, std::optional<double> target_aided);
 
-  /// When the last measurement of these sensors was used [s]; −∞ before the first.
+  /// Returns the time of the last used measurement of sensors first to last − 1 [s]; −∞ if there is none.
   double last_used(std::size_t first, std::size_t last) const;
 
-  /// It begins anew: what was held against the old estimate is forgotten, counts are not.
-  void restarted(TrackReset::Kind kind);
-  /// Time begins anew: when something was is forgotten too.
+  /// Counts a reset and forgets the rejections of the old estimate. Other counts stay.
+  void record_reset(TrackReset::Kind kind);
+  /// Forgets all times, because the time base changes.
   void forget_times();
-  /// Counts and times go on from these, of the same sensors; what is held against the estimate stays.
-  void go_on_from(const TrackHealth& health) {
-    if (health.sensors.size() != health_.sensors.size()) throw Error("the health is of other sensors");
+  /// Restores counts and times from another monitor of the same sensors; rejections of the current estimate stay.
+  void restore(const TrackHealth& health) {
+    if (health.sensors.size() != health_.sensors.size())
+      throw Error("health monitor: the checkpoint has a different number of sensors");
     health_ = health;
   }
 
@@ -131,14 +140,14 @@ class HealthMonitor {
     double t;
     bool rejected;
   };
-  void judge(std::size_t sensor, double t, bool rejected);
+  void add_verdict(std::size_t sensor, double t, bool rejected);
   OutputHealth output(double t, std::optional<double> aided) const;
 
   ResetOptions options_;
   std::vector<int> subject_;
-  std::vector<std::deque<Verdict>> verdicts_;  // of each sensor, the last rejected_of or those of reset_after
+  std::vector<std::deque<Verdict>> verdicts_;  // per sensor: the last rejection_window, or those within reset_after
   TrackHealth health_;
-  std::size_t unconverged_ = 0;  // updates in a row
+  std::size_t unconverged_ = 0;  // successive unconverged updates
 };
 
 }  // namespace detail

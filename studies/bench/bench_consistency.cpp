@@ -1,6 +1,5 @@
-/// Whether fixed-lag smoothing of the chaser's own sensors knows how good it is: the NEES of its newest keyframe, averaged
-/// over simulated dives of different seeds, against the band where 95 % of such averages are when it does. One instant in
-/// twenty is outside by chance.
+/// Consistency of fixed-lag smoothing with the chaser's own sensors: the NEES of the newest keyframe, averaged over
+/// simulated dives, against the 95 % band of a consistent estimator. One instant in twenty is outside by chance.
 ///   bench_consistency [runs = 50] [minutes = 4] [mems | tactical = tactical] [window = 20 s]
 
 #include <cstdio>
@@ -16,7 +15,7 @@ using namespace tandem;
 
 void print(const char* what, int rows, int runs, const std::vector<double>& instants, const std::vector<double>& mean) {
   const auto [low, high] = chi_squared_band(rows, runs);
-  std::printf("%-10s 95 %% of means in %.3f to %.3f\n", what, low, high);
+  std::printf("%-10s 95 %% band %.3f to %.3f\n", what, low, high);
   for (std::size_t i = 0; i < instants.size(); ++i)
     std::printf("  %6.0f s   %7.3f   %s\n", instants[i], mean[i],
                 mean[i] < low    ? "below"

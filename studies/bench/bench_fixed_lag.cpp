@@ -1,8 +1,7 @@
-/// fixed_lag on a generated tracking window: a chaser and a target pose at each keyframe, one a second; relative poses
-/// between consecutive chasers, constant twist on three consecutive targets, a roll-pitch prior on every target, a
-/// position of the target each third keyframe, its pose each tenth and a fix of the chaser each twentieth. One update a
-/// keyframe, from the dead-reckoned pose and the extrapolated target, timed with all that it does: compiling,
-/// factorising, marginalising.
+/// Update time of FixedLag on a simulated tracking problem with one keyframe per second. Each keyframe has a chaser and
+/// a target pose, odometry, a constant-twist residual and a roll-pitch prior. Every third keyframe has a target
+/// position, every tenth a target pose and every twentieth a fix of the chaser. The initial guess is the dead-reckoned
+/// chaser and the extrapolated target. Times cover the whole update: compilation, factorisation and marginalisation.
 ///   bench_fixed_lag [keyframes in the window = 75] [updates = 2000]
 
 #include <algorithm>
@@ -14,20 +13,22 @@
 #include <vector>
 
 #include <tandem/lie/sek3.hpp>
+#include <tandem/problem/quantile.hpp>
 #include <tandem/residuals/constant_twist.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
 #include <tandem/residuals/roll_pitch.hpp>
 #include <tandem/residuals/usbl_position.hpp>
+#include <tandem/solvers/fixed_lag/fixed_lag.hpp>
 #include <tandem/solvers/marginals.hpp>
-#include <tandem/solvers/online/fixed_lag.hpp>
 
 namespace {
 
 using namespace tandem;
 using Clock = std::chrono::steady_clock;
 
-/// What this thread has computed [ms]: on a busy machine the clock's far percentiles are other processes' time slices.
+/// Returns the processor time of this thread [ms]. On a busy machine, high percentiles of wall-clock time measure other
+/// processes.
 double processor_milliseconds() {
   timespec t{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
@@ -37,23 +38,18 @@ double milliseconds_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
-double percentile(std::vector<double> v, double p) {
-  std::sort(v.begin(), v.end());
-  return v[std::min(v.size() - 1, std::size_t(p * double(v.size())))];
-}
-
 void print(const char* what, const std::vector<double>& ms) {
-  std::printf("%-28s p50 %8.4f ms   p99 %8.4f ms   max %8.4f ms\n", what, percentile(ms, 0.5), percentile(ms, 0.99),
-              percentile(ms, 1.0));
+  std::printf("%-28s p50 %8.4f ms   p99 %8.4f ms   max %8.4f ms\n", what, detail::quantile(ms, 0.5),
+              detail::quantile(ms, 0.99), detail::quantile(ms, 1.0));
 }
 
-class Generated {
+class SimulatedWindow {
  public:
-  explicit Generated(int keyframes) : lag_(options(keyframes)) {}
-  Generated(const Generated&) = delete;
+  explicit SimulatedWindow(int keyframes) : lag_(options(keyframes)) {}
+  SimulatedWindow(const SimulatedWindow&) = delete;
 
-  /// What one second brings.
-  void arrive() {
+  /// Adds the data of one second.
+  void add_second() {
     const double t = k_;
     const SE3 z = true_step_ * noisy(odometry_);
     if (k_ > 0) chaser_ = chaser_ * true_step_;
@@ -87,10 +83,10 @@ class Generated {
     std::erase_if(t_, gone);
     return s;
   }
-  double marginalising = 0;  ///< ms, of the last update
+  double marginalising = 0;  ///< duration of marginalisation in the last update [ms]
   double error() const { return minus(lag_.problem().value(t_.back()), target_).head<3>().norm(); }
   Matrix<12, 12> covariance() const { return lag_.covariance(c_.back(), t_.back()); }
-  Matrix<12, 12> slow_covariance() { return Marginals(lag_.problem()).joint(c_.back(), t_.back()); }
+  Matrix<12, 12> marginals_covariance() { return Marginals(lag_.problem()).joint(c_.back(), t_.back()); }
   FixedLag& lag() { return lag_; }
 
  private:
@@ -98,7 +94,7 @@ class Generated {
     FixedLagOptions o;
     o.max_keyframes = keyframes;
     o.window = 1e9;
-    o.leaving = [this](double) { leaving_ = Clock::now(); };
+    o.before_marginalize = [this](double) { leaving_ = Clock::now(); };
     return o;
   }
   static Gaussian sigmas(const Vector<6>& s) { return Gaussian(Eigen::VectorXd(s)); }
@@ -113,7 +109,7 @@ class Generated {
     const std::size_t n = t_.size();
     if (n < 2) return target_;
     const SE3 &a = problem.value(t_[n - 2]), &b = problem.value(t_[n - 1]);
-    return b * SE3::Exp(minus(b, a));  // b a⁻¹ b itself would double what b is short of a rotation, second by second
+    return b * SE3::Exp(minus(b, a));  // b a⁻¹ b would double the rounding error of b's rotation at each keyframe
   }
 
   Clock::time_point leaving_;
@@ -134,15 +130,15 @@ class Generated {
 int main(int argc, char** argv) {
   const int keyframes = argc > 1 ? std::atoi(argv[1]) : 75, updates = argc > 2 ? std::atoi(argv[2]) : 2000;
   if (keyframes < 3 || updates < 1) {
-    std::fprintf(stderr, "bench_fixed_lag [KEYFRAMES] [UPDATES]: whole numbers, 3 or more and 1 or more\n");
+    std::fprintf(stderr, "usage: bench_fixed_lag [KEYFRAMES >= 3] [UPDATES >= 1]\n");
     return 1;
   }
-  Generated run(keyframes);
+  SimulatedWindow run(keyframes);
   std::vector<double> update, processor, marginalising, linear, evaluation, covariance, marginals;
   double iterations = 0, error = 0;
   int failed = 0;
   for (int k = 0; k < keyframes + updates; ++k) {
-    run.arrive();
+    run.add_second();
     const auto begin = Clock::now();
     const double begin_processor = processor_milliseconds();
     const Summary s = run.update();
@@ -162,20 +158,20 @@ int main(int argc, char** argv) {
     if (!S.allFinite()) ++failed;
     if ((k - keyframes) % 20 == 0) {
       const auto begin_marginals = Clock::now();
-      run.slow_covariance();
+      run.marginals_covariance();
       marginals.push_back(milliseconds_since(begin_marginals));
     }
   }
   auto& problem = run.lag().problem();
-  std::printf("%d keyframes, %d blocks, %d unknowns; %.2f iterations an update, %d not converged, mean error %.2f m\n",
+  std::printf("%d keyframes, %d blocks, %d unknowns; %.2f iterations per update, %d not converged, mean error %.2f m\n",
               keyframes, problem.num_soft_blocks(), problem.size().unknowns, iterations / updates, failed,
               error / updates);
   print("update", update);
-  print("  on the processor", processor);
+  print("  processor time", processor);
   print("  residuals and Jacobians", evaluation);
   print("  factorising, solving", linear);
   print("  marginalising", marginalising);
-  print("covariance of the newest", covariance);
-  print("the same by Marginals", marginals);
+  print("covariance of newest pair", covariance);
+  print("  by Marginals", marginals);
   return failed > updates / 20;
 }

@@ -1,5 +1,5 @@
-/// Marginals of docking_a at its optimum: linearisation, factorisation and selected inversion, and the joint covariance
-/// of chaser and target at every keyframe; soft, and with the non-holonomic constraint hard.
+/// Time of Marginals on docking_a at its optimum: linearisation, factorisation, selected inversion, and the joint
+/// covariance of chaser and target at every keyframe, without constraints and with the hard non-holonomic constraint.
 
 #include <benchmark/benchmark.h>
 
@@ -18,7 +18,7 @@ const Variable<SE3>& pose(const Any& variable) {
 }
 
 void marginals(benchmark::State& state, Role non_holonomic, bool pairs_outside) {
-  const Scenario scenario = read_scenario(TANDEM_SOURCE_DIR "/studies/scenarios/docking_a");
+  const Scenario scenario = read_scenario(TANDEM_SOURCE_DIR "/share/scenarios/docking_a");
   TrackingProblem soft = make_tracking_problem(scenario.data);
   if (!solve(soft.problem, GaussNewtonOptions{}).converged()) state.SkipWithError("no optimum");
   TrackingOptions options;

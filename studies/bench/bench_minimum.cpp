@@ -1,8 +1,8 @@
-/// Is what solve_tracking finds the best minimum? Simulated dockings, solved plainly and with other headings tried in the
-/// gaps between optical windows; then every gap started anew in every way, each followed to its end, and the whole from
-/// perturbed starts. A violation is what lowers the cost by more than 1e-6 of it.
+/// Checks whether solve_tracking finds the global minimum. Simulated dockings are solved plainly and with the heading
+/// search in gaps without measured poses. Then every gap is solved again from every heading candidate, and the whole
+/// problem from perturbed initial guesses. A violation is a relative decrease of the cost by more than 1e-6.
 ///
-///   bench_minimum [MINUTES [FIRST_SEED [LAST_SEED [PERTURBED_STARTS]]]]      (default 200 1 3 0)
+///   bench_minimum [MINUTES [FIRST_SEED [LAST_SEED [PERTURBED_GUESSES]]]]      (default 200 1 3 0)
 
 #include <algorithm>
 #include <array>
@@ -15,11 +15,11 @@
 #include <fmt/format.h>
 #include <time.h>
 
-#include <tandem/problem/program.hpp>
+#include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
+#include <tandem/solvers/heading_search/heading_starts.hpp>
+#include <tandem/solvers/heading_search/solve_tracking.hpp>
 #include <tandem/solvers/multistart.hpp>
-#include <tandem/solvers/tracking/heading_starts.hpp>
-#include <tandem/solvers/tracking/solve_tracking.hpp>
 #include <tandem/studies/estimation/estimate_metrics.hpp>
 #include <tandem/studies/simulation/normal_noise.hpp>
 #include <tandem/studies/simulation/simulate_docking.hpp>
@@ -29,15 +29,16 @@ namespace {
 
 using namespace tandem;
 
-constexpr std::array kWayNames = {"along the course", "against it", "the shorter turn", "the longer turn"};
-static_assert(kWayNames.size() == heading_ways.size());
+constexpr std::array kCandidateNames = {"heading along the course", "heading against the course", "shorter turn",
+                                        "longer turn"};
+static_assert(kCandidateNames.size() == heading_candidates.size());
 
-constexpr double kViolation = 1e-6;      // relative
-constexpr double kGap = 10.0;            // s
-constexpr int kTimed = 3;                // runs
-constexpr std::size_t kMargin = 40;      // keyframes
-constexpr double kPositionSpread = 2.0;  // m
-constexpr double kHeadingSpread = 20.0 * std::numbers::pi / 180;
+constexpr double kViolation = 1e-6;  // relative decrease of the cost
+constexpr double kGap = 10.0;        // minimum length of a gap [s]
+constexpr int kTimedRuns = 3;
+constexpr std::size_t kMargin = 40;     // keyframes on either side of a gap that are solved with it
+constexpr double kPositionSigma = 2.0;  // m
+constexpr double kHeadingSigma = 20.0 * std::numbers::pi / 180;
 
 double processor_seconds() {
   timespec now{};
@@ -45,17 +46,17 @@ double processor_seconds() {
   return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
 }
 
-struct Solved {
+struct TimedSolve {
   TrackingProblem tracking;
   Summary summary;
   double seconds;
 };
 
-/// The time is the least of `kTimed` runs; other work on the machine adds to it.
+/// Solves the problem `kTimedRuns` times and keeps the minimum time, which other load affects least.
 template <class Solve>
-Solved solved(const TrackingData& data, Solve solve_it) {
-  Solved result{make_tracking_problem(data), {}, HUGE_VAL};
-  for (int i = 0; i < kTimed; ++i) {
+TimedSolve timed_solve(const TrackingData& data, Solve solve_it) {
+  TimedSolve result{make_tracking_problem(data), {}, HUGE_VAL};
+  for (int i = 0; i < kTimedRuns; ++i) {
     result.tracking = make_tracking_problem(data);
     const double begun = processor_seconds();
     result.summary = solve_it(result.tracking);
@@ -64,22 +65,22 @@ Solved solved(const TrackingData& data, Solve solve_it) {
   return result;
 }
 
-/// The gaps that a start in some way leads out of, and what each such lowers the cost by.
+/// Returns the number of gaps in which some heading candidate lowers the cost, and prints them.
 int count_violations(TrackingProblem& tracking) {
-  const double cost = Program(tracking.problem).cost();
+  const double cost = NlpEvaluator(tracking.problem).cost();
   int violations = 0;
   for (const HeadingGap& gap : heading_gaps(tracking, kGap)) {
     std::vector<std::function<void()>> starts;
-    for (const HeadingWay way : heading_ways)
-      starts.push_back([&, along = headings_by(tracking, gap, way)] { set_headings(tracking, gap, along); });
+    for (const HeadingCandidate way : heading_candidates)
+      starts.push_back([&, along = candidate_headings(tracking, gap, way)] { set_headings(tracking, gap, along); });
     MultistartOptions options;
-    options.near = HUGE_VAL;  // every one to its end
+    options.cost_margin = HUGE_VAL;  // no trial is abandoned
     const auto ids = gap_variables(tracking, gap, kMargin, true);
     const MultistartOutcome outcome = solve_part_from(starts, tracking.problem, ids, options);
     if (outcome.gain <= kViolation * cost) continue;
     ++violations;
-    fmt::print("  gap of {:.0f} to {:.0f} s: {} costs {:.4f} less\n", tracking.keyframes[gap.first].t,
-               tracking.keyframes[gap.last].t, kWayNames[std::size_t(outcome.best)], outcome.gain);
+    fmt::print("  gap {:.0f} to {:.0f} s: {} lowers the cost by {:.4f}\n", tracking.keyframes[gap.first].t,
+               tracking.keyframes[gap.last].t, kCandidateNames[std::size_t(outcome.best)], outcome.gain);
   }
   return violations;
 }
@@ -93,18 +94,19 @@ void print_errors(const char* label, const Scenario& scenario, const TrackingPro
   }
   const auto errors = keyframe_errors(scenario, tracking.keyframes, chaser, target);
   fmt::print("  {:<8}", label);
-  for (const KeyframeType type : {KeyframeType::usbl, KeyframeType::optical, KeyframeType::gated}) {
+  for (const KeyframeType type : keyframe_types) {
     const ErrorSummary row = summarise(errors, type);
-    fmt::print("  {} {:.3f} m {:.2f} deg", name(type), row.position->mean, row.orientation->mean);
+    if (row.position && row.orientation)
+      fmt::print("  {} {:.3f} m {:.2f} deg", name(type), row.position->mean, row.orientation->mean);
   }
   fmt::print("\n");
 }
 
-/// Of starts with all target poses displaced by 2 m and 20 deg, how many end lower.
+/// Returns how many perturbed initial guesses reach a lower cost. σ of the target poses: 2 m and 20° of heading.
 int count_lower(const TrackingData& data, std::uint64_t seed, int starts, double cost) {
   int lower = 0;
   Vector<6> sigma;
-  sigma << Vector<3>::Constant(kPositionSpread), Vector<3>(0, 0, kHeadingSpread);
+  sigma << Vector<3>::Constant(kPositionSigma), Vector<3>(0, 0, kHeadingSigma);
   for (int i = 0; i < starts; ++i) {
     NormalNoise noise(seed, static_cast<std::uint32_t>(100 + i));
     TrackingProblem tracking = make_tracking_problem(data);
@@ -115,7 +117,7 @@ int count_lower(const TrackingData& data, std::uint64_t seed, int starts, double
     const Summary s = solve_tracking(tracking, GaussNewtonOptions{});
     if (s.cost < cost * (1 - kViolation)) {
       ++lower;
-      fmt::print("  perturbed start {}: {} at {:.4f}, {:.4f} lower\n", i, name(s.status), s.cost, cost - s.cost);
+      fmt::print("  perturbed guess {}: {} at {:.4f}, {:.4f} lower\n", i, name(s.status), s.cost, cost - s.cost);
     }
   }
   return lower;
@@ -133,18 +135,19 @@ int run(double minutes, int first_seed, int last_seed, int starts) {
     scenario.truth_chaser = std::move(docking.truth_chaser);
     scenario.truth_target = std::move(docking.truth_target);
 
-    const Solved plain =
-        solved(scenario.data, [](TrackingProblem& t) { return solve(t.problem, GaussNewtonOptions{}); });
-    Solved best = solved(scenario.data, [](TrackingProblem& t) { return solve_tracking(t, GaussNewtonOptions{}); });
+    const TimedSolve plain =
+        timed_solve(scenario.data, [](TrackingProblem& t) { return solve(t.problem, GaussNewtonOptions{}); });
+    TimedSolve best =
+        timed_solve(scenario.data, [](TrackingProblem& t) { return solve_tracking(t, GaussNewtonOptions{}); });
     fmt::print(
-        "seed {}: {} gaps; plain {} {:.4f}, best {} {:.4f}; processor time {:.2f} s, {:.2f} times the plain one's\n",
+        "seed {}: {} gaps; plain {} {:.4f}, best {} {:.4f}; processor time {:.2f} s, {:.2f} times that of plain\n",
         seed, heading_gaps(best.tracking, kGap).size(), name(plain.summary.status), plain.summary.cost,
         name(best.summary.status), best.summary.cost, best.seconds, best.seconds / plain.seconds);
     print_errors("plain", scenario, plain.tracking);
     print_errors("best", scenario, best.tracking);
     const int violations = count_violations(best.tracking);
     const int lower = count_lower(scenario.data, options.seed, starts, best.summary.cost);
-    fmt::print("  {} gaps violated, {} of {} perturbed starts lower\n", violations, lower, starts);
+    fmt::print("  {} gaps violated, {} of {} perturbed guesses lower\n", violations, lower, starts);
     std::fflush(stdout);
     seeds_violated += violations + lower > 0;
   }

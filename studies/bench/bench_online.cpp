@@ -1,15 +1,17 @@
-/// Online tracking of a target against a textbook Kalman filter: mean errors of the newest relative position at usbl,
-/// optical and gated keyframes and of predictions 5 s and 10 s ahead, the heading at usbl keyframes, the average NEES of
-/// all these positions (3 degrees of freedom), and the processor's time of updates, of `tandem track`'s default and of
-/// what else it could do. Ratios are against the best of the filter's nine settings, each figure by its own.
+/// Online tracking of a target, by the default of `tandem track` and by its alternatives, against a constant-velocity
+/// Kalman filter. Prints the mean error of the newest relative position at keyframes with a position, a pose and no
+/// measurement, and of 5 s and 10 s predictions, with their mean NEES (3 degrees of freedom). Also prints the heading error at position
+/// keyframes and the processor time of updates. Ratios are relative to the best of nine filter settings, chosen per
+/// number.
 ///   bench_online SCENARIO...     folders with truth and odometry
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/studies/live/track_report.hpp>
+#include <tandem/studies/online/track_report.hpp>
 #include <tandem/studies/scenario/builtin_scenarios.hpp>
 #include <tandem/studies/study/constant_velocity_filter.hpp>
 
@@ -18,6 +20,7 @@ namespace {
 using namespace tandem;
 
 constexpr std::size_t kFigures = 5;
+constexpr std::array kTypes = {KeyframeType::position, KeyframeType::pose, KeyframeType::none};
 
 struct Variant {
   const char* name;
@@ -28,8 +31,8 @@ std::vector<Variant> variants() {
   const auto window = [](TrackingOptions tracking) {
     OnlineOptions options;
     options.tracking = std::move(tracking);
-    options.lag.max_iterations = 12;   // as the command has it
-    options.reset.max_gap = HUGE_VAL;  // as the filter: every keyframe counts
+    options.lag.max_iterations = 12;   // default of `tandem track`
+    options.reset.max_gap = HUGE_VAL;  // no suspension: every keyframe counts, as for the filter
     return options;
   };
   OnlineOptions hypotheses = window({.mode = Mode::B});
@@ -51,18 +54,18 @@ struct Sums {
   double heading = 0, p50 = 0, p99 = 0;
 };
 
-/// Mean errors [m] of the target's newest position relative to the chaser at usbl, optical and gated keyframes, then of
-/// predictions `ahead` seconds ahead at all of them: the filter sees the target from the dead-reckoned chaser, its fixes as
-/// positions as uncertain as docking_a's.
+/// Returns mean errors of a filter [m]: of the newest relative target position at the keyframes of each of kTypes, then
+/// of predictions `ahead` seconds ahead at all keyframes. Fixes are relative to the dead-reckoned chaser and have
+/// the noise of docking_a.
 std::vector<double> errors_of(ConstantVelocityFilter filter, const Scenario& scenario,
                               const std::vector<double>& ahead) {
-  std::vector<Moments> moments(3 + ahead.size());
+  std::vector<Moments> moments(kTypes.size() + ahead.size());
   for (const Keyframe& k : make_keyframes(scenario.data, 0)) {
     const SE3 chaser = pose_at(scenario.data.odometry, k.t).value(),
               truth = pose_at(scenario.truth_chaser, k.t).value();
     const bool first = !filter.started();
     if (k.measured_position) {
-      const double sigma = k.type == KeyframeType::optical ? 0.13 : 1.72;
+      const double sigma = k.type == KeyframeType::pose ? 0.13 : 1.72;
       filter.update(k.t, chaser.act(*k.measured_position), sigma * sigma * Matrix<3, 3>::Identity());
     } else if (!first) {
       filter.predict(k.t);
@@ -74,8 +77,9 @@ std::vector<double> errors_of(ConstantVelocityFilter filter, const Scenario& sce
       const Vector<3> seen = chaser.inverse().act(filter.position(h));
       to.add((seen - truth.inverse().act(there->translation())).norm());
     };
-    add(moments[k.type == KeyframeType::usbl ? 0 : k.type == KeyframeType::optical ? 1 : 2], 0);
-    for (std::size_t i = 0; i < ahead.size(); ++i) add(moments[3 + i], ahead[i]);
+    for (std::size_t i = 0; i < kTypes.size(); ++i)
+      if (k.type == kTypes[i]) add(moments[i], 0);
+    for (std::size_t i = 0; i < ahead.size(); ++i) add(moments[kTypes.size() + i], ahead[i]);
   }
   std::vector<double> means;
   for (const Moments& m : moments) means.push_back(m.spread() ? m.spread()->mean : NAN);
@@ -93,18 +97,18 @@ std::vector<double> best_of_filters(const Scenario& scenario, const std::vector<
 }
 
 void add(const Variant& variant, const Scenario& scenario, const std::vector<double>& best, Sums& to) {
-  LiveOptions options;
+  TrackOptions options;
   options.online = variant.options;
   FolderFeed feed(scenario);
   const Track track = tandem::track(scenario, options, feed, {});
   const TrackSummary s = summarise(track, scenario, options);
   const auto mean = [](const std::optional<MeanStd>& m) { return m ? m->mean : NAN; };
   for (std::size_t i = 0; i < kFigures; ++i) {
-    const double error = mean(i < 3 ? s.errors[i].position : s.ahead[i - 3].position);
+    const double error = mean(i < 3 ? s.errors[std::size_t(kTypes[i])].position : s.ahead[i - 3].position);
     to.error[i] += error;
     to.ratio[i] += error / best[i];
     to.worst[i] = std::max(to.worst[i], error / best[i]);
-    to.nees[i] += mean(i < 3 ? s.nees[i] : s.ahead[i - 3].nees);
+    to.nees[i] += mean(i < 3 ? s.nees[std::size_t(kTypes[i])] : s.ahead[i - 3].nees);
   }
   to.heading += mean(s.errors[0].orientation);
   to.p50 += s.processor.median;
@@ -123,7 +127,7 @@ void print(const char* name, const Sums& s) {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  const std::vector<double> ahead = LiveOptions().ahead;
+  const std::vector<double> ahead = TrackOptions().ahead;
   std::vector<Scenario> scenarios;
   std::vector<std::vector<double>> best;
   for (int i = 1; i < argc; ++i) {
@@ -131,12 +135,12 @@ int main(int argc, char** argv) try {
     best.push_back(best_of_filters(scenarios.back(), ahead));
     std::printf("%-30s", scenarios.back().name.c_str());
     for (const double error : best.back()) std::printf("  %6.3f", error);
-    std::printf("  m: the best of the filters\n");
+    std::printf("  m: best filter settings\n");
   }
-  if (scenarios.empty()) throw Error("bench_online takes scenario folders");
+  if (scenarios.empty()) throw Error("usage: bench_online SCENARIO...");
   std::printf(
-      "mean over these: usbl, optical, gated, 5 s, 10 s ahead: m (ratio: mean, largest; NEES), heading [deg], "
-      "p50, p99 [ms]\n");
+      "mean over scenarios: keyframes with a position, a pose, no measurement, 5 s ahead, 10 s ahead [m] (ratio: mean, "
+      "largest; NEES), heading [deg], p50, p99 [ms]\n");
   for (const Variant& variant : variants()) {
     Sums sums;
     for (std::size_t i = 0; i < scenarios.size(); ++i) add(variant, scenarios[i], best[i], sums);

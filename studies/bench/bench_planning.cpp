@@ -1,33 +1,27 @@
-// Replans of a torpedo-shaped vehicle behind a moving target, and of a hovering one: how long each takes.
+// Processor time of replans behind a moving target, for a torpedo-shaped vehicle and a hovering one.
 //
 //     bench_planning [STEPS] [REPLANS] [all] [steady]
 //
-// Without "all": the torpedo alone. "steady": the target keeps its turn; without, that changes each second, which at the end
-// of a horizon of H steps moves it by H² times as much.
-//
-// Times are of the processor, so that what else the machine does hardly counts.
+// Without "all", only the torpedo-shaped vehicle runs. With "steady", the target's turn rate is constant. Without it,
+// the turn rate changes each second, which moves the prediction at the end of H steps by a multiple of H².
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <random>
 
-#include <tandem/solvers/planning/planner.hpp>
+#include <tandem/problem/quantile.hpp>
+#include <tandem/solvers/replanning/planner.hpp>
 #include <tandem/studies/planning/vehicle_file.hpp>
 
 namespace {
 
 using namespace tandem;
 
-double quantile(std::vector<double> v, double q) {
-  std::sort(v.begin(), v.end());
-  return v[std::min(v.size() - 1, std::size_t(q * double(v.size())))];
-}
-
-/// The target goes on a slowly turning course; each second the chaser does as it was told but for a disturbance.
+/// Replans each second behind a slowly turning target. The chaser executes the first step with a small disturbance.
 template <int N>
 void run(const char* name, const VehicleModel<N>& model, const Vector<6>& most, PlanOptions options, PlanSolver solver,
-         bool refine, int replans, double turn_noise) {
+         bool refine, int replans, double convert_noise_axes) {
   options.twist = Bounds<6>{-most, most};
   PlannerOptions planner_options;
   planner_options.solver = solver;
@@ -65,42 +59,46 @@ void run(const char* name, const VehicleModel<N>& model, const Vector<6>& most, 
     state = result.plan.states[1];
     state.pose = state.pose * SE3::Exp(Vector<6>(push * options.dt));
     state.twist += 0.5 * push;
-    twist[5] += turn_noise * normal(random);
+    twist[5] += convert_noise_axes * normal(random);
     target = target * SE3::Exp(Vector<6>(options.dt * twist));
   }
   std::printf(
       "%-16s %-22s %4d steps: cold %7.1f ms; warm median %7.2f, 99 %% %7.2f, worst %7.2f ms; %3.0f iterations; "
       "%d of %d by damped-sqp, %d accepted, violation %.1e\n",
-      name, refine ? "damped-sqp, else" : std::string(tandem::name(solver)).c_str(), options.steps, cold,
-      quantile(milliseconds, 0.5), quantile(milliseconds, 0.99), quantile(milliseconds, 1.0), quantile(iterations, 0.5),
-      refined, replans, accepted, worst);
+      name, refine ? "damped-sqp first" : std::string(tandem::name(solver)).c_str(), options.steps, cold,
+      detail::quantile(milliseconds, 0.5), detail::quantile(milliseconds, 0.99), detail::quantile(milliseconds, 1.0),
+      detail::quantile(iterations, 0.5), refined, replans, accepted, worst);
   std::fflush(stdout);
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   const int steps = argc > 1 ? std::atoi(argv[1]) : 50, replans = argc > 2 ? std::atoi(argv[2]) : 100;
   const auto asked = [&](std::string_view word) {
     return std::any_of(argv + std::min(argc, 3), argv + argc, [&](const char* given) { return word == given; });
   };
   const bool all = asked("all");
-  const double turn_noise = asked("steady") ? 0.0 : 0.004;
+  const double convert_noise_axes = asked("steady") ? 0.0 : 0.004;
   PlanOptions options;
   options.steps = steps;
   options.goal = SE3(SO3(), {-4.0, 0.0, 0.0});
   options.keep_out = 3.0;
   options.lowest = -60.0;
   options.highest = -1.0;
-  options.most_roll_pitch = 0.6;
+  options.max_roll_pitch = 0.6;
   const Vehicle remus = read_vehicle("remus_100"), rov = read_vehicle("bluerov2_heavy");
   const auto& torpedo = std::get<VehicleModel<3>>(remus.model);
-  const auto& hoverer = std::get<VehicleModel<8>>(rov.model);
-  const auto of_both = [&](PlanSolver solver, bool refine) {
-    run("REMUS 100", torpedo, remus.most_twist, options, solver, refine, replans, turn_noise);
-    if (all) run("BlueROV2 Heavy", hoverer, rov.most_twist, options, solver, refine, replans, turn_noise);
+  const auto& hovering = std::get<VehicleModel<8>>(rov.model);
+  const auto run_both = [&](PlanSolver solver, bool refine) {
+    run("REMUS 100", torpedo, remus.most_twist, options, solver, refine, replans, convert_noise_axes);
+    if (all) run("BlueROV2 Heavy", hovering, rov.most_twist, options, solver, refine, replans, convert_noise_axes);
   };
-  of_both(PlanSolver::ipopt, true);
-  of_both(PlanSolver::ipopt, false);
-  of_both(PlanSolver::augmented_lagrangian, false);
+  run_both(PlanSolver::ipopt, true);
+  run_both(PlanSolver::ipopt, false);
+  run_both(PlanSolver::augmented_lagrangian, false);
+  return 0;
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "bench_planning: %s\n", error.what());
+  return 1;
 }

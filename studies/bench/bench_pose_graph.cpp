@@ -1,5 +1,5 @@
-/// General pose graphs from the odometry start: gauss-newton beside Ceres with SuiteSparse on the same residual code, a
-/// made sphere of 2,500 poses and a planar graph of 20,000 with loops, or the graph of a g2o file.
+/// Pose graphs with an initial guess from odometry: gauss_newton against Ceres with SuiteSparse, with the same residual
+/// code. Solves a simulated sphere of 2,500 poses and a planar graph of 20,000 with loops, or the graph of a g2o file.
 ///
 ///   bench_pose_graph [FILE.g2o 2|3]
 
@@ -21,10 +21,10 @@ using namespace tandem::bench;
 
 double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
-/// A pose as Ceres keeps it: cos sin x y, or qx qy qz qw x y z. Jacobians are in tangent coordinates: the first dof
-/// columns stand for δ, and PlusJacobian picks them out.
+/// Parameter block of a pose in Ceres: cos sin x y, or qx qy qz qw x y z. Jacobians are in tangent coordinates: the
+/// first dof columns are ∂/∂δ, and PlusJacobian selects them.
 template <LieGroup G>
-struct Kept {
+struct CeresBlock {
   static constexpr int size = G::dof == 3 ? 4 : 7;
   using Values = std::array<double, std::size_t(size)>;
   static Values from(const G& x) {
@@ -49,23 +49,23 @@ struct Kept {
 template <LieGroup G>
 class Manifold final : public ceres::Manifold {
  public:
-  int AmbientSize() const override { return Kept<G>::size; }
+  int AmbientSize() const override { return CeresBlock<G>::size; }
   int TangentSize() const override { return G::dof; }
   bool Plus(const double* x, const double* delta, double* y) const override {
-    const auto moved = Kept<G>::from(Kept<G>::to(x) * G::Exp(Eigen::Map<const typename G::Tangent>(delta)));
+    const auto moved = CeresBlock<G>::from(CeresBlock<G>::to(x) * G::Exp(Eigen::Map<const typename G::Tangent>(delta)));
     std::copy(moved.begin(), moved.end(), y);
     return true;
   }
   bool PlusJacobian(const double*, double* jacobian) const override {
-    Eigen::Map<Eigen::Matrix<double, Kept<G>::size, G::dof, Eigen::RowMajor>>(jacobian).setIdentity();
+    Eigen::Map<Eigen::Matrix<double, CeresBlock<G>::size, G::dof, Eigen::RowMajor>>(jacobian).setIdentity();
     return true;
   }
   bool Minus(const double* y, const double* x, double* delta) const override {
-    Eigen::Map<typename G::Tangent>(delta).noalias() = (Kept<G>::to(x).inverse() * Kept<G>::to(y)).Log();
+    Eigen::Map<typename G::Tangent>(delta).noalias() = (CeresBlock<G>::to(x).inverse() * CeresBlock<G>::to(y)).Log();
     return true;
   }
   bool MinusJacobian(const double*, double* jacobian) const override {
-    Eigen::Map<Eigen::Matrix<double, G::dof, Kept<G>::size, Eigen::RowMajor>>(jacobian).setIdentity();
+    Eigen::Map<Eigen::Matrix<double, G::dof, CeresBlock<G>::size, Eigen::RowMajor>>(jacobian).setIdentity();
     return true;
   }
 };
@@ -75,17 +75,17 @@ class EdgeCost final : public ceres::CostFunction {
  public:
   explicit EdgeCost(const typename PoseGraph<G>::Edge& edge) : residual_{edge.z}, W_(edge.noise.sqrt_information()) {
     set_num_residuals(G::dof);
-    mutable_parameter_block_sizes()->assign(2, Kept<G>::size);
+    mutable_parameter_block_sizes()->assign(2, CeresBlock<G>::size);
   }
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
     typename G::Tangent r;
     std::array<Matrix<G::dof, G::dof>, 2> J;
     const auto wanted = [&](std::size_t s) { return jacobians && jacobians[s] ? &J[s] : nullptr; };
-    residual_(Kept<G>::to(x[0]), Kept<G>::to(x[1]), r, wanted(0), wanted(1));
+    residual_(CeresBlock<G>::to(x[0]), CeresBlock<G>::to(x[1]), r, wanted(0), wanted(1));
     Eigen::Map<typename G::Tangent>(residuals).noalias() = W_ * r;
     for (const std::size_t s : {0, 1}) {
       if (!wanted(s)) continue;
-      Eigen::Map<Eigen::Matrix<double, G::dof, Kept<G>::size, Eigen::RowMajor>> out(jacobians[s]);
+      Eigen::Map<Eigen::Matrix<double, G::dof, CeresBlock<G>::size, Eigen::RowMajor>> out(jacobians[s]);
       out.setZero();
       out.template leftCols<G::dof>() = W_ * J[s];
     }
@@ -99,10 +99,10 @@ class EdgeCost final : public ceres::CostFunction {
 
 template <LieGroup G>
 void solve_by_ceres(const PoseGraph<G>& graph) {
-  std::vector<typename Kept<G>::Values> x;
-  for (const G& pose : graph.start) x.push_back(Kept<G>::from(pose));
+  std::vector<typename CeresBlock<G>::Values> x;
+  for (const G& pose : graph.start) x.push_back(CeresBlock<G>::from(pose));
   ceres::Problem problem;
-  for (auto& pose : x) problem.AddParameterBlock(pose.data(), Kept<G>::size, new Manifold<G>);
+  for (auto& pose : x) problem.AddParameterBlock(pose.data(), CeresBlock<G>::size, new Manifold<G>);
   problem.SetParameterBlockConstant(x[0].data());
   for (const auto& edge : graph.edges)
     problem.AddResidualBlock(new EdgeCost<G>(edge), nullptr, x[std::size_t(edge.from)].data(),
@@ -129,7 +129,7 @@ void compare(const char* name, const PoseGraph<G>& graph) {
   for (const auto& edge : graph.edges)
     problem.minimize(RelativePose<G>{edge.z}, edge.noise, {x[std::size_t(edge.from)], x[std::size_t(edge.to)]});
   const Summary s = solve(problem, GaussNewtonOptions{});
-  fmt::print("{}: {} poses, {} edges, cost {:.6g} at the start\n", name, graph.start.size(), graph.edges.size(),
+  fmt::print("{}: {} poses, {} edges, initial cost {:.6g}\n", name, graph.start.size(), graph.edges.size(),
              s.initial_cost);
   fmt::print("  gauss-newton  {:<14} {:.9g} in {:.3f} s, {} iterations\n", tandem::name(s.status), s.cost, s.seconds,
              s.iterations);
@@ -144,8 +144,8 @@ int main(int count, char** arguments) try {
   } else if (count == 3 && std::string(arguments[2]) == "3") {
     compare(arguments[1], read_g2o<SE3>(arguments[1]));
   } else if (count == 1) {
-    compare("sphere", made_sphere(50));
-    compare("plane", made_plane(20000));
+    compare("sphere", simulated_sphere(50));
+    compare("plane", simulated_plane(20000));
   } else {
     std::fputs("usage: bench_pose_graph [FILE.g2o 2|3]\n", stderr);
     return 2;

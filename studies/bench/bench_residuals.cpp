@@ -1,4 +1,4 @@
-/// One evaluation of each residual with all its Jacobians, and of the group operations under them.
+/// Evaluation time of residuals with all their Jacobians, and of IMU preintegration.
 
 #include <random>
 #include <vector>
@@ -20,9 +20,9 @@ namespace {
 
 using namespace tandem;
 
-constexpr std::size_t kStates = 1024;  // a power of two; they fit the cache, as a sweep over blocks streams them
+constexpr std::size_t kStates = 1024;  // a power of two; fits the cache
 
-/// Poses some metres and up to `angle` radians apart from one to the next.
+/// Returns random poses; consecutive ones differ by up to 1 m per axis and `angle` radians.
 std::vector<SE3> random_poses(double angle) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> u(-1, 1);
@@ -58,7 +58,8 @@ BENCHMARK_CAPTURE(evaluate, relative_pose, RelativePose<SE3>{SE3()}, 0.3);
 BENCHMARK_CAPTURE(evaluate, usbl_position, UsblPosition<SE3>{Vector<3>(1, 2, 3)}, 0.3);
 BENCHMARK_CAPTURE(evaluate, roll_pitch, RollPitch<SE3>{}, 0.3);
 BENCHMARK_CAPTURE(evaluate, non_holonomic, (TwistComponents<SE3, sway | heave>{1.0}), 0.3);
-/// The residuals of navigation read poses, velocities and biases in turn.
+
+/// Evaluates a navigation residual, whose states are poses, velocities and biases in turn.
 template <class R>
 void evaluate_navigation(benchmark::State& state, R residual) {
   const auto poses = random_poses(0.3);
@@ -92,7 +93,7 @@ void evaluate_navigation(benchmark::State& state, R residual) {
   }(static_cast<const typename R::States*>(nullptr));
 }
 
-/// An inertial sensor's second at 100 Hz, off the body's centre.
+/// Preintegrates one second of an IMU at 100 Hz with a lever arm.
 ImuPreintegrator integrate_second() {
   ImuPreintegrator sum(SE3(SO3::Exp({0.1, 0.2, 0.3}), Vector<3>(0.5, 0, 0.2)), {1e-3, 1e-4, 1e-4, 1e-5, 1e-5});
   for (int i = 0; i < 100; ++i) sum.integrate({0.01 * i, 0.1, 9.8}, {0.1, 0.001 * i, -0.2}, 0.01);

@@ -1,6 +1,6 @@
-/// gauss_newton, and augmented_lagrangian under hard constraints, on a generated problem of 1,000 to 100,000 keyframes, and
-/// gauss_newton of 1,000,000: seconds, seconds an iteration and memory must grow linearly. Peak memory is the process's, so run one size at a time
-/// for it:
+/// Scaling of gauss_newton, and of augmented_lagrangian with hard constraints, on simulated problems of 1,000 to
+/// 100,000 keyframes; gauss_newton also with 1,000,000. Time, time per iteration and memory should grow linearly. Peak
+/// memory is that of the process, so measure it with one size per run:
 ///   bench_scaling --benchmark_filter=gauss_newton/100000/
 
 #include <random>
@@ -19,10 +19,10 @@ using namespace tandem;
 
 constexpr int kFixInterval = 100;  // keyframes
 
-/// A chaser on a large circle and a target on a wider one, a position each third keyframe and a pose each tenth. The
-/// odometry does not drift away, as that of a vehicle with an absolute reference: without one, a longer run is also a
-/// harder one, since a first heading error swings a chain of any length.
-TrackingData generated(int keyframes) {
+/// Returns data of a chaser on a large circle and a target on a wider one, with a target position at every third
+/// keyframe and a pose at every tenth. Odometry does not drift: with drift, a longer run would also be a harder
+/// problem, because an early heading error rotates the whole trajectory.
+TrackingData simulated_data(int keyframes) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
   TrackingData data;
@@ -50,13 +50,13 @@ TrackingData generated(int keyframes) {
     }
     chaser = chaser * SE3::Exp(chaser_twist);
     Vector<6> disturbance = 0.1 * noisy(data.noise.constant_twist);
-    disturbance.segment<3>(2).setZero();  // the target floats level, as the roll-pitch prior says
+    disturbance.segment<3>(2).setZero();  // the target stays level, in agreement with the roll-pitch prior
     target = target * SE3::Exp(target_twist + disturbance);
   }
   return data;
 }
 
-/// Mode A, and a fix of the chaser's pose now and then.
+/// Returns the problem of Mode A with a prior on the chaser's pose at every kFixInterval-th keyframe.
 TrackingProblem problem_of(const TrackingData& data, const TrackingOptions& options) {
   TrackingProblem tracking = make_tracking_problem(data, options);
   for (std::size_t k = 0; k < tracking.chaser.size(); k += kFixInterval)
@@ -67,7 +67,7 @@ TrackingProblem problem_of(const TrackingData& data, const TrackingOptions& opti
 
 template <class Options>
 void scaling(benchmark::State& state, const TrackingOptions& options) {
-  const TrackingData data = generated(static_cast<int>(state.range(0)));
+  const TrackingData data = simulated_data(static_cast<int>(state.range(0)));
   Summary summary;
   for (auto _ : state) {
     state.PauseTiming();

@@ -1,7 +1,8 @@
-/// Tracking for as long as asked: a chaser and a target that circle for ever, simulated with docking_a's noise (odometry, whose
-/// roll and pitch do not drift, at 2 Hz, a USBL fix each 5 s, optical poses for a minute in each ten), as lines of text through
-/// the feed into the tracker, a snapshot each 10 s. Prints, by equal parts of the run, how long updates took, errors, memory.
-///   bench_soak [KEYFRAMES]       (default 100,000; prints each part once it is done)
+/// Long-run test of online tracking. Simulates a circling chaser and target with the noise of docking_a. Odometry comes
+/// at 2 Hz without drift in roll and pitch, USBL fixes every 5 s, optical poses for one minute in ten. The data pass
+/// through the text feed into the tracker, with a snapshot every 10 s. Prints update times, errors and memory for equal
+/// parts of the run.
+///   bench_soak [KEYFRAMES]       (default 100,000)
 
 #include <algorithm>
 #include <atomic>
@@ -15,7 +16,8 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/studies/live/track.hpp>
+#include <tandem/problem/quantile.hpp>
+#include <tandem/studies/online/track.hpp>
 #include <tandem/studies/scenario/builtin_scenarios.hpp>
 #include <tandem/studies/support/resources.hpp>
 #include <tandem/studies/support/text.hpp>
@@ -25,8 +27,8 @@ namespace {
 using namespace tandem;
 
 constexpr int kParts = 20;
-constexpr double kOdometry = 0.5, kFix = 5, kOptical = 1, kMinute = 60, kTenMinutes = 600;  // s
-constexpr double kTurn = 0.005;                                                             // rad/s
+constexpr double kOdometry = 0.5, kFix = 5, kOptical = 1, kMinute = 60, kTenMinutes = 600;  // intervals [s]
+constexpr double kTurn = 0.005;                                                             // turn rate [rad/s]
 
 SE3 on_circle(double angle, double radius, double z) {
   return SE3(SO3::Exp({0, 0, angle + M_PI / 2}), {radius * std::cos(angle), radius * std::sin(angle), z});
@@ -34,16 +36,17 @@ SE3 on_circle(double angle, double radius, double z) {
 SE3 chaser_at(double t) { return on_circle(kTurn * t, 200, -3); }
 SE3 target_at(double t) { return on_circle(kTurn * t + 0.1 * std::sin(0.002 * t), 220 + 10 * std::sin(0.003 * t), 0); }
 
-/// The lines of half a second at a time.
+/// Source of text lines for StreamFeed; each call appends the data of 0.5 s.
 class Simulation {
  public:
   bool operator()(std::string& to) {
     const double before = t_;
     t_ = kOdometry * double(++steps_);
     Vector<6> slip;
-    slip << noise(0.01), 0, 0, 0.0006 * normal_(random_);  // gravity tells a vehicle its roll and pitch
+    slip << noise(0.01), 0, 0, 0.0006 * normal_(random_);  // gravity bounds roll and pitch errors
     odometry_ = odometry_ * (chaser_at(before).inverse() * chaser_at(t_)) * SE3::Exp(std::sqrt(kOdometry) * slip);
-    odometry_ = SE3(SO3::Exp({0, 0, odometry_.rotation().Log().z()}), odometry_.translation());  // rounding likewise
+    odometry_ = SE3(SO3::Exp({0, 0, odometry_.rotation().Log().z()}),
+                    odometry_.translation());  // removes rounding errors of roll and pitch
     to += "odometry," + pose_text(odometry_);
     const SE3 seen = chaser_at(t_).inverse() * target_at(t_);
     if (std::fmod(t_, kTenMinutes) < kMinute && std::fmod(t_, kOptical) == 0)
@@ -72,7 +75,7 @@ class Simulation {
   SE3 odometry_ = chaser_at(0);
 };
 
-/// What came of one part of the run.
+/// Statistics of one part of the run.
 class Part {
  public:
   void add(const TrackRecord& r) {
@@ -84,8 +87,7 @@ class Part {
   }
   std::size_t size() const { return times_.size(); }
   void print(double t, std::size_t window, std::size_t snapshot) {
-    std::sort(times_.begin(), times_.end());
-    const auto at = [&](double share) { return times_[std::size_t(share * double(times_.size() - 1))]; };
+    const auto at = [&](double share) { return detail::quantile(times_, share); };
     std::printf("%9.1f  %8.3f %8.3f %8.3f  %9zu  %7.3f  %6zu  %8.1f  %8.1f\n", t / 3600, at(0.5), at(0.99), at(1),
                 unconverged_, error_ / double(known_), window, resident_megabytes().value_or(NAN),
                 double(snapshot) / 1e3);
@@ -97,23 +99,24 @@ class Part {
 
  private:
   std::vector<double> times_;                // ms
-  std::size_t unconverged_ = 0, known_ = 0;  // of records: whose target is known
+  std::size_t unconverged_ = 0, known_ = 0;  // records that did not converge; records with a target
   double error_ = 0;
 };
 
 }  // namespace
 
 int main(int argc, char** argv) try {
-  const auto keyframes = argc > 1 ? whole_number(argv[1]) : std::optional(100'000);
-  if (!keyframes || *keyframes < kParts) throw Error(fmt::format("KEYFRAMES is a whole number of {} or more", kParts));
+  const auto keyframes = argc > 1 ? parse_positive_integer(argv[1]) : std::optional(100'000);
+  if (!keyframes || *keyframes < kParts)
+    throw Error(fmt::format("KEYFRAMES must be a whole number of at least {}", kParts));
   const Scenario settings = read_settings(find_scenario("docking_a", builtin_scenarios()), RowsIn::stream);
   std::atomic<bool> stop = false;
-  LiveOptions options;
+  TrackOptions options;
   options.online.hypotheses = true;
   options.online.tracking.mode = Mode::B;
-  options.online.lag.max_iterations = 12;  // as the command has it
+  options.online.lag.max_iterations = 12;  // default of `tandem track`
   options.stop = &stop;
-  std::size_t snapshot = 0, window = 0;  // bytes, keyframes: the largest
+  std::size_t snapshot = 0, window = 0;  // maxima [bytes, keyframes]
   options.on_snapshot = [&](const TrackSnapshot& s) { snapshot = std::max(snapshot, bytes_of(s).size()); };
   StreamFeed feed(settings, Simulation(), "simulation", stop, [](const std::string& why) { throw Error(why); });
 

@@ -8,7 +8,7 @@
 
 namespace tandem::bench {
 
-/// SE(3) as Ceres keeps it: qx qy qz qw x y z.
+/// Parameter block of an SE(3) pose in Ceres: qx qy qz qw x y z.
 using CeresPose = std::array<double, 7>;
 
 inline CeresPose to_ceres(const SE3& x) {
@@ -20,8 +20,8 @@ inline SE3 from_ceres(const double* p) {
   return SE3(SO3(Eigen::Quaterniond(p[3], p[0], p[1], p[2])), Vector<3>(p[4], p[5], p[6]));
 }
 
-/// X ⊕ δ, so that both solvers take the same steps. Jacobians are kept in tangent coordinates: the first six of the
-/// seven columns stand for δ, and PlusJacobian picks them out.
+/// Manifold with the retraction X ⊕ δ, so that both solvers take the same steps. Jacobians are in tangent coordinates:
+/// the first six of the seven columns are ∂/∂δ, and PlusJacobian selects them.
 class PoseManifold final : public ceres::Manifold {
  public:
   int AmbientSize() const override { return 7; }
@@ -45,7 +45,7 @@ class PoseManifold final : public ceres::Manifold {
   }
 };
 
-/// One of Tandem's residuals over poses, whitened, as a cost function: the same code evaluates both.
+/// Ceres cost function that evaluates a whitened Tandem residual over poses.
 template <Residual R>
 class ResidualCost final : public ceres::CostFunction {
   static constexpr int kArity = std::tuple_size_v<typename R::States>;

@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include <tandem/problem/tracking/tracking_start.hpp>
+#include <tandem/problem/tracking/tracking_initial_guess.hpp>
 #include <tandem/residuals/constant_twist.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
@@ -14,13 +14,14 @@
 
 namespace tandem::bench {
 
-/// Mode A with the soft roll-pitch prior as a Ceres problem: the residuals, noise and start of make_tracking_problem().
+/// Mode A with the soft roll-pitch prior as a Ceres problem, with the residuals, noise and initial guess of
+/// make_tracking_problem().
 class ModeACeres {
  public:
   explicit ModeACeres(const TrackingData& data) {
     const auto frames = make_keyframes(data);
     const auto odometry = odometry_at(data.odometry, frames);
-    const auto target = initial_target(data, frames, odometry).pose;
+    const auto target = initial_target_guess(data, frames, odometry).pose;
     start_.reserve(2 * frames.size());
     for (std::size_t k = 0; k < frames.size(); ++k) {
       start_.push_back(to_ceres(odometry[k]));

@@ -15,30 +15,31 @@
 
 namespace tandem::bench {
 
-/// Poses that measurements of one from another tie; the first stands fixed.
+/// Pose graph. The first pose is fixed.
 template <LieGroup G>
 struct PoseGraph {
   struct Edge {
     int from, to;
-    G z;             ///< `to` in the frame of `from`
+    G z;             ///< measured pose of `to` in the frame of `from`
     Gaussian noise;  ///< of Log(z⁻¹ from⁻¹ to)
   };
-  std::vector<G> start;  ///< by the odometry, edges from k to k + 1
+  std::vector<G> start;  ///< initial guess
   std::vector<Edge> edges;
 
-  void start_by_odometry() {
+  /// Computes the initial guess from the first pose and the odometry edges k → k + 1. Throws Error if one is missing.
+  void initialise_by_odometry() {
     std::vector<const Edge*> next(start.size(), nullptr);
     for (const Edge& e : edges)
       if (e.to == e.from + 1 && !next[std::size_t(e.from)]) next[std::size_t(e.from)] = &e;
     for (std::size_t k = 0; k + 1 < start.size(); ++k) {
-      if (!next[k]) throw Error("the pose graph has no odometry from pose " + std::to_string(k) + " to the next");
+      if (!next[k]) throw Error("the pose graph has no odometry edge from pose " + std::to_string(k) + " to the next");
       start[k + 1] = start[k] * next[k]->z;
     }
   }
 };
 
-/// A g2o file's poses and edges, numbered from 0 without gaps: VERTEX_SE3:QUAT and EDGE_SE3:QUAT, or VERTEX_SE2 and
-/// EDGE_SE2. Information matrices are of the tangent, as GTSAM reads them. Throws Error that names file and line.
+/// Reads a g2o file with VERTEX_SE3:QUAT and EDGE_SE3:QUAT, or VERTEX_SE2 and EDGE_SE2. Poses must be numbered from 0
+/// without gaps. Information matrices refer to the tangent space, as in GTSAM. Throws Error that names file and line.
 template <LieGroup G>
 PoseGraph<G> read_g2o(const std::string& file) {
   constexpr bool planar = G::dof == 3;
@@ -65,7 +66,8 @@ PoseGraph<G> read_g2o(const std::string& file) {
     if (tag == (planar ? "VERTEX_SE2" : "VERTEX_SE3:QUAT")) {
       int id = 0;
       words >> id;
-      if (id != int(graph.start.size())) throw Error(file + ":" + std::to_string(number) + ": poses count from 0");
+      if (id != int(graph.start.size()))
+        throw Error(file + ":" + std::to_string(number) + ": poses must be numbered 0, 1, 2, …");
       graph.start.push_back(pose());
     } else if (tag == (planar ? "EDGE_SE2" : "EDGE_SE3:QUAT")) {
       int from = 0, to = 0;
@@ -78,21 +80,21 @@ PoseGraph<G> read_g2o(const std::string& file) {
           information(j, i) = information(i, j);
         }
       if (from < 0 || to < 0 || std::max(from, to) >= int(graph.start.size()))
-        throw Error(file + ":" + std::to_string(number) + ": an edge of a pose that has not come yet");
+        throw Error(file + ":" + std::to_string(number) + ": an edge needs poses that are defined before it");
       graph.edges.push_back({from, to, z, Gaussian::information(information)});
     } else if (!tag.empty()) {
-      throw Error(file + ":" + std::to_string(number) + ": " + tag + " is not of these pose graphs");
+      throw Error(file + ":" + std::to_string(number) + ": " + tag + " is not supported");
     }
     if (!words) throw Error(file + ":" + std::to_string(number) + ": too few numbers");
   }
-  graph.start_by_odometry();
+  graph.initialise_by_odometry();
   return graph;
 }
 
-/// Edges as measured from the true poses.
+/// Returns a pose graph with noisy measurements of the true poses along these edges.
 template <LieGroup G>
-PoseGraph<G> measured(const std::vector<G>& truth, const std::vector<std::pair<int, int>>& pairs,
-                      const typename G::Tangent& sigma) {
+PoseGraph<G> simulated_measurements(const std::vector<G>& truth, const std::vector<std::pair<int, int>>& pairs,
+                                    const typename G::Tangent& sigma) {
   std::mt19937_64 random(1);
   std::normal_distribution<double> normal;
   PoseGraph<G> graph{truth, {}};
@@ -102,12 +104,12 @@ PoseGraph<G> measured(const std::vector<G>& truth, const std::vector<std::pair<i
     graph.edges.push_back({from, to, truth[std::size_t(from)].inverse() * truth[std::size_t(to)] * G::Exp(noise),
                            Gaussian(Eigen::VectorXd(sigma))});
   }
-  graph.start_by_odometry();
+  graph.initialise_by_odometry();
   return graph;
 }
 
-/// On a sphere of 50 m, `rings` rounds of as many poses, each tied to the one below it.
-inline PoseGraph<SE3> made_sphere(int rings) {
+/// Returns a graph on a sphere with a radius of 50 m: `rings` turns of `rings` poses, each connected to the pose below.
+inline PoseGraph<SE3> simulated_sphere(int rings) {
   std::vector<SE3> truth;
   std::vector<std::pair<int, int>> pairs;
   for (int k = 0; k < rings * rings; ++k) {
@@ -118,11 +120,12 @@ inline PoseGraph<SE3> made_sphere(int rings) {
     if (k > 0) pairs.emplace_back(k - 1, k);
     if (k >= rings) pairs.emplace_back(k - rings, k);
   }
-  return measured<SE3>(truth, pairs, Vector<6>(0.05, 0.05, 0.05, 0.01, 0.01, 0.01));
+  return simulated_measurements<SE3>(truth, pairs, Vector<6>(0.05, 0.05, 0.05, 0.01, 0.01, 0.01));
 }
 
-/// To and fro in lanes of a hundred poses 1 m apart, each tied to the pose beside it in the lane before at every tenth.
-inline PoseGraph<SE2> made_plane(int poses) {
+/// Returns a planar lawn-mower graph: lanes of 100 poses 1 m apart. Every tenth pose is connected to its neighbour in
+/// the previous lane.
+inline PoseGraph<SE2> simulated_plane(int poses) {
   constexpr int kLane = 100;
   std::vector<SE2> truth;
   std::vector<std::pair<int, int>> pairs;
@@ -133,7 +136,7 @@ inline PoseGraph<SE2> made_plane(int poses) {
     if (k > 0) pairs.emplace_back(k - 1, k);
     if (lane > 0 && along % 10 == 0) pairs.emplace_back(2 * lane * kLane - 1 - k, k);
   }
-  return measured<SE2>(truth, pairs, Vector<3>(0.01, 0.01, 0.001));
+  return simulated_measurements<SE2>(truth, pairs, Vector<3>(0.01, 0.01, 0.001));
 }
 
 }  // namespace tandem::bench

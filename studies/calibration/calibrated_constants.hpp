@@ -1,13 +1,14 @@
 #pragma once
 
 #include <tandem/studies/calibration/calibrate_scenarios.hpp>
-#include <tandem/studies/calibration/held_out_stretches.hpp>
+#include <tandem/studies/calibration/held_out_folds.hpp>
 
 namespace tandem {
 
-/// Fills the result's constants, at the problems' values and noise, and tries them on what is held out: none where it is to
-/// stop before all are known, some untried where it is to stop later. What could not be found or tried joins its `held`.
-void find_constants(const CalibrationProblems& problems, const HeldOutStretches& held_out,
-                    const CalibrationOptions& options, ScenarioCalibration& result);
+/// Estimates the constant systematic errors with the current values and noise of the problems, and cross-validates
+/// them. Sets result.constants, and adds failures to result.notes. A stop before all are estimated leaves none; a later
+/// stop leaves some without cross-validation.
+void estimate_constants(const CalibrationProblems& problems, const HeldOutFolds& held_out,
+                        const CalibrationOptions& options, ScenarioCalibration& result);
 
 }  // namespace tandem

@@ -29,11 +29,11 @@ constexpr std::size_t kLags = 25;
 CsvTable<CorrelationRow> correlation_columns() {
   CsvTable<CorrelationRow> table;
   table
-      .add("parameter", "the component of the sensor, in all scenarios",
+      .add("parameter", "component of the sensor, pooled over all scenarios",
            [](const CorrelationRow& r) { return r.of.parameter; })
-      .add("noise", "given or found: by which noise", [](const CorrelationRow& r) { return r.noise; })
-      .add("lag", "measurements from one to the other", [](const CorrelationRow& r) { return r.lag; })
-      .add("correlation", "of standardised residuals so far apart",
+      .add("noise", "given or found: the noise used", [](const CorrelationRow& r) { return r.noise; })
+      .add("lag", "lag in measurements", [](const CorrelationRow& r) { return r.lag; })
+      .add("correlation", "autocorrelation of the standardised residuals at this lag",
            [](const CorrelationRow& r) { return r.of.values[r.lag]; });
   return table;
 }
@@ -41,27 +41,29 @@ CsvTable<CorrelationRow> correlation_columns() {
 CsvTable<CalibratedParameter> parameter_columns() {
   using Row = CalibratedParameter;
   CsvTable<Row> table;
-  table.add("parameter", "a component of a sensor's, or another, noise", [](const Row& r) { return r.name; })
-      .add("given", "its standard deviation as given, in the units of scenario.yaml",
-           [](const Row& r) { return r.given; })
-      .add("found", "that which makes the data likeliest", [](const Row& r) { return r.found(); })
-      .add("standard_error", "of that", [](const Row& r) { return r.found() * r.result.log_error; })
+  table
+      .add("parameter", "component of the noise of a sensor or of another noise entry",
+           [](const Row& r) { return r.name; })
+      .add("given", "given standard deviation, in the units of scenario.yaml", [](const Row& r) { return r.given; })
+      .add("found", "estimate, which maximises the marginal likelihood", [](const Row& r) { return r.found(); })
+      .add("standard_error", "standard error of the estimate",
+           [](const Row& r) { return r.found() * r.result.log_error; })
       .add("determined",
-           "1: by the data, whose evidence falls to both sides; 0: they do not tell it, or bound it to one side alone",
-           [](const Row& r) { return int(r.result.determined); })
-      .add("flat_from", "from here the evidence is less than 2 below its greatest, the others as found",
+           "1: identifiable, the evidence falls on both sides; 0: not identifiable, or bounded on one side only",
+           [](const Row& r) { return int(r.result.identifiable); })
+      .add("flat_from", "lower end of the range in which the log profile evidence is within 2 of its maximum",
            [](const Row& r) { return r.given * r.result.flat_from; })
-      .add("flat_to", "to here", [](const Row& r) { return r.given * r.result.flat_to; })
-      .add("gain", "of the logarithm of the evidence by it alone", [](const Row& r) { return r.result.gain; });
+      .add("flat_to", "upper end of this range", [](const Row& r) { return r.given * r.result.flat_to; })
+      .add("gain", "increase of the log evidence by this parameter alone", [](const Row& r) { return r.result.gain; });
   return table;
 }
 
 CsvTable<EvidenceRow> evidence_columns() {
   CsvTable<EvidenceRow> table;
   table.add("parameter", "as in parameters.csv", [](const EvidenceRow& r) { return r.parameter.name; })
-      .add("sigma", "a standard deviation, the others as found",
+      .add("sigma", "value of the parameter; the others stay at their estimates",
            [](const EvidenceRow& r) { return r.parameter.given * r.factor; })
-      .add("log_evidence", "of the data there, against what was found",
+      .add("log_evidence", "log evidence of the data minus that at the estimate",
            [](const EvidenceRow& r) { return r.log_evidence; });
   return table;
 }
@@ -69,12 +71,14 @@ CsvTable<EvidenceRow> evidence_columns() {
 CsvTable<CalibratedConstant> constant_columns() {
   using Row = CalibratedConstant;
   CsvTable<Row> table;
-  table.add("scenario", "its name", [](const Row& r) { return r.scenario; })
-      .add("constant", "of an error that stays", [](const Row& r) { return r.found.name; })
-      .add("given_sigma", "its standard deviation around 0 as given", [](const Row& r) { return r.found.given; })
-      .add("value", "that was found", [](const Row& r) { return r.found.value; })
-      .add("sigma", "standard error of that", [](const Row& r) { return r.found.deviation; })
-      .add("verdict", "as in the table", [](const Row& r) { return std::string(text(r.found.verdict())); });
+  table.add("scenario", "name of the scenario", [](const Row& r) { return r.scenario; })
+      .add("constant", "constant systematic error", [](const Row& r) { return r.found.name; })
+      .add("given_sigma", "standard deviation of its prior, whose mean is 0",
+           [](const Row& r) { return r.found.prior_sigma; })
+      .add("value", "estimate", [](const Row& r) { return r.found.value; })
+      .add("sigma", "standard error of the estimate", [](const Row& r) { return r.found.sigma; })
+      .add("verdict", "verdict as in the printed table",
+           [](const Row& r) { return std::string(text(r.found.verdict())); });
   return table;
 }
 
@@ -82,19 +86,20 @@ CsvTable<ConstantEvidenceRow> constant_evidence_columns() {
   using Row = ConstantEvidenceRow;
   CsvTable<Row> table;
   table.add("scenario", "as in constants.csv", [](const Row& r) { return r.constant.scenario; })
-      .add("constant", "of those that are one number", [](const Row& r) { return r.constant.found.name; })
-      .add("value", "of it, all else as likeliest", [](const Row& r) { return r.value; })
-      .add("log_evidence", "of the data there, against what was found", [](const Row& r) { return r.log_evidence; });
+      .add("constant", "scalar constant of constants.csv", [](const Row& r) { return r.constant.found.name; })
+      .add("value", "value of the constant; all other unknowns are re-estimated", [](const Row& r) { return r.value; })
+      .add("log_evidence", "log evidence of the data minus that at the estimate",
+           [](const Row& r) { return r.log_evidence; });
   return table;
 }
 
 CsvTable<ResidualRow> residual_columns() {
   CsvTable<ResidualRow> table;
-  table.add("scenario", "its name", [](const ResidualRow& r) { return r.misfit.scenario; })
-      .add("parameter", "the component of the sensor", [](const ResidualRow& r) { return r.misfit.parameter; })
-      .add("noise", "given or found: by which noise", [](const ResidualRow& r) { return r.noise; })
-      .add("t", "of the measurement, as stamped [s]", [](const ResidualRow& r) { return r.misfit.t[r.at]; })
-      .add("standardised", "residual by the standard deviation that it should have there",
+  table.add("scenario", "name of the scenario", [](const ResidualRow& r) { return r.misfit.scenario; })
+      .add("parameter", "component of the sensor", [](const ResidualRow& r) { return r.misfit.parameter; })
+      .add("noise", "given or found: the noise used", [](const ResidualRow& r) { return r.noise; })
+      .add("t", "time stamp of the measurement [s]", [](const ResidualRow& r) { return r.misfit.t[r.at]; })
+      .add("standardised", "residual divided by its expected standard deviation",
            [](const ResidualRow& r) { return r.misfit.value[r.at]; });
   return table;
 }
@@ -110,10 +115,10 @@ void write_results(const ScenarioCalibration& c, const std::filesystem::path& fo
   write_file(folder / "evidence.csv", evidence_columns().text(evidence));
   if (!c.constants.empty()) {
     write_file(folder / "constants.csv", constant_columns().text(c.constants));
-    std::vector<ConstantEvidenceRow> along;
+    std::vector<ConstantEvidenceRow> profiles;
     for (const CalibratedConstant& constant : c.constants)
-      for (const auto& [at, value] : constant.profile) along.push_back({constant, at, value});
-    if (!along.empty()) write_file(folder / "constants_evidence.csv", constant_evidence_columns().text(along));
+      for (const auto& [at, value] : constant.profile) profiles.push_back({constant, at, value});
+    if (!profiles.empty()) write_file(folder / "constants_evidence.csv", constant_evidence_columns().text(profiles));
   }
   std::vector<ResidualRow> residuals;
   for (const auto& [noise, misfits] : {std::pair{"given", &c.before}, {"found", &c.after}})
@@ -128,7 +133,7 @@ void write_results(const ScenarioCalibration& c, const std::filesystem::path& fo
   write_file(folder / "autocorrelation.csv", correlation_columns().text(correlations));
 }
 
-std::vector<CsvDescription> calibration_file_columns() {
+std::vector<FileDescription> calibration_file_columns() {
   return {
       parameter_columns().describe("parameters.csv"), evidence_columns().describe("evidence.csv"),
       constant_columns().describe("constants.csv"),   constant_evidence_columns().describe("constants_evidence.csv"),

@@ -8,11 +8,11 @@
 
 namespace tandem {
 
-/// What pictures are drawn from: summary.json, parameters.csv, evidence.csv, residuals.csv, autocorrelation.csv; where there are
-/// constants, constants.csv and constants_evidence.csv.
+/// Writes the result files, from which plots are drawn: summary.json, parameters.csv, evidence.csv, residuals.csv and
+/// autocorrelation.csv; with constants also constants.csv and constants_evidence.csv.
 void write_results(const ScenarioCalibration& calibration, const std::filesystem::path& folder);
 
-/// What the columns of these files are.
-std::vector<CsvDescription> calibration_file_columns();
+/// Returns descriptions of the columns of these files.
+std::vector<FileDescription> calibration_file_columns();
 
 }  // namespace tandem

@@ -6,9 +6,9 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/tracking/ego_track.hpp>
-#include <tandem/solvers/evidence_deviation.hpp>
+#include <tandem/solvers/profile_evidence.hpp>
 #include <tandem/studies/calibration/calibration_problem.hpp>
-#include <tandem/studies/navigation/navigated.hpp>
+#include <tandem/studies/navigation/navigated_scenario.hpp>
 #include <tandem/studies/scenario/named_noise.hpp>
 
 namespace tandem {
@@ -22,23 +22,23 @@ using Components = std::vector<Component>;
 
 const Component kYaw{"yaw", true}, kAzimuth{"azimuth", true}, kElevation{"elevation", true};
 
-Components of_point(bool planar) { return planar ? Components{{"x"}, {"y"}} : Components{{"x"}, {"y"}, {"z"}}; }
-Components of_rotation(bool planar) {
+Components point_components(bool planar) { return planar ? Components{{"x"}, {"y"}} : Components{{"x"}, {"y"}, {"z"}}; }
+Components rotation_components(bool planar) {
   return planar ? Components{kYaw} : Components{{"rx", true}, {"ry", true}, {"rz", true}};
 }
-Components of_pose(bool planar) {
-  Components components = of_point(planar);
-  for (Component& angle : of_rotation(planar)) components.push_back(std::move(angle));
+Components pose_components(bool planar) {
+  Components components = point_components(planar);
+  for (Component& angle : rotation_components(planar)) components.push_back(std::move(angle));
   return components;
 }
 
-Components of_sensor(SensorType type, bool planar) {
+Components sensor_components(SensorType type, bool planar) {
   Components components;
   const auto add = [&](unsigned part, const Components& more) {
     if (type->has(part)) components.insert(components.end(), more.begin(), more.end());
   };
-  add(measured::position, of_point(planar));
-  add(measured::rotation, of_rotation(planar));
+  add(measured::position, point_components(planar));
+  add(measured::rotation, rotation_components(planar));
   add(measured::range, {{"range"}});
   add(measured::direction, planar ? Components{{"bearing", true}} : Components{kAzimuth, kElevation});
   add(measured::angles, {kAzimuth, kElevation});
@@ -46,14 +46,14 @@ Components of_sensor(SensorType type, bool planar) {
   return components;
 }
 
-Components of_noise(const std::string& noise, bool planar) {
-  if (noise == "constant_velocity") return of_point(planar);
+Components noise_components(const std::string& noise, bool planar) {
+  if (noise == "constant_velocity") return point_components(planar);
   if (noise == "roll_pitch") return {{"roll", true}, {"pitch", true}};
   if (noise == "non_holonomic") return planar ? Components{{"sway"}} : Components{{"sway"}, {"heave"}};
-  return of_pose(planar);
+  return pose_components(planar);
 }
 
-/// What goes by these names stands for what is not measured, and is no noise of data.
+/// Returns whether a noise entry is an assumption (a prior, a boundary condition, a limit) and not estimated from data.
 bool is_assumed(const std::string& noise) {
   return noise == "prior" || noise == "boundary" || noise == "surge" || noise == "yaw_rate" || noise == "twist_time" ||
          noise == "velocity_time";
@@ -67,7 +67,7 @@ CalibratedEntry entry_of(std::string name, const Components& components, std::ve
   }
   entry.row.resize(entry.components.size());
   std::iota(entry.row.begin(), entry.row.end(), 0);
-  if (turned) std::swap(entry.row[0], entry.row[1]);  // a file's north and east
+  if (turned) std::swap(entry.row[0], entry.row[1]);  // north and east of the file
   if (entry.components.size() == 1 && !entry.name.ends_with("holonomic")) entry.components[0].clear();
   return entry;
 }
@@ -76,22 +76,22 @@ CalibratedEntry own_entry(const EgoSensor& sensor, const Frame& frame, bool erro
   const bool height = sensor.type->reading == EgoReading::world_height;
   const bool rotation = sensor.type->reading == EgoReading::orientation;
   const bool world = sensor.type->reading == EgoReading::world_vector;
-  const Eigen::VectorXd& sigma = error ? sensor.error->sigma : sensor.sigma;
+  const Eigen::VectorXd& sigma = error ? sensor.error->bias_sigma : sensor.sigma;
   std::vector<double> sigmas(sigma.data(), sigma.data() + sigma.size());
   const bool turned = world && frame.is_ned();
   if (turned) std::swap(sigmas[0], sigmas[1]);
   CalibratedEntry entry = entry_of(error ? error_name(sensor.name) : sensor.name,
                                    height     ? Components{{"height"}}
-                                   : rotation ? of_rotation(false)
-                                              : of_point(false),
+                                   : rotation ? rotation_components(false)
+                                              : point_components(false),
                                    std::move(sigmas), turned);
   entry.kind = name(sensor.type);
   entry.sensor = !error;
-  entry.carries = !world && (error || !sensor.error || !sensor.error->has_bias());
+  entry.dead_reckoning = !world && (error || !sensor.error || !sensor.error->has_bias());
   return entry;
 }
 
-/// Between fixes of the position; before the first and after the last, too.
+/// Returns the longest time without a position fix, including before the first and after the last one [s].
 double longest_gap(const NavigationData& data, const std::vector<PlacedEgoMeasurement>& placed) {
   if (placed.empty()) return 0;
   const auto [first, last] =
@@ -105,10 +105,10 @@ double longest_gap(const NavigationData& data, const std::vector<PlacedEgoMeasur
   return longest;
 }
 
-std::size_t place_of(const std::vector<CalibratedEntry>& entries, std::string_view name) {
+std::size_t entry_index(const std::vector<CalibratedEntry>& entries, std::string_view name) {
   const auto at =
       std::find_if(entries.begin(), entries.end(), [&](const CalibratedEntry& e) { return e.name == name; });
-  if (at == entries.end()) throw Error(fmt::format("calibrate: there is no noise {}", name));
+  if (at == entries.end()) throw Error(fmt::format("calibrate: unknown noise entry {}", name));
   return std::size_t(at - entries.begin());
 }
 
@@ -123,14 +123,15 @@ std::vector<CalibratedEntry> calibrated_entries(const Scenario& scenario) {
   TrackingData data = scenario.data;
   const bool target = !data.sensors.empty(), planar = data.planar;
   if (target) {
-    turn_noise(data.noise, scenario.frame);  // along the files' axes
+    convert_noise_axes(data.noise, scenario.frame);  // to the axes of the files
     for (const NamedNoise& noise : named_noise(data)) {
       if (is_assumed(noise.name)) continue;
       const auto sensor = std::find_if(data.sensors.begin(), data.sensors.end(), [&](const TargetSensor& s) {
         return s.name == noise.name || (s.error && s.error->has_bias() && error_name(s.name) == noise.name);
       });
       const bool is_sensor = sensor != data.sensors.end();
-      const Components components = is_sensor ? of_sensor(sensor->type, planar) : of_noise(noise.name, planar);
+      const Components components =
+          is_sensor ? sensor_components(sensor->type, planar) : noise_components(noise.name, planar);
       std::vector<double> sigmas(noise.sigmas.begin(), noise.sigmas.begin() + std::ptrdiff_t(components.size()));
       entries.push_back(entry_of(noise.name, components, std::move(sigmas),
                                  noise.name == "constant_velocity" && scenario.frame.is_ned()));
@@ -152,7 +153,8 @@ CalibrationProblem::CalibrationProblem(Scenario scenario, const TrackingOptions&
     : scenario(scenario.name), entries(calibrated_entries(scenario)) {
   if (scenario.data.sensors.empty()) {
     if (!scenario.navigation)
-      throw Error(fmt::format("{}: there is no sensor of a target or of the chaser's own to calibrate", scenario.name));
+      throw Error(
+          fmt::format("{} has no sensors to calibrate, neither of the target nor of the chaser", scenario.name));
     NavigationOptions options = own;
     options.covariance = false;
     const Navigation found = navigate(*scenario.navigation, options);
@@ -167,29 +169,29 @@ CalibrationProblem::CalibrationProblem(Scenario scenario, const TrackingOptions&
   if (scenario.data.ego) add_own(scenario.data.ego->data, built.ego_measurements);
 }
 
-std::vector<FoundConstant> CalibrationProblem::constants(const Stop& stop) {
-  const auto of = [&stop]<class Built>(Built& built) -> std::vector<FoundConstant> {
+std::vector<SystematicErrorEstimate> CalibrationProblem::constants(const Stop& stop) {
+  const auto of = [&stop]<class Built>(Built& built) -> std::vector<SystematicErrorEstimate> {
     if (built.constants.empty()) return {};
     const Marginals marginals(built.problem, {}, stop);
     if constexpr (std::same_as<Built, TrackingProblem>)
-      return found_constants_by_evidence(built.problem, built.constants, marginals, stop);
-    return found_constants(built.problem, built.constants, &marginals);
+      return systematic_error_estimates_by_evidence(built.problem, built.constants, marginals, stop);
+    return systematic_error_estimates(built.problem, built.constants, &marginals);
   };
   return std::visit(of, built_);
 }
 
-std::vector<std::pair<double, double>> CalibrationProblem::evidence_along(const FoundConstant& constant,
+std::vector<std::pair<double, double>> CalibrationProblem::evidence_along(const SystematicErrorEstimate& constant,
                                                                           const Stop& stop) {
   constexpr int kPoints = 7;
   constexpr double kReach = 2.4;  // standard errors
   for (const SensorConstant& c : sensor_constants()) {
     const auto* const x = std::get_if<Variable<Rn<1>>>(&c.state);
     if (!x || (c.name != constant.name && c.name + ".1" != constant.name)) continue;
-    const double reach = kReach * (constant.deviation > 0 ? constant.deviation : constant.given);
+    const double reach = kReach * (constant.sigma > 0 ? constant.sigma : constant.prior_sigma);
     std::vector<double> values;
     for (int k = 0; k < kPoints; ++k) values.push_back(constant.value + reach * (2.0 * k / (kPoints - 1) - 1));
-    const std::vector<double> along = tandem::evidence_along(problem(), *x, values, stop);
-    const auto prior = [&](double value) { return -0.5 * std::pow(value / constant.given, 2); };
+    const std::vector<double> along = tandem::profile_evidence(problem(), *x, values, stop);
+    const auto prior = [&](double value) { return -0.5 * std::pow(value / constant.prior_sigma, 2); };
     std::vector<std::pair<double, double>> of_data;
     for (std::size_t k = 0; k < along.size(); ++k)
       if (std::isfinite(along[k])) of_data.emplace_back(values[k], along[k] - prior(values[k]) + prior(constant.value));
@@ -204,7 +206,7 @@ bool CalibrationProblem::is_own(const std::string& constant) const {
 }
 
 template <class Sensors, class Placed>
-void CalibrationProblem::note_unmeasured(const Sensors& sensors, const Placed& placed) {
+void CalibrationProblem::record_unmeasured(const Sensors& sensors, const Placed& placed) {
   for (std::size_t i = 0; i < sensors.size(); ++i)
     if (sensors[i].error && std::none_of(placed.begin(), placed.end(), [&](const auto& m) { return m.sensor == i; }))
       without_measurements.push_back(sensors[i].name);
@@ -212,19 +214,22 @@ void CalibrationProblem::note_unmeasured(const Sensors& sensors, const Placed& p
 
 void CalibrationProblem::add_target(const Scenario& scenario, const TrackingOptions& options,
                                     const TrackingProblem& built) {
-  for (const NoisedBlock& noised : built.noised) {
+  for (const NoiseBlock& noised : built.noise_blocks) {
     if (is_assumed(std::string(noised.noise))) continue;
     const bool triple = noised.noise == "constant_twist" || noised.noise == "constant_velocity";
-    blocks.push_back(
-        {place_of(entries, noised.noise), noised.block, 0, {}, triple ? 1.0 / double(options.horizons.size()) : 1.0});
+    blocks.push_back({entry_index(entries, noised.noise),
+                      noised.block,
+                      0,
+                      {},
+                      triple ? 1.0 / double(options.horizons.size()) : 1.0});
   }
-  note_unmeasured(scenario.data.sensors, built.measurements);
-  const int rotation = scenario.data.planar ? 2 : 3;  // the first row of a pose's orientation
+  record_unmeasured(scenario.data.sensors, built.measurements);
+  const int rotation = scenario.data.planar ? 2 : 3;  // first orientation row of a pose
   for (const PlacedMeasurement& m : built.measurements) {
     const TargetSensor& sensor = scenario.data.sensors[m.sensor];
-    const std::size_t entry = place_of(entries, sensor.name);
+    const std::size_t entry = entry_index(entries, sensor.name);
     const double t = sensor.measurements[m.index].t;
-    // The position of a pose that is said twice counts once in all, its orientation apart.
+    // A position split into two blocks counts once in total; the orientation counts fully.
     const double share = m.position ? options.position_share : 0;
     if (m.block && share > 0) {
       blocks.push_back({entry, *m.block, 0, t, 1 - share, rotation});
@@ -238,12 +243,12 @@ void CalibrationProblem::add_target(const Scenario& scenario, const TrackingOpti
 
 void CalibrationProblem::add_own(const NavigationData& data, const std::vector<PlacedEgoMeasurement>& placed) {
   longest_without_fix = longest_gap(data, placed);
-  note_unmeasured(data.sensors, placed);
+  record_unmeasured(data.sensors, placed);
   for (const EgoSensor& sensor : data.sensors) own_sensors_.push_back(sensor.name);
   for (const PlacedEgoMeasurement& m : placed) {
     const std::string& sensor = data.sensors[m.sensor].name;
-    if (m.block) blocks.push_back({place_of(entries, sensor), *m.block, 0, m.t});
-    if (m.error) blocks.push_back({place_of(entries, error_name(sensor)), *m.error, 0, {}});
+    if (m.block) blocks.push_back({entry_index(entries, sensor), *m.block, 0, m.t});
+    if (m.bias_block) blocks.push_back({entry_index(entries, error_name(sensor)), *m.bias_block, 0, {}});
   }
 }
 

@@ -13,58 +13,62 @@
 
 namespace tandem {
 
-/// An entry of a scenario's noise whose rows stand in its problem.
+/// A noise entry of a scenario, and where its rows are in the problem.
 struct CalibratedEntry {
-  std::string name;                     ///< of a sensor, or of another entry: "usbl", "constant_twist"
-  std::string kind;                     ///< of the sensor, "" of other entries: what has to agree between scenarios
-  std::vector<std::string> components;  ///< "x", "roll", "range", …; "" where there is one alone
-  std::vector<bool> angle;              ///< of each, whether it is one [rad]
-  std::vector<double> sigmas;           ///< as given, in the axes of the scenario's files, as components are
-  std::vector<int> row;                 ///< of each component, its place among the entry's rows in the problem
-  bool sensor = false;
-  /// Of the chaser's own, what its position rests on between fixes: an error that stays would be in this noise alone.
-  bool carries = false;
+  std::string name;                     ///< a sensor ("usbl") or another noise entry ("constant_twist")
+  std::string kind;                     ///< sensor type, "" for other entries; must agree between scenarios
+  std::vector<std::string> components;  ///< "x", "roll", "range", …; "" for a single component
+  std::vector<bool> angle;              ///< whether each component is an angle [rad]
+  std::vector<double> sigmas;           ///< given values, in the axes of the files like `components`
+  std::vector<int> row;                 ///< index of each component among the rows in the problem
+  bool sensor = false;                  ///< noise of a sensor
+  /// Noise of a chaser sensor other than position fixes; if the sensor has a bias state, the noise of the bias instead.
+  /// Between fixes, only this noise can account for slow errors of the position.
+  bool dead_reckoning = false;
 
-  /// "usbl.x", or "depth" where there is one component alone.
+  /// Returns the name of a parameter: "usbl.x", or "depth" for a single component.
   std::string parameter(std::size_t component) const;
 };
 
-/// A block whose row i has the standard deviation of its entry's row (first + i) mod their number.
+/// A residual block and its noise entry. Row i has the standard deviation of row (first + i) mod n of the entry's n
+/// rows.
 struct EntryBlock {
-  std::size_t entry;
+  std::size_t entry;  ///< index in CalibrationProblem::entries
   Block block;
   int first = 0;
-  std::optional<double> measured_at = {};  ///< s, of a measurement
-  double share = 1;                        ///< of a datum, that its rows are (NoiseRows), or
-  int shared = -1;                         ///< so many of the first of them; the rest are data of their own
-  bool whole = true;                       ///< false: another block of the same measurement says more
+  std::optional<double> measured_at = {};  ///< time stamp [s], if the block is a measurement
+  double share = 1;                        ///< NoiseRows::share of the first `shared` rows; the others have 1
+  int shared = -1;                         ///< −1: all rows
+  bool primary = true;                     ///< false: a second block of a measurement that another block represents
 };
 
-/// The problem of one scenario, and which noise its blocks have.
+/// The problem of one scenario, and the noise entries of its blocks.
 class CalibrationProblem {
  public:
-  /// With a target: as make_tracking_problem, a chaser that moves by its own sensors navigated first; else the chaser's
-  /// own problem, from where navigate() has led. Throws Error as these do, and Stopped when it is to stop.
+  /// With a target, builds the problem of make_tracking_problem(); a chaser with its own sensors is navigated first.
+  /// Without a target, builds the problem of make_navigation_problem(), with the result of navigate() as initial guess.
+  /// Throws Error as these functions, and Stopped.
   CalibrationProblem(Scenario scenario, const TrackingOptions& target, const NavigationOptions& own,
                      const Stop& stop = {});
 
   std::string scenario;
   std::vector<CalibratedEntry> entries;
   std::vector<EntryBlock> blocks;
-  /// Of the chaser's position, the recording's ends included [s]; 0: it does not navigate.
+  /// Longest time between position fixes of the chaser, including the ends of the recording [s]; 0 without navigation.
   double longest_without_fix = 0;
-  /// Sensors with errors that stay of which nothing is measured.
+  /// Sensors with systematic errors but without measurements.
   std::vector<std::string> without_measurements{};
 
-  /// Of sensors with errors that stay, at the problem's values. Throws Error where they have no covariance, and
+  /// Estimates the constant systematic errors at the current values. Throws Error if they have no covariance, and
   /// Stopped.
-  std::vector<FoundConstant> constants(const Stop& stop);
-  /// CalibratedConstant::profile; none where it has several rows, or there are hard constraints. Throws Stopped.
-  std::vector<std::pair<double, double>> evidence_along(const FoundConstant& constant, const Stop& stop);
+  std::vector<SystematicErrorEstimate> constants(const Stop& stop);
+  /// Returns CalibratedConstant::profile. Empty for a constant with several rows, and with hard constraints. Throws
+  /// Stopped.
+  std::vector<std::pair<double, double>> evidence_along(const SystematicErrorEstimate& constant, const Stop& stop);
   const std::vector<SensorConstant>& sensor_constants() const {
     return std::visit([](const auto& p) -> const std::vector<SensorConstant>& { return p.constants; }, built_);
   }
-  /// Whether a constant, by its name, is one of the chaser's own sensors.
+  /// Returns whether the named constant belongs to one of the chaser's own sensors.
   bool is_own(const std::string& constant) const;
   Problem& problem() {
     return std::visit([](auto& p) -> Problem& { return p.problem; }, built_);
@@ -72,18 +76,17 @@ class CalibrationProblem {
 
  private:
   template <class Sensors, class Placed>
-  void note_unmeasured(const Sensors& sensors, const Placed& placed);
+  void record_unmeasured(const Sensors& sensors, const Placed& placed);
   void add_target(const Scenario& scenario, const TrackingOptions& options, const TrackingProblem& built);
   void add_own(const NavigationData& data, const std::vector<PlacedEgoMeasurement>& placed);
 
-  std::vector<std::string> own_sensors_;  // that measure
-
+  std::vector<std::string> own_sensors_;
   std::variant<TrackingProblem, NavigationProblem> built_;
 };
 
 using CalibrationProblems = std::vector<std::unique_ptr<CalibrationProblem>>;
 
-/// The entries of a scenario's noise that calibration knows, sensors' first; of a scenario that is not built yet, too.
+/// Returns the noise entries of a scenario that can be calibrated, sensors first.
 std::vector<CalibratedEntry> calibrated_entries(const Scenario& scenario);
 
 }  // namespace tandem

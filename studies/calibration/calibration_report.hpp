@@ -3,14 +3,19 @@
 #include <string>
 
 #include <tandem/studies/calibration/calibrate_scenarios.hpp>
+#include <tandem/studies/support/file_description.hpp>
 
 namespace tandem {
 
-/// Tables of parameters and of residuals, and what to make of them, as text for a terminal.
+/// Returns the report for a terminal: tables of parameters, constants and residuals, and the validation.
 std::string report(const ScenarioCalibration& calibration);
-/// The same as JSON.
+/// Returns the results as JSON.
 std::string calibration_json(const ScenarioCalibration& calibration);
-/// What of it the head of a noise file says.
+/// Returns the keys of that JSON document.
+FileDescription calibration_json_keys();
+/// Returns the name of a constant in tables and files: "NAME of SCENARIO" if there are several scenarios.
+std::string display_name(const ScenarioCalibration& calibration, const CalibratedConstant& constant);
+/// Returns the comment at the head of a noise file.
 std::string noise_file_comment(const ScenarioCalibration& calibration);
 
 }  // namespace tandem

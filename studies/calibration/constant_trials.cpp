@@ -5,23 +5,23 @@
 namespace tandem {
 namespace {
 
-/// A constant that is none while this lives.
-class HeldAtNone {
+/// Fixes a constant to zero (the identity) during its lifetime.
+class ScopedZeroConstant {
  public:
-  HeldAtNone(Problem& problem, const SensorConstant& constant) : problem_(problem), constant_(constant) {
+  ScopedZeroConstant(Problem& problem, const SensorConstant& constant) : problem_(problem), constant_(constant) {
     visit([&]<LieGroup G>(const Variable<G>& x) {
       was_ = problem_.value(x).Log();
       problem_.set_value(x, G());
       problem_.fix(x);
     });
   }
-  ~HeldAtNone() {
+  ~ScopedZeroConstant() {
     visit([&]<LieGroup G>(const Variable<G>& x) {
       problem_.fix(x, false);
       problem_.set_value(x, G::Exp(typename G::Tangent(was_)));
     });
   }
-  HeldAtNone(const HeldAtNone&) = delete;
+  ScopedZeroConstant(const ScopedZeroConstant&) = delete;
 
  private:
   template <class F>
@@ -34,52 +34,53 @@ class HeldAtNone {
   Eigen::VectorXd was_;
 };
 
-/// The noise that a fold's measurements have otherwise.
-class LeftOutForNow {
+/// Holds out the measurements of a fold during its lifetime. `noise` is their own noise.
+class ScopedHoldOut {
  public:
-  LeftOutForNow(std::span<Problem* const> problems, const std::vector<LeftOut>& fold)
+  ScopedHoldOut(std::span<Problem* const> problems, const std::vector<HeldOutMeasurement>& fold)
       : problem_(*problems[0]), fold_(fold) {
-    detail::leave_out(problems, fold, noise);
+    detail::hold_out(problems, fold, noise);
   }
-  ~LeftOutForNow() {
+  ~ScopedHoldOut() {
     for (std::size_t i = 0; i < fold_.size(); ++i) problem_.set_noise(fold_[i].block, noise[i]);
   }
-  LeftOutForNow(const LeftOutForNow&) = delete;
+  ScopedHoldOut(const ScopedHoldOut&) = delete;
 
   std::vector<Gaussian> noise;
 
  private:
   Problem& problem_;
-  const std::vector<LeftOut>& fold_;
+  const std::vector<HeldOutMeasurement>& fold_;
 };
 
 }  // namespace
 
-ConstantTrials try_constants(Problem& problem, const std::vector<SensorConstant>& constants,
-                             const std::vector<std::vector<LeftOut>>& folds, const CalibrationOptions& options) {
+ConstantTrials cross_validate_constants(Problem& problem, const std::vector<SensorConstant>& constants,
+                                        const std::vector<std::vector<HeldOutMeasurement>>& folds,
+                                        const CalibrationOptions& options) {
   ConstantTrials result;
   Problem* const problems[] = {&problem};
-  std::vector<std::vector<double>> gains(constants.size());  // of each fold
+  std::vector<std::vector<double>> gains(constants.size());  // by constant and fold
   try {
     for (std::size_t f = 0; f < folds.size(); ++f) {
-      std::vector<LeftOut> fold = folds[f];
+      std::vector<HeldOutMeasurement> fold = folds[f];
       if (fold.empty()) continue;
-      for (LeftOut& m : fold) m.problem = 0;
-      const LeftOutForNow out(problems, fold);
+      for (HeldOutMeasurement& m : fold) m.problem = 0;
+      const ScopedHoldOut out(problems, fold);
       const auto predict = [&] {
         if (std::string why; !detail::solve_all(problems, options, why)) throw Error(why);
         return detail::predictions(problems, fold, f, out.noise, options.stop);
       };
       const auto with = predict();
       for (std::size_t c = 0; c < constants.size(); ++c) {
-        const HeldAtNone none(problem, constants[c]);
-        gains[c].push_back(detail::gain_of(predict(), with));
+        const ScopedZeroConstant zero(problem, constants[c]);
+        gains[c].push_back(detail::log_likelihood_gain(predict(), with));
       }
     }
     for (std::size_t c = 0; c < constants.size(); ++c) {
       ConstantTrial& trial = result.trials.emplace_back(ConstantTrial{constants[c].name});
       for (const double gain : gains[c]) trial.gain += gain;
-      trial.gain_error = detail::error_of_sum(gains[c]);
+      trial.gain_error = detail::standard_error_of_sum(gains[c]);
     }
   } catch (const Stopped&) {
     throw;

@@ -8,22 +8,23 @@
 
 namespace tandem {
 
-/// How much better held-out measurements are predicted with a constant of a sensor than without it.
+/// The improvement in predicting held-out measurements by a constant systematic error of a sensor.
 struct ConstantTrial {
   std::string name;       ///< SensorConstant::name
-  double gain = 0;        ///< of the log likelihood of all that is held out
-  double gain_error = 0;  ///< its standard error, from the differences of the folds
+  double gain = 0;        ///< increase of the log likelihood of all held-out measurements
+  double gain_error = 0;  ///< standard error of the gain, from its variation over the folds
 };
 
 struct ConstantTrials {
-  std::vector<ConstantTrial> trials;  ///< in the constants' order; none where they were not completed
-  std::string why;                    ///< they were not: a sentence
+  std::vector<ConstantTrial> trials;  ///< in the order of the constants; empty on failure
+  std::string why;                    ///< the reason of the failure
 };
 
-/// Predicts every fold's measurements out of all other data, with all constants as these find them, and with each one held
-/// at none in turn, the others found again. Folds are of this problem alone, whatever LeftOut::problem says. It is left as it
-/// came, solved. Throws Stopped.
-ConstantTrials try_constants(Problem& problem, const std::vector<SensorConstant>& constants,
-                             const std::vector<std::vector<LeftOut>>& folds, const CalibrationOptions& options = {});
+/// Cross-validates constants. Predicts the measurements of each fold from all other data, with all constants estimated,
+/// and with each constant in turn fixed to zero. All folds belong to this problem; HeldOutMeasurement::problem is
+/// ignored. The problem is left unchanged and solved. Throws Stopped.
+ConstantTrials cross_validate_constants(Problem& problem, const std::vector<SensorConstant>& constants,
+                                        const std::vector<std::vector<HeldOutMeasurement>>& folds,
+                                        const CalibrationOptions& options = {});
 
 }  // namespace tandem

@@ -5,18 +5,18 @@
 
 #include <fmt/format.h>
 
-#include <tandem/problem/median.hpp>
+#include <tandem/problem/quantile.hpp>
 #include <tandem/solvers/marginals.hpp>
 #include <tandem/studies/calibration/misfit.hpp>
-#include <tandem/studies/support/down_weighted.hpp>
+#include <tandem/studies/support/downweighting.hpp>
 
 namespace tandem {
 namespace {
 
-constexpr double kLeast = 0.05;  // share of its noise's variance, below which a residual says nothing: states follow it
-constexpr double kMean = 0.3;    // sigmas, below which a mean does no harm worth a term of its own
-constexpr double kCorrelation = 0.3;
-constexpr std::size_t kFewest = 10;
+constexpr double kMinVarianceShare = 0.05;  // smallest remaining share of the noise variance: states absorb the rest
+constexpr double kMinMean = 0.3;            // smallest mean that matters, in standard deviations
+constexpr double kMinCorrelation = 0.3;
+constexpr std::size_t kMinCount = 10;
 
 double variance_about_mean(const Misfit& m) {
   const double mean = m.mean();
@@ -41,29 +41,31 @@ double Misfit::correlation() const {
 double Misfit::spacing() const { return detail::median_step(t); }
 double Misfit::correlation_time() const {
   const double rho = correlation();
-  if (value.size() < kFewest || rho < std::max(kCorrelation, 3 / std::sqrt(double(value.size())))) return 0;
+  if (value.size() < kMinCount || rho < std::max(kMinCorrelation, 3 / std::sqrt(double(value.size())))) return 0;
   return -spacing() / std::log(std::min(rho, 0.999));
 }
-bool Misfit::mean_is_off() const {
-  if (value.size() < kFewest) return false;
+bool Misfit::has_significant_mean() const {
+  if (value.size() < kMinCount) return false;
   const double rho = std::clamp(correlation(), 0.0, 0.99);
   const double error = spread() * std::sqrt((1 + rho) / (1 - rho) / double(value.size()));
-  return std::abs(mean()) > std::max(kMean, 3 * error);
+  return std::abs(mean()) > std::max(kMinMean, 3 * error);
 }
 
 std::string Misfit::diagnosis() const {
   const bool range = component == "range";
   const double tau = correlation_time();
   std::string text;
-  if (mean_is_off())
-    text = fmt::format("is off by {:+.2g} sigmas on average: {} would explain it", mean(),
-                       range   ? "a bias or a scale of the range (the sound speed)"
+  if (has_significant_mean())
+    text = fmt::format("has a mean of {:+.2g} standard deviations; possible cause: {}", mean(),
+                       range   ? "a bias or scale factor error of the range (sound speed)"
                        : angle ? "a mounting misalignment"
-                               : "a bias, or another place of the sensor or of what it sees");
+                               : "a bias, or a wrong position of the sensor or of the observed point");
   if (tau > 0)
-    text += fmt::format("{}has errors that stay for {:.2g} s (neighbours correlate by {:.2f}): {} would explain them",
-                        text.empty() ? "" : "; ", tau, correlation(),
-                        angle ? "a misalignment that drifts, or a delay" : "a bias that drifts, or a delay");
+    text += fmt::format(
+        "{}has time-correlated errors (correlation time {:.2g} s, lag-1 correlation {:.2f}); possible "
+        "cause: {}",
+        text.empty() ? "" : "; it ", tau, correlation(),
+        angle ? "a drifting misalignment, or a delay" : "a drifting bias, or a delay");
   return text.empty() ? text : parameter + " " + text;
 }
 
@@ -85,7 +87,7 @@ std::vector<Autocorrelation> autocorrelations(const std::vector<Misfit>& misfits
           ++pairs;
         }
       }
-      if (pairs < kFewest || !(squares > 0)) break;
+      if (pairs < kMinCount || !(squares > 0)) break;
       of.values.push_back(products / squares);
     }
   }
@@ -97,14 +99,14 @@ std::vector<Misfit> misfits(CalibrationProblem& built, const Stop& stop) {
   const Marginals marginals(problem, {}, stop);
   std::map<std::pair<std::size_t, std::size_t>, Misfit> found;  // by entry and component
   for (const EntryBlock& b : built.blocks) {
-    if (!b.measured_at || !b.whole) continue;
+    if (!b.measured_at || !b.primary) continue;
     stop.check("misfits");
     const CalibratedEntry& entry = built.entries[b.entry];
     const Problem::Linearization at = problem.linearization(b.block);
     const Eigen::MatrixXd noise = problem.noise(b.block).covariance_matrix();
     const Eigen::MatrixXd by_states = at.jacobian * marginals.joint(at.variable_ids, at.dofs);
     const Eigen::MatrixXd taken = by_states * at.jacobian.transpose();
-    const bool counts = problem.weight(b.block) >= kDownWeighted;
+    const bool counts = problem.weight(b.block) >= kDownweightThreshold;
     for (std::size_t c = 0; c < entry.components.size(); ++c) {
       const int i = entry.row[c] - b.first;
       if (i < 0 || i >= at.residual.size()) continue;
@@ -120,7 +122,7 @@ std::vector<Misfit> misfits(CalibrationProblem& built, const Stop& stop) {
         continue;
       }
       const double variance = noise(i, i) - taken(i, i);
-      if (!(variance > kLeast * noise(i, i))) continue;
+      if (!(variance > kMinVarianceShare * noise(i, i))) continue;
       m.t.push_back(*b.measured_at);
       m.value.push_back(at.residual[i] / std::sqrt(variance));
     }

@@ -8,37 +8,40 @@
 
 namespace tandem {
 
-/// A component of a sensor's residuals at a problem's solution, each divided by the standard deviation that it should
-/// have there, its noise less what the states have taken up: of mean 0 and spread 1 and independent if all is right.
+/// Standardised residuals of one component of a sensor at the solution of a problem. Each residual is divided by its
+/// expected standard deviation (noise variance minus the variance absorbed by the states). A correct model gives
+/// independent values with mean 0 and standard deviation 1.
 struct Misfit {
   std::string scenario, parameter;  ///< "usbl.x"
   std::string component;            ///< "x"
-  bool angle = false;               ///< it is one
-  std::vector<double> t,
-      value;  ///< in time order; those that a robust loss leaves a weight below kDownWeighted are out
-  int down_weighted = 0;
+  bool angle = false;               ///< the component is an angle
+  std::vector<double> t, value;     ///< stamps [s] and standardised residuals in time order
+  int down_weighted = 0;            ///< measurements left out of `value`: robust weight below kDownweightThreshold
 
   double mean() const;
-  double spread() const;       ///< root mean square about the mean
-  double correlation() const;  ///< of neighbours
-  double spacing() const;      ///< s, median between neighbours
-  /// With neighbours' correlation ρ = exp(−spacing / τ), τ [s]; 0 where ρ is not above what independent ones may show.
+  double spread() const;       ///< standard deviation
+  double correlation() const;  ///< autocorrelation at lag 1
+  double spacing() const;      ///< median time between successive values [s]
+  /// Returns the correlation time τ [s] from correlation() = exp(−spacing / τ), or 0 if the correlation is not
+  /// significant.
   double correlation_time() const;
-  bool mean_is_off() const;  ///< by more than three of its standard errors, at that correlation
-  /// What noise cannot explain, and which term of the model would: a sentence, or nothing.
+  bool has_significant_mean() const;  ///< more than three standard errors, given the correlation
+  /// Returns a sentence that names deviations from white noise and model terms that may explain them. Empty if there
+  /// are none.
   std::string diagnosis() const;
 };
 
-/// Correlation of each parameter's values so many neighbours apart, from 0 to `lags`, or as long as there are ten pairs,
-/// over all scenarios; in the order of the first one's parameters.
+/// Autocorrelation of a parameter over all scenarios, at lags 0, 1, … in measurements. Ends before the first lag with
+/// less than ten pairs.
 struct Autocorrelation {
   std::string parameter;
   std::vector<double> values;
 };
+/// Returns the autocorrelations up to `lags`, in the order in which parameters first appear.
 std::vector<Autocorrelation> autocorrelations(const std::vector<Misfit>& misfits, std::size_t lags);
 
-/// Of all measurements of a problem, at its values and noise. Throws Error where there are no covariances, and Stopped when
-/// it is to stop.
+/// Returns the misfits of all sensors at the current values and noise. Throws Error if the problem has no covariances,
+/// and Stopped.
 std::vector<Misfit> misfits(CalibrationProblem& problem, const Stop& stop = {});
 
 }  // namespace tandem

@@ -14,9 +14,9 @@ bool is_among(const std::string& name, const std::vector<std::string>& names) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// Numbers and constants are taken out of `free` before.
+/// Throws Error if `free` has an unknown name. Model parameters and constants must have been removed from it.
 void check_names(const std::vector<CalibratedEntry>& entries, const std::vector<std::string>& free,
-                 const std::vector<NumberEntry>& numbers) {
+                 const std::vector<ModelParameterEntry>& model_parameters) {
   std::vector<std::string> known, near, shown;
   const auto show = [&](const std::string& name, const std::vector<std::string>& components) {
     shown.push_back(components.empty() ? name : fmt::format("{} ({})", name, fmt::join(components, ", ")));
@@ -32,21 +32,22 @@ void check_names(const std::vector<CalibratedEntry>& entries, const std::vector<
   for (const CalibratedEntry& e : entries)
     if (e.sensor)
       for (const char* constant : {".scale", ".misalignment", ".delay"}) near.push_back(e.name + constant);
-  for (const NumberEntry& number : numbers) {
-    near.push_back(number.name);
-    for (const std::string& component : number.components) near.push_back(number.name + "." + component);
-    if (number.there && !number.components.empty()) show(number.name, number.components);
+  for (const ModelParameterEntry& p : model_parameters) {
+    near.push_back(p.name);
+    for (const std::string& component : p.components) near.push_back(p.name + "." + component);
+    if (p.available && !p.components.empty()) show(p.name, p.components);
   }
   for (const std::string& name : free) {
     for (const CalibratedEntry& e : entries)
       if (e.sensor && name == e.name + ".bias")
-        throw Error(fmt::format(
-            "--free {}: a constant bias is found where it is given a deviation: --error {}=SIGMA,...", name, e.name));
+        throw Error(
+            fmt::format("--free {}: to estimate a constant bias, give its standard deviation with --error {}=SIGMA,...",
+                        name, e.name));
     if (!is_among(name, known))
-      throw Error(fmt::format(
-          "--free knows no {}{} (here, in brackets components as in usbl.x: {}; of sensors scale, misalignment, delay, "
-          "time and dof, too)",
-          quote(name), did_you_mean(name, near), listed(shown)));
+      throw Error(
+          fmt::format("--free: unknown name {}{} (available, with components: {}; for sensors also scale, "
+                      "misalignment, delay, time and dof)",
+                      quote(name), did_you_mean(name, near), listed(shown)));
   }
 }
 
@@ -70,9 +71,9 @@ void add_rows(const CalibrationProblems& problems, std::size_t e, std::size_t c,
 }  // namespace
 
 NoiseParameters::NoiseParameters(const CalibrationProblems& problems, const ScenarioCalibrationOptions& options,
-                                 const std::vector<NumberEntry>& numbers) {
+                                 const std::vector<ModelParameterEntry>& model_parameters) {
   const std::vector<CalibratedEntry>& entries = problems.front()->entries;
-  check_names(entries, options.free, numbers);
+  check_names(entries, options.free, model_parameters);
   for (std::size_t e = 0; e < entries.size(); ++e)
     for (std::size_t c = 0; c < entries[e].components.size(); ++c) {
       const std::string name = entries[e].parameter(c);
@@ -82,14 +83,15 @@ NoiseParameters::NoiseParameters(const CalibrationProblems& problems, const Scen
       add_rows(problems, e, c, group);
       if (group.rows.empty()) {
         if (named)
-          throw Error(fmt::format("--free {}: no residual of {} has this noise", name, problems.front()->scenario));
+          throw Error(fmt::format("--free {}: {} has no residual with this noise", name, problems.front()->scenario));
         continue;
       }
       groups.push_back(std::move(group));
       entry.push_back(e);
       component.push_back(c);
     }
-  if (groups.empty() && options.noise) throw Error("calibrate: there is no noise with residuals of its own");
+  if (groups.empty() && options.noise)
+    throw Error("calibrate: the problem has no residuals whose noise can be calibrated");
 }
 
 void NoiseParameters::keep_given(std::size_t g) {

@@ -6,24 +6,24 @@
 #include <tandem/solvers/calibration/noise_group.hpp>
 #include <tandem/studies/calibration/calibrate_scenarios.hpp>
 #include <tandem/studies/calibration/calibration_problem.hpp>
-#include <tandem/studies/calibration/scenario_numbers.hpp>
+#include <tandem/studies/calibration/model_parameters.hpp>
 
 namespace tandem {
 
-/// The standard deviations that are meant, with their groups.
+/// The standard deviations to calibrate, with their noise groups.
 class NoiseParameters {
  public:
-  /// Throws Error, with the nearest name also of `numbers`, on names of `free` that are no noise, and on noise that is named and
-  /// has no residuals.
+  /// Selects the noise named in `free`, without model parameters and constants. Throws Error on an unknown name, with
+  /// the nearest known one (including model parameters), and on named noise without residuals.
   NoiseParameters(const CalibrationProblems& problems, const ScenarioCalibrationOptions& options,
-                  const std::vector<NumberEntry>& numbers = {});
+                  const std::vector<ModelParameterEntry>& model_parameters = {});
 
-  /// Takes one out.
+  /// Removes group g from calibration.
   void keep_given(std::size_t g);
   bool has(const std::string& name) const;
 
   std::vector<NoiseGroup> groups;
-  std::vector<std::size_t> entry, component;  ///< of each group
+  std::vector<std::size_t> entry, component;  ///< of each group: index of its entry and of its component
 };
 
 }  // namespace tandem

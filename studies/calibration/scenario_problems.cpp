@@ -2,14 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <tandem/solvers/calibration/default_solve.hpp>
 #include <tandem/solvers/calibration/scale_noise.hpp>
-#include <tandem/solvers/calibration/solve_plainly.hpp>
 #include <tandem/studies/calibration/scenario_problems.hpp>
 
 namespace tandem {
 namespace {
 
-std::vector<Problem*> plain_of(const CalibrationProblems& problems) {
+std::vector<Problem*> raw_pointers(const CalibrationProblems& problems) {
   std::vector<Problem*> plain;
   for (const auto& problem : problems) plain.push_back(&problem->problem());
   return plain;
@@ -23,12 +23,13 @@ std::vector<MeasuredBlock> measured_of(const CalibrationProblems& problems) {
   return measured;
 }
 
-/// Without the numbers that are taken out of its `free`.
-ScenarioCalibrationOptions take(ScenarioCalibrationOptions options, const Scenario& scenario,
-                                std::vector<ScenarioNumber>& numbers, std::vector<NumberEntry>& entries) {
+/// Moves the names of model parameters from `free` to `parameters` and returns the other options.
+ScenarioCalibrationOptions extract_model_parameters(ScenarioCalibrationOptions options, const Scenario& scenario,
+                                                    std::vector<ModelParameter>& parameters,
+                                                    std::vector<ModelParameterEntry>& entries) {
   if (options.free.empty()) return options;
-  entries = number_entries(scenario, options.target, options.own);
-  numbers = take_numbers(scenario, options.target, options.own, options.free);
+  entries = model_parameter_entries(scenario, options.target, options.own);
+  parameters = take_model_parameters(scenario, options.target, options.own, options.free);
   if (options.free.empty()) options.noise = false;
   return options;
 }
@@ -37,26 +38,27 @@ ScenarioCalibrationOptions take(ScenarioCalibrationOptions options, const Scenar
 
 ScenarioProblems::ScenarioProblems(std::vector<Scenario> scenarios, const ScenarioCalibrationOptions& options)
     : options_(options),
-      of_noise_(take(options, scenarios.front(), numbers_, number_entries_)),
-      kept_(numbers_.empty() ? std::vector<Scenario>() : scenarios),
+      noise_options_(extract_model_parameters(options, scenarios.front(), model_parameters_, model_parameter_entries_)),
+      scenarios_(model_parameters_.empty() ? std::vector<Scenario>() : scenarios),
       problems_(build_by(std::move(scenarios), given_values())),
-      plain_(plain_of(problems_)),
-      noise_(problems_, of_noise_, number_entries_),
-      given_(plain_, noise_.groups) {}
+      raw_problems_(raw_pointers(problems_)),
+      noise_(problems_, noise_options_, model_parameter_entries_),
+      given_(raw_problems_, noise_.groups) {}
 
 std::vector<MeasuredBlock> ScenarioProblems::measured() const { return measured_of(problems_); }
 
 int ScenarioProblems::measured_rows() const {
   int rows = 0;
   for (const MeasuredBlock& m : measured())
-    rows += static_cast<int>(plain_[std::size_t(m.problem)]->noise(m.block).dim());
+    rows += static_cast<int>(raw_problems_[std::size_t(m.problem)]->noise(m.block).dim());
   return rows;
 }
 
 CalibrationProblems ScenarioProblems::build_by(std::vector<Scenario> scenarios, const Eigen::VectorXd& values) const {
   CalibrationProblems built;
   for (Scenario& scenario : scenarios) {
-    for (std::size_t i = 0; i < numbers_.size(); ++i) numbers_[i].set(scenario, values[Eigen::Index(i)]);
+    for (std::size_t i = 0; i < model_parameters_.size(); ++i)
+      model_parameters_[i].set(scenario, values[Eigen::Index(i)]);
     NavigationOptions own = options_.own;
     options_.stop.limit(own.solver);
     built.push_back(
@@ -66,63 +68,64 @@ CalibrationProblems ScenarioProblems::build_by(std::vector<Scenario> scenarios, 
 }
 
 BuiltProblems ScenarioProblems::build(const Eigen::VectorXd& values) const {
-  const auto all = std::make_shared<CalibrationProblems>(build_by(kept_, values));
+  const auto all = std::make_shared<CalibrationProblems>(build_by(scenarios_, values));
   BuiltProblems built;
   for (const auto& problem : *all) built.problems.emplace_back(all, &problem->problem());
-  for (NoiseGroup& group : NoiseParameters(*all, of_noise_, number_entries_).groups)
+  for (NoiseGroup& group : NoiseParameters(*all, noise_options_, model_parameter_entries_).groups)
     if (noise_.has(group.name)) built.groups.push_back(std::move(group));
   built.measured = measured_of(*all);
   return built;
 }
 
-/// To problems by other numbers, from the solution as given: folds may have led to another minimum. Not once it is to stop.
-void ScenarioProblems::move_to(const Eigen::VectorXd& values) try {
-  CalibrationProblems moved = build_by(kept_, values);
-  if (as_given_.empty()) as_given_.swap(problems_);
-  for (std::size_t p = 0; p < plain_.size(); ++p) {
-    detail::take_values(as_given_[p]->problem(), moved[p]->problem());
-    plain_[p] = &moved[p]->problem();
+/// Rebuilds the problems from other model parameters. Starts from the solution with the given values, since folds may
+/// have led to another minimum. Does nothing after a stop.
+void ScenarioProblems::rebuild_at(const Eigen::VectorXd& values) try {
+  CalibrationProblems moved = build_by(scenarios_, values);
+  if (given_problems_.empty()) given_problems_.swap(problems_);
+  for (std::size_t p = 0; p < raw_problems_.size(); ++p) {
+    detail::copy_values(given_problems_[p]->problem(), moved[p]->problem());
+    raw_problems_[p] = &moved[p]->problem();
   }
   problems_ = std::move(moved);
 } catch (const Stopped&) {
 }
 
 void ScenarioProblems::solve() {
-  for (Problem* problem : plain_)
-    if (!options_.stop.reached()) detail::solve_plainly(*problem, options_.stop);
+  for (Problem* problem : raw_problems_)
+    if (!options_.stop.reached()) detail::solve_with_default(*problem, options_.stop);
 }
 
 Eigen::VectorXd ScenarioProblems::given_values() const {
-  Eigen::VectorXd values(Eigen::Index(numbers_.size()));
-  for (std::size_t i = 0; i < numbers_.size(); ++i) values[Eigen::Index(i)] = numbers_[i].given;
+  Eigen::VectorXd values(Eigen::Index(model_parameters_.size()));
+  for (std::size_t i = 0; i < model_parameters_.size(); ++i) values[Eigen::Index(i)] = model_parameters_[i].given;
   return values;
 }
 
 std::vector<BuiltParameter> ScenarioProblems::built_parameters() const {
   std::vector<BuiltParameter> parameters;
-  for (const ScenarioNumber& number : numbers_) parameters.push_back({number.name, number.given, options_.prior});
+  for (const ModelParameter& p : model_parameters_) parameters.push_back({p.name, p.given, options_.prior});
   return parameters;
 }
 
 Calibration ScenarioProblems::calibrate(const CalibrationOptions& options,
                                         std::vector<CalibratedParameter>& parameters) {
   Calibration found;
-  std::vector<CalibratedNoise> of_numbers;
-  if (numbers_.empty()) {
-    found = tandem::calibrate(plain_, noise_.groups, options);
+  std::vector<CalibratedNoise> model_results;
+  if (model_parameters_.empty()) {
+    found = tandem::calibrate(raw_problems_, noise_.groups, options);
   } else {
     BuiltCalibration built =
         calibrate_built([this](const Eigen::VectorXd& values) { return build(values); }, built_parameters(), options);
     found = std::move(built.noise);
     found.status = built.status;
-    found.message = fmt::format("{}; problems were built {} times", built.message, built.builds);
+    found.message = fmt::format("{}; the problems were built {} times", built.message, built.builds);
     found.gain = built.gain;
     found.iterations = built.iterations;
     found.solves = built.solves;
     found.noise.resize(noise_.groups.size());
-    of_numbers = std::move(built.parameters);
-    move_to(built.values);
-    detail::scale_noise(plain_, noise_.groups, found);
+    model_results = std::move(built.parameters);
+    rebuild_at(built.values);
+    detail::scale_noise(raw_problems_, noise_.groups, found);
     solve();
   }
   found.iterations = iterations_ += found.iterations;
@@ -131,27 +134,27 @@ Calibration ScenarioProblems::calibrate(const CalibrationOptions& options,
   for (std::size_t g = 0; g < noise_.groups.size(); ++g)
     parameters.push_back({noise_.groups[g].name,
                           problems_.front()->entries[noise_.entry[g]].sigmas[noise_.component[g]], found.noise[g]});
-  for (std::size_t i = 0; i < numbers_.size(); ++i)
-    parameters.push_back({numbers_[i].name, numbers_[i].given, of_numbers[i]});
+  for (std::size_t i = 0; i < model_parameters_.size(); ++i)
+    parameters.push_back({model_parameters_[i].name, model_parameters_[i].given, model_results[i]});
   return found;
 }
 
-CrossValidation ScenarioProblems::cross_validate(const std::vector<std::vector<LeftOut>>& folds,
+CrossValidation ScenarioProblems::cross_validate(const std::vector<std::vector<HeldOutMeasurement>>& folds,
                                                  const CalibrationOptions& options) {
-  if (numbers_.empty()) return tandem::cross_validate(plain_, noise_.groups, folds, options);
+  if (model_parameters_.empty()) return tandem::cross_validate(raw_problems_, noise_.groups, folds, options);
   return tandem::cross_validate(
-      plain_, noise_.groups, folds, [this](const Eigen::VectorXd& values) { return build(values); }, built_parameters(),
-      options);
+      raw_problems_, noise_.groups, folds, [this](const Eigen::VectorXd& values) { return build(values); },
+      built_parameters(), options);
 }
 
 void ScenarioProblems::keep_given(std::size_t parameter) {
   if (parameter < noise_.groups.size()) return noise_.keep_given(parameter);
-  numbers_.erase(numbers_.begin() + std::ptrdiff_t(parameter - noise_.groups.size()));
+  model_parameters_.erase(model_parameters_.begin() + std::ptrdiff_t(parameter - noise_.groups.size()));
 }
 
-void ScenarioProblems::put_back() {
-  kept_.empty() ? given_.restore() : move_to(given_values());
-  for (Problem* problem : plain_) detail::solve_plainly(*problem, options_.stop);
+void ScenarioProblems::restore_given() {
+  scenarios_.empty() ? given_.restore() : rebuild_at(given_values());
+  for (Problem* problem : raw_problems_) detail::solve_with_default(*problem, options_.stop);
 }
 
 std::vector<NoiseEntry> ScenarioProblems::given_entries() const {
@@ -160,19 +163,20 @@ std::vector<NoiseEntry> ScenarioProblems::given_entries() const {
     const CalibratedEntry& entry = problems_.front()->entries[e];
     if (result.empty() || result.back().name != entry.name) result.push_back({entry.name, entry.sigmas});
   }
-  if (numbers_.empty()) return result;
-  for (NoiseEntry& entry : entries_of(numbers_, kept_.front())) result.push_back(std::move(entry));
+  if (model_parameters_.empty()) return result;
+  for (NoiseEntry& entry : entries_of(model_parameters_, scenarios_.front())) result.push_back(std::move(entry));
   return result;
 }
 
-void ScenarioProblems::put(const std::vector<CalibratedParameter>& found, std::vector<NoiseEntry>& entries) const {
+void ScenarioProblems::apply_factors(const std::vector<CalibratedParameter>& found,
+                                     std::vector<NoiseEntry>& entries) const {
   for (std::size_t p = 0; p < found.size(); ++p) {
     const bool is_noise = p < noise_.groups.size();
     const std::size_t i = is_noise ? p : p - noise_.groups.size();
-    const std::string& name = is_noise ? problems_.front()->entries[noise_.entry[i]].name : numbers_[i].entry;
+    const std::string& name = is_noise ? problems_.front()->entries[noise_.entry[i]].name : model_parameters_[i].entry;
     for (NoiseEntry& entry : entries)
       if (entry.name == name)
-        entry.sigmas[is_noise ? noise_.component[i] : numbers_[i].component] *= found[p].result.factor;
+        entry.sigmas[is_noise ? noise_.component[i] : model_parameters_[i].component] *= found[p].result.factor;
   }
 }
 

@@ -22,7 +22,8 @@ struct EstimateRequest {
   Output output;
 };
 
-/// Gauss-Newton takes no hard constraints: where some are asked for and no solver is, the augmented Lagrangian around it.
+/// Returns the requested solver. Without --solver, hard constraints select the augmented Lagrangian, since Gauss-Newton
+/// does not support them.
 Solver solver_of(const EstimateRequest& request, const CommandOptions& option) {
   const std::vector<std::string> given = option.given(kSolver);
   const bool hard = request.problem.non_holonomic == Role::hard || request.problem.limits == Role::hard ||
@@ -33,20 +34,20 @@ Solver solver_of(const EstimateRequest& request, const CommandOptions& option) {
   return solver;
 }
 
-/// "…; usbl at 312.000 s is …": what an estimate that is not done may come of.
-std::string not_done(const Estimate& result) {
+/// Returns why the estimate is incomplete, with the worst suspected outlier as a possible cause.
+std::string incomplete_reason(const Estimate& result) {
   std::string why = why_not_converged(result.summary);
   if (why.empty()) why = result.cut_short;
   if (!why.empty() && !result.suspects.empty()) why += "; " + result.suspects.front().text();
   return why;
 }
 
-/// An interrupt ends the solve at its best point.
+/// Runs the command. An interrupt ends the solve at its best point.
 int run_estimate(const EstimateRequest& request, const CommandOptions& option) {
   Solver solver = solver_of(request, option);
-  const TrackingOptions options = tracking_options(request.problem, takes_hard_limits(solver));
+  const TrackingOptions options = tracking_options(request.problem, supports_hard_limits(solver));
   if (request.no_covariance && !request.problem.sensors.hold_out.empty())
-    throw Error("--hold-out judges predictions by their covariances: not with --no-covariance");
+    throw Error("--hold-out needs covariances; remove --no-covariance");
   common(solver).stop = &interrupted();
   const Stop stop(common(solver));
   const Scenario scenario = read_problem(request.problem, option, stop);
@@ -60,9 +61,9 @@ int run_estimate(const EstimateRequest& request, const CommandOptions& option) {
   Results results;
   results.table = [&] { return report(result); };
   results.json = [&] { return summary_json(result); };
-  results.plots_of = "estimate";
+  results.plots_command = "estimate";
   results.write = [&](const std::filesystem::path& folder) { write_results(result, scenario, folder); };
-  results.not_done = not_done(result);
+  results.incomplete_reason = incomplete_reason(result);
   return finish(request.output, results);
 }
 
@@ -71,26 +72,34 @@ int run_estimate(const EstimateRequest& request, const CommandOptions& option) {
 Command estimate_command() {
   return {[](CommandOptions& option) {
             const auto request = std::make_shared<EstimateRequest>();
-            option.footer("Exit status: 0 converged, 1 wrong input or usage, 2 not converged or cut short.");
             add_problem(option, request->problem, true);
             add_hold_out(option, request->problem.sensors);
             add_max_keyframes(option, request->problem);
             add_own_sensors(option, request->problem.own, true);
             option.group(kSolver);
-            add_solver(option, request->solver, "gauss-newton, augmented-lagrangian for hard constraints");
+            add_solver(option, request->solver, "gauss-newton; augmented-lagrangian with hard constraints");
+            add_stop_criteria(option, [request]() -> SolverOptions& { return common(request->solver); });
+            add_threads(option);
+            option.advanced();
             option.flag("--graduated",
-                        "Graduated non-convexity: robust losses narrow from least squares to their own scale",
+                        "Solve by graduated non-convexity: start with least squares and narrow the robust losses to "
+                        "their scale",
                         request->graduated);
             add_ipopt(option, request->solver);
-            add_stops(option, [request]() -> SolverOptions& { return common(request->solver); });
-            add_threads(option);
-            option.flag("--no-covariance", "No covariances, to save their time", request->no_covariance);
+            option.flag("--no-covariance", "Skip the computation of covariances", request->no_covariance);
             add_write_problem(option, request->built);
             add_output(option, request->output,
                        {.writes = "Write trajectories, errors, summary.json and plots to DIR"});
             return [request, &option] { return run_estimate(*request, option); };
           },
-          true};
+          true,
+          [] {
+            std::vector<FileDescription> files = estimate_file_columns();
+            files.push_back(summary_json_keys());
+            return files;
+          }};
 }
+
+TANDEM_COMMAND(estimate, "Estimation", "Estimate the trajectories of chaser and target from a recording")
 
 }  // namespace tandem

@@ -10,23 +10,29 @@
 
 namespace tandem {
 
-bool Output::shows_progress() const { return !quiet && isatty(STDERR_FILENO); }
+bool Output::shows_progress() const { return !quiet && (verbose || isatty(STDERR_FILENO)); }
 
-void add_output(CommandOptions& option, Output& output, const OutputKinds& kinds) {
+void add_output(CommandOptions& option, Output& output, const OutputOptions& options) {
   option.group("Output");
   const auto open = [&output](const std::string&, const std::string& text) {
     output.folder_name = text;
     return OutputFolder(text);
   };
-  if (kinds.required)
-    option.required(kinds.folder, "DIR", kinds.writes, output.folder, open);
+  if (options.required)
+    option.required(options.folder, "DIR", options.writes, output.folder, open);
   else
-    option(kinds.folder, "DIR", kinds.writes, output.folder, open);
-  if (kinds.plots)
+    option(options.folder, "DIR", options.writes, output.folder, open);
+  if (options.plots)
     option("--plots", "svg|png|off", "Format of the plots in DIR (default svg)", output.plots, parse_plots);
-  if (!kinds.prints) return;
-  option.flag("--json", "Print JSON in place of tables, and nothing else", output.json);
-  option.flag("--quiet", "Print no table, progress or notes", output.quiet);
+  if (options.prints) add_printing(option, output);
+}
+
+void add_printing(CommandOptions& option, Output& output, bool shows_progress) {
+  option.group("Output");
+  option.flag("--json", "Print JSON instead of tables", output.json);
+  option.flag("-q,--quiet", "Print no tables, progress or notes", output.quiet);
+  if (shows_progress)
+    option.flag("-v,--verbose", "Show progress even if standard error is not a terminal", output.verbose);
 }
 
 int finish(const Output& output, const Results& results) {
@@ -34,7 +40,8 @@ int finish(const Output& output, const Results& results) {
   if (output.folder)
     output.folder->fill([&](const std::filesystem::path& folder) {
       results.write(folder);
-      if (output.plots && !results.plots_of.empty()) note = draw_plots(results.plots_of, *output.plots, folder);
+      if (output.plots && !results.plots_command.empty())
+        note = draw_plots(results.plots_command, *output.plots, folder);
     });
   if (output.json) {
     fmt::print("{}", results.json());
@@ -44,10 +51,10 @@ int finish(const Output& output, const Results& results) {
     if (output.folder) fmt::print("{}Written to {}\n", table.empty() ? "" : "\n", printable(output.folder_name));
   }
   std::fflush(stdout);
-  if (!note.empty() && !output.quiet) complain(note);
-  if (results.not_done.empty()) return kDone;
-  complain(results.not_done);
-  return kNotDone;
+  if (!note.empty() && !output.quiet) warn(note);
+  if (results.incomplete_reason.empty()) return kSuccess;
+  warn(results.incomplete_reason);
+  return kIncomplete;
 }
 
 std::string why_not_converged(const Summary& summary) {
@@ -55,8 +62,8 @@ std::string why_not_converged(const Summary& summary) {
   return fmt::format("{} did not converge ({}): {}", summary.solver, name(summary.status), summary.message);
 }
 
-WatchedSolve::WatchedSolve(SolverOptions& options, const Output& output, std::string what)
-    : options_(options), line_(std::move(what)) {
+WatchedSolve::WatchedSolve(SolverOptions& options, const Output& output, std::string prefix)
+    : options_(options), line_(std::move(prefix)) {
   options_.stop = &interrupted();
   if (output.shows_progress()) options_.progress = [this](const Progress& progress) { line_.show(progress); };
 }

@@ -14,54 +14,57 @@
 
 namespace tandem {
 
-/// Where a command's results go: --out, --plots, --json, --quiet.
+/// Values of the output options --out, --plots, --json and --quiet.
 struct Output {
   std::optional<OutputFolder> folder;
   std::string folder_name;  ///< as typed
   std::optional<PlotFormat> plots = PlotFormat::svg;
-  bool json = false, quiet = false;
+  bool json = false, quiet = false, verbose = false;
 
-  /// Whether somebody watches what goes on: standard error is a terminal.
+  /// Returns whether to show progress: standard error is a terminal or --verbose is given, and --quiet is not.
   bool shows_progress() const;
 };
 
-/// What of it a command has.
-struct OutputKinds {
-  std::string writes;  ///< for --out: "Write … to DIR"
+/// The output options that a command has.
+struct OutputOptions {
+  std::string writes;  ///< help text of --out, "Write … to DIR"
   bool required = false;
   bool plots = true;
-  bool prints = true;            ///< with --json and --quiet
-  std::string folder = "--out";  ///< the option that names DIR
+  bool prints = true;               ///< adds the options of add_printing()
+  std::string folder = "-o,--out";  ///< name of the option for DIR
 };
-void add_output(CommandOptions& option, Output& output, const OutputKinds& kinds);
+/// Adds the output options to a command.
+void add_output(CommandOptions& option, Output& output, const OutputOptions& options);
+/// Adds --json, --quiet and, for commands that show progress, --verbose.
+void add_printing(CommandOptions& option, Output& output, bool shows_progress = true);
 
-/// What a command has found out.
+/// The results of a command.
 struct Results {
   std::function<std::string()> table, json;
-  std::function<void(const std::filesystem::path& folder)> write;  ///< fills the folder
-  std::string plots_of{};  ///< the command whose plots (studies/plots) are drawn there, or none
-  std::string not_done{};  ///< why the exit status is kNotDone, a sentence; empty: it is kDone
+  std::function<void(const std::filesystem::path& folder)> write;  ///< writes the files to the output folder
+  std::string plots_command{};      ///< draws the plots of this command (see draw_plots()); empty for none
+  std::string incomplete_reason{};  ///< one sentence if the exit status is kIncomplete; empty for kSuccess
 };
 
-/// Writes, prints and returns the exit status. Throws Error when the folder cannot be written.
+/// Writes and prints the results, and returns the exit status. Throws Error if the output folder cannot be written.
 int finish(const Output& output, const Results& results);
 
-/// "gauss-newton did not converge (time-limit): …"; empty when it did.
+/// Returns "gauss-newton did not converge (time-limit): …", or an empty string if the solve converged.
 std::string why_not_converged(const Summary& summary);
 
-/// While it lives, a solve ends on an interrupt, is followed by a line on standard error where that is shown, and what
-/// libraries print goes to standard error.
+/// Watches a solve during its lifetime: an interrupt ends the solve, a progress line shows its iterations, and the
+/// output of libraries goes to standard error.
 class WatchedSolve {
  public:
-  /// `what` begins the line. The options must live as long.
-  WatchedSolve(SolverOptions& options, const Output& output, std::string what = {});
+  /// `prefix` starts the progress line. `options` must exist as long as this object.
+  WatchedSolve(SolverOptions& options, const Output& output, std::string prefix = {});
   ~WatchedSolve();
   WatchedSolve(const WatchedSolve&) = delete;
 
  private:
   SolverOptions& options_;
   ProgressLine line_;
-  LibrariesPrintToStderr redirection_;
+  StdoutToStderr redirection_;
 };
 
 }  // namespace tandem

@@ -6,18 +6,20 @@
 
 namespace tandem {
 
-void add_own_sensors(CommandOptions& option, OwnSensorOptions& own, bool recording) {
+void add_own_sensors(CommandOptions& option, OwnSensorOptions& own, bool recording, bool everyday) {
   EgoOptions& ego = own.navigation.ego;
   option.group(kOwnSensors);
-  option("--alignment", "SECONDS", "Data that decide a heading that none measures (default 30)",
-         own.navigation.alignment, recording ? parse_magnitude : parse_positive);
-  option.flag("--dvl-scale", "Estimate the DVL's scale factor", ego.dvl_scale);
-  option.flag("--preintegrated-dvl", "To compare: DVL velocities summed up between keyframes", ego.preintegrated_dvl);
+  if (!everyday) option.advanced();
+  option("--alignment", "SECONDS", "Data used to find the initial heading if no sensor measures it [s] (default 30)",
+         own.navigation.alignment, recording ? parse_non_negative : parse_positive);
+  option.flag("--dvl-scale", "Estimate the scale factor of the DVL", ego.dvl_scale);
+  option.advanced();
+  option.flag("--preintegrated-dvl", "Sum the DVL velocities between keyframes into one residual, for comparison",
+              ego.preintegrated_dvl);
   if (!recording) return;
-  option.flag("--vibration",
-              "Where the IMU's samples scatter far more than its noise would, the noise is what they show",
+  option.flag("--vibration", "Use the scatter of the IMU samples as its noise if it far exceeds the stated noise",
               own.navigation.vibration);
-  option.flag("--no-earth-rotation", "Take the world as inertial", own.no_earth_rotation);
+  option.flag("--no-earth-rotation", "Neglect the rotation of the Earth", own.no_earth_rotation);
 }
 
 void apply(const OwnSensorOptions& own, NavigationData& data) {
@@ -25,8 +27,8 @@ void apply(const OwnSensorOptions& own, NavigationData& data) {
   const bool dvl = std::any_of(data.sensors.begin(), data.sensors.end(),
                                [](const EgoSensor& sensor) { return sensor.type == EgoSensorType::dvl; });
   if (ego.dvl_scale && ego.preintegrated_dvl)
-    throw Error("--dvl-scale needs each velocity as a residual of its own: leave out --preintegrated-dvl");
-  if (ego.dvl_scale && !dvl) throw Error("--dvl-scale needs a dvl, and there is none among the sensors in use");
+    throw Error("--dvl-scale needs each DVL velocity as a residual; remove --preintegrated-dvl");
+  if (ego.dvl_scale && !dvl) throw Error("--dvl-scale needs a dvl among the sensors in use");
   if (ego.preintegrated_dvl && !(dvl && data.imu))
     throw Error("--preintegrated-dvl needs a dvl and an imu among the sensors in use");
   if (own.navigation.vibration && !data.imu) throw Error("--vibration needs an imu among the sensors in use");

@@ -5,20 +5,20 @@
 
 namespace tandem {
 
-/// What options say about how the chaser moves by its own sensors.
+/// Values of the options for the navigation of the chaser by its own sensors.
 struct OwnSensorOptions {
   NavigationOptions navigation;
   bool no_earth_rotation = false;
 };
 
-/// The heading of these options.
+/// Heading of these options in --help.
 inline const char* const kOwnSensors = "Chaser's own sensors";
 
-/// --alignment, --dvl-scale and --preintegrated-dvl; of a recording, as against what comes in line by line, also
-/// --vibration and --no-earth-rotation.
-void add_own_sensors(CommandOptions& option, OwnSensorOptions& own, bool recording);
+/// Adds --alignment, --dvl-scale and --preintegrated-dvl. For whole recordings (not online), also adds --vibration and
+/// --no-earth-rotation. They are advanced options unless `everyday`.
+void add_own_sensors(CommandOptions& option, OwnSensorOptions& own, bool recording, bool everyday = false);
 
-/// Throws Error when options ask for sensors that are not in use.
+/// Applies --no-earth-rotation to the data. Throws Error if an option needs a sensor that is not in use.
 void apply(const OwnSensorOptions& own, NavigationData& data);
 
 }  // namespace tandem

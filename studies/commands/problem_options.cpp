@@ -2,7 +2,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
-#include <tandem/studies/navigation/navigated.hpp>
+#include <tandem/studies/navigation/navigated_scenario.hpp>
 #include <tandem/studies/scenario/builtin_scenarios.hpp>
 #include <tandem/studies/scenario/implausible_times.hpp>
 #include <tandem/studies/support/option_values.hpp>
@@ -13,17 +13,24 @@ namespace {
 
 const char* const kSensors = "Sensors";
 
-/// Sensors as the options say; options about a target need one, those about the chaser's own sensors need these.
+/// Applies the sensor options to the scenario. Throws Error on target options without a target, and on own-sensor
+/// options for a chaser that uses odometry (`own` is false).
 void apply_options(const ProblemRequest& request, const CommandOptions& option, bool own, Scenario& scenario) {
   const bool target = !scenario.data.sensors.empty();
   if (const auto names = option.given(kTarget); !target && !names.empty())
-    throw Error(
-        fmt::format("{} is about a target, and {} has no sensor that sees one", names.front(), request.scenario));
+    throw Error(fmt::format("{} needs a target, but {} has no target sensor", names.front(), request.scenario));
   if (const auto names = option.given(kOwnSensors); !own && !names.empty())
-    throw Error(fmt::format("{} is about the chaser's own sensors, and in {} it moves by odometry", names.front(),
+    throw Error(fmt::format("{} needs a chaser that moves by its own sensors, but {} has odometry", names.front(),
                             request.scenario));
   apply(request.sensors, {target, own}, scenario);
   if (own) apply(request.own, *scenario.navigation);
+}
+
+/// Returns "A, B or C" of all motion models except the default.
+std::string other_models() {
+  std::vector<std::string> names = model_names();
+  names.erase(names.begin());
+  return listed(names, "or");
 }
 
 }  // namespace
@@ -33,40 +40,49 @@ void add_scenario(CommandOptions& option, std::string& scenario, const std::stri
 }
 
 void add_problem(CommandOptions& option, ProblemRequest& request, bool limits) {
-  add_scenario(option, request.scenario, "A scenario folder, or the name of a built-in scenario");
+  add_scenario(option, request.scenario, "Scenario folder, or name of a built-in scenario");
   TrackingOptions& target = request.target;
   option.group(kTarget);
-  option("--mode", "A|B", "Target as poses (A, default) or poses where one was measured, else points (B)", target.mode,
-         parse_mode);
-  option("--model", "NAME",
-         fmt::format("Motion: {} (default {})", listed(model_names(), "or"), name(MotionModel::constant_twist)),
+  option("--mode", "A|B",
+         "Target states: poses (A, default), or points without pose fixes (B). In Mode B the target is a pose at "
+         "keyframes "
+         "with a measured pose, otherwise a point",
+         target.mode, parse_mode);
+  option("--model", "NAME", fmt::format("Motion model: {} (default), {}", model_names().front(), other_models()),
          target.model, parse_model);
-  option("--junction", "boundary|direct", "How mode B ties points to poses (default boundary)", target.junction,
-         parse_junction);
-  option("--horizons", "LIST",
-         "Triples (k-m, k, k+n) of constant or damped motion: m:n or one number for both (default 1)", target.horizons,
-         parse_horizons);
-  option("--roll-pitch", "soft|hard|off", "The target is level, in mode B too (default soft)", target.roll_pitch,
-         parse_role);
-  option("--non-holonomic", "soft|hard|off", "The target has no sway, no heave (default off)", request.non_holonomic,
-         parse_role);
-  option("--surge", "MIN,MAX", "Limits of the target's surge [m/s]; inf is none", target.surge, parse_interval);
-  option("--yaw-rate", "MAX", "Limit of the target's yaw rate [rad/s]", target.max_yaw_rate, parse_magnitude);
+  option("--non-holonomic", "soft|hard|off", "No sway and no heave: role of the constraint (default off)",
+         request.non_holonomic, parse_role);
+  option("--roll-pitch", "soft|hard|off", "Level target: role of the roll-pitch prior (default soft)",
+         target.roll_pitch, parse_role);
+  option("--surge", "MIN,MAX", "Limits of the surge [m/s]; inf for no limit (default: no limits)", target.surge,
+         parse_interval);
+  option("--yaw-rate", "MAX", "Limit of the magnitude of the yaw rate [rad/s] (default: no limit)", target.max_yaw_rate,
+         parse_non_negative);
+  option.advanced();
   if (limits)
     option("--limits", "hard|soft",
-           "How surge and yaw rate are held (default hard where the solver takes hard constraints, else soft)",
+           "Role of --surge and --yaw-rate (default: hard if the solver supports hard constraints, else soft)",
            request.limits, parse_limits);
+  option("--junction", "boundary|direct",
+         "Mode B: join points and poses by boundary residuals, or let velocity residuals read the poses directly "
+         "(default boundary)",
+         target.junction, parse_junction);
+  option("--horizons", "LIST",
+         "Keyframe triples (k-m, k, k+n) of the motion model, comma-separated: m:n, or one number for both (default 1)",
+         target.horizons, parse_horizons);
   option.group(kSensors);
   option.flag("--robust",
-              "For real detections: Cauchy losses at 2 sigmas, a start without turned or far ones; what is 100 sigmas, "
-              "or a direction 45 degrees, off is left out",
+              "Robust losses and outlier rejection, for real detections. Cauchy losses of scale 2, an initial guess "
+              "without outliers, and rejection of measurements that are 100 standard deviations (directions: 45 "
+              "degrees) off",
               [&target] { make_robust(target); });
   add_sensors(option, request.sensors);
 }
 
 void add_max_keyframes(CommandOptions& option, ProblemRequest& request) {
   option.group(kSensors);
-  option("--max-keyframes", "N", "Take the first N keyframes only", request.target.max_keyframes,
+  option.advanced();
+  option("--max-keyframes", "N", "Use only the first N keyframes (default: all)", request.target.max_keyframes,
          [](const std::string& name, const std::string& text) {
            return static_cast<std::size_t>(parse_count(name, text));
          });
@@ -74,22 +90,23 @@ void add_max_keyframes(CommandOptions& option, ProblemRequest& request) {
 }
 
 void add_force(CommandOptions& option, bool& force) {
+  option.group(kSensors);
+  option.advanced();
   option.flag(
       "--force",
-      "Take a recording with gaps of hours, of more than 200,000 keyframes or whose stamps are not in seconds, too",
+      "Accept implausible times: gaps of more than an hour, more than 200,000 keyframes, times that are not in seconds",
       force);
 }
 
-void refuse_implausible_times(const Scenario& scenario, const std::string& name, bool force) {
+void reject_implausible_times(const Scenario& scenario, const std::string& name, bool force) {
   if (force) return;
   if (const std::string why = implausible_times(scenario); !why.empty())
-    throw Error(fmt::format("{}: {} (with --force it is taken all the same)", name, why));
+    throw Error(fmt::format("{}: {}; use --force to accept the recording", name, why));
 }
 
 TrackingOptions tracking_options(const ProblemRequest& request, bool hard_limits) {
   TrackingOptions options = request.target;
-  if (request.limits && !options.surge && !options.max_yaw_rate)
-    throw Error("--limits says how --surge and --yaw-rate are held; give one of them too");
+  if (request.limits && !options.surge && !options.max_yaw_rate) throw Error("--limits needs --surge or --yaw-rate");
   options.limits = request.limits.value_or(hard_limits ? Role::hard : Role::soft);
   options.non_holonomic = request.non_holonomic.value_or(Role::off);
   if (const auto loss = request.sensors.loss()) options.loss = *loss;
@@ -103,24 +120,24 @@ NavigationOptions navigation_options(const ProblemRequest& request) {
   return options;
 }
 
-Scenario read_asked(const std::string& scenario, const Stop& stop) {
+Scenario read_requested_scenario(const std::string& scenario, const Stop& stop) {
   return read_scenario(find_scenario(scenario, builtin_scenarios()), stop.with_grace());
 }
 
 Scenario read_problem(const ProblemRequest& request, const CommandOptions& option, const Stop& stop) {
-  Scenario scenario = read_asked(request.scenario, stop);
+  Scenario scenario = read_requested_scenario(request.scenario, stop);
   if (scenario.navigation && scenario.data.sensors.empty())
-    throw Error(fmt::format("{} has no sensor that sees a target: for its own trajectory use tandem navigate",
+    throw Error(fmt::format("{} has no target sensor; for the trajectory of the chaser alone, use tandem navigate",
                             request.scenario));
   apply_options(request, option, needs_navigation(scenario), scenario);
-  refuse_implausible_times(scenario, request.scenario, request.force);
+  reject_implausible_times(scenario, request.scenario, request.force);
   return scenario;
 }
 
 Scenario read_any_problem(const ProblemRequest& request, const CommandOptions& option, const Stop& stop) {
-  Scenario scenario = read_asked(request.scenario, stop);
+  Scenario scenario = read_requested_scenario(request.scenario, stop);
   apply_options(request, option, !moves_by_odometry(scenario), scenario);
-  refuse_implausible_times(scenario, request.scenario, request.force);
+  reject_implausible_times(scenario, request.scenario, request.force);
   return scenario;
 }
 

@@ -10,50 +10,52 @@
 
 namespace tandem {
 
-/// The group of options that say how the target moves.
+/// Heading of the options for the motion of the target in --help.
 inline constexpr const char* kTarget = "Target";
 
-/// Which tracking problem the options mean.
+/// Values of the options that define a tracking problem.
 struct ProblemRequest {
   std::string scenario;
-  TrackingOptions target;  ///< but for the next two, see tracking_options()
+  TrackingOptions target;  ///< without the next two members, which tracking_options() adds
   std::optional<Role> non_holonomic;
-  std::optional<Role> limits;  ///< how surge and yaw rate are held
+  std::optional<Role> limits;  ///< role of the limits of surge and yaw rate
   SensorOptions sensors;
-  OwnSensorOptions own;  ///< of a chaser that moves by its own sensors
-  bool force = false;    ///< times that look like a mistake are taken
+  OwnSensorOptions own;  ///< for a chaser that moves by its own sensors
+  bool force = false;    ///< accepts implausible times
 };
 
-/// SCENARIO.
+/// Adds the positional argument SCENARIO.
 void add_scenario(CommandOptions& option, std::string& scenario, const std::string& help);
-/// The scenario of that name or folder as it is. Reading stops (Stopped) at an interrupt, or a second after the time limit of
-/// `stop`: what is solved next says where a limit was too short for it.
-Scenario read_asked(const std::string& scenario, const Stop& stop);
-/// What every command with a target has: SCENARIO, how the target moves, sensors. `limits`: --limits, too.
+/// Reads a scenario, given its folder or the name of a built-in one. Throws Stopped on an interrupt, or one second
+/// after the time limit of `stop`. This grace period lets the later solve report a time limit that was too short.
+Scenario read_requested_scenario(const std::string& scenario, const Stop& stop);
+/// Adds SCENARIO, the target options and the sensor options; with `limits`, also --limits.
 void add_problem(CommandOptions& option, ProblemRequest& request, bool limits);
-/// --force: a recording whose times look like a mistake (implausible_times()) is taken all the same.
+/// Adds --force, which accepts recordings that implausible_times() reports.
 void add_force(CommandOptions& option, bool& force);
-/// Throws Error where they do, unless forced.
-void refuse_implausible_times(const Scenario& scenario, const std::string& name, bool force);
-/// --max-keyframes and --force: of a whole recording.
+/// Throws Error if implausible_times() reports the scenario, unless `force`.
+void reject_implausible_times(const Scenario& scenario, const std::string& name, bool force);
+/// Adds --max-keyframes and --force, for commands that read a whole recording.
 void add_max_keyframes(CommandOptions& option, ProblemRequest& request);
 
-/// The options of the tracking problem; limits are held as asked for, else hard where `hard_limits`, else soft. Throws
-/// Error on options that need others.
+/// Returns the options of the tracking problem. Without --limits, limits are hard if `hard_limits`, otherwise soft.
+/// Throws Error if an option lacks another one that it needs.
 TrackingOptions tracking_options(const ProblemRequest& request, bool hard_limits);
-/// Those of navigating a chaser that is then estimated with its target: a loss for all measurements is for its own, too.
+/// Returns the navigation options of the chaser. A loss given for all measurements also applies to its own sensors.
 NavigationOptions navigation_options(const ProblemRequest& request);
 
-/// The scenario, its sensors as the options say. Throws Error, also when it has no target, and on options about the
-/// chaser's own sensors when it moves by odometry. `option`: to name the option that does not fit. Stops as read_asked().
+/// Reads the scenario and applies the sensor options. Throws Error if it has no target sensor, and on own-sensor
+/// options for a chaser that uses odometry; `option` supplies the option name. Throws Stopped like
+/// read_requested_scenario().
 Scenario read_problem(const ProblemRequest& request, const CommandOptions& option, const Stop& stop = {});
-/// The same where a chaser alone will do.
+/// Like read_problem(), but also accepts scenarios without a target.
 Scenario read_any_problem(const ProblemRequest& request, const CommandOptions& option, const Stop& stop);
-/// The same of a scenario's settings alone (read_settings), with a target or without.
+/// Like read_any_problem(), but reads only the settings; see read_settings().
 Scenario read_problem_settings(const ProblemRequest& request, const CommandOptions& option, RowsIn rows);
 
-/// The scenario with its chaser navigated by its own sensors (navigated()), under a progress line that begins with `line`.
-/// Throws Stopped where an interrupt or `time_limit` [s] cuts it short: what would be compared is no longer one problem.
+/// Navigates the chaser by its own sensors and returns the scenario with the result as odometry; see navigated().
+/// `line` starts the progress line. Throws Stopped on an interrupt or after `time_limit` [s], since solvers cannot be
+/// compared on an unfinished problem.
 Scenario navigate_first(Scenario scenario, NavigationOptions options, const Output& output, const std::string& line,
                         double time_limit);
 

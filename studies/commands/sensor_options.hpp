@@ -9,48 +9,47 @@
 
 namespace tandem {
 
-/// A sensor, or a kind of noise, that an option names.
+/// An option, and the name of the sensor or noise in its value.
 struct NamedByOption {
   std::string option, name;
 };
 
-/// The value that an option gives it; without a name, it is for all.
+/// The setting of an option of the form NAME=VALUE. An empty name means all.
 template <class T>
 struct SetByOption : NamedByOption {
   T value;
 };
 
-/// What options say about sensors, the target's and the chaser's own alike.
+/// Values of the sensor options, for target sensors and the chaser's own sensors.
 struct SensorOptions {
   std::vector<NamedByOption> without{};
   std::vector<SetByOption<std::vector<double>>> noise{};
-  std::vector<SetByOption<Loss>> losses{};    ///< of "SENSOR.orientation", too, and "orientation", that of all
+  std::vector<SetByOption<Loss>> losses{};    ///< names: SENSOR, SENSOR.orientation, or orientation (all sensors)
   std::vector<SetByOption<double>> delays{};  ///< s
-  std::vector<SetByOption<StayingError>> errors{};
-  std::vector<SetByOption<int>> hold_out{};  ///< every so many-th
+  std::vector<SetByOption<SystematicError>> errors{};
+  std::vector<SetByOption<int>> hold_out{};  ///< N: every N-th measurement
 
-  /// The loss of all measurements, and of all orientations, where one was given.
+  /// Return the loss for all measurements, and for all measured orientations, if given.
   std::optional<Loss> loss() const, orientation_loss() const;
 };
 
-/// --without, --noise-from, --noise, --loss, --delay, --error; with a target --hold-out, where that is wanted.
+/// Adds --without, --noise-from, --noise, --loss, --delay and --error.
 void add_sensors(CommandOptions& option, SensorOptions& sensors);
+/// Adds --hold-out.
 void add_hold_out(CommandOptions& option, SensorOptions& sensors);
 
-/// The sensors of a scenario that a command works with.
+/// The kinds of sensors that a command uses.
 struct SensorsInUse {
   bool target, own;
 };
 
-/// Leaves sensors out and sets noises, losses, delays and held-out measurements of a scenario, as its files would have
-/// said. Throws Error on names that there are not among the sensors in use, or, of --noise-from, in the folder, and on values
-/// that do not fit them.
+/// Removes sensors and sets noise, losses, delays, systematic errors and held-out measurements of a scenario. Throws
+/// Error on names that are not among the sensors in use (for --noise-from: not in the scenario), and on invalid values.
 void apply(const SensorOptions& sensors, SensorsInUse in_use, Scenario& scenario);
 
-/// Throws Error, with the names that there are, where it is none of the chaser's own sensors, or where its delay is estimated as an
-/// error that stays.
-void check_delayed(const NavigationData& data, const NamedByOption& sensor);
-/// Parses a sensor's name.
+/// Throws Error if `sensor` is not one of the chaser's own sensors, or if its delay is estimated as a systematic error.
+void check_delay_is_fixed(const NavigationData& data, const NamedByOption& sensor);
+/// Returns the option with its value as a name.
 NamedByOption parse_name(const std::string& option, const std::string& text);
 
 }  // namespace tandem

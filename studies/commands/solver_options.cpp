@@ -4,7 +4,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/file/problem_file.hpp>
-#include <tandem/problem/lanes.hpp>
+#include <tandem/problem/parallel_tasks.hpp>
 #include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/text.hpp>
@@ -17,64 +17,71 @@ IpoptOptions& ipopt(const std::string& option, Solver& solver) {
   throw Error(fmt::format("{} needs --solver ipopt", option));
 }
 
-std::string help(const std::string& otherwise) {
+std::string solver_help(const std::string& default_solver) {
   std::vector<std::string> names;
   for (const std::string& name : solver_names()) {
     const std::string shown = name.starts_with("nlopt:") ? "nlopt:ALGORITHM" : name;
     if (names.empty() || names.back() != shown) names.push_back(shown);
   }
-  return fmt::format("{} (default {})", listed(names, "or"), otherwise);
+  return fmt::format("Solver: {}. Default: {}", listed(names, "or"), default_solver);
 }
 
 }  // namespace
 
-void add_solver(CommandOptions& option, std::optional<Solver>& solver, const std::string& otherwise) {
-  option("--solver", "NAME", help(otherwise), solver, parse_solver);
+void add_solver(CommandOptions& option, std::optional<Solver>& solver, const std::string& default_solver) {
+  option("--solver", "NAME", solver_help(default_solver), solver, parse_solver);
 }
 
-void add_solver(CommandOptions& option, Solver& solver, const std::string& otherwise) {
-  option("--solver", "NAME", help(otherwise), solver, parse_solver);
+void add_solver(CommandOptions& option, Solver& solver, const std::string& default_solver) {
+  option("--solver", "NAME", solver_help(default_solver), solver, parse_solver);
 }
 
 void add_ipopt(CommandOptions& option, Solver& solver) {
-  option.set("--hessian", "NAME", "For ipopt: automatic (default), gauss-newton, exact or limited-memory",
+  option.advanced();
+  option.set("--hessian", "NAME",
+             "Hessian for ipopt: automatic, gauss-newton, exact or limited-memory (default automatic)",
              [&solver](const std::string& name, const std::string& text) {
                ipopt(name, solver).hessian = parse_hessian(name, text);
              });
-  option.set("--linear-solver", "NAME", "For ipopt: block-cholesky (default) or mumps, which came with it",
+  option.set("--linear-solver", "NAME", "Linear solver for ipopt: block-cholesky or mumps (default block-cholesky)",
              [&solver](const std::string& name, const std::string& text) {
                ipopt(name, solver).linear_solver = parse_linear_solver(name, text);
              });
-  option.set_repeatedly("--ipopt", "KEY=VALUE", "An option of Ipopt's own",
+  option.set_repeatedly("--ipopt", "KEY=VALUE", "Set an option of Ipopt, e.g. tol=1e-9",
                         [&solver](const std::string& name, const std::string& text) {
                           const auto [key, value] = parse_assignment(name, text);
                           ipopt(name, solver).options[key] = value;
                         });
 }
 
-void add_stops(CommandOptions& option, std::function<SolverOptions&()> options) {
-  option.set("--max-iterations", "N", "Stop a solve after N iterations",
+void add_stop_criteria(CommandOptions& option, std::function<SolverOptions&()> options) {
+  option.everyday();
+  option.set("--time-limit", "SECONDS", "Wall-clock time limit; the result is then the best so far",
+             [options](const std::string& name, const std::string& text) {
+               options().time_limit = parse_non_negative(name, text);
+             });
+  option.advanced();
+  option.set("--max-iterations", "N",
+             "Maximum number of iterations of a solve (default 1000; nlopt: 100000 evaluations)",
              [options](const std::string& name, const std::string& text) {
                options().max_iterations = parse_count(name, text);
-             });
-  option.set("--time-limit", "SECONDS", "Stop after so long, with what there is by then",
-             [options](const std::string& name, const std::string& text) {
-               options().time_limit = parse_magnitude(name, text);
              });
 }
 
 void add_write_problem(CommandOptions& option, std::function<void(const Problem&)>& built) {
-  option.set("--write-problem", "FILE", "Write the problem as the solver gets it to FILE, for tandem solve",
+  option.advanced();
+  option.set("--write-problem", "FILE", "Write the problem to FILE before it is solved, for tandem solve",
              [&built](const std::string&, const std::string& text) {
                built = [file = text](const Problem& problem) { write_problem(problem, file); };
              });
 }
 
 void add_threads(CommandOptions& option) {
-  const auto limit = std::make_shared<std::unique_ptr<ThreadLimit>>();  // for as long as there is the option
-  option.set("--threads", "N", "That evaluate at once, whatever the number to the same result (default 0: all cores)",
+  const auto limit = std::make_shared<std::unique_ptr<ThreadLimit>>();  // lives as long as the option
+  option.everyday();
+  option.set("--threads", "N", "Number of threads (default 0: one per core). Results do not depend on it",
              [limit](const std::string& name, const std::string& text) {
-               const int threads = parse_count_or_none(name, text);
+               const int threads = parse_count_or_zero(name, text);
                *limit = threads > 0 ? std::make_unique<ThreadLimit>(threads) : nullptr;
              });
 }

@@ -9,16 +9,18 @@
 
 namespace tandem {
 
-/// --solver; without it `solver` stays as it is, which `otherwise` says.
-void add_solver(CommandOptions& option, std::optional<Solver>& solver, const std::string& otherwise);
-void add_solver(CommandOptions& option, Solver& solver, const std::string& otherwise = "gauss-newton");
-/// --hessian, --linear-solver and --ipopt, for the solver that was chosen. Reading them throws Error when that is not ipopt.
+/// Adds --solver. Without it, `solver` is unchanged; `default_solver` names the default in the help text.
+void add_solver(CommandOptions& option, std::optional<Solver>& solver, const std::string& default_solver);
+void add_solver(CommandOptions& option, Solver& solver, const std::string& default_solver = "gauss-newton");
+/// Adds the advanced options --hessian, --linear-solver and --ipopt. Their parsers throw Error if the chosen solver is
+/// not ipopt.
 void add_ipopt(CommandOptions& option, Solver& solver);
-/// --max-iterations and --time-limit of the solver that was chosen.
-void add_stops(CommandOptions& option, std::function<SolverOptions&()> options);
-/// --write-problem, of a problem that is about to be solved: `built` is what writes it, where it is asked for.
+/// Adds --time-limit and the advanced option --max-iterations. `options` returns the options of the chosen solver.
+void add_stop_criteria(CommandOptions& option, std::function<SolverOptions&()> options);
+/// Adds the advanced option --write-problem. If given, sets `built` to a function that writes a problem before it is
+/// solved.
 void add_write_problem(CommandOptions& option, std::function<void(const Problem&)>& built);
-/// --threads, which bounds those of all that the command evaluates.
+/// Adds --threads, the maximum number of threads of all evaluations of the command.
 void add_threads(CommandOptions& option);
 
 }  // namespace tandem

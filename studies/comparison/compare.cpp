@@ -10,8 +10,9 @@
 #include <tandem/problem/navigation/trajectory.hpp>
 #include <tandem/problem/tracking/planar.hpp>
 #include <tandem/studies/comparison/compare.hpp>
-#include <tandem/studies/support/isolated.hpp>
+#include <tandem/studies/support/installation.hpp>
 #include <tandem/studies/support/option_values.hpp>
+#include <tandem/studies/support/subprocess.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -19,18 +20,18 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kPointsADecade = 50;
+constexpr double kPointsPerDecade = 50;
 
-/// Keeps what a progress callback tells, evenly spread over the logarithm of time.
+/// Records the progress of a solve, with points evenly spaced in the logarithm of time.
 class Curve {
  public:
   void add(const Progress& p) {
     if (!points.empty() && p.seconds < next_) return;
-    keep({p.seconds, p.cost, p.violation});
-    next_ = p.seconds * std::pow(10.0, 1.0 / kPointsADecade);
+    add(CurvePoint{p.seconds, p.cost, p.violation});
+    next_ = p.seconds * std::pow(10.0, 1.0 / kPointsPerDecade);
   }
-  /// But where a solver was at a point at which a residual is undefined.
-  void keep(const CurvePoint& p) {
+  /// Ignores points that are not finite, which occur where a residual is undefined.
+  void add(const CurvePoint& p) {
     if (std::isfinite(p.cost) && std::isfinite(p.violation)) points.push_back(p);
   }
   std::vector<CurvePoint> points;
@@ -39,7 +40,7 @@ class Curve {
   double next_ = 0;
 };
 
-/// Mean errors over the keyframes that the truth covers.
+/// Sets the mean errors over the keyframes that the truth covers.
 void compare_with_truth(const Scenario& scenario, const TrackingProblem& tracking, ComparedSolve& solve) {
   std::vector<SE3> chaser;
   std::vector<TargetState> target;
@@ -72,7 +73,7 @@ void fill(const Summary& summary, ComparedSolve& solve) {
   solve.seconds = summary.seconds;
 }
 
-/// JSON has no numbers that are not finite; it writes null for them.
+/// Reads a number; null, which JSON has for numbers that are not finite, gives NaN.
 double number(const Json& json) { return json.is_number() ? json.get<double>() : std::nan(""); }
 std::optional<double> optional_number(const Json& json, const char* key) {
   return json.contains(key) ? std::optional(number(json[key])) : std::nullopt;
@@ -80,10 +81,10 @@ std::optional<double> optional_number(const Json& json, const char* key) {
 
 }  // namespace
 
-std::vector<Contender> contenders() {
-  std::vector<Contender> all = {{"gauss-newton", GaussNewtonOptions{}},
-                                {"augmented-lagrangian", AugmentedLagrangianOptions{}},
-                                {"ipopt", IpoptOptions{}}};
+std::vector<NamedSolver> available_solvers() {
+  std::vector<NamedSolver> all = {{"gauss-newton", GaussNewtonOptions{}},
+                                  {"augmented-lagrangian", AugmentedLagrangianOptions{}},
+                                  {"ipopt", IpoptOptions{}}};
   for (const char* hessian : {"gauss-newton", "exact", "limited-memory"}) {
     IpoptOptions options;
     options.hessian = parse_hessian("--hessian", hessian);
@@ -97,26 +98,26 @@ std::vector<Contender> contenders() {
   return all;
 }
 
-std::vector<Contender> parse_contenders(const std::string& option, const std::string& text) {
-  const std::vector<Contender> all = contenders();
-  std::vector<Contender> chosen;
+std::vector<NamedSolver> parse_solver_list(const std::string& option, const std::string& text) {
+  const std::vector<NamedSolver> all = available_solvers();
+  std::vector<NamedSolver> chosen;
   std::vector<std::string> known = {"all", "nlopt"};
-  for (const Contender& contender : all) known.push_back(contender.name);
+  for (const NamedSolver& contender : all) known.push_back(contender.name);
   const auto is_chosen = [&](const std::string& name) {
-    return std::any_of(chosen.begin(), chosen.end(), [&](const Contender& c) { return c.name == name; });
+    return std::any_of(chosen.begin(), chosen.end(), [&](const NamedSolver& c) { return c.name == name; });
   };
   for (const std::string_view word : split(text, ',')) {
     bool found = false;
-    for (const Contender& contender : all) {
+    for (const NamedSolver& contender : all) {
       if (word != "all" && word != contender.name && !(word == "nlopt" && contender.name.starts_with("nlopt:")))
         continue;
       found = true;
       if (!is_chosen(contender.name)) chosen.push_back(contender);
     }
     if (!found && word.starts_with("nlopt") && nlopt_algorithms().empty())
-      throw Error(fmt::format("{} {}: this build has no NLopt", option, word));
+      throw Error(fmt::format("{} {}: this build has no NLopt; install it and configure again", option, word));
     if (!found)
-      throw Error(fmt::format("{} knows no solver {}{} (there are {})", option, quote(word), did_you_mean(word, known),
+      throw Error(fmt::format("{}: unknown solver {}{} (available: {})", option, quote(word), did_you_mean(word, known),
                               listed(known)));
   }
   return chosen;
@@ -129,18 +130,19 @@ std::vector<Role> parse_constraints(const std::string& option, const std::string
     for (const Role role : {Role::off, Role::soft, Role::hard})
       if (word == constraints_name(role)) found = role;
     if (!found)
-      throw Error(fmt::format("{} takes none, soft and hard by commas, not {}{}", option, quote(word),
-                              did_you_mean(word, {"none", "soft", "hard"})));
+      throw Error(fmt::format("{} takes a comma-separated list of off, soft and hard, not {}{}", option, quote(word),
+                              did_you_mean(word, {"off", "soft", "hard"})));
     if (std::find(roles.begin(), roles.end(), *found) == roles.end()) roles.push_back(*found);
   }
   return roles;
 }
 
 std::string_view constraints_name(Role role) {
-  return role == Role::off ? "none" : role == Role::soft ? "soft" : "hard";
+  return role == Role::off ? "off" : role == Role::soft ? "soft" : "hard";
 }
 
-ComparedSolve compare_one(const Scenario& scenario, const ComparedProblem& compared, const Contender& contender) {
+ComparedSolve run_compared_solve(const Scenario& scenario, const ComparedProblem& compared,
+                                 const NamedSolver& contender) {
   TrackingProblem tracking =
       make_tracking_problem(scenario.data, with_constraints(compared.tracking, compared.constraints, compared.role));
   ComparedSolve result;
@@ -162,13 +164,13 @@ ComparedSolve compare_one(const Scenario& scenario, const ComparedProblem& compa
         },
         solver);
     fill(summary, result);
-    result.solved = result.solved && std::isfinite(result.cost);  // else there are no numbers, but a sentence
+    result.solved = result.solved && std::isfinite(result.cost);  // otherwise the message explains the failure
     if (!result.solved) return result;
     const ConstraintCheck outside = check(tracking, scenario.data.noise, compared.constraints);
     result.violation = outside.violation;
     if (compared.role == Role::soft) result.constraint_cost = outside.cost;
     compare_with_truth(scenario, tracking, result);
-    curve.keep({summary.seconds, summary.cost, summary.max_violation});
+    curve.add(CurvePoint{summary.seconds, summary.cost, summary.max_violation});
     result.curve = std::move(curve.points);
   } catch (const std::exception& error) {
     result.status = name(Status::failed);
@@ -194,7 +196,7 @@ std::string to_text(const ComparedSolve& s) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-ComparedSolve compared_solve(const std::string& text) {
+ComparedSolve parse_compared_solve(const std::string& text) {
   ComparedSolve s;
   const Json json = Json::parse(text);
   s.solver = json["solver"];
@@ -214,12 +216,12 @@ ComparedSolve compared_solve(const std::string& text) {
   return s;
 }
 
-ComparedSolve compare_isolated(std::vector<std::string> arguments, const Contender& contender, Role role,
-                               double seconds, const std::atomic<bool>& stop) {
-  const IsolatedRun run = run_isolated(kThisProgram, std::move(arguments), seconds, stop);
+ComparedSolve compare_in_subprocess(std::vector<std::string> arguments, const NamedSolver& contender, Role role,
+                                    double seconds, const std::atomic<bool>& stop) {
+  const SubprocessRun run = run_subprocess(executable_path().string(), std::move(arguments), seconds, stop);
   ComparedSolve result;
   if (run.failure.empty()) {
-    result = compared_solve(run.output);
+    result = parse_compared_solve(run.output);
   } else {
     result.solver = contender.name;
     result.role = role;

@@ -10,69 +10,74 @@
 
 namespace tandem {
 
-/// A solver under the name that a comparison gives it.
-struct Contender {
+/// A solver with its options, and the name that selects it.
+struct NamedSolver {
   std::string name;
   Solver solver;
-  bool dense = false;  ///< keeps dense matrices, so takes small problems only
+  bool dense = false;  ///< stores dense matrices; suitable for small problems only
 };
 
-/// All of this build: gauss-newton, augmented-lagrangian, ipopt (its Hessian chosen automatically), ipopt:HESSIAN and
-/// nlopt:ALGORITHM.
-std::vector<Contender> contenders();
+/// Returns all solvers of this build: gauss-newton, augmented-lagrangian, ipopt (automatic choice of the Hessian),
+/// ipopt:HESSIAN, nlopt:ALGORITHM.
+std::vector<NamedSolver> available_solvers();
 
-/// Names by commas; "nlopt" is all of its algorithms, "all" every solver. Throws Error.
-std::vector<Contender> parse_contenders(const std::string& option, const std::string& text);
-/// none, soft and hard by commas. Throws Error.
+/// Parses a comma-separated list of solver names; "nlopt" stands for all its algorithms, "all" for every solver. Throws
+/// Error with the name of the option.
+std::vector<NamedSolver> parse_solver_list(const std::string& option, const std::string& text);
+/// Parses a comma-separated list of off, soft and hard. Throws Error with the name of the option.
 std::vector<Role> parse_constraints(const std::string& option, const std::string& text);
-/// "none", "soft" or "hard".
+/// Returns "off", "soft" or "hard".
 std::string_view constraints_name(Role role);
 
-/// The problem on which solvers are compared.
+/// A problem on which solvers are compared.
 struct ComparedProblem {
-  TrackingOptions tracking;  ///< `max_keyframes` says how many; its constraints are held as `role` says
+  TrackingOptions tracking;  ///< `role` overrides its constraints; `max_keyframes` limits the size
   TargetConstraints constraints;
   Role role = Role::off;
-  double time_limit = 60;  ///< s, of the solve
+  double time_limit = 60;  ///< of the solve [s]
 };
 
-/// Where a solve was at some time.
+/// Progress of a solve.
 struct CurvePoint {
   double seconds, cost, violation;
 };
 
-/// How one solver did, from the problem's own start.
+/// Result of one solver, from the problem's own initial guess.
 struct ComparedSolve {
   std::string solver;
   Role role = Role::off;
   std::size_t keyframes = 0;
-  /// name(Status), or "crashed": the process ended without a result, by a signal or after it ran on past its limit.
+  /// name(Status), or "crashed" if the process ended without a result, by a signal or because it exceeded its time
+  /// limit.
   std::string status, message;
-  bool solved = false;  ///< the numbers below are there
+  bool solved = false;  ///< whether the numbers below are valid
   double initial_cost = 0;
-  double cost = 0;             ///< what the solver minimised, soft constraints included
-  double constraint_cost = 0;  ///< of it, what soft constraints cost; cost − constraint_cost compares across roles
-  double violation = 0;        ///< of the constraints, held or not [m/s, rad/s, rad]
+  double cost = 0;             ///< final cost, including soft constraints
+  double constraint_cost = 0;  ///< cost of the soft constraints; cost − constraint_cost is comparable between roles
+  double violation = 0;        ///< largest violation of the constraints, even if they are off [m/s, rad/s, rad]
   int iterations = 0, evaluations = 0;
   double seconds = 0;
-  double peak_memory = 0;           ///< bytes; 0 when not known
-  std::optional<double> position;   ///< mean error over all keyframes that the truth covers [m]
-  std::optional<double> heading;    ///< mean magnitude of the relative heading's error [deg]
-  std::vector<CurvePoint> curve{};  ///< some 50 points a decade of time
+  double peak_memory = 0;           ///< bytes; 0 if unknown
+  std::optional<double> position;   ///< mean position error over the keyframes that the truth covers [m]
+  std::optional<double> heading;    ///< mean absolute error of the relative heading [deg]
+  std::vector<CurvePoint> curve{};  ///< about 50 points per decade of time
 
   bool converged() const { return status == name(Status::converged); }
 };
 
-/// Solves in this process. Throws Error when data and options make no problem; what goes wrong later is in the result.
-ComparedSolve compare_one(const Scenario& scenario, const ComparedProblem& problem, const Contender& contender);
+/// Runs a solve in this process. Throws Error if data and options give no valid problem; later errors are in the
+/// result.
+ComparedSolve run_compared_solve(const Scenario& scenario, const ComparedProblem& problem, const NamedSolver& solver);
 
-/// What compare_one() gave as text, all of it but the memory, and back.
+/// Serialises a result, without the memory.
 std::string to_text(const ComparedSolve& solve);
-ComparedSolve compared_solve(const std::string& text);
+/// Parses to_text().
+ComparedSolve parse_compared_solve(const std::string& text);
 
-/// A solve by this program in a process of its own, which measures the memory and survives a crash: run with these
-/// arguments it prints to_text() of it. See run_isolated(). `contender`, `role`: which solve it is, where it gives none.
-ComparedSolve compare_isolated(std::vector<std::string> arguments, const Contender& contender, Role role,
-                               double seconds, const std::atomic<bool>& stop);
+/// Runs this program with `arguments` in a separate process, which must print to_text() of one solve. This measures the
+/// memory and survives crashes. `solver` and `role` identify the solve if there is no result. See run_subprocess() for
+/// `seconds` and `stop`.
+ComparedSolve compare_in_subprocess(std::vector<std::string> arguments, const NamedSolver& solver, Role role,
+                                    double seconds, const std::atomic<bool>& stop);
 
 }  // namespace tandem

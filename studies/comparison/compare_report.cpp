@@ -1,34 +1,36 @@
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <tandem/studies/comparison/compare_report.hpp>
-#include <tandem/studies/support/json_text.hpp>
+#include <tandem/studies/support/json_fields.hpp>
 #include <tandem/studies/support/text_table.hpp>
 
 namespace tandem {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using Align = TextTable::Align;
 
-constexpr double kFeasible = 1e-6;  // in the constraints' own units
-constexpr double kSameCost = 1e-6;  // relatively
-constexpr double kAsLow = 1e-8;     // relatively: as low as the best, within the constraints' tolerance
+constexpr std::size_t kMaxRows = 15;  // of a summary
+constexpr double kFeasible = 1e-6;    // largest violation, in the units of the constraints
+constexpr double kSameCost = 1e-6;  // relative difference from the best cost within which solvers are compared in time
+constexpr double kBest = 1e-8;      // relative difference from the best cost within which a cost is shown as "best"
 
-bool holds(const ComparedSolve& s) {
+/// Returns whether the solve has a finite cost and satisfies its hard constraints.
+bool is_feasible(const ComparedSolve& s) {
   return s.solved && std::isfinite(s.cost) && (s.role != Role::hard || s.violation <= kFeasible);
 }
 
+/// Returns the relative difference from the best cost.
 double above(const ComparedSolve& s, double best) { return (s.cost - best) / std::max(std::abs(best), 1e-12); }
 
-/// The fastest of those that converged to the best cost.
+/// Returns the fastest solve that converged to the best cost, or null.
 const ComparedSolve* fastest(const std::vector<ComparedSolve>& solves, std::optional<double> best) {
   const ComparedSolve* result = nullptr;
   for (const ComparedSolve& s : solves)
-    if (holds(s) && s.converged() && above(s, *best) <= kSameCost && (!result || s.seconds < result->seconds))
+    if (is_feasible(s) && s.converged() && above(s, *best) <= kSameCost && (!result || s.seconds < result->seconds))
       result = &s;
   return result;
 }
@@ -38,18 +40,18 @@ std::string shown(const std::optional<double>& value, int decimals) {
 }
 
 std::string above_shown(const ComparedSolve& s, std::optional<double> best) {
-  if (!best || !holds(s)) return "–";
+  if (!best || !is_feasible(s)) return "–";
   const double by = above(s, *best);
-  return by < kAsLow ? "best" : fmt::format("{:.0e}", by);
+  return by < kBest ? "best" : fmt::format("{:.0e}", by);
 }
 
-/// Decimals that show a number to eight digits, so that all costs of a table have the same.
+/// Returns the number of decimals with which a value has eight significant digits.
 int decimals(double value) {
   const int before = value > 1 ? static_cast<int>(std::log10(value)) + 1 : 1;
   return std::clamp(8 - before, 0, 7);
 }
 
-/// "takes no hard equalities, …": without the solver's name, which stands beside it, and without advice.
+/// Returns the message without the solver's name, which is in another column, and without advice.
 std::string reason(const ComparedSolve& s) {
   std::string text = s.message;
   if (text.starts_with(s.solver + " ")) text.erase(0, s.solver.size() + 1);
@@ -64,13 +66,46 @@ std::string title(const std::vector<ComparedSolve>& solves, bool first_keyframes
   std::string text = fmt::format("{}, {} constraints", keyframes, constraints_name(s.role));
   if (s.role == Role::hard) return text;
   const auto best = std::min_element(solves.begin(), solves.end(), [](const auto& a, const auto& b) {
-    return (holds(a) ? a.cost : HUGE_VAL) < (holds(b) ? b.cost : HUGE_VAL);
+    return (is_feasible(a) ? a.cost : HUGE_VAL) < (is_feasible(b) ? b.cost : HUGE_VAL);
   });
-  return holds(*best) ? text + fmt::format(" (at the best, {:.3g} of the cost is theirs)", best->constraint_cost)
-                      : text;
+  return is_feasible(*best)
+             ? text + fmt::format(" (cost of the constraints at the best solution: {:.3g})", best->constraint_cost)
+             : text;
 }
 
-std::string table(const std::vector<ComparedSolve>& solves) {
+/// Returns the solves in the order of a summary: those that reach the best cost by their time, then the others by cost.
+std::vector<ComparedSolve> ranked(std::vector<ComparedSolve> solves) {
+  const std::optional<double> best = best_cost(solves);
+  const auto rank = [best](const ComparedSolve& s) {
+    if (!best || !is_feasible(s)) return std::tuple(3, s.solved ? s.cost : HUGE_VAL);
+    if (above(s, *best) > kSameCost) return std::tuple(2, s.cost);
+    return std::tuple(s.converged() ? 0 : 1, s.seconds);
+  };
+  std::stable_sort(solves.begin(), solves.end(),
+                   [&](const ComparedSolve& a, const ComparedSolve& b) { return rank(a) < rank(b); });
+  return solves;
+}
+
+/// Returns for example "augmented-lagrangian: fastest of 5 solvers that converged to the least cost, 0.080 s".
+std::string conclusion(const std::vector<ComparedSolve>& solves) {
+  const std::optional<double> best = best_cost(solves);
+  const ComparedSolve* const winner = best ? fastest(solves, best) : nullptr;
+  if (!winner) {
+    const bool any = std::any_of(solves.begin(), solves.end(), [](const ComparedSolve& s) { return s.converged(); });
+    return any ? "no solver converged to the least cost" : "no solver converged";
+  }
+  const auto n = std::count_if(solves.begin(), solves.end(), [&](const ComparedSolve& s) {
+    return is_feasible(s) && s.converged() && above(s, *best) <= kSameCost;
+  });
+  if (n == 1)
+    return fmt::format("{}: the only solver that converged to the least cost, {:.2g} s", winner->solver,
+                       winner->seconds);
+  return fmt::format("{}: fastest of {} solvers that converged to the least cost, {:.2g} s", winner->solver, n,
+                     winner->seconds);
+}
+
+/// Returns the table of the first `rows` solves. `all` are the solves of the problem.
+std::string table(const std::vector<ComparedSolve>& all, const std::vector<ComparedSolve>& solves, std::size_t rows) {
   TextTable table({{"solver", Align::left},
                    {"status", Align::left},
                    {"cost"},
@@ -82,10 +117,11 @@ std::string table(const std::vector<ComparedSolve>& solves) {
                    {"MB"},
                    {"position [m]"},
                    {"heading [°]"}});
-  const std::optional<double> best = best_cost(solves);
+  const std::optional<double> best = best_cost(all);
   const ComparedSolve* const winner = best ? fastest(solves, best) : nullptr;
   const int cost_decimals = decimals(best.value_or(1)), time_decimals = winner && winner->seconds < 0.01 ? 4 : 3;
   for (const ComparedSolve& s : solves) {
+    if (rows-- == 0) break;
     if (!s.solved) {
       table.row({s.solver, s.status}, reason(s));
       continue;
@@ -99,33 +135,12 @@ std::string table(const std::vector<ComparedSolve>& solves) {
   return table.str();
 }
 
-Json json_of(const ComparedSolve& s) {
-  Json json = {{"keyframes", s.keyframes},
-               {"constraints", constraints_name(s.role)},
-               {"solver", s.solver},
-               {"status", s.status},
-               {"message", s.message}};
-  if (s.solved) {
-    json["initial_cost"] = s.initial_cost;
-    json["cost"] = s.cost;
-    json["constraint_cost"] = s.constraint_cost;
-    json["violation"] = s.violation;
-    json["iterations"] = s.iterations;
-    json["evaluations"] = s.evaluations;
-    json["seconds"] = s.seconds;
-    if (s.position) json["position_error_m"] = *s.position;
-    if (s.heading) json["heading_error_deg"] = *s.heading;
-  }
-  if (s.peak_memory > 0) json["peak_memory_bytes"] = s.peak_memory;
-  return json;
-}
-
 struct SolveRow {
   const std::string& scenario;
   const ComparedSolve& solve;
 };
 
-/// A number of a solver that took the problem.
+/// Returns a cell with a number of the solve; empty if it has no valid result.
 template <class T>
 std::function<CsvCell(const SolveRow&)> if_solved(T ComparedSolve::*number) {
   return [number](const SolveRow& r) { return r.solve.solved ? CsvCell(r.solve.*number) : CsvCell(); };
@@ -133,27 +148,29 @@ std::function<CsvCell(const SolveRow&)> if_solved(T ComparedSolve::*number) {
 
 CsvTable<SolveRow> solve_columns() {
   return CsvTable<SolveRow>()
-      .add("scenario", "its name", [](const SolveRow& r) { return r.scenario; })
-      .add("keyframes", "of the problem", [](const SolveRow& r) { return r.solve.keyframes; })
-      .add("constraints", "none, soft or hard", [](const SolveRow& r) { return constraints_name(r.solve.role); })
-      .add("solver", "its name", [](const SolveRow& r) { return r.solve.solver; })
-      .add("status", "converged or why it ended; without numbers if unsupported, crashed, or not finite",
+      .add("scenario", "name of the scenario", [](const SolveRow& r) { return r.scenario; })
+      .add("keyframes", "number of keyframes of the problem", [](const SolveRow& r) { return r.solve.keyframes; })
+      .add("constraints", "off, soft or hard", [](const SolveRow& r) { return constraints_name(r.solve.role); })
+      .add("solver", "name of the solver", [](const SolveRow& r) { return r.solve.solver; })
+      .add("status",
+           "converged, or why the solve ended; the numbers are empty if it is unsupported, crashed or not finite",
            [](const SolveRow& r) { return r.solve.status; })
-      .add("initial_cost", "at the start, which all have in common", if_solved(&ComparedSolve::initial_cost))
-      .add("cost", "at the end, soft constraints included", if_solved(&ComparedSolve::cost))
-      .add("constraint_cost", "of it, what soft constraints cost", if_solved(&ComparedSolve::constraint_cost))
-      .add("violation", "largest one of the constraints, held or not [m/s, rad/s, rad]",
+      .add("initial_cost", "cost of the initial guess, the same for all solvers",
+           if_solved(&ComparedSolve::initial_cost))
+      .add("cost", "final cost, including soft constraints", if_solved(&ComparedSolve::cost))
+      .add("constraint_cost", "part of the cost due to soft constraints", if_solved(&ComparedSolve::constraint_cost))
+      .add("violation", "largest violation of the constraints, also if they are off [m/s, rad/s, rad]",
            if_solved(&ComparedSolve::violation))
-      .add("iterations", "of the solver", if_solved(&ComparedSolve::iterations))
-      .add("evaluations", "of the cost", if_solved(&ComparedSolve::evaluations))
-      .add("seconds", "that the solve took [s]", if_solved(&ComparedSolve::seconds))
-      .add("peak_memory_bytes", "largest resident set of its process; 0 where not known",
+      .add("iterations", "number of iterations", if_solved(&ComparedSolve::iterations))
+      .add("evaluations", "number of evaluations of the cost", if_solved(&ComparedSolve::evaluations))
+      .add("seconds", "duration of the solve [s]", if_solved(&ComparedSolve::seconds))
+      .add("peak_memory_bytes", "peak resident memory of the process; 0 if unknown",
            [](const SolveRow& r) { return std::llround(r.solve.peak_memory); })
-      .add("position_error_m", "mean over the keyframes that the truth covers [m]",
+      .add("position_error_m", "mean error of the relative position over the keyframes that the truth covers [m]",
            [](const SolveRow& r) { return r.solve.position; })
-      .add("heading_error_deg", "mean size of the error of the relative heading: about the vertical [deg]",
+      .add("heading_error_deg", "mean absolute error of the relative heading, about the vertical [deg]",
            [](const SolveRow& r) { return r.solve.heading; })
-      .add("message", "a sentence", [](const SolveRow& r) { return r.solve.message; });
+      .add("message", "explanation of the status", [](const SolveRow& r) { return r.solve.message; });
 }
 
 struct ProgressRow {
@@ -163,12 +180,56 @@ struct ProgressRow {
 
 CsvTable<ProgressRow> progress_columns() {
   return CsvTable<ProgressRow>()
-      .add("keyframes", "of the problem", [](const ProgressRow& r) { return r.solve.keyframes; })
-      .add("constraints", "none, soft or hard", [](const ProgressRow& r) { return constraints_name(r.solve.role); })
-      .add("solver", "its name", [](const ProgressRow& r) { return r.solve.solver; })
-      .add("seconds", "since its start [s]", [](const ProgressRow& r) { return r.point.seconds; })
-      .add("cost", "at that time", [](const ProgressRow& r) { return r.point.cost; })
-      .add("violation", "at that time, as the solver sees it", [](const ProgressRow& r) { return r.point.violation; });
+      .add("keyframes", "number of keyframes of the problem", [](const ProgressRow& r) { return r.solve.keyframes; })
+      .add("constraints", "off, soft or hard", [](const ProgressRow& r) { return constraints_name(r.solve.role); })
+      .add("solver", "name of the solver", [](const ProgressRow& r) { return r.solve.solver; })
+      .add("seconds", "time since the start of the solve [s]", [](const ProgressRow& r) { return r.point.seconds; })
+      .add("cost", "cost at that time", [](const ProgressRow& r) { return r.point.cost; })
+      .add("violation", "largest violation of hard constraints at that time",
+           [](const ProgressRow& r) { return r.point.violation; });
+}
+
+template <class T>
+auto json_if_solved(T ComparedSolve::*number) {
+  return [number](const ComparedSolve& s) { return s.solved ? std::optional(s.*number) : std::nullopt; };
+}
+
+JsonFields<ComparedSolve> solve_fields() {
+  using S = ComparedSolve;
+  return JsonFields<S>()
+      .add("keyframes", "number of keyframes of the problem", [](const S& s) { return s.keyframes; })
+      .add("constraints", "off, soft or hard", [](const S& s) { return constraints_name(s.role); })
+      .add("solver", "name of the solver", [](const S& s) { return s.solver; })
+      .add("status",
+           "converged, or why the solve ended; there are no numbers if it is unsupported, crashed or not finite",
+           [](const S& s) { return s.status; })
+      .add("message", "explanation of the status", [](const S& s) { return s.message; })
+      .add("initial_cost", "cost of the initial guess, the same for all solvers", json_if_solved(&S::initial_cost))
+      .add("cost", "final cost, including soft constraints", json_if_solved(&S::cost))
+      .add("constraint_cost", "part of the cost due to soft constraints", json_if_solved(&S::constraint_cost))
+      .add("violation", "largest violation of the constraints, also if they are off [m/s, rad/s, rad]",
+           json_if_solved(&S::violation))
+      .add("iterations", "number of iterations", json_if_solved(&S::iterations))
+      .add("evaluations", "number of evaluations of the cost", json_if_solved(&S::evaluations))
+      .add("seconds", "duration of the solve [s]", json_if_solved(&S::seconds))
+      .add("position_error_m", "mean error of the relative position over the keyframes that the truth covers [m]",
+           [](const S& s) { return s.solved ? s.position : std::nullopt; })
+      .add("heading_error_deg", "mean absolute error of the relative heading, about the vertical [deg]",
+           [](const S& s) { return s.solved ? s.heading : std::nullopt; })
+      .add("peak_memory_bytes", "peak resident memory of the process, if known",
+           [](const S& s) { return s.peak_memory > 0 ? std::optional(s.peak_memory) : std::nullopt; });
+}
+
+JsonFields<Comparison> comparison_fields() {
+  using C = Comparison;
+  return JsonFields<C>()
+      .add("scenario", "name of the scenario", [](const C& c) { return c.scenario; })
+      .add("mode", "A or B", [](const C& c) { return name(c.mode); })
+      .add("constraints", "constraints of the soft and hard problems",
+           [](const C& c) { return describe(c.constraints); })
+      .add("time_limit", "time limit of each solve [s]", [](const C& c) { return c.time_limit; })
+      .add_list("solves", "all solves; those of one problem are consecutive", solve_fields(),
+                [](const C& c) -> const std::vector<ComparedSolve>& { return c.solves; });
 }
 
 }  // namespace
@@ -186,25 +247,39 @@ std::vector<std::vector<ComparedSolve>> by_problem(const Comparison& comparison)
 std::optional<double> best_cost(const std::vector<ComparedSolve>& solves) {
   std::optional<double> best;
   for (const ComparedSolve& s : solves)
-    if (holds(s) && (!best || s.cost < *best)) best = s.cost;
+    if (is_feasible(s) && (!best || s.cost < *best)) best = s.cost;
   return best;
 }
 
-std::string report(const Comparison& comparison) {
-  std::string text = fmt::format(
-      "{}, mode {}. Constraints: {}.\nEach solve has a process of its own, the same start and at most {:g} s.\n",
-      comparison.scenario, name(comparison.mode), describe(comparison.constraints), comparison.time_limit);
+std::string report(const Comparison& comparison, bool full) {
+  const std::vector<std::vector<ComparedSolve>> problems = by_problem(comparison);
   std::size_t most = 0;
   for (const ComparedSolve& s : comparison.solves) most = std::max(most, s.keyframes);
+  std::string text;
+  for (const std::vector<ComparedSolve>& solves : problems) {
+    const std::string problem = title(solves, solves.front().keyframes < most);
+    if (problems.size() > 1) text += problem.substr(0, problem.find(" (")) + ": ";
+    text += conclusion(solves) + "\n";
+  }
+  text += fmt::format(
+      "\n{}, mode {}. Constraints: {}.\nEach solve runs in its own process, from the same initial guess, for at most "
+      "{:g} s.\n",
+      comparison.scenario, name(comparison.mode), describe(comparison.constraints), comparison.time_limit);
+  const bool summary = !full && comparison.solves.size() > kMaxRows;
+  const std::size_t rows = summary ? std::max<std::size_t>(2, kMaxRows / problems.size()) : comparison.solves.size();
   bool marked = false;
-  for (const std::vector<ComparedSolve>& solves : by_problem(comparison)) {
-    text += "\n" + title(solves, solves.front().keyframes < most) + "\n" + table(solves);
+  for (const std::vector<ComparedSolve>& solves : problems) {
+    text += "\n" + title(solves, solves.front().keyframes < most) + "\n" +
+            table(solves, summary ? ranked(solves) : solves, rows);
+    if (solves.size() > rows) text += fmt::format("… and {} more\n", solves.size() - rows);
     const auto best = best_cost(solves);
     marked = marked || (best && fastest(solves, best));
   }
   if (marked)
-    text += fmt::format("\nbest: the least cost, to {:.0e} of it; *: the fastest that converged to it, to {:.0e}\n",
-                        kAsLow, kSameCost);
+    text += fmt::format(
+        "\nbest: least cost (relative tolerance {:.0e}); *: fastest solver that converged to it (tolerance {:.0e})\n",
+        kBest, kSameCost);
+  if (summary) text += "All solves: --full, or compare.csv in --out.\n";
   return text;
 }
 
@@ -221,18 +296,14 @@ std::string progress_csv(const Comparison& comparison) {
   return progress_columns().text(rows);
 }
 
-std::vector<CsvDescription> compare_file_columns() {
+std::vector<FileDescription> compare_file_columns() {
   return {solve_columns().describe("compare.csv"), progress_columns().describe("compare_progress.csv")};
 }
 
 std::string compare_json(const Comparison& comparison) {
-  Json json = {{"scenario", comparison.scenario},
-               {"mode", name(comparison.mode)},
-               {"constraints", describe(comparison.constraints)},
-               {"time_limit", comparison.time_limit},
-               {"solves", Json::array()}};
-  for (const ComparedSolve& s : comparison.solves) json["solves"].push_back(json_of(s));
-  return json_text(json);
+  return json_text(json_document("compare", comparison_fields(), comparison));
 }
+
+FileDescription compare_json_keys() { return describe_json("--json", "compare", comparison_fields()); }
 
 }  // namespace tandem

@@ -10,26 +10,26 @@
 namespace tandem {
 namespace {
 
-constexpr double kYawRate = 0.3;  // rad/s
+constexpr double kYawRate = 0.3;  // default limit [rad/s]
 
-/// Words that set more than the motion model of the same name.
+/// First parts that set more options than the motion model.
 const std::string kModeB = "mode-b", kMultiHorizon = "multi-horizon";
 
-/// What a model's parts after its first are called, and the values that they take besides a role.
+/// A constraint or horizons: its name, and the values that it takes besides a role.
 struct PartName {
   std::string name, values{};
 };
 const std::vector<PartName> kParts = {{"non-holonomic"},   {"roll-pitch"}, {"surge", "MIN,MAX"},
                                       {"yaw-rate", "MAX"}, {"all"},        {"horizons", "LIST"}};
 
-/// What may stand first.
+/// Returns the words that may be the first part of a specification.
 std::vector<std::string> first_parts() {
   std::vector<std::string> names = model_names();
   names.insert(names.end(), {kModeB, kMultiHorizon});
   return names;
 }
 
-/// "name:a:b" as name, a, b.
+/// A parsed part "NAME:VALUE:…" of a specification.
 struct Part {
   std::string text, name;
   std::vector<std::string> values;
@@ -43,7 +43,7 @@ Part part_of(std::string_view text) {
   return part;
 }
 
-/// The motion model that a part names, if it does.
+/// Sets the motion model that a part names; returns false if it names none.
 bool set_motion(const Part& part, TrackingOptions& options) {
   if (part.name == kModeB) {
     options.mode = Mode::B;
@@ -58,13 +58,13 @@ bool set_motion(const Part& part, TrackingOptions& options) {
   for (const MotionModel model : motion_models) {
     if (part.name != name(model)) continue;
     options.model = model;
-    if (!takes_points(model)) options.mode = Mode::A;
+    if (!supports_points(model)) options.mode = Mode::A;
     return true;
   }
   return false;
 }
 
-/// The role that ends a part, which it takes off.
+/// Removes the role from the end of a part and returns it; hard if there is none.
 Role take_role(const std::string& option, Part& part) {
   if (part.values.empty()) return Role::hard;
   const std::string last = part.values.back();
@@ -73,15 +73,16 @@ Role take_role(const std::string& option, Part& part) {
   return parse_limits(fmt::format("{} {}: the role", option, printable(part.text)), last);
 }
 
-void no_more(const std::string& option, const Part& part) {
+/// Throws Error if a part has values left.
+void check_no_values_left(const std::string& option, const Part& part) {
   if (part.values.empty()) return;
   const auto known = std::find_if(kParts.begin(), kParts.end(), [&](const PartName& p) { return p.name == part.name; });
   const std::string values = known == kParts.end() ? "" : known->values;
   throw Error(fmt::format("{}: {} takes {}, not {}", option, part.name,
-                          values.empty() ? "soft or hard alone" : values + " and soft or hard", quote(part.text)));
+                          values.empty() ? "only soft or hard" : values + " and soft or hard", quote(part.text)));
 }
 
-/// Adds constraints and horizons to a model.
+/// Adds constraints and horizons to the options of a model.
 class ModelParts {
  public:
   ModelParts(const std::string& option, const TrackingOptions& base, TrackingOptions& options)
@@ -89,7 +90,7 @@ class ModelParts {
 
   void add(Part part) {
     if (part.name == "horizons") {
-      const std::size_t colon = part.text.find(':');  // its values have colons of their own
+      const std::size_t colon = part.text.find(':');  // the values may contain colons, too
       options_.horizons = parse_horizons(fmt::format("{}: horizons", option_),
                                          colon == std::string::npos ? "" : part.text.substr(colon + 1));
       return;
@@ -100,8 +101,9 @@ class ModelParts {
       const std::vector<std::string> first = first_parts();
       std::vector<std::string> words = known;
       words.insert(words.end(), first.begin(), first.end());
-      throw Error(fmt::format("{} knows no {}{} (models begin: {}; then +{})", option_, quote(part.name),
-                              did_you_mean(part.name, words), fmt::join(first, ", "), fmt::join(known, ", +")));
+      throw Error(fmt::format("{}: unknown model or constraint {}{} (models: {}; constraints: +{})", option_,
+                              quote(part.name), did_you_mean(part.name, words), fmt::join(first, ", "),
+                              fmt::join(known, ", +")));
     }
     const Role role = take_role(option_, part);
     const bool all = part.name == "all";
@@ -114,11 +116,11 @@ class ModelParts {
       limit(role);
     }
     if (all || part.name == "yaw-rate") {
-      options_.max_yaw_rate = !all && !part.values.empty() ? parse_magnitude(option_ + ": yaw-rate", take(part))
+      options_.max_yaw_rate = !all && !part.values.empty() ? parse_non_negative(option_ + ": yaw-rate", take(part))
                                                            : base_.max_yaw_rate.value_or(kYawRate);
       limit(role);
     }
-    no_more(option_, part);
+    check_no_values_left(option_, part);
   }
 
  private:
@@ -128,7 +130,7 @@ class ModelParts {
     return value;
   }
   void limit(Role role) {
-    if (limits_ && *limits_ != role) throw Error(option_ + ": surge and yaw-rate are both soft or both hard");
+    if (limits_ && *limits_ != role) throw Error(option_ + ": surge and yaw-rate must be both soft or both hard");
     limits_ = options_.limits = role;
   }
 
@@ -158,11 +160,11 @@ std::string model_spec_words() {
 
 NamedModel parse_model_spec(const std::string& option, const std::string& spec, const TrackingOptions& base) {
   NamedModel model{spec, base};
-  model.options.surge.reset();  // limits serve as numbers; a model has those that it names
+  model.options.surge.reset();  // the limits of `base` apply only if the specification names the constraint
   model.options.max_yaw_rate.reset();
   std::vector<std::string_view> parts = split(spec, '+');
   if (const Part first = part_of(parts.front()); set_motion(first, model.options)) {
-    no_more(option, first);
+    check_no_values_left(option, first);
     parts.erase(parts.begin());
   }
   ModelParts add(option, base, model.options);
@@ -192,7 +194,7 @@ Solver solver_for(const NamedModel& model) {
   return GaussNewtonOptions{};
 }
 
-ModelResult try_model(const Scenario& scenario, const NamedModel& model, const Solver& solver) {
+ModelResult evaluate_model(const Scenario& scenario, const NamedModel& model, const Solver& solver) {
   ModelResult result;
   result.name = model.name;
   try {
@@ -206,9 +208,8 @@ ModelResult try_model(const Scenario& scenario, const NamedModel& model, const S
     result.violation = summary.max_violation;
     result.seconds = summary.seconds;
     result.iterations = summary.iterations;
-    result.usbl = summarise(estimated.errors, KeyframeType::usbl);
-    result.optical = summarise(estimated.errors, KeyframeType::optical);
-    result.gated = summarise(estimated.errors, KeyframeType::gated);
+    for (std::size_t i = 0; i < keyframe_types.size(); ++i)
+      result.errors[i] = summarise(estimated.errors, keyframe_types[i]);
     result.all = summarise(estimated.errors);
   } catch (const Error& error) {
     result.status = "refused";

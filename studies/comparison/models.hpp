@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
@@ -9,46 +10,50 @@
 
 namespace tandem {
 
-/// A motion model of the target with its constraints, under the name that selects it.
+/// A motion model of the target with constraints, and the specification that selects it.
 struct NamedModel {
   std::string name;
   TrackingOptions options;
 };
 
-/// The models that `tandem models` compares when none are named; each is what parse_model_spec takes.
+/// Returns the specifications of the models that `tandem models` compares by default.
 std::vector<std::string> default_models();
 
-/// A model out of parts joined by '+', e.g. "constant-twist+non-holonomic:hard+surge:0,2.5+horizons:1,2", on top of
-/// `base`. The first part may be a motion model by its name (constant-twist where none is given), mode-b or multi-horizon
-/// (constant twist with horizons 1,2,4). The others, hard where no role is said:
+/// Parses a model specification: parts joined by '+', for example
+/// "constant-twist+non-holonomic:hard+surge:0,2.5+horizons:1,2". Options that it does not set are those of `base`.
 ///
-///     non-holonomic[:ROLE]  roll-pitch[:ROLE]  surge[:MIN,MAX][:ROLE]  yaw-rate[:MAX][:ROLE]  all[:ROLE]  horizons:LIST
+/// The first part may be the name of a motion model, mode-b, or multi-horizon (constant twist with horizons 1,2,4). The
+/// default is the model of `base`. The other parts are constraints and horizons:
 ///
-/// with ROLE soft or hard; limits without numbers are those of `base`, else surge ≥ 0 m/s and yaw rate ±0.3 rad/s; `all`
-/// is the first four. Throws Error that says what is taken and, where one is near, what may have been meant.
+///   non-holonomic[:ROLE]  roll-pitch[:ROLE]  surge[:MIN,MAX][:ROLE]  yaw-rate[:MAX][:ROLE]  all[:ROLE]  horizons:LIST
+///
+/// ROLE is soft or hard (default hard). Limits without numbers are those of `base`, else surge ≥ 0 m/s and yaw rate
+/// ±0.3 rad/s. `all` stands for the first four. Throws Error with the valid words and, if one is similar, a suggestion.
 NamedModel parse_model_spec(const std::string& option, const std::string& spec, const TrackingOptions& base);
 
-/// What parse_model_spec takes, for help: "MODEL: constant-twist, …. CONSTRAINT: non-holonomic, …."
+/// Describes the syntax of a specification, for help texts: "MODEL: constant-twist, …. CONSTRAINT: non-holonomic, …."
 std::string model_spec_words();
 
-/// A list of them by commas; a comma before a number belongs to the model before it.
+/// Parses a comma-separated list of specifications. A comma before a number belongs to the preceding specification.
 std::vector<NamedModel> parse_model_list(const std::string& option, const std::string& text,
                                          const TrackingOptions& base);
 
-/// How a model did.
+/// Result of estimating a scenario with one model.
 struct ModelResult {
   std::string name, solver;
-  std::string status;   ///< name(Status); "refused" when data and model make no problem or the solver cannot take it
-  std::string message;  ///< one sentence
-  bool solved = false;  ///< the numbers below are there
+  std::string status;   ///< name(Status); "refused" if data and model give no valid problem or the solver rejects it
+  std::string message;  ///< explanation of the status
+  bool solved = false;  ///< whether the numbers below are valid
   double cost = 0, violation = 0, seconds = 0;
   int iterations = 0;
-  ErrorSummary usbl, optical, gated, all;
+  std::array<ErrorSummary, keyframe_types.size()> errors;  ///< in the order of keyframe_types
+  ErrorSummary all;
 };
 
-/// What solves a model: gauss-newton or, when it has hard constraints, augmented-lagrangian.
+/// Returns the default solver of a model: augmented-lagrangian if it has hard constraints, else gauss-newton.
 Solver solver_for(const NamedModel& model);
 
-ModelResult try_model(const Scenario& scenario, const NamedModel& model, const Solver& solver);
+/// Estimates the scenario with a model. Never throws Error: `status` and `message` report it.
+ModelResult evaluate_model(const Scenario& scenario, const NamedModel& model, const Solver& solver);
 
 }  // namespace tandem

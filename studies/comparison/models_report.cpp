@@ -2,43 +2,40 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <tandem/studies/comparison/models_report.hpp>
-#include <tandem/studies/estimation/spread_text.hpp>
-#include <tandem/studies/support/json_text.hpp>
+#include <tandem/studies/estimation/error_fields.hpp>
 #include <tandem/studies/support/text_table.hpp>
 
 namespace tandem {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using Align = TextTable::Align;
 
-constexpr double kAsGood = 1.01;  // times the best: marked too, the difference says nothing
+constexpr std::size_t kMaxModelRows = 20;  // of a summary
+constexpr double kAsGood = 1.01;           // ratio to the best value up to which values are marked as best, too
 
-/// A column of errors.
+/// A column of mean errors.
 struct Measure {
-  const char* keyframes;
-  ErrorSummary ModelResult::*errors;
+  std::optional<std::size_t> type;  ///< index in keyframe_types; nullopt: all keyframes
   bool orientation;
 
+  std::string keyframes() const { return type ? std::string(name(keyframe_types[*type])) : "all"; }
   std::optional<double> operator()(const ModelResult& result) const {
-    const ErrorSummary& e = result.*errors;
+    const ErrorSummary& e = type ? result.errors[*type] : result.all;
     const std::optional<MeanStd>& spread = orientation ? e.orientation : e.position;
-    // Where points have no orientation, the mean over the rest would look better than it is.
-    const bool whole = spread && (errors != &ModelResult::all || spread->n == e.compared);
+    // If some states are points without orientation, the mean over the others would be too optimistic.
+    const bool whole = spread && (type || spread->n == e.compared);
     return result.solved && whole ? std::optional(spread->mean) : std::nullopt;
   }
 };
 
 std::vector<Measure> measures() {
   std::vector<Measure> all;
-  for (const bool orientation : {false, true})
-    for (const auto& [name, errors] :
-         {std::pair{"usbl", &ModelResult::usbl}, std::pair{"optical", &ModelResult::optical},
-          std::pair{"gated", &ModelResult::gated}, std::pair{"all", &ModelResult::all}})
-      all.push_back({name, errors, orientation});
+  for (const bool orientation : {false, true}) {
+    for (std::size_t i = 0; i < keyframe_types.size(); ++i) all.push_back({i, orientation});
+    all.push_back({{}, orientation});
+  }
   return all;
 }
 
@@ -50,7 +47,7 @@ std::optional<double> best(const std::vector<ModelResult>& results, const Measur
   return least;
 }
 
-/// "best position over all keyframes: MODEL, 1.574 m".
+/// Returns "Least position error over all keyframes: MODEL, 1.574 m", or an empty string without errors.
 std::string winner(const std::vector<ModelResult>& results, const Measure& measure) {
   const auto least = best(results, measure);
   for (const ModelResult& r : results)
@@ -61,12 +58,20 @@ std::string winner(const std::vector<ModelResult>& results, const Measure& measu
   return "";
 }
 
+/// Returns the results by their position error over all keyframes; those without one follow.
+std::vector<ModelResult> ranked(std::vector<ModelResult> results) {
+  const auto error = [](const ModelResult& r) { return r.solved && r.all.position ? r.all.position->mean : HUGE_VAL; };
+  std::stable_sort(results.begin(), results.end(),
+                   [&](const ModelResult& a, const ModelResult& b) { return error(a) < error(b); });
+  return results;
+}
+
 struct ModelRow {
   const std::string& scenario;
   const ModelResult& result;
 };
 
-/// A number of a model that was solved.
+/// Returns a cell with a number of the result; empty if it is not valid.
 template <class T>
 std::function<CsvCell(const ModelRow&)> if_solved(T ModelResult::*number) {
   return [number](const ModelRow& r) { return r.result.solved ? CsvCell(r.result.*number) : CsvCell(); };
@@ -74,33 +79,73 @@ std::function<CsvCell(const ModelRow&)> if_solved(T ModelResult::*number) {
 
 CsvTable<ModelRow> model_columns() {
   CsvTable<ModelRow> table;
-  table.add("scenario", "its name", [](const ModelRow& r) { return r.scenario; })
-      .add("model", "the words that select it", [](const ModelRow& r) { return r.result.name; })
-      .add("solver", "what solved it", [](const ModelRow& r) { return r.result.solver; })
-      .add("status", "converged or why it ended; refused: nothing was solved",
+  table.add("scenario", "name of the scenario", [](const ModelRow& r) { return r.scenario; })
+      .add("model", "specification of the model, as --models takes it", [](const ModelRow& r) { return r.result.name; })
+      .add("solver", "name of the solver", [](const ModelRow& r) { return r.result.solver; })
+      .add("status", "converged, or why the solve ended; refused: there is no valid problem",
            [](const ModelRow& r) { return r.result.status; })
-      .add("cost", "at the end; costs of different models do not compare", if_solved(&ModelResult::cost))
-      .add("violation", "largest one of a hard constraint", if_solved(&ModelResult::violation))
-      .add("iterations", "of the solver", if_solved(&ModelResult::iterations))
-      .add("seconds", "that the solve took [s]", if_solved(&ModelResult::seconds));
+      .add("cost", "final cost; costs of different models are not comparable", if_solved(&ModelResult::cost))
+      .add("violation", "largest violation of a hard constraint", if_solved(&ModelResult::violation))
+      .add("iterations", "number of iterations", if_solved(&ModelResult::iterations))
+      .add("seconds", "duration of the solve [s]", if_solved(&ModelResult::seconds));
   for (const Measure& m : measures())
-    table.add(fmt::format("{}_{}", m.keyframes, m.orientation ? "orientation_error_deg" : "position_error_m"),
-              m.orientation ? "mean over the keyframes of that type, or all, as in errors.csv [deg]"
-                            : "mean over the keyframes of that type, or all, as in errors.csv [m]",
+    table.add(fmt::format("at_{}_{}", m.keyframes(), m.orientation ? "orientation_deg" : "error_m"),
+              m.orientation ? "mean orientation error over the keyframes of that type, as in errors.csv [deg]"
+                            : "mean position error over the keyframes of that type, as in errors.csv [m]",
               [m](const ModelRow& r) { return m(r.result); });
-  return table.add("message", "a sentence", [](const ModelRow& r) { return r.result.message; });
+  return table.add("message", "explanation of the status", [](const ModelRow& r) { return r.result.message; });
+}
+
+template <class T>
+auto json_if_solved(T ModelResult::*number) {
+  return [number](const ModelResult& r) { return r.solved ? std::optional(r.*number) : std::nullopt; };
+}
+
+JsonFields<ModelResult> model_fields() {
+  return JsonFields<ModelResult>()
+      .add("model", "specification of the model, as --models takes it", [](const ModelResult& r) { return r.name; })
+      .add("solver", "name of the solver", [](const ModelResult& r) { return r.solver; })
+      .add("status", "converged, or why the solve ended; refused: there is no valid problem",
+           [](const ModelResult& r) { return r.status; })
+      .add("message", "explanation of the status", [](const ModelResult& r) { return r.message; })
+      .add("cost", "final cost; costs of different models are not comparable", json_if_solved(&ModelResult::cost))
+      .add("violation", "largest violation of a hard constraint", json_if_solved(&ModelResult::violation))
+      .add("iterations", "number of iterations", json_if_solved(&ModelResult::iterations))
+      .add("seconds", "duration of the solve [s]", json_if_solved(&ModelResult::seconds))
+      .add_map("errors", "TYPE",
+               "errors by the measurement at the keyframe: position, pose, partial, none; and at all keyframes",
+               error_fields(), [](const ModelResult& r) {
+                 std::vector<std::pair<std::string, ErrorSummary>> errors;
+                 if (!r.solved) return errors;
+                 for (std::size_t i = 0; i < keyframe_types.size(); ++i)
+                   errors.emplace_back(name(keyframe_types[i]), r.errors[i]);
+                 errors.emplace_back("all", r.all);
+                 return errors;
+               });
+}
+
+struct Models {
+  const std::string& scenario;
+  const std::vector<ModelResult>& results;
+};
+
+JsonFields<Models> models_fields() {
+  return JsonFields<Models>()
+      .add("scenario", "name of the scenario", [](const Models& m) { return m.scenario; })
+      .add_list("models", "results, in the order of --models", model_fields(),
+                [](const Models& m) -> const std::vector<ModelResult>& { return m.results; });
 }
 
 }  // namespace
 
-std::string models_report(const std::string& scenario, const std::vector<ModelResult>& results) {
-  std::vector<Measure> columns;  // those that some model has
+std::string models_report(const std::string& scenario, const std::vector<ModelResult>& results, bool full) {
+  std::vector<Measure> columns;  // with a value for at least one model
   for (const Measure& m : measures())
     if (std::any_of(results.begin(), results.end(), [&](const ModelResult& r) { return m(r).has_value(); }))
       columns.push_back(m);
 
   std::vector<TextTable::Column> heads = {{"model", Align::left}, {"status", Align::left}, {"cost"}, {"seconds"}};
-  for (const Measure& m : columns) heads.push_back({std::string(m.keyframes) + " "});
+  for (const Measure& m : columns) heads.push_back({m.keyframes() + " "});
   TextTable table(heads);
   for (const bool orientation : {false, true}) {
     std::optional<std::size_t> first, last;
@@ -109,10 +154,13 @@ std::string models_report(const std::string& scenario, const std::vector<ModelRe
       if (!first) first = 4 + i;
       last = 4 + i;
     }
-    if (first) table.group(*first, *last, orientation ? "orientation [°]" : "position [m]");
+    if (first) table.group(*first, *last, orientation ? "orientation error [°]" : "position error [m]");
   }
   std::string solvers;
-  for (const ModelResult& r : results) {
+  const std::size_t rows = full ? results.size() : std::min(results.size(), kMaxModelRows);
+  const std::vector<ModelResult> shown = rows < results.size() ? ranked(results) : results;
+  for (std::size_t i = 0; i < rows; ++i) {
+    const ModelResult& r = shown[i];
     if (!r.solved) {
       table.row({r.name, r.status}, r.message);
       continue;
@@ -128,13 +176,15 @@ std::string models_report(const std::string& scenario, const std::vector<ModelRe
     }
     table.row(cells);
   }
-  std::string text = fmt::format("{}: mean errors by keyframe type{}\n\n{}", scenario,
-                                 solvers.empty() ? "" : " (solved by " + solvers + ")", table.str());
-  if (columns.empty()) return text + "\nThere is no truth to compare with.\n";
-  text += "\n* least error of the column, to 1 %. Costs of different models do not compare.\n";
+  std::string text;
   for (const Measure& m : columns)
-    if (m.errors == &ModelResult::all) text += winner(results, m);
-  return text;
+    if (!m.type) text += winner(results, m);
+  text += fmt::format("{}{}: mean errors by the measurement at the keyframe{}\n\n{}", text.empty() ? "" : "\n",
+                      scenario, solvers.empty() ? "" : " (solved by " + solvers + ")", table.str());
+  if (rows < results.size())
+    text += fmt::format("… and {} more. All models: --full, or models.csv in --out.\n", results.size() - rows);
+  if (columns.empty()) return text + "\nErrors are not available, because the scenario has no truth.\n";
+  return text + "\n* least error of the column, to 1 %. Costs of different models are not comparable.\n";
 }
 
 std::string models_csv(const std::string& scenario, const std::vector<ModelResult>& results) {
@@ -144,24 +194,11 @@ std::string models_csv(const std::string& scenario, const std::vector<ModelResul
 }
 
 std::string models_json(const std::string& scenario, const std::vector<ModelResult>& results) {
-  Json json = {{"scenario", scenario}, {"models", Json::array()}};
-  for (const ModelResult& r : results) {
-    Json row = {{"model", r.name}, {"solver", r.solver}, {"status", r.status}, {"message", r.message}};
-    if (r.solved) {
-      row["cost"] = r.cost;
-      row["violation"] = r.violation;
-      row["iterations"] = r.iterations;
-      row["seconds"] = r.seconds;
-      row["errors"] = {{"usbl", errors_json(r.usbl)},
-                       {"optical", errors_json(r.optical)},
-                       {"gated", errors_json(r.gated)},
-                       {"all", errors_json(r.all)}};
-    }
-    json["models"].push_back(row);
-  }
-  return json_text(json);
+  return json_text(json_document("models", models_fields(), Models{scenario, results}));
 }
 
-std::vector<CsvDescription> models_file_columns() { return {model_columns().describe("models.csv")}; }
+FileDescription models_json_keys() { return describe_json("--json", "models", models_fields()); }
+
+std::vector<FileDescription> models_file_columns() { return {model_columns().describe("models.csv")}; }
 
 }  // namespace tandem

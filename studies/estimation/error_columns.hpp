@@ -7,8 +7,8 @@
 
 namespace tandem {
 
-/// Adds what errors.csv has of the relative pose, be it of an estimate or of tracking. A row has members error (KeyframeError),
-/// frame (Frame) and three_sigma (std::optional<Vector<3>>: 3 σ of the relative position along the chaser's axes [m]).
+/// Adds the columns of the relative pose in errors.csv, which `estimate` and `track` share. A row has the members
+/// `error` (KeyframeError), `frame` (Frame) and `three_sigma` (std::optional<Vector<3>>, along the chaser's axes [m]).
 template <class Row>
 void add_relative_error_columns(CsvTable<Row>& table) {
   const auto in_body = [](const Frame& frame, std::optional<Vector<3>> v, double unit) {
@@ -16,17 +16,16 @@ void add_relative_error_columns(CsvTable<Row>& table) {
     return v;
   };
   table.add("t", "time of the keyframe [s]", [](const Row& r) { return r.error.t; })
-      .add("type", "of the keyframe: optical, usbl or gated", [](const Row& r) { return name(r.error.type); })
-      .add("position_error_m", "size of the error of the target's position relative to the chaser [m]",
+      .add("type", kKeyframeTypeColumn, [](const Row& r) { return name(r.error.type); })
+      .add("position_error_m", "error of the target's position relative to the chaser, magnitude [m]",
            [](const Row& r) { return r.error.position; })
-      .add("orientation_error_deg", "angle of the error of the target's orientation relative to the chaser [deg]",
+      .add("orientation_error_deg", "error of the target's orientation relative to the chaser, rotation angle [deg]",
            [](const Row& r) { return r.error.orientation; })
-      .add_xyz("error_{}_m", "the error of the relative position, estimate minus truth, along the chaser's axes [m]",
+      .add_xyz("error_{}_m", "error of the relative position, estimate minus truth, along the chaser's axes [m]",
                [=](const Row& r) { return in_body(r.frame, r.error.position_vector, 1); })
-      .add_xyz("error_r{}_deg",
-               "the error of the relative orientation, a rotation vector about the target's axes [deg]",
+      .add_xyz("error_r{}_deg", "error of the relative orientation, a rotation vector about the target's axes [deg]",
                [=](const Row& r) { return in_body(r.frame, r.error.rotation_vector, 180.0 / std::numbers::pi); })
-      .add_xyz("three_sigma_{}_m", "3 σ of the relative position along the chaser's axes [m]",
+      .add_xyz("three_sigma_{}_m", "3σ bound of the relative position along the chaser's axes [m]",
                [](const Row& r) { return r.three_sigma; });
 }
 

@@ -5,12 +5,12 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/stop.hpp>
 #include <tandem/problem/tracking/ego_track.hpp>
-#include <tandem/problem/tracking/tracking_start.hpp>
-#include <tandem/solvers/tracking/solve_tracking.hpp>
+#include <tandem/problem/tracking/tracking_initial_guess.hpp>
+#include <tandem/solvers/heading_search/solve_tracking.hpp>
 #include <tandem/studies/estimation/estimate.hpp>
 #include <tandem/studies/estimation/target_constraints.hpp>
 #include <tandem/studies/estimation/turned_detections.hpp>
-#include <tandem/studies/navigation/navigated.hpp>
+#include <tandem/studies/navigation/navigated_scenario.hpp>
 
 namespace tandem {
 namespace {
@@ -32,7 +32,7 @@ Vector<6> twist_in_space(const Rn<3>& twist) {
   return Vector<6>(w[0], w[1], 0, 0, 0, w[2]);
 }
 
-/// The measurements as they come out of the same estimate with none held out; none when it does not converge.
+/// Returns the measurement outcomes of a solve without held-out measurements; empty if it does not converge.
 std::vector<MeasurementOutcome> outcomes_with_all(Scenario scenario, const TrackingOptions& options,
                                                   const Solver& solver, bool graduated, const Stop& stop) {
   for (TargetSensor& sensor : scenario.data.sensors)
@@ -69,7 +69,7 @@ void add_uncertainty(const Scenario& scenario, const Solver& solver, bool gradua
       robust ? outcomes_with_all(scenario, result.options, solver, graduated, stop) : std::vector<MeasurementOutcome>();
   if (robust && all.empty() && stop.reached()) {
     result.cut_short = result.why_no_uncertainty =
-        "which of what was held out is an outlier is not told: the estimate with all was cut short";
+        "cannot tell which held-out measurements are outliers: the solve with all measurements was stopped early";
   }
   for (HeldOut& prediction : found.held_out) {
     const double t = scenario.data.sensors[prediction.sensor].measurements[prediction.index].t;
@@ -87,9 +87,9 @@ Estimate navigate_and_estimate(const Scenario& scenario, const TrackingOptions& 
   const Stop stop(common(solver));
   stop.limit(navigation.solver);
   NavigatedScenario with_chaser = navigated(scenario, navigation);
-  Solver rest = solver;
-  stop.limit(common(rest));
-  Estimate result = estimate(with_chaser.scenario, options, rest, graduated, {}, covariance, built);
+  Solver limited = solver;
+  stop.limit(common(limited));
+  Estimate result = estimate(with_chaser.scenario, options, limited, graduated, {}, covariance, built);
   result.findings = std::move(with_chaser.findings);
   return result;
 }
@@ -100,18 +100,18 @@ void add_ego(const TrackingData& data, const TrackingProblem& tracking, Estimate
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     const auto used = std::count_if(tracking.ego_measurements.begin(), tracking.ego_measurements.end(),
                                     [&](const PlacedEgoMeasurement& m) { return m.sensor == i; });
-    result.ego_sensors.push_back({sensors[i].name, std::size_t(used), tracking.ego_left_out[i]});
+    result.ego_sensors.push_back({sensors[i].name, std::size_t(used), tracking.num_discarded_ego[i]});
   }
   result.splits = tracking.splits;
   if (tracking.dvl_scale) result.dvl_scale = tracking.problem.value(*tracking.dvl_scale).vector()[0];
 }
 
-std::vector<Suspect> suspects(const TrackingData& data, const TrackingProblem& tracking, bool robust_start,
-                              const Stop& stop) {
+std::vector<SuspectedOutlier> suspects(const TrackingData& data, const TrackingProblem& tracking,
+                                       bool robust_initial_guess, const Stop& stop) {
   const std::vector<Outlier> found =
-      robust_start ? tracking.outliers
-                   : outliers(data, tracking.keyframes, odometry_at(data.odometry, tracking.keyframes), stop);
-  std::vector<Suspect> result;
+      robust_initial_guess ? tracking.outliers
+                           : outliers(data, tracking.keyframes, odometry_at(data.odometry, tracking.keyframes), stop);
+  std::vector<SuspectedOutlier> result;
   for (const Outlier& o : found) {
     const TargetSensor& sensor = data.sensors[o.sensor];
     result.push_back({sensor.name, sensor.measurements[o.index].t, o.sigmas});
@@ -119,10 +119,10 @@ std::vector<Suspect> suspects(const TrackingData& data, const TrackingProblem& t
   return result;
 }
 
-/// What the same estimate without limits on surge and yaw rate says about them; empty where it is within, or there are none.
-/// Throws Stopped where it is to stop before that is known.
+/// Solves without the limits on surge and yaw rate. Returns a warning if the solution clearly exceeds them in more than
+/// 10 % of the intervals, else an empty string. Throws Stopped if `stop` requests it.
 std::string contradiction(const TrackingData& data, TrackingOptions options, const Stop& stop) try {
-  constexpr const char* kWhat = "whether limits and data contradict is not told";
+  constexpr const char* kWhat = "check of the motion limits against the data";
   const TargetConstraints limits{.surge = options.surge, .max_yaw_rate = options.max_yaw_rate};
   if (!limits.surge && !limits.max_yaw_rate) return "";
   stop.check(kWhat);
@@ -130,26 +130,26 @@ std::string contradiction(const TrackingData& data, TrackingOptions options, con
   options.max_yaw_rate.reset();
   if (options.non_holonomic == Role::hard) options.non_holonomic = Role::soft;
   if (options.roll_pitch == Role::hard) options.roll_pitch = Role::soft;
-  TrackingProblem free = make_tracking_problem(data, options, stop);
+  TrackingProblem unlimited = make_tracking_problem(data, options, stop);
   GaussNewtonOptions solver;
   stop.limit(solver);
-  const Summary summary = solve(free.problem, solver);
+  const Summary summary = solve(unlimited.problem, solver);
   if (!summary.converged()) stop.check(kWhat);
   if (!summary.converged()) return "";
-  const LimitCheck outside = count_outside(free, data.noise, limits);
-  if (outside.intervals == 0 || 10 * outside.intervals < outside.of) return "";
-  return fmt::format("Without its limits, {} of the target's {} intervals are outside them ({}): do they fit the data?",
-                     outside.intervals, outside.of, describe(limits));
+  const LimitCheck check = count_outside(unlimited, data.noise, limits);
+  if (check.outside == 0 || 10 * check.outside < check.intervals) return "";
+  return fmt::format(
+      "Without its limits ({}), the target would exceed them in {} of {} intervals; check that they fit the data.",
+      describe(limits), check.outside, check.intervals);
 } catch (const Stopped&) {
   throw;
-} catch (
-    const Error&) {  // without hard constraints there may be no such estimate, for want of noise or of observability
+} catch (const Error&) {  // the problem without hard constraints may lack noise settings or be rank deficient
   return "";
 }
 
 }  // namespace
 
-std::string Suspect::text() const {
+std::string SuspectedOutlier::text() const {
   return fmt::format("{} at {:.3f} s is {:.3g} standard deviations from where the other measurements put the target",
                      sensor, t, sigmas);
 }
@@ -173,8 +173,8 @@ Estimate estimate(const Scenario& scenario, const TrackingOptions& options, cons
   if (built) built(problem);
   result.summary = solve_with(solver, graduated, stop, tracking);
   if (const std::string turned = turned_detections(scenario.data, tracking);
-      !result.summary.converged() && !turned.empty() && !options.robust_start)
-    result.summary.message += "; " + turned + ": try --robust";
+      !result.summary.converged() && !turned.empty() && !options.robust_initial_guess)
+    result.summary.message += "; " + turned + ", which may be a flipped detection; try --robust";
 
   for (std::size_t k = 0; k < tracking.keyframes.size(); ++k) {
     result.chaser.push_back(tracking.chaser_pose(k));
@@ -186,16 +186,16 @@ Estimate estimate(const Scenario& scenario, const TrackingOptions& options, cons
   result.measurements = measurement_outcomes(scenario, tracking);
   result.sensors = sensor_outcomes(scenario, options, tracking, result.measurements);
   try {
-    result.suspects = suspects(scenario.data, tracking, options.robust_start, stop.with_grace());
+    result.suspects = suspects(scenario.data, tracking, options.robust_initial_guess, stop.with_grace());
     result.contradiction = contradiction(scenario.data, options, stop);
   } catch (const Stopped& stopped) {
     result.cut_short = stopped.what();
   }
-  result.constants = found_constants(problem, tracking.constants, nullptr);
+  result.constants = systematic_error_estimates(problem, tracking.constants, nullptr);
   if (covariance)
     add_uncertainty(scenario, solver, graduated, stop, tracking, result);
   else
-    result.why_no_uncertainty = "they were not asked for";
+    result.why_no_uncertainty = "not requested";
   add_ego(scenario.data, tracking, result);
   result.keyframes = std::move(tracking.keyframes);
   return result;

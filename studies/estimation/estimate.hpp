@@ -13,68 +13,72 @@
 
 namespace tandem {
 
-/// A measurement that was held out against its prediction.
+/// A held-out measurement with its prediction.
 struct Validation {
   HeldOut prediction;
-  double t;  ///< s, as stamped
-  /// Whether the robust losses leave it a weight of kDownWeighted or more in the same estimate with all measurements in:
-  /// says so without the interval that it is to validate. Nothing when that estimate did not converge.
+  double t;  ///< stamp [s]
+  /// Whether the robust losses leave the measurement a weight of kDownweightThreshold or more if all measurements are
+  /// used. This criterion does not depend on the interval to be validated. Absent if that solve did not converge.
   std::optional<bool> inlier;
 };
 
-/// What became of the measurements of one of the chaser's own sensors.
+/// Numbers of measurements of one of the chaser's own sensors.
 struct EgoSensorUse {
   std::string name;
-  std::size_t used, left_out;
+  std::size_t used, discarded;
 };
 
-/// A measurement that the others contradict (see outliers()).
-struct Suspect {
+/// A measurement that contradicts the others; see outliers().
+struct SuspectedOutlier {
   std::string sensor;
-  double t;       ///< s, as stamped
-  double sigmas;  ///< standard deviations from what the others say
+  double t;       ///< stamp [s]
+  double sigmas;  ///< distance from the position that the other measurements predict, in standard deviations
 
-  /// "usbl at 312.000 s is 2003 standard deviations from where the other measurements put the target".
+  /// Returns for example "usbl at 312.000 s is 2003 standard deviations from where the other measurements put the
+  /// target".
   std::string text() const;
 };
 
-/// What estimating a scenario gave.
+/// Result of estimate(), in ENU-FLU. Vectors over keyframes have the length of `keyframes`.
 struct Estimate {
   std::string scenario;
   TrackingOptions options;
-  Frame frame;  ///< what results are written in; everything here is in ENU-FLU
+  Frame frame;  ///< frame of the result files
   Summary summary;
-  int residual_blocks = 0;  ///< soft ones
-  int hard_blocks = 0;
+  int residual_blocks = 0, hard_blocks = 0;  ///< numbers of soft blocks and of hard constraints
   std::vector<Keyframe> keyframes;
-  std::vector<SE3> chaser;  ///< one each a keyframe
+  std::vector<SE3> chaser;
   std::vector<TargetState> target;
-  std::vector<Vector<6>> target_twist;  ///< body twists, where the model estimates them [m/s, rad/s]
-  std::vector<KeyframeError> errors;    ///< one a keyframe
+  std::vector<Vector<6>> target_twist;  ///< body twists [m/s, rad/s]; empty if they are not states of the model
+  std::vector<KeyframeError> errors;
   std::vector<MeasurementOutcome> measurements;
   std::vector<SensorOutcome> sensors;
-  std::vector<std::string> without_extrinsics;   ///< declared sensors
-  std::vector<KeyframeUncertainty> uncertainty;  ///< one each a keyframe, or none
-  std::vector<Validation> held_out;              ///< needs the uncertainty
-  std::string why_no_uncertainty;                ///< a sentence, when there is none
-  std::string cut_short;                         ///< what the solver's limits cut short after it, a sentence, or none
-  std::vector<Suspect> suspects;                 ///< the worst first
-  std::vector<FoundConstant> constants;          ///< of sensors with errors that stay
-  std::string contradiction;                     ///< of the limits on the motion with the data, a sentence, or none
+  std::vector<std::string> without_extrinsics;     ///< declared sensors without extrinsics
+  std::vector<KeyframeUncertainty> uncertainty;    ///< over keyframes, or empty
+  std::vector<Validation> held_out;                ///< held-out measurements; empty without uncertainty
+  std::string why_no_uncertainty;                  ///< reason, if `uncertainty` is empty or `held_out` lacks inliers
+  std::string cut_short;                           ///< what a limit or an interrupt prevented after the solve, or empty
+  std::vector<SuspectedOutlier> suspects;          ///< in order of decreasing distance
+  std::vector<SystematicErrorEstimate> constants;  ///< systematic errors of sensors
+  std::string contradiction;                       ///< warning if motion limits contradict the data, or empty
 
-  // Where the chaser moves by its own sensors:
+  // Only if the chaser moves by its own sensors:
   std::vector<EgoSensorUse> ego_sensors;
-  std::vector<NavigationFinding> findings;        ///< about them
-  std::vector<std::pair<double, double>> splits;  ///< gaps of the IMU: from, to [s]
-  std::optional<double> dvl_scale{};              ///< the DVL reads (1 + this) v, when estimated
+  std::vector<NavigationFinding> findings;        ///< problems found in the data of these sensors
+  std::vector<std::pair<double, double>> splits;  ///< gaps of the IMU: begin, end [s]
+  std::optional<double> dvl_scale{};              ///< estimated scale factor s; the DVL reads (1 + s) v
 };
 
-/// Builds the tracking problem, solves it and compares with the truth. Throws Error when data and options
-/// make no problem or the solver cannot take it; a solve that does not converge is in the summary. When measurements are
-/// held out and losses robust, solves once more with all of them in, to tell the inliers. A chaser without odometry is
-/// navigated by its own sensors first, as `navigation` says, and then estimated together with the target.
-/// `graduated`: by graduated non-convexity around the solver (solvers/graduated.hpp). The solver's limits are of all this
-/// together: what is there by then is given. `built` is called with the problem before it is solved.
+/// Builds the tracking problem, solves it, and compares the solution with the truth.
+///
+/// A chaser without odometry is first navigated by its own sensors, with the options `navigation`, and then estimated
+/// jointly with the target. `graduated` selects graduated non-convexity (solvers/graduated.hpp). If measurements are
+/// held out and losses are robust, a second solve with all measurements finds the inliers. `covariance` requests the
+/// uncertainty. The solver's time limit covers all steps; `cut_short` names those that it prevented. `built` is called
+/// with the problem before it is solved.
+///
+/// Throws Error if data and options give no valid problem or the solver does not support it. A solve that does not
+/// converge is no error; see `summary`.
 Estimate estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver,
                   bool graduated = false, const NavigationOptions& navigation = {}, bool covariance = true,
                   const std::function<void(const Problem&)>& built = {});

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -16,24 +17,25 @@ namespace {
 
 using OptionalVector = std::optional<Vector<3>>;
 
-/// What is written of chaser or target; everything by keyframe.
+/// The chaser or the target, as functions of the keyframe.
 struct Body {
   std::function<TargetState(std::size_t)> state;
   std::function<Eigen::MatrixXd(std::size_t)> covariance;
-  const std::vector<Vector<6>>& twist;  ///< empty: from the poses
+  const std::vector<Vector<6>>& twist;  ///< if empty, twists come from consecutive poses
   const std::vector<Stamped<SE3>>& truth;
 };
 
-/// Chaser or target at a keyframe, in the scenario's frame.
+/// The chaser or the target at a keyframe, in the scenario's frame.
 struct StateRow {
   double t;
   Vector<3> position;
   std::optional<SO3> orientation;
-  OptionalVector velocity, angular_velocity;  ///< body axes
-  Eigen::MatrixXd covariance;                 ///< may be nothing
+  OptionalVector velocity, angular_velocity;  ///< along the body axes
+  Eigen::MatrixXd covariance;                 ///< may be empty
 };
 
-/// The mean body twist over the neighbouring keyframes, one-sided at the ends and beside points.
+/// Returns the model's body twist or, without it, the mean twist between the neighbouring keyframes. The mean is
+/// one-sided at the ends and beside points; nothing is returned without a neighbouring pose.
 std::optional<Vector<6>> twist_at(const Estimate& estimate, const Body& body, std::size_t k) {
   if (!body.twist.empty()) return body.twist[k];
   const auto pose = [&](std::size_t i) -> std::optional<SE3> {
@@ -48,7 +50,7 @@ std::optional<Vector<6>> twist_at(const Estimate& estimate, const Body& body, st
   return Vector<6>(minus(*pose(to), *pose(from)) / (estimate.keyframes[to].t - estimate.keyframes[from].t));
 }
 
-/// A covariance of a pose, or of a point, with the scenario's axes.
+/// Transforms the covariance of a pose (6 × 6) or a point (3 × 3) to the scenario's axes.
 Eigen::MatrixXd in_frame(const Frame& frame, const Eigen::MatrixXd& covariance) {
   if (covariance.size() == 0) return covariance;
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(covariance.rows(), covariance.rows());
@@ -75,15 +77,16 @@ CsvTable<StateRow> state_columns() {
   CsvTable<StateRow> table;
   add_pose_columns(table);
   table.add_xyz("v{}",
-                "velocity along the body's axes [m/s]: mean between the neighbouring keyframes, or the model's own",
+                "velocity along the body axes [m/s]: a state of the model, or else the mean between the neighbouring "
+                "keyframes",
                 [](const StateRow& r) { return r.velocity; });
-  table.add_xyz("w{}", "angular velocity about the body's axes [rad/s], likewise",
+  table.add_xyz("w{}", "angular velocity about the body axes [rad/s], from the same source as v",
                 [](const StateRow& r) { return r.angular_velocity; });
   add_covariance_columns(table);
   return table;
 }
 
-/// A measurement that a robust loss left little of.
+/// A down-weighted measurement.
 struct WeightRow {
   std::string sensor;
   double t;
@@ -92,18 +95,19 @@ struct WeightRow {
 
 CsvTable<WeightRow> weight_columns() {
   return CsvTable<WeightRow>()
-      .add("sensor", "its name", [](const WeightRow& r) { return r.sensor; })
-      .add("t", "as stamped [s]", [](const WeightRow& r) { return r.t; })
-      .add("part", "all, or position or orientation where these have losses of their own",
+      .add("sensor", "name of the sensor", [](const WeightRow& r) { return r.sensor; })
+      .add("t", "stamp of the measurement [s]", [](const WeightRow& r) { return r.t; })
+      .add("part", "all, or position or orientation if these have separate losses",
            [](const WeightRow& r) { return r.part.part; })
-      .add("weight", "what the loss leaves of it, below 0.5", [](const WeightRow& r) { return r.part.weight; });
+      .add("weight", "weight that the robust loss gives the measurement, below 0.5",
+           [](const WeightRow& r) { return r.part.weight; });
 }
 
 std::vector<WeightRow> weight_rows(const Estimate& estimate) {
   std::vector<WeightRow> rows;
   for (const MeasurementOutcome& m : estimate.measurements)
     for (const PartWeight& part : m.parts)
-      if (part.weight < kDownWeighted) rows.push_back({estimate.sensors[m.sensor].name, m.t, part});
+      if (part.weight < kDownweightThreshold) rows.push_back({estimate.sensors[m.sensor].name, m.t, part});
   return rows;
 }
 
@@ -112,23 +116,24 @@ struct HeldOutRow {
   const Validation& validation;
 };
 
-/// `rows`: of the residual that has most.
+/// `rows` is the largest number of rows of any residual.
 CsvTable<HeldOutRow> held_out_columns(Eigen::Index rows) {
   std::vector<std::string> numbers;
   for (Eigen::Index i = 1; i <= rows; ++i) numbers.push_back(std::to_string(i));
   return CsvTable<HeldOutRow>()
-      .add("sensor", "its name", [](const HeldOutRow& r) { return r.sensor; })
-      .add("t", "as stamped [s]", [](const HeldOutRow& r) { return r.validation.t; })
-      .add("inlier", "1 or 0: whether the robust losses keep it in the same estimate with all measurements in",
+      .add("sensor", "name of the sensor", [](const HeldOutRow& r) { return r.sensor; })
+      .add("t", "stamp of the measurement [s]", [](const HeldOutRow& r) { return r.validation.t; })
+      .add("inlier", "1: its weight is 0.5 or more in an estimate with all measurements, else 0; empty if unknown",
            [](const HeldOutRow& r) { return r.validation.inlier; })
-      .add("rows", "of its residual", [](const HeldOutRow& r) { return r.validation.prediction.r.size(); })
-      .add("rows_inside", "those within the 95 % interval of their own",
+      .add("rows", "number of rows of the residual",
+           [](const HeldOutRow& r) { return r.validation.prediction.r.size(); })
+      .add("rows_inside", "number of rows within their 95 % interval",
            [](const HeldOutRow& r) { return r.validation.prediction.rows_inside(); })
-      .add("squared_distance", "normalised: χ² with as many degrees of freedom as rows",
+      .add("squared_distance", "normalised squared residual: χ² with one degree of freedom per row",
            [](const HeldOutRow& r) { return r.validation.prediction.squared_distance(); })
       .add_each(numbers, "residual_{}", "measurement minus prediction, in the sensor's units",
                 [](const HeldOutRow& r) { return r.validation.prediction.r; })
-      .add_each(numbers, "sigma_{}", "standard deviation of that: the prediction's and the sensor's noise together",
+      .add_each(numbers, "sigma_{}", "standard deviation of the residual: prediction and measurement noise combined",
                 [](const HeldOutRow& r) {
                   return Eigen::VectorXd(r.validation.prediction.covariance.diagonal().cwiseSqrt());
                 });
@@ -140,9 +145,10 @@ std::vector<HeldOutRow> held_out_rows(const Estimate& estimate) {
   return rows;
 }
 
-/// Where the measurement of a keyframe puts the target.
+/// A measured position of the target in the world.
 struct FixRow {
   double t;
+  std::string sensor;
   KeyframeType type;
   Vector<3> position;
 };
@@ -150,22 +156,29 @@ struct FixRow {
 CsvTable<FixRow> fix_columns() {
   return CsvTable<FixRow>()
       .add("t", "time of the keyframe [s]", [](const FixRow& r) { return r.t; })
-      .add("type", "of the keyframe: usbl or optical", [](const FixRow& r) { return name(r.type); })
-      .add_xyz("{}_m",
-               "where the measurement puts the target, seen from the estimated chaser, along the world's axes [m]",
+      .add("sensor", "name of the sensor", [](const FixRow& r) { return r.sensor; })
+      .add("type", "measurement of the sensor: position or pose", [](const FixRow& r) { return name(r.type); })
+      .add_xyz("{}_m", "measured position of the target, relative to the estimated chaser, along the world axes [m]",
                [](const FixRow& r) { return r.position; });
 }
 
-std::vector<FixRow> fix_rows(const Estimate& estimate) {
+/// Returns the measured positions and poses at the keyframes, in time order; held-out measurements do not count.
+std::vector<FixRow> fix_rows(const Estimate& estimate, const Scenario& scenario) {
   std::vector<FixRow> rows;
-  for (std::size_t k = 0; k < estimate.keyframes.size(); ++k)
-    if (const Keyframe& keyframe = estimate.keyframes[k]; keyframe.measured_position)
-      rows.push_back(
-          {keyframe.t, keyframe.type, estimate.frame.world(estimate.chaser[k].act(*keyframe.measured_position))});
+  for (const TargetSensor& sensor : scenario.data.sensors)
+    for (const Measurement& m : sensor.measurements) {
+      const auto position = sensor.position_in_chaser(m);
+      const auto k = keyframe_at(estimate.keyframes, sensor.valid_at(m));
+      if (!position || !k || m.held_out) continue;
+      const bool pose = sensor.type->has(measured::rotation);
+      rows.push_back({estimate.keyframes[*k].t, sensor.name, pose ? KeyframeType::pose : KeyframeType::position,
+                      estimate.frame.world(estimate.chaser[*k].act(*position))});
+    }
+  std::stable_sort(rows.begin(), rows.end(), [](const FixRow& a, const FixRow& b) { return a.t < b.t; });
   return rows;
 }
 
-/// An estimate against the truth at a keyframe.
+/// Errors and bounds at a keyframe.
 struct ErrorRow {
   const KeyframeError& error;
   const Frame& frame;
@@ -175,11 +188,11 @@ struct ErrorRow {
 CsvTable<ErrorRow> error_columns() {
   CsvTable<ErrorRow> table;
   add_relative_error_columns(table);
-  return table.add_xyz("three_sigma_r{}_deg", "3 σ of the relative orientation about the target's axes [deg]",
+  return table.add_xyz("three_sigma_r{}_deg", "3σ bound of the relative orientation about the target's axes [deg]",
                        [](const ErrorRow& r) { return r.three_sigma_rotation; });
 }
 
-std::vector<ErrorRow> error_rows(const Estimate& estimate) {
+std::vector<ErrorRow> csv_error_rows(const Estimate& estimate) {
   std::vector<ErrorRow> rows;
   for (std::size_t k = 0; k < estimate.errors.size(); ++k) {
     ErrorRow& row = rows.emplace_back(ErrorRow{estimate.errors[k], estimate.frame, {}, {}});
@@ -191,14 +204,14 @@ std::vector<ErrorRow> error_rows(const Estimate& estimate) {
   return rows;
 }
 
-/// The truth at the keyframes, where there is one.
+/// Returns the true poses at the keyframes that the truth covers.
 std::string truth_tum(const Estimate& estimate, const Scenario& scenario, const Body& body) {
   std::string text = tum_header;
   for (const Keyframe& keyframe : estimate.keyframes)
     if (const auto pose = pose_at(body.truth, keyframe.t)) {
-      const SE3 there = estimate.frame.world(*pose);
-      text += tum_row(keyframe.t, there.translation(),
-                      scenario.truth_orientation ? std::optional(there.rotation()) : std::nullopt);
+      const SE3 truth = estimate.frame.world(*pose);
+      text += tum_row(keyframe.t, truth.translation(),
+                      scenario.truth_orientation ? std::optional(truth.rotation()) : std::nullopt);
     }
   return text;
 }
@@ -228,8 +241,8 @@ void write_results(const Estimate& estimate, const Scenario& scenario, const std
                     scenario.truth_target};
   write_body(estimate, scenario, chaser, folder, "chaser");
   write_body(estimate, scenario, target, folder, "target");
-  write_file(folder / "errors.csv", error_columns().text(error_rows(estimate)));
-  write_file(folder / "target_fixes.csv", fix_columns().text(fix_rows(estimate)));
+  write_file(folder / "errors.csv", error_columns().text(csv_error_rows(estimate)));
+  write_file(folder / "target_fixes.csv", fix_columns().text(fix_rows(estimate, scenario)));
   write_file(folder / "weights.csv", weight_columns().text(weight_rows(estimate)));
   if (!estimate.held_out.empty()) {
     Eigen::Index rows = 0;
@@ -239,7 +252,7 @@ void write_results(const Estimate& estimate, const Scenario& scenario, const std
   write_file(folder / "summary.json", summary_json(estimate));
 }
 
-std::vector<CsvDescription> estimate_file_columns() {
+std::vector<FileDescription> estimate_file_columns() {
   return {state_columns().describe("chaser_full.csv, target_full.csv"), error_columns().describe("errors.csv"),
           fix_columns().describe("target_fixes.csv"), weight_columns().describe("weights.csv"),
           held_out_columns(6).describe("held_out.csv")};

@@ -7,13 +7,18 @@
 
 namespace tandem {
 
-/// Writes what was estimated, numbers to the last digit, all in the scenario's frame; a field that does not exist is
-/// empty: chaser.tum, target.tum, chaser_full.csv, target_full.csv, errors.csv, weights.csv, held_out.csv when measurements
-/// were held out, summary.json (see estimate_report.hpp) and, for plots, target_fixes.csv, chaser_truth.tum and
-/// target_truth.tum. `scenario` has the truth, if there is one. Throws Error. The columns are in docs/file_formats.md.
+/// Writes an estimate to a folder, in the scenario's frame, with full precision. Throws Error if a file cannot be
+/// written.
+///   chaser.tum, target.tum               trajectories
+///   chaser_full.csv, target_full.csv     trajectories with twists and covariances
+///   errors.csv, weights.csv              errors and 3σ bounds, down-weighted measurements
+///   held_out.csv                         if measurements were held out
+///   summary.json                         see summary_json()
+///   target_fixes.csv, *_truth.tum        for plots; truth only if the scenario has it
+/// docs/file_formats.md describes the columns. Fields without a value are empty.
 void write_results(const Estimate& estimate, const Scenario& scenario, const std::filesystem::path& folder);
 
-/// The columns of all files, for documents.
-std::vector<CsvDescription> estimate_file_columns();
+/// Returns the columns of all CSV files, for documentation.
+std::vector<FileDescription> estimate_file_columns();
 
 }  // namespace tandem

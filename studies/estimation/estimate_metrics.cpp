@@ -7,24 +7,12 @@
 namespace tandem {
 namespace {
 
-/// Truth without orientation takes the estimate's.
+/// Returns the true rotation of the chaser, or the estimated one if the truth has positions only.
 const SO3& chaser_axes(const Scenario& scenario, const SE3& truth, const SO3& estimate) {
   return scenario.truth_orientation ? truth.rotation() : estimate;
 }
 
 }  // namespace
-
-std::string_view name(KeyframeType type) {
-  switch (type) {
-    case KeyframeType::usbl:
-      return "usbl";
-    case KeyframeType::optical:
-      return "optical";
-    case KeyframeType::gated:
-      break;
-  }
-  return "gated";
-}
 
 std::optional<Vector<3>> true_relative_position(const Scenario& scenario, double t, const SO3& chaser_rotation) {
   const auto chaser = pose_at(scenario.truth_chaser, t), target = pose_at(scenario.truth_target, t);

@@ -3,16 +3,18 @@
 #include <string>
 
 #include <tandem/studies/estimation/estimate.hpp>
+#include <tandem/studies/support/file_description.hpp>
 
 namespace tandem {
 
-/// For a terminal: how the solve went, then errors by keyframe type as in the paper's Table I, with the raw
-/// measurement's own error as the baseline; where there is more to tell of the sensors, a table of theirs, and how many
-/// of the held-out measurements the predictions' 95 % intervals cover.
+/// Returns a report for a terminal: the solver's summary, and errors by keyframe type as in the paper's Table I, next
+/// to those of the raw measurements. If they apply, tables of the sensors and of the coverage of held-out measurements,
+/// and warnings follow.
 std::string report(const Estimate& estimate);
 
-/// summary.json: how the solve went and errors by keyframe type, by sensor, held out; a field that the truth or the measurements
-/// do not give is left out.
+/// Returns the contents of summary.json, without fields that are not available.
 std::string summary_json(const Estimate& estimate);
+/// Returns the keys of summary.json.
+FileDescription summary_json_keys();
 
 }  // namespace tandem

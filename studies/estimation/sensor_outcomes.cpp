@@ -7,11 +7,11 @@ namespace {
 
 std::vector<PartWeight> part_weights(const Problem& problem, const PlacedMeasurement& m) {
   std::vector<PartWeight> parts;
-  // With the orientation apart, the first residual is what is left: the position.
+  // If the orientation is a separate residual, the first block has only the position.
   if (m.block) parts.push_back({m.orientation ? "position" : "all", problem.weight(*m.block)});
   if (m.orientation) parts.push_back({"orientation", problem.weight(*m.orientation)});
   if (m.position) parts.push_back({"position", problem.weight(*m.position)});
-  if (parts.empty() && !m.innovation) parts.push_back({"all", 0.0});  // left out of a robust problem, a gross outlier
+  if (parts.empty() && !m.innovation) parts.push_back({"all", 0.0});  // a gross outlier that the robust start discarded
   return parts;
 }
 
@@ -25,7 +25,7 @@ bool robust(const TargetSensor& sensor, const TrackingOptions& options) {
 }  // namespace
 
 bool MeasurementOutcome::down_weighted() const {
-  return std::any_of(parts.begin(), parts.end(), [](const PartWeight& p) { return p.weight < kDownWeighted; });
+  return std::any_of(parts.begin(), parts.end(), [](const PartWeight& p) { return p.weight < kDownweightThreshold; });
 }
 
 std::vector<MeasurementOutcome> measurement_outcomes(const Scenario& scenario, const TrackingProblem& tracking) {
@@ -51,7 +51,7 @@ std::vector<SensorOutcome> sensor_outcomes(const Scenario& scenario, const Track
     const TargetSensor& sensor = scenario.data.sensors[i];
     SensorOutcome& outcome =
         outcomes.emplace_back(SensorOutcome{sensor.name, sensor.type, sensor.delay, robust(sensor, options)});
-    outcome.left_out = static_cast<int>(tracking.left_out[i]);
+    outcome.discarded = static_cast<int>(tracking.num_discarded[i]);
     Moments raw;
     for (const MeasurementOutcome& m : measurements) {
       if (m.sensor != i) continue;

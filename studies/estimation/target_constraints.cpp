@@ -11,7 +11,7 @@
 namespace tandem {
 namespace {
 
-/// Adds a quantity that is `outside` what is allowed.
+/// Adds a quantity that exceeds its bounds by `outside`.
 void add(ConstraintCheck& check, double outside, double sigma) {
   check.violation = std::max(check.violation, std::abs(outside));
   check.cost += 0.5 * outside * outside / (sigma * sigma);
@@ -51,7 +51,7 @@ std::string describe(const TargetConstraints& constraints) {
 ConstraintCheck check(const TrackingProblem& tracking, const TrackingNoise& noise,
                       const TargetConstraints& constraints) {
   ConstraintCheck result;
-  std::optional<SE3> before;  // one keyframe ago; in the plane too: its twist has no other components
+  std::optional<SE3> before;  // pose at the previous keyframe
   for (std::size_t k = 0; k < tracking.keyframes.size(); ++k) {
     const TargetState state = tracking.target_state(k);
     std::optional<SE3> pose;
@@ -77,7 +77,7 @@ ConstraintCheck check(const TrackingProblem& tracking, const TrackingNoise& nois
 }
 
 LimitCheck count_outside(const TrackingProblem& tracking, const TrackingNoise& noise, const TargetConstraints& limits) {
-  constexpr double kClearly = 3;
+  constexpr double kMinSigmas = 3;
   LimitCheck result;
   for (std::size_t k = 1; k < tracking.keyframes.size(); ++k) {
     const TargetState from = tracking.target_state(k - 1), to = tracking.target_state(k);
@@ -87,12 +87,12 @@ LimitCheck count_outside(const TrackingProblem& tracking, const TrackingNoise& n
     bool is_outside = false;
     if (limits.surge)
       is_outside |=
-          std::abs(outside(twist[0], limits.surge->lower[0], limits.surge->upper[0])) > kClearly * noise.surge;
+          std::abs(outside(twist[0], limits.surge->lower[0], limits.surge->upper[0])) > kMinSigmas * noise.surge;
     if (limits.max_yaw_rate)
       is_outside |=
-          std::abs(outside(twist[5], -*limits.max_yaw_rate, *limits.max_yaw_rate)) > kClearly * noise.yaw_rate;
-    result.intervals += is_outside;
-    ++result.of;
+          std::abs(outside(twist[5], -*limits.max_yaw_rate, *limits.max_yaw_rate)) > kMinSigmas * noise.yaw_rate;
+    result.outside += is_outside;
+    ++result.intervals;
   }
   return result;
 }

@@ -7,36 +7,38 @@
 
 namespace tandem {
 
-/// Which constraints on the target's motion are meant, whatever holds them.
+/// A set of constraints on the target's motion, independent of whether they are hard, soft or off.
 struct TargetConstraints {
   bool non_holonomic = false, roll_pitch = false;
   std::optional<Bounds<1>> surge{};      ///< m/s
   std::optional<double> max_yaw_rate{};  ///< rad/s
 };
 
-/// Those that the options ask for: non-holonomic when soft or hard, roll-pitch when hard (soft, it is part of every
-/// problem), and the limits.
+/// Returns the constraints in the options: non-holonomic motion if soft or hard, roll and pitch if hard (soft is the
+/// default of every problem), and the limits.
 TargetConstraints constraints_of(const TrackingOptions& options);
 
-/// The options with all of these constraints off, soft or hard.
+/// Returns the options with these constraints off, soft or hard.
 TrackingOptions with_constraints(TrackingOptions options, const TargetConstraints& constraints, Role role);
 
-/// "non-holonomic, surge within 0 … 2.5 m/s".
+/// Describes the constraints, for example "non-holonomic and surge within 0 … 2.5 m/s".
 std::string describe(const TargetConstraints& constraints);
 
-/// How far the target's consecutive poses are outside the constraints, whether these were held or not.
+/// Violation of constraints by the target's consecutive poses.
 struct ConstraintCheck {
-  double violation = 0;  ///< the largest [m/s, rad/s; roll and pitch rad]
-  double cost = 0;       ///< ½ Σ (outside / σ)², what the constraints cost when soft
+  double violation = 0;  ///< largest one [m/s, rad/s; roll and pitch rad]
+  double cost = 0;       ///< cost of the constraints if they are soft: ½ Σ (violation / σ)²
 };
+/// Evaluates the constraints at the problem's current values, whether or not they are part of the problem.
 ConstraintCheck check(const TrackingProblem& tracking, const TrackingNoise& noise,
                       const TargetConstraints& constraints);
 
-/// How many intervals between keyframes are outside limits on surge and yaw rate by more than three of the standard
-/// deviations by which soft limits are held.
+/// Number of intervals between keyframes in which the target exceeds limits.
 struct LimitCheck {
-  int intervals = 0, of = 0;
+  int outside = 0;    ///< intervals in which a limit is exceeded by more than 3 σ of the soft limits
+  int intervals = 0;  ///< intervals with a pose at both ends
 };
+/// Counts the intervals at the problem's current values that exceed the limits on surge and yaw rate.
 LimitCheck count_outside(const TrackingProblem& tracking, const TrackingNoise& noise, const TargetConstraints& limits);
 
 }  // namespace tandem

@@ -10,8 +10,8 @@
 namespace tandem {
 namespace {
 
-constexpr double kTurned = 150.0;  // deg
-constexpr double kSoon = 5.0;      // s
+constexpr double kMinTurn = 150.0;    // deg
+constexpr double kMaxInterval = 5.0;  // s
 
 }  // namespace
 
@@ -29,7 +29,7 @@ std::string turned_detections(const TrackingData& data, const TrackingProblem& t
     std::optional<Detection>& before = last[placed.sensor];
     if (before) {
       const double turn = (before->rotation.inverse() * rotation).Log().norm() * 180 / std::numbers::pi;
-      if (turn > kTurned && m.t - before->t <= kSoon)
+      if (turn > kMinTurn && m.t - before->t <= kMaxInterval)
         return fmt::format("{} turns by {:.0f} deg between {:.1f} s and {:.1f} s", sensor.name, turn, before->t, m.t);
     }
     before = Detection{m.t, rotation};

@@ -6,9 +6,9 @@
 
 namespace tandem {
 
-/// "camera turns by 178 deg between 12.2 s and 12.4 s": the first two poses in a row, no more than 5 s apart, of which one
-/// must be turned round, as detectors of cars and vessels confuse bow and stern. Chaser poses are the problem's. Empty
-/// where there are none.
+/// Finds a flipped detection: detectors of cars and vessels may confuse bow and stern. Searches for two consecutive
+/// used poses of a sensor, at most 5 s apart, that differ by more than 150°. Returns for example "camera turns by 178
+/// deg between 12.2 s and 12.4 s" for the first such pair, else an empty string. Chaser poses are those of the problem.
 std::string turned_detections(const TrackingData& data, const TrackingProblem& tracking);
 
 }  // namespace tandem

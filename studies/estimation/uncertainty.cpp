@@ -1,16 +1,16 @@
-#include <array>
 #include <cmath>
 
 #include <tandem/problem/tracking/planar.hpp>
-#include <tandem/residuals/on_course.hpp>
+#include <tandem/residuals/steady_course.hpp>
 #include <tandem/solvers/relative_covariance.hpp>
 #include <tandem/studies/estimation/uncertainty.hpp>
-#include <tandem/studies/support/squared_distance.hpp>
+#include <tandem/studies/support/mahalanobis.hpp>
+#include <tandem/studies/support/statistics.hpp>
 
 namespace tandem {
 namespace {
 
-/// Of the stacked tangents of several variables.
+/// Returns the joint covariance of several variables, in the order of the arguments.
 template <LieGroup... Xs>
 Eigen::MatrixXd joint(const Marginals& marginals, const Variable<Xs>&... x) {
   constexpr int n = (Xs::dof + ...);
@@ -25,9 +25,9 @@ Eigen::MatrixXd joint(const Marginals& marginals, const Variable<Xs>&... x) {
   return S;
 }
 
-/// From a group's tangent to that of space: of poses 6, of points 3.
+/// Returns the matrix that embeds the tangent space of G in that of SE(3) (6 rows) or R³ (3 rows).
 template <LieGroup G>
-Eigen::MatrixXd into_space() {
+Eigen::MatrixXd embedding() {
   if constexpr (std::same_as<G, SE2>) {
     Eigen::MatrixXd E = Eigen::MatrixXd::Zero(6, 3);
     E(0, 0) = E(1, 1) = E(5, 2) = 1;
@@ -46,22 +46,22 @@ Eigen::MatrixXd block_diagonal(const Eigen::MatrixXd& a, const Eigen::MatrixXd& 
   return D;
 }
 
-/// The covariance of [δC; δT] in space.
-class JointOf {
+/// Computes the covariance of [δC; δT], chaser and target, in three dimensions.
+class JointCovariance {
  public:
-  JointOf(const Marginals& marginals, const Problem& problem) : marginals_(marginals), problem_(problem) {}
+  JointCovariance(const Marginals& marginals, const Problem& problem) : marginals_(marginals), problem_(problem) {}
 
   template <LieGroup C, LieGroup T>
   Eigen::MatrixXd operator()(const Variable<C>& c, const Variable<T>& t) const {
-    return detail::propagated(block_diagonal(into_space<C>(), into_space<T>()), joint(marginals_, c, t));
+    return detail::propagated(block_diagonal(embedding<C>(), embedding<T>()), joint(marginals_, c, t));
   }
-  /// T = first Exp(t [speed 0 …]): δT = Ad(Exp(…)⁻¹) δfirst + t e₁ δspeed, since that Exp turns nothing.
+  /// T = first Exp(t [speed 0 …]). This Exp is a pure translation, so δT = Ad(Exp(…)⁻¹) δfirst + t e₁ δspeed.
   template <LieGroup C, LieGroup G>
   Eigen::MatrixXd operator()(const Variable<C>& c, const CourseVariable<G>& course) const {
-    const G way = way_on_course<G>(course.t, problem_.value(course.speed).vector()[0]);
+    const G way = steady_course_motion<G>(course.t, problem_.value(course.speed).vector()[0]);
     Matrix<G::dof, G::dof + 1> J;
     J << way.inverse().Ad(), course.t * G::Tangent::Unit(0);
-    return detail::propagated(block_diagonal(into_space<C>(), into_space<G>() * J),
+    return detail::propagated(block_diagonal(embedding<C>(), embedding<G>() * J),
                               joint(marginals_, c, course.first, course.speed));
   }
 
@@ -87,7 +87,9 @@ KeyframeUncertainty at_keyframe(const SE3& chaser, const TargetState& target, co
 
 }  // namespace
 
-bool HeldOut::row_inside(Eigen::Index i) const { return std::abs(r[i]) <= 1.959964 * std::sqrt(covariance(i, i)); }
+bool HeldOut::row_inside(Eigen::Index i) const {
+  return std::abs(r[i]) <= normal_quantile(0.975) * std::sqrt(covariance(i, i));
+}
 
 int HeldOut::rows_inside() const {
   int inside = 0;
@@ -97,10 +99,7 @@ int HeldOut::rows_inside() const {
 
 double HeldOut::squared_distance() const { return tandem::squared_distance(r, covariance); }
 
-bool HeldOut::inside() const {
-  constexpr std::array quantile{3.841459, 5.991465, 7.814728, 9.487729, 11.070498, 12.591587};  // 95 %, 1 to 6 rows
-  return squared_distance() <= quantile.at(std::size_t(r.size()) - 1);
-}
+bool HeldOut::inside() const { return squared_distance() <= chi_squared_quantile(double(r.size()), 0.95); }
 
 std::vector<Marginals::Pair> pairs_at_keyframes(const TrackingProblem& tracking) {
   std::vector<Marginals::Pair> pairs;
@@ -126,11 +125,11 @@ std::vector<Marginals::Pair> pairs_at_keyframes(const TrackingProblem& tracking)
 Uncertainty uncertainty(TrackingProblem& tracking, const TrackingData& data, const Stop& stop) {
   const Marginals marginals(tracking.problem, pairs_at_keyframes(tracking), stop);
   Uncertainty result;
-  result.constants = found_constants_by_evidence(tracking.problem, tracking.constants, marginals, stop);
+  result.constants = systematic_error_estimates_by_evidence(tracking.problem, tracking.constants, marginals, stop);
   for (std::size_t k = 0; k < tracking.keyframes.size(); ++k) {
     stop.check("covariances");
     const Eigen::MatrixXd both =
-        std::visit(JointOf(marginals, tracking.problem), tracking.chaser[k], tracking.target[k]);
+        std::visit(JointCovariance(marginals, tracking.problem), tracking.chaser[k], tracking.target[k]);
     result.keyframes.push_back(at_keyframe(tracking.chaser_pose(k), tracking.target_state(k), both));
   }
   for (const PlacedMeasurement& m : tracking.measurements) {

@@ -5,52 +5,56 @@
 
 #include <tandem/problem/tracking/tracking_problem.hpp>
 #include <tandem/solvers/marginals.hpp>
-#include <tandem/studies/navigation/found_constants.hpp>
+#include <tandem/studies/navigation/systematic_error_estimates.hpp>
 
 namespace tandem {
 
-/// How sure an estimate is at one keyframe. Pose covariances are 6 × 6 in the tangent space of right perturbations (x y z
-/// [m], then rotation about x y z [rad], body axes); those of planar problems are zero out of the plane.
+/// Posterior covariances at one keyframe. Covariances of poses are 6 × 6, in the tangent space of right perturbations:
+/// translation [m], then rotation [rad], along the body axes. In planar problems, entries out of the plane are zero.
 struct KeyframeUncertainty {
   Matrix<6, 6> chaser = Matrix<6, 6>::Zero();
-  Eigen::MatrixXd target;  ///< of a pose likewise; of a point 3 × 3 along the world's axes [m²]
-  /// Of the relative pose: the target's position along the chaser's axes [m²], its rotation about the target's [rad²].
-  Matrix<3, 3> relative_position = Matrix<3, 3>::Zero();
-  std::optional<Matrix<3, 3>> relative_rotation;
+  Eigen::MatrixXd target;  ///< 6 × 6 as above for a pose; 3 × 3 along the world axes [m²] for a point
+  Matrix<3, 3> relative_position = Matrix<3, 3>::Zero();  ///< of the target's position along the chaser's axes [m²]
+  std::optional<Matrix<3, 3>> relative_rotation;          ///< of the relative rotation about the target's axes [rad²]
 
-  Vector<3> position_sigma() const { return relative_position.diagonal().cwiseSqrt(); }  ///< m
-  std::optional<Vector<3>> rotation_sigma() const {                                      ///< rad
+  /// Returns the standard deviations of the relative position [m].
+  Vector<3> position_sigma() const { return relative_position.diagonal().cwiseSqrt(); }
+  /// Returns the standard deviations of the relative rotation [rad]; nothing if the target is a point.
+  std::optional<Vector<3>> rotation_sigma() const {
     if (!relative_rotation) return {};
     return relative_rotation->diagonal().cwiseSqrt();
   }
 };
 
-/// How a measurement that was held out compares with its prediction.
+/// Residual of a held-out measurement against its prediction.
 struct HeldOut {
-  std::size_t sensor, index;   ///< in the data
-  Eigen::VectorXd r;           ///< the residual, in the sensor's units
-  Eigen::MatrixXd covariance;  ///< of r: the prediction's and the sensor's noise together
+  std::size_t sensor, index;   ///< sensor in the data, and measurement of the sensor
+  Eigen::VectorXd r;           ///< residual in the sensor's units
+  Eigen::MatrixXd covariance;  ///< of r: S = prediction + measurement noise
 
-  /// Whether row i is within the 95 % interval of its own, |rᵢ| ≤ 1.96 σᵢ.
+  /// Returns whether row i is within its 95 % interval, |rᵢ| ≤ 1.96 σᵢ.
   bool row_inside(Eigen::Index i) const;
+  /// Returns the number of rows within their 95 % intervals.
   int rows_inside() const;
-  /// rᵀ S⁻¹ r, χ² with as many degrees of freedom as rows.
+  /// Returns rᵀ S⁻¹ r, which is χ²-distributed with one degree of freedom per row.
   double squared_distance() const;
-  /// Whether all rows together are in their 95 % region: the squared distance against χ².
+  /// Returns whether r is in its joint 95 % region: squared_distance() is at most the 95 % quantile of χ².
   bool inside() const;
 };
 
+/// Posterior uncertainty of a tracking problem.
 struct Uncertainty {
-  std::vector<FoundConstant> constants;  ///< of sensors with errors that stay
+  std::vector<SystematicErrorEstimate> constants;  ///< systematic errors of sensors
   std::vector<KeyframeUncertainty> keyframes;
-  std::vector<HeldOut> held_out;  ///< in the problem's order
+  std::vector<HeldOut> held_out;  ///< in the problem's order of measurements
 };
 
-/// Chaser and target of each keyframe: what their covariance together is of.
+/// Returns the pairs of variables whose joint covariances uncertainty() needs: chaser and target at each keyframe, and
+/// the variables of each held-out measurement.
 std::vector<Marginals::Pair> pairs_at_keyframes(const TrackingProblem& tracking);
 
-/// At the problem's values, by its marginals; see solvers/marginals.hpp. Throws Error when a direction is free, Stopped
-/// when it is to stop.
+/// Computes the posterior uncertainty at the problem's current values, from its marginals (solvers/marginals.hpp).
+/// Throws Error if a direction is unobservable, and Stopped if `stop` requests it.
 Uncertainty uncertainty(TrackingProblem& tracking, const TrackingData& data, const Stop& stop = {});
 
 }  // namespace tandem

@@ -6,17 +6,16 @@
 
 namespace tandem {
 
-/// Covariances at a keyframe; the pose's in the tangent space of right perturbations (x y z [m], then rotation about the
-/// body's x y z [rad]), the others' in their own units.
+/// Covariances of the chaser's state at a keyframe.
 struct EgoCovariance {
-  Matrix<6, 6> pose = Matrix<6, 6>::Zero();
-  Matrix<3, 3> velocity = Matrix<3, 3>::Zero();
-  Matrix<6, 6> bias = Matrix<6, 6>::Zero();  ///< zero without an IMU
+  Matrix<6, 6> pose = Matrix<6, 6>::Zero();      ///< right perturbations: x y z [m], then rotation [rad], body axes
+  Matrix<3, 3> velocity = Matrix<3, 3>::Zero();  ///< along the world axes [m²/s²]
+  Matrix<6, 6> bias = Matrix<6, 6>::Zero();      ///< accelerometer, then gyroscope; zero without an IMU
 };
 
-/// Of a keyframe of a solved problem.
+/// Returns the covariances at a keyframe of a solved problem.
 EgoCovariance ego_covariance(const Marginals& marginals, const EgoKeyframe& keyframe);
-/// Of the newest keyframe of a window.
+/// Returns the covariances at the newest keyframe of an estimator.
 EgoCovariance ego_covariance(const OnlineEstimator& estimator);
 
 }  // namespace tandem

@@ -11,11 +11,11 @@
 namespace tandem {
 namespace {
 
-constexpr int kMostSolves = 4;
-constexpr double kWithoutBiases = 4.0;  // s
-/// Samples are summed up anew when a bias is further than this from where they were: m/s², rad/s. The second-order
-/// terms that are then left out are below 1e-6 m/s and rad over a second.
-constexpr double kNearAccelerometer = 1e-2, kNearGyroscope = 1e-3;
+constexpr int kMaxSolves = 4;
+constexpr double kWindowWithoutImu = 4.0;  // s
+/// Largest change of a bias [m/s², rad/s] for which the preintegrated samples stay valid. Second-order terms are then
+/// below 1e-6 m/s and rad over a second.
+constexpr double kMaxAccelerometerChange = 1e-2, kMaxGyroscopeChange = 1e-3;
 
 class Seconds {
  public:
@@ -25,13 +25,13 @@ class Seconds {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// Keyframes and states by a fixed-lag pass, each as it leaves the window.
-std::vector<Stamped<EgoState>> first_guess(const NavigationData& data, const Alignment& start,
-                                           const NavigationOptions& options, const Stop& stop) {
+/// Returns the states at all keyframes by fixed-lag smoothing, each as it leaves the window.
+std::vector<Stamped<EgoState>> initial_guess(const NavigationData& data, const Alignment& start,
+                                             const NavigationOptions& options, const Stop& stop) {
   OnlineOptions online;
   online.ego = options.ego;
-  // Without an IMU there are no biases to wait for, and a keyframe for every line.
-  online.lag.window = data.imu ? options.first_pass : std::min(options.first_pass, kWithoutBiases);
+  // Without an IMU, there are no biases that need a long window, and every measurement makes a keyframe.
+  online.lag.window = data.imu ? options.first_pass : std::min(options.first_pass, kWindowWithoutImu);
   online.start = start;
   OnlineEstimator estimator(TrackingData(), online_settings(data), online);
   std::vector<Stamped<EgoState>> states;
@@ -42,32 +42,35 @@ std::vector<Stamped<EgoState>> first_guess(const NavigationData& data, const Ali
   return states;
 }
 
-bool summed_up_near(const NavigationProblem& problem) {
+/// Returns whether all biases are near those at which the samples were preintegrated.
+bool preintegration_is_valid(const NavigationProblem& problem) {
   for (std::size_t k = 0; k < problem.keyframes.size(); ++k) {
-    const Vector<6> off = problem.state(k).bias - problem.keyframes[k].integrated_at;
-    if (off.head<3>().norm() > kNearAccelerometer || off.tail<3>().norm() > kNearGyroscope) return false;
+    const Vector<6> off = problem.state(k).bias - problem.keyframes[k].preintegration_bias;
+    if (off.head<3>().norm() > kMaxAccelerometerChange || off.tail<3>().norm() > kMaxGyroscopeChange) return false;
   }
   return true;
 }
 
-/// A measurement is placed anew when a delay is further from where it was taken to be: s. Motion is at a constant rate from
-/// there, which over 0.2 s of a turn that begins makes a delay 7 % too long.
-constexpr double kNearDelay = 5e-3;
+/// Largest change of a delay [s] for which measurements keep their places among the states. The motion is extrapolated
+/// at a constant rate from there; at the begin of a turn, 0.2 s of extrapolation make the estimated delay 7 % too long.
+constexpr double kMaxDelayChange = 5e-3;
 
-double delay_found(const NavigationProblem& built, const EgoSensor& sensor) {
+double estimated_delay(const NavigationProblem& built, const EgoSensor& sensor) {
   for (const SensorConstant& c : built.constants)
     if (c.name == sensor.name + ".delay") return built.problem.value(std::get<Variable<Rn<1>>>(c.state)).vector()[0];
   return 0;
 }
-bool placed_near(const NavigationProblem& built, const NavigationData& placed) {
+
+bool places_are_valid(const NavigationProblem& built, const NavigationData& placed) {
   return std::all_of(placed.sensors.begin(), placed.sensors.end(),
-                     [&](const EgoSensor& s) { return std::abs(delay_found(built, s)) <= kNearDelay; });
+                     [&](const EgoSensor& s) { return std::abs(estimated_delay(built, s)) <= kMaxDelayChange; });
 }
-/// As given, and not as placed.
+
+/// Adds the systematic errors, with delays relative to the given ones instead of those in `placed`.
 void add_constants(const NavigationProblem& built, const NavigationData& placed, const Marginals* marginals,
                    Navigation& result) {
-  result.constants = found_constants(built.problem, built.constants, marginals);
-  for (FoundConstant& c : result.constants)
+  result.constants = systematic_error_estimates(built.problem, built.constants, marginals);
+  for (SystematicErrorEstimate& c : result.constants)
     for (std::size_t i = 0; i < placed.sensors.size(); ++i)
       if (c.name == placed.sensors[i].name + ".delay")
         c.value += placed.sensors[i].delay - result.data.sensors[i].delay;
@@ -85,7 +88,7 @@ void add_covariance(NavigationProblem& built, const NavigationData& placed, cons
   }
 }
 
-void take_vibration(const std::vector<NavigationFinding>& findings, NavigationData& data) {
+void apply_vibration_noise(const std::vector<NavigationFinding>& findings, NavigationData& data) {
   for (const NavigationFinding& finding : findings)
     if (finding.kind == NavigationFinding::Kind::vibration) {
       data.imu->noise.accelerometer = finding.accelerometer;
@@ -101,19 +104,20 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
   Navigation result;
   result.data = data;
   result.findings = check(result.data);
-  if (options.vibration) take_vibration(result.findings, result.data);
+  if (options.vibration) apply_vibration_noise(result.findings, result.data);
   OnlineOptions online;
   online.ego = options.ego;
   const Alignment start = options.start ? *options.start : align(result.data, options.alignment, online, stop);
   result.start = start;
-  result.states = first_guess(result.data, start, options, stop);
-  if (result.states.size() < 2) stop.check("navigation: there are no two keyframes yet");
-  if (result.states.size() < 2) throw Error("navigation needs data for two keyframes or more");
+  result.states = initial_guess(result.data, start, options, stop);
+  if (result.states.size() < 2) stop.check("navigation stopped before the second keyframe");
+  if (result.states.size() < 2) throw Error("navigation needs data for at least two keyframes");
   result.alignment_seconds = clock();
 
-  NavigationData placed = result.data;  // with delays as found by now; their priors go along, which are weak
+  NavigationData placed = result.data;  // with the delays of the last solve; their weak priors move along
   while (true) {
-    // What a pass has found is not given up for the next one, which begins at its values: that ends at once.
+    // A further problem is built even if the limit is reached; its solve then ends at once, at the values of the one
+    // before.
     const Stop building = result.solves == 0 ? stop.with_grace() : Stop();
     NavigationProblem built = make_navigation_problem(placed, result.states, start, options.ego, building);
     GaussNewtonOptions solver = options.solver;
@@ -122,10 +126,11 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
     result.summary = solve(built.problem, solver);
     ++result.solves;
     for (std::size_t k = 0; k < built.keyframes.size(); ++k) result.states[k].value = built.state(k);
-    const bool done = result.solves == kMostSolves || (summed_up_near(built) && placed_near(built, placed)) ||
+    const bool done = result.solves == kMaxSolves ||
+                      (preintegration_is_valid(built) && places_are_valid(built, placed)) ||
                       !result.summary.converged();
     if (!done) {
-      for (EgoSensor& sensor : placed.sensors) sensor.delay += delay_found(built, sensor);
+      for (EgoSensor& sensor : placed.sensors) sensor.delay += estimated_delay(built, sensor);
       continue;
     }
     result.residual_blocks = built.problem.num_soft_blocks();
@@ -134,10 +139,10 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
     result.placed = built.measurements;
     for (const PlacedEgoMeasurement& m : built.measurements)
       result.weight.push_back(m.block ? built.problem.weight(*m.block) : 1.0);
-    result.left_out = built.left_out;
+    result.discarded = built.num_discarded;
     result.splits = built.splits;
     if (!options.covariance)
-      result.why_no_covariance = "they were not asked for";
+      result.why_no_covariance = "not requested";
     else if (result.summary.converged())
       add_covariance(built, placed, stop, result);
     result.seconds = clock();

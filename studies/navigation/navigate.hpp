@@ -9,49 +9,53 @@
 #include <tandem/problem/navigation/navigation_problem.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/studies/navigation/ego_covariance.hpp>
-#include <tandem/studies/navigation/found_constants.hpp>
+#include <tandem/studies/navigation/systematic_error_estimates.hpp>
 #include <tandem/studies/scenario/scenario.hpp>
 
 namespace tandem {
 
-/// What navigating a scenario by the chaser's own sensors gave, all in ENU-FLU.
+/// Result of navigate(), in ENU-FLU.
 struct Navigation {
   NavigationData data;  ///< cleaned by check()
   std::vector<NavigationFinding> findings;
-  Alignment start;  ///< what the first state's prior is
-  Summary summary;  ///< of the last solve
-  int solves = 0;   ///< the samples are summed up anew at the biases that a solve has found
-  int residual_blocks = 0;
+  Alignment start;                        ///< prior of the first state
+  Summary summary;                        ///< of the last solve
+  int solves = 0;                         ///< number of solves; each preintegrates at the biases of the one before
+  int residual_blocks = 0;                ///< number of soft blocks
   std::vector<Stamped<EgoState>> states;  ///< at the keyframes
-  std::vector<EgoCovariance> covariance;  ///< one each a keyframe, or none
-  std::string why_no_covariance;
-  bool cut_short = false;                ///< the covariances were, by the solver's limits
-  std::optional<double> dvl_scale;       ///< when estimated
-  std::vector<FoundConstant> constants;  ///< of sensors with errors that stay
-  std::vector<PlacedEgoMeasurement> placed;
-  std::vector<double> weight;         ///< of each placed measurement: what a robust loss leaves of it
-  std::vector<std::size_t> left_out;  ///< of each sensor
-  std::vector<std::pair<double, double>> splits;
-  double alignment_seconds = 0, seconds = 0;  ///< of computing: until the first guess was there, and in all
+  std::vector<EgoCovariance> covariance;  ///< at the keyframes, or empty
+  std::string why_no_covariance;          ///< reason, if `covariance` is empty
+  bool cut_short = false;                 ///< whether a time limit or interrupt stopped the covariances
+  std::optional<double> dvl_scale;        ///< estimated scale factor s, if estimated; the DVL reads (1 + s) v
+  std::vector<SystematicErrorEstimate> constants;  ///< systematic errors of sensors
+  std::vector<PlacedEgoMeasurement> placed;        ///< measurements in the problem
+  std::vector<double> weight;                      ///< weight by the robust loss, of each entry of `placed`
+  std::vector<std::size_t> discarded;              ///< number of discarded measurements of each sensor
+  std::vector<std::pair<double, double>> splits;   ///< gaps of the IMU: begin, end [s]
+  double alignment_seconds = 0, seconds = 0;       ///< computing time until the initial guess, and in total
 };
 
 struct NavigationOptions {
   EgoOptions ego{};
   GaussNewtonOptions solver{};
-  double alignment = 30.0;           ///< s of data that decide an unknown heading
-  double first_pass = 20.0;          ///< s, window of the fixed-lag pass that gives the first guess
-  bool covariance = true;            ///< else `why_no_covariance` says so
-  std::optional<Alignment> start{};  ///< in place of an alignment
-  /// The IMU's white noise is what its samples show, where that is far more than stated (NavigationFinding::vibration).
+  double alignment = 30.0;           ///< duration of the data that decide an unknown heading [s]
+  double first_pass = 20.0;          ///< window of the fixed-lag smoother that computes the initial guess [s]
+  bool covariance = true;            ///< computes covariances
+  std::optional<Alignment> start{};  ///< prior of the first state; if absent, align() computes it
+  /// Sets the IMU's white noise to that of its samples if it is far above the stated one
+  /// (NavigationFinding::vibration).
   bool vibration = false;
-  /// Called with the batch problem before it is solved, once each solve: with other delays or biases it is another one.
+  /// Called with the batch problem before each solve. Problems differ in delays and in the biases of the
+  /// preintegration.
   std::function<void(const Problem&)> built{};
 };
 
-/// Checks the data, finds a first guess by a fixed-lag pass, and solves the batch problem. Throws Error when the scenario
-/// has no sensors of the chaser's own or they make no sense; a solve that does not converge is in the summary. The solver's
-/// limits are of all this together: what is there by then is given, as far as the first pass had come, and Stopped is
-/// thrown where that is not yet two keyframes.
+/// Navigates the chaser by its own sensors: checks the data, computes an initial guess by fixed-lag smoothing, and
+/// solves the batch problem.
+///
+/// Throws Error if there are no sensors or they are not sufficient. A solve that does not converge is no error; see
+/// `summary`. The solver's time limit covers all steps. If it is reached, the result ends at the last keyframe computed
+/// so far; Stopped is thrown if there are fewer than two.
 Navigation navigate(const NavigationData& data, const NavigationOptions& options = {});
 
 }  // namespace tandem

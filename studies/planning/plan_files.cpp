@@ -7,7 +7,7 @@
 namespace tandem {
 namespace {
 
-/// Chaser or target at an instant of the plan, in the scenario's frame.
+/// State of chaser or target at one instant of the plan, in the scenario's frame.
 struct PlanRow {
   double t;
   Vector<3> position;
@@ -41,8 +41,9 @@ CsvTable<PlanRow> chaser_columns() {
                 [](const PlanRow& r) { return r.velocity; });
   table.add_xyz("w{}", "angular velocity about the body's axes [rad/s]",
                 [](const PlanRow& r) { return r.angular_velocity; });
-  table.add("distance_m", "of the two bodies' origins [m]", [](const PlanRow& r) { return r.distance; });
-  table.add("miss_m", "from the wanted relative position [m]", [](const PlanRow& r) { return r.miss; });
+  table.add("distance_m", "distance between the origins of the two bodies [m]",
+            [](const PlanRow& r) { return r.distance; });
+  table.add("miss_m", "distance from the goal position [m]", [](const PlanRow& r) { return r.miss; });
   return table;
 }
 
@@ -50,7 +51,7 @@ CsvTable<PlanRow> target_columns() {
   CsvTable<PlanRow> table;
   add_pose_columns(table);
   table.add_xyz("three_sigma_{}_m",
-                "3 σ of the predicted position along the world's axes, as seen from the chaser at the start [m]",
+                "3 σ of the predicted position along the world's axes, relative to the chaser at the start [m]",
                 [](const PlanRow& r) { return r.three_sigma; });
   table.add_xyz("three_sigma_r{}_deg", "3 σ of the predicted orientation about the target's axes [deg]",
                 [](const PlanRow& r) { return r.three_sigma_rotation; });
@@ -59,12 +60,12 @@ CsvTable<PlanRow> target_columns() {
 
 CsvTable<PlannedInstant> command_columns(const std::vector<std::string>& actuators) {
   CsvTable<PlannedInstant> table;
-  table.add("t", "begin of the step [s]", [](const PlannedInstant& i) { return i.t; });
+  table.add("t", "start of the step [s]", [](const PlannedInstant& i) { return i.t; });
   for (std::size_t a = 0; a < actuators.size(); ++a) {
     table.add(
-        actuators[a] + "_command", "held over the step, in the vehicle file's unit; empty at the end",
+        actuators[a] + "_command", "command held over the step, in the unit of the vehicle file; empty in the last row",
         [a](const PlannedInstant& i) { return i.command.size() ? CsvCell(i.command[Eigen::Index(a)]) : CsvCell(); });
-    table.add(actuators[a], "what it does at t, after its lag",
+    table.add(actuators[a], "state of the actuator at t, after its lag",
               [a](const PlannedInstant& i) { return i.actuators[Eigen::Index(a)]; });
   }
   return table;
@@ -73,9 +74,10 @@ CsvTable<PlannedInstant> command_columns(const std::vector<std::string>& actuato
 CsvTable<ActiveConstraint> active_columns() {
   return CsvTable<ActiveConstraint>()
       .add("constraint", "residual and variables", [](const ActiveConstraint& c) { return c.constraint; })
-      .add("value", "in the residual's units", [](const ActiveConstraint& c) { return c.value; })
-      .add("bound", "that it is at", [](const ActiveConstraint& c) { return c.bound; })
-      .add("multiplier", "what a unit's more room would save of the cost, to first order",
+      .add("value", "value of the constraint, in the residual's units",
+           [](const ActiveConstraint& c) { return c.value; })
+      .add("bound", "the active bound, in the residual's units", [](const ActiveConstraint& c) { return c.bound; })
+      .add("multiplier", "decrease of the cost per unit of relaxation, to first order",
            [](const ActiveConstraint& c) { return c.multiplier; });
 }
 
@@ -95,7 +97,7 @@ void write_plan(const PlannedRun& run, const std::filesystem::path& folder) {
   write_file(folder / "summary.json", plan_json(run));
 }
 
-std::vector<CsvDescription> plan_file_columns(const std::vector<std::string>& actuators) {
+std::vector<FileDescription> plan_file_columns(const std::vector<std::string>& actuators) {
   return {chaser_columns().describe("planned_chaser.csv"), target_columns().describe("predicted_target.csv"),
           command_columns(actuators).describe("commands.csv"), active_columns().describe("active_constraints.csv")};
 }

@@ -2,27 +2,24 @@
 #include <map>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <tandem/residuals/roll_pitch.hpp>
 #include <tandem/studies/planning/plan_report.hpp>
-#include <tandem/studies/support/json_text.hpp>
+#include <tandem/studies/support/json_fields.hpp>
 #include <tandem/studies/support/text.hpp>
 #include <tandem/studies/support/units.hpp>
 
 namespace tandem {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-double least_distance(const PlannedRun& run) {
+double min_distance(const PlannedRun& run) {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t k = 1; k < run.instants.size(); ++k)
     least = std::min(least, (run.instants[k].chaser.translation() - run.instants[k].target.translation()).norm());
   return least;
 }
 
-/// "prior of command at step 3" is one of "prior of command".
+/// Returns the name of a constraint without its step: "prior of command" for "prior of command at step 3".
 std::string kind(const std::string& constraint) { return constraint.substr(0, constraint.find(" at step ")); }
 
 std::map<std::string, int> count_by_kind(const std::vector<ActiveConstraint>& active) {
@@ -31,8 +28,8 @@ std::map<std::string, int> count_by_kind(const std::vector<ActiveConstraint>& ac
   return count;
 }
 
-/// What was asked for, and where the chaser is now.
-std::string described(PlanLimit limit, const PlannedRun& run) {
+/// Returns a limit as the user gave it, with its current value.
+std::string limit_text(PlanLimit limit, const PlannedRun& run) {
   const PlanOptions& o = run.request.plan;
   const SE3 &chaser = run.start.chaser, &target = run.start.target.now;
   const auto off_axis = [](const Cone& cone, const SE3& carrier, const SE3& other) {
@@ -42,7 +39,7 @@ std::string described(PlanLimit limit, const PlannedRun& run) {
   };
   switch (limit) {
     case PlanLimit::commands:
-      return fmt::format("the ranges of {}'s actuators", run.vehicle.name);
+      return fmt::format("the actuator ranges of {}", run.vehicle.name);
     case PlanLimit::twist:
       break;
     case PlanLimit::depth:
@@ -51,7 +48,7 @@ std::string described(PlanLimit limit, const PlannedRun& run) {
     case PlanLimit::roll_pitch: {
       Vector<2> r;
       RollPitch<>{}(chaser, r);
-      return fmt::format("--most-roll-pitch {:g} (now {:.2g}° and {:.2g}°)", kDegrees * *o.most_roll_pitch,
+      return fmt::format("--most-roll-pitch {:g} (now {:.2g}° and {:.2g}°)", kDegrees * *o.max_roll_pitch,
                          kDegrees * r[0], kDegrees * r[1]);
     }
     case PlanLimit::keep_out:
@@ -62,13 +59,71 @@ std::string described(PlanLimit limit, const PlannedRun& run) {
     case PlanLimit::view:
       return "--view " + off_axis(*o.view, chaser, target);
   }
-  return fmt::format("{}'s most_twist (now {:.2f} m/s and {:.2f} rad/s)", run.vehicle.name,
+  return fmt::format("most_twist of {} (now {:.2f} m/s and {:.2f} rad/s)", run.vehicle.name,
                      run.start.chaser_twist.head<3>().norm(), run.start.chaser_twist.tail<3>().norm());
 }
 
-/// Position [m], largest of three axes.
+/// Returns 3 σ of the position, the largest of the three axes [m].
 double three_sigma(const Matrix<6, 6>& covariance) {
   return 3.0 * std::sqrt(covariance.diagonal().head<3>().maxCoeff());
+}
+
+JsonFields<MissAtEnd> miss_fields() {
+  using M = MissAtEnd;
+  return JsonFields<M>()
+      .add("position_m", "distance from the goal position [m]", [](const M& m) { return m.position; })
+      .add("orientation_deg", "angle from the goal orientation [deg]",
+           [](const M& m) { return kDegrees * m.orientation; })
+      .add("speed_m_s", "speed relative to the target [m/s]", [](const M& m) { return m.speed; });
+}
+
+JsonFields<PlannedRun> three_sigma_fields() {
+  using R = PlannedRun;
+  return JsonFields<R>()
+      .add("start", "at the time of the plan",
+           [](const R& r) { return three_sigma(r.instants.front().target_covariance); })
+      .add("end", "at the end of the plan", [](const R& r) { return three_sigma(r.instants.back().target_covariance); })
+      .add("end_with_fixes", "at the end, if the expected fixes are received",
+           [](const R& r) { return three_sigma(r.instants.back().target_covariance_with_fixes); });
+}
+
+std::vector<std::string> conflicting_limits(const PlannedRun& run) {
+  std::vector<std::string> texts;
+  for (const PlanLimit limit : run.conflict) texts.push_back(limit_text(limit, run));
+  return texts;
+}
+
+JsonFields<PlannedRun> plan_fields() {
+  using R = PlannedRun;
+  return JsonFields<R>()
+      .add("scenario", "name of the scenario", [](const R& r) { return r.scenario; })
+      .add("frame", "frame of the scenario: ENU-FLU or NED-FRD", [](const R& r) { return r.frame.name(); })
+      .add("vehicle", "name of the vehicle", [](const R& r) { return r.vehicle.name; })
+      .add("at", "time of the plan [s]", [](const R& r) { return r.start.t; })
+      .add("steps", "number of steps", [](const R& r) { return r.request.plan.steps; })
+      .add("step", "time step [s]", [](const R& r) { return r.request.plan.dt; })
+      .add("solver", "name of the solver", [](const R& r) { return r.summary.solver; })
+      .add("status", "converged, or why the solve ended", [](const R& r) { return name(r.summary.status); })
+      .add("message", "explanation of the status", [](const R& r) { return r.summary.message; })
+      .add("origin", "origin of the plan: solved, stopped or shifted", [](const R& r) { return name(r.origin); })
+      .add("coupled", "whether estimate and plan were solved as one program", [](const R& r) { return r.coupled; })
+      .add("accepted", "whether the plan satisfies all hard constraints", [](const R& r) { return r.accepted(); })
+      .add("cost", "final cost", [](const R& r) { return r.summary.cost; })
+      .add("max_violation", "largest violation of a hard constraint, in its own unit",
+           [](const R& r) { return r.max_violation; })
+      .add("worst_constraint", "the constraint with that violation",
+           [](const R& r) { return r.worst_constraint.empty() ? std::nullopt : std::optional(r.worst_constraint); })
+      .add("conflicting_limits", "limits that contradict each other or the current state", conflicting_limits)
+      .add("iterations", "number of iterations", [](const R& r) { return r.summary.iterations; })
+      .add("seconds", "duration of the solve [s]", [](const R& r) { return r.summary.seconds; })
+      .add_object("end", "difference from the goal at the end", miss_fields(),
+                  [](const R& r) { return miss_at_end(r); })
+      .add("min_distance_m", "minimum distance between chaser and target [m]",
+           [](const R& r) { return min_distance(r); })
+      .add_object("target_three_sigma_m", "3σ bound of the target's predicted position, largest of the axes [m]",
+                  three_sigma_fields(), [](const R& r) -> const R& { return r; })
+      .add("active_constraints", "number of active rows by constraint",
+           [](const R& r) { return count_by_kind(r.active); });
 }
 
 }  // namespace
@@ -81,61 +136,36 @@ std::string report(const PlannedRun& run) {
   text += fmt::format("{}{}: {}, {} iterations in {:.1f} ms, cost {:.4f}, violation {:.1e}\n", run.summary.solver,
                       run.coupled ? ", coupled" : "", name(run.origin), run.summary.iterations,
                       1e3 * run.summary.seconds, run.summary.cost, run.max_violation);
-  text += fmt::format("at the end        {:.2f} m and {:.1f}° from the goal, at {:.2f} m/s along with it\n",
+  text += fmt::format("at the end        {:.2f} m and {:.1f}° from the goal, relative speed {:.2f} m/s\n",
                       miss.position, kDegrees * miss.orientation, miss.speed);
-  text += fmt::format("least distance    {:.2f} m\n", least_distance(run));
-  text += fmt::format("target, 3 σ       {:.2f} m now, {:.2f} m at the end, {:.2f} m by what is seen until then\n",
+  text += fmt::format("minimum distance  {:.2f} m\n", min_distance(run));
+  text += fmt::format("target, 3 σ       {:.2f} m now, {:.2f} m at the end, {:.2f} m with the expected fixes\n",
                       three_sigma(run.instants.front().target_covariance),
-                      three_sigma(run.instants.back().target_covariance), three_sigma(run.instants.back().with_fixes));
-  if (run.active.empty()) return text + "no bound is touched\n";
+                      three_sigma(run.instants.back().target_covariance),
+                      three_sigma(run.instants.back().target_covariance_with_fixes));
+  if (run.active.empty()) return text + "active bounds     none\n";
   for (const auto& [constraint, count] : count_by_kind(run.active))
-    text += fmt::format("at its bound      {} × {}\n", count, constraint);
+    text += fmt::format("active bounds     {} × {}\n", count, constraint);
   return text;
 }
 
-std::string plan_json(const PlannedRun& run) {
-  const MissAtEnd miss = miss_at_end(run);
-  Json json;
-  json["scenario"] = run.scenario;
-  json["frame"] = run.frame.name();
-  json["vehicle"] = run.vehicle.name;
-  json["at"] = run.start.t;
-  json["steps"] = run.request.plan.steps;
-  json["step"] = run.request.plan.dt;
-  json["solver"] = run.summary.solver;
-  json["status"] = name(run.summary.status);
-  json["message"] = run.summary.message;
-  json["origin"] = name(run.origin);
-  json["coupled"] = run.coupled;
-  json["accepted"] = run.accepted();
-  json["cost"] = run.summary.cost;
-  json["max_violation"] = run.max_violation;
-  if (!run.worst_constraint.empty()) json["worst_constraint"] = run.worst_constraint;
-  for (const PlanLimit limit : run.clash) json["clash"].push_back(described(limit, run));
-  json["iterations"] = run.summary.iterations;
-  json["seconds"] = run.summary.seconds;
-  json["end"] = {
-      {"position_m", miss.position}, {"orientation_deg", kDegrees * miss.orientation}, {"speed_m_s", miss.speed}};
-  json["least_distance_m"] = least_distance(run);
-  json["target_three_sigma_m"] = {{"start", three_sigma(run.instants.front().target_covariance)},
-                                  {"end", three_sigma(run.instants.back().target_covariance)},
-                                  {"end_with_fixes", three_sigma(run.instants.back().with_fixes)}};
-  json["active_constraints"] = count_by_kind(run.active);
-  return json_text(json);
-}
+std::string plan_json(const PlannedRun& run) { return json_text(json_document("plan", plan_fields(), run)); }
+
+FileDescription plan_json_keys() { return describe_json("summary.json", "plan", plan_fields()); }
 
 std::string why_not_accepted(const PlannedRun& run) {
   if (run.accepted()) return "";
-  if (run.summary.status == Status::unsupported) return fmt::format("nothing was planned: {}", run.summary.message);
-  const std::string found = fmt::format("{}: {}; the worst is {}, by {:.2g}", run.summary.solver, run.summary.message,
-                                        run.worst_constraint, run.max_violation);
-  if (run.clash.empty()) return fmt::format("no plan meets the hard constraints ({})", found);
-  std::vector<std::string> clash;
-  for (const PlanLimit limit : run.clash) clash.push_back(described(limit, run));
-  const bool one = clash.size() == 1;
-  return fmt::format("no plan meets the hard constraints: {}; widen {} ({})",
-                     one ? clash.front() + " cannot be kept from here" : listed(clash) + " clash",
-                     one ? "it" : "one of them", found);
+  if (run.summary.status == Status::unsupported) return fmt::format("no plan was computed: {}", run.summary.message);
+  const std::string found = fmt::format("{}: {}; largest violation: {}, by {:.2g}", run.summary.solver,
+                                        run.summary.message, run.worst_constraint, run.max_violation);
+  if (run.conflict.empty()) return fmt::format("no plan meets the hard constraints ({})", found);
+  std::vector<std::string> conflict;
+  for (const PlanLimit limit : run.conflict) conflict.push_back(limit_text(limit, run));
+  const bool one = conflict.size() == 1;
+  return fmt::format(
+      "no plan meets the hard constraints: {}; relax {} ({})",
+      one ? conflict.front() + " cannot be met from the current state" : listed(conflict) + " contradict each other",
+      one ? "it" : "one of them", found);
 }
 
 }  // namespace tandem

@@ -3,14 +3,17 @@
 #include <string>
 
 #include <tandem/studies/planning/plan_scenario.hpp>
+#include <tandem/studies/support/file_description.hpp>
 
 namespace tandem {
 
-/// The plan in a few lines for a terminal.
+/// Returns a summary of a few lines for a terminal.
 std::string report(const PlannedRun& run);
-/// All figures of it, as summary.json.
+/// Returns the content of summary.json.
 std::string plan_json(const PlannedRun& run);
-/// A sentence for people when the plan violates a hard constraint; empty when it was accepted.
+/// Returns the keys of summary.json.
+FileDescription plan_json_keys();
+/// Returns why the plan was not accepted, with the contradicting limits; empty for an accepted plan.
 std::string why_not_accepted(const PlannedRun& run);
 
 }  // namespace tandem

@@ -6,22 +6,22 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
+#include <tandem/solvers/heading_search/solve_tracking.hpp>
 #include <tandem/solvers/marginals.hpp>
-#include <tandem/solvers/tracking/solve_tracking.hpp>
 #include <tandem/studies/planning/plan_scenario.hpp>
 
 namespace tandem {
 namespace {
 
-constexpr double kTwistOver = 1.0;  // s: twists are means over this
-constexpr double kRateOver = 60.0;  // s: and rates of sensors over this
+constexpr double kTwistInterval = 1.0;  // s: averaging interval of twists
+constexpr double kRateInterval = 60.0;  // s: averaging interval of sensor rates
 
-/// What there was by then.
-TrackingData until(const TrackingData& data, double at) {
+/// Returns the odometry and the measurements up to the time `at` [s].
+TrackingData data_until(const TrackingData& data, double at) {
   TrackingData past = data;
   std::erase_if(past.odometry, [&](const Stamped<SE3>& pose) { return pose.t > at; });
   if (past.odometry.size() < 2)
-    throw Error(fmt::format("--at {:g} s is before the recording's second line of odometry", at));
+    throw Error(fmt::format("--at {:g} s is before the second odometry pose; a plan needs two", at));
   const double last = past.odometry.back().t;
   for (TargetSensor& sensor : past.sensors)
     std::erase_if(sensor.measurements, [&](const Measurement& m) { return m.t > at || sensor.valid_at(m) > last; });
@@ -31,18 +31,19 @@ TrackingData until(const TrackingData& data, double at) {
 Vector<6> mean_twist(const std::vector<Stamped<SE3>>& poses) {
   const Stamped<SE3>& now = poses.back();
   auto before = poses.end() - 2;
-  while (before != poses.begin() && now.t - before->t < kTwistOver) --before;
+  while (before != poses.begin() && now.t - before->t < kTwistInterval) --before;
   return (before->value.inverse() * now.value).Log() / (now.t - before->t);
 }
 
-/// The last keyframe that is kTwistOver or more before the newest.
+/// Returns the last keyframe at least kTwistInterval before the newest one.
 std::size_t keyframe_before(const std::vector<Keyframe>& keyframes) {
   std::size_t k = keyframes.size() - 1;
-  while (k > 0 && keyframes.back().t - keyframes[k].t < kTwistOver) --k;
+  while (k > 0 && keyframes.back().t - keyframes[k].t < kTwistInterval) --k;
   return k;
 }
 
-/// Of the target's poses before and now, seen from the chaser as it is now.
+/// Returns the covariance of the target poses `before` and `now` relative to the current chaser pose, right
+/// perturbations. `joint`: covariance of chaser, `before` and `now`.
 Matrix<12, 12> seen_from_chaser(const Eigen::MatrixXd& joint, const SE3& chaser, const SE3& before, const SE3& now) {
   Matrix<12, 18> J = Matrix<12, 18>::Zero();
   J.block<6, 6>(0, 0) = -(before.inverse() * chaser).Ad();
@@ -51,9 +52,11 @@ Matrix<12, 12> seen_from_chaser(const Eigen::MatrixXd& joint, const SE3& chaser,
   return J * joint * J.transpose();
 }
 
-/// Of the sensors that measure positions and poses; what others would tell is left out, which makes plans more careful.
-std::vector<ExpectedSensor> sensors_to_come(const TrackingData& past, double now) {
-  const double over = past.odometry.empty() ? kRateOver : std::clamp(now - past.odometry.front().t, 1.0, kRateOver);
+/// Returns the position and pose sensors with their recent rates. Other sensors are ignored, which makes plans more
+/// cautious.
+std::vector<ExpectedSensor> expected_sensors(const TrackingData& past, double now) {
+  const double over =
+      past.odometry.empty() ? kRateInterval : std::clamp(now - past.odometry.front().t, 1.0, kRateInterval);
   std::vector<ExpectedSensor> sensors;
   for (const TargetSensor& sensor : past.sensors) {
     const bool pose = sensor.type == SensorType::pose;
@@ -67,34 +70,34 @@ std::vector<ExpectedSensor> sensors_to_come(const TrackingData& past, double now
   return sensors;
 }
 
-/// The prediction with the fixes that are expected along these states of the chaser; poses are seen within `sight`.
+/// Predicts the target with the fixes that are expected along these chaser states. Poses are measured within `sight`.
 template <int N>
-TargetPrediction predict_along(const std::vector<VehicleState<N>>& states, const RendezvousStart& start,
+TargetPrediction predict_along(const std::vector<VehicleState<N>>& states, const PlanStart& start,
                                const PlanOptions& options, const TargetPrediction& target) {
   std::vector<ExpectedSensor> sensors = start.sensors;
   for (ExpectedSensor& sensor : sensors)
     if (sensor.rotation) sensor.sight = options.sight;
-  return predict_target(start.target, start.target_noise, options.dt, options.steps, start.target_time,
+  return predict_target(start.target, start.target_noise, options.dt, options.steps, start.target_time_constants,
                         expected_fixes(sensors, options.dt, states, target.pose));
 }
 
-/// The estimate that a plan starts from.
-struct EstimateUntil {
-  RendezvousStart start;
+/// The estimate from which a plan starts.
+struct StartEstimate {
+  PlanStart start;
   TrackingProblem tracking;
-  std::size_t before, now;  ///< its keyframes
+  std::size_t before, now;  ///< keyframe indices of start.target
 
   Variable<SE3> target(std::size_t k) const { return std::get<Variable<SE3>>(tracking.target[k]); }
   Variable<SE3> chaser() const { return std::get<Variable<SE3>>(tracking.chaser[now]); }
 };
 
 template <int N>
-PlannedRun plan_with(const VehicleModel<N>& model, const PlanRequest& request, EstimateUntil& estimate,
+PlannedRun plan_with(const VehicleModel<N>& model, const PlanRequest& request, StartEstimate& estimate,
                      PlannedRun run) {
-  const RendezvousStart& start = run.start;
+  const PlanStart& start = run.start;
   const PlanOptions& options = request.plan;
   const TargetPrediction target =
-      predict_target(start.target, start.target_noise, options.dt, options.steps, start.target_time);
+      predict_target(start.target, start.target_noise, options.dt, options.steps, start.target_time_constants);
   VehicleState<N> state;
   state.pose = start.chaser;
   state.twist = start.chaser_twist;
@@ -109,8 +112,8 @@ PlannedRun plan_with(const VehicleModel<N>& model, const PlanRequest& request, E
       request.coupled ? planner.replan(state, request.current, known,
                                        CoupledEstimate{estimate.tracking.problem, estimate.chaser(),
                                                        estimate.target(estimate.before), estimate.target(estimate.now),
-                                                       start.target.dt, start.target_noise, start.target_time,
-                                                       coupled_share(options, target.covariance.back())})
+                                                       start.target.dt, start.target_noise, start.target_time_constants,
+                                                       coupled_cost_weight(options, target.covariance.back())})
                       : planner.replan(state, request.current, known);
   run.summary = result.summary;
   run.origin = result.origin;
@@ -120,13 +123,13 @@ PlannedRun plan_with(const VehicleModel<N>& model, const PlanRequest& request, E
   if (result.accepted())
     run.active = planner.active_constraints();
   else if (result.summary.status != Status::time_limit && result.summary.status != Status::unsupported)
-    run.clash = clashing_limits(model, options, request.planner, state, request.current, known);
+    run.conflict = conflicting_limits(model, options, request.planner, state, request.current, known);
   const Eigen::Index actuators = Eigen::Index(run.vehicle.actuators.size());
   std::vector<Matrix<6, 6>> fixes;
   for (std::size_t k = 1; k < result.plan.states.size(); ++k)
     fixes.push_back(expected_information(options, result.plan.states[k].pose, target.pose[k]));
   const TargetPrediction seen =
-      predict_target(start.target, start.target_noise, options.dt, options.steps, start.target_time, fixes);
+      predict_target(start.target, start.target_noise, options.dt, options.steps, start.target_time_constants, fixes);
   for (std::size_t k = 0; k < result.plan.states.size(); ++k) {
     const VehicleState<N>& s = result.plan.states[k];
     run.instants.push_back(
@@ -137,23 +140,24 @@ PlannedRun plan_with(const VehicleModel<N>& model, const PlanRequest& request, E
   return run;
 }
 
-EstimateUntil estimate_until(const Scenario& scenario, const TrackingOptions& options, double at) {
-  if (scenario.data.planar) throw Error("a plan is of motion in space, and this scenario is planar (group SE2)");
+StartEstimate estimate_start(const Scenario& scenario, const TrackingOptions& options, double at) {
+  if (scenario.data.planar) throw Error("a plan needs a scenario in space; this one is planar (group: SE2)");
   if (scenario.data.odometry.empty())
-    throw Error("a plan needs a chaser with odometry: run tandem navigate, and take its chaser.tum");
-  if (options.mode != Mode::A || without_orientation(options.model) || options.model == MotionModel::steady_course ||
+    throw Error(
+        "a plan needs chaser_odometry.tum, which this scenario lacks: run tandem navigate and use its chaser.tum");
+  if (options.mode != Mode::A || is_point_model(options.model) || options.model == MotionModel::steady_course ||
       options.model == MotionModel::none)
-    throw Error("a plan needs the target as a pose at every keyframe: mode A, by constant or damped twist");
-  const TrackingData past = until(scenario.data, at);
-  EstimateUntil estimate{{}, make_tracking_problem(past, options), 0, 0};
+    throw Error("a plan needs a target pose at every keyframe: use mode A with --model constant-twist or damped-twist");
+  const TrackingData past = data_until(scenario.data, at);
+  StartEstimate estimate{{}, make_tracking_problem(past, options), 0, 0};
   TrackingProblem& tracking = estimate.tracking;
-  RendezvousStart& start = estimate.start;
+  PlanStart& start = estimate.start;
   start.summary = solve_tracking(tracking, GaussNewtonOptions{});
   if (!start.summary.converged())
-    throw Error(fmt::format("the estimate until {:g} s did not converge: {}", at, start.summary.message));
+    throw Error(fmt::format("the estimate up to {:g} s did not converge: {}", at, start.summary.message));
 
   const std::size_t now = tracking.keyframes.size() - 1, before = keyframe_before(tracking.keyframes);
-  if (before == now) throw Error(fmt::format("--at {:g} s: there is one keyframe only, and a plan needs two", at));
+  if (before == now) throw Error(fmt::format("--at {:g} s is before the second keyframe; a plan needs two", at));
   estimate.now = now;
   estimate.before = before;
   const auto pose = [&](std::size_t k) { return estimate.target(k); };
@@ -172,14 +176,14 @@ EstimateUntil estimate_until(const Scenario& scenario, const TrackingOptions& op
   const TrackingNoise& noise = past.noise;
   const bool damped = options.model == MotionModel::damped_twist;
   start.target_noise = damped && !noise.acceleration.isZero(0) ? noise.acceleration : noise.constant_twist;
-  if (damped) start.target_time = noise.twist_time;
-  start.sensors = sensors_to_come(past, start.t);
+  if (damped) start.target_time_constants = noise.twist_time;
+  start.sensors = expected_sensors(past, start.t);
   return estimate;
 }
 
 }  // namespace
 
-void pursue_within(PlannerOptions& planner, const Vehicle& vehicle) {
+void set_pursuit_limits(PlannerOptions& planner, const Vehicle& vehicle) {
   planner.pursuit.speed = 0.6 * vehicle.most_twist[0];
   planner.pursuit.turn_rate = 0.7 * vehicle.most_twist[5];
 }
@@ -191,7 +195,7 @@ PlannedRun plan_scenario(const Scenario& scenario, const TrackingOptions& tracki
   run.frame = scenario.frame;
   run.vehicle = vehicle;
   run.request = request;
-  EstimateUntil estimate = estimate_until(scenario, tracking, request.at);
+  StartEstimate estimate = estimate_start(scenario, tracking, request.at);
   run.start = estimate.start;
   return std::visit([&](const auto& model) { return plan_with(model, request, estimate, std::move(run)); },
                     vehicle.model);

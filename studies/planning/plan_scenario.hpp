@@ -4,32 +4,33 @@
 #include <vector>
 
 #include <tandem/problem/planning/expected_fixes.hpp>
-#include <tandem/solvers/planning/clashing_limits.hpp>
+#include <tandem/solvers/replanning/conflicting_limits.hpp>
 #include <tandem/studies/planning/vehicle_file.hpp>
 #include <tandem/studies/scenario/scenario.hpp>
 
 namespace tandem {
 
-/// A chaser and its target at one instant of a recording: where a plan starts.
-struct RendezvousStart {
-  double t;  ///< s, of the newest keyframe
+/// State of chaser and target at the instant of a recording from which a plan starts.
+struct PlanStart {
+  double t;  ///< time of the newest keyframe [s]
   SE3 chaser;
-  Vector<6> chaser_twist;  ///< body axes, mean over the last second of odometry [m/s, rad/s]
-  /// The target's last poses and their covariance as seen from the chaser now, which counts as exact: a plan is about
-  /// how the two move relative to each other, and what they drift together does not matter.
+  Vector<6> chaser_twist;  ///< mean over the last second of odometry, body axes [m/s, rad/s]
+  /// The last target poses and their covariance relative to the chaser's current pose. Common drift of both vehicles
+  /// does not affect a plan, so the chaser's pose counts as exact.
   TargetBelief target;
-  Vector<6> target_noise;                ///< of its motion, per √s [m, rad]
-  std::optional<Vector<6>> target_time;  ///< s, of a twist that is forgotten
-  std::vector<ExpectedSensor> sensors;   ///< of positions and poses, as often as in the last minute; no sight yet
-  Summary summary;                       ///< of the estimate
+  Vector<6> target_noise;                          ///< σ of the target's motion model, per √s [m, rad]
+  std::optional<Vector<6>> target_time_constants;  ///< time constants of a damped twist [s]
+  std::vector<ExpectedSensor> sensors;  ///< position and pose sensors at their rates of the last minute; `sight` unset
+  Summary summary;                      ///< of the estimate
 };
 
+/// Input of plan_scenario(), in ENU-FLU.
 struct PlanRequest {
-  double at = 0.0;  ///< s
+  double at = 0.0;  ///< time at which the plan starts [s]
   PlanOptions plan{};
   PlannerOptions planner{};
-  bool coupled = false;                   ///< what was measured, and the plan, in one program: CoupledEstimate
-  Vector<3> current = Vector<3>::Zero();  ///< of the water, along the world's axes [m/s]
+  bool coupled = false;                   ///< solve estimate and plan in one nonlinear program (CoupledEstimate)
+  Vector<3> current = Vector<3>::Zero();  ///< water current along the world's axes [m/s]
 };
 
 /// One instant of a plan.
@@ -37,19 +38,20 @@ struct PlannedInstant {
   double t;
   SE3 chaser;
   Vector<6> twist;                     ///< of the chaser, body axes [m/s, rad/s]
-  Eigen::VectorXd actuators, command;  ///< one each an actuator; no command at the end
+  Eigen::VectorXd actuators, command;  ///< one entry per actuator; `command` is empty at the last instant
   SE3 target;
-  Matrix<6, 6> target_covariance;  ///< as seen from the chaser at the start, right perturbations
-  Matrix<6, 6> with_fixes;         ///< the same with what the plan is expected to see of it
+  Matrix<6, 6> target_covariance;  ///< relative to the chaser at the start, right perturbations
+  Matrix<6, 6>
+      target_covariance_with_fixes;  ///< target_covariance reduced by the fixes that are expected along the plan
 };
 
-/// What a plan is, and how it came about.
+/// A plan with its inputs and the result of the solve.
 struct PlannedRun {
   std::string scenario;
-  Frame frame;  ///< what results are written in; everything here is in ENU-FLU
+  Frame frame;  ///< frame of written results; all members are in ENU-FLU
   Vehicle vehicle;
   PlanRequest request;
-  RendezvousStart start;
+  PlanStart start;
   Summary summary;
   PlanOrigin origin;
   bool coupled;
@@ -57,25 +59,26 @@ struct PlannedRun {
   std::string worst_constraint;
   std::vector<PlannedInstant> instants;
   std::vector<ActiveConstraint> active;
-  std::vector<PlanLimit> clash;  ///< where no plan was found, though not for want of time
+  std::vector<PlanLimit> conflict;  ///< contradicting limits; empty if a plan was found or the time limit was reached
 
   bool accepted() const { return tandem::accepted(origin, summary.status, max_violation); }
 };
 
-/// Pursuit, and the start of first plans, within what the vehicle can do.
-void pursue_within(PlannerOptions& planner, const Vehicle& vehicle);
+/// Sets the speed and turn rate of pure pursuit, the initial guess of first plans, within the vehicle's limits.
+void set_pursuit_limits(PlannerOptions& planner, const Vehicle& vehicle);
 
-/// Estimates chaser and target out of what was measured until `request.at`, and plans the chaser's motion from there on.
-/// Throws Error where the recording has not begun by then, the target is not a pose at every keyframe (planar, Mode B, or
-/// models without orientation), the estimate does not converge, or the vehicle or the options make no plan.
+/// Estimates chaser and target from the measurements up to `request.at` and plans the chaser's motion from there.
+/// Needs a target pose at every keyframe: no planar scenario, no Mode B, no model without orientation.
+/// Throws Error if this does not hold, if there are no two odometry poses before `request.at`, if the estimate does not
+/// converge, or if vehicle and options admit no plan.
 PlannedRun plan_scenario(const Scenario& scenario, const TrackingOptions& tracking, const Vehicle& vehicle,
                          const PlanRequest& request);
 
-/// The plan's last instant against the goal.
+/// Difference between the last instant of a plan and its goal.
 struct MissAtEnd {
   double position;     ///< m
   double orientation;  ///< rad
-  double speed;        ///< of the chaser against what goes along with the target [m/s]
+  double speed;        ///< of the chaser relative to the moving goal [m/s]
 };
 MissAtEnd miss_at_end(const PlannedRun& run);
 

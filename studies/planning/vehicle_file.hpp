@@ -9,22 +9,22 @@
 
 namespace tandem {
 
-/// Models are compiled for these numbers of actuators; one with fewer has idle ones besides, which push nothing.
+/// Vehicle model, compiled for 3 and for 8 actuators. Unused actuators are idle: they produce no force.
 using AnyVehicleModel = std::variant<VehicleModel<3>, VehicleModel<8>>;
 
-/// A vehicle as its yaml says (docs/file_formats.md), in the axes of the project: x forward, y left, z up.
+/// A vehicle read from a YAML file (docs/file_formats.md), in Tandem's axes: x forward, y left, z up.
 struct Vehicle {
   std::string name, description, source;
-  std::vector<std::string> actuators;  ///< names of those that are not idle
-  Vector<6> most_twist;                ///< of plans, either way [m/s, rad/s]
+  std::vector<std::string> actuators;  ///< names, without the idle ones
+  Vector<6> most_twist;                ///< bounds on the magnitude of each twist component in plans [m/s, rad/s]
   AnyVehicleModel model;
 };
 
-/// A file, or the name of one that comes along (share/tandem/vehicles). Throws Error that begins with file and line:
-/// keys that are unknown or missing, a mass or damping matrix that cannot be.
+/// Reads a YAML file, or the built-in vehicle of that name (share/tandem/vehicles). Throws Error that begins with file
+/// and line if a key is unknown or missing, a number is out of range, or the mass or damping matrix is impossible.
 Vehicle read_vehicle(const std::string& name_or_file);
 
-/// Names of those that come along.
+/// Returns the names of the built-in vehicles, sorted.
 std::vector<std::string> builtin_vehicles();
 
 }  // namespace tandem

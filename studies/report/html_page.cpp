@@ -28,8 +28,8 @@ figcaption b { color: #1c2733; }
 @media print { body { max-width: none; font-size: 11pt; } a { color: inherit; } .modebar { display: none !important; } }
 )";
 
-// A page opens with the figures that are in view. The others are drawn when they come near, and one by one, with a
-// pause after each for whoever scrolls, so that all are there for a print. A figure's button saves it as SVG, for papers.
+// Draws figures in or near the viewport first, then the others one by one with pauses that keep scrolling smooth.
+// Printing draws all figures at once. The camera button saves a figure as SVG.
 const char* const kScript = R"(
 (function () {
   const left = new Set(document.querySelectorAll(".plot"));
@@ -54,8 +54,8 @@ const char* const kScript = R"(
 })();
 )";
 
-/// JSON in a script element must not end it.
-std::string in_script(std::string json) {
+/// Escapes "</" so that JSON cannot end its script element.
+std::string escaped_for_script(std::string json) {
   for (std::size_t at = 0; (at = json.find("</", at)) != std::string::npos; at += 3) json.replace(at, 2, "<\\/");
   return json;
 }
@@ -131,7 +131,7 @@ void HtmlPage::figure(const HtmlFigure& figure) {
       id, html_escaped(figure.title), figure.height, html_escaped(figure.caption));
   figures_ += fmt::format(
       "<script type=\"application/json\" id=\"{}-data\">{{\"traces\":{},\"layout\":{},\"frames\":{}}}</script>\n", id,
-      in_script(figure.traces), in_script(figure.layout), in_script(figure.frames));
+      escaped_for_script(figure.traces), escaped_for_script(figure.layout), escaped_for_script(figure.frames));
 }
 
 std::string HtmlPage::text(const std::string& library) const {

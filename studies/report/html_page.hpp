@@ -7,11 +7,11 @@
 
 namespace tandem {
 
-/// A picture drawn by Plotly when the page is opened: its traces and layout, as plotly.js takes them (JSON).
+/// A figure that plotly.js draws when the page is opened.
 struct HtmlFigure {
   std::string title, caption;
-  std::string traces, layout;  ///< JSON
-  std::string frames = "[]";   ///< JSON: of an animation, which the layout's buttons and sliders play
+  std::string traces, layout;  ///< JSON arguments of Plotly.newPlot
+  std::string frames = "[]";   ///< JSON frames of an animation that the layout's buttons and sliders control
   int height = 420;            ///< pixels
 
   HtmlFigure(std::string title, std::string caption, const nlohmann::ordered_json& traces,
@@ -19,7 +19,7 @@ struct HtmlFigure {
   void set_frames(const nlohmann::ordered_json& all);
 };
 
-/// One self-contained page of HTML: everything is in it, nothing is fetched. Texts are escaped.
+/// Builder of a self-contained HTML page without external resources. All texts are escaped.
 class HtmlPage {
  public:
   explicit HtmlPage(std::string title) : title_(std::move(title)) {}
@@ -27,14 +27,14 @@ class HtmlPage {
   void heading(const std::string& text);
   void paragraph(const std::string& text);
   void code(const std::string& text);
-  /// The first column is of text, the others are right-aligned.
+  /// Adds a table. The first column is left-aligned, the others are right-aligned.
   void table(const std::vector<std::string>& head, const std::vector<std::vector<std::string>>& rows);
-  /// One that may be long, which unfolds below its summary; a short one is open.
+  /// Adds a table that can be folded below its summary. Short tables are open.
   void folded_table(const std::string& summary, const std::vector<std::string>& head,
                     const std::vector<std::vector<std::string>>& rows);
   void figure(const HtmlFigure& figure);
 
-  /// `library`: the source of plotly.js.
+  /// Returns the page. `library`: source of plotly.js.
   std::string text(const std::string& library) const;
 
  private:
@@ -42,7 +42,7 @@ class HtmlPage {
   int count_ = 0;
 };
 
-/// With `<`, `>`, `&` and quotes as entities.
+/// Replaces `<`, `>`, `&` and double quotes by HTML entities.
 std::string html_escaped(const std::string& text);
 
 }  // namespace tandem

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <tandem/problem/quantile.hpp>
 #include <tandem/studies/report/plot_parts.hpp>
 #include <tandem/studies/support/text.hpp>
 
@@ -13,13 +14,6 @@ namespace {
 
 constexpr std::array<std::array<int, 3>, 7> kColours = {
     {{0, 114, 178}, {213, 94, 0}, {0, 158, 115}, {204, 121, 167}, {230, 159, 0}, {86, 180, 233}, {100, 100, 100}}};
-
-/// Linear between order statistics.
-double quantile(const std::vector<double>& sorted, double p) {
-  const double at = p * double(sorted.size() - 1);
-  const auto i = static_cast<std::size_t>(at);
-  return i + 1 < sorted.size() ? sorted[i] + (at - double(i)) * (sorted[i + 1] - sorted[i]) : sorted.back();
-}
 
 }  // namespace
 
@@ -39,7 +33,7 @@ std::string colour(std::size_t i) {
   return fmt::format("rgb({},{},{})", r, g, b);
 }
 
-std::string faint(std::size_t i) {
+std::string translucent(std::size_t i) {
   const auto& [r, g, b] = kColours[i % kColours.size()];
   return fmt::format("rgba({},{},{},0.25)", r, g, b);
 }
@@ -59,9 +53,9 @@ Json layout(const std::string& x, const std::string& y) {
 }
 
 Json camera(const std::array<double, 3>& extent) {
-  double product = 1, squares = 0;  // such a scene is scaled to sides whose product is one
+  double product = 1, squares = 0;  // plotly.js scales the scene to a volume of one
   for (const double side : extent) {
-    const double e = std::max(side, 1e-3);  // also of a path without a finite point
+    const double e = std::max(side, 1e-3);  // also for a path without finite points
     product *= e;
     squares += e * e;
   }
@@ -109,7 +103,8 @@ void add_boxes(Json& traces, const Boxes& boxes) {
     std::vector<double> sorted = boxes.values[i];
     if (sorted.empty()) continue;
     std::sort(sorted.begin(), sorted.end());
-    const double low = quantile(sorted, 0.25), middle = quantile(sorted, 0.5), high = quantile(sorted, 0.75);
+    const double low = detail::quantile(sorted, 0.25), middle = detail::median(sorted),
+                 high = detail::quantile(sorted, 0.75);
     const double reach = 1.5 * (high - low), x = boxes.x[i], l = x - boxes.width / 2, r = x + boxes.width / 2;
     const double bottom = *std::lower_bound(sorted.begin(), sorted.end(), low - reach);
     const double top = *(std::upper_bound(sorted.begin(), sorted.end(), high + reach) - 1);
@@ -138,7 +133,7 @@ void add_boxes(Json& traces, const Boxes& boxes) {
   }
   Json box = line(boxes.name, box_x, box_y, boxes.colour, 1);
   box["fill"] = "toself";
-  box["fillcolor"] = boxes.faint;
+  box["fillcolor"] = boxes.translucent;
   box["legendgroup"] = boxes.name;
   box["hoverinfo"] = "skip";
   traces.push_back(std::move(box));

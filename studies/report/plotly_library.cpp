@@ -4,7 +4,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/report/plotly_library.hpp>
-#include <tandem/studies/support/share_folder.hpp>
+#include <tandem/studies/support/installation.hpp>
 
 namespace tandem {
 
@@ -16,7 +16,7 @@ std::string plotly_library() {
     if (stream) return {std::istreambuf_iterator<char>(stream), {}};
   }
   throw Error(
-      "a report needs plotly.js, which is not here: run scripts/setup and build again, or install Debian's "
+      "a report needs plotly.js, which is missing: run scripts/setup and rebuild, or install Debian's "
       "python3-plotly");
 }
 

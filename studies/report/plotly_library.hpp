@@ -4,9 +4,8 @@
 
 namespace tandem {
 
-/// The source of plotly.js that reports have inside: share/tandem/report/plotly.min.js, which scripts/setup and the
-/// build put there, else that of Debian's python3-plotly. Throws Error that says what to install where there is
-/// neither.
+/// Returns the source of plotly.js for reports: share/tandem/report/plotly.min.js, which scripts/setup and the build
+/// install, or else that of Debian's python3-plotly. Throws Error that says what to install if both are missing.
 std::string plotly_library();
 
 }  // namespace tandem

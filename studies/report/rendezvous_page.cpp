@@ -15,10 +15,10 @@ namespace {
 
 using plot::Json;
 
-constexpr double kHalfLength = 0.8;  // m: of a body as it is drawn
+constexpr double kHalfLength = 0.8;  // m: half length of a drawn body
 constexpr int kRingPoints = 24, kFrameMilliseconds = 100;
 
-/// Points of a line in space; not-a-number ends a stroke.
+/// Points of a polyline in space; NaN separates strokes.
 struct SpaceLine {
   std::vector<double> x, y, z;
 
@@ -31,7 +31,7 @@ struct SpaceLine {
   Json json() const { return {{"x", plot::numbers(x)}, {"y", plot::numbers(y)}, {"z", plot::numbers(z)}}; }
 };
 
-/// From tail to nose, and a fin that tells which way is up.
+/// Returns a body: a line from tail to nose, with an upward fin at the tail.
 SpaceLine body(const SE3& pose) {
   SpaceLine line;
   for (const Vector<3>& p : {Vector<3>(kHalfLength, 0.0, 0.0), Vector<3>(-kHalfLength, 0.0, 0.0),
@@ -40,7 +40,7 @@ SpaceLine body(const SE3& pose) {
   return line;
 }
 
-/// Three circles about the target, in the world's planes; nothing where the distance does not bind.
+/// Returns three circles about the target in the world's planes; empty in phases without keep-out distance.
 SpaceLine keep_out_rings(const RendezvousStep& step, double radius) {
   SpaceLine line;
   if (step.phase != RendezvousPhase::searching && step.phase != RendezvousPhase::approach) return line;
@@ -57,7 +57,7 @@ SpaceLine keep_out_rings(const RendezvousStep& step, double radius) {
   return line;
 }
 
-/// Each side is at least `least`, for what goes along with the lines.
+/// Returns the size of the lines along x, y and z, each at least `least`, which leaves room for the drawn bodies.
 std::array<double, 3> extent_of(const std::array<const SpaceLine*, 2>& lines, double least) {
   std::array<double, 3> extent;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -85,7 +85,7 @@ std::string caption_of(const RendezvousStep& step) {
                      step.origin.empty() ? "" : "; plan " + step.origin);
 }
 
-/// What moves from one frame to the next, in the order of the traces 0 to 2.
+/// Returns the data of one animation frame: traces 0 to 2.
 Json moving(const RendezvousStep& step, double keep_out) {
   Json data = Json::array();
   for (const SpaceLine& line : {body(step.chaser), body(step.target), keep_out_rings(step, keep_out)})
@@ -93,7 +93,7 @@ Json moving(const RendezvousStep& step, double keep_out) {
   return data;
 }
 
-/// Buttons and a slider over the frames, which have their step's number as a name.
+/// Adds buttons and a slider for the frames. The name of a frame is its step number.
 void add_controls(const RendezvousRun& run, Json& layout) {
   const Json now = {
       {"mode", "immediate"}, {"frame", {{"duration", 0}, {"redraw", true}}}, {"transition", {{"duration", 0}}}};
@@ -159,9 +159,9 @@ HtmlFigure figure_of_manoeuvre(const std::string& method, const RendezvousRun& r
   layout["legend"] = {{"x", 1}, {"xanchor", "right"}, {"y", 1}};
   add_controls(run, layout);
   HtmlFigure figure(
-      "The manoeuvre, " + method,
-      "As it truly was, ten times as fast: play it, or move the slider. Bodies are lines of 1.6 m with a fin "
-      "upwards at the stern; circles are the keep-out distance, while it holds.",
+      "Manoeuvre, " + method,
+      "True motion at ten times real speed: press Play or move the slider. Bodies are lines of 1.6 m with an "
+      "upward fin at the stern. Circles show the keep-out distance while it applies.",
       traces, layout, 640);
   figure.set_frames(frames);
   return figure;
@@ -179,22 +179,22 @@ HtmlFigure figure_of_distances(const std::string& method, const RendezvousRun& r
     error.push_back((step.estimated.translation() - step.relative.translation()).norm());
   }
   Json traces = Json::array();
-  traces.push_back(plot::line("distance of the two [m]", t, distance, plot::colour(0)));
+  traces.push_back(plot::line("distance between chaser and target [m]", t, distance, plot::colour(0)));
   traces.push_back(plot::line("error of the estimated relative position [m]", t_known, error, plot::colour(1)));
-  traces.push_back(plot::line("3 σ of it [m]", t_known, sigma, plot::colour(4)));
-  traces.push_back(plot::line("time of the plan [ms]", t, ms, plot::kGrey, 1));
+  traces.push_back(plot::line("3 σ of the estimated relative position [m]", t_known, sigma, plot::colour(4)));
+  traces.push_back(plot::line("solve time of the plan [ms]", t, ms, plot::kGrey, 1));
   Json layout = plot::layout("t [s]", "m, ms");
   layout["yaxis"]["type"] = "log";
-  return {"Over time, " + method, "Distance, what was known of it, and how long plans took.", traces, layout, 420};
+  return {"Over time, " + method, "Distance, estimation error with 3 σ, and solve time.", traces, layout, 420};
 }
 
 }  // namespace
 
 std::string rendezvous_page(const RendezvousStudy& study) {
   HtmlPage page(fmt::format("Rendezvous of a {}", study.vehicle));
-  page.paragraph(
-      fmt::format("Simulated: plans over {:g} s, a keep-out distance of {:g} m until docking, a target at {:g} m/s.",
-                  study.options.horizon, study.options.keep_out, study.options.target_speed));
+  page.paragraph(fmt::format(
+      "Simulation: planning horizon {:g} s, keep-out distance {:g} m before docking, target speed {:g} m/s.",
+      study.options.horizon, study.options.keep_out, study.options.target_speed));
   page.heading("Runs");
   std::vector<std::vector<std::string>> rows;
   for (std::size_t i = 0; i < study.runs.size(); ++i)
@@ -204,8 +204,8 @@ std::string rendezvous_page(const RendezvousStudy& study) {
                       fmt::format("{:.2f}", run.keep_out_violation), fmt::format("{}", run.plans),
                       fmt::format("{}", run.shifted)});
   page.folded_table(
-      "How each ended; plans that were shifted are the one before, a step later.",
-      {"method", "seed", "outcome", "after [s]", "least miss [m]", "inside keep-out [m]", "plans", "shifted"}, rows);
+      "Outcome of each run. Shifted plans are fallbacks: the previous plan, shifted by a step.",
+      {"method", "seed", "outcome", "duration [s]", "least miss [m]", "inside keep-out [m]", "plans", "shifted"}, rows);
   for (std::size_t i = 0; i < study.runs.size(); ++i) {
     if (study.runs[i].empty() || study.runs[i].front().steps.empty()) continue;
     const RendezvousRun& run = study.runs[i].front();

@@ -2,12 +2,12 @@
 
 #include <string>
 
-#include <tandem/studies/planning/rendezvous_study.hpp>
+#include <tandem/studies/rendezvous/rendezvous_study.hpp>
 
 namespace tandem {
 
-/// One self-contained page that plays the first run of each method back in space, step by step, with what the chaser knew
-/// and how long its plans took. Throws Error where plotly.js is missing (plotly_library).
+/// Returns a self-contained page with the outcome of all runs. It animates the first run of each method in space and
+/// plots its estimation errors and solve times. Throws Error if plotly.js is missing (plotly_library).
 std::string rendezvous_page(const RendezvousStudy& study);
 
 }  // namespace tandem

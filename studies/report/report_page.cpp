@@ -6,7 +6,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/estimation/estimate_files.hpp>
-#include <tandem/studies/navigation/more/navigation_files.hpp>
+#include <tandem/studies/navigation_results/navigation_files.hpp>
 #include <tandem/studies/report/html_page.hpp>
 #include <tandem/studies/report/plot_parts.hpp>
 #include <tandem/studies/report/plotly_library.hpp>
@@ -21,7 +21,7 @@
 namespace tandem {
 namespace {
 
-constexpr std::size_t kWorst = 10, kMostFailures = 20, kMostCurves = 12;
+constexpr std::size_t kMaxWorstTrials = 10, kMaxFailures = 20, kMaxCurves = 12;
 
 void add_run(const RunRecord& run, HtmlPage& page) {
   for (const HtmlFigure& figure : run_figures(run)) page.figure(figure);
@@ -38,11 +38,11 @@ std::string run_page(const std::filesystem::path& folder) {
     page.heading("Errors");
     if (run.has_target()) {
       page.paragraph(
-          "Of the target relative to the chaser, mean ± standard deviation over keyframes, by what was "
-          "measured there; raw: of the measurement itself.");
-      page.table({"keyframes", "n", "position [m]", "orientation [°]", "raw position [m]"}, run.table);
+          "Errors of the target relative to the chaser, mean ± standard deviation, by the measurement at the keyframe. "
+          "Raw: errors of the measurements.");
+      page.table({"measurement", "n", "position [m]", "orientation [°]", "raw position [m]"}, run.table);
     } else {
-      page.paragraph("Of the chaser, mean over keyframes.");
+      page.paragraph("Errors of the chaser, mean over keyframes.");
       page.table({"keyframes", "n", "position [m]", "orientation [°]"}, run.table);
     }
   }
@@ -51,27 +51,27 @@ std::string run_page(const std::filesystem::path& folder) {
   return page.text(plotly_library());
 }
 
-/// A folder that is gone with it.
-class PassingFolder {
+/// A temporary folder, removed by the destructor.
+class TemporaryFolder {
  public:
-  PassingFolder() {
+  TemporaryFolder() {
     std::string name = (std::filesystem::temp_directory_path() / "tandem-report-XXXXXX").string();
-    if (!mkdtemp(name.data())) throw Error(fmt::format("{} cannot be made, which a report needs", name));
+    if (!mkdtemp(name.data())) throw Error(fmt::format("cannot create the temporary folder {}", name));
     path_ = name;
   }
-  ~PassingFolder() {
+  ~TemporaryFolder() {
     std::error_code ignored;
     std::filesystem::remove_all(path_, ignored);
   }
-  PassingFolder(const PassingFolder&) = delete;
-  PassingFolder& operator=(const PassingFolder&) = delete;
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
   const std::filesystem::path& path() const { return path_; }
 
  private:
   std::filesystem::path path_;
 };
 
-RunRecord run_of_dive(const Study& study, std::size_t trial) {
+RunRecord dive_record(const Study& study, std::size_t trial) {
   const TrialSettings settings = study.settings(study.place(trial));
   NavigationOptions options = dive_navigation(study, settings, nullptr);
   options.covariance = true;
@@ -80,28 +80,28 @@ RunRecord run_of_dive(const Study& study, std::size_t trial) {
   of.options = options.ego;
   of.navigation = navigate(*of.scenario.navigation, options);
   of.comparison = compare_with_truth(of.navigation, of.scenario);
-  const PassingFolder folder;
+  const TemporaryFolder folder;
   write_navigation(of, folder.path());
   return read_run(folder.path());
 }
 
-RunRecord run_of_trial(const Study& study, std::size_t trial) {
-  if (!study.has_target()) return run_of_dive(study, trial);
+RunRecord trial_record(const Study& study, std::size_t trial) {
+  if (!study.has_target()) return dive_record(study, trial);
   const TrialProblem problem = trial_problem(study, trial);
   const Estimate estimated = estimate(problem.scenario, problem.options, problem.solver, problem.settings.graduated);
-  const PassingFolder folder;
+  const TemporaryFolder folder;
   write_results(estimated, problem.scenario, folder.path());
   return read_run(folder.path());
 }
 
-std::string place_of(const Study& study, std::size_t trial) {
+std::string trial_text(const Study& study, std::size_t trial) {
   const TrialPlace place = study.place(trial);
   const std::string cell = study.cell_text(place);
   return fmt::format("{}{}, seed {}", cell.empty() ? "" : cell + ", ", study.models[place.model], place.replicate);
 }
 
-/// Converged trials by the study's rank_metric(), the largest first.
-std::vector<const TrialResult*> by_error(std::string_view metric, const std::vector<TrialResult>& results) {
+/// Returns the converged trials sorted by a metric, largest first.
+std::vector<const TrialResult*> sorted_by_metric(std::string_view metric, const std::vector<TrialResult>& results) {
   std::vector<const TrialResult*> sorted;
   for (const TrialResult& result : results)
     if (result.converged() && result.get(metric)) sorted.push_back(&result);
@@ -110,11 +110,11 @@ std::vector<const TrialResult*> by_error(std::string_view metric, const std::vec
   return sorted;
 }
 
-/// How the cost falls, of the trials of one seed and cell.
+/// Adds a figure of the cost per iteration for all models and solvers of the seed and cell of a trial.
 void add_convergence(const Study& study, std::size_t trial, HtmlPage& page) {
   const std::size_t curves = study.models.size() * study.solvers.size(), first = trial / curves * curves;
   plot::Json traces = plot::Json::array();
-  for (std::size_t i = first; i < first + std::min(curves, kMostCurves); ++i) try {
+  for (std::size_t i = first; i < first + std::min(curves, kMaxCurves); ++i) try {
       TrialProblem problem = trial_problem(study, i);
       std::vector<double> iteration, cost;
       common(problem.solver).progress = [&](const Progress& p) {
@@ -129,17 +129,18 @@ void add_convergence(const Study& study, std::size_t trial, HtmlPage& page) {
                                    ? fmt::format("{}, {}", study.models[place.model], study.solvers[place.solver])
                                    : study.models[place.model];
       traces.push_back(plot::line(html_escaped(name), iteration, cost, plot::colour(i - first)));
-    } catch (const Error&) {  // refused: no curve
+    } catch (const Error&) {  // a rejected trial has no curve
     }
-  plot::Json layout = plot::layout("iteration", "cost above its end");
+  plot::Json layout = plot::layout("iteration", "cost minus final cost");
   layout["yaxis"]["type"] = "log";
   layout["yaxis"]["exponentformat"] = "power";
-  page.figure(
-      {"Convergence", fmt::format("Of {}, from the standard start.", place_of(study, first)), traces, layout, 380});
+  page.figure({"Convergence",
+               fmt::format("Cost per iteration for {}, from the standard initial guess.", trial_text(study, first)),
+               traces, layout, 380});
 }
 
 void add_setting(const Study& study, HtmlPage& page) {
-  page.heading("Setting");
+  page.heading("Settings");
   std::vector<std::vector<std::string>> rows;
   for (const StudyAxis& axis : study.axes) {
     const std::string& unit = study.parameter(axis.parameter).unit;
@@ -149,8 +150,8 @@ void add_setting(const Study& study, HtmlPage& page) {
   rows.push_back({"models", fmt::format("{}", fmt::join(study.models, ", "))});
   rows.push_back({"solvers", fmt::format("{}", fmt::join(study.solvers, ", "))});
   rows.push_back({"seeds", fmt::format("{}", study.seeds)});
-  page.table({"what", "values"}, rows);
-  page.paragraph(fmt::format("Simulated {}; all other parameters have their defaults. Hash {:016x}.",
+  page.table({"parameter", "values"}, rows);
+  page.paragraph(fmt::format("Simulated {}; other parameters have their default values. Hash {:016x}.",
                              study.settings(study.place(0)).rendezvous ? "rendezvous"
                              : study.simulation == Simulated::dive     ? "dives"
                                                                        : "dockings",
@@ -191,51 +192,49 @@ void add_tables(const Study& study, const StudyTables& tables, HtmlPage& page) {
 
 void add_comparisons(const StudyTables& tables, HtmlPage& page) {
   std::vector<std::vector<std::string>> rows;
-  page.heading("Comparisons on the same noise");
+  page.heading("Paired comparisons");
   for (const StudyPair& pair : tables.pairs)
     rows.push_back({(pair.group->cell_text.empty() ? "" : pair.group->cell_text + ": ") + pair.group->model_text,
                     pair.base, pair.metric, fmt::format("{:.3f}", pair.ratio.value),
                     fmt::format("{:.3f} … {:.3f}", pair.ratio.low, pair.ratio.high)});
   page.folded_table(
-      "How many times the other's error a model's is: ratio of the means with its 95 % interval, seed by seed.",
-      {"model", "against", "error", "ratio", "95 % interval"}, rows);
+      "Mean error of a model relative to the reference, paired by seed: ratio with its 95 % confidence interval.",
+      {"model", "reference", "metric", "ratio", "95 % interval"}, rows);
 
   if (tables.consistency.empty()) return;
   page.heading("Consistency");
   rows.clear();
   for (const StudyConsistency& row : tables.consistency)
     rows.push_back({(row.group->cell_text.empty() ? "" : row.group->cell_text + ": ") + row.group->model_text,
-                    row.metric, fmt::format("{:.2f} of {}", row.mean.value, row.degrees),
+                    row.metric, fmt::format("{:.2f} / {}", row.mean.value, row.degrees),
                     fmt::format("{:.2f} … {:.2f}", row.low, row.high), row.verdict});
-  page.folded_table(
-      "Whether errors are as large as their covariances say: mean NEES and NIS with the 95 % band of such a mean, a "
-      "trial "
-      "counting as one sample.",
-      {"model", "squared error", "mean", "95 % band", "verdict"}, rows);
+  page.folded_table("Mean NEES and NIS with the 95 % band of a consistent estimator. Each trial counts as one sample.",
+                    {"model", "metric", "mean / dof", "95 % band", "verdict"}, rows);
 }
 
 void add_worst(const Study& study, const std::vector<TrialResult>& results,
                const std::vector<const TrialResult*>& sorted, HtmlPage& page) {
-  page.heading("The worst trials");
+  page.heading("Worst trials");
   std::vector<std::vector<std::string>> rows;
-  for (std::size_t i = 0; i < std::min(kWorst, sorted.size()); ++i)
+  for (std::size_t i = 0; i < std::min(kMaxWorstTrials, sorted.size()); ++i)
     rows.push_back({fmt::format("{}", sorted[i]->trial), fmt::format("{:.3f}", *sorted[i]->get(rank_metric(study))),
-                    place_of(study, sorted[i]->trial)});
+                    trial_text(study, sorted[i]->trial)});
   const bool rendezvous = study.settings(study.place(0)).rendezvous.has_value();
-  page.table({"trial", rendezvous ? "least distance from the docked position [m]" : "mean error [m]", "what"}, rows);
+  page.table({"trial", rendezvous ? "least distance from the docked position [m]" : "mean error [m]", "settings"},
+             rows);
   if (!rendezvous) {
-    page.paragraph("Each can be had as a scenario folder, to be estimated again:");
-    page.code("tandem study trial FOLDER-OF-THE-STUDY NUMBER --out trial");
+    page.paragraph("This command writes a trial as a scenario folder:");
+    page.code("tandem study trial STUDY-FOLDER NUMBER --out trial");
   }
   rows.clear();
   std::size_t failures = 0;
   for (const TrialResult& result : results)
-    if (!result.converged() && ++failures <= kMostFailures)
-      rows.push_back({fmt::format("{}", result.trial), result.status, place_of(study, result.trial), result.message});
+    if (!result.converged() && ++failures <= kMaxFailures)
+      rows.push_back({fmt::format("{}", result.trial), result.status, trial_text(study, result.trial), result.message});
   if (failures == 0) return;
-  page.paragraph(fmt::format("{} trials did not converge or were refused{}; means are without them:", failures,
-                             failures > kMostFailures ? fmt::format(", the first {} of them", kMostFailures) : ""));
-  page.table({"trial", "status", "what", "why"}, rows);
+  page.paragraph(fmt::format("{} trials did not converge or were rejected; means exclude them{}:", failures,
+                             failures > kMaxFailures ? fmt::format(". The first {}", kMaxFailures) : ""));
+  page.table({"trial", "status", "settings", "reason"}, rows);
 }
 
 std::string study_page(const std::filesystem::path& folder) {
@@ -252,16 +251,16 @@ std::string study_page(const std::filesystem::path& folder) {
   for (const HtmlFigure& figure : study_figures(study, tables)) page.figure(figure);
   add_comparisons(tables, page);
 
-  const std::vector<const TrialResult*> sorted = by_error(rank_metric(study), results);
+  const std::vector<const TrialResult*> sorted = sorted_by_metric(rank_metric(study), results);
   if (sorted.empty()) return page.text(plotly_library());
   const std::size_t middle = sorted[sorted.size() / 2]->trial;
   const TrialSettings settings = study.settings(study.place(middle));
   if (!settings.rendezvous && settings.window == 0) {
     if (study.has_target()) add_convergence(study, middle, page);
-    for (const auto& [name, trial] : {std::pair{"middle", middle}, {"worst", sorted.front()->trial}}) {
-      page.heading(fmt::format("The trial with the {} error: {}", name, trial));
-      page.paragraph(place_of(study, trial));
-      add_run(run_of_trial(study, trial), page);
+    for (const auto& [name, trial] : {std::pair{"median", middle}, {"largest", sorted.front()->trial}}) {
+      page.heading(fmt::format("Trial with the {} error: {}", name, trial));
+      page.paragraph(trial_text(study, trial));
+      add_run(trial_record(study, trial), page);
     }
   }
   add_worst(study, results, sorted, page);
@@ -274,9 +273,8 @@ std::string report_page(const std::filesystem::path& folder) {
   if (!std::filesystem::is_directory(folder)) throw Error(fmt::format("{} is not a folder", folder.string()));
   if (StudyDatabase::is_in(folder)) return study_page(folder);
   if (is_run(folder)) return run_page(folder);
-  throw Error(
-      fmt::format("{} is neither a study's folder nor one that tandem estimate, navigate or track --out has written",
-                  folder.string()));
+  throw Error(fmt::format("{} is neither a study folder nor an output folder of tandem estimate, navigate or track",
+                          folder.string()));
 }
 
 }  // namespace tandem

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <tandem/problem/quantile.hpp>
 #include <tandem/studies/report/plot_parts.hpp>
 #include <tandem/studies/report/run_figures.hpp>
 
@@ -27,6 +28,14 @@ std::vector<NamedPath> paths_of(const RunRecord& run) {
                              {"target, truth", &run.target_truth, plot::colour(4), "dot"}})
     if (!p.path->t.empty()) all.push_back(p);
   return all;
+}
+
+/// Returns the different words of a list, in the order of their first occurrence.
+std::vector<std::string> different(const std::vector<std::string>& words) {
+  std::vector<std::string> result;
+  for (const std::string& word : words)
+    if (std::find(result.begin(), result.end(), word) == result.end()) result.push_back(word);
+  return result;
 }
 
 Json camera_of(const std::vector<NamedPath>& paths) {
@@ -60,7 +69,7 @@ HtmlFigure figure_in_space(const RunRecord& run) {
                      {"zaxis", axis("z")},
                      {"aspectmode", "data"},
                      {"camera", camera_of(paths_of(run))}};
-  return {"Trajectories in space", "Drag to turn, scroll or pinch to come nearer.", traces, layout, 520};
+  return {"Trajectories in space", "Drag to rotate, scroll or pinch to zoom.", traces, layout, 520};
 }
 
 HtmlFigure figure_from_above(const RunRecord& run) {
@@ -70,56 +79,60 @@ HtmlFigure figure_from_above(const RunRecord& run) {
     trace["line"]["dash"] = p.dash;
     traces.push_back(std::move(trace));
   }
-  for (const char* type : {"usbl", "optical", "gps"}) {
+  const std::vector<std::string> sensors = different(run.fix_sensors);
+  for (std::size_t s = 0; s < sensors.size(); ++s) {
     std::vector<double> x, y;
-    for (std::size_t i = 0; i < run.fix_types.size(); ++i)
-      if (run.fix_types[i] == type) {
+    for (std::size_t i = 0; i < run.fix_sensors.size(); ++i)
+      if (run.fix_sensors[i] == sensors[s]) {
         x.push_back(run.fixes.x[i]);
         y.push_back(run.fixes.y[i]);
       }
-    if (x.empty()) continue;
-    Json trace = plot::line(fmt::format("{} measurements", type), x, y, plot::kGrey);
+    Json trace = plot::line(html_escaped(sensors[s]), x, y, plot::kGrey);
     trace["mode"] = "markers";
-    trace["marker"] = {{"size", 4}, {"color", type[0] == 'o' ? plot::colour(2) : plot::kGrey}, {"opacity", 0.6}};
+    trace["marker"] = {{"size", 4}, {"color", s == 0 ? plot::kGrey : plot::colour(1 + s)}, {"opacity", 0.6}};
     traces.push_back(std::move(trace));
   }
   Json layout = plot::layout("x [m]", "y [m]");
   layout["yaxis"]["scaleanchor"] = "x";
   return {"From above",
-          run.has_target() && !run.fix_types.empty()
-              ? "Measurements are placed where the estimated chaser would have seen the target."
+          run.has_target() && !run.fix_sensors.empty()
+              ? "Measurements show the measured target position relative to the estimated chaser."
               : "",
           traces, layout, 520};
 }
 
-/// Strips at the foot of a figure: when each sensor measured something.
-void add_strips(const RunRecord& run, Json& traces, const std::string& axis) {
-  std::size_t row = 0;
-  for (const char* type : {"usbl", "optical"}) {
+/// Returns the types of the run's keyframes with measurements, in the order of tables.
+std::vector<std::string> measured_types(const RunRecord& run) {
+  std::vector<std::string> types;
+  for (const char* type : {"position", "pose", "partial"})
+    if (std::find(run.types.begin(), run.types.end(), type) != run.types.end()) types.emplace_back(type);
+  return types;
+}
+
+/// Adds strips at the bottom of a figure with the times of the keyframes of each type.
+void add_strips(const RunRecord& run, const std::vector<std::string>& types, Json& traces, const std::string& axis) {
+  for (std::size_t row = 0; row < types.size(); ++row) {
     std::vector<double> t, y;
     for (std::size_t i = 0; i < run.types.size(); ++i)
-      if (run.types[i] == type) {
+      if (run.types[i] == types[row]) {
         t.push_back(run.t[i]);
         y.push_back(double(row));
       }
     Json trace = plot::line("", t, y, plot::kGrey);
     trace["mode"] = "markers";
-    trace["marker"] = {{"symbol", "line-ns-open"}, {"size", 9}, {"color", plot::colour(row == 0 ? 0 : 2)}};
+    trace["marker"] = {{"symbol", "line-ns-open"}, {"size", 9}, {"color", plot::colour(row == 0 ? 0 : 1 + row)}};
     trace["yaxis"] = axis;
     trace["hoverinfo"] = "x";
     traces.push_back(std::move(trace));
-    ++row;
   }
 }
 
-/// What 99 of 100 are below, and a little more.
-double most_errors(std::vector<double> errors) {
+/// Returns the 99 % quantile of the absolute errors plus a margin of 10 %.
+double error_limit(std::vector<double> errors) {
   std::erase_if(errors, [](double e) { return !std::isfinite(e); });
   if (errors.empty()) return 0;
   for (double& e : errors) e = std::abs(e);
-  const auto most = errors.begin() + std::ptrdiff_t(errors.size() * 99 / 100);
-  std::nth_element(errors.begin(), most, errors.end());
-  return 1.1 * *most;
+  return 1.1 * detail::quantile(std::move(errors), 0.99);
 }
 
 HtmlFigure figure_of_errors(const RunRecord& run) {
@@ -127,45 +140,46 @@ HtmlFigure figure_of_errors(const RunRecord& run) {
   Json traces = Json::array();
   Json layout = plot::layout("t [s]", "");
   layout.erase("yaxis");
-  const bool strips = !run.types.empty();
+  const std::vector<std::string> types = measured_types(run);
+  const bool strips = !types.empty();
   const double foot = strips ? 0.1 : 0.0, height = (1 - foot) / 3;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::string axis = i == 0 ? "y" : fmt::format("y{}", i + 1);
     std::vector<double> low, high = run.three_sigma[i], sigmas;
     for (const double v : high)
       if (std::isfinite(v)) sigmas.push_back(v);
-    for (double& v : high)  // of what nothing has observed: beyond all others, for JSON has no infinity
+    for (double& v : high)  // unobservable; JSON has no infinity
       if (std::isinf(v)) v = kBeyond;
     for (const double v : high) low.push_back(-v);
-    plot::add_band(traces, run.t, low, high, plot::faint(5), axis);
+    plot::add_band(traces, run.t, low, high, plot::translucent(5), axis);
     Json trace = plot::line("", run.t, run.error[i], plot::colour(0), 1);
     trace["yaxis"] = axis;
     traces.push_back(std::move(trace));
     Json y = plot::layout("", fmt::format("{} [m]", "xyz"[i]))["yaxis"];
     y["domain"] = {foot + double(2 - i) * height + 0.02, foot + double(3 - i) * height};
-    if (!sigmas.empty()) {  // a few huge bounds, before anything is seen, would flatten all others
-      std::nth_element(sigmas.begin(), sigmas.begin() + std::ptrdiff_t(sigmas.size() * 95 / 100), sigmas.end());
-      const double most = std::max(1.5 * sigmas[sigmas.size() * 95 / 100], most_errors(run.error[i]));
+    if (!sigmas.empty()) {  // ignore the few huge bounds before the first measurements
+      const double most = std::max(1.5 * detail::quantile(sigmas, 0.95), error_limit(run.error[i]));
       y["range"] = {-most, most};
     }
     layout[i == 0 ? "yaxis" : fmt::format("yaxis{}", i + 1)] = std::move(y);
   }
   layout["xaxis"]["anchor"] = strips ? "y4" : "y3";
   if (strips) {
-    add_strips(run, traces, "y4");
-    layout["yaxis4"] = {
-        {"domain", {0, foot - 0.02}}, {"range", {-0.7, 1.7}}, {"tickvals", {0, 1}}, {"ticktext", {"usbl", "optical"}},
-        {"showgrid", false},          {"zeroline", false},    {"automargin", true}};
+    add_strips(run, types, traces, "y4");
+    Json rows = Json::array();
+    for (std::size_t row = 0; row < types.size(); ++row) rows.push_back(row);
+    layout["yaxis4"] = {{"domain", {0, foot - 0.02}},  {"range", {-0.7, double(types.size()) - 0.3}},
+                        {"tickvals", std::move(rows)}, {"ticktext", types},
+                        {"showgrid", false},           {"zeroline", false},
+                        {"automargin", true}};
   }
   if (!run.has_target())
     return {"Errors of the position over time",
-            "Estimate minus truth along the world's axes, in the ±3 σ of its covariance (shaded).", traces, layout,
-            600};
-  return {
-      "Errors of the relative position over time",
-      "Estimate minus truth along the chaser's axes, in the ±3 σ of its covariance (shaded); at the foot, when each "
-      "sensor measured.",
-      traces, layout, 640};
+            "Estimate minus truth along the world's axes, with ±3 σ bounds (shaded).", traces, layout, 600};
+  return {"Errors of the relative position over time",
+          "Estimate minus truth along the chaser's axes, with ±3 σ bounds (shaded). The strips at the bottom show the "
+          "times of the keyframes with a measured position, a measured pose, or a partial measurement.",
+          traces, layout, 640};
 }
 
 HtmlFigure figure_of_innovations(const RunRecord& run) {
@@ -177,15 +191,14 @@ HtmlFigure figure_of_innovations(const RunRecord& run) {
     trace["marker"] = {{"size", 4}, {"color", plot::colour(i)}};
     traces.push_back(std::move(trace));
   }
-  return {"Innovations",
-          "How far each measurement was from what the track foretold, in standard deviations: what the gate goes by.",
-          traces, plot::layout("t [s]", "σ"), 320};
+  return {"Innovations", "Innovation of each measurement in standard deviations, which the gate tests.", traces,
+          plot::layout("t [s]", "σ"), 320};
 }
 
-HtmlFigure figure_of_shares(const RunRecord& run) {
+HtmlFigure figure_of_distribution(const RunRecord& run) {
   Json traces = Json::array();
   std::size_t i = 0;
-  for (const char* type : {"usbl", "optical", "gated"}) {
+  for (const char* type : {"position", "pose", "none", "partial"}) {
     std::vector<double> values;
     for (std::size_t k = 0; k < run.types.size(); ++k)
       if (run.types[k] == type && std::isfinite(run.position_error[k])) values.push_back(run.position_error[k]);
@@ -194,8 +207,8 @@ HtmlFigure figure_of_shares(const RunRecord& run) {
   }
   Json layout = plot::layout("size of the relative position's error [m]", "share of keyframes");
   layout["xaxis"]["type"] = "log";
-  return {"Distribution of errors", "Share of keyframes whose error is no larger, by what was measured there.", traces,
-          layout, 380};
+  return {"Distribution of errors",
+          "Cumulative share of keyframes by error, for each type of measurement at the keyframe.", traces, layout, 380};
 }
 
 bool any_finite(const std::vector<double>& values) {
@@ -207,7 +220,7 @@ bool any_finite(const std::vector<double>& values) {
 std::vector<HtmlFigure> run_figures(const RunRecord& run) {
   std::vector<HtmlFigure> figures = {figure_in_space(run), figure_from_above(run)};
   if (any_finite(run.error[0])) figures.push_back(figure_of_errors(run));
-  if (any_finite(run.position_error) && !run.types.empty()) figures.push_back(figure_of_shares(run));
+  if (any_finite(run.position_error) && !run.types.empty()) figures.push_back(figure_of_distribution(run));
   if (!run.innovations.empty()) figures.push_back(figure_of_innovations(run));
   return figures;
 }

@@ -7,8 +7,8 @@
 
 namespace tandem {
 
-/// Trajectories in space and from above, errors over time in their 3 σ bands with what was measured when, and how
-/// errors are distributed by type of keyframe: those of them that the run has the data for.
+/// Returns the figures for which the run has data: trajectories in space and from above, errors over time with 3 σ
+/// bands and measurement times, distribution of errors by keyframe type, innovations.
 std::vector<HtmlFigure> run_figures(const RunRecord& run);
 
 }  // namespace tandem

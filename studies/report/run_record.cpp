@@ -15,9 +15,9 @@ namespace tandem {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kMostRows = 6000;  // a page shows no more: every n-th row of longer files
+constexpr std::size_t kMaxRows = 6000;  // longer files are subsampled
 
-/// A file's columns by name.
+/// Columns of a CSV file by name.
 class CsvColumns {
  public:
   explicit CsvColumns(const std::filesystem::path& file) : file_(file), stream_(file) {
@@ -28,8 +28,9 @@ class CsvColumns {
       if (!line.empty()) rows_.push_back(csv_cells(line));
     for (const auto& row : rows_)
       if (row.size() != names_.size())
-        throw Error(fmt::format("{} has a row of {} cells, not {}", file.string(), row.size(), names_.size()));
-    step_ = rows_.size() / kMostRows + 1;
+        throw Error(
+            fmt::format("{} has a row of {} cells; its header has {}", file.string(), row.size(), names_.size()));
+    step_ = rows_.size() / kMaxRows + 1;
   }
   std::vector<std::string> texts(const std::string& name) const {
     const auto column = std::find(names_.begin(), names_.end(), name);
@@ -64,11 +65,12 @@ RunRecord::Path read_path(const std::filesystem::path& file) {
   for (std::string line; std::getline(stream, line);) {
     if (line.empty() || line.front() == '#') continue;
     const auto cells = words(line);
-    if (cells.size() < 4) throw Error(fmt::format("{} is no trajectory: {}", file.string(), quote(line)));
+    if (cells.size() < 4)
+      throw Error(fmt::format("{} is not a TUM trajectory: bad line {}", file.string(), quote(line)));
     auto& row = rows.emplace_back();
     for (int i = 0; i < 4; ++i) row.push_back(parse_number(cells[std::size_t(i)]).value_or(kNone));
   }
-  for (std::size_t i = 0; i < rows.size(); i += rows.size() / kMostRows + 1) {
+  for (std::size_t i = 0; i < rows.size(); i += rows.size() / kMaxRows + 1) {
     path.t.push_back(rows[i][0]);
     path.x.push_back(rows[i][1]);
     path.y.push_back(rows[i][2]);
@@ -77,7 +79,7 @@ RunRecord::Path read_path(const std::filesystem::path& file) {
   return path;
 }
 
-/// Of each sensor, those of updates at which there is another than before.
+/// Returns the innovations of each sensor at the updates at which they change.
 std::vector<RunRecord::Innovations> read_innovations(const std::filesystem::path& file) {
   constexpr std::string_view kSigmas = "_sigmas";
   const CsvColumns track(file);
@@ -101,7 +103,7 @@ void shift(std::vector<double>& t, double by) {
   for (double& value : t) value -= by;
 }
 
-std::string spread_of(const nlohmann::json& of, const std::string& key, const std::string& unit) {
+std::string mean_std_text(const nlohmann::json& of, const std::string& key, const std::string& unit) {
   const std::string mean = key + "_mean_" + unit, std = key + "_std_" + unit;
   if (!of.contains(mean)) return "–";
   const std::string text = fmt::format("{:.3f}", of[mean].get<double>());
@@ -118,14 +120,14 @@ void read_summary(const std::filesystem::path& file, RunRecord& run) try {
   run.solver = json.value("solver", "");
   run.status = json.value("status", "");
   if (!json.contains("errors")) return;
-  for (const char* type : {"usbl", "optical", "gated", "all"})
-    if (const auto& errors = json["errors"]; errors.contains(type)) {
+  for (const char* type : {"position", "pose", "partial", "none", "all"})
+    if (const auto& errors = json["errors"]; errors.contains(type) && errors[type].value("n", 0) > 0) {
       const auto& of = errors[type];
-      run.table.push_back({type, fmt::format("{}", of.value("n", 0)), spread_of(of, "position", "m"),
-                           spread_of(of, "orientation", "deg"), spread_of(of, "raw_position", "m")});
+      run.table.push_back({type, fmt::format("{}", of.value("n", 0)), mean_std_text(of, "position", "m"),
+                           mean_std_text(of, "orientation", "deg"), mean_std_text(of, "raw_position", "m")});
     }
 } catch (const nlohmann::json::exception&) {
-  throw Error(fmt::format("{} is not as tandem writes it", file.string()));
+  throw Error(fmt::format("{} is damaged or was not written by tandem", file.string()));
 }
 
 }  // namespace
@@ -144,18 +146,17 @@ RunRecord read_run(const std::filesystem::path& folder) {
                                    {"chaser_truth", &run.chaser_truth},
                                    {"target_truth", &run.target_truth}}) {
     const auto tum = folder / fmt::format("{}.tum", name), full = folder / fmt::format("{}_full.csv", name);
-    if (std::filesystem::exists(full))  // points, too
+    if (std::filesystem::exists(full))  // also has point targets
       *path = CsvColumns(full).path();
     else if (std::filesystem::exists(tum))
       *path = read_path(tum);
   }
-  if (std::filesystem::exists(folder / "target_fixes.csv")) {
-    const CsvColumns fixes(folder / "target_fixes.csv");
+  for (const char* file : {"target_fixes.csv", "chaser_fixes.csv"}) {
+    if (!std::filesystem::exists(folder / file)) continue;
+    const CsvColumns fixes(folder / file);
     run.fixes = fixes.path("_m");
-    run.fix_types = fixes.texts("type");
-  } else if (std::filesystem::exists(folder / "chaser_fixes.csv")) {
-    run.fixes = CsvColumns(folder / "chaser_fixes.csv").path("_m");
-    run.fix_types.assign(run.fixes.t.size(), "gps");
+    run.fix_sensors = fixes.texts("sensor");
+    break;
   }
   if (std::filesystem::exists(folder / "track.csv")) run.innovations = read_innovations(folder / "track.csv");
   const CsvColumns errors(folder / "errors.csv");
@@ -164,7 +165,7 @@ RunRecord read_run(const std::filesystem::path& folder) {
   run.orientation_error = errors.numbers("orientation_error_deg");
   if (run.has_target())
     run.types = errors.texts("type");
-  else  // nothing measures an error of the chaser's by itself
+  else  // there are no raw errors of the chaser
     for (std::vector<std::string>& row : run.table) row.pop_back();
   for (std::size_t i = 0; i < 3; ++i) {
     const char axis = "xyz"[i];

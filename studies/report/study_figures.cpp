@@ -16,9 +16,10 @@ struct FigureMetric {
   const char *metric, *title, *what, *unit;
 };
 constexpr FigureMetric kFigureMetrics[] = {
-    {"usbl_position_m", "Errors at USBL keyframes", "mean error", "m"},
-    {"optical_position_m", "Errors at optical keyframes", "mean error", "m"},
-    {"gated_position_m", "Errors at gated keyframes", "mean error", "m"},
+    {"at_position_error_m", "Errors at keyframes with a measured position", "mean error", "m"},
+    {"at_pose_error_m", "Errors at keyframes with a measured pose", "mean error", "m"},
+    {"at_partial_error_m", "Errors at keyframes with a partial measurement", "mean error", "m"},
+    {"at_none_error_m", "Errors at keyframes without a measurement", "mean error", "m"},
     {"gap_position_m", "Errors within gaps", "mean error", "m"},
     {"after_gap_position_m", "Errors in the 10 s after gaps", "mean error", "m"},
     {"chaser_position_m", "Errors of the chaser's position", "mean error", "m"},
@@ -27,7 +28,7 @@ constexpr FigureMetric kFigureMetrics[] = {
     {"dock_s", "Time until docked", "time", "s"},
     {"dock_miss_m", "Least distance from the dock", "distance", "m"}};
 
-/// Model and solver of a group: a colour each.
+/// Returns the index of a group's series: its model and solver, drawn in one colour.
 std::size_t series_of(const Study& study, const StudyGroup& group) {
   return group.model * study.solvers.size() + group.solver;
 }
@@ -55,8 +56,8 @@ bool has_metric(const StudyTables& tables, std::string_view metric) {
                      [&](const StudyMean& mean) { return mean.metric == metric; });
 }
 
-/// Ticks that name the cells of the grid, each one wide.
-void name_cells(const StudyTables& tables, Json& layout) {
+/// Labels the x axis with the cells of the grid, at unit distances.
+void label_cells(const StudyTables& tables, Json& layout) {
   Json at = Json::array(), text = Json::array();
   for (const StudyGroup& group : tables.groups)
     if (group.model == 0 && group.solver == 0) {
@@ -72,8 +73,13 @@ HtmlFigure figure_of_boxes(const Study& study, const StudyTables& tables, const 
   Json traces = Json::array();
   const auto count = double(series_count(study));
   for (std::size_t series = 0; series < series_count(study); ++series) {
-    plot::Boxes boxes{
-        html_escaped(series_name(study, series)), plot::colour(series), plot::faint(series), 0.7 / count, {}, {}, {}};
+    plot::Boxes boxes{html_escaped(series_name(study, series)),
+                      plot::colour(series),
+                      plot::translucent(series),
+                      0.7 / count,
+                      {},
+                      {},
+                      {}};
     for (const StudyGroup& group : tables.groups) {
       if (series_of(study, group) != series) continue;
       boxes.x.push_back(double(group.cell) + 0.8 * ((double(series) + 0.5) / count - 0.5));
@@ -82,14 +88,15 @@ HtmlFigure figure_of_boxes(const Study& study, const StudyTables& tables, const 
     plot::add_boxes(traces, boxes);
   }
   Json layout = plot::layout("", fmt::format("{} of a trial [{}]", metric.what, metric.unit));
-  name_cells(tables, layout);
+  label_cells(tables, layout);
   layout["yaxis"]["rangemode"] = "tozero";
   return {metric.title,
-          "Quartiles and median over seeds, whiskers to 1.5 times the box; what lies beyond is named by its trial.",
+          "Quartiles and median over seeds. Whiskers reach to 1.5 times the box height; hover over a point beyond them "
+          "to see its trial.",
           traces, layout, 440};
 }
 
-/// The axis with several numeric values, if there is just one such.
+/// Returns the axis with three or more numeric values, if there is exactly one.
 std::optional<std::size_t> numeric_axis(const Study& study) {
   std::optional<std::size_t> found;
   for (std::size_t a = 0; a < study.axes.size(); ++a) {
@@ -134,10 +141,10 @@ HtmlFigure figure_along_axis(const Study& study, const StudyTables& tables, std:
                              fmt::format("{} [{}]", metric.what, metric.unit));
   layout["yaxis"]["rangemode"] = "tozero";
   return {fmt::format("{} against {}", metric.title, study.axes[axis].parameter),
-          "Means over seeds with their 95 % intervals.", traces, layout, 400};
+          "Means over seeds with 95 % confidence intervals.", traces, layout, 400};
 }
 
-HtmlFigure figure_of_trial_shares(const Study& study, const StudyTables& tables) {
+HtmlFigure figure_of_distribution(const Study& study, const StudyTables& tables) {
   Json traces = Json::array();
   for (const StudyGroup& group : tables.groups) {
     const std::size_t series = series_of(study, group);
@@ -155,24 +162,19 @@ HtmlFigure figure_of_trial_shares(const Study& study, const StudyTables& tables)
       "share of trials");
   layout["xaxis"]["type"] = "log";
   if (tables.groups.size() > 12) layout["showlegend"] = false;
-  return {"Distribution over trials", "Share of the trials that are no worse.", traces, layout, 400};
+  return {"Distribution over trials", "Cumulative share of trials.", traces, layout, 400};
 }
 
-/// The squared errors that there are, with their names.
-std::vector<std::pair<std::string, const char*>> quantities_in(const StudyTables& tables) {
-  constexpr std::pair<const char*, const char*> names[] = {{"nees_chaser", "chaser"},
-                                                           {"nees_velocity", "its velocity"},
-                                                           {"nees_bias", "its biases"},
-                                                           {"nees_target", "target"},
-                                                           {"nees_relative_pose", "relative pose"},
-                                                           {"nees_relative_position", "relative position"},
-                                                           {"nis_usbl", "USBL (NIS)"},
-                                                           {"nis_optical", "optical (NIS)"},
-                                                           {"nis_dvl", "DVL (NIS)"},
-                                                           {"nis_depth", "depth (NIS)"},
-                                                           {"nis_heading", "heading (NIS)"},
-                                                           {"nis_gps", "GPS (NIS)"}};
-  std::vector<std::pair<std::string, const char*>> present;
+/// Returns the consistency metrics of the study with their display names.
+std::vector<std::pair<std::string, std::string>> quantities_in(const StudyTables& tables) {
+  std::vector<std::pair<std::string, std::string>> names = {{"nees_chaser", "chaser"},
+                                                            {"nees_velocity", "velocity"},
+                                                            {"nees_bias", "IMU biases"},
+                                                            {"nees_target", "target"},
+                                                            {"nees_relative_pose", "relative pose"},
+                                                            {"nees_relative_position", "relative position"}};
+  for (const std::string& sensor : all_trial_sensors()) names.emplace_back(nis_metric(sensor), sensor + " (NIS)");
+  std::vector<std::pair<std::string, std::string>> present;
   for (const auto& [metric, name] : names)
     if (std::any_of(tables.consistency.begin(), tables.consistency.end(),
                     [&, metric = metric](const StudyConsistency& row) { return row.metric == metric; }))
@@ -180,11 +182,11 @@ std::vector<std::pair<std::string, const char*>> quantities_in(const StudyTables
   return present;
 }
 
-/// Squared errors by their degrees of freedom: 1 where consistent.
+/// Returns a figure of NEES and NIS divided by their degrees of freedom.
 HtmlFigure figure_of_consistency(const Study& study, const StudyTables& tables) {
-  const std::vector<std::pair<std::string, const char*>> quantities = quantities_in(tables);
+  const std::vector<std::pair<std::string, std::string>> quantities = quantities_in(tables);
   Json traces = Json::array();
-  Json layout = plot::layout("", "mean squared error by degrees of freedom");
+  Json layout = plot::layout("", "NEES or NIS / degrees of freedom");
   Json shapes = Json::array(), at = Json::array(), text = Json::array();
   const auto count = double(tables.groups.size());
   for (std::size_t g = 0; g < tables.groups.size(); ++g) {
@@ -245,12 +247,12 @@ HtmlFigure figure_of_consistency(const Study& study, const StudyTables& tables) 
   layout["xaxis"]["ticktext"] = std::move(text);
   layout["yaxis"]["type"] = "log";
   if (tables.groups.size() > 12) layout["showlegend"] = false;
-  return {"Consistency",
-          "NEES and NIS by their degrees of freedom: 1 where errors are as large as their covariances say. Dots are "
-          "trials, "
-          "diamonds their means with 95 % intervals; grey, the 95 % band of such a mean by χ², a trial counting as one "
-          "sample. Above it σ are too small (optimistic), below too large.",
-          traces, layout, 460};
+  return {
+      "Consistency",
+      "NEES and NIS divided by their degrees of freedom; a consistent estimator has 1. Dots are trials, diamonds "
+      "their means with 95 % confidence intervals. Grey: 95 % band of the mean of a consistent estimator (χ²), with "
+      "each trial as one sample. Above the band, σ is too small (optimistic); below, too large (pessimistic).",
+      traces, layout, 460};
 }
 
 }  // namespace
@@ -263,7 +265,7 @@ std::vector<HtmlFigure> study_figures(const Study& study, const StudyTables& tab
     if (axis) figures.push_back(figure_along_axis(study, tables, *axis, metric));
     figures.push_back(figure_of_boxes(study, tables, metric));
   }
-  if (has_metric(tables, rank_metric(study))) figures.push_back(figure_of_trial_shares(study, tables));
+  if (has_metric(tables, rank_metric(study))) figures.push_back(figure_of_distribution(study, tables));
   if (!tables.consistency.empty()) figures.push_back(figure_of_consistency(study, tables));
   return figures;
 }

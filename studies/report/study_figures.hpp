@@ -7,8 +7,8 @@
 
 namespace tandem {
 
-/// Errors as boxes by values and models, against a numeric parameter, and as cumulative shares of trials; squared
-/// errors in units of their covariances with their band.
+/// Returns the figures of a study: errors as box plots, against a numeric parameter, and as cumulative distribution
+/// over trials; NEES and NIS with their bands.
 std::vector<HtmlFigure> study_figures(const Study& study, const StudyTables& tables);
 
 }  // namespace tandem

@@ -4,7 +4,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/scenario/builtin_scenarios.hpp>
-#include <tandem/studies/support/share_folder.hpp>
+#include <tandem/studies/support/installation.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -23,7 +23,7 @@ std::vector<std::string> scenario_names(const std::filesystem::path& scenarios) 
 std::filesystem::path find_scenario(const std::string& folder_or_name, const std::filesystem::path& scenarios) {
   if (std::filesystem::is_directory(folder_or_name)) return folder_or_name;
   if (std::filesystem::exists(folder_or_name))
-    throw Error(fmt::format("{} is a file; a scenario is a folder with scenario.yaml in it", quote(folder_or_name)));
+    throw Error(fmt::format("{} is a file; give the folder that contains scenario.yaml", quote(folder_or_name)));
   const std::vector<std::string> names = scenario_names(scenarios);
   if (std::find(names.begin(), names.end(), folder_or_name) != names.end()) return scenarios / folder_or_name;
   throw Error(fmt::format("there is no folder {} and no built-in scenario of that name{} (built in: {})",

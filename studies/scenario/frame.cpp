@@ -5,8 +5,9 @@
 namespace tandem {
 namespace {
 
-/// Half a turn about the bisector of north and east, and about the forward axis.
+/// Half a turn about the bisector of north and east: NED to ENU.
 SO3 world_turn() { return SO3(SO3::Quaternion(0.0, std::sqrt(0.5), std::sqrt(0.5), 0.0)); }
+/// Half a turn about the forward axis: FRD to FLU.
 SO3 body_turn() { return SO3(SO3::Quaternion(0.0, 1.0, 0.0, 0.0)); }
 
 }  // namespace

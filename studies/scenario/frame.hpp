@@ -6,9 +6,9 @@
 
 namespace tandem {
 
-/// The axes a scenario's files are in: world and body. Inside, all is ENU-FLU (world x east, y north, z up; body x
-/// forward, y left, z up); NED-FRD (north, east, down; forward, right, down) is converted when read and when written.
-/// Every conversion is its own inverse.
+/// The axis conventions of the files of a scenario. Tandem works in ENU-FLU: world axes east, north, up; body axes
+/// forward, left, up. Files in NED-FRD (north, east, down; forward, right, down) are converted when they are read and
+/// written. Every conversion is its own inverse.
 class Frame {
  public:
   Frame() = default;  ///< ENU-FLU
@@ -18,16 +18,16 @@ class Frame {
   bool is_ned() const { return ned_; }
   std::string name() const { return ned_ ? "NED-FRD" : "ENU-FLU"; }
 
-  /// A vector along the world's axes, the pose of a body in the world.
+  /// Converts a vector in world axes, or the pose of a body in the world.
   Vector<3> world(const Vector<3>& p) const;
   SE3 world(const SE3& pose) const;
-  /// A vector along a body's axes, the pose of one body in another.
+  /// Converts a vector in body axes, or a pose or rotation of one body relative to another.
   Vector<3> body(const Vector<3>& p) const;
   SE3 body(const SE3& pose) const;
   SO3 body(const SO3& R) const;
-  /// An azimuth or elevation, measured towards y or z of a body.
+  /// Converts an azimuth (towards the body's y axis) or an elevation (towards its z axis).
   double angle(double a) const { return ned_ ? -a : a; }
-  /// The matrices behind it: world(p) = world_axes() p, body(p) = body_axes() p.
+  /// Return the matrices of the conversions: world(p) = world_axes() p, body(p) = body_axes() p.
   Matrix<3, 3> world_axes() const;
   Matrix<3, 3> body_axes() const;
 

@@ -4,31 +4,31 @@
 
 #include <fmt/format.h>
 
-#include <tandem/problem/median.hpp>
+#include <tandem/problem/quantile.hpp>
 #include <tandem/studies/scenario/implausible_times.hpp>
 
 namespace tandem {
 namespace {
 
-constexpr double kStep = 1000;     // s between lines of the densest stream: no recording is so slow
-constexpr double kGap = 3600;      // s without a line of any stream
-constexpr double kMost = 200'000;  // keyframes
-constexpr double kLonger = 10;     // times the span of what the chaser moves by: no sensor has that many lines
+constexpr double kMaxStep = 1000;          // s, median step of the stream with the most rows
+constexpr double kMaxGap = 3600;           // s without a row of any stream
+constexpr double kMaxKeyframes = 200'000;  // in the whole problem
+constexpr double kMaxSpanRatio = 10;       // time span of a sensor relative to that of the motion
 
-struct Line {
-  double t;  // s, when it was valid
+struct RowTime {
+  double t;  // time of validity [s]
   std::size_t stream;
 };
 
-/// A time as a sentence has it, however large it is.
-std::string text_of(double t, int decimals = 3) {
+/// Returns a time for a message, with a bounded number of digits.
+std::string time_text(double t, int decimals = 3) {
   return std::abs(t) < 1e12 ? fmt::format("{:.{}f}", t, decimals) : fmt::format("{:.6g}", t);
 }
 
-/// What was recorded, by stream.
-class Recorded {
+/// The times of all rows of a recording, by stream.
+class RecordedTimes {
  public:
-  explicit Recorded(const Scenario& scenario) {
+  explicit RecordedTimes(const Scenario& scenario) {
     const TrackingData& data = scenario.data;
     const NavigationData* own = data.odometry.empty() && scenario.navigation ? &*scenario.navigation : nullptr;
     if (!data.odometry.empty()) add("the odometry", data.odometry, 0);
@@ -42,11 +42,12 @@ class Recorded {
       for (const EgoSensor& sensor : own->sensors) add(sensor.name, sensor.measurements, sensor.delay);
   }
 
-  /// Stamps that are too far apart: of the densest stream, or of one beside what the chaser moves by.
-  std::string not_seconds() const {
+  /// Checks for times that are not in seconds: in the stream with the most rows, or in a sensor that spans much more
+  /// time than the motion (odometry or imu).
+  std::string check_unit() const {
     const std::size_t n = names_.size();
     std::vector<std::vector<double>> times(n);
-    for (const Line& line : lines_) times[line.stream].push_back(line.t);
+    for (const RowTime& row : rows_) times[row.stream].push_back(row.t);
     if (n == 0) return "";
     std::vector<double> step;
     std::size_t densest = 0;
@@ -55,61 +56,63 @@ class Recorded {
       step.push_back(detail::median_step(times[i]));
       if (times[i].size() > times[densest].size()) densest = i;
     }
-    if (step[densest] >= kStep)
-      return fmt::format("lines of {} are {:.3g} s apart: times are in seconds, are these in nano- or microseconds?",
-                         names_[densest], step[densest]);
+    if (step[densest] >= kMaxStep)
+      return fmt::format(
+          "rows of {} are {:.3g} s apart; times must be in seconds, but these seem to be in micro- or nanoseconds",
+          names_[densest], step[densest]);
     if (!has_motion_ || times[0].size() < 2) return "";
-    const std::vector<double>& motion = times[0];  // whose stamps may be rounded, so that most steps are none
-    const double most = motion[motion.size() * 19 / 20] - motion[motion.size() / 20];
+    // The median step can be zero if times are rounded, so the span of the central 90 % of the rows counts too.
+    const std::vector<double>& motion = times[0];
+    const double most = detail::quantile(motion, 0.95) - detail::quantile(motion, 0.05);
     const double moved = std::max(step[0] * double(motion.size()), most);
     for (std::size_t i = 1; i < n; ++i)
-      if (step[i] * double(times[i].size()) > kLonger * moved + kStep)
+      if (step[i] * double(times[i].size()) > kMaxSpanRatio * moved + kMaxStep)
         return fmt::format(
-            "{} lines of {} are {:.3g} s apart, and {} covers {:.3g} s: times are in seconds, are these in milli-, "
-            "micro- or "
-            "nanoseconds?",
+            "{} rows of {} are {:.3g} s apart, but {} covers only {:.3g} s; times must be in seconds, but these seem "
+            "to be "
+            "in milli-, micro- or nanoseconds",
             times[i].size(), names_[i], step[i], names_[0], moved);
     return "";
   }
 
-  /// The longest time of which there is nothing, and how many keyframes all would take.
-  std::string too_long(double interval) {
-    std::sort(lines_.begin(), lines_.end(), [](const Line& a, const Line& b) { return a.t < b.t; });
+  /// Checks for long gaps and for too many keyframes at the given interval [s].
+  std::string check_length(double interval) {
+    std::sort(rows_.begin(), rows_.end(), [](const RowTime& a, const RowTime& b) { return a.t < b.t; });
     double keyframes = double(measurements_);
-    for (std::size_t i = 1; i < lines_.size(); ++i) {
-      const Line &from = lines_[i - 1], &to = lines_[i];
+    for (std::size_t i = 1; i < rows_.size(); ++i) {
+      const RowTime &from = rows_[i - 1], &to = rows_[i];
       keyframes += (to.t - from.t) / interval;
-      if (to.t - from.t > kGap)
-        return fmt::format(
-            "nothing was recorded between {} s ({}) and {} s ({}), for {} s: is one of them on another clock?",
-            text_of(from.t), names_[from.stream], text_of(to.t), names_[to.stream], text_of(to.t - from.t, 0));
+      if (to.t - from.t > kMaxGap)
+        return fmt::format("no data for {} s, between {} s ({}) and {} s ({}); one of them may be on another clock",
+                           time_text(to.t - from.t, 0), time_text(from.t), names_[from.stream], time_text(to.t),
+                           names_[to.stream]);
     }
-    if (keyframes <= kMost) return "";
-    return fmt::format("{:.0f} s of data with {} measurements of the target would take {:.0f} keyframes, above {:.0f}",
-                       lines_.back().t - lines_.front().t, measurements_, keyframes, kMost);
+    if (keyframes <= kMaxKeyframes) return "";
+    return fmt::format("{:.0f} s of data with {} measurements of the target need {:.0f} keyframes; the limit is {:.0f}",
+                       rows_.back().t - rows_.front().t, measurements_, keyframes, kMaxKeyframes);
   }
 
  private:
   template <class Stream>
   void add(const std::string& name, const Stream& stream, double delay) {
-    for (const auto& entry : stream) lines_.push_back({entry.t - delay, names_.size()});
+    for (const auto& entry : stream) rows_.push_back({entry.t - delay, names_.size()});
     names_.push_back(name);
   }
 
   std::vector<std::string> names_;
-  std::vector<Line> lines_;
-  bool has_motion_ = false;       // the first stream is what the chaser moves by
+  std::vector<RowTime> rows_;
+  bool has_motion_ = false;       // the first stream is the odometry or the imu
   std::size_t measurements_ = 0;  // of the target
 };
 
 }  // namespace
 
 std::string implausible_times(const Scenario& scenario) {
-  Recorded recorded(scenario);
+  RecordedTimes recorded(scenario);
   const double interval = scenario.data.odometry.empty() && scenario.navigation ? scenario.navigation->keyframe_interval
                                                                                 : scenario.data.keyframe_interval;
-  std::string why = recorded.not_seconds();
-  return why.empty() ? recorded.too_long(interval) : why;
+  std::string why = recorded.check_unit();
+  return why.empty() ? recorded.check_length(interval) : why;
 }
 
 }  // namespace tandem

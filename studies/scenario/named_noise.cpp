@@ -33,12 +33,13 @@ std::vector<NamedNoise> named_noise(TrackingData& data) {
                                  {"yaw_rate", {&noise.yaw_rate, 1}}};
   for (TargetSensor& sensor : data.sensors) {
     all.push_back({sensor.name, span(sensor.sigma)});
-    if (sensor.error && sensor.error->has_bias()) all.push_back({error_name(sensor.name), span(sensor.error->sigma)});
+    if (sensor.error && sensor.error->has_bias())
+      all.push_back({error_name(sensor.name), span(sensor.error->bias_sigma)});
   }
   return all;
 }
 
-std::string why_not_sigmas(std::span<const double> values, std::size_t expected) {
+std::string why_invalid_sigmas(std::span<const double> values, std::size_t expected) {
   if (values.size() != expected)
     return fmt::format("needs {} standard deviation{}, not {}", expected, expected == 1 ? "" : "s", values.size());
   for (const double value : values)
@@ -49,15 +50,15 @@ std::string why_not_sigmas(std::span<const double> values, std::size_t expected)
 
 void read_sigmas(const YamlSection& section, const std::string& key, std::span<double> sigmas) {
   const std::vector<double> values = section.numbers(key);
-  const std::string reason = why_not_sigmas(values, sigmas.size());
+  const std::string reason = why_invalid_sigmas(values, sigmas.size());
   if (!reason.empty()) section.fail(key, fmt::format("{} {}", key, reason));
   std::copy(values.begin(), values.end(), sigmas.begin());
 }
 
-void turn_noise(TrackingNoise& noise, const Frame& frame) {
+void convert_noise_axes(TrackingNoise& noise, const Frame& frame) {
   if (!frame.is_ned()) return;
   for (Eigen::VectorXd* sigma : {&noise.constant_velocity, &noise.velocity_time, &noise.boundary})
-    std::swap((*sigma)[0], (*sigma)[1]);  // north and east change places
+    std::swap((*sigma)[0], (*sigma)[1]);  // swaps north and east
 }
 
 }  // namespace tandem

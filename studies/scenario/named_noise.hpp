@@ -10,23 +10,25 @@
 
 namespace tandem {
 
-/// The standard deviations inside `data` that go by one name in scenario.yaml and on the command line.
+/// Standard deviations in a TrackingData that scenario.yaml and the option --noise set under one name.
 struct NamedNoise {
   std::string name;
   std::span<double> sigmas;
-  bool required = false;  ///< a scenario has to give it: there is no default
+  bool required = false;  ///< true if scenario.yaml must give it
 };
 
-/// All of them, the sensors' under the sensors' names. Valid while `data` lives and keeps its sensors.
+/// Returns all named noises of `data`; those of sensors have the sensor names. The spans are valid while `data` exists
+/// and its sensors do not change.
 std::vector<NamedNoise> named_noise(TrackingData& data);
 
-/// Empty, or what is wrong with `values` as the standard deviations of `noise`.
-std::string why_not_sigmas(std::span<const double> values, std::size_t expected);
+/// Returns why `values` are not `expected` positive, finite standard deviations, or an empty string if they are.
+std::string why_invalid_sigmas(std::span<const double> values, std::size_t expected);
 
-/// Reads them from a key of a yaml file. Throws Error naming file and line.
+/// Reads standard deviations from a key of a yaml file. Throws Error with file and line.
 void read_sigmas(const YamlSection& section, const std::string& key, std::span<double> sigmas);
 
-/// Turns noise along the world's axes from a file's frame into ours; its own inverse.
-void turn_noise(TrackingNoise& noise, const Frame& frame);
+/// Converts standard deviations along world axes between the axes of the files and ENU. The conversion is its own
+/// inverse.
+void convert_noise_axes(TrackingNoise& noise, const Frame& frame);
 
 }  // namespace tandem

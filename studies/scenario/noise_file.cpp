@@ -16,10 +16,10 @@ std::vector<NoiseEntry> read_noise_file(const std::filesystem::path& file) {
   for (const std::string& name : noise.keys()) {
     entries.push_back({name, noise.numbers(name)});
     const std::vector<double>& sigmas = entries.back().sigmas;
-    if (const std::string reason = why_not_sigmas(sigmas, sigmas.size()); !reason.empty())
+    if (const std::string reason = why_invalid_sigmas(sigmas, sigmas.size()); !reason.empty())
       noise.fail(name, fmt::format("{} {}", name, reason));
   }
-  if (entries.empty()) root.fail("noise", "there is no noise in it");
+  if (entries.empty()) root.fail("noise", "noise is empty; give at least one standard deviation");
   return entries;
 }
 

@@ -7,9 +7,10 @@
 
 namespace tandem {
 
-/// The rotation of a Hamilton quaternion as files write it, x y z w: normalised when its length is within
-/// 1e-3 of one, nothing when it is not (not_a_rotation says so in words).
+/// Returns the rotation of a Hamilton quaternion x y z w, normalised. Returns nothing if its norm differs from 1 by
+/// more than 1e-3.
 std::optional<SO3> rotation_from(const double* xyzw);
-std::string not_a_rotation(const double* xyzw);
+/// Returns the error message for a quaternion that rotation_from() rejects.
+std::string quaternion_error(const double* xyzw);
 
 }  // namespace tandem

@@ -20,17 +20,18 @@ namespace {
 
 std::vector<Stamped<SE3>> trajectory(const Scenario& scenario, const Table& table) {
   std::vector<Stamped<SE3>> result = poses(table);
-  for (auto& [t, pose] : result) pose = inner_pose(pose, scenario.frame, scenario.data.planar);
+  for (auto& [t, pose] : result) pose = internal_pose(pose, scenario.frame, scenario.data.planar);
   return result;
 }
 
-/// A true trajectory. Throws Error on what is no place: errors against it would be no numbers.
+/// Returns a true trajectory. Throws Error on coordinates so large that error statistics would overflow.
 std::vector<Stamped<SE3>> true_trajectory(const Scenario& scenario, const Table& table) {
-  constexpr double kFarthest = 1e12;  // m
+  constexpr double kMaxCoordinate = 1e12;  // m
   for (std::size_t i = 0; i < table.rows(); ++i)
     for (int axis = 1; axis <= 3; ++axis)
-      if (const double x = table.row(i)[axis]; std::abs(x) > kFarthest)
-        throw Error(fmt::format("{}: no truth is {:.3g} m away", table.where(i), x));
+      if (const double x = table.row(i)[axis]; std::abs(x) > kMaxCoordinate)
+        throw Error(fmt::format("{}: the true position {:.3g} m is not plausible; the limit is {:g} m", table.where(i),
+                                x, kMaxCoordinate));
   return trajectory(scenario, table);
 }
 
@@ -40,7 +41,7 @@ bool contains(const std::vector<std::string>& words, const std::string& word) {
 
 class ScenarioReader {
  public:
-  /// Without `rows_in`, all is read.
+  /// Without `rows_in`, also reads the rows of the sensor files.
   ScenarioReader(const std::filesystem::path& folder, YamlSection yaml, std::optional<RowsIn> rows_in = {},
                  const Stop& stop = {})
       : folder_(folder), yaml_(std::move(yaml)), rows_in_(rows_in), stop_(stop) {}
@@ -57,8 +58,9 @@ class ScenarioReader {
     if (!scenario_.navigation &&
         std::all_of(data_.sensors.begin(), data_.sensors.end(),
                     [&](const TargetSensor& sensor) { return all_rows() && sensor.measurements.empty(); }))
-      throw Error(fmt::format("{} has no measurements: neither usbl.csv, optical.csv nor another sensor gives any",
-                              folder_.string()));
+      throw Error(fmt::format(
+          "{} has no measurements of a target; give usbl.csv, optical.csv or another sensor with at least one row",
+          folder_.string()));
     if (all_rows()) read_truth(scenario_, stop_);
     return std::move(scenario_);
   }
@@ -74,7 +76,7 @@ class ScenarioReader {
     if (yaml_.has("description")) scenario_.description = yaml_.text("description");
     if (yaml_.has("source")) scenario_.source = yaml_.text("source");
     if (yaml_.has("truth_orientation")) scenario_.truth_orientation = yaml_.boolean("truth_orientation");
-    for (const char* key : {"latitude", "gravity"})  // they count where there are ego sensors, see read_earth
+    for (const char* key : {"latitude", "gravity"})  // checked here; read_earth() uses them
       if (yaml_.has(key)) yaml_.number(key);
     if (!yaml_.has("keyframe_interval")) return;
     data_.keyframe_interval = yaml_.number("keyframe_interval");
@@ -82,7 +84,7 @@ class ScenarioReader {
       yaml_.fail("keyframe_interval", "keyframe_interval must be above 0.001 s");
   }
 
-  /// The value of a key, the first of `known` where it is not given.
+  /// Returns the value of a key, which must be one of `known`. The default is the first of them.
   std::string one_of(const std::string& key, const std::vector<std::string>& known) {
     if (!yaml_.has(key)) return known.front();
     const std::string given = yaml_.text(key);
@@ -98,11 +100,12 @@ class ScenarioReader {
     for (const std::string& name : sensors.keys()) {
       const YamlSection entry = sensors.section(name);
       if (!is_ego_sensor(entry)) {
-        if (!odometry_there()) sensor_type(entry);  // a misspelt type says more than that odometry is missing
+        if (!odometry_exists()) sensor_type(entry);  // reports a misspelt type rather than missing odometry
         continue;
       }
       if (data_.planar)
-        entry.fail("type", fmt::format("sensor type {} is not planar: leave out group SE2", entry.text("type")));
+        entry.fail("type",
+                   fmt::format("sensor type {} is not supported with group SE2; use group SE3", entry.text("type")));
       read_ego_sensor(name, entry, folder_, scenario_.frame, navigation, all_rows(), stop_);
       const std::filesystem::path file = sensor_file(entry, folder_);
       if (entry.text("type") == "imu")
@@ -119,37 +122,37 @@ class ScenarioReader {
   }
 
   bool all_rows() const { return !rows_in_; }
-  bool noise_names(const std::string& name) const {
+  bool noise_has_entry(const std::string& name) const {
     return rows_in_ == RowsIn::stream && yaml_.has("noise") && yaml_.section("noise").has(name);
   }
-  bool odometry_there() const {
-    return std::filesystem::exists(folder_ / "chaser_odometry.tum") || noise_names("odometry");
+  bool odometry_exists() const {
+    return std::filesystem::exists(folder_ / "chaser_odometry.tum") || noise_has_entry("odometry");
   }
   bool has_odometry() const { return scenario_.files.odometry.has_value(); }
 
   void read_odometry() {
-    if (scenario_.navigation && !odometry_there()) return;
+    if (scenario_.navigation && !odometry_exists()) return;
     const std::filesystem::path file = folder_ / "chaser_odometry.tum";
     scenario_.files.odometry = file;
     if (!all_rows()) return;
     const Table table = read_tum(file, stop_);
-    if (table.rows() < 2) throw Error(fmt::format("{} needs two poses or more", table.file.string()));
+    if (table.rows() < 2) throw Error(fmt::format("{} must have at least two poses", table.file.string()));
     data_.odometry = trajectory(scenario_, table);
   }
 
-  SensorSurroundings surroundings() const {
-    SensorSurroundings around{folder_, scenario_.frame, data_.planar};
-    around.rows = all_rows();
-    around.stop = stop_;
-    if (!around.rows) return around;
+  SensorContext sensor_context() const {
+    SensorContext context{folder_, scenario_.frame, data_.planar};
+    context.rows = all_rows();
+    context.stop = stop_;
+    if (!context.rows) return context;
     if (has_odometry()) {
-      around.first = data_.odometry.front().t;
-      around.last = data_.odometry.back().t;
+      context.first = data_.odometry.front().t;
+      context.last = data_.odometry.back().t;
     } else if (const auto span = time_span(*scenario_.navigation)) {
-      std::tie(around.first, around.last) = *span;
-      around.span_of = "the span of the chaser's own sensors";
+      std::tie(context.first, context.last) = *span;
+      context.span_of = "the chaser's own sensors";
     }
-    return around;
+    return context;
   }
 
   void read_declared_sensors() {
@@ -159,7 +162,7 @@ class ScenarioReader {
     for (const std::string& name : declared_) {
       if (contains(ego_, name)) continue;
       const YamlSection entry = sensors.section(name);
-      data_.sensors.push_back(read_sensor(name, entry, surroundings()));
+      data_.sensors.push_back(read_sensor(name, entry, sensor_context()));
       scenario_.files.target.push_back(sensor_file(entry, folder_));
       if (!entry.has("position") && !entry.has("orientation")) scenario_.without_extrinsics.push_back(name);
       files_.push_back(std::filesystem::path(entry.text("file")).filename().string());
@@ -169,18 +172,19 @@ class ScenarioReader {
   void read_undeclared_sensors() {
     for (const auto& [name, type] : {std::pair{"usbl", SensorType::position}, {"optical", SensorType::pose}}) {
       const std::string file = std::string(name) + ".csv";
-      if (contains(files_, file) || !(std::filesystem::exists(folder_ / file) || noise_names(name))) continue;
+      if (contains(files_, file) || !(std::filesystem::exists(folder_ / file) || noise_has_entry(name))) continue;
       if (contains(declared_, name))
-        yaml_.section("sensors").fail(name,
-                                      fmt::format("sensor {0} must read {0}.csv, which is there, or be renamed", name));
-      data_.sensors.push_back(read_undeclared_sensor(name, type, surroundings()));
+        yaml_.section("sensors").fail(
+            name,
+            fmt::format("sensor {0} must read {0}.csv, since that file exists; set its file, or rename it", name));
+      data_.sensors.push_back(read_undeclared_sensor(name, type, sensor_context()));
       scenario_.files.target.push_back(folder_ / file);
       undeclared_.push_back(name);
     }
   }
 
   void read_noise(const YamlSection& noise) {
-    std::vector<double> unread(6);  // checked all the same, so that a folder serves every sensor set
+    std::vector<double> unread(6);  // noise of absent sensors is checked but not used
     std::vector<NamedNoise> known = named_noise(data_);
     std::erase_if(known, [&](const NamedNoise& entry) { return contains(declared_, entry.name); });
     for (NamedNoise& entry : known) {
@@ -197,7 +201,7 @@ class ScenarioReader {
     noise.allow_only(names);
     for (const NamedNoise& entry : known)
       if (entry.required || noise.has(entry.name)) read_sigmas(noise, entry.name, entry.sigmas);
-    turn_noise(data_.noise, scenario_.frame);
+    convert_noise_axes(data_.noise, scenario_.frame);
   }
 
   std::filesystem::path folder_;
@@ -206,8 +210,8 @@ class ScenarioReader {
   Stop stop_;
   Scenario scenario_;
   TrackingData& data_ = scenario_.data;
-  std::vector<std::string> declared_, undeclared_, ego_;  ///< sensors' names
-  std::vector<std::string> files_;                        ///< that the declared ones read
+  std::vector<std::string> declared_, undeclared_, ego_;  ///< sensor names
+  std::vector<std::string> files_;                        ///< file names of the declared sensors
 };
 
 }  // namespace

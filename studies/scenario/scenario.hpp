@@ -15,31 +15,36 @@ namespace tandem {
 /// A scenario folder, read and checked:
 ///
 ///     scenario.yaml                         name, description, source, keyframe_interval, noise, sensors, …
-///     chaser_odometry.tum                   dead-reckoned chaser poses at their own rate
-///     usbl.csv                              t,x,y,z: target position in the chaser's body [m]
-///     optical.csv                           t,x,y,z,qx,qy,qz,qw: target pose in the chaser's body
-///     truth_chaser.tum, truth_target.tum    optional; read by metrics and plots alone
+///     chaser_odometry.tum                   dead-reckoned chaser poses in the world, at any rate
+///     usbl.csv                              t,x,y,z: target position in the chaser's body frame [m]
+///     optical.csv                           t,x,y,z,qx,qy,qz,qw: target pose in the chaser's body frame
+///     truth_chaser.tum, truth_target.tum    optional; only metrics and plots read them
 ///
-/// Quaternions are Hamilton, x y z w. `frame` says which axes the files are in (ENU-FLU: world z up, body x forward, y
-/// left, z up; or NED-FRD), `group` whether the problem is spatial (SE3) or planar (SE2). `sensors` declares more: type
-/// (position, pose, range_bearing, bearing, range, usbl_spherical), file, sigma, and optionally position and orientation
-/// (a quaternion) of the sensor in the chaser's body, target_position and (pose) target_orientation of what it sees in
-/// the target's, delay (a line stamped t was valid at t − delay), loss and (pose) orientation_loss.
+/// Quaternions are Hamilton, x y z w. The key `frame` is ENU-FLU or NED-FRD (see Frame). The key `group` is SE3
+/// (spatial) or SE2 (planar). The section `sensors` declares further sensors with these keys:
 ///
-/// Sensors of the types imu, dvl, depth, gps and heading are the chaser's own (see scenario_ego.hpp). A folder that has
-/// some needs neither odometry nor sensors of a target, and of `noise` only what its target sensors ask for; `latitude`
-/// [deg] and `gravity` [m/s²] say where it is.
+///     type                                  position, pose, range_bearing, bearing, range or usbl_spherical
+///     file, sigma                           required
+///     position, orientation                 optional: sensor in the chaser's body frame; orientation is a quaternion
+///     target_position, target_orientation   optional: marker in the target's body frame (orientation: type pose)
+///     delay                                 optional: a row stamped t was valid at t − delay [s]
+///     loss, orientation_loss                optional robust losses (orientation_loss: type pose)
+///     error                                 optional systematic errors, see read_error()
+///
+/// Sensors of the types imu, dvl, depth, gps and heading are the chaser's own (see scenario_ego.hpp). A folder with
+/// such sensors needs neither odometry nor target sensors, and its `noise` needs only the entries for target sensors.
+/// The keys `latitude` [deg] and `gravity` [m/s²] apply to them.
 struct Scenario {
   std::string name, description, source;
   std::filesystem::path folder;
-  Frame frame;        ///< of the files, read and written; everything here is in ENU-FLU
-  TrackingData data;  ///< without odometry or sensors where `navigation` is there and the folder has none
-  std::optional<NavigationData> navigation;  ///< by the chaser's own sensors, as in the files: check() is to clean it
-  std::vector<Stamped<SE3>> truth_chaser, truth_target;  ///< empty where there is none
-  bool truth_orientation = true;                         ///< false: the truth has positions only
-  std::vector<std::string> without_extrinsics;  ///< declared sensors that give neither position nor orientation
+  Frame frame;                               ///< frame of the files; the members below are converted to ENU-FLU
+  TrackingData data;                         ///< without odometry or sensors if the folder has none
+  std::optional<NavigationData> navigation;  ///< the chaser's own sensors as in the files, not yet cleaned by check()
+  std::vector<Stamped<SE3>> truth_chaser, truth_target;  ///< empty without truth
+  bool truth_orientation = true;                         ///< false if the truth has positions only
+  std::vector<std::string> without_extrinsics;  ///< declared sensors that have neither position nor orientation
 
-  /// Where the rows of each are, one each a sensor of `data` and of `navigation`.
+  /// The files of the streams: one for each sensor of `data` and of `navigation`, in the same order.
   struct Files {
     std::optional<std::filesystem::path> odometry, imu;
     std::vector<std::filesystem::path> target, ego;
@@ -48,21 +53,21 @@ struct Scenario {
   bool has_truth() const { return !truth_chaser.empty() && !truth_target.empty(); }
 };
 
-/// Throws Error, naming file, line and reason, on anything that is missing, malformed, unknown or not
-/// supported, and Stopped when it is to stop.
+/// Reads a scenario folder. Throws Error, with file, line and reason, on anything missing, malformed, unknown or
+/// unsupported, and Stopped if `stop` is reached.
 Scenario read_scenario(const std::filesystem::path& folder, const Stop& stop = {});
 
-/// Where the rows of a scenario are, of which settings alone are read.
+/// The source of the rows of a scenario for read_settings().
 enum class RowsIn {
-  files,   ///< in the folder's files, which are looked for but not read
-  stream,  ///< come from elsewhere: chaser_odometry.tum, usbl and optical are there when `noise` has them
+  files,   ///< files of the folder; they must exist but are not read
+  stream,  ///< a live stream; odometry, usbl and optical exist if `noise` has entries for them
 };
 
-/// The same without odometry, measurements, samples and truth.
+/// Reads a scenario without odometry, measurements, samples and truth.
 Scenario read_settings(const std::filesystem::path& folder, RowsIn rows);
-/// The same of what the folder's scenario.yaml would hold.
+/// Reads the settings from the text of a scenario.yaml instead of the file.
 Scenario read_settings(const std::string& yaml, const std::filesystem::path& folder, RowsIn rows);
-/// Adds the truth, where there is one, to settings.
+/// Adds the true trajectories that the folder has.
 void read_truth(Scenario& scenario, const Stop& stop = {});
 
 }  // namespace tandem

@@ -17,7 +17,7 @@
 namespace tandem {
 namespace {
 
-constexpr double kLeastGravity = 9.7, kMostGravity = 9.9;  // m/s²: the Earth's, from the equator to the poles, roughly
+constexpr double kMinGravity = 9.7, kMaxGravity = 9.9;  // m/s²; on Earth it is 9.78 (equator) to 9.83 (poles)
 
 EgoSensorType type_of(const YamlSection& entry) {
   const std::string given = entry.text("type");
@@ -31,7 +31,7 @@ std::string upper(std::string_view text) {
   return result;
 }
 
-/// A number above zero, where the key is there or `required`.
+/// Reads a positive number, if the key exists or is required.
 template <class Number>  // double, or an optional one
 void read_positive(const YamlSection& entry, const std::string& key, Number& value, bool required = false) {
   if (!required && !entry.has(key)) return;
@@ -66,7 +66,7 @@ ImuSensor read_imu(const std::string& name, const YamlSection& entry, const std:
     return imu;
   }
   const Table table = read_csv(file, imu_columns, TimeOrder::any, stop);
-  if (table.rows() < 2) throw Error(fmt::format("{} needs two samples or more", table.file.string()));
+  if (table.rows() < 2) throw Error(fmt::format("{} must have at least two samples", table.file.string()));
   imu.samples.reserve(table.rows());
   for (std::size_t i = 0; i < table.rows(); ++i) imu.samples.push_back(imu_sample(table.row(i), frame));
   imu.set_delay(delay);
@@ -81,8 +81,8 @@ EgoSensor read_other(const std::string& name, const YamlSection& entry, const st
     case EgoMounting::none:
       for (const char* key : {"position", "orientation"})
         if (entry.has(key))
-          entry.fail(key, fmt::format("a {0} has no {1}, since the body frame is the {2}'s: "
-                                      "give where the other sensors are, seen from it",
+          entry.fail(key, fmt::format("a {0} has no {1}, since its frame is the body frame; give the positions of the "
+                                      "other sensors relative to the {2}",
                                       tandem::name(sensor.type), key, upper(tandem::name(sensor.type))));
       break;
     case EgoMounting::position:
@@ -102,15 +102,15 @@ EgoSensor read_other(const std::string& name, const YamlSection& entry, const st
   sensor.loss = read_loss(entry, "loss");
   sensor.error = read_error(entry, rows(sensor.type));
   if (sensor.error && sensor.error->has_bias() && sensor.type->reading == EgoReading::world_vector && frame.is_ned())
-    std::swap(sensor.error->sigma[0], sensor.error->sigma[1]);
+    std::swap(sensor.error->bias_sigma[0], sensor.error->bias_sigma[1]);
 
   const std::filesystem::path file = sensor_file(entry, folder);
   if (!with_rows) return sensor;
   const Table table = read_csv(file, columns(sensor.type), TimeOrder::any, stop);
   sensor.measurements.reserve(table.rows());
   for (std::size_t i = 0; i < table.rows(); ++i)
-    sensor.measurements.push_back(
-        located([&] { return table.where(i); }, [&] { return ego_measurement(sensor.type, table.row(i), frame); }));
+    sensor.measurements.push_back(with_location([&] { return table.where(i); },
+                                                [&] { return ego_measurement(sensor.type, table.row(i), frame); }));
   return sensor;
 }
 
@@ -137,7 +137,7 @@ void read_ego_sensor(const std::string& name, const YamlSection& entry, const st
     return;
   }
   if (data.imu)
-    entry.fail("type", fmt::format("a second imu: one is used at a time, so leave out {} or {}", data.imu->name, name));
+    entry.fail("type", fmt::format("only one imu is supported; remove sensor {} or {}", data.imu->name, name));
   data.imu = read_imu(name, entry, folder, frame, rows, stop);
 }
 
@@ -146,17 +146,17 @@ Earth read_earth(const YamlSection& yaml) {
   if (yaml.has("latitude")) {
     const double degrees = yaml.number("latitude");
     if (std::abs(degrees) > 90)
-      yaml.fail("latitude", fmt::format("latitude {:g} is beyond a pole; it is in degrees, -90 to 90", degrees));
+      yaml.fail("latitude", fmt::format("latitude {:g} is outside [-90, 90] degrees", degrees));
     latitude = degrees * std::numbers::pi / 180;
   }
   double gravity = latitude ? Earth::normal_gravity(*latitude) : -Earth().gravity.z();
   if (yaml.has("gravity")) {
     gravity = yaml.number("gravity");
     if (gravity < 0)
-      yaml.fail("gravity", fmt::format("gravity {:g} is negative; it is a magnitude, which acts downwards", gravity));
-    if (gravity < kLeastGravity || gravity > kMostGravity)
-      yaml.fail("gravity", fmt::format("gravity {:g} m/s^2 is not the Earth's, which lies between {} and {}", gravity,
-                                       kLeastGravity, kMostGravity));
+      yaml.fail("gravity", fmt::format("gravity {:g} is negative; give its magnitude in m/s^2", gravity));
+    if (gravity < kMinGravity || gravity > kMaxGravity)
+      yaml.fail("gravity", fmt::format("gravity {:g} m/s^2 is outside [{}, {}] m/s^2, the range on Earth", gravity,
+                                       kMinGravity, kMaxGravity));
   }
   return latitude ? Earth::at_latitude(*latitude, gravity) : Earth::with_gravity(gravity);
 }

@@ -11,34 +11,37 @@
 
 namespace tandem {
 
-/// What an entry of `sensors:` may call its type when it is one of the chaser's own: imu, dvl, depth, gps, heading.
+/// Returns the type names of the chaser's own sensors: imu, dvl, depth, gps, heading.
 const std::vector<std::string>& ego_types();
-/// Whether an entry has such a type.
+/// Returns whether an entry of `sensors:` has one of these types.
 bool is_ego_sensor(const YamlSection& entry);
 
-/// Adds one of the chaser's own sensors, out of its entry in `sensors:` and its file:
+/// Reads one of the chaser's own sensors from its entry in `sensors:` and its file, and adds it to `data`. The columns
+/// are:
 ///
-///     imu      t,fx,fy,fz,wx,wy,wz   specific force [m/s²] and angular rate [rad/s], along its own axes
-///     dvl      t,vx,vy,vz            velocity over ground along the body's axes [m/s]; the body frame is the DVL's
-///     depth    t,z                   along the world's z [m]: in NED downwards
-///     gps      t,x,y,z               along the world's axes [m]
-///     heading  t,qx,qy,qz,qw         sensor in the world
+///     imu      t,fx,fy,fz,wx,wy,wz   specific force [m/s²] and angular rate [rad/s] along the axes of the IMU
+///     dvl      t,vx,vy,vz            velocity over ground along the body axes [m/s]; the DVL frame is the body frame
+///     depth    t,z                   position along the world's z axis [m] (downwards in NED)
+///     gps      t,x,y,z               position along the world axes [m]
+///     heading  t,qx,qy,qz,qw         orientation of the sensor in the world
 ///
-/// An IMU's keys: accelerometer, gyroscope, accelerometer_bias_walk, gyroscope_bias_walk (see ImuNoise) and, optionally,
-/// integration, initial_accelerometer_bias, initial_gyroscope_bias, max_gap, max_specific_force, max_angular_rate. The
-/// others': sigma (one a column of the file, of a heading three about the body's axes), and optionally delay, loss,
-/// position (depth, gps) and orientation (heading). An IMU has position and orientation.
+/// Keys of an IMU: accelerometer, gyroscope, accelerometer_bias_walk and gyroscope_bias_walk (see ImuNoise). Optional:
+/// integration, initial_accelerometer_bias, initial_gyroscope_bias, max_gap, max_specific_force, max_angular_rate,
+/// delay, position, orientation.
 ///
-/// Times are kept as they are in the file, in any order: see check() in problem/navigation_checks.hpp. Throws Error
-/// naming file, line and reason, and Stopped when it is to stop. Without `rows`, settings alone are read, not the file.
+/// Keys of the other sensors: sigma, one for each column (heading: three, about the body axes). Optional: delay, loss,
+/// error, position (depth, gps), orientation (heading).
+///
+/// Times may be in any order; check() in problem/navigation/navigation_checks.hpp cleans them. If `rows` is false,
+/// reads only the settings. Throws Error with file, line and reason, and Stopped if `stop` is reached.
 void read_ego_sensor(const std::string& name, const YamlSection& entry, const std::filesystem::path& folder,
                      const Frame& frame, NavigationData& data, bool rows = true, const Stop& stop = {});
 
-/// The keys `latitude` [deg], without which the world counts as inertial, and `gravity` [m/s²], a magnitude: where it is
-/// not given, normal gravity at the latitude or, without that either, standard gravity.
+/// Reads the keys `latitude` [deg] and `gravity` [m/s², a magnitude]. Without a latitude, the world is inertial (no
+/// Earth rotation). Without gravity, uses normal gravity at the latitude, or standard gravity if there is none.
 Earth read_earth(const YamlSection& yaml);
 
-/// The first and the last time of all the sensors' samples [s]; of none, nothing.
+/// Returns the first and last time of all samples and measurements [s], or nothing if there are none.
 std::optional<std::pair<double, double>> time_span(const NavigationData& data);
 
 }  // namespace tandem

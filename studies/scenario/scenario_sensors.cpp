@@ -14,17 +14,18 @@ namespace tandem {
 namespace {
 
 std::vector<Measurement> measurements(SensorType type, const std::filesystem::path& file,
-                                      const SensorSurroundings& around) {
+                                      const SensorContext& context) {
   std::vector<Measurement> result;
-  if (!around.rows) return result;
-  const Table table = read_csv(file, columns(type, around.planar),
-                               may_repeat_times(type) ? TimeOrder::repeating : TimeOrder::increasing, around.stop);
+  if (!context.rows) return result;
+  const Table table = read_csv(file, columns(type, context.planar),
+                               may_repeat_times(type) ? TimeOrder::repeating : TimeOrder::increasing, context.stop);
   for (std::size_t i = 0; i < table.rows(); ++i) {
-    if (table.t(i) < around.first - kSameInstant || table.t(i) > around.last + kSameInstant)
-      throw Error(fmt::format("{}: time {} lies outside {}, {} to {} s", table.where(i), table.t(i), around.span_of,
-                              around.first, around.last));
-    result.push_back(located([&] { return table.where(i); },
-                             [&] { return target_measurement(type, table.row(i), around.frame, around.planar); }));
+    if (table.t(i) < context.first - kSameInstant || table.t(i) > context.last + kSameInstant)
+      throw Error(fmt::format("{}: time {} is outside the time span of {}, {} to {} s", table.where(i), table.t(i),
+                              context.span_of, context.first, context.last));
+    result.push_back(
+        with_location([&] { return table.where(i); },
+                      [&] { return target_measurement(type, table.row(i), context.frame, context.planar); }));
   }
   return result;
 }
@@ -43,14 +44,14 @@ SensorType sensor_type(const YamlSection& entry) {
   entry.fail("type", fmt::format("unknown sensor type {}{}", quote(given), did_you_mean(given, known)));
 }
 
-TargetSensor read_sensor(const std::string& name, const YamlSection& entry, const SensorSurroundings& around) {
+TargetSensor read_sensor(const std::string& name, const YamlSection& entry, const SensorContext& context) {
   TargetSensor sensor;
   sensor.name = name;
   sensor.type = sensor_type(entry);
-  const int n = rows(sensor.type, around.planar);
+  const int n = rows(sensor.type, context.planar);
   if (n == 0)
-    entry.fail("type", fmt::format("sensor type {} is not planar{}", sensor.type->name,
-                                   sensor.type->has(measured::range) ? ": use range_bearing with group SE2" : ""));
+    entry.fail("type", fmt::format("sensor type {} is not supported with group SE2; use {}", sensor.type->name,
+                                   sensor.type->has(measured::range) ? "range_bearing" : "group SE3"));
   std::vector<std::string> keys = {"type",  "file", "sigma", "position", "orientation", "target_position",
                                    "delay", "loss", "error"};
   if (sensor.type->has(measured::rotation)) keys.insert(keys.end(), {"target_orientation", "orientation_loss"});
@@ -58,22 +59,22 @@ TargetSensor read_sensor(const std::string& name, const YamlSection& entry, cons
 
   sensor.sigma.resize(n);
   read_sigmas(entry, "sigma", {sensor.sigma.data(), std::size_t(n)});
-  sensor.mount = read_extrinsics(entry, around.frame);
-  sensor.marker = read_extrinsics(entry, around.frame, "target_");
+  sensor.mount = read_extrinsics(entry, context.frame);
+  sensor.marker = read_extrinsics(entry, context.frame, "target_");
   sensor.delay = read_delay(entry);
   sensor.loss = read_loss(entry, "loss");
   sensor.orientation_loss = read_loss(entry, "orientation_loss");
   sensor.error = read_error(entry, n);
-  sensor.measurements = measurements(sensor.type, sensor_file(entry, around.folder), around);
+  sensor.measurements = measurements(sensor.type, sensor_file(entry, context.folder), context);
   return sensor;
 }
 
-TargetSensor read_undeclared_sensor(const std::string& name, SensorType type, const SensorSurroundings& around) {
+TargetSensor read_undeclared_sensor(const std::string& name, SensorType type, const SensorContext& context) {
   TargetSensor sensor;
   sensor.name = name;
   sensor.type = type;
-  sensor.sigma = Eigen::VectorXd::Zero(rows(type, around.planar));
-  sensor.measurements = measurements(type, around.folder / (name + ".csv"), around);
+  sensor.sigma = Eigen::VectorXd::Zero(rows(type, context.planar));
+  sensor.measurements = measurements(type, context.folder / (name + ".csv"), context);
   return sensor;
 }
 

@@ -10,24 +10,24 @@
 
 namespace tandem {
 
-/// What reading a sensor's file needs to know of its scenario.
-struct SensorSurroundings {
+/// Properties of a scenario that are needed to read the files of its sensors.
+struct SensorContext {
   std::filesystem::path folder;
   Frame frame;
   bool planar = false;
-  double first = 0, last = 0;                   ///< s: no measurement lies outside
-  std::string span_of = "the odometry's span";  ///< what first and last are, for the error message
-  bool rows = true;                             ///< to be read; false: settings only
-  Stop stop{};                                  ///< of reading them
+  double first = 0, last = 0;            ///< measurements outside this time span are errors [s]
+  std::string span_of = "the odometry";  ///< the source of `first` and `last`, for the error message
+  bool rows = true;                      ///< false: read the settings only
+  Stop stop{};                           ///< stops reading
 };
 
-/// The type in an entry of `sensors:`, of a sensor that observes the target. Throws Error where there is no such type.
+/// Returns the type of a target sensor from its entry in `sensors:`. Throws Error if the type is unknown.
 SensorType sensor_type(const YamlSection& entry);
 
-/// A sensor out of its entry in `sensors:`. Throws Error naming file, line and reason.
-TargetSensor read_sensor(const std::string& name, const YamlSection& entry, const SensorSurroundings& around);
+/// Reads a target sensor from its entry in `sensors:` and its file. Throws Error with file, line and reason.
+TargetSensor read_sensor(const std::string& name, const YamlSection& entry, const SensorContext& context);
 
-/// usbl.csv or optical.csv, which are there without being declared; without its sigma, which the noise section gives.
-TargetSensor read_undeclared_sensor(const std::string& name, SensorType type, const SensorSurroundings& around);
+/// Reads usbl.csv or optical.csv, which need no entry in `sensors:`. The section `noise` gives their sigma later.
+TargetSensor read_undeclared_sensor(const std::string& name, SensorType type, const SensorContext& context);
 
 }  // namespace tandem

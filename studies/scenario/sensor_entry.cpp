@@ -16,38 +16,40 @@ SE3 read_extrinsics(const YamlSection& sensor, const Frame& frame, const std::st
   if (sensor.has(orientation)) {
     const std::vector<double> xyzw = sensor.numbers(orientation, 4);
     const auto rotation = rotation_from(xyzw.data());
-    if (!rotation) sensor.fail(orientation, not_a_rotation(xyzw.data()));
+    if (!rotation) sensor.fail(orientation, quaternion_error(xyzw.data()));
     R = *rotation;
   }
   return frame.body(SE3(R, t));
 }
 
-double read_delay(const YamlSection& sensor, bool may_be_early) {
+double read_delay(const YamlSection& sensor, bool allow_negative) {
   if (!sensor.has("delay")) return 0;
   const double delay = sensor.number("delay");
-  if (delay < 0 && !may_be_early) sensor.fail("delay", fmt::format("delay {:g} s is negative", delay));
+  if (delay < 0 && !allow_negative)
+    sensor.fail("delay", fmt::format("delay {:g} s is negative; only an imu may have a negative delay", delay));
   return delay;
 }
 
-std::optional<StayingError> read_error(const YamlSection& sensor, int rows) {
+std::optional<SystematicError> read_error(const YamlSection& sensor, int rows) {
   if (!sensor.has("error")) return {};
   const YamlSection entry = sensor.section("error");
   entry.allow_only({"sigma", "time", "scale", "misalignment", "delay"});
-  StayingError error;
+  SystematicError error;
   if (entry.has("sigma")) {
-    error.sigma.resize(rows);
-    read_sigmas(entry, "sigma", {error.sigma.data(), std::size_t(rows)});
+    error.bias_sigma.resize(rows);
+    read_sigmas(entry, "sigma", {error.bias_sigma.data(), std::size_t(rows)});
   }
-  for (const auto& [key, sigma] :
-       {std::pair{"scale", &error.scale}, {"misalignment", &error.misalignment}, {"delay", &error.delay}})
+  for (const auto& [key, sigma] : {std::pair{"scale", &error.scale_sigma},
+                                   {"misalignment", &error.misalignment_sigma},
+                                   {"delay", &error.delay_sigma}})
     if (entry.has(key)) read_sigmas(entry, key, {sigma, 1});
   if (!error.has_bias() && !error.has_constants())
-    sensor.fail("error", "error has none of sigma, scale, misalignment and delay: give what it may have");
+    sensor.fail("error", "error is empty; give sigma (of a bias), scale, misalignment or delay");
   if (entry.has("time") && !error.has_bias())
-    entry.fail("time", "time is of a bias: give its sigma, too, or leave it out");
-  if (entry.has("time")) error.time = entry.number("time");
-  if (!(error.time > 0))
-    entry.fail("time", "time must be above zero: the seconds after which a third of the error is left");
+    entry.fail("time", "time is the correlation time of a bias; give sigma (of the bias) too, or remove time");
+  if (entry.has("time")) error.correlation_time = entry.number("time");
+  if (!(error.correlation_time > 0))
+    entry.fail("time", "time must be above zero; it is the correlation time of the bias in seconds");
   return error;
 }
 

@@ -18,7 +18,7 @@ std::filesystem::path sensor_file(const YamlSection& sensor, const std::filesyst
   const std::filesystem::path file = sensor.text("file");
   const std::filesystem::path normal = file.lexically_normal();
   if (!outside_allowed && (file.is_absolute() || (!normal.empty() && *normal.begin() == "..")))
-    sensor.fail("file", fmt::format("file {} is outside of the scenario's folder; to read it, tandem --allow-outside",
+    sensor.fail("file", fmt::format("file {} is outside the scenario folder; use --allow-outside to read it",
                                     quote(file.string())));
   return folder / file;
 }

@@ -6,11 +6,11 @@
 
 namespace tandem {
 
-/// Whether an entry's `file:` may be outside of the scenario's folder: not, unless this program was told so.
+/// Sets whether a sensor's `file:` may be outside the scenario folder. The default is false.
 void allow_outside_files(bool allowed);
 
-/// Where the rows of a sensor are, by its key `file`. Throws Error, naming file and line, when that leads out of `folder`
-/// and may not.
+/// Returns the path of a sensor's file from its key `file`, relative to `folder`. Throws Error with file and line if it
+/// is outside `folder` and allow_outside_files() was not set.
 std::filesystem::path sensor_file(const YamlSection& sensor, const std::filesystem::path& folder);
 
 }  // namespace tandem

@@ -12,11 +12,11 @@
 namespace tandem {
 namespace {
 
-constexpr double kPole = 1e-6;  // rad: this close to straight up, an azimuth means nothing
+constexpr double kPole = 1e-6;  // rad; closer to the vertical, the azimuth is undefined
 
 SO3 rotation(const double* xyzw) {
   const auto R = rotation_from(xyzw);
-  if (!R) throw Error(not_a_rotation(xyzw));
+  if (!R) throw Error(quaternion_error(xyzw));
   return *R;
 }
 
@@ -25,31 +25,31 @@ double range(double value) {
   throw Error(fmt::format("range {:g} m; a range must be above zero", value));
 }
 
-/// Azimuth and elevation, or the bearing in the plane, from `row` on. `chart`: whether the angles themselves count.
-void read_direction(const double* row, bool chart, const Frame& frame, bool planar, Measurement& m) {
+/// Reads azimuth and elevation, or in the plane the bearing. `angles`: the residual compares the angles themselves,
+/// which are singular at the poles, instead of the direction.
+void read_direction(const double* row, bool angles, const Frame& frame, bool planar, Measurement& m) {
   if (std::abs(row[0]) > 2 * std::numbers::pi)
-    throw Error(fmt::format("{} {:g} is beyond two pi; angles are in radians", planar ? "bearing" : "azimuth", row[0]));
+    throw Error(
+        fmt::format("{} {:g} is outside [-2 pi, 2 pi]; angles are in radians", planar ? "bearing" : "azimuth", row[0]));
   m.azimuth = frame.angle(row[0]);
   if (planar) return;
   const double from_pole = 0.5 * std::numbers::pi - std::abs(row[1]);
   if (from_pole < -kPole)
-    throw Error(
-        fmt::format("elevation {:g} rad is beyond the pole of its chart (pi/2); angles are in radians", row[1]));
-  if (chart && from_pole < kPole)
-    throw Error(
-        fmt::format("elevation {:g} rad is at the pole of its chart (pi/2), where an azimuth means nothing", row[1]));
+    throw Error(fmt::format("elevation {:g} is outside [-pi/2, pi/2]; angles are in radians", row[1]));
+  if (angles && from_pole < kPole)
+    throw Error(fmt::format("elevation {:g} rad is vertical, where the azimuth is undefined", row[1]));
   m.elevation = frame.angle(row[1]);
 }
 
-/// One part of a target's measurement in a file: its columns, and what is read from the first of them on.
-struct PartRows {
+/// One part of a target measurement in a file: its column names, and the function that reads them.
+struct PartColumns {
   unsigned part;
   std::string_view in_space, in_plane;
   void (*read)(const double* row, const Frame& frame, bool planar, Measurement& m);
 };
 
-/// In the order of the columns.
-constexpr PartRows kParts[] = {
+/// All parts, in the order of their columns.
+constexpr PartColumns kParts[] = {
     {measured::position, ",x,y,z", ",x,y",
      [](const double* row, const Frame& frame, bool planar, Measurement& m) {
        m.position = frame.body(Vector<3>(row[0], row[1], planar ? 0 : row[2]));
@@ -78,7 +78,7 @@ constexpr PartRows kParts[] = {
 
 std::string columns(SensorType type, bool planar) {
   std::string columns = "t";
-  for (const PartRows& part : kParts)
+  for (const PartColumns& part : kParts)
     if (type->has(part.part)) columns += planar ? part.in_plane : part.in_space;
   return columns;
 }
@@ -88,7 +88,7 @@ bool may_repeat_times(SensorType type) { return !type->has(measured::position); 
 Measurement target_measurement(SensorType type, const double* row, const Frame& frame, bool planar) {
   Measurement m;
   m.t = *row++;
-  for (const PartRows& part : kParts) {
+  for (const PartColumns& part : kParts) {
     if (!type->has(part.part)) continue;
     part.read(row, frame, planar, m);
     const std::string_view columns = planar ? part.in_plane : part.in_space;
@@ -132,10 +132,10 @@ ImuSample imu_sample(const double* row, const Frame& frame) {
 }
 
 Stamped<SE3> world_pose(const double* row, const Frame& frame, bool planar) {
-  return {row[0], inner_pose(SE3(rotation(row + 4), Vector<3>(row + 1)), frame, planar)};
+  return {row[0], internal_pose(SE3(rotation(row + 4), Vector<3>(row + 1)), frame, planar)};
 }
 
-SE3 inner_pose(const SE3& as_written, const Frame& frame, bool planar) {
+SE3 internal_pose(const SE3& as_written, const Frame& frame, bool planar) {
   const SE3 pose = frame.world(as_written);
   return planar ? in_space(in_group<SE2>(pose)) : pose;
 }

@@ -9,31 +9,32 @@
 
 namespace tandem {
 
-/// What the rows of a sensor mean, be they of a file or of a live stream. A row is the numbers of the columns that are
-/// named here, t [s] first, in the scenario's frame; what comes out is in ENU-FLU. Each throws Error that says what is
-/// wrong with the row, but not where it is (see located).
+/// Conversions of rows, from files and live streams alike, to measurements. A row has the numbers of the columns named
+/// here, t [s] first, in the frame of the scenario; the results are in ENU-FLU. The functions throw Error with the
+/// reason but without the location of the row; with_location() adds it.
 
+/// Comma-separated names of the columns of a sensor type.
 std::string columns(SensorType type, bool planar);
 inline std::string columns(EgoSensorType type) { return std::string(type->columns); }
 inline constexpr const char* imu_columns = "t,fx,fy,fz,wx,wy,wz";
 inline constexpr const char* pose_columns = "t,x,y,z,qx,qy,qz,qw";
 
-/// Whether such a sensor may see the target more than once at one time.
+/// Returns whether a sensor of this type may have several measurements at the same time.
 bool may_repeat_times(SensorType type);
 
 Measurement target_measurement(SensorType type, const double* row, const Frame& frame, bool planar);
 EgoMeasurement ego_measurement(EgoSensorType type, const double* row, const Frame& frame);
-/// The numbers of such a row behind its time, of a measurement in ENU-FLU.
+/// Returns the row of a measurement in ENU-FLU, without its time.
 Eigen::VectorXd numbers(EgoSensorType type, const EgoMeasurement& m);
 ImuSample imu_sample(const double* row, const Frame& frame);
-/// A pose in the world, out of the columns of pose_columns.
+/// Returns a pose in the world from a row of `pose_columns`.
 Stamped<SE3> world_pose(const double* row, const Frame& frame, bool planar);
-/// The same of a pose that is read already.
-SE3 inner_pose(const SE3& as_written, const Frame& frame, bool planar);
+/// Converts a pose in the frame of the files to ENU-FLU, and projects it onto the plane if `planar`.
+SE3 internal_pose(const SE3& as_written, const Frame& frame, bool planar);
 
-/// f(), with where() put before the sentence of an Error that it throws.
+/// Returns f(). If it throws Error, puts where() in front of the message.
 template <class Where, class F>
-auto located(Where where, F f) {
+auto with_location(Where where, F f) {
   try {
     return f();
   } catch (const Error& error) {

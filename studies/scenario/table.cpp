@@ -23,7 +23,7 @@ RowFormat::RowFormat(const std::string& columns, char separator) : columns_(colu
   for (const std::string_view name : split(columns_, separator)) names_.emplace_back(name);
 }
 
-void RowFormat::take_apart(std::string_view line) {
+void RowFormat::split_fields(std::string_view line) {
   if (separator_ == ' ') {
     words(line, fields_);
   } else if (line.find('"') == std::string_view::npos) {
@@ -35,14 +35,14 @@ void RowFormat::take_apart(std::string_view line) {
 }
 
 bool RowFormat::is_header(std::string_view line) {
-  take_apart(line);
+  split_fields(line);
   return std::equal(fields_.begin(), fields_.end(), names_.begin(), names_.end());
 }
 
 const std::vector<double>& RowFormat::parse(std::string_view line) {
-  take_apart(line);
+  split_fields(line);
   if (fields_.size() != names_.size())
-    throw Error(fmt::format("{} columns where {} are expected ({})", fields_.size(), names_.size(), columns_));
+    throw Error(fmt::format("expected {} columns ({}), found {}", names_.size(), columns_, fields_.size()));
   values_.clear();
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     const auto value = parse_number(fields_[i]);
@@ -72,7 +72,7 @@ bool RowFile::next() {
     if (line.empty() || line.front() == '#') continue;
     if (std::exchange(header_expected_, false)) {
       if (!format_.is_header(line))
-        fail(fmt::format("the first line must name the columns {}, not {}", format_.columns(), quote(line)));
+        fail(fmt::format("the first line must be the header {}, not {}", format_.columns(), quote(line)));
       continue;
     }
     try {
@@ -83,7 +83,7 @@ bool RowFile::next() {
     check_time();
     return true;
   }
-  if (header_expected_) fail(fmt::format("the line that names the columns {} is missing", format_.columns()));
+  if (header_expected_) fail(fmt::format("the header line {} is missing", format_.columns()));
   return false;
 }
 
@@ -104,10 +104,10 @@ void RowFile::fail(const std::string& reason) const { throw Error(where() + ": "
 std::string Table::where(std::size_t i) const { return fmt::format("{}:{}", file.string(), lines[i]); }
 
 Table read_table(RowFile& rows, const Stop& stop) {
-  constexpr std::size_t kOften = 1024;  // rows
+  constexpr std::size_t kStopCheckInterval = 1024;  // rows
   Table table{rows.file(), rows.format().size(), {}, {}};
   while (rows.next()) {
-    if (table.rows() % kOften == 0 && stop.reached()) stop.check("reading " + rows.file().string());
+    if (table.rows() % kStopCheckInterval == 0 && stop.reached()) stop.check("reading " + rows.file().string());
     table.values.insert(table.values.end(), rows.row().begin(), rows.row().end());
     table.lines.push_back(rows.line());
   }
@@ -130,9 +130,9 @@ std::vector<Stamped<SE3>> poses(const Table& table) {
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const double* row = table.row(i);
     const auto rotation = rotation_from(row + 4);
-    if (!rotation) throw Error(fmt::format("{}: {}", table.where(i), not_a_rotation(row + 4)));
+    if (!rotation) throw Error(fmt::format("{}: {}", table.where(i), quaternion_error(row + 4)));
     const SE3 pose(*rotation, Vector<3>(row + 1));
-    if (!result.empty() && table.t(i) == result.back().t) {  // loggers write a pose twice now and then
+    if (!result.empty() && table.t(i) == result.back().t) {  // some loggers occasionally write a pose twice
       if (!((result.back().value.inverse() * pose).Log().cwiseAbs().maxCoeff() <= kSamePose))
         throw Error(fmt::format("{}: time {} repeats that of line {} with another pose", table.where(i), table.t(i),
                                 table.lines[i - 1]));

@@ -13,9 +13,9 @@ namespace tandem {
 
 YamlSection::YamlSection(std::filesystem::path file, std::string name, YAML::Node node)
     : file_(std::move(file)), name_(std::move(name)), node_(std::move(node)) {
-  if (!node_.IsMap()) fail(fmt::format("{} must be keys with values", name_.empty() ? "the file" : name_));
+  if (!node_.IsMap()) fail(fmt::format("{} must consist of KEY: VALUE entries", name_.empty() ? "the file" : name_));
   std::vector<std::string> seen;
-  for (const auto& entry : node_) {  // yaml-cpp takes repeated keys in silence
+  for (const auto& entry : node_) {  // yaml-cpp does not report repeated keys
     if (!entry.first.IsScalar()) fail_at(entry.first.Mark(), "a key must be a word");
     if (std::find(seen.begin(), seen.end(), entry.first.Scalar()) != seen.end())
       fail_at(entry.first.Mark(), fmt::format("key {} is given twice", quote(entry.first.Scalar())));
@@ -23,12 +23,7 @@ YamlSection::YamlSection(std::filesystem::path file, std::string name, YAML::Nod
   }
 }
 
-std::string YamlSection::text_of(const std::filesystem::path& file) {
-  std::ifstream stream = open_input(file);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-YamlSection YamlSection::load(const std::filesystem::path& file) { return parse(text_of(file), file); }
+YamlSection YamlSection::load(const std::filesystem::path& file) { return parse(read_text(file), file); }
 
 YamlSection YamlSection::parse(const std::string& text, const std::filesystem::path& file) {
   try {
@@ -73,7 +68,8 @@ double YamlSection::number(const std::string& key) const { return finite(key, re
 
 bool YamlSection::boolean(const std::string& key) const {
   const std::string value = text(key);
-  if (value != "true" && value != "false") fail(key, fmt::format("{} is true or false, not {}", key, quote(value)));
+  if (value != "true" && value != "false")
+    fail(key, fmt::format("{} must be true or false, not {}", key, quote(value)));
   return value == "true";
 }
 
@@ -86,7 +82,7 @@ std::vector<double> YamlSection::numbers(const std::string& key) const {
 }
 
 std::vector<double> YamlSection::numbers(const std::string& key, std::size_t count) const {
-  if (require(key).IsNull()) fail(key, fmt::format("{} needs {} numbers, which are missing", key, count));
+  if (require(key).IsNull()) fail(key, fmt::format("{} needs {} numbers, but is empty", key, count));
   const std::vector<double> values = numbers(key);
   if (values.size() != count) fail(key, fmt::format("{} needs {} numbers, not {}", key, count, values.size()));
   return values;
@@ -118,8 +114,18 @@ double YamlSection::finite(const std::string& key, const YAML::Node& value) cons
   return number;
 }
 
+std::string YamlSection::place(const std::string& key) const {
+  for (const auto& entry : node_)
+    if (entry.first.Scalar() == key) return place_of(entry.first.Mark());
+  return place_of(node_.Mark());
+}
+
+std::string YamlSection::place_of(const YAML::Mark& mark) const {
+  return fmt::format("{}:{}", file_.string(), std::max(mark.line, 0) + 1);
+}
+
 void YamlSection::fail_at(const YAML::Mark& mark, const std::string& reason) const {
-  throw Error(fmt::format("{}:{}: {}", file_.string(), std::max(mark.line, 0) + 1, printable(reason)));
+  throw Error(fmt::format("{}: {}", place_of(mark), printable(reason)));
 }
 
 }  // namespace tandem

@@ -10,32 +10,34 @@
 
 namespace tandem {
 
-/// A mapping in a yaml file, read key by key. Every error is one sentence that begins with file and line.
+/// A mapping in a yaml file, read key by key. The readers throw Error if a key is missing or its value has the wrong
+/// type. Every message is one sentence that starts with file and line.
 class YamlSection {
  public:
-  /// What a file holds. Throws Error where it is missing or cannot be read.
-  static std::string text_of(const std::filesystem::path& file);
-  /// The whole file, which must be a mapping.
+  /// Returns the top level of a file, which must be a mapping.
   static YamlSection load(const std::filesystem::path& file);
-  /// The same of a text, which errors call `file`.
+  /// Returns the top level of a text; `file` is its name in error messages.
   static YamlSection parse(const std::string& text, const std::filesystem::path& file);
 
   bool has(const std::string& key) const { return node_[key].IsDefined(); }
   std::vector<std::string> keys() const;
-  /// Throws when there is a key that `known` lacks, naming the one it may have been meant for.
+  /// Throws Error if there is a key that is not in `known`, and suggests a similar one.
   void allow_only(const std::vector<std::string>& known) const;
 
   std::string text(const std::string& key) const;
-  /// A sequence of words; one word alone is a sequence of one.
+  /// Returns the words of a list, or a single word.
   std::vector<std::string> texts(const std::string& key) const;
   double number(const std::string& key) const;
   bool boolean(const std::string& key) const;
-  /// A sequence of finite numbers; one number alone is a sequence of one.
+  /// Returns the finite numbers of a list, or a single number.
   std::vector<double> numbers(const std::string& key) const;
+  /// Returns a list of `count` finite numbers.
   std::vector<double> numbers(const std::string& key, std::size_t count) const;
   YamlSection section(const std::string& key) const;
 
-  /// Throws an error about the line of a key, or of the section itself.
+  /// Returns "FILE:LINE" of a key.
+  std::string place(const std::string& key) const;
+  /// Throws Error with the line of a key, or of the section itself.
   [[noreturn]] void fail(const std::string& key, const std::string& reason) const;
   [[noreturn]] void fail(const std::string& reason) const;
 
@@ -43,6 +45,7 @@ class YamlSection {
   YamlSection(std::filesystem::path file, std::string name, YAML::Node node);
   YAML::Node require(const std::string& key) const;
   double finite(const std::string& key, const YAML::Node& value) const;
+  std::string place_of(const YAML::Mark& mark) const;
   [[noreturn]] void fail_at(const YAML::Mark& mark, const std::string& reason) const;
 
   std::filesystem::path file_;

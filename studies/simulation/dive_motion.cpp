@@ -8,11 +8,13 @@ namespace tandem {
 namespace {
 
 constexpr double kCruise = 1.5, kDepth = 30.0;                // m/s, m
-constexpr double kSurface = 60.0, kRamp = 90.0, kUp = 40.0;   // s: at the surface first and last, to dive, on the way
+constexpr double kSurface = 60.0;                             // s at the surface, at the start and at the end
+constexpr double kRamp = 90.0;                                // s for one descent or ascent
+constexpr double kSurfacing = 40.0;                           // s at the surface in each intermediate surfacing
 constexpr double kStraight = 120.0, kTurn = 40.0;             // s
 constexpr double kCurrentEast = 0.06, kCurrentNorth = -0.04;  // m/s
 
-/// A function of time with two derivatives.
+/// Value of a function of time with its first two derivatives.
 struct Jet {
   double f = 0, d = 0, dd = 0;
 
@@ -29,7 +31,7 @@ Jet sine(double t, double period, double phase) {
   return {s, w * std::cos(w * t + phase), -w * w * s};
 }
 
-/// From 0 to 1 over [begin, begin + length], with three continuous derivatives.
+/// Returns a step from 0 to 1 over [begin, begin + length] with three continuous derivatives.
 Jet smooth_step(double t, double begin, double length) {
   const double x = (t - begin) / length, y = 1 - x;
   if (x <= 0) return {};
@@ -40,15 +42,15 @@ Jet smooth_step(double t, double begin, double length) {
 
 }  // namespace
 
-/// Each with its derivatives by time.
+/// Closed-form part of the motion, with time derivatives.
 struct DiveMotion::Profile {
   Jet surge, sway, height;  // m/s, m/s, m
-  Jet yaw, pitch, roll;     // rad; of pitch and roll the first derivative alone
+  Jet yaw, pitch, roll;     // rad; pitch and roll have no valid second derivative
 };
 
-DiveMotion::DiveMotion(double duration, int surfacings) : duration_(duration), ramp_(std::min(kRamp, duration / 8)) {
-  const double surface = std::min(kSurface, duration / 10), up = std::min(kUp, surface);
-  const double begin = surface, end = duration - surface - ramp_;  // of the first dive, of the last ascent
+DiveMotion::DiveMotion(double duration, int surfacings) : ramp_(std::min(kRamp, duration / 8)) {
+  const double surface = std::min(kSurface, duration / 10), up = std::min(kSurfacing, surface);
+  const double begin = surface, end = duration - surface - ramp_;  // starts of the first dive and of the last ascent
   dives_ = {begin};
   for (int i = 1; i <= surfacings; ++i) {
     const double middle = begin + (end - begin) * i / (surfacings + 1);
@@ -58,7 +60,7 @@ DiveMotion::DiveMotion(double duration, int surfacings) : duration_(duration), r
   ascents_.push_back(end);
   for (double t = begin + ramp_; t + kTurn < end; t += kStraight + kTurn) turns_.push_back(t);
 
-  // Gauss-Legendre with three points a step: exact to rounding for motions as slow as these.
+  // Three-point Gauss-Legendre quadrature per step: exact to rounding for this slow motion.
   const double offset = 0.5 * std::sqrt(0.6) * step;
   const auto count = static_cast<std::size_t>(std::floor(duration / step + 1e-9));
   positions_.push_back(Vector<3>::Zero());
@@ -67,7 +69,7 @@ DiveMotion::DiveMotion(double duration, int surfacings) : duration_(duration), r
     positions_.push_back(positions_.back() +
                          step / 18 * (5 * velocity(t - offset) + 8 * velocity(t) + 5 * velocity(t + offset)));
   }
-  // The height is known in closed form; what is summed up is its change since the start.
+  // The quadrature gives only changes; the height is known in closed form.
   for (std::size_t k = 0; k < positions_.size(); ++k) positions_[k].z() = profile(time(k)).height.f;
 }
 
@@ -75,7 +77,7 @@ DiveMotion::Profile DiveMotion::profile(double t) const {
   Jet down;
   for (const double begin : dives_) down = down + smooth_step(t, begin, ramp_);
   for (const double begin : ascents_) down = down + -1.0 * smooth_step(t, begin, ramp_);
-  const Jet waves = 1.0 + -0.85 * down;  // die away with depth
+  const Jet waves = 1.0 + -0.85 * down;  // decay with depth
 
   Profile p;
   p.surge = kCruise + 0.15 * sine(t, 170, 0.4);
@@ -84,7 +86,7 @@ DiveMotion::Profile DiveMotion::profile(double t) const {
   p.yaw = 0.3 + 0.04 * sine(t, 23, 0.7) + 0.02 * waves * sine(t, 6.1, 0.2);
   for (std::size_t i = 0; i < turns_.size(); ++i)
     p.yaw = p.yaw + (i % 2 == 0 ? 1.0 : -1.0) * std::numbers::pi * smooth_step(t, turns_[i], kTurn);
-  // Nose down when diving, banked when turning; by rates, whose own second derivatives nobody needs.
+  // The vehicle pitches down when it dives and banks when it turns.
   p.pitch = Jet{-0.5 / kCruise * p.height.d, -0.5 / kCruise * p.height.dd} + 0.015 * sine(t, 11, 2.0) +
             0.04 * waves * sine(t, 5.3, 1.2);
   p.roll = Jet{-0.6 * p.yaw.d, -0.6 * p.yaw.dd} + 0.02 * sine(t, 7.7, 0.9) + 0.06 * waves * sine(t, 4.4, 0.0);
@@ -115,9 +117,9 @@ Motion DiveMotion::at(std::size_t k) const {
   m.acceleration = (p.surge.d - p.sway.f * p.yaw.d) * forward + (p.sway.d + p.surge.f * p.yaw.d) * left;
   m.acceleration.z() = p.height.dd;
   m.rate = rate(p);
-  const double h = 1e-3;  // s: a central difference of fourth order, off by some 1e-13 rad/s²
+  const double h = 1e-3;  // s: step of a fourth-order central difference; its error is about 1e-13 rad/s²
   const auto later = [&](double dt) { return rate(profile(t + dt)); };
-  m.rate_rate = (8 * (later(h) - later(-h)) - (later(2 * h) - later(-2 * h))) / (12 * h);
+  m.angular_acceleration = (8 * (later(h) - later(-h)) - (later(2 * h) - later(-2 * h))) / (12 * h);
   m.depth = -p.height.f;
   return m;
 }

@@ -6,27 +6,28 @@
 
 namespace tandem {
 
-/// The motion of a vehicle at an instant, relative to a world that turns with the Earth.
+/// Motion of a vehicle at one instant, relative to the Earth-fixed world frame.
 struct Motion {
-  SE23 state;              ///< pose, and velocity along the world's axes [m/s]
-  Vector<3> acceleration;  ///< of the body's origin, along the world's axes [m/s²]
-  Vector<3> rate;          ///< of the body against the world, along its own axes [rad/s]
-  Vector<3> rate_rate;     ///< its derivative [rad/s²]
-  double depth;            ///< m, downwards
+  SE23 state;                      ///< pose, and velocity along the world's axes [m/s]
+  Vector<3> acceleration;          ///< of the body's origin, along the world's axes [m/s²]
+  Vector<3> rate;                  ///< angular velocity of the body relative to the world, body axes [rad/s]
+  Vector<3> angular_acceleration;  ///< derivative of `rate` [rad/s²]
+  double depth;                    ///< m, positive down
 };
 
-/// A survey: some way at the surface, a dive to 30 m, legs to and fro as of a lawn mower, and back up; 1.5 m/s, in a
-/// current, rolling and pitching, more so in the waves of the surface. Heading, depth and speed are closed forms with
-/// three derivatives; positions are their integral to rounding.
+/// Survey dive at 1.5 m/s in a current: surface leg, dive to 30 m, lawn-mower legs, ascent. The vehicle rolls and
+/// pitches, most of all in surface waves. Heading, depth and speed are closed forms with three continuous derivatives.
+/// The horizontal position is their numerical integral, exact to rounding.
 class DiveMotion {
  public:
-  static constexpr double step = 0.01;  ///< s, between the instants that are known
+  static constexpr double step = 0.01;  ///< sampling interval [s]
 
-  /// `surfacings`: how often it comes up on the way.
+  /// `duration`: s. `surfacings`: number of ascents to the surface during the survey.
   DiveMotion(double duration, int surfacings);
 
   std::size_t size() const { return positions_.size(); }
   double time(std::size_t k) const { return step * double(k); }
+  /// Returns the motion at time(k), k < size().
   Motion at(std::size_t k) const;
 
  private:
@@ -34,8 +35,8 @@ class DiveMotion {
   Profile profile(double t) const;
   Vector<3> velocity(double t) const;
 
-  double duration_, ramp_;                       ///< s: the whole, one dive or ascent
-  std::vector<double> dives_, ascents_, turns_;  ///< s, when each begins
+  double ramp_;                                  ///< duration of one descent or ascent [s]
+  std::vector<double> dives_, ascents_, turns_;  ///< start times [s]
   std::vector<Vector<3>> positions_;
 };
 

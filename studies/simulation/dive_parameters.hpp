@@ -5,7 +5,7 @@
 
 namespace tandem {
 
-/// Those of DiveOptions that have names, but for the seed.
+/// Returns the named parameters of DiveOptions; `seed` and `noise` have no names.
 const std::vector<NamedParameter<DiveOptions>>& dive_parameters();
 
 }  // namespace tandem

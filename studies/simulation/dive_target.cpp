@@ -8,10 +8,10 @@ namespace tandem {
 namespace {
 
 constexpr double kVesselSpeed = 1.3, kTurnRate = 0.01;  // m/s, rad/s
-constexpr double kVesselSway = 0.02;                    // rad: roll and pitch in waves
-constexpr std::uint32_t kFixStream = 20;                // beside those of the chaser's sensors
+constexpr double kVesselSway = 0.02;                    // rad: amplitude of roll and pitch in waves
+constexpr std::uint32_t kFixStream = 20;                // noise stream, distinct from those of the chaser's sensors
 
-/// On a circle about where the survey begins, rolling and pitching in waves.
+/// Returns the pose of the vessel: a circle near the start of the survey, with roll and pitch in waves.
 SE3 vessel_at(double t) {
   const double radius = kVesselSpeed / kTurnRate, yaw = kTurnRate * t;
   const auto wave = [&](double period) { return kVesselSway * std::sin(2 * std::numbers::pi * t / period); };
@@ -21,9 +21,12 @@ SE3 vessel_at(double t) {
 
 }  // namespace
 
+TargetSensor dive_target_sensor(const DiveOptions& options) {
+  return {.name = "usbl", .type = SensorType::position, .sigma = Vector<3>::Constant(options.usbl_sigma)};
+}
+
 void add_dive_target(const DiveOptions& options, SimulatedDive& dive) {
-  TargetSensor usbl{.name = "usbl", .type = SensorType::position};
-  usbl.sigma = Vector<3>::Constant(options.usbl_sigma);
+  TargetSensor usbl = dive_target_sensor(options);
   NormalNoise noise(options.seed, kFixStream);
   double next = options.usbl_period;
   for (const auto& [t, chaser] : dive.truth) {

@@ -4,8 +4,11 @@
 
 namespace tandem {
 
-/// Adds what DiveOptions::target says to a dive: the vessel's truth at the times of the chaser's, the fixes by USBL of it, in
-/// the body of the chaser, and what an estimator is told of its noise.
+/// Returns the sensor that observes the surface vessel of DiveOptions::target, without measurements.
+TargetSensor dive_target_sensor(const DiveOptions& options);
+
+/// Adds the surface vessel of DiveOptions::target to a dive: truth at the times of the chaser's truth, USBL fixes in
+/// the chaser's body frame, and noise for the estimator.
 void add_dive_target(const DiveOptions& options, SimulatedDive& dive);
 
 }  // namespace tandem

@@ -9,14 +9,14 @@
 
 namespace tandem {
 
-/// All of DockingOptions by their names, but for the seed.
+/// Returns the named parameters of DockingOptions, all but the seed.
 const std::vector<NamedParameter<DockingOptions>>& docking_parameters();
 
-/// Reads NAME: VALUE lines of a yaml file, parameters and `seed`, into the options. Throws Error that names file and
-/// line.
+/// Reads parameters and `seed` from a YAML file of NAME: VALUE lines into `options`. Throws Error that names file and
+/// line if a name or value is invalid.
 void read_docking_description(const std::filesystem::path& file, DockingOptions& options);
 
-/// "gap=30, waves=0.1": what differs from the default; empty where nothing does.
+/// Returns the parameters that differ from their defaults, as in "gap=30, waves=0.1"; empty if none does.
 std::string changed_parameters(const DockingOptions& options);
 
 }  // namespace tandem

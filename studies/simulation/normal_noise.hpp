@@ -9,8 +9,8 @@
 
 namespace tandem {
 
-/// Normally distributed numbers that are the same for one seed wherever they are drawn, which std::normal_distribution
-/// does not promise. Streams of one seed are independent: a sensor more leaves the others as they were.
+/// Generator of normal random numbers, reproducible across standard libraries (unlike std::normal_distribution).
+/// Streams of one seed are independent, so an additional sensor does not change the noise of the others.
 class NormalNoise {
  public:
   NormalNoise(std::uint64_t seed, std::uint32_t stream) {
@@ -18,7 +18,7 @@ class NormalNoise {
     random_.seed(sequence);
   }
 
-  /// Of variance one (Box & Muller 1958).
+  /// Returns a standard normal number (Box & Muller 1958).
   double operator()() {
     if (has_second_) {
       has_second_ = false;
@@ -29,7 +29,7 @@ class NormalNoise {
     second_ = r * std::sin(angle);
     return r * std::cos(angle);
   }
-  /// Each component with a deviation of its own.
+  /// Returns a vector of independent numbers with these standard deviations.
   template <int N>
   Vector<N> vector(const Vector<N>& sigma) {
     Vector<N> v;
@@ -39,7 +39,7 @@ class NormalNoise {
   Vector<3> vector(double sigma) { return vector<3>(Vector<3>::Constant(sigma)); }
 
  private:
-  /// In (0, 1].
+  /// Returns a uniform number in (0, 1].
   double uniform() { return (double(random_() >> 11) + 1) * 0x1p-53; }
 
   std::mt19937_64 random_;

@@ -12,7 +12,7 @@ CsvTable<NumberRow> number_columns(const std::string& names, int time_decimals,
     if (i < 0)
       table.add(name, "time [s]", [time_decimals](const NumberRow& r) { return CsvCell::fixed(r.t, time_decimals); });
     else
-      table.add(name, "a number", [=](const NumberRow& r) { return cell(name, r.value[i]); });
+      table.add(name, "value", [=](const NumberRow& r) { return cell(name, r.value[i]); });
     ++i;
   }
   return table;

@@ -10,8 +10,8 @@ namespace tandem {
 
 using NumberRow = Stamped<Eigen::VectorXd>;
 
-/// The columns of a file of numbers by time, "t,x,y,z": times to so many decimals, the others as `cell` writes a value of
-/// the named column.
+/// Returns the columns of a CSV file of numbers over time. `names`: column names, time first, as in "t,x,y,z".
+/// `time_decimals`: decimals of the time. `cell` formats a value of the named column.
 CsvTable<NumberRow> number_columns(const std::string& names, int time_decimals,
                                    const std::function<CsvCell(const std::string& name, double value)>& cell);
 

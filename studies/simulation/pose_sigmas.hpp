@@ -4,7 +4,7 @@
 
 namespace tandem {
 
-/// A standard deviation of each linear component of a pose, and one of each angular one.
+/// Returns the standard deviations of a pose: `linear` for each translation [m], `angular` for each rotation [rad].
 inline Vector<6> pose_sigmas(double linear, double angular) {
   return (Vector<6>() << Vector<3>::Constant(linear), Vector<3>::Constant(angular)).finished();
 }

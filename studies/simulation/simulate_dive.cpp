@@ -13,13 +13,13 @@
 namespace tandem {
 namespace {
 
-constexpr double kAtSurface = 0.5;  // m: an antenna this deep and a little above the vehicle is out of the water
+constexpr double kAtSurface = 0.5;  // m: GPS works at smaller depths, where the antenna is above the water
 
-// Steps of DiveMotion between two readings, and at which the first is: sensors share no clock.
+// Steps of DiveMotion between two readings, and the step of the first reading. Sensors are not synchronised.
 constexpr std::size_t kDvlEvery = 20, kDvlFirst = 7, kDepthEvery = 10, kDepthFirst = 3, kHeadingEvery = 50,
                       kHeadingFirst = 0, kGpsEvery = 100, kGpsFirst = 11, kTruthEvery = 10;
 
-/// Of noise.
+/// Noise streams.
 struct Stream {
   enum Of : std::uint32_t {
     accelerometer,
@@ -36,30 +36,30 @@ struct Stream {
 
 void check_options(const DiveOptions& options) {
   if (!(options.minutes >= 1 && options.minutes <= 600))
-    throw Error(fmt::format("a simulated dive takes 1 to 600 minutes, not {:g}", options.minutes));
+    throw Error(fmt::format("minutes must be 1 to 600 for a dive, not {:g}", options.minutes));
   if (!(std::abs(options.latitude) <= 90))
-    throw Error(fmt::format("latitude {:g} is beyond a pole; it is in degrees, -90 to 90", options.latitude));
+    throw Error(fmt::format("latitude must be -90 to 90 degrees, not {:g}", options.latitude));
   if (!(options.keyframe_interval > kSameInstant))
-    throw Error(fmt::format("a keyframe interval of {:g} s is not above 0.001 s", options.keyframe_interval));
+    throw Error(fmt::format("keyframe_interval must be above 0.001 s, not {:g} s", options.keyframe_interval));
   if (options.surfacings < 0 || 60 * options.minutes < 300 * (options.surfacings + (options.surfacings > 0)))
     throw Error(fmt::format("{} surfacings need {} minutes or more, not {:g}", options.surfacings,
                             5 * (options.surfacings + 1), options.minutes));
   if (!(options.dvl_outage >= 0 && options.dvl_outage < options.dvl_outage_period))
-    throw Error(fmt::format("dvl_outage, {:g} s, is not from 0 to dvl_outage_period, {:g} s", options.dvl_outage,
-                            options.dvl_outage_period));
+    throw Error(fmt::format("dvl_outage must be 0 s or more and less than dvl_outage_period ({:g} s), not {:g} s",
+                            options.dvl_outage_period, options.dvl_outage));
   if (options.dvl_outage > 0 && options.dvl_outage_period / 2 + options.dvl_outage > 60 * options.minutes)
-    throw Error(fmt::format("the first dvl_outage would be from {:g} to {:g} s, after the end of {:g} minutes",
+    throw Error(fmt::format("the first dvl_outage, {:g} to {:g} s, exceeds the duration of {:g} minutes",
                             options.dvl_outage_period / 2, options.dvl_outage_period / 2 + options.dvl_outage,
                             options.minutes));
 }
 
-/// One of the vehicle's sensors: what it is said to be, and what it does.
+/// One of the vehicle's sensors: its description for the estimator, and its simulation.
 struct Instrument {
   EgoSensor sensor;
   std::size_t every, first;  // steps
   NormalNoise noise;
-  Vector<3> white;          // σ of the error of each reading
-  bool at_surface = false;  // only there
+  Vector<3> white;          // σ of each reading
+  bool at_surface = false;  // works only at the surface
   double scale_error = 0;
 };
 
@@ -113,7 +113,7 @@ class Simulation {
 
     NormalNoise scale(options_.seed, Stream::scale);
     if (options_.noise && options_.dvl_scale) dive_.dvl_scale_error = sensors_.dvl_scale * scale();
-    // What the estimate is told of a DVL covers its scale factor at the usual speed.
+    // The DVL's stated σ along x covers its scale factor error at cruise speed.
     const double along = options_.dvl_scale ? std::hypot(sensors_.dvl, 1.5 * sensors_.dvl_scale) : sensors_.dvl;
     const Vector<3> orientation(sensors_.roll_pitch, sensors_.roll_pitch, sensors_.heading);
     const Vector<3> fix(sensors_.gps, sensors_.gps, sensors_.gps_height);
@@ -157,7 +157,7 @@ class Simulation {
     const SO3 to_body = m.state.rotation().inverse(), to_sensor = imu.mount.rotation().inverse();
     const Vector<3> l = imu.mount.translation(), turning = to_body.act(earth.rate), lever = m.rate.cross(l);
     const Vector<3> force = to_body.act(m.acceleration + 2 * earth.rate.cross(m.state.velocity()) - earth.gravity) +
-                            m.rate_rate.cross(l) + m.rate.cross(lever) + 2 * turning.cross(lever);
+                            m.angular_acceleration.cross(l) + m.rate.cross(lever) + 2 * turning.cross(lever);
 
     const double root = std::sqrt(DiveMotion::step);
     ImuSample sample{t, to_sensor.act(force) + bias_.head<3>(), to_sensor.act(m.rate + turning) + bias_.tail<3>()};

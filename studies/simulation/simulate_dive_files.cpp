@@ -34,13 +34,13 @@ std::string yaml(const SimulatedDive& dive, const DiveOptions& options) {
       "frame: ENU-FLU\n"
       "latitude: {3:.10g}   # deg\n"
       "keyframe_interval: {4:g}\n"
-      "sensors:             # positions and orientations in the body frame, which is the DVL's\n",
+      "sensors:             # positions and orientations in the body frame, which is the DVL frame\n",
       name(options.grade), options.seed, options.minutes, options.latitude, options.keyframe_interval);
   text += fmt::format(
       "  imu: {{type: imu, file: imu.csv, accelerometer: {:g}, gyroscope: {:g}, accelerometer_bias_walk: {:g}, "
       "gyroscope_bias_walk: {:g},\n        initial_accelerometer_bias: {:g}, initial_gyroscope_bias: {:g}{}}}\n",
       imu.noise.accelerometer, imu.noise.gyroscope, imu.noise.accelerometer_bias_walk, imu.noise.gyroscope_bias_walk,
-      imu.accelerometer_bias_spread(), imu.gyroscope_bias_spread(), place(imu.mount));
+      imu.accelerometer_bias_sigma(), imu.gyroscope_bias_sigma(), place(imu.mount));
   for (const EgoSensor& sensor : dive.data.sensors)
     text += fmt::format("  {0}: {{type: {1}, file: {0}.csv, sigma: {2}{3}}}\n", sensor.name, name(sensor.type),
                         list(sensor.sigma), place(sensor.mount));

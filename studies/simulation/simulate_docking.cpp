@@ -15,12 +15,12 @@
 namespace tandem {
 namespace {
 
-constexpr double kStep = 0.1;         // s: odometry and truth
-constexpr double kLeg = 180.0;        // m: of the circuit
-constexpr double kClimb = -0.1;       // of the helix: height by the way made
-constexpr double kWeave = 60.0;       // s
-constexpr double kHoverTurn = 600.0;  // s: a whole turn of a hovering target
-constexpr double kChaserDepth = 3.0;  // m: of the chaser, below the target's waterline
+constexpr double kStep = 0.1;         // s: sampling interval of odometry and truth
+constexpr double kLeg = 180.0;        // m: straight legs of the circuit
+constexpr double kClimb = -0.1;       // slope of the helix
+constexpr double kWeave = 60.0;       // s: period of the lateral oscillation
+constexpr double kHoverTurn = 600.0;  // s: full turn of a hovering target
+constexpr double kChaserDepth = 3.0;  // m below the target's waterline
 
 double wave(double t, double period, double phase = 0) { return std::sin(2 * std::numbers::pi * t / period + phase); }
 
@@ -28,7 +28,8 @@ struct Course {
   double x, y, heading;
 };
 
-/// After s metres: legs of kLeg to and fro, joined by half circles, always onwards in y.
+/// Returns the circuit after s metres: legs of kLeg in alternating directions, joined by half circles that advance in
+/// y.
 Course on_circuit(double s, double radius) {
   const double turn = std::numbers::pi * radius, lap = kLeg + turn;
   const double n = std::floor(s / lap), along = s - n * lap;
@@ -41,7 +42,7 @@ Course on_circuit(double s, double radius) {
           back ? std::numbers::pi - angle : angle};
 }
 
-/// Where the target and, behind it on the same course, the chaser are.
+/// Motion of the target and of the chaser, which follows on the same course.
 class DockingMotion {
  public:
   explicit DockingMotion(const DockingOptions& options) : o_(options) {}
@@ -85,7 +86,7 @@ class DockingMotion {
     return SE3(SO3::Exp({0, 0, heading}) * SO3::Exp({0, pitch, 0}) * SO3::Exp({sway * wave(t, 4.1, 1), 0, 0}), p);
   }
 
-  /// Far for the first half, near for a third, smooth in between [m].
+  /// Returns the distance of the chaser behind the target along the course, periodic with o_.approach [m].
   double distance_behind(double t) const {
     const double phase = t / o_.approach - std::floor(t / o_.approach);
     const auto step = [&](double at, double width) {
@@ -98,13 +99,13 @@ class DockingMotion {
   const DockingOptions& o_;
 };
 
-/// In the unit interval, of a normally distributed number.
-double share_of(double normal) { return std::erfc(normal / std::numbers::sqrt2) / 2; }
+/// Maps a standard normal number to a uniform one in (0, 1).
+double uniform_from_normal(double normal) { return std::erfc(normal / std::numbers::sqrt2) / 2; }
 
-/// Whether a sensor sees anything in a spell; draws once a spell.
-class Sight {
+/// Random visibility of the target for one sensor, drawn once per spell.
+class SensorVisibility {
  public:
-  Sight(const DockingOptions& options, std::uint32_t stream)
+  SensorVisibility(const DockingOptions& options, std::uint32_t stream)
       : seed_(options.seed), stream_(stream), blind_(options.blind), steps_(whole_steps(options.spell)) {}
   static int whole_steps(double seconds) { return std::max(1, static_cast<int>(std::lround(seconds / kStep))); }
 
@@ -112,7 +113,7 @@ class Sight {
     if (const int spell = k / steps_; spell != spell_) {
       spell_ = spell;
       NormalNoise draw(seed_ + std::uint64_t(spell) * 1000003, stream_);
-      sees_ = share_of(draw()) > blind_;
+      sees_ = uniform_from_normal(draw()) > blind_;
     }
     return sees_;
   }
@@ -125,35 +126,35 @@ class Sight {
   bool sees_ = true;
 };
 
-/// Sigmas of a pose, in space or x, y and heading.
-Eigen::VectorXd of_group(const Vector<6>& sigma, bool planar) {
+/// Returns the standard deviations of a pose: all six in space, or x, y and heading in the plane.
+Eigen::VectorXd group_sigmas(const Vector<6>& sigma, bool planar) {
   if (!planar) return sigma;
   return Vector<3>(sigma[0], sigma[1], sigma[5]);
 }
-/// An error in space, or what of it is in the plane.
-Vector<6> confined(const Vector<6>& error, bool planar) {
+/// Returns the error; in the plane, only its x, y and heading components.
+Vector<6> restrict_to_group(const Vector<6>& error, bool planar) {
   if (!planar) return error;
   return (Vector<6>() << error.head<2>(), Vector<3>::Zero(), error[5]).finished();
 }
 
-/// Fixes, of which some are outliers.
+/// Generator of USBL fixes with outliers.
 class UsblFixes {
  public:
   explicit UsblFixes(const DockingOptions& options)
-      : o_(options), noise_(options.seed, 1), fate_(options.seed, 5), astray_(options.seed, 6) {}
+      : o_(options), noise_(options.seed, 1), outlier_draw_(options.seed, 5), outlier_noise_(options.seed, 6) {}
 
-  /// Of a target that is at p in the chaser's body.
+  /// Returns a fix of a target at p in the chaser's body frame.
   Measurement at(double t, const Vector<3>& p) {
     Measurement m;
     m.t = t + o_.usbl_latency;
     Vector<3> draw = noise_.vector(1.0);
-    const bool outlier = o_.usbl_outliers > 0 && share_of(fate_()) < o_.usbl_outliers;
+    const bool outlier = o_.usbl_outliers > 0 && uniform_from_normal(outlier_draw_()) < o_.usbl_outliers;
     if (o_.usbl == UsblKind::position) {
-      m.position = p + level(outlier ? astray_.vector(o_.usbl_outlier_sigma) : Vector<3>(o_.usbl_sigma * draw));
+      m.position = p + level(outlier ? outlier_noise_.vector(o_.usbl_outlier_sigma) : Vector<3>(o_.usbl_sigma * draw));
       return m;
     }
     if (o_.planar) draw[2] = 0;
-    const Vector<3> seen = outlier ? Vector<3>(p + level(astray_.vector(o_.usbl_outlier_sigma))) : p;
+    const Vector<3> seen = outlier ? Vector<3>(p + level(outlier_noise_.vector(o_.usbl_outlier_sigma))) : p;
     const double sigma = outlier ? 0.0 : o_.usbl_bearing_sigma, across = std::hypot(seen.x(), seen.y());
     m.range = seen.norm() + (outlier ? 0.0 : o_.usbl_sigma * draw[0]);
     m.elevation = std::atan2(seen.z(), across) + sigma * draw[2];
@@ -168,19 +169,20 @@ class UsblFixes {
   }
 
   const DockingOptions& o_;
-  NormalNoise noise_, fate_, astray_;
+  NormalNoise noise_, outlier_draw_, outlier_noise_;
 };
 
-void check(const DockingOptions& options) {
+void check_options(const DockingOptions& options) {
   if (!(options.minutes >= 1 && options.minutes <= 6000))
-    throw Error(fmt::format("a simulated docking takes 1 to 6000 minutes, not {:g}", options.minutes));
-  if (options.planar && options.motion == TargetMotion::helix) throw Error("a helix is not planar: leave out planar");
+    throw Error(fmt::format("minutes must be 1 to 6000 for a docking, not {:g}", options.minutes));
+  if (options.planar && options.motion == TargetMotion::helix)
+    throw Error("planar excludes target_motion helix: a helix is not planar");
   DockingOptions ignored;
   for (const auto& parameter : docking_parameters()) parameter.set(ignored, parameter.name, parameter.text(options));
   if (options.near > options.far)
-    throw Error(fmt::format("near, {:g} m, is more than far, {:g} m", options.near, options.far));
+    throw Error(fmt::format("near must be at most far ({:g} m), not {:g} m", options.far, options.near));
   if (options.gap >= options.gap_period)
-    throw Error(fmt::format("gap, {:g} s, is as long as gap_period, {:g} s", options.gap, options.gap_period));
+    throw Error(fmt::format("gap must be less than gap_period ({:g} s), not {:g} s", options.gap_period, options.gap));
 }
 
 std::vector<std::pair<double, double>> gaps_of(const DockingOptions& options) {
@@ -191,13 +193,13 @@ std::vector<std::pair<double, double>> gaps_of(const DockingOptions& options) {
   return gaps;
 }
 
-/// Noise as the estimator is told it.
+/// Sets the noise that the estimator assumes.
 void add_noise(const DockingOptions& options, TrackingNoise& noise) {
   const bool planar = options.planar;
   noise = TrackingNoise(planar);
-  noise.prior = of_group(pose_sigmas(1e-3, 1e-3), planar);
-  noise.odometry = of_group(pose_sigmas(options.odometry_sigma, options.odometry_angle_sigma), planar);
-  noise.constant_twist = of_group((Vector<6>() << 0.15, 0.05, 0.05, 0.02, 0.02, 0.06).finished(), planar);
+  noise.prior = group_sigmas(pose_sigmas(1e-3, 1e-3), planar);
+  noise.odometry = group_sigmas(pose_sigmas(options.odometry_sigma, options.odometry_angle_sigma), planar);
+  noise.constant_twist = group_sigmas((Vector<6>() << 0.15, 0.05, 0.05, 0.02, 0.02, 0.06).finished(), planar);
   noise.constant_velocity = Vector<3>(0.15, 0.15, 0.05).head(planar ? 2 : 3);
 }
 
@@ -217,12 +219,13 @@ TargetSensor optical_sensor(const DockingOptions& options) {
   TargetSensor optical;
   optical.name = "optical";
   optical.type = SensorType::pose;
-  optical.sigma = of_group(pose_sigmas(options.optical_sigma, options.optical_angle_sigma), options.planar);
+  optical.sigma = group_sigmas(pose_sigmas(options.optical_sigma, options.optical_angle_sigma), options.planar);
   return optical;
 }
 
-/// A step of odometry from `before` to `now`, on top of what it has reckoned so far; without noise.
-SE3 reckon(const SE3& reckoned, const SE3& before, const SE3& now, const DockingOptions& options) {
+/// Returns the dead-reckoned pose after the motion from `before` to `now`, with scale error and yaw drift, without
+/// noise.
+SE3 advance_odometry(const SE3& reckoned, const SE3& before, const SE3& now, const DockingOptions& options) {
   if (options.odometry_scale == 0 && options.odometry_yaw_drift == 0) return reckoned * before.inverse() * now;
   const SE3 step = before.inverse() * now;
   return reckoned * SE3(step.rotation() * SO3::Exp({0, 0, options.odometry_yaw_drift * kStep}),
@@ -231,8 +234,12 @@ SE3 reckon(const SE3& reckoned, const SE3& before, const SE3& now, const Docking
 
 }  // namespace
 
+std::vector<TargetSensor> docking_sensors(const DockingOptions& options) {
+  return {usbl_sensor(options), optical_sensor(options)};
+}
+
 SimulatedDocking simulate_docking(const DockingOptions& options) {
-  check(options);
+  check_options(options);
   SimulatedDocking docking;
   docking.data.planar = options.planar;
   docking.data.keyframe_interval = options.keyframe_interval;
@@ -242,11 +249,11 @@ SimulatedDocking simulate_docking(const DockingOptions& options) {
 
   NormalNoise odometry_noise(options.seed, 0), optical_noise(options.seed, 2);
   UsblFixes fixes(options);
-  Sight optical_sees(options, 3), usbl_sees(options, 4);
+  SensorVisibility optical_sees(options, 3), usbl_sees(options, 4);
   const DockingMotion motion(options);
   const int steps = static_cast<int>(std::lround(60 * options.minutes / kStep));
-  const int usbl_every = Sight::whole_steps(options.usbl_period);
-  const int optical_every = Sight::whole_steps(options.optical_period);
+  const int usbl_every = SensorVisibility::whole_steps(options.usbl_period);
+  const int optical_every = SensorVisibility::whole_steps(options.optical_period);
   const double least_cosine = std::cos(options.optical_view / 2 * std::numbers::pi / 180);
   const Vector<6> sigma = std::sqrt(kStep) * pose_sigmas(options.odometry_sigma, options.odometry_angle_sigma);
   const Vector<6> optical_sigma = pose_sigmas(options.optical_sigma, options.optical_angle_sigma);
@@ -256,8 +263,8 @@ SimulatedDocking simulate_docking(const DockingOptions& options) {
     const double t = kStep * k;
     const SE3 target = motion.target(t), chaser = motion.chaser(t);
     reckoned = k == 0 ? chaser
-                      : reckon(reckoned, docking.truth_chaser.back().value, chaser, options) *
-                            SE3::Exp(confined(odometry_noise.vector<6>(sigma), options.planar));
+                      : advance_odometry(reckoned, docking.truth_chaser.back().value, chaser, options) *
+                            SE3::Exp(restrict_to_group(odometry_noise.vector<6>(sigma), options.planar));
     docking.data.odometry.push_back({t, reckoned});
     docking.truth_chaser.push_back({t, chaser});
     docking.truth_target.push_back({t, target});
@@ -269,7 +276,7 @@ SimulatedDocking simulate_docking(const DockingOptions& options) {
     const bool near = distance < options.optical_range;
     const bool in_view = options.optical_view >= 360 || seen.translation().x() >= least_cosine * distance;
     if (near && in_view && k % optical_every == 0 && optical_sees(k)) {
-      const Vector<6> error = confined(optical_noise.vector<6>(optical_sigma), options.planar);
+      const Vector<6> error = restrict_to_group(optical_noise.vector<6>(optical_sigma), options.planar);
       Measurement m;
       m.t = t;
       m.position = seen.translation() + error.head<3>();

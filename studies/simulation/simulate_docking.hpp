@@ -8,62 +8,66 @@
 
 namespace tandem {
 
-/// How a simulated target moves, at its speed. A vessel sails on a circuit, a straight line or a circle: no sway. A
-/// free vehicle goes down along a helix, nose along its path, or hovers.
+/// Motion of a simulated target at its speed. On a circuit, a straight line or a circle it is a surface vessel without
+/// sway. On a helix it descends with the nose along the path. A hovering target turns on the spot.
 enum class TargetMotion { circuit, straight, circle, helix, hover };
 
-/// A position along the axes of the chaser's body, or range and bearings, whose errors across grow with the distance.
+/// USBL model: a position along the chaser's body axes, or range and bearings with lateral errors proportional to
+/// range.
 enum class UsblKind { position, range_bearing };
 
-/// What is simulated. docking_parameters.hpp has names, units and limits of these.
+/// Options of a simulated docking. docking_parameters.hpp gives names, units and ranges.
 struct DockingOptions {
   double minutes = 20;
   std::uint64_t seed = 1;
-  double keyframe_interval = 1.0;  ///< s, as a scenario says it
+  double keyframe_interval = 1.0;  ///< maximum time between keyframes [s]
 
   TargetMotion motion = TargetMotion::circuit;
-  bool planar = false;        ///< chaser and target on the water's plane: the problem is that of SE(2)
-  double speed = 1.0;         ///< m/s
-  double turn_radius = 35.0;  ///< m
-  double weave = 0.0;   ///< m: how far the target swings to either side of its course, each 60 s; its heading follows
-  double waves = 0.03;  ///< rad: roll and pitch
-  double far = 40.0, near = 5.5;  ///< m: how far the chaser falls back, and how near it comes
-  double approach = 240.0;        ///< s: from one approach to the next
+  bool planar = false;            ///< chaser and target move in the plane; the estimation problem is on SE(2)
+  double speed = 1.0;             ///< m/s
+  double turn_radius = 35.0;      ///< m
+  double weave = 0.0;             ///< amplitude of the lateral oscillation, period 60 s; the heading follows [m]
+  double waves = 0.03;            ///< amplitude of roll and pitch [rad]
+  double far = 40.0, near = 5.5;  ///< maximum and minimum distance of the chaser behind the target [m]
+  double approach = 240.0;        ///< period of the approaches [s]
 
   UsblKind usbl = UsblKind::position;
   double usbl_period = 4.2;              ///< s
-  double usbl_sigma = 1.72;              ///< m: of each axis, or of the range
-  double usbl_bearing_sigma = 0.04;      ///< rad: of range_bearing
-  double usbl_outliers = 0.0;            ///< share of the fixes
-  double usbl_outlier_sigma = 30.0;      ///< m: of each axis, in place of usbl_sigma
-  double usbl_latency = 0.0;             ///< s: how late a fix is stamped, which a scenario tells as its delay
+  double usbl_sigma = 1.72;              ///< of each axis, or of the range [m]
+  double usbl_bearing_sigma = 0.04;      ///< of range_bearing [rad]
+  double usbl_outliers = 0.0;            ///< fraction of the fixes that are outliers
+  double usbl_outlier_sigma = 30.0;      ///< of each axis; replaces usbl_sigma [m]
+  double usbl_latency = 0.0;             ///< delay of the time stamps, declared as `delay` of the sensor [s]
   double optical_period = 0.5;           ///< s
   double optical_sigma = 0.137;          ///< m
   double optical_angle_sigma = 0.04;     ///< rad
-  double optical_range = 9.0;            ///< m: within, optical poses; beyond, USBL fixes
-  double optical_view = 360.0;           ///< deg: the whole angle of the cone of view, about the chaser's bow
-  double blind = 0.2;                    ///< share of the spells in which a sensor sees nothing
-  double spell = 60.0;                   ///< s
-  double gap = 0.0, gap_period = 120.0;  ///< s: neither sensor sees anything for so long, once in each period
+  double optical_range = 9.0;            ///< below this distance optical poses, above it USBL fixes [m]
+  double optical_view = 360.0;           ///< full angle of the forward cone of view [deg]
+  double blind = 0.2;                    ///< probability that a sensor is blind during a spell
+  double spell = 60.0;                   ///< duration of a spell, an interval of constant visibility [s]
+  double gap = 0.0, gap_period = 120.0;  ///< duration and period of gaps without measurements of the target [s]
 
   double odometry_sigma = 0.01;        ///< m/√s
   double odometry_angle_sigma = 6e-4;  ///< rad/√s
-  double odometry_scale = 0.0;         ///< odometry reads (1 + this) times the way made
+  double odometry_scale = 0.0;         ///< odometry measures (1 + odometry_scale) times the true translation
   double odometry_yaw_drift = 0.0;     ///< rad/s
 };
 
+/// Simulated measurements of a docking with the truth.
 struct SimulatedDocking {
   TrackingData data;
   std::vector<Stamped<SE3>> truth_chaser, truth_target;  ///< 10 Hz, as the odometry
-  std::vector<std::pair<double, double>> gaps;           ///< s: from, to, of `gap`
+  std::vector<std::pair<double, double>> gaps;           ///< start and end of each gap [s]
 };
 
-/// A rendezvous as in the built-in docking_a, of any length: a surface vessel on a course like a lawn mower's, and a
-/// chaser 3 m deep that falls back, some 40 m, and comes up to 6 m again. The chaser's odometry drifts; it has a USBL
-/// fix every 4 s or so while it is farther than 9 m, and an optical pose every 0.5 s while it is nearer; of either
-/// now and then nothing for a while. Noises are docking_a's. All that by default; the options say otherwise. The
-/// scenario's sigmas are those of the noise, but that they know of no outlier, scale or drift. The same options give
-/// the same numbers. Throws Error on options out of range.
+/// Returns the sensors that observe the target, "usbl" and "optical", without measurements.
+std::vector<TargetSensor> docking_sensors(const DockingOptions& options);
+
+/// Simulates a docking like the built-in scenario docking_a. The defaults give its noise and this motion: a surface
+/// vessel on a lawn-mower course, and a chaser at 3 m depth whose distance varies between 40 m and 6 m. Odometry
+/// drifts. A USBL fix comes every 4.2 s above 9 m distance, an optical pose every 0.5 s below, with random blind
+/// spells. The stated sigmas are those of the noise; they do not cover outliers, odometry scale and yaw drift. Results
+/// are reproducible. Throws Error if an option is out of range.
 SimulatedDocking simulate_docking(const DockingOptions& options = {});
 
 }  // namespace tandem

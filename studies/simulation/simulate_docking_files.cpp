@@ -11,7 +11,7 @@
 namespace tandem {
 namespace {
 
-/// The numbers of a row behind its time, as columns() names them.
+/// Returns the values of a row after its time, in the order of columns().
 Eigen::VectorXd row_of(SensorType type, const Measurement& m, bool planar) {
   const Eigen::Index dim = planar ? 2 : 3;
   if (type == SensorType::range_bearing) return Vector<3>(m.range, m.azimuth, m.elevation).head(dim);
@@ -33,7 +33,7 @@ void write_docking(const SimulatedDocking& docking, const DockingOptions& option
   const TargetSensor &usbl = docking.data.sensors[0], &optical = docking.data.sensors[1];
   std::string source = fmt::format("simulated by tandem, seed {}", options.seed);
   if (const std::string changed = changed_parameters(options); !changed.empty()) source += ", " + changed;
-  // What a file of positions without a declaration cannot say.
+  // usbl.csv without an entry in `sensors:` is a position sensor without delay.
   const bool declared = usbl.type != SensorType::position || usbl.delay != 0;
   write_file(folder / "scenario.yaml",
              fmt::format("name: docking_{}\n"

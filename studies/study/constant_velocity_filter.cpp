@@ -13,7 +13,7 @@ void ConstantVelocityFilter::predict(double t) {
   const double dt = t - t_;
   t_ = t;
   Matrix<6, 6> F = Matrix<6, 6>::Identity();
-  F.topRightCorner<3, 3>().diagonal().setConstant(way(dt));
+  F.topRightCorner<3, 3>().diagonal().setConstant(travel(dt));
   F.bottomRightCorner<3, 3>().diagonal().setConstant(std::exp(-dt / velocity_time_));
   const Matrix<3, 3> Q = variance_.asDiagonal();
   x_ = (F * x_).eval();
@@ -38,7 +38,7 @@ void ConstantVelocityFilter::update(double t, const Vector<3>& position, const M
   P_ -= (K * P_.topRows<3>()).eval();
 }
 
-double ConstantVelocityFilter::way(double seconds) const {
+double ConstantVelocityFilter::travel(double seconds) const {
   return std::isinf(velocity_time_) ? seconds : -velocity_time_ * std::expm1(-seconds / velocity_time_);
 }
 

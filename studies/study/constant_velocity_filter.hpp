@@ -4,29 +4,30 @@
 
 namespace tandem {
 
-/// The textbook filter that online tracking has to beat: a Kalman filter of a target's position and velocity in the world,
-/// which white acceleration drives, and whose velocity may be forgotten. Source: Bar-Shalom, Li & Kirubarajan 2001,
-/// "Estimation with Applications to Tracking and Navigation", §6.2.2.
+/// Kalman filter of a target's position and velocity in the world with white acceleration noise and optional velocity
+/// decay. It is the baseline for online tracking.
+/// Source: Bar-Shalom, Li & Kirubarajan 2001, "Estimation with Applications to Tracking and Navigation", §6.2.2.
 class ConstantVelocityFilter {
  public:
-  /// `acceleration`: root spectral density along x and y [m s^-3/2]; 0.03 along z. `velocity_time`: in which the velocity is
-  /// forgotten [s], or infinite.
+  /// `acceleration`: root spectral density along x and y [m s^-3/2]; 0.03 is used along z. `velocity_time`: time
+  /// constant of the velocity decay [s]; infinite for constant velocity.
   ConstantVelocityFilter(double acceleration, double velocity_time);
 
   bool started() const { return started_; }
-  /// To the time t [s], no earlier than the last one. started() is required.
+  /// Predicts to the time t [s], which must not be before the last one. Requires started().
   void predict(double t);
-  /// A fix at t: its position [m], and the covariance of that [m²]. The first one starts the filter, without its noise.
+  /// Predicts to t [s] and corrects with a fix: its position [m] and covariance [m²]. The first fix initialises the
+  /// filter with a fixed covariance; its own is ignored.
   void update(double t, const Vector<3>& position, const Matrix<3, 3>& covariance);
 
-  /// `ahead` seconds after the last time.
-  Vector<3> position(double ahead = 0) const { return x_.head<3>() + way(ahead) * x_.tail<3>(); }
+  /// Returns the predicted position `ahead` seconds after the last time [m].
+  Vector<3> position(double ahead = 0) const { return x_.head<3>() + travel(ahead) * x_.tail<3>(); }
 
  private:
-  double way(double seconds) const;  ///< that a velocity of one goes
+  double travel(double seconds) const;  ///< distance covered in `seconds` from an initial velocity of 1 m/s
 
   double velocity_time_;
-  Vector<3> variance_;  // of the acceleration, m² s⁻³
+  Vector<3> variance_;  // spectral density of the acceleration [m² s⁻³]
   Vector<6> x_;
   Matrix<6, 6> P_;
   double t_ = 0;

@@ -6,7 +6,8 @@
 #include <tandem/lie/operations.hpp>
 #include <tandem/solvers/online/heading_alignment.hpp>
 #include <tandem/studies/study/nees.hpp>
-#include <tandem/studies/support/squared_distance.hpp>
+#include <tandem/studies/support/mahalanobis.hpp>
+#include <tandem/studies/support/statistics.hpp>
 
 namespace tandem {
 namespace {
@@ -16,12 +17,6 @@ const T& at(const std::vector<Stamped<T>>& truth, double t) {
   for (const Stamped<T>& x : truth)
     if (std::abs(x.t - t) < kSameInstant) return x.value;
   throw Error(fmt::format("there is no truth at {:g} s", t));
-}
-
-/// By Wilson & Hilferty 1931, to 1e-4 of it from 30 degrees of freedom on.
-double chi_squared_quantile(double degrees, double normal_quantile) {
-  const double s = 2 / (9 * degrees);
-  return degrees * std::pow(1 - s + normal_quantile * std::sqrt(s), 3);
 }
 
 }  // namespace
@@ -51,9 +46,8 @@ std::vector<EgoNees> nees_of_fixed_lag(const SimulatedDive& dive, const std::vec
 }
 
 std::pair<double, double> chi_squared_band(int degrees, int n) {
-  constexpr double z = 1.959964;
   const double all = double(degrees) * n;
-  return {chi_squared_quantile(all, -z) / n, chi_squared_quantile(all, z) / n};
+  return {chi_squared_quantile(all, 0.025) / n, chi_squared_quantile(all, 0.975) / n};
 }
 
 }  // namespace tandem

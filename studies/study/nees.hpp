@@ -8,8 +8,8 @@
 
 namespace tandem {
 
-/// Squared errors of an estimate of the chaser's in units of its covariance (NEES): of a consistent estimate, each is χ²
-/// distributed with as many degrees of freedom as it has rows.
+/// Normalised estimation error squared (NEES) of a chaser state. For a consistent estimate each value is χ²
+/// distributed, with as many degrees of freedom as rows.
 /// Source: Bar-Shalom, Li & Kirubarajan 2001, "Estimation with Applications to Tracking and Navigation", §5.4.2.
 struct EgoNees {
   double pose = 0;      ///< 6 rows: right perturbations [m, rad]
@@ -17,14 +17,15 @@ struct EgoNees {
   double bias = 0;      ///< 6
 };
 
-/// Truth and estimate at one instant.
+/// Returns the NEES of one state. `true_bias`: [accelerometer; gyroscope].
 EgoNees nees(const SE23& truth, const Vector<6>& true_bias, const EgoState& state, const EgoCovariance& covariance);
 
-/// Of the newest keyframe of fixed-lag smoothing (OnlineEstimator, `window` s) of a simulated dive, at each of the
-/// instants [s], which are in time order and at keyframes. Throws Error when one is not reached.
+/// Runs fixed-lag smoothing (OnlineEstimator, window [s]) on a simulated dive and returns the NEES of the newest
+/// keyframe at each of `instants` [s]. They must be keyframe times in increasing order. Throws Error if one is not
+/// reached.
 std::vector<EgoNees> nees_of_fixed_lag(const SimulatedDive& dive, const std::vector<double>& instants, double window);
 
-/// Where the mean over n independent χ² numbers of so many degrees of freedom is with a probability of 95 %.
+/// Returns the two-sided 95 % interval of the mean of n independent χ² variables with `degrees` degrees of freedom.
 std::pair<double, double> chi_squared_band(int degrees, int n);
 
 }  // namespace tandem

@@ -6,29 +6,31 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/scenario/yaml_section.hpp>
 #include <tandem/studies/study/study.hpp>
+#include <tandem/studies/support/fnv1a.hpp>
+#include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
 namespace {
 
-constexpr double kMostTrials = 1e7;
+constexpr double kMaxTrials = 1e7;
 
-/// SplitMix64's finalizer and increment. Steele, Lea & Flood 2014, "Fast splittable pseudorandom number generators".
+/// Finalizer and increment of SplitMix64 (Steele, Lea & Flood 2014, "Fast splittable pseudorandom number generators").
 constexpr std::uint64_t kGamma = 0x9e3779b97f4a7c15u;
-constexpr std::uint64_t mixed(std::uint64_t z) {
+constexpr std::uint64_t splitmix64(std::uint64_t z) {
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
   z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
   return z ^ (z >> 31);
 }
 
-std::size_t whole(const YamlSection& yaml, const std::string& key) {
-  const auto count = whole_number(yaml.text(key));
-  if (!count) yaml.fail(key, fmt::format("{} is a whole number above zero, not {}", key, quote(yaml.text(key))));
+std::size_t positive_integer(const YamlSection& yaml, const std::string& key) {
+  const auto count = parse_positive_integer(yaml.text(key));
+  if (!count) yaml.fail(key, fmt::format("{} must be a positive integer, not {}", key, quote(yaml.text(key))));
   return static_cast<std::size_t>(*count);
 }
 
-/// Each value as its parser understands it; a list of them without repeats.
+/// Returns the values of a key in the form that `read` returns. Fails for an empty list and for repeated values.
 template <class Read>
 std::vector<std::string> values_of(const YamlSection& yaml, const std::string& key, Read read) {
   std::vector<std::string> values;
@@ -40,7 +42,7 @@ std::vector<std::string> values_of(const YamlSection& yaml, const std::string& k
       yaml.fail(key, error.what());
     }
     if (std::find(values.begin(), values.end(), value) != values.end())
-      yaml.fail(key, fmt::format("{} has {} twice", key, quote(value)));
+      yaml.fail(key, fmt::format("{} lists {} twice", key, quote(value)));
     values.push_back(std::move(value));
   }
   if (values.empty()) yaml.fail(key, fmt::format("{} is empty: the grid has no trials", key));
@@ -70,11 +72,11 @@ Simulated parse_simulation(const YamlSection& yaml) {
     if (name(simulated) == text) return simulated;
     names.emplace_back(name(simulated));
   }
-  yaml.fail("simulation",
-            fmt::format("a study simulates {}, not {}{}", listed(names, "or"), quote(text), did_you_mean(text, names)));
+  yaml.fail("simulation", fmt::format("simulation must be {}, not {}{}", listed(names, "or"), quote(text),
+                                      did_you_mean(text, names)));
 }
 
-/// Parameters that say nothing, or contradict each other.
+/// Throws Error for parameters that have no effect or contradict each other.
 void check_combinations(const Study& study, const std::filesystem::path& file) {
   const auto axis = [&](const char* parameter) -> const StudyAxis* {
     for (const StudyAxis& a : study.axes)
@@ -85,20 +87,20 @@ void check_combinations(const Study& study, const std::filesystem::path& file) {
     return axis(parameter) && axis(parameter)->values != std::vector<std::string>{"0"};
   };
   const auto fail = [&](const std::string& why) { throw Error(fmt::format("{}: {}", file.string(), why)); };
-  if (axis("newest") && !axis("window")) fail("newest is of a window: give window, in seconds, too");
+  if (axis("newest") && !axis("window")) fail("parameter newest needs parameter window [s]");
   for (const char* parameter : {"chance", "information"})
-    if (axis(parameter) && !axis("rendezvous"))
-      fail(fmt::format("{} is of a rendezvous: give rendezvous too", parameter));
+    if (axis(parameter) && !axis("rendezvous")) fail(fmt::format("parameter {} needs parameter rendezvous", parameter));
   if (axis("rendezvous") && (study.models.size() > 1 || study.solvers.size() > 1 || study.time_limit > 0))
-    fail("a rendezvous has methods in place of models and solvers, and no time_limit: give one model alone");
+    fail("parameter rendezvous replaces models and solvers: give one model, no solvers and no time_limit");
   if (study.simulation != Simulated::dive) return;
   if (axis("target") && axis("target")->values.size() > 1)
-    fail("target is 0 or 1 for a whole study, since models are of a target");
-  if (study.has_target() && on("window")) fail("window is of a dive without a target: leave it out, or the target");
+    fail("parameter target must be 0 or 1 for the whole study, because models need a target");
+  if (study.has_target() && on("window"))
+    fail("parameter window does not support a dive with a target: remove one of them");
   if (on("estimate_dvl_scale") && on("preintegrated_dvl"))
-    fail("estimate_dvl_scale needs each velocity as a residual of its own: leave out preintegrated_dvl");
+    fail("estimate_dvl_scale does not support preintegrated_dvl: remove one of them");
   for (const char* parameter : {"usbl_period", "usbl_sigma", "usbl_sigma_factor", "twist_sigma_factor"})
-    if (axis(parameter) && !study.has_target()) fail(fmt::format("{} is of a target: give target: 1 too", parameter));
+    if (axis(parameter) && !study.has_target()) fail(fmt::format("parameter {} needs target: 1", parameter));
 }
 
 std::string list_text(const std::vector<std::string>& words) { return fmt::format("{}", fmt::join(words, " | ")); }
@@ -139,13 +141,9 @@ std::string Study::canonical() const {
   return text;
 }
 
-std::uint64_t Study::hash() const {
-  std::uint64_t h = 0xcbf29ce484222325u;
-  for (const char c : canonical()) h = (h ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-  return h;
-}
+std::uint64_t Study::hash() const { return fnv1a(canonical()); }
 
-std::uint64_t Study::seed_of(std::size_t replicate) const { return mixed(hash() + (replicate + 1) * kGamma); }
+std::uint64_t Study::seed_of(std::size_t replicate) const { return splitmix64(hash() + (replicate + 1) * kGamma); }
 
 TrialSettings Study::settings(const TrialPlace& place) const {
   TrialSettings settings;
@@ -172,7 +170,7 @@ std::string Study::cell_text(const TrialPlace& place) const {
   return text;
 }
 
-Study read_study(const std::filesystem::path& file) { return parse_study(YamlSection::text_of(file), file); }
+Study read_study(const std::filesystem::path& file) { return parse_study(read_text(file), file); }
 
 Study parse_study(const std::string& text, const std::filesystem::path& file) {
   const YamlSection yaml = YamlSection::parse(text, file);
@@ -187,7 +185,7 @@ Study parse_study(const std::string& text, const std::filesystem::path& file) {
   study.solvers = {Study::kAutomatic};
   if (!study.has_target()) {
     for (const char* key : {"models", "solvers"})
-      if (yaml.has(key)) yaml.fail(key, fmt::format("{} are of a target, and this dive has none: leave it out", key));
+      if (yaml.has(key)) yaml.fail(key, fmt::format("{0} need a target: set target: 1 or remove {0}", key));
   } else {
     study.models = values_of(yaml, "models", [](const std::string& spec) {
       parse_model_spec("models", spec, {});
@@ -199,18 +197,18 @@ Study parse_study(const std::string& text, const std::filesystem::path& file) {
       if (solver != Study::kAutomatic) parse_solver("solvers", solver);
       return solver;
     });
-  study.seeds = whole(yaml, "seeds");
-  if (yaml.has("seed")) study.seed = whole(yaml, "seed");
+  study.seeds = positive_integer(yaml, "seeds");
+  if (yaml.has("seed")) study.seed = positive_integer(yaml, "seed");
   if (yaml.has("covariances")) study.covariances = yaml.boolean("covariances");
   if (yaml.has("time_limit")) {
     study.time_limit = yaml.number("time_limit");
-    if (study.time_limit <= 0) yaml.fail("time_limit", "time_limit is above zero");
+    if (study.time_limit <= 0) yaml.fail("time_limit", "time_limit must be above zero");
   }
   check_combinations(study, file);
   double trials = double(study.seeds) * double(study.models.size()) * double(study.solvers.size());
   for (const StudyAxis& axis : study.axes) trials *= double(axis.values.size());
-  if (trials > kMostTrials)
-    throw Error(fmt::format("{}: the grid has {:g} trials, more than {:g}", file.string(), trials, kMostTrials));
+  if (trials > kMaxTrials)
+    throw Error(fmt::format("{}: the grid has {:g} trials; the maximum is {:g}", file.string(), trials, kMaxTrials));
   return study;
 }
 

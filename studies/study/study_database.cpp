@@ -1,45 +1,33 @@
 #include <cerrno>
 #include <cstring>
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/study/study_database.hpp>
+#include <tandem/studies/support/file_lock.hpp>
 
 namespace tandem {
 namespace {
 
 constexpr const char* kFormat = "2";
 constexpr int kBusy = 10000;            // ms to wait for a reader
-constexpr std::size_t kRowBytes = 700;  // of a trial, more than it takes
+constexpr std::size_t kRowBytes = 700;  // reserved per trial, an upper bound
 constexpr const char* kLock = "study.lock";
 
-/// One writer a folder, until it ends, however it does.
-class WriterLock {
- public:
-  explicit WriterLock(const std::filesystem::path& folder) {
-    const std::filesystem::path file = folder / kLock;
-    descriptor_ = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (descriptor_ < 0) throw Error(fmt::format("{} cannot be written: {}", file.string(), std::strerror(errno)));
-    if (flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
-    close(descriptor_);
-    throw Error(fmt::format("{}: another process is at work on this study; wait for it or end it", folder.string()));
-  }
-  ~WriterLock() { close(descriptor_); }
-  WriterLock(const WriterLock&) = delete;
-  WriterLock& operator=(const WriterLock&) = delete;
-
- private:
-  int descriptor_;
-};
+/// Locks a folder for one writer. Throws Error if that fails.
+std::unique_ptr<FileLock> writer_lock(const std::filesystem::path& folder) {
+  auto lock = std::make_unique<FileLock>(folder / kLock, FileLock::Busy::give_up);
+  if (lock->failure() == 0) return lock;
+  if (lock->failure() == EWOULDBLOCK)
+    throw Error(fmt::format("{}: another process is running this study; wait for it or stop it", folder.string()));
+  throw Error(fmt::format("{} cannot be written: {}", (folder / kLock).string(), std::strerror(lock->failure())));
+}
 
 class Database;
 
-/// A compiled statement.
+/// A prepared statement.
 class Statement {
  public:
   Statement(const Database& database, const std::string& sql);
@@ -54,7 +42,7 @@ class Statement {
   void bind(int i, const std::optional<double>& number) {
     number ? sqlite3_bind_double(statement_, i, *number) : sqlite3_bind_null(statement_, i);
   }
-  bool step();  ///< whether there is a row
+  bool step();  ///< returns whether there is a row
   std::string text(int i) const {
     const auto* const bytes = reinterpret_cast<const char*>(sqlite3_column_text(statement_, i));
     return bytes ? std::string(bytes, std::size_t(sqlite3_column_bytes(statement_, i))) : "";
@@ -83,7 +71,7 @@ class Database {
   void run(const std::string& sql) const { check(sqlite3_exec(handle_, sql.c_str(), nullptr, nullptr, nullptr)); }
   sqlite3* handle() const { return handle_; }
 
-  /// Throws Error where `code` is a failure.
+  /// Throws Error if `code` is an SQLite failure.
   void check(int code) const {
     switch (code & 0xff) {
       case SQLITE_OK:
@@ -92,12 +80,12 @@ class Database {
         return;
       case SQLITE_CORRUPT:
       case SQLITE_NOTADB:
-        fail("is damaged; move it away and run the study anew, or merge what other shards have");
+        fail("is damaged; move it away and run the study again, or merge the other shards");
       case SQLITE_BUSY:
       case SQLITE_LOCKED:
-        fail("is locked by another process; wait for it or end it");
+        fail("is locked by another process; wait for it or stop it");
       case SQLITE_FULL:
-        fail("cannot be written: the disk is full; make room and go on with --resume");
+        fail("cannot be written: the disk is full; free space and continue with --resume");
       case SQLITE_READONLY:
       case SQLITE_CANTOPEN:
       case SQLITE_PERM:
@@ -136,12 +124,12 @@ std::string columns_sql(const std::string& each) {
 
 struct StudyDatabase::Impl {
   Impl(const std::filesystem::path& folder, int flags, bool writes)
-      : lock(writes ? std::make_unique<WriterLock>(folder) : nullptr), database(folder / file_name, flags) {}
+      : lock(writes ? writer_lock(folder) : nullptr), database(folder / file_name, flags) {}
 
   std::string value(const std::string& key) {
     Statement select(database, "SELECT value FROM study WHERE key = ?");
     select.bind(1, key);
-    if (!select.step()) database.fail(fmt::format("is not a study's: it has no {}", key));
+    if (!select.step()) database.fail(fmt::format("is not a study database: it has no {}", key));
     return select.text(0);
   }
 
@@ -153,11 +141,11 @@ struct StudyDatabase::Impl {
                               columns_sql(""), values));
   }
 
-  std::unique_ptr<WriterLock> lock;
+  std::unique_ptr<FileLock> lock;
   Database database;
   Study study{};
   std::string yaml;
-  std::unique_ptr<Statement> insert;  // last: it ends before the database
+  std::unique_ptr<Statement> insert;  // last: destroyed before the database
 };
 
 StudyDatabase::StudyDatabase(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -169,13 +157,13 @@ bool StudyDatabase::is_in(const std::filesystem::path& folder) { return std::fil
 StudyDatabase StudyDatabase::create(const std::filesystem::path& folder, const Study& study, const std::string& yaml) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error) throw Error(fmt::format("{} cannot be made: {}", folder.string(), error.message()));
+  if (error) throw Error(fmt::format("{} cannot be created: {}", folder.string(), error.message()));
   if (is_in(folder))
-    throw Error(fmt::format("{} has a study already: go on with --resume, or name another folder", folder.string()));
+    throw Error(fmt::format("{} has a study already: continue with --resume or name another folder", folder.string()));
   auto impl = std::make_unique<Impl>(folder, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, true);
   const Database& database = impl->database;
   database.run("PRAGMA synchronous = FULL");
-  // The pages of what is deleted stay with the file, for the rows to come.
+  // SQLite keeps the pages of the deleted table in the file and reuses them for trials.
   database.run(
       fmt::format("BEGIN; CREATE TABLE room (bytes BLOB); INSERT INTO room VALUES (zeroblob({})); COMMIT;"
                   "DROP TABLE room",
@@ -201,15 +189,15 @@ StudyDatabase StudyDatabase::create(const std::filesystem::path& folder, const S
 }
 
 StudyDatabase StudyDatabase::read(const std::filesystem::path& folder) {
-  if (!is_in(folder)) throw Error(fmt::format("{} has no study: there is no {}", folder.string(), file_name));
-  auto impl =
-      std::make_unique<Impl>(folder, SQLITE_OPEN_READWRITE, false);  // a journal that a kill left is rolled back
+  if (!is_in(folder)) throw Error(fmt::format("{} has no study: {} is missing", folder.string(), file_name));
+  auto impl = std::make_unique<Impl>(folder, SQLITE_OPEN_READWRITE,
+                                     false);  // READWRITE rolls back the journal of a killed writer
   if (const std::string format = impl->value("format"); format != kFormat)
-    impl->database.fail(fmt::format("is of format {}, which this version does not read", format));
+    impl->database.fail(fmt::format("has format {}, which this version of tandem cannot read", format));
   impl->yaml = impl->value("yaml");
   impl->study = parse_study(impl->yaml, folder / file_name);
   if (impl->value("columns") != columns_sql(""))
-    impl->database.fail("has other columns than this version of tandem writes: go on with the version that made it");
+    impl->database.fail("has different columns than this version of tandem; continue with the version that created it");
   return StudyDatabase(std::move(impl));
 }
 
@@ -220,10 +208,10 @@ StudyDatabase StudyDatabase::resume(const std::filesystem::path& folder, const S
     throw Error(
         fmt::format("{} has trials of another study: its hash is {:016x}, this one's {:016x}; name another folder",
                     folder.string(), impl.study.hash(), study.hash()));
-  impl.lock = std::make_unique<WriterLock>(folder);
+  impl.lock = writer_lock(folder);
   Statement check(impl.database, "PRAGMA quick_check");
   if (!check.step() || check.text(0) != "ok")
-    impl.database.fail("is damaged; move it away and run the study anew, or merge what other shards have");
+    impl.database.fail("is damaged; move it away and run the study again, or merge the other shards");
   impl.database.run("PRAGMA synchronous = FULL");
   impl.prepare();
   return found;

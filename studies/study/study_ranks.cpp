@@ -25,10 +25,10 @@
 namespace tandem {
 namespace {
 
-/// How many processes the launcher says that it has started.
+/// Returns the number of processes that the MPI launcher started, from its environment variables; 1 without a launcher.
 int launched_ranks() {
   for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
-    if (const char* text = std::getenv(variable)) return whole_number(text).value_or(1);
+    if (const char* text = std::getenv(variable)) return parse_positive_integer(text).value_or(1);
   return 1;
 }
 
@@ -40,14 +40,14 @@ struct StudyRanks::Impl {};
 
 std::unique_ptr<StudyRanks> StudyRanks::launched() {
   if (launched_ranks() > 1)
-    throw Error("this build has no MPI: configure with -DTANDEM_WITH_MPI=ON, or run shards, --shard I/N");
+    throw Error("this build has no MPI: configure with -DTANDEM_WITH_MPI=ON, or run shards with --shard I/N");
   return nullptr;
 }
 StudyRanks::~StudyRanks() = default;
-bool StudyRanks::leads() const { return true; }
-int StudyRanks::lost() const { return 0; }
-StudyProgress StudyRanks::lead(StudyDatabase&, const StudyRunOptions&) { return {}; }
-void StudyRanks::work(const Study&) {}
+bool StudyRanks::is_leader() const { return true; }
+int StudyRanks::lost_workers() const { return 0; }
+StudyProgress StudyRanks::run_leader(StudyDatabase&, const StudyRunOptions&) { return {}; }
+void StudyRanks::run_worker(const Study&) {}
 void StudyRanks::abandon(int status) { std::exit(status); }
 
 #else
@@ -57,11 +57,11 @@ namespace {
 using RankClock = std::chrono::steady_clock;
 
 enum Tag : int { kResult = 1, kAssignment = 2, kHeartbeat = 3 };
-constexpr auto kBeat = std::chrono::seconds(2), kSilence = std::chrono::seconds(30);
+constexpr auto kHeartbeatInterval = std::chrono::seconds(2), kWorkerTimeout = std::chrono::seconds(30);
 constexpr auto kPoll = std::chrono::milliseconds(1);
 constexpr std::uint64_t kNoMore = ~std::uint64_t(0);
 
-/// One trial at a time in a thread of its own, so that the rank's main thread, which alone talks to others, is free.
+/// Runs one trial at a time in a separate thread. The main thread stays free for MPI communication.
 class TrialThread {
  public:
   explicit TrialThread(const Study& study) : study_(study), thread_([this](std::stop_token stop) { run(stop); }) {}
@@ -103,13 +103,13 @@ class TrialThread {
   std::condition_variable changed_;
   std::optional<std::size_t> trial_;
   std::optional<TrialResult> result_;
-  std::jthread thread_;  // last: it ends before what it uses
+  std::jthread thread_;  // last: joined before the other members are destroyed
 };
 
 void assign(int rank, std::uint64_t trial) { MPI_Send(&trial, 1, MPI_UINT64_T, rank, kAssignment, MPI_COMM_WORLD); }
 
-/// A message that has come, if one has.
-std::optional<std::pair<MPI_Status, std::string>> received(int source) {
+/// Returns a pending message from `source`, or nullopt.
+std::optional<std::pair<MPI_Status, std::string>> pending_message(int source) {
   int there = 0;
   MPI_Status status;
   MPI_Iprobe(source, MPI_ANY_TAG, MPI_COMM_WORLD, &there, &status);
@@ -121,15 +121,15 @@ std::optional<std::pair<MPI_Status, std::string>> received(int source) {
   return std::pair(status, std::move(bytes));
 }
 
-/// What rank 0 knows of a worker.
+/// State of a worker as known to rank 0.
 struct Worker {
   RankClock::time_point heard;
   std::optional<std::size_t> trial{};
-  bool idle = false, lost = false;  ///< idle: it has told that it is ready, and has no trial
+  bool idle = false, lost = false;  ///< idle: ready, without a trial
 };
 
-/// Whether all ranks have this hash.
-bool same_on_all(std::uint64_t hash) {
+/// Returns whether all ranks have the hash of rank 0.
+bool equal_on_all_ranks(std::uint64_t hash) {
   std::uint64_t of_lead = hash;
   MPI_Bcast(&of_lead, 1, MPI_UINT64_T, 0, MPI_COMM_WORLD);
   int same = of_lead == hash, all = 0;
@@ -157,12 +157,12 @@ std::unique_ptr<StudyRanks> StudyRanks::launched() {
 StudyRanks::StudyRanks(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
 StudyRanks::~StudyRanks() {
-  if (impl_->lost > 0) abandon(0);  // to wait for who is lost would be for ever
+  if (impl_->lost > 0) abandon(0);  // MPI_Finalize would wait for lost ranks for ever
   MPI_Finalize();
 }
 
-bool StudyRanks::leads() const { return impl_->rank == 0; }
-int StudyRanks::lost() const { return impl_->lost; }
+bool StudyRanks::is_leader() const { return impl_->rank == 0; }
+int StudyRanks::lost_workers() const { return impl_->lost; }
 
 void StudyRanks::abandon(int status) {
   std::fflush(nullptr);
@@ -170,23 +170,23 @@ void StudyRanks::abandon(int status) {
   std::_Exit(status);
 }
 
-void StudyRanks::work(const Study& study) {
-  if (!same_on_all(study.hash())) return;
+void StudyRanks::run_worker(const Study& study) {
+  if (!equal_on_all_ranks(study.hash())) return;
   TrialThread thread(study);
   const std::string ready;
   MPI_Send(ready.data(), 0, MPI_BYTE, 0, kResult, MPI_COMM_WORLD);
   RankClock::time_point beat = RankClock::now();
   while (true) {
-    if (const auto message = received(0)) {
+    if (const auto message = pending_message(0)) {
       std::uint64_t trial = kNoMore;
       std::memcpy(&trial, message->second.data(), std::min(sizeof trial, message->second.size()));
       if (trial == kNoMore) return;
       thread.start(trial);
     }
     if (const auto result = thread.take()) {
-      const std::string bytes = packed(*result);
+      const std::string bytes = serialized(*result);
       MPI_Send(bytes.data(), static_cast<int>(bytes.size()), MPI_BYTE, 0, kResult, MPI_COMM_WORLD);
-    } else if (RankClock::now() - beat > kBeat) {
+    } else if (RankClock::now() - beat > kHeartbeatInterval) {
       MPI_Send(ready.data(), 0, MPI_BYTE, 0, kHeartbeat, MPI_COMM_WORLD);
       beat = RankClock::now();
     }
@@ -194,9 +194,9 @@ void StudyRanks::work(const Study& study) {
   }
 }
 
-StudyProgress StudyRanks::lead(StudyDatabase& database, const StudyRunOptions& options) {
+StudyProgress StudyRanks::run_leader(StudyDatabase& database, const StudyRunOptions& options) {
   const Study& study = database.study();
-  if (!same_on_all(study.hash())) throw Error("the ranks do not read the same study file");
+  if (!equal_on_all_ranks(study.hash())) throw Error("the ranks read different study files: all need the same file");
   const std::vector<bool> finished = database.finished();
   std::deque<std::size_t> to_do;
   for (std::size_t i = 0; i < finished.size(); ++i)
@@ -217,7 +217,7 @@ StudyProgress StudyRanks::lead(StudyDatabase& database, const StudyRunOptions& o
     to_do.pop_front();
     return trial;
   };
-  const auto keep = [&](const TrialResult& result) {
+  const auto store = [&](const TrialResult& result) {
     database.add(result);
     ++progress.done;
     progress.failed += !result.converged();
@@ -225,22 +225,22 @@ StudyProgress StudyRanks::lead(StudyDatabase& database, const StudyRunOptions& o
     progress.seconds_left = double(progress.all - progress.done) / progress.rate;
     if (options.progress) options.progress(progress);
   };
-  const auto give = [&](int rank, Worker& worker) {
+  const auto assign_next = [&](int rank, Worker& worker) {
     worker.trial = next();
     worker.idle = !worker.trial;
     if (worker.trial) assign(rank, *worker.trial);
   };
   while (progress.done < progress.all && !(options.stop && *options.stop)) {
-    while (const auto message = received(MPI_ANY_SOURCE)) {
+    while (const auto message = pending_message(MPI_ANY_SOURCE)) {
       Worker& worker = workers.at(message->first.MPI_SOURCE);
-      if (worker.lost) continue;  // given up: its trial is another's
+      if (worker.lost) continue;  // its trial was reassigned
       worker.heard = RankClock::now();
       if (message->first.MPI_TAG != kResult) continue;
-      if (!message->second.empty()) keep(unpacked(message->second));
-      give(message->first.MPI_SOURCE, worker);
+      if (!message->second.empty()) store(deserialized(message->second));
+      assign_next(message->first.MPI_SOURCE, worker);
     }
     if (const auto result = own.take()) {
-      keep(*result);
+      store(*result);
       own_is_idle = true;
     }
     if (own_is_idle)
@@ -249,13 +249,13 @@ StudyProgress StudyRanks::lead(StudyDatabase& database, const StudyRunOptions& o
         own_is_idle = false;
       }
     for (auto& [rank, worker] : workers)
-      if (!worker.lost && RankClock::now() - worker.heard > kSilence) {
+      if (!worker.lost && RankClock::now() - worker.heard > kWorkerTimeout) {
         worker.lost = true;
         ++impl_->lost;
         worker.idle = false;
         if (worker.trial) to_do.push_front(*worker.trial);
       } else if (worker.idle && !to_do.empty()) {
-        give(rank, worker);  // it had run out of work before another was lost
+        assign_next(rank, worker);  // a trial of a lost worker
       }
     std::this_thread::sleep_for(kPoll);
   }

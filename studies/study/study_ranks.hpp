@@ -6,24 +6,25 @@
 
 namespace tandem {
 
-/// The processes that a launcher of MPI (mpirun, srun) has started together: rank 0, which has the database, and workers.
-/// Work is handed out trial by trial. Each worker tells every few seconds that it is there; one that has been silent for
-/// half a minute is given up, its trial done by another, so that a lost host costs no more than the trials in flight.
+/// MPI processes of a study: rank 0, which owns the database, and workers. Rank 0 assigns one trial at a time to each
+/// worker. Workers send heartbeats. Rank 0 reassigns the trial of a worker that is silent for 30 s, so a lost host
+/// costs only the trials in progress.
 class StudyRanks {
  public:
-  /// Nothing where this process was started alone. Throws Error where it was not, in a build without MPI.
+  /// Initialises MPI and returns the ranks, or nullptr if a launcher (mpirun, srun) did not start several processes.
+  /// Throws Error if it did and this build has no MPI.
   static std::unique_ptr<StudyRanks> launched();
   ~StudyRanks();
   StudyRanks(const StudyRanks&) = delete;
   StudyRanks& operator=(const StudyRanks&) = delete;
 
-  bool leads() const;  ///< whether this is rank 0
-  /// Does all trials that the database does not have; of rank 0. Throws Error where workers have another study.
-  StudyProgress lead(StudyDatabase& database, const StudyRunOptions& options);
-  int lost() const;  ///< workers that were given up
-  /// Does the trials that rank 0 hands out, until there are no more; of the others.
-  void work(const Study& study);
-  /// Ends the processes of all ranks, when one cannot go on.
+  bool is_leader() const;  ///< returns whether this is rank 0
+  /// Rank 0: runs all trials that are missing in the database. Throws Error if the workers have another study.
+  StudyProgress run_leader(StudyDatabase& database, const StudyRunOptions& options);
+  int lost_workers() const;  ///< number of workers that rank 0 gave up
+  /// Workers: run the trials that rank 0 assigns, until there are no more.
+  void run_worker(const Study& study);
+  /// Terminates the processes of all ranks with this exit status.
   [[noreturn]] void abandon(int status);
 
  private:

@@ -11,12 +11,14 @@ namespace tandem {
 namespace {
 
 constexpr StudyColumn kColumns[] = {
-    {"usbl_position_m", "raw_usbl_position_m", "usbl [m]", 3},
-    {"optical_position_m", "raw_optical_position_m", "optical [m]", 3},
-    {"gated_position_m", nullptr, "gated [m]", 3},
-    {"usbl_orientation_deg", nullptr, "usbl [°]", 2},
-    {"optical_orientation_deg", "raw_optical_orientation_deg", "optical [°]", 2},
-    {"gated_orientation_deg", nullptr, "gated [°]", 2},
+    {"at_position_error_m", "raw_at_position_error_m", "position [m]", 3},
+    {"at_pose_error_m", "raw_at_pose_error_m", "pose [m]", 3},
+    {"at_partial_error_m", nullptr, "partial [m]", 3},
+    {"at_none_error_m", nullptr, "none [m]", 3},
+    {"at_position_orientation_deg", nullptr, "position [°]", 2},
+    {"at_pose_orientation_deg", "raw_at_pose_orientation_deg", "pose [°]", 2},
+    {"at_partial_orientation_deg", nullptr, "partial [°]", 2},
+    {"at_none_orientation_deg", nullptr, "none [°]", 2},
     {"gap_position_m", nullptr, "in gaps [m]", 3},
     {"after_gap_position_m", nullptr, "after gaps [m]", 3},
     {"chaser_position_m", nullptr, "chaser [m]", 3},
@@ -33,10 +35,10 @@ constexpr StudyColumn kColumns[] = {
     {"iterations", nullptr, "iterations", 1},
 };
 
-/// Means by group and metric.
-class MeanOf {
+/// Look-up of means by group and metric.
+class MeanLookup {
  public:
-  explicit MeanOf(const std::vector<StudyMean>& means) {
+  explicit MeanLookup(const std::vector<StudyMean>& means) {
     for (const StudyMean& row : means) means_.emplace(std::pair(row.group, row.metric), row.mean);
   }
   const Interval* operator()(const StudyGroup& group, const std::string& metric) const {
@@ -63,8 +65,8 @@ std::string group_name(const Study& study, const StudyGroup& group) {
   return name;
 }
 
-/// The table of one cell of the grid, or of all of them.
-std::string errors_table(const Study& study, const StudyTables& tables, const MeanOf& mean, std::size_t cell) {
+/// Returns the table of one cell of the grid.
+std::string errors_table(const Study& study, const StudyTables& tables, const MeanLookup& mean, std::size_t cell) {
   std::vector<const StudyGroup*> groups;
   for (const StudyGroup& group : tables.groups)
     if (group.cell == cell) groups.push_back(&group);
@@ -77,7 +79,7 @@ std::string errors_table(const Study& study, const StudyTables& tables, const Me
   for (const StudyColumn& column : columns) heads.push_back({column.head});
   heads.push_back({"trials"});
   heads.push_back({"converged"});
-  if (tables.disturbed_starts) heads.push_back({"at the best cost"});
+  if (tables.disturbs_initial_guess) heads.push_back({"at the best cost"});
   TextTable table(heads);
   std::vector<std::string> raw = {"raw"};
   for (const StudyColumn& column : columns)
@@ -89,7 +91,7 @@ std::string errors_table(const Study& study, const StudyTables& tables, const Me
     for (const StudyColumn& column : columns) cells.push_back(mean_text(column, mean(*group, column.metric)));
     cells.push_back(fmt::format("{}", group->trials));
     cells.push_back(fmt::format("{}", group->converged));
-    if (tables.disturbed_starts) {
+    if (tables.disturbs_initial_guess) {
       const auto share = share_interval(group->reached_best, group->trials);
       cells.push_back(share ? share_text(*share) : "–");
     }
@@ -99,55 +101,61 @@ std::string errors_table(const Study& study, const StudyTables& tables, const Me
   return (heading.empty() ? "" : heading + "\n") + table.str() + "\n";
 }
 
-std::string place_text(const Study& study, const StudyGroup& group) {
+std::string group_text(const Study& study, const StudyGroup& group) {
   return group.cell_text.empty() ? group_name(study, group)
                                  : fmt::format("{}: {}", group.cell_text, group_name(study, group));
 }
 
 CsvTable<StudyMean> mean_columns() {
   return CsvTable<StudyMean>()
-      .add("cell", "values of the parameters that have several", [](const StudyMean& r) { return r.group->cell_text; })
+      .add("cell", "grid cell: values of the parameters that vary",
+           [](const StudyMean& r) { return r.group->cell_text; })
       .add("model", "motion model and constraints", [](const StudyMean& r) { return r.group->model_text; })
-      .add("solver", "as the study names it", [](const StudyMean& r) { return r.group->solver_text; })
-      .add("metric", "a column of trials.csv", [](const StudyMean& r) { return r.metric; })
-      .add("n", "converged trials that have it", [](const StudyMean& r) { return r.mean.n; })
-      .add("mean", "over them", [](const StudyMean& r) { return r.mean.value; })
-      .add("low", "of its 95 % confidence interval; of a share by Wilson",
+      .add("solver", "name of the solver in the study file", [](const StudyMean& r) { return r.group->solver_text; })
+      .add("metric", "column of trials.csv", [](const StudyMean& r) { return r.metric; })
+      .add("n", "number of converged trials with this metric", [](const StudyMean& r) { return r.mean.n; })
+      .add("mean", "mean over these trials", [](const StudyMean& r) { return r.mean.value; })
+      .add("low", "lower limit of the 95 % confidence interval: Student's t, or Wilson's for a share",
            [](const StudyMean& r) { return r.mean.low; })
-      .add("high", "likewise", [](const StudyMean& r) { return r.mean.high; });
+      .add("high", "upper limit of the 95 % confidence interval", [](const StudyMean& r) { return r.mean.high; });
 }
 
 CsvTable<StudyPair> pair_columns() {
   return CsvTable<StudyPair>()
-      .add("cell", "values of the parameters that have several", [](const StudyPair& r) { return r.group->cell_text; })
+      .add("cell", "grid cell: values of the parameters that vary",
+           [](const StudyPair& r) { return r.group->cell_text; })
       .add("model", "motion model and constraints", [](const StudyPair& r) { return r.group->model_text; })
-      .add("solver", "as the study names it", [](const StudyPair& r) { return r.group->solver_text; })
-      .add("against", "raw measurements, or the study's first model", [](const StudyPair& r) { return r.base; })
-      .add("metric", "a column of trials.csv", [](const StudyPair& r) { return r.metric; })
-      .add("n", "seeds of which both have converged", [](const StudyPair& r) { return r.ratio.n; })
-      .add("ratio", "of the means, the model's by the other's", [](const StudyPair& r) { return r.ratio.value; })
-      .add("low", "of its 95 % confidence interval", [](const StudyPair& r) { return r.ratio.low; })
-      .add("high", "likewise", [](const StudyPair& r) { return r.ratio.high; });
+      .add("solver", "name of the solver in the study file", [](const StudyPair& r) { return r.group->solver_text; })
+      .add("against", "reference: raw measurements, or the first model of the study",
+           [](const StudyPair& r) { return r.base; })
+      .add("metric", "column of trials.csv", [](const StudyPair& r) { return r.metric; })
+      .add("n", "number of seeds on which both converged", [](const StudyPair& r) { return r.ratio.n; })
+      .add("ratio", "mean of the model divided by the mean of the reference",
+           [](const StudyPair& r) { return r.ratio.value; })
+      .add("low", "lower limit of the 95 % confidence interval", [](const StudyPair& r) { return r.ratio.low; })
+      .add("high", "upper limit of the 95 % confidence interval", [](const StudyPair& r) { return r.ratio.high; });
 }
 
 CsvTable<StudyConsistency> consistency_columns() {
   using Row = StudyConsistency;
   return CsvTable<Row>()
-      .add("cell", "values of the parameters that have several", [](const Row& r) { return r.group->cell_text; })
+      .add("cell", "grid cell: values of the parameters that vary", [](const Row& r) { return r.group->cell_text; })
       .add("model", "motion model and constraints", [](const Row& r) { return r.group->model_text; })
-      .add("solver", "as the study names it", [](const Row& r) { return r.group->solver_text; })
-      .add("metric", "a column of trials.csv", [](const Row& r) { return r.metric; })
-      .add("degrees", "of freedom: what it is where errors are as their covariances say",
+      .add("solver", "name of the solver in the study file", [](const Row& r) { return r.group->solver_text; })
+      .add("metric", "column of trials.csv", [](const Row& r) { return r.metric; })
+      .add("degrees", "degrees of freedom: the expected mean of a consistent estimator",
            [](const Row& r) { return r.degrees; })
-      .add("n", "trials", [](const Row& r) { return r.mean.n; })
-      .add("mean", "over trials: ANEES, or the mean NIS", [](const Row& r) { return r.mean.value; })
-      .add("low", "of the mean's 95 % confidence interval", [](const Row& r) { return r.mean.low; })
-      .add("high", "likewise", [](const Row& r) { return r.mean.high; })
-      .add("band_low", "of the 95 % band of such a mean where consistent, by χ²", [](const Row& r) { return r.low; })
-      .add("band_high", "likewise", [](const Row& r) { return r.high; })
-      .add("sigma_factor", "how many times larger errors are than the σ stated",
-           [](const Row& r) { return r.sigma_factor; })
-      .add("verdict", "consistent, or optimistic or pessimistic by a factor", [](const Row& r) { return r.verdict; });
+      .add("n", "number of trials", [](const Row& r) { return r.mean.n; })
+      .add("mean", "mean over trials: ANEES, or mean NIS", [](const Row& r) { return r.mean.value; })
+      .add("low", "lower limit of the 95 % confidence interval of the mean", [](const Row& r) { return r.mean.low; })
+      .add("high", "upper limit of the 95 % confidence interval of the mean", [](const Row& r) { return r.mean.high; })
+      .add("band_low", "lower limit of the 95 % band of the mean of a consistent estimator (χ²)",
+           [](const Row& r) { return r.low; })
+      .add("band_high", "upper limit of the 95 % band of the mean of a consistent estimator (χ²)",
+           [](const Row& r) { return r.high; })
+      .add("sigma_factor", "ratio of the actual errors to the stated σ", [](const Row& r) { return r.sigma_factor; })
+      .add("verdict", "consistent; or optimistic (σ too small) or pessimistic (σ too large) by a factor",
+           [](const Row& r) { return r.verdict; });
 }
 
 struct TrialRow {
@@ -158,16 +166,17 @@ struct TrialRow {
 
 CsvTable<TrialRow> trial_columns(const Study& study) {
   CsvTable<TrialRow> table;
-  table.add("trial", "its number, by which it can be run again", [](const TrialRow& r) { return r.result->trial; })
-      .add("replicate", "which seed", [](const TrialRow& r) { return r.place.replicate; });
+  table.add("trial", "number of the trial", [](const TrialRow& r) { return r.result->trial; })
+      .add("replicate", "index of the seed", [](const TrialRow& r) { return r.place.replicate; });
   for (std::size_t a = 0; a < study.axes.size(); ++a)
     table.add(study.axes[a].parameter, "value of this parameter",
               [a](const TrialRow& r) { return r.study->axes[a].values[r.place.values[a]]; });
   table.add("model", "motion model and constraints", [](const TrialRow& r) { return r.study->models[r.place.model]; })
-      .add("solver", "as the study names it", [](const TrialRow& r) { return r.study->solvers[r.place.solver]; })
-      .add("status", "converged, or why not: of a solver, or refused",
+      .add("solver", "name of the solver in the study file",
+           [](const TrialRow& r) { return r.study->solvers[r.place.solver]; })
+      .add("status", "converged; else the solver's status, or refused if nothing was solved",
            [](const TrialRow& r) { return r.result->status; })
-      .add("message", "a sentence, where it did not", [](const TrialRow& r) { return r.result->message; });
+      .add("message", "reason if the trial did not converge", [](const TrialRow& r) { return r.result->message; });
   for (std::size_t m = 0; m < trial_metrics().size(); ++m)
     table.add(trial_metrics()[m].name, trial_metrics()[m].doc, [m](const TrialRow& r) { return r.result->metrics[m]; });
   return table;
@@ -185,10 +194,10 @@ std::vector<StudyColumn> study_columns(const StudyTables& tables) {
 }
 
 std::string study_columns_text(const Study& study) {
-  const std::string means = "Means over seeds ± half their 95 % interval, ";
-  if (study.settings(study.place(0)).rendezvous) return means + "of rendezvous; the share that docked by Wilson's.";
-  if (!study.has_target()) return means + "of errors of the chaser.";
-  return means + "of the relative pose by type of keyframe.";
+  const std::string means = "Means over seeds ± half width of the 95 % confidence interval: ";
+  if (study.settings(study.place(0)).rendezvous) return means + "rendezvous; docking rate with Wilson's interval.";
+  if (!study.has_target()) return means + "errors of the chaser.";
+  return means + "errors of the relative pose by the measurement at the keyframe.";
 }
 
 std::string mean_text(const StudyColumn& column, const Interval* mean) {
@@ -202,37 +211,36 @@ std::string study_report(const Study& study, const StudyTables& tables) {
                   study.question.empty() ? "" : ": " + study.question, tables.trials, tables.all, study.hash());
   text += study_columns_text(study);
   if (study.models.size() > 1)
-    text += " Models that have not converged\non the same seeds compare by the ratios below alone.";
+    text += "\nIf models converged on different seeds, compare them by the ratios below only.";
   text += "\n\n";
-  const MeanOf mean(tables.means);
+  const MeanLookup mean(tables.means);
   for (std::size_t cell = 0; cell < study.cells(); ++cell) text += errors_table(study, tables, mean, cell);
 
-  TextTable pairs({{"On the same noise", TextTable::Align::left},
-                   {"times the error of", TextTable::Align::left},
-                   {"at", TextTable::Align::left},
+  TextTable pairs({{"Paired comparison", TextTable::Align::left},
+                   {"relative to", TextTable::Align::left},
+                   {"metric", TextTable::Align::left},
                    {"ratio"},
                    {"95 % interval"}});
   for (const StudyPair& row : tables.pairs)
-    pairs.row({place_text(study, *row.group), row.base, row.metric, fmt::format("{:.3f}", row.ratio.value),
+    pairs.row({group_text(study, *row.group), row.base, row.metric, fmt::format("{:.3f}", row.ratio.value),
                fmt::format("{:.3f} … {:.3f}", row.ratio.low, row.ratio.high)});
   if (!tables.pairs.empty()) text += pairs.str() + "\n";
 
   TextTable consistency({{"Consistency", TextTable::Align::left},
-                         {"", TextTable::Align::left},
-                         {"mean"},
+                         {"metric", TextTable::Align::left},
+                         {"mean / dof"},
                          {"95 % band"},
                          {"verdict", TextTable::Align::left}});
   for (const StudyConsistency& row : tables.consistency)
-    consistency.row({place_text(study, *row.group), row.metric,
-                     fmt::format("{:.2f} of {}", row.mean.value, row.degrees),
+    consistency.row({group_text(study, *row.group), row.metric, fmt::format("{:.2f} / {}", row.mean.value, row.degrees),
                      fmt::format("{:.2f} … {:.2f}", row.low, row.high), row.verdict});
   if (!tables.consistency.empty()) text += consistency.str();
   return text;
 }
 
 std::string study_timing(const StudyTables& tables) {
-  const MeanOf mean(tables.times);
-  TextTable table({{"Time of a trial", TextTable::Align::left}, {"solve [s]"}, {"all, of the processor [s]"}});
+  const MeanLookup mean(tables.times);
+  TextTable table({{"Time per trial", TextTable::Align::left}, {"solve [s]"}, {"processor, whole trial [s]"}});
   for (const StudyGroup& group : tables.groups) {
     std::string name = group.cell_text.empty() ? "" : group.cell_text + ": ";
     name += group.model_text + ", " + group.solver_text;
@@ -255,7 +263,7 @@ std::string trials_csv(const Study& study, const std::vector<TrialResult>& resul
   return trial_columns(study).text(rows);
 }
 
-std::vector<CsvDescription> study_file_columns() {
+std::vector<FileDescription> study_file_columns() {
   return {mean_columns().describe("summary.csv"), pair_columns().describe("pairs.csv"),
           consistency_columns().describe("consistency.csv"), mean_columns().describe("timing.csv"),
           trial_columns({}).describe("trials.csv")};

@@ -11,30 +11,30 @@ namespace tandem {
 
 /// A column of the table of means.
 struct StudyColumn {
-  const char *metric, *raw;  ///< raw: the same of the measurements themselves, or null
+  const char *metric, *raw;  ///< raw: metric of the raw measurements, or null
   const char* head;
   int decimals;
 };
-/// Those that a study has anything in.
+/// Returns the columns for which the study has values.
 std::vector<StudyColumn> study_columns(const StudyTables& tables);
-/// Whose means they are, a sentence.
+/// Returns a sentence that explains the table of means.
 std::string study_columns_text(const Study& study);
-/// "1.572 ± 0.120"; of a share "95 % (88 … 98)"; a dash for nothing.
+/// Returns a mean as "1.572 ± 0.120", a share as "95 % (88 … 98)", nullptr as a dash.
 std::string mean_text(const StudyColumn& column, const Interval* mean);
 
-/// For a terminal and tables.txt: errors with the half width of their 95 % intervals, comparisons on the same noise,
-/// consistency. Bit for bit the same for the same trials.
+/// Returns the report for a terminal and tables.txt: means with the half width of their 95 % confidence intervals,
+/// paired comparisons, consistency. The text depends only on the trials.
 std::string study_report(const Study& study, const StudyTables& tables);
-/// What the trials took, which is the machine's.
+/// Returns the table of computing times.
 std::string study_timing(const StudyTables& tables);
 
-/// tables.txt, summary.csv, pairs.csv, consistency.csv and, not the same on any machine, timing.csv.
+/// Writes tables.txt, summary.csv, pairs.csv, consistency.csv and timing.csv, which alone depends on the machine.
 void write_study_tables(const Study& study, const StudyTables& tables, const std::filesystem::path& folder);
 
-/// trials.csv: a row a trial with its place in the grid and its numbers.
+/// Returns the content of trials.csv: a row per trial with its grid values and metrics.
 std::string trials_csv(const Study& study, const std::vector<TrialResult>& results);
 
-/// The columns of all files, for documents.
-std::vector<CsvDescription> study_file_columns();
+/// Returns the columns of all CSV files of a study.
+std::vector<FileDescription> study_file_columns();
 
 }  // namespace tandem

@@ -7,30 +7,30 @@
 
 namespace tandem {
 
-/// Which trials of a study a process does: those whose number is `index` modulo `of`.
+/// Subset of the trials of a study: those whose number is `index` modulo `of`.
 struct Shard {
   std::size_t index = 0, of = 1;
 };
 
-/// How far a run is.
+/// Progress of a run.
 struct StudyProgress {
-  std::size_t done = 0, all = 0;  ///< trials, those of earlier runs too
-  std::size_t failed = 0;         ///< of this run: that did not converge or were refused
-  double rate = 0;                ///< trials a second, of this run
+  std::size_t done = 0, all = 0;  ///< trials, including those of earlier runs
+  std::size_t failed = 0;         ///< trials of this run that were rejected or did not converge
+  double rate = 0;                ///< trials per second in this run
   double seconds_left = 0;        ///< at that rate
 };
 
 struct StudyRunOptions {
-  int threads = 0;  ///< 0: one each core
+  int threads = 0;  ///< number of concurrent trials; 0: number of cores
   Shard shard{};
-  const std::atomic<bool>* stop = nullptr;                  ///< set it to end early: trials in flight are not kept
-  std::function<void(const StudyProgress&)> progress = {};  ///< after each trial, one call at a time
+  const std::atomic<bool>* stop = nullptr;                  ///< ends the run if true; discards trials in progress
+  std::function<void(const StudyProgress&)> progress = {};  ///< called after each trial, never concurrently
 };
 
-/// Does all trials of the shard that the database does not have. Throws Error where it cannot be written.
+/// Runs all trials of the shard that are missing in the database. Throws Error if it cannot be written.
 StudyProgress run_study(StudyDatabase& database, const StudyRunOptions& options);
 
-/// Adds the trials of `from` to `into`. Throws Error when they are of different studies.
+/// Adds the trials of `from` to `into`. Throws Error if they belong to different studies.
 void merge_study(StudyDatabase& into, const StudyDatabase& from);
 
 }  // namespace tandem

@@ -12,14 +12,14 @@ namespace {
 
 constexpr double kSameCost = 1e-6;
 
-struct Squared {
+/// An NEES with its degrees of freedom in space and in the plane.
+struct NeesMetric {
   const char* metric;
-  int degrees, in_plane;
+  int in_space, in_plane;
 };
-constexpr Squared kSquared[] = {
-    {"nees_chaser", 6, 3}, {"nees_target", 6, 3}, {"nees_relative_pose", 6, 3}, {"nees_relative_position", 3, 2},
-    {"nis_usbl", 3, 2},    {"nis_optical", 6, 3}, {"nees_velocity", 3, 3},      {"nees_bias", 6, 6},
-    {"nis_dvl", 3, 3},     {"nis_depth", 1, 1},   {"nis_heading", 3, 3},        {"nis_gps", 3, 3}};
+constexpr NeesMetric kNeesMetrics[] = {{"nees_chaser", 6, 3},        {"nees_target", 6, 3},
+                                       {"nees_relative_pose", 6, 3}, {"nees_relative_position", 3, 2},
+                                       {"nees_velocity", 3, 3},      {"nees_bias", 6, 6}};
 
 std::size_t cell_of(const Study& study, const TrialPlace& place) {
   std::size_t cell = 0;
@@ -27,11 +27,11 @@ std::size_t cell_of(const Study& study, const TrialPlace& place) {
   return cell;
 }
 
-/// What decides on the problem of a trial: all but its start and its solver.
-std::string problem_of(const Study& study, const TrialPlace& place) {
+/// Returns a key that identifies the problem of a trial: everything except its initial guess and solver.
+std::string problem_key(const Study& study, const TrialPlace& place) {
   std::string text = fmt::format("{} {}", place.replicate, place.model);
   for (std::size_t a = 0; a < study.axes.size(); ++a)
-    if (!is_of_the_start(study.axes[a].parameter)) text += fmt::format(" {}", place.values[a]);
+    if (!is_initial_guess_parameter(study.axes[a].parameter)) text += fmt::format(" {}", place.values[a]);
   return text;
 }
 
@@ -40,19 +40,21 @@ std::vector<StudyGroup> groups_of(const Study& study, const std::vector<TrialRes
   std::map<std::string, double> best;
   for (const TrialResult& result : results)
     if (const auto cost = result.get("cost"); cost && result.converged()) {
-      const auto [entry, first] = best.emplace(problem_of(study, study.place(result.trial)), *cost);
+      const auto [entry, first] = best.emplace(problem_key(study, study.place(result.trial)), *cost);
       if (!first) entry->second = std::min(entry->second, *cost);
     }
-  for (std::size_t i = 0; i < groups.size(); ++i) {  // the trials of the first replicate are one of each group
+  for (std::size_t i = 0; i < groups.size(); ++i) {  // the trials of the first replicate cover each group once
     const TrialPlace place = study.place(i);
     StudyGroup& group = groups[i];
+    const TrialSettings settings = study.settings(place);
     group = {cell_of(study, place),
              place.model,
              place.solver,
              study.cell_text(place),
              study.models[place.model],
              study.solvers[place.solver],
-             study.settings(place).docking.planar};
+             settings.docking.planar,
+             trial_sensors(settings, study.simulation)};
     group.results.assign(study.seeds, nullptr);
   }
   for (const TrialResult& result : results) {
@@ -63,7 +65,7 @@ std::vector<StudyGroup> groups_of(const Study& study, const std::vector<TrialRes
     ++group.converged;
     group.results[place.replicate] = &result;
     if (const auto cost = result.get("cost")) {
-      const double least = best.at(problem_of(study, place));
+      const double least = best.at(problem_key(study, place));
       group.reached_best += *cost <= least + kSameCost * std::max(1.0, std::abs(least));
     }
   }
@@ -77,7 +79,7 @@ std::vector<double> samples(const StudyGroup& group, std::size_t metric) {
   return values;
 }
 
-/// Of replicates that have both.
+/// Returns the ratio of the mean of b to the mean of a over the replicates that have both metrics.
 std::optional<Interval> paired(const StudyGroup& a, std::size_t metric_a, const StudyGroup& b, std::size_t metric_b) {
   std::vector<double> of_a, of_b;
   for (std::size_t r = 0; r < a.results.size(); ++r) {
@@ -96,16 +98,15 @@ void add_pairs(const StudyTables& tables, const StudyGroup& group, std::vector<S
     if (const auto ratio = paired(of, metric_index(base_metric), group, metric_index(metric)))
       pairs.push_back({&group, base, metric, *ratio});
   };
-  add("raw", group, "raw_usbl_position_m", "usbl_position_m");
-  add("raw", group, "raw_optical_position_m", "optical_position_m");
-  add("raw", group, "raw_optical_orientation_deg", "optical_orientation_deg");
+  for (const char* metric : {"at_position_error_m", "at_pose_error_m", "at_pose_orientation_deg"})
+    add("raw", group, fmt::format("raw_{}", metric), metric);
   if (group.model == 0) return;
   for (const StudyGroup& first : tables.groups)
     if (first.cell == group.cell && first.solver == group.solver && first.model == 0)
-      for (const char* metric :
-           {"usbl_position_m", "optical_position_m", "gated_position_m", "all_position_m", "usbl_orientation_deg",
-            "optical_orientation_deg", "gated_orientation_deg", "gap_position_m", "after_gap_position_m",
-            "chaser_position_m", "chaser_orientation_deg"})
+      for (const char* metric : {"at_position_error_m", "at_pose_error_m", "at_partial_error_m", "at_none_error_m",
+                                 "at_all_error_m", "at_position_orientation_deg", "at_pose_orientation_deg",
+                                 "at_partial_orientation_deg", "at_none_orientation_deg", "gap_position_m",
+                                 "after_gap_position_m", "chaser_position_m", "chaser_orientation_deg"})
         add(first.model_text, first, metric, metric);
 }
 
@@ -116,14 +117,15 @@ std::string verdict(const Interval& mean, double low, double high, double factor
 }
 
 void add_consistency_of(const StudyGroup& group, std::vector<StudyConsistency>& rows) {
-  for (const auto& [metric, in_space, in_plane] : kSquared) {
-    const int degrees = group.planar ? in_plane : in_space;
+  const auto add = [&](const std::string& metric, int degrees) {
     const auto mean = mean_interval(samples(group, metric_index(metric)));
-    if (!mean) continue;
+    if (!mean) return;
     const auto [low, high] = chi_squared_band(degrees, static_cast<int>(mean->n));
     const double factor = std::sqrt(mean->value / degrees);
     rows.push_back({&group, metric, degrees, *mean, low, high, factor, verdict(*mean, low, high, factor)});
-  }
+  };
+  for (const NeesMetric& nees : kNeesMetrics) add(nees.metric, group.planar ? nees.in_plane : nees.in_space);
+  for (const TrialSensor& sensor : group.sensors) add(nis_metric(sensor.name), sensor.rows);
 }
 
 std::optional<Interval> interval_of(const TrialMetric& metric, const std::vector<double>& values) {
@@ -135,7 +137,7 @@ std::optional<Interval> interval_of(const TrialMetric& metric, const std::vector
 
 std::string_view rank_metric(const Study& study) {
   if (study.settings(study.place(0)).rendezvous) return "dock_miss_m";
-  return study.has_target() ? "all_position_m" : "chaser_position_m";
+  return study.has_target() ? "at_all_error_m" : "chaser_position_m";
 }
 
 StudyTables study_tables(const Study& study, const std::vector<TrialResult>& results) {
@@ -143,7 +145,7 @@ StudyTables study_tables(const Study& study, const std::vector<TrialResult>& res
   tables.all = study.trials();
   tables.trials = results.size();
   tables.groups = groups_of(study, results);
-  for (const StudyAxis& axis : study.axes) tables.disturbed_starts |= is_of_the_start(axis.parameter);
+  for (const StudyAxis& axis : study.axes) tables.disturbs_initial_guess |= is_initial_guess_parameter(axis.parameter);
   for (const StudyGroup& group : tables.groups) {
     for (std::size_t m = 0; m < trial_metrics().size(); ++m)
       if (const auto mean = interval_of(trial_metrics()[m], samples(group, m)))

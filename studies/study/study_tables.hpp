@@ -5,30 +5,32 @@
 
 #include <tandem/studies/study/study.hpp>
 #include <tandem/studies/study/trial_metrics.hpp>
+#include <tandem/studies/study/trial_sensors.hpp>
 #include <tandem/studies/support/statistics.hpp>
 
 namespace tandem {
 
-/// Trials of one combination of values, model and solver: all that differs among them is the seed.
+/// Trials of one combination of parameter values, model and solver. They differ only in the seed.
 struct StudyGroup {
   std::size_t cell = 0, model = 0, solver = 0;
   std::string cell_text, model_text, solver_text;
-  bool planar = false;                        ///< its squared errors have fewer degrees of freedom
-  std::size_t trials = 0, converged = 0;      ///< that are there; those of them whose numbers count
-  std::vector<const TrialResult*> results{};  ///< the converged ones, by replicate; nullptr where there is none
-  /// Of all trials, those that end at the best cost known of their problem, within 1e-6 of it: the least of all
-  /// starts of the same data and model.
+  bool planar = false;                        ///< NEES has fewer degrees of freedom in the plane
+  std::vector<TrialSensor> sensors{};         ///< sensors of the trials
+  std::size_t trials = 0, converged = 0;      ///< finished trials, and the converged ones among them
+  std::vector<const TrialResult*> results{};  ///< converged trials by replicate; nullptr for the others
+  /// Number of trials that reach the best known cost of their problem, within a relative 1e-6. The best known cost is
+  /// the minimum over all initial guesses and solvers for the same data and model.
   std::size_t reached_best = 0;
 };
 
-/// The mean of a metric over seeds; a share's interval is Wilson's, others are by Student's t.
+/// Mean of a metric over seeds with its 95 % confidence interval: Wilson's for a share, else Student's t.
 struct StudyMean {
   const StudyGroup* group;
   std::string metric;
   Interval mean;
 };
 
-/// How many times the error of `base` that of `group` is, over the seeds of which both are there.
+/// Ratio of the mean error of `group` to that of `base`, over the seeds on which both converged.
 struct StudyPair {
   const StudyGroup* group;
   std::string base;  ///< "raw", or the first model of the same cell and solver
@@ -36,36 +38,36 @@ struct StudyPair {
   Interval ratio;
 };
 
-/// Whether errors are as large as their covariances say. Each trial counts as one sample, whatever the number of its
-/// keyframes, whose errors go together: the band is a careful one.
+/// Consistency of the errors with their covariances. Each trial counts as one sample because the errors of its
+/// keyframes are correlated, so the band is conservative.
 struct StudyConsistency {
   const StudyGroup* group;
   std::string metric;
   int degrees;
   Interval mean;        ///< over trials
-  double low, high;     ///< the 95 % band of such a mean, were the covariances right
-  double sigma_factor;  ///< by which errors are larger than the σ stated
+  double low, high;     ///< 95 % band of the mean of a consistent estimator
+  double sigma_factor;  ///< ratio of the actual errors to the stated σ
   std::string verdict;  ///< "consistent", "optimistic by a factor 1.3", "pessimistic by a factor 1.2"
 };
 
-/// What a study has found out, of the trials that are there. The same for any order in which they were done.
+/// Statistics of the finished trials of a study. They do not depend on the order of the trials.
 struct StudyTables {
   StudyTables() = default;
-  StudyTables(StudyTables&&) = default;  // rows point at groups
+  StudyTables(StudyTables&&) = default;  // not copyable: rows point to `groups`
 
   std::vector<StudyGroup> groups;
   std::vector<StudyMean> means;
-  std::vector<StudyMean> times;  ///< metrics that depend on the machine
+  std::vector<StudyMean> times;  ///< means of metrics that depend on the machine
   std::vector<StudyPair> pairs;
   std::vector<StudyConsistency> consistency;
-  std::size_t trials = 0, all = 0;  ///< that are there, of so many
-  bool disturbed_starts = false;    ///< reached_best says something
+  std::size_t trials = 0, all = 0;      ///< finished trials, and trials of the whole study
+  bool disturbs_initial_guess = false;  ///< the study disturbs initial guesses, so reached_best is informative
 };
 
-/// By which trials of a study are better and worse: an error, or how far a rendezvous missed [m].
+/// Returns the metric that ranks the trials of a study: a mean error, or the least miss distance of a rendezvous [m].
 std::string_view rank_metric(const Study& study);
 
-/// `results` has to live as long.
+/// Computes the tables. `results` must outlive them.
 StudyTables study_tables(const Study& study, const std::vector<TrialResult>& results);
 
 }  // namespace tandem

@@ -5,10 +5,10 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/lie/operations.hpp>
-#include <tandem/problem/lanes.hpp>
-#include <tandem/solvers/tracking/solve_tracking.hpp>
+#include <tandem/problem/parallel_tasks.hpp>
+#include <tandem/solvers/heading_search/solve_tracking.hpp>
 #include <tandem/studies/calibration/calibrate_scenarios.hpp>
-#include <tandem/studies/navigation/navigated.hpp>
+#include <tandem/studies/navigation/navigated_scenario.hpp>
 #include <tandem/studies/scenario/named_noise.hpp>
 #include <tandem/studies/simulation/normal_noise.hpp>
 #include <tandem/studies/study/trial.hpp>
@@ -21,9 +21,9 @@
 namespace tandem {
 namespace {
 
-constexpr double kAfterGap = 10.0;         // s
-constexpr double kWander = 60.0;           // s
-constexpr std::uint32_t kStartStream = 7;  // beside the streams of the simulation
+constexpr double kAfterGap = 10.0;              // s: interval after a gap that counts for after_gap_position_m
+constexpr double kDisplacementInterval = 60.0;  // s: interval between random displacements of the initial guess
+constexpr std::uint32_t kStartStream = 7;       // noise stream, distinct from those of the simulation
 
 Summary solve_trial(const Solver& solver, bool graduated, TrackingProblem& tracking) {
   return std::visit(
@@ -34,7 +34,8 @@ Summary solve_trial(const Solver& solver, bool graduated, TrackingProblem& track
       solver);
 }
 
-/// By metres along the world's axes and a rotation vector of the body; what is planar, by what of it is in the plane.
+/// Returns x displaced by step.head<3>() along the world's axes [m] and rotated by step.tail<3>() about the body's
+/// [rad]. In the plane, only the planar components apply.
 template <LieGroup T>
 T displaced(const T& x, const Vector<6>& step) {
   const Vector<T::point_dim> by = step.head<T::point_dim>();
@@ -47,8 +48,9 @@ T displaced(const T& x, const Vector<6>& step) {
   }
 }
 
-/// A displacement of the target's start that wanders: drawn anew each kWander seconds, in between on a straight line.
-/// One drawn anew at each keyframe would turn the target so fast that a constant twist goes round more than once.
+/// Disturbs the target's initial guess by random displacements every kDisplacementInterval seconds, linearly
+/// interpolated in between. Independent displacements of each keyframe would imply turn rates of more than a revolution
+/// between keyframes.
 void disturb_start(const TrialSettings& settings, TrackingProblem& tracking) {
   if (settings.start_position == 0 && settings.start_orientation == 0) return;
   NormalNoise noise(settings.docking.seed, kStartStream);
@@ -58,11 +60,11 @@ void disturb_start(const TrialSettings& settings, TrackingProblem& tracking) {
   Vector<6> from = noise.vector<6>(sigma), to = noise.vector<6>(sigma);
   double begin = tracking.keyframes.front().t;
   for (std::size_t k = 0; k < tracking.target.size(); ++k) {
-    for (; tracking.keyframes[k].t > begin + kWander; begin += kWander) {
+    for (; tracking.keyframes[k].t > begin + kDisplacementInterval; begin += kDisplacementInterval) {
       from = to;
       to = noise.vector<6>(sigma);
     }
-    const Vector<6> step = from + (tracking.keyframes[k].t - begin) / kWander * (to - from);
+    const Vector<6> step = from + (tracking.keyframes[k].t - begin) / kDisplacementInterval * (to - from);
     const auto displace = [&](const auto& target) {
       if constexpr (!requires { target.speed; })
         tracking.problem.set_value(target, displaced(tracking.problem.value(target), step));
@@ -71,7 +73,7 @@ void disturb_start(const TrialSettings& settings, TrackingProblem& tracking) {
   }
 }
 
-/// Of the target's poses, those whose z axis points down.
+/// Returns the share of the target's poses whose z axis points down; nullopt if the target has no poses.
 std::optional<double> share_upside_down(const std::vector<TargetState>& target) {
   double poses = 0, down = 0;
   for (const TargetState& state : target)
@@ -113,13 +115,14 @@ std::vector<KeyframeError> batch_errors(const TrialProblem& problem, bool covari
   result.set("upside_down", share_upside_down(target));
   if (covariances && summary.converged()) try {
       add_consistency(tracking, problem.scenario, result);
-    } catch (const Error& error) {  // the estimate is there all the same
+    } catch (const Error& error) {  // the estimate is still valid
       result.message = fmt::format("no covariances: {}", error.what());
     }
   return keyframe_errors(problem.scenario, tracking.keyframes, chaser, target);
 }
 
-/// What the trial's own measurements say of all noise, without the truth; where they say nothing, it stays.
+/// Replaces the noise by noise calibrated on the trial's measurements, without truth. Parameters that are not
+/// identifiable keep their values.
 void calibrate_noise(TrialProblem& problem, const std::atomic<bool>* stop) {
   ScenarioCalibrationOptions options;
   options.folds = 0;
@@ -131,7 +134,7 @@ void calibrate_noise(TrialProblem& problem, const std::atomic<bool>* stop) {
       if (named.name == entry.name) std::copy(entry.sigmas.begin(), entry.sigmas.end(), named.sigmas.begin());
 }
 
-Scenario in_memory(SimulatedDocking docking) {
+Scenario make_scenario(SimulatedDocking docking) {
   Scenario scenario;
   scenario.name = "docking";
   scenario.data = std::move(docking.data);
@@ -171,12 +174,12 @@ TrialProblem trial_problem(const Study& study, std::size_t trial, const std::ato
   }
   SimulatedDocking docking = trial_docking(problem.settings);
   problem.gaps = std::move(docking.gaps);
-  problem.scenario = in_memory(std::move(docking));
+  problem.scenario = make_scenario(std::move(docking));
   return problem;
 }
 
 TrialResult run_trial(const Study& study, std::size_t trial, const std::atomic<bool>* stop) {
-  const ThreadLimit one_core(1);  // trials are what runs at once; and the thread's processor time is all of it
+  const ThreadLimit one_core(1);  // trials run in parallel instead; thread_seconds() then covers the whole trial
   const double begun = thread_seconds();
   TrialResult result;
   result.trial = trial;
@@ -201,7 +204,7 @@ TrialResult run_trial(const Study& study, std::size_t trial, const std::atomic<b
     add_errors(errors, result);
     add_gap_errors(errors, problem.gaps, kAfterGap, result);
     result.set("correlation_time_s", correlation_time(errors));
-  } catch (const std::exception& error) {  // a row, not the end of the run
+  } catch (const std::exception& error) {  // becomes a row of the study
     if (result.status.empty() || result.status == "converged") result.status = "refused";
     result.message = error.what();
   }

@@ -7,24 +7,25 @@
 
 namespace tandem {
 
-/// What a trial of a docking simulates, with the sigmas that its estimator is told.
+/// Simulates the docking of a trial, with the sigmas that its estimator assumes.
 SimulatedDocking trial_docking(const TrialSettings& settings);
 
-/// What a trial with a target estimates, and how.
+/// Estimation problem of a trial with a target.
 struct TrialProblem {
   TrialSettings settings;
-  std::optional<SimulatedDive> dive;  ///< where that is simulated
-  Scenario scenario;                  ///< in memory, with the truth; of a dive navigated by its own sensors
+  std::optional<SimulatedDive> dive;  ///< set if the study simulates dives
+  Scenario scenario;                  ///< with truth; for a dive, the chaser is navigated by its own sensors
   std::vector<std::pair<double, double>> gaps;
   TrackingOptions options;
   Solver solver;
 };
+/// Simulates the measurements of a trial and returns its estimation problem. Requires a study with a target.
 TrialProblem trial_problem(const Study& study, std::size_t trial, const std::atomic<bool>* stop = nullptr);
 
-/// Simulates and estimates a trial: a target with its chaser, a chaser alone, or a rendezvous. What is refused, or ends
-/// with an error, is in the result with its reason. The result depends on the study and the number alone, but for times.
-/// `stop`: set it from anywhere to end early; the result is then not that of the trial. Any number of threads may call
-/// it; a trial is evaluated in one (ThreadLimit).
+/// Simulates and estimates a trial: a target with its chaser, a chaser alone, or a rendezvous. Except for times, the
+/// result depends only on the study and the trial number. Errors are stored in the result with their reason. `stop`
+/// ends the trial if true, with a result that does not count; any thread may set it. Thread-safe; each trial runs in
+/// one thread (ThreadLimit).
 TrialResult run_trial(const Study& study, std::size_t trial, const std::atomic<bool>* stop = nullptr);
 
 }  // namespace tandem

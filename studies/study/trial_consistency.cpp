@@ -1,7 +1,6 @@
 #include <map>
 
 #include <Eigen/Cholesky>
-#include <fmt/format.h>
 
 #include <tandem/lie/operations.hpp>
 #include <tandem/problem/tracking/ego_track.hpp>
@@ -9,17 +8,17 @@
 #include <tandem/solvers/relative_covariance.hpp>
 #include <tandem/studies/estimation/uncertainty.hpp>
 #include <tandem/studies/study/trial_consistency.hpp>
-#include <tandem/studies/support/squared_distance.hpp>
+#include <tandem/studies/study/trial_sensors.hpp>
+#include <tandem/studies/support/mahalanobis.hpp>
 
 namespace tandem {
 namespace {
 
 struct ConsistencySums {
-  Moments chaser, target, relative_pose, relative_position, inside, usbl, optical;
+  Moments chaser, target, relative_pose, relative_position, inside;
 };
 
-/// The squared distance, of a covariance that no hard constraint makes singular: along what is held exactly there is
-/// no σ to compare an error with.
+/// Returns the NEES; nullopt if a hard constraint makes the covariance singular.
 std::optional<double> nees_of(const Eigen::VectorXd& error, const Eigen::MatrixXd& S) {
   const Eigen::VectorXd sigma = S.diagonal().cwiseMax(0).cwiseSqrt();
   if (!(sigma.minCoeff() > 0)) return {};
@@ -29,7 +28,7 @@ std::optional<double> nees_of(const Eigen::VectorXd& error, const Eigen::MatrixX
   return squared_distance(error, S);
 }
 
-/// Of a block of a solved problem, with the covariance R of its noise.
+/// Returns the leave-one-out NIS of a block. R: covariance of its noise.
 double nis(const Problem& problem, const Marginals& marginals, const Block& block, const Eigen::MatrixXd& R) {
   const Problem::Linearization at = problem.linearization(block);
   const Eigen::MatrixXd by_states = at.jacobian * marginals.joint(at.variable_ids, at.dofs);
@@ -40,7 +39,7 @@ double nis(const Problem& problem, const Marginals& marginals, const Block& bloc
 
 bool whole_weight(const Problem& problem, const Block& block) { return problem.weight(block) > 0.999; }
 
-/// Truth and estimate at one keyframe, G a group of poses, T the same or a point.
+/// Adds one keyframe to the sums. G: group of the chaser's pose. T: G, or a point.
 template <LieGroup G, LieGroup T>
 void add_keyframe(const G& c, const T& t, const Eigen::MatrixXd& joint, const G& true_c, const G& true_t,
                   ConsistencySums& sums) {
@@ -64,7 +63,7 @@ void add_own_nis(const Problem& problem, const Marginals& marginals, const std::
   std::map<std::string, Moments> means;
   for (const PlacedEgoMeasurement& m : placed)
     if (m.block && whole_weight(problem, *m.block))
-      means[fmt::format("nis_{}", name(sensors[m.sensor].type))].add(
+      means[nis_metric(sensors[m.sensor].name)].add(
           nis(problem, marginals, *m.block, problem.noise(*m.block).covariance_matrix()));
   for (const auto& [metric, mean] : means) result.set_mean(metric, mean);
 }
@@ -87,23 +86,19 @@ void add_consistency(TrackingProblem& tracking, const Scenario& scenario, TrialR
     };
     std::visit(add, tracking.chaser[k], tracking.target[k]);
   }
+  std::map<std::string, Moments> sensor_nis;
   for (const PlacedMeasurement& m : tracking.measurements) {
     if (!m.block || m.orientation || m.position || !whole_weight(problem, *m.block)) continue;
     const TargetSensor& sensor = scenario.data.sensors[m.sensor];
-    Moments* const of = sensor.type == SensorType::pose ? &sums.optical
-                        : sensor.type == SensorType::position || sensor.type == SensorType::range_bearing ? &sums.usbl
-                                                                                                          : nullptr;
-    if (!of) continue;
     const Eigen::MatrixXd R = sensor.sigma.cwiseAbs2().asDiagonal();
-    of->add(nis(problem, marginals, *m.block, R));
+    sensor_nis[nis_metric(sensor.name)].add(nis(problem, marginals, *m.block, R));
   }
   result.set_mean("nees_chaser", sums.chaser);
   result.set_mean("nees_target", sums.target);
   result.set_mean("nees_relative_pose", sums.relative_pose);
   result.set_mean("nees_relative_position", sums.relative_position);
   result.set_mean("inside_three_sigma", sums.inside);
-  result.set_mean("nis_usbl", sums.usbl);
-  result.set_mean("nis_optical", sums.optical);
+  for (const auto& [metric, mean] : sensor_nis) result.set_mean(metric, mean);
   if (scenario.data.ego)
     add_own_nis(problem, marginals, scenario.data.ego->data.sensors, tracking.ego_measurements, result);
 }

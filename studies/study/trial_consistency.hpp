@@ -7,23 +7,19 @@
 
 namespace tandem {
 
-/// Squared errors of a solved problem in units of its covariances, as means over keyframes, into a result: NEES of
-/// chaser, target and relative pose, of the relative position with its coverage, and NIS of each sensor. Of a
-/// measurement with residual r, noise R and Jacobian H that is part of the problem, whose states have the covariance
-/// P,
+/// Adds consistency metrics of a solved problem to a trial result, as means over keyframes: NEES of chaser, target,
+/// relative pose and relative position, coverage of the relative position, and NIS per sensor. For a measurement in the
+/// problem with residual r, noise R and Jacobian H, and the state covariance P,
 ///
-///     NIS = rᵀ (R − H P Hᵀ)⁻¹ r,
+///     NIS = rᵀ (R − H P Hᵀ)⁻¹ r.
 ///
-/// which is that of its prediction by all other measurements (leave one out). Where a robust loss left a measurement
-/// less than its whole weight it does not count; nor does, of NEES, a keyframe at which a hard constraint leaves no
-/// covariance along some direction. Source: Bar-Shalom, Li & Kirubarajan 2001, "Estimation with Applications to
-/// Tracking and Navigation", §5.4.2.
-///
-/// NEES are of keyframes whose target is a pose or a point, in space or in the plane. Throws Error when a direction is
-/// free.
+/// This is the leave-one-out NIS: the measurement is predicted by all others. Measurements that a robust loss
+/// downweights do not count. Keyframes at which a hard constraint makes the covariance singular have no NEES.
+/// Throws Error if the problem is rank deficient.
+/// Source: Bar-Shalom, Li & Kirubarajan 2001, "Estimation with Applications to Tracking and Navigation", §5.4.2.
 void add_consistency(TrackingProblem& tracking, const Scenario& scenario, TrialResult& result);
 
-/// NIS of the chaser's own sensors, "nis_dvl", …, likewise.
+/// Adds the NIS of each of the chaser's own sensors, defined as above.
 void add_own_nis(const Problem& problem, const Marginals& marginals, const std::vector<EgoSensor>& sensors,
                  const std::vector<PlacedEgoMeasurement>& placed, TrialResult& result);
 

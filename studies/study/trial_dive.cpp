@@ -17,7 +17,7 @@ namespace {
 
 bool inside_three_sigma(double error, double variance) { return error * error <= 9 * variance; }
 
-/// All data at once.
+/// Returns the states of the batch estimate.
 std::vector<OwnState> batch_states(const SimulatedDive& dive, const NavigationData& data,
                                    const NavigationOptions& options, bool covariances, TrialResult& result) {
   const Navigation navigation = navigate(data, options);
@@ -39,13 +39,13 @@ std::vector<OwnState> batch_states(const SimulatedDive& dive, const NavigationDa
     for (std::size_t k = 0; k < states.size(); ++k)
       states[k].covariance = ego_covariance(marginals, solved.keyframes[k]);
     add_own_nis(solved.problem, marginals, navigation.data.sensors, solved.measurements, result);
-  } catch (const Error& error) {  // the estimate is there all the same
+  } catch (const Error& error) {  // the estimate is still valid
     result.message = fmt::format("no covariances: {}", error.what());
   }
   return states;
 }
 
-/// The newest state of each keyframe of a window [s], as it was known then.
+/// Returns the state of each keyframe when it was the newest one of fixed-lag smoothing. `window`: s.
 std::vector<OwnState> newest_own_states(const NavigationData& data, const NavigationOptions& options, double window,
                                         bool covariances, TrialResult& result) {
   OnlineOptions online;

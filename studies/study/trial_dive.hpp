@@ -10,25 +10,25 @@
 
 namespace tandem {
 
-/// What a trial's chaser dives, with the noise that the estimator is told; all sensors, also one that it goes without.
+/// Simulates the dive of a trial with all sensors, and with the noise that the estimator assumes.
 SimulatedDive trial_dive(const TrialSettings& settings);
-/// The same in memory as a scenario, without that sensor.
+/// Returns the dive as a scenario without the sensor `own.without`.
 Scenario dive_scenario(const SimulatedDive& dive, const OwnSensorSettings& own);
-/// How the chaser's own sensors are estimated from; no covariances.
+/// Returns the options for navigation by the chaser's own sensors, without covariances.
 NavigationOptions dive_navigation(const Study& study, const TrialSettings& settings, const std::atomic<bool>* stop);
 
-/// The chaser at an instant as it was estimated.
+/// Estimated state of the chaser at one instant.
 struct OwnState {
   double t;  ///< s
   EgoState state;
   std::optional<EgoCovariance> covariance{};
 };
-/// Errors against the truth of a dive, in all and while its DVL is out, and NEES, into a result. States at other instants
-/// than the truth's do not count.
+/// Adds the chaser's errors, overall and during DVL outages, and NEES to a trial result. States at times without truth
+/// do not count.
 void add_own_errors(const SimulatedDive& dive, const std::vector<OwnState>& states, TrialResult& result);
 
-/// Simulates a dive without a target and estimates it, by all data at once or, with a window, by the newest state of each
-/// keyframe. Throws Error where there is no estimate.
+/// Simulates and estimates a dive without a target. With settings.window > 0 it evaluates the newest states of
+/// fixed-lag smoothing, else a batch estimate. Throws Error if the estimate fails.
 void run_dive_trial(const Study& study, const TrialSettings& settings, const std::atomic<bool>* stop,
                     TrialResult& result);
 

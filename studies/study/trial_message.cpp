@@ -11,7 +11,7 @@ void append_bytes(std::string& bytes, const void* from, std::size_t size) {
   bytes.append(static_cast<const char*>(from), size);
 }
 
-/// Takes parts off the front.
+/// Reads values from the front of a byte string.
 class ByteReader {
  public:
   explicit ByteReader(const std::string& bytes) : bytes_(bytes) {}
@@ -29,7 +29,7 @@ class ByteReader {
 
  private:
   const char* part(std::size_t size) {
-    if (size > bytes_.size() - at_) throw Error("a trial's message is cut short: do all ranks run the same program?");
+    if (size > bytes_.size() - at_) throw Error("a trial message is truncated: all ranks must run the same program");
     at_ += size;
     return bytes_.data() + at_ - size;
   }
@@ -39,7 +39,7 @@ class ByteReader {
 
 }  // namespace
 
-std::string packed(const TrialResult& result) {
+std::string serialized(const TrialResult& result) {
   std::string bytes;
   append_bytes(bytes, &result.trial, sizeof result.trial);
   for (const std::string* text : {&result.status, &result.message}) {
@@ -48,13 +48,13 @@ std::string packed(const TrialResult& result) {
     bytes += *text;
   }
   for (const auto& metric : result.metrics) {
-    const double value = metric.value_or(std::numeric_limits<double>::quiet_NaN());  // which no metric is
+    const double value = metric.value_or(std::numeric_limits<double>::quiet_NaN());  // metrics are finite
     append_bytes(bytes, &value, sizeof value);
   }
   return bytes;
 }
 
-TrialResult unpacked(const std::string& bytes) {
+TrialResult deserialized(const std::string& bytes) {
   ByteReader reader(bytes);
   TrialResult result;
   result.trial = reader.take<std::size_t>();
@@ -62,7 +62,7 @@ TrialResult unpacked(const std::string& bytes) {
   result.message = reader.take_text();
   for (auto& metric : result.metrics)
     if (const double value = reader.take<double>(); value == value) metric = value;
-  if (!reader.at_end()) throw Error("a trial's message is too long: do all ranks run the same program?");
+  if (!reader.at_end()) throw Error("a trial message is too long: all ranks must run the same program");
   return result;
 }
 

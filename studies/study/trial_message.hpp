@@ -6,9 +6,9 @@
 
 namespace tandem {
 
-/// A result as bytes, for another process of the same program: numbers to the last bit.
-std::string packed(const TrialResult& result);
-/// Throws Error on bytes that packed() has not made.
-TrialResult unpacked(const std::string& bytes);
+/// Serialises a result for another process of the same program. Numbers are exact.
+std::string serialized(const TrialResult& result);
+/// Deserialises a result. Throws Error if the bytes have the wrong length.
+TrialResult deserialized(const std::string& bytes);
 
 }  // namespace tandem

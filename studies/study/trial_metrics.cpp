@@ -6,88 +6,99 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/study/trial_metrics.hpp>
+#include <tandem/studies/study/trial_sensors.hpp>
 
 namespace tandem {
 namespace {
 
 const char* const kDocked = "docked";
 
-struct TypeOfError {
-  std::string name;
+/// Keyframes whose errors are averaged: those of one type, or all.
+struct Keyframes {
+  std::string metric;  ///< first part of the metrics' names: "at_TYPE" or "at_all"
+  std::string doc;
   std::optional<KeyframeType> type;
+  bool position = false, pose = false;  ///< whether they have a measured position, a measured pose
 };
 
-const std::vector<TypeOfError>& error_types() {
-  static const std::vector<TypeOfError> all = {
-      {"usbl", KeyframeType::usbl}, {"optical", KeyframeType::optical}, {"gated", KeyframeType::gated}, {"all", {}}};
+std::vector<Keyframes> make_keyframe_groups() {
+  std::vector<Keyframes> all;
+  for (const KeyframeType type : keyframe_types) {
+    const bool pose = type == KeyframeType::pose;
+    all.push_back({fmt::format("at_{}", name(type)), fmt::format("{} keyframes", name(type)), type,
+                   pose || type == KeyframeType::position, pose});
+  }
+  all.push_back({"at_all", "all keyframes", {}});
+  return all;
+}
+
+const std::vector<Keyframes>& keyframe_groups() {
+  static const std::vector<Keyframes> all = make_keyframe_groups();
   return all;
 }
 
 std::vector<TrialMetric> make_trial_metrics() {
   std::vector<TrialMetric> all;
-  for (const auto& [name, type] : error_types()) {
-    const std::string at = name == "all" ? "all keyframes" : name + " keyframes";
-    all.push_back({name + "_keyframes", "how many " + at});
-    all.push_back({name + "_position_m", "mean error of the relative position at " + at + " [m]"});
-    all.push_back({name + "_position_std_m", "its standard deviation [m]"});
-    all.push_back({name + "_orientation_deg", "mean error of the relative orientation at " + at + " [deg]"});
-    all.push_back({name + "_orientation_std_deg", "its standard deviation [deg]"});
-    if (type == KeyframeType::gated || !type) continue;
-    all.push_back({"raw_" + name + "_position_m", "mean error of the measurements themselves at " + at + " [m]"});
-    all.push_back({"raw_" + name + "_position_std_m", "its standard deviation [m]"});
-    if (type == KeyframeType::optical) {
-      all.push_back({"raw_optical_orientation_deg", "mean error of the measured orientations [deg]"});
-      all.push_back({"raw_optical_orientation_std_deg", "its standard deviation [deg]"});
-    }
+  for (const Keyframes& of : keyframe_groups()) {
+    all.push_back({of.metric + "_keyframes", "number of " + of.doc});
+    all.push_back({of.metric + "_error_m", "mean relative position error at " + of.doc + " [m]"});
+    all.push_back({of.metric + "_error_std_m", "standard deviation of this error [m]"});
+    all.push_back({of.metric + "_orientation_deg", "mean relative orientation error at " + of.doc + " [deg]"});
+    all.push_back({of.metric + "_orientation_std_deg", "standard deviation of this error [deg]"});
+    if (!of.position) continue;
+    all.push_back({"raw_" + of.metric + "_error_m", "mean position error of the measurements at " + of.doc + " [m]"});
+    all.push_back({"raw_" + of.metric + "_error_std_m", "standard deviation of this error [m]"});
+    if (!of.pose) continue;
+    all.push_back({"raw_" + of.metric + "_orientation_deg",
+                   "mean orientation error of the measurements at " + of.doc + " [deg]"});
+    all.push_back({"raw_" + of.metric + "_orientation_std_deg", "standard deviation of this error [deg]"});
   }
   for (const double h : kAhead)
-    all.push_back(
-        {ahead_metric(h), fmt::format("mean error of the relative position predicted {:g} s ahead, of what is "
-                                      "newest in a window [m]",
-                                      h)});
+    all.push_back({ahead_metric(h),
+                   fmt::format("with `window`: mean error of the relative position predicted {:g} s ahead [m]", h)});
   for (const auto& [name, doc] : std::vector<std::pair<std::string, std::string>>{
-           {"gap_position_m", "mean error of the relative position within gaps [m]"},
-           {"gap_worst_m", "largest error within each gap, mean over gaps [m]"},
-           {"after_gap_position_m", "mean error in the 10 s after each gap [m]"},
-           {"nees_chaser", "mean normalised squared error of the chaser's pose: 6 where consistent; in the plane 3"},
-           {"nees_target", "of the target's pose, where it is one: 6; in the plane 3"},
-           {"nees_relative_pose", "of the relative pose, where the target is one: 6; in the plane 3"},
-           {"nees_relative_position", "of the relative position: 3; in the plane 2"},
-           {"inside_three_sigma", "share of the relative position's components within 3 σ: 0.9973"},
-           {"nis_usbl", "normalised squared residual of USBL fixes, each by the others' prediction: 3; in the plane 2"},
-           {"nis_optical", "of optical poses, where the target is a pose: 6; in the plane 3"},
-           {"correlation_time_s", "until the autocorrelation of the position error falls below 1/e [s]"},
+           {"gap_position_m", "mean relative position error within gaps [m]"},
+           {"gap_worst_m", "largest relative position error within a gap, mean over gaps [m]"},
+           {"after_gap_position_m", "mean relative position error in the 10 s after each gap [m]"},
+           {"nees_chaser", "mean NEES of the chaser's pose; expected 6, in the plane 3"},
+           {"nees_target",
+            "mean NEES of the target's pose; expected 6, in the plane 3; empty if the target is a point"},
+           {"nees_relative_pose",
+            "mean NEES of the relative pose; expected 6, in the plane 3; empty if the target is a point"},
+           {"nees_relative_position", "mean NEES of the relative position; expected 3, in the plane 2"},
+           {"inside_three_sigma", "share of the relative position's components within 3 σ; expected 0.9973"},
+           {"correlation_time_s", "lag at which the autocorrelation of the position error falls below 1/e [s]"},
            {"upside_down", "share of the target's poses whose z axis points down"},
-           {"keyframes", "of the problem"},
-           {"cost", "final"},
-           {"violation", "largest of a hard constraint, in its own unit"},
-           {"iterations", "of the solver"},
-           {kDocked, "1 where a rendezvous docked, else 0"},
-           {"dock_s", "time until it did [s]"},
-           {"dock_miss_m", "the least distance from the docked position [m]"},
-           {"effort_s", "integral of the squared commands, each over half its range [s]"},
-           {"keep_out_violation_m", "inside the keep-out distance before docking, in truth [m]"},
-           {"dock_three_sigma_m", "of the estimated relative position at the end [m]"},
-           {"plans", "of a rendezvous"},
-           {"plans_shifted", "of them, the plan before a step later"},
-           {"chaser_position_m", "mean error of the position of a chaser that dives by its own sensors [m]"},
-           {"chaser_worst_m", "its largest [m]"},
-           {"chaser_outage_position_m", "its mean while the DVL is out [m]"},
-           {"chaser_orientation_deg", "mean error of its orientation [deg]"},
-           {"chaser_velocity_mps", "mean error of its velocity [m/s]"},
-           {"chaser_inside_three_sigma", "share of its position's components within 3 σ: 0.9973"},
-           {"nees_velocity", "mean normalised squared error of its velocity: 3"},
-           {"nees_bias", "of its IMU's biases: 6"},
-           {"nis_dvl", "normalised squared residual of DVL velocities, each by the others' prediction: 3"},
-           {"nis_depth", "of depths: 1"},
-           {"nis_heading", "of orientations: 3"},
-           {"nis_gps", "of GPS fixes: 3"},
-           {"dvl_scale_error", "of the DVL's scale factor, where it is estimated"}})
+           {"keyframes", "number of keyframes"},
+           {"cost", "final cost"},
+           {"violation", "largest violation of a hard constraint, in its own unit"},
+           {"iterations", "number of solver iterations"},
+           {kDocked, "rendezvous: 1 if it docked, else 0"},
+           {"dock_s", "rendezvous: time until docked [s]"},
+           {"dock_miss_m", "rendezvous: minimum distance from the docked position at any time [m]"},
+           {"effort_s", "rendezvous: integral of the sum of squared commands, each divided by half its range [s]"},
+           {"keep_out_violation_m", "rendezvous: largest true intrusion into the keep-out distance before docking [m]"},
+           {"dock_three_sigma_m", "rendezvous: 3 σ of the estimated relative position at the end [m]"},
+           {"plans", "rendezvous: number of plans"},
+           {"plans_shifted", "rendezvous: number of fallback plans (the previous plan, shifted by a step)"},
+           {"chaser_position_m", "dive: mean position error of the chaser [m]"},
+           {"chaser_worst_m", "dive: largest position error of the chaser [m]"},
+           {"chaser_outage_position_m", "dive: mean position error of the chaser during DVL outages [m]"},
+           {"chaser_orientation_deg", "dive: mean orientation error of the chaser [deg]"},
+           {"chaser_velocity_mps", "dive: mean velocity error of the chaser [m/s]"},
+           {"chaser_inside_three_sigma", "dive: share of the chaser's position components within 3 σ; expected 0.9973"},
+           {"nees_velocity", "dive: mean NEES of the chaser's velocity; expected 3"},
+           {"nees_bias", "dive: mean NEES of the IMU biases; expected 6"},
+           {"dvl_scale_error", "dive: error of the estimated DVL scale factor; empty if not estimated"}})
     all.push_back({name, doc, false, name == kDocked});
-  all.push_back({"solve_s", "time of the solve, by the clock [s]", true});
-  all.push_back({"plan_median_s", "of the plans, by the clock [s]", true});
-  all.push_back({"plan_99_s", "99th percentile [s]", true});
-  all.push_back({"processor_s", "processor time of the whole trial, of its thread [s]", true});
+  for (const std::string& sensor : all_trial_sensors())
+    all.push_back(
+        {nis_metric(sensor),
+         fmt::format("mean leave-one-out NIS of the sensor {}; expected: its number of residual rows", sensor)});
+  all.push_back({"solve_s", "wall-clock time of the solve [s]", true});
+  all.push_back({"plan_median_s", "rendezvous: median processor time of replans [s]", true});
+  all.push_back({"plan_99_s", "rendezvous: 99th percentile of the processor time of replans [s]", true});
+  all.push_back({"processor_s", "processor time of the whole trial [s]", true});
   return all;
 }
 
@@ -128,14 +139,13 @@ void TrialResult::set_mean(std::string_view metric, const Moments& of) {
 }
 
 void add_errors(const std::vector<KeyframeError>& errors, TrialResult& result) {
-  for (const auto& [name, type] : error_types()) {
-    const ErrorSummary of = summarise(errors, type);
-    result.set(name + "_keyframes", of.n);
-    set_spread(result, name + "_position", "m", of.position);
-    set_spread(result, name + "_orientation", "deg", of.orientation);
-    if (!type) continue;
-    if (type != KeyframeType::gated) set_spread(result, "raw_" + name + "_position", "m", of.raw_position);
-    if (type == KeyframeType::optical) set_spread(result, "raw_optical_orientation", "deg", of.raw_orientation);
+  for (const Keyframes& keyframes : keyframe_groups()) {
+    const ErrorSummary of = summarise(errors, keyframes.type);
+    result.set(keyframes.metric + "_keyframes", of.n);
+    set_spread(result, keyframes.metric + "_error", "m", of.position);
+    set_spread(result, keyframes.metric + "_orientation", "deg", of.orientation);
+    if (keyframes.position) set_spread(result, "raw_" + keyframes.metric + "_error", "m", of.raw_position);
+    if (keyframes.pose) set_spread(result, "raw_" + keyframes.metric + "_orientation", "deg", of.raw_orientation);
   }
 }
 

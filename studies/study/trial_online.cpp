@@ -10,22 +10,22 @@
 namespace tandem {
 namespace {
 
-constexpr int kIterations = 12;  // of an update, as of `tandem track`
+constexpr int kIterations = 12;  // per update, as in `tandem track`
 
-/// A line of a scenario, in the order in which it comes: as stamped, odometry first.
-struct OnlineLine {
+/// An odometry pose or a measurement, in the order of arrival: by time stamp, odometry first.
+struct Arrival {
   double t;
-  std::optional<std::size_t> sensor;  ///< none: odometry
+  std::optional<std::size_t> sensor;  ///< nullopt: odometry
   std::size_t index;
 };
 
-std::vector<OnlineLine> lines_of(const TrackingData& data) {
-  std::vector<OnlineLine> lines;
+std::vector<Arrival> arrivals_of(const TrackingData& data) {
+  std::vector<Arrival> lines;
   for (std::size_t i = 0; i < data.odometry.size(); ++i) lines.push_back({data.odometry[i].t, {}, i});
   for (std::size_t s = 0; s < data.sensors.size(); ++s)
     for (std::size_t i = 0; i < data.sensors[s].measurements.size(); ++i)
       lines.push_back({data.sensors[s].measurements[i].t, s, i});
-  std::stable_sort(lines.begin(), lines.end(), [](const OnlineLine& a, const OnlineLine& b) { return a.t < b.t; });
+  std::stable_sort(lines.begin(), lines.end(), [](const Arrival& a, const Arrival& b) { return a.t < b.t; });
   return lines;
 }
 
@@ -55,7 +55,7 @@ NewestStates newest_states(const Scenario& scenario, const TrackingOptions& opti
   online.lag.window = window;
   online.lag.max_iterations = kIterations;
   online.lag.stop = stop;
-  online.reset.max_gap = HUGE_VAL;  // as a filter, so that errors are of the same keyframes
+  online.reset.max_gap = HUGE_VAL;  // no suspension, so that all methods have errors at the same keyframes
   OnlineEstimator estimator(scenario.data, {}, online);
 
   const std::vector<Keyframe> offline = make_keyframes(scenario.data);
@@ -65,7 +65,7 @@ NewestStates newest_states(const Scenario& scenario, const TrackingOptions& opti
     const auto k = keyframe_at(offline, update.t);
     const auto state = estimator.target();
     if (!k || !state) return;
-    if (!newest.keyframes.empty() && offline[*k].t <= newest.keyframes.back().t) {  // more has come of that instant
+    if (!newest.keyframes.empty() && offline[*k].t <= newest.keyframes.back().t) {  // another update at the same time
       if (offline[*k].t < newest.keyframes.back().t) return;
       newest.keyframes.pop_back();
       newest.chaser.pop_back();
@@ -79,7 +79,7 @@ NewestStates newest_states(const Scenario& scenario, const TrackingOptions& opti
     for (std::size_t i = 0; i < kAhead.size(); ++i)
       if (const auto seen = estimator.relative_target(kAhead[i])) ahead[i] = seen->position;
   };
-  for (const OnlineLine& line : lines_of(scenario.data)) {
+  for (const Arrival& line : arrivals_of(scenario.data)) {
     if (stop && *stop) break;
     if (line.sensor)
       estimator.add_target(*line.sensor, scenario.data.sensors[*line.sensor].measurements[line.index]);
@@ -92,20 +92,20 @@ NewestStates newest_states(const Scenario& scenario, const TrackingOptions& opti
 
 NewestStates filtered_states(const Scenario& scenario, const TrackingOptions& options, ConstantVelocityFilter filter) {
   const TrackingData& data = scenario.data;
-  if (const std::string why = why_no_hypotheses(data, !data.ego); !why.empty())
-    throw Error("a filter of positions cannot serve here: " + why);
+  if (const std::string why = why_hypotheses_unsupported(data, !data.ego); !why.empty())
+    throw Error("newest: kalman is not possible: " + why);
   const std::vector<Keyframe> keyframes = make_keyframes(data);
-  std::vector<std::vector<OnlineLine>> fixes(keyframes.size());  // by the keyframe at which they were valid
+  std::vector<std::vector<Arrival>> fixes(keyframes.size());  // by the keyframe of their validity
   for (std::size_t s = 0; s < data.sensors.size(); ++s)
     for (std::size_t i = 0; i < data.sensors[s].measurements.size(); ++i)
       if (const auto k = keyframe_at(keyframes, data.sensors[s].valid_at(data.sensors[s].measurements[i])))
         fixes[*k].push_back({data.sensors[s].measurements[i].t, s, i});
-  // To keyframe k, by what has come by `now`.
+  // Advances a filter to keyframe k with the fixes that arrived by `now`.
   const auto advance = [&](ConstantVelocityFilter& by, std::size_t k, double now) {
     const auto chaser = pose_at(data.odometry, keyframes[k].t);
     if (!chaser) return;
     if (by.started()) by.predict(keyframes[k].t);
-    for (const OnlineLine& line : fixes[k]) {
+    for (const Arrival& line : fixes[k]) {
       if (line.t > now + kSameInstant) continue;
       const TargetSensor& sensor = data.sensors[*line.sensor];
       const TargetFix fix = detail::target_fix(sensor, sensor.measurements[line.index], *chaser, options);
@@ -114,13 +114,13 @@ NewestStates filtered_states(const Scenario& scenario, const TrackingOptions& op
   };
 
   NewestStates newest;
-  std::size_t settled = 0;  // keyframes of which all fixes have come, and which `filter` has behind it
+  std::size_t settled = 0;  // number of keyframes that `filter` includes; all their fixes have arrived
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
     const double now = keyframes[k].t;
-    const auto all_here = [&](const OnlineLine& line) { return line.t <= now + kSameInstant; };
+    const auto all_here = [&](const Arrival& line) { return line.t <= now + kSameInstant; };
     while (settled <= k && std::all_of(fixes[settled].begin(), fixes[settled].end(), all_here))
       advance(filter, settled++, now);
-    ConstantVelocityFilter by = filter;  // late ones change what was filtered after them
+    ConstantVelocityFilter by = filter;  // provisional: delayed fixes may still change it
     for (std::size_t j = settled; j <= k; ++j) advance(by, j, now);
     const auto chaser = pose_at(data.odometry, now);
     if (!chaser || !by.started()) continue;
@@ -136,11 +136,11 @@ NewestStates filtered_states(const Scenario& scenario, const TrackingOptions& op
 std::vector<KeyframeError> newest_errors(const Scenario& scenario, const TrackingOptions& options,
                                          const TrialSettings& settings, const std::atomic<bool>* stop,
                                          TrialResult& result) {
-  const NewestBy& by = settings.newest;
+  const NewestStateMethod& by = settings.newest;
   const NewestStates newest =
-      by.kind == NewestBy::Kind::kalman
+      by.kind == NewestStateMethod::Kind::kalman
           ? filtered_states(scenario, options, ConstantVelocityFilter(by.acceleration, by.velocity_time))
-          : newest_states(scenario, options, settings.window, by.kind == NewestBy::Kind::hypotheses, stop);
+          : newest_states(scenario, options, settings.window, by.kind == NewestStateMethod::Kind::hypotheses, stop);
   add_updates(newest.sums, newest.keyframes.size(), stop && *stop, result);
   for (std::size_t i = 0; i < kAhead.size(); ++i) {
     Moments errors;

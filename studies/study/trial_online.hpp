@@ -13,35 +13,37 @@
 
 namespace tandem {
 
-/// How the updates of an online estimate went, all together.
+/// Totals over the updates of an online estimate.
 struct UpdateSums {
   int updates = 0, converged = 0, iterations = 0;
   double seconds = 0;
 
   void add(const OnlineUpdate& update);
 };
-/// As metrics and status of a trial.
+/// Sets status, message and solver metrics of a trial. `keyframes`: number of keyframes. `stopped`: the trial was
+/// interrupted.
 void add_updates(const UpdateSums& sums, std::size_t keyframes, bool stopped, TrialResult& result);
 
-/// The newest state of each keyframe, as it was known then.
+/// States of the keyframes, each as estimated when it was the newest one.
 struct NewestStates {
   std::vector<Keyframe> keyframes;
   std::vector<SE3> chaser;
   std::vector<TargetState> target;
-  /// Where the target will be in so many seconds, seen from where the chaser is now [m].
+  /// Predicted target position at the horizons kAhead, in the chaser's current body frame [m].
   std::vector<std::array<std::optional<Vector<3>>, kAhead.size()>> ahead;
   UpdateSums sums;
 };
 
-/// Fixed-lag smoothing of a scenario line by line, in the order of the stamps, whose newest state is the window's or, of
-/// the target, that of motion hypotheses. `window`: s. Throws Error on options that cannot work.
+/// Runs fixed-lag smoothing on a scenario in the order of the time stamps. The newest target state comes from the
+/// window or, with `hypotheses`, from motion hypotheses. `window`: s. Throws Error if the options are invalid.
 NewestStates newest_states(const Scenario& scenario, const TrackingOptions& options, double window,
                            bool hypotheses = false, const std::atomic<bool>* stop = nullptr);
-/// Of a textbook filter, from the dead-reckoned chaser, in place of any smoothing. A fix counts from when it comes, as of
-/// when it was valid: the filter is run again from there. Throws Error where sensors do not give positions.
+/// Runs the baseline filter on fixes from the dead-reckoned chaser. A delayed fix is used when it arrives, at the time
+/// at which it was valid: the filter restarts from there. Throws Error if a sensor does not measure positions.
 NewestStates filtered_states(const Scenario& scenario, const TrackingOptions& options, ConstantVelocityFilter filter);
 
-/// The errors of either, as the settings have it, and, into `result`, how it went and those of predictions.
+/// Runs the method of settings.newest and returns the errors of the newest states. Adds solver metrics and prediction
+/// errors to `result`.
 std::vector<KeyframeError> newest_errors(const Scenario& scenario, const TrackingOptions& options,
                                          const TrialSettings& settings, const std::atomic<bool>* stop,
                                          TrialResult& result);

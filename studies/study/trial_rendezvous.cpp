@@ -1,6 +1,7 @@
+#include <tandem/problem/quantile.hpp>
 #include <tandem/solvers/summary.hpp>
 #include <tandem/studies/planning/plan_scenario.hpp>
-#include <tandem/studies/planning/rendezvous_study.hpp>
+#include <tandem/studies/rendezvous/rendezvous_study.hpp>
 #include <tandem/studies/study/trial_rendezvous.hpp>
 
 namespace tandem {
@@ -12,7 +13,7 @@ void run_rendezvous_trial(const TrialSettings& settings, const std::atomic<bool>
   options.seed = settings.docking.seed;
   options.chance = settings.chance;
   options.information = settings.information;
-  pursue_within(options.planner, vehicle);
+  set_pursuit_limits(options.planner, vehicle);
   options.stop = stop;
   const RendezvousRun run = run_rendezvous(vehicle, options);
   if (run.outcome == RendezvousOutcome::interrupted) {
@@ -31,8 +32,8 @@ void run_rendezvous_trial(const TrialSettings& settings, const std::atomic<bool>
   result.set("violation", run.worst_violation);
   result.set("plans", run.plans);
   result.set("plans_shifted", run.shifted);
-  result.set("plan_median_s", quantile_of(solve_seconds(run), 0.5));
-  result.set("plan_99_s", quantile_of(solve_seconds(run), 0.99));
+  result.set("plan_median_s", detail::quantile(replan_seconds(run), 0.5));
+  result.set("plan_99_s", detail::quantile(replan_seconds(run), 0.99));
 }
 
 }  // namespace tandem

@@ -4,8 +4,8 @@
 
 namespace tandem {
 
-/// Simulates the rendezvous of a REMUS 100 that the settings ask for, by the docking's seed; converged is what ran to its
-/// end, docked or not.
+/// Simulates the rendezvous of a REMUS 100 with the method of settings.rendezvous and the seed of settings.docking. A
+/// complete run has the status converged, docked or not.
 void run_rendezvous_trial(const TrialSettings& settings, const std::atomic<bool>* stop, TrialResult& result);
 
 }  // namespace tandem

@@ -6,69 +6,70 @@
 
 #include <tandem/problem/tracking/tracking_problem.hpp>
 #include <tandem/residuals/loss.hpp>
-#include <tandem/studies/planning/rendezvous.hpp>
+#include <tandem/studies/rendezvous/rendezvous.hpp>
 #include <tandem/studies/simulation/simulate_dive.hpp>
 #include <tandem/studies/simulation/simulate_docking.hpp>
 #include <tandem/studies/support/named_parameter.hpp>
 
 namespace tandem {
 
-/// What tells the newest state, online.
-struct NewestBy {
+/// Method that estimates the newest target state online.
+struct NewestStateMethod {
   enum class Kind {
-    window,      ///< the smoother's window
-    hypotheses,  ///< MotionHypotheses over the window, as `tandem track` does
-    kalman       ///< ConstantVelocityFilter, a baseline
+    window,      ///< the window of the fixed-lag smoother
+    hypotheses,  ///< MotionHypotheses over the window, as in `tandem track`
+    kalman       ///< ConstantVelocityFilter, the baseline
   };
   Kind kind = Kind::window;
-  double acceleration = 0.2;                                       ///< of ConstantVelocityFilter
-  double velocity_time = std::numeric_limits<double>::infinity();  ///< likewise
+  double acceleration = 0.2;                                       ///< parameter of ConstantVelocityFilter
+  double velocity_time = std::numeric_limits<double>::infinity();  ///< parameter of ConstantVelocityFilter
 };
 
-/// What the trials of a study simulate.
+/// Type of simulation of a study's trials.
 enum class Simulated {
   docking,  ///< a chaser with odometry and its target, in space or in the plane; or a rendezvous
-  dive,     ///< a chaser with sensors of its own, and its target where it has one
+  dive,     ///< a chaser with its own sensors, with or without a target
 };
 std::string_view name(Simulated simulated);
 
-/// How a chaser's own sensors are used.
+/// Settings of the chaser's own sensors.
 struct OwnSensorSettings {
-  std::optional<std::string> without;             ///< one of them that is left out
-  double imu_sigma_factor = 1;                    ///< on the noise that the estimator is told
-  double dvl_sigma_factor = 1;                    ///< likewise
+  std::optional<std::string> without;             ///< sensor that the estimator does not use
+  double imu_sigma_factor = 1;                    ///< factor on the IMU noise that the estimator assumes
+  double dvl_sigma_factor = 1;                    ///< factor on the DVL sigmas that the estimator assumes
   bool dvl_scale = false, preintegrated = false;  ///< EgoOptions::dvl_scale, preintegrated_dvl
 };
 
-/// What is simulated, and how it is estimated, of one trial of a study.
+/// Simulation and estimation settings of one trial.
 struct TrialSettings {
-  DockingOptions docking;   ///< its seed is the trial's
-  DiveOptions dive;         ///< likewise; of the two, the study's simulation counts
-  OwnSensorSettings own{};  ///< of a dive
+  DockingOptions docking;   ///< used by Simulated::docking; holds the seed of the trial
+  DiveOptions dive;         ///< used by Simulated::dive; holds the same seed
+  OwnSensorSettings own{};  ///< used by Simulated::dive
 
-  double twist_sigma_factor = 1;    ///< on the priors of the target's motion, constant_twist and constant_velocity
-  double usbl_sigma_factor = 1;     ///< on the sigmas that the estimator is told
-  double optical_sigma_factor = 1;  ///< likewise
-  double max_keyframes = 0;         ///< the first ones only; 0: all
-  double window = 0;                ///< s: fixed-lag smoothing, the newest state of each keyframe; 0: all data at once
-  NewestBy newest{};                ///< of such a window
-  bool calibrated = false;          ///< with noise calibrated on the trial's own measurements first
-  double start_position = 0;        ///< m: σ along each axis by which the target's start is displaced, a wander
-  double start_orientation = 0;     ///< deg: σ about each axis by which it is turned
+  double twist_sigma_factor = 1;    ///< factor on constant_twist and constant_velocity, the target's motion noise
+  double usbl_sigma_factor = 1;     ///< factor on the USBL sigmas that the estimator assumes
+  double optical_sigma_factor = 1;  ///< factor on the optical sigmas that the estimator assumes
+  double max_keyframes = 0;         ///< use only the first keyframes; 0: all
+  double window = 0;                ///< fixed-lag smoothing, errors of the newest states [s]; 0: batch estimate
+  NewestStateMethod newest{};       ///< with a window
+  bool calibrated = false;          ///< calibrate the noise on the trial's own measurements first
+  double start_position = 0;        ///< σ of the displacement of the target's initial guess along each axis [m]
+  double start_orientation = 0;     ///< σ of the rotation of the target's initial guess about each axis [deg]
   Loss loss{};                      ///< on relative measurements
-  bool level = true;                ///< the prior of a level target, where the model holds it softly
+  bool level = true;                ///< use the soft prior of a level target
   Junction junction = Junction::boundary;  ///< of Mode B
   bool graduated = false;                  ///< robust losses by graduated non-convexity
 
-  std::optional<RendezvousMethod> rendezvous{};  ///< simulate one of these in the place of an estimate
+  std::optional<RendezvousMethod> rendezvous{};  ///< simulate a rendezvous instead of an estimate
   double chance = 0;                             ///< RendezvousOptions::chance
   double information = RendezvousOptions{}.information;
 };
 
-/// Those of the simulation, then of the estimator.
+/// Returns the parameters of the simulation, then those of the estimator.
 const std::vector<NamedParameter<TrialSettings>>& trial_parameters(Simulated simulated);
 
-/// Whether it disturbs the start alone: trials that differ in such parameters solve the same problem.
-bool is_of_the_start(const std::string& parameter);
+/// Returns whether a parameter only disturbs the initial guess. Trials that differ only in such parameters solve the
+/// same problem.
+bool is_initial_guess_parameter(const std::string& parameter);
 
 }  // namespace tandem

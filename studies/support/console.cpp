@@ -11,7 +11,7 @@ namespace tandem {
 namespace {
 
 std::atomic<bool> flag{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets the flag");
 
 void redirect_output(int to) {
   std::fflush(stdout);
@@ -30,11 +30,11 @@ void stop_on_interrupt() {
   sigaction(SIGTERM, &action, nullptr);
 }
 
-void complain(std::string_view sentence) { fmt::print(stderr, "tandem: {}\n", printable(sentence)); }
+void warn(std::string_view sentence) { fmt::print(stderr, "tandem: {}\n", printable(sentence)); }
 
-LibrariesPrintToStderr::LibrariesPrintToStderr() : output_(dup(STDOUT_FILENO)) { redirect_output(STDERR_FILENO); }
+StdoutToStderr::StdoutToStderr() : output_(dup(STDOUT_FILENO)) { redirect_output(STDERR_FILENO); }
 
-LibrariesPrintToStderr::~LibrariesPrintToStderr() {
+StdoutToStderr::~StdoutToStderr() {
   redirect_output(output_);
   close(output_);
 }

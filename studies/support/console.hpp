@@ -5,22 +5,22 @@
 
 namespace tandem {
 
-/// Set by an interrupt (Ctrl-C), or a request to terminate, after stop_on_interrupt().
+/// Returns the flag that SIGINT (Ctrl-C) and SIGTERM set after stop_on_interrupt().
 const std::atomic<bool>& interrupted();
 
-/// The next interrupt, or request to terminate, sets interrupted(); the one after it ends the program.
+/// Makes the next SIGINT or SIGTERM set interrupted(). A second signal of the same kind ends the program.
 void stop_on_interrupt();
 
-/// Prints "tandem: SENTENCE" to standard error, what a terminal would obey escaped.
-void complain(std::string_view sentence);
+/// Prints "tandem: SENTENCE" to standard error with control characters escaped; see printable().
+void warn(std::string_view sentence);
 
-/// While it lives, what libraries print goes to standard error: standard output is for results.
-class LibrariesPrintToStderr {
+/// Redirects standard output to standard error for its lifetime, so that output of libraries does not mix with results.
+class StdoutToStderr {
  public:
-  LibrariesPrintToStderr();
-  ~LibrariesPrintToStderr();
-  LibrariesPrintToStderr(const LibrariesPrintToStderr&) = delete;
-  LibrariesPrintToStderr& operator=(const LibrariesPrintToStderr&) = delete;
+  StdoutToStderr();
+  ~StdoutToStderr();
+  StdoutToStderr(const StdoutToStderr&) = delete;
+  StdoutToStderr& operator=(const StdoutToStderr&) = delete;
 
  private:
   int output_;

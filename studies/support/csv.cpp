@@ -9,7 +9,7 @@
 namespace tandem {
 namespace {
 
-/// In quotes where it must be (RFC 4180), and where blanks at its ends would be lost in reading.
+/// Appends a text. Quotes it if RFC 4180 requires that, or if it starts or ends with a blank.
 void append_quoted(std::string& out, const std::string& text) {
   const bool plain = text.find_first_of(",\"\r\n") == std::string::npos && trimmed(text).size() == text.size();
   if (plain) {
@@ -50,7 +50,7 @@ std::pair<std::string, std::optional<std::string_view>> csv_first_cell(std::stri
   std::string cell;
   std::size_t i = begin + 1;
   for (; i < line.size(); ++i) {
-    if (line[i] == '"' && (i + 1 == line.size() || line[++i] != '"')) break;  // two stand for one
+    if (line[i] == '"' && (i + 1 == line.size() || line[++i] != '"')) break;  // "" is an escaped quote
     cell += line[i];
   }
   const std::size_t comma = line.find(',', std::min(i, line.size()));

@@ -9,9 +9,12 @@
 #include <variant>
 #include <vector>
 
+#include <tandem/studies/support/file_description.hpp>
+
 namespace tandem {
 
-/// A cell of a CSV file: a number to its last digit, a text, in quotes where it must be (RFC 4180), or nothing.
+/// A cell of a CSV file: a number, a text or nothing. A number has the fewest digits that read back to the same value.
+/// A text is quoted if RFC 4180 requires it.
 class CsvCell {
  public:
   CsvCell() = default;
@@ -25,9 +28,9 @@ class CsvCell {
   CsvCell(const std::optional<T>& value) {
     if (value) *this = CsvCell(*value);
   }
-  /// A number with so many decimals.
+  /// Returns a number with a fixed number of decimals.
   static CsvCell fixed(double value, int decimals);
-  /// A number with so many digits at most.
+  /// Returns a number with at most `digits` significant digits.
   static CsvCell rounded(double value, int digits);
 
   void append_to(std::string& text) const;
@@ -36,21 +39,15 @@ class CsvCell {
   std::variant<std::monostate, double, long long, std::string> value_;
 };
 
-/// A column of a CSV file. This is all that there is to a column: a table's header and rows are made of its columns.
+/// A column of a CSV file.
 template <class Row>
 struct CsvColumn {
   std::string name;  ///< with its unit: "error_x_m"
-  std::string doc;   ///< what it is and along which axes; docs/file_formats.md has the same
+  std::string doc;   ///< description with unit and axes, as in docs/file_formats.md
   std::function<CsvCell(const Row&)> cell;
 };
 
-/// Names and docs of a file's columns.
-struct CsvDescription {
-  std::string file;
-  std::vector<std::pair<std::string, std::string>> columns;
-};
-
-/// The columns of a kind of file, of which a row is made out of a `Row`.
+/// The columns of one kind of CSV file. Each line of the file shows one `Row`.
 template <class Row>
 class CsvTable {
  public:
@@ -61,8 +58,8 @@ class CsvTable {
     columns_.push_back({std::move(name), std::move(doc), std::move(cell)});
     return *this;
   }
-  /// A column each of a vector's components, "{}" in the name standing for the axis. `vector` gives a vector or an optional
-  /// one; components beyond its size are empty.
+  /// Adds one column for each component of a vector; "{}" in the name is replaced by the axis. `vector(row)` returns a
+  /// vector or an optional vector. Cells are empty for components beyond its size.
   template <class F>
   CsvTable& add_each(const std::vector<std::string>& axes, const std::string& name, const std::string& doc, F vector) {
     for (std::size_t i = 0; i < axes.size(); ++i)
@@ -83,13 +80,13 @@ class CsvTable {
     return add_each({"x", "y", "z"}, name, doc, std::move(vector));
   }
 
-  CsvDescription describe(std::string file) const {
-    CsvDescription description{std::move(file), {}};
+  FileDescription describe(std::string file) const {
+    FileDescription description{std::move(file), "column", {}};
     for (const CsvColumn<Row>& column : columns_) description.columns.emplace_back(column.name, column.doc);
     return description;
   }
 
-  /// The first line, which names the columns.
+  /// Returns the header line.
   std::string header() const {
     std::string text;
     for (const CsvColumn<Row>& column : columns_) {
@@ -98,13 +95,13 @@ class CsvTable {
     }
     return text + '\n';
   }
-  /// A line.
+  /// Returns the line of one row.
   std::string row(const Row& row) const {
     std::string text;
     append_row(text, row);
     return text;
   }
-  /// A whole file.
+  /// Returns the text of a whole file: the header and all rows.
   template <class Rows>
   std::string text(const Rows& rows) const {
     std::string text = header();
@@ -129,11 +126,11 @@ class CsvTable {
   std::vector<CsvColumn<Row>> columns_;
 };
 
-/// The first cell of a line, quotes taken away, or blanks around it where it has none; and what comes after its comma, if
-/// there is one.
+/// Returns the first cell of a line without its quotes (or, if unquoted, without surrounding blanks), and the text
+/// after its comma (nothing for the last cell).
 std::pair<std::string, std::optional<std::string_view>> csv_first_cell(std::string_view line);
 
-/// All cells of a line.
+/// Returns all cells of a line.
 std::vector<std::string> csv_cells(std::string_view line);
 
 }  // namespace tandem

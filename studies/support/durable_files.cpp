@@ -1,6 +1,5 @@
 #include <cerrno>
 #include <csignal>
-#include <cstring>
 #include <utility>
 
 #include <fcntl.h>
@@ -9,6 +8,7 @@
 #include <unistd.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/replace_file.hpp>
 #include <tandem/studies/support/durable_files.hpp>
 #include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/text.hpp>
@@ -16,59 +16,19 @@
 namespace tandem {
 namespace {
 
-constexpr std::size_t kMostPending = 64 << 20;  // bytes, of a file that cannot be written
-constexpr mode_t kMode = 0666;                  // less the user's mask
+constexpr std::size_t kMaxPending = 64 << 20;  // bytes kept for a file whose writes fail
+constexpr mode_t kMode = 0666;                 // before the umask is applied
 
-std::string why_not_written(const std::filesystem::path& file, int reason) {
-  return fmt::format("{} cannot be written: {}", printable(file.string()), std::strerror(reason));
+std::string write_error(const std::filesystem::path& file, const std::error_code& reason) {
+  return fmt::format("{} cannot be written: {}", printable(file.string()), reason.message());
 }
 
-/// Writes all of it; returns errno, or 0.
-int write_at(int descriptor, std::string_view text, std::uintmax_t at) {
-  while (!text.empty()) {
-    const ssize_t n = pwrite(descriptor, text.data(), text.size(), off_t(at));
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return n < 0 ? errno : EIO;
-    text.remove_prefix(std::size_t(n));
-    at += std::uintmax_t(n);
-  }
-  return 0;
-}
-
-int synced(int descriptor) { return fdatasync(descriptor) == 0 || errno == EINVAL ? 0 : errno; }
-
-/// Names in a folder are on the disk once that is; where the system can.
-void sync_folder(const std::filesystem::path& folder) {
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return;
-  fsync(descriptor);
-  close(descriptor);
-}
-
-std::filesystem::path folder_of(const std::filesystem::path& file) {
-  return file.has_parent_path() ? file.parent_path() : ".";
-}
-
-/// Returns errno, or 0: then the file is the new one, after a power failure too.
-int replace_file(const std::filesystem::path& file, const std::string& text) {
-  const std::filesystem::path aside = file.string() + ".new";
-  const int descriptor = ::open(aside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kMode);
-  if (descriptor < 0) return errno;
-  int reason = write_at(descriptor, text, 0);
-  if (reason == 0) reason = synced(descriptor);
-  close(descriptor);
-  if (reason == 0 && rename(aside.c_str(), file.c_str()) != 0) reason = errno;
-  if (reason != 0)
-    unlink(aside.c_str());
-  else
-    sync_folder(folder_of(file));
-  return reason;
-}
+std::error_code last_error() { return {errno, std::generic_category()}; }
 
 }  // namespace
 
 DurableFiles::DurableFiles(std::chrono::milliseconds period) : period_(period) {
-  sigset_t all, before;  // signals are the other threads'
+  sigset_t all, before;  // the writer thread handles no signals
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &before);
   thread_ = std::thread([this] { run(); });
@@ -78,7 +38,7 @@ DurableFiles::DurableFiles(std::chrono::milliseconds period) : period_(period) {
 DurableFiles::~DurableFiles() {
   {
     const std::lock_guard lock(mutex_);
-    ends_ = true;
+    stopping_ = true;
   }
   wake_.notify_one();
   thread_.join();
@@ -88,11 +48,11 @@ DurableFiles::~DurableFiles() {
 std::size_t DurableFiles::open(const std::filesystem::path& path, std::uintmax_t keep) {
   const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, kMode);
   if (descriptor < 0 || ftruncate(descriptor, off_t(keep)) != 0) {
-    const int reason = errno;
+    const std::error_code reason = last_error();
     if (descriptor >= 0) close(descriptor);
-    throw Error(why_not_written(path, reason));
+    throw Error(write_error(path, reason));
   }
-  sync_folder(folder_of(path));
+  detail::sync_folder_of(path);
   const std::lock_guard lock(mutex_);
   files_.push_back({path, descriptor, keep, {}});
   return files_.size() - 1;
@@ -111,15 +71,15 @@ std::uintmax_t DurableFiles::size(std::size_t file) const {
 void DurableFiles::replace(const std::filesystem::path& file, std::string text) {
   const std::lock_guard lock(mutex_);
   replacements_[file] = std::move(text);
-  hurries_ = true;
+  flush_requested_ = true;
   wake_.notify_one();
 }
 
 void DurableFiles::flush() {
   std::unique_lock lock(mutex_);
-  hurries_ = true;
+  flush_requested_ = true;
   wake_.notify_one();
-  written_.wait(lock, [&] { return !hurries_ && !busy_; });
+  written_.wait(lock, [&] { return !flush_requested_ && !busy_; });
 }
 
 std::string DurableFiles::failure() {
@@ -130,9 +90,9 @@ std::string DurableFiles::failure() {
 void DurableFiles::run() {
   std::unique_lock lock(mutex_);
   for (bool last = false; !last;) {
-    wake_.wait_for(lock, period_, [this] { return ends_ || hurries_; });
-    last = ends_;
-    hurries_ = false;
+    wake_.wait_for(lock, period_, [this] { return stopping_ || flush_requested_; });
+    last = stopping_;
+    flush_requested_ = false;
     busy_ = true;
     write_all(lock);
     busy_ = false;
@@ -140,10 +100,11 @@ void DurableFiles::run() {
   }
 }
 
-/// With the lock, which is given up while the disk works. Whole pieces or none: after a failure a file ends where it did.
+/// Writes everything pending. Releases the lock during disk operations. If a write fails, truncates the file to its
+/// previous size, so that no partial text remains.
 void DurableFiles::write_all(std::unique_lock<std::mutex>& lock) {
   bool all = true;
-  // Those of now: what comes from here on may speak of what is appended from here on.
+  // Takes the present replacements only: a later one may refer to text that is appended later.
   std::map<std::filesystem::path, std::string> replacements = std::exchange(replacements_, {});
   for (std::size_t i = 0; i < files_.size(); ++i) {
     if (files_[i].pending.empty()) continue;
@@ -151,32 +112,33 @@ void DurableFiles::write_all(std::unique_lock<std::mutex>& lock) {
     const int descriptor = files_[i].descriptor;
     const std::uintmax_t at = files_[i].written;
     lock.unlock();
-    int reason = write_at(descriptor, text, at);
-    if (reason != 0 && ftruncate(descriptor, off_t(at)) != 0) reason = errno;
-    if (reason == 0) reason = synced(descriptor);
+    std::error_code reason = lseek(descriptor, off_t(at), SEEK_SET) < 0 ? last_error() : std::error_code();
+    if (!reason) reason = detail::write_text(descriptor, text);
+    if (reason && ftruncate(descriptor, off_t(at)) != 0) reason = last_error();
+    if (!reason) reason = detail::sync_file(descriptor);
     lock.lock();
     File& file = files_[i];
-    if (reason == 0) {
+    if (!reason) {
       file.pending.erase(0, text.size());
       file.written += text.size();
       continue;
     }
     all = false;
-    failure_ = why_not_written(file.path, reason);
-    if (file.pending.size() > kMostPending) file.pending.clear();
+    failure_ = write_error(file.path, reason);
+    if (file.pending.size() > kMaxPending) file.pending.clear();
   }
-  if (!all) return replacements_.merge(replacements);  // later, unless there is a newer one
+  if (!all) return replacements_.merge(replacements);  // retried later, unless replaced by a newer one
   for (auto& [path, text] : replacements) {
     lock.unlock();
-    const int reason = replace_file(path, text);
+    const std::error_code reason = detail::replace_file(path, text);
     lock.lock();
-    if (reason == 0) continue;
-    failure_ = why_not_written(path, reason);
-    replacements_.try_emplace(path, std::move(text));  // later, unless there is a newer one
+    if (!reason) continue;
+    failure_ = write_error(path, reason);
+    replacements_.try_emplace(path, std::move(text));  // retried later, unless replaced by a newer one
   }
 }
 
-void cut_half_line(const std::filesystem::path& file) {
+void remove_partial_line(const std::filesystem::path& file) {
   std::ifstream stream = open_input(file);
   std::uintmax_t size = std::filesystem::file_size(file), end = size;
   for (char c = 0; end > 0; --end) {

@@ -13,29 +13,29 @@
 
 namespace tandem {
 
-/// Files that are to survive a kill or a power failure while the program goes on: a thread of its own writes what has come
-/// and has the system put it on the disk, so that neither a slow disk nor a silent input delays the other.
+/// Files that are written while the program runs and survive a kill or a power failure. A background thread writes and
+/// flushes the text to the disk, so that a slow disk does not delay the callers.
 class DurableFiles {
  public:
-  /// What has come is on the disk after `period`, but for the time that the disk takes.
+  /// Starts the writer thread. Text reaches the disk `period` after append(), plus the time of the disk operations.
   explicit DurableFiles(std::chrono::milliseconds period);
-  /// Writes what is left.
+  /// Writes the pending text and stops the thread.
   ~DurableFiles();
   DurableFiles(const DurableFiles&) = delete;
 
-  /// A file to append to, of which the first `keep` bytes stay, where it is there. Returns what append() calls it. Throws
-  /// Error.
+  /// Opens or creates a file to append to, truncated to its first `keep` bytes. Returns its handle for append() and
+  /// size(). Throws Error if the file cannot be opened.
   std::size_t open(const std::filesystem::path& file, std::uintmax_t keep = 0);
   void append(std::size_t file, std::string_view text);
-  /// Bytes of a file, all that was appended counted.
+  /// Returns the size of a file in bytes, including pending text.
   std::uintmax_t size(std::size_t file) const;
-  /// A whole file in place of the old one by one rename, after all that was appended before is on the disk.
+  /// Replaces a whole file by one rename, after all text that was appended before is on the disk.
   void replace(const std::filesystem::path& file, std::string text);
-  /// Waits until all that has come was written, or has failed.
+  /// Blocks until all pending text is written or has failed.
   void flush();
 
-  /// Why something could not be written, a sentence; empty where all could, or nothing has failed since it was asked last.
-  /// What was not written is tried again, as long as that is not too much to be kept.
+  /// Returns one sentence about the last failed write since the previous call, or an empty string. Failed writes are
+  /// retried; more than 64 MiB of pending text of one file is discarded.
   std::string failure();
 
  private:
@@ -55,11 +55,12 @@ class DurableFiles {
   std::vector<File> files_;
   std::map<std::filesystem::path, std::string> replacements_;
   std::string failure_;
-  bool ends_ = false, hurries_ = false, busy_ = false;
+  bool stopping_ = false, flush_requested_ = false, busy_ = false;
   std::thread thread_;
 };
 
-/// Cuts a file behind its last line end, where a kill has left half a line. Throws Error.
-void cut_half_line(const std::filesystem::path& file);
+/// Truncates a file after its last line end. Removes the incomplete line that a killed writer leaves. Throws Error if
+/// the file cannot be read.
+void remove_partial_line(const std::filesystem::path& file);
 
 }  // namespace tandem

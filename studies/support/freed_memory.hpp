@@ -2,9 +2,8 @@
 
 namespace tandem {
 
-/// What this process frees from now on it keeps for what comes. A solve takes tens of megabytes, which the C library would
-/// give back to the system and ask for again, page by page, in the next: a third of a study's time. On others than glibc
-/// it does nothing.
+/// Makes the C library keep freed memory instead of returning it to the system. Each solve allocates tens of megabytes;
+/// requesting these pages again would take a third of the time of a study. Does nothing without glibc.
 void keep_freed_memory();
 
 }  // namespace tandem

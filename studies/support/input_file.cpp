@@ -1,3 +1,5 @@
+#include <iterator>
+
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
@@ -17,6 +19,11 @@ std::ifstream open_input(const std::filesystem::path& file) {
     throw Error(fmt::format("{} {}", file.string(), there ? "cannot be read" : "is missing"));
   }
   return stream;
+}
+
+std::string read_text(const std::filesystem::path& file) {
+  std::ifstream stream = open_input(file);
+  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 }  // namespace tandem

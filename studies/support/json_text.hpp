@@ -6,7 +6,8 @@
 
 namespace tandem {
 
-/// As it is written to files and terminals; a name may hold bytes that are no UTF-8.
+/// Returns the text of a JSON value as Tandem writes it: indented, with a final line end, and with invalid UTF-8 bytes
+/// replaced.
 inline std::string json_text(const nlohmann::ordered_json& json) {
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }

@@ -7,29 +7,29 @@
 
 namespace tandem {
 
-/// A setting that has a name, for descriptions in yaml, for the command line and for studies.
+/// A named setting that yaml files, command-line options and studies can set.
 template <class Options>
 struct NamedParameter {
   std::string name;
-  std::string unit;  ///< empty: a word, a share or a factor
+  std::string unit;  ///< empty for words and dimensionless numbers
   std::string doc;
-  /// Reads a value into the options. Throws Error that begins with `where`.
+  /// Parses `text` into the options. Throws Error with a message that starts with `where`.
   std::function<void(Options&, const std::string& where, const std::string& text)> set;
-  std::function<std::string(const Options&)> text;  ///< the value as `set` takes it, always the same for one value
+  std::function<std::string(const Options&)> text;  ///< returns the value as canonical text that `set` accepts
 };
 
 namespace detail {
 double number_within(const std::string& where, const std::string& text, double least, double most);
 std::string number_text(double value);
 std::string parameter_line(const std::string& name, const std::string& unit, const std::string& doc,
-                           const std::string& otherwise);
+                           const std::string& default_value);
 bool switch_of(const std::string& where, const std::string& text);
 std::size_t one_of(const std::string& where, const std::string& text, const std::vector<std::string>& words);
 [[noreturn]] void no_such_parameter(const std::string& where, const std::string& name,
                                     const std::vector<std::string>& names);
 }  // namespace detail
 
-/// A number from `least` to `most`.
+/// Returns a parameter that takes a number in [least, most].
 template <class Options>
 NamedParameter<Options> number_parameter(std::string name, std::string unit, std::string doc, double Options::*value,
                                          double least, double most) {
@@ -40,7 +40,7 @@ NamedParameter<Options> number_parameter(std::string name, std::string unit, std
           [=](const Options& options) { return detail::number_text(options.*value); }};
 }
 
-/// 0 or 1.
+/// Returns a parameter that takes 0 or 1.
 template <class Options>
 NamedParameter<Options> switch_parameter(std::string name, std::string doc, bool Options::*value) {
   return {std::move(name), "", std::move(doc),
@@ -50,7 +50,7 @@ NamedParameter<Options> switch_parameter(std::string name, std::string doc, bool
           [=](const Options& options) { return std::string(options.*value ? "1" : "0"); }};
 }
 
-/// One of some words, each with what it means.
+/// Returns a parameter that takes one of the given words and sets its value.
 template <class Options, class Word>
 NamedParameter<Options> word_parameter(std::string name, std::string doc, Word Options::*value,
                                        std::vector<std::pair<std::string, Word>> words) {
@@ -67,7 +67,7 @@ NamedParameter<Options> word_parameter(std::string name, std::string doc, Word O
           }};
 }
 
-/// Another table's parameter, of options that are a member of these.
+/// Returns a parameter of `Options` that sets a parameter of its member `part`.
 template <class Options, class Part>
 NamedParameter<Options> parameter_of_part(const NamedParameter<Part>& p, Part Options::*part) {
   return {
@@ -76,7 +76,8 @@ NamedParameter<Options> parameter_of_part(const NamedParameter<Part>& p, Part Op
       [=](const Options& options) { return p.text(options.*part); }};
 }
 
-/// The one of that name. Throws Error that begins with `where` and names the nearest.
+/// Returns the parameter with this name. If there is none, throws Error with a message that starts with `where` and
+/// suggests the most similar name.
 template <class Options>
 const NamedParameter<Options>& parameter_named(const std::vector<NamedParameter<Options>>& parameters,
                                                const std::string& where, const std::string& name) {
@@ -88,7 +89,7 @@ const NamedParameter<Options>& parameter_named(const std::vector<NamedParameter<
   detail::no_such_parameter(where, name, names);
 }
 
-/// A line each parameter, for --help.
+/// Returns one line for each parameter with its description, unit and default, for `--help`.
 template <class Options>
 std::string parameter_help(const std::vector<NamedParameter<Options>>& parameters) {
   std::string text;

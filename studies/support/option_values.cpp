@@ -25,7 +25,8 @@ T choose(const std::string& option, const std::string& text, const std::vector<C
     if (name == text) return value;
     names.push_back(name);
   }
-  throw Error(fmt::format("{} is {}, not {}{}", option, listed(names, "or"), quote(text), did_you_mean(text, names)));
+  throw Error(
+      fmt::format("{} takes {}, not {}{}", option, listed(names, "or"), quote(text), did_you_mean(text, names)));
 }
 
 const std::vector<Choice<Loss::Kind>>& losses() {
@@ -77,9 +78,10 @@ std::vector<Horizon> parse_horizons(const std::string& option, const std::string
   std::vector<Horizon> horizons;
   for (const std::string_view part : split(text, ',')) {
     const auto ends = split(part, ':');
-    const auto back = whole_number(ends.front()), ahead = whole_number(ends.back());
+    const auto back = parse_positive_integer(ends.front()), ahead = parse_positive_integer(ends.back());
     if (ends.size() > 2 || !back || !ahead)
-      throw Error(fmt::format("{} takes keyframes back and ahead, e.g. 1,2,5:3, not {}", option, quote(part)));
+      throw Error(
+          fmt::format("{} takes a list of N or BACK:AHEAD in keyframes, e.g. 1,2,5:3, not {}", option, quote(part)));
     horizons.push_back({*back, *ahead});
   }
   return horizons;
@@ -105,13 +107,15 @@ std::optional<PlotFormat> parse_plots(const std::string& option, const std::stri
 
 Bounds<1> parse_interval(const std::string& option, const std::string& text) {
   const auto parts = split(text, ',');
-  if (parts.size() > 2) throw Error(fmt::format("{} takes MIN,MAX, not {}", option, quote(text)));
+  if (parts.size() != 2)
+    throw Error(fmt::format("{} takes two numbers MIN,MAX, not {}; for one limit: {} MIN,inf or {} -inf,MAX", option,
+                            quote(text), option, option));
   const double lower = parse_number(option, parts[0]);
-  const double upper = parts.size() == 2 ? parse_number(option, parts[1]) : std::numeric_limits<double>::infinity();
+  const double upper = parse_number(option, parts[1]);
   if (lower > upper)
     throw Error(fmt::format("{}: the lower limit {} is above the upper limit {}", option, lower, upper));
   if (!std::isfinite(lower) && !std::isfinite(upper))
-    throw Error(fmt::format("{} {} limits nothing; give a finite number", option, text));
+    throw Error(fmt::format("{} {} limits nothing; give at least one finite number", option, text));
   return between(lower, upper);
 }
 
@@ -122,7 +126,7 @@ Loss parse_loss(const std::string& option, const std::string& text) {
   if (colon == std::string::npos) return loss;
   loss.scale = parse_number(option, std::string_view(text).substr(colon + 1));
   if (!std::isfinite(loss.scale) || loss.scale <= 0.0)
-    throw Error(fmt::format("{}: the scale {} must be above zero and finite", option, loss.scale));
+    throw Error(fmt::format("{}: the scale must be positive and finite, not {}", option, loss.scale));
   return loss;
 }
 
@@ -142,8 +146,9 @@ Solver parse_solver(const std::string& option, const std::string& text) {
   const std::vector<std::string> names = solver_names();
   if (std::find(names.begin(), names.end(), text) == names.end()) {
     if (nlopt_algorithms().empty() && text.starts_with("nlopt"))
-      throw Error(fmt::format("{} {}: this build has no NLopt ({} are there)", option, text, listed(names)));
-    throw Error(fmt::format("{} is {}, not {}{}", option, listed(names, "or"), quote(text), did_you_mean(text, names)));
+      throw Error(fmt::format("{} {}: this build has no NLopt (available: {})", option, text, listed(names)));
+    throw Error(
+        fmt::format("{} takes {}, not {}{}", option, listed(names, "or"), quote(text), did_you_mean(text, names)));
   }
   if (text == "gauss-newton") return GaussNewtonOptions{};
   if (text == "augmented-lagrangian") return AugmentedLagrangianOptions{};
@@ -154,34 +159,35 @@ Solver parse_solver(const std::string& option, const std::string& text) {
 }
 
 int parse_count(const std::string& option, const std::string& text) {
-  const auto value = whole_number(text);
-  if (!value) throw Error(fmt::format("{} takes a whole number above zero, not {}", option, quote(text)));
+  const auto value = parse_positive_integer(text);
+  if (!value) throw Error(fmt::format("{} takes a positive integer, not {}", option, quote(text)));
   return *value;
 }
 
-int parse_count_or_none(const std::string& option, const std::string& text) {
+int parse_count_or_zero(const std::string& option, const std::string& text) {
   if (text == "0") return 0;
-  const auto value = whole_number(text);
-  if (!value) throw Error(fmt::format("{} takes a whole number, zero or above, not {}", option, quote(text)));
+  const auto value = parse_positive_integer(text);
+  if (!value) throw Error(fmt::format("{} takes a non-negative integer, not {}", option, quote(text)));
   return *value;
 }
 
-double parse_magnitude(const std::string& option, const std::string& text) {
+double parse_non_negative(const std::string& option, const std::string& text) {
   const double value = parse_number(option, text);
   if (!std::isfinite(value) || value < 0.0)
-    throw Error(fmt::format("{} takes a finite number, zero or above, not {}", option, quote(text)));
+    throw Error(fmt::format("{} takes a non-negative number, not {}", option, quote(text)));
   return value;
 }
 
 double parse_positive(const std::string& option, const std::string& text) {
-  const double value = parse_magnitude(option, text);
-  if (value <= 0) throw Error(fmt::format("{} is above zero, not {}", option, quote(text)));
+  const double value = parse_non_negative(option, text);
+  if (value <= 0) throw Error(fmt::format("{} takes a positive number, not {}", option, quote(text)));
   return value;
 }
 
 double parse_finite(const std::string& option, const std::string& text) {
   const auto value = tandem::parse_number(text);
-  if (!value || !std::isfinite(*value)) throw Error(fmt::format("{} takes a number, not {}", option, quote(text)));
+  if (!value || !std::isfinite(*value))
+    throw Error(fmt::format("{} takes a finite number, not {}", option, quote(text)));
   return *value;
 }
 

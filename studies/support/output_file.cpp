@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/replace_file.hpp>
 #include <tandem/studies/support/output_file.hpp>
 
 namespace tandem {
@@ -29,6 +30,11 @@ void write_file(const std::filesystem::path& file, std::string_view text) {
   OutputFile out(file);
   out.write(text);
   out.close();
+}
+
+void replace_file(const std::filesystem::path& file, std::string_view text) {
+  if (const std::error_code reason = detail::replace_file(file, text))
+    throw Error(fmt::format("{} cannot be written: {}", file.string(), reason.message()));
 }
 
 }  // namespace tandem

@@ -6,16 +6,16 @@
 #include <set>
 #include <vector>
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <stdlib.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/studies/support/file_lock.hpp>
 #include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/output_folder.hpp>
+#include <tandem/studies/support/posix.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -23,28 +23,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string kFresh = "new";  // in a temporary folder: what is written, then, exchanged, what was there before
+const std::string kFresh = "new";  // subfolder of the temporary folder: the new files; after the exchange, the old ones
 constexpr int kTries = 100;
-const std::string kOwn = ".tandem-";   // begins names of what is not to be kept: the manifest, a probe of another run
-const std::string kExchange = "swap";  // there once `new` is complete
+const std::string kInternal = ".tandem-";  // prefix of the manifest and of the write probes of other runs
+const std::string kExchange = "swap";      // marker file: `new` is complete and may have been exchanged
 
-/// While it lives, no other process has one of the same folder.
-class FolderLock {
- public:
-  explicit FolderLock(const fs::path& folder) : descriptor_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    while (descriptor_ >= 0 && flock(descriptor_, LOCK_EX) != 0 && errno == EINTR) continue;
-  }
-  ~FolderLock() {
-    if (descriptor_ >= 0) close(descriptor_);
-  }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
+std::string& run_file_text() {
+  static std::string text;
+  return text;
+}
 
- private:
-  int descriptor_;
-};
-
-/// Removes the folder it made, if it is still there, whatever happens.
+/// Creates a folder, and removes it in the destructor.
 class TemporaryFolder {
  public:
   explicit TemporaryFolder(fs::path path) : path_(std::move(path)) { fs::create_directories(path_); }
@@ -66,8 +55,9 @@ std::set<std::string> names_in(const fs::path& folder) {
   return names;
 }
 
-/// What a run has written there; names alone, whatever a hand may have put there.
-std::set<std::string> last_written(const fs::path& folder) {
+/// Returns the file names in the manifest of the last run. Ignores lines that are not plain file names, so that an
+/// edited manifest cannot lead out of the folder.
+std::set<std::string> files_of_last_run(const fs::path& folder) {
   std::set<std::string> names;
   std::ifstream stream(folder / OutputFolder::manifest, std::ios::binary);
   for (std::string name; std::getline(stream, name);)
@@ -75,59 +65,56 @@ std::set<std::string> last_written(const fs::path& folder) {
   return names;
 }
 
-/// What is in a folder that no run has put there: it stays.
-std::set<std::string> foreign(const fs::path& folder) {
+/// Returns the names of entries that were not written by a run; they belong to the user.
+std::set<std::string> user_entries(const fs::path& folder) {
   std::set<std::string> names = names_in(folder);
-  for (const std::string& name : last_written(folder))
+  for (const std::string& name : files_of_last_run(folder))
     if (!fs::is_directory(fs::symlink_status(folder / name))) names.erase(name);
-  std::erase_if(names, [](const std::string& name) { return name.starts_with(kOwn); });
+  std::erase_if(names, [](const std::string& name) { return name.starts_with(kInternal); });
   return names;
 }
 
 void check_replaceable(const fs::path& fresh, const fs::path& folder) {
   for (const std::string& name : names_in(fresh))
     if (fs::is_directory(folder / name))
-      throw Error(
-          fmt::format("{} is a folder, and a file of that name is to be written", printable((folder / name).string())));
+      throw Error(fmt::format("{} is a folder; remove or rename it, since a file of that name must be written",
+                              printable((folder / name).string())));
 }
 
-bool rename_by(const fs::path& from, const fs::path& to, unsigned flags) {
-  return renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), flags) == 0;
-}
-
-/// Moves what is in `old` and no run has put there into `folder`, where there is nothing of that name.
-void rescue(const fs::path& old, const fs::path& folder) {
-  for (const std::string& name : foreign(old)) {
+/// Moves user entries from `old` to `folder`, except those whose name exists there.
+void move_user_entries(const fs::path& old, const fs::path& folder) {
+  for (const std::string& name : user_entries(old)) {
     if (fs::exists(fs::symlink_status(folder / name))) continue;
     std::error_code error;
     fs::rename(old / name, folder / name, error);
-    if (error && fs::exists(fs::symlink_status(old / name)))  // else its owner has removed it meanwhile
+    if (error && fs::exists(fs::symlink_status(old / name)))  // not removed by its owner meanwhile
       throw fs::filesystem_error("", error);
   }
 }
 
-/// The whole folder for the other by one rename; false where the system cannot. Files of others are in both at that
-/// moment, folders of others are moved after it.
+/// Exchanges two folders by one atomic rename. Returns false if the system does not support it. User files are linked
+/// into the new folder before the rename; user folders are moved after it.
 bool exchange(const fs::path& fresh, const fs::path& folder, const fs::path& mark) {
-  if (fs::equivalent(folder, fs::current_path())) return false;  // who stands in it would be left in the old one
+  if (fs::equivalent(folder, fs::current_path())) return false;  // the current folder would become the old one
   check_replaceable(fresh, folder);
   std::error_code ignored;
   const std::set<std::string> written = names_in(fresh);
-  for (const std::string& name : foreign(folder))
+  for (const std::string& name : user_entries(folder))
     if (!written.contains(name) && fs::is_regular_file(fs::symlink_status(folder / name)))
       fs::create_hard_link(folder / name, fresh / name, ignored);
   fs::permissions(fresh, fs::status(folder).permissions(), ignored);
   write_file(mark, "");
-  if (!rename_by(fresh, folder, RENAME_EXCHANGE)) return false;
-  rescue(fresh, folder);
+  if (!rename_atomically(fresh.c_str(), folder.c_str(), RenameMode::exchange)) return false;
+  move_user_entries(fresh, folder);
   return true;
 }
 
-/// File by file, where the folder itself cannot be replaced: all, or none unless the process is killed meanwhile.
+/// Replaces files one by one, for folders that cannot be exchanged. Restores all old files if one replacement fails.
+/// Not atomic if the process is killed.
 void replace_files(const fs::path& fresh, const fs::path& folder, const fs::path& aside) {
   check_replaceable(fresh, folder);
-  const std::set<std::string> written = last_written(fresh);
-  std::set<std::string> old = last_written(folder);
+  const std::set<std::string> written = files_of_last_run(fresh);
+  std::set<std::string> old = files_of_last_run(folder);
   old.insert(written.begin(), written.end());
   old.insert(OutputFolder::manifest);
   std::vector<std::pair<fs::path, fs::path>> moved;
@@ -150,7 +137,7 @@ void replace_files(const fs::path& fresh, const fs::path& folder, const fs::path
 
 bool is_writable(const fs::path& folder) { return access(folder.c_str(), W_OK | X_OK) == 0; }
 
-bool on_one_disk(const fs::path& a, const fs::path& b) {
+bool on_same_file_system(const fs::path& a, const fs::path& b) {
   struct stat of_a {
   }, of_b{};
   return stat(a.c_str(), &of_a) == 0 && stat(b.c_str(), &of_b) == 0 && of_a.st_dev == of_b.st_dev;
@@ -158,7 +145,8 @@ bool on_one_disk(const fs::path& a, const fs::path& b) {
 
 std::string temporary_prefix(const fs::path& folder) { return fmt::format(".{}.tandem-", folder.filename().string()); }
 
-/// Removes what killed runs have left beside the folder or in it; of what one had exchanged, what is not its own comes back.
+/// Removes temporary folders that killed runs left in `where`. Moves user entries back if a run was killed after the
+/// exchange.
 void clean_up(const fs::path& where, const fs::path& folder) {
   std::error_code ignored;
   const std::string prefix = temporary_prefix(folder);
@@ -167,10 +155,10 @@ void clean_up(const fs::path& where, const fs::path& folder) {
     if (entry.path().filename().string().starts_with(prefix)) left.push_back(entry.path());
   for (const fs::path& path : left) {
     const std::string name = path.filename().string().substr(prefix.size());
-    const auto process = whole_number(std::string_view(name).substr(0, name.find('-')));
-    if (!process || kill(*process, 0) == 0 || errno == EPERM) continue;  // it is still at it
+    const auto process = parse_positive_integer(std::string_view(name).substr(0, name.find('-')));
+    if (!process || kill(*process, 0) == 0 || errno == EPERM) continue;  // that run is still alive
     if (fs::exists(path / kExchange) && fs::is_directory(path / kFresh) && fs::is_directory(folder))
-      rescue(path / kFresh, folder);
+      move_user_entries(path / kFresh, folder);
     fs::remove_all(path, ignored);
   }
 }
@@ -178,38 +166,40 @@ void clean_up(const fs::path& where, const fs::path& folder) {
 }  // namespace
 
 OutputFolder::OutputFolder(std::filesystem::path folder) {
-  if (folder.empty()) throw Error("--out needs the name of a folder");
+  if (folder.empty()) throw Error("--out needs a folder name");
   folder_ = std::filesystem::absolute(folder).lexically_normal();
   if (!folder_.has_filename()) folder_ = folder_.parent_path();  // "DIR/"
   std::filesystem::path existing = folder_;
   while (!std::filesystem::exists(existing)) existing = existing.parent_path();
   if (!std::filesystem::is_directory(existing))
     throw Error(fmt::format("--out {}: {} is not a folder", folder.string(), existing.string()));
-  std::string probe;  // permissions alone do not tell
+  std::string probe;  // permission bits do not show read-only and full file systems
   for (int tries = 0; tries < kTries; ++tries) {
     probe = (existing / ".tandem-XXXXXX").string();
     if (mkdtemp(probe.data())) break;
     if (errno == ENOENT && tries + 1 < kTries) continue;  // another run has just replaced the folder
     throw Error(
-        fmt::format("--out {}: {} cannot be written to: {}", folder.string(), existing.string(), std::strerror(errno)));
+        fmt::format("--out {}: cannot write to {}: {}", folder.string(), existing.string(), std::strerror(errno)));
   }
   std::filesystem::remove(probe);
 }
 
 std::filesystem::path OutputFolder::partial() const {
   const fs::path folder = fs::weakly_canonical(folder_), parent = folder.parent_path();
-  const bool inside = fs::is_directory(folder) && (!is_writable(parent) || !on_one_disk(folder, parent));
+  const bool inside = fs::is_directory(folder) && (!is_writable(parent) || !on_same_file_system(folder, parent));
   return inside ? folder / "partial" : parent / (folder.filename().string() + ".partial");
 }
 
+void set_run_file(std::string text) { run_file_text() = std::move(text); }
+
 void OutputFolder::fill(const std::function<void(const fs::path&)>& write) const try {
   static std::atomic<int> count{0};
-  const fs::path folder = fs::weakly_canonical(folder_);  // not a link to it
+  const fs::path folder = fs::weakly_canonical(folder_);  // resolves a symbolic link
   fs::create_directories(folder.parent_path());
   const bool beside = is_writable(folder.parent_path());
   const fs::path where = beside ? folder.parent_path() : folder;
   {
-    const FolderLock lock(where);
+    const FileLock lock(where, FileLock::Busy::wait);
     clean_up(where, folder);
     clean_up(folder, folder);
   }
@@ -218,15 +208,16 @@ void OutputFolder::fill(const std::function<void(const fs::path&)>& write) const
   const fs::path fresh = temporary.path() / kFresh;
   fs::create_directory(fresh);
   write(fresh);
+  if (!run_file_text().empty()) write_file(fresh / "run.yaml", run_file_text());
   std::string written;
   for (const std::string& file : names_in(fresh)) written += file + "\n";
   write_file(fresh / manifest, written);
 
-  const FolderLock lock(where);
-  if (rename_by(fresh, folder, RENAME_NOREPLACE)) return;
+  const FileLock lock(where, FileLock::Busy::wait);
+  if (rename_atomically(fresh.c_str(), folder.c_str(), RenameMode::no_replace)) return;
   if (!fs::exists(folder)) return fs::rename(fresh, folder);
   if (beside && exchange(fresh, folder, temporary.path() / kExchange)) return;
-  const TemporaryFolder inside(folder / (name + "-in"));  // on the folder's own file system
+  const TemporaryFolder inside(folder / (name + "-in"));  // on the same file system as the folder
   fs::create_directory(inside.path() / "old");
   fs::copy(fresh, inside.path() / kFresh, fs::copy_options::recursive);
   replace_files(inside.path() / kFresh, folder, inside.path() / "old");

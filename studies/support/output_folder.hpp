@@ -6,24 +6,27 @@
 
 namespace tandem {
 
-/// A folder that receives its files all at once, when they are complete: nobody sees half of them, and
-/// nothing is made before there is something to put in it.
+/// Sets the text of run.yaml, the run file that OutputFolder::fill() adds to every output folder of this process. Empty
+/// (the default): none.
+void set_run_file(std::string text);
+
+/// An output folder that receives all files of a run at once. Readers see either the files of the previous run or the
+/// complete files of the new one.
 class OutputFolder {
  public:
-  /// Names, one a line, of what the last run put into a folder: what a run removes when it does not write it again. It is
-  /// written with the rest.
+  /// Name of the file that lists the files of the last run, one name a line. fill() writes it.
   static constexpr const char* manifest = ".tandem-files";
 
-  /// Checks that `folder` can be made or written to, and leaves nothing behind. Throws Error.
+  /// Checks that `folder` exists or can be created, and is writable. Creates nothing. Throws Error.
   explicit OutputFolder(std::filesystem::path folder);
 
-  /// Lets `write` fill a temporary folder, then moves all files that are in it into place. Of what is in the folder
-  /// already, files of the same names are replaced, those that the last run wrote and this one did not are removed, and
-  /// all others stay. Throws what `write` throws, or Error; then the folder is as it was.
+  /// Calls `write` with a temporary folder, then moves its files into the output folder. Replaces files of the same
+  /// names, removes files of the last run that were not written again, and keeps all others. Throws Error, or what
+  /// `write` throws; the output folder is then unchanged.
   void fill(const std::function<void(const std::filesystem::path& temporary)>& write) const;
 
-  /// Where a run may keep what it has found so far, until it can fill the folder: DIR.partial beside it; DIR/partial where
-  /// nothing can be made beside it, or that is another disk. Nothing is made.
+  /// Returns the folder for partial results of a run: DIR.partial beside the output folder. If its parent is not
+  /// writable or is on another file system, returns DIR/partial. Creates nothing.
   std::filesystem::path partial() const;
 
  private:

@@ -8,22 +8,23 @@ namespace tandem {
 
 enum class PlotFormat { svg, png };
 
-/// Where the gnuplot scripts of plots are: in share/tandem/plots, beside the executable's folder.
+/// Returns the folder of the gnuplot scripts, share/tandem/plots.
 std::filesystem::path plot_scripts();
 
-/// A script and what its first lines, comments, say of it.
+/// A gnuplot script, with the metadata in the comments of its first lines.
 struct PlotScript {
   std::filesystem::path file;
-  std::vector<std::string> of;     ///< "# of: estimate track", the commands whose runs it draws
-  std::vector<std::string> needs;  ///< "# needs: errors.csv", the files without which there is nothing to draw
+  std::vector<std::string> commands;  ///< "# of: estimate track": the commands whose output folders it draws
+  std::vector<std::string> needs;     ///< "# needs: errors.csv": files that must exist in the output folder
 };
 
-/// The scripts in a folder, by name; those that draw no command's runs, as what others call, are none.
+/// Returns the scripts of a folder in order of their names. Omits scripts without a "# of:" line, which other scripts
+/// include.
 std::vector<PlotScript> plots_in(const std::filesystem::path& scripts);
 
-/// Draws what a run of `command` has written into `folder`, by gnuplot, a picture of each script's name: a script whose files
-/// are not there, or that finds nothing in them, gives none. Never throws: returns nothing, or one sentence that says why
-/// pictures are missing.
+/// Runs all scripts of `command` on the output folder `folder`. Each writes one picture named after the script. A
+/// script is skipped if a needed file is missing; it writes no picture if the files have no data. Returns an empty
+/// string, or one sentence that says why pictures are missing. Does not throw.
 std::string draw_plots(const std::string& command, PlotFormat format, const std::filesystem::path& folder,
                        const std::filesystem::path& scripts = plot_scripts());
 

@@ -24,7 +24,7 @@ void ProgressLine::show(const std::string& text) {
   if (shown_ && now - last_ < std::chrono::milliseconds(100)) return;
   shown_ = true;
   last_ = now;
-  fmt::print(stderr, "{}{}{}", kEraseLine, what_, text);
+  fmt::print(stderr, "{}{}{}", kEraseLine, prefix_, text);
   std::fflush(stderr);
 }
 

@@ -8,21 +8,21 @@
 
 namespace tandem {
 
-/// One line on standard error that follows a solve, rewritten some ten times a second and erased at the end.
+/// A progress line of a solve on standard error. It is rewritten at most 10 times a second and erased by the
+/// destructor.
 class ProgressLine {
  public:
-  /// `what` begins the line, e.g. "3/18 ipopt: ".
-  explicit ProgressLine(std::string what = {}) : what_(std::move(what)) {}
+  /// `prefix` starts the line, e.g. "3/18 ipopt: ".
+  explicit ProgressLine(std::string prefix = {}) : prefix_(std::move(prefix)) {}
   ~ProgressLine();
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
   void show(const Progress& progress);
-  /// Anything else that goes on.
   void show(const std::string& text);
 
  private:
-  std::string what_;
+  std::string prefix_;
   bool shown_ = false;
   std::chrono::steady_clock::time_point last_;
 };

@@ -4,12 +4,12 @@
 
 namespace tandem {
 
-/// Processor time of this process so far, all threads [s]: on a machine that is shared, time without what others took.
+/// Returns the processor time of all threads of this process [s]. It excludes the time that other processes used.
 double processor_seconds();
-/// The same of the calling thread alone.
+/// Returns the processor time of the calling thread [s].
 double thread_seconds();
 
-/// Resident memory of this process [MB]; nothing where the system does not tell (no /proc/self/statm).
+/// Returns the resident memory of this process [MB], or nothing on systems without /proc/self/statm.
 std::optional<double> resident_megabytes();
 
 }  // namespace tandem

@@ -10,7 +10,7 @@ const SolverOptions& common(const Solver& solver) {
   return std::visit([](const SolverOptions& options) -> const SolverOptions& { return options; }, solver);
 }
 
-bool takes_hard_limits(const Solver& solver) {
+bool supports_hard_limits(const Solver& solver) {
   if (std::holds_alternative<GaussNewtonOptions>(solver)) return false;
   if (const auto* const ipopt = std::get_if<IpoptOptions>(&solver)) return ipopt->hessian != Hessian::limited_memory;
   const auto* const nlopt = std::get_if<NloptOptions>(&solver);

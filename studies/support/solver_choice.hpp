@@ -14,15 +14,15 @@ namespace tandem {
 /// A solver with its options.
 using Solver = std::variant<GaussNewtonOptions, AugmentedLagrangianOptions, IpoptOptions, NloptOptions>;
 
-/// What every solver understands, of the one that is chosen.
+/// Returns the options that all solvers share.
 SolverOptions& common(Solver& solver);
 const SolverOptions& common(const Solver& solver);
 
-/// Whether it takes limits as hard constraints, going by its kind: gauss-newton, some of NLopt's algorithms and Ipopt with
-/// limited memory do not.
-bool takes_hard_limits(const Solver& solver);
+/// Returns whether the solver accepts inequality limits as hard constraints. Gauss-Newton, Ipopt with a limited-memory
+/// Hessian and some NLopt algorithms do not.
+bool supports_hard_limits(const Solver& solver);
 
-/// Their names: gauss-newton, augmented-lagrangian, ipopt and, in a build with NLopt, nlopt:ALGORITHM.
+/// Returns the solver names: gauss-newton, augmented-lagrangian, ipopt and, in builds with NLopt, nlopt:ALGORITHM.
 std::vector<std::string> solver_names();
 
 }  // namespace tandem

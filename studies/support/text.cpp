@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
+#include <cstdlib>
 
 #include <fmt/format.h>
 
@@ -13,8 +14,8 @@ bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
 bool is_continuation(char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; }
 
-/// Bytes of the UTF-8 character that `text` begins with; 0 when it is none, or one that a terminal obeys, not shows: a
-/// control character (C0, DEL, C1), or one that ends lines or turns the direction of writing.
+/// Returns the number of bytes of the UTF-8 character at the start of `text`. Returns 0 for invalid UTF-8, control
+/// characters (C0, DEL, C1), Unicode line separators and characters that change the writing direction.
 std::size_t printable_bytes(std::string_view text) {
   const auto first = static_cast<unsigned char>(text.front());
   if (first < 0x80) return first >= 0x20 && first != 0x7F ? 1 : 0;
@@ -35,14 +36,22 @@ std::size_t printable_bytes(std::string_view text) {
 }  // namespace
 
 std::optional<double> parse_number(std::string_view text) {
-  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);  // from_chars takes no plus
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);  // from_chars rejects a plus sign
   double value = 0.0;
+#if defined(__cpp_lib_to_chars)
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size()) return {};
+#else  // libc++ before version 20
+  if (text.empty() || is_blank(text.front()) || text.find_first_of("xX") != std::string_view::npos) return {};
+  const std::string terminated(text);
+  char* end = nullptr;
+  value = std::strtod(terminated.c_str(), &end);
+  if (end != terminated.c_str() + terminated.size()) return {};
+#endif
   return value;
 }
 
-std::optional<int> whole_number(std::string_view text) {
+std::optional<int> parse_positive_integer(std::string_view text) {
   int value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size() || value <= 0) return {};
@@ -113,8 +122,30 @@ std::string printable_lines(std::string_view text) {
 std::string quote(std::string_view text) {
   constexpr std::size_t longest = 40;
   std::size_t end = std::min(text.size(), longest);
-  while (end > 0 && end < text.size() && is_continuation(text[end])) --end;  // no character is cut in two
+  while (end > 0 && end < text.size() && is_continuation(text[end])) --end;  // cuts between characters
   return "'" + printable(text.substr(0, end)) + (end < text.size() ? "…'" : "'");
+}
+
+std::string wrapped(std::string_view text, std::size_t width, std::size_t indent) {
+  std::string result;
+  std::size_t column = 0;                 // characters in the current line
+  std::size_t blank = std::string::npos;  // last blank of the current line, as an index of `result`
+  for (const char c : text) {
+    if (c == '\n') {
+      column = 0;
+      blank = std::string::npos;
+    } else if (!is_continuation(c)) {
+      ++column;
+    }
+    if (c == ' ' && column > indent + 1) blank = result.size();
+    result += c;
+    if (column <= width || blank == std::string::npos) continue;
+    result.replace(blank, 1, "\n" + std::string(indent, ' '));
+    column = indent;
+    for (std::size_t i = blank + 1 + indent; i < result.size(); ++i) column += is_continuation(result[i]) ? 0 : 1;
+    blank = std::string::npos;
+  }
+  return result;
 }
 
 std::string listed(const std::vector<std::string>& words, std::string_view last) {

@@ -5,37 +5,43 @@
 #include <string_view>
 #include <vector>
 
-#include <tandem/solvers/near_names.hpp>  // did_you_mean
+#include <tandem/solvers/name_suggestions.hpp>  // did_you_mean
 
 namespace tandem {
 
-/// The number that `text` is, all of it, ±inf and nan included; nothing when it is none.
+/// Returns the number if the whole text is one (including ±inf and nan), otherwise nothing.
 std::optional<double> parse_number(std::string_view text);
 
-/// The whole number above zero that `text` is; nothing when it is none.
-std::optional<int> whole_number(std::string_view text);
+/// Returns the integer if the whole text is one that is above zero and fits an int, otherwise nothing.
+std::optional<int> parse_positive_integer(std::string_view text);
 
+/// Returns the text without blanks (space, tab, carriage return) at its ends.
 std::string_view trimmed(std::string_view text);
 
-/// The parts between separators, blanks around them removed. "a,,b" has three.
+/// Returns the trimmed parts between separators. Empty parts are kept: "a,,b" has three.
 std::vector<std::string_view> split(std::string_view text, char separator);
-/// The same into a vector that is there, whose memory is used again: for files of many lines.
+/// Stores the parts in an existing vector. Avoids allocations for files with many lines.
 void split(std::string_view text, char separator, std::vector<std::string_view>& parts);
 
-/// The parts between any number of blanks.
+/// Returns the words of a text, separated by any number of blanks.
 std::vector<std::string_view> words(std::string_view text);
+/// Stores the words in an existing vector.
 void words(std::string_view text, std::vector<std::string_view>& parts);
 
-/// What a terminal shows rather than obeys: control characters, and bytes that are no UTF-8, as \xNN.
+/// Returns the text with control characters and invalid UTF-8 bytes replaced by \xNN, so that it cannot control a
+/// terminal.
 std::string printable(std::string_view text);
 
-/// The same of several lines, whose ends stay.
+/// Returns printable() of each line of a text; line ends are kept.
 std::string printable_lines(std::string_view text);
 
-/// 'text', short and printable, for an error message about a file that may hold anything.
+/// Returns the text in single quotes, printable and shortened to 40 bytes, for error messages.
 std::string quote(std::string_view text);
 
-/// "a, b and c" (or with another last word).
+/// Breaks lines of more than `width` characters at blanks. Continuation lines start with `indent` blanks.
+std::string wrapped(std::string_view text, std::size_t width, std::size_t indent = 0);
+
+/// Joins words as prose: "a, b and c", with `last` before the last word.
 std::string listed(const std::vector<std::string>& words, std::string_view last = "and");
 
 }  // namespace tandem

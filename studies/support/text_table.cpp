@@ -12,7 +12,7 @@ std::string padded(const std::string& text, std::size_t to, TextTable::Align ali
   return align == TextTable::Align::left ? text + blanks : blanks + text;
 }
 
-/// "── head ──", `to` wide.
+/// Returns `head` centred in a horizontal rule of `to` characters: "── head ──".
 std::string ruled(const std::string& head, std::size_t to) {
   const std::size_t dashes = to - std::min(to, width(head) + 2);
   std::string text;
@@ -50,7 +50,7 @@ std::vector<std::size_t> TextTable::widths() const {
   for (const Row& row : rows_)
     for (std::size_t i = 0; i < std::min(row.cells.size(), widths.size()); ++i)
       widths[i] = std::max(widths[i], width(row.cells[i]));
-  for (const Group& group : groups_) {  // too long a head widens the last of its columns
+  for (const Group& group : groups_) {  // a long group head widens its last column
     std::size_t span = kGap.size() * (group.last - group.first);
     for (std::size_t i = group.first; i <= group.last; ++i) span += widths[i];
     widths[group.last] += width(group.head) + 2 - std::min(width(group.head) + 2, span);

@@ -5,7 +5,7 @@
 
 namespace tandem {
 
-/// Columns of text for a terminal, each as wide as its widest cell; UTF-8.
+/// A UTF-8 text table for terminals. Each column is as wide as its widest cell.
 class TextTable {
  public:
   enum class Align { left, right };
@@ -16,11 +16,11 @@ class TextTable {
 
   explicit TextTable(std::vector<Column> columns) : columns_(std::move(columns)) {}
 
-  /// A cell each column.
+  /// Adds a row with one cell for each column.
   void row(std::vector<std::string> cells);
-  /// The first cells, then a text across the columns that are left.
+  /// Adds a row with the first cells and a text that spans the remaining columns.
   void row(std::vector<std::string> cells, std::string text);
-  /// A second head above the columns first … last.
+  /// Adds a heading above the headings of the columns first … last.
   void group(std::size_t first, std::size_t last, std::string head);
 
   std::string str() const;
@@ -41,7 +41,7 @@ class TextTable {
   std::vector<Group> groups_;
 };
 
-/// Characters of a UTF-8 text, each a column of a terminal wide.
+/// Returns the number of characters of a UTF-8 text.
 std::size_t width(const std::string& text);
 
 }  // namespace tandem

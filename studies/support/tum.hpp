@@ -7,15 +7,16 @@
 
 namespace tandem {
 
-/// Decimals of a trajectory file; none: every number to its last digit.
+/// Numbers of decimals in a trajectory file.
 struct TumDecimals {
   int time, position, quaternion;
 };
 
-/// The first line of a trajectory in the TUM format.
+/// The header line of a trajectory in the TUM format.
 inline constexpr const char* tum_header = "# t[s] x[m] y[m] z[m] qx qy qz qw\n";
 
-/// A line of it: t [s], position [m] and quaternion, x y z w, as nan where there is no orientation.
+/// Returns a line of a TUM file: t [s], position [m] and quaternion (x y z w; nan without an orientation). Without
+/// `decimals`, numbers have the fewest digits that read back to the same value.
 std::string tum_row(double t, const Vector<3>& position, const std::optional<SO3>& orientation,
                     const std::optional<TumDecimals>& decimals = {});
 std::string tum_row(double t, const SE3& pose, const std::optional<TumDecimals>& decimals = {});

@@ -4,6 +4,6 @@
 
 namespace tandem {
 
-inline constexpr double kDegrees = 180.0 / std::numbers::pi;  ///< in a radian: files and tables have degrees
+inline constexpr double kDegrees = 180.0 / std::numbers::pi;  ///< degrees per radian
 
 }  // namespace tandem

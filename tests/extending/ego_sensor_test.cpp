@@ -1,8 +1,9 @@
-// The worked example of docs/extending.md, "A new sensor of the chaser": an inclinometer, which says where up is.
+// Worked example of docs/contributing.md, "A new sensor of the chaser": an inclinometer, which measures the direction of
+// the vertical.
 
 #include <gtest/gtest.h>
 
-#include <tandem/problem/navigation/ego_placing.hpp>
+#include <tandem/problem/navigation/ego_placement.hpp>
 #include <tandem/problem/navigation/navigation_problem.hpp>
 #include <tandem/residuals/testing.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
@@ -13,13 +14,13 @@
 namespace tandem {
 
 // [residual]
-/// The vertical, upwards, along the axes of the body:  e = Rᵀ e_z − z.   States: the pose.
+/// Measured vertical (upwards) along the body axes:  e = Rᵀ e_z − z.   States: the pose.
 struct Inclination {
   static constexpr std::string_view name = "inclination";
   static constexpr int dim = 3;
   using States = std::tuple<SE3>;
 
-  Vector<3> up;  ///< along the body's axes
+  Vector<3> up;  ///< unit vector along the body axes
 
   void operator()(const SE3& x, Vector<3>& r, Matrix<3, 6>* J = nullptr) const {
     const Vector<3> expected = x.rotation().inverse().act(Vector<3>(Vector<3>::UnitZ()));
@@ -45,8 +46,9 @@ constexpr EgoSensorTraits kInclinometer{"inclinometer",
                                         EgoReading::body_vector,
                                         EgoMounting::none,
                                         1.5,
-                                        "a vertical of ",
-                                        " in length, which is to be 1: divide by gravity?",
+                                        "length of the vertical",
+                                        "",
+                                        "but must be 1; divide the readings by gravity",
                                         false,
                                         ideal_inclination,
                                         place_inclination};
@@ -54,11 +56,11 @@ constexpr EgoSensorTraits kInclinometer{"inclinometer",
 
 namespace {
 
-TEST(ExtendingEgoSensor, TheResidualHasTheRightJacobians) {
+TEST(ExtendingEgoSensor, ResidualHasCorrectJacobians) {
   EXPECT_LE(check_jacobians_at_random(Inclination{Vector<3>(0.1, 0.2, 0.9)}, 1, 20).relative, 1e-6);
 }
 
-TEST(ExtendingEgoSensor, ItsRowsAreReadAndWritten) {
+TEST(ExtendingEgoSensor, RowsAreReadAndWritten) {
   EXPECT_EQ(columns(kInclinometer), "t,ux,uy,uz");
   const double row[] = {2.0, 0.1, 0.2, -0.9};
   const EgoMeasurement m = ego_measurement(kInclinometer, row, Frame::ned_frd());
@@ -66,8 +68,8 @@ TEST(ExtendingEgoSensor, ItsRowsAreReadAndWritten) {
   EXPECT_EQ(numbers(kInclinometer, m), Eigen::VectorXd(m.value));
 }
 
-/// It levels a start that leans, which without it, or a heading, nothing would so well.
-TEST(ExtendingEgoSensor, ItJoinsAProblem) {
+/// The inclinometer corrects a tilted initial guess. Without it or a heading sensor, the tilt would be less accurate.
+TEST(ExtendingEgoSensor, SensorJoinsAProblem) {
   testing::LevelTurn turn;
   turn.duration = 5;
   NavigationData data = turn.data();
@@ -78,7 +80,7 @@ TEST(ExtendingEgoSensor, ItJoinsAProblem) {
   EXPECT_EQ(inclinometer.name, "inclinometer");
   NavigationProblem problem = make_navigation_problem(data, turn.guess(), turn.start());
   ASSERT_TRUE(solve(problem.problem, GaussNewtonOptions{}).converged());
-  EXPECT_EQ(problem.left_out, (std::vector<std::size_t>{0, 0}));
+  EXPECT_EQ(problem.num_discarded, (std::vector<std::size_t>{0, 0}));
   EXPECT_LE(turn.largest_error(problem), 1e-4);
 }
 

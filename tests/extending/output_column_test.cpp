@@ -1,4 +1,4 @@
-// docs/extending.md, "A new output column": the column of the example, added to a table as every file has one.
+// Example of docs/contributing.md, "A new output column": a column in the table of a CSV file.
 #include <optional>
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 namespace tandem {
 namespace {
 
-/// What a row of the file is made of.
+/// Data of one row of the file.
 struct DepthRow {
   double t;
   std::optional<double> depth;
@@ -17,10 +17,10 @@ struct DepthRow {
 CsvTable<DepthRow> depth_columns() {
   return CsvTable<DepthRow>()
       .add("t", "time of the keyframe [s]", [](const DepthRow& r) { return r.t; })
-      .add("depth_m", "below the surface, empty where it is not known [m]", [](const DepthRow& r) { return r.depth; });
+      .add("depth_m", "depth below the surface, empty if unknown [m]", [](const DepthRow& r) { return r.depth; });
 }
 
-TEST(Extending, AColumnIsItsNameItsMeaningAndItsCell) {
+TEST(Extending, OutputColumnHasNameDescriptionAndValue) {
   EXPECT_EQ(depth_columns().text(std::vector<DepthRow>{{0.5, 3.25}, {1, {}}}), "t,depth_m\n0.5,3.25\n1,\n");
   EXPECT_EQ(depth_columns().describe("depths.csv").columns.back().first, "depth_m");
 }

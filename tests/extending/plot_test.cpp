@@ -1,4 +1,4 @@
-// docs/extending.md, "A new plot": the script of the example draws a run's file, and is found by its head.
+// Example of docs/contributing.md, "A new plot": Tandem finds the script by its header and draws a file of the run.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@
 namespace tandem {
 namespace {
 
-TEST(Extending, APlotIsItsScript) {
-  TANDEM_NEEDS_GNUPLOT("the plot of docs/extending.md");
+TEST(Extending, PlotScriptIsFoundAndDrawn) {
+  TANDEM_NEEDS_GNUPLOT("the plot of docs/contributing.md");
   const ScratchFolder scripts, run;
   std::filesystem::copy(plot_scripts(), scripts.path(), std::filesystem::copy_options::recursive);
   std::filesystem::copy(std::filesystem::path(paths::source) / "tests/extending/weights.gp", scripts.path());

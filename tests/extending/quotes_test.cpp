@@ -1,4 +1,4 @@
-// docs/extending.md quotes the examples of this folder: what stands between two lines "// [name]" stands there too.
+// Checks that docs/contributing.md quotes the examples in this folder: the code between each pair of lines "// [name]".
 
 #include <filesystem>
 #include <fstream>
@@ -15,9 +15,9 @@ std::string text_of(const std::filesystem::path& file) {
   return (std::ostringstream() << in.rdbuf()).str();
 }
 
-TEST(Extending, TheTextQuotesTheCode) {
+TEST(Extending, PageQuotesTheCode) {
   const std::filesystem::path source = tandem::paths::source;
-  const std::string text = text_of(source / "docs/extending.md");
+  const std::string text = text_of(source / "docs/contributing.md");
   ASSERT_FALSE(text.empty());
   int quotes = 0;
   for (const auto& entry : std::filesystem::directory_iterator(source / "tests/extending")) {
@@ -31,7 +31,7 @@ TEST(Extending, TheTextQuotesTheCode) {
         }
         EXPECT_EQ(line, mark) << entry.path();
         EXPECT_NE(text.find("```cpp\n" + quote + "```"), std::string::npos)
-            << entry.path() << " " << mark << ": docs/extending.md has to quote\n"
+            << entry.path() << " " << mark << ": docs/contributing.md must quote\n"
             << quote;
         ++quotes;
         mark.clear();
@@ -40,7 +40,7 @@ TEST(Extending, TheTextQuotesTheCode) {
         quote += line + "\n";
       }
     }
-    EXPECT_TRUE(mark.empty()) << entry.path() << " " << mark << " has no end";
+    EXPECT_TRUE(mark.empty()) << entry.path() << " " << mark << " has no closing mark";
   }
   EXPECT_GT(quotes, 5);
 }

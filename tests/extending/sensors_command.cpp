@@ -1,4 +1,4 @@
-// docs/extending.md, "A new command": all of `tandem sensors`.
+// Example of docs/contributing.md, "A new command": the complete `tandem sensors`.
 #include <memory>
 
 #include <fmt/format.h>
@@ -12,7 +12,7 @@
 namespace tandem {
 namespace {
 
-/// Every option is read into its place here.
+/// Values of all options.
 struct SensorsRequest {
   ProblemRequest problem;
   int least = 1;
@@ -45,5 +45,7 @@ Command sensors_command() {
     return [request, &option] { return run_sensors(*request, option); };
   }};
 }
+
+TANDEM_COMMAND(sensors, "Files", "Count the measurements of each sensor of a scenario")
 
 }  // namespace tandem

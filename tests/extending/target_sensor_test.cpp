@@ -1,5 +1,5 @@
-// The worked example of docs/extending.md, "A new target sensor": a target that tells by an acoustic modem how deep it is,
-// of which the chaser's own depth is taken off.
+// Worked example of docs/contributing.md, "A new target sensor": the target transmits its depth by acoustic modem; the
+// file has its height relative to the chaser.
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 namespace tandem {
 
 // [residual]
-/// How much higher the target is than the chaser [m]:  e = (t(T) − t(C))·e_z − z.
+/// Measured height of the target above the chaser [m]:  e = (t(T) − t(C))·e_z − z.
 /// States: the chaser's pose; the target's pose, or a point.
 template <LieGroup Target = SE3>
 struct RelativeHeight {
@@ -19,7 +19,7 @@ struct RelativeHeight {
   static constexpr int dim = 1;
   using States = std::tuple<SE3, Target>;
 
-  double z;  ///< m, up
+  double z;  ///< height of the target above the chaser [m]
 
   void operator()(const SE3& c, const Target& t, Vector<1>& r, Matrix<1, 6>* Jc = nullptr,
                   Matrix<1, Target::dof>* Jt = nullptr) const {
@@ -51,23 +51,23 @@ constexpr SensorTraits kRelativeHeight{"relative_height", measured::height,
 
 namespace {
 
-TEST(ExtendingTargetSensor, TheResidualHasTheRightJacobians) {
+TEST(ExtendingTargetSensor, ResidualHasCorrectJacobians) {
   EXPECT_LE(check_jacobians_at_random(RelativeHeight<SE3>{1.5}, 1, 20).relative, 1e-6);
   EXPECT_LE(check_jacobians_at_random(RelativeHeight<R3>{1.5}, 1, 20).relative, 1e-6);
 }
 
-TEST(ExtendingTargetSensor, ItsRowsAreRead) {
+TEST(ExtendingTargetSensor, RowsAreRead) {
   EXPECT_EQ(columns(kRelativeHeight, false), "t,z");
   EXPECT_EQ(rows(kRelativeHeight, false), 1);
-  EXPECT_EQ(rows(kRelativeHeight, true), 0) << "not in the plane";
+  EXPECT_EQ(rows(kRelativeHeight, true), 0) << "not supported in the plane";
   const double row[] = {12.5, -3.0};
   const Measurement m = target_measurement(kRelativeHeight, row, Frame::ned_frd(), false);
   EXPECT_EQ(m.t, 12.5);
-  EXPECT_EQ(m.height, 3.0) << "down in a file of NED-FRD";
+  EXPECT_EQ(m.height, 3.0) << "z points down in NED-FRD files";
 }
 
-/// Fixes that are 2 m off in height, and a target that tells its own.
-TEST(ExtendingTargetSensor, ItJoinsAProblem) {
+/// The fixes have a height error of 2 m, and the modem gives the correct height.
+TEST(ExtendingTargetSensor, SensorJoinsAProblem) {
   TrackingData data;
   data.noise.prior = data.noise.odometry = data.noise.constant_twist = Vector<6>::Constant(0.01);
   for (int i = 0; i <= 10; ++i) data.odometry.push_back({double(i), SE3(SO3(), Vector<3>(i, 0, -30))});

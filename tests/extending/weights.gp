@@ -1,4 +1,4 @@
-# What robust losses left of the measurements, over time.
+# Weights of the measurements after robust losses, over time.
 #
 #     gnuplot -c weights.gp FOLDER [svg|png]
 #
@@ -10,7 +10,7 @@ call here."common.gp" ARG0 ARG1 ARG2 ARG3
 
 set datafile columnheaders
 stats file('weights.csv') using 'weight' name 'weights' nooutput
-if (!exists('weights_records')) { exit } # no measurement lost weight: no picture
+if (!exists('weights_records')) { exit } # no measurement was down-weighted: no plot
 call here.'figure.gp' '400' scenario.': weights'
 set xlabel 't [s]'
 set ylabel 'weight'

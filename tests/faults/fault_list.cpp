@@ -12,15 +12,15 @@ using Lines = std::vector<Line>;
 using Inject = std::function<double(Lines&, const Site&)>;
 enum class On { motion, sensor, all };
 
-constexpr double kWrongStamps = 1e9;  // s, from here on
-constexpr double kBurst = 3;          // s that faults last that do
+constexpr double kWrongStamps = 1e9;  // s; larger times are injected faults
+constexpr double kBurst = 3;          // s; duration of faults that last
 
 bool is_on(On on, const Line& line, const Site& at) {
   return on == On::all || line.name == (on == On::motion ? at.motion : at.sensor);
 }
 
-/// change(line) of a copy of the first `n` lines from the site on, each before the line itself, which may be refused for
-/// its stamp then: over when the stream's next one comes.
+/// Inserts a changed copy before each of the first `n` lines from the site on. The copied line may then be rejected for
+/// its stamp, so the fault lasts until the next line of the stream.
 template <class F>
 Inject extra(On on, int n, F change) {
   return [=](Lines& lines, const Site& at) {
@@ -75,7 +75,7 @@ Inject lost(On on, double seconds) {
   };
 }
 
-/// The same wrong stamp at the site and some time later, other lines between.
+/// Inserts two lines with the same wrong stamp, one at the site and one 2 s later.
 double same_stamp_twice(Lines& lines, const Site& at) {
   double until = at.from;
   for (const double later : {0.0, 2.0}) {
@@ -158,9 +158,9 @@ void all_cells(Line& line, const std::string& text) {
   for (std::string& cell : line.cells) cell = text;
 }
 
-std::vector<Fault> made() {
-  const std::string unread = "malformed", absurd = "no such sensor reads that", jumped = "its time leaps away";
-  const std::string arrival = "by the order of arrival";
+std::vector<Fault> make_faults() {
+  const std::string unread = "malformed", absurd = "implausible value", jumped = "time jumps away";
+  const std::string arrival = "timed by arrival";
   std::vector<Fault> faults = {
       {"a value of 1e308", value(On::sensor, 1, "1e308"), absurd},
       {"a value of -1e308", value(On::sensor, 1, "-1e308"), ""},
@@ -172,7 +172,7 @@ std::vector<Fault> made() {
       {"five absurd values in a row", value(On::sensor, 5, "1e6"), ""},
       {"all values 1e308", extra(On::sensor, 1, [](Line& l) { all_cells(l, "1e308"); }), ""},
       {"every stream reads 1e308", extra(On::all, 10, [](Line& l) { l.cells[0] = "1e308"; }), absurd},
-      {"a value that is no number", value(On::sensor, 1, "abc"), unread},
+      {"text instead of a value", value(On::sensor, 1, "abc"), unread},
       {"nan", value(On::sensor, 1, "nan"), unread},
       {"infinity", value(On::sensor, 1, "inf"), unread},
       {"an empty cell", value(On::sensor, 1, ""), unread},
@@ -181,13 +181,13 @@ std::vector<Fault> made() {
       {"garbage", raw(200, "$!%,;;\x01\x02,9"), "malformed"},
       {"an unknown sensor", raw(1, "sonar,1,2,3"), "unknown sensor"},
       {"control bytes", raw(3, "\x1b]0;x\x07\x1b[2J"), "unknown sensor"},
-      {"a line without end", raw(1, std::string(100'000, '7')), "unknown sensor"},
+      {"a very long line", raw(1, std::string(100'000, '7')), "unknown sensor"},
       {"two lines in one", joined_lines, ""},
       {"motion of 1e308", value(On::motion, 1, "1e308"), absurd},
       {"motion of 1e6", value(On::motion, 1, "1e6"), ""},
       {"motion of nan", value(On::motion, 1, "nan"), unread},
-      {"motion without turn", extra(On::motion, 1, [](Line& l) { all_cells(l, "0"); }), "", true},
-      {"odometry that goes on from elsewhere", displaced_origin, "goes on from elsewhere", true},
+      {"a zero quaternion in the odometry", extra(On::motion, 1, [](Line& l) { all_cells(l, "0"); }), "", true},
+      {"a jump of the odometry", displaced_origin, "jumped to a new origin", true},
       {"a stamp of motion 300 s ahead", stamped(On::motion, 1, 300), jumped},
       {"a stamp of motion 5 s ahead", stamped(On::motion, 1, 5), jumped},
       {"a stamp of motion 1000 s behind", stamped(On::motion, 1, -1000), jumped},
@@ -196,22 +196,22 @@ std::vector<Fault> made() {
       {"a stamp of 1e300", stamped(On::sensor, 1, 1e300), jumped},
       {"the same wrong stamp twice", same_stamp_twice, jumped},
       {"three wrong stamps in a row", stamped(On::sensor, 3, 1e6), ""},
-      {"a stamp that is no number", raw(1, "odometry,abc,0,0,0,0,0,0,1"), ""},
-      {"the first lines in the future", first_lines_in_the_future, "time begins anew"},
-      {"all clocks to 2026", stepped(On::all, 1.79e9), arrival},
+      {"text instead of a stamp", raw(1, "odometry,abc,0,0,0,0,0,0,1"), ""},
+      {"the first lines in the future", first_lines_in_the_future, "the time base"},
+      {"all clocks jump to 2026", stepped(On::all, 1.79e9), arrival},
       {"all clocks back by an hour", stepped(On::all, -3600), arrival},
-      {"all clocks back by an hour, and on again", stepped(On::all, -3600, 3), ""},
+      {"all clocks back by an hour, then forward again", stepped(On::all, -3600, 3), ""},
       {"a sensor's clock back by 500 s", stepped(On::sensor, -500), arrival},
-      {"a sensor's clock on by 500 s", stepped(On::sensor, 500), arrival},
-      {"a sensor's clock away and back", stepped(On::sensor, 500, 3), ""},
+      {"a sensor's clock forward by 500 s", stepped(On::sensor, 500), arrival},
+      {"a sensor's clock forward by 500 s, then back again", stepped(On::sensor, 500, 3), ""},
       {"the motion's clock back by 500 s", stepped(On::motion, -500), arrival},
       {"stamps in milliseconds", in_unit(On::all, 1e-3), "milliseconds"},
       {"stamps in microseconds", in_unit(On::all, 1e-6), "microseconds"},
       {"stamps in nanoseconds", in_unit(On::all, 1e-9), "nanoseconds"},
-      {"nothing comes for a while", lost(On::all, kBurst), ""},
-      {"a sensor is silent", lost(On::sensor, kBurst), ""},
-      {"motion is silent", lost(On::motion, 1.0), ""},
-      {"lines twice", doubled_lines, ""},
+      {"all streams silent", lost(On::all, kBurst), ""},
+      {"a silent sensor", lost(On::sensor, kBurst), ""},
+      {"silent motion", lost(On::motion, 1.0), ""},
+      {"repeated lines", doubled_lines, ""},
       {"lines out of order", swapped_lines, ""},
       {"late lines", late_lines, ""},
       {"a frozen clock", frozen_clock, ""},
@@ -223,7 +223,7 @@ std::vector<Fault> made() {
 }  // namespace
 
 const std::vector<Fault>& all_faults() {
-  static const std::vector<Fault> faults = made();
+  static const std::vector<Fault> faults = make_faults();
   return faults;
 }
 

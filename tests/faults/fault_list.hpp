@@ -8,22 +8,23 @@
 
 namespace tandem::faults {
 
-/// Where a fault is put, and on which of a recording's streams.
+/// The place of a fault in a recording.
 struct Site {
-  double from;         ///< s
-  std::string motion;  ///< the chaser's
-  std::string sensor;  ///< of the others, the one that tells most of what the errors are of
+  double from;         ///< time [s]
+  std::string motion;  ///< stream of the chaser's motion
+  std::string sensor;  ///< the sensor that affects the errors most
 };
 
-/// What may go wrong with a feed in the field.
+/// A fault of a live feed that may occur in the field.
 struct Fault {
   std::string name;
-  /// Puts it into the lines; returns until when it lasts [s].
+  /// Injects the fault into the lines. Returns the time at which it ends [s].
   std::function<double(std::vector<Line>&, const Site&)> inject;
-  std::string said{};          ///< part of what has to be told of it: a notice, a complaint or why a line was refused
-  bool odometry_only = false;  ///< it is about a stream of poses
+  std::string expected_message{};  ///< part of an expected notice, warning or rejection reason
+  bool odometry_only = false;      ///< applies only to odometry
 };
 
+/// Returns all faults of live feeds.
 const std::vector<Fault>& all_faults();
 
 }  // namespace tandem::faults

@@ -22,7 +22,7 @@ constexpr Which kMotion = &Folder::motion_lines, kSensor = &Folder::sensor_lines
 
 bool is_tum(const std::string& file) { return file.ends_with(".tum"); }
 
-/// The time that a line begins with, where it is a row.
+/// Returns the time at the start of a line, or nothing if the line is not a row.
 std::optional<double> time_of(const std::string& line) {
   return parse_number(std::string_view(line).substr(0, line.find_first_of(", \t")));
 }
@@ -35,7 +35,7 @@ FileLines cells_of(const std::string& line) {
 std::string joined(const FileLines& cells, char separator) {
   return fmt::format("{}", fmt::join(cells, std::string(1, separator)));
 }
-/// One in the middle.
+/// Returns a row in the middle.
 std::string& row(FileLines& lines) { return lines[lines.size() / 2]; }
 
 Change lines(Which which, std::function<void(FileLines&)> change) {
@@ -70,7 +70,7 @@ Change all_times(double unit) {
 Change yaml(std::function<void(std::string&)> change) {
   return [=](Folder& folder) { change(folder.yaml); };
 }
-/// The first standard deviation that the yaml gives in a list.
+/// Replaces the first standard deviation in a list of scenario.yaml.
 Change sigma(const std::string& text) {
   return yaml([=](std::string& all) {
     const bool declared = all.find("sigma: [") != std::string::npos;
@@ -131,24 +131,24 @@ void other_of_one_time(FileLines& all) {
   all.insert(all.begin() + std::ptrdiff_t(at) + 1, joined(cells, separator));
 }
 
-std::vector<FolderFault> made_folder_faults() {
-  using enum Outlook;
+std::vector<FolderFault> make_folder_faults() {
+  using enum ExpectedOutcome;
   const auto minus_first = [](std::string& all) { all.insert(0, "\x80\xff\x1b]0;x\x07: [\n"); };
   std::vector<FolderFault> faults = {
-      {"a sensor's file cut in a line", lines(kSensor, cut_in_a_line), refused, "SENSOR:"},
-      {"the motion's file cut in a line", lines(kMotion, cut_in_a_line), refused, "MOTION:"},
-      {"a sensor's file of no bytes", lines(kSensor, [](FileLines& l) { l.clear(); }), refused, "SENSOR:1"},
-      {"the motion's file of no bytes", lines(kMotion, [](FileLines& l) { l.clear(); }), refused, "MOTION"},
-      {"a sensor without rows", lines(kSensor, [](FileLines& l) { l.resize(1); }), finite},
-      {"the motion without rows", lines(kMotion, [](FileLines& l) { l.resize(1); }), refused},
+      {"sensor file truncated within a line", lines(kSensor, cut_in_a_line), rejected, "SENSOR:"},
+      {"motion file truncated within a line", lines(kMotion, cut_in_a_line), rejected, "MOTION:"},
+      {"empty sensor file", lines(kSensor, [](FileLines& l) { l.clear(); }), rejected, "SENSOR:1"},
+      {"empty motion file", lines(kMotion, [](FileLines& l) { l.clear(); }), rejected, "MOTION"},
+      {"sensor file without rows", lines(kSensor, [](FileLines& l) { l.resize(1); }), finite},
+      {"motion file without rows", lines(kMotion, [](FileLines& l) { l.resize(1); }), rejected},
       {"half of the sensor's rows", lines(kSensor, half_the_lines), finite},
       {"half of the motion's rows", lines(kMotion, half_the_lines), finite},
       {"a sensor's rows twice", lines(kSensor, repeat_lines), either, "repeats that of line"},
       {"the motion's rows twice", lines(kMotion, repeat_lines), survived},
       {"a sensor's rows swapped", lines(kSensor, swap_rows), either, "comes before that of line"},
       {"the motion's rows swapped", lines(kMotion, swap_rows), either, "comes before that of line"},
-      {"two readings of one time", lines(kSensor, other_of_one_time), either, "repeats that of line"},
-      {"two poses of one time", lines(kMotion, other_of_one_time), either, "repeats that of line"},
+      {"two readings at the same time", lines(kSensor, other_of_one_time), either, "repeats that of line"},
+      {"two poses at the same time", lines(kMotion, other_of_one_time), either, "repeats that of line"},
       {"Windows line ends",
        [](Folder& f) {
          for (auto& [name, all] : f.files) windows_ends(all);
@@ -164,19 +164,20 @@ std::vector<FolderFault> made_folder_faults() {
          for (auto& [name, all] : f.files) comments(all);
        },
        survived},
-      {"no header", lines(kSensor, [](FileLines& l) { l.erase(l.begin()); }), refused, "SENSOR:1"},
-      {"another sensor's header", lines(kSensor, [](FileLines& l) { l[0] = "t,north,east"; }), refused, "SENSOR:1"},
-      {"another sensor's file", [](Folder& f) { f.sensor_lines() = f.motion_lines(); }, refused, "SENSOR:"},
-      {"the sensor's file as motion", [](Folder& f) { f.motion_lines() = f.sensor_lines(); }, refused, "MOTION:"},
-      {"garbage between rows", lines(kSensor, [](FileLines& l) { row(l) = "\x01\x1b[2J\xff,,,"; }), refused, "SENSOR:"},
-      {"a row of 100,000 digits", lines(kSensor, [](FileLines& l) { row(l) = std::string(100'000, '7'); }), refused,
+      {"missing header", lines(kSensor, [](FileLines& l) { l.erase(l.begin()); }), rejected, "SENSOR:1"},
+      {"wrong header", lines(kSensor, [](FileLines& l) { l[0] = "t,north,east"; }), rejected, "SENSOR:1"},
+      {"motion file as sensor file", [](Folder& f) { f.sensor_lines() = f.motion_lines(); }, rejected, "SENSOR:"},
+      {"sensor file as motion file", [](Folder& f) { f.motion_lines() = f.sensor_lines(); }, rejected, "MOTION:"},
+      {"garbage between rows", lines(kSensor, [](FileLines& l) { row(l) = "\x01\x1b[2J\xff,,,"; }), rejected,
        "SENSOR:"},
-      {"nan", cell(kSensor, 1, "nan"), refused, "SENSOR:"},
-      {"infinity", cell(kSensor, 1, "-inf"), refused, "SENSOR:"},
-      {"no number", cell(kSensor, 1, "abc"), refused, "SENSOR:"},
-      {"an empty cell", cell(kSensor, 1, ""), refused, "SENSOR:"},
-      {"nan in the motion", cell(kMotion, 1, "nan"), refused, "MOTION:"},
-      {"a time that is no number", cell(kSensor, 0, "noon"), refused, "SENSOR:"},
+      {"a row of 100,000 digits", lines(kSensor, [](FileLines& l) { row(l) = std::string(100'000, '7'); }), rejected,
+       "SENSOR:"},
+      {"nan", cell(kSensor, 1, "nan"), rejected, "SENSOR:"},
+      {"infinity", cell(kSensor, 1, "-inf"), rejected, "SENSOR:"},
+      {"text instead of a number", cell(kSensor, 1, "abc"), rejected, "SENSOR:"},
+      {"an empty cell", cell(kSensor, 1, ""), rejected, "SENSOR:"},
+      {"nan in the motion", cell(kMotion, 1, "nan"), rejected, "MOTION:"},
+      {"text instead of a time", cell(kSensor, 0, "noon"), rejected, "SENSOR:"},
       {"a value of 1e3", cell(kSensor, 1, "1e3"), survived},
       {"a value of 1e6", cell(kSensor, 1, "1e6"), survived},
       {"a value of 1e150", cell(kSensor, 1, "1e150"), survived},
@@ -194,29 +195,29 @@ std::vector<FolderFault> made_folder_faults() {
          for (auto& [name, all] : f.files)
            if (name.starts_with("truth_")) row(all) = row(all).substr(0, row(all).find(' ')) + " 1e308 0 0 0 0 0 1";
        },
-       refused, "no truth is 1e+308 m away"},
+       rejected, "true position 1e+308 m is not plausible"},
       {"one stamp 300 s ahead",
        times(
            kSensor, [](double t) { return t + 300; }, true),
        finite},
-      {"one stamp of 1e300", cell(kSensor, 0, "1e300"), refused},
+      {"one stamp of 1e300", cell(kSensor, 0, "1e300"), rejected},
       {"one stamp of the motion 300 s ahead",
        times(
            kMotion, [](double t) { return t + 300; }, true),
        finite},
-      {"a sensor in milliseconds", times(kSensor, [](double t) { return t * 1e3; }), refused},
-      {"a sensor in microseconds", times(kSensor, [](double t) { return t * 1e6; }), refused},
-      {"a sensor in nanoseconds", times(kSensor, [](double t) { return t * 1e9; }), refused},
-      {"all in microseconds", all_times(1e-6), refused, "are these in"},
-      {"all in nanoseconds", all_times(1e-9), refused, "are these in"},
-      {"a sensor an hour and a minute late", times(kSensor, [](double t) { return t + 3660; }), refused},
+      {"a sensor in milliseconds", times(kSensor, [](double t) { return t * 1e3; }), rejected},
+      {"a sensor in microseconds", times(kSensor, [](double t) { return t * 1e6; }), rejected},
+      {"a sensor in nanoseconds", times(kSensor, [](double t) { return t * 1e9; }), rejected},
+      {"all in microseconds", all_times(1e-6), rejected, "seem to be in"},
+      {"all in nanoseconds", all_times(1e-9), rejected, "seem to be in"},
+      {"a sensor an hour and a minute late", times(kSensor, [](double t) { return t + 3660; }), rejected},
       {"a gap of a day",
        [](Folder& f) {
          FileLines& l = f.motion_lines();
          l.back() = "86400000" + l.back().substr(l.back().find_first_of(", "));
        },
-       refused, "nothing was recorded between"},
-      {"no orientation",
+       rejected, "no data for"},
+      {"zero quaternion, or text without one",
        lines(kMotion,
              [](FileLines& l) {
                if (is_tum(l[0]) || row(l).find(' ') != std::string::npos)
@@ -224,40 +225,40 @@ std::vector<FolderFault> made_folder_faults() {
                else
                  row(l) = "x";
              }),
-       refused, "MOTION:"},
-      {"a negative sigma", sigma("-1"), refused, "scenario.yaml:"},
-      {"a sigma of zero", sigma("0"), refused, "scenario.yaml:"},
-      {"a sigma of nan", sigma(".nan"), refused, "scenario.yaml:"},
-      {"a sigma that is a word", sigma("small"), refused, "scenario.yaml:"},
+       rejected, "MOTION:"},
+      {"a negative sigma", sigma("-1"), rejected, "scenario.yaml:"},
+      {"a sigma of zero", sigma("0"), rejected, "scenario.yaml:"},
+      {"a sigma of nan", sigma(".nan"), rejected, "scenario.yaml:"},
+      {"text instead of a sigma", sigma("small"), rejected, "scenario.yaml:"},
       {"a sigma of 1e-160", sigma("1e-160"), finite},
-      {"a key that is not known", yaml([](std::string& y) { y += "\nsensros: {}\n"; }), refused, "scenario.yaml:"},
-      {"a key twice", yaml([](std::string& y) { y += "\nname: again\n"; }), refused, "scenario.yaml:"},
-      {"an interval of zero",
-       yaml([](std::string& y) { y.replace(y.find("keyframe_interval: 1.0"), 22, "keyframe_interval: 0"); }), refused,
+      {"unknown key", yaml([](std::string& y) { y += "\nsensros: {}\n"; }), rejected, "scenario.yaml:"},
+      {"repeated key", yaml([](std::string& y) { y += "\nname: again\n"; }), rejected, "scenario.yaml:"},
+      {"keyframe interval of 0",
+       yaml([](std::string& y) { y.replace(y.find("keyframe_interval: 1.0"), 22, "keyframe_interval: 0"); }), rejected,
        "scenario.yaml:"},
-      {"an interval of 1e-3",
+      {"keyframe interval of 1e-3 s",
        yaml([](std::string& y) { y.replace(y.find("keyframe_interval: 1.0"), 22, "keyframe_interval: 1e-3"); }),
-       refused, "scenario.yaml:"},
-      {"no yaml in the yaml", yaml(minus_first), refused, "scenario.yaml"},
-      {"a yaml of no bytes", yaml([](std::string& y) { y.clear(); }), refused, "scenario.yaml"},
-      {"a name that a terminal would obey",
+       rejected, "scenario.yaml:"},
+      {"invalid yaml", yaml(minus_first), rejected, "scenario.yaml"},
+      {"empty scenario.yaml", yaml([](std::string& y) { y.clear(); }), rejected, "scenario.yaml"},
+      {"control characters in the name",
        yaml([](std::string& y) { y.replace(y.find("name: "), 6, "name: \"\\e]0;x\\a\\e[2J\" # "); }), survived},
-      {"a file outside",
+      {"sensor file outside the folder",
        yaml([](std::string& y) { y += "\nsensors: {far: {type: position, file: ../x.csv, sigma: [1, 1, 1]}}\n"; }),
-       refused, "scenario.yaml:"},
-      {"no file of the motion", {}, refused, "MOTION", instead(File::motion, nothing)},
-      {"no scenario.yaml",
+       rejected, "scenario.yaml:"},
+      {"missing motion file", {}, rejected, "MOTION", instead(File::motion, nothing)},
+      {"missing scenario.yaml",
        {},
-       refused,
+       rejected,
        "scenario.yaml",
        [](const fs::path& folder, const Folder&) { fs::remove(folder / "scenario.yaml"); }},
-      {"a folder for a sensor", {}, refused, "SENSOR is a folder", instead(File::sensor, a_folder)},
-      {"a folder for the motion", {}, refused, "MOTION is a folder", instead(File::motion, a_folder)},
-      {"a pipe for a sensor", {}, refused, "SENSOR is a pipe", instead(File::sensor, a_pipe)},
-      {"a pipe for the motion", {}, refused, "MOTION is a pipe", instead(File::motion, a_pipe)},
-      {"a device without end for a sensor", {}, refused, "SENSOR", instead(File::sensor, a_device)},
-      {"a link to itself for a sensor", {}, refused, "SENSOR", instead(File::sensor, a_loop)},
-      {"a link to itself for the motion", {}, refused, "MOTION", instead(File::motion, a_loop)},
+      {"folder instead of the sensor file", {}, rejected, "SENSOR is a folder", instead(File::sensor, a_folder)},
+      {"folder instead of the motion file", {}, rejected, "MOTION is a folder", instead(File::motion, a_folder)},
+      {"pipe instead of the sensor file", {}, rejected, "SENSOR is a pipe", instead(File::sensor, a_pipe)},
+      {"pipe instead of the motion file", {}, rejected, "MOTION is a pipe", instead(File::motion, a_pipe)},
+      {"endless device instead of the sensor file", {}, rejected, "SENSOR", instead(File::sensor, a_device)},
+      {"link to itself instead of the sensor file", {}, rejected, "SENSOR", instead(File::sensor, a_loop)},
+      {"link to itself instead of the motion file", {}, rejected, "MOTION", instead(File::motion, a_loop)},
   };
   return faults;
 }
@@ -292,7 +293,7 @@ void Folder::write(const fs::path& to) const {
 }
 
 const std::vector<FolderFault>& folder_faults() {
-  static const std::vector<FolderFault> faults = made_folder_faults();
+  static const std::vector<FolderFault> faults = make_folder_faults();
   return faults;
 }
 

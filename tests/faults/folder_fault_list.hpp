@@ -8,40 +8,41 @@
 
 namespace tandem::faults {
 
-/// A scenario folder as text, cut short.
+/// The beginning of a scenario folder, as text.
 struct Folder {
   std::string yaml;
-  std::map<std::string, std::vector<std::string>> files;  ///< lines of each, without their ends
-  std::string motion, sensor;  ///< files: what the chaser moves by, and the sensor that tells most of the errors
+  std::map<std::string, std::vector<std::string>> files;  ///< lines of each file, without line ends
+  std::string motion, sensor;  ///< file names: the chaser's motion, and the sensor that affects the errors most
 
-  /// Rows that are later than `until` s after the first of `motion` are left out, of truth too.
+  /// Reads a folder. Omits rows of all files that are more than `until` s later than the first row of `motion`.
   Folder(const std::filesystem::path& from, std::string motion, std::string sensor, double until);
 
-  /// Writes it into an empty folder.
+  /// Writes the files to an empty folder.
   void write(const std::filesystem::path& to) const;
   std::vector<std::string>& motion_lines() { return files.at(motion); }
   std::vector<std::string>& sensor_lines() { return files.at(sensor); }
 };
 
-/// What has to come of a fault.
-enum class Outlook {
-  refused,   ///< status 1, one sentence, no results
-  survived,  ///< as if nothing had been, but for the error's ratio
-  either,    ///< one of the two: it is refused for some kinds of sensors
-  finite,    ///< refused, not done (status 2) or done, but nothing that is no number
+/// The expected result of a fault.
+enum class ExpectedOutcome {
+  rejected,  ///< status 1, one sentence, no results
+  survived,  ///< status 0 and an error close to that without the fault
+  either,    ///< one of the two, depending on the kind of sensor
+  finite,    ///< rejected, incomplete (status 2) or done, with finite numbers only
 };
 
-/// What may go wrong with a folder.
+/// A fault of a scenario folder.
 struct FolderFault {
   std::string name;
   std::function<void(Folder&)> inject{};
-  Outlook outlook = Outlook::refused;
-  /// Part of what a refusal says; MOTION and SENSOR stand for the files' names.
-  std::string said{};
-  /// Done to the folder as it is written.
+  ExpectedOutcome expected_outcome = ExpectedOutcome::rejected;
+  /// Part of the expected error message; MOTION and SENSOR stand for the file names.
+  std::string expected_message{};
+  /// Injects a fault into the written folder.
   std::function<void(const std::filesystem::path& folder, const Folder&)> inject_written{};
 };
 
+/// Returns all faults of folders.
 const std::vector<FolderFault>& folder_faults();
 
 }  // namespace tandem::faults

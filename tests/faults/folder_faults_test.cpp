@@ -10,16 +10,16 @@
 #include "shared_data.hpp"
 #include "studies/commands/run_tandem.hpp"
 
-/// Every fault on every recording, as a folder that a command is given: it is refused in one sentence that names file or
-/// line, and nothing is written; or what comes out is a result, as good as if nothing had been.
+/// Injects each fault into folders of several recordings. The command must either reject the folder with one sentence
+/// and write nothing, or give a result that is as accurate as without the fault.
 namespace tandem::faults {
 namespace {
 
 using ::testing::HasSubstr;
 using Json = nlohmann::json;
 
-constexpr double kRatioOfErrors = 1.5;
-constexpr double kMostSeconds = 30;
+constexpr double kMaxErrorRatio = 1.5;  // relative to the error without the fault
+constexpr double kTimeLimit = 10;       // s, of a command
 
 struct FolderCase {
   std::string recording, command, motion, sensor;
@@ -33,7 +33,7 @@ bool is_finite(const Json& json) {
   return std::all_of(json.begin(), json.end(), [](const Json& part) { return is_finite(part); });
 }
 
-/// Bytes that a terminal would obey.
+/// Returns whether a text contains control characters other than line ends.
 bool has_control_bytes(const std::string& text) {
   return std::any_of(text.begin(), text.end(), [](char c) { return (c >= 0 && c < ' ' && c != '\n') || c == '\x7f'; });
 }
@@ -49,17 +49,17 @@ class FolderFaults : public ::testing::TestWithParam<FolderCase> {
     const FolderCase& c = GetParam();
     std::vector<std::string> words = {c.command,        folder.string(), "--json",
                                       "--plots",        "off",           "--out",
-                                      out.string(),     "--time-limit",  fmt::format("{}", kMostSeconds / 3),
+                                      out.string(),     "--time-limit",  fmt::format("{}", kTimeLimit),
                                       "--no-covariance"};
     if (c.command == "estimate") words.emplace_back("--robust");
     if (c.command == "navigate") words.insert(words.end(), {"--loss", "cauchy:2"});
     return run_tandem(words);
   }
-  /// The mean error of what the command estimates [m].
+  /// Returns the mean position error of a result [m].
   static double error_of_result(const Json& json) { return json["errors"]["all"]["position_mean_m"]; }
 };
 
-TEST_P(FolderFaults, AreRefusedOrLeaveNoMark) {
+TEST_P(FolderFaults, AreRejectedOrHarmless) {
   TANDEM_NEEDS_SHARED(folder_faults().size());
   const FolderCase& c = GetParam();
   const Folder good(shared_path("data/" + c.recording), c.motion, c.sensor, c.until);
@@ -86,26 +86,27 @@ TEST_P(FolderFaults, AreRefusedOrLeaveNoMark) {
     ++faults;
     EXPECT_FALSE(has_control_bytes(outcome.output) || has_control_bytes(outcome.errors));
     if (outcome.status == 1) {
-      EXPECT_NE(fault.outlook, Outlook::survived) << outcome.errors;
+      EXPECT_NE(fault.expected_outcome, ExpectedOutcome::survived) << outcome.errors;
       EXPECT_EQ(outcome.output, "");
       EXPECT_THAT(outcome.errors, ::testing::ContainsRegex("^tandem: [^\n]+\n$")) << "one line";
       EXPECT_LE(outcome.errors.size(), 600u);
-      const std::string said = replaced(replaced(fault.said, "MOTION", c.motion), "SENSOR", c.sensor);
-      EXPECT_THAT(outcome.errors, HasSubstr(said));
-      EXPECT_FALSE(std::filesystem::exists(out)) << "half a result";
+      const std::string expected_message =
+          replaced(replaced(fault.expected_message, "MOTION", c.motion), "SENSOR", c.sensor);
+      EXPECT_THAT(outcome.errors, HasSubstr(expected_message));
+      EXPECT_FALSE(std::filesystem::exists(out)) << "a rejected folder must not have results";
       continue;
     }
-    EXPECT_NE(fault.outlook, Outlook::refused) << outcome.output.substr(0, 300) << outcome.errors;
-    EXPECT_TRUE(outcome.status == 0 || (outcome.status == 2 && fault.outlook == Outlook::finite))
+    EXPECT_NE(fault.expected_outcome, ExpectedOutcome::rejected) << outcome.output.substr(0, 300) << outcome.errors;
+    EXPECT_TRUE(outcome.status == 0 || (outcome.status == 2 && fault.expected_outcome == ExpectedOutcome::finite))
         << outcome.status << ": " << outcome.errors;
-    if (outcome.output.empty()) {
+    if (outcome.output.empty()) {  // stopped before there was a result
       EXPECT_EQ(outcome.status, 2) << outcome.errors;
       continue;
-    }  // stopped before there was anything
+    }
     const Json json = Json::parse(outcome.output);
     if (outcome.status == 0) EXPECT_TRUE(is_finite(json));
-    if (fault.outlook == Outlook::finite) continue;
-    EXPECT_LE(error_of_result(json), kRatioOfErrors * expected);
+    if (fault.expected_outcome == ExpectedOutcome::finite) continue;
+    EXPECT_LE(error_of_result(json), kMaxErrorRatio * expected);
   }
   EXPECT_GE(faults, 40u);
 }

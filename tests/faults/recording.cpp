@@ -6,9 +6,9 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/studies/live/live_feed.hpp>
-#include <tandem/studies/live/track.hpp>
-#include <tandem/studies/navigation/navigated.hpp>
+#include <tandem/studies/navigation/navigated_scenario.hpp>
+#include <tandem/studies/online/online_feed.hpp>
+#include <tandem/studies/online/track.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem::faults {

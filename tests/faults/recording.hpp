@@ -13,19 +13,19 @@ struct Line {
   double t;  ///< s
   std::string name;
   std::vector<std::string> cells;
-  std::string raw{};  ///< in place of all that, where it is not empty
+  std::string raw{};  ///< if not empty, the whole line instead of the other members
 
   std::string text() const;
 };
 
-/// A recording's files as one feed in time order, of one instant motion first.
+/// The files of a recording as one feed in time order; lines of the motion come first at equal times.
 struct Recording {
-  Scenario settings;  ///< with its truth
+  Scenario settings;  ///< with truth
   std::vector<Line> lines;
-  std::string motion;                ///< the stream that the chaser moves by
-  std::vector<std::string> sensors;  ///< the others
+  std::string motion;                ///< stream of the chaser's motion
+  std::vector<std::string> sensors;  ///< the other streams
 
-  /// Up to `until` s after the first line.
+  /// Reads the first `until` seconds of a folder.
   Recording(const std::filesystem::path& folder, double until);
 
   std::string text() const;

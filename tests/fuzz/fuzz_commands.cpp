@@ -22,37 +22,37 @@
 
 #include "text_mutation.hpp"
 
-/// Mutated folders and feeds through the real command line: no run may crash, take more than 20 s of processor time or
-/// 4 GB, end with another status than 0, 1 and 2, print what a terminal would obey, or call a result done (status 0) that
-/// has a number that is none.
+/// Runs the real command line on mutated scenario folders and online feeds. A run must not crash, use more than 20 s of
+/// processor time or 4 GB, or exit with a status other than 0, 1 and 2. It must not print control characters. With
+/// status 0 it must not write nan or inf.
 ///
 ///     fuzz_commands TANDEM SCENARIO VEHICLE COUNT [SEED [SECONDS]]
 ///
-/// SCENARIO: docking_a's folder; VEHICLE: a vehicle's file. Run i is made of SEED + i alone; it ends after SECONDS. What a
-/// find was made of is kept in finds/SEED+i in the working directory. The exit status is 1 when there is one.
+/// SCENARIO is the folder of docking_a, VEHICLE a vehicle file. Run i depends on SEED + i only. No run starts after
+/// SECONDS. The input of a failed run is kept in finds/SEED+i in the working directory, and the exit status is then 1.
 namespace tandem::fuzz {
 namespace {
 
 namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
-using Files = std::map<std::string, std::string>;  // text by name
+using Files = std::map<std::string, std::string>;  // text by file name
 
-constexpr rlim_t kMostSeconds = 20, kMostBytes = rlim_t(4) << 30, kMostOutput = rlim_t(256) << 20;
-constexpr unsigned kMostClock = 300;  // s: a run that waits for ever, on however busy a machine
+constexpr rlim_t kMaxSeconds = 20, kMaxBytes = rlim_t(4) << 30, kMaxOutput = rlim_t(256) << 20;
+constexpr unsigned kMaxWallSeconds = 300;  // ends a run that waits forever, even on a busy machine
 
 std::string read(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// The first lines of a text.
+/// Returns the first `lines` lines of a text.
 std::string head(const std::string& text, std::size_t lines) {
   std::size_t at = 0;
   for (; lines > 0 && at != std::string::npos; --lines) at = text.find('\n', at + 1);
   return at == std::string::npos ? text : text.substr(0, at + 1);
 }
 
-/// Half a minute of docking_a.
+/// The first 30 s of docking_a.
 Files docking(const fs::path& from) {
   return {{"scenario.yaml", read(from / "scenario.yaml")},
           {"chaser_odometry.tum", head(read(from / "chaser_odometry.tum"), 302)},
@@ -62,7 +62,7 @@ Files docking(const fs::path& from) {
           {"truth_target.tum", head(read(from / "truth_target.tum"), 302)}};
 }
 
-/// Ranges and bearings in the plane, north and east.
+/// Planar scenario with ranges and bearings, in the NED-FRD frame.
 Files planar() {
   Files files;
   files["scenario.yaml"] =
@@ -87,7 +87,7 @@ Files planar() {
   return files;
 }
 
-/// A chaser at rest, by its own sensors.
+/// A chaser at rest with its own sensors, without a target.
 Files own_sensors() {
   Files files;
   files["scenario.yaml"] =
@@ -114,7 +114,7 @@ Files own_sensors() {
   return files;
 }
 
-/// Its rows as lines of a live feed, "NAME,t,…", in time order.
+/// Returns the rows of all files as lines of an online feed, "NAME,t,…", in time order.
 std::string feed_of(const Files& files) {
   std::multimap<double, std::string> lines;
   for (const auto& [file, text] : files) {
@@ -144,7 +144,7 @@ const T& one_of(const std::vector<T>& all, Random& random) {
   return all[random() % all.size()];
 }
 
-/// Which command, how; `own`: of a chaser by its own sensors alone.
+/// Returns a random command. `own` means that the scenario has only sensors of the chaser.
 Run some_run(bool own, const fs::path& folder, Random& random) {
   const std::string run = (folder / "run").string(), out = (folder / "out").string(),
                     vehicle = (folder / "run/vehicle.yaml").string();
@@ -154,7 +154,7 @@ Run some_run(bool own, const fs::path& folder, Random& random) {
   const unsigned kind = static_cast<unsigned>(random() % 16);
   Run result;
   Words& words = result.words;
-  if (kind < 3) {  // live
+  if (kind < 3) {  // track
     const bool stream = kind != 0;
     words = {"track", stream ? (folder / "run/scenario.yaml").string() : run};
     if (stream) words.emplace_back("--stdin");
@@ -191,8 +191,8 @@ Run some_run(bool own, const fs::path& folder, Random& random) {
     maybe(words, {"--view", "60"});
     maybe(words, {"--coupled"});
   } else {
-    words = {"rendezvous", "--vehicle",  vehicle, "--time-limit", "12", "--horizon",
-             "4",          "--deadline", "200",   "--plots",      "off"};
+    words = {"rendezvous", "--vehicle",  vehicle, "--duration", "12", "--horizon",
+             "4",          "--deadline", "200",   "--plots",    "off"};
     maybe(words, {"--methods", "information,coupled,pursuit"});
   }
   if (random() % 2) words.insert(words.end(), {"--out", out});
@@ -200,8 +200,8 @@ Run some_run(bool own, const fs::path& folder, Random& random) {
   return result;
 }
 
-/// A number that is none, between what may stand around one.
-bool has_no_number(const std::string& text) {
+/// Returns whether a text contains nan or inf as a number.
+bool has_nonfinite_number(const std::string& text) {
   for (const std::string word : {"nan", "inf", "-nan", "-inf"})
     for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) {
       const std::string around = " \n\t,[]±:";
@@ -217,23 +217,24 @@ bool has_control_byte(const std::string& text) {
   return std::any_of(text.begin(), text.end(), [](char c) { return (c >= 0 && c < ' ' && c != '\n') || c == '\x7f'; });
 }
 
-/// A table without the standard deviations, which are inf where nothing tells of them.
+/// Returns a table without its standard deviations, which are inf in unobservable directions.
 std::string without_deviations(std::istream& table) {
-  std::vector<bool> left_out;
+  std::vector<bool> excluded;
   std::string numbers;
   for (std::string line, cell; std::getline(table, line);) {
     std::istringstream row(line);
-    const bool header = left_out.empty();
+    const bool header = excluded.empty();
     for (std::size_t column = 0; std::getline(row, cell, ','); ++column) {
-      if (header) left_out.push_back(cell.find("sigma") != std::string::npos);
-      if (column >= left_out.size() || !left_out[column]) numbers += cell + ",";
+      if (header) excluded.push_back(cell.find("sigma") != std::string::npos);
+      if (column >= excluded.size() || !excluded[column]) numbers += cell + ",";
     }
     numbers += "\n";
   }
   return numbers;
 }
 
-/// What has to be numbers in a file of results: a trajectory's quaternions are nan where nothing tells an orientation.
+/// Returns the part of a result file that must be finite. Quaternions of a trajectory are nan if the orientation is
+/// unknown.
 std::string numbers_of(const fs::path& file) {
   std::istringstream stream(read(file));
   if (file.extension() == ".csv") return without_deviations(stream);
@@ -246,7 +247,7 @@ std::string numbers_of(const fs::path& file) {
   return numbers;
 }
 
-/// The wait status of the program.
+/// Runs the program and returns its wait status.
 int execute(const std::string& tandem, const Run& run, const fs::path& folder) {
   std::vector<char*> argv = {const_cast<char*>(tandem.c_str())};
   for (const std::string& word : run.words) argv.push_back(const_cast<char*>(word.c_str()));
@@ -259,11 +260,11 @@ int execute(const std::string& tandem, const Run& run, const fs::path& folder) {
       const rlimit both{most, most};
       setrlimit(static_cast<__rlimit_resource_t>(what), &both);
     };
-    limit(RLIMIT_CPU, kMostSeconds);
-    limit(RLIMIT_AS, kMostBytes);
-    limit(RLIMIT_FSIZE, kMostOutput);
+    limit(RLIMIT_CPU, kMaxSeconds);
+    limit(RLIMIT_AS, kMaxBytes);
+    limit(RLIMIT_FSIZE, kMaxOutput);
     limit(RLIMIT_CORE, 0);
-    alarm(kMostClock);
+    alarm(kMaxWallSeconds);
     dup2(open(input.c_str(), O_RDONLY), STDIN_FILENO);
     dup2(open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDOUT_FILENO);
     dup2(open(errors.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
@@ -275,20 +276,20 @@ int execute(const std::string& tandem, const Run& run, const fs::path& folder) {
   return status;
 }
 
-/// What is wrong with what a run did; empty: nothing.
-std::string judged(int status, const fs::path& folder) {
-  if (WIFSIGNALED(status)) return std::string("ended by ") + strsignal(WTERMSIG(status));
+/// Returns what is wrong with a run, or an empty string.
+std::string find_fault(int status, const fs::path& folder) {
+  if (WIFSIGNALED(status)) return std::string("killed by signal: ") + strsignal(WTERMSIG(status));
   const int code = WEXITSTATUS(status);
   if (code > 2) return "exit status " + std::to_string(code);
   const std::string output = read(folder / "stdout"), errors = read(folder / "stderr");
-  if (has_control_byte(output) || has_control_byte(errors)) return "a control byte is printed";
-  if (code != 0 && errors.empty()) return "status " + std::to_string(code) + " without a word";
+  if (has_control_byte(output) || has_control_byte(errors)) return "prints a control character";
+  if (code != 0 && errors.empty()) return "status " + std::to_string(code) + " without an error message";
   if (code != 0) return "";
-  if (has_no_number(output)) return "status 0 with a number that is none on standard output";
+  if (has_nonfinite_number(output)) return "status 0 with nan or inf on standard output";
   if (fs::exists(folder / "out"))
     for (const auto& entry : fs::recursive_directory_iterator(folder / "out"))
-      if (entry.is_regular_file() && has_no_number(numbers_of(entry.path())))
-        return "status 0 with a number that is none in " + entry.path().filename().string();
+      if (entry.is_regular_file() && has_nonfinite_number(numbers_of(entry.path())))
+        return "status 0 with nan or inf in " + entry.path().filename().string();
   return "";
 }
 
@@ -311,22 +312,23 @@ int run_all(const std::string& tandem, const fs::path& scenario, const fs::path&
     Files files = bases[base];
     files["feed"] = feed_of(files);
     const Run run = some_run(base == 2, folder, random);
-    const bool live = run.input.has_value(),
+    const bool is_feed = run.input.has_value(),
                by_vehicle = std::find(run.words.begin(), run.words.end(), "--vehicle") != run.words.end();
     for (auto n = random() % 2 ? 1 : 1 + random() % 3; n > 0; --n) {
       auto file = std::next(files.begin(), std::ptrdiff_t(random() % files.size()));
-      if (live && random() % 4) file = files.find("feed");
+      if (is_feed && random() % 4) file = files.find("feed");
       if (by_vehicle && random() % 2) file = files.find("vehicle.yaml");
       const std::string before = file->second;
       mutate(file->second, random);
-      // A name "nan", which is printed, is none of what is looked for; a number is written .nan there.
-      if (file->first.ends_with(".yaml") && has_no_number(file->second)) file->second = before;
+      // Undoes mutations that put nan or inf into a YAML file, because they may be names, which are printed. As numbers
+      // they would be .nan and .inf.
+      if (file->first.ends_with(".yaml") && has_nonfinite_number(file->second)) file->second = before;
     }
     for (const auto& [file, text] : files)
       std::ofstream(file == "feed" ? folder / "feed" : folder / "run" / file, std::ios::binary) << text;
     const int status = execute(tandem, run, folder);
     if (WIFEXITED(status)) ++by_status[WEXITSTATUS(status)];
-    const std::string why = judged(status, folder);
+    const std::string why = find_fault(status, folder);
     if (why.empty()) continue;
     ++finds;
     std::printf("%lu: %s:", number, why.c_str());

@@ -20,28 +20,28 @@ std::string columns_of(std::size_t kind, bool planar) {
   return kind < kImu ? columns(kEgo[kind - kTarget.size()]) : imu_columns;
 }
 
-/// What the row means, of any kind of sensor.
+/// Converts a row of any type of sensor to a measurement.
 void read_row(std::size_t kind, const double* row, const Frame& frame, bool planar) {
   if (kind < kTarget.size()) {
     const Measurement m = target_measurement(kTarget[kind], row, frame, planar);
     fuzz::expect(m.t == row[0] && m.position.allFinite(), "a measurement is finite");
   } else if (kind < kImu) {
     const EgoMeasurement m = ego_measurement(kEgo[kind - kTarget.size()], row, frame);
-    fuzz::expect(m.t == row[0] && m.value.allFinite(), "a measurement of one's own is finite");
+    fuzz::expect(m.t == row[0] && m.value.allFinite(), "a measurement of a chaser sensor is finite");
   } else {
     const ImuSample sample = imu_sample(row, frame);
-    fuzz::expect(sample.t == row[0], "a sample has its time");
+    fuzz::expect(sample.t == row[0], "a sample has the time of its row");
   }
 }
 
 }  // namespace
 
-// A sensor's file: the first byte says of which sensor, the second how its times go and along which axes it is.
+// A sensor file. The first byte selects the sensor, the second one the order of times, the frame and the header.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::Input input(data, size);
   const std::size_t kind = input.below(kKinds);
   const std::uint8_t flags = input.byte();
-  // A folder of group SE2 is refused with a sensor that there is in space alone.
+  // Scenarios of group SE2 reject sensors that exist only in 3D.
   const bool planar = flags & 1 && (kind >= kTarget.size() || kTarget[kind].place.in_plane), with_header = flags & 4;
   const Frame frame = flags & 2 ? Frame::ned_frd() : Frame::enu_flu();
   const auto order = std::array{TimeOrder::increasing, TimeOrder::repeating, TimeOrder::any}[flags / 8 % 3];
@@ -50,10 +50,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     RowFile rows(std::make_unique<std::istringstream>((with_header ? names + "\n" : "") + input.text()), "sensor.csv",
                  RowFormat::csv(names), order);
     const Table table = read_table(rows);
-    fuzz::expect(table.values.size() == table.rows() * table.columns, "a table is full");
+    fuzz::expect(table.values.size() == table.rows() * table.columns, "a table is complete");
     for (std::size_t i = 0; i < table.rows(); ++i) {
       fuzz::expect(order == TimeOrder::any || i == 0 || table.t(i - 1) <= table.t(i), "times do not decrease");
-      located([&] { return table.where(i); }, [&] { return read_row(kind, table.row(i), frame, planar), 0; });
+      with_location([&] { return table.where(i); }, [&] { return read_row(kind, table.row(i), frame, planar), 0; });
     }
   });
   return 0;

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <optional>
 
-#include <tandem/solvers/online/fixed_lag.hpp>
+#include <tandem/solvers/fixed_lag/fixed_lag.hpp>
 
 #include "fuzz/handles.hpp"
 
@@ -10,15 +10,15 @@ namespace {
 
 using namespace tandem;
 
-constexpr int kMostCalls = 100;
+constexpr int kMaxCalls = 100;
 
-/// Calls on a FixedLag in the order that the input says, each checked against what should be there.
+/// Calls a FixedLag as the input says and compares it with the expected state.
 class Calls {
  public:
   explicit Calls(fuzz::Input& input) : input_(input), lag_(options()) {}
 
   void run() {
-    for (int i = 0; i < kMostCalls && !input_.empty(); ++i) {
+    for (int i = 0; i < kMaxCalls && !input_.empty(); ++i) {
       call();
       world_.check(lag_.problem());
     }
@@ -32,8 +32,8 @@ class Calls {
     options.window = window_ = 0.5 + b % 4;
     options.max_keyframes = b / 4 % 4 == 3 ? 0 : b / 4 % 4 + 1;
     options.max_iterations = 1 + b / 16 % 4;
-    options.leaving = [this](double) {
-      if (leaving_ && input_.byte() > 200) throw Error("the caller will not let it go");
+    options.before_marginalize = [this](double) {
+      if (leaving_ && input_.byte() > 200) throw Error("the callback rejects the marginalisation");
     };
     leaving_ = b & 128;
     return options;
@@ -46,7 +46,7 @@ class Calls {
       case 2:
         return add();
       case 3:
-        return add_for_ever();
+        return add_untimed();
       case 4:
       case 5:
       case 6:
@@ -68,13 +68,13 @@ class Calls {
       case 14:
         return covariance();
       default:
-        // Rarely: from then on nothing can be solved, until it is removed.
+        // Rare, because a hard block makes later solves fail until it is removed.
         if (input_.byte() > 240)
           world_.with_group(input_, [&](auto& handles) { world_.add_block(lag_.problem(), handles, input_, true); });
     }
   }
 
-  /// Times go on, mostly.
+  /// Returns the next time; times mostly increase.
   double time() {
     const std::uint8_t b = input_.byte();
     if (b >= 250) return fuzz::number(input_);
@@ -90,7 +90,7 @@ class Calls {
       });
     });
   }
-  void add_for_ever() {
+  void add_untimed() {
     world_.with_group(input_, [&]<LieGroup G>(fuzz::Handles<G>& handles) {
       const auto x = lag_.problem().add(fuzz::element<G>(input_));
       handles.add(x, lag_.problem().id(x), HUGE_VAL);
@@ -101,40 +101,40 @@ class Calls {
     const bool possible = std::isfinite(t) && !lag_.why_too_late(t);
     world_.with_group(input_, [&](auto& handles) {
       auto& known = handles[handles.pick(input_)];
-      if (known.there && known.t != HUGE_VAL) return;  // has a time already
-      if (fuzz::attempt(possible && known.there, [&] { lag_.track(t, known.handle); })) known.t = t;
+      if (known.exists && known.t != HUGE_VAL) return;  // already tracked
+      if (fuzz::attempt(possible && known.exists, [&] { lag_.track(t, known.handle); })) known.t = t;
     });
   }
   void update() {
     double newest = -HUGE_VAL;
     world_.each_group([&](auto& handles) {
       for (const auto& known : handles.all())
-        if (known.there && known.t < HUGE_VAL) newest = std::max(newest, known.t);
+        if (known.exists && known.t < HUGE_VAL) newest = std::max(newest, known.t);
     });
     std::optional<Summary> summary;
     const bool whole = fuzz::accepts([&] { summary = lag_.update(); });
     world_.each_group([&](auto& handles) {
       for (auto& known : handles.all()) {
-        if (!known.there || lag_.problem().has(known.handle)) continue;
-        known.there = false;
-        fuzz::expect(known.t < newest, "neither the newest variables nor those without a time leave");
+        if (!known.exists || lag_.problem().has(known.handle)) continue;
+        known.exists = false;
+        fuzz::expect(known.t < newest, "the newest variables and those without a time stay");
         if (whole)
-          fuzz::expect(std::any_of(lag_.gone().begin(), lag_.gone().end(),
-                                   [&](const FixedLag::Gone& gone) { return gone.id == known.id; }),
-                       "who leaves is told");
+          fuzz::expect(std::any_of(lag_.marginalized().begin(), lag_.marginalized().end(),
+                                   [&](const FixedLag::Marginalized& gone) { return gone.id == known.id; }),
+                       "gone() lists all variables that left");
       }
     });
-    fuzz::expect(!summary || !summary->message.empty(), "an update says why it ended");
+    fuzz::expect(!summary || !summary->message.empty(), "an update has a message");
     fuzz::expect(!summary || !summary->converged() || std::isfinite(summary->cost), "a converged cost is finite");
     if (summary && summary->converged() && whole)
-      fuzz::expect(!(lag_.newest() - lag_.oldest() > window_ + 2e-3), "the window is no longer than asked for");
+      fuzz::expect(!(lag_.newest() - lag_.oldest() > window_ + 2e-3), "the window is not longer than requested");
   }
   void remove() {
     world_.with_group(input_, [&](auto& handles) {
       const auto known = handles[handles.pick(input_)];
-      const bool behind = input_.byte() & 1;  // its back
-      const bool taken =
-          fuzz::attempt(known.there, [&] { behind ? lag_.problem().remove(known.handle) : lag_.remove(known.handle); });
+      const bool directly = input_.byte() & 1;  // without telling the FixedLag
+      const bool taken = fuzz::attempt(
+          known.exists, [&] { directly ? lag_.problem().remove(known.handle) : lag_.remove(known.handle); });
       if (taken) world_.forget(known.id);
     });
   }
@@ -142,13 +142,13 @@ class Calls {
     world_.with_group(input_, [&](auto& handles) {
       const auto& known = handles[handles.pick(input_)];
       const bool fixed = input_.byte() & 1;
-      fuzz::attempt(known.there, [&] { lag_.problem().fix(known.handle, fixed); });
+      fuzz::attempt(known.exists, [&] { lag_.problem().fix(known.handle, fixed); });
     });
   }
   void marginalize() {
     world_.with_group(input_, [&](auto& handles) {
       const auto known = handles[handles.pick(input_)];
-      if (fuzz::attempt(known.there, [&] { lag_.problem().marginalize(known.handle); })) world_.forget(known.id);
+      if (fuzz::attempt(known.exists, [&] { lag_.problem().marginalize(known.handle); })) world_.forget(known.id);
     });
   }
   void remove_block() {
@@ -158,8 +158,8 @@ class Calls {
   void covariance() {
     world_.with_group(input_, [&](auto& handles) {
       const auto &a = handles[handles.pick(input_)], &b = handles[handles.pick(input_)];
-      fuzz::attempt(a.there && b.there, [&] { (void)lag_.covariance(a.handle, b.handle); });
-      fuzz::attempt(a.there, [&] { (void)lag_.covariance(a.handle); });
+      fuzz::attempt(a.exists && b.exists, [&] { (void)lag_.covariance(a.handle, b.handle); });
+      fuzz::attempt(a.exists, [&] { (void)lag_.covariance(a.handle); });
     });
   }
 
@@ -172,7 +172,7 @@ class Calls {
 
 }  // namespace
 
-// Calls on a FixedLag, in any order and on handles of any age: what is misuse is an error.
+// Calls of a FixedLag in any order and with handles of any age. Misuse must throw Error.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::Input input(data, size);
   Calls(input).run();

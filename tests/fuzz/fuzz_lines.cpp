@@ -2,7 +2,7 @@
 #include <array>
 #include <utility>
 
-#include <tandem/studies/live/live_feed.hpp>
+#include <tandem/studies/online/online_feed.hpp>
 
 #include "fuzz/input.hpp"
 
@@ -12,7 +12,7 @@ using namespace tandem;
 
 Scenario settings(const std::string& yaml) { return read_settings(yaml, "/", RowsIn::stream); }
 
-/// By odometry; planar; by one's own sensors, with a target in NED.
+/// Scenarios with odometry; planar; with sensors of the chaser and a target in NED.
 const std::array<Scenario, 3>& scenarios() {
   static const std::array<Scenario, 3> all = {
       settings("name: by odometry\n"
@@ -42,7 +42,7 @@ const std::array<Scenario, 3>& scenarios() {
 
 }  // namespace
 
-// The lines of tandem track --stdin: the first byte says with which settings, the second in what portions they come.
+// Input of tandem track --stdin. The first byte selects the scenario, the second one the size of the portions.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::Input input(data, size);
   const Scenario& scenario = scenarios()[input.below(scenarios().size())];
@@ -56,19 +56,19 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   };
 
   const std::atomic<bool> stop = false;
-  std::size_t complaints = 0, taken = 0;
-  StreamFeed feed(scenario, more, "<stdin>", stop, [&](const std::string& complaint) {
-    ++complaints;
-    fuzz::expect(fuzz::is_printable(complaint), "a complaint is one printable line");
+  std::size_t warnings = 0, taken = 0;
+  StreamFeed feed(scenario, more, "<stdin>", stop, [&](const std::string& warning) {
+    ++warnings;
+    fuzz::expect(fuzz::is_printable(warning), "a warning is one printable line");
   });
   while (const auto line = feed.next()) {
     ++taken;
-    fuzz::expect(line->stream < feed.streams().all().size(), "a line is of a stream");
+    fuzz::expect(line->stream < feed.streams().all().size(), "a line belongs to a stream");
   }
-  std::size_t refused = 0;
-  for (const auto& [why, n] : feed.refused().counts()) refused += n;
+  std::size_t rejected = 0;
+  for (const auto& [why, n] : feed.rejected_lines().counts()) rejected += n;
   const auto lines = std::size_t(std::count(text.begin(), text.end(), '\n')) + 1;
-  fuzz::expect(given == text.size() && taken + refused <= lines, "all is read, and no line counted twice");
-  fuzz::expect(complaints <= refused, "what is complained of is refused");
+  fuzz::expect(given == text.size() && taken + rejected <= lines, "everything is read, and no line is counted twice");
+  fuzz::expect(warnings <= rejected, "each warning belongs to a rejected line");
   return 0;
 }

@@ -12,7 +12,7 @@ namespace {
 
 using namespace tandem;
 
-/// With sensors that see a target and sensors of the chaser's own.
+/// Scenario with target sensors and sensors of the chaser.
 const Scenario& scenario() {
   static const Scenario read = read_settings(
       "name: both\n"
@@ -27,7 +27,7 @@ const Scenario& scenario() {
   return read;
 }
 
-/// What an option says of a sensor, as in "usbl=1,2,3", applied to the scenario.
+/// Parses an option for one sensor, such as "usbl=1,2,3", and applies it to the scenario.
 template <class T, class Parse>
 void set_sensor(std::vector<SetByOption<T>> SensorOptions::*options, const std::string& option, const std::string& text,
                 Parse parse) {
@@ -37,44 +37,45 @@ void set_sensor(std::vector<SetByOption<T>> SensorOptions::*options, const std::
   Scenario changed = scenario();
   apply(sensors, {true, true}, changed);
   for (const NamedNoise& noise : named_noise(changed.data))
-    for (const double sigma : noise.sigmas)  // zero where neither the option nor a default says more
+    for (const double sigma : noise.sigmas)  // zero if neither the option nor a default sets it
       fuzz::expect(std::isfinite(sigma) && sigma >= 0, "standard deviations are finite");
 }
 
 void expect_models(const std::vector<NamedModel>& models) {
-  fuzz::expect(!models.empty(), "a list has a model");
+  fuzz::expect(!models.empty(), "a list has at least one model");
   for (const NamedModel& model : models) {
     for (const Horizon& horizon : model.options.horizons)
-      fuzz::expect(horizon.back > 0 && horizon.ahead > 0, "a horizon counts keyframes");
+      fuzz::expect(horizon.back > 0 && horizon.ahead > 0, "horizons are at least one keyframe");
     solver_for(model);
   }
 }
 
-/// One kind of value, as `which` says.
+/// Parses a value of the type that `which` selects.
 void parse(std::size_t which, const std::string& text) {
   switch (which) {
     case 0:
-      for (const Horizon& h : parse_horizons("--horizons", text)) fuzz::expect(h.back > 0 && h.ahead > 0, "horizons");
+      for (const Horizon& h : parse_horizons("--horizons", text))
+        fuzz::expect(h.back > 0 && h.ahead > 0, "horizons are at least one keyframe");
       return;
     case 1: {
       const Bounds<1> bounds = parse_interval("--surge", text);
-      fuzz::expect(bounds.lower[0] <= bounds.upper[0], "an interval holds a number");
+      fuzz::expect(bounds.lower[0] <= bounds.upper[0], "an interval is not empty");
       return;
     }
     case 2: {
       const Loss loss = parse_loss("--loss", text);
-      fuzz::expect(loss.scale > 0 && std::isfinite(loss.scale), "a loss has a scale");
+      fuzz::expect(loss.scale > 0 && std::isfinite(loss.scale), "the scale of a loss is positive and finite");
       return;
     }
     case 3:
       fuzz::expect(parse_count("--max-keyframes", text) > 0, "a count is above zero");
       return;
     case 4:
-      fuzz::expect(std::isfinite(parse_magnitude("--yaw-rate", text)), "a magnitude is finite");
+      fuzz::expect(std::isfinite(parse_non_negative("--yaw-rate", text)), "a magnitude is finite");
       return;
     case 5: {
       const auto [key, value] = parse_assignment("--solver-option", text);
-      fuzz::expect(key + "=" + value == text, "an assignment loses nothing");
+      fuzz::expect(key + "=" + value == text, "an assignment keeps its text");
       return;
     }
     case 6:
@@ -82,10 +83,10 @@ void parse(std::size_t which, const std::string& text) {
     case 7:
       return expect_models({parse_model_spec("--models", text, {})});
     case 8:
-      fuzz::expect(!parse_contenders("--solvers", text).empty(), "a list has a solver");
+      fuzz::expect(!parse_solver_list("--solvers", text).empty(), "a list has at least one solver");
       return;
     case 9:
-      fuzz::expect(!parse_constraints("--constraints", text).empty(), "a list has a role");
+      fuzz::expect(!parse_constraints("--constraints", text).empty(), "a list has at least one role");
       return;
     case 10:
       return set_sensor(&SensorOptions::noise, "--noise", text, parse_numbers);
@@ -129,7 +130,7 @@ void parse(std::size_t which, const std::string& text) {
 
 }  // namespace
 
-// The words after command-line options: the first byte says of which.
+// Values of command-line options; the first byte selects the option.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::Input input(data, size);
   const std::size_t which = input.below(23);

@@ -2,7 +2,7 @@
 #include <optional>
 #include <utility>
 
-#include <tandem/problem/program.hpp>
+#include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/solvers/augmented_lagrangian.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/solvers/marginals.hpp>
@@ -13,9 +13,9 @@ namespace {
 
 using namespace tandem;
 
-constexpr int kMostCalls = 100;
+constexpr int kMaxCalls = 100;
 
-/// A problem whose handles every other one is to refuse. Nothing changes it: all executions have the same.
+/// A problem whose handles all other problems must reject. It never changes, so all executions are alike.
 struct Foreign {
   Problem problem;
   Variable<fuzz::R1> r1 = problem.add(fuzz::R1());
@@ -27,17 +27,17 @@ const Foreign& foreign() {
   return made;
 }
 
-/// Calls on a Problem in the order that the input says, each checked against what should be there.
+/// Calls a Problem as the input says and compares it with the expected state.
 class Calls {
  public:
   explicit Calls(fuzz::Input& input) : input_(input) {
-    // Handles that this problem has never given out.
+    // Handles of another problem.
     world_.r1.add_foreign(foreign().r1);
     world_.se2.add_foreign(foreign().se2);
   }
 
   void run() {
-    for (int i = 0; i < kMostCalls && !input_.empty(); ++i) {
+    for (int i = 0; i < kMaxCalls && !input_.empty(); ++i) {
       call();
       world_.check(problem_);
     }
@@ -77,15 +77,15 @@ class Calls {
       case 15:
         return weigh();
       case 16:
-        return widen();
+        return scale_losses();
       case 17:
         return covariances();
       case 18:
         return move();
       case 19:
-        return keep_program();
+        return make_evaluator();
       case 20:
-        return use_program();
+        return use_evaluator();
       default:
         return read();
     }
@@ -101,21 +101,21 @@ class Calls {
     world_.with_group(input_, [&](auto& handles) {
       auto& known = handles[handles.pick(input_)];
       const int id = known.id;
-      if (fuzz::attempt(known.there, [&] { problem_.remove(known.handle); })) world_.forget(id);
+      if (fuzz::attempt(known.exists, [&] { problem_.remove(known.handle); })) world_.forget(id);
     });
   }
   void fix() {
     world_.with_group(input_, [&](auto& handles) {
       const auto& known = handles[handles.pick(input_)];
       const bool fixed = input_.byte() & 1;
-      const bool taken = fuzz::attempt(known.there, [&] { problem_.fix(known.handle, fixed); });
-      fuzz::expect(taken || !known.there, "a variable can be fixed");
+      const bool taken = fuzz::attempt(known.exists, [&] { problem_.fix(known.handle, fixed); });
+      fuzz::expect(taken || !known.exists, "a variable can be fixed");
     });
   }
   void set_value() {
     world_.with_group(input_, [&]<LieGroup G>(fuzz::Handles<G>& handles) {
       const auto& known = handles[handles.pick(input_)];
-      fuzz::attempt(known.there, [&] { problem_.set_value(known.handle, fuzz::element<G>(input_)); });
+      fuzz::attempt(known.exists, [&] { problem_.set_value(known.handle, fuzz::element<G>(input_)); });
     });
   }
   Block block() {
@@ -133,13 +133,13 @@ class Calls {
     world_.with_group(input_, [&](auto& handles) {
       const auto a = handles[handles.pick(input_)], b = handles[handles.pick(input_)];
       const bool two = input_.byte() & 1;
-      const bool possible = a.there && (!two || (b.there && a.id != b.id));
+      const bool possible = a.exists && (!two || (b.exists && a.id != b.id));
       const bool taken = fuzz::attempt(
           possible, [&] { two ? problem_.marginalize(a.handle, b.handle) : problem_.marginalize(a.handle); });
       if (!taken) return;
       world_.forget(a.id);
       if (two) world_.forget(b.id);
-      fuzz::expect(problem_.marginal_prior().has_value(), "a prior is left");
+      fuzz::expect(problem_.marginal_prior().has_value(), "a marginal prior exists");
     });
   }
   void marginalize_ids() {
@@ -153,73 +153,73 @@ class Calls {
     options.max_iterations = int(input_.below(8));
     std::optional<Summary> summary;
     fuzz::accepts([&] { summary = solve(problem_, options); });
-    fuzz::expect(!summary || !summary->message.empty(), "a solve says why it ended");
+    fuzz::expect(!summary || !summary->message.empty(), "a solve has a message");
     fuzz::expect(!summary || !summary->converged() || std::isfinite(summary->cost), "a converged cost is finite");
   }
   void evaluate() {
     fuzz::accepts([&] {
-      Program program(problem_);
-      const Eigen::Index n = program.num_unknowns(), nonzeros = program.hessian_pattern().nonzeros();
+      NlpEvaluator nlp(problem_);
+      const Eigen::Index n = nlp.num_unknowns(), nonzeros = nlp.hessian_pattern().nonzeros();
       const double step = fuzz::number(input_);
       Eigen::VectorXd delta = Eigen::VectorXd::Constant(n, step), gradient(n), hessian(nonzeros);
-      Eigen::VectorXd rows(program.num_rows()), jacobian(Eigen::Index(program.jacobian_pattern().row.size()));
-      program.keep();
-      program.move_to(delta);
-      program.linearize(gradient, hessian);
-      program.linearize_constraints(rows, jacobian);
-      program.exact_hessian(1.0, Eigen::VectorXd::Ones(rows.size()), hessian);
-      program.stiffness(delta, Eigen::VectorXd::Ones(rows.size()));
-      program.describe_bad_block();
-      const Program::Violation violation = program.violation(rows);
-      if (violation.row >= 0) program.describe_row(violation.row);
-      program.describe_unknown(int(input_.below(std::size_t(n))));
-      input_.byte() & 1 ? program.restore() : program.recenter();
+      Eigen::VectorXd rows(nlp.num_rows()), jacobian(Eigen::Index(nlp.jacobian_pattern().row.size()));
+      nlp.save();
+      nlp.move_to(delta);
+      nlp.linearize(gradient, hessian);
+      nlp.linearize_constraints(rows, jacobian);
+      nlp.exact_hessian(1.0, Eigen::VectorXd::Ones(rows.size()), hessian);
+      nlp.stiffness(delta, Eigen::VectorXd::Ones(rows.size()));
+      nlp.describe_nonfinite_block();
+      const NlpEvaluator::Violation violation = nlp.violation(rows);
+      if (violation.row >= 0) nlp.describe_row(violation.row);
+      nlp.describe_unknown(int(input_.below(std::size_t(n))));
+      input_.byte() & 1 ? nlp.restore() : nlp.recenter();
     });
   }
   void weigh() {
     const Block b = block();
     fuzz::accepts([&] { (void)problem_.weight(b); });
   }
-  void widen() {
+  void scale_losses() {
     const double factor = fuzz::number(input_);
-    fuzz::attempt(factor > 0 && std::isfinite(factor), [&] { problem_.widen_losses(factor); });
-    fuzz::accepts([&] { (void)problem_.convex_widening(); });
+    fuzz::attempt(factor > 0 && std::isfinite(factor), [&] { problem_.scale_losses(factor); });
+    fuzz::accepts([&] { (void)problem_.convex_loss_scale(); });
   }
   void covariances() {
     fuzz::accepts([&] {
       const Marginals marginals(problem_);
       world_.with_group(input_, [&](auto& handles) {
         const auto &a = handles[handles.pick(input_)], &b = handles[handles.pick(input_)];
-        if (a.foreign || b.foreign) return;  // a snapshot does not know of what problem it was
-        fuzz::attempt(a.there && b.there, [&] { (void)marginals.cross_covariance(a.handle, b.handle); });
+        if (a.foreign || b.foreign) return;  // Marginals cannot detect handles of another problem
+        fuzz::attempt(a.exists && b.exists, [&] { (void)marginals.cross_covariance(a.handle, b.handle); });
       });
     });
   }
-  /// A Program that lives while the problem changes: it is to notice.
-  void keep_program() {
-    program_.reset();
-    fuzz::accepts([&] { program_.emplace(problem_); });
+  /// Makes an NlpEvaluator that outlives later changes of the problem. It must detect them.
+  void make_evaluator() {
+    nlp_.reset();
+    fuzz::accepts([&] { nlp_.emplace(problem_); });
   }
-  void use_program() {
-    if (!program_) return;
-    const Eigen::Index n = program_->num_unknowns();
-    Eigen::VectorXd gradient(n), hessian(program_->hessian_pattern().nonzeros());
-    Eigen::VectorXd rows(program_->num_rows()), jacobian(Eigen::Index(program_->jacobian_pattern().row.size()));
+  void use_evaluator() {
+    if (!nlp_) return;
+    const Eigen::Index n = nlp_->num_unknowns();
+    Eigen::VectorXd gradient(n), hessian(nlp_->hessian_pattern().nonzeros());
+    Eigen::VectorXd rows(nlp_->num_rows()), jacobian(Eigen::Index(nlp_->jacobian_pattern().row.size()));
     const double step = fuzz::number(input_);
     const std::uint8_t what = input_.byte();
     fuzz::accepts([&] {
-      if (what & 1) program_->reset();
-      if (what & 2) program_->move_to(Eigen::VectorXd::Constant(n, step));
-      if (what & 4) program_->recenter();
-      if (what & 8) program_->linearize(gradient, hessian);
-      if (what & 16) program_->linearize_constraints(rows, jacobian);
-      if (what & 32) program_->cost();
-      if (what & 64) program_->linearize_at_point(gradient, hessian);
-      if (what & 128) program_->describe_bad_block();
+      if (what & 1) nlp_->reset();
+      if (what & 2) nlp_->move_to(Eigen::VectorXd::Constant(n, step));
+      if (what & 4) nlp_->recenter();
+      if (what & 8) nlp_->linearize(gradient, hessian);
+      if (what & 16) nlp_->linearize_constraints(rows, jacobian);
+      if (what & 32) nlp_->cost();
+      if (what & 64) nlp_->linearize_at_point(gradient, hessian);
+      if (what & 128) nlp_->describe_nonfinite_block();
     });
   }
   void move() {
-    program_.reset();
+    nlp_.reset();
     Problem moved = std::move(problem_);
     world_.check(moved);
     problem_ = std::move(moved);
@@ -227,7 +227,7 @@ class Calls {
   void read() {
     world_.with_group(input_, [&](auto& handles) {
       const auto& known = handles[handles.pick(input_)];
-      const bool good = known.there || known.foreign;
+      const bool good = known.exists || known.foreign;
       fuzz::attempt(good, [&] { (void)problem_.value(known.handle); });
       fuzz::attempt(good, [&] { (void)problem_.id(known.handle); });
     });
@@ -239,12 +239,12 @@ class Calls {
   fuzz::Input& input_;
   fuzz::World world_;
   Problem problem_;
-  std::optional<Program> program_;
+  std::optional<NlpEvaluator> nlp_;
 };
 
 }  // namespace
 
-// Calls on a Problem, in any order and on handles of any age: what is misuse is an error.
+// Calls of a Problem in any order and with handles of any age. Misuse must throw Error.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::Input input(data, size);
   Calls(input).run();

@@ -16,11 +16,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const Table table = read_table(rows);
     for (const double value : table.values) fuzz::expect(std::isfinite(value), "numbers are finite");
     const auto trajectory = poses(table);
-    fuzz::expect(trajectory.size() <= table.rows(), "a line is a pose at most");
+    fuzz::expect(trajectory.size() <= table.rows(), "a line has at most one pose");
     for (std::size_t i = 0; i < trajectory.size(); ++i) {
       fuzz::expect(i == 0 || trajectory[i - 1].t < trajectory[i].t, "times increase");
-      fuzz::expect(std::abs(trajectory[i].value.rotation().matrix().determinant() - 1) < 1e-6, "rotations turn");
-      for (const bool planar : {false, true}) inner_pose(trajectory[i].value, Frame::ned_frd(), planar);
+      fuzz::expect(std::abs(trajectory[i].value.rotation().matrix().determinant() - 1) < 1e-6,
+                   "rotations have determinant 1");
+      for (const bool planar : {false, true}) internal_pose(trajectory[i].value, Frame::ned_frd(), planar);
     }
   });
   return 0;

@@ -21,7 +21,7 @@ namespace tandem::fuzz {
 
 using R1 = Rn<1>;
 
-/// Mostly small; now and then what a user should not have given.
+/// Returns a mostly small number, sometimes one that a user should not pass.
 inline double number(Input& input) {
   const std::uint8_t b = input.byte();
   switch (b) {
@@ -42,6 +42,7 @@ inline double number(Input& input) {
   }
 }
 
+/// Returns a group element with such numbers.
 template <LieGroup G>
 G element(Input& input) {
   typename G::Tangent v;
@@ -49,17 +50,17 @@ G element(Input& input) {
   return G::Exp(v);
 }
 
-/// A handle that has been given out, and whether its variable should still be there.
+/// A handle, and whether its variable should still exist.
 template <LieGroup G>
 struct Known {
   Variable<G> handle;
-  bool there;
+  bool exists;
   int id;
-  double t = 0;          ///< s, in a FixedLag
-  bool foreign = false;  ///< of another problem, where it is good
+  double t = 0;          ///< time in a FixedLag [s]
+  bool foreign = false;  ///< a valid handle of another problem
 };
 
-/// Every handle ever, of variables that are there, have been removed, are of another problem or of none.
+/// All handles so far: of existing and removed variables, of another problem and of none.
 template <LieGroup G>
 class Handles {
  public:
@@ -70,17 +71,17 @@ class Handles {
   std::size_t pick(Input& input) const { return input.below(all_.size()); }
   Known<G>& operator[](std::size_t i) { return all_[i]; }
   std::span<Known<G>> all() { return all_; }
-  /// The variable of that id has gone.
+  /// Marks the variable with this ID as removed.
   void forget(int id) {
     for (Known<G>& known : all_)
-      if (known.there && known.id == id) known.there = false;
+      if (known.exists && known.id == id) known.exists = false;
   }
 
  private:
   std::vector<Known<G>> all_;
 };
 
-/// Whether f() was taken; where `possible` is not, it must have been refused.
+/// Runs f() and returns whether it succeeded. If `possible` is false, it must throw Error.
 template <class F>
 bool attempt(bool possible, F f) {
   const bool taken = accepts(f);
@@ -88,7 +89,7 @@ bool attempt(bool possible, F f) {
   return taken;
 }
 
-/// Handles of every group that the targets use, and what is the same for all problems.
+/// Handles of all groups that the targets use, and their blocks.
 class World {
  public:
   Handles<R1> r1;
@@ -97,7 +98,7 @@ class World {
   Handles<SE3> se3;
   std::vector<Block> blocks{Block{}};
 
-  /// f(handles of one of the groups).
+  /// Calls f(handles) for the group that the input selects.
   template <class F>
   void with_group(Input& input, F f) {
     switch (input.byte() % 8) {
@@ -126,46 +127,46 @@ class World {
     each_group([&](auto& handles) { handles.forget(id); });
   }
 
-  /// What was given out is there or not, as it should be.
+  /// Checks that exactly the expected variables exist.
   void check(const Problem& problem) {
-    int there = 0;
+    int count = 0;
     each_group([&]<class H>(H& handles) {
       for (const auto& known : handles.all()) {
-        expect(problem.has(known.handle) == known.there, "has() is right");
-        if (!known.there) continue;
-        ++there;
+        expect(problem.has(known.handle) == known.exists, "has() is correct");
+        if (!known.exists) continue;
+        ++count;
         expect(problem.id(known.handle) == known.id && known.id < problem.id_bound(), "a variable keeps its id");
         expect(!problem.name(known.id).empty(), "a variable has a name");
       }
     });
-    expect(there <= problem.num_variables(), "variables are counted");
+    expect(count <= problem.num_variables(), "num_variables() counts all variables");
   }
 
-  /// A cost or a constraint on one to three variables of a group, whatever they are.
+  /// Adds a cost or a constraint on one to three variables of a group, which may be invalid.
   template <LieGroup G>
   void add_block(Problem& problem, Handles<G>& handles, Input& input, bool hard) {
     const std::uint8_t shape = input.byte();
     const auto &a = handles[handles.pick(input)], &b = handles[handles.pick(input)];
     switch (shape % 3) {
       case 0:
-        return add(problem, Prior<G>{element<G>(input)}, {a.handle}, a.there, shape, input, hard);
+        return add(problem, Prior<G>{element<G>(input)}, {a.handle}, a.exists, shape, input, hard);
       case 1:
-        return add(problem, RelativePose<G>{element<G>(input)}, {a.handle, b.handle}, a.there && b.there, shape, input,
-                   hard);
+        return add(problem, RelativePose<G>{element<G>(input)}, {a.handle, b.handle}, a.exists && b.exists, shape,
+                   input, hard);
       default: {
         const auto& c = handles[handles.pick(input)];
         add(problem, ConstantTwist<G>{1, 1 + number(input)}, {a.handle, b.handle, c.handle},
-            a.there && b.there && c.there, shape, input, hard);
+            a.exists && b.exists && c.exists, shape, input, hard);
       }
     }
   }
 
  private:
   template <class R>
-  void add(Problem& problem, const R& residual, const VariablesOf<R>& x, bool there, std::uint8_t shape, Input& input,
+  void add(Problem& problem, const R& residual, const VariablesOf<R>& x, bool exists, std::uint8_t shape, Input& input,
            bool hard) {
     const double first = number(input), second = number(input);
-    attempt(there, [&] {
+    attempt(exists, [&] {
       if (hard) {
         const auto bounds = shape & 64 ? equal_to(first) : between(first, second);
         blocks.push_back(problem.subject_to(residual, bounds, x));
@@ -185,12 +186,12 @@ class World {
   }
 };
 
-/// The value of every variable that is there, and of the others none.
+/// Reads the values of all existing variables.
 inline void read_values(const Problem& problem, World& world) {
   world.each_group([&](auto& handles) {
     for (const auto& known : handles.all()) {
       const auto read = [&] { (void)problem.value(known.handle); };
-      if (known.there) expect(accepts(read), "a variable that is there has a value");
+      if (known.exists) expect(accepts(read), "a variable that is exists has a value");
     }
   });
 }

@@ -9,30 +9,30 @@
 
 #include <tandem/lie/error.hpp>
 
-/// What the fuzz targets share. A target is the function that libFuzzer calls; it makes of some bytes what a user may
-/// hand the program, and ends the process where the program does what it must not. tandem::Error is what misuse and
-/// nonsense are to give; anything else that is thrown ends the process too.
+/// Common parts of the fuzz targets. libFuzzer calls a target with bytes, from which it derives user input. Misuse and
+/// invalid input must throw tandem::Error. Violated properties and other exceptions abort the process, which libFuzzer
+/// reports as a find.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 
 namespace tandem::fuzz {
 
-/// Ends the process, as a find.
+/// Aborts the process if a property does not hold.
 inline void expect(bool holds, const char* what) {
   if (holds) return;
-  std::fprintf(stderr, "fuzz: not so: %s\n", what);
+  std::fprintf(stderr, "fuzz: property violated: %s\n", what);
   std::abort();
 }
 
-/// Bytes taken one by one; zeros after their end.
+/// Reads bytes one by one; zeros after the end.
 class Input {
  public:
   Input(const std::uint8_t* data, std::size_t size) : at_(data), end_(data + size) {}
 
   bool empty() const { return at_ == end_; }
   std::uint8_t byte() { return empty() ? std::uint8_t(0) : *at_++; }
-  /// Below n, which is at most 256.
+  /// Returns a number below n, which is at most 256.
   std::size_t below(std::size_t n) { return n == 0 ? 0 : byte() % n; }
-  /// All that are left.
+  /// Returns all remaining bytes.
   std::string text() {
     const auto* begin = reinterpret_cast<const char*>(at_);
     at_ = end_;
@@ -44,7 +44,7 @@ class Input {
   const std::uint8_t* end_;
 };
 
-/// Whether a message is what a terminal should be sent, whatever it quotes: one line of UTF-8 without control characters.
+/// Returns whether a message is safe for a terminal: one line of UTF-8 without control characters.
 inline bool is_printable(std::string_view text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const auto c = static_cast<unsigned char>(text[i]);
@@ -58,7 +58,7 @@ inline bool is_printable(std::string_view text) {
   return true;
 }
 
-/// Runs f(); an Error is one printable sentence.
+/// Runs f() and returns whether it succeeded. The message of an Error must be one printable line.
 template <class F>
 bool accepts(F f) {
   try {

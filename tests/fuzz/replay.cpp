@@ -7,8 +7,8 @@
 
 #include "fuzz/input.hpp"
 
-// Runs a fuzz target over the files of a folder, once each: for compilers without libFuzzer.
-// Usage: replay_TARGET FOLDER
+// Runs a fuzz target on each file of a folder once, for compilers without libFuzzer.
+//   replay_TARGET FOLDER
 int main(int count, char** arguments) {
   if (count != 2) {
     std::cerr << "Usage: " << arguments[0] << " FOLDER\n";
@@ -18,11 +18,11 @@ int main(int count, char** arguments) {
   for (const auto& entry : std::filesystem::directory_iterator(arguments[1])) files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   for (const std::filesystem::path& file : files) {
-    std::cout << file.filename().string() << std::endl;  // before it runs, for it may be the last
+    std::cout << file.filename().string() << std::endl;  // before the run, which may crash
     std::ifstream stream(file, std::ios::binary);
     const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
     LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
   }
-  if (files.empty()) std::cerr << arguments[1] << " has no file\n";
+  if (files.empty()) std::cerr << arguments[1] << " contains no file\n";
   return files.empty() ? 1 : 0;
 }

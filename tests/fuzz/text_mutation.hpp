@@ -10,7 +10,7 @@ namespace tandem::fuzz {
 
 using Random = std::mt19937_64;
 
-/// From one of the words to the end of it: what stands between separators of csv, tum and yaml. {n, n} where there is none.
+/// Returns begin and end of a random word between separators of CSV, TUM and YAML; {n, n} if there is none.
 inline std::pair<std::size_t, std::size_t> some_token(const std::string& text, Random& random) {
   const std::string separators = " ,:\n[]{}\t";
   if (text.empty()) return {0, 0};
@@ -20,6 +20,7 @@ inline std::pair<std::size_t, std::size_t> some_token(const std::string& text, R
   return {begin == std::string::npos ? 0 : begin + 1, std::min(text.find_first_of(separators, from), text.size())};
 }
 
+/// Returns begin and end of a random line.
 inline std::pair<std::size_t, std::size_t> some_line(const std::string& text, Random& random) {
   if (text.empty()) return {0, 0};
   const std::size_t at = random() % text.size(), end = text.find('\n', at);
@@ -27,7 +28,7 @@ inline std::pair<std::size_t, std::size_t> some_line(const std::string& text, Ra
   return {begin == std::string::npos ? 0 : begin + 1, end == std::string::npos ? text.size() : end + 1};
 }
 
-/// Changes a text in one of the ways in which files go wrong: bytes, words, numbers, lines.
+/// Makes a random mistake of the kind that occurs in files: in bytes, words, numbers or lines.
 inline void mutate(std::string& text, Random& random) {
   static const std::vector<std::string> numbers = {"0",      "-0",    "-1",  "1e-320",     "1e308",
                                                    "-1e308", "1e150", "1e9", "1e18",       "1000",
@@ -53,7 +54,7 @@ inline void mutate(std::string& text, Random& random) {
     case 3:
       text.resize(at());
       break;
-    case 4: {  // a line twice
+    case 4: {  // repeats a line
       const auto [from, to] = some_line(text, random);
       text.insert(from, text.substr(from, to - from));
       break;
@@ -63,7 +64,7 @@ inline void mutate(std::string& text, Random& random) {
       text.erase(from, to - from);
       break;
     }
-    case 6: {  // a line elsewhere
+    case 6: {  // moves a line
       const auto [from, to] = some_line(text, random);
       const std::string line = text.substr(from, to - from);
       text.erase(from, to - from);
@@ -79,12 +80,12 @@ inline void mutate(std::string& text, Random& random) {
       text.replace(from, to - from, by[random() % by.size()]);
       break;
     }
-    case 11: {  // another power of ten
+    case 11: {  // changes the power of ten
       const auto [from, to] = some_token(text, random);
       text.insert(to, "e" + std::to_string(int(random() % 40) - 20));
       break;
     }
-    default: {  // a word for another
+    default: {  // replaces a word by another one
       const auto [from, to] = some_token(text, random);
       const std::string word = text.substr(from, to - from);
       const auto [there, end] = some_token(text, random);

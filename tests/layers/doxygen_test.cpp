@@ -9,9 +9,9 @@
 namespace tandem {
 namespace {
 
-/// As the target docs makes them, where a warning is an error.
-TEST(Doxygen, MakesTheReferencePagesWithoutAWarning) {
-  TANDEM_NEEDS_PROGRAM("doxygen", "what it makes of the comments in public headers");
+/// Runs Doxygen as the target `docs` does; warnings are errors.
+TEST(Doxygen, BuildsReferencePagesWithoutWarnings) {
+  TANDEM_NEEDS_PROGRAM("doxygen", "the comments of public headers");
   const ScratchFolder scratch;
   const std::string command = "cd '" + std::string(paths::source) +
                               "' && (cat cmake/Doxyfile.in; echo OUTPUT_DIRECTORY=" + scratch.path().string() +

@@ -13,15 +13,15 @@
 #include "paths.hpp"
 #include "studies/scratch.hpp"
 
-/// Includes go one way, between the layers and between the folders of a layer; and a name says where a thing is.
+/// Checks that includes follow the dependency order of folders, and that file names are unique within the project.
 namespace tandem {
 namespace {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-/// The order: folder by folder those right below it. A folder may include what is below it at any depth, nothing else.
-const std::map<std::string, std::vector<std::string>> kBelow = {
+/// Dependencies of each folder. A folder may include its direct and indirect dependencies only.
+const std::map<std::string, std::vector<std::string>> kDependencies = {
     {"lie", {}},
     {"residuals", {"lie"}},
     {"residuals/vehicle", {"residuals"}},
@@ -33,37 +33,38 @@ const std::map<std::string, std::vector<std::string>> kBelow = {
     {"solvers/linear", {"problem"}},
     {"solvers", {"solvers/linear"}},
     {"solvers/calibration", {"solvers"}},
-    {"solvers/online", {"solvers", "problem/tracking"}},
-    {"solvers/planning", {"solvers", "problem/planning"}},
-    {"solvers/tracking", {"solvers", "problem/tracking"}},
+    {"solvers/fixed_lag", {"solvers"}},
+    {"solvers/online", {"solvers/fixed_lag", "problem/tracking"}},
+    {"solvers/replanning", {"solvers", "problem/planning"}},
+    {"solvers/heading_search", {"solvers", "problem/tracking"}},
     {"studies/support", {"solvers", "problem/tracking"}},
     {"studies/scenario", {"studies/support"}},
     {"studies/simulation", {"studies/scenario"}},
-    {"studies/navigation", {"studies/scenario", "solvers/online", "solvers/tracking"}},
-    {"studies/navigation/more", {"studies/navigation"}},
+    {"studies/navigation", {"studies/scenario", "solvers/online", "solvers/heading_search"}},
+    {"studies/navigation_results", {"studies/navigation"}},
     {"studies/estimation", {"studies/navigation"}},
     {"studies/calibration", {"studies/navigation", "solvers/calibration"}},
-    {"studies/live", {"studies/estimation"}},
+    {"studies/online", {"studies/estimation"}},
     {"studies/comparison", {"studies/estimation"}},
-    {"studies/planning", {"studies/estimation", "studies/simulation", "solvers/planning"}},
-    {"studies/demo", {"studies/study"}},
-    {"studies/study", {"studies/comparison", "studies/calibration", "studies/planning"}},
-    {"studies/report", {"studies/study", "studies/navigation/more"}},
-    {"studies/commands", {"studies/estimation", "problem/file"}},
-    {"studies/commands/more", {"studies/commands", "studies/live", "studies/report", "studies/demo"}},
-    {"studies/bench", {"studies/commands/more"}},
+    {"studies/planning", {"studies/estimation", "studies/simulation", "solvers/replanning"}},
+    {"studies/rendezvous", {"studies/planning"}},
+    {"studies/study", {"studies/comparison", "studies/calibration", "studies/rendezvous"}},
+    {"studies/paper", {"studies/study"}},
+    {"studies/report", {"studies/study", "studies/navigation_results"}},
+    {"studies/commands", {"studies/online", "studies/report", "studies/paper", "problem/file"}},
+    {"studies/bench", {"studies/commands"}},
 };
 const std::vector<std::string> kLayers = {"lie", "residuals", "problem", "solvers", "studies"};
-/// Of every library, for its users: a name that is the same on purpose.
-const std::set<std::string> kOncePerLayer = {"testing"};
+/// File names that each library may have, for its users.
+const std::set<std::string> kRepeatedNames = {"testing"};
 
-void add_below(const std::string& folder, std::set<std::string>& all) {
+void add_dependencies(const std::string& folder, std::set<std::string>& all) {
   all.insert(folder);
-  for (const std::string& below : kBelow.at(folder)) add_below(below, all);
+  for (const std::string& dependency : kDependencies.at(folder)) add_dependencies(dependency, all);
 }
 
-/// Every breach below `root`, as file:line and a sentence, in order.
-std::vector<std::string> breaches(const std::filesystem::path& root) {
+/// Returns a message for each violation in the tree below `root`, in the order of files.
+std::vector<std::string> violations(const std::filesystem::path& root) {
   std::vector<std::filesystem::path> sources;
   for (const std::string& layer : kLayers) {
     if (!std::filesystem::exists(root / layer)) continue;
@@ -78,15 +79,15 @@ std::vector<std::string> breaches(const std::filesystem::path& root) {
   const std::regex include("\\s*#\\s*include\\s*([<\"])(.*)[>\"].*");
   for (const auto& source : sources) {
     const std::string folder = source.parent_path().string(), name = source.stem().string();
-    const auto [first, unseen] = folder_of.emplace(name, source.parent_path());
-    if (!unseen && first->second != source.parent_path() && !kOncePerLayer.contains(name))
-      found.push_back(source.string() + ": " + first->second.string() + " has files of that name, too");
-    if (!kBelow.contains(folder)) {
-      found.push_back(source.string() + ": the order of folders, in layers_test.cpp, does not have " + folder);
+    const auto [first, inserted] = folder_of.emplace(name, source.parent_path());
+    if (!inserted && first->second != source.parent_path() && !kRepeatedNames.contains(name))
+      found.push_back(source.string() + ": " + first->second.string() + " has a file of the same name");
+    if (!kDependencies.contains(folder)) {
+      found.push_back(source.string() + ": layers_test.cpp does not list the folder " + folder);
       continue;
     }
-    std::set<std::string> allowed;
-    add_below(folder, allowed);
+    std::set<std::string> allowed{""};  // the generated <tandem/version.hpp>
+    add_dependencies(folder, allowed);
     const auto header = std::filesystem::path(source).replace_extension(".hpp");
     bool reads_header = source.extension() == ".hpp" || !std::filesystem::exists(root / header);
 
@@ -99,9 +100,9 @@ std::vector<std::string> breaches(const std::filesystem::path& root) {
       std::filesystem::path included(match[2].str());
       const std::string where = source.string() + ":" + std::to_string(number) + ": ";
       if (*included.begin() != "tandem") {
-        // In the tree as when installed, our own headers are <tandem/…>; benchmarks alone are not.
+        // Tandem's headers are included as <tandem/…>, except in benchmarks.
         if (match[1] == "\"" && folder != "studies/bench")
-          found.push_back(where + "spell it <tandem/" + folder + "/" + included.string() + ">");
+          found.push_back(where + "include it as <tandem/" + folder + "/" + included.string() + ">");
         continue;
       }
       included = std::filesystem::relative(included, "tandem");
@@ -114,9 +115,9 @@ std::vector<std::string> breaches(const std::filesystem::path& root) {
   return found;
 }
 
-TEST(Layers, IncludesGoDownAndNamesAreTold) { EXPECT_THAT(breaches(paths::source), IsEmpty()); }
+TEST(Layers, IncludesFollowTheDependencyOrder) { EXPECT_THAT(violations(paths::source), IsEmpty()); }
 
-TEST(Layers, ABreachIsNamedWithFileAndLine) {
+TEST(Layers, ReportsViolationsWithFileAndLine) {
   const ScratchFolder scratch;
   for (const char* folder : {"lie", "residuals", "problem/tracking", "solvers", "studies/odd"})
     std::filesystem::create_directories(scratch.path() / folder);
@@ -129,13 +130,13 @@ TEST(Layers, ABreachIsNamedWithFileAndLine) {
   scratch.write("solvers/nlopt.cpp",
                 "// no header\n#include \"nlopt.hpp\"\n#include <tandem/problem/tracking/prior.hpp>\n");
   scratch.write("studies/odd/odd.hpp", "");
-  EXPECT_THAT(breaches(scratch.path()),
-              ElementsAre("residuals/prior.hpp: problem/tracking has files of that name, too",
+  EXPECT_THAT(violations(scratch.path()),
+              ElementsAre("residuals/prior.hpp: problem/tracking has a file of the same name",
                           "residuals/prior.hpp:3: residuals must not include problem/problem.hpp",
-                          "solvers/nlopt.cpp:2: spell it <tandem/solvers/nlopt.hpp>",
+                          "solvers/nlopt.cpp:2: include it as <tandem/solvers/nlopt.hpp>",
                           "solvers/nlopt.cpp:3: solvers must not include problem/tracking/prior.hpp",
                           "solvers/nlopt.cpp: does not include solvers/nlopt.hpp",
-                          "studies/odd/odd.hpp: the order of folders, in layers_test.cpp, does not have studies/odd"));
+                          "studies/odd/odd.hpp: layers_test.cpp does not list the folder studies/odd"));
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ B batch(double a, double b, double c, double d) {
   return x;
 }
 
-TEST(Batch, ComputesLaneByLane) {
+TEST(Batch, ArithmeticIsElementwise) {
   const B x = batch(1.0, 2.0, -3.0, 0.25), y = batch(4.0, -5.0, 6.0, 7.0);
   const B z = 2.0 * x / y - (x - y) * y + 1.0;
   for (int i = 0; i < B::width; ++i) {
@@ -31,7 +31,7 @@ TEST(Batch, ComputesLaneByLane) {
   }
 }
 
-TEST(Batch, TakesEachLaneFromItsOwnPiece) {
+TEST(Batch, PiecewiseSelectsPerLane) {
   const auto piece = [](const B& x) {
     return detail::piecewise(
         x, 0.5, [&] { return B(2.0 * x); }, [&] { return B(1.0 / x); });
@@ -40,8 +40,8 @@ TEST(Batch, TakesEachLaneFromItsOwnPiece) {
     for (int i = 0; i < B::width; ++i) EXPECT_DOUBLE_EQ(piece(x)[i], x[i] < 0.5 ? 2.0 * x[i] : 1.0 / x[i]);
 }
 
-/// Angles on both sides of every threshold in one batch, 0 and almost π among them.
-TEST(Batch, GroupsAreThoseOfDoubles) {
+/// One batch holds angles on both sides of every threshold, including 0 and almost π.
+TEST(Batch, GroupsMatchThoseOverDouble) {
   const double pi = std::numbers::pi;
   for (const auto& angles :
        {batch(0.0, 0.01, 0.7, pi - 1e-9), batch(1e-9, 0.03, 0.1, 3.0), batch(2.0, 0.499, 0.501, 1.5)}) {

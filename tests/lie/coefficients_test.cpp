@@ -1,4 +1,4 @@
-// AngleCoefficients against power series in long double, value and derivative, from 0 to π.
+// Values and derivatives of AngleCoefficients against power series in long double, from 0 to π.
 
 #include <algorithm>
 #include <array>
@@ -16,7 +16,7 @@ namespace {
 using Long = long double;
 using Dual = ceres::Jet<Long, 1>;
 
-// Long double rounds at 1e-19 (x86) and the terms below never pass 2, so these are good to 1e-18.
+// Long double rounds at 1e-19 (x86) and the terms below never exceed 2, so the reference values are accurate to 1e-18.
 static_assert(std::numeric_limits<Long>::digits >= 64, "the reference values need a long double of 64 bits or more");
 
 Long factorial(int n) {
@@ -25,7 +25,7 @@ Long factorial(int n) {
   return f;
 }
 
-/// Σ_k (−1)^k a(k) x^k.
+/// Returns Σ_k (−1)^k a(k) x^k.
 template <class A>
 Dual alternating(const Dual& x, const A& a) {
   Dual sum(0.L), power(1.L);
@@ -44,10 +44,9 @@ struct Reference {
     B = alternating(x, [](int k) { return 1.L / factorial(2 * k + 2); });
     C = alternating(x, [](int k) { return 1.L / factorial(2 * k + 3); });
     E = alternating(x, [](int k) { return 1.L / factorial(2 * k + 4); });
-    // 3C − B term by term: the terms of x⁰ cancel.
+    // 3C − B is summed term by term, because the terms of x⁰ cancel.
     F = alternating(x, [](int k) { return static_cast<Long>(k + 1) / factorial(2 * k + 5); });
-    // With h = θ/2: D = (sin h / h − cos h) / (4 h² sin h / h), numerator and denominator as series in h² =
-    // x/4.
+    // With h = θ/2: D = (sin h / h − cos h) / (4 h² sin h / h), numerator and denominator as series in h² = x/4.
     const Dual h2 = x / 4.L;
     D = alternating(h2, [](int k) { return static_cast<Long>(2 * k + 2) / factorial(2 * k + 3); }) /
         (4.L * alternating(h2, [](int k) { return 1.L / factorial(2 * k + 1); }));
@@ -73,8 +72,8 @@ struct Errors {
   }
 };
 
-/// Relative errors of the coefficients and of their derivatives with respect to θ²; absolute for A, which is
-/// at most 1 and vanishes at π.
+/// Returns the relative errors of the coefficients and of their derivatives with respect to θ². The error of A is
+/// absolute, because A vanishes at π.
 Errors errors_at(double theta2) {
   const Reference exact(Dual(static_cast<Long>(theta2), 0));
   const AngleCoefficients<double> got(theta2);
@@ -90,29 +89,29 @@ Errors errors_at(double theta2) {
   return e;
 }
 
-constexpr double kSeam = AngleCoefficients<double>::kSeriesBelow;
+constexpr double kThreshold = AngleCoefficients<double>::kSeriesBelow;
 
-TEST(AngleCoefficients, BelowTheSeam) {
+TEST(AngleCoefficients, AreAccurateBelowTheThreshold) {
   Errors e = errors_at(0.);
-  for (double theta = 1e-12; theta * theta < kSeam; theta *= 1.01) e.include(errors_at(theta * theta));
-  e.include(errors_at(std::nextafter(kSeam, 0.)));
-  // Values: rounding. Derivatives: the series are cut for the values, which leaves the derivatives' next term
-  // at the seam, e.g. 6 x⁵/15! against 1/120 for C.
+  for (double theta = 1e-12; theta * theta < kThreshold; theta *= 1.01) e.include(errors_at(theta * theta));
+  e.include(errors_at(std::nextafter(kThreshold, 0.)));
+  // Values are accurate to rounding. The series are truncated for the values, so the derivatives miss a larger term at
+  // the threshold, for example 6 x⁵/15! against 1/120 for C.
   e.expect_below({5e-16, 5e-16, 2e-15, 1e-15, 1e-15, 1e-15}, {1e-14, 5e-15, 1e-12, 1e-12, 1e-12, 1e-12});
 }
 
-TEST(AngleCoefficients, AboveTheSeam) {
-  Errors e = errors_at(kSeam);
-  for (double theta = std::sqrt(kSeam); theta < M_PI; theta += 1e-3) e.include(errors_at(theta * theta));
+TEST(AngleCoefficients, AreAccurateAboveTheThreshold) {
+  Errors e = errors_at(kThreshold);
+  for (double theta = std::sqrt(kThreshold); theta < M_PI; theta += 1e-3) e.include(errors_at(theta * theta));
   for (const double to_pi : {1e-3, 1e-6, 1e-9, 0.}) e.include(errors_at((M_PI - to_pi) * (M_PI - to_pi)));
-  // The subtractions lose most just above the seam, where 1 − A = 0.041, 1 − θ/2 cot θ/2 = 0.021, 1/2 − B =
-  // 0.010, and 3C − B = 0.0042 with the error of C in it. The derivatives lose as much again.
+  // Cancellation is worst just above the threshold, where 1 − A = 0.041, 1 − θ/2 cot θ/2 = 0.021, 1/2 − B = 0.010 and
+  // 3C − B = 0.0042. The last one also carries the error of C. The derivatives lose the same number of digits again.
   e.expect_below({5e-16, 1e-15, 1e-14, 2e-14, 4e-14, 1e-12}, {1e-14, 5e-14, 1.5e-12, 1e-11, 1e-11, 3e-10});
 }
 
-// What counts in a matrix is the coefficient times the power of θ beside it (Jl: 1, θ², θ²; Q: θ², θ³): there
-// the lost digits are beyond the last place of the matrix's largest entry.
-TEST(AngleCoefficients, InWhatTheyMultiply) {
+// Each coefficient enters a matrix multiplied by a power of θ (Jl: 1, θ², θ²; Q: θ², θ³). The product is accurate to
+// the last place of the largest entry of the matrix.
+TEST(AngleCoefficients, ProductsWithPowersOfThetaAreAccurate) {
   for (double theta = 1e-3; theta < M_PI; theta += 1e-3) {
     const double x = theta * theta;
     const Reference exact(Dual(static_cast<Long>(x), 0));
@@ -129,10 +128,10 @@ TEST(AngleCoefficients, InWhatTheyMultiply) {
   }
 }
 
-// From the last double of the series to the first of the closed form the coefficients move by their errors,
-// no more: their own change over one unit in the last place is below 1e-17.
-TEST(AngleCoefficients, DoNotJumpAtTheSeam) {
-  const AngleCoefficients<double> below(std::nextafter(kSeam, 0.)), above(kSeam);
+// Between the last double of the series and the first of the closed form, the coefficients change only by their errors.
+// Their true change over one unit in the last place is below 1e-17.
+TEST(AngleCoefficients, AreContinuousAtTheThreshold) {
+  const AngleCoefficients<double> below(std::nextafter(kThreshold, 0.)), above(kThreshold);
   EXPECT_NEAR(above.A / below.A, 1., 1e-15);
   EXPECT_NEAR(above.B / below.B, 1., 1e-15);
   EXPECT_NEAR(above.C / below.C, 1., 1e-14);
@@ -141,7 +140,7 @@ TEST(AngleCoefficients, DoNotJumpAtTheSeam) {
   EXPECT_NEAR(above.F / below.F, 1., 1e-12);
 }
 
-// The textbook inverse (1 + cos θ) / (2θ sin θ) is 0/0 at π; this form gives 1/π² there.
+// The textbook form (1 + cos θ) / (2θ sin θ) is 0/0 at π; this form gives 1/π².
 TEST(AngleCoefficients, InverseIsFiniteAtPi) {
   EXPECT_NEAR(AngleCoefficients<double>(M_PI * M_PI).D, 1. / (M_PI * M_PI), 1e-16);
 }

@@ -16,11 +16,11 @@ template <class G>
 class Differences : public ::testing::Test {};
 TYPED_TEST_SUITE(Differences, AllGroups);
 
-TYPED_TEST(Differences, OfEveryOperation) {
+TYPED_TEST(Differences, MatchAllJacobians) {
   using G = TypeParam;
   Samples samples;
   for (const double angle : test_angles()) {
-    // Log is not continuous at π, so the steps stay within half the distance to it. At π − 1e-9 that leaves 7
+    // Log is discontinuous at π, so the steps cover at most a quarter of the distance to it. At π − 1e-9 this leaves 7
     // digits.
     const double step = std::min(1e-3, (M_PI - angle) / 8.);
     check::Errors errors;
@@ -28,10 +28,10 @@ TYPED_TEST(Differences, OfEveryOperation) {
       for (int i = 0; i < 3; ++i)
         check::differences(samples.element<G>(), samples.tangent<G>(angle), samples.vector<G::point_dim>(), s, step,
                            errors);
-    // Truncation step⁴/30 f⁽⁵⁾, with f⁽⁵⁾ of order 10; and rounding: f is off by a few 1e-15, its entries
-    // being of order 5, and the formula passes 1.5 times that on, divided by the step.
+    // Truncation: step⁴/30 f⁽⁵⁾ with f⁽⁵⁾ of order 10. Rounding: entries of order 5 have errors of a few 1e-15, and the
+    // formula amplifies them by 1.5 / step.
     const double tolerance = std::pow(step, 4) + 5e-15 / step;
-    EXPECT_EQ(errors.report(tolerance), "") << "at the angle " << angle;
+    EXPECT_EQ(errors.report(tolerance), "") << "angle " << angle;
   }
 }
 

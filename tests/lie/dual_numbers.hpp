@@ -11,7 +11,7 @@ namespace tandem {
 
 using Jet = ceres::Jet<double, 1>;  // one direction at a time
 
-/// The Jacobian at 0 of f, which takes and returns vectors of dual numbers.
+/// Returns the Jacobian at 0 of f, which maps vectors of dual numbers to vectors of dual numbers.
 template <int M, int N, class F>
 Matrix<M, N> dual_derivative(const F& f) {
   Matrix<M, N> J;
@@ -24,7 +24,7 @@ Matrix<M, N> dual_derivative(const F& f) {
   return J;
 }
 
-/// Every Jacobian of operations.hpp against forward automatic differentiation.
+/// Compares every Jacobian of operations.hpp with forward automatic differentiation.
 template <class G>
 class DualNumbers : public ::testing::Test {
  protected:
@@ -33,20 +33,20 @@ class DualNumbers : public ::testing::Test {
       errors_.compare(name, check::dense(J), check::dense(dual_derivative<M, N>(f)), 1.);
     });
   }
-  // The compiled body is here, so that it can be split over files.
+  // Defined here, so that the instantiations can be split over several files.
   void run() {
     for (const double angle : test_angles())
       for (const double s : {0., 0.3, 1., 1.5})
         for (int i = 0; i < (kSanitized ? 1 : 3); ++i)
           compare(samples_.element<G>(), samples_.tangent<G>(angle), samples_.vector<G::point_dim>(), s);
-    // At θ = 0 exactly square roots and arc tangents of dual numbers would give NaN, which counts as
-    // infinite.
+    // At exactly θ = 0 the derivatives of square roots and arc tangents would be NaN, which counts as an infinite
+    // error.
     const typename G::Tangent zero = G::Tangent::Zero();
     for (const double s : {0., 0.3, 1.}) {
       compare(G::identity(), zero, Vector<G::point_dim>::Zero(), s);
       compare(samples_.element<G>(), zero, samples_.vector<G::point_dim>(), s);
     }
-    // Both sides are exact but for rounding.
+    // Both sides are exact up to rounding.
     EXPECT_EQ(errors_.report(1e-14), "");
     this->RecordProperty("largest_error", std::to_string(errors_.largest() * 1e15) + "e-15");
   }

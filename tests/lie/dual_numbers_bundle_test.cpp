@@ -1,4 +1,4 @@
-// As dual_numbers_test.cpp, for products of groups; apart because both compile slowly.
+// Same test as in dual_numbers_test.cpp, for bundles. In a separate file because both compile slowly.
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@ template <class G>
 class DualNumbersInBundles : public DualNumbers<G> {};
 
 TYPED_TEST_SUITE(DualNumbersInBundles, Bundles);
-TYPED_TEST(DualNumbersInBundles, ThroughEveryOperation) { this->run(); }
+TYPED_TEST(DualNumbersInBundles, MatchAllJacobians) { this->run(); }
 
 }  // namespace
 }  // namespace tandem

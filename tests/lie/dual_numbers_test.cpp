@@ -1,4 +1,4 @@
-// Every Jacobian of operations.hpp against dual numbers pushed through the groups' own code.
+// Every Jacobian of operations.hpp against dual numbers that are propagated through the group's own code.
 
 #include <concepts>
 
@@ -13,7 +13,7 @@ static_assert(Over<SE3::Rebind<Jet>, SE3> && Over<PoseBundle::Rebind<Jet>, PoseB
 static_assert(std::same_as<SE23::Rebind<Jet>, BasicSE23<Jet>> && !Over<SE2::Rebind<Jet>, SE3>);
 
 TYPED_TEST_SUITE(DualNumbers, BasicGroups);
-TYPED_TEST(DualNumbers, ThroughEveryOperation) { this->run(); }
+TYPED_TEST(DualNumbers, MatchAllJacobians) { this->run(); }
 
 }  // namespace
 }  // namespace tandem

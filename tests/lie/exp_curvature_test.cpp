@@ -23,8 +23,8 @@ class ExpCurvatureTest : public ::testing::Test {
 using Groups = ::testing::Types<SO3, SE3, SE23, R3>;
 TYPED_TEST_SUITE(ExpCurvatureTest, Groups);
 
-/// From 0 across the seam of the series (0.5 rad) to beyond π.
-TYPED_TEST(ExpCurvatureTest, IsTheDerivativeOfJr) {
+/// Angles from 0, across the series threshold (0.5 rad), to beyond π.
+TYPED_TEST(ExpCurvatureTest, HessianMatchesDifferencesOfJr) {
   using G = TypeParam;
   for (const double angle : {0.0, 1e-9, 1e-3, 0.49999, 0.50001, 1.0, 2.0, 3.1, 3.14159265, 3.6}) {
     typename G::Tangent v = this->random(1.0);
@@ -37,11 +37,11 @@ TYPED_TEST(ExpCurvatureTest, IsTheDerivativeOfJr) {
       D.col(k) = (G::Jr(v + step) - G::Jr(v - step)).transpose() * lambda / (2 * h);
     }
     const typename G::Jacobian expected = 0.5 * (D + D.transpose());
-    EXPECT_LE((ExpCurvature<G>::of(v, lambda) - expected).cwiseAbs().maxCoeff(), 2e-9) << angle;
+    EXPECT_LE((ExpCurvature<G>::hessian(v, lambda) - expected).cwiseAbs().maxCoeff(), 2e-9) << angle;
   }
 }
 
-TYPED_TEST(ExpCurvatureTest, BracketIsThatOfTheAlgebra) {
+TYPED_TEST(ExpCurvatureTest, BracketMatchesAd) {
   using G = TypeParam;
   const typename G::Tangent a = this->random(1.0), b = this->random(1.0), lambda = this->random(1.0);
   const double expected = lambda.dot(G::ad(a) * b);

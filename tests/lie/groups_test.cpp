@@ -1,4 +1,4 @@
-// Axioms, Exp and Log, Ad and the Jacobians of Exp, for every group.
+// Group axioms, Exp and Log, Ad and the Jacobians of Exp, for every group.
 
 #include <cmath>
 #include <concepts>
@@ -27,7 +27,7 @@ static_assert(!LieGroup<double> && !LieGroup<Vector<3>> && !LieGroup<SO3::Quater
 static_assert(Over<SE3, SE3> && Over<BasicSE3<float>, SE3> && Over<PoseBundle::Rebind<float>, PoseBundle>);
 static_assert(!Over<SE2, SE3> && !Over<SE3, SE23> && !Over<Rn<2>, Rn<3>> && !Over<double, SE3>);
 
-// Elements have entries of order one, and each identity takes a few dozen roundings of 1.1e-16.
+// Elements have entries of order one. Each identity accumulates a few dozen rounding errors of 1.1e-16.
 constexpr double kRounding = 1e-14;
 
 template <class G>
@@ -76,7 +76,7 @@ TYPED_TEST(Groups, Operations) {
   using G = TypeParam;
   check::Errors errors;
   for (const double angle : test_angles()) {
-    if (angle > M_PI - 1e-8) continue;  // rounding x Exp(v) may carry its angle over the cut
+    if (angle > M_PI - 1e-8) continue;  // rounding of x Exp(v) may move its angle past π
     for (int i = 0; i < 10; ++i)
       check::operations(this->samples.template element<G>(), this->samples.template tangent<G>(angle),
                         this->samples.template vector<G::point_dim>(), errors);
@@ -84,28 +84,28 @@ TYPED_TEST(Groups, Operations) {
   this->expect(errors, kRounding);
 }
 
-TYPED_TEST(Groups, DefaultIsIdentity) {
+TYPED_TEST(Groups, DefaultConstructsIdentity) {
   EXPECT_EQ(TypeParam().matrix(), TypeParam::identity().matrix());
   EXPECT_EQ(TypeParam::identity().Log(), TypeParam::Tangent::Zero());
   EXPECT_EQ(TypeParam::Exp(TypeParam::Tangent::Zero()).matrix(), TypeParam::identity().matrix());
 }
 
-TYPED_TEST(Groups, AngleIsTheRotationOfTheTangent) {
+TYPED_TEST(Groups, AngleReturnsTheRotationAngle) {
   using G = TypeParam;
   constexpr bool rotates = !std::same_as<G, Rn<1>> && !std::same_as<G, Rn<3>>;
   for (const double angle : test_angles())
     EXPECT_NEAR(G::angle(this->samples.template tangent<G>(angle, 10.)), rotates ? angle : 0., 2e-15 * angle);
 }
 
-TYPED_TEST(Groups, CastKeepsTheElement) {
+TYPED_TEST(Groups, CastPreservesTheElement) {
   const TypeParam x = this->samples.template element<TypeParam>();
   EXPECT_EQ(x.template cast<double>().matrix(), x.matrix());
   const auto difference = (x.template cast<float>().matrix() - x.matrix().template cast<float>()).eval();
   EXPECT_LE(difference.cwiseAbs().maxCoeff(),
-            2e-6f);  // entries reach some 5, single precision rounds at 6e-8
+            2e-6f);  // entries reach about 5; single precision rounds at 6e-8
 }
 
-// At a half turn the two rotation vectors ±θ name one rotation; Log must return one of them, to rounding.
+// At θ = π the rotation vectors ±θ describe the same rotation. Log must return one of them, up to rounding.
 TEST(SO3, LogAtPi) {
   Samples samples;
   for (const double past : {0., 1e-15, 1e-12, 1e-9}) {
@@ -120,7 +120,7 @@ TEST(SO3, LogAtPi) {
   }
 }
 
-TEST(SO3, LogDoesNotDependOnTheSignOfTheQuaternion) {
+TEST(SO3, LogIsIndependentOfQuaternionSign) {
   Samples samples;
   for (const double angle : test_angles()) {
     const SO3 x = SO3::Exp(samples.tangent<SO3>(angle));
@@ -133,15 +133,15 @@ TEST(SO3, FromMatrixAndQuaternion) {
   Samples samples;
   for (const double angle : test_angles()) {
     const SO3 x = SO3::Exp(samples.tangent<SO3>(angle));
-    // A matrix holds its angle to 1e-16 in every entry, and near 0 and π the quaternion from it no worse.
+    // Each matrix entry is accurate to 1e-16, and the conversion to a quaternion preserves this accuracy near 0 and π.
     EXPECT_LE((SO3(x.matrix()).matrix() - x.matrix()).cwiseAbs().maxCoeff(), 2e-15) << angle;
     EXPECT_LE((SO3(Eigen::Quaterniond(3. * x.quaternion().coeffs())).matrix() - x.matrix()).cwiseAbs().maxCoeff(),
               2e-15);
   }
 }
 
-// Each product rounds the quaternion's length by some 1e-16, as a random walk or, at worst, in one direction.
-TEST(SO3, LongProductsStayRotations) {
+// Each product changes the quaternion's norm by about 1e-16, as a random walk or, in the worst case, in one direction.
+TEST(SO3, LongProductsRemainOrthogonal) {
   Samples samples;
   const SO3 step = SO3::Exp(samples.tangent<SO3>(0.01));
   SO3 x;
@@ -149,13 +149,13 @@ TEST(SO3, LongProductsStayRotations) {
   EXPECT_LE((x.matrix() * x.matrix().transpose() - Matrix<3, 3>::Identity()).cwiseAbs().maxCoeff(), 1e-11);
 }
 
-TEST(SO2, LogIsInMinusPiToPi) {
+TEST(SO2, LogIsBetweenMinusPiAndPi) {
   EXPECT_NEAR(SO2(3. * M_PI / 2.).angle(), -M_PI / 2., 1e-15);
   EXPECT_NEAR((SO2(2.) * SO2(2.)).angle(), 4. - 2. * M_PI, 1e-15);
   EXPECT_DOUBLE_EQ(SO2(M_PI).angle(), M_PI);
 }
 
-// Far from the origin the Jacobian of the action with respect to the point is still the rotation, to
+// Far from the origin, the Jacobian of the action with respect to the point still equals the rotation matrix, up to
 // rounding.
 TEST(Act, PointJacobianFarFromTheOrigin) {
   Samples samples;

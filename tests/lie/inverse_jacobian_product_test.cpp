@@ -1,4 +1,4 @@
-// Jr⁻¹(v) w and its derivatives, for every group, and the coefficient they are made of.
+// Jr⁻¹(v) w and its derivatives for every group, and the coefficient D with its derivatives.
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,7 @@ using Long = long double;
 using Once = ceres::Jet<Long, 1>;
 using Twice = ceres::Jet<Once, 1>;  // value, first and second derivative
 
-/// D of x = 4h² as (sin h / h − cos h) / (4h² sin h / h), numerator and denominator as power series.
+/// Returns D(4h²) = (sin h / h − cos h) / (4h² sin h / h), with numerator and denominator as power series.
 template <class T>
 T quotient_of_series(const T& x) {
   const T h2 = x / T(Once(4.L));
@@ -43,7 +43,7 @@ void expect_coefficient(double x, double tolerance) {
   EXPECT_LE(error(got.second, exact.v[0].v[0]), tolerance) << x;
 }
 
-TEST(InverseCoefficient, is_exact_to_rounding_up_to_half_a_turn) {
+TEST(InverseCoefficient, IsExactToRoundingUpToPi) {
   for (double theta = 0.; theta < M_PI; theta += 1e-3) expect_coefficient(theta * theta, 1e-15);
   for (const double theta : {1e-12, 1e-8, 1e-4, M_PI - 1e-9, M_PI}) expect_coefficient(theta * theta, 1e-15);
   expect_coefficient(std::nextafter(10., 0.), 1e-15);
@@ -52,11 +52,11 @@ TEST(InverseCoefficient, is_exact_to_rounding_up_to_half_a_turn) {
   EXPECT_DOUBLE_EQ(InverseCoefficient<double>(0.).second, 1. / 15120);
 }
 
-TEST(InverseCoefficient, goes_on_beyond_half_a_turn) {
+TEST(InverseCoefficient, IsAccurateBeyondPi) {
   for (double x = 10.; x < 36.; x += 0.1) expect_coefficient(x, 1e-13);  // towards the pole at 39.5
 }
 
-TEST(InverseCoefficient, has_the_derivatives_it_says) {
+TEST(InverseCoefficient, DerivativesMatchDualNumbers) {
   for (const double x : {0., 1e-6, 0.3, 4., 9.8, 10., 20.}) {
     const InverseCoefficient<Jet> dual(Jet(x, 0));
     const InverseCoefficient<double> plain(x);
@@ -72,7 +72,7 @@ class InverseJacobianProduct : public ::testing::Test {
 };
 TYPED_TEST_SUITE(InverseJacobianProduct, AllGroups);
 
-TYPED_TEST(InverseJacobianProduct, AdIsTheBracket) {
+TYPED_TEST(InverseJacobianProduct, AdMatchesTheLieBracket) {
   using G = TypeParam;
   check::Errors errors;
   for (int i = 0; i < 10; ++i) {
@@ -82,7 +82,7 @@ TYPED_TEST(InverseJacobianProduct, AdIsTheBracket) {
   EXPECT_EQ(errors.report(1e-15), "");
 }
 
-TYPED_TEST(InverseJacobianProduct, AgreesWithTheInverseJacobian) {
+TYPED_TEST(InverseJacobianProduct, MatchesTheInverseJacobian) {
   using G = TypeParam;
   auto angles = test_angles();
   angles.insert(angles.end(), {3.5, 4.5, 5.5});
@@ -99,7 +99,7 @@ TYPED_TEST(InverseJacobianProduct, AgreesWithTheInverseJacobian) {
   EXPECT_EQ(errors.report(1e-14), "");
 }
 
-TYPED_TEST(InverseJacobianProduct, HasTheDerivativesOfDualNumbers) {
+TYPED_TEST(InverseJacobianProduct, DerivativesMatchDualNumbers) {
   using G = TypeParam;
   using Dual = typename G::template Rebind<Jet>;
   auto angles = test_angles();
@@ -124,14 +124,15 @@ TYPED_TEST(InverseJacobianProduct, HasTheDerivativesOfDualNumbers) {
   EXPECT_EQ(errors.report(2e-14), "");
 }
 
-TYPED_TEST(InverseJacobianProduct, HasTheDerivativesOfDifferences) {
+TYPED_TEST(InverseJacobianProduct, DerivativesMatchDifferences) {
   using G = TypeParam;
   check::Errors errors;
   for (const double angle : test_angles()) {
     const auto v = this->samples.template tangent<G>(angle), w = this->samples.template tangent<G>(1.);
     typename G::Jacobian Jv;
     Jr_inverse_times<G>(v, w, &Jv);
-    // Of the group's own Jr⁻¹, so that nothing is shared. Truncation step⁴/30 f⁽⁵⁾, rounding 1e-15 / step.
+    // Differences of G::Jr_inverse, so that the reference shares no code. Truncation step⁴/30 f⁽⁵⁾, rounding 1e-15 /
+    // step.
     const auto f = [&](const Vector<G::dof>& d) { return Vector<G::dof>(G::Jr_inverse(v + d) * w); };
     errors.compare("by v", check::dense(Jv), check::dense(check::central_differences<G::dof, G::dof>(f, 1e-3)), 1.);
   }

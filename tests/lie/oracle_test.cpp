@@ -16,7 +16,7 @@
 namespace tandem {
 namespace {
 
-// The double nearest to the true value is off by up to 1.1e-16; this leaves some twenty roundings.
+// Rounding the true value to double costs up to 1.1e-16; the tolerance allows about twenty rounding errors.
 constexpr double kTolerance = 2e-15;
 
 Eigen::MatrixXd matrix(const nlohmann::json& rows) {

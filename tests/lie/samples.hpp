@@ -21,7 +21,7 @@ using BasicGroups = ::testing::Types<SO2, SE2, SO3, SE3, SE23, Rn<1>, Rn<3>>;
 using Bundles = ::testing::Types<PoseBundle, MixedBundle>;
 using AllGroups = ::testing::Types<SO2, SE2, SO3, SE3, SE23, Rn<1>, Rn<3>, PoseBundle, MixedBundle>;
 
-/// How many last entries of a tangent are its rotation.
+/// Number of rows at the end of a tangent that are its rotation.
 template <class G>
 struct RotationSize;
 template <class S>
@@ -35,7 +35,7 @@ struct RotationSize<BasicSEK3<K, S>> : std::integral_constant<int, 3> {};
 template <int N, class S>
 struct RotationSize<BasicRn<N, S>> : std::integral_constant<int, 0> {};
 
-/// Random tangents, points and elements, the same in every run.
+/// Random tangents, points and elements; every run draws the same ones.
 class Samples {
  public:
   explicit Samples(unsigned seed = 1) : random_(seed) {}
@@ -46,15 +46,15 @@ class Samples {
     for (int i = 0; i < N; ++i) v[i] = normal_(random_);
     return v;
   }
-  /// A rotation by `angle` [rad] in each part that has one, every fourth about a coordinate axis; the rest of
-  /// order `scale`.
+  /// Returns a tangent with a rotation by `angle` [rad] in each part that rotates; every fourth rotation is about a
+  /// coordinate axis. The other entries are of order `scale`.
   template <LieGroup G>
   typename G::Tangent tangent(double angle, double scale = 1.) {
     typename G::Tangent v;
     fill<G>(v, angle, scale);
     return v;
   }
-  /// Entries of order one, any rotation.
+  /// Returns an element with entries of order one and a random rotation.
   template <LieGroup G>
   G element() {
     return G::Exp(tangent<G>(std::uniform_real_distribution<double>(0., M_PI)(random_)));
@@ -86,14 +86,14 @@ class Samples {
   int count_ = 0;
 };
 
-/// The angles [rad] at which everything is checked: tiny ones, both sides of where a series takes over from a
-/// closed form, moderate ones, and near π.
+/// Returns the angles [rad] of the tests: tiny and moderate ones, both sides of each series threshold, and angles near
+/// π.
 inline std::vector<double> test_angles() {
   std::vector<double> angles{0., 1e-12, 1e-8, 1e-4, 1e-2, 0.1, 1., 2., 3., M_PI - 1e-3, M_PI - 1e-6, M_PI - 1e-9};
-  const double seams[] = {std::sqrt(AngleCoefficients<double>::kSeriesBelow), std::sqrt(SO3::kSeriesBelow),
-                          2. * std::asin(std::sqrt(SO3::kSeriesBelow))};
-  for (const double seam : seams)
-    for (const double side : {-1e-9, -1e-15, 1e-15, 1e-9}) angles.push_back(seam * (1. + side));
+  const double thresholds[] = {std::sqrt(AngleCoefficients<double>::kSeriesBelow), std::sqrt(SO3::kSeriesBelow),
+                               2. * std::asin(std::sqrt(SO3::kSeriesBelow))};
+  for (const double threshold : thresholds)
+    for (const double side : {-1e-9, -1e-15, 1e-15, 1e-9}) angles.push_back(threshold * (1. + side));
   return angles;
 }
 

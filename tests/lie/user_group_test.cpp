@@ -1,5 +1,4 @@
-// A group written by a user passes check::group as it stands, and fails it, by name, for each mistake made in
-// it.
+// check::group accepts a correct user-defined group and reports the failed identity for each of several mistakes.
 
 #include <cmath>
 #include <string>
@@ -13,7 +12,7 @@ namespace {
 
 enum class Mistake { none, left_for_right, inverse_jacobian, adjoint, logarithm, action, product };
 
-/// Scalings and shifts of a line, p ↦ a p + b with a > 0. Tangent: [ρ; σ] with a = exp(σ).
+/// Affine maps of a line, p ↦ a p + b with a > 0. Tangent: [ρ; σ] with a = exp(σ).
 template <Mistake mistake>
 class Line {
  public:
@@ -53,9 +52,9 @@ class Line {
   Matrix<1, 1> act_point_jacobian() const { return Matrix<1, 1>(a_); }
 
  private:
-  /// (exp(s) − 1) / s.
+  /// Returns (exp(s) − 1) / s.
   static double f(double s) { return s == 0. ? 1. : std::expm1(s) / s; }
-  /// (f(s) − 1) / s = Σ s^k / (k + 2)!.
+  /// Returns (f(s) − 1) / s = Σ s^k / (k + 2)!.
   static double g(double s) {
     if (std::abs(s) > 1.) return (f(s) - 1.) / s;
     double term = 0.5, sum = term;
@@ -67,7 +66,7 @@ class Line {
 };
 static_assert(LieGroup<Line<Mistake::none>>);
 
-// Entries reach exp(2) and products of them, and Log divides by as much.
+// Limits the rounding errors: entries reach exp(2), and Log divides by numbers of that size.
 constexpr double kLargestNorm = 2.;
 
 template <Mistake mistake>
@@ -75,9 +74,9 @@ std::string report() {
   return check::group<Line<mistake>>(kLargestNorm).report();
 }
 
-TEST(UserGroup, PassesTheChecks) { EXPECT_EQ(report<Mistake::none>(), ""); }
+TEST(UserGroup, PassesAllChecks) { EXPECT_EQ(report<Mistake::none>(), ""); }
 
-TEST(UserGroup, MistakesAreNamed) {
+TEST(UserGroup, ReportNamesTheFailedIdentity) {
   EXPECT_NE(report<Mistake::left_for_right>().find("Jr(v) = sum (-ad)^k / (k+1)!"), std::string::npos);
   EXPECT_NE(report<Mistake::inverse_jacobian>().find("Jl Jl_inverse = I"), std::string::npos);
   EXPECT_NE(report<Mistake::adjoint>().find("Ad(x) v = vee(X hat(v) X^-1)"), std::string::npos);
@@ -87,7 +86,7 @@ TEST(UserGroup, MistakesAreNamed) {
   EXPECT_NE(report<Mistake::product>().find("matrix(x y) = matrix(x) matrix(y)"), std::string::npos);
 }
 
-TEST(UserGroup, NotANumberIsAnError) {
+TEST(UserGroup, NanCountsAsInfiniteError) {
   check::Errors errors;
   errors.compare("identity", Eigen::MatrixXd::Constant(1, 1, std::nan("")), Eigen::MatrixXd::Zero(1, 1));
   EXPECT_TRUE(std::isinf(errors.largest()));

@@ -12,8 +12,8 @@ namespace {
 
 using Eigen::MatrixXd, Eigen::VectorXd;
 
-/// A block of four states, some of a size that the compiler knows, the others not: the second is fixed, the first is read
-/// twice, the last comes before it in the matrix.
+/// Block of five states: the second one is fixed, the first and the fourth are the same variable, and the last one
+/// comes first in the matrix. The sizes 6 and 3 have kernels of fixed size.
 template <int dim>
 struct BlockOf {
   static constexpr int kStates = 5, kUnknowns = 6 + 2 + 9;
@@ -53,14 +53,14 @@ struct BlockOf {
     for (MatrixXd& m : J) result.push_back(m.data());
     return result;
   }
-  /// Of all unknowns, with each state's Jacobian times what `chart` gives.
-  MatrixXd dense(const std::vector<MatrixXd>* through = nullptr) const {
+  /// Returns the Jacobian with respect to all unknowns; if `charts` is given, through the charts.
+  MatrixXd dense(const std::vector<MatrixXd>* charts = nullptr) const {
     MatrixXd sum = MatrixXd::Zero(dim, kUnknowns);
     for (std::size_t s = 0; s < kStates; ++s)
-      if (offset[s] >= 0) sum.middleCols(offset[s], dofs[s]) += through ? J[s] * (*through)[s] : J[s];
+      if (offset[s] >= 0) sum.middleCols(offset[s], dofs[s]) += charts ? J[s] * (*charts)[s] : J[s];
     return sum;
   }
-  /// H as it was summed up, its upper triangle from the lower one.
+  /// Returns H with its upper triangle copied from the lower one.
   MatrixXd symmetric() const { return H.selfadjointView<Eigen::Lower>(); }
 };
 
@@ -70,7 +70,7 @@ using Rows =
     testing::Types<std::integral_constant<int, 1>, std::integral_constant<int, 3>, std::integral_constant<int, 6>>;
 TYPED_TEST_SUITE(Block, Rows);
 
-TYPED_TEST(Block, GradientAndProductsAreTheDenseOnes) {
+TYPED_TEST(Block, GradientAndHessianMatchDenseProducts) {
   constexpr int dim = TypeParam::value;
   BlockOf<dim> b;
   std::vector<double> T(std::size_t(dim * b.shape.first(b.shape.arity)));
@@ -81,9 +81,9 @@ TYPED_TEST(Block, GradientAndProductsAreTheDenseOnes) {
   EXPECT_LT((b.symmetric() - 0.7 * J.transpose() * J).norm(), 1e-11);
 }
 
-/// By the widest vectors that there are, and for five rows by none.
+/// Compares add_soft_block() with dense products.
 template <int dim>
-void expect_a_soft_block() {
+void expect_soft_block() {
   const VectorXd d = BlockOf<dim>::random(dim, 1).cwiseAbs();
   const MatrixXd full = BlockOf<dim>::random(dim, dim);
   for (const bool diagonal : {true, false})
@@ -101,22 +101,22 @@ void expect_a_soft_block() {
       EXPECT_LT((b.symmetric() - value.d1 * J.transpose() * J).norm(), 1e-12 * (1 + J.squaredNorm()));
     }
 }
-TYPED_TEST(Block, IsAddedWhitenedAndWeighed) { expect_a_soft_block<TypeParam::value>(); }
-TEST(BlockOfAnySize, IsAddedWhitenedAndWeighed) {
-  expect_a_soft_block<2>();
-  expect_a_soft_block<5>();
+TYPED_TEST(Block, AddSoftBlockAppliesNoiseAndLoss) { expect_soft_block<TypeParam::value>(); }
+TEST(BlockOfOtherSize, AddSoftBlockAppliesNoiseAndLoss) {
+  expect_soft_block<2>();
+  expect_soft_block<5>();  // not kDispatched
 }
 
-TYPED_TEST(Block, ChartsMultiplyFromTheRight) {
+TYPED_TEST(Block, ApplyChartsMultipliesFromTheRight) {
   constexpr int dim = TypeParam::value;
   BlockOf<dim> b;
   const MatrixXd expected = b.dense(&b.charts);
   auto charts = b.pointers(b.charts);
-  through_charts<dim>(b.shape, charts.data(), b.columns().data());
+  apply_charts<dim>(b.shape, charts.data(), b.columns().data());
   EXPECT_LT((b.dense() - expected).norm(), 1e-12);
 }
 
-TYPED_TEST(Block, CurvatureGoesThroughTheCharts) {
+TYPED_TEST(Block, AddBlockCurvatureAppliesCharts) {
   constexpr int dim = TypeParam::value;
   BlockOf<dim> b;
   const int n = b.shape.first(b.shape.arity);
@@ -126,7 +126,7 @@ TYPED_TEST(Block, CurvatureGoesThroughTheCharts) {
   b.charts[2].setIdentity();
   add_block_curvature(b.shape, b.place.data(), b.columns().data(), charts.data(), b.r.data(), C.data(),
                       b.gradient.data(), b.H.data());
-  MatrixXd all = MatrixXd::Zero(n, b.kUnknowns);  // from the unknowns to the block's own
+  MatrixXd all = MatrixXd::Zero(n, b.kUnknowns);  // derivative of the block's states
   for (int s = 0; s < b.kStates; ++s)
     if (b.offset[std::size_t(s)] >= 0)
       all.block(b.shape.first(s), b.offset[std::size_t(s)], b.dofs[std::size_t(s)], b.dofs[std::size_t(s)]) =
@@ -135,7 +135,7 @@ TYPED_TEST(Block, CurvatureGoesThroughTheCharts) {
   EXPECT_LT((b.gradient - b.dense().transpose() * b.r).norm(), 1e-12);
 }
 
-TYPED_TEST(Block, WhitensByADiagonalOrAMatrix) {
+TYPED_TEST(Block, WhitensWithDiagonalOrFullMatrix) {
   constexpr int dim = TypeParam::value;
   const MatrixXd A = BlockOf<dim>::random(dim, 5), W = BlockOf<dim>::random(dim, dim);
   const VectorXd d = BlockOf<dim>::random(dim, 1);

@@ -7,7 +7,7 @@
 
 #include "mixed_problem.hpp"
 
-/// Copies of a problem: the same to the last bit, and on their own. What a problem is, is compared by its text.
+/// Copies of a problem are bitwise equal and independent. Problems are compared by their file text.
 namespace tandem::testing {
 namespace {
 
@@ -26,7 +26,7 @@ void expect_same_solves(Problem& a, Problem& b, const Options& options) {
   EXPECT_EQ(problem_text(a), problem_text(b));
 }
 
-/// Some poses in a row, each seen once, with priors of no use.
+/// Chain of poses with relative poses and a robust prior on each pose.
 struct Chain {
   Problem problem;
   std::vector<Variable<SE3>> x;
@@ -46,23 +46,23 @@ struct Chain {
   }
 };
 
-TEST(ProblemCopy, IsTheSameAndIsSolvedTheSame) {
+TEST(ProblemCopy, IsEqualAndSolvesIdentically) {
   MixedProblem made;
   made.problem.fix(made.v.c);
-  made.problem.widen_losses(1.7);
+  made.problem.scale_losses(1.7);
   Problem copy = made.problem.copy();
   EXPECT_EQ(problem_text(copy), problem_text(made.problem));
   AugmentedLagrangianOptions options;
   options.max_iterations = 30;
   expect_same_solves(made.problem, copy, options);
-  // What the solve has left, multipliers too, is copied as well.
+  // The results of a solve, including multipliers, are copied as well.
   Problem solved = made.problem.copy();
   EXPECT_EQ(problem_text(solved), problem_text(made.problem));
   options.from_multipliers = true;
   expect_same_solves(made.problem, solved, options);
 }
 
-TEST(ProblemCopy, WhatIsDoneToOneLeavesTheOther) {
+TEST(ProblemCopy, IsIndependentOfTheOriginal) {
   MixedProblem made;
   const std::string before = problem_text(made.problem);
   const std::vector<Block> blocks = made.problem.blocks();
@@ -74,13 +74,13 @@ TEST(ProblemCopy, WhatIsDoneToOneLeavesTheOther) {
       try {
         problem.set_noise(block, Gaussian(Eigen::VectorXd::Constant(rows, 0.123)));
         problem.set_loss(block, Tukey(9.0));
-      } catch (const Error&) {  // a hard one
+      } catch (const Error&) {  // a hard block
         problem.set_bounds(block, between(-7.0, 7.0));
         problem.set_multipliers(block, Eigen::VectorXd::Constant(rows, 0.5));
       }
     }
     problem.set_residual(blocks[0], Prior<SE3>{problem.value(v.b)});
-    problem.widen_losses(3.0);
+    problem.scale_losses(3.0);
     problem.add(SE3(), "new");
     problem.remove(blocks[1]);
     problem.subject_to(Prior<R3>{R3()}, at_most(3.0), {v.p});
@@ -98,7 +98,7 @@ TEST(ProblemCopy, WhatIsDoneToOneLeavesTheOther) {
   EXPECT_EQ(problem_text(made.problem), problem_text(copy));
 }
 
-TEST(ProblemCopy, OutlivesWhatItWasCopiedFrom) {
+TEST(ProblemCopy, OutlivesTheOriginal) {
   std::optional<Chain> chain(std::in_place, 5);
   Problem copy = chain->problem.copy();
   const auto x = copy.counterpart(chain->x[4]);
@@ -108,25 +108,25 @@ TEST(ProblemCopy, OutlivesWhatItWasCopiedFrom) {
   EXPECT_EQ(copy.name(copy.id(x)), "x4");
 }
 
-TEST(ProblemCopy, KeepsThePlacesOfWhatWasRemoved) {
+TEST(ProblemCopy, KeepsFreeSlots) {
   Chain chain(6);
   chain.problem.remove(chain.steps[0]);
   chain.problem.remove(chain.priors[0]);
   chain.problem.remove(chain.x[0]);
-  const Variable<SE3> again = chain.problem.add(SE3(), "again");  // in x0's place
+  const Variable<SE3> again = chain.problem.add(SE3(), "again");  // reuses the slot of x0
   chain.problem.remove(chain.steps[4]);
   chain.problem.remove(chain.priors[5]);
-  chain.problem.remove(chain.x[5]);  // whose place is free
+  chain.problem.remove(chain.x[5]);  // leaves a free slot
   Problem copy = chain.problem.copy();
 
   EXPECT_EQ(copy.num_variables(), 5);
   EXPECT_EQ(copy.id_bound(), 6);
-  EXPECT_EQ(copy.creation(copy.id(copy.counterpart(again))), 6);
+  EXPECT_EQ(copy.sequence_number(copy.id(copy.counterpart(again))), 6);
   EXPECT_THAT([&] { copy.counterpart(chain.x[0]); }, ThrowsMessage<Error>(HasSubstr("no variable")));
   EXPECT_THAT([&] { copy.counterpart(chain.x[5]); }, ThrowsMessage<Error>(HasSubstr("no variable")));
   EXPECT_THROW(copy.remove(chain.steps[0]), Error);
   EXPECT_EQ(copy.weight(chain.priors[3]), chain.problem.weight(chain.priors[3]));
-  // The next ones take the same places.
+  // New variables and blocks get the same slots and IDs in both problems.
   const auto added = chain.problem.add(SE3()), in_copy = copy.add(SE3());
   EXPECT_EQ(added.slot, in_copy.slot);
   EXPECT_EQ(added.generation, in_copy.generation);
@@ -139,29 +139,29 @@ TEST(ProblemCopy, KeepsThePlacesOfWhatWasRemoved) {
   expect_same_solves(chain.problem, copy, GaussNewtonOptions{});
 }
 
-TEST(ProblemCopy, HasTheMarginalPriorWithItsAnchors) {
+TEST(ProblemCopy, CopiesMarginalPriorWithItsAnchors) {
   Chain chain(6);
   chain.problem.marginalize(chain.x[0], chain.x[1]);
-  // Away from the anchors, which a copy that took the values for them would show.
+  // Moves away from the anchors, to detect a copy that takes the values as anchors.
   chain.problem.set_value(chain.x[2], SE3::Exp(random_vector(6, 0.7, 9)));
   Problem copy = chain.problem.copy();
   EXPECT_EQ(problem_text(copy), problem_text(chain.problem));
   EXPECT_EQ(copy.marginal_prior()->id, chain.problem.marginal_prior()->id);
   const std::string before = problem_text(copy);
   chain.problem.marginalize(chain.x[2]);
-  EXPECT_EQ(problem_text(copy), before) << "the prior of the copy is its own";
+  EXPECT_EQ(problem_text(copy), before) << "the copy has its own prior";
   copy.marginalize(copy.counterpart(chain.x[2]));
   expect_same_solves(chain.problem, copy, GaussNewtonOptions{});
 }
 
-TEST(ProblemCopy, CounterpartsAreOfTheCopy) {
+TEST(ProblemCopy, CounterpartReturnsTheHandleInTheOtherProblem) {
   Problem problem;
   const auto x = problem.add(SE3(), "x");
   Problem copy = problem.copy();
   const auto y = copy.counterpart(x);
   EXPECT_FALSE(copy.has(x));
   EXPECT_TRUE(copy.has(y));
-  EXPECT_TRUE(problem.has(problem.counterpart(y))) << "there and back";
+  EXPECT_TRUE(problem.has(problem.counterpart(y))) << "counterpart of the counterpart";
   copy.set_value(y, SE3::Exp(Vector<6>::Ones()));
   EXPECT_TRUE(problem.value(x).Log().isZero());
   Problem with_point;
@@ -170,7 +170,7 @@ TEST(ProblemCopy, CounterpartsAreOfTheCopy) {
   EXPECT_THROW(copy.counterpart(Variable<SE3>()), Error);
 }
 
-TEST(ProblemHandles, AreToldInOrder) {
+TEST(ProblemHandles, AreListedInOrder) {
   MixedProblem made;
   Problem& problem = made.problem;
   problem.remove(problem.add(SE3()));

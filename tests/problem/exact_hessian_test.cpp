@@ -5,8 +5,8 @@
 namespace tandem::testing {
 namespace {
 
-/// A chain long enough for two lanes, its constraints too.
-TEST(ExactHessian, OfALongChainAgreesWithDifferences) {
+/// A chain with constraints, long enough for two tasks.
+TEST(ExactHessian, LongChainMatchesFiniteDifferences) {
   constexpr int kPoses = 320;
   const Vector<6> step{1.0, 0.05, -0.02, 0.02, -0.03, 0.1};
   const Gaussian noise{0.3, 0.2, 0.4, 0.05, 0.04, 0.1};
@@ -20,23 +20,23 @@ TEST(ExactHessian, OfALongChainAgreesWithDifferences) {
     if (k % 3 == 0)
       problem.subject_to(TwistComponents<SE3, sway | heave>{1.0}, Bounds<2>(equal_to(0.0)), {x[k - 1], x[k]});
   }
-  Program program(problem);
-  const int n = program.num_unknowns(), m = program.num_rows();
-  const auto& pattern = program.jacobian_pattern();
+  NlpEvaluator nlp(problem);
+  const int n = nlp.num_unknowns(), m = nlp.num_rows();
+  const auto& pattern = nlp.jacobian_pattern();
   const Eigen::VectorXd delta = random_vector(n, 0.2, 1), multipliers = random_vector(m, 3.0, 2);
   const auto gradient_at = [&](const Eigen::VectorXd& d) {
     Eigen::VectorXd g(n), J(static_cast<Eigen::Index>(pattern.row.size()));
-    program.move_to(d);
-    program.gradient(g);
-    program.constraint_jacobian(J);
+    nlp.move_to(d);
+    nlp.gradient(g);
+    nlp.constraint_jacobian(J);
     for (std::size_t k = 0; k < pattern.row.size(); ++k)
       g[pattern.column[k]] += J[Eigen::Index(k)] * multipliers[pattern.row[k]];
     return g;
   };
-  program.move_to(delta);
-  Eigen::VectorXd values = hessian_values(program);
-  program.exact_hessian(1.0, multipliers, values);
-  const Eigen::MatrixXd H = dense(program.hessian_pattern(), values);
+  nlp.move_to(delta);
+  Eigen::VectorXd values = hessian_values(nlp);
+  nlp.exact_hessian(1.0, multipliers, values);
+  const Eigen::MatrixXd H = dense(nlp.hessian_pattern(), values);
   const double scale = H.cwiseAbs().maxCoeff();
   for (int column = 0; column < n; column += 37) {
     constexpr double h = 1e-5;

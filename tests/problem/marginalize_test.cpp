@@ -8,7 +8,7 @@
 #include <tandem/lie/rn.hpp>
 #include <tandem/lie/sek3.hpp>
 #include <tandem/problem/marginal_prior.hpp>
-#include <tandem/problem/program.hpp>
+#include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/residuals/constant_twist.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
@@ -32,29 +32,29 @@ SE3 random_pose(std::mt19937_64& random, double size) {
   return SE3::Exp(v);
 }
 
-/// Gradient and dense Hessian with respect to perturbations of the point.
+/// Cost, gradient and dense Hessian with respect to perturbations of the point.
 struct Model {
   double cost;
   Eigen::VectorXd g;
   Eigen::MatrixXd H;
 };
-Model model_of(Program& program) {
-  const SymmetricPattern& pattern = program.hessian_pattern();
+Model model_of(NlpEvaluator& nlp) {
+  const SymmetricPattern& pattern = nlp.hessian_pattern();
   Model m{0, Eigen::VectorXd(pattern.size()), Eigen::MatrixXd::Zero(pattern.size(), pattern.size())};
   const std::vector<int> start = pattern.column_starts(), row = pattern.rows();
   Eigen::VectorXd values(pattern.nonzeros());
-  m.cost = program.linearize(m.g, values);
+  m.cost = nlp.linearize(m.g, values);
   for (int j = 0; j < pattern.size(); ++j)
     for (int k = start[std::size_t(j)]; k < start[std::size_t(j) + 1]; ++k)
       m.H(row[std::size_t(k)], j) = m.H(j, row[std::size_t(k)]) = values[k];
   return m;
 }
 Model model_of(Problem& problem) {
-  Program program(problem);
-  return model_of(program);
+  NlpEvaluator nlp(problem);
+  return model_of(nlp);
 }
 
-/// The model minimised over its first unknowns, by Eigen's dense algebra.
+/// Returns the model minimised over its first unknowns, by dense algebra.
 Model schur(const Model& m, Eigen::Index first) {
   const Eigen::Index rest = m.g.size() - first;
   const auto pivot = m.H.topLeftCorner(first, first).completeOrthogonalDecomposition();
@@ -71,7 +71,7 @@ void expect_equal(const Model& a, const Model& b, double tolerance) {
   EXPECT_LE((a.H - b.H).norm(), tolerance * b.H.norm());
 }
 
-/// Poses in a chain of odometry and constant twist.
+/// Chain of poses with odometry and constant-twist residuals.
 struct Chain {
   Problem problem;
   std::vector<Variable<SE3>> x;
@@ -90,7 +90,7 @@ struct Chain {
   }
 };
 
-TEST(Marginalize, LeavesTheSchurComplement) {
+TEST(Marginalize, PriorIsTheSchurComplement) {
   Chain chain;
   auto& x = chain.x;
   chain.problem.minimize(UsblPosition<SE3>{{1.0, 2.0, 3.0}}, noise(3, 0.2), {x[0], x[2]}, Cauchy(1.0));
@@ -104,7 +104,7 @@ TEST(Marginalize, LeavesTheSchurComplement) {
   expect_equal(model_of(chain.problem), schur(whole, 12), 1e-11);
 }
 
-TEST(Marginalize, TakesAnOlderPriorInByItsExactDerivatives) {
+TEST(Marginalize, MergesPriorByItsExactDerivatives) {
   Chain chain;
   auto& x = chain.x;
   chain.problem.marginalize(x[0]);
@@ -116,7 +116,7 @@ TEST(Marginalize, TakesAnOlderPriorInByItsExactDerivatives) {
   expect_equal(model_of(chain.problem), schur(whole, 6), 1e-11);
 }
 
-TEST(Marginalize, TakesAnOlderPriorInThatHasNothingToDoWithIt) {
+TEST(Marginalize, MergesPriorOnUnrelatedVariables) {
   Problem problem;
   const auto a = problem.add(R3({1, 2, 3})), b = problem.add(R3({0, 1, 0})), c = problem.add(R3({2, 2, 2})),
              d = problem.add(R3({3, 0, 1}));
@@ -125,7 +125,7 @@ TEST(Marginalize, TakesAnOlderPriorInThatHasNothingToDoWithIt) {
     problem.minimize(RelativePose<R3>{R3({1, 0, 0})}, noise(3, 0.5), {from, to});
   }
   problem.marginalize(a);
-  const double cost = Program(problem).cost();
+  const double cost = NlpEvaluator(problem).cost();
   problem.marginalize(c);
   EXPECT_EQ(problem.num_soft_blocks(), 1);
   const Model m = model_of(problem);
@@ -135,7 +135,7 @@ TEST(Marginalize, TakesAnOlderPriorInThatHasNothingToDoWithIt) {
   EXPECT_EQ(m.H.topRightCorner(3, 3).norm(), 0.0);
 }
 
-TEST(Marginalize, TheOrderDoesNotMatterAtOnePoint) {
+TEST(Marginalize, OrderDoesNotMatterAtOnePoint) {
   Chain at_once, one_by_one;
   at_once.problem.marginalize(at_once.x[0], at_once.x[1]);
   one_by_one.problem.marginalize(one_by_one.x[1]);
@@ -143,8 +143,8 @@ TEST(Marginalize, TheOrderDoesNotMatterAtOnePoint) {
   expect_equal(model_of(one_by_one.problem), model_of(at_once.problem), 1e-11);
 }
 
-TEST(Marginalize, WhatNothingObservesLeavesNothing) {
-  Chain chain(false);  // no prior: the whole chain can be moved as one
+TEST(Marginalize, UnobservableDirectionsLeaveNoInformation) {
+  Chain chain(false);  // without a prior the whole chain can move rigidly
   const Model whole = model_of(chain.problem);
   chain.problem.marginalize(chain.x[0], chain.x[1]);
   const Model left = model_of(chain.problem);
@@ -153,7 +153,7 @@ TEST(Marginalize, WhatNothingObservesLeavesNothing) {
   EXPECT_LE(eigen.eigenvalues().head(6).cwiseAbs().maxCoeff(), 1e-10 * eigen.eigenvalues()[11]);
   EXPECT_GE(eigen.eigenvalues()[6], 1e-3);
 
-  // And variables that a residual sees in part, or none at all.
+  // Variables that the residuals observe partly or not at all.
   Problem problem;
   const auto c = problem.add(SE3()), t = problem.add(SE3(SO3(), Vector<3>(1, 2, 3))), lonely = problem.add(SE3());
   problem.minimize(Prior<SE3>{SE3()}, noise(6, 1.0), {c});
@@ -161,7 +161,7 @@ TEST(Marginalize, WhatNothingObservesLeavesNothing) {
   problem.marginalize(t, lonely);
   EXPECT_EQ(problem.num_variables(), 1);
   const Model m = model_of(problem);
-  EXPECT_LE((m.H - Eigen::MatrixXd::Identity(6, 6)).norm(), 1e-12);  // the fix told nothing about the chaser
+  EXPECT_LE((m.H - Eigen::MatrixXd::Identity(6, 6)).norm(), 1e-12);  // the fix has no information on the chaser
   EXPECT_NEAR(m.cost, 0.0, 1e-12);
 }
 
@@ -172,12 +172,12 @@ TEST(Marginalize, FixedVariablesAreConstants) {
   chain.problem.marginalize(chain.x[0]);
   EXPECT_TRUE(chain.problem.has(chain.x[2]));
   expect_equal(model_of(chain.problem), schur(whole, 6), 1e-11);
-  chain.problem.marginalize(chain.x[2]);  // itself fixed: its blocks are absorbed
+  chain.problem.marginalize(chain.x[2]);  // fixed itself; its blocks are absorbed
   EXPECT_FALSE(chain.problem.has(chain.x[2]));
   expect_equal(model_of(chain.problem), schur(whole, 6), 1e-11);
 }
 
-/// Of the four poses the two in the middle, with the prior alone.
+/// Chain in which the marginal prior is the only block of the two middle poses.
 struct PriorAlone : Chain {
   PriorAlone() {
     problem.remove(odometry[1]);
@@ -185,47 +185,48 @@ struct PriorAlone : Chain {
   }
 };
 
-TEST(Marginalize, ThePriorsDerivativesAreExactFarAway) {
+TEST(Marginalize, PriorDerivativesAreExactFarFromTheAnchor) {
   PriorAlone other;
   ASSERT_EQ(other.problem.num_soft_blocks(), 1);
-  Program program(other.problem);
-  const int n = program.num_unknowns();
+  NlpEvaluator nlp(other.problem);
+  const int n = nlp.num_unknowns();
   Eigen::VectorXd delta(n), g(n), ahead(n), behind(n);
   for (int i = 0; i < n; ++i) delta[i] = 1.1 * std::sin(1.0 + 3.0 * i);
-  program.move_to(delta);
-  program.gradient(g);
-  Eigen::VectorXd exact(program.hessian_pattern().nonzeros());
-  program.exact_hessian(1.0, {}, exact);
+  nlp.move_to(delta);
+  nlp.gradient(g);
+  Eigen::VectorXd exact(nlp.hessian_pattern().nonzeros());
+  nlp.exact_hessian(1.0, {}, exact);
   Eigen::VectorXd first_order(exact.size()), curvature(exact.size());
-  program.linearize(ahead, first_order);
-  program.curvature({}, curvature);
-  // By differences with h = 1e-5: rounding 1e-16 / h.
+  nlp.linearize(ahead, first_order);
+  nlp.curvature({}, curvature);
+  // Differences with h = 1e-5 have a rounding error of 1e-16 / h.
   EXPECT_LE((first_order + curvature - exact).cwiseAbs().maxCoeff(), 1e-10 * exact.cwiseAbs().maxCoeff());
   for (int i = 0; i < n; ++i) {
     constexpr double h = 1e-5;
     Eigen::VectorXd moved = delta;
     moved[i] += h;
-    program.move_to(moved);
-    const double up = program.gradient(ahead);
+    nlp.move_to(moved);
+    const double up = nlp.gradient(ahead);
     moved[i] -= 2 * h;
-    program.move_to(moved);
-    const double down = program.gradient(behind);
+    nlp.move_to(moved);
+    const double down = nlp.gradient(behind);
     EXPECT_NEAR(g[i], (up - down) / (2 * h), 1e-6 * (1 + g.norm())) << i;
     const Eigen::VectorXd column = (ahead - behind) / (2 * h);
-    const auto& pattern = program.hessian_pattern();
+    const auto& pattern = nlp.hessian_pattern();
     const std::vector<int> start = pattern.column_starts(), row = pattern.rows();
     for (int k = start[std::size_t(i)]; k < start[std::size_t(i) + 1]; ++k)
       EXPECT_NEAR(exact[k], column[row[std::size_t(k)]], 1e-5 * column.norm());
   }
 }
 
-TEST(Marginalize, GaussNewtonHessianOfThePriorIsThatOfItsResidual) {
+TEST(Marginalize, PriorHessianIsThatOfItsResidual) {
   PriorAlone chain;
   for (const int k : {1, 2})
     chain.problem.set_value(chain.x[std::size_t(k)],
                             chain.problem.value(chain.x[std::size_t(k)]) * random_pose(chain.random, 0.9));
   const Model m = model_of(chain.problem);
-  // Of a quadratic of x = X ⊖ X̄ whose gradient and Hessian at x = 0 are known: H = Jᵀ H₀ J, g = Jᵀ (g₀ + H₀ x).
+  // Expected model: a quadratic of x = X ⊖ X̄ with gradient g₀ and Hessian H₀ at x = 0, so H = Jᵀ H₀ J, g = Jᵀ (g₀ + H₀
+  // x).
   PriorAlone same;
   const Model at_anchor = model_of(same.problem);
   Eigen::VectorXd x(12);
@@ -239,22 +240,22 @@ TEST(Marginalize, GaussNewtonHessianOfThePriorIsThatOfItsResidual) {
   const Model expected{at_anchor.cost + at_anchor.g.dot(x) + 0.5 * x.dot(at_anchor.H * x),
                        J.transpose() * (at_anchor.g + at_anchor.H * x), J.transpose() * at_anchor.H * J};
   expect_equal(m, expected, 1e-11);
-  Program program(chain.problem);
+  NlpEvaluator nlp(chain.problem);
   Eigen::VectorXd v(12);
   for (int i = 0; i < 12; ++i) v[i] = std::cos(2.0 * i);
-  const auto stiffness = program.stiffness(v, {});
+  const auto stiffness = nlp.stiffness(v, {});
   EXPECT_NEAR(stiffness.along, v.dot(m.H * v), 1e-9 * stiffness.along);
   EXPECT_NEAR(stiffness.scale, v.cwiseAbs2().dot(m.H.diagonal()), 1e-9 * stiffness.scale);
 }
 
-TEST(Marginalize, RefusesBeforeItChangesAnything) {
+TEST(Marginalize, RejectsInvalidCallsWithoutChanges) {
   Chain chain;
   auto& problem = chain.problem;
   auto& x = chain.x;
   const Block hard = problem.subject_to(TwistComponents<SE3, surge>{1.0}, at_least(0.0), {x[0], x[1]});
   const int soft = problem.num_soft_blocks();
   EXPECT_THAT([&] { problem.marginalize(x[0]); },
-              ThrowsMessage<Error>(HasSubstr("a hard block reads a variable to go, the twist components of x0, x1")));
+              ThrowsMessage<Error>(HasSubstr("a hard block (twist components of x0, x1) reads one of the variables")));
   EXPECT_EQ(problem.num_soft_blocks(), soft);
   EXPECT_EQ(problem.num_variables(), 4);
   problem.remove(hard);
@@ -268,7 +269,7 @@ TEST(Marginalize, RefusesBeforeItChangesAnything) {
   EXPECT_THAT([&] { other.problem.marginalize(other.x[0]); }, ThrowsMessage<Error>(HasSubstr("has been removed")));
 }
 
-TEST(Marginalize, ThePriorIsABlockLikeAnyOther) {
+TEST(Marginalize, PriorIsAnOrdinaryBlock) {
   Chain chain;
   EXPECT_FALSE(chain.problem.marginal_prior());
   chain.problem.marginalize(chain.x[0]);
@@ -281,34 +282,34 @@ TEST(Marginalize, ThePriorIsABlockLikeAnyOther) {
   EXPECT_TRUE(chain.problem.marginal_prior());
 }
 
-TEST(Marginalize, WholeProblemLeavesItsCost) {
+TEST(Marginalize, PriorWithoutVariablesKeepsTheCost) {
   Problem problem;
   const auto x = problem.add(R3({1, 2, 3})), y = problem.add(R3());
   problem.minimize(Prior<R3>{R3()}, noise(3, 1.0), {x});
   problem.minimize(Prior<R3>{R3({1, 0, 0})}, noise(3, 1.0), {x});
   problem.minimize(Prior<R3>{R3()}, noise(3, 1.0), {y});
   problem.marginalize(x);
-  EXPECT_NEAR(Program(problem).cost(), 0.25, 1e-12);
+  EXPECT_NEAR(NlpEvaluator(problem).cost(), 0.25, 1e-12);
   EXPECT_EQ(problem.num_variables(), 1);
 }
 
-TEST(Marginalize, EvaluationOfThePriorAsksTheHeapForNothing) {
-  using State = Bundle<SE3, Rn<9>>;  // wider than what has fixed-size kernels
+TEST(Marginalize, EvaluatingThePriorDoesNotAllocate) {
+  using State = Bundle<SE3, Rn<9>>;  // larger than the fixed-size kernels
   Chain chain;
   const auto wide = chain.problem.add(State()), gone = chain.problem.add(State());
   chain.problem.minimize(RelativePose<State>{State()}, noise(15, 1.0), {wide, gone});
   chain.problem.marginalize(chain.x[0], gone);
-  Program program(chain.problem);
-  const int n = program.num_unknowns();
+  NlpEvaluator nlp(chain.problem);
+  const int n = nlp.num_unknowns();
   const Eigen::VectorXd delta = Eigen::VectorXd::Constant(n, 0.1), none;
-  Eigen::VectorXd g(n), H(program.hessian_pattern().nonzeros());
+  Eigen::VectorXd g(n), H(nlp.hessian_pattern().nonzeros());
   double sum = 0;
   const auto evaluate = [&] {
-    program.move_to(delta);
-    sum += program.cost() + program.gradient(g) + program.linearize(g, H) + program.linearize_at_point(g, H);
-    sum += program.stiffness(delta, none).along;
-    program.exact_hessian(1.0, none, H);
-    program.reset();
+    nlp.move_to(delta);
+    sum += nlp.cost() + nlp.gradient(g) + nlp.linearize(g, H) + nlp.linearize_at_point(g, H);
+    sum += nlp.stiffness(delta, none).along;
+    nlp.exact_hessian(1.0, none, H);
+    nlp.reset();
   };
   evaluate();
   const long before = allocations;

@@ -10,7 +10,7 @@
 #include <tandem/lie/rn.hpp>
 #include <tandem/lie/se2.hpp>
 #include <tandem/lie/sek3.hpp>
-#include <tandem/problem/program.hpp>
+#include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/residuals/constant_twist.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
@@ -18,21 +18,21 @@
 #include <tandem/residuals/twist_components.hpp>
 #include <tandem/residuals/usbl_position.hpp>
 
-/// A problem with one of everything: groups of several kinds, one variable read twice by a block, full and
-/// diagonal noise, robust losses on both sides of their bends, constraints of every kind of bound.
+/// A problem that covers all features: several groups, blocks that read one variable twice, full and diagonal noise,
+/// robust losses in all their regions, and all types of bounds.
 namespace tandem::testing {
 
 using Body = Bundle<SO3, R3>;
 
 inline const Gaussian kUnit3{1.0, 1.0, 1.0};
 
-inline Eigen::VectorXd gradient(Program& program) {
-  Eigen::VectorXd g(program.num_unknowns());
-  program.gradient(g);
+inline Eigen::VectorXd gradient(NlpEvaluator& nlp) {
+  Eigen::VectorXd g(nlp.num_unknowns());
+  nlp.gradient(g);
   return g;
 }
 
-/// A point carried by a body [m]:  e = R p + x.
+/// Position of a point p carried by a body [m]: e = R p + x.
 struct Carried {
   static constexpr std::string_view name = "carried point";
   static constexpr int dim = 3;
@@ -45,7 +45,7 @@ struct Carried {
   }
 };
 
-/// A planar pose puts its point m below a point in space [m]:  e = p_xy − q m.
+/// Horizontal distance from the point m of a planar pose to a point in space [m]: e = p_xy − q m.
 struct Below {
   static constexpr std::string_view name = "below";
   static constexpr int dim = 2;
@@ -96,27 +96,28 @@ void each_mixed_cost(const MixedVariables& v, F f) {
   f(RelativePose<SE3>{SE3::Exp(-0.2 * sigmas), SE3::Exp(sigmas), SE3::Exp(-sigmas)}, full, std::tuple(v.c, v.b),
     Huber(0.5));
   f(ConstantTwist<SE3>{1.0, 0.7}, full, std::tuple(v.a, v.b, v.c), Cauchy(1.5));
-  f(ConstantTwist<SE3>{1.0, 1.3}, Gaussian(sigmas), std::tuple(v.a, v.b, v.a), Loss{});  // a twice
-  f(ConstantTwist<SE3>{0.5, 1.0}, Gaussian(sigmas), std::tuple(v.c, v.c, v.a), Loss{});  // c twice
+  f(ConstantTwist<SE3>{1.0, 1.3}, Gaussian(sigmas), std::tuple(v.a, v.b, v.a), Loss{});  // reads a twice
+  f(ConstantTwist<SE3>{0.5, 1.0}, Gaussian(sigmas), std::tuple(v.c, v.c, v.a), Loss{});  // reads c twice
   f(UsblPosition<SE3, R3>{{0.2, 0.3, 1.0}}, Gaussian{0.3, 0.4, 0.5}, std::tuple(v.b, v.p), Huber(100.0));
   f(UsblPosition<SE3, R3>{{0.7, 0.1, 0.9}}, Gaussian{0.3, 0.4, 0.5}, std::tuple(v.c, v.p), GemanMcClure(4.0));
   f(UsblPosition<SE3>{{0.1, 0.2, 0.3}, SE3::Exp(sigmas), {0.4, 0.5, 0.6}}, Gaussian{0.6, 0.4, 0.5},
-    std::tuple(v.b, v.b), Tukey(20.0));  // b twice
+    std::tuple(v.b, v.b), Tukey(20.0));  // reads b twice
   f(Prior<SE2>{SE2::Exp({0.1, 0.3, 0.4})}, planar, std::tuple(v.q), Cauchy(0.7));
   f(Below{{0.5, -0.3}}, Gaussian{0.4, 0.7}, std::tuple(v.q, v.p), Loss{});
   f(Carried{}, Gaussian{0.7, 0.6, 0.5}, std::tuple(v.s, v.p), Loss{});
   f(Prior<Body>{Body()}, full, std::tuple(v.s), Loss{});
-  f(Prior<R3>{R3({0.1, -0.3, 0.9})}, Gaussian{0.4, 0.3, 0.5}, std::tuple(v.p), Cauchy(0.8));  // linear but for its loss
+  f(Prior<R3>{R3({0.1, -0.3, 0.9})}, Gaussian{0.4, 0.3, 0.5}, std::tuple(v.p),
+    Cauchy(0.8));  // linear except for its loss
 }
 
-/// Calls f(residual, bounds, variables) for each constraint. Residuals of one type follow each other, so this
-/// is the order of the rows.
+/// Calls f(residual, bounds, variables) for each constraint, in the order of the rows: residuals of one type are
+/// adjacent.
 template <class F>
 void each_mixed_constraint(const MixedVariables& v, F f) {
   f(TwistComponents<SE3, sway | heave>{0.8}, Bounds<2>(equal_to(0.0)), std::tuple(v.a, v.b));
   f(TwistComponents<SE3, sway | heave>{0.5}, Bounds<2>(between(-0.1, 0.3)), std::tuple(v.c, v.b));
   f(RollPitch<SE3>{}, Bounds<2>(at_most(0.2)), std::tuple(v.c));
-  f(ConstantTwist<SE3>{1.0, 0.6}, Bounds<6>(at_least(-1.0)), std::tuple(v.b, v.a, v.b));  // b twice
+  f(ConstantTwist<SE3>{1.0, 0.6}, Bounds<6>(at_least(-1.0)), std::tuple(v.b, v.a, v.b));  // reads b twice
   f(Below{{0.2, 0.1}}, Bounds<2>(equal_to(0.5)), std::tuple(v.q, v.p));
   f(Carried{}, Bounds<3>(at_least(0.4)), std::tuple(v.s, v.p));
 }
@@ -140,8 +141,8 @@ inline Eigen::VectorXd random_vector(Eigen::Index n, double size, unsigned seed)
   return Eigen::VectorXd::NullaryExpr(n, [&](Eigen::Index) { return uniform(random); });
 }
 
-/// ∂f/∂δ at the point, by central differences of fourth order: truncation h⁴, rounding 1e-16/h, so 1e-12 for
-/// functions of size and derivatives 1.
+/// Returns ∂f/∂δ by central differences of fourth order. With truncation h⁴ and rounding 1e-16/h the error is about
+/// 1e-12 for values and derivatives of size 1.
 template <class F>
 Eigen::MatrixXd differences(const Eigen::VectorXd& at, F f) {
   constexpr double h = 1e-3;
@@ -159,8 +160,8 @@ Eigen::MatrixXd differences(const Eigen::VectorXd& at, F f) {
   return J;
 }
 
-inline Eigen::VectorXd hessian_values(const Program& program) {
-  return Eigen::VectorXd::Zero(program.hessian_pattern().nonzeros());
+inline Eigen::VectorXd hessian_values(const NlpEvaluator& nlp) {
+  return Eigen::VectorXd::Zero(nlp.hessian_pattern().nonzeros());
 }
 
 inline Eigen::MatrixXd dense(const SymmetricPattern& pattern, const Eigen::VectorXd& values) {
@@ -178,7 +179,7 @@ inline Eigen::MatrixXd dense(const SymmetricPattern& pattern, const Eigen::Vecto
   return H;
 }
 
-/// The blocks in reverse, and one more: what a factor that fills in would have.
+/// Returns the pattern in reverse block order with one extra block, like a Cholesky factor with fill-in.
 inline SymmetricPattern reversed(const SymmetricPattern& natural) {
   SymmetricPattern h;
   h.first = natural.first;
@@ -198,12 +199,12 @@ inline SymmetricPattern reversed(const SymmetricPattern& natural) {
   return h;
 }
 
-inline Eigen::MatrixXd dense_jacobian(Program& program) {
-  Eigen::VectorXd values(static_cast<Eigen::Index>(program.jacobian_pattern().row.size()));
-  program.constraint_jacobian(values);
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(program.num_rows(), program.num_unknowns());
+inline Eigen::MatrixXd dense_jacobian(NlpEvaluator& nlp) {
+  Eigen::VectorXd values(static_cast<Eigen::Index>(nlp.jacobian_pattern().row.size()));
+  nlp.constraint_jacobian(values);
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(nlp.num_rows(), nlp.num_unknowns());
   for (Eigen::Index k = 0; k < values.size(); ++k)
-    J(program.jacobian_pattern().row[std::size_t(k)], program.jacobian_pattern().column[std::size_t(k)]) += values[k];
+    J(nlp.jacobian_pattern().row[std::size_t(k)], nlp.jacobian_pattern().column[std::size_t(k)]) += values[k];
   return J;
 }
 

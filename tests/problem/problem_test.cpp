@@ -35,7 +35,7 @@ TEST(Problem, VariablesAreTyped) {
   EXPECT_EQ(problem.value(p).vector(), Vector<3>(1.0, 2.0, 3.0));
 }
 
-TEST(Problem, ReadsLikeTheMathematics) {
+TEST(Problem, CountsBlocksUnknownsAndRows) {
   Problem problem;
   const auto x0 = problem.add(pose(0.0)), x1 = problem.add(pose(1.0)), x2 = problem.add(pose(2.0));
   problem.minimize(ConstantTwist<SE3>{1.0, 1.0}, kUnit6, {x0, x1, x2});
@@ -50,12 +50,12 @@ TEST(Problem, ReadsLikeTheMathematics) {
   EXPECT_EQ(problem.size().unknowns, 18);
   EXPECT_EQ(problem.size().equalities, 2);
   EXPECT_EQ(problem.size().inequalities, 3);
-  const Program program(problem);
-  EXPECT_EQ(program.lower(), (Eigen::VectorXd(5) << 0, 0, 0, 0, -HUGE_VAL).finished());
-  EXPECT_EQ(program.upper(), (Eigen::VectorXd(5) << 0, 0, 2.5, HUGE_VAL, 0.1).finished());
+  const NlpEvaluator nlp(problem);
+  EXPECT_EQ(nlp.lower(), (Eigen::VectorXd(5) << 0, 0, 0, 0, -HUGE_VAL).finished());
+  EXPECT_EQ(nlp.upper(), (Eigen::VectorXd(5) << 0, 0, 2.5, HUGE_VAL, 0.1).finished());
 }
 
-TEST(Problem, RefusesCrossedBounds) {
+TEST(Problem, RejectsCrossedBounds) {
   Problem problem;
   const auto x = problem.add(R3());
   EXPECT_THAT([&] { problem.subject_to(Prior<R3>{R3()}, between(2.0, 1.0), {x}); },
@@ -65,16 +65,16 @@ TEST(Problem, RefusesCrossedBounds) {
   EXPECT_EQ(problem.num_hard_blocks(), 0);
 }
 
-TEST(Problem, RefusesNoiseOfAnotherDimension) {
+TEST(Problem, RejectsNoiseOfWrongDimension) {
   Problem problem;
   const auto x = problem.add(SE3());
   EXPECT_THAT([&] { problem.minimize(Prior<SE3>{SE3()}, kUnit3, {x}); },
-              ThrowsMessage<Error>(HasSubstr("the residual has 6 rows, its noise 3")));
+              ThrowsMessage<Error>(HasSubstr("the residual has 6 rows, but the noise has 3")));
   EXPECT_THROW(problem.minimize(Prior<SE3>{SE3()}, kUnit6, {x}, Loss{Loss::Kind::huber, 0.0}), Error);
   EXPECT_EQ(problem.num_soft_blocks(), 0);
 }
 
-TEST(Problem, RefusesVariablesOfAnotherProblem) {
+TEST(Problem, RejectsVariablesOfAnotherProblem) {
   Problem problem, other;
   const auto mine = problem.add(SE3());
   const auto foreign = other.add(SE3());
@@ -83,30 +83,30 @@ TEST(Problem, RefusesVariablesOfAnotherProblem) {
   EXPECT_THROW(problem.minimize(Prior<SE3>{SE3()}, kUnit6, {Variable<SE3>{}}), Error);
   EXPECT_THROW(problem.fix(foreign), Error);
   EXPECT_EQ(problem.num_soft_blocks() + problem.num_hard_blocks(), 0);
-  EXPECT_EQ(Program(problem).num_unknowns(), 6);
+  EXPECT_EQ(NlpEvaluator(problem).num_unknowns(), 6);
 }
 
-TEST(Problem, FixingAndFreeingAVariable) {
+TEST(Problem, FixesAndFreesVariables) {
   Problem problem;
   const auto x = problem.add(SE3(), "x");
   const auto p = problem.add(R3(), "p");
   problem.fix(x);
   EXPECT_EQ(problem.size().unknowns, 3);
-  EXPECT_EQ(Program(problem).describe_unknown(0).variable, "p");
+  EXPECT_EQ(NlpEvaluator(problem).describe_unknown(0).variable, "p");
   problem.fix(x, false);
   problem.fix(p);
   EXPECT_EQ(problem.size().unknowns, 6);
-  EXPECT_EQ(Program(problem).describe_unknown(0).variable, "x");
+  EXPECT_EQ(NlpEvaluator(problem).describe_unknown(0).variable, "x");
 }
 
-TEST(Problem, SettingAValue) {
+TEST(Problem, SetsValues) {
   Problem problem;
   const auto x = problem.add(R3());
   problem.minimize(Prior<R3>{R3({1.0, 0.0, 0.0})}, kUnit3, {x});
-  EXPECT_EQ(Program(problem).cost(), 0.5);
+  EXPECT_EQ(NlpEvaluator(problem).cost(), 0.5);
   problem.set_value(x, R3({1.0, 3.0, 4.0}));
   EXPECT_EQ(problem.value(x).vector(), Vector<3>(1.0, 3.0, 4.0));
-  EXPECT_EQ(Program(problem).cost(), 12.5);
+  EXPECT_EQ(NlpEvaluator(problem).cost(), 12.5);
 }
 
 TEST(Problem, MovingKeepsHandles) {
@@ -115,14 +115,14 @@ TEST(Problem, MovingKeepsHandles) {
   const auto p = first.add(R3({1.0, 2.0, 3.0}), "p");
   const Block prior = first.minimize(Prior<SE3>{SE3()}, kUnit6, {x});
   first.subject_to(UsblPosition<SE3, R3>{{0.0, 0.0, 0.0}}, equal_to(0), {x, p});
-  const double cost = Program(first).cost();
+  const double cost = NlpEvaluator(first).cost();
 
   Problem second = std::move(first);
-  EXPECT_EQ(Program(second).cost(), cost);
+  EXPECT_EQ(NlpEvaluator(second).cost(), cost);
   EXPECT_TRUE(second.value(x).matrix() == pose(1.0).matrix());
   second.minimize(Prior<R3>{R3()}, kUnit3, {p});
   second.set_value(p, R3());
-  EXPECT_EQ(Program(second).cost(), cost);
+  EXPECT_EQ(NlpEvaluator(second).cost(), cost);
 
   Problem third;
   third.add(SE2());
@@ -130,10 +130,10 @@ TEST(Problem, MovingKeepsHandles) {
   EXPECT_EQ(third.num_variables(), 2);
   third.remove(prior);
   EXPECT_EQ(third.num_soft_blocks(), 1);
-  EXPECT_EQ(Program(third).cost(), 0.0);
+  EXPECT_EQ(NlpEvaluator(third).cost(), 0.0);
 }
 
-/// 60 blocks of three kinds over 10 variables; `wanted` says which of them to have.
+/// Problem with 10 variables to which up to 60 blocks of three types are added.
 struct Many {
   Problem problem;
   std::vector<Variable<SE3>> x;
@@ -156,7 +156,7 @@ struct Many {
   }
 };
 
-TEST(Problem, RemovingManyBlocksEqualsNeverHavingHadThem) {
+TEST(Problem, RemovingBlocksEqualsNeverAddingThem) {
   Many full;
   std::map<int, Block> present;
   for (int k = 0; k < 60; ++k) present[k] = full.add(k);
@@ -168,33 +168,33 @@ TEST(Problem, RemovingManyBlocksEqualsNeverHavingHadThem) {
     full.problem.remove(present[k]);
     EXPECT_THROW(full.problem.remove(present[k]), Error);
     present.erase(k);
-    if (i % 20 == 10) present[k] = full.add(k);  // comes back under a new handle
+    if (i % 20 == 10) present[k] = full.add(k);  // added again, under a new handle
   }
 
   Many few;
   for (const auto& [k, block] : present) few.add(k);
   ASSERT_EQ(full.problem.num_soft_blocks(), few.problem.num_soft_blocks());
   ASSERT_EQ(full.problem.num_hard_blocks(), few.problem.num_hard_blocks());
-  Program a(full.problem), b(few.problem);
+  NlpEvaluator a(full.problem), b(few.problem);
   Eigen::VectorXd ga(60), gb(60), Ha = hessian_values(a), Hb = hessian_values(b);
   EXPECT_EQ(a.hessian_pattern().rows(), b.hessian_pattern().rows());
-  EXPECT_NEAR(a.linearize(ga, Ha), b.linearize(gb, Hb), 1e-12);  // summed in another order
+  EXPECT_NEAR(a.linearize(ga, Ha), b.linearize(gb, Hb), 1e-12);  // summed in a different order
   EXPECT_TRUE(ga.isApprox(gb, 1e-13));
   EXPECT_TRUE(Ha.isApprox(Hb, 1e-13));
 
-  const auto rows = [](Program& program) {
-    Eigen::VectorXd c(program.num_rows());
-    program.constraints(c);
+  const auto rows = [](NlpEvaluator& nlp) {
+    Eigen::VectorXd c(nlp.num_rows());
+    nlp.constraints(c);
     std::vector<std::tuple<std::string, double, double, double>> result;
-    for (int i = 0; i < program.num_rows(); ++i)
-      result.emplace_back(program.describe_row(i), program.lower()[i], program.upper()[i], c[i]);
+    for (int i = 0; i < nlp.num_rows(); ++i)
+      result.emplace_back(nlp.describe_row(i), nlp.lower()[i], nlp.upper()[i], c[i]);
     std::sort(result.begin(), result.end());
     return result;
   };
   EXPECT_EQ(rows(a), rows(b));
 }
 
-TEST(Problem, RefusesToRemoveWhatIsNotThere) {
+TEST(Problem, RejectsRemovalOfUnknownBlocks) {
   Problem problem;
   const auto x = problem.add(SE3());
   const Block block = problem.minimize(Prior<SE3>{SE3()}, kUnit6, {x});
@@ -207,10 +207,10 @@ TEST(Problem, RefusesToRemoveWhatIsNotThere) {
   EXPECT_FALSE(problem.has(block));
   EXPECT_THROW(problem.remove(block), Error);
   EXPECT_EQ(problem.num_soft_blocks(), 0);
-  EXPECT_EQ(Program(problem).cost(), 0.0);
+  EXPECT_EQ(NlpEvaluator(problem).cost(), 0.0);
 }
 
-TEST(Problem, ListsTheSoftBlocksThatReadAVariable) {
+TEST(Problem, ListsSoftBlocksOfAVariable) {
   Problem problem;
   const auto x = problem.add(SE3(), "x"), y = problem.add(SE3(), "y"), z = problem.add(SE3(), "z");
   const Block of_x = problem.minimize(Prior<SE3>{SE3()}, kUnit6, {x});
@@ -227,10 +227,10 @@ TEST(Problem, ListsTheSoftBlocksThatReadAVariable) {
   EXPECT_THAT(reading({problem.id(y)}), ElementsAre(handle(of_both)));
   EXPECT_THAT(reading({problem.id(x), problem.id(z)}),
               UnorderedElementsAre(handle(of_x), handle(of_z), handle(of_both)));
-  problem.remove(of_x);  // the last takes its place in the pool
+  problem.remove(of_x);  // the last block of the pool takes its index
   EXPECT_THAT(reading({problem.id(z)}), UnorderedElementsAre(handle(of_z), handle(of_both)));
   problem.marginalize(std::vector{problem.id(y)});
-  EXPECT_THAT(reading({problem.id(z)}), ElementsAre(handle(of_z))) << "and the marginal prior";
+  EXPECT_THAT(reading({problem.id(z)}), ElementsAre(handle(of_z))) << "without the marginal prior";
 }
 
 TEST(Problem, OneResidualServesBothRoles) {

@@ -5,7 +5,7 @@
 
 #include <tandem/lie/rn.hpp>
 #include <tandem/lie/sek3.hpp>
-#include <tandem/problem/program.hpp>
+#include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
 
@@ -17,12 +17,12 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-TEST(Removal, AVariableGoesWhenNothingReadsIt) {
+TEST(Removal, RemovesVariableThatNoBlockReads) {
   Problem problem;
   const auto x = problem.add(R3({1, 2, 3}), "x"), y = problem.add(R3({4, 5, 6}), "y");
   const Block block = problem.minimize(RelativePose<R3>{R3()}, kUnit3, {x, y});
   EXPECT_THAT([&] { problem.remove(x); },
-              ThrowsMessage<Error>(HasSubstr("remove: x is still read by a block, the relative pose of x, y")));
+              ThrowsMessage<Error>(HasSubstr("remove: variable x is still read by a block (relative pose of x, y)")));
   problem.remove(block);
   EXPECT_TRUE(problem.has(x));
   problem.remove(x);
@@ -33,11 +33,11 @@ TEST(Removal, AVariableGoesWhenNothingReadsIt) {
   EXPECT_EQ(problem.value(y).vector(), Vector<3>(4, 5, 6));
 }
 
-TEST(Removal, AStaleHandleReadsNothing) {
+TEST(Removal, RejectsHandlesOfRemovedVariables) {
   Problem problem;
   const auto x = problem.add(R3({1, 2, 3}), "x");
   problem.remove(x);
-  const auto y = problem.add(R3({4, 5, 6}), "y");  // in x's place
+  const auto y = problem.add(R3({4, 5, 6}), "y");  // reuses the slot of x
   const auto removed = ThrowsMessage<Error>(HasSubstr("has been removed"));
   EXPECT_THAT([&] { problem.value(x); }, removed);
   EXPECT_THAT([&] { problem.id(x); }, removed);
@@ -49,14 +49,14 @@ TEST(Removal, AStaleHandleReadsNothing) {
   EXPECT_FALSE(problem.has(Variable<R3>{}));
 }
 
-TEST(Removal, AHandleDoesNotBecomeAnotherVariables) {
+TEST(Removal, ReusedSlotsInvalidateOldHandles) {
   Problem problem;
   const auto x = problem.add(R3({1, 2, 3}), "x");
   const Block old_block = problem.minimize(Prior<R3>{R3()}, kUnit3, {x});
   problem.remove(old_block);
   problem.remove(x);
   const auto y = problem.add(R3({4, 5, 6}), "y");
-  EXPECT_EQ(problem.id(y), 0);  // x's
+  EXPECT_EQ(problem.id(y), 0);  // the ID of x
   EXPECT_FALSE(problem.has(x));
   EXPECT_TRUE(problem.has(y));
   EXPECT_THAT([&] { problem.set_value(x, R3()); }, ThrowsMessage<Error>(HasSubstr("has been removed")));
@@ -71,20 +71,20 @@ TEST(Removal, AHandleDoesNotBecomeAnotherVariables) {
   EXPECT_FALSE(other.has(y));
 }
 
-TEST(Removal, CreationTellsVariablesOfOneIdApart) {
+TEST(Removal, SequenceNumberDistinguishesReusedIds) {
   Problem problem;
   const auto x = problem.add(R3()), y = problem.add(R3());
   const int id = problem.id(x);
-  EXPECT_EQ(problem.creation(id), 0);
-  EXPECT_EQ(problem.creation(problem.id(y)), 1);
+  EXPECT_EQ(problem.sequence_number(id), 0);
+  EXPECT_EQ(problem.sequence_number(problem.id(y)), 1);
   problem.remove(x);
-  EXPECT_EQ(problem.creation(id), -1);
+  EXPECT_EQ(problem.sequence_number(id), -1);
   const auto z = problem.add(R3());
   ASSERT_EQ(problem.id(z), id);
-  EXPECT_EQ(problem.creation(id), 2);
+  EXPECT_EQ(problem.sequence_number(id), 2);
 }
 
-TEST(Removal, SolversKeepTheOrderOfCreation) {
+TEST(Removal, UnknownsAreInTheOrderOfCreation) {
   Problem problem;
   std::deque<Variable<R3>> x;
   for (int k = 0; k < 5; ++k) x.push_back(problem.add(R3()));
@@ -92,8 +92,8 @@ TEST(Removal, SolversKeepTheOrderOfCreation) {
     problem.remove(x[1]);
     x.erase(x.begin() + 1);
     x.push_back(problem.add(R3()));
-    const Program program(problem);
-    for (int i = 0; i < 5; ++i) EXPECT_EQ(program.block_of(problem.id(x[std::size_t(i)])), i);
+    const NlpEvaluator nlp(problem);
+    for (int i = 0; i < 5; ++i) EXPECT_EQ(nlp.block_of(problem.id(x[std::size_t(i)])), i);
   }
   EXPECT_EQ(problem.id_bound(), 5);
   problem.fix(x[0]);
@@ -103,14 +103,14 @@ TEST(Removal, SolversKeepTheOrderOfCreation) {
     for (const int i : {0, 1, 2, 4}) sum += problem.id(x[std::size_t(i)]);
     return sum;
   }();
-  const Program program(problem);
-  EXPECT_EQ(program.block_of(gone), -1);
-  EXPECT_EQ(program.block_of(problem.id(x[0])), -1);
-  EXPECT_EQ(program.block_of(problem.id(x[4])), 2);
-  EXPECT_EQ(program.num_unknowns(), 9);
+  const NlpEvaluator nlp(problem);
+  EXPECT_EQ(nlp.block_of(gone), -1);
+  EXPECT_EQ(nlp.block_of(problem.id(x[0])), -1);
+  EXPECT_EQ(nlp.block_of(problem.id(x[4])), 2);
+  EXPECT_EQ(nlp.num_unknowns(), 9);
 }
 
-TEST(Removal, AddingAndRemovingForHoursKeepsMemory) {
+TEST(Removal, SlidingWindowNeedsConstantMemory) {
   Problem problem;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
   covariance(0, 1) = covariance(1, 0) = 0.5;
@@ -136,9 +136,9 @@ TEST(Removal, AddingAndRemovingForHoursKeepsMemory) {
   EXPECT_EQ(problem.id_bound(), 21);
   EXPECT_EQ(window.front().first.store->value.size(), slots);
   EXPECT_LE(largest_block, 20);
-  // ρ = ½ xᵀ Σ⁻¹ x of each block: the noise matrices went where they belong.
+  // The cost of each block is ½ xᵀ Σ⁻¹ x if its noise matrix moved along with it.
   const Vector<3> v(1, 2, 3);
-  EXPECT_NEAR(Program(problem).cost(), 20 * 0.5 * v.dot(covariance.inverse() * v), 1e-9);
+  EXPECT_NEAR(NlpEvaluator(problem).cost(), 20 * 0.5 * v.dot(covariance.inverse() * v), 1e-9);
 }
 
 }  // namespace

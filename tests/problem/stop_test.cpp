@@ -11,7 +11,7 @@ struct Limits {
   double time_limit = HUGE_VAL;
 };
 
-std::string said(const Stop& stop) {
+std::string stop_message(const Stop& stop) {
   try {
     stop.check("work");
   } catch (const Stopped& stopped) {
@@ -20,7 +20,7 @@ std::string said(const Stop& stop) {
   return "";
 }
 
-TEST(Stop, IsNeverReachedUnlessAsked) {
+TEST(Stop, IsNotReachedByDefault) {
   EXPECT_FALSE(Stop().reached());
   EXPECT_FALSE(Stop(Limits{}).reached());
   Limits limits;
@@ -28,23 +28,23 @@ TEST(Stop, IsNeverReachedUnlessAsked) {
   EXPECT_EQ(limits.time_limit, HUGE_VAL);
 }
 
-TEST(Stop, SaysWhatEndedTheWork) {
+TEST(Stop, MessageNamesTheCause) {
   std::atomic<bool> flag = false;
   const Stop by_flag(Limits{.stop = &flag}), by_time(nullptr, 0);
-  EXPECT_EQ(said(by_flag), "");
+  EXPECT_EQ(stop_message(by_flag), "");
   flag = true;
-  EXPECT_EQ(said(by_flag), "work: interrupted");
-  EXPECT_EQ(said(by_time), "work: the time limit was reached");
+  EXPECT_EQ(stop_message(by_flag), "work: interrupted");
+  EXPECT_EQ(stop_message(by_time), "work: the time limit was reached");
 }
 
-TEST(Stop, GraceIsOfTimeAlone) {
+TEST(Stop, GraceExtendsOnlyTheTimeLimit) {
   const std::atomic<bool> flag = true;
   EXPECT_FALSE(Stop(nullptr, 0).with_grace().reached());
   EXPECT_TRUE(Stop(nullptr, -1).with_grace().reached());
   EXPECT_TRUE(Stop(&flag).with_grace().reached());
 }
 
-TEST(Stop, WhatIsLeftIsTheNextLimit) {
+TEST(Stop, LimitPassesOnTheRemainingTime) {
   const std::atomic<bool> flag = false;
   Limits limits;
   Stop(&flag, 3600).limit(limits);

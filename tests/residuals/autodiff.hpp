@@ -17,11 +17,12 @@
 
 namespace tandem::testing {
 
-/// Dual numbers of one direction, whatever the states: each residual is compiled over one scalar of them.
+/// Dual numbers with one direction. All residuals use this scalar type, which saves compile time.
 using Jet = ceres::Jet<double, 1>;
 
-/// The largest error of all Jacobians against forward automatic differentiation, over their largest entry; and infinity
-/// where the value differs over dual numbers: along(state, k, dual) gives that with the state moved along k. Compiled once.
+/// Returns the largest difference of the Jacobians from forward automatic differentiation, divided by their largest
+/// entry. Returns infinity if the value over dual numbers differs. along(state, k, dual) evaluates with `state`
+/// perturbed along k. Not a template, so compiled once.
 inline double autodiff_error(const Eigen::VectorXd& r, const Eigen::MatrixXd& J, const std::vector<int>& dofs,
                              const std::function<void(int state, int k, Jet* dual)>& along) {
   const double scale = std::max(1e-300, J.cwiseAbs().maxCoeff());
@@ -67,48 +68,48 @@ double autodiff_error(const R& residual, const Xs&... x) {
   return autodiff_error(r, all, {Xs::dof...}, along);
 }
 
-/// Relative errors allowed. Automatic differentiation rounds like the Jacobians themselves, some tens of
-/// operations of 1e-16 each. Differences are held to what they can resolve, which is worst where a jump
-/// forces small steps: h < 1e-6 rad, positions of up to 100 m.
+/// Tolerances on relative errors. Automatic differentiation rounds like the Jacobians: some tens of operations of 1e-16
+/// each. Differences are limited by their resolution, which is worst where a discontinuity forces small steps: h < 1e-6
+/// rad at positions of up to 100 m.
 inline constexpr double kAutodiff = 1e-13, kDifferences = 1e-10, kWorstResolution = 5e-7;
 
-inline void expect_right(const JacobianReport& report) {
+inline void expect_correct(const JacobianReport& report) {
   EXPECT_LE(report.relative, kDifferences + report.resolution) << report.text;
   EXPECT_LE(report.resolution, kWorstResolution) << report.text;
 }
 
 template <class R, class... Xs>
-void expect_right_jacobians(const R& residual, const Xs&... x) {
-  expect_right(check_jacobians(residual, x...));
+void expect_correct_jacobians(const R& residual, const Xs&... x) {
+  expect_correct(check_jacobians(residual, x...));
   EXPECT_LE(autodiff_error(residual, x...), kAutodiff) << R::name;
 }
 
 template <class R>
-void expect_right_jacobians_at_random(const R& residual, unsigned seed, int count = 40) {
+void expect_correct_jacobians_at_random_states(const R& residual, unsigned seed, int count = 40) {
   if (kSanitized) count = std::min(count, 8);
-  expect_right(check_jacobians_at_random(residual, seed, count));
+  expect_correct(check_jacobians_at_random(residual, seed, count));
   std::mt19937_64 random(seed);
   for (int i = 0; i < count; ++i) {
-    const auto states = random_states<typename R::States>(random, Spread(i % 4));
+    const auto states = random_states<typename R::States>(random, StateDistance(i % 4));
     std::apply([&](const auto&... x) { EXPECT_LE(autodiff_error(residual, x...), kAutodiff) << R::name << ", " << i; },
                states);
   }
 }
 
-/// A tangent with the given length of its rotations [rad] and some translation of `size` [m].
+/// Returns a tangent with a rotation by `angle` [rad] and a translation of the order of `size` [m].
 template <class G>
 typename G::Tangent tangent(double angle, double size) {
   typename G::Tangent v;
   double norm2 = 0.0;
   for (int k = 0; k < G::dof; ++k) {
-    v[k] = std::cos(1.0 + 2.3 * k);  // any direction
+    v[k] = std::cos(1.0 + 2.3 * k);  // arbitrary direction
     if (detail::is_rotation<G>(k)) norm2 += v[k] * v[k];
   }
   for (int k = 0; k < G::dof; ++k) v[k] *= detail::is_rotation<G>(k) ? angle / std::sqrt(norm2) : size;
   return v;
 }
 
-/// Residuals from nothing to nearly half a turn, where Log is hardest.
+/// Returns tangents from 0 to rotations by nearly π, where Log is ill-conditioned.
 template <class G>
 std::vector<typename G::Tangent> residual_sizes() {
   using std::numbers::pi;
@@ -116,7 +117,7 @@ std::vector<typename G::Tangent> residual_sizes() {
           tangent<G>(2.6, 80.0), tangent<G>(pi - 1e-3, 1.0), tangent<G>(pi - 1e-6, 1.0)};
 }
 
-/// expm(M) by its definition, in long double: 2⁵ squarings of a Taylor polynomial.
+/// Returns exp(M) in long double by a Taylor polynomial and 5 squarings.
 template <int N>
 Matrix<N, N, long double> expm(const Matrix<N, N>& M) {
   const Matrix<N, N, long double> A = M.template cast<long double>() / 32.0L;
@@ -134,7 +135,7 @@ Matrix<G::matrix_size, G::matrix_size, long double> plain(const G& x) {
   return x.matrix().template cast<long double>();
 }
 
-/// Largest entry of the difference of two matrices, over the largest of the first.
+/// Returns the largest entry of a − b, divided by the largest entry of a or 1, whichever is larger.
 template <class A, class B>
 double difference(const A& a, const B& b) {
   return double((a - b).cwiseAbs().maxCoeff() / std::max<long double>(1.0L, a.cwiseAbs().maxCoeff()));

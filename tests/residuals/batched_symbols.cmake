@@ -1,10 +1,10 @@
-# cmake -DNM=nm -DOBJECTS="a.o;b.o" -P batched_symbols.cmake: no function of batched.cpp, which is compiled for a processor's
-# wider vectors, may stand in for the same function of other files.
+# cmake -DNM=nm -DOBJECTS="a.o;b.o" -P batched_symbols.cmake: checks that batched.cpp defines no function that other
+# files share, because it is compiled for wider vector instructions.
 foreach(object IN LISTS OBJECTS)
   if(object MATCHES "/batched\\.cpp\\.o(bj)?$")
     execute_process(COMMAND "${NM}" --demangle --defined-only "${object}" OUTPUT_VARIABLE symbols COMMAND_ERROR_IS_FATAL ANY)
     string(REGEX MATCHALL "[^\n]* [uvVwW] [^\n]*" shared "${symbols}")
-    list(FILTER shared EXCLUDE REGEX "tandem::detail::BatchedInSpace<")
+    list(FILTER shared EXCLUDE REGEX "tandem::detail::BatchedSE3<")
     if(shared)
       list(JOIN shared "\n  " shared)
       message(FATAL_ERROR "shared with files that are compiled for any processor:\n  ${shared}")

@@ -11,7 +11,7 @@
 namespace tandem::detail {
 namespace {
 
-/// Tangents of a given angle and length.
+/// Random tangents of given length and angle.
 class Tangents {
  public:
   Vector<6> operator()(double length, double angle) {
@@ -27,9 +27,9 @@ class Tangents {
   std::mt19937_64 random_{1};
 };
 
-/// Rows, Jacobians and second derivatives of the four are those of each.
+/// Checks that rows, Jacobians and curvatures of a batch match those of single evaluation.
 template <class R, class... Xs>
-void expect_each(const std::array<R, kBatch>& residual, const std::array<Xs, kBatch>&... x) {
+void expect_match(const std::array<R, kBatch>& residual, const std::array<Xs, kBatch>&... x) {
   constexpr std::size_t arity = sizeof...(Xs);
   std::array<const R*, kBatch> residuals;
   std::array<double, kBatch * 6> r;
@@ -65,11 +65,11 @@ void expect_each(const std::array<R, kBatch>& residual, const std::array<Xs, kBa
 }
 
 constexpr double kPi = std::numbers::pi;
-/// Small and large residuals in one batch, at 0 and at almost π.
+/// Angles of small and large residuals in one batch, including 0 and almost π.
 constexpr std::array<std::array<double, kBatch>, 4> kAngles{
     {{0.0, 1e-6, 0.01, 0.02}, {0.05, 0.4, 0.6, 1.0}, {0.001, 2.0, 3.0, kPi - 1e-6}, {0.49, 0.51, 0.03, 0.04}}};
 
-TEST(Batched, RelativePoseIsThatOfEach) {
+TEST(Batched, RelativePoseMatchesSingleEvaluation) {
   Tangents tangent;
   for (const auto& angles : kAngles) {
     std::array<SE3, kBatch> x, y;
@@ -80,11 +80,11 @@ TEST(Batched, RelativePoseIsThatOfEach) {
       y[i] = x[i] * B * z * SE3::Exp(tangent(0.5, angles[i])) * F.inverse();
       residual[i] = {z, B, F};
     }
-    expect_each(residual, x, y);
+    expect_match(residual, x, y);
   }
 }
 
-TEST(Batched, ConstantTwistIsThatOfEach) {
+TEST(Batched, ConstantTwistMatchesSingleEvaluation) {
   Tangents tangent;
   for (const auto& turns : kAngles)
     for (const auto& angles : kAngles) {
@@ -97,7 +97,7 @@ TEST(Batched, ConstantTwistIsThatOfEach) {
         y[i] = x[i] * SE3::Exp(step);
         z[i] = y[i] * SE3::Exp(residual[i].dt2 * step) * SE3::Exp(tangent(1, angles[i]));
       }
-      expect_each(residual, x, y, z);
+      expect_match(residual, x, y, z);
     }
 }
 

@@ -15,9 +15,8 @@
 #include <tandem/residuals/heading.hpp>
 #include <tandem/residuals/interpolated.hpp>
 #include <tandem/residuals/miscalibrated.hpp>
-#include <tandem/residuals/miscalibrated_own.hpp>
+#include <tandem/residuals/miscalibrated_ego.hpp>
 #include <tandem/residuals/mixed_velocity.hpp>
-#include <tandem/residuals/outside.hpp>
 #include <tandem/residuals/preintegrated_dvl.hpp>
 #include <tandem/residuals/preintegrated_imu.hpp>
 #include <tandem/residuals/prior.hpp>
@@ -27,6 +26,7 @@
 #include <tandem/residuals/relative_pose.hpp>
 #include <tandem/residuals/relative_rotation.hpp>
 #include <tandem/residuals/roll_pitch.hpp>
+#include <tandem/residuals/soft_bound.hpp>
 #include <tandem/residuals/twist_components.hpp>
 #include <tandem/residuals/usbl_position.hpp>
 #include <tandem/residuals/usbl_spherical.hpp>
@@ -57,11 +57,11 @@ static_assert(Residual<Coasting> && Residual<RelativePose<Rn<6>>>);
 static_assert(Residual<Propagated<Depth>> && Residual<Propagated<Gps>> && Residual<Propagated<Heading>>);
 static_assert(Residual<Propagated<DvlVelocity>> && Residual<Propagated<ScaledDvlVelocity>>);
 static_assert(Residual<Miscalibrated<UsblPosition<>>> && Residual<Miscalibrated<Bearing<SE2, R2>>>);
-static_assert(Residual<MiscalibratedOwn<Depth>> && Residual<MiscalibratedOwn<DvlVelocity>>);
+static_assert(Residual<MiscalibratedEgo<Depth>> && Residual<MiscalibratedEgo<DvlVelocity>>);
 static_assert(Residual<Propagated<UsblPosition<>>> && Residual<Propagated<UsblPosition<SE3, R3>>>);
-static_assert(Residual<Outside<TwistComponents<SE3, surge>>> && Residual<Outside<Prior<SE3>>>);
+static_assert(Residual<SoftBound<TwistComponents<SE3, surge>>> && Residual<SoftBound<Prior<SE3>>>);
 
-/// A user's own, for doubles alone, and not a template: the distance of two points, squared [m²].
+/// A user-defined residual for double only, not a template: the squared distance of two points [m²].
 struct SquaredDistance {
   static constexpr std::string_view name = "squared distance";
   static constexpr int dim = 1;
@@ -76,10 +76,10 @@ struct SquaredDistance {
 };
 static_assert(Residual<SquaredDistance>);
 
-TEST(ResidualConcept, accepts_a_residual_of_the_users_own) {
+TEST(ResidualConcept, AcceptsUserDefinedResidual) {
   const JacobianReport report = check_jacobians_at_random(SquaredDistance{}, 1, 40);
   EXPECT_LE(report.relative, 1e-9) << report.text;
-  expect_right(check_jacobians(SquaredDistance{}, SE3::Exp(tangent<SE3>(0.4, 2.0)), R3(Vector<3>(1.0, 2.0, 3.0))));
+  expect_correct(check_jacobians(SquaredDistance{}, SE3::Exp(tangent<SE3>(0.4, 2.0)), R3(Vector<3>(1.0, 2.0, 3.0))));
 }
 
 struct NoName {

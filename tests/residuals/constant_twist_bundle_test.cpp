@@ -13,10 +13,10 @@ using PoseAndVelocity = Bundle<SE3, Rn<3>>;
 
 INSTANTIATE_TYPED_TEST_SUITE_P(BundleOfSE3AndR3, ConstantTwistTest, PoseAndVelocity);
 
-TEST(ConstantTwistBundle, is_that_of_its_parts) {
+TEST(ConstantTwistBundle, MatchesTheResidualsOfItsParts) {
   std::mt19937_64 random(4);
   const auto [x0, x1, x2] =
-      random_states<std::tuple<PoseAndVelocity, PoseAndVelocity, PoseAndVelocity>>(random, Spread::large);
+      random_states<std::tuple<PoseAndVelocity, PoseAndVelocity, PoseAndVelocity>>(random, StateDistance::large);
   Vector<9> r;
   Matrix<9, 9> J0;
   ConstantTwist<PoseAndVelocity>{1.0, 0.6}(x0, x1, x2, r, &J0);

@@ -14,7 +14,7 @@ INSTANTIATE_TYPED_TEST_SUITE_P(SE3, ConstantTwistTest, SE3);
 INSTANTIATE_TYPED_TEST_SUITE_P(SE2, ConstantTwistTest, SE2);
 INSTANTIATE_TYPED_TEST_SUITE_P(R3, ConstantTwistTest, R3);
 
-TEST(ConstantTwist, is_constant_velocity_for_points) {
+TEST(ConstantTwist, IsConstantVelocityForPoints) {
   const Vector<3> x0(1.0, 2.0, 3.0), x1(2.0, 4.0, 2.0), x2(8.0, -1.0, 0.5);
   Vector<3> r;
   Matrix<3, 3> J0, J1, J2;
@@ -25,18 +25,18 @@ TEST(ConstantTwist, is_constant_velocity_for_points) {
   EXPECT_LE((J2 - Matrix<3, 3>::Identity()).norm(), 1e-15);
 }
 
-TEST(ConstantTwist, vanishes_exactly_on_the_quarters_of_a_circle) {
-  // Radius 1 about the origin, moving counter-clockwise: heading is the polar angle plus 90°.
+TEST(ConstantTwist, VanishesOnQuarterCircles) {
+  // Unit circle about the origin, counter-clockwise: the heading is the polar angle plus 90°.
   const auto at = [](double x, double y, double heading) { return SE2(SO2(heading), Vector<2>(x, y)); };
   using std::numbers::pi;
   Vector<3> r;
   ConstantTwist<SE2>{1.0, 1.0}(at(1, 0, pi / 2), at(0, 1, pi), at(-1, 0, -pi / 2), r);
   EXPECT_LE(r.norm(), 5e-16);
-  // After a quarter in 1 s, half a quarter in 0.5 s.
+  // A quarter circle in 1 s, then an eighth in 0.5 s.
   const double s = std::sqrt(0.5);
   ConstantTwist<SE2>{1.0, 0.5}(at(1, 0, pi / 2), at(0, 1, pi), at(-s, s, -3 * pi / 4), r);
   EXPECT_LE(r.norm(), 5e-16);
-  // Straight ahead from there instead: behind by what the turn lacks.
+  // The vehicle stops instead: the error is the complete missing step.
   ConstantTwist<SE2>{1.0, 1.0}(at(1, 0, pi / 2), at(0, 1, pi), at(0, 1, pi), r);
   EXPECT_LE((r - Vector<3>(-pi / 2, 0.0, -pi / 2)).norm(), 5e-16);
 }

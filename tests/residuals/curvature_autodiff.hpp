@@ -6,8 +6,8 @@
 
 namespace tandem::testing {
 
-/// The second derivatives of wᵀ r by right perturbations: the symmetric part of those of Jᵀ w, J differentiated over dual
-/// numbers.
+/// Returns the Hessian of wᵀ r with respect to right perturbations: the symmetric part of the derivative of Jᵀ w, by
+/// dual numbers.
 template <class R, class... Xs>
 auto second_derivatives(const R& residual, const Vector<R::dim>& w, const Xs&... x) {
   constexpr int n = (Xs::dof + ...);
@@ -42,7 +42,7 @@ auto second_derivatives(const R& residual, const Vector<R::dim>& w, const Xs&...
 }
 
 template <class R, class... Xs>
-void expect_right_curvature(const R& residual, const Vector<R::dim>& w, const Xs&... x) {
+void expect_correct_curvature(const R& residual, const Vector<R::dim>& w, const Xs&... x) {
   static_assert(HasCurvature<R>);
   const auto expected = second_derivatives(residual, w, x...);
   std::remove_const_t<decltype(expected)> H;

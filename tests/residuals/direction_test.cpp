@@ -12,12 +12,12 @@ namespace {
 
 using std::numbers::pi;
 
-/// The point at this angle from the direction, towards the axis e1 cos(heading) + e2 sin(heading), by Exp on S².
+/// Returns the unit vector at `angle` from the direction, towards e1 cos(heading) + e2 sin(heading), by Exp on S².
 Vector<3> turned(const Direction<3>& d, double angle, double heading) {
   return std::cos(angle) * d.unit() + std::sin(angle) * d.axes() * Vector<2>(std::cos(heading), std::sin(heading));
 }
 
-TEST(Direction, has_axes_towards_growing_azimuth_and_elevation) {
+TEST(Direction, AxesPointToIncreasingAzimuthAndElevation) {
   for (const double azimuth : {-3.0, -0.7, 0.0, 1.2, 3.1})
     for (const double elevation : {-1.5, -0.4, 0.0, 0.9}) {
       const Direction<3> d(azimuth, elevation);
@@ -35,13 +35,13 @@ TEST(Direction, has_axes_towards_growing_azimuth_and_elevation) {
   EXPECT_LE((Direction<3>(0.0, pi / 6).unit() - Vector<3>(std::sqrt(0.75), 0, 0.5)).norm(), 2e-16);
 }
 
-TEST(Direction, of_a_vector_is_that_of_its_angles) {
+TEST(Direction, VectorAndAnglesGiveTheSameDirection) {
   for (const double azimuth : {-3.0, 0.0, 1.2})
     for (const double elevation : {-1.5, 0.0, 0.9})
       for (const double length : {1e-9, 1.0, 1e6}) {
         const Direction<3> d(azimuth, elevation), v(Vector<3>(length * d.unit()));
         EXPECT_LE((v.unit() - d.unit()).norm(), 4e-16);
-        EXPECT_LE((v.axes() - d.axes()).norm(), 1e-14);  // of the azimuth 1e-16 / cos(elevation) is left
+        EXPECT_LE((v.axes() - d.axes()).norm(), 1e-14);  // the azimuth is accurate to 1e-16 / cos(elevation)
       }
   const Direction<3> up(Vector<3>(0.0, 0.0, 2.0));  // azimuth 0
   EXPECT_LE((up.unit() - Vector<3>(0, 0, 1)).norm(), 1e-16);
@@ -49,20 +49,20 @@ TEST(Direction, of_a_vector_is_that_of_its_angles) {
   EXPECT_LE((Direction<2>(Vector<2>(-3.0, 3.0)).unit() - Direction<2>(3 * pi / 4).unit()).norm(), 2e-16);
 }
 
-TEST(Direction, log_is_accurate_from_nothing_to_nearly_half_a_turn) {
+TEST(Direction, LogIsAccurateFromZeroToNearlyPi) {
   const Direction<3> d(0.8, -0.6);
   for (const double angle :
        {0.0, 1e-300, 1e-12, 1e-6, 0.03, 0.0316, 0.032, 0.5, 1.5, pi / 2, 2.0, 3.0, pi - 1e-3, pi - 1e-6})
     for (const double heading : {0.0, 0.4, 2.0, -2.9})
       for (const double length : {1e-6, 1.0, 1e4}) {
         const Vector<2> e = d.log(Vector<3>(length * turned(d, angle, heading)));
-        // Across: rounding of the point, by the angle over its sine.
+        // Rounding of the point causes an error across the direction, amplified by the angle over its sine.
         const Vector<2> expected = angle * Vector<2>(std::cos(heading), std::sin(heading));
         EXPECT_LE((e - expected).norm(), 4e-16 * std::max(1.0, angle / std::sin(angle))) << angle;
       }
 }
 
-TEST(Direction, log_has_the_right_derivative) {
+TEST(Direction, LogHasCorrectDerivative) {
   using Jet = ceres::Jet<double, 3>;
   const Direction<3> d(0.8, -0.6);
   for (const double angle : {0.0, 1e-12, 1e-6, 0.03, 0.0316, 0.032, 0.5, 1.5, pi / 2, 2.0, 3.0, pi - 1e-3, pi - 1e-6})
@@ -73,21 +73,21 @@ TEST(Direction, log_has_the_right_derivative) {
       Matrix<2, 3> by_p;
       d.log(p, &by_p);
       const Vector<2, Jet> e = d.log(dual);
-      // Near half a turn both depend on the way around, of which rounding of the point leaves 1e-16 / (π − angle).
+      // Near π both depend on the direction of rotation, which is accurate to 1e-16 / (π − angle) only.
       const double tolerance = 1e-14 + 2e-16 / (pi - angle);
       for (int i = 0; i < 2; ++i)
         EXPECT_LE((e[i].v.transpose() - by_p.row(i)).norm(), tolerance * by_p.norm()) << angle << ", " << length;
     }
 }
 
-TEST(Direction, log_is_undefined_opposite_to_it) {
+TEST(Direction, LogThrowsAtTheOppositeDirection) {
   const Direction<3> d(0.8, -0.6);
   EXPECT_THROW(d.log(Vector<3>(-7.0 * d.unit())), Error);
   EXPECT_THROW(d.log(turned(d, pi - 1e-9, 1.0)), Error);
   EXPECT_NEAR(d.log(turned(d, pi - 1e-7, 1.0)).norm(), pi - 1e-7, 1e-15);
 }
 
-TEST(Direction, in_the_plane_is_a_wrapped_angle) {
+TEST(Direction, PlanarLogIsWrappedAngle) {
   const auto between = [](double from, double to) {
     return Direction<2>(from).log(Vector<2>(7.0 * std::cos(to), 7.0 * std::sin(to)))[0];
   };
@@ -97,7 +97,7 @@ TEST(Direction, in_the_plane_is_a_wrapped_angle) {
   EXPECT_NEAR(between(100.0, 100.1), 0.1, 1e-13);
 }
 
-TEST(Direction, must_point_somewhere) {
+TEST(Direction, RejectsZeroAndNonFiniteVectors) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
   EXPECT_THROW(static_cast<void>(Direction<3>(Vector<3>::Zero())), Error);
   EXPECT_THROW(Direction<3>(Vector<3>(nan, 1.0, 0.0)), Error);

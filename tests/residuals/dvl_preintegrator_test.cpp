@@ -1,4 +1,4 @@
-// The covariance of summed up Doppler velocities.
+// Covariance of preintegrated Doppler velocities.
 
 #include <numbers>
 #include <random>
@@ -13,24 +13,25 @@ namespace {
 
 const Vector<3> still = Vector<3>::Zero(), velocity(1.5, 0.2, -0.1), sigma(0.01, 0.02, 0.03);
 
-DvlReading reading(double held = 0) { return {velocity, sigma, held}; }
+DvlReading reading(double hold_time = 0) { return {velocity, sigma, hold_time}; }
 
-/// Largest entry's difference, relative.
+/// Returns the largest difference divided by the largest entry.
 double relative_difference(const Matrix<3, 3>& a, const Matrix<3, 3>& b) {
   return (a - b).cwiseAbs().maxCoeff() / b.cwiseAbs().maxCoeff();
 }
 
-TEST(DvlPreintegrator, UnequalStepsWeighByTheirSquares) {
+TEST(DvlPreintegrator, VarianceGrowsWithSquaredDuration) {
   DvlPreintegrator sum(reading());
   sum.advance(still, 0.03);
   sum.measure(reading());
-  for (int i = 0; i < 97; ++i) sum.advance(still, 0.01);  // one reading, however finely its time is cut
+  for (int i = 0; i < 97; ++i) sum.advance(still, 0.01);  // one reading, integrated in many steps
   const Vector<3> expected = (0.03 * 0.03 + 0.97 * 0.97) * sigma.cwiseAbs2();
   EXPECT_LE(relative_difference(sum.covariance(), expected.asDiagonal()), 1e-12) << sum.covariance();
 }
 
-TEST(DvlPreintegrator, ErrorsTurnWithTheBody) {
-  // A quarter of a turn at once between two readings: forward errors of the second point to where left was.
+TEST(DvlPreintegrator, ErrorsRotateWithTheBody) {
+  // An instantaneous turn by 90° to the left between two readings: forward errors of the second reading point to the
+  // initial left.
   DvlPreintegrator sum(reading());
   sum.advance(still, 1.0);
   sum.measure({Vector<3>::Zero(), sigma});
@@ -41,7 +42,7 @@ TEST(DvlPreintegrator, ErrorsTurnWithTheBody) {
   EXPECT_LE(relative_difference(sum.covariance(), expected.asDiagonal()), 1e-6) << sum.covariance();
 }
 
-TEST(DvlPreintegrator, PartsOfOneReadingAddUpToIt) {
+TEST(DvlPreintegrator, CovariancesOfSplitReadingAddUp) {
   DvlPreintegrator first(reading(1.0)), second(reading(1.0)), whole(reading(1.0));
   first.advance(still, 0.7);
   second.advance(still, 0.3);
@@ -50,7 +51,7 @@ TEST(DvlPreintegrator, PartsOfOneReadingAddUpToIt) {
   EXPECT_LE(relative_difference(first.covariance(), Vector<3>(0.7 * sigma.cwiseAbs2()).asDiagonal()), 1e-14);
   EXPECT_LE(relative_difference(whole.covariance(), Vector<3>(sigma.cwiseAbs2()).asDiagonal()), 1e-14);
 
-  // Where the body turns between the parts, together they are not surer than the reading is.
+  // If the body rotates between the parts, their covariances must not add up to less than that of the whole.
   const Vector<3> turn(0.1, -0.2, 0.9);
   DvlPreintegrator before(reading(2.0)), after(reading(2.0)), both(reading(2.0));
   before.advance(turn, 0.8);
@@ -62,14 +63,14 @@ TEST(DvlPreintegrator, PartsOfOneReadingAddUpToIt) {
   EXPECT_GE(eigen.eigenvalues().minCoeff(), -1e-12 * surplus.norm()) << surplus;
 }
 
-/// Readings with errors, a gyroscope with errors: their sums scatter as is said.
-TEST(StatisticalDvlPreintegrator, ScattersAsItSays) {
+/// Simulates errors of readings and gyroscope and compares the sample covariance with the predicted one.
+TEST(StatisticalDvlPreintegrator, SampleCovarianceMatchesPrediction) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
   const auto draw = [&](const Vector<3>& s) {
     return Vector<3>(s.x() * normal(random), s.y() * normal(random), s.z() * normal(random));
   };
-  const double gyroscope = 0.02;  // what it does is of the size of what the readings' errors do
+  const double gyroscope = 0.02;  // its effect is comparable to that of the readings' errors
   const auto summed = [&](bool errors) {
     const auto read = [&](double t) {
       const Vector<3> v = velocity + Vector<3>(0.3 * t, 0, 0.1 * t);
@@ -93,7 +94,7 @@ TEST(StatisticalDvlPreintegrator, ScattersAsItSays) {
     const Vector<3> error = summed(true).displacement() - exact.displacement();
     scatter += error * error.transpose() / n;
   }
-  // Whitened by what is said of it, the scatter is the identity; within four of its standard errors, √(2/n).
+  // The sample covariance, whitened by the prediction, must be the identity within four standard errors √(2/n).
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix<3, 3>> ratio(scatter, exact.covariance());
   EXPECT_GE(ratio.eigenvalues().minCoeff(), 1 - 4 * std::sqrt(2.0 / n)) << ratio.eigenvalues().transpose();
   EXPECT_LE(ratio.eigenvalues().maxCoeff(), 1 + 4 * std::sqrt(2.0 / n)) << ratio.eigenvalues().transpose();
@@ -102,7 +103,7 @@ TEST(StatisticalDvlPreintegrator, ScattersAsItSays) {
   without.advance(Vector<3>(0, 0, 0.5), 2.0);
   DvlPreintegrator with(reading(), gyroscope);
   with.advance(Vector<3>(0, 0, 0.5), 2.0);
-  EXPECT_GT(with.covariance().trace(), 1.05 * without.covariance().trace()) << "the gyroscope counts";
+  EXPECT_GT(with.covariance().trace(), 1.05 * without.covariance().trace()) << "effect of the gyroscope noise";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What ties the ego's own pose and velocity: depth, GPS, heading, Doppler log, coasting, the biases' walk.
+// Residuals of the chaser's own sensors: depth, GPS, heading, Doppler velocity log, coasting, bias random walk.
 
 #include <gtest/gtest.h>
 
@@ -22,26 +22,26 @@ using std::numbers::pi;
 const Vector<3> lever(0.7, -1.3, 0.4);
 const SE3 pose(SO3::Exp({0.3, -1.1, 2.0}), Vector<3>(12.0, -7.0, -30.0));
 
-TEST(EgoSensors, have_the_right_jacobians) {
-  expect_right_jacobians_at_random(Depth{-3.0, lever}, 1);
-  expect_right_jacobians_at_random(Gps{Vector<3>(1.0, 2.0, 3.0), lever}, 2);
-  expect_right_jacobians_at_random(Heading{SO3::Exp({0.1, 0.2, 1.3}), SO3::Exp({-0.6, 0.2, 0.8})}, 3);
-  expect_right_jacobians_at_random(DvlVelocity{Vector<3>(1.0, 0.2, -0.1)}, 4);
-  expect_right_jacobians_at_random(ScaledDvlVelocity{Vector<3>(1.0, 0.2, -0.1)}, 5);
-  expect_right_jacobians_at_random(PreintegratedDvl{Vector<3>(1.0, 0.2, -0.1)}, 6);
-  expect_right_jacobians_at_random(Coasting{0.8}, 7);
+TEST(EgoSensors, HaveCorrectJacobians) {
+  expect_correct_jacobians_at_random_states(Depth{-3.0, lever}, 1);
+  expect_correct_jacobians_at_random_states(Gps{Vector<3>(1.0, 2.0, 3.0), lever}, 2);
+  expect_correct_jacobians_at_random_states(Heading{SO3::Exp({0.1, 0.2, 1.3}), SO3::Exp({-0.6, 0.2, 0.8})}, 3);
+  expect_correct_jacobians_at_random_states(DvlVelocity{Vector<3>(1.0, 0.2, -0.1)}, 4);
+  expect_correct_jacobians_at_random_states(ScaledDvlVelocity{Vector<3>(1.0, 0.2, -0.1)}, 5);
+  expect_correct_jacobians_at_random_states(PreintegratedDvl{Vector<3>(1.0, 0.2, -0.1)}, 6);
+  expect_correct_jacobians_at_random_states(Coasting{0.8}, 7);
 }
 
-TEST(EgoSensors, have_the_right_jacobians_up_to_half_a_turn) {
+TEST(EgoSensors, HaveCorrectJacobiansUpToPi) {
   const R3 v(Vector<3>(1.0, -2.0, 0.5)), w(Vector<3>(0.5, -1.0, 2.0));
   for (const auto& d : residual_sizes<SE3>()) {
     const SE3 x = pose * SE3::Exp(d);
-    expect_right_jacobians(Heading{pose.rotation()}, x);
-    expect_right_jacobians(Coasting{0.8}, pose, v, x, w);
+    expect_correct_jacobians(Heading{pose.rotation()}, x);
+    expect_correct_jacobians(Coasting{0.8}, pose, v, x, w);
   }
 }
 
-TEST(Depth, is_the_height_of_the_sensor) {
+TEST(Depth, IsSensorHeightError) {
   Vector<1> r;
   Depth{-31.0, lever}(pose, r);
   EXPECT_NEAR(r[0], -30.0 + pose.rotation().matrix().row(2).dot(lever) + 31.0, 1e-14);
@@ -49,31 +49,31 @@ TEST(Depth, is_the_height_of_the_sensor) {
   EXPECT_DOUBLE_EQ(r[0], 1.0);
 }
 
-TEST(Gps, is_where_the_antenna_is) {
+TEST(Gps, IsAntennaPositionError) {
   Vector<3> r;
   Gps{Vector<3>(10.0, -7.0, -31.0)}(pose, r);
   EXPECT_LE((r - Vector<3>(2.0, 0.0, 1.0)).norm(), 1e-15);
   Gps{pose.act(lever), lever}(pose, r);
   EXPECT_LE(r.norm(), 1e-14);
-  // A mast of 2 m on a body that heads north (x forward is y in the world) and leans 90° to the right (y left is up).
+  // A mast of 2 m on a body that heads north (x forward is y in the world) and rolls 90° to the right (y left is up).
   const SE3 leaning(SO3(Matrix<3, 3>{{0.0, 0.0, 1.0}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}}), Vector<3>(5.0, 5.0, 5.0));
   Gps{Vector<3>::Zero(), Vector<3>(0.0, 0.0, 2.0)}(leaning, r);
   EXPECT_LE((r - Vector<3>(7.0, 5.0, 5.0)).norm(), 1e-14);
 }
 
-TEST(Heading, is_what_turns_the_measured_body_into_the_estimated_one) {
+TEST(Heading, IsRotationFromMeasuredToEstimatedBody) {
   const SO3 mount = SO3::Exp({-0.6, 0.2, 0.8});
   Vector<3> r;
   for (const Vector<3>& error : {Vector<3>(0.0, 0.0, 0.0), Vector<3>(0.1, -0.2, 0.4), Vector<3>(0.0, 3.0, 0.0)}) {
-    // The sensor stands for a body that lacks `error`, along the body's axes.
+    // The sensor measures the orientation of a body without `error`, which is along the body axes.
     Heading{pose.rotation() * SO3::Exp(error).inverse() * mount, mount}(pose, r);
     EXPECT_LE((r - error).norm(), 1e-14);
   }
 }
 
-TEST(DvlVelocity, is_along_the_axes_of_the_body) {
+TEST(DvlVelocity, IsAlongBodyAxes) {
   const SE3 north(SO3::Exp({0.0, 0.0, pi / 2}), Vector<3>(1.0, 2.0, 3.0));
-  const R3 v(Vector<3>(0.0, 1.5, 0.2));  // northwards and up
+  const R3 v(Vector<3>(0.0, 1.5, 0.2));  // north and up
   Vector<3> r;
   DvlVelocity{Vector<3>(1.0, 0.0, 0.0)}(north, v, r);
   EXPECT_LE((r - Vector<3>(0.5, 0.0, 0.2)).norm(), 1e-15);
@@ -81,8 +81,8 @@ TEST(DvlVelocity, is_along_the_axes_of_the_body) {
   EXPECT_LE(r.norm(), 1e-15);
 }
 
-TEST(PreintegratedDvl, is_the_way_on_a_circle) {
-  // 3 m/s forwards while turning left at 0.4 rad/s, in steps that the log's own times do not divide evenly.
+TEST(PreintegratedDvl, IsExactOnACircle) {
+  // 3 m/s forward while turning left at 0.4 rad/s, in unequal steps.
   const double rate = 0.4, speed = 3.0, radius = speed / rate;
   const auto at = [&](double t) {
     return SE3(SO3::Exp({0.0, 0.0, rate * t}),
@@ -97,22 +97,23 @@ TEST(PreintegratedDvl, is_the_way_on_a_circle) {
   EXPECT_LE((sum.rotation().inverse() * at(2.83).rotation()).Log().norm(), 1e-15);
 }
 
-TEST(PreintegratedDvl, holds_a_velocity_until_the_next_and_the_last_to_the_end) {
+TEST(PreintegratedDvl, HoldsVelocityUntilTheNextReading) {
   const Vector<3> first(1.0, 0.5, 0.0), second(2.0, 0.0, -0.1), turn(0.0, 0.0, pi / 2);
   DvlPreintegrator sum(DvlReading{first});
   sum.advance(Vector<3>::Zero(), 0.5);
   sum.advance(turn, 1.0);
   sum.measure(DvlReading{second});
   sum.advance(Vector<3>::Zero(), 0.25);
-  // A quarter of a turn to the left at constant body velocity (u, w): 2/π (u − w, u + w); then x is where y was.
+  // A quarter turn to the left at constant body velocity (u, w) moves by 2/π (u − w, u + w). Afterwards x points along
+  // the former y.
   const Vector<3> expected = 0.5 * first + 2.0 / pi * Vector<3>(0.5, 1.5, 0.0) + 0.25 * Vector<3>(0.0, 2.0, -0.1);
   EXPECT_LE((sum.displacement() - expected).norm(), 1e-15);
   EXPECT_THROW(sum.advance(turn, -0.1), Error);
   EXPECT_THROW(sum.advance(turn, std::nan("")), Error);
 }
 
-TEST(Coasting, vanishes_at_constant_acceleration_and_orientation) {
-  // The mean velocity is that of a constant acceleration; the velocity's change is the price.
+TEST(Coasting, PositionRowVanishesAtConstantAcceleration) {
+  // The mean velocity is exact for constant acceleration; the velocity row penalises the acceleration.
   const Vector<3> v(1.0, -2.0, 0.5), a(0.3, 0.1, -0.2);
   const double dt = 1.7;
   const SE3 later(pose.rotation(), pose.translation() + dt * v + 0.5 * dt * dt * a);
@@ -124,12 +125,12 @@ TEST(Coasting, vanishes_at_constant_acceleration_and_orientation) {
   EXPECT_LE((r.tail<3>() - Vector<3>(0.1, 0.2, 0.3)).norm(), 1e-14);
 }
 
-TEST(Coasting, has_the_covariance_of_a_velocity_that_walks) {
+TEST(Coasting, CovarianceIsThatOfRandomWalkVelocity) {
   const Matrix<9, 9> whole = Coasting::covariance(0.3, 0.02, 2.0), half = Coasting::covariance(0.3, 0.02, 1.0);
   EXPECT_DOUBLE_EQ(whole(1, 1), 0.3 * 8.0 / 12.0);
   EXPECT_DOUBLE_EQ(whole(4, 4), 0.3 * 2.0);
   EXPECT_DOUBLE_EQ(whole(8, 8), 0.02 * 2.0);
-  // Two steps of half the time are one. From an exact start, with Σ of [p − dt v_j/2; v_j] and so of [p; v]:
+  // Two half steps must equal one step. From an exact start, Σ of [p − dt v_j/2; v_j] gives that of [p; v]:
   const auto on_states = [](const Matrix<9, 9>& sigma, double dt) {
     Matrix<6, 6> by_noise = Matrix<6, 6>::Identity();
     by_noise.topRightCorner<3, 3>() = dt / 2.0 * Matrix<3, 3>::Identity();
@@ -148,12 +149,12 @@ TEST(Coasting, has_the_covariance_of_a_velocity_that_walks) {
   }
 }
 
-TEST(BiasWalk, is_a_relative_pose_of_biases) {
+TEST(BiasWalk, IsRelativePoseOfBiases) {
   const Rn<6> before(Vector<6>::LinSpaced(1.0, 2.0)), after(Vector<6>::LinSpaced(0.5, 3.0));
   Vector<6> r;
   RelativePose<Rn<6>>{}(before, after, r);
   EXPECT_LE((r - (after.vector() - before.vector())).norm(), 1e-15);
-  expect_right_jacobians(RelativePose<Rn<6>>{}, before, after);
+  expect_correct_jacobians(RelativePose<Rn<6>>{}, before, after);
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ std::string message_of(F f) {
   return "nothing was thrown";
 }
 
-/// Symmetric positive definite, with standard deviations from `small` to 1.
+/// Returns a symmetric positive definite matrix with standard deviations from `small` to 1.
 Eigen::MatrixXd positive_definite(int n, double small) {
   std::mt19937 random(7);
   Eigen::MatrixXd A(n, n);
@@ -38,7 +38,7 @@ Eigen::MatrixXd positive_definite(int n, double small) {
 
 Eigen::MatrixXd information_of(const Gaussian& g) { return g.sqrt_information().transpose() * g.sqrt_information(); }
 
-TEST(Gaussian, sigmas_are_kept_as_their_inverses) {
+TEST(Gaussian, DiagonalHoldsInverseSigmas) {
   const Gaussian g{0.1, 2.0, 4.0};
   EXPECT_EQ(g.dim(), 3);
   EXPECT_TRUE(g.is_diagonal());
@@ -47,7 +47,7 @@ TEST(Gaussian, sigmas_are_kept_as_their_inverses) {
   EXPECT_EQ(Gaussian(Eigen::VectorXd(Eigen::Vector3d(0.1, 2.0, 4.0))).diagonal(), g.diagonal());
 }
 
-TEST(Gaussian, the_root_squared_is_the_information) {
+TEST(Gaussian, SquaredRootIsTheInformation) {
   for (const int n : {1, 2, 3, 6, 9})
     for (const double small : {1.0, 1e-3}) {
       const Eigen::MatrixXd M = positive_definite(n, small), identity = Eigen::MatrixXd::Identity(n, n);
@@ -55,7 +55,7 @@ TEST(Gaussian, the_root_squared_is_the_information) {
       EXPECT_EQ(by_information.dim(), n);
       EXPECT_EQ(by_covariance.dim(), n);
       EXPECT_FALSE(by_covariance.is_diagonal());
-      // Relative to each entry's own scale, √(M_ii M_jj): Cholesky is invariant to it.
+      // Relative to the scale √(M_ii M_jj) of each entry, to which Cholesky is invariant.
       const Eigen::VectorXd s = M.diagonal().cwiseSqrt().cwiseInverse();
       EXPECT_LE((s.asDiagonal() * (information_of(by_information) - M) * s.asDiagonal()).norm(), 1e-14);
       const Eigen::MatrixXd W = by_covariance.sqrt_information();
@@ -63,7 +63,7 @@ TEST(Gaussian, the_root_squared_is_the_information) {
     }
 }
 
-TEST(Gaussian, sigmas_covariance_and_information_say_the_same) {
+TEST(Gaussian, SigmasCovarianceAndInformationAgree) {
   const Eigen::Vector4d sigmas(0.05, 3.0, 1e-3, 20.0);
   const Eigen::MatrixXd covariance = sigmas.cwiseAbs2().asDiagonal();
   const Eigen::MatrixXd information = sigmas.cwiseAbs2().cwiseInverse().asDiagonal();
@@ -76,14 +76,14 @@ TEST(Gaussian, sigmas_covariance_and_information_say_the_same) {
       information_of(Gaussian::covariance(full)).isApprox(information_of(Gaussian::information(full.inverse())), 1e-9));
 }
 
-TEST(Gaussian, whitened_norm_is_that_of_mahalanobis) {
+TEST(Gaussian, WhitenedNormIsMahalanobisDistance) {
   const Eigen::MatrixXd M = positive_definite(4, 0.1);
   const Eigen::Vector4d r(1.0, -2.0, 0.5, 3.0);
   EXPECT_NEAR((Gaussian::covariance(M).sqrt_information() * r).squaredNorm() / r.dot(M.inverse() * r), 1.0, 1e-12);
   EXPECT_NEAR((Gaussian::information(M).sqrt_information() * r).squaredNorm() / r.dot(M * r), 1.0, 1e-13);
 }
 
-TEST(Gaussian, gives_back_its_covariance) {
+TEST(Gaussian, ReturnsItsCovariance) {
   EXPECT_TRUE(
       (Gaussian{0.1, 2.0}).covariance_matrix().isApprox(Eigen::Vector2d(0.01, 4.0).asDiagonal().toDenseMatrix()));
   const Eigen::MatrixXd M = positive_definite(5, 0.1);
@@ -91,7 +91,7 @@ TEST(Gaussian, gives_back_its_covariance) {
   EXPECT_TRUE(Gaussian::information(M).covariance_matrix().isApprox(M.inverse(), 1e-10));
 }
 
-TEST(Gaussian, scaled_multiplies_every_standard_deviation) {
+TEST(Gaussian, ScaledMultipliesStandardDeviations) {
   EXPECT_TRUE((Gaussian{0.1, 2.0}).scaled(4.0).diagonal().isApprox(Eigen::Vector2d(2.5, 0.125), 1e-15));
   const Eigen::MatrixXd M = positive_definite(3, 0.1);
   const Gaussian g = Gaussian::covariance(M);
@@ -99,7 +99,7 @@ TEST(Gaussian, scaled_multiplies_every_standard_deviation) {
   EXPECT_TRUE(g.scaled(3.0).diagonal().isApprox(g.diagonal() / 3.0, 1e-15));
 }
 
-TEST(Gaussian, rejects_sigmas_that_are_not_positive_and_finite) {
+TEST(Gaussian, RejectsInvalidSigmas) {
   for (const double bad : {0.0, -0.0, -1.0, infinity, -infinity, nan}) {
     EXPECT_THAT(message_of([&] {
                   Gaussian{1.0, bad};
@@ -107,27 +107,27 @@ TEST(Gaussian, rejects_sigmas_that_are_not_positive_and_finite) {
                 AllOf(HasSubstr("sigma"), HasSubstr("not positive and finite")));
     EXPECT_THAT(message_of([&] { Gaussian{bad}; }), HasSubstr("not positive and finite"));
   }
-  EXPECT_THAT(message_of([] { static_cast<void>(Gaussian(Eigen::VectorXd())); }), HasSubstr("no sigmas"));
+  EXPECT_THAT(message_of([] { static_cast<void>(Gaussian(Eigen::VectorXd())); }), HasSubstr("is empty"));
 }
 
-TEST(Gaussian, rejects_a_scale_that_is_not_positive_and_finite) {
+TEST(Gaussian, RejectsInvalidScale) {
   for (const double bad : {0.0, -1.0, infinity, nan})
     EXPECT_THAT(message_of([&] { Gaussian{1.0}.scaled(bad); }),
                 AllOf(HasSubstr("scale"), HasSubstr("not positive and finite")));
 }
 
-/// Both makers reject the matrix, in the words given.
+/// Checks that covariance() and information() reject the matrix with this reason.
 void expect_rejected(const Eigen::MatrixXd& M, const std::string& why) {
   EXPECT_THAT(message_of([&] { Gaussian::covariance(M); }), AllOf(HasSubstr("covariance"), HasSubstr(why))) << M;
   EXPECT_THAT(message_of([&] { Gaussian::information(M); }), AllOf(HasSubstr("information"), HasSubstr(why))) << M;
 }
 
-TEST(Gaussian, rejects_matrices_that_are_not_square) {
+TEST(Gaussian, RejectsNonSquareMatrices) {
   expect_rejected(Eigen::MatrixXd::Ones(2, 3), "2 x 3, not square");
   expect_rejected(Eigen::MatrixXd(), "0 x 0");
 }
 
-TEST(Gaussian, rejects_matrices_with_entries_that_are_not_finite) {
+TEST(Gaussian, RejectsNonFiniteMatrices) {
   for (const double bad : {infinity, nan}) {
     Eigen::MatrixXd M = Eigen::MatrixXd::Identity(3, 3);
     M(1, 2) = M(2, 1) = bad;
@@ -135,17 +135,17 @@ TEST(Gaussian, rejects_matrices_with_entries_that_are_not_finite) {
   }
 }
 
-TEST(Gaussian, rejects_matrices_that_are_not_symmetric) {
+TEST(Gaussian, RejectsAsymmetricMatrices) {
   Eigen::MatrixXd M = Eigen::MatrixXd::Identity(3, 3);
   M(0, 1) = 0.1;
   expect_rejected(M, "not symmetric");
 }
 
-TEST(Gaussian, rejects_matrices_that_are_not_positive_definite) {
+TEST(Gaussian, RejectsIndefiniteMatrices) {
   expect_rejected(Eigen::MatrixXd::Zero(2, 2), "not positive definite");
   expect_rejected(-Eigen::MatrixXd::Identity(2, 2), "not positive definite");
   expect_rejected(Eigen::Matrix2d{{1.0, 2.0}, {2.0, 1.0}}, "not positive definite");
-  // Singular, and rounding leaves a last pivot of either sign: a row without noise is no noise model.
+  // Singular matrices, whose last pivot is a rounding error of either sign.
   std::mt19937 random(3);
   for (int n = 2; n <= 9; ++n)
     for (int trial = 0; trial < 20; ++trial) {
@@ -155,7 +155,7 @@ TEST(Gaussian, rejects_matrices_that_are_not_positive_definite) {
     }
 }
 
-TEST(Gaussian, accepts_rounded_symmetry_and_very_different_units) {
+TEST(Gaussian, AcceptsRoundingAsymmetryAndDifferentUnits) {
   Eigen::MatrixXd M = positive_definite(6, 1e-6);
   M(0, 5) *= 1.0 + 1e-12;
   EXPECT_NO_THROW(Gaussian::covariance(M));

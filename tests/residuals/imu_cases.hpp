@@ -7,7 +7,7 @@
 
 namespace tandem::testing {
 
-/// Readings for a while each, of a sensor that is turned and shaken.
+/// Inertial measurement that is constant over dt.
 struct Reading {
   Vector<3> specific_force, angular_rate;
   double dt;
@@ -29,13 +29,13 @@ inline void add(ImuPreintegrator& sum, const std::vector<Reading>& readings) {
   for (const Reading& reading : readings) sum.integrate(reading.specific_force, reading.angular_rate, reading.dt);
 }
 
-/// Off the body's centre and turned, and noise by which none of the covariance's entries is negligible.
-inline SE3 askew() { return SE3(SO3::Exp({0.7, -0.4, 1.9}), Vector<3>(0.8, -0.3, 0.5)); }
+/// A mount with lever arm and rotation, and noise for which no covariance entry is negligible.
+inline SE3 tilted_mount() { return SE3(SO3::Exp({0.7, -0.4, 1.9}), Vector<3>(0.8, -0.3, 0.5)); }
 inline Vector<6> some_bias() { return (Vector<6>() << 0.1, -0.2, 0.15, 0.02, -0.01, 0.03).finished(); }
 inline ImuNoise some_noise() { return {2e-3, 3e-4, 3e-3, 4e-4, 1e-4}; }
 
 inline ImuDelta some_delta(double dt = 0.01, int count = 60) {
-  ImuPreintegrator sum(askew(), some_noise(), some_bias());
+  ImuPreintegrator sum(tilted_mount(), some_noise(), some_bias());
   add(sum, random_readings(5, count, dt));
   return sum.delta();
 }

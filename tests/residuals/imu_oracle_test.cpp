@@ -1,4 +1,4 @@
-// Preintegration and its residual against an independent implementation.
+// Preintegration and its residual against an independent implementation (the reference).
 
 #include <fstream>
 #include <iostream>
@@ -15,9 +15,9 @@
 namespace tandem {
 namespace {
 
-/// It takes a sample's specific force to be constant along the axes at the start of an interval, and its covariance is of
-/// [rotation vector; position; velocity] of the deltas, along the axes at their start, with noise on the biases' walk of
-/// the opposite sign to its residual's. Its residual is the prediction less the state.
+/// Conventions of the reference: the specific force is constant along the axes at the start of an interval. The
+/// covariance is that of the deltas [rotation vector; position; velocity; biases] along their initial axes, with the
+/// opposite sign of the bias noise. The residual is prediction minus state.
 class ImuOracle : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -53,18 +53,18 @@ class ImuOracle : public ::testing::Test {
       }
     return m;
   }
-  /// Its rows in our order and sign.
+  /// Converts the rows of the reference to Tandem's order and sign.
   template <int M>
-  static Matrix<15, M> ours(const Matrix<15, M>& theirs) {
+  static Matrix<15, M> converted(const Matrix<15, M>& reference) {
     Matrix<15, M> m;
-    m << -theirs.template middleRows<6>(3), -theirs.template topRows<3>(), -theirs.template bottomRows<6>();
+    m << -reference.template middleRows<6>(3), -reference.template topRows<3>(), -reference.template bottomRows<6>();
     return m;
   }
-  /// A pose's columns, which it has in the order of rotation and translation.
-  static Matrix<15, 6> ours_of_pose(const Matrix<15, 6>& theirs) {
+  /// Converts rows and pose columns; the reference orders the latter as rotation, translation.
+  static Matrix<15, 6> converted_pose(const Matrix<15, 6>& reference) {
     Matrix<15, 6> m;
-    m << theirs.rightCols<3>(), theirs.leftCols<3>();
-    return ours<6>(m);
+    m << reference.rightCols<3>(), reference.leftCols<3>();
+    return converted<6>(m);
   }
   SE3 pose(const char* R, const char* p) const { return SE3(SO3(read<3, 3>(R)), read<3, 1>(p)); }
 
@@ -73,10 +73,10 @@ class ImuOracle : public ::testing::Test {
   Earth earth_;
 };
 
-TEST_F(ImuOracle, has_the_same_deltas) {
+TEST_F(ImuOracle, DeltasMatchReference) {
   const ImuDelta& delta = sum_.delta();
   EXPECT_NEAR(delta.dt, 1.0, 1e-14);
-  // Its integration on the manifold is ours; that in the tangent space approximates some more.
+  // Tandem also integrates on the manifold. The tangent-space integration of the reference has further approximations.
   EXPECT_LE((delta.R.matrix() - read<3, 3>("delta_R_manifold")).norm(), 1e-13);
   EXPECT_LE((delta.p - read<3, 1>("delta_p_manifold")).norm(), 1e-13);
   EXPECT_LE((delta.v - read<3, 1>("delta_v_manifold")).norm(), 1e-13);
@@ -85,8 +85,8 @@ TEST_F(ImuOracle, has_the_same_deltas) {
   EXPECT_LE((delta.v - read<3, 1>("delta_v_tangent")).norm(), 1e-4);
 }
 
-TEST_F(ImuOracle, predicts_the_same_state) {
-  // It does so at the bias of the deltas.
+TEST_F(ImuOracle, PredictionMatchesReference) {
+  // The reference predicts at the bias of the deltas.
   const ImuPrediction<> at =
       predict(pose("Ri", "pi"), R3(read<3, 1>("vi")), Rn<6>(read<6, 1>("bias_hat_accel_gyro")), sum_.delta(), earth_);
   EXPECT_LE((at.pose.rotation().matrix() - read<3, 3>("predict_R")).norm(), 1e-4);
@@ -94,28 +94,28 @@ TEST_F(ImuOracle, predicts_the_same_state) {
   EXPECT_LE((at.velocity.vector() - read<3, 1>("predict_v")).norm(), 1e-4);
 }
 
-TEST_F(ImuOracle, has_the_same_residual_and_jacobians) {
+TEST_F(ImuOracle, ResidualAndJacobiansMatchReference) {
   Vector<15> r;
   Matrix<15, 6> xi, bi, xj, bj;
   Matrix<15, 3> vi, vj;
   PreintegratedImu{sum_.delta(), earth_}(pose("Ri", "pi"), R3(read<3, 1>("vi")), Rn<6>(read<6, 1>("bi")),
                                          pose("Rj", "pj"), R3(read<3, 1>("vj")), Rn<6>(read<6, 1>("bj")), r, &xi, &vi,
                                          &bi, &xj, &vj, &bj);
-  EXPECT_LE((r - ours<1>(read<15, 1>("residual_rot_pos_vel_ba_bg"))).cwiseAbs().maxCoeff(), 1e-4);
+  EXPECT_LE((r - converted<1>(read<15, 1>("residual_rot_pos_vel_ba_bg"))).cwiseAbs().maxCoeff(), 1e-4);
   const auto relative = [](const auto& given, const auto& expected) {
     return (given - expected).cwiseAbs().maxCoeff() / expected.cwiseAbs().maxCoeff();
   };
-  EXPECT_LE(relative(xi, ours_of_pose(read<15, 6>("J_xi_rot_trans"))), 1e-4);
-  EXPECT_LE(relative(vi, ours<3>(read<15, 3>("J_vi"))), 1e-12);
-  EXPECT_LE(relative(bi, ours<6>(read<15, 6>("J_bi"))), 1e-4);
-  EXPECT_LE(relative(xj, ours_of_pose(read<15, 6>("J_xj_rot_trans"))), 1e-4);
-  EXPECT_LE(relative(vj, ours<3>(read<15, 3>("J_vj"))), 1e-12);
-  EXPECT_LE(relative(bj, ours<6>(read<15, 6>("J_bj"))), 1e-12);
+  EXPECT_LE(relative(xi, converted_pose(read<15, 6>("J_xi_rot_trans"))), 1e-4);
+  EXPECT_LE(relative(vi, converted<3>(read<15, 3>("J_vi"))), 1e-12);
+  EXPECT_LE(relative(bi, converted<6>(read<15, 6>("J_bi"))), 1e-4);
+  EXPECT_LE(relative(xj, converted_pose(read<15, 6>("J_xj_rot_trans"))), 1e-4);
+  EXPECT_LE(relative(vj, converted<3>(read<15, 3>("J_vj"))), 1e-12);
+  EXPECT_LE(relative(bj, converted<6>(read<15, 6>("J_bj"))), 1e-12);
 }
 
-TEST_F(ImuOracle, has_the_same_covariance) {
-  const Matrix<15, 15> theirs = read<15, 15>("covariance_rot_pos_vel_ba_bg");
-  // Ours along the axes of its, in its order and with its sign of the biases.
+TEST_F(ImuOracle, CovarianceMatchesReference) {
+  const Matrix<15, 15> reference = read<15, 15>("covariance_rot_pos_vel_ba_bg");
+  // M converts Tandem's covariance to the axes, order and signs of the reference.
   const SO3& R = sum_.delta().R;
   Matrix<15, 15> M = Matrix<15, 15>::Zero();
   M.block<3, 3>(0, 6) = SO3::Jr_inverse(R.Log());
@@ -123,12 +123,12 @@ TEST_F(ImuOracle, has_the_same_covariance) {
   M.block<3, 3>(6, 3) = R.matrix();
   M.bottomRightCorner<6, 6>() = -Matrix<6, 6>::Identity();
   const Matrix<15, 15> given = M * sum_.covariance() * M.transpose();
-  // Entry by entry over their rows' standard deviations; and block by block where it matters, without the biases, whose
-  // correlations it takes to one step in a hundred.
-  const Vector<15> sigma = theirs.diagonal().cwiseSqrt();
-  EXPECT_LE((given - theirs).cwiseQuotient(sigma * sigma.transpose()).cwiseAbs().maxCoeff(), 1e-3);
+  // Entries are compared relative to the standard deviations of their rows. Blocks are compared as well; the tolerance
+  // for bias blocks is larger, because the reference approximates their correlations to one step in a hundred.
+  const Vector<15> sigma = reference.diagonal().cwiseSqrt();
+  EXPECT_LE((given - reference).cwiseQuotient(sigma * sigma.transpose()).cwiseAbs().maxCoeff(), 1e-3);
   const auto of_block = [&](int i, int k) {
-    const Matrix<3, 3> block = theirs.block<3, 3>(i, k);
+    const Matrix<3, 3> block = reference.block<3, 3>(i, k);
     return (given.block<3, 3>(i, k) - block).norm() / block.norm();
   };
   double worst = 0.0;
@@ -137,11 +137,11 @@ TEST_F(ImuOracle, has_the_same_covariance) {
   EXPECT_LE(worst, 1e-3);
   for (int i = 0; i < 9; i += 3)
     for (int k = 9; k < 15; k += 3) {
-      if (i == 0 && k == 9) continue;  // the accelerometer's bias does not turn anything: zero in both
+      if (i == 0 && k == 9) continue;  // the accelerometer bias does not affect rotation: zero in both
       EXPECT_LE(of_block(i, k), 2.5e-2) << i << " " << k;
     }
   EXPECT_EQ((given.block<3, 3>(0, 9).norm()), 0.0);
-  std::cout << "covariance: blocks off by " << worst << '\n';
+  std::cout << "covariance: largest relative error of a block " << worst << '\n';
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The physics of an inertial sensor: what it predicts of a body at rest, on a circle, spinning, on a turning Earth.
+// Physics of inertial prediction: a body at rest, on a circle, spinning, on a rotating Earth.
 
 #include <gtest/gtest.h>
 
@@ -17,26 +17,27 @@ ImuPrediction<> predicted(const ImuPreintegrator& sum, const Earth& earth, const
   return predict(from, v, Rn<6>(sum.delta().bias), sum.delta(), earth);
 }
 
-TEST(ImuPrediction, of_a_body_at_rest_is_that_it_stays) {
-  const SE3 mount = askew();
+TEST(ImuPrediction, BodyAtRestStays) {
+  const SE3 mount = tilted_mount();
   const Vector<6> bias = some_bias();
   const Earth earth = Earth::with_gravity(9.83);
   ImuPreintegrator sum(mount, some_noise(), bias);
   const Vector<3> up = (start.rotation() * mount.rotation()).inverse().act(-earth.gravity);
   for (int i = 0; i < 6000; ++i) sum.integrate(up + bias.head<3>(), bias.tail<3>(), 0.01);
   const ImuPrediction<> at = predicted(sum, earth, start, R3());
-  // Gravity and sensor cancel 18 km, summed up in 6000 steps rounded to 2e-12 m each.
+  // Gravity and specific force cancel 18 km, in 6000 steps with a rounding error of 2e-12 m each.
   EXPECT_LE((at.pose.translation() - start.translation()).norm(), 6000 * 2e-12);
   EXPECT_LE(at.velocity.vector().norm(), 1e-10);
   EXPECT_LE((at.pose.rotation().inverse() * start.rotation()).Log().norm(), 1e-13);
 }
 
-TEST(ImuPrediction, of_a_body_on_a_circle_with_a_lever_arm_is_the_circle) {
-  // x forwards along a circle of 6 m, the centre to the left. All is constant along the sensor's axes: one interval.
+TEST(ImuPrediction, BodyOnCircleWithLeverArmFollowsTheCircle) {
+  // The body moves forward (x) on a circle of 6 m with the centre to its left. All values are constant along the sensor
+  // axes: one interval suffices.
   const double rate = 0.45, radius = 6.0;
   const Vector<3> omega(0.0, 0.0, rate), centre(0.0, radius, 0.0);
   const Earth earth;
-  for (const SE3& mount : {SE3(), askew()}) {
+  for (const SE3& mount : {SE3(), tilted_mount()}) {
     const Vector<3> acceleration = omega.cross(omega.cross(mount.translation() - centre));
     const SO3 to_sensor = mount.rotation().inverse();
     for (const int steps : {1, 7, 500}) {
@@ -46,7 +47,7 @@ TEST(ImuPrediction, of_a_body_on_a_circle_with_a_lever_arm_is_the_circle) {
         sum.integrate(to_sensor.act(acceleration - earth.gravity), to_sensor.act(omega), t / steps);
       const ImuPrediction<> at = predicted(sum, earth, SE3(), R3(Vector<3>(rate * radius, 0.0, 0.0)));
       const SO3 turned = SO3::Exp(t * omega);
-      // Gravity and sensor cancel 400 m, up to 500 sums rounded to 5e-14 m each.
+      // Gravity and specific force cancel 400 m, in up to 500 steps with a rounding error of 5e-14 m each.
       EXPECT_LE((at.pose.translation() - (centre - turned.act(centre))).norm(), 500 * 5e-14) << steps;
       EXPECT_LE((at.velocity.vector() - turned.act({rate * radius, 0.0, 0.0})).norm(), 1e-12) << steps;
       EXPECT_LE((at.pose.rotation().inverse() * turned).Log().norm(), 1e-13) << steps;
@@ -54,10 +55,11 @@ TEST(ImuPrediction, of_a_body_on_a_circle_with_a_lever_arm_is_the_circle) {
   }
 }
 
-TEST(ImuPrediction, of_a_body_that_spins_up_about_its_centre_is_that_it_stays) {
-  // Along a fixed axis, ω = a sin(c t): the sensor on the lever arm moves, the body does not. Samples at instants.
+TEST(ImuPrediction, BodySpinningAboutItsCentreStays) {
+  // Rotation ω = a sin(c t) about a fixed axis: the sensor on the lever arm moves, the body does not. Instantaneous
+  // samples.
   const Vector<3> axis = Vector<3>(1.0, -2.0, 2.0) / 3.0;
-  const SE3 mount = askew();
+  const SE3 mount = tilted_mount();
   const SO3 to_sensor = mount.rotation().inverse();
   const Vector<3> l = mount.translation();
   const auto sample = [&](double t) {
@@ -73,11 +75,11 @@ TEST(ImuPrediction, of_a_body_that_spins_up_about_its_centre_is_that_it_stays) {
   };
   const Vector<2> coarse = moved(0.02), fine = moved(0.01);
   EXPECT_LE(coarse.maxCoeff(), 2e-3);
-  for (int i = 0; i < 2; ++i) EXPECT_NEAR(coarse[i] / fine[i], 4.0, 0.1);  // of second order
+  for (int i = 0; i < 2; ++i) EXPECT_NEAR(coarse[i] / fine[i], 4.0, 0.1);  // second-order convergence
 }
 
-/// What the turning Earth makes of constant readings, by Runge and Kutta's method in steps of 1 ms:
-/// dv/dt = R f + g − 2 ω × v, R(t) = Exp(−ω t) R_i Exp(w t).
+/// Integrates constant measurements on a rotating Earth by the Runge-Kutta method in steps of 1 ms:
+///   dv/dt = R f + g − 2 ω × v,  R(t) = Exp(−ω t) R_i Exp(w t)
 ImuPrediction<> integrated(const Vector<3>& f, const Vector<3>& w, const Earth& earth, double duration) {
   using State = Matrix<3, 2>;  // p, v
   const auto rotation = [&](double t) { return SO3::Exp(-t * earth.rate) * start.rotation() * SO3::Exp(t * w); };
@@ -99,7 +101,7 @@ ImuPrediction<> integrated(const Vector<3>& f, const Vector<3>& w, const Earth& 
   return {SE3(rotation(duration), x.col(0)), R3(x.col(1))};
 }
 
-TEST(ImuPrediction, on_a_turning_earth_is_right_to_first_order_in_its_rate) {
+TEST(ImuPrediction, IsFirstOrderAccurateInEarthRate) {
   const Vector<3> f(0.6, -1.2, 9.0), w(0.1, 0.2, -0.3);
   const auto errors = [&](double times, double duration) {
     Earth earth = Earth::at_latitude(0.7, 9.81);
@@ -112,24 +114,25 @@ TEST(ImuPrediction, on_a_turning_earth_is_right_to_first_order_in_its_rate) {
     return Vector<2>((at.pose.translation() - truth.pose.translation()).norm(),
                      (at.velocity.vector() - truth.velocity.vector()).norm());
   };
-  // As the Earth turns, a Doppler log's interval and a long gap.
+  // At the Earth's rate: a typical interval of a Doppler log (1 s) and a long gap (10 s).
   const Vector<2> second = errors(1.0, 1.0), ten = errors(1.0, 10.0);
-  std::cout << "off by " << second.transpose() << " m, m/s in 1 s, " << ten.transpose() << " in 10 s\n";
+  std::cout << "errors: " << second.transpose() << " m, m/s after 1 s, " << ten.transpose() << " after 10 s\n";
   EXPECT_LE(second[0], 2e-8);
   EXPECT_LE(ten[0], 5e-4);
-  // Off by the square of the rate: what is left out is of second order.
+  // The error is of second order in the rate.
   const Vector<2> faster = errors(20.0, 2.0), twice = errors(40.0, 2.0);
   for (int i = 0; i < 2; ++i) EXPECT_NEAR(twice[i] / faster[i], 4.0, 0.05);
 }
 
-TEST(ImuPrediction, at_rest_on_a_turning_earth_is_that_it_stays) {
+TEST(ImuPrediction, BodyAtRestOnRotatingEarthStays) {
   const Earth earth = Earth::at_latitude(-0.6, 9.79);
   const SO3 to_body = start.rotation().inverse();
   ImuPreintegrator sum(SE3(), some_noise());
   for (int i = 0; i < 1000; ++i) sum.integrate(to_body.act(-earth.gravity), to_body.act(earth.rate), 0.01);
   const ImuPrediction<> at = predicted(sum, earth, start, R3());
   EXPECT_LE((at.pose.rotation().inverse() * start.rotation()).Log().norm(), 1e-13);
-  // Gravity alone would be off by its turning, 9.79 m/s² · 7.3e-5 rad/s · (10 s)³ / 6 = 0.1 m.
+  // Without the Earth's rotation, the rotating direction of gravity alone causes an error of 9.79 m/s² · 7.3e-5 rad/s ·
+  // (10 s)³ / 6 = 0.1 m.
   EXPECT_LE((at.pose.translation() - start.translation()).norm(), 1e-4);
   EXPECT_LE(at.velocity.vector().norm(), 5e-5);
   Earth still = earth;

@@ -1,4 +1,4 @@
-// Preintegration: composition, correction by bias, covariance.
+// Preintegration: composition, bias correction and covariance.
 
 #include <limits>
 
@@ -13,12 +13,12 @@
 namespace tandem::testing {
 namespace {
 
-TEST(ImuPreintegration, in_one_go_is_in_two) {
+TEST(ImuPreintegration, IsAssociative) {
   const auto readings = random_readings(1, 90, 0.01);
   const std::vector<Reading> early(readings.begin(), readings.begin() + 30),
       late(readings.begin() + 30, readings.end());
   for (const ImuHold hold : {ImuHold::turning, ImuHold::at_start}) {
-    ImuPreintegrator whole(askew(), some_noise(), some_bias(), hold), a = whole, b = whole;
+    ImuPreintegrator whole(tilted_mount(), some_noise(), some_bias(), hold), a = whole, b = whole;
     add(whole, readings), add(a, early), add(b, late);
     const ImuDelta &w = whole.delta(), &x = a.delta(), &y = b.delta();
     EXPECT_NEAR(w.dt, x.dt + y.dt, 1e-15);
@@ -28,8 +28,8 @@ TEST(ImuPreintegration, in_one_go_is_in_two) {
   }
 }
 
-TEST(ImuPreintegration, of_a_constant_reading_does_not_depend_on_the_steps) {
-  ImuPreintegrator one(askew(), some_noise(), some_bias()), many = one;
+TEST(ImuPreintegration, ConstantReadingIsIndependentOfStepSize) {
+  ImuPreintegrator one(tilted_mount(), some_noise(), some_bias()), many = one;
   const Vector<3> f(0.5, -2.0, 9.0), w(0.8, -0.5, 1.4);
   one.integrate(f, w, 2.0);
   for (int i = 0; i < 400; ++i) many.integrate(f, w, 0.005);
@@ -41,8 +41,8 @@ TEST(ImuPreintegration, of_a_constant_reading_does_not_depend_on_the_steps) {
   EXPECT_LE(difference(one.delta().p_by_bias, many.delta().p_by_bias), 1e-12);
 }
 
-TEST(ImuPreintegration, holds_the_specific_force_along_the_axes_it_is_told) {
-  const Vector<3> f(0.0, 0.0, 2.0), w(0.0, std::numbers::pi / 2, 0.0);  // a quarter of a turn, z to x
+TEST(ImuPreintegration, HoldModeSelectsTheAxes) {
+  const Vector<3> f(0.0, 0.0, 2.0), w(0.0, std::numbers::pi / 2, 0.0);  // 90°, from z to x
   ImuPreintegrator turning(SE3(), some_noise()), held(SE3(), some_noise(), Vector<6>::Zero(), ImuHold::at_start);
   turning.integrate(f, w, 1.0);
   held.integrate(f, w, 1.0);
@@ -54,15 +54,15 @@ TEST(ImuPreintegration, holds_the_specific_force_along_the_axes_it_is_told) {
   EXPECT_LE((held.delta().R.inverse() * turning.delta().R).Log().norm(), 1e-15);
 }
 
-TEST(ImuPreintegration, is_corrected_by_bias_to_first_order) {
+TEST(ImuPreintegration, BiasCorrectionIsFirstOrder) {
   Vector<6> direction;
   direction << 0.3, -0.5, 0.4, 0.06, 0.08, -0.05;
-  // Steps within the series of the coefficients, and turns beyond them.
+  // Small steps, where the coefficients use series, and large rotations, where they do not.
   for (const auto& [dt, count] : {std::pair{0.01, 80}, std::pair{0.4, 6}})
     for (const ImuHold hold : {ImuHold::turning, ImuHold::at_start}) {
       const auto readings = random_readings(3, count, dt);
       const auto integrated = [&](const Vector<6>& bias) {
-        ImuPreintegrator sum(askew(), some_noise(), bias, hold);
+        ImuPreintegrator sum(tilted_mount(), some_noise(), bias, hold);
         add(sum, readings);
         return sum.delta();
       };
@@ -74,11 +74,11 @@ TEST(ImuPreintegration, is_corrected_by_bias_to_first_order) {
                          (at.v + at.v_by_bias * d - again.v).norm(), (at.p + at.p_by_bias * d - again.p).norm());
       };
       const Vector<3> whole = errors(2e-2), half = errors(1e-2);
-      for (int i = 0; i < 3; ++i) EXPECT_NEAR(whole[i] / half[i], 4.0, 0.1) << i << ", steps of " << dt;
+      for (int i = 0; i < 3; ++i) EXPECT_NEAR(whole[i] / half[i], 4.0, 0.1) << i << ", step " << dt;
     }
 }
 
-TEST(ImuPreintegration, refuses_time_that_does_not_go_on) {
+TEST(ImuPreintegration, RejectsInvalidTimeSteps) {
   ImuPreintegrator sum(SE3(), some_noise());
   const Vector<3> f(0.0, 0.0, 9.8), w(0.0, 0.1, 0.0);
   sum.integrate(f, w, 0.0);
@@ -90,7 +90,7 @@ TEST(ImuPreintegration, refuses_time_that_does_not_go_on) {
   EXPECT_THROW(sum.integrate(ImuSample{1.0, f, w}, ImuSample{0.9, f, w}), Error);
 }
 
-/// No entry of the covariance is off by more than this part of its rows' standard deviations.
+/// Returns the largest difference of two covariance entries, relative to the standard deviations of their rows.
 double mismatch(const Matrix<15, 15>& given, const Matrix<15, 15>& expected) {
   const Vector<15> sigma = expected.diagonal().cwiseSqrt();
   return (given - expected).cwiseQuotient(sigma * sigma.transpose()).cwiseAbs().maxCoeff();
@@ -106,7 +106,7 @@ States after(const States& from, const ImuDelta& delta, const Earth& earth) {
   return {at.pose, at.velocity, from.b};
 }
 
-/// The residual's Jacobians by all of the states at either end.
+/// Returns the Jacobians of the residual with respect to all states at i and at j.
 std::pair<Matrix<15, 15>, Matrix<15, 15>> jacobians(const PreintegratedImu& imu, const States& i, const States& j) {
   Vector<15> r;
   Matrix<15, 6> xi, bi, xj, bj;
@@ -118,10 +118,11 @@ std::pair<Matrix<15, 15>, Matrix<15, 15>> jacobians(const PreintegratedImu& imu,
   return J;
 }
 
-TEST(ImuPreintegration, has_a_covariance_that_composes_as_the_residual_does) {
-  // Two residuals in a row are one between the ends, its noise −J_b(bc) J_b(ab)⁻¹ n_ab + n_bc: the rows' frames and the
-  // correlation with the biases' walk must be those of the residual. Without a lever arm, whose noise is left out.
-  const SE3 mount(askew().rotation(), Vector<3>::Zero());
+TEST(ImuPreintegration, CovarianceComposesLikeTheResidual) {
+  // Two consecutive residuals imply one between their ends, with the noise −J_b(bc) J_b(ab)⁻¹ n_ab + n_bc. This
+  // requires the same row frames and the same correlation with the bias random walk as in the residual. No lever arm,
+  // because the covariance neglects its effect.
+  const SE3 mount(tilted_mount().rotation(), Vector<3>::Zero());
   const Earth earth = Earth::with_gravity(9.81);
   const auto readings = random_readings(1, 90, 0.01);
   const std::vector<Reading> early(readings.begin(), readings.begin() + 30),
@@ -141,11 +142,12 @@ TEST(ImuPreintegration, has_a_covariance_that_composes_as_the_residual_does) {
   }
 }
 
-TEST(StatisticalImuPreintegration, has_the_covariance_of_its_residuals) {
-  // Readings with white noise of variance σ²/dt and biases that walk: in an interval by u', by u in its mean.
+TEST(StatisticalImuPreintegration, SampleCovarianceMatchesPrediction) {
+  // Readings have white noise of variance σ²/dt and random-walk biases, which change by u' over an interval and by u in
+  // its mean.
   constexpr int count = 20000;
   const auto readings = random_readings(8, 40, 0.02);
-  const SE3 mount(askew().rotation(), Vector<3>::Zero());
+  const SE3 mount(tilted_mount().rotation(), Vector<3>::Zero());
   const ImuNoise noise{2e-3, 3e-4, 6e-3, 8e-4, 0.0};
   const Earth earth;
   ImuPreintegrator clean(mount, noise);
@@ -178,18 +180,19 @@ TEST(StatisticalImuPreintegration, has_the_covariance_of_its_residuals) {
     PreintegratedImu{sum.delta(), earth}(i.x, i.v, i.b, j.x, j.v, Rn<6>(bias), r);
     sampled += r * r.transpose() / count;
   }
-  // A sampled entry is off by a standard deviation of √((1 + ρ²)/n) < √(2/n), the worst of 120 hardly by 4.5 of them.
+  // The standard error of a sampled entry is √((1 + ρ²)/n) < √(2/n); the worst of 120 entries hardly exceeds 4.5 of
+  // them.
   EXPECT_LE(mismatch(sampled, clean.covariance()), 4.5 * std::sqrt(2.0 / count));
-  // It would be by far, had the biases' walk the wrong sign or none.
+  // Without the correlation with the bias random walk, or with the wrong sign, the difference would be much larger.
   Matrix<15, 15> wrong = clean.covariance();
   wrong.topRightCorner<9, 6>().setZero();
   wrong.bottomLeftCorner<6, 9>().setZero();
   EXPECT_GE(mismatch(sampled, wrong), 0.3);
 }
 
-TEST(ImuPreintegration, has_a_covariance_of_full_rank_from_the_first_reading_on) {
+TEST(ImuPreintegration, CovarianceHasFullRankFromTheFirstReading) {
   for (const double dt : {0.005, 0.01, 0.1}) {
-    ImuPreintegrator sum(askew(), some_noise());
+    ImuPreintegrator sum(tilted_mount(), some_noise());
     for (int i = 0; i < 200; ++i) {
       sum.integrate({0.5, -0.3, 9.9}, {0.2, -0.4, 0.6}, dt);
       EXPECT_EQ(Gaussian::covariance(sum.covariance()).dim(), 15) << i;

@@ -13,11 +13,11 @@ namespace {
 
 const SE3 kSensor = SE3::Exp(tangent<SE3>(1.7, 0.5));
 
-TEST(Interpolated, is_the_residual_at_the_keyframes_for_0_and_1) {
+TEST(Interpolated, EqualsTheResidualAtTheKeyframes) {
   std::mt19937_64 random(3);
   const UsblPosition<SE3, R3> residual{Vector<3>(1.0, -2.0, 3.0), kSensor};
   for (int i = 0; i < 8; ++i) {
-    const auto [c0, c1, t0, t1] = random_states<std::tuple<SE3, SE3, R3, R3>>(random, Spread(i % 4));
+    const auto [c0, c1, t0, t1] = random_states<std::tuple<SE3, SE3, R3, R3>>(random, StateDistance(i % 4));
     Vector<3> r, expected;
     Interpolated{residual, 0.0}(c0, c1, t0, t1, r);
     residual(c0, t0, expected);
@@ -28,8 +28,8 @@ TEST(Interpolated, is_the_residual_at_the_keyframes_for_0_and_1) {
   }
 }
 
-TEST(Interpolated, is_the_residual_of_poses_along_a_constant_twist) {
-  const Vector<6> chaser = tangent<SE3>(0.6, 2.0), target = tangent<SE3>(-0.9, 1.5);  // in the interval
+TEST(Interpolated, EqualsTheResidualAlongConstantTwist) {
+  const Vector<6> chaser = tangent<SE3>(0.6, 2.0), target = tangent<SE3>(-0.9, 1.5);  // motion in the interval
   const SE3 c0 = SE3::Exp(tangent<SE3>(1.0, 20.0)), t0 = SE3::Exp(tangent<SE3>(0.4, 9.0));
   const RelativePose<> residual{SE3(), kSensor};
   for (const double s : {-0.2, 0.3, 0.5, 1.1}) {
@@ -40,9 +40,9 @@ TEST(Interpolated, is_the_residual_of_poses_along_a_constant_twist) {
   }
 }
 
-TEST(Interpolated, is_known_by_hand) {
-  // A chaser ahead from x = 0 to 4 m and a target to the left from (10, 0) to (10, 8): after a quarter of the way the
-  // sensor, at (1, 0), sees it at (9, 2).
+TEST(Interpolated, MatchesHandCalculation) {
+  // The chaser moves from x = 0 to 4 m, the target from (10, 0) to (10, 8). After a quarter of the interval the sensor,
+  // at (1, 0), sees it at (9, 2).
   const SE2 c1(SO2(), Vector<2>(4.0, 0.0));
   const R2 t0(Vector<2>(10.0, 0.0)), t1(Vector<2>(10.0, 8.0));
   Vector<2> r;
@@ -50,24 +50,24 @@ TEST(Interpolated, is_known_by_hand) {
   EXPECT_LE((r - Vector<2>(0.5, 0.0)).norm(), 2e-15);
 }
 
-TEST(Interpolated, has_the_right_jacobians) {
+TEST(Interpolated, HasCorrectJacobians) {
   const RelativePose<> pose{SE3::Exp(tangent<SE3>(0.8, 4.0)), kSensor};
   const UsblPosition<SE3, R3> usbl{Vector<3>(1.0, -2.0, 3.0), kSensor};
   const SE2 planar_sensor = SE2::Exp(tangent<SE2>(1.7, 0.5));
   const RangeBearing<SE2, R2> planar{25.0, 0.4, planar_sensor};
   for (const double s : {0.0, 0.3, 1.0, 1.2}) {
-    expect_right_jacobians_at_random(Interpolated{pose, s}, 1, 16);
-    expect_right_jacobians_at_random(Interpolated{usbl, s}, 2, 16);
-    expect_right_jacobians_at_random(Interpolated{planar, s}, 3, 16);
+    expect_correct_jacobians_at_random_states(Interpolated{pose, s}, 1, 16);
+    expect_correct_jacobians_at_random_states(Interpolated{usbl, s}, 2, 16);
+    expect_correct_jacobians_at_random_states(Interpolated{planar, s}, 3, 16);
   }
   for (const auto& e : residual_sizes<SE3>()) {
     const SE3 c0 = SE3::Exp(tangent<SE3>(0.3, 20.0)), t0 = c0 * SE3::Exp(tangent<SE3>(0.9, 7.0));
-    expect_right_jacobians(Interpolated{pose, 0.3}, c0, SE3(c0 * SE3::Exp(e)), t0, SE3(t0 * SE3::Exp(-e)));
-    expect_right_jacobians(Interpolated{usbl, 0.3}, c0, SE3(c0 * SE3::Exp(e)), R3(t0.translation()), R3());
+    expect_correct_jacobians(Interpolated{pose, 0.3}, c0, SE3(c0 * SE3::Exp(e)), t0, SE3(t0 * SE3::Exp(-e)));
+    expect_correct_jacobians(Interpolated{usbl, 0.3}, c0, SE3(c0 * SE3::Exp(e)), R3(t0.translation()), R3());
   }
 }
 
-/// A user's own, for doubles alone.
+/// A user-defined residual for double only.
 struct Gap {
   static constexpr std::string_view name = "gap";
   static constexpr int dim = 3;
@@ -79,10 +79,10 @@ struct Gap {
     if (Jy) Jy->setIdentity();
   }
 };
-TEST(Interpolated, takes_a_residual_of_the_users_own) {
+TEST(Interpolated, AcceptsUserDefinedResidual) {
   static_assert(Residual<Interpolated<Gap>>);
   EXPECT_EQ(Interpolated<Gap>::name, "gap");
-  expect_right(check_jacobians_at_random(Interpolated{Gap{}, 0.3}, 1, 8));
+  expect_correct(check_jacobians_at_random(Interpolated{Gap{}, 0.3}, 1, 8));
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ std::vector<Named> losses() {
   return all;
 }
 
-TEST(Loss, starts_as_least_squares) {
+TEST(Loss, EqualsLeastSquaresNearZero) {
   for (const auto& [name, loss] : losses()) {
     EXPECT_EQ(loss(0.0).rho, 0.0) << name;
     EXPECT_EQ(loss(0.0).d1, 1.0) << name;
@@ -35,9 +35,10 @@ TEST(Loss, starts_as_least_squares) {
   }
 }
 
-TEST(Loss, has_the_right_derivatives) {
+TEST(Loss, HasCorrectDerivatives) {
   for (const auto& [name, one] : losses())
-    for (const double at : {1e-3, 0.3, 0.9, 1.15, 2.0, 50.0}) {  // of scale²; Huber's and Tukey's seam is at 1
+    for (const double at :
+         {1e-3, 0.3, 0.9, 1.15, 2.0, 50.0}) {  // times scale²; the threshold of Huber and Tukey is at 1
       const Loss& loss = one;
       const double c2 = loss.scale * loss.scale, s = at * c2;
       const double unit = 0.8 * std::min(at, 1.0) * c2;
@@ -50,7 +51,7 @@ TEST(Loss, has_the_right_derivatives) {
     }
 }
 
-TEST(Loss, is_continuous_with_its_slope_at_the_threshold) {
+TEST(Loss, IsContinuouslyDifferentiableAtTheThreshold) {
   for (const auto& [name, loss] : losses()) {
     const double c2 = loss.scale * loss.scale;
     const auto below = loss(c2 * (1.0 - 1e-12)), above = loss(c2 * (1.0 + 1e-12));
@@ -59,7 +60,7 @@ TEST(Loss, is_continuous_with_its_slope_at_the_threshold) {
   }
 }
 
-TEST(Loss, grows_but_never_faster_than_least_squares) {
+TEST(Loss, GrowsMonotonicallyBelowLeastSquares) {
   for (const auto& [name, loss] : losses()) {
     double last = 0.0, last_d1 = 1.0;
     for (double s = 1e-6; s < 1e6; s *= 1.3) {
@@ -74,7 +75,7 @@ TEST(Loss, grows_but_never_faster_than_least_squares) {
   }
 }
 
-TEST(Loss, is_bounded_where_it_says_so) {
+TEST(Loss, BoundedLossesReachTheirBounds) {
   for (const double c : {0.1, 1.0, 4.7}) {
     const double c2 = c * c;
     for (const double s : {c2, 4.0 * c2, 1e6 * c2}) {
@@ -87,22 +88,22 @@ TEST(Loss, is_bounded_where_it_says_so) {
   }
 }
 
-TEST(Loss, takes_known_values) {
+TEST(Loss, MatchesKnownValues) {
   EXPECT_EQ(Huber(2.0)(3.0).rho, 3.0);
   EXPECT_DOUBLE_EQ(Huber(2.0)(9.0).rho, 2 * 2.0 * 3.0 - 4.0);    // 2 c √s − c²
   EXPECT_DOUBLE_EQ(Cauchy(2.0)(12.0).rho, 4.0 * std::log(4.0));  // c² ln(1 + s/c²)
   EXPECT_DOUBLE_EQ(GemanMcClure(2.0)(4.0).rho, 2.0);             // c² s / (c² + s)
   EXPECT_DOUBLE_EQ(Tukey(2.0)(2.0).rho, 4.0 / 3.0 * (1.0 - 0.125));
-  // (ν + d) ln(1 + s'/ν), s' by the t's own scale.
+  // (ν + d) ln(1 + s'/ν), where s' uses the scale of the t distribution.
   EXPECT_DOUBLE_EQ(StudentT(5, 2)(3.0).rho, 7 * std::log(1 + 3.0 * (5.0 / 7.0) / 5.0));
   EXPECT_EQ(Loss{}(1e8).rho, 1e8);
 }
 
-TEST(Loss, does_not_hide_what_is_not_a_number) {
+TEST(Loss, PropagatesNan) {
   for (const auto& [name, loss] : losses()) EXPECT_TRUE(std::isnan(loss(std::nan("")).rho)) << name;
 }
 
-TEST(Loss, stays_finite_far_out) {
+TEST(Loss, IsFiniteForLargeResiduals) {
   for (const auto& [name, loss] : losses())
     for (const double s : {1e30, 1e100}) {
       const auto [rho, d1, d2] = loss(s);
@@ -110,7 +111,7 @@ TEST(Loss, stays_finite_far_out) {
     }
 }
 
-TEST(Loss, rejects_a_scale_that_is_not_positive_and_finite) {
+TEST(Loss, RejectsInvalidScale) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   for (const auto make : {&Huber, &Cauchy, &GemanMcClure, &Tukey})
     for (const double bad : {0.0, -1.0, infinity, std::nan("")}) {

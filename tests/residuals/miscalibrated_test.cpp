@@ -14,8 +14,8 @@ namespace {
 const SE3 mounted(SO3::Exp({0.3, -0.2, 0.9}), {0.5, -0.2, 0.3});
 const Vector<3> beacon(0.4, 0.1, -0.3);
 
-/// What a sensor reads that has these errors: written out, as a simulator would.
-TEST(Miscalibrated, is_zero_where_the_errors_are_those_of_the_sensor) {
+/// Simulates the measurement of a sensor with these errors.
+TEST(Miscalibrated, VanishesForTheTrueCalibrationErrors) {
   const SE3 c0 = SE3::Exp(tangent<SE3>(0.4, 2.0)), t0(SO3::Exp({0.1, 0.2, 2.0}), {8, -3, 1});
   const Vector<6> chaser_twist = tangent<SE3>(0.1, 0.8), target_twist = tangent<SE3>(-0.2, 0.5);
   const auto chaser = [&](double t) { return c0 * SE3::Exp(t * chaser_twist); };
@@ -25,18 +25,18 @@ TEST(Miscalibrated, is_zero_where_the_errors_are_those_of_the_sensor) {
   const double now = 3.0, delay = 0.4, scale = 0.05;
   const SE3 sensor = chaser(now - delay) * mounted * SE3(turn, Vector<3>::Zero());
   const Vector<3> z = (1 + scale) * sensor.inverse().act(target(now - delay).act(beacon)) + bias;
-  for (const double later : {0.0, 0.3})  // than the states
-    for (const Neighbours& apart : {Neighbours{1.0, 0.7}, Neighbours{1.0, 0}, Neighbours{0, 0.7}}) {
-      const double at = now - later;
+  for (const double time_since_states : {0.0, 0.3})
+    for (const NeighbourGaps& gaps : {NeighbourGaps{1.0, 0.7}, NeighbourGaps{1.0, 0}, NeighbourGaps{0, 0.7}}) {
+      const double at = now - time_since_states;
       Vector<3> r;
-      Miscalibrated<UsblPosition<>>{{z, mounted, beacon}, mounted, beacon, apart, later}(
-          chaser(at), chaser(at - apart.before), chaser(at + apart.after), target(at), target(at - apart.before),
-          target(at + apart.after), R3(bias), Rn<1>(Vector<1>(scale)), turn, Rn<1>(Vector<1>(delay)), r);
+      Miscalibrated<UsblPosition<>>{{z, mounted, beacon}, mounted, beacon, gaps, time_since_states}(
+          chaser(at), chaser(at - gaps.before), chaser(at + gaps.after), target(at), target(at - gaps.before),
+          target(at + gaps.after), R3(bias), Rn<1>(Vector<1>(scale)), turn, Rn<1>(Vector<1>(delay)), r);
       EXPECT_LT(r.norm(), 1e-13);
     }
 }
 
-TEST(Miscalibrated, without_errors_is_what_it_wraps) {
+TEST(Miscalibrated, EqualsWrappedResidualWithoutErrors) {
   const UsblPosition<> plain{Vector<3>(1, 2, 3), mounted, beacon};
   const SE3 c = SE3::Exp(tangent<SE3>(0.9, 2.0)), t = SE3::Exp(tangent<SE3>(2.6, 9.0));
   Vector<3> r, with;
@@ -49,7 +49,7 @@ TEST(Miscalibrated, without_errors_is_what_it_wraps) {
   EXPECT_EQ(before.norm() + after.norm(), 0);
 }
 
-TEST(Miscalibrated, moves_a_pose_along_the_line_of_sight_alone) {
+TEST(Miscalibrated, ScaleErrorMovesTargetAlongTheLineOfSight) {
   const RelativePose<> plain{SE3::Exp(tangent<SE3>(0.3, 3.0)), mounted};
   Vector<6> r;
   Matrix<6, 1> by_scale;
@@ -61,27 +61,29 @@ TEST(Miscalibrated, moves_a_pose_along_the_line_of_sight_alone) {
   EXPECT_NEAR(by_scale.norm(), plain.z.translation().norm(), 1e-12);
 }
 
-/// Delays at random are of up to 100 s: keyframes are as far apart, so that motion is not extrapolated over many turns.
-TEST(Miscalibrated, has_the_right_jacobians) {
+/// Random delays reach 100 s. The keyframes are equally far apart, so that the motion is not extrapolated over many
+/// rotations.
+TEST(Miscalibrated, HasCorrectJacobians) {
   const Vector<3> z(1.0, 2.3, 3.0);
-  expect_right_jacobians_at_random(Miscalibrated<UsblPosition<>>{{z, mounted, beacon}, mounted, beacon, {120, 90}}, 3);
-  expect_right_jacobians_at_random(
+  expect_correct_jacobians_at_random_states(
+      Miscalibrated<UsblPosition<>>{{z, mounted, beacon}, mounted, beacon, {120, 90}}, 3);
+  expect_correct_jacobians_at_random_states(
       Miscalibrated<UsblPosition<SE3, R3>>{{z, mounted}, mounted, Vector<3>::Zero(), {0, 80}}, 4);
-  expect_right_jacobians_at_random(
+  expect_correct_jacobians_at_random_states(
       Miscalibrated<RelativePose<>>{{SE3::Exp(0.3 * Vector<6>::Ones()), mounted}, mounted, Vector<3>::Zero(), {0.5, 0}},
       5);
 }
 
-TEST(Miscalibrated, has_the_right_jacobians_in_the_plane) {
+TEST(Miscalibrated, HasCorrectJacobiansInThePlane) {
   const SE2 mount(SO2(0.4), {0.3, 0.1});
-  expect_right_jacobians_at_random(
+  expect_correct_jacobians_at_random_states(
       Miscalibrated<RangeBearing<SE2>>{{5.0, Direction<2>(0.1), mount}, mount, Vector<2>::Zero(), {100, 200}}, 6);
-  expect_right_jacobians_at_random(
+  expect_correct_jacobians_at_random_states(
       Miscalibrated<Bearing<SE2, R2>>{{Direction<2>(0.1), mount}, mount, Vector<2>::Zero(), {200, 100}}, 7);
 }
 
-/// Errors as they are: of per cents, degrees and tenths of a second, residuals near nothing and near half a turn.
-TEST(Miscalibrated, has_the_right_jacobians_at_plausible_errors) {
+/// Typical errors: some per cent, degrees and tenths of a second; residuals near zero and near π.
+TEST(Miscalibrated, HasCorrectJacobiansAtTypicalErrors) {
   const SE3 c = SE3::Exp(tangent<SE3>(0.9, 2.0)), c_before = c * SE3::Exp(tangent<SE3>(-0.1, -0.5)),
             c_after = c * SE3::Exp(tangent<SE3>(0.2, 0.6));
   const SE3 t = SE3::Exp(tangent<SE3>(2.0, 9.0)), t_before = t * SE3::Exp(tangent<SE3>(0.2, -0.8)),
@@ -89,9 +91,9 @@ TEST(Miscalibrated, has_the_right_jacobians_at_plausible_errors) {
   for (const double size : {0.0, 1e-9, 1e-3, 0.1})
     for (const Vector<6>& e : residual_sizes<SE3>()) {
       const RelativePose<> pose{(c * mounted).inverse() * t * SE3::Exp(-e), mounted};
-      expect_right_jacobians(Miscalibrated<RelativePose<>>{pose, mounted, Vector<3>::Zero(), {1.0, 1.1}}, c, c_before,
-                             c_after, t, t_before, t_after, Rn<6>(Vector<6>(size * Vector<6>::Ones())),
-                             Rn<1>(Vector<1>(size)), SO3::Exp({size, -size, size}), Rn<1>(Vector<1>(2 * size)));
+      expect_correct_jacobians(Miscalibrated<RelativePose<>>{pose, mounted, Vector<3>::Zero(), {1.0, 1.1}}, c, c_before,
+                               c_after, t, t_before, t_after, Rn<6>(Vector<6>(size * Vector<6>::Ones())),
+                               Rn<1>(Vector<1>(size)), SO3::Exp({size, -size, size}), Rn<1>(Vector<1>(2 * size)));
     }
 }
 

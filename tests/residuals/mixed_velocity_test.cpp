@@ -31,11 +31,11 @@ using Triples = ::testing::Types<std::tuple<R3, R3, R3>, std::tuple<R3, R3, SE3>
                                  std::tuple<R3, SE3, SE3>, std::tuple<SE3, SE3, SE3>, std::tuple<SE2, R2, SE2>>;
 TYPED_TEST_SUITE(MixedVelocityTest, Triples);
 
-TYPED_TEST(MixedVelocityTest, is_a_twist_of_the_positions) {
+TYPED_TEST(MixedVelocityTest, MatchesTwistResidualsOfThePositions) {
   constexpr int n = std::tuple_element_t<0, TypeParam>::point_dim;
   std::mt19937_64 random(3);
   for (int i = 0; i < 20; ++i) {
-    const auto states = random_states<TypeParam>(random, Spread(i % 4));
+    const auto states = random_states<TypeParam>(random, StateDistance(i % 4));
     Vector<n> constant, of_points, damped, damped_points, never;
     std::apply(
         [&](const auto&... x) {
@@ -52,14 +52,14 @@ TYPED_TEST(MixedVelocityTest, is_a_twist_of_the_positions) {
   }
 }
 
-TYPED_TEST(MixedVelocityTest, has_the_right_jacobians) {
-  expect_right_jacobians_at_random(constant_over(TypeParam(), 1.0, 1.0), 1);
-  expect_right_jacobians_at_random(constant_over(TypeParam(), 0.8, 1.3), 2);
-  expect_right_jacobians_at_random(damped_over(TypeParam(), 1.0, 1.0, 60.0), 3);
-  expect_right_jacobians_at_random(damped_over(TypeParam(), 0.8, 1.3, 2.0), 4);
+TYPED_TEST(MixedVelocityTest, HasCorrectJacobians) {
+  expect_correct_jacobians_at_random_states(constant_over(TypeParam(), 1.0, 1.0), 1);
+  expect_correct_jacobians_at_random_states(constant_over(TypeParam(), 0.8, 1.3), 2);
+  expect_correct_jacobians_at_random_states(damped_over(TypeParam(), 1.0, 1.0, 60.0), 3);
+  expect_correct_jacobians_at_random_states(damped_over(TypeParam(), 0.8, 1.3, 2.0), 4);
 }
 
-TEST(MixedVelocity, of_points_has_the_jacobians_of_constant_twist) {
+TEST(MixedVelocity, EqualsConstantTwistForPoints) {
   const R3 x0(Vector<3>(1.0, 2.0, 3.0)), x1(Vector<3>(2.0, 4.0, 2.0)), x2(Vector<3>(8.0, -1.0, 0.5));
   Vector<3> r, expected;
   std::array<Matrix<3, 3>, 3> J, K;

@@ -11,10 +11,10 @@ namespace {
 const SE3 start(SO3::Exp({0.4, -0.9, 1.3}), Vector<3>(5.0, -3.0, -20.0));
 const R3 velocity(Vector<3>(2.0, -1.0, 0.5));
 
-/// An Earth that turns fast enough for its Jacobians to be seen.
+/// An Earth whose rotation is fast enough to affect the Jacobians visibly.
 Earth fast_earth() { return {{0.1, -0.2, -9.8}, {0.02, -0.03, 0.05}}; }
 
-TEST(PreintegratedImu, vanishes_at_the_state_it_predicts) {
+TEST(PreintegratedImu, VanishesAtThePredictedState) {
   const ImuDelta delta = some_delta();
   const Rn<6> bias(some_bias());
   const ImuPrediction<> at = predict(start, velocity, bias, delta, fast_earth());
@@ -23,7 +23,7 @@ TEST(PreintegratedImu, vanishes_at_the_state_it_predicts) {
   EXPECT_LE(r.norm(), 1e-14);
 }
 
-TEST(PreintegratedImu, is_along_the_axes_at_the_second_state) {
+TEST(PreintegratedImu, RowsAreAlongTheAxesAtTheSecondState) {
   const ImuDelta delta = some_delta();
   const Rn<6> bias(some_bias());
   const ImuPrediction<> at = predict(start, velocity, bias, delta, fast_earth());
@@ -40,16 +40,16 @@ TEST(PreintegratedImu, is_along_the_axes_at_the_second_state) {
   EXPECT_LE((r - expected).norm(), 1e-14);
 }
 
-TEST(PreintegratedImu, has_the_right_jacobians) {
+TEST(PreintegratedImu, HasCorrectJacobians) {
   const PreintegratedImu imu{some_delta(), fast_earth()};
   const Rn<6> bi(some_bias() + 0.1 * Vector<6>::Ones()), bj(some_bias());
   const ImuPrediction<> at = predict(start, velocity, bi, imu.delta, imu.earth);
   for (const auto& d : residual_sizes<SE3>())
-    expect_right_jacobians(imu, start, velocity, bi, SE3(at.pose * SE3::Exp(d)), velocity, bj);
+    expect_correct_jacobians(imu, start, velocity, bi, SE3(at.pose * SE3::Exp(d)), velocity, bj);
 }
 
-TEST(PreintegratedImu, has_the_right_jacobians_at_random) {
-  expect_right_jacobians_at_random(PreintegratedImu{some_delta(), fast_earth()}, 1, 20);
+TEST(PreintegratedImu, HasCorrectJacobiansAtRandomStates) {
+  expect_correct_jacobians_at_random_states(PreintegratedImu{some_delta(), fast_earth()}, 1, 20);
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ class PriorTest : public ::testing::Test {};
 using PriorGroups = ::testing::Types<SE3, SE2, SO3, SO2, SE23, Rn<3>>;
 TYPED_TEST_SUITE(PriorTest, PriorGroups);
 
-TYPED_TEST(PriorTest, is_the_logarithm_of_the_difference) {
+TYPED_TEST(PriorTest, IsLogOfTheDifference) {
   using G = TypeParam;
   const Prior<G> prior{G::Exp(tangent<G>(1.2, 5.0))};
   for (const auto& e : residual_sizes<G>()) {
@@ -28,12 +28,12 @@ TYPED_TEST(PriorTest, is_the_logarithm_of_the_difference) {
   }
 }
 
-TYPED_TEST(PriorTest, has_the_right_jacobian) {
+TYPED_TEST(PriorTest, HasCorrectJacobian) {
   using G = TypeParam;
   const Prior<G> prior{G::Exp(tangent<G>(1.2, 5.0))};
-  for (const auto& e : residual_sizes<G>()) expect_right_jacobians(prior, G(prior.z * G::Exp(e)));
-  expect_right_jacobians_at_random(prior, 1);
-  expect_right_jacobians_at_random(Prior<G>{}, 2);
+  for (const auto& e : residual_sizes<G>()) expect_correct_jacobians(prior, G(prior.z * G::Exp(e)));
+  expect_correct_jacobians_at_random_states(prior, 1);
+  expect_correct_jacobians_at_random_states(Prior<G>{}, 2);
 }
 
 }  // namespace

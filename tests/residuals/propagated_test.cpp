@@ -19,10 +19,10 @@ const Earth fast_earth{{0.1, -0.2, -9.8}, {0.02, -0.03, 0.05}};
 static_assert(std::is_same_v<Propagated<Depth>::States, std::tuple<SE3, R3, Rn<6>>>);
 static_assert(std::is_same_v<Propagated<DvlVelocity>::States, std::tuple<SE3, R3, Rn<6>>>);
 static_assert(std::is_same_v<Propagated<ScaledDvlVelocity>::States, std::tuple<SE3, R3, Rn<6>, Rn<1>>>);
-// A point that is not the velocity, though of its type.
+// A point state is not taken for the velocity, although it has the same type.
 static_assert(std::is_same_v<Propagated<UsblPosition<SE3, R3>>::States, std::tuple<SE3, R3, Rn<6>, R3>>);
 
-TEST(Propagated, is_the_residual_at_the_predicted_state) {
+TEST(Propagated, EqualsTheResidualAtThePredictedState) {
   const ImuDelta delta = some_delta(0.005, 30);
   const SE3 x(SO3::Exp({0.4, -0.9, 1.3}), Vector<3>(5.0, -3.0, -20.0)),
       target(SO3::Exp(some), Vector<3>(1.0, 2.0, 3.0));
@@ -49,15 +49,15 @@ TEST(Propagated, is_the_residual_at_the_predicted_state) {
   EXPECT_EQ(r, there);
 }
 
-TEST(Propagated, has_the_right_jacobians) {
+TEST(Propagated, HasCorrectJacobians) {
   const ImuDelta delta = some_delta(0.005, 30);
-  expect_right_jacobians_at_random(Propagated{Depth{-3.0, some}, delta, fast_earth}, 1, 20);
-  expect_right_jacobians_at_random(Propagated{Gps{some, some}, delta, fast_earth}, 2, 20);
-  expect_right_jacobians_at_random(Propagated{Heading{SO3::Exp(some)}, delta, fast_earth}, 3, 20);
-  expect_right_jacobians_at_random(Propagated{DvlVelocity{some}, delta, fast_earth}, 4, 20);
-  expect_right_jacobians_at_random(Propagated{ScaledDvlVelocity{some}, delta, fast_earth}, 5, 20);
-  expect_right_jacobians_at_random(Propagated{UsblPosition<SE3, SE3>{some}, delta, fast_earth}, 6, 20);
-  expect_right_jacobians_at_random(Propagated{UsblPosition<SE3, R3>{some}, delta, fast_earth}, 7, 20);
+  expect_correct_jacobians_at_random_states(Propagated{Depth{-3.0, some}, delta, fast_earth}, 1, 20);
+  expect_correct_jacobians_at_random_states(Propagated{Gps{some, some}, delta, fast_earth}, 2, 20);
+  expect_correct_jacobians_at_random_states(Propagated{Heading{SO3::Exp(some)}, delta, fast_earth}, 3, 20);
+  expect_correct_jacobians_at_random_states(Propagated{DvlVelocity{some}, delta, fast_earth}, 4, 20);
+  expect_correct_jacobians_at_random_states(Propagated{ScaledDvlVelocity{some}, delta, fast_earth}, 5, 20);
+  expect_correct_jacobians_at_random_states(Propagated{UsblPosition<SE3, SE3>{some}, delta, fast_earth}, 6, 20);
+  expect_correct_jacobians_at_random_states(Propagated{UsblPosition<SE3, R3>{some}, delta, fast_earth}, 7, 20);
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ class RangeBearingTest : public ::testing::Test {
 using Pairs = ::testing::Types<std::pair<SE3, SE3>, std::pair<SE3, R3>, std::pair<SE2, SE2>, std::pair<SE2, R2>>;
 TYPED_TEST_SUITE(RangeBearingTest, Pairs);
 
-TYPED_TEST(RangeBearingTest, finds_the_target_where_it_says) {
+TYPED_TEST(RangeBearingTest, MeasurementAndResidualGiveTheTargetPosition) {
   using C = typename TypeParam::first_type;
   using T = typename TypeParam::second_type;
   constexpr int n = C::point_dim;
@@ -39,7 +39,7 @@ TYPED_TEST(RangeBearingTest, finds_the_target_where_it_says) {
       const T t = T::Exp(tangent<T>(-angle, size));
       Vector<n> r;
       this->residual(c, t, r);
-      // The vector of the length and direction that it measured: from Exp on S², or the angle, at `ahead`.
+      // Reconstructs the measured vector from range and direction, using Exp on S² (or the angle) at `ahead`.
       const double range = 25.0 + r[0], off = r.template tail<n - 1>().norm();
       Vector<n> side;
       if constexpr (n == 3)
@@ -51,7 +51,7 @@ TYPED_TEST(RangeBearingTest, finds_the_target_where_it_says) {
     }
 }
 
-TYPED_TEST(RangeBearingTest, has_the_right_jacobians) {
+TYPED_TEST(RangeBearingTest, HasCorrectJacobians) {
   using C = typename TypeParam::first_type;
   using T = typename TypeParam::second_type;
   constexpr int n = C::point_dim;
@@ -59,27 +59,27 @@ TYPED_TEST(RangeBearingTest, has_the_right_jacobians) {
        {RangeBearing<C, T>{25.0, this->ahead}, RangeBearing<C, T>{25.0, this->ahead, this->B}, this->residual}) {
     for (const double angle : {0.0, 1e-9, 0.5, 3.0, pi - 1e-6})
       for (const double size : {0.0, 1.0, 300.0})
-        expect_right_jacobians(residual, C::Exp(tangent<C>(angle, 20.0)), T::Exp(tangent<T>(-angle, size)));
+        expect_correct_jacobians(residual, C::Exp(tangent<C>(angle, 20.0)), T::Exp(tangent<T>(-angle, size)));
   }
-  expect_right_jacobians_at_random(this->residual, 5);
-  // At the measured direction, about it, and to the side and behind.
+  expect_correct_jacobians_at_random_states(this->residual, 5);
+  // At the measured direction, near it, to the side and behind.
   const C c = C::Exp(tangent<C>(0.9, 20.0));
   for (const double off : {0.0, 1e-12, 1e-6, 0.03, 0.032, 1.5, 3.0, pi - 1e-3}) {
     Vector<n> side = Vector<n>::Unit(n - 1) - this->ahead.unit() * this->ahead.unit()[n - 1];
     const Vector<n> p = std::cos(off) * this->ahead.unit() + std::sin(off) * side.normalized();
     const RangeBearing<C, Rn<n>> seen{25.0, this->ahead, this->B};
-    expect_right_jacobians(seen, c, Rn<n>(c.act(this->B.act(12.0 * p))));
+    expect_correct_jacobians(seen, c, Rn<n>(c.act(this->B.act(12.0 * p))));
   }
 }
 
-TYPED_TEST(RangeBearingTest, is_range_above_bearing) {
+TYPED_TEST(RangeBearingTest, StacksRangeAndBearing) {
   using C = typename TypeParam::first_type;
   using T = typename TypeParam::second_type;
   constexpr int n = C::point_dim;
   const Range<C, T> range{25.0, this->B, this->beacon};
   const Bearing<C, T> bearing{this->ahead, this->B, this->beacon};
-  expect_right_jacobians_at_random(range, 6);
-  expect_right_jacobians_at_random(bearing, 7);
+  expect_correct_jacobians_at_random_states(range, 6);
+  expect_correct_jacobians_at_random_states(bearing, 7);
   const C c = C::Exp(tangent<C>(0.9, 20.0));
   const T t = T::Exp(tangent<T>(0.4, 7.0));
   Vector<n> both;
@@ -97,7 +97,7 @@ TYPED_TEST(RangeBearingTest, is_range_above_bearing) {
   EXPECT_LE((J_both.template bottomRows<n - 1>() - Jb).norm(), 1e-15);
 }
 
-TYPED_TEST(RangeBearingTest, is_undefined_at_the_sensor) {
+TYPED_TEST(RangeBearingTest, ThrowsAtTheSensor) {
   using C = typename TypeParam::first_type;
   using T = typename TypeParam::second_type;
   constexpr int n = C::point_dim;
@@ -111,39 +111,40 @@ TYPED_TEST(RangeBearingTest, is_undefined_at_the_sensor) {
     return std::string("no error");
   };
   using ::testing::HasSubstr;
-  EXPECT_THAT(message(RangeBearing<C, T>{25.0, this->ahead}), HasSubstr("range-bearing: undefined with the target at"));
-  EXPECT_THAT(message(Range<C, T>{25.0}), HasSubstr("range: undefined with the target at"));
-  EXPECT_THAT(message(Bearing<C, T>{this->ahead}), HasSubstr("bearing: undefined with the target at"));
+  EXPECT_THAT(message(RangeBearing<C, T>{25.0, this->ahead}),
+              HasSubstr("range-bearing: undefined if the target is at"));
+  EXPECT_THAT(message(Range<C, T>{25.0}), HasSubstr("range: undefined"));
+  EXPECT_THAT(message(Bearing<C, T>{this->ahead}), HasSubstr("bearing: undefined"));
   Vector<n> r;
   const Vector<n> near = 2e-9 * this->ahead.unit();
   RangeBearing<C, Rn<n>>{0.0, this->ahead}(C(), Rn<n>(near), r);
   EXPECT_NEAR(r[0], 2e-9, 1e-24);
 }
 
-TEST(RangeBearing, is_known_by_hand) {
-  // At (1, 2, 3), turned left by 90°: a target at (-2, 6, 3) is 4 m ahead and 3 m to the left.
+TEST(RangeBearing, MatchesHandCalculation) {
+  // The sensor at (1, 2, 3) is turned left by 90°: a target at (-2, 6, 3) is 4 m ahead and 3 m to the left.
   const SO3 left = SO3::Exp({0.0, 0.0, pi / 2});
   const SE3 chaser(left, Vector<3>(1.0, 2.0, 3.0));
   const R3 target(Vector<3>(-2.0, 6.0, 3.0));
   Vector<3> r;
   RangeBearing<SE3, R3>{4.5, Direction<3>(0.0, 0.0)}(chaser, target, r);
   EXPECT_LE((r - Vector<3>(0.5, std::atan2(3.0, 4.0), 0.0)).norm(), 2e-15);
-  // Seen straight up, at azimuth 0, from where it should be: e1 points to +y, e2 to −x.
+  // Measured straight up at azimuth 0: e1 points along +y, e2 along −x.
   RangeBearing<SE3, R3>{5.0, Direction<3>(0.0, pi / 2)}(chaser, target, r);
   EXPECT_LE((r - pi / 2 * Vector<3>(0.0, 0.6, -0.8)).norm(), 2e-15);
-  // Small errors are those of azimuth, times the cosine of the elevation, and of elevation.
+  // Small errors are the azimuth error times the cosine of the elevation, and the elevation error.
   RangeBearing<SE3, R3>{5.0, Direction<3>(0.3, 1.0)}(SE3(), R3(Vector<3>(5.0 * Direction<3>(0.3002, 0.9999).unit())),
                                                      r);
   EXPECT_NEAR(r[1], 2e-4 * std::cos(1.0), 3e-8);
   EXPECT_NEAR(r[2], -1e-4, 3e-8);
-  // In the plane: 1 m behind the sensor, which looks backwards from 1 m astern.
+  // In the plane: the sensor is 1 m astern and looks backward; the target is 1 m ahead of it.
   Vector<2> planar;
   const SE2 astern(SO2(pi), Vector<2>(-1.0, 0.0));
   RangeBearing<SE2, R2>{1.5, 0.1, astern}(SE2(), R2(Vector<2>(-2.0, 0.0)), planar);
   EXPECT_LE((planar - Vector<2>(-0.5, -0.1)).norm(), 1e-15);
 }
 
-TEST(Bearing, is_undefined_opposite_to_the_measured_one) {
+TEST(Bearing, ThrowsOppositeToTheMeasuredDirection) {
   const Bearing<SE3, R3> residual{Direction<3>(0.4, 0.2)};
   Vector<2> r;
   try {

@@ -19,7 +19,7 @@ class RelativeRotationTest : public ::testing::Test {
 using RelativeRotationGroups = ::testing::Types<SE3, SE2, SE23>;
 TYPED_TEST_SUITE(RelativeRotationTest, RelativeRotationGroups);
 
-TYPED_TEST(RelativeRotationTest, is_the_logarithm_of_its_definition) {
+TYPED_TEST(RelativeRotationTest, IsLogOfItsDefinition) {
   using R = typename TypeParam::Rotation;
   for (const auto& e : residual_sizes<R>()) {
     const R y = this->x.rotation() * this->residual.B * this->residual.z * R::Exp(e) * this->residual.F.inverse();
@@ -31,19 +31,20 @@ TYPED_TEST(RelativeRotationTest, is_the_logarithm_of_its_definition) {
   }
 }
 
-TYPED_TEST(RelativeRotationTest, has_the_right_jacobians) {
+TYPED_TEST(RelativeRotationTest, HasCorrectJacobians) {
   using G = TypeParam;
-  for (const auto& e : residual_sizes<G>()) expect_right_jacobians(RelativeRotation<G>{}, this->x, this->x * G::Exp(e));
-  expect_right_jacobians_at_random(RelativeRotation<G>{}, 1);
-  expect_right_jacobians_at_random(this->residual, 2);
+  for (const auto& e : residual_sizes<G>())
+    expect_correct_jacobians(RelativeRotation<G>{}, this->x, this->x * G::Exp(e));
+  expect_correct_jacobians_at_random_states(RelativeRotation<G>{}, 1);
+  expect_correct_jacobians_at_random_states(this->residual, 2);
 }
 
-TEST(RelativeRotation, is_the_orientation_part_of_the_relative_pose) {
+TEST(RelativeRotation, EqualsTheOrientationRowsOfRelativePose) {
   std::mt19937_64 random(3);
   const SE3 z = SE3::Exp(tangent<SE3>(0.8, 4.0)), B = SE3::Exp(tangent<SE3>(2.1, 0.6)),
             F = SE3::Exp(tangent<SE3>(1, 1));
   for (int i = 0; i < 20; ++i) {
-    const auto [x, y] = random_states<std::tuple<SE3, SE3>>(random, Spread(i % 4));
+    const auto [x, y] = random_states<std::tuple<SE3, SE3>>(random, StateDistance(i % 4));
     Vector<6> pose;
     Vector<3> rotation;
     RelativePose<>{z, B, F}(x, y, pose);
@@ -52,8 +53,8 @@ TEST(RelativeRotation, is_the_orientation_part_of_the_relative_pose) {
   }
 }
 
-TEST(RelativeRotation, is_known_by_hand) {
-  // 30° to the left of the chaser, where 50° were measured: 20° lacking.
+TEST(RelativeRotation, MatchesHandCalculation) {
+  // The target is rotated by 30° to the left of the chaser; the measurement is 50°.
   const double degree = std::numbers::pi / 180;
   Vector<1> r;
   RelativeRotation<SE2>{SO2(50 * degree)}(SE2(SO2(100 * degree), Vector<2>(1.0, 2.0)),

@@ -35,12 +35,12 @@ class RollPitchTest : public ::testing::Test {};
 using RollPitchGroups = ::testing::Types<SE3, SO3>;
 TYPED_TEST_SUITE(RollPitchTest, RollPitchGroups);
 
-TYPED_TEST(RollPitchTest, is_the_rotation_to_level) {
+TYPED_TEST(RollPitchTest, IsLogOfTheRotationToLevel) {
   for (const double heading : {-3.0, 0.0, 0.4, 2.0})
     for (const double pitch : {-1.5, -0.3, 0.0, 1e-9, 0.7, 1.57})
       for (const double roll : {-3.1, -0.5, 0.0, 1e-8, 1.2, 3.0}) {
         const SO3 R = from_angles(heading, pitch, roll);
-        // Rz(ψ)⁻¹ R = Ry(pitch) Rx(roll) by plain matrices; the residual is the head of the logarithm of its
+        // Reference: Rz(ψ)⁻¹ R = Ry(pitch) Rx(roll) by plain matrices; the residual is the head of the logarithm of its
         // inverse.
         const Matrix<3, 3> Ry{
             {std::cos(pitch), 0.0, std::sin(pitch)}, {0.0, 1.0, 0.0}, {-std::sin(pitch), 0.0, std::cos(pitch)}};
@@ -48,20 +48,20 @@ TYPED_TEST(RollPitchTest, is_the_rotation_to_level) {
             {1.0, 0.0, 0.0}, {0.0, std::cos(roll), -std::sin(roll)}, {0.0, std::sin(roll), std::cos(roll)}};
         const Eigen::AngleAxisd to_level(Matrix<3, 3>((Ry * Rx).transpose()));
         const Vector<3> e = to_level.angle() * to_level.axis();
-        // 1e-15 over cos(pitch) is what the heading is known to, and the third row of e takes it.
+        // The heading is only accurate to 1e-15 / cos(pitch), which affects the third row of e.
         EXPECT_LE((value<TypeParam>(R) - e.head<2>()).norm(), 1e-14 / std::cos(pitch))
             << heading << " " << pitch << " " << roll;
       }
 }
 
-TYPED_TEST(RollPitchTest, is_minus_roll_and_pitch_alone) {
+TYPED_TEST(RollPitchTest, IsMinusRollOrPitchIfTheOtherIsZero) {
   for (const double angle : {-1.2, -1e-7, 0.0, 0.3, 1.5}) {
     EXPECT_LE((value<TypeParam>(from_angles(0.8, 0.0, angle)) - Vector<2>(-angle, 0.0)).norm(), 1e-15);
     EXPECT_LE((value<TypeParam>(from_angles(0.8, angle, 0.0)) - Vector<2>(0.0, -angle)).norm(), 1e-14);
   }
 }
 
-TYPED_TEST(RollPitchTest, does_not_depend_on_the_heading) {
+TYPED_TEST(RollPitchTest, IsIndependentOfHeading) {
   using G = TypeParam;
   const Vector<2> expected = value<G>(from_angles(0.0, 0.4, -0.7));
   for (double heading = -6.0; heading < 6.5; heading += 0.5) {
@@ -70,22 +70,22 @@ TYPED_TEST(RollPitchTest, does_not_depend_on_the_heading) {
     Vector<2> r;
     Matrix<2, G::dof> J;
     RollPitch<G>{}(with_rotation<G>(R), r, &J);
-    // Turning about the world's vertical is turning about Rᵀ z; nor do positions matter.
+    // A rotation about the world's vertical is a rotation about Rᵀ z and has no effect; neither has the position.
     EXPECT_LE((J.template rightCols<3>() * R.matrix().row(2).transpose()).norm(), 1e-15 * 4);
     EXPECT_EQ((J.template leftCols<G::dof - 3>().cwiseAbs().sum()), 0.0);
   }
 }
 
-TYPED_TEST(RollPitchTest, has_the_right_jacobian) {
+TYPED_TEST(RollPitchTest, HasCorrectJacobian) {
   using G = TypeParam;
   for (const double heading : {-3.0, 0.0, 0.4, pi})
     for (const double pitch : {-1.4, -0.3, 0.0, 1e-9, 0.7})
       for (const double roll : {-3.1, -0.5, 0.0, 1e-8, 1.2, pi - 1e-3, pi - 1e-6})
-        expect_right_jacobians(RollPitch<G>{}, with_rotation<G>(from_angles(heading, pitch, roll)));
-  expect_right_jacobians_at_random(RollPitch<G>{}, 1);
+        expect_correct_jacobians(RollPitch<G>{}, with_rotation<G>(from_angles(heading, pitch, roll)));
+  expect_correct_jacobians_at_random_states(RollPitch<G>{}, 1);
 }
 
-TYPED_TEST(RollPitchTest, is_an_error_straight_up_or_down) {
+TYPED_TEST(RollPitchTest, ThrowsAtPitch90Degrees) {
   using G = TypeParam;
   for (const double pitch : {-pi / 2, pi / 2})
     for (const double heading : {0.0, 1.0})
@@ -93,11 +93,11 @@ TYPED_TEST(RollPitchTest, is_an_error_straight_up_or_down) {
           value<G>(from_angles(heading, pitch, roll));
           ADD_FAILURE() << "no error at " << pitch << " " << heading << " " << roll;
         } catch (const Error& error) {
-          EXPECT_NE(std::string(error.what()).find("pitch of 90 degrees"), std::string::npos) << error.what();
+          EXPECT_NE(std::string(error.what()).find("pitch of ±90 degrees"), std::string::npos) << error.what();
         }
 }
 
-TYPED_TEST(RollPitchTest, is_finite_as_near_to_it_as_it_is_defined) {
+TYPED_TEST(RollPitchTest, IsFiniteWhereverItIsDefined) {
   using G = TypeParam;
   int defined = 0;
   for (double gap = 1.0; gap > 1e-17; gap *= 0.5)
@@ -106,18 +106,18 @@ TYPED_TEST(RollPitchTest, is_finite_as_near_to_it_as_it_is_defined) {
         Matrix<2, G::dof> J;
         RollPitch<G>{}(with_rotation<G>(from_angles(0.3, pitch, 0.2)), r, &J);
         EXPECT_TRUE(r.allFinite() && J.allFinite()) << gap;
-        // The heading turns by 1/cos(pitch) rad a radian, no more; and level is at most half a turn away.
+        // The heading changes by at most 1/cos(pitch) per rad, and the level attitude is at most π away.
         EXPECT_LE(J.cwiseAbs().maxCoeff(), 4.0 / gap) << gap;
         EXPECT_LE(r.norm(), pi);
         ++defined;
       } catch (const Error&) {
-        EXPECT_LT(gap, 2e-8) << "an error too far from 90 degrees";
+        EXPECT_LT(gap, 2e-8) << "throws too far from 90 degrees";
       }
   EXPECT_GE(defined, 50);
 }
 
-TYPED_TEST(RollPitchTest, near_it_the_jacobian_still_agrees_with_dual_numbers) {
-  // Both take what rounding leaves of cos(pitch) = gap: 1e-16 / gap.
+TYPED_TEST(RollPitchTest, JacobianMatchesDualNumbersNearPitch90Degrees) {
+  // Both use cos(pitch) = gap, whose relative rounding error is 1e-16 / gap.
   for (const double gap : {1e-2, 1e-4, 1e-6})
     EXPECT_LE(autodiff_error(RollPitch<TypeParam>{}, with_rotation<TypeParam>(from_angles(0.3, pi / 2 - gap, 0.2))),
               1e-15 / gap);

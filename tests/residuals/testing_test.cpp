@@ -15,7 +15,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// A right residual, and its Jacobians spoilt.
+/// A correct residual whose values or Jacobians are modified by `spoil`.
 template <class Spoil>
 struct Spoilt {
   static constexpr std::string_view name = "spoilt";
@@ -31,7 +31,7 @@ struct Spoilt {
 template <class Spoil>
 Spoilt(Spoil) -> Spoilt<Spoil>;
 
-/// Log with its Jacobian by perturbations on the left.
+/// Log with its Jacobian with respect to left perturbations.
 struct OnTheLeft {
   static constexpr std::string_view name = "on the left";
   static constexpr int dim = 6;
@@ -42,7 +42,7 @@ struct OnTheLeft {
   }
 };
 
-/// The identity, forgetful if asked.
+/// The identity; optionally leaves a row unset or adds to the Jacobian instead of setting it.
 struct Partial {
   static constexpr std::string_view name = "partial";
   static constexpr int dim = 3;
@@ -51,19 +51,19 @@ struct Partial {
   void operator()(const R3& x, Vector<3>& r, Matrix<3, 3>* J = nullptr) const {
     r.head<2>() = x.vector().head<2>();
     if (set_all_rows) r[2] = x.vector()[2];
-    if (J && add) *J += Matrix<3, 3>::Identity();  // to whatever was there
+    if (J && add) *J += Matrix<3, 3>::Identity();
     if (J && !add) J->setIdentity();
   }
 };
 
-/// Undefined left of 0, or everywhere.
+/// Logarithm; undefined for x ≤ 0, or everywhere if `never`.
 struct Positive {
   static constexpr std::string_view name = "logarithm";
   static constexpr int dim = 1;
   using States = std::tuple<Rn<1>>;
   bool never = false;
   void operator()(const Rn<1>& x, Vector<1>& r, Matrix<1, 1>* J = nullptr) const {
-    if (never || !(x.vector()[0] > 0.0)) throw Error("logarithm: of a number that is not positive");
+    if (never || !(x.vector()[0] > 0.0)) throw Error("logarithm: undefined for x <= 0");
     r[0] = std::log(x.vector()[0]);
     if (J) (*J)(0, 0) = 1.0 / x.vector()[0];
   }
@@ -72,12 +72,12 @@ struct Positive {
 using Rows6 = Vector<6>;
 using Square6 = Matrix<6, 6>;
 
-TEST(CheckJacobians, passes_what_is_right) {
+TEST(CheckJacobians, AcceptsCorrectJacobians) {
   const JacobianReport report = check_jacobians_at_random(Spoilt{[](Rows6&, Square6*, Square6*) {}}, 1, 40);
   EXPECT_LE(report.relative, 1e-9) << report.text;
 }
 
-TEST(CheckJacobians, finds_the_entry_that_is_wrong) {
+TEST(CheckJacobians, FindsTheWrongEntry) {
   for (const double error : {1.0, 1e-3, 1e-7}) {
     const JacobianReport report = check_jacobians_at_random(Spoilt{[&](Rows6&, Square6*, Square6* Jy) {
                                                               if (Jy) (*Jy)(4, 2) += error;
@@ -92,8 +92,8 @@ TEST(CheckJacobians, finds_the_entry_that_is_wrong) {
   }
 }
 
-TEST(CheckJacobians, finds_a_dropped_logarithm) {
-  // Taking Jr⁻¹(e) for the identity is right at e = 0 only.
+TEST(CheckJacobians, FindsMissingInverseJacobian) {
+  // The identity in place of Jr⁻¹(e) is correct at e = 0 only.
   const Spoilt residual{[](Rows6&, Square6*, Square6* Jy) {
     if (Jy) Jy->setIdentity();
   }};
@@ -102,11 +102,9 @@ TEST(CheckJacobians, finds_a_dropped_logarithm) {
   EXPECT_GE(check_jacobians_at_random(residual, 1, 4).relative, 0.1);
 }
 
-TEST(CheckJacobians, finds_perturbations_on_the_wrong_side) {
-  EXPECT_GE(check_jacobians_at_random(OnTheLeft{}, 1, 4).relative, 0.1);
-}
+TEST(CheckJacobians, FindsLeftPerturbations) { EXPECT_GE(check_jacobians_at_random(OnTheLeft{}, 1, 4).relative, 0.1); }
 
-TEST(CheckJacobians, finds_a_jacobian_left_zero) {
+TEST(CheckJacobians, FindsZeroJacobian) {
   const Spoilt residual{[](Rows6&, Square6* Jx, Square6* Jy) {
     if (Jx) Jx->setZero();
     if (Jy) Jy->setZero();
@@ -114,7 +112,7 @@ TEST(CheckJacobians, finds_a_jacobian_left_zero) {
   EXPECT_GE(check_jacobians(residual, SE3(), SE3()).relative, 1.0);
 }
 
-TEST(CheckJacobians, finds_entries_that_are_not_set_or_not_finite) {
+TEST(CheckJacobians, FindsEntriesThatAreNotSetOrNotFinite) {
   EXPECT_LE(check_jacobians(Partial{true, false}, R3()).relative, 1e-12);
   const JacobianReport row = check_jacobians(Partial{false, false}, R3()),
                        added = check_jacobians(Partial{true, true}, R3());
@@ -124,7 +122,7 @@ TEST(CheckJacobians, finds_entries_that_are_not_set_or_not_finite) {
   EXPECT_THAT(added.text, HasSubstr("partial: a Jacobian is not finite"));
 }
 
-TEST(CheckJacobians, finds_values_that_depend_on_what_is_asked_for) {
+TEST(CheckJacobians, FindsValuesThatDependOnTheRequestedJacobians) {
   const JacobianReport value = check_jacobians_at_random(Spoilt{[](Rows6& r, Square6* Jx, Square6* Jy) {
                                                            if (Jx && !Jy) r[3] += 1e-6;
                                                          }},
@@ -139,34 +137,34 @@ TEST(CheckJacobians, finds_values_that_depend_on_what_is_asked_for) {
   EXPECT_THAT(jacobian.text, HasSubstr("a Jacobian"));
 }
 
-TEST(CheckJacobians, draws_again_where_the_residual_is_undefined) {
-  // Close to 0 too, from 0.003 m on: there long steps are undefined and short ones are taken.
+TEST(CheckJacobians, SkipsStatesWhereTheResidualIsUndefined) {
+  // Works down to 0.003: there long steps are undefined and the check uses shorter ones.
   for (const double at : {0.003, 0.01, 0.1, 1.0, 30.0})
     EXPECT_LE(check_jacobians(Positive{}, Rn<1>(Vector<1>(at))).relative, 1e-9) << at;
   EXPECT_THROW(check_jacobians(Positive{}, Rn<1>(Vector<1>(-1.0))), Error);
   EXPECT_THROW(check_jacobians_at_random(Positive{true}, 1, 4), Error);
 }
 
-TEST(RandomStates, are_repeatable_and_as_far_apart_as_they_say) {
+TEST(RandomStates, AreRepeatableAndHaveTheRequestedDistance) {
   using States = std::tuple<SE3, SE3, R3>;
   std::mt19937_64 a(5), b(5);
   for (int i = 0; i < 40; ++i) {
-    const Spread spread = Spread(i % 4);
-    const auto [x, y, p] = random_states<States>(a, spread);
-    const auto [x2, y2, p2] = random_states<States>(b, spread);
+    const StateDistance distance = StateDistance(i % 4);
+    const auto [x, y, p] = random_states<States>(a, distance);
+    const auto [x2, y2, p2] = random_states<States>(b, distance);
     EXPECT_EQ(y.matrix(), y2.matrix());
     EXPECT_EQ(p.vector(), p2.vector());
     const double angle = (x.inverse() * y).rotation().Log().norm(), pi = std::numbers::pi;
     const auto expect_between = [&](double least, double most) {
       EXPECT_TRUE(angle >= least && angle <= most) << angle;
     };
-    if (spread == Spread::tiny) expect_between(0.0, 1e-7);
-    if (spread == Spread::large) expect_between(1.0, 3.0);
-    if (spread == Spread::near_pi) expect_between(pi - 0.1001, pi - 0.999e-3);
+    if (distance == StateDistance::tiny) expect_between(0.0, 1e-7);
+    if (distance == StateDistance::large) expect_between(1.0, 3.0);
+    if (distance == StateDistance::near_pi) expect_between(pi - 0.1001, pi - 0.999e-3);
   }
 }
 
-TEST(RandomStates, know_which_directions_turn) {
+TEST(RandomStates, RotationDirectionsAreDetected) {
   const auto turning = []<class G>(const G&) {
     std::string rows;
     for (int k = 0; k < G::dof; ++k) rows += detail::is_rotation<G>(k) ? 'r' : 't';

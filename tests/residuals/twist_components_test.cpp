@@ -10,7 +10,7 @@ namespace {
 template <class R>
 class TwistComponentsTest : public ::testing::Test {};
 
-/// A residual and the rows of the tangent it should have.
+/// A residual and its expected rows of the tangent.
 template <class G, TwistAxes axes, int... rows>
 struct Case {
   using Group = G;
@@ -24,7 +24,7 @@ using Cases = ::testing::Types<Case<SE3, surge, 0>, Case<SE3, sway | heave, 1, 2
                                Case<SE2, surge | sway | yaw_rate, 0, 1, 2>>;
 TYPED_TEST_SUITE(TwistComponentsTest, Cases);
 
-TYPED_TEST(TwistComponentsTest, are_rows_of_the_mean_twist) {
+TYPED_TEST(TwistComponentsTest, AreRowsOfTheMeanTwist) {
   using G = typename TypeParam::Group;
   static_assert(TypeParam::Residual::dim == TypeParam::expected.size());
   const G x0 = G::Exp(tangent<G>(1.3, 9.0));
@@ -39,20 +39,20 @@ TYPED_TEST(TwistComponentsTest, are_rows_of_the_mean_twist) {
     }
 }
 
-TYPED_TEST(TwistComponentsTest, have_the_right_jacobians) {
+TYPED_TEST(TwistComponentsTest, HaveCorrectJacobians) {
   using G = typename TypeParam::Group;
   const G x0 = G::Exp(tangent<G>(1.3, 9.0));
   for (const auto& d : residual_sizes<G>())
     for (const double dt : {0.05, 1.0, 7.0}) {
       const typename TypeParam::Residual residual{dt};
-      expect_right_jacobians(residual, x0, G(x0 * G::Exp(d)));
+      expect_correct_jacobians(residual, x0, G(x0 * G::Exp(d)));
     }
   const typename TypeParam::Residual residual{0.6};
-  expect_right_jacobians_at_random(residual, 1);
+  expect_correct_jacobians_at_random_states(residual, 1);
 }
 
-TEST(TwistComponents, are_those_of_a_boat_on_a_circle) {
-  // Half a circle of radius 2 m in 4 s, to the left: surge π/2 m/s, no sway, yaw rate π/4 rad/s.
+TEST(TwistComponents, MatchHandCalculationOnACircle) {
+  // Half a circle of radius 2 m in 4 s to the left: surge π/2 m/s, no sway, yaw rate π/4 rad/s.
   using std::numbers::pi;
   const SE2 x0(SO2(0.0), Vector<2>(0.0, 0.0)), quarter(SO2(pi / 2), Vector<2>(2.0, 2.0));
   Vector<3> r;
@@ -60,7 +60,7 @@ TEST(TwistComponents, are_those_of_a_boat_on_a_circle) {
   EXPECT_LE((r - Vector<3>(pi / 2, 0.0, pi / 4)).norm(), 1e-15);
 }
 
-TEST(TwistComponents, order_does_not_matter_when_axes_are_combined) {
+TEST(TwistComponents, OrderOfAxesIsIrrelevant) {
   static_assert(std::is_same_v<TwistComponents<SE3, sway | heave>, TwistComponents<SE3, heave | sway>>);
   static_assert(TwistComponents<SE3, sway | sway>::dim == 1);
 }

@@ -13,7 +13,7 @@ class UsblPositionTest : public ::testing::Test {};
 using Pairs = ::testing::Types<std::pair<SE3, SE3>, std::pair<SE3, R3>, std::pair<SE2, SE2>, std::pair<SE2, R2>>;
 TYPED_TEST_SUITE(UsblPositionTest, Pairs);
 
-TYPED_TEST(UsblPositionTest, is_the_position_in_the_sensor) {
+TYPED_TEST(UsblPositionTest, IsPositionInTheSensorFrame) {
   using C = typename TypeParam::first_type;
   using T = typename TypeParam::second_type;
   constexpr int n = C::point_dim;
@@ -33,7 +33,7 @@ TYPED_TEST(UsblPositionTest, is_the_position_in_the_sensor) {
     }
 }
 
-TYPED_TEST(UsblPositionTest, has_the_right_jacobians) {
+TYPED_TEST(UsblPositionTest, HasCorrectJacobians) {
   using C = typename TypeParam::first_type;
   using T = typename TypeParam::second_type;
   constexpr int n = C::point_dim;
@@ -43,14 +43,14 @@ TYPED_TEST(UsblPositionTest, has_the_right_jacobians) {
        {UsblPosition<C, T>{z}, UsblPosition<C, T>{z, B}, UsblPosition<C, T>{z, B, beacon}}) {
     for (const double angle : {0.0, 1e-9, 0.5, 3.0, std::numbers::pi - 1e-6})
       for (const double size : {0.0, 1.0, 300.0})
-        expect_right_jacobians(residual, C::Exp(tangent<C>(angle, 20.0)), T::Exp(tangent<T>(-angle, size)));
-    expect_right_jacobians_at_random(residual, 5);
+        expect_correct_jacobians(residual, C::Exp(tangent<C>(angle, 20.0)), T::Exp(tangent<T>(-angle, size)));
+    expect_correct_jacobians_at_random_states(residual, 5);
   }
 }
 
-TEST(UsblPosition, is_known_by_hand) {
-  // At (1, 2, 3), turned left by 90°: a target at (1, 6, 3) is 4 m ahead. Its beacon, 1 m to its left, points
-  // to −x.
+TEST(UsblPosition, MatchesHandCalculation) {
+  // The chaser at (1, 2, 3) is turned left by 90°: a target at (1, 6, 3) is 4 m ahead. Its beacon, 1 m to its left, is
+  // in the direction −x.
   const SO3 left = SO3::Exp({0.0, 0.0, std::numbers::pi / 2});
   const SE3 chaser(left, Vector<3>(1.0, 2.0, 3.0)), target(left, Vector<3>(1.0, 6.0, 3.0));
   Vector<3> r;
@@ -60,13 +60,13 @@ TEST(UsblPosition, is_known_by_hand) {
   EXPECT_LE(r.norm(), 2e-15);
   UsblPosition<>{Vector<3>::Zero(), SE3(), Vector<3>(0.0, 1.0, 0.0)}(chaser, target, r);
   EXPECT_LE((r - Vector<3>(4.0, 1.0, 0.0)).norm(), 2e-15);
-  // The transducer hangs 0.5 m below the chaser and looks backward.
+  // The transducer is mounted 0.5 m below the chaser and looks backward.
   const SE3 transducer(SO3::Exp({0.0, 0.0, std::numbers::pi}), Vector<3>(0.0, 0.0, -0.5));
   UsblPosition<>{Vector<3>::Zero(), transducer}(chaser, target, r);
   EXPECT_LE((r - Vector<3>(-4.0, 0.0, 0.5)).norm(), 2e-15);
 }
 
-TEST(UsblPosition, does_not_see_the_orientation_of_a_target_without_lever) {
+TEST(UsblPosition, IsIndependentOfTargetOrientationWithoutLeverArm) {
   Matrix<3, 6> J;
   Vector<3> r;
   UsblPosition<>{Vector<3>::Zero()}(SE3::Exp(tangent<SE3>(0.3, 1.0)), SE3::Exp(tangent<SE3>(1.0, 9.0)), r, nullptr, &J);

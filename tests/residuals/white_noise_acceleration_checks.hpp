@@ -17,7 +17,7 @@ class WhiteNoiseAccelerationTest : public ::testing::Test {
 
 TYPED_TEST_SUITE_P(WhiteNoiseAccelerationTest);
 
-TYPED_TEST_P(WhiteNoiseAccelerationTest, vanishes_along_one_twist) {
+TYPED_TEST_P(WhiteNoiseAccelerationTest, VanishesAlongConstantTwist) {
   using G = TypeParam;
   for (const double dt : {0.01, 1.0, 5.0}) {
     Vector<2 * G::dof> r;
@@ -26,7 +26,7 @@ TYPED_TEST_P(WhiteNoiseAccelerationTest, vanishes_along_one_twist) {
   }
 }
 
-TYPED_TEST_P(WhiteNoiseAccelerationTest, is_what_the_step_and_the_twist_lack) {
+TYPED_TEST_P(WhiteNoiseAccelerationTest, MatchesItsDefinition) {
   using G = TypeParam;
   constexpr int n = G::dof;
   for (const auto& d : residual_sizes<G>()) {
@@ -37,8 +37,8 @@ TYPED_TEST_P(WhiteNoiseAccelerationTest, is_what_the_step_and_the_twist_lack) {
   }
 }
 
-TYPED_TEST_P(WhiteNoiseAccelerationTest, compares_the_rates_of_the_logarithm) {
-  // d/dt Log(T0⁻¹ T(t)) = Jr⁻¹ ϖ, where ϖ is the twist of T(t): here by differences, along T1 Exp(h ϖ1).
+TYPED_TEST_P(WhiteNoiseAccelerationTest, ComparesRatesOfTheLogarithm) {
+  // d/dt Log(T0⁻¹ T(t)) = Jr⁻¹ ϖ, where ϖ is the twist of T(t); here by differences along T1 Exp(h ϖ1).
   using G = TypeParam;
   constexpr int n = G::dof;
   const G t1 = this->t0 * G::Exp(tangent<G>(1.9, 3.0));
@@ -52,19 +52,18 @@ TYPED_TEST_P(WhiteNoiseAccelerationTest, compares_the_rates_of_the_logarithm) {
   EXPECT_LE((r.template tail<n>() + this->w0.vector() - rate).norm(), 1e-10 + uncertainty);
 }
 
-TYPED_TEST_P(WhiteNoiseAccelerationTest, has_the_right_jacobians) {
+TYPED_TEST_P(WhiteNoiseAccelerationTest, HasCorrectJacobians) {
   using G = TypeParam;
   const WhiteNoiseAcceleration<G> prior{0.8};
   for (const auto& d : residual_sizes<G>())
-    expect_right_jacobians(prior, this->t0, this->w0, G(this->t0 * G::Exp(d)), this->w1);
+    expect_correct_jacobians(prior, this->t0, this->w0, G(this->t0 * G::Exp(d)), this->w1);
 }
 
-TYPED_TEST_P(WhiteNoiseAccelerationTest, has_the_right_jacobians_at_random) {
-  expect_right_jacobians_at_random(WhiteNoiseAcceleration<TypeParam>{0.8}, 1);
+TYPED_TEST_P(WhiteNoiseAccelerationTest, HasCorrectJacobiansAtRandomStates) {
+  expect_correct_jacobians_at_random_states(WhiteNoiseAcceleration<TypeParam>{0.8}, 1);
 }
 
-REGISTER_TYPED_TEST_SUITE_P(WhiteNoiseAccelerationTest, vanishes_along_one_twist, is_what_the_step_and_the_twist_lack,
-                            compares_the_rates_of_the_logarithm, has_the_right_jacobians,
-                            has_the_right_jacobians_at_random);
+REGISTER_TYPED_TEST_SUITE_P(WhiteNoiseAccelerationTest, VanishesAlongConstantTwist, MatchesItsDefinition,
+                            ComparesRatesOfTheLogarithm, HasCorrectJacobians, HasCorrectJacobiansAtRandomStates);
 
 }  // namespace tandem::testing

@@ -7,7 +7,7 @@
 
 #include "residuals/white_noise_acceleration_checks.hpp"
 
-/// Beside the SE3 of white_noise_acceleration_test.cpp: what compiles for long is in two files.
+/// More groups than in white_noise_acceleration_test.cpp, in a separate file because both compile slowly.
 namespace tandem::testing {
 namespace {
 
@@ -16,8 +16,8 @@ INSTANTIATE_TYPED_TEST_SUITE_P(SO3, WhiteNoiseAccelerationTest, SO3);
 INSTANTIATE_TYPED_TEST_SUITE_P(R3, WhiteNoiseAccelerationTest, R3);
 
 using PlanarAndHeave = Bundle<SE2, Rn<1>>;
-TEST(WhiteNoiseAcceleration, of_a_bundle_has_the_right_jacobians) {
-  expect_right_jacobians_at_random(WhiteNoiseAcceleration<PlanarAndHeave>{0.8}, 2, 12);
+TEST(WhiteNoiseAcceleration, BundleHasCorrectJacobians) {
+  expect_correct_jacobians_at_random_states(WhiteNoiseAcceleration<PlanarAndHeave>{0.8}, 2, 12);
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ namespace {
 
 INSTANTIATE_TYPED_TEST_SUITE_P(SE3, WhiteNoiseAccelerationTest, SE3);
 
-TEST(WhiteNoiseAcceleration, is_constant_velocity_for_points) {
+TEST(WhiteNoiseAcceleration, IsConstantVelocityForPoints) {
   Vector<6> r, expected;
   expected << Vector<3>(1.0, 0.0, 0.0), Vector<3>(0.5, 0.0, -1.0);
   WhiteNoiseAcceleration<R3>{2.0}(R3(Vector<3>(1.0, 2.0, 3.0)), R3(Vector<3>(0.5, 1.0, 2.0)),
@@ -22,7 +22,7 @@ TEST(WhiteNoiseAcceleration, is_constant_velocity_for_points) {
   EXPECT_EQ(r, expected);
 }
 
-TEST(WhiteNoiseAcceleration, has_the_covariance_of_integrated_white_noise) {
+TEST(WhiteNoiseAcceleration, CovarianceIsThatOfIntegratedWhiteNoise) {
   using Planar = WhiteNoiseAcceleration<SE2>;
   const Vector<3> q(0.3, 0.02, 0.5);
   const Matrix<6, 6> whole = Planar::covariance(q, 2.0), half = Planar::covariance(q, 1.0);
@@ -30,7 +30,7 @@ TEST(WhiteNoiseAcceleration, has_the_covariance_of_integrated_white_noise) {
   EXPECT_DOUBLE_EQ(whole(1, 4), 0.02 * 2.0);
   EXPECT_DOUBLE_EQ(whole(4, 4), 0.02 * 2.0);
   EXPECT_EQ(whole, whole.transpose());
-  // Two steps of half the time are one: Σ(2) = Φ Σ(1) Φᵀ + Σ(1), Φ = [I, dt I; 0, I].
+  // Two half steps equal one step: Σ(2) = Φ Σ(1) Φᵀ + Σ(1), Φ = [I, dt I; 0, I].
   Matrix<6, 6> transition = Matrix<6, 6>::Identity();
   transition.topRightCorner<3, 3>().setIdentity();
   EXPECT_LE(difference(whole, Matrix<6, 6>(transition * half * transition.transpose() + half)), 1e-15);
@@ -42,7 +42,7 @@ TEST(WhiteNoiseAcceleration, has_the_covariance_of_integrated_white_noise) {
   }
 }
 
-TEST(WhiteNoiseAcceleration, has_no_covariance_without_noise_or_time) {
+TEST(WhiteNoiseAcceleration, RejectsInvalidNoiseAndTime) {
   using Planar = WhiteNoiseAcceleration<SE2>;
   constexpr double infinity = std::numeric_limits<double>::infinity();
   const Vector<3> q(0.3, 0.02, 0.5);

@@ -13,7 +13,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Hard equalities, a lower and an upper bound, some of which hold the solution.
+/// Equalities, and lower and upper bounds, some of which are active at the solution.
 const TrackingOptions kConstrained{
     .roll_pitch = Role::hard, .non_holonomic = Role::hard, .surge = between(0.0, 0.85), .max_yaw_rate = 0.05};
 
@@ -23,7 +23,7 @@ AugmentedLagrangianOptions with_progress(std::function<void(const Progress&)> pr
   return options;
 }
 
-TEST(AugmentedLagrangian, RefusesOptionsOutOfRange) {
+TEST(AugmentedLagrangian, RejectsInvalidOptions) {
   Problem problem;
   const auto x = problem.add(R1(), "x");
   problem.minimize(Prior<R1>{R1()}, Gaussian{1.0}, {x});
@@ -39,7 +39,7 @@ TEST(AugmentedLagrangian, RefusesOptionsOutOfRange) {
   EXPECT_THAT(why_unsupported(problem, AugmentedLagrangianOptions{}), HasSubstr("more hard equalities"));
 }
 
-TEST(AugmentedLagrangian, WithoutHardConstraintsIsGaussNewton) {
+TEST(AugmentedLagrangian, EqualsGaussNewtonWithoutHardConstraints) {
   TrackingProblem first = make_tracking_problem(noisy(6.0).data()), second = make_tracking_problem(noisy(6.0).data());
   const Summary a = solve(first.problem, GaussNewtonOptions{}), b = solve(second.problem, AugmentedLagrangianOptions{});
   EXPECT_EQ(a.cost, b.cost);
@@ -48,8 +48,8 @@ TEST(AugmentedLagrangian, WithoutHardConstraintsIsGaussNewton) {
   EXPECT_EQ(b.solver, "augmented-lagrangian");
 }
 
-/// min ½‖x − p‖² within x ≥ 1, y ≤ 0.5, z = 2 for p = (0, −1, 5): the first row holds, the second does not.
-TEST(AugmentedLagrangian, KnowsWhichBoundsHold) {
+/// min ½‖x − p‖² subject to x ≥ 1, y ≤ 0.5, z = 2, for p = (0, −1, 5). Only the first inequality is active.
+TEST(AugmentedLagrangian, FindsTheActiveSet) {
   Problem problem;
   const auto x = problem.add(R3({7.0, 7.0, 7.0}));
   problem.minimize(Prior<R3>{R3({0.0, -1.0, 5.0})}, Gaussian{1.0, 1.0, 1.0}, {x});
@@ -61,14 +61,14 @@ TEST(AugmentedLagrangian, KnowsWhichBoundsHold) {
   EXPECT_LE(s.iterations, 10);
 }
 
-/// Where weights are so large that y / w is next to the rounding of c, a multiplier is what it was all the same.
-TEST(AugmentedLagrangian, MultipliersDoNotDrownInTheRoundingOfTheirRows) {
+/// The multiplier estimate keeps its digits even if y / w is of the order of the rounding of c.
+TEST(AugmentedLagrangian, EstimatesMultipliersWithoutRoundingErrors) {
   Problem problem;
   const auto x = problem.add(R3({0.3, -0.3, 2.5}));
   problem.minimize(Prior<R3>{R3()}, Gaussian{1.0, 1.0, 1.0}, {x});
   problem.subject_to(Prior<R3>{R3()}, Bounds<3>{{-0.3, -0.3, 2.5}, {0.3, 0.3, 2.5}}, {x});
-  Program program(problem);
-  detail::AugmentedTerm term(program);
+  NlpEvaluator nlp(problem);
+  detail::AugmentedTerm term(nlp);
   term.linearize();
   term.start(Vector<3>::Constant(1e3));
   term.set_penalty(1e10);
@@ -83,7 +83,7 @@ TEST(AugmentedLagrangian, MultipliersDoNotDrownInTheRoundingOfTheirRows) {
   EXPECT_LE((g - y).norm(), 1e-12 * y.norm());
 }
 
-TEST(AugmentedLagrangian, TurnsBackWhereAConstraintIsNotFinite) {
+TEST(AugmentedLagrangian, ShortensStepsToNonfiniteConstraints) {
   Problem problem;
   const auto x = problem.add(R1(Vector<1>(10.0)));
   problem.minimize(Prior<R1>{R1(Vector<1>(100.0))}, Gaussian{1.0}, {x});
@@ -94,15 +94,15 @@ TEST(AugmentedLagrangian, TurnsBackWhereAConstraintIsNotFinite) {
   EXPECT_LE(problem.value(x).vector()[0], 30.0);
 }
 
-TEST(AugmentedLagrangian, HasTheExactHessianOnlyWhileStepsMustBeDampedStrongly) {
+TEST(AugmentedLagrangian, UsesTheExactHessianOnlyWhileStepsAreStronglyDamped) {
   Problem problem;
   const auto x = problem.add(R3({2.0, 2.0, 2.0}));
   problem.minimize(Prior<R3>{R3({2.0, -1.0, 2.0})}, Gaussian{1.0, 1.0, 1.0}, {x});
   problem.subject_to(SquaredNorm{}, equal_to(4.0), {x});
-  Program program(problem);
+  NlpEvaluator nlp(problem);
   const AugmentedLagrangianOptions options;
   detail::Session session("test", options);
-  detail::AugmentedModel model(program, session, options, options.initial_penalty);
+  detail::AugmentedModel model(nlp, session, options, options.initial_penalty);
   session.summary.cost = model.linearize();
   model.begin();
   const auto step = [&] {
@@ -111,7 +111,7 @@ TEST(AugmentedLagrangian, HasTheExactHessianOnlyWhileStepsMustBeDampedStrongly) 
   };
   const Eigen::VectorXd gauss_newton = step();
   for (int k = 0; k < 3; ++k) model.choose_hessian(true, false);
-  model.choose_hessian(false, false);  // no longer in a row
+  model.choose_hessian(false, false);  // not consecutive
   for (int k = 0; k < 3; ++k) model.choose_hessian(true, false);
   EXPECT_EQ(step(), gauss_newton);
   model.choose_hessian(true, false);
@@ -120,7 +120,7 @@ TEST(AugmentedLagrangian, HasTheExactHessianOnlyWhileStepsMustBeDampedStrongly) 
   EXPECT_EQ(step(), gauss_newton);
 }
 
-TEST(AugmentedLagrangian, ConvergesWithoutDampingToBeginWith) {
+TEST(AugmentedLagrangian, ConvergesWithoutInitialDamping) {
   for (const double damping : {0.0, 1e-12}) {
     TrackingProblem tracking = make_tracking_problem(noisy(6.0).data(), kConstrained);
     AugmentedLagrangianOptions options;
@@ -131,21 +131,21 @@ TEST(AugmentedLagrangian, ConvergesWithoutDampingToBeginWith) {
   }
 }
 
-/// At the solution some multipliers of the rows at their bounds cancel the cost's gradient, with the right signs.
-TEST(AugmentedLagrangian, EndsWhereTheOptimalityConditionsHold) {
+/// At the solution, multipliers of the active rows cancel the gradient of the cost and have the right signs.
+TEST(AugmentedLagrangian, SatisfiesTheOptimalityConditions) {
   TrackingProblem tracking = make_tracking_problem(noisy(6.0).data(), kConstrained);
   const Summary s = solve(tracking.problem, AugmentedLagrangianOptions{});
   ASSERT_TRUE(s.converged()) << s.message;
-  Program program(tracking.problem);
-  Eigen::VectorXd g(program.num_unknowns()), c(program.num_rows()), values(program.jacobian_pattern().row.size());
-  program.gradient(g);
-  program.linearize_constraints(c, values);
-  ASSERT_LE(program.violation(c).size, 1e-8);
+  NlpEvaluator nlp(tracking.problem);
+  Eigen::VectorXd g(nlp.num_unknowns()), c(nlp.num_rows()), values(nlp.jacobian_pattern().row.size());
+  nlp.gradient(g);
+  nlp.linearize_constraints(c, values);
+  ASSERT_LE(nlp.violation(c).size, 1e-8);
   std::vector<int> at_bound(std::size_t(c.size()), -1);
   std::vector<int> rows;
   int lower = 0, upper = 0, slack = 0;
   for (int i = 0; i < c.size(); ++i) {
-    const bool low = c[i] - program.lower()[i] <= 1e-7, high = program.upper()[i] - c[i] <= 1e-7;
+    const bool low = c[i] - nlp.lower()[i] <= 1e-7, high = nlp.upper()[i] - c[i] <= 1e-7;
     lower += low && !high;
     upper += high && !low;
     slack += !low && !high;
@@ -156,20 +156,20 @@ TEST(AugmentedLagrangian, EndsWhereTheOptimalityConditionsHold) {
   EXPECT_GT(lower + upper, 0);
   EXPECT_GT(slack, 0);
   Eigen::MatrixXd JT = Eigen::MatrixXd::Zero(g.size(), Eigen::Index(rows.size()));
-  for (std::size_t k = 0; k < program.jacobian_pattern().row.size(); ++k)
-    if (const int column = at_bound[std::size_t(program.jacobian_pattern().row[k])]; column >= 0)
-      JT(program.jacobian_pattern().column[k], column) += values[Eigen::Index(k)];
+  for (std::size_t k = 0; k < nlp.jacobian_pattern().row.size(); ++k)
+    if (const int column = at_bound[std::size_t(nlp.jacobian_pattern().row[k])]; column >= 0)
+      JT(nlp.jacobian_pattern().column[k], column) += values[Eigen::Index(k)];
   const Eigen::VectorXd y = JT.colPivHouseholderQr().solve(-g);
   EXPECT_LE((g + JT * y).norm(), 1e-4 * g.norm());
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const int i = rows[k];
-    if (program.lower()[i] == program.upper()[i]) continue;
-    const double sign = program.upper()[i] - c[i] <= 1e-7 ? 1.0 : -1.0;
-    EXPECT_GE(sign * y[Eigen::Index(k)], -1e-4 * y.norm()) << program.describe_row(i);
+    if (nlp.lower()[i] == nlp.upper()[i]) continue;
+    const double sign = nlp.upper()[i] - c[i] <= 1e-7 ? 1.0 : -1.0;
+    EXPECT_GE(sign * y[Eigen::Index(k)], -1e-4 * y.norm()) << nlp.describe_row(i);
   }
 }
 
-TEST(AugmentedLagrangian, IsDeterministicUnderConstraints) {
+TEST(AugmentedLagrangian, IsDeterministic) {
   std::vector<Summary> summaries;
   std::vector<Eigen::MatrixXd> last;
   for (int run = 0; run < 2; ++run) {
@@ -182,9 +182,9 @@ TEST(AugmentedLagrangian, IsDeterministicUnderConstraints) {
   EXPECT_EQ(last[0], last[1]);
 }
 
-/// A row's units are its own affair: metres, or millimetres with bounds in millimetres.
-struct Millimetres {
-  static constexpr std::string_view name = "millimetres";
+/// SquaredNorm in units of 1e-3.
+struct ScaledSquaredNorm {
+  static constexpr std::string_view name = "scaled squared norm";
   static constexpr int dim = 1;
   using States = std::tuple<R3>;
   void operator()(const R3& p, Vector<1>& r, Matrix<1, 3>* J = nullptr) const {
@@ -194,13 +194,13 @@ struct Millimetres {
   }
 };
 
-TEST(AugmentedLagrangian, TakesTheSameWayInOtherUnits) {
+TEST(AugmentedLagrangian, IteratesDoNotDependOnUnits) {
   std::vector<double> costs[2];
   for (const bool milli : {false, true}) {
     Problem problem;
     const auto x = problem.add(R3({1.0, 1.0, 1.0}));
     problem.minimize(Prior<R3>{R3({2.0, -1.0, 2.0})}, Gaussian{1.0, 1.0, 1.0}, {x});
-    if (milli) problem.subject_to(Millimetres{}, equal_to(4e3), {x});
+    if (milli) problem.subject_to(ScaledSquaredNorm{}, equal_to(4e3), {x});
     if (!milli) problem.subject_to(SquaredNorm{}, equal_to(4.0), {x});
     solve(problem, with_progress([&](const Progress& p) { costs[milli].push_back(p.cost); }));
   }
@@ -209,7 +209,7 @@ TEST(AugmentedLagrangian, TakesTheSameWayInOtherUnits) {
   for (std::size_t k = 0; k < common; ++k) EXPECT_NEAR(costs[0][k], costs[1][k], 1e-9) << k;
 }
 
-TEST(AugmentedLagrangian, NamesTheBlockThatCannotBeMet) {
+TEST(AugmentedLagrangian, NamesTheInfeasibleBlock) {
   TrackingProblem tracking = make_tracking_problem(noisy(6.0).data(), {.non_holonomic = Role::hard});
   const auto from = pose(tracking.target[3]), to = pose(tracking.target[4]);
   using Surge = TwistComponents<SE3, surge>;
@@ -223,7 +223,7 @@ TEST(AugmentedLagrangian, NamesTheBlockThatCannotBeMet) {
   EXPECT_LE(s.iterations, 100);
 }
 
-/// From a start that meets the constraints, whatever ends a solve leaves a point that does, and costs no more.
+/// From a feasible initial guess, the result is feasible and does not cost more, whatever ends the solve.
 TEST(AugmentedLagrangian, KeepsTheBestFeasiblePoint) {
   double first = 0;
   for (int most = 0; most < 12; ++most) {
@@ -257,8 +257,8 @@ class ShrinkingSigma : public ::testing::TestWithParam<bool> {};
 INSTANTIATE_TEST_SUITE_P(Constraints, ShrinkingSigma, ::testing::Bool(),
                          [](const auto& info) { return info.param ? "NonHolonomic" : "RollPitch"; });
 
-/// Held ever more tightly by a soft residual, the solution comes to that of the hard constraint, by σ².
-TEST_P(ShrinkingSigma, ComesToTheHardSolution) {
+/// If a soft residual has ever smaller σ, the solution converges to that of the hard constraint as σ².
+TEST_P(ShrinkingSigma, ConvergesToTheHardSolution) {
   const bool non_holonomic = GetParam();
   TrackingData data = noisy(6.0).data();
   const auto solution = [&](Role role) {
@@ -286,7 +286,7 @@ TEST_P(ShrinkingSigma, ComesToTheHardSolution) {
     }
     distances.push_back(largest);
   }
-  EXPECT_GT(distances.front(), 1e-4) << "the constraint matters";
+  EXPECT_GT(distances.front(), 1e-4) << "the constraint is active";
   EXPECT_LE(distances.back(), 1e-4);
 }
 

@@ -9,7 +9,7 @@
 
 #include <tandem/lie/rn.hpp>
 #include <tandem/lie/sek3.hpp>
-#include <tandem/problem/program.hpp>
+#include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
 #include <tandem/solvers/augmented_lagrangian.hpp>
@@ -17,12 +17,12 @@
 #include <tandem/solvers/ipopt.hpp>
 #include <tandem/solvers/nlopt.hpp>
 
-/// Every solver behind one signature, and small problems whose solutions are known.
+/// Provides all solvers behind one signature, and small problems with known solutions.
 namespace tandem::testing {
 
 using R1 = Rn<1>;
 
-/// What of SolverOptions a test sets; the rest is each solver's own default.
+/// Options that tests set; each solver has its own defaults for the others.
 struct Limits {
   std::optional<int> max_iterations{};
   std::optional<double> time_limit{};
@@ -33,7 +33,7 @@ struct Limits {
 
 struct AnySolver {
   std::string name;
-  bool hard;  ///< takes hard constraints of every kind
+  bool hard;  ///< supports all kinds of hard constraints
   std::function<Summary(Problem&, const Limits&)> solve;
 
   Summary operator()(Problem& problem, const Limits& limits = {}) const { return solve(problem, limits); }
@@ -76,7 +76,7 @@ inline AnySolver nlopt(const std::string& algorithm) {
   return any_solver("nlopt_" + algorithm, algorithm == "slsqp" || algorithm.starts_with("auglag"), options);
 }
 
-/// One of each solver that this build has, and Ipopt with each Hessian and linear solver.
+/// Returns the available solvers, including Ipopt with each Hessian and linear solver.
 inline std::vector<AnySolver> main_solvers() {
   std::vector<AnySolver> solvers{
       any_solver("gauss_newton", false, GaussNewtonOptions{}),
@@ -103,9 +103,9 @@ inline std::string name_of(const ::testing::TestParamInfo<AnySolver>& info) {
   return name;
 }
 
-inline double cost_of(Problem& problem) { return Program(problem).cost(); }
+inline double cost_of(Problem& problem) { return NlpEvaluator(problem).cost(); }
 
-/// Rosenbrock's valley as residuals:  r = (10 (y − x²), 1 − x), least at (1, 1).
+/// Rosenbrock's function as residuals, r = (10 (y − x²), 1 − x), with its minimum at (1, 1).
 struct Rosenbrock {
   static constexpr std::string_view name = "Rosenbrock";
   static constexpr int dim = 2;
@@ -117,7 +117,7 @@ struct Rosenbrock {
   }
 };
 
-/// ‖x‖².
+/// Residual ‖x‖².
 struct SquaredNorm {
   static constexpr std::string_view name = "squared norm";
   static constexpr int dim = 1;
@@ -128,7 +128,7 @@ struct SquaredNorm {
   }
 };
 
-/// log x − log z, undefined for x ≤ 0.
+/// Residual log x − log z, undefined for x ≤ 0.
 struct Logarithm {
   static constexpr std::string_view name = "logarithm";
   static constexpr int dim = 1;
@@ -142,7 +142,7 @@ struct Logarithm {
   }
 };
 
-/// x, but not finite beyond a wall.
+/// Residual x, NaN for x > `at`.
 struct Wall {
   static constexpr std::string_view name = "wall";
   static constexpr int dim = 1;

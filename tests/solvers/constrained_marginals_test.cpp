@@ -4,13 +4,13 @@
 #include "problem/tracking/simulated_tracking.hpp"
 #include "solvers/marginals_cases.hpp"
 
-/// Marginals under hard equalities against the dense null-space method in extended precision.
+/// Compares marginals under hard equalities with the dense null-space method in extended precision.
 namespace tandem::testing {
 namespace {
 
 constexpr double kConstrainedTolerance = 1e-8;
 
-/// Rows aᵀ(x − y) or aᵀx, any scale.
+/// Residual aᵀx + bᵀy.
 struct Along {
   static constexpr std::string_view name = "along";
   static constexpr int dim = 1;
@@ -24,7 +24,7 @@ struct Along {
   }
 };
 
-/// A chain of points, the first held by a prior, neighbours by loose ties.
+/// Chain of points with a prior on the first one and weak relative residuals.
 struct Points {
   Problem problem;
   std::vector<Variable<R3>> x;
@@ -34,7 +34,7 @@ struct Points {
     for (int k = 1; ties && k < n; ++k)
       problem.minimize(RelativePose<R3>{R3()}, Gaussian{0.5, 0.1 * k, 0.3}, {x[std::size_t(k) - 1], x[std::size_t(k)]});
   }
-  void hold(const Vector<3>& a, int i, const Vector<3>& b, int j) {
+  void constrain(const Vector<3>& a, int i, const Vector<3>& b, int j) {
     problem.subject_to(Along{a, b}, equal_to(0), {x[std::size_t(i)], x[std::size_t(j)]});
   }
   double error() { return compare(problem, x).error; }
@@ -42,7 +42,7 @@ struct Points {
 
 const Vector<3> kZero = Vector<3>::Zero();
 
-TEST(ConstrainedMarginals, OfTheMixedProblem) {
+TEST(ConstrainedMarginals, MatchTheDenseMethodForMixedGroups) {
   MixedProblem mixed;
   const auto& v = mixed.v;
   const Comparison c =
@@ -51,7 +51,7 @@ TEST(ConstrainedMarginals, OfTheMixedProblem) {
   EXPECT_EQ(c.pairs, 36);
 }
 
-TEST(ConstrainedMarginals, AreZeroAlongWhatIsHeld) {
+TEST(ConstrainedMarginals, AreZeroAlongConstrainedDirections) {
   MixedProblem mixed;
   const DenseMarginals reference(mixed.problem);
   ASSERT_EQ(reference.A.rows(), 4);
@@ -71,23 +71,23 @@ TEST(ConstrainedMarginals, AreZeroAlongWhatIsHeld) {
     on_qp << part(v.q), part(v.p);
     EXPECT_LE((ab * on_ab).norm(), 1e-13 * ab.norm());
     EXPECT_LE((qp * on_qp).norm(), 1e-13 * qp.norm());
-    EXPECT_GT(on_ab.norm() + on_qp.norm(), 0.5) << "the row is one of these";
+    EXPECT_GT(on_ab.norm() + on_qp.norm(), 0.5) << "the row reads one of these pairs";
   }
 }
 
-/// All of a variable is determined: no variance left at all.
-TEST(ConstrainedMarginals, AreZeroWhereEverythingIsHeld) {
+TEST(ConstrainedMarginals, AreZeroForFullyConstrainedVariables) {
   Points points(5);
   points.problem.subject_to(Prior<R3>{R3()}, equal_to(0), {points.x[2]});
   EXPECT_LE(points.error(), 1e-12);
   const Marginals marginals(points.problem);
   EXPECT_TRUE(marginals.covariance(points.x[2]).isZero(1e-30));
   EXPECT_TRUE(marginals.cross_covariance(points.x[2], points.x[4]).isZero(1e-30));
-  EXPECT_TRUE(marginals.cross_covariance(points.x[0], points.x[4]).isZero(1e-15)) << "what it cuts apart";
+  EXPECT_TRUE(marginals.cross_covariance(points.x[0], points.x[4]).isZero(1e-15))
+      << "the constrained point separates the chain";
 }
 
-/// H alone is singular: nothing soft reads the later points.
-TEST(ConstrainedMarginals, WithoutWhichTheHessianIsSingular) {
+/// H is singular, because no soft residual reads the later points.
+TEST(ConstrainedMarginals, AllowASingularHessian) {
   Points points(6, false);
   for (int k = 1; k < 6; ++k)
     points.problem.subject_to(RelativePose<R3>{R3()}, equal_to(0),
@@ -98,78 +98,78 @@ TEST(ConstrainedMarginals, WithoutWhichTheHessianIsSingular) {
                   .isApprox(Vector<3>(0.01, 0.04, 0.09).asDiagonal().toDenseMatrix(), 1e-12));
 }
 
-TEST(ConstrainedMarginals, NameWhatNeitherHoldsNorInforms) {
+TEST(ConstrainedMarginals, NameUnobservableDirections) {
   Points points(3, false);
-  points.hold({1, 0, 0}, 0, {-1, 0, 0}, 1);
+  points.constrain({1, 0, 0}, 0, {-1, 0, 0}, 1);
   points.problem.subject_to(RelativePose<R3>{R3()}, equal_to(0), {points.x[1], points.x[2]});
   try {
     const Marginals marginals(points.problem);
-    FAIL() << "two points are free together in y and z";
+    FAIL() << "the common y and z of two points are unobservable";
   } catch (const Error& e) {
-    EXPECT_THAT(e.what(), ::testing::HasSubstr("leaves free"));
+    EXPECT_THAT(e.what(), ::testing::HasSubstr("rank deficient"));
     EXPECT_THAT(e.what(), ::testing::HasSubstr("point 2 in y, z"));
   }
 }
 
-TEST(ConstrainedMarginals, WithRowsThatRepeatEachOther) {
+TEST(ConstrainedMarginals, AllowRedundantRows) {
   Points points(8);
   const Vector<3> a(0.3, -1.0, 0.5), b(0.2, 0.8, -1.1);
-  for (int twice = 0; twice < 3; ++twice) points.hold(a * (1.0 + twice), 2, b * (1.0 + twice), 3);
-  for (int k = 0; k < 7; ++k) points.hold(a, k, -a, k + 1);  // and a loop of them
-  points.hold(a, 0, -a, 7);
-  points.hold(a, 1, -a, 5);
+  for (int twice = 0; twice < 3; ++twice) points.constrain(a * (1.0 + twice), 2, b * (1.0 + twice), 3);
+  for (int k = 0; k < 7; ++k) points.constrain(a, k, -a, k + 1);  // a loop of such rows
+  points.constrain(a, 0, -a, 7);
+  points.constrain(a, 1, -a, 5);
   EXPECT_LE(points.error(), kConstrainedTolerance);
 }
 
-TEST(ConstrainedMarginals, WithRowsOfAnyScale) {
+TEST(ConstrainedMarginals, AllowRowsOfAnyScale) {
   for (const double scale : {1e-9, 1e-3, 1e4, 1e9}) {
     Points points(8);
     const Vector<3> a(0.3, -1.0, 0.5), b(0.2, 0.8, -1.1);
-    points.hold(a * scale, 2, b * scale, 3);
-    points.hold(b / scale, 3, a / scale, 4);
-    points.hold(b, 5, kZero, 6);
+    points.constrain(a * scale, 2, b * scale, 3);
+    points.constrain(b / scale, 3, a / scale, 4);
+    points.constrain(b, 5, kZero, 6);
     EXPECT_LE(points.error(), 1e-12) << scale;
   }
 }
 
-/// The finer the difference of two rows, the more of the digits of their own entries it takes with it: eps / δ.
-TEST(ConstrainedMarginals, WithRowsThatNearlyRepeatEachOther) {
+/// Rows that differ by δ lose digits as eps / δ.
+TEST(ConstrainedMarginals, AllowNearlyRedundantRows) {
   for (const double delta : {1e-1, 1e-3, 1e-5, 1e-7}) {
     Points points(8);
     const Vector<3> a(0.3, -1.0, 0.5), b(0.2, 0.8, -1.1), c(1.0, 0.4, -0.3);
-    points.hold(a, 2, b, 3);
-    points.hold(a + delta * c, 2, b, 3);
-    points.hold(a, 5, b, 6);
-    points.hold(a, 5, b - delta * c, 6);
+    points.constrain(a, 2, b, 3);
+    points.constrain(a + delta * c, 2, b, 3);
+    points.constrain(a, 5, b, 6);
+    points.constrain(a, 5, b - delta * c, 6);
     EXPECT_LE(points.error(), kConstrainedTolerance) << delta;
   }
 }
 
-/// A row that the variable eliminated first hardly enters. The elimination's order is a bad one for it and costs digits
-/// by the square of the ratio, as Marginals says: 3e-8 at 1e-4.
-TEST(ConstrainedMarginals, WithRowsOfUnevenEntries) {
+/// The variable that is eliminated first has a small coefficient. This elimination order loses digits as the square of
+/// the ratio, as Marginals documents: the error is 3e-8 at 1e-4.
+TEST(ConstrainedMarginals, AllowRowsWithSmallCoefficients) {
   for (const double small : {1e-1, 1e-2, 1e-3}) {
     Points points(8);
     const Vector<3> a(0.3, -1.0, 0.5), b(0.2, 0.8, -1.1);
-    points.hold(a * small, 2, b, 3);
-    points.hold(a, 5, b * small, 6);
+    points.constrain(a * small, 2, b, 3);
+    points.constrain(a, 5, b * small, 6);
     EXPECT_LE(points.error(), kConstrainedTolerance) << small;
   }
 }
 
-TEST(ConstrainedMarginals, WithFixedVariables) {
+TEST(ConstrainedMarginals, AllowFixedVariables) {
   Points points(6);
   const Vector<3> a(0.3, -1.0, 0.5), b(0.2, 0.8, -1.1);
-  points.hold(a, 1, b, 2);
-  points.hold(a, 2, b, 3);
+  points.constrain(a, 1, b, 2);
+  points.constrain(a, 2, b, 3);
   points.problem.fix(points.x[2]);
   EXPECT_LE(points.error(), 1e-12);
-  points.problem.fix(points.x[1]);  // the first row now reads nothing that is free
+  points.problem.fix(points.x[1]);  // the first row now reads no free variable
   EXPECT_LE(points.error(), 1e-12);
 }
 
-/// Stars in AMD's order, rows that travel several fronts before they meet what they hold.
-TEST(ConstrainedMarginals, OfLoopsThatNeedAnOrder) {
+/// Stars, which need AMD's order; rows pass through several fronts before they are used.
+TEST(ConstrainedMarginals, MatchTheDenseMethodForStars) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     std::mt19937_64 random(seed);
     const auto pick = [&](int n) { return static_cast<int>(random() % unsigned(n)); };
@@ -177,13 +177,13 @@ TEST(ConstrainedMarginals, OfLoopsThatNeedAnOrder) {
     for (int k = 2; k < 16; ++k)
       points.problem.minimize(RelativePose<R3>{R3()}, Gaussian{1, 2, 3}, {points.x[0], points.x[std::size_t(k)]});
     for (int i = 0; i < 24; ++i)
-      points.hold(random_vector(3, 1.0, seed * 100 + unsigned(i)), pick(16),
-                  random_vector(3, 1.0, seed * 1000 + unsigned(i)), pick(16));
+      points.constrain(random_vector(3, 1.0, seed * 100 + unsigned(i)), pick(16),
+                       random_vector(3, 1.0, seed * 1000 + unsigned(i)), pick(16));
     EXPECT_LE(points.error(), kConstrainedTolerance) << seed;
   }
 }
 
-TEST(ConstrainedMarginals, OfANonHolonomicTarget) {
+TEST(ConstrainedMarginals, MatchTheDenseMethodForANonHolonomicTarget) {
   Simulation simulation;
   simulation.duration = 12.0;
   TrackingOptions options;

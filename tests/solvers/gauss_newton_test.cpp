@@ -8,7 +8,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(GaussNewton, RefusesHardConstraintsInASentence) {
+TEST(GaussNewton, RejectsHardConstraints) {
   Problem problem;
   const auto x = problem.add(R1(), "x");
   problem.minimize(Prior<R1>{R1()}, Gaussian{1.0}, {x});
@@ -21,7 +21,7 @@ TEST(GaussNewton, RefusesHardConstraintsInASentence) {
   EXPECT_EQ(s.solver, "gauss-newton");
 }
 
-TEST(GaussNewton, TakesAProblemWhoseConstraintsWereRemoved) {
+TEST(GaussNewton, AcceptsAProblemWithRemovedConstraints) {
   Problem problem;
   const auto x = problem.add(R1(Vector<1>(2.0)), "x");
   problem.minimize(Prior<R1>{R1()}, Gaussian{1.0}, {x});
@@ -29,7 +29,7 @@ TEST(GaussNewton, TakesAProblemWhoseConstraintsWereRemoved) {
   EXPECT_TRUE(solve(problem, GaussNewtonOptions{}).converged());
 }
 
-TEST(GaussNewton, SolvesALinearProblemInAStep) {
+TEST(GaussNewton, SolvesALinearProblemInOneStep) {
   Problem problem;
   const auto x = problem.add(R3({5.0, -3.0, 2.0}));
   problem.minimize(Prior<R3>{R3({1.0, 2.0, 3.0})}, Gaussian{0.1, 0.2, 0.3}, {x});
@@ -41,7 +41,7 @@ TEST(GaussNewton, SolvesALinearProblemInAStep) {
   EXPECT_LE((problem.value(x).vector() - Vector<3>(1.0, 2.0, 3.0)).norm(), 1e-14);
 }
 
-TEST(GaussNewton, SolvedAgainFromTheSolutionStaysThere) {
+TEST(GaussNewton, StaysAtTheSolution) {
   Simulation simulation;
   simulation.noise = 1.0;
   TrackingProblem tracking = make_tracking_problem(simulation.data());
@@ -54,7 +54,7 @@ TEST(GaussNewton, SolvedAgainFromTheSolutionStaysThere) {
   EXPECT_LE(second.iterations, 3);
 }
 
-TEST(GaussNewton, NeverRaisesTheCost) {
+TEST(GaussNewton, NeverIncreasesTheCost) {
   Simulation simulation;
   simulation.noise = 3.0;
   for (const int pairs : {0, 8}) {
@@ -70,8 +70,8 @@ TEST(GaussNewton, NeverRaisesTheCost) {
   }
 }
 
-/// Large residuals: plain Gauss-Newton creeps, learned curvature does not, and both end at the same optimum.
-TEST(GaussNewton, LearnedCurvatureChangesTheWayButNotTheEnd) {
+/// With large residuals, plain Gauss-Newton converges slowly. Secant pairs accelerate it and lead to the same optimum.
+TEST(GaussNewton, SecantPairsDoNotChangeTheOptimum) {
   Simulation simulation;
   simulation.noise = 4.0;
   std::vector<Summary> summaries;
@@ -86,7 +86,7 @@ TEST(GaussNewton, LearnedCurvatureChangesTheWayButNotTheEnd) {
   }
 }
 
-TEST(GaussNewton, StartsAtTheMinimum) {
+TEST(GaussNewton, ConvergesWithoutIterationsAtTheMinimum) {
   Problem problem;
   const auto x = problem.add(R3({1.0, 2.0, 3.0}));
   problem.minimize(Prior<R3>{R3({1.0, 2.0, 3.0})}, Gaussian{0.1, 0.2, 0.3}, {x});

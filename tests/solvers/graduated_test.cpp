@@ -8,7 +8,7 @@
 
 #include "cases.hpp"
 
-/// Graduated non-convexity finds the minimum that the inliers agree on, where the same solver alone does not.
+/// Tests that graduated non-convexity finds the minimum of the inliers where the plain solver does not.
 namespace tandem::testing {
 namespace {
 
@@ -42,7 +42,7 @@ std::vector<Pair> pairs() {
   return all;
 }
 
-/// A state measured `count` times, by blocks of which the first are outliers.
+/// A state with many direct measurements, the first of which are outliers.
 template <LieGroup G>
 struct Averaging {
   Problem problem;
@@ -56,8 +56,8 @@ constexpr double kSigma = 0.1;
 const R3 kPoint({3.0, -2.0, 1.0});
 const SO3 kRotation = SO3::Exp({0.4, -0.7, 1.2});
 
-/// Six in ten measurements are outliers: a third of them agree on a wrong point, where the start is, and the others are
-/// anywhere within 20 m.
+/// 60 % of the measurements are outliers. A third of these agree on a wrong point, which is the initial guess; the
+/// others are spread over 20 m.
 Averaging<R3> points(const Loss& loss) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> anywhere(-20.0, 20.0);
@@ -74,7 +74,7 @@ Averaging<R3> points(const Loss& loss) {
   return a;
 }
 
-/// Four in ten measurements are turned by 180 degrees about z, and so is the start.
+/// 40 % of the measurements, and the initial guess, are turned by 180° about z.
 Averaging<SO3> rotations(const Loss& loss) {
   std::mt19937_64 random(6);
   std::normal_distribution<double> noise(0.0, kSigma);
@@ -102,12 +102,12 @@ void expect_found(const Pair& solver, const Loss& loss, Averaging<G> (*make)(con
   const Summary wrong = solver.plain(plain.problem);
   const Summary right = solver.graduated(graduated.problem, {});
   EXPECT_TRUE(right.converged()) << right.message;
-  EXPECT_GT(plain.error(truth), 1.0) << "the start is in a wrong valley";
+  EXPECT_GT(plain.error(truth), 1.0) << "the initial guess is in the wrong basin";
   EXPECT_LT(graduated.error(truth), 5.0 * kSigma / std::sqrt(double(graduated.inliers.size())));
   EXPECT_LT(right.cost, wrong.cost);
-  EXPECT_EQ(right.cost, cost_of(graduated.problem)) << "of the original losses";
+  EXPECT_EQ(right.cost, cost_of(graduated.problem)) << "cost with the original losses";
   EXPECT_EQ(right.initial_cost, initial_cost);
-  EXPECT_EQ(graduated.problem.widening(), 1.0);
+  EXPECT_EQ(graduated.problem.loss_scale(), 1.0);
 
   for (const Block& block : graduated.inliers) EXPECT_GT(graduated.problem.weight(block), 0.1);
   for (const Block& block : graduated.outliers) EXPECT_LT(graduated.problem.weight(block), 0.1);
@@ -117,11 +117,11 @@ TEST_P(GraduatedSolve, FindsAPointAmongGrossOutliers) {
   for (const Loss& loss : redescending()) expect_found(GetParam(), loss, points, kPoint);
 }
 
-TEST_P(GraduatedSolve, FindsARotationAmongTurnedOnes) {
+TEST_P(GraduatedSolve, FindsARotationAmongOutliers) {
   for (const Loss& loss : redescending()) expect_found(GetParam(), loss, rotations, kRotation);
 }
 
-TEST_P(GraduatedSolve, IsThePlainSolveWithoutRobustLosses) {
+TEST_P(GraduatedSolve, EqualsThePlainSolveWithoutRobustLosses) {
   Averaging<R3> plain = points({}), graduated = points({});
   const Summary a = GetParam().plain(plain.problem), b = GetParam().graduated(graduated.problem, {});
   EXPECT_EQ(plain.problem.value(plain.x).vector(), graduated.problem.value(graduated.x).vector());
@@ -130,7 +130,7 @@ TEST_P(GraduatedSolve, IsThePlainSolveWithoutRobustLosses) {
   EXPECT_EQ(a.initial_cost, b.initial_cost);
 }
 
-TEST_P(GraduatedSolve, LimitsHoldForAllSolvesTogether) {
+TEST_P(GraduatedSolve, AppliesLimitsToAllSolvesTogether) {
   const Pair& solver = GetParam();
   Averaging<R3> a = points(GemanMcClure(4.0));
   const int whole = solver.graduated(a.problem, {}).iterations;
@@ -138,7 +138,7 @@ TEST_P(GraduatedSolve, LimitsHoldForAllSolvesTogether) {
     a = points(GemanMcClure(4.0));
     const Summary s = solver.graduated(a.problem, {.max_iterations = most});
     EXPECT_EQ(s.status, Status::max_iterations) << s.message;
-    EXPECT_LE(s.iterations, most + 1) << "NLopt must evaluate once";
+    EXPECT_LE(s.iterations, most + 1) << "NLopt needs at least one evaluation";
     EXPECT_EQ(s.cost, cost_of(a.problem));
   }
   a = points(GemanMcClure(4.0));
@@ -155,37 +155,37 @@ TEST_P(GraduatedSolve, LimitsHoldForAllSolvesTogether) {
   EXPECT_EQ(s.status, Status::interrupted);
   EXPECT_LT(s.iterations, whole);
   EXPECT_EQ(s.cost, cost_of(a.problem));
-  EXPECT_EQ(a.problem.widening(), 1.0);
+  EXPECT_EQ(a.problem.loss_scale(), 1.0);
   EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end())) << ::testing::PrintToString(seen);
 }
 
-TEST_P(GraduatedSolve, AnExceptionLeavesTheLossesAsTheyWere) {
+TEST_P(GraduatedSolve, RestoresTheLossScaleAfterAnException) {
   Averaging<R3> a = points(GemanMcClure(4.0));
-  a.problem.widen_losses(1.5);
+  a.problem.scale_losses(1.5);
   const auto progress = [&](const Progress&) {
-    if (a.problem.widening() < 20.0) throw std::runtime_error("enough");
+    if (a.problem.loss_scale() < 20.0) throw std::runtime_error("enough");
   };
   EXPECT_THROW(GetParam().graduated(a.problem, {.progress = progress}), std::runtime_error);
-  EXPECT_EQ(a.problem.widening(), 1.5);
+  EXPECT_EQ(a.problem.loss_scale(), 1.5);
   GetParam().graduated(a.problem, {});
-  EXPECT_EQ(a.problem.widening(), 1.5) << "the widening it was given";
+  EXPECT_EQ(a.problem.loss_scale(), 1.5) << "the original loss scale";
 }
 
-TEST_P(GraduatedSolve, SaysWhyItFails) {
+TEST_P(GraduatedSolve, ReportsTheReasonOfAFailure) {
   Problem undefined;
   const auto x = undefined.add(R1(Vector<1>(-1.0)), "x");
   undefined.minimize(Logarithm{2.0}, Gaussian{0.1}, {x}, Cauchy(1.0));
   const Summary s = GetParam().graduated(undefined, {});
   EXPECT_EQ(s.status, Status::failed);
   EXPECT_THAT(s.message, ::testing::HasSubstr("logarithm"));
-  EXPECT_EQ(undefined.widening(), 1.0);
+  EXPECT_EQ(undefined.loss_scale(), 1.0);
 
   Averaging<R3> fixed = points(Cauchy(1.0));
   fixed.problem.fix(fixed.x);
   EXPECT_EQ(GetParam().graduated(fixed.problem, {}).status, Status::unsupported);
 }
 
-TEST(Graduated, HuberEndsWhereItDoesAlone) {
+TEST(Graduated, DoesNotChangeTheOptimumOfHuber) {
   Averaging<R3> plain = points(Huber(1.0)), graduated = points(Huber(1.0));
   solve(plain.problem, GaussNewtonOptions{});
   const Summary s = solve_graduated(graduated.problem, GaussNewtonOptions{});
@@ -193,7 +193,7 @@ TEST(Graduated, HuberEndsWhereItDoesAlone) {
   EXPECT_LT((plain.problem.value(plain.x).vector() - graduated.problem.value(graduated.x).vector()).norm(), 1e-3);
 }
 
-TEST(Graduated, RefusesSequencesThatNeverEnd) {
+TEST(Graduated, RejectsInvalidOptions) {
   Averaging<R3> a = points(Cauchy(1.0));
   EXPECT_THROW(solve_graduated(a.problem, GaussNewtonOptions{}, {.divide = 1.0}), Error);
   EXPECT_THROW(solve_graduated(a.problem, GaussNewtonOptions{}, {.tolerance = -1.0}), Error);

@@ -6,7 +6,7 @@
 #include "cases.hpp"
 #include "problem/tracking/simulated_tracking.hpp"
 
-/// Hard constraints that cannot be met: a status and the block at fault, from both solvers for large problems.
+/// Tests that solvers for large problems report infeasible constraints and the block at fault.
 namespace tandem::testing {
 namespace {
 
@@ -34,7 +34,7 @@ class Infeasible : public ::testing::TestWithParam<AnySolver> {
   void expect_infeasible(double least) {
     expect_infeasible(tracking.problem, least, HasSubstr("twist components of target 3, target 4"));
   }
-  /// Where two blocks share a violation, the least sum of violations may put it all into one of them: Ipopt's does.
+  /// If two blocks share a violation, Ipopt's solution may assign all of it to one of them.
   template <class Matcher>
   static void expect_infeasible(Problem& problem, double least, const Matcher& block) {
     const Summary s = GetParam()(problem);
@@ -45,14 +45,14 @@ class Infeasible : public ::testing::TestWithParam<AnySolver> {
   }
 };
 
-TEST_P(Infeasible, TwoConstraintsThatContradictEachOther) {
+TEST_P(Infeasible, TwoContradictoryConstraints) {
   tracking.problem.subject_to(Surge{1.0}, at_least(2.0), {from, to});
   tracking.problem.subject_to(Surge{1.0}, at_most(1.0), {from, to});
   expect_infeasible(0.5);
 }
 
-/// The rows of fixed variables alone are checked once, the others solved for.
-TEST_P(Infeasible, AConstraintThatFixedVariablesContradict) {
+/// Constraints on fixed variables only are checked before the solve.
+TEST_P(Infeasible, AConstraintOnFixedVariables) {
   tracking.problem.fix(from);
   tracking.problem.fix(to);
   const SE3 a = tracking.problem.value(from), b = tracking.problem.value(to);
@@ -61,8 +61,8 @@ TEST_P(Infeasible, AConstraintThatFixedVariablesContradict) {
   expect_infeasible(0.7);
 }
 
-/// Two positions 10 m apart and a third pose that must be near both.
-TEST_P(Infeasible, ConstraintsThatFixedVariablesLeaveNoRoomFor) {
+/// Two fixed positions 10 m apart, and a third one that must be within 4 m of both.
+TEST_P(Infeasible, ConstraintsBetweenFixedVariables) {
   Problem problem;
   const auto here = problem.add(R1(), "here"), there = problem.add(R1(Vector<1>(10.0)), "there");
   const auto x = problem.add(R1(Vector<1>(2.0)), "between");

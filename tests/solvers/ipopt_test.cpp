@@ -17,7 +17,6 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-/// A build without Ipopt has a stub that says so, and nothing else to test.
 class IpoptTest : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -34,7 +33,7 @@ class IpoptTest : public ::testing::Test {
   }
 };
 
-TEST_F(IpoptTest, AnUnknownOptionNamesTheNearOne) {
+TEST_F(IpoptTest, SuggestsAKnownOption) {
   EXPECT_THAT([&] { with("mu_stratgy", "adaptive"); },
               ThrowsMessage<Error>(AllOf(HasSubstr("no option 'mu_stratgy'"), HasSubstr("did you mean mu_strategy?"))));
   EXPECT_THAT([&] { with("qqqqqqqqqq", "1"); }, ThrowsMessage<Error>(HasSubstr("no option 'qqqqqqqqqq'")));
@@ -43,16 +42,16 @@ TEST_F(IpoptTest, AnUnknownOptionNamesTheNearOne) {
   EXPECT_THROW(why_unsupported(problem, options), Error);
 }
 
-TEST_F(IpoptTest, AValueOfTheWrongKindIsRefused) {
-  const std::vector<std::pair<std::string, std::string>> refused{{"mu_init", "small"}, {"tol", "-1"},
-                                                                 {"tol", ""},          {"tol", "nan"},
-                                                                 {"max_soc", "1.5"},   {"max_soc", "4294967297"},
-                                                                 {"max_soc", "-3"},    {"mu_strategy", "adaptative"}};
-  for (const auto& [key, value] : refused)
+TEST_F(IpoptTest, RejectsInvalidOptionValues) {
+  const std::vector<std::pair<std::string, std::string>> rejected{{"mu_init", "small"}, {"tol", "-1"},
+                                                                  {"tol", ""},          {"tol", "nan"},
+                                                                  {"max_soc", "1.5"},   {"max_soc", "4294967297"},
+                                                                  {"max_soc", "-3"},    {"mu_strategy", "adaptative"}};
+  for (const auto& [key, value] : rejected)
     EXPECT_THAT(([this, k = key, v = value] { with(k, v); }), ThrowsMessage<Error>(HasSubstr("ipopt option " + key)));
 }
 
-TEST_F(IpoptTest, OptionsReachIpopt) {
+TEST_F(IpoptTest, PassesOptionsToIpopt) {
   EXPECT_TRUE(with("mu_strategy", "adaptive").converged());
   EXPECT_EQ(problem.value(x).vector().norm() > 1.0, true);
   problem.set_value(x, R2({-1.2, 1.0}));
@@ -61,29 +60,29 @@ TEST_F(IpoptTest, OptionsReachIpopt) {
   EXPECT_EQ(s.iterations, 2);
 }
 
-TEST_F(IpoptTest, LinearSolversThatAreNotInstalledAreRefused) {
+TEST_F(IpoptTest, RejectsLinearSolversThatAreNotInstalled) {
   for (const char* name : {"ma27", "ma57", "ma77", "ma86", "ma97", "pardiso", "wsmp"})
     EXPECT_THAT([&] { with("linear_solver", name); },
                 ThrowsMessage<Error>(AllOf(HasSubstr("linear_solver"), HasSubstr(name), HasSubstr("mumps"))))
         << name;
   EXPECT_THROW(with("linear_solver", "MA97"), Error);
   EXPECT_THROW(with("nlp_scaling_method", "equilibration-based"), Error);
-  EXPECT_THAT(with("linear_system_scaling", "mc19").message, HasSubstr("this build of Ipopt cannot"));
+  EXPECT_THAT(with("linear_system_scaling", "mc19").message, HasSubstr("this build of Ipopt does not support"));
   EXPECT_THROW(with("resto.linear_solver", "ma97"), Error);
   EXPECT_TRUE(with("linear_solver", "mumps").converged());
 }
 
-TEST_F(IpoptTest, TwoLinearSolversAreOneTooMany) {
+TEST_F(IpoptTest, RejectsTwoLinearSolvers) {
   IpoptOptions options;
   options.linear_solver = IpoptLinearSolver::block_cholesky;
   EXPECT_EQ(why_unsupported(problem, options), "");
   options.options["linear_solver"] = "mumps";
-  EXPECT_THAT(why_unsupported(problem, options), HasSubstr("asked for twice"));
+  EXPECT_THAT(why_unsupported(problem, options), HasSubstr("given twice"));
   EXPECT_EQ(solve(problem, options).status, Status::unsupported);
 }
 
-/// Chains whose curvatures span many decades, of which the last steps tell little: a change of the data by 1e-4 takes between
-/// 66 and 313 iterations.
+/// The curvatures of these chains span many decades, which a few steps cannot represent. Small changes of the data
+/// change the number of iterations between 66 and 313.
 TEST_F(IpoptTest, LimitedMemoryConvergesOnTrackingProblems) {
   for (const double noise : {1.0, 1.0001, 1.0003, 1.0005}) {
     if (kSanitized && noise > 1) break;
@@ -104,7 +103,7 @@ TEST_F(IpoptTest, LimitedMemoryConvergesOnTrackingProblems) {
   }
 }
 
-TEST_F(IpoptTest, LimitedMemoryRefusesHardConstraints) {
+TEST_F(IpoptTest, LimitedMemoryRejectsHardConstraints) {
   IpoptOptions options;
   options.hessian = Hessian::limited_memory;
   problem.subject_to(Prior<R2>{R2()}, at_most(1.0), {x});
@@ -112,12 +111,12 @@ TEST_F(IpoptTest, LimitedMemoryRefusesHardConstraints) {
   EXPECT_EQ(solve(problem, options).status, Status::unsupported);
 }
 
-/// What the factor makes of another matrix than the one it was told of is nobody's guess.
-TEST_F(IpoptTest, AnOptionThatScalesTheLinearSystemsIsTaken) {
+/// Ipopt scales the matrix that the linear solver has analysed; the factorisation must still succeed.
+TEST_F(IpoptTest, AcceptsScalingOfTheLinearSystems) {
   EXPECT_TRUE(with("linear_system_scaling", "slack-based").converged());
 }
 
-/// Same iterates with either linear solver, soft, constrained and near a degenerate set of constraints.
+/// Both linear solvers give the same iterates for soft, constrained and nearly degenerate problems.
 TEST_F(IpoptTest, LinearSolversAgree) {
   Simulation simulation;
   simulation.duration = 20.0;
@@ -143,8 +142,8 @@ TEST_F(IpoptTest, LinearSolversAgree) {
     }
 }
 
-/// Constraints that say one thing twice leave their multipliers open, not the solution.
-TEST_F(IpoptTest, RedundantConstraintsAreMet) {
+/// With redundant constraints, the solution is unique although the multipliers are not.
+TEST_F(IpoptTest, SolvesRedundantConstraints) {
   for (const AnySolver& solver : {ipopt(Hessian::automatic), ipopt_mumps()}) {
     Problem redundant;
     const auto a = redundant.add(R3({1, 2, 3})), b = redundant.add(R3());
@@ -160,7 +159,7 @@ TEST_F(IpoptTest, RedundantConstraintsAreMet) {
   }
 }
 
-/// A solve from a callback of another: each has its own linear systems.
+/// A solve from a callback of another solve has its own linear systems.
 TEST_F(IpoptTest, SolvesFromACallback) {
   const auto inner = [] {
     Problem other;
@@ -180,9 +179,9 @@ TEST_F(IpoptTest, SolvesFromACallback) {
   EXPECT_GT(inner_solved, s.iterations - 1);
 }
 
-/// Covariances of the very problem that is being solved, out of its callback: their Program takes the variables to another
-/// point, and Ipopt's own has to find its way back, in whatever order it evaluates.
-TEST_F(IpoptTest, MarginalsFromACallback) {
+/// Marginals in the callback move the variables of the problem that is being solved. Ipopt must continue from its own
+/// point.
+TEST_F(IpoptTest, IsUnaffectedByMarginalsInACallback) {
   Simulation simulation;
   simulation.duration = 8.0;
   simulation.noise = 4.0;
@@ -215,8 +214,8 @@ TEST_F(IpoptTest, PrintsNothing) {
   EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
 }
 
-/// Beside each other with the own linear solver, one after the other with Ipopt's.
-TEST_F(IpoptTest, SolvesFromTwoThreadsAtOnce) {
+/// Block-cholesky solves run in parallel; those of MUMPS run one after the other.
+TEST_F(IpoptTest, SolvesInTwoThreads) {
   Simulation simulation;
   simulation.duration = 10.0;
   simulation.noise = 1.0;
@@ -242,7 +241,7 @@ TEST_F(IpoptTest, SolvesFromTwoThreadsAtOnce) {
   EXPECT_THAT(hard_costs, ::testing::Each(hard));
 }
 
-TEST_F(IpoptTest, MoreEqualitiesThanUnknownsAreRefused) {
+TEST_F(IpoptTest, RejectsMoreEqualitiesThanUnknowns) {
   problem.subject_to(Prior<R2>{R2()}, equal_to(1.0), {x});
   problem.subject_to(Prior<R2>{R2()}, equal_to(2.0), {x});
   const Summary s = solve(problem, IpoptOptions{});
@@ -250,7 +249,7 @@ TEST_F(IpoptTest, MoreEqualitiesThanUnknownsAreRefused) {
   EXPECT_THAT(s.message, HasSubstr("more hard equalities (4) than unknowns (2)"));
 }
 
-/// The exact Hessian converges quadratically where residuals stay large; Gauss-Newton only linearly.
+/// With large residuals, the exact Hessian converges quadratically, Gauss-Newton only linearly.
 TEST_F(IpoptTest, TheExactHessianSavesIterations) {
   Simulation simulation;
   simulation.duration = 8.0;
@@ -268,8 +267,7 @@ TEST_F(IpoptTest, TheExactHessianSavesIterations) {
   EXPECT_LT(summaries[Hessian::exact].iterations, summaries[Hessian::gauss_newton].iterations);
 }
 
-/// The solution is a turn of 2.8 rad away: Ipopt is stopped on the way, the chart centred, and started warm
-/// again.
+/// The solution is 2.8 rad away. Ipopt must be stopped, recentred and restarted.
 TEST_F(IpoptTest, RecentresWithHardConstraints) {
   Problem turning;
   std::vector<Variable<SO3>> R;

@@ -10,14 +10,14 @@
 #include "cases.hpp"
 #include "sanitized.hpp"
 
-/// Residuals that jump, as those of rotations do at π: they do not stall a solver, and messages name them.
+/// Tests discontinuous residuals, such as those of rotations at π: solvers continue, and messages name them.
 namespace tandem::testing {
 namespace {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// 0 left of the cliff at x = 0, `height` right of it.
+/// Residual 0 for x < 0, otherwise `height`.
 struct Cliff {
   static constexpr std::string_view name = "cliff";
   static constexpr int dim = 1;
@@ -29,20 +29,20 @@ struct Cliff {
   }
 };
 
-TEST(Jump, IsNamedAndTheLowerSideKept) {
+TEST(Jump, IsReportedAndTheLowerSideIsKept) {
   Problem problem;
   const auto x = problem.add(R1(Vector<1>(-1.0)), "x");
   problem.minimize(Prior<R1>{R1(Vector<1>(1.0))}, Gaussian{1.0}, {x});
   problem.minimize(Cliff{2.0}, Gaussian{1.0}, {x});
   const Summary s = solve(problem, GaussNewtonOptions{});
   EXPECT_EQ(s.status, Status::failed);
-  EXPECT_THAT(s.message, HasSubstr("the cliff of x jumps here"));
+  EXPECT_THAT(s.message, HasSubstr("the cliff of x is discontinuous here"));
   EXPECT_NEAR(s.cost, 0.5, 1e-6);
   EXPECT_NEAR(problem.value(x).vector()[0], 0.0, 1e-6);
   EXPECT_LT(problem.value(x).vector()[0], 0.0);
 }
 
-/// A car on a winding road whose detections turn by π again and again, as those of lidars do.
+/// A car on a winding road with lidar detections that are repeatedly turned by 180°.
 struct TurningDetections {
   Problem problem;
 
@@ -58,7 +58,7 @@ struct TurningDetections {
     for (double t = 0; t < 60; t += 0.2) {
       const double yaw = 1.5 * std::sin(0.2 * t);
       if (uniform(random) < 0.4) turned = !turned;
-      if (uniform(random) < 0.6) continue;  // not seen
+      if (uniform(random) < 0.6) continue;  // no detection
       const SE3 z(SO3::Exp({0, 0, yaw + (turned ? std::numbers::pi : 0.0) + 0.04 * normal(random)}),
                   Vector<3>(9 * t, 4 * std::sin(0.2 * t), 0) + 0.1 * Vector<3>(normal(random), normal(random), 0));
       const std::size_t k = x.size();
@@ -73,20 +73,20 @@ struct TurningDetections {
   }
 };
 
-TEST(Jump, OfTurnedDetectionsIsCrossed) {
+TEST(Jump, IsCrossedForTurnedDetections) {
   int named = 0, lower = 0;
   for (unsigned seed = 1; seed <= 8 && !(kSanitized && named > 0 && lower > 0); ++seed) {
     TurningDetections car(seed);
     double first_jump = HUGE_VAL, last = HUGE_VAL;
     GaussNewtonOptions options;
-    options.progress = [&](const Progress& p) {  // its cost rises where it crosses a jump, nowhere else
+    options.progress = [&](const Progress& p) {  // the cost increases only when the solver crosses a jump
       if (p.cost > last && first_jump == HUGE_VAL) first_jump = last;
       last = p.cost;
     };
     const Summary s = solve(car.problem, options);
     EXPECT_THAT(s.message, Not(HasSubstr("Jacobian")));
     if (!s.converged() && s.status != Status::max_iterations) {
-      EXPECT_THAT(s.message, HasSubstr("jumps here, as a rotation by 180 deg does"));
+      EXPECT_THAT(s.message, HasSubstr("is discontinuous here, like a rotation by 180 deg"));
       ++named;
     }
     EXPECT_LE(s.cost, first_jump);
@@ -97,9 +97,9 @@ TEST(Jump, OfTurnedDetectionsIsCrossed) {
   EXPECT_GT(lower, 0);
 }
 
-/// A Jacobian that is wrong is still said to be.
-struct Mistaken {
-  static constexpr std::string_view name = "mistaken";
+/// A wrong Jacobian must not be reported as a discontinuity.
+struct WrongJacobian {
+  static constexpr std::string_view name = "exponential";
   static constexpr int dim = 1;
   using States = std::tuple<R1>;
   void operator()(const R1& p, Vector<1>& r, Matrix<1, 1>* J = nullptr) const {
@@ -108,13 +108,13 @@ struct Mistaken {
   }
 };
 
-TEST(Jump, IsNotWhatAWrongJacobianIs) {
+TEST(Jump, IsDistinguishedFromAWrongJacobian) {
   Problem problem;
   const auto x = problem.add(R1(Vector<1>(0.5)), "x");
-  problem.minimize(Mistaken{}, Gaussian{1.0}, {x});
+  problem.minimize(WrongJacobian{}, Gaussian{1.0}, {x});
   const Summary s = solve(problem, GaussNewtonOptions{});
   EXPECT_EQ(s.status, Status::failed);
-  EXPECT_THAT(s.message, HasSubstr("the Jacobian of the mistaken of x is not what differences say"));
+  EXPECT_THAT(s.message, HasSubstr("the Jacobian of the exponential of x disagrees with finite differences"));
 }
 
 }  // namespace

@@ -6,17 +6,17 @@
 
 #include "problem/mixed_problem.hpp"
 
-/// What marginals are compared with: dense linear algebra in extended precision on the very same H and A.
+/// Provides reference marginals: dense linear algebra in extended precision on the same H and A.
 namespace tandem::testing {
 
 using Dense = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
 
-/// Jacobian of the equalities, rows of norm 1.
-inline Eigen::MatrixXd equality_jacobian(Program& program) {
-  const Eigen::MatrixXd J = dense_jacobian(program);
+/// Returns the Jacobian of the equalities with rows of norm 1.
+inline Eigen::MatrixXd equality_jacobian(NlpEvaluator& nlp) {
+  const Eigen::MatrixXd J = dense_jacobian(nlp);
   Eigen::MatrixXd A(0, J.cols());
-  for (int i = 0; i < program.num_rows(); ++i)
-    if (program.lower()[i] == program.upper()[i] && J.row(i).norm() > 0) {
+  for (int i = 0; i < nlp.num_rows(); ++i)
+    if (nlp.lower()[i] == nlp.upper()[i] && J.row(i).norm() > 0) {
       A.conservativeResize(A.rows() + 1, Eigen::NoChange);
       A.bottomRows<1>() = J.row(i).normalized();
     }
@@ -28,13 +28,13 @@ struct DenseMarginals {
   std::vector<int> block_of_id, first;
 
   explicit DenseMarginals(Problem& problem) {
-    Program program(problem);
-    Eigen::VectorXd g(program.num_unknowns()), h = hessian_values(program);
-    program.linearize(g, h);
-    first = program.hessian_pattern().first;
-    for (int id = 0; id < problem.num_variables(); ++id) block_of_id.push_back(program.block_of(id));
-    const Dense H = dense(program.hessian_pattern(), h).cast<long double>();
-    A = equality_jacobian(program);
+    NlpEvaluator nlp(problem);
+    Eigen::VectorXd g(nlp.num_unknowns()), h = hessian_values(nlp);
+    nlp.linearize(g, h);
+    first = nlp.hessian_pattern().first;
+    for (int id = 0; id < problem.num_variables(); ++id) block_of_id.push_back(nlp.block_of(id));
+    const Dense H = dense(nlp.hessian_pattern(), h).cast<long double>();
+    A = equality_jacobian(nlp);
     Dense Z = Dense::Identity(H.rows(), H.rows());
     if (A.rows() > 0) {  // null space of A
       Eigen::FullPivHouseholderQR<Dense> qr(A.cast<long double>().transpose());
@@ -53,11 +53,11 @@ struct DenseMarginals {
   }
 };
 
-/// Largest error of the marginals over all pairs of these variables, each entry against √(S_ii S_jj), or against
-/// 1e-8 of the largest entry where the variances are zero.
+/// Largest error of the marginals over all pairs of variables. Entries are relative to √(S_ii S_jj), or to 1e-8 of the
+/// largest entry if the variances are zero.
 struct Comparison {
   double error = 0;
-  int pairs = 0, outside = 0;  ///< compared; not in the pattern
+  int pairs = 0, outside = 0;  ///< pairs compared, and those outside of the pattern
 };
 template <class... Xs>
 Comparison compare(Problem& problem, const std::vector<Xs>&... lists) {

@@ -18,7 +18,7 @@ Vector<6> wave(double phase) {
   return v;
 }
 
-/// A chain of poses, with pairs of it tied together.
+/// Chain of poses with additional relative poses between pairs.
 struct PoseGraph {
   Problem problem;
   std::vector<Variable<SE3>> x;
@@ -35,7 +35,7 @@ struct PoseGraph {
   }
 };
 
-TEST(Marginals, OfOneVariable) {
+TEST(Marginals, MatchTheNoiseOfOneVariable) {
   Problem problem;
   const auto x = problem.add(R3({1, 2, 3}));
   problem.minimize(Prior<R3>{R3()}, Gaussian{0.1, 2.0, 30.0}, {x});
@@ -43,20 +43,20 @@ TEST(Marginals, OfOneVariable) {
   EXPECT_TRUE(S.isApprox(Vector<3>(0.01, 4.0, 900.0).asDiagonal().toDenseMatrix(), 1e-14)) << S;
 }
 
-TEST(Marginals, OfAChain) {
+TEST(Marginals, MatchTheDenseMethodForAChain) {
   PoseGraph graph(12, {});
   const Comparison c = compare(graph.problem, graph.x);
   EXPECT_LE(c.error, kTolerance);
-  EXPECT_EQ(c.outside, 11 * 10) << "all but neighbours";
+  EXPECT_EQ(c.outside, 11 * 10) << "all pairs but neighbours";
 }
 
-TEST(Marginals, OfLoopsThatNeedAnOrder) {
+TEST(Marginals, MatchTheDenseMethodForLoops) {
   std::vector<std::pair<int, int>> star{{0, 7}, {3, 11}, {5, 14}};
   for (int k = 2; k < 20; k += 2) star.emplace_back(0, k);
   PoseGraph graph(20, star);
   {
-    const Program program(graph.problem);
-    const auto symbolic = detail::analyze(program.hessian_pattern(), BlockCholesky::kALittleMore, true);
+    const NlpEvaluator nlp(graph.problem);
+    const auto symbolic = detail::analyze(nlp.hessian_pattern(), BlockCholesky::kDefaultNaturalFlops, true);
     ASSERT_FALSE(std::is_sorted(symbolic.order.begin(), symbolic.order.end()));
   }
   const Comparison c = compare(graph.problem, graph.x);
@@ -64,7 +64,7 @@ TEST(Marginals, OfLoopsThatNeedAnOrder) {
   EXPECT_GT(c.outside, 0);
 }
 
-/// Groups of several kinds, robust losses on both sides of their bends; without its constraints.
+/// Costs of several groups with robust losses in both of their regions, without constraints.
 struct MixedCosts {
   Problem problem;
   MixedVariables v = add_mixed_variables(problem);
@@ -78,7 +78,7 @@ struct MixedCosts {
   }
 };
 
-TEST(Marginals, OfMixedGroupsAndRobustLosses) {
+TEST(Marginals, MatchTheDenseMethodForMixedGroupsAndRobustLosses) {
   MixedCosts mixed;
   const Comparison c = mixed.compared();
   EXPECT_LE(c.error, kTolerance);
@@ -86,7 +86,7 @@ TEST(Marginals, OfMixedGroupsAndRobustLosses) {
   EXPECT_GT(c.outside, 0);
 }
 
-TEST(Marginals, OfFixedVariablesAreZero) {
+TEST(Marginals, AreZeroForFixedVariables) {
   MixedCosts mixed;
   mixed.problem.fix(mixed.v.b);
   mixed.problem.fix(mixed.v.q);
@@ -99,11 +99,11 @@ TEST(Marginals, OfFixedVariablesAreZero) {
   EXPECT_TRUE((joint.topRows<6>().isZero(0.0)));
 }
 
-TEST(Marginals, JointIsTheBlocksTogether) {
+TEST(Marginals, JointConsistsOfTheBlocks) {
   MixedCosts mixed;
   const Marginals marginals(mixed.problem);
   const auto& v = mixed.v;
-  const Matrix<9, 9> joint = marginals.joint(v.p, v.a);  // not in the pattern either way round, or in it
+  const Matrix<9, 9> joint = marginals.joint(v.p, v.a);  // outside of the pattern
   EXPECT_TRUE((joint.topLeftCorner<3, 3>() == marginals.covariance(v.p)));
   EXPECT_TRUE((joint.topRightCorner<3, 6>() == marginals.cross_covariance(v.p, v.a)));
   EXPECT_TRUE((joint.bottomLeftCorner<6, 3>().isApprox(marginals.cross_covariance(v.a, v.p), 1e-12)));
@@ -111,22 +111,22 @@ TEST(Marginals, JointIsTheBlocksTogether) {
   EXPECT_GT((joint.llt().matrixLLT().diagonal().minCoeff()), 0.0);
 }
 
-TEST(Marginals, OfATrackingProblem) {
+TEST(Marginals, MatchTheDenseMethodForATrackingProblem) {
   Simulation simulation;
   simulation.duration = 12.0;
   simulation.noise = 1.0;
   TrackingProblem tracking = make_tracking_problem(simulation.data());
   ASSERT_TRUE(solve(tracking.problem, GaussNewtonOptions{}).converged());
   const Comparison c = compare(tracking.problem, poses(tracking.chaser), poses(tracking.target));
-  EXPECT_LE(c.error, 1e-9);  // as H's condition has it: chaser 0 is known to 1e-2, late targets to 10
+  EXPECT_LE(c.error, 1e-9);  // limited by the condition of H: standard deviations range from 1e-2 to 10
   EXPECT_GT(c.outside, 0);
   const Marginals marginals(tracking.problem);
-  for (std::size_t k = 1; k < tracking.chaser.size(); ++k)  // from the first measurement on
+  for (std::size_t k = 1; k < tracking.chaser.size(); ++k)  // the first keyframe has no measurement
     EXPECT_TRUE(marginals.in_pattern(pose(tracking.chaser[k]), pose(tracking.target[k]))) << k;
 }
 
-/// Two chains side by side, tied at their ends alone: pairs across the gap, with and without being named in advance.
-TEST(Marginals, OfPairsThatAreNamed) {
+/// Two parallel chains, connected only at their ends: pairs across, with and without being named.
+TEST(Marginals, StoreNamedPairs) {
   constexpr int n = 40;
   PoseGraph graph(2 * n, {{0, n}, {n - 1, 2 * n - 1}});
   std::vector<Marginals::Pair> pairs;
@@ -140,11 +140,11 @@ TEST(Marginals, OfPairsThatAreNamed) {
     EXPECT_TRUE(named.in_pattern(a, b)) << k;
     EXPECT_TRUE((named.joint(a, b).isApprox(plain.joint(a, b), kTolerance))) << k;
   }
-  EXPECT_GT(outside, n / 2) << "otherwise this shows nothing";
+  EXPECT_GT(outside, n / 2) << "most pairs must be outside of the pattern";
   EXPECT_THROW(Marginals(graph.problem, std::vector<Marginals::Pair>{{0, 1000}}), Error);
 }
 
-TEST(Marginals, OfNamedPairsWithAFixedVariable) {
+TEST(Marginals, AllowNamedPairsWithFixedVariables) {
   PoseGraph graph(12, {});
   graph.problem.fix(graph.x[3]);
   const std::vector<Marginals::Pair> pairs{{graph.problem.id(graph.x[3]), graph.problem.id(graph.x[9])},
@@ -154,7 +154,7 @@ TEST(Marginals, OfNamedPairsWithAFixedVariable) {
   EXPECT_TRUE(marginals.in_pattern(graph.x[5], graph.x[8]));
 }
 
-TEST(Marginals, StopWhenAsked) {
+TEST(Marginals, StopOnRequest) {
   PoseGraph graph(12, {});
   std::atomic<bool> flag = true;
   SolverOptions options;
@@ -187,26 +187,26 @@ std::string message_of(Problem& problem) {
   return {};
 }
 
-TEST(Marginals, NameWhatIsFree) {
+TEST(Marginals, NameUnobservableDirections) {
   Problem problem;
   const auto q = problem.add(SE2(), "boat"), w = problem.add(SE2::Exp({1, 2, 0.3}), "buoy");
   problem.minimize(Prior<SE2>{SE2()}, Gaussian{0.1, 0.1, 0.1}, {q});
   problem.minimize(UsblPosition<SE2>{Vector<2>(1, 2)}, Gaussian{0.1, 0.1}, {q, w});
-  EXPECT_THAT(message_of(problem), ::testing::HasSubstr("leaves free: buoy in heading"));
+  EXPECT_THAT(message_of(problem), ::testing::HasSubstr("unobservable: buoy in heading"));
 }
 
-/// An inequality is left out, so that what only its bound holds is free.
-TEST(Marginals, DoNotCountInequalities) {
+/// Inequalities are ignored, so a direction that only a bound restricts is unobservable.
+TEST(Marginals, IgnoreInequalities) {
   Problem problem;
   const auto x = problem.add(R3({0, 0, 0}), "x"), y = problem.add(R3({0, 0, 0}), "y");
   problem.minimize(Prior<R3>{R3()}, Gaussian{1, 1, 1}, {x});
   problem.subject_to(Prior<R3>{R3()}, at_least(0.0), {y});
-  EXPECT_THAT(message_of(problem), ::testing::HasSubstr("leaves free: y in x, y, z"));
+  EXPECT_THAT(message_of(problem), ::testing::HasSubstr("unobservable: y in x, y, z"));
   problem.minimize(Prior<R3>{R3()}, Gaussian{1, 2, 3}, {y});
   EXPECT_NEAR(Marginals(problem).covariance(y)(2, 2), 9.0, 1e-12);
 }
 
-TEST(Marginals, RefuseWhatIsNotFinite) {
+TEST(Marginals, RejectValuesThatAreNotFinite) {
   MixedCosts mixed;
   mixed.problem.set_value(mixed.v.p, R3({NAN, 0, 0}));
   EXPECT_THAT(message_of(mixed.problem), ::testing::HasSubstr("not finite"));

@@ -1,9 +1,9 @@
 #include <gmock/gmock.h>
 
-#include <tandem/problem/sparse_program.hpp>
+#include <tandem/problem/sparse_nlp.hpp>
 
 #include "cases.hpp"
-#include "random_programs.hpp"
+#include "random_problems.hpp"
 
 namespace tandem::testing {
 namespace {
@@ -16,7 +16,7 @@ std::vector<AnySolver> solvers_with_multipliers() {
 }
 INSTANTIATE_TEST_SUITE_P(Solvers, WithMultipliers, ::testing::ValuesIn(solvers_with_multipliers()), name_of);
 
-TEST_P(WithMultipliers, leaves_them_in_the_blocks) {
+TEST_P(WithMultipliers, AreStoredInTheBlocks) {
   Problem problem;
   const auto x = problem.add(R3({1.0, 1.0, 1.0}));
   problem.minimize(Prior<R3>{R3({2.0, -1.0, 5.0})}, Gaussian{1.0, 1.0, 1.0}, {x});
@@ -31,8 +31,8 @@ TEST_P(WithMultipliers, leaves_them_in_the_blocks) {
   EXPECT_LE((problem.multipliers(bounds) - Vector<3>(1.5, -1.0, 3.0)).norm(), 1e-6);
 }
 
-/// The cost's slope by a bound, where the cost is curved and the constraint too.
-TEST_P(WithMultipliers, say_what_moving_a_bound_saves) {
+/// Compares the multiplier with the slope of the cost, where both the cost and the constraint are curved.
+TEST_P(WithMultipliers, EqualTheSlopeOfTheCost) {
   const auto solve_at = [&](double radius) {
     Problem problem;
     const auto x = problem.add(R3({1.0, 1.0, 1.0}));
@@ -47,31 +47,32 @@ TEST_P(WithMultipliers, say_what_moving_a_bound_saves) {
   EXPECT_NEAR(solve_at(16.0).second, 0.0, 1e-6);
 }
 
-TEST(Multipliers, are_those_of_both_solvers) {
+TEST(Multipliers, AgreeBetweenSolvers) {
   if (!ipopt_present()) GTEST_SKIP() << "this build has no Ipopt";
   IpoptOptions exact;
   exact.hessian = Hessian::exact;
   int compared = 0;
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
-    RandomProgram a = random_program(seed), b = random_program(seed);
+    RandomProblem a = random_problem(seed), b = random_problem(seed);
     if (!solve(a.problem, AugmentedLagrangianOptions{}).converged() || !solve(b.problem, exact).converged()) continue;
     if ((a.values() - b.values()).norm() > 1e-4) continue;  // another minimum
     Eigen::VectorXd of_a, of_b;
-    Program in_a(a.problem), in_b(b.problem);
+    NlpEvaluator in_a(a.problem), in_b(b.problem);
     of_a.resize(in_a.num_rows());
     of_b = of_a;
     in_a.multipliers(of_a);
     in_b.multipliers(of_b);
     const Eigen::MatrixXd J = Eigen::MatrixXd(sparse(in_a).jacobian).transpose();
-    // What they do to the gradient is the same; where rows depend on each other they alone need not be.
+    // Redundant rows have no unique multipliers, but Jᵀ y is unique.
     EXPECT_LE((J * (of_a - of_b)).norm(), 1e-3 * (1 + (J * of_b).norm())) << "seed " << seed;
     ++compared;
   }
   EXPECT_GE(compared, 40);
 }
 
-/// Chains of points that are held below a speed, whose noise is then drawn anew: as a recording that is estimated again.
-TEST_P(WithMultipliers, start_the_next_solve_close_to_its_end) {
+/// Chains of points with bounded speed. The second solve has slightly different measurements, like a recording that is
+/// estimated again.
+TEST_P(WithMultipliers, AccelerateTheNextSolve) {
   int cold = 0, warm = 0;
   for (const bool again : {false, true}) {
     Problem problem;
@@ -101,7 +102,7 @@ TEST_P(WithMultipliers, start_the_next_solve_close_to_its_end) {
   EXPECT_LT(warm, cold);
 }
 
-TEST(Multipliers, are_refused_where_there_are_none) {
+TEST(Multipliers, RejectInvalidAccess) {
   Problem problem;
   const auto x = problem.add(R3());
   const Block soft = problem.minimize(Prior<R3>{R3()}, Gaussian{1.0, 1.0, 1.0}, {x});

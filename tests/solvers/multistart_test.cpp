@@ -8,11 +8,11 @@
 
 #include "cases.hpp"
 
-/// A part of a problem finds its better minimum from another start, and is left alone where there is none.
+/// Tests that a part of a problem finds a better minimum from another start, and is unchanged if there is none.
 namespace tandem::testing {
 namespace {
 
-/// Two wells:  r = (x² − 1, (x + 1) / 4), least near −1, where it is 0, and near 1.
+/// Residuals r = (x² − 1, (x + 1) / 4) with a global minimum 0 at −1 and a local one near 1.
 struct TwoWells {
   static constexpr std::string_view name = "two wells";
   static constexpr int dim = 2;
@@ -24,7 +24,7 @@ struct TwoWells {
   }
 };
 
-/// A chain of them, each tied to the next by little.
+/// Chain of such residuals with weak relative residuals.
 struct Wells {
   Problem problem;
   std::array<Variable<R1>, 3> x;
@@ -42,13 +42,13 @@ struct Wells {
   }
 };
 
-TEST(Multistart, TakesTheStartThatLeadsLowest) {
+TEST(Multistart, KeepsTheBestResult) {
   Wells wells;
   EXPECT_NEAR(wells.at(1), 1.0, 0.1);
   const double before = cost_of(wells.problem);
   const std::array ids{wells.problem.id(wells.x[1])};
   const std::array starts{wells.from(1, 1.3), wells.from(1, -0.8), wells.from(1, -2.0)};
-  const MultistartOutcome outcome = solve_part_from(starts, wells.problem, ids, {.least_gain = 1e-6});
+  const MultistartOutcome outcome = solve_part_from(starts, wells.problem, ids, {.min_gain = 1e-6});
   EXPECT_EQ(outcome.best, 1);
   EXPECT_NEAR(wells.at(1), -1.0, 1e-4);
   EXPECT_NEAR(wells.at(0), 1.0, 0.1);
@@ -56,29 +56,29 @@ TEST(Multistart, TakesTheStartThatLeadsLowest) {
   EXPECT_NEAR(before - cost_of(wells.problem), outcome.gain, 1e-9 * before);
 }
 
-TEST(Multistart, LeavesWhatNoStartImproves) {
+TEST(Multistart, KeepsTheOriginalValuesIfNoStartIsBetter) {
   Wells wells;
   wells.from(1, -0.8)();
   solve(wells.problem, GaussNewtonOptions{});
   const double best = wells.at(1);
   const std::array ids{wells.problem.id(wells.x[1])};
   const std::array starts{wells.from(1, 1.3), wells.from(1, -3.0)};
-  const MultistartOutcome outcome = solve_part_from(starts, wells.problem, ids, {.least_gain = 1e-6});
+  const MultistartOutcome outcome = solve_part_from(starts, wells.problem, ids, {.min_gain = 1e-6});
   EXPECT_EQ(outcome.best, -1);
   EXPECT_EQ(outcome.gain, 0.0);
   EXPECT_EQ(wells.at(1), best);
 }
 
-TEST(Multistart, GivesUpWhatIsBackOrStopped) {
+TEST(Multistart, AbandonsTrialsThatReturnOrAreInterrupted) {
   Wells wells;
   const double first = wells.at(1);
   const std::array ids{wells.problem.id(wells.x[1])};
   const std::array starts{wells.from(1, -0.8)};
   int asked = 0;
   MultistartOptions options;
-  options.back = [&] {
+  options.has_returned = [&] {
     ++asked;
-    return std::abs(wells.at(1) + 1.0) < 0.5;  // it sees the trial
+    return std::abs(wells.at(1) + 1.0) < 0.5;  // the callback sees the values of the trial
   };
   EXPECT_EQ(solve_part_from(starts, wells.problem, ids, options).best, -1);
   EXPECT_EQ(asked, 1);
@@ -92,33 +92,33 @@ TEST(Multistart, GivesUpWhatIsBackOrStopped) {
   EXPECT_EQ(wells.at(1), first);
 }
 
-/// Steps from 3 fall fast at first and end in the well at 1, which costs 12 more than that at −1.
-TEST(Multistart, GivesUpWhatFallsTooSlowly) {
+/// From 3, the cost first falls fast. The trial ends in the well at 1, whose cost is 12 above that at −1.
+TEST(Multistart, AbandonsSlowTrials) {
   Wells wells;
   wells.from(1, -0.8)();
   solve(wells.problem, GaussNewtonOptions{});
   const std::array ids{wells.problem.id(wells.x[1])};
   const std::array starts{wells.from(1, 3.0)};
   MultistartOptions to_the_end, impatient;
-  to_the_end.near = HUGE_VAL;
+  to_the_end.cost_margin = HUGE_VAL;
   impatient.patience = 1;
   const int all = solve_part_from(starts, wells.problem, ids, to_the_end).iterations;
   EXPECT_LT(solve_part_from(starts, wells.problem, ids, impatient).iterations, all);
 }
 
-TEST(Multistart, UnderHardConstraints) {
+TEST(Multistart, AppliesHardConstraints) {
   Wells wells;
   wells.problem.subject_to(Prior<R1>{R1()}, at_least(-0.5), {wells.x[1]});
   const std::array ids{wells.problem.id(wells.x[1])};
   const std::array starts{wells.from(1, -0.8)};
   const MultistartOutcome outcome = solve_part_from(starts, wells.problem, ids);
-  // At −0.5 the first row is −0.75: it costs more than the well at 1, whose cost is 12.5.
+  // At −0.5 the first row is −0.75, and the cost exceeds 12.5, the cost at 1.
   EXPECT_EQ(outcome.best, -1);
   EXPECT_NEAR(wells.at(1), 1.0, 0.1);
 }
 
-/// What was there violates the constraint, at less cost than any point that does not.
-TEST(Multistart, FeasibleFirst) {
+/// The original values violate the constraint, and cost less than any feasible point.
+TEST(Multistart, PrefersFeasibleValues) {
   Wells wells;
   wells.from(1, -0.8)();
   solve(wells.problem, GaussNewtonOptions{});
@@ -126,24 +126,24 @@ TEST(Multistart, FeasibleFirst) {
   const double infeasible = cost_of(wells.problem);
   const std::array ids{wells.problem.id(wells.x[1])};
   const std::array starts{wells.from(1, 0.8), wells.from(1, 1.3)};
-  const MultistartOutcome outcome = solve_part_from(starts, wells.problem, ids, {.least_gain = 1e-6});
+  const MultistartOutcome outcome = solve_part_from(starts, wells.problem, ids, {.min_gain = 1e-6});
   EXPECT_EQ(outcome.best, 0);
   EXPECT_NEAR(wells.at(1), 1.0, 0.1);
   EXPECT_NEAR(infeasible - cost_of(wells.problem), outcome.gain, 1e-6);
   EXPECT_LT(outcome.gain, 0.0);
 }
 
-TEST(Multistart, TrialsEndAtTheirLimit) {
+TEST(Multistart, LimitsTheIterationsOfATrial) {
   Wells wells;
   const std::array ids{wells.problem.id(wells.x[1])};
   const std::array starts{wells.from(1, -3.0), wells.from(1, 3.0)};
   MultistartOptions limited;
-  limited.near = HUGE_VAL;
+  limited.cost_margin = HUGE_VAL;
   limited.max_iterations = 1;
   EXPECT_EQ(solve_part_from(starts, wells.problem, ids, limited).iterations, 2);
 }
 
-TEST(Multistart, LeavesTheBestWhereAStartThrows) {
+TEST(Multistart, KeepsTheBestValuesAfterAnException) {
   Wells wells;
   const std::array ids{wells.problem.id(wells.x[1])};
   const auto broken = [&] {
@@ -151,11 +151,11 @@ TEST(Multistart, LeavesTheBestWhereAStartThrows) {
     throw std::runtime_error("no such start");
   };
   const std::array<std::function<void()>, 2> starts{wells.from(1, -0.8), broken};
-  EXPECT_THROW(solve_part_from(starts, wells.problem, ids, {.least_gain = 1e-6}), std::runtime_error);
+  EXPECT_THROW(solve_part_from(starts, wells.problem, ids, {.min_gain = 1e-6}), std::runtime_error);
   EXPECT_NEAR(wells.at(1), -1.0, 1e-3);
 
   MultistartOptions options;
-  options.back = []() -> bool { throw std::runtime_error("cannot tell"); };
+  options.has_returned = []() -> bool { throw std::runtime_error("cannot tell"); };
   const std::array<std::function<void()>, 1> other{wells.from(1, 1.3)};
   EXPECT_THROW(solve_part_from(other, wells.problem, ids, options), std::runtime_error);
   EXPECT_NEAR(wells.at(1), -1.0, 1e-3);

@@ -10,7 +10,6 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-/// A build without NLopt has a stub that says so, and nothing else to test.
 class NloptTest : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -28,13 +27,13 @@ class NloptTest : public ::testing::Test {
   std::string why(const std::string& algorithm) const { return why_unsupported(problem, options(algorithm)); }
 };
 
-TEST_F(NloptTest, AnUnknownAlgorithmNamesTheNearOne) {
+TEST_F(NloptTest, SuggestsAKnownAlgorithm) {
   EXPECT_THAT([&] { solve(problem, options("slqsp")); },
               ThrowsMessage<Error>(AllOf(HasSubstr("no algorithm 'slqsp'"), HasSubstr("did you mean slsqp?"))));
   EXPECT_THAT([&] { why("auglag_lbfgs"); }, ThrowsMessage<Error>(HasSubstr("did you mean auglag-lbfgs?")));
 }
 
-TEST_F(NloptTest, QuasiNewtonAlgorithmsSolveRosenbrock) {
+TEST_F(NloptTest, AlgorithmsSolveRosenbrock) {
   for (const std::string& algorithm : nlopt_algorithms())
     for (const bool precondition : {true, false}) {
       problem.set_value(x, R2({-1.2, 1.0}));
@@ -42,7 +41,7 @@ TEST_F(NloptTest, QuasiNewtonAlgorithmsSolveRosenbrock) {
       o.precondition = precondition;
       const Summary s = solve(problem, o);
       SCOPED_TRACE(algorithm + (precondition ? ", preconditioned" : ""));
-      // Separable models creep along a curved valley, and may give up, but not as converged.
+      // Algorithms with separable models converge slowly along a curved valley, and may stop early with another status.
       if ((algorithm == "mma" || algorithm == "ccsaq") && !s.converged()) continue;
       EXPECT_TRUE(s.converged()) << s.message;
       EXPECT_EQ(s.solver, "nlopt:" + algorithm);
@@ -50,7 +49,7 @@ TEST_F(NloptTest, QuasiNewtonAlgorithmsSolveRosenbrock) {
     }
 }
 
-TEST_F(NloptTest, SaysWhichConstraintsAnAlgorithmTakes) {
+TEST_F(NloptTest, RejectsUnsupportedConstraints) {
   problem.subject_to(Prior<R2>{R2()}, at_most(0.5), {x});
   for (const char* algorithm : {"lbfgs", "tnewton", "var1", "var2"})
     EXPECT_THAT(why(algorithm), AllOf(HasSubstr(std::string("nlopt:") + algorithm + " takes no hard inequalities"),
@@ -65,7 +64,7 @@ TEST_F(NloptTest, SaysWhichConstraintsAnAlgorithmTakes) {
   EXPECT_EQ(s.message, why("lbfgs"));
 }
 
-TEST_F(NloptTest, InequalitiesWithMmaAndCcsaq) {
+TEST_F(NloptTest, MmaAndCcsaqSupportInequalities) {
   for (const char* algorithm : {"mma", "ccsaq"}) {
     Problem bounded;
     const auto p = bounded.add(R3({0.1, 0.2, 0.3}));
@@ -78,7 +77,7 @@ TEST_F(NloptTest, InequalitiesWithMmaAndCcsaq) {
   }
 }
 
-TEST_F(NloptTest, SlsqpRefusesLargeProblems) {
+TEST_F(NloptTest, SlsqpRejectsLargeProblems) {
   Problem large;
   for (int i = 0; i < 51; ++i) large.minimize(Prior<SE3>{SE3()}, Gaussian(Vector<6>::Ones()), {large.add(SE3())});
   EXPECT_THAT(why_unsupported(large, options("slsqp")),
@@ -88,7 +87,7 @@ TEST_F(NloptTest, SlsqpRefusesLargeProblems) {
   EXPECT_EQ(solve(large, options("slsqp")).status, Status::unsupported);
 }
 
-TEST_F(NloptTest, RefusesADenseJacobianThatWouldNotFit) {
+TEST_F(NloptTest, RejectsATooLargeDenseJacobian) {
   Problem large;
   for (int i = 0; i < 2000; ++i) large.subject_to(Prior<SE3>{SE3()}, equal_to(0.0), {large.add(SE3())});
   EXPECT_THAT(why_unsupported(large, options("auglag-lbfgs")), HasSubstr("12000 rows and 12000 columns"));

@@ -23,7 +23,7 @@ G some(unsigned seed) {
   return G::Exp(random_vector(G::dof, 1.0, seed));
 }
 
-/// J S Jᵀ with J by differences of f(δC, δT).
+/// Returns J S Jᵀ, with J from differences of f(δC, δT).
 template <class F>
 Eigen::MatrixXd propagated(const Eigen::MatrixXd& joint, F f) {
   const Eigen::MatrixXd J = differences(Eigen::VectorXd::Zero(joint.rows()), f);
@@ -55,20 +55,20 @@ void check_position() {
   EXPECT_LE((relative_position_covariance(c, t, joint) - expected).norm(), 1e-10 * expected.norm());
 }
 
-TEST(RelativeCovariance, OfAPose) {
+TEST(RelativeCovariance, MatchesDifferencesForPoses) {
   check_pose<SE3>();
   check_pose<SE2>();
 }
 
-TEST(RelativeCovariance, OfAPosition) {
+TEST(RelativeCovariance, MatchesDifferencesForPositions) {
   check_position<SE3, R3>();
   check_position<SE3, SE3>();
   check_position<SE2, R2>();
   check_position<SE2, SE2>();
 }
 
-/// The position of a relative pose D is that of D ⊕ d: R_D of its first three.
-TEST(RelativeCovariance, PositionIsThatOfThePose) {
+/// The position covariance is the translation block of the pose covariance, rotated by R_D.
+TEST(RelativeCovariance, PositionAgreesWithPose) {
   const SE3 c = some<SE3>(7), t = some<SE3>(8);
   const auto joint = some_covariance<12>(9);
   const Matrix<3, 3> R = (c.inverse() * t).rotation().matrix();

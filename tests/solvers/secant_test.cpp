@@ -6,7 +6,7 @@
 namespace tandem::detail {
 namespace {
 
-/// As pairs are kept.
+/// Rounds to the precision of stored pairs.
 Eigen::VectorXd rounded(const Eigen::VectorXd& x) { return x.cast<float>().cast<double>(); }
 
 Eigen::VectorXd wave(Eigen::Index n, double frequency) {
@@ -25,20 +25,20 @@ class SecantTest : public ::testing::Test {
   static constexpr Eigen::Index n = 7;
   Eigen::MatrixXd B = positive_definite(n, 0.7), H = B + positive_definite(n, 1.9);
   Eigen::LLT<Eigen::MatrixXd> llt{B};
-  Lanes lanes;
-  LaneParts parts{lanes, n, 2};  // more than there are numbers
+  TaskRunner tasks;
+  ChunkedLoop parts{tasks, n, 2};  // more parts than unknowns
 
   template <class Scalar>
   Eigen::VectorXd apply(SecantPairs<Scalar>& pairs, Eigen::VectorXd d) const {
     pairs.apply(d, [&](Eigen::VectorXd& v) { v = llt.solve(v); });
     return d;
   }
-  /// What a step on the quadratic with Hessian H changes the gradient by.
+  /// Change of the gradient along a step, for a quadratic with Hessian H.
   Eigen::VectorXd change(const Eigen::VectorXd& step) const { return rounded(H * step); }
   void add(SecantPairs<float>& pairs, const Eigen::VectorXd& step) const {
     pairs.add(step, Eigen::VectorXd::Zero(n), change(step));
   }
-  /// The inverse Hessian by dense BFGS updates of B⁻¹ (Nocedal & Wright 2006, eq. 6.17).
+  /// Inverse Hessian by dense BFGS updates of B⁻¹ (Nocedal & Wright 2006, eq. 6.17).
   Eigen::MatrixXd bfgs(const std::vector<Eigen::VectorXd>& steps) const {
     const Eigen::MatrixXd I = Eigen::MatrixXd::Identity(n, n);
     Eigen::MatrixXd inverse = B.inverse();
@@ -51,7 +51,7 @@ class SecantTest : public ::testing::Test {
   }
 };
 
-TEST_F(SecantTest, WithoutPairsItIsTheGivenInverse) {
+TEST_F(SecantTest, WithoutPairsEqualsTheGivenInverse) {
   SecantPairs<float> pairs(parts, n, 3), none(parts, n, 0);
   const Eigen::VectorXd d = wave(n, 2.0);
   EXPECT_EQ(apply(pairs, d), llt.solve(d));
@@ -70,7 +70,7 @@ TEST_F(SecantTest, EqualsDenseBfgs) {
   }
 }
 
-TEST_F(SecantTest, KeepsTheLastOnes) {
+TEST_F(SecantTest, KeepsTheLastPairs) {
   SecantPairs<float> pairs(parts, n, 3);
   std::vector<Eigen::VectorXd> steps;
   for (int k = 0; k < 8; ++k) add(pairs, steps.emplace_back(wave(n, 0.5 + k)));
@@ -78,7 +78,7 @@ TEST_F(SecantTest, KeepsTheLastOnes) {
   EXPECT_LE((apply(pairs, d) - bfgs({steps.end() - 3, steps.end()}) * d).norm(), 1e-12 * d.norm());
 }
 
-TEST_F(SecantTest, MeetsTheSecantEquation) {
+TEST_F(SecantTest, SatisfiesTheSecantEquation) {
   SecantPairs<float> pairs(parts, n, 3);
   for (int k = 0; k < 5; ++k) {
     const Eigen::VectorXd step = wave(n, 0.5 + k);
@@ -87,7 +87,7 @@ TEST_F(SecantTest, MeetsTheSecantEquation) {
   }
 }
 
-TEST_F(SecantTest, LeavesOutPairsWithoutPositiveCurvature) {
+TEST_F(SecantTest, DiscardsPairsWithoutPositiveCurvature) {
   SecantPairs<float> pairs(parts, n, 3);
   const Eigen::VectorXd g = wave(n, 3.0), step = wave(n, 1.0), d = wave(n, 2.0);
   pairs.add(step, g, g - step);
@@ -95,12 +95,12 @@ TEST_F(SecantTest, LeavesOutPairsWithoutPositiveCurvature) {
   pairs.add(step, g, Eigen::VectorXd::Constant(n, std::numeric_limits<double>::quiet_NaN()));
   EXPECT_EQ(apply(pairs, d), llt.solve(d));
   add(pairs, step);
-  pairs.add(wave(n, 4.0), g, g - wave(n, 4.0));  // and keeps those it has
+  pairs.add(wave(n, 4.0), g, g - wave(n, 4.0));  // existing pairs are kept
   EXPECT_LE((apply(pairs, d) - bfgs({step}) * d).norm(), 1e-12 * d.norm());
 }
 
-/// The part of the Hessian that B has exactly may change after the step: pairs then are as if made with the new one.
-TEST_F(SecantTest, TakesTheTermOfTheDay) {
+/// The exact part of the Hessian may change after the step. Pairs then act as if added with the new one.
+TEST_F(SecantTest, UsesThePresentHessianOfTheTerm) {
   const Eigen::MatrixXd term = positive_definite(n, 3.1);
   SecantPairs<double> pairs(parts, n, 3, true), whole(parts, n, 3);
   const Eigen::VectorXd g = wave(n, 3.0), d = wave(n, 2.0);
@@ -114,7 +114,7 @@ TEST_F(SecantTest, TakesTheTermOfTheDay) {
   EXPECT_LE((apply(pairs, d) - expected).norm(), 1e-12 * expected.norm());
 }
 
-TEST_F(SecantTest, AFullStoreIsUnharmedByAPairThatIsNotFinite) {
+TEST_F(SecantTest, DiscardsPairsThatAreNotFiniteWhenFull) {
   SecantPairs<float> pairs(parts, n, 2);
   const Eigen::VectorXd g = wave(n, 3.0), d = wave(n, 2.0);
   for (int k = 0; k < 2; ++k) add(pairs, wave(n, 0.5 + k));
@@ -122,7 +122,7 @@ TEST_F(SecantTest, AFullStoreIsUnharmedByAPairThatIsNotFinite) {
   EXPECT_LE((apply(pairs, d) - bfgs({wave(n, 1.5)}) * d).norm(), 1e-12 * d.norm());
 }
 
-TEST_F(SecantTest, ForgetsWhenCleared) {
+TEST_F(SecantTest, ClearRemovesAllPairs) {
   SecantPairs<float> pairs(parts, n, 3);
   for (int k = 0; k < 5; ++k) add(pairs, wave(n, 0.5 + k));
   pairs.clear();

@@ -3,7 +3,7 @@
 #include <tandem/solvers/solver.hpp>
 
 #include "cases.hpp"
-#include "random_programs.hpp"
+#include "random_problems.hpp"
 
 namespace tandem::testing {
 namespace {
@@ -18,9 +18,9 @@ void expect_same(const Summary& a, const Summary& b) {
   EXPECT_EQ(a.evaluations, b.evaluations);
 }
 
-TEST(Solver, solves_as_if_each_time_were_the_first) {
+TEST(Solver, RepeatedSolvesEqualFirstSolves) {
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
-    RandomProgram again = random_program(seed), once = random_program(seed);
+    RandomProblem again = random_problem(seed), once = random_problem(seed);
     Solver solver(again.problem);
     for (int k = 0; k < 3; ++k) {
       for (std::size_t i = 0; i < once.x.size(); ++i) {
@@ -35,7 +35,7 @@ TEST(Solver, solves_as_if_each_time_were_the_first) {
   }
 }
 
-TEST(Solver, goes_by_what_has_changed) {
+TEST(Solver, UsesChangedData) {
   Problem problem;
   const auto x = problem.add(R3());
   const Block fix = problem.minimize(Prior<R3>{R3({1.0, 2.0, 3.0})}, Gaussian{1.0, 1.0, 1.0}, {x});
@@ -65,7 +65,7 @@ TEST(Solver, goes_by_what_has_changed) {
   EXPECT_EQ(solver.solve().status, Status::unsupported);
 }
 
-TEST(Solver, refuses_what_a_block_does_not_take) {
+TEST(Solver, RejectsInvalidChangesOfBlocks) {
   Problem problem;
   const auto x = problem.add(R3());
   const Block soft = problem.minimize(Prior<R3>{R3()}, Gaussian{1.0, 1.0, 1.0}, {x});

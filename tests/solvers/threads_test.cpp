@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <tandem/lie/rn.hpp>
-#include <tandem/problem/lanes.hpp>
+#include <tandem/problem/parallel_tasks.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/solvers/augmented_lagrangian.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
@@ -16,9 +16,9 @@
 namespace tandem::testing {
 namespace {
 
-constexpr double kLong = 720.0;  // s: 8,640 unknowns, so many that vectors of them go to lanes, too
+constexpr double kLong = 720.0;  // [s]; gives 8,640 unknowns, enough for parallel loops over vectors
 
-/// A track, solved: its cost and all its poses.
+/// Solution of a tracking problem: its cost and all poses.
 struct Solved {
   Summary summary;
   std::vector<double> numbers;
@@ -30,7 +30,7 @@ Solved solved(Options options, Role constraints, double seconds, int threads) {
   model.non_holonomic = constraints;
   if (constraints == Role::hard) model.surge = between(0.0, 2.5);
   TrackingProblem tracking = make_tracking_problem(noisy(seconds).data(), model);
-  EXPECT_GE(tracking.problem.num_soft_blocks(), 1000) << "enough for several lanes";
+  EXPECT_GE(tracking.problem.num_soft_blocks(), 1000) << "enough for several tasks";
   options.threads = threads;
   Solved result{solve(tracking.problem, options), {}};
   result.numbers = {result.summary.initial_cost, result.summary.cost, result.summary.max_violation};
@@ -60,20 +60,20 @@ void expect_same_for_any_threads(const Options& options, Role constraints, doubl
   }
 }
 
-TEST(Threads, DoNotChangeASoftSolve) { expect_same_for_any_threads(GaussNewtonOptions{}, Role::soft, kLong); }
+TEST(Threads, HaveNoEffectOnASoftSolve) { expect_same_for_any_threads(GaussNewtonOptions{}, Role::soft, kLong); }
 
-TEST(Threads, DoNotChangeAConstrainedSolve) {
+TEST(Threads, HaveNoEffectOnAConstrainedSolve) {
   expect_same_for_any_threads(AugmentedLagrangianOptions{}, Role::hard, kLong);
 }
 
-TEST(Threads, DoNotChangeAnInteriorPointSolveWithExactHessians) {
+TEST(Threads, HaveNoEffectOnIpoptWithExactHessians) {
   if (!ipopt_available()) GTEST_SKIP() << "Tandem was built without Ipopt";
   IpoptOptions options;
   options.hessian = Hessian::exact;
   expect_same_for_any_threads(options, Role::hard, 240.0);
 }
 
-TEST(Threads, BelowZeroAreRefused) {
+TEST(Threads, RejectANegativeNumber) {
   GaussNewtonOptions options;
   options.threads = -1;
   Problem problem;

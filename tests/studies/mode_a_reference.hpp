@@ -12,21 +12,24 @@
 
 namespace tandem {
 
-/// A row of ../shared/reference/mode_a_reference.csv: mode A with the soft roll-pitch prior and nothing else, as an
-/// independent implementation solved it.
+/// A row of ../shared/reference/mode_a_reference.csv: the result of an independent implementation of Mode A with only
+/// the soft roll-pitch prior.
 struct Reference {
   std::string scenario;
   std::size_t keyframes;
   int residual_blocks;
   double cost;
-  std::vector<double> errors;  ///< of usbl, optical, gated, all: n, mean and std of the position [m], mean angle [deg]
+  /// Number, mean and standard deviation of the position error [m] and mean angle [deg], at keyframes with a position,
+  /// with a pose, with no measurement, and at all keyframes.
+  std::vector<double> errors;
 };
 
+/// Returns all rows of the file.
 inline std::vector<Reference> references() {
   std::ifstream file(shared_path("reference/mode_a_reference.csv"));
   std::vector<Reference> result;
   std::string line;
-  std::getline(file, line);  // names of the columns
+  std::getline(file, line);  // header
   while (std::getline(file, line)) {
     std::replace(line.begin(), line.end(), ',', ' ');
     std::istringstream fields(line);

@@ -14,7 +14,7 @@
 
 namespace tandem {
 
-/// A folder of a test's own, gone with it.
+/// A temporary folder, removed by the destructor.
 class ScratchFolder {
  public:
   ScratchFolder() {
@@ -35,7 +35,7 @@ class ScratchFolder {
   std::filesystem::path path_;
 };
 
-/// Where programs are looked for; puts back what it was.
+/// Sets the environment variable PATH for its lifetime.
 class Path {
  public:
   explicit Path(const std::string& value) : before_(getenv("PATH")) { setenv("PATH", value.c_str(), 1); }
@@ -47,7 +47,7 @@ class Path {
   std::string before_;
 };
 
-/// Names of what is in a folder, but for the list of them that a run leaves there.
+/// Returns the names of the entries of a folder, without the manifest of OutputFolder.
 inline std::vector<std::string> files(const std::filesystem::path& folder) {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(folder))
@@ -57,11 +57,11 @@ inline std::vector<std::string> files(const std::filesystem::path& folder) {
 
 inline std::string read_file(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
-  EXPECT_TRUE(stream) << file << " is not there";
+  EXPECT_TRUE(stream) << file << " is missing";
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// The message of the Error that f() throws.
+/// Returns the message of the Error that f() throws. Fails if it throws none.
 template <class F>
 std::string error_of(F f) {
   try {
@@ -73,8 +73,8 @@ std::string error_of(F f) {
   return "";
 }
 
-/// Writes a scenario of five seconds into a folder: the target keeps 5 m ahead on a straight line at 1 m/s,
-/// and every measurement is exact.
+/// Writes a scenario of five seconds. The target stays 5 m ahead of the chaser on a straight line at 1 m/s; all
+/// measurements are exact.
 inline void write_small_scenario(const ScratchFolder& folder) {
   folder.write("scenario.yaml",
                "name: small\n"

@@ -1,7 +1,7 @@
-# What README.md, CHANGELOG.md and the pages of docs link to is there.
-cmake_minimum_required(VERSION 3.25)
+# Checks that the link targets in README.md, CHANGELOG.md and docs exist.
+cmake_minimum_required(VERSION 3.22)
 set(total 0)
-file(GLOB pages "${SOURCE}/*.md" "${SOURCE}/docs/*.md")
+file(GLOB pages "${SOURCE}/*.md" "${SOURCE}/docs/*.md" "${SOURCE}/docs/tutorials/*.md")
 foreach(page IN LISTS pages)
   file(READ "${page}" text)
   get_filename_component(folder "${page}" DIRECTORY)

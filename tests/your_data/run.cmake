@@ -1,7 +1,7 @@
-# The mistakes of docs/your_data.md, made: TANDEM must say of each what the page says it does.
-cmake_minimum_required(VERSION 3.25)
+# Makes the mistakes listed in docs/tutorials/your_recording.md and checks that TANDEM prints the messages quoted there.
+cmake_minimum_required(VERSION 3.22)
 set(scenario "${WORK}/my_run")
-file(READ "${SOURCE}/docs/your_data.md" page)
+file(READ "${SOURCE}/docs/tutorials/your_recording.md" page)
 set(settings
 "name: my_run
 noise:
@@ -17,12 +17,12 @@ function(fresh)
   file(REMOVE_RECURSE "${scenario}")
   file(MAKE_DIRECTORY "${scenario}")
   foreach(name chaser_odometry.tum usbl.csv optical.csv)
-    file(COPY "${SOURCE}/studies/scenarios/docking_a/${name}" DESTINATION "${scenario}")
+    file(COPY "${SOURCE}/share/scenarios/docking_a/${name}" DESTINATION "${scenario}")
   endforeach()
   file(WRITE "${scenario}/scenario.yaml" "${settings}")
 endfunction()
 
-# says(expected args ...): what tandem prints, ending with status 1, has the sentence, and so does the page.
+# says(expected args ...): checks that tandem exits with status 1 and prints the message, and that the page quotes it.
 function(says expected)
   execute_process(
     COMMAND "${TANDEM}" ${ARGN} WORKING_DIRECTORY "${WORK}" RESULT_VARIABLE status OUTPUT_VARIABLE out ERROR_VARIABLE out
@@ -32,11 +32,12 @@ function(says expected)
   if(NOT status EQUAL 1 OR printed EQUAL -1)
     message(SEND_ERROR "tandem ${ARGN} must end with 1 and say\n  ${expected}\nbut ended with ${status}:\n  ${out}")
   elseif(documented EQUAL -1)
-    message(SEND_ERROR "docs/your_data.md does not quote\n  ${expected}")
+    message(SEND_ERROR "docs/tutorials/your_recording.md does not quote\n  ${expected}")
   endif()
 endfunction()
 
-# mistake(file pattern replacement expected): in a fresh folder, the first match in that file replaced.
+# mistake(file pattern replacement expected): replaces the first match in the file of a fresh folder and checks the
+# message of tandem estimate.
 function(mistake file pattern replacement expected)
   fresh()
   file(READ "${scenario}/${file}" text)
@@ -55,16 +56,16 @@ endfunction()
 
 set(line "[^\n]*\n")
 mistake(usbl.csv "^(${line}${line}${line}${line}[^\n]*)" "\\1,7"
-        "my_run/usbl.csv:5: 5 columns where 4 are expected (t,x,y,z)")
+        "my_run/usbl.csv:5: expected 4 columns (t,x,y,z), found 5")
 mistake(usbl.csv "^${line}" ""
-        "my_run/usbl.csv:1: the first line must name the columns t,x,y,z, not '0.000,-17.876637,6.187475,4.654173'")
-mistake(usbl.csv "^t,x,y,z" "t;x;y;z" "my_run/usbl.csv:1: the first line must name the columns t,x,y,z, not 't;x;y;z'")
+        "my_run/usbl.csv:1: the first line must be the header t,x,y,z, not '0.000,-17.876637,6.187475,4.654173'")
+mistake(usbl.csv "^t,x,y,z" "t;x;y;z" "my_run/usbl.csv:1: the first line must be the header t,x,y,z, not 't;x;y;z'")
 mistake(usbl.csv "^(${line}${line}${line}${line}${line}[^\n]*),[^\n]*" "\\1,abc"
         "my_run/usbl.csv:6: z is 'abc', not a number")
 mistake(usbl.csv "^(${line}${line}${line})(${line})(${line})" "\\1\\3\\2"
         "my_run/usbl.csv:5: time 12.400 comes before that of line 4; lines must be in time order")
 mistake(optical.csv "^(${line}${line}${line}[^,]*,[^,]*,[^,]*,[^,]*)[^\n]*" "\\1,0.5,0.5,0.5,0.9"
-        "my_run/optical.csv:4: quaternion 0.5 0.5 0.5 0.9 has length 1.249, which must be 1 within 0.001")
+        "my_run/optical.csv:4: quaternion 0.5 0.5 0.5 0.9 has norm 1.249; it must be 1 within 0.001")
 mistake(scenario.yaml "  usbl:${line}" "" "my_run/scenario.yaml:3: noise lacks the key usbl")
 mistake(scenario.yaml "1.7, 1.7, 1.7" "1.7, 1.7" "my_run/scenario.yaml:5: usbl needs 3 standard deviations, not 2")
 mistake(scenario.yaml "1.7, 1.7, 1.7" "1.7, 1.7, -1"
@@ -82,21 +83,22 @@ mistake(scenario.yaml "${last}" "\\0frame: NED\n" "my_run/scenario.yaml:9: unkno
 mistake(scenario.yaml "  prior:" "\tprior:" "my_run/scenario.yaml:3: not valid yaml: illegal map value")
 mistake(scenario.yaml "0.0006]" "0.0006" "my_run/scenario.yaml:5: not valid yaml: end of sequence flow not found")
 mistake(scenario.yaml "noise:" "group: SE2\nnoise:"
-        "my_run/usbl.csv:1: the first line must name the columns t,x,y, not 't,x,y,z'")
+        "my_run/usbl.csv:1: the first line must be the header t,x,y, not 't,x,y,z'")
 
 fresh()
 file(READ "${scenario}/usbl.csv" text)
 string(REGEX REPLACE "\n([0-9]+)[.]([0-9][0-9][0-9])," "\n\\1\\2," text "${text}") # s to ms
 file(WRITE "${scenario}/usbl.csv" "${text}")
-says("my_run/usbl.csv:3: time 3700 lies outside the odometry's span, 0 to 1200 s" estimate my_run)
+says("my_run/usbl.csv:3: time 3700 is outside the time span of the odometry, 0 to 1200 s" estimate my_run)
 
 fresh()
 file(REMOVE "${scenario}/usbl.csv" "${scenario}/optical.csv")
-says("my_run has no measurements: neither usbl.csv, optical.csv nor another sensor gives any" estimate my_run)
+says("my_run has no measurements of a target; give usbl.csv, optical.csv or another sensor with at least one row"
+     estimate my_run)
 fresh()
-says("the noise constant_velocity is needed here: give standard deviations above zero (it has 0.000000)"
+says("the noise constant_velocity is required; give positive standard deviations (found 0.000000)"
      estimate my_run --mode B)
-says("docking_a has no sensor of the chaser's own: sensors in scenario.yaml of the types imu, dvl, depth, gps or heading; \
-for chaser and target by odometry use tandem estimate" navigate docking_a)
+says("docking_a has none of the chaser's own sensors (type imu, dvl, depth, gps or heading in scenario.yaml); use tandem \
+estimate for a chaser with odometry" navigate docking_a)
 says("gauss-newton takes soft residuals only, and this problem has 1537 hard ones: use augmented-lagrangian or ipopt, or \
 nlopt for a small problem" estimate docking_a --non-holonomic hard --solver gauss-newton)

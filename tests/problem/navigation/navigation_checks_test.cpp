@@ -18,10 +18,10 @@ using Kind = NavigationFinding::Kind;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-/// Differs from line to line, and never repeats for long.
+/// Returns a deterministic disturbance that differs from line to line.
 double wobble(int i) { return std::sin(1.7 * i) + 0.3 * std::sin(0.37 * i); }
 
-/// A vehicle that turns to and fro for 60 s, level, with every sensor: nothing is wrong with any.
+/// Returns 60 s of data without defects: a level vehicle with all sensors, whose yaw oscillates.
 NavigationData healthy() {
   NavigationData data;
   ImuSensor& imu = data.imu.emplace();
@@ -67,7 +67,7 @@ std::string error_of_check(NavigationData data) {
   return "";
 }
 
-/// The one finding that there should be.
+/// Expects exactly one finding and returns it.
 NavigationFinding finding(NavigationData& data) {
   const auto all = check(data);
   EXPECT_EQ(all.size(), 1u);
@@ -85,23 +85,23 @@ bool increase(const std::vector<T>& lines) {
   return true;
 }
 
-TEST(NavigationChecks, NothingIsSaidOfHealthyData) {
+TEST(NavigationChecks, HealthyDataHaveNoFindings) {
   NavigationData data = healthy();
   for (const NavigationFinding& other : check(data)) ADD_FAILURE() << other.text();
   EXPECT_EQ(data.imu->samples.size(), 6001u);
   EXPECT_EQ(sensor(data, EgoSensorType::depth).measurements.size(), 600u + 1u);
 }
 
-TEST(NavigationChecks, ALineThatJumpsBackIsDropped) {
+TEST(NavigationChecks, DropsLineThatJumpsBack) {
   NavigationData data = healthy();
   data.imu->samples[100].t = 0.5;
   const NavigationFinding f = finding(data);
-  EXPECT_EQ(f.text(), "imu: 1 line at 0.5 s whose time runs backwards is dropped");
+  EXPECT_EQ(f.text(), "imu: dropped 1 line at 0.5 s whose time runs backwards");
   EXPECT_EQ(data.imu->samples.size(), 6000u);
   EXPECT_TRUE(increase(data.imu->samples));
 }
 
-TEST(NavigationChecks, ALineThatJumpsAheadCostsItselfAlone) {
+TEST(NavigationChecks, DropsOnlyTheLineThatJumpsAhead) {
   NavigationData data = healthy();
   auto& depth = sensor(data, EgoSensorType::depth).measurements;
   depth[100].t = 1e9;
@@ -113,7 +113,7 @@ TEST(NavigationChecks, ALineThatJumpsAheadCostsItselfAlone) {
   EXPECT_TRUE(increase(depth));
 }
 
-TEST(NavigationChecks, AStretchWrittenAgainIsDropped) {
+TEST(NavigationChecks, DropsRepeatedLines) {
   NavigationData data = healthy();
   auto& samples = data.imu->samples;
   const std::vector<ImuSample> stretch(samples.begin() + 1000, samples.begin() + 1200);
@@ -121,22 +121,22 @@ TEST(NavigationChecks, AStretchWrittenAgainIsDropped) {
   const NavigationFinding f = finding(data);
   EXPECT_EQ(f.kind, Kind::backwards);
   EXPECT_EQ(f.count, 200u);
-  EXPECT_THAT(f.text(), ::testing::StartsWith("imu: 200 lines between "));
+  EXPECT_THAT(f.text(), ::testing::StartsWith("imu: dropped 200 lines between "));
   EXPECT_EQ(samples.size(), 6001u);
 }
 
-TEST(NavigationChecks, RepeatedTimesKeepTheFirst) {
+TEST(NavigationChecks, KeepsFirstOfRepeatedTimes) {
   NavigationData data = healthy();
   auto& gps = sensor(data, EgoSensorType::gps).measurements;
   const Vector<3> first = gps[3].value;
   gps[4].t = gps[5].t = gps[3].t;
   const NavigationFinding f = finding(data);
-  EXPECT_EQ(f.text(), "gps: 2 lines at 3 s that repeat a time are dropped");
+  EXPECT_EQ(f.text(), "gps: dropped 2 lines at 3 s with a repeated time");
   EXPECT_EQ(gps[3].value, first);
   EXPECT_EQ(gps[4].t, 6.0);
 }
 
-TEST(NavigationChecks, NumbersThatAreNone) {
+TEST(NavigationChecks, DropsLinesThatAreNotFinite) {
   NavigationData data = healthy();
   data.imu->samples[7].angular_rate.y() = kNan;
   data.imu->samples[9].t = std::numeric_limits<double>::infinity();
@@ -146,21 +146,19 @@ TEST(NavigationChecks, NumbersThatAreNone) {
   EXPECT_EQ(data.imu->samples.size(), 5999u);
 }
 
-TEST(NavigationChecks, SaturationAtAStatedLimit) {
+TEST(NavigationChecks, FindsSaturationAtGivenLimit) {
   NavigationData data = healthy();
   data.imu->max_specific_force = 40;
   for (const int i : {200, 201, 300}) data.imu->samples[std::size_t(i)].specific_force.x() = i == 300 ? -41 : 40;
   const NavigationFinding f = finding(data);
-  EXPECT_EQ(f.text(),
-            "imu: 3 samples between 2 and 3 s are at the end of the range of specific force x and say too little; they "
-            "are kept");
+  EXPECT_EQ(f.text(), "imu: 3 samples of specific force x between 2 and 3 s are saturated, but kept");
   EXPECT_EQ(data.imu->samples.size(), 6001u);
 }
 
-TEST(NavigationChecks, SaturationAtALimitThatShowsItself) {
+TEST(NavigationChecks, FindsSaturationAtUnknownLimit) {
   NavigationData data = healthy();
   for (std::size_t i = 200; i < 212; ++i) data.imu->samples[i].angular_rate.z() = -4.3633;
-  for (std::size_t i = 400; i < 404; ++i) data.imu->samples[i].angular_rate.z() = 4.3633;  // too few to tell
+  for (std::size_t i = 400; i < 404; ++i) data.imu->samples[i].angular_rate.z() = 4.3633;  // too few to count
   const NavigationFinding f = finding(data);
   EXPECT_EQ(f.kind, Kind::saturated);
   EXPECT_EQ(f.channel, "angular rate z");
@@ -168,21 +166,21 @@ TEST(NavigationChecks, SaturationAtALimitThatShowsItself) {
   EXPECT_EQ(f.from, 2.0);
 }
 
-TEST(NavigationChecks, AnAxisThatIsStuck) {
+TEST(NavigationChecks, FindsStuckImuAxis) {
   NavigationData data = healthy();
   for (std::size_t i = 1000; i < 1150; ++i) data.imu->samples[i].specific_force.y() = 0;
   const NavigationFinding f = finding(data);
   EXPECT_EQ(f.text(), "imu: specific force y is stuck at one value for 150 samples between 10 and 11.49 s");
   data = healthy();
   for (ImuSample& sample : data.imu->samples) sample.angular_rate.x() = 0.01;
-  EXPECT_EQ(finding(data).count, 6001u) << "all the time";
+  EXPECT_EQ(finding(data).count, 6001u) << "stuck for the whole recording";
 }
 
-TEST(NavigationChecks, QuantisationAndRestAreNotStuck) {
+TEST(NavigationChecks, QuantisedOrRestingImuIsNotStuck) {
   NavigationData data = healthy();
   for (std::size_t i = 0; i < data.imu->samples.size(); ++i) {
     auto& rate = data.imu->samples[i].angular_rate;
-    rate.x() = 0.001 * std::round(3 * std::sin(0.013 * double(i)));  // the same for up to a second
+    rate.x() = 0.001 * std::round(3 * std::sin(0.013 * double(i)));  // equal for up to a second
   }
   EXPECT_TRUE(check(data).empty());
   data = healthy();
@@ -191,12 +189,12 @@ TEST(NavigationChecks, QuantisationAndRestAreNotStuck) {
   for (const NavigationFinding& other : check(data)) EXPECT_NE(other.kind, Kind::stuck) << "all axes are at rest";
 }
 
-TEST(NavigationChecks, ASensorThatHangsIsDroppedButForTheFirst) {
+TEST(NavigationChecks, DropsRepeatedValuesOfStuckSensor) {
   NavigationData data = healthy();
   auto& dvl = sensor(data, EgoSensorType::dvl).measurements;
   for (std::size_t i = 51; i < 62; ++i) dvl[i].value = dvl[50].value;
   const NavigationFinding f = finding(data);
-  EXPECT_EQ(f.text(), "dvl: it repeats one value; 11 lines between 10.2 and 12.2 s are dropped");
+  EXPECT_EQ(f.text(), "dvl: dropped 11 lines between 10.2 and 12.2 s with a repeated value; the sensor may be stuck");
   EXPECT_EQ(dvl.size(), 290u);
   data = healthy();
   auto& still = sensor(data, EgoSensorType::dvl).measurements;
@@ -208,7 +206,7 @@ TEST(NavigationChecks, ASensorThatHangsIsDroppedButForTheFirst) {
   EXPECT_EQ(finding(data).sensor, "heading");
 }
 
-TEST(NavigationChecks, ADepthMayStayTheSameForAWhile) {
+TEST(NavigationChecks, DepthMayRepeatForSeconds) {
   NavigationData data = healthy();
   auto& depth = sensor(data, EgoSensorType::depth).measurements;
   for (std::size_t i = 100; i < 140; ++i) depth[i].value.z() = -5;
@@ -217,12 +215,12 @@ TEST(NavigationChecks, ADepthMayStayTheSameForAWhile) {
   EXPECT_EQ(finding(data).count, 69u);
 }
 
-TEST(NavigationChecks, GapsAreToldAndNothingIsDropped) {
+TEST(NavigationChecks, ReportsGapsWithoutDroppingSamples) {
   NavigationData data = healthy();
   auto& samples = data.imu->samples;
   samples.erase(samples.begin() + 1001, samples.begin() + 1100);
   EXPECT_EQ(finding(data).text(),
-            "imu: no sample between 10 and 11 s, longer than max_gap: the estimate is split there");
+            "imu: no samples between 10 and 11 s, which is longer than max_gap; the chain of keyframes is split there");
   EXPECT_EQ(samples.size(), 5902u);
   data.imu->max_gap = 1.5;
   EXPECT_TRUE(check(data).empty());
@@ -235,51 +233,51 @@ TEST(NavigationChecks, GapsAreToldAndNothingIsDropped) {
   EXPECT_THAT(finding(data).text(), ::testing::StartsWith("imu: 10 gaps longer than max_gap between 3 and 48.81 s"));
 }
 
-TEST(NavigationChecks, SensorsThatAreNotThereAllTheTime) {
+TEST(NavigationChecks, ReportsSensorsWithPartialCoverage) {
   NavigationData data = healthy();
   auto& gps = sensor(data, EgoSensorType::gps).measurements;
   gps.erase(gps.begin() + 30, gps.end());
-  EXPECT_EQ(finding(data).text(), "gps: ends at 29 s, before the recording does at 60 s");
+  EXPECT_EQ(finding(data).text(), "gps: ends at 29 s, but the recording ends at 60 s");
   gps.erase(gps.begin(), gps.begin() + 25);
-  EXPECT_EQ(check(data).front().text(), "gps: begins at 25 s, when the recording has begun at 0 s");
+  EXPECT_EQ(check(data).front().text(), "gps: starts at 25 s, but the recording starts at 0 s");
   gps.clear();
-  EXPECT_EQ(finding(data).text(), "gps: gives nothing");
+  EXPECT_EQ(finding(data).text(), "gps: no measurements");
   data = healthy();
   auto& dvl = sensor(data, EgoSensorType::dvl).measurements;
   dvl.erase(dvl.begin() + 101, dvl.begin() + 200);
-  EXPECT_EQ(finding(data).text(), "dvl: silent between 20 and 40 s");
+  EXPECT_EQ(finding(data).text(), "dvl: no measurements between 20 and 40 s");
   data = healthy();
   data.imu->samples.resize(3000);
-  EXPECT_EQ(finding(data).text(), "imu: ends at 29.99 s, before the recording does at 60 s");
+  EXPECT_EQ(finding(data).text(), "imu: ends at 29.99 s, but the recording ends at 60 s");
 }
 
-TEST(NavigationChecks, SpecificForceInOtherUnits) {
-  const auto refusal = [](double factor, const Vector<3>& more = Vector<3>::Zero()) {
+TEST(NavigationChecks, RejectsSpecificForceInOtherUnits) {
+  const auto rejection = [](double factor, const Vector<3>& more = Vector<3>::Zero()) {
     NavigationData data = healthy();
     for (ImuSample& sample : data.imu->samples) sample.specific_force = factor * sample.specific_force + more;
     return error_of_check(data);
   };
-  EXPECT_THAT(refusal(1 / 9.80665), HasSubstr("in g? multiply by 9.80665"));
-  EXPECT_THAT(refusal(1000 / 9.80665), HasSubstr("in mg?"));
-  EXPECT_THAT(refusal(1000), HasSubstr("in mm/s^2?"));
-  EXPECT_THAT(refusal(1, {0, 0, -9.8}), HasSubstr("gravity must be in it"));
-  EXPECT_THAT(refusal(3),
-              ::testing::MatchesRegex("imu: the specific force is 29.[0-9]+ where gravity makes it some 9.8 "
-                                      "m/s\\^2: it must be in m/s\\^2"));
+  EXPECT_THAT(rejection(1 / 9.80665), HasSubstr("in g, multiply them by 9.80665"));
+  EXPECT_THAT(rejection(1000 / 9.80665), HasSubstr("in mg, multiply them by 0.00980665"));
+  EXPECT_THAT(rejection(1000), HasSubstr("in mm/s^2, divide them by 1000"));
+  EXPECT_THAT(rejection(1, {0, 0, -9.8}), HasSubstr("samples must include gravity"));
+  EXPECT_THAT(rejection(3),
+              ::testing::MatchesRegex("imu: the median specific force is 29.[0-9]+ m/s\\^2, but gravity alone is 9.8; "
+                                      "give samples in m/s\\^2"));
 }
 
-TEST(NavigationChecks, GravityOfTheWrongSign) {
+TEST(NavigationChecks, RejectsGravityOfWrongSign) {
   NavigationData data = healthy();
   for (ImuSample& sample : data.imu->samples) sample.specific_force *= -1;
-  EXPECT_THAT(error_of_check(data), HasSubstr("the specific force points down where heading says which way is up"));
-  // A compass that does not know roll and pitch cannot contradict.
+  EXPECT_THAT(error_of_check(data), HasSubstr("the specific force points down according to heading"));
+  // A compass without roll and pitch cannot detect the wrong sign.
   sensor(data, EgoSensorType::heading).sigma.head<2>().setConstant(3);
-  EXPECT_THAT(finding(data).text(), HasSubstr("imu: reads like an upside-down body between 0 and 2 s"));
+  EXPECT_THAT(finding(data).text(), HasSubstr("imu: the specific force points down between 0 and 2 s"));
   data.imu->mount = SE3(SO3::Exp({std::numbers::pi, 0, 0}), Vector<3>::Zero());
   for (ImuSample& sample : data.imu->samples)
     sample.angular_rate = Vector<3>(1, -1, -1).cwiseProduct(sample.angular_rate);
   EXPECT_TRUE(check(data).empty()) << "mounted upside down";
-  // Axes that are not forward, left, up: x up.
+  // An IMU frame whose x axis points up.
   data = healthy();
   data.sensors.clear();
   for (ImuSample& sample : data.imu->samples)
@@ -287,24 +285,24 @@ TEST(NavigationChecks, GravityOfTheWrongSign) {
   for (const NavigationFinding& other : check(data)) EXPECT_NE(other.kind, Kind::upside_down);
 }
 
-TEST(NavigationChecks, AngularRateInDegrees) {
+TEST(NavigationChecks, RejectsAngularRateInDegrees) {
   NavigationData data = healthy();
   for (ImuSample& sample : data.imu->samples) sample.angular_rate *= 180 / std::numbers::pi;
   EXPECT_THAT(error_of_check(data),
-              ::testing::MatchesRegex("imu: it turns faster than 8 rad/s in [0-9]+ % of the samples, "
-                                      "which looks like degrees: angular rates must be in rad/s"));
-  // Too slow for that, but a heading sensor tells.
+              ::testing::MatchesRegex("imu: [0-9]+ % of the angular rates exceed 8 rad/s; if angular rates are in "
+                                      "degrees per second, convert them to rad/s"));
+  // The rates are plausible, but contradict the heading sensor.
   data = healthy();
   const double slower = 0.3;
   for (ImuSample& sample : data.imu->samples) sample.angular_rate *= slower * 180 / std::numbers::pi;
   for (EgoMeasurement& m : sensor(data, EgoSensorType::heading).measurements)
     m.rotation = SO3::Exp(slower * m.rotation.Log());
   EXPECT_THAT(error_of_check(data),
-              ::testing::MatchesRegex("imu: it turns 5[0-9.]+ times as far as heading, which looks "
-                                      "like degrees: angular rates must be in rad/s"));
+              ::testing::MatchesRegex("imu: yaw changes from the angular rate are 5[0-9.]+ times those from heading; "
+                                      "if angular rates are in degrees per second, convert them to rad/s"));
 }
 
-/// Rolls by 0.1 rad to and fro, with gravity where it must then be.
+/// Returns data without a heading sensor, of a vehicle that rolls by ±0.1 rad.
 NavigationData rolling() {
   NavigationData data = healthy();
   std::erase_if(data.sensors, [](const EgoSensor& s) { return s.type == EgoSensorType::heading; });
@@ -315,53 +313,52 @@ NavigationData rolling() {
   return data;
 }
 
-TEST(NavigationChecks, GravityTellsTheUnitAndSignOfTheAngularRate) {
+TEST(NavigationChecks, VerifiesAngularRateAgainstGravity) {
   NavigationData data = rolling();
   EXPECT_TRUE(check(data).empty());
-  for (ImuSample& sample : data.imu->samples) sample.angular_rate.x() += 0.3;  // a bias changes nothing
+  for (ImuSample& sample : data.imu->samples) sample.angular_rate.x() += 0.3;  // a bias has no effect
   EXPECT_TRUE(check(data).empty());
   data = rolling();
   for (ImuSample& sample : data.imu->samples) sample.angular_rate *= 0.6 * 180 / std::numbers::pi;
   for (ImuSample& sample : data.imu->samples) sample.specific_force.y() *= 0.6;
   EXPECT_THAT(error_of_check(data),
-              ::testing::MatchesRegex("imu: by its angular rate it tips 5[0-9.]+ times as far as by its "
-                                      "specific force, which looks like degrees: angular rates must "
-                                      "be in rad/s"));
+              ::testing::MatchesRegex("imu: tilt changes from the angular rate are 5[0-9.]+ times those from the "
+                                      "specific force; if angular rates are in degrees per second, convert them to "
+                                      "rad/s"));
   data = rolling();
   for (ImuSample& sample : data.imu->samples) sample.angular_rate *= -1;
-  EXPECT_THAT(error_of_check(data),
-              EndsWith("times as far as by its specific force: the signs of one of the two are wrong"));
+  EXPECT_THAT(error_of_check(data), EndsWith("times those from the specific force; change the sign of one of the two"));
 }
 
-TEST(NavigationChecks, AngularRateOfTheWrongSign) {
+TEST(NavigationChecks, RejectsAngularRateOfWrongSign) {
   NavigationData data = healthy();
   for (ImuSample& sample : data.imu->samples) sample.angular_rate *= -1;
-  EXPECT_THAT(error_of_check(data), EndsWith("the sign of its angular rate, the frame or an orientation is wrong"));
+  EXPECT_THAT(error_of_check(data), EndsWith("check the sign of the angular rate, the frame and the orientations"));
 }
 
-TEST(NavigationChecks, MagnitudesOfTheOtherSensors) {
-  const auto refusal = [](EgoSensorType type, double factor) {
+TEST(NavigationChecks, RejectsImplausibleMagnitudes) {
+  const auto rejection = [](EgoSensorType type, double factor) {
     NavigationData data = healthy();
     for (EgoMeasurement& m : sensor(data, type).measurements) m.value *= factor;
     return error_of_check(data);
   };
-  EXPECT_THAT(refusal(EgoSensorType::dvl, 1000), HasSubstr("dvl: it measures 15"));
-  EXPECT_THAT(refusal(EgoSensorType::dvl, 1000), EndsWith("in mm/s or cm/s?"));
-  EXPECT_THAT(refusal(EgoSensorType::dvl, 100), EndsWith("in mm/s or cm/s?"));
-  EXPECT_THAT(refusal(EgoSensorType::depth, 1e4), EndsWith("in mm, or a pressure?"));
-  EXPECT_THAT(refusal(EgoSensorType::gps, 1e6), EndsWith("from an origin near by"));
+  EXPECT_THAT(rejection(EgoSensorType::dvl, 1000), HasSubstr("dvl: the speed over ground is 15"));
+  EXPECT_THAT(rejection(EgoSensorType::dvl, 1000), EndsWith("convert it to m/s"));
+  EXPECT_THAT(rejection(EgoSensorType::dvl, 100), EndsWith("convert it to m/s"));
+  EXPECT_THAT(rejection(EgoSensorType::depth, 1e4), EndsWith("in mm or is a pressure, convert it to m"));
+  EXPECT_THAT(rejection(EgoSensorType::gps, 1e6), EndsWith("from an origin near the vehicle"));
   NavigationData data = healthy();
   for (EgoMeasurement& m : sensor(data, EgoSensorType::depth).measurements) m.value *= -1;
-  EXPECT_THAT(finding(data).text(), HasSubstr("depth: most of it is above the world's origin"));
+  EXPECT_THAT(finding(data).text(), HasSubstr("depth: most heights are above the world's origin"));
 }
 
-TEST(NavigationChecks, AnInertialSensorNeedsSamples) {
+TEST(NavigationChecks, RejectsImuWithOneSample) {
   NavigationData data = healthy();
   for (ImuSample& sample : data.imu->samples) sample.t = 1;
-  EXPECT_EQ(error_of_check(data), "imu: two samples or more are needed");
+  EXPECT_EQ(error_of_check(data), "imu: at least two samples are required");
 }
 
-TEST(NavigationChecks, TellVibrationThatTheStatedNoiseLeavesOut) {
+TEST(NavigationChecks, FindsVibrationFarAboveGivenNoise) {
   NavigationData data;
   ImuSensor& imu = data.imu.emplace();
   imu.name = "imu";
@@ -379,13 +376,13 @@ TEST(NavigationChecks, TellVibrationThatTheStatedNoiseLeavesOut) {
     return check(data);
   };
   EXPECT_THAT(record(0.02, 0.001), ::testing::IsEmpty());
-  EXPECT_THAT(record(0.1, 0.005), ::testing::IsEmpty()) << "five times may be a poor figure; it is not told";
+  EXPECT_THAT(record(0.1, 0.005), ::testing::IsEmpty()) << "five times the given noise is below the limit";
   const auto findings = record(0.4, 0.001);
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_EQ(findings[0].kind, Kind::vibration);
   EXPECT_NEAR(findings[0].accelerometer, 0.4, 0.02);
   EXPECT_NEAR(findings[0].gyroscope, 0.001, 5e-5);
-  EXPECT_THAT(findings[0].text(), HasSubstr("far more than is stated"));
+  EXPECT_THAT(findings[0].text(), HasSubstr("far above the given noise"));
 }
 
 }  // namespace

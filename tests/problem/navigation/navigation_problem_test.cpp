@@ -20,7 +20,7 @@ NavigationProblem solved(const NavigationData& data, const std::vector<Stamped<E
   return problem;
 }
 
-TEST(Navigation, ExactDataLandsOnTheTruth) {
+TEST(Navigation, ExactDataGiveTruth) {
   const LevelTurn turn;
   const NavigationProblem problem = solved(turn.data(), turn.guess(), turn.start());
   EXPECT_LE(turn.largest_error(problem), 1e-6);
@@ -29,18 +29,18 @@ TEST(Navigation, ExactDataLandsOnTheTruth) {
   EXPECT_TRUE(problem.splits.empty());
 }
 
-TEST(Navigation, BuildingEndsWhereItIsToStop) {
+TEST(Navigation, BuildingThrowsStopped) {
   const LevelTurn turn;
   const std::atomic<bool> stop = true;
   EXPECT_THROW(make_navigation_problem(turn.data(), turn.guess(), turn.start(), {}, Stop(&stop)), Stopped);
 }
 
-/// Each measurement at a keyframe of its own says the same as carried there from the keyframe before.
-TEST(Navigation, BetweenKeyframesAsAtKeyframes) {
+/// Compares measurements between keyframes, propagated by the IMU, with one keyframe per measurement.
+TEST(Navigation, MeasurementsBetweenKeyframesMatchOnesAtKeyframes) {
   LevelTurn turn;
   turn.duration = 6;
   NavigationData data = turn.data();
-  for (EgoSensor& sensor : data.sensors)  // noise that both have to make the same of
+  for (EgoSensor& sensor : data.sensors)  // the same noise for both problems
     for (std::size_t i = 0; i < sensor.measurements.size(); ++i)
       sensor.measurements[i].value +=
           sensor.sigma[0] * Vector<3>(std::sin(double(i)), std::cos(3. * double(i)), std::sin(2. + double(i)));
@@ -58,41 +58,41 @@ TEST(Navigation, BetweenKeyframesAsAtKeyframes) {
   for (std::size_t k = 0; k < coarse.keyframes.size(); ++k)
     for (std::size_t j = 0; j < fine.keyframes.size(); ++j) {
       if (std::abs(fine.keyframes[j].t - coarse.keyframes[k].t) > 1e-9) continue;
-      // The samples' own noise over part of a second, which only the fine one has: 1e-3 m/s next to 1e-2 of a DVL.
+      // Only the fine problem has IMU noise over fractions of a second: 1e-3 m/s, compared to 1e-2 m/s of the DVL.
       const EgoState a = coarse.state(k), b = fine.state(j);
       EXPECT_LE((a.pose.inverse() * b.pose).Log().norm(), 3e-3) << k;
       EXPECT_LE((a.velocity - b.velocity).norm(), 3e-3) << k;
     }
-  EXPECT_GT(turn.largest_error(coarse), 5e-3) << "the noise counts";
+  EXPECT_GT(turn.largest_error(coarse), 5e-3) << "the noise has an effect";
 }
 
-TEST(Navigation, FindsBiases) {
+TEST(Navigation, EstimatesImuBiases) {
   LevelTurn turn;
   turn.duration = 60;
   turn.bias << 0.02, -0.03, 0.05, 1e-3, -2e-3, 3e-3;
   std::vector<Stamped<EgoState>> guess = turn.guess();
-  for (int i = 0; i < 3; ++i) {  // summed up anew where they were found
+  for (int i = 0; i < 3; ++i) {  // repeats the preintegration at the estimated biases
     const NavigationProblem problem = solved(turn.data(), guess, turn.start());
     for (std::size_t k = 0; k < guess.size(); ++k) guess[k].value = problem.state(k);
   }
   const Vector<6> off = guess.back().value.bias - turn.bias;
   EXPECT_LE(off.tail<3>().norm(), 2e-4) << off.transpose();
-  EXPECT_NEAR(off[2], 0, 5e-3) << "of the vertical accelerometer";
+  EXPECT_NEAR(off[2], 0, 5e-3) << "vertical accelerometer";
 }
 
-TEST(Navigation, AGapIsCoastedThroughAndReported) {
+TEST(Navigation, CoastsThroughImuGap) {
   const LevelTurn turn;
   NavigationData data = turn.data();
   std::erase_if(data.imu->samples, [](const ImuSample& s) { return s.t > 7.3 && s.t < 9.6; });
   const NavigationProblem problem = solved(data, turn.guess(), turn.start());
-  ASSERT_EQ(problem.splits.size(), 1u) << "adjacent ones are one";
+  ASSERT_EQ(problem.splits.size(), 1u) << "adjacent intervals are merged";
   EXPECT_EQ(problem.splits.front(), std::pair(7.0, 10.0));
-  const auto left_out = problem.left_out;
-  EXPECT_GT(left_out[0], 2u) << "DVL readings out of the keyframes' reach";
-  EXPECT_LE(turn.largest_error(problem), 0.3) << "straight on, where it turned by 0.1 rad/s for 3 s";
+  const auto num_discarded = problem.num_discarded;
+  EXPECT_GT(num_discarded[0], 2u) << "DVL readings in the gap";
+  EXPECT_LE(turn.largest_error(problem), 0.3) << "coasting goes straight, the vehicle turns by 0.1 rad/s for 3 s";
 }
 
-TEST(Navigation, DvlAndHeadingWithoutImu) {
+TEST(Navigation, SupportsDvlAndHeadingWithoutImu) {
   const LevelTurn turn;
   NavigationData data = turn.data();
   data.imu.reset();
@@ -102,13 +102,13 @@ TEST(Navigation, DvlAndHeadingWithoutImu) {
   Alignment start = turn.start();
   start.state = turn.state(guess.front().t);
   const NavigationProblem problem = solved(data, guess, start);
-  EXPECT_THAT(problem.left_out, ::testing::Each(0u));
-  EXPECT_TRUE(problem.splits.empty()) << "there is no inertial chain";
+  EXPECT_THAT(problem.num_discarded, ::testing::Each(0u));
+  EXPECT_TRUE(problem.splits.empty()) << "there is no IMU";
   EXPECT_LE(turn.largest_error(problem), 0.08)
-      << "0.15 m/s² towards the centre for 0.4 s between readings, and what that does to the position";
+      << "a centripetal acceleration of 0.15 m/s² acts for 0.4 s between readings";
 }
 
-TEST(Navigation, PreintegratedDvl) {
+TEST(Navigation, SupportsPreintegratedDvl) {
   const LevelTurn turn;
   EgoOptions options;
   options.preintegrated_dvl = true;
@@ -117,7 +117,7 @@ TEST(Navigation, PreintegratedDvl) {
   for (const PlacedEgoMeasurement& m : problem.measurements) EXPECT_EQ(m.block.has_value(), m.sensor != 0);
 }
 
-TEST(Navigation, EstimatesTheDvlsScale) {
+TEST(Navigation, EstimatesDvlScale) {
   LevelTurn turn;
   turn.dvl_scale = 0.02;
   EgoOptions options;
@@ -128,7 +128,7 @@ TEST(Navigation, EstimatesTheDvlsScale) {
   EXPECT_NEAR(problem.problem.value(*problem.dvl_scale).vector()[0], 0.02, 2e-3);
 }
 
-TEST(Navigation, ADelayIsHonoured) {
+TEST(Navigation, AppliesSensorDelay) {
   const LevelTurn turn;
   NavigationData data = turn.data(0.35);
   EXPECT_LE(turn.largest_error(solved(data, turn.guess(), turn.start())), 1e-6);
@@ -136,10 +136,10 @@ TEST(Navigation, ADelayIsHonoured) {
   EXPECT_GE(turn.largest_error(solved(data, turn.guess(), turn.start())), 1e-2);
 }
 
-TEST(Navigation, WhatCannotBe) {
+TEST(Navigation, RejectsInvalidInput) {
   const LevelTurn turn;
   NavigationData data = turn.data();
-  const auto refusal = [&] {
+  const auto rejection = [&] {
     try {
       make_navigation_problem(data, turn.guess(), turn.start());
     } catch (const Error& error) {
@@ -148,36 +148,36 @@ TEST(Navigation, WhatCannotBe) {
     return std::string("nothing");
   };
   data.sensors[3].sigma = Vector<3>::Ones();
-  EXPECT_THAT(refusal(), HasSubstr("depth: a depth needs 1 standard deviations, not 3"));
+  EXPECT_THAT(rejection(), HasSubstr("depth: a depth needs 1 standard deviations, not 3"));
   EXPECT_THROW(make_navigation_problem(turn.data(), {{0.0, turn.state(0)}}, turn.start()), Error);
 }
 
-TEST(CoarseAlignment, TiltHeadingPositionAndVelocity) {
+TEST(CoarseAlignment, ComputesTiltHeadingPositionAndVelocity) {
   const LevelTurn turn;
   const Alignment a = coarse_alignment(turn.data());
   EXPECT_EQ(a.t, 0);
   EXPECT_FALSE(a.heading_unknown);
-  // Off by the centripetal acceleration's tilt, 0.015 rad, and by what it turned until the first heading.
+  // Error sources: the centripetal acceleration, 0.015 rad, and the rotation until the first heading.
   EXPECT_LE((turn.pose(0).rotation().inverse() * a.state.pose.rotation()).Log().norm(), 0.06);
   EXPECT_LE((turn.pose(0).translation() - a.state.pose.translation()).norm(), 1.0);
   EXPECT_LE((turn.velocity(0) - a.state.velocity).norm(), 0.1);
 }
 
-TEST(CoarseAlignment, WithoutHeadingItIsUnknownWhereSomethingWillTell) {
+TEST(CoarseAlignment, HeadingIsUnknownIfObservableLater) {
   const LevelTurn turn;
   NavigationData data = turn.data();
   data.sensors.erase(data.sensors.begin() + 1);
   EXPECT_TRUE(coarse_alignment(data).heading_unknown);
-  data.sensors.erase(data.sensors.begin() + 1);  // nor GPS
+  data.sensors.erase(data.sensors.begin() + 1);  // GPS
   const Alignment a = coarse_alignment(data);
   EXPECT_FALSE(a.heading_unknown) << "zero by definition";
   EXPECT_NEAR(a.state.pose.translation().head<2>().norm(), 0, 1e-12);
-  const Alignment turned_about = coarse_alignment(turn.data());
-  const EgoState s = turned_about.turned(1.0);
-  EXPECT_LE((s.velocity - SO3::Exp({0, 0, 1.0}).act(turned_about.state.velocity)).norm(), 1e-12);
+  const Alignment aligned = coarse_alignment(turn.data());
+  const EgoState s = aligned.rotated_about_vertical(1.0);
+  EXPECT_LE((s.velocity - SO3::Exp({0, 0, 1.0}).act(aligned.state.velocity)).norm(), 1e-12);
 }
 
-TEST(CoarseAlignment, NeedsSomethingToMoveBy) {
+TEST(CoarseAlignment, NeedsImuOrDvlWithHeading) {
   NavigationData data = LevelTurn().data();
   data.imu.reset();
   EXPECT_NO_THROW(coarse_alignment(data));

@@ -5,7 +5,7 @@
 namespace tandem {
 namespace {
 
-TEST(Trajectory, PoseAt) {
+TEST(Trajectory, InterpolatesPose) {
   const SO3 quarter = SO3::Exp({0, 0, 1.5});
   const std::vector<Stamped<SE3>> trajectory = {{1.0, SE3(SO3(), Vector<3>(1, 0, 0))},
                                                 {2.0, SE3(SO3(), Vector<3>(3, 0, 0))},

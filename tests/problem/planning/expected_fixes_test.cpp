@@ -12,12 +12,12 @@ namespace tandem::testing {
 namespace {
 
 const ExpectedSensor kUsbl{0.5, {0.5, 0.4, 0.3}},
-    kCamera{2.0, {0.05, 0.04, 0.06}, Vector<3>(0.03, 0.02, 0.01), Sight{}};
+    kCamera{2.0, {0.05, 0.04, 0.06}, Vector<3>(0.03, 0.02, 0.01), FieldOfView{}};
 const SE3 kChaser(SO3::Exp({0.2, -0.1, 0.7}), {1.0, 2.0, 3.0});
 const SE3 kSeen = kChaser * SE3(SO3::Exp({0.4, 0.3, -1.0}), {4.0, 1.0, 0.5});
 const SE3 kBehind = kChaser * SE3(SO3(), {-4.0, 0.0, 0.0});
 
-/// Jᵀ R⁻¹ J of a residual at its own measurement, by the target.
+/// Returns the information Jᵀ R⁻¹ J about the target of a residual at its measurement.
 template <class R>
 Matrix<6, 6> information(const R& residual, const SE3& target, const Eigen::VectorXd& sigma) {
   Vector<R::dim> r;
@@ -27,28 +27,28 @@ Matrix<6, 6> information(const R& residual, const SE3& target, const Eigen::Vect
   return J.transpose() * weight.asDiagonal() * J;
 }
 
-TEST(ExpectedFixes, AreWhatTheResidualsOfTheSensorsTell) {
+TEST(ExpectedFixes, EqualTheInformationOfTheSensorResiduals) {
   const auto fixes = expected_fixes({kUsbl, kCamera}, 2.0, {kChaser, kChaser}, {kSeen, kSeen});
   ASSERT_EQ(fixes.size(), 1u);
   const SE3 z = kChaser.inverse() * kSeen;
   Vector<6> sigma;
   sigma << kCamera.position, *kCamera.rotation;
-  const double seen = Unseen{*kCamera.sight}.probability(z.translation());
+  const double seen = Visibility{*kCamera.sight}.probability(z.translation());
   EXPECT_GT(seen, 0.9);
   const Matrix<6, 6> expected = 1.0 * information(UsblPosition<>{z.translation()}, kSeen, kUsbl.position) +
                                 4.0 * seen * information(RelativePose<>{z}, kSeen, sigma);
   EXPECT_LE((fixes[0] - expected).norm(), 1e-12 * expected.norm());
 }
 
-TEST(ExpectedFixes, OutOfSightThereIsWhatIsHeardAllAround) {
+TEST(ExpectedFixes, ExcludeSensorsWithoutSight) {
   const auto both = expected_fixes({kUsbl, kCamera}, 1.0, {kChaser, kChaser}, {kBehind, kBehind});
   const auto heard = expected_fixes({kUsbl}, 1.0, {kChaser, kChaser}, {kBehind, kBehind});
   EXPECT_LE((both[0] - heard[0]).norm(), 1e-6 * heard[0].norm());
   EXPECT_THROW(expected_fixes({kUsbl}, 1.0, {kChaser}, {}), Error);
 }
 
-/// The recursion against the normal matrix of all poses at once: before, now and after each step.
-TEST(ExpectedFixes, TheRecursionIsTheDenseProblems) {
+/// Compares the recursion with the normal matrix of all poses: before, now and after each step.
+TEST(ExpectedFixes, RecursionMatchesDenseProblem) {
   constexpr int steps = 6, n = 6 * (steps + 2);
   TargetBelief belief;
   belief.now = kSeen;
@@ -79,7 +79,7 @@ TEST(ExpectedFixes, TheRecursionIsTheDenseProblems) {
     J << J0, J1, J2;
     normal.block<18, 18>(6 * k, 6 * k) += J.transpose() * weight.asDiagonal() * J;
     normal.block<6, 6>(6 * k + 12, 6 * k + 12) += fixes[i];
-    // So far, without what is later: the covariance of the pose after this step.
+    // Covariance of the pose after this step, without later information.
     const int size = 6 * k + 18;
     const Eigen::MatrixXd covariance = normal.topLeftCorner(size, size).inverse();
     const Matrix<6, 6> last = covariance.bottomRightCorner<6, 6>();

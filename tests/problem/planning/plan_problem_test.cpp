@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/derivative_testing.hpp>
+#include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/problem/planning/plan_problem.hpp>
-#include <tandem/problem/program.hpp>
-#include <tandem/problem/testing.hpp>
 #include <tandem/residuals/prior.hpp>
 
 #include "residuals/vehicle/some_vehicle.hpp"
@@ -13,8 +13,8 @@
 namespace tandem::testing {
 namespace {
 
-/// Every cost and every constraint that there is.
-PlanOptions everything(int steps) {
+/// Options with every cost and every constraint.
+PlanOptions all_options(int steps) {
   PlanOptions o;
   o.steps = steps;
   o.dt = 0.7;
@@ -22,7 +22,7 @@ PlanOptions everything(int steps) {
   o.twist = Bounds<6>{Vector<6>::Constant(-2.0), Vector<6>::Constant(2.0)};
   o.lowest = -40.0;
   o.highest = -1.0;
-  o.most_roll_pitch = 0.5;
+  o.max_roll_pitch = 0.5;
   o.information = 0.5;
   o.keep_out = 5.0;
   o.approach = Cone{0.6, SE3(SO3::Exp({0.0, 0.0, std::numbers::pi}), {-1.0, 0.0, 0.0})};
@@ -41,9 +41,9 @@ TargetPrediction moving_target(const PlanOptions& o) {
 }
 
 template <int N>
-void expect_right_derivatives() {
+void expect_correct_derivatives() {
   const auto vehicle = some_vehicle<N>();
-  const PlanOptions options = everything(4);
+  const PlanOptions options = all_options(4);
   PlanProblem<N> problem(vehicle, options);
   VehicleState<N> start;
   start.pose = SE3(SO3::Exp({0.05, -0.1, 0.2}), {0.0, 1.0, -12.0});
@@ -68,12 +68,12 @@ void expect_right_derivatives() {
   }
 }
 
-TEST(PlanProblem, HasTheRightDerivativesAsAWhole) {
-  expect_right_derivatives<3>();
-  expect_right_derivatives<8>();
+TEST(PlanProblem, DerivativesMatchFiniteDifferences) {
+  expect_correct_derivatives<3>();
+  expect_correct_derivatives<8>();
 }
 
-/// Its Jacobian is half of what it should be.
+/// Residual whose Jacobian is half of the correct one.
 struct Wrong {
   static constexpr std::string_view name = "wrong";
   static constexpr int dim = 3;
@@ -84,19 +84,19 @@ struct Wrong {
   }
 };
 
-TEST(CheckDerivatives, NamesWhatIsWrong) {
+TEST(CheckDerivatives, NamesWrongDerivative) {
   Problem problem;
   const auto x = problem.add(R3({1.0, 2.0, 3.0}), "x");
   problem.minimize(Wrong{}, Gaussian{1.0, 1.0, 1.0}, {x});
   EXPECT_GE(check_derivatives(problem, 1).relative, 0.5);
-  Problem constrained;  // whose cost is right
+  Problem constrained;  // its cost is correct
   const auto y = constrained.add(R3({1.0, 2.0, 3.0}), "y");
   constrained.minimize(Prior<R3>{R3({0.0, 1.0, 0.0})}, Gaussian{1.0, 1.0, 1.0}, {y});
   constrained.subject_to(Wrong{}, at_least(0), {y});
   EXPECT_NE(check_derivatives(constrained, 1).text.find("wrong of y"), std::string::npos);
 }
 
-TEST(PlanProblem, GivesBackWhatItWasGiven) {
+TEST(PlanProblem, ReturnsTheInitialGuess) {
   const auto vehicle = some_vehicle<3>();
   PlanOptions options;
   options.steps = 3;
@@ -111,9 +111,9 @@ TEST(PlanProblem, GivesBackWhatItWasGiven) {
   }
   problem.set_start(start, Vector<3>::Zero());
   problem.set_guess(plan);
-  const Plan<3> back = problem.plan();
-  for (std::size_t k = 0; k < 4; ++k) EXPECT_EQ(back.states[k].twist, plan.states[k].twist);
-  EXPECT_EQ(back.commands[2], plan.commands[2]);
+  const Plan<3> returned = problem.plan();
+  for (std::size_t k = 0; k < 4; ++k) EXPECT_EQ(returned.states[k].twist, plan.states[k].twist);
+  EXPECT_EQ(returned.commands[2], plan.commands[2]);
 
   const Plan<3> later = plan.shifted(step, Vector<3>::Zero());
   EXPECT_EQ(later.states.front().twist, plan.states[1].twist);
@@ -127,7 +127,7 @@ TEST(PlanProblem, GivesBackWhatItWasGiven) {
   EXPECT_THROW(problem.set_target(target), Error);
 }
 
-/// A chaser that stands still at `position`, and the largest violation of any hard constraint there.
+/// Returns the largest violation of a hard constraint for a chaser at rest at `position`.
 double violation_at(PlanProblem<3>& problem, const VehicleModel<3>& vehicle, const Vector<3>& position) {
   VehicleState<3> start;
   start.pose = SE3(SO3(), position);
@@ -140,14 +140,14 @@ double violation_at(PlanProblem<3>& problem, const VehicleModel<3>& vehicle, con
     still.states.push_back(step(still.states.back(), still.commands.back(), no_current));
   }
   problem.set_guess(still);
-  Program program(problem.problem());
-  Eigen::VectorXd c(program.num_rows());
-  program.constraints(c);
-  return program.violation(c).size;
+  NlpEvaluator nlp(problem.problem());
+  Eigen::VectorXd c(nlp.num_rows());
+  nlp.constraints(c);
+  return nlp.violation(c).size;
 }
 
-/// A target that stands, level and along the world's axes: the keep-out distance seen along x is linear in it.
-TargetPrediction standing_target(const PlanOptions& o, const Vector<3>& position, const Vector<6>& sigma) {
+/// Target at rest, level and aligned with the world. Seen along x, the keep-out distance is linear in its position.
+TargetPrediction resting_target(const PlanOptions& o, const Vector<3>& position, const Vector<6>& sigma) {
   TargetPrediction target;
   for (int k = 0; k <= o.steps; ++k) {
     target.pose.emplace_back(SO3(), position);
@@ -159,18 +159,18 @@ TargetPrediction standing_target(const PlanOptions& o, const Vector<3>& position
 
 VehicleModel<3> weightless() {
   auto vehicle = some_vehicle<3>();
-  vehicle.weight = vehicle.buoyancy = 0.0;  // so that it stays where it stands
+  vehicle.weight = vehicle.buoyancy = 0.0;  // stays in place without thrust
   return vehicle;
 }
 
-TEST(PlanProblem, ChanceTightensTheKeepOutDistanceByItsExactDeviation) {
+TEST(PlanProblem, ChanceTightensKeepOutByStandardDeviation) {
   const auto vehicle = weightless();
   PlanOptions o;
   o.steps = 4;
   o.keep_out = 5.0;
   o.goal = SE3(SO3(), {-8.0, 0.0, 0.0});
   const Vector<6> sigma = (Vector<6>() << 0.3, 0.7, 0.9, 0.1, 0.2, 0.4).finished();
-  const TargetPrediction target = standing_target(o, {10.0, 0.0, 0.0}, sigma);
+  const TargetPrediction target = resting_target(o, {10.0, 0.0, 0.0}, sigma);
   const auto violation = [&](double chance) {
     o.chance = chance;
     PlanProblem<3> problem(vehicle, o);
@@ -178,20 +178,20 @@ TEST(PlanProblem, ChanceTightensTheKeepOutDistanceByItsExactDeviation) {
     return violation_at(problem, vehicle, {4.5, 0.0, 0.0});  // 5.5 m from the target
   };
   EXPECT_NEAR(violation(0.0), 0.0, 1e-12);
-  // σ along x after 4 steps is 0.3 √4; 2 σ of it are 1.2 m, and there is half a metre of room.
+  // After 4 steps σ along x is 0.3 √4 = 0.6 m. The clearance is 0.5 m, so 2 σ violate it by 0.7 m.
   EXPECT_NEAR(violation(2.0), 5.0 + 2.0 * 0.3 * 2.0 - 5.5, 1e-12);
   EXPECT_NEAR(violation(5.0), 5.0 + 5.0 * 0.3 * 2.0 - 5.5, 1e-12);
 }
 
-TEST(PlanProblem, ChanceTightensConesByTheDistanceToTheirSurface) {
+TEST(PlanProblem, ChanceTightensConesAlongTheirNormal) {
   const auto vehicle = weightless();
   PlanOptions o;
   o.steps = 2;
   o.goal = SE3(SO3(), {-8.0, 0.0, 0.0});
   o.view = Cone{0.5};
   const Vector<6> sigma = (Vector<6>() << 0.3, 0.6, 0.9, 0.0, 0.0, 0.0).finished();
-  // Far off the axis, where the cone's rounding does not count: the surface's normal is (sin α, −cos α, 0).
-  const TargetPrediction target = standing_target(o, {10.0, 4.0, 0.0}, sigma);
+  // Far off the axis the rounding of the cone's apex is negligible. The normal of its surface is (sin α, −cos α, 0).
+  const TargetPrediction target = resting_target(o, {10.0, 4.0, 0.0}, sigma);
   o.chance = 3.0;
   PlanProblem<3> problem(vehicle, o);
   problem.set_target(target);
@@ -202,9 +202,9 @@ TEST(PlanProblem, ChanceTightensConesByTheDistanceToTheirSurface) {
   EXPECT_NEAR(violation_at(problem, vehicle, Vector<3>::Zero()), 3.0 * deviation - room, 1e-12);
 }
 
-TEST(PlanProblem, ChanceIsNeverLooserThanTheMean) {
+TEST(PlanProblem, ChanceNeverLoosensConstraints) {
   const auto vehicle = weightless();
-  PlanOptions o = everything(6);
+  PlanOptions o = all_options(6);
   o.information = 0.0;
   PlanProblem<3> plain(vehicle, o);
   o.chance = 2.0;
@@ -221,7 +221,7 @@ TEST(PlanProblem, ChanceIsNeverLooserThanTheMean) {
   EXPECT_THROW(violation_at(tightened, vehicle, Vector<3>::Zero()), Error);
 }
 
-TEST(PlanOptions, WhatAFixTellsIsHalfTheLogOfTheDeterminants) {
+TEST(PlanOptions, InformationOfFixIsHalfTheLogDeterminant) {
   PlanOptions o;
   o.fix.setConstant(0.1);
   Matrix<6, 6> covariance = Matrix<6, 6>::Zero();
@@ -233,47 +233,47 @@ TEST(PlanOptions, WhatAFixTellsIsHalfTheLogOfTheDeterminants) {
   EXPECT_LT(expected_information(o, SE3(), SE3(SO3(), {-2.0, 0.0, 0.0})).norm(), 1e-6);
 }
 
-TEST(PlanOptions, ACoupledPlanPullsLessWhereLessIsKnown) {
+TEST(PlanOptions, CoupledCostWeightDecreasesWithVariance) {
   PlanOptions o;
   o.terminal_position = 0.5;
   Matrix<6, 6> covariance = 0.01 * Matrix<6, 6>::Identity();
-  EXPECT_EQ(coupled_share(o, covariance), 1e-4);
+  EXPECT_EQ(coupled_cost_weight(o, covariance), 1e-4);
   covariance(1, 1) = 25.0;
-  EXPECT_DOUBLE_EQ(coupled_share(o, covariance), 1e-4 * 0.25 / 25.0);
+  EXPECT_DOUBLE_EQ(coupled_cost_weight(o, covariance), 1e-4 * 0.25 / 25.0);
 }
 
-TEST(PlanOptions, WhatClashesIsNamed) {
-  PlanOptions o = everything(4);
-  EXPECT_EQ(why_impossible(o), "");
+TEST(PlanOptions, WhyImpossibleNamesTheConflict) {
+  PlanOptions o = all_options(4);
+  EXPECT_EQ(why_invalid(o), "");
   o.keep_out = 9.0;
-  EXPECT_EQ(why_impossible(o),
+  EXPECT_EQ(why_invalid(o),
             "the wanted relative pose is 8.01 m from the target, inside the keep-out distance of 9.00 m");
-  o = everything(4);
+  o = all_options(4);
   o.goal = SE3(SO3::Exp({0.0, 0.0, 2.0}), {-8.0, 0.0, 0.0});
-  EXPECT_NE(why_impossible(o).find("outside the field of view"), std::string::npos);
+  EXPECT_NE(why_invalid(o).find("outside the field of view"), std::string::npos);
   o.goal = SE3(SO3(), {8.0, 0.0, 0.0});
-  EXPECT_NE(why_impossible(o).find("outside the approach cone"), std::string::npos);
-  o = everything(4);
+  EXPECT_NE(why_invalid(o).find("outside the approach cone"), std::string::npos);
+  o = all_options(4);
   o.lowest = 0.0;
-  EXPECT_NE(why_impossible(o).find("depth"), std::string::npos);
+  EXPECT_NE(why_invalid(o).find("depth"), std::string::npos);
   for (auto member : {&PlanOptions::dt, &PlanOptions::effort, &PlanOptions::terminal_position}) {
-    o = everything(4);
+    o = all_options(4);
     o.*member = 0.0;
-    EXPECT_NE(why_impossible(o), "");
+    EXPECT_NE(why_invalid(o), "");
   }
-  o = everything(4);
+  o = all_options(4);
   o.view->half_angle = 2.0;
-  EXPECT_NE(why_impossible(o), "");
-  o = everything(4);
+  EXPECT_NE(why_invalid(o), "");
+  o = all_options(4);
   o.chance = -1.0;
-  EXPECT_NE(why_impossible(o), "");
-  o = everything(4);
+  EXPECT_NE(why_invalid(o), "");
+  o = all_options(4);
   o.sight.range_fade = 0.0;
-  EXPECT_NE(why_impossible(o), "");
+  EXPECT_NE(why_invalid(o), "");
   EXPECT_THROW(PlanProblem<3>(some_vehicle<3>(), o), Error);
   auto impossible = some_vehicle<3>();
   impossible.mass(0, 0) = -1.0;
-  EXPECT_THROW(PlanProblem<3>(impossible, everything(4)), Error);
+  EXPECT_THROW(PlanProblem<3>(impossible, all_options(4)), Error);
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ TargetBelief turning() {
   return belief;
 }
 
-TEST(PredictTarget, GoesOnAtConstantTwist) {
+TEST(PredictTarget, KeepsConstantTwist) {
   const TargetBelief belief = turning();
   const TargetPrediction p = predict_target(belief, Vector<6>::Constant(0.01), 2.0, 20);
   ASSERT_EQ(p.pose.size(), 21u);
@@ -31,7 +31,7 @@ TEST(PredictTarget, GoesOnAtConstantTwist) {
   }
 }
 
-TEST(PredictTarget, ItsCovarianceIsThatOfManyTargets) {
+TEST(PredictTarget, CovarianceMatchesMonteCarlo) {
   TargetBelief belief = turning();
   std::mt19937_64 random(1);
   std::normal_distribution<double> normal;
@@ -63,11 +63,11 @@ TEST(PredictTarget, ItsCovarianceIsThatOfManyTargets) {
     const Vector<6> e = (p.pose.back().inverse() * now).Log();
     S += e * e.transpose() / runs;
   }
-  EXPECT_LE((S - p.covariance.back()).norm(), 0.04 * S.norm());  // 3 % is four of its own deviations
+  EXPECT_LE((S - p.covariance.back()).norm(), 0.04 * S.norm());  // 4 standard deviations of the sampling error are 3 %
   EXPECT_GT(p.covariance.back().trace(), p.covariance.front().trace());
 }
 
-TEST(PredictTarget, FixesAreTakenInAsInformation) {
+TEST(PredictTarget, FixesAddInformation) {
   TargetBelief belief = turning();
   belief.covariance = 0.01 * Matrix<12, 12>::Identity();
   const Vector<6> noise = Vector<6>::Constant(0.02);
@@ -84,7 +84,7 @@ TEST(PredictTarget, FixesAreTakenInAsInformation) {
   EXPECT_THROW(predict_target(belief, noise, 1.0, 2, {}, {fix}), Error);
 }
 
-TEST(PredictTarget, ATwistThatIsForgottenComesToAnEnd) {
+TEST(PredictTarget, DampedTwistDecays) {
   const TargetBelief belief = turning();
   const Vector<6> tau = (Vector<6>() << 10.0, 5.0, 5.0, 2.0, 2.0, 4.0).finished();
   const TargetPrediction p = predict_target(belief, Vector<6>::Constant(0.01), 0.5, 400, tau);
@@ -94,8 +94,8 @@ TEST(PredictTarget, ATwistThatIsForgottenComesToAnEnd) {
   EXPECT_LE((p.pose[400].inverse() * p.pose[200]).Log().norm(), 1e-3);
 }
 
-/// In 50 s of nothing but prediction, by noise that is usual: at constant twist the covariance says less than nothing.
-TEST(PredictTarget, TheCovarianceStaysInReasonWhenTheTwistIsForgotten) {
+/// 50 s of prediction with typical noise. At constant twist the covariance grows beyond any use.
+TEST(PredictTarget, DampedTwistBoundsTheCovariance) {
   TargetBelief belief;
   belief.now = SE3(SO3(), {10.0, 0.0, 0.0});
   belief.before = SE3(SO3(), {9.0, 0.0, 0.0});
@@ -107,11 +107,11 @@ TEST(PredictTarget, TheCovarianceStaysInReasonWhenTheTwistIsForgotten) {
   const double constant = three_sigma(predict_target(belief, noise, 1.0, 50));
   const double damped = three_sigma(predict_target(belief, noise, 1.0, 50, tau));
   EXPECT_GT(constant, 300.0);
-  // No farther than the way at the speed of now and three of the speed's own deviations.
+  // Bound: the distance covered at the current speed plus 3 σ of the speed.
   EXPECT_LT(damped, 50.0 * (1.0 + 3 * 0.15 * std::sqrt(20.0 / 2)));
 }
 
-TEST(PredictTarget, NeedsTimesThatArePositive) {
+TEST(PredictTarget, RejectsTimesThatAreNotPositive) {
   TargetBelief belief = turning();
   EXPECT_THROW(predict_target(belief, Vector<6>::Zero(), 0.0, 3), Error);
   EXPECT_THROW(predict_target(belief, Vector<6>::Zero(), 1.0, 3, Vector<6>(Vector<6>::Zero())), Error);

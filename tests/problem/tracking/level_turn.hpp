@@ -4,10 +4,10 @@
 
 #include <tandem/problem/navigation/navigation_problem.hpp>
 
-/// A level turn at constant speed, and what a vehicle's sensors read of it, exactly: the specific force turns with the
-/// body, so that inertial samples lose nothing either.
+/// Simulation of own sensors, for a vehicle that turns in a level circle at constant speed.
 namespace tandem::testing {
 
+/// Noise-free data of all sensors. The specific force is constant in the body, so IMU sampling causes no errors.
 struct LevelTurn {
   static constexpr double speed = 1.5, rate = 0.1;  ///< m/s, rad/s
   double duration = 20;                             ///< s
@@ -29,14 +29,15 @@ struct LevelTurn {
     s.mount = mount;
     return s;
   }
-  /// What a sensor reads, stamped t.
+  /// Returns the measurement that is stamped t.
   EgoMeasurement measure(const EgoSensor& s, double t) const {
     EgoMeasurement m = s.type->ideal(s, t, pose(t - s.delay), velocity(t - s.delay));
     if (s.type == EgoSensorType::dvl) m.value *= 1 + dvl_scale;
     return m;
   }
 
-  /// IMU 50 Hz, DVL 2.5 Hz, heading 1 Hz, GPS 0.5 Hz, depth 2 Hz, none of these at whole seconds.
+  /// Returns data of IMU (50 Hz), DVL (2.5 Hz), heading (1 Hz), GPS (0.5 Hz) and depth (2 Hz). Only the IMU has samples
+  /// at whole seconds. `delay` [s] applies to all sensors except the IMU.
   NavigationData data(double delay = 0) const {
     NavigationData d;
     ImuSensor& imu = d.imu.emplace();
@@ -62,7 +63,7 @@ struct LevelTurn {
     return d;
   }
 
-  /// Nearly the truth, each `step` s.
+  /// Returns the truth with small errors, every `step` seconds.
   std::vector<Stamped<EgoState>> guess(double step = 1.0) const {
     std::vector<Stamped<EgoState>> g;
     for (int k = 0; k * step <= duration + 1e-9; ++k) {
@@ -81,6 +82,7 @@ struct LevelTurn {
     return a;
   }
 
+  /// Returns the largest error of pose [m, rad] and velocity [m/s] at the keyframes.
   double largest_error(const NavigationProblem& problem) const {
     double largest = 0;
     for (std::size_t k = 0; k < problem.keyframes.size(); ++k) {
@@ -92,7 +94,7 @@ struct LevelTurn {
   }
 };
 
-/// A vessel beside that turn: it goes at 1 m/s and turns by 0.02 rad/s.
+/// Returns the pose of a target near the vehicle, which moves at 1 m/s and turns by 0.02 rad/s.
 inline SE3 vessel(double t) {
   return SE3(SO3::Exp({0, 0, 1}), Vector<3>(20, 5, 0)) * SE3::Exp((Vector<6>() << 1, 0, 0, 0, 0, 0.02).finished() * t);
 }

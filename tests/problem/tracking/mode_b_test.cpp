@@ -5,7 +5,7 @@
 
 #include "simulated_run.hpp"
 
-/// Mode B: poses where a pose was measured, points elsewhere.
+/// Mode B: poses at keyframes with a measured pose, points at others.
 namespace tandem::testing {
 namespace {
 
@@ -16,7 +16,7 @@ TrackingOptions mode_b(Junction junction = Junction::boundary) { return {.mode =
 
 struct Pattern {
   std::string keyframes;
-  int boundaries;  ///< poses beside a point
+  int boundaries;  ///< number of poses next to a point
 };
 const std::vector<Pattern> kPatterns{{"PPpp", 1}, {"pPp", 1}, {"PpP", 2},     {"ppPPPpp", 2},
                                      {"PPP", 0},  {"ppp", 0}, {"P.P.pp.", 2}, {"ppPpPPppPPPp", 5}};
@@ -26,7 +26,7 @@ class ModeB : public ::testing::TestWithParam<bool> {  // planar
   SimulatedRun run{.planar = GetParam()};
 };
 
-TEST_P(ModeB, PosesPointsAndBoundariesStandWhereThePatternSays) {
+TEST_P(ModeB, HasExpectedVariablesAndBlocks) {
   const int pose = run.planar ? 3 : 6, point = run.planar ? 2 : 3;
   for (const Pattern& p : kPatterns) {
     SCOPED_TRACE(p.keyframes);
@@ -46,7 +46,7 @@ TEST_P(ModeB, PosesPointsAndBoundariesStandWhereThePatternSays) {
   }
 }
 
-TEST_P(ModeB, BoundaryPointsBelongToThePosesBesideAPoint) {
+TEST_P(ModeB, AddsBoundaryPointsToPosesNextToPoints) {
   const TrackingProblem tracking = make_tracking_problem(patterned(run, "PPppP"), mode_b());
   std::vector<std::string> names;
   for (int i = 0; i < tracking.problem.num_variables(); ++i) names.push_back(tracking.problem.name(i));
@@ -55,14 +55,14 @@ TEST_P(ModeB, BoundaryPointsBelongToThePosesBesideAPoint) {
                                      "target 2", "chaser 3", "target 3", "chaser 4", "target 4", "target point 4"));
 }
 
-TEST_P(ModeB, OrientationIsReportedOnlyWhereItExists) {
+TEST_P(ModeB, ReportsOrientationOnlyOfPoses) {
   const std::string pattern = "ppPPp.P";
   const TrackingProblem tracking = make_tracking_problem(patterned(run, pattern), mode_b());
   for (std::size_t k = 0; k < pattern.size(); ++k)
     EXPECT_EQ(tracking.target_state(k).rotation.has_value(), pattern[k] == 'P') << k;
 }
 
-TEST_P(ModeB, APoseMeasurementHeldOutGivesNoPose) {
+TEST_P(ModeB, HeldOutPoseGivesPoint) {
   TrackingData data = patterned(run, "ppPpP");
   data.sensors[1].measurements[0].held_out = true;
   const TrackingProblem tracking = make_tracking_problem(data, mode_b());
@@ -70,9 +70,9 @@ TEST_P(ModeB, APoseMeasurementHeldOutGivesNoPose) {
   EXPECT_TRUE(tracking.target_state(4).rotation.has_value());
 }
 
-TEST_P(ModeB, OfPosesAloneCostsWhatModeADoes) {
+TEST_P(ModeB, EqualsModeAWithPosesOnly) {
   TrackingData data = patterned(run, "PPPPPP");
-  data.sensors[1].measurements[3].position.x() += 0.4;  // so that it costs something
+  data.sensors[1].measurements[3].position.x() += 0.4;  // for a nonzero cost
   TrackingProblem a = make_tracking_problem(data), b = make_tracking_problem(data, mode_b());
   EXPECT_EQ(cost(a), cost(b));
   const Summary solved_a = solve(a.problem, GaussNewtonOptions{}), solved_b = solve(b.problem, GaussNewtonOptions{});
@@ -81,24 +81,25 @@ TEST_P(ModeB, OfPosesAloneCostsWhatModeADoes) {
   EXPECT_EQ(solved_a.cost, solved_b.cost);
 }
 
-/// Positions alone are read, so a target that goes straight.
-TEST_P(ModeB, TheTruthOfAStraightTargetCostsNothing) {
+/// Constant velocity of points is exact only for a target that moves straight.
+TEST_P(ModeB, CostIsZeroAtTruthOfStraightTarget) {
   run.target_twist = twist(0.9, 0.0);
   for (const Pattern& p : kPatterns)
     for (const Junction junction : {Junction::boundary, Junction::direct}) {
       const TrackingData data = patterned(run, p.keyframes);
       TrackingProblem tracking = make_tracking_problem(data, mode_b(junction));
       run.set_truth(tracking);
-      const Summary summary = solve(tracking.problem, GaussNewtonOptions{});  // boundary points start elsewhere
+      const Summary summary =
+          solve(tracking.problem, GaussNewtonOptions{});  // set_truth() does not set boundary points
       EXPECT_LE(summary.cost, 1e-14) << p.keyframes;
       EXPECT_LE(run.largest_error(tracking), 1e-7) << p.keyframes;
     }
 }
 
-/// Each tenth of σ brings the estimate a hundredth as far from the one that reads the poses' positions directly.
-TEST_P(ModeB, TheBoundaryTendsToReadingThePosesThemselves) {
+/// The difference is quadratic in σ of the boundary.
+TEST_P(ModeB, BoundaryConvergesToDirectJunction) {
   TrackingData data = patterned(run, "pppPPPpp.ppPPp.p");
-  for (TargetSensor& sensor : data.sensors)  // disturbed, so that the boundaries are pulled apart
+  for (TargetSensor& sensor : data.sensors)  // disturbances stretch the boundaries
     for (std::size_t i = 0; i < sensor.measurements.size(); ++i)
       sensor.measurements[i].position += 0.3 * Vector<3>(std::sin(3.0 * double(i)), std::cos(5.0 * double(i)), 0.0);
   TrackingProblem direct = make_tracking_problem(data, mode_b(Junction::direct));
@@ -115,24 +116,24 @@ TEST_P(ModeB, TheBoundaryTendsToReadingThePosesThemselves) {
     EXPECT_LE(distance, before / 20) << sigma;
     before = distance;
   }
-  EXPECT_LE(before, 1e-4) << "m, at a boundary of 1 mm";
+  EXPECT_LE(before, 1e-4) << "m, with σ = 1 mm";
 }
 
-TEST_P(ModeB, NeedsTheNoiseOfPoints) {
+TEST_P(ModeB, RequiresNoiseOfPoints) {
   TrackingData data = patterned(run, "PPpp");
   data.noise.constant_velocity.setZero();
   EXPECT_THAT([&] { make_tracking_problem(data, mode_b()); }, ThrowsMessage<Error>(HasSubstr("constant_velocity")));
   data = patterned(run, "PPpp");
   data.noise.boundary.setZero();
   EXPECT_THAT([&] { make_tracking_problem(data, mode_b()); }, ThrowsMessage<Error>(HasSubstr("boundary")));
-  make_tracking_problem(data, mode_b(Junction::direct));  // reads none
+  make_tracking_problem(data, mode_b(Junction::direct));  // does not need `boundary`
 }
 
-TEST_P(ModeB, IsForModelsOfPosesThatPointsCanStandInFor) {
+TEST_P(ModeB, RejectsOtherModels) {
   for (const MotionModel model : {MotionModel::constant_velocity, MotionModel::damped_velocity,
                                   MotionModel::white_noise_acceleration, MotionModel::steady_course})
     EXPECT_THAT([&] { make_tracking_problem(patterned(run, "PPpp"), {.model = model, .mode = Mode::B}); },
-                ThrowsMessage<Error>(HasSubstr("mode B is for the constant-twist and damped-twist models")));
+                ThrowsMessage<Error>(HasSubstr("mode B requires the constant-twist or the damped-twist model")));
 }
 
 INSTANTIATE_TEST_SUITE_P(Groups, ModeB, ::testing::Bool(), [](const auto& info) { return info.param ? "SE2" : "SE3"; });

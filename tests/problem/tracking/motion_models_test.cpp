@@ -22,17 +22,17 @@ class MotionModels : public ::testing::TestWithParam<ModelCase> {
   TrackingOptions options{.model = GetParam().model};
   TrackingData data = run.data({{.name = "sonar", .type = SensorType::position}}, every(0.8, 0.0, run.duration));
 
-  /// Positions alone leave a heading open to a target that keeps any constant twist.
+  /// Adds two pose measurements: positions alone do not determine the heading of a target with a constant twist.
   MotionModels() {
     data.sensors.push_back(run.data({{.name = "camera", .type = SensorType::pose}}, {3.2, 8.8}).sensors[0]);
-    data.noise.twist_time.setConstant(1e13);  // the target keeps its twist
+    data.noise.twist_time.setConstant(1e13);  // no damping: the target has a constant twist
     data.noise.velocity_time.setConstant(1e13);
   }
 };
 
-TEST_P(MotionModels, TheTruthCostsNothing) {
+TEST_P(MotionModels, CostIsZeroAtTruth) {
   TrackingProblem tracking = make_tracking_problem(data, options);
-  if (GetParam().turning) {  // a straight line is found by the start
+  if (GetParam().turning) {  // the initial guess of a straight line is exact
     EXPECT_GT(cost(tracking), 1e-3);
   }
   run.set_truth(tracking);
@@ -41,7 +41,7 @@ TEST_P(MotionModels, TheTruthCostsNothing) {
   EXPECT_LE(run.largest_angle(tracking), 1e-12);
 }
 
-TEST_P(MotionModels, TheTruthIsRecoveredFromTheStart) {
+TEST_P(MotionModels, ConvergesToTruthFromInitialGuess) {
   TrackingProblem tracking = make_tracking_problem(data, options);
   const Summary summary = solve(tracking.problem, GaussNewtonOptions{});
   EXPECT_TRUE(summary.converged()) << summary.message;
@@ -50,11 +50,11 @@ TEST_P(MotionModels, TheTruthIsRecoveredFromTheStart) {
   EXPECT_LE(run.largest_angle(tracking), 1e-3);
 }
 
-TEST_P(MotionModels, TheFirstKeyframesAlone) {
-  for (const std::size_t most : {1u, 2u, 3u}) {
-    options.max_keyframes = most;
+TEST_P(MotionModels, SupportsFewKeyframes) {
+  for (const std::size_t count : {1u, 2u, 3u}) {
+    options.max_keyframes = count;
     TrackingProblem tracking = make_tracking_problem(data, options);
-    EXPECT_EQ(tracking.keyframes.size(), most);
+    EXPECT_EQ(tracking.keyframes.size(), count);
     EXPECT_TRUE(std::isfinite(cost(tracking)));
     EXPECT_TRUE(tracking.target_state(0).position.allFinite());
   }
@@ -83,26 +83,25 @@ TrackingData positions(const SimulatedRun& run, const std::vector<double>& times
   return run.data({{.name = "sonar", .type = SensorType::position}}, times);
 }
 
-TEST(ConstantVelocity, HasPointsAlone) {
+TEST(ConstantVelocity, HasOnlyPoints) {
   const TrackingProblem tracking =
       make_tracking_problem(patterned({}, "pPP.p"), {.model = MotionModel::constant_velocity});
   EXPECT_EQ(tracking.problem.size().unknowns, 5 * (6 + 3));
   for (std::size_t k = 0; k < 5; ++k) EXPECT_FALSE(tracking.target_state(k).rotation.has_value());
 }
 
-TEST(ConstantVelocity, NeedsNoNoiseOfPoses) {
+TEST(ConstantVelocity, DoesNotNeedNoiseOfPoses) {
   const SimulatedRun run{.target_twist = twist(0.9, 0.0)};
   TrackingData data = positions(run, {0.0, 3.0, 9.0, 12.0});
   data.noise.constant_twist.setZero();
   TrackingProblem tracking = make_tracking_problem(data, {.model = MotionModel::constant_velocity});
-  EXPECT_LE(run.largest_error(tracking), 0.5) << "the start";
+  EXPECT_LE(run.largest_error(tracking), 0.5) << "initial guess";
   EXPECT_TRUE(solve(tracking.problem, GaussNewtonOptions{}).converged());
   EXPECT_LE(run.largest_error(tracking), 1e-4);
 }
 
-/// A target that turns: the start of constant velocity must not assume a straight line because constant twist has no
-/// noise.
-TEST(ConstantVelocity, TheStartFollowsATurnWithoutTheNoiseOfPoses) {
+/// The initial guess of a turning target must not be a straight line if only the noise of constant velocity is given.
+TEST(ConstantVelocity, InitialGuessFollowsTurnWithoutNoiseOfPoses) {
   const SimulatedRun run{.duration = 40.0, .target_twist = twist(0.9, 0.1)};
   TrackingData data = positions(run, every(1.0, 0.0, 40.0));
   data.noise.constant_twist.setZero();
@@ -110,10 +109,10 @@ TEST(ConstantVelocity, TheStartFollowsATurnWithoutTheNoiseOfPoses) {
   EXPECT_LE(run.largest_error(tracking), 0.2);
 }
 
-TEST(WhiteNoiseAcceleration, ItsNoiseIsThatOfAccelerationOrElseOfConstantTwist) {
+TEST(WhiteNoiseAcceleration, UsesNoiseOfAccelerationOrConstantTwist) {
   const SimulatedRun run{.target_twist = twist(0.9, 0.0)};
   TrackingData data = positions(run, {0.0, 6.0, 12.0});
-  const auto disturbed = [&] {  // two metres off the line at one instant
+  const auto disturbed = [&] {  // cost of one pose that is 2 m off the line
     TrackingProblem tracking = make_tracking_problem(data, {.model = MotionModel::white_noise_acceleration});
     run.set_truth(tracking);
     const auto x = std::get<Variable<SE3>>(tracking.target[3]);
@@ -130,7 +129,7 @@ TEST(WhiteNoiseAcceleration, ItsNoiseIsThatOfAccelerationOrElseOfConstantTwist) 
   EXPECT_THAT([&] { disturbed(); }, ThrowsMessage<Error>(HasSubstr("acceleration")));
 }
 
-TEST(SteadyCourse, IsOnePoseAndOneSpeed) {
+TEST(SteadyCourse, HasOnePoseAndOneSpeed) {
   const TrackingProblem tracking = make_tracking_problem(patterned({}, "pPP.p"), {.model = MotionModel::steady_course});
   EXPECT_EQ(tracking.problem.size().unknowns, 5 * 6 + 6 + 1);
   EXPECT_EQ(tracking.problem.num_soft_blocks(), 1 + 4 + 4 + 1);  // prior, odometry, measurements, roll-pitch
@@ -140,14 +139,15 @@ TEST(SteadyCourse, IsOnePoseAndOneSpeed) {
             5 * 3 + 3 + 1);
 }
 
-TEST(Horizons, EachHasItsTriples) {
+TEST(Horizons, HaveExpectedNumberOfTriples) {
   const TrackingData data = patterned({}, "Pppppppp");  // eight keyframes
   const auto blocks = [&](const TrackingOptions& options) {
     return make_tracking_problem(data, options).problem.num_soft_blocks();
   };
-  const int without = blocks({}) - 6;
+  const int without_triples = blocks({}) - 6;
   for (const MotionModel model : {MotionModel::constant_twist, MotionModel::constant_velocity}) {
-    const int others = model == MotionModel::constant_twist ? without : without - 8;  // no roll-pitch of points
+    // Points have no roll-pitch blocks.
+    const int others = model == MotionModel::constant_twist ? without_triples : without_triples - 8;
     EXPECT_EQ(blocks({.model = model, .horizons = {{1, 1}, {2, 2}}}), others + 6 + 4);
     EXPECT_EQ(blocks({.model = model, .horizons = {{5, 2}}}), others + 1);
     EXPECT_EQ(blocks({.model = model, .horizons = {{5, 3}}}), others);
@@ -156,7 +156,7 @@ TEST(Horizons, EachHasItsTriples) {
   EXPECT_EQ(blocks({.mode = Mode::B, .horizons = {{1, 1}, {2, 1}}}), blocks({.mode = Mode::B}) + 5);
 }
 
-TEST(Horizons, TheTruthCostsNothing) {
+TEST(Horizons, CostIsZeroAtTruth) {
   SimulatedRun run;
   TrackingProblem tracking = make_tracking_problem(positions(run, every(0.7, 0.1, run.duration)),
                                                    {.horizons = {{1, 1}, {1, 4}, {4, 1}, {3, 2}}});
@@ -164,9 +164,9 @@ TEST(Horizons, TheTruthCostsNothing) {
   EXPECT_LE(cost(tracking), 1e-18);
 }
 
-/// The standard deviation of a triple (m, n) of keyframes 1 s apart, as the cost of an error has it, against what
-/// independent disturbances of the velocity, one at each keyframe between its ends, add up to.
-TEST(Horizons, TheVarianceIsThatOfIndependentDisturbances) {
+/// Compares the variance of a triple (m, n), computed from the cost of an error, with the sum of independent
+/// disturbances of the velocity at each keyframe between its ends. Keyframes are 1 s apart.
+TEST(Horizons, VarianceMatchesIndependentDisturbances) {
   const SimulatedRun still{.target_twist = twist(0.0, 0.0)};
   for (const auto& [m, n] : std::vector<std::pair<int, int>>{{1, 1}, {1, 2}, {2, 1}, {2, 2}, {1, 5}, {5, 1}, {4, 3}}) {
     SCOPED_TRACE(std::to_string(m) + ", " + std::to_string(n));
@@ -194,7 +194,7 @@ TEST(Horizons, TheVarianceIsThatOfIndependentDisturbances) {
   }
 }
 
-/// The cost of one state off the line, of the damped models against the constant ones.
+/// Compares the damped models with the undamped ones by the cost of one state that is off the line.
 class Damped : public ::testing::TestWithParam<bool> {
  protected:
   const bool planar = GetParam();
@@ -219,7 +219,7 @@ class Damped : public ::testing::TestWithParam<bool> {
   }
 };
 
-TEST_P(Damped, AreTheConstantOnesWhenNothingIsForgotten) {
+TEST_P(Damped, EqualConstantModelsForLongTimeConstants) {
   data.noise.twist_time.setConstant(1e12);
   data.noise.velocity_time.setConstant(1e12);
   const double twist = cost_off_the_line(MotionModel::constant_twist, Mode::A);
@@ -230,14 +230,14 @@ TEST_P(Damped, AreTheConstantOnesWhenNothingIsForgotten) {
   const double mixed = cost_off_the_line(MotionModel::constant_twist, Mode::B);
   EXPECT_NEAR(cost_off_the_line(MotionModel::damped_twist, Mode::B), mixed, 1e-8 * mixed);
   EXPECT_NEAR(cost_off_the_line(MotionModel::damped_velocity, Mode::A, {{1, 1}, {1, 1}}), velocity, 1e-8 * velocity)
-      << "what is said twice counts once";
+      << "repeated horizons count once";
 }
 
-TEST_P(Damped, ForgetByTheirOwnTimesAndTakeTheNoiseOfAcceleration) {
+TEST_P(Damped, UseTimeConstantsAndNoiseOfAcceleration) {
   const double before = cost_off_the_line(MotionModel::damped_twist, Mode::A);
   data.noise.twist_time[0] = 2.0;
   EXPECT_GT(std::abs(cost_off_the_line(MotionModel::damped_twist, Mode::A) - before), 1e-3 * before);
-  data.noise.twist_time[0] = TrackingNoise::kForgotten;
+  data.noise.twist_time[0] = TrackingNoise::kDefaultTimeConstant;
   data.noise.acceleration = 0.5 * data.noise.constant_twist;
   const double sharper = cost_off_the_line(MotionModel::damped_twist, Mode::A);
   EXPECT_GT(sharper, 2 * before);
@@ -252,44 +252,44 @@ TEST_P(Damped, ForgetByTheirOwnTimesAndTakeTheNoiseOfAcceleration) {
 INSTANTIATE_TEST_SUITE_P(Groups, Damped, ::testing::Bool(),
                          [](const auto& info) { return info.param ? "SE2" : "SE3"; });
 
-class Exclusions : public ::testing::Test {
+class InvalidTrackingOptions : public ::testing::Test {
  protected:
   TrackingData data = patterned({}, "pPPp");
 
-  void expect_refused(const TrackingOptions& options, const std::string& because) {
-    EXPECT_THAT([&] { make_tracking_problem(data, options); }, ThrowsMessage<Error>(HasSubstr(because)));
+  void expect_rejected(const TrackingOptions& options, const std::string& reason) {
+    EXPECT_THAT([&] { make_tracking_problem(data, options); }, ThrowsMessage<Error>(HasSubstr(reason)));
   }
 };
 
-TEST_F(Exclusions, ConstraintsOnATwistThatIsNotThere) {
+TEST_F(InvalidTrackingOptions, TwistConstraintsWithoutTwist) {
   for (const Role role : {Role::soft, Role::hard}) {
-    expect_refused({.model = MotionModel::constant_velocity, .non_holonomic = role}, "constant-velocity");
-    expect_refused({.model = MotionModel::damped_velocity, .non_holonomic = role}, "damped-velocity");
-    expect_refused({.model = MotionModel::steady_course, .non_holonomic = role}, "steady-course");
+    expect_rejected({.model = MotionModel::constant_velocity, .non_holonomic = role}, "constant-velocity");
+    expect_rejected({.model = MotionModel::damped_velocity, .non_holonomic = role}, "damped-velocity");
+    expect_rejected({.model = MotionModel::steady_course, .non_holonomic = role}, "steady-course");
   }
   for (const MotionModel model : {MotionModel::constant_velocity, MotionModel::steady_course}) {
-    expect_refused({.model = model, .surge = at_least(0.0)}, std::string(name(model)));
-    expect_refused({.model = model, .max_yaw_rate = 0.1}, std::string(name(model)));
+    expect_rejected({.model = model, .surge = at_least(0.0)}, std::string(name(model)));
+    expect_rejected({.model = model, .max_yaw_rate = 0.1}, std::string(name(model)));
   }
 }
 
-TEST_F(Exclusions, HorizonsOfAModelWithoutTriples) {
+TEST_F(InvalidTrackingOptions, Horizons) {
   for (const MotionModel model : {MotionModel::white_noise_acceleration, MotionModel::steady_course})
-    expect_refused({.model = model, .horizons = {{1, 2}}}, "horizons");
-  expect_refused({.horizons = {}}, "horizons: at least one");
-  expect_refused({.horizons = {{0, 1}}}, "1 or more");
-  expect_refused({.horizons = {{1, -1}}}, "1 or more");
+    expect_rejected({.model = model, .horizons = {{1, 2}}}, "does not use horizons");
+  expect_rejected({.horizons = {}}, "horizons: at least one");
+  expect_rejected({.horizons = {{0, 1}}}, "must be at least 1, not 0 and 1");
+  expect_rejected({.horizons = {{1, -1}}}, "must be at least 1, not 1 and -1");
 }
 
-TEST_F(Exclusions, BoundsThatCross) {
+TEST_F(InvalidTrackingOptions, LimitsAndShares) {
   for (const Role role : {Role::soft, Role::hard}) {
-    expect_refused({.surge = between(2.0, 1.0), .limits = role}, "above its upper bound");
-    expect_refused({.surge = between(std::nan(""), 1.0), .limits = role}, "surge");
-    expect_refused({.max_yaw_rate = -0.1, .limits = role}, "yaw rate");
-    expect_refused({.max_yaw_rate = std::nan(""), .limits = role}, "yaw rate");
+    expect_rejected({.surge = between(2.0, 1.0), .limits = role}, "above its upper bound");
+    expect_rejected({.surge = between(std::nan(""), 1.0), .limits = role}, "surge");
+    expect_rejected({.max_yaw_rate = -0.1, .limits = role}, "yaw rate");
+    expect_rejected({.max_yaw_rate = std::nan(""), .limits = role}, "yaw rate");
   }
-  expect_refused({.position_share = 1.0}, "position_share");
-  expect_refused({.position_share = -0.1}, "position_share");
+  expect_rejected({.position_share = 1.0}, "position_share");
+  expect_rejected({.position_share = -0.1}, "position_share");
 }
 
 }  // namespace

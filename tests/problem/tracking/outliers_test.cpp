@@ -3,12 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <tandem/problem/tracking/tracking_start.hpp>
+#include <tandem/problem/tracking/tracking_initial_guess.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 
 #include "simulated_run.hpp"
 
-/// Which measurements the others contradict, and that a robust problem is without them.
+/// Tests that outliers() finds measurements with large errors, and that a robust problem ignores them.
 namespace tandem::testing {
 namespace {
 
@@ -27,39 +27,39 @@ class Outliers : public ::testing::TestWithParam<bool> {  // planar
     return ::testing::AssertionFailure() << summary.message << ", cost " << summary.cost;
   }
   static TrackingProblem robust(const TrackingData& data) {
-    TrackingOptions options{.model = MotionModel::constant_velocity};  // nothing tells an orientation
+    TrackingOptions options{.model = MotionModel::constant_velocity};  // the orientation is not observable
     make_robust(options);
     return make_tracking_problem(data, options);
   }
-  /// By how much the robust estimates of both differ [m].
-  static double moved(const TrackingData& from, const TrackingData& to) {
-    TrackingProblem a = robust(from), b = robust(to);
+  /// Returns the largest distance between the robust estimates for two data sets [m].
+  static double largest_difference(const TrackingData& data_a, const TrackingData& data_b) {
+    TrackingProblem a = robust(data_a), b = robust(data_b);
     EXPECT_TRUE(converges(a));
     EXPECT_TRUE(converges(b));
-    double most = 0;
+    double largest = 0;
     for (std::size_t k = 0; k < a.keyframes.size(); ++k)
-      most = std::max(most, (a.target_state(k).position - b.target_state(k).position).norm());
-    return most;
+      largest = std::max(largest, (a.target_state(k).position - b.target_state(k).position).norm());
+    return largest;
   }
 };
 
-/// Positions every two seconds, of which some lie.
+/// Positions every two seconds, some of them with large errors.
 class FarPositions : public Outliers {
  protected:
   FarPositions() { data = run.data({{.name = "usbl", .type = SensorType::position}}, every(2.0, 0.0, 40.0)); }
-  double start_error() const {
+  double initial_guess_error() const {
     TrackingOptions options;
     make_robust(options);
     return run.largest_error(make_tracking_problem(data, options));
   }
 };
 
-TEST_P(FarPositions, NoneOfGoodOnes) { EXPECT_TRUE(found().empty()); }
+TEST_P(FarPositions, FindsNoneInGoodData) { EXPECT_TRUE(found().empty()); }
 
-TEST_P(FarPositions, OneIsNamedHoweverFarAndWhereverItIs) {
+TEST_P(FarPositions, FindsSingleOutlierAtAnyDistance) {
   const TrackingData good = data;
   const std::size_t last = data.sensors[0].measurements.size() - 1;
-  const double clean = start_error();
+  const double clean = initial_guess_error();
   for (const double far : {1e3, -1e6, 1e150})
     for (const std::size_t i : {std::size_t(0), std::size_t(7), last}) {
       data = good;
@@ -68,19 +68,20 @@ TEST_P(FarPositions, OneIsNamedHoweverFarAndWhereverItIs) {
       ASSERT_EQ(outliers.size(), 1u) << far << " m, measurement " << i;
       EXPECT_EQ(outliers[0].index, i) << far;
       EXPECT_GT(outliers[0].sigmas, 50.0) << far;
-      EXPECT_LE(start_error(), clean + 5.0) << far << " m, measurement " << i << ": a gap, no more";
+      EXPECT_LE(initial_guess_error(), clean + 5.0)
+          << far << " m, measurement " << i << "; the initial guess has only a gap";
     }
 }
 
-TEST_P(FarPositions, SeveralAreNamedTheWorstFirst) {
+TEST_P(FarPositions, SortsSeveralOutliersWorstFirst) {
   for (const std::size_t i : {3u, 4u, 12u}) data.sensors[0].measurements[i].position.x() -= 1e4 * double(i);
   const auto outliers = found();
   ASSERT_EQ(outliers.size(), 3u);
   EXPECT_GT(outliers[0].sigmas, outliers[2].sigmas);
 }
 
-/// Gross ones are no part of the problem, so that nothing of them can get into the estimate.
-TEST_P(FarPositions, TheRobustSettingIsNotMovedByOne) {
+/// Gross outliers get no residual, so they cannot affect the estimate.
+TEST_P(FarPositions, DoNotAffectRobustEstimate) {
   data = run.data({{.name = "camera", .type = SensorType::pose}}, every(0.5, 0.0, 40.0));
   TrackingOptions options;
   make_robust(options);
@@ -93,12 +94,12 @@ TEST_P(FarPositions, TheRobustSettingIsNotMovedByOne) {
     ASSERT_TRUE(converges(tracking)) << far;
     for (std::size_t k = 0; k < tracking.keyframes.size(); ++k)
       EXPECT_LE((tracking.target_state(k).position - clean.target_state(k).position).norm(), 0.01) << far << ", " << k;
-    EXPECT_FALSE(tracking.measurements[7].block) << "left out";
+    EXPECT_FALSE(tracking.measurements[7].block) << "gross outlier";
   }
 }
 
-/// A tight turn under a prior that holds the target to a straight line: no fix is an outlier, and one is among them.
-TEST_P(Outliers, AreNoGoodFixesOfATightTurn) {
+/// The motion prior is stiff, but a tight turn must not give outliers. A large error in the turn must still be found.
+TEST_P(Outliers, DoNotIncludeTightTurn) {
   run.target_twist = twist(2.0, 0.4);
   data = run.data({{.name = "usbl", .type = SensorType::position}}, every(1.0, 0.0, 40.0));
   data.noise.constant_twist.setConstant(1e-4);
@@ -109,7 +110,7 @@ TEST_P(Outliers, AreNoGoodFixesOfATightTurn) {
   EXPECT_EQ(outliers[0].index, 20u);
 }
 
-/// One measurement of a sensor is far off: it is found, alone, and the robust estimate is as if it had not been.
+/// One measurement has a large error. It must be the only outlier, and must not affect the robust estimate.
 class FarMeasurement : public Outliers {
  protected:
   void check(const TrackingData& good, const std::vector<std::function<void(Measurement&)>>& faults) {
@@ -126,9 +127,9 @@ class FarMeasurement : public Outliers {
         EXPECT_EQ(outliers[0].sensor, 0u);
         EXPECT_EQ(outliers[0].index, i);
         EXPECT_TRUE(outliers[0].gross);
-        TrackingData without = good;  // its keyframe stays
-        without.sensors[0].measurements[i].held_out = true;
-        EXPECT_LE(moved(without, data), 0.01) << "m";
+        TrackingData without = good;
+        without.sensors[0].measurements[i].held_out = true;  // keeps its keyframe
+        EXPECT_LE(largest_difference(without, data), 0.01) << "m";
       }
   }
   const std::vector<std::function<void(Measurement&)>> far_ranges = {[](Measurement& m) { m.range += 1e3; },
@@ -138,34 +139,34 @@ class FarMeasurement : public Outliers {
                                                                  [](Measurement& m) { m.azimuth += 3; }};
 };
 
-TEST_P(FarMeasurement, OfABearingBesidePositions) {
+TEST_P(FarMeasurement, BearingWithPositions) {
   const auto good =
       run.data({{.name = "camera", .type = SensorType::bearing}, {.name = "usbl", .type = SensorType::position}},
                every(1.0, 0.0, 40.0));
   check(good, turned);
 }
 
-TEST_P(FarMeasurement, OfARangeBesidePositions) {
+TEST_P(FarMeasurement, RangeWithPositions) {
   const auto good =
       run.data({{.name = "modem", .type = SensorType::range}, {.name = "usbl", .type = SensorType::position}},
                every(1.0, 0.0, 40.0));
   check(good, far_ranges);
 }
 
-TEST_P(FarMeasurement, OfARangeAndBearing) {
+TEST_P(FarMeasurement, RangeAndBearing) {
   const auto good = run.data({{.name = "radar", .type = SensorType::range_bearing}}, every(1.0, 0.0, 40.0));
   check(good, far_ranges);
   check(good, turned);
 }
 
-/// Nothing tells where the target is but its own neighbours.
-TEST_P(FarMeasurement, OfBearingsAlone) {
+/// Without positions, a measurement can only be compared with its neighbours.
+TEST_P(FarMeasurement, BearingsOnly) {
   run.chaser_twist = (Vector<6>() << 1.4, 0.0, 0.0, 0.0, 0.0, 0.15).finished();
   run.target_twist = twist(0.5, 0.0);
   check(run.data({{.name = "camera", .type = SensorType::bearing}}, every(0.5, 0.0, 40.0)), turned);
 }
 
-TEST_P(FarMeasurement, OfRangesAlone) {
+TEST_P(FarMeasurement, RangesOnly) {
   data = run.data({{.name = "modem", .type = SensorType::range}}, every(0.5, 0.0, 40.0));
   EXPECT_TRUE(found().empty());
   for (const auto& fault : far_ranges) {

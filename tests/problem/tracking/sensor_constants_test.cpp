@@ -7,7 +7,7 @@
 
 #include <tandem/lie/operations.hpp>
 #include <tandem/problem/tracking/tracking_problem.hpp>
-#include <tandem/residuals/motion_about.hpp>
+#include <tandem/residuals/parabolic_motion.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/solvers/marginals.hpp>
 
@@ -17,13 +17,13 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-/// Chaser and target on winding ways, 3 min; a camera that is right, and a sonar whose positions are turned, too long and late,
-/// all with the noise that they are said to have.
+/// Simulation of chaser and target on winding paths for 3 min. The camera has no systematic errors; the sonar has a
+/// scale factor error, a misalignment and a delay. The noise matches the given standard deviations.
 struct Recording {
   double scale = 0.03, delay = 0.25;
   Vector<3> turn{0.05, -0.04, 0.08};
   SE3 mount{SO3::Exp({0.2, 0.0, -0.4}), {0.5, 0.1, -0.2}};
-  /// What the sonar saw of the motion between keyframes: what the residual takes it to be, or how it went.
+  /// Delayed poses come from the motion model of the residual (true), or from the simulated motion (false).
   bool as_modelled = true;
 
   TrackingData data(unsigned seed) const {
@@ -41,8 +41,8 @@ struct Recording {
     d.noise.roll_pitch = Vector<2>::Constant(1.0);
     constexpr int n = 180;
     const Vector<6> odometry = d.noise.odometry, motion = d.noise.constant_twist;
-    // In steps of 0.05 s, so that twists change between keyframes, too; the target's by a random walk whose second
-    // differences over a second are as the prior says.
+    // Steps of 0.05 s change the twists between keyframes. The target's twist is a random walk that matches the prior
+    // for keyframes 1 s apart.
     constexpr int steps = 20;
     constexpr double dt = 1. / steps;
     std::vector<SE3> chaser = {SE3()}, target = {SE3(SO3::Exp({0, 0, 0.5}), {8, 3, 1})};
@@ -63,20 +63,21 @@ struct Recording {
     }
     TargetSensor camera{.name = "camera", .type = SensorType::pose, .sigma = Vector<6>::Constant(0.02)};
     TargetSensor sonar{.name = "sonar", .sigma = Vector<3>::Constant(0.1), .mount = mount};
-    sonar.error = StayingError{.scale = 0.05, .misalignment = 0.1, .delay = 0.3};
+    sonar.error = SystematicError{.scale_sigma = 0.05, .misalignment_sigma = 0.1, .delay_sigma = 0.3};
     const SE3 sensor = mount * SE3(SO3::Exp(turn), Vector<3>::Zero());
     for (std::size_t k = 1; k <= n; ++k) {
       const std::size_t now = k * steps;
-      const std::size_t back = std::min<std::size_t>(k, 2), on = std::min<std::size_t>(n - k, 2);
-      const auto late = [&](const std::vector<SE3>& way) {
-        return as_modelled ? detail::MotionAbout<SE3>({double(back), double(on)}, way[now], way[now - back * steps],
-                                                      way[now + on * steps], -delay, false)
-                                 .at
-                           : way[now - std::lround(delay / dt)];
+      const std::size_t back = std::min<std::size_t>(k, 2), ahead = std::min<std::size_t>(n - k, 2);
+      const auto delayed = [&](const std::vector<SE3>& way) {
+        return as_modelled
+                   ? detail::ParabolicMotion<SE3>({double(back), double(ahead)}, way[now], way[now - back * steps],
+                                                  way[now + ahead * steps], -delay, false)
+                         .at
+                   : way[now - std::lround(delay / dt)];
       };
       const SE3 z = chaser[now].inverse() * target[now] * SE3::Exp(draw(Vector<6>(camera.sigma)));
       camera.measurements.push_back({.t = double(k), .position = z.translation(), .rotation = z.rotation()});
-      const Vector<3> p = (1 + scale) * (late(chaser) * sensor).inverse().act(late(target).translation()) +
+      const Vector<3> p = (1 + scale) * (delayed(chaser) * sensor).inverse().act(delayed(target).translation()) +
                           draw(Vector<3>(sonar.sigma));
       sonar.measurements.push_back({.t = double(k), .position = p});
     }
@@ -85,11 +86,11 @@ struct Recording {
   }
 };
 
-/// Scale, misalignment and delay of the sonar: found less true, and how many of 100 are within two standard errors.
+/// Errors of the estimated constants over 20 seeds: scale factor, misalignment and delay.
 struct Recovery {
   Vector<5> truth, mean = Vector<5>::Zero();
-  double worst = 0;  ///< of what is true
-  int inside = 0;
+  double worst = 0;  ///< largest relative error
+  int inside = 0;    ///< number of the 100 estimates within two standard deviations of the truth
 };
 Recovery recover(const Recording& recording) {
   Recovery all{.truth = (Vector<5>() << recording.scale, recording.turn, recording.delay).finished()};
@@ -99,46 +100,47 @@ Recovery recover(const Recording& recording) {
     EXPECT_TRUE(solve(tracking.problem, GaussNewtonOptions{}).converged());
     EXPECT_EQ(tracking.constants.size(), 3u);
     const Marginals marginals(tracking.problem);
-    Vector<5> off, deviation;
+    Vector<5> error, sigma;
     int row = 0;
     for (const SensorConstant& c : tracking.constants)
       std::visit(
           [&]<LieGroup G>(const Variable<G>& x) {
-            off.segment<G::dof>(row) = tracking.problem.value(x).Log() - all.truth.segment<G::dof>(row);
-            deviation.segment<G::dof>(row) = marginals.covariance(x).diagonal().cwiseSqrt();
+            error.segment<G::dof>(row) = tracking.problem.value(x).Log() - all.truth.segment<G::dof>(row);
+            sigma.segment<G::dof>(row) = marginals.covariance(x).diagonal().cwiseSqrt();
             row += G::dof;
           },
           c.state);
-    all.worst = std::max(all.worst, (off.array() / all.truth.array()).abs().maxCoeff());
-    all.inside += int((off.array().abs() < 2 * deviation.array()).count());
-    all.mean += off / seeds;
+    all.worst = std::max(all.worst, (error.array() / all.truth.array()).abs().maxCoeff());
+    all.inside += int((error.array().abs() < 2 * sigma.array()).count());
+    all.mean += error / seeds;
   }
   return all;
 }
 
-TEST(StatisticalSensorConstants, TrueOnesAreFoundWithinTheirStandardErrors) {
+TEST(StatisticalSensorConstants, EstimatesMatchTheirStandardDeviations) {
   const Recovery of = recover({});
   EXPECT_LT(of.worst, 0.15);
   EXPECT_LT((of.mean.array() / of.truth.array()).abs().maxCoeff(), 0.05) << of.mean.transpose();
   RecordProperty("inside_two_standard_errors", of.inside);
-  EXPECT_GE(of.inside, 90) << "of 100, 95 on average";
+  EXPECT_GE(of.inside, 90) << "95 of 100 are expected";
 }
 
-/// Standard errors are of a thousandth of a second here, less than what motion between keyframes is known to.
-TEST(StatisticalSensorConstants, TrueOnesAreFoundWhereMotionChangesBetweenKeyframes) {
+/// The motion between keyframes is not modelled. It causes larger errors than the posterior standard deviations, which
+/// are 1 ms for the delay, so only the relative errors are checked.
+TEST(StatisticalSensorConstants, AreAccurateIfMotionChangesBetweenKeyframes) {
   const Recovery of = recover({.as_modelled = false});
   EXPECT_LT(of.worst, 0.15);
   EXPECT_LT((of.mean.array() / of.truth.array()).abs().maxCoeff(), 0.05) << of.mean.transpose();
 }
 
-/// Noise does not draw it to one side: a camera in time, alone.
-TEST(StatisticalSensorConstants, ADelayIsNotDrawnToOneSide) {
+/// The camera has no delay and is the only sensor. Noise must not bias the estimated delay.
+TEST(StatisticalSensorConstants, DelayIsUnbiased) {
   double mean = 0, variance = 0;
   constexpr int seeds = 20;
   for (unsigned seed = 1; seed <= seeds; ++seed) {
     TrackingData data = Recording{.delay = 0}.data(seed);
     data.sensors.pop_back();
-    data.sensors[0].error = StayingError{.delay = 0.3};
+    data.sensors[0].error = SystematicError{.delay_sigma = 0.3};
     TrackingProblem tracking = make_tracking_problem(data);
     ASSERT_TRUE(solve(tracking.problem, GaussNewtonOptions{}).converged());
     const auto delay = std::get<Variable<Rn<1>>>(tracking.constants.at(0).state);
@@ -148,9 +150,9 @@ TEST(StatisticalSensorConstants, ADelayIsNotDrawnToOneSide) {
   EXPECT_LT(std::abs(mean), std::sqrt(variance));
 }
 
-TEST(SensorConstants, ThoseThatNothingTellsKeepTheirSpread) {
+TEST(SensorConstants, UnobservableOnesKeepPriorSigma) {
   TrackingData data = Recording{}.data(1);
-  data.sensors.erase(data.sensors.begin());  // the sonar alone: how it is turned, the target's way may be, too
+  data.sensors.erase(data.sensors.begin());  // with only the sonar, the scale factor is not observable
   TrackingProblem tracking = make_tracking_problem(data);
   ASSERT_TRUE(solve(tracking.problem, GaussNewtonOptions{}).converged());
   EXPECT_EQ(tracking.constants[0].name, "sonar.scale");
@@ -159,17 +161,16 @@ TEST(SensorConstants, ThoseThatNothingTellsKeepTheirSpread) {
   EXPECT_GT(after, 0.2 * tracking.constants[0].sigma[0]);
 }
 
-TEST(SensorConstants, BiasesStandBesideThem) {
+TEST(SensorConstants, CombineWithTimeVaryingBias) {
   TrackingData data = Recording{}.data(1);
-  data.sensors[1].error->sigma = Vector<3>::Constant(0.2);
-  data.sensors[1].error->time = 20;
+  data.sensors[1].error->bias_sigma = Vector<3>::Constant(0.2);
+  data.sensors[1].error->correlation_time = 20;
   TrackingProblem tracking = make_tracking_problem(data);
   EXPECT_TRUE(solve(tracking.problem, GaussNewtonOptions{}).converged());
-  EXPECT_EQ(tracking.constants.size(), 3u) << "a bias that is forgotten is none of them";
+  EXPECT_EQ(tracking.constants.size(), 3u) << "a bias with a finite correlation time is not a constant";
 }
 
-/// One that nothing is said of forgetting is a constant like the others, in space and in the plane.
-TEST(SensorConstants, ABiasOfTheWholeRecordingIsOneOfThem) {
+TEST(SensorConstants, IncludeConstantBias) {
   for (const bool planar : {false, true}) {
     TrackingData data = Recording{.scale = 0, .delay = 0, .turn = Vector<3>::Zero()}.data(1);
     data.planar = planar;
@@ -185,34 +186,35 @@ TEST(SensorConstants, ABiasOfTheWholeRecordingIsOneOfThem) {
       data.sensors[0].sigma.setConstant(3, 0.02);
       sonar.sigma.setConstant(rows, 0.1);
     }
-    sonar.error = StayingError{Eigen::VectorXd::Constant(rows, 1.0)};
+    sonar.error = SystematicError{Eigen::VectorXd::Constant(rows, 1.0)};
     TrackingProblem tracking = make_tracking_problem(data);
     ASSERT_TRUE(solve(tracking.problem, GaussNewtonOptions{}).converged());
     ASSERT_EQ(tracking.constants.size(), 1u);
     const SensorConstant& found = tracking.constants[0];
     EXPECT_EQ(found.name, "sonar.bias");
-    EXPECT_EQ(found.sigma, sonar.error->sigma);
+    EXPECT_EQ(found.sigma, sonar.error->bias_sigma);
     const Eigen::VectorXd value =
         std::visit([&](const auto& x) { return Eigen::VectorXd(tracking.problem.value(x).Log()); }, found.state);
     ASSERT_EQ(value.size(), rows);
-    if (!planar) {  // the recording rolls and pitches, which the plane has not
+    if (!planar) {  // the simulated chaser rolls and pitches, so a planar estimate is inexact
       EXPECT_LT((value - bias).norm(), 0.05) << value.transpose();
     }
   }
 }
 
-TEST(SensorConstants, RefusesThoseThatASensorHasNot) {
+TEST(SensorConstants, RejectUnsupportedErrors) {
   TrackingData data = Recording{}.data(1);
   TargetSensor bearing{.name = "ears", .type = SensorType::bearing, .sigma = Vector<2>::Constant(0.1)};
   bearing.measurements = {{.t = 3}};
-  bearing.error = StayingError{.scale = 0.1};
+  bearing.error = SystematicError{.scale_sigma = 0.1};
   data.sensors.push_back(bearing);
   EXPECT_THAT([&] { make_tracking_problem(data); },
-              ThrowsMessage<Error>(HasSubstr("ears.error: a bearing has no scale")));
+              ThrowsMessage<Error>(HasSubstr("ears.error: a bearing has no scale factor")));
   data.sensors.back().type = SensorType::range;
   data.sensors.back().sigma = Vector<1>(0.1);
-  data.sensors.back().error = StayingError{.misalignment = 0.1};
-  EXPECT_THAT([&] { make_tracking_problem(data); }, ThrowsMessage<Error>(HasSubstr("does not tell how it is turned")));
+  data.sensors.back().error = SystematicError{.misalignment_sigma = 0.1};
+  EXPECT_THAT([&] { make_tracking_problem(data); },
+              ThrowsMessage<Error>(HasSubstr("does not depend on the sensor's orientation")));
 }
 
 }  // namespace

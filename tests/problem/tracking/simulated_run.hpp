@@ -4,14 +4,14 @@
 #include <vector>
 
 #include <tandem/lie/operations.hpp>
-#include <tandem/problem/program.hpp>
+#include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/problem/tracking/planar.hpp>
 #include <tandem/problem/tracking/tracking_problem.hpp>
 
 #include "simulated_tracking.hpp"
 
-/// As Simulation, but with sensors of any type, in space or in the plane, and exact. What they measure is computed here
-/// from the truth by trigonometry, not by the residuals under test.
+/// Noise-free simulation like Simulation, for sensors of any type, in space or in the plane. Trigonometry computes the
+/// measurements from the truth, independently of the residuals under test.
 namespace tandem::testing {
 
 inline Vector<6> twist(double surge, double yaw_rate) {
@@ -32,7 +32,7 @@ struct SimulatedRun {
   }
   SE3 target(double t) const { return flat(Simulation::pose(2.0, -5.0, -4.0, 0.8)) * SE3::Exp(target_twist * t); }
 
-  /// The measurement stamped t.
+  /// Returns the measurement that is stamped t.
   Measurement measure(const TargetSensor& sensor, double t) const {
     const double valid = t - sensor.delay;
     const SE3 seen = (chaser(valid) * sensor.mount).inverse() * target(valid) * sensor.marker;
@@ -46,7 +46,7 @@ struct SimulatedRun {
     return m;
   }
 
-  /// Odometry at 4 Hz, noise for every model, and these sensors with a measurement at each of the times.
+  /// Returns data with odometry at 4 Hz, noise for all models, and a measurement of each sensor at each of the times.
   TrackingData data(std::vector<TargetSensor> sensors, const std::vector<double>& times) const {
     TrackingData d;
     d.planar = planar;
@@ -70,7 +70,7 @@ struct SimulatedRun {
     return d;
   }
 
-  /// 0.1 m and 0.02 rad.
+  /// Returns standard deviations of 0.1 m and 0.02 rad.
   Eigen::VectorXd sigma(SensorType type) const {
     Eigen::VectorXd v = Eigen::VectorXd::Constant(rows(type, planar), 0.02);
     const bool position = type == SensorType::position || type == SensorType::pose;
@@ -78,7 +78,7 @@ struct SimulatedRun {
     return v;
   }
 
-  /// Puts the truth into all variables of the target.
+  /// Sets the variables of the target to the truth, except for boundary points.
   void set_truth(TrackingProblem& tracking) const {
     for (std::size_t k = 0; k < tracking.keyframes.size(); ++k) {
       const SE3 at = target(tracking.keyframes[k].t);
@@ -114,7 +114,7 @@ struct SimulatedRun {
           w);
   }
 
-  /// The largest distance between the estimated target and the true one [m].
+  /// Returns the largest position error of the target [m].
   double largest_error(const TrackingProblem& tracking) const {
     double largest = 0;
     for (std::size_t k = 0; k < tracking.keyframes.size(); ++k) {
@@ -123,7 +123,7 @@ struct SimulatedRun {
     }
     return largest;
   }
-  /// The largest angle between the estimated orientation and the true one, where there is an estimated one [rad].
+  /// Returns the largest orientation error of the target [rad], of those states that have an orientation.
   double largest_angle(const TrackingProblem& tracking) const {
     double largest = 0;
     for (std::size_t k = 0; k < tracking.keyframes.size(); ++k)
@@ -133,16 +133,16 @@ struct SimulatedRun {
   }
 };
 
-inline double cost(TrackingProblem& tracking) { return Program(tracking.problem).cost(); }
+inline double cost(TrackingProblem& tracking) { return NlpEvaluator(tracking.problem).cost(); }
 
-/// from, from + step, … up to `to`.
+/// Returns from, from + step, …, up to `to`.
 inline std::vector<double> every(double step, double from, double to) {
   std::vector<double> times;
   for (int i = 0; from + i * step <= to + 1e-9; ++i) times.push_back(from + i * step);
   return times;
 }
 
-/// A run whose keyframes, 1 s apart, are as the pattern says: P a pose measured, p a position, . nothing.
+/// Returns data with one keyframe per character, 1 s apart: 'P' has a measured pose, 'p' a position, and '.' nothing.
 inline TrackingData patterned(SimulatedRun run, const std::string& pattern) {
   run.duration = double(pattern.size()) - 1;
   std::vector<double> poses, positions;

@@ -5,15 +5,15 @@
 
 #include <tandem/problem/tracking/tracking_problem.hpp>
 
-/// A chaser and a target that keep constant twists, so that without noise the truth costs nothing:
-/// interpolated odometry, the constant-twist model and level attitude are then all exact.
+/// Simulation of a chaser and a level target with constant twists. Without noise, interpolated odometry and all
+/// residuals are exact, so the cost at the truth is zero.
 namespace tandem::testing {
 
 struct Simulation {
   double duration = 20.0;         ///< s
   double odometry_period = 0.25;  ///< s
-  double usbl_period = 2.0;       ///< s; the optical sensor sees the last third, each 0.7 s
-  double noise = 0.0;             ///< of the measurements, in standard deviations
+  double usbl_period = 2.0;       ///< s; the optical sensor measures every 0.7 s in the last third
+  double noise = 0.0;             ///< measurement noise, in standard deviations
   bool optical = true;
   SE3 usbl_mount, optical_mount, marker;
   Vector<3> beacon = Vector<3>::Zero();
@@ -64,7 +64,7 @@ struct Simulation {
   }
 };
 
-/// The pose among what a tracking problem has for chaser or target.
+/// Returns the SE(3) variable of a PoseVariable or TargetVariable.
 template <class Any>
 Variable<SE3> pose(const Any& variable) {
   return std::get<Variable<SE3>>(variable);
@@ -77,7 +77,7 @@ std::vector<Variable<SE3>> poses(const std::vector<Any>& variables) {
   return result;
 }
 
-/// One whose measurements are off by 1.5 sigmas.
+/// Returns a simulation whose measurement noise is 1.5 times the given standard deviations.
 inline Simulation noisy(double duration) {
   Simulation simulation;
   simulation.duration = duration;

@@ -5,7 +5,7 @@
 
 #include "simulated_run.hpp"
 
-/// Every sensor of the target, in space and in the plane, with extrinsics on both vehicles.
+/// All types of target sensors, in space and in the plane, with extrinsics on both vehicles.
 namespace tandem::testing {
 namespace {
 
@@ -30,7 +30,7 @@ class TargetSensors : public ::testing::TestWithParam<SensorCase> {
  protected:
   SimulatedRun run{.planar = GetParam().planar};
 
-  /// With extrinsics on the chaser and, if asked for, on the target.
+  /// Returns a sensor with extrinsics on the chaser and, if `on_target`, on the target.
   TargetSensor sensor(bool on_target = true) const {
     TargetSensor s{.name = "sonar", .type = GetParam().type};
     s.mount = run.flat(SE3::Exp((Vector<6>() << 0.5, -0.2, 0.3, 0.4, 0.1, -0.9).finished()));
@@ -44,14 +44,14 @@ class TargetSensors : public ::testing::TestWithParam<SensorCase> {
   }
 };
 
-TEST_P(TargetSensors, TheTruthCostsNothing) {
+TEST_P(TargetSensors, CostIsZeroAtTruth) {
   const TrackingData data = run.data({sensor()}, every(0.9, 0.0, 11.7));
   TrackingProblem tracking = at_truth(data);
   EXPECT_LE(cost(tracking), 1e-18);
   EXPECT_EQ(tracking.measurements.size(), data.sensors[0].measurements.size());
 }
 
-TEST_P(TargetSensors, TheTruthCostsNothingToEveryModel) {
+TEST_P(TargetSensors, CostIsZeroAtTruthForAllModels) {
   run.target_twist = twist(0.9, 0.0);
   const TrackingData data = run.data({sensor(false)}, every(0.9, 0.0, 11.7));
   for (const MotionModel model : {MotionModel::constant_twist, MotionModel::constant_velocity,
@@ -61,7 +61,7 @@ TEST_P(TargetSensors, TheTruthCostsNothingToEveryModel) {
   }
 }
 
-TEST_P(TargetSensors, AMeasurementThatIsOffCostsWhatItsSigmaSays) {
+TEST_P(TargetSensors, CostOfErrorMatchesSigma) {
   TrackingData data = run.data({sensor()}, {3.0, 5.0});
   Measurement& m = data.sensors[0].measurements[1];
   double sigma = 0.1, off = 0.2;
@@ -83,7 +83,7 @@ TEST_P(TargetSensors, AMeasurementThatIsOffCostsWhatItsSigmaSays) {
   EXPECT_NEAR(cost(tracking), 0.5 * (off / sigma) * (off / sigma), 2e-3 * (off / sigma));
 }
 
-TEST_P(TargetSensors, MeasuredPositions) {
+TEST_P(TargetSensors, ComputesMeasuredPosition) {
   const TargetSensor both = run.data({sensor()}, {4.0}).sensors[0],
                      chaser = run.data({sensor(false)}, {4.0}).sensors[0];
   const auto seen = both.position(both.measurements[0]);
@@ -96,12 +96,12 @@ TEST_P(TargetSensors, MeasuredPositions) {
   EXPECT_LE((*seen - (run.chaser(4.0) * both.mount).inverse().act(marker)).norm(), 1e-12);
   const Vector<3> target = run.chaser(4.0).inverse().act(run.target(4.0).translation());
   EXPECT_LE((*in_chaser - target).norm(), 1e-12);
-  if (GetParam().type == SensorType::pose) {  // a pose tells where its marker points
+  if (GetParam().type == SensorType::pose) {  // a pose determines the direction of the lever arm
     EXPECT_LE((*both.position_in_chaser(both.measurements[0]) - target).norm(), 1e-12);
   }
 }
 
-TEST_P(TargetSensors, ADelayedMeasurementBelongsToWhenItWasValid) {
+TEST_P(TargetSensors, DelayedMeasurementIsAtTimeOfValidity) {
   TargetSensor late = sensor();
   late.delay = 0.37;
   const TrackingData data = run.data({late}, every(1.3, 0.5, 12.0));
@@ -110,21 +110,36 @@ TEST_P(TargetSensors, ADelayedMeasurementBelongsToWhenItWasValid) {
   ASSERT_EQ(tracking.measurements.size(), data.sensors[0].measurements.size());
   for (const PlacedMeasurement& placed : tracking.measurements)
     EXPECT_NEAR(tracking.keyframes[placed.keyframe].t, data.sensors[0].measurements[placed.index].t - 0.37, 1e-12);
-  EXPECT_EQ(tracking.left_out, std::vector<std::size_t>{0});
+  EXPECT_EQ(tracking.num_discarded, std::vector<std::size_t>{0});
 }
 
-TEST_P(TargetSensors, MeasurementsThatWereValidBeforeTheOdometryAreLeftOut) {
+TEST_P(TargetSensors, DiscardsMeasurementsBeforeOdometry) {
   TargetSensor late = sensor();
   late.delay = 1.0;
   TrackingData data = run.data({late}, {2.0, 4.0});
   for (const double t : {0.1, 0.9, 0.9995, 1.5}) data.sensors[0].measurements.push_back(run.measure(late, t));
   const TrackingProblem tracking = make_tracking_problem(data);
-  EXPECT_EQ(tracking.left_out, std::vector<std::size_t>{2}) << "0.5 ms before is the first instant";
+  EXPECT_EQ(tracking.num_discarded, std::vector<std::size_t>{2})
+      << "0.5 ms before the first keyframe is within the tolerance";
   EXPECT_EQ(tracking.measurements.size(), 4u);
   EXPECT_EQ(tracking.keyframes.front().t, 0.0);
 }
 
-TEST_P(TargetSensors, AHeldOutMeasurementHasAKeyframeButNoResidual) {
+TEST_P(TargetSensors, SetsTypeOfKeyframe) {
+  const TrackingData data = run.data({sensor()}, {3.0, 5.0});
+  const std::vector<Keyframe> keyframes = make_keyframes(data);
+  const bool position = sensor().position_in_chaser(data.sensors[0].measurements[0]).has_value();
+  const KeyframeType expected = GetParam().type == SensorType::pose ? KeyframeType::pose
+                                : position                          ? KeyframeType::position
+                                                                    : KeyframeType::partial;
+  for (const Keyframe& keyframe : keyframes) {
+    const bool measured = keyframe.t == 3.0 || keyframe.t == 5.0;
+    EXPECT_EQ(keyframe.type, measured ? expected : KeyframeType::none) << keyframe.t;
+    EXPECT_EQ(keyframe.measured_position.has_value(), measured && position) << keyframe.t;
+  }
+}
+
+TEST_P(TargetSensors, HeldOutMeasurementHasKeyframeButNoResidual) {
   const std::vector<double> times = every(1.3, 0.5, 11.0);
   TrackingData data = run.data({sensor()}, times);
   const int all = make_tracking_problem(data).problem.num_soft_blocks();
@@ -137,14 +152,14 @@ TEST_P(TargetSensors, AHeldOutMeasurementHasAKeyframeButNoResidual) {
     EXPECT_NE(placed.block.has_value(), held_out);
     EXPECT_EQ(bool(placed.innovation), held_out);
     if (!held_out) continue;
-    EXPECT_EQ(tracking.keyframes[placed.keyframe].type, KeyframeType::gated) << "nothing was measured there";
+    EXPECT_EQ(tracking.keyframes[placed.keyframe].type, KeyframeType::none) << "held-out measurements do not count";
     const Innovation innovation = placed.innovation(tracking.problem);
     EXPECT_EQ(innovation.r.size(), rows(GetParam().type, run.planar));
     EXPECT_LE(innovation.r.norm(), 1e-12);
   }
 }
 
-/// By central differences of the variables that chaser and target consist of.
+/// Returns the Jacobian of the innovation from central differences with respect to the variables.
 template <class Variables>
 Eigen::MatrixXd differences(TrackingProblem& tracking, const PlacedMeasurement& placed, const Variables& variables) {
   constexpr double h = 1e-6;
@@ -167,13 +182,14 @@ Eigen::MatrixXd differences(TrackingProblem& tracking, const PlacedMeasurement& 
   return J;
 }
 
-TEST_P(TargetSensors, TheInnovationsJacobianAgreesWithDifferences) {
+TEST_P(TargetSensors, InnovationJacobianMatchesDifferences) {
   run.target_twist = twist(0.9, 0.0);
   TrackingData data = run.data({sensor(false)}, {2.0, 5.0, 8.0});
   data.sensors[0].measurements[1].held_out = true;
   for (const MotionModel model :
        {MotionModel::constant_twist, MotionModel::constant_velocity, MotionModel::steady_course}) {
-    TrackingProblem tracking = make_tracking_problem(data, {.model = model});  // at the start: some way off
+    TrackingProblem tracking =
+        make_tracking_problem(data, {.model = model});  // at the initial guess, where the residual is not zero
     const PlacedMeasurement& placed = tracking.measurements[1];
     const Eigen::MatrixXd J = placed.innovation(tracking.problem).jacobian;
     const Eigen::MatrixXd expected = std::visit(
@@ -190,12 +206,12 @@ TEST_P(TargetSensors, TheInnovationsJacobianAgreesWithDifferences) {
   }
 }
 
-TEST_P(TargetSensors, ItsPlaceOnTheTargetNeedsAnOrientation) {
+TEST_P(TargetSensors, LeverArmOnTargetNeedsOrientation) {
   const TrackingData data = run.data({sensor()}, {2.0, 5.0});
   const TrackingOptions points{.model = MotionModel::constant_velocity};
-  if (GetParam().type == SensorType::pose) {  // which it measures itself
+  if (GetParam().type == SensorType::pose) {  // measures the orientation
     TrackingProblem tracking = at_truth(run.data({sensor()}, {2.0}), points);
-    EXPECT_LE(cost(tracking), 10.0) << "a turning target costs constant velocity little";
+    EXPECT_LE(cost(tracking), 10.0) << "the turn of the target causes a small cost";
     return;
   }
   EXPECT_THAT([&] { make_tracking_problem(data, points); },
@@ -204,7 +220,7 @@ TEST_P(TargetSensors, ItsPlaceOnTheTargetNeedsAnOrientation) {
               ThrowsMessage<Error>(HasSubstr("target_position")));
 }
 
-TEST_P(TargetSensors, ALossOfItsOwnComesBeforeTheProblems) {
+TEST_P(TargetSensors, SensorLossReplacesProblemLoss) {
   TrackingData data = run.data({sensor()}, {3.0, 5.0});
   Measurement& m = data.sensors[0].measurements[1];
   m.position.x() += 1.0;
@@ -233,7 +249,7 @@ class PoseSensor : public ::testing::TestWithParam<bool> {  // planar
   int plain = make_tracking_problem(data).problem.num_soft_blocks();
 };
 
-TEST_P(PoseSensor, AShareOfThePositionIsAResidualOfItsOwnWithoutCountingTwice) {
+TEST_P(PoseSensor, PositionShareKeepsTotalInformation) {
   TrackingProblem whole = make_tracking_problem(data), shared = make_tracking_problem(data, {.position_share = 0.25});
   EXPECT_EQ(shared.problem.num_soft_blocks(), plain + n);
   for (const PlacedMeasurement& placed : shared.measurements) {
@@ -243,7 +259,7 @@ TEST_P(PoseSensor, AShareOfThePositionIsAResidualOfItsOwnWithoutCountingTwice) {
   run.set_truth(whole);
   run.set_truth(shared);
   EXPECT_LE(cost(shared), 1e-18);
-  const auto displace = [&](TrackingProblem& tracking) {  // the chaser's first pose alone: measurements and prior
+  const auto displace = [&](TrackingProblem& tracking) {  // moves one chaser pose
     std::visit(
         [&]<LieGroup G>(const Variable<G>& x) {
           tracking.problem.set_value(x, tracking.problem.value(x) * in_group<G>(SE3(SO3(), Vector<3>(0.1, -0.2, 0))));
@@ -255,7 +271,7 @@ TEST_P(PoseSensor, AShareOfThePositionIsAResidualOfItsOwnWithoutCountingTwice) {
   EXPECT_NEAR(displace(shared), expected, 1e-9 * expected);
 }
 
-TEST_P(PoseSensor, AnOrientationLossTakesPositionAndOrientationApart) {
+TEST_P(PoseSensor, OrientationLossSplitsPose) {
   data.sensors[0].measurements[3].rotation = data.sensors[0].measurements[3].rotation * SO3::Exp({0, 0, M_PI});
   TrackingProblem all = make_tracking_problem(data, {.orientation_loss = Cauchy(1.0)});
   data.sensors[0].orientation_loss = Cauchy(1.0);
@@ -280,7 +296,7 @@ TEST_P(PoseSensor, AnOrientationLossTakesPositionAndOrientationApart) {
 INSTANTIATE_TEST_SUITE_P(Groups, PoseSensor, ::testing::Bool(),
                          [](const auto& info) { return info.param ? "SE2" : "SE3"; });
 
-TEST(PlanarTracking, TakesNoSphericalUsbl) {
+TEST(PlanarTracking, RejectsSphericalUsbl) {
   const SimulatedRun run{.planar = true};
   TrackingData data = run.data({{.name = "sonar", .type = SensorType::position}}, {1.0, 2.0});
   data.sensors[0].type = SensorType::usbl_spherical;

@@ -13,7 +13,7 @@ inline Matrix<6, 6> random_definite(std::mt19937_64& random, double scale) {
   return scale * (Matrix<6, 6>(A * A.transpose()) + 2.0 * Matrix<6, 6>::Identity());
 }
 
-/// A vehicle with every matrix full: each term, and each coupling, takes part.
+/// Returns a vehicle with full matrices, so that every term and coupling contributes.
 template <int N>
 VehicleModel<N> some_vehicle(unsigned seed = 1) {
   std::mt19937_64 random(seed);
@@ -23,18 +23,18 @@ VehicleModel<N> some_vehicle(unsigned seed = 1) {
   v.linear = random_definite(random, 0.5);
   v.quadratic = random_definite(random, 0.3);
   v.lift = random_definite(random, 0.2);
-  v.lift(0, 4) += 0.3;  // need not be symmetric
+  v.lift(0, 4) += 0.3;  // not symmetric
   v.weight = 290.0;
   v.buoyancy = 300.0;
   v.centre_of_mass = {0.02, -0.01, -0.03};
   v.centre_of_buoyancy = {-0.01, 0.005, 0.01};
   for (double& a : v.thrust.reshaped()) a = 3.0 * normal(random);
   for (double& a : v.fin.reshaped()) a = normal(random);
-  for (int i = 0; i < N; ++i) v.lag[i] = 0.15 * i;  // one without
+  for (int i = 0; i < N; ++i) v.lag[i] = 0.15 * i;  // the first actuator has no lag
   return v;
 }
 
-/// Nothing damps, drives or restores it.
+/// Returns a vehicle without damping, actuation and restoring forces.
 template <int N>
 VehicleModel<N> free_vehicle(unsigned seed = 1) {
   VehicleModel<N> v = some_vehicle<N>(seed);

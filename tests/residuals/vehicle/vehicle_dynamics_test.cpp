@@ -17,42 +17,42 @@ Vector<6> twist_of(double scale) {
 }
 
 template <int N>
-void expect_right_at(const VehicleDynamics<N>& dynamics, const SE3& pose, double speed) {
-  expect_right_jacobians(dynamics, pose, Rn<6>(twist_of(speed)), Rn<6>(twist_of(-0.4 * speed)),
-                         Rn<N>(Vector<N>::LinSpaced(-0.5, 0.7)), Rn<N>(Vector<N>::LinSpaced(0.9, -0.2)),
-                         R3(Vector<3>(0.3, -0.2, 0.05)));
+void expect_correct_at(const VehicleDynamics<N>& dynamics, const SE3& pose, double speed) {
+  expect_correct_jacobians(dynamics, pose, Rn<6>(twist_of(speed)), Rn<6>(twist_of(-0.4 * speed)),
+                           Rn<N>(Vector<N>::LinSpaced(-0.5, 0.7)), Rn<N>(Vector<N>::LinSpaced(0.9, -0.2)),
+                           R3(Vector<3>(0.3, -0.2, 0.05)));
 }
 
-TEST(VehicleDynamics, has_the_right_jacobians) {
+TEST(VehicleDynamics, HasCorrectJacobians) {
   const auto vehicle = some_vehicle<3>();
   const VehicleDynamics<3> dynamics(vehicle, 0.8);
   for (const auto& d : residual_sizes<SE3>())
-    for (const double speed : {0.0, 1e-6, 1e-3, 0.1, 1.0, 3.0}) expect_right_at(dynamics, SE3::Exp(d), speed);
+    for (const double speed : {0.0, 1e-6, 1e-3, 0.1, 1.0, 3.0}) expect_correct_at(dynamics, SE3::Exp(d), speed);
 }
 
-TEST(VehicleDynamics, has_the_right_jacobians_at_random) {
+TEST(VehicleDynamics, HasCorrectJacobiansAtRandomStates) {
   const auto vehicle = some_vehicle<3>();
-  expect_right_jacobians_at_random(VehicleDynamics<3>(vehicle, 0.1), 1);
+  expect_correct_jacobians_at_random_states(VehicleDynamics<3>(vehicle, 0.1), 1);
 }
 
 template <int N>
-void expect_right_curvature_of_vehicle() {
+void expect_correct_curvature_of_vehicle() {
   const auto vehicle = some_vehicle<N>();
   const VehicleDynamics<N> dynamics(vehicle, 0.8);
   const Vector<6> w = twist_of(1.0).reverse();
   for (const auto& d : residual_sizes<SE3>())
     for (const double speed : {0.0, 1e-6, 1e-3, 0.1, 1.0, 3.0})
-      expect_right_curvature(dynamics, w, SE3::Exp(d), Rn<6>(twist_of(speed)), Rn<6>(twist_of(-0.4 * speed)),
-                             Rn<N>(Vector<N>::LinSpaced(-0.5, 0.7)), Rn<N>(Vector<N>::LinSpaced(0.9, -0.2)),
-                             R3(Vector<3>(0.3, -0.2, 0.05)));
+      expect_correct_curvature(dynamics, w, SE3::Exp(d), Rn<6>(twist_of(speed)), Rn<6>(twist_of(-0.4 * speed)),
+                               Rn<N>(Vector<N>::LinSpaced(-0.5, 0.7)), Rn<N>(Vector<N>::LinSpaced(0.9, -0.2)),
+                               R3(Vector<3>(0.3, -0.2, 0.05)));
 }
 
-TEST(VehicleDynamics, has_the_right_curvature) {
-  expect_right_curvature_of_vehicle<3>();
-  expect_right_curvature_of_vehicle<8>();
+TEST(VehicleDynamics, HasCorrectCurvature) {
+  expect_correct_curvature_of_vehicle<3>();
+  expect_correct_curvature_of_vehicle<8>();
 }
 
-TEST(VehicleDynamics, asks_the_heap_for_nothing) {
+TEST(VehicleDynamics, DoesNotAllocate) {
   const auto vehicle = some_vehicle<3>();
   const VehicleDynamics<3> dynamics(vehicle, 0.8);
   Vector<6> r;
@@ -64,8 +64,8 @@ TEST(VehicleDynamics, asks_the_heap_for_nothing) {
   EXPECT_GT(r.norm(), 0.0);
 }
 
-TEST(VehicleDynamics, is_newtons_law_of_a_body_at_rest) {
-  // At rest and upright, a push along an axis accelerates by M⁻¹ τ, and weight less buoyancy pulls down.
+TEST(VehicleDynamics, ObeysNewtonsLawAtRest) {
+  // At rest and upright, actuators accelerate the vehicle by M⁻¹ τ, and weight minus buoyancy pulls it down.
   auto vehicle = some_vehicle<3>();
   vehicle.centre_of_mass.setZero();
   vehicle.centre_of_buoyancy.setZero();
@@ -78,7 +78,7 @@ TEST(VehicleDynamics, is_newtons_law_of_a_body_at_rest) {
   EXPECT_LE((r / dt + vehicle.mass.inverse() * wrench).norm(), 1e-9 * wrench.norm());
 }
 
-TEST(VehicleDynamics, rights_a_heeling_body) {
+TEST(VehicleDynamics, HasRightingMoment) {
   auto vehicle = some_vehicle<3>();
   vehicle.mass = 20.0 * Matrix<6, 6>::Identity();
   vehicle.weight = vehicle.buoyancy = 300.0;
@@ -92,7 +92,7 @@ TEST(VehicleDynamics, rights_a_heeling_body) {
   EXPECT_LE(acceleration.head<3>().norm(), 1e-12);
 }
 
-TEST(VehicleDynamics, a_body_that_drifts_with_the_current_feels_nothing) {
+TEST(VehicleDynamics, BodyDriftingWithTheCurrentHasNoForces) {
   auto vehicle = some_vehicle<3>();
   vehicle.weight = vehicle.buoyancy = 0.0;
   const SE3 pose = SE3::Exp(tangent<SE3>(1.2, 3.0));
@@ -103,18 +103,18 @@ TEST(VehicleDynamics, a_body_that_drifts_with_the_current_feels_nothing) {
   EXPECT_LE(r.norm(), 1e-14);
 }
 
-TEST(ActuatorLag, has_the_right_jacobians_and_the_exact_answer_to_a_step) {
+TEST(ActuatorLag, HasCorrectJacobiansAndExactStepResponse) {
   const Vector<3> lag(0.0, 0.5, 2.0);
   const ActuatorLag<3> residual(lag, 0.7);
-  expect_right_jacobians_at_random(residual, 1);
+  expect_correct_jacobians_at_random_states(residual, 1);
   Vector<3> r, expected;
   const Vector<3> from(0.2, -0.4, 1.0), to(1.0, 1.0, -1.0);
   residual(R3(from), R3(to), R3(), r);
   for (int i = 0; i < 3; ++i) {
-    const double left = lag[i] > 0 ? std::exp(-0.7 / lag[i]) : 0.0;
-    EXPECT_NEAR(-r[i], to[i] + left * (from[i] - to[i]), 1e-15);
+    const double decay = lag[i] > 0 ? std::exp(-0.7 / lag[i]) : 0.0;
+    EXPECT_NEAR(-r[i], to[i] + decay * (from[i] - to[i]), 1e-15);
   }
-  EXPECT_EQ(residual.left[0], 0.0);  // without a lag it is there at once
+  EXPECT_EQ(residual.decay[0], 0.0);  // follows at once without a lag
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ VehicleState<3> some_state() {
   return s;
 }
 
-/// Momentum of body and water about the world's origin: Ad(C)⁻ᵀ M ξ.
+/// Returns the momentum of body and water about the world's origin: Ad(C)⁻ᵀ M ξ.
 Vector<6> momentum_in_space(const VehicleBody& body, const VehicleState<3>& s) {
   return s.pose.Ad().transpose().partialPivLu().solve(Vector<6>(body.mass * s.twist));
 }
@@ -27,17 +27,17 @@ VehicleState<3> run(const VehicleModel<3>& model, VehicleState<3> s, double seco
   return s;
 }
 
-TEST(VehicleStep, a_free_vehicle_keeps_its_energy) {
+TEST(VehicleStep, FreeVehicleConservesEnergy) {
   const auto vehicle = free_vehicle<3>();
   const double before = vehicle.kinetic_energy(some_state().twist);
   for (const int steps : {200, 1000, 4000}) {
     const VehicleState<3> after = run(vehicle, some_state(), 40.0, steps);
     EXPECT_NEAR(vehicle.kinetic_energy(after.twist), before, 1e-11 * before) << steps;
-    EXPECT_GT((after.twist - some_state().twist).norm(), 0.1);  // though it tumbles
+    EXPECT_GT((after.twist - some_state().twist).norm(), 0.1);  // the vehicle tumbles
   }
 }
 
-TEST(VehicleStep, a_free_vehicle_keeps_its_momentum_to_second_order) {
+TEST(VehicleStep, FreeVehicleConservesMomentumToSecondOrder) {
   const auto vehicle = free_vehicle<3>();
   const Vector<6> before = momentum_in_space(vehicle, some_state());
   const auto error = [&](int steps) {
@@ -48,7 +48,7 @@ TEST(VehicleStep, a_free_vehicle_keeps_its_momentum_to_second_order) {
   EXPECT_NEAR(coarse / fine, 4.0, 0.2);
 }
 
-TEST(VehicleStep, damping_takes_energy_away) {
+TEST(VehicleStep, DampingDissipatesEnergy) {
   auto vehicle = free_vehicle<3>();
   const auto damped = some_vehicle<3>();
   vehicle.linear = damped.linear;
@@ -62,8 +62,8 @@ TEST(VehicleStep, damping_takes_energy_away) {
   }
 }
 
-TEST(VehicleStep, a_current_carries_the_motion_along) {
-  // Seen from the water, a vehicle moves the same whether the water moves or not.
+TEST(VehicleStep, MotionIsInvariantToCurrent) {
+  // Relative to the water, the motion does not depend on the current.
   const auto vehicle = some_vehicle<3>();
   const Vector<3> current(0.4, -0.3, 0.1), command(0.5, -0.2, 0.3);
   VehicleState<3> carried = some_state();
@@ -79,7 +79,7 @@ TEST(VehicleStep, a_current_carries_the_motion_along) {
   EXPECT_NEAR(coarse / fine, 4.0, 0.4);
 }
 
-TEST(VehicleStep, is_what_the_residuals_ask_for) {
+TEST(VehicleStep, SatisfiesTheResiduals) {
   const auto vehicle = some_vehicle<3>();
   const double dt = 0.3;
   VehicleState<3> from = some_state();
@@ -97,38 +97,38 @@ TEST(VehicleStep, is_what_the_residuals_ask_for) {
   EXPECT_LE(lag.norm(), 1e-15);
 }
 
-TEST(VehicleStep, a_guess_drifts_over_a_step_that_no_motion_obeys) {
+TEST(VehicleStep, OrConstantTwistContinuesWhereTheStepFails) {
   const auto vehicle = some_vehicle<3>();
   VehicleState<3> from = some_state();
   const Vector<3> none = Vector<3>::Zero();
   const VehicleStep<3> step(vehicle, 0.1);
-  EXPECT_EQ(step.or_drift(from, none, none).twist, step(from, none, none).twist);
+  EXPECT_EQ(step.or_constant_twist(from, none, none).twist, step(from, none, none).twist);
   from.twist.tail<3>() *= 1e4;
   EXPECT_THROW(step(from, none, none), Error);
-  const VehicleState<3> to = step.or_drift(from, none, none);
+  const VehicleState<3> to = step.or_constant_twist(from, none, none);
   EXPECT_EQ(to.twist, from.twist);
   EXPECT_LE((to.pose.inverse() * from.pose * SE3::Exp(0.1 * from.twist)).Log().norm(), 1e-9);
 }
 
-TEST(VehicleModel, what_cannot_be_is_refused) {
+TEST(VehicleModel, RejectsInvalidBodies) {
   const auto good = some_vehicle<3>();
-  EXPECT_EQ(why_impossible(good), "");
+  EXPECT_EQ(why_invalid(good), "");
   auto bad = good;
   bad.mass.row(2) *= -1.0;
-  EXPECT_EQ(why_impossible(bad), "the mass matrix is not symmetric");
+  EXPECT_EQ(why_invalid(bad), "the mass matrix is not symmetric");
   bad = good;
   bad.mass(5, 5) = -1.0;
-  EXPECT_EQ(why_impossible(bad), "the mass matrix is not positive definite");
+  EXPECT_EQ(why_invalid(bad), "the mass matrix is not positive definite");
   bad = good;
   bad.linear(3, 3) = -5.0;
-  EXPECT_EQ(why_impossible(bad), "the linear damping matrix has a direction in which it drives the vehicle");
+  EXPECT_EQ(why_invalid(bad), "the linear damping matrix is not positive semidefinite, so it would drive the vehicle");
   bad = good;
   bad.linear.setZero();
   bad.quadratic.setZero();
   bad.lift.setZero();
-  EXPECT_EQ(why_impossible(bad), "the damping matrix is not positive definite");
+  EXPECT_EQ(why_invalid(bad), "the damping matrix is not positive definite");
   bad.mass(0, 0) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(why_impossible(bad), "a matrix of the vehicle has an entry that is not finite");
+  EXPECT_EQ(why_invalid(bad), "a matrix of the vehicle has an entry that is not finite");
 }
 
 }  // namespace

@@ -8,13 +8,13 @@
 
 #include "damped_point.hpp"
 
-/// Whether standard errors are right, over many seeds.
+/// Coverage of the standard errors over many seeds.
 namespace tandem::testing {
 namespace {
 
-/// In how many of all seeds the truth is within two standard errors, and by how much the logarithm is off on average.
 struct Coverage {
-  double within = 0, mean = 0;
+  double within = 0;  ///< share of the seeds with the truth within two standard errors
+  double mean = 0;    ///< mean error of the logarithm
 };
 template <class Find>
 Coverage coverage(int seeds, double truth, Find find) {
@@ -29,7 +29,7 @@ Coverage coverage(int seeds, double truth, Find find) {
   return c;
 }
 
-TEST(StatisticalCalibrateBuilt, TimesAreFoundWithinTheirStandardErrors) {
+TEST(StatisticalCalibrateBuilt, TimeConstantsAreWithinTheirStandardErrors) {
   const Truth truths[] = {{4, 0.4, 3, 0.2, 0.2}, {10, 0.02, 3, 1.0, 0.2}};
   for (const int which : {0, 1}) {
     const Truth& truth = truths[which];
@@ -46,7 +46,7 @@ TEST(StatisticalCalibrateBuilt, TimesAreFoundWithinTheirStandardErrors) {
           },
           {{"time", 2.5 * true_time, 2}});
       EXPECT_TRUE(found.converged()) << found.message;
-      EXPECT_TRUE(found.parameters[0].determined) << which << " " << seed;
+      EXPECT_TRUE(found.parameters[0].identifiable) << which << " " << seed;
       return std::pair{found.values[0], found.parameters[0].log_error};
     });
     EXPECT_GE(c.within, 0.9) << which;
@@ -55,7 +55,7 @@ TEST(StatisticalCalibrateBuilt, TimesAreFoundWithinTheirStandardErrors) {
   }
 }
 
-/// A slow random walk, seen in two components at once with errors of Student's t.
+/// A random walk in two dimensions, measured with errors that follow Student's t.
 struct HeavyTails {
   int n = 400;
   double dof = 4, walk = 0.2, seen = 1.0;
@@ -91,8 +91,8 @@ struct HeavyTails {
   }
 };
 
-/// The maximum of the likelihood is some 8 % high itself, of states that follow next to nothing of the noise: a fifth is no worse.
-TEST(StatisticalCalibrateBuilt, DegreesOfFreedomAreFoundWithinTheirStandardErrors) {
+/// The maximum likelihood estimate is biased by 8 % even at negligible leverage. Leverage of a fifth must not be worse.
+TEST(StatisticalCalibrateBuilt, DegreesOfFreedomAreWithinTheirStandardErrors) {
   constexpr int kSeeds = 20;
   std::vector<Coverage> coverages;
   for (const double walk : {0.02, 0.5}) {
@@ -102,7 +102,7 @@ TEST(StatisticalCalibrateBuilt, DegreesOfFreedomAreFoundWithinTheirStandardError
       const auto found =
           calibrate_built([&](const Eigen::VectorXd& values) { return tails.build(values[0]); }, {{"dof", 8, 2}});
       EXPECT_TRUE(found.converged()) << found.message;
-      // The t's own scale, of which the noise of the peak's curvature is made.
+      // The scale of the t distribution; the noise is that of the Gaussian with the curvature of its peak.
       const double dof = found.values[0];
       sigmas += std::log(found.noise.noise[0].factor * std::sqrt((dof + 2) / dof)) / kSeeds;
       return std::pair{dof, found.parameters[0].log_error};

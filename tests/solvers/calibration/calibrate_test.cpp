@@ -11,15 +11,15 @@
 
 #include "walk.hpp"
 
-/// Against the exact evidence of linear Gaussian problems, by dense matrices.
+/// Tests against the exact evidence of linear Gaussian problems, computed with dense matrices.
 namespace tandem::testing {
 namespace {
 
 using ::testing::HasSubstr;
 
-TEST(Calibrate, FindsTheMaximumOfTheEvidence) {
+TEST(Calibrate, ReachesTheMaximumOfTheEvidence) {
   Walk walk(2);
-  walk.given_walk = 5, walk.given_seen = 0.1;
+  walk.given_step_sigma = 5, walk.given_fix_sigma = 0.1;
   walk.build();
   const Calibration found = calibrate(walk.problem, {walk.steps, walk.fixes});
   ASSERT_TRUE(found.converged()) << found.message;
@@ -31,17 +31,17 @@ TEST(Calibrate, FindsTheMaximumOfTheEvidence) {
   H(1, 0) = H(0, 1);
   const Eigen::Matrix2d covariance = (-H / (h * h)).inverse();
   const Eigen::Vector2d off = covariance * Eigen::Vector2d(f(1, 0) - f(-1, 0), f(0, 1) - f(0, -1)) / (2 * h);
-  EXPECT_LE(off.cwiseAbs().maxCoeff(), 2e-3) << "a Newton step of the exact evidence";
+  EXPECT_LE(off.cwiseAbs().maxCoeff(), 2e-3) << "Newton step of the exact evidence";
   EXPECT_LE((found.log_covariance - covariance).cwiseAbs().maxCoeff(), 0.02 * covariance.cwiseAbs().maxCoeff());
-  EXPECT_NEAR(5 * found.noise[0].factor, walk.walk, 0.15 * walk.walk);
-  EXPECT_NEAR(0.1 * found.noise[1].factor, walk.seen, 0.15 * walk.seen);
+  EXPECT_NEAR(5 * found.noise[0].factor, walk.step_sigma, 0.15 * walk.step_sigma);
+  EXPECT_NEAR(0.1 * found.noise[1].factor, walk.fix_sigma, 0.15 * walk.fix_sigma);
   EXPECT_NEAR(found.gain, walk.exact(a, b) - walk.exact(0, 0), 1e-6 * std::abs(found.gain));
-  EXPECT_TRUE(found.noise[0].determined && found.noise[1].determined);
+  EXPECT_TRUE(found.noise[0].identifiable && found.noise[1].identifiable);
   EXPECT_LE(found.iterations, 20);
   EXPECT_EQ(found.noise[1].rows, 300);
 }
 
-TEST(Calibrate, TrueValuesAreWithinTwoStandardErrorsAsOftenAsTheyShould) {
+TEST(Calibrate, StandardErrorsHaveTheRightCoverage) {
   int within = 0, of = 0;
   double sum = 0;
   for (unsigned seed = 0; seed < 40; ++seed) {
@@ -49,7 +49,7 @@ TEST(Calibrate, TrueValuesAreWithinTwoStandardErrorsAsOftenAsTheyShould) {
     walk.build();
     const Calibration found = calibrate(walk.problem, {walk.steps, walk.fixes});
     ASSERT_TRUE(found.converged());
-    const double truth[] = {walk.walk, walk.seen};
+    const double truth[] = {walk.step_sigma, walk.fix_sigma};
     for (int g : {0, 1}) {
       const double off = std::log(found.noise[std::size_t(g)].factor / truth[g]);
       within += std::abs(off) <= 2 * found.noise[std::size_t(g)].log_error;
@@ -61,7 +61,7 @@ TEST(Calibrate, TrueValuesAreWithinTwoStandardErrorsAsOftenAsTheyShould) {
   EXPECT_LE(std::abs(sum / of), 0.05);
 }
 
-TEST(Calibrate, SeveralProblemsShareAFactor) {
+TEST(Calibrate, EstimatesAFactorSharedBySeveralProblems) {
   Walk one(7, 150), two(8, 150);
   one.build();
   two.build();
@@ -78,17 +78,18 @@ TEST(Calibrate, SeveralProblemsShareAFactor) {
   EXPECT_EQ(found.noise[0].rows, 298);
 }
 
-TEST(Calibrate, OutliersCountForWhatTheLossLeavesOfThem) {
+TEST(Calibrate, RobustLossesLimitTheEffectOfOutliers) {
   Walk plain(5, 300, 0.05), bounded(5, 300, 0.05), rejecting(5, 300, 0.05);
   plain.build();
   bounded.build(Cauchy(2));
   rejecting.build(Tukey(4));
   EXPECT_GE(calibrate(plain.problem, {plain.fixes}).noise[0].factor, 10);
-  EXPECT_LE(calibrate(bounded.problem, {bounded.fixes}).noise[0].factor, 1.5) << "each counts for 4 of 0.66 at most";
+  EXPECT_LE(calibrate(bounded.problem, {bounded.fixes}).noise[0].factor, 1.5)
+      << "the loss bounds each outlier to 4, of 0.66 counted rows";
   EXPECT_NEAR(calibrate(rejecting.problem, {rejecting.fixes}).noise[0].factor, 1, 0.25);
 }
 
-TEST(StatisticalCalibrate, ALossDoesNotChangeWhatIsFoundOfNormalNoise) {
+TEST(StatisticalCalibrate, RobustLossesDoNotBiasNormalNoise) {
   const auto mean_log_factor = [](const Loss& loss) {
     constexpr int seeds = 10;
     double sum = 0;
@@ -104,25 +105,25 @@ TEST(StatisticalCalibrate, ALossDoesNotChangeWhatIsFoundOfNormalNoise) {
     EXPECT_NEAR(mean_log_factor(loss), plain, 0.1) << int(loss.kind);
 }
 
-TEST(Calibrate, WhatTheDataDoNotTellKeepsWhatWasGiven) {
+TEST(Calibrate, KeepsAFactorThatIsNotIdentifiable) {
   Walk walk(6, 100);
   walk.build();
-  // One row that a state of its own takes: any sigma explains it as well.
+  // One row that reads an extra state: the evidence does not depend on its sigma.
   const auto bias = walk.problem.add(Number());
   NoiseGroup alone{"alone", {{walk.problem.minimize(Prior<Number>{Number()}, {0.3}, {bias})}}, 1.0};
   const Calibration found = calibrate(walk.problem, {walk.steps, alone, walk.fixes});
   ASSERT_TRUE(found.converged());
-  EXPECT_FALSE(found.noise[1].determined);
+  EXPECT_FALSE(found.noise[1].identifiable);
   EXPECT_EQ(found.noise[1].factor, 1);
   EXPECT_NEAR(found.noise[1].flat_from, 0.1, 1e-3);
   EXPECT_NEAR(found.noise[1].flat_to, 10, 0.1);
-  EXPECT_TRUE(found.noise[0].determined && found.noise[2].determined);
+  EXPECT_TRUE(found.noise[0].identifiable && found.noise[2].identifiable);
   EXPECT_LT(found.noise[2].flat_from, found.noise[2].factor);
   EXPECT_GT(found.noise[2].flat_to, found.noise[2].factor);
 }
 
-/// Where a problem cannot be solved no data have spoken: that ends no range, and what is left there goes back.
-TEST(Calibrate, TheEndOfProblemsIsNotToldByTheData) {
+/// A failed solve does not bound a range, and the values that it leaves are reset.
+TEST(Calibrate, FailedSolvesDoNotBoundARange) {
   Walk walk(6, 100);
   walk.build();
   const auto bias = walk.problem.add(Number());
@@ -135,16 +136,16 @@ TEST(Calibrate, TheEndOfProblemsIsNotToldByTheData) {
   };
   const Calibration found = calibrate(walk.problem, {{"alone", {{row}}, 1.0}, walk.fixes}, options);
   ASSERT_TRUE(found.converged()) << found.message;
-  EXPECT_FALSE(found.noise[0].determined || found.noise[0].bounded);
+  EXPECT_FALSE(found.noise[0].identifiable || found.noise[0].bounded);
   EXPECT_EQ(found.noise[0].factor, 1);
-  EXPECT_TRUE(found.noise[1].determined);
+  EXPECT_TRUE(found.noise[1].identifiable);
   EXPECT_NEAR(walk.problem.value(bias).vector()[0], 0, 1e-9);
 }
 
-/// However near it is tried: as of a target that falls onto what it is seen from.
-TEST(Calibrate, SaysThatThereIsNoMaximumToBeFound) {
+/// All solves after the first one fail, for arbitrarily small changes of the noise.
+TEST(Calibrate, ThrowsIfNoStepCanBeSolved) {
   Walk walk(6, 100);
-  walk.given_seen = 3;
+  walk.given_fix_sigma = 3;
   walk.build();
   CalibrationOptions options;
   int solves = 0;
@@ -157,23 +158,23 @@ TEST(Calibrate, SaysThatThereIsNoMaximumToBeFound) {
     calibrate(walk.problem, {walk.fixes}, options);
     FAIL();
   } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("cannot be solved by noise near that: the sky fell"));
+    EXPECT_THAT(error.what(), HasSubstr("cannot be solved with noise near the current estimate: the sky fell"));
   }
 }
 
-TEST(Calibrate, AWeakPriorPullsWhereTheDataAreFew) {
+TEST(Calibrate, APriorPullsTowardsTheGivenValue) {
   Walk walk(9, 60), pulled(9, 60);
-  walk.given_seen = pulled.given_seen = 3;
+  walk.given_fix_sigma = pulled.given_fix_sigma = 3;
   walk.build();
   pulled.build();
   pulled.fixes.prior = 0.1;
   const double free = calibrate(walk.problem, {walk.fixes}).noise[0].factor;
-  const double held = calibrate(pulled.problem, {pulled.fixes}).noise[0].factor;
-  EXPECT_LT(free, held);
-  EXPECT_LT(held, 1);
+  const double constrained = calibrate(pulled.problem, {pulled.fixes}).noise[0].factor;
+  EXPECT_LT(free, constrained);
+  EXPECT_LT(constrained, 1);
 }
 
-TEST(Calibrate, SaysWhatIsWrongWithGroups) {
+TEST(Calibrate, RejectsInvalidGroups) {
   Walk walk(1, 5);
   walk.build();
   const auto error = [&](std::vector<NoiseGroup> groups) -> std::string {
@@ -184,16 +185,17 @@ TEST(Calibrate, SaysWhatIsWrongWithGroups) {
     }
     return "";
   };
-  EXPECT_THAT(error({}), HasSubstr("there is no noise group"));
+  EXPECT_THAT(error({}), HasSubstr("no noise group"));
   EXPECT_THAT(error({{"empty", {}}}), HasSubstr("the noise group empty has no rows"));
   EXPECT_THAT(error({walk.steps, walk.steps}), HasSubstr("a row is in two noise groups, steps and steps"));
-  EXPECT_THAT(error({{"far", {{walk.steps.rows[0].block, 1, 1}}}}), HasSubstr("far has rows that its block has not"));
+  EXPECT_THAT(error({{"far", {{walk.steps.rows[0].block, 1, 1}}}}),
+              HasSubstr("far refers to rows that its block does not have"));
   EXPECT_THAT(error({{"gone", {{Block{}}}}}), HasSubstr("no such block"));
 }
 
-TEST(Calibrate, StopsWithTheBestSoFar) {
+TEST(Calibrate, ReturnsTheBestSoFarWhenStopped) {
   Walk walk(2);
-  walk.given_walk = 5;
+  walk.given_step_sigma = 5;
   walk.build();
   std::atomic<bool> stop = false;
   CalibrationOptions options;
@@ -205,40 +207,40 @@ TEST(Calibrate, StopsWithTheBestSoFar) {
   EXPECT_NE(found.noise[0].factor, 1);
 }
 
-/// Rows count anew under a loss as the noise changes; what is told all along is the gain over what was given.
-TEST(Calibrate, GainsAreToldAgainstWhatWasGivenAlsoAsRowsCountAnew) {
-  const auto run = [](std::vector<double>& told, int stop_after) {
+/// counted_rows is updated while the noise changes. The reported gain always refers to the given noise.
+TEST(Calibrate, ReportsTheGainOverTheGivenNoiseAsCountedRowsChange) {
+  const auto run = [](std::vector<double>& gains, int stop_after) {
     Walk walk(5, 300, 0.05);
-    walk.given_seen = 5, walk.given_walk = 3;
+    walk.given_fix_sigma = 5, walk.given_step_sigma = 3;
     walk.build(Cauchy(2));
     std::atomic<bool> stop = false;
     CalibrationOptions options;
     options.ranges = false;
     options.stop = Stop(&stop);
     options.progress = [&](int, const Eigen::VectorXd&, double gain) {
-      told.push_back(gain);
-      stop = static_cast<int>(told.size()) == stop_after;
+      gains.push_back(gain);
+      stop = static_cast<int>(gains.size()) == stop_after;
     };
     return calibrate(walk.problem, {walk.steps, walk.fixes}, options);
   };
-  std::vector<double> told;
-  const Calibration found = run(told, 0);
+  std::vector<double> gains;
+  const Calibration found = run(gains, 0);
   ASSERT_TRUE(found.converged()) << found.message;
   ASSERT_GT(found.gain, 100);
-  EXPECT_NEAR(told.back(), found.gain, 0.01 * found.gain);
+  EXPECT_NEAR(gains.back(), found.gain, 0.01 * found.gain);
   int falls = 0;
-  for (std::size_t i = 1; i < told.size(); ++i) {
-    falls += told[i] < told[i - 1] - 1e-6;
-    EXPECT_GT(told[i], 0.8 * told[i - 1]) << "iteration " << i << ": it does not begin again";
+  for (std::size_t i = 1; i < gains.size(); ++i) {
+    falls += gains[i] < gains[i - 1] - 1e-6;
+    EXPECT_GT(gains[i], 0.8 * gains[i - 1]) << "iteration " << i << ": the gain does not restart at zero";
   }
-  EXPECT_GE(falls, 1) << "as rows count anew, which is what is to be seen here";
-  for (int n = 1; n <= static_cast<int>(told.size()); ++n) {
+  EXPECT_GE(falls, 1) << "the update of counted_rows, which this test is about";
+  for (int n = 1; n <= static_cast<int>(gains.size()); ++n) {
     std::vector<double> some;
-    EXPECT_EQ(run(some, n).gain, told[std::size_t(n) - 1]) << "stopped after iteration " << n;
+    EXPECT_EQ(run(some, n).gain, gains[std::size_t(n) - 1]) << "stopped after iteration " << n;
   }
 }
 
-TEST(Calibrate, StoppedBeforeItBeganIsAsGiven) {
+TEST(Calibrate, KeepsTheGivenNoiseIfStoppedBeforeTheFirstSolve) {
   Walk walk(2);
   walk.build();
   const std::atomic<bool> stop = true;

@@ -12,13 +12,12 @@
 namespace tandem::testing {
 namespace {
 
-/// A walk whose fixes are better than was given: left-out fixes are predicted better by what is found, by as much as the
-/// exact predictive densities say.
-TEST(CrossValidate, FindsThatTheRightNoisePredictsBetter) {
+/// A walk with a wrong given noise: the calibrated noise predicts held-out fixes better.
+TEST(CrossValidate, PrefersTheCalibratedNoise) {
   Walk walk(11, 200);
-  walk.given_walk = 3, walk.given_seen = 0.3;
+  walk.given_step_sigma = 3, walk.given_fix_sigma = 0.3;
   walk.build();
-  std::vector<std::vector<LeftOut>> folds(4);
+  std::vector<std::vector<HeldOutMeasurement>> folds(4);
   for (std::size_t i = 0; i < walk.fixes.rows.size(); ++i) folds[i % 4].push_back({walk.fixes.rows[i].block});
   Problem* const one[] = {&walk.problem};
   const double before = solve(walk.problem, GaussNewtonOptions{}).cost;
@@ -29,17 +28,17 @@ TEST(CrossValidate, FindsThatTheRightNoisePredictsBetter) {
   int inside = 0;
   for (const auto& p : found.found) inside += p.squared_distance() <= 3.84;
   EXPECT_NEAR(inside / 200.0, 0.95, 0.05);
-  EXPECT_NEAR(solve(walk.problem, GaussNewtonOptions{}).cost, before, 1e-9 * before) << "the noise is as it was given";
+  EXPECT_NEAR(solve(walk.problem, GaussNewtonOptions{}).cost, before, 1e-9 * before) << "the given noise is restored";
 }
 
-TEST(CrossValidate, APredictionIsThatOfTheOthersAlone) {
+TEST(CrossValidate, PredictsFromTheOtherFoldsOnly) {
   Walk walk(12, 5);
   walk.build();
   Problem* const one[] = {&walk.problem};
   const CrossValidation found =
       cross_validate(one, {walk.steps}, {{{walk.fixes.rows[2].block}}, {{walk.fixes.rows[4].block}}});
   ASSERT_TRUE(found.complete) << found.why;
-  // By the exact density of all five: of number 2 given the others.
+  // The exact density of fix 2 given the other four.
   Eigen::MatrixXd S(5, 5);
   for (int i = 0; i < 5; ++i)
     for (int j = 0; j < 5; ++j) S(i, j) = 100 + std::min(i, j) + (i == j ? 1.0 : 0.0);

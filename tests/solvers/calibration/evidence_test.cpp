@@ -14,7 +14,7 @@ namespace {
 
 using R2 = Rn<2>;
 
-TEST(Evidence, IsExactWhereTheProblemIsLinear) {
+TEST(Evidence, IsExactForALinearProblem) {
   Walk walk(1, 60);
   walk.build();
   Problem* const one[] = {&walk.problem};
@@ -32,8 +32,8 @@ TEST(Evidence, IsExactWhereTheProblemIsLinear) {
   }
 }
 
-TEST(Evidence, BeliefsThatOverlapAreDividedByTheirIntegral) {
-  // A walk that also keeps near 0: the two together are one density, of which neither sigma has so many rows.
+TEST(Evidence, NormalisesOverlappingPriors) {
+  // A walk with a second prior at 0. The product of both priors is not normalised.
   Walk walk(4, 60);
   walk.build();
   NoiseGroup level{"level", {}, 0};
@@ -46,7 +46,7 @@ TEST(Evidence, BeliefsThatOverlapAreDividedByTheirIntegral) {
   const auto exact = [&](double log_steps, double log_level) {
     const double q = std::exp(2 * log_steps), l = 4 * std::exp(2 * log_level);
     Eigen::MatrixXd information = Eigen::MatrixXd::Identity(walk.n, walk.n) / l;
-    information(0, 0) += 1 / (walk.begun * walk.begun);
+    information(0, 0) += 1 / (walk.initial_sigma * walk.initial_sigma);
     for (int i = 1; i < walk.n; ++i) {
       information(i, i) += 1 / q;
       information(i - 1, i - 1) += 1 / q;
@@ -72,12 +72,12 @@ TEST(Evidence, BeliefsThatOverlapAreDividedByTheirIntegral) {
   }
 }
 
-TEST(Evidence, ItsInformationIsTheAverageOfObservedAndExpected) {
-  for (const bool beliefs : {false, true}) {
+TEST(Evidence, ReturnsTheAverageInformation) {
+  for (const bool measured : {false, true}) {
     Walk walk(5, 40);
     walk.build();
     CalibrationOptions options;
-    if (beliefs)
+    if (measured)
       for (const NoiseRows& fix : walk.fixes.rows) options.measured.push_back({fix.block});
     Problem* const one[] = {&walk.problem};
     const std::vector<NoiseGroup> groups = {walk.steps, walk.fixes};
@@ -87,27 +87,27 @@ TEST(Evidence, ItsInformationIsTheAverageOfObservedAndExpected) {
     const auto information = evidence.information();
     ASSERT_TRUE(information);
 
-    // ½ (P z)ᵀ V_g P V_h P z, P = V⁻¹, by the covariance of z and its derivatives.
+    // ½ (P z)ᵀ V_g P V_h P z, where P = V⁻¹ is the inverse covariance of z and V_g a derivative of V.
     const double q = std::exp(2 * at[0]), r = std::exp(2 * at[1]);
     Eigen::MatrixXd of_steps(walk.n, walk.n);
     for (int i = 0; i < walk.n; ++i)
       for (int j = 0; j < walk.n; ++j) of_steps(i, j) = q * std::min(i, j);
     const Eigen::MatrixXd of_fixes = r * Eigen::MatrixXd::Identity(walk.n, walk.n);
-    const Eigen::MatrixXd begun = Eigen::MatrixXd::Constant(walk.n, walk.n, walk.begun * walk.begun);
-    const Eigen::LLT<Eigen::MatrixXd> V(begun + of_steps + of_fixes);
+    const Eigen::MatrixXd initial_sigma =
+        Eigen::MatrixXd::Constant(walk.n, walk.n, walk.initial_sigma * walk.initial_sigma);
+    const Eigen::LLT<Eigen::MatrixXd> V(initial_sigma + of_steps + of_fixes);
     const Eigen::VectorXd Pz = V.solve(Eigen::Map<const Eigen::VectorXd>(walk.z.data(), walk.n));
     Eigen::MatrixXd pulled(walk.n, 2);
     pulled << 2 * of_steps * Pz, 2 * of_fixes * Pz;
     const Eigen::Matrix2d expected = 0.5 * pulled.transpose() * V.solve(pulled);
-    EXPECT_LE((*information - expected).cwiseAbs().maxCoeff(), (beliefs ? 1e-3 : 1e-7) * expected.maxCoeff())
+    EXPECT_LE((*information - expected).cwiseAbs().maxCoeff(), (measured ? 1e-3 : 1e-7) * expected.maxCoeff())
         << *information << "\n\n"
         << expected;
   }
 }
 
-/// Rows of a full covariance in different groups, under a hard equality: against differences of the evidence, which is
-/// exact for a problem that is linear.
-TEST(Evidence, ItsGradientIsRightForFullNoiseAndUnderEqualities) {
+/// Blocks with a full covariance whose rows are in different groups, with a hard equality.
+TEST(Evidence, HasTheRightGradientForFullCovariancesAndEqualities) {
   Problem problem;
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal;

@@ -16,7 +16,7 @@ double evidence_of(const BuiltProblems& built) {
   Problem* const one[] = {built.problems[0].get()};
   CalibrationOptions options;
   options.measured = built.measured;
-  options.whole_integral = true;
+  options.absolute_evidence = true;
   const double constants = log_constants(one, built.measured);
   detail::Evidence evidence(one, built.groups, options);
   const auto value = evidence.at(Eigen::VectorXd::Zero(Eigen::Index(built.groups.size())));
@@ -24,25 +24,25 @@ double evidence_of(const BuiltProblems& built) {
   return value.log_evidence + constants;
 }
 
-TEST(LogConstants, TheEvidenceOfProblemsByDifferentTimesIsAKalmanFiltersLikelihood) {
+TEST(LogConstants, TheAbsoluteEvidenceIsTheKalmanFilterLikelihood) {
   const DampedPoint point(1, 80);
   const Eigen::Vector2d values[] = {{10, 3}, {1, 3}, {40, 12}, {0.2, 300}};
   for (const Eigen::Vector2d& at : values)
     EXPECT_NEAR(evidence_of(point.build(at, false)), point.exact(at), 1e-6 * std::abs(point.exact(at)));
 }
 
-TEST(LogConstants, SoItIsWhereBeliefsAreDividedByTheirIntegral) {
+TEST(LogConstants, TheEvidenceWithNormalisedPriorsIsTheKalmanFilterLikelihood) {
   DampedPoint point(1, 30);
-  point.begun = 0.5;
+  point.initial_sigma = 0.5;
   for (const Eigen::Vector2d& at : {Eigen::Vector2d(10, 3), Eigen::Vector2d(1, 3), Eigen::Vector2d(4, 300)}) {
     const BuiltProblems built = point.build(at, true);
     EXPECT_NEAR(evidence_of(built), point.exact(at), 1e-4)
-        << "a millionth of the measurements' information is next to none";
-    // Its gradient is that of the likelihood.
+        << "the measurements keep a small share of their information";
+    // The gradient agrees, too.
     Problem* const one[] = {built.problems[0].get()};
     CalibrationOptions options;
     options.measured = built.measured;
-    options.whole_integral = true;
+    options.absolute_evidence = true;
     detail::Evidence evidence(one, built.groups, options);
     const Eigen::Vector3d factors(0.2, -0.3, 0.4);
     const Eigen::VectorXd gradient = evidence.at(factors).gradient;
@@ -54,12 +54,12 @@ TEST(LogConstants, SoItIsWhereBeliefsAreDividedByTheirIntegral) {
   }
 }
 
-TEST(LogConstants, StudentsDensityIntegratesToOne) {
+TEST(LogConstants, NormaliseStudentsT) {
   for (const double dof : {0.5, 3.0, 40.0})
     for (const int rows : {1, 2, 3}) {
       const Loss loss = StudentT(dof, rows);
       EXPECT_NEAR(degrees_of_freedom(loss, rows), dof, 1e-12);
-      double integral = 0;  // over spheres of radius exp(u)
+      double integral = 0;  // over spherical shells of radius exp(u)
       const double area = 2 * std::pow(std::numbers::pi, 0.5 * rows) / std::tgamma(0.5 * rows), du = 1e-3;
       for (double u = -25; u < 60; u += du) {
         const double r = std::exp(u);

@@ -20,8 +20,8 @@ Eigen::MatrixXd covariance(double share, const Loss& loss, const Eigen::VectorXd
   return share / (expected_curvature(loss) * loss(r.squaredNorm()).d1) * V / V.norm();
 }
 
-/// By a grid over e, of what is taken the expectation of, in one row.
-TEST(TailTerm, IsTheLogarithmOfTheExpectedRatio) {
+/// Compares with a numerical integral over e, for one row.
+TEST(TailTerm, IsTheLogOfTheExpectedRatio) {
   for (const double dof : {0.7, 4.0, 30.0})
     for (const double residual : {0.0, 0.8, -3.0, 25.0})
       for (const double share : {0.02, 0.3, 0.6}) {
@@ -42,7 +42,7 @@ TEST(TailTerm, IsTheLogarithmOfTheExpectedRatio) {
       }
 }
 
-TEST(TailTerm, IsNothingWhereAllIsKnownOrNormal) {
+TEST(TailTerm, VanishesForKnownStatesAndForNormalNoise) {
   const Eigen::VectorXd r = Eigen::Vector3d(1, -2, 0.5);
   EXPECT_NEAR(tail_term(StudentT(4, 3), r, Eigen::MatrixXd::Zero(3, 3)).value, 0, 1e-12);
   const Loss normal = StudentT(1e7, 3);

@@ -7,11 +7,11 @@
 namespace tandem::testing {
 namespace {
 
-/// Where the values stand in the order of elimination, the factor takes their place: the same to the last bit.
-TEST(BlockCholeskyInPlace, IsTheSameAsOfACopy) {
+/// With a pattern in elimination order, the factor can overwrite the values, with bitwise equal results.
+TEST(BlockCholeskyInPlace, EqualsFactorisationOfACopy) {
   for (const BlockMatrix& m : {chain(40, 2, 3), long_chain(2, true, 1), long_chain(3, false, 2), star(40, 20, 4)}) {
-    BlockMatrix laid_out{in_order_of_elimination(m.pattern), m.dense, {}};
-    const SymmetricPattern& p = laid_out.pattern;
+    BlockMatrix ordered{in_elimination_order(m.pattern), m.dense, {}};
+    const SymmetricPattern& p = ordered.pattern;
     Eigen::VectorXd values(p.nonzeros());
     for (int k = 0; k < p.num_blocks(); ++k)
       for (int b = p.block_start[std::size_t(k)]; b < p.block_start[std::size_t(k) + 1]; ++b)
@@ -37,7 +37,7 @@ TEST(BlockCholeskyInPlace, IsTheSameAsOfACopy) {
     taken = values;
     EXPECT_TRUE(in_place.null_space(taken, 1e-12, 6).empty());
     EXPECT_NE(taken, values);
-    const int late = p.size() - 3;  // in none of the first block's rows
+    const int late = p.size() - 3;  // not adjacent to the first block
     for (const int planted : {1, late}) {
       taken = values;
       for (int k = 0; k < p.num_blocks(); ++k)
@@ -47,12 +47,12 @@ TEST(BlockCholeskyInPlace, IsTheSameAsOfACopy) {
       EXPECT_EQ(in_place.failed_unknown(), planted);
     }
     taken = values;
-    ASSERT_TRUE(in_place.factorize_in_place(taken)) << "after one that failed";
+    ASSERT_TRUE(in_place.factorize_in_place(taken)) << "after a failed factorisation";
     z = b;
     in_place.solve(z);
     EXPECT_EQ(x, z);
     taken = m.values;
-    EXPECT_TRUE(copying.factorize_in_place(taken)) << "as it comes where the pattern is the variables'";
+    EXPECT_TRUE(copying.factorize_in_place(taken)) << "falls back to a copy for other patterns";
   }
 }
 

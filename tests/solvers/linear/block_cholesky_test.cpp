@@ -4,7 +4,7 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
-#include <tandem/problem/lanes.hpp>
+#include <tandem/problem/parallel_tasks.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
 #include <tandem/solvers/linear/block_symbolic.hpp>
 
@@ -22,7 +22,7 @@ std::vector<BlockMatrix> matrices() {
   return all;
 }
 
-/// The condition number of A = L Lᵀ, or a little less, by power iterations.
+/// Returns an estimate of the condition number of A = L Lᵀ from below, by power iterations.
 double condition(const Eigen::MatrixXd& A, const Eigen::LLT<Eigen::MatrixXd>& llt) {
   Eigen::VectorXd largest = right_side(A.rows()), smallest = largest;
   for (int i = 0; i < 20; ++i) {
@@ -32,7 +32,7 @@ double condition(const Eigen::MatrixXd& A, const Eigen::LLT<Eigen::MatrixXd>& ll
   return largest.dot(A * largest) / smallest.dot(A * smallest);
 }
 
-TEST(BlockCholesky, SolvesAsDenseLltDoes) {
+TEST(BlockCholesky, MatchesDenseLlt) {
   for (const BlockMatrix& m : matrices()) {
     BlockCholesky cholesky(m.pattern);
     ASSERT_TRUE(cholesky.factorize(m.values));
@@ -46,8 +46,8 @@ TEST(BlockCholesky, SolvesAsDenseLltDoes) {
 
 TEST(BlockCholesky, ChainsKeepTheirOrderAndStarsDoNot) {
   const BlockMatrix band = chain(30, 2, 1), wheel = star(30, 0, 2);
-  const detail::BlockSymbolic a = detail::analyze(band.pattern, BlockCholesky::kALittleMore, true),
-                              b = detail::analyze(wheel.pattern, BlockCholesky::kALittleMore, true);
+  const detail::BlockSymbolic a = detail::analyze(band.pattern, BlockCholesky::kDefaultNaturalFlops, true),
+                              b = detail::analyze(wheel.pattern, BlockCholesky::kDefaultNaturalFlops, true);
   EXPECT_TRUE(std::is_sorted(a.order.begin(), a.order.end()));
   EXPECT_EQ(a.row.size(), band.pattern.block_row.size()) << "no fill";
   EXPECT_FALSE(std::is_sorted(b.order.begin(), b.order.end()));
@@ -60,35 +60,35 @@ TEST(BlockCholesky, ChainsKeepTheirOrderAndStarsDoNot) {
 TEST(BlockCholesky, LongChainsAreEliminatedFromBothEnds) {
   for (const bool hub : {false, true}) {
     const SymmetricPattern pattern = long_chain(2, hub, 1).pattern;
-    const int n = pattern.num_blocks(), half = n / 2, joint = hub ? 3 : 2;
-    const detail::BlockSymbolic s = detail::analyze(pattern, BlockCholesky::kALittleMore, true);
+    const int n = pattern.num_blocks(), half = n / 2, separator = hub ? 3 : 2;
+    const detail::BlockSymbolic s = detail::analyze(pattern, BlockCholesky::kDefaultNaturalFlops, true);
     ASSERT_EQ(s.first_part, half);
-    ASSERT_EQ(s.second_part, n - joint);
+    ASSERT_EQ(s.second_part, n - separator);
     std::vector<int> expected;
     for (int b = 0; b < half; ++b) expected.push_back(b);
     for (int b = n - 1 - hub; b > half + 1; --b) expected.push_back(b);
     expected.insert(expected.end(), {half, half + 1});
     if (hub) expected.push_back(n - 1);
     EXPECT_EQ(s.order, expected);
-    EXPECT_LE(s.row.size(), pattern.block_row.size() + 2) << "no fill but where the halves meet";
+    EXPECT_LE(s.row.size(), pattern.block_row.size() + 2) << "fill only at the separator";
     for (int k = 0; k < s.second_part; ++k)
       for (int b = s.row_start[std::size_t(k)]; b < s.row_start[std::size_t(k) + 1]; ++b) {
         const int row = s.row[std::size_t(b)];
         EXPECT_TRUE(row >= s.second_part || (row < s.first_part) == (k < s.first_part)) << k;
       }
-    const detail::BlockSymbolic in_order = detail::analyze(pattern, BlockCholesky::kALittleMore, false);
+    const detail::BlockSymbolic in_order = detail::analyze(pattern, BlockCholesky::kDefaultNaturalFlops, false);
     EXPECT_EQ(in_order.second_part, 0);
     EXPECT_TRUE(std::is_sorted(in_order.order.begin(), in_order.order.end()));
   }
 }
 
-TEST(BlockCholesky, ThreadsChangeNothing) {
+TEST(BlockCholesky, ResultsDoNotDependOnThreads) {
   const BlockMatrix m = long_chain(12, true, 3);
   BlockCholesky alone(m.pattern), shared(m.pattern);
-  ASSERT_GT(alone.nonzeros(), detail::kWorthThreads);
-  detail::Lanes lanes;
-  lanes.use_threads(2);
-  shared.use(lanes);
+  ASSERT_GT(alone.nonzeros(), detail::kMinEntriesForThreads);
+  detail::TaskRunner tasks;
+  tasks.use_threads(2);
+  shared.use(tasks);
   const Eigen::VectorXd b = right_side(m.dense.rows()), shift = b.cwiseAbs();
   for (const bool shifted : {false, true}) {
     ASSERT_TRUE(alone.factorize(m.values, shifted ? shift : Eigen::VectorXd()));
@@ -100,14 +100,14 @@ TEST(BlockCholesky, ThreadsChangeNothing) {
     EXPECT_EQ(alone.inverse_of({3, 200}), shared.inverse_of({3, 200}));
   }
   Eigen::VectorXd fails = Eigen::VectorXd::Zero(m.dense.rows());
-  fails[40] = fails[m.dense.rows() - 40] = -1e6;  // in both halves: the first one is told
+  fails[40] = fails[m.dense.rows() - 40] = -1e6;  // in both halves: the first one is reported
   EXPECT_FALSE(alone.factorize(m.values, fails));
   EXPECT_FALSE(shared.factorize(m.values, fails));
   EXPECT_EQ(alone.failed_unknown(), 40);
   EXPECT_EQ(shared.failed_unknown(), 40);
 }
 
-TEST(BlockCholesky, KeepsTheOrderThatMayCostMore) {
+TEST(BlockCholesky, KeepsTheNaturalOrderIfAllowed) {
   const BlockMatrix wheel = star(30, 0, 2);
   const double dense = double(wheel.pattern.size()) * (wheel.pattern.size() + 1) / 2;
   BlockCholesky amd(wheel.pattern), natural(wheel.pattern, 1e9);
@@ -118,7 +118,7 @@ TEST(BlockCholesky, KeepsTheOrderThatMayCostMore) {
   EXPECT_LE((natural.inverse_of({29, 0, 7}) - S).norm(), 1e-10 * S.norm());
 }
 
-TEST(BlockCholesky, CountsTheFactorsEntries) {
+TEST(BlockCholesky, CountsTheEntriesOfTheFactor) {
   const BlockMatrix m = make_matrix({2, 3, 1}, {{0, 1}, {1, 2}}, 7);
   EXPECT_EQ(BlockCholesky(m.pattern).nonzeros(), (3 + 6) + (6 + 3) + 1);
 }
@@ -133,14 +133,14 @@ TEST(BlockCholesky, AddsTheShiftToTheDiagonal) {
     cholesky.solve(x);
     const Eigen::MatrixXd shifted = m.dense + Eigen::MatrixXd(shift.asDiagonal());
     EXPECT_LE((shifted * x - b).norm(), 1e-12 * b.norm());
-    ASSERT_TRUE(cholesky.factorize(m.values));  // the shift does not stay
+    ASSERT_TRUE(cholesky.factorize(m.values));  // the shift is not kept
     x = b;
     cholesky.solve(x);
     EXPECT_LE((m.dense * x - b).norm(), 1e-11 * b.norm());
   }
 }
 
-TEST(BlockCholesky, NamesTheUnknownOfAFailedPivot) {
+TEST(BlockCholesky, ReportsTheUnknownOfAFailedPivot) {
   for (const BlockMatrix& m : {chain(10, 2, 3), star(10, 5, 4), long_chain(2, true, 5)}) {
     for (const int unknown : {0, 7, m.pattern.size() / 2, m.pattern.size() - 1}) {
       Eigen::VectorXd shift = Eigen::VectorXd::Zero(m.dense.rows());
@@ -157,8 +157,8 @@ TEST(BlockCholesky, NamesTheUnknownOfAFailedPivot) {
   }
 }
 
-/// With P = L⁻ᵀ by columns from solve_transposed: PᵀHP = I, and solve_lower is Pᵀ.
-TEST(BlockCholesky, ItsHalvesWhitenTheMatrix) {
+/// The columns of P = L⁻ᵀ from solve_transposed satisfy PᵀHP = I, and solve_lower applies Pᵀ.
+TEST(BlockCholesky, TriangularSolvesWhitenTheMatrix) {
   for (const BlockMatrix& m : {chain(8, 2, 3), star(8, 5, 4)}) {
     const Eigen::Index n = m.dense.rows();
     BlockCholesky cholesky(m.pattern);
@@ -179,15 +179,14 @@ TEST(BlockCholesky, ItsHalvesWhitenTheMatrix) {
   }
 }
 
-TEST(BlockCholesky, FindsPlantedNullDirections) {
+TEST(BlockCholesky, FindsNullDirectionsOfSingleUnknowns) {
   for (const BlockMatrix& full : {chain(10, 2, 3), star(10, 8, 4), long_chain(2, true, 6)}) {
     BlockMatrix m = full;
     const Eigen::Index n = m.dense.rows();
     const int late = n > 100 ? int(n) - 20 : 11;
     BlockCholesky cholesky(m.pattern);
     EXPECT_TRUE(cholesky.null_space(m.values, 1e-12, 6).empty());
-    // A congruence by D that scales unknowns keeps the pattern; zeros in it plant axis-parallel null
-    // directions.
+    // Zero rows and columns give null directions along single unknowns, and keep the pattern.
     const std::vector<int> start = m.pattern.column_starts(), row = m.pattern.rows();
     for (const int planted : {3, late}) {
       for (int column = 0; column < m.pattern.size(); ++column)
@@ -208,8 +207,8 @@ TEST(BlockCholesky, FindsPlantedNullDirections) {
   }
 }
 
-/// Differences along a chain and nothing else: moving all blocks together is free.
-TEST(BlockCholesky, FindsDirectionsThatSpanBlocks) {
+/// With differences along a chain only, a common shift of all blocks is a null direction.
+TEST(BlockCholesky, FindsNullDirectionsAcrossBlocks) {
   constexpr int blocks = 20;
   std::vector<std::pair<int, int>> pairs;
   for (int b = 0; b + 1 < blocks; ++b) pairs.emplace_back(b, b + 1);
@@ -231,7 +230,7 @@ TEST(BlockCholesky, FindsDirectionsThatSpanBlocks) {
   EXPECT_EQ(BlockCholesky(m.pattern).null_space(m.values, 1e-12, 2).size(), 2u);
 }
 
-TEST(BlockCholesky, ServesAnyNumberOfThreads) {
+TEST(BlockCholesky, SolvesConcurrently) {
   const BlockMatrix m = chain(60, 3, 7);
   BlockCholesky cholesky(m.pattern);
   ASSERT_TRUE(cholesky.factorize(m.values));

@@ -14,14 +14,15 @@
 
 namespace tandem::testing {
 
-/// A symmetric matrix by blocks, dense and in the pattern's order.
+/// Symmetric block matrix, dense and as values of a pattern.
 struct BlockMatrix {
   SymmetricPattern pattern;
   Eigen::MatrixXd dense;
   Eigen::VectorXd values;
 };
 
-/// Blocks of these sizes; `pairs` (column < row) are the blocks below the diagonal. Positive definite.
+/// Returns a positive definite matrix with blocks of these sizes. `pairs` (column < row) are the blocks below the
+/// diagonal.
 inline BlockMatrix make_matrix(const std::vector<int>& sizes, const std::vector<std::pair<int, int>>& pairs,
                                unsigned seed) {
   BlockMatrix m;
@@ -81,9 +82,9 @@ inline BlockMatrix chain(int blocks, int reach, unsigned seed) {
   return make_matrix(random_sizes(blocks, random), pairs, seed);
 }
 
-/// Long enough to be eliminated from both ends, and with a last block that each of the others has to do with, if wanted.
+/// Chain that is long enough for elimination from both ends. With `hub`, a last block is adjacent to all others.
 inline BlockMatrix long_chain(int reach, bool hub, unsigned seed) {
-  constexpr int blocks = detail::kLongChain + 31;
+  constexpr int blocks = detail::kMinBlocksForBothEnds + 31;
   std::mt19937 random(seed);
   std::vector<std::pair<int, int>> pairs;
   for (int b = 0; b < blocks; ++b) {
@@ -93,7 +94,7 @@ inline BlockMatrix long_chain(int reach, bool hub, unsigned seed) {
   return make_matrix(random_sizes(blocks, random), pairs, seed);
 }
 
-/// A star whose hub comes first (the natural order fills it in completely), with some more pairs at random.
+/// Star with the hub first, for which the natural order causes complete fill, and random additional pairs.
 inline BlockMatrix star(int blocks, int extra, unsigned seed) {
   std::mt19937 random(seed);
   std::vector<std::pair<int, int>> pairs;

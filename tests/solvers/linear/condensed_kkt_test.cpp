@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <tandem/lie/rn.hpp>
-#include <tandem/problem/program.hpp>
+#include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
 #include <tandem/solvers/linear/condensed_kkt.hpp>
@@ -16,8 +16,8 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// A chain of points with equalities and inequalities between neighbours, mixed in the order of rows, and its KKT matrix
-/// as an interior-point method writes it.
+/// Chain of points with equalities and inequalities between neighbours, and its KKT matrix in the form of an
+/// interior-point method. Rows of equalities and inequalities are mixed.
 class CondensedKktTest : public ::testing::Test {
  protected:
   CondensedKktTest() {
@@ -28,23 +28,23 @@ class CondensedKktTest : public ::testing::Test {
       Bounds<3> bounds{Vector<3>(0, -1, 0), Vector<3>(0, 1, 5)};
       if (k % 2 == 0) problem.subject_to(RelativePose<R3>{R3()}, bounds, {x[k], x[k + 1]});
     }
-    program.emplace(problem);
-    n = program->num_unknowns();
-    for (int i = 0; i < program->num_rows(); ++i)
-      (program->lower()[i] == program->upper()[i] ? equalities : inequalities).push_back(i);
+    nlp.emplace(problem);
+    n = nlp->num_unknowns();
+    for (int i = 0; i < nlp->num_rows(); ++i)
+      (nlp->lower()[i] == nlp->upper()[i] ? equalities : inequalities).push_back(i);
     p = int(equalities.size()), q = int(inequalities.size());
     H = Matrix::Zero(n, n);
-    VectorXd gradient(n), values(program->hessian_pattern().nonzeros());
-    program->linearize(gradient, values);
-    const SymmetricPattern& pattern = program->hessian_pattern();
+    VectorXd gradient(n), values(nlp->hessian_pattern().nonzeros());
+    nlp->linearize(gradient, values);
+    const SymmetricPattern& pattern = nlp->hessian_pattern();
     const std::vector<int> start = pattern.column_starts(), row = pattern.rows();
     for (int c = 0; c < n; ++c)
       for (int k = start[std::size_t(c)]; k < start[std::size_t(c) + 1]; ++k)
         H(row[std::size_t(k)], c) = H(c, row[std::size_t(k)]) = values[k];
-    // Any Jacobian of the pattern.
-    J = Matrix::Zero(program->num_rows(), n);
-    for (std::size_t k = 0; k < program->jacobian_pattern().row.size(); ++k)
-      J(program->jacobian_pattern().row[k], program->jacobian_pattern().column[k]) = normal(random);
+    // any Jacobian of the pattern
+    J = Matrix::Zero(nlp->num_rows(), n);
+    for (std::size_t k = 0; k < nlp->jacobian_pattern().row.size(); ++k)
+      J(nlp->jacobian_pattern().row[k], nlp->jacobian_pattern().column[k]) = normal(random);
     S = VectorXd::NullaryExpr(q, [&] { return std::exp(4 * normal(random)); });
     C = VectorXd::Zero(p);
     D = VectorXd::Zero(q);
@@ -55,21 +55,21 @@ class CondensedKktTest : public ::testing::Test {
     columns.push_back(j + 1);
     values.push_back(value);
   }
-  /// The triplets, and the same dense.
+  /// Assembles the triplets, and returns the dense matrix.
   Matrix assemble(double coupling = -1.0) {
     rows.clear(), columns.clear(), values.clear();
-    const SymmetricPattern& pattern = program->hessian_pattern();
+    const SymmetricPattern& pattern = nlp->hessian_pattern();
     const std::vector<int> start = pattern.column_starts(), row = pattern.rows();
     for (int c = 0; c < n; ++c)
       for (int k = start[std::size_t(c)]; k < start[std::size_t(c) + 1]; ++k)
         if (const int r = row[std::size_t(k)]; r >= c) entry(r, c, H(r, c) - (r == c ? 0.25 : 0.0));
-    for (int i = 0; i < n; ++i) entry(i, i, 0.25);  // Σ of its own
+    for (int i = 0; i < n; ++i) entry(i, i, 0.25);  // Σ as separate entries
     for (int k = 0; k < q; ++k) entry(n + k, n + k, S[k]);
     for (const bool equality : {true, false}) {
       const auto& list = equality ? equalities : inequalities;
       const int first = n + q + (equality ? 0 : p);
-      for (std::size_t k = 0; k < program->jacobian_pattern().row.size(); ++k) {
-        const int row = program->jacobian_pattern().row[k], column = program->jacobian_pattern().column[k];
+      for (std::size_t k = 0; k < nlp->jacobian_pattern().row.size(); ++k) {
+        const int row = nlp->jacobian_pattern().row[k], column = nlp->jacobian_pattern().column[k];
         const auto at = std::find(list.begin(), list.end(), row);
         if (at != list.end()) entry(first + int(at - list.begin()), column, J(row, column));
       }
@@ -86,7 +86,7 @@ class CondensedKktTest : public ::testing::Test {
   bool analyze(detail::CondensedKkt& kkt) {
     return kkt.analyze(n + p + 2 * q, int(values.size()), rows.data(), columns.data(), 1);
   }
-  /// As Ipopt solves: one step of refinement at the least.
+  /// Solves with one step of refinement, as Ipopt does.
   static VectorXd refined(detail::CondensedKkt& kkt, const Matrix& K, const VectorXd& b) {
     VectorXd x = VectorXd::Zero(b.size());
     for (int step = 0; step < 2; ++step) {
@@ -97,7 +97,7 @@ class CondensedKktTest : public ::testing::Test {
     return x;
   }
   void expect_solved(const Matrix& K) {
-    detail::CondensedKkt kkt(*program);
+    detail::CondensedKkt kkt(*nlp);
     ASSERT_EQ(kkt.size(), K.rows());
     EXPECT_EQ(kkt.num_constraints(), p + q);
     ASSERT_TRUE(analyze(kkt));
@@ -112,7 +112,7 @@ class CondensedKktTest : public ::testing::Test {
 
   Problem problem;
   std::vector<Variable<R3>> x;
-  std::optional<Program> program;
+  std::optional<NlpEvaluator> nlp;
   std::vector<int> equalities, inequalities;
   int n = 0, p = 0, q = 0;
   Matrix H, J;
@@ -123,7 +123,7 @@ class CondensedKktTest : public ::testing::Test {
   std::normal_distribution<double> normal;
 };
 
-TEST_F(CondensedKktTest, SolvesAsTheDenseMatrixDoes) { expect_solved(assemble()); }
+TEST_F(CondensedKktTest, MatchesTheDenseSolution) { expect_solved(assemble()); }
 
 TEST_F(CondensedKktTest, SolvesWithRegularisedConstraintsAndScaledSlacks) {
   C.setConstant(0.3);
@@ -131,7 +131,7 @@ TEST_F(CondensedKktTest, SolvesWithRegularisedConstraintsAndScaledSlacks) {
   expect_solved(assemble(-0.2));
 }
 
-/// Near a solution an active inequality's S grows without limit, an inactive one's goes to zero.
+/// Near a solution, S of active inequalities becomes very large, and S of inactive ones very small.
 TEST_F(CondensedKktTest, SolvesWithActiveAndInactiveInequalities) {
   for (int k = 0; k < q; ++k) S[k] = k % 2 == 0 ? 1e9 : 1e-9;
   expect_solved(assemble());
@@ -139,8 +139,8 @@ TEST_F(CondensedKktTest, SolvesWithActiveAndInactiveInequalities) {
   expect_solved(assemble());
 }
 
-/// The factor exists just where the matrix has one negative eigenvalue for each constraint.
-TEST_F(CondensedKktTest, InertiaIsThatOfTheWholeMatrix) {
+/// The factorisation succeeds if and only if the matrix has one negative eigenvalue per constraint.
+TEST_F(CondensedKktTest, DetectsTheInertiaOfTheWholeMatrix) {
   const Matrix definite = H;
   int right = 0, wrong = 0;
   for (double shift = 0; shift < 12; shift += 0.4) {
@@ -150,7 +150,7 @@ TEST_F(CondensedKktTest, InertiaIsThatOfTheWholeMatrix) {
     const VectorXd eigenvalues = Eigen::SelfAdjointEigenSolver<Matrix>(K, Eigen::EigenvaluesOnly).eigenvalues();
     const bool expected = (eigenvalues.array() < 0).count() == p + q;
     ++(expected ? right : wrong);
-    detail::CondensedKkt kkt(*program);
+    detail::CondensedKkt kkt(*nlp);
     ASSERT_TRUE(analyze(kkt));
     EXPECT_EQ(kkt.factorize(values.data(), 1e-8), expected) << shift;
     if (!expected) {
@@ -163,11 +163,11 @@ TEST_F(CondensedKktTest, InertiaIsThatOfTheWholeMatrix) {
   EXPECT_GT(wrong, 3);
 }
 
-/// A constraint's gradient may vanish: the matrix is then singular, and the system has many solutions.
-TEST_F(CondensedKktTest, ARowOfZerosDoesNoHarm) {
+/// If the gradient of a constraint vanishes, the matrix is singular, and a consistent system has many solutions.
+TEST_F(CondensedKktTest, AllowsARowOfZeros) {
   J.row(equalities[1]).setZero();
   const Matrix K = assemble();
-  detail::CondensedKkt kkt(*program);
+  detail::CondensedKkt kkt(*nlp);
   ASSERT_TRUE(analyze(kkt));
   ASSERT_TRUE(kkt.factorize(values.data(), 1e-8));
   VectorXd b = VectorXd::Ones(K.rows());
@@ -175,15 +175,15 @@ TEST_F(CondensedKktTest, ARowOfZerosDoesNoHarm) {
   EXPECT_LE((K * refined(kkt, K, b) - b).norm(), 1e-8);
 }
 
-TEST_F(CondensedKktTest, RefusesAnotherMatrix) {
-  detail::CondensedKkt kkt(*program);
+TEST_F(CondensedKktTest, RejectsAMatrixOfAnotherForm) {
+  detail::CondensedKkt kkt(*nlp);
   assemble();
   EXPECT_TRUE(analyze(kkt));
   EXPECT_FALSE(kkt.analyze(n + p + 2 * q - 1, int(values.size()), rows.data(), columns.data(), 1));
   entry(n - 1, 0, 1.0);  // no block of the problem reads both
   EXPECT_FALSE(analyze(kkt));
   assemble();
-  entry(n + q, 0, 1.0);  // a nonzero more in the Jacobian
+  entry(n + q, 0, 1.0);  // additional entry in the Jacobian
   EXPECT_FALSE(analyze(kkt));
   assemble();
   rows.back() = n + q + 1;  // a slack in an equality

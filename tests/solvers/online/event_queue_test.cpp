@@ -10,7 +10,7 @@ namespace {
 OnlineEvent of_target(std::size_t sensor) { return {sensor, Measurement{}}; }
 OnlineEvent of_chaser(std::size_t sensor) { return {sensor, EgoMeasurement{}}; }
 
-TEST(EventQueue, OfOneInstantTheTargetsComeFirst) {
+TEST(EventQueue, SortsByTimeWithTheTargetFirst) {
   EventQueue queue(60);
   EXPECT_FALSE(queue.next());
   queue.push(3.0, of_chaser(1));
@@ -32,17 +32,17 @@ TEST(EventQueue, OfOneInstantTheTargetsComeFirst) {
   EXPECT_EQ(queue.next()->t, 2.0);
 }
 
-TEST(EventQueue, OneStampFarAheadIsNotBelievedTwoAre) {
+TEST(EventQueue, AcceptsAStampFarAheadOnlyIfConfirmed) {
   EventQueue queue(60);
-  EXPECT_FALSE(queue.why_not_at("usbl", 1e9, false)) << "the first line says what time it is";
+  EXPECT_FALSE(queue.why_invalid_stamp("usbl", 1e9, false)) << "the first stamp sets the clock";
   queue.advance(100);
-  EXPECT_TRUE(queue.why_not_at("usbl", NAN, false));
-  EXPECT_FALSE(queue.why_not_at("usbl", 160, true));
-  EXPECT_EQ(queue.why_not_at("usbl", 500, true),
-            "usbl: the line stamped 500.000000 s is 400.000000 s ahead of all others");
-  EXPECT_TRUE(queue.why_not_at("usbl", 800, true));
-  EXPECT_FALSE(queue.why_not_at("usbl", 810, true));
-  EXPECT_TRUE(queue.why_not_at("usbl", 810, true)) << "believed once";
+  EXPECT_TRUE(queue.why_invalid_stamp("usbl", NAN, false));
+  EXPECT_FALSE(queue.why_invalid_stamp("usbl", 160, true));
+  EXPECT_EQ(queue.why_invalid_stamp("usbl", 500, true),
+            "usbl: time stamp 500.000000 s is 400.000000 s ahead of all other streams");
+  EXPECT_TRUE(queue.why_invalid_stamp("usbl", 800, true));
+  EXPECT_FALSE(queue.why_invalid_stamp("usbl", 810, true));
+  EXPECT_TRUE(queue.why_invalid_stamp("usbl", 810, true)) << "each jump needs its own confirmation";
 }
 
 }  // namespace

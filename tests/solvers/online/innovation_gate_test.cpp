@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 
 Gaussian unit(double sigma) { return Gaussian{sigma}; }
 
-/// A random walk in one dimension, and what is measured of its newest step.
+/// A random walk in one dimension and a measurement of its newest step.
 TEST(InnovationGate, IsTheInnovationOverItsStandardDeviation) {
   FixedLag lag;
   Problem& problem = lag.problem();
@@ -29,32 +29,32 @@ TEST(InnovationGate, IsTheInnovationOverItsStandardDeviation) {
   const auto x1 = lag.add(1, Rn<1>(Vector<1>(0.5)), "x1");
   problem.minimize(RelativePose<Rn<1>>{Rn<1>()}, unit(1.5), {x0, x1});
   ASSERT_TRUE(lag.relinearize());
-  EXPECT_NEAR(lag.covariance(x1)(0, 0), 4 + 2.25, 1e-10);  // but for the least information of a direction
+  EXPECT_NEAR(lag.covariance(x1)(0, 0), 4 + 2.25, 1e-10);  // up to the regularisation of the smoother
   const Block block = problem.minimize(Prior<Rn<1>>{Rn<1>(Vector<1>(9.5))}, unit(0.5), {x1});
-  const double sigmas = innovation_sigmas(lag, block, 1).value();
+  const double sigmas = normalized_innovation(lag, block, 1).value();
   EXPECT_NEAR(sigmas, 9 / std::sqrt(4 + 2.25 + 0.25), 1e-10);
-  // Twice the rise of the least cost is its square.
+  // Its square is twice the increase of the minimal cost.
   EXPECT_NEAR(2 * lag.update().cost, sigmas * sigmas, 1e-6);
 }
 
-TEST(InnovationGate, WhatNothingObservesHasNoSay) {
+TEST(InnovationGate, IsSmallForUnobservableStates) {
   FixedLag lag;
   const auto x = lag.add(0, R3(Vector<3>::Zero()), "x"), y = lag.add(0, R3(Vector<3>::Zero()), "y");
   lag.problem().minimize(RelativePose<R3>{R3()}, Gaussian{1.0, 1.0, 1.0}, {x, y});
   ASSERT_TRUE(lag.relinearize());
   const Block block = lag.problem().minimize(Prior<R3>{R3(Vector<3>(1e6, 0, 0))}, Gaussian{1.0, 1.0, 1.0}, {y});
-  EXPECT_LT(innovation_sigmas(lag, block, 3).value(), 2.0);
+  EXPECT_LT(normalized_innovation(lag, block, 3).value(), 2.0);
   const Block absurd = lag.problem().minimize(Prior<R3>{R3(Vector<3>(1e200, 0, 0))}, Gaussian{1.0, 1.0, 1.0}, {y});
-  EXPECT_EQ(innovation_sigmas(lag, absurd, 3), HUGE_VAL);
+  EXPECT_EQ(normalized_innovation(lag, absurd, 3), HUGE_VAL);
   EXPECT_FALSE(has_finite_cost(lag.problem(), absurd));
 }
 
-/// Odometry at 4 Hz with exact fixes each second but for some that `change` changes.
+/// A run with odometry at 4 Hz and exact fixes at 1 Hz. `change` may change or remove fixes.
 class GatedRun {
  public:
   explicit GatedRun(OnlineOptions options = {}) : estimator_(data_, {}, std::move(options)) {
     estimator_.on_reset = [this](const TrackReset& reset) { resets.push_back(reset); };
-    estimator_.on_refuse = [this](const std::string&, const Refusal& why) { refused.push_back(why.kind); };
+    estimator_.on_reject = [this](const std::string&, const Rejection& why) { rejections.push_back(why.kind); };
   }
 
   template <class F>
@@ -77,7 +77,7 @@ class GatedRun {
   const SensorHealth& health() const { return estimator_.health().sensors.at(0); }
 
   std::vector<TrackReset> resets;
-  std::vector<Refusal::Kind> refused;
+  std::vector<Rejection::Kind> rejections;
 
  private:
   SimulatedRun run_;
@@ -90,27 +90,27 @@ std::optional<Measurement> displaced(Measurement m) {
   return m;
 }
 
-TEST(OnlineGate, LeavesOutAndCountsWhatIsFarFromTheExpected) {
+TEST(OnlineGate, RejectsAndCountsOutliers) {
   GatedRun run;
   run.run(0, 30);
   run.run(30, 32, displaced);
   run.run(32, 40);
   EXPECT_EQ(run.health().rejected, 2u);
-  EXPECT_EQ(run.refused.size(), 2u);
-  EXPECT_EQ(run.refused.front(), Refusal::Kind::rejected);
+  EXPECT_EQ(run.rejections.size(), 2u);
+  EXPECT_EQ(run.rejections.front(), Rejection::Kind::outside_gate);
   EXPECT_EQ(run.health().used, 38u);
   EXPECT_LT(run.error(), 0.05);
   EXPECT_TRUE(run.resets.empty());
 }
 
-TEST(OnlineGate, TheFirstMeasurementOfASensorWithErrorsThatStayIsGatedToo) {
+TEST(OnlineGate, GatesTheFirstMeasurementOfASensorWithSystematicErrors) {
   SimulatedRun run;
   run.duration = 60;
   TrackingData data =
       run.data({{.name = "usbl", .type = SensorType::position}, {.name = "late", .type = SensorType::position}}, {});
-  StayingError& error = data.sensors[1].error.emplace();
-  error.sigma = Eigen::VectorXd::Constant(3, 0.5);
-  error.scale = error.misalignment = 0.02;
+  SystematicError& error = data.sensors[1].error.emplace();
+  error.bias_sigma = Eigen::VectorXd::Constant(3, 0.5);
+  error.scale_sigma = error.misalignment_sigma = 0.02;
   OnlineEstimator estimator(data, {}, {});
   for (double t = 0; t < 40; t += 0.25) {
     estimator.add_odometry({t, run.chaser(t)});
@@ -123,23 +123,23 @@ TEST(OnlineGate, TheFirstMeasurementOfASensorWithErrorsThatStayIsGatedToo) {
   EXPECT_GE(estimator.health().sensors.at(1).used, 6u);
 }
 
-TEST(OnlineGate, WhatIsLeftOutForLongIsANewTruth) {
+TEST(OnlineGate, ResetsToASensorThatKeepsContradictingTheEstimate) {
   GatedRun run;
   run.run(0, 30);
   run.run(30, 37, displaced);
-  EXPECT_TRUE(run.resets.empty()) << "for six seconds";
+  EXPECT_TRUE(run.resets.empty()) << "only six seconds";
   run.run(37, 41, displaced);
   ASSERT_EQ(run.resets.size(), 1u);
-  EXPECT_EQ(run.resets[0].kind, TrackReset::Kind::new_truth);
-  EXPECT_THAT(run.resets[0].why, HasSubstr("usbl has kept contradicting the estimate until 37"));
-  EXPECT_NEAR(run.error(), 200, 1) << "it is where the fixes say";
-  EXPECT_LT(run.estimator().keyframes(), 10u) << "the window is the new one's alone";
+  EXPECT_EQ(run.resets[0].kind, TrackReset::Kind::contradicted);
+  EXPECT_THAT(run.resets[0].why, HasSubstr("usbl contradicts the estimate: it was rejected until 37"));
+  EXPECT_NEAR(run.error(), 200, 1) << "the estimate follows the displaced fixes";
+  EXPECT_LT(run.estimator().keyframes(), 10u) << "the old window is discarded";
   run.run(41, 70);
   EXPECT_EQ(run.estimator().health().resets, 2u);
   EXPECT_LT(run.error(), 0.5);
 }
 
-TEST(OnlineGate, OffAllThatIsFiniteIsUsed) {
+TEST(OnlineGate, UsesAllFiniteMeasurementsIfDisabled) {
   OnlineOptions options;
   options.reset.gate = HUGE_VAL;
   GatedRun run(options);
@@ -154,7 +154,7 @@ TEST(OnlineGate, OffAllThatIsFiniteIsUsed) {
   EXPECT_TRUE(run.estimator().target()->position.allFinite());
 }
 
-TEST(OnlineGate, CoastingHasAnEnd) {
+TEST(OnlineGate, SuspendsTheEstimateAfterALongGap) {
   GatedRun run;
   run.run(0, 30);
   run.run(30, 200, [](const Measurement&) { return std::optional<Measurement>(); });
@@ -168,7 +168,7 @@ TEST(OnlineGate, CoastingHasAnEnd) {
   EXPECT_EQ(run.estimator().health().suspensions, 1u);
 }
 
-TEST(OnlineGate, OutputsAreLostThenInvalidThenNone) {
+TEST(OnlineGate, OutputsBecomeLostThenInvalidThenNone) {
   const auto nothing = [](const Measurement&) { return std::optional<Measurement>(); };
   GatedRun run;
   const TrackHealth& health = run.estimator().health();
@@ -181,24 +181,24 @@ TEST(OnlineGate, OutputsAreLostThenInvalidThenNone) {
   EXPECT_NEAR(health.target.age, 20.5, 1e-9);
   run.run(49.75, 69.75, nothing);
   EXPECT_EQ(health.target.state, OutputState::invalid);
-  EXPECT_EQ(health.chaser.state, OutputState::aided) << "there is odometry";
+  EXPECT_EQ(health.chaser.state, OutputState::aided) << "odometry continues";
   run.run(69.75, 100, nothing);
-  EXPECT_EQ(health.target.state, OutputState::none) << "it is suspended";
+  EXPECT_EQ(health.target.state, OutputState::none) << "the estimate is suspended";
   run.run(100, 110);
   EXPECT_EQ(health.target.state, OutputState::aided);
 }
 
-TEST(OnlineGate, WhatIsRejectedAidsNothing) {
+TEST(OnlineGate, RejectedMeasurementsDoNotAid) {
   OnlineOptions options;
   options.reset.lost_after = 5;
   GatedRun run(options);
   run.run(0, 30);
   run.run(30, 36, displaced);
-  EXPECT_EQ(run.health().heard, 35.0);
+  EXPECT_EQ(run.health().last_received, 35.0);
   EXPECT_EQ(run.estimator().health().target.state, OutputState::lost);
 }
 
-TEST(OnlineGate, OdometryThatEndsAgesByWhatElseComes) {
+TEST(OnlineGate, TheChaserAgesByOtherStreamsWhenOdometryEnds) {
   GatedRun run;
   run.run(0, 30);
   Measurement fix{};
@@ -212,16 +212,16 @@ TEST(OnlineGate, OdometryThatEndsAgesByWhatElseComes) {
   }
 }
 
-TEST(OnlineGate, OdometryThatGoesOnFromElsewhereBeginsAnew) {
+TEST(OnlineGate, ResetsIfOdometryJumpsToANewOrigin) {
   GatedRun run;
   run.run(0, 30);
   OnlineEstimator& estimator = run.estimator();
   const SE3 away(SO3(), {1e5, 0, 0});
-  int refused = 0;
-  for (double t = 30; t < 33; t += 0.25) refused += estimator.add_odometry({t, away}).has_value();
-  EXPECT_EQ(refused, 4);
+  int rejected = 0;
+  for (double t = 30; t < 33; t += 0.25) rejected += estimator.add_odometry({t, away}).has_value();
+  EXPECT_EQ(rejected, 4);
   ASSERT_EQ(run.resets.size(), 1u);
-  EXPECT_THAT(run.resets[0].why, HasSubstr("odometry goes on from elsewhere at 30"));
+  EXPECT_THAT(run.resets[0].why, HasSubstr("odometry jumped to a new origin at 30"));
 }
 
 }  // namespace

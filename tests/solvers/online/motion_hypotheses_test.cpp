@@ -14,7 +14,7 @@ namespace {
 constexpr HypothesesNoise kNoise{
     .drift = 0.2, .drift_time = 60, .surge = 0.04, .yaw_rate = 0.0075, .yaw_time = 60, .climb = 0.05, .tilt = 6e-4};
 
-/// A vessel at 1.2 m/s that goes straight for 100 s and then turns by 0.04 rad/s.
+/// A vessel at 1.2 m/s that moves straight for 100 s and then turns at 0.04 rad/s.
 struct Vessel {
   static constexpr double speed = 1.2, rate = 0.04, turns_at = 100;
   static double heading(double t) { return 0.5 + rate * std::max(0.0, t - turns_at); }
@@ -45,7 +45,7 @@ class Fixes {
   std::normal_distribution<double> normal_;
 };
 
-TEST(MotionHypotheses, BeginAtTheFirstFix) {
+TEST(MotionHypotheses, StartAtTheFirstFix) {
   MotionHypotheses target(kNoise);
   target.add(1.0, {});
   EXPECT_FALSE(target.started());
@@ -55,10 +55,10 @@ TEST(MotionHypotheses, BeginAtTheFirstFix) {
   const TargetMoments m = target.at(2.0);
   EXPECT_EQ(m.position, fix.position);
   EXPECT_EQ(m.covariance, fix.covariance);
-  EXPECT_FALSE(m.heading) << "one position tells no course";
+  EXPECT_FALSE(m.heading) << "a single position determines no course";
 }
 
-TEST(MotionHypotheses, AVesselInATurnGoesOnTurning) {
+TEST(MotionHypotheses, PredictTheContinuationOfATurn) {
   Fixes fixes(1);
   MotionHypotheses target(kNoise);
   for (double t = 0; t <= 130; t += 0.5) target.add(t, fixes.pose(t));
@@ -66,24 +66,24 @@ TEST(MotionHypotheses, AVesselInATurnGoesOnTurning) {
   EXPECT_LE((now.position - Vessel::position(130)).norm(), 0.3);
   EXPECT_LE(std::abs(std::remainder(now.heading.value() - Vessel::heading(130), 2 * std::numbers::pi)), 0.05);
   EXPECT_NEAR(now.velocity.norm(), Vessel::speed, 0.1);
-  // Straight on it would be 2.4 m off in 10 s.
+  // A straight prediction would be wrong by 2.4 m after 10 s.
   EXPECT_LE((ahead.position - Vessel::position(140)).norm(), 1.2);
   EXPECT_GT(ahead.covariance.trace(), now.covariance.trace());
 }
 
-/// The heading where no orientation was ever measured.
-TEST(MotionHypotheses, TheCourseTellsTheHeading) {
+/// Without measured orientations.
+TEST(MotionHypotheses, EstimateTheHeadingFromTheCourse) {
   Fixes fixes(2);
   MotionHypotheses target(kNoise);
   for (double t = 0; t <= 90; t += 3) target.add(t, fixes.position(t, 1.0));
   EXPECT_LE(std::abs(std::remainder(target.at(90).heading.value() - Vessel::heading(90), 2 * std::numbers::pi)), 0.2);
 }
 
-TEST(MotionHypotheses, ACourseThatFailedBeginsAgain) {
+TEST(MotionHypotheses, ReplaceAFailedCourse) {
   Fixes fixes(3);
   MotionHypotheses target(kNoise);
   for (double t = 0; t <= 60; t += 0.5) target.add(t, fixes.pose(t));
-  // Off it goes, sideways: what was held of its course is wrong by 90°.
+  // The vessel turns by 90° at once.
   const Vector<3> corner = Vessel::position(60), way(-std::sin(0.5), std::cos(0.5), 0);
   for (double t = 60.5; t <= 75; t += 0.5) {
     TargetFix fix = fixes.position(0, 0.1);
@@ -97,8 +97,8 @@ TEST(MotionHypotheses, ACourseThatFailedBeginsAgain) {
   EXPECT_LE(std::abs(std::remainder(now.heading.value() - 0.5 - std::numbers::pi / 2, 2 * std::numbers::pi)), 0.1);
 }
 
-/// Over many runs; of each the newest state and a prediction, where it is a matter of seconds since a fix.
-TEST(StatisticalMotionHypotheses, ItsErrorsAreWhatItsCovarianceSays) {
+/// Mean NEES of the newest state and of a prediction by 10 s.
+TEST(StatisticalMotionHypotheses, CovariancesMatchTheErrors) {
   double now = 0, ahead = 0;
   const int runs = 200;
   for (int run = 0; run < runs; ++run) {
@@ -115,22 +115,23 @@ TEST(StatisticalMotionHypotheses, ItsErrorsAreWhatItsCovarianceSays) {
   }
   EXPECT_GT(now, 3 / 1.5);
   EXPECT_LT(now, 3 * 1.5);
-  EXPECT_LT(ahead, 3 * 1.5);  // the vessel goes straight all the while: better than noise foresees
+  EXPECT_LT(ahead, 3 * 1.5);  // the vessel moves straight, so predictions are better than the noise implies
 }
 
-/// Of the vessel seen every 2 s, in the mean over runs: position error now and 12 s ahead, trace of its covariance.
-struct Seen {
+/// Mean position error now and 12 s ahead [m], and mean trace of the covariance [m²].
+struct Accuracy {
   double error = 0, ahead = 0, trace = 0;
 };
-Seen seen(const HypothesesNoise& noise, double sigma, double told, const Loss& loss = {}) {
-  Seen mean;
+/// Tracks the vessel with fixes every 2 s of true standard deviation `sigma` and stated one `stated`.
+Accuracy accuracy(const HypothesesNoise& noise, double sigma, double stated, const Loss& loss = {}) {
+  Accuracy mean;
   const int runs = 40;
   for (int run = 0; run < runs; ++run) {
     Fixes fixes(300 + std::uint64_t(run));
     MotionHypotheses target(noise);
     for (double t = 0; t <= 160; t += 2) {
       TargetFix fix = fixes.position(t, sigma);
-      fix.covariance = told * told * Matrix<3, 3>::Identity();
+      fix.covariance = stated * stated * Matrix<3, 3>::Identity();
       fix.loss = loss;
       target.add(t, fix);
     }
@@ -150,38 +151,37 @@ HypothesesNoise times(double factor) {
   return noise;
 }
 
-TEST(StatisticalMotionHypotheses, HowLivelyATargetIsNeedNotBeKnown) {
-  const double known = seen(kNoise, 0.2, 0.2).ahead;
-  EXPECT_LE(seen(times(1.0 / 3), 0.2, 0.2).ahead, 1.25 * known);
-  EXPECT_LE(seen(times(3), 0.2, 0.2).ahead, 1.25 * known) << "3.7 times, if it was believed what is said";
+TEST(StatisticalMotionHypotheses, AdaptToTheAgilityOfTheTarget) {
+  const double known = accuracy(kNoise, 0.2, 0.2).ahead;
+  EXPECT_LE(accuracy(times(1.0 / 3), 0.2, 0.2).ahead, 1.25 * known);
+  EXPECT_LE(accuracy(times(3), 0.2, 0.2).ahead, 1.25 * known) << "3.7 times without adaptation";
 }
 
-TEST(StatisticalMotionHypotheses, FixesThatAreBetterThanSaidAreFoundOut) {
-  const Seen said = seen(kNoise, 0.3, 0.3), better = seen(kNoise, 0.3, 0.6);
-  EXPECT_LE(better.error, 1.1 * said.error);
-  EXPECT_LE(better.trace, 1.3 * said.trace) << "four times, if it was believed what is said";
+TEST(StatisticalMotionHypotheses, AdaptToFixesThatAreBetterThanStated) {
+  const Accuracy known = accuracy(kNoise, 0.3, 0.3), better = accuracy(kNoise, 0.3, 0.6);
+  EXPECT_LE(better.error, 1.1 * known.error);
+  EXPECT_LE(better.trace, 1.3 * known.trace) << "four times without adaptation";
 }
 
-/// A loss calls fixes outliers, of which whoever believes in small noise has more: that is no reason to believe it.
-TEST(StatisticalMotionHypotheses, ALossIsNoReasonToTakeFixesForBetter) {
-  const Seen trusted = seen(kNoise, 0.3, 0.3), weighed = seen(kNoise, 0.3, 0.3, Cauchy(2.0));
-  EXPECT_GE(weighed.trace, 0.95 * trusted.trace);
-  EXPECT_LE(seen(kNoise, 0.3, 0.6, Cauchy(2.0)).trace, 1.5 * trusted.trace)
-      << "and of better ones it is still found out";
+/// With small assumed noise, a loss down-weights more fixes. This must not make small noise more likely.
+TEST(StatisticalMotionHypotheses, ALossDoesNotBiasTheNoiseScale) {
+  const Accuracy plain = accuracy(kNoise, 0.3, 0.3), robust = accuracy(kNoise, 0.3, 0.3, Cauchy(2.0));
+  EXPECT_GE(robust.trace, 0.95 * plain.trace);
+  EXPECT_LE(accuracy(kNoise, 0.3, 0.6, Cauchy(2.0)).trace, 1.5 * plain.trace) << "better fixes are still detected";
 }
 
-/// In a silence nothing tells whether the calm goes on.
-TEST(MotionHypotheses, ALongSilenceDoubtsWhatWasFound) {
+/// During a gap, a calm target may become agile again.
+TEST(MotionHypotheses, ForgetTheNoiseScaleDuringALongGap) {
   Fixes fixes(9);
   MotionHypotheses target(kNoise);
   for (double t = 0; t <= 95; t += 0.5) target.add(t, fixes.pose(t));
-  // Within 300 s a vessel that turns all the while can be anywhere within some 60 m of where it was.
+  // A vessel that keeps turning is within 60 m of its old position after 300 s.
   const TargetMoments m = target.at(395);
   const Vector<3> e = m.position - Vessel::position(395);
   EXPECT_LT(e.dot(m.covariance.inverse() * e), 9);
 }
 
-TEST(MotionHypotheses, WhatIsBeyondAllNumbersIsNotKept) {
+TEST(MotionHypotheses, RecoverFromAnOverflow) {
   Fixes fixes(10);
   MotionHypotheses target(kNoise);
   for (int t = 0; t <= 20; ++t) target.add(t, fixes.pose(t));
@@ -192,10 +192,10 @@ TEST(MotionHypotheses, WhatIsBeyondAllNumbersIsNotKept) {
   EXPECT_TRUE(ahead.position.allFinite() && ahead.covariance.allFinite());
 }
 
-TEST(MotionHypotheses, ACalmTargetMayTurnAllTheSame) {
+TEST(MotionHypotheses, FollowASharpTurnAfterALongCalm) {
   Fixes fixes(7);
   MotionHypotheses target(kNoise);
-  // For long it goes straight; then, sharply, in a circle of 3 m.
+  // Straight for 600 s, then a circle of 3 m radius.
   const double rate = 0.4, radius = Vessel::speed / rate;
   const auto heading = [&](double t) { return 0.5 + rate * std::max(0.0, t - 600); };
   const auto position = [&](double t) {
@@ -214,8 +214,8 @@ TEST(MotionHypotheses, ACalmTargetMayTurnAllTheSame) {
   EXPECT_LE((target.at(622).position - position(622)).norm(), 0.6);
 }
 
-/// Where the frame tilts more and more the vessel climbs over its planes and, on the other side of its circle, dives.
-TEST(StatisticalMotionHypotheses, AFrameThatTiltsIsFollowed) {
+/// In a frame whose tilt grows, a circling vessel climbs and dives.
+TEST(StatisticalMotionHypotheses, FollowTheTiltOfTheFrame) {
   const auto rms_of_height = [](double tilt) {
     HypothesesNoise noise = kNoise;
     noise.tilt = tilt;
@@ -245,7 +245,7 @@ bool same(const TargetMoments& a, const TargetMoments& b, double within) {
          (a.velocity - b.velocity).norm() <= within;
 }
 
-TEST(MotionHypotheses, FixesMayComeInAnyOrder) {
+TEST(MotionHypotheses, AcceptFixesInAnyOrder) {
   Fixes one(4), other(4);
   MotionHypotheses in_order(kNoise), late(kNoise);
   std::optional<TargetFix> held;
@@ -259,7 +259,7 @@ TEST(MotionHypotheses, FixesMayComeInAnyOrder) {
   EXPECT_TRUE(same(in_order.at(45), late.at(45), 1e-9));
 }
 
-TEST(MotionHypotheses, WhatIsForgottenIsKeptInTheState) {
+TEST(MotionHypotheses, DroppedHistoryStaysInTheState) {
   Fixes one(5), other(5);
   MotionHypotheses all(kNoise), window(kNoise);
   for (int t = 0; t <= 60; ++t) {
@@ -269,12 +269,12 @@ TEST(MotionHypotheses, WhatIsForgottenIsKeptInTheState) {
   }
   EXPECT_TRUE(same(all.at(65), window.at(65), 1e-12));
   const TargetMoments before = window.at(60);
-  window.add(20, one.position(20, 0.01));  // of a time that is gone
+  window.add(20, one.position(20, 0.01));  // before the stored history
   EXPECT_TRUE(same(before, window.at(60), 0));
 }
 
-/// As a process does that goes on from a snapshot: the last fixes come again.
-TEST(MotionHypotheses, GoesOnFromWhatAnotherHasLearned) {
+/// As after a restart of the process, when the last fixes are added again.
+TEST(MotionHypotheses, RestoreACheckpoint) {
   Fixes one(8), other(8);
   MotionHypotheses first(kNoise), second(kNoise);
   for (int t = 0; t <= 120; ++t) {
@@ -284,31 +284,31 @@ TEST(MotionHypotheses, GoesOnFromWhatAnotherHasLearned) {
     if (t >= 100) second.add(t, fix);
   }
   EXPECT_FALSE(same(first.at(125), second.at(125), 1e-3));
-  const MotionHypotheses::Memory memory = first.memory();
-  EXPECT_EQ(memory.t, 109);
-  second.go_on_from(memory);
+  const MotionHypotheses::Checkpoint checkpoint = first.checkpoint();
+  EXPECT_EQ(checkpoint.t, 109);
+  second.restore(checkpoint);
   EXPECT_TRUE(same(first.at(125), second.at(125), 1e-12));
-  MotionHypotheses::Memory cut = memory, longer = memory;
+  MotionHypotheses::Checkpoint cut = checkpoint, longer = checkpoint;
   cut.numbers.pop_back();
   longer.numbers.push_back(0);
-  EXPECT_THROW(second.go_on_from(cut), Error);
-  EXPECT_THROW(second.go_on_from(longer), Error);
+  EXPECT_THROW(second.restore(cut), Error);
+  EXPECT_THROW(second.restore(longer), Error);
   for (std::size_t i = 0; i < 5; ++i) {
-    MotionHypotheses::Memory wrong = memory;
+    MotionHypotheses::Checkpoint wrong = checkpoint;
     wrong.numbers[i] = NAN;
-    EXPECT_THROW(second.go_on_from(wrong), Error) << i;
+    EXPECT_THROW(second.restore(wrong), Error) << i;
   }
-  EXPECT_TRUE(same(first.at(125), second.at(125), 1e-12)) << "nothing is lost by a memory that is refused";
+  EXPECT_TRUE(same(first.at(125), second.at(125), 1e-12)) << "a rejected checkpoint changes nothing";
 }
 
-TEST(MotionHypotheses, ALossLeavesLittleOfAnOutlier) {
+TEST(MotionHypotheses, ALossLimitsTheEffectOfAnOutlier) {
   Fixes fixes(6);
   MotionHypotheses target(kNoise);
   for (int t = 0; t <= 40; ++t) target.add(t, fixes.position(t, 0.3));
   TargetFix outlier{Vessel::position(41) + Vector<3>(200, 0, 0), 0.09 * Matrix<3, 3>::Identity()};
-  MotionHypotheses believed = target;
-  believed.add(41, outlier);
-  EXPECT_GT((believed.at(41).position - Vessel::position(41)).norm(), 20);
+  MotionHypotheses without_loss = target;
+  without_loss.add(41, outlier);
+  EXPECT_GT((without_loss.at(41).position - Vessel::position(41)).norm(), 20);
   outlier.loss = Cauchy(2);
   target.add(41, outlier);
   EXPECT_LE((target.at(41).position - Vessel::position(41)).norm(), 1);

@@ -5,12 +5,12 @@
 
 #include "problem/tracking/level_turn.hpp"
 
-/// What the tests of OnlineEstimator share.
+/// Helpers for tests of OnlineEstimator.
 namespace tandem::testing {
 
-inline std::string text_of(const std::optional<Refusal>& refused) { return refused ? refused->text : "taken"; }
+inline std::string text_of(const std::optional<Rejection>& rejection) { return rejection ? rejection->text : "taken"; }
 
-/// Solved until nothing changes.
+/// Options that solve each update to convergence.
 inline OnlineOptions exactly(double window) {
   OnlineOptions options;
   options.lag.window = window;
@@ -18,14 +18,14 @@ inline OnlineOptions exactly(double window) {
   options.lag.cost_tolerance = 1e-12;
   return options;
 }
-/// And begun at the truth.
+/// Options that also start at the truth.
 inline OnlineOptions exactly(const LevelTurn& turn, double window = 1e3) {
   OnlineOptions options = exactly(window);
   options.start = turn.start();
   return options;
 }
 
-/// With errors of one sigma or so.
+/// The data with errors of about one standard deviation.
 inline NavigationData noisy(const LevelTurn& turn) {
   NavigationData data = turn.data();
   for (EgoSensor& sensor : data.sensors)

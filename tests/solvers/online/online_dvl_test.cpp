@@ -2,52 +2,53 @@
 
 #include "online_cases.hpp"
 
-/// Velocities that are summed up between keyframes, as lines come in.
+/// Online estimation with preintegrated DVL velocities.
 namespace tandem {
 namespace {
 
 using testing::LevelTurn;
 
-OnlineOptions summing_up(const LevelTurn& turn, double window) {
+OnlineOptions preintegrating(const LevelTurn& turn, double window) {
   OnlineOptions options = testing::exactly(turn, window);
   options.ego.preintegrated_dvl = true;
   return options;
 }
 
-/// The log off by a sigma or so, the heading known: without it, it would be what the start says, which a window that has
-/// left the start behind holds less well.
+/// DVL with errors of about one standard deviation, and a heading sensor. Without it, only the start would determine
+/// the heading, and a short window keeps that less accurately.
 NavigationData data_of(const LevelTurn& turn) {
   NavigationData data = testing::noisy(turn);
   std::erase_if(data.sensors, [](const EgoSensor& s) { return s.name != "dvl" && s.name != "heading"; });
   return data;
 }
 
-TEST(OnlineDvl, ALateLineIsSummedUpInItsPlace) {
+TEST(OnlineDvl, PreintegratesALateVelocityAtItsTime) {
   const LevelTurn turn;
   const NavigationData data = data_of(turn);
   NavigationData all_but_one = data;
   auto& lines = all_but_one.sensors[0].measurements;
   lines[30].value += Vector<3>(0.1, 0, 0);
-  NavigationData wrong = all_but_one;  // the line that comes late is one that matters
+  NavigationData wrong = all_but_one;  // its effect is large enough to be seen
   const EgoMeasurement late = lines[30];
   lines.erase(lines.begin() + 30);
-  OnlineEstimator in_time(TrackingData(), wrong, summing_up(turn, 1e3));
-  OnlineEstimator with_late(TrackingData(), all_but_one, summing_up(turn, 1e3));
+  OnlineEstimator in_time(TrackingData(), wrong, preintegrating(turn, 1e3));
+  OnlineEstimator with_late(TrackingData(), all_but_one, preintegrating(turn, 1e3));
   replay(wrong, HUGE_VAL, in_time);
   replay(all_but_one, HUGE_VAL, with_late);
   const auto off = [&] { return (in_time.chaser().pose.translation() - with_late.chaser().pose.translation()).norm(); };
   const double before = off();
   EXPECT_FALSE(with_late.add_ego(0, late));
   with_late.finish();
-  EXPECT_LE(off(), 0.01 * before);  // factors keep the gyroscope's bias as it was known when they were made
+  EXPECT_LE(off(), 0.01 * before);  // factors keep the gyroscope bias of their creation
   EXPECT_GT(before, 1e-2);
 }
 
-/// Factors are made anew near the newest keyframe while the oldest leave the window.
-TEST(OnlineDvl, AShortWindowComesOutWhereALongOneDoes) {
+/// Factors near the newest keyframe are replaced while the oldest ones leave the window.
+TEST(OnlineDvl, AShortWindowAgreesWithALongOne) {
   const LevelTurn turn;
   const NavigationData data = data_of(turn);
-  OnlineEstimator brief(TrackingData(), data, summing_up(turn, 3)), whole(TrackingData(), data, summing_up(turn, 1e3));
+  OnlineEstimator brief(TrackingData(), data, preintegrating(turn, 3)),
+      whole(TrackingData(), data, preintegrating(turn, 1e3));
   replay(data, HUGE_VAL, brief);
   replay(data, HUGE_VAL, whole);
   EXPECT_LE(brief.keyframes(), 5u);

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <map>
 
 #include <Eigen/LU>
 #include <gmock/gmock.h>
@@ -10,13 +11,13 @@
 #include "problem/tracking/simulated_run.hpp"
 #include "target_lines.hpp"
 
-/// A target by odometry and measurements that come in line by line, against the batch problem of all of them.
+/// Online estimation of a target from a chaser with odometry, compared with the batch problem.
 namespace tandem::testing {
 namespace {
 
 using ::testing::HasSubstr;
 
-TEST(OnlineTarget, AWindowLongerThanTheRunIsTheBatchEstimate) {
+TEST(OnlineTarget, AWindowLongerThanTheRunGivesTheBatchEstimate) {
   Simulation simulation;
   simulation.noise = 1.0;
   const TrackingData d = cropped(simulation.data());
@@ -47,7 +48,7 @@ TEST(OnlineTarget, AWindowLongerThanTheRunIsTheBatchEstimate) {
   }
 }
 
-TEST(OnlineTarget, InThePlane) {
+TEST(OnlineTarget, GivesTheBatchEstimateInThePlane) {
   SimulatedRun simulation;
   simulation.planar = true;
   TrackingData d = simulation.data({{.name = "camera", .type = SensorType::pose}}, every(1.5, 0.5, 11.9));
@@ -59,7 +60,7 @@ TEST(OnlineTarget, InThePlane) {
   expect_same(estimator, batch(d, {}));
 }
 
-TEST(OnlineTarget, CovariancesAreThoseOfTheBatchEstimate) {
+TEST(OnlineTarget, ReturnsConsistentCovariances) {
   Simulation simulation;
   const TrackingData d = cropped(simulation.data());
   OnlineEstimator estimator(d, {}, exactly_tracking({}));
@@ -72,7 +73,7 @@ TEST(OnlineTarget, CovariancesAreThoseOfTheBatchEstimate) {
   EXPECT_GT(c.target.trace(), 0);
 }
 
-/// Of the run with a range beside each position, all but one in time.
+/// A run with a pose and a range per second, of which one range is late.
 struct Late {
   TrackingData data;
   Measurement late;
@@ -90,13 +91,13 @@ struct Late {
   }
 };
 
-TEST(OnlineTarget, ALateMeasurementAtAKeyframeCountsAsInTheBatch) {
+TEST(OnlineTarget, UsesALateMeasurementAtAKeyframe) {
   Late run_with(7.0);
   OnlineEstimator estimator(run_with.data, {}, exactly_tracking({}));
   for (const Line& line : lines(run_with.data)) give(run_with.data, line, estimator);
   const Vector<3> before = estimator.target()->position;
-  const auto refused = estimator.add_target(1, run_with.late);
-  EXPECT_FALSE(refused) << refused->text;
+  const auto rejection = estimator.add_target(1, run_with.late);
+  EXPECT_FALSE(rejection) << rejection->text;
   estimator.finish();
   EXPECT_GT((estimator.target()->position - before).norm(), 1e-5);
   auto& ranges = run_with.data.sensors[1].measurements;
@@ -104,38 +105,38 @@ TEST(OnlineTarget, ALateMeasurementAtAKeyframeCountsAsInTheBatch) {
   expect_same(estimator, batch(run_with.data, {}));
 }
 
-TEST(OnlineTarget, ALateMeasurementBetweenKeyframes) {
+TEST(OnlineTarget, UsesALateMeasurementBetweenKeyframes) {
   Late run_with(7.4);
   OnlineEstimator estimator(run_with.data, {}, exactly_tracking({}));
   for (const Line& line : lines(run_with.data)) give(run_with.data, line, estimator);
   const Vector<3> before = estimator.target()->position;
   const std::size_t keyframes = estimator.keyframes();
-  const auto refused = estimator.add_target(1, run_with.late);
-  EXPECT_FALSE(refused) << refused->text;
+  const auto rejection = estimator.add_target(1, run_with.late);
+  EXPECT_FALSE(rejection) << rejection->text;
   estimator.finish();
   EXPECT_EQ(estimator.keyframes(), keyframes);
   EXPECT_GT((estimator.target()->position - before).norm(), 1e-6);
   auto& ranges = run_with.data.sensors[1].measurements;
   ranges.insert(ranges.begin() + 8, run_with.late);
-  const TrackingProblem all = batch(run_with.data, {});  // with a keyframe more, whose motion is as free
+  const TrackingProblem all = batch(run_with.data, {});  // with one more keyframe
   EXPECT_LE((estimator.target()->position - all.target_state(all.keyframes.size() - 1).position).norm(), 0.02);
 }
 
-TEST(OnlineTarget, OneOlderThanTheWindowIsRefused) {
+TEST(OnlineTarget, RejectsAMeasurementOlderThanTheWindow) {
   Late run_with(2.0);
   OnlineEstimator estimator(run_with.data, {}, exactly_tracking({}, 4.0));
   for (const Line& line : lines(run_with.data)) give(run_with.data, line, estimator);
   const double cost = estimator.cost();
-  EXPECT_EQ(estimator.add_target(1, run_with.late)->kind, Refusal::Kind::too_late);
+  EXPECT_EQ(estimator.add_target(1, run_with.late)->kind, Rejection::Kind::too_late);
   EXPECT_THAT(text_of(estimator.add_target(1, run_with.late)),
               HasSubstr("ranger: the measurement valid at 2.000000 s is older than the window, which begins at "));
   EXPECT_EQ(estimator.cost(), cost);
 }
 
-TEST(OnlineTarget, WithinTheWindowTheOrderOfOneInstantsLinesDoesNotMatter) {
+TEST(OnlineTarget, TheOrderOfSimultaneousLinesHasNoEffect) {
   Simulation simulation;
   simulation.noise = 1.0;
-  simulation.usbl_period = 1.85;  // some at the same stamps as odometry
+  simulation.usbl_period = 1.85;  // some stamps coincide with odometry
   const TrackingData d = cropped(simulation.data());
   OnlineEstimator a(d, {}, exactly_tracking({}, 8.0)), b(d, {}, exactly_tracking({}, 8.0));
   run(d, a, true);
@@ -145,7 +146,7 @@ TEST(OnlineTarget, WithinTheWindowTheOrderOfOneInstantsLinesDoesNotMatter) {
   EXPECT_LE((a.target()->position - b.target()->position).norm(), 1e-7);
 }
 
-TEST(OnlineTarget, TheWindowStaysAsLargeAsItIs) {
+TEST(OnlineTarget, TheWindowStaysBounded) {
   Simulation simulation;
   simulation.duration = 150;
   simulation.optical = false;
@@ -163,11 +164,11 @@ TEST(OnlineTarget, TheWindowStaysAsLargeAsItIs) {
   };
   run(d, estimator);
   EXPECT_GE(updates, 149u);
-  EXPECT_LE(most, 22u) << "one a second and one a fix";
+  EXPECT_LE(most, 22u) << "one per second and one per fix";
   EXPECT_LE((estimator.target()->position - Simulation::target(estimator.newest()).translation()).norm(), 0.1);
 }
 
-TEST(OnlineTarget, HypothesesTellTheNewestStateAndWhatComes) {
+TEST(OnlineTarget, HypothesesGiveTheNewestStateAndPredictions) {
   Simulation simulation;
   simulation.noise = 1.0;
   TrackingData d = cropped(simulation.data());
@@ -186,44 +187,63 @@ TEST(OnlineTarget, HypothesesTellTheNewestStateAndWhatComes) {
     EXPECT_LE((chaser.inverse().act(estimator.predicted_target(h)->position) - there.position).norm(), 1e-9) << h;
   }
   EXPECT_GT(estimator.relative_target(3)->covariance->trace(), estimator.relative_target(0)->covariance->trace());
-  EXPECT_TRUE(estimator.target()->rotation.has_value()) << "the course tells it";
+  EXPECT_TRUE(estimator.target()->rotation.has_value()) << "from the course";
 }
 
-TEST(OnlineTarget, HypothesesNeedFixesOfPositions) {
+TEST(OnlineTarget, HypothesesNeedPositionFixes) {
   TrackingData d = Simulation().data();
   d.noise.constant_velocity.setConstant(0.1);
-  EXPECT_EQ(why_no_hypotheses(d, true), "");
-  EXPECT_THAT(why_no_hypotheses(d, false), HasSubstr("own sensors"));
-  d.sensors[0].error.emplace().scale = 0.01;
-  EXPECT_THAT(why_no_hypotheses(d, true), HasSubstr("an error that stays"));
+  EXPECT_EQ(why_hypotheses_unsupported(d, true), "");
+  EXPECT_THAT(why_hypotheses_unsupported(d, false), HasSubstr("own sensors"));
+  d.sensors[0].error.emplace().scale_sigma = 0.01;
+  EXPECT_THAT(why_hypotheses_unsupported(d, true), HasSubstr("systematic errors"));
   d.sensors[0].error.reset();
   d.sensors[0].type = SensorType::bearing;
-  EXPECT_THAT(why_no_hypotheses(d, true), HasSubstr("does not give a position"));
+  EXPECT_THAT(why_hypotheses_unsupported(d, true), HasSubstr("does not measure a position"));
   OnlineOptions options;
   options.hypotheses = true;
   EXPECT_THAT([&] { OnlineEstimator(d, {}, options); },
-              ::testing::ThrowsMessage<Error>(HasSubstr("motion hypotheses cannot serve here")));
+              ::testing::ThrowsMessage<Error>(HasSubstr("motion hypotheses are not supported")));
   d = Simulation().data();
   d.noise.constant_velocity.setZero();
-  EXPECT_THAT(why_no_hypotheses(d, true), HasSubstr("constant_velocity"));
+  EXPECT_THAT(why_hypotheses_unsupported(d, true), HasSubstr("constant_velocity"));
 }
 
-TEST(OnlineTarget, TimesThatRunBackwardsAreRefused) {
+TEST(OnlineTarget, ReportsTypesOfTheBatchKeyframes) {
+  SimulatedRun simulation;
+  TrackingData d = simulation.data(
+      {{.name = "usbl", .type = SensorType::position}, {.name = "camera", .type = SensorType::bearing}}, {});
+  for (const double t : {0.5, 1.0, 4.0}) d.sensors[0].measurements.push_back(simulation.measure(d.sensors[0], t));
+  for (const double t : {2.0, 4.0, 5.0}) d.sensors[1].measurements.push_back(simulation.measure(d.sensors[1], t));
+  OnlineEstimator estimator(d, {}, exactly_tracking({}));
+  std::map<double, KeyframeType> types;
+  estimator.on_update = [&](const OnlineUpdate& update) { types[update.t] = update.type; };
+  run(d, estimator);
+  EXPECT_EQ(types.at(2.0), KeyframeType::partial);
+  EXPECT_EQ(types.at(4.0), KeyframeType::position) << "a position and a bearing";
+  EXPECT_EQ(types.at(5.0), KeyframeType::partial);
+  for (const Keyframe& keyframe : make_keyframes(d))
+    if (types.contains(keyframe.t)) {
+      EXPECT_EQ(keyframe.type, types.at(keyframe.t)) << keyframe.t;
+    }
+}
+
+TEST(OnlineTarget, RejectsDecreasingTimesAndUnknownSensors) {
   const TrackingData d = cropped(Simulation().data());
   OnlineEstimator estimator(d, {}, {});
   EXPECT_FALSE(estimator.add_odometry(d.odometry[1]));
-  EXPECT_THAT(text_of(estimator.add_odometry(d.odometry[0])), HasSubstr("is not later than the one before"));
-  EXPECT_THAT(text_of(estimator.add_odometry(d.odometry[1])), HasSubstr("is not later than the one before"));
-  EXPECT_THAT(text_of(estimator.add_imu({0, {}, {}})), HasSubstr("there is no such sensor here"));
-  EXPECT_THAT(text_of(estimator.add_ego(0, {})), HasSubstr("there is no such sensor of the chaser here"));
-  EXPECT_THAT(text_of(estimator.add_target(7, {})), HasSubstr("there is no such sensor of a target here"));
-  EXPECT_EQ(estimator.add_odometry(d.odometry[1])->kind, Refusal::Kind::backwards);
-  EXPECT_EQ(estimator.add_target(7, {})->kind, Refusal::Kind::not_in_use);
+  EXPECT_THAT(text_of(estimator.add_odometry(d.odometry[0])), HasSubstr("is not later than the previous one"));
+  EXPECT_THAT(text_of(estimator.add_odometry(d.odometry[1])), HasSubstr("odometry"));
+  EXPECT_THAT(text_of(estimator.add_imu({0, {}, {}})), HasSubstr("imu: not in use"));
+  EXPECT_THAT(text_of(estimator.add_ego(0, {})), HasSubstr("the chaser has no sensor"));
+  EXPECT_THAT(text_of(estimator.add_target(7, {})), HasSubstr("no sensor of the target"));
+  EXPECT_EQ(estimator.add_odometry(d.odometry[1])->kind, Rejection::Kind::not_increasing);
+  EXPECT_EQ(estimator.add_target(7, {})->kind, Rejection::Kind::not_in_use);
 }
 
-TEST(OnlineTarget, OptionsThatCannotWork) {
+TEST(OnlineTarget, RejectsInvalidOptions) {
   const TrackingData d = Simulation().data();
-  const auto refusal = [&](const TrackingOptions& tracking) -> std::string {
+  const auto rejection = [&](const TrackingOptions& tracking) -> std::string {
     OnlineOptions options;
     options.tracking = tracking;
     try {
@@ -233,25 +253,25 @@ TEST(OnlineTarget, OptionsThatCannotWork) {
     }
     return "nothing";
   };
-  EXPECT_THAT(refusal({.model = MotionModel::steady_course}), HasSubstr("no window to estimate in"));
-  EXPECT_THAT(refusal({.model = MotionModel::white_noise_acceleration, .mode = Mode::B}),
-              HasSubstr("mode B is for the"));
-  EXPECT_THAT(refusal({.roll_pitch = Role::hard}), HasSubstr("takes soft constraints only"));
-  EXPECT_THAT(refusal({.non_holonomic = Role::hard}), HasSubstr("takes soft constraints only"));
-  EXPECT_THAT(refusal({.max_yaw_rate = 0.1}), HasSubstr("takes soft constraints only"));
-  EXPECT_EQ(refusal({.max_yaw_rate = 0.1, .limits = Role::soft}), "nothing");
+  EXPECT_THAT(rejection({.model = MotionModel::steady_course}), HasSubstr("steady-course model"));
+  EXPECT_THAT(rejection({.model = MotionModel::white_noise_acceleration, .mode = Mode::B}),
+              HasSubstr("mode B requires"));
+  EXPECT_THAT(rejection({.roll_pitch = Role::hard}), HasSubstr("soft constraints only"));
+  EXPECT_THAT(rejection({.non_holonomic = Role::hard}), HasSubstr("soft constraints only"));
+  EXPECT_THAT(rejection({.max_yaw_rate = 0.1}), HasSubstr("soft constraints only"));
+  EXPECT_EQ(rejection({.max_yaw_rate = 0.1, .limits = Role::soft}), "nothing");
   EXPECT_THROW(OnlineEstimator(TrackingData(), {}, {}), Error);
   TrackingData late = d;
-  late.sensors[0].error = StayingError{.sigma = Eigen::VectorXd::Constant(5, 1.0)};
+  late.sensors[0].error = SystematicError{.bias_sigma = Eigen::VectorXd::Constant(5, 1.0)};
   EXPECT_THAT([&] { OnlineEstimator(late, {}, {}); },
               ::testing::ThrowsMessage<Error>(HasSubstr("standard deviations, not 5")));
   TrackingData turned = d;
   OnlineOptions robust;
   robust.tracking.position_share = 0.5;
   for (TargetSensor& sensor : turned.sensors)
-    if (sensor.type->has(measured::rotation)) sensor.error.emplace().misalignment = 0.02;
+    if (sensor.type->has(measured::rotation)) sensor.error.emplace().misalignment_sigma = 0.02;
   EXPECT_THAT([&] { OnlineEstimator(turned, {}, robust); },
-              ::testing::ThrowsMessage<Error>(HasSubstr("nor a share of the position")));
+              ::testing::ThrowsMessage<Error>(HasSubstr("one residual for the whole pose")));
   TrackingData planar = d;
   planar.planar = true;
   EXPECT_THROW(OnlineEstimator(planar, NavigationData(), {}), Error);

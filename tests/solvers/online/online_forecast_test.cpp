@@ -7,7 +7,7 @@
 #include "problem/tracking/simulated_run.hpp"
 #include "target_lines.hpp"
 
-/// Predictions by the window, against the batch problem with keyframes up to then of which nothing is measured.
+/// Predictions of the window, compared with the batch problem with additional keyframes without measurements.
 namespace tandem::testing {
 namespace {
 
@@ -19,8 +19,7 @@ struct Case {
 std::vector<Case> cases() {
   return {{"constant twist", {}},
           {"constant twist, non-holonomic", {.non_holonomic = Role::soft}},
-          {"constant twist, limits that it keeps to",
-           {.surge = between(0.0, 2.0), .max_yaw_rate = 0.5, .limits = Role::soft}},
+          {"constant twist, inactive limits", {.surge = between(0.0, 2.0), .max_yaw_rate = 0.5, .limits = Role::soft}},
           {"constant twist, free to roll and pitch", {.roll_pitch = Role::off}},
           {"constant twist, mode B", {.mode = Mode::B}},
           {"constant twist, mode B, direct", {.mode = Mode::B, .junction = Junction::direct}},
@@ -34,12 +33,12 @@ std::vector<Case> cases() {
            {.model = MotionModel::white_noise_acceleration, .non_holonomic = Role::soft}}};
 }
 
-/// A recording, and the same with the chaser's odometry, but no measurement of the target, for h seconds more.
+/// A recording up to time `now`, and its continuation by h seconds of odometry without measurements of the target.
 struct Recording {
   TrackingData until_now, until_then;
   double now;
 
-  /// What is measured after `now` [s] does not count, and something is measured then.
+  /// Ignores measurements after `now` [s]; there must be one at `now`.
   Recording(const TrackingData& whole, double now, double h) : until_then(whole), now(now) {
     for (TargetSensor& sensor : until_then.sensors)
       std::erase_if(sensor.measurements, [&](const Measurement& m) { return m.t > now + kSameInstant; });
@@ -54,7 +53,7 @@ struct Recording {
   }
 };
 
-/// Up to a pattern's end: see patterned().
+/// A recording up to the end of a pattern (see patterned()).
 Recording recording(const std::string& pattern, double h, bool planar) {
   SimulatedRun simulation;
   simulation.planar = planar;
@@ -64,7 +63,7 @@ Recording recording(const std::string& pattern, double h, bool planar) {
   return {whole, double(pattern.size()) - 1, h};
 }
 
-/// Seen from the chaser at keyframe k, where the target is at the last one.
+/// Returns the target at the last keyframe relative to the chaser at keyframe k.
 RelativeTarget seen_from(std::size_t k, TrackingProblem& all) {
   const SE3 chaser = all.chaser_pose(k);
   const std::size_t last = all.keyframes.size() - 1;
@@ -117,19 +116,19 @@ void check(const Case& c, const std::string& pattern, double h, bool planar) {
   EXPECT_LE(both.ratio(), 1e-3) << *both.found.covariance << "\n\n" << *both.expected.covariance;
 }
 
-TEST(OnlineForecast, IsTheBatchEstimatesOfKeyframesToCome) {
+TEST(OnlineForecast, AgreesWithTheBatchEstimateOfFutureKeyframes) {
   for (const Case& c : cases())
-    for (const char* pattern : {"P.pP.p", "Pp.PPP", "P..p.P"})  // it ends by a point, by poses, by one pose
+    for (const char* pattern : {"P.pP.p", "Pp.PPP", "P..p.P"})  // ends with a point, with poses, with one pose
       for (const double h : {0.4, 1.0, 3.5, 20.0}) check(c, pattern, h, false);
 }
 
-TEST(OnlineForecast, InThePlane) {
+TEST(OnlineForecast, AgreesWithTheBatchEstimateInThePlane) {
   for (const Case& c : cases())
     for (const char* pattern : {"P.pP.p", "Pp.PPP", "P..p.P"}) check(c, pattern, 2.5, true);
 }
 
-/// What is known of poses to come pulls at them: a step of the filter for each, where the batch iterates.
-TEST(OnlineForecast, OfNoisyFixes) {
+/// Differs slightly from the batch estimate, since each keyframe takes one filter step instead of iterations.
+TEST(OnlineForecast, IsCloseToTheBatchEstimateForNoisyFixes) {
   Simulation simulation;
   simulation.noise = 1.0;
   TrackingData whole = simulation.data();
@@ -144,8 +143,8 @@ TEST(OnlineForecast, OfNoisyFixes) {
   }
 }
 
-/// The window may have its horizons, which say no more than one.
-TEST(OnlineForecast, GrowsWithTheHorizon) {
+/// Several horizons of the motion model must not change the information.
+TEST(OnlineForecast, CovarianceGrowsWithTheHorizon) {
   const Recording r = recording("P.pP.p", 1.0, false);
   for (const TrackingOptions& options :
        {TrackingOptions{}, TrackingOptions{.mode = Mode::B}, TrackingOptions{.horizons = {{1, 1}, {2, 2}}}}) {
@@ -165,8 +164,8 @@ TEST(OnlineForecast, GrowsWithTheHorizon) {
   }
 }
 
-/// Which way a target faces that has only been seen as a point is free, and hides what is known of where it goes.
-TEST(OnlineForecast, IsWithoutACovarianceWhereThereIsNone) {
+/// With points only, the orientation is unobservable in mode A, so the motion along the heading has no covariance.
+TEST(OnlineForecast, HasNoCovarianceIfTheOrientationIsUnobservable) {
   const Recording r = recording("ppppppp", 5.0, false);
   OnlineEstimator estimator(r.until_now, {}, exactly_tracking({}));
   const std::vector<Line> all = lines(r.until_now);

@@ -9,7 +9,7 @@
 #include "problem/tracking/level_turn.hpp"
 #include "problem/tracking/simulated_run.hpp"
 
-/// Lines of one instant, in any order of the streams; and what becomes of lines that are refused.
+/// Simultaneous measurements in any order of the streams, rejected measurements, and hooks that throw.
 namespace tandem {
 namespace {
 
@@ -22,8 +22,8 @@ using ::testing::Optional;
 using testing::SimulatedRun;
 using testing::vessel;
 
-/// A joint run whose sensors all speak at whole seconds: IMU at 50 Hz; GPS, DVL and heading each second, the target's
-/// position each other, its pose each third, all from 1 s on.
+/// A joint run with all measurements at whole seconds: IMU at 50 Hz; GPS, DVL and heading every second, position of the
+/// target every 2 s, its pose every 3 s, all from 1 s on.
 struct WholeSeconds {
   static constexpr int seconds = 8;
   LevelTurn turn{.duration = seconds};
@@ -79,36 +79,38 @@ struct WholeSeconds {
       ++result.new_keyframes;
       result.keyframes.insert(u.t);
     };
-    const auto taken = [](const std::optional<Refusal>& why) { EXPECT_FALSE(why) << why->text; };
+    const auto expect_accepted = [](const std::optional<Rejection>& why) { EXPECT_FALSE(why) << why->text; };
     for (std::size_t i = 0; i < ego.imu->samples.size(); ++i) {
       const ImuSample& sample = ego.imu->samples[i];
       for (const Stream stream : order) {
-        if (stream == imu) taken(estimator.add_imu(sample));
+        if (stream == imu) expect_accepted(estimator.add_imu(sample));
         if (i % 50 != 0 || i == 0) continue;
         const std::size_t t = i / 50;
         if (stream == own)
           for (std::size_t s = 0; s < ego.sensors.size(); ++s)
             if (t <= ego.sensors[s].measurements.size())
-              taken(estimator.add_ego(s, ego.sensors[s].measurements[t - 1]));
-        if (stream == usbl && t % 2 == 0) taken(estimator.add_target(0, target.sensors[0].measurements[t / 2 - 1]));
-        if (stream == camera && t % 3 == 0) taken(estimator.add_target(1, target.sensors[1].measurements[t / 3 - 1]));
+              expect_accepted(estimator.add_ego(s, ego.sensors[s].measurements[t - 1]));
+        if (stream == usbl && t % 2 == 0)
+          expect_accepted(estimator.add_target(0, target.sensors[0].measurements[t / 2 - 1]));
+        if (stream == camera && t % 3 == 0)
+          expect_accepted(estimator.add_target(1, target.sensors[1].measurements[t / 3 - 1]));
       }
     }
     estimator.finish();
     result.window = estimator.window();
     result.target = estimator.target();
-    result.cost = estimator.settle().cost;
+    result.cost = estimator.solve_to_convergence().cost;
     return result;
   }
 };
 
-TEST(OnlineOrder, OfTheLinesOfOneInstantMakesNoDifference) {
+TEST(OnlineOrder, OfSimultaneousMeasurementsHasNoEffect) {
   const WholeSeconds run;
   std::array<WholeSeconds::Stream, 4> order{WholeSeconds::own, WholeSeconds::usbl, WholeSeconds::camera,
                                             WholeSeconds::imu};
-  const auto last = run.run(order);  // the IMU ends each instant
-  EXPECT_EQ(last.updates, 8u) << "one a second";
-  EXPECT_EQ(last.new_keyframes, 8u) << "after the first, at which it starts";
+  const auto last = run.run(order);  // the IMU last
+  EXPECT_EQ(last.updates, 8u) << "one per second";
+  EXPECT_EQ(last.new_keyframes, 8u) << "in addition to the start";
   ASSERT_EQ(last.window.size(), 9u);
   std::sort(order.begin(), order.end());
   do {
@@ -117,9 +119,9 @@ TEST(OnlineOrder, OfTheLinesOfOneInstantMakesNoDifference) {
     EXPECT_EQ(other.new_keyframes, 8u);
     EXPECT_EQ(other.keyframes, last.keyframes);
     EXPECT_GE(other.updates, last.updates);
-    EXPECT_LE(other.updates, 8u + 4 + 2) << "and one for each line that comes after the instant's update";
+    EXPECT_LE(other.updates, 8u + 4 + 2) << "one more for each measurement after the update of its time";
     ASSERT_EQ(other.window.size(), last.window.size());
-    // But for the bias at which the IMU was summed up: it is that of the update before, with or without a line more.
+    // Small differences remain, since the IMU was preintegrated with the bias of the previous update.
     for (std::size_t k = 0; k < last.window.size(); ++k) {
       const EgoState &a = other.window[k].value, &b = last.window[k].value;
       EXPECT_LE((a.pose.inverse() * b.pose).Log().norm(), 2e-5) << k;
@@ -131,7 +133,7 @@ TEST(OnlineOrder, OfTheLinesOfOneInstantMakesNoDifference) {
   } while (std::next_permutation(order.begin(), order.end()));
 }
 
-/// Of a chaser by odometry, each second, and a target that is seen by a camera and a ranger.
+/// A chaser with odometry at 1 Hz, and a target observed by a camera and a range sensor.
 struct ByOdometry {
   SimulatedRun simulation;
   TrackingData data =
@@ -141,25 +143,24 @@ struct ByOdometry {
   Stamped<SE3> odometry(double t) const { return {t, *pose_at(data.odometry, t)}; }
 };
 
-TEST(OnlineOrder, ARefusedMeasurementCallsForNoUpdate) {
+TEST(OnlineOrder, ARejectedMeasurementCausesNoUpdate) {
   const ByOdometry run;
   OnlineEstimator estimator(run.data, {}, {});
   int updates = 0;
   estimator.on_update = [&](const OnlineUpdate&) { ++updates; };
   EXPECT_FALSE(estimator.add_odometry(run.odometry(0)));
   EXPECT_FALSE(estimator.add_target(1, run.data.sensors[1].measurements[1]));
-  EXPECT_THAT(
-      estimator.add_odometry(run.odometry(1)),
-      Optional(AllOf(
-          Field(&Refusal::kind, Refusal::Kind::of_no_use),
-          Field(&Refusal::text,
-                HasSubstr("ranger: nothing can be made of the measurement valid at 1.000000 s; a target starts")))))
-      << "told by the call that is under way";
+  EXPECT_THAT(estimator.add_odometry(run.odometry(1)),
+              Optional(AllOf(
+                  Field(&Rejection::kind, Rejection::Kind::unusable),
+                  Field(&Rejection::text,
+                        HasSubstr("ranger: cannot use the measurement valid at 1.000000 s; a position measurement")))))
+      << "returned by the current call";
   EXPECT_FALSE(estimator.add_target(1, run.simulation.measure(run.data.sensors[1], 1.5)));
-  std::vector<std::string> refused;
-  estimator.on_refuse = [&](const std::string& sensor, const Refusal&) { refused.push_back(sensor); };
+  std::vector<std::string> rejected;
+  estimator.on_reject = [&](const std::string& sensor, const Rejection&) { rejected.push_back(sensor); };
   EXPECT_FALSE(estimator.add_odometry(run.odometry(2)));
-  EXPECT_THAT(refused, ElementsAre("ranger"));
+  EXPECT_THAT(rejected, ElementsAre("ranger"));
   EXPECT_EQ(updates, 0);
   EXPECT_FALSE(estimator.add_target(0, run.data.sensors[0].measurements[2]));
   EXPECT_EQ(updates, 1);
@@ -169,12 +170,12 @@ TEST(OnlineOrder, ARefusedMeasurementCallsForNoUpdate) {
   EXPECT_EQ(updates, 2);
 }
 
-TEST(OnlineOrder, TheCallersHookOfTheWindowIsCalledToo) {
+TEST(OnlineOrder, CallsTheMarginalizationHookOfTheCaller) {
   const ByOdometry run;
   OnlineOptions options;
   options.lag.window = 5;
   std::vector<double> left;
-  options.lag.leaving = [&](double t) { left.push_back(t); };
+  options.lag.before_marginalize = [&](double t) { left.push_back(t); };
   OnlineEstimator estimator(run.data, {}, options);
   for (std::size_t t = 0; t <= 8; ++t) {
     estimator.add_target(0, run.data.sensors[0].measurements[t]);
@@ -183,16 +184,16 @@ TEST(OnlineOrder, TheCallersHookOfTheWindowIsCalledToo) {
   EXPECT_THAT(left, ElementsAre(0, 1, 2));
 }
 
-TEST(OnlineOrder, AHookThatThrowsLeavesAWindowThatGoesOn) {
+TEST(OnlineOrder, ContinuesAfterAHookThrows) {
   const LevelTurn turn;
   const NavigationData data = turn.data();
   OnlineOptions options;
   options.start = turn.start();
   options.lag.window = 5;
-  std::vector<double> told, left;
-  options.lag.leaving = [&](double t) {
-    told.push_back(t);
-    if (told.size() == 2) throw Error("not now");
+  std::vector<double> called, left;
+  options.lag.before_marginalize = [&](double t) {
+    called.push_back(t);
+    if (called.size() == 2) throw Error("not now");
   };
   OnlineEstimator estimator(TrackingData(), data, options);
   estimator.on_leave = [&](const Stamped<EgoState>& state) { left.push_back(state.t); };
@@ -210,8 +211,8 @@ TEST(OnlineOrder, AHookThatThrowsLeavesAWindowThatGoesOn) {
   }
   EXPECT_EQ(thrown, 1);
   EXPECT_EQ(estimator.keyframes(), 6u);
-  ASSERT_GE(told.size(), 4u);
-  EXPECT_EQ(told[1], told[2]);
+  ASSERT_GE(called.size(), 4u);
+  EXPECT_EQ(called[1], called[2]);
   for (std::size_t i = 0; i < left.size(); ++i) EXPECT_NEAR(left[i], double(i), 1e-6);
 }
 

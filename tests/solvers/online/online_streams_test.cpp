@@ -7,14 +7,14 @@
 
 #include "online_cases.hpp"
 
-/// The chaser's own sensors as they come in, alone and with a target, against the batch problems.
+/// Online estimation of a chaser with its own sensors, alone and with a target, compared with the batch problems.
 namespace tandem {
 namespace {
 
 using testing::exactly, testing::LevelTurn, testing::noisy, testing::text_of, testing::vessel;
 using ::testing::HasSubstr;
 
-TEST(OnlineEgo, AWindowLongerThanTheRunIsTheBatchEstimate) {
+TEST(OnlineEgo, AWindowLongerThanTheRunGivesTheBatchEstimate) {
   const LevelTurn turn;
   const NavigationData data = noisy(turn);
   OnlineEstimator estimator(TrackingData(), data, exactly(turn));
@@ -28,19 +28,19 @@ TEST(OnlineEgo, AWindowLongerThanTheRunIsTheBatchEstimate) {
     EXPECT_LE((a.pose.inverse() * b.pose).Log().norm(), 2e-4) << k;
     EXPECT_LE((a.velocity - b.velocity).norm(), 2e-4) << k;
   }
-  EXPECT_GE(turn.largest_error(batch), 5e-3) << "the noise counts";
+  EXPECT_GE(turn.largest_error(batch), 5e-3) << "the noise has an effect";
 }
 
-/// Two logs that are off for a while, one that reads too much and is turned; within a window and beyond it.
-TEST(OnlineEgo, ErrorsThatStayAreThoseOfTheBatchEstimate) {
+/// Correlated biases of DVL and depth, scale and misalignment of the DVL; with a long and a short window.
+TEST(OnlineEgo, SystematicErrorsAgreeWithTheBatchEstimate) {
   const LevelTurn turn;
   NavigationData data = noisy(turn);
   for (EgoSensor& sensor : data.sensors)
     if (sensor.name == "dvl" || sensor.name == "depth") {
-      StayingError& error = sensor.error.emplace();
-      error.sigma = 3 * sensor.sigma;
-      error.time = 20;
-      if (sensor.name == "dvl") error.scale = error.misalignment = 0.05;
+      SystematicError& error = sensor.error.emplace();
+      error.bias_sigma = 3 * sensor.sigma;
+      error.correlation_time = 20;
+      if (sensor.name == "dvl") error.scale_sigma = error.misalignment_sigma = 0.05;
     }
   OnlineEstimator whole(TrackingData(), data, exactly(turn)), brief(TrackingData(), data, exactly(turn, 3));
   std::size_t most = 0;
@@ -54,14 +54,14 @@ TEST(OnlineEgo, ErrorsThatStayAreThoseOfTheBatchEstimate) {
   EXPECT_TRUE(solve(batch.problem, GaussNewtonOptions{}).converged());
   EXPECT_LE(most, 5u);
   const SE3 at_end = batch.state(batch.keyframes.size() - 1).pose;
-  EXPECT_LE((at_end.inverse() * whole.chaser().pose).Log().norm(), 1e-3);  // samples are summed up at other biases
-  const Vector<6> apart = (at_end.inverse() * brief.chaser().pose).Log();  // linearised where states left the window
+  EXPECT_LE((at_end.inverse() * whole.chaser().pose).Log().norm(), 1e-3);  // preintegrated with different biases
+  const Vector<6> apart = (at_end.inverse() * brief.chaser().pose).Log();  // linearised when states left the window
   const Vector<6> sigma = whole.covariance().chaser.diagonal().cwiseSqrt();
   EXPECT_LE((apart.array() / sigma.array()).abs().maxCoeff(), 0.15) << (apart.array() / sigma.array()).transpose();
 }
 
-/// The body's motion about a fix is that of the samples until then.
-TEST(OnlineEgo, ADelayIsFoundAndThePlaceIsRight) {
+/// The motion around a fix comes from the samples until then.
+TEST(OnlineEgo, EstimatesADelayAndAnUnbiasedPosition) {
   LevelTurn turn;
   turn.duration = 60;
   NavigationData data = noisy(turn);
@@ -75,9 +75,9 @@ TEST(OnlineEgo, ADelayIsFoundAndThePlaceIsRight) {
   };
   OnlineOptions options = exactly(turn, 8);
   options.reset.gate = HUGE_VAL;
-  OnlineEstimator blind(TrackingData(), data, options);
-  replay(data, HUGE_VAL, blind);
-  gps->error = StayingError{.delay = 0.3};
+  OnlineEstimator without_delay(TrackingData(), data, options);
+  replay(data, HUGE_VAL, without_delay);
+  gps->error = SystematicError{.delay_sigma = 0.3};
   OnlineEstimator estimator(TrackingData(), data, options);
   replay(data, HUGE_VAL, estimator);
   const auto found = estimator.sensor_errors();
@@ -85,10 +85,10 @@ TEST(OnlineEgo, ADelayIsFoundAndThePlaceIsRight) {
   EXPECT_EQ(found[0].name, "gps.delay");
   EXPECT_NEAR(found[0].value[0], 0.2, 0.02);
   EXPECT_LE(error_at_the_end(estimator), 0.05);
-  EXPECT_GE(error_at_the_end(blind), 0.15);
+  EXPECT_GE(error_at_the_end(without_delay), 0.15);
 }
 
-TEST(OnlineEgo, AnImuThatStopsIsCoastedOn) {
+TEST(OnlineEgo, ContinuesWithoutTheImu) {
   LevelTurn turn;
   turn.duration = 30;
   NavigationData data = turn.data();
@@ -102,16 +102,16 @@ TEST(OnlineEgo, AnImuThatStopsIsCoastedOn) {
   EXPECT_LE(off.rotation().Log().norm(), 0.1);
 }
 
-TEST(OnlineEgo, RefusesWhatIsTooLateOrRunsBackwards) {
+TEST(OnlineEgo, RejectsLateAndDecreasingTimes) {
   const LevelTurn turn;
   const NavigationData data = turn.data();
   OnlineEstimator estimator(TrackingData(), data, exactly(turn, 5));
   replay(data, HUGE_VAL, estimator);
   EXPECT_THAT(text_of(estimator.add_imu(data.imu->samples[100])),
-              HasSubstr("imu: the sample at 2.000000 s is not later than the one before"));
+              HasSubstr("imu: the sample at 2.000000 s is not later than the previous one"));
   EXPECT_THAT(text_of(estimator.add_ego(0, data.sensors[0].measurements[3])),
               HasSubstr("is older than the window, which begins at"));
-  EXPECT_THAT(text_of(estimator.add_odometry({21, SE3()})), HasSubstr("moves by its own sensors here"));
+  EXPECT_THAT(text_of(estimator.add_odometry({21, SE3()})), HasSubstr("moves by its own sensors"));
 }
 
 TEST(OnlineEgo, DepthAndHeadingAloneDoNotAidAChaser) {
@@ -132,8 +132,8 @@ TEST(OnlineEgo, DepthAndHeadingAloneDoNotAidAChaser) {
   EXPECT_EQ(longer.health().target.state, OutputState::none);
 }
 
-/// One that goes on where another was knows the biases as that one did.
-TEST(OnlineEgo, AStartHasTheBiasesAndHowSureTheyAre) {
+/// An estimator that takes over keeps the knowledge of the biases.
+TEST(OnlineEgo, TheHandoverStartHasTheBiasesAndTheirSigmas) {
   LevelTurn turn;
   turn.duration = 40;
   turn.bias << 0.05, -0.03, 0.02, 0.004, -0.003, 0.002;
@@ -141,10 +141,10 @@ TEST(OnlineEgo, AStartHasTheBiasesAndHowSureTheyAre) {
   OnlineEstimator first(TrackingData(), data, exactly(turn, 10));
   replay(data, 30, first);
   OnlineOptions options = exactly(10);
-  options.start = first.newest_start();
-  ASSERT_TRUE(options.start && options.start->spread.bias);
+  options.start = first.handover_start();
+  ASSERT_TRUE(options.start && options.start->sigmas.bias);
   const Matrix<6, 6> known = first.covariance().bias;
-  EXPECT_TRUE(options.start->spread.bias->isApprox(Vector<6>(known.diagonal().cwiseSqrt()), 1e-9));
+  EXPECT_TRUE(options.start->sigmas.bias->isApprox(Vector<6>(known.diagonal().cwiseSqrt()), 1e-9));
 
   NavigationData rest = data;
   const double t = options.start->t;
@@ -158,12 +158,12 @@ TEST(OnlineEgo, AStartHasTheBiasesAndHowSureTheyAre) {
     return (estimator.chaser().bias - turn.bias).norm();
   };
   const double carried = bias_error(options);
-  options.start->spread.bias.reset();
-  EXPECT_LT(5 * carried, bias_error(options)) << "by what the IMU is said to have";
+  options.start->sigmas.bias.reset();
+  EXPECT_LT(5 * carried, bias_error(options)) << "with the specification of the IMU only";
 }
 
-/// A measurement late by less than the window says the same as in time.
-TEST(OnlineEgo, ALateOneCounts) {
+/// A measurement within the window has the same effect late as in time.
+TEST(OnlineEgo, UsesALateMeasurement) {
   const LevelTurn turn;
   const NavigationData data = noisy(turn);
   NavigationData all_but_one = data;
@@ -181,8 +181,8 @@ TEST(OnlineEgo, ALateOneCounts) {
   EXPECT_GT(before, 10 * off());
 }
 
-/// A heading that nothing measures comes from GPS as the vehicle moves.
-TEST(OnlineEgo, AlignFindsTheHeadingFromGps) {
+/// Without a heading sensor, GPS determines the heading when the vehicle moves.
+TEST(OnlineEgo, AlignsTheHeadingByGps) {
   LevelTurn turn;
   turn.duration = 40;
   NavigationData data = turn.data();
@@ -209,7 +209,7 @@ TrackingData fixes(const LevelTurn& turn) {
   return d;
 }
 
-TEST(OnlineEgo, WithATargetItIsTheJointBatchEstimate) {
+TEST(OnlineEgo, GivesTheJointBatchEstimateWithATarget) {
   const LevelTurn turn;
   const NavigationData data = noisy(turn);
   TrackingData tracking = fixes(turn);
@@ -217,8 +217,8 @@ TEST(OnlineEgo, WithATargetItIsTheJointBatchEstimate) {
   auto fix = tracking.sensors[0].measurements.begin();
   const auto fixes_to = [&](double t) {
     for (; fix != tracking.sensors[0].measurements.end() && fix->t <= t; ++fix) {
-      const auto refused = estimator.add_target(0, *fix);
-      EXPECT_FALSE(refused) << refused->text;
+      const auto rejection = estimator.add_target(0, *fix);
+      EXPECT_FALSE(rejection) << rejection->text;
     }
   };
   auto sample = data.imu->samples.begin();
@@ -249,7 +249,7 @@ TEST(OnlineEgo, WithATargetItIsTheJointBatchEstimate) {
   EXPECT_LE((batch.target_state(last).position - vessel(20).translation()).norm(), 0.5);
   const RelativeTarget now = estimator.relative_target(0).value(), ahead = estimator.relative_target(2).value();
   const Vector<3> e = ahead.position - LevelTurn::pose(20).inverse().act(vessel(22).translation());
-  EXPECT_LE(e.dot(ahead.covariance.value().inverse() * e), 14.2) << "0.3 % of three degrees of freedom";
+  EXPECT_LE(e.dot(ahead.covariance.value().inverse() * e), 14.2) << "0.3 % level of χ² with three degrees of freedom";
   EXPECT_GT(ahead.covariance->trace(), now.covariance.value().trace());
 }
 

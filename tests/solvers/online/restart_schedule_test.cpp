@@ -7,7 +7,7 @@
 namespace tandem::detail {
 namespace {
 
-TEST(RestartSchedule, AfterTwiceAsLongEachTimeWhileAllIsInTheWindow) {
+TEST(RestartSchedule, DoublesTheIntervalWhileTheWindowIsComplete) {
   RestartSchedule schedule;
   std::vector<double> restarts;
   for (int t = 0; t <= 100; ++t)
@@ -15,7 +15,7 @@ TEST(RestartSchedule, AfterTwiceAsLongEachTimeWhileAllIsInTheWindow) {
   EXPECT_EQ(restarts, (std::vector<double>{5, 10, 20, 40}));
 }
 
-TEST(RestartSchedule, AMeasuredOrientationThatSurprisesAtMostEachFiveSeconds) {
+TEST(RestartSchedule, RestartsOnASurpriseAtMostEveryFiveSeconds) {
   RestartSchedule schedule;
   std::vector<double> restarts;
   for (int t = 0; t <= 20; ++t)

@@ -11,7 +11,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using Verdict = StreamClocks::Verdict;
 
-/// A motion at 10 Hz and fixes each 2 s, as a feed holds them.
+/// A motion at 10 Hz and fixes every 2 s. Keeps held lines as OnlineFeed does.
 class Feed {
  public:
   Feed() : clocks_({{"odometry", false, true}, {"usbl", true, false}}) {
@@ -19,15 +19,15 @@ class Feed {
   }
 
   void give(std::size_t stream, double stamp) {
-    const Verdict verdict = clocks_.judge(stream, stamp);
+    const Verdict verdict = clocks_.classify(stream, stamp);
     if (verdict == Verdict::wait) return waiting_.push_back({stream, stamp});
     if (verdict == Verdict::hold) held_[stream].push_back(stamp);
-    if (verdict == Verdict::backwards || verdict == Verdict::repeats || verdict == Verdict::wrong) ++refused;
+    if (verdict == Verdict::not_increasing || verdict == Verdict::repeated || verdict == Verdict::invalid) ++discarded;
     for (const auto& [of, lines] : clocks_.dropped()) {
       held_[of].erase(held_[of].begin(), held_[of].begin() + std::ptrdiff_t(lines));
       dropped += lines;
     }
-    begun_anew += clocks_.began_anew();
+    time_resets += clocks_.time_was_reset();
     if (verdict == Verdict::use) used[stream].push_back(clocks_.time(stream, stamp));
     for (const std::size_t of : clocks_.released()) {
       for (const double h : held_[of]) used[of].push_back(clocks_.time(of, h));
@@ -35,7 +35,7 @@ class Feed {
     }
     drain();
   }
-  /// Both from `from` to `to` s, stamps put through f(stream, t).
+  /// Gives both streams from `from` to `to` [s], with stamps f(stream, t).
   template <class F>
   void run(int from, int to, F f) {
     for (int i = 10 * from; i < 10 * to; ++i) {
@@ -50,7 +50,7 @@ class Feed {
 
   std::vector<double> used[2];
   std::vector<std::string> notices;
-  std::size_t refused = 0, dropped = 0, begun_anew = 0;
+  std::size_t discarded = 0, dropped = 0, time_resets = 0;
 
  private:
   void drain() {
@@ -63,17 +63,17 @@ class Feed {
   std::vector<double> held_[2];
 };
 
-TEST(StreamClocks, GoodStampsAreUsedAsTheyAre) {
+TEST(StreamClocks, UsesConsistentStampsUnchanged) {
   Feed feed;
   feed.run(0, 100);
   EXPECT_EQ(feed.used[0].size(), 1000u);
   EXPECT_EQ(feed.used[1].size(), 50u);
   EXPECT_EQ(feed.used[0].back(), 0.1 * 999);
   EXPECT_THAT(feed.notices, IsEmpty());
-  EXPECT_EQ(feed.refused + feed.dropped, 0u);
+  EXPECT_EQ(feed.discarded + feed.dropped, 0u);
 }
 
-TEST(StreamClocks, OneWrongStampCostsItsLineAlsoTwice) {
+TEST(StreamClocks, DiscardsOnlyTheLinesWithWrongStamps) {
   for (const std::size_t stream : {0u, 1u})
     for (const double wrong : {4294967295.0, 350.0, 56.0, -1e3, 1e300}) {
       SCOPED_TRACE(::testing::Message() << stream << ' ' << wrong);
@@ -86,21 +86,21 @@ TEST(StreamClocks, OneWrongStampCostsItsLineAlsoTwice) {
       EXPECT_EQ(feed.used[0].size(), 1000u);
       EXPECT_EQ(feed.used[1].size(), 50u);
       EXPECT_EQ(feed.used[0].back(), 0.1 * 999);
-      EXPECT_EQ(feed.refused + feed.dropped, 2u);
+      EXPECT_EQ(feed.discarded + feed.dropped, 2u);
       EXPECT_THAT(feed.notices, IsEmpty());
     }
 }
 
-TEST(StreamClocks, AStampThatIsNoTimeIsWrong) {
+TEST(StreamClocks, DiscardsStampsThatAreNotFinite) {
   Feed feed;
   feed.run(0, 10);
   feed.give(0, HUGE_VAL);
   feed.give(1, std::nan(""));
   feed.give(0, 9.9);
-  EXPECT_EQ(feed.refused, 3u) << "the last one repeats a stamp";
+  EXPECT_EQ(feed.discarded, 3u) << "the last one repeats a stamp";
 }
 
-TEST(StreamClocks, AStreamWhoseClockIsSetGoesOnByArrivalUntilItAgreesAgain) {
+TEST(StreamClocks, TimesAStreamByArrivalAfterAClockStep) {
   for (const double step : {-3600.0, 500.0, 1.79e9}) {
     SCOPED_TRACE(step);
     Feed feed;
@@ -108,15 +108,15 @@ TEST(StreamClocks, AStreamWhoseClockIsSetGoesOnByArrivalUntilItAgreesAgain) {
     feed.run(50, 70, [&](int stream, double t) { return stream == 1 ? t + step : t; });
     feed.run(70, 100);
     EXPECT_EQ(feed.used[0].size(), 1000u);
-    EXPECT_EQ(feed.used[1].size(), 50u) << "what was held is not lost";
+    EXPECT_EQ(feed.used[1].size(), 50u) << "held lines are not lost";
     for (std::size_t i = 0; i < feed.used[1].size(); ++i) EXPECT_NEAR(feed.used[1][i], 2.0 * double(i), 0.2);
     EXPECT_EQ(feed.used[1].back(), 98.0);
-    EXPECT_THAT(feed.notices, ElementsAre(HasSubstr(step < 0 ? "usbl: its clock is 3600 s behind" : " ahead"),
-                                          HasSubstr("usbl: its stamps agree with the others' again")));
+    EXPECT_THAT(feed.notices, ElementsAre(HasSubstr(step < 0 ? "usbl: clock is 3600 s behind" : " ahead"),
+                                          HasSubstr("usbl: time stamps agree with the other streams again")));
   }
 }
 
-TEST(StreamClocks, AllClocksThatAreSetGoOnByArrival) {
+TEST(StreamClocks, TimesAllStreamsByArrivalAfterACommonClockStep) {
   for (const double step : {-3600.0, 1.79e9}) {
     SCOPED_TRACE(step);
     Feed feed;
@@ -125,30 +125,30 @@ TEST(StreamClocks, AllClocksThatAreSetGoOnByArrival) {
     EXPECT_EQ(feed.used[0].size(), 1000u);
     EXPECT_EQ(feed.used[1].size(), 50u);
     for (std::size_t i = 0; i < feed.used[0].size(); ++i) EXPECT_NEAR(feed.used[0][i], 0.1 * double(i), 1e-6);
-    EXPECT_THAT(feed.notices, ElementsAre(HasSubstr("odometry: its clock is"), HasSubstr("usbl: its clock was set")));
+    EXPECT_THAT(feed.notices, ElementsAre(HasSubstr("odometry: clock is"), HasSubstr("usbl: clock stepped by")));
   }
 }
 
-TEST(StreamClocks, APauseOfEverythingIsATimeThatPassed) {
+TEST(StreamClocks, TreatsACommonJumpAsAPause) {
   Feed feed;
   feed.run(0, 50);
   feed.run(650, 700);
   EXPECT_EQ(feed.used[0].size(), 1000u);
   EXPECT_EQ(feed.used[1].size(), 50u);
   EXPECT_EQ(feed.used[0].back(), 0.1 * 6999);
-  EXPECT_THAT(feed.notices, ElementsAre(HasSubstr("nothing is stamped for 600.1 s: taken for a pause")));
+  EXPECT_THAT(feed.notices, ElementsAre(HasSubstr("no time stamps for 600.1 s: treated as a pause")));
 }
 
-TEST(StreamClocks, FirstLinesInTheFutureBeginAnew) {
+TEST(StreamClocks, ResetsTheTimeBaseIfTheFirstLinesAreInTheFuture) {
   Feed feed;
   feed.run(0, 2, [](int, double t) { return t + 1.79e9; });
   feed.run(2, 50);
-  EXPECT_EQ(feed.begun_anew, 1u);
+  EXPECT_EQ(feed.time_resets, 1u);
   EXPECT_EQ(feed.used[0].back(), 0.1 * 499);
   EXPECT_EQ(feed.used[1].back(), 48.0);
 }
 
-TEST(StreamClocks, UnitsAreToldApart) {
+TEST(StreamClocks, DetectsTheUnitOfTheStamps) {
   for (const auto& [one, name] : {std::pair{1e-3, "milliseconds"}, {1e-6, "microseconds"}, {1e-9, "nanoseconds"}})
     for (const double start : {0.0, 1.7e9}) {
       const double unit = one;
@@ -158,16 +158,16 @@ TEST(StreamClocks, UnitsAreToldApart) {
       EXPECT_EQ(feed.used[0].size(), 500u);
       EXPECT_EQ(feed.used[1].size(), 25u);
       EXPECT_NEAR(feed.used[0].back(), start + 49.9, 1e-5);
-      EXPECT_THAT(feed.notices, ElementsAre(std::string("stamps are taken for ") + name));
+      EXPECT_THAT(feed.notices, ElementsAre(std::string("time stamps are in ") + name));
     }
 }
 
-TEST(StreamClocks, AStreamMayHaveAUnitOfItsOwn) {
+TEST(StreamClocks, DetectsADifferentUnitOfOneStream) {
   Feed feed;
   feed.run(10, 60, [](int stream, double t) { return stream == 1 ? 1e3 * t : t; });
   EXPECT_EQ(feed.used[1].size(), 25u);
   EXPECT_NEAR(feed.used[1].back(), 58.0, 1e-9);
-  EXPECT_THAT(feed.notices, ElementsAre("usbl: its stamps are taken for milliseconds"));
+  EXPECT_THAT(feed.notices, ElementsAre("usbl: time stamps are in milliseconds"));
 }
 
 }  // namespace

@@ -11,10 +11,10 @@
 
 #include "online_cases.hpp"
 
-/// A recording of a target line by line, as an estimator is given it, and the batch problem of all of it.
+/// Feeds a recording of a target to an estimator line by line, and solves the batch problem of it.
 namespace tandem::testing {
 
-/// Odometry from the first to the last measurement alone, where a window begins and ends too.
+/// Crops odometry to the time from the first to the last measurement, as the window of an estimator.
 inline TrackingData cropped(TrackingData d) {
   double first = HUGE_VAL, last = -HUGE_VAL;
   for (const TargetSensor& sensor : d.sensors)
@@ -36,7 +36,7 @@ struct Line {
   std::size_t index;
 };
 
-/// In the order of the stamps; of one stamp, odometry first or last.
+/// Returns all lines in the order of their stamps; at equal stamps, odometry first or last.
 inline std::vector<Line> lines(const TrackingData& d, bool odometry_first = true) {
   std::vector<Line> result;
   for (std::size_t i = 0; i < d.odometry.size(); ++i) result.push_back({d.odometry[i].t, -1, i});
@@ -50,7 +50,7 @@ inline std::vector<Line> lines(const TrackingData& d, bool odometry_first = true
   return result;
 }
 
-inline std::optional<Refusal> give(const TrackingData& d, const Line& line, OnlineEstimator& estimator) {
+inline std::optional<Rejection> give(const TrackingData& d, const Line& line, OnlineEstimator& estimator) {
   if (line.sensor < 0) return estimator.add_odometry(d.odometry[line.index]);
   const auto s = std::size_t(line.sensor);
   return estimator.add_target(s, d.sensors[s].measurements[line.index]);
@@ -64,8 +64,8 @@ inline OnlineOptions exactly_tracking(const TrackingOptions& tracking, double wi
 
 inline void run(const TrackingData& d, OnlineEstimator& estimator, bool odometry_first = true) {
   for (const Line& line : lines(d, odometry_first)) {
-    const auto refused = give(d, line, estimator);
-    EXPECT_FALSE(refused) << refused->text;
+    const auto rejection = give(d, line, estimator);
+    EXPECT_FALSE(rejection) << rejection->text;
   }
   estimator.finish();
 }

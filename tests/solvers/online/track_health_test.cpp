@@ -10,46 +10,46 @@ constexpr std::size_t kUsbl = 0, kCamera = 1, kDepth = 2;
 
 HealthMonitor monitor() { return HealthMonitor({{"usbl", 1}, {"camera", 1}, {"depth", 2}}, {}); }
 
-TEST(TrackHealth, ANewTruthTakesRejectionsOverTime) {
+TEST(TrackHealth, AContradictionNeedsRejectionsOverTime) {
   HealthMonitor slow = monitor(), fast = monitor();
   slow.rejected(kUsbl, 0, 9);
   slow.rejected(kUsbl, 8, 9);
-  EXPECT_FALSE(slow.is_new_truth(kUsbl)) << "two are not three";
+  EXPECT_FALSE(slow.contradicts_estimate(kUsbl)) << "only two rejections";
   slow.rejected(kUsbl, 16, 9);
-  EXPECT_TRUE(slow.is_new_truth(kUsbl));
+  EXPECT_TRUE(slow.contradicts_estimate(kUsbl));
   for (int i = 0; i < 60; ++i) fast.rejected(kUsbl, 0.1 * i, 9);
-  EXPECT_FALSE(fast.is_new_truth(kUsbl)) << "for six seconds";
+  EXPECT_FALSE(fast.contradicts_estimate(kUsbl)) << "only six seconds";
   for (int i = 60; i < 75; ++i) fast.rejected(kUsbl, 0.1 * i, 9);
-  EXPECT_TRUE(fast.is_new_truth(kUsbl));
+  EXPECT_TRUE(fast.contradicts_estimate(kUsbl));
 }
 
-TEST(TrackHealth, WhatIsUsedNowAndThenIsNoNewTruth) {
+TEST(TrackHealth, OccasionalRejectionsAreNoContradiction) {
   HealthMonitor m = monitor();
   for (int i = 0; i < 200; ++i) {
     if (i % 2)
       m.used(kUsbl, 0.1 * i, 1.0);
     else
       m.rejected(kUsbl, 0.1 * i, 9);
-    ASSERT_FALSE(m.is_new_truth(kUsbl)) << i;
+    ASSERT_FALSE(m.contradicts_estimate(kUsbl)) << i;
   }
 }
 
-TEST(TrackHealth, AnotherSensorOfTheSameThingIsAWitness) {
+TEST(TrackHealth, AnotherSensorOfTheSameSubjectConfirmsTheEstimate) {
   HealthMonitor m = monitor();
   for (int i = 0; i < 20; ++i) {
     m.rejected(kUsbl, i, 9);
     m.used(kCamera, i, 1.0);
   }
-  EXPECT_FALSE(m.is_new_truth(kUsbl));
+  EXPECT_FALSE(m.contradicts_estimate(kUsbl));
   HealthMonitor other = monitor();
   for (int i = 0; i < 20; ++i) {
     other.rejected(kUsbl, i, 9);
     other.used(kDepth, i, 1.0);
   }
-  EXPECT_TRUE(other.is_new_truth(kUsbl)) << "a depth says nothing of it";
+  EXPECT_TRUE(other.contradicts_estimate(kUsbl)) << "a depth sensor has another subject";
 }
 
-TEST(TrackHealth, RejectedIsNotReceivedAndARestartForgetsIt) {
+TEST(TrackHealth, AResetForgetsRejectionsButKeepsCounts) {
   HealthMonitor m = monitor();
   m.used(kUsbl, 1, 0.5);
   for (int i = 2; i < 20; ++i) m.rejected(kUsbl, i, 9);
@@ -57,16 +57,16 @@ TEST(TrackHealth, RejectedIsNotReceivedAndARestartForgetsIt) {
   EXPECT_EQ(m.health().sensors[kUsbl].rejected, 18u);
   EXPECT_EQ(m.last_used(0, 2), 1.0);
   EXPECT_EQ(m.last_used(1, 2), -HUGE_VAL);
-  m.restarted(TrackReset::Kind::new_truth);
-  EXPECT_FALSE(m.is_new_truth(kUsbl));
+  m.record_reset(TrackReset::Kind::contradicted);
+  EXPECT_FALSE(m.contradicts_estimate(kUsbl));
   EXPECT_EQ(m.health().resets, 1u);
   EXPECT_EQ(m.health().sensors[kUsbl].rejected, 18u) << "counts stay";
-  m.restarted(TrackReset::Kind::suspended);
+  m.record_reset(TrackReset::Kind::suspended);
   EXPECT_EQ(m.health().resets, 1u);
   EXPECT_EQ(m.health().suspensions, 1u);
 }
 
-TEST(TrackHealth, AWindowThatStaysUnconvergedIsStuck) {
+TEST(TrackHealth, IsStuckAfterManyUnconvergedUpdates) {
   HealthMonitor m = monitor();
   for (int i = 0; i < 30; ++i) {
     m.updated(i, false);
@@ -79,40 +79,40 @@ TEST(TrackHealth, AWindowThatStaysUnconvergedIsStuck) {
   EXPECT_FALSE(m.is_stuck(31));
 }
 
-TEST(TrackHealth, OutputsAreAidedLostAndInvalidByTheirAge) {
+TEST(TrackHealth, OutputStatesFollowTheirAge) {
   HealthMonitor m({{"usbl", 1}}, {.lost_after = 5, .invalid_after = 10});
-  m.at(3, {}, {});
+  m.update_outputs(3, {}, {});
   EXPECT_EQ(m.health().target.state, OutputState::none);
-  m.at(8, 8, 3);
+  m.update_outputs(8, 8, 3);
   EXPECT_EQ(m.health().chaser.state, OutputState::aided);
-  EXPECT_EQ(m.health().target.state, OutputState::aided) << "for five seconds";
-  m.at(8.1, 8, 3);
+  EXPECT_EQ(m.health().target.state, OutputState::aided) << "only five seconds";
+  m.update_outputs(8.1, 8, 3);
   EXPECT_EQ(m.health().target.state, OutputState::lost);
   EXPECT_NEAR(m.health().target.age, 5.1, 1e-12);
-  m.at(13.1, 13, 3);
+  m.update_outputs(13.1, 13, 3);
   EXPECT_EQ(m.health().target.state, OutputState::invalid);
   EXPECT_EQ(m.health().chaser.state, OutputState::aided);
-  m.at(14, 14, 13.5);
-  EXPECT_EQ(m.health().target.state, OutputState::aided) << "a measurement that is used brings it back";
+  m.update_outputs(14, 14, 13.5);
+  EXPECT_EQ(m.health().target.state, OutputState::aided) << "a used measurement restores it";
 }
 
-TEST(TrackHealth, WhatDoesNotConvergeForLongIsInvalidHoweverFresh) {
+TEST(TrackHealth, OutputsBecomeInvalidWithoutConvergence) {
   HealthMonitor m({{"usbl", 1}}, {.lost_after = 5, .invalid_after = 10});
   for (int t = 0; t <= 11; ++t) {
     m.updated(t, false);
-    m.at(t, t, t);
+    m.update_outputs(t, t, t);
     EXPECT_EQ(m.health().target.state, t > 10 ? OutputState::invalid : OutputState::aided) << t;
   }
   m.updated(12, true);
-  m.at(12, 12, 12);
+  m.update_outputs(12, 12, 12);
   EXPECT_EQ(m.health().chaser.state, OutputState::aided);
 }
 
-TEST(TrackHealth, OptionsThatCannotWork) {
+TEST(TrackHealth, RejectsInvalidOptions) {
   EXPECT_NO_THROW(tandem::check(ResetOptions{}));
   EXPECT_NO_THROW(tandem::check(ResetOptions::never()));
   EXPECT_THROW(tandem::check({.gate = 0}), Error);
-  EXPECT_THROW(tandem::check({.rejected_of = 2, .rejections = 3}), Error);
+  EXPECT_THROW(tandem::check({.rejection_window = 2, .rejections = 3}), Error);
   EXPECT_THROW(tandem::check({.max_gap = 0}), Error);
   EXPECT_THROW(tandem::check({.lost_after = 0}), Error);
   EXPECT_THROW(tandem::check({.invalid_after = std::nan("")}), Error);

@@ -27,7 +27,7 @@ Scenario simulated(unsigned seed, double duration) {
   return read_scenario(scratch.path());
 }
 
-std::string refusal(std::vector<Scenario> scenarios, const ScenarioCalibrationOptions& options) {
+std::string rejection(std::vector<Scenario> scenarios, const ScenarioCalibrationOptions& options) {
   try {
     calibrate_scenarios(std::move(scenarios), options);
   } catch (const Error& error) {
@@ -40,7 +40,7 @@ const CalibratedParameter& find(const ScenarioCalibration& c, const std::string&
   return *std::find_if(c.parameters.begin(), c.parameters.end(), [&](const auto& p) { return p.name == name; });
 }
 
-TEST(CalibrateScenarios, FindsTheNoiseOfASensorFromAWrongOne) {
+TEST(CalibrateScenarios, RecoversTheNoiseFromAWrongGivenOne) {
   Scenario scenario = simulated(5, 240);
   const Eigen::VectorXd truth = scenario.data.sensors[1].sigma;
   ASSERT_EQ(scenario.data.sensors[1].name, "optical");
@@ -52,7 +52,7 @@ TEST(CalibrateScenarios, FindsTheNoiseOfASensorFromAWrongOne) {
   ASSERT_THAT(found.parameters, SizeIs(6));
   for (int i = 0; i < 6; ++i) {
     const CalibratedParameter& p = found.parameters[std::size_t(i)];
-    EXPECT_TRUE(p.result.determined) << p.name;
+    EXPECT_TRUE(p.result.identifiable) << p.name;
     EXPECT_NEAR(p.found() / truth[i], 1, 4 * p.result.log_error + 0.1) << p.name;
   }
   EXPECT_EQ(find(found, "optical.rz").given, 2 * truth[5]);
@@ -67,8 +67,7 @@ TEST(CalibrateScenarios, FindsTheNoiseOfASensorFromAWrongOne) {
     }
 }
 
-/// What comes to the end of what is allowed is no number to go by.
-TEST(CalibrateScenarios, WhatRunsToTheEndOfWhatIsAllowedIsKept) {
+TEST(CalibrateScenarios, KeepsAParameterThatRunsToTheLimit) {
   Scenario scenario = simulated(5, 240);
   const double truth = scenario.data.sensors[1].sigma[0];
   scenario.data.sensors[0].sigma[0] *= 1e5;
@@ -79,49 +78,49 @@ TEST(CalibrateScenarios, WhatRunsToTheEndOfWhatIsAllowedIsKept) {
   options.folds = 0;
   const ScenarioCalibration found = calibrate_scenarios({scenario}, options);
   const CalibratedParameter& kept = find(found, "usbl.x");
-  EXPECT_TRUE(kept.result.at_bound);
-  EXPECT_EQ(kept.distrust, Distrust::at_bound);
+  EXPECT_TRUE(kept.result.at_limit);
+  EXPECT_EQ(kept.keep_reason, KeepReason::at_limit);
   EXPECT_EQ(kept.found(), kept.given);
   for (const NoiseEntry& entry : found.noise)
     if (entry.name == "usbl") {
       EXPECT_EQ(entry.sigmas[0], kept.given);
     }
-  EXPECT_NEAR(find(found, "optical.x").found() / truth, 1, 0.2) << "the others are found beside it";
-  EXPECT_THAT(report(found), HasSubstr("as far as is allowed; kept"));
+  EXPECT_NEAR(find(found, "optical.x").found() / truth, 1, 0.2) << "the other parameter is calibrated";
+  EXPECT_THAT(report(found), HasSubstr("ran to the limit"));
 }
 
-/// Beside the USBL another one that reads 5 m too much ahead, and nothing to either side.
-TEST(CalibrateScenarios, ConstantsAreRecommendedIfHeldOutDataArePredictedBetter) {
+/// Adds a copy of the USBL with a bias of 5 m in x only, and a misalignment that is zero.
+TEST(CalibrateScenarios, RecommendsConstantsThatImproveHeldOutPrediction) {
   Scenario scenario = simulated(5, 240);
   TargetSensor sonar = scenario.data.sensors[0];
   sonar.name = "sonar";
   for (Measurement& m : sonar.measurements) m.position.x() += 5;
-  sonar.error = StayingError{Vector<3>::Constant(5.0)};
+  sonar.error = SystematicError{Vector<3>::Constant(5.0)};
   scenario.data.sensors.push_back(sonar);
-  scenario.data.sensors[0].error = StayingError{.misalignment = 0.1};
+  scenario.data.sensors[0].error = SystematicError{.misalignment_sigma = 0.1};
   ScenarioCalibrationOptions options;
   options.noise = false;
   const ScenarioCalibration found = calibrate_scenarios({scenario}, options);
   const auto of = [&](const std::string& name) {
     const auto at = std::find_if(found.constants.begin(), found.constants.end(),
                                  [&](const CalibratedConstant& c) { return c.found.name == name; });
-    return at == found.constants.end() ? FoundConstant{} : at->found;
+    return at == found.constants.end() ? SystematicErrorEstimate{} : at->found;
   };
-  EXPECT_EQ(of("sonar.bias.1").verdict(), ConstantVerdict::predicts_better);
-  EXPECT_NEAR(of("sonar.bias.1").value, 5, 3 * of("sonar.bias.1").deviation);
+  EXPECT_EQ(of("sonar.bias.1").verdict(), SystematicErrorVerdict::improves_prediction);
+  EXPECT_NEAR(of("sonar.bias.1").value, 5, 3 * of("sonar.bias.1").sigma);
   ASSERT_TRUE(of("usbl.misalignment.rz").held_out.has_value());
   EXPECT_LT(of("usbl.misalignment.rz").held_out->gain, 0.2 * of("sonar.bias.1").held_out->gain);
-  EXPECT_THAT(report(found), HasSubstr("found; predicts held-out data better: recommended"));
+  EXPECT_THAT(report(found), HasSubstr("identifiable; improves the prediction of held-out data: recommended"));
   options.folds = 0;
   for (const CalibratedConstant& c : calibrate_scenarios({scenario}, options).constants)
     EXPECT_FALSE(c.found.held_out.has_value()) << c.found.name;
 }
 
-TEST(CalibrateScenarios, ConstantsOfRecordingsOfOneNameAreTriedEachOnItsOwn) {
+TEST(CalibrateScenarios, CrossValidatesConstantsPerScenarioDespiteEqualNames) {
   std::vector<Scenario> scenarios = {simulated(5, 240), simulated(6, 240)};
   for (Scenario& scenario : scenarios) {
     scenario.name = "run";
-    scenario.data.sensors[0].error = StayingError{.scale = 0.05};
+    scenario.data.sensors[0].error = SystematicError{.scale_sigma = 0.05};
   }
   ScenarioCalibrationOptions options;
   options.noise = false;
@@ -132,7 +131,7 @@ TEST(CalibrateScenarios, ConstantsOfRecordingsOfOneNameAreTriedEachOnItsOwn) {
   EXPECT_NE(both[0].found.held_out->gain, both[1].found.held_out->gain);
 }
 
-TEST(CalibrateScenarios, WhatTheDataBoundToOneSideIsSaidPlainly) {
+TEST(CalibrateScenarios, ReportsOneSidedBounds) {
   ScenarioCalibration c;
   CalibratedParameter low{"usbl.x", 2.0, {.name = "usbl.x", .factor = 0.2, .bounded = true}};
   low.result.flat_from = 0.1, low.result.flat_to = 0.5;
@@ -140,15 +139,16 @@ TEST(CalibrateScenarios, WhatTheDataBoundToOneSideIsSaidPlainly) {
   high.name = "usbl.y";
   high.result.factor = 5;
   high.result.flat_from = 3, high.result.flat_to = 30;
-  CalibratedParameter held = low;
-  held.result.factor = 0.7;
-  c.parameters = {low, high, held};
-  EXPECT_THAT(report(c), testing::AllOf(HasSubstr("the data say no more than 1; how much less, what was given says"),
-                                        HasSubstr("the data say no less than 6; how much more, what was given says"),
-                                        HasSubstr("the data say no more than 1; what was given holds it nearer")));
+  CalibratedParameter beyond = low;
+  beyond.result.factor = 0.7;
+  c.parameters = {low, high, beyond};
+  EXPECT_THAT(report(c),
+              testing::AllOf(HasSubstr("at most 1 by the data; the lower bound comes from the prior"),
+                             HasSubstr("at least 6 by the data; the upper bound comes from the prior"),
+                             HasSubstr("at most 1 by the data; the prior pulls the estimate beyond this bound")));
 }
 
-TEST(CalibrateScenarios, SeveralShareWhatTheFirstOneGives) {
+TEST(CalibrateScenarios, UsesTheGivenNoiseOfTheFirstScenario) {
   std::vector<Scenario> both = {simulated(5, 60), simulated(6, 60)};
   both[1].data.sensors[0].sigma *= 5;
   ScenarioCalibrationOptions options;
@@ -159,13 +159,13 @@ TEST(CalibrateScenarios, SeveralShareWhatTheFirstOneGives) {
   EXPECT_EQ(found.parameters[0].given, both[0].data.sensors[0].sigma[0]);
   const auto n = both[0].data.sensors[0].measurements.size() + both[1].data.sensors[0].measurements.size();
   EXPECT_EQ(found.parameters[0].result.rows, double(n));
-  EXPECT_THAT(report(found), HasSubstr("Nothing was held out"));
+  EXPECT_THAT(report(found), HasSubstr("No cross-validation"));
   ScenarioCalibration stopped = found;
   stopped.cut_short = true;
-  EXPECT_THAT(report(stopped), HasSubstr("It was stopped before all was held out"));
+  EXPECT_THAT(report(stopped), HasSubstr("Stopped before cross-validation was complete"));
 }
 
-TEST(CalibrateScenarios, EntriesNameTheirComponentsAsFilesHaveThem) {
+TEST(CalibrateScenarios, EntriesHaveTheComponentsOfTheFiles) {
   Scenario scenario = simulated(5, 60);
   const auto entries = calibrated_entries(scenario);
   ASSERT_FALSE(entries.empty());
@@ -184,33 +184,33 @@ TEST(CalibrateScenarios, EntriesNameTheirComponentsAsFilesHaveThem) {
     }
 }
 
-TEST(CalibrateScenarios, SaysWhatIsWrong) {
+TEST(CalibrateScenarios, RejectsInvalidOptions) {
   const Scenario scenario = simulated(5, 60);
   ScenarioCalibrationOptions options;
   options.free = {"usbL.x"};
-  EXPECT_THAT(refusal({scenario}, options),
-              testing::AllOf(HasSubstr("--free knows no 'usbL.x'; did you mean usbl.x?"),
+  EXPECT_THAT(rejection({scenario}, options),
+              testing::AllOf(HasSubstr("--free: unknown name 'usbL.x'; did you mean usbl.x?"),
                              HasSubstr("usbl (x, y, z), optical (x, y, z, rx, ry, rz), odometry (")));
   options.free = {"usbl.scal"};
-  EXPECT_THAT(refusal({scenario}, options), HasSubstr("'usbl.scal'; did you mean usbl.scale?"));
+  EXPECT_THAT(rejection({scenario}, options), HasSubstr("'usbl.scal'; did you mean usbl.scale?"));
   options.free = {"acceleration"};
-  EXPECT_THAT(refusal({scenario}, options), HasSubstr("no residual"));
+  EXPECT_THAT(rejection({scenario}, options), HasSubstr("no residual"));
   options.free = {};
   options.folds = 1;
-  EXPECT_THAT(refusal({scenario}, options), HasSubstr("--folds 1"));
+  EXPECT_THAT(rejection({scenario}, options), HasSubstr("--folds 1"));
   options.folds = 0;
   Scenario other = scenario;
   other.data.sensors[1].name = "camera";
   other.name = "the other";
-  EXPECT_THAT(refusal({scenario, other}, options), HasSubstr("the other has no pose sensor optical"));
+  EXPECT_THAT(rejection({scenario, other}, options), HasSubstr("the other has no pose sensor optical"));
   Scenario few = scenario;
   for (TargetSensor& s : few.data.sensors) s.measurements.resize(std::min<std::size_t>(s.measurements.size(), 1));
-  EXPECT_THAT(refusal({few}, options), HasSubstr("cannot tell"));
-  EXPECT_THAT(refusal({}, options), HasSubstr("no scenario"));
+  EXPECT_THAT(rejection({few}, options), HasSubstr("too few for"));
+  EXPECT_THAT(rejection({}, options), HasSubstr("no scenario"));
 }
 
-/// A dive whose noise is half of what is stated.
-Scenario careful_dive() {
+/// A dive whose true noise is half of the given noise.
+Scenario dive_with_small_noise() {
   const ScratchFolder scratch;
   DiveOptions options;
   options.minutes = 3;
@@ -221,22 +221,22 @@ Scenario careful_dive() {
   return scenario;
 }
 
-TEST(LongCalibrateScenarios, LessNoiseOfDeadReckoningNeedsFixesToBeTriedBy) {
+TEST(LongCalibrateScenarios, AcceptsSmallerNoiseOfDeadReckoningOnlyWithFixes) {
   ScenarioCalibrationOptions options;
   options.free = {"dvl", "gps"};
   options.folds = 2;
-  const Scenario dive = careful_dive();
+  const Scenario dive = dive_with_small_noise();
   const ScenarioCalibration kept = calibrate_scenarios({dive}, options);
   for (const char* name : {"dvl.x", "dvl.y", "dvl.z"}) {
-    EXPECT_EQ(find(kept, name).distrust, Distrust::untried) << name;
+    EXPECT_EQ(find(kept, name).keep_reason, KeepReason::untested) << name;
     EXPECT_EQ(find(kept, name).found(), find(kept, name).given) << name;
   }
-  EXPECT_EQ(find(kept, "gps.x").distrust, Distrust::none) << "fixes are tried by each other";
-  EXPECT_THAT(report(kept), HasSubstr("without a fix of the position"));
-  ASSERT_THAT(kept.noise, SizeIs(2)) << "what is kept is in the file, as given";
+  EXPECT_EQ(find(kept, "gps.x").keep_reason, KeepReason::none) << "fixes test each other";
+  EXPECT_THAT(report(kept), HasSubstr("longest gap without a position fix"));
+  ASSERT_THAT(kept.noise, SizeIs(2)) << "kept parameters are in the file with the given values";
   EXPECT_THAT(kept.noise[0].sigmas, testing::Each(find(kept, "dvl.x").given));
 
-  // The same velocities with fixes all along, made of what the dive without them comes to.
+  // Adds fixes throughout, taken from the navigation without them.
   Scenario fixed = dive;
   const Navigation path = navigate(*dive.navigation);
   for (EgoSensor& sensor : fixed.navigation->sensors)
@@ -246,22 +246,22 @@ TEST(LongCalibrateScenarios, LessNoiseOfDeadReckoningNeedsFixesToBeTriedBy) {
         sensor.measurements.push_back({k.t, (k.value.pose * sensor.mount).translation()});
     }
   options.free = {"dvl"};
-  EXPECT_EQ(find(calibrate_scenarios({fixed}, options), "dvl.x").distrust, Distrust::none);
+  EXPECT_EQ(find(calibrate_scenarios({fixed}, options), "dvl.x").keep_reason, KeepReason::none);
 
   options.folds = 0;
   const CalibratedParameter untested = find(calibrate_scenarios({dive}, options), "dvl.x");
-  EXPECT_EQ(untested.distrust, Distrust::none) << "nothing is said of what was not tried";
+  EXPECT_EQ(untested.keep_reason, KeepReason::none) << "without folds, no parameter counts as untested";
   EXPECT_NEAR(untested.result.factor, 0.5, 0.1);
 }
 
-TEST(CalibrateScenarios, AStopBeforeAnythingIsSolvedLeavesNothing) {
+TEST(CalibrateScenarios, ThrowsIfStoppedBeforeTheFirstSolve) {
   const std::atomic<bool> stop = true;
   ScenarioCalibrationOptions options;
   options.stop = Stop(&stop);
   EXPECT_THROW(calibrate_scenarios({simulated(5, 60)}, options), Stopped);
 }
 
-TEST(CalibrateScenarios, AStopKeepsWhatThereIs) {
+TEST(CalibrateScenarios, ReturnsThePartialResultWhenStopped) {
   std::atomic<bool> stop = false;
   ScenarioCalibrationOptions options;
   options.stop = Stop(&stop);
@@ -270,7 +270,7 @@ TEST(CalibrateScenarios, AStopKeepsWhatThereIs) {
   EXPECT_FALSE(found.summary.converged());
   EXPECT_FALSE(found.parameters.empty());
   EXPECT_EQ(found.folds, 0);
-  EXPECT_THAT(report(found), testing::AllOf(HasSubstr("cut short"), testing::Not(HasSubstr("do not tell it"))));
+  EXPECT_THAT(report(found), testing::AllOf(HasSubstr("stopped early"), testing::Not(HasSubstr("not identifiable"))));
 }
 
 }  // namespace

@@ -15,76 +15,76 @@ using Json = nlohmann::json;
 class BadScenario : public testing::Test {
  protected:
   BadScenario() { write_small_scenario(folder_); }
-  std::string refused() { return refusal({"estimate", folder_.path().string()}); }
+  std::string estimate_error() { return rejection({"estimate", folder_.path().string()}); }
 
   ScratchFolder folder_;
 };
 
-TEST_F(BadScenario, AGoodOneIsEstimated) {
+TEST_F(BadScenario, UnchangedScenarioIsEstimated) {
   const Outcome run = run_tandem({"estimate", folder_.path().string(), "--json"});
   ASSERT_EQ(run.status, 0) << run.errors;
   EXPECT_NEAR(Json::parse(run.output)["cost"], 0.0, 1e-9);
 }
 
-TEST_F(BadScenario, EachFileIsAnsweredWithItsLine) {
+TEST_F(BadScenario, ErrorsInFilesNameFileAndLine) {
   folder_.write("usbl.csv", "t,x,y,z\n1,5,0\n");
-  EXPECT_THAT(refused(), HasSubstr("usbl.csv:2: 3 columns where 4 are expected"));
+  EXPECT_THAT(estimate_error(), HasSubstr("usbl.csv:2: expected 4 columns"));
   folder_.write("usbl.csv", "t,x,y,z\n1,5,0,zero\n");
-  EXPECT_THAT(refused(), HasSubstr("usbl.csv:2: z is 'zero', not a number"));
+  EXPECT_THAT(estimate_error(), HasSubstr("usbl.csv:2: z is 'zero', not a number"));
   folder_.write("usbl.csv", "t,x,y,z\n1,5,0,nan\n");
-  EXPECT_THAT(refused(), HasSubstr("usbl.csv:2: z is nan; numbers must be finite"));
+  EXPECT_THAT(estimate_error(), HasSubstr("usbl.csv:2: z is nan; numbers must be finite"));
   folder_.write("usbl.csv", "t,x,y,z\n1,5,0,0\n1,5,0,0\n");
-  EXPECT_THAT(refused(), HasSubstr("usbl.csv:3: time 1 repeats that of line 2"));
+  EXPECT_THAT(estimate_error(), HasSubstr("usbl.csv:3: time 1 repeats that of line 2"));
   folder_.write("usbl.csv", "t,x,y,z\n6,5,0,0\n");
-  EXPECT_THAT(refused(), HasSubstr("usbl.csv:2: time 6 lies outside the odometry's span"));
+  EXPECT_THAT(estimate_error(), HasSubstr("usbl.csv:2: time 6 is outside the time span of the odometry"));
   folder_.write("usbl.csv", "t,x,y,z\n");
   folder_.write("optical.csv", "t,x,y,z,qx,qy,qz,qw\n2,5,0,0,0,0,0,0\n");
-  EXPECT_THAT(refused(), HasSubstr("optical.csv:2: quaternion 0 0 0 0 has length 0"));
+  EXPECT_THAT(estimate_error(), HasSubstr("optical.csv:2: quaternion 0 0 0 0 has norm 0"));
   folder_.write("optical.csv", "t,x,y,z,qx,qy,qz,qw\n");
-  EXPECT_THAT(refused(), HasSubstr("has no measurements"));
+  EXPECT_THAT(estimate_error(), HasSubstr("has no measurements"));
 }
 
-TEST_F(BadScenario, WhatATerminalWouldObeyIsNotPrinted) {
+TEST_F(BadScenario, EscapesControlCharactersInErrors) {
   folder_.write("usbl.csv",
                 "\x1b]0;title\x07\x9b"
                 "2J\xff\n");
-  const std::string errors = refused();
+  const std::string errors = estimate_error();
   EXPECT_THAT(errors, HasSubstr("'\\x1b]0;title\\x07\\x9b2J\\xff'"));
   folder_.write("usbl.csv", "t,x,y,z\n1,5,0,\x1b[2J\n");
-  EXPECT_THAT(refused(), HasSubstr("z is '\\x1b[2J', not a number"));
+  EXPECT_THAT(estimate_error(), HasSubstr("z is '\\x1b[2J', not a number"));
   const std::string named = folder_.path() / "a\x1b[2Jb";
-  EXPECT_THAT(refusal({"estimate", named}), HasSubstr("a\\x1b[2Jb"));
+  EXPECT_THAT(rejection({"estimate", named}), HasSubstr("a\\x1b[2Jb"));
   std::filesystem::create_directory(named);
-  EXPECT_THAT(refusal({"estimate", named}), HasSubstr("a\\x1b[2Jb")) << "in a sentence that does not quote";
+  EXPECT_THAT(rejection({"estimate", named}), HasSubstr("a\\x1b[2Jb")) << "in a message that does not quote the name";
 }
 
-TEST_F(BadScenario, TheYamlIsAnsweredWithItsLine) {
+TEST_F(BadScenario, ErrorsInYamlNameFileAndLine) {
   const std::string yaml = read_file(folder_.path() / "scenario.yaml");
   folder_.write("scenario.yaml", yaml + "keyframe_intervals: 2\n");
-  EXPECT_THAT(refused(),
+  EXPECT_THAT(estimate_error(),
               HasSubstr("scenario.yaml:11: unknown key 'keyframe_intervals'; did you mean keyframe_interval?"));
   folder_.write("scenario.yaml", yaml + "  roll_pitch: [0.1, 0]\n");
-  EXPECT_THAT(refused(), HasSubstr("scenario.yaml:11: roll_pitch has the standard deviation 0;"));
+  EXPECT_THAT(estimate_error(), HasSubstr("scenario.yaml:11: roll_pitch has the standard deviation 0;"));
   std::filesystem::remove(folder_.path() / "scenario.yaml");
-  EXPECT_THAT(refused(), HasSubstr("scenario.yaml is missing"));
+  EXPECT_THAT(estimate_error(), HasSubstr("scenario.yaml is missing"));
 }
 
-TEST(CommandLine, AFileOutsideOfTheFolderIsReadWhenTold) {
+TEST(CommandLine, ReadsFilesOutsideFolderOnlyIfAllowed) {
   const ScratchFolder scratch;
   std::filesystem::create_directory(scratch.path() / "inner");
   const auto yaml = scratch.path() / "inner" / "scenario.yaml";
   for (const char* file : {"../sonar.csv", "/etc/passwd", "a/../../sonar.csv"}) {
     std::ofstream(yaml) << "name: x\nnoise: {prior: [1, 1, 1, 1, 1, 1]}\nsensors: {sonar: {type: range, file: " << file
                         << ", sigma: 1}}\n";
-    const std::string why = refusal_as_given({"track", yaml.parent_path(), "--stdin"});
-    EXPECT_THAT(why, HasSubstr("is outside of the scenario's folder; to read it, tandem --allow-outside"));
+    const std::string why = rejection_as_given({"track", yaml.parent_path(), "--stdin"});
+    EXPECT_THAT(why, HasSubstr("is outside the scenario folder; use --allow-outside to read it"));
     EXPECT_THAT(why, testing::Not(HasSubstr("root:")));
-    EXPECT_THAT(run_tandem({"--allow-outside", "track", yaml.parent_path(), "--stdin"}).errors,
+    EXPECT_THAT(run_tandem({"track", yaml.parent_path(), "--stdin", "--allow-outside"}).errors,
                 testing::Not(HasSubstr("is outside")));
   }
 }
 
-TEST(CommandLine, NothingOfAFileIsObeyedByATerminal) {
+TEST(CommandLine, EscapesControlCharactersInResults) {
   const ScratchFolder scratch;
   write_small_scenario(scratch);
   std::string yaml = read_file(scratch.path() / "scenario.yaml");
@@ -99,7 +99,7 @@ TEST(CommandLine, NothingOfAFileIsObeyedByATerminal) {
   }
 }
 
-TEST(CommandLine, AResultThatCannotBePrintedIsAnError) {
+TEST(CommandLine, FailsIfStandardOutputIsFull) {
   for (const std::vector<std::string>& words :
        std::vector<std::vector<std::string>>{{"estimate", "docking_a", "--max-keyframes", "20"},
                                              {"estimate", "docking_a", "--max-keyframes", "20", "--json"},

@@ -14,7 +14,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 
-/// What a command has read.
+/// Option values as read by a command.
 struct Read {
   std::string place, hidden;
   std::optional<int> count;
@@ -52,7 +52,7 @@ RunHere run(const std::vector<std::string>& words, Read& read) {
       words);
 }
 
-TEST(CommandOptions, AreReadIntoTheirPlaces) {
+TEST(CommandOptions, ReadsValuesIntoVariables) {
   Read read;
   const RunHere result =
       run({"--flag", "here", "--number", "1", "--scale", "2", "--number", "-3", "--count=4", "--hidden", "x"}, read);
@@ -69,7 +69,7 @@ TEST(CommandOptions, AreReadIntoTheirPlaces) {
   EXPECT_EQ(read.words.back(), "x");
 }
 
-TEST(CommandOptions, HelpHasThemUnderTheirHeadings) {
+TEST(CommandOptions, HelpGroupsOptionsUnderHeadings) {
   Read read;
   const RunHere help = run({"--count", "nonsense", "--help"}, read);
   EXPECT_EQ(help.status, 0) << help.errors;
@@ -87,11 +87,11 @@ TEST(CommandOptions, HelpHasThemUnderTheirHeadings) {
   EXPECT_THAT(text, Not(HasSubstr("--hidden")));
 }
 
-TEST(CommandOptions, WhatIsWrongIsOneSentenceAndNothingRuns) {
+TEST(CommandOptions, InvalidUsagePrintsOneSentenceAndRunsNothing) {
   const auto error = [](const std::vector<std::string>& words) {
     Read read;
     const RunHere result = run(words, read);
-    EXPECT_EQ(result.status, kWrongInput);
+    EXPECT_EQ(result.status, kInvalidInput);
     EXPECT_EQ(result.output, "");
     EXPECT_FALSE(read.ran);
     EXPECT_THAT(result.errors, testing::ContainsRegex("^tandem: [^\n]+\n$"));
@@ -99,9 +99,10 @@ TEST(CommandOptions, WhatIsWrongIsOneSentenceAndNothingRuns) {
   };
   EXPECT_THAT(error({"here", "--scale", "1", "--cuont", "2"}),
               HasSubstr("unknown option '--cuont'; did you mean --count?"));
-  EXPECT_THAT(error({"here", "--scale", "0", "--cuont", "2"}), HasSubstr("unknown option")) << "before any value";
+  EXPECT_THAT(error({"here", "--scale", "0", "--cuont", "2"}), HasSubstr("unknown option"))
+      << "reported before invalid values";
   EXPECT_THAT(error({"here", "--scale", "1", "--hiden", "2"}), Not(HasSubstr("--hidden")));
-  EXPECT_THAT(error({"here", "--scale", "0"}), HasSubstr("--scale is above zero, not '0'"));
+  EXPECT_THAT(error({"here", "--scale", "0"}), HasSubstr("--scale takes a positive number, not '0'"));
   EXPECT_THAT(error({"here"}), HasSubstr("--scale is required (see tandem probe --help)"));
   EXPECT_THAT(error({"--scale", "1"}), HasSubstr("place is required"));
   EXPECT_THAT(error({"here", "--scale", "1", "--scale", "1"}), HasSubstr("--scale is given twice"));
@@ -109,10 +110,10 @@ TEST(CommandOptions, WhatIsWrongIsOneSentenceAndNothingRuns) {
   EXPECT_THAT(error({"here", "--scale", "\x1b[2J"}), HasSubstr("'\\x1b[2J' is not a number"));
 }
 
-TEST(CommandOptions, AnErrorOfTheRunIsToldAndEscaped) {
+TEST(CommandOptions, PrintsErrorsOfRunEscaped) {
   const RunHere result =
       run_here([](CommandOptions&) { return []() -> int { throw std::runtime_error("a\x1b]0;title\x07"); }; }, {});
-  EXPECT_EQ(result.status, kWrongInput);
+  EXPECT_EQ(result.status, kInvalidInput);
   EXPECT_EQ(result.errors, "tandem: a\\x1b]0;title\\x07\n");
 }
 

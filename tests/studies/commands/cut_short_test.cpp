@@ -8,7 +8,7 @@
 
 #include "run_tandem.hpp"
 
-/// Limits of time and interrupts end every command with what there is by then, and it says so.
+/// Time limits and interrupts end every command with its results so far, and a message.
 namespace tandem {
 namespace {
 
@@ -16,28 +16,28 @@ using testing::HasSubstr;
 using Json = nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
-TEST(CutShort, TheTimeLimitIsOfCovariancesToo) {
+TEST(CutShort, TimeLimitIncludesCovariances) {
   const Outcome none = run_tandem({"estimate", "docking_a", "--no-covariance", "--json"});
   EXPECT_EQ(none.status, 0) << none.errors;
-  EXPECT_EQ(Json::parse(none.output)["no_covariance"], "they were not asked for");
+  EXPECT_EQ(Json::parse(none.output)["no_covariance"], "not requested");
   const ScratchFolder scratch;
   const auto start = Clock::now();
   const Outcome cut =
       run_tandem({"estimate", "docking_a", "--time-limit", "1e-3", "--out", (scratch.path() / "out").string()});
   EXPECT_EQ(cut.status, 2);
   EXPECT_THAT(cut.errors, HasSubstr("did not converge (time-limit)"));
-  EXPECT_TRUE(std::filesystem::exists(scratch.path() / "out" / "target.tum")) << "what there is by then";
+  EXPECT_TRUE(std::filesystem::exists(scratch.path() / "out" / "target.tum")) << "the results so far";
   EXPECT_LT(Clock::now() - start, std::chrono::seconds(10));
-  EXPECT_THAT(refusal({"estimate", "docking_a", "--hold-out", "5", "--no-covariance"}), HasSubstr("--no-covariance"));
+  EXPECT_THAT(rejection({"estimate", "docking_a", "--hold-out", "5", "--no-covariance"}), HasSubstr("--no-covariance"));
 }
 
-TEST(CutShort, AModelThatTakesTooLongIsNamed) {
+TEST(CutShort, NamesModelsThatExceedTimeLimit) {
   const Outcome run = run_tandem({"models", "docking_a", "--models", "constant-twist", "--time-limit", "1e-3"});
   EXPECT_EQ(run.status, 2);
   EXPECT_THAT(run.errors, HasSubstr("1 of 1 models did not converge: constant-twist"));
 }
 
-TEST(CutShort, NavigationBeforeOtherSolvesIsNotGoneOnFrom) {
+TEST(CutShort, IncompleteNavigationEndsComparisons) {
   const ScratchFolder scratch;
   const std::string run = (scratch.path() / "run").string();
   ASSERT_EQ(run_tandem({"simulate", "dive", "--minutes", "1", "--out", run}).status, 0);
@@ -54,17 +54,17 @@ TEST(CutShort, NavigationBeforeOtherSolvesIsNotGoneOnFrom) {
   }
 }
 
-TEST(CutShort, CalibrationKeepsWhatItHas) {
+TEST(CutShort, CalibrationKeepsBestNoiseSoFar) {
   const ScratchFolder scratch;
   const auto noise = scratch.path() / "noise.yaml";
-  const Outcome run = run_tandem({"calibrate", "docking_a", "--time-limit", "1e-3", "--out", noise.string()});
+  const Outcome run = run_tandem({"calibrate", "docking_a", "--time-limit", "1e-3", "--write-noise", noise.string()});
   EXPECT_EQ(run.status, 2);
-  EXPECT_THAT(run.errors, HasSubstr("the time limit was reached: the best noise so far"));
+  EXPECT_THAT(run.errors, HasSubstr("the time limit was reached; the result is the best noise so far"));
   EXPECT_TRUE(std::filesystem::exists(noise));
 }
 
-/// A folder that takes long to read, so that SIGTERM comes while it is read.
-TEST(CutShort, ReadingIs) {
+/// The folder takes long to read, so that SIGTERM arrives during reading.
+TEST(CutShort, InterruptEndsReading) {
   const ScratchFolder scratch;
   write_small_scenario(scratch);
   std::string odometry;
@@ -74,12 +74,12 @@ TEST(CutShort, ReadingIs) {
     const int error_fd = open((scratch.path() / "errors").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
     const pid_t child = start_tandem({command, scratch.path().string()}, scratch.path() / "output", error_fd);
     close(error_fd);
-    // Once it hears: before, a signal ends the process.
-    const auto hears = [status = fmt::format("/proc/{}/status", child)] {
+    // Waits until the process catches SIGTERM; before that, the signal would end it.
+    const auto catches_sigterm = [status = fmt::format("/proc/{}/status", child)] {
       const std::string text = read_file(status), caught = "SigCgt:\t";
       return (std::stoull(text.substr(text.find(caught) + caught.size(), 16), nullptr, 16) >> (SIGTERM - 1) & 1) != 0;
     };
-    while (!hears()) usleep(1000);
+    while (!catches_sigterm()) usleep(1000);
     kill(child, SIGTERM);
     EXPECT_EQ(exit_status(child), 2) << command;
     EXPECT_THAT(read_file(scratch.path() / "errors"), HasSubstr("interrupted")) << command;

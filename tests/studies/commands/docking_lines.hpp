@@ -10,9 +10,11 @@
 
 namespace tandem {
 
-inline std::filesystem::path docking() { return std::filesystem::path(paths::source) / "studies/scenarios/docking_a"; }
+/// Returns the folder of the built-in scenario docking_a.
+inline std::filesystem::path docking() { return std::filesystem::path(paths::source) / "share/scenarios/docking_a"; }
 
-/// The lines of docking_a's files as --stdin takes them, in time order and, of one time, odometry, optical, usbl.
+/// Returns the rows of docking_a until a time [s] as lines for --stdin, in time order. Lines with equal times are in
+/// the order odometry, optical, usbl.
 inline std::string docking_lines(double until) {
   std::multimap<std::pair<double, int>, std::string> lines;
   int rank = 0;

@@ -10,7 +10,7 @@
 
 #include "run_tandem.hpp"
 
-/// What a user is told of a recording that lies: outliers, times that cannot be, limits that the data contradict.
+/// Messages about wrong recordings: outliers, implausible times, and limits that contradict the data.
 namespace tandem {
 namespace {
 
@@ -18,11 +18,12 @@ using testing::ContainsRegex;
 using testing::HasSubstr;
 using Json = nlohmann::json;
 
-/// docking_a with a USBL fix more, of x metres, at a keyframe that there is anyway: whatever it changes is its own doing.
+/// docking_a with one additional USBL fix whose x coordinate is the parameter [m]. It is at an existing keyframe, so
+/// that the keyframes do not change.
 class OneOutlier : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
-    const auto from = std::filesystem::path(paths::source) / "studies/scenarios/docking_a";
+    const auto from = std::filesystem::path(paths::source) / "share/scenarios/docking_a";
     std::filesystem::copy(from, scratch_.path() / "run");
     std::istringstream in(read_file(from / "usbl.csv"));
     std::string text, line;
@@ -36,7 +37,7 @@ class OneOutlier : public testing::TestWithParam<const char*> {
     scratch_.write("run/usbl.csv", text);
   }
   std::string run() const { return (scratch_.path() / "run").string(); }
-  /// Positions of the target by time.
+  /// Returns the estimated positions of the target by time.
   std::map<double, Vector<3>> target_of(const std::string& scenario, bool graduated) const {
     const auto out = scratch_.path() / "out";
     std::vector<std::string> words = {"estimate", scenario, "--robust", "--plots", "off", "--out", out.string()};
@@ -52,7 +53,7 @@ class OneOutlier : public testing::TestWithParam<const char*> {
   std::string stamp_;
 };
 
-TEST_P(OneOutlier, IsNamedWithoutRobust) {
+TEST_P(OneOutlier, IsReportedWithoutRobust) {
   const Outcome outcome = run_tandem({"estimate", run()});
   EXPECT_THAT(outcome.output, HasSubstr("usbl at " + stamp_.substr(0, stamp_.size() - 1)));
   EXPECT_THAT(outcome.output, HasSubstr(" standard deviations from where the other measurements put the target"));
@@ -62,7 +63,7 @@ TEST_P(OneOutlier, IsNamedWithoutRobust) {
   EXPECT_EQ(json["suspects"][0]["sensor"], "usbl");
 }
 
-TEST_P(OneOutlier, MovesNothingWithRobust) {
+TEST_P(OneOutlier, DoesNotChangeRobustEstimate) {
   for (const bool graduated : {false, true}) {
     const auto expected = target_of("docking_a", graduated), found = target_of(run(), graduated);
     ASSERT_EQ(found.size(), expected.size());
@@ -75,35 +76,35 @@ TEST_P(OneOutlier, MovesNothingWithRobust) {
 INSTANTIATE_TEST_SUITE_P(RecordedMetres, OneOutlier, testing::Values("1000", "1e6", "-1e150"),
                          [](const auto& info) { return "X" + std::to_string(info.index); });
 
-/// The small scenario with its odometry's last row at a time.
+/// Writes the small scenario with an additional last row of odometry at a time.
 void end_odometry_at(const ScratchFolder& scratch, const std::string& t) {
   write_small_scenario(scratch);
   scratch.write("chaser_odometry.tum", read_file(scratch.path() / "chaser_odometry.tum") + t + " 6 0 0 0 0 0 1\n");
 }
 
-TEST(ImplausibleTimes, AGapOfADayIsRefusedAndCanBeMeant) {
+TEST(ImplausibleTimes, RejectsGapOfADayUnlessForced) {
   const ScratchFolder scratch;
   end_odometry_at(scratch, "86405");
-  EXPECT_THAT(refusal({"estimate", scratch.path().string()}),
-              HasSubstr("nothing was recorded between 5.000 s (the odometry) and 86405.000 s (the odometry), for 86400 "
-                        "s: is one of them on another clock? (with --force"));
+  EXPECT_THAT(rejection({"estimate", scratch.path().string()}),
+              HasSubstr("no data for 86400 s, between 5.000 s (the odometry) and 86405.000 s (the odometry); one of "
+                        "them may be on another clock; use --force to accept the recording"));
   end_odometry_at(scratch, "3700");
   EXPECT_EQ(run_tandem({"estimate", scratch.path().string()}).status, 1);
   EXPECT_EQ(run_tandem({"estimate", scratch.path().string(), "--force", "--no-covariance"}).status, 0);
 }
 
-TEST(ImplausibleTimes, NanosecondsAreToldBeforeTheyTakeTheMemory) {
+TEST(ImplausibleTimes, RejectsNanosecondsBeforeAllocatingMemory) {
   const ScratchFolder scratch;
   write_small_scenario(scratch);
   std::string odometry;
   for (int t = 0; t <= 5; ++t) odometry += std::to_string(t) + "00000000 " + std::to_string(t) + " 0 0 0 0 0 1\n";
   scratch.write("chaser_odometry.tum", odometry);
-  EXPECT_THAT(refusal({"estimate", scratch.path().string()}),
-              HasSubstr("lines of the odometry are 1e+08 s apart: times are in seconds, are these in nano- or "
-                        "microseconds?"));
+  EXPECT_THAT(rejection({"estimate", scratch.path().string()}),
+              HasSubstr("rows of the odometry are 1e+08 s apart; times must be in seconds, but these seem to be in "
+                        "micro- or nanoseconds"));
 }
 
-TEST(ImplausibleTimes, AMillionKeyframesAreRefused) {
+TEST(ImplausibleTimes, RejectsTooManyKeyframes) {
   const ScratchFolder scratch;
   write_small_scenario(scratch);
   std::string yaml = read_file(scratch.path() / "scenario.yaml");
@@ -115,11 +116,11 @@ TEST(ImplausibleTimes, AMillionKeyframesAreRefused) {
   for (const char* command : {"estimate", "models", "compare"}) {
     const Outcome run = run_tandem({command, scratch.path().string()});
     EXPECT_EQ(run.status, 1) << command;
-    EXPECT_THAT(run.errors, ContainsRegex("would take [0-9]+ keyframes")) << command;
+    EXPECT_THAT(run.errors, ContainsRegex("need [0-9]+ keyframes")) << command;
   }
 }
 
-TEST(ImplausibleTimes, AreOfTheStreamsThatAreNavigatedBy) {
+TEST(ImplausibleTimes, ChecksOnlyStreamsInUse) {
   const ScratchFolder scratch;
   const std::string run = (scratch.path() / "run").string();
   ASSERT_EQ(run_tandem({"simulate", "dive", "--minutes", "1", "--out", run}).status, 0);
@@ -130,20 +131,21 @@ TEST(ImplausibleTimes, AreOfTheStreamsThatAreNavigatedBy) {
   EXPECT_EQ(navigated.status, 0) << navigated.errors;
 }
 
-TEST(Limits, ThatTheDataContradictAreToldOf) {
+TEST(Limits, ContradictionWithDataIsReported) {
   const ScratchFolder scratch;
   write_small_scenario(scratch);
   std::string yaml = read_file(scratch.path() / "scenario.yaml");
   scratch.write("scenario.yaml", yaml + "  surge: 0.01\n");
   const Outcome slow = run_tandem({"estimate", scratch.path().string(), "--surge", "0,0.5"});
-  EXPECT_THAT(slow.output, HasSubstr("Without its limits, 6 of the target's 6 intervals are outside them (surge within "
-                                     "0 … 0.5 m/s): do they fit the data?"))
+  EXPECT_THAT(slow.output,
+              HasSubstr("Without its limits (surge within 0 … 0.5 m/s), the target would exceed them in 6 of 6 "
+                        "intervals"))
       << slow.errors;
   const Outcome fast = run_tandem({"estimate", scratch.path().string(), "--surge", "0,1.5"});
   EXPECT_THAT(fast.output, testing::Not(HasSubstr("Without its limits"))) << fast.errors;
 }
 
-TEST(HardConstraints, GetASolverThatHoldsThem) {
+TEST(HardConstraints, SelectSolverThatSupportsThem) {
   const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "40", "--roll-pitch", "hard", "--json"});
   EXPECT_EQ(run.status, 0) << run.errors;
   EXPECT_EQ(Json::parse(run.output)["solver"], "augmented-lagrangian");

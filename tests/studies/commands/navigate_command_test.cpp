@@ -11,7 +11,7 @@
 #include "run_tandem.hpp"
 #include "shared_data.hpp"
 
-/// `tandem navigate` through the real executable: a simulated dive of a minute, and real recordings.
+/// `tandem navigate` with the real executable, on a simulated dive of one minute and on real recordings.
 namespace tandem {
 namespace {
 
@@ -47,24 +47,24 @@ class Navigate : public testing::Test {
     options.insert(options.begin(), {"navigate", dive().string()});
     return run_tandem(options);
   }
-  /// Summary of a run that must converge.
+  /// Returns the summary of a run that must converge.
   static Json navigate(std::vector<std::string> options) {
     options.push_back("--json");
     const Outcome outcome = run(options);
     EXPECT_EQ(outcome.status, 0) << outcome.errors;
     return Json::parse(outcome.output, nullptr, false);
   }
-  static std::string refusal_of(std::vector<std::string> options) {
+  static std::string rejection_of(std::vector<std::string> options) {
     options.insert(options.begin(), {"navigate", dive().string()});
-    return refusal(options);
+    return rejection(options);
   }
 
  private:
   static inline ScratchFolder* folder_ = nullptr;
 };
 
-TEST_F(Navigate, SaysWhatItTakes) {
-  const Outcome help = run_tandem({"navigate", "--help"});
+TEST_F(Navigate, HelpListsOptions) {
+  const Outcome help = run_tandem({"navigate", "--help-all"});
   EXPECT_EQ(help.status, 0);
   for (const char* option :
        {"--without", "--dvl-scale", "--preintegrated-dvl", "--no-earth-rotation", "--loss", "--noise", "--delay",
@@ -73,7 +73,7 @@ TEST_F(Navigate, SaysWhatItTakes) {
     EXPECT_THAT(help.output, HasSubstr(option));
 }
 
-TEST_F(Navigate, ReportsWhatItDid) {
+TEST_F(Navigate, PrintsReport) {
   const Outcome outcome = run({"--after", "20", "--dvl-scale"});
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
   EXPECT_EQ(outcome.errors, "");
@@ -85,19 +85,20 @@ TEST_F(Navigate, ReportsWhatItDid) {
   EXPECT_THAT(outcome.output, ContainsRegex("\nall +6[0-2] +[0-9.]+ "));
   EXPECT_THAT(outcome.output, ContainsRegex("\nafter 20 s +4[0-2] +[0-9.]+ "));
   EXPECT_THAT(outcome.output, ContainsRegex("\nat the end +1 +[0-9.]+ "));
-  EXPECT_THAT(outcome.output, ContainsRegex("Travelled: [0-9.]+ m by the truth"));
-  EXPECT_THAT(outcome.output, ContainsRegex("gyroscope bias at the end \\[°/h\\]: .* ± .*\n"));
-  EXPECT_THAT(outcome.output, ContainsRegex("the DVL reads (1\\.0|0\\.9)[0-9]+ times the velocity\n"));
+  EXPECT_THAT(outcome.output, ContainsRegex("Distance travelled: [0-9.]+ m"));
+  EXPECT_THAT(outcome.output, ContainsRegex("Gyroscope bias at the end \\[°/h\\]: .* ± .*\n"));
+  EXPECT_THAT(outcome.output, ContainsRegex("Estimated DVL scale \\(reading / velocity\\): (1\\.0|0\\.9)[0-9]+\n"));
 }
 
-TEST_F(Navigate, WritesWhatItSays) {
+TEST_F(Navigate, WritesFiles) {
   const ScratchFolder scratch;
   const auto out = scratch.path() / "out";
   const Outcome outcome = run({"--json", "--after", "20", "--out", out.string()});
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
-  EXPECT_THAT(files(out), UnorderedElementsAre("chaser.tum", "chaser_full.csv", "errors.csv", "weights.csv",
-                                               "summary.json", "chaser_fixes.csv", "gps_outages.csv",
-                                               "chaser_truth.tum", "navigation.svg", "navigation_errors.svg"));
+  EXPECT_THAT(files(out),
+              UnorderedElementsAre("chaser.tum", "chaser_full.csv", "errors.csv", "weights.csv", "summary.json",
+                                   "chaser_fixes.csv", "gps_outages.csv", "chaser_truth.tum", "navigation.svg",
+                                   "navigation_errors.svg", "run.yaml"));
   EXPECT_EQ(outcome.output, read_file(out / "summary.json"));
   const Json summary = Json::parse(outcome.output);
   for (const char* key : {"scenario", "status", "cost", "keyframes", "residual_blocks", "seconds", "times_real_time",
@@ -111,8 +112,8 @@ TEST_F(Navigate, WritesWhatItSays) {
                             "pose_nees", "position_nees", "orientation_within_3_sigma_percent"})
       EXPECT_TRUE(summary["errors"][rows].contains(key)) << rows << ": " << key;
   EXPECT_LT(summary["errors"]["after_20s"]["n"], summary["errors"]["all"]["n"]);
-  EXPECT_TRUE(summary["errors"]["end"].contains("horizontal_percent_of_distance"));
-  // Within what its sensors allow: half a metre of GPS, a tenth of a degree of heading.
+  EXPECT_TRUE(summary["error_at_the_end"].contains("horizontal_percent_of_distance"));
+  // Bounds that the sensors allow: GPS with 0.5 m, heading with 0.1°.
   EXPECT_LT(summary["errors"]["all"]["position_max_m"], 3.0);
   EXPECT_LT(summary["errors"]["after_20s"]["orientation_max_deg"], 0.5);
   EXPECT_LT(summary["errors"]["after_20s"]["velocity_rms_m_s"], 0.05);
@@ -124,7 +125,7 @@ TEST_F(Navigate, WritesWhatItSays) {
   const auto commas = [](const std::string& line) { return std::count(line.begin(), line.end(), ','); };
   for (const std::string& line : full) {
     ASSERT_EQ(commas(line), 16 + 36 + 9);
-    ASSERT_EQ(line.find(",,"), std::string::npos) << "nothing is missing: " << line;
+    ASSERT_EQ(line.find(",,"), std::string::npos) << "no cell is empty: " << line;
   }
   for (const std::string& line : errors) ASSERT_EQ(commas(line), commas(errors[0]));
   EXPECT_THAT(errors[0], HasSubstr("t,position_error_m,horizontal_error_m,orientation_error_deg,velocity_error_m_s,"));
@@ -134,8 +135,8 @@ TEST_F(Navigate, WritesWhatItSays) {
 }
 
 using LongNavigate = Navigate;
-TEST_F(LongNavigate, WithoutAGlobalSensorTheTruthIsAligned) {
-  // A valley of some 1,000 steps, the default limit: rounding decides on which side of it.
+TEST_F(LongNavigate, AlignsTruthWithoutGlobalSensor) {
+  // Convergence takes about 1,000 iterations, the default limit; whether it suffices depends on rounding.
   const Json without = navigate({"--without", "gps", "--without", "heading", "--max-iterations", "2000"});
   EXPECT_FALSE(without["sensors"].contains("gps"));
   EXPECT_FALSE(without["sensors"].contains("heading"));
@@ -143,7 +144,7 @@ TEST_F(LongNavigate, WithoutAGlobalSensorTheTruthIsAligned) {
   EXPECT_THAT(without["gps_outages"], IsEmpty());
 }
 
-TEST_F(Navigate, OptionsReachTheProblem) {
+TEST_F(Navigate, AppliesOptions) {
   const Json plain = navigate({});
   const std::size_t seldom = navigate({"--keyframe-interval", "2"})["keyframes"], often = plain["keyframes"];
   EXPECT_NEAR(2.0 * double(seldom), double(often), 3);
@@ -154,10 +155,10 @@ TEST_F(Navigate, OptionsReachTheProblem) {
   const Json robust = navigate({"--loss", "dvl=cauchy:0.1"});
   EXPECT_GT(robust["sensors"]["dvl"]["down_weighted"], 0);
   EXPECT_EQ(robust["sensors"]["depth"]["down_weighted"], 0);
-  EXPECT_EQ(plain["sensors"]["dvl"]["down_weighted"], 0) << "no loss but when it is asked for";
+  EXPECT_EQ(plain["sensors"]["dvl"]["down_weighted"], 0) << "no loss by default";
 }
 
-TEST_F(LongNavigate, FindsHowLateASensorIs) {
+TEST_F(LongNavigate, EstimatesDelay) {
   const ScratchFolder scratch;
   const auto late = scratch.path() / "late";
   std::filesystem::copy(dive(), late);
@@ -177,8 +178,9 @@ TEST_F(LongNavigate, FindsHowLateASensorIs) {
   EXPECT_LT(Json::parse(given.output)["cost"], fitted["cost_as_given"]);
 }
 
-/// By a key of its entry or by the option, an imu's early stamps are put right: the same navigation as with right ones.
-TEST_F(Navigate, TakesWhatAnImusStampsAreEarlyBy) {
+/// A negative delay in scenario.yaml or by --delay corrects early stamps of an imu: the result is that with correct
+/// stamps.
+TEST_F(Navigate, CorrectsEarlyImuStamps) {
   const ScratchFolder scratch;
   const auto early = scratch.path() / "early";
   std::filesystem::copy(dive(), early);
@@ -207,7 +209,7 @@ TEST_F(Navigate, TakesWhatAnImusStampsAreEarlyBy) {
   EXPECT_NEAR(cost({"navigate", early.string(), "--json"}), right, 1e-4 * right);
 }
 
-TEST_F(Navigate, StopsWhereItIsTold) {
+TEST_F(Navigate, StopsAtMaxIterations) {
   const ScratchFolder scratch;
   const Outcome outcome = run({"--max-iterations", "1", "--plots", "off", "--out", scratch.path().string()});
   EXPECT_EQ(outcome.status, 2);
@@ -219,44 +221,45 @@ TEST_F(Navigate, StopsWhereItIsTold) {
   EXPECT_EQ(quiet.output + quiet.errors, "");
 }
 
-TEST_F(Navigate, SaysWhatIsWrongWithAnOption) {
-  EXPECT_THAT(refusal_of({"--without", "dlv"}), AllOf(HasSubstr("--without"), HasSubstr("did you mean dvl?")));
-  EXPECT_THAT(refusal_of({"--without", "camera"}), HasSubstr("(here: imu, dvl, depth, heading and gps)"));
-  EXPECT_THAT(refusal_of({"--noise", "dept=1"}), HasSubstr("did you mean depth?"));
-  EXPECT_THAT(refusal_of({"--noise", "dvl=0.1"}), HasSubstr("--noise dvl needs 3 standard deviations, not 1"));
-  EXPECT_THAT(refusal_of({"--noise", "imu=0.1,0.1"}), HasSubstr("--noise imu needs 4"));
-  EXPECT_THAT(refusal_of({"--noise", "depth=-1"}), HasSubstr("must be above zero"));
-  EXPECT_THAT(refusal_of({"--noise", "depth"}), HasSubstr("--noise takes KEY=VALUE"));
-  EXPECT_THAT(refusal_of({"--loss", "gsp=cauchy"}), HasSubstr("did you mean gps?"));
-  EXPECT_THAT(refusal_of({"--loss", "gps=cauhcy"}), HasSubstr("did you mean cauchy?"));
-  EXPECT_THAT(refusal_of({"--loss", "imu=cauchy"}), HasSubstr("--without imu"));
-  EXPECT_THAT(refusal_of({"--delay", "gsp=0.1"}), HasSubstr("did you mean gps?"));
-  EXPECT_THAT(refusal_of({"--delay", "gps=-0.1"}), HasSubstr("--delay"));
-  EXPECT_THAT(refusal_of({"--delay", "imu=1e6"}), AllOf(HasSubstr("s (the imu) and"), HasSubstr("on another clock?")));
-  EXPECT_THAT(refusal_of({"--fit-delay", "dvl", "--fit-delay", "dvl"}), HasSubstr("--fit-delay dvl is given twice"));
-  EXPECT_THAT(refusal_of({"--fit-delay", "dvl", "--error", "dvl.delay=0.3"}), HasSubstr("estimated already"));
-  EXPECT_THAT(refusal_of({"--fit-delay", "dlv"}), HasSubstr("did you mean dvl?"));
-  EXPECT_THAT(refusal_of({"--keyframe-interval", "0"}), HasSubstr("--keyframe-interval"));
-  EXPECT_THAT(refusal_of({"--keyframe-interval", "soon"}), HasSubstr("--keyframe-interval"));
-  EXPECT_THAT(refusal_of({"--after", "-1"}), HasSubstr("--after takes a finite number, zero or above"));
-  EXPECT_THAT(refusal_of({"--max-iterations", "0"}), HasSubstr("--max-iterations takes a whole number"));
-  EXPECT_THAT(refusal_of({"--plots", "pdf"}), HasSubstr("--plots is svg, png or off"));
-  EXPECT_THAT(refusal_of({"--dvl-scale", "--without", "dvl"}), HasSubstr("--dvl-scale needs a dvl"));
-  EXPECT_THAT(refusal_of({"--dvl-scale", "--preintegrated-dvl"}), HasSubstr("--preintegrated-dvl"));
-  EXPECT_THAT(refusal_of({"--preintegrated-dvl", "--without", "imu"}), HasSubstr("--preintegrated-dvl needs"));
-  EXPECT_THAT(refusal_of({"--vibration", "--without", "imu"}), HasSubstr("--vibration needs an imu"));
-  EXPECT_THAT(refusal_of({"--dvl-scal"}), HasSubstr("did you mean --dvl-scale?"));
-  EXPECT_THAT(refusal_of({"--without", "imu", "--without", "heading"}), HasSubstr("needs a source of motion"));
+TEST_F(Navigate, RejectsInvalidOptions) {
+  EXPECT_THAT(rejection_of({"--without", "dlv"}), AllOf(HasSubstr("--without"), HasSubstr("did you mean dvl?")));
+  EXPECT_THAT(rejection_of({"--without", "camera"}), HasSubstr("(available: imu, dvl, depth, heading and gps)"));
+  EXPECT_THAT(rejection_of({"--noise", "dept=1"}), HasSubstr("did you mean depth?"));
+  EXPECT_THAT(rejection_of({"--noise", "dvl=0.1"}), HasSubstr("--noise dvl needs 3 standard deviations, not 1"));
+  EXPECT_THAT(rejection_of({"--noise", "imu=0.1,0.1"}), HasSubstr("--noise imu needs 4"));
+  EXPECT_THAT(rejection_of({"--noise", "depth=-1"}), HasSubstr("must be above zero"));
+  EXPECT_THAT(rejection_of({"--noise", "depth"}), HasSubstr("--noise takes KEY=VALUE"));
+  EXPECT_THAT(rejection_of({"--loss", "gsp=cauchy"}), HasSubstr("did you mean gps?"));
+  EXPECT_THAT(rejection_of({"--loss", "gps=cauhcy"}), HasSubstr("did you mean cauchy?"));
+  EXPECT_THAT(rejection_of({"--loss", "imu=cauchy"}), HasSubstr("--without imu"));
+  EXPECT_THAT(rejection_of({"--delay", "gsp=0.1"}), HasSubstr("did you mean gps?"));
+  EXPECT_THAT(rejection_of({"--delay", "gps=-0.1"}), HasSubstr("--delay"));
+  EXPECT_THAT(rejection_of({"--delay", "imu=1e6"}), AllOf(HasSubstr("s (the imu) and"), HasSubstr("on another clock")));
+  EXPECT_THAT(rejection_of({"--fit-delay", "dvl", "--fit-delay", "dvl"}), HasSubstr("--fit-delay dvl is given twice"));
+  EXPECT_THAT(rejection_of({"--fit-delay", "dvl", "--error", "dvl.delay=0.3"}),
+              HasSubstr("the delay is already estimated"));
+  EXPECT_THAT(rejection_of({"--fit-delay", "dlv"}), HasSubstr("did you mean dvl?"));
+  EXPECT_THAT(rejection_of({"--keyframe-interval", "0"}), HasSubstr("--keyframe-interval"));
+  EXPECT_THAT(rejection_of({"--keyframe-interval", "soon"}), HasSubstr("--keyframe-interval"));
+  EXPECT_THAT(rejection_of({"--after", "-1"}), HasSubstr("--after takes a non-negative number"));
+  EXPECT_THAT(rejection_of({"--max-iterations", "0"}), HasSubstr("--max-iterations takes a positive integer"));
+  EXPECT_THAT(rejection_of({"--plots", "pdf"}), HasSubstr("--plots takes svg, png or off"));
+  EXPECT_THAT(rejection_of({"--dvl-scale", "--without", "dvl"}), HasSubstr("--dvl-scale needs a dvl"));
+  EXPECT_THAT(rejection_of({"--dvl-scale", "--preintegrated-dvl"}), HasSubstr("--preintegrated-dvl"));
+  EXPECT_THAT(rejection_of({"--preintegrated-dvl", "--without", "imu"}), HasSubstr("--preintegrated-dvl needs"));
+  EXPECT_THAT(rejection_of({"--vibration", "--without", "imu"}), HasSubstr("--vibration needs an imu"));
+  EXPECT_THAT(rejection_of({"--dvl-scal"}), HasSubstr("did you mean --dvl-scale?"));
+  EXPECT_THAT(rejection_of({"--without", "imu", "--without", "heading"}), HasSubstr("needs a source of motion"));
 }
 
-TEST_F(Navigate, TheOtherCommandIsNamedWhereItIsMeant) {
-  EXPECT_THAT(refusal({"navigate", "docking_a"}),
+TEST_F(Navigate, SuggestsOtherCommand) {
+  EXPECT_THAT(rejection({"navigate", "docking_a"}),
               AllOf(HasSubstr("imu, dvl, depth, gps or heading"), HasSubstr("tandem estimate")));
-  EXPECT_THAT(refusal({"estimate", dive().string()}), HasSubstr("use tandem navigate"));
-  EXPECT_THAT(refusal({"navigate", "nowhere"}), HasSubstr("no folder 'nowhere'"));
+  EXPECT_THAT(rejection({"estimate", dive().string()}), HasSubstr("use tandem navigate"));
+  EXPECT_THAT(rejection({"navigate", "nowhere"}), HasSubstr("no folder 'nowhere'"));
 }
 
-/// Real recordings against what navigation by their sensors must reach.
+/// Navigates a real recording, which must converge, and returns the summary.
 Json navigate_real(const std::string& scenario, const std::vector<std::string>& options) {
   std::vector<std::string> arguments{"navigate", shared_path("data/" + scenario).string(), "--json"};
   arguments.insert(arguments.end(), options.begin(), options.end());
@@ -267,36 +270,38 @@ Json navigate_real(const std::string& scenario, const std::vector<std::string>& 
   return summary;
 }
 
-TEST(RecordedNavigation, AnAutonomousVehicleDrivesOnItsVelocityLog) {
+TEST(RecordedNavigation, UnderwaterVehicleByDvl) {
   TANDEM_NEEDS_SHARED(3);
   const Json summary = navigate_real("auv_akit_01", {"--after", "60"});
-  EXPECT_LE(summary["errors"]["end"]["horizontal_percent_of_distance"], 0.5);
+  EXPECT_LE(summary["error_at_the_end"]["horizontal_percent_of_distance"], 0.5);
   EXPECT_LE(summary["errors"]["after_60s"]["orientation_max_deg"], 0.5);
-  EXPECT_EQ(summary["gps_outages"].size(), 1u) << "after 20 s";
+  EXPECT_EQ(summary["gps_outages"].size(), 1u) << "starts after 20 s";
 }
 
-/// Lines of its imu.csv are means over the 10 ms that follow their stamp; it rolls.
-TEST(RecordedNavigation, AnInertialSensorWhoseStampsAreEarlyIsFoundToBe) {
+/// The rows of imu.csv are means over the 10 ms after their stamp, so the stamps are 5 ms early. The rolling motion
+/// makes the delay observable.
+TEST(RecordedNavigation, EstimatesEarlyImuStamps) {
   TANDEM_NEEDS_SHARED(3);
   const Json summary =
       navigate_real("auv_akit_01", {"--fit-delay", "imu", "--error", "dvl=0.01,0.01,0.01:100", "--error",
                                     "depth=0.3:100", "--error", "heading=0.01,0.01,0.01:100"});
   const Json fitted = summary["fitted_delays"]["imu"];
   EXPECT_NEAR(fitted["seconds"], -0.005, 0.003);
-  EXPECT_NEAR(fitted["sigma"], 0.005, 0.002) << "it is hardly told";
+  EXPECT_NEAR(fitted["sigma"], 0.005, 0.002) << "weakly observable";
   EXPECT_LE(summary["errors"]["all"]["pose_nees"], 15);
 }
 
-TEST(RecordedNavigation, AFlyingVehicleFindsItsPlaceByFixes) {
+TEST(RecordedNavigation, FlyingVehicleByFixes) {
   TANDEM_NEEDS_SHARED(2);
   const Json summary = navigate_real("mav_euroc_mh01", {"--after", "20"});
   EXPECT_LE(summary["errors"]["after_20s"]["position_mean_m"], 0.10);
   EXPECT_THAT(summary["gps_outages"], IsEmpty());
 }
 
-/// The fixes are 0.135 s late against IMU and truth (where they fit the truth to 5 mm), and the IMU shakes with the
-/// rotors: what its datasheet says of noise is at rest. Told both, the heading comes out too.
-TEST(RecordedNavigation, AFlyingVehicleFindsItsHeadingByFixesThatAreLate) {
+/// The fixes are 0.135 s late relative to IMU and truth (with this delay they fit the truth to 5 mm). The IMU vibrates
+/// with the rotors, so its noise exceeds that of the data sheet. With this delay and noise, the heading is accurate
+/// too.
+TEST(RecordedNavigation, FlyingVehicleWithDelayAndVibrationNoise) {
   TANDEM_NEEDS_SHARED(3);
   const ScratchFolder scratch;
   for (const auto& entry : std::filesystem::directory_iterator(shared_path("data/mav_euroc_mh01")))
@@ -315,8 +320,8 @@ TEST(RecordedNavigation, AFlyingVehicleFindsItsHeadingByFixesThatAreLate) {
   EXPECT_THAT(errors["orientation_within_3_sigma_percent"], Each(testing::Ge(95.0)));
 }
 
-/// The same with no number that is not in the folder but how late the fixes may be.
-TEST(RecordedNavigation, AFlyingVehicleThatShakesIsNavigatedWithTheNoiseThatItsSamplesShow) {
+/// Estimates the delay and takes the IMU noise from the samples; only the prior of the delay is given.
+TEST(RecordedNavigation, FlyingVehicleWithEstimatedDelayAndNoise) {
   TANDEM_NEEDS_SHARED(2);
   const Json summary = navigate_real("mav_euroc_mh01", {"--after", "20", "--vibration", "--error", "gps.delay=0.3"});
   for (const char* of : {"all", "after_20s"}) {

@@ -16,7 +16,7 @@ using testing::HasSubstr;
 using testing::IsSupersetOf;
 using testing::Not;
 
-/// Some 5 m behind the target, which the chaser is to stay 4 m from.
+/// Returns the words of a plan from about 5 m behind the target, with a keep-out distance of 4 m.
 std::vector<std::string> plan(std::vector<std::string> more) {
   std::vector<std::string> words{"plan",      "docking_a",  "--at", "60",      "--goal",
                                  "-6,0,-3.4", "--keep-out", "4",    "--depth", "1,20"};
@@ -25,18 +25,18 @@ std::vector<std::string> plan(std::vector<std::string> more) {
   return words;
 }
 
-TEST(PlanCommand, PlansAndWritesWhatItSays) {
+TEST(PlanCommand, PlansAndWritesFiles) {
   const ScratchFolder scratch;
   const auto out = scratch.path() / "out";
   const Outcome run = run_tandem(plan({"--horizon", "20", "--out", out, "--plots", "off"}));
   ASSERT_EQ(run.status, 0) << run.errors;
   EXPECT_THAT(run.output, HasSubstr("docking_a: REMUS 100 from 60.000 s, 20 steps of 1 s"));
   EXPECT_THAT(files(out), IsSupersetOf({"planned_chaser.csv", "predicted_target.csv", "commands.csv",
-                                        "active_constraints.csv", "summary.json"}));
+                                        "active_constraints.csv", "summary.json", "run.yaml"}));
   const auto summary = nlohmann::json::parse(read_file(out / "summary.json"));
   EXPECT_EQ(summary["accepted"], true);
   EXPECT_LE(summary["max_violation"].get<double>(), 1e-6);
-  EXPECT_GE(summary["least_distance_m"].get<double>(), 4.0 - 1e-6);
+  EXPECT_GE(summary["min_distance_m"].get<double>(), 4.0 - 1e-6);
   for (const char* miss : {"position_m", "orientation_deg", "speed_m_s"})
     EXPECT_GE(summary["end"][miss].get<double>(), 0.0) << miss;
   EXPECT_GT(summary["target_three_sigma_m"]["end"], summary["target_three_sigma_m"]["start"]);
@@ -45,7 +45,7 @@ TEST(PlanCommand, PlansAndWritesWhatItSays) {
   EXPECT_EQ(std::count(commands.begin(), commands.end(), '\n'), 22);
 }
 
-TEST(PlanCommand, DrawsWhatItPlanned) {
+TEST(PlanCommand, DrawsPlan) {
   TANDEM_NEEDS_GNUPLOT("plan's plots");
   const ScratchFolder scratch;
   const auto out = scratch.path() / "out";
@@ -55,14 +55,14 @@ TEST(PlanCommand, DrawsWhatItPlanned) {
   EXPECT_THAT(files(out), IsSupersetOf({"plan.svg", "plan_commands.svg"}));
 }
 
-TEST(PlanCommand, TakesTheOtherVehicle) {
+TEST(PlanCommand, SupportsOtherVehicle) {
   const Outcome run = run_tandem(plan({"--vehicle", "bluerov2_heavy", "--horizon", "8", "--json"}));
   ASSERT_EQ(run.status, 0) << run.errors;
   EXPECT_EQ(nlohmann::json::parse(run.output)["vehicle"], "BlueROV2 Heavy");
 }
 
-TEST(PlanCommand, CoupledIsNearlyThePlanAgainstThePrediction) {
-  // Where optical poses tell where the target goes; one program with what was measured.
+TEST(PlanCommand, CoupledPlanIsCloseToDecoupledPlan) {
+  // Optical poses determine the motion of the target here, so that coupling changes little.
   const auto end = [](std::vector<std::string> more) {
     std::vector<std::string> words{"plan",      "docking_a", "--at", "400",   "--goal",
                                    "-6,0,-3.4", "--horizon", "8",    "--json"};
@@ -78,40 +78,40 @@ TEST(PlanCommand, CoupledIsNearlyThePlanAgainstThePrediction) {
   EXPECT_NEAR(coupled["end"]["position_m"].get<double>(), decoupled["end"]["position_m"].get<double>(), 0.2);
 }
 
-TEST(PlanCommand, WhatCannotBeIsOneSentence) {
-  const auto wrong = [](std::vector<std::string> words) { return refusal(plan(std::move(words))); };
-  EXPECT_THAT(refusal({"plan", "docking_a"}), HasSubstr("--at"));
-  EXPECT_THAT(refusal({"plan", "docking_a", "--at", "0"}), HasSubstr("--at 0 s is before"));
-  EXPECT_THAT(refusal({"plan", "docking_a", "--at", "60", "--goal", "-3,0,0", "--keep-out", "4"}),
+TEST(PlanCommand, RejectsInvalidUsage) {
+  const auto wrong = [](std::vector<std::string> words) { return rejection(plan(std::move(words))); };
+  EXPECT_THAT(rejection({"plan", "docking_a"}), HasSubstr("--at"));
+  EXPECT_THAT(rejection({"plan", "docking_a", "--at", "0"}), HasSubstr("--at 0 s is before"));
+  EXPECT_THAT(rejection({"plan", "docking_a", "--at", "60", "--goal", "-3,0,0", "--keep-out", "4"}),
               HasSubstr("the wanted relative pose is 3.00 m from the target, inside the keep-out distance of 4.00 m"));
-  EXPECT_THAT(refusal({"plan", "docking_a", "--at", "60", "--goal", "0,0,-4", "--view", "30"}),
+  EXPECT_THAT(rejection({"plan", "docking_a", "--at", "60", "--goal", "0,0,-4", "--view", "30"}),
               HasSubstr("outside the field of view"));
-  EXPECT_THAT(refusal({"plan", "docking_a", "--at", "60", "--goal", "1,2"}), HasSubstr("--goal takes three numbers"));
+  EXPECT_THAT(rejection({"plan", "docking_a", "--at", "60", "--goal", "1,2"}), HasSubstr("--goal takes three numbers"));
   EXPECT_THAT(wrong({"--vehicle", "remus"}), HasSubstr("there is no vehicle 'remus'"));
   EXPECT_THAT(wrong({"--horizon", "1e9"}), HasSubstr("--horizon 1e+09 s in steps of 1 s"));
-  EXPECT_THAT(wrong({"--view", "95"}), HasSubstr("--view is below 90 degrees"));
+  EXPECT_THAT(wrong({"--view", "95"}), HasSubstr("--view must be below 90 degrees"));
   EXPECT_THAT(wrong({"--mode", "B"}), HasSubstr("mode A"));
-  EXPECT_THAT(refusal({"plan", "docking_a", "--at", "60", "--solver", "ipop"}), HasSubstr("did you mean ipopt?"));
+  EXPECT_THAT(rejection({"plan", "docking_a", "--at", "60", "--solver", "ipop"}), HasSubstr("did you mean ipopt?"));
 }
 
-TEST(PlanCommand, ChanceKeepsFartherOff) {
+TEST(PlanCommand, ChanceConstraintIncreasesDistance) {
   const auto least_distance = [](const std::string& sigmas) {
     std::vector<std::string> words{"plan", "docking_a", "--at", "400",      "--goal", "-6,0,-3.4", "--keep-out",
                                    "3",    "--horizon", "8",    "--chance", sigmas,   "--json"};
     if (!ipopt_available()) words.insert(words.end(), {"--solver", "augmented-lagrangian"});
     const Outcome run = run_tandem(words);
     EXPECT_EQ(run.status, 0) << run.errors;
-    return nlohmann::json::parse(run.output)["least_distance_m"].get<double>();
+    return nlohmann::json::parse(run.output)["min_distance_m"].get<double>();
   };
   const double on_the_mean = least_distance("0");
   EXPECT_GE(on_the_mean, 3.0 - 1e-6);
   EXPECT_LT(on_the_mean, 4.0);
   EXPECT_GT(least_distance("2"), 5.0);
-  EXPECT_THAT(refusal(plan({"--chance", "-1"})), HasSubstr("--chance"));
+  EXPECT_THAT(rejection(plan({"--chance", "-1"})), HasSubstr("--chance"));
 }
 
-TEST(PlanCommand, SeeingAsAGoalIsShownInTheCovarianceAtTheEnd) {
-  // The camera looks aft as well, and sees 3 m far.
+TEST(PlanCommand, InformationTermReducesFinalCovariance) {
+  // The camera has a range of 3 m and also looks aft.
   const auto end = [](const std::string& weight) {
     std::vector<std::string> words{"plan", "docking_a", "--at",  "400",           "--goal", "-6,0,-3.4", "--horizon",
                                    "8",    "--sight",   "3,179", "--information", weight,   "--json"};
@@ -124,20 +124,20 @@ TEST(PlanCommand, SeeingAsAGoalIsShownInTheCovarianceAtTheEnd) {
   EXPECT_EQ(with["end"], without["end"]);
   EXPECT_LT(with["end_with_fixes"], without["end_with_fixes"]);
   EXPECT_LE(without["end_with_fixes"], without["end"]);
-  EXPECT_THAT(refusal(plan({"--sight", "9"})), HasSubstr("--sight takes a range and a half angle"));
+  EXPECT_THAT(rejection(plan({"--sight", "9"})), HasSubstr("--sight takes a range and a half angle"));
 }
 
-TEST(PlanCommand, ABoundTooTightForTheStartIsNamed) {
-  // 3 m deep, and to be 15 m deep a second later.
+TEST(PlanCommand, NamesBoundViolatedAtStart) {
+  // The vehicle is 3 m deep; the bound requires 15 m one second later.
   const Outcome run = run_tandem(
       {"plan", "docking_a", "--at", "60", "--goal", "-6,0,-16", "--depth", "15,20", "--horizon", "10", "--quiet"});
   EXPECT_EQ(run.status, 2);
   EXPECT_THAT(run.errors, HasSubstr("no plan meets the hard constraints: --depth 15,20 (now 3.38 m)"));
 }
 
-/// What was asked for is named with where the chaser is now, and what has nothing to do with it is not.
-TEST(PlanCommand, LimitsThatClashAreNamed) {
-  const auto said = [](std::vector<std::string> more) {
+/// The message names the violated limits with the present state, and no other limit.
+TEST(PlanCommand, NamesConflictingLimits) {
+  const auto errors = [](std::vector<std::string> more) {
     std::vector<std::string> words{"plan", "docking_a", "--at", "400", "--goal", "-6,0,-3.4", "--horizon", "4"};
     words.insert(words.end(), more.begin(), more.end());
     if (!ipopt_available()) words.insert(words.end(), {"--solver", "augmented-lagrangian"});
@@ -145,15 +145,15 @@ TEST(PlanCommand, LimitsThatClashAreNamed) {
     EXPECT_EQ(run.status, 2) << run.errors;
     return run.errors;
   };
-  EXPECT_THAT(
-      said({"--depth", "0,1", "--keep-out", "2"}),
-      AllOf(HasSubstr("--depth 0,1 (now 3.10 m) cannot be kept from here; widen it"), Not(HasSubstr("--keep-out"))));
-  EXPECT_THAT(said({"--most-roll-pitch", "0.5"}), HasSubstr("--most-roll-pitch 0.5 (now 1.9° and 2.1°)"));
-  EXPECT_THAT(said({"--view", "60"}), HasSubstr("--view 60° (now 144°) cannot be kept"));
-  EXPECT_THAT(said({"--approach", "20"}), HasSubstr("--approach 20° (now 117°) cannot be kept"));
+  EXPECT_THAT(errors({"--depth", "0,1", "--keep-out", "2"}),
+              AllOf(HasSubstr("--depth 0,1 (now 3.10 m) cannot be met from the current state; relax it"),
+                    Not(HasSubstr("--keep-out"))));
+  EXPECT_THAT(errors({"--most-roll-pitch", "0.5"}), HasSubstr("--most-roll-pitch 0.5 (now 1.9° and 2.1°)"));
+  EXPECT_THAT(errors({"--view", "60"}), HasSubstr("--view 60° (now 144°) cannot be met"));
+  EXPECT_THAT(errors({"--approach", "20"}), HasSubstr("--approach 20° (now 117°) cannot be met"));
 }
 
-TEST(PlanCommand, NloptFindsTheSamePlanOnAShortHorizon) {
+TEST(PlanCommand, NloptFindsSamePlanOnShortHorizon) {
   if (nlopt_algorithms().empty()) GTEST_SKIP() << "this build has no NLopt";
   const auto planned = [](const std::string& solver) {
     const Outcome run = run_tandem({"plan", "docking_a", "--at", "400", "--goal", "-6,0,-3.4", "--horizon", "6",
@@ -165,12 +165,12 @@ TEST(PlanCommand, NloptFindsTheSamePlanOnAShortHorizon) {
   EXPECT_EQ(slsqp["solver"], "nlopt:slsqp");
   EXPECT_NEAR(slsqp["cost"].get<double>(), other["cost"].get<double>(), 1e-4 * (1 + other["cost"].get<double>()));
   EXPECT_LE(slsqp["max_violation"].get<double>(), 1e-6);
-  EXPECT_THAT(refusal({"plan", "docking_a", "--at", "400", "--goal", "-6,0,-3.4", "--solver", "nlopt:slsqp"}),
+  EXPECT_THAT(rejection({"plan", "docking_a", "--at", "400", "--goal", "-6,0,-3.4", "--solver", "nlopt:slsqp"}),
               HasSubstr("a plan of 50 steps has 900 unknowns"));
   const Outcome coupled = run_tandem({"plan", "docking_a", "--at", "400", "--goal", "-6,0,-3.4", "--horizon", "6",
                                       "--coupled", "--solver", "nlopt:slsqp"});
   EXPECT_EQ(coupled.status, 2);
-  EXPECT_THAT(coupled.errors, HasSubstr("nothing was planned: nlopt:slsqp works on dense matrices"));
+  EXPECT_THAT(coupled.errors, HasSubstr("no plan was computed: nlopt:slsqp works on dense matrices"));
 }
 
 }  // namespace

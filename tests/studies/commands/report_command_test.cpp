@@ -21,8 +21,8 @@ const char* const kGapStudy =
     "name: 'gaps <i>'\nquestion: How far?\nparameters: {minutes: 2, gap: [0, 5, 10], gap_period: 40}\n"
     "models: [constant-twist, mode-b]\nseeds: 4\n";
 
-/// Without plotly.js, which is optional, there is no page; the message says so. Where everything is required, it has
-/// to be there.
+/// Returns whether the report failed because plotly.js, an optional dependency, is missing. Fails if everything is
+/// required.
 bool library_is_missing(const Outcome& run) {
   if (run.errors.find("a report needs plotly.js") == std::string::npos) return false;
   EXPECT_FALSE(everything_required()) << run.errors;
@@ -42,7 +42,7 @@ void expect_figures(const std::string& page, std::initializer_list<const char*> 
   EXPECT_LT(page.size(), 8'000'000u);
 }
 
-/// In a browser, where there is one: no error on its console, and each figure drawn.
+/// Opens the page in a browser. Expects no error on its console, and all figures drawn.
 void expect_opens(const std::filesystem::path& page, const ScratchFolder& scratch) {
   const std::string text = read_file(page);
   std::size_t plots = 0;
@@ -61,14 +61,14 @@ void expect_opens(const std::filesystem::path& page, const ScratchFolder& scratc
   EXPECT_EQ(count, plots);
 }
 
-/// A browser is no package that scripts/setup installs.
-bool there_is_a_browser() {
+/// Returns whether a browser is installed; scripts/setup does not install one.
+bool browser_available() {
   if (program_present("chromium")) return true;
   std::cerr << "chromium absent: not checked: whether a report opens\n";
   return false;
 }
 
-TEST(ReportCommand, OfAStudy) {
+TEST(ReportCommand, ReportsStudy) {
   const ScratchFolder scratch;
   const std::string file = scratch.write("gaps.yaml", kGapStudy), out = scratch.path() / "out";
   ASSERT_EQ(run_tandem({"study", "run", file, "--out", out, "--quiet"}).status, 0);
@@ -82,27 +82,28 @@ TEST(ReportCommand, OfAStudy) {
   expect_figures(page, {"Errors within gaps against gap", "Errors within gaps", "Distribution over trials",
                         "Consistency", "Convergence", "Trajectories in space", "From above",
                         "Errors of the relative position over time", "Distribution of errors"});
-  if (there_is_a_browser()) expect_opens(out + "/report.html", scratch);
+  if (browser_available()) expect_opens(out + "/report.html", scratch);
 }
 
-TEST(ReportCommand, ARendezvousIsPlayedBack) {
+TEST(ReportCommand, AnimatesRendezvous) {
   const ScratchFolder scratch;
   const auto out = scratch.path() / "out";
   const Outcome run =
-      run_tandem({"rendezvous", "--methods", "decoupled,pursuit", "--time-limit", "15", "--out", out, "--quiet"});
+      run_tandem({"rendezvous", "--methods", "decoupled,pursuit", "--duration", "15", "--out", out, "--quiet"});
   ASSERT_EQ(run.status, 0) << run.errors;
-  const bool missing = run.errors.find("rendezvous.html is not written: a report needs plotly.js") != std::string::npos;
+  const bool missing =
+      run.errors.find("rendezvous.html was not written: a report needs plotly.js") != std::string::npos;
   if (missing) EXPECT_FALSE(everything_required()) << run.errors;
   TANDEM_NEEDS(!missing, "plotly.js", "reports");
   const std::string page = read_file(out / "rendezvous.html");
   EXPECT_THAT(page, HasSubstr("<h1>Rendezvous of a REMUS 100</h1>"));
-  expect_figures(page, {"The manoeuvre, decoupled, seed 1", "Over time, decoupled, seed 1",
-                        "The manoeuvre, pursuit, seed 1", "Over time, pursuit, seed 1"});
-  EXPECT_THAT(page, HasSubstr("\"name\":\"14\""));  // a frame a second
-  if (there_is_a_browser()) expect_opens(out / "rendezvous.html", scratch);
+  expect_figures(page, {"Manoeuvre, decoupled, seed 1", "Over time, decoupled, seed 1", "Manoeuvre, pursuit, seed 1",
+                        "Over time, pursuit, seed 1"});
+  EXPECT_THAT(page, HasSubstr("\"name\":\"14\""));  // one frame per second
+  if (browser_available()) expect_opens(out / "rendezvous.html", scratch);
 }
 
-TEST(ReportCommand, OfADive) {
+TEST(ReportCommand, ReportsStudyOfDives) {
   const ScratchFolder scratch;
   const std::string file = scratch.write(
       "dive.yaml", "name: dive\nsimulation: dive\nparameters: {minutes: 1, grade: [mems, tactical]}\nseeds: 2\n");
@@ -113,28 +114,28 @@ TEST(ReportCommand, OfADive) {
   ASSERT_EQ(run.status, 0) << run.errors;
   const std::string page = read_file(out + "/report.html");
   EXPECT_THAT(page, HasSubstr("Simulated dives"));
-  EXPECT_THAT(page, HasSubstr("The worst trials"));
+  EXPECT_THAT(page, HasSubstr("Worst trials"));
   expect_figures(page, {"Errors of the chaser's position", "Distribution over trials", "Consistency", "From above",
                         "Errors of the position over time"});
 }
 
-TEST(ReportCommand, OfARun) {
+TEST(ReportCommand, ReportsEstimate) {
   const ScratchFolder scratch;
   const std::string out = scratch.path() / "out", page = scratch.path() / "page.html";
   ASSERT_EQ(
       run_tandem({"estimate", "docking_a", "--max-keyframes", "300", "--plots", "off", "--quiet", "--out", out}).status,
       0);
-  const Outcome run = run_tandem({"report", out, "--out", page});
+  const Outcome run = run_tandem({"report", out, "--page", page});
   TANDEM_NEEDS(!library_is_missing(run), "plotly.js", "reports");
   ASSERT_EQ(run.status, 0) << run.errors;
   EXPECT_THAT(read_file(page), HasSubstr("<h1>docking_a</h1>"));
   expect_figures(read_file(page), {"Trajectories in space", "From above", "Errors of the relative position over time",
                                    "Distribution of errors"});
   EXPECT_THAT(files(out), Not(testing::Contains("report.html")));
-  if (there_is_a_browser()) expect_opens(page, scratch);
+  if (browser_available()) expect_opens(page, scratch);
 }
 
-TEST(ReportCommand, OfATrack) {
+TEST(ReportCommand, ReportsTrack) {
   const ScratchFolder scratch;
   const std::string out = scratch.path() / "out";
   ASSERT_EQ(run_tandem({"track", "docking_a", "--until", "300", "--plots", "off", "--quiet", "--out", out}).status, 0);
@@ -146,7 +147,7 @@ TEST(ReportCommand, OfATrack) {
                   "Distribution of errors", "Innovations"});
 }
 
-TEST(ReportCommand, OfADiveThatWasNavigated) {
+TEST(ReportCommand, ReportsNavigation) {
   const ScratchFolder scratch;
   const std::string dive = scratch.path() / "dive", out = scratch.path() / "out";
   ASSERT_EQ(run_tandem({"simulate", "dive", "--minutes", "1", "--out", dive}).status, 0);
@@ -156,21 +157,23 @@ TEST(ReportCommand, OfADiveThatWasNavigated) {
   ASSERT_EQ(run.status, 0) << run.errors;
   const std::string page = read_file(out + "/report.html");
   expect_figures(page, {"Trajectories in space", "From above", "Errors of the position over time"});
-  EXPECT_THAT(page, HasSubstr("Of the chaser, mean over keyframes"));
+  EXPECT_THAT(page, HasSubstr("Errors of the chaser, mean over keyframes"));
   EXPECT_THAT(page, testing::Not(HasSubstr("relative to the chaser")));
 }
 
-TEST(ReportCommand, WhatIsWrongIsOneSentence) {
+TEST(ReportCommand, RejectsInvalidUsage) {
   const ScratchFolder scratch;
-  EXPECT_THAT(refusal_as_given({"report", "no_such_folder"}), HasSubstr("no_such_folder is not a folder"));
-  EXPECT_THAT(refusal_as_given({"report", scratch.path()}), HasSubstr("is neither a study's folder nor one that"));
+  EXPECT_THAT(rejection_as_given({"report", "no_such_folder"}), HasSubstr("no_such_folder is not a folder"));
+  EXPECT_THAT(rejection_as_given({"report", scratch.path()}),
+              HasSubstr("is neither a study folder nor an output folder"));
   scratch.write("summary.json", "{");
   scratch.write("chaser.tum", "");
   scratch.write("chaser_full.csv", "t,x\n");
   scratch.write("errors.csv", "t\n");
-  EXPECT_THAT(refusal_as_given({"report", scratch.path()}), HasSubstr("summary.json is not as tandem writes it"));
+  EXPECT_THAT(rejection_as_given({"report", scratch.path()}),
+              HasSubstr("summary.json is damaged or was not written by tandem"));
   scratch.write("summary.json", "{}");
-  EXPECT_THAT(refusal_as_given({"report", scratch.path()}), HasSubstr("chaser_full.csv has no column y"));
+  EXPECT_THAT(rejection_as_given({"report", scratch.path()}), HasSubstr("chaser_full.csv has no column y"));
   EXPECT_THAT(files(scratch.path()),
               testing::UnorderedElementsAre("summary.json", "chaser.tum", "chaser_full.csv", "errors.csv"));
 }

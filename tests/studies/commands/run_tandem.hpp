@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <fcntl.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -16,8 +17,8 @@ extern char** environ;
 
 namespace tandem {
 
-/// Starts a program, its standard error going to `error_fd`; without a shell. Its standard input is the file `input`, where
-/// one is given.
+/// Starts a program without a shell. Standard output goes to the file `output`, standard error to `error_fd`. Standard
+/// input is the file `input`, if given.
 inline pid_t start_program(const std::string& program, std::vector<std::string> arguments,
                            const std::filesystem::path& output, int error_fd, const std::filesystem::path& input = {}) {
   arguments.insert(arguments.begin(), program);
@@ -36,19 +37,20 @@ inline pid_t start_program(const std::string& program, std::vector<std::string> 
   return child;
 }
 
-/// The real executable.
+/// Starts tandem.
 inline pid_t start_tandem(std::vector<std::string> arguments, const std::filesystem::path& output, int error_fd,
                           const std::filesystem::path& input = {}) {
   return start_program(paths::executable, std::move(arguments), output, error_fd, input);
 }
 
-/// The exit status of a child, or -1 where a signal ended it.
+/// Waits for a child and returns its exit status, or -1 if a signal ended it.
 inline int exit_status(pid_t child) {
   int status = 0;
   waitpid(child, &status, 0);
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
+/// Exit status, standard output and standard error of a program.
 struct Outcome {
   int status;
   std::string output, errors;
@@ -67,8 +69,9 @@ inline Outcome run_tandem(const std::vector<std::string>& arguments, const std::
   return run_program(paths::executable, arguments, input);
 }
 
-/// One sentence on standard error, nothing on standard output.
-inline std::string refusal_as_given(const std::vector<std::string>& arguments) {
+/// Runs tandem with invalid arguments. Expects exit status 1, no standard output and one line of standard error, which
+/// it returns.
+inline std::string rejection_as_given(const std::vector<std::string>& arguments) {
   const Outcome run = run_tandem(arguments);
   EXPECT_EQ(run.status, 1) << run.output << run.errors;
   EXPECT_EQ(run.output, "");
@@ -76,11 +79,13 @@ inline std::string refusal_as_given(const std::vector<std::string>& arguments) {
   return run.errors;
 }
 
-/// The same, and no trace of the output folder, which the command is given besides.
-inline std::string refusal(std::vector<std::string> arguments) {
+/// Like rejection_as_given(), but adds an output folder (of solve, an output file) after the command name and expects
+/// that it is not created.
+inline std::string rejection(std::vector<std::string> arguments) {
   const ScratchFolder scratch;
-  if (arguments.size() > 1) arguments.insert(arguments.begin() + 1, {"--out", (scratch.path() / "out").string()});
-  const std::string sentence = refusal_as_given(arguments);
+  const char* const option = !arguments.empty() && arguments.front() == "solve" ? "--write-solution" : "--out";
+  if (arguments.size() > 1) arguments.insert(arguments.begin() + 1, {option, (scratch.path() / "out").string()});
+  const std::string sentence = rejection_as_given(arguments);
   EXPECT_THAT(files(scratch.path()), ::testing::IsEmpty());
   return sentence;
 }

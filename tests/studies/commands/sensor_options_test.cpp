@@ -27,7 +27,7 @@ Scenario scenario_with(bool own) {
   return scenario;
 }
 
-/// What the words of a command line make of a scenario, and of the losses that are for all.
+/// A scenario after sensor options were applied, the options, and the error message.
 struct Applied {
   Scenario scenario;
   SensorOptions options;
@@ -50,7 +50,7 @@ Applied apply_words(const std::vector<std::string>& words, bool own, bool target
   return result;
 }
 
-TEST(SensorOptions, NoiseOfTheTargetsSensorsOfTheChasersAndOfTheProblem) {
+TEST(SensorOptions, SetsNoise) {
   const Applied a = apply_words({"--noise", "usbl=1, 2,3", "--noise", "surge=0.5", "--noise", "odometry=1,2,3,4,5,6",
                                  "--noise", "dvl=4,5,6", "--noise", "imu=1,2,3,4"},
                                 true);
@@ -66,13 +66,13 @@ TEST(SensorOptions, NoiseOfTheTargetsSensorsOfTheChasersAndOfTheProblem) {
   EXPECT_EQ(imu.gyroscope_bias_walk, 4);
 }
 
-TEST(SensorOptions, NoiseIsAlongTheAxesOfTheFiles) {
+TEST(SensorOptions, NoiseIsAlongAxesOfFiles) {
   const Applied a = apply_words({"--noise", "gps=1,2,3", "--noise", "boundary=1,2,3"}, true, true, true);
-  EXPECT_EQ(a.scenario.navigation->sensors[1].sigma, Vector<3>(2, 1, 3)) << "north and east change places";
+  EXPECT_EQ(a.scenario.navigation->sensors[1].sigma, Vector<3>(2, 1, 3)) << "north and east are swapped";
   EXPECT_EQ(a.scenario.data.noise.boundary, Vector<3>(2, 1, 3));
 }
 
-TEST(SensorOptions, LossesOfAllOfOneAndOfItsOrientation) {
+TEST(SensorOptions, SetsLosses) {
   const Applied a = apply_words({"--loss", "huber:3", "--loss", "orientation=tukey", "--loss", "camera=cauchy:2",
                                  "--loss", "camera.orientation=huber:4", "--loss", "dvl=cauchy:5"},
                                 true);
@@ -85,7 +85,7 @@ TEST(SensorOptions, LossesOfAllOfOneAndOfItsOrientation) {
   EXPECT_FALSE(a.scenario.data.sensors[0].loss);
 }
 
-TEST(SensorOptions, DelaysAndSensorsLeftOutWithTheirFiles) {
+TEST(SensorOptions, SetsDelaysAndRemovesSensors) {
   const Applied a = apply_words(
       {"--delay", "dvl=0.1", "--delay", "camera=0.2", "--without", "usbl", "--without", "gps", "--without", "imu"},
       true);
@@ -99,7 +99,7 @@ TEST(SensorOptions, DelaysAndSensorsLeftOutWithTheirFiles) {
   EXPECT_FALSE(a.scenario.navigation->imu || a.scenario.files.imu);
 }
 
-TEST(SensorOptions, AnImusStampsMayBeEarly) {
+TEST(SensorOptions, AcceptsNegativeDelayOfImu) {
   const Applied plain = apply_words({}, true), a = apply_words({"--delay", "imu=-0.005"}, true);
   EXPECT_EQ(a.error, "");
   const ImuSensor &before = *plain.scenario.navigation->imu, &imu = *a.scenario.navigation->imu;
@@ -108,30 +108,30 @@ TEST(SensorOptions, AnImusStampsMayBeEarly) {
   for (std::size_t i = 0; i < imu.samples.size(); ++i) EXPECT_EQ(imu.samples[i].t, before.samples[i].t + 0.005);
 }
 
-TEST(SensorOptions, ErrorsThatStay) {
+TEST(SensorOptions, SetsSystematicErrors) {
   const Applied a = apply_words({"--error", "dvl.scale=0.01", "--error", "dvl=0.1,0.2,0.3:20", "--error",
                                  "usbl.delay=0.2", "--error", "usbl.misalignment=0.03"},
                                 true);
   EXPECT_EQ(a.error, "");
-  const StayingError& dvl = *a.scenario.navigation->sensors[0].error;
-  EXPECT_EQ(dvl.sigma, Vector<3>(0.1, 0.2, 0.3));
-  EXPECT_EQ(dvl.time, 20);
-  EXPECT_EQ(dvl.scale, 0.01);
-  const StayingError& usbl = *a.scenario.data.sensors[0].error;
+  const SystematicError& dvl = *a.scenario.navigation->sensors[0].error;
+  EXPECT_EQ(dvl.bias_sigma, Vector<3>(0.1, 0.2, 0.3));
+  EXPECT_EQ(dvl.correlation_time, 20);
+  EXPECT_EQ(dvl.scale_sigma, 0.01);
+  const SystematicError& usbl = *a.scenario.data.sensors[0].error;
   EXPECT_FALSE(usbl.has_bias());
-  EXPECT_EQ(usbl.delay, 0.2);
-  EXPECT_EQ(usbl.misalignment, 0.03);
+  EXPECT_EQ(usbl.delay_sigma, 0.2);
+  EXPECT_EQ(usbl.misalignment_sigma, 0.03);
   const auto error = [](const char* value) { return apply_words({"--error", value}, true).error; };
-  EXPECT_THAT(error("usbl.scale=0.1,0.2"), HasSubstr("give one standard deviation above zero"));
-  EXPECT_THAT(error("usbl.scale=0.1:20"), HasSubstr("it is constant"));
-  EXPECT_THAT(error("usbl.scale=0"), HasSubstr("above zero"));
-  EXPECT_THAT(error("usb.scale=0.1"), HasSubstr("knows no sensor 'usb'"));
+  EXPECT_THAT(error("usbl.scale=0.1,0.2"), HasSubstr("give one positive standard deviation"));
+  EXPECT_THAT(error("usbl.scale=0.1:20"), HasSubstr("usbl.scale is constant"));
+  EXPECT_THAT(error("usbl.scale=0"), HasSubstr("positive"));
+  EXPECT_THAT(error("usb.scale=0.1"), HasSubstr("--error: unknown sensor 'usb'"));
   EXPECT_THAT(error("usbl.size=0.1"),
-              HasSubstr("usbl.size: the constant errors of a sensor are usbl.scale, .misalignment and .delay"));
-  EXPECT_THAT(error("imu.scale=0.1"), HasSubstr("its delay is given by --delay imu"));
+              HasSubstr("unknown constant usbl.size; a sensor has usbl.scale, .misalignment and .delay"));
+  EXPECT_THAT(error("imu.scale=0.1"), HasSubstr("set its delay by --delay imu=SECONDS"));
 }
 
-TEST(SensorOptions, EveryNthMeasurementIsHeldOut) {
+TEST(SensorOptions, HoldsOutEveryNthMeasurement) {
   const auto held_out = [](const std::string& value) {
     std::vector<bool> marks;
     const Applied a = apply_words({"--hold-out", value}, false);
@@ -144,7 +144,7 @@ TEST(SensorOptions, EveryNthMeasurementIsHeldOut) {
   EXPECT_THAT(held_out("camera=2"), testing::Each(false));
 }
 
-TEST(SensorOptions, SayWhatIsWrong) {
+TEST(SensorOptions, RejectsInvalidValues) {
   const auto error = [](const std::string& option, const std::string& value, bool own = false, bool target = true) {
     return apply_words({option, value}, own, target).error;
   };
@@ -156,21 +156,21 @@ TEST(SensorOptions, SayWhatIsWrong) {
   EXPECT_EQ(error("--noise", "usbl=1,2,nan"),
             "tandem: --noise usbl has the standard deviation nan; it must be above zero and finite\n");
   EXPECT_THAT(error("--noise", "odometri=1"),
-              StartsWith("tandem: --noise knows no 'odometri'; did you mean odometry? (here: "));
-  EXPECT_THAT(error("--noise", "optical=1,1,1,1,1,1"), StartsWith("tandem: --noise knows no 'optical'"))
-      << "this data has no such sensor";
-  EXPECT_THAT(error("--noise", "dvl=1,1,1"), StartsWith("tandem: --noise knows no 'dvl'")) << "it is not in use";
-  EXPECT_THAT(error("--noise", "usbl=1,1,1", true, false), StartsWith("tandem: --noise knows no 'usbl'"));
+              StartsWith("tandem: --noise: unknown noise 'odometri'; did you mean odometry? (available: "));
+  EXPECT_THAT(error("--noise", "optical=1,1,1,1,1,1"), StartsWith("tandem: --noise: unknown noise 'optical'"))
+      << "the data have no such sensor";
+  EXPECT_THAT(error("--noise", "dvl=1,1,1"), StartsWith("tandem: --noise: unknown noise 'dvl'")) << "not in use";
+  EXPECT_THAT(error("--noise", "usbl=1,1,1", true, false), StartsWith("tandem: --noise: unknown noise 'usbl'"));
   EXPECT_THAT(error("--loss", "usbl.orientation=huber"), HasSubstr("usbl measures no orientation"));
   EXPECT_THAT(error("--loss", "imu=huber", true), HasSubstr("--without imu"));
   EXPECT_THAT(error("--loss", "dlv=huber", true),
-              HasSubstr("did you mean dvl? (here: usbl, camera, imu, dvl and gps)"));
-  EXPECT_THAT(error("--loss", "orientation=huber", true, false), HasSubstr("--loss knows no sensor 'orientation'"));
+              HasSubstr("did you mean dvl? (available: usbl, camera, imu, dvl and gps)"));
+  EXPECT_THAT(error("--loss", "orientation=huber", true, false), HasSubstr("--loss: unknown sensor 'orientation'"));
   EXPECT_THAT(error("--delay", "imu=soon", true), HasSubstr("--delay"));
-  EXPECT_THAT(error("--delay", "gps=-1", true), HasSubstr("--delay gps takes a finite number, zero or above"));
-  EXPECT_THAT(error("--delay", "usbl=-1", true), HasSubstr("an imu's stamps alone may be early"));
-  EXPECT_THAT(error("--without", "camra"), HasSubstr("--without knows no sensor 'camra'; did you mean camera?"));
-  EXPECT_THAT(error("--hold-out", "1"), HasSubstr("--hold-out 1 would leave no measurement"));
+  EXPECT_THAT(error("--delay", "gps=-1", true), HasSubstr("--delay gps takes a non-negative number"));
+  EXPECT_THAT(error("--delay", "usbl=-1", true), HasSubstr("only an imu may have a negative delay"));
+  EXPECT_THAT(error("--without", "camra"), HasSubstr("--without: unknown sensor 'camra'; did you mean camera?"));
+  EXPECT_THAT(error("--hold-out", "1"), HasSubstr("--hold-out takes 2 or more"));
   EXPECT_THAT(error("--hold-out", "camra=2"), HasSubstr("did you mean camera?"));
 }
 

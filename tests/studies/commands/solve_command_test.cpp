@@ -13,7 +13,7 @@
 
 #include "run_tandem.hpp"
 
-/// `--write-problem` and `tandem solve` through the real executable, and whole problems of both kinds as files and copies.
+/// `--write-problem` and `tandem solve` with the real executable; files and copies of tracking and navigation problems.
 namespace tandem {
 namespace {
 
@@ -24,7 +24,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using Json = nlohmann::json;
 
-/// Of a run that must converge, with --json.
+/// Returns the summary of a run with --json that must converge.
 Json json_of(std::vector<std::string> arguments) {
   arguments.push_back("--json");
   const Outcome outcome = run_tandem(arguments);
@@ -38,7 +38,7 @@ void expect_same_solve(const Json& a, const Json& b) {
     EXPECT_EQ(a[key], b[key]) << key;
 }
 
-/// It, a copy of it, and what comes back from a file, solved.
+/// Expects that a problem, a copy of it, and the problem read from its file have identical solves.
 template <class Options>
 void expect_exact(Problem& problem, const Options& options) {
   const std::string text = problem_text(problem);
@@ -57,14 +57,14 @@ void expect_exact(Problem& problem, const Options& options) {
   }
 }
 
-TEST(ProblemOnFile, OfTrackingIsExact) {
-  Scenario scenario = read_scenario(std::filesystem::path(paths::source) / "studies/scenarios/docking_a");
+TEST(ProblemFile, TrackingProblemIsExact) {
+  Scenario scenario = read_scenario(std::filesystem::path(paths::source) / "share/scenarios/docking_a");
   for (TargetSensor& sensor : scenario.data.sensors) {
     sensor.delay = 0.25;
-    sensor.error = StayingError{.sigma = Eigen::VectorXd::Constant(sensor.sigma.size(), 0.05),
-                                .scale = 0.01,
-                                .misalignment = 0.01,
-                                .delay = 0.1};
+    sensor.error = SystematicError{.bias_sigma = Eigen::VectorXd::Constant(sensor.sigma.size(), 0.05),
+                                   .scale_sigma = 0.01,
+                                   .misalignment_sigma = 0.01,
+                                   .delay_sigma = 0.1};
   }
   for (const Mode mode : {Mode::A, Mode::B})
     for (const Role limits : {Role::soft, Role::hard}) {
@@ -86,7 +86,7 @@ TEST(ProblemOnFile, OfTrackingIsExact) {
     }
 }
 
-TEST(ProblemOnFile, OfNavigationIsExact) {
+TEST(ProblemFile, NavigationProblemIsExact) {
   const ScratchFolder scratch;
   DiveOptions options;
   options.grade = Grade::tactical;
@@ -103,7 +103,7 @@ TEST(ProblemOnFile, OfNavigationIsExact) {
   const Navigation navigated = navigate(*read_scenario(scratch.path()).navigation, navigation);
   EXPECT_EQ(built, navigated.solves);
 
-  // And by the commands.
+  // The commands navigate and solve give the same result.
   const std::string file = scratch.path() / "problem.json";
   const Json of_navigate = json_of({"navigate", scratch.path(), "--no-covariance", "--write-problem", file});
   const Json solved = json_of({"solve", file});
@@ -120,26 +120,26 @@ class Solve : public testing::Test {
     options.insert(options.begin(), {"estimate", scratch_.path(), "--write-problem", file(), "--no-covariance"});
     return json_of(options);
   }
-  /// What the command says to a file of this text.
-  std::string refusal_of(const std::string& text) const {
+  /// Returns the error message for a file with this text.
+  std::string rejection_of(const std::string& text) const {
     scratch_.write("wrong.json", text);
-    return refusal({"solve", file("wrong.json")});
+    return rejection({"solve", file("wrong.json")});
   }
 
   ScratchFolder scratch_;
 };
 
-TEST_F(Solve, SaysWhatItTakes) {
-  const Outcome help = run_tandem({"solve", "--help"});
+TEST_F(Solve, HelpListsOptions) {
+  const Outcome help = run_tandem({"solve", "--help-all"});
   EXPECT_EQ(help.status, 0);
   for (const char* option : {"FILE", "--solver", "--ipopt", "--max-iterations", "--time-limit", "--threads",
-                             "--from-multipliers", "--out", "--json", "--quiet", "Exit status"})
+                             "--from-multipliers", "--write-solution", "--json", "--quiet", "Exit status"})
     EXPECT_THAT(help.output, HasSubstr(option));
   for (const char* command : {"estimate", "navigate"})
-    EXPECT_THAT(run_tandem({command, "--help"}).output, HasSubstr("--write-problem"));
+    EXPECT_THAT(run_tandem({command, "--help-all"}).output, HasSubstr("--write-problem"));
 }
 
-TEST_F(Solve, DoesWhatTheEstimateDid) {
+TEST_F(Solve, RepeatsSolveOfEstimate) {
   const Json estimated = write({"--loss", "huber:1"});
   const Json solved = json_of({"solve", file()});
   expect_same_solve(estimated, solved);
@@ -147,7 +147,7 @@ TEST_F(Solve, DoesWhatTheEstimateDid) {
   EXPECT_EQ(solved["solver"], "gauss-newton");
 }
 
-TEST_F(Solve, DoesSoOfDockingA) {
+TEST_F(Solve, RepeatsSolveOfDockingA) {
   const Json estimated =
       json_of({"estimate", "docking_a", "--mode", "B", "--robust", "--non-holonomic", "hard", "--surge", "0,2.5",
                "--max-keyframes", "300", "--no-covariance", "--max-iterations", "200", "--write-problem", file()});
@@ -158,7 +158,7 @@ TEST_F(Solve, DoesSoOfDockingA) {
   EXPECT_GT(solved["inequalities"], 0);
 }
 
-TEST_F(Solve, PrintsASummary) {
+TEST_F(Solve, PrintsSummary) {
   write({"--non-holonomic", "hard", "--surge", "0,2.5"});
   const Outcome outcome = run_tandem({"solve", file()});
   EXPECT_EQ(outcome.status, 0) << outcome.errors;
@@ -175,10 +175,10 @@ TEST_F(Solve, PrintsASummary) {
   EXPECT_THAT(quiet.output, IsEmpty());
 }
 
-TEST_F(Solve, WritesTheSolution) {
+TEST_F(Solve, WritesSolution) {
   write();
   const std::string before = read_file(file());
-  const Outcome outcome = run_tandem({"solve", file(), "--out", file("solved.json")});
+  const Outcome outcome = run_tandem({"solve", file(), "--write-solution", file("solved.json")});
   EXPECT_THAT(outcome.output, HasSubstr("Written to "));
   EXPECT_EQ(read_file(file()), before);
   const Json again = json_of({"solve", file("solved.json")});
@@ -186,12 +186,12 @@ TEST_F(Solve, WritesTheSolution) {
   EXPECT_EQ(again["initial_cost"], json_of({"solve", file()})["cost"]);
 }
 
-TEST_F(Solve, ByASolverThatCannot) {
+TEST_F(Solve, RejectsUnsupportedSolver) {
   write({"--non-holonomic", "hard"});
-  EXPECT_THAT(refusal({"solve", file(), "--solver", "gauss-newton"}), HasSubstr("problem.json: "));
+  EXPECT_THAT(rejection({"solve", file(), "--solver", "gauss-newton"}), HasSubstr("problem.json: "));
 }
 
-TEST_F(Solve, CutShortIsNotDone) {
+TEST_F(Solve, UnconvergedSolveHasStatus2) {
   write();
   Json json = Json::parse(read_file(file()));
   for (Json& variable : json["variables"])
@@ -202,12 +202,12 @@ TEST_F(Solve, CutShortIsNotDone) {
   EXPECT_THAT(outcome.errors, HasSubstr("gauss-newton did not converge (max-iterations)"));
 }
 
-TEST_F(Solve, WhatCannotBeWrittenIsSaidBeforeTheSolve) {
-  EXPECT_THAT(refusal({"estimate", scratch_.path(), "--write-problem", file("no/folder.json")}),
-              HasSubstr("is not written to "));
+TEST_F(Solve, ReportsUnwritableFileBeforeSolve) {
+  EXPECT_THAT(rejection({"estimate", scratch_.path(), "--write-problem", file("no/folder.json")}),
+              HasSubstr("cannot write the problem to "));
 }
 
-TEST_F(Solve, MistakesAreSaidInASentence) {
+TEST_F(Solve, RejectsInvalidFiles) {
   write();
   const std::string text = read_file(file());
   const Json right = Json::parse(text);
@@ -216,24 +216,24 @@ TEST_F(Solve, MistakesAreSaidInASentence) {
     change(json);
     return json.dump();
   };
-  EXPECT_THAT(refusal({"solve", file("none.json")}), HasSubstr("none.json: there is no such file"));
-  EXPECT_THAT(refusal({"solve", scratch_.path()}), HasSubstr("is a folder"));
-  EXPECT_THAT(refusal({"solve", "/dev/zero"}), HasSubstr("a pipe or a device"));
-  EXPECT_THAT(refusal_of(""), HasSubstr("is no JSON from byte 1 on"));
-  EXPECT_THAT(refusal_of(text.substr(0, text.size() / 2)), HasSubstr("is no JSON from byte"));
-  EXPECT_THAT(refusal_of("{}"), HasSubstr("is not the file of a problem"));
-  EXPECT_THAT(refusal_of(with([](Json& j) { j["version"] = 99; })), HasSubstr("is of version 99 of the format"));
-  EXPECT_THAT(refusal_of(with([](Json& j) { j["blocks"][0]["residual"] = "mine::Range"; })),
-              HasSubstr("block 0: its residual is a cost mine::Range"));
-  EXPECT_THAT(refusal_of(with([](Json& j) { j["blocks"][0]["data"].push_back(0); })),
-              HasSubstr("block 0: its data are 7 numbers, not 8"));
-  EXPECT_THAT(refusal_of(with([](Json& j) { j["blocks"][0]["variables"][0] = 9999; })),
-              HasSubstr("block 0: there is no variable 9999"));
-  EXPECT_THAT(refusal_of(with([](Json& j) { j["variables"][0]["value"][4] = nullptr; })),
-              HasSubstr("variable 0: value takes finite numbers, not null"));
-  EXPECT_THAT(refusal_of(with([](Json& j) { j["blocks"][0]["noise"]["diagonal"].erase(0); })),
-              HasSubstr("block 0: its noise has 5 numbers"));
-  EXPECT_THAT(refusal_of(with([](Json& j) {
+  EXPECT_THAT(rejection({"solve", file("none.json")}), HasSubstr("none.json: the file does not exist"));
+  EXPECT_THAT(rejection({"solve", scratch_.path()}), HasSubstr("is a folder"));
+  EXPECT_THAT(rejection({"solve", "/dev/zero"}), HasSubstr("a pipe or a device"));
+  EXPECT_THAT(rejection_of(""), HasSubstr("invalid JSON at byte 1"));
+  EXPECT_THAT(rejection_of(text.substr(0, text.size() / 2)), HasSubstr("invalid JSON at byte"));
+  EXPECT_THAT(rejection_of("{}"), HasSubstr("not a problem file"));
+  EXPECT_THAT(rejection_of(with([](Json& j) { j["version"] = 99; })), HasSubstr("format version 99 is not supported"));
+  EXPECT_THAT(rejection_of(with([](Json& j) { j["blocks"][0]["residual"] = "mine::Range"; })),
+              HasSubstr("block 0: the residual mine::Range as a cost is not compiled"));
+  EXPECT_THAT(rejection_of(with([](Json& j) { j["blocks"][0]["data"].push_back(0); })),
+              HasSubstr("block 0: data must be 7 numbers, not 8"));
+  EXPECT_THAT(rejection_of(with([](Json& j) { j["blocks"][0]["variables"][0] = 9999; })),
+              HasSubstr("block 0: variable 9999 does not exist"));
+  EXPECT_THAT(rejection_of(with([](Json& j) { j["variables"][0]["value"][4] = nullptr; })),
+              HasSubstr("variable 0: value accepts only finite numbers, not null"));
+  EXPECT_THAT(rejection_of(with([](Json& j) { j["blocks"][0]["noise"]["diagonal"].erase(0); })),
+              HasSubstr("block 0: the noise has 5 numbers"));
+  EXPECT_THAT(rejection_of(with([](Json& j) {
                 j["blocks"] = Json::array();
                 j["variables"] = Json::array();
               })),

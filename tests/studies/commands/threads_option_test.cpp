@@ -10,7 +10,7 @@ namespace {
 using testing::HasSubstr;
 using Json = nlohmann::json;
 
-/// What estimate prints, but for the time that it took.
+/// Returns the summary of estimate without the solve time.
 Json estimated(const std::string& threads) {
   const Outcome run = run_tandem({"estimate", "docking_a", "--max-keyframes", "400", "--solver", "augmented-lagrangian",
                                   "--non-holonomic", "hard", "--threads", threads, "--json"});
@@ -20,17 +20,17 @@ Json estimated(const std::string& threads) {
   return json;
 }
 
-TEST(ThreadsOption, TheResultIsTheSameForAnyNumber) {
+TEST(ThreadsOption, ResultDoesNotDependOnThreads) {
   const Json one = estimated("1");
   for (const char* threads : {"0", "2", "3"}) EXPECT_EQ(estimated(threads), one) << threads;
 }
 
-TEST(ThreadsOption, EveryCommandThatSolvesHasIt) {
+TEST(ThreadsOption, ExistsForEveryCommandThatSolves) {
   for (const char* command :
-       {"estimate", "navigate", "track", "models", "compare", "calibrate", "plan", "rendezvous", "demo"})
-    EXPECT_THAT(run_tandem({command, "--help"}).output, HasSubstr("--threads N")) << command;
-  EXPECT_THAT(refusal({"estimate", "docking_a", "--threads", "-1"}), HasSubstr("--threads"));
-  EXPECT_THAT(refusal({"estimate", "docking_a", "--threads", "some"}), HasSubstr("--threads"));
+       {"estimate", "navigate", "track", "models", "compare", "calibrate", "plan", "rendezvous", "paper"})
+    EXPECT_THAT(run_tandem({command, "--help-all"}).output, HasSubstr("--threads N")) << command;
+  EXPECT_THAT(rejection({"estimate", "docking_a", "--threads", "-1"}), HasSubstr("--threads"));
+  EXPECT_THAT(rejection({"estimate", "docking_a", "--threads", "some"}), HasSubstr("--threads"));
 }
 
 }  // namespace

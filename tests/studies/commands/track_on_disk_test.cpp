@@ -24,25 +24,26 @@ using testing::HasSubstr;
 using testing::UnorderedElementsAre;
 using Clock = std::chrono::steady_clock;
 
-/// A live track of docking_a's settings, which takes what is written to it until it is killed.
-class LiveTrack {
+/// A process `track --stdin` with the settings of docking_a, which reads lines from a pipe until it is killed.
+class TrackProcess {
  public:
-  LiveTrack(const ScratchFolder& scratch, std::vector<std::string> options) : folder_(scratch.path()) {
+  TrackProcess(const ScratchFolder& scratch, std::vector<std::string> options) : folder_(scratch.path()) {
     scratch.write("scenario.yaml", read_file(docking() / "scenario.yaml"));
-    mkfifo((folder_ / "pipe").c_str(), 0600);                      // there already, the second time
-    pipe_ = open((folder_ / "pipe").c_str(), O_RDWR | O_CLOEXEC);  // never ends
+    mkfifo((folder_ / "pipe").c_str(), 0600);  // exists already for a second process
+    pipe_ =
+        open((folder_ / "pipe").c_str(), O_RDWR | O_CLOEXEC);  // open for reading too, so that the input does not end
     const int errors = open((folder_ / "errors").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
     options.insert(options.begin(), {"track", folder_.string(), "--stdin", "--json-lines"});
     child_ = start_tandem(options, folder_ / "printed", errors, folder_ / "pipe");
     close(errors);
   }
-  ~LiveTrack() {
+  ~TrackProcess() {
     kill_now();
     if (pipe_ >= 0) close(pipe_);
   }
-  LiveTrack(const LiveTrack&) = delete;
+  TrackProcess(const TrackProcess&) = delete;
 
-  void tell(const std::string& lines) const {
+  void send(const std::string& lines) const {
     for (std::size_t at = 0; at < lines.size();) {
       const ssize_t n = ::write(pipe_, lines.data() + at, lines.size() - at);
       ASSERT_GT(n, 0);
@@ -52,17 +53,18 @@ class LiveTrack {
   void kill_now() {
     if (child_ < 0) return;
     kill(child_, SIGKILL);
-    EXPECT_EQ(exit_status(std::exchange(child_, -1)), -1) << "it was not there any more";
+    EXPECT_EQ(exit_status(std::exchange(child_, -1)), -1) << "the process ended before";
   }
-  /// Nothing more comes: its exit status.
+  /// Ends the input, waits for the process, and returns its exit status.
   int end() {
     close(std::exchange(pipe_, -1));
     return exit_status(std::exchange(child_, -1));
   }
   void wait_for(const std::function<bool()>& what) const {
-    bool there = what();  // it may be over when it is asked again
-    for (int i = 0; i < 1200 && !there; ++i, there = what()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    EXPECT_TRUE(there) << read_file(folder_ / "errors");
+    bool reached = what();  // evaluated once per round, since the condition may become false again
+    for (int i = 0; i < 1200 && !reached; ++i, reached = what())
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    EXPECT_TRUE(reached) << read_file(folder_ / "errors");
   }
   std::ptrdiff_t printed() const { return lines_in(folder_ / "printed"); }
   static std::ptrdiff_t lines_in(const std::filesystem::path& file) {
@@ -77,21 +79,21 @@ class LiveTrack {
   pid_t child_ = -1;
 };
 
-TEST(TrackOnDisk, WhatWasFoundIsThereFiveSecondsLaterThoughNothingComesAndItIsKilled) {
+TEST(TrackOnDisk, PartialResultsAreOnDiskWithinFiveSeconds) {
   const ScratchFolder scratch;
   const auto partial = scratch.path() / "out.partial";
   std::ptrdiff_t rows = 0;
   {
-    LiveTrack live(scratch, {"--out", scratch.path() / "out"});
-    live.tell(docking_lines(30));
+    TrackProcess live(scratch, {"--out", scratch.path() / "out"});
+    live.send(docking_lines(30));
     live.wait_for([&] { return live.printed() >= 25; });
     rows = live.printed();
     const auto by = Clock::now() + std::chrono::seconds(5);
-    while (Clock::now() < by && LiveTrack::lines_in(partial / "track.csv") <= rows)
+    while (Clock::now() < by && TrackProcess::lines_in(partial / "track.csv") <= rows)
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     live.kill_now();
   }
-  EXPECT_FALSE(std::filesystem::exists(scratch.path() / "out")) << "as a whole or not at all";
+  EXPECT_FALSE(std::filesystem::exists(scratch.path() / "out")) << "the output folder is complete or missing";
   EXPECT_THAT(files(partial), UnorderedElementsAre("chaser.tum", "target.tum", "track.csv"));
   const std::string track = read_file(partial / "track.csv");
   EXPECT_GE(std::count(track.begin(), track.end(), '\n'), rows + 1);
@@ -102,20 +104,20 @@ TEST(TrackOnDisk, WhatWasFoundIsThereFiveSecondsLaterThoughNothingComesAndItIsKi
     EXPECT_EQ(std::count(line.begin(), line.end(), ','), std::count(header.begin(), header.end(), ',')) << line;
   EXPECT_EQ(track.back(), '\n');
 
-  // What a killed run has left is kept, without its half line, and the next says so.
+  // The next run keeps the partial results of a killed run, without the incomplete last line, and reports it.
   std::ofstream(partial / "track.csv", std::ios::app) << "31.0,gat";
   const Outcome next = run_tandem({"track", "docking_a", "--until", "5", "--out", scratch.path() / "out", "--quiet"});
   EXPECT_EQ(next.status, 0);
-  EXPECT_THAT(next.errors, HasSubstr("it is kept in " + partial.string() + "-1\n"));
+  EXPECT_THAT(next.errors, HasSubstr("were moved to " + partial.string() + "-1\n"));
   EXPECT_EQ(read_file(partial.string() + "-1/track.csv"), track);
   EXPECT_FALSE(std::filesystem::exists(partial));
   EXPECT_TRUE(std::filesystem::exists(scratch.path() / "out" / "track.csv"));
 }
 
-TEST(TrackOnDisk, TwoTracksDoNotWriteToOneFolder) {
+TEST(TrackOnDisk, RejectsSecondTrackToSameFolder) {
   const ScratchFolder scratch;
-  LiveTrack live(scratch, {"--out", scratch.path() / "out"});
-  live.tell(docking_lines(10));
+  TrackProcess live(scratch, {"--out", scratch.path() / "out"});
+  live.send(docking_lines(10));
   live.wait_for([&] { return std::filesystem::exists(scratch.path() / "out.partial"); });
   const Outcome second = run_tandem({"track", "docking_a", "--until", "5", "--out", scratch.path() / "out"});
   EXPECT_EQ(second.status, 1);
@@ -123,7 +125,7 @@ TEST(TrackOnDisk, TwoTracksDoNotWriteToOneFolder) {
   EXPECT_THAT(second.errors, HasSubstr("another track is writing to "));
 }
 
-TEST(TrackOnDisk, AFolderOfSomebodyElsesIsRefusedAndLeftAsItIs) {
+TEST(TrackOnDisk, RejectsAndKeepsFolderOfUser) {
   const ScratchFolder scratch;
   const auto out = scratch.path() / "out", partial = scratch.path() / "out.partial";
   const std::vector<std::string> track = {"track",   "docking_a", "--until", "5", "--quiet",
@@ -131,13 +133,13 @@ TEST(TrackOnDisk, AFolderOfSomebodyElsesIsRefusedAndLeftAsItIs) {
   std::filesystem::create_directory(partial);
   for (const char* file : {"notes.txt", "track.csv"}) {
     SCOPED_TRACE(file);
-    scratch.write(std::string("out.partial/") + file, "half a line");
+    scratch.write(std::string("out.partial/") + file, "text of the user");
     const Outcome run = run_tandem(track);
     EXPECT_EQ(run.status, 1);
     EXPECT_EQ(std::count(run.errors.begin(), run.errors.end(), '\n'), 1);
-    EXPECT_THAT(run.errors, HasSubstr(std::string(file) + "' is not of one: move it or change --out"));
+    EXPECT_THAT(run.errors, HasSubstr(std::string(file) + "'; move that file or change --out"));
     EXPECT_THAT(files(partial), UnorderedElementsAre(file));
-    EXPECT_EQ(read_file(partial / file), "half a line");
+    EXPECT_EQ(read_file(partial / file), "text of the user");
     EXPECT_FALSE(std::filesystem::exists(partial.string() + "-1"));
     EXPECT_FALSE(std::filesystem::exists(out));
     std::filesystem::remove(partial / file);
@@ -147,7 +149,7 @@ TEST(TrackOnDisk, AFolderOfSomebodyElsesIsRefusedAndLeftAsItIs) {
   EXPECT_EQ(empty.errors, "");
 }
 
-/// Rows of a track.csv, each as text by column.
+/// Returns the rows of a track.csv as text by column name.
 std::vector<std::map<std::string, std::string>> rows_of(const std::filesystem::path& file) {
   std::istringstream text(read_file(file));
   std::string line;
@@ -164,8 +166,8 @@ std::vector<std::map<std::string, std::string>> rows_of(const std::filesystem::p
   return rows;
 }
 
-/// How far two rows have the target from one another [m]; where both have one.
-double apart(const std::map<std::string, std::string>& a, const std::map<std::string, std::string>& b) {
+/// Returns the largest difference of the target coordinates of two rows [m]. Expects the same empty cells.
+double difference(const std::map<std::string, std::string>& a, const std::map<std::string, std::string>& b) {
   double most = 0;
   for (const char* axis : {"x_m", "y_m", "z_m"}) {
     EXPECT_EQ(a.at(axis).empty(), b.at(axis).empty()) << a.at("t");
@@ -174,13 +176,13 @@ double apart(const std::map<std::string, std::string>& a, const std::map<std::st
   return most;
 }
 
-/// TANDEM_KILLS in the environment says how many; docs/results.md has what a hundred gave.
-TEST(TrackOnDisk, KilledAtRandomMomentsItGoesOnAsThoughNothingHadBeen) {
-  const char* asked = std::getenv("TANDEM_KILLS");
-  const int kills = asked ? std::stoi(asked) : kSanitized ? 2 : 4;
+/// The environment variable TANDEM_KILLS sets the number of kills.
+TEST(TrackOnDisk, KilledProcessResumesWithSameResults) {
+  const char* requested = std::getenv("TANDEM_KILLS");
+  const int kills = requested ? std::stoi(requested) : kSanitized ? 2 : 4;
   const ScratchFolder scratch;
   const auto out = scratch.path() / "out", whole = scratch.path() / "whole", snapshot = scratch.path() / "snapshot";
-  const char* const until = kSanitized ? "250" : "500";  // s: four windows' length
+  const char* const until = kSanitized ? "250" : "500";  // s: more than four windows
   const auto track = [until](const std::filesystem::path& to) {
     return std::vector<std::string>{"track", "docking_a",    "--until", until, "--plots",
                                     "off",   "--json-lines", "--out",   to};
@@ -194,19 +196,20 @@ TEST(TrackOnDisk, KilledAtRandomMomentsItGoesOnAsThoughNothingHadBeen) {
   const auto mean_error = [](const std::filesystem::path& folder) -> double {
     return nlohmann::json::parse(read_file(folder / "summary.json"))["errors"]["all"]["position_mean_m"];
   };
-  double most = 0, most_later = 0, most_in_the_world = 0, error = 0;  // m, m, of the undisturbed
+  double max_difference = 0, max_later = 0, max_world = 0;  // m
+  double error = 0;                                         // relative to the undisturbed run
   for (int i = 0; i < kills; ++i) {
     SCOPED_TRACE(i);
-    double from = -HUGE_VAL;  // where it went on
+    double from = -HUGE_VAL;  // time at which the run resumed
     const int row = std::uniform_int_distribution<int>(1, int(undisturbed.size()) / 2)(random);
     const int errors = open((scratch.path() / "errors").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
     const pid_t child = start_tandem(arguments, scratch.path() / "printed", errors);
     close(errors);
     const auto by = Clock::now() + std::chrono::seconds(60);
-    while (Clock::now() < by && LiveTrack::lines_in(scratch.path() / "printed") < row)
+    while (Clock::now() < by && TrackProcess::lines_in(scratch.path() / "printed") < row)
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     kill(child, SIGKILL);
-    if (exit_status(child) == -1) {  // else it was done already
+    if (exit_status(child) == -1) {  // otherwise it had finished before
       from_a_snapshot += std::filesystem::exists(snapshot);
       const Outcome rest = run_tandem(arguments);
       ASSERT_EQ(rest.status, 0) << rest.errors;
@@ -217,27 +220,26 @@ TEST(TrackOnDisk, KilledAtRandomMomentsItGoesOnAsThoughNothingHadBeen) {
     ASSERT_EQ(rows.size(), undisturbed.size());
     for (std::size_t k = 0; k < rows.size(); ++k) {
       ASSERT_EQ(rows[k].at("t"), undisturbed[k].at("t"));
-      double& worst = std::stod(rows[k].at("t")) <= from + 60 ? most : most_later;
-      worst = std::max(worst, apart(rows[k], undisturbed[k]));
+      double& worst = std::stod(rows[k].at("t")) <= from + 60 ? max_difference : max_later;
+      worst = std::max(worst, difference(rows[k], undisturbed[k]));
     }
     error = std::max(error, mean_error(out) / mean_error(whole));
     const auto there = poses(read_tum(out / "chaser.tum")), before = poses(read_tum(whole / "chaser.tum"));
     for (std::size_t k = 0; k < there.size(); ++k)
-      most_in_the_world =
-          std::max(most_in_the_world, (there[k].value.translation() - before[k].value.translation()).norm());
-    std::filesystem::remove(snapshot);  // the next run may go on from there
+      max_world = std::max(max_world, (there[k].value.translation() - before[k].value.translation()).norm());
+    std::filesystem::remove(snapshot);  // so that the next run starts from scratch
     std::filesystem::remove_all(out.string() + ".partial");
   }
   EXPECT_GT(from_a_snapshot, 0);
-  EXPECT_LT(most_later, 0.1) << "m, of the relative position, a window later";
+  EXPECT_LT(max_later, 0.1) << "difference of the relative position one window after the resumption [m]";
   EXPECT_LT(error, 1.01);
   std::printf(
-      "%d kills, %d of them after a snapshot: mean error at most %.6f times the undisturbed; relative position "
-      "within %.2g m, a window later within %.2g m, the chaser in the world within %.2g m\n",
-      kills, from_a_snapshot, error, most, most_later, most_in_the_world);
+      "%d kills, %d of them after a snapshot: mean error at most %.6f times that of the undisturbed run; relative "
+      "position within %.2g m, one window later within %.2g m, chaser in the world within %.2g m\n",
+      kills, from_a_snapshot, error, max_difference, max_later, max_world);
 }
 
-TEST(TrackOnDisk, ARunThatWasStoppedGoesOnWithAllItsResults) {
+TEST(TrackOnDisk, StoppedRunResumesWithAllResults) {
   const ScratchFolder scratch;
   const auto out = scratch.path() / "out", whole = scratch.path() / "whole";
   const auto track = [](const std::filesystem::path& to, const char* until) {
@@ -255,7 +257,7 @@ TEST(TrackOnDisk, ARunThatWasStoppedGoesOnWithAllItsResults) {
   for (std::size_t k = 0; k < found.size(); ++k) EXPECT_EQ(found[k].at("t"), expected[k].at("t"));
 }
 
-TEST(TrackOnDisk, AStreamGoesOnWithWhatComesAndSoDoItsResults) {
+TEST(TrackOnDisk, StreamResumesWithNewLines) {
   const ScratchFolder scratch;
   const auto out = scratch.path() / "out", partial = scratch.path() / "out.partial";
   const std::vector<std::string> options = {"--out",   out,   "--plots", "off", "--snapshot", scratch.path() / "s",
@@ -263,21 +265,22 @@ TEST(TrackOnDisk, AStreamGoesOnWithWhatComesAndSoDoItsResults) {
   const std::string until_100 = docking_lines(100), until_108 = docking_lines(108), until_200 = docking_lines(200);
   std::ptrdiff_t rows = 0;
   {
-    LiveTrack live(scratch, options);
-    live.tell(until_100);
-    live.wait_for([&] { return live.printed() > 90 && LiveTrack::lines_in(partial / "track.csv") > live.printed(); });
+    TrackProcess live(scratch, options);
+    live.send(until_100);
+    live.wait_for(
+        [&] { return live.printed() > 90 && TrackProcess::lines_in(partial / "track.csv") > live.printed(); });
     rows = live.printed();
     live.kill_now();
   }
   std::ofstream(partial / "track.csv", std::ios::app) << "101.0,gat";
   {
-    LiveTrack live(scratch, options);
-    live.tell(until_200.substr(until_108.size()));
+    TrackProcess live(scratch, options);
+    live.send(until_200.substr(until_108.size()));
     EXPECT_EQ(live.end(), 0) << read_file(scratch.path() / "errors");
   }
-  const std::string said = read_file(scratch.path() / "errors");
-  ASSERT_THAT(said, testing::ContainsRegex("going on from .*t = "));
-  const double known = std::stod(said.substr(said.find("t = ") + 4));  // what came since, and was not in it, is lost
+  const std::string errors = read_file(scratch.path() / "errors");
+  ASSERT_THAT(errors, testing::ContainsRegex("resuming from .*t = "));
+  const double known = std::stod(errors.substr(errors.find("t = ") + 4));  // lines after the snapshot are lost
   const auto found = rows_of(out / "track.csv");
   const Outcome all = run_tandem({"track", scratch.path(), "--stdin", "--out", scratch.path() / "whole"},
                                  scratch.write("lines", until_200));
@@ -289,17 +292,18 @@ TEST(TrackOnDisk, AStreamGoesOnWithWhatComesAndSoDoItsResults) {
   int compared = 0;
   for (const auto& row : found) {
     const double t = std::stod(row.at("t"));
-    EXPECT_TRUE(row.at("new_keyframe") == "1" ? t > before : t >= before) << t << " s: in order, none twice";
+    EXPECT_TRUE(row.at("new_keyframe") == "1" ? t > before : t >= before)
+        << t << " s: rows must be in order and unique";
     before = t;
     if (!undisturbed.contains(row.at("t")) || (t > known && t < 168)) continue;
     ++compared;
-    EXPECT_LT(apart(row, undisturbed.at(row.at("t"))), t <= known ? 1e-9 : 0.3) << "at " << t << " s, beyond a window";
+    EXPECT_LT(difference(row, undisturbed.at(row.at("t"))), t <= known ? 1e-9 : 0.3) << "at " << t << " s";
   }
   EXPECT_GT(compared, 85);
-  EXPECT_TRUE(std::filesystem::exists(scratch.path() / "s")) << "what comes next may go on from there";
+  EXPECT_TRUE(std::filesystem::exists(scratch.path() / "s")) << "the snapshot is kept for the next run";
 }
 
-TEST(TrackOnDisk, WhatIsNoSnapshotIsRefusedAndLeftAsItIs) {
+TEST(TrackOnDisk, RejectsAndKeepsFileThatIsNotASnapshot) {
   const ScratchFolder scratch;
   const auto file = scratch.write("s", "t,x,y,z\n");
   const auto why = [&](std::vector<std::string> options) {
@@ -310,11 +314,11 @@ TEST(TrackOnDisk, WhatIsNoSnapshotIsRefusedAndLeftAsItIs) {
     EXPECT_EQ(std::count(run.errors.begin(), run.errors.end(), '\n'), 1);
     return run.errors;
   };
-  EXPECT_THAT(why({"--snapshot", file}), HasSubstr("s is no snapshot of tandem track"));
+  EXPECT_THAT(why({"--snapshot", file}), HasSubstr("s is not a snapshot of tandem track"));
   EXPECT_EQ(read_file(file), "t,x,y,z\n");
-  EXPECT_THAT(why({"--snapshot", scratch.path()}), HasSubstr("--snapshot is a file's name"));
-  EXPECT_THAT(why({"--snapshot", scratch.path() / "none" / "s"}), HasSubstr("nothing can be written to "));
-  EXPECT_THAT(why({"--every", "5"}), HasSubstr("--every is how often a --snapshot is written: give both"));
+  EXPECT_THAT(why({"--snapshot", scratch.path()}), HasSubstr("--snapshot takes a file name"));
+  EXPECT_THAT(why({"--snapshot", scratch.path() / "none" / "s"}), HasSubstr("cannot write to "));
+  EXPECT_THAT(why({"--every", "5"}), HasSubstr("--every needs --snapshot"));
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <tandem/problem/program.hpp>
+#include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/studies/comparison/compare_report.hpp>
 
 #include "studies/scratch.hpp"
@@ -15,11 +15,12 @@ using testing::ContainsRegex;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
+using testing::StartsWith;
 
-TEST(Compare, ReadsLists) {
+TEST(Compare, ParsesLists) {
   const auto names = [](const std::string& text) {
     std::vector<std::string> result;
-    for (const Contender& c : parse_contenders("--solvers", text)) result.push_back(c.name);
+    for (const NamedSolver& c : parse_solver_list("--solvers", text)) result.push_back(c.name);
     return result;
   };
   EXPECT_THAT(names("ipopt:exact, gauss-newton,ipopt:exact"), ElementsAre("ipopt:exact", "gauss-newton"));
@@ -30,12 +31,12 @@ TEST(Compare, ReadsLists) {
   const auto error = [&](const std::string& text) { return error_of([&] { names(text); }); };
   EXPECT_THAT(error("gauss-newtn"), HasSubstr("did you mean gauss-newton?"));
   EXPECT_THAT(error("ipopt:exakt"), HasSubstr("did you mean ipopt:exact?"));
-  EXPECT_THAT(error(""), HasSubstr("knows no solver ''"));
-  EXPECT_THAT(parse_constraints("--constraints", "hard,none"), ElementsAre(Role::hard, Role::off));
+  EXPECT_THAT(error(""), HasSubstr("--solvers: unknown solver ''"));
+  EXPECT_THAT(parse_constraints("--constraints", "hard,off"), ElementsAre(Role::hard, Role::off));
   EXPECT_THAT(error_of([] { parse_constraints("--constraints", "soft,hart"); }), HasSubstr("did you mean hard?"));
 }
 
-TEST(Compare, ConstraintsAreHeldInEachWay) {
+TEST(Compare, AppliesConstraintsByRole) {
   TrackingOptions options;
   options.non_holonomic = Role::soft;
   options.max_yaw_rate = 0.2;
@@ -43,7 +44,7 @@ TEST(Compare, ConstraintsAreHeldInEachWay) {
   EXPECT_EQ(describe(constraints), "non-holonomic and yaw rate within ±0.2 rad/s");
   EXPECT_EQ(with_constraints(options, constraints, Role::hard).non_holonomic, Role::hard);
   EXPECT_EQ(with_constraints(options, constraints, Role::hard).limits, Role::hard);
-  EXPECT_EQ(with_constraints(options, constraints, Role::hard).roll_pitch, Role::soft) << "part of the problem";
+  EXPECT_EQ(with_constraints(options, constraints, Role::hard).roll_pitch, Role::soft) << "part of every problem";
   const TrackingOptions none = with_constraints(options, constraints, Role::off);
   EXPECT_EQ(none.non_holonomic, Role::off);
   EXPECT_FALSE(none.max_yaw_rate);
@@ -59,7 +60,7 @@ class CompareScenario : public testing::Test {
   }
   ComparedSolve solve(Role role, const std::string& solver) {
     problem.role = role;
-    return compare_one(scenario, problem, parse_contenders("--solvers", solver).front());
+    return run_compared_solve(scenario, problem, parse_solver_list("--solvers", solver).front());
   }
 
   ScratchFolder folder_;
@@ -67,7 +68,7 @@ class CompareScenario : public testing::Test {
   ComparedProblem problem;
 };
 
-TEST_F(CompareScenario, MeasuresConstraintsAsTheProblemDoes) {
+TEST_F(CompareScenario, ConstraintCheckMatchesProblem) {
   problem.role = Role::soft;
   const TrackingOptions options = with_constraints(problem.tracking, problem.constraints, Role::soft);
   TrackingProblem with = make_tracking_problem(scenario.data, options);
@@ -75,16 +76,16 @@ TEST_F(CompareScenario, MeasuresConstraintsAsTheProblemDoes) {
       make_tracking_problem(scenario.data, with_constraints(problem.tracking, problem.constraints, Role::off));
   const ConstraintCheck start = check(with, scenario.data.noise, problem.constraints);
   EXPECT_GT(start.cost, 0);
-  EXPECT_NEAR(Program(with.problem).cost() - Program(without.problem).cost(), start.cost, 1e-9 * start.cost);
+  EXPECT_NEAR(NlpEvaluator(with.problem).cost() - NlpEvaluator(without.problem).cost(), start.cost, 1e-9 * start.cost);
   TrackingProblem hard =
       make_tracking_problem(scenario.data, with_constraints(problem.tracking, problem.constraints, Role::hard));
-  Program program(hard.problem);
-  Eigen::VectorXd c(program.num_rows());
-  program.constraints(c);
-  EXPECT_NEAR(program.violation(c).size, start.violation, 1e-12);
+  NlpEvaluator nlp(hard.problem);
+  Eigen::VectorXd c(nlp.num_rows());
+  nlp.constraints(c);
+  EXPECT_NEAR(nlp.violation(c).size, start.violation, 1e-12);
 }
 
-TEST_F(CompareScenario, HoldingConstraintsCostsMeasurements) {
+TEST_F(CompareScenario, ConstraintsRaiseCost) {
   const ComparedSolve none = solve(Role::off, "gauss-newton"), soft = solve(Role::soft, "gauss-newton"),
                       hard = solve(Role::hard, "augmented-lagrangian");
   for (const ComparedSolve* s : {&none, &soft, &hard}) {
@@ -103,10 +104,10 @@ TEST_F(CompareScenario, HoldingConstraintsCostsMeasurements) {
   EXPECT_LT(soft.cost, hard.cost);
 }
 
-TEST_F(CompareScenario, OneProcessTellsAnotherAllOfIt) {
+TEST_F(CompareScenario, TransfersResultBetweenProcesses) {
   ComparedSolve here = solve(Role::hard, "augmented-lagrangian");
   here.initial_cost = HUGE_VAL;
-  const ComparedSolve there = compared_solve(to_text(here));
+  const ComparedSolve there = parse_compared_solve(to_text(here));
   EXPECT_EQ(there.solver, here.solver);
   EXPECT_EQ(there.role, here.role);
   EXPECT_EQ(there.keyframes, here.keyframes);
@@ -124,15 +125,15 @@ TEST_F(CompareScenario, OneProcessTellsAnotherAllOfIt) {
   EXPECT_EQ(there.heading, here.heading);
   ASSERT_EQ(there.curve.size(), here.curve.size());
   EXPECT_EQ(there.curve.back().cost, here.curve.back().cost);
-  EXPECT_EQ(here.peak_memory, 0) << "nobody measured it";
+  EXPECT_EQ(here.peak_memory, 0) << "not measured";
 }
 
-TEST_F(CompareScenario, ASolverThatCannotSaysWhy) {
-  const ComparedSolve refused = solve(Role::hard, "gauss-newton");
-  EXPECT_FALSE(refused.solved);
-  EXPECT_EQ(refused.status, "unsupported");
+TEST_F(CompareScenario, ReportsUnsupportedSolver) {
+  const ComparedSolve unsupported = solve(Role::hard, "gauss-newton");
+  EXPECT_FALSE(unsupported.solved);
+  EXPECT_EQ(unsupported.status, "unsupported");
   Comparison comparison{
-      "small", Mode::A, problem.constraints, 60, {refused, solve(Role::hard, "augmented-lagrangian")}};
+      "small", Mode::A, problem.constraints, 60, {unsupported, solve(Role::hard, "augmented-lagrangian")}};
   const std::string text = report(comparison);
   EXPECT_THAT(text, ContainsRegex("gauss-newton +unsupported +takes soft residuals only, and"));
   EXPECT_THAT(text, ContainsRegex("augmented-lagrangian +converged .* best .*\\*"));
@@ -153,18 +154,44 @@ ComparedSolve solved(const std::string& name, double cost, double violation, dou
   return s;
 }
 
-TEST(CompareReport, TheBestHoldsItsConstraintsAndTheFastestIsMarked) {
-  const std::vector<ComparedSolve> solves = {solved("cheat", 9, 1e-3, 0.1), solved("slow", 10, 1e-9, 3),
+TEST(CompareReport, MarksBestFeasibleAndFastestSolve) {
+  const std::vector<ComparedSolve> solves = {solved("infeasible", 9, 1e-3, 0.1), solved("slow", 10, 1e-9, 3),
                                              solved("fast", 10.000001, 1e-9, 2), solved("worse", 11, 0, 1)};
   EXPECT_EQ(best_cost(solves), 10);
   const std::string text = report({"x", Mode::A, {true, false, {}, {}}, 60, solves});
-  EXPECT_THAT(text, ContainsRegex("cheat +converged +9\\.0+ +– "));
+  EXPECT_THAT(text, ContainsRegex("infeasible +converged +9\\.0+ +– "));
   EXPECT_THAT(text, ContainsRegex("slow .* best .* 3.000 "));
   EXPECT_THAT(text, ContainsRegex("fast .* 1e-07 .* 2.000\\*"));
   EXPECT_THAT(text, Not(HasSubstr("1.000*")));
 }
 
-TEST(CompareReport, AProblemStandsByItself) {
+TEST(CompareReport, StartsWithConclusion) {
+  const auto text = [](std::vector<ComparedSolve> solves) {
+    return report({"x", Mode::A, {true, false, {}, {}}, 60, std::move(solves)});
+  };
+  EXPECT_THAT(text({solved("slow", 10, 0, 3), solved("fast", 10, 0, 0.08), solved("worse", 11, 0, 0.01)}),
+              StartsWith("fast: fastest of 2 solvers that converged to the least cost, 0.08 s\n"));
+  EXPECT_THAT(text({solved("one", 10, 0, 3)}),
+              StartsWith("one: the only solver that converged to the least cost, 3 s\n"));
+  ComparedSolve stopped = solved("stopped", 9, 0, 1);
+  stopped.status = "time-limit";
+  EXPECT_THAT(text({stopped}), StartsWith("no solver converged\n"));
+  EXPECT_THAT(text({stopped, solved("other", 10, 0, 1)}), StartsWith("no solver converged to the least cost\n"));
+}
+
+TEST(CompareReport, SummaryShowsBestSolves) {
+  Comparison comparison{"x", Mode::A, {}, 60, {}};
+  for (int i = 30; i-- > 0;) comparison.solves.push_back(solved("solver" + std::to_string(i), 10, 0, 1 + i));
+  const std::string summary = report(comparison), full = report(comparison, true);
+  EXPECT_THAT(summary, ContainsRegex("seconds .*\nsolver0 .*\nsolver1 .*\nsolver2 "));
+  EXPECT_THAT(summary, Not(HasSubstr("\nsolver15 ")));
+  EXPECT_THAT(summary, HasSubstr("… and 15 more\n"));
+  EXPECT_THAT(summary, HasSubstr("--full"));
+  EXPECT_THAT(full, ContainsRegex("seconds .*\nsolver29 .*\nsolver28 "));
+  EXPECT_THAT(full, HasSubstr("\nsolver0 "));
+}
+
+TEST(CompareReport, GroupsSolvesByProblem) {
   ComparedSolve small = solved("a", 1, 0, 1), soft = solved("a", 1, 0, 1);
   small.keyframes = 4;
   soft.role = Role::soft;

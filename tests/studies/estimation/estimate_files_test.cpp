@@ -17,7 +17,7 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(ResultFiles, TrajectoriesAreWrittenToTheLastDigit) {
+TEST(EstimateFiles, WritesTrajectoriesWithFullPrecision) {
   const ScratchFolder folder;
   write_results(made_up(), Scenario(), folder.path());
   const auto chaser = poses(read_tum(folder.path() / "chaser.tum"));
@@ -29,7 +29,7 @@ TEST(ResultFiles, TrajectoriesAreWrittenToTheLastDigit) {
   EXPECT_EQ(read_file(folder.path() / "summary.json"), summary_json(made_up()));
 }
 
-TEST(ResultFiles, ErrorsAreWrittenByKeyframe) {
+TEST(EstimateFiles, WritesErrorsPerKeyframe) {
   const ScratchFolder folder;
   Estimate estimate = made_up();
   estimate.keyframes[1].t = estimate.errors[1].t = 2.5;
@@ -38,10 +38,10 @@ TEST(ResultFiles, ErrorsAreWrittenByKeyframe) {
   EXPECT_EQ(read_file(folder.path() / "errors.csv"),
             "t,type,position_error_m,orientation_error_deg,error_x_m,error_y_m,error_z_m,error_rx_deg,error_ry_deg,"
             "error_rz_deg,three_sigma_x_m,three_sigma_y_m,three_sigma_z_m,three_sigma_rx_deg,three_sigma_ry_deg,"
-            "three_sigma_rz_deg\n0.1,usbl,0.5,10,,,,,,,,,,,,\n2.5,gated,,,,,,,,,,,,,,\n");
+            "three_sigma_rz_deg\n0.1,position,0.5,10,,,,,,,,,,,,\n2.5,none,,,,,,,,,,,,,,\n");
 }
 
-/// The cells of a line.
+/// Returns the cells of a line of a CSV file; line 0 is the header.
 std::vector<std::string> cells(const std::filesystem::path& file, std::size_t line) {
   std::vector<std::string> result;
   std::istringstream lines(read_file(file));
@@ -52,7 +52,7 @@ std::vector<std::string> cells(const std::filesystem::path& file, std::size_t li
   return result;
 }
 
-TEST(ResultFiles, ErrorsHaveSignsAndBoundsInTheScenariosAxes) {
+TEST(EstimateFiles, WritesSignedErrorsAndBoundsInScenarioFrame) {
   const ScratchFolder folder;
   Estimate estimate = made_up();
   estimate.frame = Frame::ned_frd();
@@ -64,14 +64,14 @@ TEST(ResultFiles, ErrorsHaveSignsAndBoundsInTheScenariosAxes) {
   estimate.uncertainty = {u, u};
   write_results(estimate, Scenario(), folder.path());
   EXPECT_THAT(cells(folder.path() / "errors.csv", 1),
-              testing::ElementsAre("0.1", "usbl", "0.5", "10", "1", "-2", "-3", testing::_, testing::_, "-90", "1.5",
-                                   "3", "6", "", "", ""));
+              testing::ElementsAre("0.1", "position", "0.5", "10", "1", "-2", "-3", testing::_, testing::_, "-90",
+                                   "1.5", "3", "6", "", "", ""));
 }
 
 double number(const std::string& cell) { return std::stod(cell); }
 
-/// A rank-one covariance δδᵀ is that of moving by δ: in NED-FRD too.
-TEST(ResultFiles, CovariancesTurnWithTheFrame) {
+/// The rank-one covariance δδᵀ must transform as the displacement δ itself.
+TEST(EstimateFiles, TransformsCovariancesToScenarioFrame) {
   for (const Frame& frame : {Frame::enu_flu(), Frame::ned_frd()})
     for (const bool point : {false, true}) {
       const ScratchFolder folder;
@@ -107,7 +107,7 @@ TEST(ResultFiles, CovariancesTurnWithTheFrame) {
     }
 }
 
-TEST(ResultFiles, TwistsAreMeansBetweenNeighbours) {
+TEST(EstimateFiles, WritesMeanTwistsBetweenNeighbours) {
   const ScratchFolder folder;
   Estimate estimate = made_up();
   const Vector<6> twist(1, 0.1, -0.2, 0.05, 0.1, 0.3);
@@ -116,11 +116,11 @@ TEST(ResultFiles, TwistsAreMeansBetweenNeighbours) {
   estimate.chaser.clear();
   estimate.target.clear();
   for (const double t : times) {
-    estimate.keyframes.push_back({t, KeyframeType::gated, {}, {}});
+    estimate.keyframes.push_back({t, KeyframeType::none, {}, {}});
     estimate.chaser.push_back(SE3::Exp(twist * t));
     estimate.target.push_back(TargetState(Vector<3>(t, 0, 0)));
   }
-  estimate.target[1] = TargetState(SE3());  // a pose between points: nothing to take a twist from
+  estimate.target[1] = TargetState(SE3());  // a pose between points gives no twist
   estimate.frame = Frame::ned_frd();
   write_results(estimate, Scenario(), folder.path());
   const Vector<6> expected(1, -0.1, 0.2, 0.05, -0.1, -0.3);
@@ -129,12 +129,12 @@ TEST(ResultFiles, TwistsAreMeansBetweenNeighbours) {
       EXPECT_NEAR(number(cells(folder.path() / "chaser_full.csv", k + 1)[std::size_t(8 + i)]), expected[i], 1e-12);
       EXPECT_EQ(cells(folder.path() / "target_full.csv", k + 1)[std::size_t(8 + i)], "");
     }
-  estimate.target_twist.assign(4, twist);  // the model's own
+  estimate.target_twist.assign(4, twist);  // a state of the model
   write_results(estimate, Scenario(), folder.path());
   EXPECT_EQ(cells(folder.path() / "target_full.csv", 1)[9], "-0.1");
 }
 
-TEST(ResultFiles, WeightsListWhatWasDownWeighted) {
+TEST(EstimateFiles, ListsDownWeightedMeasurements) {
   const ScratchFolder folder;
   Estimate estimate = made_up();
   write_results(estimate, Scenario(), folder.path());
@@ -149,8 +149,7 @@ TEST(ResultFiles, WeightsListWhatWasDownWeighted) {
             "sensor,t,part,weight\nusbl,0.1,all,0.25\noptical,0.5,orientation,0.125\n");
 }
 
-/// A name is any key of the yaml.
-TEST(ResultFiles, SensorNamesAreQuotedWhereTheyMustBe) {
+TEST(EstimateFiles, QuotesSensorNames) {
   const ScratchFolder folder;
   Estimate estimate = made_up();
   estimate.sensors[0].name = "front, \"left\"";
@@ -161,22 +160,43 @@ TEST(ResultFiles, SensorNamesAreQuotedWhereTheyMustBe) {
   EXPECT_THAT(read_file(folder.path() / "held_out.csv"), HasSubstr("\n\"front, \"\"left\"\"\",0.5,,1,1,0.25,0.5,1\n"));
 }
 
-TEST(ResultFiles, WhatPlotsNeedIsThere) {
+TEST(EstimateFiles, WritesInputsOfPlots) {
   const ScratchFolder folder;
   Estimate estimate = made_up();
   estimate.frame = Frame::ned_frd();
   Scenario scenario;
   scenario.truth_chaser = {{0, SE3(SO3(), {1, 2, 3})}, {1, SE3(SO3(), {1, 2, 3})}};
   scenario.truth_orientation = false;
+  scenario.data.sensors.push_back({.name = "usbl", .type = SensorType::position, .delay = 0.1});
+  scenario.data.sensors[0].measurements.push_back({.t = 0.2, .position = {1, 2, 3}});
   write_results(estimate, scenario, folder.path());
-  EXPECT_EQ(read_file(folder.path() / "target_fixes.csv"), "t,type,x_m,y_m,z_m\n0.1,usbl,2,1,-3\n");
+  EXPECT_EQ(read_file(folder.path() / "target_fixes.csv"), "t,sensor,type,x_m,y_m,z_m\n0.1,usbl,position,2,1,-3\n");
   EXPECT_EQ(read_file(folder.path() / "chaser_truth.tum"),
             tum_header + std::string("0.1 2 1 -3 nan nan nan nan\n0.3333333333333333 2 1 -3 nan nan nan nan\n"));
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "target_truth.tum"));
   EXPECT_THAT(read_file(folder.path() / "summary.json"), HasSubstr("\"frame\": \"NED-FRD\""));
 }
 
-TEST(ResultFiles, HeldOutMeasurementsHaveTheirRows) {
+TEST(EstimateFiles, WritesFixesOfEachSensorInTimeOrder) {
+  const ScratchFolder folder;
+  Scenario scenario;
+  scenario.data.sensors = {{.name = "lidar", .type = SensorType::position},
+                           {.name = "camera, left", .type = SensorType::pose},
+                           {.name = "modem", .type = SensorType::range}};
+  const double second = 1.0 / 3.0;
+  scenario.data.sensors[0].measurements = {{.t = 0.1, .position = {1, 2, 3}}, {.t = second, .position = {0, 0, 4}}};
+  scenario.data.sensors[1].measurements = {{.t = 0.1, .position = {5, 0, 0}},
+                                           {.t = second, .position = {6, 0, 0}, .held_out = true},
+                                           {.t = 0.2, .position = {7, 0, 0}}};
+  scenario.data.sensors[2].measurements = {{.t = 0.1, .range = 5}};
+  write_results(made_up(), scenario, folder.path());
+  EXPECT_EQ(read_file(folder.path() / "target_fixes.csv"),
+            "t,sensor,type,x_m,y_m,z_m\n0.1,lidar,position,1,2,3\n0.1,\"camera, left\",pose,5,0,0\n"
+            "0.3333333333333333,lidar,position,0.3333333333333333,0,4\n")
+      << "held-out measurements and measurements between keyframes do not count";
+}
+
+TEST(EstimateFiles, WritesHeldOutMeasurements) {
   const ScratchFolder folder;
   Estimate estimate = made_up();
   estimate.held_out.push_back(
@@ -188,7 +208,7 @@ TEST(ResultFiles, HeldOutMeasurementsHaveTheirRows) {
             "usbl,0.1,1,2,1,9.25,1,3,2,1\noptical,0.5,,1,1,0.25,0.5,,1,\n");
 }
 
-TEST(ResultFiles, AFolderThatIsGoneIsAnError) {
+TEST(EstimateFiles, ThrowsIfFolderIsMissing) {
   EXPECT_THAT(error_of([] { write_results(made_up(), Scenario(), "/nonexistent"); }), HasSubstr("cannot be written"));
 }
 

@@ -18,7 +18,7 @@ Estimate straight_line(Scenario& scenario) {
   estimate.scenario = "it's `a` \"name\"\nset output 'elsewhere'";
   for (int k = 0; k < 5; ++k) {
     const auto at = [&](double x) { return SE3(SO3(), Vector<3>(x, 0, 0)); };
-    estimate.keyframes.push_back({double(k), KeyframeType::usbl, Vector<3>(5, 0, 0), {}});
+    estimate.keyframes.push_back({double(k), KeyframeType::position, Vector<3>(5, 0, 0), {}});
     estimate.chaser.push_back(at(k));
     estimate.target.push_back(at(k + 5.5));
     scenario.truth_chaser.push_back({double(k), at(k)});
@@ -28,7 +28,7 @@ Estimate straight_line(Scenario& scenario) {
   return estimate;
 }
 
-/// Writes a run's files and draws them; what draw_plots says.
+/// Writes the files of an estimate and draws them; returns the message of draw_plots().
 std::string drawn(const Estimate& estimate, const Scenario& scenario, const ScratchFolder& folder,
                   PlotFormat format = PlotFormat::svg) {
   for (const std::string& name : files(folder.path())) std::filesystem::remove(folder.path() / name);
@@ -36,14 +36,15 @@ std::string drawn(const Estimate& estimate, const Scenario& scenario, const Scra
   return draw_plots("estimate", format, folder.path());
 }
 
-TEST(EstimatePlots, AreDrawnWithTruth) {
+TEST(EstimatePlots, DrawTrajectoriesAndErrors) {
   TANDEM_NEEDS_GNUPLOT("plots of an estimate");
   const ScratchFolder folder;
   Scenario scenario;
   const Estimate estimate = straight_line(scenario);
   ASSERT_EQ(drawn(estimate, scenario, folder), "");
   EXPECT_THAT(read_file(folder.path() / "trajectories.svg"), HasSubstr("</svg>"));
-  EXPECT_THAT(read_file(folder.path() / "trajectories.svg"), HasSubstr("it's `a`")) << "the title is shown as it is";
+  EXPECT_THAT(read_file(folder.path() / "trajectories.svg"), HasSubstr("it's `a`"))
+      << "gnuplot must not interpret the title";
   EXPECT_THAT(read_file(folder.path() / "errors.svg"), HasSubstr("</svg>"));
   EXPECT_THAT(read_file(folder.path() / "error_norms.svg"), HasSubstr("</svg>"));
   ASSERT_EQ(drawn(estimate, scenario, folder, PlotFormat::png), "");
@@ -51,7 +52,7 @@ TEST(EstimatePlots, AreDrawnWithTruth) {
   EXPECT_THAT(read_file(folder.path() / "errors.png"), StartsWith("\x89PNG"));
 }
 
-TEST(EstimatePlots, WithoutTruthThereAreNoErrorsToDraw) {
+TEST(EstimatePlots, OmitErrorsWithoutTruth) {
   TANDEM_NEEDS_GNUPLOT("plots of an estimate");
   const ScratchFolder folder;
   Scenario scenario;
@@ -64,7 +65,7 @@ TEST(EstimatePlots, WithoutTruthThereAreNoErrorsToDraw) {
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "error_norms.svg"));
 }
 
-TEST(EstimatePlots, BandsAreDrawnWithoutTruthToo) {
+TEST(EstimatePlots, DrawBoundsWithoutTruth) {
   TANDEM_NEEDS_GNUPLOT("plots of an estimate");
   const ScratchFolder folder;
   Scenario scenario;
@@ -79,12 +80,12 @@ TEST(EstimatePlots, BandsAreDrawnWithoutTruthToo) {
   EXPECT_THAT(drawn, HasSubstr("uncertainty of the relative pose"));
   EXPECT_THAT(drawn, HasSubstr("±3 σ"));
   EXPECT_THAT(drawn, HasSubstr("y [m]"));
-  EXPECT_THAT(drawn, testing::Not(HasSubstr("z [m]"))) << "nothing moves there";
+  EXPECT_THAT(drawn, testing::Not(HasSubstr("z [m]"))) << "planar";
   EXPECT_THAT(drawn, testing::Not(HasSubstr("yaw")));
 }
 
-/// Where the 3 σ span decades, of an acoustic and an optical phase, both can be read.
-TEST(EstimatePlots, BandsOfDecadesHaveALogScale) {
+/// Bounds at measured positions and at measured poses differ by decades; both must be readable.
+TEST(EstimatePlots, UseLogScaleForBoundsOverDecades) {
   TANDEM_NEEDS_GNUPLOT("plots of an estimate");
   const ScratchFolder folder;
   Scenario scenario;
@@ -100,7 +101,7 @@ TEST(EstimatePlots, BandsOfDecadesHaveALogScale) {
   EXPECT_THAT(read_file(folder.path() / "errors.svg"), HasSubstr("log scale"));
 }
 
-TEST(EstimatePlots, TruthWithoutOrientationHasOnePanel) {
+TEST(EstimatePlots, OmitOrientationErrorsWithoutTrueOrientation) {
   TANDEM_NEEDS_GNUPLOT("plots of an estimate");
   const ScratchFolder folder;
   Scenario scenario;

@@ -6,12 +6,12 @@
 
 #include <tandem/problem/tracking/ego_track.hpp>
 #include <tandem/studies/estimation/estimate.hpp>
-#include <tandem/studies/navigation/navigated.hpp>
+#include <tandem/studies/navigation/navigated_scenario.hpp>
 #include <tandem/studies/simulation/simulate_dive.hpp>
 
 #include "studies/simulation/target_of_dive.hpp"
 
-/// Chaser and target estimated together out of raw sensor data, on a simulated dive with a made-up target.
+/// Joint estimation of chaser and target from raw sensor data, on a simulated dive with a simulated target.
 namespace tandem {
 namespace {
 
@@ -19,7 +19,7 @@ using testing::HasSubstr;
 
 double mean_position_error(const Estimate& estimate) { return summarise(estimate.errors).position.value().mean; }
 
-/// Mean distance [m] of estimated target positions from the true ones, in the world.
+/// Returns the mean error of the target's position in the world [m].
 double mean_target_error(const Estimate& estimate, const Scenario& scenario) {
   double sum = 0;
   for (std::size_t k = 0; k < estimate.keyframes.size(); ++k) {
@@ -29,25 +29,25 @@ double mean_target_error(const Estimate& estimate, const Scenario& scenario) {
   return sum;
 }
 
-TEST(JointEstimate, WithoutNoiseItIsTheTruth) {
+TEST(JointEstimate, RecoversTruthWithoutNoise) {
   DiveOptions options{.grade = Grade::tactical, .minutes = 1};
   options.noise = false;
   const Scenario scenario = dive_with_target(options, 0.0);
   const Estimate joint = estimate(scenario, {}, GaussNewtonOptions{});
   ASSERT_TRUE(joint.summary.converged()) << joint.summary.message;
-  // What the trapezoidal rule leaves of the waves at the surface, and constant twist of the target's curve.
+  // Remaining errors: the trapezoidal rule in the waves at the surface, and constant twist on the curve of the target.
   EXPECT_LE(mean_position_error(joint), 0.02);
   EXPECT_LE(mean_target_error(joint, scenario), 0.03);
   ASSERT_EQ(joint.ego_sensors.size(), 4u);
   for (const EgoSensorUse& sensor : joint.ego_sensors) {
     EXPECT_GT(sensor.used, 10u) << sensor.name;
-    EXPECT_EQ(sensor.left_out, 0u) << sensor.name;
+    EXPECT_EQ(sensor.discarded, 0u) << sensor.name;
   }
   EXPECT_TRUE(joint.splits.empty());
   EXPECT_EQ(joint.uncertainty.size(), joint.keyframes.size()) << joint.why_no_uncertainty;
 }
 
-/// In two steps: navigation first, whose poses are then odometry.
+/// Estimates in two steps: navigates the chaser, then uses its poses as odometry.
 Estimate in_two_steps(const Scenario& scenario) {
   Scenario with_odometry = navigated(scenario).scenario;
   with_odometry.data.ego.reset();
@@ -58,7 +58,7 @@ Estimate in_two_steps(const Scenario& scenario) {
   return estimate(with_odometry, {}, GaussNewtonOptions{});
 }
 
-TEST(StatisticalJointEstimate, IsNoWorseThanTwoSteps) {
+TEST(StatisticalJointEstimate, IsAsAccurateAsTwoStepEstimate) {
   double joint = 0, two_steps = 0;
   for (const std::uint64_t seed : {1, 2, 3}) {
     const Scenario scenario = dive_with_target({.grade = Grade::mems, .minutes = 2, .seed = seed}, 0.3);
@@ -68,10 +68,10 @@ TEST(StatisticalJointEstimate, IsNoWorseThanTwoSteps) {
     two_steps += mean_position_error(in_two_steps(scenario)) / 3;
   }
   EXPECT_LE(joint, 1.02 * two_steps);
-  EXPECT_LE(joint, 0.3) << "one fix is 0.5 m off, on average";
+  EXPECT_LE(joint, 0.3) << "the mean error of a fix is 0.5 m";
 }
 
-TEST(JointEstimate, AGapOfTheImuSplitsTheChainAndTheEstimateGoesOn) {
+TEST(JointEstimate, ContinuesAcrossImuGap) {
   Scenario scenario = dive_with_target({.grade = Grade::tactical, .minutes = 1}, 0.3);
   std::erase_if(scenario.navigation->imu->samples, [](const ImuSample& s) { return s.t > 30.3 && s.t < 33.8; });
   const Estimate joint = estimate(scenario, {}, GaussNewtonOptions{});
@@ -79,22 +79,22 @@ TEST(JointEstimate, AGapOfTheImuSplitsTheChainAndTheEstimateGoesOn) {
   ASSERT_FALSE(joint.splits.empty());
   EXPECT_LE(joint.splits.front().first, 30.3);
   EXPECT_GE(joint.splits.back().second, 33.8 - 0.5);
-  for (const EgoSensorUse& sensor : joint.ego_sensors) EXPECT_EQ(sensor.left_out, 0u) << sensor.name;
+  for (const EgoSensorUse& sensor : joint.ego_sensors) EXPECT_EQ(sensor.discarded, 0u) << sensor.name;
   EXPECT_THAT(joint.findings.front().text(), HasSubstr("imu"));
-  EXPECT_LE(mean_position_error(joint), 0.48) << "one fix is as far off, on average";
+  EXPECT_LE(mean_position_error(joint), 0.48) << "the mean error of a fix";
 }
 
-TEST(JointEstimate, DvlAndHeadingWithoutImu) {
+TEST(JointEstimate, WorksWithoutImu) {
   Scenario scenario = dive_with_target({.grade = Grade::tactical, .minutes = 1}, 0.3);
   scenario.navigation->imu.reset();
   const Estimate joint = estimate(scenario, {}, GaussNewtonOptions{});
   ASSERT_TRUE(joint.summary.converged());
-  for (const EgoSensorUse& sensor : joint.ego_sensors) EXPECT_EQ(sensor.left_out, 0u) << sensor.name;
-  EXPECT_LE(mean_position_error(joint), 1.0) << "half a degree of heading at the vessel's distance of 100 m";
+  for (const EgoSensorUse& sensor : joint.ego_sensors) EXPECT_EQ(sensor.discarded, 0u) << sensor.name;
+  EXPECT_LE(mean_position_error(joint), 1.0) << "0.5° of heading error at a distance of 100 m";
 }
 
-/// All models that take a target's positions alone.
-TEST(JointEstimate, AnyModelOfTheTarget) {
+/// All models for targets of which only positions are measured.
+TEST(JointEstimate, WorksWithModelsOfPointTargets) {
   const Scenario scenario = navigated(dive_with_target({.grade = Grade::tactical, .minutes = 1}, 0.3)).scenario;
   for (const MotionModel model : {MotionModel::constant_velocity, MotionModel::white_noise_acceleration}) {
     TrackingOptions options;
@@ -108,7 +108,7 @@ TEST(JointEstimate, AnyModelOfTheTarget) {
   EXPECT_TRUE(estimate(scenario, limited, AugmentedLagrangianOptions{}).summary.converged());
 }
 
-TEST(JointEstimate, FixesOutsideTheChasersMotionAreLeftOut) {
+TEST(JointEstimate, DiscardsFixesOutsideChaserData) {
   Scenario scenario = dive_with_target({.grade = Grade::tactical, .minutes = 1}, 0.3);
   Measurement early = scenario.data.sensors[0].measurements.front(), late = early;
   early.t = -0.5;
@@ -118,23 +118,23 @@ TEST(JointEstimate, FixesOutsideTheChasersMotionAreLeftOut) {
   fixes.push_back(late);
   const Estimate joint = estimate(scenario, {}, GaussNewtonOptions{});
   EXPECT_TRUE(joint.summary.converged());
-  EXPECT_EQ(joint.sensors[0].left_out, 2);
+  EXPECT_EQ(joint.sensors[0].discarded, 2);
   EXPECT_EQ(joint.keyframes.front().t, 0);
 }
 
-TEST(JointEstimate, WhatCannotBe) {
+TEST(JointEstimate, RejectsInvalidScenarios) {
   Scenario scenario = dive_with_target({.grade = Grade::tactical, .minutes = 1}, 0.3);
-  const auto refusal = [](const Scenario& s) { return error_of([&] { estimate(s, {}, GaussNewtonOptions{}); }); };
+  const auto rejection = [](const Scenario& s) { return error_of([&] { estimate(s, {}, GaussNewtonOptions{}); }); };
   Scenario still = scenario;
   still.navigation->imu.reset();
   std::erase_if(still.navigation->sensors, [](const EgoSensor& s) { return s.type == EgoSensorType::dvl; });
-  EXPECT_THAT(refusal(still),
-              HasSubstr("navigation needs a source of motion: an imu, or a dvl together with a heading"));
+  EXPECT_THAT(rejection(still),
+              HasSubstr("navigation needs a source of motion: add an imu, or a dvl and a heading sensor"));
   Scenario planar = navigated(scenario).scenario;
   planar.data.planar = true;
-  EXPECT_THAT(refusal(planar), HasSubstr("a planar problem takes odometry"));
+  EXPECT_THAT(rejection(planar), HasSubstr("a planar problem requires odometry"));
   scenario.data.sensors[0].measurements.clear();
-  EXPECT_THAT(refusal(scenario), HasSubstr("needs relative measurements"));
+  EXPECT_THAT(rejection(scenario), HasSubstr("needs relative measurements"));
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace {
 
 using testing::Simulation;
 
-/// Without noise; each sensor stamps its lines 0.3 s late and says so.
+/// A noise-free scenario in which each sensor has a delay of 0.3 s.
 Scenario scenario() {
   Scenario s;
   s.data = Simulation{}.data();
@@ -32,7 +32,7 @@ std::vector<std::string> parts(const MeasurementOutcome& m) {
   return names;
 }
 
-TEST(SensorOutcomes, RawErrorsAreThoseOfTheTimeWhenValid) {
+TEST(SensorOutcomes, CompareRawMeasurementsAtTheirValidTime) {
   Scenario s = scenario();
   s.data.sensors[0].measurements[2].position += Vector<3>(0, 3, 4);
   s.data.sensors[0].measurements[4].held_out = true;
@@ -49,14 +49,14 @@ TEST(SensorOutcomes, RawErrorsAreThoseOfTheTimeWhenValid) {
   EXPECT_NEAR(sensors[0].raw_position->mean, 5.0 / n, 1e-9);
   EXPECT_NEAR(sensors[1].raw_position->mean, 0, 1e-9);
   EXPECT_NEAR(*measurements[2].raw_position, 5, 1e-9);
-  EXPECT_EQ(measurements[2].t, s.data.sensors[0].measurements[2].t) << "as stamped";
+  EXPECT_EQ(measurements[2].t, s.data.sensors[0].measurements[2].t) << "the stamp";
   EXPECT_TRUE(measurements[4].held_out);
   EXPECT_THAT(parts(measurements[4]), ::testing::ElementsAre());
   EXPECT_THAT(parts(measurements[2]), ::testing::ElementsAre("all"));
   EXPECT_FALSE(measurements[2].down_weighted()) << "no loss";
 }
 
-/// One detection is turned: at the true trajectories its orientation alone is disbelieved.
+/// One pose measurement is rotated. At the true trajectories, only its orientation must be down-weighted.
 void check_turned_pose(const TrackingOptions& options, const std::vector<std::string>& names) {
   Scenario s = scenario();
   SO3& turned = s.data.sensors[1].measurements[1].rotation;
@@ -76,12 +76,12 @@ void check_turned_pose(const TrackingOptions& options, const std::vector<std::st
   EXPECT_EQ(parts(outcome), names);
   EXPECT_TRUE(outcome.down_weighted());
   for (const PartWeight& part : outcome.parts) {
-    const bool believed = part.part == "position";
-    EXPECT_NEAR(part.weight, believed ? 1 : 0, believed ? 1e-6 : 0.01) << part.part;
+    const bool correct = part.part == "position";
+    EXPECT_NEAR(part.weight, correct ? 1 : 0, correct ? 1e-6 : 0.01) << part.part;
   }
 }
 
-TEST(SensorOutcomes, APosesPartsHaveWeightsOfTheirOwn) {
+TEST(SensorOutcomes, HaveSeparateWeightsOfPoseParts) {
   TrackingOptions options;
   options.loss = Cauchy(2.0);
   options.position_share = 0.1;

@@ -6,12 +6,12 @@
 
 #include "studies/mode_a_reference.hpp"
 
-/// The scenarios of shared/reference/mode_a_reference.csv as the tracking builder takes them, and with hard
-/// constraints. Costs and errors without those are in reference_test.cpp.
+/// Problem sizes and hard constraints on the scenarios of shared/reference/mode_a_reference.csv. reference_test.cpp
+/// compares costs and errors without constraints.
 namespace tandem {
 namespace {
 
-TEST(RecordedTracking, KeyframesAndFactorsAreThoseOfTheReference) {
+TEST(RecordedTracking, MatchesKeyframesAndBlocksOfReference) {
   TANDEM_NEEDS_SHARED(10);
   ASSERT_EQ(references().size(), 10u);
   for (const Reference& c : references()) {
@@ -22,9 +22,9 @@ TEST(RecordedTracking, KeyframesAndFactorsAreThoseOfTheReference) {
   }
 }
 
-/// The same with both solvers for hard constraints on all scenarios: converged, feasible, no cheaper than the bound that
-/// leaving the constraints out gives, and of the same cost. `other_minima` names scenarios that have several minima
-/// under these constraints, whose costs are not compared.
+/// Expects that both solvers for hard constraints converge to feasible points of the same cost on all scenarios, which
+/// is not below the cost without constraints. Costs are not compared for the scenarios `other_minima`, which have
+/// several minima under these constraints.
 void expect_feasible(const TrackingOptions& options, const std::set<std::string>& other_minima = {}) {
   for (const Reference& c : references()) {
     SCOPED_TRACE(c.scenario);
@@ -55,8 +55,9 @@ TrackingOptions hard(bool roll_pitch, bool non_holonomic, bool surge) {
   return options;
 }
 
-/// Bearings pull this boat below a surge of zero: a step's model that does not see the bound before it is reached creeps.
-TEST(RecordedSoftBounds, OfSurgeEndWhereHardOnesDo) {
+/// Bearings pull the surge of this boat below zero. A solver whose step model ignores bounds that are not yet reached
+/// would make very small steps.
+TEST(RecordedSoftBounds, OnSurgeConvergeToHardBounds) {
   TANDEM_NEEDS_SHARED(4);
   const Scenario scenario = read_scenario(std::filesystem::path(paths::shared) / "data" / "ferry_22_1");
   for (const Role others : {Role::off, Role::soft}) {
@@ -100,8 +101,9 @@ TEST(RecordedHardConstraints, AllWithSurgeLimitedOnBothSides) {
   expect_feasible(options);
 }
 
-/// Detections turned by 180° give kitti_0004_002 and kitti_0018_003 several minima once the target may not turn: both
-/// solvers find a lower one than the reference's on the first, augmented-lagrangian one 4 % above Ipopt's on the second.
+/// With limited yaw rate, detections flipped by 180° give kitti_0004_002 and kitti_0018_003 several minima. On the
+/// first, both solvers find a lower one than the reference; on the second, the augmented Lagrangian ends 4 % above
+/// Ipopt.
 TEST(RecordedHardConstraints, NonHolonomicWithSurgeAndYawRateLimited) {
   TANDEM_NEEDS_SHARED(10);
   TrackingOptions options = hard(false, true, false);
@@ -115,12 +117,12 @@ TEST(RecordedHardConstraints, AllTogether) {
   expect_feasible(hard(true, true, true));
 }
 
-/// Cars held far below the speed that they drove at, with and without hard non-holonomic motion: weights grow until little
-/// of the cost is left beside them, and where detections turn by 180 degrees one jump after the other is to be crossed.
-TEST(RecordedHardConstraints, LimitsThatPullFar) {
+/// Limits far below the true speed of cars, with and without non-holonomic motion. This is hard: penalty weights grow
+/// until they dominate the cost, and detections flipped by 180° have to be crossed one after another.
+TEST(RecordedHardConstraints, LimitsFarBelowTrueSpeed) {
   TANDEM_NEEDS_SHARED(10);
   AugmentedLagrangianOptions solver;
-  solver.max_iterations = 2000;  // kitti_0020_012 takes some 1,100
+  solver.max_iterations = 2000;  // kitti_0020_012 needs about 1,100
   int cars = 0;
   for (const Reference& c : references()) {
     if (!c.scenario.starts_with("kitti_")) continue;

@@ -7,7 +7,7 @@
 namespace tandem::testing {
 namespace {
 
-/// A camera that sees a target ahead each second, at these headings [rad].
+/// Returns the data of a camera that measures the pose of a target ahead, with these headings [rad], once per second.
 TrackingData seen_at(const std::vector<double>& headings) {
   TrackingData data;
   data.noise.prior = data.noise.odometry = data.noise.constant_twist = Vector<6>::Constant(0.1);
@@ -24,13 +24,13 @@ TrackingData seen_at(const std::vector<double>& headings) {
 
 std::string turned(const TrackingData& data) { return turned_detections(data, make_tracking_problem(data)); }
 
-TEST(TurnedDetections, AreNamedByTheirInstants) {
+TEST(TurnedDetections, AreReportedWithTheirTimes) {
   const double turn = std::numbers::pi;
   EXPECT_EQ(turned(seen_at({0.0, 0.5, 1.0, 1.5, 2.0})), "");
   EXPECT_EQ(turned(seen_at({0.0, 0.1, 0.2 - turn, 0.3})), "camera turns by 174 deg between 1.0 s and 2.0 s");
 }
 
-TEST(TurnedDetections, OnlyOfWhatIsUsed) {
+TEST(TurnedDetections, IgnoreHeldOutMeasurements) {
   TrackingData data = seen_at({0.0, 0.1, 0.2 + std::numbers::pi, 0.3});
   data.sensors[0].measurements[2].held_out = true;
   EXPECT_EQ(turned(data), "");

@@ -10,14 +10,14 @@
 #include "problem/tracking/simulated_tracking.hpp"
 #include "solvers/marginals_cases.hpp"
 
-/// Uncertainties against the dense inverse of the Hessian and differences of the estimate itself.
+/// Compares uncertainties with the dense inverse of the Hessian, propagated by finite differences.
 namespace tandem {
 namespace {
 
 using testing::DenseMarginals;
 using testing::Simulation;
 
-/// Of the stacked tangents of several variables.
+/// Returns the joint covariance of several variables, in the order of the arguments.
 template <LieGroup... Xs>
 Eigen::MatrixXd dense_joint(const DenseMarginals& dense, const Problem& problem, const Variable<Xs>&... x) {
   Eigen::MatrixXd S((Xs::dof + ...), (Xs::dof + ...));
@@ -31,7 +31,7 @@ Eigen::MatrixXd dense_joint(const DenseMarginals& dense, const Problem& problem,
   return S;
 }
 
-/// J S Jᵀ with J by central differences of f over these variables.
+/// Returns J S Jᵀ, where J has the central differences of f with respect to these variables.
 template <class F, LieGroup... Xs>
 Eigen::MatrixXd propagated(const Eigen::MatrixXd& S, Problem& problem, F f, const Variable<Xs>&... x) {
   constexpr double h = 1e-5;
@@ -143,7 +143,7 @@ void hold_out_every_second(TrackingData& d) {
     for (std::size_t i = 1; i < sensor.measurements.size(); i += 2) sensor.measurements[i].held_out = true;
 }
 
-/// The same in the plane: range and bearing, and a pose now and then.
+/// Returns a planar scenario with range and bearing measurements and two poses.
 TrackingData planar_data() {
   TrackingData d;
   d.planar = true;
@@ -165,7 +165,7 @@ TrackingData planar_data() {
   return d;
 }
 
-TEST(Uncertainty, OfPosesIsThatOfTheDenseInverse) {
+TEST(Uncertainty, OfPosesMatchesDenseInverse) {
   TrackingData d = data();
   hold_out_every_second(d);
   const Checked checked(d, {});
@@ -173,7 +173,7 @@ TEST(Uncertainty, OfPosesIsThatOfTheDenseInverse) {
   EXPECT_EQ(checked.held_out, 2);
 }
 
-TEST(Uncertainty, OfPointsIsAlongTheWorldsAxes) {
+TEST(Uncertainty, OfPointsMatchesDenseInverse) {
   TrackingData d = data();
   hold_out_every_second(d);
   TrackingOptions options;
@@ -183,7 +183,7 @@ TEST(Uncertainty, OfPointsIsAlongTheWorldsAxes) {
   EXPECT_GT(checked.points, 2);
 }
 
-TEST(Uncertainty, OfASteadyCourseComesFromItsStartAndSpeed) {
+TEST(Uncertainty, OfSteadyCourseMatchesDenseInverse) {
   TrackingOptions options;
   options.model = MotionModel::steady_course;
   TrackingData d = data();
@@ -193,7 +193,7 @@ TEST(Uncertainty, OfASteadyCourseComesFromItsStartAndSpeed) {
   EXPECT_EQ(checked.held_out, 2);
 }
 
-TEST(Uncertainty, OfThePlaneIsZeroOutOfIt) {
+TEST(Uncertainty, OfPlanarProblemIsZeroOutOfPlane) {
   for (const MotionModel model : {MotionModel::constant_twist, MotionModel::steady_course}) {
     TrackingOptions options;
     options.model = model;
@@ -208,8 +208,8 @@ TEST(Uncertainty, OfThePlaneIsZeroOutOfIt) {
   }
 }
 
-/// A hard constraint leaves no uncertainty along what it holds.
-TEST(Uncertainty, OfALevelTargetHasNoRollAndPitch) {
+/// A target that is constrained to be level has no uncertainty of roll and pitch.
+TEST(Uncertainty, IsZeroAlongHardConstraints) {
   TrackingOptions options;
   options.roll_pitch = Role::hard;
   TrackingProblem tracking = make_tracking_problem(data(), options);
@@ -218,9 +218,9 @@ TEST(Uncertainty, OfALevelTargetHasNoRollAndPitch) {
   for (const KeyframeUncertainty& u : found.keyframes) EXPECT_LE((u.target.block<2, 2>(3, 3).norm()), 1e-12);
 }
 
-/// A measurement that its sensor's errors explain is predicted with them, and by as much as they are known; what an error is
-/// at that instant is told by measurements beside it.
-TEST(HeldOut, MeasurementsOfASensorWithErrorsThatStay) {
+/// Predictions of held-out measurements must include the sensor's estimated scale error and bias, and their
+/// uncertainty, which is larger for a time-correlated bias.
+TEST(HeldOut, PredictsWithSystematicErrors) {
   Simulation simulation;
   simulation.duration = 60.0;
   simulation.noise = 1.0;
@@ -238,31 +238,31 @@ TEST(HeldOut, MeasurementsOfASensorWithErrorsThatStay) {
   };
   const auto distance = [](const HeldOut& h) { return h.squared_distance() / 3; };
   const auto variance = [](const HeldOut& h) { return h.covariance.trace(); };
-  const auto found_with = [&](const std::optional<StayingError>& error) {
+  const auto found_with = [&](const std::optional<SystematicError>& error) {
     usbl.error = error;
     TrackingProblem tracking = make_tracking_problem(d);
     EXPECT_TRUE(solve(tracking.problem, GaussNewtonOptions{}).converged());
     return uncertainty(tracking, d);
   };
   const Uncertainty without = found_with({}),
-                    constant = found_with(StayingError{Vector<3>::Constant(5), HUGE_VAL, 0.5}),
-                    forgotten = found_with(StayingError{Vector<3>::Constant(5), 20, 0.5, 0, 0.1});
-  for (const Uncertainty* u : {&without, &constant, &forgotten}) EXPECT_GE(u->held_out.size(), 5u);
+                    constant = found_with(SystematicError{Vector<3>::Constant(5), HUGE_VAL, 0.5}),
+                    correlated = found_with(SystematicError{Vector<3>::Constant(5), 20, 0.5, 0, 0.1});
+  for (const Uncertainty* u : {&without, &constant, &correlated}) EXPECT_GE(u->held_out.size(), 5u);
   EXPECT_GT(mean_of(without, distance), 3);
   EXPECT_LT(mean_of(constant, distance), 2);
-  EXPECT_LT(mean_of(forgotten, distance), 2);
-  EXPECT_GT(mean_of(forgotten, variance), 1.02 * mean_of(constant, variance));
+  EXPECT_LT(mean_of(correlated, distance), 2);
+  EXPECT_GT(mean_of(correlated, variance), 1.02 * mean_of(constant, variance));
 }
 
-TEST(HeldOut, RowsAloneAndTogether) {
+TEST(HeldOut, DistinguishesRowsFromJointRegion) {
   const auto held_out = [](const Eigen::VectorXd& r) {
     return HeldOut{0, 0, r, Vector<2>(4.0, 1.0).asDiagonal().toDenseMatrix()};
   };
-  const HeldOut near = held_out(Vector<2>(3.8, 1.9));  // 1.9 σ each: 7.22 together, beyond the 5.99 of χ²
+  const HeldOut near = held_out(Vector<2>(3.8, 1.9));  // 1.9 σ each; squared distance 7.22, above the χ² quantile 5.99
   EXPECT_EQ(near.rows_inside(), 2);
   EXPECT_NEAR(near.squared_distance(), 7.22, 1e-12);
   EXPECT_FALSE(near.inside());
-  const HeldOut one_sided = held_out(Vector<2>(4.8, 0.0));  // 2.4 σ: 5.76
+  const HeldOut one_sided = held_out(Vector<2>(4.8, 0.0));  // 2.4 σ; squared distance 5.76
   EXPECT_EQ(one_sided.rows_inside(), 1);
   EXPECT_FALSE(one_sided.row_inside(0));
   EXPECT_TRUE(one_sided.inside());

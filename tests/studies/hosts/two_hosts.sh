@@ -1,18 +1,20 @@
 #!/bin/sh
-# two_hosts.sh TANDEM WORK: a study on two hosts, which are two network namespaces of this one, each with a rank. The link
-# between them goes down half-way and stays so: the run is to end with the tables of one process all the same. A rank that is
-# killed ends the run; --resume completes it to the same tables. Exit status: 0 passed, 1 failed, 77 cannot be tried here.
+# two_hosts.sh TANDEM WORK: tests a study on two hosts, simulated by two network namespaces with one MPI rank each.
+# 1. Without failures, the tables equal those of a single process.
+# 2. The link between the hosts goes down during the run. Rank 0 must complete the study with the same tables.
+# 3. A killed rank ends the run, and --resume completes it with the same tables.
+# Exit status: 0 passed, 1 failed, 77 skipped.
 set -u
 tandem=$1 work=$2
 
 missing() {
-  echo "$1 absent: not checked: studies on two hosts"
+  echo "$1 is missing; skipped: studies on two hosts"
   exit 77
 }
 
 if [ "${3:-}" != inside ]; then
   for program in mpirun ip unshare hostname; do command -v $program > /dev/null || missing $program; done
-  unshare -n -m true 2> /dev/null || { echo "network namespaces are not permitted here: not checked: two hosts"; exit 77; }
+  unshare -n -m true 2> /dev/null || { echo "network namespaces are not permitted; skipped: two hosts"; exit 77; }
   exec unshare -n -m --propagation private sh "$0" "$tandem" "$work" inside
 fi
 
@@ -22,7 +24,7 @@ rm -rf "$work" && mkdir -p "$work" || exit 1
 {
   mkdir -p /run/netns && mount -t tmpfs none /run/netns && ip netns add one && ip netns add two &&
     ip link add name link1 netns one type veth peer name link2 netns two
-} || { echo "pairs of network namespaces are not permitted here: not checked: two hosts"; exit 77; }
+} || { echo "pairs of network namespaces are not permitted; skipped: two hosts"; exit 77; }
 ip -n one address add 10.77.0.1/24 dev link1 && ip -n two address add 10.77.0.2/24 dev link2 || exit 1
 for host in "one link1" "two link2"; do
   set -- $host
@@ -37,7 +39,7 @@ models: [constant-twist, mode-b]
 seeds: 60
 END
 
-on_hosts() {  # OUT OPTION…: by a rank on each host
+on_hosts() {  # OUT OPTION…: runs the study with one rank per host
   out=$1
   shift
   ip netns exec one timeout 300 mpirun --allow-run-as-root --host 10.77.0.1,10.77.0.2 -n 2 \
@@ -49,7 +51,7 @@ wait_for_trials() {  # OUT N
     [ "$(trials "$1")" -ge "$2" ] 2> /dev/null && return
     sleep 0.1
   done
-  fail "$1 has not had $2 trials within a minute"
+  fail "$1 did not reach $2 trials within a minute"
 }
 same_tables() {  # OUT
   for table in tables.txt summary.csv pairs.csv consistency.csv; do
@@ -70,9 +72,9 @@ for i in $(seq 1200); do
   [ -e "$work/cut/tables.txt" ] && break
   sleep 0.1
 done
-ip netns pids one | xargs -r kill  # mpirun waits for the other host, which cannot be told that it is over
+ip netns pids one | xargs -r kill  # mpirun waits for the unreachable host
 wait $run || true
-grep -q "1 ranks fell silent and were given up" "$work/log" || fail "the lost host was not noticed"
+grep -q "1 ranks stopped responding" "$work/log" || fail "the lost host was not detected"
 [ "$(trials "$work/cut")" = 120 ] || fail "the lost host's trials are missing"
 same_tables "$work/cut"
 ip -n two link set link2 up
@@ -81,10 +83,10 @@ on_hosts "$work/killed" &
 run=$!
 wait_for_trials "$work/killed" 10
 for rank in $(ip netns pids two); do
-  grep -q "$work/study.yaml" "/proc/$rank/cmdline" 2> /dev/null && [ "$(cat "/proc/$rank/comm")" = tandem-more ] && kill -9 "$rank"
+  grep -q "$work/study.yaml" "/proc/$rank/cmdline" 2> /dev/null && [ "$(cat "/proc/$rank/comm")" = tandem-study ] && kill -9 "$rank"
 done
-wait $run && fail "a killed rank went unnoticed"
-[ "$(trials "$work/killed")" -lt 120 ] || fail "the run was over before a rank was killed"
+wait $run && fail "the killed rank was not detected"
+[ "$(trials "$work/killed")" -lt 120 ] || fail "the run ended before a rank was killed"
 on_hosts "$work/killed" --resume
 same_tables "$work/killed"
 echo "two hosts: passed"

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <tandem/studies/navigation/more/fit_delay.hpp>
+#include <tandem/studies/navigation/fit_delay.hpp>
 #include <tandem/studies/simulation/simulate_dive.hpp>
 
 #include "studies/scratch.hpp"
@@ -17,20 +17,20 @@ class FitDelay : public testing::Test {
 };
 
 using LongFitDelay = FitDelay;
-TEST_F(LongFitDelay, OfTheInertialSensorMayBeBelowZero) {
+TEST_F(LongFitDelay, FindsNegativeDelayOfImu) {
   NavigationData data = dive();
   for (ImuSample& sample : data.imu->samples) sample.t -= 0.03;
-  NavigationData told = data;  // that stamps are late by 20 ms, which changes when samples were valid
-  told.imu->delay = 0.02;
-  const DelayFit fit = fit_delay(data, data.imu->name), again = fit_delay(told, told.imu->name);
+  NavigationData delayed = data;  // stamps are 20 ms later than the times of the samples
+  delayed.imu->delay = 0.02;
+  const DelayFit fit = fit_delay(data, data.imu->name), again = fit_delay(delayed, delayed.imu->name);
   EXPECT_NEAR(again.delay, fit.delay + 0.02, 1e-3);
-  ASSERT_TRUE(fit.deviation);
-  EXPECT_LT(*fit.deviation, 0.01);
-  EXPECT_NEAR(fit.delay, -0.03, 3 * *fit.deviation + 1e-3);  // the grid is of 1 ms
+  ASSERT_TRUE(fit.sigma);
+  EXPECT_LT(*fit.sigma, 0.01);
+  EXPECT_NEAR(fit.delay, -0.03, 3 * *fit.sigma + 1e-3);  // resolution of the search: 1 ms
   EXPECT_LT(fit.cost, fit.cost_before);
 }
 
-TEST_F(FitDelay, IsSetWhereItsSensorHasOne) {
+TEST_F(FitDelay, SetsDelayOfSensorAndImu) {
   NavigationData data = dive();
   const NavigationData before = data;
   set_delay(data, data.imu->name, -0.02);
@@ -43,9 +43,9 @@ TEST_F(FitDelay, IsSetWhereItsSensorHasOne) {
   EXPECT_EQ(data.sensors[0].measurements[0].t, before.sensors[0].measurements[0].t);
 }
 
-TEST_F(FitDelay, OfNoSensorIsRefused) {
+TEST_F(FitDelay, RejectsUnknownSensor) {
   const NavigationData data = dive();
-  EXPECT_THAT(error_of([&] { fit_delay(data, "dlv"); }), HasSubstr("there is no sensor dlv"));
+  EXPECT_THAT(error_of([&] { fit_delay(data, "dlv"); }), HasSubstr("cannot fit the delay of dlv"));
 }
 
 }  // namespace

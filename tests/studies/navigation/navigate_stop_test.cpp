@@ -4,12 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <tandem/problem/stop.hpp>
-#include <tandem/studies/navigation/more/fit_delay.hpp>
+#include <tandem/studies/navigation/fit_delay.hpp>
 #include <tandem/studies/simulation/simulate_dive.hpp>
 
 #include "studies/scratch.hpp"
 
-/// The solver's limits are of everything that a navigation does.
+/// The solver's time limit and stop flag cover all steps of a navigation.
 namespace tandem {
 namespace {
 
@@ -22,7 +22,7 @@ class NavigateStop : public testing::Test {
   std::atomic<bool> stop = false;
 };
 
-TEST_F(NavigateStop, BeforeThereAreTwoKeyframesThereIsNothingToGive) {
+TEST_F(NavigateStop, ThrowsBeforeSecondKeyframe) {
   options.solver.time_limit = 0;
   EXPECT_THROW(navigate(data, options), Stopped);
   options.solver.time_limit = HUGE_VAL;
@@ -31,7 +31,7 @@ TEST_F(NavigateStop, BeforeThereAreTwoKeyframesThereIsNothingToGive) {
   EXPECT_THAT(error_of([&] { navigate(data, options); }), HasSubstr("interrupted"));
 }
 
-TEST_F(NavigateStop, InTheSolveItGivesTheStatesSoFar) {
+TEST_F(NavigateStop, ReturnsStatesIfStoppedDuringSolve) {
   options.solver.stop = &stop;
   options.solver.progress = [this](const Progress&) { stop = true; };
   const Navigation navigation = navigate(data, options);
@@ -41,16 +41,16 @@ TEST_F(NavigateStop, InTheSolveItGivesTheStatesSoFar) {
   EXPECT_TRUE(navigation.covariance.empty());
 }
 
-TEST_F(NavigateStop, CovariancesAreLeftOutWhereTheyAreNotAskedFor) {
+TEST_F(NavigateStop, SkipsCovariancesIfNotRequested) {
   options.covariance = false;
   const Navigation navigation = navigate(data, options);
   EXPECT_TRUE(navigation.summary.converged());
   EXPECT_TRUE(navigation.covariance.empty());
-  EXPECT_EQ(navigation.why_no_covariance, "they were not asked for");
+  EXPECT_EQ(navigation.why_no_covariance, "not requested");
   EXPECT_FALSE(navigation.cut_short);
 }
 
-TEST_F(NavigateStop, FittingADelayEndsBetweenNavigationsAndWithinThem) {
+TEST_F(NavigateStop, StopsDelayFit) {
   options.solver.stop = &stop;
   int solves = 0;
   options.solver.progress = [&](const Progress& progress) {

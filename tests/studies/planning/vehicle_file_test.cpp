@@ -1,3 +1,4 @@
+#include <Eigen/LU>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +30,8 @@ actuators:
 most_twist: [2, 1, 1, 1, 1, 1]
 )";
 
-std::string refused(const std::string& text) {
+/// Returns the error message for a vehicle file with this text, from the file name on; empty if the file is accepted.
+std::string rejection(const std::string& text) {
   const ScratchFolder scratch;
   scratch.write("vehicle.yaml", text);
   try {
@@ -41,12 +43,13 @@ std::string refused(const std::string& text) {
   return "";
 }
 
+/// Returns kSmall with `from` replaced by `to`.
 std::string with(const std::string& from, const std::string& to) {
   std::string text = kSmall;
   return text.replace(text.find(from), from.size(), to);
 }
 
-TEST(ReadVehicle, TurnsForwardRightDownIntoForwardLeftUp) {
+TEST(ReadVehicle, ConvertsForwardRightDownToForwardLeftUp) {
   const ScratchFolder scratch;
   scratch.write("vehicle.yaml", kSmall);
   const Vehicle vehicle = read_vehicle((scratch.path() / "vehicle.yaml").string());
@@ -55,11 +58,11 @@ TEST(ReadVehicle, TurnsForwardRightDownIntoForwardLeftUp) {
   const auto& model = std::get<VehicleModel<3>>(vehicle.model);
   EXPECT_EQ(model.centre_of_mass, Vector<3>(0.1, -0.02, -0.03));
   EXPECT_TRUE(model.mass.diagonal().isApprox((Vector<6>() << 11, 12, 13, 0.3, 0.5, 0.7).finished(), 1e-15));
-  EXPECT_DOUBLE_EQ(model.mass(0, 4), 10 * -0.03);  // m z: in the file it is the other sign, as are z and pitch
+  EXPECT_DOUBLE_EQ(model.mass(0, 4), 10 * -0.03);  // m z; z changes its sign between FRD and FLU
   EXPECT_DOUBLE_EQ(model.mass(1, 5), 10 * 0.1);
   EXPECT_EQ(model.mass, model.mass.transpose());
   EXPECT_EQ(model.linear(4, 4), 0.6);
-  // A push 0.1 m to the right of the middle and 0.2 m below turns the bow to the left and up.
+  // A forward force 0.1 m right of and 0.2 m below the origin turns the bow to the left and up.
   const Vector<6> push = model.thrust.col(0);
   EXPECT_EQ(push, (Vector<6>() << 1, 0, 0, 0, -0.2, 0.1).finished());
   EXPECT_EQ(model.fin.col(1), (Vector<6>() << 0, -9, 0, 0, 0, 6).finished());
@@ -69,41 +72,42 @@ TEST(ReadVehicle, TurnsForwardRightDownIntoForwardLeftUp) {
   EXPECT_EQ(model.thrust.col(2).norm() + model.fin.col(2).norm(), 0.0);  // idle
 }
 
-TEST(ReadVehicle, ThoseThatComeAlongCanBe) {
+TEST(ReadVehicle, BuiltInVehiclesAreValid) {
   EXPECT_THAT(builtin_vehicles(), ElementsAre("bluerov2_heavy", "remus_100"));
   for (const std::string& name : builtin_vehicles()) {
     const Vehicle vehicle = read_vehicle(name);
     EXPECT_FALSE(vehicle.source.empty());
-    std::visit([](const auto& model) { EXPECT_EQ(why_impossible(model), ""); }, vehicle.model);
+    std::visit([](const auto& model) { EXPECT_EQ(why_invalid(model), ""); }, vehicle.model);
   }
   const auto remus = std::get<VehicleModel<3>>(read_vehicle("remus_100").model);
-  // 3.86 N hold 1.54 m/s (Prestero 2001).
+  // A thrust of 3.86 N maintains 1.54 m/s (Prestero 2001).
   EXPECT_NEAR(remus.quadratic(0, 0) * 1.54 * 1.54, 3.86, 0.03);
-  EXPECT_DOUBLE_EQ(remus.lift(5, 1), -10.57);  // it turns its bow into the flow
+  EXPECT_DOUBLE_EQ(remus.lift(5, 1), -10.57);  // the hull's lift turns the bow into the flow
   const auto rov = std::get<VehicleModel<8>>(read_vehicle("bluerov2_heavy").model);
-  // Actuated in all six axes, and symmetric: all of the verticals push straight up.
+  // All six axes are actuated. Equal vertical thrusts sum to a pure upward force, because the layout is symmetric.
   EXPECT_EQ(Eigen::FullPivLU<Eigen::MatrixXd>(rov.thrust).rank(), 6);
   EXPECT_LE((rov.thrust.rightCols<4>().rowwise().sum() - 4.0 * Vector<6>::Unit(2)).norm(), 1e-12);
 }
 
-TEST(ReadVehicle, WhatIsWrongIsOneSentenceWithFileAndLine) {
-  EXPECT_EQ(refused(kSmall), "");
-  EXPECT_THAT(refused(with("added_mass: [1, 2", "added_mass: [-20, 2")),
+TEST(ReadVehicle, ErrorsNameFileLineAndKey) {
+  EXPECT_EQ(rejection(kSmall), "");
+  EXPECT_THAT(rejection(with("added_mass: [1, 2", "added_mass: [-20, 2")),
               HasSubstr("the mass matrix is not positive definite"));
-  EXPECT_THAT(refused(with("linear_damping: [5,", "linear_damping: [-5,")),
-              HasSubstr("the linear damping matrix has a direction in which it drives the vehicle"));
-  EXPECT_THAT(refused(with("linear_damping: [5, 6, 7, 0.5, 0.6, 0.7]", "linear_damping: [0, 0, 0, 0, 0, 0]")),
+  EXPECT_THAT(rejection(with("linear_damping: [5,", "linear_damping: [-5,")),
+              HasSubstr("the linear damping matrix is not positive semidefinite"));
+  EXPECT_THAT(rejection(with("linear_damping: [5, 6, 7, 0.5, 0.6, 0.7]", "linear_damping: [0, 0, 0, 0, 0, 0]")),
               HasSubstr("the damping matrix is not positive definite"));
-  EXPECT_THAT(refused(with("added_mass: [1, 2, 3, 0.1, 0.2, 0.3]", "added_mass: [1, 2, 3]")),
-              HasSubstr("vehicle.yaml:10: added_mass needs 6 numbers, its diagonal, or 36"));
-  EXPECT_THAT(refused(with("axes: FRD", "axes: NED")), HasSubstr("vehicle.yaml:3: axes are FLU or FRD, not 'NED'"));
-  EXPECT_THAT(refused(with("buoyancy: 99", "boyancy: 99")), HasSubstr("vehicle.yaml:9: unknown key 'boyancy'"));
-  EXPECT_THAT(refused(with("range: [-5, 10]", "range: [5, -10]")), HasSubstr("the first below"));
-  EXPECT_THAT(refused(with("lag: 0.3", "lag: -1")), HasSubstr("lag must not be negative"));
-  EXPECT_THAT(refused(with("lag: 0.3", "lag: 1e308")), HasSubstr("lag: no vehicle has 1e+308 of it"));
-  EXPECT_THAT(refused(with("buoyancy: 99", "buoyancy: -1e200")), HasSubstr("vehicle.yaml:9: buoyancy: no vehicle has"));
-  EXPECT_THAT(refused(with("lag: 0.3", "lagg: 1")), HasSubstr("unknown key 'lagg' in actuators push"));
-  EXPECT_THAT(refused(with("direction: [1, 0, 0]", "direction: [0, 0, 0]")), HasSubstr("an actuator pushes by"));
+  EXPECT_THAT(rejection(with("added_mass: [1, 2, 3, 0.1, 0.2, 0.3]", "added_mass: [1, 2, 3]")),
+              HasSubstr("vehicle.yaml:10: added_mass needs 6 numbers (diagonal) or 36"));
+  EXPECT_THAT(rejection(with("axes: FRD", "axes: NED")),
+              HasSubstr("vehicle.yaml:3: axes must be FLU or FRD, not 'NED'"));
+  EXPECT_THAT(rejection(with("buoyancy: 99", "boyancy: 99")), HasSubstr("vehicle.yaml:9: unknown key 'boyancy'"));
+  EXPECT_THAT(rejection(with("range: [-5, 10]", "range: [5, -10]")), HasSubstr("range needs the minimum command"));
+  EXPECT_THAT(rejection(with("lag: 0.3", "lag: -1")), HasSubstr("lag must not be negative"));
+  EXPECT_THAT(rejection(with("lag: 0.3", "lag: 1e308")), HasSubstr("lag: 1e+308 is out of range"));
+  EXPECT_THAT(rejection(with("buoyancy: 99", "buoyancy: -1e200")), HasSubstr("vehicle.yaml:9: buoyancy: -1e+200 is"));
+  EXPECT_THAT(rejection(with("lag: 0.3", "lagg: 1")), HasSubstr("unknown key 'lagg' in actuators push"));
+  EXPECT_THAT(rejection(with("direction: [1, 0, 0]", "direction: [0, 0, 0]")), HasSubstr("an actuator needs"));
   EXPECT_THROW(read_vehicle("remus_10"), Error);
 }
 

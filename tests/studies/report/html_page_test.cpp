@@ -10,7 +10,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-TEST(HtmlPage, TextsAreEscaped) {
+TEST(HtmlPage, EscapesTexts) {
   HtmlPage page("a <b> & \"c\"");
   page.heading("<script>alert(1)</script>");
   page.paragraph("1 < 2");
@@ -23,8 +23,8 @@ TEST(HtmlPage, TextsAreEscaped) {
   EXPECT_THAT(text, HasSubstr("<td>x &amp; y</td>"));
 }
 
-/// What a figure holds cannot end the script that it stands in, and is no broken JSON, whatever bytes it has.
-TEST(HtmlPage, FiguresStayInTheirScripts) {
+/// Figure data is valid JSON for any bytes and cannot end its script element.
+TEST(HtmlPage, FigureDataIsEscaped) {
   HtmlPage page("p");
   page.figure({"title", "caption", {{{"name", "</script><b>\xff"}}}, nlohmann::ordered_json::object(), 300});
   const std::string text = page.text("");
@@ -34,7 +34,7 @@ TEST(HtmlPage, FiguresStayInTheirScripts) {
   EXPECT_THAT(text, HasSubstr("<figcaption><b>title.</b> caption</figcaption>"));
 }
 
-TEST(HtmlPage, NothingIsFetched) {
+TEST(HtmlPage, HasNoExternalResources) {
   HtmlPage page("p");
   page.figure({"title", "caption", nlohmann::ordered_json::array(), nlohmann::ordered_json::object(), 300});
   const std::string text = page.text("");

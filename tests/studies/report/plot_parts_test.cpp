@@ -8,12 +8,12 @@
 namespace tandem::plot {
 namespace {
 
-TEST(PlotParts, NumbersHaveFiveDigits) {
+TEST(PlotParts, NumbersHaveFiveSignificantDigits) {
   EXPECT_EQ(numbers({1.0 / 3, 123456789, std::nan(""), -HUGE_VAL}).dump(), "[0.33333,123460000.0,null,null]");
 }
 
-/// Of 1 … 9 and 100: quartiles 3.25 and 7.75, median 5.5, whiskers to 1 and 9.
-TEST(PlotParts, BoxesAreTukeys) {
+/// The values 1 … 9 and 100 have the quartiles 3.25 and 7.75, the median 5.5 and whiskers to 1 and 9.
+TEST(PlotParts, BoxesFollowTukey) {
   Boxes boxes{"b", "red", "pink", 0.2, {2}, {{}}, {{}}};
   for (const double v : {100, 5, 3, 1, 2, 4, 6, 7, 9, 8}) {
     boxes.values[0].push_back(v);
@@ -29,7 +29,7 @@ TEST(PlotParts, BoxesAreTukeys) {
   EXPECT_EQ(traces[2]["text"].dump(), "[\"trial 100\"]");
 }
 
-TEST(PlotParts, CumulativeShares) {
+TEST(PlotParts, CumulativeDistribution) {
   const Json trace = cumulative("c", {3, 1, 2, 2}, "red");
   EXPECT_EQ(trace["x"].dump(), "[1.0,2.0,2.0,3.0]");
   EXPECT_EQ(trace["y"].dump(), "[0.25,0.5,0.75,1.0]");

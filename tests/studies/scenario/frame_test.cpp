@@ -37,21 +37,21 @@ TEST(Frame, EveryConversionIsItsOwnInverse) {
 TEST(Frame, KnownValues) {
   const Frame ned = Frame::ned_frd();
   EXPECT_EQ(ned.world(Vector<3>(10.0, 20.0, 30.0)), Vector<3>(20.0, 10.0, -30.0)) << "north east down, east north up";
-  EXPECT_EQ(ned.body(Vector<3>(1.0, 2.0, 3.0)), Vector<3>(1.0, -2.0, -3.0)) << "starboard, and below";
+  EXPECT_EQ(ned.body(Vector<3>(1.0, 2.0, 3.0)), Vector<3>(1.0, -2.0, -3.0)) << "to starboard and below";
   const double quarter = 0.5 * std::numbers::pi;
-  // Level and facing north: the identity in NED-FRD, a quarter turn to the left from east in ENU-FLU.
+  // Level and facing north: the identity in NED-FRD, a quarter turn to the left of east in ENU-FLU.
   const SE3 north = ned.world(SE3(SO3(), Vector<3>(10.0, 20.0, 30.0)));
   EXPECT_LE(distance(north, SE3(SO3::Exp({0, 0, quarter}), Vector<3>(20.0, 10.0, -30.0))), 1e-14);
-  // Facing east: a quarter turn to the right from north, the identity in ENU-FLU.
+  // Facing east: a quarter turn to the right of north in NED-FRD, the identity in ENU-FLU.
   EXPECT_LE(distance(ned.world(SE3(SO3::Exp({0, 0, quarter}), Vector<3>::Zero())), SE3()), 1e-14);
-  // Nose up is a positive pitch about starboard, a negative one about port.
+  // Nose up is a positive rotation about the starboard axis and a negative one about the port axis.
   EXPECT_LE((ned.body(SO3::Exp({0, 0.2, 0})).inverse() * SO3::Exp({0, -0.2, 0})).Log().norm(), 1e-14);
-  // Starboard down is a positive roll in both.
+  // Starboard down is a positive roll in both conventions.
   EXPECT_LE((ned.body(SO3::Exp({0.2, 0, 0})).inverse() * SO3::Exp({0.2, 0, 0})).Log().norm(), 1e-14);
-  EXPECT_EQ(ned.angle(0.3), -0.3) << "a bearing to starboard is one to the right";
+  EXPECT_EQ(ned.angle(0.3), -0.3) << "a bearing to starboard";
 }
 
-TEST(Frame, CompositionsStay) {
+TEST(Frame, ConversionCommutesWithComposition) {
   const Frame ned = Frame::ned_frd();
   const SE3 relative = SE3::Exp((Vector<6>() << 0.5, 0.2, -0.1, 0.4, -0.2, 0.3).finished());
   EXPECT_LE(distance(ned.world(kSomePose * relative), ned.world(kSomePose) * ned.body(relative)), 1e-14);
@@ -59,8 +59,9 @@ TEST(Frame, CompositionsStay) {
   EXPECT_LE((ned.world(kSomePose.act(p)) - ned.world(kSomePose).act(ned.body(p))).norm(), 1e-14);
 }
 
-/// The same five seconds written by hand in both frames: the chaser goes east at 1 m/s, 2 m up; the target is 5 m ahead
-/// of it, 1 m to port and half a metre above, and heads 0.1 rad to port.
+/// Five seconds of data, written by hand in both frames. The chaser moves east at 1 m/s, 2 m up. The target is 5 m
+/// ahead,
+/// 1 m to port and 0.5 m above, and heads 0.1 rad to port.
 class BothFrames : public testing::Test {
  protected:
   BothFrames() {
@@ -84,7 +85,7 @@ class BothFrames : public testing::Test {
       enu += T + " " + T + " 0 2 0 0 0 1\n";
       ned += T + " 0 " + T + " -2 0 0 0.7071067811865476 0.7071067811865476\n";
       enu_target += T + " " + ahead + " 1 2.5 0 0 0.04997916927067833 0.9987502603949663\n";
-      // Heading π/2 − 0.1 from north, half of it in the quaternion.
+      // Heading π/2 − 0.1 rad from north; the quaternion has half of this angle.
       ned_target += T + " 1 " + ahead + " -2.5 0 0 0.6708824723277438 0.7415636913464778\n";
     }
     for (const char* file : {"chaser_odometry.tum", "truth_chaser.tum"}) {
@@ -93,7 +94,7 @@ class BothFrames : public testing::Test {
     }
     enu_.write("truth_target.tum", enu_target);
     ned_.write("truth_target.tum", ned_target);
-    enu_.write("usbl.csv", "t,x,y,z\n1,5.2,1,0.4\n4.5,5,1.2,0.5\n");  // not quite the truth, so that noise counts
+    enu_.write("usbl.csv", "t,x,y,z\n1,5.2,1,0.4\n4.5,5,1.2,0.5\n");  // not the truth, so that the noise matters
     ned_.write("usbl.csv", "t,x,y,z\n1,5.2,-1,-0.4\n4.5,5,-1.2,-0.5\n");
     enu_.write("optical.csv",
                "t,x,y,z,qx,qy,qz,qw\n2,5,1,0.5,0,0,0.04997916927067833,0.9987502603949663\n"
@@ -136,7 +137,7 @@ TEST_F(BothFrames, GiveTheSameEstimate) {
   }
 }
 
-TEST_F(BothFrames, NoiseOnTheCommandLineIsAlongTheFilesAxes) {
+TEST_F(BothFrames, NoiseOptionsAreAlongAxesOfFiles) {
   const auto with = [](const ScratchFolder& folder, const std::string& name, const std::vector<double>& sigmas) {
     Scenario scenario = read_scenario(folder.path());
     SensorOptions options;
@@ -149,7 +150,7 @@ TEST_F(BothFrames, NoiseOnTheCommandLineIsAlongTheFilesAxes) {
   expect_same(with(enu_, "usbl", {0.5, 0.1, 0.3}), with(ned_, "usbl", {0.5, 0.1, 0.3}));
 }
 
-TEST_F(BothFrames, ResultsAreInTheirOwnFrame) {
+TEST_F(BothFrames, ResultsAreInFrameOfFiles) {
   const ScratchFolder out_enu, out_ned;
   for (const auto& [in, out] : {std::pair(&enu_, &out_enu), std::pair(&ned_, &out_ned)}) {
     const Scenario scenario = read_scenario(in->path());

@@ -9,7 +9,7 @@ namespace {
 using testing::HasSubstr;
 using testing::StartsWith;
 
-/// Odometry from 0 s on, and a sensor that sees the target every ten of its poses.
+/// Returns odometry that starts at 0 s, and a sensor that measures the target at every tenth pose.
 Scenario recording(int poses, double step) {
   Scenario scenario;
   scenario.data.keyframe_interval = 1.0;
@@ -22,33 +22,34 @@ Scenario recording(int poses, double step) {
   return scenario;
 }
 
-TEST(ImplausibleTimes, NothingOfGoodRecordings) {
+TEST(ImplausibleTimes, AcceptsPlausibleRecordings) {
   EXPECT_EQ(implausible_times(Scenario()), "");
   EXPECT_EQ(implausible_times(recording(100, 0.1)), "");
-  EXPECT_EQ(implausible_times(recording(40, 900.0)), "") << "ten hours, a pose each quarter of one";
+  EXPECT_EQ(implausible_times(recording(40, 900.0)), "") << "ten hours with four poses per hour";
 }
 
-TEST(ImplausibleTimes, StampsThatAreNotInSeconds) {
+TEST(ImplausibleTimes, DetectsMicroAndNanoseconds) {
   for (const double unit : {1e6, 1e9})
-    EXPECT_THAT(implausible_times(recording(100, 0.1 * unit)), HasSubstr("in nano- or microseconds?")) << unit;
+    EXPECT_THAT(implausible_times(recording(100, 0.1 * unit)), HasSubstr("seem to be in micro- or nanoseconds"))
+        << unit;
 }
 
-TEST(ImplausibleTimes, GapsNameWhatIsOnEitherSide) {
+TEST(ImplausibleTimes, NamesStreamsOnBothSidesOfGap) {
   Scenario scenario = recording(100, 0.1);
   scenario.data.sensors[0].measurements.back().t += 86400;
   EXPECT_THAT(implausible_times(scenario),
-              StartsWith("nothing was recorded between 9.900 s (the odometry) and 86409.000 s (usbl), for 86399 s"));
+              StartsWith("no data for 86399 s, between 9.900 s (the odometry) and 86409.000 s (usbl)"));
   scenario.data.sensors[0].measurements.back().t -= 86400 - 3000;
   EXPECT_EQ(implausible_times(scenario), "") << "less than an hour";
 }
 
-TEST(ImplausibleTimes, ADelayMovesASensorsTimes) {
+TEST(ImplausibleTimes, ConsidersDelays) {
   Scenario scenario = recording(100, 0.1);
   scenario.data.sensors[0].delay = 1e9;
   EXPECT_THAT(implausible_times(scenario), HasSubstr("(usbl) and 0.000 s (the odometry)"));
 }
 
-TEST(ImplausibleTimes, OwnSensorsCountWhereTheyMoveTheChaser) {
+TEST(ImplausibleTimes, ChecksOwnSensorsWithoutOdometry) {
   Scenario scenario;
   NavigationData& own = scenario.navigation.emplace();
   EgoSensor& gps = own.sensors.emplace_back();
@@ -57,8 +58,8 @@ TEST(ImplausibleTimes, OwnSensorsCountWhereTheyMoveTheChaser) {
   EXPECT_THAT(implausible_times(scenario), HasSubstr("(gps) and 86402.000 s (gps)"));
 }
 
-/// A sensor at 5 Hz, in milliseconds beside an IMU in seconds: no gap of an hour, and no step as long as a recording's.
-TEST(ImplausibleTimes, OneSensorInMilliseconds) {
+/// A sensor at 5 Hz in milliseconds, with an IMU in seconds. There is no gap of an hour and no long step.
+TEST(ImplausibleTimes, DetectsSensorInMilliseconds) {
   Scenario scenario;
   NavigationData& own = scenario.navigation.emplace();
   own.imu.emplace();
@@ -68,21 +69,21 @@ TEST(ImplausibleTimes, OneSensorInMilliseconds) {
   for (int i = 0; i < 300; ++i) dvl.measurements.emplace_back().t = 0.2 * i;
   EXPECT_EQ(implausible_times(scenario), "");
   dvl.measurements.back().t = 1000;
-  EXPECT_EQ(implausible_times(scenario), "") << "one wrong stamp, which costs itself";
+  EXPECT_EQ(implausible_times(scenario), "") << "a single wrong time costs little";
   for (int i = 0; i < 300; ++i) dvl.measurements[std::size_t(i)].t = 200.0 * i;
-  EXPECT_THAT(implausible_times(scenario), StartsWith("300 lines of dvl are 200 s apart, and the imu covers 60 s"));
+  EXPECT_THAT(implausible_times(scenario), StartsWith("300 rows of dvl are 200 s apart, but the imu covers only 60 s"));
 }
 
-TEST(ImplausibleTimes, SayTimesOfAnySizeInAFewDigits) {
+TEST(ImplausibleTimes, MessageIsShortForHugeTimes) {
   Scenario scenario = recording(100, 0.1);
   scenario.data.odometry.back().t = 1e300;
   EXPECT_LE(implausible_times(scenario).size(), 200u);
 }
 
-TEST(ImplausibleTimes, MoreKeyframesThanAreMeant) {
+TEST(ImplausibleTimes, DetectsTooManyKeyframes) {
   Scenario scenario = recording(1000, 0.1);
   scenario.data.keyframe_interval = 1e-4;
-  EXPECT_THAT(implausible_times(scenario), HasSubstr("100 measurements of the target would take 999100 keyframes"));
+  EXPECT_THAT(implausible_times(scenario), HasSubstr("100 measurements of the target need 999100 keyframes"));
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(NamedNoise, NamesThePlacesOfStandardDeviations) {
+TEST(NamedNoise, SpansReferToStandardDeviations) {
   TrackingData data;
   data.sensors.push_back({.name = "usbl", .sigma = Vector<3>::Zero()});
   for (const NamedNoise& noise : named_noise(data)) {
@@ -23,7 +23,7 @@ TEST(NamedNoise, NamesThePlacesOfStandardDeviations) {
   EXPECT_EQ(data.noise.odometry[5], 6.0);
 }
 
-TEST(NamedNoise, InThePlaneThereIsNoHeave) {
+TEST(NamedNoise, PlanarNonHolonomicNoiseHasNoHeave) {
   TrackingData planar;
   planar.planar = true;
   planar.noise = TrackingNoise(true);
@@ -31,8 +31,8 @@ TEST(NamedNoise, InThePlaneThereIsNoHeave) {
     if (noise.name == "non_holonomic") EXPECT_EQ(noise.sigmas.size(), 1u);
 }
 
-TEST(NamedNoise, StandardDeviationsAreAboveZeroFiniteAndAsManyAsRows) {
-  const auto reason = [](std::vector<double> values) { return why_not_sigmas(values, 2); };
+TEST(NamedNoise, RejectsInvalidStandardDeviations) {
+  const auto reason = [](std::vector<double> values) { return why_invalid_sigmas(values, 2); };
   EXPECT_EQ(reason({1, 2}), "");
   EXPECT_EQ(reason({1}), "needs 2 standard deviations, not 1");
   EXPECT_THAT(reason({1, 0}), HasSubstr("standard deviation 0;"));

@@ -12,7 +12,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-TEST(NoiseFile, ReadsWhatItWrites) {
+TEST(NoiseFile, RoundTrips) {
   const ScratchFolder scratch;
   const std::string text = noise_file_text({{"usbl", {1.5, 0.25, 1e-3}}, {"depth", {0.1}}}, "two\nlines");
   EXPECT_THAT(text, testing::StartsWith("# two\n# lines\nnoise:\n"));
@@ -24,9 +24,9 @@ TEST(NoiseFile, ReadsWhatItWrites) {
   EXPECT_THAT(entries[1].sigmas, ElementsAre(0.1));
 }
 
-TEST(NoiseFile, SaysWhatIsWrong) {
+TEST(NoiseFile, RejectsInvalidFiles) {
   const ScratchFolder scratch;
-  const auto refusal = [&](const std::string& text) -> std::string {
+  const auto rejection = [&](const std::string& text) -> std::string {
     try {
       read_noise_file(scratch.write("noise.yaml", text));
     } catch (const Error& error) {
@@ -34,11 +34,11 @@ TEST(NoiseFile, SaysWhatIsWrong) {
     }
     return "";
   };
-  EXPECT_THAT(refusal("noise:\n  usbl: [1, 0, 1]\n"), HasSubstr("noise.yaml:2"));
-  EXPECT_THAT(refusal("noise:\n  usbl: [1, -1]\n"), HasSubstr("above zero"));
-  EXPECT_THAT(refusal("noise:\n  usbl: fine\n"), HasSubstr("noise.yaml:2"));
-  EXPECT_THAT(refusal("usbl: [1]\n"), HasSubstr("usbl"));
-  EXPECT_THAT(refusal("noise: {}\n"), HasSubstr("no noise"));
+  EXPECT_THAT(rejection("noise:\n  usbl: [1, 0, 1]\n"), HasSubstr("noise.yaml:2"));
+  EXPECT_THAT(rejection("noise:\n  usbl: [1, -1]\n"), HasSubstr("above zero"));
+  EXPECT_THAT(rejection("noise:\n  usbl: fine\n"), HasSubstr("noise.yaml:2"));
+  EXPECT_THAT(rejection("usbl: [1]\n"), HasSubstr("usbl"));
+  EXPECT_THAT(rejection("noise: {}\n"), HasSubstr("noise is empty"));
   EXPECT_THROW(read_noise_file(scratch.path() / "nowhere.yaml"), Error);
 }
 

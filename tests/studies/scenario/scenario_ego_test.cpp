@@ -9,7 +9,7 @@
 #include "shared_data.hpp"
 #include "studies/scratch.hpp"
 
-/// The chaser's own sensors among the entries of `sensors:`, and their files.
+/// Entries of the chaser's own sensors in `sensors:`, and their files.
 namespace tandem {
 namespace {
 
@@ -24,14 +24,14 @@ const std::string kSamples = "t,fx,fy,fz,wx,wy,wz\n0,0.1,0.2,9.8,0.01,0.02,0.03\
 
 class ScenarioEgo : public testing::Test {
  protected:
-  /// A folder of ego sensors alone: `head` is line 1, the first entry line 3.
+  /// Writes a scenario with own sensors only. `head` is line 1, the first entry is line 3.
   void write(const std::vector<std::pair<std::string, std::string>>& entries, const std::string& head = "name: dive") {
     std::string yaml = head + "\nsensors:\n";
     for (const auto& [name, entry] : entries) yaml += "  " + name + ": {" + entry + "}\n";
     folder_.write("scenario.yaml", yaml);
   }
   NavigationData read() { return read_scenario(folder_.path()).navigation.value(); }
-  /// Of one sensor called "own".
+  /// Reads a scenario with one sensor called "own".
   NavigationData read(const std::string& entry, const std::string& rows, const std::string& head = "name: dive") {
     write({{"own", entry}}, head);
     folder_.write("imu.csv", rows);
@@ -45,7 +45,7 @@ class ScenarioEgo : public testing::Test {
   ScratchFolder folder_;
 };
 
-TEST_F(ScenarioEgo, InertialSensor) {
+TEST_F(ScenarioEgo, ReadsImu) {
   const NavigationData data = read(std::string(kImu) + ", position: [1, 2, 3], orientation: [0, 0, 1, 0]", kSamples);
   ASSERT_TRUE(data.imu);
   const ImuSensor& imu = *data.imu;
@@ -65,7 +65,7 @@ TEST_F(ScenarioEgo, InertialSensor) {
   EXPECT_TRUE(data.sensors.empty());
 }
 
-TEST_F(ScenarioEgo, EveryKeyOfAnInertialSensor) {
+TEST_F(ScenarioEgo, ReadsAllKeysOfImu) {
   const ImuSensor imu = *read(std::string(kImu) +
                                   ", integration: 0.1, initial_accelerometer_bias: 0.2, initial_gyroscope_bias: 0.3, "
                                   "max_gap: 0.4, max_specific_force: 50, max_angular_rate: 6, delay: -0.005",
@@ -81,7 +81,7 @@ TEST_F(ScenarioEgo, EveryKeyOfAnInertialSensor) {
   EXPECT_EQ(imu.samples[1].t, 0.01 + 0.005);
 }
 
-TEST_F(ScenarioEgo, TheOtherSensors) {
+TEST_F(ScenarioEgo, ReadsOtherSensors) {
   folder_.write("a.csv", "t,vx,vy,vz\n1,2,3,4\n");
   folder_.write("b.csv", "t,z\n1,-5\n2,-6\n");
   folder_.write("c.csv", "t,x,y,z\n1,2,3,4\n");
@@ -116,7 +116,7 @@ TEST_F(ScenarioEgo, TheOtherSensors) {
   EXPECT_EQ(heading.measurements[0].rotation.quaternion().z(), 1.0);
 }
 
-TEST_F(ScenarioEgo, NorthEastDownIsTurned) {
+TEST_F(ScenarioEgo, ConvertsNedFrd) {
   folder_.write("imu.csv", "t,fx,fy,fz,wx,wy,wz\n0,1,2,-9.8,0.1,0.2,0.3\n1,1,2,-9.8,0.1,0.2,0.3\n");
   folder_.write("a.csv", "t,vx,vy,vz\n1,2,3,4\n");
   folder_.write("b.csv", "t,z\n1,5\n");
@@ -142,8 +142,8 @@ TEST_F(ScenarioEgo, NorthEastDownIsTurned) {
       << "north is a quarter turn from east";
 }
 
-/// A sensor that is turned in its body reads the same of the body whichever axes the files are in.
-TEST_F(ScenarioEgo, AMountIsConsistentWithTheSensorsAxes) {
+/// The conversion of a mounting orientation is consistent with that of the sensor's readings.
+TEST_F(ScenarioEgo, ConvertsMountConsistently) {
   const SO3 mount(SO3::Quaternion(0.1, 0.5, -0.5, 0.7));
   const Vector<3> in_frd = mount.act(Vector<3>(1, 2, -9.8));
   const NavigationData data = read(std::string(kImu) + ", orientation: [0.5, -0.5, 0.7, 0.1]",
@@ -152,14 +152,14 @@ TEST_F(ScenarioEgo, AMountIsConsistentWithTheSensorsAxes) {
   EXPECT_LE((in_flu - Vector<3>(in_frd.x(), -in_frd.y(), -in_frd.z())).norm(), 1e-12);
 }
 
-TEST_F(ScenarioEgo, WhereOnEarth) {
+TEST_F(ScenarioEgo, ReadsGravityAndLatitude) {
   const auto earth = [&](const std::string& head) { return read(kImu, kSamples, head).earth; };
   EXPECT_EQ(earth("name: dive").gravity, Vector<3>(0, 0, -9.80665));
   EXPECT_EQ(earth("name: dive").rate, Vector<3>(0, 0, 0));
   EXPECT_EQ(earth("gravity: 9.81").gravity, Vector<3>(0, 0, -9.81));
   EXPECT_EQ(earth("gravity: 9.81").rate, Vector<3>(0, 0, 0));
-  // NIMA TR8350.2: 9.7803253359 at the equator, 9.8321849378 at the poles; at 45° GRS 80's, whose constants are 1.4e-6
-  // larger, is 9.806199203.
+  // Reference: NIMA TR8350.2, 9.7803253359 at the equator and 9.8321849378 at the poles. At 45°, GRS 80 gives
+  // 9.806199203; its constants are 1.4e-6 larger.
   EXPECT_NEAR(earth("latitude: 0").gravity.z(), -9.7803253359, 1e-10);
   EXPECT_NEAR(earth("latitude: -90").gravity.z(), -9.8321849378, 1e-9);
   EXPECT_NEAR(earth("latitude: 45").gravity.z(), -9.80619777, 1e-8);
@@ -169,20 +169,17 @@ TEST_F(ScenarioEgo, WhereOnEarth) {
   EXPECT_LE((south.rate - Earth::kRate * Vector<3>(0, std::sqrt(0.75), -0.5)).norm(), 1e-18);
 }
 
-TEST_F(ScenarioEgo, WhereOnEarthThatMakesNoSense) {
-  const auto refused = [&](const std::string& head) { return error(kImu, kSamples, head); };
-  EXPECT_THAT(refused("latitude: 90.5"), EndsWith("scenario.yaml:1: latitude 90.5 is beyond a pole; it is in degrees, "
-                                                  "-90 to 90"));
-  EXPECT_THAT(refused("latitude: .nan"), HasSubstr("scenario.yaml:1: latitude is '.nan', not a finite number"));
-  EXPECT_THAT(refused("gravity: -9.81"),
-              EndsWith("gravity -9.81 is negative; it is a magnitude, which acts downwards"));
+TEST_F(ScenarioEgo, RejectsInvalidGravityAndLatitude) {
+  const auto rejection = [&](const std::string& head) { return error(kImu, kSamples, head); };
+  EXPECT_THAT(rejection("latitude: 90.5"), EndsWith("scenario.yaml:1: latitude 90.5 is outside [-90, 90] degrees"));
+  EXPECT_THAT(rejection("latitude: .nan"), HasSubstr("scenario.yaml:1: latitude is '.nan', not a finite number"));
+  EXPECT_THAT(rejection("gravity: -9.81"), EndsWith("gravity -9.81 is negative; give its magnitude in m/s^2"));
   for (const char* value : {"1", "0", "9.69", "9.91", "9806.65"})
-    EXPECT_THAT(
-        refused(std::string("gravity: ") + value),
-        EndsWith(std::string("gravity ") + value + " m/s^2 is not the Earth's, which lies between 9.7 and 9.9"));
+    EXPECT_THAT(rejection(std::string("gravity: ") + value),
+                EndsWith(std::string("gravity ") + value + " m/s^2 is outside [9.7, 9.9] m/s^2, the range on Earth"));
 }
 
-TEST_F(ScenarioEgo, TimesOfAnyOrderAreRead) {
+TEST_F(ScenarioEgo, AcceptsTimesInAnyOrder) {
   const std::string rows = "t,z\n3,-5\n1,-6\n1,-7\n";
   const NavigationData data = read("type: depth, file: own.csv, sigma: 0.5", rows);
   std::vector<double> times;
@@ -190,45 +187,47 @@ TEST_F(ScenarioEgo, TimesOfAnyOrderAreRead) {
   EXPECT_THAT(times, ElementsAre(3, 1, 1));
 }
 
-TEST_F(ScenarioEgo, EntriesThatMakeNoSense) {
-  const auto refused = [&](const std::string& entry) {
+TEST_F(ScenarioEgo, RejectsInvalidEntries) {
+  const auto rejection = [&](const std::string& entry) {
     const std::string message = error(entry, "t,z\n1,2\n");
     EXPECT_THAT(message, HasSubstr("scenario.yaml:3: "));
     EXPECT_EQ(message.find('\n'), std::string::npos);
     return message;
   };
-  EXPECT_THAT(refused("type: dept, file: own.csv"), HasSubstr("unknown sensor type 'dept'; did you mean depth?"));
-  EXPECT_THAT(refused("type: dvl, file: own.csv, sigma: [1, 1, 1], position: [0, 0, 1]"),
-              HasSubstr("a dvl has no position, since the body frame is the DVL's"));
-  EXPECT_THAT(refused("type: dvl, file: own.csv, sigma: [1, 1, 1], orientation: [0, 0, 0, 1]"),
+  EXPECT_THAT(rejection("type: dept, file: own.csv"), HasSubstr("unknown sensor type 'dept'; did you mean depth?"));
+  EXPECT_THAT(rejection("type: dvl, file: own.csv, sigma: [1, 1, 1], position: [0, 0, 1]"),
+              HasSubstr("a dvl has no position, since its frame is the body frame"));
+  EXPECT_THAT(rejection("type: dvl, file: own.csv, sigma: [1, 1, 1], orientation: [0, 0, 0, 1]"),
               HasSubstr("a dvl has no orientation"));
-  EXPECT_THAT(refused("type: dvl, file: own.csv, sigma: 1"), HasSubstr("sigma needs 3 standard deviations, not 1"));
-  EXPECT_THAT(refused("type: depth, file: own.csv, sigma: -1"), HasSubstr("sigma has the standard deviation -1"));
-  EXPECT_THAT(refused("type: depth, file: own.csv"), HasSubstr("sensor own lacks the key sigma"));
-  EXPECT_THAT(refused("type: depth, sigma: 1"), HasSubstr("sensor own lacks the key file"));
-  EXPECT_THAT(refused("type: depth, file: own.csv, sigma: 1, dealy: 1"),
+  EXPECT_THAT(rejection("type: dvl, file: own.csv, sigma: 1"), HasSubstr("sigma needs 3 standard deviations, not 1"));
+  EXPECT_THAT(rejection("type: depth, file: own.csv, sigma: -1"), HasSubstr("sigma has the standard deviation -1"));
+  EXPECT_THAT(rejection("type: depth, file: own.csv"), HasSubstr("sensor own lacks the key sigma"));
+  EXPECT_THAT(rejection("type: depth, sigma: 1"), HasSubstr("sensor own lacks the key file"));
+  EXPECT_THAT(rejection("type: depth, file: own.csv, sigma: 1, dealy: 1"),
               HasSubstr("unknown key 'dealy' in sensor own"));
-  EXPECT_THAT(refused("type: depth, file: own.csv, sigma: 1, delay: -1"), HasSubstr("delay -1 s is negative"));
-  EXPECT_THAT(refused("type: depth, file: own.csv, sigma: 1, loss: caucy"), HasSubstr("did you mean cauchy?"));
-  EXPECT_THAT(refused("type: depth, file: own.csv, sigma: 1, orientation: [0, 0, 0, 1]"), HasSubstr("'orientation'"));
-  EXPECT_THAT(refused("type: heading, file: own.csv, sigma: [1, 1, 1], position: [0, 0, 1]"), HasSubstr("'position'"));
-  EXPECT_THAT(refused("type: gps, file: own.csv, sigma: [1, 1, 1], position: [0, 1]"),
+  EXPECT_THAT(rejection("type: depth, file: own.csv, sigma: 1, delay: -1"),
+              HasSubstr("delay -1 s is negative; only an imu may have a negative delay"));
+  EXPECT_THAT(rejection("type: depth, file: own.csv, sigma: 1, loss: caucy"), HasSubstr("did you mean cauchy?"));
+  EXPECT_THAT(rejection("type: depth, file: own.csv, sigma: 1, orientation: [0, 0, 0, 1]"), HasSubstr("'orientation'"));
+  EXPECT_THAT(rejection("type: heading, file: own.csv, sigma: [1, 1, 1], position: [0, 0, 1]"),
+              HasSubstr("'position'"));
+  EXPECT_THAT(rejection("type: gps, file: own.csv, sigma: [1, 1, 1], position: [0, 1]"),
               HasSubstr("position needs 3 numbers, not 2"));
-  EXPECT_THAT(refused("type: heading, file: own.csv, sigma: [1, 1, 1], orientation: [0, 0, 0, 2]"),
-              HasSubstr("quaternion 0 0 0 2 has length 2"));
+  EXPECT_THAT(rejection("type: heading, file: own.csv, sigma: [1, 1, 1], orientation: [0, 0, 0, 2]"),
+              HasSubstr("quaternion 0 0 0 2 has norm 2"));
 }
 
-TEST_F(ScenarioEgo, InertialEntriesThatMakeNoSense) {
-  const auto refused = [&](std::string entry, const std::string& key, const std::string& with) {
+TEST_F(ScenarioEgo, RejectsInvalidImuEntries) {
+  const auto rejection = [&](std::string entry, const std::string& key, const std::string& with) {
     const std::size_t at = entry.find(key);
     entry.replace(at, entry.find(',', at) - at, with);
     return error(entry, kSamples);
   };
   const std::string imu = kImu;
   for (const std::string key : {"accelerometer", "gyroscope", "accelerometer_bias_walk", "gyroscope_bias_walk"}) {
-    EXPECT_THAT(refused(imu, key + ":", "max_gap: 1"), HasSubstr("scenario.yaml:3: sensor own lacks the key " + key));
+    EXPECT_THAT(rejection(imu, key + ":", "max_gap: 1"), HasSubstr("scenario.yaml:3: sensor own lacks the key " + key));
     for (const std::string value : {"0", "-1"})
-      EXPECT_THAT(refused(imu, key + ":", key + ": " + value),
+      EXPECT_THAT(rejection(imu, key + ":", key + ": " + value),
                   EndsWith("scenario.yaml:3: " + key + " is " + value + "; it must be above zero"));
   }
   for (const std::string key : {"initial_accelerometer_bias", "initial_gyroscope_bias", "max_gap", "max_specific_force",
@@ -239,37 +238,39 @@ TEST_F(ScenarioEgo, InertialEntriesThatMakeNoSense) {
   EXPECT_THAT(error(imu + ", max_gep: 1", kSamples), HasSubstr("did you mean max_gap?"));
 }
 
-TEST_F(ScenarioEgo, FilesThatMakeNoSense) {
-  EXPECT_THAT(error(kImu, "t,fx,fy,fz,wx,wy,wz\n0,0,0,9.8,0,0,0\n"), EndsWith("imu.csv needs two samples or more"));
+TEST_F(ScenarioEgo, RejectsInvalidFiles) {
+  EXPECT_THAT(error(kImu, "t,fx,fy,fz,wx,wy,wz\n0,0,0,9.8,0,0,0\n"),
+              EndsWith("imu.csv must have at least two samples"));
   EXPECT_THAT(error(kImu, "t,wx,wy,wz,fx,fy,fz\n0,0,0,0,0,0,9.8\n"),
-              HasSubstr("imu.csv:1: the first line must name the columns t,fx,fy,fz,wx,wy,wz, not"));
+              HasSubstr("imu.csv:1: the first line must be the header t,fx,fy,fz,wx,wy,wz, not"));
   EXPECT_THAT(error(kImu, kSamples + "0.02,0,0,nan,0,0,0\n"), EndsWith("imu.csv:4: fz is nan; numbers must be finite"));
-  EXPECT_THAT(error(kImu, kSamples + "0.02,0,0,9.8,0,0\n"), HasSubstr("imu.csv:4: 6 columns where 7 are expected"));
+  EXPECT_THAT(error(kImu, kSamples + "0.02,0,0,9.8,0,0\n"), HasSubstr("imu.csv:4: expected 7 columns"));
   EXPECT_THAT(error("type: heading, file: own.csv, sigma: [1, 1, 1]", "t,qx,qy,qz,qw\n1,0,0,0,1\n2,0,0,0,0.5\n"),
-              HasSubstr("own.csv:3: quaternion 0 0 0 0.5 has length 0.5"));
+              HasSubstr("own.csv:3: quaternion 0 0 0 0.5 has norm 0.5"));
   EXPECT_THAT(error("type: depth, file: none.csv, sigma: 1", "t,z\n"), EndsWith("none.csv is missing"));
-  EXPECT_THAT(error("type: depth, file: own.csv, sigma: 1", "t,z\n1,2,3\n"), HasSubstr("own.csv:2: 3 columns where 2"));
+  EXPECT_THAT(error("type: depth, file: own.csv, sigma: 1", "t,z\n1,2,3\n"),
+              HasSubstr("own.csv:2: expected 2 columns"));
 }
 
-TEST_F(ScenarioEgo, OneInertialSensorInSpace) {
+TEST_F(ScenarioEgo, SupportsOneImuAndNoPlane) {
   folder_.write("imu.csv", kSamples);
   write({{"first", kImu}, {"second", kImu}});
   EXPECT_THAT(error_of([&] { read(); }),
-              EndsWith("scenario.yaml:4: a second imu: one is used at a time, so leave out first or second"));
+              EndsWith("scenario.yaml:4: only one imu is supported; remove sensor first or second"));
   write({{"first", kImu}}, "group: SE2");
   EXPECT_THAT(error_of([&] { read(); }),
-              EndsWith("scenario.yaml:3: sensor type imu is not planar: leave out group SE2"));
+              EndsWith("scenario.yaml:3: sensor type imu is not supported with group SE2; use group SE3"));
 }
 
-TEST_F(ScenarioEgo, TargetsMayBeSeenWithoutOdometry) {
+TEST_F(ScenarioEgo, TargetSensorsNeedNoOdometry) {
   write_small_scenario(folder_);
   const std::string yaml = read_file(folder_.path() / "scenario.yaml");
   folder_.write("depth.csv", "t,z\n0,-5\n4.4,-5\n");
   folder_.write("scenario.yaml", yaml + "sensors:\n  depth: {type: depth, file: depth.csv, sigma: 1}\n");
-  EXPECT_EQ(read_scenario(folder_.path()).data.odometry.size(), 6u) << "where there is odometry, it is read";
+  EXPECT_EQ(read_scenario(folder_.path()).data.odometry.size(), 6u) << "odometry is read if it exists";
   std::filesystem::remove(folder_.path() / "chaser_odometry.tum");
   EXPECT_THAT(error_of([&] { read_scenario(folder_.path()); }),
-              EndsWith("usbl.csv:3: time 4.5 lies outside the span of the chaser's own sensors, 0 to 4.4 s"));
+              EndsWith("usbl.csv:3: time 4.5 is outside the time span of the chaser's own sensors, 0 to 4.4 s"));
   folder_.write("depth.csv", "t,z\n0,-5\n4.5,-5\n");
   const Scenario scenario = read_scenario(folder_.path());
   EXPECT_TRUE(scenario.data.odometry.empty());
@@ -278,7 +279,7 @@ TEST_F(ScenarioEgo, TargetsMayBeSeenWithoutOdometry) {
   EXPECT_EQ(scenario.truth_chaser.size(), 6u);
 }
 
-TEST_F(ScenarioEgo, NoiseIsNeededForWhatIsThere) {
+TEST_F(ScenarioEgo, RequiresNoiseOnlyForExistingSensors) {
   write_small_scenario(folder_);
   std::filesystem::remove(folder_.path() / "chaser_odometry.tum");
   folder_.write("depth.csv", "t,z\n0,-5\n5,-5\n");
@@ -292,10 +293,10 @@ TEST_F(ScenarioEgo, NoiseIsNeededForWhatIsThere) {
   EXPECT_EQ(read_scenario(folder_.path()).data.noise.constant_twist[0], 1.0);
   for (const char* file : {"usbl.csv", "optical.csv"}) std::filesystem::remove(folder_.path() / file);
   folder_.write("scenario.yaml", head);
-  EXPECT_TRUE(read_scenario(folder_.path()).navigation) << "without a target, none";
+  EXPECT_TRUE(read_scenario(folder_.path()).navigation) << "no noise is needed without a target";
 }
 
-TEST(RecordedScenarios, RecordingsOfEgoSensorsAreRead) {
+TEST(RecordedScenarios, ReadsRecordingsOfOwnSensors) {
   TANDEM_NEEDS_SHARED(12);
   const Scenario auv = read_scenario(shared_path("data/auv_akit_01"));
   EXPECT_EQ(auv.navigation->imu->samples.size(), 40000u);
@@ -314,14 +315,14 @@ TEST(RecordedScenarios, RecordingsOfEgoSensorsAreRead) {
   EXPECT_EQ(mav.navigation->imu->samples[0].specific_force, Vector<3>(8.1476917, -0.37592158, -2.4026292));
 }
 
-TEST(RecordedScenarios, OfRecordingsOfEgoSensorsNothingUntrueIsFound) {
+TEST(RecordedScenarios, ChecksReportOnlyTrueFindings) {
   TANDEM_NEEDS_SHARED(5);
   for (const char* folder : {"auv_akit_01", "auv_akit_03", "rov_blueye_auto_square", "rov_blueye_grid"}) {
     NavigationData data = read_scenario(shared_path("data") / folder).navigation.value();
     const std::size_t samples = data.imu->samples.size();
     const auto findings = check(data);
     ASSERT_EQ(findings.size(), 1u) << folder;
-    EXPECT_EQ(findings[0].kind, NavigationFinding::Kind::early) << "GPS at the start only";
+    EXPECT_EQ(findings[0].kind, NavigationFinding::Kind::early) << "GPS fixes at the start only";
     EXPECT_EQ(findings[0].sensor, "gps");
     EXPECT_EQ(data.imu->samples.size(), samples);
   }
@@ -331,7 +332,7 @@ TEST(RecordedScenarios, OfRecordingsOfEgoSensorsNothingUntrueIsFound) {
   EXPECT_EQ(findings[0].kind, NavigationFinding::Kind::vibration);
 }
 
-TEST_F(ScenarioEgo, ALongDiveIsReadWhole) {
+TEST_F(ScenarioEgo, ReadsLongRecording) {
   std::string rows = "t,fx,fy,fz,wx,wy,wz\n";
   for (int i = 0; i < 120'000; ++i)
     rows +=

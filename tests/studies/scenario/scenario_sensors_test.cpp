@@ -7,7 +7,7 @@
 
 #include "studies/scratch.hpp"
 
-/// Entries of `sensors:` and their files.
+/// Entries of target sensors in `sensors:`, and their files.
 namespace tandem {
 namespace {
 
@@ -18,7 +18,7 @@ class ScenarioSensors : public testing::Test {
  protected:
   ScenarioSensors() { write_small_scenario(folder_); }
 
-  /// The small scenario in the plane.
+  /// Makes the small scenario planar.
   void make_planar() {
     folder_.write("scenario.yaml",
                   "name: small\ngroup: SE2\nkeyframe_interval: 1.0\nnoise:\n  prior: [0.001, 0.001, 0.001]\n"
@@ -27,7 +27,7 @@ class ScenarioSensors : public testing::Test {
     folder_.write("usbl.csv", "t,x,y\n1,5,0\n");
     std::filesystem::remove(folder_.path() / "optical.csv");
   }
-  /// Adds a sensor "sonar": its entry is line 12, `rows` its file.
+  /// Adds a sensor "sonar" with the text of its entry, which is line 12, and of its file.
   void add(const std::string& entry, const std::string& rows) {
     if (base_.empty()) base_ = read_file(folder_.path() / "scenario.yaml");
     folder_.write("scenario.yaml", base_ + "sensors:\n  sonar: {file: sonar.csv, " + entry + "}\n");
@@ -50,7 +50,7 @@ class ScenarioSensors : public testing::Test {
   std::string base_;
 };
 
-TEST_F(ScenarioSensors, RangeBearing) {
+TEST_F(ScenarioSensors, ReadsRangeBearing) {
   add("type: range_bearing, sigma: [0.1, 0.02, 0.03]", "t,range,azimuth,elevation\n1,5,0.2,-0.1\n2,6,-6.2,1.5\n");
   const TargetSensor sensor = sonar();
   EXPECT_EQ(sensor.name, "sonar");
@@ -66,7 +66,7 @@ TEST_F(ScenarioSensors, RangeBearing) {
   EXPECT_FALSE(sensor.loss || sensor.orientation_loss);
 }
 
-TEST_F(ScenarioSensors, BearingRangeAndSphericalUsbl) {
+TEST_F(ScenarioSensors, ReadsBearingRangeAndSphericalUsbl) {
   add("type: bearing, sigma: [0.02, 0.03]", "t,azimuth,elevation\n1,0.2,-0.1\n");
   EXPECT_EQ(sonar().measurements[0].azimuth, 0.2);
   EXPECT_EQ(sonar().measurements[0].elevation, -0.1);
@@ -78,7 +78,7 @@ TEST_F(ScenarioSensors, BearingRangeAndSphericalUsbl) {
   EXPECT_EQ(sonar().measurements[0].elevation, -1.57);
 }
 
-TEST_F(ScenarioSensors, PositionAndPose) {
+TEST_F(ScenarioSensors, ReadsPositionAndPose) {
   add("type: position, sigma: [1, 2, 3]", "t,x,y,z\n1,5,6,7\n");
   EXPECT_EQ(sonar().measurements[0].position, Vector<3>(5, 6, 7));
   add("type: pose, sigma: [1, 2, 3, 4, 5, 6]", "t,x,y,z,qx,qy,qz,qw\n1,5,6,7,0,0,1,0\n");
@@ -86,7 +86,7 @@ TEST_F(ScenarioSensors, PositionAndPose) {
   EXPECT_EQ(sonar().measurements[0].rotation.quaternion().z(), 1.0);
 }
 
-TEST_F(ScenarioSensors, InThePlane) {
+TEST_F(ScenarioSensors, ReadsPlanarSensors) {
   make_planar();
   add("type: range_bearing, sigma: [0.1, 0.02]", "t,range,bearing\n1,5,0.2\n");
   EXPECT_EQ(sonar().measurements[0].range, 5.0);
@@ -103,7 +103,7 @@ TEST_F(ScenarioSensors, InThePlane) {
   EXPECT_LE((sonar().measurements[0].rotation.Log() - Vector<3>(0, 0, 0.3)).norm(), 1e-15);
 }
 
-TEST_F(ScenarioSensors, InThePlaneEveryoneIsLevel) {
+TEST_F(ScenarioSensors, ProjectsOdometryOntoPlane) {
   make_planar();
   folder_.write("chaser_odometry.tum", "0 0 0 7 0 0 0 1\n5 5 0 7 0.0998334166468282 0 0 0.9950041652780258\n");
   add("type: range, sigma: 0.02", "t,range\n1,5\n");
@@ -113,7 +113,7 @@ TEST_F(ScenarioSensors, InThePlaneEveryoneIsLevel) {
   }
 }
 
-TEST_F(ScenarioSensors, DelayExtrinsicsAndLosses) {
+TEST_F(ScenarioSensors, ReadsDelayExtrinsicsAndLosses) {
   add("type: pose, sigma: [1, 2, 3, 4, 5, 6], delay: 0.3, loss: 'cauchy:2', orientation_loss: tukey,\n"
       "          position: [1, 2, 3], orientation: [0, 0, 1, 0], target_position: [4, 5, 6],\n"
       "          target_orientation: [1, 0, 0, 0]",
@@ -130,30 +130,30 @@ TEST_F(ScenarioSensors, DelayExtrinsicsAndLosses) {
   EXPECT_EQ(sensor.marker.rotation().quaternion().x(), 1.0);
 }
 
-TEST_F(ScenarioSensors, AnErrorThatStays) {
+TEST_F(ScenarioSensors, ReadsSystematicErrors) {
   const std::string rows = "t,range,azimuth,elevation\n1,5,0,0\n";
   add("type: range_bearing, sigma: [1, 2, 3], error: {sigma: [0.1, 0.2, 0.3], time: 20}", rows);
-  EXPECT_EQ(sonar().error->sigma, Vector<3>(0.1, 0.2, 0.3));
-  EXPECT_EQ(sonar().error->time, 20);
+  EXPECT_EQ(sonar().error->bias_sigma, Vector<3>(0.1, 0.2, 0.3));
+  EXPECT_EQ(sonar().error->correlation_time, 20);
   add("type: range_bearing, sigma: [1, 2, 3], error: {sigma: [0.1, 0.2, 0.3]}", rows);
-  EXPECT_EQ(sonar().error->time, HUGE_VAL) << "constant";
+  EXPECT_EQ(sonar().error->correlation_time, HUGE_VAL) << "constant";
   add("type: range_bearing, sigma: [1, 2, 3], error: {scale: 0.01, misalignment: 0.02, delay: 0.3}", rows);
   EXPECT_FALSE(sonar().error->has_bias());
-  EXPECT_EQ(sonar().error->scale, 0.01);
-  EXPECT_EQ(sonar().error->misalignment, 0.02);
-  EXPECT_EQ(sonar().error->delay, 0.3);
+  EXPECT_EQ(sonar().error->scale_sigma, 0.01);
+  EXPECT_EQ(sonar().error->misalignment_sigma, 0.02);
+  EXPECT_EQ(sonar().error->delay_sigma, 0.3);
   for (const auto& [error, why] : {std::pair{"{sigma: [0.1]}", "needs 3 standard deviations"},
                                    {"{sigma: [0.1, 0.2, 0.3], time: 0}", "time must be above zero"},
                                    {"{sigma: [0.1, 0.2, 0.3], tau: 3}", "tau"},
                                    {"{scale: -1}", "above zero"},
-                                   {"{scale: 0.1, time: 20}", "time is of a bias"},
-                                   {"{}", "error has none of sigma, scale"}}) {
+                                   {"{scale: 0.1, time: 20}", "time is the correlation time of a bias"},
+                                   {"{}", "error is empty"}}) {
     add(std::string("type: range_bearing, sigma: [1, 2, 3], error: ") + error, rows);
     EXPECT_THAT([&] { sonar(); }, testing::ThrowsMessage<Error>(HasSubstr(why)));
   }
 }
 
-TEST_F(ScenarioSensors, ACameraMaySeeATargetTwiceInAFrame) {
+TEST_F(ScenarioSensors, BearingTimesMayRepeatButPositionTimesMayNot) {
   add("type: bearing, sigma: [0.02, 0.03]", "t,azimuth,elevation\n1,0.2,-0.1\n1,0.3,-0.1\n");
   EXPECT_EQ(sonar().measurements.size(), 2u);
   expect_error_at("sonar.csv:3: ", "type: position, sigma: [1, 1, 1]", "t,x,y,z\n1,5,6,7\n1,5,6,8\n",
@@ -164,11 +164,12 @@ constexpr const char* kRangeBearing = "type: range_bearing, sigma: [0.1, 0.02, 0
 constexpr const char* kSpherical = "type: usbl_spherical, sigma: [0.1, 0.02, 0.03]";
 const std::string kDirections = "t,range,azimuth,elevation\n1,5,0,0\n";
 
-TEST_F(ScenarioSensors, AnglesOutOfTheirChart) {
+TEST_F(ScenarioSensors, RejectsAnglesOutOfRange) {
   for (const char* pole : {"1.5707963267948966", "-1.5707963267948966", "1.5707962"})
-    expect_error_at("sonar.csv:3: ", kSpherical, kDirections + "2,5,0.1," + pole + "\n", "at the pole of its chart");
+    expect_error_at("sonar.csv:3: ", kSpherical, kDirections + "2,5,0.1," + pole + "\n",
+                    "is vertical, where the azimuth is undefined");
   for (const char* entry : {kSpherical, kRangeBearing})
-    expect_error_at("sonar.csv:3: ", entry, kDirections + "2,5,0.1,-1.6\n", "beyond the pole of its chart");
+    expect_error_at("sonar.csv:3: ", entry, kDirections + "2,5,0.1,-1.6\n", "is outside [-pi/2, pi/2]");
   expect_error_at("sonar.csv:3: ", kRangeBearing, kDirections + "2,5,6.3,0\n", "radians");
   expect_error_at("sonar.csv:3: ", kRangeBearing, kDirections + "2,5,0.1,45\n", "radians");
   expect_error_at("sonar.csv:2: ", "type: bearing, sigma: [0.1, 0.1]", "t,azimuth,elevation\n2,-170,0\n",
@@ -178,12 +179,12 @@ TEST_F(ScenarioSensors, AnglesOutOfTheirChart) {
   expect_error_at("sonar.csv:2: ", "type: bearing, sigma: 0.1", "t,bearing\n2,-170\n", "bearing -170");
 }
 
-TEST_F(ScenarioSensors, ADirectionStraightUpIsOneWhereNoAzimuthIsMeasured) {
+TEST_F(ScenarioSensors, AcceptsVerticalDirection) {
   add(kRangeBearing, "t,range,azimuth,elevation\n1,5,0,1.5707963267948966\n");
   EXPECT_EQ(sonar().measurements.size(), 1u);
 }
 
-TEST_F(ScenarioSensors, RangesAreAboveZero) {
+TEST_F(ScenarioSensors, RejectsRangesThatAreNotPositive) {
   for (const char* range : {"0", "-2"}) {
     expect_error_at("sonar.csv:2: ", "type: range, sigma: 1", std::string("t,range\n1,") + range + "\n",
                     std::string("range ") + range + " m; a range must be above zero");
@@ -192,33 +193,33 @@ TEST_F(ScenarioSensors, RangesAreAboveZero) {
   }
 }
 
-TEST_F(ScenarioSensors, EntriesThatMakeNoSense) {
+TEST_F(ScenarioSensors, RejectsInvalidEntries) {
   const std::string ranges = "t,range\n1,5\n";
-  const auto expect_refused = [&](const std::string& entry, const std::string& reason) {
+  const auto expect_rejected = [&](const std::string& entry, const std::string& reason) {
     expect_error_at("scenario.yaml:12: ", entry, ranges, reason);
   };
-  expect_refused("type: rang, sigma: 1", "unknown sensor type 'rang'; did you mean range?");
-  expect_refused("type: headin, sigma: 1", "unknown sensor type 'headin'; did you mean heading?");
-  expect_refused("sigma: 1", "sensor sonar lacks the key type");
-  expect_refused("type: range", "sensor sonar lacks the key sigma");
-  expect_refused("type: range, sigma: [1, 2]", "sigma needs 1 standard deviation, not 2");
-  expect_refused("type: range, sigma: 0", "sigma has the standard deviation 0");
-  expect_refused("type: range, sigma: 1, delay: -0.1", "delay -0.1 s is negative");
-  expect_refused("type: range, sigma: 1, delay: late", "delay is 'late', not a finite number");
-  expect_refused("type: range, sigma: 1, dealy: 0.1", "unknown key 'dealy' in sensor sonar; did you mean delay?");
-  expect_refused("type: range, sigma: 1, loss: caucy", "'caucy'; did you mean cauchy?");
-  expect_refused("type: range, sigma: 1, loss: 'cauchy:0'", "the scale 0 must be above zero");
-  expect_refused("type: range, sigma: 1, orientation_loss: cauchy", "unknown key 'orientation_loss'");
-  expect_error_at("sonar.csv:1: ", "type: range, sigma: 1", "t,r\n1,5\n", "must name the columns t,range, not 't,r'");
+  expect_rejected("type: rang, sigma: 1", "unknown sensor type 'rang'; did you mean range?");
+  expect_rejected("type: headin, sigma: 1", "unknown sensor type 'headin'; did you mean heading?");
+  expect_rejected("sigma: 1", "sensor sonar lacks the key type");
+  expect_rejected("type: range", "sensor sonar lacks the key sigma");
+  expect_rejected("type: range, sigma: [1, 2]", "sigma needs 1 standard deviation, not 2");
+  expect_rejected("type: range, sigma: 0", "sigma has the standard deviation 0");
+  expect_rejected("type: range, sigma: 1, delay: -0.1", "delay -0.1 s is negative");
+  expect_rejected("type: range, sigma: 1, delay: late", "delay is 'late', not a finite number");
+  expect_rejected("type: range, sigma: 1, dealy: 0.1", "unknown key 'dealy' in sensor sonar; did you mean delay?");
+  expect_rejected("type: range, sigma: 1, loss: caucy", "'caucy'; did you mean cauchy?");
+  expect_rejected("type: range, sigma: 1, loss: 'cauchy:0'", "the scale must be positive and finite, not 0");
+  expect_rejected("type: range, sigma: 1, orientation_loss: cauchy", "unknown key 'orientation_loss'");
+  expect_error_at("sonar.csv:1: ", "type: range, sigma: 1", "t,r\n1,5\n", "must be the header t,range, not 't,r'");
 }
 
-TEST_F(ScenarioSensors, ExtrinsicsThatAreMissing) {
+TEST_F(ScenarioSensors, RejectsIncompleteExtrinsics) {
   const std::string ranges = "t,range\n1,5\n";
   for (const char* key : {"position", "target_position"}) {
     const std::string k = key;
     for (const char* nothing : {" ", " ~", " null"})
       expect_error_at("scenario.yaml:12: ", "type: range, sigma: 1, " + k + ":" + nothing, ranges,
-                      k + " needs 3 numbers, which are missing");
+                      k + " needs 3 numbers, but is empty");
     expect_error_at("scenario.yaml:12: ", "type: range, sigma: 1, " + k + ": []", ranges,
                     k + " needs 3 numbers, not 0");
     expect_error_at("scenario.yaml:12: ", "type: range, sigma: 1, " + k + ": [1, 2]", ranges,
@@ -226,24 +227,25 @@ TEST_F(ScenarioSensors, ExtrinsicsThatAreMissing) {
     expect_error_at("scenario.yaml:12: ", "type: range, sigma: 1, " + k + ": [1, 2, ~]", ranges, k);
   }
   expect_error_at("scenario.yaml:12: ", "type: range, sigma: 1, orientation: ", ranges,
-                  "orientation needs 4 numbers, which are missing");
+                  "orientation needs 4 numbers, but is empty");
   expect_error_at("scenario.yaml:12: ", "type: range, sigma: 1, orientation: [0, 0, 0, 0.5]", ranges, "quaternion");
 }
 
-TEST_F(ScenarioSensors, ThePlaneHasNoSphericalUsbl) {
+TEST_F(ScenarioSensors, RejectsPlanarSphericalUsbl) {
   make_planar();
-  expect_error_at("scenario.yaml:12: ", kSpherical, kDirections, "usbl_spherical is not planar");
+  expect_error_at("scenario.yaml:12: ", kSpherical, kDirections,
+                  "usbl_spherical is not supported with group SE2; use range_bearing");
 }
 
-TEST_F(ScenarioSensors, PlanarFilesHavePlanarColumns) {
+TEST_F(ScenarioSensors, PlanarFilesNeedPlanarColumns) {
   make_planar();
   expect_error_at("sonar.csv:1: ", "type: range_bearing, sigma: [0.1, 0.1]", kDirections,
-                  "must name the columns t,range,bearing, not 't,range,azimuth,elevation'");
+                  "must be the header t,range,bearing, not 't,range,azimuth,elevation'");
   expect_error_at("scenario.yaml:12: ", "type: range_bearing, sigma: [0.1, 0.1, 0.1]", kDirections,
                   "sigma needs 2 standard deviations, not 3");
 }
 
-TEST_F(ScenarioSensors, ATrajectoryMayRepeatAPoseButNotContradictItself) {
+TEST_F(ScenarioSensors, TrajectoryMayRepeatPoseButNotContradictIt) {
   const std::string three = "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n5 5 0 0 0 0 0 1\n";
   folder_.write("chaser_odometry.tum", three);
   folder_.write("truth_target.tum", three);

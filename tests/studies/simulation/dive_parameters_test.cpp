@@ -19,7 +19,7 @@ DiveOptions dive_with(std::initializer_list<std::pair<const char*, const char*>>
   return options;
 }
 
-TEST(DiveParameters, TakeTheirOwnDefaults) {
+TEST(DiveParameters, DefaultsRoundTripAndBadValuesAreRejected) {
   for (const auto& parameter : dive_parameters()) {
     SCOPED_TRACE(parameter.name);
     DiveOptions options;
@@ -31,11 +31,11 @@ TEST(DiveParameters, TakeTheirOwnDefaults) {
   EXPECT_THAT(error_of([] {
                 simulate_dive(dive_with({{"dvl_outage", "300"}}));
               }),
-              HasSubstr("dvl_outage, 300 s, is not from 0 to dvl_outage_period, 240 s"));
+              HasSubstr("dvl_outage must be 0 s or more and less than dvl_outage_period (240 s), not 300 s"));
 }
 
-/// Nothing else changes: readings around an outage, and other sensors, are those of the same dive without one.
-TEST(DiveParameters, TheDvlIsOutAndNothingElse) {
+/// An outage removes DVL readings and changes no other reading.
+TEST(DiveParameters, OutageRemovesOnlyDvlReadings) {
   const SimulatedDive whole = simulate_dive(dive_with({}));
   const SimulatedDive out = simulate_dive(dive_with({{"dvl_outage", "20"}, {"dvl_outage_period", "60"}}));
   ASSERT_EQ(out.dvl_outages.size(), 3u);
@@ -53,8 +53,8 @@ TEST(DiveParameters, TheDvlIsOutAndNothingElse) {
   }
 }
 
-/// Fixes are off by what they are said to be, and the chaser's own sensors do not know of the target.
-TEST(DiveParameters, ATargetIsFixedByUsbl) {
+/// USBL fixes have the stated noise, and the target does not change the chaser's own sensors.
+TEST(DiveParameters, TargetAddsUsblFixesWithStatedNoise) {
   DiveOptions options = dive_with({{"target", "1"}, {"usbl_sigma", "0.8"}, {"usbl_period", "0.5"}});
   options.minutes = 12;
   const SimulatedDive dive = simulate_dive(options);

@@ -22,7 +22,7 @@ DockingOptions with(std::initializer_list<std::pair<const char*, const char*>> s
   return options;
 }
 
-TEST(DockingParameters, TakeTheirOwnDefaults) {
+TEST(DockingParameters, DefaultsRoundTrip) {
   for (const auto& parameter : docking_parameters()) {
     SCOPED_TRACE(parameter.name);
     DockingOptions options;
@@ -33,22 +33,28 @@ TEST(DockingParameters, TakeTheirOwnDefaults) {
   EXPECT_EQ(changed_parameters(with({{"gap", "30.0"}, {"target_motion", "helix"}})), "target_motion=helix, gap=30");
 }
 
-TEST(DockingParameters, WhatIsWrongIsNamed) {
+TEST(DockingParameters, ErrorsNameParameterAndRange) {
   EXPECT_THAT(error_of([] {
                 with({{"usbl_sigm", "1"}});
               }),
-              HasSubstr("there is no parameter 'usbl_sigm'; did you mean usbl_sigma?"));
-  EXPECT_THAT(error_of([] { with({{"usbl_sigma", "-1"}}); }), HasSubstr("usbl_sigma is from 0.001 to 1000, not -1"));
+              HasSubstr("unknown parameter 'usbl_sigm'; did you mean usbl_sigma?"));
+  EXPECT_THAT(error_of([] {
+                with({{"usbl_sigma", "-1"}});
+              }),
+              HasSubstr("usbl_sigma takes a number from 0.001 to 1000, not -1"));
   EXPECT_THAT(error_of([] { with({{"usbl_sigma", "much"}}); }), HasSubstr("usbl_sigma"));
   EXPECT_THAT(error_of([] { with({{"target_motion", "circel"}}); }), HasSubstr("did you mean circle?"));
   EXPECT_THAT(error_of([] {
                 simulate_docking(with({{"gap", "120"}, {"gap_period", "100"}}));
               }),
-              HasSubstr("gap, 120 s, is as long as gap_period, 100 s"));
-  EXPECT_THAT(error_of([] { simulate_docking(with({{"near", "50"}})); }), HasSubstr("near, 50 m, is more than far"));
+              HasSubstr("gap must be less than gap_period (100 s), not 120 s"));
+  EXPECT_THAT(error_of([] {
+                simulate_docking(with({{"near", "50"}}));
+              }),
+              HasSubstr("near must be at most far (40 m), not 50 m"));
 }
 
-TEST(DockingParameters, ADescriptionIsRead) {
+TEST(DockingParameters, ReadsYamlDescription) {
   const ScratchFolder folder;
   DockingOptions options;
   read_docking_description(folder.write("a.yaml", "minutes: 3\nseed: 9\nwaves: 0.1\n"), options);
@@ -59,10 +65,10 @@ TEST(DockingParameters, ADescriptionIsRead) {
     return error_of([&] { read_docking_description(folder.write("b.yaml", text), options); });
   };
   EXPECT_THAT(refused("minutes: 3\nwavess: 1\n"), HasSubstr("b.yaml:2: unknown key 'wavess'; did you mean waves?"));
-  EXPECT_THAT(refused("minutes: 3\nwaves: high\n"), HasSubstr("b.yaml:2: waves takes a number, not 'high'"));
+  EXPECT_THAT(refused("minutes: 3\nwaves: high\n"), HasSubstr("b.yaml:2: waves takes a finite number, not 'high'"));
 }
 
-TEST(DockingParameters, NothingIsMeasuredInAGap) {
+TEST(DockingParameters, GapHasNoMeasurements) {
   const SimulatedDocking docking = simulate_docking(with({{"gap", "30"}, {"blind", "0"}}));
   ASSERT_EQ(docking.gaps.size(), 10u);
   EXPECT_EQ(docking.gaps.front(), std::pair(60.0, 90.0));
@@ -73,7 +79,7 @@ TEST(DockingParameters, NothingIsMeasuredInAGap) {
   }
 }
 
-TEST(DockingParameters, ANarrowViewSeesOnlyAhead) {
+TEST(DockingParameters, OpticalPosesAreWithinTheFieldOfView) {
   const SimulatedDocking docking = simulate_docking(with({{"optical_view", "70"}, {"blind", "0"}}));
   const auto& optical = docking.data.sensors[1].measurements;
   const auto all = simulate_docking(with({{"blind", "0"}})).data.sensors[1].measurements.size();
@@ -86,19 +92,19 @@ TEST(DockingParameters, ANarrowViewSeesOnlyAhead) {
   }
 }
 
-TEST(DockingParameters, OutliersAreTheShareAskedFor) {
+TEST(DockingParameters, OutliersHaveTheRequestedFraction) {
   const SimulatedDocking docking = simulate_docking(with({{"minutes", "200"}, {"usbl_outliers", "0.2"}}));
   double far = 0, n = 0;
   for (const Measurement& m : docking.data.sensors[0].measurements) {
     const auto k = std::size_t(std::lround(m.t / 0.1));
     const Vector<3> p = docking.truth_chaser[k].value.inverse().act(docking.truth_target[k].value.translation());
-    far += (m.position - p).norm() > 6 * 1.72;  // of N(0, 30²) in space 98.7 % are
+    far += (m.position - p).norm() > 6 * 1.72;  // 98.7 % of a 3D N(0, 30²) exceed this
     ++n;
   }
   EXPECT_NEAR(far / n, 0.2 * 0.987, 4 * std::sqrt(0.2 * 0.8 / n));
 }
 
-TEST(DockingParameters, LateFixesAndBearingsReadBack) {
+TEST(DockingParameters, DelayedFixesAndBearingsRoundTripThroughFiles) {
   for (const char* kind : {"position", "range-bearing"}) {
     SCOPED_TRACE(kind);
     const ScratchFolder folder;
@@ -119,8 +125,8 @@ TEST(DockingParameters, LateFixesAndBearingsReadBack) {
   }
 }
 
-/// A target that is not a hovering one goes where its bow points, to what waves and weaving leave; none jumps.
-TEST(DockingParameters, TargetsMoveAsTheyAreSaidTo) {
+/// Every target moves smoothly. All but the hovering one move along their bow, except for waves and weaving.
+TEST(DockingParameters, TargetMotionsAreSmoothAndForward) {
   for (const char* motion : {"circuit", "straight", "circle", "helix", "hover"}) {
     SCOPED_TRACE(motion);
     const SimulatedDocking docking = simulate_docking(
@@ -139,8 +145,8 @@ TEST(DockingParameters, TargetsMoveAsTheyAreSaidTo) {
   }
 }
 
-/// Poses stay in the plane to the last bit, errors of all sensors and of odometry are of the stated size, and folders read back.
-TEST(DockingParameters, APlanarPairIsInThePlane) {
+/// Planar poses have exactly zero height, roll and pitch. Sensor errors have the stated sigmas. Folders read back.
+TEST(DockingParameters, PlanarDockingStaysInThePlane) {
   for (const char* kind : {"position", "range-bearing"}) {
     SCOPED_TRACE(kind);
     const DockingOptions options = with({{"minutes", "20"}, {"planar", "1"}, {"usbl", kind}, {"waves", "0.1"}});
@@ -174,7 +180,7 @@ TEST(DockingParameters, APlanarPairIsInThePlane) {
     EXPECT_EQ(scenario.data.sensors[0].sigma, docking.data.sensors[0].sigma);
     const Estimate estimated = estimate(scenario, {}, GaussNewtonOptions{});
     EXPECT_TRUE(estimated.summary.converged());
-    EXPECT_LT(summarise(estimated.errors, KeyframeType::optical).position->mean, 0.2);
+    EXPECT_LT(summarise(estimated.errors, KeyframeType::pose).position->mean, 0.2);
   }
   EXPECT_THAT(error_of([] {
                 simulate_docking(with({{"planar", "1"}, {"target_motion", "helix"}}));
@@ -182,7 +188,7 @@ TEST(DockingParameters, APlanarPairIsInThePlane) {
               HasSubstr("a helix is not planar"));
 }
 
-TEST(DockingParameters, OdometryMayReadTooFar) {
+TEST(DockingParameters, OdometryScaleLengthensOdometry) {
   const auto length = [](const SimulatedDocking& docking) {
     double sum = 0;
     const auto& odometry = docking.data.odometry;

@@ -16,27 +16,27 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr std::size_t kTruthEvery = 10;  // samples of the IMU
+constexpr std::size_t kTruthEvery = 10;  // IMU samples
 
 DiveOptions short_dive(Grade grade = Grade::mems) { return {.grade = grade, .minutes = 6}; }
 
-/// Central differences of the motion against its own derivatives, at every phase of the dive.
-TEST(DiveMotion, DerivativesAreThoseOfThePose) {
+/// Derivatives agree with central differences in every phase of the dive.
+TEST(DiveMotion, DerivativesMatchCentralDifferences) {
   const DiveMotion motion(360, 0);
   const double h = DiveMotion::step;
   for (std::size_t k = 2; k + 2 < motion.size(); k += 97) {
     const Motion m = motion.at(k), after = motion.at(k + 1), before = motion.at(k - 1);
     const SE23 &x = m.state, &next = after.state, &last = before.state;
     const auto slope = [&](const Vector<3>& a, const Vector<3>& b) -> Vector<3> { return (a - b) / (2 * h); };
-    // Off by h²/6 of the third derivative.
+    // The error of a central difference is h²/6 times the third derivative.
     EXPECT_LE((slope(next.translation(), last.translation()) - x.velocity()).norm(), 1e-5) << motion.time(k);
     EXPECT_LE((slope(next.velocity(), last.velocity()) - m.acceleration).norm(), 1e-5);
     EXPECT_LE(((last.rotation().inverse() * next.rotation()).Log() / (2 * h) - m.rate).norm(), 1e-5);
-    EXPECT_LE((slope(after.rate, before.rate) - m.rate_rate).norm(), 1e-5);
+    EXPECT_LE((slope(after.rate, before.rate) - m.angular_acceleration).norm(), 1e-5);
   }
 }
 
-TEST(DiveMotion, IsASurvey) {
+TEST(DiveMotion, HasDepthSpeedAndTiltOfASurvey) {
   const DiveMotion motion(1200, 1);
   double deepest = 0, fastest = 0, tilt = 0, turning = 0;
   std::size_t at_surface = 0;
@@ -55,7 +55,7 @@ TEST(DiveMotion, IsASurvey) {
   EXPECT_GT(tilt, 0.1);
   EXPECT_LT(tilt, 0.5);
   EXPECT_LT(turning, 0.5);
-  EXPECT_GT(at_surface, 1500u) << "60 s first and last, 40 s on the way, and what it takes to leave";
+  EXPECT_GT(at_surface, 1500u) << "60 s at each end, 40 s in between, and parts of the ramps";
   EXPECT_LT(at_surface, 2500u);
 }
 
@@ -65,23 +65,23 @@ DiveOptions without_noise() {
   return options;
 }
 
-/// What a sensor reads out of poses alone, by differences in a frame that does not turn: nothing of the formulas that
-/// the simulation uses.
-TEST(SimulateDive, InertialReadingsAreThoseOfThePosesInAnInertialFrame) {
+/// Compares IMU samples with finite differences of the sensor's pose in an inertial frame, independent of the formulas
+/// of the simulation.
+TEST(SimulateDive, ImuSamplesMatchDifferencesInAnInertialFrame) {
   const SimulatedDive dive = simulate_dive(without_noise());
   const ImuSensor& imu = *dive.data.imu;
   const Earth& earth = dive.data.earth;
   const DiveMotion motion(360, 0);
-  const double h = 4 * DiveMotion::step;  // with rounding and truncation alike some 1e-8
+  const double h = 4 * DiveMotion::step;  // rounding and truncation errors are both about 1e-8
   for (std::size_t k = 8; k + 8 < motion.size(); k += 331) {
-    const auto turned = [&](int steps) { return SO3::Exp(steps * DiveMotion::step * earth.rate); };
+    const auto earth_rotation = [&](int steps) { return SO3::Exp(steps * DiveMotion::step * earth.rate); };
     const auto pose = [&](int steps) {
       const SE23 x = motion.at(std::size_t(std::ptrdiff_t(k) + steps)).state;
-      return SE3(turned(steps), Vector<3>::Zero()) * SE3(x.rotation(), x.translation()) * imu.mount;
+      return SE3(earth_rotation(steps), Vector<3>::Zero()) * SE3(x.rotation(), x.translation()) * imu.mount;
     };
     const auto p = [&](int steps) -> Vector<3> { return pose(steps).translation(); };
     const Vector<3> acceleration = (-p(8) - p(-8) + 16 * (p(4) + p(-4)) - 30 * p(0)) / (12 * h * h);
-    // Gravity has the centrifugal acceleration in it, which the differences have too.
+    // Earth::gravity includes the centrifugal acceleration, and so do the differences.
     const Vector<3> outwards = earth.rate.cross(earth.rate.cross(p(0)));
     const SO3 to_sensor = pose(0).rotation().inverse();
     const auto from_here = [&](int steps) -> Vector<3> { return (to_sensor * pose(steps).rotation()).Log(); };
@@ -91,7 +91,7 @@ TEST(SimulateDive, InertialReadingsAreThoseOfThePosesInAnInertialFrame) {
   }
 }
 
-/// How far off the truth [m] the IMU's samples, every `stride`-th of them, lead in the whole dive.
+/// Returns the position error at the end of the dive after integrating every `stride`-th IMU sample [m].
 double off_by_integration(const SimulatedDive& dive, std::size_t stride) {
   const ImuSensor& imu = *dive.data.imu;
   const SE23 &begin = dive.truth.front().value, &end = dive.truth.back().value;
@@ -104,15 +104,15 @@ double off_by_integration(const SimulatedDive& dive, std::size_t stride) {
   return (state.pose.translation() - end.translation()).norm();
 }
 
-TEST(SimulateDive, IntegratingTheInertialReadingsGivesTheTruth) {
+TEST(SimulateDive, IntegratedImuSamplesReproduceTheTruth) {
   const SimulatedDive dive = simulate_dive(without_noise());
   ASSERT_EQ(dive.data.imu->samples.size(), 36'001u);
   const double off = off_by_integration(dive, 1);
-  EXPECT_LE(off, 0.1) << "of a path of 540 m, dead reckoned for 6 min";
-  EXPECT_NEAR(off_by_integration(dive, 2) / off, 4.0, 0.4) << "all of it is what lies between the samples";
+  EXPECT_LE(off, 0.1) << "dead reckoning over 540 m and 6 min";
+  EXPECT_NEAR(off_by_integration(dive, 2) / off, 4.0, 0.4) << "the error is second order in the sampling interval";
 }
 
-TEST(SimulateDive, TheOtherSensorsReadTheMotion) {
+TEST(SimulateDive, NoiseFreeSensorsMatchTheMotion) {
   const SimulatedDive dive = simulate_dive(without_noise());
   const DiveMotion motion(360, 0);
   ASSERT_EQ(dive.data.sensors.size(), 4u);
@@ -136,14 +136,14 @@ TEST(SimulateDive, TheOtherSensorsReadTheMotion) {
   }
 }
 
-/// The mean of squares that should each be of mean one is within five standard deviations of one.
+/// Expects that normalised errors have unit variance, within five standard deviations of their mean square.
 void expect_unit_variance(const std::vector<double>& values, const std::string& what) {
   double sum = 0;
   for (const double value : values) sum += value * value;
   EXPECT_NEAR(sum / double(values.size()), 1.0, 5 * std::sqrt(2.0 / double(values.size()))) << what;
 }
 
-TEST(SimulateDive, NoiseIsOfTheStatedSize) {
+TEST(SimulateDive, NoiseHasTheStatedSigmas) {
   for (const Grade grade : {Grade::mems, Grade::tactical}) {
     SCOPED_TRACE(name(grade));
     DiveOptions options = short_dive(grade), exact = without_noise();
@@ -183,7 +183,7 @@ TEST(SimulateDive, NoiseIsOfTheStatedSize) {
   }
 }
 
-TEST(SimulateDive, TheSeedDecides) {
+TEST(SimulateDive, ResultDependsOnTheSeed) {
   const auto last = [](std::uint64_t seed) {
     DiveOptions options = {.minutes = 1, .seed = seed};
     const SimulatedDive dive = simulate_dive(options);
@@ -194,7 +194,7 @@ TEST(SimulateDive, TheSeedDecides) {
   EXPECT_NE(last(1), last(1 + (std::uint64_t(1) << 32)));
 }
 
-TEST(SimulateDive, SurfacingGivesPositions) {
+TEST(SimulateDive, SurfacingGivesGpsFixes) {
   const auto positions = [](int surfacings) {
     const SimulatedDive dive = simulate_dive({.minutes = 20, .surfacings = surfacings});
     std::size_t between = 0;
@@ -206,7 +206,7 @@ TEST(SimulateDive, SurfacingGivesPositions) {
   EXPECT_NEAR(double(positions(2)), 140, 20);
 }
 
-TEST(SimulateDive, AFolderReadsBackAsItWasWritten) {
+TEST(SimulateDive, FolderReadsBack) {
   const ScratchFolder folder;
   DiveOptions options = short_dive();
   options.latitude = -33.5;
@@ -247,16 +247,16 @@ TEST(SimulateDive, AFolderReadsBackAsItWasWritten) {
 
   std::vector<NavigationFinding::Kind> found;
   for (const NavigationFinding& finding : check(data)) found.push_back(finding.kind);
-  EXPECT_THAT(found, testing::ElementsAre(NavigationFinding::Kind::silent)) << "GPS under water, and nothing else";
+  EXPECT_THAT(found, testing::ElementsAre(NavigationFinding::Kind::silent)) << "only GPS is silent, under water";
 }
 
-TEST(SimulateDive, OptionsOutOfRange) {
-  const auto refusal = [](const DiveOptions& options) { return error_of([&] { simulate_dive(options); }); };
-  EXPECT_THAT(refusal({.minutes = 0.5}), HasSubstr("takes 1 to 600 minutes, not 0.5"));
-  EXPECT_THAT(refusal({.minutes = 1000}), HasSubstr("takes 1 to 600 minutes, not 1000"));
-  EXPECT_THAT(refusal({.latitude = 91}), HasSubstr("latitude 91 is beyond a pole"));
-  EXPECT_THAT(refusal({.keyframe_interval = 0}), HasSubstr("keyframe interval of 0 s"));
-  EXPECT_THAT(refusal({.minutes = 10, .surfacings = 2}), HasSubstr("2 surfacings need 15 minutes or more, not 10"));
+TEST(SimulateDive, RejectsOptionsOutOfRange) {
+  const auto rejection = [](const DiveOptions& options) { return error_of([&] { simulate_dive(options); }); };
+  EXPECT_THAT(rejection({.minutes = 0.5}), HasSubstr("minutes must be 1 to 600 for a dive, not 0.5"));
+  EXPECT_THAT(rejection({.minutes = 1000}), HasSubstr("for a dive, not 1000"));
+  EXPECT_THAT(rejection({.latitude = 91}), HasSubstr("latitude must be -90 to 90 degrees, not 91"));
+  EXPECT_THAT(rejection({.keyframe_interval = 0}), HasSubstr("keyframe_interval must be above 0.001 s, not 0 s"));
+  EXPECT_THAT(rejection({.minutes = 10, .surfacings = 2}), HasSubstr("2 surfacings need 15 minutes or more, not 10"));
 }
 
 }  // namespace

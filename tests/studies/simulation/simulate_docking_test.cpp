@@ -14,7 +14,7 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(SimulateDocking, IsMuchLikeTheBuiltInOne) {
+TEST(SimulateDocking, DefaultsResembleDockingA) {
   const SimulatedDocking docking = simulate_docking();
   ASSERT_EQ(docking.data.sensors.size(), 2u);
   EXPECT_EQ(docking.data.odometry.size(), 12'001u);
@@ -26,7 +26,7 @@ TEST(SimulateDocking, IsMuchLikeTheBuiltInOne) {
   EXPECT_LT(drift.translation().norm(), 20.0);
   for (std::size_t k = 1; k < docking.truth_target.size(); ++k) {
     const SE3 step = docking.truth_target[k - 1].value.inverse() * docking.truth_target[k].value;
-    EXPECT_LT(step.Log().head<3>().norm(), 0.15) << "no jump at the corners of the course, " << k;
+    EXPECT_LT(step.Log().head<3>().norm(), 0.15) << "jump at step " << k;
     EXPECT_LT(step.Log().tail<3>().norm(), 0.02);
     const SE3 own = docking.truth_chaser[k - 1].value.inverse() * docking.truth_chaser[k].value;
     EXPECT_LT(own.Log().head<3>().norm(), 0.4);
@@ -34,8 +34,8 @@ TEST(SimulateDocking, IsMuchLikeTheBuiltInOne) {
   }
 }
 
-/// Errors in units of their σ: odometry steps and both sensors.
-TEST(SimulateDocking, NoiseIsOfTheStatedSize) {
+/// Normalised errors of odometry steps and of both sensors have unit variance.
+TEST(SimulateDocking, NoiseHasTheStatedSigmas) {
   const SimulatedDocking docking = simulate_docking({.minutes = 60, .seed = 3});
   const auto expect_unit = [](double sum, double count, const char* what) {
     EXPECT_NEAR(sum / count, 1.0, 5 * std::sqrt(2 / count)) << what;
@@ -65,7 +65,7 @@ TEST(SimulateDocking, NoiseIsOfTheStatedSize) {
   }
 }
 
-TEST(SimulateDocking, AFolderReadsBackAndSolves) {
+TEST(SimulateDocking, FolderReadsBackAndSolves) {
   const ScratchFolder folder;
   const DockingOptions options{.minutes = 5, .seed = 7};
   const SimulatedDocking docking = simulate_docking(options);
@@ -86,7 +86,7 @@ TEST(SimulateDocking, AFolderReadsBackAndSolves) {
   EXPECT_TRUE(estimate(scenario, {}, GaussNewtonOptions{}).summary.converged());
 }
 
-TEST(SimulateDocking, TheSeedDecides) {
+TEST(SimulateDocking, ResultDependsOnTheSeed) {
   const auto last = [](std::uint64_t seed) {
     return simulate_docking({.minutes = 1, .seed = seed}).data.odometry.back().value.translation();
   };
@@ -94,8 +94,9 @@ TEST(SimulateDocking, TheSeedDecides) {
   EXPECT_NE(last(1), last(2));
 }
 
-TEST(SimulateDocking, OptionsOutOfRange) {
-  EXPECT_THAT(error_of([] { simulate_docking({.minutes = 0.1}); }), HasSubstr("takes 1 to 6000 minutes, not 0.1"));
+TEST(SimulateDocking, RejectsOptionsOutOfRange) {
+  EXPECT_THAT(error_of([] { simulate_docking({.minutes = 0.1}); }),
+              HasSubstr("minutes must be 1 to 6000 for a docking, not 0.1"));
 }
 
 }  // namespace

@@ -7,16 +7,16 @@
 
 #include "studies/scratch.hpp"
 
-/// A surface vessel that a diving vehicle fixes by USBL.
 namespace tandem {
 
+/// Returns the pose of a surface vessel that a diving vehicle measures by USBL; t [s].
 inline SE3 vessel_at(double t) {
   return SE3(SO3::Exp({0, 0, 0.3}), Vector<3>(15, -8, 0)) *
          SE3::Exp((Vector<6>() << 1.3, 0, 0, 0, 0, 0.01).finished() * t);
 }
 
-/// The simulated dive as a scenario, with a fix of the vessel each two seconds, noise of `sigma` [m]; 0: exact, and
-/// estimated with 0.1 m.
+/// Returns a simulated dive as a scenario with a USBL fix of the vessel every 2 s. `sigma`: noise of the fixes along
+/// each axis [m]. With sigma = 0 the fixes are exact and their stated standard deviation is 0.1 m.
 inline Scenario dive_with_target(const DiveOptions& options, double sigma) {
   SimulatedDive dive = simulate_dive(options);
   Scenario scenario;
@@ -41,7 +41,7 @@ inline Scenario dive_with_target(const DiveOptions& options, double sigma) {
   return scenario;
 }
 
-/// Adds what write_dive() does not: the target's fixes, its truth and noise.
+/// Adds the target's fixes, truth and noise to a folder that write_dive() wrote.
 inline void write_target_of_dive(const Scenario& scenario, const std::filesystem::path& folder) {
   std::ofstream usbl(folder / "usbl.csv"), truth(folder / "truth_target.tum"),
       yaml(folder / "scenario.yaml", std::ios::app);

@@ -12,14 +12,15 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(Nees, IsTheErrorInUnitsOfTheCovariance) {
+TEST(Nees, NormalisesErrorsByTheCovariance) {
   EgoCovariance covariance;
   covariance.pose = Vector<6>(4, 4, 4, 0.01, 0.01, 0.01).asDiagonal();
   covariance.velocity = 0.25 * Matrix<3, 3>::Identity();
   covariance.bias = Matrix<6, 6>::Identity();
   EgoState state;
   state.pose = SE3(SO3::Exp({0, 0, 1.0}), Vector<3>(1, 2, 3));
-  const SE3 off = state.pose * SE3::Exp((Vector<6>() << 0, 0, 2, 0, 0, 0.2).finished());  // one sigma, and two
+  const SE3 off =
+      state.pose * SE3::Exp((Vector<6>() << 0, 0, 2, 0, 0, 0.2).finished());  // 1 σ in translation, 2 σ in rotation
   SE23::Columns columns;
   columns << off.translation(), Vector<3>(1, 0, 0);
   const EgoNees found = nees(SE23(off.rotation(), columns), Vector<6>::Constant(2), state, covariance);
@@ -28,16 +29,16 @@ TEST(Nees, IsTheErrorInUnitsOfTheCovariance) {
   EXPECT_NEAR(found.bias, 6 * 4, 1e-12);
 }
 
-/// Tabulated: χ² of 60 degrees of freedom has its 2.5 and 97.5 % quantiles at 40.482 and 83.298.
-TEST(Nees, TheBandIsTheTabulatedOne) {
+/// Tables: the 2.5 and 97.5 % quantiles of χ² with 60 degrees of freedom are 40.482 and 83.298.
+TEST(Nees, BandMatchesTabulatedQuantiles) {
   const auto [low, high] = chi_squared_band(6, 10);
-  EXPECT_NEAR(low, 4.0482, 2e-3);
-  EXPECT_NEAR(high, 8.3298, 2e-3);
+  EXPECT_NEAR(low, 4.0482, 1e-4);
+  EXPECT_NEAR(high, 8.3298, 1e-4);
 }
 
-/// bench_consistency with few runs, so with a wide band. Over its three instants and three quantities, a mean outside of
-/// the 99.99 % band (3.9 σ) would be one chance in a thousand; and the seeds are fixed.
-TEST(StatisticalNees, FixedLagKnowsHowGoodItIs) {
+/// A short version of bench_consistency. The band of 3.9 σ (99.99 %) makes a failure by chance a 1 in 1,000 event over
+/// all instants and quantities; the seeds are fixed.
+TEST(StatisticalNees, FixedLagIsConsistent) {
   constexpr int kRuns = 12;
   const std::vector<double> instants = {30, 60, 90};
   for (const Grade grade : {Grade::mems, Grade::tactical}) {
@@ -63,7 +64,7 @@ TEST(StatisticalNees, FixedLagKnowsHowGoodItIs) {
   }
 }
 
-TEST(Nees, AnInstantThatIsNotReached) {
+TEST(Nees, RejectsInstantThatIsNotReached) {
   const SimulatedDive dive = simulate_dive({.grade = Grade::tactical, .minutes = 1});
   EXPECT_THAT(error_of([&] { nees_of_fixed_lag(dive, {30, 100}, 20); }), HasSubstr("there is no keyframe at 100 s"));
 }

@@ -6,7 +6,8 @@
 
 namespace tandem {
 
-/// 24 trials of a minute each, some of which cannot be: the constant-velocity model has no orientation to constrain.
+/// A study of 24 trials of one minute. 8 of them are invalid: the constant-velocity model has no orientation to
+/// constrain.
 inline const char* const kSmallStudy =
     "name: small\n"
     "parameters: {minutes: 1, blind: 0, gap: [0, 10], gap_period: 40}\n"

@@ -15,6 +15,7 @@ namespace {
 
 using testing::HasSubstr;
 
+/// Returns the contents of all reproducible tables of a study.
 std::string tables_of(const StudyDatabase& database) {
   const ScratchFolder folder;
   const std::vector<TrialResult> results = database.results();
@@ -25,7 +26,7 @@ std::string tables_of(const StudyDatabase& database) {
   return all;
 }
 
-/// By one thread, in order.
+/// Returns the tables of small_study(), run sequentially in one thread.
 const std::string& reference_tables() {
   static const std::string tables = [] {
     const ScratchFolder folder;
@@ -36,7 +37,7 @@ const std::string& reference_tables() {
   return tables;
 }
 
-TEST(StudyRun, TheTablesAreTheSameForAnyNumberOfThreads) {
+TEST(StudyRun, TablesDoNotDependOnThreads) {
   EXPECT_THAT(reference_tables(), HasSubstr("24 of 24 trials"));
   for (const int threads : {2, 4}) {
     const ScratchFolder folder;
@@ -45,13 +46,13 @@ TEST(StudyRun, TheTablesAreTheSameForAnyNumberOfThreads) {
     const StudyProgress progress =
         run_study(database, {.threads = threads, .progress = [&](const StudyProgress&) { ++calls; }});
     EXPECT_EQ(progress.done, 24u);
-    EXPECT_EQ(progress.failed, 8u) << "those of a model that cannot be";
+    EXPECT_EQ(progress.failed, 8u) << "trials of the invalid model";
     EXPECT_EQ(calls, 24u);
     EXPECT_EQ(tables_of(database), reference_tables());
   }
 }
 
-TEST(StudyRun, TheTablesAreTheSameForShards) {
+TEST(StudyRun, MergedShardsGiveTheSameTables) {
   const ScratchFolder folder;
   for (std::size_t i = 0; i < 3; ++i) {
     StudyDatabase shard = StudyDatabase::create(folder.path() / std::to_string(i), small_study(), kSmallStudy);
@@ -64,7 +65,7 @@ TEST(StudyRun, TheTablesAreTheSameForShards) {
   EXPECT_EQ(tables_of(merged), reference_tables());
 }
 
-TEST(StudyRun, TheTablesAreTheSameAfterInterruptions) {
+TEST(StudyRun, InterruptedAndResumedRunsGiveTheSameTables) {
   const ScratchFolder folder;
   std::atomic<bool> stop{false};
   StudyRunOptions options{.threads = 2, .stop = &stop};
@@ -82,14 +83,14 @@ TEST(StudyRun, TheTablesAreTheSameAfterInterruptions) {
   EXPECT_EQ(tables_of(StudyDatabase::read(folder.path())), reference_tables());
 }
 
-TEST(StudyDatabase, WhatIsWrongIsOneSentence) {
+TEST(StudyDatabase, ErrorsNameFolderAndProblem) {
   const ScratchFolder folder;
   const Study study = small_study();
   EXPECT_THAT(error_of([&] { StudyDatabase::read(folder.path()); }), HasSubstr("has no study"));
   {
     StudyDatabase database = StudyDatabase::create(folder.path(), study, kSmallStudy);
     EXPECT_THAT(error_of([&] { StudyDatabase::resume(folder.path(), study); }),
-                HasSubstr("another process is at work on this study"));
+                HasSubstr("another process is running this study"));
     EXPECT_THAT(error_of([&] { StudyDatabase::create(folder.path(), study, kSmallStudy); }), HasSubstr("--resume"));
     EXPECT_EQ(database.count(), 0u);
   }
@@ -104,7 +105,7 @@ TEST(StudyDatabase, WhatIsWrongIsOneSentence) {
   EXPECT_THAT(error_of([&] { StudyDatabase::read(folder.path()); }), HasSubstr("study.sqlite"));
 }
 
-/// Root as somebody to whom a folder can be read-only, its owner, for as long as this lives.
+/// Drops root privileges for its lifetime, so that file permissions apply. The new user owns `folder`.
 class Unprivileged {
  public:
   explicit Unprivileged(const std::filesystem::path& folder) {
@@ -122,18 +123,18 @@ class Unprivileged {
   bool changed_ = false;
 };
 
-TEST(StudyDatabase, AFolderThatCannotBeWrittenIsSaidAtTheStart) {
+TEST(StudyDatabase, CreateRejectsReadOnlyFolder) {
   EXPECT_THAT(error_of([] { StudyDatabase::create("/proc/study", small_study(), kSmallStudy); }),
-              HasSubstr("/proc/study cannot be made"));
+              HasSubstr("/proc/study cannot be created"));
   const ScratchFolder folder;
   std::filesystem::permissions(folder.path(), std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
-  const Unprivileged somebody(folder.path());
-  if (geteuid() == 0) GTEST_SKIP() << "root, to whom nothing is read-only, and who may not become anybody else here";
+  const Unprivileged user(folder.path());
+  if (geteuid() == 0) GTEST_SKIP() << "runs as root and cannot drop privileges, so no folder is read-only";
   EXPECT_THAT(error_of([&] { StudyDatabase::create(folder.path(), small_study(), kSmallStudy); }),
               HasSubstr("cannot be written: Permission denied"));
 }
 
-TEST(StudyDatabase, NumbersComeBackToTheLastBit) {
+TEST(StudyDatabase, ResultsRoundTripExactly) {
   const ScratchFolder folder;
   TrialResult result;
   result.trial = 5;

@@ -11,21 +11,22 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-/// Made-up results: in trial i of replicate r the first model's error is 1 + r / 10, the second's 1.5 times that.
-struct MadeUp {
+/// Synthetic results: in replicate r the error of the first model is 1 + r / 10; that of the second is 1.5 times as
+/// large.
+struct SyntheticResults {
   Study study = parse_study(
       "name: made\nmodels: [constant-twist, mode-b]\nparameters: {start_position: [0, 2]}\nseeds: 40\n", "made.yaml");
   std::vector<TrialResult> results;
 
-  MadeUp() {
+  SyntheticResults() {
     for (std::size_t i = 0; i < study.trials(); ++i) {
       const TrialPlace place = study.place(i);
       TrialResult& result = results.emplace_back();
       result.trial = i;
       result.status = "converged";
       const double error = (1 + double(place.replicate) / 10) * (place.model == 1 ? 1.5 : 1.0);
-      result.set("usbl_position_m", error);
-      result.set("raw_usbl_position_m", 2 * (1 + double(place.replicate) / 10));
+      result.set("at_position_error_m", error);
+      result.set("raw_at_position_error_m", 2 * (1 + double(place.replicate) / 10));
       result.set("nees_chaser", place.model == 1 ? 24 : 6);
       result.set("nis_usbl", place.model == 1 ? 3 : 0.75);
       result.set("cost", 100 + (place.values[0] == 1 && place.replicate % 4 == 0 ? 1 : 0));
@@ -33,20 +34,20 @@ struct MadeUp {
   }
 };
 
-TEST(StudyTables, PairsAreComparedSeedBySeed) {
-  const MadeUp made;
+TEST(StudyTables, PairsAreComparedPerSeed) {
+  const SyntheticResults made;
   const StudyTables tables = study_tables(made.study, made.results);
   ASSERT_EQ(tables.groups.size(), 4u);
   for (const StudyPair& pair : tables.pairs) {
-    if (pair.metric != "usbl_position_m") continue;
+    if (pair.metric != "at_position_error_m") continue;
     const double expected = pair.base == "raw" ? (pair.group->model == 1 ? 0.75 : 0.5) : 1.5;
     EXPECT_NEAR(pair.ratio.value, expected, 1e-12);
-    EXPECT_NEAR(pair.ratio.low, expected, 1e-12) << "the noise is in both";
+    EXPECT_NEAR(pair.ratio.low, expected, 1e-12) << "common noise cancels";
   }
 }
 
-TEST(StudyTables, VerdictsAreInWords) {
-  const MadeUp made;
+TEST(StudyTables, VerdictsNameOptimismAndFactor) {
+  const SyntheticResults made;
   const StudyTables tables = study_tables(made.study, made.results);
   std::vector<std::string> verdicts;
   for (const StudyConsistency& row : tables.consistency)
@@ -56,15 +57,15 @@ TEST(StudyTables, VerdictsAreInWords) {
                                     "mode-b nees_chaser optimistic by a factor 2.00", "mode-b nis_usbl consistent"));
 }
 
-/// What docked is a share: its interval is a binomial one, within 0 and 1 also where all did.
-TEST(StudyTables, AShareHasWilsonsInterval) {
+/// The docking rate is a share. Its binomial interval stays within [0, 1], even if all runs dock.
+TEST(StudyTables, SharesHaveWilsonIntervals) {
   const Study study = parse_study(
       "name: r\nmodels: [constant-twist]\nparameters: {rendezvous: [decoupled, pursuit]}\nseeds: 10\n", "r.yaml");
   std::vector<TrialResult> results(study.trials());
   for (std::size_t i = 0; i < results.size(); ++i) {
     results[i].trial = i;
     results[i].status = "converged";
-    results[i].set("docked", study.place(i).values[0] == 0 || i < 6 ? 1 : 0);  // 10 of 10, and 3 of 10
+    results[i].set("docked", study.place(i).values[0] == 0 || i < 6 ? 1 : 0);  // 10 of 10 dock, and 3 of 10
     results[i].set("dock_miss_m", 0.2 + 0.01 * double(i));
   }
   const StudyTables tables = study_tables(study, results);
@@ -80,10 +81,10 @@ TEST(StudyTables, AShareHasWilsonsInterval) {
   const std::string text = study_report(study, tables);
   EXPECT_THAT(text, HasSubstr("100 % (72 … 100)"));
   EXPECT_THAT(text, HasSubstr("miss [m]"));
-  EXPECT_EQ(text.find("raw"), std::string::npos) << "a rendezvous measures nothing that is compared";
+  EXPECT_EQ(text.find("raw"), std::string::npos) << "a rendezvous has no raw errors";
 }
 
-TEST(StudyTables, InThePlaneThereAreFewerDegreesOfFreedom) {
+TEST(StudyTables, PlanarStudiesHaveFewerDegreesOfFreedom) {
   const Study study = parse_study("name: p\nmodels: [mode-b]\nparameters: {planar: [0, 1]}\nseeds: 20\n", "p.yaml");
   std::vector<TrialResult> results(study.trials());
   for (std::size_t i = 0; i < results.size(); ++i) {
@@ -97,25 +98,25 @@ TEST(StudyTables, InThePlaneThereAreFewerDegreesOfFreedom) {
   }
 }
 
-TEST(StudyTables, SharesAtTheBestCost) {
-  const MadeUp made;
+TEST(StudyTables, CountsTrialsAtTheBestCost) {
+  const SyntheticResults made;
   const StudyTables tables = study_tables(made.study, made.results);
   for (const StudyGroup& group : tables.groups) EXPECT_EQ(group.reached_best, group.cell == 0 ? 40u : 30u);
   EXPECT_THAT(study_report(made.study, tables), HasSubstr("75 % (60 … 86)"));
 }
 
-TEST(StudyTables, WhatDidNotConvergeIsCountedAndLeftOut) {
-  MadeUp made;
+TEST(StudyTables, FailedTrialsAreCountedAndExcludedFromMeans) {
+  SyntheticResults made;
   made.results[0].status = "failed";
-  made.results[0].set("usbl_position_m", 1e6);
+  made.results[0].set("at_position_error_m", 1e6);
   const StudyTables tables = study_tables(made.study, made.results);
   EXPECT_EQ(tables.groups[0].trials, 40u);
   EXPECT_EQ(tables.groups[0].converged, 39u);
   for (const StudyMean& mean : tables.means) EXPECT_LT(mean.mean.value, 1e3) << mean.metric;
 }
 
-TEST(StudyTables, FilesHaveTheirColumns) {
-  const MadeUp made;
+TEST(StudyTables, WritesFilesWithColumns) {
+  const SyntheticResults made;
   const ScratchFolder folder;
   write_study_tables(made.study, study_tables(made.study, made.results), folder.path());
   EXPECT_THAT(files(folder.path()),
@@ -123,7 +124,7 @@ TEST(StudyTables, FilesHaveTheirColumns) {
   EXPECT_THAT(read_file(folder.path() / "summary.csv"),
               HasSubstr("cell,model,solver,metric,n,mean,low,high\nstart_position=0,constant-twist,automatic,"));
   EXPECT_THAT(trials_csv(made.study, made.results),
-              HasSubstr("trial,replicate,start_position,model,solver,status,message,usbl_keyframes"));
+              HasSubstr("trial,replicate,start_position,model,solver,status,message,at_position_keyframes"));
 }
 
 }  // namespace

@@ -18,12 +18,13 @@ Study dive_study(const std::string& rest) {
   return parse_study("name: d\nsimulation: dive\nseeds: 2\n" + rest, "d.yaml");
 }
 
+/// Returns a metric, which must have a value.
 double metric_of(const TrialResult& result, const char* name) {
   EXPECT_TRUE(result.get(name)) << name;
   return result.get(name).value_or(std::nan(""));
 }
 
-TEST(LongDiveTrial, AnOutageOfTheDvlIsFelt) {
+TEST(LongDiveTrial, DvlOutageIncreasesErrors) {
   const Study study = dive_study("parameters: {minutes: 3, dvl_outage: [0, 40], dvl_outage_period: 90}\n");
   EXPECT_FALSE(study.has_target());
   const TrialResult whole = run_trial(study, 0), out = run_trial(study, 1);
@@ -32,14 +33,14 @@ TEST(LongDiveTrial, AnOutageOfTheDvlIsFelt) {
     for (const char* metric : {"nees_chaser", "nees_velocity", "nees_bias", "nis_dvl", "nis_depth", "nis_heading",
                                "nis_gps", "chaser_inside_three_sigma", "cost", "iterations", "chaser_worst_m"})
       EXPECT_TRUE(result->get(metric)) << metric;
-    EXPECT_FALSE(result->get("all_position_m")) << "there is no target";
+    EXPECT_FALSE(result->get("at_all_error_m")) << "there is no target";
   }
   EXPECT_FALSE(whole.get("chaser_outage_position_m"));
   EXPECT_GT(metric_of(out, "chaser_velocity_mps"), metric_of(whole, "chaser_velocity_mps"));
-  EXPECT_EQ(run_trial(study, 1).metrics[metric_index("cost")], out.get("cost")) << "depends on its number alone";
+  EXPECT_EQ(run_trial(study, 1).metrics[metric_index("cost")], out.get("cost")) << "trials are reproducible";
 }
 
-TEST(DiveTrial, TheNewestStateKnowsLess) {
+TEST(DiveTrial, NewestStatesHaveLargerErrors) {
   const Study study = dive_study("parameters: {minutes: 1, window: [0, 10]}\n");
   const TrialResult all = run_trial(study, 0), newest = run_trial(study, 1);
   EXPECT_EQ(newest.status, "converged") << newest.message;
@@ -48,8 +49,8 @@ TEST(DiveTrial, TheNewestStateKnowsLess) {
   EXPECT_TRUE(newest.get("nees_bias"));
 }
 
-/// The estimator goes without a sensor, or is told other noise; what was simulated is the same.
-TEST(LongDiveTrial, SettingsOfItsSensors) {
+/// Sensor settings change the estimator only; the simulated dive stays the same.
+TEST(LongDiveTrial, SensorSettingsAffectTheEstimator) {
   const Study study =
       dive_study("parameters: {minutes: 2, without: [none, dvl, imu, gps], dvl_sigma_factor: [1, 3]}\n");
   std::vector<TrialResult> results;
@@ -65,28 +66,28 @@ TEST(LongDiveTrial, SettingsOfItsSensors) {
   EXPECT_GT(metric_of(results[2], "chaser_position_m"), metric_of(results[0], "chaser_position_m"));
 }
 
-TEST(LongDiveTrial, TheScaleOfTheDvlIsFound) {
+TEST(LongDiveTrial, EstimatesTheDvlScale) {
   const Study study = dive_study("parameters: {minutes: 6, estimate_dvl_scale: 1, surfacings: 0}\n");
   const TrialResult result = run_trial(study, 0);
   ASSERT_EQ(result.status, "converged") << result.message;
   EXPECT_LT(std::abs(metric_of(result, "dvl_scale_error")), 0.01);
-  EXPECT_LT(metric_of(result, "nees_chaser"), 60) << "covariances are those at the scale that was found";
+  EXPECT_LT(metric_of(result, "nees_chaser"), 60) << "covariances are evaluated at the estimated scale";
 }
 
-TEST(DiveTrial, ATargetIsEstimatedTogetherWithTheChaser) {
+TEST(DiveTrial, EstimatesTargetAndChaserTogether) {
   const Study study =
       dive_study("parameters: {minutes: 1, target: 1}\nmodels: [constant-twist, mode-b, 'non-holonomic:soft']\n");
   for (std::size_t i = 0; i < 3; ++i) {
     const TrialResult result = run_trial(study, i);
     ASSERT_EQ(result.status, "converged") << result.message;
-    EXPECT_LT(metric_of(result, "usbl_position_m"), metric_of(result, "raw_usbl_position_m"));
+    EXPECT_LT(metric_of(result, "at_position_error_m"), metric_of(result, "raw_at_position_error_m"));
     for (const char* metric : {"nees_chaser", "nees_relative_position", "nis_usbl", "nis_dvl", "chaser_position_m"})
       EXPECT_TRUE(result.get(metric)) << metric;
-    EXPECT_EQ(result.get("nees_target").has_value(), i != 1) << "in Mode B a target that only USBL sees is a point";
+    EXPECT_EQ(result.get("nees_target").has_value(), i != 1) << "in Mode B a target measured only by USBL is a point";
   }
 }
 
-TEST(DiveTrial, ItsFolderGivesTheSameErrors) {
+TEST(DiveTrial, WrittenFolderGivesTheSameCost) {
   const Study study = dive_study("parameters: {minutes: 1, grade: tactical, imu_sigma_factor: 2}\n");
   const TrialResult result = run_trial(study, 1);
   const TrialSettings settings = study.settings(study.place(1));
@@ -98,7 +99,7 @@ TEST(DiveTrial, ItsFolderGivesTheSameErrors) {
   EXPECT_NEAR(again.summary.cost, metric_of(result, "cost"), 1e-3 * again.summary.cost) << "files have nine digits";
 }
 
-TEST(DiveTrial, StopsWhenToldTo) {
+TEST(DiveTrial, StopsOnRequest) {
   const std::atomic<bool> stop{true};
   for (const char* settings : {"minutes: 1", "minutes: 1, window: 10", "minutes: 1, target: 1"}) {
     const bool target = std::string(settings).find("target") != std::string::npos;
@@ -108,23 +109,24 @@ TEST(DiveTrial, StopsWhenToldTo) {
   }
 }
 
-TEST(DiveTrial, WhatIsWrongIsNamed) {
+TEST(DiveTrial, ErrorsNameKeyAndRemedy) {
   const auto refused = [](const std::string& rest) { return error_of([&] { dive_study(rest); }); };
-  EXPECT_THAT(refused("models: [constant-twist]\n"), HasSubstr("models are of a target, and this dive has none"));
+  EXPECT_THAT(refused("models: [constant-twist]\n"), HasSubstr("models need a target: set target: 1"));
   EXPECT_THAT(refused("parameters: {gap: 3}\n"), HasSubstr("unknown key 'gap' in parameters"));
-  EXPECT_THAT(refused("parameters: {target: [0, 1]}\n"), HasSubstr("target is 0 or 1 for a whole study"));
+  EXPECT_THAT(refused("parameters: {target: [0, 1]}\n"), HasSubstr("target must be 0 or 1 for the whole study"));
   EXPECT_THAT(refused("parameters: {target: 1}\n"), HasSubstr("the file lacks the key models"));
-  EXPECT_THAT(refused("parameters: {target: 1, window: 5}\nmodels: [mode-b]\n"), HasSubstr("window is of a dive"));
-  EXPECT_THAT(refused("parameters: {usbl_sigma: 1}\n"), HasSubstr("usbl_sigma is of a target: give target: 1 too"));
-  EXPECT_THAT(refused("parameters: {without: [sonar]}\n"), HasSubstr("without is none, imu, dvl, depth"));
+  EXPECT_THAT(refused("parameters: {target: 1, window: 5}\nmodels: [mode-b]\n"),
+              HasSubstr("parameter window does not support a dive with a target"));
+  EXPECT_THAT(refused("parameters: {usbl_sigma: 1}\n"), HasSubstr("parameter usbl_sigma needs target: 1"));
+  EXPECT_THAT(refused("parameters: {without: [sonar]}\n"), HasSubstr("without takes none, imu, dvl, depth"));
   EXPECT_THAT(refused("parameters: {estimate_dvl_scale: 1, preintegrated_dvl: [0, 1]}\n"),
-              HasSubstr("leave out preintegrated_dvl"));
+              HasSubstr("does not support preintegrated_dvl"));
   EXPECT_THAT(error_of([] { parse_study("name: d\nsimulation: dvie\nseeds: 1\n", "d.yaml"); }),
-              HasSubstr("d.yaml:2: a study simulates docking or dive, not 'dvie'; did you mean dive?"));
+              HasSubstr("d.yaml:2: simulation must be docking or dive, not 'dvie'; did you mean dive?"));
 }
 
-/// NIS of thousands of readings have narrow intervals: a factor of 1.05 in sigma is 1.1 in them.
-TEST(StatisticalDiveTrials, NisIsWhatItShouldBe) {
+/// Mean NIS over thousands of readings has a narrow interval; an error of 5 % in sigma changes it by 10 %.
+TEST(StatisticalDiveTrials, NisAndNeesAreConsistent) {
   const Study study = parse_study(
       "name: d\nsimulation: dive\nseeds: 12\nparameters: {minutes: 4, grade: tactical, dvl_scale: 0}\n", "d.yaml");
   std::map<std::string, std::vector<double>> values;

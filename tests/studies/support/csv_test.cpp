@@ -17,7 +17,7 @@ std::string written(const CsvCell& cell) {
   return text;
 }
 
-TEST(Csv, CellsAreNumbersToTheLastDigitTextsOrNothing) {
+TEST(Csv, WritesCells) {
   EXPECT_EQ(written(1.0 / 3.0), "0.3333333333333333");
   EXPECT_EQ(written(3), "3");
   EXPECT_EQ(written(true), "1");
@@ -29,7 +29,7 @@ TEST(Csv, CellsAreNumbersToTheLastDigitTextsOrNothing) {
   EXPECT_EQ(written(CsvCell::rounded(1.0 / 3.0, 4)), "0.3333");
 }
 
-TEST(Csv, TextsAreQuotedWhereTheyMustBe) {
+TEST(Csv, QuotesTextsIfNecessary) {
   EXPECT_EQ(written("plain text"), "plain text");
   EXPECT_EQ(written("a,b"), "\"a,b\"");
   EXPECT_EQ(written("say \"no\""), "\"say \"\"no\"\"\"");
@@ -37,7 +37,7 @@ TEST(Csv, TextsAreQuotedWhereTheyMustBe) {
   EXPECT_EQ(written(" blanks "), "\" blanks \"");
 }
 
-TEST(Csv, WhatIsWrittenIsReadBack) {
+TEST(Csv, CellsRoundTrip) {
   const std::vector<std::string> texts = {"plain", "a,b", "say \"no\"", "\"", "", " blanks ", ",", "\"\",\"", "x"};
   CsvTable<std::vector<std::string>> table;
   for (std::size_t i = 0; i < texts.size(); ++i)
@@ -53,7 +53,7 @@ struct Row {
   std::optional<Vector<3>> v;
 };
 
-TEST(Csv, HeaderAndRowsComeFromTheSameColumns) {
+TEST(Csv, WritesHeaderAndRows) {
   CsvTable<Row> table;
   table.add("t", "time [s]", [](const Row& r) { return r.t; })
       .add_xyz("v{}_m", "a vector [m]", [](const Row& r) { return r.v; })

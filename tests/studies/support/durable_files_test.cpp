@@ -15,7 +15,7 @@ using testing::HasSubstr;
 using testing::UnorderedElementsAre;
 using namespace std::chrono_literals;
 
-TEST(DurableFiles, WhatWasAppendedIsThereSoonUnasked) {
+TEST(DurableFiles, WritesAppendedTextAfterPeriod) {
   const ScratchFolder scratch;
   DurableFiles disk(10ms);
   const std::size_t a = disk.open(scratch.path() / "a"), b = disk.open(scratch.path() / "b");
@@ -28,7 +28,7 @@ TEST(DurableFiles, WhatWasAppendedIsThereSoonUnasked) {
   EXPECT_EQ(read_file(scratch.path() / "b"), "two\n");
 }
 
-TEST(DurableFiles, TheEndWritesTheRest) {
+TEST(DurableFiles, DestructorWritesPendingText) {
   const ScratchFolder scratch;
   const auto file = scratch.write("a", "0123456789");
   {
@@ -40,7 +40,7 @@ TEST(DurableFiles, TheEndWritesTheRest) {
   EXPECT_EQ(read_file(file), "0123abc");
 }
 
-TEST(DurableFiles, AFileIsReplacedAsAWhole) {
+TEST(DurableFiles, ReplacesWholeFile) {
   const ScratchFolder scratch;
   const auto file = scratch.write("a", "old");
   DurableFiles disk(1h);
@@ -52,10 +52,10 @@ TEST(DurableFiles, AFileIsReplacedAsAWhole) {
   disk.replace(scratch.path() / "missing" / "a", "new");
   disk.flush();
   EXPECT_THAT(disk.failure(), HasSubstr("missing/a cannot be written: No such file or directory"));
-  EXPECT_EQ(disk.failure(), "") << "told once";
+  EXPECT_EQ(disk.failure(), "") << "each failure is reported once";
 }
 
-/// The largest file that this process may write, while it lives.
+/// Limits the size of files that this process writes, for its lifetime.
 class SmallFiles {
  public:
   explicit SmallFiles(rlim_t bytes) {
@@ -73,7 +73,7 @@ class SmallFiles {
   rlimit before_{};
 };
 
-TEST(DurableFiles, AFullDiskIsSaidAndTriedAgain) {
+TEST(DurableFiles, ReportsAndRetriesFailedWrites) {
   const ScratchFolder scratch;
   const auto file = scratch.path() / "a";
   DurableFiles disk(1h);
@@ -83,23 +83,23 @@ TEST(DurableFiles, AFullDiskIsSaidAndTriedAgain) {
   {
     const SmallFiles limit(8);
     disk.append(a, "second\n");
-    disk.replace(scratch.path() / "b", "speaks of the second");
+    disk.replace(scratch.path() / "b", "refers to the second line");
     disk.flush();
   }
   EXPECT_THAT(disk.failure(), HasSubstr("a cannot be written: File too large"));
-  EXPECT_EQ(read_file(file), "first\n") << "no half line";
+  EXPECT_EQ(read_file(file), "first\n") << "no partial line";
   EXPECT_FALSE(std::filesystem::exists(scratch.path() / "b"));
   disk.flush();
   EXPECT_EQ(disk.failure(), "");
   EXPECT_EQ(read_file(file), "first\nsecond\n");
-  EXPECT_EQ(read_file(scratch.path() / "b"), "speaks of the second");
+  EXPECT_EQ(read_file(scratch.path() / "b"), "refers to the second line");
 }
 
-TEST(DurableFiles, HalfALineIsCut) {
+TEST(DurableFiles, RemovesPartialLine) {
   const ScratchFolder scratch;
   for (const auto& [text, whole] : {std::pair{"a\nb\nha", "a\nb\n"}, {"a\n", "a\n"}, {"half", ""}, {"", ""}}) {
     const auto file = scratch.write("a", text);
-    cut_half_line(file);
+    remove_partial_line(file);
     EXPECT_EQ(read_file(file), whole);
   }
 }

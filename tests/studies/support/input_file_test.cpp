@@ -11,7 +11,7 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(InputFile, IsAFileAlsoBehindALink) {
+TEST(InputFile, OpensFileThroughLink) {
   const ScratchFolder scratch;
   scratch.write("file", "text");
   std::filesystem::create_symlink("file", scratch.path() / "link");
@@ -20,7 +20,7 @@ TEST(InputFile, IsAFileAlsoBehindALink) {
   EXPECT_EQ(text, "text");
 }
 
-TEST(InputFile, APipeWithoutWriterIsNotWaitedFor) {
+TEST(InputFile, RejectsPipesDevicesFoldersAndMissingFiles) {
   const ScratchFolder scratch;
   ASSERT_EQ(mkfifo((scratch.path() / "pipe").c_str(), 0600), 0);
   EXPECT_THAT(error_of([&] { open_input(scratch.path() / "pipe"); }), HasSubstr("pipe is a pipe or a device"));

@@ -19,36 +19,47 @@ using testing::UnorderedElementsAre;
 
 void write(const std::filesystem::path& file, const std::string& text) { std::ofstream(file) << text; }
 
-TEST(OutputFolder, MakesNothingBeforeItIsFilled) {
+TEST(OutputFolder, CreatesNothingBeforeFill) {
   const ScratchFolder scratch;
   const OutputFolder out(scratch.path() / "a" / "b/");
   EXPECT_THAT(files(scratch.path()), UnorderedElementsAre());
   out.fill([&](const std::filesystem::path& folder) {
     write(folder / "x", "new");
-    EXPECT_FALSE(std::filesystem::exists(scratch.path() / "a" / "b")) << "nobody sees half of it";
+    EXPECT_FALSE(std::filesystem::exists(scratch.path() / "a" / "b")) << "incomplete results are not visible";
   });
   EXPECT_THAT(files(scratch.path() / "a"), UnorderedElementsAre("b"));
   EXPECT_EQ(read_file(scratch.path() / "a" / "b" / "x"), "new");
 }
 
-/// Writes files of these names, each of its own name and `text`.
+/// Returns a function that writes files of these names, each with its name and `text` as content.
 auto writing(const std::vector<std::string>& names, const std::string& text) {
   return [=](const std::filesystem::path& folder) {
     for (const std::string& name : names) write(folder / name, name + text);
   };
 }
 
-TEST(OutputFolder, EverythingThatIsWrittenIsMovedIntoAnOldFolderToo) {
+TEST(OutputFolder, AddsRunFile) {
   const ScratchFolder scratch;
-  scratch.write("x", "old");
-  scratch.write("foreign", "keep");
-  OutputFolder(scratch.path()).fill(writing({"x", "nobody has heard of it"}, " new"));
-  EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("x", "nobody has heard of it", "foreign"));
-  EXPECT_EQ(read_file(scratch.path() / "x"), "x new");
-  EXPECT_EQ(read_file(scratch.path() / "foreign"), "keep");
+  set_run_file("command: probe\n");
+  OutputFolder(scratch.path() / "out").fill(writing({"a"}, ""));
+  set_run_file("");
+  EXPECT_THAT(files(scratch.path() / "out"), UnorderedElementsAre("a", "run.yaml"));
+  EXPECT_EQ(read_file(scratch.path() / "out" / "run.yaml"), "command: probe\n");
+  OutputFolder(scratch.path() / "out").fill(writing({"a"}, ""));
+  EXPECT_THAT(files(scratch.path() / "out"), UnorderedElementsAre("a")) << "that of the previous run is removed";
 }
 
-TEST(OutputFolder, WhatTheLastRunWroteDoesNotOutliveTheNext) {
+TEST(OutputFolder, ReplacesFilesOfExistingFolderAndKeepsOthers) {
+  const ScratchFolder scratch;
+  scratch.write("x", "old");
+  scratch.write("user file", "keep");
+  OutputFolder(scratch.path()).fill(writing({"x", "new file"}, " new"));
+  EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("x", "new file", "user file"));
+  EXPECT_EQ(read_file(scratch.path() / "x"), "x new");
+  EXPECT_EQ(read_file(scratch.path() / "user file"), "keep");
+}
+
+TEST(OutputFolder, RemovesFilesOfLastRun) {
   const ScratchFolder scratch;
   const auto out = scratch.path() / "out";
   OutputFolder(out).fill(writing({"a", "b", "of another command"}, " 1"));
@@ -61,7 +72,7 @@ TEST(OutputFolder, WhatTheLastRunWroteDoesNotOutliveTheNext) {
   EXPECT_EQ(read_file(out / "notes"), "of the user");
 }
 
-TEST(OutputFolder, TheListOfFilesLeadsNowhereElse) {
+TEST(OutputFolder, ManifestCannotNameFilesOutsideFolder) {
   const ScratchFolder scratch;
   scratch.write("outside", "keep");
   const auto out = scratch.path() / "out";
@@ -74,7 +85,7 @@ TEST(OutputFolder, TheListOfFilesLeadsNowhereElse) {
   EXPECT_EQ(read_file(scratch.path() / "outside"), "keep");
 }
 
-TEST(OutputFolder, AFolderInTheWayLeavesAllAsItWas) {
+TEST(OutputFolder, FolderWithNameOfOutputFileIsErrorWithoutChanges) {
   const ScratchFolder scratch;
   OutputFolder(scratch.path()).fill(writing({"a", "b"}, " 1"));
   std::filesystem::create_directories(scratch.path() / "z");
@@ -82,13 +93,13 @@ TEST(OutputFolder, AFolderInTheWayLeavesAllAsItWas) {
   EXPECT_THAT(error_of([&] {
                 OutputFolder(scratch.path()).fill(writing({"a", "c", "z"}, " 2"));
               }),
-              HasSubstr("z is a folder, and a file of that name is to be written"));
+              HasSubstr("z is a folder; remove or rename it, since a file of that name must be written"));
   EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("a", "b", "z"));
   EXPECT_EQ(read_file(scratch.path() / "a"), "a 1");
   EXPECT_EQ(read_file(scratch.path() / "z" / "in it"), "keep");
 }
 
-TEST(OutputFolder, TwoThatMakeTheSameFolderDoNotLoseEachOther) {
+TEST(OutputFolder, KeepsFolderCreatedMeanwhile) {
   const ScratchFolder scratch;
   const auto out = scratch.path() / "out";
   OutputFolder(out).fill([&](const std::filesystem::path& folder) {
@@ -100,7 +111,7 @@ TEST(OutputFolder, TwoThatMakeTheSameFolderDoNotLoseEachOther) {
   EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("out"));
 }
 
-TEST(OutputFolder, AFailureLeavesNothingBehind) {
+TEST(OutputFolder, FailureLeavesNothingBehind) {
   const ScratchFolder scratch;
   const auto fail = [](const std::filesystem::path& folder) {
     write(folder / "x", "half");
@@ -114,7 +125,7 @@ TEST(OutputFolder, AFailureLeavesNothingBehind) {
   EXPECT_EQ(read_file(scratch.path() / "x"), "old");
 }
 
-TEST(OutputFolder, IsReplacedAsAWholeByOneRename) {
+TEST(OutputFolder, ReplacesFolderByOneRename) {
   const ScratchFolder scratch;
   const auto out = scratch.path() / "out";
   OutputFolder(out).fill(writing({"a", "b"}, " 1"));
@@ -126,13 +137,13 @@ TEST(OutputFolder, IsReplacedAsAWholeByOneRename) {
   struct stat now {};
   ASSERT_EQ(fstat(before, &then), 0);
   ASSERT_EQ(stat(out.c_str(), &now), 0);
-  EXPECT_NE(then.st_ino, now.st_ino) << "another folder has its name";
+  EXPECT_NE(then.st_ino, now.st_ino) << "the name refers to another folder";
   EXPECT_EQ(read_file(out / "folder" / "in it"), "keep");
   EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("out"));
   close(before);
 }
 
-TEST(OutputFolder, BehindALinkItIsTheFolderThatIsReplaced) {
+TEST(OutputFolder, ReplacesFolderBehindLink) {
   const ScratchFolder scratch;
   std::filesystem::create_directory(scratch.path() / "there");
   std::filesystem::create_directory_symlink("there", scratch.path() / "link");
@@ -141,18 +152,18 @@ TEST(OutputFolder, BehindALinkItIsTheFolderThatIsReplaced) {
   EXPECT_THAT(files(scratch.path() / "there"), UnorderedElementsAre("a"));
 }
 
-TEST(OutputFolder, WhereOneStandsItIsFilledFileByFile) {
+TEST(OutputFolder, ReplacesFilesOfCurrentFolderOneByOne) {
   const ScratchFolder scratch;
-  scratch.write("foreign", "keep");
+  scratch.write("user file", "keep");
   const auto here = std::filesystem::current_path();
   std::filesystem::current_path(scratch.path());
   OutputFolder(".").fill(writing({"a", "b"}, " 1"));
   OutputFolder(".").fill(writing({"a"}, " 2"));
-  EXPECT_THAT(files("."), UnorderedElementsAre("a", "foreign")) << "who stands in it sees it";
+  EXPECT_THAT(files("."), UnorderedElementsAre("a", "user file")) << "visible in the current folder";
   std::filesystem::current_path(here);
 }
 
-TEST(OutputFolder, KilledRunsLeaveNothingMixedAndAreCleanedUp) {
+TEST(OutputFolder, KilledRunsLeaveCompleteFolderAndAreCleanedUp) {
   const ScratchFolder scratch;
   const auto out = scratch.path() / "out";
   OutputFolder(out).fill(writing({"a", "b", "c"}, " 0"));
@@ -168,8 +179,8 @@ TEST(OutputFolder, KilledRunsLeaveNothingMixedAndAreCleanedUp) {
     kill(child, SIGKILL);
     waitpid(child, nullptr, 0);
     const std::string a = read_file(out / "a"), b = read_file(out / "b"), c = read_file(out / "c");
-    EXPECT_EQ(a.substr(1), b.substr(1)) << "two runs mixed";
-    EXPECT_EQ(a.substr(1), c.substr(1)) << "two runs mixed";
+    EXPECT_EQ(a.substr(1), b.substr(1)) << "files of two runs are mixed";
+    EXPECT_EQ(a.substr(1), c.substr(1)) << "files of two runs are mixed";
     EXPECT_EQ(read_file(out / "notes"), "keep");
   }
   OutputFolder(out).fill(writing({"a"}, " last"));
@@ -177,7 +188,7 @@ TEST(OutputFolder, KilledRunsLeaveNothingMixedAndAreCleanedUp) {
   EXPECT_THAT(files(out), UnorderedElementsAre("a", "notes", "folder"));
 }
 
-TEST(OutputFolder, TwoWritersTakeTurns) {
+TEST(OutputFolder, SerialisesTwoWriters) {
   const ScratchFolder scratch;
   const auto out = scratch.path() / "out";
   const pid_t child = fork();
@@ -188,26 +199,26 @@ TEST(OutputFolder, TwoWritersTakeTurns) {
   waitpid(child, &status, 0);
   EXPECT_EQ(status, 0);
   EXPECT_EQ(read_file(out / "a").substr(1), read_file(out / "b").substr(1));
-  EXPECT_EQ(files(out).size(), 3u) << "of the last one alone";
+  EXPECT_EQ(files(out).size(), 3u) << "only files of the last writer";
   EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("out"));
 }
 
-TEST(OutputFolder, WhatIsNotDoneHasAPlaceBesideItOrOnItsOwnDisk) {
+TEST(OutputFolder, PartialFolderIsOnSameFileSystem) {
   const ScratchFolder scratch;
   EXPECT_EQ(OutputFolder(scratch.path() / "a" / "b/").partial(), scratch.path() / "a" / "b.partial");
-  EXPECT_THAT(files(scratch.path()), testing::IsEmpty()) << "nothing is made";
+  EXPECT_THAT(files(scratch.path()), testing::IsEmpty()) << "nothing is created";
   struct stat root {
   }, shm{};
   if (stat("/dev", &root) == 0 && stat("/dev/shm", &shm) == 0 && root.st_dev != shm.st_dev)
     EXPECT_EQ(OutputFolder("/dev/shm").partial(), "/dev/shm/partial");
 }
 
-TEST(OutputFolder, RefusesWhatIsNoFolder) {
+TEST(OutputFolder, RejectsPathsThatAreNotFolders) {
   const ScratchFolder scratch;
   scratch.write("file", "");
   EXPECT_THAT(error_of([&] { OutputFolder(scratch.path() / "file"); }), HasSubstr("file is not a folder"));
   EXPECT_THAT(error_of([&] { OutputFolder(scratch.path() / "file" / "out"); }), HasSubstr("file is not a folder"));
-  EXPECT_EQ(error_of([] { OutputFolder(""); }), "--out needs the name of a folder");
+  EXPECT_EQ(error_of([] { OutputFolder(""); }), "--out needs a folder name");
 }
 
 }  // namespace

@@ -8,11 +8,11 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
-#include <tandem/studies/commands/command_list.hpp>
 #include <tandem/studies/support/gnuplot.hpp>
 #include <tandem/studies/support/plots.hpp>
 
 #include "needs_program.hpp"
+#include "paths.hpp"
 #include "studies/scratch.hpp"
 
 namespace tandem {
@@ -23,36 +23,40 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
 
-constexpr const char* kNoGnuplot = "gnuplot is not installed, so no plots were drawn (Debian's package is gnuplot-nox)";
+constexpr const char* kNoGnuplot = "no plots were drawn: gnuplot is not installed (Debian package: gnuplot-nox)";
 
-/// A script that plots a column of data.csv.
+/// Returns a script that plots a column of data.csv.
 std::string script(const std::string& head) {
   return "# A plot.\n" + head + "\nset terminal svg\nset datafile separator comma\nplot ARG1.'/data.csv' using 1\n";
 }
 
-TEST(Plots, AScriptSaysWhatItDrawsAndNeeds) {
+TEST(Plots, ReadsMetadataOfScripts) {
   const ScratchFolder scripts;
   scripts.write("b.gp", "# B.\n#\n# of: x y\n# needs: a.csv b.tum\nplot 1\n# of: z\n");
   scripts.write("a.gp", "# of: y\n");
-  scripts.write("common.gp", "# What the others call.\nplot 2\n");
+  scripts.write("common.gp", "# Included by the others.\nplot 2\n");
   scripts.write("notes.txt", "# of: x\n");
   const auto plots = plots_in(scripts.path());
   ASSERT_EQ(plots.size(), 2u);
   EXPECT_EQ(plots[0].file.filename(), "a.gp");
   EXPECT_THAT(plots[0].needs, IsEmpty());
-  EXPECT_THAT(plots[1].of, ElementsAre("x", "y"));
+  EXPECT_THAT(plots[1].commands, ElementsAre("x", "y"));
   EXPECT_THAT(plots[1].needs, ElementsAre("a.csv", "b.tum"));
 }
 
-/// The commands, by the list that makes them.
+/// Returns the names of all commands: each is the name of a source file COMMAND_command.cpp.
 std::vector<std::string> commands() {
-#define TANDEM_NAME(name, summary) #name,
-  return {TANDEM_COMMANDS(TANDEM_NAME, TANDEM_NAME)};
-#undef TANDEM_NAME
+  const std::string suffix = "_command.cpp";
+  std::vector<std::string> names;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::filesystem::path(paths::source) / "studies" / "commands"))
+    if (const std::string name = entry.path().filename(); name.ends_with(suffix))
+      names.push_back(name.substr(0, name.size() - suffix.size()));
+  return names;
 }
 
-/// A script draws runs of commands that there are, or is what others call.
-TEST(Plots, EveryScriptOfTheHouseIsOfUse) {
+/// Each installed script either draws output of existing commands, or is called by other scripts.
+TEST(Plots, EveryInstalledScriptIsUsed) {
   std::map<std::string, std::string> scripts;
   for (const auto& entry : std::filesystem::directory_iterator(plot_scripts()))
     if (entry.path().extension() == ".gp") scripts[entry.path().filename()] = read_file(entry.path());
@@ -60,33 +64,34 @@ TEST(Plots, EveryScriptOfTheHouseIsOfUse) {
   for (const PlotScript& plot : plots_in(plot_scripts())) {
     drawn.insert(plot.file.filename());
     EXPECT_THAT(plot.needs, testing::Not(IsEmpty())) << plot.file;
-    for (const std::string& command : plot.of) EXPECT_THAT(commands(), testing::Contains(command)) << plot.file;
+    for (const std::string& command : plot.commands) EXPECT_THAT(commands(), testing::Contains(command)) << plot.file;
   }
   EXPECT_THAT(drawn, testing::Not(IsEmpty()));
   for (const auto& [name, text] : scripts) {
     const bool called = std::any_of(scripts.begin(), scripts.end(), [&, name = name](const auto& other) {
       return other.first != name && std::regex_search(other.second, std::regex("call [^\n]*['\"]" + name + "['\"]"));
     });
-    EXPECT_NE(drawn.contains(name), called) << name << " draws no command's runs and no other script calls it, or both";
+    EXPECT_NE(drawn.contains(name), called)
+        << name << " must either draw output of a command or be called by another script";
   }
 }
 
-TEST(Plots, AFolderGetsThePlotsOfItsCommand) {
-  TANDEM_NEEDS_GNUPLOT("which scripts are run");
+TEST(Plots, DrawsPlotsOfCommand) {
+  TANDEM_NEEDS_GNUPLOT("selection of scripts");
   const ScratchFolder scripts, out;
   scripts.write("mine.gp", script("# of: other mine\n# needs: data.csv"));
   scripts.write("other.gp", script("# of: other"));
   scripts.write("nothing.gp", "# of: mine\nexit\n");
   scripts.write("later.gp", script("# of: mine\n# needs: data.csv more.csv"));
   EXPECT_EQ(draw_plots("mine", PlotFormat::svg, out.path(), scripts.path()), "");
-  EXPECT_THAT(files(out.path()), IsEmpty()) << "data.csv is not there";
+  EXPECT_THAT(files(out.path()), IsEmpty()) << "data.csv is missing";
   out.write("data.csv", "1\n2\n");
   EXPECT_EQ(draw_plots("mine", PlotFormat::svg, out.path(), scripts.path()), "");
   EXPECT_THAT(files(out.path()), testing::UnorderedElementsAre("data.csv", "mine.svg"));
   EXPECT_THAT(read_file(out.path() / "mine.svg"), HasSubstr("</svg>"));
 }
 
-TEST(Plots, AFolderOfAnyNameIsAFolder) {
+TEST(Plots, FolderNameMayHaveQuotesAndBlanks) {
   TANDEM_NEEDS_GNUPLOT("names with quotes and blanks");
   const ScratchFolder scripts, scratch;
   scripts.write("x.gp", script("# of: x"));
@@ -97,22 +102,22 @@ TEST(Plots, AFolderOfAnyNameIsAFolder) {
   EXPECT_TRUE(std::filesystem::exists(out / "x.svg"));
 }
 
-TEST(Plots, AFailureIsASentenceAndLeavesNoPicture) {
-  TANDEM_NEEDS_GNUPLOT("what gnuplot complains of");
+TEST(Plots, FailureIsOneSentenceAndLeavesNoPicture) {
+  TANDEM_NEEDS_GNUPLOT("errors of gnuplot");
   const ScratchFolder scripts, out;
   scripts.write("x.gp", "# of: x\nset terminal svg\nplot nothing at all\n");
   EXPECT_THAT(draw_plots("x", PlotFormat::svg, out.path(), scripts.path()),
-              testing::MatchesRegex("x.svg is not drawn: .*line 3: .+"));
+              testing::MatchesRegex("x.svg was not drawn: .*line 3: .+"));
   scripts.write("x.gp", "# of: x\nset terminal svg\nplot 1\nexit status 3\n");
   EXPECT_EQ(draw_plots("x", PlotFormat::svg, out.path(), scripts.path()),
-            "x.svg is not drawn: gnuplot ended without a word");
+            "x.svg was not drawn: gnuplot failed without a message");
   scripts.write("x.gp", "# of: x\nset print '-'\nprint '<svg half of it'\n");
   EXPECT_EQ(draw_plots("x", PlotFormat::svg, out.path(), scripts.path()),
-            "x.svg is not drawn: gnuplot ended in the middle of it");
+            "x.svg was not drawn: the output of gnuplot is incomplete");
   EXPECT_THAT(files(out.path()), IsEmpty());
 }
 
-/// Files may grow to so many bytes only, as on a disk that is full.
+/// Limits the size of files that this process writes, like a full disk.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) {
@@ -133,7 +138,7 @@ class FileSizeLimit {
   void (*signal_)(int);
 };
 
-TEST(Plots, APictureThatDoesNotFitOnTheDiskIsTold) {
+TEST(Plots, ReportsFullDisk) {
   TANDEM_NEEDS_GNUPLOT("a full disk");
   const ScratchFolder scripts, out;
   scripts.write("x.gp", script("# of: x"));
@@ -143,12 +148,12 @@ TEST(Plots, APictureThatDoesNotFitOnTheDiskIsTold) {
     const FileSizeLimit limit(1000);
     note = draw_plots("x", PlotFormat::svg, out.path(), scripts.path());
   }
-  EXPECT_THAT(note, StartsWith("x.svg is not drawn: "));
+  EXPECT_THAT(note, StartsWith("x.svg was not drawn: "));
   EXPECT_THAT(note, HasSubstr("File too large"));
   EXPECT_THAT(files(out.path()), ElementsAre("data.csv"));
 }
 
-TEST(Plots, TheAbsenceOfGnuplotIsOneNote) {
+TEST(Plots, ReportsMissingGnuplotOnce) {
   const ScratchFolder scripts, out;
   scripts.write("x.gp", script("# of: x"));
   scripts.write("y.gp", script("# of: x"));
@@ -157,10 +162,10 @@ TEST(Plots, TheAbsenceOfGnuplotIsOneNote) {
   EXPECT_THAT(files(out.path()), IsEmpty());
 }
 
-TEST(Plots, TheAbsenceOfScriptsIsANote) {
+TEST(Plots, ReportsMissingScripts) {
   const ScratchFolder out;
   EXPECT_THAT(draw_plots("x", PlotFormat::svg, out.path(), out.path() / "none"),
-              HasSubstr("no plots were drawn: their scripts are not in "));
+              HasSubstr("no plots were drawn: found no plot scripts in "));
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 
@@ -7,7 +8,7 @@
 namespace tandem {
 namespace {
 
-/// Printed tables of Student's t, 97.5 %.
+/// Reference values: printed tables of Student's t distribution, 97.5 %.
 TEST(StudyStatistics, QuantilesOfStudentsT) {
   for (const auto& [degrees, t] : {std::pair{1, 12.7062},
                                    {2, 4.30265},
@@ -19,19 +20,29 @@ TEST(StudyStatistics, QuantilesOfStudentsT) {
                                    {49, 2.00958},
                                    {99, 1.98422},
                                    {100000, 1.95999}})
-    EXPECT_NEAR(t_quantile_975(std::size_t(degrees)), t, 2e-4 * t) << degrees;
+    EXPECT_NEAR(student_t_quantile(degrees, 0.975), t, 1e-5 * t) << degrees;
 }
 
-TEST(StudyStatistics, MeanOfFew) {
+/// Reference values: printed tables.
+TEST(StudyStatistics, QuantilesOfTheNormalDistributionAndOfChiSquared) {
+  EXPECT_NEAR(normal_quantile(0.975), 1.959964, 1e-6);
+  EXPECT_NEAR(normal_quantile(0.5), 0, 1e-15);
+  EXPECT_NEAR(chi_squared_quantile(1, 0.95), 3.841459, 1e-6);
+  EXPECT_NEAR(chi_squared_quantile(6, 0.95), 12.591587, 1e-6);
+  EXPECT_NEAR(chi_squared_quantile(60, 0.025), 40.482, 1e-3);
+  EXPECT_THROW(chi_squared_quantile(1, 2), std::domain_error);
+}
+
+TEST(StudyStatistics, MeanOfFewSamples) {
   const auto mean = mean_interval({1, 2, 3, 4});
   ASSERT_TRUE(mean);
   EXPECT_DOUBLE_EQ(mean->value, 2.5);
-  EXPECT_NEAR(mean->high - mean->value, 3.18245 * std::sqrt(5.0 / 3 / 4), 1e-3);
+  EXPECT_NEAR(mean->high - mean->value, 3.18245 * std::sqrt(5.0 / 3 / 4), 1e-5);
   EXPECT_FALSE(mean_interval({1}));
   EXPECT_FALSE(mean_interval({}));
 }
 
-/// What two have in common does not count.
+/// Variation that both samples of a pair share does not widen the interval.
 TEST(StudyStatistics, RatioOfPairs) {
   const std::vector<double> a = {1, 2, 3, 4}, b = {1.1, 2.2, 3.3, 4.4};
   const auto exact = ratio_interval(a, b);
@@ -43,8 +54,8 @@ TEST(StudyStatistics, RatioOfPairs) {
   EXPECT_FALSE(ratio_interval({0, 0}, {1, 2}));
 }
 
-/// Wilson 1927 as tabulated, and where the plain interval would have no width.
-TEST(StudyStatistics, Shares) {
+/// Reference values: tables of Wilson's interval, also for 20 of 20, where the normal approximation has zero width.
+TEST(StudyStatistics, WilsonIntervalOfShares) {
   const auto half = share_interval(5, 10);
   EXPECT_NEAR(half->low, 0.2366, 1e-4);
   EXPECT_NEAR(half->high, 0.7634, 1e-4);

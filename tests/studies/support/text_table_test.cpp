@@ -17,14 +17,14 @@ TEST(TextTable, AlignsByCharactersNotBytes) {
             "longer          –   2\n");
 }
 
-TEST(TextTable, ATextGoesAcrossTheRemainingColumnsAndWidensNone) {
+TEST(TextTable, TextSpansRemainingColumns) {
   TextTable table({{"name", Align::left}, {"a"}, {"b"}});
   table.row({"x"}, "a reason that is long");
   table.row({"y", "1", "2"});
   EXPECT_EQ(table.str(), "name  a  b\nx     a reason that is long\ny     1  2\n");
 }
 
-TEST(TextTable, HeadsOfGroupsStandAboveTheirColumns) {
+TEST(TextTable, GroupHeadsAreAboveTheirColumns) {
   TextTable table({{"name", Align::left}, {"aaaa"}, {"bbbb"}, {"c"}});
   table.group(1, 2, "two");
   table.group(3, 3, "wide");

@@ -11,7 +11,7 @@ namespace {
 
 const SE3 kPose(SO3::Exp({0, 0, 1}), Vector<3>(1.0 / 3.0, -2, 3e5));
 
-TEST(Tum, IsReadBackToTheLastDigit) {
+TEST(Tum, RoundTripsExactly) {
   const ScratchFolder folder;
   const auto file = folder.write("a.tum", tum_header + tum_row(0.1, kPose) + tum_row(1.0 / 3.0, SE3()));
   const auto read = poses(read_tum(file));
@@ -22,9 +22,9 @@ TEST(Tum, IsReadBackToTheLastDigit) {
   EXPECT_EQ(read[1].t, 1.0 / 3.0);
 }
 
-TEST(Tum, APointHasNoQuaternion) { EXPECT_EQ(tum_row(1, Vector<3>(2, 3, 4), {}), "1 2 3 4 nan nan nan nan\n"); }
+TEST(Tum, PointHasNanQuaternion) { EXPECT_EQ(tum_row(1, Vector<3>(2, 3, 4), {}), "1 2 3 4 nan nan nan nan\n"); }
 
-TEST(Tum, DecimalsAreAsAskedFor) {
+TEST(Tum, UsesGivenDecimals) {
   EXPECT_EQ(tum_row(0.25, kPose, TumDecimals{3, 2, 4}), "0.250 0.33 -2.00 300000.00 0.0000 0.0000 0.4794 0.8776\n");
 }
 

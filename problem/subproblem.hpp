@@ -1,0 +1,46 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <tandem/problem/problem.hpp>
+
+namespace tandem {
+
+/// A subproblem: the chosen variables of a problem, all blocks that read one of them, and the other variables that
+/// these blocks read, fixed at their values. A solve costs as much as the part, not as the whole problem. If it
+/// decreases the cost of the part, write_back() decreases the cost of the whole problem by the same amount.
+class Subproblem {
+ public:
+  /// Copies the part of `whole`, which must outlive this object. Variables that are fixed in the whole problem stay
+  /// fixed. Throws Error if a variable does not exist or if the marginal prior reads one.
+  Subproblem(Problem& whole, std::span<const int> variable_ids);
+
+  Problem& problem() { return part_; }
+
+  /// Copies from the whole problem the values of all variables, and the residuals, noises, losses, bounds and
+  /// multipliers of all blocks. Throws Error if the structure of the whole problem has changed.
+  void update_from_whole();
+  /// Copies the values of the free variables to the whole problem, not the multipliers. Throws Error if the structure
+  /// of the whole problem has changed.
+  void write_back();
+
+ private:
+  struct Copied {
+    int whole_id, id;
+  };
+  struct CopiedBlocks {         // all blocks of the pool with the same index in the part
+    std::vector<int> in_whole;  // index of each block in the whole problem
+    std::vector<int> slots;     // slots of the states of each block in the part
+  };
+  void check_unchanged() const;
+  void copy_blocks();
+
+  Problem& whole_;
+  Problem part_;
+  std::vector<Copied> copied_;
+  std::vector<CopiedBlocks> blocks_;  // by pool
+  long long revision_;                // of the whole problem
+};
+
+}  // namespace tandem

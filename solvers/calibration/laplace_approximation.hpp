@@ -1,0 +1,106 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <tandem/problem/parallel_tasks.hpp>
+#include <tandem/solvers/calibration/calibrate.hpp>
+#include <tandem/solvers/linear/selected_inverse.hpp>
+#include <tandem/solvers/marginals.hpp>
+
+namespace tandem::detail {
+
+/// Factors on the noise of the measurements while the integral of the priors is computed. The first leaves 1e-6 of the
+/// current information. The second, for CalibrationOptions::absolute_evidence, leaves 1e-10 of the given information,
+/// so that the integral does not depend on the noise factors.
+inline constexpr double kDownweight = 1e3, kAbsoluteDownweight = 1e5;
+
+/// The solution of a problem and the covariances there, updated as the noise changes. Sparsity patterns are analysed
+/// once. Near the last solution, Gauss-Newton steps suffice, unless there are hard blocks or CalibrationOptions::solve
+/// is given. "Prior" means all blocks that are not measurements. All functions throw Stopped on a stop request.
+class LaplaceApproximation {
+ public:
+  /// `measured`: the measurements of the problem. Empty: no prior covariances are computed.
+  LaplaceApproximation(Problem& problem, const CalibrationOptions& options, std::vector<Block> measured);
+  LaplaceApproximation(const LaplaceApproximation&) = delete;
+
+  Problem& problem() { return problem_; }
+  const Problem& problem() const { return problem_; }
+  /// Solves with Gauss-Newton steps from the current values. On failure, returns false and keeps the values.
+  bool update_by_steps();
+  /// Solves with the full solver. On failure, returns false and sets why().
+  bool update();
+  /// Computes the covariances at the solution, with all blocks and with the prior alone. On failure, returns false and
+  /// sets why().
+  bool find_covariances();
+  const std::string& why() const { return why_; }  ///< the reason of the last failure
+  /// Saves the values of the variables for restore_values(). Needed because some noise leads to a solution without
+  /// covariances that later solves cannot leave, e.g. a target that coincides with the chaser.
+  void save_values();
+  void restore_values();
+
+  double cost() const { return cost_; }  ///< at the last solution
+  /// The result of the last find_covariances().
+  struct Covariances {
+    const NlpEvaluator* nlp = nullptr;
+    const SelectedInverse* inverse = nullptr;
+    const Marginals* marginals = nullptr;  ///< used instead if there are hard blocks
+
+    double log_determinant() const;  ///< of the Hessian
+    /// Returns the joint covariance of variables, stacked in the order of their ids; zero for fixed variables.
+    Eigen::MatrixXd joint(const std::vector<int>& variable_ids, const std::vector<int>& dofs) const;
+  };
+  Covariances covariances() const { return {&nlp_, &inverse_, marginals_ ? &*marginals_ : nullptr}; }
+  Covariances prior_covariances() const {
+    return {&nlp_, &prior_inverse_, prior_marginals_ ? &*prior_marginals_ : nullptr};
+  }
+  bool has_prior_term() const { return !measured_.empty(); }
+  /// The minimum of the prior cost, with downweighted measurements, and the step to it from the solution, over all
+  /// unknowns. Only with CalibrationOptions::absolute_evidence; else, and if unknown, 0 and empty.
+  double prior_cost() const { return prior_cost_; }
+  const Eigen::VectorXd& prior_step() const { return prior_step_; }
+  const NlpEvaluator& nlp() const { return nlp_; }
+  /// Solves in place with the Hessian of the last find_covariances(), or with the prior Hessian. Returns false if there
+  /// are hard blocks, or if it cannot be factorised.
+  bool solve(Eigen::MatrixXd& columns, bool prior);
+  /// The two steps of solve(), for one column at a time.
+  bool factorize(bool prior);
+  void solve_factorized(Eigen::VectorXd& column) { cholesky_.solve(column); }
+  /// Measurements with a Student's t loss. The Hessian has their expected_curvature(). Empty if there are hard blocks,
+  /// or if CalibrationOptions::solve is given.
+  const std::vector<Block>& student_t_blocks() const { return student_t_blocks_; }
+  /// Inverts the Hessian of the last find_covariances() plus Σ (W J)ᵀ T (W J) over student_t_blocks(). T is the
+  /// perturbation of a block and W its whitening matrix. Returns false if the sum cannot be inverted.
+  bool invert_perturbed(const std::vector<Eigen::MatrixXd>& perturbations, SelectedInverse& inverse);
+
+ private:
+  const SymmetricPattern& pattern() const;
+  class DownweightedMeasurements;
+  class ExpectedCurvature;
+  void linearize();
+  void set_regularization(double share);
+  void regularize_prior_hessian();
+  void compute_prior_step(double cost);
+
+  Problem& problem_;
+  std::optional<Problem> saved_values_;
+  const CalibrationOptions& options_;
+  std::vector<Block> measured_;
+  std::vector<Gaussian> downweighted_;  // noise of each, for absolute_evidence
+  std::vector<Block> student_t_blocks_;
+  bool by_steps_;  // Gauss-Newton steps are allowed
+  bool near_solution_ = false;
+  NlpEvaluator nlp_;
+  TaskRunner task_runner_;
+  BlockCholesky cholesky_;
+  SelectedInverse inverse_, prior_inverse_;
+  std::optional<Marginals> marginals_, prior_marginals_;  // if not by_steps_, or after weak pivots
+  Eigen::VectorXd gradient_, prior_hessian_, hessian_, step_, regularization_;
+  bool linearized_ = false;  // hessian_ is up to date
+  double cost_ = 0, prior_cost_ = 0;
+  Eigen::VectorXd prior_step_;
+  std::string why_;
+};
+
+}  // namespace tandem::detail

@@ -1,0 +1,251 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include <tandem/problem/nlp_evaluator.hpp>
+#include <tandem/solvers/fixed_lag/fixed_lag.hpp>
+#include <tandem/solvers/fixed_lag/warm_solve.hpp>
+#include <tandem/solvers/linear/hessian_diagonal.hpp>
+#include <tandem/solvers/session.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// Accepted cost of elimination in order of time, relative to AMD. It puts the newest variables last, whose covariance
+/// is fast.
+constexpr double kTimeOrderFlops = 4;
+
+std::string seconds(double t) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.9g s", t);
+  return text.data();
+}
+
+}  // namespace
+
+FixedLag::FixedLag(FixedLagOptions options) : options_(std::move(options)) {
+  if (!(options_.window > 0)) throw Error("fixed-lag: window is " + seconds(options_.window) + "; it must be positive");
+  if (options_.max_keyframes < 0 || options_.max_iterations < 1)
+    throw Error("fixed-lag: max_keyframes must not be negative, and max_iterations must be at least 1");
+  if (!(options_.patience >= 0)) throw Error("fixed-lag: patience must not be negative");
+  if (!(options_.cost_tolerance >= 0) || !(options_.step_tolerance >= 0) || !(options_.initial_damping >= 0))
+    throw Error("fixed-lag: tolerances and initial_damping must not be negative");
+}
+
+double FixedLag::oldest() const {
+  const auto first = std::find_if(timed_.begin(), timed_.end(), [&](const Timed& v) { return v.exists(problem_); });
+  return first == timed_.end() ? -kInfinity : first->t;
+}
+
+double FixedLag::newest() const {
+  const auto last = std::find_if(timed_.rbegin(), timed_.rend(), [&](const Timed& v) { return v.exists(problem_); });
+  return last == timed_.rend() ? -kInfinity : last->t;
+}
+
+std::optional<std::string> FixedLag::why_too_late(double t) const {
+  if (!has_marginalized_ || t >= oldest()) return {};
+  return "t = " + seconds(t) + " is before the window, which begins at " + seconds(oldest()) +
+         "; to accept later measurements, increase FixedLagOptions::window or max_keyframes";
+}
+
+void FixedLag::check_time(double t) const {
+  if (!std::isfinite(t)) throw Error("fixed-lag: the time of a variable is not finite");
+  if (const auto why = why_too_late(t)) throw Error("fixed-lag: " + *why);
+}
+
+void FixedLag::insert(Timed variable) {
+  const int id = variable.id;
+  const auto same = std::find_if(timed_.begin(), timed_.end(), [&](const Timed& v) { return v.id == id; });
+  if (same != timed_.end() && same->exists(problem_))
+    throw Error("fixed-lag: " + problem_.name(id) + " already has a time");
+  if (same != timed_.end()) timed_.erase(same);  // left by a removed variable
+  const auto at =
+      std::upper_bound(timed_.begin(), timed_.end(), variable.t, [](double a, const Timed& b) { return a < b.t; });
+  timed_.insert(at, std::move(variable));
+}
+
+/// Drops variables that were removed from the problem by other means than an update.
+void FixedLag::drop_removed() {
+  std::erase_if(timed_, [&](const Timed& v) { return !v.exists(problem_); });
+}
+
+Summary FixedLag::update() {
+  marginalized_.clear();
+  drop_removed();
+  if (std::string why = why_unsupported(problem_, options_); !why.empty())
+    return detail::rejection("fixed-lag", options_, std::move(why));
+  Summary summary = solve_window();
+  if (summary.status == Status::failed) return summary;
+  const detail::Session::Timer timer(summary.seconds);
+  marginalize_before(window_begin(summary.converged() ? 1.0 : 1.0 + options_.patience));
+  return summary;
+}
+
+void FixedLag::prepare_factor(const NlpEvaluator& nlp) {
+  factor_.emplace(nlp.hessian_pattern(), kTimeOrderFlops);
+  extension_.clear();
+  known_.assign(std::size_t(problem_.id_bound()), {});
+  for (int id = 0; id < problem_.id_bound(); ++id)
+    if (!problem_.name(id).empty()) {
+      const int block = nlp.block_of(id);
+      known_[std::size_t(id)] = {block < 0 ? kFixed : block, problem_.sequence_number(id)};
+    }
+}
+
+/// Returns the block of the factor for the variable that has this id now, or kFixed, kAdded or kUnknown.
+int FixedLag::block_of(int id) const {
+  if (id < 0 || std::size_t(id) >= known_.size()) return kUnknown;
+  const Known& known = known_[std::size_t(id)];
+  return known.creation == problem_.sequence_number(id) ? known.block : kUnknown;
+}
+
+bool FixedLag::relinearize() {
+  known_.clear();
+  if (!why_unsupported(problem_, options_).empty()) return false;
+  NlpEvaluator nlp(problem_);
+  prepare_factor(nlp);
+  Eigen::VectorXd gradient(nlp.num_unknowns()), shift(nlp.num_unknowns());
+  Eigen::VectorXd hessian(nlp.hessian_pattern().nonzeros());
+  bool there = false;
+  try {
+    there = std::isfinite(nlp.linearize(gradient, hessian));
+    detail::hessian_diagonal(nlp.hessian_pattern(), hessian, shift);
+    for (double& s : shift) s = s > 0 ? s * detail::kMinInformation : detail::kMinInformation;
+    there = there && factor_->factorize(hessian, shift);
+  } catch (const Error&) {  // a residual is undefined
+  }
+  if (!there) known_.clear();
+  return there;
+}
+
+Summary FixedLag::solve_window() {
+  const auto begin = std::chrono::steady_clock::now();
+  NlpEvaluator nlp(problem_);
+  nlp.use_threads(options_.threads);
+  prepare_factor(nlp);
+  detail::WarmSolve solve(nlp, *factor_, options_);
+  Summary summary;
+  try {
+    summary = solve.run();
+  } catch (...) {  // from a callback
+    known_.clear();
+    throw;
+  }
+  if (summary.status == Status::failed || solve.damped()) known_.clear();  // no covariance
+  summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return summary;
+}
+
+/// Returns the start time of the window if its length is multiplied by `stretch`.
+double FixedLag::window_begin(double stretch) const {
+  double limit = newest() - stretch * options_.window;
+  if (options_.max_keyframes > 0) {
+    const double most = std::ceil(stretch * options_.max_keyframes);
+    double begin = kInfinity;  // latest time of the keyframe
+    double keyframes = 0;
+    for (auto v = timed_.rbegin(); v != timed_.rend(); ++v) {
+      if (begin - v->t <= kSameTime) continue;
+      if (++keyframes > most) {
+        limit = std::max(limit, std::nextafter(v->t, kInfinity));
+        break;
+      }
+      begin = v->t;
+    }
+  }
+  return limit;
+}
+
+/// Marginalizes one time after the other. The dense systems stay small, and an exception leaves a consistent state.
+void FixedLag::marginalize_before(double limit) {
+  std::vector<int> ids;
+  while (!timed_.empty()) {
+    const double t = timed_.front().t;
+    const auto later = [&](const Timed& v) { return v.t - t > kSameTime; };
+    const auto end = std::find_if(timed_.begin(), timed_.end(), later);
+    if (!(std::prev(end)->t < limit)) break;  // a keyframe leaves as a whole
+    if (options_.before_marginalize) {
+      options_.before_marginalize(t);
+      drop_removed();  // the callback may have removed some
+    }
+    const auto first = timed_.begin(), last = std::find_if(first, timed_.end(), later);
+    ids.clear();
+    for (auto v = first; v != last; ++v) ids.push_back(v->id);
+    problem_.marginalize(ids);
+    has_marginalized_ = true;
+    for (auto v = first; v != last; ++v) {
+      marginalized_.push_back({v->t, v->id});
+      if (std::size_t(v->id) < known_.size()) known_[std::size_t(v->id)] = {};
+    }
+    timed_.erase(first, last);
+  }
+}
+
+bool FixedLag::extend() {
+  if (!has_covariance()) return false;
+  known_.resize(std::size_t(problem_.id_bound()));
+  std::vector<int> added;
+  for (int id = 0; id < problem_.id_bound(); ++id) {
+    const int block = block_of(id);
+    const bool exists = !problem_.name(id).empty(), fixed = exists && problem_.is_fixed(id);
+    if (block == kUnknown) {
+      if (known_[std::size_t(id)].block != kUnknown) return false;  // the variable has been removed
+      if (fixed) known_[std::size_t(id)] = {kFixed, problem_.sequence_number(id)};
+      if (exists && !fixed) added.push_back(id);
+    } else if (fixed != (block == kFixed)) {
+      return false;
+    }
+  }
+  if (!extension_.extend(problem_, added, [this](const auto& ids, const auto& dofs) { return covariance(ids, dofs); }))
+    return false;
+  for (const int id : added) known_[std::size_t(id)] = {kAdded, problem_.sequence_number(id)};
+  return true;
+}
+
+void FixedLag::check_known(const std::vector<int>& ids) const {
+  for (const int id : ids) {
+    if (id < 0 || id >= problem_.id_bound() || problem_.name(id).empty())
+      throw Error("fixed-lag: covariance of a variable that is not in the problem or has been removed");
+    if (block_of(id) == kUnknown)
+      throw Error("fixed-lag: no covariance of " + problem_.name(id) +
+                  ": it was not in the last update, or the update failed");
+  }
+}
+
+Eigen::MatrixXd FixedLag::covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const {
+  check_known(ids);
+  // Ids and dimensions of the variables that are not fixed, and the rows of their unknowns.
+  std::vector<int> free, widths, rows;
+  bool extended = false;
+  int n = 0;
+  for (std::size_t k = 0; k < ids.size(); n += dofs[k++]) {
+    const int block = block_of(ids[k]);
+    if (block == kFixed) continue;
+    extended = extended || block == kAdded;
+    free.push_back(ids[k]);
+    widths.push_back(dofs[k]);
+    for (int i = 0; i < dofs[k]; ++i) rows.push_back(n + i);
+  }
+  Eigen::MatrixXd S = Eigen::MatrixXd::Zero(n, n);
+  if (free.empty()) return S;
+  if (extended) {
+    S(rows, rows) = extension_.joint(
+        free, widths, [this](const auto& known, const auto& known_dofs) { return covariance(known, known_dofs); });
+  } else {
+    std::vector<int> blocks;
+    for (const int id : free) blocks.push_back(block_of(id));
+    S(rows, rows) = factor_->inverse_of(blocks);
+  }
+  return S;
+}
+
+std::string why_unsupported(const Problem& problem, const FixedLagOptions&) {
+  if (problem.num_hard_blocks() > 0)
+    return "fixed-lag takes soft residuals only, and this problem has " + std::to_string(problem.num_hard_blocks()) +
+           " hard ones: use minimize with a small sigma, or SoftBound for bounds";
+  return detail::why_unsolvable(problem);
+}
+
+}  // namespace tandem

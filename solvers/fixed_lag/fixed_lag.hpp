@@ -1,0 +1,157 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <tandem/problem/problem.hpp>
+#include <tandem/solvers/fixed_lag/covariance_extension.hpp>
+#include <tandem/solvers/fixed_lag/fixed_lag_options.hpp>
+#include <tandem/solvers/linear/block_cholesky.hpp>
+
+namespace tandem {
+
+/// Fixed-lag smoother: a problem whose old variables are marginalized when new ones are added.
+///
+/// Time and memory of an update are bounded. Variables that leave the window are replaced by a Gaussian prior on the
+/// remaining ones (Problem::marginalize). For linear problems, the estimate and covariance are thus exactly those of
+/// all data. For nonlinear problems they are approximate; the error is small if the oldest estimates in the window have
+/// settled.
+///
+/// FixedLagOptions options; options.window = 20.0; FixedLag lag(options); const auto x1 = lag.add(t1, guess, "pose 1");
+/// // a variable at a time lag.problem().minimize(residual, noise, {x0, x1});       // as with any problem
+/// lag.update();                                            // sets x1 to its estimate; marginalizes old variables
+///
+/// Blocks may be added to any variable in the window, also to old ones. Late measurements are possible while
+/// why_too_late(t) is empty. Variables without a time are added to problem() and never leave. Handles of marginalized
+/// variables are invalid; see Problem::has, marginalized() and FixedLagOptions::before_marginalize. Only soft blocks
+/// are supported. Results are deterministic.
+class FixedLag {
+ public:
+  /// Throws Error if an option is out of range.
+  explicit FixedLag(FixedLagOptions options = {});
+
+  Problem& problem() { return problem_; }
+  const Problem& problem() const { return problem_; }
+
+  /// Adds a variable at time t [s]. Times need not be in order. Throws Error if t is not finite or before the window.
+  template <LieGroup G>
+  Variable<G> add(double t, const G& initial, std::string name = {}) {
+    check_time(t);
+    const Variable<G> x = problem_.add(initial, std::move(name));
+    insert(t, x);
+    return x;
+  }
+
+  /// Removes a variable. Problem::remove and Problem::marginalize have the same effect.
+  template <LieGroup G>
+  void remove(const Variable<G>& x) {
+    problem_.remove(x);
+    drop_removed();
+  }
+
+  /// Assigns a time to a variable of problem(). Throws Error if it already has one, is not in the problem, or t is
+  /// before the window.
+  template <LieGroup G>
+  void track(double t, const Variable<G>& x) {
+    check_time(t);
+    if (!problem_.has(x)) throw Error("fixed-lag: track() needs a variable that is in the problem");
+    insert(t, x);
+  }
+
+  /// Solves the window from the present values, then marginalizes older variables (see FixedLagOptions::patience).
+  ///
+  /// The window ends at the newest variable. Nothing is marginalized if the solve fails or the problem is not
+  /// supported. Throws the exceptions of `before_marginalize`, and Error if a residual of a leaving variable is
+  /// undefined at the estimate. Variables that have not left by then remain, and later updates try again.
+  Summary update();
+
+  /// Updates covariance() to the present values and blocks without a solve, for instance for the covariance of a
+  /// prediction. An unobservable direction gets a large variance. Returns false, and discards the covariance, if a
+  /// residual is undefined.
+  bool relinearize();
+  /// Extends covariance() to the variables added since the last update, relinearize() or extend(). This takes much less
+  /// time than relinearize().
+  ///
+  /// It uses only the blocks that read a new variable; other new blocks and new values are ignored. Returns false, and
+  /// leaves the variables without covariance, if there is no covariance to extend, if these blocks do not determine
+  /// each new variable, or if an unobservable direction dominates. Also returns false if a known variable has been
+  /// fixed, freed or removed. Removed blocks are not noticed; use relinearize() then.
+  bool extend();
+  /// Returns whether a covariance of the last update or relinearize() is available.
+  bool has_covariance() const { return !known_.empty(); }
+
+  /// Earliest and latest time of the variables in the window [s]; −infinity if there are none.
+  double oldest() const;
+  double newest() const;
+  /// Returns the reason if variables at time t are too late for the window, otherwise nothing.
+  std::optional<std::string> why_too_late(double t) const;
+
+  /// A variable that has left the window.
+  struct Marginalized {
+    double t;
+    int id;  ///< former Problem::id, which the next added variable may get
+  };
+  /// Variables that the last update has marginalized, also if it threw.
+  const std::vector<Marginalized>& marginalized() const { return marginalized_; }
+
+  /// Returns the joint covariance of variables, in this order, for right perturbations (as Marginals).
+  ///
+  /// It uses the factor of the last linearisation of the last update. The newest variables take microseconds; older
+  /// ones take longer. Fixed variables have zero covariance. An unobservable direction has a large variance without
+  /// meaning.
+  ///
+  /// Throws Error if a variable has been removed, or if no update, relinearize() or extend() has covered it. Also
+  /// throws if the last update failed or its Hessian is singular. Threads may call it concurrently while nothing
+  /// changes the problem.
+  template <LieGroup... Gs>
+  Matrix<(Gs::dof + ...), (Gs::dof + ...)> covariance(const Variable<Gs>&... x) const {
+    return covariance(std::vector<int>{(problem_.has(x) ? problem_.id(x) : -1)...}, std::vector<int>{Gs::dof...});
+  }
+  /// Returns the same for variables by id (Problem::id) and tangent dimension.
+  Eigen::MatrixXd covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const;
+
+ private:
+  struct Timed {
+    double t;
+    int id;
+    std::function<bool(const Problem&)> exists;  // needed because ids are reused
+  };
+  static constexpr double kSameTime = 1e-3;  // [s]; closer times belong to one keyframe
+
+  template <LieGroup G>
+  void insert(double t, const Variable<G>& x) {
+    insert({t, problem_.id(x), [x](const Problem& problem) { return problem.has(x); }});
+  }
+  void check_time(double t) const;
+  void insert(Timed variable);
+  void drop_removed();
+  double window_begin(double stretch) const;
+  void marginalize_before(double limit);
+  void check_known(const std::vector<int>& ids) const;
+  int block_of(int id) const;
+  Summary solve_window();
+  /// Allocates the factor for the Hessian of `nlp` and stores the block of each variable.
+  void prepare_factor(const NlpEvaluator& nlp);
+
+  FixedLagOptions options_;
+  Problem problem_;
+  std::vector<Timed> timed_;  // in order of time
+  std::vector<Marginalized> marginalized_;
+  bool has_marginalized_ = false;
+
+  static constexpr int kFixed = -1, kAdded = -2, kUnknown = -3;
+  struct Known {
+    int block = kUnknown;  // block of the factor, or one of the constants above
+    long long creation = -1;
+  };
+  std::optional<BlockCholesky> factor_;  // of the last update
+  std::vector<Known> known_;             // by id; empty without a covariance
+  detail::CovarianceExtension extension_;
+};
+
+/// Returns an empty string, or the reason why fixed-lag smoothing does not support the problem.
+std::string why_unsupported(const Problem& problem, const FixedLagOptions& options);
+
+}  // namespace tandem

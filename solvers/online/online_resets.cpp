@@ -1,0 +1,145 @@
+#include <algorithm>
+#include <utility>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/online/online_streams.hpp>
+#include <tandem/solvers/online/plausible.hpp>
+
+// Resets of the estimate, and the health of its outputs.
+namespace tandem {
+namespace {
+
+using detail::EventQueue;
+using detail::seconds_text;
+
+// Smallest standard deviations of a start state; zero would mean that it is exact.
+constexpr double kMinSigma = 1e-6;      // m, rad, m/s
+constexpr double kMinBiasSigma = 1e-9;  // m/s², rad/s
+
+}  // namespace
+
+void OnlineEstimator::Streams::make_window() {
+  window_ = std::make_unique<detail::OnlineWindow>(settings_, ego_ ? &*ego_ : nullptr, options_);
+  window_->on_leave = [this](const Stamped<EgoState>& state) {
+    if (hooks_.on_leave) hooks_.on_leave(state);
+  };
+}
+
+/// Discards the window. A chaser with its own sensors continues from its newest state, with standard deviations of at
+/// least `min_sigmas`, or is aligned again.
+void OnlineEstimator::Streams::reset_window(TrackReset::Kind kind, std::string why, const EgoStateSigmas& min_sigmas,
+                                            Chaser chaser) {
+  const double t = window_->newest();
+  if (hooks_.on_reset) hooks_.on_reset({kind, t, std::move(why)});
+  health_.record_reset(kind);
+  due_.reset();
+  new_keyframe_ = pending_ = false;
+  if (!window_->has_chain()) return make_window();
+  Alignment start{.t = t, .state = window_->chaser(), .sigmas = newest_state_sigmas(min_sigmas).value_or(min_sigmas)};
+  start.sigmas.bias.reset();  // the discarded estimate may have distorted the biases
+  const bool continues = chaser == Chaser::continues && detail::is_plausible(start.state.pose) &&
+                         start.state.velocity.allFinite() && start.state.bias.allFinite();
+  std::vector<Stamped<EgoState>> states = window_->states();
+  if (continues) states.pop_back();
+  if (hooks_.on_leave)
+    for (const Stamped<EgoState>& state : states) hooks_.on_leave(state);
+  make_window();
+  if (continues) {
+    window_->start_chaser(start, {recent_samples_.begin(), recent_samples_.end()});
+  } else {
+    alignment_data_ = *ego_;
+  }
+}
+
+void OnlineEstimator::Streams::reset() {
+  if (window_->started()) reset_window(TrackReset::Kind::time_reset, "the time base was reset", {}, Chaser::realigns);
+  health_.forget_times();
+  queue_ = EventQueue(options_.lag.window);
+  if (ego_) alignment_data_ = *ego_;
+  odometry_.clear();
+  displaced_odometry_.clear();
+  recent_samples_.clear();
+  last_imu_ = aligned_ = -HUGE_VAL;
+  update_output_health();
+}
+
+/// Returns the standard deviations of the chaser's newest state along world axes, at least `min_sigmas`. Empty without
+/// a covariance.
+std::optional<EgoStateSigmas> OnlineEstimator::Streams::newest_state_sigmas(const EgoStateSigmas& min_sigmas) const
+    try {
+  const OnlineEstimator::Covariance c = window_->covariance();
+  const Matrix<3, 3> R = window_->chaser().pose.rotation().matrix();
+  const auto sigma = [](const Matrix<3, 3>& S, const Vector<3>& floor) {
+    return Vector<3>(S.diagonal().cwiseMax(0).cwiseSqrt().cwiseMax(floor));
+  };
+  EgoStateSigmas sigmas{sigma(R * c.chaser.topLeftCorner<3, 3>() * R.transpose(), min_sigmas.position),
+                        sigma(R * c.chaser.bottomRightCorner<3, 3>() * R.transpose(), min_sigmas.rotation),
+                        sigma(c.velocity, min_sigmas.velocity)};
+  if (c.bias.size() > 0) sigmas.bias = c.bias.diagonal().cwiseMax(kMinBiasSigma * kMinBiasSigma).cwiseSqrt();
+  return sigmas;
+} catch (const Error&) {
+  return {};
+}
+
+std::optional<Alignment> OnlineEstimator::Streams::handover_start() const {
+  if (!window_->has_chain()) return {};
+  const Vector<3> floor = Vector<3>::Constant(kMinSigma);
+  const auto sigmas = newest_state_sigmas({floor, floor, floor});
+  if (!sigmas) return {};
+  return Alignment{.t = window_->newest(), .state = window_->chaser(), .sigmas = *sigmas};
+}
+
+/// Updates the health of the outputs. Called after each measurement, since outputs also age without updates.
+void OnlineEstimator::Streams::update_output_health() {
+  const std::size_t own = target_index(0);
+  std::optional<double> target;
+  if (window_->has_target()) target = health_.last_used(own, own + settings_.sensors.size());
+  health_.update_outputs(queue_.clock(), chaser_aided(), target);
+}
+
+/// Returns the time of the last measurement that limits the drift of the chaser's position or velocity [s]. Empty if
+/// the chaser is not initialised.
+std::optional<double> OnlineEstimator::Streams::chaser_aided() const {
+  if (!window_->started()) return {};
+  if (!ego_) return odometry_.back().t;
+  double t = aligned_;
+  for (std::size_t i = 0; i < ego_->sensors.size(); ++i) {
+    const EgoReading reading = ego_->sensors[i].type->reading;
+    if (reading == EgoReading::body_vector || reading == EgoReading::world_vector)
+      t = std::max(t, health_.last_used(i, i + 1));
+  }
+  return t;
+}
+
+/// Suspends the estimate before a step to time t if measurements are missing for too long. Returns whether it did.
+bool OnlineEstimator::Streams::suspend_before(double t) {
+  if (!window_->started()) return false;
+  const double gap = options_.reset.max_gap;
+  const std::size_t own = target_index(0);
+  const bool target_lost = window_->has_target() && t - health_.last_used(own, own + settings_.sensors.size()) > gap;
+  const bool chaser_lost = ego_ && t - std::max({last_imu_, health_.last_used(0, own), aligned_}) > gap;
+  if (!target_lost && !chaser_lost) return false;
+  reset_window(TrackReset::Kind::suspended,
+               std::string("no measurement of the ") + (chaser_lost ? "chaser" : "target") + " for " +
+                   std::to_string(std::lround(gap)) + " s at " + seconds_text(window_->newest()),
+               {}, chaser_lost ? Chaser::realigns : Chaser::continues);
+  return true;
+}
+
+/// Drops data that has waited too long for the chaser's motion or its alignment.
+void OnlineEstimator::Streams::drop_stale() {
+  const double patience = start_ ? HUGE_VAL : std::max(options_.reset.max_gap, 2 * options_.alignment);
+  const double limit = queue_.clock() - patience;
+  if (!std::isfinite(limit) || motion_end() >= limit) {
+    if (!std::isfinite(limit) || window_->started()) return;
+  } else if (window_->started()) {
+    reset_window(TrackReset::Kind::suspended, "the chaser's motion is unknown since " + seconds_text(motion_end()), {},
+                 Chaser::realigns);
+  }
+  queue_.drop_before(limit);
+  if (alignment_data_.imu) std::erase_if(alignment_data_.imu->samples, [&](const ImuSample& x) { return x.t < limit; });
+  for (EgoSensor& sensor : alignment_data_.sensors)
+    std::erase_if(sensor.measurements, [&](const EgoMeasurement& m) { return m.t < limit; });
+}
+
+}  // namespace tandem

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <tandem/studies/commands/command_options.hpp>
+
+namespace tandem {
+
+/// Run files: YAML with `command:` and one key per option, as --print-config prints it and each output folder has it
+/// (run.yaml).
+///
+///     command: estimate
+///     scenario: /data/my_run
+///     mode: B
+///     noise: ["usbl=2,2,3", "odometry=0.1,0.1,0.1,0.01,0.01,0.01"]   # an option that may be repeated
+///     robust: true                                               # a flag
+
+/// Returns the words of a command line with those of the file that --config names in front. A word of the command line
+/// replaces the value of the file. Throws Error with file and line if the file is for another command or has an unknown
+/// key.
+std::vector<std::string> with_run_file(const std::string& command, CommandOptions& options,
+                                       std::vector<std::string> words);
+
+/// Returns the run file that repeats this run: the given options without --config and the output folder. Relative paths
+/// become absolute.
+std::string run_file(const std::string& command, const std::string& version, const CommandOptions& options);
+
+}  // namespace tandem

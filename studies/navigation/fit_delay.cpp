@@ -1,0 +1,95 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/problem/stop.hpp>
+#include <tandem/studies/navigation/fit_delay.hpp>
+
+namespace tandem {
+namespace {
+
+/// Range and steps of the search [ms]; for the IMU, relative to the given delay.
+struct Grid {
+  int min, max;
+  int coarse, fine;  // the step is halved from coarse to fine
+};
+constexpr Grid kSensorGrid{0, 1000, 80, 5}, kImuGrid{-96, 96, 16, 1};
+
+bool is_imu(const NavigationData& data, const std::string& sensor) { return data.imu && data.imu->name == sensor; }
+
+EgoSensor& own_sensor(NavigationData& data, const std::string& name) {
+  for (EgoSensor& sensor : data.sensors)
+    if (sensor.name == name) return sensor;
+  throw Error("cannot fit the delay of " + name + ": the chaser has no sensor of that name");
+}
+
+/// Discards measurements that some delay of the grid shifts out of [start, end]. They are valid `delay` before their
+/// stamps.
+void keep_common(const Grid& grid, double start, double end, double delay, EgoSensor& sensor) {
+  const double first = start + 1e-3 * grid.max, last = end - 1e-3 * grid.max;
+  std::erase_if(sensor.measurements,
+                [&](const EgoMeasurement& m) { return m.t - delay < first || m.t - delay > last; });
+}
+
+}  // namespace
+
+void set_delay(NavigationData& data, const std::string& sensor, double delay) {
+  if (!is_imu(data, sensor))
+    own_sensor(data, sensor).delay = delay;
+  else
+    data.imu->set_delay(delay);
+}
+
+DelayFit fit_delay(const NavigationData& data, const std::string& sensor, const NavigationOptions& options) {
+  NavigationData tried = data;
+  const bool of_imu = is_imu(data, sensor);
+  const Grid grid = of_imu ? kImuGrid : kSensorGrid;
+  const double before = of_imu ? data.imu->delay : own_sensor(tried, sensor).delay;
+  NavigationOptions own = options;
+  own.covariance = false;
+  DelayFit fit;
+  fit.sensor = sensor;
+  const Stop stop(options.solver);
+  const std::string what = "fitting the delay of " + sensor;
+  const auto navigated = [&](double delay) {
+    stop.check(what);
+    stop.limit(own.solver);
+    set_delay(tried, sensor, delay);
+    ++fit.solves;
+    return navigate(tried, own);
+  };
+  const double origin = of_imu ? before : 0.0;  // of the grid
+  own.start = navigated(before).start;
+  const double end = of_imu ? data.imu->samples.back().t + before : HUGE_VAL;  // stamp of the last sample
+  for (EgoSensor& s : tried.sensors)
+    if (of_imu || s.name == sensor) keep_common(grid, own.start->t, end, of_imu ? s.delay : 0.0, s);
+
+  std::map<int, double> costs;  // by delay [ms]
+  const auto cost = [&](int ms) {
+    if (ms < grid.min || ms > grid.max) return HUGE_VAL;
+    const auto [it, is_new] = costs.try_emplace(ms);
+    if (is_new) {
+      const Summary summary = navigated(origin + 1e-3 * ms).summary;
+      stop.check(what);  // the cost of a navigation that was stopped early is not comparable
+      it->second = summary.converged() ? summary.cost : HUGE_VAL;
+    }
+    return it->second;
+  };
+  fit.cost_before = cost(int(std::lround(1000 * (before - origin))));
+  int best = 0;
+  for (int ms = grid.min; ms <= grid.max; ms += grid.coarse)
+    if (cost(ms) < cost(best)) best = ms;
+  for (int step = grid.coarse / 2; step >= grid.fine; step /= 2)
+    for (const int ms : {best - step, best + step})
+      if (cost(ms) < cost(best)) best = ms;
+  fit.delay = origin + 1e-3 * best;
+  fit.cost = costs.at(best);
+  const int step = grid.coarse / 4;  // large against the solver's tolerance, small against the parabolic range
+  const double rise = cost(best - step) + cost(best + step) - 2 * fit.cost;  // (step/σ)²
+  if (std::isfinite(rise) && rise > 0) fit.sigma = 1e-3 * step / std::sqrt(rise);
+  return fit;
+}
+
+}  // namespace tandem

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <tandem/studies/navigation/navigate.hpp>
+
+namespace tandem {
+
+/// Maximum-likelihood estimate of a sensor's delay relative to the other sensors.
+struct DelayFit {
+  std::string sensor;
+  double delay = 0;                  ///< a measurement stamped t was valid at t − delay [s]
+  double cost_before = 0, cost = 0;  ///< cost of navigation with the given delay, and with this one
+  /// Standard deviation from the curvature of the cost [s]. Absent if the minimum is at or next to an end of the search
+  /// range, or if navigation with a neighbouring delay does not converge.
+  std::optional<double> sigma{};
+  int solves = 0;  ///< number of navigations
+};
+
+/// Fits the delay of one of the chaser's own sensors by navigating with different delays: 0 to 1 s with a resolution of
+/// 5 ms, or, for the IMU, −0.1 to 0.1 s around its given delay with a resolution of 1 ms.
+///
+/// All delays are compared on the same measurements; those that some delay shifts out of the recording are discarded.
+/// Throws Error as navigate(), and if there is no such sensor. Throws Stopped at the solver's time limit, which covers
+/// all navigations.
+DelayFit fit_delay(const NavigationData& data, const std::string& sensor, const NavigationOptions& options = {});
+
+/// Sets the delay of one of the chaser's own sensors or of the IMU [s].
+void set_delay(NavigationData& data, const std::string& sensor, double delay);
+
+}  // namespace tandem

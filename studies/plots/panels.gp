@@ -1,6 +1,0 @@
-# Opens a figure of panels one above the other.
-#
-#     call 'panels.gp' PANELS PIXELS TITLE     (pixels: height of a panel with what is between two)
-
-call here.'figure.gp' sprintf('%d', 120 + ARG1 * ARG2) ARG3
-eval sprintf('set multiplot layout %d,1 margins 0.11,0.97,%g,%g spacing %g', ARG1 + 0, 60.0 / height, 1 - 60.0 / height, 28.0 / height)

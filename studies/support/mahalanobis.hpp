@@ -1,0 +1,12 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace tandem {
+
+/// Returns the squared Mahalanobis distance eᵀ S⁻¹ e. If e is Gaussian with zero mean and covariance S, it is
+/// χ²-distributed with as many degrees of freedom as e has rows.
+double squared_distance(const Eigen::Ref<const Eigen::VectorXd>& error,
+                        const Eigen::Ref<const Eigen::MatrixXd>& covariance);
+
+}  // namespace tandem

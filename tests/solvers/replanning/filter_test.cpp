@@ -1,0 +1,43 @@
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include <tandem/solvers/replanning/filter.hpp>
+
+namespace tandem::testing {
+namespace {
+
+using detail::Filter;
+
+TEST(Filter, AcceptsLessViolationOrLessCost) {
+  Filter filter;
+  EXPECT_TRUE(filter.accept({1.0, 1.0}, {2.0, 0.5}, 1.0, 0.5));
+  EXPECT_TRUE(filter.accept({2.0, 0.5}, {1.5, 0.9}, 1.0, 0.5));
+  EXPECT_FALSE(filter.accept({1.5, 0.9}, {1.6, 0.95}, 1.0, 0.5));  // more of both
+}
+
+TEST(Filter, RejectsPointsThatDoNotImproveOnStoredOnes) {
+  Filter filter;
+  ASSERT_TRUE(filter.accept({1.0, 1.0}, {3.0, 0.1}, 1.0, 0.5));
+  // Better than (3, 0.1) by its cost, but not better than the stored point (1, 1).
+  EXPECT_FALSE(filter.accept({3.0, 0.1}, {1.5, 1.0}, 1.0, 0.5));
+  EXPECT_TRUE(filter.accept({3.0, 0.1}, {0.5, 1.0}, 1.0, 0.5));
+}
+
+TEST(Filter, RequiresThePredictedDecreaseNearFeasiblePoints) {
+  Filter filter;
+  EXPECT_FALSE(filter.accept({1.0, 1e-9}, {1.0, 0.0}, 1.0, -1.0));
+  EXPECT_FALSE(filter.accept({1.0, 0.0}, {1.0 - 1e-5, 0.1}, 1.0, -1.0));
+  EXPECT_TRUE(filter.accept({1.0, 0.0}, {1.0 - 1e-3, 0.1}, 1.0, -1.0));
+  EXPECT_TRUE(filter.accept({1.0, 0.0}, {1.0 - 1e-5, 0.1}, 0.01, -1.0)) << "a short step predicts a small decrease";
+  EXPECT_TRUE(filter.admits({1.0, 0.5})) << "an improvement of the cost stores no point";
+}
+
+TEST(Filter, RejectsPointsThatAreNotFinite) {
+  Filter filter;
+  EXPECT_FALSE(filter.accept({1.0, 1.0}, {std::nan(""), 0.0}, 1.0, 0.0));
+  EXPECT_FALSE(filter.accept({1.0, 1.0}, {0.0, HUGE_VAL}, 1.0, 0.0));
+}
+
+}  // namespace
+}  // namespace tandem::testing
