@@ -12,6 +12,19 @@ macro(tandem_find_optional option name result)
   endif()
 endmacro()
 
+# tandem_find_test_libraries([REQUIRED]): GoogleTest, nlohmann-json and Ceres's jet.h, whose dual numbers check Jacobians.
+# Nothing of Ceres is linked.
+macro(tandem_find_test_libraries)
+  find_package(GTest QUIET ${ARGN})
+  find_package(nlohmann_json QUIET ${ARGN})
+  find_path(TANDEM_CERES_INCLUDE_DIR ceres/jet.h ${ARGN})
+  mark_as_advanced(TANDEM_CERES_INCLUDE_DIR)
+  set(test_libraries_FOUND FALSE)
+  if(GTest_FOUND AND nlohmann_json_FOUND AND TANDEM_CERES_INCLUDE_DIR)
+    set(test_libraries_FOUND TRUE)
+  endif()
+endmacro()
+
 # tandem_library(name [NO_INSTALL] [SOURCES ...] [PUBLIC libs ...] [PRIVATE libs ...]): adds the target tandem::<name>,
 # an interface library if it has no sources. Headers are included by their path in the tree,
 # <tandem/problem/problem.hpp>, and need not be listed; tandem_install_headers() installs them.
@@ -81,13 +94,14 @@ endfunction()
 
 # tandem_print_summary(): prints one line about the build and one line for each optional dependency that is missing.
 function(tandem_print_summary)
-  message(STATUS "Tandem ${TANDEM_VERSION_TEXT}: command line ${TANDEM_STUDIES}, tests ${TANDEM_TESTS}")
+  message(STATUS "Tandem ${TANDEM_VERSION_TEXT}: command line ${TANDEM_STUDIES}")
   foreach(
     entry
     "TANDEM_HAS_TBB;oneTBB;evaluation uses one thread;libtbb-dev"
     "TANDEM_HAS_IPOPT;Ipopt;no solver ipopt;coinor-libipopt-dev"
     "TANDEM_HAS_NLOPT;NLopt;no solver nlopt;libnlopt-dev libnlopt-cxx-dev"
     "TANDEM_HAS_MPI;MPI;studies run on one computer only;libopenmpi-dev"
+    "TANDEM_HAS_TESTS;GoogleTest and Ceres;no tests;libgtest-dev libgmock-dev libceres-dev"
     "TANDEM_HAS_BENCHMARKS;Ceres and Google Benchmark;no target benchmarks;libceres-dev libbenchmark-dev"
   )
     list(POP_FRONT entry found name consequence packages)
