@@ -96,11 +96,6 @@ TANDEM_INLINED void add_block_curvature_inlined(const BlockShape& shape, const H
 
 }  // namespace
 
-TANDEM_BLOCK_KERNELS(template, 1);
-TANDEM_BLOCK_KERNELS(template, 2);
-TANDEM_BLOCK_KERNELS(template, 3);
-TANDEM_BLOCK_KERNELS(template, 6);
-
 void soft_block_dual(int dim, const BlockWeight& weight, double factor, const double* r, double* w) {
   std::array<double, kMaxRows> whitened;
   std::copy_n(r, dim, whitened.begin());

@@ -3,12 +3,18 @@
 #include <type_traits>
 
 #include <tandem/problem/instruction_set.hpp>
+#include <tandem/residuals/residual.hpp>
 
-/// Products of small column-major matrices whose number of rows is a compile-time constant. Each residual has its own
-/// sizes, and Eigen expressions of them dominated the compile time of a problem. Compilers vectorise these plain loops
-/// as well. The number of columns is an int or a std::integral_constant, see with_size(). All functions may be called
-/// within dispatch_simd().
+/// Products of small column-major matrices. Eigen expressions of them dominated the compile time of a problem. Compilers
+/// vectorise these plain loops as well. Sizes are an int or, for the common ones, a std::integral_constant; see
+/// with_size(). All functions may be called within dispatch_simd().
 namespace tandem::detail {
+
+/// Number of rows that an array for a column needs.
+template <class N>
+inline constexpr int kRoom = kMaxRows;
+template <int n>
+inline constexpr int kRoom<std::integral_constant<int, n>> = n;
 
 /// Calls f(n), with n as a compile-time constant for the common dofs 6 and 3.
 template <class F>
@@ -21,10 +27,10 @@ TANDEM_INLINED void with_size(int n, F f) {
     f(n);
 }
 
-/// y += A x
-template <int rows, class N>
-TANDEM_INLINED void add_multiplied(N columns, const double* A, const double* x, double* y) {
-  double sum[rows];
+/// y += A x, where A has few rows.
+template <class M, class N>
+TANDEM_INLINED void add_multiplied(M rows, N columns, const double* A, const double* x, double* y) {
+  double sum[kRoom<M>];
   for (int i = 0; i < rows; ++i) sum[i] = y[i];
   for (int k = 0; k < columns; ++k)
     for (int i = 0; i < rows; ++i) sum[i] += A[k * rows + i] * x[k];
@@ -32,14 +38,14 @@ TANDEM_INLINED void add_multiplied(N columns, const double* A, const double* x, 
 }
 
 /// y += A x, with the number of rows at run time.
-TANDEM_INLINED void add_multiplied(int rows, int columns, const double* A, const double* x, double* y) {
+TANDEM_INLINED void add_multiplied_directly(int rows, int columns, const double* A, const double* x, double* y) {
   for (int k = 0; k < columns; ++k)
     for (int i = 0; i < rows; ++i) y[i] += A[k * rows + i] * x[k];
 }
 
 /// y = Aᵀ x
-template <int rows, class N>
-TANDEM_INLINED void multiply_transposed(N columns, const double* A, const double* x, double* y) {
+template <class M, class N>
+TANDEM_INLINED void multiply_transposed(M rows, N columns, const double* A, const double* x, double* y) {
   for (int j = 0; j < columns; ++j) {
     double sum = 0;
     for (int k = 0; k < rows; ++k) sum += A[j * rows + k] * x[k];
@@ -48,10 +54,11 @@ TANDEM_INLINED void multiply_transposed(N columns, const double* A, const double
 }
 
 /// A ← A B with square B. `product` is scratch of the size of A.
-template <int rows, class N>
-TANDEM_INLINED void multiply_right(N columns, double* A, const double* B, double* product) {
+template <class M, class N>
+TANDEM_INLINED void multiply_right(M rows, N columns, double* A, const double* B, double* product) {
   for (int j = 0; j < columns; ++j) {
-    double sum[rows] = {};
+    double sum[kRoom<M>];
+    for (int i = 0; i < rows; ++i) sum[i] = 0;
     for (int k = 0; k < columns; ++k)
       for (int i = 0; i < rows; ++i) sum[i] += A[k * rows + i] * B[j * columns + k];
     for (int i = 0; i < rows; ++i) product[j * rows + i] = sum[i];
@@ -60,10 +67,11 @@ TANDEM_INLINED void multiply_right(N columns, double* A, const double* B, double
 }
 
 /// A ← W A with square W.
-template <int rows, class N>
-TANDEM_INLINED void multiply_left(N columns, const double* W, double* A) {
+template <class M, class N>
+TANDEM_INLINED void multiply_left(M rows, N columns, const double* W, double* A) {
   for (int j = 0; j < columns; ++j) {
-    double sum[rows] = {};
+    double sum[kRoom<M>];
+    for (int i = 0; i < rows; ++i) sum[i] = 0;
     for (int k = 0; k < rows; ++k)
       for (int i = 0; i < rows; ++i) sum[i] += W[k * rows + i] * A[j * rows + k];
     for (int i = 0; i < rows; ++i) A[j * rows + i] = sum[i];
@@ -71,28 +79,29 @@ TANDEM_INLINED void multiply_left(N columns, const double* W, double* A) {
 }
 
 /// A ← diag(d) A
-template <int rows, class N>
-TANDEM_INLINED void scale_rows(N columns, const double* d, double* A) {
+template <class M, class N>
+TANDEM_INLINED void scale_rows(M rows, N columns, const double* d, double* A) {
   for (int j = 0; j < columns; ++j)
     for (int i = 0; i < rows; ++i) A[j * rows + i] *= d[i];
 }
 
 /// T = factor Aᵀ
-template <int rows, class N>
-TANDEM_INLINED void transpose(N columns, double factor, const double* A, double* T) {
+template <class M, class N>
+TANDEM_INLINED void transpose(M rows, N columns, double factor, const double* A, double* T) {
   for (int i = 0; i < rows; ++i)
     for (int j = 0; j < columns; ++j) T[i * columns + j] = factor * A[j * rows + i];
 }
 
-/// H += A B, where `columns` is that of B and `stride` the distance between columns of H.
-template <int rows, int inner, class N>
-TANDEM_INLINED void add_product(N columns, const double* A, const double* B, double* H, int stride) {
-  for (int j = 0; j < columns; ++j)
-    add_multiplied<rows>(std::integral_constant<int, inner>(), A, B + j * inner, H + j * stride);
+/// H += A B, where `inner` is the number of columns of A, `columns` that of B, and `stride` the distance between columns
+/// of H. A has few rows.
+template <class M, class K, class N>
+TANDEM_INLINED void add_product(M rows, K inner, N columns, const double* A, const double* B, double* H, int stride) {
+  for (int j = 0; j < columns; ++j) add_multiplied(rows, inner, A, B + j * inner, H + j * stride);
 }
 /// H += A B, with the number of rows at run time.
-template <int inner>
-TANDEM_INLINED void add_product(int rows, int columns, const double* A, const double* B, double* H, int stride) {
+template <class K>
+TANDEM_INLINED void add_product_directly(int rows, K inner, int columns, const double* A, const double* B, double* H,
+                                         int stride) {
   for (int j = 0; j < columns; ++j)
     for (int i = 0; i < rows; ++i) {
       double sum = 0;
@@ -101,8 +110,8 @@ TANDEM_INLINED void add_product(int rows, int columns, const double* A, const do
     }
 }
 
-template <int size>
-TANDEM_INLINED double squared_norm(const double* x) {
+template <class N>
+TANDEM_INLINED double squared_norm(N size, const double* x) {
   double sum = 0;
   for (int i = 0; i < size; ++i) sum += x[i] * x[i];
   return sum;

@@ -1,11 +1,12 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <memory>
+#include <span>
+#include <vector>
 
-#include <tandem/problem/pool.hpp>
-#include <tandem/residuals/bounds.hpp>
+#include <Eigen/Core>
+
+#include <tandem/problem/block_pool.hpp>
 
 namespace tandem::detail {
 
@@ -48,86 +49,23 @@ class HardPoolBase : public PoolBase {
   mutable Eigen::VectorXd r_, J_, root_;             // scratch of add_stiffness()
 };
 
-template <Residual R>
-class HardPool final : public BlockPool<R, HardPoolBase> {
-  using Pool = BlockPool<R, HardPoolBase>;
-  using Pool::kArity, Pool::kDim, Pool::kPairs;
-  using typename Pool::Jacobians, typename Pool::Row;
-
+/// Implements the loops over the constraint blocks of one residual type.
+class HardPool final : public BlockPool<HardPoolBase> {
  public:
-  explicit HardPool(const typename Pool::Stores& stores) : Pool(stores) {}
+  HardPool(const ResidualFunctions& functions, std::span<StateStoreBase* const> stores)
+      : BlockPool(functions, stores) {}
 
-  void add(const R& residual, const std::array<int, kArity>& slots, const Bounds<kDim>& bounds) {
-    this->add_block(residual, slots);
-    this->add_bounds(bounds.lower.data(), bounds.upper.data());
+  void add(const void* residual, const int* slots, const double* lower, const double* upper) {
+    add_residual(residual, slots);
+    add_bounds(lower, upper);
   }
-
-  std::unique_ptr<HardPoolBase> new_empty(const StoreMapping& mapping) const override {
-    return std::make_unique<HardPool>(this->stores_of(mapping));
-  }
-  void values(const PoolPlacement& place, int begin, int end, double* c) const override {
-    Row r;
-    for (int k = begin; k < end; ++k) {
-      const std::size_t i = std::size_t(place.at(k));
-      this->value(i, r);
-      std::copy_n(r.data(), kDim, c + i * kDim);
-    }
-  }
-  void jacobian(const PoolPlacement& place, int begin, int end, double* c, double* values) const override {
-    Row r;
-    Jacobians J;
-    Pool::set_zero(J);  // avoids a false warning of GCC 12
-    const auto columns = Pool::data(J);
-    for (int k = begin; k < end; ++k) {
-      const std::size_t i = std::size_t(place.at(k));
-      const int* offset = &place.offset[i * kArity];
-      this->linearize(i, offset, r, J);
-      if (c) std::copy_n(r.data(), kDim, c + i * kDim);
-      double* out = values + place.jacobian[i];
-      for (std::size_t s = 0; s < kArity; ++s)
-        if (offset[s] >= 0) out = std::copy_n(columns[s], kDim * Pool::kDofs[s], out);
-    }
-  }
-
+  std::unique_ptr<HardPoolBase> new_empty(const StoreMapping& mapping) const override;
+  void values(const PoolPlacement& place, int begin, int end, double* c) const override;
+  void jacobian(const PoolPlacement& place, int begin, int end, double* c, double* values) const override;
   void accumulate(const PoolPlacement& place, int begin, int end, const double* weights, const double* jacobian,
-                  double* H) const override {
-    typename Pool::Transposed transposed;
-    std::array<const double*, std::size_t(kArity)> columns{};  // as stored by jacobian()
-    for (int k = begin; k < end; ++k) {
-      const std::size_t i = std::size_t(place.at(k));
-      const double* w = weights + i * kDim;
-      if (std::all_of(w, w + kDim, [](double x) { return x == 0; })) continue;
-      const BlockShape shape = Pool::shape(&place.offset[i * kArity]);
-      const double* from = jacobian + place.jacobian[i];
-      double* T = transposed.data();
-      for (int s = 0; s < kArity; T += kDim * Pool::kDofs[s], ++s) {
-        if (shape.offset[s] < 0) continue;
-        const int dof = Pool::kDofs[s];
-        columns[s] = from;
-        for (int row = 0; row < kDim; ++row)
-          for (int j = 0; j < dof; ++j) T[row * dof + j] = w[row] * from[j * kDim + row];
-        from += kDim * dof;
-      }
-      add_products<kDim>(shape, &place.hessian[i * kPairs], transposed.data(), columns.data(), H);
-    }
-  }
-  void add_exact_hessian(const PoolPlacement& place, int begin, int end, Curvature, double factor,
-                         const double* multipliers, double* gradient, double* H) const override {
-    if constexpr (IsLinear<R>) return;
-    Row r;
-    Jacobians J;
-    Pool::set_zero(J);
-    for (int k = begin; k < end; ++k) {
-      const std::size_t i = std::size_t(place.at(k));
-      const double* lambda = multipliers + i * kDim;
-      if (std::all_of(lambda, lambda + kDim, [](double l) { return l == 0; })) continue;
-      const auto dual = [&](const Row&, Row& w) {
-        for (int row = 0; row < kDim; ++row) w.data()[row] = factor * lambda[row];
-      };
-      const int* offset = &place.offset[i * kArity];
-      this->add_second_derivatives(i, offset, &place.hessian[i * kPairs], dual, r, J, gradient, H);
-    }
-  }
+                  double* H) const override;
+  void add_exact_hessian(const PoolPlacement& place, int begin, int end, Curvature wanted, double factor,
+                         const double* multipliers, double* gradient, double* H) const override;
 };
 
 }  // namespace tandem::detail

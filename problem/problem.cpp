@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include <tandem/problem/problem.hpp>
+#include <tandem/problem/soft_pool.hpp>
 
 namespace tandem {
 
@@ -122,16 +123,39 @@ void Problem::set_loss(const Block& block, const Loss& loss) {
   ++bounds_revision_;
 }
 
-Problem::Linearization Problem::linearization(const Block& block) const {
-  const int index = index_of(block, "linearization");
-  const detail::PoolBase& pool = pools_[std::size_t(block.pool)].base();
-  Linearization result;
+namespace {
+
+Problem::Linearization linearization_of(const detail::PoolBase& pool, int index) {
+  Problem::Linearization result;
   result.variable_ids.assign(pool.variables(index), pool.variables(index) + pool.arity());
   result.dofs.assign(pool.dofs(), pool.dofs() + pool.arity());
   result.residual.resize(pool.dim());
   result.jacobian.resize(pool.dim(), std::accumulate(result.dofs.begin(), result.dofs.end(), 0));
   pool.linearize_block(index, nullptr, result.residual.data(), result.jacobian.data());
   return result;
+}
+
+}  // namespace
+
+Problem::Linearization Problem::linearization(const Block& block) const {
+  const int index = index_of(block, "linearization");
+  return linearization_of(pools_[std::size_t(block.pool)].base(), index);
+}
+
+Problem::Linearization Problem::linearization(const detail::ResidualFunctions& functions, const void* residual,
+                                              std::span<const int> variable_ids) const {
+  std::vector<std::unique_ptr<detail::StateStoreBase>> copies;
+  std::vector<detail::StateStoreBase*> stores;
+  std::vector<int> slots;
+  for (const int id : variable_ids) {
+    const VariableInfo& variable = variables_.at(std::size_t(id));
+    copies.push_back(variable.store->new_empty());
+    stores.push_back(copies.back().get());
+    slots.push_back(stores.back()->add_copy(*variable.store, variable.slot, id));
+  }
+  detail::SoftPool pool(functions, stores);
+  pool.add_residual(residual, slots.data());
+  return linearization_of(pool, 0);
 }
 
 std::vector<Block> Problem::soft_blocks_reading(std::span<const int> variable_ids) const {
@@ -238,17 +262,47 @@ void Problem::check_bounds(std::string_view name, int rows, const double* lower,
                   std::to_string(upper[i]) + " have no finite number between them");
 }
 
-int Problem::pool_of(std::type_index type) const {
-  const auto it = pool_of_type_.find(type);
-  return it == pool_of_type_.end() ? -1 : it->second;
+Block Problem::add_soft(const detail::ResidualType& type, const void* residual, const int* slots, const Gaussian& noise,
+                        const Loss& loss) {
+  check_noise(type.functions.name, type.functions.dim, noise, loss);
+  const int index = pool_of(type);
+  static_cast<detail::SoftPool&>(*pools_[std::size_t(index)].soft).add(residual, slots, noise, loss);
+  return new_block(index);
 }
 
-int Problem::add_pool(std::type_index type, const detail::ResidualType& residual,
-                      std::unique_ptr<detail::SoftPoolBase> soft, std::unique_ptr<detail::HardPoolBase> hard) {
-  if (soft) soft->loss_scale = loss_scale_;
+Block Problem::add_hard(const detail::ResidualType& type, const void* residual, const int* slots, const double* lower,
+                        const double* upper) {
+  check_bounds(type.functions.name, type.functions.dim, lower, upper);
+  const int index = pool_of(type);
+  static_cast<detail::HardPool&>(*pools_[std::size_t(index)].hard).add(residual, slots, lower, upper);
+  return new_block(index);
+}
+
+void Problem::set_residual(const Block& block, const detail::ResidualFunctions& functions, const void* residual) {
+  const int index = index_of(block, "set_residual");
+  const Pool& pool = pools_[std::size_t(block.pool)];
+  if (!pool.type || pool.type->type() != *functions.type)
+    throw Error("set_residual: the residual of the block is not of type " + std::string(functions.name));
+  pool.base().set_residual(index, residual);
+  ++bounds_revision_;
+}
+
+int Problem::pool_of(const detail::ResidualType& type) {
+  const std::pair<std::type_index, bool> key(type.type(), type.hard);
+  if (const auto at = pool_of_type_.find(key); at != pool_of_type_.end()) return at->second;
+  std::vector<detail::StateStoreBase*> stores(std::size_t(type.functions.arity));
+  type.stores_of(*this, stores.data());
   const int index = static_cast<int>(pools_.size());
-  pools_.push_back({std::move(soft), std::move(hard), {}, {}, {}, &residual});
-  pool_of_type_.emplace(type, index);
+  Pool pool;
+  pool.type = &type;
+  if (type.hard) {
+    pool.hard = std::make_unique<detail::HardPool>(type.functions, stores);
+  } else {
+    pool.soft = std::make_unique<detail::SoftPool>(type.functions, stores);
+    pool.soft->loss_scale = loss_scale_;
+  }
+  pools_.push_back(std::move(pool));
+  pool_of_type_.emplace(key, index);
   return index;
 }
 

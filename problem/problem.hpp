@@ -7,13 +7,14 @@
 #include <span>
 #include <string>
 #include <typeindex>
+#include <utility>
 #include <vector>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/handles.hpp>
 #include <tandem/problem/hard_pool.hpp>
 #include <tandem/problem/residual_type.hpp>
-#include <tandem/problem/soft_pool.hpp>
+#include <tandem/problem/weighted_pool.hpp>
 
 namespace tandem {
 
@@ -123,10 +124,7 @@ class Problem {
   /// if the dimension of the noise is not R::dim, if the scale of the loss is not positive, or if a handle is invalid.
   template <Residual R>
   Block minimize(const R& residual, const Gaussian& noise, const VariablesOf<R>& x, const Loss& loss = {}) {
-    check_noise(R::name, R::dim, noise, loss);
-    auto [index, pool] = soft_pool<R>();
-    pool.add(residual, slots<R>(x), noise, loss);
-    return new_block(index);
+    return add_soft(type_of<R, false>(), &residual, slots<R>(x).data(), noise, loss);
   }
 
   /// Adds the constraint lower ≤ r ≤ upper, in the units of the residual. A row may be unbounded on one or both sides
@@ -134,10 +132,7 @@ class Problem {
   /// between the bounds, or if a handle is invalid.
   template <Residual R>
   Block subject_to(const R& residual, const Bounds<R::dim>& bounds, const VariablesOf<R>& x) {
-    check_bounds(R::name, R::dim, bounds.lower.data(), bounds.upper.data());
-    auto [index, pool] = hard_pool<R>();
-    pool.add(residual, slots<R>(x), bounds);
-    return new_block(index);
+    return add_hard(type_of<R, true>(), &residual, slots<R>(x).data(), bounds.lower.data(), bounds.upper.data());
   }
 
   /// Removes a block. Throws Error if the handle is invalid.
@@ -190,14 +185,7 @@ class Problem {
   /// Throws Error if the block has another residual type or the handle is invalid.
   template <Residual R>
   void set_residual(const Block& block, const R& residual) {
-    const int index = index_of(block, "set_residual");
-    if (block.pool == pool_of(typeid(detail::SoftPool<R>)))
-      soft_pool<R>().pool.set_residual(index, residual);
-    else if (block.pool == pool_of(typeid(detail::HardPool<R>)))
-      hard_pool<R>().pool.set_residual(index, residual);
-    else
-      throw Error("set_residual: the residual of the block is not of type " + std::string(R::name));
-    ++bounds_revision_;
+    set_residual(block, detail::kResidualFunctions<R>, &residual);
   }
   /// Replaces the bounds of a hard block. An NlpEvaluator reads them at its next reset(). Throws Error for a soft
   /// block, an invalid handle, a wrong number of rows, or bounds that subject_to() rejects.
@@ -224,6 +212,9 @@ class Problem {
   };
   /// Returns the linearization of a soft or hard block. Throws Error if the handle is invalid.
   Linearization linearization(const Block& block) const;
+  /// Returns the linearization of a residual that is not part of the problem and reads the variables with these IDs.
+  Linearization linearization(const detail::ResidualFunctions& functions, const void* residual,
+                              std::span<const int> variable_ids) const;
   /// Returns the soft blocks that read at least one of these variables, except the marginal prior. Each ID must be
   /// below id_bound().
   std::vector<Block> soft_blocks_reading(std::span<const int> variable_ids) const;
@@ -305,12 +296,6 @@ class Problem {
 
     detail::PoolBase& base() const { return soft ? static_cast<detail::PoolBase&>(*soft) : *hard; }
   };
-  template <class P>
-  struct PoolRef {
-    int index;
-    P& pool;
-  };
-
   template <LieGroup G>
   [[gnu::noinline]] detail::StateStore<G>& store() {
     static_cast<void>(&group_type<G>);  // instantiates and thereby registers the group
@@ -325,10 +310,10 @@ class Problem {
   template <LieGroup G>
   inline static const detail::GroupType group_type{typeid(G), &store_of<G>};
   template <Residual R>
-  auto stores() {
-    return []<class... Xs>(Problem& p, std::tuple<Xs...>*) {
-      return std::tuple<detail::StateStore<Xs>*...>(&p.store<Xs>()...);
-    }(*this, static_cast<typename R::States*>(nullptr));
+  static void stores_of(Problem& p, detail::StateStoreBase** stores) {
+    [&]<class... Xs>(std::tuple<Xs...>*) {
+      ((*stores++ = &p.store<Xs>()), ...);
+    }(static_cast<typename R::States*>(nullptr));
   }
   template <Residual R>
   std::array<int, std::size_t(arity<R>)> slots(const VariablesOf<R>& x) {
@@ -356,37 +341,22 @@ class Problem {
   [[noreturn]] static void throw_no_counterpart();
   std::vector<int> slots_by_creation(const detail::StateStoreBase& store) const;
 
-  template <Residual R>
-  PoolRef<detail::SoftPool<R>> soft_pool() {
-    int index = pool_of(typeid(detail::SoftPool<R>));
-    if (index < 0)
-      index = add_pool(typeid(detail::SoftPool<R>), soft_type<R>, std::make_unique<detail::SoftPool<R>>(stores<R>()),
-                       nullptr);
-    return {index, static_cast<detail::SoftPool<R>&>(*pools_[std::size_t(index)].soft)};
+  template <Residual R, bool hard>
+  static constexpr detail::ResidualType residual_type{detail::kResidualFunctions<R>, hard, &detail::pass_residual<R>,
+                                                      &stores_of<R>};
+  template <Residual R, bool hard>
+  inline static const detail::RegisteredResidual registered{residual_type<R, hard>};
+  template <Residual R, bool hard>
+  static const detail::ResidualType& type_of() {
+    static_cast<void>(&registered<R, hard>);  // instantiates and thereby registers the type
+    return residual_type<R, hard>;
   }
-  template <Residual R>
-  PoolRef<detail::HardPool<R>> hard_pool() {
-    int index = pool_of(typeid(detail::HardPool<R>));
-    if (index < 0)
-      index = add_pool(typeid(detail::HardPool<R>), hard_type<R>, nullptr,
-                       std::make_unique<detail::HardPool<R>>(stores<R>()));
-    return {index, static_cast<detail::HardPool<R>&>(*pools_[std::size_t(index)].hard)};
-  }
-  template <Residual R>
-  static int index_of_soft(Problem& p) {
-    return p.soft_pool<R>().index;
-  }
-  template <Residual R>
-  static int index_of_hard(Problem& p) {
-    return p.hard_pool<R>().index;
-  }
-  template <Residual R>
-  inline static const detail::ResidualType soft_type{typeid(R), false, &detail::pass_residual<R>, &index_of_soft<R>};
-  template <Residual R>
-  inline static const detail::ResidualType hard_type{typeid(R), true, &detail::pass_residual<R>, &index_of_hard<R>};
-  int pool_of(std::type_index type) const;  // −1 if there is none yet
-  int add_pool(std::type_index type, const detail::ResidualType& residual, std::unique_ptr<detail::SoftPoolBase> soft,
-               std::unique_ptr<detail::HardPoolBase> hard);  // exactly one of soft and hard is set
+  Block add_soft(const detail::ResidualType& type, const void* residual, const int* slots, const Gaussian& noise,
+                 const Loss& loss);
+  Block add_hard(const detail::ResidualType& type, const void* residual, const int* slots, const double* lower,
+                 const double* upper);
+  void set_residual(const Block& block, const detail::ResidualFunctions& functions, const void* residual);
+  int pool_of(const detail::ResidualType& type);  // adds the pool if there is none yet
   int new_variable_id();
   void remove_variable(int id);
   Block new_block(int pool);
@@ -405,7 +375,7 @@ class Problem {
   long long next_sequence_ = 0;
   std::map<std::type_index, std::unique_ptr<detail::StateStoreBase>> stores_;
   std::vector<Pool> pools_;
-  std::map<std::type_index, int> pool_of_type_;
+  std::map<std::pair<std::type_index, bool>, int> pool_of_type_;  // key: residual type, hard
   int prior_pool_ = -1;      // pool of the marginal prior, −1 before the first marginalize()
   double loss_scale_ = 1.0;  // copied to every soft pool
   // Revision counters. Each NlpEvaluator compares them to detect changes of the structure (variables and blocks), of

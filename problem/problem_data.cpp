@@ -19,20 +19,24 @@ std::vector<double> part_of(const std::vector<double>& all, int i, int n) {
   return {all.begin() + std::ptrdiff_t(i) * n, all.begin() + std::ptrdiff_t(i + 1) * n};
 }
 
+const std::type_info& type_of(const ResidualType& residual) { return residual.type(); }
+const std::type_info& type_of(const GroupType& group) { return group.type; }
+
 /// Returns the types by key(type); null if different types have the same key.
 template <class Type, class Key>
 auto by_key(std::span<const Type* const> types, Key key) {
   std::map<decltype(key(*types[0])), const Type*> result;
   for (const Type* type : types) {
     const auto [at, is_new] = result.try_emplace(key(*type), type);
-    if (!is_new && at->second && at->second->type != type->type) at->second = nullptr;
+    if (!is_new && at->second && type_of(*at->second) != type_of(*type)) at->second = nullptr;
   }
   return result;
 }
 
 /// Returns the residual types by name and role (true: constraint).
 auto residual_types_by_name() {
-  return by_key(residual_types(), [](const ResidualType& type) { return std::pair(type_name(type.type), type.hard); });
+  return by_key(residual_types(),
+                [](const ResidualType& type) { return std::pair(type_name(type.type()), type.hard); });
 }
 
 auto group_types_by_name() {
@@ -95,7 +99,7 @@ ProblemData::ProblemData(const Problem& problem) : loss_scale(problem.loss_scale
         block.anchors = anchors.values();
         continue;
       }
-      block.residual = type_name(pool.type->type);
+      block.residual = type_name(pool.type->type());
       const auto fail = [&](const std::string& why) {
         throw Error("block " + problem.describe(base, i) + " (" + block.residual + ") cannot be stored: " + why);
       };
@@ -175,7 +179,7 @@ void ProblemData::Builder::add_block(const Block& block) {
                 kNotCompiled);
   if (!type->second) throw Error("several residuals of this program are named " + block.residual);
   const std::vector<int> slots = slots_of(block);
-  const int index = type->second->pool_of(problem);
+  const int index = problem.pool_of(*type->second);
   PoolBase& pool = problem.pools_[std::size_t(index)].base();
   if (int(slots.size()) != pool.arity())
     throw Error("the residual reads " + count(std::size_t(pool.arity()), "variable") + ", not " +

@@ -14,10 +14,7 @@ std::vector<const Type*>& registered() {
 
 }  // namespace
 
-ResidualType::ResidualType(const std::type_info& t, bool is_hard, Pass p, PoolOf of)
-    : type(t), hard(is_hard), pass(p), pool_of(of) {
-  registered<ResidualType>().push_back(this);
-}
+RegisteredResidual::RegisteredResidual(const ResidualType& type) { registered<ResidualType>().push_back(&type); }
 
 GroupType::GroupType(const std::type_info& t, StoreOf of) : type(t), store_of(of) {
   registered<GroupType>().push_back(this);

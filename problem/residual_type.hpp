@@ -6,6 +6,7 @@
 #include <typeinfo>
 
 #include <tandem/problem/pool.hpp>
+#include <tandem/residuals/residual_functions.hpp>
 #include <tandem/residuals/fields.hpp>
 
 namespace tandem {
@@ -14,21 +15,26 @@ class Problem;
 
 namespace detail {
 
-/// A residual type in one role that is compiled into this program. Each registers itself by name before main(), so that
-/// problem files with blocks of this type can be read.
+/// A residual type in one role that is compiled into this program.
 struct ResidualType {
   /// Passes the members of the residual `from` through `fields`, or of a default-constructed residual if `from` is
   /// null. If `to` is not null and all fields are complete, adds the residual to that pool.
   using Pass = void (*)(const void* from, Fields& fields, PoolBase* to, const int* slots);
-  using PoolOf = int (*)(Problem& problem);  ///< returns the pool of such blocks; creates it if needed
+  /// Sets `stores` to the store of each state; creates those that the problem lacks.
+  using StoresOf = void (*)(Problem& problem, StateStoreBase** stores);
 
-  ResidualType(const std::type_info& type, bool hard, Pass pass, PoolOf pool_of);
-  const std::type_info& type;
+  const ResidualFunctions& functions;
   bool hard;
   Pass pass;
-  PoolOf pool_of;
+  StoresOf stores_of;
+
+  const std::type_info& type() const { return *functions.type; }
 };
-/// A Lie group whose variables are compiled into this program; registered like ResidualType.
+/// Registers a residual type by name before main(), so that problem files with blocks of this type can be read.
+struct RegisteredResidual {
+  explicit RegisteredResidual(const ResidualType& type);
+};
+/// A Lie group whose variables are compiled into this program. Registers itself by name before main().
 struct GroupType {
   using StoreOf = StateStoreBase* (*)(Problem& problem);  ///< returns the store of such variables
 

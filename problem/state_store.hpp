@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <memory>
 #include <vector>
 
@@ -9,11 +10,23 @@
 #include <tandem/lie/rn.hpp>
 #include <tandem/lie/se2.hpp>
 #include <tandem/lie/sek3.hpp>
+#include <tandem/problem/function_ref.hpp>
 #include <tandem/problem/slots.hpp>
 #include <tandem/problem/symmetric_pattern.hpp>
 #include <tandem/residuals/fields.hpp>
 
 namespace tandem::detail {
+
+/// Points and charts of the variables of one group, for reading without its C++ type. Valid until a variable is added.
+struct StateView {
+  const std::byte* points;
+  std::size_t size;      ///< of a point [bytes]
+  const double* charts;  ///< null if the charts are the identity
+  int dof;
+
+  const void* point(int slot) const { return points + std::size_t(slot) * size; }
+  const double* chart(int slot) const { return charts ? charts + std::ptrdiff_t(slot) * dof * dof : nullptr; }
+};
 
 /// All variables of one group, stored contiguously. Each variable has a value X̄ and a point X = X̄ ⊕ δ that a solver
 /// moves. The chart of a variable is dX/dδ = Jr(δ), for right perturbations of X.
@@ -23,6 +36,7 @@ class StateStoreBase {
   /// Returns the number of slots, used or free.
   virtual int size() const = 0;
   virtual int dof() const = 0;
+  virtual StateView view() const = 0;
 
   // The following methods process the slots begin … end − 1.
 
@@ -74,6 +88,11 @@ class StateStoreBase {
   /// Computes the same with one entry of δ increased by `step`. J is with respect to δ.
   virtual void perturbed_anchor_difference(int slot, int entry, double step, double* x, double* J) const = 0;
 
+  /// Calls f with the point, with one entry of δ increased by `step`, and Jr there.
+  virtual void with_perturbed(int slot, int entry, double step,
+                              FunctionRef<void(const void* point, const double* chart)> f) const = 0;
+
+  std::vector<int> id;   ///< variable ID of each slot, −1 if free
   bool charted = false;  ///< derivatives are with respect to δ; otherwise to perturbations of the point
 };
 
@@ -83,7 +102,6 @@ class StateStore final : public StateStoreBase {
   std::vector<G> value, point, saved;
   std::vector<typename G::Tangent> delta;
   std::vector<typename G::Jacobian> chart;  ///< Jr(delta); valid only if `charted`
-  std::vector<int> id;                      ///< variable ID of each slot, −1 if free
   std::vector<G> anchor;                    ///< linearisation point of each variable that a MarginalPrior reads
   Slots slots;
 
@@ -130,6 +148,11 @@ class StateStore final : public StateStoreBase {
 
   int size() const override { return static_cast<int>(value.size()); }
   int dof() const override { return G::dof; }
+  StateView view() const override {
+    static_assert(sizeof(typename G::Jacobian) == sizeof(double) * G::dof * G::dof);
+    return {reinterpret_cast<const std::byte*>(point.data()), sizeof(G),
+            charted && !chart.empty() ? chart.front().data() : nullptr, G::dof};
+  }
   void move(const double* d, const std::vector<int>& offsets, int begin, int end) override {
     for (std::size_t i = std::size_t(begin); i < std::size_t(end); ++i) {
       const int offset = id[i] < 0 ? -1 : offsets[static_cast<std::size_t>(id[i])];
@@ -207,13 +230,13 @@ class StateStore final : public StateStoreBase {
     by = G::Jr_inverse(v) * G::Jr(d);
   }
 
-  /// Computes the point with one entry of δ increased by `step`, and Jr there.
-  [[gnu::noinline]] void perturbed_point(int slot, int entry, double step, G& moved,
-                                         typename G::Jacobian& by_delta) const {
+  void with_perturbed(int slot, int entry, double step,
+                      FunctionRef<void(const void* point, const double* chart)> f) const override {
     typename G::Tangent d = delta[std::size_t(slot)];
     d[entry] += step;
-    moved = value[std::size_t(slot)] * G::Exp(d);
-    by_delta = G::Jr(d);
+    const G moved = value[std::size_t(slot)] * G::Exp(d);
+    const typename G::Jacobian by_delta = G::Jr(d);
+    f(&moved, by_delta.data());
   }
 };
 

@@ -6,6 +6,7 @@
 
 #include <tandem/problem/pool.hpp>
 #include <tandem/problem/slots.hpp>
+#include <tandem/residuals/gaussian.hpp>
 #include <tandem/residuals/loss.hpp>
 
 namespace tandem::detail {
@@ -71,11 +72,8 @@ class WeightedPool : public SoftPoolBase {
   void add_weight(const Gaussian& noise, const Loss& loss);
   /// Returns whether no block has a loss or correlated noise.
   bool is_plain() const;
-  /// Returns 1/σ of each row of block i; `dim` is the pool's dim().
-  template <int dim>
-  const double* diagonal(std::size_t i) const {
-    return diagonal_.data() + i * dim;
-  }
+  /// Returns 1/σ of each row of block i.
+  const double* diagonal(std::size_t i) const { return diagonal_.data() + i * std::size_t(dim()); }
   /// Returns the whitening matrix W of block i, or null if it is diagonal.
   const double* full(std::size_t i) const { return full_[i] < 0 ? nullptr : matrices_.at(full_[i]).data(); }
   /// Returns ρ, ρ', ρ'' at s = ‖r‖² of a whitened residual.

@@ -1,8 +1,11 @@
 #pragma once
 
 #include <tandem/lie/operations.hpp>
+#include <tandem/lie/se2.hpp>
+#include <tandem/lie/sek3.hpp>
 #include <tandem/residuals/carried_twist_curvature.hpp>
 #include <tandem/residuals/residual.hpp>
+#include <tandem/residuals/residual_functions.hpp>
 
 namespace tandem {
 
@@ -44,5 +47,11 @@ struct ConstantTwist {
     detail::curvature_of_carried_twist<G, true>(t0, t1, t2, Tangent::Constant(dt2 / dt1), Tangent::Zero(), w, H);
   }
 };
+
+// Instantiated in constant_twist.cpp.
+namespace detail {
+extern template struct FunctionsOf<ConstantTwist<SE3>>;
+extern template struct FunctionsOf<ConstantTwist<SE2>>;
+}  // namespace detail
 
 }  // namespace tandem

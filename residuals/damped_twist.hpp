@@ -1,9 +1,11 @@
 #pragma once
 
 #include <tandem/lie/operations.hpp>
+#include <tandem/lie/sek3.hpp>
 #include <tandem/residuals/carried_twist_curvature.hpp>
 #include <tandem/residuals/ornstein_uhlenbeck.hpp>
 #include <tandem/residuals/residual.hpp>
+#include <tandem/residuals/residual_functions.hpp>
 
 namespace tandem {
 
@@ -79,5 +81,10 @@ struct DampedTwist {
   Vector<G::dof> gain() const { return dt2 / dt1 * decay; }
   Vector<G::dof> drift() const { return dt2 * (mean - decay.cwiseProduct(mean)); }
 };
+
+// Instantiated in damped_twist.cpp.
+namespace detail {
+extern template struct FunctionsOf<DampedTwist<SE3>>;
+}  // namespace detail
 
 }  // namespace tandem

@@ -1,7 +1,11 @@
 #pragma once
 
+#include <tandem/lie/rn.hpp>
+#include <tandem/lie/se2.hpp>
+#include <tandem/lie/sek3.hpp>
 #include <tandem/residuals/log_curvature.hpp>
 #include <tandem/residuals/residual.hpp>
+#include <tandem/residuals/residual_functions.hpp>
 
 namespace tandem {
 
@@ -27,5 +31,17 @@ struct Prior {
     H = detail::LogCurvature<G>(e, J.transpose() * w)(J, J);
   }
 };
+
+// Instantiated in prior.cpp.
+namespace detail {
+extern template struct FunctionsOf<Prior<SE3>>;
+extern template struct FunctionsOf<Prior<SE2>>;
+extern template struct FunctionsOf<Prior<SO3>>;
+extern template struct FunctionsOf<Prior<SO2>>;
+extern template struct FunctionsOf<Prior<Rn<1>>>;
+extern template struct FunctionsOf<Prior<Rn<2>>>;
+extern template struct FunctionsOf<Prior<Rn<3>>>;
+extern template struct FunctionsOf<Prior<Rn<6>>>;
+}  // namespace detail
 
 }  // namespace tandem

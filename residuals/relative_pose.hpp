@@ -1,9 +1,12 @@
 #pragma once
 
 #include <tandem/lie/operations.hpp>
+#include <tandem/lie/rn.hpp>
+#include <tandem/lie/se2.hpp>
 #include <tandem/lie/sek3.hpp>
 #include <tandem/residuals/log_curvature.hpp>
 #include <tandem/residuals/residual.hpp>
+#include <tandem/residuals/residual_functions.hpp>
 
 namespace tandem {
 
@@ -42,5 +45,14 @@ struct RelativePose {
     detail::curvature_of_between<G>(E, e, at_e.right.transpose() * w, Jy.transpose() * w, Jx, Jy, H);
   }
 };
+
+// Instantiated in relative_pose.cpp.
+namespace detail {
+extern template struct FunctionsOf<RelativePose<SE3>>;
+extern template struct FunctionsOf<RelativePose<SE2>>;
+extern template struct FunctionsOf<RelativePose<Rn<1>>>;
+extern template struct FunctionsOf<RelativePose<Rn<3>>>;
+extern template struct FunctionsOf<RelativePose<Rn<6>>>;
+}  // namespace detail
 
 }  // namespace tandem

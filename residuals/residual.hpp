@@ -16,6 +16,9 @@ using RowsBy = Matrix<N, X::dof, typename X::Scalar>;
 
 namespace detail {
 
+/// Limits: dofs of one state, rows of one residual, states of one residual.
+inline constexpr int kMaxDofs = 64, kMaxRows = 64, kMaxStates = 16;
+
 template <class R, class States>
 struct IsResidual {
   static constexpr bool value = false;

@@ -6,6 +6,7 @@
 #include <tandem/lie/exp_curvature.hpp>
 #include <tandem/lie/sek3.hpp>
 #include <tandem/residuals/residual.hpp>
+#include <tandem/residuals/residual_functions.hpp>
 
 namespace tandem {
 
@@ -80,5 +81,10 @@ struct RollPitch {
     return X.rotation();
   }
 };
+
+// Instantiated in roll_pitch.cpp.
+namespace detail {
+extern template struct FunctionsOf<RollPitch<SE3>>;
+}  // namespace detail
 
 }  // namespace tandem

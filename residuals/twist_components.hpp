@@ -8,6 +8,7 @@
 #include <tandem/lie/sek3.hpp>
 #include <tandem/residuals/log_curvature.hpp>
 #include <tandem/residuals/residual.hpp>
+#include <tandem/residuals/residual_functions.hpp>
 
 namespace tandem {
 
@@ -71,5 +72,10 @@ struct TwistComponents {
     return chosen;
   }();
 };
+
+// Instantiated in twist_components.cpp.
+namespace detail {
+extern template struct FunctionsOf<TwistComponents<SE3, sway | heave>>;
+}  // namespace detail
 
 }  // namespace tandem

@@ -3,6 +3,7 @@
 #include <tandem/lie/exp_curvature.hpp>
 #include <tandem/lie/rn.hpp>
 #include <tandem/lie/sek3.hpp>
+#include <tandem/residuals/residual_functions.hpp>
 #include <tandem/residuals/sensor_frame_curvature.hpp>
 
 namespace tandem {
@@ -33,5 +34,11 @@ requires(Chaser::point_dim == Target::point_dim) struct UsblPosition {
     detail::curvature_in_sensor_frame(c, t, B, beacon, w, H);
   }
 };
+
+// Instantiated in usbl_position.cpp.
+namespace detail {
+extern template struct FunctionsOf<UsblPosition<SE3, SE3>>;
+extern template struct FunctionsOf<UsblPosition<SE3, R3>>;
+}  // namespace detail
 
 }  // namespace tandem

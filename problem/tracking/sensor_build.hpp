@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <string>
+#include <vector>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/tracking/planar.hpp>
@@ -13,6 +15,11 @@
 #include <tandem/residuals/steady_course.hpp>
 
 namespace tandem::detail {
+
+/// Returns PlacedMeasurement::innovation for a residual that reads the variables with these IDs. Copies the residual.
+std::function<Problem::Linearization(const Problem&)> innovation_of(const ResidualFunctions& functions,
+                                                                    const void* residual,
+                                                                    std::vector<int> variable_ids);
 
 /// Adds a measurement of one sensor to a problem, at a keyframe or between two keyframes. If `between` is true, the
 /// residual reads the interpolated poses of chaser and target (Interpolated). A placement P creates the residual; it is
@@ -71,10 +78,9 @@ class SensorBuild {
   std::optional<Block> add_residual(const R& residual, const VariablesOf<R>& x, const Gaussian& noise,
                                     const Loss& loss) {
     if (!measurement_.held_out) return build_.problem.minimize(residual, noise, x, loss);
-    placed_.innovation = [residual, x](const Problem& problem) {
-      return std::apply([&](const auto&... v) { return innovation(residual, {problem.id(v)...}, problem.value(v)...); },
-                        x);
-    };
+    placed_.innovation = std::apply(
+        [&](const auto&... v) { return innovation_of(kResidualFunctions<R>, &residual, {build_.problem.id(v)...}); },
+        x);
     return {};
   }
   template <Residual R, LieGroup T>
@@ -168,17 +174,6 @@ class SensorBuild {
     throw Error(sensor_.name +
                 ": a measurement between two keyframes is not supported if the target is a pose at one " +
                 "and a point at the other");
-  }
-
-  template <Residual R, LieGroup... Xs>
-  static Innovation innovation(const R& residual, std::vector<int> variables, const Xs&... x) {
-    Vector<R::dim> r;
-    std::tuple<Matrix<R::dim, Xs::dof>...> J;
-    std::apply([&](auto&... j) { residual(x..., r, &j...); }, J);
-    Innovation result{r, Eigen::MatrixXd(R::dim, (Xs::dof + ...)), std::move(variables), {Xs::dof...}};
-    double* column = result.jacobian.data();
-    std::apply([&](const auto&... j) { ((column = std::copy_n(j.data(), j.size(), column)), ...); }, J);
-    return result;
   }
 
   template <class P, class Target>

@@ -1,5 +1,10 @@
+#include <memory>
+#include <utility>
+
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/navigation/systematic_error_checks.hpp>
+#include <tandem/problem/residual_array.hpp>
+#include <tandem/problem/tracking/sensor_build.hpp>
 #include <tandem/problem/tracking/tracking_build.hpp>
 #include <tandem/residuals/gauss_markov.hpp>
 #include <tandem/residuals/prior.hpp>
@@ -20,6 +25,16 @@ void place_by_type(TrackingBuild<G>& build, const Placing& at) {
 }
 
 }  // namespace
+
+std::function<Problem::Linearization(const Problem&)> innovation_of(const ResidualFunctions& functions,
+                                                                    const void* residual,
+                                                                    std::vector<int> variable_ids) {
+  const auto copy = std::make_shared<ResidualArray>(functions);
+  copy->add(residual);
+  return [&functions, copy, ids = std::move(variable_ids)](const Problem& problem) {
+    return problem.linearization(functions, (*copy)[0], ids);
+  };
+}
 
 template <LieGroup G>
 void TrackingBuild<G>::add_measurement(std::size_t sensor, std::size_t i, std::size_t k) {

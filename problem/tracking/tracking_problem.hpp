@@ -122,20 +122,14 @@ struct TargetState {
   explicit TargetState(const Vector<3>& point) : position(point) {}
 };
 
-/// Residual of a held-out measurement at the problem's values, and its Jacobian.
-struct Innovation {
-  Eigen::VectorXd r;                 ///< in the sensor's units
-  Eigen::MatrixXd jacobian;          ///< one block of columns per variable, with respect to its tangent
-  std::vector<int> variables, dofs;  ///< ids and tangent dimensions of the variables
-};
-
 /// A measurement in the problem.
 struct PlacedMeasurement {
   std::size_t sensor, index;  ///< in TrackingData::sensors, and in TargetSensor::measurements
   std::size_t keyframe;
-  std::optional<Block> block;                            ///< none for held-out measurements and gross outliers
-  std::optional<Block> orientation, position;            ///< separate residuals of a pose measurement
-  std::function<Innovation(const Problem&)> innovation;  ///< only for held-out measurements
+  std::optional<Block> block;                  ///< none for held-out measurements and gross outliers
+  std::optional<Block> orientation, position;  ///< separate residuals of a pose measurement
+  /// Returns the residual and its Jacobian; only for held-out measurements.
+  std::function<Problem::Linearization(const Problem&)> innovation;
 };
 
 /// A soft block whose noise is an entry of TrackingNoise, except for `prior`. A block with twice as many rows as the

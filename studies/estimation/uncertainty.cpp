@@ -115,7 +115,7 @@ std::vector<Marginals::Pair> pairs_at_keyframes(const TrackingProblem& tracking)
   for (std::size_t k = 0; k < tracking.keyframes.size(); ++k) std::visit(add, tracking.chaser[k], tracking.target[k]);
   for (const PlacedMeasurement& m : tracking.measurements) {
     if (!m.innovation) continue;
-    const std::vector<int> read = m.innovation(problem).variables;
+    const std::vector<int> read = m.innovation(problem).variable_ids;
     for (auto b = read.begin(); b != read.end(); ++b)
       for (auto a = read.begin(); a != b; ++a) pairs.emplace_back(*a, *b);
   }

@@ -153,9 +153,9 @@ TEST_P(TargetSensors, HeldOutMeasurementHasKeyframeButNoResidual) {
     EXPECT_EQ(bool(placed.innovation), held_out);
     if (!held_out) continue;
     EXPECT_EQ(tracking.keyframes[placed.keyframe].type, KeyframeType::none) << "held-out measurements do not count";
-    const Innovation innovation = placed.innovation(tracking.problem);
-    EXPECT_EQ(innovation.r.size(), rows(GetParam().type, run.planar));
-    EXPECT_LE(innovation.r.norm(), 1e-12);
+    const Problem::Linearization innovation = placed.innovation(tracking.problem);
+    EXPECT_EQ(innovation.residual.size(), rows(GetParam().type, run.planar));
+    EXPECT_LE(innovation.residual.norm(), 1e-12);
   }
 }
 
@@ -169,7 +169,7 @@ Eigen::MatrixXd differences(TrackingProblem& tracking, const PlacedMeasurement& 
     for (int i = 0; i < G::dof; ++i) {
       const auto moved = [&](double by) {
         tracking.problem.set_value(x, plus(at, typename G::Tangent(by * G::Tangent::Unit(i))));
-        return placed.innovation(tracking.problem).r;
+        return placed.innovation(tracking.problem).residual;
       };
       const Eigen::VectorXd ahead = moved(h), behind = moved(-h);
       columns.push_back((ahead - behind) / (2 * h));
