@@ -68,7 +68,7 @@ class ScenarioReader {
  private:
   void read_head() {
     yaml_.allow_only({"name", "description", "source", "licence", "keyframe_interval", "noise", "sensors", "frame",
-                      "group", "latitude", "gravity", "truth_orientation"});
+                      "group", "latitude", "gravity", "truth_orientation", "origin"});
     if (one_of("frame", {"ENU-FLU", "NED-FRD"}) == "NED-FRD") scenario_.frame = Frame::ned_frd();
     data_.planar = one_of("group", {"SE3", "SE2"}) == "SE2";
     data_.noise = TrackingNoise(data_.planar);
@@ -76,6 +76,7 @@ class ScenarioReader {
     if (yaml_.has("description")) scenario_.description = yaml_.text("description");
     if (yaml_.has("source")) scenario_.source = yaml_.text("source");
     if (yaml_.has("truth_orientation")) scenario_.truth_orientation = yaml_.boolean("truth_orientation");
+    if (yaml_.has("origin")) yaml_.numbers("origin", 3);  // scenario_origin.hpp reads it
     for (const char* key : {"latitude", "gravity"})  // checked here; read_earth() uses them
       if (yaml_.has(key)) yaml_.number(key);
     if (!yaml_.has("keyframe_interval")) return;

@@ -114,6 +114,16 @@ double YamlSection::finite(const std::string& key, const YAML::Node& value) cons
   return number;
 }
 
+std::string YamlSection::line(const std::string& key) const {
+  YAML::Emitter emitter;
+  emitter.SetSeqFormat(YAML::Flow);
+  emitter.SetMapFormat(YAML::Flow);
+  emitter << require(key);
+  std::string text = emitter.c_str();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
 std::string YamlSection::place(const std::string& key) const {
   for (const auto& entry : node_)
     if (entry.first.Scalar() == key) return place_of(entry.first.Mark());

@@ -34,6 +34,10 @@ class YamlSection {
   /// Returns a list of `count` finite numbers.
   std::vector<double> numbers(const std::string& key, std::size_t count) const;
   YamlSection section(const std::string& key) const;
+  /// Returns whether the value of a key consists of KEY: VALUE entries.
+  bool is_mapping(const std::string& key) const { return node_[key].IsMap(); }
+  /// Returns the value of a key as yaml on one line, for example "{sigma: [1, 2], time: 20}".
+  std::string line(const std::string& key) const;
 
   /// Returns "FILE:LINE" of a key.
   std::string place(const std::string& key) const;

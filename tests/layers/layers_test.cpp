@@ -51,7 +51,9 @@ const std::map<std::string, std::vector<std::string>> kDependencies = {
     {"studies/study", {"studies/comparison", "studies/calibration", "studies/rendezvous"}},
     {"studies/paper", {"studies/study"}},
     {"studies/report", {"studies/study", "studies/navigation_results"}},
-    {"studies/commands", {"studies/online", "studies/report", "studies/paper", "problem/file"}},
+    {"studies/recording", {"studies/support"}},
+    {"studies/import", {"studies/recording", "studies/scenario"}},
+    {"studies/commands", {"studies/import", "studies/online", "studies/report", "studies/paper", "problem/file"}},
     {"studies/bench", {"studies/commands"}},
 };
 const std::vector<std::string> kLayers = {"lie", "residuals", "problem", "solvers", "studies"};

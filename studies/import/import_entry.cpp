@@ -1,0 +1,376 @@
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/import/import_entry.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem {
+namespace {
+
+/// Keys of a sensor that describe its data. All other keys go to scenario.yaml.
+const std::vector<std::string> kDataKeys = {"type", "from",  "time",       "latency",     "fields",
+                                            "axes", "where", "covariance", "euler_order", "north"};
+const std::vector<std::string> kSettings = {"sigma",
+                                            "position",
+                                            "orientation",
+                                            "target_position",
+                                            "target_orientation",
+                                            "delay",
+                                            "loss",
+                                            "orientation_loss",
+                                            "error",
+                                            "accelerometer",
+                                            "gyroscope",
+                                            "accelerometer_bias_walk",
+                                            "gyroscope_bias_walk",
+                                            "integration",
+                                            "initial_accelerometer_bias",
+                                            "initial_gyroscope_bias",
+                                            "max_gap",
+                                            "max_specific_force",
+                                            "max_angular_rate"};
+
+class EntryReader {
+ public:
+  explicit EntryReader(const ImportEntry& entry) : entry_(entry), stream_(*entry.stream) {}
+
+  ImportSensor read() {
+    sensor_.name = entry_.name;
+    sensor_.stream = stream_.name;
+    sensor_.assumed = !entry_.given;
+    sensor_.place = entry_.given ? entry_.given->place("type") : stream_.name;
+    if (!stream_.unreadable.empty()) fail("from", fmt::format("{}: {}", stream_.name, stream_.unreadable));
+    if (entry_.given) allow_only();
+    read_type();
+    read_axes_and_north();
+    read_fields();
+    check_fields();
+    read_time();
+    if (has("latency")) sensor_.latency = field_of("latency", section("latency").text("latency"), Quantity::time);
+    if (has("where"))
+      for (const std::string& text : section("where").texts("where")) sensor_.conditions.push_back(condition(text));
+    if (has("covariance"))
+      for (const std::string& text : section("covariance").texts("covariance"))
+        if (find_field(stream_, text)) sensor_.variances.push_back(field_of("covariance", text, Quantity::number));
+    read_settings();
+    return std::move(sensor_);
+  }
+
+ private:
+  bool has(const std::string& key) const {
+    return (entry_.given && entry_.given->has(key)) || (entry_.rule && entry_.rule->has(key));
+  }
+  /// Returns the section that has the key: the user's, else the rule.
+  const YamlSection& section(const std::string& key) const {
+    return entry_.given && (entry_.given->has(key) || !entry_.rule || !entry_.rule->has(key)) ? *entry_.given
+                                                                                              : *entry_.rule;
+  }
+  [[noreturn]] void fail(const std::string& key, const std::string& why) const { section(key).fail(key, why); }
+
+  void allow_only() const {
+    std::vector<std::string> known = kDataKeys;
+    known.insert(known.end(), kSettings.begin(), kSettings.end());
+    for (const std::string& key : entry_.given->keys())
+      for (const ImportType& type : import_types())
+        for (const ImportPart part : type.parts)
+          for (const ImportQuantity& quantity : quantities(part))
+            if (key == quantity.name && std::find(known.begin(), known.end(), key) == known.end())
+              fail(key, fmt::format("{0} is a quantity; put it into fields: {{{0}: …}}", key));
+    entry_.given->allow_only(known);
+  }
+
+  void read_type() {
+    if (!has("type"))
+      fail("", fmt::format("{} lacks the key type; types are {}", entry_.name, listed(import_type_names())));
+    const std::string type = section("type").text("type");
+    sensor_.type = find_import_type(type);
+    if (!sensor_.type)
+      fail("type", fmt::format("unknown type {}{} (types: {})", quote(type), did_you_mean(type, import_type_names()),
+                               fmt::join(import_type_names(), ", ")));
+  }
+
+  void read_axes_and_north() {
+    ImportAxes axes;
+    if (entry_.map && entry_.map->has("frame") && entry_.map->text("frame") == "NED-FRD") axes = {"NED", "FRD"};
+    if (entry_.map) axes = read_axes(*entry_.map, axes);
+    if (entry_.rule) axes = read_axes(*entry_.rule, axes);
+    if (entry_.given) axes = read_axes(*entry_.given, axes);
+    sensor_.axes = axes;
+    if (!has("north")) return;
+    const std::string north = section("north").text("north");
+    if (north != "magnetic" && north != "true")
+      fail("north", fmt::format("north is {}; it must be true or magnetic", quote(north)));
+    sensor_.magnetic = north == "magnetic";
+  }
+
+  /// Returns the field of an expression "[-]NAME [UNIT]" or "=CONSTANT".
+  ImportField field_of(const std::string& key, std::string_view text, Quantity quantity) const {
+    const std::string where = fmt::format("{}: {}", place(key), key);
+    ImportField result;
+    std::string expression(trimmed(text));
+    if (expression.starts_with('=')) {
+      const auto number = parse_number(trimmed(std::string_view(expression).substr(1)));
+      if (!number) throw Error(fmt::format("{}: {} is not a constant; write =NUMBER", where, quote(expression)));
+      result.constant = *number;
+      return result;
+    }
+    const RecordedField* found = find_field(stream_, expression);
+    double sign = 1;
+    if (!found && expression.starts_with('-')) {
+      sign = -1;
+      expression = std::string(trimmed(std::string_view(expression).substr(1)));
+      found = find_field(stream_, expression);
+    }
+    std::string unit;
+    if (!found && expression.ends_with(']')) {
+      const std::size_t open = expression.rfind('[');
+      if (open != std::string::npos && open > 0) {
+        unit = std::string(trimmed(std::string_view(expression).substr(open + 1, expression.size() - open - 2)));
+        expression = std::string(trimmed(std::string_view(expression).substr(0, open)));
+        found = find_field(stream_, expression);
+      }
+    }
+    if (!found && expression == kReceiveTime) {
+      result.field = expression;
+      return result;
+    }
+    if (!found) throw Error(fmt::format("{}: {}", where, unknown_field(stream_, expression)));
+    result.field = expression.find('[') != std::string::npos ? expression : found->name;
+    set_unit(where, unit, *found, quantity, result);
+    result.factor *= sign;
+    return result;
+  }
+
+  void set_unit(const std::string& where, std::string unit, const RecordedField& found, Quantity quantity,
+                ImportField& result) const {
+    if (unit.empty() && !found.unit.empty()) {
+      const auto stated = find_unit(found.unit);
+      if (stated && quantity != Quantity::number && stated->quantity != quantity)
+        throw Error(
+            fmt::format("{}: {} is in {} by its name or source, but {} is expected; write \"{} [UNIT]\" to "
+                        "state the unit",
+                        where, found.name, found.unit, tandem::name(quantity), found.name));
+      if (stated && stated->quantity == quantity) unit = found.unit;
+    }
+    if (unit.empty()) return;
+    const RecordedUnit known = unit_of(where, unit, quantity);
+    result.unit = std::string(known.name);
+    result.degrees_and_minutes = known.factor == 0;
+    result.factor = known.factor == 0 ? std::acos(-1.0) / 180 : known.factor;
+  }
+
+  std::string place(const std::string& key) const {
+    return entry_.given && entry_.given->has(key) ? entry_.given->place(key) : sensor_.place;
+  }
+
+  void read_fields() {
+    if (!has("fields")) {
+      std::vector<std::string> names;
+      for (const ImportPart part : sensor_.type->parts)
+        for (const ImportQuantity& quantity : quantities(part)) names.emplace_back(quantity.name);
+      fail("type",
+           fmt::format("{} lacks the key fields; a {} takes {}", entry_.name, sensor_.type->name, listed(names)));
+    }
+    const YamlSection fields = section("fields").section("fields");
+    std::vector<std::string> known;
+    for (const ImportPart part : sensor_.type->parts)
+      for (const ImportQuantity& quantity : quantities(part)) {
+        known.emplace_back(quantity.name);
+        if (fields.has(std::string(quantity.name))) read_quantity(fields, quantity);
+      }
+    fields.allow_only(known);
+  }
+
+  void read_quantity(const YamlSection& fields, const ImportQuantity& quantity) {
+    const std::string name(quantity.name);
+    if (sensor_.find(name)) return;  // both parts of a type may take it
+    std::vector<std::string> texts = fields.texts(name);
+    if (name == "position" && texts.size() == 2 && (fields.has("depth") || fields.has("height")))
+      texts.emplace_back("=0");  // replaced by depth or height
+    if (texts.size() != static_cast<std::size_t>(quantity.count))
+      fields.fail(name, fmt::format("{} takes {} field{}, not {} (=NUMBER stands for a constant)", name, quantity.count,
+                                    quantity.count == 1 ? "" : "s", texts.size()));
+    std::vector<ImportField> of_quantity;
+    for (const std::string& text : texts) {
+      of_quantity.push_back(field_of("fields", text, quantity.quantity));
+      ImportField& field = of_quantity.back();
+      if ((name == "latitude" || name == "longitude") && field.unit.empty() && !field.field.empty()) {
+        field.factor *= std::acos(-1.0) / 180;
+        field.unit = "deg";
+      }
+    }
+    sensor_.fields.emplace_back(name, std::move(of_quantity));
+  }
+
+  void require(bool condition, const std::string& what) const {
+    if (!condition) fail("fields", fmt::format("{}: a {} needs {} in fields", entry_.name, sensor_.type->name, what));
+  }
+
+  void check_fields() {
+    const auto has_quantity = [&](const char* name) { return sensor_.find(name) != nullptr; };
+    for (const ImportPart part : sensor_.type->parts) switch (part) {
+        case ImportPart::world_position:
+          require(has_quantity("position") || (has_quantity("latitude") && has_quantity("longitude")),
+                  "position, or latitude and longitude");
+          if (has_quantity("position") && has_quantity("latitude"))
+            fail("fields", fmt::format("{}: give either position or latitude and longitude", entry_.name));
+          break;
+        case ImportPart::world_orientation:
+        case ImportPart::body_orientation:
+          check_orientation(has_quantity);
+          break;
+        case ImportPart::height:
+          require(has_quantity("depth") || has_quantity("height") || has_quantity("pressure"),
+                  "depth (positive down), height (positive up) or pressure");
+          break;
+        default:
+          for (const ImportQuantity& quantity : quantities(part))
+            require(has_quantity(std::string(quantity.name).c_str()), std::string(quantity.name));
+      }
+  }
+
+  template <class Has>
+  void check_orientation(Has has_quantity) {
+    int ways = 0;
+    for (const char* way : {"quaternion_xyzw", "quaternion_wxyz", "euler", "yaw", "heading", "magnetic_field"})
+      ways += has_quantity(way);
+    const bool truth = sensor_.type->name.starts_with("truth");
+    if (!truth)
+      require(ways > 0,
+              "an orientation: quaternion_xyzw, quaternion_wxyz, roll, pitch and yaw (or heading), or heading alone");
+    if (ways > 1) fail("fields", fmt::format("{}: the orientation is given in {} ways; keep one", entry_.name, ways));
+    if (!has_quantity("euler")) return;
+    if (!has("euler_order"))
+      fail("fields", fmt::format("{}: the order of three Euler angles is ambiguous; give euler_order, for example zyx "
+                                 "(yaw, then pitch, then roll about the turned axes), or use roll, pitch and yaw",
+                                 entry_.name));
+    sensor_.euler_order = section("euler_order").text("euler_order");
+    std::string sorted = sensor_.euler_order;
+    std::sort(sorted.begin(), sorted.end());
+    const std::string& o = sensor_.euler_order;
+    const bool proper =
+        o.size() == 3 && o.find_first_not_of("xyz") == std::string::npos && o[0] != o[1] && o[1] != o[2];
+    if (!proper)
+      fail("euler_order", fmt::format("euler_order {} must be three of x, y and z, neighbours different, for example "
+                                      "zyx",
+                                      quote(o)));
+  }
+
+  void read_time() {
+    ImportTime& time = sensor_.time;
+    std::string field, unit;
+    for (const YamlSection* from : {entry_.map, entry_.rule, entry_.given})
+      if (from && from->has("time")) read_time_key(*from, field, unit);
+    if (time.receive) return;
+    if (field.empty()) field = stream_.time_field;
+    if (field.empty()) {
+      time.receive = std::isfinite(stream_.first);
+      if (time.receive) return;
+      fail("time",
+           fmt::format("{}: {} has no field that is a time by its name; give time: FIELD", entry_.name, stream_.name));
+    }
+    const bool stated = field.ends_with(']') && !find_field(stream_, field);
+    time.field = field_of("time", stated || unit.empty() ? field : fmt::format("{} [{}]", field, unit), Quantity::time);
+  }
+
+  void read_time_key(const YamlSection& from, std::string& field, std::string& unit) {
+    ImportTime& time = sensor_.time;
+    if (!from.is_mapping("time")) {
+      const std::string text = from.text("time");
+      time.receive = text == "receive";
+      if (text == "message") {
+        field = stream_.time_field;
+      } else if (!time.receive) {
+        if (&from != entry_.map || find_field(stream_, text) || find_field(stream_, text.substr(0, text.find(" ["))))
+          field = text;
+      }
+      return;
+    }
+    const YamlSection keys = from.section("time");
+    keys.allow_only({"field", "unit", "epoch", "leap_seconds", "offset", "week", "date", "base"});
+    if (keys.has("base")) {
+      const std::string base = keys.text("base");
+      if (base != "receive" && base != "message")
+        keys.fail("base", fmt::format("base is {}; it must be message or receive", quote(base)));
+      time.receive = base == "receive";
+    }
+    if (keys.has("field")) field = keys.text("field");
+    if (keys.has("unit")) unit = keys.text("unit");
+    if (keys.has("week")) time.week = keys.text("week");
+    if (!time.week.empty() && !find_field(stream_, time.week)) keys.fail("week", unknown_field(stream_, time.week));
+    if (keys.has("epoch")) {
+      const std::string epoch = keys.text("epoch");
+      if (epoch != "unix" && epoch != "gps")
+        keys.fail("epoch", fmt::format("epoch is {}; it must be unix (1970) or gps (1980)", quote(epoch)));
+      time.gps = epoch == "gps";
+    }
+    if (keys.has("leap_seconds")) time.leap_seconds = keys.number("leap_seconds");
+    if (keys.has("offset")) time.offset = keys.number("offset");
+    if (keys.has("date")) {
+      const auto date = parse_time_text(keys.text("date"));
+      if (!date) keys.fail("date", fmt::format("date {} is not of the form 2024-11-26", quote(keys.text("date"))));
+      time.date = *date;
+    }
+  }
+
+  ImportCondition condition(const std::string& text) const {
+    using enum ImportCondition::Op;
+    for (const auto& [symbol, op] : {std::pair{"!=", not_equal},
+                                     {"<=", less_equal},
+                                     {">=", greater_equal},
+                                     {"=", equal},
+                                     {"<", less},
+                                     {">", greater}}) {
+      const std::size_t at = text.find(symbol);
+      if (at == std::string::npos || at == 0) continue;
+      std::string field(trimmed(std::string_view(text).substr(0, at)));
+      std::string value(trimmed(std::string_view(text).substr(at + std::string_view(symbol).size())));
+      if (value.starts_with('=')) value = std::string(trimmed(std::string_view(value).substr(1)));  // "=="
+      const RecordedField* found = find_field(stream_, field);
+      if (!found && entry_.given && entry_.given->has("where"))
+        throw Error(fmt::format("{}: where: {}", place("where"), unknown_field(stream_, field)));
+      if (!found) return {};  // a rule's condition on a field that this version of the message lacks
+      if (field.find('[') == std::string::npos) field = found->name;
+      return {field, op, value, parse_number(value).value_or(std::nan(""))};
+    }
+    fail("where", fmt::format("where: {} is not of the form FIELD = VALUE (or !=, <, <=, >, >=)", quote(text)));
+  }
+
+  void read_settings() {
+    std::erase_if(sensor_.conditions, [](const ImportCondition& c) { return c.field.empty(); });
+    for (const std::string& key : kSettings)
+      if (has(key)) sensor_.settings.emplace_back(key, key == "sigma" ? sigma_line() : section(key).line(key));
+  }
+
+  /// Returns the standard deviations in SI units: "1.5 deg" becomes 0.026….
+  std::string sigma_line() const {
+    std::string line;
+    for (const std::string& text : section("sigma").texts("sigma")) {
+      const std::vector<std::string_view> parts = words(text);
+      auto number = parts.empty() ? std::nullopt : parse_number(parts[0]);
+      if (!number || parts.size() > 2)
+        fail("sigma", fmt::format("{} is not a standard deviation; write a number, or \"1.5 deg\"", quote(text)));
+      if (parts.size() == 2) {
+        const auto unit = find_unit(parts[1]);
+        if (!unit || unit->factor == 0)
+          fail("sigma", fmt::format("unknown unit {} of a standard deviation", quote(parts[1])));
+        *number *= unit->factor;
+      }
+      line += fmt::format("{}{:.6g}", line.empty() ? "[" : ", ", *number);
+    }
+    return line + "]";
+  }
+
+  const ImportEntry& entry_;
+  const RecordedStream& stream_;
+  ImportSensor sensor_;
+};
+
+}  // namespace
+
+ImportSensor read_import_entry(const ImportEntry& entry) { return EntryReader(entry).read(); }
+
+}  // namespace tandem

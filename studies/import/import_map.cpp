@@ -1,0 +1,196 @@
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/import/import_entry.hpp>
+#include <tandem/studies/import/import_map.hpp>
+#include <tandem/studies/import/known_messages.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem {
+namespace {
+
+/// Keys of scenario.yaml that a map passes on.
+const std::vector<std::string> kPassedOn = {"description", "source",  "licence",          "keyframe_interval",
+                                            "latitude",    "gravity", "truth_orientation"};
+
+char delimiter_of(const YamlSection& section) {
+  const std::string text = section.text("delimiter");
+  if (text == "tab" || text == "\t" || text == "\\t") return '\t';
+  if (text == "blank" || text == "space" || text.empty() || text == " ") return ' ';
+  if (text.size() == 1) return text.front();
+  section.fail("delimiter", fmt::format("delimiter {} must be one character, tab or blank", quote(text)));
+}
+
+std::vector<std::string> stream_names(const Recording& recording) {
+  std::vector<std::string> names;
+  for (const RecordedStream& stream : recording.streams()) names.push_back(stream.name);
+  return names;
+}
+
+const RecordedStream& stream_of(const YamlSection& entry, const std::string& name, const Recording& recording) {
+  const std::string wanted = entry.has("from") ? entry.text("from") : name;
+  if (const RecordedStream* stream = recording.find(wanted)) return *stream;
+  const std::vector<std::string> names = stream_names(recording);
+  entry.fail(entry.has("from") ? "from" : "",
+             fmt::format("{} has no stream {}{} (streams: {})", recording.file().string(), quote(wanted),
+                         did_you_mean(wanted, names), fmt::join(names, ", ")));
+}
+
+GeographicPoint read_origin(const YamlSection& map) {
+  const std::vector<double> numbers = map.numbers("origin");
+  if (numbers.size() != 2 && numbers.size() != 3)
+    map.fail("origin", "origin takes [latitude, longitude] in degrees and optionally the height in m");
+  if (std::abs(numbers[0]) > 90)
+    map.fail("origin", fmt::format("the latitude {:g} of the origin is outside [-90, 90] degrees", numbers[0]));
+  return {numbers[0], numbers[1], numbers.size() == 3 ? numbers[2] : 0};
+}
+
+/// Reads the settings of the whole import.
+void read_head(const YamlSection& map, ImportMap& result) {
+  std::vector<std::string> known = kPassedOn;
+  for (const char* key : {"name", "frame", "time", "tables", "sensors", "noise", "origin", "declination",
+                          "magnetic_model", "water", "axes"})
+    known.emplace_back(key);
+  map.allow_only(known);
+  if (map.has("name")) result.name = map.text("name");
+  if (map.has("frame")) {
+    const std::string frame = map.text("frame");
+    if (frame != "NED-FRD" && frame != "ENU-FLU")
+      map.fail("frame", fmt::format("unknown frame {}; the scenario can be in ENU-FLU or NED-FRD (give the axes of a "
+                                    "sensor's data by its key axes)",
+                                    quote(frame)));
+    result.ned = frame == "NED-FRD";
+  }
+  if (map.has("origin")) result.origin = read_origin(map);
+  if (map.has("declination")) result.declination = map.number("declination") * std::acos(-1.0) / 180;
+  if (map.has("magnetic_model")) result.magnetic_model = map.text("magnetic_model");
+  if (map.has("water")) {
+    const YamlSection water = map.section("water");
+    water.allow_only({"density", "atmosphere"});
+    if (water.has("density")) result.density = water.number("density");
+    if (water.has("atmosphere")) result.atmosphere = water.number("atmosphere");
+    if (!(result.density > 0)) water.fail("density", "density must be above zero; it is in kg/m^3");
+    result.water_given = true;
+  }
+  for (const std::string& key : kPassedOn)
+    if (map.has(key)) result.settings.emplace_back(key, map.line(key));
+  if (map.has("noise")) {
+    const YamlSection noise = map.section("noise");
+    for (const std::string& key : noise.keys()) result.noise.emplace_back(key, noise.line(key));
+  }
+}
+
+void check_once(const YamlSection& sensors, const ImportMap& map, const ImportSensor& added) {
+  const auto same = [&](const ImportSensor& s) {
+    return s.type == added.type && (!added.type->file.empty() || added.type->name == "imu");
+  };
+  if (const auto other = std::find_if(map.sensors.begin(), map.sensors.end(), same); other != map.sensors.end())
+    sensors.fail(added.name, fmt::format("{} and {} are both of type {}; a scenario has only one", other->name,
+                                         added.name, added.type->name));
+}
+
+/// Returns a name for a sensor from that of its stream: "usbl_fix" for "/usbl/fix".
+std::string sensor_name(const std::string& stream, const std::vector<ImportSensor>& others) {
+  std::string name;
+  for (const char c : stream)
+    if (std::isalnum(static_cast<unsigned char>(c)))
+      name += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    else if (!name.empty() && name.back() != '_')
+      name += '_';
+  while (!name.empty() && name.back() == '_') name.pop_back();
+  if (name.empty()) name = "sensor";
+  const auto taken = [&](const std::string& n) {
+    return std::any_of(others.begin(), others.end(), [&](const ImportSensor& s) { return s.name == n; });
+  };
+  std::string unique = name;
+  for (int i = 2; taken(unique); ++i) unique = fmt::format("{}_{}", name, i);
+  return unique;
+}
+
+/// Returns the index of the sensor that a new one of a unique type competes with, or nothing.
+std::optional<std::size_t> competitor(const ImportMap& map, const ImportType& type) {
+  if (type.file.empty() && type.name != "imu" && type.name != "depth") return {};
+  for (std::size_t i = 0; i < map.sensors.size(); ++i)
+    if (map.sensors[i].type == &type) return i;
+  return {};
+}
+
+}  // namespace
+
+const std::vector<ImportField>* ImportSensor::find(std::string_view quantity) const {
+  for (const auto& [name, of_quantity] : fields)
+    if (name == quantity) return &of_quantity;
+  return nullptr;
+}
+
+TableSettings read_table_settings(const std::filesystem::path& file) {
+  const YamlSection map = YamlSection::load(file);
+  TableSettings settings;
+  if (!map.has("tables")) return settings;
+  const YamlSection tables = map.section("tables");
+  tables.allow_only({"delimiter", "header", "decimal_comma", "comment", "missing", "skip"});
+  if (tables.has("delimiter")) settings.delimiter = delimiter_of(tables);
+  if (tables.has("header")) settings.header = tables.boolean("header");
+  if (tables.has("decimal_comma")) settings.decimal_comma = tables.boolean("decimal_comma");
+  if (tables.has("comment")) settings.comment = tables.text("comment");
+  if (tables.has("missing")) settings.missing = tables.texts("missing");
+  if (tables.has("skip")) {
+    const double skip = tables.number("skip");
+    if (skip < 0 || skip != std::floor(skip)) tables.fail("skip", "skip must be a number of lines");
+    settings.skip = static_cast<std::size_t>(skip);
+  }
+  return settings;
+}
+
+ImportMap read_import_map(const std::filesystem::path& file, const Recording& recording) {
+  const YamlSection map = YamlSection::load(file);
+  ImportMap result;
+  read_head(map, result);
+  const YamlSection sensors = map.section("sensors");
+  for (const std::string& name : sensors.keys()) {
+    const YamlSection entry = sensors.section(name);
+    const RecordedStream& stream = stream_of(entry, name, recording);
+    const std::string_view rule = known_message(stream.type);
+    std::optional<YamlSection> known;
+    if (!rule.empty()) known = YamlSection::parse(std::string(rule), stream.type);
+    ImportSensor sensor = read_import_entry({name, &entry, known ? &*known : nullptr, &map, &stream});
+    check_once(sensors, result, sensor);
+    result.sensors.push_back(std::move(sensor));
+  }
+  if (result.sensors.empty()) map.fail("sensors", "sensors is empty; name at least one");
+  return result;
+}
+
+ImportMap known_import_map(const Recording& recording) {
+  ImportMap result;
+  for (const RecordedStream& stream : recording.streams()) {
+    const auto skip = [&](const std::string& why) { result.unused.push_back(stream.name + ": " + why); };
+    const std::string_view rule = known_message(stream.type);
+    if (rule.empty()) continue;
+    if (!stream.unreadable.empty() || stream.rows == 0) {
+      skip(stream.rows == 0 ? "no rows" : stream.unreadable);
+      continue;
+    }
+    const YamlSection known = YamlSection::parse(std::string(rule), stream.type);
+    const std::string name = sensor_name(stream.name, result.sensors);
+    ImportSensor sensor = read_import_entry({name, nullptr, &known, nullptr, &stream});
+    if (const auto other = competitor(result, *sensor.type)) {
+      ImportSensor& kept = result.sensors[*other];
+      skip(fmt::format("{} is the {} already; name one in a map", kept.stream, sensor.type->name));
+      continue;
+    }
+    result.sensors.push_back(std::move(sensor));
+  }
+  if (result.sensors.empty())
+    throw Error(
+        fmt::format("{} has no message whose meaning is known; list its streams with --list, and name those to "
+                    "import in a map (--map)",
+                    recording.file().string()));
+  return result;
+}
+
+}  // namespace tandem

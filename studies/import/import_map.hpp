@@ -1,0 +1,94 @@
+#pragma once
+
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <tandem/studies/import/geodesy.hpp>
+#include <tandem/studies/import/import_axes.hpp>
+#include <tandem/studies/import/import_types.hpp>
+#include <tandem/studies/recording/recorded_time.hpp>
+#include <tandem/studies/recording/recorded_units.hpp>
+#include <tandem/studies/recording/recording.hpp>
+
+namespace tandem {
+
+/// A field of a stream with its unit: value in SI units = factor · field, or a constant.
+struct ImportField {
+  std::string field;  ///< empty for a constant
+  double factor = 1;
+  double constant = 0;
+  bool degrees_and_minutes = false;  ///< dddmm.mmmm, as in NMEA
+  std::string unit{};                ///< name of the unit, for the report; empty for SI units without a statement
+};
+
+/// A condition on rows: FIELD OP VALUE. Rows that do not meet it are dropped.
+struct ImportCondition {
+  enum class Op { equal, not_equal, less, less_equal, greater, greater_equal };
+  std::string field;
+  Op op;
+  std::string text;  ///< value as written
+  double number;     ///< nan if the value is a text
+};
+
+/// Time base of a stream.
+struct ImportTime {
+  bool receive = false;  ///< receive time instead of a field
+  ImportField field{};
+  std::string week{};  ///< field with the GPS week, if `field` is the time of the week
+  double date = 0;     ///< s; midnight that a time of day is relative to
+  bool gps = false;    ///< the epoch is that of GPS, else Unix
+  double leap_seconds = kLeapSeconds;
+  double offset = 0;  ///< s, added
+};
+
+/// A sensor to import: the stream, its fields, and the settings that scenario.yaml receives.
+struct ImportSensor {
+  std::string name;
+  std::string place;  ///< "map.yaml:12", or "topic" for rules without a map
+  const ImportType* type = nullptr;
+  std::string stream;
+  ImportTime time{};
+  std::optional<ImportField> latency{};
+  std::vector<std::pair<std::string, std::vector<ImportField>>> fields{};  ///< by quantity
+  std::string euler_order{};                                               ///< "zyx" of `euler`
+  std::vector<ImportCondition> conditions{};
+  std::vector<ImportField> variances{};  ///< give sigma, if `sigma` is not in `settings`
+  ImportAxes axes{};
+  bool magnetic = false;                                        ///< headings refer to magnetic north
+  std::vector<std::pair<std::string, std::string>> settings{};  ///< keys and values for scenario.yaml
+  bool assumed = false;                                         ///< made by a rule, without a map
+
+  /// Returns the fields of a quantity, or null.
+  const std::vector<ImportField>* find(std::string_view quantity) const;
+};
+
+/// A whole import: sensors and the settings of the scenario.
+struct ImportMap {
+  std::string name;
+  bool ned = false;  ///< axes of the written scenario: NED-FRD, else ENU-FLU
+  std::optional<GeographicPoint> origin{};
+  std::optional<double> declination{};  ///< rad, east positive
+  std::filesystem::path magnetic_model{};
+  double density = 1025, atmosphere = 101325;  ///< kg/m³, Pa
+  bool water_given = false;
+  std::vector<ImportSensor> sensors{};
+  std::vector<std::pair<std::string, std::string>> settings{};  ///< further keys of scenario.yaml
+  std::vector<std::pair<std::string, std::string>> noise{};
+  std::vector<std::string> unused{};  ///< streams that no rule uses, with the reason
+};
+
+/// Reads the tables' settings from a map file. They must be known before the recording is opened.
+TableSettings read_table_settings(const std::filesystem::path& map);
+
+/// Reads a map file for a recording. Throws Error with file and line on unknown keys, streams, fields and units, and on
+/// statements that are ambiguous.
+ImportMap read_import_map(const std::filesystem::path& map, const Recording& recording);
+
+/// Returns the map of a recording with known messages only. Throws Error if there is none.
+ImportMap known_import_map(const Recording& recording);
+
+}  // namespace tandem

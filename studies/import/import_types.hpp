@@ -1,0 +1,49 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <tandem/studies/recording/recorded_units.hpp>
+
+namespace tandem {
+
+/// A part of the rows of a scenario file.
+enum class ImportPart {
+  world_position,     ///< x y z along the world's axes [m]
+  world_orientation,  ///< qx qy qz qw, body in the world
+  height,             ///< z along the world's axes [m]
+  body_position,      ///< x y z along the chaser's axes [m]
+  body_orientation,   ///< qx qy qz qw, target in the chaser's body
+  velocity,           ///< along the body's axes [m/s]
+  acceleration,       ///< specific force along the sensor's axes [m/s²]
+  angular_rate,       ///< along the sensor's axes [rad/s]
+  range,              ///< m
+  direction,          ///< azimuth and elevation [rad]
+};
+
+/// A type of sensor that an import can write.
+struct ImportType {
+  std::string_view name;
+  std::vector<ImportPart> parts;
+  std::string_view columns;  ///< header of the file; empty for a TUM file
+  std::string_view file;     ///< fixed file name; empty: NAME.csv
+  std::string_view sigma;    ///< standard deviations if neither the map nor the data state them
+};
+
+const std::vector<ImportType>& import_types();
+/// Returns the type of this name, or null.
+const ImportType* find_import_type(std::string_view name);
+std::vector<std::string> import_type_names();
+
+/// A quantity that the key `fields` of a map names.
+struct ImportQuantity {
+  std::string_view name;
+  Quantity quantity;
+  int count;  ///< number of fields
+};
+/// Returns the quantities that describe a part.
+std::span<const ImportQuantity> quantities(ImportPart part);
+
+}  // namespace tandem

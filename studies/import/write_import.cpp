@@ -1,0 +1,162 @@
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include <tandem/studies/import/import.hpp>
+#include <tandem/studies/import/import_findings.hpp>
+#include <tandem/studies/support/output_file.hpp>
+
+namespace tandem {
+namespace {
+
+struct DefaultNoise {
+  const char* name;
+  const char* values;
+  const char* comment;
+};
+/// Noise of scenarios with a target, if the map does not give it.
+constexpr DefaultNoise kNoise[] = {
+    {"prior", "[0.001, 0.001, 0.001, 0.001, 0.001, 0.001]", "first pose of the chaser [m, rad]"},
+    {"odometry", "[0.03, 0.03, 0.03, 0.002, 0.002, 0.002]", "random walk of the odometry, per sqrt(s)"},
+    {"constant_twist", "[0.15, 0.05, 0.05, 0.02, 0.02, 0.06]", "change of the target's motion, per sqrt(s)"},
+    {"roll_pitch", "[0.05, 0.05]", "roll and pitch of the target [rad]"},
+    {"constant_velocity", "[0.15, 0.15, 0.05]", "as constant_twist, for points (mode B)"},
+    {"boundary", "[0.001, 0.001, 0.001]", "joints of mode B [m]"}};
+
+/// Noise of an IMU of the MEMS grade.
+constexpr DefaultNoise kImuNoise[] = {{"accelerometer", "2.0e-3", "m/s^2/sqrt(Hz)"},
+                                      {"gyroscope", "2.0e-4", "rad/s/sqrt(Hz)"},
+                                      {"accelerometer_bias_walk", "1.0e-4", ""},
+                                      {"gyroscope_bias_walk", "1.0e-5", ""}};
+
+const std::string* find(const std::vector<std::pair<std::string, std::string>>& settings, const std::string& key) {
+  for (const auto& [name, value] : settings)
+    if (name == key) return &value;
+  return nullptr;
+}
+
+bool has_type(const Import& import, std::string_view type) {
+  return std::any_of(import.sensors.begin(), import.sensors.end(),
+                     [&](const auto& s) { return s->sensor().type->name == type; });
+}
+
+bool is_truth_or_odometry(const ImportedSensor& s) { return !s.sensor().type->file.empty(); }
+
+bool is_of_target(const ImportedSensor& s) {
+  const ImportPart first = s.sensor().type->parts.front();
+  return first == ImportPart::body_position || first == ImportPart::range || first == ImportPart::direction;
+}
+
+std::string quoted(const std::string& text) {
+  std::string result = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') result += '\\';
+    result += static_cast<unsigned char>(c) < 32 ? ' ' : c;
+  }
+  return result + "\"";
+}
+
+/// Returns the entry of a sensor, and a comment on its assumed values.
+std::string sensor_entry(const ImportedSensor& s) {
+  const ImportSensor& sensor = s.sensor();
+  std::string text = fmt::format("  {}: {{type: {}, file: {}", sensor.name, sensor.type->name, s.file()), comment;
+  for (const auto& [key, value] : sensor.settings) text += fmt::format(", {}: {}", key, value);
+  if (sensor.type->name == "imu") {
+    for (const DefaultNoise& noise : kImuNoise)
+      if (!find(sensor.settings, noise.name)) {
+        text += fmt::format(", {}: {}", noise.name, noise.values);
+        comment = "   # noise of a MEMS sensor is assumed; see its data sheet";
+      }
+  } else if (!find(sensor.settings, "sigma")) {
+    if (const std::vector<double> stated = s.stated_sigma(); !stated.empty()) {
+      std::string values;
+      for (const double sigma : stated) values += fmt::format("{}{:.4g}", values.empty() ? "" : ", ", sigma);
+      text += fmt::format(", sigma: [{}]", values);
+      comment = "   # sigma: median of the stated variances";
+    } else {
+      text += fmt::format(", sigma: {}", sensor.type->sigma);
+      comment = "   # sigma is assumed; see the data sheet";
+    }
+  }
+  return text + "}" + comment + "\n";
+}
+
+std::string scenario_yaml(const Import& import) {
+  const ImportMap& map = import.map;
+  std::string text = fmt::format("name: {}\n", quoted(map.name));
+  if (!find(map.settings, "source"))
+    text += fmt::format("source: {}\n", quoted("imported from " + import.source.filename().string()));
+  for (const auto& [key, value] : map.settings) text += fmt::format("{}: {}\n", key, value);
+  text += fmt::format("frame: {}\n", map.ned ? "NED-FRD" : "ENU-FLU");
+  if (import.frame) {
+    const GeographicPoint& origin = import.frame->origin();
+    text += fmt::format("origin: [{:.9f}, {:.9f}, {:.3f}]   # latitude, longitude [deg], height [m] of x = y = z = 0\n",
+                        origin.latitude, origin.longitude, origin.height);
+    if (!find(map.settings, "latitude") && has_type(import, "imu"))
+      text += fmt::format("latitude: {:.4f}\n", origin.latitude);
+  }
+  bool truth_without_orientation = false, sensors = false;
+  for (const auto& s : import.sensors) {
+    const bool truth = s->sensor().type->name.starts_with("truth");
+    const bool orientation = std::any_of(s->sensor().fields.begin(), s->sensor().fields.end(), [](const auto& f) {
+      return f.first.starts_with("quaternion") || f.first == "yaw" || f.first == "heading" || f.first == "euler";
+    });
+    truth_without_orientation |= truth && !orientation;
+    sensors |= !is_truth_or_odometry(*s);
+  }
+  if (truth_without_orientation && !find(map.settings, "truth_orientation")) text += "truth_orientation: false\n";
+  if (sensors) text += "sensors:\n";
+  bool target = false;
+  for (const auto& s : import.sensors) {
+    if (!is_truth_or_odometry(*s)) text += sensor_entry(*s);
+    target |= is_of_target(*s);
+  }
+  if (!target) return text;
+  text += "noise:\n";
+  for (const auto& [key, value] : map.noise) text += fmt::format("  {}: {}\n", key, value);
+  const bool odometry = has_type(import, "odometry");
+  for (const DefaultNoise& noise : kNoise) {
+    const bool of_odometry = std::string_view(noise.name) == "prior" || std::string_view(noise.name) == "odometry";
+    if (find(map.noise, noise.name) || (of_odometry && !odometry)) continue;
+    text += fmt::format("  {}: {}   # assumed: {}\n", noise.name, noise.values, noise.comment);
+  }
+  return text;
+}
+
+/// Appends a time without the rounding errors of its conversion: a double since 1970 has a resolution of 0.24 μs.
+void append_time(fmt::memory_buffer& line, double t) {
+  const std::string text = fmt::format("{:.{}f}", t, std::abs(t) > 1e8 ? 6 : 9);
+  const std::size_t last = text.find_last_not_of('0');
+  const std::string_view kept = std::string_view(text).substr(0, text[last] == '.' ? last : last + 1);
+  line.append(kept.data(), kept.data() + kept.size());
+}
+
+void write_rows(const ImportedSensor& s, const std::filesystem::path& file) {
+  const bool tum = s.sensor().type->columns.empty();
+  OutputFile out(file);
+  out.write(tum ? "# t x y z qx qy qz qw\n" : std::string(s.sensor().type->columns) + "\n");
+  fmt::memory_buffer line;
+  for (std::size_t i = 0; i < s.rows(); ++i) {
+    line.clear();
+    for (std::size_t c = 0; c < s.width(); ++c) {
+      if (c > 0) line.push_back(tum ? ' ' : ',');
+      if (c == 0)
+        append_time(line, s.at(i, 0));
+      else
+        fmt::format_to(std::back_inserter(line), "{:.12g}", s.at(i, c));  // rounding errors are not data
+    }
+    line.push_back('\n');
+    out.write({line.data(), line.size()});
+  }
+  out.close();
+}
+
+}  // namespace
+
+void write_import(const Import& import, const std::filesystem::path& folder) {
+  for (const auto& s : import.sensors) write_rows(*s, folder / s->file());
+  write_file(folder / "scenario.yaml", scenario_yaml(import));
+}
+
+}  // namespace tandem

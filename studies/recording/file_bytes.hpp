@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+
+namespace tandem {
+
+/// A file that is read by position, with little memory.
+class FileBytes {
+ public:
+  /// Throws Error if the file cannot be read.
+  explicit FileBytes(const std::filesystem::path& file);
+
+  std::uint64_t size() const { return size_; }
+  /// Returns n bytes from a position, valid until the next call. Throws OutOfBytes if the file ends before.
+  std::string_view read(std::uint64_t position, std::uint64_t n);
+
+ private:
+  std::ifstream stream_;
+  std::uint64_t size_ = 0, at_ = 0;
+  std::string buffer_;
+};
+
+}  // namespace tandem

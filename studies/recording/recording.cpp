@@ -1,0 +1,183 @@
+#include <algorithm>
+#include <array>
+#include <fstream>
+
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/studies/recording/recording.hpp>
+#include <tandem/studies/recording/recording_formats.hpp>
+#include <tandem/studies/support/input_file.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The recordings of several files, for example of a folder with a table for each sensor.
+class RecordingSet : public Recording {
+ public:
+  RecordingSet(const fs::path& folder, std::vector<std::unique_ptr<Recording>> parts) : parts_(std::move(parts)) {
+    file_ = folder;
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+      if (format_.find(parts_[p]->format()) == std::string::npos)
+        format_ += (format_.empty() ? "" : ", ") + parts_[p]->format();
+      for (const RecordedStream& stream : parts_[p]->streams()) {
+        streams_.push_back(stream);
+        owner_.push_back(p);
+        if (std::count_if(streams_.begin(), streams_.end(), [&](const auto& s) { return s.name == stream.name; }) > 1)
+          streams_.back().name = parts_[p]->file().filename().string() + ":" + stream.name;
+        original_.push_back(stream.name);
+      }
+      for (const std::string& defect : parts_[p]->defects()) add_defect(defect);
+    }
+  }
+
+  void read(const std::vector<RowRequest>& requests, const std::function<void()>& stop) override {
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+      std::vector<RowRequest> of_part;
+      for (const RowRequest& request : requests)
+        for (std::size_t s = 0; s < streams_.size(); ++s)
+          if (owner_[s] == p && streams_[s].name == request.stream) {
+            of_part.push_back(request);
+            of_part.back().stream = original_[s];
+          }
+      if (of_part.empty()) continue;
+      const std::size_t before = parts_[p]->defects().size();
+      parts_[p]->read(of_part, stop);
+      for (std::size_t d = before; d < parts_[p]->defects().size(); ++d) add_defect(parts_[p]->defects()[d]);
+    }
+  }
+
+ private:
+  std::vector<std::unique_ptr<Recording>> parts_;
+  std::vector<std::size_t> owner_;     ///< part of each stream
+  std::vector<std::string> original_;  ///< name of each stream in its part
+};
+
+std::string first_bytes(const fs::path& file, std::size_t n) {
+  std::ifstream stream = open_input(file);
+  std::string bytes(n, '\0');
+  stream.read(bytes.data(), static_cast<std::streamsize>(n));
+  bytes.resize(static_cast<std::size_t>(stream.gcount()));
+  return bytes;
+}
+
+/// Returns whether a file of an unknown format is a text.
+bool is_text(const std::string& head) {
+  return std::none_of(head.begin(), head.end(), [](char c) {
+    const auto byte = static_cast<unsigned char>(c);
+    return byte < 9 || (byte > 13 && byte < 32 && byte != 27);
+  });
+}
+
+bool has_nmea_sentence(const std::string& head) {
+  for (std::size_t at = head.find('$'); at != std::string::npos; at = head.find('$', at + 1)) {
+    const std::size_t comma = head.find(',', at), line = head.find('\n', at);
+    if (comma == std::string::npos || comma - at < 5 || comma - at > 9 || comma > line) continue;
+    if (std::all_of(head.begin() + static_cast<long>(at) + 1, head.begin() + static_cast<long>(comma),
+                    [](char c) { return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9'); }))
+      return true;
+  }
+  return false;
+}
+
+bool has_json_lines(std::string_view head) {
+  const std::size_t at = head.find_first_not_of(" \t\r\n");
+  return at != std::string_view::npos && head[at] == '{';
+}
+
+/// Returns "poses[].x" for "poses[3].x".
+std::string without_indices(const std::string& name) {
+  std::string result;
+  bool index = false;
+  for (const char c : name) {
+    index = index && c != ']';
+    if (!index) result += c;
+    index = index || c == '[';
+  }
+  return result;
+}
+
+std::unique_ptr<Recording> open_file(const fs::path& file, const TableSettings& tables) {
+  const std::string head = first_bytes(file, 4096);
+  if (head.empty()) throw Error(fmt::format("{} is empty", file.string()));
+  const std::string_view start = head;
+  for (const RecordingFormat& format : recording_formats())
+    if (start.starts_with(format.magic)) return format.open(file);
+  if (!is_text(head))
+    throw Error(fmt::format("{}: unknown format (first bytes {}); readable are {}", file.string(),
+                            quote(start.substr(0, 8)), readable_formats()));
+  if (has_json_lines(head)) return open_json_lines(file);
+  if (has_nmea_sentence(head) && !tables.delimiter) return open_nmea(file);
+  return open_table(file, tables);
+}
+
+std::unique_ptr<Recording> open_folder(const fs::path& folder, const TableSettings& tables) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.is_regular_file() && !entry.path().filename().string().starts_with('.')) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  std::vector<std::unique_ptr<Recording>> parts;
+  for (const fs::path& file : files)
+    if (is_recording_name(file)) parts.push_back(open_file(file, tables));
+  if (parts.empty())
+    throw Error(fmt::format("{} has no recording; readable are {}", folder.string(), readable_formats()));
+  if (parts.size() == 1) return std::move(parts.front());
+  return std::make_unique<RecordingSet>(folder, std::move(parts));
+}
+
+}  // namespace
+
+const RecordedStream* Recording::find(std::string_view name) const {
+  for (const RecordedStream& stream : streams_)
+    if (stream.name == name) return &stream;
+  return nullptr;
+}
+
+void Recording::add_defect(std::string sentence) {
+  if (std::find(defects_.begin(), defects_.end(), sentence) == defects_.end()) defects_.push_back(std::move(sentence));
+}
+
+std::unique_ptr<Recording> open_recording(const fs::path& path, const TableSettings& tables) {
+  if (!fs::exists(path)) throw Error(fmt::format("{} is missing", path.string()));
+  return fs::is_directory(path) ? open_folder(path, tables) : open_file(path, tables);
+}
+
+const RecordedField* find_field(const RecordedStream& stream, const std::string& name) {
+  for (const RecordedField& field : stream.fields)
+    if (field.name == name) return &field;
+  if (const auto number = parse_positive_integer(name);
+      number && stream.type.empty() && static_cast<std::size_t>(*number) <= stream.fields.size())
+    return &stream.fields[static_cast<std::size_t>(*number) - 1];
+  if (name.find('[') == std::string::npos) return nullptr;
+  const std::string wanted = without_indices(name);
+  for (const RecordedField& field : stream.fields)
+    if (field.name.find('[') != std::string::npos && without_indices(field.name) == wanted) return &field;
+  return nullptr;
+}
+
+std::string unknown_field(const RecordedStream& stream, const std::string& field) {
+  std::vector<std::string> names;
+  for (const RecordedField& f : stream.fields) names.push_back(f.name);
+  const std::string similar = did_you_mean(field, names);
+  constexpr std::size_t kShown = 12;
+  const std::size_t n = names.size();
+  if (n > kShown) names.resize(kShown);
+  return fmt::format("{} has no field {}{} (fields: {}{})", stream.name, quote(field), similar, fmt::join(names, ", "),
+                     n > kShown ? fmt::format(", … {} in total", n) : "");
+}
+
+std::vector<std::size_t> field_indices(const RecordedStream& stream, const std::vector<std::string>& fields) {
+  std::vector<std::size_t> indices;
+  for (const std::string& field : fields) {
+    const auto at = std::find_if(stream.fields.begin(), stream.fields.end(),
+                                 [&](const RecordedField& f) { return f.name == field; });
+    if (at == stream.fields.end()) throw Error(unknown_field(stream, field));
+    indices.push_back(static_cast<std::size_t>(at - stream.fields.begin()));
+  }
+  return indices;
+}
+
+}  // namespace tandem

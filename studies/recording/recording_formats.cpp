@@ -1,0 +1,37 @@
+#include <algorithm>
+#include <array>
+#include <cctype>
+
+#include <tandem/studies/recording/recording_formats.hpp>
+
+namespace tandem {
+namespace {
+
+using namespace std::string_view_literals;
+
+constexpr std::array kFormats = {
+    RecordingFormat{"\x89MCAP0\r\n"sv, open_mcap},        RecordingFormat{"#ROSBAG V2.0\n"sv, open_rosbag1},
+    RecordingFormat{"SQLite format 3\0"sv, open_rosbag2}, RecordingFormat{"\xA3\x95"sv, open_dataflash},
+    RecordingFormat{"ULog\x01\x12\x35"sv, open_ulog},
+};
+
+constexpr std::array kExtensions = {".mcap"sv, ".bag"sv, ".db3"sv, ".bin"sv, ".ulg"sv,  ".nmea"sv,  ".csv"sv,
+                                    ".tsv"sv,  ".txt"sv, ".log"sv, ".dat"sv, ".json"sv, ".jsonl"sv, ".ndjson"sv};
+
+}  // namespace
+
+std::span<const RecordingFormat> recording_formats() { return kFormats; }
+
+bool is_recording_name(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
+}
+
+std::string readable_formats() {
+  return "ROS 2 bags (.db3, .mcap), ROS 1 bags (.bag), ArduPilot logs (.bin), PX4 logs (.ulg), NMEA, JSON lines, and "
+         "tables (.csv, .tsv, .txt)";
+}
+
+}  // namespace tandem

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include <tandem/studies/recording/recording.hpp>
+
+namespace tandem {
+
+/// A binary format, recognised by the first bytes of a file.
+struct RecordingFormat {
+  std::string_view magic;
+  std::unique_ptr<Recording> (*open)(const std::filesystem::path& file);
+};
+
+/// Returns all binary formats.
+std::span<const RecordingFormat> recording_formats();
+/// Returns whether a file of a folder may be a recording, by its extension.
+bool is_recording_name(const std::filesystem::path& file);
+/// Returns "ROS 2 bags (.db3, .mcap), …" for messages.
+std::string readable_formats();
+
+/// Openers of the formats, each in a file of its name. They throw Error if the file cannot be read at all.
+std::unique_ptr<Recording> open_mcap(const std::filesystem::path& file);
+std::unique_ptr<Recording> open_rosbag1(const std::filesystem::path& file);
+std::unique_ptr<Recording> open_rosbag2(const std::filesystem::path& file);
+std::unique_ptr<Recording> open_dataflash(const std::filesystem::path& file);
+std::unique_ptr<Recording> open_ulog(const std::filesystem::path& file);
+std::unique_ptr<Recording> open_nmea(const std::filesystem::path& file);
+std::unique_ptr<Recording> open_json_lines(const std::filesystem::path& file);
+std::unique_ptr<Recording> open_table(const std::filesystem::path& file, const TableSettings& settings);
+
+}  // namespace tandem
