@@ -6,7 +6,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/import/import.hpp>
-#include <tandem/studies/import/import_findings.hpp>
+#include <tandem/studies/inspection/sensor_series.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -163,7 +163,18 @@ Import import_recording(Recording& recording, ImportMap map, const std::function
     for (const auto& s : import.sensors)
       if (is_of_target(*s)) s->trim(motion->first, motion->last, "a time outside that of " + motion->name);
   require_rows(import.sensors);
-  import.findings = import_findings(import);
+  std::vector<SensorSeries> series;
+  for (const auto& s : import.sensors) {
+    if (s->backwards() > 0)
+      import.findings.push_back(
+          fmt::format("{}: the time runs backwards {} times; the rows are sorted", s->sensor().name, s->backwards()));
+    series.push_back({s->sensor().name,
+                      std::string(s->sensor().type->name),
+                      s->rows(),
+                      {},
+                      [&sensor = *s](std::size_t row, std::size_t column) { return sensor.at(row, column); }});
+  }
+  for (std::string& finding : series_findings(series, import.map.ned)) import.findings.push_back(std::move(finding));
   return import;
 }
 

@@ -80,7 +80,8 @@ ImportAxes read_axes(const YamlSection& sensor, ImportAxes given) {
     check(given.body);
     return given;
   }
-  for (const std::string_view part : split(sensor.text("axes"), '-')) {
+  const std::string text = sensor.text("axes");
+  for (const std::string_view part : split(text, '-')) {
     const std::string axes = upper_case(std::string(part));
     const bool world = has_any(axes, "NEW") && !has_any(axes, "FALPR");
     std::string& target = world ? given.world : given.body;

@@ -177,13 +177,15 @@ ImportMap known_import_map(const Recording& recording) {
     }
     const YamlSection known = YamlSection::parse(std::string(rule), stream.type);
     const std::string name = sensor_name(stream.name, result.sensors);
-    ImportSensor sensor = read_import_entry({name, nullptr, &known, nullptr, &stream});
-    if (const auto other = competitor(result, *sensor.type)) {
-      ImportSensor& kept = result.sensors[*other];
-      skip(fmt::format("{} is the {} already; name one in a map", kept.stream, sensor.type->name));
-      continue;
+    try {
+      ImportSensor sensor = read_import_entry({name, nullptr, &known, nullptr, &stream});
+      if (const auto other = competitor(result, *sensor.type))
+        skip(fmt::format("{} is the {} already; name one in a map", result.sensors[*other].stream, sensor.type->name));
+      else
+        result.sensors.push_back(std::move(sensor));
+    } catch (const Error& error) {  // a version of the message with other fields
+      skip(error.what());
     }
-    result.sensors.push_back(std::move(sensor));
   }
   if (result.sensors.empty())
     throw Error(

@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <tandem/studies/import/import_findings.hpp>
 #include <tandem/studies/import/import_report.hpp>
 #include <tandem/studies/support/json_fields.hpp>
 #include <tandem/studies/support/text.hpp>

@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 
-#include <tandem/studies/import/import_findings.hpp>
 #include <tandem/studies/import/import_report.hpp>
 #include <tandem/studies/import/known_messages.hpp>
+#include <tandem/studies/inspection/sensor_series.hpp>
 #include <tandem/studies/support/json_fields.hpp>
 #include <tandem/studies/support/text.hpp>
 

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <tandem/studies/import/import.hpp>
-#include <tandem/studies/import/import_findings.hpp>
 #include <tandem/studies/support/output_file.hpp>
 
 namespace tandem {

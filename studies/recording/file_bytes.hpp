@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -17,6 +18,10 @@ class FileBytes {
   std::uint64_t size() const { return size_; }
   /// Returns n bytes from a position, valid until the next call. Throws OutOfBytes if the file ends before.
   std::string_view read(std::uint64_t position, std::uint64_t n);
+  /// Returns the bytes from a position up to n bytes after it or to the end of the file.
+  std::string_view read_at_most(std::uint64_t position, std::uint64_t n) {
+    return read(position, position > size_ ? 0 : std::min(n, size_ - position));
+  }
 
  private:
   std::ifstream stream_;

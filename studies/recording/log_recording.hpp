@@ -28,6 +28,9 @@ class LogRecording : public Recording {
   virtual void scan(const std::function<void()>& stop) = 0;
 
  private:
+  void receive_whole(std::size_t stream, std::string_view bytes);
+  void report_short_messages();
+
   struct Consumer {
     MessageDecoder decoder;
     const RowRequest* request;
@@ -36,6 +39,7 @@ class LogRecording : public Recording {
   std::vector<std::shared_ptr<const MessageType>> types_;
   std::vector<std::unique_ptr<MessageDecoder>> times_;
   std::vector<std::vector<Consumer>> consumers_;
+  std::vector<std::size_t> short_messages_;
 };
 
 }  // namespace tandem

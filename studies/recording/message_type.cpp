@@ -38,6 +38,7 @@ class DefinitionParser {
  public:
   DefinitionParser(const std::string& type, const std::string& text, bool ros1) : ros1_(ros1) {
     std::string name = short_type_name(type), body;
+    if (("\n" + text).find("\n---\n") != std::string::npos) throw Error("it is a service, not a message");
     for (const std::string_view line : split(text, '\n')) {
       if (line.starts_with("====")) {
         texts_.emplace(name, body);

@@ -162,8 +162,8 @@ class DataflashRecording : public LogRecording {
                      format.size = in.u8();
                      format.name = text_of(in.take(4));
                      format.format = text_of(in.take(16));
-                     for (const std::string_view column : split(text_of(in.take(64)), ','))
-                       format.columns.emplace_back(column);
+                     const std::string columns = text_of(in.take(64));
+                     for (const std::string_view column : split(columns, ',')) format.columns.emplace_back(column);
                      sizes_[id] = format.size;
                      formats[id] = std::move(format);
                      return;
@@ -207,6 +207,11 @@ class DataflashRecording : public LogRecording {
         if (member->unit.empty()) member->factor = name == "TimeUS" ? 1e-6 : 1e-3;
         member->unit = "s";
         if (time_field.empty()) time_field = name;
+      }
+      if (name == "T" && time_field == "TimeMS") {  // GPS of logs up to 2014: TimeMS is the time of the GPS week
+        member->factor = 1e-3;
+        member->unit = "s";
+        time_field = name;
       }
       type->members.push_back(std::move(*member));
     }

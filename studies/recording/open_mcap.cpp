@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <map>
 
 #include <fmt/format.h>
@@ -47,7 +48,9 @@ class McapRecording : public MessageRecording {
         const std::uint64_t length = head.u64();
         ended = opcode == kDataEnd;
         const bool wanted = opcode == kSchema || opcode == kChannel || opcode == kMessage || opcode == kChunk;
-        if (wanted) record(opcode, bytes_.read(at + kRecordHead, length), at, deliver);
+        const auto data = [&](auto read) { record(opcode, (bytes_.*read)(at + kRecordHead, length), at, deliver); };
+        // A truncated chunk is used up to the end of the file.
+        if (wanted) data(opcode == kChunk ? &FileBytes::read_at_most : &FileBytes::read);
         if (length > bytes_.size() - at) throw OutOfBytes();
         at += kRecordHead + length;
       } catch (const OutOfBytes&) {
@@ -116,13 +119,10 @@ class McapRecording : public MessageRecording {
     const std::uint64_t size = in.u64();
     in.skip(4);  // checksum
     const std::string compression(in.text32());
-    const std::string_view data = in.take(in.u64());
-    try {
-      decompress(compression, data, static_cast<std::size_t>(size), chunk_);
-    } catch (const Error& error) {
-      add_defect(fmt::format("the chunk at byte {} is skipped: {}", at, error.what()));
-      return;
-    }
+    const std::uint64_t stored = in.u64();
+    const std::string_view data = in.take(std::min<std::uint64_t>(stored, in.remaining()));
+    if (const std::string why = decompress(compression, data, static_cast<std::size_t>(size), chunk_); !why.empty())
+      add_defect(fmt::format("the chunk at byte {} is {}: {}", at, chunk_.empty() ? "skipped" : "used in part", why));
     ByteReader records(chunk_);
     while (!records.empty()) {
       const unsigned char opcode = records.u8();

@@ -95,7 +95,11 @@ class Rosbag1Recording : public MessageRecording {
     const RecordHeader header(header_bytes);
     const std::uint32_t size = ByteReader(bytes_.read(at + 4 + header_size, 4)).u32();
     const std::uint64_t data_at = at + 8 + header_size;
-    if (size > bytes_.size() - data_at) throw OutOfBytes();
+    if (size > bytes_.size() - data_at) {
+      // A truncated chunk is used up to the end of the file.
+      if (header.operation() == kChunk && !skips_chunk(at)) chunk(header, bytes_.read_at_most(data_at, size), at);
+      throw OutOfBytes();
+    }
     switch (header.operation()) {
       case kBagHeader: {
         const auto index = header.number<std::uint64_t>("index_pos");
@@ -132,14 +136,9 @@ class Rosbag1Recording : public MessageRecording {
   }
 
   void chunk(const RecordHeader& header, std::string_view data, std::uint64_t at) {
-    try {
-      decompress(header.text("compression"), data, header.number<std::uint32_t>("size"), chunk_);
-    } catch (const OutOfBytes&) {
-      throw;
-    } catch (const Error& error) {
-      add_defect(fmt::format("the chunk at byte {} is skipped: {}", at, error.what()));
-      return;
-    }
+    const std::string why = decompress(header.text("compression"), data, header.number<std::uint32_t>("size"), chunk_);
+    if (!why.empty())
+      add_defect(fmt::format("the chunk at byte {} is {}: {}", at, chunk_.empty() ? "skipped" : "used in part", why));
     ByteReader in(chunk_);
     try {
       while (!in.empty()) {

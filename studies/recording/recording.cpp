@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The recordings of several files, for example of a folder with a table for each sensor.
+/// The recordings of several files: a table for each sensor, or the parts of a bag, whose topics are joined.
 class RecordingSet : public Recording {
  public:
   RecordingSet(const fs::path& folder, std::vector<std::unique_ptr<Recording>> parts) : parts_(std::move(parts)) {
@@ -23,14 +23,8 @@ class RecordingSet : public Recording {
     for (std::size_t p = 0; p < parts_.size(); ++p) {
       if (format_.find(parts_[p]->format()) == std::string::npos)
         format_ += (format_.empty() ? "" : ", ") + parts_[p]->format();
-      for (const RecordedStream& stream : parts_[p]->streams()) {
-        streams_.push_back(stream);
-        owner_.push_back(p);
-        if (std::count_if(streams_.begin(), streams_.end(), [&](const auto& s) { return s.name == stream.name; }) > 1)
-          streams_.back().name = parts_[p]->file().filename().string() + ":" + stream.name;
-        original_.push_back(stream.name);
-      }
-      for (const std::string& defect : parts_[p]->defects()) add_defect(defect);
+      for (const RecordedStream& stream : parts_[p]->streams()) add(p, stream);
+      for (const std::string& defect : parts_[p]->defects()) add_defect_of(p, defect);
     }
   }
 
@@ -38,22 +32,47 @@ class RecordingSet : public Recording {
     for (std::size_t p = 0; p < parts_.size(); ++p) {
       std::vector<RowRequest> of_part;
       for (const RowRequest& request : requests)
-        for (std::size_t s = 0; s < streams_.size(); ++s)
-          if (owner_[s] == p && streams_[s].name == request.stream) {
+        for (const Source& source : sources_)
+          if (source.part == p && streams_[source.stream].name == request.stream) {
             of_part.push_back(request);
-            of_part.back().stream = original_[s];
+            of_part.back().stream = source.name;
           }
       if (of_part.empty()) continue;
       const std::size_t before = parts_[p]->defects().size();
       parts_[p]->read(of_part, stop);
-      for (std::size_t d = before; d < parts_[p]->defects().size(); ++d) add_defect(parts_[p]->defects()[d]);
+      for (std::size_t d = before; d < parts_[p]->defects().size(); ++d) add_defect_of(p, parts_[p]->defects()[d]);
     }
   }
 
  private:
+  /// A stream of a part, and the stream of the set that it belongs to.
+  struct Source {
+    std::size_t part, stream;
+    std::string name;  ///< in the part
+  };
+
+  void add(std::size_t part, const RecordedStream& added) {
+    const auto same_name =
+        std::find_if(streams_.begin(), streams_.end(), [&](const RecordedStream& s) { return s.name == added.name; });
+    if (same_name != streams_.end() && same_name->type == added.type && !added.type.empty()) {
+      same_name->rows += added.rows;
+      if (!(same_name->first <= added.first)) same_name->first = added.first;
+      if (!(same_name->last >= added.last)) same_name->last = added.last;
+      sources_.push_back({part, static_cast<std::size_t>(same_name - streams_.begin()), added.name});
+      return;
+    }
+    const bool taken = same_name != streams_.end();
+    streams_.push_back(added);
+    if (taken) streams_.back().name = parts_[part]->file().filename().string() + ":" + added.name;
+    sources_.push_back({part, streams_.size() - 1, added.name});
+  }
+
+  void add_defect_of(std::size_t part, const std::string& defect) {
+    add_defect(parts_[part]->file().filename().string() + ": " + defect);
+  }
+
   std::vector<std::unique_ptr<Recording>> parts_;
-  std::vector<std::size_t> owner_;     ///< part of each stream
-  std::vector<std::string> original_;  ///< name of each stream in its part
+  std::vector<Source> sources_;
 };
 
 std::string first_bytes(const fs::path& file, std::size_t n) {

@@ -52,8 +52,10 @@ const std::map<std::string, std::vector<std::string>> kDependencies = {
     {"studies/paper", {"studies/study"}},
     {"studies/report", {"studies/study", "studies/navigation_results"}},
     {"studies/recording", {"studies/support"}},
-    {"studies/import", {"studies/recording", "studies/scenario"}},
-    {"studies/commands", {"studies/import", "studies/online", "studies/report", "studies/paper", "problem/file"}},
+    {"studies/inspection", {"studies/recording", "studies/scenario"}},
+    {"studies/import", {"studies/inspection"}},
+    {"studies/export", {"studies/import"}},
+    {"studies/commands", {"studies/export", "studies/online", "studies/report", "studies/paper", "problem/file"}},
     {"studies/bench", {"studies/commands"}},
 };
 const std::vector<std::string> kLayers = {"lie", "residuals", "problem", "solvers", "studies"};

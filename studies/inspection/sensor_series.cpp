@@ -1,11 +1,12 @@
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <tuple>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include <tandem/studies/import/import_findings.hpp>
+#include <tandem/studies/inspection/sensor_series.hpp>
+#include <tandem/studies/recording/recorded_time.hpp>
 
 namespace tandem {
 namespace {
@@ -21,48 +22,35 @@ double median(std::vector<double> values) {
 
 /// Returns every k-th row's value of f, at most about 20,000.
 template <class F>
-std::vector<double> sampled(const ImportedSensor& s, F f) {
+std::vector<double> sampled(const SensorSeries& s, F f) {
   std::vector<double> values;
-  const std::size_t step = std::max<std::size_t>(1, s.rows() / 20000);
-  for (std::size_t i = 0; i < s.rows(); i += step) values.push_back(f(i));
+  const std::size_t step = std::max<std::size_t>(1, s.rows / 20000);
+  for (std::size_t i = 0; i < s.rows; i += step) values.push_back(f(i));
   return values;
 }
 
-const ImportedSensor* of_type(const Import& import, std::string_view type) {
-  for (const auto& s : import.sensors)
-    if (s->sensor().type->name == type) return s.get();
+const SensorSeries* of_type(const std::vector<SensorSeries>& all, std::string_view type) {
+  for (const SensorSeries& s : all)
+    if (s.type == type) return &s;
   return nullptr;
 }
 
-void find_gaps(const ImportedSensor& s, std::vector<std::string>& out) {
-  constexpr double kTimesMedian = 10, kLeast = 5;  // s
-  const double step = median(sampled(s, [&](std::size_t i) { return i == 0 ? 0 : s.t(i) - s.t(i - 1); }));
-  std::size_t count = 0;
-  double longest = 0, at = 0;
-  for (std::size_t i = 1; i < s.rows(); ++i) {
-    const double gap = s.t(i) - s.t(i - 1);
-    if (gap < std::max(kLeast, kTimesMedian * step)) continue;
-    ++count;
-    if (gap > longest) std::tie(longest, at) = std::pair(gap, s.t(i - 1));
-  }
-  if (count > 0)
-    out.push_back(fmt::format("{}: {} gap{} without rows, the longest {:.1f} s from {}", s.sensor().name, count,
-                              count == 1 ? "" : "s", longest, time_text_of(at)));
+void find_gaps(const SensorSeries& s, std::vector<std::string>& out) {
+  const SeriesGaps gaps = gaps_of(s);
+  if (gaps.count > 0)
+    out.push_back(fmt::format("{}: {} gap{} without rows, the longest {:.1f} s from {}", s.name, gaps.count,
+                              gaps.count == 1 ? "" : "s", gaps.longest, time_text_of(gaps.longest_from)));
 }
 
-void find_clock(const ImportedSensor& s, std::vector<std::string>& out) {
-  if (s.backwards() > 0)
-    out.push_back(fmt::format("{}: the time runs backwards {} times; rows are sorted", s.sensor().name, s.backwards()));
-  if (s.rows() < 3) return;
-  const double step = (s.t(s.rows() - 1) - s.t(0)) / static_cast<double>(s.rows() - 1);
-  if (step > 1000)
-    out.push_back(fmt::format("{}: rows are {:.3g} s apart; is the unit of time right?", s.sensor().name, step));
-  if (step < 1e-5)
-    out.push_back(fmt::format("{}: rows are {:.3g} s apart; is the unit of time right?", s.sensor().name, step));
+void find_clock(const SensorSeries& s, std::vector<std::string>& out) {
+  if (s.rows < 3) return;
+  const double step = (s.t(s.rows - 1) - s.t(0)) / static_cast<double>(s.rows - 1);
+  if (step > 1000) out.push_back(fmt::format("{}: rows are {:.3g} s apart; is the unit of time right?", s.name, step));
+  if (step < 1e-5) out.push_back(fmt::format("{}: rows are {:.3g} s apart; is the unit of time right?", s.name, step));
 }
 
-void find_imu(const ImportedSensor& s, bool ned, std::vector<std::string>& out) {
-  const std::string& name = s.sensor().name;
+void find_imu(const SensorSeries& s, bool ned, std::vector<std::string>& out) {
+  const std::string& name = s.name;
   const double size = median(sampled(s, [&](std::size_t i) { return std::hypot(s.at(i, 1), s.at(i, 2), s.at(i, 3)); }));
   const double up = median(sampled(s, [&](std::size_t i) { return ned ? -s.at(i, 3) : s.at(i, 3); }));
   if (std::abs(size - 1) < 0.2)
@@ -81,60 +69,58 @@ void find_imu(const ImportedSensor& s, bool ned, std::vector<std::string>& out) 
   if (rate > 4) out.push_back(fmt::format("{}: the median angular rate is {:.3g} rad/s; is it in deg/s?", name, rate));
 }
 
-void find_depth(const ImportedSensor& s, bool ned, std::vector<std::string>& out) {
+void find_depth(const SensorSeries& s, bool ned, std::vector<std::string>& out) {
   const double down = median(sampled(s, [&](std::size_t i) { return ned ? s.at(i, 1) : -s.at(i, 1); }));
   if (down < -1)
     out.push_back(
         fmt::format("{}: the median depth is {:.1f} m above the water; is the sign right, and the atmosphere of "
                     "pressures?",
-                    s.sensor().name, -down));
-  if (down > 11000)
-    out.push_back(fmt::format("{}: the median depth is {:.4g} m; is its unit right?", s.sensor().name, down));
+                    s.name, -down));
+  if (down > 11000) out.push_back(fmt::format("{}: the median depth is {:.4g} m; is its unit right?", s.name, down));
 }
 
-void find_speed(const ImportedSensor& s, std::vector<std::string>& out) {
+void find_speed(const SensorSeries& s, std::vector<std::string>& out) {
   const double speed =
       median(sampled(s, [&](std::size_t i) { return std::hypot(s.at(i, 1), s.at(i, 2), s.at(i, 3)); }));
-  if (speed > 60)
-    out.push_back(fmt::format("{}: the median speed is {:.4g} m/s; is its unit right?", s.sensor().name, speed));
+  if (speed > 60) out.push_back(fmt::format("{}: the median speed is {:.4g} m/s; is its unit right?", s.name, speed));
 }
 
-void find_jumps(const ImportedSensor& s, std::vector<std::string>& out) {
+void find_jumps(const SensorSeries& s, std::vector<std::string>& out) {
   constexpr double kMaxSpeed = 100;  // m/s
   std::size_t count = 0;
   double first = 0;
-  for (std::size_t i = 1; i < s.rows(); ++i) {
+  for (std::size_t i = 1; i < s.rows; ++i) {
     const double step =
         std::hypot(s.at(i, 1) - s.at(i - 1, 1), s.at(i, 2) - s.at(i - 1, 2), s.at(i, 3) - s.at(i - 1, 3));
     if (step > 20 + kMaxSpeed * (s.t(i) - s.t(i - 1)) && count++ == 0) first = s.t(i);
   }
   if (count > 0)
-    out.push_back(fmt::format("{}: {} jumps faster than {} m/s, the first at {}", s.sensor().name, count, kMaxSpeed,
-                              time_text_of(first)));
+    out.push_back(
+        fmt::format("{}: {} jumps faster than {} m/s, the first at {}", s.name, count, kMaxSpeed, time_text_of(first)));
 }
 
-void find_angles(const ImportedSensor& s, std::size_t azimuth, std::vector<std::string>& out) {
+void find_angles(const SensorSeries& s, std::size_t azimuth, std::vector<std::string>& out) {
   double most = 0;
-  for (std::size_t i = 0; i < s.rows(); ++i)
+  for (std::size_t i = 0; i < s.rows; ++i)
     most = std::max({most, std::abs(s.at(i, azimuth)), std::abs(s.at(i, azimuth + 1))});
-  if (s.rows() > 50 && most < 0.06)
-    out.push_back(fmt::format("{}: all angles are below {:.3g} rad; is their unit right?", s.sensor().name, most));
+  if (s.rows > 50 && most < 0.06)
+    out.push_back(fmt::format("{}: all angles are below {:.3g} rad; is their unit right?", s.name, most));
 }
 
 /// The pose of the chaser over time, from odometry, or the depth alone.
 class ChaserHeight {
  public:
-  ChaserHeight(const ImportedSensor& odometry) : odometry_(odometry) {}
+  ChaserHeight(const SensorSeries& odometry) : odometry_(odometry) {}
   /// Returns the z axis' component [m] of a vector in the chaser's body at time t, and the chaser's z.
   std::pair<double, double> at(double t, const Eigen::Vector3d& in_body) {
-    while (row_ + 1 < odometry_.rows() && odometry_.t(row_ + 1) <= t) ++row_;
+    while (row_ + 1 < odometry_.rows && odometry_.t(row_ + 1) <= t) ++row_;
     const auto c = [&](std::size_t column) { return odometry_.at(row_, column); };
     const Eigen::Quaterniond q(c(7), c(4), c(5), c(6));
     return {c(3), (q * in_body).z()};
   }
 
  private:
-  const ImportedSensor& odometry_;
+  const SensorSeries& odometry_;
   std::size_t row_ = 0;
 };
 
@@ -148,12 +134,13 @@ double spread(const std::vector<double>& values) {
 
 /// Compares the heights of the target with the given sign of the elevation and with the other one. A target that keeps
 /// its height, while the chaser changes its own, decides the sign.
-void find_elevation_sign(const Import& import, const ImportedSensor& s, std::vector<std::string>& out) {
-  const ImportedSensor* odometry = of_type(import, "odometry");
+void find_elevation_sign(const std::vector<SensorSeries>& all, bool ned, const SensorSeries& s,
+                         std::vector<std::string>& out) {
+  const SensorSeries* odometry = of_type(all, "odometry");
   if (!odometry) return;
   ChaserHeight chaser(*odometry);
   std::vector<double> given, turned;
-  for (std::size_t i = 0; i < s.rows(); ++i) {
+  for (std::size_t i = 0; i < s.rows; ++i) {
     const double r = s.at(i, 1), azimuth = s.at(i, 2), elevation = s.at(i, 3);
     const Eigen::Vector3d d(r * std::cos(elevation) * std::cos(azimuth), r * std::cos(elevation) * std::sin(azimuth),
                             r * std::sin(elevation));
@@ -165,33 +152,50 @@ void find_elevation_sign(const Import& import, const ImportedSensor& s, std::vec
   if (given.size() < 10) return;
   const double as_given = spread(given), as_turned = spread(turned);
   const double height_given = median(given), height_turned = median(turned);
-  const double above = import.map.ned ? -1 : 1;
+  const double above = ned ? -1 : 1;
   const bool above_water = above * height_given > 2 && std::abs(height_turned) < std::abs(height_given);
   if (as_turned < 0.6 * as_given || above_water)
     out.push_back(fmt::format(
         "{}: the sign of the elevation looks wrong: as given, the target's z is {:.1f} ± {:.1f} m; with the other sign "
         "(-FIELD) it is {:.1f} ± {:.1f} m. Elevations count towards z of the sensor's axes",
-        s.sensor().name, height_given, as_given, height_turned, as_turned));
+        s.name, height_given, as_given, height_turned, as_turned));
 }
 
 }  // namespace
 
 std::string time_text_of(double t) { return t > kSince1970 ? utc_text(t) : fmt::format("{:.3f} s", t); }
 
-std::vector<std::string> import_findings(const Import& import) {
+SeriesGaps gaps_of(const SensorSeries& s) {
+  constexpr double kTimesMedian = 10, kLeast = 5;  // s
+  SeriesGaps gaps;
+  std::vector<double> steps;
+  const std::size_t stride = std::max<std::size_t>(1, s.rows / 20000);
+  for (std::size_t i = 1; i < s.rows; i += stride) steps.push_back(s.t(i) - s.t(i - 1));
+  if (steps.empty()) return gaps;
+  gaps.median_step = median(std::move(steps));
+  for (std::size_t i = 1; i < s.rows; ++i) {
+    const double gap = s.t(i) - s.t(i - 1);
+    if (gap < std::max(kLeast, kTimesMedian * gaps.median_step)) continue;
+    ++gaps.count;
+    if (gap > gaps.longest) std::tie(gaps.longest, gaps.longest_from) = std::pair(gap, s.t(i - 1));
+  }
+  return gaps;
+}
+
+std::vector<std::string> series_findings(const std::vector<SensorSeries>& all, bool ned) {
   std::vector<std::string> out;
-  for (const auto& s : import.sensors) {
-    find_clock(*s, out);
-    find_gaps(*s, out);
-    const std::string_view type = s->sensor().type->name;
-    if (type == "imu") find_imu(*s, import.map.ned, out);
-    if (type == "depth") find_depth(*s, import.map.ned, out);
-    if (type == "dvl") find_speed(*s, out);
-    if (type == "gps" || type == "odometry" || type.starts_with("truth")) find_jumps(*s, out);
-    if (type == "bearing") find_angles(*s, 1, out);
-    if (type == "range_bearing" || type == "usbl_spherical") {
-      find_angles(*s, 2, out);
-      find_elevation_sign(import, *s, out);
+  for (const SensorSeries& s : all) {
+    if (s.rows == 0) continue;
+    find_clock(s, out);
+    find_gaps(s, out);
+    if (s.type == "imu") find_imu(s, ned, out);
+    if (s.type == "depth") find_depth(s, ned, out);
+    if (s.type == "dvl") find_speed(s, out);
+    if (s.type == "gps" || s.type == "odometry" || s.type.starts_with("truth")) find_jumps(s, out);
+    if (s.type == "bearing") find_angles(s, 1, out);
+    if (s.type == "range_bearing" || s.type == "usbl_spherical") {
+      find_angles(s, 2, out);
+      find_elevation_sign(all, ned, s, out);
     }
   }
   return out;
