@@ -28,9 +28,13 @@ const EgoMeasurement* first_of(const EgoSensor* sensor, double t) {
   return nullptr;
 }
 
-/// Returns whether the chaser can navigate without an IMU.
-bool has_dvl_and_heading(const NavigationData& data) {
-  return sensor_of(data, EgoSensorType::dvl) && sensor_of(data, EgoSensorType::heading);
+bool has_samples(const NavigationData& data) { return data.imu && !data.imu->samples.empty(); }
+
+/// Returns whether the chaser can navigate without IMU samples: by a heading sensor and a DVL. If there are no samples
+/// at all, a GPS receiver may replace the DVL; Coasting then connects the keyframes.
+bool navigates_without_samples(const NavigationData& data) {
+  if (!sensor_of(data, EgoSensorType::heading)) return false;
+  return sensor_of(data, EgoSensorType::dvl) || (sensor_of(data, EgoSensorType::gps) && !has_samples(data));
 }
 
 /// Returns the smallest rotation from body to world axes that makes the mean specific force after t point up.
@@ -58,12 +62,12 @@ double yaw_between(const SO3& from, const SO3& to) {
 }  // namespace
 
 std::optional<double> start_time(const NavigationData& data) {
-  std::optional<double> by_dvl, by_imu;
+  std::optional<double> without_imu, by_imu;
   for (const EgoSensor& sensor : data.sensors)
-    if (!sensor.measurements.empty() && has_dvl_and_heading(data))
-      by_dvl = std::min(by_dvl.value_or(HUGE_VAL), sensor.valid_at(sensor.measurements.front()));
-  if (data.imu && !data.imu->samples.empty()) by_imu = data.imu->samples.front().t;
-  return by_imu && !(by_dvl && *by_dvl < *by_imu - kFirstSeconds) ? by_imu : by_dvl;
+    if (!sensor.measurements.empty() && navigates_without_samples(data))
+      without_imu = std::min(without_imu.value_or(HUGE_VAL), sensor.valid_at(sensor.measurements.front()));
+  if (has_samples(data)) by_imu = data.imu->samples.front().t;
+  return by_imu && !(without_imu && *without_imu < *by_imu - kFirstSeconds) ? by_imu : without_imu;
 }
 
 EgoState Alignment::rotated_about_vertical(double angle) const {
@@ -80,7 +84,7 @@ Alignment coarse_alignment(const NavigationData& data) {
   const EgoSensor* gps = sensor_of(data, EgoSensorType::gps);
   const EgoSensor* depth = sensor_of(data, EgoSensorType::depth);
   const std::optional<double> start = start_time(data);
-  if (!start) throw Error("navigation needs a source of motion: add an imu, or a dvl and a heading sensor");
+  if (!start) throw Error("navigation needs a source of motion: add an imu, or a heading sensor with a dvl or a gps");
 
   Alignment a;
   a.t = *start;

@@ -18,7 +18,8 @@ struct Alignment {
 
 /// Returns the time from which the chaser can be estimated [s]. This is the time of the first IMU sample. If the IMU is
 /// missing or starts more than 5 s after the other sensors, and there is a DVL with a heading sensor, it is the time of
-/// the first measurement. Returns nullopt if the data have neither an IMU nor a DVL with a heading sensor.
+/// the first measurement. Without an IMU, a GPS receiver may replace the DVL. Returns nullopt if the data have none of
+/// these.
 std::optional<double> start_time(const NavigationData& data);
 
 /// Computes the initial state from the sensors that are available. Roll and pitch come from the mean specific force of

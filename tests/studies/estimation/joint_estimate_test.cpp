@@ -129,7 +129,7 @@ TEST(JointEstimate, RejectsInvalidScenarios) {
   still.navigation->imu.reset();
   std::erase_if(still.navigation->sensors, [](const EgoSensor& s) { return s.type == EgoSensorType::dvl; });
   EXPECT_THAT(rejection(still),
-              HasSubstr("navigation needs a source of motion: add an imu, or a dvl and a heading sensor"));
+              HasSubstr("navigation needs a source of motion: add an imu, or a heading sensor with a dvl or a gps"));
   Scenario planar = navigated(scenario).scenario;
   planar.data.planar = true;
   EXPECT_THAT(rejection(planar), HasSubstr("a planar problem requires odometry"));
