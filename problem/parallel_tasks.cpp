@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <exception>
 #include <string>
@@ -24,7 +25,10 @@ ThreadLimit::ThreadLimit(int threads) {
 }
 
 struct detail::TaskRunner::Arena {
-  explicit Arena(int threads) : arena(threads) {}
+  // TBB prints a warning if an arena is larger than the number of threads that it may use.
+  explicit Arena(int threads)
+      : arena(std::min(threads, int(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism)))) {
+  }
   tbb::task_arena arena;
 };
 #else

@@ -251,6 +251,7 @@ Summary solve(Problem& problem, const IpoptOptions& options) {
     const bool again =
         tnlp->wants_recentering() && status == Ipopt::User_Requested_Stop && left > 0 && !session.ended();
     const bool solved = status == Ipopt::Solve_Succeeded || status == Ipopt::Solved_To_Acceptable_Level;
+    if (tnlp->error() && !nlp.is_current()) std::rethrow_exception(tnlp->error());
     nlp.move_to(solved || (again && nlp.num_rows() > 0) ? tnlp->current() : tnlp->best());
     nlp.recenter();
     if (tnlp->error()) std::rethrow_exception(tnlp->error());

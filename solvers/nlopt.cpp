@@ -143,6 +143,7 @@ class NloptRun {
       gave_up = true;
     }
     opt_ = nullptr;
+    if (error_ && !nlp_.is_current()) std::rethrow_exception(error_);
     nlp_.move_to(best_delta_);
     nlp_.recenter();
     if (error_) std::rethrow_exception(error_);

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <exception>
 #include <limits>
 
 #include <tandem/solvers/observability.hpp>
@@ -66,19 +67,20 @@ void Session::report(int iteration, double cost, double step, double violation) 
 void Session::report_at(NlpEvaluator& nlp, const Eigen::VectorXd& delta, int iteration, double cost, double step,
                         double violation) const {
   if (!options_.progress) return;
-  struct RestorePoint {  // moves the values of the variables for the callback
-    NlpEvaluator& nlp;
-    const Eigen::VectorXd& delta;
-    ~RestorePoint() {
-      nlp.restore();
-      nlp.move_to(delta);
-    }
-  };
   nlp.save();
   nlp.move_to(delta);
-  nlp.recenter();
-  const RestorePoint restore_point{nlp, delta};
-  report(iteration, cost, step, violation);
+  nlp.recenter();  // moves the values of the variables for the callback
+  std::exception_ptr failure;
+  try {
+    report(iteration, cost, step, violation);
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  if (nlp.is_current() || !failure) {  // throws Error if the callback changed the problem, as after report()
+    nlp.restore();
+    nlp.move_to(delta);
+  }
+  if (failure) std::rethrow_exception(failure);
 }
 
 void Session::end(Status status, std::string message) {
