@@ -54,13 +54,26 @@ const char* const kScript = R"(
 })();
 )";
 
-/// Escapes "</" so that JSON cannot end its script element.
+/// Escapes "<", which JSON has only in strings, so that a string cannot end its script element or open a comment.
 std::string escaped_for_script(std::string json) {
-  for (std::size_t at = 0; (at = json.find("</", at)) != std::string::npos; at += 3) json.replace(at, 2, "<\\/");
+  for (std::size_t at = 0; (at = json.find('<', at)) != std::string::npos;) json.replace(at, 1, "\\u003c");
   return json;
 }
 
-std::string json_of(const nlohmann::ordered_json& json) {
+/// Escapes the strings, since Plotly interprets markup in names. Templates have markup of their own.
+void escape_markup(nlohmann::ordered_json& json) {
+  if (json.is_string()) {
+    json = html_escaped(json.get<std::string>());
+  } else if (json.is_object()) {
+    for (auto& [key, value] : json.items())
+      if (key != "hovertemplate") escape_markup(value);
+  } else if (json.is_array()) {
+    for (auto& value : json) escape_markup(value);
+  }
+}
+
+std::string json_of(nlohmann::ordered_json json) {
+  escape_markup(json);
   return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
@@ -137,6 +150,7 @@ void HtmlPage::figure(const HtmlFigure& figure) {
 std::string HtmlPage::text(const std::string& library) const {
   const std::string title = html_escaped(title_);
   std::string page = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n";
+  page += fmt::format("{}\n", mark);
   page += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
   page += "<link rel=\"icon\" href=\"data:,\">\n";
   page += fmt::format("<title>{0}</title>\n<style>{1}</style></head>\n<body>\n<h1>{0}</h1>\n", title, kStyle);

@@ -22,6 +22,9 @@ struct HtmlFigure {
 /// Builder of a self-contained HTML page without external resources. All texts are escaped.
 class HtmlPage {
  public:
+  /// A line of each page, by which Tandem recognises its own pages.
+  static constexpr const char* mark = "<meta name=\"generator\" content=\"tandem\">";
+
   explicit HtmlPage(std::string title) : title_(std::move(title)) {}
 
   void heading(const std::string& text);

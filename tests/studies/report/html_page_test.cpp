@@ -26,11 +26,13 @@ TEST(HtmlPage, EscapesTexts) {
 /// Figure data is valid JSON for any bytes and cannot end its script element.
 TEST(HtmlPage, FigureDataIsEscaped) {
   HtmlPage page("p");
-  page.figure({"title", "caption", {{{"name", "</script><b>\xff"}}}, nlohmann::ordered_json::object(), 300});
+  page.figure(
+      {"title", "caption", {{{"name", "</script><!--<script><b>\xff"}}}, nlohmann::ordered_json::object(), 300});
   const std::string text = page.text("");
   const std::size_t begin = text.find("id=\"figure-1-data\">") + 19, end = text.find("</script>", begin);
   const nlohmann::json figure = nlohmann::json::parse(text.substr(begin, end - begin));
-  EXPECT_EQ(figure["traces"][0]["name"], "</script><b>\uFFFD");
+  EXPECT_EQ(figure["traces"][0]["name"], "&lt;/script&gt;&lt;!--&lt;script&gt;&lt;b&gt;\uFFFD")
+      << "Plotly reads markup";
   EXPECT_THAT(text, HasSubstr("<figcaption><b>title.</b> caption</figcaption>"));
 }
 
