@@ -51,26 +51,6 @@ std::string take_config(std::vector<std::string>& words) {
   return {};
 }
 
-/// Quotes a YAML scalar unless it is a plain word or number.
-std::string yaml_text(const std::string& text) {
-  const auto plain = [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '.' || c == '/' || c == '-' || c == '+';
-  };
-  const bool word = !text.empty() && std::all_of(text.begin(), text.end(), plain) && text[0] != '-' && text[0] != '.';
-  static const std::set<std::string> reserved = {"true", "false", "null", "yes", "no", "on", "off", "y", "n"};
-  if (word && !reserved.contains(text)) return text;
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    if (static_cast<unsigned char>(c) < 0x20) {
-      quoted += fmt::format("\\x{:02x}", static_cast<unsigned>(c));
-    } else {
-      quoted += c;
-    }
-  }
-  return quoted + "\"";
-}
-
 /// Makes an existing relative path absolute. A name of something built in is not a path, even if there is a folder of
 /// that name where the option takes a file.
 std::string located(const OptionInfo& option, const std::string& value) {

@@ -29,7 +29,7 @@ std::string noise_file_text(const std::vector<NoiseEntry>& entries, const std::s
     if (!line.empty()) text += fmt::format("# {}\n", line);
   text += "noise:\n";
   for (const NoiseEntry& entry : entries)
-    text += fmt::format("  {}: [{:.6g}]\n", entry.name, fmt::join(entry.sigmas, ", "));
+    text += fmt::format("  {}: [{:.6g}]\n", yaml_text(entry.name), fmt::join(entry.sigmas, ", "));
   return text;
 }
 

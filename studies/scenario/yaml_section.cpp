@@ -1,25 +1,76 @@
 #include <algorithm>
+#include <cctype>
 #include <cmath>
-#include <fstream>
+#include <istream>
+#include <set>
+#include <streambuf>
 
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/stop.hpp>
 #include <tandem/studies/scenario/yaml_section.hpp>
+#include <tandem/studies/support/console.hpp>
 #include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
+namespace {
+
+/// A text that is read in pieces. An interrupt between two pieces throws Stopped, since large files parse for long.
+class InterruptibleText : public std::streambuf {
+ public:
+  InterruptibleText(const std::string& text, const std::filesystem::path& file) : text_(text), file_(file) {}
+
+ protected:
+  int_type underflow() override {
+    constexpr std::size_t kPiece = 1 << 12;
+    Stop(&interrupted()).check("reading " + file_.string());
+    if (at_ == text_.size()) return traits_type::eof();
+    char* const begin = const_cast<char*>(text_.data()) + at_;  // not written to
+    const std::size_t size = std::min(kPiece, text_.size() - at_);
+    setg(begin, begin, begin + size);
+    at_ += size;
+    return traits_type::to_int_type(*begin);
+  }
+
+ private:
+  const std::string& text_;
+  const std::filesystem::path& file_;
+  std::size_t at_ = 0;
+};
+
+}  // namespace
+
+std::string yaml_text(const std::string& text) {
+  const auto plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '.' || c == '/' || c == '-' || c == '+';
+  };
+  const bool word = !text.empty() && std::all_of(text.begin(), text.end(), plain) && text[0] != '-' && text[0] != '.';
+  static const std::set<std::string> reserved = {"true", "false", "null", "yes", "no", "on", "off", "y", "n"};
+  std::string lower = text;
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (word && !reserved.contains(lower)) return text;
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    if (static_cast<unsigned char>(c) < 0x20) {
+      quoted += fmt::format("\\x{:02x}", static_cast<unsigned>(c));
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + "\"";
+}
 
 YamlSection::YamlSection(std::filesystem::path file, std::string name, YAML::Node node)
     : file_(std::move(file)), name_(std::move(name)), node_(std::move(node)) {
   if (!node_.IsMap()) fail(fmt::format("{} must consist of KEY: VALUE entries", name_.empty() ? "the file" : name_));
-  std::vector<std::string> seen;
-  for (const auto& entry : node_) {  // yaml-cpp does not report repeated keys
+  values_.reserve(node_.size());
+  for (const auto& entry : node_) {  // yaml-cpp does not report repeated keys, and searches keys one by one
     if (!entry.first.IsScalar()) fail_at(entry.first.Mark(), "a key must be a word");
-    if (std::find(seen.begin(), seen.end(), entry.first.Scalar()) != seen.end())
+    if (!values_.emplace(entry.first.Scalar(), entry.second).second)
       fail_at(entry.first.Mark(), fmt::format("key {} is given twice", quote(entry.first.Scalar())));
-    seen.push_back(entry.first.Scalar());
   }
 }
 
@@ -27,7 +78,10 @@ YamlSection YamlSection::load(const std::filesystem::path& file) { return parse(
 
 YamlSection YamlSection::parse(const std::string& text, const std::filesystem::path& file) {
   try {
-    return YamlSection(file, "", YAML::Load(text));
+    InterruptibleText buffer(text, file);
+    std::istream stream(&buffer);
+    stream.exceptions(std::ios::badbit);
+    return YamlSection(file, "", YAML::Load(stream));
   } catch (const YAML::Exception& error) {
     throw Error(fmt::format("{}:{}: not valid yaml: {}", file.string(), error.mark.line + 1, printable(error.msg)));
   }
@@ -102,9 +156,9 @@ void YamlSection::fail(const std::string& key, const std::string& reason) const 
 void YamlSection::fail(const std::string& reason) const { fail_at(node_.Mark(), reason); }
 
 YAML::Node YamlSection::require(const std::string& key) const {
-  const YAML::Node value = node_[key];
-  if (!value.IsDefined()) fail(fmt::format("{} lacks the key {}", name_.empty() ? "the file" : name_, key));
-  return value;
+  const auto value = values_.find(key);
+  if (value == values_.end()) fail(fmt::format("{} lacks the key {}", name_.empty() ? "the file" : name_, key));
+  return value->second;
 }
 
 double YamlSection::finite(const std::string& key, const YAML::Node& value) const {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include <yaml-cpp/yaml.h>
@@ -19,7 +20,7 @@ class YamlSection {
   /// Returns the top level of a text; `file` is its name in error messages.
   static YamlSection parse(const std::string& text, const std::filesystem::path& file);
 
-  bool has(const std::string& key) const { return node_[key].IsDefined(); }
+  bool has(const std::string& key) const { return values_.contains(key); }
   std::vector<std::string> keys() const;
   /// Throws Error if there is a key that is not in `known`, and suggests a similar one.
   void allow_only(const std::vector<std::string>& known) const;
@@ -55,6 +56,10 @@ class YamlSection {
   std::filesystem::path file_;
   std::string name_;  ///< "" for the file, "noise", "sensor camera", …
   YAML::Node node_;
+  std::unordered_map<std::string, YAML::Node> values_;
 };
+
+/// Returns a text as a YAML scalar: as it is if it is a plain word or number, otherwise in double quotes.
+std::string yaml_text(const std::string& text);
 
 }  // namespace tandem

@@ -24,6 +24,17 @@ TEST(NoiseFile, RoundTrips) {
   EXPECT_THAT(entries[1].sigmas, ElementsAre(0.1));
 }
 
+TEST(NoiseFile, QuotesNames) {
+  const ScratchFolder scratch;
+  for (const std::string name :
+       {"a: b", "a #b", "[a",   "{a",  "*a", "&a",  "!a",    "|",   ">",      "@a", "- a", "-", "~",
+        "null", "Null", "true", "? a", "%s", "'a'", "\"a\\", "a,b", "\u00e9", "1",  "a b", ":", ""}) {
+    const auto entries = read_noise_file(scratch.write("noise.yaml", noise_file_text({{name, {1.5}}}, "")));
+    ASSERT_EQ(entries.size(), 1u);
+    EXPECT_EQ(entries[0].name, name);
+  }
+}
+
 TEST(NoiseFile, RejectsInvalidFiles) {
   const ScratchFolder scratch;
   const auto rejection = [&](const std::string& text) -> std::string {
