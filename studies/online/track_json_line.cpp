@@ -110,8 +110,7 @@ JsonFields<Line> line_fields() {
 std::string track_json_line(const TrackRecord& record, const Frame& frame, const std::vector<std::string>& sensors,
                             const std::vector<double>& ahead) {
   static const JsonFields<Line> fields = line_fields();
-  const auto json = json_document("track-line", fields, Line{record, frame, sensors, ahead});
-  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return json_line(json_document("track-line", fields, Line{record, frame, sensors, ahead}));
 }
 
 FileDescription track_json_line_keys() { return describe_json("--json-lines", "track-line", line_fields()); }
