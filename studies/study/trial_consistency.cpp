@@ -18,8 +18,9 @@ struct ConsistencySums {
   Moments chaser, target, relative_pose, relative_position, inside;
 };
 
-/// Returns the NEES; nullopt if a hard constraint makes the covariance singular.
-std::optional<double> nees_of(const Eigen::VectorXd& error, const Eigen::MatrixXd& S) {
+/// Returns eᵀ S⁻¹ e; nullopt if S is not positive definite. The NEES has no value if a hard constraint makes the
+/// covariance singular.
+std::optional<double> normalised_square(const Eigen::VectorXd& error, const Eigen::MatrixXd& S) {
   const Eigen::VectorXd sigma = S.diagonal().cwiseMax(0).cwiseSqrt();
   if (!(sigma.minCoeff() > 0)) return {};
   const Eigen::VectorXd by_sigma = sigma.cwiseInverse();
@@ -28,13 +29,30 @@ std::optional<double> nees_of(const Eigen::VectorXd& error, const Eigen::MatrixX
   return squared_distance(error, S);
 }
 
-/// Returns the leave-one-out NIS of a block. R: covariance of its noise.
-double nis(const Problem& problem, const Marginals& marginals, const Block& block, const Eigen::MatrixXd& R) {
-  const Problem::Linearization at = problem.linearization(block);
-  const Eigen::MatrixXd by_states = at.jacobian * marginals.joint(at.variable_ids, at.dofs);
-  Eigen::MatrixXd S = -by_states * at.jacobian.transpose();
-  S += R;
-  return squared_distance(at.residual, S);
+/// Mean leave-one-out NIS of a sensor.
+struct NisSums {
+  Moments nis;
+  int undefined = 0;
+
+  /// Adds a block. R: covariance of its noise. The NIS is undefined if R − H P Hᵀ is not positive definite, where the
+  /// block alone determines a direction of the states, or its loss reduces its weight.
+  void add(const Problem& problem, const Marginals& marginals, const Block& block, const Eigen::MatrixXd& R) {
+    const Problem::Linearization at = problem.linearization(block);
+    const Eigen::MatrixXd by_states = at.jacobian * marginals.joint(at.variable_ids, at.dofs);
+    const Eigen::MatrixXd S = R - by_states * at.jacobian.transpose();
+    const auto value = normalised_square(at.residual, S);
+    nis.add(value);
+    undefined += !value;
+  }
+};
+
+void set_nis(const std::map<std::string, NisSums>& sensors, TrialResult& result) {
+  double undefined = result.get("nis_undefined").value_or(0);
+  for (const auto& [metric, sums] : sensors) {
+    result.set_mean(metric, sums.nis);
+    undefined += sums.undefined;
+  }
+  if (!sensors.empty()) result.set("nis_undefined", undefined);
 }
 
 bool whole_weight(const Problem& problem, const Block& block) { return problem.weight(block) > 0.999; }
@@ -43,16 +61,16 @@ bool whole_weight(const Problem& problem, const Block& block) { return problem.w
 template <LieGroup G, LieGroup T>
 void add_keyframe(const G& c, const T& t, const Eigen::MatrixXd& joint, const G& true_c, const G& true_t,
                   ConsistencySums& sums) {
-  sums.chaser.add(nees_of(minus(true_c, c), joint.topLeftCorner<G::dof, G::dof>()));
+  sums.chaser.add(normalised_square(minus(true_c, c), joint.topLeftCorner<G::dof, G::dof>()));
   const Matrix<G::point_dim, G::point_dim> S = relative_position_covariance<G, T>(c, t, joint);
   const Vector<G::point_dim> origin = Vector<G::point_dim>::Zero();
   const Vector<G::point_dim> e = c.inverse().act(t.act(origin)) - true_c.inverse().act(true_t.translation());
-  sums.relative_position.add(nees_of(e, S));
+  sums.relative_position.add(normalised_square(e, S));
   for (int i = 0; i < G::point_dim; ++i) sums.inside.add(std::abs(e[i]) <= 3 * std::sqrt(S(i, i)));
   if constexpr (std::same_as<T, G>) {
-    sums.target.add(nees_of(minus(true_t, t), joint.bottomRightCorner<G::dof, G::dof>()));
+    sums.target.add(normalised_square(minus(true_t, t), joint.bottomRightCorner<G::dof, G::dof>()));
     sums.relative_pose.add(
-        nees_of(minus(true_c.inverse() * true_t, c.inverse() * t), relative_pose_covariance<G>(c, t, joint)));
+        normalised_square(minus(true_c.inverse() * true_t, c.inverse() * t), relative_pose_covariance<G>(c, t, joint)));
   }
 }
 
@@ -60,12 +78,12 @@ void add_keyframe(const G& c, const T& t, const Eigen::MatrixXd& joint, const G&
 
 void add_own_nis(const Problem& problem, const Marginals& marginals, const std::vector<EgoSensor>& sensors,
                  const std::vector<PlacedEgoMeasurement>& placed, TrialResult& result) {
-  std::map<std::string, Moments> means;
+  std::map<std::string, NisSums> means;
   for (const PlacedEgoMeasurement& m : placed)
     if (m.block && whole_weight(problem, *m.block))
-      means[nis_metric(sensors[m.sensor].name)].add(
-          nis(problem, marginals, *m.block, problem.noise(*m.block).covariance_matrix()));
-  for (const auto& [metric, mean] : means) result.set_mean(metric, mean);
+      means[nis_metric(sensors[m.sensor].name)].add(problem, marginals, *m.block,
+                                                    problem.noise(*m.block).covariance_matrix());
+  set_nis(means, result);
 }
 
 void add_consistency(TrackingProblem& tracking, const Scenario& scenario, TrialResult& result) {
@@ -86,19 +104,19 @@ void add_consistency(TrackingProblem& tracking, const Scenario& scenario, TrialR
     };
     std::visit(add, tracking.chaser[k], tracking.target[k]);
   }
-  std::map<std::string, Moments> sensor_nis;
+  std::map<std::string, NisSums> sensor_nis;
   for (const PlacedMeasurement& m : tracking.measurements) {
     if (!m.block || m.orientation || m.position || !whole_weight(problem, *m.block)) continue;
     const TargetSensor& sensor = scenario.data.sensors[m.sensor];
     const Eigen::MatrixXd R = sensor.sigma.cwiseAbs2().asDiagonal();
-    sensor_nis[nis_metric(sensor.name)].add(nis(problem, marginals, *m.block, R));
+    sensor_nis[nis_metric(sensor.name)].add(problem, marginals, *m.block, R);
   }
   result.set_mean("nees_chaser", sums.chaser);
   result.set_mean("nees_target", sums.target);
   result.set_mean("nees_relative_pose", sums.relative_pose);
   result.set_mean("nees_relative_position", sums.relative_position);
   result.set_mean("inside_three_sigma", sums.inside);
-  for (const auto& [metric, mean] : sensor_nis) result.set_mean(metric, mean);
+  set_nis(sensor_nis, result);
   if (scenario.data.ego)
     add_own_nis(problem, marginals, scenario.data.ego->data.sensors, tracking.ego_measurements, result);
 }
