@@ -10,9 +10,9 @@ namespace {
 
 std::error_code error(int number) { return {number, std::generic_category()}; }
 
-/// Creates or truncates a file, writes the text and flushes it to the disk.
-std::error_code write_whole(const std::filesystem::path& file, std::string_view text) {
-  const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+/// Opens a file with further `flags`, writes the text and flushes it to the disk.
+std::error_code write_whole(const std::filesystem::path& file, int flags, std::string_view text) {
+  const int descriptor = open(file.c_str(), O_WRONLY | O_CLOEXEC | flags, 0666);
   if (descriptor < 0) return error(errno);
   std::error_code reason = write_text(descriptor, text);
   if (!reason) reason = sync_file(descriptor);
@@ -47,12 +47,13 @@ void sync_folder_of(const std::filesystem::path& file) {
 std::error_code replace_file(const std::filesystem::path& file, std::string_view text) {
   std::error_code reason;
   if (const auto status = std::filesystem::status(file, reason); exists(status) && !is_regular_file(status))
-    return write_whole(file, text);
+    return write_whole(file, O_TRUNC, text);
   std::filesystem::path target = std::filesystem::weakly_canonical(file, reason);
   if (reason) target = file;
   std::filesystem::path fresh = target;
   fresh += ".new";
-  reason = write_whole(fresh, text);
+  unlink(fresh.c_str());  // of a killed run; a link of that name must not be followed
+  reason = write_whole(fresh, O_CREAT | O_EXCL, text);
   if (!reason) std::filesystem::rename(fresh, target, reason);
   if (!reason) {
     sync_folder_of(target);

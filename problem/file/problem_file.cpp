@@ -4,6 +4,7 @@
 
 #include <tandem/problem/file/problem_file.hpp>
 #include <tandem/problem/file/problem_json.hpp>
+#include <tandem/problem/regular_file.hpp>
 #include <tandem/problem/replace_file.hpp>
 
 namespace tandem {
@@ -47,14 +48,7 @@ void write_problem(const Problem& problem, const std::filesystem::path& file) {
 }
 
 Problem read_problem(const std::filesystem::path& file) {
-  std::error_code error;
-  if (!std::filesystem::exists(file, error)) throw Error(file.string() + ": the file does not exist");
-  if (!std::filesystem::is_regular_file(file, error))
-    throw Error(file.string() + ": is a folder, a pipe or a device; name a problem file");
-  std::ifstream in(file, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  if (!in.good() && !in.eof()) throw Error(file.string() + ": the file cannot be read");
-  return parse_problem(text, file.string());
+  return parse_problem(detail::read_regular_file(file), file.string());
 }
 
 }  // namespace tandem

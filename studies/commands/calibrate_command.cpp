@@ -171,7 +171,8 @@ Command calibrate_command() {
                request->time_limit, parse_non_negative);
         add_threads(option);
         add_output(option, request->output,
-                   {.writes = "Write noise.yaml (for --noise-from), residuals and plots to DIR"});
+                   {.writes = "Write noise.yaml (for --noise-from), residuals and plots to DIR",
+                    .force = &request->problem.force});
         option("--write-noise", "FILE",
                "Write the noise to FILE, for --noise-from: calibrated values where recommended, else the given ones",
                request->noise_file, parse_noise_file);

@@ -1,7 +1,7 @@
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
+#include <filesystem>
+#include <new>
+#include <system_error>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -10,9 +10,9 @@
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/commands/command_help.hpp>
 #include <tandem/studies/commands/run_file.hpp>
-#include <tandem/studies/scenario/sensor_file.hpp>
 #include <tandem/studies/support/console.hpp>
 #include <tandem/studies/support/freed_memory.hpp>
+#include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/output_folder.hpp>
 #include <tandem/studies/support/text.hpp>
 
@@ -54,13 +54,23 @@ void add_common(CommandOptions& option, CommonOptions& common) {
   option("--config", "FILE", "Read options from a run file; other options override it", common.config, text);
   option.flag("--print-config", "Print these options as a run file and exit", common.print_config);
   option.advanced();
-  option.flag("--allow-outside", "Allow sensor files outside the scenario folder", common.allow_outside);
+  option.flag("--allow-outside",
+              "Read files that are outside the scenario or result folder, or links that lead out of it",
+              common.allow_outside);
 }
 
-}  // namespace
+/// Returns the names of the files that a command may write to its output folder.
+std::vector<std::string> result_files(const Command& command) {
+  std::vector<std::string> names = {"run.yaml"};
+  if (!command.files) return names;
+  for (const FileDescription& description : command.files())
+    for (const std::string_view name : split(description.file, ','))
+      if (!name.starts_with("--")) names.emplace_back(trimmed(name));
+  return names;
+}
 
-int run_command(const NamedCommand& command, int argc, const char* const* argv, const std::string& version) try {
-  keep_freed_memory();
+/// Parses the command line and runs the command.
+int parse_and_run(const NamedCommand& command, int argc, const char* const* argv, const std::string& version) {
   CLI::App app("Joint estimation of a vehicle and the moving target it observes", "tandem");
   app.set_version_flag("--version", "tandem " + version);
   app.set_help_flag();
@@ -75,7 +85,7 @@ int run_command(const NamedCommand& command, int argc, const char* const* argv, 
   const int first = argc > 1 && argv[1] == command.name ? 2 : 1;
   std::vector<std::string> words(argv + first, argv + argc);
   if (const std::optional<std::string> help = requested_help(command, options, words)) {
-    fmt::print("{}", *help);
+    print(*help);
     return kSuccess;
   }
   words = with_run_file(command.name, options, std::move(words));
@@ -84,27 +94,54 @@ int run_command(const NamedCommand& command, int argc, const char* const* argv, 
   try {
     app.parse(static_cast<int>(arguments.size()), arguments.data());
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);  // --version
+    if (error.get_exit_code() == 0) {
+      print("tandem " + version + "\n");
+      return kSuccess;
+    }
     warn(message(error, app));
     return kInvalidInput;
   }
+  options.set_result_files(result_files(command.command));
   options.read(words);
   if (common.print_config) {
-    fmt::print("{}", run_file(command.name, version, options));
+    print(run_file(command.name, version, options));
     return kSuccess;
   }
   allow_outside_files(common.allow_outside);
   set_run_file(run_file(command.name, version, options));
   if (command.command.stops) stop_on_interrupt();
-  const int status = run();
-  if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return status;
-  warn(fmt::format("cannot write to standard output: {}", std::strerror(errno)));
-  return kInvalidInput;
+  return run();
+}
+
+/// Runs parse_and_run() and reports its exceptions.
+int run_and_report(const NamedCommand& command, int argc, const char* const* argv, const std::string& version) try {
+  return parse_and_run(command, argc, argv, version);
 } catch (const Stopped& stopped) {
   warn(stopped.what());
   return kIncomplete;
+} catch (const std::bad_alloc&) {
+  warn("there is not enough memory for this run; shorten the recording (--max-keyframes) or free memory");
+  return kInvalidInput;
+} catch (const std::filesystem::filesystem_error& error) {
+  warn(fmt::format("{}: {}", error.path1().string(), error.code().message()));
+  return kInvalidInput;
+} catch (const std::system_error& error) {  // e.g. no thread can be started
+  warn(fmt::format("the operating system refused a request: {}", error.code().message()));
+  return kInvalidInput;
 } catch (const std::exception& error) {
   warn(error.what());
+  return kInvalidInput;
+}
+
+}  // namespace
+
+int run_command(const NamedCommand& command, int argc, const char* const* argv, const std::string& version) {
+  prepare_standard_streams();
+  keep_freed_memory();
+  const int status = run_and_report(command, argc, argv, version);
+  const std::string failure = output_failure();
+  if (failure.empty() || status == kInvalidInput) return status;
+  warn(failure);
   return kInvalidInput;
 }
 

@@ -99,6 +99,7 @@ std::vector<std::pair<OptionInfo, std::vector<std::string>>> CommandOptions::giv
 void CommandOptions::read(std::vector<std::string> words) {
   words_ = std::move(words);
   for (const std::function<void()>& read : reads_) read();
+  for (const std::function<void()>& check : checks_) check();
 }
 
 }  // namespace tandem

@@ -106,6 +106,12 @@ class CommandOptions {
   /// Adds an option for internal use, which `--help` does not show.
   void hidden(const std::string& name, std::string& value);
 
+  /// Adds a function that read() calls after all values are parsed.
+  void after_reading(std::function<void()> check) { checks_.push_back(std::move(check)); }
+  /// Sets the names of the files that the command may write to its output folder, as far as they are known beforehand.
+  void set_result_files(std::vector<std::string> names) { result_files_ = std::move(names); }
+  const std::vector<std::string>& result_files() const { return result_files_; }
+
   /// Returns the names of the options under a heading that were given.
   std::vector<std::string> given(const std::string& heading) const;
   /// Returns the options that were given, with their values as typed. For run_command(), after parsing.
@@ -130,8 +136,8 @@ class CommandOptions {
       "Exit status: 0 converged, 1 invalid input or usage, 2 not converged, stopped early or no result.";
   bool advanced_ = false;
   std::vector<OptionInfo> infos_;
-  std::vector<std::function<void()>> reads_;
-  std::vector<std::string> words_;
+  std::vector<std::function<void()>> reads_, checks_;
+  std::vector<std::string> words_, result_files_;
   std::map<std::string, std::string> places_;  ///< of the keys that a run file gives
 };
 

@@ -98,7 +98,7 @@ int run_one(const CompareRequest& request, const CommandOptions& option) {
     const WatchedSolve watched(common(contender.solver), request.output, request.line);
     return run_compared_solve(scenario, problem, contender);
   }();
-  fmt::print("{}", printable_lines(to_text(solve)));
+  print(printable_lines(to_text(solve)));
   return kSuccess;
 }
 
@@ -198,7 +198,8 @@ Command compare_command() {
         option.hidden("--one", request->one);
         option.hidden("--line", request->line);
         add_output(option, request->output,
-                   {.writes = "Write compare.csv, compare_progress.csv and a plot of cost over time to DIR"});
+                   {.writes = "Write compare.csv, compare_progress.csv and a plot of cost over time to DIR",
+                    .force = &request->problem.force});
         option.flag("--full", "Print all rows instead of a summary", request->full);
         return [request, &option] { return run_compare(*request, option); };
       },

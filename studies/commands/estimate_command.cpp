@@ -89,7 +89,8 @@ Command estimate_command() {
             option.flag("--no-covariance", "Skip the computation of covariances", request->no_covariance);
             add_write_problem(option, request->built);
             add_output(option, request->output,
-                       {.writes = "Write trajectories, errors, summary.json and plots to DIR"});
+                       {.writes = "Write trajectories, errors, summary.json and plots to DIR",
+                        .force = &request->problem.force});
             return [request, &option] { return run_estimate(*request, option); };
           },
           true,

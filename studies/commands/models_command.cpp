@@ -101,7 +101,8 @@ Command models_command() {
             "Wall-clock time limit of each model (default: none). The navigation before the models has the same limit",
             request->time_limit, parse_non_negative);
         add_threads(option);
-        add_output(option, request->output, {.writes = "Write models.csv and a plot to DIR"});
+        add_output(option, request->output,
+                   {.writes = "Write models.csv and a plot to DIR", .force = &request->problem.force});
         option.flag("--full", "Print all rows instead of a summary", request->full);
         return [request, &option] { return run_models(*request, option); };
       },

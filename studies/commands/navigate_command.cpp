@@ -119,7 +119,8 @@ Command navigate_command() {
         option.flag("--no-covariance", "Skip the computation of covariances",
                     [request] { request->own.navigation.covariance = false; });
         add_write_problem(option, request->built);
-        add_output(option, request->output, {.writes = "Write trajectory, errors, summary.json and plots to DIR"});
+        add_output(option, request->output,
+                   {.writes = "Write trajectory, errors, summary.json and plots to DIR", .force = &request->force});
         option("--after", "SECONDS",
                "Also summarise the errors after the first SECONDS of data [s] (default: only of all data)",
                request->after, parse_non_negative);

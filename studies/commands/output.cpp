@@ -1,5 +1,3 @@
-#include <cstdio>
-
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -22,6 +20,12 @@ void add_output(CommandOptions& option, Output& output, const OutputOptions& opt
     option.required(options.folder, "DIR", options.writes, output.folder, open);
   else
     option(options.folder, "DIR", options.writes, output.folder, open);
+  if (!options.force) option.flag("--force", "Overwrite files in DIR that tandem did not write", output.force);
+  option.after_reading([&output, &option, force = options.force ? options.force : &output.force] {
+    if (!output.folder) return;
+    if (*force) output.folder->force();
+    output.folder->check(option.result_files());
+  });
   if (options.plots)
     option("--plots", "svg|png|off", "Format of the plots in DIR (default svg)", output.plots, parse_plots);
   if (options.prints) add_printing(option, output);
@@ -44,13 +48,14 @@ int finish(const Output& output, const Results& results) {
         note = draw_plots(results.plots_command, *output.plots, folder);
     });
   if (output.json) {
-    fmt::print("{}", results.json());
+    print(results.json());
   } else if (!output.quiet) {
     const std::string table = results.table ? results.table() : "";
-    fmt::print("{}", printable_lines(table));
-    if (output.folder) fmt::print("{}Written to {}\n", table.empty() ? "" : "\n", printable(output.folder_name));
+    print(printable_lines(table));
+    if (output.folder)
+      print(fmt::format("{}Written to {}\n", table.empty() ? "" : "\n", printable(output.folder_name)));
   }
-  std::fflush(stdout);
+  flush_output();
   if (!note.empty() && !output.quiet) warn(note);
   if (results.incomplete_reason.empty()) return kSuccess;
   warn(results.incomplete_reason);

@@ -14,10 +14,11 @@
 
 namespace tandem {
 
-/// Values of the output options --out, --plots, --json and --quiet.
+/// Values of the output options --out, --force, --plots, --json and --quiet.
 struct Output {
   std::optional<OutputFolder> folder;
   std::string folder_name;  ///< as typed
+  bool force = false;       ///< overwrites files in the folder that Tandem did not write
   std::optional<PlotFormat> plots = PlotFormat::svg;
   bool json = false, quiet = false, verbose = false;
 
@@ -32,6 +33,7 @@ struct OutputOptions {
   bool plots = true;
   bool prints = true;               ///< adds the options of add_printing()
   std::string folder = "-o,--out";  ///< name of the option for DIR
+  const bool* force = nullptr;      ///< value of the command's own --force, if it has one
 };
 /// Adds the output options to a command.
 void add_output(CommandOptions& option, Output& output, const OutputOptions& options);

@@ -55,7 +55,8 @@ Command plan_command() {
             add_threads(option);
             add_output(
                 option, request->output,
-                {.writes = "Write the plan, the predicted target, the commands and the active constraints to DIR"});
+                {.writes = "Write the plan, the predicted target, the commands and the active constraints to DIR",
+                 .force = &request->problem.force});
             return [request, &option] { return run_plan(*request, option); };
           },
           false,

@@ -92,10 +92,11 @@ void add_max_keyframes(CommandOptions& option, ProblemRequest& request) {
 void add_force(CommandOptions& option, bool& force) {
   option.group(kSensors);
   option.advanced();
-  option.flag(
-      "--force",
-      "Accept implausible times: gaps of more than an hour, more than 200,000 keyframes, times that are not in seconds",
-      force);
+  option.flag("--force",
+              "Accept implausible times (gaps of more than an hour, more than 200,000 keyframes, times that are not in "
+              "seconds), "
+              "and overwrite files in --out that tandem did not write",
+              force);
 }
 
 void reject_implausible_times(const Scenario& scenario, const std::string& name, bool force) {

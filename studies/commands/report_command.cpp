@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 
+#include <tandem/lie/error.hpp>
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/commands/output.hpp>
+#include <tandem/studies/report/html_page.hpp>
 #include <tandem/studies/report/report_page.hpp>
+#include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/json_fields.hpp>
 #include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/text.hpp>
@@ -26,9 +29,22 @@ JsonFields<Page> page_fields() {
       .add("page", "path of the written page", [](const Page& p) { return p.file; });
 }
 
+/// Throws Error if the file exists and is not a page that Tandem wrote.
+void check_own_page(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) return;
+  InputFile page(file);
+  std::string line;
+  for (int i = 0; i < 10 && std::getline(page, line); ++i)
+    if (line == HtmlPage::mark) return;
+  throw Error(fmt::format("tandem did not write {}; name another file with --page, or add --force to overwrite it",
+                          file.string()));
+}
+
 int run_report(const ReportRequest& request) {
   const std::filesystem::path file =
-      request.out.empty() ? std::filesystem::path(request.folder) / "report.html" : std::filesystem::path(request.out);
+      request.out.empty() ? file_in(request.folder, "report.html") : std::filesystem::path(request.out);
+  if (!request.output.force) check_own_page(file);
   replace_file(file, report_page(request.folder));
   Results results;
   results.table = [&] { return fmt::format("Written to {}\n", file.string()); };
@@ -49,6 +65,7 @@ Command report_command() {
             option.group("Output");
             option("--page", "FILE", "Write the page to FILE (default DIR/report.html)", request->out,
                    [](const std::string&, const std::string& text) { return text; });
+            option.flag("--force", "Overwrite a file that tandem did not write", request->output.force);
             add_printing(option, request->output, false);
             return [request] { return run_report(*request); };
           },

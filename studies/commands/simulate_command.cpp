@@ -25,7 +25,6 @@ struct SimulateRequest {
   DockingOptions docking;
   std::vector<std::pair<std::string, std::string>> set;  ///< names and values of parameters
   Output output;
-  bool force = false;
 };
 
 Grade parse_grade(const std::string& option, const std::string& text) {
@@ -108,7 +107,7 @@ const std::vector<Simulation>& simulations() {
 void check_empty(const SimulateRequest& request) {
   const std::string& folder = request.output.folder_name;
   std::error_code none;
-  if (request.force || !std::filesystem::is_directory(folder, none) || std::filesystem::is_empty(folder)) return;
+  if (request.output.force || !std::filesystem::is_directory(folder, none) || std::filesystem::is_empty(folder)) return;
   throw Error(fmt::format("--out {}: the folder is not empty; use --force to write to it", folder));
 }
 
@@ -180,8 +179,12 @@ Command simulate_command() {
             option("--surfacings", "N", "Number of surfacings for GPS fixes during the dive (default 0)",
                    dive.surfacings, parse_count);
             add_output(option, request->output,
-                       {.writes = "Write the scenario folder to DIR", .required = true, .plots = false});
-            option.flag("--force", "Write to DIR even if it is not empty", request->force);
+                       {.writes = "Write the scenario folder to DIR",
+                        .required = true,
+                        .plots = false,
+                        .force = &request->output.force});
+            option.flag("--force", "Write to DIR even if it is not empty, and overwrite files that tandem did not write",
+                        request->output.force);
             return [request, &option] { return run_simulate(*request, option); };
           },
           false, [] { return std::vector{describe_json("--json", "simulate", written_fields())}; }};

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <string_view>
 #include <vector>
@@ -54,7 +53,7 @@ int print_help() {
       "\nExit status: 0 success; 1 invalid input or usage, nothing is written; 2 a solve did not converge, the run was "
       "stopped\nearly, or there is no usable result.\n"
       "Use tandem help COMMAND, or tandem COMMAND --help, for the help of a command.\n";
-  fmt::print("{}", text);
+  print(text);
   return 0;
 }
 
@@ -72,7 +71,7 @@ int print_reference(std::string_view format) {
     text += format == "man" ? fmt::format(".TP\n.BR tandem\\-{} (1)\n{}\n", command.name, command.summary)
                             : command.name + "\n";
   }
-  fmt::print("{}", text);
+  print(text);
   return 0;
 }
 
@@ -102,7 +101,7 @@ int main(int argc, const char* const* argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     if (word == "--version") {
-      fmt::print("tandem {}\n", TANDEM_VERSION);
+      print(fmt::format("tandem {}\n", TANDEM_VERSION));
       return 0;
     }
     if (is_command(word)) {
@@ -132,4 +131,11 @@ int main(int argc, const char* const* argv) {
 }  // namespace
 }  // namespace tandem
 
-int main(int argc, char** argv) { return tandem::main(argc, argv); }
+int main(int argc, char** argv) {
+  tandem::prepare_standard_streams();
+  const int status = tandem::main(argc, argv);
+  const std::string failure = tandem::output_failure();
+  if (failure.empty()) return status;
+  tandem::warn(failure);
+  return 1;
+}

@@ -188,6 +188,9 @@ class OnDisk {
   /// Returns the state of an earlier run to resume from, if any.
   const std::optional<TrackResumePoint>& before() const { return before_; }
 
+  /// Returns whether results are written to files.
+  bool has_results() const { return disk_.has_value(); }
+
   void add(const TrackRecord& record) {
     try {
       if (partial_) partial_->add(record);
@@ -231,18 +234,18 @@ int run_track(const TrackRequest& request, const CommandOptions& option) {
   if (!request.standard_input && !request.output.quiet)
     if (const std::string why = timestamp_overlap_warning(scenario); !why.empty()) warn(why);
 
-  const bool print = !request.output.quiet && !request.output.json && !request.json_lines;
+  const bool tables = !request.output.quiet && !request.output.json && !request.json_lines;
   const std::vector<std::string> sensors = watched_sensors(scenario);
   OnDisk on_disk(request, scenario);
   if (request.snapshot) options.on_snapshot = [&](TrackSnapshot snapshot) { on_disk.add(std::move(snapshot)); };
   TrackLines lines(scenario.frame, !scenario.data.sensors.empty(), scenario.data.planar, options.ahead);
   const auto each = [&](const TrackRecord& record) {
     on_disk.add(record);
-    if (!print && !request.json_lines) return;
-    const std::string text = print ? lines(record) : track_json_line(record, scenario.frame, sensors, options.ahead);
+    if (!tables && !request.json_lines) return;
+    const std::string text = tables ? lines(record) : track_json_line(record, scenario.frame, sensors, options.ahead);
     if (text.empty()) return;
-    fmt::print("{}", text);
-    std::fflush(stdout);
+    print(text);
+    if (flush_output() != 0 && !on_disk.has_results()) throw Error(output_failure());  // nobody would see the rest
   };
   const Track result = track(scenario, options, *feed, each, on_disk.before());
   if (result.records.size() == 0) {

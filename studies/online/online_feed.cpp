@@ -63,7 +63,7 @@ std::optional<std::pair<double, double>> span_of(const FeedStream& stream) try {
   if (!rows.next()) return {};
   const double first = rows.row().front();
   double last = first;
-  std::ifstream file = open_input(stream.file);
+  InputFile file(stream.file);
   file.seekg(0, std::ios::end);
   file.seekg(std::max(std::streamoff(0), std::streamoff(file.tellg()) - std::streamoff(kLongestLine)));
   RowFormat format = stream.of_file;

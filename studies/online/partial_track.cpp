@@ -105,7 +105,8 @@ bool PartialTrack::resume(const ResumeOptions& options) {
   for (std::size_t i = 0; i < sizes.size(); ++i)
     if (!std::filesystem::exists(file(i)) || std::filesystem::file_size(file(i)) < sizes[i]) return false;
   std::string header;
-  std::getline(open_input(file(TrackRows::files.size() - 1)), header);
+  InputFile rows(file(TrackRows::files.size() - 1));
+  std::getline(rows, header);
   if (header + "\n" != rows_.headers().back()) return false;
   if (options.keep_all) {
     for (std::size_t i = 0; i < TrackRows::files.size(); ++i) {

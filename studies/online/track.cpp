@@ -121,7 +121,7 @@ class Tracker {
     const std::size_t sensors = estimator_.health().sensors.size();
     if (resume.n > 0) result_.records.load(resume.records, resume.n, sensors);
     if (resume.n > snapshot.partial.records) {
-      std::ifstream records = open_input(resume.records);
+      InputFile records(resume.records);
       records.seekg(std::streamoff((resume.n - 1) * record_bytes(options_.ahead.size(), sensors)));
       records.read(reinterpret_cast<char*>(&recorded_until_), sizeof recorded_until_);  // a record begins with its time
     }

@@ -158,7 +158,7 @@ void TrackRecords::write() {
 }
 
 void TrackRecords::load(const std::filesystem::path& file, std::size_t n, std::size_t sensors) {
-  std::ifstream stream = open_input(file);
+  InputFile stream(file);
   buffer_.resize(record_bytes(ahead_, sensors) / sizeof(double));
   sensors_ = sensors;
   for (std::size_t i = 0; i < n; ++i) {
@@ -184,17 +184,25 @@ void TrackRecords::each(const std::function<void(const TrackRecord&)>& f) const 
       read(value);
       return value;
     };
-    r.type = KeyframeType(int(number()));
+    /// Returns an integer from 0 to `most`. The records of an earlier track come from a file.
+    const auto whole = [&](double most) {
+      const double value = number();
+      if (!(value >= 0 && value <= most)) throw Error("the records of the track are damaged; remove the snapshot");
+      return std::size_t(value);
+    };
+    constexpr double kMaxCount = 1e15;
+    r.type = KeyframeType(whole(double(keyframe_types.size() - 1)));
     r.new_keyframe = number() != 0;
-    r.keyframes = std::size_t(number());
+    r.keyframes = whole(kMaxCount);
     r.health.converged = number() != 0;
-    r.health.resets = std::size_t(number());
-    r.health.suspensions = std::size_t(number());
-    for (OutputHealth* output : {&r.health.chaser, &r.health.target}) *output = {OutputState(int(number())), number()};
+    r.health.resets = whole(kMaxCount);
+    r.health.suspensions = whole(kMaxCount);
+    for (OutputHealth* output : {&r.health.chaser, &r.health.target})
+      *output = {OutputState(whole(double(OutputState::invalid))), number()};
     r.health.sensors.resize(sensors_);
     for (SensorRecord& sensor : r.health.sensors) {
-      sensor.used = std::size_t(number());
-      sensor.rejected = std::size_t(number());
+      sensor.used = whole(kMaxCount);
+      sensor.rejected = whole(kMaxCount);
       read(sensor.sigmas);
       read(sensor.age);
     }

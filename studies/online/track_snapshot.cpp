@@ -1,11 +1,15 @@
+#include <algorithm>
 #include <bit>
+#include <cctype>
 #include <cmath>
+#include <concepts>
 #include <limits>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/studies/online/track.hpp>
 #include <tandem/studies/online/track_snapshot.hpp>
 #include <tandem/studies/support/fnv1a.hpp>
 #include <tandem/studies/support/input_file.hpp>
@@ -31,10 +35,7 @@ class Write {
   explicit Write(Packed& out) : out_(out) { out_ = Packed::array(); }
   template <class T>
   void operator()(const T& value) {
-    if constexpr (std::is_enum_v<T>)
-      out_.push_back(int(value));
-    else
-      out_.push_back(value);
+    out_.push_back(value);
   }
   void operator()(const std::optional<double>& value) { out_.push_back(value ? Packed(*value) : Packed()); }
   template <int N>
@@ -62,23 +63,27 @@ class Read {
   explicit Read(const Packed& in) : in_(in) {}
   template <class T>
   void operator()(T& value) {
-    if constexpr (std::is_enum_v<T>)
-      value = T(next().get<int>());
-    else
-      value = next().get<T>();
+    get(next(), value);
   }
   void operator()(std::optional<double>& value) {
     const Packed& packed = next();
-    value = packed.is_null() ? std::nullopt : std::optional(packed.get<double>());
+    if (packed.is_null())
+      value.reset();
+    else
+      get(packed, value.emplace());
   }
   template <int N>
   void operator()(Vector<N>& v) {
-    const auto numbers = next().get<std::array<double, std::size_t(N)>>();
+    std::array<double, std::size_t(N)> numbers;
+    get(next(), numbers);
     v = Vector<N>(numbers.data());
+    if (!v.allFinite()) throw invalid();
   }
   void operator()(SO3& R) {
+    constexpr double kRounding = 1e-9;
     Vector<4> q;
     (*this)(q);
+    if (!(std::abs(q.squaredNorm() - 1) < kRounding)) throw invalid();
     R = SO3(SO3::Quaternion(q));
   }
   template <class T, class F>
@@ -91,6 +96,41 @@ class Read {
 
  private:
   const Packed& next() { return in_.at(n_++); }
+  static Error invalid() { return Error("a value is out of range"); }
+
+  // The functions below convert a value. The library converts any number and truth value to any other number; the
+  // conversion of a number that is out of range is undefined.
+  static void get(const Packed& packed, std::string& value) { value = packed.get<std::string>(); }
+  static void get(const Packed& packed, bool& value) { value = packed.get<bool>(); }
+  static void get(const Packed& packed, double& value) {
+    if (!packed.is_number()) throw invalid();
+    value = packed.get<double>();
+    if (std::isnan(value)) throw invalid();
+  }
+  template <std::integral T>
+  static void get(const Packed& packed, T& value) {
+    if (!packed.is_number_unsigned() || packed.get<std::uint64_t>() > std::uint64_t(std::numeric_limits<T>::max()))
+      throw invalid();
+    value = packed.get<T>();
+  }
+  template <class T>
+  static void get(const Packed& packed, std::vector<T>& list) {
+    if (!packed.is_array()) throw invalid();
+    for (const Packed& item : packed) get(item, list.emplace_back());
+  }
+  template <class T, std::size_t N>
+  static void get(const Packed& packed, std::array<T, N>& list) {
+    if (!packed.is_array() || packed.size() != N) throw invalid();
+    for (std::size_t i = 0; i < N; ++i) get(packed[i], list[i]);
+  }
+  static void get(const Packed& packed, RejectedLines::Counts& counts) {
+    for (const Packed& item : packed) {
+      std::pair<std::string, std::string> key;
+      get(item.at(0).at(0), key.first);
+      get(item.at(0).at(1), key.second);
+      get(item.at(1), counts[key]);
+    }
+  }
 
   const Packed& in_;
   std::size_t n_ = 0;
@@ -243,6 +283,35 @@ void snapshot_fields(F& f, Snapshot& s) {
   f(s.partial.records);
 }
 
+/// Returns whether the values are in the ranges that a track writes, as far as these do not depend on the scenario.
+bool has_valid_values(const TrackSnapshot& s) {
+  constexpr std::uintmax_t kMaxBytes = std::uintmax_t(1) << 50;
+  const auto is_hexadecimal = [](char c) { return std::isxdigit(static_cast<unsigned char>(c)) != 0; };
+  for (const double t : {s.t, s.first, s.last, s.seconds})
+    if (!std::isfinite(t)) return false;
+  if (s.start && !std::isfinite(s.start->t)) return false;
+  for (const FeedLine& line : s.lines)
+    if (!std::isfinite(line.t)) return false;
+  for (const StreamClocks::Clock& clock : s.feed.clocks.streams) {
+    if (!(clock.unit > 0 && clock.period >= 0) || (clock.last && !std::isfinite(*clock.last))) return false;
+    for (const double value : {clock.unit, clock.offset, clock.period, clock.lag})
+      if (!std::isfinite(value)) return false;
+  }
+  // The name of the run is part of a file name.
+  if (s.partial.run.size() > 16 || !std::all_of(s.partial.run.begin(), s.partial.run.end(), is_hexadecimal))
+    return false;
+  return s.partial.records <= kMaxBytes && std::all_of(s.partial.sizes.begin(), s.partial.sizes.end(),
+                                                       [](std::uintmax_t size) { return size <= kMaxBytes; });
+}
+
+/// Returns whether lines and counts suit the streams of a scenario.
+bool suits(const TrackSnapshot& s, const std::vector<FeedStream>& streams, const std::vector<std::string>& sensors) {
+  if (s.feed.rows.size() != streams.size() || s.feed.clocks.streams.size() != streams.size()) return false;
+  for (const FeedLine& line : s.lines)  // the kinds of streams are in the order of the kinds of lines
+    if (line.stream >= streams.size() || line.data.index() != std::size_t(streams[line.stream].kind)) return false;
+  return sensor_names(s.health) == sensors;
+}
+
 }  // namespace
 
 std::vector<std::string> streams_of(const Scenario& settings, const FeedStreams& streams) {
@@ -277,19 +346,25 @@ TrackSnapshot parse_snapshot(std::string_view bytes, const std::string& file) {
     snapshot_fields(read, snapshot);
   } catch (const Packed::exception&) {
     throw invalid("the snapshot has invalid contents");
+  } catch (const Error&) {
+    throw invalid("the snapshot has invalid contents");
   }
+  if (!has_valid_values(snapshot)) throw invalid("the snapshot has invalid contents");
   return snapshot;
 }
 
 std::optional<TrackSnapshot> read_snapshot(const std::filesystem::path& file, const Scenario& settings) {
   std::error_code error;
   if (!std::filesystem::exists(std::filesystem::symlink_status(file, error))) return {};
-  TrackSnapshot snapshot = parse_snapshot(read_text(file), file.string());
-  const std::vector<std::string> here = streams_of(settings, FeedStreams(settings));
+  TrackSnapshot snapshot = parse_snapshot(read_state(file), file.string());
+  const FeedStreams streams(settings);
+  const std::vector<std::string> here = streams_of(settings, streams);
   if (snapshot.scenario != settings.name || snapshot.streams != here)
     throw Error(fmt::format("{} is a snapshot of {} with {}, not of {} with {}; use the scenario of the snapshot",
                             file.string(), quote(snapshot.scenario), listed(snapshot.streams), quote(settings.name),
                             listed(here)));
+  if (!suits(snapshot, streams.all(), watched_sensors(settings)))
+    throw Error(file.string() + ": the snapshot has invalid contents; move the file away to start a new track");
   return snapshot;
 }
 

@@ -1,9 +1,8 @@
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/report/plotly_library.hpp>
+#include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/installation.hpp>
 
 namespace tandem {
@@ -12,8 +11,8 @@ std::string plotly_library() {
   for (const std::filesystem::path& file :
        {share_folder() / "report" / "plotly.min.js",
         std::filesystem::path("/usr/lib/python3/dist-packages/plotly/package_data/plotly.min.js")}) {
-    std::ifstream stream(file, std::ios::binary);
-    if (stream) return {std::istreambuf_iterator<char>(stream), {}};
+    std::error_code error;
+    if (std::filesystem::exists(file, error)) return read_text(file);
   }
   throw Error(
       "a report needs plotly.js, which is missing: run scripts/setup and rebuild, or install Debian's "

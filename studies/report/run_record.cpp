@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 
 #include <fmt/format.h>
@@ -9,6 +8,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/report/run_record.hpp>
 #include <tandem/studies/support/csv.hpp>
+#include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -20,16 +20,17 @@ constexpr std::size_t kMaxRows = 6000;  // longer files are subsampled
 /// Columns of a CSV file by name.
 class CsvColumns {
  public:
-  explicit CsvColumns(const std::filesystem::path& file) : file_(file), stream_(file) {
+  CsvColumns(const std::filesystem::path& folder, const std::string& name) : file_(file_in(folder, name)) {
+    InputFile stream(file_);
     std::string line;
-    if (!std::getline(stream_, line)) throw Error(fmt::format("{} is missing or empty", file.string()));
+    if (!std::getline(stream, line)) throw Error(fmt::format("{} is empty", file_.string()));
     names_ = csv_cells(line);
-    while (std::getline(stream_, line))
+    while (std::getline(stream, line))
       if (!line.empty()) rows_.push_back(csv_cells(line));
     for (const auto& row : rows_)
       if (row.size() != names_.size())
         throw Error(
-            fmt::format("{} has a row of {} cells; its header has {}", file.string(), row.size(), names_.size()));
+            fmt::format("{} has a row of {} cells; its header has {}", file_.string(), row.size(), names_.size()));
     step_ = rows_.size() / kMaxRows + 1;
   }
   std::vector<std::string> texts(const std::string& name) const {
@@ -52,7 +53,6 @@ class CsvColumns {
 
  private:
   std::filesystem::path file_;
-  std::ifstream stream_;
   std::vector<std::string> names_;
   std::vector<std::vector<std::string>> rows_;
   std::size_t step_ = 1;
@@ -60,7 +60,7 @@ class CsvColumns {
 
 RunRecord::Path read_path(const std::filesystem::path& file) {
   RunRecord::Path path;
-  std::ifstream stream(file);
+  InputFile stream(file);
   std::vector<std::vector<double>> rows;
   for (std::string line; std::getline(stream, line);) {
     if (line.empty() || line.front() == '#') continue;
@@ -80,9 +80,9 @@ RunRecord::Path read_path(const std::filesystem::path& file) {
 }
 
 /// Returns the innovations of each sensor at the updates at which they change.
-std::vector<RunRecord::Innovations> read_innovations(const std::filesystem::path& file) {
+std::vector<RunRecord::Innovations> read_innovations(const std::filesystem::path& folder) {
   constexpr std::string_view kSigmas = "_sigmas";
-  const CsvColumns track(file);
+  const CsvColumns track(folder, "track.csv");
   const std::vector<double> t = track.numbers("t");
   std::vector<RunRecord::Innovations> all;
   for (const std::string& name : track.names()) {
@@ -111,8 +111,7 @@ std::string mean_std_text(const nlohmann::json& of, const std::string& key, cons
 }
 
 void read_summary(const std::filesystem::path& file, RunRecord& run) try {
-  std::ifstream stream(file);
-  const nlohmann::json json = nlohmann::json::parse(stream);
+  const nlohmann::json json = nlohmann::json::parse(read_text(file));
   run.scenario = json.value("scenario", "");
   run.model = json.value("model", "");
   if (json.contains("mode"))
@@ -120,11 +119,18 @@ void read_summary(const std::filesystem::path& file, RunRecord& run) try {
   run.solver = json.value("solver", "");
   run.status = json.value("status", "");
   if (!json.contains("errors")) return;
+  const auto n_of = [&](const char* type) {
+    return json["errors"].contains(type) ? json["errors"][type].value("n", 0.0) : 0.0;
+  };
+  // As in the table of the command: a mean of raw errors compares only if all keyframes have measurements.
+  const bool all_measured = n_of("partial") + n_of("none") == 0;
   for (const char* type : {"position", "pose", "partial", "none", "all"})
-    if (const auto& errors = json["errors"]; errors.contains(type) && errors[type].value("n", 0) > 0) {
-      const auto& of = errors[type];
-      run.table.push_back({type, fmt::format("{}", of.value("n", 0)), mean_std_text(of, "position", "m"),
-                           mean_std_text(of, "orientation", "deg"), mean_std_text(of, "raw_position", "m")});
+    if (n_of(type) > 0) {
+      const auto& of = json["errors"][type];
+      const bool comparable = std::string_view(type) != "all" || all_measured;
+      run.table.push_back({type, fmt::format("{:.0f}", of.value("n", 0.0)), mean_std_text(of, "position", "m"),
+                           mean_std_text(of, "orientation", "deg"),
+                           comparable ? mean_std_text(of, "raw_position", "m") : "–"});
     }
 } catch (const nlohmann::json::exception&) {
   throw Error(fmt::format("{} is damaged or was not written by tandem", file.string()));
@@ -140,26 +146,26 @@ bool is_run(const std::filesystem::path& folder) {
 
 RunRecord read_run(const std::filesystem::path& folder) {
   RunRecord run;
-  read_summary(folder / "summary.json", run);
+  read_summary(file_in(folder, "summary.json"), run);
   for (const auto& [name, path] : {std::pair{"chaser", &run.chaser},
                                    {"target", &run.target},
                                    {"chaser_truth", &run.chaser_truth},
                                    {"target_truth", &run.target_truth}}) {
-    const auto tum = folder / fmt::format("{}.tum", name), full = folder / fmt::format("{}_full.csv", name);
-    if (std::filesystem::exists(full))  // also has point targets
-      *path = CsvColumns(full).path();
-    else if (std::filesystem::exists(tum))
-      *path = read_path(tum);
+    const std::string tum = fmt::format("{}.tum", name), full = fmt::format("{}_full.csv", name);
+    if (std::filesystem::exists(folder / full))  // also has point targets
+      *path = CsvColumns(folder, full).path();
+    else if (std::filesystem::exists(folder / tum))
+      *path = read_path(file_in(folder, tum));
   }
   for (const char* file : {"target_fixes.csv", "chaser_fixes.csv"}) {
     if (!std::filesystem::exists(folder / file)) continue;
-    const CsvColumns fixes(folder / file);
+    const CsvColumns fixes(folder, file);
     run.fixes = fixes.path("_m");
     run.fix_sensors = fixes.texts("sensor");
     break;
   }
-  if (std::filesystem::exists(folder / "track.csv")) run.innovations = read_innovations(folder / "track.csv");
-  const CsvColumns errors(folder / "errors.csv");
+  if (std::filesystem::exists(folder / "track.csv")) run.innovations = read_innovations(folder);
+  const CsvColumns errors(folder, "errors.csv");
   run.t = errors.numbers("t");
   run.position_error = errors.numbers("position_error_m");
   run.orientation_error = errors.numbers("orientation_error_deg");

@@ -13,6 +13,7 @@
 #include <tandem/studies/scenario/sensor_rows.hpp>
 #include <tandem/studies/scenario/table.hpp>
 #include <tandem/studies/scenario/yaml_section.hpp>
+#include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -133,7 +134,7 @@ class ScenarioReader {
 
   void read_odometry() {
     if (scenario_.navigation && !odometry_exists()) return;
-    const std::filesystem::path file = folder_ / "chaser_odometry.tum";
+    const std::filesystem::path file = file_in(folder_, "chaser_odometry.tum");
     scenario_.files.odometry = file;
     if (!all_rows()) return;
     const Table table = read_tum(file, stop_);
@@ -179,7 +180,7 @@ class ScenarioReader {
             name,
             fmt::format("sensor {0} must read {0}.csv, since that file exists; set its file, or rename it", name));
       data_.sensors.push_back(read_undeclared_sensor(name, type, sensor_context()));
-      scenario_.files.target.push_back(folder_ / file);
+      scenario_.files.target.push_back(file_in(folder_, file));
       undeclared_.push_back(name);
     }
   }
@@ -218,11 +219,11 @@ class ScenarioReader {
 }  // namespace
 
 Scenario read_scenario(const std::filesystem::path& folder, const Stop& stop) {
-  return ScenarioReader(folder, YamlSection::load(folder / "scenario.yaml"), {}, stop).read();
+  return ScenarioReader(folder, YamlSection::load(file_in(folder, "scenario.yaml")), {}, stop).read();
 }
 
 Scenario read_settings(const std::filesystem::path& folder, RowsIn rows) {
-  return ScenarioReader(folder, YamlSection::load(folder / "scenario.yaml"), rows).read();
+  return ScenarioReader(folder, YamlSection::load(file_in(folder, "scenario.yaml")), rows).read();
 }
 
 Scenario read_settings(const std::string& yaml, const std::filesystem::path& folder, RowsIn rows) {
@@ -230,10 +231,10 @@ Scenario read_settings(const std::string& yaml, const std::filesystem::path& fol
 }
 
 void read_truth(Scenario& scenario, const Stop& stop) {
-  const std::filesystem::path chaser = scenario.folder / "truth_chaser.tum",
-                              target = scenario.folder / "truth_target.tum";
-  if (std::filesystem::exists(chaser)) scenario.truth_chaser = true_trajectory(scenario, read_tum(chaser, stop));
-  if (std::filesystem::exists(target)) scenario.truth_target = true_trajectory(scenario, read_tum(target, stop));
+  for (const auto& [name, truth] :
+       {std::pair{"truth_chaser.tum", &scenario.truth_chaser}, {"truth_target.tum", &scenario.truth_target}})
+    if (std::filesystem::exists(scenario.folder / name))
+      *truth = true_trajectory(scenario, read_tum(file_in(scenario.folder, name), stop));
 }
 
 }  // namespace tandem

@@ -8,6 +8,7 @@
 #include <tandem/studies/scenario/sensor_file.hpp>
 #include <tandem/studies/scenario/sensor_rows.hpp>
 #include <tandem/studies/scenario/table.hpp>
+#include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -74,7 +75,7 @@ TargetSensor read_undeclared_sensor(const std::string& name, SensorType type, co
   sensor.name = name;
   sensor.type = type;
   sensor.sigma = Eigen::VectorXd::Zero(rows(type, context.planar));
-  sensor.measurements = measurements(type, context.folder / (name + ".csv"), context);
+  sensor.measurements = measurements(type, file_in(context.folder, name + ".csv"), context);
   return sensor;
 }
 

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <utility>
 
 #include <fmt/format.h>
@@ -54,7 +53,7 @@ const std::vector<double>& RowFormat::parse(std::string_view line) {
 }
 
 RowFile::RowFile(std::filesystem::path file, RowFormat format, TimeOrder order)
-    : RowFile(std::make_unique<std::ifstream>(open_input(file)), file, std::move(format), order) {}
+    : RowFile(std::make_unique<InputFile>(file), file, std::move(format), order) {}
 
 RowFile::RowFile(std::unique_ptr<std::istream> stream, std::filesystem::path file, RowFormat format, TimeOrder order)
     : file_(std::move(file)),

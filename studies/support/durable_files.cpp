@@ -46,7 +46,8 @@ DurableFiles::~DurableFiles() {
 }
 
 std::size_t DurableFiles::open(const std::filesystem::path& path, std::uintmax_t keep) {
-  const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, kMode);
+  // Neither follows a link nor waits for the reader of a pipe; ftruncate() fails on anything but a regular file.
+  const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, kMode);
   if (descriptor < 0 || ftruncate(descriptor, off_t(keep)) != 0) {
     const std::error_code reason = last_error();
     if (descriptor >= 0) close(descriptor);
@@ -139,7 +140,7 @@ void DurableFiles::write_all(std::unique_lock<std::mutex>& lock) {
 }
 
 void remove_partial_line(const std::filesystem::path& file) {
-  std::ifstream stream = open_input(file);
+  InputFile stream(file);
   std::uintmax_t size = std::filesystem::file_size(file), end = size;
   for (char c = 0; end > 0; --end) {
     stream.seekg(std::streamoff(end - 1));

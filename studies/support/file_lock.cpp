@@ -11,7 +11,8 @@ namespace tandem {
 FileLock::FileLock(const std::filesystem::path& path, Busy busy) {
   std::error_code ignored;
   // Over NFS, only a file that is open for writing can be locked.
-  const int flags = std::filesystem::is_directory(path, ignored) ? O_RDONLY | O_DIRECTORY : O_RDWR | O_CREAT;
+  const int flags = std::filesystem::is_directory(path, ignored) ? O_RDONLY | O_DIRECTORY
+                                                                 : O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK;
   descriptor_ = open(path.c_str(), flags | O_CLOEXEC, 0666);
   if (descriptor_ < 0) {
     failure_ = errno;

@@ -1,8 +1,7 @@
-#include <atomic>
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
-#include <fstream>
 #include <set>
 #include <vector>
 
@@ -13,6 +12,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/support/file_lock.hpp>
+#include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/output_folder.hpp>
 #include <tandem/studies/support/posix.hpp>
@@ -27,16 +27,27 @@ const std::string kFresh = "new";  // subfolder of the temporary folder: the new
 constexpr int kTries = 100;
 const std::string kInternal = ".tandem-";  // prefix of the manifest and of the write probes of other runs
 const std::string kExchange = "swap";      // marker file: `new` is complete and may have been exchanged
+const std::string kScenario = "scenario.yaml";
 
 std::string& run_file_text() {
   static std::string text;
   return text;
 }
 
-/// Creates a folder, and removes it in the destructor.
+/// Returns the name of the empty folder by which a temporary folder is recognised as this user's own. Neither another
+/// user nor the author of a copied folder can know the identity.
+std::string own_mark(const fs::path& folder) { return "id-" + file_identity(folder.c_str()); }
+
+/// Creates a folder that only this user may enter, and removes it in the destructor.
 class TemporaryFolder {
  public:
-  explicit TemporaryFolder(fs::path path) : path_(std::move(path)) { fs::create_directories(path_); }
+  /// Random letters follow `prefix` in the name.
+  explicit TemporaryFolder(const fs::path& prefix) {
+    std::string name = prefix.string() + "XXXXXX";
+    if (!mkdtemp(name.data())) throw fs::filesystem_error("", {errno, std::generic_category()});
+    path_ = name;
+    fs::create_directory(path_ / own_mark(path_));
+  }
   ~TemporaryFolder() {
     std::error_code ignored;
     fs::remove_all(path_, ignored);
@@ -55,20 +66,41 @@ std::set<std::string> names_in(const fs::path& folder) {
   return names;
 }
 
-/// Returns the file names in the manifest of the last run. Ignores lines that are not plain file names, so that an
-/// edited manifest cannot lead out of the folder.
+/// Returns the file names in the manifest of the last run, none if it is not a readable file. Ignores lines that are not
+/// plain file names, so that an edited manifest cannot lead out of the folder.
 std::set<std::string> files_of_last_run(const fs::path& folder) {
+  const fs::path manifest = folder / OutputFolder::manifest;
+  if (!fs::is_regular_file(fs::symlink_status(manifest))) return {};
+  const std::string text = read_state(manifest);
   std::set<std::string> names;
-  std::ifstream stream(folder / OutputFolder::manifest, std::ios::binary);
-  for (std::string name; std::getline(stream, name);)
-    if (!name.empty() && fs::path(name).filename() == name && name != "." && name != "..") names.insert(name);
+  for (const std::string_view line : split(text, '\n'))
+    if (const fs::path name(line); !line.empty() && name.filename() == name && name != "." && name != "..")
+      names.insert(name);
   return names;
 }
 
-/// Returns the names of entries that were not written by a run; they belong to the user.
-std::set<std::string> user_entries(const fs::path& folder) {
+/// Returns a file of one of these names that Tandem did not write, or an empty path.
+fs::path foreign_file(const fs::path& folder, const std::set<std::string>& names) {
+  const std::set<std::string> own = files_of_last_run(folder);
+  for (const std::string& name : names)
+    if (const auto status = fs::symlink_status(folder / name);
+        fs::exists(status) && !fs::is_directory(status) && !own.contains(name) && name != OutputFolder::manifest)
+      return folder / name;
+  const auto manifest = fs::symlink_status(folder / OutputFolder::manifest);
+  return fs::exists(manifest) && !fs::is_regular_file(manifest) ? folder / OutputFolder::manifest : fs::path();
+}
+
+/// Returns the files of the last run that the next one, which writes `names`, replaces or removes. A scenario is removed
+/// only by another one.
+std::set<std::string> replaceable_files(const fs::path& folder, const std::set<std::string>& names) {
+  const std::set<std::string> files = files_of_last_run(folder);
+  return files.contains(kScenario) && !names.contains(kScenario) ? std::set<std::string>() : files;
+}
+
+/// Returns the names of the entries of a folder that belong to the user if the next run writes `names`.
+std::set<std::string> user_entries(const fs::path& folder, const std::set<std::string>& written) {
   std::set<std::string> names = names_in(folder);
-  for (const std::string& name : files_of_last_run(folder))
+  for (const std::string& name : replaceable_files(folder, written))
     if (!fs::is_directory(fs::symlink_status(folder / name))) names.erase(name);
   std::erase_if(names, [](const std::string& name) { return name.starts_with(kInternal); });
   return names;
@@ -83,7 +115,7 @@ void check_replaceable(const fs::path& fresh, const fs::path& folder) {
 
 /// Moves user entries from `old` to `folder`, except those whose name exists there.
 void move_user_entries(const fs::path& old, const fs::path& folder) {
-  for (const std::string& name : user_entries(old)) {
+  for (const std::string& name : user_entries(old, files_of_last_run(folder))) {
     if (fs::exists(fs::symlink_status(folder / name))) continue;
     std::error_code error;
     fs::rename(old / name, folder / name, error);
@@ -99,7 +131,7 @@ bool exchange(const fs::path& fresh, const fs::path& folder, const fs::path& mar
   check_replaceable(fresh, folder);
   std::error_code ignored;
   const std::set<std::string> written = names_in(fresh);
-  for (const std::string& name : user_entries(folder))
+  for (const std::string& name : user_entries(folder, written))
     if (!written.contains(name) && fs::is_regular_file(fs::symlink_status(folder / name)))
       fs::create_hard_link(folder / name, fresh / name, ignored);
   fs::permissions(fresh, fs::status(folder).permissions(), ignored);
@@ -114,7 +146,7 @@ bool exchange(const fs::path& fresh, const fs::path& folder, const fs::path& mar
 void replace_files(const fs::path& fresh, const fs::path& folder, const fs::path& aside) {
   check_replaceable(fresh, folder);
   const std::set<std::string> written = files_of_last_run(fresh);
-  std::set<std::string> old = files_of_last_run(folder);
+  std::set<std::string> old = replaceable_files(folder, written);
   old.insert(written.begin(), written.end());
   old.insert(OutputFolder::manifest);
   std::vector<std::pair<fs::path, fs::path>> moved;
@@ -145,19 +177,25 @@ bool on_same_file_system(const fs::path& a, const fs::path& b) {
 
 std::string temporary_prefix(const fs::path& folder) { return fmt::format(".{}.tandem-", folder.filename().string()); }
 
-/// Removes temporary folders that killed runs left in `where`. Moves user entries back if a run was killed after the
-/// exchange.
+/// Removes temporary folders that killed runs of this user left in `where`. Moves user entries back if a run was killed
+/// after the exchange. Does not follow links.
 void clean_up(const fs::path& where, const fs::path& folder) {
   std::error_code ignored;
   const std::string prefix = temporary_prefix(folder);
   std::vector<fs::path> left;
   for (const auto& entry : fs::directory_iterator(where, ignored))
-    if (entry.path().filename().string().starts_with(prefix)) left.push_back(entry.path());
+    if (entry.path().filename().string().starts_with(prefix) && is_own_folder(entry.path().c_str()))
+      left.push_back(entry.path());
   for (const fs::path& path : left) {
     const std::string name = path.filename().string().substr(prefix.size());
     const auto process = parse_positive_integer(std::string_view(name).substr(0, name.find('-')));
     if (!process || kill(*process, 0) == 0 || errno == EPERM) continue;  // that run is still alive
-    if (fs::exists(path / kExchange) && fs::is_directory(path / kFresh) && fs::is_directory(folder))
+    if (!is_own_folder((path / own_mark(path)).c_str())) {
+      rmdir(path.c_str());  // of a run that was killed before it could mark the folder; fails unless it is empty
+      continue;
+    }
+    if (fs::is_regular_file(fs::symlink_status(path / kExchange)) && is_own_folder((path / kFresh).c_str()) &&
+        fs::is_directory(folder))
       move_user_entries(path / kFresh, folder);
     fs::remove_all(path, ignored);
   }
@@ -192,8 +230,24 @@ std::filesystem::path OutputFolder::partial() const {
 
 void set_run_file(std::string text) { run_file_text() = std::move(text); }
 
+void OutputFolder::check_overwritable(const std::set<std::string>& names) const {
+  if (forced_ || !fs::is_directory(folder_)) return;
+  if (files_of_last_run(folder_).contains(kScenario) && !names.contains(kScenario))
+    throw Error(
+        fmt::format("--out {}: the folder is a scenario that tandem wrote; name another folder, or add --force "
+                    "to write beside its files",
+                    folder_.string()));
+  if (const fs::path file = foreign_file(folder_, names); !file.empty())
+    throw Error(fmt::format("--out {}: tandem did not write {}; name another folder, or add --force to overwrite it",
+                            folder_.string(), file.filename().string()));
+}
+
+void OutputFolder::check(const std::vector<std::string>& names) const {
+  check_overwritable({names.begin(), names.end()});
+  if (!forced_) refuse_inputs_in(folder_);
+}
+
 void OutputFolder::fill(const std::function<void(const fs::path&)>& write) const try {
-  static std::atomic<int> count{0};
   const fs::path folder = fs::weakly_canonical(folder_);  // resolves a symbolic link
   fs::create_directories(folder.parent_path());
   const bool beside = is_writable(folder.parent_path());
@@ -203,7 +257,7 @@ void OutputFolder::fill(const std::function<void(const fs::path&)>& write) const
     clean_up(where, folder);
     clean_up(folder, folder);
   }
-  const std::string name = fmt::format("{}{}-{}", temporary_prefix(folder), getpid(), count++);
+  const std::string name = fmt::format("{}{}-", temporary_prefix(folder), getpid());
   const TemporaryFolder temporary(where / name);
   const fs::path fresh = temporary.path() / kFresh;
   fs::create_directory(fresh);
@@ -214,10 +268,11 @@ void OutputFolder::fill(const std::function<void(const fs::path&)>& write) const
   write_file(fresh / manifest, written);
 
   const FileLock lock(where, FileLock::Busy::wait);
+  check_overwritable(names_in(fresh));
   if (rename_atomically(fresh.c_str(), folder.c_str(), RenameMode::no_replace)) return;
   if (!fs::exists(folder)) return fs::rename(fresh, folder);
   if (beside && exchange(fresh, folder, temporary.path() / kExchange)) return;
-  const TemporaryFolder inside(folder / (name + "-in"));  // on the same file system as the folder
+  const TemporaryFolder inside(folder / name);  // on the same file system as the folder
   fs::create_directory(inside.path() / "old");
   fs::copy(fresh, inside.path() / kFresh, fs::copy_options::recursive);
   replace_files(inside.path() / kFresh, folder, inside.path() / "old");

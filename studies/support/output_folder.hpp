@@ -2,7 +2,9 @@
 
 #include <filesystem>
 #include <functional>
+#include <set>
 #include <string>
+#include <vector>
 
 namespace tandem {
 
@@ -20,9 +22,17 @@ class OutputFolder {
   /// Checks that `folder` exists or can be created, and is writable. Creates nothing. Throws Error.
   explicit OutputFolder(std::filesystem::path folder);
 
-  /// Calls `write` with a temporary folder, then moves its files into the output folder. Replaces files of the same
-  /// names, removes files of the last run that were not written again, and keeps all others. Throws Error, or what
-  /// `write` throws; the output folder is then unchanged.
+  /// Lets fill() overwrite files that Tandem did not write, and allows inputs in the folder.
+  void force() { forced_ = true; }
+
+  /// Throws Error if the folder has files of these names that Tandem did not write, or a scenario that Tandem wrote and
+  /// that the run would remove. Makes it an error to read an input in the folder. Commands call it before they read
+  /// their inputs, fill() checks again.
+  void check(const std::vector<std::string>& names) const;
+
+  /// Calls `write` with a temporary folder, then moves its files into the output folder. Replaces files of the last run,
+  /// removes those that were not written again, and keeps all other files. Throws Error as check(), or what `write`
+  /// throws; the output folder is then unchanged.
   void fill(const std::function<void(const std::filesystem::path& temporary)>& write) const;
 
   /// Returns the folder for partial results of a run: DIR.partial beside the output folder. If its parent is not
@@ -30,7 +40,10 @@ class OutputFolder {
   std::filesystem::path partial() const;
 
  private:
+  void check_overwritable(const std::set<std::string>& names) const;
+
   std::filesystem::path folder_;
+  bool forced_ = false;
 };
 
 }  // namespace tandem

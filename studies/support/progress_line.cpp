@@ -1,8 +1,8 @@
-#include <cstdio>
-
 #include <fmt/format.h>
 
+#include <tandem/studies/support/console.hpp>
 #include <tandem/studies/support/progress_line.hpp>
+#include <tandem/studies/support/text.hpp>
 
 namespace tandem {
 namespace {
@@ -10,7 +10,7 @@ const char* const kEraseLine = "\r\x1b[K";
 }
 
 ProgressLine::~ProgressLine() {
-  if (shown_) fmt::print(stderr, "{}", kEraseLine);
+  if (shown_) print_error(kEraseLine);
 }
 
 void ProgressLine::show(const Progress& progress) {
@@ -24,8 +24,7 @@ void ProgressLine::show(const std::string& text) {
   if (shown_ && now - last_ < std::chrono::milliseconds(100)) return;
   shown_ = true;
   last_ = now;
-  fmt::print(stderr, "{}{}{}", kEraseLine, prefix_, text);
-  std::fflush(stderr);
+  print_error(fmt::format("{}{}{}", kEraseLine, prefix_, printable(text)));
 }
 
 }  // namespace tandem

@@ -311,8 +311,8 @@ TEST(RecordedNavigation, FlyingVehicleWithDelayAndVibrationNoise) {
   ASSERT_NE(at, std::string::npos);
   std::filesystem::remove(scratch.path() / "scenario.yaml");
   scratch.write("scenario.yaml", yaml.insert(at, "delay: 0.135, "));
-  const Outcome outcome = run_tandem(
-      {"navigate", scratch.path().string(), "--json", "--after", "20", "--noise", "imu=2e-2,1e-3,3e-3,2e-5"});
+  const Outcome outcome = run_tandem({"navigate", scratch.path().string(), "--allow-outside", "--json", "--after", "20",
+                                      "--noise", "imu=2e-2,1e-3,3e-3,2e-5"});
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
   const Json errors = Json::parse(outcome.output)["errors"]["after_20s"];
   EXPECT_LE(errors["position_mean_m"], 0.10);

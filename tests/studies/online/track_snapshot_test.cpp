@@ -100,6 +100,24 @@ TEST(TrackSnapshot, RejectsInvalidFiles) {
   }
 }
 
+/// A file with the right checksum may still be made by others.
+TEST(TrackSnapshot, RejectsInvalidValues) {
+  const auto why = [](auto change) {
+    TrackSnapshot s = full_snapshot();
+    change(s);
+    return error_of([&] { parse_snapshot(bytes_of(s), "FILE"); });
+  };
+  const auto invalid = HasSubstr("FILE: the snapshot has invalid contents; move the file away");
+  EXPECT_THAT(why([](TrackSnapshot& s) { s.t = HUGE_VAL; }), invalid);
+  EXPECT_THAT(why([](TrackSnapshot& s) { s.lines[2].t = HUGE_VAL; }), invalid);
+  EXPECT_THAT(why([](TrackSnapshot& s) { s.health.sensors[0].sigmas = std::nan(""); }), invalid);
+  EXPECT_THAT(why([](TrackSnapshot& s) { s.feed.clocks.streams[0].unit = 0; }), invalid);
+  EXPECT_THAT(why([](TrackSnapshot& s) { s.feed.clocks.streams[0].agreeing = -1; }), invalid);
+  EXPECT_THAT(why([](TrackSnapshot& s) { s.partial.run = "../../x"; }), invalid);
+  EXPECT_THAT(why([](TrackSnapshot& s) { s.partial.records = ~std::size_t(0); }), invalid);
+  EXPECT_THAT(why([](TrackSnapshot& s) { s.chaser = SE3(SO3(), {1, HUGE_VAL, 3}); }), invalid);
+}
+
 TEST(TrackSnapshot, RejectsOtherScenarios) {
   const ScratchFolder scratch;
   write_small_scenario(scratch);
@@ -109,7 +127,13 @@ TEST(TrackSnapshot, RejectsOtherScenarios) {
   const auto file = scratch.write("s", bytes_of(s));
   EXPECT_THAT(error_of([&] { read_snapshot(file, settings); }),
               HasSubstr("s is a snapshot of 'small' with ENU-FLU and "));
-  s.streams = streams_of(settings, FeedStreams(settings));
+  const FeedStreams streams(settings);
+  s.streams = streams_of(settings, streams);
+  EXPECT_THAT(error_of([&] { read_snapshot(scratch.write("s", bytes_of(s)), settings); }),
+              HasSubstr("invalid contents"))
+      << "lines of other streams";
+  s.lines.resize(1);
+  s.feed.clocks.streams.resize(streams.all().size());
   EXPECT_TRUE(read_snapshot(scratch.write("s", bytes_of(s)), settings));
   s.scenario = "another";
   EXPECT_THAT(error_of([&] { read_snapshot(scratch.write("s", bytes_of(s)), settings); }), HasSubstr("of 'another'"));

@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/output_folder.hpp>
 
 #include "studies/scratch.hpp"
@@ -49,14 +50,77 @@ TEST(OutputFolder, AddsRunFile) {
   EXPECT_THAT(files(scratch.path() / "out"), UnorderedElementsAre("a")) << "that of the previous run is removed";
 }
 
-TEST(OutputFolder, ReplacesFilesOfExistingFolderAndKeepsOthers) {
+TEST(OutputFolder, OverwritesForeignFilesOnlyByForce) {
   const ScratchFolder scratch;
   scratch.write("x", "old");
   scratch.write("user file", "keep");
-  OutputFolder(scratch.path()).fill(writing({"x", "new file"}, " new"));
+  OutputFolder out(scratch.path());
+  EXPECT_THAT(error_of([&] { out.check({"x", "y"}); }), HasSubstr("tandem did not write x; name another folder, or"));
+  EXPECT_THAT(error_of([&] { out.fill(writing({"x", "new file"}, " new")); }), HasSubstr("tandem did not write x"));
+  EXPECT_EQ(read_file(scratch.path() / "x"), "old");
+  EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("x", "user file"));
+  out.force();
+  out.fill(writing({"x", "new file"}, " new"));
   EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("x", "new file", "user file"));
   EXPECT_EQ(read_file(scratch.path() / "x"), "x new");
   EXPECT_EQ(read_file(scratch.path() / "user file"), "keep");
+  OutputFolder(scratch.path()).fill(writing({"x"}, " newer"));
+  EXPECT_THAT(files(scratch.path()), UnorderedElementsAre("x", "user file")) << "its own files now";
+}
+
+TEST(OutputFolder, KeepsScenarioThatTandemWrote) {
+  const ScratchFolder scratch;
+  const auto out = scratch.path() / "out";
+  OutputFolder(out).fill(writing({"scenario.yaml", "usbl.csv"}, " 1"));
+  EXPECT_THAT(error_of([&] { OutputFolder(out).check({"x"}); }), HasSubstr("is a scenario that tandem wrote"));
+  EXPECT_THAT(error_of([&] { OutputFolder(out).fill(writing({"x"}, "")); }), HasSubstr("is a scenario that tandem"));
+  OutputFolder forced(out);
+  forced.force();
+  forced.fill(writing({"x"}, " 2"));
+  EXPECT_THAT(files(out), UnorderedElementsAre("scenario.yaml", "usbl.csv", "x"));
+  OutputFolder(scratch.path() / "other").fill(writing({"scenario.yaml", "usbl.csv"}, " 1"));
+  OutputFolder(scratch.path() / "other").fill(writing({"scenario.yaml"}, " 2"));
+  EXPECT_THAT(files(scratch.path() / "other"), UnorderedElementsAre("scenario.yaml")) << "by another scenario";
+}
+
+/// A folder of the name of a killed run's temporary folder, as an archive of a stranger may have it.
+TEST(OutputFolder, RecoversOnlyFoldersOfItsOwnRuns) {
+  const ScratchFolder scratch;
+  const auto out = scratch.path() / "out", docs = scratch.path() / "docs";
+  std::filesystem::create_directories(docs);
+  std::filesystem::create_directories(out);
+  scratch.write("docs/thesis", "keep");
+  const auto planted = [&](const char* name) {
+    const auto folder = scratch.path() / name;
+    std::filesystem::create_directories(folder / "id-1");
+    std::filesystem::create_directories(folder / "id-1-0-0");
+    std::ofstream(folder / "swap") << "";
+    return folder;
+  };
+  std::filesystem::create_directory_symlink(docs, planted(".out.tandem-4000001-0") / "new");
+  std::filesystem::create_directory(planted(".out.tandem-4000001-abcdef") / "new");
+  std::ofstream(scratch.path() / ".out.tandem-4000001-abcdef" / "new" / "thesis") << "planted";
+  std::filesystem::create_directory_symlink(docs, scratch.path() / ".out.tandem-4000001-1");
+  std::filesystem::create_directory(scratch.path() / ".out.tandem-4000001-2");
+  OutputFolder(out).fill(writing({"a"}, ""));
+  EXPECT_THAT(files(out), UnorderedElementsAre("a"));
+  EXPECT_EQ(read_file(docs / "thesis"), "keep");
+  EXPECT_TRUE(std::filesystem::exists(scratch.path() / ".out.tandem-4000001-abcdef" / "new" / "thesis"));
+  EXPECT_FALSE(std::filesystem::exists(scratch.path() / ".out.tandem-4000001-2")) << "empty ones are removed";
+}
+
+TEST(OutputFolder, RefusesInputsInIt) {
+  const ScratchFolder scratch;
+  const auto out = scratch.path() / "out";
+  OutputFolder(out).fill(writing({"noise.yaml"}, ""));
+  OutputFolder(out).check({});
+  EXPECT_THAT(error_of([&] { read_text(out / "noise.yaml"); }),
+              HasSubstr("is an input of this run, but in the output"));
+  std::filesystem::create_symlink(out / "noise.yaml", scratch.path() / "link");
+  EXPECT_THAT(error_of([&] { read_text(scratch.path() / "link"); }), HasSubstr("is an input of this run"));
+  EXPECT_EQ(read_state(out / "noise.yaml"), "noise.yaml");
+  refuse_inputs_in({});
+  EXPECT_EQ(read_text(out / "noise.yaml"), "noise.yaml");
 }
 
 TEST(OutputFolder, RemovesFilesOfLastRun) {
