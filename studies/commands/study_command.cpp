@@ -39,6 +39,7 @@ struct StudyRequest {
   int threads = 0;
   Shard shard;
   Output output;  ///< without the folder, which is `out`
+  std::vector<std::string> result_files;
 };
 
 struct StudyAction {
@@ -86,11 +87,18 @@ int print_study(const StudyRequest& request, const Study& study, const StudyTabl
   return finish(request.output, results);
 }
 
+/// Returns the output folder of a request.
+OutputFolder output_folder(const StudyRequest& request, const std::string& folder) {
+  OutputFolder out(folder);
+  if (request.output.force) out.force();
+  return out;
+}
+
 /// Writes the tables of a complete study to its folder, and prints them.
 int finish_tables(const StudyRequest& request, const StudyDatabase& database) {
   const std::vector<TrialResult> results = database.results();
   const StudyTables tables = study_tables(database.study(), results);
-  OutputFolder(request.out).fill([&](const std::filesystem::path& fresh) {
+  output_folder(request, request.out).fill([&](const std::filesystem::path& fresh) {
     write_study_tables(database.study(), tables, fresh);
   });
   return print_study(request, database.study(), tables, request.out, "Written to " + request.out);
@@ -98,6 +106,7 @@ int finish_tables(const StudyRequest& request, const StudyDatabase& database) {
 
 /// Runs a study with MPI ranks, or with threads if `ranks` is null.
 int run_whole_study_on(const StudyRequest& request, StudyRanks* ranks) {
+  if (!ranks || ranks->is_leader()) output_folder(request, request.out).check(request.result_files);
   const std::filesystem::path file = study_file(request.paths.front());
   const Study study = read_study(file);
   if (ranks && (request.threads > 0 || request.shard.of > 1))
@@ -148,12 +157,11 @@ int run_whole_study(const StudyRequest& request) {
 }
 
 int merge_studies(const StudyRequest& request) {
+  output_folder(request, request.out).check(request.result_files);
   const StudyDatabase first = StudyDatabase::read(request.paths.front());
-  for (const std::string& path : request.paths)  // checked before anything is written
-    if (StudyDatabase::read(path).study().canonical() != first.study().canonical())
-      throw Error(fmt::format("{} and {} are shards of different studies", path, request.paths.front()));
+  const std::vector<TrialResult> results = merged_results({request.paths.begin(), request.paths.end()});
   StudyDatabase merged = StudyDatabase::create(request.out, first.study(), first.yaml());
-  for (const std::string& path : request.paths) merge_study(merged, StudyDatabase::read(path));
+  merged.add_all(results);
   if (merged.count() == first.study().trials()) return finish_tables(request, merged);
   warn(
       fmt::format("{} of {} trials are present; add the missing shards, or run the other trials by tandem study run "
@@ -170,7 +178,7 @@ int export_study(const StudyRequest& request) {
   std::string note;
   const std::filesystem::path run_file = std::filesystem::path(folder) / "run.yaml";  // of tandem study run: kept
   if (request.out.empty() && std::filesystem::exists(run_file)) set_run_file(read_text(run_file));
-  OutputFolder(folder).fill([&](const std::filesystem::path& fresh) {
+  output_folder(request, folder).fill([&](const std::filesystem::path& fresh) {
     write_study_tables(database.study(), tables, fresh);
     write_file(fresh / "trials.csv", trials_csv(database.study(), results));
     if (request.output.plots) note = draw_plots("study", *request.output.plots, fresh);
@@ -253,7 +261,7 @@ int write_trial(const StudyRequest& request) {
   if (settings.rendezvous)
     throw Error(fmt::format("trial {} of {} is a rendezvous without a recording; use tandem rendezvous --seed {}",
                             request.paths[1], of, settings.docking.seed));
-  OutputFolder(request.out).fill([&](const std::filesystem::path& fresh) {
+  output_folder(request, request.out).fill([&](const std::filesystem::path& fresh) {
     if (study.simulation == Simulated::dive)
       write_dive(trial_dive(settings), settings.dive, fresh);
     else
@@ -289,16 +297,16 @@ const std::vector<StudyAction>& study_actions() {
       {"run",
        "FILE",
        "run all trials of a study (a YAML file, or the name of a built-in study) and store them in --out",
-       {"--out", "--resume", "--threads", "--shard", "--full", "--verbose"},
+       {"--out", "--force", "--resume", "--threads", "--shard", "--full", "--verbose"},
        run_whole_study},
-      {"merge", "DIR…", "merge the shards of one study into --out", {"--out", "--full"}, merge_studies},
+      {"merge", "DIR…", "merge the shards of one study into --out", {"--out", "--force", "--full"}, merge_studies},
       {"export",
        "DIR",
        "write trials.csv, tables and plots to the folder of the study, or to --out",
-       {"--out", "--plots"},
+       {"--out", "--force", "--plots"},
        export_study},
       {"show", "DIR", "print the results of the finished trials", {"--full"}, show_study},
-      {"trial", "FILE|DIR N", "write the scenario folder of trial N to --out", {"--out"}, write_trial},
+      {"trial", "FILE|DIR N", "write the scenario folder of trial N to --out", {"--out", "--force"}, write_trial},
       {"list", "", "list the built-in studies", {}, list_studies},
   };
   return all;
@@ -354,11 +362,15 @@ Command study_command() {
         option.group("Output");
         option("-o,--out", "DIR", "Folder of the study, or output folder", request->out,
                [](const std::string&, const std::string& text) { return text; });
+        option.flag("--force", "Overwrite files in DIR that tandem did not write", request->output.force);
         option("--plots", "svg|png|off", "Format of the plots of export (default svg)", request->output.plots,
                parse_plots);
         option.flag("--full", "Print all tables instead of a summary", request->full);
         add_printing(option, request->output);
-        return [request, &option] { return run_study_command(*request, option); };
+        return [request, &option] {
+          request->result_files = option.result_files();
+          return run_study_command(*request, option);
+        };
       },
       true,
       [] {

@@ -1,12 +1,17 @@
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 
 #include <fmt/format.h>
 #include <sqlite3.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/stop.hpp>
 #include <tandem/studies/study/study_database.hpp>
+#include <tandem/studies/support/console.hpp>
 #include <tandem/studies/support/file_lock.hpp>
+#include <tandem/studies/support/input_file.hpp>
+#include <tandem/studies/support/text.hpp>
 
 namespace tandem {
 namespace {
@@ -14,6 +19,7 @@ namespace {
 constexpr const char* kFormat = "2";
 constexpr int kBusy = 10000;            // ms to wait for a reader
 constexpr std::size_t kRowBytes = 700;  // reserved per trial, an upper bound
+constexpr int kInstructions = 10000;    // SQLite instructions between two looks at interrupted(), below 1 ms
 constexpr const char* kLock = "study.lock";
 
 /// Locks a folder for one writer. Throws Error if that fails.
@@ -43,15 +49,15 @@ class Statement {
     number ? sqlite3_bind_double(statement_, i, *number) : sqlite3_bind_null(statement_, i);
   }
   bool step();  ///< returns whether there is a row
+  /// Returns a value as text; as SQLite does, without changing its type.
   std::string text(int i) const {
     const auto* const bytes = reinterpret_cast<const char*>(sqlite3_column_text(statement_, i));
     return bytes ? std::string(bytes, std::size_t(sqlite3_column_bytes(statement_, i))) : "";
   }
-  std::size_t whole(int i) const { return static_cast<std::size_t>(sqlite3_column_int64(statement_, i)); }
-  std::optional<double> number(int i) const {
-    if (sqlite3_column_type(statement_, i) == SQLITE_NULL) return {};
-    return sqlite3_column_double(statement_, i);
-  }
+  /// Returns an integer. Throws Error unless it is at least `least` and below `end`.
+  std::size_t whole(int i, std::size_t least, std::size_t end) const;
+  /// Returns a finite number or NULL. Throws Error on another value.
+  std::optional<double> number(int i) const;
 
  private:
   const Database& database_;
@@ -63,6 +69,10 @@ class Database {
   Database(std::filesystem::path file, int flags) : file_(std::move(file)) {
     check(sqlite3_open_v2(file_.c_str(), &handle_, flags | SQLITE_OPEN_NOMUTEX, nullptr));
     sqlite3_busy_timeout(handle_, kBusy);
+    // The schema of a stranger's database may call functions and have triggers.
+    sqlite3_db_config(handle_, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+    sqlite3_db_config(handle_, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+    sqlite3_db_config(handle_, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
   }
   ~Database() { sqlite3_close(handle_); }
   Database(const Database&) = delete;
@@ -84,6 +94,8 @@ class Database {
       case SQLITE_BUSY:
       case SQLITE_LOCKED:
         fail("is locked by another process; wait for it or stop it");
+      case SQLITE_INTERRUPT:
+        throw Stopped(fmt::format("reading {}: interrupted", file_.string()));
       case SQLITE_FULL:
         fail("cannot be written: the disk is full; free space and continue with --resume");
       case SQLITE_READONLY:
@@ -105,6 +117,29 @@ Statement::Statement(const Database& database, const std::string& sql) : databas
   database.check(sqlite3_prepare_v2(database.handle(), sql.c_str(), -1, &statement_, nullptr));
 }
 
+std::size_t Statement::whole(int i, std::size_t least, std::size_t end) const {
+  const sqlite3_int64 value = sqlite3_column_int64(statement_, i);
+  if (sqlite3_column_type(statement_, i) != SQLITE_INTEGER || value < 0 || std::size_t(value) < least ||
+      std::size_t(value) >= end)
+    database_.fail(
+        fmt::format("is damaged: its trial {} is not one of the {} trials of the study, or is repeated; move "
+                    "the file away and run the study again",
+                    printable(text(i)), end));
+  return std::size_t(value);
+}
+
+std::optional<double> Statement::number(int i) const {
+  const int type = sqlite3_column_type(statement_, i);
+  if (type == SQLITE_NULL) return {};
+  const double value = sqlite3_column_double(statement_, i);
+  if ((type != SQLITE_FLOAT && type != SQLITE_INTEGER) || !std::isfinite(value))
+    database_.fail(
+        fmt::format("is damaged: {} of trial {} is {}, not a finite number; move the file away and run the "
+                    "study again",
+                    sqlite3_column_name(statement_, i), printable(text(0)), printable(text(i))));
+  return value;
+}
+
 bool Statement::step() {
   const int code = sqlite3_step(statement_);
   if (code != SQLITE_ROW) {
@@ -113,6 +148,21 @@ bool Statement::step() {
   }
   return code == SQLITE_ROW;
 }
+
+/// Makes an interrupt end queries during its lifetime, since those of a stranger's database may be views without end.
+class Interruptible {
+ public:
+  explicit Interruptible(const Database& database) : handle_(database.handle()) {
+    sqlite3_progress_handler(
+        handle_, kInstructions, [](void*) { return int(interrupted()); }, nullptr);
+  }
+  ~Interruptible() { sqlite3_progress_handler(handle_, 0, nullptr, nullptr); }
+  Interruptible(const Interruptible&) = delete;
+  Interruptible& operator=(const Interruptible&) = delete;
+
+ private:
+  sqlite3* handle_;
+};
 
 std::string columns_sql(const std::string& each) {
   std::string sql;
@@ -124,9 +174,10 @@ std::string columns_sql(const std::string& each) {
 
 struct StudyDatabase::Impl {
   Impl(const std::filesystem::path& folder, int flags, bool writes)
-      : lock(writes ? writer_lock(folder) : nullptr), database(folder / file_name, flags) {}
+      : lock(writes ? writer_lock(folder) : nullptr), database(file_in(folder, file_name), flags) {}
 
   std::string value(const std::string& key) {
+    const Interruptible reading(database);
     Statement select(database, "SELECT value FROM study WHERE key = ?");
     select.bind(1, key);
     if (!select.step()) database.fail(fmt::format("is not a study database: it has no {}", key));
@@ -190,6 +241,9 @@ StudyDatabase StudyDatabase::create(const std::filesystem::path& folder, const S
 
 StudyDatabase StudyDatabase::read(const std::filesystem::path& folder) {
   if (!is_in(folder)) throw Error(fmt::format("{} has no study: {} is missing", folder.string(), file_name));
+  for (const char* suffix : {"", "-journal", "-wal", "-shm"})  // SQLite would wait for the writer of a pipe
+    if (const auto file = file_in(folder, file_name + std::string(suffix)); std::filesystem::exists(file))
+      static_cast<void>(InputFile(file));
   auto impl = std::make_unique<Impl>(folder, SQLITE_OPEN_READWRITE,
                                      false);  // READWRITE rolls back the journal of a killed writer
   if (const std::string format = impl->value("format"); format != kFormat)
@@ -209,6 +263,7 @@ StudyDatabase StudyDatabase::resume(const std::filesystem::path& folder, const S
         fmt::format("{} has trials of another study: its hash is {:016x}, this one's {:016x}; name another folder",
                     folder.string(), impl.study.hash(), study.hash()));
   impl.lock = writer_lock(folder);
+  const Interruptible reading(impl.database);
   Statement check(impl.database, "PRAGMA quick_check");
   if (!check.step() || check.text(0) != "ok")
     impl.database.fail("is damaged; move it away and run the study again, or merge the other shards");
@@ -236,25 +291,29 @@ void StudyDatabase::add_all(const std::vector<TrialResult>& results) {
 }
 
 std::size_t StudyDatabase::count() const {
+  const Interruptible reading(impl_->database);
   Statement select(impl_->database, "SELECT COUNT(*) FROM trials");
   select.step();
-  return select.whole(0);
+  return select.whole(0, 0, impl_->study.trials() + 1);
 }
 
 std::vector<bool> StudyDatabase::finished() const {
   std::vector<bool> done(impl_->study.trials());
+  const Interruptible reading(impl_->database);
   Statement select(impl_->database, "SELECT trial FROM trials");
-  while (select.step()) done.at(select.whole(0)) = true;
+  while (select.step()) done[select.whole(0, 0, done.size())] = true;
   return done;
 }
 
 std::vector<TrialResult> StudyDatabase::results() const {
   std::vector<TrialResult> results;
+  const Interruptible reading(impl_->database);
   Statement select(impl_->database,
                    fmt::format("SELECT trial, status, message{} FROM trials ORDER BY trial", columns_sql("")));
   while (select.step()) {
+    const std::size_t least = results.empty() ? 0 : results.back().trial + 1;
     TrialResult& result = results.emplace_back();
-    result.trial = select.whole(0);
+    result.trial = select.whole(0, least, impl_->study.trials());
     result.status = select.text(1);
     result.message = select.text(2);
     for (std::size_t i = 0; i < result.metrics.size(); ++i) result.metrics[i] = select.number(static_cast<int>(i) + 3);

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <deque>
+#include <exception>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -80,6 +81,7 @@ class TrialThread {
   }
   std::optional<TrialResult> take() {
     const std::lock_guard lock(mutex_);
+    if (failure_) std::rethrow_exception(failure_);
     return std::exchange(result_, std::nullopt);
   }
 
@@ -91,9 +93,16 @@ class TrialThread {
       if (stop.stop_requested()) return;
       const std::size_t trial = *std::exchange(trial_, std::nullopt);
       lock.unlock();
-      TrialResult result = run_trial(study_, trial, &stop_);
+      std::optional<TrialResult> result;
+      std::exception_ptr failure;
+      try {
+        result = run_trial(study_, trial, &stop_);
+      } catch (...) {  // memory is short
+        failure = std::current_exception();
+      }
       lock.lock();
       result_ = std::move(result);
+      failure_ = failure;
     }
   }
 
@@ -103,6 +112,7 @@ class TrialThread {
   std::condition_variable changed_;
   std::optional<std::size_t> trial_;
   std::optional<TrialResult> result_;
+  std::exception_ptr failure_;
   std::jthread thread_;  // last: joined before the other members are destroyed
 };
 

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <exception>
+#include <map>
 #include <mutex>
 #include <thread>
 
@@ -25,6 +27,23 @@ std::size_t size_of(const Shard& shard, std::size_t trials) {
   return trials > shard.index ? (trials - shard.index + shard.of - 1) / shard.of : 0;
 }
 
+/// Returns how two results of one trial differ, or an empty string. Ignores processor times, and rounding, which depends
+/// on the machine.
+std::string disagreement(const TrialResult& a, const TrialResult& b) {
+  constexpr double kRounding = 1e-6;  // relative
+  if (a.status != b.status) return fmt::format("its status is {} and {}", a.status, b.status);
+  for (std::size_t i = 0; i < a.metrics.size(); ++i) {
+    const TrialMetric& metric = trial_metrics()[i];
+    if (metric.timing) continue;
+    const auto text = [](const std::optional<double>& x) { return x ? fmt::format("{:.9g}", *x) : "missing"; };
+    const auto &x = a.metrics[i], &y = b.metrics[i];
+    if (x.has_value() != y.has_value() ||
+        (x && !(std::abs(*x - *y) <= kRounding * std::max({1.0, std::abs(*x), std::abs(*y)}))))
+      return fmt::format("{} is {} and {}", metric.name, text(x), text(y));
+  }
+  return "";
+}
+
 }  // namespace
 
 StudyProgress run_study(StudyDatabase& database, const StudyRunOptions& options) {
@@ -44,20 +63,14 @@ StudyProgress run_study(StudyDatabase& database, const StudyRunOptions& options)
   std::atomic<std::size_t> next{0};
   std::atomic<bool> ended{false};
   const auto stopped = [&] { return ended || (options.stop && *options.stop); };
-  const auto work = [&] {
+  const auto run_trials = [&] {
     while (!stopped()) {
       const std::size_t i = next++;
       if (i >= to_do.size()) return;
       const TrialResult result = run_trial(study, to_do[i], options.stop);
       if (stopped()) return;
       const std::lock_guard lock(mutex);
-      try {
-        database.add(result);
-      } catch (...) {
-        if (!failure) failure = std::current_exception();
-        ended = true;
-        return;
-      }
+      database.add(result);
       ++progress.done;
       progress.failed += !result.converged();
       progress.rate = double(progress.done - before) / std::chrono::duration<double>(Clock::now() - begun).count();
@@ -65,20 +78,51 @@ StudyProgress run_study(StudyDatabase& database, const StudyRunOptions& options)
       if (options.progress) options.progress(progress);
     }
   };
+  const auto work = [&] {
+    try {
+      run_trials();
+    } catch (...) {  // the database cannot be written, or memory is short
+      const std::lock_guard lock(mutex);
+      if (!failure) failure = std::current_exception();
+      ended = true;
+    }
+  };
   {
     std::vector<std::jthread> pool;
-    for (std::size_t i = 1; i < threads; ++i) pool.emplace_back(work);
+    pool.reserve(threads);
+    try {
+      for (std::size_t i = 1; i < threads; ++i) pool.emplace_back(work);
+    } catch (const std::exception&) {  // the system allows no more threads; those that started do all trials
+    }
     work();
   }
   if (failure) std::rethrow_exception(failure);
   return progress;
 }
 
-void merge_study(StudyDatabase& into, const StudyDatabase& from) {
-  if (into.study().canonical() != from.study().canonical())
-    throw Error(fmt::format("the studies differ: their hashes are {:016x} and {:016x}", into.study().hash(),
-                            from.study().hash()));
-  into.add_all(from.results());
+std::vector<TrialResult> merged_results(const std::vector<std::filesystem::path>& shards) {
+  std::vector<TrialResult> merged;
+  std::map<std::size_t, std::pair<std::size_t, std::size_t>> places;  // by trial: index in `merged`, shard
+  std::string canonical;
+  for (std::size_t shard = 0; shard < shards.size(); ++shard) {
+    const StudyDatabase database = StudyDatabase::read(shards[shard]);
+    if (shard == 0) canonical = database.study().canonical();
+    if (database.study().canonical() != canonical)
+      throw Error(
+          fmt::format("{} and {} are shards of different studies", shards[shard].string(), shards.front().string()));
+    for (TrialResult& result : database.results()) {
+      const auto [place, added] = places.try_emplace(result.trial, merged.size(), shard);
+      if (added) {
+        merged.push_back(std::move(result));
+      } else if (const std::string difference = disagreement(merged[place->second.first], result);
+                 !difference.empty()) {
+        throw Error(fmt::format("{} and {} disagree on trial {}: {}; run that trial again in one of them",
+                                shards[place->second.second].string(), shards[shard].string(), result.trial,
+                                difference));
+      }
+    }
+  }
+  return merged;
 }
 
 }  // namespace tandem

@@ -30,7 +30,8 @@ struct StudyRunOptions {
 /// Runs all trials of the shard that are missing in the database. Throws Error if it cannot be written.
 StudyProgress run_study(StudyDatabase& database, const StudyRunOptions& options);
 
-/// Adds the trials of `from` to `into`. Throws Error if they belong to different studies.
-void merge_study(StudyDatabase& into, const StudyDatabase& from);
+/// Returns the trials of all shards of a study. Throws Error if the folders belong to different studies, or have
+/// different results of one trial.
+std::vector<TrialResult> merged_results(const std::vector<std::filesystem::path>& shards);
 
 }  // namespace tandem

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <tandem/studies/study/study_report.hpp>
@@ -61,8 +62,62 @@ TEST(StudyRun, MergedShardsGiveTheSameTables) {
     EXPECT_EQ(shard.count(), 8u);
   }
   StudyDatabase merged = StudyDatabase::create(folder.path() / "all", small_study(), kSmallStudy);
-  for (const char* shard : {"2", "0", "1", "0"}) merge_study(merged, StudyDatabase::read(folder.path() / shard));
+  merged.add_all(merged_results({folder.path() / "2", folder.path() / "0", folder.path() / "1", folder.path() / "0"}));
   EXPECT_EQ(tables_of(merged), reference_tables());
+}
+
+TEST(StudyRun, ShardsThatDisagreeAreNamed) {
+  const ScratchFolder folder;
+  const auto shard = [&](const char* name, const std::string& status, std::optional<double> error, double seconds) {
+    StudyDatabase database = StudyDatabase::create(folder.path() / name, small_study(), kSmallStudy);
+    TrialResult result;
+    result.trial = 3;
+    result.status = status;
+    result.set("at_all_error_m", error);
+    result.set("processor_s", seconds);
+    database.add(result);
+    return folder.path() / name;
+  };
+  const auto a = shard("a", "converged", 1.5, 1), slower = shard("slower", "converged", 1.5 + 1e-9, 2);
+  EXPECT_EQ(merged_results({a, slower, a}).size(), 1u);
+  EXPECT_THAT(error_of([&] {
+                merged_results({a, slower, shard("b", "converged", 1.6, 1)});
+              }),
+              testing::AllOf(HasSubstr("/a and "), HasSubstr("/b disagree on trial 3: at_all_error_m is 1.5 and 1.6")));
+  EXPECT_THAT(error_of([&] { merged_results({a, shard("c", "converged", {}, 1)}); }), HasSubstr("1.5 and missing"));
+  EXPECT_THAT(error_of([&] {
+                merged_results({a, shard("d", "refused", 1.5, 1)});
+              }),
+              HasSubstr("its status is converged and refused"));
+}
+
+/// A file of others may have any trial number.
+TEST(StudyDatabase, RejectsTrialsThatAreNotInTheStudy) {
+  for (const std::size_t trial : {std::size_t(24), std::size_t(1'000'000'000), ~std::size_t(0)}) {
+    const ScratchFolder folder;
+    {
+      StudyDatabase database = StudyDatabase::create(folder.path(), small_study(), kSmallStudy);
+      TrialResult result;
+      result.trial = trial;
+      result.status = "converged";
+      database.add(result);
+    }
+    const auto damaged = HasSubstr("study.sqlite is damaged: its trial ");
+    const StudyDatabase database = StudyDatabase::read(folder.path());
+    EXPECT_THAT(error_of([&] { database.results(); }), damaged);
+    EXPECT_THAT(error_of([&] { database.finished(); }), damaged);
+    StudyDatabase resumed = StudyDatabase::resume(folder.path(), small_study());
+    EXPECT_THAT(error_of([&] { run_study(resumed, {.threads = 1}); }), damaged);
+  }
+}
+
+TEST(StudyDatabase, RejectsLinksAndPipes) {
+  const ScratchFolder folder;
+  std::filesystem::create_symlink("/etc/passwd", folder.path() / "study.sqlite");
+  EXPECT_THAT(error_of([&] { StudyDatabase::read(folder.path()); }), HasSubstr("study.sqlite leads outside"));
+  std::filesystem::remove(folder.path() / "study.sqlite");
+  ASSERT_EQ(mkfifo((folder.path() / "study.sqlite").c_str(), 0600), 0);
+  EXPECT_THAT(error_of([&] { StudyDatabase::read(folder.path()); }), HasSubstr("study.sqlite is a pipe"));
 }
 
 TEST(StudyRun, InterruptedAndResumedRunsGiveTheSameTables) {
