@@ -2,19 +2,24 @@
 #
 #     call 'common.gp' SCRIPT FOLDER FORMAT OUTPUT
 #
-# Sets: name (of the script), folder, format (svg or png), output (file; empty for standard output), scenario, ned (1 if
-# the frame of the files is NED-FRD).
+# Sets: name (of the script), folder, format (svg or png), output (file; empty for standard output), cells (separator of
+# CSV files), scenario, ned (1 if the frame of the files is NED-FRD).
+#
+# OUTPUT is '-' if Tandem draws: the picture then goes to standard output, and FOLDER has tab-separated copies of the
+# files, since gnuplot cuts quoted cells at commas.
+#
+# Scripts use neither system() nor file names that start with '<', and text of files is no part of what they evaluate:
+# the files may come from others.
 
 name = ARG1
 do for [i = 1:strlen(ARG1)] { if (ARG1[i:i] eq '/') { name = ARG1[i + 1:*] } }
 if (strlen(name) > 3) { if (name[strlen(name) - 2:*] eq '.gp') { name = name[1:strlen(name) - 3] } }
 folder = ARG2 eq '' ? '.' : ARG2
-if (folder[1:1] eq '<') { folder = './'.folder } # gnuplot would execute it as a command
-format = ARG3 eq '' ? 'svg' : ARG3
+if (folder[1:1] eq '<' || folder[1:1] eq '|') { folder = './'.folder } # gnuplot would execute it as a command
+format = ARG3 eq 'png' ? 'png' : 'svg'
 output = ARG4 eq '-' ? '' : folder.'/'.name.'.'.format
+cells = ARG4 eq '-' ? "\t" : ','
 file(what) = folder.'/'.what
-# Converts a CSV file to tab-separated cells: gnuplot splits quoted cells at commas, which occur in model names.
-tabbed(what) = "< sed -E ':a; s/^(([^\"]*\"[^\"]*\")*[^\"]*),/\\1\\t/; ta; s/\"//g' '".file(what)."'"
 
 # Palette that suits all kinds of colour vision (Okabe & Ito 2008).
 blue = '#0072B2'; vermilion = '#D55E00'; orange = '#E69F00'; sky_blue = '#56B4E9'
@@ -25,5 +30,5 @@ min(a, b) = a < b ? a : b
 
 scenario = ''; ned = 0
 set datafile separator ':'
-if (system("test -e '".file('summary.json')."' && echo 1") eq '1') { stats file('summary.json') using (strcol(1) eq 'scenario' ? (scenario = strcol(2), 1) : strcol(1) eq 'frame' ? (ned = strcol(2) eq 'NED-FRD', 1) : 0) nooutput }
-set datafile separator comma
+stats file('summary.json') using (strcol(1) eq 'scenario' ? (scenario = strcol(2), 1) : strcol(1) eq 'frame' ? (ned = strcol(2) eq 'NED-FRD', 1) : 0) nooutput
+set datafile separator cells

@@ -18,6 +18,7 @@ array best[100]
 known(list, word) = strstrt(' '.list, ' '.word.' ') > 0
 problem_of(n, constraints) = sprintf('%d:', n).constraints
 place_of(list, what) = sum [k = 1:words(list)] (word(list, k) eq what ? k : 0)
+key_of(problem, solver) = problem.'|'.solver
 counts(constraints, violation) = constraints ne 'hard' || violation <= 1e-6
 stats solves using (scenario = strcol('scenario'), problem = problem_of(column('keyframes'), strcol('constraints')), problems = known(problems, problem) ? problems : problems.problem.' ', solvers = known(solvers, strcol('solver')) ? solvers : solvers.strcol('solver').' ', size = sprintf('%d', column('keyframes')), sizes = known(sizes, size) ? sizes : sizes.size.' ', 1) nooutput
 do for [p = 1:words(problems)] {
@@ -40,14 +41,15 @@ thick(s) = s eq 'gauss-newton' || s eq 'augmented-lagrangian' ? 2.5 : known(ipop
 # End points of the solves, and which of them converged. Curves show the best cost so far; with hard constraints, the
 # current cost, since a lower cost may violate them.
 converged = ''
-stats solves using (strcol('status') eq 'converged' ? (converged = converged.problem_of(column('keyframes'), strcol('constraints')).'|'.strcol('solver').' ', 1) : 0) nooutput
+stats solves using (strcol('status') eq 'converged' ? (converged = converged.key_of(problem_of(column('keyframes'), strcol('constraints')), strcol('solver')).' ', 1) : 0) nooutput
 distance(cost, best) = max(abs(cost - best) / max(abs(best), 1e-12), none)
 so_far(key, constraints, cost) = (least = key ne current || constraints eq 'hard' ? cost : min(least, cost), current = key, least)
-ends = ''; current = ''; last = ''
-stats progress using (problem = problem_of(column('keyframes'), strcol('constraints')), key = problem.'|'.strcol('solver'), ends = key ne current ? ends.last : ends, y = distance(so_far(key, strcol('constraints'), column('cost')), best[max(1, place_of(problems, problem))]), last = sprintf('%s|%.6g|%.6g ', key, max(column('seconds'), 1e-5), y), 1) nooutput
-ends = ends.last
-part(end, n) = word(translated(end), n)
-translated(text) = strstrt(text, '|') == 0 ? text : translated(text[1:strstrt(text, '|') - 1].' '.text[strstrt(text, '|') + 1:*])
+n_ends = 0; current = ''
+stats progress using (key = key_of(problem_of(column('keyframes'), strcol('constraints')), strcol('solver')), n_ends = key ne current ? n_ends + 1 : n_ends, current = key, 1) nooutput
+if (n_ends == 0) { exit }
+array end_problem[n_ends]; array end_solver[n_ends]; array end_x[n_ends]; array end_y[n_ends]
+n_ends = 0; current = ''
+stats progress using (problem = problem_of(column('keyframes'), strcol('constraints')), key = key_of(problem, strcol('solver')), n_ends = key ne current ? n_ends + 1 : n_ends, y = distance(so_far(key, strcol('constraints'), column('cost')), best[max(1, place_of(problems, problem))]), end_problem[n_ends] = problem, end_solver[n_ends] = strcol('solver'), end_x[n_ends] = max(column('seconds'), 1e-5), end_y[n_ends] = y, 1) nooutput
 
 rows = words(sizes)
 columns = (words(problems) + rows - 1) / rows
@@ -77,10 +79,9 @@ do for [p = 1:words(problems)] {
   set title size.' keyframes, '.(constraints eq 'off' ? 'no' : constraints).' constraints' noenhanced offset 0,-0.5
   if (place == 0) { set ylabel '|cost − best| / best' offset 1 } else { unset ylabel }
   marks = ''
-  do for [end in ends] {
-    if (part(end, 1) eq this) {
-      s = part(end, 2)
-      marks = marks.sprintf(", '+' every ::0::0 using (%s):(%s) with points pt %d ps 0.9 lw 1.5 lc rgb '%s' notitle", part(end, 3), part(end, 4), known(converged, this.'|'.s) ? 7 : 2, colour(s))
+  do for [k = 1:n_ends] {
+    if (end_problem[k] eq this) {
+      marks = marks.sprintf(", '+' every ::0::0 using (end_x[%d]):(end_y[%d]) with points pt %d ps 0.9 lw 1.5 lc rgb colour(end_solver[%d]) notitle", k, k, known(converged, key_of(this, end_solver[k])) ? 7 : 2, k)
     }
   }
   current = ''
@@ -104,7 +105,7 @@ set xrange [0:1]
 set yrange [0:1]
 set key left top Left reverse samplen 2.5 font ',11' noenhanced
 drawn = ''
-do for [s in solvers] { if (strstrt(ends, '|'.s.'|') > 0) { drawn = drawn.s.' ' } }
+do for [s in solvers] { if ((sum [k = 1:n_ends] (end_solver[k] eq s)) > 0) { drawn = drawn.s.' ' } }
 plot for [s in drawn] NaN with lines lw thick(s) dt dash(s) lc rgb colour(s) title s, \
   keyentry with points pt 7 ps 0.9 lc rgb '#555555' title 'converged', \
   keyentry with points pt 2 ps 0.9 lw 1.5 lc rgb '#555555' title 'not converged'

@@ -9,8 +9,7 @@
 here = ""; do for [i = 1:strlen(ARG0)] { if (ARG0[i:i] eq "/") { here = ARG0[1:i] } }
 call here."common.gp" ARG0 ARG1 ARG2 ARG3
 
-models = tabbed('models.csv')
-set datafile separator "\t"
+models = file('models.csv')
 set datafile columnheaders
 rows = 0
 stats models using (rows = rows + 1, scenario = strcol('scenario'), 1) nooutput

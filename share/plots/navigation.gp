@@ -8,11 +8,16 @@
 here = ""; do for [i = 1:strlen(ARG0)] { if (ARG0[i:i] eq "/") { here = ARG0[1:i] } }
 call here."common.gp" ARG0 ARG1 ARG2 ARG3
 
-set datafile separator ', ' # splits TUM and CSV files
 east = ned ? 3 : 2; north = ned ? 2 : 3
+stats file('chaser_fixes.csv') skip 1 using 3 name 'fixes' nooutput
+if (exists('fixes_records')) {
+  set table $fixes
+  plot file('chaser_fixes.csv') skip 1 using (column(east + 1)):(column(north + 1)) with table
+  unset table
+}
+set datafile separator whitespace
 stats file('chaser.tum') using east:north name 'chaser' nooutput
 stats file('chaser_truth.tum') using east:north name 'truth' nooutput
-stats file('chaser_fixes.csv') skip 1 using 3 name 'fixes' nooutput
 x_min = chaser_min_x; x_max = chaser_max_x; y_min = chaser_min_y; y_max = chaser_max_y
 if (exists('truth_records')) {
   x_min = min(x_min, truth_min_x); x_max = max(x_max, truth_max_x)
@@ -24,7 +29,7 @@ set xlabel ned ? 'y (east) [m]' : 'x (east) [m]'
 set ylabel ned ? 'x (north) [m]' : 'y (north) [m]'
 stride = chaser_records / 5000 + 1 # enough for the resolution of the figure
 truth = exists('truth_records') ? "file('chaser_truth.tum') every stride using east:north with lines lw 4 lc rgb pale title 'truth', " : ''
-fixes = exists('fixes_records') ? "file('chaser_fixes.csv') skip 1 using (column(east + 1)):(column(north + 1)) with points pt 7 ps 0.35 lc rgb orange notitle, keyentry with points pt 7 ps 0.6 lc rgb orange title 'GPS fix', " : ''
+fixes = exists('fixes_records') ? "$fixes using 1:2 with points pt 7 ps 0.35 lc rgb orange notitle, keyentry with points pt 7 ps 0.6 lc rgb orange title 'GPS fix', " : ''
 plot @truth @fixes \
   file('chaser.tum') every stride using east:north with lines lw 1.4 lc rgb blue title 'estimate', \
   file('chaser.tum') every ::0::0 using east:north with points pt 6 ps 1.2 lw 1.5 lc rgb 'black' title 'start', \

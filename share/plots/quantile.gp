@@ -26,7 +26,7 @@ if (exists('quantile_of_max')) {
       stats $quantile_counts using (column(1) >= 0 && column(2) > quantile_rank + 0.5 ? column(1) : NaN) name 'quantile_of' nooutput
       quantile = quantile + quantile_share * (quantile_of_min - quantile)
     }
-    set datafile separator comma
+    set datafile separator cells
     set datafile columnheaders
   }
 }

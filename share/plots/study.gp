@@ -1,12 +1,11 @@
-# Common part of the plots of a study. Sets `summary` (tab-separated) and the names of the compared groups in the order
+# Common part of the plots of a study. Sets `summary` and the names of the compared groups in the order
 # of summary.csv: group[1] to group[groups], of grid cell, model and solver.
 #
 #     call 'study.gp'
 
-set datafile separator "\t"
 set datafile columnheaders
 
-summary = tabbed('summary.csv')
+summary = file('summary.csv')
 groups = 0; first_solver = ''; solvers = 1; last = ''
 group_name(cell, model, solver) = (cell eq '' ? '' : cell.': ').model.(solvers > 1 ? ', '.solver : '')
 stats summary using (first_solver = first_solver eq '' ? strcol('solver') : first_solver, solvers = strcol('solver') eq first_solver ? solvers : 2, 1) nooutput

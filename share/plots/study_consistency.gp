@@ -10,7 +10,7 @@ here = ""; do for [i = 1:strlen(ARG0)] { if (ARG0[i:i] eq "/") { here = ARG0[1:i
 call here."common.gp" ARG0 ARG1 ARG2 ARG3
 call here."study.gp"
 
-consistency = tabbed('consistency.csv')
+consistency = file('consistency.csv')
 # NEES, then NIS of the first sensors.
 metrics = 'nees_chaser nees_relative_position nees_relative_pose'; panels = 3
 stats consistency using (m = strcol('metric'), new = m[1:4] eq 'nis_' && panels < 6 && strstrt(metrics.' ', ' '.m.' ') == 0, metrics = new ? metrics.' '.m : metrics, panels = panels + new, 1) nooutput

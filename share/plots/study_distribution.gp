@@ -9,7 +9,7 @@ here = ""; do for [i = 1:strlen(ARG0)] { if (ARG0[i:i] eq "/") { here = ARG0[1:i
 call here."common.gp" ARG0 ARG1 ARG2 ARG3
 call here."study.gp"
 
-trials = tabbed('trials.csv')
+trials = file('trials.csv')
 array model[100]; array count[100]
 models = 0
 do for [i = 1:100] { model[i] = ''; count[i] = 0 }

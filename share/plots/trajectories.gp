@@ -22,19 +22,17 @@ if (exists('target_records')) {
 colours = orange.' '.sky_blue.' '.green.' '.purple.' '.grey
 array sensor[words(colours)]
 sensors = 0; fixes = ''; keys = ''
-if (system("test -e '".file('target_fixes.csv')."' && echo 1") eq '1') {
-  set datafile separator "\t"
-  place(name) = sum [i = 1:sensors] (sensor[i] eq name ? i : 0)
-  stats tabbed('target_fixes.csv') skip 1 using (name_here = strcol(2), new = place(name_here) == 0 && sensors < words(colours), sensors = sensors + new, new ? (sensor[sensors] = name_here, 1) : 1) nooutput
-  do for [i = 1:sensors] {
-    eval sprintf('set table $fixes_%d', i)
-    plot tabbed('target_fixes.csv') skip 1 using (column(east + 2)):(column(north + 2)) with table if (strcol(2) eq sensor[i])
-    unset table
-    fixes = fixes.sprintf("$fixes_%d using 1:2 with points pt 7 ps %g lc rgb '%s' notitle, ", i, i == 1 ? 0.3 : 0.2, word(colours, i))
-    keys = keys.sprintf("keyentry with points pt 7 ps 0.5 lc rgb '%s' title sensor[%d].' fix' noenhanced, ", word(colours, i), i)
-  }
-  set datafile separator whitespace
+set datafile separator cells
+place(name) = sum [i = 1:sensors] (sensor[i] eq name ? i : 0)
+stats file('target_fixes.csv') skip 1 using (name_here = strcol(2), new = place(name_here) == 0 && sensors < words(colours), sensors = sensors + new, new ? (sensor[sensors] = name_here, 1) : 1) nooutput
+do for [i = 1:sensors] {
+  eval sprintf('set table $fixes_%d', i)
+  plot file('target_fixes.csv') skip 1 using (column(east + 2)):(column(north + 2)) with table if (strcol(2) eq sensor[i])
+  unset table
+  fixes = fixes.sprintf("$fixes_%d using 1:2 with points pt 7 ps %g lc rgb '%s' notitle, ", i, i == 1 ? 0.3 : 0.2, word(colours, i))
+  keys = keys.sprintf("keyentry with points pt 7 ps 0.5 lc rgb '%s' title sensor[%d].' fix' noenhanced, ", word(colours, i), i)
 }
+set datafile separator whitespace
 
 call here.'map.gp' scenario.': trajectories seen from above'
 every_chaser = chaser_records / 5000 + 1 # enough for the resolution of the figure

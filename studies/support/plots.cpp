@@ -1,10 +1,14 @@
 #include <algorithm>
-#include <fstream>
+#include <cerrno>
+#include <cstring>
 
 #include <fmt/format.h>
+#include <stdlib.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/studies/support/csv.hpp>
 #include <tandem/studies/support/gnuplot.hpp>
+#include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/installation.hpp>
 #include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/plots.hpp>
@@ -19,11 +23,53 @@ bool complete(const std::string& picture, PlotFormat format) {
                       picture.size() - std::min<std::size_t>(picture.size(), 64)) != std::string::npos;
 }
 
-/// Runs one script. Returns an empty string, or the reason why the picture was not drawn.
-std::string draw(const std::filesystem::path& script, PlotFormat format, const std::filesystem::path& folder) {
+/// Returns a CSV text with tabs between the cells and without quotes or control characters. gnuplot cuts quoted cells at
+/// commas, which occur in names of models.
+std::string tab_separated(const std::string& csv) {
+  std::string text;
+  for (const std::string_view line : split(trimmed(csv), '\n')) {
+    std::string cells;
+    for (const std::string& cell : csv_cells(trimmed(line))) cells += printable(cell) + "\t";
+    std::erase(cells, '"');
+    text += cells.substr(0, cells.size() - 1) + "\n";
+  }
+  return text;
+}
+
+/// A folder that only this user can read, with the files that scripts draw. Removed by the destructor.
+class PlotData {
+ public:
+  explicit PlotData(const std::filesystem::path& results) {
+    std::string name = (std::filesystem::temp_directory_path() / "tandem-plots-XXXXXX").string();
+    if (!mkdtemp(name.data())) throw Error(fmt::format("cannot create {}: {}", name, std::strerror(errno)));
+    folder_ = name;
+    for (const auto& entry : std::filesystem::directory_iterator(results)) {
+      const std::filesystem::path &file = entry.path(), type = file.extension();
+      if (!std::filesystem::is_regular_file(entry.symlink_status())) continue;
+      if (type == ".csv") write_file(folder_ / file.filename(), tab_separated(read_state(file)));
+      if (type == ".tum" || type == ".json") write_file(folder_ / file.filename(), read_state(file));
+    }
+  }
+  ~PlotData() {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+  PlotData(const PlotData&) = delete;
+  PlotData& operator=(const PlotData&) = delete;
+
+  const std::filesystem::path& folder() const { return folder_; }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+/// Runs one script on `data` and writes its picture to `folder`. Returns an empty string, or the reason why the picture
+/// was not drawn.
+std::string draw(const std::filesystem::path& script, PlotFormat format, const PlotData& data,
+                 const std::filesystem::path& folder) {
   const std::string extension = format == PlotFormat::svg ? "svg" : "png";
   const std::string name = script.stem().string() + "." + extension;
-  const GnuplotRun run = run_gnuplot(script, {folder.string(), extension, "-"});
+  const GnuplotRun run = run_gnuplot(script, {data.folder().string(), extension, "-"});
   if (!run.warning.empty()) return run.started ? fmt::format("{} was not drawn: {}", name, run.warning) : run.warning;
   if (run.output.empty()) return "";  // the script found nothing to draw
   if (!complete(run.output, format)) return fmt::format("{} was not drawn: the output of gnuplot is incomplete", name);
@@ -47,7 +93,7 @@ std::vector<PlotScript> plots_in(const std::filesystem::path& scripts) {
   for (const auto& entry : std::filesystem::directory_iterator(scripts, error)) {
     if (entry.path().extension() != ".gp") continue;
     PlotScript plot{entry.path(), {}, {}};
-    std::ifstream stream(entry.path());
+    InputFile stream(entry.path());
     for (std::string line; std::getline(stream, line) && line.starts_with("#");)
       for (auto& [key, list] : {std::pair{std::string("# of:"), &plot.commands}, {"# needs:", &plot.needs}})
         if (line.starts_with(key))
@@ -62,11 +108,12 @@ std::string draw_plots(const std::string& command, PlotFormat format, const std:
                        const std::filesystem::path& scripts) try {
   const std::vector<PlotScript> plots = plots_in(scripts);
   if (plots.empty()) return fmt::format("no plots were drawn: found no plot scripts in {}", scripts.string());
+  const PlotData data(folder);
   for (const PlotScript& plot : plots) {
     const auto exists = [&](const std::string& file) { return std::filesystem::exists(folder / file); };
     if (std::find(plot.commands.begin(), plot.commands.end(), command) == plot.commands.end()) continue;
     if (!std::all_of(plot.needs.begin(), plot.needs.end(), exists)) continue;
-    const std::string warning = draw(plot.file, format, std::filesystem::absolute(folder));
+    const std::string warning = draw(plot.file, format, data, folder);
     if (!warning.empty()) return warning;
   }
   return "";
