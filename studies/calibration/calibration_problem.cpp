@@ -8,43 +8,12 @@
 #include <tandem/problem/tracking/ego_track.hpp>
 #include <tandem/solvers/profile_evidence.hpp>
 #include <tandem/studies/calibration/calibration_problem.hpp>
+#include <tandem/studies/fit/judged_measurements.hpp>
 #include <tandem/studies/navigation/navigated_scenario.hpp>
 #include <tandem/studies/scenario/named_noise.hpp>
 
 namespace tandem {
 namespace {
-
-struct Component {
-  std::string name;
-  bool angle = false;
-};
-using Components = std::vector<Component>;
-
-const Component kYaw{"yaw", true}, kAzimuth{"azimuth", true}, kElevation{"elevation", true};
-
-Components point_components(bool planar) { return planar ? Components{{"x"}, {"y"}} : Components{{"x"}, {"y"}, {"z"}}; }
-Components rotation_components(bool planar) {
-  return planar ? Components{kYaw} : Components{{"rx", true}, {"ry", true}, {"rz", true}};
-}
-Components pose_components(bool planar) {
-  Components components = point_components(planar);
-  for (Component& angle : rotation_components(planar)) components.push_back(std::move(angle));
-  return components;
-}
-
-Components sensor_components(SensorType type, bool planar) {
-  Components components;
-  const auto add = [&](unsigned part, const Components& more) {
-    if (type->has(part)) components.insert(components.end(), more.begin(), more.end());
-  };
-  add(measured::position, point_components(planar));
-  add(measured::rotation, rotation_components(planar));
-  add(measured::range, {{"range"}});
-  add(measured::direction, planar ? Components{{"bearing", true}} : Components{kAzimuth, kElevation});
-  add(measured::angles, {kAzimuth, kElevation});
-  add(measured::height, {{"height"}});
-  return components;
-}
 
 Components noise_components(const std::string& noise, bool planar) {
   if (noise == "constant_velocity") return point_components(planar);
@@ -73,18 +42,13 @@ CalibratedEntry entry_of(std::string name, const Components& components, std::ve
 }
 
 CalibratedEntry own_entry(const EgoSensor& sensor, const Frame& frame, bool error) {
-  const bool height = sensor.type->reading == EgoReading::world_height;
-  const bool rotation = sensor.type->reading == EgoReading::orientation;
   const bool world = sensor.type->reading == EgoReading::world_vector;
   const Eigen::VectorXd& sigma = error ? sensor.error->bias_sigma : sensor.sigma;
   std::vector<double> sigmas(sigma.data(), sigma.data() + sigma.size());
   const bool turned = world && frame.is_ned();
   if (turned) std::swap(sigmas[0], sigmas[1]);
-  CalibratedEntry entry = entry_of(error ? error_name(sensor.name) : sensor.name,
-                                   height     ? Components{{"height"}}
-                                   : rotation ? rotation_components(false)
-                                              : point_components(false),
-                                   std::move(sigmas), turned);
+  CalibratedEntry entry =
+      entry_of(error ? error_name(sensor.name) : sensor.name, ego_components(sensor), std::move(sigmas), turned);
   entry.kind = name(sensor.type);
   entry.sensor = !error;
   entry.dead_reckoning = !world && (error || !sensor.error || !sensor.error->has_bias());

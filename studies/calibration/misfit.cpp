@@ -1,55 +1,20 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 
 #include <fmt/format.h>
 
-#include <tandem/problem/quantile.hpp>
+#include <tandem/solvers/fit_report.hpp>
 #include <tandem/solvers/marginals.hpp>
 #include <tandem/studies/calibration/misfit.hpp>
-#include <tandem/studies/support/downweighting.hpp>
 
 namespace tandem {
 namespace {
 
 constexpr double kMinVarianceShare = 0.05;  // smallest remaining share of the noise variance: states absorb the rest
-constexpr double kMinMean = 0.3;            // smallest mean that matters, in standard deviations
-constexpr double kMinCorrelation = 0.3;
 constexpr std::size_t kMinCount = 10;
 
-double variance_about_mean(const Misfit& m) {
-  const double mean = m.mean();
-  double sum = 0;
-  for (const double x : m.value) sum += (x - mean) * (x - mean);
-  return m.value.empty() ? 0 : sum / double(m.value.size());
-}
-
 }  // namespace
-
-double Misfit::mean() const {
-  return value.empty() ? 0 : std::accumulate(value.begin(), value.end(), 0.0) / double(value.size());
-}
-double Misfit::spread() const { return std::sqrt(variance_about_mean(*this)); }
-double Misfit::correlation() const {
-  const double mean = this->mean(), variance = variance_about_mean(*this);
-  if (value.size() < 3 || !(variance > 0)) return 0;
-  double sum = 0;
-  for (std::size_t i = 1; i < value.size(); ++i) sum += (value[i] - mean) * (value[i - 1] - mean);
-  return sum / double(value.size() - 1) / variance;
-}
-double Misfit::spacing() const { return detail::median_step(t); }
-double Misfit::correlation_time() const {
-  const double rho = correlation();
-  if (value.size() < kMinCount || rho < std::max(kMinCorrelation, 3 / std::sqrt(double(value.size())))) return 0;
-  return -spacing() / std::log(std::min(rho, 0.999));
-}
-bool Misfit::has_significant_mean() const {
-  if (value.size() < kMinCount) return false;
-  const double rho = std::clamp(correlation(), 0.0, 0.99);
-  const double error = spread() * std::sqrt((1 + rho) / (1 - rho) / double(value.size()));
-  return std::abs(mean()) > std::max(kMinMean, 3 * error);
-}
 
 std::string Misfit::diagnosis() const {
   const bool range = component == "range";
@@ -80,7 +45,7 @@ std::vector<Autocorrelation> autocorrelations(const std::vector<Misfit>& misfits
       double products = 0, squares = 0;
       for (const Misfit& m : misfits) {
         if (m.parameter != first.parameter) continue;
-        const double mean = m.mean(), variance = variance_about_mean(m);
+        const double mean = m.mean(), variance = m.spread() * m.spread();
         for (std::size_t i = lag; i < m.value.size(); ++i) {
           products += (m.value[i] - mean) * (m.value[i - lag] - mean);
           squares += variance;
@@ -123,23 +88,11 @@ std::vector<Misfit> misfits(CalibrationProblem& built, const Stop& stop) {
       }
       const double variance = noise(i, i) - taken(i, i);
       if (!(variance > kMinVarianceShare * noise(i, i))) continue;
-      m.t.push_back(*b.measured_at);
-      m.value.push_back(at.residual[i] / std::sqrt(variance));
+      m.add(*b.measured_at, at.residual[i] / std::sqrt(variance));
     }
   }
   std::vector<Misfit> all;
-  for (const auto& entry : found) {
-    const Misfit& m = entry.second;
-    std::vector<std::size_t> order(m.t.size());
-    std::iota(order.begin(), order.end(), std::size_t(0));
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return m.t[a] < m.t[b]; });
-    Misfit sorted = m;
-    for (std::size_t i = 0; i < order.size(); ++i) {
-      sorted.t[i] = m.t[order[i]];
-      sorted.value[i] = m.value[order[i]];
-    }
-    all.push_back(std::move(sorted));
-  }
+  for (auto& [key, m] : found) all.emplace_back(std::move(m)).sort();
   return all;
 }
 

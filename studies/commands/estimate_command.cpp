@@ -64,6 +64,7 @@ int run_estimate(const EstimateRequest& request, const CommandOptions& option) {
   results.plots_command = "estimate";
   results.write = [&](const std::filesystem::path& folder) { write_results(result, scenario, folder); };
   results.incomplete_reason = incomplete_reason(result);
+  if (!result.fit.consistent()) results.misfit = result.fit.verdict();
   return finish(request.output, results);
 }
 
@@ -90,6 +91,7 @@ Command estimate_command() {
             add_write_problem(option, request->built);
             add_output(option, request->output,
                        {.writes = "Write trajectories, errors, summary.json and plots to DIR",
+                        .judges = true,
                         .force = &request->problem.force});
             return [request, &option] { return run_estimate(*request, option); };
           },

@@ -52,6 +52,7 @@ int run_navigate(const NavigateRequest& request) {
   const Stop stop(options.solver);
   NavigationStudy study;
   study.scenario = read_navigation(request, stop);
+  options.north_east = study.scenario.frame.is_ned();
   SensorOptions all = request.sensors;
   all.without.clear();
   apply(all, {.target = false, .own = true}, study.scenario);
@@ -90,6 +91,7 @@ int run_navigate(const NavigateRequest& request) {
   results.write = [&](const std::filesystem::path& folder) { write_navigation(study, folder); };
   results.incomplete_reason =
       study.navigation.cut_short ? study.navigation.why_no_covariance : why_not_converged(study.navigation.summary);
+  if (!study.navigation.fit.consistent()) results.misfit = study.navigation.fit.verdict();
   return finish(request.output, results);
 }
 
@@ -120,7 +122,9 @@ Command navigate_command() {
                     [request] { request->own.navigation.covariance = false; });
         add_write_problem(option, request->built);
         add_output(option, request->output,
-                   {.writes = "Write trajectory, errors, summary.json and plots to DIR", .force = &request->force});
+                   {.writes = "Write trajectory, errors, summary.json and plots to DIR",
+                    .judges = true,
+                    .force = &request->force});
         option("--after", "SECONDS",
                "Also summarise the errors after the first SECONDS of data [s] (default: only of all data)",
                request->after, parse_non_negative);

@@ -28,6 +28,9 @@ void add_output(CommandOptions& option, Output& output, const OutputOptions& opt
   });
   if (options.plots)
     option("--plots", "svg|png|off", "Format of the plots in DIR (default svg)", output.plots, parse_plots);
+  if (options.judges)
+    option.flag("--strict", "Exit with status 3 if the data do not fit the model (see `fit` of the results)",
+                output.strict);
   if (options.prints) add_printing(option, output);
 }
 
@@ -57,9 +60,13 @@ int finish(const Output& output, const Results& results) {
   }
   flush_output();
   if (!note.empty() && !output.quiet) warn(note);
-  if (results.incomplete_reason.empty()) return kSuccess;
-  warn(results.incomplete_reason);
-  return kIncomplete;
+  if (!results.incomplete_reason.empty()) {
+    warn(results.incomplete_reason);
+    return kIncomplete;
+  }
+  if (results.misfit.empty() || !output.strict) return kSuccess;
+  warn(results.misfit);
+  return kMisfit;
 }
 
 std::string why_not_converged(const Summary& summary) {

@@ -21,6 +21,7 @@ struct Output {
   bool force = false;       ///< overwrites files in the folder that Tandem did not write
   std::optional<PlotFormat> plots = PlotFormat::svg;
   bool json = false, quiet = false, verbose = false;
+  bool strict = false;  ///< a misfit makes the exit status kMisfit
 
   /// Returns whether to show progress: standard error is a terminal or --verbose is given, and --quiet is not.
   bool shows_progress() const;
@@ -32,6 +33,7 @@ struct OutputOptions {
   bool required = false;
   bool plots = true;
   bool prints = true;               ///< adds the options of add_printing()
+  bool judges = false;              ///< adds --strict
   std::string folder = "-o,--out";  ///< name of the option for DIR
   const bool* force = nullptr;      ///< value of the command's own --force, if it has one
 };
@@ -46,6 +48,7 @@ struct Results {
   std::function<void(const std::filesystem::path& folder)> write;  ///< writes the files to the output folder
   std::string plots_command{};      ///< draws the plots of this command (see draw_plots()); empty for none
   std::string incomplete_reason{};  ///< one sentence if the exit status is kIncomplete; empty for kSuccess
+  std::string misfit{};             ///< the verdict if the data do not fit the model; makes --strict exit with kMisfit
 };
 
 /// Writes and prints the results, and returns the exit status. Throws Error if the output folder cannot be written.

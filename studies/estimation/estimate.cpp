@@ -10,6 +10,7 @@
 #include <tandem/studies/estimation/estimate.hpp>
 #include <tandem/studies/estimation/target_constraints.hpp>
 #include <tandem/studies/estimation/turned_detections.hpp>
+#include <tandem/studies/fit/judged_measurements.hpp>
 #include <tandem/studies/navigation/navigated_scenario.hpp>
 
 namespace tandem {
@@ -46,14 +47,16 @@ std::vector<MeasurementOutcome> outcomes_with_all(Scenario scenario, const Track
 }
 
 void add_uncertainty(const Scenario& scenario, const Solver& solver, bool graduated, const Stop& stop,
-                     TrackingProblem& tracking, Estimate& result) {
+                     const JudgedMeasurements& judged, TrackingProblem& tracking, Estimate& result) {
   if (!result.summary.converged()) {
     result.why_no_uncertainty = "the solve did not converge";
     return;
   }
   Uncertainty found;
   try {
-    found = uncertainty(tracking, scenario.data, stop);
+    const Marginals marginals(tracking.problem, pairs_at_keyframes(tracking), stop);
+    found = uncertainty(tracking, scenario.data, marginals, stop);
+    result.fit = fit_report(tracking.problem, judged.sensors, judged.blocks, &marginals);
   } catch (const Error& error) {
     result.why_no_uncertainty = error.what();
     if (dynamic_cast<const Stopped*>(&error)) result.cut_short = error.what();
@@ -192,10 +195,13 @@ Estimate estimate(const Scenario& scenario, const TrackingOptions& options, cons
     result.cut_short = stopped.what();
   }
   result.constants = systematic_error_estimates(problem, tracking.constants, nullptr);
+  const JudgedMeasurements judged = judged_measurements(scenario, tracking);
+  result.fit = fit_report(problem, judged.sensors, judged.blocks);
   if (covariance)
-    add_uncertainty(scenario, solver, graduated, stop, tracking, result);
+    add_uncertainty(scenario, solver, graduated, stop, judged, tracking, result);
   else
     result.why_no_uncertainty = "not requested";
+  result.causes = likely_causes(scenario, options, result.fit, stop);
   add_ego(scenario.data, tracking, result);
   result.keyframes = std::move(tracking.keyframes);
   return result;

@@ -4,7 +4,9 @@
 #include <string>
 #include <vector>
 
+#include <tandem/solvers/fit_report.hpp>
 #include <tandem/studies/estimation/estimate_metrics.hpp>
+#include <tandem/studies/estimation/likely_causes.hpp>
 #include <tandem/studies/estimation/sensor_outcomes.hpp>
 #include <tandem/studies/estimation/uncertainty.hpp>
 #include <tandem/studies/navigation/navigate.hpp>
@@ -55,6 +57,8 @@ struct Estimate {
   std::vector<SensorOutcome> sensors;
   std::vector<std::string> without_extrinsics;     ///< declared sensors without extrinsics
   std::vector<KeyframeUncertainty> uncertainty;    ///< over keyframes, or empty
+  FitReport fit;                                   ///< agreement of the solution with the data and the stated noise
+  std::vector<LikelyCause> causes;                 ///< changes of the data that would explain misfits
   std::vector<Validation> held_out;                ///< held-out measurements; empty without uncertainty
   std::string why_no_uncertainty;                  ///< reason, if `uncertainty` is empty or `held_out` lacks inliers
   std::string cut_short;                           ///< what a limit or an interrupt prevented after the solve, or empty

@@ -1,5 +1,6 @@
 #include <tandem/studies/estimation/error_fields.hpp>
 #include <tandem/studies/estimation/estimate_report_parts.hpp>
+#include <tandem/studies/fit/fit_text.hpp>
 #include <tandem/studies/navigation/systematic_error_estimates_json.hpp>
 
 namespace tandem {
@@ -58,6 +59,16 @@ JsonFields<SuspectedOutlier> suspect_fields() {
       .add("t", "stamp of the measurement [s]", [](const S& s) { return s.t; })
       .add("sigmas", "distance from the position that all other measurements give, in standard deviations",
            [](const S& s) { return s.sigmas; });
+}
+
+JsonFields<LikelyCause> cause_fields() {
+  using C = LikelyCause;
+  return JsonFields<C>()
+      .add("sensor", "name of the sensor", [](const C& c) { return c.sensor; })
+      .add("text", "the mistake in words", [](const C& c) { return c.text; })
+      .add("cost_before", "cost of the part of the recording with the sensor's first measurements",
+           [](const C& c) { return c.before; })
+      .add("cost_after", "cost of this part if the mistake is mended", [](const C& c) { return c.after; });
 }
 
 JsonFields<Estimate> estimate_fields() {
@@ -119,6 +130,10 @@ JsonFields<Estimate> estimate_fields() {
                })
       .add_map("systematic_errors", "NAME", "estimated systematic errors", systematic_error_fields(),
                [](const E& e) { return by_name(e.constants); })
+      .add_object("fit", "agreement of the solution with the data and the stated noise", fit_fields(),
+                  [](const E& e) -> const FitReport& { return e.fit; })
+      .add_list("likely_causes", "mistakes in the data that would explain misfits, the best first by sensor",
+                cause_fields(), [](const E& e) -> const std::vector<LikelyCause>& { return e.causes; })
       .add_list("suspects", "suspected outliers, worst first", suspect_fields(),
                 [](const E& e) -> const std::vector<SuspectedOutlier>& { return e.suspects; })
       .add("contradiction", "warning that motion limits contradict the data",

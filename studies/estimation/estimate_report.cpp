@@ -7,6 +7,7 @@
 #include <tandem/studies/estimation/estimate_report.hpp>
 #include <tandem/studies/estimation/estimate_report_parts.hpp>
 #include <tandem/studies/estimation/spread_text.hpp>
+#include <tandem/studies/fit/fit_text.hpp>
 #include <tandem/studies/support/mahalanobis.hpp>
 
 namespace tandem {
@@ -177,6 +178,10 @@ std::string report(const Estimate& estimate) {
   text += sensor_table(estimate) + coverage_table(estimate) + ego_lines(estimate);
   if (const std::string constants = systematic_errors_text(estimate.constants); !constants.empty())
     text += "\n" + constants;
+  text += "\n" + fit_text(estimate.fit);
+  for (const LikelyCause& cause : estimate.causes)
+    text += fmt::format("Likely cause: {}: {} (cost of the first part {:.6g}, else {:.6g}).\n", cause.sensor,
+                        cause.text, cause.after, cause.before);
   text += warnings(estimate);
   if (!estimate.why_no_uncertainty.empty()) text += fmt::format("\nNo covariances: {}\n", estimate.why_no_uncertainty);
   return text;

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include <tandem/solvers/fit_report.hpp>
 #include <tandem/studies/estimation/estimate_metrics.hpp>
-#include <tandem/studies/support/downweighting.hpp>
 
 namespace tandem {
 

@@ -122,8 +122,8 @@ std::vector<Marginals::Pair> pairs_at_keyframes(const TrackingProblem& tracking)
   return pairs;
 }
 
-Uncertainty uncertainty(TrackingProblem& tracking, const TrackingData& data, const Stop& stop) {
-  const Marginals marginals(tracking.problem, pairs_at_keyframes(tracking), stop);
+Uncertainty uncertainty(TrackingProblem& tracking, const TrackingData& data, const Marginals& marginals,
+                        const Stop& stop) {
   Uncertainty result;
   result.constants = systematic_error_estimates_by_evidence(tracking.problem, tracking.constants, marginals, stop);
   for (std::size_t k = 0; k < tracking.keyframes.size(); ++k) {

@@ -53,8 +53,9 @@ struct Uncertainty {
 /// the variables of each held-out measurement.
 std::vector<Marginals::Pair> pairs_at_keyframes(const TrackingProblem& tracking);
 
-/// Computes the posterior uncertainty at the problem's current values, from its marginals (solvers/marginals.hpp).
-/// Throws Error if a direction is unobservable, and Stopped if `stop` requests it.
-Uncertainty uncertainty(TrackingProblem& tracking, const TrackingData& data, const Stop& stop = {});
+/// Computes the posterior uncertainty at the problem's current values from its marginals for pairs_at_keyframes().
+/// Throws Stopped if `stop` requests it.
+Uncertainty uncertainty(TrackingProblem& tracking, const TrackingData& data, const Marginals& marginals,
+                        const Stop& stop = {});
 
 }  // namespace tandem

@@ -6,6 +6,7 @@
 #include <tandem/problem/stop.hpp>
 #include <tandem/solvers/marginals.hpp>
 #include <tandem/solvers/online/heading_alignment.hpp>
+#include <tandem/studies/fit/judged_measurements.hpp>
 #include <tandem/studies/navigation/navigate.hpp>
 
 namespace tandem {
@@ -76,10 +77,12 @@ void add_constants(const NavigationProblem& built, const NavigationData& placed,
         c.value += placed.sensors[i].delay - result.data.sensors[i].delay;
 }
 
-void add_covariance(NavigationProblem& built, const NavigationData& placed, const Stop& stop, Navigation& result) {
+void add_covariance(NavigationProblem& built, const NavigationData& placed, const JudgedMeasurements& judged,
+                    const Stop& stop, Navigation& result) {
   try {
     const Marginals marginals(built.problem, {}, stop);
     add_constants(built, placed, &marginals, result);
+    result.fit = fit_report(built.problem, judged.sensors, judged.blocks, &marginals);
     for (const EgoKeyframe& k : built.keyframes) result.covariance.push_back(ego_covariance(marginals, k));
   } catch (const Error& error) {
     result.covariance.clear();
@@ -141,10 +144,13 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
       result.weight.push_back(m.block ? built.problem.weight(*m.block) : 1.0);
     result.discarded = built.num_discarded;
     result.splits = built.splits;
+    JudgedMeasurements judged;
+    add_own_sensors(placed, built.measurements, options.north_east, judged);
+    result.fit = fit_report(built.problem, judged.sensors, judged.blocks);
     if (!options.covariance)
       result.why_no_covariance = "not requested";
     else if (result.summary.converged())
-      add_covariance(built, placed, stop, result);
+      add_covariance(built, placed, judged, stop, result);
     result.seconds = clock();
     return result;
   }

@@ -7,6 +7,7 @@
 
 #include <tandem/problem/navigation/navigation_checks.hpp>
 #include <tandem/problem/navigation/navigation_problem.hpp>
+#include <tandem/solvers/fit_report.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/studies/navigation/ego_covariance.hpp>
 #include <tandem/studies/navigation/systematic_error_estimates.hpp>
@@ -24,6 +25,7 @@ struct Navigation {
   int residual_blocks = 0;                ///< number of soft blocks
   std::vector<Stamped<EgoState>> states;  ///< at the keyframes
   std::vector<EgoCovariance> covariance;  ///< at the keyframes, or empty
+  FitReport fit;                          ///< agreement of the solution with the data and the stated noise
   std::string why_no_covariance;          ///< reason, if `covariance` is empty
   bool cut_short = false;                 ///< whether a time limit or interrupt stopped the covariances
   std::optional<double> dvl_scale;        ///< estimated scale factor s, if estimated; the DVL reads (1 + s) v
@@ -41,6 +43,7 @@ struct NavigationOptions {
   double alignment = 30.0;           ///< duration of the data that decide an unknown heading [s]
   double first_pass = 20.0;          ///< window of the fixed-lag smoother that computes the initial guess [s]
   bool covariance = true;            ///< computes covariances
+  bool north_east = false;           ///< world positions of the files are north, east, down; only names components
   std::optional<Alignment> start{};  ///< prior of the first state; if absent, align() computes it
   /// Sets the IMU's white noise to that of its samples if it is far above the stated one
   /// (NavigationFinding::vibration).

@@ -1,8 +1,8 @@
 #include <cmath>
 
 #include <tandem/problem/navigation/trajectory.hpp>
+#include <tandem/solvers/fit_report.hpp>
 #include <tandem/studies/navigation_results/navigation_files.hpp>
-#include <tandem/studies/support/downweighting.hpp>
 #include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/state_columns.hpp>
 #include <tandem/studies/support/tum.hpp>

@@ -1,3 +1,4 @@
+#include <tandem/studies/fit/fit_text.hpp>
 #include <tandem/studies/navigation/systematic_error_estimates_json.hpp>
 #include <tandem/studies/navigation_results/navigation_report_parts.hpp>
 #include <tandem/studies/support/json_fields.hpp>
@@ -217,6 +218,8 @@ JsonFields<Study> navigation_fields() {
            [](const Study& s) -> std::optional<double> {
              return s.navigation.dvl_scale ? std::optional(1 + *s.navigation.dvl_scale) : std::nullopt;
            })
+      .add_object("fit", "agreement of the solution with the data and the stated noise", fit_fields(),
+                  [](const Study& s) -> const FitReport& { return s.navigation.fit; })
       .add("no_covariance", "why there are no covariances", [](const Study& s) {
         const std::string& why = s.navigation.why_no_covariance;
         return why.empty() ? std::nullopt : std::optional(why);

@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <tandem/solvers/fit_report.hpp>
+#include <tandem/studies/fit/fit_text.hpp>
 #include <tandem/studies/navigation_results/navigation_report.hpp>
 #include <tandem/studies/navigation_results/navigation_report_parts.hpp>
-#include <tandem/studies/support/downweighting.hpp>
 #include <tandem/studies/support/text_table.hpp>
 #include <tandem/studies/support/units.hpp>
 
@@ -229,8 +230,8 @@ std::string navigation_report(const NavigationStudy& study) {
                       summary.seconds,
                       navigation.solves > 1 ? fmt::format(", the last of {} solves", navigation.solves) : "");
   if (!summary.converged()) text += fmt::format("NOT CONVERGED: {}\n", summary.message);
-  text += "\n" + sensor_table(navigation) + "\n" + error_table(study) + consistency(study) +
-          outage_table(study.comparison) + calibration(study);
+  text += "\n" + sensor_table(navigation) + "\n" + fit_text(navigation.fit) + "\n" + error_table(study) +
+          consistency(study) + outage_table(study.comparison) + calibration(study);
   if (!navigation.why_no_covariance.empty())
     text += fmt::format("\nNo covariances: {}\n", navigation.why_no_covariance);
   return text;

@@ -52,6 +52,10 @@ Eigen::MatrixXd propagated(const Eigen::MatrixXd& S, Problem& problem, F f, cons
   return J * S * J.transpose();
 }
 
+Uncertainty uncertainty_of(TrackingProblem& tracking, const TrackingData& data) {
+  return uncertainty(tracking, data, Marginals(tracking.problem, pairs_at_keyframes(tracking)));
+}
+
 struct Checked {
   TrackingProblem tracking;
   Uncertainty found;
@@ -60,7 +64,7 @@ struct Checked {
   Checked(const TrackingData& data, const TrackingOptions& options) : tracking(make_tracking_problem(data, options)) {
     const Summary summary = solve(tracking.problem, GaussNewtonOptions{});
     EXPECT_TRUE(summary.converged()) << summary.message;
-    found = uncertainty(tracking, data);
+    found = uncertainty_of(tracking, data);
     const DenseMarginals dense(tracking.problem);
     for (std::size_t k = 0; k < tracking.keyframes.size(); ++k)
       std::visit(
@@ -214,7 +218,7 @@ TEST(Uncertainty, IsZeroAlongHardConstraints) {
   options.roll_pitch = Role::hard;
   TrackingProblem tracking = make_tracking_problem(data(), options);
   ASSERT_TRUE(solve(tracking.problem, AugmentedLagrangianOptions{}).converged());
-  const Uncertainty found = uncertainty(tracking, data());
+  const Uncertainty found = uncertainty_of(tracking, data());
   for (const KeyframeUncertainty& u : found.keyframes) EXPECT_LE((u.target.block<2, 2>(3, 3).norm()), 1e-12);
 }
 
@@ -242,7 +246,7 @@ TEST(HeldOut, PredictsWithSystematicErrors) {
     usbl.error = error;
     TrackingProblem tracking = make_tracking_problem(d);
     EXPECT_TRUE(solve(tracking.problem, GaussNewtonOptions{}).converged());
-    return uncertainty(tracking, d);
+    return uncertainty_of(tracking, d);
   };
   const Uncertainty without = found_with({}),
                     constant = found_with(SystematicError{Vector<3>::Constant(5), HUGE_VAL, 0.5}),

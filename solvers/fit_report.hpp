@@ -1,0 +1,91 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include <tandem/solvers/marginals.hpp>
+#include <tandem/solvers/residual_series.hpp>
+
+namespace tandem {
+
+/// A sensor whose measurements fit_report() judges.
+struct JudgedSensor {
+  std::string name;
+  std::vector<std::string> components;  ///< names of its residual rows, for example "x", "y", "z"
+  int rejected = 0;                     ///< measurements that are not in the problem because they contradict the others
+};
+
+/// A measurement in a problem, or a part of one with a block of its own. The part with component 0 comes first.
+struct MeasurementBlock {
+  std::size_t sensor;  ///< index among the sensors
+  double t;            ///< time stamp [s]
+  Block block;         ///< a soft block
+  int first = 0;       ///< component of the block's first row
+};
+
+/// A measurement and its largest standardised residual.
+struct WorstMeasurement {
+  double t;               ///< s
+  std::size_t component;  ///< of the sensor
+  double residual;        ///< in expected standard deviations
+};
+
+/// Fit of one sensor's measurements.
+struct SensorFit {
+  std::string name;
+  int used = 0;                       ///< measurements in the problem
+  int rejected = 0;                   ///< JudgedSensor::rejected
+  int down_weighted = 0;              ///< of `used`: the robust loss leaves a weight ρ′ below kDownweightThreshold
+  double expected_down_weighted = 0;  ///< the same, if the noise is as stated
+  std::vector<std::string> components;
+  std::vector<ResidualSeries> series;   ///< by component; without the down-weighted measurements
+  std::vector<WorstMeasurement> worst;  ///< at most five, the largest residual first; down-weighted ones included
+
+  /// Returns the component with the largest root mean square.
+  std::size_t worst_component() const;
+  /// Returns the share of measurements that are rejected, or down-weighted beyond expectation.
+  double contested() const;
+  /// Returns the misfits in words, for example "ry is 38 times its standard deviation", or an empty string if the
+  /// residuals agree with the stated noise. The rules: the root mean square of a component is above 2, or a tenth of
+  /// the measurements is contested.
+  std::string misfit() const;
+};
+
+/// Agreement of a solution with its data and the stated noise. A solver that converges says nothing about it.
+struct FitReport {
+  double cost = 0;           ///< cost F of the problem
+  double expected_cost = 0;  ///< E[F] if all noises are as stated
+  double cost_sigma = 0;     ///< standard deviation of F in that case
+  std::vector<SensorFit> sensors;
+
+  /// Returns whether no sensor has a misfit and the cost is within five standard deviations or half of its expectation.
+  bool consistent() const;
+  /// Returns the verdict in one sentence for each misfit, or one sentence that states the agreement.
+  std::string verdict() const;
+};
+
+/// A robust weight ρ′ below this value counts as down-weighted.
+inline constexpr double kDownweightThreshold = 0.5;
+
+/// Judges the values of a solved problem.
+///
+/// Without losses, twice the cost is χ² distributed with as many degrees of freedom as rows minus free unknowns; hard
+/// equalities and active bounds reduce the unknowns. With a robust loss, each row counts with the expectation of the
+/// loss under the stated noise. Rows without derivative, such as inactive soft bounds, do not count. Residuals are
+/// standardised by their noise minus the part that the states absorb, R − H P Hᵀ, if `marginals` of the problem are
+/// given, else by the noise, reduced by the average share. Throws Error if a handle is invalid.
+FitReport fit_report(const Problem& problem, const std::vector<JudgedSensor>& sensors,
+                     std::span<const MeasurementBlock> measurements, const Marginals* marginals = nullptr);
+
+namespace detail {
+
+/// Expectations for a block with `rows` rows whose noise is as stated.
+struct LossExpectation {
+  double half_rho;       ///< E[½ ρ(s)], s ~ χ² with `rows` degrees of freedom
+  double down_weighted;  ///< probability that ρ′(s) < kDownweightThreshold
+};
+LossExpectation loss_expectation(const Loss& loss, int rows);
+
+}  // namespace detail
+}  // namespace tandem

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <vector>
+
+namespace tandem {
+
+/// Standardised residuals of one component of a sensor: each is divided by its expected standard deviation at the
+/// solution. A correct model gives independent values with mean 0 and standard deviation 1.
+struct ResidualSeries {
+  std::vector<double> t, value;  ///< times [s] and values, in time order after sort()
+
+  void add(double time, double standardised) {
+    t.push_back(time);
+    value.push_back(standardised);
+  }
+  void sort();  ///< by time
+
+  double mean() const;
+  double spread() const;       ///< standard deviation about the mean
+  double rms() const;          ///< root mean square
+  double correlation() const;  ///< autocorrelation at lag 1
+  double spacing() const;      ///< median time between successive values [s]
+  /// Returns the correlation time τ [s] from correlation() = exp(−spacing / τ), or 0 if the correlation is not
+  /// significant.
+  double correlation_time() const;
+  bool has_significant_mean() const;  ///< more than three standard errors, given the correlation
+};
+
+}  // namespace tandem

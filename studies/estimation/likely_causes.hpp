@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <tandem/problem/stop.hpp>
+#include <tandem/solvers/fit_report.hpp>
+#include <tandem/studies/scenario/scenario.hpp>
+
+namespace tandem {
+
+/// A change of a sensor's data or settings that explains its misfit.
+struct LikelyCause {
+  std::string sensor;
+  std::string text;              ///< "quaternions are ordered w x y z"
+  double before = 0, after = 0;  ///< cost of a part of the recording without and with the change
+};
+
+/// Tries common mistakes for each target sensor with a misfit: axes swapped or negated, quaternion order, inverted pose,
+/// degrees, compass angles, a delay, a bias (lever arm), a misalignment. Each is a solve of the part of the recording
+/// with the sensor's first measurements. Returns the changes that remove at least a third of the part's cost, the best
+/// first, at most three per sensor. Stops early, without an error, if `stop` requests it.
+std::vector<LikelyCause> likely_causes(const Scenario& scenario, const TrackingOptions& options, const FitReport& fit,
+                                       const Stop& stop = {});
+
+}  // namespace tandem

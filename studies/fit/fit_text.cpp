@@ -1,0 +1,102 @@
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include <tandem/studies/fit/fit_text.hpp>
+#include <tandem/studies/support/text_table.hpp>
+
+namespace tandem {
+namespace {
+
+/// A component of a sensor with its residuals.
+using NamedSeries = std::pair<std::string, ResidualSeries>;
+
+struct NamedWorst {
+  std::string component;
+  WorstMeasurement worst;
+};
+
+}  // namespace
+
+std::string fit_text(const FitReport& fit) {
+  constexpr auto kLeft = TextTable::Align::left;
+  TextTable table({{"fit", kLeft},
+                   {"used"},
+                   {"rejected"},
+                   {"down-weighted"},
+                   {"worst component"},
+                   {"mean"},
+                   {"σ"},
+                   {"lag-1 correlation"},
+                   {"largest residual"}});
+  for (const SensorFit& s : fit.sensors) {
+    if (s.used + s.rejected == 0 || s.components.empty()) continue;
+    const std::size_t c = s.worst_component();
+    const ResidualSeries& series = s.series[c];
+    table.row({s.name, std::to_string(s.used), std::to_string(s.rejected), std::to_string(s.down_weighted),
+               s.components[c], fmt::format("{:+.2f}", series.mean()), fmt::format("{:.2f}", series.spread()),
+               fmt::format("{:.2f}", series.correlation()),
+               s.worst.empty() ? "–"
+                               : fmt::format("{:+.1f} ({} at {:.3f} s)", s.worst[0].residual,
+                                             s.components[s.worst[0].component], s.worst[0].t)});
+  }
+  return table.str() +
+         "Residuals are in expected standard deviations: mean 0, σ 1 and correlation 0 if the noise is as stated.\n" +
+         fit.verdict() + "\n";
+}
+
+JsonFields<FitReport> fit_fields() {
+  const auto series = JsonFields<NamedSeries>()
+                          .add("mean", "mean of the standardised residuals; 0 if consistent",
+                               [](const NamedSeries& s) { return s.second.mean(); })
+                          .add("sigma", "their standard deviation; 1 if consistent",
+                               [](const NamedSeries& s) { return s.second.spread(); })
+                          .add("correlation", "their autocorrelation at lag 1; 0 if consistent",
+                               [](const NamedSeries& s) { return s.second.correlation(); });
+  const auto worst = JsonFields<NamedWorst>()
+                         .add("t", "stamp of the measurement [s]", [](const NamedWorst& w) { return w.worst.t; })
+                         .add("component", "component of the sensor", [](const NamedWorst& w) { return w.component; })
+                         .add("residual", "residual in expected standard deviations",
+                              [](const NamedWorst& w) { return w.worst.residual; });
+  const auto sensor = JsonFields<SensorFit>()
+                          .add("used", "number of measurements used", [](const SensorFit& s) { return s.used; })
+                          .add("rejected", "number rejected since they contradict the others",
+                               [](const SensorFit& s) { return s.rejected; })
+                          .add("down_weighted", "number that the robust loss gives a weight below 0.5",
+                               [](const SensorFit& s) { return s.down_weighted; })
+                          .add("expected_down_weighted", "the same, expected if the noise is as stated",
+                               [](const SensorFit& s) { return s.expected_down_weighted; })
+                          .add_map("components", "COMPONENT",
+                                   "standardised residuals of the measurements that are not down-weighted", series,
+                                   [](const SensorFit& s) {
+                                     std::vector<std::pair<std::string, NamedSeries>> all;
+                                     for (std::size_t c = 0; c < s.series.size(); ++c)
+                                       all.emplace_back(s.components[c], NamedSeries(s.components[c], s.series[c]));
+                                     return all;
+                                   })
+                          .add_list("worst", "the five measurements with the largest residuals", worst,
+                                    [](const SensorFit& s) {
+                                      std::vector<NamedWorst> all;
+                                      for (const WorstMeasurement& w : s.worst)
+                                        all.push_back({s.components[w.component], w});
+                                      return all;
+                                    })
+                          .add("misfit", "how the residuals contradict the stated noise; empty if they do not",
+                               [](const SensorFit& s) { return s.misfit(); });
+  return JsonFields<FitReport>()
+      .add("consistent", "whether cost and residuals agree with the stated noise",
+           [](const FitReport& f) { return f.consistent(); })
+      .add("verdict", "the verdict in words", [](const FitReport& f) { return f.verdict(); })
+      .add("cost", "cost of the problem", [](const FitReport& f) { return f.cost; })
+      .add("expected_cost", "its expectation if the noise is as stated",
+           [](const FitReport& f) { return f.expected_cost; })
+      .add("cost_sigma", "standard deviation of the cost in that case", [](const FitReport& f) { return f.cost_sigma; })
+      .add_map("sensors", "SENSOR", "fit of each sensor", sensor, [](const FitReport& f) {
+        std::vector<std::pair<std::string, SensorFit>> all;
+        for (const SensorFit& s : f.sensors) all.emplace_back(s.name, s);
+        return all;
+      });
+}
+
+}  // namespace tandem
