@@ -98,7 +98,7 @@ void ResidualBlocks::Reader::add_second_derivatives(std::size_t i, const int* of
   if (!blocks_.functions_.curvature) return difference_gradient(i, offset, place, dual, H);
   linearize_at_point(i, offset);
   dual(r, w);
-  blocks_.functions_.curvature(blocks_.residual(i), x_.data(), w, C);
+  named_errors(i, [&] { blocks_.functions_.curvature(blocks_.residual(i), x_.data(), w, C); });
   add_block_curvature(blocks_.shape(offset), place, jacobian.data(), charts(i), w, C, gradient, H);
 }
 
@@ -113,7 +113,7 @@ void ResidualBlocks::Reader::difference_gradient(std::size_t i, const int* offse
     blocks_.stores_[s]->with_perturbed(blocks_.slots(i)[s], k, step, [&](const void* moved, const double* chart) {
       x_[s] = moved;
       charts_[s] = chart;
-      functions.linearize(blocks_.residual(i), x_.data(), offset, r, jacobian.data());
+      named_errors(i, [&] { functions.linearize(blocks_.residual(i), x_.data(), offset, r, jacobian.data()); });
       dual(r, w);
       block_gradient(shape, jacobian.data(), charts_.data(), w, gradient);
     });

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include <tandem/lie/error.hpp>
 #include <tandem/problem/function_ref.hpp>
 #include <tandem/problem/pool.hpp>
 #include <tandem/problem/residual_array.hpp>
@@ -65,12 +66,12 @@ class ResidualBlocks::Reader : public ResidualBlocks::Scratch {
   /// Computes r.
   void evaluate(std::size_t i) {
     points(i);
-    blocks_.functions_.evaluate(blocks_.residual(i), x_.data(), r);
+    named_errors(i, [&] { blocks_.functions_.evaluate(blocks_.residual(i), x_.data(), r); });
   }
   /// Computes r, and the Jacobians with respect to perturbations of the states whose offset is not negative.
   void linearize_at_point(std::size_t i, const int* offset) {
     points(i);
-    blocks_.functions_.linearize(blocks_.residual(i), x_.data(), offset, r, jacobian.data());
+    named_errors(i, [&] { blocks_.functions_.linearize(blocks_.residual(i), x_.data(), offset, r, jacobian.data()); });
   }
   /// Computes r, and the Jacobians with respect to δ.
   void linearize(std::size_t i, const int* offset) {
@@ -113,6 +114,15 @@ class ResidualBlocks::Reader : public ResidualBlocks::Scratch {
   void points(std::size_t i) {
     const int* slots = blocks_.slots(i);
     for (std::size_t s = 0; s < blocks_.arity_; ++s) x_[s] = views_[s].point(slots[s]);
+  }
+  /// Calls f, which evaluates block i. An Error of the residual becomes an UndefinedResidualError that names it.
+  template <class F>
+  void named_errors(std::size_t i, F f) const {
+    try {
+      f();
+    } catch (const Error&) {
+      rethrow_undefined(blocks_.functions_.name, blocks_.stores_, blocks_.slots(i));
+    }
   }
   void difference_gradient(std::size_t i, const int* offset, const HessianPlace* place, Dual dual, double* H);
 

@@ -37,11 +37,11 @@ class MarginalPrior final : public SoftPoolBase {
     return std::make_unique<MarginalPrior>();
   }
   void add_copy(const PoolBase&, int, const int*) override {
-    throw Error("the marginal prior cannot be part of a Subproblem; choose variables that it does not read");
+    throw BadInputError("the marginal prior cannot be part of a Subproblem; choose variables that it does not read");
   }
   const void* residual(int) const override { return this; }
-  void add_residual(const void*, const int*) override { throw Error("residuals cannot be added to a marginal prior"); }
-  void set_residual(int, const void*) override { throw Error("set_residual: a marginal prior cannot be replaced"); }
+  void add_residual(const void*, const int*) override { throw BadInputError("residuals cannot be added to a marginal prior"); }
+  void set_residual(int, const void*) override { throw BadInputError("set_residual: a marginal prior cannot be replaced"); }
   /// Returns a copy over the stores of a copied problem, in which all slots and anchors are the same.
   std::unique_ptr<SoftPoolBase> copy(const StoreMapping& mapping) const;
   const std::vector<State>& states() const { return states_; }
@@ -49,9 +49,11 @@ class MarginalPrior final : public SoftPoolBase {
   void evaluate_block(int i, double* r) const override;
   void linearize_block(int i, const int* offset, double* r, double* J) const override;
   Gaussian noise(int) const override { return Gaussian(Eigen::VectorXd::Ones(b_.size())); }
-  void set_noise(int, const Gaussian&) override { throw Error("set_noise: the noise of a marginal prior is fixed"); }
+  void set_noise(int, const Gaussian&) override {
+    throw BadInputError("set_noise: the noise of a marginal prior is fixed");
+  }
   Loss loss(int) const override { return {}; }
-  void set_loss(int, const Loss&) override { throw Error("set_loss: a marginal prior cannot have a loss"); }
+  void set_loss(int, const Loss&) override { throw BadInputError("set_loss: a marginal prior cannot have a loss"); }
   void add_stiffness(const PoolPlacement& place, const double* v, const double* row_weights, double& along,
                      double& scale) const override;
   void add_exact_hessian(const PoolPlacement& place, int begin, int end, Curvature wanted, double factor,

@@ -8,7 +8,7 @@
 
 namespace tandem {
 
-/// Returns the blocks to replace, per pool in ascending order. Throws Error if one is a hard block.
+/// Returns the blocks to replace, per pool in ascending order. Throws BadInputError if one is a hard block.
 std::vector<std::vector<int>> Problem::blocks_to_marginalize(const std::vector<char>& marked) const {
   std::vector<std::vector<int>> affected(pools_.size());
   for (std::size_t p = 0; p < pools_.size(); ++p) {
@@ -16,8 +16,8 @@ std::vector<std::vector<int>> Problem::blocks_to_marginalize(const std::vector<c
     for (int i = 0; i < pool.size(); ++i) {
       if (static_cast<int>(p) != prior_pool_ && !pool.reads(i, marked)) continue;
       if (pools_[p].hard)
-        throw Error("marginalize: a hard block (" + describe(pool, i) +
-                    ") reads one of the variables; remove it first, only soft blocks can be marginalized");
+        throw BadInputError("marginalize: a hard block (" + describe(pool, i) +
+                            ") reads one of the variables; remove it first, only soft blocks can be marginalized");
       affected[p].push_back(i);
     }
   }
@@ -28,9 +28,9 @@ void Problem::marginalize(std::span<const int> variable_ids) {
   if (variable_ids.empty()) return;
   std::vector<char> marked(variables_.size(), 0);
   for (const int id : variable_ids) {
-    if (std::size_t(id) >= variables_.size() || !variables_[std::size_t(id)].store || marked[std::size_t(id)])
-      throw Error("marginalize: variable ID " + std::to_string(id) + " does not exist or is given twice");
-    marked[std::size_t(id)] = 1;
+    if (!info(id).store) throw_no_variable(id);
+    if (std::exchange(marked[std::size_t(id)], 1))
+      throw BadInputError("marginalize: variable " + name(id) + " is given twice");
   }
   const std::vector<std::vector<int>> affected = blocks_to_marginalize(marked);
 
@@ -86,12 +86,12 @@ void Problem::marginalize(std::span<const int> variable_ids) {
       }
       cost += pool.accumulate(place, i, i + 1, g.data(), H.data());
       if (!std::isfinite(cost) || !g.allFinite())
-        throw Error("marginalize: " + describe(pool, i) + " is not finite at the current values");
+        throw UndefinedResidualError("marginalize: " + describe(pool, i) + " is not finite at the current values");
     }
   }
   for (int j = 0; j < n; ++j)  // off-diagonal blocks were added to the lower triangle only
     for (int i = j + 1; i < n; ++i) H(j, i) = H(i, j);
-  if (!H.allFinite()) throw Error("marginalize: a Jacobian is not finite at the current values");
+  if (!H.allFinite()) throw UndefinedResidualError("marginalize: a Jacobian is not finite at the current values");
   detail::EliminatedQuadratic reduced = detail::eliminate(H, g, cost, eliminated);
 
   for (std::size_t p = 0; p < pools_.size(); ++p)
@@ -99,7 +99,7 @@ void Problem::marginalize(std::span<const int> variable_ids) {
   for (const int id : variable_ids) remove_variable(id);
   if (prior_pool_ < 0) {
     prior_pool_ = static_cast<int>(pools_.size());
-    pools_.push_back({std::make_unique<detail::MarginalPrior>(), nullptr, {}, {}, {}, nullptr});
+    pools_.push_back({std::make_unique<detail::MarginalPrior>(), nullptr, {}, {}, {}, {}, nullptr});
     pools_.back().soft->loss_scale = loss_scale_;
   }
   static_cast<detail::MarginalPrior&>(*pools_[std::size_t(prior_pool_)].soft)
@@ -111,8 +111,7 @@ std::optional<Block> Problem::marginal_prior() const {
   if (prior_pool_ < 0) return {};
   const Pool& pool = pools_[std::size_t(prior_pool_)];
   if (pool.id_of_index.empty()) return {};
-  const int id = pool.id_of_index.front();
-  return Block{prior_pool_, id, pool.ids.generation(id)};
+  return handle(prior_pool_, pool.id_of_index.front());
 }
 
 }  // namespace tandem

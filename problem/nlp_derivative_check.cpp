@@ -54,7 +54,7 @@ NlpEvaluator::DerivativeCheck NlpEvaluator::check_derivatives(const Eigen::Vecto
     here = rows_at(Eigen::VectorXd::Zero(step.size()));
     ahead = rows_at(step);
     behind = rows_at(-step);
-  } catch (const Error&) {  // a residual is undefined nearby
+  } catch (const UndefinedResidualError&) {  // a residual is undefined nearby
     reset();
     return {};
   }

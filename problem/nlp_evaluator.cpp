@@ -10,7 +10,7 @@
 namespace tandem {
 
 bool NlpEvaluator::is_current() const {
-  if (problem_.revision_ != revision_) return false;
+  if (problem_.serial_ != serial_ || problem_.revision_ != revision_) return false;
   if (problem_.bounds_revision_ == bounds_revision_) return true;
   for (std::size_t p = 0; p < soft_bounds_.size(); ++p)
     if (soft_bounds_[p] && !problem_.pools_[p].soft->bounded_rows()) return false;
@@ -19,7 +19,7 @@ bool NlpEvaluator::is_current() const {
 
 void NlpEvaluator::check_unchanged() const {
   if (!is_current())
-    throw Error(
+    throw StaleHandleError(
         "the problem has changed since its NlpEvaluator was made (variables or blocks were added, removed or fixed, "
         "or a soft bound got a loss); make a new NlpEvaluator");
 }
@@ -31,7 +31,8 @@ const detail::PoolBase& NlpEvaluator::pool(std::size_t p) const {
 void NlpEvaluator::claim_point() {
   check_unchanged();
   if (problem_.value_revision_ != value_revision_)
-    throw Error("the variables' values were changed since the last reset() of this NlpEvaluator; call reset() first");
+    throw StaleHandleError(
+        "the variables' values were changed since the last reset() of this NlpEvaluator; call reset() first");
   if (problem_.point_owner_ != this) move_to(delta_);
 }
 
@@ -60,6 +61,7 @@ void NlpEvaluator::recenter() {
 }
 
 void NlpEvaluator::save() {
+  check_unchanged();
   for (auto& [type, store] : problem_.stores_) store->save();
 }
 
@@ -81,6 +83,7 @@ void NlpEvaluator::reset() {
 }
 
 double NlpEvaluator::largest_angle() const {
+  check_unchanged();
   double largest = 0;
   for (const auto& [type, store] : problem_.stores_) largest = std::max(largest, store->largest_angle());
   return largest;
@@ -248,17 +251,20 @@ void NlpEvaluator::evaluate_constraints(Eigen::VectorXd& c, Eigen::VectorXd& jac
 
 void NlpEvaluator::add_constraint_hessian(const Eigen::VectorXd& weights, const Eigen::VectorXd& jacobian,
                                           Eigen::VectorXd& hessian) const {
+  check_unchanged();
   over_hard_blocks([&](const detail::HardPoolBase& pool, std::size_t p, int begin, int end) {
     pool.accumulate(placement_[p], begin, end, weights.data() + first_row_[p], jacobian.data(), hessian.data());
   });
 }
 
 void NlpEvaluator::multipliers(Eigen::VectorXd& y) const {
+  check_unchanged();
   for (std::size_t p = 0; p < rows_.size(); ++p)
     if (rows_[p]) std::copy(rows_[p]->multipliers().begin(), rows_[p]->multipliers().end(), y.data() + first_row_[p]);
 }
 
 void NlpEvaluator::set_multipliers(const Eigen::VectorXd& y) {
+  check_unchanged();
   for (std::size_t p = 0; p < rows_.size(); ++p) {
     detail::HardPoolBase* hard = problem_.pools_[p].hard.get();
     const double* from = y.data() + first_row_[p];
@@ -319,6 +325,7 @@ NlpEvaluator::Violation NlpEvaluator::fixed_violation(const Eigen::VectorXd& c) 
 }
 
 std::string NlpEvaluator::describe_row(int row) const {
+  check_unchanged();
   for (const auto* pool : rows_) {
     if (!pool) continue;
     const int rows = pool->size() * pool->dim();
@@ -348,6 +355,7 @@ std::string NlpEvaluator::describe_nonfinite_block() {
 }
 
 NlpEvaluator::Unknown NlpEvaluator::describe_unknown(int unknown) const {
+  check_unchanged();
   const auto it = std::upper_bound(hessian_.first.begin(), hessian_.first.end(), unknown) - 1;
   const int id = variable_of_block_[std::size_t(it - hessian_.first.begin())];
   const auto& variable = problem_.variables_[std::size_t(id)];
@@ -366,7 +374,7 @@ NlpEvaluator::Unknown NlpEvaluator::describe_unknown(int unknown) const {
   } else {
     direction = "tangent entry " + std::to_string(entry);
   }
-  return {variable.name, entry, direction};
+  return {variable.name(), entry, direction};
 }
 
 }  // namespace tandem

@@ -47,10 +47,10 @@ enum class SoftBoundRole {
 /// The problem must outlive the evaluator and must not be moved. Several evaluators of one problem have separate points
 /// but share X̄. Neither they nor their problem may be used from several threads at once.
 ///
-/// Methods that evaluate or move the point throw Error in these cases:
-/// - A residual is undefined at the point.
-/// - The structure of the problem changed (see is_current()). Make a new evaluator.
-/// - Problem::set_value() or another evaluator changed X̄. Call reset() first.
+/// Methods that read the problem, its point or its blocks throw in these cases:
+/// - UndefinedResidualError: a residual is undefined at the point.
+/// - StaleHandleError: the structure of the problem changed (see is_current()). Make a new evaluator.
+/// - StaleHandleError: Problem::set_value() or another evaluator changed X̄. Call reset() first.
 class NlpEvaluator {
  public:
   /// Function that maps the natural pattern of the Hessian, with the variables in the order of δ, to a pattern in
@@ -58,18 +58,19 @@ class NlpEvaluator {
   /// in_elimination_order() of solvers/linear.
   using HessianLayout = SymmetricPattern (*)(const SymmetricPattern&);
 
-  /// Computes all patterns. `layout` determines that of the Hessian if it is not null. Throws Error if the problem has
-  /// no free variable.
+  /// Computes all patterns. `layout` determines that of the Hessian if it is not null. Throws BadInputError if the
+  /// problem has no free variable.
   explicit NlpEvaluator(Problem& problem, SoftBoundRole soft_bounds = SoftBoundRole::in_cost,
                         HessianLayout layout = nullptr);
   ~NlpEvaluator();
 
-  /// Limits the number of threads for evaluation; 0, the default, uses one per core. Throws Error if negative.
+  /// Limits the number of threads for evaluation; 0, the default, uses one per core. Throws BadInputError if negative.
   void use_threads(int threads) { task_runner_.use_threads(threads); }
   const detail::TaskRunner& tasks() const { return task_runner_; }
 
   /// Returns whether the structure of the problem is unchanged since construction. It changes if a variable or block is
-  /// added, removed, fixed or freed, or if a soft bound that is a row gets a loss or correlated noise.
+  /// added, removed, fixed or freed, if other contents are moved into the problem, or if a soft bound that is a row
+  /// gets a loss or correlated noise.
   bool is_current() const;
 
   /// Returns the size of δ: the sum of the tangent dimensions of the free variables.
@@ -244,6 +245,7 @@ class NlpEvaluator {
   std::vector<int> first_of_task_;  // of each pool: first block of each task, first block of several parts, end
   Eigen::VectorXd point_gradient_;  // scratch of second_derivatives()
   Eigen::VectorXd delta_;           // the point relative to X̄
+  std::uint64_t serial_;            // of the problem
   long long revision_, value_revision_, bounds_revision_;
   bool moved_ = false;  // since the charts were computed
 };

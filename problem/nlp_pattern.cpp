@@ -30,6 +30,7 @@ void sort_pairs(std::vector<std::uint64_t>& pairs, std::size_t n) {
 
 NlpEvaluator::NlpEvaluator(Problem& problem, SoftBoundRole soft_bounds, HessianLayout layout)
     : problem_(problem),
+      serial_(problem.serial_),
       revision_(problem.revision_),
       value_revision_(problem.value_revision_),
       bounds_revision_(problem.bounds_revision_) {
@@ -38,7 +39,7 @@ NlpEvaluator::NlpEvaluator(Problem& problem, SoftBoundRole soft_bounds, HessianL
   block_of_variable_.resize(variables.size(), -1);
   for (std::size_t id = 0; id < variables.size(); ++id)
     if (variables[id].is_free()) variable_of_block_.push_back(static_cast<int>(id));
-  if (variable_of_block_.empty()) throw Error("the problem has no free variable");
+  if (variable_of_block_.empty()) throw BadInputError("the problem has no free variable");
   // IDs are reused. In the order of creation, the Hessian of a sliding window has a narrow band.
   std::sort(variable_of_block_.begin(), variable_of_block_.end(),
             [&](int a, int b) { return variables[std::size_t(a)].sequence < variables[std::size_t(b)].sequence; });

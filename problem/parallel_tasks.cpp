@@ -20,7 +20,8 @@ struct ThreadLimit::Control {
   tbb::global_control control;
 };
 ThreadLimit::ThreadLimit(int threads) {
-  if (threads < 1) throw Error("ThreadLimit: the number of threads must be at least 1, not " + std::to_string(threads));
+  if (threads < 1)
+    throw BadInputError("ThreadLimit: the number of threads must be at least 1, not " + std::to_string(threads));
   control_ = std::make_unique<Control>(threads);
 }
 
@@ -34,7 +35,8 @@ struct detail::TaskRunner::Arena {
 #else
 struct ThreadLimit::Control {};
 ThreadLimit::ThreadLimit(int threads) {
-  if (threads < 1) throw Error("ThreadLimit: the number of threads must be at least 1, not " + std::to_string(threads));
+  if (threads < 1)
+    throw BadInputError("ThreadLimit: the number of threads must be at least 1, not " + std::to_string(threads));
 }
 
 struct detail::TaskRunner::Arena {};
@@ -48,7 +50,7 @@ TaskRunner::TaskRunner() = default;
 TaskRunner::~TaskRunner() = default;
 
 void TaskRunner::use_threads(int threads) {
-  if (threads < 0) throw Error("the number of threads must not be negative; 0 uses one per core");
+  if (threads < 0) throw BadInputError("the number of threads must not be negative; 0 uses one per core");
   if (threads == threads_) return;
   threads_ = threads;
   arena_.reset();

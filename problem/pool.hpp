@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <functional>
+#include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -82,5 +84,10 @@ class PoolBase {
     v.pop_back();
   }
 };
+
+/// Rethrows the current exception of a residual, an Error, as an UndefinedResidualError with the names of the residual
+/// and of its states. Rethrows a StaleHandleError and Stopped unchanged. Call it in a catch clause.
+[[noreturn]] void rethrow_undefined(std::string_view residual, std::span<const StateStoreBase* const> stores,
+                                    const int* slots);
 
 }  // namespace tandem::detail

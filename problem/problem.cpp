@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <numeric>
 
@@ -7,15 +8,63 @@
 
 namespace tandem {
 
+std::uint64_t detail::new_problem_serial() {
+  static std::atomic<std::uint64_t> last = 0;
+  return ++last;
+}
+
+void Problem::swap(Problem& other) noexcept {
+  auto own = contents(), others = other.contents();
+  own.swap(others);
+  point_owner_ = other.point_owner_ = nullptr;  // evaluators refer to the object, not to its contents
+}
+
 int Problem::new_variable_id() {
   const int id = ids_.allocate();
   if (id == static_cast<int>(variables_.size())) variables_.emplace_back();
   return id;
 }
 
-void Problem::throw_stale(bool removed) {
-  throw Error(removed ? "the variable has been removed from the problem"
-                      : "the variable was never added to a problem; use a handle returned by Problem::add");
+detail::VariableName Problem::variable_name(std::string name) const {
+  if (name.empty()) name = "variable " + std::to_string(next_sequence_);
+  return std::make_shared<const std::string>(std::move(name));
+}
+
+VariableHandle Problem::new_variable(int id, detail::StateStoreBase& store, int slot) {
+  variables_[std::size_t(id)] = {&store, slot, store.dof(), 0, false, next_sequence_++};
+  ++revision_;
+  return handle(id);
+}
+
+const std::string& Problem::VariableInfo::name() const {
+  static const std::string none;
+  return store ? *store->name[std::size_t(slot)] : none;
+}
+
+VariableHandle Problem::handle(int variable_id) const {
+  const VariableInfo& variable = info(variable_id);
+  if (!variable.store) return {};
+  return {serial_, variable_id, ids_.generation(variable_id), variable.store->name[std::size_t(variable.slot)]};
+}
+
+Block Problem::handle(int pool, int id) const {
+  const Pool& p = pools_[std::size_t(pool)];
+  return {pool, id, p.ids.generation(id), p.problem_of_id[std::size_t(id)], p.base().name()};
+}
+
+void Problem::throw_invalid(const VariableHandle& x) const {
+  if (x.problem == 0)
+    throw StaleHandleError("the variable was never added to a problem; use a handle returned by Problem::add");
+  throw StaleHandleError("variable " + *x.name +
+                         (x.problem == serial_
+                              ? " has been removed from the problem"
+                              : " belongs to another problem, or to contents of this one that have been "
+                                "replaced; use a handle from this problem (see Problem::counterpart)"));
+}
+
+void Problem::throw_no_variable(int variable_id) const {
+  throw StaleHandleError("the problem has no variable with ID " + std::to_string(variable_id) + "; IDs are below " +
+                         std::to_string(id_bound()));
 }
 
 void Problem::remove_variable(int id) {
@@ -27,8 +76,8 @@ void Problem::remove_variable(int id) {
         const int* ids = p.base().variables(i);
         if (std::find(ids, ids + p.base().arity(), id) != ids + p.base().arity()) reader = describe(p.base(), i);
       }
-    throw Error("remove: variable " + variable.name + " is still read by a block (" + reader +
-                "); remove that block first, or marginalize the variable");
+    throw BadInputError("remove: variable " + variable.name() + " is still read by a block (" + reader +
+                        "); remove that block first, or marginalize the variable");
   }
   variable.store->remove(variable.slot);
   variable = {};
@@ -47,23 +96,31 @@ Block Problem::new_block(int index) {
   Pool& pool = pools_[std::size_t(index)];
   const int id = pool.ids.allocate();
   const int last = static_cast<int>(pool.id_of_index.size());
-  if (id == static_cast<int>(pool.index_of_id.size())) pool.index_of_id.push_back(-1);
+  if (id == static_cast<int>(pool.index_of_id.size())) {
+    pool.index_of_id.push_back(-1);
+    pool.problem_of_id.push_back(0);
+  }
   pool.index_of_id[std::size_t(id)] = last;
+  pool.problem_of_id[std::size_t(id)] = serial_;
   pool.id_of_index.push_back(id);
   const int* ids = pool.base().variables(last);
   for (int s = 0; s < pool.base().arity(); ++s) ++variables_[std::size_t(ids[s])].readers;
   ++revision_;
-  return {index, id, pool.ids.generation(id)};
+  return handle(index, id);
 }
 
 bool Problem::has(const Block& block) const {
-  return std::size_t(block.pool) < pools_.size() &&
-         pools_[std::size_t(block.pool)].ids.is_current(block.id, block.generation);
+  if (std::size_t(block.pool) >= pools_.size()) return false;
+  const Pool& pool = pools_[std::size_t(block.pool)];
+  return pool.ids.is_current(block.id, block.generation) && pool.problem_of_id[std::size_t(block.id)] == block.problem;
 }
 
 int Problem::index_of(const Block& block, const char* caller) const {
   if (!has(block))
-    throw Error(std::string(caller) + ": no such block in the problem; it was removed or belongs to another problem");
+    throw StaleHandleError(
+        std::string(caller) + ": no such block in the problem" +
+        (block.problem == 0 ? "; use a handle returned by minimize() or subject_to()"
+                            : "; the " + std::string(block.residual) + " was removed or belongs to another problem"));
   return pools_[std::size_t(block.pool)].index_of_id[std::size_t(block.id)];
 }
 
@@ -87,8 +144,8 @@ detail::SoftPoolBase& Problem::soft_pool_of(const Block& block, const char* call
   index_of(block, caller);
   const Pool& pool = pools_[std::size_t(block.pool)];
   if (!pool.soft)
-    throw Error(std::string(caller) + ": " + std::string(pool.hard->name()) +
-                " is a hard block (constraint), but a soft block (cost) is needed");
+    throw BadInputError(std::string(caller) + ": " + std::string(pool.hard->name()) +
+                        " is a hard block (constraint), but a soft block (cost) is needed");
   return *pool.soft;
 }
 
@@ -96,8 +153,8 @@ detail::HardPoolBase& Problem::hard_pool_of(const Block& block, const char* call
   index_of(block, caller);
   const Pool& pool = pools_[std::size_t(block.pool)];
   if (!pool.hard)
-    throw Error(std::string(caller) + ": " + std::string(pool.soft->name()) +
-                " is a soft block (cost), but a hard block (constraint) is needed");
+    throw BadInputError(std::string(caller) + ": " + std::string(pool.soft->name()) +
+                        " is a soft block (cost), but a hard block (constraint) is needed");
   return *pool.hard;
 }
 
@@ -111,7 +168,7 @@ Gaussian Problem::noise(const Block& block) const {
 
 void Problem::set_noise(const Block& block, const Gaussian& noise) {
   detail::SoftPoolBase& pool = soft_pool_of(block, "set_noise");
-  check_noise(pool.name(), pool.dim(), noise, {});
+  check_noise(pool.name(), pool.dim(), noise);
   pool.set_noise(index_of(block, "set_noise"), noise);
   ++bounds_revision_;
 }
@@ -119,7 +176,9 @@ void Problem::set_noise(const Block& block, const Gaussian& noise) {
 Loss Problem::loss(const Block& block) const { return soft_pool_of(block, "loss").loss(index_of(block, "loss")); }
 
 void Problem::set_loss(const Block& block, const Loss& loss) {
-  soft_pool_of(block, "set_loss").set_loss(index_of(block, "set_loss"), loss);
+  detail::SoftPoolBase& pool = soft_pool_of(block, "set_loss");
+  check_loss(pool.name(), loss);
+  pool.set_loss(index_of(block, "set_loss"), loss);
   ++bounds_revision_;
 }
 
@@ -160,21 +219,23 @@ Problem::Linearization Problem::linearization(const detail::ResidualFunctions& f
 
 std::vector<Block> Problem::soft_blocks_reading(std::span<const int> variable_ids) const {
   std::vector<char> marked(variables_.size(), 0);
-  for (const int id : variable_ids) marked.at(std::size_t(id)) = 1;
+  for (const int id : variable_ids) {
+    info(id);  // throws if there is no such variable
+    marked[std::size_t(id)] = 1;
+  }
   std::vector<Block> blocks;
   for (std::size_t p = 0; p < pools_.size(); ++p) {
     const Pool& pool = pools_[p];
     if (!pool.soft || static_cast<int>(p) == prior_pool_) continue;
     for (int i = 0; i < pool.soft->size(); ++i)
-      if (const int id = pool.id_of_index[std::size_t(i)]; pool.soft->reads(i, marked))
-        blocks.push_back({static_cast<int>(p), id, pool.ids.generation(id)});
+      if (pool.soft->reads(i, marked)) blocks.push_back(handle(static_cast<int>(p), pool.id_of_index[std::size_t(i)]));
   }
   return blocks;
 }
 
 void Problem::scale_losses(double factor) {
   if (!(factor > 0) || !std::isfinite(factor))
-    throw Error("scale_losses: the factor " + std::to_string(factor) + " is not positive and finite");
+    throw BadInputError("scale_losses: the factor " + std::to_string(factor) + " is not positive and finite");
   loss_scale_ = factor;
   for (const auto& pool : pools_)
     if (pool.soft) pool.soft->loss_scale = factor;
@@ -226,8 +287,8 @@ void Problem::set_multipliers(const Block& block, const Eigen::VectorXd& multipl
   const int index = index_of(block, "set_multipliers");
   detail::HardPoolBase& pool = hard_pool_of(block, "set_multipliers");
   if (multipliers.size() != pool.dim() || !multipliers.allFinite())
-    throw Error("set_multipliers: " + std::string(pool.name()) + " needs " + std::to_string(pool.dim()) +
-                " finite multipliers, one per row");
+    throw BadInputError("set_multipliers: " + std::string(pool.name()) + " needs " + std::to_string(pool.dim()) +
+                        " finite multipliers, one per row");
   pool.set_multipliers(index, multipliers.data());
 }
 
@@ -235,8 +296,8 @@ void Problem::set_bounds(const Block& block, int rows, const double* lower, cons
   const int index = index_of(block, "set_bounds");
   detail::HardPoolBase& pool = hard_pool_of(block, "set_bounds");
   if (rows != pool.dim())
-    throw Error("set_bounds: " + std::string(pool.name()) + " has " + std::to_string(pool.dim()) +
-                " rows, but there are bounds for " + std::to_string(rows));
+    throw BadInputError("set_bounds: " + std::string(pool.name()) + " has " + std::to_string(pool.dim()) +
+                        " rows, but there are bounds for " + std::to_string(rows));
   check_bounds(pool.name(), rows, lower, upper);
   pool.set_bounds(index, lower, upper);
   ++bounds_revision_;
@@ -248,23 +309,27 @@ void Problem::set_bounds(const Block& block, const UniformBounds& bounds) {
   set_bounds(block, int(rows), lower.data(), upper.data());
 }
 
-void Problem::check_noise(std::string_view name, int rows, const Gaussian& noise, const Loss& loss) {
+void Problem::check_noise(std::string_view name, int rows, const Gaussian& noise) {
   if (noise.dim() != rows)
-    throw Error(std::string(name) + ": the residual has " + std::to_string(rows) + " rows, but the noise has " +
-                std::to_string(noise.dim()));
-  if (!(loss.scale > 0)) throw Error(std::string(name) + ": the scale of the loss must be positive");
+    throw BadInputError(std::string(name) + ": the residual has " + std::to_string(rows) + " rows, but the noise has " +
+                        std::to_string(noise.dim()));
+}
+
+void Problem::check_loss(std::string_view name, const Loss& loss) {
+  if (!(loss.scale > 0)) throw BadInputError(std::string(name) + ": the scale of the loss must be positive");
 }
 
 void Problem::check_bounds(std::string_view name, int rows, const double* lower, const double* upper) {
   for (int i = 0; i < rows; ++i)
     if (!(lower[i] <= upper[i]) || lower[i] == HUGE_VAL || upper[i] == -HUGE_VAL)
-      throw Error(std::string(name) + ": the lower bound " + std::to_string(lower[i]) + " and the upper bound " +
-                  std::to_string(upper[i]) + " have no finite number between them");
+      throw BadInputError(std::string(name) + ": the lower bound " + std::to_string(lower[i]) +
+                          " and the upper bound " + std::to_string(upper[i]) + " have no finite number between them");
 }
 
 Block Problem::add_soft(const detail::ResidualType& type, const void* residual, const int* slots, const Gaussian& noise,
                         const Loss& loss) {
-  check_noise(type.functions.name, type.functions.dim, noise, loss);
+  check_noise(type.functions.name, type.functions.dim, noise);
+  check_loss(type.functions.name, loss);
   const int index = pool_of(type);
   static_cast<detail::SoftPool&>(*pools_[std::size_t(index)].soft).add(residual, slots, noise, loss);
   return new_block(index);
@@ -282,7 +347,8 @@ void Problem::set_residual(const Block& block, const detail::ResidualFunctions& 
   const int index = index_of(block, "set_residual");
   const Pool& pool = pools_[std::size_t(block.pool)];
   if (!pool.type || pool.type->type() != *functions.type)
-    throw Error("set_residual: the residual of the block is not of type " + std::string(functions.name));
+    throw BadInputError("set_residual: the residual of the block is " + std::string(pool.base().name()) +
+                        ", which is not of the given type (" + std::string(functions.name) + ")");
   pool.base().set_residual(index, residual);
   ++bounds_revision_;
 }

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <tuple>
 #include <typeindex>
 #include <utility>
 #include <vector>
@@ -23,7 +25,9 @@ class Subproblem;
 
 namespace detail {
 class ProblemData;
-}
+/// Returns a number that no other Problem of the process has.
+std::uint64_t new_problem_serial();
+}  // namespace detail
 
 /// A nonlinear least-squares problem with constraints, whose variables live on Lie groups:
 ///
@@ -41,27 +45,46 @@ class ProblemData;
 ///   const Summary summary = solve(problem, AugmentedLagrangianOptions{});
 ///   const SE3 estimate = problem.value(x1);
 ///
-/// A solver starts at the values of the variables and replaces them by the best point that it found. Handles stay valid
-/// when the problem is moved. A handle is invalid in other problems, and after its variable or block was removed.
-/// Memory of removed variables and blocks is reused, so a sliding window runs in constant memory. Not thread-safe.
+/// A solver starts at the values of the variables and replaces them by the best point that it found.
+///
+/// A handle is invalid after its variable or block was removed, and in other problems. Every function with a handle
+/// throws StaleHandleError, naming the variable or the residual, if the handle is invalid. Functions with other
+/// arguments throw BadInputError if these are invalid. A function that throws changes nothing.
+///
+/// Memory of removed variables and blocks is reused, so a sliding window runs in constant memory.
+///
+/// Thread safety: different problems may be used in different threads, and const functions of one problem concurrently.
+/// Exceptions: functions that evaluate residuals (weight, linearization, convex_loss_scale) are not concurrent for a
+/// problem with a marginal prior, which has scratch memory.
 class Problem {
  public:
   Problem() = default;
-  Problem(Problem&&) = default;
-  Problem& operator=(Problem&&) = default;
+  /// Move and swap contents. Handles, blocks and IDs follow the contents; those of the contents that an assignment
+  /// replaces become invalid. A moved-from problem is empty and can be used again. An NlpEvaluator or a Subproblem of
+  /// either problem is no longer valid.
+  Problem(Problem&& other) noexcept { swap(other); }
+  Problem& operator=(Problem&& other) noexcept {
+    Problem taken(std::move(other));
+    swap(taken);
+    return *this;
+  }
+  void swap(Problem& other) noexcept;
+  friend void swap(Problem& a, Problem& b) noexcept { a.swap(b); }
   /// Returns an independent copy. Solving it gives bitwise the same result. Block handles and variable IDs are valid in
   /// both problems. A Variable handle belongs to one problem only; see counterpart().
   Problem copy() const;
   /// Returns the handle, in this problem, of a variable `x` of another problem. One of the two problems must be a copy
-  /// of the other. Throws Error if this problem has no such variable.
+  /// of the other, or both of a third. Throws StaleHandleError if this problem has no such variable.
   template <LieGroup G>
   Variable<G> counterpart(const Variable<G>& x) const {
-    const auto it = stores_.find(typeid(G));
-    const Variable<G> own{it == stores_.end() ? nullptr : static_cast<detail::StateStore<G>*>(it->second.get()), x.slot,
-                          x.generation};
-    if (!is_current(own)) throw_no_counterpart();
+    check_counterpart(x);
+    Variable<G> own = x;
+    own.problem = serial_;
     return own;
   }
+  /// Returns the handle of the block that was added to this problem by the same call as `block` to another problem.
+  /// Both problems must have been built by the same sequence of calls. Throws StaleHandleError if there is none.
+  Block counterpart(const Block& block) const;
 
   /// Adds a free variable with the value `initial`, the initial guess of the next solve. `name` is used in messages;
   /// the default is "variable N".
@@ -69,73 +92,49 @@ class Problem {
   Variable<G> add(const G& initial, std::string name = {}) {
     auto& states = store<G>();
     const int id = new_variable_id();
-    const int slot = states.add(initial, id);
-    variables_[std::size_t(id)] = {&states,
-                                   slot,
-                                   G::dof,
-                                   0,
-                                   false,
-                                   next_sequence_,
-                                   name.empty() ? "variable " + std::to_string(next_sequence_) : std::move(name)};
-    ++next_sequence_;
-    ++revision_;
-    return {&states, slot, states.slots.generation(slot)};
+    return Variable<G>(new_variable(id, states, states.add(initial, id, variable_name(std::move(name)))));
   }
-  /// Removes a variable and invalidates its handles. Its ID may be reused. Throws Error, naming the variable, if a
-  /// block still reads it.
-  template <LieGroup G>
-  void remove(const Variable<G>& x) {
-    check_owned(x);
-    remove_variable(id(x));
-  }
+  /// Removes a variable and invalidates its handles. Its ID may be reused. Throws BadInputError, naming the variable,
+  /// if a block still reads it.
+  void remove(const VariableHandle& x) { remove_variable(id(x)); }
   /// Returns whether `x` is a variable of this problem that has not been removed.
-  template <LieGroup G>
-  bool has(const Variable<G>& x) const {
-    const auto it = stores_.find(typeid(G));
-    return it != stores_.end() && it->second.get() == x.store && is_current(x);
-  }
-  /// Returns the value of a variable: its initial guess, or the result of the last solve. Throws Error if the variable
-  /// was removed or never added.
+  bool has(const VariableHandle& x) const { return x.problem == serial_ && ids_.is_current(x.slot, x.generation); }
+  /// Returns the value of a variable: its initial guess, or the result of the last solve.
   template <LieGroup G>
   const G& value(const Variable<G>& x) const {
-    check_current(x);
-    return x.store->value[std::size_t(x.slot)];
+    const VariableInfo& variable = variables_[std::size_t(id(x))];
+    return static_cast<const detail::StateStore<G>*>(variable.store)->value[std::size_t(variable.slot)];
   }
-  /// Sets the value of a variable. Throws Error if the handle is invalid.
   template <LieGroup G>
   void set_value(const Variable<G>& x, const G& value) {
-    check_owned(x);
+    const VariableInfo& variable = variables_[std::size_t(id(x))];
+    auto& states = *static_cast<detail::StateStore<G>*>(variable.store);
+    states.value[std::size_t(variable.slot)] = states.point[std::size_t(variable.slot)] = value;
     ++value_revision_;
-    x.store->value[std::size_t(x.slot)] = x.store->point[std::size_t(x.slot)] = value;
   }
   /// Fixes a variable at its value, or frees it if `fixed` is false. Solvers treat a fixed variable as a constant.
-  template <LieGroup G>
-  void fix(const Variable<G>& x, bool fixed = true) {
-    check_owned(x);
-    ++revision_;
+  void fix(const VariableHandle& x, bool fixed = true) {
     variables_[std::size_t(id(x))].fixed = fixed;
+    ++revision_;
   }
-  template <LieGroup G>
-  bool is_fixed(const Variable<G>& x) const {
-    return variables_[std::size_t(id(x))].fixed;
-  }
+  bool is_fixed(const VariableHandle& x) const { return variables_[std::size_t(id(x))].fixed; }
 
-  /// Adds the cost ½ ρ(rᵀ Σ⁻¹ r) of a residual that reads the variables `x`; `noise` is Σ and `loss` is ρ. Throws Error
-  /// if the dimension of the noise is not R::dim, if the scale of the loss is not positive, or if a handle is invalid.
+  /// Adds the cost ½ ρ(rᵀ Σ⁻¹ r) of a residual that reads the variables `x`; `noise` is Σ and `loss` is ρ. A variable
+  /// may occur several times in `x`; derivatives then add up. Throws BadInputError if the dimension of the noise is not
+  /// R::dim, or if the scale of the loss is not positive.
   template <Residual R>
   Block minimize(const R& residual, const Gaussian& noise, const VariablesOf<R>& x, const Loss& loss = {}) {
     return add_soft(type_of<R, false>(), &residual, slots<R>(x).data(), noise, loss);
   }
 
   /// Adds the constraint lower ≤ r ≤ upper, in the units of the residual. A row may be unbounded on one or both sides
-  /// (±infinity). Throws Error if a lower bound exceeds its upper bound, if a bound is NaN, if no finite number lies
-  /// between the bounds, or if a handle is invalid.
+  /// (±infinity). Throws BadInputError if a lower bound exceeds its upper bound, if a bound is NaN, or if no finite
+  /// number lies between the bounds.
   template <Residual R>
   Block subject_to(const R& residual, const Bounds<R::dim>& bounds, const VariablesOf<R>& x) {
     return add_hard(type_of<R, true>(), &residual, slots<R>(x).data(), bounds.lower.data(), bounds.upper.data());
   }
 
-  /// Removes a block. Throws Error if the handle is invalid.
   void remove(const Block& block);
   /// Returns whether `block` is a block of this problem that has not been removed.
   bool has(const Block& block) const;
@@ -156,39 +155,39 @@ class Problem {
   /// blocks is rounding error and is dropped. Fixed variables count as constants. If a fixed variable is to be
   /// estimated later, free it before this call, not after it.
   ///
-  /// An NlpEvaluator of this problem is no longer valid afterwards. Throws Error and changes nothing in these cases:
-  /// - A hard block reads one of the variables.
-  /// - A residual is undefined or not finite at the current values.
-  /// - An ID is invalid or repeated.
+  /// An NlpEvaluator of this problem is no longer valid afterwards. Throws and changes nothing in these cases:
+  /// - BadInputError: a hard block reads one of the variables, or an ID is repeated.
+  /// - UndefinedResidualError: a residual is undefined or not finite at the current values.
+  /// - StaleHandleError: the problem has no variable with one of the IDs.
   void marginalize(std::span<const int> variable_ids);
   template <LieGroup... Gs>
   void marginalize(const Variable<Gs>&... x) {
-    (check_owned(x), ...);
     marginalize(std::array<int, sizeof...(Gs)>{id(x)...});
   }
   /// Returns the prior that marginalize() created, or nothing if there is none.
   std::optional<Block> marginal_prior() const;
 
   /// Returns the weight ρ'(s) that the robust loss gives a soft block at the current values; 1 without a loss. Throws
-  /// Error for a hard block or an invalid handle.
+  /// BadInputError for a hard block.
   double weight(const Block& block) const;
   /// Return and replace the noise of a soft block. An NlpEvaluator stays valid, unless the block is one of its
-  /// constraint rows (SoftBoundRole::as_rows) and the new noise is correlated. Both throw Error for a hard block or an
-  /// invalid handle; set_noise() also if the number of rows differs.
+  /// constraint rows (SoftBoundRole::as_rows) and the new noise is correlated. Both throw BadInputError for a hard
+  /// block; set_noise() also if the number of rows differs.
   Gaussian noise(const Block& block) const;
   void set_noise(const Block& block, const Gaussian& noise);
   /// Return and replace the robust loss of a soft block, as given, without loss_scale(). An NlpEvaluator stays valid,
-  /// unless the block is one of its constraint rows. Both throw Error for a hard block or an invalid handle.
+  /// unless the block is one of its constraint rows. Both throw BadInputError for a hard block; set_loss() also if the
+  /// scale is not positive.
   Loss loss(const Block& block) const;
   void set_loss(const Block& block, const Loss& loss);
   /// Replaces the residual of a soft or hard block, for example by a new measurement. Keeps an NlpEvaluator valid.
-  /// Throws Error if the block has another residual type or the handle is invalid.
+  /// Throws BadInputError if the block has another residual type.
   template <Residual R>
   void set_residual(const Block& block, const R& residual) {
     set_residual(block, detail::kResidualFunctions<R>, &residual);
   }
-  /// Replaces the bounds of a hard block. An NlpEvaluator reads them at its next reset(). Throws Error for a soft
-  /// block, an invalid handle, a wrong number of rows, or bounds that subject_to() rejects.
+  /// Replaces the bounds of a hard block. An NlpEvaluator reads them at its next reset(). Throws BadInputError for a
+  /// soft block, a wrong number of rows, or bounds that subject_to() rejects.
   template <int N>
   void set_bounds(const Block& block, const Bounds<N>& bounds) {
     set_bounds(block, N, bounds.lower.data(), bounds.upper.data());
@@ -199,8 +198,8 @@ class Problem {
   /// and 0 if no bound is active or before the first solve.
   ///
   /// The solvers augmented-lagrangian and ipopt store multipliers when they converge. They start from them if their
-  /// option `from_multipliers` is set. Both functions throw Error for a soft block or an invalid handle;
-  /// set_multipliers() also if the size is wrong or a value is not finite.
+  /// option `from_multipliers` is set. Both functions throw BadInputError for a soft block; set_multipliers() also if
+  /// the size is wrong or a value is not finite.
   Eigen::VectorXd multipliers(const Block& block) const;
   void set_multipliers(const Block& block, const Eigen::VectorXd& multipliers);
   /// Residual and Jacobian of a block at the current values, in the units of the residual, without noise and loss.
@@ -210,17 +209,16 @@ class Problem {
     std::vector<int> variable_ids;  ///< variables that the block reads, fixed ones included
     std::vector<int> dofs;          ///< tangent dimension of each variable
   };
-  /// Returns the linearization of a soft or hard block. Throws Error if the handle is invalid.
+  /// Returns the linearization of a soft or hard block. Throws UndefinedResidualError if the residual is undefined.
   Linearization linearization(const Block& block) const;
   /// Returns the linearization of a residual that is not part of the problem and reads the variables with these IDs.
   Linearization linearization(const detail::ResidualFunctions& functions, const void* residual,
                               std::span<const int> variable_ids) const;
-  /// Returns the soft blocks that read at least one of these variables, except the marginal prior. Each ID must be
-  /// below id_bound().
+  /// Returns the soft blocks that read at least one of these variables, except the marginal prior.
   std::vector<Block> soft_blocks_reading(std::span<const int> variable_ids) const;
   /// Multiplies the scale of every robust loss, of existing and future blocks, by `factor`. The factor replaces the
-  /// previous one; 1 restores the given scales. Graduated non-convexity starts with a large factor. Throws Error if the
-  /// factor is not positive and finite.
+  /// previous one; 1 restores the given scales. Graduated non-convexity starts with a large factor. Throws
+  /// BadInputError if the factor is not positive and finite.
   void scale_losses(double factor);
   double loss_scale() const { return loss_scale_; }
   /// Returns the smallest factor for scale_losses() with which every block is in the convex region of its robust loss
@@ -234,31 +232,29 @@ class Problem {
     std::vector<Variable<G>> result;
     const auto it = stores_.find(typeid(G));
     if (it == stores_.end()) return result;
-    auto* store = static_cast<detail::StateStore<G>*>(it->second.get());
-    for (const int slot : slots_by_creation(*store)) result.push_back({store, slot, store->slots.generation(slot)});
+    for (const int id : ids_by_creation(*it->second)) result.emplace_back(handle(id));
     return result;
   }
   /// Returns the handles of all blocks, including the marginal prior, in the order of evaluation: grouped by residual
   /// type and role.
   std::vector<Block> blocks() const;
-  /// Returns a description for messages, for example "prior of x0": the residual and the variables it reads. Throws
-  /// Error if the handle is invalid.
+  /// Returns a description for messages, for example "prior of x0": the residual and the variables it reads.
   std::string describe(const Block& block) const;
   int num_variables() const { return ids_.size(); }
   /// Returns a number above all variable IDs, for arrays indexed by ID. IDs below it may be unused; their name is then
-  /// empty.
+  /// empty. The functions with an ID throw StaleHandleError if it is not in [0, id_bound()).
   int id_bound() const { return static_cast<int>(variables_.size()); }
-  const std::string& name(int variable_id) const { return variables_[std::size_t(variable_id)].name; }
+  const std::string& name(int variable_id) const { return info(variable_id).name(); }
   /// Returns how many variables had been added before this one, −1 for an unused ID. Unlike IDs, these numbers are
   /// never reused.
-  long long sequence_number(int variable_id) const { return variables_[std::size_t(variable_id)].sequence; }
-  bool is_fixed(int variable_id) const { return variables_[std::size_t(variable_id)].fixed; }
-  /// Returns the ID of a variable, in [0, id_bound()). IDs of removed variables are reused. Throws Error if the
-  /// variable was removed or never added.
-  template <LieGroup G>
-  int id(const Variable<G>& x) const {
-    check_current(x);
-    return x.store->id[std::size_t(x.slot)];
+  long long sequence_number(int variable_id) const { return info(variable_id).sequence; }
+  bool is_fixed(int variable_id) const { return info(variable_id).fixed; }
+  /// Returns a handle of the variable with this ID, never set if the ID is unused.
+  VariableHandle handle(int variable_id) const;
+  /// Returns the ID of a variable, in [0, id_bound()). IDs of removed variables are reused.
+  int id(const VariableHandle& x) const {
+    if (!has(x)) throw_invalid(x);
+    return x.slot;
   }
   int num_soft_blocks() const;
   int num_hard_blocks() const;
@@ -283,15 +279,16 @@ class Problem {
     int readers = 0;  // number of times that blocks read the variable
     bool fixed = false;
     long long sequence = -1;  // order of creation, in which solvers keep the variables; IDs are reused
-    std::string name;
 
     bool is_free() const { return store && !fixed; }
+    const std::string& name() const;  // empty if the ID is unused
   };
   struct Pool {
     std::unique_ptr<detail::SoftPoolBase> soft;  // exactly one of soft and hard is set
     std::unique_ptr<detail::HardPoolBase> hard;
     detail::Slots ids;  // a block keeps its ID when other blocks are removed
     std::vector<int> index_of_id, id_of_index;
+    std::vector<std::uint64_t> problem_of_id;    // serial number of the problem to which the block was added
     const detail::ResidualType* type = nullptr;  // null for the marginal prior
 
     detail::PoolBase& base() const { return soft ? static_cast<detail::PoolBase&>(*soft) : *hard; }
@@ -319,27 +316,19 @@ class Problem {
   std::array<int, std::size_t(arity<R>)> slots(const VariablesOf<R>& x) {
     return std::apply(
         [&](const auto&... v) {
-          (check_owned(v), ...);
-          return std::array<int, std::size_t(arity<R>)>{v.slot...};
+          return std::array<int, std::size_t(arity<R>)>{variables_[std::size_t(id(v))].slot...};
         },
         x);
   }
-  template <LieGroup G>
-  void check_owned(const Variable<G>& x) {
-    if (x.store != &store<G>()) throw Error("the variable belongs to another problem; use a handle from this problem");
-    check_current(x);
+  [[noreturn]] void throw_invalid(const VariableHandle& x) const;
+  void check_counterpart(const VariableHandle& x) const;
+  const VariableInfo& info(int variable_id) const {
+    if (std::size_t(variable_id) >= variables_.size()) throw_no_variable(variable_id);
+    return variables_[std::size_t(variable_id)];
   }
-  template <LieGroup G>
-  static bool is_current(const Variable<G>& x) {
-    return x.store && x.store->slots.is_current(x.slot, x.generation);
-  }
-  template <LieGroup G>
-  static void check_current(const Variable<G>& x) {
-    if (!is_current(x)) throw_stale(x.store != nullptr);
-  }
-  [[noreturn]] static void throw_stale(bool removed);
-  [[noreturn]] static void throw_no_counterpart();
-  std::vector<int> slots_by_creation(const detail::StateStoreBase& store) const;
+  [[noreturn]] void throw_no_variable(int variable_id) const;
+  Block handle(int pool, int id) const;
+  std::vector<int> ids_by_creation(const detail::StateStoreBase& store) const;
 
   template <Residual R, bool hard>
   static constexpr detail::ResidualType residual_type{detail::kResidualFunctions<R>, hard, &detail::pass_residual<R>,
@@ -358,6 +347,8 @@ class Problem {
   void set_residual(const Block& block, const detail::ResidualFunctions& functions, const void* residual);
   int pool_of(const detail::ResidualType& type);  // adds the pool if there is none yet
   int new_variable_id();
+  detail::VariableName variable_name(std::string name) const;  // "variable N" if empty
+  VariableHandle new_variable(int id, detail::StateStoreBase& store, int slot);
   void remove_variable(int id);
   Block new_block(int pool);
   void remove_block_at(int pool, int index);
@@ -367,8 +358,15 @@ class Problem {
   detail::SoftPoolBase& soft_pool_of(const Block& block, const char* caller) const;
   detail::HardPoolBase& hard_pool_of(const Block& block, const char* caller) const;
   void set_bounds(const Block& block, int rows, const double* lower, const double* upper);
-  static void check_noise(std::string_view name, int rows, const Gaussian& noise, const Loss& loss);
+  static void check_noise(std::string_view name, int rows, const Gaussian& noise);
+  static void check_loss(std::string_view name, const Loss& loss);
   static void check_bounds(std::string_view name, int rows, const double* lower, const double* upper);
+
+  /// All members that swap() exchanges.
+  auto contents() {
+    return std::tie(variables_, ids_, next_sequence_, stores_, pools_, pool_of_type_, prior_pool_, loss_scale_, serial_,
+                    revision_, value_revision_, bounds_revision_);
+  }
 
   std::vector<VariableInfo> variables_;  // indexed by ID
   detail::Slots ids_;
@@ -378,6 +376,7 @@ class Problem {
   std::map<std::pair<std::type_index, bool>, int> pool_of_type_;  // key: residual type, hard
   int prior_pool_ = -1;      // pool of the marginal prior, −1 before the first marginalize()
   double loss_scale_ = 1.0;  // copied to every soft pool
+  std::uint64_t serial_ = detail::new_problem_serial();
   // Revision counters. Each NlpEvaluator compares them to detect changes of the structure (variables and blocks), of
   // values, and of bounds, noises, losses and residuals. point_owner_ is the evaluator whose point the state stores
   // hold.

@@ -23,6 +23,7 @@ Problem Problem::copy() const {
     to.ids = from.ids;
     to.index_of_id = from.index_of_id;
     to.id_of_index = from.id_of_index;
+    to.problem_of_id = from.problem_of_id;
     to.type = from.type;
     if (static_cast<int>(p) == prior_pool_) {
       to.soft = static_cast<const detail::MarginalPrior&>(*from.soft).copy(mapping);
@@ -46,28 +47,35 @@ Problem Problem::copy() const {
   return copy;
 }
 
-void Problem::throw_no_counterpart() {
-  throw Error(
-      "counterpart: the problem has no variable for this handle; the variable was removed, or neither problem is "
-      "a copy of the other");
+void Problem::check_counterpart(const VariableHandle& x) const {
+  if (!ids_.is_current(x.slot, x.generation) || handle(x.slot).name != x.name)  // one object, not equal text
+    throw StaleHandleError("counterpart: the problem has no variable for this handle" +
+                           (x.name ? " (" + *x.name + ")" : std::string()) +
+                           "; the variable was removed, or neither problem is a copy of the other");
 }
 
-std::vector<int> Problem::slots_by_creation(const detail::StateStoreBase& store) const {
-  std::vector<const VariableInfo*> found;
-  for (const VariableInfo& variable : variables_)
-    if (variable.store == &store) found.push_back(&variable);
-  std::sort(found.begin(), found.end(),
-            [](const VariableInfo* a, const VariableInfo* b) { return a->sequence < b->sequence; });
-  std::vector<int> slots;
-  for (const VariableInfo* variable : found) slots.push_back(variable->slot);
-  return slots;
+Block Problem::counterpart(const Block& block) const {
+  const bool exists = std::size_t(block.pool) < pools_.size() &&
+                      pools_[std::size_t(block.pool)].ids.is_current(block.id, block.generation) &&
+                      pools_[std::size_t(block.pool)].base().name() == block.residual;
+  if (!exists)
+    throw StaleHandleError("counterpart: the problem has no block for this handle (" + std::string(block.residual) +
+                           "); build both problems by the same calls");
+  return handle(block.pool, block.id);
+}
+
+std::vector<int> Problem::ids_by_creation(const detail::StateStoreBase& store) const {
+  std::vector<int> ids;
+  for (int id = 0; id < id_bound(); ++id)
+    if (variables_[std::size_t(id)].store == &store) ids.push_back(id);
+  std::sort(ids.begin(), ids.end(), [&](int a, int b) { return sequence_number(a) < sequence_number(b); });
+  return ids;
 }
 
 std::vector<Block> Problem::blocks() const {
   std::vector<Block> result;
   for (std::size_t p = 0; p < pools_.size(); ++p)
-    for (const int id : pools_[p].id_of_index)
-      result.push_back({static_cast<int>(p), id, pools_[p].ids.generation(id)});
+    for (const int id : pools_[p].id_of_index) result.push_back(handle(static_cast<int>(p), id));
   return result;
 }
 

@@ -77,9 +77,10 @@ ProblemData::ProblemData(const Problem& problem) : loss_scale(problem.loss_scale
     Fields fields;
     from.store->pass_value(from.slot, fields);
     if (!fields.complete())
-      throw Error("variable " + from.name + " (" + groups[from.store] + ") cannot be stored: " + fields.error());
+      throw BadInputError("variable " + from.name() + " (" + groups[from.store] +
+                          ") cannot be stored: " + fields.error());
     place[std::size_t(id)] = static_cast<int>(variables.size());
-    variables.push_back({groups[from.store], from.name, fields.values(), from.fixed});
+    variables.push_back({groups[from.store], from.name(), fields.values(), from.fixed});
   }
 
   for (const auto& pool : problem.pools_) {
@@ -101,7 +102,8 @@ ProblemData::ProblemData(const Problem& problem) : loss_scale(problem.loss_scale
       }
       block.residual = type_name(pool.type->type());
       const auto fail = [&](const std::string& why) {
-        throw Error("block " + problem.describe(base, i) + " (" + block.residual + ") cannot be stored: " + why);
+        throw BadInputError("block " + problem.describe(base, i) + " (" + block.residual +
+                            ") cannot be stored: " + why);
       };
       if (!types.at({block.residual, pool.type->hard})) fail("several residual types of this program have this name");
       Fields fields;
@@ -143,28 +145,27 @@ struct ProblemData::Builder {
 
 void ProblemData::Builder::add_variable(const Variable& variable) {
   const auto group = groups.find(variable.group);
-  if (group == groups.end()) throw Error("the group " + variable.group + kNotCompiled);
-  if (!group->second) throw Error("several groups of this program are named " + variable.group);
-  if (variable.name.empty()) throw Error("the name must not be empty");
+  if (group == groups.end()) throw BadInputError("the group " + variable.group + kNotCompiled);
+  if (!group->second) throw BadInputError("several groups of this program are named " + variable.group);
+  if (variable.name.empty()) throw BadInputError("the name must not be empty");
   StateStoreBase* store = group->second->store_of(problem);
-  const int id = problem.new_variable_id(), slot = store->add_identity(id);
+  const int id = problem.new_variable_id(), slot = store->add_identity(id, problem.variable_name(variable.name));
   Fields fields(variable.value);
   store->pass_value(slot, fields);
-  if (!fields.error().empty()) throw Error(fields.error());
+  if (!fields.error().empty()) throw BadInputError(fields.error());
   if (!fields.complete())
-    throw Error("a " + variable.group + " has " + count(fields.count(), "number") + ", not " +
-                std::to_string(variable.value.size()));
-  problem.variables_[std::size_t(id)] = {store,        slot, store->dof(), 0, variable.fixed, problem.next_sequence_++,
-                                         variable.name};
-  ++problem.revision_;
+    throw BadInputError("a " + variable.group + " has " + count(fields.count(), "number") + ", not " +
+                        std::to_string(variable.value.size()));
+  problem.new_variable(id, *store, slot);
+  problem.variables_[std::size_t(id)].fixed = variable.fixed;
 }
 
 std::vector<int> ProblemData::Builder::slots_of(const Block& block) const {
   std::vector<int> slots;
   for (const int v : block.variables) {
     if (v < 0 || v >= problem.id_bound())
-      throw Error("variable " + std::to_string(v) + " does not exist; variables are numbered from 0 to " +
-                  std::to_string(problem.id_bound() - 1));
+      throw BadInputError("variable " + std::to_string(v) + " does not exist; variables are numbered from 0 to " +
+                          std::to_string(problem.id_bound() - 1));
     slots.push_back(problem.variables_[std::size_t(v)].slot);
   }
   return slots;
@@ -175,29 +176,30 @@ void ProblemData::Builder::add_block(const Block& block) {
   const bool hard = block.role == Role::constraint;
   const auto type = types.find({block.residual, hard});
   if (type == types.end())
-    throw Error(std::string("the residual ") + block.residual + " as a " + (hard ? "constraint" : "cost") +
-                kNotCompiled);
-  if (!type->second) throw Error("several residuals of this program are named " + block.residual);
+    throw BadInputError(std::string("the residual ") + block.residual + " as a " + (hard ? "constraint" : "cost") +
+                        kNotCompiled);
+  if (!type->second) throw BadInputError("several residuals of this program are named " + block.residual);
   const std::vector<int> slots = slots_of(block);
   const int index = problem.pool_of(*type->second);
   PoolBase& pool = problem.pools_[std::size_t(index)].base();
   if (int(slots.size()) != pool.arity())
-    throw Error("the residual reads " + count(std::size_t(pool.arity()), "variable") + ", not " +
-                std::to_string(slots.size()));
+    throw BadInputError("the residual reads " + count(std::size_t(pool.arity()), "variable") + ", not " +
+                        std::to_string(slots.size()));
   std::vector<const StateStoreBase*>& stores = stores_of_pool[&pool];
   if (stores.empty())
     stores = stores_of(problem.pools_[std::size_t(index)].soft.get(), problem.pools_[std::size_t(index)].hard.get());
   for (std::size_t s = 0; s < slots.size(); ++s) {
     const auto& variable = problem.variables_[std::size_t(block.variables[s])];
     if (variable.store != stores[s])
-      throw Error("the residual cannot read variable " + variable.name + " at position " + std::to_string(s) +
-                  ", because it is a " + data.variables[std::size_t(block.variables[s])].group);
+      throw BadInputError("the residual cannot read variable " + variable.name() + " at position " + std::to_string(s) +
+                          ", because it is a " + data.variables[std::size_t(block.variables[s])].group);
   }
   Fields fields(block.data);
   type->second->pass(nullptr, fields, &pool, slots.data());
-  if (!fields.error().empty()) throw Error(fields.error());
+  if (!fields.error().empty()) throw BadInputError(fields.error());
   if (!fields.complete())
-    throw Error("data must be " + count(fields.count(), "number") + ", not " + std::to_string(block.data.size()));
+    throw BadInputError("data must be " + count(fields.count(), "number") + ", not " +
+                        std::to_string(block.data.size()));
   if (hard) {
     add_constraint(block, static_cast<HardPoolBase&>(pool));
   } else {
@@ -210,16 +212,17 @@ void ProblemData::Builder::add_cost(const Block& block, WeightedPool& pool) {
   const std::size_t n = std::size_t(pool.dim());
   const bool full = !block.full.empty();
   if (full ? block.full.size() != n * n : block.diagonal.size() != n)
-    throw Error("the noise has " + count(full ? block.full.size() : block.diagonal.size(), "number") + ", but " +
-                count(n, "row") + (n == 1 ? " needs " : " need ") + std::to_string(full ? n * n : n));
+    throw BadInputError("the noise has " + count(full ? block.full.size() : block.diagonal.size(), "number") +
+                        ", but " + count(n, "row") + (n == 1 ? " needs " : " need ") +
+                        std::to_string(full ? n * n : n));
   Eigen::MatrixXd W;
   if (full) {
     W = Eigen::Map<const RowMajor>(block.full.data(), pool.dim(), pool.dim());
     Gaussian::square_root(W);  // throws if W is singular
   } else if (std::any_of(block.diagonal.begin(), block.diagonal.end(), [](double w) { return !(w > 0); })) {
-    throw Error("the noise must be positive");
+    throw BadInputError("the noise must be positive");
   }
-  if (!(block.loss.scale > 0)) throw Error("the scale of the loss must be positive");
+  if (!(block.loss.scale > 0)) throw BadInputError("the scale of the loss must be positive");
   const std::vector<double> none(n, 0.0);
   pool.add_raw_weight({full ? none.data() : block.diagonal.data(), full ? W.data() : nullptr, block.loss});
 }
@@ -229,39 +232,41 @@ void ProblemData::Builder::add_constraint(const Block& block, HardPoolBase& pool
   for (const auto& [name, rows] : {std::pair("lower bounds", &block.lower), std::pair("upper bounds", &block.upper),
                                    std::pair("multipliers", &block.multipliers)})
     if (rows->size() != n)
-      throw Error(std::string(name) + " must be " + count(n, "number") + ", not " + std::to_string(rows->size()));
+      throw BadInputError(std::string(name) + " must be " + count(n, "number") + ", not " +
+                          std::to_string(rows->size()));
   Problem::check_bounds(pool.name(), pool.dim(), block.lower.data(), block.upper.data());
   pool.add_bounds(block.lower.data(), block.upper.data());
   pool.set_multipliers(pool.size() - 1, block.multipliers.data());
 }
 
 void ProblemData::Builder::add_marginal_prior(const Block& block) {
-  if (problem.prior_pool_ >= 0) throw Error("a problem has at most one marginal prior");
+  if (problem.prior_pool_ >= 0) throw BadInputError("a problem has at most one marginal prior");
   const std::vector<int> slots = slots_of(block);
   std::vector<MarginalPrior::State> states;
   std::size_t columns = 0;
   std::vector<char> seen(std::size_t(problem.id_bound()), 0);
   for (const int id : block.variables) {
     const auto& variable = problem.variables_[std::size_t(id)];
-    if (std::exchange(seen[std::size_t(id)], 1)) throw Error("the marginal prior reads " + variable.name + " twice");
+    if (std::exchange(seen[std::size_t(id)], 1))
+      throw BadInputError("the marginal prior reads " + variable.name() + " twice");
     states.push_back({variable.store, variable.slot, id, variable.dof});
     columns += std::size_t(variable.dof);
   }
   const std::size_t rows = block.b.size();
   if (block.A.size() != rows * columns)
-    throw Error("A has " + count(block.A.size(), "number") + ", but must have " + std::to_string(rows) + " rows of " +
-                std::to_string(columns));
+    throw BadInputError("A has " + count(block.A.size(), "number") + ", but must have " + std::to_string(rows) +
+                        " rows of " + std::to_string(columns));
   const Eigen::MatrixXd A = Eigen::Map<const RowMajor>(block.A.data(), Eigen::Index(rows), Eigen::Index(columns));
   auto prior = std::make_unique<MarginalPrior>();
   prior->set(states, A, Eigen::Map<const Eigen::VectorXd>(block.b.data(), Eigen::Index(rows)), block.constant);
   Fields anchors(block.anchors);
   for (const MarginalPrior::State& s : states) s.store->pass_anchor(s.slot, anchors);
-  if (!anchors.error().empty()) throw Error(anchors.error());
+  if (!anchors.error().empty()) throw BadInputError(anchors.error());
   if (!anchors.complete())
-    throw Error("anchors must be " + count(anchors.count(), "number") + ", not " +
-                std::to_string(block.anchors.size()));
+    throw BadInputError("anchors must be " + count(anchors.count(), "number") + ", not " +
+                        std::to_string(block.anchors.size()));
   problem.prior_pool_ = static_cast<int>(problem.pools_.size());
-  problem.pools_.push_back({std::move(prior), nullptr, {}, {}, {}, nullptr});
+  problem.pools_.push_back({std::move(prior), nullptr, {}, {}, {}, {}, nullptr});
   problem.new_block(problem.prior_pool_);
 }
 
@@ -269,13 +274,13 @@ Problem ProblemData::problem() const {
   Builder builder{*this};
   for (std::size_t i = 0; i < variables.size(); ++i) try {
       builder.add_variable(variables[i]);
-    } catch (const Error& error) {
-      throw Error("variable " + std::to_string(i) + " (" + variables[i].name + "): " + error.what());
+    } catch (const BadInputError& error) {
+      throw BadInputError("variable " + std::to_string(i) + " (" + variables[i].name + "): " + error.what());
     }
   for (std::size_t i = 0; i < blocks.size(); ++i) try {
       builder.add_block(blocks[i]);
-    } catch (const Error& error) {
-      throw Error("block " + std::to_string(i) + ": " + error.what());
+    } catch (const BadInputError& error) {
+      throw BadInputError("block " + std::to_string(i) + ": " + error.what());
     }
   builder.problem.scale_losses(loss_scale);
   return std::move(builder.problem);

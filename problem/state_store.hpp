@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <tandem/lie/exp_curvature.hpp>
@@ -27,6 +29,8 @@ struct StateView {
   const void* point(int slot) const { return points + std::size_t(slot) * size; }
   const double* chart(int slot) const { return charts ? charts + std::ptrdiff_t(slot) * dof * dof : nullptr; }
 };
+
+using VariableName = std::shared_ptr<const std::string>;
 
 /// All variables of one group, stored contiguously. Each variable has a value X̄ and a point X = X̄ ⊕ δ that a solver
 /// moves. The chart of a variable is dX/dδ = Jr(δ), for right perturbations of X.
@@ -74,7 +78,7 @@ class StateStoreBase {
   /// Returns a copy with the same slots and values; points are reset.
   virtual std::unique_ptr<StateStoreBase> copy() const = 0;
   /// Adds a variable at the identity. Returns its slot.
-  virtual int add_identity(int variable_id) = 0;
+  virtual int add_identity(int variable_id, VariableName name) = 0;
   /// Write a variable's value or anchor to `fields`, or read it from there. Reading a value also sets the point.
   virtual void pass_value(int slot, Fields& fields) = 0;
   virtual void pass_anchor(int slot, Fields& fields) = 0;
@@ -94,6 +98,9 @@ class StateStoreBase {
 
   std::vector<int> id;   ///< variable ID of each slot, −1 if free
   bool charted = false;  ///< derivatives are with respect to δ; otherwise to perturbations of the point
+  /// Name of each variable by slot, null if the slot is free. Handles of a variable and of its counterparts in copies
+  /// of the problem share one object, which identifies them.
+  std::vector<VariableName> name;
 };
 
 template <LieGroup G>
@@ -105,34 +112,40 @@ class StateStore final : public StateStoreBase {
   std::vector<G> anchor;                    ///< linearisation point of each variable that a MarginalPrior reads
   Slots slots;
 
-  int add(const G& x, int variable_id) {
+  int add(const G& x, int variable_id, VariableName variable_name) {
     const int slot = slots.allocate();
     if (slot == static_cast<int>(value.size())) {
       value.push_back(x);
       point.push_back(x);
       delta.push_back(G::Tangent::Zero());
       id.push_back(variable_id);
+      name.emplace_back();
     }
     value[std::size_t(slot)] = point[std::size_t(slot)] = x;
     id[std::size_t(slot)] = variable_id;
+    name[std::size_t(slot)] = std::move(variable_name);
     return slot;
   }
   void remove(int slot) override {
     id[std::size_t(slot)] = -1;
+    name[std::size_t(slot)].reset();
     delta[std::size_t(slot)].setZero();
     slots.release(slot);
   }
 
   std::unique_ptr<StateStoreBase> new_empty() const override { return std::make_unique<StateStore>(); }
   int add_copy(const StateStoreBase& from, int slot, int variable_id) override {
-    return add(static_cast<const StateStore&>(from).value[std::size_t(slot)], variable_id);
+    return add(static_cast<const StateStore&>(from).value[std::size_t(slot)], variable_id,
+               from.name[std::size_t(slot)]);
   }
   std::unique_ptr<StateStoreBase> copy() const override {
     auto store = std::make_unique<StateStore>(*this);
     store->reset();
     return store;
   }
-  int add_identity(int variable_id) override { return add(G::identity(), variable_id); }
+  int add_identity(int variable_id, VariableName variable_name) override {
+    return add(G::identity(), variable_id, std::move(variable_name));
+  }
   void pass_value(int slot, Fields& fields) override {
     pass_fields(value[std::size_t(slot)], fields);
     if (fields.reads()) point[std::size_t(slot)] = value[std::size_t(slot)];

@@ -4,12 +4,12 @@
 
 namespace tandem {
 
-Subproblem::Subproblem(Problem& whole, std::span<const int> variable_ids) : whole_(whole), revision_(whole.revision_) {
+Subproblem::Subproblem(Problem& whole, std::span<const int> variable_ids)
+    : whole_(whole), serial_(whole.serial_), revision_(whole.revision_) {
   enum : char { outside, read, chosen };
   std::vector<char> role(whole.variables_.size(), outside);
   for (const int id : variable_ids) {
-    if (id < 0 || id >= whole.id_bound() || !whole.variables_[std::size_t(id)].store)
-      throw Error("Subproblem: the problem has no variable with ID " + std::to_string(id));
+    if (!whole.info(id).store) whole.throw_no_variable(id);
     role[std::size_t(id)] = chosen;
   }
 
@@ -87,8 +87,8 @@ void Subproblem::copy_blocks() {
 }
 
 void Subproblem::check_unchanged() const {
-  if (whole_.revision_ != revision_)
-    throw Error(
+  if (whole_.serial_ != serial_ || whole_.revision_ != revision_)
+    throw StaleHandleError(
         "the problem has changed since this Subproblem was made (variables or blocks were added, removed or fixed); "
         "make a new Subproblem");
 }

@@ -58,7 +58,7 @@ void SymmetricPattern::place_values(const char* what) {
     value_start[std::size_t(k)] = static_cast<int>(values);
     values += std::int64_t(height(k)) * width(k);
     if (values > std::numeric_limits<int>::max())
-      throw Error(std::string(what) + " has more than 2^31 entries, the limit of 32-bit indices");
+      throw BadInputError(std::string(what) + " has more than 2^31 entries, the limit of 32-bit indices");
   }
   value_start.back() = static_cast<int>(values);
 }

@@ -8,10 +8,10 @@ namespace tandem {
 
 /// Direction from a sensor on the chaser to the target [rad], p = t((C B)⁻¹ (T F)). In space: Log on S² of the
 /// direction of p at the measured one, along increasing azimuth and elevation. In the plane: the angle from the
-/// measured direction, in (−π, π]. The target T is a pose or a point (SE3, SE2, R3, R2). Throws Error where the
-/// residual is undefined: with the target at the sensor, and in space opposite to the measured direction.
+/// measured direction, in (−π, π]. The target T is a pose or a point (SE3, SE2, R3, R2). Throws UndefinedResidualError
+/// where the residual is undefined: with the target at the sensor, and in space opposite to the measured direction.
 template <LieGroup Chaser = SE3, LieGroup Target = Chaser>
-requires(Chaser::point_dim == Target::point_dim) struct Bearing {
+requires(Chaser::point_dim == Target::point_dim && (Chaser::point_dim == 2 || Chaser::point_dim == 3)) struct Bearing {
   static constexpr std::string_view name = "bearing";
   static constexpr int dim = Chaser::point_dim - 1;
   using States = std::tuple<Chaser, Target>;
@@ -20,6 +20,8 @@ requires(Chaser::point_dim == Target::point_dim) struct Bearing {
   Chaser B{};                            ///< sensor in the chaser's body
   /// t(F) [m], in the target's body; zero if the target is a point
   Vector<Chaser::point_dim> beacon = Vector<Chaser::point_dim>::Zero();
+
+  auto fields() { return std::tie(bearing, B, beacon); }
 
   template <Over<Chaser> C, Over<Target> T>
   void operator()(const C& c, const T& t, Rows<dim, C>& r, RowsBy<dim, C>* Jc = nullptr,

@@ -9,10 +9,13 @@ namespace tandem {
 /// Coincidence of a pose and a point at the same instant [m]:  e = t(X) − x. Connects the two where a trajectory
 /// changes from poses to points or back. Source: Baxter & Teran Espinoza 2025, §V-A, eqs. 9-14 (boundary factor).
 template <LieGroup Pose = SE3>
+requires requires(const Pose& x) { x.translation(); }
 struct Boundary {
   static constexpr std::string_view name = "boundary";
   static constexpr int dim = Pose::point_dim;
   using States = std::tuple<Pose, Rn<Pose::point_dim>>;
+
+  auto fields() { return std::tie(); }
 
   template <Over<Pose> X, Over<Rn<Pose::point_dim>> Point>
   void operator()(const X& pose, const Point& point, Rows<dim, X>& r, RowsBy<dim, X>* J_pose = nullptr,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <tuple>
 
 #include <tandem/lie/types.hpp>
 
@@ -10,6 +11,8 @@ namespace tandem {
 template <int N>
 struct Bounds {
   Vector<N> lower, upper;
+
+  auto fields() { return std::tie(lower, upper); }
 };
 
 /// Equal bounds on all rows of a residual of any dimension.

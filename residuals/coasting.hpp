@@ -24,6 +24,8 @@ struct Coasting {
 
   double dt;  ///< s, > 0
 
+  auto fields() { return std::tie(dt); }
+
   template <Over<SE3> X, Over<R3> V>
   void operator()(const X& xi, const V& vi, const X& xj, const V& vj, Rows<9, X>& r, RowsBy<9, X>* Jxi = nullptr,
                   RowsBy<9, V>* Jvi = nullptr, RowsBy<9, X>* Jxj = nullptr, RowsBy<9, V>* Jvj = nullptr) const {
@@ -53,10 +55,10 @@ struct Coasting {
   /// velocity, its noise is uncorrelated with that of the velocity row. Throws Error if dt or a density is not positive
   /// and finite.
   static Matrix<9, 9> covariance(double acceleration_density, double turn_rate_density, double dt) {
-    if (!(dt > 0.0) || !std::isfinite(dt)) throw Error(std::string(name) + ": dt must be positive and finite");
+    if (!(dt > 0.0) || !std::isfinite(dt)) throw BadInputError(std::string(name) + ": dt must be positive and finite");
     for (const double density : {acceleration_density, turn_rate_density})
       if (!(density > 0.0) || !std::isfinite(density))
-        throw Error(std::string(name) + ": spectral densities must be positive and finite");
+        throw BadInputError(std::string(name) + ": spectral densities must be positive and finite");
     Vector<9> diagonal;
     diagonal << Vector<3>::Constant(acceleration_density * dt * dt * dt / 12.0),
         Vector<3>::Constant(acceleration_density * dt), Vector<3>::Constant(turn_rate_density * dt);

@@ -22,6 +22,8 @@ struct ConstantTwist {
 
   typename G::Scalar dt1, dt2;  ///< t1 − t0 and t2 − t1 [s], both > 0
 
+  auto fields() { return std::tie(dt1, dt2); }
+
   template <Over<G> X>
   void operator()(const X& t0, const X& t1, const X& t2, Rows<dim, X>& r, RowsBy<dim, X>* J0 = nullptr,
                   RowsBy<dim, X>* J1 = nullptr, RowsBy<dim, X>* J2 = nullptr) const {

@@ -35,6 +35,8 @@ struct DampedTwist {
   Vector<G::dof> decay;  ///< φ of each component, in [0, 1]
   Vector<G::dof> mean;   ///< μ [units of the tangent per s]
 
+  auto fields() { return std::tie(dt1, dt2, decay, mean); }
+
   /// Constructs the residual from time constants τ [s], > 0, possibly infinite.
   static DampedTwist over(double dt1, double dt2, const Vector<G::dof>& time_constants,
                           const Vector<G::dof>& mean = Vector<G::dof>::Zero()) {

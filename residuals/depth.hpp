@@ -17,6 +17,8 @@ struct Depth {
   double z;                             ///< m, upwards
   Vector<3> lever = Vector<3>::Zero();  ///< sensor in the body [m]
 
+  auto fields() { return std::tie(z, lever); }
+
   Vector<1> reading() const { return Vector<1>(z); }
 
   template <Over<SE3> X>

@@ -12,7 +12,7 @@ namespace detail {
 
 template <int N>
 const Vector<N>& checked_nonzero(const Vector<N>& v) {
-  if (!v.allFinite() || v.isZero(0.0)) throw Error("direction: the vector must be finite and nonzero");
+  if (!v.allFinite() || v.isZero(0.0)) throw BadInputError("direction: the vector must be finite and nonzero");
   return v;
 }
 
@@ -38,7 +38,7 @@ class Direction<3> {
   /// Constructs a direction from angles [rad]. Throws Error if one is not finite.
   Direction(double azimuth, double elevation) {
     if (!std::isfinite(azimuth) || !std::isfinite(elevation))
-      throw Error("direction: azimuth and elevation must be finite; remove the measurement");
+      throw BadInputError("direction: azimuth and elevation must be finite; remove the measurement");
     const double ca = std::cos(azimuth), sa = std::sin(azimuth), cb = std::cos(elevation), sb = std::sin(elevation);
     unit_ << ca * cb, sa * cb, sb;
     axes_ << -sa, -ca * sb, ca, -sa * sb, 0.0, cb;
@@ -71,7 +71,7 @@ class Direction<3> {
       curvature = (-2. / 3 + x * (4. / 5 + x * (-6. / 7 + x * (8. / 9 + x * (-10. / 11))))) / (w * w2);
     } else {
       if (s2 < 1e-16 * w2)
-        throw Error(
+        throw UndefinedResidualError(
             "bearing: undefined if the target is opposite to the measured direction; use a closer initial guess");
       const S s = sqrt(s2);
       scale = atan2(s, w) / s;
@@ -102,7 +102,7 @@ class Direction<2> {
   Direction() : Direction(0.0) {}
   /// Throws Error if the angle is not finite.
   Direction(double angle) : unit_(std::cos(angle), std::sin(angle)) {
-    if (!std::isfinite(angle)) throw Error("direction: the angle must be finite; remove the measurement");
+    if (!std::isfinite(angle)) throw BadInputError("direction: the angle must be finite; remove the measurement");
   }
   /// Constructs the direction of v, of any length. Throws Error if v is zero or not finite.
   explicit Direction(const Vector<2>& v) : Direction(std::atan2(detail::checked_nonzero(v)[1], v[0])) {}

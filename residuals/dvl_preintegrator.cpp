@@ -14,7 +14,7 @@ void DvlPreintegrator::measure(const DvlReading& reading) {
 }
 
 void DvlPreintegrator::advance(const Vector<3>& angular_rate, double dt) {
-  if (!(dt >= 0.0) || !std::isfinite(dt)) throw Error("DVL preintegration: dt must be finite and not negative");
+  if (!(dt >= 0.0) || !std::isfinite(dt)) throw BadInputError("DVL preintegration: dt must be finite and not negative");
   if (dt == 0.0) return;
   const Vector<3> turn = dt * angular_rate;
   const Matrix<3, 3> R = R_.matrix(), mean = dt * (R * SO3::Jl(turn));

@@ -16,6 +16,8 @@ struct DvlVelocity {
 
   Vector<3> measured;  ///< m/s, along the body's axes
 
+  auto fields() { return std::tie(measured); }
+
   const Vector<3>& reading() const { return measured; }
 
   template <Over<SE3> X, Over<R3> V>
@@ -38,6 +40,8 @@ struct ScaledDvlVelocity {
   using States = std::tuple<SE3, R3, Rn<1>>;
 
   Vector<3> measured;  ///< m/s, along the body's axes
+
+  auto fields() { return std::tie(measured); }
 
   template <Over<SE3> X, Over<R3> V, Over<Rn<1>> F>
   void operator()(const X& x, const V& v, const F& s, Rows<3, X>& r, RowsBy<3, X>* Jx = nullptr,

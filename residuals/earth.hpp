@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <tuple>
 
 #include <tandem/lie/types.hpp>
 
@@ -12,6 +13,8 @@ struct Earth {
 
   Vector<3> gravity{0, 0, -9.80665};   ///< m/s², acceleration in free fall (downwards)
   Vector<3> rate = Vector<3>::Zero();  ///< rad/s; zero treats the world as an inertial frame
+
+  auto fields() { return std::tie(gravity, rate); }
 
   /// Constructs a non-rotating Earth with this magnitude of gravity [m/s²].
   static Earth with_gravity(double magnitude) { return {{0, 0, -magnitude}, Vector<3>::Zero()}; }

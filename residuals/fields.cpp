@@ -31,7 +31,7 @@ void Fields::fail(std::string why) {
 }
 
 void Fields::fail(const std::type_info& type) {
-  fail("it contains a " + type_name(type) + ", which cannot be stored as numbers");
+  fail("it contains a " + type_name(type) + ", which has no member function fields()");
 }
 
 namespace {

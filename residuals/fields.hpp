@@ -21,7 +21,8 @@
 namespace tandem {
 
 /// Sequence of the numbers in a residual or a group, for writing it to a file and reading it back bitwise equal. One
-/// function, pass_fields, visits the members of a type in both directions.
+/// function, pass_fields, visits the members of a type in both directions. Residuals need it for files only: a residual
+/// without fields() can be used in a problem, but not written.
 class Fields {
  public:
   /// Collects the numbers of the visited members.
@@ -91,92 +92,16 @@ inline constexpr bool is_optional = false;
 template <class T>
 inline constexpr bool is_optional<std::optional<T>> = true;
 
-struct AnyField {
-  template <class T>
-  operator T() const;
-};
-template <class T>
-struct AnyBase {
-  template <class B>
-  requires(std::is_base_of_v<B, T> && !std::same_as<B, T>) operator B() const;
-};
-
-/// Returns the number of members of an aggregate. Returns kUnknown if T has bases, more than 12 members or members that
-/// cannot be value-initialised. Each empty pair of braces initialises one member of any type.
-inline constexpr int kUnknown = -1;
-template <class T>
-consteval int count_fields() {
-  if constexpr (!std::is_aggregate_v<T> || std::is_union_v<T> || !std::default_initializable<T>) {
-    return kUnknown;
-  } else if constexpr (std::is_empty_v<T>) {
-    return 0;
-  } else if constexpr (requires { T{AnyBase<T>()}; }) {
-    return kUnknown;
-#define TANDEM_STOPS_AT(n, ...)                                        \
-  }                                                                    \
-  else if constexpr (!requires { T{__VA_ARGS__ __VA_OPT__(, ){}}; }) { \
-    return requires { T{__VA_ARGS__ __VA_OPT__(, ) AnyField()}; }      \
-    ? kUnknown : n;
-#define TANDEM_4 \
-  {}, {}, {}, {}
-    TANDEM_STOPS_AT(0)
-    TANDEM_STOPS_AT(1, {})
-    TANDEM_STOPS_AT(2, {}, {})
-    TANDEM_STOPS_AT(3, {}, {}, {})
-    TANDEM_STOPS_AT(4, TANDEM_4)
-    TANDEM_STOPS_AT(5, TANDEM_4, {})
-    TANDEM_STOPS_AT(6, TANDEM_4, {}, {})
-    TANDEM_STOPS_AT(7, TANDEM_4, {}, {}, {})
-    TANDEM_STOPS_AT(8, TANDEM_4, TANDEM_4)
-    TANDEM_STOPS_AT(9, TANDEM_4, TANDEM_4, {})
-    TANDEM_STOPS_AT(10, TANDEM_4, TANDEM_4, {}, {})
-    TANDEM_STOPS_AT(11, TANDEM_4, TANDEM_4, {}, {}, {})
-    TANDEM_STOPS_AT(12, TANDEM_4, TANDEM_4, TANDEM_4)
-#undef TANDEM_4
-#undef TANDEM_STOPS_AT
-  } else {
-    return kUnknown;
-  }
-}
-
 template <class... Ts>
 void pass_each(Fields& fields, Ts&... x) {
   (pass_fields(x, fields), ...);
 }
 
-template <class T>
-void pass_members(T& x, Fields& fields) {
-  constexpr int n = count_fields<T>();
-#define TANDEM_MEMBERS(n_, ...)     \
-  else if constexpr (n == n_) {     \
-    auto& [__VA_ARGS__] = x;        \
-    pass_each(fields, __VA_ARGS__); \
-  }
-  if constexpr (n == 0) {
-  }
-  TANDEM_MEMBERS(1, a)
-  TANDEM_MEMBERS(2, a, b)
-  TANDEM_MEMBERS(3, a, b, c)
-  TANDEM_MEMBERS(4, a, b, c, d)
-  TANDEM_MEMBERS(5, a, b, c, d, e)
-  TANDEM_MEMBERS(6, a, b, c, d, e, f)
-  TANDEM_MEMBERS(7, a, b, c, d, e, f, g)
-  TANDEM_MEMBERS(8, a, b, c, d, e, f, g, h)
-  TANDEM_MEMBERS(9, a, b, c, d, e, f, g, h, i)
-  TANDEM_MEMBERS(10, a, b, c, d, e, f, g, h, i, j)
-  TANDEM_MEMBERS(11, a, b, c, d, e, f, g, h, i, j, k)
-  TANDEM_MEMBERS(12, a, b, c, d, e, f, g, h, i, j, k, l)
-  else {
-    fields.fail(typeid(T));
-  }
-#undef TANDEM_MEMBERS
-}
-
 }  // namespace detail
 
-/// Passes x: numbers, enumerations, fixed-size Eigen types, groups, std::array, std::tuple, std::optional, and structs
-/// of these. Structs are aggregates of up to 12 members or have a member `auto fields() { return std::tie(…); }`. Other
-/// types, such as pointers, compile but fail when passed.
+/// Passes x: a number, an enumeration, a fixed-size Eigen type, a group, a std::array, std::tuple or std::optional of
+/// these, or a type with a member `auto fields() { return std::tie(…); }` that returns all its members in a fixed
+/// order. Other types compile but fail when passed.
 template <class T>
 void pass_fields(T& x, Fields& fields) {
   if constexpr (std::is_const_v<T>) {
@@ -226,7 +151,7 @@ void pass_fields(T& x, Fields& fields) {
   } else if constexpr (requires { std::tuple_size<T>::value; }) {  // std::array, tuple, pair
     std::apply([&](auto&... member) { detail::pass_each(fields, member...); }, x);
   } else {
-    detail::pass_members(x, fields);
+    fields.fail(typeid(T));
   }
 }
 

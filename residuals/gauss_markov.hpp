@@ -21,6 +21,8 @@ struct GaussMarkov {
 
   double decay;  ///< φ, in [0, 1)
 
+  auto fields() { return std::tie(decay); }
+
   /// Constructs the residual for two errors dt [s] apart.
   static GaussMarkov after(double dt, double time_constant) { return {std::exp(-dt / time_constant)}; }
   /// Returns the standard deviation of e for σ = 1.

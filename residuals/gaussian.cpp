@@ -14,10 +14,10 @@ namespace {
 
 Eigen::MatrixXd cholesky_factor(const Eigen::MatrixXd& M, const std::string& what) {
   if (M.rows() != M.cols() || M.rows() == 0)
-    throw Error(what + " is " + std::to_string(M.rows()) + " x " + std::to_string(M.cols()) + ", not square");
-  if (!M.allFinite()) throw Error(what + " has an entry that is not finite");
+    throw BadInputError(what + " is " + std::to_string(M.rows()) + " x " + std::to_string(M.cols()) + ", not square");
+  if (!M.allFinite()) throw BadInputError(what + " has an entry that is not finite");
   const double scale = M.cwiseAbs().maxCoeff();
-  if ((M - M.transpose()).cwiseAbs().maxCoeff() > 1e-9 * scale) throw Error(what + " is not symmetric");
+  if ((M - M.transpose()).cwiseAbs().maxCoeff() > 1e-9 * scale) throw BadInputError(what + " is not symmetric");
   const Eigen::LLT<Eigen::MatrixXd> llt(0.5 * (M + M.transpose()));
   bool definite = llt.info() == Eigen::Success;
   if (definite) {  // rounding can hide singularity: also require that the correlation matrix has no eigenvalue near 0
@@ -26,17 +26,17 @@ Eigen::MatrixXd cholesky_factor(const Eigen::MatrixXd& M, const std::string& wha
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(correlation, Eigen::EigenvaluesOnly);
     definite = eigen.eigenvalues()[0] > 10.0 * double(M.rows()) * std::numeric_limits<double>::epsilon();
   }
-  if (!definite) throw Error(what + " is not positive definite");
+  if (!definite) throw BadInputError(what + " is not positive definite");
   return llt.matrixL();
 }
 
 }  // namespace
 
 Gaussian::Gaussian(const Eigen::VectorXd& sigmas) : diagonal_(sigmas.cwiseInverse()) {
-  if (sigmas.size() == 0) throw Error("Gaussian: the list of standard deviations is empty");
+  if (sigmas.size() == 0) throw BadInputError("Gaussian: the list of standard deviations is empty");
   for (const double s : sigmas)
     if (!(s > 0) || !std::isfinite(s))
-      throw Error("Gaussian: sigma " + std::to_string(s) + " is not positive and finite");
+      throw BadInputError("Gaussian: sigma " + std::to_string(s) + " is not positive and finite");
 }
 
 Gaussian::Gaussian(std::initializer_list<double> sigmas)
@@ -59,7 +59,7 @@ Gaussian Gaussian::information(const Eigen::MatrixXd& lambda) {
 
 Gaussian Gaussian::scaled(double k) const {
   if (!(k > 0) || !std::isfinite(k))
-    throw Error("Gaussian: scale " + std::to_string(k) + " is not positive and finite");
+    throw BadInputError("Gaussian: scale " + std::to_string(k) + " is not positive and finite");
   Gaussian g = *this;
   g.diagonal_ /= k;
   g.full_ /= k;
@@ -68,9 +68,9 @@ Gaussian Gaussian::scaled(double k) const {
 
 Gaussian Gaussian::square_root(const Eigen::MatrixXd& W) {
   if (W.rows() != W.cols() || W.rows() == 0)
-    throw Error("Gaussian: the square root of the information is not a square matrix");
+    throw BadInputError("Gaussian: the square root of the information is not a square matrix");
   if (!W.allFinite() || !(std::abs(W.determinant()) > 0))
-    throw Error("Gaussian: the square root of the information is singular or not finite");
+    throw BadInputError("Gaussian: the square root of the information is singular or not finite");
   Gaussian g;
   g.full_ = W;
   g.diagonal_ = W.diagonal();
@@ -79,10 +79,11 @@ Gaussian Gaussian::square_root(const Eigen::MatrixXd& W) {
 
 Gaussian Gaussian::scaled(const Eigen::VectorXd& k) const {
   if (k.size() != dim())
-    throw Error("Gaussian: " + std::to_string(k.size()) + " scale factors for " + std::to_string(dim()) + " rows");
+    throw BadInputError("Gaussian: " + std::to_string(k.size()) + " scale factors for " + std::to_string(dim()) +
+                        " rows");
   for (const double x : k)
     if (!(x > 0) || !std::isfinite(x))
-      throw Error("Gaussian: scale " + std::to_string(x) + " is not positive and finite");
+      throw BadInputError("Gaussian: scale " + std::to_string(x) + " is not positive and finite");
   Gaussian g = *this;
   g.diagonal_.array() /= k.array();
   if (!is_diagonal()) {

@@ -16,6 +16,8 @@ struct Gps {
   Vector<3> position;                   ///< m, in the world
   Vector<3> lever = Vector<3>::Zero();  ///< antenna in the body [m]
 
+  auto fields() { return std::tie(position, lever); }
+
   template <Over<SE3> X>
   void operator()(const X& x, Rows<3, X>& r, RowsBy<3, X>* J = nullptr) const {
     using S = typename X::Scalar;

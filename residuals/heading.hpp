@@ -16,6 +16,8 @@ struct Heading {
   SO3 measured;  ///< R_z, sensor in the world
   SO3 mount{};   ///< R_bs, sensor in the body
 
+  auto fields() { return std::tie(measured, mount); }
+
   template <Over<SE3> X>
   void operator()(const X& x, Rows<3, X>& r, RowsBy<3, X>* J = nullptr) const {
     using S = typename X::Scalar;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <tuple>
+
 #include <tandem/lie/rn.hpp>
 #include <tandem/lie/sek3.hpp>
 
@@ -21,6 +23,8 @@ struct ImuDelta {
   Matrix<3, 3> R_by_bias = Matrix<3, 3>::Zero();  ///< gyroscope only: R(b) = R Exp(R_by_bias δ)
   Matrix<3, 6> v_by_bias = Matrix<3, 6>::Zero();
   Matrix<3, 6> p_by_bias = Matrix<3, 6>::Zero();
+
+  auto fields() { return std::tie(dt, R, v, p, bias, R_by_bias, v_by_bias, p_by_bias); }
 };
 
 }  // namespace tandem

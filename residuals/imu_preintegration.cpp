@@ -56,7 +56,7 @@ ImuPreintegrator::ImuPreintegrator(const SE3& mount, const ImuNoise& noise, cons
 
 void ImuPreintegrator::integrate(const Vector<3>& specific_force, const Vector<3>& angular_rate, double dt,
                                  const Vector<3>& angular_acceleration) {
-  if (!(dt >= 0.0) || !std::isfinite(dt)) throw Error("IMU preintegration: dt must be finite and not negative");
+  if (!(dt >= 0.0) || !std::isfinite(dt)) throw BadInputError("IMU preintegration: dt must be finite and not negative");
   if (dt == 0.0) return;
   const Vector<3> omega = R_bs_ * (angular_rate - delta_.bias.tail<3>()), at_sensor = omega.cross(lever_);
   const Vector<3> f = R_bs_ * (specific_force - delta_.bias.head<3>()) - (R_bs_ * angular_acceleration).cross(lever_) -
@@ -133,7 +133,7 @@ void ImuPreintegrator::add_noise(const Vector<3>& moved, const Vector<3>& gained
 
 void ImuPreintegrator::integrate(const ImuSample& from, const ImuSample& to) {
   const double dt = to.t - from.t;
-  if (!(dt > 0.0)) throw Error("IMU preintegration: the times of the samples must increase");
+  if (!(dt > 0.0)) throw BadInputError("IMU preintegration: the times of the samples must increase");
   integrate(0.5 * (from.specific_force + to.specific_force), 0.5 * (from.angular_rate + to.angular_rate), dt,
             (to.angular_rate - from.angular_rate) / dt);
 }

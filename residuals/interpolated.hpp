@@ -33,6 +33,8 @@ requires(std::tuple_size_v<typename R::States> == 2) struct Interpolated {
   R residual;
   double s;  ///< (t − t0) / (t1 − t0)
 
+  auto fields() { return std::tie(residual, s); }
+
   template <Over<Chaser> C, Over<Target> T>
   void operator()(const C& c0, const C& c1, const T& t0, const T& t1, Rows<dim, C>& r, RowsBy<dim, C>* Jc0 = nullptr,
                   RowsBy<dim, C>* Jc1 = nullptr, RowsBy<dim, T>* Jt0 = nullptr, RowsBy<dim, T>* Jt1 = nullptr) const {

@@ -72,7 +72,8 @@ namespace detail {
 
 inline double checked_scale(double scale) {
   if (!(scale > 0) || !std::isfinite(scale))
-    throw Error("loss: scale " + std::to_string(scale) + " is not positive and finite; it is in standard deviations");
+    throw BadInputError("loss: scale " + std::to_string(scale) +
+                        " is not positive and finite; it is in standard deviations");
   return scale;
 }
 

@@ -111,6 +111,8 @@ struct Miscalibrated {
   NeighbourGaps gaps{};
   double time_since_states = 0;  ///< time from t to the measurement [s]
 
+  auto fields() { return std::tie(residual, B, beacon, gaps, time_since_states); }
+
   template <Over<Chaser> C, Over<Target> T, Over<Rn<dim>> E, Over<Rn<1>> F, Over<Turn> M>
   void operator()(const C& c, const C& c_before, const C& c_after, const T& t, const T& t_before, const T& t_after,
                   const E& bias, const F& scale, const M& turn, const F& delay, Rows<dim, C>& r,

@@ -33,6 +33,8 @@ struct MiscalibratedEgo {
   Vector<3> rate = Vector<3>::Zero();   ///< ω at t, rad/s
   Vector<3> force = Vector<3>::Zero();  ///< a at t, m/s²
 
+  auto fields() { return std::tie(residual, mount, ahead, earth, rate, force); }
+
   template <Over<SE3> X, Over<R3> V, Over<Rn<6>> B, Over<Rn<dim>> E, Over<Rn<1>> F, Over<SO3> M>
   void operator()(const X& x, const V& v, const B& imu_bias, const E& bias, const F& scale, const M& turn,
                   const F& delay, Rows<dim, X>& r, RowsBy<dim, X>* Jx = nullptr, RowsBy<dim, V>* Jv = nullptr,

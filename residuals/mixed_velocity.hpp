@@ -16,12 +16,18 @@ namespace tandem {
 /// points, the residual equals ConstantTwist or DampedTwist on R^n. Source: Baxter & Teran Espinoza 2025, §V-A, eqs.
 /// 9-14 (Mode B), for the constant velocity.
 template <LieGroup A, LieGroup B, LieGroup C>
-requires(A::point_dim == B::point_dim && B::point_dim == C::point_dim) struct MixedVelocity {
+requires(A::point_dim == B::point_dim && B::point_dim == C::point_dim && requires(const A& a, const B& b, const C& c) {
+  a.translation();
+  b.translation();
+  c.translation();
+}) struct MixedVelocity {
   static constexpr std::string_view name = "velocity";
   static constexpr int dim = A::point_dim;
   using States = std::tuple<A, B, C>;
 
   Vector<dim> gain;  ///< φ dt2/dt1 of each axis
+
+  auto fields() { return std::tie(gain); }
 
   /// Constructs the constant-velocity prior; dt1 = t1 − t0 and dt2 = t2 − t1 [s], both > 0.
   static MixedVelocity constant(double dt1, double dt2) { return {Vector<dim>::Constant(dt2 / dt1)}; }

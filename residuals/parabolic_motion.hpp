@@ -1,5 +1,7 @@
 #pragma once
 
+#include <tuple>
+
 #include <tandem/lie/operations.hpp>
 
 namespace tandem {
@@ -7,6 +9,8 @@ namespace tandem {
 /// Time from a keyframe to its neighbours [s, positive]; 0 if there is no neighbour.
 struct NeighbourGaps {
   double before = 0, after = 0;
+
+  auto fields() { return std::tie(before, after); }
 };
 
 namespace detail {

@@ -16,6 +16,8 @@ struct PreintegratedDvl {
 
   Vector<3> displacement;  ///< m, along the body axes at X0
 
+  auto fields() { return std::tie(displacement); }
+
   template <Over<SE3> X>
   void operator()(const X& x0, const X& x1, Rows<3, X>& r, RowsBy<3, X>* J0 = nullptr,
                   RowsBy<3, X>* J1 = nullptr) const {

@@ -20,6 +20,8 @@ struct PreintegratedImu {
   ImuDelta delta;
   Earth earth{};
 
+  auto fields() { return std::tie(delta, earth); }
+
   template <Over<SE3> X, Over<R3> V, Over<Rn<6>> B>
   void operator()(const X& xi, const V& vi, const B& bi, const X& xj, const V& vj, const B& bj, Rows<15, X>& r,
                   RowsBy<15, X>* Jxi = nullptr, RowsBy<15, V>* Jvi = nullptr, RowsBy<15, B>* Jbi = nullptr,

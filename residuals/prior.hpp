@@ -19,6 +19,8 @@ struct Prior {
 
   G z;  ///< prior mean
 
+  auto fields() { return std::tie(z); }
+
   template <Over<G> X>
   void operator()(const X& x, Rows<dim, X>& r, RowsBy<dim, X>* J = nullptr) const {
     r = (z.template cast<typename X::Scalar>().inverse() * x).Log();

@@ -51,6 +51,8 @@ struct Propagated {
   ImuDelta delta;
   Earth earth{};
 
+  auto fields() { return std::tie(residual, delta, earth); }
+
   /// `rest`: the remaining states, r, and the Jacobians of either all states or none.
   template <Over<SE3> X, Over<R3> V, Over<Rn<6>> B, class... Rest>
   requires(sizeof...(Rest) == extras + 1 || sizeof...(Rest) == 2 * extras + 4) void operator()(const X& x, const V& v,

@@ -7,7 +7,8 @@
 namespace tandem {
 
 /// Distance from a sensor on the chaser to the target [m]:  e = ‖p‖ − range,  p = t((C B)⁻¹ (T F)). The target T is a
-/// pose or a point (SE3, SE2, R3, R2). Throws Error with the target at the sensor, where the residual is undefined.
+/// pose or a point (SE3, SE2, R3, R2). Throws UndefinedResidualError with the target at the sensor, where the residual
+/// is undefined.
 template <LieGroup Chaser = SE3, LieGroup Target = Chaser>
 requires(Chaser::point_dim == Target::point_dim) struct Range {
   static constexpr std::string_view name = "range";
@@ -18,6 +19,8 @@ requires(Chaser::point_dim == Target::point_dim) struct Range {
   Chaser B{};    ///< sensor in the chaser's body
   /// t(F) [m], in the target's body; zero if the target is a point
   Vector<Chaser::point_dim> beacon = Vector<Chaser::point_dim>::Zero();
+
+  auto fields() { return std::tie(range, B, beacon); }
 
   template <Over<Chaser> C, Over<Target> T>
   void operator()(const C& c, const T& t, Rows<dim, C>& r, RowsBy<dim, C>* Jc = nullptr,
@@ -34,8 +37,8 @@ requires(Chaser::point_dim == Target::point_dim) struct Range {
   }
 
   void curvature(const Chaser& c, const Target& t, const Vector<dim>& w,
-                 Matrix<Chaser::dof + Target::dof, Chaser::dof + Target::dof>& H) const
-      requires(Chaser::point_dim == 3 && HasExpCurvature<Chaser> && HasExpCurvature<Target>) {
+                 Matrix<Chaser::dof + Target::dof, Chaser::dof + Target::dof>& H)
+      const requires detail::HasSightCurvature<Chaser, Target> {
     const Vector<3> p = in_sensor_frame(c, t, B, beacon);
     check_not_at_sensor(p, name);
     const double distance = p.norm(), scale = w[0] / distance;

@@ -24,6 +24,8 @@ struct RelativePose {
   G B{};  ///< sensor in the body X
   G F{};  ///< marker in the body Y
 
+  auto fields() { return std::tie(z, B, F); }
+
   template <Over<G> X>
   void operator()(const X& x, const X& y, Rows<dim, X>& r, RowsBy<dim, X>* Jx = nullptr,
                   RowsBy<dim, X>* Jy = nullptr) const {

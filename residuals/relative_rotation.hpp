@@ -8,6 +8,7 @@ namespace tandem {
 /// of the poses. It is the orientation part of RelativePose, for a noise or a robust loss separate from that of the
 /// position.
 template <LieGroup G = SE3>
+requires requires { typename G::Rotation; }
 struct RelativeRotation {
   using Rotation = typename G::Rotation;
 
@@ -18,6 +19,8 @@ struct RelativeRotation {
   Rotation z;    ///< rotation of the frame R_y F in the frame R_x B
   Rotation B{};  ///< sensor in the body x
   Rotation F{};  ///< marker in the body y
+
+  auto fields() { return std::tie(z, B, F); }
 
   template <Over<G> X>
   void operator()(const X& x, const X& y, Rows<dim, X>& r, RowsBy<dim, X>* Jx = nullptr,

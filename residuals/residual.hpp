@@ -51,8 +51,8 @@ struct CurvatureOf<R, std::tuple<Xs...>> {
 ///   void operator()(const X&…, Vector<dim>& r, Matrix<dim, X::dof>* J… = nullptr) const;
 ///
 /// The call operator sets r. It sets each J that is not null to the Jacobian with respect to a right perturbation of
-/// that state. It must not allocate and must be safe to call from several threads. It throws Error where the residual
-/// is undefined; solvers then shorten the step.
+/// that state. It must not allocate and must be safe to call from several threads. It throws
+/// UndefinedResidualError with the reason where the residual is undefined; solvers then shorten the step.
 ///
 /// Optional second derivatives, Σ w_k ∂²r_k with respect to right perturbations of all states in the order of States
 /// (symmetric, n = Σ dof). Without this member, exact Hessians use differences of the gradient.

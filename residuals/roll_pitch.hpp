@@ -11,13 +11,16 @@
 namespace tandem {
 
 /// Roll and pitch of a body that floats level [rad]: the first two rows of Log(Rᵀ Rz(ψ)), ψ = atan2(R10, R00). The
-/// Jacobian includes the dependence on ψ. Throws Error at pitch ±90°, where the residual is undefined. Source: Baxter &
-/// Teran Espinoza 2025, §V-A, eqs. 9-14 (roll-pitch prior of Mode A).
+/// Jacobian includes the dependence on ψ. Throws UndefinedResidualError at pitch ±90°, where the residual is undefined.
+/// Source: Baxter & Teran Espinoza 2025, §V-A, eqs. 9-14 (roll-pitch prior of Mode A).
 template <LieGroup G = SE3>
-struct RollPitch {
+requires(G::point_dim == 3 &&
+         (Over<G, BasicSO3<typename G::Scalar>> || requires(const G& x) { x.rotation(); })) struct RollPitch {
   static constexpr std::string_view name = "roll-pitch";
   static constexpr int dim = 2;
   using States = std::tuple<G>;
+
+  auto fields() { return std::tie(); }
 
   template <Over<G> X>
   void operator()(const X& x, Rows<2, X>& r, RowsBy<2, X>* J = nullptr) const {
@@ -28,7 +31,7 @@ struct RollPitch {
     const Matrix<3, 3, S> R = rotation.matrix();
     const S cos_pitch2 = R(0, 0) * R(0, 0) + R(1, 0) * R(1, 0);
     if (cos_pitch2 < 1e-16)
-      throw Error(
+      throw UndefinedResidualError(
           "roll-pitch: undefined at a pitch of ±90 degrees, where heading is undefined; use another initial guess");
     // Rz(ψ) from half angles: computes the larger of cos(ψ/2) and sin(ψ/2) first, which avoids cancellation.
     const S cos_pitch = sqrt(cos_pitch2), c = R(0, 0) / cos_pitch, s = R(1, 0) / cos_pitch;

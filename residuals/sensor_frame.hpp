@@ -11,9 +11,23 @@
 
 namespace tandem {
 
+namespace detail {
+
+/// Returns the rotation of a pose, and any other group element itself.
+template <LieGroup X>
+decltype(auto) rotation_part(const X& x) {
+  if constexpr (requires { x.rotation(); }) {
+    return x.rotation();
+  } else {
+    return (x);
+  }
+}
+
+}  // namespace detail
+
 /// Returns the target's position in the frame of a sensor on the chaser [m]:  p = t((C B)⁻¹ (T F)). C is the pose of
 /// the chaser and B the pose of the sensor in its body. The target T is a pose or a point; `beacon` is t(F) in its
-/// body. Fills Jc = ∂p/∂C and Jt = ∂p/∂T if not null.
+/// body. Other groups act on points likewise. Fills Jc = ∂p/∂C and Jt = ∂p/∂T if not null.
 template <LieGroup C, LieGroup T, Over<typename C::template Rebind<double>> Mount>
 Vector<C::point_dim, typename C::Scalar> in_sensor_frame(const C& c, const T& t, const Mount& B,
                                                          const Vector<C::point_dim>& beacon,
@@ -24,8 +38,9 @@ Vector<C::point_dim, typename C::Scalar> in_sensor_frame(const C& c, const T& t,
   const C to_body = c.inverse();
   const Vector<C::point_dim, S> in_body = to_body.act(t.act(f));
   const C to_sensor = B.inverse().template cast<S>();
-  if (Jc) Jc->noalias() = -to_sensor.rotation().matrix() * C::identity().act_jacobian(in_body);
-  if (Jt) Jt->noalias() = (to_sensor.rotation() * to_body.rotation()).matrix() * t.act_jacobian(f);
+  const auto& sensor = detail::rotation_part(to_sensor);
+  if (Jc) Jc->noalias() = -sensor.act_point_jacobian() * C::identity().act_jacobian(in_body);
+  if (Jt) Jt->noalias() = (sensor * detail::rotation_part(to_body)).act_point_jacobian() * t.act_jacobian(f);
   return to_sensor.act(in_body);
 }
 // Instantiated in sensor_frame.cpp.
@@ -54,13 +69,13 @@ void observe(const C& c, const T& t, const Mount& B, const Vector<C::point_dim>&
   if (Jt) Jt->noalias() = by_p * p_by_t;
 }
 
-/// Throws Error if p is within 1 nm of the sensor, where range and bearing are not differentiable. `who` names the
-/// residual.
+/// Throws UndefinedResidualError if p is within 1 nm of the sensor, where range and bearing are not differentiable.
+/// `who` names the residual.
 template <int n, class S>
 void check_not_at_sensor(const Vector<n, S>& p, std::string_view who) {
   if (p.squaredNorm() < 1e-18)
-    throw Error(std::string(who) +
-                ": undefined if the target is at the sensor; use an initial guess that separates them");
+    throw UndefinedResidualError(
+        std::string(who) + ": undefined if the target is at the sensor; use an initial guess that separates them");
 }
 
 }  // namespace tandem

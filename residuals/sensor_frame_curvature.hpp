@@ -1,8 +1,18 @@
 #pragma once
 
+#include <concepts>
+
 #include <tandem/residuals/sensor_frame.hpp>
 
 namespace tandem::detail {
+
+template <class G>
+inline constexpr bool is_sek3 = false;
+template <int K>
+inline constexpr bool is_sek3<BasicSEK3<K, double>> = true;
+/// Chasers C and targets T that the functions below support.
+template <class C, class T>
+concept HasSightCurvature = is_sek3<C> &&(is_sek3<T> || std::same_as<T, R3>);
 
 /// Returns the Hessian of uᵀ (Exp(θ) p + Jl(θ) ρ) with respect to the perturbation [ρ; …; θ] at 0. This is the action
 /// of a pose on a point p, with u in body axes. The inverse action uᵀ (Exp(−θ) p − Jr(θ) ρ) has the same Hessian.

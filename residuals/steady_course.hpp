@@ -29,6 +29,8 @@ struct SteadyCourse {
   R residual;
   double t;  ///< time since the first pose [s]
 
+  auto fields() { return std::tie(residual, t); }
+
   template <Over<Chaser> C, Over<Target> T, Over<Speed> V>
   void operator()(const C& c, const T& t0, const V& s, Rows<dim, C>& r, RowsBy<dim, C>* Jc = nullptr,
                   RowsBy<dim, T>* J0 = nullptr, RowsBy<dim, V>* Js = nullptr) const {

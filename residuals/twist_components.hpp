@@ -32,6 +32,8 @@ struct TwistComponents {
 
   double dt;  ///< t1 − t0 [s], > 0
 
+  auto fields() { return std::tie(dt); }
+
   template <Over<G> X>
   void operator()(const X& x0, const X& x1, Rows<dim, X>& r, RowsBy<dim, X>* J0 = nullptr,
                   RowsBy<dim, X>* J1 = nullptr) const {

@@ -22,6 +22,8 @@ requires(Chaser::point_dim == Target::point_dim) struct UsblPosition {
   /// t(F) [m], in the target's body; zero if the target is a point
   Vector<Chaser::point_dim> beacon = Vector<Chaser::point_dim>::Zero();
 
+  auto fields() { return std::tie(z, B, beacon); }
+
   template <Over<Chaser> C, Over<Target> T>
   void operator()(const C& c, const T& t, Rows<dim, C>& r, RowsBy<dim, C>* Jc = nullptr,
                   RowsBy<dim, T>* Jt = nullptr) const {
@@ -29,8 +31,8 @@ requires(Chaser::point_dim == Target::point_dim) struct UsblPosition {
   }
 
   void curvature(const Chaser& c, const Target& t, const Vector<dim>& w,
-                 Matrix<Chaser::dof + Target::dof, Chaser::dof + Target::dof>& H) const
-      requires(dim == 3 && HasExpCurvature<Chaser> && HasExpCurvature<Target>) {
+                 Matrix<Chaser::dof + Target::dof, Chaser::dof + Target::dof>& H)
+      const requires detail::HasSightCurvature<Chaser, Target> {
     detail::curvature_in_sensor_frame(c, t, B, beacon, w, H);
   }
 };

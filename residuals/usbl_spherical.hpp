@@ -10,8 +10,8 @@ namespace tandem {
 ///   e = [‖p‖ − range;  atan2(p_y, p_x) − azimuth, in (−π, π];  atan2(p_z, h) − elevation],  h = √(p_x² + p_y²)
 ///
 /// The azimuth row is an angle about the sensor's z axis, not an arc; near that axis RangeBearing is better
-/// conditioned. The target T is a pose or a point (SE3, R3). Throws Error where the residual is undefined: with the
-/// target at the sensor or within 1e-8 rad of the z axis.
+/// conditioned. The target T is a pose or a point (SE3, R3). Throws UndefinedResidualError where the residual is
+/// undefined: with the target at the sensor or within 1e-8 rad of the z axis.
 template <LieGroup Chaser = SE3, LieGroup Target = Chaser>
 requires(Chaser::point_dim == 3 && Target::point_dim == 3) struct UsblSpherical {
   static constexpr std::string_view name = "USBL in spherical coordinates";
@@ -24,6 +24,8 @@ requires(Chaser::point_dim == 3 && Target::point_dim == 3) struct UsblSpherical 
   Chaser B{};                            ///< sensor in the chaser's body
   Vector<3> beacon = Vector<3>::Zero();  ///< t(F) [m], in the target's body; zero if the target is a point
 
+  auto fields() { return std::tie(range, azimuth, elevation, B, beacon); }
+
   template <Over<Chaser> C, Over<Target> T>
   void operator()(const C& c, const T& t, Rows<dim, C>& r, RowsBy<dim, C>* Jc = nullptr,
                   RowsBy<dim, T>* Jt = nullptr) const {
@@ -34,8 +36,8 @@ requires(Chaser::point_dim == 3 && Target::point_dim == 3) struct UsblSpherical 
       const S distance = p.norm();
       const S h2 = p[0] * p[0] + p[1] * p[1], distance2 = distance * distance;
       if (h2 < 1e-16 * distance2)
-        throw Error(std::string(name) +
-                    ": azimuth is undefined on the z axis of the sensor; use range-bearing instead");
+        throw UndefinedResidualError(std::string(name) +
+                                     ": azimuth is undefined on the z axis of the sensor; use range-bearing instead");
       const S h = sqrt(h2);
       if (by_p) {
         const S k = -p[2] / (h * distance2);

@@ -26,6 +26,8 @@ struct WhiteNoiseAcceleration {
 
   double dt;  ///< t1 − t0 [s], > 0
 
+  auto fields() { return std::tie(dt); }
+
   template <Over<G> X, Over<Twist> W>
   void operator()(const X& t0, const W& w0, const X& t1, const W& w1, Rows<dim, X>& r, RowsBy<dim, X>* Jt0 = nullptr,
                   RowsBy<dim, W>* Jw0 = nullptr, RowsBy<dim, X>* Jt1 = nullptr, RowsBy<dim, W>* Jw1 = nullptr) const {
@@ -48,9 +50,9 @@ struct WhiteNoiseAcceleration {
   ///   Gaussian::covariance(WhiteNoiseAcceleration<SE3>::covariance(densities, dt))
   static Matrix<dim, dim> covariance(const Vector<G::dof>& densities, double dt) {
     constexpr int n = G::dof;
-    if (!(dt > 0.0) || !std::isfinite(dt)) throw Error(std::string(name) + ": dt must be positive and finite");
+    if (!(dt > 0.0) || !std::isfinite(dt)) throw BadInputError(std::string(name) + ": dt must be positive and finite");
     if (!(densities.array() > 0.0).all() || !densities.allFinite())
-      throw Error(std::string(name) + ": spectral densities must be positive and finite");
+      throw BadInputError(std::string(name) + ": spectral densities must be positive and finite");
     const Matrix<n, n> Q = densities.asDiagonal();
     Matrix<dim, dim> sigma;
     sigma << dt * dt * dt / 3.0 * Q, dt * dt / 2.0 * Q, dt * dt / 2.0 * Q, dt * Q;

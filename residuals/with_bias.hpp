@@ -20,6 +20,8 @@ struct WithBias {
 
   R residual;
 
+  auto fields() { return std::tie(residual); }
+
   /// Takes the arguments of f, with b after its states and, if Jacobians are requested, the Jacobian of b after theirs.
   template <class... Args>
   requires(sizeof...(Args) == std::tuple_size_v<States> + 1 ||

@@ -6,7 +6,7 @@ namespace tandem {
 
 std::string why_unsupported(const Problem& problem, const AugmentedLagrangianOptions& options) {
   detail::check("augmented-lagrangian", options);
-  if (!(options.initial_penalty > 0)) throw Error("augmented-lagrangian: initial_penalty must be positive");
+  if (!(options.initial_penalty > 0)) throw BadInputError("augmented-lagrangian: initial_penalty must be positive");
   return detail::why_unsolvable(problem);
 }
 

@@ -61,7 +61,7 @@ void AugmentedModel::add_curvature() {
   try {
     nlp_.curvature(next_multipliers_, curvature_);
     curvature_share_ = 1.0;
-  } catch (const Error&) {  // a residual is undefined at a finite-difference point
+  } catch (const UndefinedResidualError&) {  // a residual is undefined at a finite-difference point
     curvature_share_ = 0.0;
   }
 }
@@ -189,7 +189,7 @@ double AugmentedModel::merit_at_step(bool with_derivatives) {
     const double of_hard = term_.value_at_point(with_derivatives);
     trial_cost_ += term_.soft_value_at_point();
     return trial_cost_ + of_hard;
-  } catch (const Error&) {
+  } catch (const UndefinedResidualError&) {
     return std::numeric_limits<double>::infinity();
   }
 }
@@ -201,7 +201,7 @@ double AugmentedModel::merit_at_corrected_step(double damping) {
   const double predicted = predicted_;
   try {
     term_.correct(step_);
-  } catch (const Error&) {
+  } catch (const UndefinedResidualError&) {
     return std::numeric_limits<double>::infinity();
   }
   const bool found = find_step(damping);

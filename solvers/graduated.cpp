@@ -28,14 +28,15 @@ class LossScaleGuard {
 Summary graduate(Problem& problem, const SolverOptions& options, const GraduationOptions& graduation,
                  const SolveOnce& solve) {
   if (!(graduation.divide > 1) || !(graduation.tolerance >= 0))
-    throw Error("solve_graduated: GraduationOptions::divide must be above 1, and tolerance must not be negative");
+    throw BadInputError(
+        "solve_graduated: GraduationOptions::divide must be above 1, and tolerance must not be negative");
   double initial_cost = 0;
   std::optional<double> convex;
-  try {
-    initial_cost = NlpEvaluator(problem).cost();
-    convex = problem.convex_loss_scale();
-  } catch (const Error&) {  // no free variable, or an undefined residual: the solver reports it
-  }
+  if (problem.size().unknowns > 0) try {
+      initial_cost = NlpEvaluator(problem).cost();
+      convex = problem.convex_loss_scale();
+    } catch (const UndefinedResidualError&) {  // the solver reports it
+    }
   if (!convex) return solve(options, 0.0);
 
   Sequence sequence(options);

@@ -40,15 +40,17 @@ bool uses_block_cholesky(const IpoptOptions& options) {
 void check_linear_solver(std::string name) {
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));  // Ipopt ignores case
   if (name == "ma57" && detail::BlockCholeskyInIpopt::available())
-    throw Error(
+    throw BadInputError(
         "ipopt option linear_solver: block-cholesky, the default, replaces ma57; remove the option or use mumps");
   const char* library = name.starts_with("ma") ? "libhsl.so" : name.starts_with("pardiso") ? "libpardiso.so" : nullptr;
-  if (name == "wsmp") throw Error("ipopt option linear_solver: wsmp is not part of this build of Ipopt; use mumps");
+  if (name == "wsmp")
+    throw BadInputError("ipopt option linear_solver: wsmp is not part of this build of Ipopt; use mumps");
   if (!library) return;
   if (void* handle = dlopen(library, RTLD_LAZY)) {
     dlclose(handle);
   } else {
-    throw Error("ipopt option linear_solver: " + name + " needs " + library + ", which is not installed; use mumps");
+    throw BadInputError("ipopt option linear_solver: " + name + " needs " + library +
+                        ", which is not installed; use mumps");
   }
 }
 
@@ -57,10 +59,10 @@ void set_option(Ipopt::IpoptApplication& app, const std::string& key, const std:
   if (!Ipopt::IsValid(option)) {
     std::vector<std::string> known;
     for (const auto& [name, registered] : app.RegOptions()->RegisteredOptionsList()) known.push_back(name);
-    throw Error("ipopt has no option '" + key + "'" + did_you_mean(key, known));
+    throw BadInputError("ipopt has no option '" + key + "'" + did_you_mean(key, known));
   }
   if (value.starts_with("equilibration") && option->Name() == "nlp_scaling_method")  // Ipopt would end the process
-    throw Error("ipopt option " + key + ": equilibration-based needs libhsl.so; use gradient-based");
+    throw BadInputError("ipopt option " + key + ": equilibration-based needs libhsl.so; use gradient-based");
   if (option->Name() == "linear_solver") check_linear_solver(value);  // the key may have a prefix, as in resto.tol
   char* end = nullptr;
   bool taken = false;
@@ -81,12 +83,12 @@ void set_option(Ipopt::IpoptApplication& app, const std::string& key, const std:
     default:
       taken = option->IsValidStringSetting(value) && app.Options()->SetStringValue(key, value);
   }
-  if (!taken) throw Error("ipopt option " + key + ": '" + value + "' is not a valid value");
+  if (!taken) throw BadInputError("ipopt option " + key + ": '" + value + "' is not a valid value");
 }
 
 void set_options(Ipopt::IpoptApplication& app, const IpoptOptions& options) {
   if (!(options.tolerance > 0) || options.max_iterations < 0)
-    throw Error("ipopt: tolerance must be positive, and max_iterations must not be negative");
+    throw BadInputError("ipopt: tolerance must be positive, and max_iterations must not be negative");
   app.RethrowNonIpoptException(false);
   const auto set = [&](const char* key, const char* value) { app.Options()->SetStringValue(key, value); };
   set("sb", "yes");
@@ -202,7 +204,7 @@ void explain(detail::Session& session, NlpEvaluator& nlp) {
   try {
     if (const std::string bad = nlp.describe_nonfinite_block(); !bad.empty())
       session.summary.message = "a cost or Jacobian is not finite, in " + bad;
-  } catch (const Error& e) {
+  } catch (const UndefinedResidualError& e) {
     session.summary.message = std::string("a residual's derivatives are undefined: ") + e.what();
   }
 }
@@ -221,11 +223,8 @@ Summary solve(Problem& problem, const IpoptOptions& options) {
   std::unique_lock lock(mumps_mutex(), std::defer_lock);
   if (!own_systems) lock.lock();
   const Application app(options);
+  if (const std::string why = why_not(problem, options); !why.empty()) return detail::rejection("ipopt", options, why);
   detail::Session session("ipopt", options);
-  if (const std::string why = why_not(problem, options); !why.empty()) {
-    session.end(Status::unsupported, why);
-    return session.summary;
-  }
   NlpEvaluator nlp(problem);
   nlp.use_threads(options.threads);
   if (!session.start(nlp, [&] { return nlp.cost(); })) return session.summary;

@@ -28,7 +28,7 @@ bool BlockCholeskyInIpopt::guard(F f) {
 bool BlockCholeskyInIpopt::analyze(int size, int entries, const int* row, const int* column) {
   return guard([&] {
     if (!kkt_.analyze(size, entries, row, column, 1))
-      throw Error(
+      throw BadInputError(
           "ipopt: an Ipopt option changes the structure of the linear systems, which block-cholesky does not support; "
           "use mumps");
   });

@@ -97,10 +97,13 @@ void IpoptNlp::choose_unknowns() try {
   nlp_.reset();
   nlp_.linearize(gradient_, hessian_);
   hessian_diagonal(nlp_.hessian_pattern(), hessian_, unit_);
-  if (white_ && !white_->factorize_shifted(hessian_, unit_, kWhiteningDamping))
-    throw Error("the Jacobians are too large to be factorised");
+  if (white_ && !white_->factorize_shifted(hessian_, unit_, kWhiteningDamping)) {  // the Jacobians are too large
+    white_.reset();
+    unit_.setOnes();
+    return;
+  }
   for (double& u : unit_) u = u > 0 ? 1.0 / std::sqrt(u) : 1.0;
-} catch (const Error&) {
+} catch (const UndefinedResidualError&) {
   white_.reset();
   unit_.setOnes();
 }
@@ -134,7 +137,7 @@ bool IpoptNlp::evaluate(const Number* x, bool new_x, F f) {
     }
     f();
     return true;
-  } catch (const Error&) {
+  } catch (const UndefinedResidualError&) {
     return false;
   } catch (...) {
     error_ = std::current_exception();

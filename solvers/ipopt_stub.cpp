@@ -10,9 +10,7 @@ std::string why_unsupported(const Problem&, const IpoptOptions&) {
 }
 
 Summary solve(Problem& problem, const IpoptOptions& options) {
-  detail::Session session("ipopt", options);
-  session.end(Status::unsupported, why_unsupported(problem, options));
-  return session.summary;
+  return detail::rejection("ipopt", options, why_unsupported(problem, options));
 }
 
 }  // namespace tandem

@@ -219,7 +219,7 @@ class DampedSteps {
     try {
       model_.linearize();
       return true;
-    } catch (const Error& e) {
+    } catch (const UndefinedResidualError& e) {
       session_.end(Status::failed, std::string("a residual's derivatives are undefined: ") + e.what());
       return false;
     }
@@ -338,7 +338,7 @@ Summary LevenbergMarquardt::solve(double penalty) {
 void check(const char* solver, const LevenbergMarquardtOptions& options) {
   if (!(options.cost_tolerance >= 0) || !(options.gradient_tolerance >= 0) || !(options.step_tolerance >= 0) ||
       !(options.initial_damping >= 0) || options.secant_pairs < 0)
-    throw Error(std::string(solver) + ": tolerances, initial_damping and secant_pairs must not be negative");
+    throw BadInputError(std::string(solver) + ": tolerances, initial_damping and secant_pairs must not be negative");
 }
 
 }  // namespace tandem::detail

@@ -23,15 +23,18 @@ detail::LinearEquations equalities_of(NlpEvaluator& nlp) {
     equations.column.push_back(pattern.column[k]);
     equations.value.push_back(values[Eigen::Index(k)]);
     if (!std::isfinite(values[Eigen::Index(k)]))
-      throw Error("marginals: " + nlp.describe_row(pattern.row[k]) + " has a derivative that is not finite");
+      throw UndefinedResidualError("marginals: " + nlp.describe_row(pattern.row[k]) +
+                                   " has a derivative that is not finite");
   }
   return equations;
 }
 
 [[noreturn]] void throw_singular(NlpEvaluator& nlp, int unknown) {
   const auto u = nlp.describe_unknown(unknown);
-  throw Error("marginals: the Hessian is numerically singular at " + u.variable + " in " + u.direction +
-              " (add a residual that observes it, or fix it)");
+  const std::string state = u.variable + " in " + u.direction;
+  throw NotObservableError(
+      "marginals: the Hessian is numerically singular at " + state + " (add a residual that observes it, or fix it)",
+      state);
 }
 
 /// Returns pairs of Hessian blocks for pairs of variables, without those of fixed variables.
@@ -40,7 +43,7 @@ std::vector<std::pair<int, int>> blocks_of(const NlpEvaluator& nlp, int id_bound
   std::vector<std::pair<int, int>> blocks;
   for (const auto& [a, b] : pairs) {
     if (std::min(a, b) < 0 || std::max(a, b) >= id_bound)
-      throw Error("marginals: a pair names a variable that is not in the problem");
+      throw StaleHandleError("marginals: a pair names a variable that is not in the problem");
     if (nlp.block_of(a) >= 0 && nlp.block_of(b) >= 0) blocks.emplace_back(nlp.block_of(a), nlp.block_of(b));
   }
   return blocks;
@@ -56,29 +59,45 @@ Marginals::Parts Marginals::compute(Problem& problem, std::span<const Pair> pair
   NlpEvaluator nlp(problem);
   check();
   Parts parts{std::vector<int>(std::size_t(problem.id_bound())),
+              {},
               detail::SelectedInverse(nlp.hessian_pattern(), blocks_of(nlp, problem.id_bound(), pairs))};
-  for (int id = 0; id < problem.id_bound(); ++id) parts.block_of_variable[std::size_t(id)] = nlp.block_of(id);
+  for (int id = 0; id < problem.id_bound(); ++id) {
+    parts.block_of_variable[std::size_t(id)] = nlp.block_of(id);
+    parts.variables.push_back(problem.handle(id));
+  }
 
   Eigen::VectorXd gradient(nlp.num_unknowns());
   Eigen::VectorXd hessian(nlp.hessian_pattern().nonzeros());
   nlp.linearize(gradient, hessian);
   if (!hessian.allFinite()) {
     const std::string block = nlp.describe_nonfinite_block();
-    throw Error("marginals: " + (block.empty() ? "a residual" : block) + " has derivatives that are not finite");
+    throw UndefinedResidualError("marginals: " + (block.empty() ? "a residual" : block) +
+                                 " has derivatives that are not finite");
   }
   const bool positive = parts.inverse.compute(hessian, equalities_of(nlp), check);
   if (!positive || parts.inverse.weak()) {
     // A weak pivot is only an indication. Long chains and loose priors cause it too.
     const std::string unobservable = detail::unobservable_directions(nlp, false);
-    if (!unobservable.empty()) throw Error("marginals: " + unobservable);
+    if (!unobservable.empty())
+      throw NotObservableError("marginals: " + detail::rank_deficiency(unobservable), unobservable);
     if (!positive) throw_singular(nlp, parts.inverse.failed_unknown());
   }
   return parts;
 }
 
+int Marginals::id(const VariableHandle& x) const {
+  const bool known = std::size_t(x.slot) < parts_.variables.size();
+  const VariableHandle& own = known ? parts_.variables[std::size_t(x.slot)] : VariableHandle();
+  if (!x.name || own.problem != x.problem || own.generation != x.generation)
+    throw StaleHandleError("marginals: variable " + (x.name ? *x.name : "(none)") +
+                           " was not in the problem when the marginals were computed");
+  return x.slot;
+}
+
 int Marginals::block_of(int variable_id) const {
-  if (std::size_t(variable_id) >= parts_.block_of_variable.size())
-    throw Error("marginals: the variable was removed from the problem, or added after the marginals were computed");
+  if (std::size_t(variable_id) >= parts_.block_of_variable.size() || !parts_.variables[std::size_t(variable_id)].name)
+    throw StaleHandleError("marginals: no variable had ID " + std::to_string(variable_id) +
+                           " when the marginals were computed");
   return parts_.block_of_variable[std::size_t(variable_id)];
 }
 

@@ -29,14 +29,16 @@ namespace tandem {
 /// other pair costs one sparse solve per column and call, in time linear in the size of the problem. If many such pairs
 /// are needed, pass them to the constructor.
 ///
-/// The object is a snapshot: later changes of the problem have no effect, but removed variables lose their covariances.
+/// The object is a snapshot: later changes of the problem have no effect. It has the covariances of variables that are
+/// removed later. The functions throw StaleHandleError for a variable that was not in the problem. They may be called
+/// from several threads at once.
 class Marginals {
  public:
   /// Two variables by id (Problem::id).
   using Pair = std::pair<int, int>;
   /// Computes the covariances, and stores those of all `pairs` too. The time is linear for pairs of neighbours in a
-  /// chain. Throws Error if a direction is unobservable (the message names the variable and the direction) or if a
-  /// residual is not finite. Throws Stopped if `stop` requests it.
+  /// chain. Throws NotObservableError if a direction is unobservable, UndefinedResidualError if a residual is
+  /// undefined or not finite, BadInputError if no variable is free, and Stopped if `stop` requests it.
   explicit Marginals(Problem& problem, std::span<const Pair> pairs = {}, const Stop& stop = {});
 
   template <LieGroup A>
@@ -71,16 +73,14 @@ class Marginals {
   }
 
  private:
-  template <LieGroup G>
-  static int id(const Variable<G>& x) {
-    return x.store && x.store->slots.is_current(x.slot, x.generation) ? x.store->id[std::size_t(x.slot)] : -1;
-  }
+  int id(const VariableHandle& x) const;
   int block_of(int variable_id) const;
   void block(int a, int b, Eigen::Ref<Eigen::MatrixXd> S) const;
   bool in_pattern(int a, int b) const;
 
   struct Parts {
-    std::vector<int> block_of_variable;  // −1 for fixed variables
+    std::vector<int> block_of_variable;     // −1 for fixed variables
+    std::vector<VariableHandle> variables;  // by ID; handles never set for unused IDs
     detail::SelectedInverse inverse;
   };
   static Parts compute(Problem& problem, std::span<const Pair> pairs, const Stop& stop);

@@ -57,7 +57,7 @@ constexpr double kPenaltyWeight = 100;  // weight of Jᵀ J in the preconditione
 const Algorithm& find_algorithm(const std::string& name) {
   const auto it = std::find_if(kAlgorithms.begin(), kAlgorithms.end(), [&](const auto& a) { return a.name == name; });
   if (it == kAlgorithms.end())
-    throw Error("nlopt has no algorithm '" + name + "'" + did_you_mean(name, nlopt_algorithms()));
+    throw BadInputError("nlopt has no algorithm '" + name + "'" + did_you_mean(name, nlopt_algorithms()));
   return *it;
 }
 
@@ -105,7 +105,7 @@ class NloptRun {
     } catch (const NonFinite& e) {
       session_.end(Status::failed, e.what());
       return false;
-    } catch (const Error& e) {
+    } catch (const UndefinedResidualError& e) {
       session_.end(Status::failed, std::string("a residual is undefined at the start of a run: ") + e.what());
       return false;
     }
@@ -217,7 +217,7 @@ class NloptRun {
     if (active.cols() > 0) gradient_ -= active * active.colPivHouseholderQr().solve(gradient_);
     const double small = std::max(kStationary, std::sqrt(kCostErrorFactor * options_.cost_tolerance));
     return gradient_.norm() <= small * (1 + std::sqrt(best_.cost));
-  } catch (const Error&) {  // undefined derivatives
+  } catch (const UndefinedResidualError&) {  // undefined derivatives
     return false;
   } catch (const NonFinite&) {
     return false;
@@ -263,7 +263,7 @@ class NloptRun {
     const detail::Session::Timer timer(session_.summary.evaluation_seconds);
     try {
       return f();
-    } catch (const Error&) {
+    } catch (const UndefinedResidualError&) {
       z_.setConstant(std::numeric_limits<double>::quiet_NaN());
       if (session_.should_stop()) opt_->force_stop();
       return std::numeric_limits<double>::infinity();
@@ -358,7 +358,7 @@ std::vector<std::string> nlopt_algorithms() {
 std::string why_unsupported(const Problem& problem, const NloptOptions& options) {
   const Algorithm& algorithm = find_algorithm(options.algorithm);
   if (!(options.cost_tolerance >= 0) || !(options.constraint_tolerance >= 0))
-    throw Error("nlopt: tolerances must not be negative");
+    throw BadInputError("nlopt: tolerances must not be negative");
   if (const std::string why = detail::why_unsolvable(problem); !why.empty()) return why;
   const std::string name = std::string("nlopt:") + algorithm.name;
   const auto size = problem.size();
@@ -381,11 +381,10 @@ std::string why_unsupported(const Problem& problem, const NloptOptions& options)
 
 Summary solve(Problem& problem, const NloptOptions& options) {
   const Algorithm& algorithm = find_algorithm(options.algorithm);
-  detail::Session session(std::string("nlopt:") + algorithm.name, options);
-  if (const std::string why = why_unsupported(problem, options); !why.empty()) {
-    session.end(Status::unsupported, why);
-    return session.summary;
-  }
+  const std::string solver = std::string("nlopt:") + algorithm.name;
+  if (const std::string why = why_unsupported(problem, options); !why.empty())
+    return detail::rejection(solver, options, why);
+  detail::Session session(solver, options);
   NlpEvaluator nlp(problem);
   nlp.use_threads(options.threads);
   if (!session.start(nlp, [&] { return nlp.cost(); })) return session.summary;

@@ -10,9 +10,7 @@ std::string why_unsupported(const Problem&, const NloptOptions&) {
 }
 
 Summary solve(Problem& problem, const NloptOptions& options) {
-  detail::Session session("nlopt:" + options.algorithm, options);
-  session.end(Status::unsupported, why_unsupported(problem, options));
-  return session.summary;
+  return detail::rejection("nlopt:" + options.algorithm, options, why_unsupported(problem, options));
 }
 
 }  // namespace tandem

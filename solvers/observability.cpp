@@ -57,7 +57,7 @@ std::string unobservable_directions(NlpEvaluator& nlp, const Workspace& work, bo
       nlp.add_constraint_hessian(weights, jacobian, hessian);
       size = sum_of_sizes();
     }
-  } catch (const Error&) {
+  } catch (const UndefinedResidualError&) {
     return {};
   }
   if (!std::isfinite(size)) return {};
@@ -81,7 +81,7 @@ std::string unobservable_directions(NlpEvaluator& nlp, const Workspace& work, bo
       unobservable[u.variable][u.entry] = u.direction;
     }
   }
-  std::string text = "the problem is rank deficient; unobservable: ";
+  std::string text;
   for (std::size_t k = 0; k < std::min(order.size(), kNamed); ++k) {
     text += (k ? "; " : "") + order[k] + " in ";
     bool first = true;
@@ -93,7 +93,12 @@ std::string unobservable_directions(NlpEvaluator& nlp, const Workspace& work, bo
   if (order.size() > kNamed)
     text += "; and " + std::to_string(order.size() - kNamed) +
             (order.size() == kNamed + 1 ? " more variable" : " more variables");
-  return text + " (add a residual that observes them, or fix them)";
+  return text;
+}
+
+std::string rank_deficiency(const std::string& directions) {
+  return "the problem is rank deficient; unobservable: " + directions +
+         " (add a residual that observes them, or fix them)";
 }
 
 }  // namespace tandem::detail

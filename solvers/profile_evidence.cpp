@@ -44,9 +44,7 @@ std::optional<double> profile_evidence_sigma(const Problem& solved, const Variab
       if (std::min(deviation, most) < kNear * step && deviation > step / kNear) break;
     }
     return deviation;
-  } catch (const Stopped&) {
-    throw;
-  } catch (const Error&) {  // no covariance exists at a trial value
+  } catch (const NumericalError&) {  // no covariance exists at a trial value
     return {};
   }
 }
@@ -57,9 +55,7 @@ std::vector<double> profile_evidence(const Problem& solved, const Variable<Rn<1>
   const auto at = [&](double value) {
     try {
       return evidence_at(solved, x, value, stop);
-    } catch (const Stopped&) {
-      throw;
-    } catch (const Error&) {
+    } catch (const NumericalError&) {
       return double(NAN);
     }
   };

@@ -52,7 +52,7 @@ bool Session::start(NlpEvaluator& nlp, const std::function<double()>& cost) {
       if (!std::isfinite(c[row])) culprit = nlp.describe_row(row);
     if (std::isfinite(summary.cost) && culprit.empty()) return true;
     culprit = "not finite at the initial guess: " + culprit;
-  } catch (const Error& e) {
+  } catch (const UndefinedResidualError& e) {
     culprit = std::string("a residual is undefined at the initial guess: ") + e.what();
   }
   summary.cost = summary.max_violation = std::numeric_limits<double>::quiet_NaN();
@@ -100,7 +100,7 @@ void Session::conclude(NlpEvaluator& nlp, double feasible, const Workspace* work
     const NlpEvaluator::Violation worst = nlp.violation(c);
     summary.max_violation = worst.size;
     if (worst.row >= 0 && worst.size > feasible) summary.worst_constraint = nlp.describe_row(worst.row);
-  } catch (const Error& e) {
+  } catch (const UndefinedResidualError& e) {
     summary.cost = summary.max_violation = std::numeric_limits<double>::quiet_NaN();
     end(Status::failed, e.what());
   }
@@ -109,10 +109,10 @@ void Session::conclude(NlpEvaluator& nlp, double feasible, const Workspace* work
     summary.message = "hard constraints are violated; the worst is " + summary.worst_constraint;
   }
   if (summary.status == Status::converged) {
-    const std::string unobservable = work ? unobservable_directions(nlp, *work) : unobservable_directions(nlp);
-    if (!unobservable.empty()) {
+    summary.unobservable = work ? unobservable_directions(nlp, *work) : unobservable_directions(nlp);
+    if (!summary.unobservable.empty()) {
       summary.status = Status::rank_deficient;
-      summary.message = unobservable;
+      summary.message = rank_deficiency(summary.unobservable);
     }
   }
   summary.seconds = seconds();
@@ -132,6 +132,8 @@ std::string derivative_hint(const NlpEvaluator::DerivativeCheck& check) {
 
 Summary rejection(std::string solver, const SolverOptions& options, std::string why) {
   Session session(std::move(solver), options);
+  Summary& summary = session.summary;
+  summary.initial_cost = summary.cost = summary.max_violation = std::numeric_limits<double>::quiet_NaN();
   session.end(Status::unsupported, std::move(why));
   return std::move(session.summary);
 }

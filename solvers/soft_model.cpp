@@ -141,7 +141,7 @@ double SoftModel::merit_at_step(bool with_derivatives) {
     hessian_is_current_ = hessian_is_current_ && !with_derivatives;
     trial_cost_ = with_derivatives ? nlp_.linearize_at_point(trial_gradient_, hessian_) : nlp_.cost();
     return trial_cost_;
-  } catch (const Error&) {
+  } catch (const UndefinedResidualError&) {
     return std::numeric_limits<double>::infinity();
   }
 }
@@ -159,7 +159,7 @@ bool SoftModel::move_on() {
   try {
     if (!trial_has_derivatives_) nlp_.linearize(trial_gradient_, hessian_);
     linearize_constraints();
-  } catch (const Error&) {
+  } catch (const UndefinedResidualError&) {
     last_gradient_ = -step_;
     nlp_.move_to(last_gradient_);
     nlp_.recenter();

@@ -10,7 +10,7 @@ namespace tandem {
 ///
 /// Patterns, symbolic analysis and memory are kept while values, measurements (Problem::set_residual), noise, losses or
 /// bounds change. If variables or blocks have been added, removed or fixed, the next solve repeats the analysis. Each
-/// solve is bitwise equal to solve(problem, options).
+/// solve is bitwise equal to solve(problem, options). Solvers of different problems may run concurrently.
 class Solver {
  public:
   /// The problem must outlive this object.

@@ -25,13 +25,15 @@ std::string_view name(Status status);
 /// Returns one sentence for the user.
 std::string_view sentence(Status status);
 
-/// Result of a solve. The variables of the problem have the best point found, whatever the status.
+/// Result of a solve. The variables of the problem have the best point found, whatever the status. Costs and violation
+/// are NaN if they were not computed, because the problem is not supported or a residual is undefined.
 struct Summary {
   std::string solver;
   Status status = Status::failed;
   std::string message;  ///< one sentence: why the solve ended
   double initial_cost = 0, cost = 0;
   double max_violation = 0;      ///< largest violation of a hard constraint, in its own units
+  std::string unobservable;      ///< if rank deficient: variables and directions, e.g. "x0 in heading; x1 in x, y"
   std::string worst_constraint;  ///< residual and variables of the most violated hard constraint; empty if all are met
   /// Iterations, and evaluations of the cost. NLopt counts evaluations only; both are then equal.
   int iterations = 0, evaluations = 0;

@@ -27,18 +27,18 @@ std::string problem_text(const Problem& problem) { return detail::json_text(deta
 
 Problem parse_problem(const std::string& text, const std::string& name) try {
   return detail::parse_json(text).problem();
-} catch (const Error& error) {
-  throw Error(name + ": " + printable(error.what()));
+} catch (const BadInputError& error) {
+  throw BadInputError(name + ": " + printable(error.what()));
 }
 
 void write_problem(const Problem& problem, const std::filesystem::path& file) {
   const auto fail = [&](const std::string& why) {
-    throw Error("cannot write the problem to " + file.string() + ": " + why);
+    throw BadInputError("cannot write the problem to " + file.string() + ": " + why);
   };
   std::string text;
   try {
     text = problem_text(problem);
-  } catch (const Error& error) {
+  } catch (const BadInputError& error) {
     fail(error.what());
   }
   std::error_code ignored;

@@ -8,11 +8,11 @@
 namespace tandem {
 
 /// Writes a problem with its current values as JSON (docs/file_formats.md). A solve of the problem that is read back
-/// gives bitwise the same result. Throws Error if a residual has a member that cannot be stored as numbers, such as a
-/// pointer (see Fields), or if the file cannot be written. An existing file then stays unchanged.
+/// gives bitwise the same result. Throws BadInputError if a residual, or a member of it, has no function fields() (see
+/// Fields), or if the file cannot be written. An existing file then stays unchanged.
 void write_problem(const Problem& problem, const std::filesystem::path& file);
-/// Reads a problem file. Throws Error with the location of the mistake. A group, or a residual in a role, that this
-/// program does not use is also an error. Problem::variables() and Problem::blocks() return the handles.
+/// Reads a problem file. Throws BadInputError with the location of the mistake. A group, or a residual in a role, that
+/// this program does not use is also an error. Problem::variables() and Problem::blocks() return the handles.
 Problem read_problem(const std::filesystem::path& file);
 
 /// Convert a problem to and from the text of a problem file. `name` is the file name in messages.

@@ -29,7 +29,7 @@ const std::pair<Role, std::string_view> kRoles[] = {
 /// Infinite bounds become strings, because JSON has no infinity.
 Json number(double x, bool bound, const std::string& what) {
   if (std::isfinite(x)) return x;
-  if (std::isnan(x) || !bound) throw Error(what + " contains a number that is not finite");
+  if (std::isnan(x) || !bound) throw BadInputError(what + " contains a number that is not finite");
   return x > 0 ? "inf" : "-inf";
 }
 
@@ -109,12 +109,12 @@ struct Entry {
   const Json& json;
   std::string where;
 
-  [[noreturn]] void fail(const std::string& why) const { throw Error(where + " " + why); }
+  [[noreturn]] void fail(const std::string& why) const { throw BadInputError(where + " " + why); }
   bool has(const char* key) const { return json.contains(key); }
   Entry at(const char* key) const {
     const std::string there = where.empty() ? key : where + ": " + key;
     const auto found = json.find(key);
-    if (found == json.end()) throw Error(there + " is missing");
+    if (found == json.end()) throw BadInputError(there + " is missing");
     return {*found, there};
   }
   /// Checks that the entry is an object with no other keys than these.
@@ -218,10 +218,10 @@ Block block_of(const Entry& entry) {
 }
 
 Json parsed(const std::string& text) try { return Json::parse(text); } catch (const Json::parse_error& error) {
-  throw Error("invalid JSON at byte " + std::to_string(error.byte) +
-              "; the file may be truncated, write the problem again");
+  throw BadInputError("invalid JSON at byte " + std::to_string(error.byte) +
+                      "; the file may be truncated, write the problem again");
 } catch (const Json::exception& error) {
-  throw Error("a number exceeds the range of double precision");
+  throw BadInputError("a number exceeds the range of double precision");
 }
 
 }  // namespace
@@ -245,10 +245,10 @@ ProblemData parse_json(const std::string& text) {
   const Json json = parsed(text);
   const Entry file{json, ""};
   if (!json.is_object() || !file.has("format") || json["format"] != kFormat)
-    throw Error(std::string("not a problem file; \"format\" must be \"") + kFormat + "\"");
+    throw BadInputError(std::string("not a problem file; \"format\" must be \"") + kFormat + "\"");
   if (const Entry version = file.at("version"); version.json != kVersion)
-    throw Error("format version " + shown(version.json) + " is not supported, only version " +
-                std::to_string(kVersion) + "; use the Tandem release that wrote the file");
+    throw BadInputError("format version " + shown(version.json) + " is not supported, only version " +
+                        std::to_string(kVersion) + "; use the Tandem release that wrote the file");
   Entry{json, "the file"}.object({"format", "version", "loss_scale", "variables", "blocks"});
   ProblemData data;
   if (file.has("loss_scale")) data.loss_scale = file.at("loss_scale").number(json["loss_scale"]);

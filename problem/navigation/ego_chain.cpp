@@ -55,25 +55,28 @@ EgoState state_at(const Problem& problem, const EgoKeyframe& k) {
 
 EgoChain::EgoChain(Problem& problem, const NavigationData& data, const EgoOptions& options)
     : problem_(&problem), earth_(data.earth), options_(options) {
-  if (!(options.dvl_max_age > 0)) throw Error("the maximum age of a DVL velocity (dvl_max_age) must be positive");
+  if (!(options.dvl_max_age > 0))
+    throw BadInputError("the maximum age of a DVL velocity (dvl_max_age) must be positive");
   for (const EgoSensor& sensor : data.sensors) {
     if (sensor.sigma.size() != rows(sensor.type))
-      throw Error(sensor.name + ": a " + std::string(name(sensor.type)) + " needs " +
-                  std::to_string(rows(sensor.type)) + " standard deviations, not " +
-                  std::to_string(sensor.sigma.size()));
+      throw BadInputError(sensor.name + ": a " + std::string(name(sensor.type)) + " needs " +
+                          std::to_string(rows(sensor.type)) + " standard deviations, not " +
+                          std::to_string(sensor.sigma.size()));
     if (sensor.error && sensor.error->has_bias() && sensor.error->bias_sigma.size() != rows(sensor.type))
-      throw Error(error_name(sensor.name) + ": a " + std::string(name(sensor.type)) + " needs " +
-                  std::to_string(rows(sensor.type)) + " standard deviations, not " +
-                  std::to_string(sensor.error->bias_sigma.size()));
+      throw BadInputError(error_name(sensor.name) + ": a " + std::string(name(sensor.type)) + " needs " +
+                          std::to_string(rows(sensor.type)) + " standard deviations, not " +
+                          std::to_string(sensor.error->bias_sigma.size()));
     if (sensor.error)
       if (const std::string why = why_invalid(*sensor.error); !why.empty())
-        throw Error(error_name(sensor.name) + ": " + why);
+        throw BadInputError(error_name(sensor.name) + ": " + why);
     if (const std::string why = why_unsupported(sensor, data.imu.has_value()); !why.empty())
-      throw Error(error_name(sensor.name) + ": " + why);
+      throw BadInputError(error_name(sensor.name) + ": " + why);
     if (sensor.error && options.preintegrated_dvl && sensor.type == EgoSensorType::dvl)
-      throw Error(sensor.name + ": preintegrated DVL velocities do not support systematic errors; remove one of both");
+      throw BadInputError(sensor.name +
+                          ": preintegrated DVL velocities do not support systematic errors; remove one of both");
     if (sensor.error && sensor.error->scale_sigma > 0 && options.dvl_scale && sensor.type == EgoSensorType::dvl)
-      throw Error(error_name(sensor.name) + ": --dvl-scale estimates the scale factor already; remove one of both");
+      throw BadInputError(error_name(sensor.name) +
+                          ": --dvl-scale estimates the scale factor already; remove one of both");
     EgoSensor& own = sensors_.emplace_back(sensor);
     own.measurements.clear();
   }
@@ -89,7 +92,7 @@ bool EgoChain::add(const ImuSample& sample) { return imu_ && imu_->add(sample); 
 
 const EgoKeyframe& EgoChain::start(double t, const EgoState& prior, const EgoStateSigmas& sigmas,
                                    const std::optional<EgoState>& guess) {
-  if (!keyframes_.empty()) throw Error("EgoChain::start() may be called only once");
+  if (!keyframes_.empty()) throw BadInputError("EgoChain::start() may be called only once");
   const EgoKeyframe& k = add_keyframe(t, guess.value_or(prior));
   Matrix<6, 6> covariance = Matrix<6, 6>::Zero();
   covariance.topLeftCorner<3, 3>() = in_body(prior.pose.rotation(), sigmas.position);
@@ -121,7 +124,7 @@ const EgoKeyframe& EgoChain::add_keyframe(double t, const EgoState& state) {
 
 const EgoKeyframe& EgoChain::extend(double t, const std::optional<EgoState>& guess) {
   if (keyframes_.empty() || !(t > keyframes_.back().t))
-    throw Error("the chaser's keyframe at " + std::to_string(t) + " s is not later than the one before");
+    throw BadInputError("the chaser's keyframe at " + std::to_string(t) + " s is not later than the one before");
   const EgoState state = guess ? *guess : predicted(t);
   const EgoKeyframe from = keyframes_.back();
   const bool tied = imu_ && imu_->covers(from.t, t);
@@ -209,8 +212,8 @@ PlacedEgoMeasurement EgoChain::attach(std::size_t index, const EgoMeasurement& m
   const EgoSensor& sensor = sensors_[index];
   const EgoKeyframe* k = before(t);
   if (!can_attach(t))
-    throw Error(sensor.name + ": the measurement at " + std::to_string(t) +
-                " s is before the first keyframe, or no IMU samples connect it to a keyframe");
+    throw BadInputError(sensor.name + ": the measurement at " + std::to_string(t) +
+                        " s is before the first keyframe, or no IMU samples connect it to a keyframe");
   if (dvl_ && sensor.type == EgoSensorType::dvl) {
     dvl_->add({t, m.value, index}, dvl_context());
     return {index, t, {}};

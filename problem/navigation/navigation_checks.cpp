@@ -323,7 +323,7 @@ std::vector<NavigationFinding> check(NavigationData& data) {
   std::vector<NavigationFinding> findings;
   if (data.imu) {
     clean_times(data.imu->name, data.imu->samples, findings);
-    if (data.imu->samples.size() < 2) throw Error(data.imu->name + ": at least two samples are required");
+    if (data.imu->samples.size() < 2) throw BadInputError(data.imu->name + ": at least two samples are required");
     if (const auto finding = check_specific_force(data)) findings.push_back(*finding);
     for (const Channel& channel : kChannels) check_channel(*data.imu, channel, findings);
     check_gaps(*data.imu, findings);

@@ -146,13 +146,13 @@ std::optional<NavigationFinding> check_specific_force(const NavigationData& data
   for (const ImuSample& sample : imu.samples) magnitudes.push_back(sample.specific_force.norm());
   const double median = detail::median(std::move(magnitudes));
   if (!(median >= kMinForce && median <= kMaxForce))
-    throw Error(imu.name + ": the median specific force is " + short_number(median) +
-                " m/s^2, but gravity alone is 9.8; " + force_hint(median));
+    throw BadInputError(imu.name + ": the median specific force is " + short_number(median) +
+                        " m/s^2, but gravity alone is 9.8; " + force_hint(median));
 
   if (const EgoSensor* heading = heading_sensor(data); heading && heading->sigma.head<2>().maxCoeff() < kKnownTilt)
     if (mean_cosine_to_up(imu, *heading) < kDown)
-      throw Error(imu.name + ": the specific force points down according to " + heading->name +
-                  ", but must point up at rest; change its sign, or check the frame and the orientation");
+      throw BadInputError(imu.name + ": the specific force points down according to " + heading->name +
+                          ", but must point up at rest; change its sign, or check the frame and the orientation");
 
   Vector<3> mean = Vector<3>::Zero();
   const double end = imu.samples.front().t + kStartInterval;
@@ -172,17 +172,19 @@ void check_angular_rate(const NavigationData& data) {
   const auto fast = std::count_if(imu.samples.begin(), imu.samples.end(),
                                   [](const ImuSample& sample) { return sample.angular_rate.norm() > kFastTurn; });
   if (double(fast) > kMaxFastFraction * double(imu.samples.size()))
-    throw Error(imu.name + ": " + short_number(std::round(100.0 * double(fast) / double(imu.samples.size()))) +
-                " % of the angular rates exceed " + short_number(kFastTurn) + " rad/s" + std::string(kDegreesHint));
+    throw BadInputError(imu.name + ": " + short_number(std::round(100.0 * double(fast) / double(imu.samples.size()))) +
+                        " % of the angular rates exceed " + short_number(kFastTurn) + " rad/s" +
+                        std::string(kDegreesHint));
 
   const TiltComparison tilt = compare_tilt(imu);
   if (tilt.pairs >= kTiltPairs && std::abs(tilt.correlation) > kMinCorrelation) {
     const double ratio = 1 / tilt.slope;
     const std::string seen = imu.name + ": tilt changes from the angular rate are " +
                              short_number(std::round(100 * ratio) / 100) + " times those from the specific force";
-    if (looks_like_degrees(ratio)) throw Error(seen + std::string(kDegreesHint));
+    if (looks_like_degrees(ratio)) throw BadInputError(seen + std::string(kDegreesHint));
     // A sensor that swings below its axis can have accelerations above gravity, so other ratios are not an error.
-    if (ratio < -1 / kSimilarRatio && ratio > -kSimilarRatio) throw Error(seen + "; change the sign of one of the two");
+    if (ratio < -1 / kSimilarRatio && ratio > -kSimilarRatio)
+      throw BadInputError(seen + "; change the sign of one of the two");
   }
 
   const EgoSensor* heading = heading_sensor(data);
@@ -192,8 +194,8 @@ void check_angular_rate(const NavigationData& data) {
   const double ratio = detail::median(ratios);
   const std::string seen = imu.name + ": yaw changes from the angular rate are " +
                            short_number(std::round(100 * ratio) / 100) + " times those from " + heading->name;
-  if (looks_like_degrees(ratio)) throw Error(seen + std::string(kDegreesHint));
-  if (ratio < -0.5) throw Error(seen + "; check the sign of the angular rate, the frame and the orientations");
+  if (looks_like_degrees(ratio)) throw BadInputError(seen + std::string(kDegreesHint));
+  if (ratio < -0.5) throw BadInputError(seen + "; check the sign of the angular rate, the frame and the orientations");
 }
 
 std::optional<NavigationFinding> check_magnitude(const EgoSensor& sensor) {
@@ -207,8 +209,8 @@ std::optional<NavigationFinding> check_magnitude(const EgoSensor& sensor) {
   }
   const double size = detail::quantile(std::move(sizes), 0.9);
   if (size > traits.max_magnitude)
-    throw Error(sensor.name + ": the " + std::string(traits.quantity) + " is " + short_number(size) +
-                (traits.unit.empty() ? "" : " ") + std::string(traits.unit) + ", " + std::string(traits.hint));
+    throw BadInputError(sensor.name + ": the " + std::string(traits.quantity) + " is " + short_number(size) +
+                        (traits.unit.empty() ? "" : " ") + std::string(traits.unit) + ", " + std::string(traits.hint));
   if (height && detail::median(std::move(heights)) > kAboveWater)
     return NavigationFinding{NavigationFinding::Kind::above_water, sensor.name, sensor.measurements.size(),
                              sensor.measurements.front().t, sensor.measurements.back().t};

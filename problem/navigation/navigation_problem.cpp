@@ -17,7 +17,7 @@ std::vector<EgoEvent> in_time_order(const std::vector<EgoSensor>& sensors) {
 
 NavigationProblem make_navigation_problem(const NavigationData& data, const std::vector<Stamped<EgoState>>& guess,
                                           const Alignment& start, const EgoOptions& options, const Stop& stop) {
-  if (guess.size() < 2) throw Error("a navigation problem needs at least two keyframes");
+  if (guess.size() < 2) throw BadInputError("a navigation problem needs at least two keyframes");
   NavigationProblem out;
   EgoChain chain(out.problem, data, options);
   if (data.imu)

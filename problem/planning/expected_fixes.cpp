@@ -6,7 +6,7 @@ namespace tandem {
 std::vector<Matrix<6, 6>> expected_fixes(const std::vector<ExpectedSensor>& sensors, double dt,
                                          const std::vector<SE3>& chaser, const std::vector<SE3>& target) {
   if (chaser.empty() || chaser.size() != target.size())
-    throw Error("expected_fixes: chaser and target must have the same number of poses, at least one");
+    throw BadInputError("expected_fixes: chaser and target must have the same number of poses, at least one");
   std::vector<Matrix<6, 6>> fixes;
   for (std::size_t k = 1; k < chaser.size(); ++k) {
     Matrix<6, 6> information = Matrix<6, 6>::Zero();

@@ -42,8 +42,7 @@ struct CoupledEstimate {
 /// them as hard equalities; PlanOptions defines bounds and costs.
 ///
 /// The program is built once. The initial state, the water current and the target are fixed variables, whose values
-/// change from plan to plan. Variables of one step are adjacent, so the Hessian is banded. The vehicle model must
-/// outlive the program.
+/// change from plan to plan. Variables of one step are adjacent, so the Hessian is banded.
 ///
 /// Coupled to a CoupledEstimate, the plan is added to the estimation problem. The future target poses are then free and
 /// tied to the estimate by the motion prior. The current chaser pose is that of the estimate, and the costs are
@@ -51,7 +50,7 @@ struct CoupledEstimate {
 template <int N>
 class PlanProblem {
  public:
-  /// Throws Error if vehicle or options are impossible (why_impossible).
+  /// Copies the vehicle. Throws BadInputError if vehicle or options are impossible (why_invalid).
   PlanProblem(const VehicleModel<N>& vehicle, const PlanOptions& options);
   PlanProblem(const VehicleModel<N>& vehicle, const PlanOptions& options, const CoupledEstimate& estimate);
 
@@ -77,7 +76,7 @@ class PlanProblem {
   const PlanOptions& options() const { return options_; }
   /// Returns the factor of the costs: CoupledEstimate::cost_weight, or 1 if not coupled.
   double cost_weight() const { return estimate_ ? estimate_->cost_weight : 1.0; }
-  const VehicleModel<N>& vehicle() const { return vehicle_; }
+  const VehicleModel<N>& vehicle() const { return *vehicle_; }
 
  private:
   using Twist = Variable<Rn<6>>;
@@ -96,7 +95,7 @@ class PlanProblem {
   void set_margins();
   void set_gains();
 
-  const VehicleModel<N>& vehicle_;
+  std::shared_ptr<const VehicleModel<N>> vehicle_;
   PlanOptions options_;
   std::optional<CoupledEstimate> estimate_;
   std::unique_ptr<Problem> own_;

@@ -41,15 +41,15 @@ PlanProblem<N>::PlanProblem(const VehicleModel<N>& vehicle, const PlanOptions& o
 template <int N>
 PlanProblem<N>::PlanProblem(const VehicleModel<N>& vehicle, const PlanOptions& options,
                             std::optional<CoupledEstimate> estimate, std::unique_ptr<Problem> own)
-    : vehicle_(vehicle),
+    : vehicle_(std::make_shared<const VehicleModel<N>>(vehicle)),
       options_(options),
       estimate_(std::move(estimate)),
       own_(std::move(own)),
       problem_(own_ ? *own_ : estimate_->problem) {
-  if (const std::string why = why_invalid(vehicle); !why.empty()) throw Error(why);
-  if (const std::string why = why_invalid(options); !why.empty()) throw Error(why);
+  if (const std::string why = why_invalid(vehicle); !why.empty()) throw BadInputError(why);
+  if (const std::string why = why_invalid(options); !why.empty()) throw BadInputError(why);
   if (estimate_ && !(estimate_->cost_weight > 0 && estimate_->dt > 0))
-    throw Error("CoupledEstimate: cost_weight and dt must be positive");
+    throw BadInputError("CoupledEstimate: cost_weight and dt must be positive");
   add_variables();
   for (int k = 0; k < options.steps; ++k) {
     hard_.emplace_back();
@@ -105,7 +105,7 @@ void PlanProblem<N>::add_motion(int k) {
   hard_.back().push_back(detail::add_kinematics(problem_, dt, at(k), at(k + 1)));
   constrain(VehicleDynamics<N>(vehicle_, dt), equal_to(0),
             {chaser_[now], twist_[now], twist_[next], actuators_[now], command_[now], current_});
-  constrain(ActuatorLag<N>(vehicle_.lag, dt), equal_to(0), {actuators_[now], command_[now], actuators_[next]});
+  constrain(ActuatorLag<N>(vehicle_->lag, dt), equal_to(0), {actuators_[now], command_[now], actuators_[next]});
   if (estimate_)
     detail::add_target_motion(problem_, *estimate_, k == 0 ? estimate_->dt : dt, dt,
                               k == 0 ? estimate_->before : target_[now - 1], target_[now], target_[next]);
@@ -116,8 +116,8 @@ void PlanProblem<N>::add_costs(int k) {
   const std::size_t now = std::size_t(k), next = now + 1;
   const PlanOptions& o = options_;
   if (const auto gain = detail::add_goal(problem_, o, k + 1, cost_weight(), at(k + 1))) gain_.push_back(*gain);
-  const Vector<N> half = 0.5 * (vehicle_.upper - vehicle_.lower);
-  const Rn<N> neutral(Vector<N>(Vector<N>::Zero().cwiseMax(vehicle_.lower).cwiseMin(vehicle_.upper)));
+  const Vector<N> half = 0.5 * (vehicle_->upper - vehicle_->lower);
+  const Rn<N> neutral(Vector<N>(Vector<N>::Zero().cwiseMax(vehicle_->lower).cwiseMin(vehicle_->upper)));
   problem_.minimize(Prior<Rn<N>>{neutral}, cost(o.effort * half), {actuators_[next]});
   const auto& before = k == 0 ? actuators_[0] : command_[now - 1];  // the actuators hold the previous command
   problem_.minimize(RelativePose<Rn<N>>{}, cost(o.rate * half), {before, command_[now]});
@@ -125,7 +125,7 @@ void PlanProblem<N>::add_costs(int k) {
 
 template <int N>
 void PlanProblem<N>::add_bounds(int k) {
-  constrain(Prior<Rn<N>>{}, Bounds<N>{vehicle_.lower, vehicle_.upper}, {command_[std::size_t(k)]});
+  constrain(Prior<Rn<N>>{}, Bounds<N>{vehicle_->lower, vehicle_->upper}, {command_[std::size_t(k)]});
   detail::add_limits(problem_, options_, at(k + 1), margins_, hard_.back());
 }
 
@@ -134,7 +134,7 @@ template <int N>
 void PlanProblem<N>::set_gains() {
   if (gain_.empty()) return;
   if (target_covariance_.size() != target_.size())
-    throw Error("PlanOptions::information needs the covariances of the predicted target");
+    throw BadInputError("PlanOptions::information needs the covariances of the predicted target");
   for (std::size_t k = 0; k < gain_.size(); ++k) {
     const double nats = information_of_fix(options_, target_covariance_[k + 1]);
     problem_.set_value(gain_[k], Rn<1>(Vector<1>(std::sqrt(2.0 * nats))));
@@ -145,7 +145,7 @@ template <int N>
 void PlanProblem<N>::set_margins() {
   if (!(options_.chance > 0)) return;
   if (target_covariance_.size() != target_.size())
-    throw Error("PlanOptions::chance needs the covariances of the predicted target");
+    throw BadInputError("PlanOptions::chance needs the covariances of the predicted target");
   detail::set_margins(problem_, options_, chaser_, target_, target_covariance_, margins_);
 }
 
@@ -160,8 +160,8 @@ void PlanProblem<N>::set_start(const VehicleState<N>& start, const Vector<3>& cu
 template <int N>
 void PlanProblem<N>::set_target(const TargetPrediction& target) {
   if (target.pose.size() != target_.size() || target.twist.size() != target_.size())
-    throw Error("the plan needs " + std::to_string(target_.size()) + " poses and twists of the target, not " +
-                std::to_string(target.pose.size()) + " and " + std::to_string(target.twist.size()));
+    throw BadInputError("the plan needs " + std::to_string(target_.size()) + " poses and twists of the target, not " +
+                        std::to_string(target.pose.size()) + " and " + std::to_string(target.twist.size()));
   const Matrix<6, 6> to_goal = options_.goal.inverse().Ad();
   for (std::size_t k = 0; k < target_.size(); ++k) {
     if (!estimate_ || k > 0) problem_.set_value(target_[k], target.pose[k]);
@@ -174,8 +174,8 @@ void PlanProblem<N>::set_target(const TargetPrediction& target) {
 template <int N>
 void PlanProblem<N>::set_guess(const Plan<N>& plan) {
   if (plan.commands.size() != command_.size() || plan.states.size() != chaser_.size())
-    throw Error("the initial guess of the plan has " + std::to_string(plan.commands.size()) + " steps, not " +
-                std::to_string(command_.size()));
+    throw BadInputError("the initial guess of the plan has " + std::to_string(plan.commands.size()) + " steps, not " +
+                        std::to_string(command_.size()));
   for (std::size_t k = 0; k < command_.size(); ++k) {
     const VehicleState<N>& s = plan.states[k + 1];
     problem_.set_value(command_[k], Rn<N>(plan.commands[k]));
@@ -213,18 +213,20 @@ std::vector<Eigen::VectorXd> PlanProblem<N>::multipliers() const {
 template <int N>
 void PlanProblem<N>::set_multipliers(const std::vector<Eigen::VectorXd>& multipliers) {
   if (multipliers.size() != hard_.size())
-    throw Error("set_multipliers: a plan needs one vector of multipliers per step");
+    throw BadInputError("set_multipliers: a plan needs one vector of multipliers per step");
   for (std::size_t k = 0; k < hard_.size(); ++k) {
     Eigen::Index row = 0;
     for (const Block& block : hard_[k]) {
       const Eigen::Index rows = problem_.multipliers(block).size();
       if (row + rows > multipliers[k].size())
-        throw Error("set_multipliers: there are fewer multipliers than constraints at step " + std::to_string(k + 1));
+        throw BadInputError("set_multipliers: there are fewer multipliers than constraints at step " +
+                            std::to_string(k + 1));
       problem_.set_multipliers(block, cost_weight() * multipliers[k].segment(row, rows));
       row += rows;
     }
     if (row != multipliers[k].size())
-      throw Error("set_multipliers: there are more multipliers than constraints at step " + std::to_string(k + 1));
+      throw BadInputError("set_multipliers: there are more multipliers than constraints at step " +
+                          std::to_string(k + 1));
   }
 }
 

@@ -24,10 +24,11 @@ TargetPrediction predict_target(const TargetBelief& belief, const Vector<6>& noi
                                 const std::optional<Vector<6>>& time_constants,
                                 const std::vector<Matrix<6, 6>>& fixes) {
   if (!fixes.empty() && fixes.size() != std::size_t(steps))
-    throw Error("predict_target: the number of fixes must be 0 or the number of steps");
-  if (!(belief.dt > 0) || !(dt > 0)) throw Error("predict_target: dt and the dt of the belief must be positive");
+    throw BadInputError("predict_target: the number of fixes must be 0 or the number of steps");
+  if (!(belief.dt > 0) || !(dt > 0))
+    throw BadInputError("predict_target: dt and the dt of the belief must be positive");
   if (time_constants && !(time_constants->array() > 0).all())
-    throw Error("predict_target: all time constants must be positive");
+    throw BadInputError("predict_target: all time constants must be positive");
   TargetPrediction p;
   SE3 before = belief.before, now = belief.now;
   Matrix<12, 12> both = belief.covariance;

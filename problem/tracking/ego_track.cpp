@@ -40,7 +40,7 @@ EgoTrackBuild::EgoTrackBuild(const EgoTrack& track, TrackingProblem& out)
       chain_(out.problem, track.data, track.options),
       events_(in_time_order(track.data.sensors)),
       event_(events_.cbegin()) {
-  if (track.states.size() < 2) throw Error("EgoTrack::states, the initial guess, needs at least two states");
+  if (track.states.size() < 2) throw BadInputError("EgoTrack::states, the initial guess, needs at least two states");
   if (track.data.imu)
     for (const ImuSample& sample : track.data.imu->samples) chain_.add(sample);
   out.num_discarded_ego.assign(track.data.sensors.size(), 0);

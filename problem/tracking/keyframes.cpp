@@ -14,8 +14,8 @@ std::vector<double> measured_times(const TrackingData& data) {
   std::vector<double> times;
   for (const TargetSensor& sensor : data.sensors) {
     if (!(std::isfinite(sensor.delay) && sensor.delay >= 0))
-      throw Error(sensor.name + ": the delay must be zero or positive, and finite, not " +
-                  std::to_string(sensor.delay) + " s");
+      throw BadInputError(sensor.name + ": the delay must be zero or positive, and finite, not " +
+                          std::to_string(sensor.delay) + " s");
     for (const Measurement& m : sensor.measurements) {
       const double t = sensor.valid_at(m);
       if (data.ego) {
@@ -23,13 +23,14 @@ std::vector<double> measured_times(const TrackingData& data) {
         continue;
       }
       if (!(m.t >= first - kSameInstant && m.t <= last + kSameInstant))  // also true for NaN
-        throw Error(sensor.name + ": the measurement at " + std::to_string(m.t) +
-                    " s is outside of the odometry's time span, " + std::to_string(first) + " to " +
-                    std::to_string(last) + " s");
+        throw BadInputError(sensor.name + ": the measurement at " + std::to_string(m.t) +
+                            " s is outside of the odometry's time span, " + std::to_string(first) + " to " +
+                            std::to_string(last) + " s");
       if (t >= first - kSameInstant) times.push_back(t);
     }
   }
-  if (times.empty()) throw Error("a tracking problem needs relative measurements of the target, but there are none");
+  if (times.empty())
+    throw BadInputError("a tracking problem needs relative measurements of the target, but there are none");
   return times;
 }
 
@@ -81,11 +82,11 @@ std::optional<std::size_t> keyframe_at_or_before(const std::vector<Keyframe>& ke
 }
 
 std::vector<Keyframe> make_keyframes(const TrackingData& data, std::size_t max_count) {
-  if (data.odometry.size() < 2) throw Error("a tracking problem needs odometry with at least two poses");
-  if (!(data.keyframe_interval > kSameInstant)) throw Error("keyframe_interval must be above 1 ms");
+  if (data.odometry.size() < 2) throw BadInputError("a tracking problem needs odometry with at least two poses");
+  if (!(data.keyframe_interval > kSameInstant)) throw BadInputError("keyframe_interval must be above 1 ms");
   for (std::size_t k = 0; k < data.odometry.size(); ++k)
     if (!std::isfinite(data.odometry[k].t) || (k > 0 && !(data.odometry[k].t > data.odometry[k - 1].t)))
-      throw Error("odometry: the time of pose " + std::to_string(k) + " is not finite or does not increase");
+      throw BadInputError("odometry: the time of pose " + std::to_string(k) + " is not finite or does not increase");
   std::vector<double> times = measured_times(data);
   times.push_back(data.odometry.back().t);
   const double first_measured = *std::min_element(times.begin(), times.end());
@@ -103,7 +104,8 @@ std::vector<Keyframe> make_keyframes(const TrackingData& data, std::size_t max_c
   }
   if (max_count > 0 && keyframes.size() > max_count) keyframes.resize(max_count);
   if (first_measured > keyframes.back().t + kSameInstant)
-    throw Error("the first " + std::to_string(max_count) + " keyframes contain no measurement; use more keyframes");
+    throw BadInputError("the first " + std::to_string(max_count) +
+                        " keyframes contain no measurement; use more keyframes");
   set_types(data, keyframes);
   return keyframes;
 }

@@ -36,11 +36,13 @@ class PoseBuild : private SensorBuild<G, between> {
     const std::optional<Loss> orientation_loss = orientation_loss_of(sensor_, build_.options);
     constexpr bool point = std::same_as<Target, Variable<Point>>;
     if (sensor_.error && (orientation_loss || build_.options.position_share > 0))
-      throw Error(sensor_.name +
-                  ": systematic errors of a pose sensor do not support an orientation loss or a position share; " +
-                  "remove these options (or --robust) or the errors");
+      throw BadInputError(
+          sensor_.name +
+          ": systematic errors of a pose sensor do not support an orientation loss or a position share; " +
+          "remove these options (or --robust) or the errors");
     if (point && sensor_.error && sensor_.error->has_bias())
-      throw Error(sensor_.name + ": the bias of a pose cannot be estimated at a point of mode B; remove `sigma`");
+      throw BadInputError(sensor_.name +
+                          ": the bias of a pose cannot be estimated at a point of mode B; remove `sigma`");
     const Gaussian position(Eigen::VectorXd(sensor_.sigma.head(G::point_dim)));
     // For a point, the measured orientation rotates the marker's lever arm. A scale factor applies to the distance of
     // the body, not of the marker.

@@ -100,7 +100,7 @@ class SensorBuild {
   std::optional<Block> add_residual(const R& residual, const CourseVariable<G>& target, const Gaussian& noise,
                                     const Loss& loss) {
     if constexpr (between) {
-      throw Error(sensor_.name + ": the steady-course model does not support measurements between keyframes");
+      throw BadInputError(sensor_.name + ": the steady-course model does not support measurements between keyframes");
     } else {
       return add_residual<SteadyCourse<R>>({residual, target.t},
                                            {build_.chaser[placed_.keyframe], target.first, target.speed}, noise, loss);
@@ -113,7 +113,7 @@ class SensorBuild {
                                        const Gaussian& noise, const Loss& loss) {
     if (between || !sensor_.error) return add_residual(residual, target, noise, loss);
     if constexpr (std::same_as<Target, CourseVariable<G>>) {
-      throw Error(sensor_.name + ": the steady-course model does not support systematic errors; remove them");
+      throw BadInputError(sensor_.name + ": the steady-course model does not support systematic errors; remove them");
     } else if constexpr (!between) {  // see interpolates()
       return add_miscalibrated(residual, beacon, target, noise, loss);
     }
@@ -124,7 +124,7 @@ class SensorBuild {
     using Whole = Miscalibrated<R>;
     const SystematicError& error = *sensor_.error;
     if (const std::string why = why_unsupported(sensor_); !why.empty())
-      throw Error(error_name(sensor_.name) + ": " + why);
+      throw BadInputError(error_name(sensor_.name) + ": " + why);
     const std::size_t k = placed_.keyframe;
     const std::size_t until = fraction_ > 0 ? k + 1 : k;
     if (!target_at<T>(until)) throw_types_differ();
@@ -164,25 +164,27 @@ class SensorBuild {
     for (std::size_t i = k + 1; i < build_.target.size() && build_.dt(k, after) < seconds; ++i)
       if (target_at<T>(i)) after = i;
     if (before == after && !build_.fixed_delay)
-      throw Error(sensor_.name +
-                  ": estimating the delay needs a second keyframe at which the target has the same type, a pose or a "
-                  "point; remove `delay`");
+      throw BadInputError(
+          sensor_.name +
+          ": estimating the delay needs a second keyframe at which the target has the same type, a pose or a "
+          "point; remove `delay`");
     return {before, after};
   }
 
   [[noreturn]] void throw_types_differ() const {
-    throw Error(sensor_.name +
-                ": a measurement between two keyframes is not supported if the target is a pose at one " +
-                "and a point at the other");
+    throw BadInputError(sensor_.name +
+                        ": a measurement between two keyframes is not supported if the target is a pose at one " +
+                        "and a point at the other");
   }
 
   template <class P, class Target>
   void add_placement(const Target& target) {
     constexpr bool point = std::same_as<Target, Variable<Point>>;
     if (point && !sensor_.marker.translation().isZero())
-      throw Error(sensor_.name +
-                  ": a lever arm on the target (target_position) needs the target's orientation, which this mode or "
-                  "model does not estimate at the measurement; use mode A and a model of poses");
+      throw BadInputError(
+          sensor_.name +
+          ": a lever arm on the target (target_position) needs the target's orientation, which this mode or "
+          "model does not estimate at the measurement; use mode A and a model of poses");
     using T = std::conditional_t<point, Point, G>;
     placed_.block = add_with_errors(P::template residual<G, T>(measurement_, mount(), beacon()), beacon(), target,
                                     noise_, position_loss_);

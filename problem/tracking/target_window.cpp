@@ -52,7 +52,7 @@ void TargetWindow<G>::add_keyframe(double t, const SE3& dead_reckoned, const Var
                                              : SO3::Exp({0, 0, heading(build_.guess.pose.back().rotation())})),
                  state.position);
   } else {
-    if (!keyframe.measured_position) throw Error("the first keyframe of a target needs a measured position");
+    if (!keyframe.measured_position) throw BadInputError("the first keyframe of a target needs a measured position");
     target = SE3(keyframe.measured_rotation ? chaser_pose.rotation() * *keyframe.measured_rotation : SO3(),
                  chaser_pose.act(*keyframe.measured_position));
   }
@@ -108,7 +108,7 @@ std::optional<std::string> TargetWindow<G>::add_measurement(std::size_t sensor, 
   by.measurements.push_back(m);
   try {
     place_newest(sensor, *k);
-  } catch (const Error& error) {
+  } catch (const BadInputError& error) {
     build_.fixed_delay.reset();
     by.measurements.pop_back();
     return error.what();
@@ -200,7 +200,7 @@ bool TargetWindow<G>::free_delay(const FixedDelayMeasurement& m, std::size_t k) 
     problem_.remove(m.block);
     std::erase_if(out_.measurements,
                   [&](const PlacedMeasurement& placed) { return placed.block && !problem_.has(*placed.block); });
-  } catch (const Error&) {
+  } catch (const BadInputError&) {
     done = false;
   }
   if (newest) build_.biases.at(m.sensor) = *newest;
@@ -233,7 +233,7 @@ TargetState TargetWindow<G>::target(std::size_t k) const {
   return std::visit(
       [&]<class X>(const X& x) -> TargetState {
         if constexpr (requires { x.first; }) {
-          throw Error("the steady-course model does not support sliding windows");
+          throw BadInputError("the steady-course model does not support sliding windows");
         } else {
           return TargetState(in_space(problem_.value(x)));
         }

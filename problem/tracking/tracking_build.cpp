@@ -10,11 +10,12 @@ namespace tandem::detail {
 void check_noise(std::string_view name, const Eigen::VectorXd& sigma, int size) {
   const auto subject = [&] { return "the noise " + std::string(name); };
   if (sigma.size() != size)
-    throw Error(subject() + " needs " + std::to_string(size) + " standard deviations, not " +
-                std::to_string(sigma.size()));
+    throw BadInputError(subject() + " needs " + std::to_string(size) + " standard deviations, not " +
+                        std::to_string(sigma.size()));
   for (const double s : sigma)
     if (!(s > 0 && std::isfinite(s)))
-      throw Error(subject() + " is required; give positive standard deviations (found " + std::to_string(s) + ")");
+      throw BadInputError(subject() + " is required; give positive standard deviations (found " + std::to_string(s) +
+                          ")");
 }
 
 Gaussian noise_of(std::string_view name, const Eigen::VectorXd& sigma, int size) {

@@ -17,10 +17,11 @@ void place_by_type(TrackingBuild<G>& build, const Placing& at) {
   const TargetSensor& sensor = build.data.sensors[at.sensor];
   const auto place = sensor.type->place.of<G>();
   if (!place)
-    throw Error(sensor.name + ": planar problems do not support sensors of type " + std::string(name(sensor.type)));
+    throw BadInputError(sensor.name + ": planar problems do not support sensors of type " +
+                        std::string(name(sensor.type)));
   if (sensor.error)
     if (const std::string why = why_invalid(*sensor.error); !why.empty())
-      throw Error(error_name(sensor.name) + ": " + why);
+      throw BadInputError(error_name(sensor.name) + ": " + why);
   place(build, at);
 }
 

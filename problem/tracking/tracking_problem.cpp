@@ -83,30 +83,31 @@ constexpr std::string_view kBuilding = "building the problem";
 void check(const TrackingOptions& options) {
   const bool points_only = is_point_model(options.model);
   if (options.mode == Mode::B && !supports_points(options.model))
-    throw Error("mode B requires the constant-twist or the damped-twist model");
+    throw BadInputError("mode B requires the constant-twist or the damped-twist model");
   if (options.surge && !(options.surge->lower[0] <= options.surge->upper[0]))
-    throw Error("the lower bound of surge " + std::to_string(options.surge->lower[0]) + " is above its upper bound " +
-                std::to_string(options.surge->upper[0]));
+    throw BadInputError("the lower bound of surge " + std::to_string(options.surge->lower[0]) +
+                        " is above its upper bound " + std::to_string(options.surge->upper[0]));
   if (options.max_yaw_rate && !(*options.max_yaw_rate >= 0))
-    throw Error("the limit of the yaw rate must be zero or positive, not " + std::to_string(*options.max_yaw_rate));
+    throw BadInputError("the limit of the yaw rate must be zero or positive, not " +
+                        std::to_string(*options.max_yaw_rate));
   const bool course = options.model == MotionModel::steady_course;
   if (course && (options.non_holonomic != Role::off || options.surge || options.max_yaw_rate))
-    throw Error("the steady-course model has constant heading and speed; remove the constraints on the twist");
+    throw BadInputError("the steady-course model has constant heading and speed; remove the constraints on the twist");
   if (points_only && (options.non_holonomic != Role::off || options.surge || options.max_yaw_rate))
-    throw Error("the " + std::string(name(options.model)) +
-                " model has no orientation; remove the non-holonomic, surge and yaw-rate constraints");
+    throw BadInputError("the " + std::string(name(options.model)) +
+                        " model has no orientation; remove the non-holonomic, surge and yaw-rate constraints");
   if (!(options.position_share >= 0 && options.position_share < 1))
-    throw Error("position_share must be in [0, 1), not " + std::to_string(options.position_share));
-  if (options.horizons.empty()) throw Error("horizons: at least one is required, e.g. 1 back and 1 ahead");
+    throw BadInputError("position_share must be in [0, 1), not " + std::to_string(options.position_share));
+  if (options.horizons.empty()) throw BadInputError("horizons: at least one is required, e.g. 1 back and 1 ahead");
   for (const Horizon& h : options.horizons)
     if (h.back < 1 || h.ahead < 1)
-      throw Error("horizons: the numbers of keyframes back and ahead must be at least 1, not " +
-                  std::to_string(h.back) + " and " + std::to_string(h.ahead));
+      throw BadInputError("horizons: the numbers of keyframes back and ahead must be at least 1, not " +
+                          std::to_string(h.back) + " and " + std::to_string(h.ahead));
   const bool neighbours =
       options.horizons.size() == 1 && options.horizons[0].back == 1 && options.horizons[0].ahead == 1;
   if (!uses_triples(options.model) && !neighbours)
-    throw Error("the " + std::string(name(options.model)) +
-                " model does not use horizons; remove them, or use a constant or damped model");
+    throw BadInputError("the " + std::string(name(options.model)) +
+                        " model does not use horizons; remove them, or use a constant or damped model");
 }
 
 namespace {
@@ -214,7 +215,8 @@ bool supports_points(MotionModel model) {
 TrackingProblem make_tracking_problem(const TrackingData& data, const TrackingOptions& options, const Stop& stop) {
   check(options);
   if (data.ego && data.planar)
-    throw Error("a planar problem requires odometry; the chaser's own sensors are supported only in space (group SE3)");
+    throw BadInputError(
+        "a planar problem requires odometry; the chaser's own sensors are supported only in space (group SE3)");
   TrackingProblem out;
   out.keyframes = make_keyframes(data, options.max_keyframes);
   data.planar ? build<SE2>(data, options, stop, out) : build<SE3>(data, options, stop, out);

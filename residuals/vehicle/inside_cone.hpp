@@ -17,7 +17,7 @@ namespace tandem {
 /// of view of a camera: C is the chaser with the camera at B, T the target with its lights at `beacon`. It also models
 /// an approach corridor: C is the target with the dock at B, T the chaser. T is a pose or a point.
 template <LieGroup Target = SE3>
-struct InsideCone {
+requires(Target::point_dim == 3) struct InsideCone {
   static constexpr std::string_view name = "inside cone";
   static constexpr int dim = 1;
   static constexpr double kRounding = 0.01;  ///< m
@@ -26,6 +26,8 @@ struct InsideCone {
   double half_angle;                     ///< α [rad], in (0, π/2)
   SE3 B{};                               ///< apex and axis on the body C
   Vector<3> beacon = Vector<3>::Zero();  ///< t(F) [m], in the body T; zero if T is a point
+
+  auto fields() { return std::tie(half_angle, B, beacon); }
 
   template <Over<SE3> C, Over<Target> T>
   void operator()(const C& c, const T& t, Rows<1, C>& r, RowsBy<1, C>* Jc = nullptr, RowsBy<1, T>* Jt = nullptr) const {
@@ -40,8 +42,9 @@ struct InsideCone {
     observe<1>(c, t, B, beacon, measure, r, Jc, Jt);
   }
 
-  void curvature(const SE3& c, const Target& t, const Vector<dim>& w,
-                 Matrix<SE3::dof + Target::dof, SE3::dof + Target::dof>& H) const requires HasExpCurvature<Target> {
+  void curvature(
+      const SE3& c, const Target& t, const Vector<dim>& w,
+      Matrix<SE3::dof + Target::dof, SE3::dof + Target::dof>& H) const requires detail::HasSightCurvature<SE3, Target> {
     const Vector<3> p = in_sensor_frame(c, t, B, beacon), q(0.0, p[1], p[2]);
     const double off_axis = std::sqrt(p[1] * p[1] + p[2] * p[2] + kRounding * kRounding);
     const double along = w[0] * std::sin(half_angle), across = -w[0] * std::cos(half_angle) / off_axis;

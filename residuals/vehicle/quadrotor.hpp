@@ -18,6 +18,8 @@ struct Quadrotor {
   double yaw_torque;      ///< yaw torque per thrust [N m/N]
   double gravity = 9.81;  ///< m/s²
 
+  auto fields() { return std::tie(mass, inertia, arm, yaw_torque, gravity); }
+
   /// Returns the matrix from thrusts to torque about the body axes [m].
   Matrix<3, 4> torque() const {
     Matrix<3, 4> B;
@@ -36,6 +38,8 @@ struct EulerKinematics {
   using States = std::tuple<G, Rate, G>;
 
   double dt;  ///< s, > 0
+
+  auto fields() { return std::tie(dt); }
 
   template <Over<G> X, Over<Rate> W>
   void operator()(const X& x0, const W& w0, const X& x1, Rows<dim, X>& r, RowsBy<dim, X>* J0 = nullptr,
@@ -60,6 +64,8 @@ struct QuadrotorRate {
 
   Quadrotor model;
   double dt;  ///< s, > 0
+
+  auto fields() { return std::tie(model, dt); }
 
   template <Over<R3> W, Over<Rn<4>> F>
   void operator()(const W& w0, const F& f, const W& w1, Rows<3, W>& r, RowsBy<3, W>* J0 = nullptr,
@@ -87,6 +93,8 @@ struct QuadrotorVelocity {
 
   Quadrotor model;
   double dt;  ///< s, > 0
+
+  auto fields() { return std::tie(model, dt); }
 
   template <Over<R3> V, Over<SO3> Q, Over<Rn<4>> F>
   void operator()(const V& v0, const Q& R0, const F& f, const V& v1, Rows<3, V>& r, RowsBy<3, V>* J0 = nullptr,

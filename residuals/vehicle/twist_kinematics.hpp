@@ -22,6 +22,8 @@ struct TwistKinematics {
 
   double dt;  ///< t1 − t0 [s], > 0
 
+  auto fields() { return std::tie(dt); }
+
   template <Over<G> X, Over<Twist> W>
   void operator()(const X& x0, const W& w0, const X& x1, const W& w1, Rows<dim, X>& r, RowsBy<dim, X>* Jx0 = nullptr,
                   RowsBy<dim, W>* Jw0 = nullptr, RowsBy<dim, X>* Jx1 = nullptr, RowsBy<dim, W>* Jw1 = nullptr) const {

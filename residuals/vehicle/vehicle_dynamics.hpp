@@ -2,6 +2,8 @@
 
 #include <array>
 #include <cmath>
+#include <memory>
+#include <utility>
 
 #include <Eigen/LU>
 
@@ -35,15 +37,19 @@ struct VehicleDynamics {
   using Actuators = Rn<N>;
   using States = std::tuple<SE3, Twist, Twist, Actuators, Actuators, R3>;
 
-  const VehicleModel<N>* vehicle;  ///< must outlive the residual
-  double dt;                       ///< s, > 0
+  std::shared_ptr<const VehicleModel<N>> vehicle;
+  double dt;  ///< s, > 0
   Matrix<6, 6> mass_inverse;
   Vector<N> start_weight;  ///< β, weight of a0 in the mean actuator state
 
+  /// Copies the model.
   VehicleDynamics(const VehicleModel<N>& model, double step)
-      : vehicle(&model), dt(step), mass_inverse(model.mass.inverse()) {
+      : VehicleDynamics(std::make_shared<const VehicleModel<N>>(model), step) {}
+  /// Shares the model.
+  VehicleDynamics(std::shared_ptr<const VehicleModel<N>> model, double step)
+      : vehicle(std::move(model)), dt(step), mass_inverse(vehicle->mass.inverse()) {
     for (int i = 0; i < N; ++i)
-      start_weight[i] = model.lag[i] > 0 ? -std::expm1(-dt / model.lag[i]) * model.lag[i] / dt : 0.0;
+      start_weight[i] = vehicle->lag[i] > 0 ? -std::expm1(-dt / vehicle->lag[i]) * vehicle->lag[i] / dt : 0.0;
   }
 
   template <Over<SE3> X, Over<Twist> W, Over<Actuators> A, Over<R3> V>

@@ -21,11 +21,12 @@ struct VehicleState {
 template <int N>
 class VehicleStep {
  public:
-  /// Keeps a reference to the model; dt is in s.
+  /// Copies the model; dt is in s.
   VehicleStep(const VehicleModel<N>& model, double dt);
 
-  /// Returns the state after one step with a constant command, in a current [m/s] along the world axes. Throws Error if
-  /// Newton's iteration for the implicit rule does not converge because the step is too long for the forces.
+  /// Returns the state after one step with a constant command, in a current [m/s] along the world axes. Throws
+  /// UndefinedResidualError if Newton's iteration for the implicit rule does not converge because the step is too long
+  /// for the forces.
   VehicleState<N> operator()(const VehicleState<N>& from, const Vector<N>& command, const Vector<3>& current) const;
   /// Does the same as operator(), but continues with constant twist and actuator states where operator() throws. For
   /// initial guesses, which need not satisfy the dynamics.
@@ -52,7 +53,7 @@ VehicleState<N> VehicleStep<N>::operator()(const VehicleState<N>& from, const Ve
                                            const Vector<3>& current) const {
   Vector<6> twist;
   if (!find_twist(from, command, current, twist))
-    throw Error("vehicle dynamics: the implicit step does not converge; use a shorter time step");
+    throw UndefinedResidualError("vehicle dynamics: the implicit step does not converge; use a shorter time step");
   return with_twist(from, command, twist);
 }
 

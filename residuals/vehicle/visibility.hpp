@@ -18,6 +18,8 @@ struct FieldOfView {
   double cosine_fade = 0.05;                 ///< width of the transition in the cosine of the angle
   SE3 B{};                                   ///< sensor in the body of its carrier
   Vector<3> beacon = Vector<3>::Zero();      ///< observed point in the target's body [m]
+
+  auto fields() { return std::tie(range, range_fade, half_angle, cosine_fade, B, beacon); }
 };
 
 /// Soft visibility of a target; zero where a fix is certain (dimensionless, smooth everywhere):
@@ -35,6 +37,8 @@ struct Visibility {
   using States = std::tuple<SE3, SE3, Rn<1>>;
 
   FieldOfView sight{};
+
+  auto fields() { return std::tie(sight); }
 
   /// Returns P and fills dP/dp if `by_p` is not null.
   template <class S>

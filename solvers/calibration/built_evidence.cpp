@@ -97,6 +97,20 @@ BuiltEvidence::Built BuiltEvidence::make(const Eigen::VectorXd& x, const Point* 
   return built;
 }
 
+/// Returns nothing if BuildProblems reports that there is no problem at x.
+std::optional<BuiltEvidence::Built> BuiltEvidence::try_make(const Eigen::VectorXd& x, const Point& from) try {
+  return make(x, &from);
+} catch (const BadInputError&) {
+  throw;
+} catch (const StaleHandleError&) {
+  throw;
+} catch (const Stopped&) {
+  throw;
+} catch (const Error& error) {
+  why_ = error.what();
+  return {};
+}
+
 CalibrationOptions BuiltEvidence::inner(const Built& built) const {
   CalibrationOptions options = options_;
   options.measured = built.of.measured;
@@ -163,7 +177,9 @@ BuiltEvidence::Point BuiltEvidence::profile_of(const Built& built, const Eigen::
   Point point{true, 0, Eigen::VectorXd::Zero(Eigen::Index(free_noise_.size()))};
   if (free.empty()) {
     const Evidence::Value value = evidence(built, factors);
-    if (!value.usable) throw Error("calibrate: the problem cannot be solved with the given noise: " + value.why);
+    if (!value.usable)
+      throw_without_result("calibrate: the problem cannot be solved with the given noise: " + value.why,
+                           value.unobservable);
     point.value = value.log_evidence;
   } else {
     CalibrationOptions options = inner(built);
@@ -179,29 +195,25 @@ BuiltEvidence::Point BuiltEvidence::profile_of(const Built& built, const Eigen::
   return point;
 }
 
-BuiltEvidence::Point BuiltEvidence::profile(const Eigen::VectorXd& x, const Point& from) {
-  try {
-    Point point = profile_of(make(x, &from), from.factors);
-    point.value += priors(x);
-    point.usable = std::isfinite(point.value);
-    return point;
-  } catch (const Stopped&) {
-    throw;
-  } catch (const Error&) {  // cannot be built or solved
-    return {};
-  }
+BuiltEvidence::Point BuiltEvidence::profile(const Eigen::VectorXd& x, const Point& from) try {
+  const std::optional<Built> built = try_make(x, from);
+  if (!built) return {};
+  Point point = profile_of(*built, from.factors);
+  point.value += priors(x);
+  point.usable = std::isfinite(point.value);
+  return point;
+} catch (const NumericalError& error) {
+  why_ = error.what();
+  return {};
 }
 
-double BuiltEvidence::at(const Eigen::VectorXd& x, const Point& point) {
-  try {
-    const Built built = make(x, &point);
-    const Evidence::Value value = evidence(built, point.factors);
-    return value.usable ? value.log_evidence + built.constants + priors(x) : -HUGE_VAL;
-  } catch (const Stopped&) {
-    throw;
-  } catch (const Error&) {
-    return -HUGE_VAL;
-  }
+double BuiltEvidence::at(const Eigen::VectorXd& x, const Point& point) try {
+  const std::optional<Built> built = try_make(x, point);
+  if (!built) return -HUGE_VAL;
+  const Evidence::Value value = evidence(*built, point.factors);
+  return value.usable ? value.log_evidence + built->constants + priors(x) : -HUGE_VAL;
+} catch (const NumericalError&) {
+  return -HUGE_VAL;
 }
 
 std::pair<double, double> BuiltEvidence::derivatives(const Eigen::VectorXd& x, const Point& point, Eigen::Index i) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <string>
 #include <vector>
 
 #include <tandem/solvers/calibration/calibrate_built.hpp>
@@ -37,6 +39,7 @@ class BuiltEvidence {
   /// Returns the parameters at x.
   Eigen::VectorXd values(const Eigen::VectorXd& x) const;
   bool has_noise() const { return !free_noise_.empty(); }
+  const std::string& why() const { return why_; }  ///< the reason of the last point that is not usable
   int builds() const { return builds_; }
   int solves() const { return solves_; }
 
@@ -47,6 +50,7 @@ class BuiltEvidence {
     double constants = 0;  // log_constants()
   };
   Built make(const Eigen::VectorXd& x, const Point* from);
+  std::optional<Built> try_make(const Eigen::VectorXd& x, const Point& from);
   CalibrationOptions inner(const Built& built) const;
   double priors(const Eigen::VectorXd& x) const;
   Calibration calibrate(const Built& built, const std::vector<NoiseGroup>& groups, const CalibrationOptions& options);
@@ -61,6 +65,7 @@ class BuiltEvidence {
   std::vector<bool> free_noise_;  // of each noise group
   Eigen::VectorXd counted_;       // Calibration::counted_rows
   int builds_ = 0, solves_ = 0;
+  std::string why_;
 };
 
 }  // namespace tandem::detail

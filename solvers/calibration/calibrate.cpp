@@ -53,11 +53,15 @@ class Search {
   }
 
  private:
+  [[noreturn]] static void throw_unusable(const std::string& noise, const Evidence::Value& value) {
+    throw_without_result("calibrate: the problem cannot be solved " + noise + ": " + value.why, value.unobservable);
+  }
+
   void search() {
     theta_ = initial();
     fixed_.assign(groups_.size(), false);
     current_ = evidence_.at(theta_);
-    if (!current_.usable) throw Error("calibrate: the problem cannot be solved with the given noise: " + current_.why);
+    if (!current_.usable) throw_unusable("with the given noise", current_);
     start_ = current_.log_evidence;  // independent of counted_rows, since the log factors are 0 or the rows are given
     const bool counted = options_.counted_rows.size() > 0;
     for (int round = 0; round < kMaxRounds && ((!counted && evidence_.count_rows()) || round == 0); ++round) {
@@ -173,8 +177,8 @@ class Search {
       const std::optional<Evidence::Value> next = line_search(free, step, gradient, taken);
       if (!next) {
         evidence_.at(theta_);
-        if (!unusable_.empty() && out_.noise.empty())  // even the shortest step failed: there is no maximum here
-          throw Error("calibrate: the problem cannot be solved with noise near the current estimate: " + unusable_);
+        if (!last_.why.empty() && out_.noise.empty())  // even the shortest step failed: there is no maximum here
+          throw_unusable("with noise near the current estimate", last_);
         return finish(Status::converged, "no step along the gradient increases the evidence");
       }
       const Eigen::VectorXd change = gradient - next->gradient(free);
@@ -233,8 +237,8 @@ class Search {
         x = std::clamp(x + taken[Eigen::Index(i)], -bound_, bound_);
         taken[Eigen::Index(i)] = x - from[free[i]];
       }
-      const Evidence::Value next = evidence_.at(theta_);
-      unusable_ = next.why;
+      last_ = evidence_.at(theta_);
+      const Evidence::Value& next = last_;
       // With Student's t the gradient neglects the change of H, so steps below the tolerance need no sufficient
       // increase.
       const double slack = 1e-9 * (1 + std::abs(current_.log_evidence));
@@ -304,8 +308,7 @@ class Search {
         theta_.setZero();
         current_ = evidence_.at(theta_);
       }
-      if (!current_.usable)
-        throw Error("calibrate: the problem cannot be solved with the given noise: " + current_.why);
+      if (!current_.usable) throw_unusable("with the given noise", current_);
       accept();
     }
     return any;
@@ -385,7 +388,7 @@ class Search {
   Evidence::Value current_;
   Eigen::MatrixXd curvature_;                                   // −∂² log p by the log factors
   std::map<Eigen::Index, double> given_value_;                  // profile evidence with one factor as given
-  std::string unusable_;                                        // why the last trial point has no evidence
+  Evidence::Value last_;                                        // at the last trial point
   std::pair<double, Eigen::VectorXd> best_seen_{HUGE_VAL, {}};  // the best point of profile_at()
   Calibration out_;
 };

@@ -137,7 +137,8 @@ class BuiltSearch {
       if (h > kMaxHalvings)
         return end(Status::failed,
                    next.usable ? "no step along the gradient increases the evidence, although the gradient is not zero"
-                               : "the problems cannot be built or solved beyond " + changed_parameters(free, taken));
+                               : "the problems cannot be built or solved beyond " + changed_parameters(free, taken) +
+                                     ": " + evidence_.why());
       current_ = next;
       ++out_.iterations;
       if (options_.progress) {

@@ -55,8 +55,10 @@ struct BuiltCalibration {
 /// message names the parameters and their values.
 ///
 /// `build` is called for each value, and its problems are released soon after. `options.measured`,
-/// `initial_log_factors` and `counted_rows` are ignored. If stopped, returns the best parameters so far. Throws Error
-/// if the problems cannot be built at the given values, and as calibrate().
+/// `initial_log_factors` and `counted_rows` are ignored. If stopped, returns the best parameters so far.
+///
+/// `build` throws NumericalError, or an Error of its own, at values without a problem. Its BadInputError,
+/// StaleHandleError and other exceptions propagate, and at the given values every exception. Throws as calibrate().
 BuiltCalibration calibrate_built(const BuildProblems& build, const std::vector<BuiltParameter>& parameters,
                                  const CalibrationOptions& options = {});
 

@@ -86,7 +86,8 @@ CrossValidation cross_validate(std::span<Problem* const> problems, const std::ve
       built.groups = without(built.groups, fold);
       std::erase_if(built.measured, [&](const MeasuredBlock& m) { return out.contains(key_of(m.problem, m.block)); });
       std::vector<Gaussian> ignored;
-      detail::hold_out(plain(built.problems), fold, ignored);
+      const std::vector<Problem*> by = plain(built.problems);
+      detail::hold_out(by, detail::counterparts(by, fold), ignored);
       for (std::size_t p = 0; p < built.problems.size(); ++p) detail::copy_values(*problems[p], *built.problems[p]);
       return built;
     };
@@ -111,15 +112,19 @@ CrossValidation cross_validate_by(std::span<Problem* const> problems, const std:
       result.why = "stopped";
       return result;
     }
-    const std::vector<HeldOutMeasurement>& fold = folds[f];
-    if (fold.empty()) continue;
+    if (folds[f].empty()) continue;
     detail::SavedNoise saved(problems, groups);
-    for (const HeldOutMeasurement& m : fold) saved.save(m.problem, m.block);
+    for (const HeldOutMeasurement& m : folds[f]) saved.save(m.problem, m.block);
     const auto predict = [&](std::span<Problem* const> by, std::vector<HeldOutPrediction>& all,
                              double& log_likelihood) {
       std::vector<Gaussian> noise;
+      const std::vector<HeldOutMeasurement> fold = detail::counterparts(by, folds[f]);
       detail::hold_out(by, fold, noise);
-      if (!detail::solve_all(by, options, result.why)) return false;
+      if (const auto failed = detail::solve_all(by, options)) {
+        result.why = failed->message;
+        result.unobservable = failed->unobservable;
+        return false;
+      }
       all = detail::predictions(by, fold, f, noise, options.stop);
       for (const HeldOutPrediction& p : all) log_likelihood += p.log_likelihood;
       return true;
@@ -129,19 +134,22 @@ CrossValidation cross_validate_by(std::span<Problem* const> problems, const std:
       if (predict(problems, by_given, result.given_log_likelihood)) {
         CalibrationOptions quick = options;
         quick.ranges = false;
-        const Found found = find(fold, quick);
+        const Found found = find(folds[f], quick);
         options.stop.check(detail::kHeldOutTask);
         saved.restore();
         const std::vector<Problem*> built = plain(found.built);
         const std::span<Problem* const> with = built.empty() ? problems : std::span<Problem* const>(built);
-        detail::scale_noise(with, groups, found.noise);
+        detail::scale_noise(with, detail::counterparts(with, groups), found.noise);
         if (predict(with, by_found, result.found_log_likelihood)) {
           gains.push_back(detail::log_likelihood_gain(by_given, by_found));
           result.given.insert(result.given.end(), by_given.begin(), by_given.end());
           result.found.insert(result.found.end(), by_found.begin(), by_found.end());
         }
       }
-    } catch (const Error& error) {
+    } catch (const NotObservableError& error) {
+      result.why = error.what();
+      result.unobservable = error.states();
+    } catch (const NumericalError& error) {
       result.why = error.what();
     }
     saved.restore();
@@ -151,8 +159,7 @@ CrossValidation cross_validate_by(std::span<Problem* const> problems, const std:
   result.gain = result.found_log_likelihood - result.given_log_likelihood;
   result.gain_error = detail::standard_error_of_sum(gains);
   try {
-    std::string ignored;
-    detail::solve_all(problems, options, ignored);
+    detail::solve_all(problems, options);
   } catch (const Stopped&) {  // the result is complete
   }
   return result;

@@ -35,9 +35,10 @@ struct CrossValidation {
   std::vector<HeldOutPrediction> given, found;  ///< with the given noise; with the noise calibrated without the fold
   double given_log_likelihood = 0, found_log_likelihood = 0;  ///< sums over the scored measurements
   double gain = 0;                                            ///< found_log_likelihood − given_log_likelihood
-  double gain_error = 0;  ///< standard error of the gain, from its variation over the folds
-  bool complete = false;  ///< false if stopped, or if a fold could not be solved
-  std::string why;        ///< the reason if not complete
+  double gain_error = 0;     ///< standard error of the gain, from its variation over the folds
+  bool complete = false;     ///< false if stopped, or if a fold could not be solved
+  std::string why;           ///< the reason if not complete
+  std::string unobservable;  ///< the directions, if these are the reason
 };
 
 /// Cross-validates noise calibration. Predicts the measurements of each fold from all other data, with the given noise

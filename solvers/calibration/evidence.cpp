@@ -34,12 +34,9 @@ Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGr
       throw Error("calibrate: the prior of noise group " + group.name +
                   " is negative; it is a standard deviation, 0 for none");
     for (const NoiseRows& rows : group.rows) {
-      if (rows.problem < 0 || std::size_t(rows.problem) >= problems.size())
-        throw Error("calibrate: noise group " + group.name + " refers to problem " + std::to_string(rows.problem) +
-                    ", which does not exist");
+      const Problem& problem = detail::problem_at(problems, rows.problem);
       const auto [at, is_new] = known.try_emplace({rows.problem, rows.block.pool, rows.block.id}, members_.size());
       if (is_new) {
-        const Problem& problem = *problems[std::size_t(rows.problem)];
         const Gaussian given = problem.noise(rows.block);
         const int n = static_cast<int>(given.dim());
         members_.push_back({rows.block, rows.problem, given, std::vector<int>(std::size_t(n), -1),
@@ -66,9 +63,9 @@ Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGr
   measured_.resize(problems.size());
   std::set<std::tuple<int, int, int>> is_measured;
   for (const MeasuredBlock& m : options.measured) {
-    measured_.at(std::size_t(m.problem)).push_back(m.block);
+    const Problem& problem = detail::problem_at(problems, m.problem);
+    measured_[std::size_t(m.problem)].push_back(m.block);
     is_measured.emplace(m.problem, m.block.pool, m.block.id);
-    const Problem& problem = *problems[std::size_t(m.problem)];
     // Throws if it is not a density.
     log_constant(problem.loss(m.block), static_cast<int>(problem.noise(m.block).dim()));
   }
@@ -277,6 +274,7 @@ Evidence::Value Evidence::at(const Eigen::VectorXd& log_factors) {
     LaplaceApproximation& laplace = *laplace_[p];
     if (!update(p, log_factors)) {
       value.why = laplace.why();
+      value.unobservable = laplace.unobservable();
       return value;
     }
     value.log_evidence -= laplace.cost() + 0.5 * laplace.covariances().log_determinant();

@@ -24,8 +24,9 @@ class Evidence {
     /// Degrees of freedom of each group, n − Σ ρ′ J Σ Jᵀ, with n the counted rows and Σ corrected for Student's t. In a
     /// group without measurements, the trace under the priors alone takes the place of n.
     Eigen::VectorXd effective_rows;
-    bool usable = false;  ///< every problem could be solved and its Hessian inverted
-    std::string why;      ///< the reason if not usable
+    bool usable = false;       ///< every problem could be solved and its Hessian inverted
+    std::string why;           ///< the reason if not usable
+    std::string unobservable;  ///< the directions, if these are the reason
   };
   /// Evaluates the evidence. Solves the problems from the current values of their variables and leaves them solved.
   /// Throws Stopped on a stop request, also during the symbolic analysis of the first call.

@@ -19,25 +19,22 @@ void hold_out(std::span<Problem* const> problems, const std::vector<HeldOutMeasu
               std::vector<Gaussian>& noise) {
   noise.clear();
   for (const HeldOutMeasurement& m : fold) {
-    Problem& problem = *problems[std::size_t(m.problem)];
+    Problem& problem = problem_at(problems, m.problem);
     noise.push_back(problem.noise(m.block));
     problem.set_noise(m.block, noise.back().scaled(kHeldOutSigmaFactor));
   }
 }
 
-bool solve_all(std::span<Problem* const> problems, const CalibrationOptions& options, std::string& why) {
+std::optional<Summary> solve_all(std::span<Problem* const> problems, const CalibrationOptions& options) {
   for (Problem* problem : problems) {
-    const Summary summary =
+    Summary summary =
         options.solve ? options.solve(*problem) : solve_with_default(*problem, options.stop, kMaxIterations);
     // Without a fold, a direction may be nearly unobservable. An unconverged point still predicts, with a large
     // covariance.
     if (!summary.converged()) options.stop.check(kHeldOutTask);
-    if (!summary.converged() && summary.status != Status::max_iterations) {
-      why = summary.message;
-      return false;
-    }
+    if (!summary.converged() && summary.status != Status::max_iterations) return summary;
   }
-  return true;
+  return {};
 }
 
 std::vector<HeldOutPrediction> predictions(std::span<Problem* const> problems,
@@ -48,7 +45,7 @@ std::vector<HeldOutPrediction> predictions(std::span<Problem* const> problems,
   for (std::size_t i = 0; i < fold.size(); ++i) {
     const HeldOutMeasurement& m = fold[i];
     if (!m.scored) continue;
-    Problem& problem = *problems[std::size_t(m.problem)];
+    Problem& problem = problem_at(problems, m.problem);
     auto& marginal = marginals[std::size_t(m.problem)];
     if (!marginal) marginal.emplace(problem, std::span<const Marginals::Pair>(), stop);
     const Problem::Linearization at = problem.linearization(m.block);

@@ -1,7 +1,8 @@
 #pragma once
 
+#include <optional>
 #include <span>
-#include <string>
+#include <utility>
 #include <vector>
 
 #include <tandem/solvers/calibration/cross_validation.hpp>
@@ -14,8 +15,19 @@ inline constexpr const char* kHeldOutTask = "held-out measurements";  // name of
 void hold_out(std::span<Problem* const> problems, const std::vector<HeldOutMeasurement>& fold,
               std::vector<Gaussian>& noise);
 
-/// Solves the problems. Returns false and sets `why` if one cannot be solved. Throws Stopped.
-bool solve_all(std::span<Problem* const> problems, const CalibrationOptions& options, std::string& why);
+/// Return the measurements or the noise rows with handles of the same blocks in `problems`, which were built alike.
+template <class T>
+std::vector<T> counterparts(std::span<Problem* const> problems, std::vector<T> all) {
+  for (T& m : all) m.block = problem_at(problems, m.problem).counterpart(m.block);
+  return all;
+}
+inline std::vector<NoiseGroup> counterparts(std::span<Problem* const> problems, std::vector<NoiseGroup> groups) {
+  for (NoiseGroup& group : groups) group.rows = counterparts(problems, std::move(group.rows));
+  return groups;
+}
+
+/// Solves the problems. Returns the summary of the first one that cannot be solved. Throws Stopped.
+std::optional<Summary> solve_all(std::span<Problem* const> problems, const CalibrationOptions& options);
 
 /// Predicts the scored measurements of fold number f at the solution of the problems. `noise` is the noise of the
 /// measurements before they were held out. Throws Stopped.

@@ -68,12 +68,16 @@ void LaplaceApproximation::restore_values() {
 
 bool LaplaceApproximation::update() {
   why_.clear();
+  unobservable_.clear();
   linearized_ = false;
   const Summary summary = options_.solve ? options_.solve(problem_) : solve_with_default(problem_, options_.stop);
   if (!summary.converged()) options_.stop.check(kTask);
   cost_ = summary.cost;
   near_solution_ = summary.converged();
-  if (!near_solution_) why_ = summary.message;
+  if (!near_solution_) {
+    why_ = summary.message;
+    unobservable_ = summary.unobservable;
+  }
   if (near_solution_ && !student_t_blocks_.empty()) update_by_steps();  // tighter than the solver's tolerance
   return near_solution_;
 }
@@ -114,7 +118,7 @@ bool LaplaceApproximation::update_by_steps() {
   } catch (const Stopped&) {
     nlp_.restore();
     throw;
-  } catch (const Error&) {  // a residual is undefined at an iterate
+  } catch (const UndefinedResidualError&) {
     nlp_.restore();
   }
   return false;
@@ -206,9 +210,11 @@ bool LaplaceApproximation::find_covariances() {
       prior_marginals_.emplace(problem_, std::span<const Marginals::Pair>(), options_.stop);
     }
     return true;
-  } catch (const Stopped&) {
-    throw;
-  } catch (const Error& error) {
+  } catch (const NotObservableError& error) {
+    why_ = error.what();
+    unobservable_ = error.states();
+    return false;
+  } catch (const NumericalError& error) {
     why_ = error.what();
     return false;
   }

@@ -34,7 +34,8 @@ class LaplaceApproximation {
   /// Computes the covariances at the solution, with all blocks and with the prior alone. On failure, returns false and
   /// sets why().
   bool find_covariances();
-  const std::string& why() const { return why_; }  ///< the reason of the last failure
+  const std::string& why() const { return why_; }                    ///< the reason of the last failure
+  const std::string& unobservable() const { return unobservable_; }  ///< the directions, if these are the reason
   /// Saves the values of the variables for restore_values(). Needed because some noise leads to a solution without
   /// covariances that later solves cannot leave, e.g. a target that coincides with the chaser.
   void save_values();
@@ -100,7 +101,7 @@ class LaplaceApproximation {
   bool linearized_ = false;  // hessian_ is up to date
   double cost_ = 0, prior_cost_ = 0;
   Eigen::VectorXd prior_step_;
-  std::string why_;
+  std::string why_, unobservable_;
 };
 
 }  // namespace tandem::detail

@@ -34,7 +34,7 @@ double log_constant(const Loss& loss, int rows) {
 
 double log_constants(std::span<Problem* const> problems, const std::vector<MeasuredBlock>& measured) {
   double sum = 0;
-  for (const MeasuredBlock& m : measured) sum += block_log_constant(*problems[std::size_t(m.problem)], m.block);
+  for (const MeasuredBlock& m : measured) sum += block_log_constant(detail::problem_at(problems, m.problem), m.block);
   if (!measured.empty()) return sum;
   for (const Problem* problem : problems) {
     if (problem->num_hard_blocks() > 0)

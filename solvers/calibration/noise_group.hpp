@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,5 +26,17 @@ struct NoiseGroup {
   /// 1/20 is three standard deviations away.
   double prior = 1.0;
 };
+
+namespace detail {
+
+/// Returns the problem with this index. Throws BadInputError if there is none.
+inline Problem& problem_at(std::span<Problem* const> problems, int index) {
+  if (std::size_t(index) >= problems.size())
+    throw BadInputError("calibrate: a block refers to problem " + std::to_string(index) +
+                        ", which does not exist; indices are from 0 to " + std::to_string(problems.size()) + " - 1");
+  return *problems[std::size_t(index)];
+}
+
+}  // namespace detail
 
 }  // namespace tandem

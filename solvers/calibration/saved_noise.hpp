@@ -20,7 +20,7 @@ class SavedNoise {
   /// Saves one more block, unless it is saved already.
   void save(int problem, const Block& block) {
     if (seen_.insert({problem, block.pool, block.id}).second)
-      saved_.emplace_back(problem, block, problems_[std::size_t(problem)]->noise(block));
+      saved_.emplace_back(problem, block, problem_at(problems_, problem).noise(block));
   }
   void restore() const {
     for (const auto& [p, block, noise] : saved_) problems_[std::size_t(p)]->set_noise(block, noise);

@@ -47,7 +47,7 @@ bool CovarianceExtension::extend(const Problem& problem, const std::vector<int>&
   std::optional<std::vector<Step>> steps;
   try {
     steps = steps_to(problem, added);
-  } catch (const Error&) {  // a residual is undefined
+  } catch (const UndefinedResidualError&) {  // a residual is undefined
   }
   if (!steps) return false;
   const std::size_t steps_before = steps_.size(), added_before = added_.size();
@@ -156,7 +156,7 @@ Eigen::MatrixXd CovarianceExtension::joint(const std::vector<int>& ids, const st
       if (!has(ids[k])) wider.append(ids[k], dofs[k]);
     wider = propagate(std::move(wider), known);
     if (wider.covariance.size() == 0)
-      throw Error("fixed-lag: a covariance is lost to rounding because a direction is unobservable");
+      throw NumericalError("fixed-lag: a covariance is lost to rounding because a direction is unobservable");
   }
   const Joint& all = is_extended ? extended_ : wider;
   std::vector<int> rows;

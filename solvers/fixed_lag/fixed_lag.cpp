@@ -27,12 +27,13 @@ std::string seconds(double t) {
 }  // namespace
 
 FixedLag::FixedLag(FixedLagOptions options) : options_(std::move(options)) {
-  if (!(options_.window > 0)) throw Error("fixed-lag: window is " + seconds(options_.window) + "; it must be positive");
+  if (!(options_.window > 0))
+    throw BadInputError("fixed-lag: window is " + seconds(options_.window) + "; it must be positive");
   if (options_.max_keyframes < 0 || options_.max_iterations < 1)
-    throw Error("fixed-lag: max_keyframes must not be negative, and max_iterations must be at least 1");
-  if (!(options_.patience >= 0)) throw Error("fixed-lag: patience must not be negative");
+    throw BadInputError("fixed-lag: max_keyframes must not be negative, and max_iterations must be at least 1");
+  if (!(options_.patience >= 0)) throw BadInputError("fixed-lag: patience must not be negative");
   if (!(options_.cost_tolerance >= 0) || !(options_.step_tolerance >= 0) || !(options_.initial_damping >= 0))
-    throw Error("fixed-lag: tolerances and initial_damping must not be negative");
+    throw BadInputError("fixed-lag: tolerances and initial_damping must not be negative");
 }
 
 double FixedLag::oldest() const {
@@ -52,15 +53,15 @@ std::optional<std::string> FixedLag::why_too_late(double t) const {
 }
 
 void FixedLag::check_time(double t) const {
-  if (!std::isfinite(t)) throw Error("fixed-lag: the time of a variable is not finite");
-  if (const auto why = why_too_late(t)) throw Error("fixed-lag: " + *why);
+  if (!std::isfinite(t)) throw BadInputError("fixed-lag: the time of a variable is not finite");
+  if (const auto why = why_too_late(t)) throw BadInputError("fixed-lag: " + *why);
 }
 
 void FixedLag::insert(Timed variable) {
   const int id = variable.id;
   const auto same = std::find_if(timed_.begin(), timed_.end(), [&](const Timed& v) { return v.id == id; });
   if (same != timed_.end() && same->exists(problem_))
-    throw Error("fixed-lag: " + problem_.name(id) + " already has a time");
+    throw BadInputError("fixed-lag: " + problem_.name(id) + " already has a time");
   if (same != timed_.end()) timed_.erase(same);  // left by a removed variable
   const auto at =
       std::upper_bound(timed_.begin(), timed_.end(), variable.t, [](double a, const Timed& b) { return a < b.t; });
@@ -115,7 +116,7 @@ bool FixedLag::relinearize() {
     detail::hessian_diagonal(nlp.hessian_pattern(), hessian, shift);
     for (double& s : shift) s = s > 0 ? s * detail::kMinInformation : detail::kMinInformation;
     there = there && factor_->factorize(hessian, shift);
-  } catch (const Error&) {  // a residual is undefined
+  } catch (const UndefinedResidualError&) {  // a residual is undefined
   }
   if (!there) known_.clear();
   return there;
@@ -207,10 +208,10 @@ bool FixedLag::extend() {
 void FixedLag::check_known(const std::vector<int>& ids) const {
   for (const int id : ids) {
     if (id < 0 || id >= problem_.id_bound() || problem_.name(id).empty())
-      throw Error("fixed-lag: covariance of a variable that is not in the problem or has been removed");
+      throw StaleHandleError("fixed-lag: covariance of a variable that is not in the problem or has been removed");
     if (block_of(id) == kUnknown)
-      throw Error("fixed-lag: no covariance of " + problem_.name(id) +
-                  ": it was not in the last update, or the update failed");
+      throw NumericalError("fixed-lag: no covariance of " + problem_.name(id) +
+                           ": it was not in the last update, or the update failed");
   }
 }
 

@@ -26,16 +26,17 @@ namespace tandem {
 /// Blocks may be added to any variable in the window, also to old ones. Late measurements are possible while
 /// why_too_late(t) is empty. Variables without a time are added to problem() and never leave. Handles of marginalized
 /// variables are invalid; see Problem::has, marginalized() and FixedLagOptions::before_marginalize. Only soft blocks
-/// are supported. Results are deterministic.
+/// are supported. Results are deterministic. Thread safety is that of its Problem.
 class FixedLag {
  public:
-  /// Throws Error if an option is out of range.
+  /// Throws BadInputError if an option is out of range.
   explicit FixedLag(FixedLagOptions options = {});
 
   Problem& problem() { return problem_; }
   const Problem& problem() const { return problem_; }
 
-  /// Adds a variable at time t [s]. Times need not be in order. Throws Error if t is not finite or before the window.
+  /// Adds a variable at time t [s]. Times need not be in order. Throws BadInputError if t is not finite or before the
+  /// window.
   template <LieGroup G>
   Variable<G> add(double t, const G& initial, std::string name = {}) {
     check_time(t);
@@ -51,20 +52,20 @@ class FixedLag {
     drop_removed();
   }
 
-  /// Assigns a time to a variable of problem(). Throws Error if it already has one, is not in the problem, or t is
-  /// before the window.
+  /// Assigns a time to a variable of problem(). Throws BadInputError if it already has one or t is before the
+  /// window, StaleHandleError if it is not in the problem.
   template <LieGroup G>
   void track(double t, const Variable<G>& x) {
     check_time(t);
-    if (!problem_.has(x)) throw Error("fixed-lag: track() needs a variable that is in the problem");
+    problem_.id(x);  // throws if the handle is invalid
     insert(t, x);
   }
 
   /// Solves the window from the present values, then marginalizes older variables (see FixedLagOptions::patience).
   ///
   /// The window ends at the newest variable. Nothing is marginalized if the solve fails or the problem is not
-  /// supported. Throws the exceptions of `before_marginalize`, and Error if a residual of a leaving variable is
-  /// undefined at the estimate. Variables that have not left by then remain, and later updates try again.
+  /// supported. Throws the exceptions of `before_marginalize`, and UndefinedResidualError if a residual of a leaving
+  /// variable is undefined at the estimate. Variables that have not left by then remain, and later updates try again.
   Summary update();
 
   /// Updates covariance() to the present values and blocks without a solve, for instance for the covariance of a
@@ -102,12 +103,11 @@ class FixedLag {
   /// ones take longer. Fixed variables have zero covariance. An unobservable direction has a large variance without
   /// meaning.
   ///
-  /// Throws Error if a variable has been removed, or if no update, relinearize() or extend() has covered it. Also
-  /// throws if the last update failed or its Hessian is singular. Threads may call it concurrently while nothing
-  /// changes the problem.
+  /// Throws StaleHandleError if a handle is invalid, and NumericalError if no update, relinearize() or extend() has
+  /// covered a variable, if the last update failed, or if its Hessian is singular.
   template <LieGroup... Gs>
   Matrix<(Gs::dof + ...), (Gs::dof + ...)> covariance(const Variable<Gs>&... x) const {
-    return covariance(std::vector<int>{(problem_.has(x) ? problem_.id(x) : -1)...}, std::vector<int>{Gs::dof...});
+    return covariance(std::vector<int>{problem_.id(x)...}, std::vector<int>{Gs::dof...});
   }
   /// Returns the same for variables by id (Problem::id) and tangent dimension.
   Eigen::MatrixXd covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const;

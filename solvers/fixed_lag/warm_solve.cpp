@@ -100,7 +100,7 @@ double WarmSolve::cost_at_step(With with) {
     nlp_.move_to(step_);
     if (with == With::hessian) return nlp_.linearize_at_point(trial_gradient_, trial_hessian_);
     return with == With::gradient ? nlp_.gradient_at_point(trial_gradient_) : nlp_.cost();
-  } catch (const Error&) {
+  } catch (const UndefinedResidualError&) {
     return kInfinity;  // undefined: shorten the step
   }
 }

@@ -23,7 +23,7 @@ std::optional<double> normalized_innovation(const FixedLag& lag, const Block& bl
   Eigen::MatrixXd P;
   try {
     P = lag.covariance(at.variable_ids, at.dofs);
-  } catch (const Error&) {  // the last update has no covariance
+  } catch (const NumericalError&) {  // the last update has no covariance
     return {};
   }
   const Eigen::MatrixXd JP = at.jacobian * P;

@@ -303,7 +303,7 @@ MotionHypotheses::Checkpoint MotionHypotheses::checkpoint() const {
 
 void MotionHypotheses::restore(const Checkpoint& checkpoint) {
   const auto throw_if = [](bool wrong) {
-    if (wrong) throw Error("motion hypotheses: the checkpoint is invalid or of another version");
+    if (wrong) throw BadInputError("motion hypotheses: the checkpoint is invalid or of another version");
   };
   auto next = checkpoint.numbers.begin();
   Instant oldest{checkpoint.t, {}, start({})};

@@ -92,7 +92,7 @@ std::optional<Matrix<3, 3>> OnlineWindow::relative_covariance() const try {
         window.target_variable(window.size() - 1));
   });
   return covariance;
-} catch (const Error&) {
+} catch (const NumericalError&) {
   return {};
 }
 
@@ -112,7 +112,7 @@ std::optional<OnlineWindow::Forecast> OnlineWindow::forecast(double h) const try
         relative_position_covariance(seen_from, point, there->covariance);
   });
   return ahead;
-} catch (const Error&) {
+} catch (const NumericalError&) {
   return {};
 }
 
@@ -172,7 +172,7 @@ std::vector<OnlineEstimator::SensorError> OnlineWindow::sensor_errors() const {
     errors.push_back({name, lag_.problem().value(x).Log(), prior_sigma, {}});
     try {
       errors.back().sigma = lag_.covariance(x).diagonal().cwiseMax(0).cwiseSqrt();
-    } catch (const Error&) {  // added since the last update, or that has no covariance
+    } catch (const NumericalError&) {  // added since the last update, or that has no covariance
     }
   };
   if (chain_) chain_->each_systematic_error(add);

@@ -254,7 +254,7 @@ Summary OnlineWindow::solve_from_fresh_start(const Summary& before) {
     auto fresh = current;
     try {
       fresh = window.initial_guess();
-    } catch (const Error&) {  // too few measurements for an initial guess
+    } catch (const BadInputError&) {  // too few measurements for an initial guess
       return;
     }
     window.set_values(fresh);

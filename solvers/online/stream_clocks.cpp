@@ -120,7 +120,7 @@ StreamClocks::Checkpoint StreamClocks::checkpoint() const {
 
 void StreamClocks::restore(const Checkpoint& checkpoint) {
   if (checkpoint.streams.size() != states_.size())
-    throw Error("stream clocks: the checkpoint has a different number of streams");
+    throw BadInputError("stream clocks: the checkpoint has a different number of streams");
   clock_ = checkpoint.clock;
   base_ = checkpoint.base;
   for (std::size_t i = 0; i < states_.size(); ++i) states_[i] = {checkpoint.streams[i], {}};

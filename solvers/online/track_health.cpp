@@ -6,15 +6,16 @@
 namespace tandem {
 
 void check(const ResetOptions& o) {
-  if (!(o.gate > 0)) throw Error("the gate (ResetOptions::gate) must be above zero; infinity disables it");
+  if (!(o.gate > 0)) throw BadInputError("the gate (ResetOptions::gate) must be above zero; infinity disables it");
   if (o.rejections < 1 || o.rejections > o.rejection_window)
-    throw Error("ResetOptions::rejections must be between 1 and rejection_window");
+    throw BadInputError("ResetOptions::rejections must be between 1 and rejection_window");
   if (!(o.reset_after >= 0) || !(o.max_gap > 0) || !(o.unconverged_after > 0))
-    throw Error("ResetOptions: reset_after must not be negative; max_gap and unconverged_after must be above zero");
+    throw BadInputError(
+        "ResetOptions: reset_after must not be negative; max_gap and unconverged_after must be above zero");
   if (!(o.lost_after > 0) || !(o.invalid_after > 0))
-    throw Error("ResetOptions: lost_after and invalid_after must be above zero");
+    throw BadInputError("ResetOptions: lost_after and invalid_after must be above zero");
   if (o.invalid_after < o.lost_after)
-    throw Error(
+    throw BadInputError(
         "--invalid-after (ResetOptions::invalid_after) must not be less than --lost-after (ResetOptions::lost_after)");
 }
 

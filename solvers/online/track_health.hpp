@@ -131,7 +131,7 @@ class HealthMonitor {
   /// Restores counts and times from another monitor of the same sensors; rejections of the current estimate stay.
   void restore(const TrackHealth& health) {
     if (health.sensors.size() != health_.sensors.size())
-      throw Error("health monitor: the checkpoint has a different number of sensors");
+      throw BadInputError("health monitor: the checkpoint has a different number of sensors");
     health_ = health;
   }
 

@@ -285,7 +285,7 @@ Summary DampedSqp::solve(const Options& options) try {
   if (!analysed_) analysed_ = std::make_unique<Analysed>(problem_);
   analysed_->options.from_multipliers = options.from_multipliers;
   return Loop(*analysed_, options, start).run();
-} catch (const Error& error) {
+} catch (const UndefinedResidualError& error) {
   Summary summary;
   summary.solver = "damped-sqp";
   summary.cost = summary.max_violation = std::numeric_limits<double>::quiet_NaN();

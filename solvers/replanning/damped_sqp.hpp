@@ -21,6 +21,8 @@ namespace tandem {
 ///
 /// Sources: Diehl et al. 2005, real-time iterations; Wright 1998, stabilised SQP; Wächter & Biegler 2006, filter and
 /// restoration.
+///
+/// Different problems may be solved concurrently.
 class DampedSqp {
  public:
   struct Options {
@@ -38,7 +40,7 @@ class DampedSqp {
   explicit DampedSqp(Problem& problem);
   ~DampedSqp();
 
-  /// Solves the problem from the values of its variables, which get the result. Does not throw Error. The status is
+  /// Solves the problem from the values of its variables, which get the result. The status is
   ///
   /// - `converged`: a solution.
   /// - `max_iterations` or `time_limit`: the best iterate, feasible if max_violation ≤ `feasible`.

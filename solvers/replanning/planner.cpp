@@ -51,9 +51,10 @@ Planner<N>::Planner(const VehicleModel<N>& vehicle, const PlanOptions& plan, con
   options_.refine = false;
   const int unknowns = NlpEvaluator(problem_.problem()).num_unknowns();
   if (unknowns > kMaxDenseUnknowns)
-    throw Error("a plan of " + std::to_string(plan.steps) + " steps has " + std::to_string(unknowns) +
-                " unknowns, but nlopt:slsqp supports " + std::to_string(kMaxDenseUnknowns) + ": use at most " +
-                std::to_string(plan.steps * kMaxDenseUnknowns / unknowns) + " steps, or ipopt or augmented-lagrangian");
+    throw BadInputError("a plan of " + std::to_string(plan.steps) + " steps has " + std::to_string(unknowns) +
+                        " unknowns, but nlopt:slsqp supports " + std::to_string(kMaxDenseUnknowns) + ": use at most " +
+                        std::to_string(plan.steps * kMaxDenseUnknowns / unknowns) +
+                        " steps, or ipopt or augmented-lagrangian");
 }
 
 template <int N>

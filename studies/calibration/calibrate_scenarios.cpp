@@ -95,7 +95,7 @@ void validate(ScenarioProblems& problems, const HeldOutFolds& held_out, const Ca
               ScenarioCalibration& result) {
   const CrossValidation cv = problems.cross_validate(held_out.folds, options);
   result.folds = static_cast<int>(held_out.folds.size());
-  result.why_not_validated = explain_singularity(cv.why);
+  result.why_not_validated = cv.unobservable.empty() ? cv.why : undetermined(cv.unobservable);
   if (!cv.complete) return;
   result.gain = cv.gain;
   result.gain_error = cv.gain_error;
@@ -237,10 +237,8 @@ ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const S
   for (const Scenario& scenario : scenarios) names += (names.empty() ? "" : ", ") + scenario.name;
   try {
     return calibrated(std::move(scenarios), options);
-  } catch (const Stopped&) {
-    throw;
-  } catch (const Error& error) {
-    throw Error(with_remedies(error.what(), names));
+  } catch (const NotObservableError& error) {
+    throw NotObservableError(with_remedies(error, names), error.states());
   }
 }
 

@@ -40,7 +40,7 @@ void estimate_constants(const CalibrationProblems& problems, const HeldOutFolds&
     CalibrationProblem& problem = *problems[p];
     const std::size_t first = result.constants.size();
     const auto note_failure = [&](const char* what, const std::string& why) {
-      result.notes.push_back(fmt::format("{}: {}: {}", problem.scenario, what, explain_singularity(why)));
+      result.notes.push_back(fmt::format("{}: {}: {}", problem.scenario, what, why));
     };
     for (const std::string& sensor : problem.without_measurements)
       result.notes.push_back(fmt::format("{}: {} has no measurements, so its systematic errors cannot be estimated",
@@ -51,8 +51,8 @@ void estimate_constants(const CalibrationProblems& problems, const HeldOutFolds&
     } catch (const Stopped&) {
       result.constants.clear();
       return;
-    } catch (const Error& error) {
-      note_failure("the constants have no standard errors", error.what());
+    } catch (const NumericalError& error) {
+      note_failure("the constants have no standard errors", explain_singularity(error));
       continue;
     }
     if (problem.sensor_constants().empty()) continue;

@@ -1,6 +1,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/calibration/held_out.hpp>
 #include <tandem/studies/calibration/constant_trials.hpp>
+#include <tandem/studies/calibration/singularity_messages.hpp>
 
 namespace tandem {
 namespace {
@@ -68,7 +69,8 @@ ConstantTrials cross_validate_constants(Problem& problem, const std::vector<Sens
       for (HeldOutMeasurement& m : fold) m.problem = 0;
       const ScopedHoldOut out(problems, fold);
       const auto predict = [&] {
-        if (std::string why; !detail::solve_all(problems, options, why)) throw Error(why);
+        if (const auto failed = detail::solve_all(problems, options))
+          throw_without_result(failed->message, failed->unobservable);
         return detail::predictions(problems, fold, f, out.noise, options.stop);
       };
       const auto with = predict();
@@ -82,13 +84,10 @@ ConstantTrials cross_validate_constants(Problem& problem, const std::vector<Sens
       for (const double gain : gains[c]) trial.gain += gain;
       trial.gain_error = detail::standard_error_of_sum(gains[c]);
     }
-  } catch (const Stopped&) {
-    throw;
-  } catch (const Error& error) {
-    result.why = error.what();
+  } catch (const NumericalError& error) {
+    result.why = explain_singularity(error);
   }
-  std::string ignored;
-  detail::solve_all(problems, options, ignored);
+  detail::solve_all(problems, options);
   return result;
 }
 

@@ -2,13 +2,17 @@
 
 #include <string>
 
+#include <tandem/lie/error.hpp>
+
 namespace tandem {
 
-/// Rewrites a solver error about unobservable states as "the measurements do not determine target 280 in y". Returns
-/// other errors unchanged. Recognises the messages of Marginals and observability.
-std::string explain_singularity(const std::string& error);
+/// Returns "the measurements do not determine target 280 in y" for the unobservable states "target 280 in y".
+std::string undetermined(const std::string& states);
 
-/// Does the same, and adds the names of the scenarios and options that may help.
-std::string with_remedies(const std::string& error, const std::string& scenarios);
+/// Returns this sentence if the error is a NotObservableError, else its message.
+std::string explain_singularity(const Error& error);
+
+/// Returns this sentence with the names of the scenarios and the options that may help.
+std::string with_remedies(const NotObservableError& error, const std::string& scenarios);
 
 }  // namespace tandem

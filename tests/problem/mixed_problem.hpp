@@ -37,6 +37,7 @@ struct Carried {
   static constexpr std::string_view name = "carried point";
   static constexpr int dim = 3;
   using States = std::tuple<Body, R3>;
+  auto fields() { return std::tie(); }
   void operator()(const Body& s, const R3& p, Vector<3>& r, Matrix<3, 6>* Js = nullptr,
                   Matrix<3, 3>* Jp = nullptr) const {
     r = s.get<0>().act(p.vector()) + s.get<1>().vector();
@@ -51,6 +52,7 @@ struct Below {
   static constexpr int dim = 2;
   using States = std::tuple<SE2, R3>;
   Vector<2> m;
+  auto fields() { return std::tie(m); }
   void operator()(const SE2& q, const R3& p, Vector<2>& r, Matrix<2, 3>* Jq = nullptr,
                   Matrix<2, 3>* Jp = nullptr) const {
     r = p.vector().head<2>() - q.act(m);

@@ -99,10 +99,7 @@ TEST_F(NlpEvaluatorTest, GaussNewtonHessianMatchesFiniteDifferences) {
     const MixedVariables own = add_mixed_variables(problem);
     const auto rebind = [&]<class G>(const Variable<G>& handle) {
       Variable<G> result = handle;
-      if constexpr (std::is_same_v<G, SE3>) result.store = own.a.store;
-      if constexpr (std::is_same_v<G, R3>) result.store = own.p.store;
-      if constexpr (std::is_same_v<G, SE2>) result.store = own.q.store;
-      if constexpr (std::is_same_v<G, Body>) result.store = own.s.store;
+      result.problem = own.a.problem;
       return result;
     };
     problem.subject_to(residual, at_least(0), std::apply([&](auto... h) { return std::tuple(rebind(h)...); }, x));

@@ -93,6 +93,9 @@ TEST_P(CorrectStatus, RejectsAProblemWithoutFreeVariables) {
   const Summary s = GetParam()(problem);
   EXPECT_EQ(s.status, Status::unsupported);
   EXPECT_THAT(s.message, HasSubstr("no free variable"));
+  EXPECT_TRUE(std::isnan(s.max_violation) && std::isnan(s.cost)) << "not computed";
+  Problem empty;
+  EXPECT_EQ(GetParam()(empty).status, Status::unsupported);
 }
 
 /// Undefined derivatives must end a solve with a status, not with an exception.

@@ -40,6 +40,7 @@ struct UserResidual {
   struct Scale {
     double factor = 1;
     std::optional<double> offset{};
+    auto fields() { return std::tie(factor, offset); }
   };
   class Hidden {
    public:
@@ -59,6 +60,8 @@ struct UserResidual {
   float shift = 0;
   double weights[2] = {1, 1};
   std::tuple<int, SO2> turn{};
+
+  auto fields() { return std::tie(axis, squared, scales, hidden, shift, weights, turn); }
 
   void operator()(const R3& x, Vector<1>& r, Matrix<1, 3>* J = nullptr) const {
     const double v = x.vector()[int(axis)], f = scales[0].factor * scales[1].factor * weights[1];

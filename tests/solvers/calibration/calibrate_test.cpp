@@ -7,6 +7,7 @@
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/relative_pose.hpp>
 #include <tandem/solvers/calibration/calibrate.hpp>
+#include <tandem/solvers/calibration/log_constants.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 
 #include "walk.hpp"
@@ -190,7 +191,14 @@ TEST(Calibrate, RejectsInvalidGroups) {
   EXPECT_THAT(error({walk.steps, walk.steps}), HasSubstr("a row is in two noise groups, steps and steps"));
   EXPECT_THAT(error({{"far", {{walk.steps.rows[0].block, 1, 1}}}}),
               HasSubstr("far refers to rows that its block does not have"));
-  EXPECT_THAT(error({{"gone", {{Block{}}}}}), HasSubstr("no such block"));
+  EXPECT_THROW(calibrate(walk.problem, {{"gone", {{Block{}}}}}), StaleHandleError);
+  for (const int index : {-1, 1}) {
+    CalibrationOptions options;
+    options.measured = {{walk.steps.rows[0].block, index}};
+    EXPECT_THROW(calibrate(walk.problem, {walk.steps}, options), BadInputError) << "no problem has this index";
+    Problem* const problems[] = {&walk.problem};
+    EXPECT_THROW(log_constants(problems, options.measured), BadInputError);
+  }
 }
 
 TEST(Calibrate, ReturnsTheBestSoFarWhenStopped) {

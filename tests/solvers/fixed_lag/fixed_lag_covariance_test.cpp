@@ -47,7 +47,7 @@ TEST(FixedLag, CovarianceCoversTheVariablesOfTheLastUpdate) {
   const Matrix<6, 6> S = lag.covariance(held, y);
   EXPECT_EQ(S.topRows(3).norm(), 0.0);
   EXPECT_NEAR(S(3, 3), 0.5, 1e-6);
-  EXPECT_THAT([&] { lag.covariance(x); }, ThrowsMessage<Error>(HasSubstr("not in the problem")));
+  EXPECT_THROW(lag.covariance(x), StaleHandleError);
   const auto z = lag.add(4.0, R3(), "z");  // reuses the id of x
   EXPECT_THAT([&] { lag.covariance(y, z); }, ThrowsMessage<Error>(HasSubstr("no covariance of z")));
   lag.remove(z);
@@ -132,7 +132,7 @@ TEST(FixedLag, ExtendDistinguishesVariablesWithTheSameId) {
   const int id = problem.id(y);
   problem.remove(tie);
   lag.remove(y);
-  EXPECT_THAT([&] { lag.covariance(y); }, ThrowsMessage<Error>(HasSubstr("not in the problem")));
+  EXPECT_THROW(lag.covariance(y), StaleHandleError);
   const auto z = lag.add(1.0, R3(), "z");
   ASSERT_EQ(problem.id(z), id);
   EXPECT_THAT([&] { lag.covariance(z); }, ThrowsMessage<Error>(HasSubstr("no covariance of z")));
