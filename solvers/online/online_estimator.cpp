@@ -12,28 +12,31 @@ void check(const TrackingData& tracking, const std::optional<NavigationData>& eg
   const TrackingOptions& o = options.tracking;
   check(o);
   if (o.model == MotionModel::steady_course)
-    throw Error("online estimation does not support the steady-course model, which spans a whole run");
+    throw BadInputError("online estimation does not support the steady-course model, which spans a whole run");
   if (o.model == MotionModel::none)
-    throw Error("online estimation needs a motion model of the target; without one its newest pose is unobservable");
+    throw BadInputError(
+        "online estimation needs a motion model of the target; without one its newest pose is unobservable");
   const bool limited = o.limits == Role::hard && (o.surge || o.max_yaw_rate);
   if (o.roll_pitch == Role::hard || o.non_holonomic == Role::hard || limited)
-    throw Error("online estimation supports soft constraints only");
+    throw BadInputError("online estimation supports soft constraints only");
   if (ego && tracking.planar)
-    throw Error("a planar problem requires odometry; the chaser's own sensors are supported only in space (group SE3)");
+    throw BadInputError(
+        "a planar problem requires odometry; the chaser's own sensors are supported only in space (group SE3)");
   for (const TargetSensor& sensor : tracking.sensors) {
     if (!sensor.error) continue;
     const std::string what = error_name(sensor.name) + ": ";
-    if (const std::string why = why_invalid(*sensor.error); !why.empty()) throw Error(what + why);
-    if (const std::string why = why_unsupported(sensor); !why.empty()) throw Error(what + why);
+    if (const std::string why = why_invalid(*sensor.error); !why.empty()) throw BadInputError(what + why);
+    if (const std::string why = why_unsupported(sensor); !why.empty()) throw BadInputError(what + why);
     const bool split = o.position_share > 0 || orientation_loss_of(sensor, o);
     if (split && sensor.type->has(measured::rotation) && sensor.type->has(measured::position))
-      throw Error(what +
-                  "systematic errors of a pose need one residual for the whole pose; remove the separate orientation "
-                  "loss and the position share (--robust sets both)");
+      throw BadInputError(
+          what +
+          "systematic errors of a pose need one residual for the whole pose; remove the separate orientation "
+          "loss and the position share (--robust sets both)");
     if (const int n = rows(sensor.type, tracking.planar);
         sensor.error->has_bias() && sensor.error->bias_sigma.size() != n)
-      throw Error(what + "the bias needs " + std::to_string(n) + " standard deviations, not " +
-                  std::to_string(sensor.error->bias_sigma.size()));
+      throw BadInputError(what + "the bias needs " + std::to_string(n) + " standard deviations, not " +
+                          std::to_string(sensor.error->bias_sigma.size()));
   }
   if (ego) {
     Problem scratch;
@@ -41,9 +44,9 @@ void check(const TrackingData& tracking, const std::optional<NavigationData>& eg
   }
   check(options.reset);
   if (const std::string why = why_hypotheses_unsupported(tracking, !ego); options.hypotheses && !why.empty())
-    throw Error("motion hypotheses are not supported: " + why);
+    throw BadInputError("motion hypotheses are not supported: " + why);
   if (!ego && tracking.sensors.empty())
-    throw Error("nothing to estimate: there are no sensors of the chaser and none that observe a target");
+    throw BadInputError("nothing to estimate: there are no sensors of the chaser and none that observe a target");
 }
 
 }  // namespace
@@ -71,17 +74,25 @@ OnlineEstimator::OnlineEstimator(const TrackingData& tracking, const std::option
 }
 OnlineEstimator::~OnlineEstimator() = default;
 
-MaybeRejection OnlineEstimator::add_odometry(const Stamped<SE3>& pose) { return streams_->add_odometry(pose); }
-MaybeRejection OnlineEstimator::add_imu(const ImuSample& sample) { return streams_->add_imu(sample); }
+MaybeRejection OnlineEstimator::add_odometry(const Stamped<SE3>& pose) {
+  return streams_->change([&](Streams& streams) { return streams.add_odometry(pose); });
+}
+MaybeRejection OnlineEstimator::add_imu(const ImuSample& sample) {
+  return streams_->change([&](Streams& streams) { return streams.add_imu(sample); });
+}
 MaybeRejection OnlineEstimator::add_ego(std::size_t sensor, const EgoMeasurement& m) {
-  return streams_->add_ego(sensor, m);
+  return streams_->change([&](Streams& streams) { return streams.add_ego(sensor, m); });
 }
 MaybeRejection OnlineEstimator::add_target(std::size_t sensor, const Measurement& m) {
-  return streams_->add_target(sensor, m);
+  return streams_->change([&](Streams& streams) { return streams.add_target(sensor, m); });
 }
-void OnlineEstimator::finish() { streams_->finish(); }
+void OnlineEstimator::finish() {
+  streams_->change([](Streams& streams) { streams.finish(); });
+}
 void OnlineEstimator::reset() { streams_->reset(); }
-Summary OnlineEstimator::solve_to_convergence() { return streams_->solve_to_convergence(); }
+Summary OnlineEstimator::solve_to_convergence() {
+  return streams_->change([](Streams& streams) { return streams.solve_to_convergence(); });
+}
 
 bool OnlineEstimator::started() const { return streams_->window().started(); }
 bool OnlineEstimator::has_target() const { return streams_->window().has_target(); }
@@ -91,7 +102,7 @@ std::optional<MotionHypotheses::Checkpoint> OnlineEstimator::hypotheses() const 
 }
 void OnlineEstimator::restore(const TrackHealth& health,
                               const std::optional<MotionHypotheses::Checkpoint>& hypotheses) {
-  streams_->restore(health, hypotheses);
+  streams_->change([&](Streams& streams) { streams.restore(health, hypotheses); });
 }
 std::optional<Alignment> OnlineEstimator::handover_start() const { return streams_->handover_start(); }
 double OnlineEstimator::newest() const { return streams_->window().newest(); }

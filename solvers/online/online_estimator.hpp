@@ -60,6 +60,9 @@ struct OnlineUpdate {
 /// it, if the window does not converge, or after a long gap. A reset discards the window, its covariances and the
 /// hypotheses. The target is then re-initialised by its next position measurement. A chaser with its own sensors
 /// continues from its last state with a larger covariance, or is aligned again after a gap.
+///
+/// Thread safety: different estimators may be used in different threads. One estimator needs a lock, also for its const
+/// functions, which cache results.
 class OnlineEstimator {
  public:
   /// `tracking`: sensors of the target and noise. `ego`: the chaser's own sensors, which replace odometry. Measurements
@@ -67,6 +70,9 @@ class OnlineEstimator {
   OnlineEstimator(const TrackingData& tracking, const std::optional<NavigationData>& ego, const OnlineOptions& options);
   OnlineEstimator(const OnlineEstimator&) = delete;
   ~OnlineEstimator();
+
+  // Hooks. They may read the estimate and call reset(), which then takes effect at the end of the current call. The other
+  // functions that change the estimate throw BadInputError within a hook.
 
   /// Called after each update.
   std::function<void(const OnlineUpdate&)> on_update;
@@ -89,7 +95,7 @@ class OnlineEstimator {
   /// Ends the input: processes the measurements that wait for later data.
   void finish();
   /// Discards all data and the estimate, but keeps the counts of health(). The next measurement may have an earlier
-  /// time.
+  /// time. See the hooks.
   void reset();
   /// Solves the window to convergence.
   Summary solve_to_convergence();

@@ -52,6 +52,17 @@ void OnlineEstimator::Streams::reset_window(TrackReset::Kind kind, std::string w
 }
 
 void OnlineEstimator::Streams::reset() {
+  reset_requested_ = true;
+  if (changing_) return;
+  changing_ = true;
+  const struct End {
+    Streams& streams;
+    ~End() { streams.changing_ = streams.reset_requested_ = false; }
+  } end{*this};
+  reset_now();
+}
+
+void OnlineEstimator::Streams::reset_now() {
   if (window_->started()) reset_window(TrackReset::Kind::time_reset, "the time base was reset", {}, Chaser::realigns);
   health_.forget_times();
   queue_ = EventQueue(options_.lag.window);
@@ -77,7 +88,7 @@ std::optional<EgoStateSigmas> OnlineEstimator::Streams::newest_state_sigmas(cons
                         sigma(c.velocity, min_sigmas.velocity)};
   if (c.bias.size() > 0) sigmas.bias = c.bias.diagonal().cwiseMax(kMinBiasSigma * kMinBiasSigma).cwiseSqrt();
   return sigmas;
-} catch (const Error&) {
+} catch (const NumericalError&) {
   return {};
 }
 

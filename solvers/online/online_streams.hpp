@@ -3,11 +3,13 @@
 #include <chrono>
 #include <cmath>
 #include <deque>
+#include <exception>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include <tandem/lie/error.hpp>
 #include <tandem/solvers/online/event_queue.hpp>
 #include <tandem/solvers/online/keyframe_policy.hpp>
 #include <tandem/solvers/online/online_estimator.hpp>
@@ -24,12 +26,32 @@ class OnlineEstimator::Streams {
   Streams(OnlineEstimator& hooks, const TrackingData& tracking, const std::optional<NavigationData>& ego,
           const OnlineOptions& options);
 
+  /// Calls f(*this), which changes the estimate, then a reset() that hooks have requested. Throws BadInputError within
+  /// a hook.
+  template <class F>
+  auto change(F f) {
+    if (changing_)
+      throw BadInputError(
+          "OnlineEstimator: a hook must not add measurements, finish, restore or solve; do so after the current call");
+    if (reset_requested_) reset();  // the last call threw
+    struct End {
+      Streams& streams;
+      int exceptions = std::uncaught_exceptions();
+      ~End() noexcept(false) {
+        streams.changing_ = false;
+        if (streams.reset_requested_ && std::uncaught_exceptions() == exceptions) streams.reset();
+      }
+    } const end{*this};
+    changing_ = true;
+    return f(*this);
+  }
+
   MaybeRejection add_odometry(const Stamped<SE3>& pose);
   MaybeRejection add_imu(const ImuSample& sample);
   MaybeRejection add_ego(std::size_t sensor, const EgoMeasurement& m);
   MaybeRejection add_target(std::size_t sensor, const Measurement& m);
   void finish();
-  void reset();
+  void reset();  // after the current change() if within one
   Summary solve_to_convergence() { return window_->solve_to_convergence(); }
   const detail::OnlineWindow& window() const { return *window_; }
   const TrackHealth& health() const { return health_.health(); }
@@ -59,6 +81,7 @@ class OnlineEstimator::Streams {
   bool process_target(std::size_t sensor, const Measurement& m, double t);
   void add_keyframe(double t, std::size_t sensor = 0, const Measurement* first = nullptr);
   void update();
+  void reset_now();
   void make_window();
   enum class Chaser { continues, realigns };  // after a reset
   void reset_window(TrackReset::Kind kind, std::string why, const EgoStateSigmas& min_sigmas = {},
@@ -88,6 +111,8 @@ class OnlineEstimator::Streams {
   double aligned_ = -HUGE_VAL;  // time of the last alignment [s]
   MaybeRejection rejected_;     // of the current call
   bool finished_ = false;
+  bool changing_ = false;         // within change() or reset()
+  bool reset_requested_ = false;  // by a hook
   // Since the last update:
   std::optional<Clock::time_point> due_;  // time of the first change that needs an update
   bool new_keyframe_ = false;             // a keyframe was added

@@ -67,12 +67,13 @@ struct PlanResult {
   bool accepted() const { return tandem::accepted(origin, summary.status, max_violation); }
 };
 
-/// Receding-horizon planner. Each plan starts from the previous one, shifted by a step. The vehicle must outlive this
-/// object.
+/// Receding-horizon planner. Each plan starts from the previous one, shifted by a step.
+/// Different planners may be used in different threads.
 template <int N>
 class Planner {
  public:
-  /// Throws Error if the vehicle or the options are invalid, or if the plan has too many steps for the solver.
+  /// Copies the vehicle. Throws BadInputError if the vehicle or the options are invalid, or if the plan has too many
+  /// steps for the solver.
   Planner(const VehicleModel<N>& vehicle, const PlanOptions& plan, const PlannerOptions& options = {});
 
   /// Returns the next plan. `target` has H + 1 instants. The initial guess of a first plan is a roll-out of pure

@@ -184,6 +184,41 @@ TEST(OnlineOrder, CallsTheMarginalizationHookOfTheCaller) {
   EXPECT_THAT(left, ElementsAre(0, 1, 2));
 }
 
+TEST(OnlineOrder, ResetWithinAHookTakesEffectAfterTheCall) {
+  const LevelTurn turn;
+  const NavigationData data = turn.data();
+  OnlineOptions options;
+  options.start = turn.start();
+  options.lag.window = 5;
+  for (const bool by_leaving : {true, false}) {
+    OnlineEstimator estimator(TrackingData(), data, options);
+    int resets = 0, errors = 0;
+    const auto reset_once = [&] {
+      if (resets++ > 0) return;
+      const std::size_t keyframes = estimator.keyframes();
+      estimator.reset();
+      EXPECT_EQ(estimator.keyframes(), keyframes) << "not yet";
+      try {
+        estimator.finish();
+      } catch (const BadInputError&) {
+        ++errors;
+      }
+    };
+    if (by_leaving)
+      estimator.on_leave = [&](const Stamped<EgoState>&) { reset_once(); };
+    else
+      estimator.on_update = [&](const OnlineUpdate&) { reset_once(); };
+    bool was_reset = false;
+    for (const ImuSample& sample : data.imu->samples) {
+      const int before = resets;
+      estimator.add_imu(sample);
+      if (before == 0 && resets > 0) was_reset = !estimator.started();
+    }
+    EXPECT_TRUE(was_reset);
+    EXPECT_EQ(errors, 1);
+  }
+}
+
 TEST(OnlineOrder, ContinuesAfterAHookThrows) {
   const LevelTurn turn;
   const NavigationData data = turn.data();

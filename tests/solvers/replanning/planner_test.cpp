@@ -39,6 +39,16 @@ VehicleState<8> at_start() {
 
 const Vector<3> kCurrent(0.05, -0.1, 0.0);
 
+TEST(Planner, KeepsTheVehicle) {
+  const PlanOptions plan = some_plan(4);
+  const auto vehicle = hovering_vehicle();
+  Planner<8> from_variable(vehicle, plan), from_temporary(hovering_vehicle(), plan);
+  const PlanResult<8> a = from_variable.replan(at_start(), kCurrent, target_at(0.0, plan.steps));
+  const PlanResult<8> b = from_temporary.replan(at_start(), kCurrent, target_at(0.0, plan.steps));
+  EXPECT_EQ(a.summary.cost, b.summary.cost);
+  EXPECT_EQ(a.plan.commands.back(), b.plan.commands.back());
+}
+
 TEST(Planner, SolversFindTheSamePlan) {
   if (!ipopt_available()) GTEST_SKIP() << "this build has no Ipopt";
   const auto vehicle = hovering_vehicle();
