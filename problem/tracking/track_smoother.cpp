@@ -38,7 +38,10 @@ SmoothedTrack smooth(const std::vector<Keyframe>& keyframes, const std::vector<P
     cov[k] += gain * (cov[k + 1] - predicted_cov[k + 1]) * gain.transpose();
   }
   SmoothedTrack track;
-  for (const Matrix<2, 2>& P : cov) track.variance.push_back(P(0, 0));
+  for (const Matrix<2, 2>& P : cov) {
+    track.variance.push_back(P(0, 0));
+    track.velocity_variance.push_back(P(1, 1));
+  }
   for (const State& x : mean) {
     track.position.push_back(x.row(0));
     track.velocity.push_back(x.row(1));

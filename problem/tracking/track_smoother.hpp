@@ -10,6 +10,7 @@ namespace tandem::detail {
 struct SmoothedTrack {
   std::vector<Vector<3>> position, velocity;  ///< world [m, m/s]
   std::vector<double> variance;               ///< position variance along each axis [m²]
+  std::vector<double> velocity_variance;      ///< velocity variance along each axis [m²/s²]
 };
 /// A measured position.
 struct PositionFix {

@@ -1,10 +1,9 @@
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <Eigen/Cholesky>
 
-#include <tandem/lie/operations.hpp>
+#include <tandem/problem/tracking/orientation_guess.hpp>
 #include <tandem/problem/tracking/planar.hpp>
 #include <tandem/problem/tracking/position_fixes.hpp>
 #include <tandem/problem/tracking/tracking_initial_guess.hpp>
@@ -18,78 +17,6 @@ using Mask = std::vector<std::vector<bool>>;  // by [sensor][index]
 
 /// Maximum distance of a pose measurement that gives the orientation, in keyframe intervals.
 constexpr double kNearIntervals = 5;
-
-constexpr std::size_t kVoters = 9;                         // number of pose measurements that vote on each
-constexpr double kTravelVote = 0.5;                        // weight of a direction of travel; a measurement has 1
-constexpr double kMaxDisagreement = std::numbers::pi / 4;  // rad
-
-struct OrientationFix {
-  double t;  // s
-  SO3 rotation;
-  SO3 travel{};  // level orientation along the smoothed track
-};
-
-/// Returns the level orientation whose x axis points along the horizontal velocity.
-SO3 along(const Vector<3>& velocity) { return SO3::Exp({0, 0, std::atan2(velocity.y(), velocity.x())}); }
-
-double angle_between(const SO3& a, const SO3& b) { return (a.inverse() * b).Log().norm(); }
-
-/// Returns the fixes that agree with the L1 medoid of their neighbourhood, the nearest nine fixes within `near` [s].
-/// The medoid has the smallest sum of angles to the other orientations and, at half weight, to the directions of
-/// travel. With half weight, the direction of travel resolves ties, but does not outvote measurements of a target that
-/// drifts or goes astern.
-std::vector<OrientationFix> consistent_fixes(const std::vector<OrientationFix>& fixes, double near) {
-  std::vector<OrientationFix> kept;
-  for (std::size_t i = 0; i < fixes.size(); ++i) {
-    const auto away = [&](std::size_t j) { return j < fixes.size() ? std::abs(fixes[j].t - fixes[i].t) : HUGE_VAL; };
-    std::size_t first = i, last = i;
-    while (last - first + 1 < kVoters) {
-      const double before = first > 0 ? away(first - 1) : HUGE_VAL, after = away(last + 1);
-      if (std::min(before, after) > near) break;
-      before <= after ? --first : ++last;
-    }
-    std::size_t medoid = i;
-    double least = HUGE_VAL;
-    for (std::size_t a = first; a <= last; ++a) {
-      double sum = 0;
-      for (std::size_t b = first; b <= last; ++b)
-        sum += angle_between(fixes[a].rotation, fixes[b].rotation) +
-               kTravelVote * angle_between(fixes[a].rotation, fixes[b].travel);
-      if (sum < least) {
-        least = sum;
-        medoid = a;
-      }
-    }
-    if (angle_between(fixes[i].rotation, fixes[medoid].rotation) <= kMaxDisagreement) kept.push_back(fixes[i]);
-  }
-  return kept;
-}
-
-std::vector<OrientationFix> measured_orientations(const TrackingData& data, const std::vector<Keyframe>& keyframes,
-                                                  const std::vector<SE3>& chaser) {
-  std::vector<OrientationFix> fixes;
-  for (const auto& [s, i, k] : detail::usable_measurements(data, keyframes)) {
-    const TargetSensor& sensor = data.sensors[s];
-    if (sensor.type->has(measured::rotation))
-      fixes.push_back(
-          {keyframes[k].t, chaser[k].rotation() * sensor.pose_in_chaser(sensor.measurements[i]).rotation()});
-  }
-  std::stable_sort(fixes.begin(), fixes.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
-  return fixes;
-}
-
-/// Returns the orientation at time t from the fixes before and after it that are within `near` [s], or nullopt.
-std::optional<SO3> orientation_near(const std::vector<OrientationFix>& fixes, double t, double near) {
-  const auto after = std::lower_bound(fixes.begin(), fixes.end(), t, [](const auto& f, double x) { return f.t < x; });
-  const auto before = after == fixes.begin() ? fixes.end() : after - 1;
-  const bool has_after = after != fixes.end() && after->t - t <= near;
-  const bool has_before = before != fixes.end() && t - before->t <= near;
-  if (has_after && has_before)
-    return interpolate(before->rotation, after->rotation, (t - before->t) / (after->t - before->t));
-  if (has_after) return after->rotation;
-  if (has_before) return before->rotation;
-  return std::nullopt;
-}
 
 /// Returns the track x0 + v t with the least distance to all lines of sight (pseudo-linear estimator), for data without
 /// positions. A weak prior, weighted with the bearings' noise, puts the target on the first line of sight and moves it
@@ -140,6 +67,7 @@ SmoothedTrack track_from_bearings(const TrackingData& data, const std::vector<Ke
   for (const Keyframe& k : keyframes) {
     track.position.push_back(line.head<3>() + (k.t - keyframes.front().t) * line.tail<3>());
     track.velocity.push_back(line.tail<3>());
+    track.velocity_variance.push_back(0);
   }
   return track;
 }
@@ -148,20 +76,15 @@ SmoothedTrack track_from_bearings(const TrackingData& data, const std::vector<Ke
 
 TargetGuess initial_target_guess(const TrackingData& data, const std::vector<Keyframe>& keyframes,
                                  const std::vector<SE3>& chaser, bool robust, const Stop& stop) {
-  const auto measured = measured_orientations(data, keyframes, chaser);
+  const auto measured = detail::measured_orientations(data, keyframes, chaser);
   const double near = kNearIntervals * data.keyframe_interval;
   const auto guess_from = [&](const SmoothedTrack& track) {
     stop.check("computing the initial guess");
-    std::vector<OrientationFix> orientations = measured;
-    if (robust) {
-      for (OrientationFix& fix : orientations) fix.travel = along(track.velocity[*keyframe_at(keyframes, fix.t)]);
-      orientations = consistent_fixes(orientations, near);
-    }
+    const auto orientations = detail::guess_orientations(
+        keyframes, track, robust ? detail::consistent_fixes(measured, keyframes, track, near) : measured, near);
     TargetGuess guess;
     guess.velocity = track.velocity;
-    for (std::size_t k = 0; k < keyframes.size(); ++k)
-      guess.pose.emplace_back(orientation_near(orientations, keyframes[k].t, near).value_or(along(track.velocity[k])),
-                              track.position[k]);
+    for (std::size_t k = 0; k < keyframes.size(); ++k) guess.pose.emplace_back(orientations[k], track.position[k]);
     return guess;
   };
   const std::vector<Outlier> found = robust ? outliers(data, keyframes, chaser, stop) : std::vector<Outlier>();
@@ -192,7 +115,7 @@ TargetGuess straight_line_guess(const TargetGuess& guess, const std::vector<Keyf
   const Vector<3> velocity = line.row(1);
   TargetGuess straight;
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
-    straight.pose.emplace_back(along(velocity), Vector<3>(times.row(Eigen::Index(k)) * line));
+    straight.pose.emplace_back(detail::along(velocity), Vector<3>(times.row(Eigen::Index(k)) * line));
     straight.velocity.push_back(velocity);
   }
   return straight;

@@ -15,9 +15,9 @@ struct TargetGuess {
 };
 
 /// Computes the initial guess from the measurements and the chaser's poses at the keyframes. Positions are smoothed at
-/// constant velocity. Orientations come from pose measurements nearby, or else from the direction of travel. Without
-/// measured positions, the guess has the constant velocity that fits the bearings best. With only ranges, the target is
-/// at rest ahead of the chaser.
+/// constant velocity. Orientations come from pose measurements nearby, or else from the direction of travel if it is
+/// significant (guess_orientations()). Without measured positions, the guess has the constant velocity that fits the
+/// bearings best. With only ranges, the target is at rest ahead of the chaser.
 ///
 /// `robust` ignores outliers(), and orientations that disagree with their neighbours and the direction of travel, such
 /// as detections turned by 180°. Throws Stopped if `stop` requests it.
