@@ -28,10 +28,16 @@ struct Damping {
   }
 };
 
-/// Returns the addition to a diagonal entry of the Hessian. `scale` is the curvature of the cost, `diagonal` that of
-/// the whole matrix. An unknown without any curvature gets a unit pivot, hence a zero step.
-inline double damping_shift(double damping, double scale, double diagonal) {
-  return diagonal > 0 ? std::max(damping * scale, std::numeric_limits<double>::min()) : 1.0;
+/// Curvature of an unknown, relative to the largest one of the same variable, that may be the square of a Jacobian's
+/// rounding error.
+inline constexpr double kRoundingCurvature = 1e-20;
+
+/// Returns the addition to a diagonal entry of the Hessian. `scale` is the curvature of the cost. `diagonal` is that of
+/// the whole matrix, and `largest` its maximum over the unknowns of the same variable. An unknown without curvature
+/// beyond rounding gets a large pivot, hence no step.
+inline double damping_shift(double damping, double scale, double diagonal, double largest) {
+  if (diagonal > kRoundingCurvature * largest) return std::max(damping * scale, std::numeric_limits<double>::min());
+  return largest > 0 ? largest : 1.0;
 }
 
 }  // namespace tandem::detail

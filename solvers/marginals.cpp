@@ -1,7 +1,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
+#include <Eigen/Cholesky>
+
+#include <tandem/solvers/gauge_search.hpp>
+#include <tandem/solvers/linear/hessian_diagonal.hpp>
 #include <tandem/solvers/marginals.hpp>
 #include <tandem/solvers/observability.hpp>
 
@@ -60,6 +65,7 @@ Marginals::Parts Marginals::compute(Problem& problem, std::span<const Pair> pair
   check();
   Parts parts{std::vector<int>(std::size_t(problem.id_bound())),
               {},
+              nlp.hessian_pattern().first,
               detail::SelectedInverse(nlp.hessian_pattern(), blocks_of(nlp, problem.id_bound(), pairs))};
   for (int id = 0; id < problem.id_bound(); ++id) {
     parts.block_of_variable[std::size_t(id)] = nlp.block_of(id);
@@ -75,14 +81,64 @@ Marginals::Parts Marginals::compute(Problem& problem, std::span<const Pair> pair
                                  " has derivatives that are not finite");
   }
   const bool positive = parts.inverse.compute(hessian, equalities_of(nlp), check);
-  if (!positive || parts.inverse.weak()) {
-    // A weak pivot is only an indication. Long chains and loose priors cause it too.
-    const std::string unobservable = detail::unobservable_directions(nlp, false);
-    if (!unobservable.empty())
-      throw NotObservableError("marginals: " + detail::rank_deficiency(unobservable), unobservable);
-    if (!positive) throw_singular(nlp, parts.inverse.failed_unknown());
-  }
+  parts.log_determinant = parts.inverse.log_determinant();
+  if (!positive || parts.inverse.smallest_pivot() < detail::kSuspiciousPivot) regularize(nlp, hessian, stop, parts);
   return parts;
+}
+
+/// Computes the covariances of a problem with flat directions. Unknowns that are pinned make H regular. Covariances of
+/// functions that are constant along the flat directions do not depend on the pins. The other covariances follow from
+/// the curvature F = (NᵀHN)^(−1/2) of the directions N, computed from residuals without loss of digits.
+void Marginals::regularize(NlpEvaluator& nlp, const Eigen::VectorXd& hessian, const Stop& stop, Parts& parts) {
+  constexpr int kMostDirections = 60;
+  const int singular_at = parts.inverse.failed_unknown();
+  const std::vector<detail::FlatDirection> flat = detail::flat_directions(nlp, false, kMostDirections);
+  if (flat.empty() && singular_at >= 0) throw_singular(nlp, singular_at);
+  if (flat.empty()) return;
+  const SymmetricPattern& pattern = nlp.hessian_pattern();
+  Eigen::VectorXd curvature(nlp.num_unknowns()), pinned = hessian;
+  detail::hessian_diagonal(pattern, hessian, curvature);
+  double log_pins = 0;
+  std::vector<const Eigen::VectorXd*> weak, null;
+  for (const detail::FlatDirection& direction : flat) {
+    if (direction.unknown < 0) continue;
+    (direction.unobservable ? null : weak).push_back(&direction.v);
+    const auto block = std::upper_bound(pattern.first.begin(), pattern.first.end(), direction.unknown) - 1;
+    const double pin = curvature[direction.unknown] > 0 ? curvature[direction.unknown] : 1.0;
+    pinned[pattern.diagonal(int(block - pattern.first.begin()), direction.unknown - *block)] += pin;
+    if (!direction.unobservable)
+      log_pins += std::log(pin * direction.v[direction.unknown] * direction.v[direction.unknown]);
+  }
+  if (null.size() + weak.size() > 0 &&
+      !parts.inverse.compute(pinned, equalities_of(nlp), [&stop] { stop.check("marginals"); }))
+    throw_singular(nlp, parts.inverse.failed_unknown());
+  if (!weak.empty()) {
+    const Eigen::Index k = Eigen::Index(weak.size());
+    const auto curvature_along = [&](const Eigen::VectorXd& v) {
+      return nlp.stiffness(v, Eigen::VectorXd::Zero(nlp.num_rows())).along;
+    };
+    Eigen::MatrixXd N(nlp.num_unknowns(), k), Q(k, k);
+    for (Eigen::Index i = 0; i < k; ++i) {
+      N.col(i) = *weak[std::size_t(i)];
+      Q(i, i) = curvature_along(N.col(i));
+      N.col(i) /= std::sqrt(Q(i, i));  // units in which Q is near 1
+    }
+    for (Eigen::Index i = 0; i < k; ++i)
+      for (Eigen::Index j = 0; j < i; ++j)
+        Q(i, j) = Q(j, i) = 0.25 * (curvature_along(N.col(i) + N.col(j)) - curvature_along(N.col(i) - N.col(j)));
+    double log_curvature = 0;
+    for (Eigen::Index i = 0; i < k; ++i) log_curvature += std::log(std::exchange(Q(i, i), 1.0));
+    const Eigen::LLT<Eigen::MatrixXd> llt(Q);
+    if (llt.info() != Eigen::Success) throw_singular(nlp, singular_at >= 0 ? singular_at : flat.front().unknown);
+    parts.flat = llt.matrixL().solve(N.transpose()).transpose();
+    parts.log_determinant =
+        parts.inverse.log_determinant() + log_curvature - log_pins + 2 * llt.matrixLLT().diagonal().array().log().sum();
+  }
+  parts.null.resize(nlp.num_unknowns(), Eigen::Index(null.size()));
+  for (std::size_t i = 0; i < null.size(); ++i) parts.null.col(Eigen::Index(i)) = *null[i];
+  if (!null.empty()) parts.log_determinant = -HUGE_VAL;
+  parts.unobservable = detail::unobservable_states(nlp, flat);
+  if (!parts.unobservable.empty()) parts.infinite = detail::unobservable_unknowns(flat, curvature);
 }
 
 int Marginals::id(const VariableHandle& x) const {
@@ -101,13 +157,55 @@ int Marginals::block_of(int variable_id) const {
   return parts_.block_of_variable[std::size_t(variable_id)];
 }
 
-void Marginals::block(int a, int b, Eigen::Ref<Eigen::MatrixXd> S) const {
+bool Marginals::finite_block(int a, int b, Eigen::Ref<Eigen::MatrixXd> S) const {
   const int p = block_of(a), q = block_of(b);
   if (p < 0 || q < 0) {
     S.setZero();
-  } else {
-    parts_.inverse.block(p, q, S);
+    return false;
   }
+  parts_.inverse.block(p, q, S);
+  const int row = parts_.first_unknown[std::size_t(p)], column = parts_.first_unknown[std::size_t(q)];
+  if (parts_.flat.size() > 0)
+    S += parts_.flat.middleRows(row, S.rows()) * parts_.flat.middleRows(column, S.cols()).transpose();
+  return true;
+}
+
+void Marginals::block(int a, int b, Eigen::Ref<Eigen::MatrixXd> S) const {
+  if (!finite_block(a, b, S) || parts_.infinite.empty()) return;
+  const int row = parts_.first_unknown[std::size_t(block_of(a))];
+  const int column = parts_.first_unknown[std::size_t(block_of(b))];
+  for (int i = 0; i < S.rows(); ++i)
+    for (int j = 0; j < S.cols(); ++j)
+      if (parts_.infinite[std::size_t(row + i)] || parts_.infinite[std::size_t(column + j)])
+        S(i, j) = row + i == column + j ? HUGE_VAL : 0.0;
+}
+
+Eigen::MatrixXd Marginals::propagated(const Eigen::Ref<const Eigen::MatrixXd>& J, std::span<const int> variable_ids,
+                                      std::span<const int> dofs) const {
+  constexpr double kUnchanged =
+      1e-8;  // change along a null direction by rounding, relative to that without cancellation
+  Eigen::MatrixXd S(J.cols(), J.cols()), N = Eigen::MatrixXd::Zero(J.cols(), parts_.null.cols());
+  for (std::size_t a = 0, row = 0; a < dofs.size(); row += std::size_t(dofs[a++])) {
+    for (std::size_t b = 0, column = 0; b < dofs.size(); column += std::size_t(dofs[b++]))
+      finite_block(variable_ids[a], variable_ids[b],
+                   S.block(Eigen::Index(row), Eigen::Index(column), dofs[a], dofs[b]));
+    if (const int p = block_of(variable_ids[a]); p >= 0 && N.cols() > 0)
+      N.middleRows(Eigen::Index(row), dofs[a]) = parts_.null.middleRows(parts_.first_unknown[std::size_t(p)], dofs[a]);
+  }
+  Eigen::MatrixXd result = J * S * J.transpose();
+  const Eigen::MatrixXd change = (J * N).cwiseAbs(), scale = J.cwiseAbs() * N.cwiseAbs();
+  for (Eigen::Index i = 0; i < J.rows(); ++i) {
+    if (((change - kUnchanged * scale).row(i).array() <= 0).all()) continue;
+    result.row(i).setZero();
+    result.col(i).setZero();
+    result(i, i) = HUGE_VAL;
+  }
+  return result;
+}
+
+void Marginals::require_regular() const {
+  if (std::isfinite(parts_.log_determinant)) return;
+  throw Error("marginals: the problem is rank deficient; unobservable: " + describe(parts_.unobservable));
 }
 
 Eigen::MatrixXd Marginals::joint(std::span<const int> variable_ids, std::span<const int> dofs) const {

@@ -7,6 +7,7 @@
 #include <tandem/problem/problem.hpp>
 #include <tandem/problem/stop.hpp>
 #include <tandem/solvers/linear/selected_inverse.hpp>
+#include <tandem/solvers/summary.hpp>
 
 namespace tandem {
 
@@ -23,6 +24,10 @@ namespace tandem {
 ///   that differ by δ lose digits as 1e-16/δ. A row in which one variable has ε times the weight of another loses
 ///   digits as 1e-16/ε², if the former is eliminated first.
 /// - Inequalities are ignored, active or not. The result is conservative.
+/// - Tangent entries that take part in an unobservable direction have an infinite variance and zero covariances. This is
+///   the limit for a prior whose standard deviation goes to infinity. unobservable() names the entries. The cost, not H
+///   alone, decides what is unobservable: H of a residual that is not zero can have curvature along a direction in which
+///   the cost is constant, such as a turn of all residuals (solvers/gauge_search.hpp).
 ///
 /// Stored are the blocks of S on the pattern of the Cholesky factor of H, found by selected inversion
 /// (detail::SelectedInverse). They include the block of each variable and of each pair that a residual reads. Each
@@ -37,8 +42,8 @@ class Marginals {
   /// Two variables by id (Problem::id).
   using Pair = std::pair<int, int>;
   /// Computes the covariances, and stores those of all `pairs` too. The time is linear for pairs of neighbours in a
-  /// chain. Throws NotObservableError if a direction is unobservable, UndefinedResidualError if a residual is
-  /// undefined or not finite, BadInputError if no variable is free, and Stopped if `stop` requests it.
+  /// chain. Throws UndefinedResidualError if a residual is undefined or not finite, NotObservableError if more than 60
+  /// directions are unobservable or nearly so, BadInputError if no variable is free, and Stopped if `stop` requests it.
   explicit Marginals(Problem& problem, std::span<const Pair> pairs = {}, const Stop& stop = {});
 
   template <LieGroup A>
@@ -63,9 +68,18 @@ class Marginals {
   /// Returns the joint covariance of variables by id, in this order. A pair that is not stored costs one sparse solve
   /// per column.
   Eigen::MatrixXd joint(std::span<const int> variable_ids, std::span<const int> dofs) const;
+  /// Returns J S Jᵀ for a linear function J of the tangent vectors of variables, such as the residual of a measurement.
+  /// A row has an infinite variance and zero covariances if a null direction of H changes it. A row that no null
+  /// direction changes is determined even if it reads entries of infinite variance.
+  Eigen::MatrixXd propagated(const Eigen::Ref<const Eigen::MatrixXd>& J, std::span<const int> variable_ids,
+                             std::span<const int> dofs) const;
   /// Returns log det H. With hard equalities, H is restricted to their null space, and a constant that depends only on
-  /// the equalities is neglected.
-  double log_determinant() const { return parts_.inverse.log_determinant(); }
+  /// the equalities is neglected. −infinity if H is singular.
+  double log_determinant() const { return parts_.log_determinant; }
+  /// Throws Error, which names the unobservable states, if H is singular.
+  void require_regular() const;
+  /// Returns the states with infinite variances; empty if the problem determines all states.
+  const std::vector<UnobservableState>& unobservable() const { return parts_.unobservable; }
   /// Returns whether the covariance of the pair is stored.
   template <LieGroup A, LieGroup B>
   bool in_pattern(const Variable<A>& a, const Variable<B>& b) const {
@@ -73,15 +87,26 @@ class Marginals {
   }
 
  private:
+  struct Parts;
   int id(const VariableHandle& x) const;
+  static void regularize(NlpEvaluator& nlp, const Eigen::VectorXd& hessian, const Stop& stop, Parts& parts);
   int block_of(int variable_id) const;
   void block(int a, int b, Eigen::Ref<Eigen::MatrixXd> S) const;
+  /// Sets S to a block of the covariance without the unobservable directions, and returns whether it is free.
+  bool finite_block(int a, int b, Eigen::Ref<Eigen::MatrixXd> S) const;
   bool in_pattern(int a, int b) const;
 
   struct Parts {
-    std::vector<int> block_of_variable;     // −1 for fixed variables
+    std::vector<int> block_of_variable;  // −1 for fixed variables
     std::vector<VariableHandle> variables;  // by ID; handles never set for unused IDs
-    detail::SelectedInverse inverse;
+    std::vector<int> first_unknown;      // of each block
+    detail::SelectedInverse inverse;     // of H with pinned unknowns, if H is nearly singular
+    double log_determinant = 0;
+    // S is the inverse plus F Fᵀ: flat directions that the residuals observe, although rounding hides them in H.
+    Eigen::MatrixXd flat{};
+    Eigen::MatrixXd null{};        // null directions of H, one per column
+    std::vector<char> infinite{};  // of each unknown; empty if none is
+    std::vector<UnobservableState> unobservable{};
   };
   static Parts compute(Problem& problem, std::span<const Pair> pairs, const Stop& stop);
 

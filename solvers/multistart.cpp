@@ -61,6 +61,7 @@ Summary solve_trial(Subproblem& trial, const Merit& best, const MultistartOption
   SolverOptions limits;
   limits.max_iterations = options.max_iterations;
   limits.stop = &stop;
+  limits.observability = false;
   limits.progress = [&](const Progress& p) {
     if (options.has_returned) trial.write_back();
     stop =

@@ -1,17 +1,21 @@
+#include <algorithm>
 #include <cmath>
 #include <map>
-#include <vector>
 
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/gauge_search.hpp>
+#include <tandem/solvers/linear/hessian_diagonal.hpp>
 #include <tandem/solvers/observability.hpp>
 
 namespace tandem::detail {
 namespace {
 
-constexpr double kMinStiffness = 1e-20;  // ‖J v‖² relative to ‖J diag(v)‖²; rounding leaves about 1e-24
+constexpr double kMinStiffness = 1e-22;  // ‖J v‖² relative to ‖J diag(v)‖²; rounding leaves about 1e-24
 // Distance from its bound below which an inequality is active, in the units of the row.
 constexpr double kActive = 1e-6;
-constexpr int kDirections = 6;     // maximum number of null directions that are computed
-constexpr std::size_t kNamed = 3;  // variables that the message names
+// Participation of an unknown that counts, relative to the largest one. Null directions have 1e-8 by rounding, and
+// gauges 1e-4, because an eigenvector is less accurate.
+constexpr double kParticipates = 1e-6, kParticipatesInGauge = 1e-3;
 
 /// Returns the weights of the rows. Active hard rows get the mean stiffness of the soft residuals, inactive
 /// inequalities 0.
@@ -31,14 +35,14 @@ Eigen::VectorXd active_rows(NlpEvaluator& nlp, double stiffness, bool inequaliti
 
 }  // namespace
 
-std::string unobservable_directions(NlpEvaluator& nlp, bool inequalities) {
+std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, bool inequalities, int most) {
   BlockCholesky cholesky(nlp.hessian_pattern());
   Eigen::VectorXd gradient(nlp.num_unknowns());
   Eigen::VectorXd hessian(nlp.hessian_pattern().nonzeros());
-  return unobservable_directions(nlp, {cholesky, gradient, hessian}, inequalities);
+  return flat_directions(nlp, {cholesky, gradient, hessian}, inequalities, most);
 }
 
-std::string unobservable_directions(NlpEvaluator& nlp, const Workspace& work, bool inequalities) {
+std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, const Workspace& work, bool inequalities, int most) {
   Eigen::VectorXd& hessian = work.hessian;
   Eigen::VectorXd weights;
   double size = 0.0;
@@ -46,6 +50,7 @@ std::string unobservable_directions(NlpEvaluator& nlp, const Workspace& work, bo
   const auto sum_of_sizes = [&] {
     return parts.sum([&](Eigen::Index begin, Eigen::Index size) { return hessian.segment(begin, size).lpNorm<1>(); });
   };
+  std::vector<FlatDirection> flat;
   try {
     if (!work.has_hessian) nlp.linearize(work.gradient, hessian);
     size = sum_of_sizes();
@@ -57,48 +62,54 @@ std::string unobservable_directions(NlpEvaluator& nlp, const Workspace& work, bo
       nlp.add_constraint_hessian(weights, jacobian, hessian);
       size = sum_of_sizes();
     }
+    if (!std::isfinite(size)) return {};
+    std::vector<int> unknowns;
+    std::vector<Eigen::VectorXd> basis =
+        work.cholesky.null_space(hessian, BlockCholesky::kRelativePivot, most, &unknowns);
+    for (std::size_t i = 0; i < basis.size(); ++i) {
+      const NlpEvaluator::Stiffness s = nlp.stiffness(basis[i], weights);
+      flat.push_back({std::move(basis[i]), unknowns[i], s.along <= kMinStiffness * s.scale});
+    }
+    if (static_cast<int>(basis.size()) < most) {
+      for (Eigen::VectorXd& v : gauges(nlp, work.cholesky, weights, flat)) flat.push_back({std::move(v), -1, true});
+    }
   } catch (const UndefinedResidualError&) {
-    return {};
   }
-  if (!std::isfinite(size)) return {};
-  auto basis = work.cholesky.null_space(hessian, BlockCholesky::kRelativePivot, kDirections);
-  // A weak pivot is only an indication. Long chains and loose priors cause it too. The change of the residuals along
-  // the direction decides, because it keeps all digits.
-  std::erase_if(basis, [&](const Eigen::VectorXd& v) {
-    const NlpEvaluator::Stiffness s = nlp.stiffness(v, weights);
-    return s.along > kMinStiffness * s.scale;
-  });
-  if (basis.empty()) return {};
-
-  std::vector<std::string> order;
-  std::map<std::string, std::map<int, std::string>> unobservable;  // variable -> tangent entry -> name of the direction
-  for (const auto& v : basis) {
-    const double largest = v.cwiseAbs().maxCoeff();
-    for (Eigen::Index i = 0; i < v.size(); ++i) {
-      if (std::abs(v[i]) < 0.3 * largest) continue;
-      const auto u = nlp.describe_unknown(static_cast<int>(i));
-      if (!unobservable.contains(u.variable)) order.push_back(u.variable);
-      unobservable[u.variable][u.entry] = u.direction;
-    }
-  }
-  std::string text;
-  for (std::size_t k = 0; k < std::min(order.size(), kNamed); ++k) {
-    text += (k ? "; " : "") + order[k] + " in ";
-    bool first = true;
-    for (const auto& [entry, name] : unobservable[order[k]]) {
-      text += (first ? "" : ", ") + name;
-      first = false;
-    }
-  }
-  if (order.size() > kNamed)
-    text += "; and " + std::to_string(order.size() - kNamed) +
-            (order.size() == kNamed + 1 ? " more variable" : " more variables");
-  return text;
+  return flat;
 }
 
-std::string rank_deficiency(const std::string& directions) {
-  return "the problem is rank deficient; unobservable: " + directions +
-         " (add a residual that observes them, or fix them)";
+std::vector<UnobservableState> unobservable_states(const NlpEvaluator& nlp, const std::vector<FlatDirection>& flat) {
+  constexpr double kNamed = 0.3;  // participation of a direction that is named, relative to the largest one
+  std::vector<UnobservableState> states;
+  std::map<std::string, std::map<int, std::string>> directions;  // variable -> tangent entry -> name of the direction
+  for (const FlatDirection& direction : flat) {
+    if (!direction.unobservable) continue;
+    const double largest = direction.v.cwiseAbs().maxCoeff();
+    for (Eigen::Index i = 0; i < direction.v.size(); ++i) {
+      if (std::abs(direction.v[i]) < kNamed * largest) continue;
+      const auto u = nlp.describe_unknown(static_cast<int>(i));
+      if (!directions.contains(u.variable)) states.push_back({u.variable, {}});
+      directions[u.variable][u.entry] = u.direction;
+    }
+  }
+  for (UnobservableState& state : states)
+    for (const auto& [entry, name] : directions[state.variable]) state.directions.push_back(name);
+  return states;
+}
+
+std::vector<char> unobservable_unknowns(const std::vector<FlatDirection>& flat, const Eigen::VectorXd& curvature) {
+  std::vector<char> found(std::size_t(curvature.size()), 0);
+  for (const FlatDirection& direction : flat) {
+    if (!direction.unobservable) continue;
+    // An unknown without curvature takes part on its own.
+    const Eigen::VectorXd scaled = direction.v.cwiseAbs().cwiseProduct(curvature.cwiseMax(0.0).cwiseSqrt());
+    const double least = (direction.unknown < 0 ? kParticipatesInGauge : kParticipates) * scaled.maxCoeff();
+    const double alone = kParticipates * direction.v.cwiseAbs().maxCoeff();
+    for (Eigen::Index i = 0; i < curvature.size(); ++i)
+      if (curvature[i] > 0 && scaled.maxCoeff() > 0 ? scaled[i] > least : std::abs(direction.v[i]) > alone)
+        found[std::size_t(i)] = 1;
+  }
+  return found;
 }
 
 }  // namespace tandem::detail

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
+#include <tandem/solvers/summary.hpp>
 
 namespace tandem::detail {
 
@@ -15,13 +17,32 @@ struct Workspace {
   bool has_hessian = false;  ///< whether `hessian` is the Gauss-Newton Hessian of the cost at X̄
 };
 
-/// Tests whether the problem determines each unknown at X̄ to second order. Returns an empty string if it does, else
-/// the unobservable variables and directions, e.g. "target 4 in rotation about x; target 5 in x, y".
+/// A direction along which the cost is constant, or almost so.
+struct FlatDirection {
+  Eigen::VectorXd v;  ///< of norm 1
+  /// An unknown that the direction moves. The unknowns of several null directions of the Hessian differ. If they are
+  /// fixed, the Hessian becomes regular. −1 for a gauge.
+  int unknown = -1;
+  bool unobservable = true;  ///< false if the residuals observe the direction, but the factor lost it to rounding
+};
+
+/// Finds the flat directions of the problem at X̄. There are three kinds:
 ///
-/// Active hard constraints count as information; active inequalities only if `inequalities` is true.
-std::string unobservable_directions(NlpEvaluator& nlp, const Workspace& work, bool inequalities = true);
-std::string unobservable_directions(NlpEvaluator& nlp, bool inequalities = true);
-/// Returns the sentence for the user about such directions.
-std::string rank_deficiency(const std::string& directions);
+/// - Null directions of the Gauss-Newton Hessian JᵀJ. A pivot below 1e-12 of its diagonal entry is only an indication,
+///   because long chains and loose priors cause it too. The change of the residuals, ‖J v‖², decides; it keeps all
+///   digits. At most `most` directions of this and the next kind are found.
+/// - Directions with ‖J v‖² > 0 that the factor of the Hessian cannot resolve.
+/// - Gauges: JᵀJ has curvature, but the cost does not change. See GaugeSearch.
+///
+/// Active hard constraints count as information; active inequalities only if `inequalities` is true. Empty if a
+/// residual is undefined.
+std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, const Workspace& work, bool inequalities, int most);
+std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, bool inequalities, int most);
+
+/// Returns the variables that unobservable directions move, with the names of the directions.
+std::vector<UnobservableState> unobservable_states(const NlpEvaluator& nlp, const std::vector<FlatDirection>& flat);
+/// Returns which unknowns have an infinite variance. An unknown counts if it takes part in an unobservable direction by
+/// more than rounding, in units of the conditional standard deviations 1/√`curvature` of the unknowns.
+std::vector<char> unobservable_unknowns(const std::vector<FlatDirection>& flat, const Eigen::VectorXd& curvature);
 
 }  // namespace tandem::detail

@@ -21,7 +21,9 @@ double evidence_at(const Problem& solved, const Variable<Rn<1>>& x, double value
   const Summary summary = solve(problem, options);
   stop.check("profile evidence");
   if (!summary.converged()) return NAN;
-  return -summary.cost - 0.5 * Marginals(problem, {}, stop).log_determinant();
+  const Marginals marginals(problem, {}, stop);
+  marginals.require_regular();
+  return -summary.cost - 0.5 * marginals.log_determinant();
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 namespace tandem {
 
 namespace detail {
-/// Returns J S Jᵀ.
+/// Returns J S Jᵀ. Rows that read an entry of infinite variance have an infinite variance and zero covariances.
 Eigen::MatrixXd propagated(const Eigen::Ref<const Eigen::MatrixXd>& J, const Eigen::Ref<const Eigen::MatrixXd>& S);
 }  // namespace detail
 

@@ -108,12 +108,10 @@ void Session::conclude(NlpEvaluator& nlp, double feasible, const Workspace* work
     summary.status = Status::infeasible;
     summary.message = "hard constraints are violated; the worst is " + summary.worst_constraint;
   }
-  if (summary.status == Status::converged) {
-    summary.unobservable = work ? unobservable_directions(nlp, *work) : unobservable_directions(nlp);
-    if (!summary.unobservable.empty()) {
-      summary.status = Status::rank_deficient;
-      summary.message = rank_deficiency(summary.unobservable);
-    }
+  if (summary.status == Status::converged && options_.observability) {
+    constexpr int kMostDirections = 6;
+    summary.unobservable = unobservable_states(
+        nlp, work ? flat_directions(nlp, *work, true, kMostDirections) : flat_directions(nlp, true, kMostDirections));
   }
   summary.seconds = seconds();
 }

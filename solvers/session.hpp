@@ -33,9 +33,8 @@ class Session {
   /// effect.
   void end(Status status, std::string message = {});
   bool ended() const { return ended_; }
-  /// Evaluates the solution X̄: cost, violation and rank. A converged solve becomes infeasible if a constraint is
-  /// violated by more than `feasible`, and rank deficient if a direction is unobservable. Must be called last, as
-  /// `work` is overwritten.
+  /// Evaluates the solution X̄: cost, violation and observability. A converged solve becomes infeasible if a constraint
+  /// is violated by more than `feasible`. Must be called last, as `work` is overwritten.
   void conclude(NlpEvaluator& nlp, double feasible, const Workspace* work = nullptr);
 
   /// Adds the time until the end of the scope to `total`.

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <limits>
 #include <optional>
 
 #include <tandem/lie/error.hpp>
@@ -10,6 +12,9 @@ namespace tandem::detail {
 namespace {
 
 constexpr int kMinParallelBlocks = 1300;  // minimum number of blocks for parallel tasks
+// Scale of strong damping of an unknown, relative to the largest one of the same variable. Curvature that vanishes at
+// some point, as that of a range across the line of sight, would otherwise leave the unknown undamped.
+constexpr double kLeastScale = 1e-2;
 
 }  // namespace
 
@@ -72,9 +77,16 @@ void SoftModel::restore_hessian() {
 void SoftModel::find_scale() {
   const SymmetricPattern& pattern = nlp_.hessian_pattern();
   const double flattest = -blocks_.max([&](Eigen::Index first, Eigen::Index blocks) {
-    const int end = int(first + blocks), unknown = pattern.first[std::size_t(first)];
+    const int end = int(first + blocks);
     hessian_diagonal(pattern, int(first), end, hessian_, scale_);
-    return -scale_.segment(unknown, pattern.first[std::size_t(end)] - unknown).minCoeff();
+    double flattest = std::numeric_limits<double>::infinity();
+    for (int k = int(first); k < end; ++k) {
+      auto scale = scale_.segment(pattern.first[std::size_t(k)], pattern.width(k));
+      const double rounding = kRoundingCurvature * scale.maxCoeff();
+      flattest = std::min(flattest, scale.minCoeff() - rounding);
+      if (!(scale.minCoeff() > rounding)) scale = (scale.array() <= rounding).select(0.0, scale);
+    }
+    return -flattest;
   });
   all_curved_ = flattest > 0;
 }
@@ -108,9 +120,13 @@ void SoftModel::damp(const Eigen::VectorXd& hessian, double damping, Eigen::Vect
     for (int k = int(first); k < first + blocks; ++k) {
       const int begin = pattern.value_start[std::size_t(k)], height = pattern.height(k), width = pattern.width(k);
       if (&hessian != &damped) damped.segment(begin, height * width) = hessian.segment(begin, height * width);
-      for (int i = 0, unknown = pattern.first[std::size_t(k)]; i < width; ++i, ++unknown) {
+      const auto scale = scale_.segment(pattern.first[std::size_t(k)], width);
+      const double least = std::min(damping, kLeastScale) * scale.maxCoeff();
+      double largest = 0;
+      for (int i = 0; i < width && !all_curved_; ++i) largest = std::max(largest, damped[begin + i * (height + 1)]);
+      for (int i = 0; i < width; ++i) {
         double& d = damped[begin + i * (height + 1)];
-        d += damping_shift(damping, scale_[unknown], all_curved_ ? scale_[unknown] : d);
+        d += damping_shift(damping, std::max(scale[i], least), all_curved_ ? 1.0 : d, all_curved_ ? 1.0 : largest);
       }
     }
   });

@@ -5,6 +5,7 @@
 #include <limits>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace tandem {
 
@@ -15,7 +16,6 @@ enum class Status {
   time_limit,      ///< the time limit
   interrupted,     ///< stopped by the caller
   infeasible,      ///< the solver found no point that meets the hard constraints
-  rank_deficient,  ///< a direction of some variable is unobservable; the message names it
   unsupported,     ///< the solver does not support the problem; the message gives the reason
   failed,          ///< numerical failure; the message gives the cause
 };
@@ -25,15 +25,27 @@ std::string_view name(Status status);
 /// Returns one sentence for the user.
 std::string_view sentence(Status status);
 
+/// A variable that the problem does not determine, with its undetermined directions.
+struct UnobservableState {
+  std::string variable;                 ///< name, for example "target 4"
+  std::vector<std::string> directions;  ///< tangent entries, for example "x" or "rotation about z"
+};
+/// Returns for example "target 4 in x, y; target 5 in x (add a residual that observes them, or fix them)". Names the
+/// first three variables and the number of the others. Empty without states.
+std::string describe(const std::vector<UnobservableState>& states);
+
 /// Result of a solve. The variables of the problem have the best point found, whatever the status. Costs and violation
 /// are NaN if they were not computed, because the problem is not supported or a residual is undefined.
 struct Summary {
   std::string solver;
   Status status = Status::failed;
   std::string message;  ///< one sentence: why the solve ended
+  /// Directions along which the cost does not change at the solution. They are a property of the problem, not of the
+  /// solve, so the status does not depend on them. Their covariances are infinite (Marginals). Determined for converged
+  /// solves.
+  std::vector<UnobservableState> unobservable;
   double initial_cost = 0, cost = 0;
   double max_violation = 0;      ///< largest violation of a hard constraint, in its own units
-  std::string unobservable;      ///< if rank deficient: variables and directions, e.g. "x0 in heading; x1 in x, y"
   std::string worst_constraint;  ///< residual and variables of the most violated hard constraint; empty if all are met
   /// Iterations, and evaluations of the cost. NLopt counts evaluations only; both are then equal.
   int iterations = 0, evaluations = 0;
@@ -60,6 +72,7 @@ struct SolverOptions {
   const std::atomic<bool>* stop = nullptr;  ///< ends the solve at the best point once true; any thread may set it
   /// Maximum number of threads of an evaluation; 0 uses one per core. Results are bitwise independent of it.
   int threads = 0;
+  bool observability = true;  ///< determines Summary::unobservable, which costs about as much as an iteration
   /// Starts from the multipliers of the hard blocks (Problem::multipliers), as left by an earlier solve of a similar
   /// problem. Only for solvers that have multipliers.
   bool from_multipliers = false;

@@ -47,11 +47,13 @@ std::vector<HeldOutPrediction> predictions(std::span<Problem* const> problems,
     if (!m.scored) continue;
     Problem& problem = problem_at(problems, m.problem);
     auto& marginal = marginals[std::size_t(m.problem)];
-    if (!marginal) marginal.emplace(problem, std::span<const Marginals::Pair>(), stop);
+    if (!marginal) {
+      marginal.emplace(problem, std::span<const Marginals::Pair>(), stop);
+      marginal->require_regular();
+    }
     const Problem::Linearization at = problem.linearization(m.block);
-    const Eigen::MatrixXd JP = at.jacobian * marginal->joint(at.variable_ids, at.dofs);
-    HeldOutPrediction& p = all.emplace_back(
-        HeldOutPrediction{f, i, at.residual, noise[i].covariance_matrix() + JP * at.jacobian.transpose()});
+    HeldOutPrediction& p = all.emplace_back(HeldOutPrediction{
+        f, i, at.residual, noise[i].covariance_matrix() + marginal->propagated(at.jacobian, at.variable_ids, at.dofs)});
     p.log_likelihood = p.log_density(m.loss);
     const Loss loss = problem.loss(m.block);
     if (loss.kind != m.loss.kind || loss.scale == m.loss.scale) continue;

@@ -76,7 +76,7 @@ bool LaplaceApproximation::update() {
   near_solution_ = summary.converged();
   if (!near_solution_) {
     why_ = summary.message;
-    unobservable_ = summary.unobservable;
+    unobservable_ = describe(summary.unobservable);
   }
   if (near_solution_ && !student_t_blocks_.empty()) update_by_steps();  // tighter than the solver's tolerance
   return near_solution_;
@@ -203,11 +203,11 @@ bool LaplaceApproximation::find_covariances() {
       };
       task_runner_.run(beliefs ? 2 : 1, invert);
     }
-    // Marginals succeed with weak pivots, or report which variable is unobservable.
-    if (!found) marginals_.emplace(problem_, std::span<const Marginals::Pair>(), options_.stop);
+    // Marginals resolve weak pivots, or report which variable is unobservable.
+    if (!found) marginals_.emplace(problem_, std::span<const Marginals::Pair>(), options_.stop).require_regular();
     if (beliefs && !found_prior) {
       const DownweightedMeasurements downweighted(*this);
-      prior_marginals_.emplace(problem_, std::span<const Marginals::Pair>(), options_.stop);
+      prior_marginals_.emplace(problem_, std::span<const Marginals::Pair>(), options_.stop).require_regular();
     }
     return true;
   } catch (const NotObservableError& error) {
@@ -293,8 +293,8 @@ double LaplaceApproximation::Covariances::log_determinant() const {
 
 Eigen::MatrixXd LaplaceApproximation::Covariances::joint(const std::vector<int>& variable_ids,
                                                          const std::vector<int>& dofs) const {
-  if (marginals) return marginals->joint(variable_ids, dofs);
   const int n = std::accumulate(dofs.begin(), dofs.end(), 0);
+  if (marginals) return marginals->propagated(Eigen::MatrixXd::Identity(n, n), variable_ids, dofs);
   Eigen::MatrixXd S = Eigen::MatrixXd::Zero(n, n);  // stays zero for fixed variables
   for (std::size_t a = 0, row = 0; a < dofs.size(); row += std::size_t(dofs[a++]))
     for (std::size_t b = 0, column = 0; b <= a; column += std::size_t(dofs[b++])) {

@@ -89,7 +89,7 @@ bool WarmSolve::find_step() {
 
 bool WarmSolve::factorize() {
   for (Eigen::Index i = 0; i < shift_.size(); ++i)
-    shift_[i] = scale_[i] > 0 ? damping_shift(damping_.value, scale_[i], scale_[i]) : kMinInformation;
+    shift_[i] = scale_[i] > 0 ? damping_shift(damping_.value, scale_[i], scale_[i], scale_[i]) : kMinInformation;
   return cholesky_.factorize(hessian_, shift_);
 }
 

@@ -307,7 +307,8 @@ bool BlockCholesky::factorize(const Eigen::VectorXd& values, const Eigen::Vector
   return failed_ < 0;
 }
 
-std::vector<Eigen::VectorXd> BlockCholesky::null_space(Eigen::VectorXd& values, double relative, int most) {
+std::vector<Eigen::VectorXd> BlockCholesky::null_space(Eigen::VectorXd& values, double relative, int most,
+                                                       std::vector<int>* unknowns) {
   if (in_factor_order_)
     entries_ = values.data();
   else
@@ -316,6 +317,7 @@ std::vector<Eigen::VectorXd> BlockCholesky::null_space(Eigen::VectorXd& values, 
   factorize(values, {}, of_parts.data());
   std::vector<int> weak;
   for (const WeakPivots& part : of_parts) weak.insert(weak.end(), part.unknowns.begin(), part.unknowns.end());
+  for (const int unknown : weak) diagonal_[unknown] = 0;
   std::vector<Eigen::VectorXd> basis;
   for (const int unknown : weak) {
     if (static_cast<int>(basis.size()) >= most) break;
@@ -323,8 +325,24 @@ std::vector<Eigen::VectorXd> BlockCholesky::null_space(Eigen::VectorXd& values, 
     v[unknown] = 1;
     backward(v);
     basis.push_back(v.normalized());
+    if (unknowns) unknowns->push_back(unknown);
   }
   return basis;
+}
+
+std::vector<int> BlockCholesky::small_pivots(double relative, int most) const {
+  std::vector<std::pair<double, int>> small;
+  for (int k = 0; k < blocks_; ++k)
+    for (int i = 0; i < size_[std::size_t(k)]; ++i) {
+      const double pivot = entries_[panel_[std::size_t(k)] + i * (panel_rows_[std::size_t(k)] + 1)];
+      const int unknown = first_unknown_[std::size_t(k)] + i;
+      if (pivot * pivot < relative * diagonal_[unknown])
+        small.emplace_back(pivot * pivot / diagonal_[unknown], unknown);
+    }
+  std::sort(small.begin(), small.end());
+  std::vector<int> unknowns;
+  for (std::size_t i = 0; i < std::min(small.size(), std::size_t(most)); ++i) unknowns.push_back(small[i].second);
+  return unknowns;
 }
 
 }  // namespace tandem

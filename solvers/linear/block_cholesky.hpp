@@ -60,8 +60,14 @@ class BlockCholesky {
   double nonzeros() const { return nonzeros_; }
 
   /// Returns a basis of the directions v with H v ≈ 0, at most `most` of them. They belong to pivots below `relative`
-  /// times their original diagonal entry. Overwrites the factor, and the values if the pattern is in elimination order.
-  std::vector<Eigen::VectorXd> null_space(Eigen::VectorXd& values, double relative, int most);
+  /// times their original diagonal entry; `unknowns` receives the unknowns of these pivots if it is not null. Overwrites
+  /// the factor, and the values if the pattern is in elimination order. In the new factor, the unknowns of all weak
+  /// pivots are pinned: their pivots are 1 and their columns otherwise empty.
+  std::vector<Eigen::VectorXd> null_space(Eigen::VectorXd& values, double relative, int most,
+                                          std::vector<int>* unknowns = nullptr);
+  /// Returns the unknowns with pivots below `relative` times their original diagonal entry after null_space(), the
+  /// smallest ratio first, at most `most` of them. Pinned unknowns are left out.
+  std::vector<int> small_pivots(double relative, int most) const;
 
  protected:  // for detail::SelectedInverse
   /// Reserves memory for the factor of the pattern `blocks`, which must include `pattern`.

@@ -102,7 +102,7 @@ void SelectedInverse::distribute_equations(const LinearEquations& equations) {
 bool SelectedInverse::compute(const Eigen::VectorXd& hessian, const LinearEquations& equations,
                               const std::function<void()>& check) {
   failed_ = -1;
-  weak_ = false;
+  smallest_pivot_ = 1;
   log_determinant_ = 0;
   load(hessian);
   distribute_equations(equations);
@@ -126,7 +126,8 @@ bool SelectedInverse::eliminate_free(int k) {
   for (int c = 0; c < n; ++c) {
     for (int i = 0; i < n; ++i) I[i + c * n] = i == c;
     const double pivot = P[c + std::ptrdiff_t(c) * m];
-    weak_ = weak_ || !(pivot * pivot > kRelativePivot * diagonal_[first_unknown_[std::size_t(k)] + c]);
+    const double ratio = pivot * pivot / diagonal_[first_unknown_[std::size_t(k)] + c];
+    smallest_pivot_ = ratio < smallest_pivot_ ? ratio : smallest_pivot_;
     log_determinant_ += 2 * std::log(pivot);
     for (int i = n; i < m; ++i) P[i + std::ptrdiff_t(c) * m] = -P[i + std::ptrdiff_t(c) * m];
   }
@@ -149,7 +150,7 @@ bool SelectedInverse::eliminate_constrained(int k) {
   for (Eigen::Index i = 0; i < front.pivots.size(); ++i) {
     const auto direction = front.directions.col(i);
     if (!front.positive && !(front.pivots[i] > 0)) return fail(k, direction);
-    weak_ = weak_ || !(front.pivots[i] > kRelativePivot * direction.cwiseAbs2().dot(scale));
+    smallest_pivot_ = std::min(smallest_pivot_, front.pivots[i] / direction.cwiseAbs2().dot(scale));
   }
   if (!front.positive) return fail(k, front.directions.rightCols<1>());
   log_determinant_ += front.pivots.array().log().sum();

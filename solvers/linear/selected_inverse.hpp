@@ -40,8 +40,8 @@ class SelectedInverse : private BlockCholesky {
   bool compute(const Eigen::VectorXd& hessian, const LinearEquations& equations = {},
                const std::function<void()>& check = {});
   using BlockCholesky::failed_unknown;
-  /// Returns whether a pivot was so small, relative to its diagonal entry, that it may be rounding.
-  bool weak() const { return weak_; }
+  /// Returns the smallest ratio of a pivot to its diagonal entry. Below kRelativePivot the pivot may be rounding.
+  double smallest_pivot() const { return smallest_pivot_; }
   /// Returns log det H. With equations, H is restricted to their null space, and a term that depends only on the
   /// equations is neglected.
   double log_determinant() const { return log_determinant_; }
@@ -67,7 +67,7 @@ class SelectedInverse : private BlockCholesky {
   std::vector<int> place_;                  // elimination index of each block of the pattern
   std::vector<int> place_of_unknown_;       // elimination index of the block of each unknown
   std::vector<Eigen::MatrixXd> equations_;  // equations assigned to each place, with the panel rows as columns
-  bool weak_ = false;
+  double smallest_pivot_ = 1;
   double log_determinant_ = 0;
   // The entries of the factor become [D_k; T_kᵀ]. inverse_ is [S_kk; S_sk] in the same layout.
   Eigen::VectorXd inverse_, S_ss_, identity_;

@@ -29,8 +29,7 @@ void check_degrees_of_freedom(const CalibrationProblems& problems, const std::ve
         if (parameters[i].time || parameters[i].entry != built->entries[b.entry].name + ".dof") continue;
         const Problem::Linearization at = problem.linearization(b.block);
         const Eigen::MatrixXd J = problem.noise(b.block).sqrt_information() * at.jacobian;
-        leverage[i] +=
-            problem.weight(b.block) * (J * marginals.joint(at.variable_ids, at.dofs) * J.transpose()).trace();
+        leverage[i] += problem.weight(b.block) * marginals.propagated(J, at.variable_ids, at.dofs).trace();
         rows[i] += double(J.rows());
       }
   }

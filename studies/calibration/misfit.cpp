@@ -69,8 +69,7 @@ std::vector<Misfit> misfits(CalibrationProblem& built, const Stop& stop) {
     const CalibratedEntry& entry = built.entries[b.entry];
     const Problem::Linearization at = problem.linearization(b.block);
     const Eigen::MatrixXd noise = problem.noise(b.block).covariance_matrix();
-    const Eigen::MatrixXd by_states = at.jacobian * marginals.joint(at.variable_ids, at.dofs);
-    const Eigen::MatrixXd taken = by_states * at.jacobian.transpose();
+    const Eigen::MatrixXd taken = marginals.propagated(at.jacobian, at.variable_ids, at.dofs);
     const bool counts = problem.weight(b.block) >= kDownweightThreshold;
     for (std::size_t c = 0; c < entry.components.size(); ++c) {
       const int i = entry.row[c] - b.first;

@@ -53,6 +53,7 @@ std::string table_of(const Solved& solved) {
     text += summary.worst_constraint.empty() ? "\n" : fmt::format(", {}\n", summary.worst_constraint);
   }
   if (!summary.converged()) text += fmt::format("NOT CONVERGED: {}\n", summary.message);
+  if (!summary.unobservable.empty()) text += fmt::format("Unobservable: {}\n", describe(summary.unobservable));
   return text;
 }
 
@@ -70,6 +71,8 @@ JsonFields<Solved> solved_fields() {
       .add("solver", "name of the solver", [](const S& s) { return s.summary.solver; })
       .add("status", "converged, or why the solve ended", [](const S& s) { return name(s.summary.status); })
       .add("message", "explanation of the status", [](const S& s) { return s.summary.message; })
+      .add("unobservable", "states that the problem does not determine; empty if there are none",
+           [](const S& s) { return describe(s.summary.unobservable); })
       .add("initial_cost", "cost of the values in the file", [](const S& s) { return s.summary.initial_cost; })
       .add("cost", "final cost", [](const S& s) { return s.summary.cost; })
       .add("max_violation", "largest violation of a hard constraint, in its own unit",

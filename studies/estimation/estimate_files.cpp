@@ -4,6 +4,7 @@
 
 #include <tandem/lie/operations.hpp>
 #include <tandem/problem/navigation/trajectory.hpp>
+#include <tandem/solvers/relative_covariance.hpp>
 #include <tandem/studies/estimation/error_columns.hpp>
 #include <tandem/studies/estimation/estimate_files.hpp>
 #include <tandem/studies/estimation/estimate_report.hpp>
@@ -56,7 +57,7 @@ Eigen::MatrixXd in_frame(const Frame& frame, const Eigen::MatrixXd& covariance) 
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(covariance.rows(), covariance.rows());
   A.topLeftCorner<3, 3>() = covariance.rows() == 3 ? frame.world_axes() : frame.body_axes();
   if (covariance.rows() == 6) A.bottomRightCorner<3, 3>() = frame.body_axes();
-  return A * covariance * A.transpose();
+  return detail::propagated(A, covariance);
 }
 
 StateRow state_row(const Estimate& estimate, const Body& body, std::size_t k) {

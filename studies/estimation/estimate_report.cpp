@@ -158,6 +158,8 @@ std::string report(const Estimate& estimate) {
   if (estimate.hard_blocks > 0)
     text += fmt::format("largest violation of a hard constraint: {:.2g}\n", summary.max_violation);
   if (!summary.converged()) text += fmt::format("NOT CONVERGED: {}\n", summary.message);
+  if (!summary.unobservable.empty())
+    text += fmt::format("Unobservable, hence with infinite standard deviations: {}\n", describe(summary.unobservable));
 
   const auto line = [](const auto&... cells) {
     return fmt::format("{:<11} {:>6}   {:>17}   {:>15}   {:>17}\n", cells...);

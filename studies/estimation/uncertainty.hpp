@@ -54,7 +54,7 @@ struct Uncertainty {
 std::vector<Marginals::Pair> pairs_at_keyframes(const TrackingProblem& tracking);
 
 /// Computes the posterior uncertainty at the problem's current values from its marginals for pairs_at_keyframes().
-/// Throws Stopped if `stop` requests it.
+/// Unobservable directions have infinite variances. Throws Stopped if `stop` requests it.
 Uncertainty uncertainty(TrackingProblem& tracking, const TrackingData& data, const Marginals& marginals,
                         const Stop& stop = {});
 

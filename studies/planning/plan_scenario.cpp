@@ -42,14 +42,14 @@ std::size_t keyframe_before(const std::vector<Keyframe>& keyframes) {
   return k;
 }
 
-/// Returns the covariance of the target poses `before` and `now` relative to the current chaser pose, right
-/// perturbations. `joint`: covariance of chaser, `before` and `now`.
-Matrix<12, 12> seen_from_chaser(const Eigen::MatrixXd& joint, const SE3& chaser, const SE3& before, const SE3& now) {
+/// Returns the Jacobian of the target poses `before` and `now` relative to the current chaser pose, right perturbations,
+/// with respect to chaser, `before` and `now`.
+Matrix<12, 18> seen_from_chaser(const SE3& chaser, const SE3& before, const SE3& now) {
   Matrix<12, 18> J = Matrix<12, 18>::Zero();
   J.block<6, 6>(0, 0) = -(before.inverse() * chaser).Ad();
   J.block<6, 6>(6, 0) = -(now.inverse() * chaser).Ad();
   J.block<12, 12>(0, 6).setIdentity();
-  return J * joint * J.transpose();
+  return J;
 }
 
 /// Returns the position and pose sensors with their recent rates. Other sensors are ignored, which makes plans more
@@ -171,8 +171,10 @@ StartEstimate estimate_start(const Scenario& scenario, const TrackingOptions& op
   start.target.dt = start.t - tracking.keyframes[before].t;
   const std::array ids{problem.id(chaser), problem.id(pose(before)), problem.id(pose(now))};
   const std::array dofs{6, 6, 6};
-  start.target.covariance = seen_from_chaser(Marginals(tracking.problem).joint(ids, dofs), start.chaser,
-                                             start.target.before, start.target.now);
+  const Marginals marginals(tracking.problem);
+  marginals.require_regular();
+  start.target.covariance =
+      marginals.propagated(seen_from_chaser(start.chaser, start.target.before, start.target.now), ids, dofs);
   const TrackingNoise& noise = past.noise;
   const bool damped = options.model == MotionModel::damped_twist;
   start.target_noise = damped && !noise.acceleration.isZero(0) ? noise.acceleration : noise.constant_twist;

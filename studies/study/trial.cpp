@@ -101,6 +101,7 @@ std::vector<KeyframeError> batch_errors(const TrialProblem& problem, bool covari
   const Summary summary = solve_trial(problem.solver, problem.settings.graduated, tracking);
   result.status = name(summary.status);
   if (!summary.converged()) result.message = summary.message;
+  if (!summary.unobservable.empty()) result.message = "unobservable: " + describe(summary.unobservable);
   result.set("keyframes", double(tracking.keyframes.size()));
   result.set("cost", summary.cost);
   result.set("violation", summary.max_violation);

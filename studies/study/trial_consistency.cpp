@@ -18,11 +18,11 @@ struct ConsistencySums {
   Moments chaser, target, relative_pose, relative_position, inside;
 };
 
-/// Returns eᵀ S⁻¹ e; nullopt if S is not positive definite. The NEES has no value if a hard constraint makes the
-/// covariance singular.
+/// Returns eᵀ S⁻¹ e; nullopt if S is not positive definite. It has no value if a hard constraint
+/// makes the covariance singular, or if a direction is unobservable.
 std::optional<double> normalised_square(const Eigen::VectorXd& error, const Eigen::MatrixXd& S) {
   const Eigen::VectorXd sigma = S.diagonal().cwiseMax(0).cwiseSqrt();
-  if (!(sigma.minCoeff() > 0)) return {};
+  if (!(sigma.minCoeff() > 0 && sigma.allFinite())) return {};
   const Eigen::VectorXd by_sigma = sigma.cwiseInverse();
   const Eigen::LDLT<Eigen::MatrixXd> correlation(by_sigma.asDiagonal() * S * by_sigma.asDiagonal());
   if (!(correlation.vectorD().minCoeff() > 1e-9)) return {};
@@ -38,8 +38,7 @@ struct NisSums {
   /// block alone determines a direction of the states, or its loss reduces its weight.
   void add(const Problem& problem, const Marginals& marginals, const Block& block, const Eigen::MatrixXd& R) {
     const Problem::Linearization at = problem.linearization(block);
-    const Eigen::MatrixXd by_states = at.jacobian * marginals.joint(at.variable_ids, at.dofs);
-    const Eigen::MatrixXd S = R - by_states * at.jacobian.transpose();
+    const Eigen::MatrixXd S = R - marginals.propagated(at.jacobian, at.variable_ids, at.dofs);
     const auto value = normalised_square(at.residual, S);
     nis.add(value);
     undefined += !value;

@@ -5,7 +5,7 @@
 namespace tandem {
 
 /// Returns the squared Mahalanobis distance eᵀ S⁻¹ e. If e is Gaussian with zero mean and covariance S, it is
-/// χ²-distributed with as many degrees of freedom as e has rows.
+/// χ²-distributed with as many degrees of freedom as e has rows. Rows of infinite variance do not contribute.
 double squared_distance(const Eigen::Ref<const Eigen::VectorXd>& error,
                         const Eigen::Ref<const Eigen::MatrixXd>& covariance);
 

@@ -104,7 +104,7 @@ TEST_P(HardSolver, ReportsContradictoryConstraints) {
   problem.subject_to(Prior<R1>{R1()}, at_most(1.0), {x});
   const Summary s = GetParam()(problem);
   EXPECT_FALSE(s.converged());
-  EXPECT_NE(s.status, Status::rank_deficient) << s.message;
+  EXPECT_EQ(describe(s.unobservable), "");
   EXPECT_GE(s.max_violation, 0.5 - 1e-3);
   EXPECT_EQ(s.worst_constraint, "prior of x");
 }

@@ -192,7 +192,20 @@ TEST(Marginals, NameUnobservableDirections) {
   const auto q = problem.add(SE2(), "boat"), w = problem.add(SE2::Exp({1, 2, 0.3}), "buoy");
   problem.minimize(Prior<SE2>{SE2()}, Gaussian{0.1, 0.1, 0.1}, {q});
   problem.minimize(UsblPosition<SE2>{Vector<2>(1, 2)}, Gaussian{0.1, 0.1}, {q, w});
-  EXPECT_THAT(message_of(problem), ::testing::HasSubstr("unobservable: buoy in heading"));
+  const Marginals marginals(problem);
+  EXPECT_THAT(describe(marginals.unobservable()), ::testing::HasSubstr("buoy in heading"));
+  const Matrix<3, 3> S = marginals.covariance(w);
+  EXPECT_EQ(S(2, 2), HUGE_VAL);
+  EXPECT_EQ(S(0, 2), 0);
+  EXPECT_TRUE((S.topLeftCorner<2, 2>().allFinite()));
+  EXPECT_TRUE(marginals.cross_covariance(q, w).allFinite());
+  EXPECT_EQ(marginals.log_determinant(), -HUGE_VAL);
+  try {
+    marginals.require_regular();
+    FAIL() << "the Hessian is singular";
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(), ::testing::HasSubstr("unobservable: buoy in heading"));
+  }
 }
 
 /// Inequalities are ignored, so a direction that only a bound restricts is unobservable.
@@ -201,7 +214,7 @@ TEST(Marginals, IgnoreInequalities) {
   const auto x = problem.add(R3({0, 0, 0}), "x"), y = problem.add(R3({0, 0, 0}), "y");
   problem.minimize(Prior<R3>{R3()}, Gaussian{1, 1, 1}, {x});
   problem.subject_to(Prior<R3>{R3()}, at_least(0.0), {y});
-  EXPECT_THAT(message_of(problem), ::testing::HasSubstr("unobservable: y in x, y, z"));
+  EXPECT_THAT(describe(Marginals(problem).unobservable()), ::testing::HasSubstr("y in x, y, z"));
   problem.minimize(Prior<R3>{R3()}, Gaussian{1, 2, 3}, {y});
   EXPECT_NEAR(Marginals(problem).covariance(y)(2, 2), 9.0, 1e-12);
 }

@@ -22,7 +22,7 @@ TEST(Optimality, ConvergedSolutionsMeetTheFirstOrderConditions) {
   for (std::uint64_t seed = 0; seed < num_problems(); ++seed) {
     RandomProblem p = random_problem(seed);
     const Summary s = solve(p.problem, AugmentedLagrangianOptions{});
-    EXPECT_NE(s.status, Status::rank_deficient) << "seed " << seed << ": " << s.message;
+    EXPECT_EQ(describe(s.unobservable), "") << "seed " << seed;
     if (!s.converged()) continue;
     ++converged;
     EXPECT_LE(s.max_violation, 1e-8) << "seed " << seed;

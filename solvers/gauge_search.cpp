@@ -1,0 +1,188 @@
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <Eigen/Eigenvalues>
+
+#include <tandem/solvers/gauge_search.hpp>
+#include <tandem/solvers/observability.hpp>
+
+namespace tandem::detail {
+namespace {
+
+constexpr int kMaxCandidates = 6;    // suspicious pivots that are tried
+constexpr int kMaxSteps = 24;        // Lanczos steps per candidate
+constexpr double kCurved = 0.1;      // eigenvalue of a direction that the exact Hessian observes
+constexpr double kMargin = 3;        // residuals of an eigenvector between its eigenvalue and that of a gauge
+constexpr double kFlat = 1e-2;       // eigenvalue of a gauge
+constexpr double kResidual = 2e-3;   // of an eigenvector
+constexpr double kStep = 1e-3;       // step of difference quotients [standard deviations]
+constexpr double kMaxTurn = 0.3;     // largest rotation in a finite move [rad]
+constexpr int kMaxCorrections = 6;   // steps back into the valley of the cost
+constexpr double kUnchanged = 1e-2;  // change of the cost in a finite move, relative to the prediction by H
+
+class GaugeSearch {
+ public:
+  GaugeSearch(NlpEvaluator& nlp, const BlockCholesky& cholesky, const Eigen::VectorXd& weights,
+              const std::vector<FlatDirection>& known)
+      : nlp_(nlp),
+        cholesky_(cholesky),
+        weights_(weights),
+        ahead_(nlp.num_unknowns()),
+        behind_(nlp.num_unknowns()),
+        centre_(nlp.num_rows()),
+        rows_(nlp.num_rows()),
+        dual_(nlp.num_rows()),
+        multipliers_(nlp.num_rows()),
+        jacobian_(static_cast<Eigen::Index>(nlp.jacobian_pattern().row.size())) {
+    for (const FlatDirection& flat : known) pinned_.push_back(flat.unknown);
+    if (nlp_.num_rows() == 0) return;
+    nlp_.constraints(centre_);
+    nlp_.multipliers(multipliers_);
+  }
+  ~GaugeSearch() { nlp_.move_to(Eigen::VectorXd::Zero(nlp_.num_unknowns())); }
+  GaugeSearch(const GaugeSearch&) = delete;
+  GaugeSearch& operator=(const GaugeSearch&) = delete;
+
+  /// Returns the gauge with the largest share in the direction H⁻¹ e of an unknown, or nothing.
+  std::optional<Eigen::VectorXd> find(int unknown) {
+    const Eigen::Index n = nlp_.num_unknowns();
+    Eigen::VectorXd q = Eigen::VectorXd::Unit(n, unknown);
+    cholesky_.solve_lower(q);
+    deflate(q);
+    if (!(q.norm() > 0)) return {};
+    q.normalize();
+    std::vector<Eigen::VectorXd> basis;
+    Eigen::VectorXd diagonal(kMaxSteps), below(kMaxSteps);
+    for (int k = 0; k < kMaxSteps && k < n; ++k) {
+      basis.push_back(q);
+      Eigen::VectorXd w = product(q);
+      deflate(w);
+      diagonal[k] = q.dot(w);
+      remove(basis, w);
+      remove(basis, w);  // twice is enough for orthogonality to rounding
+      below[k] = w.norm();
+      if (!std::isfinite(below[k])) return {};
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen;
+      eigen.computeFromTridiagonal(diagonal.head(k + 1), below.head(k));
+      const double smallest = eigen.eigenvalues()[0], residual = below[k] * std::abs(eigen.eigenvectors()(k, 0));
+      if (smallest - kMargin * residual > kCurved) return {};
+      if (residual < kResidual || below[k] < kResidual) {
+        if (smallest > kFlat) return {};
+        Eigen::VectorXd white = Eigen::VectorXd::Zero(n);
+        for (int i = 0; i <= k; ++i) white += eigen.eigenvectors()(i, 0) * basis[std::size_t(i)];
+        Eigen::VectorXd v = white;
+        cholesky_.solve_transposed(v);
+        white_found_.push_back(white);
+        if (!is_constant_along(v, white)) return {};
+        return v.normalized();
+      }
+      q = w / below[k];
+    }
+    return {};
+  }
+
+ private:
+  /// Removes the known directions from white coordinates Lᵀ v. Those of a pinned direction are a unit vector.
+  void deflate(Eigen::VectorXd& white) const {
+    for (const int unknown : pinned_) white[unknown] = 0;
+    remove(white_found_, white);
+  }
+  static void remove(const std::vector<Eigen::VectorXd>& orthonormal, Eigen::VectorXd& v) {
+    for (const Eigen::VectorXd& q : orthonormal) v -= q.dot(v) * q;
+  }
+
+  /// Cost with the active constraint rows, as an augmented Lagrangian about X̄.
+  double cost(const Eigen::VectorXd& delta) {
+    nlp_.move_to(delta);
+    double sum = nlp_.cost();
+    if (nlp_.num_rows() == 0) return sum;
+    nlp_.constraints(rows_);
+    for (Eigen::Index i = 0; i < rows_.size(); ++i) {
+      if (weights_[i] == 0) continue;
+      const double c = moved_row(i);
+      sum += (nlp_.soft_weights()[i] > 0 ? 0.0 : multipliers_[i] * c) + 0.5 * weights_[i] * c * c;
+    }
+    return sum;
+  }
+  void gradient(const Eigen::VectorXd& delta, Eigen::VectorXd& g) {
+    nlp_.move_to(delta);
+    nlp_.gradient(g);
+    if (nlp_.num_rows() == 0) return;
+    nlp_.linearize_constraints(rows_, jacobian_);
+    for (Eigen::Index i = 0; i < rows_.size(); ++i)
+      dual_[i] =
+          weights_[i] == 0 ? 0.0 : (nlp_.soft_weights()[i] > 0 ? 0.0 : multipliers_[i]) + weights_[i] * moved_row(i);
+    const TripletPattern& pattern = nlp_.jacobian_pattern();
+    for (std::size_t k = 0; k < pattern.row.size(); ++k)
+      g[pattern.column[k]] += jacobian_[Eigen::Index(k)] * dual_[pattern.row[k]];
+  }
+  /// Returns the distance of an active row from its value at X̄ or, for a soft bound, from the bound.
+  double moved_row(Eigen::Index i) const {
+    if (nlp_.soft_weights()[i] == 0) return rows_[i] - centre_[i];
+    return centre_[i] < nlp_.lower()[i] ? rows_[i] - nlp_.lower()[i] : rows_[i] - nlp_.upper()[i];
+  }
+
+  /// Returns L⁻¹ E L⁻ᵀ q, by central differences of the gradient.
+  Eigen::VectorXd product(const Eigen::VectorXd& q) {
+    Eigen::VectorXd v = q;
+    cholesky_.solve_transposed(v);
+    const double step = kStep / std::max(1.0, v.cwiseAbs().maxCoeff());
+    gradient(step * v, ahead_);
+    gradient(-step * v, behind_);
+    Eigen::VectorXd w = (ahead_ - behind_) / (2 * step);
+    cholesky_.solve_lower(w);
+    return w;
+  }
+
+  /// Returns whether the cost stays constant over a finite move. `white` = Lᵀ v has norm 1, so that H predicts a change
+  /// of s²/2 for a move by s v.
+  bool is_constant_along(const Eigen::VectorXd& v, const Eigen::VectorXd& white) {
+    const double at_centre = cost(Eigen::VectorXd::Zero(v.size()));
+    nlp_.move_to(v);
+    const double size = std::min(1.0, kMaxTurn / std::max(nlp_.largest_angle(), kMaxTurn));
+    double change = 0;
+    for (const double sign : {1.0, -1.0}) {
+      Eigen::VectorXd delta = sign * size * v;
+      double here = cost(delta);
+      for (int i = 0; i < kMaxCorrections && here - at_centre > 0.1 * kUnchanged * size * size; ++i) {
+        gradient(delta, ahead_);
+        cholesky_.solve_lower(ahead_);
+        ahead_ -= white.dot(ahead_) * white;
+        cholesky_.solve_transposed(ahead_);
+        const double next = cost(delta - ahead_);
+        if (!(next < here)) break;
+        delta -= ahead_;
+        here = next;
+      }
+      change += 0.5 * (here - at_centre);  // the mean over both sides removes the gradient at X̄
+    }
+    return std::abs(change) <= kUnchanged * size * size;
+  }
+
+  NlpEvaluator& nlp_;
+  const BlockCholesky& cholesky_;
+  const Eigen::VectorXd& weights_;
+  std::vector<int> pinned_;                   // unknowns of the null directions of H
+  std::vector<Eigen::VectorXd> white_found_;  // Lᵀ v of the directions found, orthonormal
+  Eigen::VectorXd ahead_, behind_;
+  Eigen::VectorXd centre_, rows_, dual_, multipliers_, jacobian_;
+};
+
+}  // namespace
+
+std::vector<Eigen::VectorXd> gauges(NlpEvaluator& nlp, const BlockCholesky& cholesky, const Eigen::VectorXd& weights,
+                                    const std::vector<FlatDirection>& known) {
+  std::vector<int> candidates = cholesky.small_pivots(kSuspiciousPivot, kMaxCandidates);
+  std::erase_if(candidates, [&](int unknown) {
+    return std::any_of(known.begin(), known.end(), [&](const auto& flat) { return flat.unknown == unknown; });
+  });
+  std::vector<Eigen::VectorXd> found;
+  if (candidates.empty()) return found;
+  GaugeSearch search(nlp, cholesky, weights, known);
+  for (const int unknown : candidates)
+    if (std::optional<Eigen::VectorXd> gauge = search.find(unknown)) found.push_back(*std::move(gauge));
+  return found;
+}
+
+}  // namespace tandem::detail

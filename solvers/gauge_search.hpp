@@ -1,0 +1,32 @@
+#pragma once
+
+#include <vector>
+
+#include <tandem/problem/nlp_evaluator.hpp>
+#include <tandem/solvers/linear/block_cholesky.hpp>
+
+namespace tandem::detail {
+
+struct FlatDirection;
+
+/// Pivots below this ratio to their diagonal entry are candidates for gauges. The pivot of an unknown is its information
+/// once all later unknowns are known, so measured unknowns and the inner unknowns of chains have large ratios.
+inline constexpr double kSuspiciousPivot = 2e-2;
+
+/// Finds gauges: directions along which the cost is constant although the Gauss-Newton Hessian H has curvature there.
+///
+/// A gauge turns or scales residuals that are not zero without changing their norm. An example is a turn of all target
+/// poses about their own axes, if only positions are measured and the motion noise is isotropic. H takes the turn of
+/// the residuals for information. The exact Hessian E of the cost has none: E v = 0.
+///
+/// `cholesky` has factorised H = L Lᵀ, with the null directions in `known` pinned. A small pivot, relative to its
+/// diagonal entry, indicates a candidate. From there, the Lanczos process finds the smallest eigenvalue of L⁻¹ E L⁻ᵀ,
+/// whose eigenvalues are near 1 except where H is wrong. A finite move then confirms that the cost is constant. It
+/// follows the valley of the cost, so that gauges may be curved. Without small pivots, the search costs nothing.
+/// Otherwise it costs two gradients and one solve per Lanczos step, at most 24 steps per candidate.
+///
+/// `weights` are the weights of the constraint rows in H, 0 for inactive ones. Throws Error if a residual is undefined.
+std::vector<Eigen::VectorXd> gauges(NlpEvaluator& nlp, const BlockCholesky& cholesky, const Eigen::VectorXd& weights,
+                                    const std::vector<FlatDirection>& known);
+
+}  // namespace tandem::detail
