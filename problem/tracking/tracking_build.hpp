@@ -59,6 +59,8 @@ struct TrackingBuild {
   void add_odometry(std::size_t k);
   /// Adds measurement `i` of a sensor at keyframe k.
   void add_measurement(std::size_t sensor, std::size_t i, std::size_t k);
+  /// Adds AssumedRange if only bearings have been added.
+  void assume_range();
   /// Adds measurement `i` of a sensor at its time of validity, between keyframes k and k + 1.
   void add_measurement_after(std::size_t sensor, std::size_t i, std::size_t k);
   /// Returns the bias state of a sensor at t. Adds it, unless the bias is constant or the newest state is at t already.

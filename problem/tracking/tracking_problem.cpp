@@ -172,6 +172,7 @@ void build(const TrackingData& data, const TrackingOptions& options, const Stop&
   if (!ego)
     for (std::size_t k = 0; k < n; ++k) build.add_odometry(k);
   add_measurements(build, stop);
+  build.assume_range();
   out.constants.insert(out.constants.end(), build.constants.all().begin(), build.constants.all().end());
   for (std::size_t k = 0; k < n; ++k) {
     stop.check(kBuilding);

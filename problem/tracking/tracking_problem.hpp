@@ -132,6 +132,17 @@ struct PlacedMeasurement {
   std::function<Problem::Linearization(const Problem&)> innovation;
 };
 
+/// Range that is assumed for a target of which only bearings are measured.
+///
+/// If the chaser does not manoeuvre, every scale of the target's track relative to the chaser fits the bearings. The
+/// cost would be least with the target in the sensor, where it explains all noise. A LogRange residual with the
+/// standard deviation 1, a factor e, holds the range at the first bearing near that of the initial guess. If the chaser
+/// manoeuvres, the data outweigh it; range_is_observable() tells (solvers/assumed_range.hpp).
+struct AssumedRange {
+  Block block;
+  std::size_t sensor, keyframe;
+};
+
 /// A soft block whose noise is an entry of TrackingNoise, except for `prior`. A block with twice as many rows as the
 /// entry has n sigmas belongs to white noise on acceleration; its rows i and i + n both have sigma i.
 struct NoiseBlock {
@@ -148,10 +159,11 @@ struct TrackingProblem {
   std::vector<TargetVariable> target;  ///< one per keyframe
   std::vector<TwistVariable> twist;    ///< one per keyframe; only for white_noise_acceleration
   std::vector<PlacedMeasurement> measurements;
-  std::vector<Outlier> outliers;           ///< if robust_initial_guess is set
-  std::vector<NoiseBlock> noise_blocks;    ///< motion, odometry, constraints on the target, systematic errors
-  std::vector<SensorConstant> constants;   ///< constant systematic errors of all sensors
-  std::vector<std::size_t> num_discarded;  ///< per target sensor; measurements valid outside of the odometry's span
+  std::optional<AssumedRange> assumed_range;  ///< if only bearings are measured
+  std::vector<Outlier> outliers;              ///< if robust_initial_guess is set
+  std::vector<NoiseBlock> noise_blocks;       ///< motion, odometry, constraints on the target, systematic errors
+  std::vector<SensorConstant> constants;      ///< constant systematic errors of all sensors
+  std::vector<std::size_t> num_discarded;     ///< per target sensor; measurements valid outside of the odometry's span
 
   // Only with TrackingData::ego:
   std::vector<EgoKeyframe> ego;  ///< one per keyframe

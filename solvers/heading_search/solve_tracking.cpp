@@ -5,7 +5,9 @@
 #include <utility>
 #include <vector>
 
+#include <tandem/lie/error.hpp>
 #include <tandem/problem/nlp_evaluator.hpp>
+#include <tandem/solvers/assumed_range.hpp>
 #include <tandem/solvers/heading_search/heading_starts.hpp>
 #include <tandem/solvers/heading_search/solve_tracking.hpp>
 #include <tandem/solvers/multistart.hpp>
@@ -75,6 +77,15 @@ HeadingSearch search_headings(TrackingProblem& tracking, const Stop& stop) {
   }
   search.cut_short |= stop.reached();
   return search;
+}
+
+void detail::report_range(TrackingProblem& tracking, const Stop& stop, Summary& summary) {
+  if (!tracking.assumed_range || !summary.converged()) return;
+  try {
+    if (range_is_observable(tracking, Marginals(tracking.problem, {}, stop))) return;
+  } catch (const Error&) {  // no covariances, or stopped
+  }
+  summary.unobservable.push_back({"target", {"range, which is assumed because only bearings are measured"}});
 }
 
 }  // namespace tandem

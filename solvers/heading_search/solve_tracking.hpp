@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <concepts>
+#include <utility>
 
 #include <tandem/problem/stop.hpp>
 #include <tandem/problem/tracking/tracking_problem.hpp>
@@ -25,6 +26,12 @@ struct HeadingSearch {
 /// again.
 HeadingSearch search_headings(TrackingProblem& tracking, const Stop& stop = {});
 
+namespace detail {
+/// Adds the range of the target to the unobservable states of a converged solve if only bearings are measured, and they
+/// do not determine it.
+void report_range(TrackingProblem& tracking, const Stop& stop, Summary& summary);
+}  // namespace detail
+
 /// Solves a tracking problem, searches for better headings, and solves again if a gap has improved.
 ///
 /// With `graduated`, the first solve is solve_graduated(). The summary is that of the last solve, with the sums of
@@ -41,16 +48,20 @@ Summary solve_tracking(TrackingProblem& tracking, const Options& options, bool g
   };
   const Summary first = graduated ? solve_graduated(tracking.problem, limited()) : solve(tracking.problem, limited());
   Summary sum = sequence.add(first, first.initial_cost);
+  const auto with_range = [&](Summary summary) {
+    detail::report_range(tracking, stop, summary);
+    return summary;
+  };
   const bool solved = (first.converged() || first.status == Status::failed) && std::isfinite(first.cost);
-  if (!solved || sequence.is_over(first.status)) return sum;
+  if (!solved || sequence.is_over(first.status)) return with_range(std::move(sum));
   const HeadingSearch search = search_headings(tracking, stop);
-  if (search.improved > 0) return sequence.add(solve(tracking.problem, limited()), first.initial_cost);
+  if (search.improved > 0) return with_range(sequence.add(solve(tracking.problem, limited()), first.initial_cost));
   sum.seconds = sequence.seconds();
   if (search.cut_short) {
     sum.status = stop.interrupted() ? Status::interrupted : Status::time_limit;
     sum.message = "some heading gaps were not searched";
   }
-  return sum;
+  return with_range(std::move(sum));
 }
 
 }  // namespace tandem

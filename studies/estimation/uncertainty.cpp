@@ -2,6 +2,7 @@
 
 #include <tandem/problem/tracking/planar.hpp>
 #include <tandem/residuals/steady_course.hpp>
+#include <tandem/solvers/assumed_range.hpp>
 #include <tandem/solvers/relative_covariance.hpp>
 #include <tandem/studies/estimation/uncertainty.hpp>
 #include <tandem/studies/support/mahalanobis.hpp>
@@ -85,6 +86,25 @@ KeyframeUncertainty at_keyframe(const SE3& chaser, const TargetState& target, co
   return u;
 }
 
+/// Gives the components of a position an infinite variance that change along `sight`.
+void add_unknown_range(const Vector<3>& sight, Eigen::Ref<Eigen::MatrixXd> covariance) {
+  constexpr double kRounding = 1e-9;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    if (std::abs(sight[i]) <= kRounding * sight.norm()) continue;
+    covariance.row(i).setZero();
+    covariance.col(i).setZero();
+    covariance(i, i) = HUGE_VAL;
+  }
+}
+
+/// Replaces variances of positions by infinity if only the direction of the line of sight is known (in the world).
+void add_unknown_range(const SE3& chaser, const TargetState& target, const Vector<3>& sight, KeyframeUncertainty& u) {
+  add_unknown_range(target.rotation ? Vector<3>(target.rotation->inverse().act(sight)) : sight, u.target);
+  Eigen::MatrixXd relative = u.relative_position;
+  add_unknown_range(chaser.rotation().inverse().act(sight), relative);
+  u.relative_position = relative;
+}
+
 }  // namespace
 
 bool HeldOut::row_inside(Eigen::Index i) const {
@@ -126,16 +146,23 @@ Uncertainty uncertainty(TrackingProblem& tracking, const TrackingData& data, con
                         const Stop& stop) {
   Uncertainty result;
   result.constants = systematic_error_estimates_by_evidence(tracking.problem, tracking.constants, marginals, stop);
+  const bool has_range = range_is_observable(tracking, marginals);
   for (std::size_t k = 0; k < tracking.keyframes.size(); ++k) {
     stop.check("covariances");
     const Eigen::MatrixXd both =
         std::visit(JointCovariance(marginals, tracking.problem), tracking.chaser[k], tracking.target[k]);
-    result.keyframes.push_back(at_keyframe(tracking.chaser_pose(k), tracking.target_state(k), both));
+    const SE3 chaser = tracking.chaser_pose(k);
+    const TargetState target = tracking.target_state(k);
+    result.keyframes.push_back(at_keyframe(chaser, target, both));
+    if (has_range) continue;
+    const TargetSensor& sensor = data.sensors[tracking.assumed_range->sensor];
+    add_unknown_range(chaser, target, target.position - chaser.act(sensor.mount.translation()),
+                      result.keyframes.back());
   }
   for (const PlacedMeasurement& m : tracking.measurements) {
     if (!m.innovation) continue;
     const auto [r, J, variables, dofs] = m.innovation(tracking.problem);
-    Eigen::MatrixXd S = detail::propagated(J, marginals.joint(variables, dofs));
+    Eigen::MatrixXd S = marginals.propagated(J, variables, dofs);
     S.diagonal() += data.sensors[m.sensor].sigma.head(r.size()).cwiseAbs2();
     result.held_out.push_back({m.sensor, m.index, r, S});
   }

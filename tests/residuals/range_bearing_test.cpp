@@ -4,6 +4,7 @@
 #include <tandem/lie/rn.hpp>
 #include <tandem/lie/se2.hpp>
 #include <tandem/residuals/bearing.hpp>
+#include <tandem/residuals/log_range.hpp>
 #include <tandem/residuals/range.hpp>
 #include <tandem/residuals/range_bearing.hpp>
 
@@ -79,6 +80,7 @@ TYPED_TEST(RangeBearingTest, StacksRangeAndBearing) {
   const Range<C, T> range{25.0, this->B, this->beacon};
   const Bearing<C, T> bearing{this->ahead, this->B, this->beacon};
   expect_correct_jacobians_at_random_states(range, 6);
+  expect_correct_jacobians_at_random_states(LogRange<C, T>{25.0, this->B, this->beacon}, 6);
   expect_correct_jacobians_at_random_states(bearing, 7);
   const C c = C::Exp(tangent<C>(0.9, 20.0));
   const T t = T::Exp(tangent<T>(0.4, 7.0));
@@ -92,6 +94,9 @@ TYPED_TEST(RangeBearingTest, StacksRangeAndBearing) {
   range(c, t, r, &Jr);
   bearing(c, t, b, &Jb);
   EXPECT_EQ(both[0], r[0]);
+  Vector<1> log_ratio;
+  LogRange<C, T>{25.0, this->B, this->beacon}(c, t, log_ratio);
+  EXPECT_NEAR(25.0 * std::exp(log_ratio[0]) - 25.0, r[0], 1e-12);
   EXPECT_EQ((both.template tail<n - 1>()), b);
   EXPECT_LE((J_both.row(0) - Jr).norm(), 1e-15);
   EXPECT_LE((J_both.template bottomRows<n - 1>() - Jb).norm(), 1e-15);
