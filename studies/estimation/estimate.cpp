@@ -8,6 +8,7 @@
 #include <tandem/problem/tracking/tracking_initial_guess.hpp>
 #include <tandem/solvers/heading_search/solve_tracking.hpp>
 #include <tandem/studies/estimation/estimate.hpp>
+#include <tandem/studies/estimation/overhead_fixes.hpp>
 #include <tandem/studies/estimation/target_constraints.hpp>
 #include <tandem/studies/estimation/turned_detections.hpp>
 #include <tandem/studies/fit/judged_measurements.hpp>
@@ -178,6 +179,9 @@ Estimate estimate(const Scenario& scenario, const TrackingOptions& options, cons
   if (const std::string turned = turned_detections(scenario.data, tracking);
       !result.summary.converged() && !turned.empty() && !options.robust_initial_guess)
     result.summary.message += "; " + turned + ", which may be a flipped detection; try --robust";
+  if (const std::string overhead = overhead_fix(scenario.data, tracking);
+      !result.summary.converged() && !overhead.empty())
+    result.summary.message += "; " + overhead + ", where azimuth is undefined; use `type: range_bearing`";
 
   for (std::size_t k = 0; k < tracking.keyframes.size(); ++k) {
     result.chaser.push_back(tracking.chaser_pose(k));
