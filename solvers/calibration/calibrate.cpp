@@ -28,7 +28,8 @@ constexpr int kMaxRestarts = 2, kMaxHalvings = 8, kMaxRounds = 5;  // rounds upd
 class Search {
  public:
   Search(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups, const CalibrationOptions& options)
-      : groups_(groups),
+      : problems_(problems),
+        groups_(groups),
         options_(options),
         evidence_(problems, groups, options),
         bound_(std::log(options.max_factor)),
@@ -49,6 +50,7 @@ class Search {
     } catch (const Stopped&) {
       finish_interrupted();
     }
+    evidence_.apply(problems_, theta_);
     return std::move(out_);
   }
 
@@ -125,7 +127,6 @@ class Search {
   /// After a stop: reports the factors that were accepted last.
   void finish_interrupted() {
     theta_ = accepted_.size() > 0 ? accepted_ : initial();
-    evidence_.set_noise(theta_);
     finish(options_.stop.interrupted() ? Status::interrupted : Status::time_limit, "stopped: the best factors so far");
     out_.gain = accepted_.size() > 0 ? accepted_value_.log_evidence - start_ : 0;
     out_.log_covariance = Eigen::MatrixXd::Zero(theta_.size(), theta_.size());
@@ -179,7 +180,7 @@ class Search {
         evidence_.at(theta_);
         if (!last_.why.empty() && out_.noise.empty())  // even the shortest step failed: there is no maximum here
           throw_unusable("with noise near the current estimate", last_);
-        return finish(Status::converged, "no step along the gradient increases the evidence");
+        return finish(Status::failed, "no step along the gradient increases the evidence");
       }
       const Eigen::VectorXd change = gradient - next->gradient(free);
       current_ = *next;
@@ -239,8 +240,7 @@ class Search {
       }
       last_ = evidence_.at(theta_);
       const Evidence::Value& next = last_;
-      // With Student's t the gradient neglects the change of H, so steps below the tolerance need no sufficient
-      // increase.
+      // The gradient neglects the change of Jacobians, so steps below the tolerance need no sufficient increase.
       const double slack = 1e-9 * (1 + std::abs(current_.log_evidence));
       if (next.usable && next.log_evidence >= current_.log_evidence + 1e-4 * gradient.dot(taken) - slack) return next;
       if (taken.cwiseAbs().maxCoeff() <= options_.tolerance && next.usable &&
@@ -377,6 +377,7 @@ class Search {
     curvature_ = (0.5 * (curvature_ + curvature_.transpose())).eval();
   }
 
+  std::span<Problem* const> problems_;  // of the caller, changed only by the result
   const std::vector<NoiseGroup>& groups_;
   const CalibrationOptions& options_;
   Evidence evidence_;

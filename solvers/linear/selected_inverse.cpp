@@ -120,6 +120,16 @@ bool SelectedInverse::compute(const Eigen::VectorXd& hessian, const LinearEquati
 bool SelectedInverse::eliminate_free(int k) {
   failed_ = eliminate(k, k + 1, blocks_);
   if (failed_ >= 0) return false;
+  const double* P = panel(k);
+  for (int c = 0; c < size_[std::size_t(k)]; ++c) {
+    const double pivot = P[c + std::ptrdiff_t(c) * panel_rows_[std::size_t(k)]];
+    weak_ = weak_ || !(pivot * pivot > kRelativePivot * diagonal_[first_unknown_[std::size_t(k)] + c]);
+  }
+  convert_factor(k);
+  return true;
+}
+
+void SelectedInverse::convert_factor(int k) {
   const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
   double* P = panel(k);
   double* I = identity_.data();
@@ -139,7 +149,6 @@ bool SelectedInverse::eliminate_free(int k) {
       for (int p = c; p < n; ++p) sum += I[p + i * n] * I[p + c * n];
       P[i + std::ptrdiff_t(c) * m] = P[c + std::ptrdiff_t(i) * m] = sum;
     }
-  return true;
 }
 
 bool SelectedInverse::eliminate_constrained(int k) {
@@ -213,6 +222,15 @@ void SelectedInverse::invert(int k) {
       for (int p = n; p < m; ++p) sum += P[p + std::ptrdiff_t(i) * m] * S[p + std::ptrdiff_t(c) * m];
       S[i + std::ptrdiff_t(c) * m] = S[c + std::ptrdiff_t(i) * m] = sum;
     }
+}
+
+double SelectedInverse::trace_of_product(const Eigen::VectorXd& diagonal) const {
+  double sum = 0;
+  for (int k = 0; k < blocks_; ++k)
+    for (int i = 0; i < size_[std::size_t(k)]; ++i)
+      sum += inverse_[panel_[std::size_t(k)] + std::ptrdiff_t(i) * (panel_rows_[std::size_t(k)] + 1)] *
+             diagonal[first_unknown_[std::size_t(k)] + i];
+  return sum;
 }
 
 bool SelectedInverse::in_pattern(int a, int b) const {
