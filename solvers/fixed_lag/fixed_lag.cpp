@@ -18,6 +18,28 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// is fast.
 constexpr double kTimeOrderFlops = 4;
 
+/// The variables of a joint covariance that are not fixed, and the rows of their unknowns.
+struct FreePart {
+  std::vector<int> ids, dofs, rows;
+  int size = 0;
+
+  template <class IsFixed>
+  FreePart(const std::vector<int>& all, const std::vector<int>& widths, IsFixed is_fixed) {
+    for (std::size_t k = 0; k < all.size(); size += widths[k++]) {
+      if (is_fixed(all[k])) continue;
+      ids.push_back(all[k]);
+      dofs.push_back(widths[k]);
+      for (int i = 0; i < widths[k]; ++i) rows.push_back(size + i);
+    }
+  }
+  /// Returns the covariance of all variables from that of the free ones.
+  Eigen::MatrixXd with_zeros(const Eigen::MatrixXd& of_free) const {
+    Eigen::MatrixXd S = Eigen::MatrixXd::Zero(size, size);
+    S(rows, rows) = of_free;
+    return S;
+  }
+};
+
 std::string seconds(double t) {
   std::array<char, 32> text;
   std::snprintf(text.data(), text.size(), "%.9g s", t);
@@ -82,32 +104,38 @@ Summary FixedLag::update() {
   if (summary.status == Status::failed) return summary;
   const detail::Session::Timer timer(summary.seconds);
   marginalize_before(window_begin(summary.converged() ? 1.0 : 1.0 + options_.patience));
+  size_after_update_ = size();
   return summary;
 }
 
-void FixedLag::prepare_factor(const NlpEvaluator& nlp) {
-  factor_.emplace(nlp.hessian_pattern(), kTimeOrderFlops);
-  extension_.clear();
-  known_.assign(std::size_t(problem_.id_bound()), {});
-  for (int id = 0; id < problem_.id_bound(); ++id)
-    if (!problem_.name(id).empty()) {
+/// Allocates the factor for the Hessian of `nlp` and stores the block of each variable.
+void FixedLag::Factored::prepare(const Problem& problem, const NlpEvaluator& nlp) {
+  factor.emplace(nlp.hessian_pattern(), kTimeOrderFlops);
+  known.assign(std::size_t(problem.id_bound()), {});
+  for (int id = 0; id < problem.id_bound(); ++id)
+    if (!problem.name(id).empty()) {
       const int block = nlp.block_of(id);
-      known_[std::size_t(id)] = {block < 0 ? kFixed : block, problem_.sequence_number(id)};
+      known[std::size_t(id)] = {block < 0 ? kFixed : block, problem.sequence_number(id)};
     }
 }
 
 /// Returns the block of the factor for the variable that has this id now, or kFixed, kAdded or kUnknown.
 int FixedLag::block_of(int id) const {
-  if (id < 0 || std::size_t(id) >= known_.size()) return kUnknown;
-  const Known& known = known_[std::size_t(id)];
+  if (id < 0 || std::size_t(id) >= solved_.known.size()) return kUnknown;
+  const Known& known = solved_.known[std::size_t(id)];
   return known.creation == problem_.sequence_number(id) ? known.block : kUnknown;
 }
 
 bool FixedLag::relinearize() {
-  known_.clear();
-  if (!why_unsupported(problem_, options_).empty()) return false;
-  NlpEvaluator nlp(problem_);
-  prepare_factor(nlp);
+  solved_.known.clear();
+  extension_.clear();
+  state_ = AtValues::same;
+  return why_unsupported(problem_, options_).empty() && solved_.linearize(problem_);
+}
+
+bool FixedLag::Factored::linearize(Problem& problem) {
+  NlpEvaluator nlp(problem);
+  prepare(problem, nlp);
   Eigen::VectorXd gradient(nlp.num_unknowns()), shift(nlp.num_unknowns());
   Eigen::VectorXd hessian(nlp.hessian_pattern().nonzeros());
   bool there = false;
@@ -115,27 +143,38 @@ bool FixedLag::relinearize() {
     there = std::isfinite(nlp.linearize(gradient, hessian));
     detail::hessian_diagonal(nlp.hessian_pattern(), hessian, shift);
     for (double& s : shift) s = s > 0 ? s * detail::kMinInformation : detail::kMinInformation;
-    there = there && factor_->factorize(hessian, shift);
+    there = there && factor->factorize(hessian, shift);
   } catch (const UndefinedResidualError&) {  // a residual is undefined
   }
-  if (!there) known_.clear();
+  if (!there) known.clear();
   return there;
+}
+
+/// Computes at_values_ if it is wanted. Returns whether it is known.
+bool FixedLag::linearize_at_values() const {
+  const std::lock_guard lock(*mutex_);
+  if (state_ == AtValues::wanted && size() == size_after_update_)
+    state_ = at_values_.linearize(problem_) ? AtValues::known : AtValues::unavailable;
+  return state_ == AtValues::known;
 }
 
 Summary FixedLag::solve_window() {
   const auto begin = std::chrono::steady_clock::now();
   NlpEvaluator nlp(problem_);
   nlp.use_threads(options_.threads);
-  prepare_factor(nlp);
-  detail::WarmSolve solve(nlp, *factor_, options_);
+  solved_.prepare(problem_, nlp);
+  extension_.clear();
+  state_ = AtValues::same;
+  detail::WarmSolve solve(nlp, *solved_.factor, options_);
   Summary summary;
   try {
     summary = solve.run();
   } catch (...) {  // from a callback
-    known_.clear();
+    solved_.known.clear();
     throw;
   }
-  if (summary.status == Status::failed || solve.damped()) known_.clear();  // no covariance
+  if (summary.status == Status::failed || solve.damped()) solved_.known.clear();  // no covariance
+  if (solve.moved()) state_ = AtValues::wanted;
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return summary;
 }
@@ -178,7 +217,7 @@ void FixedLag::marginalize_before(double limit) {
     has_marginalized_ = true;
     for (auto v = first; v != last; ++v) {
       marginalized_.push_back({v->t, v->id});
-      if (std::size_t(v->id) < known_.size()) known_[std::size_t(v->id)] = {};
+      if (std::size_t(v->id) < solved_.known.size()) solved_.known[std::size_t(v->id)] = {};
     }
     timed_.erase(first, last);
   }
@@ -186,22 +225,23 @@ void FixedLag::marginalize_before(double limit) {
 
 bool FixedLag::extend() {
   if (!has_covariance()) return false;
-  known_.resize(std::size_t(problem_.id_bound()));
+  solved_.known.resize(std::size_t(problem_.id_bound()));
   std::vector<int> added;
   for (int id = 0; id < problem_.id_bound(); ++id) {
     const int block = block_of(id);
     const bool exists = !problem_.name(id).empty(), fixed = exists && problem_.is_fixed(id);
     if (block == kUnknown) {
-      if (known_[std::size_t(id)].block != kUnknown) return false;  // the variable has been removed
-      if (fixed) known_[std::size_t(id)] = {kFixed, problem_.sequence_number(id)};
+      if (solved_.known[std::size_t(id)].block != kUnknown) return false;  // the variable has been removed
+      if (fixed) solved_.known[std::size_t(id)] = {kFixed, problem_.sequence_number(id)};
       if (exists && !fixed) added.push_back(id);
     } else if (fixed != (block == kFixed)) {
       return false;
     }
   }
-  if (!extension_.extend(problem_, added, [this](const auto& ids, const auto& dofs) { return covariance(ids, dofs); }))
+  if (!extension_.extend(problem_, added,
+                         [this](const auto& ids, const auto& dofs) { return linearized_covariance(ids, dofs); }))
     return false;
-  for (const int id : added) known_[std::size_t(id)] = {kAdded, problem_.sequence_number(id)};
+  for (const int id : added) solved_.known[std::size_t(id)] = {kAdded, problem_.sequence_number(id)};
   return true;
 }
 
@@ -217,29 +257,26 @@ void FixedLag::check_known(const std::vector<int>& ids) const {
 
 Eigen::MatrixXd FixedLag::covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const {
   check_known(ids);
-  // Ids and dimensions of the variables that are not fixed, and the rows of their unknowns.
-  std::vector<int> free, widths, rows;
-  bool extended = false;
-  int n = 0;
-  for (std::size_t k = 0; k < ids.size(); n += dofs[k++]) {
-    const int block = block_of(ids[k]);
-    if (block == kFixed) continue;
-    extended = extended || block == kAdded;
-    free.push_back(ids[k]);
-    widths.push_back(dofs[k]);
-    for (int i = 0; i < dofs[k]; ++i) rows.push_back(n + i);
+  const bool extended = std::any_of(ids.begin(), ids.end(), [&](int id) { return block_of(id) == kAdded; });
+  return !extended && linearize_at_values() ? at_values_.covariance(ids, dofs) : linearized_covariance(ids, dofs);
+}
+
+Eigen::MatrixXd FixedLag::linearized_covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const {
+  check_known(ids);
+  if (std::any_of(ids.begin(), ids.end(), [&](int id) { return block_of(id) == kAdded; })) {
+    FreePart free(ids, dofs, [this](int id) { return block_of(id) == kFixed; });
+    return free.with_zeros(extension_.joint(free.ids, free.dofs, [this](const auto& known, const auto& known_dofs) {
+      return linearized_covariance(known, known_dofs);
+    }));
   }
-  Eigen::MatrixXd S = Eigen::MatrixXd::Zero(n, n);
-  if (free.empty()) return S;
-  if (extended) {
-    S(rows, rows) = extension_.joint(
-        free, widths, [this](const auto& known, const auto& known_dofs) { return covariance(known, known_dofs); });
-  } else {
-    std::vector<int> blocks;
-    for (const int id : free) blocks.push_back(block_of(id));
-    S(rows, rows) = factor_->inverse_of(blocks);
-  }
-  return S;
+  return solved_.covariance(ids, dofs);
+}
+
+Eigen::MatrixXd FixedLag::Factored::covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const {
+  const FreePart free(ids, dofs, [this](int id) { return known[std::size_t(id)].block == kFixed; });
+  std::vector<int> blocks;
+  for (const int id : free.ids) blocks.push_back(known[std::size_t(id)].block);
+  return free.with_zeros(factor->inverse_of(blocks));
 }
 
 std::string why_unsupported(const Problem& problem, const FixedLagOptions&) {

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <functional>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -81,7 +83,7 @@ class FixedLag {
   /// fixed, freed or removed. Removed blocks are not noticed; use relinearize() then.
   bool extend();
   /// Returns whether a covariance of the last update or relinearize() is available.
-  bool has_covariance() const { return !known_.empty(); }
+  bool has_covariance() const { return !solved_.known.empty(); }
 
   /// Earliest and latest time of the variables in the window [s]; −infinity if there are none.
   double oldest() const;
@@ -97,11 +99,13 @@ class FixedLag {
   /// Variables that the last update has marginalized, also if it threw.
   const std::vector<Marginalized>& marginalized() const { return marginalized_; }
 
-  /// Returns the joint covariance of variables, in this order, for right perturbations (as Marginals).
+  /// Returns the joint covariance of variables, in this order, for right perturbations (as Marginals), at the present
+  /// values.
   ///
-  /// It uses the factor of the last linearisation of the last update. The newest variables take microseconds; older
-  /// ones take longer. Fixed variables have zero covariance. An unobservable direction has a large variance without
-  /// meaning.
+  /// The first call after an update linearises the window again, because the last step of the update has moved the
+  /// values. If variables or blocks have been added or removed before, it returns linearized_covariance() instead. The
+  /// newest variables then take microseconds; older ones take longer. Fixed variables have zero covariance. An
+  /// unobservable direction has a large variance without meaning.
   ///
   /// Throws StaleHandleError if a handle is invalid, and NumericalError if no update, relinearize() or extend() has
   /// covered a variable, if the last update failed, or if its Hessian is singular.
@@ -111,6 +115,9 @@ class FixedLag {
   }
   /// Returns the same for variables by id (Problem::id) and tangent dimension.
   Eigen::MatrixXd covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const;
+  /// Returns the same at the last linearisation of the last update, which precedes its last step. Never linearises. It
+  /// is accurate enough for a gate, but not consistent with the values.
+  Eigen::MatrixXd linearized_covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const;
 
  private:
   struct Timed {
@@ -132,23 +139,39 @@ class FixedLag {
   void check_known(const std::vector<int>& ids) const;
   int block_of(int id) const;
   Summary solve_window();
-  /// Allocates the factor for the Hessian of `nlp` and stores the block of each variable.
-  void prepare_factor(const NlpEvaluator& nlp);
-
-  FixedLagOptions options_;
-  Problem problem_;
-  std::vector<Timed> timed_;  // in order of time
-  std::vector<Marginalized> marginalized_;
-  bool has_marginalized_ = false;
 
   static constexpr int kFixed = -1, kAdded = -2, kUnknown = -3;
   struct Known {
     int block = kUnknown;  // block of the factor, or one of the constants above
     long long creation = -1;
   };
-  std::optional<BlockCholesky> factor_;  // of the last update
-  std::vector<Known> known_;             // by id; empty without a covariance
+  /// A factor of the Hessian of the window.
+  struct Factored {
+    std::optional<BlockCholesky> factor;
+    std::vector<Known> known;  // by id; empty without a covariance
+
+    void prepare(const Problem& problem, const NlpEvaluator& nlp);
+    /// Linearises the problem at its values. Returns false if a residual is undefined.
+    bool linearize(Problem& problem);
+    Eigen::MatrixXd covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const;
+  };
+  int size() const { return problem_.num_variables() + problem_.num_soft_blocks(); }
+  bool linearize_at_values() const;
+
+  FixedLagOptions options_;
+  mutable Problem problem_;   // a linearisation does not change it visibly
+  std::vector<Timed> timed_;  // in order of time
+  std::vector<Marginalized> marginalized_;
+  bool has_marginalized_ = false;
+
+  Factored solved_;  // at the last linearisation of the last update
   detail::CovarianceExtension extension_;
+  // At the values that the last update has reached; computed on request.
+  mutable Factored at_values_;
+  enum class AtValues { same, wanted, known, unavailable };  // same: solved_ is at the values
+  mutable AtValues state_ = AtValues::same;
+  int size_after_update_ = 0;
+  std::unique_ptr<std::mutex> mutex_ = std::make_unique<std::mutex>();  // of at_values_ and state_
 };
 
 /// Returns an empty string, or the reason why fixed-lag smoothing does not support the problem.

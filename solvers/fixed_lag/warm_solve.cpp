@@ -90,6 +90,7 @@ bool WarmSolve::find_step() {
 bool WarmSolve::factorize() {
   for (Eigen::Index i = 0; i < shift_.size(); ++i)
     shift_[i] = scale_[i] > 0 ? damping_shift(damping_.value, scale_[i], scale_[i], scale_[i]) : kMinInformation;
+  moved_ = false;
   return cholesky_.factorize(hessian_, shift_);
 }
 
@@ -143,6 +144,7 @@ void WarmSolve::try_step() {
 
 void WarmSolve::accept(double cost) {
   nlp_.recenter();
+  moved_ = true;
   session_.summary.cost = cost;
 }
 

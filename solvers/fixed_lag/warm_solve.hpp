@@ -23,6 +23,8 @@ class WarmSolve {
   Summary run();
   /// Returns whether the factor contains damping, or is missing.
   bool damped() const { return damped_; }
+  /// Returns whether the values have moved since the linearisation of the factor.
+  bool moved() const { return moved_; }
 
  private:
   double linearize();
@@ -43,6 +45,7 @@ class WarmSolve {
   Damping damping_;
   double predicted_ = 0;
   bool damped_ = true;  // also true without a factor
+  bool moved_ = false;
   Eigen::VectorXd gradient_, hessian_, scale_, shift_, step_, trial_gradient_, trial_hessian_, next_;
 };
 

@@ -22,7 +22,7 @@ std::optional<double> normalized_innovation(const FixedLag& lag, const Block& bl
   if (!has_finite_cost(noise, at.residual)) return HUGE_VAL;
   Eigen::MatrixXd P;
   try {
-    P = lag.covariance(at.variable_ids, at.dofs);
+    P = lag.linearized_covariance(at.variable_ids, at.dofs);
   } catch (const NumericalError&) {  // the last update has no covariance
     return {};
   }

@@ -56,6 +56,35 @@ TEST(FixedLag, CovarianceCoversTheVariablesOfTheLastUpdate) {
   EXPECT_NEAR(lag.covariance(y)(0, 0), 0.5, 1e-6);
 }
 
+/// Poses with a start far from the estimate, so that the last step of each update changes the Jacobians.
+TEST(FixedLag, TheCovarianceBelongsToTheValues) {
+  FixedLag lag(seconds_of(8.0));
+  const SE3 step = SE3::Exp({1, 0.2, 0, 0, 0, 0.1});
+  const Gaussian noise(Vector<6>(0.3, 0.05, 0.1, 0.02, 0.05, 0.3));
+  std::vector<Variable<SE3>> x;
+  double last_step = 0;
+  for (int k = 0; k < 30; ++k) {
+    x.push_back(lag.add(k, k ? lag.problem().value(x.back()) : SE3()));
+    if (k == 0) lag.problem().minimize(Prior<SE3>{SE3()}, Gaussian(Vector<6>::Constant(0.1)), {x[0]});
+    for (const int back : {1, 3})
+      if (k >= back) {
+        const SE3 measured = back == 1 ? step : step * step * step * SE3::Exp({0.3, 0, 0.2, 0, 0.1, 0.3});
+        lag.problem().minimize(RelativePose<SE3>{measured}, noise, {x[std::size_t(k - back)], x.back()});
+      }
+    lag.update();
+    if (k == 0) continue;
+    const auto before = x[x.size() - 2], newest = x.back();
+    const Matrix<12, 12> reported = lag.covariance(before, newest);
+    const Eigen::MatrixXd linearized =
+        lag.linearized_covariance({lag.problem().id(before), lag.problem().id(newest)}, {6, 6});
+    ASSERT_TRUE(lag.relinearize());
+    const Matrix<12, 12> expected = lag.covariance(before, newest);
+    EXPECT_LE((reported - expected).norm(), 1e-9 * expected.norm()) << k;
+    last_step = std::max(last_step, (linearized - expected).norm() / expected.norm());
+  }
+  EXPECT_GT(last_step, 1e-3) << "a last step that matters";
+}
+
 /// Extends a covariance by a pose, a point and a chain of biases, with redundant blocks. Compares with relinearize().
 TEST(FixedLag, ExtendAddsNewVariables) {
   FixedLag lag(seconds_of(100.0));

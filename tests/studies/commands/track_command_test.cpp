@@ -297,6 +297,32 @@ TEST(TrackCommand, ReportsLostAndInvalidTarget) {
   for (const char* state : {",aided,aided,", ",aided,lost,", ",aided,invalid,"}) EXPECT_THAT(rows, HasSubstr(state));
 }
 
+/// A standard deviation that belongs to another linearisation can exceed that of the fix.
+TEST(TrackCommand, NoRowIsLessCertainThanItsFixAlone) {
+  const ScratchFolder scratch;
+  const auto out = scratch.path() / "out";
+  const Outcome run = run_tandem({"track", "docking_a", "--newest", "window", "--out", out, "--plots", "off"});
+  ASSERT_EQ(run.status, 0) << run.errors;
+  std::istringstream rows(read_file(out / "track.csv"));
+  std::vector<std::string> names;
+  int poses = 0;
+  for (std::string row; std::getline(rows, row);) {
+    std::vector<std::string> cells;
+    std::istringstream line(row);
+    for (std::string cell; std::getline(line, cell, ',');) cells.push_back(cell);
+    if (names.empty()) {
+      names = cells;
+      continue;
+    }
+    if (cells[1] != "pose") continue;
+    ++poses;
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (names[i] == "sigma_x_m" || names[i] == "sigma_y_m" || names[i] == "sigma_z_m")
+        EXPECT_LE(std::stod(cells[i]), 0.137 * (1 + 1e-9)) << cells[0];
+  }
+  EXPECT_GT(poses, 600);
+}
+
 TEST(TrackCommand, LimitsWarningsAboutInvalidLines) {
   std::string garbage;
   for (int i = 0; i < 20'000; ++i) garbage += "sonar,1,2,3\n";
