@@ -9,7 +9,6 @@ namespace tandem {
 namespace {
 
 constexpr double kMinMean = 0.3;  // smallest mean that matters, in standard deviations
-constexpr double kMinCorrelation = 0.3;
 constexpr std::size_t kMinCount = 10;
 
 }  // namespace
@@ -49,7 +48,7 @@ double ResidualSeries::spacing() const { return detail::median_step(t); }
 
 double ResidualSeries::correlation_time() const {
   const double rho = correlation();
-  if (value.size() < kMinCount || rho < std::max(kMinCorrelation, 3 / std::sqrt(double(value.size())))) return 0;
+  if (value.size() < kMinCount || rho < std::max(kMaxCorrelation, 3 / std::sqrt(double(value.size())))) return 0;
   return -spacing() / std::log(std::min(rho, 0.999));
 }
 

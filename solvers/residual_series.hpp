@@ -7,6 +7,8 @@ namespace tandem {
 /// Standardised residuals of one component of a sensor: each is divided by its expected standard deviation at the
 /// solution. A correct model gives independent values with mean 0 and standard deviation 1.
 struct ResidualSeries {
+  static constexpr double kMaxCorrelation = 0.3;  ///< largest lag-1 correlation that counts as white
+
   std::vector<double> t, value;  ///< times [s] and values, in time order after sort()
 
   void add(double time, double standardised) {
@@ -20,8 +22,8 @@ struct ResidualSeries {
   double rms() const;          ///< root mean square
   double correlation() const;  ///< autocorrelation at lag 1
   double spacing() const;      ///< median time between successive values [s]
-  /// Returns the correlation time τ [s] from correlation() = exp(−spacing / τ), or 0 if the correlation is not
-  /// significant.
+  /// Returns the correlation time τ [s] from correlation() = exp(−spacing / τ), or 0 if the correlation is at most
+  /// kMaxCorrelation or three standard errors.
   double correlation_time() const;
   bool has_significant_mean() const;  ///< more than three standard errors, given the correlation
 };

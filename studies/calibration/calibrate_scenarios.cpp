@@ -78,6 +78,10 @@ bool has_diagnosis(const std::vector<Misfit>& misfits, const std::string& parame
                      [&](const Misfit& m) { return m.parameter == parameter && !m.diagnosis().empty(); });
 }
 
+bool has_correlation(const std::vector<Misfit>& misfits) {
+  return std::any_of(misfits.begin(), misfits.end(), [](const Misfit& m) { return m.correlation_time() > 0; });
+}
+
 /// Returns whether, and why, the estimate of parameter i is not accepted.
 KeepReason keep_reason(const ScenarioProblems& problems, std::size_t i, const ScenarioCalibration& result,
                        bool untested_dead_reckoning) {
@@ -85,9 +89,11 @@ KeepReason keep_reason(const ScenarioProblems& problems, std::size_t i, const Sc
   if (p.result.at_limit) return KeepReason::at_limit;
   const NoiseParameters& noise = problems.noise();
   if (i >= noise.groups.size() || p.result.factor >= 1) return KeepReason::none;
-  if (has_diagnosis(result.after, p.name)) return KeepReason::misfit;
-  const bool dead_reckoning = problems.all().front()->entries[noise.entry[i]].dead_reckoning;
-  return untested_dead_reckoning && dead_reckoning ? KeepReason::untested : KeepReason::none;
+  const CalibratedEntry& entry = problems.all().front()->entries[noise.entry[i]];
+  // The noise of a motion model explains the residuals of all sensors.
+  if (has_diagnosis(result.after, p.name) || (!entry.sensor && has_correlation(result.after)))
+    return KeepReason::misfit;
+  return untested_dead_reckoning && entry.dead_reckoning ? KeepReason::untested : KeepReason::none;
 }
 
 /// Cross-validates the calibration and stores the scores.
@@ -226,6 +232,7 @@ ScenarioCalibration calibrated(std::vector<Scenario> scenarios, const ScenarioCa
     result.summary.message = result.constants.empty() ? "stopped before the constants were estimated"
                                                       : "stopped before the constants were cross-validated";
   }
+  if (result.cut_short && !result.recommended()) result.noise = result.given_noise;
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
 }

@@ -20,7 +20,7 @@ struct ScenarioCalibrationOptions {
   int profile_points = 0;         ///< CalibrationOptions::profile_points; if positive, also profiles the constants
   TrackingOptions target{};
   NavigationOptions own{};
-  Stop stop{};                                            ///< ends the calibration with the best noise so far
+  Stop stop{};                                            ///< ends the calibration with the best estimates so far
   std::function<void(const std::string& what)> progress;  ///< called with "iteration 3, evidence +12.3"
 };
 
@@ -28,7 +28,9 @@ struct ScenarioCalibrationOptions {
 enum class KeepReason {
   none,      ///< the estimate is accepted
   at_limit,  ///< the estimate ran to CalibrationOptions::max_factor
-  misfit,    ///< smaller noise, but the residuals have a mean or are correlated, which white noise does not explain
+  /// Smaller noise, but residuals that it explains have a mean or are correlated (Misfit). A sensor explains its own
+  /// residuals, a motion model those of all sensors.
+  misfit,
   untested,  ///< smaller noise of dead reckoning, but gaps without fixes are longer than the held-out segments
 };
 
@@ -75,7 +77,8 @@ struct ScenarioCalibration {
 
   /// Returns whether the calibrated noise predicts held-out measurements better, by more than the standard error.
   bool recommended() const { return folds > 0 && why_not_validated.empty() && gain > gain_error; }
-  /// Noise entries with calibrated values; equals given_noise if calibration is not recommended.
+  /// Noise entries with calibrated values; equals given_noise if calibration is not recommended, or if it was cut short
+  /// before cross-validation recommended it.
   std::vector<NoiseEntry> noise;
   std::vector<NoiseEntry> given_noise;
 };

@@ -43,13 +43,19 @@ std::string verdict(const CalibratedParameter& p) {
 }
 
 std::string held_out_sentence(const ScenarioCalibration& c) {
-  if (c.parameters.empty()) return "No noise was calibrated, so there was no cross-validation.";
+  if (c.parameters.empty()) {
+    const bool constants_tested = std::any_of(c.constants.begin(), c.constants.end(),
+                                              [](const CalibratedConstant& k) { return k.found.held_out.has_value(); });
+    return constants_tested ? "No noise was calibrated; cross-validation tested the systematic errors."
+                            : "No noise was calibrated, so there was no cross-validation.";
+  }
   if (std::all_of(c.parameters.begin(), c.parameters.end(),
                   [](const CalibratedParameter& p) { return p.keep_reason != KeepReason::none; }))
     return "No estimate is accepted: keep the given noise.";
   if (c.folds == 0)
     return c.cut_short
-               ? "Stopped before cross-validation was complete: it is unknown whether this noise predicts better."
+               ? "Stopped before cross-validation was complete: it is unknown whether this noise predicts better. The "
+                 "given noise is kept."
                : "No cross-validation (--folds 0): it is unknown whether this noise predicts better.";
   if (!c.why_not_validated.empty())
     return fmt::format("Cross-validation failed ({}): the given noise is kept.", c.why_not_validated);
@@ -129,7 +135,10 @@ std::string report(const ScenarioCalibration& c) {
       diagnoses += (c.scenarios.size() > 1 ? b.scenario + ": " : "") + sentence + ".\n";
   }
   text += "\n" + residuals.str();
-  text += "\nWhite noise has mean 0, standard deviation 1 and lag-1 correlation 0.\n";
+  text += fmt::format(
+      "\nWhite noise has mean 0, standard deviation 1 and lag-1 correlation 0. Smaller noise is not recommended if the "
+      "correlation exceeds {:g} and three standard errors.\n",
+      Misfit::kMaxCorrelation);
   if (!diagnoses.empty()) text += "Not explained by white noise:\n" + diagnoses;
 
   text += "\n" + held_out_sentence(c) + "\n";
@@ -141,7 +150,7 @@ std::string report(const ScenarioCalibration& c) {
 }
 
 std::string noise_file_comment(const ScenarioCalibration& c) {
-  const bool kept = c.folds > 0 && !c.recommended();
+  const bool kept = (c.folds > 0 || c.cut_short) && !c.recommended();
   return fmt::format("tandem calibrate {}\n{}\n{}", fmt::join(c.scenarios, " "), held_out_sentence(c),
                      kept ? "These are the given standard deviations." : "");
 }

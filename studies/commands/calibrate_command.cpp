@@ -84,7 +84,8 @@ void reject_repeated(const std::vector<std::string>& scenarios) {
   }
 }
 
-/// Runs the command. An interrupt or the time limit ends it with the best noise so far.
+/// Runs the command. An interrupt or the time limit ends it with the best estimates so far; the noise that is written
+/// is the given one, unless cross-validation was complete.
 int run_calibrate(const CalibrateRequest& request, const CommandOptions& option) {
   ScenarioCalibrationOptions options;
   options.target = tracking_options(request.problem, true);
@@ -135,10 +136,12 @@ int run_calibrate(const CalibrateRequest& request, const CommandOptions& option)
     if (options.noise) write_file(folder / "noise.yaml", noise_file_text(found.noise, noise_file_comment(found)));
   };
   if (found.cut_short)
-    results.incomplete_reason = fmt::format("{}; {}", interrupted() ? "interrupted" : "the time limit was reached",
-                                            options.noise             ? "the result is the best noise so far"
-                                            : found.constants.empty() ? "no constant was estimated"
-                                                                      : "the constants were not cross-validated");
+    results.incomplete_reason =
+        fmt::format("{}; {}", interrupted() ? "interrupted" : "the time limit was reached",
+                    options.noise             ? found.recommended() ? "the cross-validated noise is the result"
+                                                                    : "the noise is not validated, so the given one is kept"
+                    : found.constants.empty() ? "no constant was estimated"
+                                              : "the constants were not cross-validated");
   else if (!found.summary.converged())
     results.incomplete_reason = "calibrate did not converge: " + found.summary.message;
   return finish(request.output, results);
@@ -167,7 +170,8 @@ Command calibrate_command() {
                request->within, parse_factor);
         option("--folds", "N", "Number of folds of the cross-validation, 0 for none (default 5)", request->folds,
                parse_count_or_zero);
-        option("--time-limit", "SECONDS", "Wall-clock time limit; the result is then the best so far",
+        option("--time-limit", "SECONDS",
+               "Wall-clock time limit; shows the best estimates so far, but keeps noise that is not cross-validated",
                request->time_limit, parse_non_negative);
         add_threads(option);
         add_output(option, request->output,

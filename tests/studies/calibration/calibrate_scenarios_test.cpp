@@ -1,11 +1,17 @@
 #include <algorithm>
+#include <map>
+#include <random>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/solvers/gauss_newton.hpp>
+#include <tandem/solvers/marginals.hpp>
 #include <tandem/studies/calibration/calibrate_scenarios.hpp>
+#include <tandem/studies/calibration/calibration_problem.hpp>
 #include <tandem/studies/calibration/calibration_report.hpp>
+#include <tandem/studies/scenario/builtin_scenarios.hpp>
 #include <tandem/studies/simulation/simulate_dive_files.hpp>
 #include <tandem/studies/simulation/simulate_docking_files.hpp>
 
@@ -65,6 +71,53 @@ TEST(CalibrateScenarios, RecoversTheNoiseFromAWrongGivenOne) {
     if (m.parameter.starts_with("optical")) {
       EXPECT_NEAR(m.spread(), 1, 0.15) << m.parameter;
     }
+}
+
+/// Checks the estimates by the fixed point of expectation maximisation, which needs no integral of the priors: the
+/// expected squares of the whitened residuals sum to the number of rows. Uses other code for the moments.
+TEST(LongCalibrateScenarios, SensorNoiseIsAFixedPointOfExpectationMaximisation) {
+  const Scenario scenario = read_scenario(builtin_scenarios() / "docking_a");
+  ScenarioCalibrationOptions options;
+  options.folds = 0;
+  options.free = {"usbl", "optical"};
+  const ScenarioCalibration found = calibrate_scenarios({scenario}, options);
+  ASSERT_TRUE(found.summary.converged()) << found.summary.message;
+
+  CalibrationProblem built(scenario, options.target, options.own);
+  Problem& problem = built.problem();
+  const auto each_row = [&](auto f) {  // f(block, row, parameter)
+    for (const EntryBlock& b : built.blocks) {
+      const CalibratedEntry& entry = built.entries[b.entry];
+      for (std::size_t c = 0; c < entry.components.size(); ++c)
+        for (const CalibratedParameter& p : found.parameters)
+          if (p.name == entry.parameter(c)) f(b.block, entry.row[c] - b.first, p);
+    }
+  };
+  each_row([&](const Block& block, int row, const CalibratedParameter& p) {
+    const Gaussian noise = problem.noise(block);
+    Eigen::VectorXd factor = Eigen::VectorXd::Ones(noise.dim());
+    factor[row] = p.result.factor;
+    problem.set_noise(block, noise.scaled(factor));
+  });
+  ASSERT_TRUE(solve(problem, GaussNewtonOptions{}).converged());
+  const Marginals marginals(problem);
+  std::map<std::string, std::pair<double, int>> squares;  // sum and number
+  each_row([&](const Block& block, int row, const CalibratedParameter& p) {
+    const Problem::Linearization at = problem.linearization(block);
+    const Eigen::RowVectorXd J = at.jacobian.row(row);
+    const double expected =
+        at.residual[row] * at.residual[row] + J * marginals.joint(at.variable_ids, at.dofs) * J.transpose();
+    auto& [sum, n] = squares[p.name];
+    sum += expected / problem.noise(block).covariance_matrix()(row, row);
+    ++n;
+  });
+  ASSERT_EQ(squares.size(), 9u);
+  for (const CalibratedParameter& p : found.parameters) {
+    const auto [sum, n] = squares.at(p.name);
+    // The prior of the log factor adds its slope. A factor of σ changes the sum by its square.
+    const double prior = std::log(p.result.factor) / (options.prior * options.prior);
+    EXPECT_NEAR((sum - prior) / n, 1, 2e-3) << p.name;
+  }
 }
 
 TEST(CalibrateScenarios, KeepsAParameterThatRunsToTheLimit) {
@@ -254,6 +307,39 @@ TEST(LongCalibrateScenarios, AcceptsSmallerNoiseOfDeadReckoningOnlyWithFixes) {
   EXPECT_NEAR(untested.result.factor, 0.5, 0.1);
 }
 
+/// USBL errors with a correlation time of 30 s, which white noise does not explain.
+TEST(CalibrateScenarios, KeepsMotionNoiseWhileResidualsCorrelate) {
+  Scenario scenario = simulated(5, 300);
+  double error = 0;
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal;
+  for (TargetSensor& sensor : scenario.data.sensors)
+    for (Measurement& m : sensor.measurements) {
+      const double keep = std::exp(-0.05);
+      error = keep * error + std::sqrt(1 - keep * keep) * 3 * sensor.sigma[0] * normal(random);
+      m.position.x() += error;
+    }
+  scenario.data.noise.constant_twist *= 10;
+  ScenarioCalibrationOptions options;
+  options.folds = 0;
+  const ScenarioCalibration found = calibrate_scenarios({scenario}, options);
+  const bool correlated = std::any_of(found.after.begin(), found.after.end(),
+                                      [](const Misfit& m) { return m.correlation() > Misfit::kMaxCorrelation; });
+  ASSERT_TRUE(correlated);
+  for (const CalibratedParameter& p : found.parameters)
+    if (p.name.starts_with("constant_twist")) EXPECT_GE(p.result.factor, 1) << p.name;
+  EXPECT_THAT(report(found), HasSubstr("Smaller noise is not recommended if the correlation exceeds 0.3"));
+}
+
+TEST(CalibrateScenarios, ReportsTheCrossValidationOfConstantsWithoutNoise) {
+  ScenarioCalibration c;
+  c.scenarios = {"here"};
+  EXPECT_THAT(report(c), HasSubstr("No noise was calibrated, so there was no cross-validation."));
+  c.constants.resize(1);
+  c.constants[0].found.held_out.emplace();
+  EXPECT_THAT(report(c), HasSubstr("No noise was calibrated; cross-validation tested the systematic errors."));
+}
+
 TEST(CalibrateScenarios, ThrowsIfStoppedBeforeTheFirstSolve) {
   const std::atomic<bool> stop = true;
   ScenarioCalibrationOptions options;
@@ -270,6 +356,9 @@ TEST(CalibrateScenarios, ReturnsThePartialResultWhenStopped) {
   EXPECT_FALSE(found.summary.converged());
   EXPECT_FALSE(found.parameters.empty());
   EXPECT_EQ(found.folds, 0);
+  ASSERT_EQ(found.noise.size(), found.given_noise.size());
+  for (std::size_t i = 0; i < found.noise.size(); ++i)
+    EXPECT_EQ(found.noise[i].sigmas, found.given_noise[i].sigmas) << "only validated noise";
   EXPECT_THAT(report(found), testing::AllOf(HasSubstr("stopped early"), testing::Not(HasSubstr("not identifiable"))));
 }
 
