@@ -6,8 +6,10 @@ function(tandem_find_recording_library name header library package has)
   find_path(TANDEM_${name}_INCLUDE_DIR ${header})
   find_library(TANDEM_${name}_LIBRARY ${library})
   mark_as_advanced(TANDEM_${name}_INCLUDE_DIR TANDEM_${name}_LIBRARY)
-  if(TANDEM_${name}_INCLUDE_DIR AND TANDEM_${name}_LIBRARY)
-    add_library(TandemDeps::${library} UNKNOWN IMPORTED)
+  if(TARGET TandemDeps::${library})
+    set(${has} TRUE PARENT_SCOPE)
+  elseif(TANDEM_${name}_INCLUDE_DIR AND TANDEM_${name}_LIBRARY)
+    add_library(TandemDeps::${library} UNKNOWN IMPORTED GLOBAL)
     set_target_properties(
       TandemDeps::${library} PROPERTIES IMPORTED_LOCATION "${TANDEM_${name}_LIBRARY}"
                                         INTERFACE_INCLUDE_DIRECTORIES "${TANDEM_${name}_INCLUDE_DIR}"
@@ -15,7 +17,8 @@ function(tandem_find_recording_library name header library package has)
     set(${has} TRUE PARENT_SCOPE)
   else()
     set(${has} FALSE PARENT_SCOPE)
-    message(STATUS "  without ${name}: tandem import reads fewer files. To change this, install ${package} and configure again.")
+    message(STATUS "  without ${name}: tandem import reads fewer files. To change this, install ${package} and "
+                   "configure again.")
   endif()
 endfunction()
 

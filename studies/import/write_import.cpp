@@ -42,7 +42,7 @@ bool has_type(const Import& import, std::string_view type) {
 
 bool is_truth_or_odometry(const ImportedSensor& s) { return !s.sensor().type->file.empty(); }
 
-bool is_of_target(const ImportedSensor& s) {
+bool observes_target(const ImportedSensor& s) {
   const ImportPart first = s.sensor().type->parts.front();
   return first == ImportPart::body_position || first == ImportPart::range || first == ImportPart::direction;
 }
@@ -109,7 +109,7 @@ std::string scenario_yaml(const Import& import) {
   bool target = false;
   for (const auto& s : import.sensors) {
     if (!is_truth_or_odometry(*s)) text += sensor_entry(*s);
-    target |= is_of_target(*s);
+    target |= observes_target(*s);
   }
   if (!target) return text;
   text += "noise:\n";

@@ -16,7 +16,7 @@ namespace tandem {
 namespace {
 
 constexpr double kDay = 86400;  // s
-constexpr double kKnot = 1852.0 / 3600;
+constexpr double kKnots = 1852.0 / 3600;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// How a field of a sentence becomes a number.
@@ -82,7 +82,7 @@ double degrees(double value) {
 
 double number(std::string_view text) { return parse_number(text).value_or(kNan); }
 
-std::optional<double> time_of_day(std::string_view text) {
+std::optional<double> nmea_time(std::string_view text) {
   const double value = number(text);
   if (text.size() < 6 || !(value >= 0)) return {};
   const double hours = std::floor(value / 10000), minutes = std::floor(value / 100) - 100 * hours;
@@ -190,7 +190,7 @@ class NmeaRecording : public Recording {
                            : type == "GLL"                                                                   ? 5
                                                                                                              : 0;
     if (at == 0 || at >= parts_.size()) return;
-    const auto of_day = time_of_day(parts_[at]);
+    const auto of_day = nmea_time(parts_[at]);
     if (!of_day) return;
     if (last_of_day_ - *of_day > kDay / 2) midnight_ += kDay;
     last_of_day_ = *of_day;
@@ -260,7 +260,7 @@ class NmeaRecording : public Recording {
       case Part::east:
         return {sign * n};
       case Part::knots:
-        return {n * kKnot};
+        return {n * kKnots};
       case Part::kmh:
         return {n / 3.6};
     }

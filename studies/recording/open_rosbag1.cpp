@@ -19,7 +19,7 @@ enum Operation : unsigned char {
   kMessageData = 2,
   kBagHeader = 3,
   kIndexData = 4,
-  kChunk = 5,
+  kBagChunk = 5,
   kChunkInfo = 6,
   kConnection = 7,
 };
@@ -97,7 +97,7 @@ class Rosbag1Recording : public MessageRecording {
     const std::uint64_t data_at = at + 8 + header_size;
     if (size > bytes_.size() - data_at) {
       // A truncated chunk is used up to the end of the file.
-      if (header.operation() == kChunk && !skips_chunk(at)) chunk(header, bytes_.read_at_most(data_at, size), at);
+      if (header.operation() == kBagChunk && !skips_chunk(at)) chunk(header, bytes_.read_at_most(data_at, size), at);
       throw OutOfBytes();
     }
     switch (header.operation()) {
@@ -106,7 +106,7 @@ class Rosbag1Recording : public MessageRecording {
         indexed_ = index > 0 && index < bytes_.size();
         break;
       }
-      case kChunk:
+      case kBagChunk:
         if (!skips_chunk(at)) chunk(header, bytes_.read(data_at, size), at);
         break;
       case kIndexData:

@@ -17,7 +17,7 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t kProbedLines = 50;
-constexpr int kStopInterval = 4096;  // lines between two calls of `stop`
+constexpr int kLinesPerStop = 4096;  // lines between two calls of `stop`
 
 /// Splits lines of a table into cells. Cells may be quoted (RFC 4180).
 class CellSplitter {
@@ -108,7 +108,7 @@ class TableRecording : public Recording {
     int lines = 0;
     each_line([&](std::string_view line) {
       if (std::exchange(header, false)) return true;
-      if (++lines % kStopInterval == 0) stop();
+      if (++lines % kLinesPerStop == 0) stop();
       splitter.split(line, cells);
       for (std::size_t r = 0; r < requests.size(); ++r) {
         values.clear();

@@ -13,8 +13,8 @@ namespace tandem {
 namespace {
 
 constexpr std::uint64_t kFirstMessage = 16;  // after magic, version and start time
-constexpr std::uint64_t kHead = 3;           // size and type
-constexpr int kMaxDepth = 8;
+constexpr std::uint64_t kUlogHead = 3;       // size and type
+constexpr int kMaxNesting = 8;
 
 /// A log of PX4 (https://docs.px4.io/main/en/dev_log/ulog_file_format.html).
 class UlogRecording : public LogRecording {
@@ -31,16 +31,16 @@ class UlogRecording : public LogRecording {
     while (at < bytes_.size()) {
       stop();
       try {
-        ByteReader head(bytes_.read(at, kHead));
+        ByteReader head(bytes_.read(at, kUlogHead));
         const std::uint16_t size = head.u16();
         const char type = static_cast<char>(head.u8());
-        ByteReader in(bytes_.read(at + kHead, size));
+        ByteReader in(bytes_.read(at + kUlogHead, size));
         if (!message(type, in)) {
           add_defect(fmt::format("the log is damaged at byte {}: unknown message type {}; all before are used", at,
                                  static_cast<int>(static_cast<unsigned char>(type))));
           return;
         }
-        at += kHead + size;
+        at += kUlogHead + size;
       } catch (const OutOfBytes&) {
         add_defect(fmt::format("the log is truncated: the message at byte {} is incomplete; all before are used", at));
         return;
@@ -97,7 +97,7 @@ class UlogRecording : public LogRecording {
 
   std::shared_ptr<const MessageType> type(const std::string& name, int depth) {
     const auto format = formats_.find(name);
-    if (format == formats_.end() || depth > kMaxDepth) throw Error(fmt::format("the format of {} is missing", name));
+    if (format == formats_.end() || depth > kMaxNesting) throw Error(fmt::format("the format of {} is missing", name));
     auto result = std::make_shared<MessageType>(MessageType{name, {}});
     for (const std::string_view field : split(format->second, ';'))
       if (!field.empty()) result->members.push_back(member(field, depth));

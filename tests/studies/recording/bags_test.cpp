@@ -1,0 +1,172 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/studies/recording/recording.hpp>
+
+#include "studies/recording/read_rows.hpp"
+#include "studies/recording/written_recordings.hpp"
+#include "studies/scratch.hpp"
+
+/// Reads bags that the tests write: the same five messages in each format and compression.
+namespace tandem {
+namespace {
+
+using namespace written;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+const std::vector<std::string> kFields = {"header.stamp", "quality", "range", "beams[1]", "beams[5]", "mode", "count"};
+constexpr double kStart = 1700000000.25;
+constexpr int kMessages = 5;
+
+std::vector<std::string> compressions() {
+  std::vector<std::string> all = {""};
+#ifdef TANDEM_HAS_LZ4
+  all.push_back("lz4");
+#endif
+#ifdef TANDEM_HAS_ZSTD
+  all.push_back("zstd");
+#endif
+  return all;
+}
+
+std::string mcap_messages(int first, int last) {
+  std::string records;
+  for (int i = first; i < last; ++i) records += Mcap::message(7, kStart + i + 0.5, fix_cdr(kStart + i, 10.5 + i));
+  return records;
+}
+std::string mcap_topics() { return Mcap::schema(2, "test_msgs/msg/Fix", kFixDefinition) + Mcap::channel(7, 2, "/fix"); }
+
+std::string bag_messages() {
+  std::string records = Bag::connection(4, "/fix", "test_msgs/Fix", kFixDefinitionRos1);
+  for (int i = 0; i < kMessages; ++i) records += Bag::message(4, kStart + i + 0.5, fix_ros1(kStart + i, 10.5 + i));
+  return records;
+}
+
+void expect_messages(Recording& recording, std::size_t count = kMessages) {
+  ASSERT_THAT(recording.streams(), SizeIs(1));
+  const RecordedStream& stream = recording.streams().front();
+  EXPECT_EQ(stream.name, "/fix");
+  EXPECT_EQ(stream.type, "test_msgs/Fix");
+  EXPECT_EQ(stream.time_field, "header.stamp");
+  EXPECT_EQ(stream.rows, count);
+  EXPECT_NEAR(stream.first, kStart + 0.5, 1e-6);
+  const auto rows = read_rows(recording, "/fix", kFields);
+  ASSERT_THAT(rows, SizeIs(count));
+  for (std::size_t i = 0; i < count; ++i) {
+    EXPECT_NEAR(rows[i].received, kStart + double(i) + 0.5, 1e-6);
+    EXPECT_NEAR(rows[i].numbers[0], kStart + double(i), 1e-6);
+    EXPECT_EQ(rows[i].numbers[1], 3);
+    EXPECT_EQ(rows[i].numbers[2], 10.5 + double(i));
+    EXPECT_EQ(rows[i].numbers[3], 2.5);
+    EXPECT_TRUE(std::isnan(rows[i].numbers[4])) << "an element beyond the end of a sequence";
+    EXPECT_EQ(rows[i].texts[5], "auto");
+    EXPECT_EQ(rows[i].numbers[6], -7);
+  }
+}
+
+TEST(Bags, ReadMcapOfAllCompressions) {
+  const ScratchFolder scratch;
+  for (const std::string& compression : compressions()) {
+    const auto file = scratch.write(
+        "a.mcap", Mcap::start() + Mcap::chunk(compression, mcap_topics() + mcap_messages(0, 5)) + Mcap::end());
+    const auto recording = open_recording(file);
+    EXPECT_THAT(recording->defects(), IsEmpty()) << compression;
+    expect_messages(*recording);
+  }
+}
+
+TEST(Bags, ReadRos1OfAllCompressions) {
+  const ScratchFolder scratch;
+  for (const std::string compression : {"none", "lz4", "bz2"}) {
+    const auto file = scratch.write("a.bag", Bag::start(0) + Bag::chunk(compression, bag_messages()));
+    const auto recording = open_recording(file);
+#if defined(TANDEM_HAS_LZ4) && defined(TANDEM_HAS_BZIP2)
+    EXPECT_THAT(recording->defects(), IsEmpty()) << compression;
+    expect_messages(*recording);
+#endif
+  }
+}
+
+TEST(Bags, ReadRos2DatabasesWithEmbeddedAndBuiltInDefinitions) {
+  const ScratchFolder scratch;
+  std::vector<std::pair<double, std::string>> messages;
+  for (int i = 0; i < kMessages; ++i) messages.emplace_back(kStart + i + 0.5, fix_cdr(kStart + i, 10.5 + i));
+  write_db3((scratch.path() / "a.db3").string(), "test_msgs/msg/Fix", kFixDefinition, messages);
+  const auto recording = open_recording(scratch.path() / "a.db3");
+  expect_messages(*recording);
+
+  Cdr depth;
+  depth.add(std::int32_t(12)).add(std::uint32_t(500000000)).text("p").add(101325.0).add(4.0);
+  write_db3((scratch.path() / "b.db3").string(), "sensor_msgs/msg/FluidPressure", "", {{13, depth.str()}});
+  const auto built_in = open_recording(scratch.path() / "b.db3");
+  const auto rows = read_rows(*built_in, "/fix", {"header.stamp", "fluid_pressure", "variance"});
+  ASSERT_THAT(rows, SizeIs(1));
+  EXPECT_THAT(rows[0].numbers, ElementsAre(12.5, 101325, 4));
+
+  write_db3((scratch.path() / "c.db3").string(), "my_msgs/msg/Odd", "", {{13, depth.str()}});
+  EXPECT_THAT(open_recording(scratch.path() / "c.db3")->streams()[0].unreadable, HasSubstr("not built in"));
+}
+
+TEST(Bags, JoinTheTopicsOfSeveralFiles) {
+  const ScratchFolder scratch;
+  scratch.write("a_0.mcap", Mcap::start() + mcap_topics() + mcap_messages(0, 2) + Mcap::end());
+  scratch.write("a_1.mcap", Mcap::start() + mcap_topics() + mcap_messages(2, 5) + Mcap::end());
+  scratch.write("metadata.yaml", "not read");
+  expect_messages(*open_recording(scratch.path()));
+}
+
+TEST(Bags, UseWhatComesBeforeATruncation) {
+  const ScratchFolder scratch;
+  const std::string whole = Mcap::start() + mcap_topics() + mcap_messages(0, 3);
+  const auto file = scratch.write("a.mcap", whole + Mcap::message(7, 0, fix_cdr(0, 1)).substr(0, 40));
+  const auto recording = open_recording(file);
+  EXPECT_THAT(recording->defects(),
+              ElementsAre(AllOf(HasSubstr("truncated"), HasSubstr("byte " + std::to_string(whole.size())))));
+  expect_messages(*recording, 3);
+
+  const std::string bag = Bag::start(0) + bag_messages();
+  const auto cut = open_recording(scratch.write("a.bag", bag.substr(0, bag.size() - 5)));
+  EXPECT_THAT(cut->defects(), ElementsAre(HasSubstr("truncated")));
+  expect_messages(*cut, 4);
+}
+
+TEST(Bags, UseTheFirstPartOfADamagedChunk) {
+  const ScratchFolder scratch;
+  const std::string records = mcap_topics() + mcap_messages(0, 5);
+  std::string chunk = Mcap::chunk("", records);
+  const auto cut = open_recording(scratch.write("a.mcap", Mcap::start() + chunk.substr(0, chunk.size() - 10)));
+  EXPECT_THAT(cut->defects(), testing::Contains(HasSubstr("truncated")));
+  expect_messages(*cut, 4);
+}
+
+TEST(Bags, SkipChunksOfUnknownCompressionAndNameTheByte) {
+  const ScratchFolder scratch;
+  const std::string before = Mcap::start() + mcap_topics() + mcap_messages(0, 2);
+  const auto recording = open_recording(scratch.write("a.mcap", before + Mcap::chunk("brotli", mcap_messages(2, 5))));
+  EXPECT_THAT(recording->defects(), ElementsAre(AllOf(HasSubstr("the chunk at byte " + std::to_string(before.size())),
+                                                      HasSubstr("unknown compression 'brotli'"))));
+  expect_messages(*recording, 2);
+}
+
+TEST(Bags, DamagedBytesNeverCrash) {
+  const ScratchFolder scratch;
+  const std::string mcap = Mcap::start() + Mcap::chunk("", mcap_topics() + mcap_messages(0, 5)) + Mcap::end();
+  const std::string bag = Bag::start(0) + Bag::chunk("none", bag_messages());
+  for (const std::string& whole : {mcap, bag})
+    for (std::size_t at = 13; at < whole.size(); at += 3) {
+      std::string damaged = whole;
+      damaged[at] = static_cast<char>(damaged[at] ^ 0x55);
+      const auto recording = open_recording(scratch.write("damaged.bin", damaged));
+      for (const RecordedStream& stream : recording->streams()) {
+        std::vector<std::string> fields;
+        for (const RecordedField& field : stream.fields) fields.push_back(field.name);
+        if (stream.unreadable.empty()) read_rows(*recording, stream.name, fields);
+      }
+    }
+}
+
+}  // namespace
+}  // namespace tandem
