@@ -63,6 +63,10 @@ void set_option(Ipopt::IpoptApplication& app, const std::string& key, const std:
   }
   if (value.starts_with("equilibration") && option->Name() == "nlp_scaling_method")  // Ipopt would end the process
     throw BadInputError("ipopt option " + key + ": equilibration-based needs libhsl.so; use gradient-based");
+  // Options may come from a run file of others: they must neither write files nor load libraries.
+  if (option->Type() == Ipopt::OT_String &&
+      (option->Name().find("file") != std::string::npos || option->Name().ends_with("lib")))
+    throw BadInputError("ipopt option " + key + " is not supported, since it names a file; remove it");
   if (option->Name() == "linear_solver") check_linear_solver(value);  // the key may have a prefix, as in resto.tol
   char* end = nullptr;
   bool taken = false;

@@ -67,6 +67,8 @@ TEST_F(IpoptTest, RejectsLinearSolversThatAreNotInstalled) {
         << name;
   EXPECT_THROW(with("linear_solver", "MA97"), Error);
   EXPECT_THROW(with("nlp_scaling_method", "equilibration-based"), Error);
+  for (const char* file : {"output_file", "option_file_name"})
+    EXPECT_THROW(with(file, "x"), Error) << "it would write or read a file";
   EXPECT_THAT(with("linear_system_scaling", "mc19").message, HasSubstr("this build of Ipopt does not support"));
   EXPECT_THROW(with("resto.linear_solver", "ma97"), Error);
   EXPECT_TRUE(with("linear_solver", "mumps").converged());
