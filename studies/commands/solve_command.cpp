@@ -87,6 +87,7 @@ JsonFields<Solved> solved_fields() {
 /// Runs the command. An interrupt ends the solve at its best point.
 int run_solve(const SolveRequest& request, const CommandOptions& option) {
   Problem problem = read_problem(std::filesystem::path(request.file));
+  stop_on_interrupt();  // while the file is read, there is nothing to return: an interrupt ends the process
   const std::vector<std::string> given = option.given("Solver");
   Solver solver = request.solver;
   choose_solver(problem, solver, std::find(given.begin(), given.end(), "--solver") != given.end());
@@ -140,7 +141,7 @@ Command solve_command() {
             add_printing(option, request->output);
             return [request, &option] { return run_solve(*request, option); };
           },
-          true, [] { return std::vector{describe_json("--json", "solve", solved_fields())}; }};
+          false, [] { return std::vector{describe_json("--json", "solve", solved_fields())}; }};
 }
 
 TANDEM_COMMAND(solve, "Files", "Solve a nonlinear program from a problem file")

@@ -11,6 +11,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/online/online_feed.hpp>
 #include <tandem/studies/scenario/sensor_rows.hpp>
+#include <tandem/studies/support/console.hpp>
 #include <tandem/studies/support/csv.hpp>
 #include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/text.hpp>
@@ -257,6 +258,7 @@ std::optional<FeedLine> FolderFeed::read() {
 
 void FolderFeed::skip(std::size_t stream, std::size_t rows) {
   for (; rows_[stream] < rows; ++rows_[stream]) {
+    Stop(&interrupted()).check("reading " + files_[stream]->file().string());
     if (!heads_[stream])
       throw Error(fmt::format(
           "{} has only {} rows, but the snapshot was written after row {}; restore the file or remove the snapshot",

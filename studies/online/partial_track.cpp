@@ -65,6 +65,10 @@ PartialTrack::PartialTrack(std::filesystem::path folder, const TrackRows& rows, 
                            const std::optional<ResumeOptions>& resume_options,
                            const std::function<void(const std::string&)>& notify) try
     : folder_(std::move(folder)), rows_(rows), disk_(disk) {
+  if (std::filesystem::is_symlink(folder_))
+    throw Error(
+        fmt::format("{} is reserved for intermediate results of a track, but is a link; remove it or change --out",
+                    printable(folder_.string())));
   if (std::filesystem::exists(folder_)) {
     lock_ = locked(folder_);
     if (const auto file = foreign(folder_)) {

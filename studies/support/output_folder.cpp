@@ -38,6 +38,15 @@ std::string& run_file_text() {
 /// user nor the author of a copied folder can know the identity.
 std::string own_mark(const fs::path& folder) { return "id-" + file_identity(folder.c_str()); }
 
+/// Removes a temporary folder, its mark last: a folder that a killed process leaves half removed is still recognised.
+void remove_marked(const fs::path& folder) {
+  std::error_code ignored;
+  const std::string mark = own_mark(folder);
+  for (const auto& entry : fs::directory_iterator(folder, ignored))
+    if (entry.path().filename() != mark) fs::remove_all(entry.path(), ignored);
+  fs::remove_all(folder, ignored);
+}
+
 /// Creates a folder that only this user may enter, and removes it in the destructor.
 class TemporaryFolder {
  public:
@@ -48,10 +57,7 @@ class TemporaryFolder {
     path_ = name;
     fs::create_directory(path_ / own_mark(path_));
   }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
+  ~TemporaryFolder() { remove_marked(path_); }
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
   const fs::path& path() const { return path_; }
@@ -197,7 +203,7 @@ void clean_up(const fs::path& where, const fs::path& folder) {
     if (fs::is_regular_file(fs::symlink_status(path / kExchange)) && is_own_folder((path / kFresh).c_str()) &&
         fs::is_directory(folder))
       move_user_entries(path / kFresh, folder);
-    fs::remove_all(path, ignored);
+    remove_marked(path);
   }
 }
 
