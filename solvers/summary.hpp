@@ -77,8 +77,8 @@ struct SolverOptions {
   /// problem. Only for solvers that have multipliers.
   bool from_multipliers = false;
   /// Called once per iteration, while the variables have the values of the iterate. It may read them and compute
-  /// Marginals. It must neither change nor solve the problem; after a change, every solver throws Error. Exceptions end
-  /// the solve and propagate to its caller.
+  /// Marginals. It must neither change nor solve the problem; if it adds, removes or fixes variables or blocks, every
+  /// solver throws Error. Exceptions end the solve and propagate to its caller.
   std::function<void(const Progress&)> progress;
 };
 

@@ -169,6 +169,27 @@ TEST_P(EverySolver, PropagatesExceptionsOfTheProgressCallback) {
   EXPECT_TRUE(solver()(problem).converged()) << "the problem is unchanged";
 }
 
+/// The callback must not change the problem; if it does, every solver throws Error.
+TEST_P(EverySolver, RejectsChangesOfTheProblemInTheProgressCallback) {
+  using Change = std::function<void(Problem&, Variable<R2>)>;
+  const Change add_variable = [](Problem& problem, Variable<R2>) { problem.add(R2({0, 0})); };
+  const Change add_block = [](Problem& problem, Variable<R2> x) {
+    problem.minimize(Rosenbrock{}, Gaussian{1.0, 1.0}, {x});
+  };
+  const Change fix_variable = [](Problem& problem, Variable<R2> x) { problem.fix(x); };
+  for (const Change& change : {add_variable, add_block, fix_variable})
+    for (const bool throws : {false, true}) {
+      Problem problem;
+      const auto x = problem.add(R2({-1.2, 1.0}));
+      problem.minimize(Rosenbrock{}, Gaussian{1.0, 1.0}, {x});
+      const auto progress = [&](const Progress&) {
+        change(problem, x);
+        if (throws) throw Error("mine");
+      };
+      EXPECT_THROW(solver()(problem, {.progress = progress}), Error) << throws;
+    }
+}
+
 TEST_P(EverySolver, SetsTheVariablesToTheIterateForTheProgressCallback) {
   Problem problem;
   const auto x = problem.add(R2({-1.2, 1.0}));
