@@ -33,12 +33,12 @@ class ResidualBlocks {
   void remove(std::size_t i);
   BlockShape shape(const int* offset) const { return {functions_.dim, functions_.arity, functions_.dofs, offset}; }
 
-  /// Memory for the evaluation of one block or one batch, on the stack of the caller.
+  /// Results of the evaluation of one block, or of a batch if the residual has a batched evaluation.
   struct Scratch {
-    double *r, *w;                             ///< rows and their weights; kBatch × dim
-    double *J, *C;                             ///< Jacobians and second derivatives of a batch
-    double* transposed;                        ///< all Jacobians of a block
-    std::array<double*, kMaxStates> jacobian;  ///< of each state of a block, aligned; share the memory of J
+    double *r, *w;                               ///< rows and their weights, of one block or of a batch
+    double *J, *C;                               ///< Jacobians and second derivatives
+    double* transposed;                          ///< all Jacobians of a block
+    std::array<double*, kMaxStates> jacobian{};  ///< of each state of a block, aligned; share the memory of J
   };
   /// Evaluates blocks. Valid until a variable is added or the point changes.
   class Reader;
@@ -127,13 +127,13 @@ class ResidualBlocks::Reader : public ResidualBlocks::Scratch {
   void difference_gradient(std::size_t i, const int* offset, const HessianPlace* place, Dual dual, double* H);
 
   const ResidualBlocks& blocks_;
-  std::array<StateView, kMaxStates> views_;
+  std::array<StateView, kMaxStates> views_{};
   bool charted_ = false;  // a state has charts
-  std::array<const void*, kMaxStates> x_;
-  std::array<const double*, kMaxStates> charts_;
-  std::array<const void*, kBatch> residuals_;
-  std::array<const void*, std::size_t(kMaxStates* kBatch)> batch_x_;
-  std::array<double*, kMaxStates> batch_jacobian_;
+  std::array<const void*, kMaxStates> x_{};
+  std::array<const double*, kMaxStates> charts_{};
+  std::array<const void*, kBatch> residuals_{};
+  std::array<const void*, std::size_t(kMaxStates* kBatch)> batch_x_{};
+  std::array<double*, kMaxStates> batch_jacobian_{};
 };
 
 /// Common part of the soft and hard pools.
