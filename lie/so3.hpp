@@ -130,9 +130,7 @@ class BasicSO3 {
 
   template <class T>
   BasicSO3<T> cast() const {
-    BasicSO3<T> X;
-    X.q_ = q_.template cast<T>();
-    return X;
+    return BasicSO3<T>::from_unit(q_.template cast<T>());
   }
 
   /// Returns I + a [v]× + b [v]×²: Jl for (a, b) = (B, C), its inverse for (−1/2, D).

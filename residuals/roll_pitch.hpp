@@ -80,7 +80,7 @@ requires(G::point_dim == 3 &&
     return R;
   }
   template <int K, class S>
-  static const BasicSO3<S>& rotation_of(const BasicSEK3<K, S>& X) {
+  static decltype(auto) rotation_of(const BasicSEK3<K, S>& X) {
     return X.rotation();
   }
 };

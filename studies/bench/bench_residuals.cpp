@@ -5,14 +5,17 @@
 
 #include <benchmark/benchmark.h>
 
+#include <tandem/residuals/auto_diff.hpp>
 #include <tandem/residuals/constant_twist.hpp>
 #include <tandem/residuals/dvl_velocity.hpp>
 #include <tandem/residuals/imu_preintegration.hpp>
 #include <tandem/residuals/preintegrated_imu.hpp>
 #include <tandem/residuals/prior.hpp>
 #include <tandem/residuals/propagated.hpp>
+#include <tandem/residuals/range_bearing.hpp>
 #include <tandem/residuals/relative_pose.hpp>
 #include <tandem/residuals/roll_pitch.hpp>
+#include <tandem/residuals/testing.hpp>
 #include <tandem/residuals/twist_components.hpp>
 #include <tandem/residuals/usbl_position.hpp>
 
@@ -110,6 +113,37 @@ BENCHMARK_CAPTURE(evaluate_navigation, dvl_velocity, (DvlVelocity{Vector<3>(1, 0
 BENCHMARK_CAPTURE(evaluate_navigation, propagated_dvl_velocity,
                   (Propagated{DvlVelocity{Vector<3>(1, 0, 0)}, integrate_second().delta()}));
 BENCHMARK(preintegrate_100_samples);
+
+/// Evaluates a residual at random states 0.5 from each other.
+template <class R>
+void evaluate_any(benchmark::State& state, R residual) {
+  std::mt19937_64 random(1);
+  std::vector<typename R::States> samples;
+  while (samples.size() < 256) samples.push_back(random_states<typename R::States>(random, StateDistance::moderate));
+  std::size_t i = 0;
+  [&]<class... X>(const std::tuple<X...>*) {
+    Vector<R::dim> r;
+    std::tuple<RowsBy<R::dim, X>...> J;
+    for (auto _ : state) {
+      const auto& x = samples[i++ % samples.size()];
+      [&]<std::size_t... S>(std::index_sequence<S...>) { residual(std::get<S>(x)..., r, &std::get<S>(J)...); }
+      (std::index_sequence_for<X...>{});
+      benchmark::DoNotOptimize(r);
+      benchmark::DoNotOptimize(J);
+    }
+  }(static_cast<const typename R::States*>(nullptr));
+}
+
+// Closed forms and their automatic differentiation.
+const ConstantTwist<SE3> kTwist{1.0, 0.7};
+const ConstantTwist<SE2> kPlanarTwist{1.0, 0.7};
+const RangeBearing<SE3, R3> kRangeBearing{9.0, Direction<3>(0.3, 0.1), SE3(SO3(), Vector<3>(1, 2, 3))};
+BENCHMARK_CAPTURE(evaluate_any, constant_twist_SE3_closed_form, kTwist);
+BENCHMARK_CAPTURE(evaluate_any, constant_twist_SE3_auto_diff, AutoDiff{kTwist});
+BENCHMARK_CAPTURE(evaluate_any, constant_twist_SE2_closed_form, kPlanarTwist);
+BENCHMARK_CAPTURE(evaluate_any, constant_twist_SE2_auto_diff, AutoDiff{kPlanarTwist});
+BENCHMARK_CAPTURE(evaluate_any, range_bearing_closed_form, kRangeBearing);
+BENCHMARK_CAPTURE(evaluate_any, range_bearing_auto_diff, AutoDiff{kRangeBearing});
 BENCHMARK_CAPTURE(evaluate, prior, Prior<SE3>{SE3()}, 0.3);
 
 }  // namespace
