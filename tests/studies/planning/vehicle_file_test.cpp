@@ -82,6 +82,8 @@ TEST(ReadVehicle, BuiltInVehiclesAreValid) {
   const auto remus = std::get<VehicleModel<3>>(read_vehicle("remus_100").model);
   // A thrust of 3.86 N maintains 1.54 m/s (Prestero 2001).
   EXPECT_NEAR(remus.quadratic(0, 0) * 1.54 * 1.54, 3.86, 0.03);
+  const Vector<6> drag(1.62, 1310.0, 131.0, 0.13, 188.0, 94.0);  // Prestero 2001, tables C.1 to C.3
+  EXPECT_TRUE(remus.quadratic.diagonal().isApprox(drag)) << remus.quadratic.diagonal().transpose();
   EXPECT_DOUBLE_EQ(remus.lift(5, 1), -10.57);  // the hull's lift turns the bow into the flow
   const auto rov = std::get<VehicleModel<8>>(read_vehicle("bluerov2_heavy").model);
   // All six axes are actuated. Equal vertical thrusts sum to a pure upward force, because the layout is symmetric.
