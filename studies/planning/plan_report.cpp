@@ -77,6 +77,13 @@ JsonFields<MissAtEnd> miss_fields() {
       .add("speed_m_s", "speed relative to the target [m/s]", [](const M& m) { return m.speed; });
 }
 
+JsonFields<DiscretisationError> discretisation_fields() {
+  using E = DiscretisationError;
+  return JsonFields<E>()
+      .add("position_m", "largest difference in position [m]", [](const E& e) { return e.position; })
+      .add("heading_deg", "largest difference in heading [deg]", [](const E& e) { return kDegrees * e.heading; });
+}
+
 JsonFields<PlannedRun> three_sigma_fields() {
   using R = PlannedRun;
   return JsonFields<R>()
@@ -120,6 +127,9 @@ JsonFields<PlannedRun> plan_fields() {
                   [](const R& r) { return miss_at_end(r); })
       .add("min_distance_m", "minimum distance between chaser and target [m]",
            [](const R& r) { return min_distance(r); })
+      .add_object("discretisation_error",
+                  "difference between the plan and the motion in continuous time under its commands, without feedback",
+                  discretisation_fields(), [](const R& r) { return r.discretisation; })
       .add_object("target_three_sigma_m", "3σ bound of the target's predicted position, largest of the axes [m]",
                   three_sigma_fields(), [](const R& r) -> const R& { return r; })
       .add("active_constraints", "number of active rows by constraint",
@@ -139,6 +149,8 @@ std::string report(const PlannedRun& run) {
   text += fmt::format("at the end        {:.2f} m and {:.1f}° from the goal, relative speed {:.2f} m/s\n",
                       miss.position, kDegrees * miss.orientation, miss.speed);
   text += fmt::format("minimum distance  {:.2f} m\n", min_distance(run));
+  text += fmt::format("discretisation    up to {:.2f} m and {:.1f}° from the motion in continuous time, open loop\n",
+                      run.discretisation.position, kDegrees * run.discretisation.heading);
   text += fmt::format("target, 3 σ       {:.2f} m now, {:.2f} m at the end, {:.2f} m with the expected fixes\n",
                       three_sigma(run.instants.front().target_covariance),
                       three_sigma(run.instants.back().target_covariance),

@@ -124,6 +124,7 @@ PlannedRun plan_with(const VehicleModel<N>& model, const PlanRequest& request, S
     run.active = planner.active_constraints();
   else if (result.summary.status != Status::time_limit && result.summary.status != Status::unsupported)
     run.conflict = conflicting_limits(model, options, request.planner, state, request.current, known);
+  run.discretisation = discretisation_error(model, result.plan, options.dt, request.current);
   const Eigen::Index actuators = Eigen::Index(run.vehicle.actuators.size());
   std::vector<Matrix<6, 6>> fixes;
   for (std::size_t k = 1; k < result.plan.states.size(); ++k)

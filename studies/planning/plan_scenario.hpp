@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include <tandem/problem/planning/discretisation_error.hpp>
 #include <tandem/problem/planning/expected_fixes.hpp>
 #include <tandem/solvers/replanning/conflicting_limits.hpp>
 #include <tandem/studies/planning/vehicle_file.hpp>
@@ -58,6 +59,7 @@ struct PlannedRun {
   double max_violation;
   std::string worst_constraint;
   std::vector<PlannedInstant> instants;
+  DiscretisationError discretisation;  ///< of the steps of the plan
   std::vector<ActiveConstraint> active;
   std::vector<PlanLimit> conflict;  ///< contradicting limits; empty if a plan was found or the time limit was reached
 

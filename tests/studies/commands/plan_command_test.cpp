@@ -39,6 +39,8 @@ TEST(PlanCommand, PlansAndWritesFiles) {
   EXPECT_GE(summary["min_distance_m"].get<double>(), 4.0 - 1e-6);
   for (const char* miss : {"position_m", "orientation_deg", "speed_m_s"})
     EXPECT_GE(summary["end"][miss].get<double>(), 0.0) << miss;
+  for (const char* difference : {"position_m", "heading_deg"})
+    EXPECT_GT(summary["discretisation_error"][difference].get<double>(), 0.0) << difference;
   EXPECT_GT(summary["target_three_sigma_m"]["end"], summary["target_three_sigma_m"]["start"]);
   const std::string commands = read_file(out / "commands.csv");
   EXPECT_THAT(commands, HasSubstr("t,propeller_command,propeller,stern_command,stern,rudder_command,rudder\n"));
