@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <limits>
 
 #include <tandem/solvers/replanning/conflicting_limits.hpp>
@@ -6,7 +5,6 @@
 namespace tandem {
 namespace {
 
-constexpr int kMaxTrialIterations = 100;
 constexpr double kWideRangeFactor = 100;  // range of the commands without their limit, relative to the given range
 // Speed and turn rate of the pursuit without a twist limit, relative to the given ones.
 constexpr double kFastPursuitFactor = 10;
@@ -74,7 +72,6 @@ std::vector<PlanLimit> conflicting_limits(const VehicleModel<N>& vehicle, const 
                                           const Vector<3>& current, const TargetPrediction& target) {
   PlannerOptions trial = options;
   trial.deadline = std::numeric_limits<double>::infinity();
-  trial.max_iterations = std::min(trial.max_iterations, kMaxTrialIterations);
   VehicleModel<N> relaxed_vehicle = vehicle;  // without limits that the conflict does not need
   PlanOptions relaxed_plan = plan;
   const auto possible = [&](const VehicleModel<N>& v, const PlanOptions& p) {
@@ -83,9 +80,11 @@ std::vector<PlanLimit> conflicting_limits(const VehicleModel<N>& vehicle, const 
     return Planner<N>(v, p, o).replan(start, current, target).accepted();
   };
   std::vector<PlanLimit> conflict;
-  // The most specific limits come last: of two interchangeable limits, the later one is reported.
-  for (const PlanLimit limit : {PlanLimit::commands, PlanLimit::twist, PlanLimit::depth, PlanLimit::roll_pitch,
-                                PlanLimit::view, PlanLimit::approach, PlanLimit::keep_out}) {
+  if (possible(vehicle, plan)) return conflict;
+  // The requested limits come first, as long as the vehicle has its own: if a plan without the requested limits exists,
+  // at least one of them is reported. Of two interchangeable limits, the later one is reported.
+  for (const PlanLimit limit : {PlanLimit::depth, PlanLimit::roll_pitch, PlanLimit::view, PlanLimit::approach,
+                                PlanLimit::keep_out, PlanLimit::commands, PlanLimit::twist}) {
     if (!is_asked(plan, limit)) continue;
     VehicleModel<N> v = relaxed_vehicle;
     PlanOptions p = relaxed_plan;
@@ -97,7 +96,6 @@ std::vector<PlanLimit> conflicting_limits(const VehicleModel<N>& vehicle, const 
       relaxed_plan = p;
     }
   }
-  if (!conflict.empty() && possible(relaxed_vehicle, relaxed_plan)) conflict.clear();
   return conflict;
 }
 

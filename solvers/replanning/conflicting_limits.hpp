@@ -10,8 +10,9 @@ namespace tandem {
 enum class PlanLimit { commands, twist, depth, roll_pitch, keep_out, approach, view };
 
 /// Returns a minimal set of conflicting limits of an infeasible planning request. With all of them, the planner finds
-/// no plan from this start; without any one of them, it does. Empty if the planner finds a plan with all limits, or
-/// none without any.
+/// no plan from this start; without any one of them, it does. If the planner finds a plan within the vehicle's own
+/// limits, commands and twist, the set has at least one of the other limits. Empty if the planner finds a plan with all
+/// limits, or none without any.
 ///
 /// Plans against the prediction, up to eight times, without a deadline. Throws Error as Planner does.
 ///

@@ -21,7 +21,12 @@ constexpr double kPlanPenalty = 1e7;
 constexpr double kFollowRate = 2.0;
 constexpr double kFollowDistance = 5.0;  // [m]; within this distance of the target, a plan follows it fully
 constexpr int kMaxShifts = 3;            // number of shifts before each fresh start from a roll-out
-constexpr double kActive = 1e-6;         // distance from its bound, relative to 1 + |bound|, at which a row is active
+constexpr int kPursuitCorrections = 2;   // corrections of a roll-out's command for the velocity that it reaches
+// Tolerance on the predicted decrease of the cost, and iterations, of DampedSqp from a roll-out. DampedSqp ends at the
+// same local minimum from slightly different starts; an interior-point method often does not.
+constexpr double kFirstCostTolerance = 1e-6;
+constexpr int kFirstIterations = 150;
+constexpr double kActive = 1e-6;  // distance from its bound, relative to 1 + |bound|, at which a row is active
 
 /// Returns options for DampedSqp. `share` is the weight of the plan in the cost.
 DampedSqp::Options refinement(double time_limit, double share) {
@@ -60,13 +65,34 @@ Planner<N>::Planner(const VehicleModel<N>& vehicle, const PlanOptions& plan, con
 template <int N>
 Plan<N> Planner<N>::pursuit(const VehicleState<N>& start, const Vector<3>& current,
                             const TargetPrediction& target) const {
-  const SE3& goal = problem_.options().goal;
-  const Matrix<6, 6> to_goal = goal.inverse().Ad();
+  const VehicleModel<N>& vehicle = problem_.vehicle();
+  const PlanOptions& o = problem_.options();
+  const Matrix<6, 6> to_goal = o.goal.inverse().Ad();
   Plan<N> plan{{start}, {}};
   for (std::size_t k = 0; k + 1 < target.pose.size(); ++k) {
-    plan.commands.push_back(pursue(problem_.vehicle(), plan.states.back(), current, target.pose[k] * goal,
-                                   Vector<6>(to_goal * target.twist[k]), options_.pursuit));
-    plan.states.push_back(step_.or_constant_twist(plan.states.back(), plan.commands.back(), current));
+    const VehicleState<N> state = plan.states.back();
+    const SE3 goal = target.pose[k] * o.goal;
+    const Vector<6> goal_twist = to_goal * target.twist[k];
+    const auto move = [&](const Vector<N>& command) { return step_.or_constant_twist(state, command, current); };
+    if (!is_holonomic(vehicle)) {
+      plan.commands.push_back(pursue(vehicle, state, current, goal, goal_twist, options_.pursuit));
+      plan.states.push_back(move(plan.commands.back()));
+      continue;
+    }
+    // The drag of a hovering vehicle brakes it within a step, so the command accounts for the whole step. Thrusters at
+    // their bounds reach another velocity; its moments need another command.
+    const Vector<6> wanted = pursuit_twist(vehicle, state, goal, goal_twist, options_.pursuit);
+    Vector<6> next = state.twist + std::min(1.0, o.dt / options_.pursuit.response) * (wanted - state.twist);
+    if (o.twist) next = next.cwiseMax(o.twist->lower).cwiseMin(o.twist->upper);
+    Vector<N> command = command_reaching(vehicle, o.dt, state, current, next);
+    VehicleState<N> end = move(command);
+    for (int correction = 0; correction < kPursuitCorrections; ++correction) {
+      next.template head<3>() = end.twist.template head<3>();
+      command = command_reaching(vehicle, o.dt, state, current, next);
+      end = move(command);
+    }
+    plan.commands.push_back(command);
+    plan.states.push_back(end);
   }
   return plan;
 }
@@ -97,7 +123,12 @@ template <int N>
 Summary Planner<N>::refine(const Plan<N>& guess, double time_limit) {
   problem_.set_guess(guess);
   DampedSqp::Options options = refinement(time_limit, 1.0);
-  if (!starts_from_pursuit()) options.max_iterations = options_.max_warm_refinements;
+  if (starts_from_pursuit()) {
+    options.cost_tolerance = kFirstCostTolerance;
+    options.max_iterations = options.patience = std::min(kFirstIterations, options_.max_iterations);
+  } else {
+    options.max_iterations = options_.max_warm_refinements;
+  }
   options.from_multipliers = !multipliers_.empty();
   if (options.from_multipliers) problem_.set_multipliers(multipliers_);
   return sqp_.solve(options);
