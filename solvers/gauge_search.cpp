@@ -10,16 +10,17 @@
 namespace tandem::detail {
 namespace {
 
-constexpr int kMaxCandidates = 6;    // suspicious pivots that are tried
-constexpr int kMaxSteps = 24;        // Lanczos steps per candidate
-constexpr double kCurved = 0.1;      // eigenvalue of a direction that the exact Hessian observes
-constexpr double kMargin = 3;        // residuals of an eigenvector between its eigenvalue and that of a gauge
-constexpr double kFlat = 1e-2;       // eigenvalue of a gauge
-constexpr double kResidual = 2e-3;   // of an eigenvector
-constexpr double kStep = 1e-3;       // step of difference quotients [standard deviations]
-constexpr double kMaxTurn = 0.3;     // largest rotation in a finite move [rad]
-constexpr int kMaxCorrections = 6;   // steps back into the valley of the cost
-constexpr double kUnchanged = 1e-2;  // change of the cost in a finite move, relative to the prediction by H
+constexpr int kMaxCandidates = 6;       // suspicious pivots that are tried
+constexpr double kMinDifference = 0.1;  // of H and E along candidates that may be gauges
+constexpr int kMaxSteps = 150;          // Lanczos steps per candidate
+constexpr double kCurved = 0.1;         // eigenvalue of a direction that the exact Hessian observes
+constexpr double kMargin = 3;           // residuals of an eigenvector between its eigenvalue and that of a gauge
+constexpr double kFlat = 1e-2;          // eigenvalue of a gauge
+constexpr double kResidual = 1e-3;      // of an eigenvector
+constexpr double kStep = 1e-3;          // step of difference quotients [standard deviations]
+constexpr double kMaxTurn = 0.3;        // largest rotation in a finite move [rad]
+constexpr int kMaxCorrections = 6;      // steps back into the valley of the cost
+constexpr double kUnchanged = 1e-2;     // change of the cost in a finite move, relative to the prediction by H
 
 class GaugeSearch {
  public:
@@ -43,6 +44,28 @@ class GaugeSearch {
   ~GaugeSearch() { nlp_.move_to(Eigen::VectorXd::Zero(nlp_.num_unknowns())); }
   GaugeSearch(const GaugeSearch&) = delete;
   GaugeSearch& operator=(const GaugeSearch&) = delete;
+
+  /// Returns how much H and E differ along the sum of the candidates' directions H⁻¹ e, relative to H. Along a gauge,
+  /// the difference is 1. `gradient` is that of the cost at X̄.
+  double difference(const std::vector<int>& candidates, const Eigen::VectorXd& gradient_at_centre) {
+    Eigen::VectorXd q = Eigen::VectorXd::Zero(nlp_.num_unknowns());
+    for (const int unknown : candidates) {
+      Eigen::VectorXd white = Eigen::VectorXd::Unit(q.size(), unknown);
+      cholesky_.solve_lower(white);
+      q += white.normalized();
+    }
+    deflate(q);
+    if (!(q.norm() > 0)) return 0;
+    q.normalize();
+    if (nlp_.num_rows() > 0) return (product(q) - q).norm();
+    Eigen::VectorXd v = q;
+    cholesky_.solve_transposed(v);
+    const double step = step_along(v);
+    gradient(step * v, ahead_);
+    Eigen::VectorXd w = (ahead_ - gradient_at_centre) / step;
+    cholesky_.solve_lower(w);
+    return (w - q).norm();
+  }
 
   /// Returns the gauge with the largest share in the direction H⁻¹ e of an unknown, or nothing.
   std::optional<Eigen::VectorXd> find(int unknown) {
@@ -123,11 +146,12 @@ class GaugeSearch {
     return centre_[i] < nlp_.lower()[i] ? rows_[i] - nlp_.lower()[i] : rows_[i] - nlp_.upper()[i];
   }
 
+  static double step_along(const Eigen::VectorXd& v) { return kStep / std::max(1.0, v.cwiseAbs().maxCoeff()); }
   /// Returns L⁻¹ E L⁻ᵀ q, by central differences of the gradient.
   Eigen::VectorXd product(const Eigen::VectorXd& q) {
     Eigen::VectorXd v = q;
     cholesky_.solve_transposed(v);
-    const double step = kStep / std::max(1.0, v.cwiseAbs().maxCoeff());
+    const double step = step_along(v);
     gradient(step * v, ahead_);
     gradient(-step * v, behind_);
     Eigen::VectorXd w = (ahead_ - behind_) / (2 * step);
@@ -172,7 +196,7 @@ class GaugeSearch {
 }  // namespace
 
 std::vector<Eigen::VectorXd> gauges(NlpEvaluator& nlp, const BlockCholesky& cholesky, const Eigen::VectorXd& weights,
-                                    const std::vector<FlatDirection>& known) {
+                                    const std::vector<FlatDirection>& known, const Eigen::VectorXd& gradient) {
   std::vector<int> candidates = cholesky.small_pivots(kSuspiciousPivot, kMaxCandidates);
   std::erase_if(candidates, [&](int unknown) {
     return std::any_of(known.begin(), known.end(), [&](const auto& flat) { return flat.unknown == unknown; });
@@ -180,6 +204,7 @@ std::vector<Eigen::VectorXd> gauges(NlpEvaluator& nlp, const BlockCholesky& chol
   std::vector<Eigen::VectorXd> found;
   if (candidates.empty()) return found;
   GaugeSearch search(nlp, cholesky, weights, known);
+  if (!(search.difference(candidates, gradient) > kMinDifference)) return found;
   for (const int unknown : candidates)
     if (std::optional<Eigen::VectorXd> gauge = search.find(unknown)) found.push_back(*std::move(gauge));
   return found;

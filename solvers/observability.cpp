@@ -14,8 +14,8 @@ constexpr double kMinStiffness = 1e-22;  // ‖J v‖² relative to ‖J diag(v)
 // Distance from its bound below which an inequality is active, in the units of the row.
 constexpr double kActive = 1e-6;
 // Participation of an unknown that counts, relative to the largest one. Null directions have 1e-8 by rounding, and
-// gauges 1e-4, because an eigenvector is less accurate.
-constexpr double kParticipates = 1e-6, kParticipatesInGauge = 1e-3;
+// gauges 1e-3, because an eigenvector is less accurate.
+constexpr double kParticipates = 1e-6, kParticipatesInGauge = 1e-2;
 
 /// Returns the weights of the rows. Active hard rows get the mean stiffness of the soft residuals, inactive
 /// inequalities 0.
@@ -71,7 +71,8 @@ std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, const Workspace& w
       flat.push_back({std::move(basis[i]), unknowns[i], s.along <= kMinStiffness * s.scale});
     }
     if (static_cast<int>(basis.size()) < most) {
-      for (Eigen::VectorXd& v : gauges(nlp, work.cholesky, weights, flat)) flat.push_back({std::move(v), -1, true});
+      for (Eigen::VectorXd& v : gauges(nlp, work.cholesky, weights, flat, work.gradient))
+        flat.push_back({std::move(v), -1, true});
     }
   } catch (const UndefinedResidualError&) {
   }
