@@ -119,43 +119,46 @@ void FixedLag::Factored::prepare(const Problem& problem, const NlpEvaluator& nlp
     }
 }
 
-/// Returns the block of the factor for the variable that has this id now, or kFixed, kAdded or kUnknown.
-int FixedLag::block_of(int id) const {
-  if (id < 0 || std::size_t(id) >= solved_.known.size()) return kUnknown;
-  const Known& known = solved_.known[std::size_t(id)];
-  return known.creation == problem_.sequence_number(id) ? known.block : kUnknown;
+int FixedLag::Factored::block_of(const Problem& problem, int id) const {
+  if (id < 0 || std::size_t(id) >= known.size()) return kUnknown;
+  const Known& variable = known[std::size_t(id)];
+  return variable.creation == problem.sequence_number(id) ? variable.block : kUnknown;
 }
 
 bool FixedLag::relinearize() {
   solved_.known.clear();
   extension_.clear();
   state_ = AtValues::same;
-  return why_unsupported(problem_, options_).empty() && solved_.linearize(problem_);
+  return why_unsupported(problem_, options_).empty() && solved_.linearize(problem_, detail::kMinInformation);
 }
 
-bool FixedLag::Factored::linearize(Problem& problem) {
+bool FixedLag::Factored::linearize(Problem& problem, double damping) {
   NlpEvaluator nlp(problem);
   prepare(problem, nlp);
-  Eigen::VectorXd gradient(nlp.num_unknowns()), shift(nlp.num_unknowns());
+  Eigen::VectorXd gradient(nlp.num_unknowns()), diagonal(nlp.num_unknowns());
   Eigen::VectorXd hessian(nlp.hessian_pattern().nonzeros());
+  const auto factorize = [&](double relative) {
+    const auto shift = [relative](double d) { return d > 0 ? d * relative : detail::kMinInformation; };
+    return factor->factorize(hessian, diagonal.unaryExpr(shift));
+  };
   bool there = false;
   try {
     there = std::isfinite(nlp.linearize(gradient, hessian));
-    detail::hessian_diagonal(nlp.hessian_pattern(), hessian, shift);
-    for (double& s : shift) s = s > 0 ? s * detail::kMinInformation : detail::kMinInformation;
-    there = there && factor->factorize(hessian, shift);
+    detail::hessian_diagonal(nlp.hessian_pattern(), hessian, diagonal);
+    there = there && (factorize(damping) || factorize(detail::kMinInformation));
   } catch (const UndefinedResidualError&) {  // a residual is undefined
   }
   if (!there) known.clear();
   return there;
 }
 
-/// Computes at_values_ if it is wanted. Returns whether it is known.
-bool FixedLag::linearize_at_values() const {
+/// Computes at_values_ if it is wanted. Returns whether it covers these variables.
+bool FixedLag::linearize_at_values(const std::vector<int>& ids) const {
   const std::lock_guard lock(*mutex_);
   if (state_ == AtValues::wanted && size() == size_after_update_)
-    state_ = at_values_.linearize(problem_) ? AtValues::known : AtValues::unavailable;
-  return state_ == AtValues::known;
+    state_ = at_values_.linearize(problem_, options_.initial_damping) ? AtValues::known : AtValues::unavailable;
+  return state_ == AtValues::known &&
+         std::all_of(ids.begin(), ids.end(), [&](int id) { return at_values_.block_of(problem_, id) >= kFixed; });
 }
 
 Summary FixedLag::solve_window() {
@@ -257,26 +260,23 @@ void FixedLag::check_known(const std::vector<int>& ids) const {
 
 Eigen::MatrixXd FixedLag::covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const {
   check_known(ids);
-  const bool extended = std::any_of(ids.begin(), ids.end(), [&](int id) { return block_of(id) == kAdded; });
-  return !extended && linearize_at_values() ? at_values_.covariance(ids, dofs) : linearized_covariance(ids, dofs);
+  return linearize_at_values(ids) ? at_values_.covariance(ids, dofs) : linearized_covariance(ids, dofs);
 }
 
 Eigen::MatrixXd FixedLag::linearized_covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const {
   check_known(ids);
-  if (std::any_of(ids.begin(), ids.end(), [&](int id) { return block_of(id) == kAdded; })) {
-    FreePart free(ids, dofs, [this](int id) { return block_of(id) == kFixed; });
-    return free.with_zeros(extension_.joint(free.ids, free.dofs, [this](const auto& known, const auto& known_dofs) {
-      return linearized_covariance(known, known_dofs);
-    }));
-  }
-  return solved_.covariance(ids, dofs);
+  if (std::none_of(ids.begin(), ids.end(), [&](int id) { return is_added(id); })) return solved_.covariance(ids, dofs);
+  const FreePart free(ids, dofs, [this](int id) { return block_of(id) == kFixed; });
+  return free.with_zeros(extension_.joint(free.ids, free.dofs, [this](const auto& known, const auto& known_dofs) {
+    return linearized_covariance(known, known_dofs);
+  }));
 }
 
 Eigen::MatrixXd FixedLag::Factored::covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const {
   const FreePart free(ids, dofs, [this](int id) { return known[std::size_t(id)].block == kFixed; });
   std::vector<int> blocks;
   for (const int id : free.ids) blocks.push_back(known[std::size_t(id)].block);
-  return free.with_zeros(factor->inverse_of(blocks));
+  return free.with_zeros(blocks.empty() ? Eigen::MatrixXd() : factor->inverse_of(blocks));
 }
 
 std::string why_unsupported(const Problem& problem, const FixedLagOptions&) {

@@ -137,7 +137,6 @@ class FixedLag {
   double window_begin(double stretch) const;
   void marginalize_before(double limit);
   void check_known(const std::vector<int>& ids) const;
-  int block_of(int id) const;
   Summary solve_window();
 
   static constexpr int kFixed = -1, kAdded = -2, kUnknown = -3;
@@ -151,12 +150,17 @@ class FixedLag {
     std::vector<Known> known;  // by id; empty without a covariance
 
     void prepare(const Problem& problem, const NlpEvaluator& nlp);
-    /// Linearises the problem at its values. Returns false if a residual is undefined.
-    bool linearize(Problem& problem);
+    /// Returns the block of the variable that has this id now, or kFixed, kAdded or kUnknown.
+    int block_of(const Problem& problem, int id) const;
+    /// Linearises the problem at its values. Adds information to each unknown, relative to its own: `damping`, or
+    /// detail::kMinInformation if that is not enough. Returns false if a residual is undefined.
+    bool linearize(Problem& problem, double damping);
     Eigen::MatrixXd covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const;
   };
+  int block_of(int id) const { return solved_.block_of(problem_, id); }
+  bool is_added(int id) const { return block_of(id) == kAdded; }
   int size() const { return problem_.num_variables() + problem_.num_soft_blocks(); }
-  bool linearize_at_values() const;
+  bool linearize_at_values(const std::vector<int>& ids) const;
 
   FixedLagOptions options_;
   mutable Problem problem_;   // a linearisation does not change it visibly
