@@ -133,7 +133,7 @@ CrossValidation cross_validate_by(std::span<Problem* const> given, const std::ve
       detail::hold_out(by, held, noise);
       if (const auto failed = detail::solve_all(by, options)) {
         result.why = failed->message;
-        result.unobservable = failed->unobservable;
+        result.unobservable = describe(failed->unobservable);
         return false;
       }
       all = detail::predictions(by, held, f, noise, options.stop);

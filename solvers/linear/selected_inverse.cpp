@@ -123,7 +123,8 @@ bool SelectedInverse::eliminate_free(int k) {
   const double* P = panel(k);
   for (int c = 0; c < size_[std::size_t(k)]; ++c) {
     const double pivot = P[c + std::ptrdiff_t(c) * panel_rows_[std::size_t(k)]];
-    weak_ = weak_ || !(pivot * pivot > kRelativePivot * diagonal_[first_unknown_[std::size_t(k)] + c]);
+    const double ratio = pivot * pivot / diagonal_[first_unknown_[std::size_t(k)] + c];
+    smallest_pivot_ = ratio < smallest_pivot_ ? ratio : smallest_pivot_;
   }
   convert_factor(k);
   return true;
@@ -136,8 +137,6 @@ void SelectedInverse::convert_factor(int k) {
   for (int c = 0; c < n; ++c) {
     for (int i = 0; i < n; ++i) I[i + c * n] = i == c;
     const double pivot = P[c + std::ptrdiff_t(c) * m];
-    const double ratio = pivot * pivot / diagonal_[first_unknown_[std::size_t(k)] + c];
-    smallest_pivot_ = ratio < smallest_pivot_ ? ratio : smallest_pivot_;
     log_determinant_ += 2 * std::log(pivot);
     for (int i = n; i < m; ++i) P[i + std::ptrdiff_t(c) * m] = -P[i + std::ptrdiff_t(c) * m];
   }

@@ -14,7 +14,7 @@ constexpr double kRelativeDiagonal = 1e-14;  // smallest pivot of R that is not 
 
 bool SelectedInverse::compute_from_rows(std::span<const WhitenedRows> rows, const std::function<void()>& check) {
   failed_ = -1;
-  weak_ = false;
+  smallest_pivot_ = 1;
   log_determinant_ = decrease_ = 0;
   use_own_memory();
   minimizer_.setZero(n_);

@@ -70,7 +70,7 @@ ConstantTrials cross_validate_constants(Problem& problem, const std::vector<Sens
       const ScopedHoldOut out(problems, fold);
       const auto predict = [&] {
         if (const auto failed = detail::solve_all(problems, options))
-          throw_without_result(failed->message, failed->unobservable);
+          throw_without_result(failed->message, describe(failed->unobservable));
         return detail::predictions(problems, fold, f, out.noise, options.stop);
       };
       const auto with = predict();

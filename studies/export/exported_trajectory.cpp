@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -27,7 +26,7 @@ std::vector<double> numbers(std::string_view line, char separator) {
 
 ExportedTrajectory read_tum_file(const fs::path& file) {
   ExportedTrajectory trajectory{file.stem().string(), {}};
-  std::ifstream stream = open_input(file);
+  InputFile stream(file);
   int number = 0;
   for (std::string line; std::getline(stream, line);) {
     ++number;
@@ -45,7 +44,7 @@ ExportedTrajectory read_tum_file(const fs::path& file) {
 /// Adds velocities and covariances from NAME_full.csv, if it exists.
 void add_full(const fs::path& file, ExportedTrajectory& trajectory) {
   if (!fs::exists(file)) return;
-  std::ifstream stream = open_input(file);
+  InputFile stream(file);
   std::string line;
   std::getline(stream, line);
   const std::string header = line;

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <string_view>
+
+#include <tandem/studies/support/input_file.hpp>
 
 namespace tandem {
 
@@ -24,7 +25,7 @@ class FileBytes {
   }
 
  private:
-  std::ifstream stream_;
+  InputFile stream_;
   std::uint64_t size_ = 0, at_ = 0;
   std::string buffer_;
 };

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <set>
 
 #include <fmt/format.h>
@@ -86,7 +85,7 @@ class JsonLinesRecording : public Recording {
  private:
   template <class F>
   void each_line(const std::function<void()>& stop, F f) const {
-    std::ifstream stream = open_input(file_);
+    InputFile stream(file_);
     std::string line;
     for (std::size_t n = 1; std::getline(stream, line); ++n) {
       if (n % 1024 == 0) stop();

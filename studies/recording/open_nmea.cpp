@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <optional>
 
@@ -117,7 +116,7 @@ class NmeaRecording : public Recording {
 
  private:
   void scan(const std::function<void()>& stop) {
-    std::ifstream stream = open_input(file_);
+    InputFile stream(file_);
     std::string line;
     now_ = kNan;
     // The date of the first pass applies to the sentences before the first date, too.

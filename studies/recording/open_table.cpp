@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cctype>
-#include <fstream>
 #include <map>
 #include <utility>
 
@@ -124,7 +123,7 @@ class TableRecording : public Recording {
   /// Calls f(line) for each line of the table, without comments and empty lines, until it returns false.
   template <class F>
   void each_line(F f) const {
-    std::ifstream stream = open_input(file_);
+    InputFile stream(file_);
     std::string line;
     std::size_t number = 0;
     while (std::getline(stream, line)) {

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <fstream>
 
 #include <fmt/format.h>
 
@@ -76,7 +75,7 @@ class RecordingSet : public Recording {
 };
 
 std::string first_bytes(const fs::path& file, std::size_t n) {
-  std::ifstream stream = open_input(file);
+  InputFile stream(file);
   std::string bytes(n, '\0');
   stream.read(bytes.data(), static_cast<std::streamsize>(n));
   bytes.resize(static_cast<std::size_t>(stream.gcount()));
