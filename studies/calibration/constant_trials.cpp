@@ -67,6 +67,7 @@ ConstantTrials cross_validate_constants(Problem& problem, const std::vector<Sens
       std::vector<HeldOutMeasurement> fold = folds[f];
       if (fold.empty()) continue;
       for (HeldOutMeasurement& m : fold) m.problem = 0;
+      fold = detail::counterparts(problems, std::move(fold));  // the problem may have been rebuilt
       const ScopedHoldOut out(problems, fold);
       const auto predict = [&] {
         if (const auto failed = detail::solve_all(problems, options))

@@ -4,6 +4,7 @@
 
 #include <tandem/problem/problem_data.hpp>
 #include <tandem/solvers/calibration/default_solve.hpp>
+#include <tandem/solvers/calibration/held_out.hpp>
 #include <tandem/solvers/calibration/scale_noise.hpp>
 #include <tandem/studies/calibration/scenario_problems.hpp>
 
@@ -88,6 +89,7 @@ void ScenarioProblems::rebuild_at(const Eigen::VectorXd& values) try {
     raw_problems_[p] = &moved[p]->problem();
   }
   problems_ = std::move(moved);
+  noise_.groups = detail::counterparts(raw_problems_, std::move(noise_.groups));
 } catch (const Stopped&) {
 }
 
@@ -142,9 +144,11 @@ Calibration ScenarioProblems::calibrate(const CalibrationOptions& options,
 
 CrossValidation ScenarioProblems::cross_validate(const std::vector<std::vector<HeldOutMeasurement>>& folds,
                                                  const CalibrationOptions& options) {
-  if (model_parameters_.empty()) return tandem::cross_validate(raw_problems_, noise_.groups, folds, options);
+  std::vector<std::vector<HeldOutMeasurement>> own;
+  for (const auto& fold : folds) own.push_back(detail::counterparts(raw_problems_, fold));
+  if (model_parameters_.empty()) return tandem::cross_validate(raw_problems_, noise_.groups, own, options);
   return tandem::cross_validate(
-      raw_problems_, noise_.groups, folds, [this](const Eigen::VectorXd& values) { return build(values); },
+      raw_problems_, noise_.groups, own, [this](const Eigen::VectorXd& values) { return build(values); },
       built_parameters(), options);
 }
 

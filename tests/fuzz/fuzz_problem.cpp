@@ -190,7 +190,6 @@ class Calls {
       const Marginals marginals(problem_);
       world_.with_group(input_, [&](auto& handles) {
         const auto &a = handles[handles.pick(input_)], &b = handles[handles.pick(input_)];
-        if (a.foreign || b.foreign) return;  // Marginals cannot detect handles of another problem
         fuzz::attempt(a.exists && b.exists, [&] { (void)marginals.cross_covariance(a.handle, b.handle); });
       });
     });
@@ -227,9 +226,8 @@ class Calls {
   void read() {
     world_.with_group(input_, [&](auto& handles) {
       const auto& known = handles[handles.pick(input_)];
-      const bool good = known.exists || known.foreign;
-      fuzz::attempt(good, [&] { (void)problem_.value(known.handle); });
-      fuzz::attempt(good, [&] { (void)problem_.id(known.handle); });
+      fuzz::attempt(known.exists, [&] { (void)problem_.value(known.handle); });
+      fuzz::attempt(known.exists, [&] { (void)problem_.id(known.handle); });
     });
     problem_.size();
     problem_.num_soft_blocks();

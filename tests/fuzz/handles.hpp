@@ -56,8 +56,7 @@ struct Known {
   Variable<G> handle;
   bool exists;
   int id;
-  double t = 0;          ///< time in a FixedLag [s]
-  bool foreign = false;  ///< a valid handle of another problem
+  double t = 0;  ///< time in a FixedLag [s]
 };
 
 /// All handles so far: of existing and removed variables, of another problem and of none.
@@ -67,7 +66,7 @@ class Handles {
   Handles() { all_.push_back({Variable<G>{}, false, -1}); }
 
   void add(const Variable<G>& handle, int id, double t = 0) { all_.push_back({handle, true, id, t}); }
-  void add_foreign(const Variable<G>& handle) { all_.push_back({handle, false, -1, 0, true}); }
+  void add_foreign(const Variable<G>& handle) { all_.push_back({handle, false, -1}); }
   std::size_t pick(Input& input) const { return input.below(all_.size()); }
   Known<G>& operator[](std::size_t i) { return all_[i]; }
   std::span<Known<G>> all() { return all_; }

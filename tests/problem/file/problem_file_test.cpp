@@ -78,6 +78,7 @@ struct WithPointer {
   static constexpr int dim = 3;
   using States = std::tuple<R3>;
   const Vector<3>* at = nullptr;
+  auto fields() { return std::tie(at); }
   void operator()(const R3& x, Vector<3>& r, Matrix<3, 3>* J = nullptr) const {
     r = x.vector() - (at ? *at : Vector<3>::Zero());
     if (J) J->setIdentity();
