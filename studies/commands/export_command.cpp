@@ -91,7 +91,9 @@ Command export_command() {
             option("--origin", "LAT,LON[,HEIGHT]",
                    "Origin of the local frame [deg, m], for geojson and kml (default: `origin` of the scenario)",
                    request->origin, parse_origin);
-            add_output(option, request->output, {.writes = "Write the files to DIR", .required = true, .plots = false});
+            add_output(option, request->output,
+                       {.writes = "Write the files to DIR", .required = true, .plots = false, .prints = false});
+            add_printing(option, request->output, false);
             return [request] { return run_export(*request); };
           },
           false, [] { return std::vector{describe_json("--json", "export", export_fields())}; }};

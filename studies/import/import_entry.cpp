@@ -60,13 +60,17 @@ class EntryReader {
   }
 
  private:
-  bool has(const std::string& key) const {
-    return (entry_.given && entry_.given->has(key)) || (entry_.rule && entry_.rule->has(key));
+  /// Returns whether the rule gives a key. For a type other than its own, only its fields and axes apply.
+  bool rule_has(const std::string& key) const {
+    if (!entry_.rule || !entry_.rule->has(key)) return false;
+    const bool same_type =
+        !entry_.given || !entry_.given->has("type") || entry_.given->text("type") == entry_.rule->text("type");
+    return same_type || key == "fields" || key == "axes";
   }
+  bool has(const std::string& key) const { return (entry_.given && entry_.given->has(key)) || rule_has(key); }
   /// Returns the section that has the key: the user's, else the rule.
   const YamlSection& section(const std::string& key) const {
-    return entry_.given && (entry_.given->has(key) || !entry_.rule || !entry_.rule->has(key)) ? *entry_.given
-                                                                                              : *entry_.rule;
+    return entry_.given && (entry_.given->has(key) || !rule_has(key)) ? *entry_.given : *entry_.rule;
   }
   [[noreturn]] void fail(const std::string& key, const std::string& why) const { section(key).fail(key, why); }
 
@@ -181,7 +185,7 @@ class EntryReader {
         known.emplace_back(quantity.name);
         if (fields.has(std::string(quantity.name))) read_quantity(fields, quantity);
       }
-    fields.allow_only(known);
+    if (entry_.given && entry_.given->has("fields")) fields.allow_only(known);  // a rule may have more than the type
   }
 
   void read_quantity(const YamlSection& fields, const ImportQuantity& quantity) {

@@ -6,6 +6,7 @@ namespace tandem {
 namespace {
 
 // ROS messages follow REP 103 (ENU, FLU), ArduPilot and PX4 NED and FRD. The headings of NMEA are clockwise from north.
+// Poses and points are those of the target relative to the chaser, unless their frame is one of the world.
 constexpr std::pair<std::string_view, std::string_view> kMessages[] = {
     {"sensor_msgs/Imu", R"({type: imu, axes: FLU, fields: {
   acceleration: [linear_acceleration.x, linear_acceleration.y, linear_acceleration.z],
@@ -20,16 +21,19 @@ constexpr std::pair<std::string_view, std::string_view> kMessages[] = {
   position: [pose.pose.position.x, pose.pose.position.y, pose.pose.position.z],
   quaternion_xyzw: [pose.pose.orientation.x, pose.pose.orientation.y, pose.pose.orientation.z,
                     pose.pose.orientation.w]}})"},
-    {"geometry_msgs/PoseStamped", R"({type: pose, axes: FLU, fields: {
+    {"geometry_msgs/PoseStamped", R"({type: pose, axes: FLU,
+  where: ["header.frame_id != map", "header.frame_id != odom", "header.frame_id != world", "header.frame_id != earth"], fields: {
   position: [pose.position.x, pose.position.y, pose.position.z],
   quaternion_xyzw: [pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w]}})"},
-    {"geometry_msgs/PoseWithCovarianceStamped", R"({type: pose, axes: FLU, fields: {
+    {"geometry_msgs/PoseWithCovarianceStamped", R"({type: pose, axes: FLU,
+  where: ["header.frame_id != map", "header.frame_id != odom", "header.frame_id != world", "header.frame_id != earth"], fields: {
   position: [pose.pose.position.x, pose.pose.position.y, pose.pose.position.z],
   quaternion_xyzw: [pose.pose.orientation.x, pose.pose.orientation.y, pose.pose.orientation.z,
                     pose.pose.orientation.w]},
   covariance: ["pose.covariance[0]", "pose.covariance[7]", "pose.covariance[14]", "pose.covariance[21]", "pose.covariance[28]",
                "pose.covariance[35]"]})"},
-    {"geometry_msgs/PointStamped", R"({type: position, axes: FLU, fields: {position: [point.x, point.y, point.z]}})"},
+    {"geometry_msgs/PointStamped", R"({type: position, axes: FLU,
+  where: ["header.frame_id != map", "header.frame_id != odom", "header.frame_id != world", "header.frame_id != earth"], fields: {position: [point.x, point.y, point.z]}})"},
     {"geometry_msgs/TwistStamped",
      R"({type: dvl, axes: FLU, fields: {velocity: [twist.linear.x, twist.linear.y, twist.linear.z]}})"},
     {"geometry_msgs/TwistWithCovarianceStamped", R"({type: dvl, axes: FLU,

@@ -6,7 +6,9 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/inspection/scenario_inspection.hpp>
+#include <tandem/studies/scenario/sensor_file.hpp>
 #include <tandem/studies/scenario/yaml_section.hpp>
+#include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -18,7 +20,8 @@ struct SeriesFile {
   std::filesystem::path file;
 };
 
-std::vector<SeriesFile> files_of(const YamlSection& yaml, const std::filesystem::path& folder) {
+std::vector<SeriesFile> files_of(const YamlSection& yaml, const std::filesystem::path& folder,
+                                 std::vector<std::string>& unreadable) {
   std::vector<SeriesFile> files;
   const auto add = [&](const std::string& name, const std::string& type, const std::string& file) {
     if (std::filesystem::exists(folder / file)) files.push_back({name, type, folder / file});
@@ -29,8 +32,12 @@ std::vector<SeriesFile> files_of(const YamlSection& yaml, const std::filesystem:
     const YamlSection sensors = yaml.section("sensors");
     for (const std::string& name : sensors.keys()) {
       const YamlSection sensor = sensors.section(name);
-      files.push_back({name, sensor.text("type"), folder / sensor.text("file")});
       declared.push_back(sensor.text("file"));
+      try {
+        files.push_back({name, sensor.text("type"), sensor_file(sensor, folder)});
+      } catch (const Error& error) {  // outside the folder
+        unreadable.emplace_back(error.what());
+      }
     }
   }
   for (const auto& [name, type] : {std::pair{"usbl", "position"}, {"optical", "pose"}})
@@ -49,10 +56,10 @@ Table read(const SeriesFile& file, std::vector<std::string>& columns) {
     return read_table(rows);
   }
   const std::string text = [&] {
-    std::ifstream stream(file.file);
+    std::ifstream stream = open_input(file.file);
     for (std::string line; std::getline(stream, line);)
       if (const auto content = trimmed(line); !content.empty() && content.front() != '#') return std::string(content);
-    throw Error(fmt::format("{} is missing or has no header", file.file.string()));
+    throw Error(fmt::format("{} has no header", file.file.string()));
   }();
   for (const std::string_view column : split(text, ',')) columns.emplace_back(column);
   RowFile rows(file.file, RowFormat::csv(text), TimeOrder::any);
@@ -82,7 +89,7 @@ ScenarioInspection inspect_scenario(const std::filesystem::path& folder) {
   result.name = yaml.has("name") ? yaml.text("name") : folder.filename().string();
   result.frame = yaml.has("frame") ? yaml.text("frame") : "ENU-FLU";
   if (yaml.has("origin")) result.origin = yaml.numbers("origin", 3);
-  const std::vector<SeriesFile> files = files_of(yaml, folder);
+  const std::vector<SeriesFile> files = files_of(yaml, folder, result.unreadable);
   result.tables.reserve(files.size());  // the series refer to its elements
   for (const SeriesFile& file : files) try {
       std::vector<std::string> columns;

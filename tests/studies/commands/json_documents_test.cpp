@@ -41,6 +41,13 @@ TEST(JsonDocuments, EveryCommandHasOne) {
   document({"rendezvous", "--duration", "3", "--methods", "pursuit"}, "rendezvous");
   document({"solve", problem}, "solve");
   document({"scenarios"}, "scenarios");
+  document({"info", docking}, "info");
+  document({"export", out, "--format", "tum", "--out", scratch.path() / "tum"}, "export");
+  const std::string log = scratch.write("log.csv", "t,depth_m\n0,1\n1,1\n");
+  document({"import", log, "--list"}, "import-list");
+  const std::string map =
+      scratch.write("map.yaml", "sensors:\n  depth: {type: depth, from: log, fields: {depth: depth_m}}\n");
+  document({"import", log, "--map", map, "--out", scratch.path() / "imported"}, "import");
   document({"paper", "fig3"}, "paper");
   EXPECT_EQ(document({"report", out}, "report")["page"], out + "/report.html");
   EXPECT_GT(document({"study", "list"}, "study-list")["studies"].size(), 10u);

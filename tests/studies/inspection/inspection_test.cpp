@@ -41,6 +41,12 @@ TEST(Inspection, ShowsAFolderWithABrokenFile) {
   EXPECT_THAT(scenario.unreadable, ElementsAre(HasSubstr("usbl.csv:2: expected 4 columns")));
 }
 
+TEST(Inspection, ReadsNoFileOutsideTheFolder) {
+  const ScratchFolder folder;
+  folder.write("scenario.yaml", "sensors:\n  depth: {type: depth, file: ../depth.csv, sigma: [1]}\n");
+  EXPECT_THAT(inspect_scenario(folder.path()).unreadable, ElementsAre(HasSubstr("outside")));
+}
+
 TEST(Inspection, StripsShowGaps) {
   ScenarioInspection scenario;
   std::vector<std::vector<double>> rows;
