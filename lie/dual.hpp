@@ -14,8 +14,8 @@ namespace tandem {
 /// As the scalar of SO3, SE2 and SE_K(3), a Dual selects the specialisations in dual_groups.hpp, which differentiate in
 /// the tangent space. With `kPlain`, the groups differentiate the numbers that they store.
 ///
-/// Derivatives are those of the formula. Where a formula is not differentiable, such as sqrt at 0, they are infinite or
-/// NaN. The derivative of abs() at 0 is 1.
+/// Derivatives are those of the formula. They are infinite or NaN if the formula is not differentiable, such as sqrt at
+/// 0. The derivative of abs() at 0 is 1.
 template <int N, bool kPlain = false>
 struct Dual {
   static_assert(N > 0);

@@ -82,8 +82,8 @@ TEST(AutoDiff, EqualsClosedFormOfMeasurements) {
   expect_closed_form(RollPitch<SO3>{}, tilted.rotation());
 }
 
-/// Speed through the water at which a log on the body measures its component along the x axis, templated on the scalar:
-/// log − x axis · (R₁ᵀ (p₁ − p₀) / dt), plus half of the turn. Uses parts, products and mixed arithmetic.
+/// Mean velocity through the water in the frame of a log, and the turn, between two poses. Uses parts of groups, products
+/// and mixed arithmetic.
 struct LogSpeed {
   static constexpr std::string_view name = "log speed";
   static constexpr int dim = 2;
@@ -109,7 +109,7 @@ TEST(AutoDiff, DifferentiatesACallableOverTheScalar) {
   EXPECT_LE(report.relative, 1e-8 + report.resolution) << report.text;
 }
 
-/// The same rows set by reference, over any state type.
+/// A callable that sets the rows by reference, over any state type.
 struct SetsRows {
   static constexpr std::string_view name = "sets rows";
   static constexpr int dim = 1;
