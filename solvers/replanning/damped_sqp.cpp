@@ -27,7 +27,6 @@ constexpr double kLargeDecrease = 0.1, kSmallDecrease = 0.5;      // violation a
 constexpr double kDampingDecrease = 0.5, kDampingIncrease = 3.0;  // factors of the damping after these
 constexpr double kWarmDampingDecrease = 0.1;                      // the same near a solution
 constexpr double kMinFraction = 1.0 / 64.0;                       // minimum fraction of a step
-constexpr double kMaxViolationRatio = 1e4;                        // limit of the violation, relative to the initial one
 constexpr double kRestorationTarget = 0.5;     // ratio of the violations after and before a restoration
 constexpr double kMinRestorationRatio = 1e-4;  // minimum acceptance ratio of a restoration step
 
@@ -214,14 +213,13 @@ bool DampedSqp::Loop::restore() {
 Summary DampedSqp::Loop::run() {
   summary_ = {};
   summary_.solver = "damped-sqp";
-  filter_.clear();
   nlp_.reset();
   model_.restart(kSqpPenalty);
   summary_.initial_cost = summary_.cost = model_.linearize();
   if (!std::isfinite(summary_.cost)) return end(Status::failed, "the cost is not finite at the initial guess");
   model_.begin();
   begun_ = true;
-  filter_.add({-HUGE_VAL, kMaxViolationRatio * std::max(1.0, here().violation)});
+  filter_.start(here().violation);
   if (options_.from_multipliers) {
     model_.add_curvature();
     curvature_iteration_ = 1;

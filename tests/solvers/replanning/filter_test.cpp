@@ -33,6 +33,21 @@ TEST(Filter, RequiresThePredictedDecreaseNearFeasiblePoints) {
   EXPECT_TRUE(filter.admits({1.0, 0.5})) << "an improvement of the cost stores no point";
 }
 
+/// Far from feasible, less violation is sufficient, whatever decrease of the cost the step predicts.
+TEST(Filter, AcceptsLessViolationFarFromFeasiblePoints) {
+  Filter filter;
+  EXPECT_TRUE(filter.accept({0.0, 5.0}, {1e-3, 1e-3}, 1.0, -10.0));
+  filter.start(1e5);
+  EXPECT_TRUE(filter.accept({0.0, 50.0}, {1e-3, 1e-3}, 1.0, -100.0));
+  EXPECT_FALSE(filter.accept({0.0, 5.0}, {1e-3, 1e-3}, 1.0, -10.0)) << "5 is nearly feasible if 1e5 was the start";
+}
+
+TEST(Filter, RejectsTooMuchViolationForAnyCost) {
+  Filter filter;
+  filter.start(0.0);
+  EXPECT_FALSE(filter.accept({1.0, 1.0}, {-1e9, 1e5}, 1.0, 0.0));
+}
+
 TEST(Filter, RejectsPointsThatAreNotFinite) {
   Filter filter;
   EXPECT_FALSE(filter.accept({1.0, 1.0}, {std::nan(""), 0.0}, 1.0, 0.0));
