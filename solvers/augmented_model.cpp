@@ -4,6 +4,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/augmented_model.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
+#include <tandem/solvers/stationary_violation.hpp>
 
 namespace tandem::detail {
 namespace {
@@ -18,7 +19,7 @@ constexpr double kMaxPenalty = 1e10;        // penalty limit after stalled steps
 constexpr double kPenaltyGrowth = 10;
 constexpr int kMaxRelaxations = 60;      // maximum number of penalty reductions
 constexpr int kStalledSteps = 3;         // steps without less violation before the penalty grows
-constexpr int kInfeasibilitySteps = 15;  // steps without less violation before infeasibility is tested
+constexpr int kInfeasibilitySteps = 15;  // steps without less violation between tests of infeasibility
 constexpr double kInfeasibilitySlope = 1e-2;
 // Consecutive damped steps that enable the exact Hessian, undamped ones that disable it.
 constexpr int kHessianSteps = 3;
@@ -306,7 +307,7 @@ bool AugmentedModel::update_penalty(bool no_closer) {
     return false;
   }
   if (++stalled_ % kStalledSteps == 0 && penalty_ < kMaxPenalty) set_penalty(penalty_ * kPenaltyGrowth);
-  return stalled_ >= kInfeasibilitySteps && locally_infeasible();
+  return stalled_ % kInfeasibilitySteps == 0 && locally_infeasible();
 }
 
 bool AugmentedModel::relax_penalty() {
@@ -317,7 +318,7 @@ bool AugmentedModel::relax_penalty() {
 }
 
 bool AugmentedModel::locally_infeasible() {
-  return !feasible() && term_.infeasibility_slope(scale_) <= kInfeasibilitySlope;
+  return !feasible() && term_.infeasibility_slope(scale_) <= kInfeasibilitySlope && violation_is_stationary(nlp_);
 }
 
 }  // namespace tandem::detail

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <mutex>
 #include <optional>
+#include <utility>
 
 #include <IpIpoptApplication.hpp>
 #include <IpRegOptions.hpp>
@@ -14,9 +15,15 @@
 #include <tandem/solvers/ipopt_linear_solver.hpp>
 #include <tandem/solvers/ipopt_nlp.hpp>
 #include <tandem/solvers/name_suggestions.hpp>
+#include <tandem/solvers/stationary_violation.hpp>
 
 namespace tandem {
 namespace {
+
+constexpr double kColdBarrier = 0.1;  // initial barrier parameter, Ipopt's default
+
+/// Limit of the gradient of the Lagrangian, in the unknowns of IpoptNlp [standard deviations].
+constexpr double kMaxDualInfeasibility = 1e-5;
 
 /// Serialises whole solves with MUMPS, which keeps global state. Other linear solvers of Ipopt may do so too.
 std::mutex& mumps_mutex() {
@@ -109,6 +116,9 @@ void set_options(Ipopt::IpoptApplication& app, const IpoptOptions& options) {
   app.Options()->SetNumericValue("constr_viol_tol", detail::kConstraintTolerance);
   app.Options()->SetNumericValue("bound_relax_factor", 0.0);  // relaxed bounds would allow violations
   app.Options()->SetNumericValue("acceptable_constr_viol_tol", detail::kConstraintTolerance);
+  // Ipopt divides its dual tolerance by the size of the multipliers, which is unbounded if constraints are degenerate.
+  for (const char* limit : {"dual_inf_tol", "acceptable_dual_inf_tol"})
+    app.Options()->SetNumericValue(limit, std::max(kMaxDualInfeasibility, options.tolerance));
   app.Options()->SetIntegerValue("max_iter", options.max_iterations);
   if (options.hessian == Hessian::limited_memory) set("hessian_approximation", "limited-memory");
   for (const auto& [key, value] : options.options) set_option(app, key, value);
@@ -162,13 +172,24 @@ std::string why_not(const Problem& problem, const IpoptOptions& options) {
   return {};
 }
 
-/// Sets the warm-start options, except those in `given`.
-void warm_start(Ipopt::IpoptApplication& app, double barrier, const std::map<std::string, std::string>& given) {
-  app.Options()->SetStringValue("warm_start_init_point", "yes");
+/// Sets the options of a warm start with multipliers and barrier, or those of a cold one, except those in `given`.
+void choose_start(Ipopt::IpoptApplication& app, bool warm, double barrier,
+                  const std::map<std::string, std::string>& given) {
+  app.Options()->SetStringValue("warm_start_init_point", warm ? "yes" : "no");
+  if (!given.contains("mu_init"))
+    app.Options()->SetNumericValue("mu_init", warm ? std::max(barrier, 1e-9) : kColdBarrier);
+  if (!warm) return;
   for (const char* push : {"warm_start_bound_push", "warm_start_bound_frac", "warm_start_slack_bound_push",
                            "warm_start_slack_bound_frac", "warm_start_mult_bound_push"})
     if (!given.contains(push)) app.Options()->SetNumericValue(push, 1e-9);
-  if (!given.contains("mu_init")) app.Options()->SetNumericValue("mu_init", std::max(barrier, 1e-9));
+}
+
+/// Returns whether Ipopt's verdict at X̄ is wrong.
+bool is_wrongly_infeasible(NlpEvaluator& nlp, Ipopt::ApplicationReturnStatus status, double feasible) {
+  if (status != Ipopt::Infeasible_Problem_Detected) return false;
+  Eigen::VectorXd c(nlp.num_rows());
+  nlp.constraints(c);
+  return nlp.violation(c).size <= feasible || !detail::violation_is_stationary(nlp);
 }
 
 void end(detail::Session& session, Ipopt::ApplicationReturnStatus status) {
@@ -240,9 +261,10 @@ Summary solve(Problem& problem, const IpoptOptions& options) {
   Ipopt::Index most = options.max_iterations;
   app->Options()->GetIntegerValue("max_iter", most, "");  // may be given as an Ipopt option
   bool warm = options.from_multipliers && tnlp->load_multipliers();
-  for (; !session.ended(); warm = true) {
+  bool restarted = false, refined = false;
+  while (!session.ended()) {
     tnlp->start();
-    if (warm) warm_start(*app, tnlp->barrier(), options.options);
+    choose_start(*app, warm, tnlp->barrier(), options.options);
     const int left = most - session.summary.iterations;
     app->Options()->SetIntegerValue("max_iter", std::max(left, 0));
     auto status = app->Initialize("");
@@ -253,13 +275,28 @@ Summary solve(Problem& problem, const IpoptOptions& options) {
     // feasible.
     const bool again =
         tnlp->wants_recentering() && status == Ipopt::User_Requested_Stop && left > 0 && !session.ended();
+    warm = true;
     const bool solved = status == Ipopt::Solve_Succeeded || status == Ipopt::Solved_To_Acceptable_Level;
     if (tnlp->error() && !nlp.is_current()) std::rethrow_exception(tnlp->error());
     nlp.move_to(solved || (again && nlp.num_rows() > 0) ? tnlp->current() : tnlp->best());
     nlp.recenter();
     if (tnlp->error()) std::rethrow_exception(tnlp->error());
     if (linear_solver && linear_solver->error()) std::rethrow_exception(linear_solver->error());
-    if (!again) end(session, status);
+    if (again) continue;
+    if (is_wrongly_infeasible(nlp, status, feasible)) {
+      if (!std::exchange(restarted, true) && session.summary.iterations < most) {
+        warm = false;
+        continue;
+      }
+      session.end(Status::failed,
+                  "Ipopt reports infeasible constraints at a point where small steps reduce the violation");
+    }
+    if (solved && tnlp->increase_cost_scale() && session.summary.iterations < most) {
+      refined = true;
+      continue;
+    }
+    // After a run to a higher accuracy failed, the solution of the run before remains.
+    end(session, refined ? Ipopt::Solve_Succeeded : status);
     if (session.summary.status == Status::failed) explain(session, nlp);
   }
   if (session.summary.converged()) tnlp->store_multipliers();

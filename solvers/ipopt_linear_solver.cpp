@@ -1,5 +1,3 @@
-#include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include <tandem/lie/error.hpp>
@@ -34,8 +32,8 @@ bool BlockCholeskyInIpopt::analyze(int size, int entries, const int* row, const 
   });
 }
 
-bool BlockCholeskyInIpopt::factorize(const double* values, double regularization, bool& inertia) {
-  return guard([&] { inertia = kkt_.factorize(values, regularization); });
+bool BlockCholeskyInIpopt::factorize(const double* values, bool pivoted, bool& inertia) {
+  return guard([&] { inertia = kkt_.factorize(values, pivoted); });
 }
 
 bool BlockCholeskyInIpopt::solve(double* rhs) {
@@ -45,15 +43,12 @@ bool BlockCholeskyInIpopt::solve(double* rhs) {
 #ifdef TANDEM_IPOPT_HAS_SOLVER_INTERFACE
 namespace {
 
-/// Range of the regularisation, and how fast it grows: those of the pivot tolerance of Ipopt's MA57 interface.
-constexpr double kMinRegularization = 1e-8, kMaxRegularization = 1e-4, kGrowth = 0.75;
-
 class LinearSolver : public Ipopt::SparseSymLinearSolverInterface {
  public:
   explicit LinearSolver(BlockCholeskyInIpopt& solver) : solver_(solver) {}
 
   bool InitializeImpl(const Ipopt::OptionsList&, const std::string&) override {
-    regularization_ = kMinRegularization;
+    pivoted_ = false;
     return true;
   }
 
@@ -68,10 +63,10 @@ class LinearSolver : public Ipopt::SparseSymLinearSolverInterface {
 
   Ipopt::ESymSolverStatus MultiSolve(bool new_matrix, const Ipopt::Index*, const Ipopt::Index*, Ipopt::Index sides,
                                      Ipopt::Number* rhs, bool check_inertia, Ipopt::Index negative) override {
-    if (new_matrix || regularization_changed_) {
-      regularization_changed_ = false;
+    if (new_matrix || pivoted_changed_) {
+      pivoted_changed_ = false;
       bool inertia = false;
-      if (!solver_.factorize(values_.data(), regularization_, inertia)) return Ipopt::SYMSOLVER_FATAL_ERROR;
+      if (!solver_.factorize(values_.data(), pivoted_, inertia)) return Ipopt::SYMSOLVER_FATAL_ERROR;
       // Reports one negative eigenvalue too many if the inertia is wrong. Ipopt then regularises H.
       negative_ = solver_.num_constraints() + (inertia ? 0 : 1);
     }
@@ -84,9 +79,8 @@ class LinearSolver : public Ipopt::SparseSymLinearSolverInterface {
   Ipopt::Index NumberOfNegEVals() const override { return negative_; }
 
   bool IncreaseQuality() override {
-    if (regularization_ >= kMaxRegularization) return false;
-    regularization_ = std::min(kMaxRegularization, std::pow(regularization_, kGrowth));
-    regularization_changed_ = true;
+    if (pivoted_) return false;
+    pivoted_ = pivoted_changed_ = true;
     return true;
   }
 
@@ -96,8 +90,7 @@ class LinearSolver : public Ipopt::SparseSymLinearSolverInterface {
  private:
   BlockCholeskyInIpopt& solver_;
   std::vector<Ipopt::Number> values_;
-  double regularization_ = kMinRegularization;
-  bool regularization_changed_ = false;
+  bool pivoted_ = false, pivoted_changed_ = false;
   Ipopt::Index size_ = 0, negative_ = 0;
 };
 

@@ -30,7 +30,8 @@ class BlockCholeskyInIpopt {
   /// error.
   bool analyze(int size, int entries, const int* row, const int* column);
   /// Returns false after an error. `inertia` tells whether the matrix has one negative eigenvalue per constraint.
-  bool factorize(const double* values, double regularization, bool& inertia);
+  /// `pivoted` must be set once Ipopt has asked for more accurate solutions than its refinement could achieve.
+  bool factorize(const double* values, bool pivoted, bool& inertia);
   /// Overwrites a right-hand side by the solution. Returns false after an error.
   bool solve(double* rhs);
   int num_constraints() const { return kkt_.num_constraints(); }

@@ -24,8 +24,9 @@ thread_local BlockCholeskyInIpopt* current = nullptr;
 /// uses the real MA57 there, at the same time, sees a failed solve and no crash.
 struct Ma57 {
   static constexpr int kFailed = -1;
+  static constexpr double kPivotTolerance = 1e-8;  ///< while Ipopt has not raised it
 
-  /// Sets default controls. Ipopt sets cntl[0], the pivot tolerance, and raises it if it requires a better solution.
+  /// Sets default controls. Ipopt sets cntl[0] to its option ma57_pivtol, and raises it if it requires a better solution.
   static void initialize(double* cntl, int* icntl) {
     std::fill_n(cntl, 5, 0.0);
     std::fill_n(icntl, 20, 0);
@@ -42,7 +43,7 @@ struct Ma57 {
                         int* info, double*) {
     std::fill_n(info, 40, 0);
     bool inertia = false;
-    if (!current || !current->factorize(values, cntl[0], inertia)) {
+    if (!current || !current->factorize(values, cntl[0] > 1.5 * kPivotTolerance, inertia)) {
       info[0] = kFailed;
       return;
     }
@@ -96,6 +97,7 @@ bool BlockCholeskyInIpopt::available() { return true; }
 
 void BlockCholeskyInIpopt::choose(Ipopt::IpoptApplication& app) {
   app.Options()->SetStringValue("linear_solver", "ma57");
+  app.Options()->SetNumericValue("ma57_pivtol", Ma57::kPivotTolerance);
   app.Options()->SetStringValue("linear_system_scaling", "none");
   app.Options()->SetIntegerValue("min_refinement_steps", 0);  // refine only if the residual requires it
 }

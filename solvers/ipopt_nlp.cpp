@@ -23,12 +23,17 @@ constexpr double kWarmBarrier = 1e-6;    // barrier for multipliers of an earlie
 constexpr int kStagnantIterations = 15;  // iterations without a significant decrease
 constexpr double kStagnantGradient = 1e-5;  // gradient in white coordinates [standard deviations]
 constexpr double kStagnantGain = 1e-12;     // relative decrease of the cost in these iterations
+constexpr double kNegligibleSlope = 1e16;   // stiffness of a row along a variable that it hardly reads
+constexpr double kMaxCostScale = 1e12;      // limit of the cost scale
+constexpr double kMaxCostError = 1e-5;      // maximum error of the cost by the barrier, relative to the cost
+constexpr double kNegligibleCost = 1e-3;    // cost that counts as zero, relative to that expected at the initial guess
 constexpr double kMaxDamping = 1e3;         // more only shortens a gradient step, as the line search does
 
 }  // namespace
 
 IpoptNlp::IpoptNlp(NlpEvaluator& nlp, Session& session, const IpoptOptions& options, double feasible)
     : feasible_(feasible),
+      padding_(CondensedKkt::num_padding(nlp)),
       nlp_(nlp),
       session_(session),
       options_(options),
@@ -45,7 +50,8 @@ IpoptNlp::IpoptNlp(NlpEvaluator& nlp, Session& session, const IpoptOptions& opti
       }
     lower_start_.push_back(static_cast<int>(lower_triangle_.size()));
   }
-  for (Eigen::VectorXd* v : {&x_, &current_, &best_, &gradient_, &unknowns_, &iterate_, &unit_}) v->setZero(n);
+  for (Eigen::VectorXd* v : {&x_, &current_, &best_, &gradient_, &unknowns_, &unit_}) v->setZero(n);
+  iterate_.setZero(n + padding_);
   for (Eigen::VectorXd* v : {&multipliers_, &constraints_, &lambda_}) v->setZero(m);
   hessian_.setZero(h.nonzeros());
   if (options.hessian == Hessian::exact || options.hessian == Hessian::automatic) exact_ = hessian_;
@@ -71,10 +77,10 @@ bool IpoptNlp::load_multipliers() {
 }
 
 bool IpoptNlp::get_nlp_info(Index& n, Index& m, Index& nnz_jac, Index& nnz_hess, IndexStyleEnum& style) {
-  n = nlp_.num_unknowns();
+  n = nlp_.num_unknowns() + padding_;
   m = nlp_.num_rows();
   nnz_jac = static_cast<Index>(jacobian_.size());
-  nnz_hess = static_cast<Index>(lower_triangle_.size());
+  nnz_hess = static_cast<Index>(lower_triangle_.size()) + padding_;
   style = C_STYLE;
   return true;
 }
@@ -86,6 +92,53 @@ bool IpoptNlp::get_bounds_info(Index n, Number* lower, Number* upper, Index m, N
     c_lower[i] = std::max(nlp_.lower()[i], -kIpoptInfinity);
     c_upper[i] = std::min(nlp_.upper()[i], kIpoptInfinity);
   }
+  return true;
+}
+
+/// Returns Σ ½ vᵢ² maxⱼ (Hⱼⱼ / Jᵢⱼ²): the cost at which each row alone could be met by its stiffest variable.
+double IpoptNlp::cost_to_become_feasible() {
+  Eigen::VectorXd curvature(nlp_.num_unknowns()), stiffness = Eigen::VectorXd::Zero(nlp_.num_rows());
+  hessian_diagonal(nlp_.hessian_pattern(), hessian_, curvature);
+  nlp_.linearize_constraints(constraints_, jacobian_);
+  const TripletPattern& pattern = nlp_.jacobian_pattern();
+  for (std::size_t k = 0; k < pattern.row.size(); ++k) {
+    const double J = jacobian_[Index(k)], h = curvature[pattern.column[k]];
+    if (h > kNegligibleSlope * J * J) continue;
+    stiffness[pattern.row[k]] = std::max(stiffness[pattern.row[k]], h / (J * J));
+  }
+  double cost = 0;
+  for (Index i = 0; i < constraints_.size(); ++i) {
+    const double v = constraints_[i] - std::clamp(constraints_[i], nlp_.lower()[i], nlp_.upper()[i]);
+    cost += 0.5 * v * v * stiffness[i];
+  }
+  return cost;
+}
+
+/// Sets the cost scale at the first initial guess. Without constraints there is no barrier.
+void IpoptNlp::choose_cost_scale() {
+  if (nlp_.num_rows() == 0 || expected_cost_ > 0) return;
+  expected_cost_ = nlp_.cost() + cost_to_become_feasible();
+  if (expected_cost_ > 0 && expected_cost_ < 1) set_cost_scale(1 / expected_cost_);
+}
+
+void IpoptNlp::set_cost_scale(double scale) {
+  scale = std::min(scale, kMaxCostScale);
+  lambda_ *= scale / cost_scale_;
+  cost_scale_ = scale;
+}
+
+bool IpoptNlp::increase_cost_scale() {
+  nlp_.constraints(constraints_);
+  double error = 0;
+  for (Index i = 0; i < constraints_.size(); ++i) {
+    const double bound = lambda_[i] > 0 ? nlp_.upper()[i] : nlp_.lower()[i];
+    if (std::isfinite(bound)) error += std::abs(lambda_[i] * (constraints_[i] - bound)) / cost_scale_;
+  }
+  const double cost = std::max(nlp_.cost(), kNegligibleCost * expected_cost_),
+               scale = std::min(1 / cost, kMaxCostScale);
+  if (!(error > kMaxCostError * cost) || !(scale > 2 * cost_scale_)) return false;
+  barrier_ *= scale / cost_scale_;
+  set_cost_scale(scale);
   return true;
 }
 
@@ -102,7 +155,8 @@ void IpoptNlp::choose_unknowns() try {
     unit_.setOnes();
     return;
   }
-  for (double& u : unit_) u = u > 0 ? 1.0 / std::sqrt(u) : 1.0;
+  choose_cost_scale();
+  for (double& u : unit_) u = 1.0 / std::sqrt(cost_scale_ * (u > 0 ? u : 1.0));
 } catch (const UndefinedResidualError&) {
   white_.reset();
   unit_.setOnes();
@@ -179,7 +233,7 @@ void IpoptNlp::need_exact(double factor) {
 bool IpoptNlp::eval_f(Index, const Number* x, bool new_x, Number& value) {
   return evaluate(x, new_x, [&] {
     need_cost();
-    value = cost_;
+    value = cost_scale_ * cost_;
   });
 }
 
@@ -192,7 +246,9 @@ bool IpoptNlp::eval_grad_f(Index n, const Number* x, bool new_x, Number* gradien
     } else {
       own_gradient_.array() *= unit_.array();
     }
-    std::copy_n(own_gradient_.data(), n, gradient);
+    own_gradient_ *= cost_scale_;
+    std::copy_n(own_gradient_.data(), own_gradient_.size(), gradient);
+    std::fill_n(gradient + own_gradient_.size(), n - own_gradient_.size(), 0.0);
   });
 }
 
@@ -226,10 +282,15 @@ bool IpoptNlp::eval_h(Index, const Number* x, bool new_x, Number factor, Index m
         row[k] = lower_triangle_[std::size_t(k)].row;
         column[k] = c;
       }
+    const auto first = lower_triangle_.size();
+    for (int k = 0; k < padding_; ++k)
+      row[first + std::size_t(k)] = column[first + std::size_t(k)] = pattern.size() + k;
     return true;
   }
   return evaluate(x, new_x, [&] {
     const Eigen::VectorXd* h = &hessian_;
+    factor *= cost_scale_;
+    std::fill_n(values + lower_triangle_.size(), padding_, 1.0);
     if (exact_now_) {
       multipliers_ = Eigen::Map<const Eigen::VectorXd>(lambda, m);
       need_exact(factor);
@@ -248,12 +309,13 @@ bool IpoptNlp::eval_h(Index, const Number* x, bool new_x, Number factor, Index m
   });
 }
 
-void IpoptNlp::finalize_solution(Ipopt::SolverReturn, Index n, const Number* x, const Number*, const Number*, Index m,
+void IpoptNlp::finalize_solution(Ipopt::SolverReturn, Index, const Number* x, const Number*, const Number*, Index m,
                                  const Number*, const Number* lambda, Number, const Ipopt::IpoptData*,
                                  Ipopt::IpoptCalculatedQuantities*) {
   if (lambda) lambda_ = Eigen::Map<const Eigen::VectorXd>(lambda, m);
   if (!x) return;
-  consider_best(Eigen::Map<const Eigen::VectorXd>(x, n));
+  iterate_ = Eigen::Map<const Eigen::VectorXd>(x, iterate_.size());
+  consider_best(iterate_);
 }
 
 void IpoptNlp::consider_best(const Eigen::VectorXd& iterate) {
@@ -302,7 +364,7 @@ bool IpoptNlp::intermediate_callback(Ipopt::AlgorithmMode, Index iteration, Numb
       consider_best(iterate_);
       recenter_ = nlp_.largest_angle() > kRecenterAngle;
     }
-    session_.report_at(nlp_, current_, session_.summary.iterations, value, step, best_point_.violation);
+    session_.report_at(nlp_, current_, session_.summary.iterations, value / cost_scale_, step, best_point_.violation);
     if (options_.progress && current_ != x_) {  // in restoration: report_at() has moved the point
       x_ = current_;
       has_cost_ = has_derivatives_ = has_constraints_ = false;

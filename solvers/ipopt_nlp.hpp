@@ -10,6 +10,7 @@
 #include <tandem/solvers/best_point.hpp>
 #include <tandem/solvers/ipopt.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
+#include <tandem/solvers/linear/condensed_kkt.hpp>
 #include <tandem/solvers/session.hpp>
 
 namespace tandem::detail {
@@ -18,8 +19,8 @@ namespace tandem::detail {
 /// because they must not pass through Ipopt.
 ///
 /// The unknowns are δ, scaled to unit curvature at the initial guess, and start at 0. Ipopt's tolerance and
-/// regularisation then treat stiff and slack directions alike. Scaling is done here because Ipopt's own scaling copies
-/// its matrices repeatedly.
+/// regularisation then treat stiff and slack directions alike. The cost is scaled up if it is small, because Ipopt's
+/// barrier adds an absolute error. Scaling is done here because Ipopt's own scaling copies its matrices repeatedly.
 ///
 /// With the limited-memory Hessian, the unknowns are whitened, Lᵀ δ with the factor L of the Hessian: its six steps
 /// cannot represent a chain whose curvatures span many decades. Constraints are not supported there, because their
@@ -39,10 +40,13 @@ class IpoptNlp final : public Ipopt::TNLP {
   /// Last iterate; after a run, the final one.
   const Eigen::VectorXd& current() const { return current_; }
   double barrier() const { return barrier_; }
+  /// After a successful run, with X̄ at its solution: scales the cost up and returns true if the error of the cost by the
+  /// barrier is not negligible. Another run from X̄ then reduces it.
+  bool increase_cost_scale();
   /// Loads the multipliers of the problem, before the first run. Returns false if all are zero.
   bool load_multipliers();
   /// Stores the multipliers of the last run in the problem.
-  void store_multipliers() { nlp_.set_multipliers(lambda_); }
+  void store_multipliers() { nlp_.set_multipliers(lambda_ / cost_scale_); }
   std::exception_ptr error() const { return error_; }
 
  private:
@@ -80,10 +84,16 @@ class IpoptNlp final : public Ipopt::TNLP {
   /// Compares an iterate in Ipopt's unknowns with the best one, and sets current_ to its δ.
   void consider_best(const Eigen::VectorXd& iterate);
   void choose_unknowns();
+  void choose_cost_scale();
+  double cost_to_become_feasible();
+  void set_cost_scale(double scale);
 
   bool stagnates(double cost, double gradient);
 
   double feasible_;
+  const int padding_;         // unknowns that nothing reads, see CondensedKkt::num_padding()
+  double cost_scale_ = 1;     // of Ipopt's cost over the cost
+  double expected_cost_ = 0;  // order of magnitude of the cost at the solution, from the first initial guess
   NlpEvaluator& nlp_;
   Session& session_;
   const IpoptOptions& options_;

@@ -6,10 +6,12 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/augmented_model.hpp>
+#include <tandem/solvers/curvature_choice.hpp>
 #include <tandem/solvers/damped_step.hpp>
 #include <tandem/solvers/levenberg_marquardt.hpp>
 #include <tandem/solvers/session.hpp>
 #include <tandem/solvers/soft_model.hpp>
+#include <tandem/solvers/stationary_violation.hpp>
 
 namespace tandem::detail {
 namespace {
@@ -62,9 +64,16 @@ class DampedSteps {
       }
       ++s.iterations;
       model_.choose_hessian(damping_.value > kStrongDamping, undamped());
-      if (!try_step() && damping_.value > kExcessiveDamping) end_without_progress();
+      model_.use_secant_pairs(curvature_choice_.use());
+      const bool learned = model_.uses_secant_pairs(), moved = try_step();
+      curvature_choice_.add(learned, moved);
+      if (!moved && damping_.value > kExcessiveDamping) end_without_progress();
     }
     if (s.status != Status::converged) model_.restore_best();
+    if (s.status == Status::infeasible && !is_stationary_at_best()) {
+      s.status = Status::failed;
+      s.message = "no step makes progress, and hard constraints are violated";
+    }
     if (s.cost > cost_before_jump_) {  // the point after the jump is worse
       model_.restore();
       if (s.status == Status::converged || s.status == Status::failed) {
@@ -88,6 +97,11 @@ class DampedSteps {
   double undamped_limit() const { return std::max(options_.initial_damping, kUndamped); }
   /// Returns whether the damping is too small to shorten steps.
   bool undamped() const { return damping_.value <= undamped_limit(); }
+  /// The best point may violate the constraints less than the point at which the solve ended.
+  bool is_stationary_at_best() const {
+    nlp_.reset();
+    return violation_is_stationary(nlp_);
+  }
   bool optimal() { return model_.optimality() <= kOptimality; }
 
   bool reject() {
@@ -290,6 +304,7 @@ class DampedSteps {
   Session& session_;
   SoftModel& model_;
   Damping damping_;
+  CurvatureChoice curvature_choice_;
   bool last_step_good_ = true;
   int polished_ = 0;
   int rejected_ = 0;  // rejected steps minus later accepted ones

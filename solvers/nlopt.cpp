@@ -362,6 +362,9 @@ std::string why_unsupported(const Problem& problem, const NloptOptions& options)
   if (const std::string why = detail::why_unsolvable(problem); !why.empty()) return why;
   const std::string name = std::string("nlopt:") + algorithm.name;
   const auto size = problem.size();
+  if (size.equalities > size.unknowns)
+    return name + " takes at most as many hard equalities (" + std::to_string(size.equalities) + ") as unknowns (" +
+           std::to_string(size.unknowns) + "): use augmented-lagrangian or ipopt";
   if (size.equalities > 0 && !algorithm.equalities)
     return name + " takes no hard equalities, and this problem has " + std::to_string(size.equalities) +
            ": use nlopt:slsqp, nlopt:auglag-lbfgs or ipopt";

@@ -105,7 +105,7 @@ void Session::conclude(NlpEvaluator& nlp, double feasible, const Workspace* work
     end(Status::failed, e.what());
   }
   if (summary.status == Status::converged && !summary.worst_constraint.empty()) {
-    summary.status = Status::infeasible;
+    summary.status = Status::failed;
     summary.message = "hard constraints are violated; the worst is " + summary.worst_constraint;
   }
   if (summary.status == Status::converged && options_.observability) {
@@ -137,12 +137,7 @@ Summary rejection(std::string solver, const SolverOptions& options, std::string 
 }
 
 std::string why_unsolvable(const Problem& problem) {
-  const auto size = problem.size();
-  if (size.unknowns == 0) return "the problem has no free variable";
-  if (size.equalities > size.unknowns)
-    return "the problem has more hard equalities (" + std::to_string(size.equalities) + ") than unknowns (" +
-           std::to_string(size.unknowns) + "): remove redundant ones";
-  return {};
+  return problem.size().unknowns == 0 ? "the problem has no free variable" : std::string();
 }
 
 }  // namespace tandem::detail

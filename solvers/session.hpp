@@ -33,8 +33,8 @@ class Session {
   /// effect.
   void end(Status status, std::string message = {});
   bool ended() const { return ended_; }
-  /// Evaluates the solution X̄: cost, violation and observability. A converged solve becomes infeasible if a constraint
-  /// is violated by more than `feasible`. Must be called last, as `work` is overwritten.
+  /// Evaluates the solution X̄: cost, violation and observability. A converged solve becomes a failed one if a
+  /// constraint is violated by more than `feasible`. Must be called last, as `work` is overwritten.
   void conclude(NlpEvaluator& nlp, double feasible, const Workspace* work = nullptr);
 
   /// Adds the time until the end of the scope to `total`.
@@ -62,8 +62,7 @@ std::string derivative_hint(const NlpEvaluator::DerivativeCheck& check);
 /// Returns the summary of a solver that does not support the problem.
 Summary rejection(std::string solver, const SolverOptions& options, std::string why);
 
-/// Returns an empty string, or the reason why no solver supports the problem: no free variable, or more hard equalities
-/// than unknowns.
+/// Returns an empty string, or the reason why no solver supports the problem: no free variable.
 std::string why_unsolvable(const Problem& problem);
 
 }  // namespace tandem::detail

@@ -7,15 +7,26 @@
 namespace tandem::detail {
 namespace {
 
+constexpr double kRegularization = 1e-8;    // of equalities, relative to the compliance of the cost along the row
 constexpr double kInequalityFactor = 1e-4;  // regularisation relative to that of equalities; the slacks add to it
+// Of all rows in the pivoted factorisation, relative to the least term of the compliance. It only has to exceed rounding,
+// for redundant rows.
+constexpr double kPivotedRegularization = 1e-11;
+constexpr double kNegligibleTerm = 1e-12;  // of the compliance, relative to the sum
 
 }  // namespace
+
+int CondensedKkt::num_padding(const NlpEvaluator& nlp) {
+  const auto equalities = (nlp.lower().array() == nlp.upper().array()).count();
+  return std::max(0, static_cast<int>(equalities) + 1 - nlp.num_unknowns());
+}
 
 CondensedKkt::CondensedKkt(const NlpEvaluator& nlp)
     : nlp_(nlp),
       hessian_pattern_(nlp.hessian_pattern()),
       jacobian_pattern_(nlp.jacobian_pattern()),
       unknowns_(nlp.num_unknowns()),
+      first_slack_(unknowns_ + num_padding(nlp)),
       factor_(nlp.hessian_pattern()) {
   factor_.use(nlp.tasks());
   const int rows = nlp.num_rows();
@@ -30,7 +41,7 @@ CondensedKkt::CondensedKkt(const NlpEvaluator& nlp)
   jacobian_.resize(static_cast<Eigen::Index>(jacobian_pattern_.row.size()));
   coupling_.resize(inequalities_);
   for (Vector* v : {&curvature_, &x_}) v->resize(unknowns_);
-  for (Vector* v : {&regularized_, &weights_, &rows_}) v->resize(rows);
+  for (Vector* v : {&compliance_, &regularized_, &weights_, &rows_}) v->resize(rows);
   diagonal_.resize(size());
 }
 
@@ -39,6 +50,7 @@ bool CondensedKkt::analyze(int size, int entries, const int* row, const int* col
   next_equality_ = next_inequality_ = 0;
   factorized_ = false;
   if (size != this->size()) return false;
+  pivoted_.set_pattern(size, entries, row, column, base);
   const HessianEntries hessian{hessian_pattern_.column_starts(), hessian_pattern_.rows()};
   for (int k = 0; k < entries; ++k) {
     const auto [low, high] = std::minmax({row[k] - base, column[k] - base});
@@ -57,8 +69,8 @@ void CondensedKkt::add(std::vector<Run>& runs, int from, int to) {
 
 /// Maps an entry of the lower triangle to its place. Returns false if the matrix has another form.
 bool CondensedKkt::map_entry(int entry, int row, int column, const HessianEntries& hessian) {
-  const int slack = unknowns_, equality = slack + inequalities_, inequality = equality + equalities_;
-  if (row < slack) {
+  const int slack = first_slack_, equality = slack + inequalities_, inequality = equality + equalities_;
+  if (row < unknowns_) {
     const auto begin = hessian.row.begin() + hessian.column_start[std::size_t(column)],
                end = hessian.row.begin() + hessian.column_start[std::size_t(column) + 1];
     const auto at = std::lower_bound(begin, end, row);
@@ -99,42 +111,78 @@ void CondensedKkt::load(const double* values) {
   fill(to_coupling_, coupling_);
 }
 
-void CondensedKkt::regularize(double relative) {
+/// Sets the compliance of the cost along each row: Jᵢ diag(H)⁻¹ Jᵢᵀ, or the least term of this sum.
+void CondensedKkt::find_compliance(bool least) {
   hessian_diagonal(hessian_pattern_, hessian_, curvature_);
   curvature_ = curvature_.cwiseAbs();
   curvature_ = curvature_.cwiseMax(min_curvature(curvature_));
-  regularized_.setZero();
-  for (std::size_t k = 0; k < jacobian_pattern_.row.size(); ++k) {
-    const double J = jacobian_[Eigen::Index(k)];
-    regularized_[multiplier_[std::size_t(jacobian_pattern_.row[k])]] += J * J / curvature_[jacobian_pattern_.column[k]];
+  const auto each_term = [&](auto f) {
+    for (std::size_t k = 0; k < jacobian_pattern_.row.size(); ++k) {
+      const double J = jacobian_[Eigen::Index(k)];
+      f(multiplier_[std::size_t(jacobian_pattern_.row[k])], J * J / curvature_[jacobian_pattern_.column[k]]);
+    }
+  };
+  compliance_.setZero();
+  each_term([&](int i, double term) { compliance_[i] += term; });
+  if (least) {
+    rows_ = compliance_;
+    each_term([&](int i, double term) {
+      if (term > kNegligibleTerm * rows_[i]) compliance_[i] = std::min(compliance_[i], term);
+    });
   }
-  const auto given = -diagonal_.tail(num_constraints());
-  for (int i = 0; i < num_constraints(); ++i) {
-    const double size = regularized_[i] > 0 ? regularized_[i] : 1.0;
-    regularized_[i] = std::max(given[i], (i < equalities_ ? relative : kInequalityFactor * relative) * size);
-  }
+  for (double& size : compliance_) size = size > 0 ? size : 1.0;
 }
 
-bool CondensedKkt::factorize(const double* values, double regularization) {
+bool CondensedKkt::factorize(const double* values, bool pivoted) {
+  factorized_ = pivoted ? factorize_condensed(values, true) || factorize_condensed(values, false)
+                        : factorize_condensed(values, false);
+  use_pivoted_ = pivoted;
+  if (pivoted && factorized_) factorized_ = factorize_pivoted(values);
+  return factorized_;
+}
+
+bool CondensedKkt::factorize_condensed(const double* values, bool least) {
   load(values);
-  regularize(regularization);
-  bool valid = true;
+  find_compliance(least);
+  const auto given = -diagonal_.tail(num_constraints());
+  for (int i = 0; i < num_constraints(); ++i)
+    regularized_[i] =
+        std::max(given[i], (i < equalities_ ? 1.0 : kInequalityFactor) * kRegularization * compliance_[i]);
+  bool valid = (diagonal_.segment(unknowns_, first_slack_ - unknowns_).array() > 0).all();
   for (std::size_t row = 0; row < multiplier_.size(); ++row) {
     const int i = multiplier_[row], k = i - equalities_;
     double& weight = weights_[Eigen::Index(row)];
     if (k < 0) {
       weight = 1.0 / regularized_[i];
     } else {
-      const double S = diagonal_[unknowns_ + k], B = coupling_[k];
+      const double S = diagonal_[first_slack_ + k], B = coupling_[k];
       weight = S / (B * B + regularized_[i] * S);
     }
     valid = valid && weight >= 0 && std::isfinite(weight);
   }
-  factorized_ = false;
   if (!valid) return false;
   nlp_.add_constraint_hessian(weights_, jacobian_, hessian_);
-  factorized_ = factor_.factorize(hessian_);
-  return factorized_;
+  return factor_.factorize(hessian_);
+}
+
+bool CondensedKkt::factorize_pivoted(const double* values) {
+  load(values);  // M has replaced H
+  find_compliance(true);
+  Vector added = Vector::Zero(size());
+  for (int i = 0, at = first_slack_ + inequalities_; i < num_constraints(); ++i, ++at)
+    added[at] = -std::max(0.0, kPivotedRegularization * compliance_[i] + diagonal_[at]);
+  return pivoted_.factorize(values, added);
+}
+
+void CondensedKkt::solve(double* rhs) {
+  Eigen::Map<Vector> v(rhs, size());
+  if (!factorized_) {
+    v.setZero();
+  } else if (use_pivoted_) {
+    pivoted_.solve(v);
+  } else {
+    solve_condensed(v);
+  }
 }
 
 /// The slack s and the multiplier y of an inequality follow from J x of its row,
@@ -142,15 +190,10 @@ bool CondensedKkt::factorize(const double* values, double regularization) {
 ///     s = (B (r_d − J x) + D r_s) / (B² + D S)        y = (B r_s − S (r_d − J x)) / (B² + D S)
 ///
 /// and the multiplier of an equality is y = (J x − r_c) / C.
-void CondensedKkt::solve(double* rhs) {
-  Eigen::Map<Vector> v(rhs, size());
-  if (!factorized_) {
-    v.setZero();
-    return;
-  }
-  auto s = v.segment(unknowns_, inequalities_);
+void CondensedKkt::solve_condensed(Eigen::Map<Vector>& v) {
+  auto s = v.segment(first_slack_, inequalities_);
   auto y = v.tail(num_constraints());
-  const auto S = diagonal_.segment(unknowns_, inequalities_);
+  const auto S = diagonal_.segment(first_slack_, inequalities_);
   const auto pivot = [&](int k) { return coupling_[k] * coupling_[k] + regularized_[equalities_ + k] * S[k]; };
 
   for (int i = 0; i < equalities_; ++i) rows_[i] = y[i] / regularized_[i];
@@ -162,6 +205,8 @@ void CondensedKkt::solve(double* rhs) {
         jacobian_[Eigen::Index(k)] * rows_[multiplier_[std::size_t(jacobian_pattern_.row[k])]];
   factor_.solve(x_);
   v.head(unknowns_) = x_;
+  v.segment(unknowns_, first_slack_ - unknowns_).array() /=
+      diagonal_.segment(unknowns_, first_slack_ - unknowns_).array();
 
   rows_ = y;  // r − J x
   for (std::size_t k = 0; k < jacobian_pattern_.row.size(); ++k)

@@ -6,6 +6,7 @@
 
 #include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
+#include <tandem/solvers/linear/pivoted_kkt.hpp>
 
 namespace tandem::detail {
 
@@ -24,11 +25,21 @@ namespace tandem::detail {
 /// inertia of a descent direction.
 ///
 /// M needs C⁻¹, and loses H to rounding if S is very large. C and D are therefore raised to a small part of Jᵢ
-/// diag(H)⁻¹ Jᵢᵀ of the row: `regularization` for equalities, and 1e-4 of that for inequalities, which also have S.
-/// solve() returns the solution of the modified matrix. The iterative refinement of the interior-point method corrects
-/// the difference.
+/// diag(H)⁻¹ Jᵢᵀ of the row: 1e-8 for equalities, and 1e-4 of that for inequalities, which also have S. solve() returns
+/// the solution of the modified matrix. The iterative refinement of the interior-point method corrects the difference.
+///
+/// The refinement fails if H has next to no curvature along a variable, for example one that only constraints read: the
+/// modification is then large for the other variables of its rows. factorize() with `pivoted` remains accurate: an LU
+/// factorisation with pivoting solves the whole matrix, and M, with a smaller modification, only tells the inertia.
+///
+/// If the NLP has at least as many equalities as unknowns, padding unknowns follow x. They are uncoupled and have a
+/// positive diagonal entry.
 class CondensedKkt {
  public:
+  /// Returns the number of padding unknowns. Without them, Ipopt refuses NLPs with more equalities than unknowns, and
+  /// ignores the cost of NLPs with as many.
+  static int num_padding(const NlpEvaluator& nlp);
+
   explicit CondensedKkt(const NlpEvaluator& nlp);
 
   /// Analyses the triplets of the matrix, whose indices start at `base`. Each off-diagonal pair must occur in one
@@ -36,13 +47,14 @@ class CondensedKkt {
   /// false if the matrix has another form.
   bool analyze(int size, int entries, const int* row, const int* column, int base);
   /// Returns false if the matrix, after rounding, does not have the required inertia. solve() then returns zero.
-  bool factorize(const double* values, double regularization);
+  /// `pivoted` selects the slower factorisation, for use if refined solutions of the other one are inaccurate.
+  bool factorize(const double* values, bool pivoted = false);
   /// Overwrites the right-hand side by the unrefined solution.
   void solve(double* rhs);
 
   /// Number of negative eigenvalues of a matrix with the required inertia.
   int num_constraints() const { return equalities_ + inequalities_; }
-  int size() const { return unknowns_ + inequalities_ + num_constraints(); }
+  int size() const { return first_slack_ + inequalities_ + num_constraints(); }
 
  private:
   using Vector = Eigen::VectorXd;
@@ -52,7 +64,10 @@ class CondensedKkt {
   };
   bool map_entry(int entry, int row, int column, const HessianEntries& hessian);
   void load(const double* values);
-  void regularize(double relative);
+  void find_compliance(bool least);
+  bool factorize_condensed(const double* values, bool least);
+  bool factorize_pivoted(const double* values);
+  void solve_condensed(Eigen::Map<Eigen::VectorXd>& v);
 
   struct Run {  // consecutive triplets, and their consecutive targets
     int from, to, size;
@@ -62,7 +77,7 @@ class CondensedKkt {
   const NlpEvaluator& nlp_;
   const SymmetricPattern& hessian_pattern_;
   const TripletPattern& jacobian_pattern_;
-  int unknowns_, equalities_ = 0, inequalities_ = 0;
+  int unknowns_, first_slack_, equalities_ = 0, inequalities_ = 0;
   std::vector<int> multiplier_;                             // index of the multiplier of each row of the NLP
   std::vector<int> equality_entries_, inequality_entries_;  // entries of the Jacobian of the NLP, in order
   std::size_t next_equality_ = 0, next_inequality_ = 0;
@@ -70,13 +85,15 @@ class CondensedKkt {
 
   Vector hessian_;  // H, then M
   Vector jacobian_;
-  Vector diagonal_;     // S, −C, −D
+  Vector diagonal_;     // of the padding, S, −C, −D
   Vector coupling_;     // B
+  Vector compliance_;   // of the cost along each constraint
   Vector regularized_;  // C and D after regularisation
   Vector weights_;      // weight of each row of the NLP in M
   Vector curvature_, x_, rows_;
   BlockCholesky factor_;
-  bool factorized_ = false;
+  PivotedKkt pivoted_;
+  bool factorized_ = false, use_pivoted_ = false;
 };
 
 }  // namespace tandem::detail

@@ -56,7 +56,7 @@ Table read(const SeriesFile& file, std::vector<std::string>& columns) {
     return read_table(rows);
   }
   const std::string text = [&] {
-    std::ifstream stream = open_input(file.file);
+    InputFile stream(file.file);
     for (std::string line; std::getline(stream, line);)
       if (const auto content = trimmed(line); !content.empty() && content.front() != '#') return std::string(content);
     throw Error(fmt::format("{} has no header", file.file.string()));
