@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <random>
@@ -10,11 +9,10 @@
 #include <Eigen/Dense>
 
 #include <tandem/lie/rn.hpp>
-#include <tandem/problem/nlp_evaluator.hpp>
+#include <tandem/problem/problem.hpp>
 #include <tandem/residuals/prior.hpp>
-#include <tandem/solvers/linear/hessian_diagonal.hpp>
 
-/// Provides small random problems with hard constraints, and an independent check of their solutions.
+/// Provides small random problems with hard constraints.
 namespace tandem::testing {
 
 /// Residual aᵀx + bᵀy + h sin(cᵀx + dᵀy), which has curvature of both signs.
@@ -50,6 +48,7 @@ struct ConstantResidual {
 struct RandomProblem {
   Problem problem;
   std::vector<Variable<R3>> x;
+  std::vector<R3> feasible;  ///< values of x that meet all constraints
 
   Eigen::VectorXd values() const {
     Eigen::VectorXd all(3 * Eigen::Index(x.size()));
@@ -73,10 +72,9 @@ inline RandomProblem random_problem(std::uint64_t seed) {
   const auto wave = [&] { return Wave{vector(1.0), vector(1.0), vector(0.5), vector(0.5), uniform(0.0, 1.0)}; };
 
   RandomProblem p;
-  std::vector<R3> inside;
   for (int k = 0; k < 4; ++k) {
     p.x.push_back(p.problem.add(R3(vector(2.0)), "x" + std::to_string(k)));
-    inside.emplace_back(vector(2.0));
+    p.feasible.emplace_back(vector(2.0));
     const double sigma = std::pow(10.0, uniform(-1.0, 1.0));
     p.problem.minimize(Prior<R3>{R3(vector(2.0))}, Gaussian{sigma, sigma, sigma}, {p.x.back()});
   }
@@ -95,7 +93,7 @@ inline RandomProblem random_problem(std::uint64_t seed) {
     const auto [i, j] = pair();
     const Wave w = wave();
     Vector<1> at;
-    w(inside[i], inside[j], at);
+    w(p.feasible[i], p.feasible[j], at);
     const double margin = uniform(0.0, 1.0) < 0.3 ? 0.0 : uniform(0.0, 1.0);
     const double kind = uniform(0.0, 1.0);
     const UniformBounds bounds = kind < 0.15  ? equal_to(at[0])
@@ -105,73 +103,6 @@ inline RandomProblem random_problem(std::uint64_t seed) {
     p.problem.subject_to(w, bounds, {p.x[i], p.x[j]});
   }
   return p;
-}
-
-/// Residual of the first-order (Karush–Kuhn–Tucker) conditions at X̄.
-struct Optimality {
-  /// Least ‖g + Jᵀ y‖ over the multipliers y, with unknowns scaled to unit curvature (standard deviations of the cost).
-  /// Only multipliers of active rows with the signs of their bounds are allowed.
-  double residual;
-  double multipliers;  ///< Σ |y|: the decrease of the cost if each bound is relaxed by one
-};
-
-/// Computes the residual. A row is active if a step of `at_bound` in scaled unknowns reaches its bound.
-inline Optimality optimality(Problem& problem, double at_bound = 1e-4) {
-  NlpEvaluator nlp(problem);
-  const Eigen::Index n = nlp.num_unknowns(), m = nlp.num_rows();
-  Eigen::VectorXd g(n), hessian(nlp.hessian_pattern().nonzeros()), c(m), root(n);
-  Eigen::VectorXd values(Eigen::Index(nlp.jacobian_pattern().row.size()));
-  nlp.linearize(g, hessian);
-  nlp.linearize_constraints(c, values);
-  detail::hessian_diagonal(nlp.hessian_pattern(), hessian, root);
-  root = root.cwiseSqrt();
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(m, n);
-  for (std::size_t k = 0; k < nlp.jacobian_pattern().row.size(); ++k)
-    J(nlp.jacobian_pattern().row[k], nlp.jacobian_pattern().column[k]) += values[Eigen::Index(k)];
-  // One column per active bound, for a non-negative multiplier.
-  Eigen::MatrixXd A(n, 0);
-  std::vector<double> norms;
-  for (Eigen::Index i = 0; i < m; ++i)
-    for (const double side : {1.0, -1.0}) {
-      const Eigen::VectorXd column = side * J.row(i).transpose().cwiseQuotient(root);
-      const double distance = side > 0 ? nlp.upper()[i] - c[i] : c[i] - nlp.lower()[i];
-      if (distance > at_bound * column.norm()) continue;
-      A.conservativeResize(Eigen::NoChange, A.cols() + 1);
-      A.rightCols<1>() = column.normalized();
-      norms.push_back(column.norm());
-    }
-  // Non-negative least squares by an active-set method (Lawson & Hanson 1974, §23.3).
-  const Eigen::VectorXd target = -g.cwiseQuotient(root);
-  Eigen::VectorXd y = Eigen::VectorXd::Zero(A.cols());
-  std::vector<Eigen::Index> passive;
-  for (Eigen::Index step = 0; step < 10 * A.cols(); ++step) {
-    const Eigen::VectorXd slope = A.transpose() * (target - A * y);
-    Eigen::Index best = -1;
-    for (Eigen::Index k = 0; k < A.cols(); ++k)
-      if (std::find(passive.begin(), passive.end(), k) == passive.end() && (best < 0 || slope[k] > slope[best]))
-        best = k;
-    if (best < 0 || slope[best] <= 1e-13 * (1 + target.norm())) break;
-    passive.push_back(best);
-    while (!passive.empty()) {
-      Eigen::MatrixXd P(n, Eigen::Index(passive.size()));
-      for (std::size_t k = 0; k < passive.size(); ++k) P.col(Eigen::Index(k)) = A.col(passive[k]);
-      const Eigen::VectorXd z = P.completeOrthogonalDecomposition().solve(target);
-      double fraction = 1;
-      for (std::size_t k = 0; k < passive.size(); ++k)
-        if (const double now = y[passive[k]], then = z[Eigen::Index(k)]; then <= 0)
-          fraction = std::min(fraction, now / std::max(now - then, 1e-300));
-      for (std::size_t k = 0; k < passive.size(); ++k) y[passive[k]] += fraction * (z[Eigen::Index(k)] - y[passive[k]]);
-      if (fraction >= 1) break;
-      std::erase_if(passive, [&](Eigen::Index k) {
-        if (y[k] > 1e-15) return false;
-        y[k] = 0;
-        return true;
-      });
-    }
-  }
-  double multipliers = 0;
-  for (Eigen::Index k = 0; k < A.cols(); ++k) multipliers += y[k] / norms[std::size_t(k)];
-  return {(target - A * y).norm(), multipliers};
 }
 
 }  // namespace tandem::testing

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <tandem/problem/problem.hpp>
+
+namespace tandem::testing {
+
+/// First-order (Karush–Kuhn–Tucker) conditions of a problem at its present values. Gradients and Jacobians are dense,
+/// and assembled from the blocks of the problem without the code of the solvers.
+struct FirstOrderConditions {
+  /// Computes all members. The standard deviation of an unknown is that by the cost alone, with at least the part
+  /// `least_curvature` of the largest curvature. A row is active if a step of 1e-4 standard deviations reaches its bound.
+  explicit FirstOrderConditions(Problem& problem, double least_curvature = 1e-12);
+
+  /// Least residual of g + Jᵀ y = 0 over the multipliers y, which must be those of active rows and have the signs of
+  /// their bounds. Each entry is relative to the sum of the magnitudes of its terms plus one standard deviation.
+  double stationarity;
+  /// Largest violation of a hard row, in its units.
+  double violation;
+  /// Least residual of Jᵀ λ = 0 over λ that have the signs of the violations, are 1 for the row with the largest violation
+  /// and zero for inactive rows, relative to the gradient of that row. No step reduces all violations to first order if
+  /// it vanishes.
+  double infeasibility;
+  double multipliers;  ///< Σ |y|: the decrease of the cost if each bound is relaxed by one
+};
+
+}  // namespace tandem::testing

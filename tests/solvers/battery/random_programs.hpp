@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "solvers/random_problems.hpp"
+
+/// Provides random nonconvex programs that are hard in one way each.
+namespace tandem::testing {
+
+enum class Difficulty {
+  nonconvex,         ///< none but curvature of both signs
+  only_constraints,  ///< variables that only constraints read
+  redundant,         ///< equalities that follow from others, sometimes more than unknowns
+  degenerate,        ///< vanishing gradients of constraints, and more active constraints than unknowns
+  badly_scaled,      ///< variables in units from 1e-3 to 1e3, rows from 1e-4 to 1e4
+  infeasible,        ///< contradictory constraints
+};
+inline constexpr Difficulty kDifficulties[] = {Difficulty::nonconvex,    Difficulty::only_constraints,
+                                               Difficulty::redundant,    Difficulty::degenerate,
+                                               Difficulty::badly_scaled, Difficulty::infeasible};
+
+inline std::string name_of(Difficulty difficulty) {
+  constexpr const char* names[] = {"nonconvex",  "only_constraints", "redundant",
+                                   "degenerate", "badly_scaled",     "infeasible"};
+  return names[int(difficulty)];
+}
+
+/// Returns random_problem(seed) with one difficulty added.
+RandomProblem random_program(Difficulty difficulty, std::uint64_t seed);
+
+}  // namespace tandem::testing
