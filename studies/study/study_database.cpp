@@ -4,8 +4,10 @@
 
 #include <fmt/format.h>
 #include <sqlite3.h>
+#include <unistd.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/regular_file.hpp>
 #include <tandem/problem/stop.hpp>
 #include <tandem/studies/study/study_database.hpp>
 #include <tandem/studies/support/console.hpp>
@@ -243,7 +245,7 @@ StudyDatabase StudyDatabase::read(const std::filesystem::path& folder) {
   if (!is_in(folder)) throw Error(fmt::format("{} has no study: {} is missing", folder.string(), file_name));
   for (const char* suffix : {"", "-journal", "-wal", "-shm"})  // SQLite would wait for the writer of a pipe
     if (const auto file = file_in(folder, file_name + std::string(suffix)); std::filesystem::exists(file))
-      static_cast<void>(InputFile(file));
+      close(detail::open_regular_file(file));
   auto impl = std::make_unique<Impl>(folder, SQLITE_OPEN_READWRITE,
                                      false);  // READWRITE rolls back the journal of a killed writer
   if (const std::string format = impl->value("format"); format != kFormat)

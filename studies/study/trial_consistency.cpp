@@ -29,29 +29,12 @@ std::optional<double> normalised_square(const Eigen::VectorXd& error, const Eige
   return squared_distance(error, S);
 }
 
-/// Mean leave-one-out NIS of a sensor.
-struct NisSums {
-  Moments nis;
-  int undefined = 0;
-
-  /// Adds a block. R: covariance of its noise. The NIS is undefined if R − H P Hᵀ is not positive definite, where the
-  /// block alone determines a direction of the states, or its loss reduces its weight.
-  void add(const Problem& problem, const Marginals& marginals, const Block& block, const Eigen::MatrixXd& R) {
-    const Problem::Linearization at = problem.linearization(block);
-    const Eigen::MatrixXd S = R - marginals.propagated(at.jacobian, at.variable_ids, at.dofs);
-    const auto value = normalised_square(at.residual, S);
-    nis.add(value);
-    undefined += !value;
-  }
-};
-
-void set_nis(const std::map<std::string, NisSums>& sensors, TrialResult& result) {
-  double undefined = result.get("nis_undefined").value_or(0);
-  for (const auto& [metric, sums] : sensors) {
-    result.set_mean(metric, sums.nis);
-    undefined += sums.undefined;
-  }
-  if (!sensors.empty()) result.set("nis_undefined", undefined);
+/// Returns the leave-one-out NIS of a block. R: covariance of its noise. The NIS has no value if R − H P Hᵀ is not
+/// positive definite: the block alone determines a direction of the states, or its loss reduces its weight.
+std::optional<double> nis(const Problem& problem, const Marginals& marginals, const Block& block,
+                          const Eigen::MatrixXd& R) {
+  const Problem::Linearization at = problem.linearization(block);
+  return normalised_square(at.residual, R - marginals.propagated(at.jacobian, at.variable_ids, at.dofs));
 }
 
 bool whole_weight(const Problem& problem, const Block& block) { return problem.weight(block) > 0.999; }
@@ -77,12 +60,12 @@ void add_keyframe(const G& c, const T& t, const Eigen::MatrixXd& joint, const G&
 
 void add_own_nis(const Problem& problem, const Marginals& marginals, const std::vector<EgoSensor>& sensors,
                  const std::vector<PlacedEgoMeasurement>& placed, TrialResult& result) {
-  std::map<std::string, NisSums> means;
+  std::map<std::string, Moments> means;
   for (const PlacedEgoMeasurement& m : placed)
     if (m.block && whole_weight(problem, *m.block))
-      means[nis_metric(sensors[m.sensor].name)].add(problem, marginals, *m.block,
-                                                    problem.noise(*m.block).covariance_matrix());
-  set_nis(means, result);
+      means[nis_metric(sensors[m.sensor].name)].add(
+          nis(problem, marginals, *m.block, problem.noise(*m.block).covariance_matrix()));
+  for (const auto& [metric, mean] : means) result.set_mean(metric, mean);
 }
 
 void add_consistency(TrackingProblem& tracking, const Scenario& scenario, TrialResult& result) {
@@ -103,19 +86,19 @@ void add_consistency(TrackingProblem& tracking, const Scenario& scenario, TrialR
     };
     std::visit(add, tracking.chaser[k], tracking.target[k]);
   }
-  std::map<std::string, NisSums> sensor_nis;
+  std::map<std::string, Moments> sensor_nis;
   for (const PlacedMeasurement& m : tracking.measurements) {
     if (!m.block || m.orientation || m.position || !whole_weight(problem, *m.block)) continue;
     const TargetSensor& sensor = scenario.data.sensors[m.sensor];
     const Eigen::MatrixXd R = sensor.sigma.cwiseAbs2().asDiagonal();
-    sensor_nis[nis_metric(sensor.name)].add(problem, marginals, *m.block, R);
+    sensor_nis[nis_metric(sensor.name)].add(nis(problem, marginals, *m.block, R));
   }
   result.set_mean("nees_chaser", sums.chaser);
   result.set_mean("nees_target", sums.target);
   result.set_mean("nees_relative_pose", sums.relative_pose);
   result.set_mean("nees_relative_position", sums.relative_position);
   result.set_mean("inside_three_sigma", sums.inside);
-  set_nis(sensor_nis, result);
+  for (const auto& [metric, mean] : sensor_nis) result.set_mean(metric, mean);
   if (scenario.data.ego)
     add_own_nis(problem, marginals, scenario.data.ego->data.sensors, tracking.ego_measurements, result);
 }

@@ -95,8 +95,6 @@ std::vector<TrialMetric> make_trial_metrics() {
     all.push_back(
         {nis_metric(sensor),
          fmt::format("mean leave-one-out NIS of the sensor {}; expected: its number of residual rows", sensor)});
-  all.push_back(
-      {"nis_undefined", "number of measurements whose NIS is undefined, as R - H P H' is not positive definite"});
   all.push_back({"solve_s", "wall-clock time of the solve [s]", true});
   all.push_back({"plan_median_s", "rendezvous: median processor time of replans [s]", true});
   all.push_back({"plan_99_s", "rendezvous: 99th percentile of the processor time of replans [s]", true});
