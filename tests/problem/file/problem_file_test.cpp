@@ -215,7 +215,7 @@ TEST(ProblemFile, RejectsInvalidPaths) {
               ThrowsMessage<Error>(HasSubstr("it is a folder, a pipe or a device")));
   EXPECT_TRUE(files(scratch.path()).empty());
   EXPECT_THAT([&] { read_problem(scratch.path() / "none.json"); },
-              ThrowsMessage<Error>(HasSubstr("none.json: the file does not exist")));
+              ThrowsMessage<Error>(HasSubstr("none.json is missing")));
   EXPECT_THAT([&] { read_problem(scratch.path()); }, ThrowsMessage<Error>(HasSubstr("is a folder")));
 }
 

@@ -216,7 +216,7 @@ TEST_F(Solve, RejectsInvalidFiles) {
     change(json);
     return json.dump();
   };
-  EXPECT_THAT(rejection({"solve", file("none.json")}), HasSubstr("none.json: the file does not exist"));
+  EXPECT_THAT(rejection({"solve", file("none.json")}), HasSubstr("none.json is missing"));
   EXPECT_THAT(rejection({"solve", scratch_.path()}), HasSubstr("is a folder"));
   EXPECT_THAT(rejection({"solve", "/dev/zero"}), HasSubstr("a pipe or a device"));
   EXPECT_THAT(rejection_of(""), HasSubstr("invalid JSON at byte 1"));
