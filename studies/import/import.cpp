@@ -133,6 +133,25 @@ void check_use(const Import& import) {
       import.source.string(), listed(names)));
 }
 
+/// Adds one sentence about the streams that the map does not use.
+void add_other_streams(const Recording& recording, ImportMap& map) {
+  constexpr std::size_t kShown = 8;
+  std::vector<std::string> others;
+  for (const RecordedStream& stream : recording.streams()) {
+    const bool used = std::any_of(map.sensors.begin(), map.sensors.end(),
+                                  [&](const ImportSensor& s) { return s.stream == stream.name; });
+    const bool explained = std::any_of(map.unused.begin(), map.unused.end(), [&](const std::string& sentence) {
+      return sentence.starts_with(stream.name + ": ");
+    });
+    if (!used && !explained && stream.rows > 0) others.push_back(stream.name);
+  }
+  const std::size_t n = others.size();
+  if (n == 0) return;
+  if (n > kShown) others.resize(kShown);
+  map.unused.push_back(fmt::format("{} other stream{} not imported: {}{}", n, n == 1 ? "" : "s",
+                                   fmt::join(others, ", "), n > kShown ? ", …" : ""));
+}
+
 }  // namespace
 
 Import import_recording(Recording& recording, ImportMap map, const std::function<void()>& stop) {
@@ -148,6 +167,7 @@ Import import_recording(Recording& recording, ImportMap map, const std::function
   }
   recording.read(requests, stop);
   import.defects = recording.defects();
+  add_other_streams(recording, import.map);
   std::erase_if(import.sensors, [&](const auto& s) {  // rules may find a topic that is never valid
     if (!s->sensor().assumed || s->rows() > 0) return false;
     import.map.unused.push_back(fmt::format("{}: no usable row ({})", s->sensor().stream, listed_drops(*s)));
@@ -168,11 +188,15 @@ Import import_recording(Recording& recording, ImportMap map, const std::function
     if (s->backwards() > 0)
       import.findings.push_back(
           fmt::format("{}: the time runs backwards {} times; the rows are sorted", s->sensor().name, s->backwards()));
+    const auto& settings = s->sensor().settings;
+    const bool turned =
+        std::any_of(settings.begin(), settings.end(), [](const auto& e) { return e.first == "orientation"; });
     series.push_back({s->sensor().name,
                       std::string(s->sensor().type->name),
                       s->rows(),
                       {},
-                      [&sensor = *s](std::size_t row, std::size_t column) { return sensor.at(row, column); }});
+                      [&sensor = *s](std::size_t row, std::size_t column) { return sensor.at(row, column); },
+                      turned});
   }
   for (std::string& finding : series_findings(series, import.map.ned)) import.findings.push_back(std::move(finding));
   return import;

@@ -313,11 +313,15 @@ class EntryReader {
     }
     if (keys.has("leap_seconds")) time.leap_seconds = keys.number("leap_seconds");
     if (keys.has("offset")) time.offset = keys.number("offset");
-    if (keys.has("date")) {
-      const auto date = parse_time_text(keys.text("date"));
-      if (!date) keys.fail("date", fmt::format("date {} is not of the form 2024-11-26", quote(keys.text("date"))));
+    if (!keys.has("date")) return;
+    const std::string text = keys.text("date");
+    const auto date = parse_time_text(text);
+    if (date)
       time.date = *date;
-    }
+    else if (find_field(stream_, text))
+      time.date_field = text;
+    else
+      keys.fail("date", fmt::format("date {} is neither a date like 2024-11-26 nor a field", quote(text)));
   }
 
   ImportCondition condition(const std::string& text) const {

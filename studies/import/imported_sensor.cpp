@@ -50,6 +50,7 @@ ImportedSensor::ImportedSensor(const ImportSensor& sensor, const ImportMap& map)
   }
   if (!sensor.time.receive) time_ = bind(sensor.time.field);
   if (!sensor.time.week.empty()) week_ = bind({sensor.time.week});
+  if (!sensor.time.date_field.empty()) date_ = bind({sensor.time.date_field});
   if (sensor.latency) latency_ = bind(*sensor.latency);
   for (const ImportField& field : sensor.variances) variances_.push_back(bind(field));
   for (const ImportCondition& condition : sensor.conditions)
@@ -111,6 +112,11 @@ std::optional<double> ImportedSensor::time(const RecordedRow& row) {
     if (!time.week.empty()) t += row.values[week_.index].number * 7 * 86400;
     if (time.gps) t += kGpsEpoch - time.leap_seconds;
     t += time.date;
+    if (!time.date_field.empty()) {
+      const auto date = parse_time_text(row.values[date_.index].text);
+      if (!date) return {};
+      t += *date;
+    }
   }
   if (sensor_.latency) t -= value(latency_, row);
   t += time.offset;

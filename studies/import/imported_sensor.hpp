@@ -79,7 +79,7 @@ class ImportedSensor {
   AxisMap world_, body_;
   std::vector<std::string> fields_;  ///< requested
   std::vector<std::pair<std::string, std::vector<Bound>>> quantities_;
-  Bound time_, latency_, week_;
+  Bound time_, latency_, week_, date_;
   std::vector<Bound> variances_;
   std::vector<std::pair<ImportCondition, std::size_t>> conditions_;
   std::size_t width_ = 1;

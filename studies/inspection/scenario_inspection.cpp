@@ -18,13 +18,14 @@ namespace {
 struct SeriesFile {
   std::string name, type;
   std::filesystem::path file;
+  bool turned = false;  ///< has an orientation in the body
 };
 
 std::vector<SeriesFile> files_of(const YamlSection& yaml, const std::filesystem::path& folder,
                                  std::vector<std::string>& unreadable) {
   std::vector<SeriesFile> files;
   const auto add = [&](const std::string& name, const std::string& type, const std::string& file) {
-    if (std::filesystem::exists(folder / file)) files.push_back({name, type, folder / file});
+    if (std::filesystem::exists(folder / file)) files.push_back({name, type, folder / file, false});
   };
   add("odometry", "odometry", "chaser_odometry.tum");
   std::vector<std::string> declared;
@@ -34,7 +35,7 @@ std::vector<SeriesFile> files_of(const YamlSection& yaml, const std::filesystem:
       const YamlSection sensor = sensors.section(name);
       declared.push_back(sensor.text("file"));
       try {
-        files.push_back({name, sensor.text("type"), sensor_file(sensor, folder)});
+        files.push_back({name, sensor.text("type"), sensor_file(sensor, folder), sensor.has("orientation")});
       } catch (const Error& error) {  // outside the folder
         unreadable.emplace_back(error.what());
       }
@@ -96,7 +97,8 @@ ScenarioInspection inspect_scenario(const std::filesystem::path& folder) {
       result.tables.push_back(read(file, columns));
       const Table* table = &result.tables.back();
       result.series.push_back({file.name, file.type, table->rows(), std::move(columns),
-                               [table](std::size_t row, std::size_t column) { return table->row(row)[column]; }});
+                               [table](std::size_t row, std::size_t column) { return table->row(row)[column]; },
+                               file.turned});
     } catch (const Error& error) {
       result.unreadable.emplace_back(error.what());
     }

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <tuple>
 
 #include <Eigen/Geometry>
@@ -45,8 +46,9 @@ void find_gaps(const SensorSeries& s, std::vector<std::string>& out) {
 void find_clock(const SensorSeries& s, std::vector<std::string>& out) {
   if (s.rows < 3) return;
   const double step = (s.t(s.rows - 1) - s.t(0)) / static_cast<double>(s.rows - 1);
-  if (step > 1000) out.push_back(fmt::format("{}: rows are {:.3g} s apart; is the unit of time right?", s.name, step));
-  if (step < 1e-5) out.push_back(fmt::format("{}: rows are {:.3g} s apart; is the unit of time right?", s.name, step));
+  const bool dense = s.type == "imu" || s.type == "odometry" || s.type == "dvl";
+  if (step > (dense ? 10 : 1000) || step < 1e-5)
+    out.push_back(fmt::format("{}: rows are {:.3g} s apart; is the unit of time right?", s.name, step));
 }
 
 void find_imu(const SensorSeries& s, bool ned, std::vector<std::string>& out) {
@@ -107,22 +109,33 @@ void find_angles(const SensorSeries& s, std::size_t azimuth, std::vector<std::st
     out.push_back(fmt::format("{}: all angles are below {:.3g} rad; is their unit right?", s.name, most));
 }
 
-/// The pose of the chaser over time, from odometry, or the depth alone.
+/// The height and tilt of the chaser over time: from odometry, or else the height from a depth sensor or a GPS receiver,
+/// with the chaser taken as level.
 class ChaserHeight {
  public:
-  ChaserHeight(const SensorSeries& odometry) : odometry_(odometry) {}
-  /// Returns the z axis' component [m] of a vector in the chaser's body at time t, and the chaser's z.
-  std::pair<double, double> at(double t, const Eigen::Vector3d& in_body) {
-    while (row_ + 1 < odometry_.rows && odometry_.t(row_ + 1) <= t) ++row_;
-    const auto c = [&](std::size_t column) { return odometry_.at(row_, column); };
-    const Eigen::Quaterniond q(c(7), c(4), c(5), c(6));
-    return {c(3), (q * in_body).z()};
+  /// `series` has the z of the chaser in column `z`, and its orientation from column `orientation` on, if it is not 0.
+  ChaserHeight(const SensorSeries& series, std::size_t z, std::size_t orientation)
+      : series_(series), z_(z), orientation_(orientation) {}
+  /// Returns the z in the world of a point in the chaser's body at time t.
+  double z_of(double t, const Eigen::Vector3d& in_body) {
+    while (row_ + 1 < series_.rows && series_.t(row_ + 1) <= t) ++row_;
+    const auto c = [&](std::size_t column) { return series_.at(row_, column); };
+    if (orientation_ == 0) return c(z_) + in_body.z();
+    const std::size_t q = orientation_;
+    return c(z_) + (Eigen::Quaterniond(c(q + 3), c(q), c(q + 1), c(q + 2)) * in_body).z();
   }
 
  private:
-  const SensorSeries& odometry_;
-  std::size_t row_ = 0;
+  const SensorSeries& series_;
+  std::size_t z_, orientation_, row_ = 0;
 };
+
+std::optional<ChaserHeight> chaser_height(const std::vector<SensorSeries>& all) {
+  if (const SensorSeries* odometry = of_type(all, "odometry")) return ChaserHeight(*odometry, 3, 4);
+  if (const SensorSeries* depth = of_type(all, "depth")) return ChaserHeight(*depth, 1, 0);
+  if (const SensorSeries* gps = of_type(all, "gps")) return ChaserHeight(*gps, 3, 0);
+  return {};
+}
 
 /// Returns the median absolute deviation from the median.
 double spread(const std::vector<double>& values) {
@@ -133,27 +146,24 @@ double spread(const std::vector<double>& values) {
 }
 
 /// Compares the heights of the target with the given sign of the elevation and with the other one. A target that keeps
-/// its height, while the chaser changes its own, decides the sign.
+/// its height, while the chaser changes its own, decides the sign; so does a target above the water that would be below.
 void find_elevation_sign(const std::vector<SensorSeries>& all, bool ned, const SensorSeries& s,
                          std::vector<std::string>& out) {
-  const SensorSeries* odometry = of_type(all, "odometry");
-  if (!odometry) return;
-  ChaserHeight chaser(*odometry);
+  std::optional<ChaserHeight> chaser = chaser_height(all);
+  if (!chaser || s.turned) return;
   std::vector<double> given, turned;
   for (std::size_t i = 0; i < s.rows; ++i) {
     const double r = s.at(i, 1), azimuth = s.at(i, 2), elevation = s.at(i, 3);
     const Eigen::Vector3d d(r * std::cos(elevation) * std::cos(azimuth), r * std::cos(elevation) * std::sin(azimuth),
                             r * std::sin(elevation));
-    const auto [z, up] = chaser.at(s.t(i), d);
-    const auto [z2, down] = chaser.at(s.t(i), Eigen::Vector3d(d.x(), d.y(), -d.z()));
-    given.push_back(z + up);
-    turned.push_back(z2 + down);
+    given.push_back(chaser->z_of(s.t(i), d));
+    turned.push_back(chaser->z_of(s.t(i), Eigen::Vector3d(d.x(), d.y(), -d.z())));
   }
   if (given.size() < 10) return;
   const double as_given = spread(given), as_turned = spread(turned);
   const double height_given = median(given), height_turned = median(turned);
   const double above = ned ? -1 : 1;
-  const bool above_water = above * height_given > 2 && std::abs(height_turned) < std::abs(height_given);
+  const bool above_water = above * height_given > 2 && above * height_turned < 1;
   if (as_turned < 0.6 * as_given || above_water)
     out.push_back(fmt::format(
         "{}: the sign of the elevation looks wrong: as given, the target's z is {:.1f} ± {:.1f} m; with the other sign "

@@ -14,6 +14,7 @@ struct SensorSeries {
   std::size_t rows = 0;
   std::vector<std::string> columns{};
   std::function<double(std::size_t row, std::size_t column)> at;
+  bool turned = false;  ///< whether the sensor has an orientation in the body, so that its angles are not in body axes
 
   double t(std::size_t row) const { return at(row, 0); }
 };

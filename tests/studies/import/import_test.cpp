@@ -146,6 +146,35 @@ TEST_F(ImportTest, ConvertsTimesOfGpsWeeksAndLatencies) {
   EXPECT_NEAR(result.sensors[0]->t(0), 315964800 + 2342 * 604800.0 + 193618 - 18 - 0.5, 1e-6);
 }
 
+TEST_F(ImportTest, ConvertsTimesOfDayWithDates) {
+  write("pos.csv", "date;time;x\n2024-11-26;05:46:40.5;1\n2024-11-26;05:46:41,5;2\n");
+  for (const std::string date : {"date", "2024-11-26"}) {
+    const Import result = import("sensors:\n  gps: {type: gps, from: pos, time: {field: time, date: " + date +
+                                 "}, fields: {position: [x, =0, =0]}}\n");
+    EXPECT_NEAR(result.sensors[0]->t(1), 1732600001.5, 1e-6);
+  }
+}
+
+TEST_F(ImportTest, ListsOtherStreamsAndJudgesTheElevationOfABoat) {
+  std::string usbl = "t,range,az,el\n", boat = "t,x,y,heading_deg\n";
+  for (int i = 0; i < 30; ++i) {
+    usbl += std::to_string(i) + ",30,10,-40\n";
+    boat += std::to_string(i) + ",0,0,0\n";
+  }
+  write("usbl.csv", usbl);
+  write("boat.csv", boat);
+  write("wind.csv", boat);
+  const auto map = [](const std::string& elevation) {
+    return "sensors:\n  gps: {type: gps, from: boat, fields: {position: [x, y, =0]}}\n"
+           "  usbl: {type: range_bearing, fields: {range: range, azimuth: \"az [deg]\", elevation: \"" +
+           elevation + " [deg]\"}}\n";
+  };
+  const Import right = import(map("el"));
+  EXPECT_THAT(right.findings, IsEmpty());
+  EXPECT_THAT(right.map.unused, ElementsAre("1 other stream not imported: wind"));
+  EXPECT_THAT(import(map("-el")).findings, Contains(HasSubstr("the sign of the elevation looks wrong")));
+}
+
 TEST_F(ImportTest, DropsFixesBeforeTheFirstAndMakesALocalFrame) {
   write("boat.csv", "t,lat,lon,hdg_deg\n0,0,0,0\n1,63.44,10.39,90\n2,63.441,10.39,90\n3,63.44,10.391,90\n");
   const std::string map =
