@@ -145,10 +145,7 @@ class Search {
       noise.effective_rows = effective_rows[at];
     }
   }
-  void accept() {
-    accepted_ = theta_;
-    accepted_value_ = current_;
-  }
+  void accept() { accepted_ = theta_, accepted_value_ = current_; }
   bool is_at_limit(Eigen::Index g) const { return std::abs(theta_[g]) >= bound_ * (1 - 1e-9); }
   bool interrupted() const { return options_.stop.reached(); }
   std::vector<Eigen::Index> free() const { return indices_of(fixed_, false); }

@@ -20,19 +20,6 @@ double heading_at(const TrackingProblem& tracking, std::size_t k) {
   return heading(*tracking.target_state(k).rotation);
 }
 
-/// Returns whether the target has a fixed pose at a keyframe.
-bool has_fixed_pose(const TrackingProblem& tracking, std::size_t k) {
-  return std::visit(
-      [&]<class X>(const X& x) {
-        if constexpr (std::same_as<X, Variable<SE3>> || std::same_as<X, Variable<SE2>>) {
-          return tracking.problem.is_fixed(x);
-        } else {
-          return false;
-        }
-      },
-      tracking.target[k]);
-}
-
 }  // namespace
 
 std::vector<HeadingGap> heading_gaps(const TrackingProblem& tracking, double min_duration) {
@@ -40,7 +27,16 @@ std::vector<HeadingGap> heading_gaps(const TrackingProblem& tracking, double min
   std::vector<char> measured(keyframes.size());
   for (const PlacedMeasurement& m : tracking.measurements)
     if ((m.block || m.orientation) && keyframes[m.keyframe].measured_rotation) measured[m.keyframe] = true;
-  for (std::size_t k = 0; k < keyframes.size(); ++k) measured[k] |= has_fixed_pose(tracking, k);
+  for (std::size_t k = 0; k < keyframes.size(); ++k)
+    measured[k] |= std::visit(
+        [&]<class X>(const X& x) {
+          if constexpr (std::same_as<X, Variable<SE3>> || std::same_as<X, Variable<SE2>>) {
+            return tracking.problem.is_fixed(x);
+          } else {
+            return false;
+          }
+        },
+        tracking.target[k]);
   std::vector<HeadingGap> gaps;
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
     if (measured[k] || !has_pose(tracking.target[k])) continue;
@@ -51,14 +47,6 @@ std::vector<HeadingGap> heading_gaps(const TrackingProblem& tracking, double min
     if (to - from > min_duration) gaps.push_back({first, k});
   }
   return gaps;
-}
-
-bool are_coupled(const TrackingProblem& tracking, const HeadingGap& gap, const HeadingGap& next,
-                 std::size_t max_between) {
-  if (next.first - gap.last - 1 > max_between) return false;
-  for (std::size_t k = gap.last + 1; k < next.first; ++k)
-    if (!has_pose(tracking.target[k]) || has_fixed_pose(tracking, k)) return false;
-  return true;
 }
 
 std::vector<int> gap_variables(const TrackingProblem& tracking, const HeadingGap& gap, std::size_t margin,

@@ -25,11 +25,6 @@ struct HeadingGap {
 /// time.
 std::vector<HeadingGap> heading_gaps(const TrackingProblem& tracking, double min_duration);
 
-/// Returns whether the headings of a gap and of the next one may depend on each other: at most `max_between` keyframes
-/// lie between them, and the target is a free pose at each.
-bool are_coupled(const TrackingProblem& tracking, const HeadingGap& gap, const HeadingGap& next,
-                 std::size_t max_between);
-
 /// Returns the ids of the target's variables from `margin` keyframes before to `margin` keyframes after the gap. With
 /// `chaser`, also those of the chaser.
 std::vector<int> gap_variables(const TrackingProblem& tracking, const HeadingGap& gap, std::size_t margin, bool chaser);

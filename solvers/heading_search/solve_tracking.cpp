@@ -27,9 +27,6 @@ constexpr double kSameBasin = 0.5 * std::numbers::pi;
 // cost is a negative log probability.
 constexpr double kCostMargin = 2.0, kPatience = 2000;
 constexpr int kTrialIterations = 150;
-constexpr std::size_t kMaxGroup = 3;              // gaps that are tried together
-constexpr std::size_t kMaxBetween = 2 * kMargin;  // keyframes between two gaps that are tried together
-constexpr int kMaxRounds = 3;
 
 /// Returns candidate headings that may lead to another minimum than the present solution.
 std::vector<std::vector<double>> other_headings(const TrackingProblem& tracking, const HeadingGap& gap) {
@@ -47,84 +44,40 @@ std::vector<std::vector<double>> other_headings(const TrackingProblem& tracking,
   return known;
 }
 
-using Start = std::function<void()>;
-
-/// Searches single gaps and groups of neighbouring ones.
-class Search {
- public:
-  Search(TrackingProblem& tracking, const Stop& stop) : tracking_(tracking), gaps_(heading_gaps(tracking, kMinGap)) {
-    result_.gaps = static_cast<int>(gaps_.size());
-    if (gaps_.empty()) return;
-    options_.min_gain = kMinRelativeGain * NlpEvaluator(tracking.problem).cost();
-    options_.cost_margin = kCostMargin;
-    options_.patience = kPatience;
-    options_.max_iterations = kTrialIterations;
-    options_.stop = stop;
-  }
-
-  /// Tries each gap, then groups of coupled gaps. Where that improves the solution, tries the gaps nearby again.
-  HeadingSearch run() {
-    std::vector<char> due(gaps_.size(), 1);
-    for (int round = 0; round < kMaxRounds && std::count(due.begin(), due.end(), 1) > 0; ++round) {
-      std::vector<char> next(gaps_.size(), 0);
-      for (std::size_t size = 1; size <= kMaxGroup; ++size)
-        for (std::size_t i = 0; i + size <= gaps_.size(); ++i) {
-          if (options_.stop.reached()) break;
-          const auto first = due.begin() + std::ptrdiff_t(i);
-          if (std::count(first, first + std::ptrdiff_t(size), 1) == 0 || !are_coupled_in(i, size)) continue;
-          if (!try_group(i, size)) continue;
-          const std::size_t end = std::min(i + size + 1, gaps_.size());
-          for (std::size_t k = i - std::min<std::size_t>(i, 1); k < end; ++k) next[k] = 1;
-        }
-      due = next;
-    }
-    result_.cut_short = !gaps_.empty() && options_.stop.reached();
-    return result_;
-  }
-
- private:
-  bool are_coupled_in(std::size_t i, std::size_t size) const {
-    for (std::size_t k = i; k + 1 < i + size; ++k)
-      if (!are_coupled(tracking_, gaps_[k], gaps_[k + 1], kMaxBetween)) return false;
-    return true;
-  }
-
-  /// Solves a group of gaps from other headings. Returns whether that improves the solution.
-  bool try_group(std::size_t i, std::size_t size) {
-    const HeadingGap all{gaps_[i].first, gaps_[i + size - 1].last};
-    std::vector<Start> starts;
-    for (const std::vector<double>& along : other_headings(tracking_, all))
-      starts.push_back([this, all, along] { set_headings(tracking_, all, along); });
-    // Other headings in both gaps of a pair, with the present ones between them.
-    if (size == 2)
-      for (const std::vector<double>& a : other_headings(tracking_, gaps_[i]))
-        for (const std::vector<double>& b : other_headings(tracking_, gaps_[i + 1]))
-          starts.push_back([this, i, a, b] {
-            set_headings(tracking_, gaps_[i], a);
-            set_headings(tracking_, gaps_[i + 1], b);
-          });
-    if (starts.empty()) return false;
-    options_.has_returned = [this, all, solved = headings(tracking_, all)] {
-      return max_heading_difference(solved, headings(tracking_, all)) <= kReturnAngle;
-    };
-    // With odometry, the chaser is hardly affected by the target's headings, and a trial without it takes half the
-    // time. This does not hold for a chaser with its own sensors.
-    const auto ids = gap_variables(tracking_, all, kMargin, !tracking_.ego.empty());
-    const MultistartOutcome outcome = solve_part_from(starts, tracking_.problem, ids, options_);
-    result_.improved += outcome.best >= 0;
-    result_.gain += outcome.gain;
-    return outcome.best >= 0;
-  }
-
-  TrackingProblem& tracking_;
-  const std::vector<HeadingGap> gaps_;
-  MultistartOptions options_;
-  HeadingSearch result_;
-};
-
 }  // namespace
 
-HeadingSearch search_headings(TrackingProblem& tracking, const Stop& stop) { return Search(tracking, stop).run(); }
+HeadingSearch search_headings(TrackingProblem& tracking, const Stop& stop) {
+  HeadingSearch search;
+  const std::vector<HeadingGap> gaps = heading_gaps(tracking, kMinGap);
+  if (gaps.empty()) return search;
+  MultistartOptions options;
+  options.min_gain = kMinRelativeGain * NlpEvaluator(tracking.problem).cost();
+  options.cost_margin = kCostMargin;
+  options.patience = kPatience;
+  options.max_iterations = kTrialIterations;
+  options.stop = stop;
+  // With odometry, the chaser is hardly affected by the target's headings, and a trial without it takes half the time.
+  // This does not hold for a chaser with its own sensors.
+  const bool with_chaser = !tracking.ego.empty();
+  for (const HeadingGap& gap : gaps) {
+    search.cut_short = stop.reached();
+    if (search.cut_short) break;
+    std::vector<std::function<void()>> starts;
+    for (const std::vector<double>& along : other_headings(tracking, gap))
+      starts.push_back([&tracking, &gap, along] { set_headings(tracking, gap, along); });
+    ++search.gaps;
+    if (starts.empty()) continue;
+    options.has_returned = [&, solved = headings(tracking, gap)] {
+      return max_heading_difference(solved, headings(tracking, gap)) <= kReturnAngle;
+    };
+    const auto ids = gap_variables(tracking, gap, kMargin, with_chaser);
+    const auto outcome = solve_part_from(starts, tracking.problem, ids, options);
+    search.improved += outcome.best >= 0;
+    search.gain += outcome.gain;
+  }
+  search.cut_short |= stop.reached();
+  return search;
+}
 
 void detail::report_range(TrackingProblem& tracking, const Stop& stop, Summary& summary) {
   if (!tracking.assumed_range || !summary.converged()) return;

@@ -13,7 +13,7 @@ namespace tandem {
 
 /// Result of search_headings().
 struct HeadingSearch {
-  int gaps = 0, improved = 0;  ///< number of gaps, and of improvements
+  int gaps = 0, improved = 0;  ///< gaps that were searched, and those with an improvement
   double gain = 0;             ///< total decrease of the cost
   bool cut_short = false;      ///< true if some gaps were not searched
 };
@@ -22,9 +22,8 @@ struct HeadingSearch {
 /// in a poor local minimum.
 ///
 /// The problem must have been solved. Each gap is solved by itself from the candidates of
-/// solvers/heading_search/heading_starts.hpp, and keeps the best result. Then two or three neighbouring gaps with few
-/// keyframes between them are solved together: the headings of one may decide those of the others and of the keyframes
-/// between. If there is an improvement, solve the whole problem again.
+/// solvers/heading_search/heading_starts.hpp, and keeps the best result. If a gap has improved, solve the whole problem
+/// again.
 HeadingSearch search_headings(TrackingProblem& tracking, const Stop& stop = {});
 
 namespace detail {

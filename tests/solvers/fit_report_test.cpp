@@ -11,8 +11,8 @@
 namespace tandem {
 namespace {
 
-using testing::HasSubstr;
-using testing::IsEmpty;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 /// Points measured twice each, with the stated noise times `factor` and every `period`-th measurement off by 50 m.
 struct Measured {
@@ -77,7 +77,7 @@ TEST(FitReport, NamesTheWorstMeasurements) {
   const Measured m(1, {}, 250);
   std::vector<double> t;
   for (const WorstMeasurement& w : m.fit.sensors[0].worst) t.push_back(w.t);
-  EXPECT_THAT(std::vector<double>(t.begin(), t.begin() + 4), testing::UnorderedElementsAre(0, 250, 500, 750));
+  EXPECT_THAT(std::vector<double>(t.begin(), t.begin() + 4), ::testing::UnorderedElementsAre(0, 250, 500, 750));
   EXPECT_GT(std::abs(m.fit.sensors[0].worst[3].residual), 50);
 }
 

@@ -16,7 +16,7 @@ using testing::IsEmpty;
 /// error with correlation time `time_constant` [s]; white noise makes up the rest.
 Misfit made_of(double correlated, double time_constant, double offset, const std::string& component = "rz",
                bool angle = true) {
-  Misfit m{"here", "camera." + component, component, angle, {}, {}};
+  Misfit m{{}, "here", "camera." + component, component, angle};
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal;
   const double keep = time_constant > 0 ? std::exp(-0.5 / time_constant) : 0;

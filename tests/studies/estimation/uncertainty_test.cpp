@@ -127,7 +127,7 @@ struct Checked {
       Eigen::MatrixXd of_prediction = h.covariance;
       of_prediction.diagonal() -= data.sensors[h.sensor].sigma.head(h.r.size()).cwiseAbs2();
       expect(
-          of_prediction, [&] { return m.innovation(problem).r; }, "held out");
+          of_prediction, [&] { return m.innovation(problem).residual; }, "held out");
       EXPECT_EQ(h.index, m.index);
     }
   }
