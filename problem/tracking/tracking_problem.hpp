@@ -135,12 +135,13 @@ struct PlacedMeasurement {
 /// Range that is assumed for a target of which only bearings are measured.
 ///
 /// If the chaser does not manoeuvre, every scale of the target's track relative to the chaser fits the bearings. The
-/// cost would be least with the target in the sensor, where it explains all noise. A LogRange residual with the
-/// standard deviation 1, a factor e, holds the range at the first bearing near that of the initial guess. If the chaser
-/// manoeuvres, the data outweigh it; range_is_observable() tells (solvers/assumed_range.hpp).
+/// cost would be least with the target in the sensor, where it explains all noise. A LogRange residual at each of the n
+/// bearings holds the range near that of the initial guess, with a standard deviation of √n. Together they are a prior
+/// of a factor e on the scale of the track. If the chaser manoeuvres, the data outweigh it; range_is_observable() tells
+/// (solvers/assumed_range.hpp).
 struct AssumedRange {
-  Block block;
-  std::size_t sensor, keyframe;
+  Block block;                   ///< at the first bearing
+  std::size_t sensor, keyframe;  ///< of the first bearing
 };
 
 /// A soft block whose noise is an entry of TrackingNoise, except for `prior`. A block with twice as many rows as the
