@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include <tandem/solvers/gauge_search.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
@@ -100,19 +101,30 @@ void Marginals::regularize(NlpEvaluator& nlp, const Eigen::VectorXd& hessian, co
   detail::hessian_diagonal(pattern, hessian, curvature);
   double log_pins = 0;
   std::vector<const Eigen::VectorXd*> weak, null;
+  std::vector<int> pins;  // of the weak directions
   for (const detail::FlatDirection& direction : flat) {
     if (direction.unknown < 0) continue;
     (direction.unobservable ? null : weak).push_back(&direction.v);
+    if (!direction.unobservable) pins.push_back(direction.unknown);
     const auto block = std::upper_bound(pattern.first.begin(), pattern.first.end(), direction.unknown) - 1;
     const double pin = curvature[direction.unknown] > 0 ? curvature[direction.unknown] : 1.0;
     pinned[pattern.diagonal(int(block - pattern.first.begin()), direction.unknown - *block)] += pin;
-    if (!direction.unobservable)
-      log_pins += std::log(pin * direction.v[direction.unknown] * direction.v[direction.unknown]);
+    if (!direction.unobservable) log_pins += std::log(pin);
   }
   if (null.size() + weak.size() > 0 &&
       !parts.inverse.compute(pinned, equalities_of(nlp), [&stop] { stop.check("marginals"); }))
     throw_singular(nlp, parts.inverse.failed_unknown());
   if (!weak.empty()) {
+    // The columns of the pinned inverse at the pins span H⁻¹ at the pins, which are the flat directions.
+    std::vector<Eigen::VectorXd> refined;
+    BlockCholesky cholesky(pattern);
+    if (nlp.num_rows() == 0 && cholesky.factorize(pinned))
+      for (const int unknown : pins) {
+        Eigen::VectorXd v = Eigen::VectorXd::Unit(nlp.num_unknowns(), unknown);
+        cholesky.solve(v);
+        refined.push_back(v.normalized());
+      }
+    for (std::size_t i = 0; i < refined.size(); ++i) weak[i] = &refined[i];
     const Eigen::Index k = Eigen::Index(weak.size());
     const auto curvature_along = [&](const Eigen::VectorXd& v) {
       return nlp.stiffness(v, Eigen::VectorXd::Zero(nlp.num_rows())).along;
@@ -126,13 +138,13 @@ void Marginals::regularize(NlpEvaluator& nlp, const Eigen::VectorXd& hessian, co
     for (Eigen::Index i = 0; i < k; ++i)
       for (Eigen::Index j = 0; j < i; ++j)
         Q(i, j) = Q(j, i) = 0.25 * (curvature_along(N.col(i) + N.col(j)) - curvature_along(N.col(i) - N.col(j)));
-    double log_curvature = 0;
-    for (Eigen::Index i = 0; i < k; ++i) log_curvature += std::log(std::exchange(Q(i, i), 1.0));
+    Q.diagonal().setOnes();
     const Eigen::LLT<Eigen::MatrixXd> llt(Q);
     if (llt.info() != Eigen::Success) throw_singular(nlp, singular_at >= 0 ? singular_at : flat.front().unknown);
     parts.flat = llt.matrixL().solve(N.transpose()).transpose();
     parts.log_determinant =
-        parts.inverse.log_determinant() + log_curvature - log_pins + 2 * llt.matrixLLT().diagonal().array().log().sum();
+        parts.inverse.log_determinant() - log_pins + 2 * llt.matrixLLT().diagonal().array().log().sum() -
+        2 * Eigen::PartialPivLU<Eigen::MatrixXd>(N(pins, Eigen::all)).matrixLU().diagonal().array().abs().log().sum();
   }
   parts.null.resize(nlp.num_unknowns(), Eigen::Index(null.size()));
   for (std::size_t i = 0; i < null.size(); ++i) parts.null.col(Eigen::Index(i)) = *null[i];
