@@ -212,7 +212,10 @@ TEST(OnlineOrder, ResetWithinAHookTakesEffectAfterTheCall) {
     for (const ImuSample& sample : data.imu->samples) {
       const int before = resets;
       estimator.add_imu(sample);
-      if (before == 0 && resets > 0) was_reset = !estimator.started();
+      if (before == 0 && resets > 0) {
+        was_reset = !estimator.started();
+        break;
+      }
     }
     EXPECT_TRUE(was_reset);
     EXPECT_EQ(errors, 1);
