@@ -40,8 +40,12 @@ class MarginalPrior final : public SoftPoolBase {
     throw BadInputError("the marginal prior cannot be part of a Subproblem; choose variables that it does not read");
   }
   const void* residual(int) const override { return this; }
-  void add_residual(const void*, const int*) override { throw BadInputError("residuals cannot be added to a marginal prior"); }
-  void set_residual(int, const void*) override { throw BadInputError("set_residual: a marginal prior cannot be replaced"); }
+  void add_residual(const void*, const int*) override {
+    throw BadInputError("residuals cannot be added to a marginal prior");
+  }
+  void set_residual(int, const void*) override {
+    throw BadInputError("set_residual: a marginal prior cannot be replaced");
+  }
   /// Returns a copy over the stores of a copied problem, in which all slots and anchors are the same.
   std::unique_ptr<SoftPoolBase> copy(const StoreMapping& mapping) const;
   const std::vector<State>& states() const { return states_; }

@@ -6,8 +6,8 @@
 #include <typeinfo>
 
 #include <tandem/problem/pool.hpp>
-#include <tandem/residuals/residual_functions.hpp>
 #include <tandem/residuals/fields.hpp>
+#include <tandem/residuals/residual_functions.hpp>
 
 namespace tandem {
 

@@ -99,10 +99,10 @@ class Marginals {
   bool in_pattern(int a, int b) const;
 
   struct Parts {
-    std::vector<int> block_of_variable;  // −1 for fixed variables
+    std::vector<int> block_of_variable;     // −1 for fixed variables
     std::vector<VariableHandle> variables;  // by ID; handles never set for unused IDs
-    std::vector<int> first_unknown;      // of each block
-    detail::SelectedInverse inverse;     // of H with pinned unknowns, if H is nearly singular
+    std::vector<int> first_unknown;         // of each block
+    detail::SelectedInverse inverse;        // of H with pinned unknowns, if H is nearly singular
     double log_determinant = 0;
     // S is the inverse plus F Fᵀ: flat directions that the residuals observe, although rounding hides them in H.
     Eigen::MatrixXd flat{};

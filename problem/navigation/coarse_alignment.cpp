@@ -84,7 +84,8 @@ Alignment coarse_alignment(const NavigationData& data) {
   const EgoSensor* gps = sensor_of(data, EgoSensorType::gps);
   const EgoSensor* depth = sensor_of(data, EgoSensorType::depth);
   const std::optional<double> start = start_time(data);
-  if (!start) throw BadInputError("navigation needs a source of motion: add an imu, or a heading sensor with a dvl or a gps");
+  if (!start)
+    throw BadInputError("navigation needs a source of motion: add an imu, or a heading sensor with a dvl or a gps");
 
   Alignment a;
   a.t = *start;

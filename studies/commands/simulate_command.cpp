@@ -183,7 +183,8 @@ Command simulate_command() {
                         .required = true,
                         .plots = false,
                         .force = &request->output.force});
-            option.flag("--force", "Write to DIR even if it is not empty, and overwrite files that tandem did not write",
+            option.flag("--force",
+                        "Write to DIR even if it is not empty, and overwrite files that tandem did not write",
                         request->output.force);
             return [request, &option] { return run_simulate(*request, option); };
           },

@@ -4,8 +4,7 @@
 
 namespace tandem {
 
-FileBytes::FileBytes(const std::filesystem::path& file)
-    : stream_(file), size_(std::filesystem::file_size(file)) {}
+FileBytes::FileBytes(const std::filesystem::path& file) : stream_(file), size_(std::filesystem::file_size(file)) {}
 
 std::string_view FileBytes::read(std::uint64_t position, std::uint64_t n) {
   if (position > size_ || n > size_ - position) throw OutOfBytes();
