@@ -126,7 +126,7 @@ struct EgoSensor {
   double valid_at(const EgoMeasurement& m) const { return m.t - delay; }  ///< time of validity [s]
 };
 
-/// Data of the chaser's own sensors, in ENU-FLU axes. It needs an IMU, or a DVL and a heading sensor.
+/// Data of the chaser's own sensors, in ENU-FLU axes. It needs an IMU, or a heading sensor with a DVL or GPS.
 struct NavigationData {
   Earth earth{};
   std::optional<ImuSensor> imu{};

@@ -31,8 +31,8 @@ class LocalFrame {
 };
 
 /// Returns the magnetic declination [deg], east positive, by a model file of GeographicLib (for example
-/// /usr/share/GeographicLib/magnetic/wmm2020.wmm) at a point and a time [s since 1970]. Throws Error if the model cannot
-/// be read, is not valid at that time, or if Tandem was built without GeographicLib.
+/// /usr/share/GeographicLib/magnetic/wmm2020.wmm) at a point and a time [s since 1970]. Throws Error if the model
+/// cannot be read, is not valid at that time, or if Tandem was built without GeographicLib.
 double magnetic_declination(const std::filesystem::path& model, const GeographicPoint& point, double t);
 
 }  // namespace tandem

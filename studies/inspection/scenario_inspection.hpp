@@ -29,8 +29,8 @@ struct ScenarioInspection {
 /// Inspects a scenario folder. Throws Error if its scenario.yaml cannot be read.
 ScenarioInspection inspect_scenario(const std::filesystem::path& folder);
 
-/// Returns a strip of `width` characters over the whole time: full blocks where the rate is at least half of the median,
-/// lower blocks where it is less, and dots without rows.
+/// Returns a strip of `width` characters over the whole time: full blocks where the rate is at least the median, lower
+/// blocks where it is less, and dots without rows.
 std::string strip(const ScenarioInspection& scenario, const SensorSeries& series, std::size_t width);
 
 std::string inspection_text(const ScenarioInspection& scenario);

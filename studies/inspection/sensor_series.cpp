@@ -109,8 +109,8 @@ void find_angles(const SensorSeries& s, std::size_t azimuth, std::vector<std::st
     out.push_back(fmt::format("{}: all angles are below {:.3g} rad; is their unit right?", s.name, most));
 }
 
-/// The height and tilt of the chaser over time: from odometry, or else the height from a depth sensor or a GPS receiver,
-/// with the chaser taken as level.
+/// The height and tilt of the chaser over time: from odometry, or else the height from a depth sensor or a GPS
+/// receiver, with the chaser taken as level.
 class ChaserHeight {
  public:
   /// `series` has the z of the chaser in column `z`, and its orientation from column `orientation` on, if it is not 0.
@@ -146,7 +146,8 @@ double spread(const std::vector<double>& values) {
 }
 
 /// Compares the heights of the target with the given sign of the elevation and with the other one. A target that keeps
-/// its height, while the chaser changes its own, decides the sign; so does a target above the water that would be below.
+/// its height, while the chaser changes its own, decides the sign. So does a target above the water that would be
+/// below with the other sign.
 void find_elevation_sign(const std::vector<SensorSeries>& all, bool ned, const SensorSeries& s,
                          std::vector<std::string>& out) {
   std::optional<ChaserHeight> chaser = chaser_height(all);

@@ -7,6 +7,7 @@
 #include <tandem/studies/import/import.hpp>
 #include <tandem/studies/import/import_axes.hpp>
 #include <tandem/studies/import/import_report.hpp>
+#include <tandem/studies/recording/message_decoder.hpp>
 #include <tandem/studies/scenario/scenario.hpp>
 
 #include "studies/recording/written_recordings.hpp"
@@ -253,6 +254,33 @@ TEST_F(ImportTest, KnownMessagesNeedNoMap) {
   EXPECT_THAT(
       result.sensors[0]->stated_sigma(),
       ElementsAre(testing::DoubleNear(0.02, 1e-6), testing::DoubleNear(0.02, 1e-6), testing::DoubleNear(0.02, 1e-6)));
+}
+
+/// A recording with one stream of a common message, without rows to read.
+class OneStream : public Recording {
+ public:
+  explicit OneStream(const std::string& type) {
+    file_ = "one.mcap";
+    RecordedStream stream{"/topic", type};
+    stream.fields = fields_of(*parse_message_definition(type, builtin_definition(type), false));
+    stream.time_field = "header.stamp";
+    stream.rows = 1;
+    streams_.push_back(stream);
+  }
+  void read(const std::vector<RowRequest>&, const std::function<void()>&) override {}
+};
+
+TEST(KnownMessages, RulesMatchTheDefinitionsOfRos) {
+  for (const std::string type :
+       {"sensor_msgs/Imu", "sensor_msgs/NavSatFix", "sensor_msgs/FluidPressure", "sensor_msgs/MagneticField",
+        "nav_msgs/Odometry", "geometry_msgs/PoseStamped", "geometry_msgs/PoseWithCovarianceStamped",
+        "geometry_msgs/PointStamped", "geometry_msgs/TwistStamped", "geometry_msgs/TwistWithCovarianceStamped",
+        "marine_acoustic_msgs/Dvl"}) {
+    const ImportMap map = known_import_map(OneStream(type));
+    EXPECT_THAT(map.unused, IsEmpty()) << type;
+    ASSERT_EQ(map.sensors.size(), 1u) << type;
+    for (const ImportCondition& condition : map.sensors[0].conditions) EXPECT_NE(condition.field, "") << type;
+  }
 }
 
 TEST(ImportAxes, MapBetweenAnyRightHandedAxes) {
