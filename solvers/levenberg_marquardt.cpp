@@ -6,7 +6,6 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/augmented_model.hpp>
-#include <tandem/solvers/curvature_choice.hpp>
 #include <tandem/solvers/damped_step.hpp>
 #include <tandem/solvers/levenberg_marquardt.hpp>
 #include <tandem/solvers/session.hpp>
@@ -64,10 +63,7 @@ class DampedSteps {
       }
       ++s.iterations;
       model_.choose_hessian(damping_.value > kStrongDamping, undamped());
-      model_.use_secant_pairs(curvature_choice_.use());
-      const bool learned = model_.uses_secant_pairs(), moved = try_step();
-      curvature_choice_.add(learned, moved);
-      if (!moved && damping_.value > kExcessiveDamping) end_without_progress();
+      if (!try_step() && damping_.value > kExcessiveDamping) end_without_progress();
     }
     if (s.status != Status::converged) model_.restore_best();
     if (s.status == Status::infeasible && !is_stationary_at_best()) {
@@ -304,7 +300,6 @@ class DampedSteps {
   Session& session_;
   SoftModel& model_;
   Damping damping_;
-  CurvatureChoice curvature_choice_;
   bool last_step_good_ = true;
   int polished_ = 0;
   int rejected_ = 0;  // rejected steps minus later accepted ones

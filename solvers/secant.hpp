@@ -26,7 +26,6 @@ class SecantPairs {
   SecantPairs(const ChunkedLoop& parts, Eigen::Index unknowns, int capacity, bool with_term = false);
 
   void clear() { count_ = 0; }
-  bool empty() const { return count_ == 0; }
 
   /// Adds a step and the change of the gradient along it. Discards them if the curvature is not positive.
   void add(const Eigen::VectorXd& step, const Eigen::VectorXd& gradient_before, const Eigen::VectorXd& gradient_after);

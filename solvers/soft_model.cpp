@@ -141,10 +141,7 @@ bool SoftModel::find_step(double damping) {
   parts_.each([this](int, Eigen::Index begin, Eigen::Index size) {
     step_.segment(begin, size) = -gradient_.segment(begin, size);
   });
-  if (use_secant_pairs_)
-    secant_.apply(step_, [&](Eigen::VectorXd& d) { cholesky_.solve(d); });
-  else
-    cholesky_.solve(step_);
+  secant_.apply(step_, [&](Eigen::VectorXd& d) { cholesky_.solve(d); });
   predicted_ = -0.5 * parts_.sum([this](Eigen::Index begin, Eigen::Index size) {  // because (H + D) p = −g
     return gradient_.segment(begin, size).dot(step_.segment(begin, size));
   });

@@ -54,10 +54,6 @@ class SoftModel {
   /// undefined.
   bool move_on();
   virtual void add_secant_pair();
-  /// Selects whether later steps use the secant pairs. They are collected in any case. Only without hard constraints.
-  void use_secant_pairs(bool use) { use_secant_pairs_ = use; }
-  /// Returns whether the next step uses secant pairs.
-  bool uses_secant_pairs() const { return use_secant_pairs_ && !secant_.empty(); }
   virtual void clear_curvature() { secant_.clear(); }
   /// Memory lent to the rank analysis after the last step.
   Workspace workspace() { return {cholesky_, gradient_, hessian_, std::exchange(hessian_is_current_, false)}; }
@@ -144,7 +140,6 @@ class SoftModel {
   SecantPairs<float> secant_;
   double predicted_ = 0, trial_cost_ = 0;
   bool trial_has_derivatives_ = false;
-  bool use_secant_pairs_ = true;
   bool all_curved_ = false;  // each diagonal entry of the Hessian is positive
 };
 

@@ -18,11 +18,12 @@ namespace {
 using namespace detail;
 
 // Steps and distances refer to log factors.
-constexpr double kLongestStep = 1.5;     // a factor of 4.5
-constexpr double kDifferenceStep = 0.3;  // for the curvature, in units of the initial standard error
-constexpr double kNear = 0.3;            // within this distance of the maximum the evidence is nearly a parabola
-constexpr double kSharp = 0.25;          // standard error below which a maximum is certainly identifiable
-constexpr double kMinImprovement = 1.0;  // increase of the log evidence that makes another maximum worth a search
+constexpr double kNegligibleGain = 0.01;  // nats; 2 nats decide between models
+constexpr double kLongestStep = 1.5;      // a factor of 4.5
+constexpr double kDifferenceStep = 0.3;   // for the curvature, in units of the initial standard error
+constexpr double kNear = 0.3;             // within this distance of the maximum the evidence is nearly a parabola
+constexpr double kSharp = 0.25;           // standard error below which a maximum is certainly identifiable
+constexpr double kMinImprovement = 1.0;   // increase of the log evidence that makes another maximum worth a search
 constexpr int kMaxRestarts = 2, kMaxHalvings = 8, kMaxRounds = 5;  // rounds update counted_rows
 
 class Search {
@@ -177,6 +178,9 @@ class Search {
         evidence_.at(theta_);
         if (!last_.why.empty() && out_.noise.empty())  // even the shortest step failed: there is no maximum here
           throw_unusable("with noise near the current estimate", last_);
+        // The gradient neglects the change of Jacobians, so it may promise a little more than there is.
+        if (0.5 * gradient.dot(step) < kNegligibleGain)
+          return finish(Status::converged, "the evidence is at its maximum");
         return finish(Status::failed, "no step along the gradient increases the evidence");
       }
       const Eigen::VectorXd change = gradient - next->gradient(free);
@@ -237,7 +241,7 @@ class Search {
       }
       last_ = evidence_.at(theta_);
       const Evidence::Value& next = last_;
-      // The gradient neglects the change of Jacobians, so steps below the tolerance need no sufficient increase.
+      // The gradient is approximate, so steps below the tolerance need no sufficient increase.
       const double slack = 1e-9 * (1 + std::abs(current_.log_evidence));
       if (next.usable && next.log_evidence >= current_.log_evidence + 1e-4 * gradient.dot(taken) - slack) return next;
       if (taken.cwiseAbs().maxCoeff() <= options_.tolerance && next.usable &&

@@ -64,10 +64,12 @@ Command import_command() {
                "YAML file that names streams, fields, units and axes (default: only messages of known meaning)",
                request->map, parse_map);
         option.flag("--list", "List the streams of the recording with their fields, rates and spans", request->list);
-        add_output(option, request->output,
-                   {.writes = "Write the scenario folder to DIR", .plots = false, .prints = false});
+        add_output(
+            option, request->output,
+            {.writes = "Write the scenario folder to DIR", .plots = false, .prints = false, .force = &request->force});
         add_printing(option, request->output, false);
-        option.flag("--force", "Write to DIR even if it is not empty", request->force);
+        option.flag("--force", "Write to DIR even if it is not empty, and overwrite files that tandem did not write",
+                    request->force);
         return [request] { return run_import(*request); };
       },
       true,

@@ -118,7 +118,7 @@ std::vector<KeyframeError> batch_errors(const TrialProblem& problem, bool covari
   if (covariances && summary.converged()) try {
       add_consistency(tracking, problem.scenario, result);
     } catch (const Error& error) {  // the estimate is still valid
-      result.message = fmt::format("no covariances: {}", error.what());
+      if (summary.unobservable.empty()) result.message = fmt::format("no covariances: {}", error.what());
     }
   return keyframe_errors(problem.scenario, tracking.keyframes, chaser, target);
 }

@@ -46,7 +46,8 @@ template <class R>
 void check(const R& residual) {
   ++checked;
   const JacobianReport report = check_jacobians_at_random(residual, 1, 4);
-  EXPECT_LT(report.relative, 1e-6) << type_name(typeid(R)) << ": " << report.text;
+  // Near a discontinuity, differences are inaccurate.
+  EXPECT_LT(report.relative, std::max(1e-6, report.resolution)) << type_name(typeid(R)) << ": " << report.text;
   if constexpr (HasCurvature<R>) {
     std::mt19937_64 random(2);
     const auto states = random_states<typename R::States>(random, StateDistance::moderate);
@@ -73,13 +74,18 @@ void each(Groups<Gs...>, Make make) {
   (one(std::type_identity<Gs>()), ...);
 }
 
+/// Rotations without a position. The distance between two of them is always 0, where observations are undefined.
+template <class G>
+constexpr bool is_rotation = std::same_as<G, SO2> || std::same_as<G, SO3>;
+
 /// The same for residuals of two groups.
 template <template <class, class> class R, class Make>
 void each_pair(Make make) {
   const auto with_second = [&]<class A, class... Bs>(std::type_identity<A>, Groups<Bs...>) {
     const auto one = [&]<class B>(std::type_identity<B>) {
       if constexpr (requires { typename R<A, B>; }) {
-        if constexpr (Residual<R<A, B>>) check(make(std::type_identity<R<A, B>>()));
+        if constexpr (Residual<R<A, B>> && !(is_rotation<A> && is_rotation<B>))
+          check(make(std::type_identity<R<A, B>>()));
       }
     };
     (one(std::type_identity<Bs>()), ...);
@@ -110,7 +116,7 @@ TEST(ResidualInstantiation, OfOneGroup) {
   each<Boundary>(AllGroups(), []<class G>(std::type_identity<Boundary<G>>) { return Boundary<G>{}; });
   each<RollPitch>(AllGroups(), []<class G>(std::type_identity<RollPitch<G>>) { return RollPitch<G>{}; });
   each<InsideCone>(AllGroups(), []<class G>(std::type_identity<InsideCone<G>>) { return InsideCone<G>{0.5}; });
-  EXPECT_EQ(checked, 7 * 10 + 4 + 7 + 3 + 4);
+  EXPECT_EQ(checked, 7 * 10 + 3 + 7 + 3 + 4);
 }
 
 TEST(ResidualInstantiation, OfChaserAndTarget) {

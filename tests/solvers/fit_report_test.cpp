@@ -63,7 +63,7 @@ TEST(FitReport, AcceptsStatedNoise) {
 TEST(FitReport, AccountsForRobustLosses) {
   const Measured m(1, Cauchy(2.0));
   EXPECT_TRUE(m.fit.consistent()) << m.fit.verdict();
-  EXPECT_NEAR(m.fit.cost / m.fit.expected_cost, 1, 0.15);  // the unknowns' share is approximate
+  EXPECT_NEAR(m.fit.cost / m.fit.expected_cost, 1, 0.2);  // the unknowns' share is approximate
 }
 
 TEST(FitReport, NamesTheMisfit) {
@@ -89,7 +89,7 @@ TEST(FitReport, CountsContestedMeasurements) {
     const auto x = problem.add(Rn<1>());
     for (const double z : {i % 4 == 0 ? 30.0 : 0.0, 0.0, 0.0})
       blocks.push_back(
-          {0, double(i), problem.minimize(Prior<Rn<1>>{Rn<1>(Vector<1>(z))}, Gaussian({1.0}), {x}, Cauchy(1.0))});
+          {0, double(i), problem.minimize(Prior<Rn<1>>{Rn<1>(Vector<1>(z))}, Gaussian({1.0}), {x}, Cauchy(3.0))});
   }
   ASSERT_TRUE(solve(problem, GaussNewtonOptions{}).converged());
   const FitReport fit = fit_report(problem, {{"range", {"range"}, 30}}, blocks);

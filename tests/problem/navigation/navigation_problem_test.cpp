@@ -177,11 +177,13 @@ TEST(CoarseAlignment, HeadingIsUnknownIfObservableLater) {
   EXPECT_LE((s.velocity - SO3::Exp({0, 0, 1.0}).act(aligned.state.velocity)).norm(), 1e-12);
 }
 
-TEST(CoarseAlignment, NeedsImuOrDvlWithHeading) {
+TEST(CoarseAlignment, NeedsImuOrHeadingWithDvlOrGps) {
   NavigationData data = LevelTurn().data();
   data.imu.reset();
   EXPECT_NO_THROW(coarse_alignment(data));
-  data.sensors.erase(data.sensors.begin());
+  std::erase_if(data.sensors, [](const EgoSensor& s) { return s.type == EgoSensorType::dvl; });
+  EXPECT_NO_THROW(coarse_alignment(data));
+  std::erase_if(data.sensors, [](const EgoSensor& s) { return s.type == EgoSensorType::gps; });
   EXPECT_THROW(coarse_alignment(data), Error);
 }
 

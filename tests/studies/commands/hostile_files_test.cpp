@@ -217,7 +217,8 @@ TEST(HostileFiles, SensorNamesSurviveNoiseFiles) {
     std::ofstream(folder + "/scenario.yaml")
         << yaml << "sensors:\n  \"" << name << "\": {type: position, file: u.csv, sigma: [1.7, 1.7, 1.7]}\n";
     const std::string noise = (scratch.path() / "noise.yaml").string();
-    const Outcome run = run_tandem({"calibrate", folder, "--folds", "0", "--write-noise", noise, "--quiet"});
+    const Outcome run =
+        run_tandem({"calibrate", folder, "--folds", "0", "--free", name, "--write-noise", noise, "--quiet"});
     ASSERT_NE(run.status, 1) << run.errors;
     const Outcome again = run_tandem({"estimate", folder, "--noise-from", noise, "--quiet"});
     EXPECT_NE(again.status, 1) << again.errors << read_file(noise);
