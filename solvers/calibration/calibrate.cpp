@@ -18,7 +18,7 @@ namespace {
 using namespace detail;
 
 // Steps and distances refer to log factors.
-constexpr double kNegligibleGain = 0.01;  // nats; 2 nats decide between models
+constexpr double kNegligibleGain = 0.05;  // nats; 2 nats decide between models
 constexpr double kLongestStep = 1.5;      // a factor of 4.5
 constexpr double kDifferenceStep = 0.3;   // for the curvature, in units of the initial standard error
 constexpr double kNear = 0.3;             // within this distance of the maximum the evidence is nearly a parabola

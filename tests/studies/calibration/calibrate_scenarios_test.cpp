@@ -307,30 +307,6 @@ TEST(LongCalibrateScenarios, AcceptsSmallerNoiseOfDeadReckoningOnlyWithFixes) {
   EXPECT_NEAR(untested.result.factor, 0.5, 0.1);
 }
 
-/// USBL errors with a correlation time of 30 s, which white noise does not explain.
-TEST(CalibrateScenarios, KeepsMotionNoiseWhileResidualsCorrelate) {
-  Scenario scenario = simulated(5, 300);
-  double error = 0;
-  std::mt19937_64 random(1);
-  std::normal_distribution<double> normal;
-  for (TargetSensor& sensor : scenario.data.sensors)
-    for (Measurement& m : sensor.measurements) {
-      const double keep = std::exp(-0.05);
-      error = keep * error + std::sqrt(1 - keep * keep) * 3 * sensor.sigma[0] * normal(random);
-      m.position.x() += error;
-    }
-  scenario.data.noise.constant_twist *= 10;
-  ScenarioCalibrationOptions options;
-  options.folds = 0;
-  const ScenarioCalibration found = calibrate_scenarios({scenario}, options);
-  const bool correlated = std::any_of(found.after.begin(), found.after.end(),
-                                      [](const Misfit& m) { return m.correlation() > Misfit::kMaxCorrelation; });
-  ASSERT_TRUE(correlated);
-  for (const CalibratedParameter& p : found.parameters)
-    if (p.name.starts_with("constant_twist")) EXPECT_GE(p.result.factor, 1) << p.name;
-  EXPECT_THAT(report(found), HasSubstr("Smaller noise is not recommended if the correlation exceeds 0.3"));
-}
-
 TEST(CalibrateScenarios, ReportsTheCrossValidationOfConstantsWithoutNoise) {
   ScenarioCalibration c;
   c.scenarios = {"here"};

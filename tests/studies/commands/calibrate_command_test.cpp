@@ -218,12 +218,20 @@ TEST(RecordedCalibration, ShortRecordingDeterminesFewParameters) {
   EXPECT_GE(found, 1) << "the noise of the camera bearings";
 }
 
-/// The estimate of the boat collapses onto the chaser, where the information of a bearing is infinite.
-TEST(RecordedCalibration, NamesUnobservableStates) {
+/// Without a motion model, nothing determines the target where it is not measured.
+TEST_F(CalibrateCommand, NamesUnobservableStates) {
+  EXPECT_THAT(
+      rejection({"calibrate", "docking_a", "--max-keyframes", "100", "--model", "no-motion", "--folds", "0"}),
+      testing::AllOf(HasSubstr("docking_a: the measurements do not determine target "), HasSubstr("--robust"),
+                     testing::Not(HasSubstr("Hessian")), testing::Not(HasSubstr("add a residual"))));
+}
+
+/// Motion noise stays as given while the residuals of a boat's sensors correlate.
+TEST(RecordedCalibration, KeepsMotionNoiseWhileResidualsCorrelate) {
   TANDEM_NEEDS_SHARED(1);
-  EXPECT_THAT(rejection({"calibrate", shared_path("data/ferry_16_1").string(), "--mode", "B", "--folds", "0"}),
-              testing::AllOf(HasSubstr("ferry_16_1: the measurements do not determine "), HasSubstr("--robust"),
-                             testing::Not(HasSubstr("Hessian")), testing::Not(HasSubstr("add a residual"))));
+  const Outcome run = run_tandem({"calibrate", shared_path("data/ferry_16_1").string(), "--robust", "--folds", "0",
+                                  "--free", "constant_twist,lidar", "--max-keyframes", "200"});
+  EXPECT_THAT(run.output, HasSubstr("not explained by white noise"));
 }
 
 TEST_F(CalibrateCommand, RejectsInvalidUsage) {
