@@ -286,16 +286,4 @@ Problem ProblemData::problem() const {
   return std::move(builder.problem);
 }
 
-void ProblemData::copy_values(const Problem& from, Problem& to) {
-  for (const auto& [type, store] : to.stores_) {
-    const auto theirs = from.stores_.find(type);
-    if (theirs == from.stores_.end()) continue;
-    const std::vector<int> sources = from.ids_by_creation(*theirs->second), targets = to.ids_by_creation(*store);
-    for (std::size_t i = 0; sources.size() == targets.size() && i < targets.size(); ++i)
-      store->copy_value(*theirs->second, from.variables_[std::size_t(sources[i])].slot,
-                        to.variables_[std::size_t(targets[i])].slot);
-  }
-  ++to.value_revision_;
-}
-
 }  // namespace tandem::detail

@@ -42,10 +42,6 @@ class ProblemData {
   /// compiled into this program.
   Problem problem() const;
 
-  /// Copies the values of all variables between problems of the same structure, for example a problem and its copy().
-  /// Variables correspond by group and order of creation. Skips Lie groups with different numbers of variables.
-  static void copy_values(const Problem& from, Problem& to);
-
  private:
   struct Builder;
 };

@@ -1,8 +1,12 @@
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/problem/problem_data.hpp>
+#include <tandem/lie/rn.hpp>
+#include <tandem/lie/se2.hpp>
+#include <tandem/lie/sek3.hpp>
+#include <tandem/lie/so2.hpp>
 #include <tandem/solvers/calibration/built_evidence.hpp>
 #include <tandem/solvers/calibration/log_constants.hpp>
 #include <tandem/solvers/calibration/log_factors.hpp>
@@ -11,6 +15,16 @@ namespace tandem::detail {
 namespace {
 
 constexpr double kStep = 0.05;  // of a log factor, for differences
+
+template <LieGroup... Gs>
+void copy_values_of(const Problem& from, Problem& to) {
+  const auto take = [&]<LieGroup G>(std::type_identity<G>) {
+    const auto theirs = from.variables<G>(), own = to.variables<G>();
+    for (std::size_t i = 0; theirs.size() == own.size() && i < own.size(); ++i)
+      to.set_value(own[i], from.value(theirs[i]));
+  };
+  (take(std::type_identity<Gs>()), ...);
+}
 
 std::vector<NoiseGroup> some_of(const std::vector<NoiseGroup>& all, const std::vector<Eigen::Index>& which) {
   std::vector<NoiseGroup> some;
@@ -39,6 +53,10 @@ std::pair<double, double> steps(double below, double above) {
 }
 
 }  // namespace
+
+void copy_values(const Problem& from, Problem& to) {
+  copy_values_of<SO2, SE2, SO3, SE3, SE23, Rn<1>, Rn<2>, Rn<3>, Rn<6>>(from, to);
+}
 
 BuiltEvidence::BuiltEvidence(const BuildProblems& build, const std::vector<BuiltParameter>& parameters,
                              const CalibrationOptions& options)
@@ -75,7 +93,7 @@ BuiltEvidence::Built BuiltEvidence::make(const Eigen::VectorXd& x, const Point* 
   Built built{build_(values(x)), {}, 0};
   for (const auto& problem : built.of.problems) built.raw.push_back(problem.get());
   built.constants = log_constants(built.raw, built.of.measured);
-  for (std::size_t p = 0; from && p < built.raw.size(); ++p) ProblemData::copy_values(*from->solved[p], *built.raw[p]);
+  for (std::size_t p = 0; from && p < built.raw.size(); ++p) copy_values(*from->solved[p], *built.raw[p]);
   return built;
 }
 
@@ -151,10 +169,7 @@ Evidence::Value BuiltEvidence::evidence(const Built& built, const Eigen::VectorX
     int& to;
     ~Count() { to += of.solves(); }
   } const count{evidence, solves_};
-  const Eigen::VectorXd at = free.empty() ? Eigen::VectorXd() : Eigen::VectorXd(factors(free));
-  const Evidence::Value value = evidence.at(at);
-  if (value.usable) evidence.apply(built.raw, at);
-  return value;
+  return evidence.at(free.empty() ? Eigen::VectorXd() : Eigen::VectorXd(factors(free)));
 }
 
 BuiltEvidence::Point BuiltEvidence::profile_of(const Built& built, const Eigen::VectorXd& factors) {

@@ -18,19 +18,17 @@ namespace {
 using namespace detail;
 
 // Steps and distances refer to log factors.
-constexpr double kNegligibleGain = 0.05;  // nats; 2 nats decide between models
-constexpr double kLongestStep = 1.5;      // a factor of 4.5
-constexpr double kDifferenceStep = 0.3;   // for the curvature, in units of the initial standard error
-constexpr double kNear = 0.3;             // within this distance of the maximum the evidence is nearly a parabola
-constexpr double kSharp = 0.25;           // standard error below which a maximum is certainly identifiable
-constexpr double kMinImprovement = 1.0;   // increase of the log evidence that makes another maximum worth a search
+constexpr double kLongestStep = 1.5;     // a factor of 4.5
+constexpr double kDifferenceStep = 0.3;  // for the curvature, in units of the initial standard error
+constexpr double kNear = 0.3;            // within this distance of the maximum the evidence is nearly a parabola
+constexpr double kSharp = 0.25;          // standard error below which a maximum is certainly identifiable
+constexpr double kMinImprovement = 1.0;  // increase of the log evidence that makes another maximum worth a search
 constexpr int kMaxRestarts = 2, kMaxHalvings = 8, kMaxRounds = 5;  // rounds update counted_rows
 
 class Search {
  public:
   Search(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups, const CalibrationOptions& options)
-      : problems_(problems),
-        groups_(groups),
+      : groups_(groups),
         options_(options),
         evidence_(problems, groups, options),
         bound_(std::log(options.max_factor)),
@@ -51,7 +49,6 @@ class Search {
     } catch (const Stopped&) {
       finish_interrupted();
     }
-    evidence_.apply(problems_, theta_);
     return std::move(out_);
   }
 
@@ -128,6 +125,7 @@ class Search {
   /// After a stop: reports the factors that were accepted last.
   void finish_interrupted() {
     theta_ = accepted_.size() > 0 ? accepted_ : initial();
+    evidence_.set_noise(theta_);
     finish(options_.stop.interrupted() ? Status::interrupted : Status::time_limit, "stopped: the best factors so far");
     out_.gain = accepted_.size() > 0 ? accepted_value_.log_evidence - start_ : 0;
     out_.log_covariance = Eigen::MatrixXd::Zero(theta_.size(), theta_.size());
@@ -146,7 +144,10 @@ class Search {
       noise.effective_rows = effective_rows[at];
     }
   }
-  void accept() { accepted_ = theta_, accepted_value_ = current_; }
+  void accept() {
+    accepted_ = theta_;
+    accepted_value_ = current_;
+  }
   bool is_at_limit(Eigen::Index g) const { return std::abs(theta_[g]) >= bound_ * (1 - 1e-9); }
   bool interrupted() const { return options_.stop.reached(); }
   std::vector<Eigen::Index> free() const { return indices_of(fixed_, false); }
@@ -178,10 +179,7 @@ class Search {
         evidence_.at(theta_);
         if (!last_.why.empty() && out_.noise.empty())  // even the shortest step failed: there is no maximum here
           throw_unusable("with noise near the current estimate", last_);
-        // The gradient neglects the change of Jacobians, so it may promise a little more than there is.
-        if (0.5 * gradient.dot(step) < kNegligibleGain)
-          return finish(Status::converged, "the evidence is at its maximum");
-        return finish(Status::failed, "no step along the gradient increases the evidence");
+        return finish(Status::converged, "no step along the gradient increases the evidence");
       }
       const Eigen::VectorXd change = gradient - next->gradient(free);
       current_ = *next;
@@ -241,7 +239,8 @@ class Search {
       }
       last_ = evidence_.at(theta_);
       const Evidence::Value& next = last_;
-      // The gradient is approximate, so steps below the tolerance need no sufficient increase.
+      // With Student's t the gradient neglects the change of H, so steps below the tolerance need no sufficient
+      // increase.
       const double slack = 1e-9 * (1 + std::abs(current_.log_evidence));
       if (next.usable && next.log_evidence >= current_.log_evidence + 1e-4 * gradient.dot(taken) - slack) return next;
       if (taken.cwiseAbs().maxCoeff() <= options_.tolerance && next.usable &&
@@ -378,7 +377,6 @@ class Search {
     curvature_ = (0.5 * (curvature_ + curvature_.transpose())).eval();
   }
 
-  std::span<Problem* const> problems_;  // of the caller, changed only by the result
   const std::vector<NoiseGroup>& groups_;
   const CalibrationOptions& options_;
   Evidence evidence_;

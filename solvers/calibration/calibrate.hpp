@@ -31,17 +31,16 @@ struct CalibrationOptions {
   Eigen::VectorXd counted_rows{};
   /// The measurements. All other soft blocks are priors on the states. Priors may overlap (a level target that also
   /// rotates slowly), so their product is not normalised. The evidence is therefore divided by the integral of the
-  /// priors. That integral is computed with the measurements at 1e-6 of their given information, which keeps it finite
-  /// (fractional Bayes factor, O'Hagan 1995) and independent of the measurements' factors. Empty: every block is a
-  /// measurement or, like a motion model, a normalised density.
+  /// priors. That integral is computed with the measurements at 1e-6 of their information, which keeps it finite
+  /// (fractional Bayes factor, O'Hagan 1995). Empty: every block is a measurement or, like a motion model, a normalised
+  /// density.
   std::vector<MeasuredBlock> measured;
   /// Computes the integral of the priors more accurately, so that log_evidence can be compared between problems
-  /// (calibrate_built()). The measurements keep 1e-16 of their given information, and a Newton step from the solution
+  /// (calibrate_built()). The measurements keep 1e-10 of their given information, and a Newton step from the solution
   /// gives the minimal prior cost. With hard constraints, that cost is left out.
   bool absolute_evidence = false;
   /// Solves a problem, starting at the current values of its variables. Reports failure by a status that is not
-  /// converged, or throws Error. Default: gauss_newton, or augmented_lagrangian if there are hard blocks. The problem is
-  /// a copy of the caller's: block handles and IDs are valid in it, and Problem::counterpart() returns its variables.
+  /// converged, or throws Error. Default: gauss_newton, or augmented_lagrangian if there are hard blocks.
   std::function<Summary(Problem&)> solve;
   /// Called after each iteration with the factors (one per group) and the gain in log evidence over the given noise.
   std::function<void(int iteration, const Eigen::VectorXd& factors, double gain)> progress;
@@ -97,19 +96,17 @@ struct Calibration {
 ///   θ.
 /// - Z is the integral of the priors on the states (CalibrationOptions::measured), and p(θ) the prior of the factors.
 ///
-/// Without a robust loss, the derivative by the log factor of a group is Σ (r² + J Σ Jᵀ) − n over its whitened rows.
-/// Here n is the number of counted rows, and Σ the selected inverse of H. Robust losses add the change of their weights
-/// ρ′ in H, directly and through x* (detail::LossTerms). The change of the Jacobians J with x* is neglected.
+/// The derivative by the log factor of a group is Σ ρ′ (r² + J Σ Jᵀ) − n over its whitened rows. Here n is the number
+/// of counted rows, and Σ the selected inverse of H.
 ///
 /// Student's t: H has the expected curvature of the measured blocks. The evidence and its derivative include the first
 /// correction for the tails (detail::TailTerm), unless there are hard constraints.
 ///
 /// Steps are Newton steps with the average information (Gilmour, Thompson & Cullis 1995), or quasi-Newton steps with
-/// hard constraints. Each step is halved until the evidence grows; if it does not, the status is `failed`. Standard
-/// errors come from differences of the derivative. Groups must not share rows.
+/// hard constraints. Each step is halved until the evidence grows. Standard errors come from differences of the
+/// derivative. The problems are left solved with the calibrated noise. Groups must not share rows.
 ///
-/// Works on copies of the problems. At the end, the problems get the calibrated noise and its solution. If it throws,
-/// they are unchanged. If stopped, returns the best factors so far, without standard errors. Throws Error if
+/// If stopped, returns the best factors so far, without standard errors. Throws Error if
 /// - there is no problem or no group, or a group has no rows;
 /// - a row does not exist, is in two groups or belongs to a hard block;
 /// - a measured student_t loss is not a density (degrees_of_freedom());

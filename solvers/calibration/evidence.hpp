@@ -8,12 +8,11 @@
 #include <tandem/problem/parallel_tasks.hpp>
 #include <tandem/solvers/calibration/calibrate.hpp>
 #include <tandem/solvers/calibration/laplace_approximation.hpp>
-#include <tandem/solvers/calibration/loss_terms.hpp>
+#include <tandem/solvers/calibration/tails.hpp>
 
 namespace tandem::detail {
 
-/// The Laplace evidence of problems as a function of the log factors of their noise groups. See calibrate(). Works on
-/// copies of the problems.
+/// The Laplace evidence of problems as a function of the log factors of their noise groups. See calibrate().
 class Evidence {
  public:
   Evidence(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
@@ -29,7 +28,7 @@ class Evidence {
     std::string why;           ///< the reason if not usable
     std::string unobservable;  ///< the directions, if these are the reason
   };
-  /// Evaluates the evidence. Solves the copies from their last solution.
+  /// Evaluates the evidence. Solves the problems from the current values of their variables and leaves them solved.
   /// Throws Stopped on a stop request, also during the symbolic analysis of the first call.
   Value at(const Eigen::VectorXd& log_factors);
   /// Returns the average information of the log factors at the last point, n × n: the mean of the observed and the
@@ -39,9 +38,10 @@ class Evidence {
   /// Updates counted() from the leverage of the robust blocks at the current solution. Returns whether the count of any
   /// group changed by more than 1 %.
   bool count_rows();
-  /// Sets the values of the given problems to the last solution, and their noise to these factors. The
-  /// problems must be those that were copied.
-  void apply(std::span<Problem* const> problems, const Eigen::VectorXd& log_factors) const;
+  /// Sets the noise of the problems without solving them.
+  void set_noise(const Eigen::VectorXd& log_factors) {
+    for (std::size_t p = 0; p < problems_.size(); ++p) set_noise(p, log_factors);
+  }
   const Eigen::VectorXd& rows() const { return rows_; }        ///< number of rows of each group
   const Eigen::VectorXd& counted() const { return counted_; }  ///< measured rows of each group that the losses count
   int solves() const { return solves_; }
@@ -56,22 +56,21 @@ class Evidence {
     bool measured = true;
   };
   void create_approximations();
-  static void set_noise(Problem& problem, const Member& member, const Eigen::VectorXd& log_factors);
   void set_noise(std::size_t problem, const Eigen::VectorXd& log_factors);
   bool update(std::size_t problem, const Eigen::VectorXd& log_factors);
   bool update_by_steps(std::size_t problem, const Eigen::VectorXd& from, const Eigen::VectorXd& to, int halvings);
   void add_members(Value& value) const;
-  void add(const Member& member, const LaplaceApproximation& laplace, const LossTerms& losses, Value& value) const;
+  void add(const Member& member, const LaplaceApproximation& laplace, const Tails& tails, Value& value) const;
   /// Adds J̃ᵀ r̃_g to column g of `gradients` and, for a measurement, r̃_gᵀ r̃_h to `squares`. J̃ and r̃ are the
   /// whitened Jacobian and residual of the member; r̃_g is r̃ with zeros outside group g.
   void add_information(const Member& member, Eigen::MatrixXd& gradients, Eigen::MatrixXd& squares) const;
 
-  std::vector<Problem> problems_;
+  std::span<Problem* const> problems_;
   const CalibrationOptions& options_;
   // One entry per problem:
   std::vector<std::vector<Block>> measured_;
   std::vector<std::unique_ptr<LaplaceApproximation>> laplace_;
-  std::vector<LossTerms> losses_;
+  std::vector<Tails> tails_;
   std::vector<Eigen::VectorXd> solved_at_;  // log factors
   const std::vector<NoiseGroup>& groups_;
   std::vector<Member> members_;

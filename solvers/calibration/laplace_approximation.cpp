@@ -1,11 +1,10 @@
 #include <cmath>
 #include <numeric>
-#include <set>
 
 #include <Eigen/Cholesky>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/problem/problem_data.hpp>
+#include <tandem/solvers/calibration/calibrate_built.hpp>
 #include <tandem/solvers/calibration/default_solve.hpp>
 #include <tandem/solvers/calibration/laplace_approximation.hpp>
 #include <tandem/solvers/calibration/log_constants.hpp>
@@ -14,31 +13,20 @@
 namespace tandem::detail {
 namespace {
 
-constexpr double kRounding = 1e-16;      // relative error of an entry of a Hessian
-constexpr double kMaxPriorError = 1e-5;  // accepted bound of the error of the log determinant by rounding
+constexpr double kRegularization = 1e-9;           // relative to the diagonal of the Hessian
+constexpr double kAbsoluteRegularization = 1e-12;  // for absolute_evidence: just above rounding
 constexpr const char* kTask = "calibrate";
-constexpr int kMaxSteps = 30, kMaxHalvings = 4;
-constexpr double kMaxRate = 0.95;  // of the convergence with robust losses
+constexpr int kMaxSteps = 20, kMaxHalvings = 4;
 // Converged if the predicted relative decrease of the cost is smaller: 1e-4 of a relevant change of the evidence.
 constexpr double kConverged = 2e-9;
-// With robust losses, where the Hessian depends on the solution to first order.
-constexpr double kConvergedWithLosses = 1e-13;
-
-/// Returns the soft blocks with a robust loss.
-std::vector<Block> blocks_with_loss(const Problem& problem) {
-  std::vector<int> ids(std::size_t(problem.id_bound()));
-  std::iota(ids.begin(), ids.end(), 0);
-  std::vector<Block> blocks = problem.soft_blocks_reading(ids);
-  std::erase_if(blocks, [&](const Block& block) { return problem.loss(block).kind == Loss::Kind::none; });
-  return blocks;
-}
+// With Student's t, where the Hessian depends on the solution to first order.
+constexpr double kConvergedWithTails = 1e-13;
 
 }  // namespace
 
 LaplaceApproximation::LaplaceApproximation(Problem& problem, const CalibrationOptions& options,
                                            std::vector<Block> measured)
     : problem_(problem),
-      saved_values_(problem.copy()),
       options_(options),
       measured_(std::move(measured)),
       by_steps_(!options.solve && problem.num_hard_blocks() == 0),
@@ -47,22 +35,15 @@ LaplaceApproximation::LaplaceApproximation(Problem& problem, const CalibrationOp
       inverse_(pattern()),
       prior_inverse_(pattern()),
       gradient_(nlp_.num_unknowns()),
-      prior_gradient_(nlp_.num_unknowns()),
       prior_hessian_(static_cast<Eigen::Index>(measured_.empty() ? 0 : nlp_.hessian_pattern().nonzeros())),
       hessian_(nlp_.hessian_pattern().nonzeros()),
-      prior_diagonal_(nlp_.num_unknowns()),
       step_(nlp_.num_unknowns()) {
-  const double downweight = options.absolute_evidence ? kAbsoluteDownweight : kDownweight;
-  for (const Block& block : measured_) downweighted_.push_back(problem.noise(block).scaled(downweight));
-  std::set<std::pair<int, int>> is_measured;
-  for (const Block& block : measured_) is_measured.emplace(block.pool, block.id);
-  for (const Block& block : blocks_with_loss(problem)) {
-    const bool of_measurement = is_measured.contains({block.pool, block.id});
-    if (of_measurement && by_steps_ && problem.loss(block).kind == Loss::Kind::student_t)
-      student_t_blocks_.push_back(block);
-    else
-      weighted_blocks_.emplace_back(block, of_measurement);
-  }
+  for (const Block& block : measured_)
+    if (by_steps_ && problem.loss(block).kind == Loss::Kind::student_t) student_t_blocks_.push_back(block);
+  if (!options.absolute_evidence) return;
+  for (const Block& block : measured_) downweighted_.push_back(problem.noise(block).scaled(kAbsoluteDownweight));
+  nlp_.linearize(gradient_, hessian_);
+  set_regularization(kAbsoluteRegularization);
 }
 
 /// The pattern to be analysed. Checks for a stop first, because the analysis of many keyframes takes long.
@@ -71,10 +52,16 @@ const SymmetricPattern& LaplaceApproximation::pattern() const {
   return nlp_.hessian_pattern();
 }
 
-void LaplaceApproximation::save_values() { ProblemData::copy_values(problem_, saved_values_); }
+void LaplaceApproximation::save_values() {
+  if (saved_values_)
+    copy_values(problem_, *saved_values_);
+  else
+    saved_values_.emplace(problem_.copy());
+}
 
 void LaplaceApproximation::restore_values() {
-  ProblemData::copy_values(saved_values_, problem_);
+  if (!saved_values_) return;
+  copy_values(*saved_values_, problem_);
   near_solution_ = true;
   linearized_ = false;
 }
@@ -86,14 +73,12 @@ bool LaplaceApproximation::update() {
   const Summary summary = options_.solve ? options_.solve(problem_) : solve_with_default(problem_, options_.stop);
   if (!summary.converged()) options_.stop.check(kTask);
   cost_ = summary.cost;
-  near_solution_ = summary.converged();
-  if (!near_solution_) why_ = summary.message;
-  if (near_solution_ && !summary.unobservable.empty()) {
-    near_solution_ = false;
+  near_solution_ = summary.converged() && summary.unobservable.empty();
+  if (!near_solution_) {
     unobservable_ = describe(summary.unobservable);
-    why_ = "the problem is rank deficient; unobservable: " + unobservable_;
+    why_ = summary.converged() ? "the problem is rank deficient; unobservable: " + unobservable_ : summary.message;
   }
-  if (near_solution_ && has_losses()) update_by_steps();  // tighter than the solver's tolerance
+  if (near_solution_ && !student_t_blocks_.empty()) update_by_steps();  // tighter than the solver's tolerance
   return near_solution_;
 }
 
@@ -106,7 +91,6 @@ bool LaplaceApproximation::update_by_steps() {
     nlp_.reset();
     nlp_.save();
     double last = HUGE_VAL;  // predicted decrease of the previous step
-    bool lengthened = true;  // the previous step is not a plain one
     for (int k = 0; k < kMaxSteps; ++k) {
       options_.stop.check(kTask);
       cost_ = nlp_.linearize(gradient_, hessian_);
@@ -115,11 +99,9 @@ bool LaplaceApproximation::update_by_steps() {
       cholesky_.solve(step_);
       const double gain = -0.5 * gradient_.dot(step_);
       if (!(gain >= 0)) break;
-      if (gain <= (has_losses() ? kConvergedWithLosses : kConverged) * (1 + cost_)) return linearized_ = true;
       const bool converged = gain <= kConverged * (1 + cost_);
-      // Robust losses make steps too short by a constant factor, which the decrease of the gain reveals.
-      lengthened = has_losses() && !lengthened && gain < last;
-      if (lengthened) step_ /= 1 - std::min(std::sqrt(gain / last), kMaxRate);
+      if (converged && (student_t_blocks_.empty() || gain <= kConvergedWithTails * (1 + cost_) || gain > 0.5 * last))
+        return linearized_ = true;  // or limited by rounding
       last = gain;
       nlp_.move_to(step_);
       for (int shorter = 0; !converged && !(nlp_.cost() < cost_); ++shorter) {
@@ -146,17 +128,24 @@ bool LaplaceApproximation::update_by_steps() {
 class LaplaceApproximation::DownweightedMeasurements {
  public:
   explicit DownweightedMeasurements(LaplaceApproximation& laplace) : laplace_(laplace) {
-    for (const Block& block : laplace.measured_) noise_.push_back(laplace.problem_.noise(block));
-    set(laplace.downweighted_);
+    const bool whole = !laplace.downweighted_.empty();
+    for (std::size_t i = 0; i < laplace.measured_.size(); ++i) {
+      const Block& block = laplace.measured_[i];
+      const Gaussian noise = laplace.problem_.noise(block);
+      if (whole) noise_.push_back(noise);
+      laplace.problem_.set_noise(block, whole ? laplace.downweighted_[i] : noise.scaled(kDownweight));
+    }
   }
-  ~DownweightedMeasurements() { set(noise_); }
+  ~DownweightedMeasurements() {
+    for (std::size_t i = 0; i < laplace_.measured_.size(); ++i) {
+      const Block& block = laplace_.measured_[i];
+      laplace_.problem_.set_noise(block,
+                                  noise_.empty() ? laplace_.problem_.noise(block).scaled(1 / kDownweight) : noise_[i]);
+    }
+  }
   DownweightedMeasurements(const DownweightedMeasurements&) = delete;
 
  private:
-  void set(const std::vector<Gaussian>& noise) {
-    for (std::size_t i = 0; i < noise.size(); ++i) laplace_.problem_.set_noise(laplace_.measured_[i], noise[i]);
-  }
-
   LaplaceApproximation& laplace_;
   std::vector<Gaussian> noise_;
 };
@@ -210,10 +199,9 @@ bool LaplaceApproximation::find_covariances() {
         if (which == 0)
           found = inverse_.compute(hessian_, {}, check);
         else
-          found_prior = invert_prior();
+          found_prior = prior_inverse_.compute(prior_hessian_, {}, check);
       };
       task_runner_.run(beliefs ? 2 : 1, invert);
-      if (found_prior) find_prior_minimum();
     }
     // Marginals resolve weak pivots, or report which variable is unobservable.
     if (!found) marginals_.emplace(problem_, std::span<const Marginals::Pair>(), options_.stop).require_regular();
@@ -245,52 +233,18 @@ void LaplaceApproximation::linearize() {
   }
   if (!has_prior_term()) return;
   const DownweightedMeasurements downweighted(*this);
-  cost_of_priors_ = nlp_.linearize(prior_gradient_, prior_hessian_);
+  const double cost = nlp_.linearize(step_, prior_hessian_);
+  regularize_prior_hessian();
+  if (options_.absolute_evidence) compute_prior_step(cost);
 }
 
-/// Inverts the Hessian of the priors. Without measurements, a chain has a condition number that grows with the fourth
-/// power of its length, so that the Hessian may not even be numerically positive. If rounding affects the result, uses
-/// the rows instead, from then on.
-bool LaplaceApproximation::invert_prior() {
-  const auto check = [this] { options_.stop.check(kTask); };
-  if (!prior_by_rows_) {
-    const bool found = prior_inverse_.compute(prior_hessian_, {}, check);
-    hessian_diagonal(nlp_.hessian_pattern(), prior_hessian_, prior_diagonal_);
-    if (found && kRounding * prior_inverse_.trace_of_product(prior_diagonal_) <= kMaxPriorError) return true;
-    prior_by_rows_ = true;
-  }
-  return prior_inverse_.compute_from_rows(prior_rows(), check);
-}
-
-void LaplaceApproximation::find_prior_minimum() {
+void LaplaceApproximation::compute_prior_step(double cost) {
   prior_cost_ = 0;
   prior_step_.resize(0);
-  if (!options_.absolute_evidence) return;
-  prior_step_ = prior_by_rows_ ? prior_inverse_.minimizer() : Eigen::VectorXd(-prior_inverse_.times(prior_gradient_));
-  prior_cost_ =
-      cost_of_priors_ - (prior_by_rows_ ? prior_inverse_.decrease() : -0.5 * prior_gradient_.dot(prior_step_));
-}
-
-/// Returns the rows of all soft blocks, with downweighted measurements.
-std::vector<WhitenedRows> LaplaceApproximation::prior_rows() {
-  const DownweightedMeasurements downweighted(*this);
-  std::vector<WhitenedRows> all;
-  for (const Block& block : problem_.blocks()) {
-    const Problem::Linearization at = problem_.linearization(block);
-    const Eigen::MatrixXd W = std::sqrt(problem_.weight(block)) * problem_.noise(block).sqrt_information();
-    WhitenedRows& rows = all.emplace_back();
-    rows.r = W * at.residual;
-    rows.J.resize(rows.r.size(), at.jacobian.cols());
-    Eigen::Index column = 0, used = 0;
-    for (std::size_t v = 0; v < at.dofs.size(); column += at.dofs[v++]) {
-      const int k = nlp_.block_of(at.variable_ids[v]);
-      if (k < 0) continue;  // fixed
-      rows.blocks.push_back(k);
-      rows.J.middleCols(used, at.dofs[v]) = W * at.jacobian.middleCols(column, at.dofs[v]);
-      used += at.dofs[v];
-    }
-  }
-  return all;
+  if (!cholesky_.factorize(prior_hessian_)) return;
+  prior_step_ = -step_;
+  cholesky_.solve(prior_step_);
+  prior_cost_ = cost + 0.5 * step_.dot(prior_step_);
 }
 
 bool LaplaceApproximation::invert_perturbed(const std::vector<Eigen::MatrixXd>& perturbations,
@@ -303,12 +257,38 @@ bool LaplaceApproximation::invert_perturbed(const std::vector<Eigen::MatrixXd>& 
   return inverse.compute(hessian, {}, [this] { options_.stop.check(kTask); });
 }
 
-double LaplaceApproximation::Covariances::log_determinant() const {
-  return marginals ? marginals->log_determinant() : inverse->log_determinant();
+bool LaplaceApproximation::factorize(bool prior) {
+  return by_steps_ && cholesky_.factorize(prior ? prior_hessian_ : hessian_);
 }
 
-Eigen::VectorXd LaplaceApproximation::Covariances::times(const Eigen::VectorXd& x) const {
-  return marginals ? marginals->times(x) : inverse->times(x);
+bool LaplaceApproximation::solve(Eigen::MatrixXd& columns, bool prior) {
+  if (!factorize(prior)) return false;
+  for (Eigen::Index i = 0; i < columns.cols(); ++i) {
+    step_ = columns.col(i);
+    cholesky_.solve(step_);
+    columns.col(i) = step_;
+  }
+  return true;
+}
+
+void LaplaceApproximation::set_regularization(double share) {
+  regularization_.resize(nlp_.hessian_pattern().size());
+  hessian_diagonal(nlp_.hessian_pattern(), hessian_, regularization_);
+  regularization_ *= share;
+}
+
+/// Bounds the directions that neither the prior nor the downweighted measurements determine numerically. The amount
+/// does not depend on the noise factors.
+void LaplaceApproximation::regularize_prior_hessian() {
+  const SymmetricPattern& pattern = nlp_.hessian_pattern();
+  if (regularization_.size() == 0) set_regularization(kRegularization);
+  for (int k = 0; k < pattern.num_blocks(); ++k)
+    for (int i = 0; i < pattern.width(k); ++i)
+      prior_hessian_[pattern.diagonal(k, i)] += regularization_[pattern.first[std::size_t(k)] + i];
+}
+
+double LaplaceApproximation::Covariances::log_determinant() const {
+  return marginals ? marginals->log_determinant() : inverse->log_determinant();
 }
 
 Eigen::MatrixXd LaplaceApproximation::Covariances::joint(const std::vector<int>& variable_ids,

@@ -120,23 +120,14 @@ bool SelectedInverse::compute(const Eigen::VectorXd& hessian, const LinearEquati
 bool SelectedInverse::eliminate_free(int k) {
   failed_ = eliminate(k, k + 1, blocks_);
   if (failed_ >= 0) return false;
-  const double* P = panel(k);
-  for (int c = 0; c < size_[std::size_t(k)]; ++c) {
-    const double pivot = P[c + std::ptrdiff_t(c) * panel_rows_[std::size_t(k)]];
-    const double ratio = pivot * pivot / diagonal_[first_unknown_[std::size_t(k)] + c];
-    smallest_pivot_ = ratio < smallest_pivot_ ? ratio : smallest_pivot_;
-  }
-  convert_factor(k);
-  return true;
-}
-
-void SelectedInverse::convert_factor(int k) {
   const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
   double* P = panel(k);
   double* I = identity_.data();
   for (int c = 0; c < n; ++c) {
     for (int i = 0; i < n; ++i) I[i + c * n] = i == c;
     const double pivot = P[c + std::ptrdiff_t(c) * m];
+    const double ratio = pivot * pivot / diagonal_[first_unknown_[std::size_t(k)] + c];
+    smallest_pivot_ = ratio < smallest_pivot_ ? ratio : smallest_pivot_;
     log_determinant_ += 2 * std::log(pivot);
     for (int i = n; i < m; ++i) P[i + std::ptrdiff_t(c) * m] = -P[i + std::ptrdiff_t(c) * m];
   }
@@ -148,6 +139,7 @@ void SelectedInverse::convert_factor(int k) {
       for (int p = c; p < n; ++p) sum += I[p + i * n] * I[p + c * n];
       P[i + std::ptrdiff_t(c) * m] = P[c + std::ptrdiff_t(i) * m] = sum;
     }
+  return true;
 }
 
 bool SelectedInverse::eliminate_constrained(int k) {
@@ -221,15 +213,6 @@ void SelectedInverse::invert(int k) {
       for (int p = n; p < m; ++p) sum += P[p + std::ptrdiff_t(i) * m] * S[p + std::ptrdiff_t(c) * m];
       S[i + std::ptrdiff_t(c) * m] = S[c + std::ptrdiff_t(i) * m] = sum;
     }
-}
-
-double SelectedInverse::trace_of_product(const Eigen::VectorXd& diagonal) const {
-  double sum = 0;
-  for (int k = 0; k < blocks_; ++k)
-    for (int i = 0; i < size_[std::size_t(k)]; ++i)
-      sum += inverse_[panel_[std::size_t(k)] + std::ptrdiff_t(i) * (panel_rows_[std::size_t(k)] + 1)] *
-             diagonal[first_unknown_[std::size_t(k)] + i];
-  return sum;
 }
 
 bool SelectedInverse::in_pattern(int a, int b) const {

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <tandem/problem/problem_data.hpp>
 #include <tandem/solvers/calibration/default_solve.hpp>
 #include <tandem/solvers/calibration/held_out.hpp>
 #include <tandem/solvers/calibration/scale_noise.hpp>
@@ -85,7 +84,7 @@ void ScenarioProblems::rebuild_at(const Eigen::VectorXd& values) try {
   CalibrationProblems moved = build_by(scenarios_, values);
   if (given_problems_.empty()) given_problems_.swap(problems_);
   for (std::size_t p = 0; p < raw_problems_.size(); ++p) {
-    detail::ProblemData::copy_values(given_problems_[p]->problem(), moved[p]->problem());
+    detail::copy_values(given_problems_[p]->problem(), moved[p]->problem());
     raw_problems_[p] = &moved[p]->problem();
   }
   problems_ = std::move(moved);

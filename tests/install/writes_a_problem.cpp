@@ -1,5 +1,6 @@
 // Writes a problem with a user-defined residual, reads it back and solves both.
 #include <iostream>
+#include <tuple>
 
 #include <tandem/problem/file/problem_file.hpp>
 #include <tandem/residuals/prior.hpp>
@@ -13,6 +14,7 @@ struct Circle {
   static constexpr int dim = 1;
   using States = std::tuple<tandem::R2>;
   double radius;
+  auto fields() { return std::tie(radius); }  // stores it in files
   void operator()(const tandem::R2& x, tandem::Vector<1>& r, tandem::Matrix<1, 2>* J = nullptr) const {
     r[0] = x.vector().norm() - radius;
     if (J) *J = x.vector().normalized().transpose();
