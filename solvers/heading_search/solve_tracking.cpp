@@ -7,8 +7,8 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/nlp_evaluator.hpp>
-#include <tandem/solvers/assumed_range.hpp>
 #include <tandem/solvers/heading_search/heading_starts.hpp>
+#include <tandem/solvers/heading_search/range_observability.hpp>
 #include <tandem/solvers/heading_search/solve_tracking.hpp>
 #include <tandem/solvers/multistart.hpp>
 

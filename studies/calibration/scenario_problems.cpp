@@ -109,8 +109,15 @@ std::vector<BuiltParameter> ScenarioProblems::built_parameters() const {
   return parameters;
 }
 
-Calibration ScenarioProblems::calibrate(const CalibrationOptions& options,
+/// Returns the options with the blocks of the current problems, which may have been rebuilt.
+CalibrationOptions ScenarioProblems::with_current_blocks(CalibrationOptions options) const {
+  if (!options.measured.empty()) options.measured = measured();
+  return options;
+}
+
+Calibration ScenarioProblems::calibrate(const CalibrationOptions& given,
                                         std::vector<CalibratedParameter>& parameters) {
+  const CalibrationOptions options = with_current_blocks(given);
   Calibration found;
   std::vector<CalibratedNoise> model_results;
   if (model_parameters_.empty()) {
@@ -142,7 +149,8 @@ Calibration ScenarioProblems::calibrate(const CalibrationOptions& options,
 }
 
 CrossValidation ScenarioProblems::cross_validate(const std::vector<std::vector<HeldOutMeasurement>>& folds,
-                                                 const CalibrationOptions& options) {
+                                                 const CalibrationOptions& given) {
+  const CalibrationOptions options = with_current_blocks(given);
   std::vector<std::vector<HeldOutMeasurement>> own;
   for (const auto& fold : folds) own.push_back(detail::counterparts(raw_problems_, fold));
   if (model_parameters_.empty()) return tandem::cross_validate(raw_problems_, noise_.groups, own, options);

@@ -45,6 +45,7 @@ class ScenarioProblems {
   void apply_factors(const std::vector<CalibratedParameter>& found, std::vector<NoiseEntry>& entries) const;
 
  private:
+  CalibrationOptions with_current_blocks(CalibrationOptions options) const;
   CalibrationProblems build_by(std::vector<Scenario> scenarios, const Eigen::VectorXd& values) const;
   BuiltProblems build(const Eigen::VectorXd& values) const;
   void rebuild_at(const Eigen::VectorXd& values);

@@ -2,7 +2,7 @@
 
 #include <tandem/problem/tracking/planar.hpp>
 #include <tandem/residuals/steady_course.hpp>
-#include <tandem/solvers/assumed_range.hpp>
+#include <tandem/solvers/heading_search/range_observability.hpp>
 #include <tandem/solvers/relative_covariance.hpp>
 #include <tandem/studies/estimation/uncertainty.hpp>
 #include <tandem/studies/support/mahalanobis.hpp>

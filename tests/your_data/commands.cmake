@@ -23,8 +23,6 @@ file(WRITE "${WORK}/my_run/lidar.csv" "t,azimuth,elevation\n10,0.1,0.1\n")
 file(COPY_FILE "${WORK}/my_run/optical.csv" "${WORK}/my_run/camera.csv")
 file(WRITE "${WORK}/noise.yaml" "noise:\n  usbl: [1.9, 1.7, 1.6]\n")
 file(WRITE "${WORK}/my_trial.yaml" "gap: 5\n")
-run(simulate dive --out my_dive --set minutes=1)
-run(simulate dive --out dive_target --set minutes=1 --set target=1)
 run(estimate my_run --max-keyframes 20 --no-covariance --plots off --quiet --out results --write-problem problem.json)
 file(COPY_FILE "${WORK}/problem.json" "${WORK}/bug.json")
 

@@ -117,8 +117,7 @@ TEST(FixedLagMarginalization, NewVariablesHaveNoCovarianceOfRemovedOnes) {
   EXPECT_THAT([&] { lag.covariance(a, b); }, ThrowsMessage<Error>(HasSubstr("no covariance of b")));
   lag.track(2.0, b);
   EXPECT_THAT([&] { lag.track(3.0, b); }, ThrowsMessage<Error>(HasSubstr("b already has a time")));
-  EXPECT_THAT([&] { lag.track(3.0, idle); },
-              ThrowsMessage<Error>(HasSubstr("idle has been removed")));
+  EXPECT_THAT([&] { lag.track(3.0, idle); }, ThrowsMessage<Error>(HasSubstr("idle has been removed")));
   EXPECT_EQ(lag.newest(), 2.0);
 }
 

@@ -73,53 +73,6 @@ TEST(CalibrateScenarios, RecoversTheNoiseFromAWrongGivenOne) {
     }
 }
 
-/// Checks the estimates by the fixed point of expectation maximisation, which needs no integral of the priors: the
-/// expected squares of the whitened residuals sum to the number of rows. Uses other code for the moments.
-TEST(LongCalibrateScenarios, SensorNoiseIsAFixedPointOfExpectationMaximisation) {
-  const Scenario scenario = read_scenario(builtin_scenarios() / "docking_a");
-  ScenarioCalibrationOptions options;
-  options.folds = 0;
-  options.free = {"usbl", "optical"};
-  const ScenarioCalibration found = calibrate_scenarios({scenario}, options);
-  ASSERT_TRUE(found.summary.converged()) << found.summary.message;
-
-  CalibrationProblem built(scenario, options.target, options.own);
-  Problem& problem = built.problem();
-  const auto each_row = [&](auto f) {  // f(block, row, parameter)
-    for (const EntryBlock& b : built.blocks) {
-      const CalibratedEntry& entry = built.entries[b.entry];
-      for (std::size_t c = 0; c < entry.components.size(); ++c)
-        for (const CalibratedParameter& p : found.parameters)
-          if (p.name == entry.parameter(c)) f(b.block, entry.row[c] - b.first, p);
-    }
-  };
-  each_row([&](const Block& block, int row, const CalibratedParameter& p) {
-    const Gaussian noise = problem.noise(block);
-    Eigen::VectorXd factor = Eigen::VectorXd::Ones(noise.dim());
-    factor[row] = p.result.factor;
-    problem.set_noise(block, noise.scaled(factor));
-  });
-  ASSERT_TRUE(solve(problem, GaussNewtonOptions{}).converged());
-  const Marginals marginals(problem);
-  std::map<std::string, std::pair<double, int>> squares;  // sum and number
-  each_row([&](const Block& block, int row, const CalibratedParameter& p) {
-    const Problem::Linearization at = problem.linearization(block);
-    const Eigen::RowVectorXd J = at.jacobian.row(row);
-    const double expected =
-        at.residual[row] * at.residual[row] + J * marginals.joint(at.variable_ids, at.dofs) * J.transpose();
-    auto& [sum, n] = squares[p.name];
-    sum += expected / problem.noise(block).covariance_matrix()(row, row);
-    ++n;
-  });
-  ASSERT_EQ(squares.size(), 9u);
-  for (const CalibratedParameter& p : found.parameters) {
-    const auto [sum, n] = squares.at(p.name);
-    // The prior of the log factor adds its slope. A factor of σ changes the sum by its square.
-    const double prior = std::log(p.result.factor) / (options.prior * options.prior);
-    EXPECT_NEAR((sum - prior) / n, 1, 2e-3) << p.name;
-  }
-}
-
 TEST(CalibrateScenarios, KeepsAParameterThatRunsToTheLimit) {
   Scenario scenario = simulated(5, 240);
   const double truth = scenario.data.sensors[1].sigma[0];

@@ -220,10 +220,9 @@ TEST(RecordedCalibration, ShortRecordingDeterminesFewParameters) {
 
 /// Without a motion model, nothing determines the target where it is not measured.
 TEST_F(CalibrateCommand, NamesUnobservableStates) {
-  EXPECT_THAT(
-      rejection({"calibrate", "docking_a", "--max-keyframes", "100", "--model", "no-motion", "--folds", "0"}),
-      testing::AllOf(HasSubstr("docking_a: the measurements do not determine target "), HasSubstr("--robust"),
-                     testing::Not(HasSubstr("Hessian")), testing::Not(HasSubstr("add a residual"))));
+  EXPECT_THAT(rejection({"calibrate", "docking_a", "--max-keyframes", "100", "--model", "no-motion", "--folds", "0"}),
+              testing::AllOf(HasSubstr("docking_a: the measurements do not determine target "), HasSubstr("--robust"),
+                             testing::Not(HasSubstr("Hessian")), testing::Not(HasSubstr("add a residual"))));
 }
 
 /// Motion noise stays as given while the residuals of a boat's sensors correlate.

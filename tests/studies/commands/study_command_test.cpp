@@ -272,8 +272,7 @@ TEST(StudyCommand, RejectsInvalidUsage) {
               HasSubstr("--shard takes I/N with I from 0 to N-1"));
   EXPECT_THAT(rejection_as_given({"study", "trial", file, "8", "--out", out}),
               HasSubstr("has the trials 0 to 7, not '8'"));
-  EXPECT_THAT(rejection_as_given({"study", "run", file, "--out", "/proc/study"}),
-              HasSubstr("cannot write to /proc"));
+  EXPECT_THAT(rejection_as_given({"study", "run", file, "--out", "/proc/study"}), HasSubstr("cannot write to /proc"));
   std::string wrong = kStudy;
   wrong.replace(wrong.find("gap_period"), 10, "gap_perido");
   EXPECT_THAT(rejection_as_given({"study", "run", scratch.write("wrong.yaml", wrong), "--out", out}),

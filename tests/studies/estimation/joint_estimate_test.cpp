@@ -127,9 +127,8 @@ TEST(JointEstimate, RejectsInvalidScenarios) {
   const auto rejection = [](const Scenario& s) { return error_of([&] { estimate(s, {}, GaussNewtonOptions{}); }); };
   Scenario still = scenario;
   still.navigation->imu.reset();
-  std::erase_if(still.navigation->sensors, [](const EgoSensor& s) {
-    return s.type == EgoSensorType::dvl || s.type == EgoSensorType::gps;
-  });
+  std::erase_if(still.navigation->sensors,
+                [](const EgoSensor& s) { return s.type == EgoSensorType::dvl || s.type == EgoSensorType::gps; });
   EXPECT_THAT(rejection(still),
               HasSubstr("navigation needs a source of motion: add an imu, or a heading sensor with a dvl or a gps"));
   Scenario planar = navigated(scenario).scenario;

@@ -2,8 +2,8 @@
 
 #include <gmock/gmock.h>
 
-#include <tandem/solvers/assumed_range.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
+#include <tandem/solvers/heading_search/range_observability.hpp>
 #include <tandem/solvers/heading_search/solve_tracking.hpp>
 
 #include "problem/tracking/simulated_run.hpp"

@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include <tandem/solvers/assumed_range.hpp>
+#include <tandem/solvers/heading_search/range_observability.hpp>
 
 namespace tandem {
 
