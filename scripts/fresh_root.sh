@@ -26,7 +26,9 @@ make_root() {
   for file in /etc/apt/apt.conf.d/*; do
     if grep -qi 'proxy\|Check-Valid' "$file"; then cp "$file" "$root/etc/apt/apt.conf.d/"; fi
   done
-  mount -t proc proc "$root/proc"
+  if ! mount -t proc proc "$root/proc"; then
+    echo "$0: cannot mount here" >&2 && exit 77
+  fi
   mount --bind /dev "$root/dev"
   bind "$archives" /var/cache/apt/archives
 }
