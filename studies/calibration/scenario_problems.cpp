@@ -115,8 +115,7 @@ CalibrationOptions ScenarioProblems::with_current_blocks(CalibrationOptions opti
   return options;
 }
 
-Calibration ScenarioProblems::calibrate(const CalibrationOptions& given,
-                                        std::vector<CalibratedParameter>& parameters) {
+Calibration ScenarioProblems::calibrate(const CalibrationOptions& given, std::vector<CalibratedParameter>& parameters) {
   const CalibrationOptions options = with_current_blocks(given);
   Calibration found;
   std::vector<CalibratedNoise> model_results;
