@@ -200,11 +200,11 @@ Estimate estimate(const Scenario& scenario, const TrackingOptions& options, cons
   }
   result.constants = systematic_error_estimates(problem, tracking.constants, nullptr);
   const JudgedMeasurements judged = judged_measurements(scenario, tracking);
-  result.fit = fit_report(problem, judged.sensors, judged.blocks);
   if (covariance)
     add_uncertainty(scenario, solver, graduated, stop, judged, tracking, result);
   else
     result.why_no_uncertainty = "not requested";
+  if (result.fit.sensors.empty()) result.fit = fit_report(problem, judged.sensors, judged.blocks);
   result.causes = likely_causes(scenario, options, result.fit, stop);
   add_ego(scenario.data, tracking, result);
   result.keyframes = std::move(tracking.keyframes);

@@ -146,11 +146,11 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
     result.splits = built.splits;
     JudgedMeasurements judged;
     add_own_sensors(placed, built.measurements, options.north_east, judged);
-    result.fit = fit_report(built.problem, judged.sensors, judged.blocks);
     if (!options.covariance)
       result.why_no_covariance = "not requested";
     else if (result.summary.converged())
       add_covariance(built, placed, judged, stop, result);
+    if (result.fit.sensors.empty()) result.fit = fit_report(built.problem, judged.sensors, judged.blocks);
     result.seconds = clock();
     return result;
   }

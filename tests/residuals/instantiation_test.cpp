@@ -63,15 +63,15 @@ void check(const R& residual) {
   }
 }
 
-/// Evaluates a residual of a chaser and a target. The tests of these residuals check their Jacobians.
+/// Checks the Jacobians of a residual of a chaser and a target at a moderate distance. Differences are meaningless where
+/// the two nearly coincide, or where they see each other in the direction opposite to the measured one.
 template <class R>
-void evaluate(const R& residual) {
+void check_apart(const R& residual) {
   ++checked;
   std::mt19937_64 random(3);
   const auto states = random_states<typename R::States>(random, StateDistance::moderate);
-  Vector<R::dim> r;
-  std::apply([&](const auto&... x) { residual(x..., r); }, states);
-  EXPECT_TRUE(r.allFinite()) << type_name(typeid(R));
+  const JacobianReport report = std::apply([&](const auto&... x) { return check_jacobians(residual, x...); }, states);
+  EXPECT_LT(report.relative, std::max(1e-6, report.resolution)) << type_name(typeid(R)) << ": " << report.text;
 }
 
 /// Checks make(type R<G>) for each group with which R<G> is a residual.
@@ -85,18 +85,18 @@ void each(Groups<Gs...>, Make make) {
   (one(std::type_identity<Gs>()), ...);
 }
 
-/// Rotations have no position, so they can neither observe nor be observed.
+/// Rotations have no position, so the distance between two of them is always 0, where observations are undefined.
 template <class G>
 constexpr bool is_rotation = std::same_as<G, SO2> || std::same_as<G, SO3>;
 
-/// Evaluates make(type R<A, B>) for each two groups with which R<A, B> is a residual.
+/// Checks make(type R<A, B>) for each two groups with which R<A, B> is a residual.
 template <template <class, class> class R, class Make>
 void each_pair(Make make) {
   const auto with_second = [&]<class A, class... Bs>(std::type_identity<A>, Groups<Bs...>) {
     const auto one = [&]<class B>(std::type_identity<B>) {
       if constexpr (requires { typename R<A, B>; }) {
-        if constexpr (Residual<R<A, B>> && !is_rotation<A> && !is_rotation<B>)
-          evaluate(make(std::type_identity<R<A, B>>()));
+        if constexpr (Residual<R<A, B>> && !(is_rotation<A> && is_rotation<B>))
+          check_apart(make(std::type_identity<R<A, B>>()));
       }
     };
     (one(std::type_identity<Bs>()), ...);
@@ -148,7 +148,7 @@ TEST(ResidualInstantiation, OfChaserAndTarget) {
   each_pair<RangeBearing>([&]<class A, class B>(std::type_identity<RangeBearing<A, B>>) {
     return RangeBearing<A, B>{2.0, ahead(std::integral_constant<int, A::point_dim>())};
   });
-  EXPECT_GT(checked, 60);
+  EXPECT_GT(checked, 100);
 }
 
 TEST(ResidualInstantiation, OfThreeKeyframes) {
