@@ -277,6 +277,16 @@ def measure_solvers(session):
                    rows)
 
 
+def measure_programs(session):
+    found = matched(r"^(\S+)" + 5 * r" (\d+)" + 2 * r" (\S+)" + "$", session.run("bench_programs"), "bench_programs")
+    rows = [[name, problems, converged, at_minimum, median, most, scientific(float(stationarity)),
+             scientific(float(violation))]
+            for name, problems, converged, at_minimum, median, most, stationarity, violation in found]
+    return section(["bench_programs"],
+                   ["", "problems", "converged", "at the known minimum", "iterations, median", "iterations, most",
+                    "stationarity", "violation"], rows)
+
+
 def measure_ceres(session):
     found = session.google("bench_gauss_newton")
     rows = []

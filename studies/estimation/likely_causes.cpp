@@ -13,8 +13,9 @@
 namespace tandem {
 namespace {
 
-constexpr std::size_t kMeasurements = 60;  // of the misfit sensor, in the part that is solved
-constexpr double kMaxSeconds = 10;         // for all trials
+constexpr std::size_t kMeasurements = 60;      // of the misfit sensor, in the part that is solved
+constexpr std::size_t kAllMeasurements = 300;  // of all sensors, in that part
+constexpr int kIterations = 30;                // of each trial, whose cost needs no digits
 constexpr double kMinGain = 1.0 / 3;
 constexpr std::size_t kMaxCauses = 3;
 
@@ -118,7 +119,16 @@ std::vector<Hypothesis> hypotheses(const TargetSensor& sensor, bool planar) {
 /// Returns the recording around the sensor's first measurements.
 TrackingData part_with(const TrackingData& data, std::size_t sensor) {
   const std::vector<Measurement>& of_sensor = data.sensors[sensor].measurements;
-  const double begin = of_sensor.front().t - 5, end = of_sensor[std::min(kMeasurements, of_sensor.size()) - 1].t + 5;
+  const double begin = of_sensor.front().t - 5;
+  double end = of_sensor[std::min(kMeasurements, of_sensor.size()) - 1].t + 5;
+  std::vector<double> times;
+  for (const TargetSensor& s : data.sensors)
+    for (const Measurement& m : s.measurements)
+      if (m.t >= begin) times.push_back(m.t);
+  if (times.size() > kAllMeasurements) {
+    std::nth_element(times.begin(), times.begin() + kAllMeasurements, times.end());
+    end = std::min(end, times[kAllMeasurements]);
+  }
   TrackingData part = data;
   std::erase_if(part.odometry, [&](const auto& at) { return at.t < begin || at.t > end; });
   for (TargetSensor& s : part.sensors)
@@ -131,7 +141,7 @@ std::optional<double> solved_cost(const TrackingData& data, const TrackingOption
   try {
     TrackingProblem built = make_tracking_problem(data, options, stop);
     GaussNewtonOptions solver;
-    solver.max_iterations = 60;
+    solver.max_iterations = kIterations;
     stop.limit(solver);
     const Summary summary = solve(built.problem, solver);
     return std::isfinite(summary.cost) ? std::optional(summary.cost) : std::nullopt;
@@ -152,31 +162,26 @@ std::vector<LikelyCause> likely_causes(const Scenario& scenario, const TrackingO
   if (options.roll_pitch == Role::hard) options.roll_pitch = Role::soft;
   options.limits = Role::soft;
   std::vector<LikelyCause> causes;
-  try {
-    SolverOptions limit;
-    stop.limit(limit);
-    limit.time_limit = std::min(limit.time_limit, kMaxSeconds);
-    const Stop budget(limit);
-    for (std::size_t i = 0; i < scenario.data.sensors.size() && i < fit.sensors.size(); ++i) {
-      if (fit.sensors[i].misfit().empty() || scenario.data.sensors[i].measurements.empty() || scenario.data.ego)
-        continue;
+  for (std::size_t i = 0; i < scenario.data.sensors.size() && i < fit.sensors.size(); ++i) {
+    if (fit.sensors[i].misfit().empty() || scenario.data.sensors[i].measurements.empty() || scenario.data.ego) continue;
+    std::vector<LikelyCause> of_sensor;
+    try {
       const TrackingData part = part_with(scenario.data, i);
-      const std::optional<double> before = solved_cost(part, options, budget);
+      const std::optional<double> before = solved_cost(part, options, stop);
       if (!before) continue;
-      std::vector<LikelyCause> of_sensor;
       for (const Hypothesis& hypothesis : hypotheses(scenario.data.sensors[i], scenario.data.planar)) {
         TrackingData changed = part;
         hypothesis.mend(changed.sensors[i]);
-        const std::optional<double> after = solved_cost(changed, options, budget);
+        const std::optional<double> after = solved_cost(changed, options, stop);
         if (after && *after < (1 - kMinGain) * *before)
           of_sensor.push_back({scenario.data.sensors[i].name, hypothesis.text, *before, *after});
       }
-      std::stable_sort(of_sensor.begin(), of_sensor.end(),
-                       [](const LikelyCause& a, const LikelyCause& b) { return a.after < b.after; });
-      of_sensor.resize(std::min(of_sensor.size(), kMaxCauses));
-      causes.insert(causes.end(), of_sensor.begin(), of_sensor.end());
+    } catch (const Stopped&) {  // what was found so far counts
     }
-  } catch (const Stopped&) {
+    std::stable_sort(of_sensor.begin(), of_sensor.end(),
+                     [](const LikelyCause& a, const LikelyCause& b) { return a.after < b.after; });
+    of_sensor.resize(std::min(of_sensor.size(), kMaxCauses));
+    causes.insert(causes.end(), of_sensor.begin(), of_sensor.end());
   }
   return causes;
 }

@@ -7,8 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include <ceres/jet.h>
-
+#include <tandem/lie/dual.hpp>
 #include <tandem/lie/rn.hpp>
 #include <tandem/problem/problem.hpp>
 
@@ -16,21 +15,31 @@
 /// Lecture Notes in Economics and Mathematical Systems 187) as Tandem problems.
 namespace tandem::testing {
 
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+
+/// Returns x to the power of a positive integer.
+template <class T>
+T power(const T& x, int n) {
+  T y = x;
+  for (int k = 1; k < n; ++k) y *= x;
+  return y;
+}
+
 /// Scalar residual of a formula in N unknowns.
 template <int N>
 struct Formula {
   static constexpr std::string_view name = "formula";
   static constexpr int dim = 1;
   using States = std::tuple<Rn<N>>;
-  using Jet = ceres::Jet<double, N>;
-  Jet (*at)(const Jet* x);
+  using Function = Dual<N> (*)(const Dual<N>* x);
+  Function at;
 
   void operator()(const Rn<N>& x, Vector<1>& r, Matrix<1, N>* J = nullptr) const {
-    std::array<Jet, std::size_t(N)> jets;
-    for (int i = 0; i < N; ++i) jets[std::size_t(i)] = Jet(x.vector()[i], i);
-    const Jet value = at(jets.data());
+    std::array<Dual<N>, std::size_t(N)> unknowns;
+    for (int i = 0; i < N; ++i) unknowns[std::size_t(i)] = Dual<N>::variable(x.vector()[i], i);
+    const Dual<N> value = at(unknowns.data());
     r[0] = value.a;
-    if (J) *J = value.v.transpose();
+    if (J) *J = value.v.template head<N>().matrix().transpose();
   }
 };
 
@@ -64,8 +73,7 @@ struct HockSchittkowski {
 template <int N>
 class HockSchittkowskiBuilder {
  public:
-  using Jet = typename Formula<N>::Jet;
-  using Function = Jet (*)(const Jet*);
+  using Function = typename Formula<N>::Function;
 
   HockSchittkowskiBuilder(int number, double minimum, const std::array<double, std::size_t(N)>& start)
       : result_{.number = number, .minimum = minimum} {
@@ -109,6 +117,9 @@ class HockSchittkowskiBuilder {
   HockSchittkowski result_;
   Variable<Rn<N>> x_;
 };
+
+/// Adds the problems in two unknowns.
+void add_two_unknowns(std::vector<HockSchittkowski>& all);
 
 /// Returns the problems with their starting points. Each call returns new problems.
 std::vector<HockSchittkowski> hock_schittkowski();

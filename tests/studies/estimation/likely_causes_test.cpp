@@ -28,13 +28,16 @@ std::string best_cause(const Scenario& scenario) {
   return found.causes.empty() ? "" : found.causes.front().sensor + ": " + found.causes.front().text;
 }
 
-TEST(LikelyCauses, NameTheMistake) {
-  EXPECT_EQ(best_cause(changed([](Measurement&) {})), "");
+TEST(LikelyCauses, NameOrderOfQuaternions) {
   EXPECT_EQ(best_cause(changed([](Measurement& m) {
               const Eigen::Quaterniond q = m.rotation.quaternion();
               m.rotation = SO3(Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()));  // w x y z read as x y z w
             })),
             "optical: quaternions are ordered w x y z");
+}
+
+TEST(LongLikelyCauses, NameTheMistake) {
+  EXPECT_EQ(best_cause(changed([](Measurement&) {})), "");
   EXPECT_EQ(best_cause(changed(
                 [](Measurement& m) { m.position = Vector<3>(m.position.y(), m.position.x(), m.position.z()); })),
             "optical: x and y are swapped");
