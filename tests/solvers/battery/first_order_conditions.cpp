@@ -11,7 +11,7 @@
 namespace tandem::testing {
 namespace {
 
-using Matrix = Eigen::MatrixXd;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 bool is_hard(const Problem& problem, const Block& block) try {
@@ -25,7 +25,7 @@ bool is_hard(const Problem& problem, const Block& block) try {
 struct Dense {
   VectorXd gradient, deviation;  // standard deviation of each unknown by the diagonal of the Hessian
   VectorXd c, lower, upper;
-  Matrix J;
+  MatrixXd J;
 };
 
 Dense linearize(Problem& problem, double least_curvature) {
@@ -53,7 +53,7 @@ Dense linearize(Problem& problem, double least_curvature) {
   Eigen::Index row = 0;
   for (const Block& block : blocks) {
     const auto l = problem.linearization(block);
-    Matrix J = Matrix::Zero(l.residual.size(), n);
+    MatrixXd J = MatrixXd::Zero(l.residual.size(), n);
     for (std::size_t k = 0, from = 0; k < l.variable_ids.size(); from += std::size_t(l.dofs[k++]))
       if (!problem.is_fixed(l.variable_ids[k]))
         J.middleCols(offset_of(l.variable_ids[k], l.dofs[k]), l.dofs[k]) +=
@@ -63,7 +63,7 @@ Dense linearize(Problem& problem, double least_curvature) {
       d.J.middleRows(row, l.residual.size()) = J;
       row += l.residual.size();
     } else {
-      const Matrix W = problem.noise(block).sqrt_information();
+      const MatrixXd W = problem.noise(block).sqrt_information();
       d.gradient += (W * J).transpose() * (W * l.residual);
       curvature += (W * J).colwise().squaredNorm().transpose();
     }
@@ -78,7 +78,7 @@ Dense linearize(Problem& problem, double least_curvature) {
 }
 
 /// Minimises ‖A y − b‖ over y ≥ 0 by the active-set method of Lawson & Hanson 1974, §23.3.
-VectorXd nonnegative_least_squares(const Matrix& A, const VectorXd& b) {
+VectorXd nonnegative_least_squares(const MatrixXd& A, const VectorXd& b) {
   VectorXd y = VectorXd::Zero(A.cols());
   std::vector<Eigen::Index> passive;
   for (Eigen::Index step = 0; step < 10 * A.cols(); ++step) {
@@ -90,7 +90,7 @@ VectorXd nonnegative_least_squares(const Matrix& A, const VectorXd& b) {
     if (best < 0 || slope[best] <= 1e-13 * (1 + b.norm())) break;
     passive.push_back(best);
     while (!passive.empty()) {
-      Matrix P(A.rows(), Eigen::Index(passive.size()));
+      MatrixXd P(A.rows(), Eigen::Index(passive.size()));
       for (std::size_t k = 0; k < passive.size(); ++k) P.col(Eigen::Index(k)) = A.col(passive[k]);
       const VectorXd z = P.completeOrthogonalDecomposition().solve(b);
       double fraction = 1;
@@ -115,10 +115,10 @@ FirstOrderConditions::FirstOrderConditions(Problem& problem, double least_curvat
   constexpr double kAtBound = 1e-4;
   const Dense d = linearize(problem, least_curvature);
   const Eigen::Index n = d.gradient.size();
-  const Matrix scaled = d.J * d.deviation.asDiagonal();
+  const MatrixXd scaled = d.J * d.deviation.asDiagonal();
   // One column of norm 1 per equality (E), per active bound (A), and per active side of a row (sides).
-  Matrix E(n, 0), A(n, 0), sides(n, 0);
-  const auto append = [](Matrix& columns, const VectorXd& column) {
+  MatrixXd E(n, 0), A(n, 0), sides(n, 0);
+  const auto append = [](MatrixXd& columns, const VectorXd& column) {
     columns.conservativeResize(Eigen::NoChange, columns.cols() + 1);
     columns.rightCols<1>() = column;
   };
@@ -145,14 +145,14 @@ FirstOrderConditions::FirstOrderConditions(Problem& problem, double least_curvat
     }
 
   // Eliminates the multipliers of equalities, which may be redundant.
-  Eigen::CompleteOrthogonalDecomposition<Matrix> equalities(n, E.cols());
+  Eigen::CompleteOrthogonalDecomposition<MatrixXd> equalities(n, E.cols());
   equalities.setThreshold(1e-9);
   if (E.cols() > 0) equalities.compute(E);
   const auto multipliers_of_E = [&](const VectorXd& b) -> VectorXd {
     return E.cols() > 0 ? VectorXd(equalities.solve(b)) : VectorXd();
   };
   const auto without_E = [&](const VectorXd& b) -> VectorXd { return b - E * multipliers_of_E(b); };
-  Matrix A_left = A;
+  MatrixXd A_left = A;
   for (Eigen::Index k = 0; k < A.cols(); ++k) A_left.col(k) = without_E(A.col(k));
 
   const VectorXd g = d.gradient.cwiseProduct(d.deviation);
