@@ -17,7 +17,8 @@
 namespace tandem {
 namespace {
 
-/// A text that is read in pieces. An interrupt between two pieces throws Stopped, since large files parse for long.
+/// A text that is read in pieces. An interrupt between two pieces throws Stopped, since large files parse for long. The
+/// first piece never throws: yaml-cpp's constructor reads it and would leak its buffer.
 class InterruptibleText : public std::streambuf {
  public:
   InterruptibleText(const std::string& text, const std::filesystem::path& file) : text_(text), file_(file) {}
@@ -25,8 +26,8 @@ class InterruptibleText : public std::streambuf {
  protected:
   int_type underflow() override {
     constexpr std::size_t kPiece = 1 << 12;
-    Stop(&interrupted()).check("reading " + file_.string());
     if (at_ == text_.size()) return traits_type::eof();
+    if (at_ > 0) Stop(&interrupted()).check("reading " + file_.string());
     char* const begin = const_cast<char*>(text_.data()) + at_;  // not written to
     const std::size_t size = std::min(kPiece, text_.size() - at_);
     setg(begin, begin, begin + size);

@@ -44,7 +44,7 @@ void request(const Limit& limit, PlanOptions& plan) {
 }
 
 class PlanLimits : public ::testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Vehicles, PlanLimits, ::testing::Values("remus_100", "bluerov2_heavy"));
+INSTANTIATE_TEST_SUITE_P(LongVehicles, PlanLimits, ::testing::Values("remus_100", "bluerov2_heavy"));
 
 /// Each limit alone and each pair: without them there is a plan, so a failure names one of their options.
 TEST_P(PlanLimits, AreKeptOrNamedByTheirOption) {
