@@ -14,7 +14,9 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/lie/se2.hpp>
 #include <tandem/lie/se3.hpp>
+#include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/residuals/relative_pose.hpp>
+#include <tandem/solvers/chordal_start.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 
 using namespace tandem;
@@ -33,13 +35,16 @@ void read(std::istream& in, SE2& pose) {
   pose = SE2(SO2(yaw), Vector<2>(x, y));
 }
 
-/// Solves the graph of a file with the first pose fixed. Information matrices refer to tangent vectors [m, rad].
+/// Solves the graph of a file with the first pose fixed, from the poses of the file or from the chordal start, which may
+/// avoid a local minimum, whichever has the lower cost. Information matrices refer to tangent vectors [m, rad].
 template <LieGroup G>
 Summary solve_graph(const std::string& file) {
   const std::string vertex = G::dof == 3 ? "VERTEX_SE2" : "VERTEX_SE3:QUAT";
   const std::string edge = G::dof == 3 ? "EDGE_SE2" : "EDGE_SE3:QUAT";
   Problem problem;
-  std::map<int, Variable<G>> poses;
+  std::map<int, std::size_t> index;  // of each vertex, by its id
+  std::vector<Variable<G>> poses;
+  std::vector<PoseEdge<G>> edges;
   std::ifstream in(file);
   std::string line, tag;
   for (int number = 1; std::getline(in, line); ++number) {
@@ -52,9 +57,9 @@ Summary solve_graph(const std::string& file) {
       words >> from;
       read(words, pose);
       if (!words) throw Error(where + "a vertex needs an id, a position and an orientation (unit quaternion)");
-      if (poses.contains(from)) throw Error(where + "pose " + std::to_string(from) + " is defined twice");
-      poses[from] = problem.add(pose, "pose " + std::to_string(from));
-      if (poses.size() == 1) problem.fix(poses[from]);
+      if (!index.emplace(from, poses.size()).second)
+        throw Error(where + "pose " + std::to_string(from) + " is defined twice");
+      poses.push_back(problem.add(pose, "pose " + std::to_string(from)));
     } else if (tag == edge) {
       words >> from >> to;
       read(words, pose);
@@ -65,14 +70,21 @@ Summary solve_graph(const std::string& file) {
           information(j, i) = information(i, j);
         }
       if (!words) throw Error(where + "an edge needs two ids, a pose and an information matrix");
-      if (!poses.contains(from) || !poses.contains(to))
+      if (!index.contains(from) || !index.contains(to))
         throw Error(where + "the edge refers to a pose that is not defined above");
-      problem.minimize(RelativePose<G>{pose}, Gaussian::information(information), {poses[from], poses[to]});
+      edges.push_back({int(index[from]), int(index[to]), pose, Gaussian::information(information)});
+      problem.minimize(RelativePose<G>{pose}, edges.back().noise, {poses[index[from]], poses[index[to]]});
     } else {
       throw Error(where + "unknown tag " + tag + "; expected " + vertex + " or " + edge);
     }
   }
-  return solve(problem, GaussNewtonOptions{});
+  problem.fix(poses[0]);
+  Problem chordal = problem.copy();
+  const std::vector<G> start = chordal_start<G>(int(poses.size()), edges, problem.value(poses[0]));
+  for (std::size_t i = 0; i < start.size(); ++i) chordal.set_value(chordal.counterpart(poses[i]), start[i]);
+  const bool better = NlpEvaluator(chordal).cost() < NlpEvaluator(problem).cost();
+  std::printf("start: %s\n", better ? "chordal relaxation of the rotations" : "poses of the file");
+  return solve(better ? chordal : problem, GaussNewtonOptions{});
 }
 
 /// Writes a spiral on a sphere of radius 20 m. Each pose is measured from the previous pose and from the pose one round

@@ -301,8 +301,9 @@ def measure_ceres(session):
         row(title, f"{ours['cost']:.4f}", ours["real_time"], ours["iterations"], theirs["real_time"],
             theirs["iterations"])
     texts = [session.run("bench_pose_graph") for _ in range(3)]
-    pattern = (r"^(\w+): (\d+) poses.*\n  gauss-newton +converged +(\S+) in ([\d.]+) s, (\d+) iterations\n"
-               r"  ceres +usable +\S+ in ([\d.]+) s, (\d+) iterations$")
+    pattern = (r"^(\w+): (\d+) poses.*\n"
+               r"  gauss-newton +converged +(\S+) in ([\d.]+) s, (\d+) iterations from odometry.*\n"
+               r"(?:  chordal.*\n  gauss-newton.*\n)  ceres +usable +\S+ in ([\d.]+) s, (\d+) iterations$")
     for graphs in zip(*(matched(pattern, text, "bench_pose_graph") for text in texts)):
         name, poses, cost, _, ours_iterations, _, their_iterations = graphs[0]
         row(f"{name}, {int(poses):,} poses", cost, statistics.median(1e3 * float(g[3]) for g in graphs),

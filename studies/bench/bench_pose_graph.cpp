@@ -73,7 +73,7 @@ class Manifold final : public ceres::Manifold {
 template <LieGroup G>
 class EdgeCost final : public ceres::CostFunction {
  public:
-  explicit EdgeCost(const typename PoseGraph<G>::Edge& edge) : residual_{edge.z}, W_(edge.noise.sqrt_information()) {
+  explicit EdgeCost(const PoseEdge<G>& edge) : residual_{edge.z}, W_(edge.noise.sqrt_information()) {
     set_num_residuals(G::dof);
     mutable_parameter_block_sizes()->assign(2, CeresBlock<G>::size);
   }
@@ -121,18 +121,26 @@ void solve_by_ceres(const PoseGraph<G>& graph) {
 }
 
 template <LieGroup G>
-void compare(const char* name, const PoseGraph<G>& graph) {
+void solve_by_tandem(const PoseGraph<G>& graph, const std::vector<G>& start, const char* from) {
   Problem problem;
   std::vector<Variable<G>> x;
-  for (const G& pose : graph.start) x.push_back(problem.add(pose));
+  for (const G& pose : start) x.push_back(problem.add(pose));
   problem.fix(x[0]);
   for (const auto& edge : graph.edges)
     problem.minimize(RelativePose<G>{edge.z}, edge.noise, {x[std::size_t(edge.from)], x[std::size_t(edge.to)]});
   const Summary s = solve(problem, GaussNewtonOptions{});
-  fmt::print("{}: {} poses, {} edges, initial cost {:.6g}\n", name, graph.start.size(), graph.edges.size(),
-             s.initial_cost);
-  fmt::print("  gauss-newton  {:<14} {:.9g} in {:.3f} s, {} iterations\n", tandem::name(s.status), s.cost, s.seconds,
-             s.iterations);
+  fmt::print("  gauss-newton  {:<14} {:.9g} in {:.3f} s, {} iterations from {} with cost {:.6g}\n",
+             tandem::name(s.status), s.cost, s.seconds, s.iterations, from, s.initial_cost);
+}
+
+template <LieGroup G>
+void compare(const char* name, const PoseGraph<G>& graph) {
+  fmt::print("{}: {} poses, {} edges\n", name, graph.start.size(), graph.edges.size());
+  solve_by_tandem(graph, graph.start, "odometry");
+  const double begun = seconds();
+  const std::vector<G> chordal = chordal_start<G>(int(graph.start.size()), graph.edges, graph.start[0]);
+  fmt::print("  chordal start in {:.3f} s\n", seconds() - begun);
+  solve_by_tandem(graph, chordal, "the chordal start");
   solve_by_ceres(graph);
 }
 

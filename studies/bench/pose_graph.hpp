@@ -10,26 +10,21 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/lie/se2.hpp>
-#include <tandem/lie/sek3.hpp>
-#include <tandem/residuals/gaussian.hpp>
+#include <tandem/lie/se3.hpp>
+#include <tandem/solvers/chordal_start.hpp>
 
 namespace tandem::bench {
 
 /// Pose graph. The first pose is fixed.
 template <LieGroup G>
 struct PoseGraph {
-  struct Edge {
-    int from, to;
-    G z;             ///< measured pose of `to` in the frame of `from`
-    Gaussian noise;  ///< of Log(z⁻¹ from⁻¹ to)
-  };
   std::vector<G> start;  ///< initial guess
-  std::vector<Edge> edges;
+  std::vector<PoseEdge<G>> edges;
 
   /// Computes the initial guess from the first pose and the odometry edges k → k + 1. Throws Error if one is missing.
   void initialise_by_odometry() {
-    std::vector<const Edge*> next(start.size(), nullptr);
-    for (const Edge& e : edges)
+    std::vector<const PoseEdge<G>*> next(start.size(), nullptr);
+    for (const PoseEdge<G>& e : edges)
       if (e.to == e.from + 1 && !next[std::size_t(e.from)]) next[std::size_t(e.from)] = &e;
     for (std::size_t k = 0; k + 1 < start.size(); ++k) {
       if (!next[k]) throw Error("the pose graph has no odometry edge from pose " + std::to_string(k) + " to the next");
