@@ -112,7 +112,7 @@ TEST_P(Faults, TrackRecovers) {
 }
 
 const auto name_of_case = [](const auto& info) { return info.param.recording; };
-INSTANTIATE_TEST_SUITE_P(Simulated, Faults, ::testing::Values(Case{"docking_a", "usbl", 30, 100}), name_of_case);
+INSTANTIATE_TEST_SUITE_P(LongSimulated, Faults, ::testing::Values(Case{"docking_a", "usbl", 30, 100}), name_of_case);
 INSTANTIATE_TEST_SUITE_P(Recorded, Faults,
                          ::testing::Values(Case{"kitti_0020_012", "optical", 12, 64},
                                            Case{"auv_akit_03", "dvl", 40, 90}, Case{"ferry_22_1", "lidar", 31, 74},

@@ -158,7 +158,7 @@ TEST(ModelsCommand, ComparesModelsAndWritesFiles) {
   EXPECT_THAT(read_file(scratch.path() / "models.csv"), HasSubstr("docking_a,mode-b,gauss-newton,converged,"));
 }
 
-TEST(ModelsCommand, JsonContainsEveryModel) {
+TEST(LongModelsCommand, JsonContainsEveryModel) {
   const Outcome run = run_tandem({"models", "docking_a", "--max-keyframes", "60", "--json"});
   ASSERT_EQ(run.status, 0) << run.errors;
   const Json models = Json::parse(run.output)["models"];

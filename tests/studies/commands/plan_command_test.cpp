@@ -138,7 +138,7 @@ TEST(PlanCommand, NamesBoundViolatedAtStart) {
 }
 
 /// The message names the violated limits with the present state, and no other limit.
-TEST(PlanCommand, NamesConflictingLimits) {
+TEST(LongPlanCommand, NamesConflictingLimits) {
   const auto errors = [](std::vector<std::string> more) {
     std::vector<std::string> words{"plan", "docking_a", "--at", "400", "--goal", "-6,0,-3.4", "--horizon", "4"};
     words.insert(words.end(), more.begin(), more.end());

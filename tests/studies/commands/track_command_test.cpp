@@ -33,7 +33,7 @@ TEST(TrackCommand, IsListedAndHasHelp) {
     EXPECT_THAT(help.output, HasSubstr(text));
 }
 
-TEST(TrackCommand, ReportsSystematicErrors) {
+TEST(LongTrackCommand, ReportsSystematicErrors) {
   const std::vector<std::string> words{"track",   "docking_a",       "--until", "150",
                                        "--error", "usbl.scale=0.02", "--error", "usbl=1,1,1:60"};
   EXPECT_THAT(run_tandem(words).output, ContainsRegex("Systematic errors.*\n  usbl.scale -?0\\.[0-9]+ ± 0\\.0"));
@@ -298,7 +298,7 @@ TEST(TrackCommand, ReportsLostAndInvalidTarget) {
 }
 
 /// A standard deviation that belongs to another linearisation can exceed that of the fix.
-TEST(TrackCommand, NoRowIsLessCertainThanItsFixAlone) {
+TEST(LongTrackCommand, NoRowIsLessCertainThanItsFixAlone) {
   const ScratchFolder scratch;
   const auto out = scratch.path() / "out";
   const Outcome run = run_tandem({"track", "docking_a", "--newest", "window", "--out", out, "--plots", "off"});
