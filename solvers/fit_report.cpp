@@ -107,7 +107,7 @@ void add(const Problem& problem, const MeasurementBlock& m, const Marginals* mar
     if (!(variances[i] > kMinVarianceShare * noise[i])) continue;
     const double standardised = at.residual[i] / std::sqrt(variances[i]);
     const std::size_t component = std::size_t(m.first + i);
-    if (!down_weighted) fit.series[component].add(m.t, standardised);
+    (down_weighted ? fit.down_weighted_series : fit.series)[component].add(m.t, standardised);
     if (std::abs(standardised) > std::abs(worst.residual)) worst = {m.t, component, standardised};
   }
   fit.worst.push_back(worst);
@@ -212,9 +212,11 @@ FitReport fit_report(const Problem& problem, const std::vector<JudgedSensor>& se
   for (const JudgedSensor& sensor : sensors) {
     SensorFit& fit = report.sensors.emplace_back();
     fit.name = sensor.name;
-    fit.rejected = sensor.rejected;
+    fit.rejected = int(sensor.rejected.size());
+    fit.rejected_at = sensor.rejected;
     fit.components = sensor.components;
     fit.series.resize(sensor.components.size());
+    fit.down_weighted_series.resize(sensor.components.size());
   }
   bool counted = false;
   for (const MeasurementBlock& m : measurements)

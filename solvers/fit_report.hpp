@@ -13,7 +13,8 @@ namespace tandem {
 struct JudgedSensor {
   std::string name;
   std::vector<std::string> components;  ///< names of its residual rows, for example "x", "y", "z"
-  int rejected = 0;                     ///< measurements that are not in the problem because they contradict the others
+  std::vector<double>
+      rejected{};  ///< stamps [s] of measurements that are not in the problem: they contradict the others
 };
 
 /// A measurement in a problem, or a part of one with a block of its own. The part with component 0 comes first.
@@ -35,11 +36,13 @@ struct WorstMeasurement {
 struct SensorFit {
   std::string name;
   int used = 0;                       ///< measurements in the problem
-  int rejected = 0;                   ///< JudgedSensor::rejected
+  int rejected = 0;                   ///< number of JudgedSensor::rejected
   int down_weighted = 0;              ///< of `used`: the robust loss leaves a weight ρ′ below kDownweightThreshold
   double expected_down_weighted = 0;  ///< the same, if the noise is as stated
   std::vector<std::string> components;
-  std::vector<ResidualSeries> series;   ///< by component; without the down-weighted measurements
+  std::vector<ResidualSeries> series;                ///< by component; without the down-weighted measurements
+  std::vector<ResidualSeries> down_weighted_series;  ///< by component; the down-weighted measurements only
+  std::vector<double> rejected_at;                   ///< JudgedSensor::rejected [s]
   std::vector<WorstMeasurement> worst;  ///< at most five, the largest residual first; down-weighted ones included
 
   /// Returns the component with the largest root mean square.

@@ -8,6 +8,7 @@
 #include <tandem/studies/estimation/error_columns.hpp>
 #include <tandem/studies/estimation/estimate_files.hpp>
 #include <tandem/studies/estimation/estimate_report.hpp>
+#include <tandem/studies/fit/fit_files.hpp>
 #include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/state_columns.hpp>
 #include <tandem/studies/support/tum.hpp>
@@ -245,6 +246,7 @@ void write_results(const Estimate& estimate, const Scenario& scenario, const std
   write_file(folder / "errors.csv", error_columns().text(csv_error_rows(estimate)));
   write_file(folder / "target_fixes.csv", fix_columns().text(fix_rows(estimate, scenario)));
   write_file(folder / "weights.csv", weight_columns().text(weight_rows(estimate)));
+  write_fit(estimate.fit, folder);
   if (!estimate.held_out.empty()) {
     Eigen::Index rows = 0;
     for (const Validation& v : estimate.held_out) rows = std::max(rows, v.prediction.r.size());
@@ -254,8 +256,11 @@ void write_results(const Estimate& estimate, const Scenario& scenario, const std
 }
 
 std::vector<FileDescription> estimate_file_columns() {
-  return {state_columns().describe("chaser_full.csv, target_full.csv"), error_columns().describe("errors.csv"),
-          fix_columns().describe("target_fixes.csv"), weight_columns().describe("weights.csv"),
+  return {state_columns().describe("chaser_full.csv, target_full.csv"),
+          error_columns().describe("errors.csv"),
+          fix_columns().describe("target_fixes.csv"),
+          weight_columns().describe("weights.csv"),
+          fit_file_columns(),
           held_out_columns(6).describe("held_out.csv")};
 }
 

@@ -12,6 +12,7 @@ namespace tandem {
 ///   chaser.tum, target.tum               trajectories
 ///   chaser_full.csv, target_full.csv     trajectories with twists and covariances
 ///   errors.csv, weights.csv              errors and 3σ bounds, down-weighted measurements
+///   fit_residuals.csv                    see write_fit()
 ///   held_out.csv                         if measurements were held out
 ///   summary.json                         see summary_json()
 ///   target_fixes.csv, *_truth.tum        for plots; truth only if the scenario has it

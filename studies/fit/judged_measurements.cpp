@@ -56,7 +56,7 @@ JudgedMeasurements judged_measurements(const Scenario& scenario, const TrackingP
     const double t = scenario.data.sensors[m.sensor].measurements[m.index].t;
     if (m.block) judged.blocks.push_back({m.sensor, t, *m.block});
     if (m.orientation) judged.blocks.push_back({m.sensor, t, *m.orientation, rotation});
-    if (!m.block && !m.orientation && !m.innovation) ++judged.sensors[m.sensor].rejected;
+    if (!m.block && !m.orientation && !m.innovation) judged.sensors[m.sensor].rejected.push_back(t);
   }
   if (scenario.data.ego)
     add_own_sensors(scenario.data.ego->data, built.ego_measurements, scenario.frame.is_ned(), judged);

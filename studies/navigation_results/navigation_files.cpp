@@ -2,6 +2,7 @@
 
 #include <tandem/problem/navigation/trajectory.hpp>
 #include <tandem/solvers/fit_report.hpp>
+#include <tandem/studies/fit/fit_files.hpp>
 #include <tandem/studies/navigation_results/navigation_files.hpp>
 #include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/state_columns.hpp>
@@ -205,6 +206,7 @@ void write_navigation(const NavigationStudy& study, const std::filesystem::path&
   write_file(folder / "chaser_full.csv", full);
   write_file(folder / "errors.csv", error_columns().text(errors));
   write_file(folder / "weights.csv", weight_columns().text(weight_rows(study.navigation)));
+  write_fit(study.navigation.fit, folder);
   write_file(folder / "chaser_fixes.csv", fix_columns().text(fix_rows(study)));
   write_file(folder / "gps_outages.csv", outage_columns().text(study.comparison.outages));
   if (!study.scenario.truth_chaser.empty()) write_file(folder / "chaser_truth.tum", truth_tum(study));
@@ -213,8 +215,8 @@ void write_navigation(const NavigationStudy& study, const std::filesystem::path&
 
 std::vector<FileDescription> navigation_file_columns() {
   return {state_columns().describe("chaser_full.csv"), error_columns().describe("errors.csv"),
-          weight_columns().describe("weights.csv"), fix_columns().describe("chaser_fixes.csv"),
-          outage_columns().describe("gps_outages.csv")};
+          weight_columns().describe("weights.csv"),    fit_file_columns(),
+          fix_columns().describe("chaser_fixes.csv"),  outage_columns().describe("gps_outages.csv")};
 }
 
 }  // namespace tandem

@@ -12,6 +12,7 @@ namespace tandem {
 ///   chaser.tum                           trajectory
 ///   chaser_full.csv                      trajectory with velocities, biases and covariances
 ///   errors.csv, weights.csv              errors and 3σ bounds, down-weighted measurements
+///   fit_residuals.csv                    see write_fit()
 ///   summary.json                         see navigation_json()
 ///   chaser_fixes.csv, gps_outages.csv, chaser_truth.tum   for plots
 /// docs/file_formats.md describes the columns. Fields without a value are empty.

@@ -92,9 +92,12 @@ TEST(FitReport, CountsContestedMeasurements) {
           {0, double(i), problem.minimize(Prior<Rn<1>>{Rn<1>(Vector<1>(z))}, Gaussian({1.0}), {x}, Cauchy(3.0))});
   }
   ASSERT_TRUE(solve(problem, GaussNewtonOptions{}).converged());
-  const FitReport fit = fit_report(problem, {{"range", {"range"}, 30}}, blocks);
+  const FitReport fit = fit_report(problem, {{"range", {"range"}, std::vector<double>(30, 7.0)}}, blocks);
   EXPECT_EQ(fit.sensors[0].down_weighted, 25);
   EXPECT_EQ(fit.sensors[0].rejected, 30);
+  EXPECT_EQ(fit.sensors[0].rejected_at, std::vector<double>(30, 7.0));
+  EXPECT_EQ(fit.sensors[0].series[0].t.size(), 275u);
+  EXPECT_EQ(fit.sensors[0].down_weighted_series[0].t.size(), 25u);
   EXPECT_THAT(fit.sensors[0].misfit(), HasSubstr("55 of 330 measurements"));
 }
 

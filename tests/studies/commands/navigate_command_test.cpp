@@ -96,9 +96,9 @@ TEST_F(Navigate, WritesFiles) {
   const Outcome outcome = run({"--json", "--after", "20", "--out", out.string()});
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
   EXPECT_THAT(files(out),
-              UnorderedElementsAre("chaser.tum", "chaser_full.csv", "errors.csv", "weights.csv", "summary.json",
-                                   "chaser_fixes.csv", "gps_outages.csv", "chaser_truth.tum", "navigation.svg",
-                                   "navigation_errors.svg", "run.yaml"));
+              UnorderedElementsAre("chaser.tum", "chaser_full.csv", "errors.csv", "weights.csv", "fit_residuals.csv",
+                                   "summary.json", "chaser_fixes.csv", "gps_outages.csv", "chaser_truth.tum",
+                                   "navigation.svg", "navigation_errors.svg", "run.yaml"));
   EXPECT_EQ(outcome.output, read_file(out / "summary.json"));
   const Json summary = Json::parse(outcome.output);
   for (const char* key : {"scenario", "status", "cost", "keyframes", "residual_blocks", "seconds", "times_real_time",
