@@ -4,6 +4,7 @@
 #include <tandem/studies/export/export_formats.hpp>
 #include <tandem/studies/recording/recorded_time.hpp>
 #include <tandem/studies/support/output_file.hpp>
+#include <tandem/studies/support/utc_stamps.hpp>
 
 namespace tandem {
 namespace {
@@ -26,8 +27,6 @@ class GeographicExport {
   bool ned_;
   LocalFrame frame_;
 };
-
-constexpr double kSince1970 = 3e8;  // s; later times are taken as UTC
 
 }  // namespace
 

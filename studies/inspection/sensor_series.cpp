@@ -8,11 +8,10 @@
 
 #include <tandem/studies/inspection/sensor_series.hpp>
 #include <tandem/studies/recording/recorded_time.hpp>
+#include <tandem/studies/support/utc_stamps.hpp>
 
 namespace tandem {
 namespace {
-
-constexpr double kSince1970 = 3e8;  // s; later times are taken as UTC
 
 double median(std::vector<double> values) {
   if (values.empty()) return std::nan("");

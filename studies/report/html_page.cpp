@@ -9,15 +9,20 @@ namespace {
 const char* const kStyle = R"(
 :root { color-scheme: light; }
 body { font: 16px/1.5 system-ui, "Segoe UI", Roboto, "DejaVu Sans", sans-serif; color: #1c2733; background: #fff;
-       max-width: 1080px; margin: 0 auto; padding: 1rem; }
+       max-width: 1160px; margin: 0 auto; padding: 1rem; }
 h1 { font-size: 1.7rem; line-height: 1.2; margin: .6em 0 .3em; }
 h2 { font-size: 1.25rem; margin: 2em 0 .4em; border-bottom: 1px solid #d6dde5; }
 p { margin: .5em 0; max-width: 75ch; }
+p.good, p.bad { padding: .6em .8em; border-left: 5px solid #009e73; background: #eaf6f1; }
+p.bad { border-color: #d55e00; background: #fbeee5; }
+ul { margin: .5em 0; padding-left: 1.2em; max-width: 75ch; }
 pre { background: #f2f5f8; padding: .6em .8em; overflow-x: auto; font-size: .85rem; }
-.wide { overflow-x: auto; }
+/* A table wider than the text uses the window's width, then scrolls beside its first column. */
+.wide { overflow-x: auto; width: max-content; min-width: 100%; max-width: calc(100vw - 2.5rem); position: relative;
+        left: 50%; transform: translateX(-50%); }
 table { border-collapse: collapse; font-size: .88rem; font-variant-numeric: tabular-nums; margin: .6em 0; }
 th, td { padding: .25em .7em; text-align: right; white-space: nowrap; border-bottom: 1px solid #e6ebf0; }
-th:first-child, td:first-child { text-align: left; }
+th:first-child, td:first-child { text-align: left; position: sticky; left: 0; background: #fff; }
 th { border-bottom: 2px solid #9fb0c0; }
 summary { cursor: pointer; max-width: 75ch; }
 figure { margin: 1.2em 0 2em; break-inside: avoid; }
@@ -36,6 +41,12 @@ const char* const kScript = R"(
   const draw = element => {
     if (!left.delete(element)) return;
     const figure = JSON.parse(document.getElementById(element.id + "-data").textContent);
+    const axis = figure.layout.xaxis;
+    if (axis && axis.type === "date") {  // times are in ms since 1970; Plotly reads numbers as years
+      const dates = ms => ms.map(t => t === null ? null : new Date(t).toISOString().slice(0, -1));
+      axis.range = dates(axis.range);
+      for (const trace of figure.traces) trace.x = dates(trace.x);
+    }
     Plotly.newPlot(element, figure.traces, figure.layout, {
       responsive: true, displaylogo: false, displayModeBar: window.innerWidth < 700 ? false : "hover",
       toImageButtonOptions: { format: "svg", filename: element.dataset.name }
@@ -80,12 +91,13 @@ std::string json_of(nlohmann::ordered_json json) {
 }  // namespace
 
 HtmlFigure::HtmlFigure(std::string title, std::string caption, const nlohmann::ordered_json& traces,
-                       const nlohmann::ordered_json& layout, int height)
+                       const nlohmann::ordered_json& layout, int height, double aspect)
     : title(std::move(title)),
       caption(std::move(caption)),
       traces(json_of(traces)),
       layout(json_of(layout)),
-      height(height) {}
+      height(height),
+      aspect(aspect) {}
 
 void HtmlFigure::set_frames(const nlohmann::ordered_json& all) { frames = json_of(all); }
 
@@ -114,6 +126,17 @@ void HtmlPage::heading(const std::string& text) { body_ += fmt::format("<h2>{}</
 
 void HtmlPage::paragraph(const std::string& text) { body_ += fmt::format("<p>{}</p>\n", html_escaped(text)); }
 
+void HtmlPage::conclusion(bool good, const std::string& text) {
+  body_ += fmt::format("<p class=\"{}\">{}</p>\n", good ? "good" : "bad", html_escaped(text));
+}
+
+void HtmlPage::list(const std::vector<std::string>& items) {
+  if (items.empty()) return;
+  body_ += "<ul>\n";
+  for (const std::string& item : items) body_ += fmt::format("<li>{}</li>\n", html_escaped(item));
+  body_ += "</ul>\n";
+}
+
 void HtmlPage::code(const std::string& text) { body_ += fmt::format("<pre>{}</pre>\n", html_escaped(text)); }
 
 void HtmlPage::folded_table(const std::string& summary, const std::vector<std::string>& head,
@@ -138,10 +161,13 @@ void HtmlPage::table(const std::vector<std::string>& head, const std::vector<std
 
 void HtmlPage::figure(const HtmlFigure& figure) {
   const std::string id = fmt::format("figure-{}", ++count_);
+  const std::string height = figure.aspect > 0
+                                 ? fmt::format("min({}px, {:.0f}vw + 140px)", figure.height, 85 * figure.aspect)
+                                 : fmt::format("{}px", figure.height);
   body_ += fmt::format(
-      "<figure><div class=\"plot\" id=\"{0}\" data-name=\"{1}\" style=\"height:{2}px\"></div>"
+      "<figure><div class=\"plot\" id=\"{0}\" data-name=\"{1}\" style=\"height:{2}\"></div>"
       "<figcaption><b>{1}.</b> {3}</figcaption></figure>\n",
-      id, html_escaped(figure.title), figure.height, html_escaped(figure.caption));
+      id, html_escaped(figure.title), height, html_escaped(figure.caption));
   figures_ += fmt::format(
       "<script type=\"application/json\" id=\"{}-data\">{{\"traces\":{},\"layout\":{},\"frames\":{}}}</script>\n", id,
       escaped_for_script(figure.traces), escaped_for_script(figure.layout), escaped_for_script(figure.frames));

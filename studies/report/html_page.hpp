@@ -13,9 +13,10 @@ struct HtmlFigure {
   std::string traces, layout;  ///< JSON arguments of Plotly.newPlot
   std::string frames = "[]";   ///< JSON frames of an animation that the layout's buttons and sliders control
   int height = 420;            ///< pixels
+  double aspect = 0;           ///< height over width of contents with equal scales: a narrow page shrinks the height
 
   HtmlFigure(std::string title, std::string caption, const nlohmann::ordered_json& traces,
-             const nlohmann::ordered_json& layout, int height);
+             const nlohmann::ordered_json& layout, int height, double aspect = 0);
   void set_frames(const nlohmann::ordered_json& all);
 };
 
@@ -29,6 +30,9 @@ class HtmlPage {
 
   void heading(const std::string& text);
   void paragraph(const std::string& text);
+  /// Adds the conclusion of the page, marked as good or bad.
+  void conclusion(bool good, const std::string& text);
+  void list(const std::vector<std::string>& items);
   void code(const std::string& text);
   /// Adds a table. The first column is left-aligned, the others are right-aligned.
   void table(const std::vector<std::string>& head, const std::vector<std::vector<std::string>>& rows);

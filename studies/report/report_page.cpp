@@ -11,10 +11,11 @@
 #include <tandem/studies/report/plot_parts.hpp>
 #include <tandem/studies/report/plotly_library.hpp>
 #include <tandem/studies/report/report_page.hpp>
-#include <tandem/studies/report/run_figures.hpp>
+#include <tandem/studies/report/run_page.hpp>
 #include <tandem/studies/report/study_figures.hpp>
 #include <tandem/studies/study/study_database.hpp>
 #include <tandem/studies/study/study_report.hpp>
+#include <tandem/studies/study/study_summary.hpp>
 #include <tandem/studies/study/trial.hpp>
 #include <tandem/studies/study/trial_dive.hpp>
 
@@ -23,30 +24,10 @@ namespace {
 
 constexpr std::size_t kMaxWorstTrials = 10, kMaxFailures = 20, kMaxCurves = 12;
 
-void add_run(const RunRecord& run, HtmlPage& page) {
-  for (const HtmlFigure& figure : run_figures(run)) page.figure(figure);
-}
-
 std::string run_page(const std::filesystem::path& folder) {
   const RunRecord run = read_run(folder);
-  HtmlPage page(run.scenario.empty() ? folder.filename().string() : run.scenario);
-  std::string what;
-  for (const std::string& word : {run.model, run.solver, run.status})
-    if (!word.empty()) what += (what.empty() ? "" : ", ") + word;
-  page.paragraph(what);
-  if (!run.table.empty()) {
-    page.heading("Errors");
-    if (run.has_target()) {
-      page.paragraph(
-          "Errors of the target relative to the chaser, mean ± standard deviation, by the measurement at the keyframe. "
-          "Raw: errors of the measurements.");
-      page.table({"measurement", "n", "position [m]", "orientation [°]", "raw position [m]"}, run.table);
-    } else {
-      page.paragraph("Errors of the chaser, mean over keyframes.");
-      page.table({"keyframes", "n", "position [m]", "orientation [°]"}, run.table);
-    }
-  }
-  page.heading("Figures");
+  const std::string scenario = run.summary.value("scenario", "");
+  HtmlPage page(scenario.empty() ? folder.filename().string() : scenario);
   add_run(run, page);
   return page.text(plotly_library());
 }
@@ -137,6 +118,24 @@ void add_convergence(const Study& study, std::size_t trial, HtmlPage& page) {
   page.figure({"Convergence",
                fmt::format("Cost per iteration for {}, from the standard initial guess.", trial_text(study, first)),
                traces, layout, 380});
+}
+
+/// Adds the answer of the study: the least error, how many differences between models are significant, and how many
+/// trials converged.
+void add_conclusion(const Study& study, const StudyTables& tables, HtmlPage& page) {
+  std::size_t converged = 0, compared = 0, significant = 0;
+  for (const StudyGroup& group : tables.groups) converged += group.converged;
+  for (const StudyPair& pair : tables.pairs) {
+    if (pair.metric != rank_metric(study) || pair.base == "raw") continue;
+    ++compared;
+    significant += pair.ratio.low > 1 || pair.ratio.high < 1;
+  }
+  std::string text = study_conclusion(study, tables);
+  if (compared > 0)
+    text += fmt::format(" {} of {} differences from the first model are significant (95 %, paired by seed).",
+                        significant, compared);
+  text += fmt::format(" {} of {} trials finished, {} converged.", tables.trials, tables.all, converged);
+  page.conclusion(converged == tables.all, text);
 }
 
 void add_setting(const Study& study, HtmlPage& page) {
@@ -244,12 +243,12 @@ std::string study_page(const std::filesystem::path& folder) {
   const StudyTables tables = study_tables(study, results);
   HtmlPage page(study.name);
   if (!study.question.empty()) page.paragraph(study.question);
-  page.paragraph(fmt::format("{} of {} trials.", tables.trials, tables.all));
-  add_setting(study, page);
+  add_conclusion(study, tables, page);
   add_tables(study, tables, page);
   page.heading("Figures");
   for (const HtmlFigure& figure : study_figures(study, tables)) page.figure(figure);
   add_comparisons(tables, page);
+  add_setting(study, page);
 
   const std::vector<const TrialResult*> sorted = sorted_by_metric(rank_metric(study), results);
   if (sorted.empty()) return page.text(plotly_library());

@@ -28,6 +28,11 @@ constexpr FigureMetric kFigureMetrics[] = {
     {"dock_s", "Time until docked", "time", "s"},
     {"dock_miss_m", "Least distance from the dock", "distance", "m"}};
 
+std::string parameter_text(const Study& study, const std::string& parameter) {
+  const std::string& unit = study.parameter(parameter).unit;
+  return parameter + (unit.empty() ? "" : fmt::format(" [{}]", unit));
+}
+
 /// Returns the index of a group's series: its model and solver, drawn in one colour.
 std::size_t series_of(const Study& study, const StudyGroup& group) {
   return group.model * study.solvers.size() + group.solver;
@@ -56,13 +61,21 @@ bool has_metric(const StudyTables& tables, std::string_view metric) {
                      [&](const StudyMean& mean) { return mean.metric == metric; });
 }
 
+/// Returns the varied parameters with their units.
+std::string varied_text(const Study& study) {
+  std::vector<std::string> names;
+  for (const StudyAxis& axis : study.axes)
+    if (axis.values.size() > 1) names.push_back(parameter_text(study, axis.parameter));
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
 /// Labels the x axis with the cells of the grid, at unit distances.
 void label_cells(const StudyTables& tables, Json& layout) {
   Json at = Json::array(), text = Json::array();
   for (const StudyGroup& group : tables.groups)
     if (group.model == 0 && group.solver == 0) {
       at.push_back(group.cell);
-      text.push_back(html_escaped(group.cell_text));
+      text.push_back(group.cell_text);
     }
   layout["xaxis"]["tickvals"] = std::move(at);
   layout["xaxis"]["ticktext"] = std::move(text);
@@ -73,13 +86,8 @@ HtmlFigure figure_of_boxes(const Study& study, const StudyTables& tables, const 
   Json traces = Json::array();
   const auto count = double(series_count(study));
   for (std::size_t series = 0; series < series_count(study); ++series) {
-    plot::Boxes boxes{html_escaped(series_name(study, series)),
-                      plot::colour(series),
-                      plot::translucent(series),
-                      0.7 / count,
-                      {},
-                      {},
-                      {}};
+    plot::Boxes boxes{
+        series_name(study, series), plot::colour(series), plot::translucent(series), 0.7 / count, {}, {}, {}};
     for (const StudyGroup& group : tables.groups) {
       if (series_of(study, group) != series) continue;
       boxes.x.push_back(double(group.cell) + 0.8 * ((double(series) + 0.5) / count - 0.5));
@@ -87,7 +95,7 @@ HtmlFigure figure_of_boxes(const Study& study, const StudyTables& tables, const 
     }
     plot::add_boxes(traces, boxes);
   }
-  Json layout = plot::layout("", fmt::format("{} of a trial [{}]", metric.what, metric.unit));
+  Json layout = plot::layout(varied_text(study), fmt::format("{} of a trial [{}]", metric.what, metric.unit));
   label_cells(tables, layout);
   layout["yaxis"]["rangemode"] = "tozero";
   return {metric.title,
@@ -131,38 +139,64 @@ HtmlFigure figure_along_axis(const Study& study, const StudyTables& tables, std:
         if (study.cells() > values.size()) name = fmt::format("{} ({})", series_name(study, series), group.cell_text);
       }
       if (x.empty()) continue;
-      Json trace = plot::line(html_escaped(name), x, y, plot::colour(line++));
+      Json trace = plot::line(name, x, y, plot::colour(line++));
       trace["mode"] = "lines+markers";
       trace["error_y"] = {{"type", "data"}, {"array", plot::numbers(half)}};
       traces.push_back(std::move(trace));
     }
-  const std::string& unit = study.parameter(study.axes[axis].parameter).unit;
-  Json layout = plot::layout(study.axes[axis].parameter + (unit.empty() ? "" : fmt::format(" [{}]", unit)),
-                             fmt::format("{} [{}]", metric.what, metric.unit));
+  Json layout =
+      plot::layout(parameter_text(study, study.axes[axis].parameter), fmt::format("{} [{}]", metric.what, metric.unit));
   layout["yaxis"]["rangemode"] = "tozero";
   return {fmt::format("{} against {}", metric.title, study.axes[axis].parameter),
           "Means over seeds with 95 % confidence intervals.", traces, layout, 400};
+}
+
+/// Number of cells that a figure distinguishes by `kDashes` or `kSymbols`; beyond, only the hover text names the cell.
+constexpr std::size_t kMarkedCells = 5;
+constexpr const char* kDashes[kMarkedCells] = {"solid", "dash", "dot", "dashdot", "longdash"};
+constexpr const char* kSymbols[kMarkedCells] = {"diamond", "square", "triangle-up", "triangle-down", "cross"};
+
+std::string group_name(const Study& study, const StudyGroup& group) {
+  const std::string name = series_name(study, series_of(study, group));
+  return group.cell_text.empty() ? name : fmt::format("{} ({})", name, group.cell_text);
+}
+
+/// Adds a legend with an entry for each series, by colour, and each cell, by dash or symbol. Groups have no own entries:
+/// there may be hundreds.
+void add_legend(const Study& study, const StudyTables& tables, bool lines, Json& traces) {
+  const auto add = [&](const std::string& name, const std::string& colour, std::size_t mark) {
+    Json entry = plot::line(name, {}, {}, colour);
+    entry["x"] = entry["y"] = Json::array({nullptr});
+    if (lines) entry["line"]["dash"] = kDashes[mark];
+    if (!lines) entry["mode"] = "markers";
+    if (!lines) entry["marker"] = {{"size", 9}, {"color", colour}, {"symbol", kSymbols[mark]}};
+    traces.push_back(std::move(entry));
+  };
+  for (std::size_t series = 0; series < series_count(study); ++series)
+    add(series_name(study, series), plot::colour(series), 0);
+  if (study.cells() == 1 || study.cells() > kMarkedCells) return;
+  for (const StudyGroup& group : tables.groups)
+    if (group.model == 0 && group.solver == 0) add(group.cell_text, plot::kGrey, group.cell);
 }
 
 HtmlFigure figure_of_distribution(const Study& study, const StudyTables& tables) {
   Json traces = Json::array();
   for (const StudyGroup& group : tables.groups) {
     const std::size_t series = series_of(study, group);
-    std::string name = series_name(study, series);
-    if (!group.cell_text.empty()) name += fmt::format(" ({})", group.cell_text);
     const std::vector<double> values = values_of_group(group, rank_metric(study));
     if (values.empty()) continue;
-    Json trace = plot::cumulative(html_escaped(name), values, plot::colour(series));
-    constexpr const char* dashes[] = {"solid", "dash", "dot", "dashdot", "longdash"};
-    trace["line"]["dash"] = dashes[group.cell % 5];
+    Json trace = plot::cumulative(group_name(study, group), values, plot::colour(series));
+    trace["line"]["dash"] = kDashes[group.cell % kMarkedCells];
+    trace["showlegend"] = false;
     traces.push_back(std::move(trace));
   }
+  add_legend(study, tables, true, traces);
   Json layout = plot::layout(
       study.settings(study.place(0)).rendezvous ? "least distance from the dock [m]" : "mean error of a trial [m]",
       "share of trials");
   layout["xaxis"]["type"] = "log";
-  if (tables.groups.size() > 12) layout["showlegend"] = false;
-  return {"Distribution over trials", "Cumulative share of trials.", traces, layout, 400};
+  return {"Distribution over trials", "Cumulative share of trials. Hover over a line to see its cell.", traces, layout,
+          400};
 }
 
 /// Returns the consistency metrics of the study with their display names.
@@ -191,8 +225,7 @@ HtmlFigure figure_of_consistency(const Study& study, const StudyTables& tables) 
   const auto count = double(tables.groups.size());
   for (std::size_t g = 0; g < tables.groups.size(); ++g) {
     const StudyGroup& group = tables.groups[g];
-    std::string name = series_name(study, series_of(study, group));
-    if (!group.cell_text.empty()) name += fmt::format(" ({})", group.cell_text);
+    const std::string name = group_name(study, group), colour = plot::colour(series_of(study, group));
     std::vector<double> x, y, mean_x, mean_y, half;
     Json labels = Json::array();
     for (const StudyConsistency& row : tables.consistency) {
@@ -220,15 +253,16 @@ HtmlFigure figure_of_consistency(const Study& study, const StudyTables& tables) 
       for (const std::string& trial : trials) labels.push_back(trial);
     }
     if (mean_x.empty()) continue;
-    Json dots = plot::line("", x, y, plot::colour(g));
+    Json dots = plot::line("", x, y, colour);
     dots["mode"] = "markers";
-    dots["marker"] = {{"size", 3}, {"color", plot::colour(g)}, {"opacity", 0.35}};
+    dots["marker"] = {{"size", 3}, {"color", colour}, {"opacity", 0.35}};
     dots["text"] = std::move(labels);
-    dots["hovertemplate"] = "%{text}: %{y}<extra></extra>";
+    dots["hovertemplate"] = html_escaped(name) + ", %{text}: %{y}<extra></extra>";
     traces.push_back(std::move(dots));
-    Json means = plot::line(html_escaped(name), mean_x, mean_y, plot::colour(g));
+    Json means = plot::line(name, mean_x, mean_y, colour);
     means["mode"] = "markers";
-    means["marker"] = {{"size", 9}, {"color", plot::colour(g)}, {"symbol", "diamond"}};
+    means["showlegend"] = false;
+    means["marker"] = {{"size", 9}, {"color", colour}, {"symbol", kSymbols[group.cell % kMarkedCells]}};
     means["error_y"] = {{"type", "data"}, {"array", plot::numbers(half)}};
     traces.push_back(std::move(means));
   }
@@ -246,13 +280,13 @@ HtmlFigure figure_of_consistency(const Study& study, const StudyTables& tables) 
   layout["xaxis"]["tickvals"] = std::move(at);
   layout["xaxis"]["ticktext"] = std::move(text);
   layout["yaxis"]["type"] = "log";
-  if (tables.groups.size() > 12) layout["showlegend"] = false;
-  return {
-      "Consistency",
-      "NEES and NIS divided by their degrees of freedom; a consistent estimator has 1. Dots are trials, diamonds "
-      "their means with 95 % confidence intervals. Grey: 95 % band of the mean of a consistent estimator (χ²), with "
-      "each trial as one sample. Above the band, σ is too small (optimistic); below, too large (pessimistic).",
-      traces, layout, 460};
+  add_legend(study, tables, false, traces);
+  return {"Consistency",
+          "NEES and NIS divided by their degrees of freedom; a consistent estimator has 1. Dots are trials, large "
+          "symbols their means with 95 % confidence intervals. Grey: 95 % band of the mean of a consistent estimator "
+          "(χ²), with "
+          "each trial as one sample. Above the band, σ is too small (optimistic); below, too large (pessimistic).",
+          traces, layout, 460};
 }
 
 }  // namespace

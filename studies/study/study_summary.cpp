@@ -33,39 +33,6 @@ std::string more(std::size_t all, std::size_t shown) {
   return all > shown ? fmt::format("… and {} more\n", all - shown) : "";
 }
 
-/// Returns which model or solver has the least mean of the ranking metric, or the range of the means if there is one.
-std::string conclusion(const Study& study, const StudyTables& tables) {
-  const std::string_view metric = rank_metric(study);
-  std::map<std::string, std::size_t> wins;
-  std::size_t cells = 0;
-  const StudyGroup *least = nullptr, *largest = nullptr;
-  const auto value = [&](const StudyGroup* group) { return mean_of(tables, *group, metric)->value; };
-  for (std::size_t cell = 0; cell < study.cells(); ++cell) {
-    const StudyGroup* best = nullptr;
-    std::size_t compared = 0;
-    for (const StudyGroup& group : tables.groups) {
-      if (group.cell != cell || !mean_of(tables, group, metric)) continue;
-      ++compared;
-      if (!best || value(&group) < value(best)) best = &group;
-      if (!least || value(&group) < value(least)) least = &group;
-      if (!largest || value(&group) > value(largest)) largest = &group;
-    }
-    if (compared < 2) continue;
-    ++cells;
-    ++wins[name_of(study, *best)];
-  }
-  if (!least) return fmt::format("No trial has a value of {}.\n", metric);
-  const std::string what = trial_metrics()[metric_index(metric)].doc;
-  if (cells == 0)
-    return least == largest ? fmt::format("{}: {:.3g} ({})\n", metric, value(least), what)
-                            : fmt::format("{}: {:.3g} with {} to {:.3g} with {} ({})\n", metric, value(least),
-                                          least->cell_text, value(largest), largest->cell_text, what);
-  const auto winner =
-      std::max_element(wins.begin(), wins.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  const std::string where = cells == 1 ? "" : fmt::format(" in {} of {} cells", winner->second, cells);
-  return fmt::format("{} has the least {}{} ({}).\n", winner->first, metric, where, what);
-}
-
 std::string means_table(const Study& study, const StudyTables& tables) {
   std::vector<StudyColumn> columns = study_columns(tables);
   if (columns.size() > kMaxColumns) columns.resize(kMaxColumns);
@@ -227,12 +194,44 @@ JsonFields<Document> document_fields() {
 
 }  // namespace
 
+std::string study_conclusion(const Study& study, const StudyTables& tables) {
+  const std::string_view metric = rank_metric(study);
+  std::map<std::string, std::size_t> wins;
+  std::size_t cells = 0;
+  const StudyGroup *least = nullptr, *largest = nullptr;
+  const auto value = [&](const StudyGroup* group) { return mean_of(tables, *group, metric)->value; };
+  for (std::size_t cell = 0; cell < study.cells(); ++cell) {
+    const StudyGroup* best = nullptr;
+    std::size_t compared = 0;
+    for (const StudyGroup& group : tables.groups) {
+      if (group.cell != cell || !mean_of(tables, group, metric)) continue;
+      ++compared;
+      if (!best || value(&group) < value(best)) best = &group;
+      if (!least || value(&group) < value(least)) least = &group;
+      if (!largest || value(&group) > value(largest)) largest = &group;
+    }
+    if (compared < 2) continue;
+    ++cells;
+    ++wins[name_of(study, *best)];
+  }
+  if (!least) return fmt::format("No trial has a value of {}.", metric);
+  const std::string what = trial_metrics()[metric_index(metric)].doc;
+  if (cells == 0)
+    return least == largest ? fmt::format("{}: {:.3g} ({})", metric, value(least), what)
+                            : fmt::format("{}: {:.3g} with {} to {:.3g} with {} ({})", metric, value(least),
+                                          least->cell_text, value(largest), largest->cell_text, what);
+  const auto winner =
+      std::max_element(wins.begin(), wins.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  const std::string where = cells == 1 ? "" : fmt::format(" in {} of {} cells", winner->second, cells);
+  return fmt::format("{} has the least {}{} ({}).", winner->first, metric, where, what);
+}
+
 std::string study_summary(const Study& study, const StudyTables& tables) {
   std::size_t converged = 0;
   for (const StudyGroup& group : tables.groups) converged += group.converged;
   return fmt::format("{}{}\n{} of {} trials, {} converged\n", study.name,
                      study.question.empty() ? "" : ": " + study.question, tables.trials, tables.all, converged) +
-         conclusion(study, tables) + means_table(study, tables) + pairs_table(study, tables) +
+         study_conclusion(study, tables) + "\n" + means_table(study, tables) + pairs_table(study, tables) +
          consistency_table(tables) + times_line(tables);
 }
 

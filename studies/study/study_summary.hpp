@@ -7,6 +7,10 @@
 
 namespace tandem {
 
+/// Returns one sentence: which model or solver has the least mean of the ranking metric, or the range of the means if
+/// there is one.
+std::string study_conclusion(const Study& study, const StudyTables& tables);
+
 /// Returns a summary for a terminal of less than 60 lines: a conclusion, the most informative means, the strongest
 /// differences between models, the consistency verdicts and the computing times. study_report() has everything.
 std::string study_summary(const Study& study, const StudyTables& tables);
