@@ -2,9 +2,58 @@
 #include <limits>
 #include <vector>
 
+#include <Eigen/QR>
+
 #include <tandem/problem/elimination.hpp>
 
 namespace tandem::detail {
+namespace {
+
+constexpr double kZeroRow = 1e-10;  // smaller entries of a row that had norm 1 count as rounding
+
+/// Equations turned orthogonally so that the first `rank` rows are [R B] with R upper triangular and regular, up to a
+/// permutation of the first columns, and the others are [0 B].
+struct TurnedRows {
+  Eigen::Index rank = 0;
+  Eigen::MatrixXd R;  // rank × first columns
+  LinearRows others;  // on the other columns; the first `rank` rows belong to R
+
+  TurnedRows(const LinearRows& rows, Eigen::Index columns)
+      : R(0, columns), others{rows.A.rightCols(rows.A.cols() - columns), rows.b} {
+    if (columns == 0 || rows.A.rows() == 0) return;  // Eigen fails for these
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows.A.leftCols(columns));
+    const Eigen::MatrixXd& packed = qr.matrixQR();
+    while (rank < std::min(packed.rows(), columns) && std::abs(packed(rank, rank)) > kZeroRow) ++rank;
+    R = Eigen::MatrixXd(packed.topRows(rank).triangularView<Eigen::Upper>()) * qr.colsPermutation().transpose();
+    Eigen::MatrixXd turned(rows.A.rows(), rows.A.cols() - columns + 1);
+    turned << rows.A.rightCols(rows.A.cols() - columns), rows.b;
+    turned.applyOnTheLeft(qr.householderQ().adjoint());
+    others = {turned.leftCols(turned.cols() - 1), turned.col(turned.cols() - 1)};
+  }
+};
+
+/// Divides each row by its norm, and drops rows of zeros.
+LinearRows normalized(const LinearRows& rows) {
+  LinearRows result = rows;
+  Eigen::Index kept = 0;
+  for (Eigen::Index i = 0; i < rows.A.rows(); ++i) {
+    const double norm = rows.A.row(i).norm();
+    if (!(norm > 0)) continue;
+    result.A.row(kept) = rows.A.row(i) / norm;
+    result.b[kept++] = rows.b[i] / norm;
+  }
+  return {result.A.topRows(kept), result.b.head(kept)};
+}
+
+/// Returns equivalent rows that do not depend on each other, without the coefficients that are rounding errors.
+LinearRows independent(const LinearRows& rows) {
+  const TurnedRows turned(rows, rows.A.cols());
+  LinearRows result{turned.R, turned.others.b.head(turned.rank)};
+  result.A = (result.A.array().abs() > kZeroRow).select(result.A, 0.0);
+  return result;
+}
+
+}  // namespace
 
 EliminatedQuadratic eliminate(const Eigen::MatrixXd& H, const Eigen::VectorXd& g, double cost, int eliminated) {
   const int n = static_cast<int>(H.rows());
@@ -48,6 +97,47 @@ EliminatedQuadratic eliminate(const Eigen::MatrixXd& H, const Eigen::VectorXd& g
   result.b = L.row(n).segment(first, rank - first).transpose();
   result.constant = cost - 0.5 * L.row(n).head(rank).squaredNorm();
   return result;
+}
+
+EliminatedProgram eliminate(const Eigen::MatrixXd& H, const Eigen::VectorXd& g, double cost, int eliminated,
+                            const LinearRows& equations) {
+  const LinearRows rows = normalized(equations);
+  if (rows.A.rows() == 0) return {eliminate(H, g, cost, eliminated), {Eigen::MatrixXd(0, H.rows() - eliminated), {}}};
+  const Eigen::Index n = H.rows(), m = eliminated, kept = n - m;
+  const TurnedRows turned(rows, m);
+  const Eigen::Index rank = turned.rank, left = rows.A.rows() - rank;
+
+  // R = [Uᵀ 0] Vᵀ, hence x = V₁ (−U⁻ᵀ (B₁ s + d₁)) + V₂ y.
+  Eigen::MatrixXd V = Eigen::MatrixXd::Identity(m, m), held(rank, kept + 1);
+  held << turned.others.A.topRows(rank), turned.others.b.head(rank);
+  if (rank > 0) {
+    const Eigen::HouseholderQR<Eigen::MatrixXd> range(turned.R.transpose());
+    V = range.householderQ();
+    range.matrixQR().topRows(rank).triangularView<Eigen::Upper>().transpose().solveInPlace(held);
+  }
+  const Eigen::MatrixXd determined = -V.leftCols(rank) * held;  // [G f]
+  const Eigen::Index free = m - rank;
+  Eigen::MatrixXd T = Eigen::MatrixXd::Zero(n, free + kept);  // δ = T [y; s] + [f; 0]
+  T.topLeftCorner(m, free) = V.rightCols(free);
+  T.topRightCorner(m, kept) = determined.leftCols(kept);
+  T.bottomRightCorner(kept, kept).setIdentity();
+  const Eigen::VectorXd f = determined.col(kept), Hf = H.leftCols(m) * f;
+
+  Eigen::MatrixXd reduced = T.transpose() * H * T;
+  reduced = 0.5 * (reduced + reduced.transpose()).eval();
+  Eigen::VectorXd gradient = T.transpose() * (g + Hf);
+  // Terms that cancel leave rounding errors, which are no information.
+  const Eigen::VectorXd terms = T.cwiseAbs2().transpose() * H.diagonal();
+  const double rounding = 10.0 * double(n) * std::numeric_limits<double>::epsilon();
+  for (Eigen::Index i = 0; i < reduced.rows(); ++i) {
+    if (reduced(i, i) > rounding * terms[i]) continue;
+    reduced.row(i).setZero();
+    reduced.col(i).setZero();
+    gradient[i] = 0;
+  }
+  const double at_f = cost + g.head(m).dot(f) + 0.5 * f.dot(Hf.head(m));
+  return {eliminate(reduced, gradient, at_f, static_cast<int>(free)),
+          independent({turned.others.A.bottomRows(left), turned.others.b.tail(left)})};
 }
 
 }  // namespace tandem::detail

@@ -20,11 +20,11 @@ void HardPoolBase::add_copy(const PoolBase& from, int i, const int* slots) {
 }
 
 void HardPoolBase::remove(int i) {
-  remove_residual(i);
   for (auto* rows : {&lower_, &upper_, &multipliers_}) {
     std::copy_n(rows->end() - dim(), dim(), rows->begin() + std::ptrdiff_t(i) * dim());
     rows->resize(rows->size() - std::size_t(dim()));
   }
+  remove_residual(i);
 }
 
 void HardPoolBase::set_bounds(int i, const double* lower, const double* upper) {

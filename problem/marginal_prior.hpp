@@ -6,33 +6,26 @@
 #include <Eigen/Core>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/anchored_linear.hpp>
 #include <tandem/problem/weighted_pool.hpp>
 
 namespace tandem::detail {
 
-/// Gaussian prior ½‖A (X ⊖ X̄) + b‖² + c on any number of variables, created by Problem::marginalize(). X ⊖ X̄ stacks
-/// Log(X̄⁻¹ X) of each variable. Its Jacobian A blkdiag(Jr⁻¹) is exact at any distance from X̄. X̄ are the anchors in
-/// the state stores, so each variable can be in one such prior only. The pool has at most one block, already white and
-/// without a loss.
+/// Gaussian prior ½‖A (X ⊖ X̄) + b‖² + c on any number of variables, created by Problem::marginalize(). The pool has at
+/// most one block, already white and without a loss.
 class MarginalPrior final : public SoftPoolBase {
  public:
-  struct State {
-    StateStoreBase* store;
-    int slot, id, dof;
-  };
-
   /// Sets or replaces the block. X̄ becomes the current values. A has one column per tangent entry of the states.
-  void set(std::vector<State> states, Eigen::MatrixXd A, Eigen::VectorXd b, double constant);
-  const Eigen::MatrixXd& A() const { return A_; }
-  const Eigen::VectorXd& b() const { return b_; }
+  void set(std::vector<AnchoredState> states, Eigen::MatrixXd A, Eigen::VectorXd b, double constant);
+  const AnchoredLinear& linear() const { return linear_; }
 
   std::string_view name() const override { return "marginal prior"; }
-  int dim() const override { return static_cast<int>(b_.size()); }
-  int arity() const override { return static_cast<int>(states_.size()); }
-  int size() const override { return has_block_ ? 1 : 0; }
-  const int* variables(int) const override { return ids_.data(); }
-  const int* dofs() const override { return dofs_.data(); }
-  void remove(int) override;
+  int dim() const override { return linear_.rows(); }
+  int arity() const override { return static_cast<int>(linear_.states().size()); }
+  int size() const override { return linear_.size(); }
+  const int* variables(int) const override { return linear_.ids().data(); }
+  const int* dofs() const override { return linear_.dofs().data(); }
+  void remove(int) override { linear_.clear(); }
   std::unique_ptr<SoftPoolBase> new_empty(const StoreMapping&) const override {
     return std::make_unique<MarginalPrior>();
   }
@@ -48,11 +41,10 @@ class MarginalPrior final : public SoftPoolBase {
   }
   /// Returns a copy over the stores of a copied problem, in which all slots and anchors are the same.
   std::unique_ptr<SoftPoolBase> copy(const StoreMapping& mapping) const;
-  const std::vector<State>& states() const { return states_; }
   double constant() const { return constant_; }
   void evaluate_block(int i, double* r) const override;
-  void linearize_block(int i, const int* offset, double* r, double* J) const override;
-  Gaussian noise(int) const override { return Gaussian(Eigen::VectorXd::Ones(b_.size())); }
+  void linearize_block(int, const int* offset, double* r, double* J) const override { linear_.linearize(offset, r, J); }
+  Gaussian noise(int) const override { return Gaussian(Eigen::VectorXd::Ones(dim())); }
   void set_noise(int, const Gaussian&) override {
     throw BadInputError("set_noise: the noise of a marginal prior is fixed");
   }
@@ -69,20 +61,13 @@ class MarginalPrior final : public SoftPoolBase {
   std::optional<double> convex_loss_scale() const override { return {}; }
 
  private:
-  using Jacobian = Eigen::Map<Eigen::MatrixXd>;
-  Jacobian jacobian(std::size_t s) const { return {J_.data() + first_jacobian_[s], states_[s].dof, states_[s].dof}; }
-  double residual(const int* offset) const;
+  double cost_of(const Eigen::VectorXd& r) const { return 0.5 * r.squaredNorm() + constant_; }
   void add_products(const PoolPlacement& place, double factor, double* H) const;
 
-  bool has_block_ = false;
-  std::vector<State> states_;
-  std::vector<int> ids_, dofs_, first_,
-      first_jacobian_;               // of each state; first_: column of A, first_jacobian_: entry of J_
-  Eigen::MatrixXd A_, information_;  // AᵀA
-  Eigen::VectorXd b_;
+  AnchoredLinear linear_;
+  Eigen::MatrixXd information_;  // AᵀA
   double constant_ = 0;
-  mutable Eigen::VectorXd x_, r_, g_, J_;  // last evaluation: X ⊖ X̄, A x + b, Aᵀ r, Jacobians of x
-  mutable Eigen::VectorXd scratch_;
+  mutable Eigen::VectorXd r_, g_, scratch_;  // A J v or Aᵀ r, and blocks
 };
 
 }  // namespace tandem::detail

@@ -218,6 +218,14 @@ Problem::Linearization Problem::linearization(const detail::ResidualFunctions& f
 }
 
 std::vector<Block> Problem::soft_blocks_reading(std::span<const int> variable_ids) const {
+  return blocks_reading(variable_ids, false);
+}
+
+std::vector<Block> Problem::hard_blocks_reading(std::span<const int> variable_ids) const {
+  return blocks_reading(variable_ids, true);
+}
+
+std::vector<Block> Problem::blocks_reading(std::span<const int> variable_ids, bool hard) const {
   std::vector<char> marked(variables_.size(), 0);
   for (const int id : variable_ids) {
     info(id);  // throws if there is no such variable
@@ -226,9 +234,9 @@ std::vector<Block> Problem::soft_blocks_reading(std::span<const int> variable_id
   std::vector<Block> blocks;
   for (std::size_t p = 0; p < pools_.size(); ++p) {
     const Pool& pool = pools_[p];
-    if (!pool.soft || static_cast<int>(p) == prior_pool_) continue;
-    for (int i = 0; i < pool.soft->size(); ++i)
-      if (pool.soft->reads(i, marked)) blocks.push_back(handle(static_cast<int>(p), pool.id_of_index[std::size_t(i)]));
+    if (bool(pool.hard) != hard || !pool.type) continue;
+    for (int i = 0; i < pool.base().size(); ++i)
+      if (pool.base().reads(i, marked)) blocks.push_back(handle(static_cast<int>(p), pool.id_of_index[std::size_t(i)]));
   }
   return blocks;
 }
@@ -301,6 +309,13 @@ void Problem::set_bounds(const Block& block, int rows, const double* lower, cons
   check_bounds(pool.name(), rows, lower, upper);
   pool.set_bounds(index, lower, upper);
   ++bounds_revision_;
+}
+
+Bounds<Eigen::Dynamic> Problem::bounds(const Block& block) const {
+  const detail::HardPoolBase& pool = hard_pool_of(block, "bounds");
+  const Eigen::Index first = Eigen::Index(index_of(block, "bounds")) * pool.dim();
+  return {Eigen::Map<const Eigen::VectorXd>(pool.lower().data() + first, pool.dim()),
+          Eigen::Map<const Eigen::VectorXd>(pool.upper().data() + first, pool.dim())};
 }
 
 void Problem::set_bounds(const Block& block, const UniformBounds& bounds) {

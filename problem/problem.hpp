@@ -24,7 +24,9 @@ class NlpEvaluator;
 class Subproblem;
 
 namespace detail {
+struct AnchoredState;
 class ProblemData;
+struct LinearRows;
 /// Returns a number that no other Problem of the process has.
 std::uint64_t new_problem_serial();
 }  // namespace detail
@@ -139,33 +141,34 @@ class Problem {
   /// Returns whether `block` is a block of this problem that has not been removed.
   bool has(const Block& block) const;
 
-  /// Marginalises variables. Replaces all soft blocks that read any of them by one prior on the other free variables
-  /// that these blocks read, then removes the variables. An existing marginal prior is merged into the new one.
-  ///
-  /// The prior is the Schur complement of the Gauss-Newton model of these blocks at the current values X̄, in the
-  /// tangent space of right perturbations:
+  /// Marginalises variables. Replaces all blocks that read any of them by one prior on the other free variables that
+  /// these blocks read and, if hard blocks imply one, by one constraint on them. Then removes the variables. Earlier
+  /// marginal priors and constraints are merged into the new ones. The prior
   ///
   ///   ½‖A (X ⊖ X̄) + b‖² + c
   ///
-  /// Robust losses enter with their weight ρ' at X̄. The constant c keeps costs before and after comparable. The prior
-  /// is exact if the residuals are linear. Otherwise it loses accuracy as the estimate moves away from X̄, because X̄
-  /// and A stay fixed. See detail::MarginalPrior.
+  /// is the Schur complement of the Gauss-Newton model of these blocks at the current values X̄, in the tangent space of
+  /// right perturbations. Robust losses enter with their weight ρ' at X̄. The constant c keeps costs before and after
+  /// comparable. The prior is exact if the residuals are linear. Otherwise it loses accuracy as the estimate moves away
+  /// from X̄, because X̄ and A stay fixed.
   ///
-  /// Unobservable directions of the removed variables contribute nothing. Information below about 1e-13 of that of the
-  /// blocks is rounding error and is dropped. Fixed variables count as constants. If a fixed variable is to be
-  /// estimated later, free it before this call, not after it.
-  ///
-  /// An NlpEvaluator of this problem is no longer valid afterwards. Throws and changes nothing in these cases:
-  /// - BadInputError: a hard block reads one of the variables, or an ID is repeated.
-  /// - UndefinedResidualError: a residual is undefined or not finite at the current values.
-  /// - StaleHandleError: the problem has no variable with one of the IDs.
+  /// Hard rows enter by null-space elimination (detail::eliminate). A row is active if it is an equality, or if its
+  /// multiplier is not zero. It then counts as an equality at the bound that the multiplier pushes against. Active rows
+  /// determine a part of the leaving variables by the remaining ones. Restrictions that they imply on the remaining
+  /// variables alone become the marginal constraint A (X ⊖ X̄) + b = 0. Inactive inequalities leave without trace. The
+  /// result is exact if the active rows are linear and are active in the solution of all data.
+  /// Unobservable directions of the removed variables contribute nothing; information below about 1e-13 of that of the
+  /// blocks is dropped. Fixed variables count as constants; free those to be estimated before. Invalidates NlpEvaluators
+  /// of this problem. Throws and changes nothing if an ID is repeated (BadInputError) or unknown (StaleHandleError), or
+  /// if a residual is undefined or infinite (UndefinedResidualError).
   void marginalize(std::span<const int> variable_ids);
   template <LieGroup... Gs>
   void marginalize(const Variable<Gs>&... x) {
     marginalize(std::array<int, sizeof...(Gs)>{id(x)...});
   }
-  /// Returns the prior that marginalize() created, or nothing if there is none.
+  /// Return the prior and the constraint that marginalize() created, or nothing if there is none.
   std::optional<Block> marginal_prior() const;
+  std::optional<Block> marginal_constraint() const;
 
   /// Returns the weight ρ'(s) that the robust loss gives a soft block at the current values; 1 without a loss. Throws
   /// BadInputError for a hard block.
@@ -193,6 +196,8 @@ class Problem {
     set_bounds(block, N, bounds.lower.data(), bounds.upper.data());
   }
   void set_bounds(const Block& block, const UniformBounds& bounds);
+  /// Returns the bounds of a hard block. Throws BadInputError for a soft block.
+  Bounds<Eigen::Dynamic> bounds(const Block& block) const;
   /// Return and set the Lagrange multipliers of a hard block, one per row. A multiplier is the decrease of the minimal
   /// cost per unit by which the active bound is raised. It is positive at an upper bound, negative at a lower bound,
   /// and 0 if no bound is active or before the first solve.
@@ -214,8 +219,9 @@ class Problem {
   /// Returns the linearization of a residual that is not part of the problem and reads the variables with these IDs.
   Linearization linearization(const detail::ResidualFunctions& functions, const void* residual,
                               std::span<const int> variable_ids) const;
-  /// Returns the soft blocks that read at least one of these variables, except the marginal prior.
+  /// Return the soft or hard blocks that read at least one of these variables, except marginal priors and constraints.
   std::vector<Block> soft_blocks_reading(std::span<const int> variable_ids) const;
+  std::vector<Block> hard_blocks_reading(std::span<const int> variable_ids) const;
   /// Multiplies the scale of every robust loss, of existing and future blocks, by `factor`. The factor replaces the
   /// previous one; 1 restores the given scales. Graduated non-convexity starts with a large factor. Throws
   /// BadInputError if the factor is not positive and finite.
@@ -289,7 +295,7 @@ class Problem {
     detail::Slots ids;  // a block keeps its ID when other blocks are removed
     std::vector<int> index_of_id, id_of_index;
     std::vector<std::uint64_t> problem_of_id;    // serial number of the problem to which the block was added
-    const detail::ResidualType* type = nullptr;  // null for the marginal prior
+    const detail::ResidualType* type = nullptr;  // null for the marginal prior and constraint
 
     detail::PoolBase& base() const { return soft ? static_cast<detail::PoolBase&>(*soft) : *hard; }
   };
@@ -354,6 +360,13 @@ class Problem {
   void remove_block_at(int pool, int index);
   std::string describe(const detail::PoolBase& pool, int block) const;
   std::vector<std::vector<int>> blocks_to_marginalize(const std::vector<char>& marked) const;
+  std::vector<double> active_bounds(const detail::HardPoolBase& pool, int block) const;
+  bool has_active_row(const detail::HardPoolBase& pool, int block) const;
+  detail::LinearRows active_rows(const std::vector<std::vector<int>>& affected, const std::vector<int>& offset,
+                                 int unknowns) const;
+  void add_marginal_constraint(const std::vector<detail::AnchoredState>& states, const detail::LinearRows& equations);
+  std::optional<Block> only_block(int pool) const;
+  std::vector<Block> blocks_reading(std::span<const int> variable_ids, bool hard) const;
   int index_of(const Block& block, const char* caller) const;
   detail::SoftPoolBase& soft_pool_of(const Block& block, const char* caller) const;
   detail::HardPoolBase& hard_pool_of(const Block& block, const char* caller) const;
@@ -364,8 +377,8 @@ class Problem {
 
   /// All members that swap() exchanges.
   auto contents() {
-    return std::tie(variables_, ids_, next_sequence_, stores_, pools_, pool_of_type_, prior_pool_, loss_scale_, serial_,
-                    revision_, value_revision_, bounds_revision_);
+    return std::tie(variables_, ids_, next_sequence_, stores_, pools_, pool_of_type_, prior_pool_, constraint_pool_,
+                    loss_scale_, serial_, revision_, value_revision_, bounds_revision_);
   }
 
   std::vector<VariableInfo> variables_;  // indexed by ID
@@ -374,12 +387,12 @@ class Problem {
   std::map<std::type_index, std::unique_ptr<detail::StateStoreBase>> stores_;
   std::vector<Pool> pools_;
   std::map<std::pair<std::type_index, bool>, int> pool_of_type_;  // key: residual type, hard
-  int prior_pool_ = -1;      // pool of the marginal prior, −1 before the first marginalize()
-  double loss_scale_ = 1.0;  // copied to every soft pool
+  int prior_pool_ = -1;       // pool of the marginal prior, −1 before the first marginalize()
+  int constraint_pool_ = -1;  // pool of the marginal constraint, likewise
+  double loss_scale_ = 1.0;   // copied to every soft pool
   std::uint64_t serial_ = detail::new_problem_serial();
   // Revision counters. Each NlpEvaluator compares them to detect changes of the structure (variables and blocks), of
-  // values, and of bounds, noises, losses and residuals. point_owner_ is the evaluator whose point the state stores
-  // hold.
+  // values, and of bounds, noises, losses and residuals. point_owner_: evaluator whose point the state stores hold.
   long long revision_ = 0, value_revision_ = 0, bounds_revision_ = 0;
   const NlpEvaluator* point_owner_ = nullptr;
 };

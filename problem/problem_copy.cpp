@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include <tandem/problem/marginal_constraint.hpp>
 #include <tandem/problem/marginal_prior.hpp>
 #include <tandem/problem/problem.hpp>
 
@@ -29,6 +30,10 @@ Problem Problem::copy() const {
       to.soft = static_cast<const detail::MarginalPrior&>(*from.soft).copy(mapping);
       continue;
     }
+    if (static_cast<int>(p) == constraint_pool_) {
+      to.hard = static_cast<const detail::MarginalConstraint&>(*from.hard).copy(mapping);
+      continue;
+    }
     if (from.soft) to.soft = from.soft->new_empty(mapping);
     if (from.hard) to.hard = from.hard->new_empty(mapping);
     std::vector<int> slots(std::size_t(from.base().arity()));
@@ -40,6 +45,7 @@ Problem Problem::copy() const {
   }
   copy.pool_of_type_ = pool_of_type_;
   copy.prior_pool_ = prior_pool_;
+  copy.constraint_pool_ = constraint_pool_;
   copy.loss_scale_ = loss_scale_;
   copy.revision_ = revision_;
   copy.value_revision_ = value_revision_;

@@ -2,6 +2,7 @@
 #include <map>
 #include <utility>
 
+#include <tandem/problem/marginal_constraint.hpp>
 #include <tandem/problem/marginal_prior.hpp>
 #include <tandem/problem/problem_data.hpp>
 
@@ -90,13 +91,14 @@ ProblemData::ProblemData(const Problem& problem) : loss_scale(problem.loss_scale
       Block& block = blocks.emplace_back();
       for (int s = 0; s < base.arity(); ++s) block.variables.push_back(place[std::size_t(base.variables(i)[s])]);
       if (!pool.type) {
-        const auto& prior = static_cast<const MarginalPrior&>(base);
-        block.role = Role::marginal_prior;
-        block.A = by_rows(prior.A());
-        block.b.assign(prior.b().data(), prior.b().data() + prior.b().size());
-        block.constant = prior.constant();
+        const auto* prior = dynamic_cast<const MarginalPrior*>(&base);
+        const AnchoredLinear& linear = prior ? prior->linear() : static_cast<const MarginalConstraint&>(base).linear();
+        block.role = prior ? Role::marginal_prior : Role::marginal_constraint;
+        block.A = by_rows(linear.A());
+        block.b.assign(linear.b().data(), linear.b().data() + linear.rows());
+        if (prior) block.constant = prior->constant();
         Fields anchors;
-        for (const MarginalPrior::State& s : prior.states()) s.store->pass_anchor(s.slot, anchors);
+        for (const AnchoredState& s : linear.states()) s.store->pass_anchor(s.slot, anchors);
         block.anchors = anchors.values();
         continue;
       }
@@ -139,7 +141,7 @@ struct ProblemData::Builder {
   void add_block(const Block& block);
   void add_cost(const Block& block, WeightedPool& pool);
   void add_constraint(const Block& block, HardPoolBase& pool);
-  void add_marginal_prior(const Block& block);
+  void add_marginal(const Block& block);
   std::vector<int> slots_of(const Block& block) const;
 };
 
@@ -172,7 +174,7 @@ std::vector<int> ProblemData::Builder::slots_of(const Block& block) const {
 }
 
 void ProblemData::Builder::add_block(const Block& block) {
-  if (block.role == Role::marginal_prior) return add_marginal_prior(block);
+  if (is_marginal(block.role)) return add_marginal(block);
   const bool hard = block.role == Role::constraint;
   const auto type = types.find({block.residual, hard});
   if (type == types.end())
@@ -239,16 +241,19 @@ void ProblemData::Builder::add_constraint(const Block& block, HardPoolBase& pool
   pool.set_multipliers(pool.size() - 1, block.multipliers.data());
 }
 
-void ProblemData::Builder::add_marginal_prior(const Block& block) {
-  if (problem.prior_pool_ >= 0) throw BadInputError("a problem has at most one marginal prior");
-  const std::vector<int> slots = slots_of(block);
-  std::vector<MarginalPrior::State> states;
+void ProblemData::Builder::add_marginal(const Block& block) {
+  const bool hard = block.role == Role::marginal_constraint;
+  const std::string what = hard ? "marginal constraint" : "marginal prior";
+  int& index = hard ? problem.constraint_pool_ : problem.prior_pool_;
+  if (index >= 0) throw BadInputError("a problem has at most one " + what);
+  slots_of(block);  // throws if a variable does not exist
+  std::vector<AnchoredState> states;
   std::size_t columns = 0;
   std::vector<char> seen(std::size_t(problem.id_bound()), 0);
   for (const int id : block.variables) {
     const auto& variable = problem.variables_[std::size_t(id)];
     if (std::exchange(seen[std::size_t(id)], 1))
-      throw BadInputError("the marginal prior reads " + variable.name() + " twice");
+      throw BadInputError("the " + what + " reads " + variable.name() + " twice");
     states.push_back({variable.store, variable.slot, id, variable.dof});
     columns += std::size_t(variable.dof);
   }
@@ -257,17 +262,26 @@ void ProblemData::Builder::add_marginal_prior(const Block& block) {
     throw BadInputError("A has " + count(block.A.size(), "number") + ", but must have " + std::to_string(rows) +
                         " rows of " + std::to_string(columns));
   const Eigen::MatrixXd A = Eigen::Map<const RowMajor>(block.A.data(), Eigen::Index(rows), Eigen::Index(columns));
-  auto prior = std::make_unique<MarginalPrior>();
-  prior->set(states, A, Eigen::Map<const Eigen::VectorXd>(block.b.data(), Eigen::Index(rows)), block.constant);
+  const Eigen::VectorXd b = Eigen::Map<const Eigen::VectorXd>(block.b.data(), Eigen::Index(rows));
+  Problem::Pool pool;
+  if (hard) {
+    auto constraint = std::make_unique<MarginalConstraint>();
+    constraint->set(states, A, b);
+    pool.hard = std::move(constraint);
+  } else {
+    auto prior = std::make_unique<MarginalPrior>();
+    prior->set(states, A, b, block.constant);
+    pool.soft = std::move(prior);
+  }
   Fields anchors(block.anchors);
-  for (const MarginalPrior::State& s : states) s.store->pass_anchor(s.slot, anchors);
+  for (const AnchoredState& s : states) s.store->pass_anchor(s.slot, anchors);
   if (!anchors.error().empty()) throw BadInputError(anchors.error());
   if (!anchors.complete())
     throw BadInputError("anchors must be " + count(anchors.count(), "number") + ", not " +
                         std::to_string(block.anchors.size()));
-  problem.prior_pool_ = static_cast<int>(problem.pools_.size());
-  problem.pools_.push_back({std::move(prior), nullptr, {}, {}, {}, {}, nullptr});
-  problem.new_block(problem.prior_pool_);
+  index = static_cast<int>(problem.pools_.size());
+  problem.pools_.push_back(std::move(pool));
+  problem.new_block(index);
 }
 
 Problem ProblemData::problem() const {

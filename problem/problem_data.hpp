@@ -15,7 +15,8 @@ class ProblemData {
     std::vector<double> value;
     bool fixed = false;
   };
-  enum class Role { cost, constraint, marginal_prior };
+  enum class Role { cost, constraint, marginal_prior, marginal_constraint };
+  static bool is_marginal(Role role) { return role == Role::marginal_prior || role == Role::marginal_constraint; }
   /// Content of a block. Members that its role does not use are empty.
   struct Block {
     Role role = Role::cost;
@@ -25,7 +26,8 @@ class ProblemData {
     std::vector<double> diagonal, full;  ///< one of the two: 1/σ of each row, or the whitening matrix W by rows
     Loss loss;
     std::vector<double> lower, upper, multipliers;
-    // Marginal prior ½‖A (X ⊖ X̄) + b‖² + constant: A by rows; anchors are the values X̄, one after the other.
+    // Marginal prior ½‖A (X ⊖ X̄) + b‖² + constant, or marginal constraint A (X ⊖ X̄) + b = 0: A by rows; anchors are the
+    // values X̄, one after the other.
     std::vector<double> A, b, anchors;
     double constant = 0;
   };

@@ -53,6 +53,7 @@ Subproblem::Subproblem(Problem& whole, std::span<const int> variable_ids)
   };
   part_.pool_of_type_ = whole.pool_of_type_;
   part_.prior_pool_ = whole.prior_pool_;
+  part_.constraint_pool_ = whole.constraint_pool_;
   for (std::size_t p = 0; p < whole.pools_.size(); ++p) {
     const Problem::Pool& from = whole.pools_[p];
     Problem::Pool& to = part_.pools_.emplace_back();

@@ -21,8 +21,10 @@ using Role = ProblemData::Role;
 constexpr const char* kFormat = "tandem problem";
 constexpr int kVersion = 1;
 
-const std::pair<Role, std::string_view> kRoles[] = {
-    {Role::cost, "cost"}, {Role::constraint, "constraint"}, {Role::marginal_prior, "marginal prior"}};
+const std::pair<Role, std::string_view> kRoles[] = {{Role::cost, "cost"},
+                                                    {Role::constraint, "constraint"},
+                                                    {Role::marginal_prior, "marginal prior"},
+                                                    {Role::marginal_constraint, "marginal constraint"}};
 
 // Writing.
 
@@ -58,11 +60,11 @@ std::string_view name_of(const Names& names, Value value) {
 Json as_json(const Block& block, const std::string& what) {
   Json json;
   json["role"] = name_of(kRoles, block.role);
-  if (block.role == Role::marginal_prior) {
+  if (ProblemData::is_marginal(block.role)) {
     json["variables"] = block.variables;
     json["A"] = matrix(block.A, block.b.size(), what);
     json["b"] = numbers(block.b, what);
-    json["constant"] = number(block.constant, false, what);
+    if (block.role == Role::marginal_prior) json["constant"] = number(block.constant, false, what);
     json["anchors"] = numbers(block.anchors, what);
     return json;
   }
@@ -181,11 +183,13 @@ Block block_of(const Entry& entry) {
   block.role = entry.at("role").one_of(kRoles);
   const Entry variables = entry.at("variables");
   for (const Json& v : variables.list()) block.variables.push_back(variables.whole(v));
-  if (block.role == Role::marginal_prior) {
-    entry.object({"role", "variables", "A", "b", "constant", "anchors"});
+  if (ProblemData::is_marginal(block.role)) {
+    const bool prior = block.role == Role::marginal_prior;
+    if (prior) entry.object({"role", "variables", "A", "b", "constant", "anchors"});
+    if (!prior) entry.object({"role", "variables", "A", "b", "anchors"});
     block.A = entry.at("A").matrix();
     block.b = entry.at("b").numbers();
-    block.constant = entry.at("constant").number(entry.at("constant").json);
+    if (prior) block.constant = entry.at("constant").number(entry.at("constant").json);
     block.anchors = entry.at("anchors").numbers();
     return block;
   }

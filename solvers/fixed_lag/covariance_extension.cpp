@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include <tandem/lie/error.hpp>
@@ -18,7 +19,33 @@ bool contains(const std::vector<int>& ids, int id) { return std::find(ids.begin(
 /// error of the ratio times the squared relative change.
 constexpr double kMaxCancellation = 1e4;
 constexpr double kMaxVarianceReduction =
-    1e10;  // maximum reduction of a variance by an update; beyond, rounding dominates
+    1e10;                           // maximum reduction of a variance by an update; beyond, rounding dominates
+constexpr double kKnownRow = 1e-9;  // smaller variances of an exact row, relative to the largest one, are rounding
+
+/// Returns the Jacobian of a block with respect to these variables, side by side; 0 for fixed ones.
+Eigen::MatrixXd jacobian_of(const Problem& problem, const Problem::Linearization& at, const std::vector<int>& ids,
+                            const std::vector<int>& dofs) {
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(at.residual.size(), std::accumulate(dofs.begin(), dofs.end(), 0));
+  for (std::size_t i = 0, to = 0; i < ids.size(); to += std::size_t(dofs[i++])) {
+    if (problem.is_fixed(ids[i])) continue;
+    for (std::size_t k = 0, from = 0; k < at.dofs.size(); from += std::size_t(at.dofs[k++]))
+      if (at.variable_ids[k] == ids[i])
+        J.middleCols(Eigen::Index(to), dofs[i]) += at.jacobian.middleCols(Eigen::Index(from), dofs[i]);
+  }
+  return J;
+}
+
+/// Conditions a covariance on rows with the cross-covariance `cross` and the covariance `own`, without noise. Rows that
+/// depend on others, or are known already, change nothing.
+void condition_on(const Eigen::MatrixXd& cross, const Eigen::MatrixXd& own, Eigen::Ref<Eigen::MatrixXd> P) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(own);
+  const double least = kKnownRow * eigen.eigenvalues().cwiseAbs().maxCoeff();
+  for (Eigen::Index i = 0; i < own.rows(); ++i) {
+    if (!(eigen.eigenvalues()[i] > least)) continue;
+    const Eigen::VectorXd column = cross.transpose() * eigen.eigenvectors().col(i);
+    P -= column * column.transpose() / eigen.eigenvalues()[i];
+  }
+}
 
 }  // namespace
 
@@ -67,6 +94,7 @@ std::optional<std::vector<CovarianceExtension::Step>> CovarianceExtension::steps
     const Problem& problem, const std::vector<int>& added) const {
   std::vector<Step> steps;
   std::vector<Block> blocks = problem.soft_blocks_reading(added);
+  const std::vector<Block> hard = problem.hard_blocks_reading(added);
   std::vector<int> missing = added;
   // A block with as many rows as missing unknowns determines them. Later blocks are measurements of known variables.
   const auto use_block = [&](const Block& block) {
@@ -79,20 +107,10 @@ std::optional<std::vector<CovarianceExtension::Step>> CovarianceExtension::steps
       (is_missing ? step.added : step.others).push_back(id);
       (is_missing ? step.added_dofs : step.other_dofs).push_back(at.dofs[k]);
     }
-    const auto jacobian_of = [&](const std::vector<int>& ids, const std::vector<int>& dofs) {
-      Eigen::MatrixXd J = Eigen::MatrixXd::Zero(at.residual.size(), std::accumulate(dofs.begin(), dofs.end(), 0));
-      for (std::size_t i = 0, to = 0; i < ids.size(); to += std::size_t(dofs[i++])) {
-        if (problem.is_fixed(ids[i])) continue;
-        for (std::size_t k = 0, from = 0; k < at.dofs.size(); from += std::size_t(at.dofs[k++]))
-          if (at.variable_ids[k] == ids[i])
-            J.middleCols(Eigen::Index(to), dofs[i]) += at.jacobian.middleCols(Eigen::Index(from), dofs[i]);
-      }
-      return J;
-    };
-    step.transition = jacobian_of(step.others, step.other_dofs);
+    step.transition = jacobian_of(problem, at, step.others, step.other_dofs);
     step.noise = problem.noise(block).covariance_matrix();
     if (!step.added.empty()) {
-      const Eigen::MatrixXd own = jacobian_of(step.added, step.added_dofs);
+      const Eigen::MatrixXd own = jacobian_of(problem, at, step.added, step.added_dofs);
       if (own.rows() != own.cols()) return false;
       const Eigen::FullPivLU<Eigen::MatrixXd> lu(-own);
       if (!lu.isInvertible()) return false;
@@ -107,6 +125,26 @@ std::optional<std::vector<CovarianceExtension::Step>> CovarianceExtension::steps
   while (std::erase_if(blocks, use_block) > 0) {
   }
   if (!blocks.empty() || !missing.empty()) return {};
+  // Equalities are measurements without noise. Which inequalities are active is known after the next solve.
+  for (const Block& block : hard) {
+    const Bounds<Eigen::Dynamic> bounds = problem.bounds(block);
+    const Problem::Linearization at = problem.linearization(block);
+    Step step;
+    step.exact = true;
+    std::vector<Eigen::Index> rows;
+    for (Eigen::Index i = 0; i < bounds.lower.size(); ++i)
+      if (bounds.lower[i] == bounds.upper[i]) rows.push_back(i);
+    if (rows.empty()) continue;
+    for (std::size_t k = 0; k < at.dofs.size(); ++k) {
+      const int id = at.variable_ids[k];
+      if (contains(step.others, id)) continue;
+      step.others.push_back(id);
+      step.other_dofs.push_back(at.dofs[k]);
+    }
+    step.transition = jacobian_of(problem, at, step.others, step.other_dofs)(rows, Eigen::all);
+    step.noise = Eigen::MatrixXd::Zero(Eigen::Index(rows.size()), Eigen::Index(rows.size()));
+    steps.push_back(std::move(step));
+  }
   return steps;
 }
 
@@ -130,6 +168,10 @@ CovarianceExtension::Joint CovarianceExtension::propagate(Joint joint, const Kno
           step.transition.middleCols(Eigen::Index(from), step.other_dofs[k]);
     const Eigen::MatrixXd cross = transition * P.topLeftCorner(n, n);
     const Eigen::MatrixXd own = cross * transition.transpose() + step.noise;
+    if (step.exact) {
+      condition_on(cross, own, P.topLeftCorner(n, n));
+      continue;
+    }
     if (step.added.empty()) {
       const Eigen::VectorXd least = P.diagonal().head(n) / kMaxVarianceReduction;
       P.topLeftCorner(n, n) -= cross.transpose() * own.ldlt().solve(cross);

@@ -12,7 +12,8 @@ namespace tandem::detail {
 
 /// Extends a covariance to variables that have been added since, using the blocks that read them. A block either
 /// predicts new variables from known ones or is a measurement of known ones. These are the steps of a Kalman filter, in
-/// the tangent space at the values of the variables. Robust losses are ignored.
+/// the tangent space at the values of the variables. Hard equalities are measurements without noise. Robust losses and
+/// inequalities are ignored.
 class CovarianceExtension {
  public:
   /// Returns the joint covariance of variables that have not been added.
@@ -33,6 +34,7 @@ class CovarianceExtension {
   struct Step {
     std::vector<int> added, added_dofs, others, other_dofs;
     Eigen::MatrixXd transition, noise;
+    bool exact = false;  // the rows of a hard equality
   };
   /// Variables in order, their first rows, and their covariance.
   struct Joint {

@@ -5,9 +5,12 @@
 #include <utility>
 
 #include <tandem/problem/nlp_evaluator.hpp>
+#include <tandem/solvers/augmented_lagrangian.hpp>
+#include <tandem/solvers/fixed_lag/active_set_solve.hpp>
 #include <tandem/solvers/fixed_lag/fixed_lag.hpp>
 #include <tandem/solvers/fixed_lag/warm_solve.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
+#include <tandem/solvers/sequence.hpp>
 #include <tandem/solvers/session.hpp>
 
 namespace tandem {
@@ -17,6 +20,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Accepted cost of elimination in order of time, relative to AMD. It puts the newest variables last, whose covariance
 /// is fast.
 constexpr double kTimeOrderFlops = 4;
+/// Maximum number of iterations of the augmented Lagrangian, relative to that of an update.
+constexpr int kGlobalIterations = 10;
 
 /// The variables of a joint covariance that are not fixed, and the rows of their unknowns.
 struct FreePart {
@@ -101,7 +106,7 @@ Summary FixedLag::update() {
   if (std::string why = why_unsupported(problem_, options_); !why.empty())
     return detail::rejection("fixed-lag", options_, std::move(why));
   Summary summary = solve_window();
-  if (summary.status == Status::failed) return summary;
+  if (summary.status == Status::failed || summary.status == Status::infeasible) return summary;
   const detail::Session::Timer timer(summary.seconds);
   marginalize_before(window_begin(summary.converged() ? 1.0 : 1.0 + options_.patience));
   size_after_update_ = size();
@@ -111,6 +116,8 @@ Summary FixedLag::update() {
 /// Allocates the factor for the Hessian of `nlp` and stores the block of each variable.
 void FixedLag::Factored::prepare(const Problem& problem, const NlpEvaluator& nlp) {
   factor.emplace(nlp.hessian_pattern(), kTimeOrderFlops);
+  rows = {};
+  first = nlp.hessian_pattern().first;
   known.assign(std::size_t(problem.id_bound()), {});
   for (int id = 0; id < problem.id_bound(); ++id)
     if (!problem.name(id).empty()) {
@@ -145,6 +152,13 @@ bool FixedLag::Factored::linearize(Problem& problem, double damping) {
   try {
     there = std::isfinite(nlp.linearize(gradient, hessian));
     detail::hessian_diagonal(nlp.hessian_pattern(), hessian, diagonal);
+    if (nlp.num_rows() > 0) {
+      Eigen::VectorXd y(nlp.num_rows()), jacobian(Eigen::Index(nlp.jacobian_pattern().row.size()));
+      nlp.multipliers(y);
+      nlp.constraint_jacobian(jacobian);
+      rows = detail::ActiveRows(nlp, jacobian, detail::ActiveRows::sides(nlp, y), diagonal);
+      nlp.add_constraint_hessian(rows.weights(), jacobian, hessian);
+    }
     there = there && (factorize(damping) || factorize(detail::kMinInformation));
   } catch (const UndefinedResidualError&) {  // a residual is undefined
   }
@@ -168,18 +182,46 @@ Summary FixedLag::solve_window() {
   solved_.prepare(problem_, nlp);
   extension_.clear();
   state_ = AtValues::same;
-  detail::WarmSolve solve(nlp, *solved_.factor, options_);
   Summary summary;
   try {
-    summary = solve.run();
+    if (nlp.num_rows() > 0) {
+      summary = solve_constrained_window(nlp);
+    } else {
+      detail::WarmSolve solve(nlp, *solved_.factor, options_);
+      summary = solve.run();
+      if (summary.status == Status::failed || solve.damped()) solved_.known.clear();  // no covariance
+      if (solve.moved()) state_ = AtValues::wanted;
+    }
   } catch (...) {  // from a callback
     solved_.known.clear();
     throw;
   }
-  if (summary.status == Status::failed || solve.damped()) solved_.known.clear();  // no covariance
-  if (solve.moved()) state_ = AtValues::wanted;
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return summary;
+}
+
+/// Solves by active sets, else by the augmented Lagrangian from the present values.
+Summary FixedLag::solve_constrained_window(NlpEvaluator& nlp) {
+  nlp.save();
+  detail::ActiveSetSolve solve(nlp, *solved_.factor, solved_.rows, options_);
+  Summary summary = solve.run();
+  if (!solve.gave_up()) {
+    if (summary.status == Status::failed || solve.damped()) solved_.known.clear();
+    if (solve.moved()) state_ = AtValues::wanted;
+    return summary;
+  }
+  nlp.restore();
+  detail::Sequence sequence(options_);
+  sequence.add(summary, summary.initial_cost);
+  AugmentedLagrangianOptions options;
+  static_cast<SolverOptions&>(options) = sequence.limits();
+  options.max_iterations = kGlobalIterations * options_.max_iterations;
+  options.cost_tolerance = std::min(options.cost_tolerance, options_.cost_tolerance);
+  options.from_multipliers = true;
+  Summary global = sequence.add(tandem::solve(problem_, options), summary.initial_cost);
+  global.solver = summary.solver;
+  if (global.status == Status::failed || !solved_.linearize(problem_, options_.initial_damping)) solved_.known.clear();
+  return global;
 }
 
 /// Returns the start time of the window if its length is multiplied by `stretch`.
@@ -276,14 +318,29 @@ Eigen::MatrixXd FixedLag::Factored::covariance(const std::vector<int>& ids, cons
   const FreePart free(ids, dofs, [this](int id) { return known[std::size_t(id)].block == kFixed; });
   std::vector<int> blocks;
   for (const int id : free.ids) blocks.push_back(known[std::size_t(id)].block);
-  return free.with_zeros(blocks.empty() ? Eigen::MatrixXd() : factor->inverse_of(blocks));
+  if (blocks.empty()) return free.with_zeros({});
+  return free.with_zeros(rows.empty() ? factor->inverse_of(blocks) : constrained_inverse_of(blocks));
 }
 
-std::string why_unsupported(const Problem& problem, const FixedLagOptions&) {
-  if (problem.num_hard_blocks() > 0)
-    return "fixed-lag takes soft residuals only, and this problem has " + std::to_string(problem.num_hard_blocks()) +
-           " hard ones: use minimize with a small sigma, or SoftBound for bounds";
-  return detail::why_unsolvable(problem);
+/// Returns blocks of the inverse of the Hessian on the null space of the active rows.
+Eigen::MatrixXd FixedLag::Factored::constrained_inverse_of(const std::vector<int>& blocks) const {
+  std::vector<Eigen::Index> unknowns;
+  for (const int b : blocks)
+    for (int i = first[std::size_t(b)]; i < first[std::size_t(b) + 1]; ++i) unknowns.push_back(i);
+  const auto n = Eigen::Index(unknowns.size());
+  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(rows.weights().size());
+  Eigen::MatrixXd S(n, n);
+  Eigen::VectorXd unit = Eigen::VectorXd::Zero(first.back()), column, y;
+  for (Eigen::Index j = 0; j < n; ++j) {
+    unit[unknowns[std::size_t(j)]] = -1;
+    y = zero;
+    rows.solve(*factor, unit, zero, column, y);
+    unit[unknowns[std::size_t(j)]] = 0;
+    S.col(j) = column(unknowns);
+  }
+  return 0.5 * (S + S.transpose());
 }
+
+std::string why_unsupported(const Problem& problem, const FixedLagOptions&) { return detail::why_unsolvable(problem); }
 
 }  // namespace tandem

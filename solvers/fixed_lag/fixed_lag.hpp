@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <tandem/problem/problem.hpp>
+#include <tandem/solvers/fixed_lag/active_rows.hpp>
 #include <tandem/solvers/fixed_lag/covariance_extension.hpp>
 #include <tandem/solvers/fixed_lag/fixed_lag_options.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
@@ -27,8 +28,16 @@ namespace tandem {
 ///
 /// Blocks may be added to any variable in the window, also to old ones. Late measurements are possible while
 /// why_too_late(t) is empty. Variables without a time are added to problem() and never leave. Handles of marginalized
-/// variables are invalid; see Problem::has, marginalized() and FixedLagOptions::before_marginalize. Only soft blocks
-/// are supported. Results are deterministic. Thread safety is that of its Problem.
+/// variables are invalid; see Problem::has, marginalized() and FixedLagOptions::before_marginalize. Results are
+/// deterministic. Thread safety is that of its Problem.
+///
+/// Hard blocks (Problem::subject_to) are equalities and inequalities on any variables in the window. An update then
+/// solves with the active set of the last one (detail::ActiveSetSolve), and with the augmented Lagrangian if that does
+/// not converge. Its status is infeasible if no estimate in the window satisfies the constraints. Rows that are active
+/// when a variable leaves count as equalities from then on; the others leave without trace (see Problem::marginalize).
+/// Thus linear-quadratic problems with equalities are solved exactly. With inequalities they are, while the active set
+/// at the old end of the window is that of all data. Covariances are those of the constrained problem: active rows have
+/// no variance.
 class FixedLag {
  public:
   /// Throws BadInputError if an option is out of range.
@@ -65,8 +74,8 @@ class FixedLag {
 
   /// Solves the window from the present values, then marginalizes older variables (see FixedLagOptions::patience).
   ///
-  /// The window ends at the newest variable. Nothing is marginalized if the solve fails or the problem is not
-  /// supported. Throws the exceptions of `before_marginalize`, and UndefinedResidualError if a residual of a leaving
+  /// The window ends at the newest variable. Nothing is marginalized if the solve fails, if the hard constraints are
+  /// infeasible, or if the problem is not supported. Throws the exceptions of `before_marginalize`, and UndefinedResidualError if a residual of a leaving
   /// variable is undefined at the estimate. Variables that have not left by then remain, and later updates try again.
   Summary update();
 
@@ -138,6 +147,7 @@ class FixedLag {
   void marginalize_before(double limit);
   void check_known(const std::vector<int>& ids) const;
   Summary solve_window();
+  Summary solve_constrained_window(NlpEvaluator& nlp);
 
   static constexpr int kFixed = -1, kAdded = -2, kUnknown = -3;
   struct Known {
@@ -147,6 +157,8 @@ class FixedLag {
   /// A factor of the Hessian of the window.
   struct Factored {
     std::optional<BlockCholesky> factor;
+    detail::ActiveRows rows;   // active hard rows; the factor is that of M
+    std::vector<int> first;    // unknown of each block
     std::vector<Known> known;  // by id; empty without a covariance
 
     void prepare(const Problem& problem, const NlpEvaluator& nlp);
@@ -156,10 +168,11 @@ class FixedLag {
     /// detail::kMinInformation if that is not enough. Returns false if a residual is undefined.
     bool linearize(Problem& problem, double damping);
     Eigen::MatrixXd covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const;
+    Eigen::MatrixXd constrained_inverse_of(const std::vector<int>& blocks) const;
   };
   int block_of(int id) const { return solved_.block_of(problem_, id); }
   bool is_added(int id) const { return block_of(id) == kAdded; }
-  int size() const { return problem_.num_variables() + problem_.num_soft_blocks(); }
+  int size() const { return problem_.num_variables() + problem_.num_soft_blocks() + problem_.num_hard_blocks(); }
   bool linearize_at_values(const std::vector<int>& ids) const;
 
   FixedLagOptions options_;

@@ -68,8 +68,8 @@ class Calls {
       case 14:
         return covariance();
       default:
-        // Rare, because a hard block makes later solves fail until it is removed.
-        if (input_.byte() > 240)
+        // Rare, because hard blocks that contradict each other make later solves fail until one is removed.
+        if (input_.byte() > 200)
           world_.with_group(input_, [&](auto& handles) { world_.add_block(lag_.problem(), handles, input_, true); });
     }
   }

@@ -236,21 +236,6 @@ TEST(FixedLag, ReportsLeavingVariablesAndTheBeginOfTheWindow) {
   EXPECT_NEAR(lag.problem().value(late).vector()[0], 2.0, 1e-12);
 }
 
-TEST(FixedLag, RejectsHardConstraints) {
-  FixedLag lag(seconds_of(1.0));
-  const auto x = lag.add(0.0, R3()), y = lag.add(5.0, R3());
-  EXPECT_EQ(why_unsupported(lag.problem(), FixedLagOptions{}), "");
-  const Block hard = lag.problem().subject_to(Prior<R3>{R3()}, equal_to(0), {x});
-  const Summary summary = lag.update();
-  EXPECT_EQ(summary.status, Status::unsupported);
-  EXPECT_THAT(summary.message, HasSubstr("fixed-lag takes soft residuals only, and this problem has 1 hard ones"));
-  EXPECT_TRUE(lag.problem().has(x));
-  lag.problem().remove(hard);
-  EXPECT_TRUE(lag.update().converged());  // without any information
-  EXPECT_FALSE(lag.problem().has(x));
-  EXPECT_TRUE(lag.problem().has(y));
-}
-
 TEST(FixedLag, RecoversFromAFailedSolve) {
   FixedLag lag(seconds_of(1.0));
   const auto x = lag.add(0.0, R3(), "x"), y = lag.add(5.0, R3());

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <tandem/problem/nlp_evaluator.hpp>
+#include <tandem/solvers/linear/block_cholesky.hpp>
+
+namespace tandem::detail {
+
+/// The active rows A of the hard constraints, in solves with M = H + Aᵀ W A.
+///
+/// With large weights W, M⁻¹ almost equals the inverse of H on the null space of A, and M is positive definite wherever
+/// H is on that null space. The method of multipliers removes the difference in a few solves with one factor (Bertsekas
+/// 1982, Constrained Optimization and Lagrange Multiplier Methods, §2.2):
+///
+///   p = M⁻¹ (Aᵀ (W b − y) − g)      y ← y + W (A p − b)
+///
+/// The limit minimises ½ pᵀ H p + gᵀ p under A p = b, with multipliers y. Redundant rows do no harm.
+class ActiveRows {
+ public:
+  /// Bound at which a row is active.
+  enum Side : signed char { lower = -1, inactive = 0, upper = 1 };
+
+  /// Sets the rows that are active according to the multipliers y: equalities, and rows with y ≠ 0.
+  static std::vector<Side> sides(const NlpEvaluator& nlp, const Eigen::VectorXd& y);
+
+  ActiveRows() = default;
+  /// `jacobian` is that of all rows of the NLP, `scale` the curvature of the cost along each unknown.
+  ActiveRows(const NlpEvaluator& nlp, const Eigen::VectorXd& jacobian, const std::vector<Side>& sides,
+             const Eigen::VectorXd& scale);
+
+  bool empty() const { return value_.empty(); }
+  /// W of each row of the NLP, 0 for inactive ones.
+  const Eigen::VectorXd& weights() const { return weight_; }
+  /// Returns √w⁰ of each row of the NLP, where 1/w⁰ is the variance that the cost alone would leave it, roughly.
+  double root_stiffness(Eigen::Index row) const { return root_[row]; }
+  /// Sets p and y from the right-hand sides g and b, which has one entry per row of the NLP. y must be a guess of the
+  /// multipliers, 0 for inactive rows. Returns false if the equations contradict each other.
+  bool solve(const BlockCholesky& factor, const Eigen::VectorXd& g, const Eigen::VectorXd& b, Eigen::VectorXd& p,
+             Eigen::VectorXd& y) const;
+
+ private:
+  std::vector<int> row_, column_;  // entries of the active rows
+  std::vector<double> value_;
+  Eigen::VectorXd weight_, root_;  // of each row of the NLP
+  mutable Eigen::VectorXd residual_;
+};
+
+}  // namespace tandem::detail

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <vector>
+
+#include <tandem/problem/nlp_evaluator.hpp>
+#include <tandem/solvers/fixed_lag/active_rows.hpp>
+#include <tandem/solvers/fixed_lag/fixed_lag_options.hpp>
+#include <tandem/solvers/linear/block_cholesky.hpp>
+#include <tandem/solvers/session.hpp>
+
+namespace tandem::detail {
+
+/// Sequential quadratic programming for hard constraints and a good initial guess, with a warm-started active set.
+///
+/// Each step minimises the Gauss-Newton model of the cost under the linearised active rows (ActiveRows). The active set
+/// starts from the multipliers of the problem. Rows with a multiplier of the wrong sign leave it, and rows that the step
+/// would violate enter it, until it is that of the model's solution (Hintermüller, Ito & Kunisch 2002, The primal-dual
+/// active set strategy). If it does not change, a step needs one factorisation, as without constraints.
+///
+/// The method gives up if the active set cycles or a full step does not reduce the ℓ1 merit function. The caller then
+/// uses a globally convergent solver.
+class ActiveSetSolve {
+ public:
+  /// `cholesky` must have the Hessian pattern of `nlp`. It has the last factor afterwards, and `rows` its active rows.
+  ActiveSetSolve(NlpEvaluator& nlp, BlockCholesky& cholesky, ActiveRows& rows, const FixedLagOptions& options);
+
+  /// Solves the problem, and stores the multipliers if it converges.
+  Summary run();
+  /// Returns whether the method gave up. The summary then has the status max_iterations.
+  bool gave_up() const { return gave_up_; }
+  /// Returns whether the factor is missing.
+  bool damped() const { return !factorized_; }
+  /// Returns whether the values have moved since the linearisation of the factor.
+  bool moved() const { return moved_; }
+
+ private:
+  double linearize();
+  void iterate();
+  bool find_step();
+  bool factorize();
+  bool change_active_set(bool all);
+  void bounds_minus(const Eigen::VectorXd& c, Eigen::VectorXd& b) const;
+  double penalised_violation(const Eigen::VectorXd& c) const;
+  double merit_at_step();
+  bool try_step();
+  void correct_step();
+  double remaining_gain();
+  bool give_up();
+
+  const FixedLagOptions& options_;
+  NlpEvaluator& nlp_;
+  BlockCholesky& cholesky_;
+  ActiveRows& rows_;
+  Session session_;
+  std::vector<ActiveRows::Side> sides_;
+  double predicted_ = 0, trial_cost_ = 0;
+  bool factorized_ = false, moved_ = false, gave_up_ = false;
+  Eigen::VectorXd gradient_, hessian_, scale_, shift_, step_, trial_gradient_, augmented_;
+  Eigen::VectorXd c_, jacobian_, trial_c_, trial_jacobian_, y_, b_, of_step_, penalty_;
+};
+
+}  // namespace tandem::detail
