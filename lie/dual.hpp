@@ -9,7 +9,8 @@
 namespace tandem {
 
 /// Dual number for forward automatic differentiation: a value and its derivatives in N directions. Arithmetic and the
-/// functions below apply the chain rule, comparisons compare the values. The default constructor sets nothing.
+/// functions below apply the chain rule, comparisons compare the values. The default constructor leaves the numbers
+/// uninitialised.
 ///
 /// As the scalar of SO3, SE2 and SE_K(3), a Dual selects the specialisations in dual_groups.hpp, which differentiate in
 /// the tangent space. With `kPlain`, the groups differentiate the numbers that they store.

@@ -10,9 +10,10 @@ namespace detail {
 
 /// Element of G that depends on N variables ε: X(ε) = X̄ Exp(D ε) to first order. Products, inverses, Exp and Log apply
 /// the closed-form Jacobians of G to D. This takes a fraction of the time of differentiating the stored numbers, and
-/// the derivatives are as accurate as the Jacobians, from rotations by 0 to π.
+/// the derivatives are as accurate as the Jacobians, for rotation angles from 0 to π.
 ///
-/// `Derived` is the specialisation of the group for Dual<N>, Plain the group over the same dual numbers without it.
+/// `Derived` is the specialisation of the group for Dual<N>. `Plain` is the group over dual numbers without this
+/// specialisation.
 template <class Derived, class G, class Plain, int N>
 class DualGroup {
  public:

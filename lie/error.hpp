@@ -8,11 +8,11 @@
 namespace tandem {
 
 /// Base of all exceptions of Tandem. The message is one sentence that names the thing, the problem and the remedy. The
-/// derived types tell who can help:
+/// derived types name the cause:
 ///
 ///   BadInputError             the caller: an argument, an option or data are invalid
 ///   StaleHandleError          the caller: a handle, an ID or an evaluator does not belong to the problem, or no longer
-///   NumericalError            nobody: at these values there is no result
+///   NumericalError            the values of the variables, for which there is no result
 ///     UndefinedResidualError  a residual or its derivative has no value
 ///     NotObservableError      the information is singular
 ///   Stopped                   the caller ended a computation (problem/stop.hpp)
@@ -64,7 +64,7 @@ class UndefinedResidualError : public NumericalError {
                               const std::string& why) {
     std::string text = residual;
     for (std::size_t i = 0; i < variables.size(); ++i) text += (i == 0 ? " of " : ", ") + variables[i];
-    const bool named = why.starts_with(residual + ": ");  // many residuals begin with their name
+    const bool named = why.starts_with(residual + ": ");  // many reasons begin with the name of the residual
     return text + ": " + why.substr(named ? residual.size() + 2 : 0);
   }
   std::string residual_;
