@@ -39,8 +39,8 @@ auto perturbed(const X& x, int first) {
 /// as sqrt are called without std::.
 ///
 /// The states are X ⊕ ε with ε = 0, so the Jacobians refer to right perturbations. They equal closed forms up to
-/// rounding, in two to three times their time. Throws Error if a row or a derivative is not finite, as that of norm()
-/// at 0. Evaluation does not allocate. Every state's group needs Rebind and cast.
+/// rounding, in two to three times their time. Throws Error if a row or a derivative is not finite, for example the
+/// derivative of norm() at 0. Evaluation does not allocate. Every state's group needs Rebind and cast.
 template <class F, class States = typename F::States>
 struct AutoDiff;
 
@@ -65,7 +65,7 @@ struct AutoDiff<F, std::tuple<Xs...>> {
     const auto next = [&]<class X>(const X& state) {
       return detail::perturbed<S>(state, std::exchange(first, first + X::dof));
     };
-    // Braces evaluate in order.
+    // Braces guarantee evaluation from left to right.
     const std::tuple<typename Xs::template Rebind<S>...> states{next(x)...};
     std::apply([&](const auto&... y) { evaluate(dual, y...); }, states);
     bool finite = true;

@@ -23,8 +23,8 @@ namespace tandem {
 /// this twist changes less between states, whereas the noise of ConstantTwist allows larger changes.
 ///
 /// Given only the mean over the first interval, the mean over the second has for τ = ∞ the variance σ² (dt1 + dt2)/3.
-/// The noises of neighbouring triples are then correlated by 1/4, which independent residuals ignore. Noise taken from
-/// middle to middle adds up to that of the process.
+/// The noises of neighbouring triples are then correlated by 1/4, which independent residuals ignore. This noise covers
+/// the time from middle to middle of the intervals, so the noises of a chain add up to that of the process.
 template <LieGroup G>
 struct DampedTwist {
   static constexpr std::string_view name = "damped twist";

@@ -18,10 +18,10 @@ struct DvlReading {
 ///   Δp̃ += ΔR̃ Jl(ω dt) v dt,  ΔR̃ ← ΔR̃ Exp(ω dt)
 ///
 /// The covariance has two parts. The errors of the readings are independent. A reading with covariance Σ_v adds A Σ_v
-/// Aᵀ, where A = Σ ΔR̃ Jl(ω dt) dt over its steps (its duration times I without rotation). If a reading of total
-/// duration T lies in this sum only for a time τ, its error is modelled as white noise over T and adds (T/τ) A Σ_v Aᵀ.
+/// Aᵀ, where A = Σ ΔR̃ Jl(ω dt) dt over its steps (its duration times I without rotation). If only a part τ of the
+/// duration T of a reading lies in this sum, its error is modelled as white noise over T and adds (T/τ) A Σ_v Aᵀ.
 /// Adjacent sums may then be treated as independent. The covariance of their total is exact without rotation between
-/// the parts, and otherwise not too small. The white noise of the gyroscope is held constant over a step, as in
+/// the parts, and otherwise conservative. The white noise of the gyroscope is held constant over a step, as in
 /// ImuPreintegrator, and its effect within the step is of first order.
 class DvlPreintegrator {
  public:
@@ -53,7 +53,7 @@ class DvlPreintegrator {
   SO3 R_{};
   double dt_ = 0.0, since_ = 0.0;  // s, since the start and since the reading
   Matrix<3, 3> by_reading_ = Matrix<3, 3>::Zero(), by_readings_ = by_reading_;  // A; sum over past readings
-  Matrix<6, 6> by_gyroscope_ = Matrix<6, 6>::Zero();  // of [displacement; rotation], axes at the start
+  Matrix<6, 6> by_gyroscope_ = Matrix<6, 6>::Zero();  // covariance of [displacement; rotation], axes at the start
 };
 
 }  // namespace tandem

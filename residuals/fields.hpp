@@ -99,9 +99,9 @@ void pass_each(Fields& fields, Ts&... x) {
 
 }  // namespace detail
 
-/// Passes x: a number, an enumeration, a fixed-size Eigen type, a group, a std::array, std::tuple or std::optional of
-/// these, or a type with a member `auto fields() { return std::tie(…); }` that returns all its members in a fixed
-/// order. Other types compile but fail when passed.
+/// Passes x: a number, an enumeration, a fixed-size Eigen type, a group, or a std::array, std::tuple or std::optional
+/// of these. Also passes a type with a member `auto fields() { return std::tie(…); }` that returns all its members in a
+/// fixed order. Other types compile but fail when passed.
 template <class T>
 void pass_fields(T& x, Fields& fields) {
   if constexpr (std::is_const_v<T>) {

@@ -20,9 +20,9 @@ struct ImuNoise {
   double integration = 0;              ///< m/s /√Hz: additional white noise of the position
 };
 
-/// Axes along which the specific force is constant during an interval. `turning`: the axes of the rotating body; suits
-/// means over the interval and is exact for a steady turn. `at_start`: the axes at the start of the interval; suits
-/// samples taken there and equals GTSAM's preintegration. The two differ by ω × f dt²/2 for each interval.
+/// Axes along which the specific force is constant during an interval. `turning`: the axes of the rotating body; for
+/// samples that are means over the interval; exact for a steady turn. `at_start`: the axes at the start of the
+/// interval; for samples taken there; equals GTSAM's preintegration. The two differ by ω × f dt²/2 for each interval.
 enum class ImuHold { turning, at_start };
 
 /// Preintegrates the inertial samples between two keyframes. Each interval is integrated exactly for a constant

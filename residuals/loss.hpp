@@ -9,7 +9,8 @@
 namespace tandem {
 
 /// Robust loss ρ(s) of the squared whitened norm s = rᵀ Σ⁻¹ r; the cost of a residual is ½ ρ(s). All losses have ρ(0) =
-/// 0 and ρ'(0) = 1. A value type rather than a class hierarchy: evaluation is a predictable branch.
+/// 0 and ρ'(0) = 1. Loss is a value type, not a class hierarchy, because a predictable branch is faster than a virtual
+/// call.
 struct Loss {
   enum class Kind { none, huber, cauchy, geman_mcclure, tukey, student_t };
 

@@ -41,10 +41,10 @@ struct ResidualFunctions {
   std::string_view name;
   const std::type_info* type;
   int dim, arity;
-  const int* dofs;  ///< of each state
+  const int* dofs;  ///< tangent dimension of each state
   bool linear;      ///< see IsLinear
 
-  std::size_t size, alignment;               ///< of the residual object [bytes]
+  std::size_t size, alignment;               ///< size and alignment of the residual object [bytes]
   void (*copy)(const void* from, void* to);  ///< constructs a copy
   void (*relocate)(void* from, void* to);    ///< moves to uninitialised memory and destroys the source
   void (*destroy)(void* residual);

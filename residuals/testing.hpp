@@ -30,15 +30,15 @@ namespace tandem {
 /// Worst Jacobian entry. An entry that is not set or depends on the requested Jacobians counts as an infinite error.
 /// `text` describes the entry.
 struct JacobianReport {
-  double relative = 0.0;    ///< |given − differences| / largest entry of all Jacobians at those states
-  double absolute = 0.0;    ///< |given − differences|, in units of the residual per m or rad
-  double resolution = 0.0;  ///< uncertainty of the differences, relative to the same entry
-  int sample = 0;           ///< index of the random sample
+  double relative = 0.0;    ///< |given − differences| / largest entry of all Jacobians at those states.
+  double absolute = 0.0;    ///< |given − differences|, in units of the residual per m or rad.
+  double resolution = 0.0;  ///< Uncertainty of the differences, relative to the same entry.
+  int sample = 0;           ///< Index of the random sample.
   int state = 0, row = 0, column = 0;
   std::string text = "all entries agree";
 };
 
-/// Distance between consecutive random states, and of the first one from the identity.
+/// Distance between consecutive random states, and of the first one from the identity:
 ///   tiny      1e-8
 ///   moderate  0.5
 ///   large     30 m and rotations of 1 to 3 rad

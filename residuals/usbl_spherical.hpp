@@ -19,10 +19,10 @@ requires(Chaser::point_dim == 3 && Target::point_dim == 3) struct UsblSpherical 
   using States = std::tuple<Chaser, Target>;
 
   double range;                          ///< m
-  double azimuth;                        ///< rad, from the sensor's x axis towards y
-  double elevation;                      ///< rad, from the sensor's xy-plane towards z
-  Chaser B{};                            ///< sensor in the chaser's body
-  Vector<3> beacon = Vector<3>::Zero();  ///< t(F) [m], in the target's body; zero if the target is a point
+  double azimuth;                        ///< rad, from the sensor's x axis towards y.
+  double elevation;                      ///< rad, from the sensor's xy-plane towards z.
+  Chaser B{};                            ///< Sensor in the chaser's body.
+  Vector<3> beacon = Vector<3>::Zero();  ///< t(F) [m], in the target's body; zero if the target is a point.
 
   auto fields() { return std::tie(range, azimuth, elevation, B, beacon); }
 

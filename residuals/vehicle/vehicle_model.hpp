@@ -15,12 +15,12 @@ namespace tandem {
 /// Source: Fossen 2021, Handbook of Marine Craft Hydrodynamics and Motion Control, §§6, 8.1, 10.3; axes converted from
 /// forward-right-down by diag(1, −1, −1).
 struct VehicleBody {
-  Matrix<6, 6> mass = Matrix<6, 6>::Identity();      ///< M: rigid-body and added mass [kg, kg m, kg m²]
-  Matrix<6, 6> linear = Matrix<6, 6>::Zero();        ///< linear damping [N s/m, …]
-  Matrix<6, 6> quadratic = Matrix<6, 6>::Zero();     ///< quadratic damping, times νᵢ|νᵢ| [N s²/m², …]
-  Matrix<6, 6> lift = Matrix<6, 6>::Zero();          ///< lift of hull and fixed fins, times |surge| ν [N s²/m², …]
-  double weight = 0.0, buoyancy = 0.0;               ///< N
-  Vector<3> centre_of_mass = Vector<3>::Zero();      ///< m
+  Matrix<6, 6> mass = Matrix<6, 6>::Identity();   ///< M: rigid-body and added mass [kg, kg m, kg m²].
+  Matrix<6, 6> linear = Matrix<6, 6>::Zero();     ///< Linear damping [N s/m, …].
+  Matrix<6, 6> quadratic = Matrix<6, 6>::Zero();  ///< Quadratic damping, times νᵢ|νᵢ| [N s²/m², …].
+  Matrix<6, 6> lift = Matrix<6, 6>::Zero();       ///< Lift of hull and fixed fins, times |surge| ν [N s²/m², …].
+  double weight = 0.0, buoyancy = 0.0;            ///< N
+  Vector<3> centre_of_mass = Vector<3>::Zero();   ///< m
   Vector<3> centre_of_buoyancy = Vector<3>::Zero();  ///< m
 
   /// Returns the kinetic energy of a twist through the water, including the added mass [J].

@@ -13,11 +13,11 @@ namespace tandem {
 /// of one half.
 struct FieldOfView {
   double range = 9.0;                        ///< m
-  double range_fade = 1.0;                   ///< width of the transition at the range [m]
-  double half_angle = std::numbers::pi / 4;  ///< from the x axis of the sensor frame [rad]
-  double cosine_fade = 0.05;                 ///< width of the transition in the cosine of the angle
-  SE3 B{};                                   ///< sensor in the body of its carrier
-  Vector<3> beacon = Vector<3>::Zero();      ///< observed point in the target's body [m]
+  double range_fade = 1.0;                   ///< Width of the transition at the range [m].
+  double half_angle = std::numbers::pi / 4;  ///< Angle from the x axis of the sensor frame [rad].
+  double cosine_fade = 0.05;                 ///< Width of the transition in the cosine of the angle.
+  SE3 B{};                                   ///< Sensor in the body of its carrier.
+  Vector<3> beacon = Vector<3>::Zero();      ///< Observed point in the target's body [m].
 
   auto fields() { return std::tie(range, range_fade, half_angle, cosine_fade, B, beacon); }
 };
