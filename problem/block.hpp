@@ -27,7 +27,7 @@ struct HessianPlace {
 /// - full: whitening matrix W, column-major, or null if W = diag(diagonal).
 struct BlockShape {
   int dim, arity;
-  const int *dofs, *offset;  ///< of each state; offset is its first unknown, negative if it is fixed
+  const int *dofs, *offset;  ///< per state; offset: its first unknown, negative if it is fixed
 
   int first(int state) const {  ///< first entry of a state in the block's own gradient
     int sum = 0;

@@ -38,7 +38,7 @@ class ResidualBlocks {
     double *r, *w;                               ///< rows and their weights, of one block or of a batch
     double *J, *C;                               ///< Jacobians and second derivatives
     double* transposed;                          ///< all Jacobians of a block
-    std::array<double*, kMaxStates> jacobian{};  ///< of each state of a block, aligned; share the memory of J
+    std::array<double*, kMaxStates> jacobian{};  ///< Jacobian of each state of a block, aligned; in J
   };
   /// Evaluates blocks. Valid until a variable is added or the point changes.
   class Reader;
@@ -89,8 +89,8 @@ class ResidualBlocks::Reader : public ResidualBlocks::Scratch {
   }
 
   /// Adds the Hessian of wᵀ r, where dual(r, w) computes w. If the residual implements second derivatives, w is held
-  /// constant, and the second derivatives go through the charts to first order; r and the Jacobians at the point are
-  /// then set, and Jᵀ w is added to `gradient`. Otherwise uses central differences of Jᵀ w(r).
+  /// constant, and the second derivatives go through the charts to first order. Then r and the Jacobians at the point
+  /// are set, and Jᵀ w is added to `gradient`. Otherwise uses central differences of Jᵀ w(r).
   void add_second_derivatives(std::size_t i, const int* offset, const HessianPlace* place, Dual dual, double* gradient,
                               double* H);
 

@@ -6,10 +6,10 @@
 namespace tandem {
 namespace {
 
-constexpr double kReach = 1e-6;     // largest entry of the step to each side
-constexpr double kJump = 10;        // change of a residual relative to the largest change that its Jacobians allow
-constexpr double kMismatch = 1e-2;  // relative difference of the changes by finite differences and by the Jacobian
-constexpr double kRounding = 1e-8;  // rounding error of the change, relative to the residual
+constexpr double kReach = 1e-6;     // Largest entry of the step to each side.
+constexpr double kJump = 10;        // Change of a residual relative to the largest change that its Jacobians allow.
+constexpr double kMismatch = 1e-2;  // Relative difference of the changes by finite differences and by the Jacobian.
+constexpr double kRounding = 1e-8;  // Rounding error of the change, relative to the residual.
 
 /// Rows of all blocks at a point, their change along a step that the Jacobian predicts, and the bound Σ |J| |step| on
 /// it.

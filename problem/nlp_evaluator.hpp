@@ -69,8 +69,8 @@ class NlpEvaluator {
   const detail::TaskRunner& tasks() const { return task_runner_; }
 
   /// Returns whether the structure of the problem is unchanged since construction. It changes if a variable or block is
-  /// added, removed, fixed or freed, if other contents are moved into the problem, or if a soft bound that is a row
-  /// gets a loss or correlated noise.
+  /// added, removed, fixed or freed, or if other contents are moved into the problem. It also changes if a soft bound
+  /// that is a row gets a loss or correlated noise.
   bool is_current() const;
 
   /// Returns the size of δ: the sum of the tangent dimensions of the free variables.
@@ -165,7 +165,7 @@ class NlpEvaluator {
   struct DerivativeCheck {
     enum class Kind {
       none,
-      jump,     ///< the residual is discontinuous, as the logarithm of a rotation is at π
+      jump,     ///< the residual is discontinuous, e.g. the logarithm of a rotation at π
       jacobian  ///< the Jacobian contradicts finite differences
     } kind = Kind::none;
     std::string block;  ///< named as by describe_row()
@@ -225,10 +225,10 @@ class NlpEvaluator {
   std::vector<int> block_of_variable_;  // block of each variable, −1 if fixed
   std::vector<int> variable_of_block_;  // IDs of the free variables, in the order of the unknowns
   std::vector<detail::PoolPlacement> placement_;
-  std::vector<const detail::SoftPoolBase*> costs_;  // of each pool; null if the pool is evaluated as rows
-  std::vector<const detail::HardPoolBase*> rows_;   // of each pool; null if the pool is evaluated as a cost
-  std::vector<std::unique_ptr<detail::HardPoolBase>> soft_bounds_;  // null unless it has soft bounds as rows
-  std::vector<int> first_row_;                                      // first constraint row of each pool
+  std::vector<const detail::SoftPoolBase*> costs_;  // Per pool; null if the pool is evaluated as rows.
+  std::vector<const detail::HardPoolBase*> rows_;   // Per pool; null if the pool is evaluated as a cost.
+  std::vector<std::unique_ptr<detail::HardPoolBase>> soft_bounds_;  // Null unless it has soft bounds as rows.
+  std::vector<int> first_row_;                                      // First constraint row of each pool.
   SymmetricPattern hessian_;
   TripletPattern jacobian_;
   Eigen::VectorXd lower_, upper_, soft_weights_;
@@ -242,10 +242,10 @@ class NlpEvaluator {
   // tasks. Small problems have one task.
   detail::TaskRunner task_runner_;
   int num_tasks_ = 1;
-  std::vector<int> first_of_task_;  // of each pool: first block of each task, first block of several parts, end
+  std::vector<int> first_of_task_;  // per pool: first block of each task, first block of several parts, end
   Eigen::VectorXd point_gradient_;  // scratch of second_derivatives()
   Eigen::VectorXd delta_;           // the point relative to X̄
-  std::uint64_t serial_;            // of the problem
+  std::uint64_t serial_;            // serial number of the problem
   long long revision_, value_revision_, bounds_revision_;
   bool moved_ = false;  // since the charts were computed
 };

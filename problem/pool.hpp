@@ -17,10 +17,10 @@ using StoreMapping = std::function<StateStoreBase*(const StateStoreBase*)>;
 
 /// Locations of the blocks of a pool in the arrays of a solver; computed once by NlpEvaluator.
 struct PoolPlacement {
-  std::vector<int> offset;            ///< blocks × arity: first unknown of the state, −1 if fixed
-  std::vector<HessianPlace> hessian;  ///< blocks × arity (arity + 1) / 2: pair (a, b ≤ a) at a (a + 1) / 2 + b
-  std::vector<int> jacobian;          ///< blocks: first value in the constraint Jacobian (hard pools only)
-  std::vector<int> order;             ///< blocks in the order of evaluation; empty if that is their own order
+  std::vector<int> offset;            ///< Blocks × arity: first unknown of the state, −1 if fixed.
+  std::vector<HessianPlace> hessian;  ///< Blocks × arity (arity + 1) / 2: pair (a, b ≤ a) at a (a + 1) / 2 + b.
+  std::vector<int> jacobian;          ///< Blocks: first value in the constraint Jacobian (hard pools only).
+  std::vector<int> order;             ///< Blocks in the order of evaluation; empty if that is their own order.
 
   /// Returns the block at position k in the order of evaluation.
   int at(int k) const { return order.empty() ? k : order[static_cast<std::size_t>(k)]; }

@@ -255,7 +255,7 @@ class Problem {
   /// never reused.
   long long sequence_number(int variable_id) const { return info(variable_id).sequence; }
   bool is_fixed(int variable_id) const { return info(variable_id).fixed; }
-  /// Returns a handle of the variable with this ID, never set if the ID is unused.
+  /// Returns a handle of the variable with this ID. For an unused ID, the handle is invalid as if never set.
   VariableHandle handle(int variable_id) const;
   /// Returns the ID of a variable, in [0, id_bound()). IDs of removed variables are reused.
   int id(const VariableHandle& x) const {

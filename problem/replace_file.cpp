@@ -52,7 +52,7 @@ std::error_code replace_file(const std::filesystem::path& file, std::string_view
   if (reason) target = file;
   std::filesystem::path fresh = target;
   fresh += ".new";
-  unlink(fresh.c_str());  // of a killed run; a link of that name must not be followed
+  unlink(fresh.c_str());  // left by a killed run; a link of that name must not be followed
   reason = write_whole(fresh, O_CREAT | O_EXCL, text);
   if (!reason) std::filesystem::rename(fresh, target, reason);
   if (!reason) {

@@ -22,7 +22,7 @@ namespace tandem::detail {
 /// Points and charts of the variables of one group, for reading without its C++ type. Valid until a variable is added.
 struct StateView {
   const std::byte* points;
-  std::size_t size;      ///< of a point [bytes]
+  std::size_t size;      ///< size of a point [bytes]
   const double* charts;  ///< null if the charts are the identity
   int dof;
 

@@ -42,7 +42,7 @@ class Stop {
     if (!reached()) return;
     throw Stopped(std::string(what) + (interrupted() ? ": interrupted" : ": the time limit was reached"));
   }
-  /// Returns the same condition with 1 s more time, for reading and building a problem, without which there is no
+  /// Returns the same condition with 1 s more time. For reading and building a problem, because a stop there leaves no
   /// result to return.
   Stop with_grace() const {
     Stop stop = *this;

@@ -41,7 +41,7 @@ class Subproblem {
   Problem part_;
   std::vector<Copied> copied_;
   std::vector<CopiedBlocks> blocks_;  // by pool
-  std::uint64_t serial_;              // of the whole problem
+  std::uint64_t serial_;              // serial number of the whole problem
   long long revision_;
 };
 

@@ -13,8 +13,8 @@ struct SymmetricPattern {
   /// Block k has the unknowns first[k] … first[k + 1] − 1.
   std::vector<int> first;
   /// Block column k has the block rows block_row[block_start[k]] … block_row[block_start[k + 1] − 1]: first k itself,
-  /// then the others in the order of their own columns. block_offset is the index of the first entry of a block row
-  /// within each column.
+  /// then the others in the order of their columns. block_offset is the index of the first entry of a block row within
+  /// each column.
   std::vector<int> block_start, block_row, block_offset;
   /// Index of the first value of each block column; the last entry is the number of values.
   std::vector<int> value_start;

@@ -85,7 +85,7 @@ class WeightedPool : public SoftPoolBase {
   double squared_norm_at_point(int i) const;  // of W r
 
   std::vector<double> diagonal_;  // dim() entries per block
-  std::vector<int> full_;         // of each block: index in matrices_, −1 if W is diagonal
+  std::vector<int> full_;         // per block: index in matrices_, −1 if W is diagonal
   SlotVector<std::vector<double>> matrices_;
   std::vector<Loss> losses_;
   mutable Eigen::VectorXd r_, J_;  // scratch of add_stiffness()

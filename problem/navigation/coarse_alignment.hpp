@@ -12,7 +12,7 @@ struct Alignment {
   bool heading_unknown = false;    ///< the heading of `state` is arbitrary; later measurements determine it
   bool velocity_from_dvl = false;  ///< the velocity of `state` was measured along body axes
 
-  /// Returns `state`, rotated about the vertical by an angle [rad]. This includes a velocity from the DVL.
+  /// Returns `state`, rotated about the vertical by an angle [rad]. Also rotates a velocity from the DVL.
   EgoState rotated_about_vertical(double angle) const;
 };
 

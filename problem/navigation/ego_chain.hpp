@@ -39,8 +39,8 @@ struct EgoOptions {
   /// Preintegrates DVL velocities between keyframes with the gyroscope's rotation (DvlFactors), instead of one residual
   /// per velocity. For comparisons.
   bool preintegrated_dvl = false;
-  double dvl_max_age = 2.0;  ///< maximum time that a preintegrated velocity holds [s]
-  Loss loss{};               ///< for sensors without EgoSensor::loss
+  double dvl_max_age = 2.0;  ///< Maximum time that a preintegrated velocity holds [s].
+  Loss loss{};               ///< For sensors without EgoSensor::loss.
   /// Root spectral densities of acceleration [m/s² /√Hz] and turn rate [rad/s /√Hz] for Coasting, which connects
   /// keyframes without IMU samples between them.
   double coasting_acceleration = 0.3, coasting_turn_rate = 0.1;
@@ -113,7 +113,8 @@ class EgoChain {
   const ImuRecord* imu() const { return imu_ ? &*imu_ : nullptr; }
   /// Scale factor error of the DVL, if EgoOptions::dvl_scale is set.
   const std::optional<Variable<Rn<1>>>& dvl_scale() const { return scale_; }
-  /// Calls f(name, variable, prior standard deviations) for each systematic error. A bias is given by its newest state.
+  /// Calls f(name, variable, prior standard deviations) for each systematic error. The variable of a bias is its newest
+  /// state.
   template <class F>
   void each_systematic_error(F f) const {
     constants_.each(f);

@@ -16,11 +16,11 @@ using Kind = NavigationFinding::Kind;
 // A stuck IMU axis repeats one value for more than this time and at least this many samples.
 constexpr double kStuckDuration = 1.0;  // s
 constexpr std::size_t kStuckSamples = 20;
-constexpr std::size_t kStuckLines = 10;  // repeated lines of another sensor that is stuck
-constexpr double kMaxRepeat = 5.0;       // s; normal duration of a repeated value, if EgoSensorTraits::may_repeat
+constexpr std::size_t kStuckLines = 10;  // Repeated lines of another sensor that is stuck.
+constexpr double kMaxRepeat = 5.0;       // s; normal duration of a repeated value, if EgoSensorTraits::may_repeat.
 // A run of equal values is unusual if it exceeds this multiple of the mean run length, which quantisation determines.
 constexpr double kImuRunRatio = 20.0, kOtherRunRatio = 8.0;
-constexpr std::size_t kClippedRun = 5;  // consecutive samples at the largest magnitude that indicate saturation
+constexpr std::size_t kClippedRun = 5;  // Consecutive samples at the largest magnitude that indicate saturation.
 // Smallest ranges of sensors on the market: 2 g and 125 °/s.
 constexpr double kMinForceRange = 19.0;  // m/s²
 constexpr double kMinRateRange = 2.1;    // rad/s
@@ -194,7 +194,7 @@ void drop_stuck(EgoSensor& sensor, std::vector<NavigationFinding>& findings) {
   for (const auto& [begin, end] : runs.all) {
     const bool at_rest = sensor.type->reading != EgoReading::orientation && m[begin].value.isZero(0);
     if (end - begin < kStuckLines || !runs.unusual(end - begin, kOtherRunRatio) || at_rest) continue;
-    // A vehicle can keep its depth for a while, to the last digit; not its velocity or heading.
+    // A vehicle can keep exactly the same depth for a while, but not the same velocity or heading.
     if (sensor.type->may_repeat && (runs.all.size() == 1 || m[end - 1].t - m[begin].t < kMaxRepeat)) continue;
     std::fill(stuck.begin() + std::ptrdiff_t(begin) + 1, stuck.begin() + std::ptrdiff_t(end), true);
   }

@@ -24,9 +24,9 @@ struct ImuSensor {
   /// Prior standard deviations of the initial biases [m/s², rad/s]. If they are not given, accelerometer_bias_sigma()
   /// and gyroscope_bias_sigma() derive them from the noise.
   std::optional<double> initial_accelerometer_bias{}, initial_gyroscope_bias{};
-  double max_gap = 0.5;           ///< maximum time between samples [s]; longer gaps split the chain (EgoChain::splits)
-  double max_specific_force = 0;  ///< saturation limit of each axis [m/s²]; 0: unknown
-  double max_angular_rate = 0;    ///< saturation limit of each axis [rad/s]; 0: unknown
+  double max_gap = 0.5;           ///< Maximum time between samples [s]; longer gaps split the chain (EgoChain::splits).
+  double max_specific_force = 0;  ///< Saturation limit of each axis [m/s²]; 0: unknown.
+  double max_angular_rate = 0;    ///< Saturation limit of each axis [rad/s]; 0: unknown.
   /// Delay of the time stamps [s], already subtracted from the times of `samples`. It is negative if stamps are early,
   /// e.g. by half a sample period if a sample is the mean over the interval after its stamp.
   double delay = 0;
@@ -68,7 +68,7 @@ enum class EgoMounting { none, position, orientation };
 /// simulation and problem builders use them. The table of all types is in navigation_data.cpp.
 struct EgoSensorTraits {
   std::string_view name;     ///< in scenario.yaml and messages
-  std::string_view columns;  ///< of its files, the time t [s] first
+  std::string_view columns;  ///< columns of its files, the time t [s] first
   EgoReading reading;
   EgoMounting mounting;
   /// Upper limit of the readings' magnitude. Above it, check() throws "NAME: the QUANTITY is 1500 UNIT, HINT".
@@ -89,10 +89,10 @@ class EgoSensorType {
   constexpr const EgoSensorTraits& traits() const { return *traits_; }
   friend constexpr bool operator==(EgoSensorType, EgoSensorType) = default;
 
-  static const EgoSensorType dvl;      ///< velocity over ground along body axes [m/s]; the DVL is at the body's origin
-  static const EgoSensorType depth;    ///< height, i.e. world z [m]; negative under water
-  static const EgoSensorType gps;      ///< position in the world [m]
-  static const EgoSensorType heading;  ///< orientation in the world [rad]; unknown axes have a large standard deviation
+  static const EgoSensorType dvl;      ///< Velocity over ground along body axes [m/s]; the DVL is at the body's origin.
+  static const EgoSensorType depth;    ///< Height, i.e. world z [m]; negative under water.
+  static const EgoSensorType gps;      ///< Position in the world [m].
+  static const EgoSensorType heading;  ///< Orientation in the world [rad]; unknown axes have a large sigma.
 
  private:
   const EgoSensorTraits* traits_;
@@ -116,12 +116,12 @@ struct EgoMeasurement {
 struct EgoSensor {
   std::string name;
   EgoSensorType type = EgoSensorType::dvl;
-  Eigen::VectorXd sigma{};                     ///< one per residual row [m/s, m, rad]; heading: about body x y z
-  SE3 mount{};                                 ///< sensor in the body; only the part that EgoMounting names is used
-  double delay = 0;                            ///< s; a measurement stamped t was valid at t − delay
-  std::optional<Loss> loss{};                  ///< replaces that of EgoOptions
-  std::vector<EgoMeasurement> measurements{};  ///< in time order
-  std::optional<SystematicError> error{};      ///< systematic errors to estimate
+  Eigen::VectorXd sigma{};                     ///< One per residual row [m/s, m, rad]; heading: about body x y z.
+  SE3 mount{};                                 ///< Sensor in the body; only the part that EgoMounting names is used.
+  double delay = 0;                            ///< s; a measurement stamped t was valid at t − delay.
+  std::optional<Loss> loss{};                  ///< Replaces that of EgoOptions.
+  std::vector<EgoMeasurement> measurements{};  ///< In time order.
+  std::optional<SystematicError> error{};      ///< Systematic errors to estimate.
 
   double valid_at(const EgoMeasurement& m) const { return m.t - delay; }  ///< time of validity [s]
 };

@@ -9,22 +9,22 @@
 namespace tandem {
 namespace {
 
-constexpr double kMinForce = 7, kMaxForce = 13;  // m/s²; plausible median specific force of a vehicle
-constexpr double kStartInterval = 2.0;           // s; averaging time of the specific force at the start
-constexpr double kDown = -0.7071;                // cosine of the angle to the vertical: within 45° of straight down
-constexpr double kKnownTilt = 0.5;               // rad; a heading sensor with smaller σ measures roll and pitch
+constexpr double kMinForce = 7, kMaxForce = 13;  // m/s²; plausible median specific force of a vehicle.
+constexpr double kStartInterval = 2.0;           // s; averaging time of the specific force at the start.
+constexpr double kDown = -0.7071;                // Cosine of the angle to the vertical: within 45° of straight down.
+constexpr double kKnownTilt = 0.5;               // rad; a heading sensor with smaller σ measures roll and pitch.
 // Vehicles exceed 8 rad/s (460 °/s) in at most this fraction of the samples.
 constexpr double kFastTurn = 8.0;  // rad/s
 constexpr double kMaxFastFraction = 0.1;
 // Yaw is compared over windows in which it changes by more than the noise of a heading sensor.
 constexpr double kYawWindow = 5.0;              // s
 constexpr double kMinYawChange = 0.2;           // rad
-constexpr std::size_t kYawWindows = 5;          // minimum number of windows
-constexpr double kDegrees = 57.29577951308232;  // degrees in a radian
+constexpr std::size_t kYawWindows = 5;          // Minimum number of windows.
+constexpr double kDegrees = 57.29577951308232;  // Degrees in a radian.
 // Tilt is compared over pairs of mean specific forces, if their changes correlate with the angular rate. On a
 // rotorcraft they do not.
-constexpr double kTiltStep = 0.5, kTiltAverage = 0.2;  // s; distance of the pair, averaging time
-constexpr int kTiltPairs = 40;                         // minimum number of pairs
+constexpr double kTiltStep = 0.5, kTiltAverage = 0.2;  // s; distance of the pair, averaging time.
+constexpr int kTiltPairs = 40;                         // Minimum number of pairs.
 constexpr double kMinCorrelation = 0.7;
 constexpr double kSimilarRatio = 1.5;  // a wrong sign gives a ratio between −1.5 and −1/1.5
 constexpr double kAboveWater = 2.0;    // m

@@ -13,11 +13,11 @@ namespace tandem {
 /// The bias is a first-order Gauss–Markov process (GaussMarkov), or a constant if its correlation time is infinite.
 /// Scale factor, misalignment and delay are constants.
 struct SystematicError {
-  Eigen::VectorXd bias_sigma{};        ///< one entry per residual row, in the residual's units; empty: no bias
-  double correlation_time = HUGE_VAL;  ///< s, of the bias; infinite: constant bias
-  double scale_sigma = 0;              ///< scale factor error s: the sensor reads (1 + s) times the length or velocity
-  double misalignment_sigma = 0;       ///< rad, about each axis of the sensor
-  double delay_sigma = 0;              ///< s, of the delay in addition to the sensor's `delay`
+  Eigen::VectorXd bias_sigma{};        ///< One entry per residual row, in the residual's units; empty: no bias.
+  double correlation_time = HUGE_VAL;  ///< s, of the bias; infinite: constant bias.
+  double scale_sigma = 0;              ///< Scale factor error s: the sensor reads (1 + s) times the length or velocity.
+  double misalignment_sigma = 0;       ///< rad, about each axis of the sensor.
+  double delay_sigma = 0;              ///< s, of the delay in addition to the sensor's `delay`.
 
   bool has_bias() const { return bias_sigma.size() > 0; }
   bool has_constant_bias() const { return has_bias() && std::isinf(correlation_time); }

@@ -10,10 +10,10 @@ namespace tandem {
 
 /// Sensor of the chaser that is expected to measure the target during a plan.
 struct ExpectedSensor {
-  double rate;         ///< fixes per second while the target is in sight [1/s]
-  Vector<3> position;  ///< σ of a fix [m], along the axes of the chaser; of the target if `rotation` is set
-  std::optional<Vector<3>> rotation{};  ///< σ of the rotation [rad]; empty for position fixes
-  std::optional<FieldOfView> sight{};   ///< field of view; empty for all directions
+  double rate;         ///< Fixes per second while the target is in sight [1/s].
+  Vector<3> position;  ///< σ of a fix [m], along the axes of the chaser; of the target if `rotation` is set.
+  std::optional<Vector<3>> rotation{};  ///< σ of the rotation [rad]; empty for position fixes.
+  std::optional<FieldOfView> sight{};   ///< Field of view; empty for all directions.
 };
 
 /// Returns the information that fixes during a plan are expected to add to the target's pose after each step [1/m²,

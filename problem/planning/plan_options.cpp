@@ -28,7 +28,7 @@ double inside(const Cone& cone, const SE3& carrier, const SE3& other) {
 }  // namespace
 
 double coupled_cost_weight(const PlanOptions& options, const Matrix<6, 6>& covariance_at_end) {
-  constexpr double max_pull = 1e-4;  // of the goal, relative to the information of the target
+  constexpr double max_pull = 1e-4;  // information of the goal, relative to that of the target
   const double variance = covariance_at_end.diagonal().head<3>().maxCoeff();
   const double goal = options.terminal_position * options.terminal_position;
   return max_pull * (variance > goal ? goal / variance : 1.0);

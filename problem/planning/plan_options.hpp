@@ -23,13 +23,13 @@ struct PlanOptions {
   int steps = 50;   ///< number of steps H
   double dt = 1.0;  ///< duration of a step [s]
 
-  SE3 goal{};                        ///< desired pose of the chaser in the frame of the target
-  double running_position = 10;      ///< σ of the distance to the goal at each step [m]
-  double running_orientation = 1.0;  ///< σ of the rotation to the goal at each step [rad]
-  double terminal_position = 1.0, terminal_orientation = 0.2;  ///< the same at the last step
-  double running_speed = 1.0, running_turn_rate = 0.3;  ///< σ of the velocity relative to the target [m/s, rad/s]
-  double effort = 1.0;                                  ///< σ of the commands, in units of half their range
-  double rate = 0.5;                                    ///< σ of their change per step, in units of half their range
+  SE3 goal{};                        ///< Desired pose of the chaser in the frame of the target.
+  double running_position = 10;      ///< σ of the distance to the goal at each step [m].
+  double running_orientation = 1.0;  ///< σ of the rotation to the goal at each step [rad].
+  double terminal_position = 1.0, terminal_orientation = 0.2;  ///< σ of the two at the last step [m, rad].
+  double running_speed = 1.0, running_turn_rate = 0.3;  ///< σ of the velocity relative to the target [m/s, rad/s].
+  double effort = 1.0;                                  ///< σ of the commands, in units of half their range.
+  double rate = 0.5;                                    ///< σ of their change per step, in units of half their range.
 
   /// Cost per nat of the expected loss of information from fixes at each step, or of an upper bound on it (see
   /// Visibility). It makes the chaser keep the target in sight. 0 disables it.
@@ -38,12 +38,12 @@ struct PlanOptions {
   Vector<6> fix = (Vector<6>() << 0.05, 0.05, 0.05, 0.03, 0.03, 0.03).finished();  ///< σ of a fix [m, rad]
 
   // Hard constraints.
-  std::optional<Bounds<6>> twist{};           ///< body twist over ground [m/s, rad/s]
-  std::optional<double> lowest{}, highest{};  ///< height z in the world [m]; `lowest` is minus the maximum depth
-  std::optional<double> max_roll_pitch{};     ///< magnitude of roll and of pitch [rad], below π/2
-  double keep_out = 0.0;                      ///< minimum distance of the origins of the two bodies [m]; 0 for docking
-  std::optional<Cone> approach{};             ///< carried by the target; the chaser stays inside
-  std::optional<Cone> view{};                 ///< carried by the chaser; the target stays inside
+  std::optional<Bounds<6>> twist{};           ///< Body twist over ground [m/s, rad/s].
+  std::optional<double> lowest{}, highest{};  ///< Height z in the world [m]; `lowest` is minus the maximum depth.
+  std::optional<double> max_roll_pitch{};     ///< Magnitude of roll and of pitch [rad], below π/2.
+  double keep_out = 0.0;                      ///< Minimum distance of the origins of the two bodies [m]; 0 for docking.
+  std::optional<Cone> approach{};             ///< Carried by the target; the chaser stays inside.
+  std::optional<Cone> view{};                 ///< Carried by the chaser; the target stays inside.
   /// Number of standard deviations by which keep-out and cones are tightened, from the predicted covariance of the
   /// target. With 2, each constraint holds at each step with a probability of 98 %, if it is nearly linear. 0
   /// constrains the mean only.

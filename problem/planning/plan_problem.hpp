@@ -28,12 +28,12 @@ struct Plan {
 /// Estimation problem that a plan is coupled with, and its newest variables.
 struct CoupledEstimate {
   Problem& problem;
-  Variable<SE3> chaser, before, now;          ///< current chaser pose; previous and current target pose
-  double dt;                                  ///< between the two target poses [s]
-  Vector<6> noise;                            ///< of the motion of the target, as for predict_target()
-  std::optional<Vector<6>> time_constants{};  ///< as for predict_target()
+  Variable<SE3> chaser, before, now;          ///< Current chaser pose; previous and current target pose.
+  double dt;                                  ///< Time between the two target poses [s].
+  Vector<6> noise;                            ///< Noise of the target's motion, as for predict_target().
+  std::optional<Vector<6>> time_constants{};  ///< As for predict_target().
   /// Weight of the plan's costs relative to the measurements. It is small because a goal is not evidence of where the
-  /// target will be. In the limit 0 the plan is that against the target's prediction from measurements alone.
+  /// target will be. In the limit 0, the plan equals the plan against the prediction from measurements alone.
   double cost_weight = 1e-4;
 };
 

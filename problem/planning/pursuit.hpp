@@ -11,12 +11,12 @@ namespace tandem {
 
 /// Gains and limits of the pure-pursuit controller.
 struct PursuitOptions {
-  double speed = 1.5;             ///< maximum speed relative to the goal [m/s]
-  double turn_rate = 0.4;         ///< maximum turn rate [rad/s]
-  double position_gain = 0.3;     ///< velocity per position error [1/s]
-  double orientation_gain = 0.6;  ///< turn rate per orientation error [1/s]
-  double response = 2.0;          ///< time to reach a commanded twist [s]
-  double min_speed = 0.5;         ///< minimum surge of a vehicle that steers with fins [m/s]
+  double speed = 1.5;             ///< Maximum speed relative to the goal [m/s].
+  double turn_rate = 0.4;         ///< Maximum turn rate [rad/s].
+  double position_gain = 0.3;     ///< Velocity per position error [1/s].
+  double orientation_gain = 0.6;  ///< Turn rate per orientation error [1/s].
+  double response = 2.0;          ///< Time to reach a commanded twist [s].
+  double min_speed = 0.5;         ///< Minimum surge of a vehicle that steers with fins [m/s].
 };
 
 /// Returns whether the actuators can also push the vehicle sideways and vertically.
@@ -125,7 +125,7 @@ Vector<6> pursuit_twist(const VehicleModel<N>& vehicle, const VehicleState<N>& s
     return wanted;
   }
   const double ahead = goal_twist.head<3>().norm();
-  Vector<6> wanted = state.twist;  // keeps the sway and heave that it has
+  Vector<6> wanted = state.twist;  // keeps its present sway and heave
   wanted[0] = std::clamp(ahead + o.position_gain * p[0], o.min_speed, ahead + o.speed);
   wanted[4] = std::clamp(-o.orientation_gain * std::atan2(p[2], std::hypot(p[0], p[1])), -o.turn_rate, o.turn_rate);
   wanted[5] = std::clamp(o.orientation_gain * std::atan2(p[1], p[0]), -o.turn_rate, o.turn_rate);

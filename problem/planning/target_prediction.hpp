@@ -19,7 +19,7 @@ struct TargetBelief {
 struct TargetPrediction {
   std::vector<SE3> pose;
   std::vector<Vector<6>> twist;          ///< body twist [m/s, rad/s]
-  std::vector<Matrix<6, 6>> covariance;  ///< of each pose, right perturbations [m, rad]
+  std::vector<Matrix<6, 6>> covariance;  ///< covariance of each pose, right perturbations [m, rad]
 };
 
 /// Predicts a target over `steps` steps of dt [s]. The covariance is propagated to first order.

@@ -11,8 +11,8 @@ namespace tandem {
 
 /// A measurement that contradicts the others.
 struct Outlier {
-  std::size_t sensor, index;  ///< in TrackingData::sensors, and in TargetSensor::measurements
-  double sigmas;              ///< distance from the value expected from the others, in standard deviations
+  std::size_t sensor, index;  ///< In TrackingData::sensors, and in TargetSensor::measurements.
+  double sigmas;              ///< Distance from the value expected from the others, in standard deviations.
   /// The measurement is unrelated to the target: it deviates by 100 sigmas of its noise or, as a direction, by 45°.
   bool gross;
 };

@@ -56,12 +56,12 @@ inline constexpr Placement placed_in_space_by{&place<P, SE3>, nullptr};
 
 /// Bit flags of the fields of Measurement that a sensor measures, in the order of a file's columns.
 namespace measured {
-inline constexpr unsigned position = 1;   ///< x y z [m]; in the plane x y
-inline constexpr unsigned rotation = 2;   ///< in space, a rotation; in the plane, an angle [rad]
+inline constexpr unsigned position = 1;   ///< x y z [m]; in the plane x y.
+inline constexpr unsigned rotation = 2;   ///< In space, a rotation; in the plane, an angle [rad].
 inline constexpr unsigned range = 4;      ///< m
-inline constexpr unsigned direction = 8;  ///< azimuth and elevation as a point on the sphere; in the plane, an angle
-inline constexpr unsigned angles = 16;    ///< azimuth and elevation as two angles [rad]; singular at the poles
-inline constexpr unsigned height = 32;    ///< z, up [m]
+inline constexpr unsigned direction = 8;  ///< Azimuth and elevation as a point on the sphere; in the plane, an angle.
+inline constexpr unsigned angles = 16;    ///< Azimuth and elevation as two angles [rad]; singular at the poles.
+inline constexpr unsigned height = 32;    ///< z, up [m].
 }  // namespace measured
 
 /// Properties of one type of target sensor, except for its residual. File readers, online feeds and problem builders
@@ -82,12 +82,12 @@ class SensorType {
   constexpr const SensorTraits* operator->() const { return traits_; }
   friend constexpr bool operator==(SensorType, SensorType) = default;
 
-  static const SensorType position;        ///< position [m]
-  static const SensorType pose;            ///< position [m] and rotation
-  static const SensorType range_bearing;   ///< range [m] and direction; in the plane, range and angle
-  static const SensorType bearing;         ///< direction; in the plane, an angle [rad]
-  static const SensorType range;           ///< range [m]
-  static const SensorType usbl_spherical;  ///< range [m], azimuth and elevation [rad]; not in the plane
+  static const SensorType position;        ///< Position [m].
+  static const SensorType pose;            ///< Position [m] and rotation.
+  static const SensorType range_bearing;   ///< Range [m] and direction; in the plane, range and angle.
+  static const SensorType bearing;         ///< Direction; in the plane, an angle [rad].
+  static const SensorType range;           ///< Range [m].
+  static const SensorType usbl_spherical;  ///< Range [m], azimuth and elevation [rad]; not in the plane.
 
  private:
   const SensorTraits* traits_;
@@ -114,12 +114,12 @@ struct Measurement {
 struct TargetSensor {
   std::string name;
   SensorType type = SensorType::position;
-  Eigen::VectorXd sigma{};                 ///< one per residual row [m, rad]
-  SE3 mount{};                             ///< B: sensor in the chaser's body
-  SE3 marker{};                            ///< F: observed marker in the target's body
-  double delay = 0;                        ///< s; a measurement stamped t was valid at t − delay
-  std::optional<Loss> loss{};              ///< replaces TrackingOptions::loss
-  std::optional<Loss> orientation_loss{};  ///< replaces TrackingOptions::orientation_loss; for pose sensors
+  Eigen::VectorXd sigma{};                 ///< One per residual row [m, rad].
+  SE3 mount{};                             ///< B: sensor in the chaser's body.
+  SE3 marker{};                            ///< F: observed marker in the target's body.
+  double delay = 0;                        ///< s; a measurement stamped t was valid at t − delay.
+  std::optional<Loss> loss{};              ///< Replaces TrackingOptions::loss.
+  std::optional<Loss> orientation_loss{};  ///< Replaces TrackingOptions::orientation_loss; for pose sensors.
   std::vector<Measurement> measurements{};
   std::optional<SystematicError> error{};  ///< systematic errors to estimate
 

@@ -36,7 +36,8 @@ class TargetWindow {
   /// the problem, regardless of its age.
   template <class F>
   void each_superseded_bias(F f);
-  /// Calls f(name, variable, prior standard deviations) for each systematic error. A bias is given by its newest state.
+  /// Calls f(name, variable, prior standard deviations) for each systematic error. The variable of a bias is its newest
+  /// state.
   template <class F>
   void each_systematic_error(F f) const;
   /// Adds a measurement at a keyframe or between two. Returns the reason if this fails, e.g. because the measurement is
@@ -105,7 +106,7 @@ class TargetWindow {
   bool free_delay(const FixedDelayMeasurement& m, std::size_t k);
   struct FixedDelay {
     Variable<Rn<1>> value;  // fixed variable
-    double sigma;           // of the delay; 0 as soon as it is estimated
+    double sigma;           // standard deviation of the delay; 0 as soon as it is estimated
   };
   void add_delay_noise(const FixedDelay& delay, const Block& block);
   std::vector<FixedDelayMeasurement> fixed_delay_measurements_;

@@ -23,13 +23,13 @@ namespace tandem {
 
 /// Motion model of the target.
 enum class MotionModel {
-  constant_twist,            ///< ConstantTwist of three poses (Baxter & Teran Espinoza 2025)
-  constant_velocity,         ///< MixedVelocity::constant of three points, without orientation
-  damped_twist,              ///< DampedTwist of three poses, with one time constant per component
-  damped_velocity,           ///< MixedVelocity::damped of three points
-  white_noise_acceleration,  ///< WhiteNoiseAcceleration, a Gaussian-process prior over poses and body twists
-  steady_course,             ///< SteadyCourse: constant heading and speed over the whole run
-  none,                      ///< no motion model, for ablation studies; the problem may be rank deficient
+  constant_twist,            ///< ConstantTwist of three poses (Baxter & Teran Espinoza 2025).
+  constant_velocity,         ///< MixedVelocity::constant of three points, without orientation.
+  damped_twist,              ///< DampedTwist of three poses, with one time constant per component.
+  damped_velocity,           ///< MixedVelocity::damped of three points.
+  white_noise_acceleration,  ///< WhiteNoiseAcceleration, a Gaussian-process prior over poses and body twists.
+  steady_course,             ///< SteadyCourse: constant heading and speed over the whole run.
+  none,                      ///< No motion model, for ablation studies; the problem may be rank deficient.
 };
 
 inline constexpr std::array motion_models = {MotionModel::constant_twist,
@@ -76,11 +76,11 @@ struct TrackingOptions {
   std::vector<Horizon> horizons{{1, 1}};  ///< for models with uses_triples()
   /// Role of RollPitch on each target pose. Unlike in the paper, it also applies to the poses of Mode B.
   Role roll_pitch = Role::soft;
-  Role non_holonomic = Role::off;        ///< sway = heave = 0 between consecutive target poses
-  std::optional<Bounds<1>> surge{};      ///< limits of the mean surge [m/s]
-  std::optional<double> max_yaw_rate{};  ///< limit of the magnitude of the mean yaw rate [rad/s]
-  Role limits = Role::hard;              ///< role of the surge and yaw-rate limits
-  Loss loss{};                           ///< for target sensors without TargetSensor::loss
+  Role non_holonomic = Role::off;        ///< Sway and heave are zero between consecutive target poses.
+  std::optional<Bounds<1>> surge{};      ///< Limits of the mean surge [m/s].
+  std::optional<double> max_yaw_rate{};  ///< Limit of the magnitude of the mean yaw rate [rad/s].
+  Role limits = Role::hard;              ///< Role of the surge and yaw-rate limits.
+  Loss loss{};                           ///< For target sensors without TargetSensor::loss.
   /// Loss on measured orientations, for sensors without TargetSensor::orientation_loss. If it is set, position and
   /// orientation of a pose are two residuals, and `loss` applies to the position.
   std::optional<Loss> orientation_loss{};
@@ -141,7 +141,7 @@ struct PlacedMeasurement {
 /// (solvers/assumed_range.hpp).
 struct AssumedRange {
   Block block;                   ///< at the first bearing
-  std::size_t sensor, keyframe;  ///< of the first bearing
+  std::size_t sensor, keyframe;  ///< sensor and keyframe of the first bearing
 };
 
 /// A soft block whose noise is an entry of TrackingNoise, except for `prior`. A block with twice as many rows as the
@@ -164,7 +164,7 @@ struct TrackingProblem {
   std::vector<Outlier> outliers;              ///< if robust_initial_guess is set
   std::vector<NoiseBlock> noise_blocks;       ///< motion, odometry, constraints on the target, systematic errors
   std::vector<SensorConstant> constants;      ///< constant systematic errors of all sensors
-  std::vector<std::size_t> num_discarded;     ///< per target sensor; measurements valid outside of the odometry's span
+  std::vector<std::size_t> num_discarded;     ///< per target sensor; measurements outside of the odometry's span
 
   // Only with TrackingData::ego:
   std::vector<EgoKeyframe> ego;  ///< one per keyframe
